@@ -1,0 +1,3 @@
+//! Pieces that several formats share.
+
+pub mod particle_names;

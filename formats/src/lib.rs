@@ -1,0 +1,44 @@
+//! File formats for SPH initial conditions, one plugin per folder, over a plain data model.
+//!
+//! Readers turn a file into a [`RawField`] (a density or resolution field with everything else the file
+//! carries); writers turn a [`ParticleFile`] into a file that a simulation code or a viewer accepts. Nothing
+//! here knows how particles are placed.
+//!
+//! A format is a folder with a [`FormatSpec`] and one line in [`FORMATS`]. A host program may pass its own
+//! list to [`registry::detect`] instead.
+
+pub mod error;
+pub mod limits;
+pub mod model;
+pub mod output;
+pub mod registry;
+pub mod units;
+
+pub mod common;
+pub mod gadget;
+pub mod gyre;
+pub mod mesa;
+pub mod netcdf;
+pub mod swift;
+pub mod table;
+pub mod vtk;
+
+pub use error::{FormatError, Result};
+pub use model::{
+    Cells, Column, Coordinates, Geometry, GridAxis, Location, ParticleFile, ParticleTable, RawField,
+    RunHeader, Species, Values, Variable,
+};
+pub use registry::{Capabilities, FieldRequest, FileContent, FormatSpec, Match, WriteOptions};
+pub use units::{Unit, UnitDimension, UnitSystem};
+
+/// Every format of this crate, sorted by name. A format left out of the build is still listed, without its
+/// reader and writer.
+pub static FORMATS: &[FormatSpec] = &[
+    gadget::SPEC,
+    gyre::SPEC,
+    mesa::SPEC,
+    netcdf::SPEC,
+    swift::SPEC,
+    table::SPEC,
+    vtk::SPEC,
+];

@@ -1,0 +1,231 @@
+//! The plain data between files and placement: fields as read, particles as written.
+//!
+//! Numbers are in the units stated by each variable or header; nothing is converted here.
+
+use crate::units::{Unit, UnitDimension, UnitSystem};
+use std::path::PathBuf;
+
+/// Numbers in the precision in which the file stores them.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Values {
+    F32(Vec<f32>),
+    F64(Vec<f64>),
+    I64(Vec<i64>),
+}
+
+impl Values {
+    pub fn len(&self) -> usize {
+        match self {
+            Self::F32(v) => v.len(),
+            Self::F64(v) => v.len(),
+            Self::I64(v) => v.len(),
+        }
+    }
+
+    pub fn is_empty(&self) -> bool {
+        self.len() == 0
+    }
+
+    /// Value `i` as f64 (exact for f32 and for integers below 2^53).
+    pub fn get(&self, i: usize) -> f64 {
+        match self {
+            Self::F32(v) => f64::from(v[i]),
+            Self::F64(v) => v[i],
+            Self::I64(v) => v[i] as f64,
+        }
+    }
+
+    pub fn to_f64(&self) -> Vec<f64> {
+        (0..self.len()).map(|i| self.get(i)).collect()
+    }
+
+    /// Smallest and largest finite value, and how many are not finite.
+    pub fn range(&self) -> (f64, f64, usize) {
+        let mut range = (f64::INFINITY, f64::NEG_INFINITY, 0);
+        for i in 0..self.len() {
+            let v = self.get(i);
+            if v.is_finite() {
+                range = (range.0.min(v), range.1.max(v), range.2);
+            } else {
+                range.2 += 1;
+            }
+        }
+        range
+    }
+}
+
+/// Where a variable lives on its geometry.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Location {
+    /// One value per node (radial node, grid node, mesh point, cloud point).
+    Node,
+    /// One value per cell: an average over the cell between nodes `i` and `i + 1`, or over a mesh cell.
+    Cell,
+}
+
+/// One named quantity of a field file.
+#[derive(Debug, Clone)]
+pub struct Variable {
+    pub name: String,
+    /// CF `standard_name`, `long_name` or another hint at the meaning.
+    pub description: Option<String>,
+    /// `None` where the file does not state one.
+    pub unit: Option<Unit>,
+    pub location: Location,
+    /// Interleaved components: 1 for a scalar, 2 or 3 for a vector.
+    pub components: usize,
+    /// `components * count` values; masked entries are NaN.
+    pub values: Values,
+}
+
+/// Meaning of a grid's axes.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Coordinates {
+    /// x, y, z.
+    Cartesian,
+    /// Longitude (degrees), latitude (degrees), radius, in this order of axes.
+    Geographic,
+}
+
+/// One axis of a rectilinear grid.
+#[derive(Debug, Clone)]
+pub struct GridAxis {
+    pub name: String,
+    /// Strictly ascending node positions. Readers flip descending axes together with the data.
+    pub nodes: Vec<f64>,
+    pub unit: Option<Unit>,
+    /// Cell boundaries (`nodes.len() + 1`) where values are known to be cell averages around the nodes
+    /// (CF bounds); `None` for point values.
+    pub bounds: Option<Vec<f64>>,
+}
+
+/// Unstructured cells. Node orders are VTK's.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Cells {
+    /// VTK cell type numbers: 3 line, 5 triangle, 9 quad, 10 tetrahedron, 12 hexahedron, 13 wedge, 14 pyramid.
+    pub types: Vec<u8>,
+    /// `connectivity[offsets[c] .. offsets[c + 1]]` are the points of cell `c`; length `types.len() + 1`.
+    pub offsets: Vec<usize>,
+    pub connectivity: Vec<usize>,
+}
+
+/// The points at which a field is known.
+#[derive(Debug, Clone)]
+pub enum Geometry {
+    /// Spherically symmetric profile: radii ascending from the center, at least two. An equal pair of
+    /// neighboring radii marks a jump. `Cell` variables have one value less than there are nodes.
+    Radial { nodes: Vec<f64>, unit: Option<Unit> },
+    /// Rectilinear grid of 1 to 3 axes. The first axis runs fastest: index = i + nx (j + ny k). `Cell`
+    /// variables have one value less per axis.
+    Grid { coordinates: Coordinates, axes: Vec<GridAxis> },
+    /// Unstructured or curvilinear mesh in 2 or 3 dimensions (2: z is constant), in VTK cell types.
+    Mesh { dimension: usize, points: Vec<[f64; 3]>, unit: Option<Unit>, cells: Cells },
+    /// Bare points (`dimension` 1 to 3; unused components are zero).
+    Cloud { dimension: usize, points: Vec<[f64; 3]>, unit: Option<Unit> },
+}
+
+impl Geometry {
+    /// How many values a scalar at `location` has.
+    pub fn count(&self, location: Location) -> usize {
+        match (self, location) {
+            (Self::Radial { nodes, .. }, Location::Node) => nodes.len(),
+            (Self::Radial { nodes, .. }, Location::Cell) => nodes.len().saturating_sub(1),
+            (Self::Grid { axes, .. }, Location::Node) => axes.iter().map(|a| a.nodes.len()).product(),
+            (Self::Grid { axes, .. }, Location::Cell) => {
+                axes.iter().map(|a| a.nodes.len().saturating_sub(1).max(1)).product()
+            }
+            (Self::Mesh { points, .. } | Self::Cloud { points, .. }, Location::Node) => points.len(),
+            (Self::Mesh { cells, .. }, Location::Cell) => cells.types.len(),
+            (Self::Cloud { .. }, Location::Cell) => 0,
+        }
+    }
+
+    /// One or two words for messages.
+    pub fn kind(&self) -> &'static str {
+        match self {
+            Self::Radial { .. } => "radial profile",
+            Self::Grid { .. } => "grid",
+            Self::Mesh { .. } => "mesh",
+            Self::Cloud { .. } => "point cloud",
+        }
+    }
+}
+
+/// A field file as read.
+#[derive(Debug, Clone)]
+pub struct RawField {
+    pub path: PathBuf,
+    /// [`crate::FormatSpec::name`] of the reader.
+    pub format: &'static str,
+    pub geometry: Geometry,
+    pub variables: Vec<Variable>,
+    /// Name of the variable that is the mass density, where the format itself or `--density` says so, or a
+    /// name, standard name or unit leaves no doubt. `None`: undecided.
+    pub density: Option<String>,
+    /// Scalars of the file's header (star mass, model number, title ...), as text.
+    pub metadata: Vec<(String, String)>,
+    /// What the reader decided or left aside, one sentence each, for the run report.
+    pub notes: Vec<String>,
+}
+
+impl RawField {
+    pub fn variable(&self, name: &str) -> Option<&Variable> {
+        self.variables.iter().find(|v| v.name == name)
+    }
+}
+
+/// One column of a particle table.
+#[derive(Debug, Clone)]
+pub struct Column {
+    /// A name of [`crate::common::particle_names`] (`Coordinates`, `Velocities`, `Masses`, ...) or the carried variable's own.
+    pub name: String,
+    pub components: usize,
+    pub values: Values,
+    /// Physical dimension; the numbers are in the header's unit system.
+    pub dimension: UnitDimension,
+}
+
+/// Particles of one kind, column by column.
+#[derive(Debug, Clone, Default)]
+pub struct ParticleTable {
+    pub count: usize,
+    pub columns: Vec<Column>,
+}
+
+impl ParticleTable {
+    pub fn column(&self, name: &str) -> Option<&Column> {
+        self.columns.iter().find(|c| c.name == name)
+    }
+}
+
+/// Particles of one GADGET-style type.
+#[derive(Debug, Clone)]
+pub struct Species {
+    /// 0 gas, 1 dark matter, 2 to 5 others.
+    pub part_type: u8,
+    pub table: ParticleTable,
+}
+
+/// What a particle file says of itself.
+#[derive(Debug, Clone)]
+pub struct RunHeader {
+    /// 1, 2 or 3. Coordinates have this many components; writers pad with zeros where their format wants three.
+    pub dimension: usize,
+    /// Edge lengths of the box with its corner at the origin; unused axes are 0.
+    pub box_size: [f64; 3],
+    pub periodic: [bool; 3],
+    pub units: UnitSystem,
+    pub time: f64,
+    /// Kernel of the placement, e.g. `Wendland C4`, and its neighbor number V_d n H^d.
+    pub kernel: String,
+    pub kernel_neighbors: f64,
+    /// Key and value pairs that allow the file to be made again: version, scene, seed, stop reason.
+    pub provenance: Vec<(String, String)>,
+}
+
+/// Everything that a particle writer gets and a particle reader gives.
+#[derive(Debug, Clone)]
+pub struct ParticleFile {
+    pub header: RunHeader,
+    pub species: Vec<Species>,
+}

@@ -1,0 +1,211 @@
+//! What a format is, and how the right one is found for a file.
+
+use crate::error::{FormatError, Result};
+use crate::model::{ParticleFile, RawField};
+use std::fs::File;
+use std::io::Read;
+use std::path::Path;
+
+/// How sure a format is of the first bytes of a file.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Match {
+    No,
+    /// The container fits (an HDF5 file, a text table); several formats may say so.
+    Container,
+    /// The signature belongs to this format alone.
+    Certain,
+}
+
+/// What a format can hold, whether or not it is in this build.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub struct Capabilities {
+    pub read_field: bool,
+    pub read_particles: bool,
+    pub write_particles: bool,
+    /// Geometries that a field may have: any of `radial`, `grid`, `mesh`, `cloud`.
+    pub geometries: &'static [&'static str],
+    /// Space dimensions of particles and grids.
+    pub dimensions: &'static [usize],
+}
+
+/// What is wanted of a field file. Fields left empty are the reader's to decide.
+#[derive(Debug, Clone, Default)]
+pub struct FieldRequest {
+    /// Variable that is the mass density.
+    pub density: Option<String>,
+    /// Variables to read besides the density: `None` is all of them.
+    pub carry: Option<Vec<String>>,
+    /// Record of a time axis: a value of the time coordinate (the nearest record is taken and named in a note).
+    pub time: Option<f64>,
+}
+
+/// What a file holds.
+#[derive(Debug, Clone)]
+pub enum FileContent {
+    Field(RawField),
+    Particles(ParticleFile),
+}
+
+/// Choices of a particle writer.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct WriteOptions {
+    /// Deflate level 0 to 9; 0 stores uncompressed.
+    pub compression: u8,
+    /// Write f64 where the flavor's default is f32.
+    pub double_precision: bool,
+}
+
+impl Default for WriteOptions {
+    fn default() -> Self {
+        Self { compression: 4, double_precision: false }
+    }
+}
+
+/// Reads a file that [`FormatSpec::sniff`] accepted.
+pub type ReadFn = fn(&Path, &FieldRequest) -> Result<FileContent>;
+/// Writes particles to a path that does not matter until it returns `Ok`: the caller renames it into place.
+/// An existing file at the path is overwritten.
+pub type WriteFn = fn(&Path, &ParticleFile, WriteOptions) -> Result<()>;
+
+/// Data sheet of one format. Always compiled; the code behind it is under its Cargo feature.
+#[derive(Debug, Clone, Copy)]
+pub struct FormatSpec {
+    pub name: &'static str,
+    /// One line for the table of formats.
+    pub summary: &'static str,
+    /// Lowercase, without the dot; the first is the default.
+    pub extensions: &'static [&'static str],
+    /// Cargo feature that switches it on.
+    pub feature: &'static str,
+    /// Where the format is specified.
+    pub reference: &'static str,
+    pub capabilities: Capabilities,
+    /// Judges the first 4096 bytes (fewer if the file is shorter).
+    pub sniff: fn(&[u8]) -> Match,
+    /// `None`: cannot read, or not in this build (see `capabilities`).
+    pub read: Option<ReadFn>,
+    /// `None`: cannot write, or not in this build.
+    pub write: Option<WriteFn>,
+}
+
+/// Bytes that [`FormatSpec::sniff`] gets to see.
+pub const SNIFF_BYTES: usize = 4096;
+
+/// Finds the format of an existing file: by `explicit` name, else by its first bytes, else by its extension.
+///
+/// # Errors
+/// [`FormatError::Io`] where the file cannot be opened or is a directory, [`FormatError::Detection`] where it
+/// is empty, unknown, or fits several formats equally.
+pub fn detect<'a>(formats: &'a [FormatSpec], path: &Path, explicit: Option<&str>) -> Result<&'a FormatSpec> {
+    let head = read_head(path)?;
+    if let Some(name) = explicit {
+        return by_name(formats, path, name);
+    }
+    if head.is_empty() {
+        return Err(detection(path, "the file is empty".into()));
+    }
+    let best = formats.iter().map(|f| (f.sniff)(&head)).max().unwrap_or(Match::No);
+    let mut found: Vec<_> = formats.iter().filter(|f| best > Match::No && (f.sniff)(&head) == best).collect();
+    if found.len() != 1 {
+        let by_extension: Vec<_> = candidates(formats, &found).filter(|f| has_extension(f, path)).collect();
+        if !by_extension.is_empty() {
+            found = by_extension;
+        }
+    }
+    match found.as_slice() {
+        [one] => Ok(one),
+        [] => Err(detection(
+            path,
+            format!("neither its first bytes nor its extension are known; name it with --format, one of {}", names(formats.iter())),
+        )),
+        many => Err(detection(path, format!("it may be {}; name it with --format", names(many.iter().copied())))),
+    }
+}
+
+/// Finds the format to write `path` in: by `explicit` name, else by its extension among the writers.
+///
+/// # Errors
+/// [`FormatError::Detection`] where no or several writers fit.
+pub fn detect_output<'a>(formats: &'a [FormatSpec], path: &Path, explicit: Option<&str>) -> Result<&'a FormatSpec> {
+    if let Some(name) = explicit {
+        return by_name(formats, path, name);
+    }
+    let writers = || formats.iter().filter(|f| f.capabilities.write_particles);
+    // The first listed extension is a format's own; later ones it shares with others.
+    let own: Vec<_> = writers().filter(|f| extension(path).as_deref() == f.extensions.first().copied()).collect();
+    let any: Vec<_> = writers().filter(|f| has_extension(f, path)).collect();
+    match (own.as_slice(), any.as_slice()) {
+        ([one], _) | ([], [one]) => Ok(one),
+        ([], []) => Err(detection(
+            path,
+            format!("no writer has this extension; name the flavor with --to, one of {}", names(writers())),
+        )),
+        (_, many) => Err(detection(path, format!("the flavor may be {}; name it with --to", names(many.iter().copied())))),
+    }
+}
+
+/// The reader of a format.
+///
+/// # Errors
+/// [`FormatError::Detection`] where the format cannot be read, or is not in this build.
+pub fn reader(spec: &FormatSpec, path: &Path) -> Result<ReadFn> {
+    let can = spec.capabilities.read_field || spec.capabilities.read_particles;
+    spec.read.ok_or_else(|| absent(spec, path, can, "read"))
+}
+
+/// The writer of a format.
+///
+/// # Errors
+/// [`FormatError::Detection`] where the format cannot be written, or is not in this build.
+pub fn writer(spec: &FormatSpec, path: &Path) -> Result<WriteFn> {
+    spec.write.ok_or_else(|| absent(spec, path, spec.capabilities.write_particles, "written"))
+}
+
+fn absent(spec: &FormatSpec, path: &Path, can: bool, verb: &str) -> FormatError {
+    let problem = if can {
+        format!("format '{}' is not in this build; rebuild with --features {}", spec.name, spec.feature)
+    } else {
+        format!("format '{}' cannot be {verb}", spec.name)
+    };
+    detection(path, problem)
+}
+
+fn read_head(path: &Path) -> Result<Vec<u8>> {
+    let is_dir = std::fs::metadata(path).map_err(|e| FormatError::io(path, "open", e))?.is_dir();
+    if is_dir {
+        return Err(FormatError::io(path, "read", std::io::Error::new(std::io::ErrorKind::IsADirectory, "it is a directory, not a file")));
+    }
+    let file = File::open(path).map_err(|e| FormatError::io(path, "open", e))?;
+    let mut head = Vec::with_capacity(SNIFF_BYTES);
+    file.take(SNIFF_BYTES as u64).read_to_end(&mut head).map_err(|e| FormatError::io(path, "read", e))?;
+    Ok(head)
+}
+
+fn by_name<'a>(formats: &'a [FormatSpec], path: &Path, name: &str) -> Result<&'a FormatSpec> {
+    formats
+        .iter()
+        .find(|f| f.name == name)
+        .ok_or_else(|| detection(path, format!("there is no format '{name}'; known are {}", names(formats.iter()))))
+}
+
+fn candidates<'a>(formats: &'a [FormatSpec], found: &[&'a FormatSpec]) -> impl Iterator<Item = &'a FormatSpec> {
+    let all = found.is_empty();
+    let found = found.to_vec();
+    formats.iter().filter(move |f| all || found.iter().any(|g| g.name == f.name))
+}
+
+fn extension(path: &Path) -> Option<String> {
+    Some(path.extension()?.to_str()?.to_ascii_lowercase())
+}
+
+fn has_extension(spec: &FormatSpec, path: &Path) -> bool {
+    extension(path).is_some_and(|e| spec.extensions.contains(&e.as_str()))
+}
+
+fn names<'a>(formats: impl Iterator<Item = &'a FormatSpec>) -> String {
+    formats.map(|f| f.name).collect::<Vec<_>>().join(", ")
+}
+
+fn detection(path: &Path, problem: String) -> FormatError {
+    FormatError::Detection { path: path.into(), problem }
+}

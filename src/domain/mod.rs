@@ -1,0 +1,201 @@
+//! The space that particles may occupy, and the only code that wraps, mirrors or confines positions.
+
+mod region;
+
+pub use region::{Hull, Region, Wall};
+
+use crate::error::{Error, Result};
+
+/// What happens at the two ends of an axis of the bounding box.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Axis {
+    Periodic,
+    Walls { lo: Wall, hi: Wall },
+}
+
+impl Axis {
+    pub const OPEN: Self = Self::Walls { lo: Wall::Open, hi: Wall::Open };
+    pub const REFLECTING: Self = Self::Walls { lo: Wall::Reflecting, hi: Wall::Reflecting };
+}
+
+/// Bounding box, its axes, and the region within it. Lengths in code units.
+#[derive(Debug, Clone)]
+pub struct Domain<const D: usize> {
+    pub lo: [f64; D],
+    pub hi: [f64; D],
+    pub axes: [Axis; D],
+    pub region: Region<D>,
+}
+
+/// Image of space along one axis: `x -> sign * x + shift`.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct AxisImage {
+    pub sign: f64,
+    pub shift: f64,
+}
+
+impl AxisImage {
+    pub const IDENTITY: Self = Self { sign: 1.0, shift: 0.0 };
+
+    pub fn apply(self, x: f64) -> f64 {
+        self.sign * x + self.shift
+    }
+}
+
+impl<const D: usize> Domain<D> {
+    /// A box that fills its bounds.
+    ///
+    /// # Errors
+    /// Bounds that are not finite or enclose nothing.
+    pub fn new(lo: [f64; D], hi: [f64; D], axes: [Axis; D], region: Region<D>) -> Result<Self> {
+        for k in 0..D {
+            if !(lo[k].is_finite() && hi[k].is_finite() && lo[k] < hi[k]) {
+                return Err(Error::scene(
+                    "domain",
+                    format!("axis {k} runs from {} to {}; both must be finite and the second the larger", lo[k], hi[k]),
+                ));
+            }
+        }
+        Ok(Self { lo, hi, axes, region })
+    }
+
+    /// A ball (interval, disc, sphere) with its bounding box.
+    ///
+    /// # Errors
+    /// A radius that is not positive and finite.
+    pub fn ball(center: [f64; D], radius: f64, wall: Wall) -> Result<Self> {
+        let lo = std::array::from_fn(|k| center[k] - radius);
+        let hi = std::array::from_fn(|k| center[k] + radius);
+        Self::new(lo, hi, [Axis::OPEN; D], Region::Ball { center, inner_radius: 0.0, radius, wall })
+    }
+
+    pub fn extent(&self) -> [f64; D] {
+        std::array::from_fn(|k| self.hi[k] - self.lo[k])
+    }
+
+    /// Longest edge of the bounding box.
+    pub fn size(&self) -> f64 {
+        self.extent().into_iter().fold(0.0, f64::max)
+    }
+
+    /// Volume of the region (area, length).
+    pub fn volume(&self) -> f64 {
+        match &self.region {
+            Region::Box => self.extent().into_iter().product(),
+            Region::Ball { inner_radius, radius, .. } => {
+                crate::kernel::unit_ball_volume(D) * (radius.powi(D as i32) - inner_radius.powi(D as i32))
+            }
+            Region::Hull(hull, _) => hull.volume(),
+        }
+    }
+
+    /// Whether a particle may be at `x` (periodic axes take any value).
+    pub fn contains(&self, x: &[f64; D]) -> bool {
+        let mut y = *x;
+        self.wrap(&mut y);
+        (0..D).all(|k| y[k] >= self.lo[k] && y[k] <= self.hi[k]) && self.region.contains(&y)
+    }
+
+    /// Moves periodic coordinates into `[lo, hi)`.
+    pub fn wrap(&self, x: &mut [f64; D]) {
+        for k in 0..D {
+            if self.axes[k] == Axis::Periodic && !(x[k] >= self.lo[k] && x[k] < self.hi[k]) {
+                let length = self.hi[k] - self.lo[k];
+                let wrapped = self.lo[k] + (x[k] - self.lo[k]).rem_euclid(length);
+                // rem_euclid rounds up to `length` for tiny negative arguments.
+                x[k] = if wrapped < self.hi[k] { wrapped } else { self.lo[k] };
+            }
+        }
+    }
+
+    /// Brings a moved particle back: periodic axes wrap, others mirror it at the face or surface that it
+    /// crossed, and what is still outside returns to `from`, which must lie inside.
+    pub fn confine(&self, from: &[f64; D], x: &mut [f64; D]) {
+        self.wrap(x);
+        for k in 0..D {
+            if self.axes[k] != Axis::Periodic {
+                let (lo, hi) = (self.lo[k], self.hi[k]);
+                if x[k] < lo {
+                    x[k] = 2.0 * lo - x[k];
+                } else if x[k] > hi {
+                    x[k] = 2.0 * hi - x[k];
+                }
+            }
+        }
+        if !self.region.contains(x) {
+            if let Some(mirrored) = self.region.mirror(x) {
+                *x = mirrored;
+            }
+        }
+        if !self.contains(x) {
+            *x = *from;
+        }
+    }
+
+    /// Shortest vector `from -> to` through periodic images.
+    pub fn displacement(&self, from: &[f64; D], to: &[f64; D]) -> [f64; D] {
+        std::array::from_fn(|k| {
+            let d = to[k] - from[k];
+            if self.axes[k] == Axis::Periodic {
+                let length = self.hi[k] - self.lo[k];
+                d - length * (d / length).round()
+            } else {
+                d
+            }
+        })
+    }
+
+    /// Images of axis `k`, identity first, whose copy of the box reaches into `[a, b]`.
+    pub fn axis_images(&self, k: usize, a: f64, b: f64) -> Vec<AxisImage> {
+        let (lo, hi) = (self.lo[k], self.hi[k]);
+        let length = hi - lo;
+        let reaches = |image: &AxisImage| {
+            let (p, q) = (image.apply(lo), image.apply(hi));
+            p.min(q) <= b && p.max(q) >= a
+        };
+        let mut images = vec![AxisImage::IDENTITY];
+        let copies = (((lo - a).max(b - hi) / length).ceil().max(0.0) as i64 + 1).min(MAX_IMAGES);
+        let mut push = |sign: f64, shift: f64| {
+            let image = AxisImage { sign, shift };
+            if reaches(&image) {
+                images.push(image);
+            }
+        };
+        match self.axes[k] {
+            Axis::Periodic => (1..=copies).for_each(|c| {
+                push(1.0, c as f64 * length);
+                push(1.0, -c as f64 * length);
+            }),
+            Axis::Walls { lo: Wall::Reflecting, hi: Wall::Reflecting } => (0..=copies).for_each(|c| {
+                let shift = 2.0 * c as f64 * length;
+                push(-1.0, 2.0 * lo - shift);
+                push(-1.0, 2.0 * hi + shift);
+                if c > 0 {
+                    push(1.0, shift);
+                    push(1.0, -shift);
+                }
+            }),
+            Axis::Walls { lo: Wall::Reflecting, .. } => push(-1.0, 2.0 * lo),
+            Axis::Walls { hi: Wall::Reflecting, .. } => push(-1.0, 2.0 * hi),
+            Axis::Walls { .. } => {}
+        }
+        images
+    }
+
+    /// Distance from `x` to the nearest edge at which matter may end: a face without periodic images, or the
+    /// region's surface. Infinite for a fully periodic box.
+    pub fn distance_to_edge(&self, x: &[f64; D]) -> f64 {
+        let mut distance = self.region.distance_to_surface(x);
+        if matches!(self.region, Region::Box) {
+            for k in 0..D {
+                if self.axes[k] != Axis::Periodic {
+                    distance = distance.min(x[k] - self.lo[k]).min(self.hi[k] - x[k]);
+                }
+            }
+        }
+        distance
+    }
+}
+
+/// A support radius beyond this many box lengths is refused elsewhere; the cap keeps image lists finite.
+const MAX_IMAGES: i64 = 16;

@@ -1,0 +1,36 @@
+//! Errors of everything between the formats and the command line.
+
+use sph_formats::FormatError;
+
+pub type Result<T> = std::result::Result<T, Error>;
+
+/// Outer variant: whose fault it is.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum Error {
+    /// A file could not be read or written.
+    #[error(transparent)]
+    Format(#[from] FormatError),
+    /// The scene asks for something impossible or contradictory.
+    #[error("scene, {key}: {problem}")]
+    Scene { key: String, problem: String },
+    /// The field is no density: negative, not finite, zero everywhere, or not defined in the domain.
+    #[error("field '{name}': {problem}")]
+    Field { name: String, problem: String },
+    /// A stage of the placement could not go on.
+    #[error("{stage}: {problem}")]
+    Numeric { stage: &'static str, problem: String },
+    /// Interrupted by the user before anything was written.
+    #[error("interrupted; nothing was written")]
+    Interrupted,
+}
+
+impl Error {
+    pub fn scene(key: impl Into<String>, problem: impl Into<String>) -> Self {
+        Self::Scene { key: key.into(), problem: problem.into() }
+    }
+
+    pub fn field(name: impl Into<String>, problem: impl Into<String>) -> Self {
+        Self::Field { name: name.into(), problem: problem.into() }
+    }
+}

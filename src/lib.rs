@@ -1,0 +1,11 @@
+//! Low-noise initial conditions for smoothed particle hydrodynamics (SPH).
+//!
+//! A field (density, or density and resolution) becomes particles whose summed density matches it: file ->
+//! raw field -> interpolant and domain -> plan -> seed -> relaxation -> carried fields -> measures -> file.
+
+pub mod domain;
+pub mod error;
+pub mod field;
+pub mod kernel;
+
+pub use error::{Error, Result};
