@@ -7,5 +7,7 @@ pub mod domain;
 pub mod error;
 pub mod field;
 pub mod kernel;
+pub mod neighbors;
+pub mod smoothing;
 
 pub use error::{Error, Result};

@@ -198,4 +198,4 @@ impl<const D: usize> Domain<D> {
 }
 
 /// A support radius beyond this many box lengths is refused elsewhere; the cap keeps image lists finite.
-const MAX_IMAGES: i64 = 16;
+const MAX_IMAGES: i64 = 4096;

@@ -1,0 +1,308 @@
+//! Leaf-batched gathering: the buffers that targets of one leaf run over.
+//!
+//! Buffers hold positions relative to the leaf's center in units of the leaf's largest reach, so f32 resolves
+//! about 1e-7 of a support radius whatever the units and wherever the leaf is; sums over them are good to a
+//! few 1e-7 relative. With f64 buffers the same code gives the reference.
+
+use super::lanes::{MAX_LANES, Real};
+use super::tree::{LEAF_SIZE, Tree};
+use crate::domain::{AxisImage, Domain};
+use pulp::{Arch, Simd, WithSimd};
+use rayon::prelude::*;
+
+/// Whose support radius decides which pairs are gathered.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Reach {
+    /// Sources within the target's radius.
+    Target,
+    /// Sources within the larger radius of the two.
+    Either,
+}
+
+/// Particles to gather from, with `C` values each, in tree order.
+pub struct Sources<'a, const D: usize, const C: usize> {
+    tree: &'a Tree<D>,
+    channels: [&'a [f64]; C],
+    /// Largest support radius below each node, and the radii; empty for [`Reach::Target`].
+    node_reach: Vec<f64>,
+    support: &'a [f64],
+}
+
+impl<'a, const D: usize, const C: usize> Sources<'a, D, C> {
+    /// `support` and `channels` are in tree order.
+    pub fn new(tree: &'a Tree<D>, support: &'a [f64], channels: [&'a [f64]; C], reach: Reach) -> Self {
+        let node_reach = match reach {
+            Reach::Target => Vec::new(),
+            Reach::Either => tree.node_maxima(support),
+        };
+        Self { tree, channels, node_reach, support }
+    }
+}
+
+/// Scales of a batch: buffer value times scale is the value in code units.
+#[derive(Debug, Clone, Copy)]
+pub struct BatchUnit<const C: usize> {
+    pub length: f64,
+    pub channels: [f64; C],
+}
+
+/// What a pass does with the targets of one leaf.
+pub trait LeafPass<const D: usize, const C: usize, R: Real>: Sync {
+    type Output: Copy + Send + Default;
+
+    /// Fills `out`, one entry per target of the leaf (`batch.targets()` in order).
+    fn leaf<S: Simd>(&self, simd: S, batch: &mut Batch<'_, D, C, R>, out: &mut [Self::Output]);
+}
+
+/// Gathered neighbors of one leaf.
+pub struct Batch<'a, const D: usize, const C: usize, R: Real> {
+    domain: &'a Domain<D>,
+    sources: &'a [Sources<'a, D, C>],
+    first: usize,
+    count: usize,
+    center: [f64; D],
+    half: [f64; D],
+    unit: BatchUnit<C>,
+    used: usize,
+    positions: [Vec<R>; D],
+    channels: [Vec<R>; C],
+}
+
+impl<'a, const D: usize, const C: usize, R: Real> Batch<'a, D, C, R> {
+    fn new(domain: &'a Domain<D>, sources: &'a [Sources<'a, D, C>]) -> Self {
+        Self {
+            domain,
+            sources,
+            first: 0,
+            count: 0,
+            center: [0.0; D],
+            half: [0.0; D],
+            unit: BatchUnit { length: 1.0, channels: [1.0; C] },
+            used: 0,
+            positions: std::array::from_fn(|_| Vec::new()),
+            channels: std::array::from_fn(|_| Vec::new()),
+        }
+    }
+
+    /// Tree positions of the targets.
+    pub fn targets(&self) -> std::ops::Range<usize> {
+        self.first..self.first + self.count
+    }
+
+    pub fn unit(&self) -> BatchUnit<C> {
+        self.unit
+    }
+
+    /// Position of the target at tree position `i` in buffer units.
+    #[inline(always)]
+    pub fn target(&self, i: usize) -> [R; D] {
+        let tree = self.sources[0].tree;
+        std::array::from_fn(|k| R::from_f64((tree.positions[k][i] - self.center[k]) / self.unit.length))
+    }
+
+    /// Channel `c` of the target at tree position `i` in buffer units.
+    #[inline(always)]
+    pub fn target_channel(&self, c: usize, i: usize) -> f64 {
+        self.sources[0].channels[c][i] / self.unit.channels[c]
+    }
+
+    /// Position and channel registers of all gathered sources. What pads the last registers lies beyond every
+    /// support and has zero channels.
+    #[inline(always)]
+    pub fn registers<S: Simd>(&self) -> ([&[R::Vector<S>]; D], [&[R::Vector<S>]; C]) {
+        let padded = self.used.next_multiple_of(MAX_LANES);
+        (
+            std::array::from_fn(|k| R::vectors::<S>(&self.positions[k][..padded])),
+            std::array::from_fn(|c| R::vectors::<S>(&self.channels[c][..padded])),
+        )
+    }
+
+    fn enter(&mut self, leaf: u32) {
+        let tree = self.sources[0].tree;
+        let node = &tree.nodes[leaf as usize];
+        self.first = node.first as usize;
+        self.count = node.count as usize;
+        self.center = std::array::from_fn(|k| 0.5 * (node.lo[k] + node.hi[k]));
+        // A little wider than exact, so that rounding loses no neighbor.
+        self.half = std::array::from_fn(|k| 0.5 * (node.hi[k] - node.lo[k]) * (1.0 + 1e-6));
+        for c in 0..C {
+            let largest = self.sources[0].channels[c][self.targets()].iter().fold(0.0_f64, |m, v| m.max(v.abs()));
+            self.unit.channels[c] = if largest > 0.0 { largest } else { 1.0 };
+        }
+    }
+
+    /// Gathers all that lies within `reach` of the leaf's box.
+    #[inline(always)]
+    pub fn gather(&mut self, reach: f64) {
+        self.used = 0;
+        self.unit.length = reach;
+        for s in 0..self.sources.len() {
+            let widest = self.sources[s].node_reach.first().map_or(reach, |&r| r.max(reach));
+            let images: [Vec<AxisImage>; D] = std::array::from_fn(|k| {
+                let span = self.half[k] + widest;
+                if self.center[k] - span >= self.domain.lo[k] && self.center[k] + span <= self.domain.hi[k] {
+                    vec![AxisImage::IDENTITY]
+                } else {
+                    self.domain.axis_images(k, self.center[k] - span, self.center[k] + span)
+                }
+            });
+            let combinations: usize = images.iter().map(Vec::len).product();
+            for mut combination in 0..combinations {
+                let image = std::array::from_fn(|k| {
+                    let chosen = images[k][combination % images[k].len()];
+                    combination /= images[k].len();
+                    chosen
+                });
+                self.gather_image(s, &image, reach);
+            }
+        }
+        self.pad();
+    }
+
+    #[inline(always)]
+    fn gather_image(&mut self, s: usize, image: &[AxisImage; D], reach: f64) {
+        let source = &self.sources[s];
+        let nodes = &source.tree.nodes;
+        // The leaf's box seen from the original: an image is its own inverse up to the sign of the shift.
+        let center: [f64; D] = std::array::from_fn(|k| image[k].sign * (self.center[k] - image[k].shift));
+        let mut at = 0;
+        while at < nodes.len() {
+            let node = &nodes[at];
+            let mut gap2 = 0.0;
+            for k in 0..D {
+                let gap = (node.lo[k] - center[k] - self.half[k]).max(center[k] - self.half[k] - node.hi[k]).max(0.0);
+                gap2 += gap * gap;
+            }
+            let reach = source.node_reach.get(at).map_or(reach, |&r| r.max(reach));
+            if gap2 > reach * reach {
+                at = node.skip as usize;
+            } else {
+                if node.skip as usize == at + 1 {
+                    self.gather_leaf(s, image, node.first as usize, node.count as usize, reach);
+                }
+                at += 1;
+            }
+        }
+    }
+
+    /// Appends those of a source leaf that are near enough. `reach` already includes the leaf's own radii.
+    #[inline(always)]
+    fn gather_leaf(&mut self, s: usize, image: &[AxisImage; D], first: usize, count: usize, reach: f64) {
+        let source = &self.sources[s];
+        let needed = (self.used + count).next_multiple_of(MAX_LANES) + MAX_LANES;
+        if self.positions[0].len() < needed {
+            let size = needed * 2;
+            self.positions.iter_mut().for_each(|p| p.resize(size, R::default()));
+            self.channels.iter_mut().for_each(|c| c.resize(size, R::default()));
+        }
+        let mut relative = [[0.0_f64; LEAF_SIZE]; D];
+        let mut gap2 = [0.0_f64; LEAF_SIZE];
+        for k in 0..D {
+            let (sign, shift, half) = (image[k].sign, image[k].shift - self.center[k], self.half[k]);
+            let x = &source.tree.positions[k][first..first + count];
+            for ((y, g), &x) in relative[k].iter_mut().zip(&mut gap2).zip(x) {
+                *y = sign * x + shift;
+                let gap = (y.abs() - half).max(0.0);
+                *g += gap * gap;
+            }
+        }
+        let (limit, scale) = (reach * reach, 1.0 / self.unit.length);
+        let mut used = self.used;
+        for j in 0..count {
+            for k in 0..D {
+                self.positions[k][used] = R::from_f64(relative[k][j] * scale);
+            }
+            for c in 0..C {
+                self.channels[c][used] = R::from_f64(source.channels[c][first + j] / self.unit.channels[c]);
+            }
+            used += usize::from(gap2[j] < limit);
+        }
+        self.used = used;
+    }
+
+    /// Fills up the last registers with sources that no kernel reaches.
+    fn pad(&mut self) {
+        let padded = self.used.next_multiple_of(MAX_LANES);
+        if self.positions[0].len() < padded {
+            self.positions.iter_mut().for_each(|p| p.resize(padded, R::default()));
+            self.channels.iter_mut().for_each(|c| c.resize(padded, R::default()));
+        }
+        for j in self.used..padded {
+            self.positions.iter_mut().for_each(|p| p[j] = R::from_f64(FAR));
+            self.channels.iter_mut().for_each(|c| c[j] = R::default());
+        }
+    }
+
+    /// How many sources are in the buffers.
+    pub fn len(&self) -> usize {
+        self.used
+    }
+
+    pub fn is_empty(&self) -> bool {
+        self.used == 0
+    }
+
+    /// Support radius of source `0`'s particle at tree position `i`.
+    pub fn support(&self, i: usize) -> f64 {
+        self.sources[0].support[i]
+    }
+}
+
+/// Buffer position of padding: its square still fits f32, and no support radius is 1e8 times the leaf's reach.
+const FAR: f64 = 1e8;
+
+/// Leaves that one parallel task takes.
+const LEAVES_PER_TASK: usize = 32;
+
+struct Leaf<'p, 'b, 'a, 'o, const D: usize, const C: usize, R: Real, P: LeafPass<D, C, R>> {
+    pass: &'p P,
+    batch: &'b mut Batch<'a, D, C, R>,
+    reach: f64,
+    out: &'o mut [P::Output],
+}
+
+impl<const D: usize, const C: usize, R: Real, P: LeafPass<D, C, R>> WithSimd for Leaf<'_, '_, '_, '_, D, C, R, P> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, simd: S) {
+        self.batch.gather(self.reach);
+        self.pass.leaf(simd, self.batch, self.out);
+    }
+}
+
+/// Runs `pass` over every particle of `sources[0]`, gathering from all `sources` (the others are ghosts).
+/// Each leaf is gathered once to `margin` (at least 1) times its largest support radius.
+///
+/// The result is in tree order of `sources[0]`.
+pub fn for_each_target<const D: usize, const C: usize, R: Real, P: LeafPass<D, C, R>>(
+    domain: &Domain<D>,
+    sources: &[Sources<'_, D, C>],
+    margin: f64,
+    pass: &P,
+) -> Vec<P::Output> {
+    let tree = sources[0].tree;
+    let mut out = vec![P::Output::default(); tree.len()];
+    let mut tasks = Vec::with_capacity(tree.leaves.len() / LEAVES_PER_TASK + 1);
+    let mut rest = out.as_mut_slice();
+    for leaves in tree.leaves.chunks(LEAVES_PER_TASK) {
+        let size = leaves.iter().map(|&l| tree.nodes[l as usize].count as usize).sum();
+        let (mine, others) = rest.split_at_mut(size);
+        tasks.push((leaves, mine));
+        rest = others;
+    }
+    let arch = Arch::new();
+    tasks.into_par_iter().for_each_init(
+        || Batch::<D, C, R>::new(domain, sources),
+        |batch, (leaves, mut out)| {
+            for &leaf in leaves {
+                batch.enter(leaf);
+                let (mine, others) = out.split_at_mut(batch.count);
+                out = others;
+                let widest = batch.targets().fold(0.0_f64, |m, i| m.max(batch.support(i)));
+                arch.dispatch(Leaf { pass, batch, reach: widest * margin, out: mine });
+            }
+        },
+    );
+    out
+}

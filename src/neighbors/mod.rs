@@ -1,0 +1,17 @@
+//! Neighbor passes: sums over all particles within a support radius, the heart of every stage.
+//!
+//! Particles are kept in leaves of a k-d tree of nearly equal size. A pass takes one leaf at a time, gathers
+//! every particle (and image) that any target of the leaf can see into structure-of-arrays buffers relative
+//! to the leaf's center, and lets each target run over the buffer with vector instructions chosen at run time.
+//! The tree adapts to any spacing ratio; a pass costs O(N). See [`batch`] for the precision of the buffers.
+//!
+//! Targets only gather: each writes to itself alone, and sources are visited in tree order, so results do not
+//! depend on the number of threads.
+
+pub mod batch;
+pub mod brute_force;
+pub mod lanes;
+mod tree;
+
+pub use batch::{Batch, BatchUnit, LeafPass, Reach, Sources, for_each_target};
+pub use tree::{LEAF_SIZE, Tree};
