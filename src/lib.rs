@@ -7,7 +7,13 @@ pub mod domain;
 pub mod error;
 pub mod field;
 pub mod kernel;
+pub mod metrics;
 pub mod neighbors;
+pub mod placement;
+pub mod reduce;
+pub mod rng;
+pub mod seeding;
 pub mod smoothing;
+pub mod target;
 
 pub use error::{Error, Result};

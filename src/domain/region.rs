@@ -45,6 +45,12 @@ impl<const D: usize> Region<D> {
     /// Mirror image of `x` in the nearest surface point. `None` for a box (its faces mirror by axis) and where
     /// the image is not defined (the center of a ball).
     pub fn mirror(&self, x: &[f64; D]) -> Option<[f64; D]> {
+        self.mirror_with_stretch(x).map(|(image, _)| image)
+    }
+
+    /// [`Self::mirror`] with the ratio of volumes (r'/r)^(d-1) by which mirroring in a ball's surface
+    /// stretches space; 1 for a hull, whose faces are flat.
+    pub fn mirror_with_stretch(&self, x: &[f64; D]) -> Option<([f64; D], f64)> {
         match self {
             Self::Box => None,
             Self::Ball { center, inner_radius, radius, .. } => {
@@ -54,11 +60,12 @@ impl<const D: usize> Region<D> {
                 }
                 let surface = if *inner_radius > 0.0 && r - inner_radius < radius - r { *inner_radius } else { *radius };
                 let scale = (2.0 * surface - r) / r;
-                (scale > 0.0).then(|| std::array::from_fn(|k| center[k] + scale * (x[k] - center[k])))
+                let image = std::array::from_fn(|k| center[k] + scale * (x[k] - center[k]));
+                (scale > 0.0).then(|| (image, scale.powi(D as i32 - 1)))
             }
             Self::Hull(hull, _) => {
                 let p = hull.nearest_on_surface(x);
-                Some(std::array::from_fn(|k| 2.0 * p[k] - x[k]))
+                Some((std::array::from_fn(|k| 2.0 * p[k] - x[k]), 1.0))
             }
         }
     }

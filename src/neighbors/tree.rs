@@ -73,6 +73,11 @@ impl<const D: usize> Tree<D> {
         &self.order
     }
 
+    /// Declares that the particles' own arrays are now in tree order.
+    pub fn forget_order(&mut self) {
+        self.order.par_iter_mut().enumerate().for_each(|(i, o)| *o = i as u32);
+    }
+
     /// Takes moved positions over without sorting anew: boxes are fitted again, so that results stay right
     /// however far particles went; passes slow down as leaves begin to overlap.
     pub fn refit(&mut self, positions: &[Vec<f64>; D]) {

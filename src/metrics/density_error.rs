@@ -1,0 +1,118 @@
+//! Deviation of the summed density from the target.
+
+use super::{Measured, NeighborFigures};
+use crate::domain::Domain;
+use crate::neighbors::brute_force;
+use crate::reduce;
+use crate::rng::{Purpose, keyed};
+use crate::target::{Positions, at};
+use rand::RngExt;
+use rayon::prelude::*;
+use serde::Serialize;
+
+/// Figures over one set of particles.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct ErrorFigures {
+    pub particles: usize,
+    /// sum (rho - rho*)^2/n / sum rho*^2/n (ALARIC sec. 2).
+    pub epsilon: f64,
+    /// Mean |rho/rho* - 1|.
+    pub mean: f64,
+    /// Largest |rho/rho* - 1|.
+    pub max: f64,
+}
+
+/// Density error with the mass as given (so that the total is right) and with the mass re-fitted
+/// (m <- m mean(rho*/rho), which removes a constant factor such as the self-term's bias), over all particles
+/// and over those whose support lies inside the domain.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct DensityError {
+    pub all: ErrorFigures,
+    pub all_refitted: ErrorFigures,
+    pub interior: Option<ErrorFigures>,
+    pub interior_refitted: Option<ErrorFigures>,
+    /// The factor on the mass in `all_refitted`.
+    pub refit_all: f64,
+    /// The factor on the mass in `interior_refitted`.
+    pub refit_interior: f64,
+}
+
+impl DensityError {
+    /// `target` is rho* at the particles, in the unit of mass over volume of the measurement.
+    pub fn new<const D: usize>(measured: &Measured<D>, target: &[f64]) -> Self {
+        let everywhere = vec![true; target.len()];
+        let refit_all = refit(measured, target, &everywhere);
+        let inside = &measured.interior;
+        let refit_interior = refit(measured, target, inside);
+        let figures = |set: &[bool], factor: f64| figures(measured, target, set, factor);
+        let any = inside.iter().any(|&i| i);
+        Self {
+            all: figures(&everywhere, 1.0),
+            all_refitted: figures(&everywhere, refit_all),
+            interior: any.then(|| figures(inside, 1.0)),
+            interior_refitted: any.then(|| figures(inside, refit_interior)),
+            refit_all,
+            refit_interior,
+        }
+    }
+}
+
+/// mean(rho*/rho) over a set.
+fn refit<const D: usize>(measured: &Measured<D>, target: &[f64], set: &[bool]) -> f64 {
+    let count = set.iter().filter(|&&s| s).count().max(1);
+    reduce::sum(target.len(), |i| if set[i] { target[i] / measured.sums[i].weighted } else { 0.0 }) / count as f64
+}
+
+fn figures<const D: usize>(measured: &Measured<D>, target: &[f64], set: &[bool], factor: f64) -> ErrorFigures {
+    let n = target.len();
+    let density = |i: usize| factor * measured.sums[i].weighted;
+    let over = |f: &(dyn Fn(usize) -> f64 + Sync)| reduce::sum(n, |i| if set[i] { f(i) } else { 0.0 });
+    let particles = set.iter().filter(|&&s| s).count();
+    let volume = |i: usize| 1.0 / measured.sums[i].number_density;
+    let squares = over(&|i| (density(i) - target[i]).powi(2) * volume(i));
+    let norm = over(&|i| target[i].powi(2) * volume(i));
+    ErrorFigures {
+        particles,
+        epsilon: squares / norm,
+        mean: over(&|i| (density(i) / target[i] - 1.0).abs()) / particles as f64,
+        max: reduce::max(n, |i| if set[i] { (density(i) / target[i] - 1.0).abs() } else { 0.0 }),
+    }
+}
+
+/// Particles whose neighbors are counted one by one.
+const NEIGHBOR_SAMPLE: usize = 200;
+
+/// Counts over a random sample, by brute force: cheap enough at any N, and independent of the passes.
+pub(super) fn neighbor_figures<const D: usize>(
+    measured: &Measured<D>,
+    domain: &Domain<D>,
+    positions: &Positions<D>,
+    kernel_neighbors: f64,
+) -> NeighborFigures {
+    let n = positions[0].len();
+    let sample: Vec<usize> = if n <= NEIGHBOR_SAMPLE {
+        (0..n).collect()
+    } else {
+        let mut rng = keyed(0, Purpose::Measure, 0);
+        (0..NEIGHBOR_SAMPLE).map(|_| rng.random_range(0..n)).collect()
+    };
+    let found: Vec<(usize, f64)> = sample
+        .par_iter()
+        .map(|&i| {
+            let mut count = 0;
+            let mut nearest = f64::INFINITY;
+            brute_force::for_each_within(domain, positions, &at(positions, i), measured.support[i], |d, j| {
+                count += 1;
+                if j != i {
+                    nearest = nearest.min(d.iter().map(|v| v * v).sum::<f64>().sqrt());
+                }
+            });
+            (count, nearest * measured.sums[i].number_density.powf(1.0 / D as f64))
+        })
+        .collect();
+    NeighborFigures {
+        kernel_neighbors,
+        mean_count: found.iter().map(|f| f.0 as f64).sum::<f64>() / found.len().max(1) as f64,
+        closest_pair: found.iter().fold(f64::INFINITY, |m, f| m.min(f.1)),
+    }
+}

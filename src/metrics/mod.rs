@@ -1,0 +1,116 @@
+//! What the result is worth: density error, force noise, neighbor numbers.
+//!
+//! Measures use the domain as it is: open faces are vacuum, reflecting ones and reflecting surfaces mirror.
+
+mod density_error;
+mod noise;
+
+pub use density_error::{DensityError, ErrorFigures};
+pub use noise::{NoiseFigures, poisson_force};
+
+use crate::domain::{Domain, Wall};
+use crate::kernel::Kernel;
+use crate::neighbors::{Reach, Sources, Tree};
+use crate::placement::Ghosts;
+use crate::smoothing::{DensitySums, largest_support, pressure_force, solve_support_radii};
+use crate::target::{Positions, at};
+use rayon::prelude::*;
+use serde::Serialize;
+
+/// Neighbor numbers of the final arrangement.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct NeighborFigures {
+    /// N_H that was asked for.
+    pub kernel_neighbors: f64,
+    /// Mean number of particles within the support, itself included.
+    pub mean_count: f64,
+    /// Smallest distance of two particles over the spacing n^(-1/d) there.
+    pub closest_pair: f64,
+}
+
+/// Sums of every particle at its own support radius, in the particles' order.
+pub struct Measured<const D: usize> {
+    pub support: Vec<f64>,
+    pub sums: Vec<DensitySums<D>>,
+    /// Whether the whole support lies inside the domain.
+    pub interior: Vec<bool>,
+    tree: Tree<D>,
+    ghosts: Option<(Tree<D>, Ghosts<D>)>,
+}
+
+impl<const D: usize> Measured<D> {
+    /// Solves n V_d H^d = N_H for every particle and sums densities at the solution. `guess` are support radii
+    /// to start from.
+    pub fn new<K: Kernel>(
+        kernel: K,
+        domain: &Domain<D>,
+        positions: &Positions<D>,
+        masses: &[f64],
+        guess: &[f64],
+        kernel_neighbors: f64,
+    ) -> Self {
+        let n = masses.len();
+        let tree = Tree::build(positions);
+        let ghosts = match domain.region.wall() {
+            Some(Wall::Reflecting) => {
+                let ghosts = Ghosts::mirror(domain, positions, |i| 2.0 * guess[i]);
+                (!ghosts.positions.is_empty()).then(|| (Tree::build(&ghosts.soa()), ghosts))
+            }
+            _ => None,
+        };
+        let largest = largest_support(domain, n, kernel_neighbors);
+        let (guess, mass) = (tree.to_tree_order(guess), tree.to_tree_order(masses));
+        let ghost_mass = ghosts.as_ref().map(|(tree, g)| inherit(tree, g, masses, 1.0)).unwrap_or_default();
+        let ghost_support = vec![0.0; ghost_mass.len()];
+        let mut sources = vec![Sources::new(&tree, &guess, [mass.as_slice()], Reach::Target)];
+        if let Some((ghost_tree, _)) = &ghosts {
+            sources.push(Sources::new(ghost_tree, &ghost_support, [ghost_mass.as_slice()], Reach::Target));
+        }
+        let solved = solve_support_radii::<D, 1, K, f32>(kernel, domain, &sources, kernel_neighbors, largest);
+        drop(sources);
+        let mut support = vec![0.0; n];
+        let mut sums = vec![DensitySums::default(); n];
+        for (s, &i) in solved.iter().zip(tree.order()) {
+            support[i as usize] = s.support;
+            sums[i as usize] = s.sums;
+        }
+        let interior =
+            (0..n).into_par_iter().map(|i| domain.distance_to_edge(&at(positions, i)) >= support[i]).collect();
+        Self { support, sums, interior, tree, ghosts }
+    }
+
+    /// Acceleration of a constant pressure P = 1, as a standard SPH code sums it:
+    /// a_i = -sum_j m_j (grad W(H_i)/rho_i^2 + grad W(H_j)/rho_j^2), in the particles' order.
+    pub fn constant_pressure_force<K: Kernel>(&self, kernel: K, domain: &Domain<D>, masses: &[f64]) -> Vec<[f64; D]> {
+        let n = masses.len();
+        // The pair coefficient needs m_j on both terms; with m_i m_j symmetric it is m_i times the target's.
+        let strength: Vec<f64> = (0..n).map(|i| masses[i] / self.sums[i].weighted.powi(2)).collect();
+        let tree_support = self.tree.to_tree_order(&self.support);
+        let tree_strength = self.tree.to_tree_order(&strength);
+        let ghost = self.ghosts.as_ref().map(|(tree, g)| {
+            (tree, inherit(tree, g, &self.support, 1.0 / D as f64), inherit(tree, g, &strength, 0.0))
+        });
+        let mut trees = vec![(&self.tree, tree_support.as_slice(), tree_strength.as_slice())];
+        if let Some((tree, support, strength)) = &ghost {
+            trees.push((tree, support.as_slice(), strength.as_slice()));
+        }
+        let forces = pressure_force::<D, K, f32>(kernel, domain, &trees);
+        let mut out = vec![[0.0; D]; n];
+        for (f, &i) in forces.iter().zip(self.tree.order()) {
+            out[i as usize] = f.0;
+        }
+        out
+    }
+
+    /// Neighbor figures by a k-d tree of its own (not the pass that placed the particles).
+    pub fn neighbors(&self, domain: &Domain<D>, positions: &Positions<D>, kernel_neighbors: f64) -> NeighborFigures {
+        density_error::neighbor_figures(self, domain, positions, kernel_neighbors)
+    }
+}
+
+/// Values of the parents on the ghosts, times a power of the volume ratio, in the ghost tree's order.
+fn inherit<const D: usize>(tree: &Tree<D>, ghosts: &Ghosts<D>, values: &[f64], power: f64) -> Vec<f64> {
+    let own: Vec<f64> =
+        ghosts.parents.iter().zip(&ghosts.stretch).map(|(&p, s)| values[p as usize] * s.powf(power)).collect();
+    tree.to_tree_order(&own)
+}

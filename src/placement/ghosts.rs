@@ -1,0 +1,41 @@
+//! Mirror images of particles in curved surfaces. (Flat walls need none: see [`crate::domain::Domain::axis_images`].)
+
+use crate::domain::Domain;
+use crate::target::{Positions, at};
+use rayon::prelude::*;
+
+/// Ghost particles: sources only, each with the particle that it mirrors.
+#[derive(Debug, Clone, Default)]
+pub struct Ghosts<const D: usize> {
+    pub positions: Vec<[f64; D]>,
+    pub parents: Vec<u32>,
+    /// Volume of a ghost over that of its parent: mirroring in a curved surface stretches space.
+    pub stretch: Vec<f64>,
+}
+
+impl<const D: usize> Ghosts<D> {
+    /// Mirrors every particle that lies within `reach` of the region's surface; none for a box.
+    pub fn mirror(domain: &Domain<D>, positions: &Positions<D>, reach: impl Fn(usize) -> f64 + Sync) -> Self {
+        if domain.region.wall().is_none() {
+            return Self { positions: Vec::new(), parents: Vec::new(), stretch: Vec::new() };
+        }
+        let made: Vec<([f64; D], u32, f64)> = (0..positions[0].len())
+            .into_par_iter()
+            .filter_map(|i| {
+                let x = at(positions, i);
+                let (image, stretch) = domain.region.mirror_with_stretch(&x)?;
+                let depth = 0.5 * (0..D).map(|k| (image[k] - x[k]).powi(2)).sum::<f64>().sqrt();
+                (depth < reach(i)).then_some((image, i as u32, stretch))
+            })
+            .collect();
+        Self {
+            positions: made.iter().map(|g| g.0).collect(),
+            parents: made.iter().map(|g| g.1).collect(),
+            stretch: made.iter().map(|g| g.2).collect(),
+        }
+    }
+
+    pub fn soa(&self) -> Positions<D> {
+        std::array::from_fn(|k| self.positions.iter().map(|x| x[k]).collect())
+    }
+}

@@ -1,0 +1,96 @@
+//! Relaxation of the seed: stages that move particles until their density matches the target.
+
+mod ghosts;
+mod wvt;
+
+pub use ghosts::Ghosts;
+pub use wvt::{Bias, Weight, WvtOptions, relax};
+
+use crate::domain::{Axis, Domain, Wall};
+use serde::Serialize;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::Instant;
+
+/// What a run may tell its stages, and they tell it.
+pub struct Control<'a> {
+    pub deadline: Option<Instant>,
+    /// Set when the user interrupts.
+    pub interrupted: &'a AtomicBool,
+    /// Called after each iteration with the stage, iteration, last iteration and epsilon.
+    pub observer: &'a (dyn Fn(&'static str, usize, usize, f64) + Sync),
+}
+
+impl Control<'_> {
+    fn report(&self, stage: &'static str, iteration: usize, last: usize, epsilon: f64) {
+        (self.observer)(stage, iteration, last, epsilon);
+    }
+
+    /// The outside reason to stop now, if there is one.
+    fn stop_reason(&self) -> Option<StopReason> {
+        if self.interrupted.load(Ordering::Relaxed) {
+            Some(StopReason::Interrupted)
+        } else if self.deadline.is_some_and(|t| Instant::now() >= t) {
+            Some(StopReason::TimeLimit)
+        } else {
+            None
+        }
+    }
+}
+
+/// Why a stage ended.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum StopReason {
+    /// The error fell below the tolerance asked for.
+    ToleranceReached,
+    /// The error no longer falls.
+    Stagnated,
+    /// The last iteration was used up with the error still falling.
+    IterationLimit,
+    /// The time limit was reached.
+    TimeLimit,
+    /// The user interrupted the run.
+    Interrupted,
+    /// There was nothing to do.
+    NotNeeded,
+}
+
+/// Error of one iteration.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct Progress {
+    pub iteration: usize,
+    /// epsilon with the mass re-fitted, at the target's own support radii.
+    pub epsilon: f64,
+    /// Largest displacement over the local spacing.
+    pub largest_step: f64,
+    /// Seconds since the stage began.
+    pub seconds: f64,
+}
+
+/// What a stage reports of itself.
+#[derive(Debug, Clone, Serialize)]
+pub struct StageReport {
+    pub stage: &'static str,
+    pub stop: StopReason,
+    /// Iteration whose state is the result.
+    pub best_iteration: usize,
+    pub history: Vec<Progress>,
+    pub seconds: f64,
+}
+
+/// The domain as relaxation sees it: vacuum would push particles out, so open faces act as mirrors.
+pub fn relaxation_domain<const D: usize>(domain: &Domain<D>) -> Domain<D> {
+    let mut mirrored = domain.clone();
+    for axis in &mut mirrored.axes {
+        if let Axis::Walls { lo, hi } = axis {
+            (*lo, *hi) = (Wall::Reflecting, Wall::Reflecting);
+        }
+    }
+    // The box of a curved region is no wall: its surface has ghosts of its own.
+    if mirrored.region.wall().is_some() {
+        for axis in mirrored.axes.iter_mut().filter(|a| **a != Axis::Periodic) {
+            *axis = Axis::OPEN;
+        }
+    }
+    mirrored
+}

@@ -1,0 +1,366 @@
+//! Weighted Voronoi tessellation relaxation (Diehl et al. 2015, PASA 32, e048, sec. 4).
+//!
+//! Displacement dx_i = mu h_i sum_j f(h, r_ij) r^_ij away from neighbors, h = H/2, with
+//! f = [h/(r + eps)]^2 + const (const such that f(2h) = 0) or f = the SPH kernel.
+//!
+//! The paper's sum has a bias where the wanted spacing varies: a perfect arrangement still feels a force along
+//! the gradient, and the relaxation drifts away from the target. Here each neighbor counts with its target
+//! volume V_j = 1/n*_j and distances are measured by the particle's own h, so that in the continuum limit the sum is
+//! int n/n* f(r) r^ d^dr, which vanishes by symmetry exactly where n is proportional to n*. `Weight::plain`
+//! switches back to the paper's form.
+
+use super::{Ghosts, Progress, StageReport, StopReason, relaxation_domain};
+use crate::domain::Domain;
+use crate::kernel::{Kernel, support_over_spacing};
+use crate::neighbors::lanes::Real;
+use crate::neighbors::{Batch, LeafPass, Reach, Sources, Tree, for_each_target};
+use crate::reduce;
+use crate::smoothing::separation;
+use crate::target::{Positions, Target, at};
+use pulp::Simd;
+use rayon::prelude::*;
+use serde::{Deserialize, Serialize};
+use std::marker::PhantomData;
+use std::time::Instant;
+
+/// The weight f of a neighbor.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Weight {
+    /// [h/(r + eps)]^2 + const, the paper's own.
+    InverseSquare,
+    /// The SPH kernel, the paper's alternative and ALARIC's choice.
+    #[default]
+    Kernel,
+}
+
+/// How neighbors of different target volume count.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Bias {
+    /// By target volume: no drift along gradients.
+    #[default]
+    Corrected,
+    /// All alike with the mean h of the pair, as in the paper.
+    Plain,
+}
+
+/// Parameters of the relaxation.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct WvtOptions {
+    pub weight: Weight,
+    pub bias: Bias,
+    pub iterations: usize,
+    /// First displacement scale mu, in units in which the response to one missing neighbor is a spacing.
+    pub step: f64,
+    /// mu of the last iteration over that of the first.
+    pub final_step: f64,
+    /// N_H = V_d n H^d.
+    pub kernel_neighbors: f64,
+    /// Stop when epsilon (re-fitted) is below.
+    pub tolerance: f64,
+}
+
+impl WvtOptions {
+    /// The defaults in `D` dimensions.
+    pub fn new(d: usize) -> Self {
+        Self {
+            weight: Weight::default(),
+            bias: Bias::default(),
+            iterations: 60,
+            step: DEFAULT_STEP,
+            final_step: 0.2,
+            kernel_neighbors: crate::kernel::default_kernel_neighbors(d),
+            tolerance: 0.0,
+        }
+    }
+}
+
+const DEFAULT_STEP: f64 = 0.5;
+
+/// Softening of the inverse-square weight, in h; the paper's eps.
+const SOFTENING: f64 = 0.01;
+/// No particle moves farther per iteration, in its own spacing.
+const MAX_STEP: f64 = 0.3;
+/// Iterations between sortings of the tree; in between its boxes are fitted to the moved particles.
+const SORT_INTERVAL: usize = 8;
+/// Iterations without a better state after which the relaxation has stagnated.
+const PATIENCE: usize = 20;
+
+/// Sums of one particle.
+#[derive(Debug, Clone, Copy)]
+struct Push<const D: usize> {
+    /// Sum of W at the particle's target support radius.
+    number_density: f64,
+    /// sum_j (V_j / V_i) f r^_ij, away from neighbors.
+    shift: [f64; D],
+}
+
+impl<const D: usize> Default for Push<D> {
+    fn default() -> Self {
+        Self { number_density: 0.0, shift: [0.0; D] }
+    }
+}
+
+struct PushPass<'a, K, R> {
+    kernel: K,
+    weight: Weight,
+    bias: Bias,
+    support: &'a [f64],
+    precision: PhantomData<R>,
+}
+
+/// Channel 0: target volume (corrected) or support radius (plain).
+impl<const D: usize, K: Kernel, R: Real> LeafPass<D, 1, R> for PushPass<'_, K, R> {
+    type Output = Push<D>;
+
+    #[inline(always)]
+    fn leaf<S: Simd>(&self, simd: S, batch: &mut Batch<'_, D, 1, R>, out: &mut [Self::Output]) {
+        match (self.weight, self.bias) {
+            (Weight::Kernel, Bias::Corrected) => self.targets::<D, S, true, true>(simd, batch, out),
+            (Weight::Kernel, Bias::Plain) => self.targets::<D, S, true, false>(simd, batch, out),
+            (Weight::InverseSquare, Bias::Corrected) => self.targets::<D, S, false, true>(simd, batch, out),
+            (Weight::InverseSquare, Bias::Plain) => self.targets::<D, S, false, false>(simd, batch, out),
+        }
+    }
+}
+
+impl<K: Kernel, R: Real> PushPass<'_, K, R> {
+    #[inline(always)]
+    fn targets<const D: usize, S: Simd, const KERNEL: bool, const CORRECTED: bool>(
+        &self,
+        simd: S,
+        batch: &Batch<'_, D, 1, R>,
+        out: &mut [Push<D>],
+    ) {
+        let constant = |x: f64| R::splat(simd, R::from_f64(x));
+        let length = batch.unit().length;
+        let (zero, tiny) = (constant(0.0), constant(1e-12));
+        let edge = constant(-(2.0 + SOFTENING).powi(-2));
+        for (i, out) in batch.targets().zip(out) {
+            let (xs, channels) = batch.registers::<S>();
+            let target = batch.target(i).map(|x| R::splat(simd, x));
+            let inverse = constant(length / self.support[i]);
+            let (mut sum, mut shift) = (zero, [zero; D]);
+            // Plain: H_ij = (H_i + H_j)/2 in buffer units.
+            let pair_scale = constant(0.5 * batch.unit().channels[0] / length);
+            let pair_own = constant(0.5 * self.support[i] / length);
+            for j in 0..xs[0].len() {
+                let (d, q) = separation::<D, R, S>(simd, &xs, &target, inverse, j);
+                let value = self.kernel.shape::<D, R, S>(simd, q).0;
+                sum = R::add(simd, sum, value);
+                let pair_q = if CORRECTED {
+                    q
+                } else {
+                    let pair_support = R::mul_add(simd, pair_scale, channels[0][j], pair_own);
+                    R::div(simd, R::mul(simd, q, constant(self.support[i] / length)), pair_support)
+                };
+                let mut f = if KERNEL {
+                    if CORRECTED { value } else { self.kernel.shape::<D, R, S>(simd, pair_q).0 }
+                } else {
+                    let root = R::div(simd, constant(1.0), R::mul_add(simd, pair_q, constant(2.0), constant(SOFTENING)));
+                    R::max(simd, R::mul_add(simd, root, root, edge), zero)
+                };
+                if CORRECTED {
+                    f = R::mul(simd, f, channels[0][j]);
+                }
+                // r^ = d / r; q H is r. The particle itself has d = 0.
+                let pull = R::div(simd, f, R::max(simd, q, tiny));
+                for k in 0..D {
+                    shift[k] = R::mul_add(simd, d[k], pull, shift[k]);
+                }
+            }
+            let scale = length / self.support[i] / if CORRECTED { batch.target_channel(0, i) } else { 1.0 };
+            *out = Push {
+                number_density: K::SIGMA[D - 1] / self.support[i].powi(D as i32) * R::sum(simd, sum),
+                shift: shift.map(|s| -scale * R::sum(simd, s)),
+            };
+        }
+    }
+}
+
+/// Relaxes `positions` towards `target` and returns the best state met, by epsilon (re-fitted) of the number
+/// density over the interior.
+pub fn relax<const D: usize, K: Kernel>(
+    kernel: K,
+    target: &Target<'_, D>,
+    positions: Positions<D>,
+    options: &WvtOptions,
+    control: &super::Control<'_>,
+) -> (Positions<D>, StageReport) {
+    let start = Instant::now();
+    let domain = relaxation_domain(target.domain);
+    let mut state = State::new(target, &domain, positions, options.kernel_neighbors);
+    let mut best = (f64::INFINITY, 0, state.positions.clone());
+    let mut history = Vec::with_capacity(options.iterations + 1);
+    let mut stop = StopReason::IterationLimit;
+    for iteration in 0..=options.iterations {
+        let pushes = state.pushes(kernel, options);
+        let epsilon = state.epsilon(&pushes);
+        if epsilon < best.0 {
+            best = (epsilon, iteration, state.positions.clone());
+        }
+        let mut entry = Progress { iteration, epsilon, largest_step: 0.0, seconds: start.elapsed().as_secs_f64() };
+        let reason = stop_reason(&best, iteration, options, control);
+        if reason.is_none() && iteration < options.iterations {
+            let t = iteration as f64 / options.iterations.max(1) as f64;
+            entry.largest_step = state.displace(&pushes, options.step * options.final_step.powf(t));
+        }
+        history.push(entry);
+        control.report("WVT", iteration, options.iterations, epsilon);
+        if let Some(reason) = reason {
+            stop = reason;
+            break;
+        }
+    }
+    let report =
+        StageReport { stage: "wvt", stop, best_iteration: best.1, history, seconds: start.elapsed().as_secs_f64() };
+    (best.2, report)
+}
+
+fn stop_reason<T>(
+    best: &(f64, usize, T),
+    iteration: usize,
+    options: &WvtOptions,
+    control: &super::Control<'_>,
+) -> Option<StopReason> {
+    if best.0 <= options.tolerance {
+        Some(StopReason::ToleranceReached)
+    } else if iteration >= best.1 + PATIENCE {
+        Some(StopReason::Stagnated)
+    } else {
+        control.stop_reason()
+    }
+}
+
+/// Positions with what is derived from them.
+struct State<'a, const D: usize> {
+    target: &'a Target<'a, D>,
+    domain: &'a Domain<D>,
+    positions: Positions<D>,
+    number_density: Vec<f64>,
+    support: Vec<f64>,
+    /// H n*^(1/d).
+    support_over_spacing: f64,
+    tree: Tree<D>,
+    iterations: usize,
+}
+
+impl<'a, const D: usize> State<'a, D> {
+    fn new(target: &'a Target<'a, D>, domain: &'a Domain<D>, positions: Positions<D>, kernel_neighbors: f64) -> Self {
+        let ratio = support_over_spacing(D, kernel_neighbors);
+        let tree = Tree::build(&positions);
+        let mut state = Self {
+            target,
+            domain,
+            positions,
+            number_density: Vec::new(),
+            support: Vec::new(),
+            support_over_spacing: ratio,
+            tree,
+            iterations: 0,
+        };
+        state.sort();
+        state
+    }
+
+    /// Sorts particles into tree order, so that arrays and tree agree.
+    fn sort(&mut self) {
+        self.tree = Tree::build(&self.positions);
+        let tree = &self.tree;
+        self.positions = std::array::from_fn(|k| tree.to_tree_order(&self.positions[k]));
+        self.tree.forget_order();
+    }
+
+    fn pushes<K: Kernel>(&mut self, kernel: K, options: &WvtOptions) -> Vec<Push<D>> {
+        if self.iterations > 0 {
+            if self.iterations.is_multiple_of(SORT_INTERVAL) { self.sort() } else { self.tree.refit(&self.positions) }
+        }
+        self.iterations += 1;
+        self.number_density = self.target.number_densities(&self.positions);
+        let (ratio, size) = (self.support_over_spacing, self.domain.size());
+        self.support =
+            self.number_density.par_iter().map(|n| ratio * n.powf(-1.0 / D as f64).min(size)).collect();
+        let channel: Vec<f64> = match options.bias {
+            Bias::Corrected => self.number_density.par_iter().map(|n| 1.0 / n).collect(),
+            Bias::Plain => self.support.clone(),
+        };
+        let reach = match options.bias {
+            Bias::Corrected => Reach::Target,
+            Bias::Plain => Reach::Either,
+        };
+        let ghosts = Ghosts::mirror(self.domain, &self.positions, |i| GHOST_DEPTH * self.support[i]);
+        let pass = PushPass {
+            kernel,
+            weight: options.weight,
+            bias: options.bias,
+            support: &self.support,
+            precision: PhantomData::<f32>,
+        };
+        let real = Sources::new(&self.tree, &self.support, [&channel], reach);
+        if ghosts.positions.is_empty() {
+            return for_each_target::<D, 1, f32, _>(self.domain, &[real], 1.0, &pass);
+        }
+        let ghost_tree = Tree::build(&ghosts.soa());
+        let inherit = |values: &[f64], power: f64| -> Vec<f64> {
+            let own: Vec<f64> =
+                ghosts.parents.iter().zip(&ghosts.stretch).map(|(&p, s)| values[p as usize] * s.powf(power)).collect();
+            ghost_tree.to_tree_order(&own)
+        };
+        let ghost_support = inherit(&self.support, 1.0 / D as f64);
+        let ghost_channel = match options.bias {
+            Bias::Corrected => inherit(&channel, 1.0),
+            Bias::Plain => ghost_support.clone(),
+        };
+        let mirrored = Sources::new(&ghost_tree, &ghost_support, [&ghost_channel], reach);
+        for_each_target::<D, 1, f32, _>(self.domain, &[real, mirrored], 1.0, &pass)
+    }
+
+    /// epsilon with the mass re-fitted, over particles whose support lies in the domain (over all if those
+    /// are few).
+    fn epsilon(&self, pushes: &[Push<D>]) -> f64 {
+        let n = pushes.len();
+        let interior: Vec<bool> = (0..n)
+            .into_par_iter()
+            .map(|i| self.target.domain.distance_to_edge(&at(&self.positions, i)) >= self.support[i])
+            .collect();
+        let count = interior.iter().filter(|&&inside| inside).count();
+        let few = count < n / 10 + 1;
+        let over = |f: &(dyn Fn(usize) -> f64 + Sync)| reduce::sum(n, |i| if few || interior[i] { f(i) } else { 0.0 });
+        let used = if few { n } else { count } as f64;
+        let factor = over(&|i| self.number_density[i] / pushes[i].number_density) / used;
+        let (wanted, summed) = (&self.number_density, pushes);
+        let numerator =
+            over(&|i| (factor * summed[i].number_density - wanted[i]).powi(2) / summed[i].number_density);
+        let denominator = over(&|i| wanted[i].powi(2) / summed[i].number_density);
+        numerator / denominator
+    }
+
+    /// Moves all particles; returns the largest displacement in spacings.
+    fn displace(&mut self, pushes: &[Push<D>], step: f64) -> f64 {
+        let (target, domain, positions, support) = (self.target, self.domain, &self.positions, &self.support);
+        let ratio = self.support_over_spacing;
+        let moved: Vec<([f64; D], f64)> = (0..pushes.len())
+            .into_par_iter()
+            .map(|i| {
+                let from = at(positions, i);
+                let spacing = support[i] / ratio;
+                let shift = pushes[i].shift;
+                let size = step * shift.iter().map(|s| s * s).sum::<f64>().sqrt();
+                let limited = if size > MAX_STEP { MAX_STEP / size } else { 1.0 };
+                let mut x: [f64; D] = std::array::from_fn(|k| from[k] + limited * step * spacing * shift[k]);
+                domain.confine(&from, &mut x);
+                if target.admits(&x) { (x, size * limited) } else { (from, 0.0) }
+            })
+            .collect();
+        let largest = reduce::max(moved.len(), |i| moved[i].1);
+        for k in 0..D {
+            self.positions[k].par_iter_mut().zip(&moved).for_each(|(x, m)| *x = m.0[k]);
+        }
+        largest
+    }
+}
+
+/// Depth below a curved surface, in support radii, from which particles are mirrored. More than one, since a
+/// target at the surface may have a larger radius than the particles below it.
+const GHOST_DEPTH: f64 = 1.5;

@@ -1,0 +1,26 @@
+//! Random numbers keyed by what they are for, never by the thread that draws them.
+
+use rand::SeedableRng;
+use rand_xoshiro::Xoshiro256PlusPlus;
+
+/// Purposes that draw random numbers; each has streams of its own.
+#[derive(Debug, Clone, Copy)]
+pub enum Purpose {
+    RandomSeed = 1,
+    SeedJitter = 2,
+    Measure = 3,
+}
+
+/// The generator of one particle for one purpose.
+pub fn keyed(seed: u64, purpose: Purpose, particle: u64) -> Xoshiro256PlusPlus {
+    let mixed = mix(mix(seed) ^ mix((purpose as u64) << 56 ^ particle));
+    Xoshiro256PlusPlus::seed_from_u64(mixed)
+}
+
+/// SplitMix64's finalizer: neighboring keys give unrelated streams.
+fn mix(x: u64) -> u64 {
+    let mut z = x.wrapping_add(0x9e37_79b9_7f4a_7c15);
+    z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+    z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
+    z ^ (z >> 31)
+}

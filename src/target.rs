@@ -1,0 +1,87 @@
+//! What placement aims at: a number density over a domain, and the mass that each particle stands for.
+//!
+//! Inside placement lengths are in units of the domain's size and the total mass is 1, so nothing depends on
+//! the units of the input.
+
+use crate::domain::Domain;
+use crate::field::ScalarField;
+use crate::reduce;
+use rayon::prelude::*;
+
+/// Structure-of-arrays positions.
+pub type Positions<const D: usize> = [Vec<f64>; D];
+
+/// Position of particle `i`.
+pub fn at<const D: usize>(positions: &Positions<D>, i: usize) -> [f64; D] {
+    std::array::from_fn(|k| positions[k][i])
+}
+
+/// How the particles' number density follows from the input.
+pub enum Resolution<'a, const D: usize> {
+    /// n* = rho* / m: equal masses.
+    EqualMass,
+    /// n* given up to a factor by a field of its own: masses vary as rho* / n*.
+    NumberDensity(&'a dyn ScalarField<D>),
+}
+
+/// Target of a placement.
+pub struct Target<'a, const D: usize> {
+    pub domain: &'a Domain<D>,
+    pub density: &'a dyn ScalarField<D>,
+    pub resolution: Resolution<'a, D>,
+    /// Number of particles N.
+    pub count: usize,
+    /// Integral of the density over the domain.
+    pub mass: f64,
+    /// Integral of the resolution's number density over the domain, in its own scale (`mass` for equal masses).
+    pub resolution_integral: f64,
+}
+
+impl<const D: usize> Target<'_, D> {
+    /// n*(x), normalized to N particles in the domain; 0 where no particle belongs.
+    pub fn number_density(&self, x: &[f64; D]) -> f64 {
+        let wanted = match &self.resolution {
+            Resolution::EqualMass => self.density.value(x),
+            Resolution::NumberDensity(field) => field.value(x),
+        };
+        wanted * (self.count as f64 / self.resolution_integral)
+    }
+
+    /// Whether a particle may be at `x`: in the domain and where the target is not zero.
+    pub fn admits(&self, x: &[f64; D]) -> bool {
+        self.domain.contains(x) && self.number_density(x) > 0.0
+    }
+
+    /// n* at every particle.
+    pub fn number_densities(&self, positions: &Positions<D>) -> Vec<f64> {
+        (0..positions[0].len()).into_par_iter().map(|i| self.number_density(&at(positions, i))).collect()
+    }
+
+    /// rho* at every particle.
+    pub fn densities(&self, positions: &Positions<D>) -> Vec<f64> {
+        (0..positions[0].len()).into_par_iter().map(|i| self.density.value(&at(positions, i))).collect()
+    }
+
+    /// Particle masses: equal, or rho*/n* scaled to the total. Their sum equals `mass` to rounding.
+    pub fn masses(&self, positions: &Positions<D>) -> Vec<f64> {
+        let n = positions[0].len();
+        let mut masses = match &self.resolution {
+            Resolution::EqualMass => vec![self.mass / n as f64; n],
+            Resolution::NumberDensity(_) => (0..n)
+                .into_par_iter()
+                .map(|i| {
+                    let x = at(positions, i);
+                    self.density.value(&x) / self.number_density(&x)
+                })
+                .collect(),
+        };
+        let total = reduce::sum(n, |i| masses[i]);
+        let factor = self.mass / total;
+        masses.par_iter_mut().for_each(|m| *m *= factor);
+        masses
+    }
+
+    pub fn has_equal_masses(&self) -> bool {
+        matches!(self.resolution, Resolution::EqualMass)
+    }
+}
