@@ -1,14 +1,16 @@
 //! Noise of the pressure force: what a fluid at rest under constant pressure feels (Diehl et al. 2015, sec. 5).
 //!
 //! The force a_i of a constant pressure should vanish. It is made dimensionless as |a_i| rho_i H_i and set
-//! against its root mean square in a Poisson distribution of the same mean density. There, at fixed H, the sum
-//! 2 m/rho^2 sum grad W has the variance (2 m/rho^2)^2 n int |grad W|^2, hence
-//! rms |a| rho H = 2 sigma sqrt(V_d I / N_H), I = A_d int_0^1 K'^2 q^(d-1) dq.
+//! against its root mean square in a random (Poisson) set of points, summed by the same code with the same
+//! kernel and neighbor number.
 
 use super::Measured;
-use crate::domain::Domain;
-use crate::kernel::{Kernel, evaluate, unit_ball_volume};
+use crate::domain::{Axis, Domain, Region};
+use crate::kernel::{Kernel, support_over_spacing};
 use crate::reduce;
+use crate::rng::{Purpose, keyed};
+use crate::target::Positions;
+use rand::RngExt;
 use serde::Serialize;
 
 /// Root mean square of the constant-pressure force as a fraction of that of a Poisson set.
@@ -27,32 +29,51 @@ impl NoiseFigures {
         masses: &[f64],
         kernel_neighbors: f64,
     ) -> Self {
-        let forces = measured.constant_pressure_force(kernel, domain, masses);
-        let square = |i: usize| {
-            let f2: f64 = forces[i].iter().map(|f| f * f).sum();
-            f2 * (measured.sums[i].weighted * measured.support[i]).powi(2)
-        };
-        let n = masses.len();
+        let squares = force_squares(kernel, measured, domain, masses);
         let poisson = poisson_force::<D, K>(kernel, kernel_neighbors);
+        let n = masses.len();
         let rms = |set: &(dyn Fn(usize) -> bool + Sync)| {
             let count = (0..n).filter(|&i| set(i)).count();
-            let mean = reduce::sum(n, |i| if set(i) { square(i) } else { 0.0 }) / count as f64;
+            let mean = reduce::sum(n, |i| if set(i) { squares[i] } else { 0.0 }) / count as f64;
             (count > 0).then(|| mean.sqrt() / poisson)
         };
         Self { all: rms(&|_| true).unwrap_or(0.0), interior: rms(&|i| measured.interior[i]) }
     }
 }
 
-/// rms |a| rho H of a Poisson set.
-pub fn poisson_force<const D: usize, K: Kernel>(kernel: K, kernel_neighbors: f64) -> f64 {
-    const STEPS: usize = 1000;
-    let integral: f64 = (0..STEPS)
-        .map(|i| {
-            let q = (i as f64 + 0.5) / STEPS as f64;
-            let slope = q * evaluate::<K, D>(kernel, q).1;
-            slope * slope * q.powi(D as i32 - 1) / STEPS as f64
+/// (|a_i| rho_i H_i)^2 of every particle.
+fn force_squares<const D: usize, K: Kernel>(
+    kernel: K,
+    measured: &Measured<D>,
+    domain: &Domain<D>,
+    masses: &[f64],
+) -> Vec<f64> {
+    let forces = measured.constant_pressure_force(kernel, domain, masses);
+    forces
+        .iter()
+        .zip(&measured.sums)
+        .zip(&measured.support)
+        .map(|((force, sums), support)| {
+            force.iter().map(|f| f * f).sum::<f64>() * (sums.weighted * support).powi(2)
         })
-        .sum();
-    let area = D as f64 * unit_ball_volume(D);
-    2.0 * K::SIGMA[D - 1] * (unit_ball_volume(D) * area * integral / kernel_neighbors).sqrt()
+        .collect()
+}
+
+/// Points of the reference set: its force is known to about 1 %.
+const POISSON_POINTS: usize = 10_000;
+
+/// Root mean square of |a| rho H over random points in a periodic unit box.
+pub fn poisson_force<const D: usize, K: Kernel>(kernel: K, kernel_neighbors: f64) -> f64 {
+    let mut positions: Positions<D> = std::array::from_fn(|_| Vec::with_capacity(POISSON_POINTS));
+    for i in 0..POISSON_POINTS {
+        let mut rng = keyed(0, Purpose::Measure, 1 + i as u64);
+        positions.iter_mut().for_each(|x| x.push(rng.random::<f64>()));
+    }
+    let domain = Domain { lo: [0.0; D], hi: [1.0; D], axes: [Axis::Periodic; D], region: Region::Box };
+    let masses = vec![1.0 / POISSON_POINTS as f64; POISSON_POINTS];
+    let spacing = (POISSON_POINTS as f64).powf(-1.0 / D as f64);
+    let guess = vec![support_over_spacing(D, kernel_neighbors) * spacing; POISSON_POINTS];
+    let measured = Measured::new(kernel, &domain, &positions, &masses, &guess, kernel_neighbors);
+    let squares = force_squares(kernel, &measured, &domain, &masses);
+    (reduce::sum(POISSON_POINTS, |i| squares[i]) / POISSON_POINTS as f64).sqrt()
 }

@@ -6,8 +6,11 @@
 //! The paper's sum has a bias where the wanted spacing varies: a perfect arrangement still feels a force along
 //! the gradient, and the relaxation drifts away from the target. Here each neighbor counts with its target
 //! volume V_j = 1/n*_j and distances are measured by the particle's own h, so that in the continuum limit the sum is
-//! int n/n* f(r) r^ d^dr, which vanishes by symmetry exactly where n is proportional to n*. `Weight::plain`
+//! int n/n* f(r) r^ d^dr, which vanishes by symmetry exactly where n is proportional to n*. [`Bias::Plain`]
 //! switches back to the paper's form.
+//!
+//! What the finite number of neighbors leaves of the bias, and the smoothing by the kernel, are taken out by feedback: V_j is
+//! multiplied by a power of the summed over the target density at j, and by a slowly forgetting memory of it.
 
 use super::{Ghosts, Progress, StageReport, StopReason, relaxation_domain};
 use crate::domain::Domain;
@@ -69,19 +72,27 @@ impl WvtOptions {
             bias: Bias::default(),
             iterations: 60,
             step: DEFAULT_STEP,
-            final_step: 0.2,
+            final_step: 0.7,
             kernel_neighbors: crate::kernel::default_kernel_neighbors(d),
             tolerance: 0.0,
         }
     }
 }
 
-const DEFAULT_STEP: f64 = 0.5;
+const DEFAULT_STEP: f64 = 0.4;
 
 /// Softening of the inverse-square weight, in h; the paper's eps.
 const SOFTENING: f64 = 0.01;
 /// No particle moves farther per iteration, in its own spacing.
 const MAX_STEP: f64 = 0.3;
+/// Power of the density ratio in the corrected volumes. Twice as much makes the relaxation oscillate.
+const FEEDBACK: f64 = 2.0;
+/// What the memory of the density ratio keeps per iteration, and takes up: together a gain of 3.3 for
+/// errors that last.
+const MEMORY: f64 = 0.97;
+const MEMORY_GAIN: f64 = 0.1;
+/// Bound on the logarithm of the correction.
+const MAX_FEEDBACK: f64 = 1.0;
 /// Iterations between sortings of the tree; in between its boxes are fitted to the moved particles.
 const SORT_INTERVAL: usize = 8;
 /// Iterations without a better state after which the relaxation has stagnated.
@@ -197,6 +208,7 @@ pub fn relax<const D: usize, K: Kernel>(
     for iteration in 0..=options.iterations {
         let pushes = state.pushes(kernel, options);
         let epsilon = state.epsilon(&pushes);
+        state.note_excess(&pushes);
         if epsilon < best.0 {
             best = (epsilon, iteration, state.positions.clone());
         }
@@ -244,12 +256,17 @@ struct State<'a, const D: usize> {
     support_over_spacing: f64,
     tree: Tree<D>,
     iterations: usize,
+    /// ln(summed / target density) at the last pass.
+    excess: Vec<f64>,
+    /// What the corrected volumes remember of it.
+    memory: Vec<f64>,
 }
 
 impl<'a, const D: usize> State<'a, D> {
     fn new(target: &'a Target<'a, D>, domain: &'a Domain<D>, positions: Positions<D>, kernel_neighbors: f64) -> Self {
         let ratio = support_over_spacing(D, kernel_neighbors);
         let tree = Tree::build(&positions);
+        let count = tree.len();
         let mut state = Self {
             target,
             domain,
@@ -259,6 +276,8 @@ impl<'a, const D: usize> State<'a, D> {
             support_over_spacing: ratio,
             tree,
             iterations: 0,
+            excess: vec![0.0; count],
+            memory: vec![0.0; count],
         };
         state.sort();
         state
@@ -269,6 +288,8 @@ impl<'a, const D: usize> State<'a, D> {
         self.tree = Tree::build(&self.positions);
         let tree = &self.tree;
         self.positions = std::array::from_fn(|k| tree.to_tree_order(&self.positions[k]));
+        self.excess = tree.to_tree_order(&self.excess);
+        self.memory = tree.to_tree_order(&self.memory);
         self.tree.forget_order();
     }
 
@@ -282,7 +303,7 @@ impl<'a, const D: usize> State<'a, D> {
         self.support =
             self.number_density.par_iter().map(|n| ratio * n.powf(-1.0 / D as f64).min(size)).collect();
         let channel: Vec<f64> = match options.bias {
-            Bias::Corrected => self.number_density.par_iter().map(|n| 1.0 / n).collect(),
+            Bias::Corrected => self.corrected_volumes(),
             Bias::Plain => self.support.clone(),
         };
         let reach = match options.bias {
@@ -314,6 +335,22 @@ impl<'a, const D: usize> State<'a, D> {
         };
         let mirrored = Sources::new(&ghost_tree, &ghost_support, [&ghost_channel], reach);
         for_each_target::<D, 1, f32, _>(self.domain, &[real, mirrored], 1.0, &pass)
+    }
+
+    /// Target volumes, raised where the density was above the target at the last pass and lowered where below.
+    fn corrected_volumes(&mut self) -> Vec<f64> {
+        let excess = &self.excess;
+        self.memory.par_iter_mut().zip(excess).for_each(|(m, e)| *m = MEMORY * *m + MEMORY_GAIN * e);
+        let feedback = |e: f64, m: f64| (FEEDBACK * e + m).clamp(-MAX_FEEDBACK, MAX_FEEDBACK).exp();
+        self.number_density.par_iter().zip(excess).zip(&self.memory).map(|((n, &e), &m)| feedback(e, m) / n).collect()
+    }
+
+    /// Keeps ln(summed / target density) for the next pass, with mean density ratio 1.
+    fn note_excess(&mut self, pushes: &[Push<D>]) {
+        let n = pushes.len();
+        let ratio = |i: usize| pushes[i].number_density / self.number_density[i];
+        let mean = reduce::sum(n, ratio) / n as f64;
+        self.excess = (0..n).into_par_iter().map(|i| (ratio(i) / mean).ln()).collect();
     }
 
     /// epsilon with the mass re-fitted, over particles whose support lies in the domain (over all if those
