@@ -12,6 +12,7 @@ pub mod neighbors;
 pub mod placement;
 pub mod reduce;
 pub mod rng;
+pub mod scene;
 pub mod seeding;
 pub mod smoothing;
 pub mod target;

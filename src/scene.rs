@@ -1,0 +1,373 @@
+//! The scene: everything that a run needs to know, as one YAML document.
+//!
+//! Unknown keys are errors with line and column. Lengths, densities and centers are in the input's own units;
+//! what is left out takes the default that `--print-scene` shows.
+
+use crate::error::{Error, Result};
+use crate::kernel::KernelName;
+use crate::placement::{Bias, Weight, WvtOptions};
+use crate::seeding::Seeding;
+use serde::{Deserialize, Serialize};
+use std::path::{Path, PathBuf};
+
+/// One run.
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct Scene {
+    pub input: Input,
+    /// Where the particle number density follows a field of its own; masses then vary.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub resolution: Option<ResolutionInput>,
+    pub domain: DomainInput,
+    /// Number of particles N, met exactly.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub particles: Option<usize>,
+    pub seed: u64,
+    pub seeding: Seeding,
+    pub kernel: KernelName,
+    /// Kernel neighbors V_d n H^d; by default 64 in 3-D and the same H per spacing below (19.3, 4.96).
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub neighbors: Option<f64>,
+    pub wvt: WvtInput,
+    /// Stop when epsilon (re-fitted) is below; not reaching it is an error of its own.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub tolerance: Option<f64>,
+    /// Seconds after which relaxation stops with the best state so far.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub time_limit: Option<f64>,
+    pub motion: Motion,
+    pub thermal: Thermal,
+    pub output: Output,
+}
+
+/// The density field.
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct Input {
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub file: Option<PathBuf>,
+    /// Density as an expression in x, y, z and r (distance from the domain's center), instead of a file.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub expression: Option<String>,
+    /// Name of the format where it cannot be told from the file.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub format: Option<String>,
+    /// Variable that is the mass density.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub density: Option<String>,
+    /// Variables to carry onto the particles; all by default.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub carry: Option<Vec<String>>,
+    /// Value of the time coordinate to read.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub time: Option<f64>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub interpolation: Option<InterpolationName>,
+    pub missing: MissingValues,
+    /// Dimension in which a radial profile is used (3), and of an expression.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub dimension: Option<usize>,
+    /// Unit of length of the input, over the file's own statement.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub length_unit: Option<String>,
+    /// Unit of the density, over the file's own statement.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub density_unit: Option<String>,
+    pub atmosphere: Atmosphere,
+}
+
+/// Interpolation on grids.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum InterpolationName {
+    Linear,
+    Cubic,
+}
+
+/// What NaN and masked values of the density mean.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum MissingValues {
+    /// They are refused.
+    #[default]
+    Error,
+    /// No matter there.
+    Zero,
+}
+
+/// The thin outer layer of a radial profile.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Atmosphere {
+    /// Cut where N particles no longer resolve it; the report states the mass left out.
+    #[default]
+    Cut,
+    Keep,
+}
+
+/// A resolution field: one of the four.
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct ResolutionInput {
+    /// Expression for the wanted spacing, up to a factor.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub spacing: Option<String>,
+    /// Expression for the wanted number density, up to a factor.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub number_density: Option<String>,
+    /// Variable for the wanted spacing, up to a factor.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub spacing_variable: Option<String>,
+    /// Variable for the wanted number density, up to a factor.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub number_density_variable: Option<String>,
+    /// File of the variable, where it is not the input.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub file: Option<PathBuf>,
+}
+
+/// Where particles may be. By default all of the input; expressions need a box or a ball.
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct DomainInput {
+    /// Lower and upper corner.
+    #[serde(rename = "box", skip_serializing_if = "Option::is_none")]
+    pub bounds: Option<[Vec<f64>; 2]>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub ball: Option<BallInput>,
+    /// One for all axes, or one each; the surface of a ball or hull takes the first. By default open.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub boundary: Vec<BoundaryName>,
+}
+
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct BallInput {
+    #[serde(default)]
+    pub center: Vec<f64>,
+    pub radius: f64,
+    #[serde(default)]
+    pub inner_radius: f64,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum BoundaryName {
+    Periodic,
+    Reflecting,
+    Open,
+}
+
+/// The WVT stage.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct WvtInput {
+    /// 0 leaves the seed as it is.
+    pub iterations: usize,
+    pub weight: Weight,
+    pub bias: Bias,
+    /// First displacement scale.
+    pub step: f64,
+    /// Last displacement scale over the first; at most 1.
+    pub final_step: f64,
+}
+
+impl Default for WvtInput {
+    fn default() -> Self {
+        let o = WvtOptions::new(3);
+        Self { iterations: o.iterations, weight: o.weight, bias: o.bias, step: o.step, final_step: o.final_step }
+    }
+}
+
+/// Velocities given to the particles, on top of carried ones, in the output's units.
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct Motion {
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub bulk: Vec<f64>,
+    /// Angular velocity about the domain's center: three components, or one in 2-D.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub rotation: Vec<f64>,
+}
+
+/// Where the internal energy comes from when the input does not carry it.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct Thermal {
+    /// Adiabatic index, used to turn a carried pressure into u = P/((gamma - 1) rho).
+    pub gamma: f64,
+    /// Specific internal energy of all particles, in the output's units.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub internal_energy: Option<f64>,
+}
+
+impl Default for Thermal {
+    fn default() -> Self {
+        Self { gamma: 5.0 / 3.0, internal_energy: None }
+    }
+}
+
+/// The file that comes out.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct Output {
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub file: Option<PathBuf>,
+    /// Flavor where the extension does not settle it.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub format: Option<String>,
+    /// cgs, si, solar, planetary, galactic or code; by default the one that suits the input.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub units: Option<String>,
+    /// Edge of the box of an isolated body over the body's own.
+    pub box_factor: f64,
+    /// Deflate level, 0 to 9.
+    pub compression: u8,
+    pub double_precision: bool,
+}
+
+impl Default for Output {
+    fn default() -> Self {
+        Self { file: None, format: None, units: None, box_factor: 4.0, compression: 4, double_precision: false }
+    }
+}
+
+/// Particles when nothing else is said.
+pub const DEFAULT_PARTICLES: usize = 100_000;
+
+impl Scene {
+    /// Reads a scene file. Relative paths in it are relative to its folder.
+    ///
+    /// # Errors
+    /// [`Error::Scene`] with line and column.
+    pub fn load(path: &Path) -> Result<Self> {
+        let text = std::fs::read_to_string(path)
+            .map_err(|e| Error::scene(format!("file '{}'", path.display()), format!("cannot be read: {e}")))?;
+        let mut scene: Self = Self::parse(&text).map_err(|e| match e {
+            Error::Scene { problem, .. } => Error::scene(format!("file '{}'", path.display()), problem),
+            other => other,
+        })?;
+        let folder = path.parent().unwrap_or(Path::new(""));
+        let inputs = [Some(&mut scene.input.file), scene.resolution.as_mut().map(|r| &mut r.file)];
+        for file in inputs.into_iter().flatten().flatten() {
+            if file.is_relative() {
+                *file = folder.join(&*file);
+            }
+        }
+        Ok(scene)
+    }
+
+    /// Parses a scene.
+    ///
+    /// # Errors
+    /// [`Error::Scene`] with line and column.
+    pub fn parse(text: &str) -> Result<Self> {
+        serde_saphyr::from_str(text).map_err(|e| Error::scene("document", e.to_string()))
+    }
+
+    /// The scene as YAML.
+    pub fn to_yaml(&self) -> String {
+        serde_saphyr::to_string(self).unwrap_or_else(|e| format!("# the scene cannot be printed: {e}\n"))
+    }
+
+    /// Checks what can be checked without the input.
+    ///
+    /// # Errors
+    /// [`Error::Scene`] naming key, value and what was expected.
+    pub fn validate(&self) -> Result<()> {
+        let positive = |key: &str, v: f64| {
+            if v.is_finite() && v > 0.0 { Ok(()) } else { Err(Error::scene(key, format!("is {v}, expected a positive number"))) }
+        };
+        match (&self.input.file, &self.input.expression) {
+            (None, None) => return Err(Error::scene("input", "names neither a `file` nor an `expression`; give one (--in FILE)")),
+            (Some(_), Some(_)) => return Err(Error::scene("input", "names both a `file` and an `expression`; give one")),
+            _ => {}
+        }
+        if self.particles == Some(0) {
+            return Err(Error::scene("particles", "is 0, expected at least 1"));
+        }
+        if self.particles.is_some_and(|n| n > u32::MAX as usize) {
+            return Err(Error::scene("particles", format!("is more than {}, the most that one run can place", u32::MAX)));
+        }
+        if let Some(d) = self.input.dimension.filter(|d| !(1..=3).contains(d)) {
+            return Err(Error::scene("input.dimension", format!("is {d}, expected 1, 2 or 3")));
+        }
+        if let Some(n) = self.neighbors {
+            if !(2.0..=1000.0).contains(&n) {
+                return Err(Error::scene("neighbors", format!("is {n}, expected 2 to 1000")));
+            }
+        }
+        positive("wvt.step", self.wvt.step)?;
+        positive("wvt.final_step", self.wvt.final_step)?;
+        if self.wvt.final_step > 1.0 {
+            return Err(Error::scene("wvt.final_step", format!("is {}, expected at most 1: steps shrink", self.wvt.final_step)));
+        }
+        for (key, value) in [("tolerance", self.tolerance), ("time_limit", self.time_limit), ("thermal.internal_energy", self.thermal.internal_energy)] {
+            value.map_or(Ok(()), |v| positive(key, v))?;
+        }
+        if !(self.thermal.gamma.is_finite() && self.thermal.gamma > 1.0) {
+            return Err(Error::scene("thermal.gamma", format!("is {}, expected more than 1", self.thermal.gamma)));
+        }
+        if !(self.output.box_factor.is_finite() && self.output.box_factor >= 1.0) {
+            return Err(Error::scene("output.box_factor", format!("is {}, expected at least 1", self.output.box_factor)));
+        }
+        if self.output.compression > 9 {
+            return Err(Error::scene("output.compression", format!("is {}, expected 0 to 9", self.output.compression)));
+        }
+        if self.domain.bounds.is_some() && self.domain.ball.is_some() {
+            return Err(Error::scene("domain", "names both a `box` and a `ball`; give one"));
+        }
+        self.resolution.as_ref().map_or(Ok(()), ResolutionInput::validate)
+    }
+}
+
+impl ResolutionInput {
+    fn validate(&self) -> Result<()> {
+        let given = [&self.spacing, &self.number_density, &self.spacing_variable, &self.number_density_variable];
+        match given.iter().filter(|g| g.is_some()).count() {
+            1 => Ok(()),
+            n => Err(Error::scene(
+                "resolution",
+                format!("has {n} of `spacing`, `number_density`, `spacing_variable`, `number_density_variable`; expected exactly one"),
+            )),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn an_unknown_key_is_named_with_line_and_column() {
+        let error = Scene::parse("input:\n  file: a.nc\n  densty: rho\n").unwrap_err().to_string();
+        assert!(error.contains("densty") && error.contains("line 3"), "{error}");
+    }
+
+    #[test]
+    fn a_printed_scene_reads_back_the_same() {
+        let scene = Scene::parse(
+            "input: {expression: '1 + x'}\ndomain: {box: [[0, 0], [1, 2]], boundary: [periodic, open]}\nparticles: 1000\n",
+        )
+        .unwrap();
+        assert_eq!(Scene::parse(&scene.to_yaml()).unwrap(), scene, "{}", scene.to_yaml());
+        scene.validate().unwrap();
+    }
+
+    #[test]
+    fn impossible_values_are_refused_by_key() {
+        for (text, key) in [
+            ("particles: 10", "input"),
+            ("input: {file: a}\nparticles: 0", "particles"),
+            ("input: {file: a}\nwvt: {step: -1}", "wvt.step"),
+            ("input: {file: a}\nwvt: {final_step: 2}", "wvt.final_step"),
+            ("input: {file: a}\nneighbors: .nan", "neighbors"),
+            ("input: {file: a}\nthermal: {gamma: 1}", "thermal.gamma"),
+            ("input: {file: a}\nresolution: {}", "resolution"),
+            ("input: {file: a}\ndomain: {box: [[0], [1]], ball: {radius: 1}}", "domain"),
+        ] {
+            let error = Scene::parse(text).unwrap().validate().unwrap_err().to_string();
+            assert!(error.starts_with(&format!("scene, {key}")), "{error}");
+        }
+    }
+}
