@@ -322,6 +322,16 @@ impl Scene {
 }
 
 impl ResolutionInput {
+    /// The expression, if it is one.
+    pub fn expression(&self) -> Option<&str> {
+        self.spacing.as_deref().or(self.number_density.as_deref())
+    }
+
+    /// The variable, if it is one.
+    pub fn variable(&self) -> Option<&str> {
+        self.spacing_variable.as_deref().or(self.number_density_variable.as_deref())
+    }
+
     fn validate(&self) -> Result<()> {
         let given = [&self.spacing, &self.number_density, &self.spacing_variable, &self.number_density_variable];
         match given.iter().filter(|g| g.is_some()).count() {

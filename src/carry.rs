@@ -1,0 +1,164 @@
+//! Particle columns beside positions and masses: what the input carries, set motion, internal energy.
+
+use crate::domain::Domain;
+use crate::error::{Error, Result};
+use crate::field::{CarriedField, RadialSource};
+use crate::ingest::center;
+use crate::scene::{Motion, Thermal};
+use crate::target::{Positions, at};
+use rayon::prelude::*;
+use sph_formats::common::particle_names as names;
+use sph_formats::{Column, UnitDimension, UnitSystem, Values};
+
+/// Where the internal energy of the particles comes from.
+#[derive(Debug, Clone, PartialEq)]
+pub enum EnergySource {
+    Carried,
+    /// u = P / ((gamma - 1) rho*).
+    Pressure,
+    Given,
+    /// Nothing thermal is known, but the output cannot do without: the square of one unit of velocity.
+    Placeholder,
+    NotWritten,
+}
+
+/// The standard name of a carried variable, or its own.
+pub fn standard_name(name: &str) -> &str {
+    match name.to_ascii_lowercase().as_str() {
+        "temperature" | "temp" | "t" => names::TEMPERATURE,
+        "pressure" | "press" | "p" => names::PRESSURE,
+        "internal_energy" | "internalenergy" | "specific_energy" | "specific_internal_energy" | "u" | "eint" => {
+            names::INTERNAL_ENERGY
+        }
+        "velocity" | "velocities" | "vel" => names::VELOCITIES,
+        "materialids" | "material_id" | "material_ids" => names::MATERIAL_IDS,
+        _ => name,
+    }
+}
+
+/// Evaluates one carried variable on all particles, in the output's units.
+pub fn column<const D: usize>(field: &dyn CarriedField<D>, positions: &Positions<D>, units: &UnitSystem) -> Column {
+    let info = field.info();
+    let dimension = info.unit.as_ref().map_or(UnitDimension::NONE, |u| u.dimension);
+    let factor = info.unit.as_ref().map_or(1.0, |u| u.to_cgs / units.to_cgs(dimension));
+    let mut values = vec![0.0; info.components * positions[0].len()];
+    values.par_chunks_mut(info.components).enumerate().for_each(|(i, out)| {
+        field.evaluate(&at(positions, i), out);
+        out.iter_mut().for_each(|v| *v *= factor);
+    });
+    let name = standard_name(&info.name).to_owned();
+    Column { name, components: info.components, values: Values::F64(values), dimension }
+}
+
+/// Names that mean a radial velocity in a profile.
+fn is_radial_velocity(column: &Column) -> bool {
+    let lower = column.name.to_ascii_lowercase();
+    column.components == 1
+        && (lower == "velocities" || matches!(lower.as_str(), "v" | "vr" | "v_r" | "vel_r" | "radial_velocity"))
+}
+
+/// Velocities from carried columns (a vector, components, or a profile's radial velocity), which are taken
+/// out of `columns`, plus the scene's motion. `None` where everything is at rest.
+///
+/// # Errors
+/// Motion with the wrong number of components.
+pub fn velocities<const D: usize>(
+    columns: &mut Vec<Column>,
+    positions: &Positions<D>,
+    domain: &Domain<D>,
+    radial: Option<&RadialSource<D>>,
+    motion: &Motion,
+) -> Result<Option<Vec<f64>>> {
+    let n = positions[0].len();
+    let mut v = vec![0.0; n * D];
+    let mut moving = false;
+    let take = |columns: &mut Vec<Column>, found: &dyn Fn(&Column) -> bool| {
+        columns.iter().position(found).map(|i| columns.remove(i))
+    };
+    if let Some(column) = take(columns, &|c| c.name == names::VELOCITIES && c.components == D) {
+        (0..n * D).for_each(|i| v[i] = column.values.get(i));
+        moving = true;
+    } else if let Some(radial) = radial {
+        if let Some(column) = take(columns, &is_radial_velocity) {
+            for i in 0..n {
+                let d: [f64; D] = std::array::from_fn(|k| positions[k][i] - radial.center[k]);
+                let r = d.iter().map(|c| c * c).sum::<f64>().sqrt();
+                (0..D).for_each(|k| v[i * D + k] = if r > 0.0 { column.values.get(i) * d[k] / r } else { 0.0 });
+            }
+            moving = true;
+        }
+    } else {
+        for (k, letter) in ["x", "y", "z"].iter().enumerate().take(D) {
+            let spellings = [format!("v{letter}"), format!("v_{letter}"), format!("velocity_{letter}"), format!("vel_{letter}")];
+            let found = take(columns, &|c| c.components == 1 && spellings.contains(&c.name.to_ascii_lowercase()));
+            if let Some(column) = found {
+                (0..n).for_each(|i| v[i * D + k] = column.values.get(i));
+                moving = true;
+            }
+        }
+    }
+    moving |= add_motion(&mut v, positions, domain, motion)?;
+    Ok(moving.then_some(v))
+}
+
+fn add_motion<const D: usize>(v: &mut [f64], positions: &Positions<D>, domain: &Domain<D>, motion: &Motion) -> Result<bool> {
+    let bulk = components::<D>("motion.bulk", &motion.bulk, D)?;
+    let about = match D {
+        3 => 3,
+        2 => 1,
+        _ if motion.rotation.is_empty() => 0,
+        _ => return Err(Error::scene("motion.rotation", "means nothing in 1-D")),
+    };
+    let rotation = components::<3>("motion.rotation", &motion.rotation, about)?;
+    let omega = if D == 3 { rotation } else { [0.0, 0.0, rotation[0]] };
+    let middle = center(domain);
+    v.par_chunks_mut(D).enumerate().for_each(|(i, v)| {
+        let x = at(positions, i);
+        let d: [f64; 3] = std::array::from_fn(|k| if k < D { x[k] - middle[k] } else { 0.0 });
+        let swirl =
+            [omega[1] * d[2] - omega[2] * d[1], omega[2] * d[0] - omega[0] * d[2], omega[0] * d[1] - omega[1] * d[0]];
+        (0..D).for_each(|k| v[k] += bulk[k] + swirl[k]);
+    });
+    Ok(motion.bulk.iter().chain(&motion.rotation).any(|&c| c != 0.0))
+}
+
+fn components<const N: usize>(key: &str, given: &[f64], wanted: usize) -> Result<[f64; N]> {
+    if !given.is_empty() && given.len() != wanted {
+        return Err(Error::scene(key, format!("has {} components, expected {wanted}", given.len())));
+    }
+    if given.iter().any(|v| !v.is_finite()) {
+        return Err(Error::scene(key, "has a component that is not finite"));
+    }
+    Ok(std::array::from_fn(|k| given.get(k).copied().unwrap_or(0.0)))
+}
+
+/// Adds the internal energy where it is not carried: from a carried pressure, as given, or as a placeholder
+/// where the format insists (`required`). `density` is rho* in the output's units.
+pub fn internal_energy(columns: &mut Vec<Column>, density: &[f64], thermal: &Thermal, required: bool) -> EnergySource {
+    let push = |columns: &mut Vec<Column>, values: Vec<f64>| {
+        columns.push(Column {
+            name: names::INTERNAL_ENERGY.into(),
+            components: 1,
+            values: Values::F64(values),
+            dimension: UnitDimension::SPECIFIC_ENERGY,
+        });
+    };
+    if let Some(u) = thermal.internal_energy {
+        columns.retain(|c| c.name != names::INTERNAL_ENERGY);
+        push(columns, vec![u; density.len()]);
+        return EnergySource::Given;
+    }
+    if columns.iter().any(|c| c.name == names::INTERNAL_ENERGY && c.components == 1) {
+        return EnergySource::Carried;
+    }
+    if let Some(pressure) = columns.iter().find(|c| c.name == names::PRESSURE && c.components == 1) {
+        let u = density.iter().enumerate().map(|(i, rho)| pressure.values.get(i) / ((thermal.gamma - 1.0) * rho)).collect();
+        push(columns, u);
+        return EnergySource::Pressure;
+    }
+    if required {
+        push(columns, vec![1.0; density.len()]);
+        return EnergySource::Placeholder;
+    }
+    EnergySource::NotWritten
+}

@@ -1,0 +1,323 @@
+//! From the scene's input to a source in the input's own units, with what is known of those units.
+
+use crate::domain::{Axis, Domain, Region, Wall};
+use crate::error::{Error, Result};
+use crate::field::{
+    AnalyticField, FieldOptions, Interpolation, Missing, Period, ScalarField, Source, from_raw, natural_dimension,
+};
+use crate::scene::{BoundaryName, DomainInput, InterpolationName, MissingValues, Scene};
+use sph_formats::{
+    FieldRequest, FileContent, FormatSpec, Geometry, Location, ParticleFile, RawField, Unit, UnitDimension, Values,
+    Variable, common::particle_names,
+};
+use std::path::Path;
+
+/// Factors from the input's numbers to cgs, where both are known.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct InputUnits {
+    pub length: f64,
+    /// Mass per volume in 3-D.
+    pub density: f64,
+}
+
+/// A raw field, or the fact that the density is an expression.
+pub enum RawInput {
+    File(RawField),
+    Expression(String),
+}
+
+/// Reads the input file, if there is one.
+///
+/// # Errors
+/// What the reader says.
+pub fn read(scene: &Scene, formats: &[FormatSpec]) -> Result<RawInput> {
+    let input = &scene.input;
+    if let Some(expression) = &input.expression {
+        return Ok(RawInput::Expression(expression.clone()));
+    }
+    let path = input.file.as_deref().unwrap_or(Path::new(""));
+    let request = FieldRequest { density: input.density.clone(), carry: wanted_variables(scene), time: input.time };
+    let mut field = read_field(formats, path, input.format.as_deref(), &request)?;
+    if input.density.is_some() {
+        field.density = input.density.clone();
+    }
+    Ok(RawInput::File(field))
+}
+
+/// The carried variables with those that the resolution needs from the same file.
+fn wanted_variables(scene: &Scene) -> Option<Vec<String>> {
+    let mut wanted = scene.input.carry.clone()?;
+    if let Some(resolution) = scene.resolution.as_ref().filter(|r| r.file.is_none()) {
+        wanted.extend(resolution.variable().map(str::to_owned));
+    }
+    Some(wanted)
+}
+
+fn read_field(formats: &[FormatSpec], path: &Path, format: Option<&str>, request: &FieldRequest) -> Result<RawField> {
+    match sph_formats::read(formats, path, format, request)? {
+        FileContent::Field(field) => Ok(field),
+        FileContent::Particles(particles) => cloud(path, &particles),
+    }
+}
+
+/// Gas particles of a snapshot as a point cloud with their densities.
+fn cloud(path: &Path, file: &ParticleFile) -> Result<RawField> {
+    let missing = |what: &str| Error::field(path.display().to_string(), format!("a particle file without {what} is no density field"));
+    let gas = file.species.iter().find(|s| s.part_type == 0).ok_or_else(|| missing("gas particles"))?;
+    let table = &gas.table;
+    let x = table.column(particle_names::COORDINATES).ok_or_else(|| missing("Coordinates"))?;
+    let density = table.column(particle_names::DENSITY).ok_or_else(|| missing("a Density column"))?;
+    let unit = |d: UnitDimension| {
+        let factor = file.header.units.to_cgs(d);
+        Some(Unit { symbol: "of the file".into(), to_cgs: factor, dimension: d })
+    };
+    let points = (0..table.count)
+        .map(|i| std::array::from_fn(|k| if k < x.components { x.values.get(i * x.components + k) } else { 0.0 }))
+        .collect();
+    let carried = table.columns.iter().filter(|c| c.name != x.name && !matches!(c.values, Values::I64(_)));
+    Ok(RawField {
+        path: path.into(),
+        format: "particles",
+        geometry: Geometry::Cloud { dimension: file.header.dimension, points, unit: unit(UnitDimension::LENGTH) },
+        variables: carried
+            .map(|c| Variable {
+                name: c.name.clone(),
+                description: None,
+                unit: unit(c.dimension),
+                location: Location::Node,
+                components: c.components,
+                values: c.values.clone(),
+            })
+            .collect(),
+        density: Some(density.name.clone()),
+        metadata: Vec::new(),
+        notes: vec!["the particles are read as samples of their own density".into()],
+    })
+}
+
+/// The dimension of the run.
+///
+/// # Errors
+/// A dimension asked for that the input cannot have, or none to be found.
+pub fn dimension(scene: &Scene, raw: &RawInput) -> Result<usize> {
+    let asked = scene.input.dimension;
+    match raw {
+        RawInput::File(field) => {
+            let natural = natural_dimension(field);
+            match asked {
+                Some(d) if d != natural && !matches!(field.geometry, Geometry::Radial { .. }) => Err(Error::scene(
+                    "input.dimension",
+                    format!("is {d}, but the input is a {natural}-D {}", field.geometry.kind()),
+                )),
+                _ => Ok(asked.unwrap_or(natural)),
+            }
+        }
+        RawInput::Expression(_) => {
+            let from_domain = scene.domain.bounds.as_ref().map(|b| b[0].len());
+            let from_center = scene.domain.ball.as_ref().map(|b| b.center.len()).filter(|&d| d > 0);
+            asked.or(from_domain).or(from_center).filter(|d| (1..=3).contains(d)).ok_or_else(|| {
+                Error::scene("input.dimension", "is not known: an expression needs `input.dimension`, or a domain with 1 to 3 coordinates")
+            })
+        }
+    }
+}
+
+/// Units of the input: the scene's statement over the file's.
+///
+/// # Errors
+/// A unit that cannot be read or has the wrong dimension.
+pub fn units(scene: &Scene, raw: &RawInput, notes: &mut Vec<String>) -> Result<Option<InputUnits>> {
+    let (mut length, mut density) = (None, None);
+    if let RawInput::File(field) = raw {
+        length = match &field.geometry {
+            Geometry::Radial { unit, .. } | Geometry::Mesh { unit, .. } | Geometry::Cloud { unit, .. } => unit.clone(),
+            Geometry::Grid { axes, .. } => axes.first().and_then(|a| a.unit.clone()),
+        };
+        density = field.density.as_ref().and_then(|name| field.variable(name)).and_then(|v| v.unit.clone());
+    }
+    length = named_unit("input.length_unit", scene.input.length_unit.as_deref(), UnitDimension::LENGTH)?
+        .or(length.filter(|u| u.dimension == UnitDimension::LENGTH));
+    density = named_unit("input.density_unit", scene.input.density_unit.as_deref(), UnitDimension::mass_density(3))?
+        .or(density.filter(|u| u.dimension == UnitDimension::mass_density(3)));
+    match (length, density) {
+        (Some(l), Some(d)) => Ok(Some(InputUnits { length: l.to_cgs, density: d.to_cgs })),
+        (None, None) => Ok(None),
+        (Some(_), None) => {
+            notes.push("the density has no known unit: numbers are taken as code units (set input.density_unit)".into());
+            Ok(None)
+        }
+        (None, Some(_)) => {
+            notes.push("lengths have no known unit: numbers are taken as code units (set input.length_unit)".into());
+            Ok(None)
+        }
+    }
+}
+
+fn named_unit(key: &str, name: Option<&str>, dimension: UnitDimension) -> Result<Option<Unit>> {
+    let Some(name) = name else { return Ok(None) };
+    match Unit::parse(name) {
+        Some(unit) if unit.dimension == dimension => Ok(Some(unit)),
+        Some(_) => Err(Error::scene(key, format!("'{name}' is a unit of another quantity"))),
+        None => Err(Error::scene(key, format!("'{name}' is no unit that is known; write for example cm, Rsun, kg/m^3"))),
+    }
+}
+
+/// The source, over the scene's domain, in the input's units.
+///
+/// # Errors
+/// A field that is no density, or a domain that does not fit it.
+pub fn source<const D: usize>(scene: &Scene, raw: RawInput) -> Result<Source<D>> {
+    let walls = boundaries::<D>(&scene.domain)?;
+    let mut source = match raw {
+        RawInput::File(field) => from_raw(field, &field_options(scene, &walls)?)?,
+        RawInput::Expression(text) => {
+            let domain = scene_domain::<D>(&scene.domain, &walls)?.ok_or_else(|| {
+                Error::scene("domain", "is missing: an expression needs a `box` or a `ball` to be evaluated in")
+            })?;
+            let density = AnalyticField::<D>::new(&text, center(&domain))?;
+            Source { density: Box::new(density), carried: Vec::new(), domain, mass: None, radial: None, notes: Vec::new() }
+        }
+    };
+    match scene_domain::<D>(&scene.domain, &walls)? {
+        Some(domain) => {
+            source.domain = domain;
+            source.mass = None;
+        }
+        None => apply_walls(&mut source.domain, &walls),
+    }
+    Ok(source)
+}
+
+fn field_options<const D: usize>(scene: &Scene, walls: &[Option<BoundaryName>; D]) -> Result<FieldOptions<D>> {
+    let periodic = walls.map(|w| (w == Some(BoundaryName::Periodic)).then_some(Period::Auto));
+    Ok(FieldOptions {
+        interpolation: scene.input.interpolation.map(|i| match i {
+            InterpolationName::Linear => Interpolation::Linear,
+            InterpolationName::Cubic => Interpolation::Cubic,
+        }),
+        density_name: scene.input.density.clone(),
+        missing: match scene.input.missing {
+            MissingValues::Error => Missing::Error,
+            MissingValues::Zero => Missing::Zero,
+        },
+        periodic,
+        carried: scene.input.carry.clone(),
+        ..FieldOptions::default()
+    })
+}
+
+/// Middle of the domain's box.
+pub fn center<const D: usize>(domain: &Domain<D>) -> [f64; D] {
+    match &domain.region {
+        Region::Ball { center, .. } => *center,
+        _ => std::array::from_fn(|k| 0.5 * (domain.lo[k] + domain.hi[k])),
+    }
+}
+
+/// Boundary of each axis as the scene says; `None` where it does not.
+fn boundaries<const D: usize>(input: &DomainInput) -> Result<[Option<BoundaryName>; D]> {
+    match input.boundary.as_slice() {
+        [] => Ok([None; D]),
+        [one] => Ok([Some(*one); D]),
+        many if many.len() == D => Ok(std::array::from_fn(|k| Some(many[k]))),
+        many => Err(Error::scene("domain.boundary", format!("has {} entries, expected 1 or {D}", many.len()))),
+    }
+}
+
+fn axis(boundary: Option<BoundaryName>) -> Axis {
+    match boundary {
+        Some(BoundaryName::Periodic) => Axis::Periodic,
+        Some(BoundaryName::Reflecting) => Axis::REFLECTING,
+        Some(BoundaryName::Open) | None => Axis::OPEN,
+    }
+}
+
+fn surface(boundary: Option<BoundaryName>) -> Wall {
+    if boundary == Some(BoundaryName::Reflecting) { Wall::Reflecting } else { Wall::Open }
+}
+
+fn scene_domain<const D: usize>(input: &DomainInput, walls: &[Option<BoundaryName>; D]) -> Result<Option<Domain<D>>> {
+    if let Some([lo, hi]) = &input.bounds {
+        let corner = |v: &Vec<f64>| {
+            <[f64; D]>::try_from(v.clone()).map_err(|v| {
+                Error::scene("domain.box", format!("has a corner of {} coordinates, expected {D}", v.len()))
+            })
+        };
+        return Domain::new(corner(lo)?, corner(hi)?, walls.map(axis), Region::Box).map(Some);
+    }
+    let Some(ball) = &input.ball else { return Ok(None) };
+    if walls.contains(&Some(BoundaryName::Periodic)) {
+        return Err(Error::scene("domain.boundary", "is periodic, which a ball cannot be; use a box"));
+    }
+    if !(ball.inner_radius >= 0.0 && ball.inner_radius < ball.radius) {
+        return Err(Error::scene(
+            "domain.ball",
+            format!("has radii {} to {}, expected 0 <= inner_radius < radius", ball.inner_radius, ball.radius),
+        ));
+    }
+    let center = match ball.center.len() {
+        0 => [0.0; D],
+        n if n == D => std::array::from_fn(|k| ball.center[k]),
+        n => return Err(Error::scene("domain.ball.center", format!("has {n} coordinates, expected {D}"))),
+    };
+    let mut domain = Domain::ball(center, ball.radius, surface(walls[0]))?;
+    if let Region::Ball { inner_radius, .. } = &mut domain.region {
+        *inner_radius = ball.inner_radius;
+    }
+    Ok(Some(domain))
+}
+
+/// Boundary names on the input's own domain.
+fn apply_walls<const D: usize>(domain: &mut Domain<D>, walls: &[Option<BoundaryName>; D]) {
+    match &mut domain.region {
+        Region::Box => {
+            for k in 0..D {
+                if walls[k].is_some() {
+                    domain.axes[k] = axis(walls[k]);
+                }
+            }
+        }
+        Region::Ball { wall, .. } | Region::Hull(_, wall) => *wall = surface(walls[0]),
+    }
+}
+
+/// The wanted number density of the scene's resolution, in any scale.
+///
+/// # Errors
+/// As for the density.
+pub fn resolution<const D: usize>(
+    scene: &Scene,
+    formats: &[FormatSpec],
+    domain: &Domain<D>,
+) -> Result<Option<Box<dyn ScalarField<D>>>> {
+    let Some(wanted) = &scene.resolution else { return Ok(None) };
+    let (field, is_spacing): (Box<dyn ScalarField<D>>, bool) = match (wanted.expression(), wanted.variable()) {
+        (Some(text), _) => (Box::new(AnalyticField::<D>::new(text, center(domain))?), wanted.spacing.is_some()),
+        (None, Some(name)) => {
+            let own = scene.input.file.as_deref();
+            let path = wanted.file.as_deref().or(own).ok_or_else(|| {
+                Error::scene("resolution.file", "is missing: an expression for the density has no variables")
+            })?;
+            let request =
+                FieldRequest { density: Some(name.into()), carry: Some(Vec::new()), time: scene.input.time };
+            let format = if wanted.file.is_none() { scene.input.format.as_deref() } else { None };
+            let mut raw = read_field(formats, path, format, &request)?;
+            raw.density = Some(name.into());
+            let walls = boundaries::<D>(&scene.domain)?;
+            let options = FieldOptions { density_name: Some(name.into()), ..field_options(scene, &walls)? };
+            (from_raw(raw, &options)?.density, wanted.spacing_variable.is_some())
+        }
+        (None, None) => return Ok(None),
+    };
+    Ok(Some(if is_spacing { Box::new(FromSpacing(field)) } else { field }))
+}
+
+/// n = spacing^-d.
+struct FromSpacing<const D: usize>(Box<dyn ScalarField<D>>);
+
+impl<const D: usize> ScalarField<D> for FromSpacing<D> {
+    fn value(&self, x: &[f64; D]) -> f64 {
+        let spacing = self.0.value(x);
+        if spacing > 0.0 { spacing.powi(-(D as i32)) } else { 0.0 }
+    }
+}
