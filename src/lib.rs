@@ -3,14 +3,21 @@
 //! A field (density, or density and resolution) becomes particles whose summed density matches it: file ->
 //! raw field -> interpolant and domain -> plan -> seed -> relaxation -> carried fields -> measures -> file.
 
+pub mod atmosphere;
+pub mod carry;
+pub mod cli;
 pub mod domain;
 pub mod error;
 pub mod field;
+pub mod ingest;
 pub mod kernel;
 pub mod metrics;
 pub mod neighbors;
+pub mod pipeline;
 pub mod placement;
+pub mod plan;
 pub mod reduce;
+pub mod report;
 pub mod rng;
 pub mod scene;
 pub mod seeding;

@@ -1,0 +1,184 @@
+//! Arguments, and how they override the scene.
+
+use crate::error::Result;
+use crate::scene::Scene;
+use clap::{Parser, Subcommand};
+use std::path::PathBuf;
+
+const EXAMPLES: &str = "\
+Examples:
+  sph-prep --in star.nc --out ic.hdf5 -n 100000      a star for SWIFT, GADGET-4, GIZMO
+  sph-prep --in profile8.data --out star.vtu         a MESA model, to look at in ParaView
+  sph-prep --scene box.yaml --out box.hdf5           everything from a scene file
+  sph-prep --in grid.nc --density rho --print-scene  what would be run, as a scene
+  sph-prep inspect grid.nc                           what a file holds
+  sph-prep formats                                   what can be read and written
+
+Exit codes: 0 success, 1 failure, 2 wrong usage, 3 tolerance not reached (the best state is written).";
+
+/// Low-noise initial conditions for SPH codes from tabulated or mesh-sampled fields.
+#[derive(Debug, Parser)]
+#[command(name = "sph-prep", version, after_help = EXAMPLES, args_conflicts_with_subcommands = true, arg_required_else_help = true)]
+pub struct Args {
+    #[command(subcommand)]
+    pub command: Option<Command>,
+    #[command(flatten)]
+    pub run: RunArgs,
+}
+
+#[derive(Debug, Subcommand)]
+pub enum Command {
+    /// Show what a file holds: variables, shapes, units, ranges, and what would be taken for the density.
+    Inspect(InspectArgs),
+    /// List the formats that can be read and written.
+    Formats,
+}
+
+#[derive(Debug, clap::Args)]
+pub struct InspectArgs {
+    pub file: PathBuf,
+    /// Name of the format, where it cannot be told from the file.
+    #[arg(long)]
+    pub format: Option<String>,
+    /// Variable that is the mass density.
+    #[arg(long)]
+    pub density: Option<String>,
+    /// Value of the time coordinate to read.
+    #[arg(long)]
+    pub time: Option<f64>,
+}
+
+/// Everything here overrides the key of the scene that it names.
+#[derive(Debug, clap::Args)]
+pub struct RunArgs {
+    /// Density field: a stellar profile, grid, mesh, table or point cloud.
+    #[arg(long = "in", value_name = "FILE")]
+    input: Option<PathBuf>,
+    /// Particle file to write; the extension chooses the flavor (.hdf5, .vtu, ...).
+    #[arg(long = "out", value_name = "FILE")]
+    output: Option<PathBuf>,
+    /// Number of particles, met exactly [default: 100000].
+    #[arg(short = 'n', long, value_name = "N", value_parser = count)]
+    particles: Option<usize>,
+    /// Scene file (YAML) with everything else; arguments override it.
+    #[arg(long, value_name = "FILE")]
+    scene: Option<PathBuf>,
+    /// Format of the input, where it cannot be told from the file.
+    #[arg(long, value_name = "NAME")]
+    format: Option<String>,
+    /// Flavor of the output, where the extension does not settle it.
+    #[arg(long, value_name = "NAME")]
+    to: Option<String>,
+    /// Variable that is the mass density.
+    #[arg(long, value_name = "NAME")]
+    density: Option<String>,
+    /// Value of the input's time coordinate.
+    #[arg(long, value_name = "T")]
+    time: Option<f64>,
+    /// Boundary of all axes: periodic, reflecting or open.
+    #[arg(long, value_name = "NAME", value_parser = boundary)]
+    boundary: Option<crate::scene::BoundaryName>,
+    /// Units of the output: cgs, si, solar, planetary, galactic, code.
+    #[arg(long, value_name = "NAME")]
+    units: Option<String>,
+    /// Seed of all random numbers.
+    #[arg(long)]
+    seed: Option<u64>,
+    /// Relaxation iterations; 0 leaves the seed as it is.
+    #[arg(long, value_name = "COUNT")]
+    iterations: Option<usize>,
+    /// Stop when epsilon (mass re-fitted) is below; exit with 3 if it is not reached.
+    #[arg(long)]
+    tolerance: Option<f64>,
+    /// Stop relaxing after so many seconds, with the best state so far.
+    #[arg(long, value_name = "SECONDS")]
+    time_limit: Option<f64>,
+    /// Print the resolved scene and stop.
+    #[arg(long)]
+    pub print_scene: bool,
+    /// Threads to use [default: all cores]. The result does not depend on it.
+    #[arg(long)]
+    pub threads: Option<usize>,
+    /// Print neither progress nor report.
+    #[arg(long)]
+    pub quiet: bool,
+    /// Print the report as JSON.
+    #[arg(long)]
+    pub json: bool,
+}
+
+/// Accepts 100000, 1e5 and 100_000.
+fn count(text: &str) -> std::result::Result<usize, String> {
+    let plain = text.replace('_', "");
+    let value: f64 = plain.parse().map_err(|_| format!("'{text}' is no number"))?;
+    if value >= 1.0 && value.fract() == 0.0 && value <= f64::from(u32::MAX) {
+        Ok(value as usize)
+    } else {
+        Err(format!("expected a whole number from 1 to {}", u32::MAX))
+    }
+}
+
+fn boundary(text: &str) -> std::result::Result<crate::scene::BoundaryName, String> {
+    use crate::scene::BoundaryName::{Open, Periodic, Reflecting};
+    match text {
+        "periodic" => Ok(Periodic),
+        "reflecting" => Ok(Reflecting),
+        "open" => Ok(Open),
+        _ => Err("expected periodic, reflecting or open".into()),
+    }
+}
+
+impl RunArgs {
+    /// The scene file, or an empty scene, with the arguments laid over it.
+    ///
+    /// # Errors
+    /// A scene file that cannot be read.
+    pub fn scene(&self) -> Result<Scene> {
+        let mut scene = self.scene.as_deref().map_or_else(|| Ok(Scene::default()), Scene::load)?;
+        if self.input.is_some() {
+            scene.input.expression = None;
+        }
+        overlay(&mut scene.input.file, &self.input);
+        overlay(&mut scene.input.format, &self.format);
+        overlay(&mut scene.input.density, &self.density);
+        overlay(&mut scene.input.time, &self.time);
+        overlay(&mut scene.output.file, &self.output);
+        overlay(&mut scene.output.format, &self.to);
+        overlay(&mut scene.output.units, &self.units);
+        overlay(&mut scene.particles, &self.particles);
+        overlay(&mut scene.tolerance, &self.tolerance);
+        overlay(&mut scene.time_limit, &self.time_limit);
+        if let Some(boundary) = self.boundary {
+            scene.domain.boundary = vec![boundary];
+        }
+        scene.seed = self.seed.unwrap_or(scene.seed);
+        scene.wvt.iterations = self.iterations.unwrap_or(scene.wvt.iterations);
+        Ok(scene)
+    }
+}
+
+fn overlay<T: Clone>(key: &mut Option<T>, argument: &Option<T>) {
+    if argument.is_some() {
+        key.clone_from(argument);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use clap::CommandFactory;
+
+    #[test]
+    fn the_definition_of_the_arguments_is_consistent() {
+        Args::command().debug_assert();
+    }
+
+    #[test]
+    fn counts_may_be_written_with_an_exponent() {
+        assert_eq!(count("1e5"), Ok(100_000));
+        assert_eq!(count("100_000"), Ok(100_000));
+        for bad in ["0", "-3", "1.5", "nan", "1e12", "many"] {
+            assert!(count(bad).is_err(), "{bad}");
+        }
+    }
+}

@@ -1,0 +1,96 @@
+//! `sph-prep inspect`: what a file holds.
+
+use super::args::InspectArgs;
+use crate::error::Result;
+use sph_formats::{
+    Column, FieldRequest, FileContent, FormatSpec, Geometry, GridAxis, Location, ParticleFile, RawField, Unit, Values,
+};
+use std::fmt::Write;
+
+/// Describes a readable file.
+///
+/// # Errors
+/// What the reader says.
+pub fn inspect(formats: &[FormatSpec], args: &InspectArgs) -> Result<String> {
+    let request = FieldRequest { density: args.density.clone(), carry: None, time: args.time };
+    let content = sph_formats::read(formats, &args.file, args.format.as_deref(), &request)?;
+    let mut out = String::new();
+    match &content {
+        FileContent::Field(field) => describe_field(&mut out, field),
+        FileContent::Particles(file) => describe_particles(&mut out, &args.file.display().to_string(), file),
+    }
+    .expect("writing to a string cannot fail");
+    Ok(out)
+}
+
+fn describe_field(out: &mut String, field: &RawField) -> std::fmt::Result {
+    writeln!(out, "{}: {}, {}", field.path.display(), field.format, field.geometry.kind())?;
+    match &field.geometry {
+        Geometry::Radial { nodes, unit } => {
+            writeln!(out, "  radius           {} nodes, {:e} to {:e}{}", nodes.len(), first(nodes), last(nodes), named(unit))?;
+        }
+        Geometry::Grid { axes, coordinates } => {
+            writeln!(out, "  coordinates      {coordinates:?}")?;
+            for GridAxis { name, nodes, unit, bounds } in axes {
+                let kind = if bounds.is_some() { ", with cell bounds" } else { "" };
+                writeln!(out, "  axis {name:<11} {} nodes, {:e} to {:e}{}{kind}", nodes.len(), first(nodes), last(nodes), named(unit))?;
+            }
+        }
+        Geometry::Mesh { dimension, points, cells, unit } => {
+            writeln!(out, "  mesh             {dimension}-D, {} points, {} cells{}", points.len(), cells.types.len(), named(unit))?;
+        }
+        Geometry::Cloud { dimension, points, unit } => {
+            writeln!(out, "  cloud            {dimension}-D, {} points{}", points.len(), named(unit))?;
+        }
+    }
+    for v in &field.variables {
+        let place = if v.location == Location::Node { "node" } else { "cell" };
+        let mark = if field.density.as_deref() == Some(v.name.as_str()) { "  <- density" } else { "" };
+        let values = describe_values(&v.values);
+        writeln!(out, "  {:<24} {place}, {} component(s), {values}{}{mark}", v.name, v.components, named(&v.unit))?;
+    }
+    if field.density.is_none() {
+        writeln!(out, "  no variable is taken for the density: name one with --density")?;
+    }
+    for (key, value) in &field.metadata {
+        writeln!(out, "  {key} = {value}")?;
+    }
+    field.notes.iter().try_for_each(|note| writeln!(out, "  note: {note}"))
+}
+
+fn describe_particles(out: &mut String, path: &str, file: &ParticleFile) -> std::fmt::Result {
+    let h = &file.header;
+    writeln!(out, "{path}: particles in {}-D", h.dimension)?;
+    writeln!(out, "  box              {:?}, periodic {:?}", h.box_size, h.periodic)?;
+    writeln!(out, "  units in cgs     length {:e}, mass {:e}, time {:e}", h.units.length, h.units.mass, h.units.time)?;
+    for species in &file.species {
+        writeln!(out, "  type {}           {} particles", species.part_type, species.table.count)?;
+        for Column { name, components, values, .. } in &species.table.columns {
+            writeln!(out, "    {name:<22} {components} component(s), {}", describe_values(values))?;
+        }
+    }
+    h.provenance.iter().try_for_each(|(key, value)| writeln!(out, "  {key}: {value}"))
+}
+
+fn describe_values(values: &Values) -> String {
+    let kind = match values {
+        Values::F32(_) => "f32",
+        Values::F64(_) => "f64",
+        Values::I64(_) => "i64",
+    };
+    let (lo, hi, bad) = values.range();
+    let missing = if bad > 0 { format!(", {bad} missing or not finite") } else { String::new() };
+    if lo > hi { format!("{kind}, no finite value{missing}") } else { format!("{kind}, {lo:e} to {hi:e}{missing}") }
+}
+
+fn named(unit: &Option<Unit>) -> String {
+    unit.as_ref().map_or(String::new(), |u| format!(" [{}]", u.symbol))
+}
+
+fn first(v: &[f64]) -> f64 {
+    v.first().copied().unwrap_or(f64::NAN)
+}
+
+fn last(v: &[f64]) -> f64 {
+    v.last().copied().unwrap_or(f64::NAN)
+}

@@ -1,0 +1,89 @@
+//! The command line: arguments over a scene file, progress, report, exit codes.
+//!
+//! Exit codes: 0 success, 1 failure, 2 wrong usage, 3 the tolerance asked for was not reached (the best state
+//! is written all the same).
+
+mod args;
+mod formats;
+mod inspect;
+mod progress;
+
+use crate::error::Error;
+use crate::pipeline;
+use crate::placement::{Control, StopReason};
+use crate::scene::Scene;
+use args::{Args, Command, RunArgs};
+use clap::Parser;
+use sph_formats::FORMATS;
+use std::process::ExitCode;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::{Duration, Instant};
+
+const FAILURE: u8 = 1;
+const USAGE: u8 = 2;
+const NOT_CONVERGED: u8 = 3;
+
+/// Parses the process's arguments, runs, prints, and returns the exit code.
+pub fn main() -> ExitCode {
+    let args = Args::parse();
+    let result = match &args.command {
+        Some(Command::Formats) => {
+            print!("{}", formats::table(FORMATS));
+            Ok(ExitCode::SUCCESS)
+        }
+        Some(Command::Inspect(inspect)) => inspect::inspect(FORMATS, inspect).map(|text| {
+            print!("{text}");
+            ExitCode::SUCCESS
+        }),
+        None => run(&args.run),
+    };
+    result.unwrap_or_else(|error| {
+        eprintln!("error: {error}");
+        ExitCode::from(if matches!(error, Error::Scene { .. }) { USAGE } else { FAILURE })
+    })
+}
+
+fn run(args: &RunArgs) -> crate::Result<ExitCode> {
+    let scene = args.scene()?;
+    if args.print_scene {
+        print!("{}", scene.to_yaml());
+        return Ok(ExitCode::SUCCESS);
+    }
+    if let Some(threads) = args.threads {
+        rayon::ThreadPoolBuilder::new()
+            .num_threads(threads)
+            .build_global()
+            .map_err(|e| Error::scene("--threads", e.to_string()))?;
+    }
+    let interrupted = Arc::new(AtomicBool::new(false));
+    let flag = Arc::clone(&interrupted);
+    // Without a handler an interrupt ends the process at once, which is as safe: outputs appear by renaming.
+    let _ = ctrlc::set_handler(move || flag.store(true, Ordering::Relaxed));
+    let progress = progress::Progress::new(args.quiet);
+    let observer = |stage: &'static str, iteration: usize, last: usize, epsilon: f64| {
+        progress.update(stage, iteration, last, epsilon);
+    };
+    let control = Control {
+        deadline: scene.time_limit.and_then(|s| Instant::now().checked_add(Duration::try_from_secs_f64(s).ok()?)),
+        interrupted: &interrupted,
+        observer: &observer,
+    };
+    let result = pipeline::run(&scene, FORMATS, &control);
+    progress.finish();
+    let report = result?;
+    if args.json {
+        println!("{}", report.json());
+    } else if !args.quiet {
+        print!("{}", report.text());
+    }
+    Ok(exit_code(&scene, report.stop))
+}
+
+fn exit_code(scene: &Scene, stop: StopReason) -> ExitCode {
+    if scene.tolerance.is_some() && stop != StopReason::ToleranceReached {
+        eprintln!("not converged: the tolerance was not reached ({stop:?}); the best state was written");
+        return ExitCode::from(NOT_CONVERGED);
+    }
+    ExitCode::SUCCESS
+}

@@ -1,0 +1,479 @@
+//! The plan in order: input -> source -> target -> seed -> relaxation -> carried fields -> measures -> file.
+//! The only place where the run-time dimension and kernel become types, and where formats meet placement.
+
+use crate::atmosphere;
+use crate::carry::{self, EnergySource};
+use crate::domain::{Axis, Domain, Region};
+use crate::error::{Error, Result};
+use crate::field::{MassEstimate, ScalarField, Source, total_mass};
+use crate::ingest::{self, InputUnits, RawInput};
+use crate::kernel::{Kernel, default_kernel_neighbors, support_over_spacing};
+use crate::metrics::{DensityError, Measured, NoiseFigures};
+use crate::placement::{Control, StageReport, StopReason, WvtOptions, relax};
+use crate::plan::Plan;
+use crate::reduce;
+use crate::report::{MassReport, Report, Timing};
+use crate::scene::{Atmosphere, DEFAULT_PARTICLES, Scene};
+use crate::seeding;
+use crate::target::{Positions, Resolution, Target};
+use crate::with_kernel;
+use rayon::prelude::*;
+use sph_formats::common::particle_names as names;
+use sph_formats::{
+    Column, FormatSpec, ParticleFile, ParticleTable, RunHeader, Species, UnitDimension, UnitSystem, Values,
+    WriteOptions, registry,
+};
+use std::path::Path;
+use std::time::Instant;
+
+/// Quadrature of the total mass aims at this relative error.
+const MASS_TOLERANCE: f64 = 1e-10;
+
+/// Runs a scene from input to output file.
+///
+/// # Errors
+/// Any of [`Error`]; nothing is left half-written.
+pub fn run(scene: &Scene, formats: &[FormatSpec], control: &Control<'_>) -> Result<Report> {
+    scene.validate()?;
+    let output = scene
+        .output
+        .file
+        .as_deref()
+        .ok_or_else(|| Error::scene("output.file", "is missing (--out FILE)"))?;
+    let format = registry::detect_output(formats, output, scene.output.format.as_deref())?;
+    registry::writer(format, output)?;
+    sph_formats::output::probe(output)?;
+    let start = Instant::now();
+    let raw = ingest::read(scene, formats)?;
+    let mut notes = Vec::new();
+    let units = ingest::units(scene, &raw, &mut notes)?;
+    if let RawInput::File(field) = &raw {
+        notes.extend(field.notes.iter().cloned());
+    }
+    let dimension = ingest::dimension(scene, &raw)?;
+    let timing = vec![Timing { step: "read", seconds: start.elapsed().as_secs_f64(), epsilon: None }];
+    let run = Run { scene, formats, format, output, control, units, start, timing, notes };
+    match dimension {
+        1 => run.in_dimension::<1>(raw),
+        2 => run.in_dimension::<2>(raw),
+        _ => run.in_dimension::<3>(raw),
+    }
+}
+
+/// A run under way.
+struct Run<'a> {
+    scene: &'a Scene,
+    formats: &'a [FormatSpec],
+    format: &'a FormatSpec,
+    output: &'a Path,
+    control: &'a Control<'a>,
+    units: Option<InputUnits>,
+    start: Instant,
+    timing: Vec<Timing>,
+    notes: Vec<String>,
+}
+
+/// The source in units of its own size and mass.
+struct Scaled<const D: usize> {
+    source: Source<D>,
+    resolution: Option<Box<dyn ScalarField<D>>>,
+    resolution_integral: f64,
+    /// Input units of length and mass per internal one.
+    length: f64,
+    mass: MassEstimate,
+}
+
+impl Run<'_> {
+    fn lap(&mut self, step: &'static str, since: Instant, epsilon: Option<f64>) {
+        self.timing.push(Timing { step, seconds: since.elapsed().as_secs_f64(), epsilon });
+    }
+
+    fn in_dimension<const D: usize>(mut self, raw: RawInput) -> Result<Report> {
+        let lap = Instant::now();
+        let count = self.scene.particles.unwrap_or(DEFAULT_PARTICLES);
+        let scaled = self.scaled_source::<D>(raw, count)?;
+        self.notes.extend(scaled.source.notes.iter().cloned());
+        self.lap("interpolate", lap, None);
+        let source = &scaled.source;
+        let target = Target {
+            domain: &source.domain,
+            density: source.density.as_ref(),
+            resolution: match &scaled.resolution {
+                None => Resolution::EqualMass,
+                Some(field) => Resolution::NumberDensity(field.as_ref()),
+            },
+            count,
+            mass: 1.0,
+            resolution_integral: scaled.resolution_integral,
+        };
+        let plan = Plan::new(self.scene, &source.domain, count, source.radial.is_some());
+        with_kernel!(self.scene.kernel, kernel => self.place(kernel, &target, &scaled, plan))
+    }
+
+    /// Source, atmosphere cut, mass, and the change to internal units.
+    fn scaled_source<const D: usize>(&mut self, raw: RawInput, count: usize) -> Result<Scaled<D>> {
+        let mut source = ingest::source::<D>(self.scene, raw)?;
+        if self.scene.input.atmosphere == Atmosphere::Cut && self.scene.resolution.is_none() {
+            self.notes.extend(atmosphere::cut(&mut source, count));
+        }
+        let mass = match source.mass {
+            Some(mass) => mass,
+            None => total_mass(source.density.as_ref(), &source.domain, MASS_TOLERANCE)?,
+        };
+        if !(mass.value > 0.0 && mass.value.is_finite()) {
+            return Err(Error::field("density", format!("its integral over the domain is {}, expected a positive mass", mass.value)));
+        }
+        let length = source.domain.size();
+        let density = length.powi(D as i32) / mass.value;
+        if !(density.is_finite() && density > 0.0) {
+            return Err(Error::field(
+                "density",
+                format!("mass {:e} in a domain of size {length:e} is beyond f64; choose larger or smaller units", mass.value),
+            ));
+        }
+        let resolution = ingest::resolution(self.scene, self.formats, &source.domain)?
+            .map(|field| Box::new(InUnitBox { field, length }) as Box<dyn ScalarField<D>>);
+        let source = source.scaled(1.0 / length, density);
+        let resolution_integral = match &resolution {
+            None => 1.0,
+            Some(field) => total_mass(field.as_ref(), &source.domain, MASS_TOLERANCE)?.value,
+        };
+        if !(resolution_integral > 0.0 && resolution_integral.is_finite()) {
+            return Err(Error::field("resolution", "its number density has no positive integral over the domain"));
+        }
+        Ok(Scaled { source, resolution, resolution_integral, length, mass })
+    }
+
+    fn place<const D: usize, K: Kernel>(
+        mut self,
+        kernel: K,
+        target: &Target<'_, D>,
+        scaled: &Scaled<D>,
+        mut plan: Plan,
+    ) -> Result<Report> {
+        let neighbors = self.scene.neighbors.unwrap_or_else(|| default_kernel_neighbors(D));
+        let lap = Instant::now();
+        let positions = seeding::seed(target, self.scene.seeding, self.scene.seed)?;
+        self.lap("seed", lap, None);
+        let (positions, stages) = if plan.relaxes() {
+            let lap = Instant::now();
+            let (positions, report) = relax(kernel, target, positions, &self.wvt_options(neighbors), self.control);
+            self.lap("WVT", lap, report.history.get(report.best_iteration).map(|p| p.epsilon));
+            (positions, vec![report])
+        } else {
+            (positions, Vec::new())
+        };
+        let stop = stages.last().map_or(StopReason::NotNeeded, |s: &StageReport| s.stop);
+        if stop == StopReason::Interrupted {
+            return Err(Error::Interrupted);
+        }
+        let lap = Instant::now();
+        let masses = target.masses(&positions);
+        let number_density = target.number_densities(&positions);
+        let ratio = support_over_spacing(D, neighbors);
+        let guess: Vec<f64> = number_density.par_iter().map(|n| ratio * n.powf(-1.0 / D as f64).min(1.0)).collect();
+        let measured = Measured::new(kernel, target.domain, &positions, &masses, &guess, neighbors);
+        drop((guess, number_density));
+        let wanted = target.densities(&positions);
+        let density_error = DensityError::new(&measured, &wanted);
+        let noise = NoiseFigures::new(kernel, &measured, target.domain, &masses, neighbors);
+        let neighbor_figures = measured.neighbors(target.domain, &positions, neighbors);
+        let (support, density): (Vec<f64>, Vec<f64>) =
+            measured.support.iter().zip(&measured.sums).map(|(&h, s)| (h, s.weighted)).unzip();
+        drop(measured);
+        self.lap("measure", lap, Some(density_error.all_refitted.epsilon));
+        let lap = Instant::now();
+        let out = self.output_units(scaled.mass.value, D)?;
+        let factors = Factors::new::<D>(self.units, scaled, &out);
+        let mass = self.mass_report(&masses, scaled, &factors, &out, D);
+        let raw_columns = RawColumns { positions: &positions, masses, support, density, wanted };
+        let file = self.particle_file(scaled, raw_columns, &factors, out, (K::NAME, neighbors, stop), &mut plan)?;
+        let options =
+            WriteOptions { compression: self.scene.output.compression, double_precision: self.scene.output.double_precision };
+        sph_formats::write(self.formats, self.output, Some(self.format.name), &file, options)?;
+        self.lap("write", lap, None);
+        Ok(Report {
+            input: self.input_name(),
+            output: self.output.display().to_string(),
+            format: self.format.name,
+            dimension: D,
+            particles: target.count,
+            seed: self.scene.seed,
+            kernel: K::NAME,
+            mass,
+            stop,
+            density_error,
+            noise,
+            neighbors: neighbor_figures,
+            stages,
+            timing: self.timing,
+            seconds: self.start.elapsed().as_secs_f64(),
+            plan,
+            notes: self.notes,
+        })
+    }
+
+    fn wvt_options(&self, kernel_neighbors: f64) -> WvtOptions {
+        let w = &self.scene.wvt;
+        WvtOptions {
+            weight: w.weight,
+            bias: w.bias,
+            iterations: w.iterations,
+            step: w.step,
+            final_step: w.final_step,
+            kernel_neighbors,
+            tolerance: self.scene.tolerance.unwrap_or(0.0),
+        }
+    }
+
+    fn input_name(&self) -> String {
+        match (&self.scene.input.file, &self.scene.input.expression) {
+            (Some(file), _) => file.display().to_string(),
+            (None, expression) => format!("expression '{}'", expression.as_deref().unwrap_or("")),
+        }
+    }
+
+    /// The unit system of the output: the scene's, or the one that suits a body of this mass.
+    fn output_units(&mut self, mass: f64, d: usize) -> Result<UnitSystem> {
+        if let Some(name) = &self.scene.output.units {
+            return UnitSystem::by_name(name).ok_or_else(|| {
+                Error::scene("output.units", format!("is '{name}', expected cgs, si, solar, planetary, galactic or code"))
+            });
+        }
+        let Some(units) = self.units else { return Ok(UnitSystem::CODE) };
+        if d < 3 {
+            return Ok(UnitSystem::cgs());
+        }
+        let grams = mass * units.density * units.length.powi(3);
+        let (name, system) = match grams {
+            g if !(1e22..1e50).contains(&g) => ("cgs", UnitSystem::cgs()),
+            g if g < 1e30 => ("planetary", UnitSystem::planetary()),
+            g if g < 1e38 => ("solar", UnitSystem::solar()),
+            _ => ("galactic", UnitSystem::galactic()),
+        };
+        self.notes.push(format!("output in {name} units, which suit a mass of {grams:.3e} g (output.units chooses others)"));
+        Ok(system)
+    }
+
+    fn mass_report<const D: usize>(
+        &self,
+        masses: &[f64],
+        scaled: &Scaled<D>,
+        factors: &Factors,
+        out: &UnitSystem,
+        d: usize,
+    ) -> MassReport {
+        let total = scaled.mass.value * factors.input_mass;
+        let summed = reduce::sum(masses.len(), |i| masses[i] * factors.mass);
+        let fold = |f: fn(f64, f64) -> f64, start: f64| masses.iter().fold(start, |m, &v| f(m, v)) * factors.mass;
+        MassReport {
+            total,
+            quadrature_error: scaled.mass.error / scaled.mass.value,
+            smallest: fold(f64::min, f64::INFINITY),
+            largest: fold(f64::max, 0.0),
+            defect: (summed - total) / total,
+            total_cgs: (self.units.is_some() && d == 3).then(|| total * out.mass),
+        }
+    }
+
+    fn particle_file<const D: usize>(
+        &mut self,
+        scaled: &Scaled<D>,
+        raw: RawColumns<'_, D>,
+        factors: &Factors,
+        units: UnitSystem,
+        (kernel, kernel_neighbors, stop): (&str, f64, StopReason),
+        plan: &mut Plan,
+    ) -> Result<ParticleFile> {
+        let domain = &scaled.source.domain;
+        let n = raw.masses.len();
+        let frame = Frame::new(domain, self.scene.output.box_factor);
+        if frame.isolated {
+            self.notes.push(format!(
+                "the body is moved to the middle of a box of edge {:.6e} (output.box_factor {})",
+                frame.box_size[0] * factors.length, self.scene.output.box_factor
+            ));
+        }
+        let mut carried: Vec<Column> =
+            scaled.source.carried.iter().map(|f| carry::column(f.as_ref(), raw.positions, &units)).collect();
+        let physical: Positions<D> =
+            std::array::from_fn(|k| raw.positions[k].par_iter().map(|x| x * factors.length).collect());
+        let moved = carry::velocities(
+            &mut carried,
+            &physical,
+            &scaled_domain(domain, factors.length),
+            radial_in(scaled, factors.length).as_ref(),
+            &self.scene.motion,
+        )?;
+        drop(physical);
+        let target_density: Vec<f64> = raw.wanted.iter().map(|r| r * factors.density).collect();
+        let requires_energy = matches!(self.format.name, "swift" | "gadget");
+        match carry::internal_energy(&mut carried, &target_density, &self.scene.thermal, requires_energy) {
+            EnergySource::Placeholder => self.notes.push(
+                "nothing thermal came in, but the format needs InternalEnergy: it is set to 1 everywhere; set thermal.internal_energy".into(),
+            ),
+            EnergySource::NotWritten => plan.drop("InternalEnergy", "nothing thermal came in"),
+            EnergySource::Pressure => self.notes.push(format!(
+                "InternalEnergy is P/((gamma - 1) rho) from the carried pressure, gamma = {}", self.scene.thermal.gamma
+            )),
+            EnergySource::Carried | EnergySource::Given => {}
+        }
+        drop(target_density);
+        if moved.is_none() {
+            plan.drop("velocities", "nothing moves");
+        }
+        let column = |name: &str, components: usize, values: Values, dimension: UnitDimension| Column {
+            name: name.into(),
+            components,
+            values,
+            dimension,
+        };
+        let scaled_values = |v: Vec<f64>, factor: f64| Values::F64(v.into_par_iter().map(|x| x * factor).collect());
+        let mass_dimension = UnitDimension::new(D as i8 - 3, 1, 0, 0);
+        let mut columns = vec![
+            column(names::COORDINATES, D, Values::F64(frame.coordinates(raw.positions, factors.length)), UnitDimension::LENGTH),
+            column(names::MASSES, 1, scaled_values(raw.masses, factors.mass), mass_dimension),
+            column(names::SUPPORT_RADIUS, 1, scaled_values(raw.support, factors.length), UnitDimension::LENGTH),
+            column(names::DENSITY, 1, scaled_values(raw.density, factors.density), UnitDimension::mass_density(3)),
+            column(names::PARTICLE_IDS, 1, Values::I64((1..=n as i64).collect()), UnitDimension::NONE),
+        ];
+        if let Some(v) = moved {
+            columns.push(column(names::VELOCITIES, D, Values::F64(v), UnitDimension::VELOCITY));
+        }
+        carried.retain(|c| !columns.iter().any(|own| own.name == c.name));
+        columns.extend(carried);
+        let header = RunHeader {
+            dimension: D,
+            box_size: frame.box_size.map(|b| b * factors.length),
+            periodic: std::array::from_fn(|k| k < D && domain.axes[k] == Axis::Periodic),
+            units,
+            time: 0.0,
+            kernel: kernel.into(),
+            kernel_neighbors,
+            provenance: self.provenance(stop),
+        };
+        Ok(ParticleFile { header, species: vec![Species { part_type: 0, table: ParticleTable { count: n, columns } }] })
+    }
+
+    fn provenance(&self, stop: StopReason) -> Vec<(String, String)> {
+        // The recipe must not depend on where the output goes.
+        let mut recipe = self.scene.clone();
+        recipe.output.file = None;
+        vec![
+            ("Version".into(), format!("sph-prep {}", env!("CARGO_PKG_VERSION"))),
+            ("Seed".into(), self.scene.seed.to_string()),
+            ("StopReason".into(), format!("{stop:?}")),
+            ("Scene".into(), recipe.to_yaml()),
+        ]
+    }
+}
+
+/// Columns in internal units.
+struct RawColumns<'a, const D: usize> {
+    positions: &'a Positions<D>,
+    masses: Vec<f64>,
+    support: Vec<f64>,
+    density: Vec<f64>,
+    wanted: Vec<f64>,
+}
+
+/// Output units per internal unit.
+struct Factors {
+    length: f64,
+    mass: f64,
+    density: f64,
+    /// Output units of mass per input unit.
+    input_mass: f64,
+}
+
+impl Factors {
+    fn new<const D: usize>(units: Option<InputUnits>, scaled: &Scaled<D>, out: &UnitSystem) -> Self {
+        let (length, density) = units.map_or((1.0, 1.0), |u| {
+            (u.length / out.length, u.density / out.to_cgs(UnitDimension::mass_density(3)))
+        });
+        let input_mass = density * length.powi(D as i32);
+        let mass = scaled.mass.value * input_mass;
+        let size = scaled.length * length;
+        Self { length: size, mass, density: mass / size.powi(D as i32), input_mass }
+    }
+}
+
+/// A field of the input seen from internal coordinates.
+struct InUnitBox<const D: usize> {
+    field: Box<dyn ScalarField<D>>,
+    length: f64,
+}
+
+impl<const D: usize> ScalarField<D> for InUnitBox<D> {
+    fn value(&self, x: &[f64; D]) -> f64 {
+        self.field.value(&x.map(|v| v * self.length))
+    }
+}
+
+fn scaled_domain<const D: usize>(domain: &Domain<D>, factor: f64) -> Domain<D> {
+    let mut out = domain.clone();
+    out.lo = out.lo.map(|v| v * factor);
+    out.hi = out.hi.map(|v| v * factor);
+    if let Region::Ball { center, inner_radius, radius, .. } = &mut out.region {
+        *center = center.map(|v| v * factor);
+        *inner_radius *= factor;
+        *radius *= factor;
+    }
+    out
+}
+
+fn radial_in<const D: usize>(scaled: &Scaled<D>, factor: f64) -> Option<crate::field::RadialSource<D>> {
+    let mut radial = scaled.source.radial.clone()?;
+    radial.center = radial.center.map(|v| v * factor);
+    Some(radial)
+}
+
+/// Where the domain lies in the box of the output, in internal units.
+struct Frame<const D: usize> {
+    /// Added to coordinates.
+    shift: [f64; D],
+    box_size: [f64; 3],
+    periodic: [bool; D],
+    isolated: bool,
+}
+
+impl<const D: usize> Frame<D> {
+    /// Axes with vacuum beyond get `box_factor` times the body's extent, the same on all of them; others keep
+    /// theirs, with the corner at the origin.
+    fn new(domain: &Domain<D>, box_factor: f64) -> Self {
+        let curved = !matches!(domain.region, Region::Box);
+        let open = domain.axes.map(|a| curved || a == Axis::OPEN);
+        let edge = box_factor * domain.size();
+        let mut frame = Self {
+            shift: [0.0; D],
+            box_size: [0.0; 3],
+            periodic: domain.axes.map(|a| a == Axis::Periodic),
+            isolated: open.contains(&true),
+        };
+        for k in 0..D {
+            let extent = domain.hi[k] - domain.lo[k];
+            frame.box_size[k] = if open[k] { edge } else { extent };
+            frame.shift[k] = 0.5 * (frame.box_size[k] - extent) - domain.lo[k];
+        }
+        frame
+    }
+
+    /// Interleaved coordinates in `[0, box)`, times `factor`.
+    fn coordinates(&self, positions: &Positions<D>, factor: f64) -> Vec<f64> {
+        let mut out = vec![0.0; D * positions[0].len()];
+        out.par_chunks_mut(D).enumerate().for_each(|(i, out)| {
+            for k in 0..D {
+                let edge = self.box_size[k] * factor;
+                let x = (positions[k][i] + self.shift[k]) * factor;
+                out[k] = if x < edge {
+                    x.max(0.0)
+                } else if self.periodic[k] {
+                    0.0
+                } else {
+                    edge.next_down()
+                };
+            }
+        });
+        out
+    }
+}

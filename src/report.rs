@@ -1,0 +1,110 @@
+//! The run report: one value, printed for people or as JSON.
+
+use crate::metrics::{DensityError, ErrorFigures, NeighborFigures, NoiseFigures};
+use crate::placement::{StageReport, StopReason};
+use crate::plan::Plan;
+use serde::Serialize;
+use std::fmt::Write;
+
+/// Everything that a run says of its result.
+#[derive(Debug, Clone, Serialize)]
+pub struct Report {
+    pub input: String,
+    pub output: String,
+    pub format: &'static str,
+    pub dimension: usize,
+    pub particles: usize,
+    pub seed: u64,
+    pub kernel: &'static str,
+    pub mass: MassReport,
+    pub stop: StopReason,
+    pub density_error: DensityError,
+    pub noise: NoiseFigures,
+    pub neighbors: NeighborFigures,
+    pub stages: Vec<StageReport>,
+    pub timing: Vec<Timing>,
+    pub seconds: f64,
+    pub plan: Plan,
+    pub notes: Vec<String>,
+}
+
+/// Masses in the output's units.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct MassReport {
+    pub total: f64,
+    /// Relative error of the quadrature of the input's mass.
+    pub quadrature_error: f64,
+    pub smallest: f64,
+    pub largest: f64,
+    /// (sum of the particles' masses - total) / total.
+    pub defect: f64,
+    /// In grams, where the units are known.
+    pub total_cgs: Option<f64>,
+}
+
+/// Wall time of one step of the run.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Timing {
+    pub step: &'static str,
+    pub seconds: f64,
+    /// epsilon (re-fitted, at the target's support radii) when the step ended, where it has one.
+    pub epsilon: Option<f64>,
+}
+
+impl Report {
+    /// As JSON.
+    pub fn json(&self) -> String {
+        serde_json::to_string_pretty(self).unwrap_or_else(|e| format!("{{\"error\": \"{e}\"}}"))
+    }
+
+    /// As text for a terminal.
+    pub fn text(&self) -> String {
+        let mut out = String::new();
+        self.write_text(&mut out).expect("writing to a string cannot fail");
+        out
+    }
+
+    fn write_text(&self, out: &mut String) -> std::fmt::Result {
+        writeln!(out, "{} -> {} ({})", self.input, self.output, self.format)?;
+        writeln!(out, "  particles        {} in {}-D, {}, {:.1} kernel neighbors, seed {}", self.particles, self.dimension, self.kernel, self.neighbors.kernel_neighbors, self.seed)?;
+        let m = &self.mass;
+        let grams = m.total_cgs.map(|g| format!(" = {g:.6e} g")).unwrap_or_default();
+        writeln!(out, "  mass             {:.12e}{grams}; input known to {:.1e}, particles add up to it within {:.1e}", m.total, m.quadrature_error, m.defect.abs())?;
+        if m.smallest == m.largest {
+            writeln!(out, "  particle mass    {:.6e}, equal", m.smallest)?;
+        } else {
+            writeln!(out, "  particle masses  {:.4e} to {:.4e}", m.smallest, m.largest)?;
+        }
+        writeln!(out, "  density error    {:<28} epsilon     mean |e|    max |e|", "")?;
+        let e = &self.density_error;
+        let rows = [
+            ("all, mass as given", Some(e.all)),
+            ("all, mass re-fitted", Some(e.all_refitted)),
+            ("interior, mass as given", e.interior),
+            ("interior, mass re-fitted", e.interior_refitted),
+        ];
+        for (name, figures) in rows {
+            if let Some(ErrorFigures { epsilon, mean, max, particles }) = figures {
+                writeln!(out, "    {name:<28} {particles:>10}   {epsilon:.3e}   {:.3} %     {:.2} %", 100.0 * mean, 100.0 * max)?;
+            }
+        }
+        let inside = self.noise.interior.map(|n| format!(", interior {:.2} %", 100.0 * n)).unwrap_or_default();
+        writeln!(out, "  force noise      {:.2} % of a random set's{inside}", 100.0 * self.noise.all)?;
+        writeln!(out, "  neighbors        {:.1} on average; closest pair {:.2} spacings apart", self.neighbors.mean_count, self.neighbors.closest_pair)?;
+        for stage in &self.stages {
+            writeln!(out, "  {:<16} {:?} after {} iterations, best is {}", stage.stage, stage.stop, stage.history.len().saturating_sub(1), stage.best_iteration)?;
+        }
+        writeln!(out, "  time             {:.2} s", self.seconds)?;
+        for t in &self.timing {
+            let epsilon = t.epsilon.map(|e| format!("  epsilon {e:.2e}")).unwrap_or_default();
+            writeln!(out, "    {:<14} {:>8.2} s{epsilon}", t.step, t.seconds)?;
+        }
+        for note in &self.notes {
+            writeln!(out, "  note             {note}")?;
+        }
+        for left in &self.plan.left_out {
+            writeln!(out, "  left out         {}: {}", left.what, left.why)?;
+        }
+        Ok(())
+    }
+}
