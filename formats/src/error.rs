@@ -47,4 +47,18 @@ impl FormatError {
     pub fn io(path: &Path, action: &'static str, source: std::io::Error) -> Self {
         Self::Io { path: path.into(), action, source }
     }
+
+    /// The same error about `path` instead of the temporary file that stood in for it.
+    #[must_use]
+    pub(crate) fn renamed(mut self, to: &Path) -> Self {
+        match &mut self {
+            Self::Input { path, .. }
+            | Self::Unsupported { path, .. }
+            | Self::Limit { path, .. }
+            | Self::Detection { path, .. }
+            | Self::Output { path, .. }
+            | Self::Io { path, .. } => *path = to.into(),
+        }
+        self
+    }
 }

@@ -229,3 +229,110 @@ pub struct ParticleFile {
     pub header: RunHeader,
     pub species: Vec<Species>,
 }
+
+/// Where something contradicts itself, and how.
+type Contradiction = (String, String);
+
+impl RawField {
+    /// Checks that counts, axes, radii and connectivity fit together.
+    ///
+    /// # Errors
+    /// Location and problem of the first contradiction.
+    pub fn validate(&self) -> Result<(), Contradiction> {
+        self.geometry.validate()?;
+        for v in &self.variables {
+            let wanted = v.components * self.geometry.count(v.location);
+            if v.components == 0 || v.values.len() != wanted {
+                return Err((format!("variable '{}'", v.name), format!("has {} values, expected {wanted}", v.values.len())));
+            }
+        }
+        Ok(())
+    }
+}
+
+impl Geometry {
+    fn validate(&self) -> Result<(), Contradiction> {
+        match self {
+            Self::Radial { nodes, .. } => ascending("radius", nodes, false),
+            Self::Grid { axes, .. } => {
+                if axes.is_empty() || axes.len() > 3 {
+                    return Err(("grid".into(), format!("has {} axes, expected 1 to 3", axes.len())));
+                }
+                axes.iter().try_for_each(GridAxis::validate)
+            }
+            Self::Mesh { points, cells, .. } => finite_points(points).and_then(|()| cells.validate(points.len())),
+            Self::Cloud { points, .. } => finite_points(points),
+        }
+    }
+}
+
+impl GridAxis {
+    fn validate(&self) -> Result<(), Contradiction> {
+        let location = format!("axis '{}'", self.name);
+        ascending(&location, &self.nodes, true)?;
+        match &self.bounds {
+            Some(b) if b.len() != self.nodes.len() + 1 => {
+                Err((location, format!("has {} bounds for {} cells", b.len(), self.nodes.len())))
+            }
+            Some(b) => ascending(&format!("{location} bounds"), b, true),
+            None => Ok(()),
+        }
+    }
+}
+
+impl Cells {
+    fn validate(&self, points: usize) -> Result<(), Contradiction> {
+        let broken = |problem: String| Err(("cells".to_owned(), problem));
+        if self.offsets.len() != self.types.len() + 1 || self.offsets.first() != Some(&0) {
+            return broken(format!("have {} offsets for {} cells", self.offsets.len(), self.types.len()));
+        }
+        if self.offsets.windows(2).any(|w| w[0] > w[1]) || self.offsets.last() != Some(&self.connectivity.len()) {
+            return broken("have offsets that do not ascend to the length of the connectivity".into());
+        }
+        match self.connectivity.iter().find(|&&p| p >= points) {
+            Some(p) => broken(format!("name point {p}, but there are {points}")),
+            None => Ok(()),
+        }
+    }
+}
+
+impl ParticleFile {
+    /// Checks that all columns of a species have its length.
+    ///
+    /// # Errors
+    /// Location and problem of the first contradiction.
+    pub fn validate(&self) -> Result<(), Contradiction> {
+        for species in &self.species {
+            for c in &species.table.columns {
+                let wanted = c.components * species.table.count;
+                if c.values.len() != wanted {
+                    return Err((format!("column '{}'", c.name), format!("has {} values, expected {wanted}", c.values.len())));
+                }
+            }
+        }
+        Ok(())
+    }
+}
+
+fn ascending(location: &str, values: &[f64], strictly: bool) -> Result<(), Contradiction> {
+    if let Some(i) = values.iter().position(|v| !v.is_finite()) {
+        return Err((location.into(), format!("value {i} is {}, expected a finite number", values[i])));
+    }
+    let wrong = |w: &[f64]| if strictly { w[0] >= w[1] } else { w[0] > w[1] };
+    match values.windows(2).position(wrong) {
+        Some(i) => Err((
+            location.into(),
+            format!("value {} is {:e} after {:e}, expected it to ascend{}", i + 1, values[i + 1], values[i], if strictly { " strictly" } else { "" }),
+        )),
+        None if values.is_empty() => Err((location.into(), "is empty".into())),
+        None => Ok(()),
+    }
+}
+
+fn finite_points(points: &[[f64; 3]]) -> Result<(), Contradiction> {
+    match points.iter().position(|p| p.iter().any(|v| !v.is_finite())) {
+        Some(i) => Err(("points".into(), format!("point {i} is {:?}, expected finite coordinates", points[i]))),
+        None if points.is_empty() => Err(("points".into(), "are none".into())),
+        None => Ok(()),
+    }
+}

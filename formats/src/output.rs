@@ -9,7 +9,7 @@ use std::path::Path;
 /// # Errors
 /// What `write` returns, or [`FormatError::Io`].
 pub fn atomically(path: &Path, write: impl FnOnce(&Path) -> Result<()>) -> Result<()> {
-    let folder = path.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."));
+    let folder = folder_of(path);
     let suffix = path.extension().map(|e| format!(".{}", e.to_string_lossy())).unwrap_or_default();
     let temporary = tempfile::Builder::new()
         .prefix(".sph-prep-")
@@ -22,6 +22,24 @@ pub fn atomically(path: &Path, write: impl FnOnce(&Path) -> Result<()>) -> Resul
     let sync = std::fs::File::open(&temporary).and_then(|f| f.sync_all());
     sync.map_err(|e| FormatError::io(path, "write", e))?;
     temporary.persist(path).map_err(|e| FormatError::io(path, "write", e.error))
+}
+
+/// Whether a file could be put at `path`: its folder exists and takes new files, and `path` is no folder. Asked
+/// before a long run, so that it does not end in vain.
+///
+/// # Errors
+/// [`FormatError::Io`].
+pub fn probe(path: &Path) -> Result<()> {
+    if path.is_dir() {
+        let refused = std::io::Error::new(std::io::ErrorKind::IsADirectory, "it is a directory");
+        return Err(FormatError::io(path, "write", refused));
+    }
+    let folder = folder_of(path);
+    tempfile::tempfile_in(folder).map(drop).map_err(|e| FormatError::io(folder, "create a file in", e))
+}
+
+fn folder_of(path: &Path) -> &Path {
+    path.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."))
 }
 
 trait PermissionsForNewFiles {

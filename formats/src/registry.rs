@@ -104,10 +104,13 @@ pub fn detect<'a>(formats: &'a [FormatSpec], path: &Path, explicit: Option<&str>
     if head.is_empty() {
         return Err(detection(path, "the file is empty".into()));
     }
-    let best = formats.iter().map(|f| (f.sniff)(&head)).max().unwrap_or(Match::No);
-    let mut found: Vec<_> = formats.iter().filter(|f| best > Match::No && (f.sniff)(&head) == best).collect();
+    let readable = || formats.iter().filter(|f| f.capabilities.read_field || f.capabilities.read_particles);
+    let best = readable().map(|f| (f.sniff)(&head)).max().unwrap_or(Match::No);
+    let mut found: Vec<_> = readable().filter(|f| best > Match::No && (f.sniff)(&head) == best).collect();
     if found.len() != 1 {
-        let by_extension: Vec<_> = candidates(formats, &found).filter(|f| has_extension(f, path)).collect();
+        let all = found.is_empty();
+        let by_extension: Vec<_> =
+            readable().filter(|f| (all || found.iter().any(|g| g.name == f.name)) && has_extension(f, path)).collect();
         if !by_extension.is_empty() {
             found = by_extension;
         }
@@ -142,6 +145,43 @@ pub fn detect_output<'a>(formats: &'a [FormatSpec], path: &Path, explicit: Optio
         )),
         (_, many) => Err(detection(path, format!("the flavor may be {}; name it with --to", names(many.iter().copied())))),
     }
+}
+
+/// Reads a file in the format found for it and checks that what came is consistent in itself.
+///
+/// # Errors
+/// Those of [`detect`], [`reader`] and the reader itself; [`FormatError::Input`] where counts, axes or
+/// connectivity contradict each other.
+pub fn read(formats: &[FormatSpec], path: &Path, explicit: Option<&str>, request: &FieldRequest) -> Result<FileContent> {
+    let spec = detect(formats, path, explicit)?;
+    let content = reader(spec, path)?(path, request)?;
+    let checked = match &content {
+        FileContent::Field(field) => field.validate(),
+        FileContent::Particles(file) => file.validate(),
+    };
+    checked.map_err(|(location, problem)| FormatError::input(path, spec.name, location, problem))?;
+    Ok(content)
+}
+
+/// Writes particles; the file appears whole or not at all.
+///
+/// # Errors
+/// Those of [`detect_output`], [`writer`], the writer itself and the operating system.
+pub fn write(
+    formats: &[FormatSpec],
+    path: &Path,
+    explicit: Option<&str>,
+    file: &ParticleFile,
+    options: WriteOptions,
+) -> Result<()> {
+    let spec = detect_output(formats, path, explicit)?;
+    let write = writer(spec, path)?;
+    file.validate().map_err(|(location, problem)| FormatError::Output {
+        path: path.into(),
+        format: spec.name,
+        problem: format!("{location}: {problem}"),
+    })?;
+    crate::output::atomically(path, |temporary| write(temporary, file, options)).map_err(|e| e.renamed(path))
 }
 
 /// The reader of a format.
@@ -186,12 +226,6 @@ fn by_name<'a>(formats: &'a [FormatSpec], path: &Path, name: &str) -> Result<&'a
         .iter()
         .find(|f| f.name == name)
         .ok_or_else(|| detection(path, format!("there is no format '{name}'; known are {}", names(formats.iter()))))
-}
-
-fn candidates<'a>(formats: &'a [FormatSpec], found: &[&'a FormatSpec]) -> impl Iterator<Item = &'a FormatSpec> {
-    let all = found.is_empty();
-    let found = found.to_vec();
-    formats.iter().filter(move |f| all || found.iter().any(|g| g.name == f.name))
 }
 
 fn extension(path: &Path) -> Option<String> {

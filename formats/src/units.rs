@@ -1,4 +1,21 @@
 //! Units at the border: what a file states, and the system in which particles are written.
+//!
+//! Solar and terrestrial values are the nominal ones of IAU 2015 resolution B3 (GM and radii) over the CODATA
+//! 2018 constant of gravity; astronomical unit and parsec are exact (IAU 2012 B2, 2015 B2).
+
+/// Newton's constant, cm^3 g^-1 s^-2 (CODATA 2018).
+pub const GRAVITATIONAL_CONSTANT_CGS: f64 = 6.674_30e-8;
+/// g.
+pub const SOLAR_MASS_CGS: f64 = 1.327_124_4e26 / GRAVITATIONAL_CONSTANT_CGS;
+/// cm.
+pub const SOLAR_RADIUS_CGS: f64 = 6.957e10;
+/// g.
+pub const EARTH_MASS_CGS: f64 = 3.986_004e20 / GRAVITATIONAL_CONSTANT_CGS;
+/// cm, equatorial.
+pub const EARTH_RADIUS_CGS: f64 = 6.378_1e8;
+const AU_CGS: f64 = 1.495_978_707e13;
+const PARSEC_CGS: f64 = 3.085_677_581_491_367_3e18;
+const YEAR_CGS: f64 = 3.155_76e7;
 
 /// Exponents of length, mass, time and temperature.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
@@ -27,6 +44,24 @@ impl UnitDimension {
     pub const fn mass_density(d: usize) -> Self {
         Self::new(-(d as i8), 1, 0, 0)
     }
+
+    fn raised(self, n: i8) -> Option<Self> {
+        Some(Self {
+            length: self.length.checked_mul(n)?,
+            mass: self.mass.checked_mul(n)?,
+            time: self.time.checked_mul(n)?,
+            temperature: self.temperature.checked_mul(n)?,
+        })
+    }
+
+    fn times(self, other: Self) -> Option<Self> {
+        Some(Self {
+            length: self.length.checked_add(other.length)?,
+            mass: self.mass.checked_add(other.mass)?,
+            time: self.time.checked_add(other.time)?,
+            temperature: self.temperature.checked_add(other.temperature)?,
+        })
+    }
 }
 
 /// A unit as stated by a file.
@@ -37,6 +72,89 @@ pub struct Unit {
     /// How many cgs (cm, g, s, K) units one of it is.
     pub to_cgs: f64,
     pub dimension: UnitDimension,
+}
+
+impl Unit {
+    /// Reads the usual spellings: `kg m-3`, `kg/m^3`, `g cm**-3`, `g/cc`, `km/s`, `Msun`, `erg g-1`, `J/kg`.
+    /// An empty text or `1` is dimensionless. `None` where any part is not understood.
+    pub fn parse(text: &str) -> Option<Self> {
+        let symbol = text.trim().to_owned();
+        let spaced = symbol.replace("**", "^").replace('/', " / ").replace(['*', '·', '.'], " ");
+        let (mut to_cgs, mut dimension, mut sign) = (1.0, UnitDimension::NONE, 1);
+        for token in spaced.split_whitespace() {
+            if token == "/" {
+                // Everything behind a slash divides, as in `erg/g/s` and `erg/g s`.
+                sign = -1;
+                continue;
+            }
+            let (name, power) = split_power(token)?;
+            let (factor, base) = symbol_value(name)?;
+            let power = power.checked_mul(sign)?;
+            to_cgs *= f64::powi(factor, power.into());
+            dimension = dimension.times(base.raised(power)?)?;
+        }
+        (to_cgs.is_finite() && to_cgs > 0.0).then_some(Self { symbol, to_cgs, dimension })
+    }
+}
+
+/// `m-3`, `m^-3`, `m3` and `m` into name and power.
+fn split_power(token: &str) -> Option<(&str, i8)> {
+    if token == "1" {
+        return Some(("1", 1));
+    }
+    let end = token.find(|c: char| c == '^' || c == '-' || c == '+' || c.is_ascii_digit()).unwrap_or(token.len());
+    let (name, power) = token.split_at(end);
+    let power = power.trim_start_matches('^').trim_matches(|c| c == '(' || c == ')' || c == '{' || c == '}');
+    let power = if power.is_empty() { 1 } else { power.parse().ok()? };
+    (!name.is_empty()).then_some((name, power))
+}
+
+/// cgs factor and dimension of one symbol, with an SI prefix where that is usual.
+fn symbol_value(name: &str) -> Option<(f64, UnitDimension)> {
+    if let Some(found) = plain_symbol(name) {
+        return Some(found);
+    }
+    const PREFIXES: [(&str, f64); 9] =
+        [("k", 1e3), ("M", 1e6), ("G", 1e9), ("T", 1e12), ("c", 1e-2), ("m", 1e-3), ("u", 1e-6), ("n", 1e-9), ("d", 1e-1)];
+    const PREFIXED: [&str; 11] = ["m", "g", "s", "Pa", "J", "N", "pc", "yr", "K", "meter", "metre"];
+    PREFIXES.iter().find_map(|(prefix, factor)| {
+        let base = name.strip_prefix(prefix).filter(|b| PREFIXED.contains(b))?;
+        plain_symbol(base).map(|(value, dimension)| (factor * value, dimension))
+    })
+}
+
+fn plain_symbol(name: &str) -> Option<(f64, UnitDimension)> {
+    use UnitDimension as D;
+    let energy = D::new(2, 1, -2, 0);
+    let force = D::new(1, 1, -2, 0);
+    Some(match name {
+        "1" => (1.0, D::NONE),
+        "m" | "meter" | "meters" | "metre" | "metres" => (1e2, D::LENGTH),
+        "km" | "kilometer" | "kilometers" => (1e5, D::LENGTH),
+        "cm" | "centimeter" | "centimeters" => (1.0, D::LENGTH),
+        "Rsun" | "R_sun" | "Rsol" | "rsun" | "solRad" | "R☉" | "R⊙" => (SOLAR_RADIUS_CGS, D::LENGTH),
+        "Rearth" | "R_earth" | "earthRad" | "R⊕" => (EARTH_RADIUS_CGS, D::LENGTH),
+        "au" | "AU" => (AU_CGS, D::LENGTH),
+        "pc" | "parsec" => (PARSEC_CGS, D::LENGTH),
+        "ly" => (9.460_730_472_580_8e17, D::LENGTH),
+        "g" | "gram" | "grams" | "gm" => (1.0, D::MASS),
+        "kg" | "kilogram" | "kilograms" => (1e3, D::MASS),
+        "Msun" | "M_sun" | "Msol" | "msun" | "solMass" | "M☉" | "M⊙" => (SOLAR_MASS_CGS, D::MASS),
+        "Mearth" | "M_earth" | "earthMass" | "M⊕" => (EARTH_MASS_CGS, D::MASS),
+        "cc" => (1.0, D::new(3, 0, 0, 0)),
+        "s" | "sec" | "second" | "seconds" => (1.0, D::TIME),
+        "day" | "days" => (86_400.0, D::TIME),
+        "yr" | "year" | "years" => (YEAR_CGS, D::TIME),
+        "K" | "kelvin" | "Kelvin" => (1.0, D::TEMPERATURE),
+        "erg" | "ergs" => (1.0, energy),
+        "J" | "joule" | "joules" => (1e7, energy),
+        "dyn" | "dyne" | "dynes" => (1.0, force),
+        "N" => (1e5, force),
+        "Pa" | "pascal" => (10.0, D::PRESSURE),
+        "bar" => (1e6, D::PRESSURE),
+        "Ba" | "barye" => (1.0, D::PRESSURE),
+        _ => return None,
+    })
 }
 
 /// The units of a set of particles, in cgs.
@@ -52,11 +170,102 @@ impl UnitSystem {
     /// Dimensionless numbers, written as if cgs.
     pub const CODE: Self = Self { length: 1.0, mass: 1.0, time: 1.0, temperature: 1.0 };
 
+    /// cm, g, s.
+    pub fn cgs() -> Self {
+        Self::CODE
+    }
+
+    /// m, kg, s.
+    pub fn si() -> Self {
+        Self { length: 1e2, mass: 1e3, time: 1.0, temperature: 1.0 }
+    }
+
+    /// Solar radius, solar mass, and the time in which the constant of gravity is 1 (1593 s).
+    pub fn solar() -> Self {
+        Self::gravitational(SOLAR_RADIUS_CGS, SOLAR_MASS_CGS)
+    }
+
+    /// Earth radius, Earth mass, and the time in which the constant of gravity is 1 (807 s).
+    pub fn planetary() -> Self {
+        Self::gravitational(EARTH_RADIUS_CGS, EARTH_MASS_CGS)
+    }
+
+    /// kpc, 1e10 solar masses, km/s: the default of GADGET.
+    pub fn galactic() -> Self {
+        let length = 1e3 * PARSEC_CGS;
+        Self { length, mass: 1e10 * SOLAR_MASS_CGS, time: length / 1e5, temperature: 1.0 }
+    }
+
+    fn gravitational(length: f64, mass: f64) -> Self {
+        let time = (length.powi(3) / (GRAVITATIONAL_CONSTANT_CGS * mass)).sqrt();
+        Self { length, mass, time, temperature: 1.0 }
+    }
+
+    /// One of `cgs`, `si`, `solar`, `planetary`, `galactic`, `code`.
+    pub fn by_name(name: &str) -> Option<Self> {
+        Some(match name {
+            "cgs" => Self::cgs(),
+            "si" => Self::si(),
+            "solar" => Self::solar(),
+            "planetary" => Self::planetary(),
+            "galactic" => Self::galactic(),
+            "code" => Self::CODE,
+            _ => return None,
+        })
+    }
+
     /// The factor from this system to cgs for a quantity of dimension `d`.
     pub fn to_cgs(&self, d: UnitDimension) -> f64 {
         self.length.powi(d.length.into())
             * self.mass.powi(d.mass.into())
             * self.time.powi(d.time.into())
             * self.temperature.powi(d.temperature.into())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn check(text: &str, to_cgs: f64, dimension: UnitDimension) {
+        let unit = Unit::parse(text).unwrap_or_else(|| panic!("'{text}' is not understood"));
+        assert!((unit.to_cgs / to_cgs - 1.0).abs() < 1e-12, "{text}: {}", unit.to_cgs);
+        assert_eq!(unit.dimension, dimension, "{text}");
+    }
+
+    #[test]
+    fn usual_spellings_are_understood() {
+        let density = UnitDimension::mass_density(3);
+        for text in ["kg m-3", "kg/m^3", "kg m^-3", "kg m**-3", "kg*m^-3", "kg/m3"] {
+            check(text, 1e-3, density);
+        }
+        for text in ["g/cc", "g cm-3", "g/cm^3", "g cm^{-3}"] {
+            check(text, 1.0, density);
+        }
+        check("km/s", 1e5, UnitDimension::VELOCITY);
+        check("J/kg", 1e4, UnitDimension::SPECIFIC_ENERGY);
+        check("erg g-1", 1.0, UnitDimension::SPECIFIC_ENERGY);
+        check("GPa", 1e10, UnitDimension::PRESSURE);
+        check("dyn/cm2", 1.0, UnitDimension::PRESSURE);
+        check("Msun", 1.327_124_4e26 / 6.674_30e-8, UnitDimension::MASS);
+        check("kpc", 3.085_677_581_491_367_3e21, UnitDimension::LENGTH);
+        check("", 1.0, UnitDimension::NONE);
+        check("1", 1.0, UnitDimension::NONE);
+        check("1/s", 1.0, UnitDimension::new(0, 0, -1, 0));
+    }
+
+    #[test]
+    fn what_is_not_understood_is_not_guessed() {
+        for text in ["degrees_north", "furlong", "m^x", "kg m-3 foo", "m^1000", "^3", "days since 2001-01-01"] {
+            assert_eq!(Unit::parse(text), None, "{text}");
+        }
+    }
+
+    #[test]
+    fn gravity_is_one_in_solar_and_planetary_units() {
+        for system in [UnitSystem::solar(), UnitSystem::planetary()] {
+            let g = GRAVITATIONAL_CONSTANT_CGS / system.to_cgs(UnitDimension::new(3, -1, -2, 0));
+            assert!((g - 1.0).abs() < 1e-12);
+        }
     }
 }
