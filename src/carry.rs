@@ -89,7 +89,8 @@ pub fn velocities<const D: usize>(
         }
     } else {
         for (k, letter) in ["x", "y", "z"].iter().enumerate().take(D) {
-            let spellings = [format!("v{letter}"), format!("v_{letter}"), format!("velocity_{letter}"), format!("vel_{letter}")];
+            let spellings =
+                [format!("v{letter}"), format!("v_{letter}"), format!("velocity_{letter}"), format!("vel_{letter}")];
             let found = take(columns, &|c| c.components == 1 && spellings.contains(&c.name.to_ascii_lowercase()));
             if let Some(column) = found {
                 (0..n).for_each(|i| v[i * D + k] = column.values.get(i));
@@ -101,7 +102,12 @@ pub fn velocities<const D: usize>(
     Ok(moving.then_some(v))
 }
 
-fn add_motion<const D: usize>(v: &mut [f64], positions: &Positions<D>, domain: &Domain<D>, motion: &Motion) -> Result<bool> {
+fn add_motion<const D: usize>(
+    v: &mut [f64],
+    positions: &Positions<D>,
+    domain: &Domain<D>,
+    motion: &Motion,
+) -> Result<bool> {
     let bulk = components::<D>("motion.bulk", &motion.bulk, D)?;
     let about = match D {
         3 => 3,
@@ -152,7 +158,8 @@ pub fn internal_energy(columns: &mut Vec<Column>, density: &[f64], thermal: &The
         return EnergySource::Carried;
     }
     if let Some(pressure) = columns.iter().find(|c| c.name == names::PRESSURE && c.components == 1) {
-        let u = density.iter().enumerate().map(|(i, rho)| pressure.values.get(i) / ((thermal.gamma - 1.0) * rho)).collect();
+        let u =
+            density.iter().enumerate().map(|(i, rho)| pressure.values.get(i) / ((thermal.gamma - 1.0) * rho)).collect();
         push(columns, u);
         return EnergySource::Pressure;
     }

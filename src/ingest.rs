@@ -62,7 +62,9 @@ fn read_field(formats: &[FormatSpec], path: &Path, format: Option<&str>, request
 
 /// Gas particles of a snapshot as a point cloud with their densities.
 fn cloud(path: &Path, file: &ParticleFile) -> Result<RawField> {
-    let missing = |what: &str| Error::field(path.display().to_string(), format!("a particle file without {what} is no density field"));
+    let missing = |what: &str| {
+        Error::field(path.display().to_string(), format!("a particle file without {what} is no density field"))
+    };
     let gas = file.species.iter().find(|s| s.part_type == 0).ok_or_else(|| missing("gas particles"))?;
     let table = &gas.table;
     let x = table.column(particle_names::COORDINATES).ok_or_else(|| missing("Coordinates"))?;
@@ -116,7 +118,10 @@ pub fn dimension(scene: &Scene, raw: &RawInput) -> Result<usize> {
             let from_domain = scene.domain.bounds.as_ref().map(|b| b[0].len());
             let from_center = scene.domain.ball.as_ref().map(|b| b.center.len()).filter(|&d| d > 0);
             asked.or(from_domain).or(from_center).filter(|d| (1..=3).contains(d)).ok_or_else(|| {
-                Error::scene("input.dimension", "is not known: an expression needs `input.dimension`, or a domain with 1 to 3 coordinates")
+                Error::scene(
+                    "input.dimension",
+                    "is not known: an expression needs `input.dimension`, or a domain with 1 to 3 coordinates",
+                )
             })
         }
     }
@@ -143,7 +148,8 @@ pub fn units(scene: &Scene, raw: &RawInput, notes: &mut Vec<String>) -> Result<O
         (Some(l), Some(d)) => Ok(Some(InputUnits { length: l.to_cgs, density: d.to_cgs })),
         (None, None) => Ok(None),
         (Some(_), None) => {
-            notes.push("the density has no known unit: numbers are taken as code units (set input.density_unit)".into());
+            notes
+                .push("the density has no known unit: numbers are taken as code units (set input.density_unit)".into());
             Ok(None)
         }
         (None, Some(_)) => {
@@ -158,7 +164,9 @@ fn named_unit(key: &str, name: Option<&str>, dimension: UnitDimension) -> Result
     match Unit::parse(name) {
         Some(unit) if unit.dimension == dimension => Ok(Some(unit)),
         Some(_) => Err(Error::scene(key, format!("'{name}' is a unit of another quantity"))),
-        None => Err(Error::scene(key, format!("'{name}' is no unit that is known; write for example cm, Rsun, kg/m^3"))),
+        None => {
+            Err(Error::scene(key, format!("'{name}' is no unit that is known; write for example cm, Rsun, kg/m^3")))
+        }
     }
 }
 
@@ -175,7 +183,14 @@ pub fn source<const D: usize>(scene: &Scene, raw: RawInput) -> Result<Source<D>>
                 Error::scene("domain", "is missing: an expression needs a `box` or a `ball` to be evaluated in")
             })?;
             let density = AnalyticField::<D>::new(&text, center(&domain))?;
-            Source { density: Box::new(density), carried: Vec::new(), domain, mass: None, radial: None, notes: Vec::new() }
+            Source {
+                density: Box::new(density),
+                carried: Vec::new(),
+                domain,
+                mass: None,
+                radial: None,
+                notes: Vec::new(),
+            }
         }
     };
     match scene_domain::<D>(&scene.domain, &walls)? {
@@ -298,8 +313,7 @@ pub fn resolution<const D: usize>(
             let path = wanted.file.as_deref().or(own).ok_or_else(|| {
                 Error::scene("resolution.file", "is missing: an expression for the density has no variables")
             })?;
-            let request =
-                FieldRequest { density: Some(name.into()), carry: Some(Vec::new()), time: scene.input.time };
+            let request = FieldRequest { density: Some(name.into()), carry: Some(Vec::new()), time: scene.input.time };
             let format = if wanted.file.is_none() { scene.input.format.as_deref() } else { None };
             let mut raw = read_field(formats, path, format, &request)?;
             raw.density = Some(name.into());

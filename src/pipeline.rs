@@ -35,11 +35,7 @@ const MASS_TOLERANCE: f64 = 1e-10;
 /// Any of [`Error`]; nothing is left half-written.
 pub fn run(scene: &Scene, formats: &[FormatSpec], control: &Control<'_>) -> Result<Report> {
     scene.validate()?;
-    let output = scene
-        .output
-        .file
-        .as_deref()
-        .ok_or_else(|| Error::scene("output.file", "is missing (--out FILE)"))?;
+    let output = scene.output.file.as_deref().ok_or_else(|| Error::scene("output.file", "is missing (--out FILE)"))?;
     let format = registry::detect_output(formats, output, scene.output.format.as_deref())?;
     registry::writer(format, output)?;
     sph_formats::output::probe(output)?;
@@ -121,14 +117,20 @@ impl Run<'_> {
             None => total_mass(source.density.as_ref(), &source.domain, MASS_TOLERANCE)?,
         };
         if !(mass.value > 0.0 && mass.value.is_finite()) {
-            return Err(Error::field("density", format!("its integral over the domain is {}, expected a positive mass", mass.value)));
+            return Err(Error::field(
+                "density",
+                format!("its integral over the domain is {}, expected a positive mass", mass.value),
+            ));
         }
         let length = source.domain.size();
         let density = length.powi(D as i32) / mass.value;
         if !(density.is_finite() && density > 0.0) {
             return Err(Error::field(
                 "density",
-                format!("mass {:e} in a domain of size {length:e} is beyond f64; choose larger or smaller units", mass.value),
+                format!(
+                    "mass {:e} in a domain of size {length:e} is beyond f64; choose larger or smaller units",
+                    mass.value
+                ),
             ));
         }
         let resolution = ingest::resolution(self.scene, self.formats, &source.domain)?
@@ -188,8 +190,10 @@ impl Run<'_> {
         let mass = self.mass_report(&masses, scaled, &factors, &out, D);
         let raw_columns = RawColumns { positions: &positions, masses, support, density, wanted };
         let file = self.particle_file(scaled, raw_columns, &factors, out, (K::NAME, neighbors, stop), &mut plan)?;
-        let options =
-            WriteOptions { compression: self.scene.output.compression, double_precision: self.scene.output.double_precision };
+        let options = WriteOptions {
+            compression: self.scene.output.compression,
+            double_precision: self.scene.output.double_precision,
+        };
         sph_formats::write(self.formats, self.output, Some(self.format.name), &file, options)?;
         self.lap("write", lap, None);
         Ok(Report {
@@ -237,7 +241,10 @@ impl Run<'_> {
     fn output_units(&mut self, mass: f64, d: usize) -> Result<UnitSystem> {
         if let Some(name) = &self.scene.output.units {
             return UnitSystem::by_name(name).ok_or_else(|| {
-                Error::scene("output.units", format!("is '{name}', expected cgs, si, solar, planetary, galactic or code"))
+                Error::scene(
+                    "output.units",
+                    format!("is '{name}', expected cgs, si, solar, planetary, galactic or code"),
+                )
             });
         }
         let Some(units) = self.units else { return Ok(UnitSystem::CODE) };
@@ -251,7 +258,8 @@ impl Run<'_> {
             g if g < 1e38 => ("solar", UnitSystem::solar()),
             _ => ("galactic", UnitSystem::galactic()),
         };
-        self.notes.push(format!("output in {name} units, which suit a mass of {grams:.3e} g (output.units chooses others)"));
+        self.notes
+            .push(format!("output in {name} units, which suit a mass of {grams:.3e} g (output.units chooses others)"));
         Ok(system)
     }
 
@@ -291,7 +299,8 @@ impl Run<'_> {
         if frame.isolated {
             self.notes.push(format!(
                 "the body is moved to the middle of a box of edge {:.6e} (output.box_factor {})",
-                frame.box_size[0] * factors.length, self.scene.output.box_factor
+                frame.box_size[0] * factors.length,
+                self.scene.output.box_factor
             ));
         }
         let mut carried: Vec<Column> =
@@ -331,7 +340,12 @@ impl Run<'_> {
         let scaled_values = |v: Vec<f64>, factor: f64| Values::F64(v.into_par_iter().map(|x| x * factor).collect());
         let mass_dimension = UnitDimension::new(D as i8 - 3, 1, 0, 0);
         let mut columns = vec![
-            column(names::COORDINATES, D, Values::F64(frame.coordinates(raw.positions, factors.length)), UnitDimension::LENGTH),
+            column(
+                names::COORDINATES,
+                D,
+                Values::F64(frame.coordinates(raw.positions, factors.length)),
+                UnitDimension::LENGTH,
+            ),
             column(names::MASSES, 1, scaled_values(raw.masses, factors.mass), mass_dimension),
             column(names::SUPPORT_RADIUS, 1, scaled_values(raw.support, factors.length), UnitDimension::LENGTH),
             column(names::DENSITY, 1, scaled_values(raw.density, factors.density), UnitDimension::mass_density(3)),
@@ -388,9 +402,8 @@ struct Factors {
 
 impl Factors {
     fn new<const D: usize>(units: Option<InputUnits>, scaled: &Scaled<D>, out: &UnitSystem) -> Self {
-        let (length, density) = units.map_or((1.0, 1.0), |u| {
-            (u.length / out.length, u.density / out.to_cgs(UnitDimension::mass_density(3)))
-        });
+        let (length, density) = units
+            .map_or((1.0, 1.0), |u| (u.length / out.length, u.density / out.to_cgs(UnitDimension::mass_density(3))));
         let input_mass = density * length.powi(D as i32);
         let mass = scaled.mass.value * input_mass;
         let size = scaled.length * length;

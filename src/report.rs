@@ -66,10 +66,20 @@ impl Report {
 
     fn write_text(&self, out: &mut String) -> std::fmt::Result {
         writeln!(out, "{} -> {} ({})", self.input, self.output, self.format)?;
-        writeln!(out, "  particles        {} in {}-D, {}, {:.1} kernel neighbors, seed {}", self.particles, self.dimension, self.kernel, self.neighbors.kernel_neighbors, self.seed)?;
+        writeln!(
+            out,
+            "  particles        {} in {}-D, {}, {:.1} kernel neighbors, seed {}",
+            self.particles, self.dimension, self.kernel, self.neighbors.kernel_neighbors, self.seed
+        )?;
         let m = &self.mass;
         let grams = m.total_cgs.map(|g| format!(" = {g:.6e} g")).unwrap_or_default();
-        writeln!(out, "  mass             {:.12e}{grams}; input known to {:.1e}, particles add up to it within {:.1e}", m.total, m.quadrature_error, m.defect.abs())?;
+        writeln!(
+            out,
+            "  mass             {:.12e}{grams}; input known to {:.1e}, particles add up to it within {:.1e}",
+            m.total,
+            m.quadrature_error,
+            m.defect.abs()
+        )?;
         if m.smallest == m.largest {
             writeln!(out, "  particle mass    {:.6e}, equal", m.smallest)?;
         } else {
@@ -85,14 +95,30 @@ impl Report {
         ];
         for (name, figures) in rows {
             if let Some(ErrorFigures { epsilon, mean, max, particles }) = figures {
-                writeln!(out, "    {name:<28} {particles:>10}   {epsilon:.3e}   {:.3} %     {:.2} %", 100.0 * mean, 100.0 * max)?;
+                writeln!(
+                    out,
+                    "    {name:<28} {particles:>10}   {epsilon:.3e}   {:.3} %     {:.2} %",
+                    100.0 * mean,
+                    100.0 * max
+                )?;
             }
         }
         let inside = self.noise.interior.map(|n| format!(", interior {:.2} %", 100.0 * n)).unwrap_or_default();
         writeln!(out, "  force noise      {:.2} % of a random set's{inside}", 100.0 * self.noise.all)?;
-        writeln!(out, "  neighbors        {:.1} on average; closest pair {:.2} spacings apart", self.neighbors.mean_count, self.neighbors.closest_pair)?;
+        writeln!(
+            out,
+            "  neighbors        {:.1} on average; closest pair {:.2} spacings apart",
+            self.neighbors.mean_count, self.neighbors.closest_pair
+        )?;
         for stage in &self.stages {
-            writeln!(out, "  {:<16} {:?} after {} iterations, best is {}", stage.stage, stage.stop, stage.history.len().saturating_sub(1), stage.best_iteration)?;
+            writeln!(
+                out,
+                "  {:<16} {:?} after {} iterations, best is {}",
+                stage.stage,
+                stage.stop,
+                stage.history.len().saturating_sub(1),
+                stage.best_iteration
+            )?;
         }
         writeln!(out, "  time             {:.2} s", self.seconds)?;
         for t in &self.timing {

@@ -276,18 +276,29 @@ impl Scene {
     /// [`Error::Scene`] naming key, value and what was expected.
     pub fn validate(&self) -> Result<()> {
         let positive = |key: &str, v: f64| {
-            if v.is_finite() && v > 0.0 { Ok(()) } else { Err(Error::scene(key, format!("is {v}, expected a positive number"))) }
+            if v.is_finite() && v > 0.0 {
+                Ok(())
+            } else {
+                Err(Error::scene(key, format!("is {v}, expected a positive number")))
+            }
         };
         match (&self.input.file, &self.input.expression) {
-            (None, None) => return Err(Error::scene("input", "names neither a `file` nor an `expression`; give one (--in FILE)")),
-            (Some(_), Some(_)) => return Err(Error::scene("input", "names both a `file` and an `expression`; give one")),
+            (None, None) => {
+                return Err(Error::scene("input", "names neither a `file` nor an `expression`; give one (--in FILE)"));
+            }
+            (Some(_), Some(_)) => {
+                return Err(Error::scene("input", "names both a `file` and an `expression`; give one"));
+            }
             _ => {}
         }
         if self.particles == Some(0) {
             return Err(Error::scene("particles", "is 0, expected at least 1"));
         }
         if self.particles.is_some_and(|n| n > u32::MAX as usize) {
-            return Err(Error::scene("particles", format!("is more than {}, the most that one run can place", u32::MAX)));
+            return Err(Error::scene(
+                "particles",
+                format!("is more than {}, the most that one run can place", u32::MAX),
+            ));
         }
         if let Some(d) = self.input.dimension.filter(|d| !(1..=3).contains(d)) {
             return Err(Error::scene("input.dimension", format!("is {d}, expected 1, 2 or 3")));
@@ -300,16 +311,26 @@ impl Scene {
         positive("wvt.step", self.wvt.step)?;
         positive("wvt.final_step", self.wvt.final_step)?;
         if self.wvt.final_step > 1.0 {
-            return Err(Error::scene("wvt.final_step", format!("is {}, expected at most 1: steps shrink", self.wvt.final_step)));
+            return Err(Error::scene(
+                "wvt.final_step",
+                format!("is {}, expected at most 1: steps shrink", self.wvt.final_step),
+            ));
         }
-        for (key, value) in [("tolerance", self.tolerance), ("time_limit", self.time_limit), ("thermal.internal_energy", self.thermal.internal_energy)] {
+        for (key, value) in [
+            ("tolerance", self.tolerance),
+            ("time_limit", self.time_limit),
+            ("thermal.internal_energy", self.thermal.internal_energy),
+        ] {
             value.map_or(Ok(()), |v| positive(key, v))?;
         }
         if !(self.thermal.gamma.is_finite() && self.thermal.gamma > 1.0) {
             return Err(Error::scene("thermal.gamma", format!("is {}, expected more than 1", self.thermal.gamma)));
         }
         if !(self.output.box_factor.is_finite() && self.output.box_factor >= 1.0) {
-            return Err(Error::scene("output.box_factor", format!("is {}, expected at least 1", self.output.box_factor)));
+            return Err(Error::scene(
+                "output.box_factor",
+                format!("is {}, expected at least 1", self.output.box_factor),
+            ));
         }
         if self.output.compression > 9 {
             return Err(Error::scene("output.compression", format!("is {}, expected 0 to 9", self.output.compression)));
@@ -338,7 +359,9 @@ impl ResolutionInput {
             1 => Ok(()),
             n => Err(Error::scene(
                 "resolution",
-                format!("has {n} of `spacing`, `number_density`, `spacing_variable`, `number_density_variable`; expected exactly one"),
+                format!(
+                    "has {n} of `spacing`, `number_density`, `spacing_variable`, `number_density_variable`; expected exactly one"
+                ),
             )),
         }
     }

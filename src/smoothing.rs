@@ -152,7 +152,12 @@ impl<const D: usize, const C: usize, K: Kernel, R: Real> LeafPass<D, C, R> for S
 impl<K: Kernel, R: Real> SolvePass<K, R> {
     /// Newton in ln H on ln(n V_d H^d / N_H), bracketed; gathers anew where the root lies beyond the reach.
     #[inline(always)]
-    fn solve<const D: usize, const C: usize, S: Simd>(&self, simd: S, batch: &mut Batch<'_, D, C, R>, i: usize) -> Solved<D> {
+    fn solve<const D: usize, const C: usize, S: Simd>(
+        &self,
+        simd: S,
+        batch: &mut Batch<'_, D, C, R>,
+        i: usize,
+    ) -> Solved<D> {
         let target = self.kernel_neighbors / unit_ball_volume(D);
         let (mut lo, mut hi) = (0.0_f64, f64::INFINITY);
         let mut support = batch.support(i);
@@ -167,7 +172,11 @@ impl<K: Kernel, R: Real> SolvePass<K, R> {
             if excess.abs() < SUPPORT_TOLERANCE || support >= self.largest {
                 break;
             }
-            if excess > 0.0 { hi = support } else { lo = support }
+            if excess > 0.0 {
+                hi = support
+            } else {
+                lo = support
+            }
             if hi / lo < 1.0 + 1e-12 {
                 break;
             }

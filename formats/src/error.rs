@@ -24,7 +24,9 @@ pub enum FormatError {
     #[error("{format} file '{path}' uses something that is not supported: {what}")]
     Unsupported { path: PathBuf, format: &'static str, what: String },
     /// A size declared in the file exceeds what the file can hold or what the limits allow.
-    #[error("{format} file '{path}', {location}: declares {declared}, more than {allowed}; the file is damaged or not of this format")]
+    #[error(
+        "{format} file '{path}', {location}: declares {declared}, more than {allowed}; the file is damaged or not of this format"
+    )]
     Limit { path: PathBuf, format: &'static str, location: String, declared: String, allowed: String },
     /// The format could not be found out, or is not in this build.
     #[error("cannot tell the format of '{path}': {problem}")]
@@ -34,7 +36,12 @@ pub enum FormatError {
     Output { path: PathBuf, format: &'static str, problem: String },
     /// The operating system refused.
     #[error("cannot {action} '{path}': {source}")]
-    Io { path: PathBuf, action: &'static str, #[source] source: std::io::Error },
+    Io {
+        path: PathBuf,
+        action: &'static str,
+        #[source]
+        source: std::io::Error,
+    },
 }
 
 impl FormatError {

@@ -25,20 +25,13 @@ pub mod vtk;
 
 pub use error::{FormatError, Result};
 pub use model::{
-    Cells, Column, Coordinates, Geometry, GridAxis, Location, ParticleFile, ParticleTable, RawField,
-    RunHeader, Species, Values, Variable,
+    Cells, Column, Coordinates, Geometry, GridAxis, Location, ParticleFile, ParticleTable, RawField, RunHeader,
+    Species, Values, Variable,
 };
 pub use registry::{Capabilities, FieldRequest, FileContent, FormatSpec, Match, WriteOptions, read, write};
 pub use units::{Unit, UnitDimension, UnitSystem};
 
 /// Every format of this crate, sorted by name. A format left out of the build is still listed, without its
 /// reader and writer.
-pub static FORMATS: &[FormatSpec] = &[
-    gadget::SPEC,
-    gyre::SPEC,
-    mesa::SPEC,
-    netcdf::SPEC,
-    swift::SPEC,
-    table::SPEC,
-    vtk::SPEC,
-];
+pub static FORMATS: &[FormatSpec] =
+    &[gadget::SPEC, gyre::SPEC, mesa::SPEC, netcdf::SPEC, swift::SPEC, table::SPEC, vtk::SPEC];

@@ -243,7 +243,10 @@ impl RawField {
         for v in &self.variables {
             let wanted = v.components * self.geometry.count(v.location);
             if v.components == 0 || v.values.len() != wanted {
-                return Err((format!("variable '{}'", v.name), format!("has {} values, expected {wanted}", v.values.len())));
+                return Err((
+                    format!("variable '{}'", v.name),
+                    format!("has {} values, expected {wanted}", v.values.len()),
+                ));
             }
         }
         Ok(())
@@ -306,7 +309,10 @@ impl ParticleFile {
             for c in &species.table.columns {
                 let wanted = c.components * species.table.count;
                 if c.values.len() != wanted {
-                    return Err((format!("column '{}'", c.name), format!("has {} values, expected {wanted}", c.values.len())));
+                    return Err((
+                        format!("column '{}'", c.name),
+                        format!("has {} values, expected {wanted}", c.values.len()),
+                    ));
                 }
             }
         }
@@ -322,7 +328,13 @@ fn ascending(location: &str, values: &[f64], strictly: bool) -> Result<(), Contr
     match values.windows(2).position(wrong) {
         Some(i) => Err((
             location.into(),
-            format!("value {} is {:e} after {:e}, expected it to ascend{}", i + 1, values[i + 1], values[i], if strictly { " strictly" } else { "" }),
+            format!(
+                "value {} is {:e} after {:e}, expected it to ascend{}",
+                i + 1,
+                values[i + 1],
+                values[i],
+                if strictly { " strictly" } else { "" }
+            ),
         )),
         None if values.is_empty() => Err((location.into(), "is empty".into())),
         None => Ok(()),

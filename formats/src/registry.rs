@@ -119,7 +119,10 @@ pub fn detect<'a>(formats: &'a [FormatSpec], path: &Path, explicit: Option<&str>
         [one] => Ok(one),
         [] => Err(detection(
             path,
-            format!("neither its first bytes nor its extension are known; name it with --format, one of {}", names(formats.iter())),
+            format!(
+                "neither its first bytes nor its extension are known; name it with --format, one of {}",
+                names(formats.iter())
+            ),
         )),
         many => Err(detection(path, format!("it may be {}; name it with --format", names(many.iter().copied())))),
     }
@@ -143,7 +146,9 @@ pub fn detect_output<'a>(formats: &'a [FormatSpec], path: &Path, explicit: Optio
             path,
             format!("no writer has this extension; name the flavor with --to, one of {}", names(writers())),
         )),
-        (_, many) => Err(detection(path, format!("the flavor may be {}; name it with --to", names(many.iter().copied())))),
+        (_, many) => {
+            Err(detection(path, format!("the flavor may be {}; name it with --to", names(many.iter().copied()))))
+        }
     }
 }
 
@@ -152,7 +157,12 @@ pub fn detect_output<'a>(formats: &'a [FormatSpec], path: &Path, explicit: Optio
 /// # Errors
 /// Those of [`detect`], [`reader`] and the reader itself; [`FormatError::Input`] where counts, axes or
 /// connectivity contradict each other.
-pub fn read(formats: &[FormatSpec], path: &Path, explicit: Option<&str>, request: &FieldRequest) -> Result<FileContent> {
+pub fn read(
+    formats: &[FormatSpec],
+    path: &Path,
+    explicit: Option<&str>,
+    request: &FieldRequest,
+) -> Result<FileContent> {
     let spec = detect(formats, path, explicit)?;
     let content = reader(spec, path)?(path, request)?;
     let checked = match &content {
@@ -213,7 +223,11 @@ fn absent(spec: &FormatSpec, path: &Path, can: bool, verb: &str) -> FormatError 
 fn read_head(path: &Path) -> Result<Vec<u8>> {
     let is_dir = std::fs::metadata(path).map_err(|e| FormatError::io(path, "open", e))?.is_dir();
     if is_dir {
-        return Err(FormatError::io(path, "read", std::io::Error::new(std::io::ErrorKind::IsADirectory, "it is a directory, not a file")));
+        return Err(FormatError::io(
+            path,
+            "read",
+            std::io::Error::new(std::io::ErrorKind::IsADirectory, "it is a directory, not a file"),
+        ));
     }
     let file = File::open(path).map_err(|e| FormatError::io(path, "open", e))?;
     let mut head = Vec::with_capacity(SNIFF_BYTES);

@@ -114,8 +114,17 @@ fn symbol_value(name: &str) -> Option<(f64, UnitDimension)> {
     if let Some(found) = plain_symbol(name) {
         return Some(found);
     }
-    const PREFIXES: [(&str, f64); 9] =
-        [("k", 1e3), ("M", 1e6), ("G", 1e9), ("T", 1e12), ("c", 1e-2), ("m", 1e-3), ("u", 1e-6), ("n", 1e-9), ("d", 1e-1)];
+    const PREFIXES: [(&str, f64); 9] = [
+        ("k", 1e3),
+        ("M", 1e6),
+        ("G", 1e9),
+        ("T", 1e12),
+        ("c", 1e-2),
+        ("m", 1e-3),
+        ("u", 1e-6),
+        ("n", 1e-9),
+        ("d", 1e-1),
+    ];
     const PREFIXED: [&str; 11] = ["m", "g", "s", "Pa", "J", "N", "pc", "yr", "K", "meter", "metre"];
     PREFIXES.iter().find_map(|(prefix, factor)| {
         let base = name.strip_prefix(prefix).filter(|b| PREFIXED.contains(b))?;

@@ -4,7 +4,10 @@ use sph_formats::FormatSpec;
 
 /// One line per format.
 pub fn table(formats: &[FormatSpec]) -> String {
-    let mut out = format!("{:<9} {:<22} {:<7} {:<15} {:<12} {}\n", "name", "extensions", "field", "particles", "in build", "what it is");
+    let mut out = format!(
+        "{:<9} {:<22} {:<7} {:<15} {:<12} {}\n",
+        "name", "extensions", "field", "particles", "in build", "what it is"
+    );
     for f in formats {
         let c = f.capabilities;
         let particles = match (c.read_particles, c.write_particles) {

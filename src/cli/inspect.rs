@@ -27,17 +27,37 @@ fn describe_field(out: &mut String, field: &RawField) -> std::fmt::Result {
     writeln!(out, "{}: {}, {}", field.path.display(), field.format, field.geometry.kind())?;
     match &field.geometry {
         Geometry::Radial { nodes, unit } => {
-            writeln!(out, "  radius           {} nodes, {:e} to {:e}{}", nodes.len(), first(nodes), last(nodes), named(unit))?;
+            writeln!(
+                out,
+                "  radius           {} nodes, {:e} to {:e}{}",
+                nodes.len(),
+                first(nodes),
+                last(nodes),
+                named(unit)
+            )?;
         }
         Geometry::Grid { axes, coordinates } => {
             writeln!(out, "  coordinates      {coordinates:?}")?;
             for GridAxis { name, nodes, unit, bounds } in axes {
                 let kind = if bounds.is_some() { ", with cell bounds" } else { "" };
-                writeln!(out, "  axis {name:<11} {} nodes, {:e} to {:e}{}{kind}", nodes.len(), first(nodes), last(nodes), named(unit))?;
+                writeln!(
+                    out,
+                    "  axis {name:<11} {} nodes, {:e} to {:e}{}{kind}",
+                    nodes.len(),
+                    first(nodes),
+                    last(nodes),
+                    named(unit)
+                )?;
             }
         }
         Geometry::Mesh { dimension, points, cells, unit } => {
-            writeln!(out, "  mesh             {dimension}-D, {} points, {} cells{}", points.len(), cells.types.len(), named(unit))?;
+            writeln!(
+                out,
+                "  mesh             {dimension}-D, {} points, {} cells{}",
+                points.len(),
+                cells.types.len(),
+                named(unit)
+            )?;
         }
         Geometry::Cloud { dimension, points, unit } => {
             writeln!(out, "  cloud            {dimension}-D, {} points{}", points.len(), named(unit))?;

@@ -26,7 +26,12 @@ pub enum Region<const D: usize> {
     /// All of it.
     Box,
     /// Interval, disc or sphere; with an `inner_radius` above zero, an annulus or shell.
-    Ball { center: [f64; D], inner_radius: f64, radius: f64, wall: Wall },
+    Ball {
+        center: [f64; D],
+        inner_radius: f64,
+        radius: f64,
+        wall: Wall,
+    },
     Hull(Arc<dyn Hull<D>>, Wall),
 }
 
@@ -58,7 +63,8 @@ impl<const D: usize> Region<D> {
                 if r <= 0.0 {
                     return None;
                 }
-                let surface = if *inner_radius > 0.0 && r - inner_radius < radius - r { *inner_radius } else { *radius };
+                let surface =
+                    if *inner_radius > 0.0 && r - inner_radius < radius - r { *inner_radius } else { *radius };
                 let scale = (2.0 * surface - r) / r;
                 let image = std::array::from_fn(|k| center[k] + scale * (x[k] - center[k]));
                 (scale > 0.0).then(|| (image, scale.powi(D as i32 - 1)))

@@ -87,9 +87,10 @@ impl<const D: usize> Measured<D> {
         let strength: Vec<f64> = (0..n).map(|i| masses[i] / self.sums[i].weighted.powi(2)).collect();
         let tree_support = self.tree.to_tree_order(&self.support);
         let tree_strength = self.tree.to_tree_order(&strength);
-        let ghost = self.ghosts.as_ref().map(|(tree, g)| {
-            (tree, inherit(tree, g, &self.support, 1.0 / D as f64), inherit(tree, g, &strength, 0.0))
-        });
+        let ghost = self
+            .ghosts
+            .as_ref()
+            .map(|(tree, g)| (tree, inherit(tree, g, &self.support, 1.0 / D as f64), inherit(tree, g, &strength, 0.0)));
         let mut trees = vec![(&self.tree, tree_support.as_slice(), tree_strength.as_slice())];
         if let Some((tree, support, strength)) = &ghost {
             trees.push((tree, support.as_slice(), strength.as_slice()));

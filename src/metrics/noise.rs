@@ -53,9 +53,7 @@ fn force_squares<const D: usize, K: Kernel>(
         .iter()
         .zip(&measured.sums)
         .zip(&measured.support)
-        .map(|((force, sums), support)| {
-            force.iter().map(|f| f * f).sum::<f64>() * (sums.weighted * support).powi(2)
-        })
+        .map(|((force, sums), support)| force.iter().map(|f| f * f).sum::<f64>() * (sums.weighted * support).powi(2))
         .collect()
 }
 

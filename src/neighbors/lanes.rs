@@ -84,10 +84,30 @@ macro_rules! real {
 }
 
 real!(
-    f32, f32s, splat_f32s, as_simd_f32s, add_f32s, sub_f32s, mul_f32s, div_f32s, mul_add_e_f32s, max_f32s,
-    sqrt_f32s, reduce_sum_f32s
+    f32,
+    f32s,
+    splat_f32s,
+    as_simd_f32s,
+    add_f32s,
+    sub_f32s,
+    mul_f32s,
+    div_f32s,
+    mul_add_e_f32s,
+    max_f32s,
+    sqrt_f32s,
+    reduce_sum_f32s
 );
 real!(
-    f64, f64s, splat_f64s, as_simd_f64s, add_f64s, sub_f64s, mul_f64s, div_f64s, mul_add_e_f64s, max_f64s,
-    sqrt_f64s, reduce_sum_f64s
+    f64,
+    f64s,
+    splat_f64s,
+    as_simd_f64s,
+    add_f64s,
+    sub_f64s,
+    mul_f64s,
+    div_f64s,
+    mul_add_e_f64s,
+    max_f64s,
+    sqrt_f64s,
+    reduce_sum_f64s
 );

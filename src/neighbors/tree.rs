@@ -89,7 +89,8 @@ impl<const D: usize> Tree<D> {
         self.nodes.par_iter_mut().enumerate().with_min_len(256).for_each(|(i, node)| {
             if node.skip == i as u32 + 1 {
                 let range = node.first as usize..(node.first + node.count) as usize;
-                (node.lo, node.hi) = std::array::from_fn::<_, D, _>(|k| bounds(&tree_positions[k][range.clone()])).into_bounds();
+                (node.lo, node.hi) =
+                    std::array::from_fn::<_, D, _>(|k| bounds(&tree_positions[k][range.clone()])).into_bounds();
             }
         });
         // Children follow their parent in preorder, so a backward sweep sees them first.

@@ -169,7 +169,8 @@ impl<K: Kernel, R: Real> PushPass<'_, K, R> {
                 let mut f = if KERNEL {
                     if CORRECTED { value } else { self.kernel.shape::<D, R, S>(simd, pair_q).0 }
                 } else {
-                    let root = R::div(simd, constant(1.0), R::mul_add(simd, pair_q, constant(2.0), constant(SOFTENING)));
+                    let root =
+                        R::div(simd, constant(1.0), R::mul_add(simd, pair_q, constant(2.0), constant(SOFTENING)));
                     R::max(simd, R::mul_add(simd, root, root, edge), zero)
                 };
                 if CORRECTED {
@@ -300,8 +301,7 @@ impl<'a, const D: usize> State<'a, D> {
         self.iterations += 1;
         self.number_density = self.target.number_densities(&self.positions);
         let (ratio, size) = (self.support_over_spacing, self.domain.size());
-        self.support =
-            self.number_density.par_iter().map(|n| ratio * n.powf(-1.0 / D as f64).min(size)).collect();
+        self.support = self.number_density.par_iter().map(|n| ratio * n.powf(-1.0 / D as f64).min(size)).collect();
         let channel: Vec<f64> = match options.bias {
             Bias::Corrected => self.corrected_volumes(),
             Bias::Plain => self.support.clone(),
@@ -367,8 +367,7 @@ impl<'a, const D: usize> State<'a, D> {
         let used = if few { n } else { count } as f64;
         let factor = over(&|i| self.number_density[i] / pushes[i].number_density) / used;
         let (wanted, summed) = (&self.number_density, pushes);
-        let numerator =
-            over(&|i| (factor * summed[i].number_density - wanted[i]).powi(2) / summed[i].number_density);
+        let numerator = over(&|i| (factor * summed[i].number_density - wanted[i]).powi(2) / summed[i].number_density);
         let denominator = over(&|i| wanted[i].powi(2) / summed[i].number_density);
         numerator / denominator
     }

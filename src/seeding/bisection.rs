@@ -124,7 +124,11 @@ fn quantile<const D: usize>(cells: &[Cell<D>], axis: usize, fraction: f64, lo: f
         if (mass - wanted).abs() <= 1e-12 * total {
             break;
         }
-        if mass > wanted { b = x } else { a = x }
+        if mass > wanted {
+            b = x
+        } else {
+            a = x
+        }
         if b - a <= 1e-14 * (hi - lo) {
             break;
         }

@@ -22,7 +22,8 @@ impl<const D: usize> Cell<D> {
 
     /// Halves across the longest edge, with masses anew from the target.
     pub fn halves(&self, target: &Target<'_, D>) -> [Self; 2] {
-        let axis = (0..D).fold(0, |best, k| if self.hi[k] - self.lo[k] > self.hi[best] - self.lo[best] { k } else { best });
+        let axis =
+            (0..D).fold(0, |best, k| if self.hi[k] - self.lo[k] > self.hi[best] - self.lo[best] { k } else { best });
         let middle = self.center()[axis];
         let (mut left, mut right) = (*self, *self);
         left.hi[axis] = middle;

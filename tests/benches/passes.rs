@@ -20,7 +20,8 @@ fn positions(n: usize, contrast: f64) -> [Vec<f64>; 3] {
     let mut out: [Vec<f64>; 3] = Default::default();
     for i in 0..side * side * side {
         let cell = [i % side, i / side % side, i / side / side];
-        let mut x: [f64; 3] = std::array::from_fn(|k| (cell[k] as f64 + 0.25 + 0.5 * rng.random::<f64>()) / side as f64);
+        let mut x: [f64; 3] =
+            std::array::from_fn(|k| (cell[k] as f64 + 0.25 + 0.5 * rng.random::<f64>()) / side as f64);
         if power > 0.0 {
             let r = x.iter().map(|v| (v - 0.5).powi(2)).sum::<f64>().sqrt().max(1e-12);
             let scale = (2.0 * r).powf(power.min(6.0));
