@@ -3,8 +3,8 @@
 
 use sph_formats::common::particle_names as names;
 use sph_formats::{
-    Capabilities, FieldRequest, FileContent, FormatError, FormatSpec, Geometry, Location, Match, ParticleFile, RawField,
-    Unit, Values, Variable, WriteOptions,
+    Capabilities, FieldRequest, FileContent, FormatError, FormatSpec, Geometry, Location, Match, ParticleFile,
+    RawField, Unit, Values, Variable, WriteOptions,
 };
 use sph_prep::pipeline;
 use sph_prep::placement::Control;
@@ -125,7 +125,8 @@ fn numbers(file: &ParticleFile, name: &str) -> Vec<f64> {
 #[test]
 fn a_star_becomes_particles_with_its_mass_pressure_and_composition() {
     let (report, file) = run("particles: 4000", "t1");
-    let (x, m, rho) = (numbers(&file, names::COORDINATES), numbers(&file, names::MASSES), numbers(&file, names::DENSITY));
+    let (x, m, rho) =
+        (numbers(&file, names::COORDINATES), numbers(&file, names::MASSES), numbers(&file, names::DENSITY));
     assert_eq!(m.len(), 4000);
     let total: f64 = m.iter().sum();
     assert!((total / report.mass.total - 1.0).abs() < 1e-12, "{total} against {}", report.mass.total);

@@ -1,3 +1,7 @@
 //! Pieces that several formats share.
 
+#[cfg(feature = "hdf5-layer")]
+pub mod hdf5;
 pub mod particle_names;
+#[cfg(feature = "hdf5-layer")]
+pub mod snapshot;
