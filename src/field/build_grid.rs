@@ -114,7 +114,7 @@ fn check_grid<const D: usize>(input: &mut Input<'_, D>, axes: &[GridAxis]) -> Re
         for axis in axes {
             let n = match location {
                 Location::Node => axis.nodes.len(),
-                Location::Cell => axis.nodes.len() - 1,
+                Location::Cell => axis.nodes.len().saturating_sub(1).max(1),
             };
             indices.push((i % n).to_string());
             position.push(axis.nodes[i % n]);

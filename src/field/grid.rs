@@ -31,50 +31,22 @@ impl<const D: usize> Grid<D> {
 
     /// Combines the values around `x`, which lies within the axes.
     pub(crate) fn combine(&self, values: &Values, stride: usize, x: &[f64; D], out: &mut [f64]) {
-        let w: [AxisWeights; D] = std::array::from_fn(|k| self.axes[k].weights(x[k], self.interpolation));
-        out.fill(0.0);
-        let count = w.iter().map(|a| a.count).product::<usize>();
-        for corner in 0..count {
-            let (index, weight) = self.corner(&w, corner);
-            if weight != 0.0 {
-                for (c, v) in out.iter_mut().enumerate() {
-                    *v += weight * values.get(index * stride + c);
-                }
-            }
-        }
+        let stencil = self.stencil(x);
+        stencil.blend(values, stride, out);
         if self.interpolation == Interpolation::Cubic {
-            self.limit(values, stride, &w, out);
+            stencil.limit(values, stride, out);
         }
     }
 
-    /// Value index and weight of the corner numbered in mixed radix of the axes' counts.
-    fn corner(&self, w: &[AxisWeights; D], mut corner: usize) -> (usize, f64) {
-        let (mut index, mut weight, mut stride) = (0, 1.0, 1);
-        for (a, axis) in w.iter().zip(&self.axes) {
-            let k = corner % a.count;
-            corner /= a.count;
-            index += a.index[k] * stride;
-            weight *= a.weight[k];
-            stride *= axis.len();
+    fn stencil(&self, x: &[f64; D]) -> Stencil {
+        let mut stencil = Stencil { axes: [AxisWeights::single(0); 3], steps: [0; 3] };
+        let mut step = 1;
+        for (k, axis) in self.axes.iter().enumerate() {
+            stencil.axes[k] = axis.weights(x[k], self.interpolation);
+            stencil.steps[k] = step;
+            step *= axis.len();
         }
-        (index, weight)
-    }
-
-    fn limit(&self, values: &Values, stride: usize, w: &[AxisWeights; D], out: &mut [f64]) {
-        for (c, v) in out.iter_mut().enumerate() {
-            let (mut lo, mut hi) = (f64::INFINITY, f64::NEG_INFINITY);
-            for corner in 0..1_usize << D {
-                let (mut index, mut step) = (0, 1);
-                for (k, (a, axis)) in w.iter().zip(&self.axes).enumerate() {
-                    index += a.index[a.core[corner >> k & 1]] * step;
-                    step *= axis.len();
-                }
-                let value = values.get(index * stride + c);
-                lo = lo.min(value);
-                hi = hi.max(value);
-            }
-            *v = v.clamp(lo, hi);
-        }
+        stencil
     }
 
     /// `sum_ijk w_i w_j w_k v_ijk`, compensated, in a fixed order for any number of threads.
@@ -101,29 +73,34 @@ impl<const D: usize> Grid<D> {
         MassEstimate { value: sum.value() * unit, error: 16.0 * f64::EPSILON * size.value() * unit }
     }
 
-    /// Gauss's rule in every cell; the difference between two orders, summed over cells, is the error.
-    fn cell_integral(&self, values: &Values) -> MassEstimate {
+    /// What clamping takes from or adds to the cubic in each cell, by two of Gauss's rules; the rest has a
+    /// closed form. Clamping is rare, so that a huge grid gets by with midpoints.
+    fn clamped_integral(&self, values: &Values) -> MassEstimate {
         let unit = magnitude(values);
-        let breaks: [Vec<f64>; D] = std::array::from_fn(|k| self.axes[k].breaks(self.axes[k].lo, self.axes[k].hi));
+        let weights = std::array::from_fn(|k| {
+            let axis = &self.axes[k];
+            axis.integral_weights(axis.lo, axis.hi, Interpolation::Cubic, 2, &|_| 1.0)
+        });
+        let smooth = self.tensor_integral(values, &weights);
+        let breaks: [Vec<f64>; D] = std::array::from_fn(|k| self.axes[k].intervals());
         let counts: [usize; D] = std::array::from_fn(|k| breaks[k].len() - 1);
         let cells: usize = counts.iter().product();
-        // Four points beside three resolve the clamped cubic; a huge grid gets by with two beside one.
-        let orders = if cells <= 1 << 21 { [3, 4] } else { [1, 2] };
+        let orders: &[usize] = match cells {
+            0..=0x1_0000 => &[5, 6],
+            0x1_0001..=0x80_0000 => &[1, 2],
+            _ => &[1],
+        };
         const CHUNK: usize = 4096;
         let partial: Vec<(f64, f64)> = (0..cells.div_ceil(CHUNK))
             .into_par_iter()
             .map(|chunk| {
                 let (mut sum, mut error) = (Sum::default(), Sum::default());
                 for cell in chunk * CHUNK..cells.min((chunk + 1) * CHUNK) {
-                    let mut rest = cell;
-                    let mut lo = [0.0; D];
-                    let mut hi = [0.0; D];
-                    for k in 0..D {
-                        let i = rest % counts[k];
-                        rest /= counts[k];
-                        (lo[k], hi[k]) = (breaks[k][i], breaks[k][i + 1]);
+                    let (lo, hi) = cell_bounds(&breaks, &counts, cell);
+                    let (mut coarse, mut fine) = (0.0, 0.0);
+                    for &order in orders {
+                        (coarse, fine) = (fine, self.clamping(values, order, &lo, &hi) / unit);
                     }
-                    let [coarse, fine] = orders.map(|order| self.box_rule(values, order, &lo, &hi) / unit);
                     sum.add(fine);
                     error.add((fine - coarse).abs());
                 }
@@ -132,13 +109,11 @@ impl<const D: usize> Grid<D> {
             .collect();
         let sum: Sum = partial.iter().map(|p| p.0).collect();
         let error: Sum = partial.iter().map(|p| p.1).collect();
-        MassEstimate {
-            value: sum.value() * unit,
-            error: (error.value() + 16.0 * f64::EPSILON * sum.value().abs()) * unit,
-        }
+        MassEstimate { value: smooth.value + sum.value() * unit, error: smooth.error + error.value() * unit }
     }
 
-    fn box_rule(&self, values: &Values, order: usize, lo: &[f64; D], hi: &[f64; D]) -> f64 {
+    /// Integral of the clamped less the unclamped cubic over a cell.
+    fn clamping(&self, values: &Values, order: usize, lo: &[f64; D], hi: &[f64; D]) -> f64 {
         let rule = rule(order);
         let volume: f64 = (0..D).map(|k| hi[k] - lo[k]).product();
         let mut sum = 0.0;
@@ -151,9 +126,12 @@ impl<const D: usize> Grid<D> {
                 weight *= w;
                 lo[k] + t * (hi[k] - lo[k])
             });
-            let mut out = [0.0];
-            self.combine(values, 1, &x, &mut out);
-            sum += weight * out[0];
+            let stencil = self.stencil(&x);
+            let mut raw = [0.0];
+            stencil.blend(values, 1, &mut raw);
+            let mut clamped = raw;
+            stencil.limit(values, 1, &mut clamped);
+            sum += weight * (clamped[0] - raw[0]);
         }
         sum
     }
@@ -164,6 +142,73 @@ impl<const D: usize> Grid<D> {
             let slack = 1e-9 * (a.hi - a.lo);
             (domain.lo[k] - a.lo).abs() <= slack && (domain.hi[k] - a.hi).abs() <= slack
         })
+    }
+}
+
+fn cell_bounds<const D: usize>(breaks: &[Vec<f64>; D], counts: &[usize; D], mut cell: usize) -> ([f64; D], [f64; D]) {
+    let (mut lo, mut hi) = ([0.0; D], [0.0; D]);
+    for k in 0..D {
+        let i = cell % counts[k];
+        cell /= counts[k];
+        (lo[k], hi[k]) = (breaks[k][i], breaks[k][i + 1]);
+    }
+    (lo, hi)
+}
+
+/// Values around a point and their weights; axes that a grid does not have count one value.
+struct Stencil {
+    axes: [AxisWeights; 3],
+    /// Distance in memory between neighbors along each axis.
+    steps: [usize; 3],
+}
+
+impl Stencil {
+    fn blend(&self, values: &Values, stride: usize, out: &mut [f64]) {
+        for (c, v) in out.iter_mut().enumerate() {
+            // The kind of number is settled once, not per value.
+            *v = match values {
+                Values::F32(all) => self.sum(|i| f64::from(all[i * stride + c])),
+                Values::F64(all) => self.sum(|i| all[i * stride + c]),
+                Values::I64(all) => self.sum(|i| all[i * stride + c] as f64),
+            };
+        }
+    }
+
+    #[inline]
+    fn sum(&self, value: impl Fn(usize) -> f64) -> f64 {
+        let [x, y, z] = &self.axes;
+        let mut total = 0.0;
+        for k in 0..z.count {
+            for j in 0..y.count {
+                let base = z.index[k] * self.steps[2] + y.index[j] * self.steps[1];
+                let mut row = 0.0;
+                for i in 0..x.count {
+                    row += x.weight[i] * value(base + x.index[i] * self.steps[0]);
+                }
+                total += z.weight[k] * y.weight[j] * row;
+            }
+        }
+        total
+    }
+
+    /// Clamps to the range of the values at the corners of the interval around the point.
+    fn limit(&self, values: &Values, stride: usize, out: &mut [f64]) {
+        for (c, v) in out.iter_mut().enumerate() {
+            let (mut lo, mut hi) = (f64::INFINITY, f64::NEG_INFINITY);
+            for corner in 0..8_usize {
+                let index: usize = self
+                    .axes
+                    .iter()
+                    .zip(self.steps)
+                    .enumerate()
+                    .map(|(k, (a, step))| a.index[a.core[corner >> k & 1]] * step)
+                    .sum();
+                let value = values.get(index * stride + c);
+                lo = lo.min(value);
+                hi = hi.max(value);
+            }
+            *v = v.clamp(lo, hi);
+        }
     }
 }
 
@@ -185,7 +230,7 @@ impl<const D: usize> Sampler<D> for Grid<D> {
             return None;
         }
         if self.interpolation == Interpolation::Cubic {
-            return self.fills(domain).then(|| self.cell_integral(values));
+            return self.fills(domain).then(|| self.clamped_integral(values));
         }
         let weights = std::array::from_fn(|k| {
             self.axes[k].integral_weights(domain.lo[k], domain.hi[k], self.interpolation, 1, &|_| 1.0)

@@ -21,7 +21,7 @@ pub(crate) struct AxisWeights {
 }
 
 impl AxisWeights {
-    fn single(index: usize) -> Self {
+    pub(crate) fn single(index: usize) -> Self {
         Self { index: [index; 4], weight: [1.0, 0.0, 0.0, 0.0], count: 1, core: [0, 0] }
     }
 }
@@ -281,6 +281,16 @@ impl AxisTable {
             }
         }
         all.retain(|&x| x >= a && x <= b);
+        all.sort_by(f64::total_cmp);
+        all.dedup();
+        all
+    }
+
+    /// Ends and points within `[lo, hi]`: between two of them the interpolant is one polynomial (constant
+    /// interpolation aside).
+    pub(crate) fn intervals(&self) -> Vec<f64> {
+        let mut all = vec![self.lo, self.hi];
+        all.extend(self.points.iter().filter(|&&p| p > self.lo && p < self.hi));
         all.sort_by(f64::total_cmp);
         all.dedup();
         all

@@ -89,10 +89,7 @@ impl<const D: usize> Mesh<D> {
         }
         mesh.volume = volume.value();
         mesh.skin = Skin::of(&mesh.points, live.iter().map(|&c| (c, mesh.kinds[c as usize], mesh.nodes(c as usize))));
-        mesh.tree = Bvh::new(live, &|c| {
-            let b = Aabb::around(mesh.nodes(c as usize).iter().map(|&i| &mesh.points[i]));
-            b.grown(1e-9 * b.diagonal())
-        });
+        mesh.tree = Bvh::new(live, &|c| mesh.with_corners(c as usize, cell_box));
         let skin = std::mem::replace(&mut mesh.skin, Skin::empty());
         mesh.skin = skin.without_inner(&|x| mesh.locate(x).is_some());
         Ok(mesh)
@@ -144,8 +141,14 @@ impl<const D: usize> Mesh<D> {
     pub(crate) fn locate(&self, x: &[f64; D]) -> Option<(usize, Weights)> {
         self.tree.find(x, |c| {
             let cell = c as usize;
-            self.with_corners(cell, |corners| locate(self.kinds[cell], corners, self.skewed[cell], x))
-                .map(|w| (cell, w))
+            self.with_corners(cell, |corners| {
+                // A leaf of the tree holds several cells; most are ruled out by their own box.
+                if !cell_box(corners).contains(x) {
+                    return None;
+                }
+                locate(self.kinds[cell], corners, self.skewed[cell], x)
+            })
+            .map(|w| (cell, w))
         })
     }
 
@@ -156,6 +159,12 @@ impl<const D: usize> Mesh<D> {
         let w = self.with_corners(cell, |corners| locate_nearest(self.kinds[cell], corners, self.skewed[cell], &p));
         Some((cell, w))
     }
+}
+
+/// Bounds of a cell, grown by the tolerance of inside tests.
+fn cell_box<const D: usize>(corners: &[[f64; D]]) -> Aabb<D> {
+    let b = Aabb::around(corners);
+    b.grown(1e-9 * b.diagonal())
 }
 
 fn check_cells(name: &str, points: usize, cells: &Cells) -> Result<Vec<CellKind>> {

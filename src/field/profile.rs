@@ -350,6 +350,31 @@ mod tests {
     }
 
     #[test]
+    fn a_mesa_model_encloses_the_mass_that_its_own_column_states() {
+        let path = concat!(env!("CARGO_MANIFEST_DIR"), "/../shared/data/mesa/mesa2hydro_profile_redgiant_logE.data");
+        let Ok(text) = std::fs::read_to_string(path) else {
+            println!("skipped: no {path}");
+            return;
+        };
+        let lines: Vec<&str> = text.lines().collect();
+        let names: Vec<&str> = lines[5].split_whitespace().collect();
+        let column = |name: &str| -> Vec<f64> {
+            let at = names.iter().position(|n| *n == name).unwrap();
+            let number = |line: &&str| line.split_whitespace().nth(at).map(|v| v.parse::<f64>().unwrap());
+            lines[6..].iter().rev().filter_map(number).collect()
+        };
+        let mut r = vec![0.0];
+        r.extend(column("logR").iter().map(|v| 10f64.powf(*v)));
+        let rho: Vec<f64> = column("logRho").iter().map(|v| 10f64.powf(*v)).collect();
+        let mass = column("mass");
+        let profile = RadialProfile::from_cells(3, &r, &rho);
+        let unit = profile.total_mass().value / mass[mass.len() - 1];
+        for (r, m) in r[1..].iter().zip(&mass) {
+            assert!((profile.enclosed_mass(*r) / unit / m - 1.0).abs() < 1e-6, "r = {r}");
+        }
+    }
+
+    #[test]
     fn cells_converge_to_a_smooth_density() {
         let error = |n: usize| {
             let r = nodes(n, 2.0);

@@ -287,7 +287,6 @@ fn locate_in_simplices<const D: usize>(
 
 /// Parametric coordinates of `x` (they may lie outside the cell); `None` where Newton's method fails.
 fn invert<const D: usize>(kind: CellKind, corners: &[[f64; D]], x: &[f64; D]) -> Option<[f64; 3]> {
-    let size = super::bvh::Aabb::around(corners).diagonal();
     let mut u = kind.center();
     for _ in 0..25 {
         let (n, g) = kind.shape(u);
@@ -300,7 +299,8 @@ fn invert<const D: usize>(kind: CellKind, corners: &[[f64; D]], x: &[f64; D]) ->
             u[k] += step[k].clamp(-1.0, 1.0);
             largest = largest.max(step[k].abs());
         }
-        if largest < 1e-12 {
+        // Convergence is quadratic: what is left is the square of the step.
+        if largest < 1e-7 {
             return Some(u);
         }
         if !u.iter().all(|v| v.abs() < 1e3) {
@@ -309,7 +309,7 @@ fn invert<const D: usize>(kind: CellKind, corners: &[[f64; D]], x: &[f64; D]) ->
     }
     let at: [f64; D] = combine(&kind.shape(u).0, corners);
     let miss = (0..D).map(|k| (x[k] - at[k]).powi(2)).sum::<f64>().sqrt();
-    (miss <= 1e-13 * size).then_some(u)
+    (miss <= 1e-13 * super::bvh::Aabb::around(corners).diagonal()).then_some(u)
 }
 
 /// `sum_i w_i corners_i`.
