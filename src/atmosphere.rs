@@ -3,6 +3,14 @@
 use crate::domain::{Region, Wall};
 use crate::field::{MassEstimate, Source};
 
+/// What is done about an atmosphere.
+pub struct Atmosphere {
+    /// For the report, where something was cut.
+    pub note: Option<String>,
+    /// The spacing at which one layer of particles spans what is left to the surface: larger ones mean nothing.
+    pub largest_spacing: f64,
+}
+
 /// The cut is where the target spacing reaches this many times the depth below the surface. What lies beyond
 /// is a handful of particles' worth of mass, spread over a layer far thinner than their spacing.
 const UNRESOLVED: f64 = 10.0;
@@ -13,8 +21,8 @@ const THIN: f64 = 0.5;
 const BISECTIONS: usize = 60;
 
 /// Cuts an open ball filled by a radial profile at the radius beyond which `count` equal masses have less
-/// than a tenth of their spacing left. Returns what was done, for the report.
-pub fn cut<const D: usize>(source: &mut Source<D>, count: usize) -> Option<String> {
+/// than a tenth of their spacing left. `None` where the input has no such atmosphere.
+pub fn cut<const D: usize>(source: &mut Source<D>, count: usize, keep: bool) -> Option<Atmosphere> {
     let radial = source.radial.as_ref()?;
     let profile = radial.profile.clone();
     let Region::Ball { center, inner_radius, radius, wall: Wall::Open } = source.domain.region else { return None };
@@ -23,31 +31,38 @@ pub fn cut<const D: usize>(source: &mut Source<D>, count: usize) -> Option<Strin
     }
     let total = profile.enclosed_mass(radius);
     let particle = total / count as f64;
-    let resolved = |r: f64| {
-        let spacing = (particle / profile.density(r)).powf(1.0 / D as f64);
-        spacing <= UNRESOLVED * (radius - r)
+    let spacing = |r: f64| (particle / profile.density(r)).powf(1.0 / D as f64);
+    // The outermost radius at which the spacing is `depths` times the depth.
+    let reached = |depths: f64| {
+        let (mut inner, mut outer) = (0.0, radius);
+        for _ in 0..BISECTIONS {
+            let middle = 0.5 * (inner + outer);
+            if spacing(middle) <= depths * (radius - middle) { inner = middle } else { outer = middle }
+        }
+        inner
     };
-    let (mut inner, mut outer) = (0.0, radius);
-    if !resolved(inner) {
+    let (layer, edge) = (reached(1.0), reached(UNRESOLVED));
+    if layer <= 0.0 || edge <= 0.0 {
         return None;
     }
-    for _ in 0..BISECTIONS {
-        let middle = 0.5 * (inner + outer);
-        if resolved(middle) { inner = middle } else { outer = middle }
-    }
-    let kept = profile.enclosed_mass(inner);
+    let kept = profile.enclosed_mass(edge);
     let volume = |r: f64| crate::kernel::unit_ball_volume(D) * r.powi(D as i32);
-    let mean = (total - kept) / (volume(radius) - volume(inner));
-    if !(mean < THIN * profile.density(inner)) {
+    let mean = (total - kept) / (volume(radius) - volume(edge));
+    if !(mean < THIN * profile.density(edge)) {
         return None;
     }
+    let largest_spacing = spacing(layer);
+    if keep {
+        return Some(Atmosphere { note: None, largest_spacing });
+    }
+    let domain = crate::domain::Domain::ball(center, edge, Wall::Open).ok()?;
     let error = source.mass.map_or(0.0, |m| m.error);
-    let Ok(domain) = crate::domain::Domain::ball(center, inner, Wall::Open) else { return None };
     source.domain = domain;
     source.mass = Some(MassEstimate { value: kept, error });
-    Some(format!(
+    let note = format!(
         "the atmosphere is cut at {:.6} of the radius, which encloses {:.8} of the mass: beyond it {count} particles have a spacing of over {UNRESOLVED} times the depth left (input.atmosphere: keep prevents it)",
-        inner / radius,
+        edge / radius,
         kept / total,
-    ))
+    );
+    Some(Atmosphere { note: Some(note), largest_spacing })
 }

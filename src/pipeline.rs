@@ -74,6 +74,8 @@ struct Scaled<const D: usize> {
     source: Source<D>,
     resolution: Option<Box<dyn ScalarField<D>>>,
     resolution_integral: f64,
+    /// See [`Target::largest_spacing`].
+    largest_spacing: f64,
     /// Input units of length and mass per internal one.
     length: f64,
     mass: MassEstimate,
@@ -101,6 +103,7 @@ impl Run<'_> {
             count,
             mass: 1.0,
             resolution_integral: scaled.resolution_integral,
+            largest_spacing: scaled.largest_spacing,
         };
         let plan = Plan::new(self.scene, &source.domain, count, source.radial.is_some());
         with_kernel!(self.scene.kernel, kernel => self.place(kernel, &target, &scaled, plan))
@@ -109,9 +112,10 @@ impl Run<'_> {
     /// Source, atmosphere cut, mass, and the change to internal units.
     fn scaled_source<const D: usize>(&mut self, raw: RawInput, count: usize) -> Result<Scaled<D>> {
         let mut source = ingest::source::<D>(self.scene, raw)?;
-        if self.scene.input.atmosphere == Atmosphere::Cut && self.scene.resolution.is_none() {
-            self.notes.extend(atmosphere::cut(&mut source, count));
-        }
+        let keep = self.scene.input.atmosphere == Atmosphere::Keep || self.scene.resolution.is_some();
+        let atmosphere = atmosphere::cut(&mut source, count, keep);
+        let largest_spacing = atmosphere.as_ref().map_or(f64::INFINITY, |a| a.largest_spacing);
+        self.notes.extend(atmosphere.and_then(|a| a.note));
         let mass = match source.mass {
             Some(mass) => mass,
             None => total_mass(source.density.as_ref(), &source.domain, MASS_TOLERANCE)?,
@@ -143,7 +147,8 @@ impl Run<'_> {
         if !(resolution_integral > 0.0 && resolution_integral.is_finite()) {
             return Err(Error::field("resolution", "its number density has no positive integral over the domain"));
         }
-        Ok(Scaled { source, resolution, resolution_integral, length, mass })
+        let largest_spacing = (largest_spacing / length).min(1.0);
+        Ok(Scaled { source, resolution, resolution_integral, largest_spacing, length, mass })
     }
 
     fn place<const D: usize, K: Kernel>(
@@ -173,7 +178,7 @@ impl Run<'_> {
         let masses = target.masses(&positions);
         let number_density = target.number_densities(&positions);
         let ratio = support_over_spacing(D, neighbors);
-        let guess: Vec<f64> = number_density.par_iter().map(|n| ratio * n.powf(-1.0 / D as f64).min(1.0)).collect();
+        let guess: Vec<f64> = number_density.par_iter().map(|&n| ratio * target.spacing(n)).collect();
         let measured = Measured::new(kernel, target.domain, &positions, &masses, &guess, neighbors);
         drop((guess, number_density));
         let wanted = target.densities(&positions);

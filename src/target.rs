@@ -35,6 +35,8 @@ pub struct Target<'a, const D: usize> {
     pub mass: f64,
     /// Integral of the resolution's number density over the domain, in its own scale (`mass` for equal masses).
     pub resolution_integral: f64,
+    /// Spacings beyond this are not resolved by any neighborhood: supports grow no further.
+    pub largest_spacing: f64,
 }
 
 impl<const D: usize> Target<'_, D> {
@@ -45,6 +47,11 @@ impl<const D: usize> Target<'_, D> {
             Resolution::NumberDensity(field) => field.value(x),
         };
         wanted * (self.count as f64 / self.resolution_integral)
+    }
+
+    /// n*^(-1/d) where the target density is `number_density`, at most the largest spacing.
+    pub fn spacing(&self, number_density: f64) -> f64 {
+        number_density.powf(-1.0 / D as f64).min(self.largest_spacing)
     }
 
     /// Whether a particle may be at `x`: in the domain and where the target is not zero.

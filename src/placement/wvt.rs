@@ -300,8 +300,8 @@ impl<'a, const D: usize> State<'a, D> {
         }
         self.iterations += 1;
         self.number_density = self.target.number_densities(&self.positions);
-        let (ratio, size) = (self.support_over_spacing, self.domain.size());
-        self.support = self.number_density.par_iter().map(|n| ratio * n.powf(-1.0 / D as f64).min(size)).collect();
+        let (ratio, target) = (self.support_over_spacing, self.target);
+        self.support = self.number_density.par_iter().map(|&n| ratio * target.spacing(n)).collect();
         let channel: Vec<f64> = match options.bias {
             Bias::Corrected => self.corrected_volumes(),
             Bias::Plain => self.support.clone(),

@@ -50,7 +50,7 @@ fn jitter<const D: usize>(target: &Target<'_, D>, positions: &mut Positions<D>, 
         .into_par_iter()
         .map(|i| {
             let x = at(positions, i);
-            let spacing = target.number_density(&x).powf(-1.0 / D as f64).min(target.domain.size());
+            let spacing = target.spacing(target.number_density(&x));
             let mut rng = keyed(seed, Purpose::SeedJitter, i as u64);
             let mut y = x.map(|v| v + JITTER * spacing * (2.0 * rng.random::<f64>() - 1.0));
             target.domain.wrap(&mut y);
