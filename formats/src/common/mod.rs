@@ -1,4 +1,5 @@
 //! Pieces that several formats share.
 
+pub mod columns;
 pub mod particle_names;
 pub mod text;
