@@ -2,6 +2,8 @@
 
 #[path = "tables/gyre.rs"]
 mod gyre;
+#[path = "tables/mesa.rs"]
+mod mesa;
 
 use sph_formats::{FORMATS, FieldRequest, FileContent, Geometry, Location, RawField, Result};
 use std::path::{Path, PathBuf};

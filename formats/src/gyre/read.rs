@@ -86,11 +86,11 @@ fn read_header(text: &Text, path: &Path) -> Result<Header> {
     };
     let fields: Vec<&str> = first.split_whitespace().collect();
     let Some(version) = header_version(first) else {
-        if let [_, _, _, _, version] = fields.as_slice() {
-            if version.parse().is_ok_and(|v| column_count(v).is_none()) {
-                let what = format!("version {version}; known are 19, 100, 101, 120 and files without a version");
-                return Err(FormatError::Unsupported { path: path.into(), format: SPEC.name, what });
-            }
+        if let [_, _, _, _, version] = fields.as_slice()
+            && version.parse().is_ok_and(|v| column_count(v).is_none())
+        {
+            let what = format!("version {version}; known are 19, 100, 101, 120 and files without a version");
+            return Err(FormatError::Unsupported { path: path.into(), format: SPEC.name, what });
         }
         let shown: String = first.trim().chars().take(60).collect();
         return Err(text.line_error(line, format!("found '{shown}', expected the header 'N M R L version'")));
