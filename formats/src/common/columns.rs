@@ -1,7 +1,7 @@
 //! From the columns of a text file to the variables that were asked for.
 
 use crate::common::text::Text;
-use crate::error::Result;
+use crate::error::{FormatError, Result};
 use crate::model::{Location, Values, Variable};
 use crate::registry::FieldRequest;
 use crate::units::Unit;
@@ -26,40 +26,46 @@ impl Candidate {
         };
         Self { column: column.to_owned(), variable }
     }
-
-    fn answers_to(&self, name: &str) -> bool {
-        self.variable.name == name || self.column == name
-    }
 }
 
-/// The variables that `request` names, by their own or by their column's name, and the name of the density:
-/// the requested one, else `guess`.
+/// The variables that `request` names, and the name of the density: the requested one, else `guess`. The density may
+/// be requested by its column's name, which it then keeps.
 ///
 /// # Errors
-/// [`crate::FormatError::Input`] with the list of columns where a requested name does not exist.
+/// [`crate::FormatError::Input`] with the list of variables where a requested name does not exist.
 pub fn select(
     text: &Text,
     request: &FieldRequest,
-    candidates: Vec<Candidate>,
+    mut candidates: Vec<Candidate>,
     guess: Option<String>,
 ) -> Result<(Vec<Variable>, Option<String>)> {
-    let missing = |name: &str, purpose: &str| {
-        let known: Vec<_> = candidates.iter().map(|c| c.variable.name.as_str()).collect();
-        let problem = format!("there is no such column{purpose}; the file has {}", known.join(", "));
-        text.error(format!("variable '{name}'"), problem)
-    };
-    let find = |name: &str| candidates.iter().find(|c| c.answers_to(name));
-    let density = match &request.density {
-        Some(name) => Some(find(name).ok_or_else(|| missing(name, " for the density"))?.variable.name.clone()),
-        None => guess,
-    };
-    if let Some(absent) = request.carry.iter().flatten().find(|name| find(name).is_none()) {
-        return Err(missing(absent, ""));
+    let density = request.density.clone().or(guess);
+    if let Some(name) = &request.density {
+        let own = candidates.iter().position(|c| c.variable.name == *name);
+        let by_column = || candidates.iter().position(|c| c.column == *name);
+        match own.or_else(by_column).and_then(|i| candidates.get_mut(i)) {
+            Some(found) => found.variable.name.clone_from(name),
+            None => return Err(missing(text, &candidates, name)),
+        }
     }
-    let wanted = |c: &Candidate| {
-        density.as_ref() == Some(&c.variable.name)
-            || request.carry.as_ref().is_none_or(|names| names.iter().any(|n| c.answers_to(n)))
+    let absent = |name: &&String| candidates.iter().all(|c| c.variable.name != **name);
+    if let Some(name) = request.carry.iter().flatten().find(absent) {
+        return Err(missing(text, &candidates, name));
+    }
+    let wanted = |v: &Variable| {
+        density.as_ref() == Some(&v.name) || request.carry.as_ref().is_none_or(|names| names.contains(&v.name))
     };
-    let chosen = candidates.into_iter().filter(wanted).map(|c| c.variable).collect();
+    let chosen = candidates.into_iter().map(|c| c.variable).filter(wanted).collect();
     Ok((chosen, density))
+}
+
+fn missing(text: &Text, candidates: &[Candidate], name: &str) -> FormatError {
+    let problem = match candidates.iter().find(|c| c.column == name) {
+        Some(c) => format!("the column of this name is read as '{}'; ask for that", c.variable.name),
+        None => {
+            let known: Vec<_> = candidates.iter().map(|c| c.variable.name.as_str()).collect();
+            format!("there is no such column; the file has {}", known.join(", "))
+        }
+    };
+    text.error(format!("variable '{name}'"), problem)
 }

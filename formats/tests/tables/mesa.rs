@@ -119,11 +119,16 @@ fn an_inner_boundary_of_the_header_is_taken() {
 #[test]
 fn the_density_may_be_named_by_its_column() {
     for name in ["density", "logRho"] {
-        let request = FieldRequest { density: Some(name.into()), carry: Some(vec!["logT".into()]), time: None };
+        let request =
+            FieldRequest { density: Some(name.into()), carry: Some(vec!["temperature".into()]), ..FieldRequest::default() };
         let field = read_text("mesa", small().as_bytes(), &request).unwrap();
-        assert_eq!(field.density.as_deref(), Some("density"));
+        assert_eq!(field.density.as_deref(), Some(name));
         assert_eq!(field.variables.len(), 2);
+        close(values(&field, name)[0], 4.0, 1e-14);
     }
+    let request = FieldRequest { carry: Some(vec!["logT".into()]), ..FieldRequest::default() };
+    let error = read_text("mesa", small().as_bytes(), &request).unwrap_err().to_string();
+    assert!(error.contains("the column of this name is read as 'temperature'"), "{error}");
     let request = FieldRequest { carry: Some(vec!["fe56".into()]), ..FieldRequest::default() };
     let error = read_text("mesa", small().as_bytes(), &request).unwrap_err().to_string();
     assert!(error.contains("variable 'fe56'") && error.contains("enclosed_mass, density, temperature, h1"), "{error}");
