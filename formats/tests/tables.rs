@@ -4,6 +4,8 @@
 mod gyre;
 #[path = "tables/mesa.rs"]
 mod mesa;
+#[path = "tables/table.rs"]
+mod table;
 
 use sph_formats::{FORMATS, FieldRequest, FileContent, Geometry, Location, RawField, Result};
 use std::path::{Path, PathBuf};

@@ -119,8 +119,11 @@ fn an_inner_boundary_of_the_header_is_taken() {
 #[test]
 fn the_density_may_be_named_by_its_column() {
     for name in ["density", "logRho"] {
-        let request =
-            FieldRequest { density: Some(name.into()), carry: Some(vec!["temperature".into()]), ..FieldRequest::default() };
+        let request = FieldRequest {
+            density: Some(name.into()),
+            carry: Some(vec!["temperature".into()]),
+            ..FieldRequest::default()
+        };
         let field = read_text("mesa", small().as_bytes(), &request).unwrap();
         assert_eq!(field.density.as_deref(), Some(name));
         assert_eq!(field.variables.len(), 2);
