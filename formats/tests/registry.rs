@@ -167,7 +167,7 @@ fn paths_that_cannot_be_read_are_refused() {
     {
         use std::os::unix::fs::PermissionsExt;
         let path = file(&folder, "secret.csv", b"r,rho\n0,1\n1,2\n");
-        std::fs::set_permissions(&path, std::fs::Permissions::from_mode(0)).unwrap();
+        std::fs::set_permissions(&path, std::fs::Permissions::from_mode(0o000)).unwrap();
         if std::fs::File::open(&path).is_err() {
             assert!(matches!(error(&path), FormatError::Io { action: "open", .. }));
         } else {
@@ -264,6 +264,17 @@ fn outputs_have_the_permissions_of_new_files() {
     output::atomically(&path, |t| write_whole(t, &particles(0), WriteOptions::default())).unwrap();
     let plain = file(&folder, "plain", b"");
     assert_eq!(std::fs::metadata(&path).unwrap().permissions(), std::fs::metadata(&plain).unwrap().permissions());
+}
+
+#[cfg(unix)]
+#[test]
+fn a_link_keeps_leading_to_the_output() {
+    let folder = folder();
+    let (real, link) = (file(&folder, "real.a", b"older"), folder.path().join("link.a"));
+    std::os::unix::fs::symlink(&real, &link).unwrap();
+    output::atomically(&link, |t| write_whole(t, &particles(0), WriteOptions::default())).unwrap();
+    assert!(link.is_symlink());
+    assert_eq!(std::fs::read_to_string(&real).unwrap(), "whole");
 }
 
 #[test]
