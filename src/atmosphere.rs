@@ -3,8 +3,9 @@
 use crate::domain::{Region, Wall};
 use crate::field::{MassEstimate, Source};
 
-/// The cut is where the target spacing reaches this many times the depth below the surface.
-const UNRESOLVED: f64 = 2.0;
+/// The cut is where the target spacing reaches this many times the depth below the surface. What lies beyond
+/// is a handful of particles' worth of mass, spread over a layer far thinner than their spacing.
+const UNRESOLVED: f64 = 10.0;
 /// A layer is an atmosphere if its mean density is below this fraction of the density at its base; a sharp
 /// surface (a planet, a uniform ball) is none.
 const THIN: f64 = 0.5;
@@ -12,7 +13,7 @@ const THIN: f64 = 0.5;
 const BISECTIONS: usize = 60;
 
 /// Cuts an open ball filled by a radial profile at the radius beyond which `count` equal masses have less
-/// than half a spacing's depth left. Returns what was done, for the report.
+/// than a tenth of their spacing left. Returns what was done, for the report.
 pub fn cut<const D: usize>(source: &mut Source<D>, count: usize) -> Option<String> {
     let radial = source.radial.as_ref()?;
     let profile = radial.profile.clone();

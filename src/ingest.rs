@@ -182,7 +182,8 @@ pub fn source<const D: usize>(scene: &Scene, raw: RawInput) -> Result<Source<D>>
             let domain = scene_domain::<D>(&scene.domain, &walls)?.ok_or_else(|| {
                 Error::scene("domain", "is missing: an expression needs a `box` or a `ball` to be evaluated in")
             })?;
-            let density = AnalyticField::<D>::new(&text, center(&domain))?;
+            let density = AnalyticField::<D>::new("input.expression", &text, center(&domain))?;
+            density.check(&domain)?;
             Source {
                 density: Box::new(density),
                 carried: Vec::new(),
@@ -307,7 +308,11 @@ pub fn resolution<const D: usize>(
 ) -> Result<Option<Box<dyn ScalarField<D>>>> {
     let Some(wanted) = &scene.resolution else { return Ok(None) };
     let (field, is_spacing): (Box<dyn ScalarField<D>>, bool) = match (wanted.expression(), wanted.variable()) {
-        (Some(text), _) => (Box::new(AnalyticField::<D>::new(text, center(domain))?), wanted.spacing.is_some()),
+        (Some(text), _) => {
+            let field = AnalyticField::<D>::new("resolution", text, center(domain))?;
+            field.check(domain)?;
+            (Box::new(field), wanted.spacing.is_some())
+        }
         (None, Some(name)) => {
             let own = scene.input.file.as_deref();
             let path = wanted.file.as_deref().or(own).ok_or_else(|| {

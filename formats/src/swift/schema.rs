@@ -1,0 +1,25 @@
+//! Datasets of SWIFT's hydro schemes (`src/hydro/*/hydro_io.h`); those marked as refused are compulsory there.
+
+use crate::common::particle_names as names;
+use crate::common::snapshot::{Absent, DatasetSpec, Flavor, SmoothingLength, Storage};
+
+const fn spec(name: &'static str, storage: Storage, components: usize, absent: Absent) -> DatasetSpec {
+    DatasetSpec { name, column: name, storage, components, absent }
+}
+
+const NO_ENERGY: Absent = Absent::Refuse("set `thermal.internal_energy` in the scene");
+
+pub(super) const FLAVOR: Flavor = Flavor {
+    format: "swift",
+    datasets: &[
+        spec(names::COORDINATES, Storage::Double, 3, Absent::Refuse("the table has no positions")),
+        spec(names::VELOCITIES, Storage::Float, 3, Absent::Zero),
+        spec(names::MASSES, Storage::Float, 1, Absent::Refuse("the table has no masses")),
+        spec(names::INTERNAL_ENERGY, Storage::Float, 1, NO_ENERGY),
+        spec(names::DENSITY, Storage::Float, 1, Absent::Skip),
+        spec(names::PARTICLE_IDS, Storage::Identifier, 1, Absent::Refuse("the table has no identifiers")),
+        spec(names::MATERIAL_IDS, Storage::Integer, 1, Absent::Skip),
+    ],
+    smoothing_length: SmoothingLength::Eta(1.2348),
+    box_may_differ: true,
+};

@@ -1,0 +1,118 @@
+//! Makes the bundled profiles: `cargo run --release --example make-profiles`.
+//!
+//! - `star.nc`: n = 3 polytrope of one solar mass and radius (Eddington's standard model of a star), gamma = 5/3.
+//! - `polytrope-1.5.nc`: n = 1.5, a fully convective star of one solar mass and radius.
+//!
+//! Lane-Emden: theta'' + 2/xi theta' + theta^n = 0, integrated by Runge-Kutta 4; then rho = rho_c theta^n and
+//! P = P_c theta^(n+1), with the central values that belong to mass and radius (Chandrasekhar 1939, ch. IV).
+
+use sph_formats::common::netcdf_classic::{Data, NetcdfFile, NetcdfVariable};
+use sph_formats::units::{GRAVITATIONAL_CONSTANT_CGS, SOLAR_MASS_CGS, SOLAR_RADIUS_CGS};
+use std::f64::consts::PI;
+use std::path::Path;
+
+/// Rows of a profile.
+const ROWS: usize = 1001;
+const GAMMA: f64 = 5.0 / 3.0;
+
+struct LaneEmden {
+    index: f64,
+    /// First zero of theta, and -theta' there.
+    surface: f64,
+    slope: f64,
+}
+
+/// theta and -theta' at `xi`, one step of length `h` further.
+fn step(index: f64, xi: f64, (theta, slope): (f64, f64), h: f64) -> (f64, f64) {
+    // Series at the center, where 2/xi is singular: theta = 1 - xi^2/6, -theta' = xi/3.
+    let derivative = |xi: f64, theta: f64, slope: f64| {
+        let curvature = if xi > 0.0 { theta.max(0.0).powf(index) - 2.0 * slope / xi } else { 1.0 / 3.0 };
+        (-slope, curvature)
+    };
+    let (a1, b1) = derivative(xi, theta, slope);
+    let (a2, b2) = derivative(xi + 0.5 * h, theta + 0.5 * h * a1, slope + 0.5 * h * b1);
+    let (a3, b3) = derivative(xi + 0.5 * h, theta + 0.5 * h * a2, slope + 0.5 * h * b2);
+    let (a4, b4) = derivative(xi + h, theta + h * a3, slope + h * b3);
+    (theta + h / 6.0 * (a1 + 2.0 * a2 + 2.0 * a3 + a4), slope + h / 6.0 * (b1 + 2.0 * b2 + 2.0 * b3 + b4))
+}
+
+/// Steps between two rows.
+const SUBSTEPS: usize = 20;
+
+impl LaneEmden {
+    fn new(index: f64) -> Self {
+        let h = 1e-4;
+        let (mut xi, mut state) = (0.0, (1.0, 0.0));
+        loop {
+            let next = step(index, xi, state, h);
+            if next.0 <= 0.0 {
+                // theta and its slope are linear so near the zero.
+                let part = state.0 / (state.0 - next.0);
+                return Self { index, surface: xi + part * h, slope: state.1 + part * (next.1 - state.1) };
+            }
+            (xi, state) = (xi + h, next);
+        }
+    }
+
+    /// theta on `ROWS` equidistant radii.
+    fn table(&self) -> Vec<f64> {
+        let h = self.surface / ((ROWS - 1) * SUBSTEPS) as f64;
+        let mut state = (1.0, 0.0);
+        let mut rows = vec![1.0];
+        for i in 1..ROWS {
+            for k in 0..SUBSTEPS {
+                state = step(self.index, ((i - 1) * SUBSTEPS + k) as f64 * h, state, h);
+            }
+            rows.push(if i + 1 == ROWS { 0.0 } else { state.0.max(0.0) });
+        }
+        rows
+    }
+}
+
+fn variable(name: &str, units: &str, long_name: &str, data: Vec<f64>) -> NetcdfVariable {
+    NetcdfVariable {
+        name: name.into(),
+        dimensions: vec![0],
+        attributes: vec![("units".into(), units.into()), ("long_name".into(), long_name.into())],
+        numbers: Vec::new(),
+        data: Data::F64(data),
+    }
+}
+
+fn polytrope(index: f64, path: &Path, title: &str) -> Result<(), Box<dyn std::error::Error>> {
+    let model = LaneEmden::new(index);
+    let theta = model.table();
+    let (mass, radius) = (SOLAR_MASS_CGS, SOLAR_RADIUS_CGS);
+    let mean = mass / (4.0 / 3.0 * PI * radius.powi(3));
+    let central_density = mean * model.surface / (3.0 * model.slope);
+    let central_pressure = GRAVITATIONAL_CONSTANT_CGS * mass * mass
+        / (radius.powi(4) * 4.0 * PI * (index + 1.0) * model.slope * model.slope);
+    let row = |f: &dyn Fn(f64) -> f64| theta.iter().map(|&t| f(t)).collect::<Vec<f64>>();
+    let energy = central_pressure / central_density / (GAMMA - 1.0);
+    let file = NetcdfFile {
+        dimensions: vec![("radius".into(), ROWS)],
+        attributes: vec![
+            ("title".into(), title.into()),
+            ("Conventions".into(), "CF-1.8".into()),
+            ("source".into(), "Lane-Emden equation, made by sph-prep's own profiles/make.rs".into()),
+        ],
+        variables: vec![
+            variable("radius", "cm", "distance from the center", {
+                (0..ROWS).map(|i| radius * i as f64 / (ROWS - 1) as f64).collect()
+            }),
+            variable("density", "g cm-3", "mass density", row(&|t| central_density * t.powf(index))),
+            variable("pressure", "dyn cm-2", "gas pressure", row(&|t| central_pressure * t.powf(index + 1.0))),
+            variable("internal_energy", "erg g-1", "specific internal energy, gamma = 5/3", row(&|t| energy * t)),
+        ],
+    };
+    file.write(path)?;
+    println!("{}: xi_1 = {:.6}, rho_c/mean = {:.4}", path.display(), model.surface, central_density / mean);
+    Ok(())
+}
+
+fn main() -> Result<(), Box<dyn std::error::Error>> {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("profiles");
+    polytrope(3.0, &folder.join("star.nc"), "n = 3 polytrope of one solar mass and radius")?;
+    polytrope(1.5, &folder.join("polytrope-1.5.nc"), "n = 1.5 polytrope of one solar mass and radius")?;
+    Ok(())
+}

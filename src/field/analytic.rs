@@ -1,0 +1,172 @@
+//! Fields stated as expressions.
+
+use super::check::point_text;
+use super::{CarriedField, CarriedInfo, Expression, ScalarField};
+use crate::domain::{Domain, Region};
+use crate::error::{Error, Result};
+use crate::kernel::unit_ball_volume;
+
+/// Points at which an expression is tried before it is used.
+const PROBES: usize = 4096;
+
+/// A density, spacing or number density as an expression.
+#[derive(Debug, Clone)]
+pub struct AnalyticField<const D: usize> {
+    expression: Expression,
+    center: [f64; D],
+}
+
+impl<const D: usize> AnalyticField<D> {
+    /// `key` names the place in the scene; `r` is the distance from `center`.
+    ///
+    /// # Errors
+    /// See [`Expression::parse`].
+    pub fn new(key: &str, text: &str, center: [f64; D]) -> Result<Self> {
+        Ok(Self { expression: Expression::parse(key, text, D)?, center })
+    }
+
+    /// Tries the expression at some thousand points of `domain`, its center and its corners.
+    ///
+    /// # Errors
+    /// A value that is negative or not finite (a pole right at `center` is let pass), or zero at all points.
+    pub fn check(&self, domain: &Domain<D>) -> Result<()> {
+        let name = self.expression.text();
+        let mut positive = false;
+        for x in probes(domain) {
+            let v = self.expression.evaluate(&x, &self.center);
+            let problem = if !v.is_finite() {
+                if x == self.center {
+                    continue;
+                }
+                "not finite"
+            } else if v < 0.0 {
+                "negative"
+            } else {
+                positive |= v > 0.0;
+                continue;
+            };
+            return Err(Error::field(
+                name,
+                format!(
+                    "is {v} at {}; it must not be {problem} within the domain: bound it, for instance by max({name}, 0) \
+                     or if(condition, {name}, 0)",
+                    point_text(&x)
+                ),
+            ));
+        }
+        if positive {
+            Ok(())
+        } else {
+            Err(Error::field(name, format!("is zero at all {PROBES} points tried in the domain")))
+        }
+    }
+}
+
+impl<const D: usize> ScalarField<D> for AnalyticField<D> {
+    /// 0 where the expression is negative or not finite, which [`AnalyticField::check`] looks for beforehand.
+    fn value(&self, x: &[f64; D]) -> f64 {
+        let v = self.expression.evaluate(x, &self.center);
+        if v > 0.0 && v.is_finite() { v } else { 0.0 }
+    }
+}
+
+/// A carried variable as one expression per component.
+#[derive(Debug, Clone)]
+pub struct AnalyticCarried<const D: usize> {
+    info: CarriedInfo,
+    expressions: Vec<Expression>,
+    center: [f64; D],
+}
+
+impl<const D: usize> AnalyticCarried<D> {
+    /// # Errors
+    /// A number of components other than 1 or D; see also [`Expression::parse`].
+    pub fn new(name: &str, texts: &[&str], center: [f64; D]) -> Result<Self> {
+        if texts.len() != 1 && texts.len() != D {
+            return Err(Error::scene(
+                name,
+                format!("has {} components; expected 1 (a scalar) or {D} (a vector)", texts.len()),
+            ));
+        }
+        let expressions = texts.iter().map(|t| Expression::parse(name, t, D)).collect::<Result<Vec<_>>>()?;
+        let info = CarriedInfo { name: name.to_owned(), unit: None, components: texts.len() };
+        Ok(Self { info, expressions, center })
+    }
+}
+
+impl<const D: usize> CarriedField<D> for AnalyticCarried<D> {
+    fn info(&self) -> &CarriedInfo {
+        &self.info
+    }
+
+    fn evaluate(&self, x: &[f64; D], out: &mut [f64]) {
+        for (v, e) in out.iter_mut().zip(&self.expressions) {
+            *v = e.evaluate(x, &self.center);
+        }
+    }
+}
+
+/// Halton points of the bounding box that lie in the region, the box's corners and the region's center.
+fn probes<const D: usize>(domain: &Domain<D>) -> Vec<[f64; D]> {
+    let extent = domain.extent();
+    let place = |u: [f64; D]| -> [f64; D] { std::array::from_fn(|k| domain.lo[k] + u[k] * extent[k]) };
+    let mut all: Vec<[f64; D]> =
+        (1..=PROBES).map(|i| place(std::array::from_fn(|k| radical_inverse(i, [2, 3, 5][k])))).collect();
+    all.extend((0..1 << D).map(|c: usize| place(std::array::from_fn(|k| (c >> k & 1) as f64))));
+    all.push(place([0.5; D]));
+    if let Region::Ball { center, inner_radius, radius, .. } = &domain.region {
+        // A thin shell would get few of the box's points.
+        let mean = radius * (0.5 * (1.0 + (inner_radius / radius).powi(D as i32))).powf(1.0 / D as f64);
+        let moved: Vec<[f64; D]> = all
+            .iter()
+            .filter_map(|x| {
+                let d: [f64; D] = std::array::from_fn(|k| x[k] - center[k]);
+                let r = d.iter().map(|v| v * v).sum::<f64>().sqrt();
+                (r > 0.0 && unit_ball_volume(D) > 0.0).then(|| std::array::from_fn(|k| center[k] + d[k] / r * mean))
+            })
+            .take(256)
+            .collect();
+        all.extend(moved);
+    }
+    all.retain(|x| domain.region.contains(x));
+    all
+}
+
+fn radical_inverse(mut i: usize, base: usize) -> f64 {
+    let (mut value, mut digit) = (0.0, 1.0 / base as f64);
+    while i > 0 {
+        value += digit * (i % base) as f64;
+        i /= base;
+        digit /= base as f64;
+    }
+    value
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::domain::Wall;
+
+    fn check(text: &str) -> Result<()> {
+        AnalyticField::<3>::new("density", text, [0.0; 3])?.check(&Domain::ball([0.0; 3], 1.0, Wall::Open)?)
+    }
+
+    #[test]
+    fn densities_are_tried_before_use() {
+        check("exp(-r^2)").unwrap();
+        check("r^-2").unwrap();
+        let text = check("x").unwrap_err().to_string();
+        assert!(text.contains("negative") && text.contains("max(x, 0)"), "{text}");
+        assert!(check("1/(r - r)").unwrap_err().to_string().contains("not finite"));
+        assert!(check("0").unwrap_err().to_string().contains("zero at all"));
+    }
+
+    #[test]
+    fn vectors_have_one_expression_per_component() {
+        let field = AnalyticCarried::<2>::new("velocity", &["-y", "x"], [0.0; 2]).unwrap();
+        let mut out = [0.0; 2];
+        field.evaluate(&[3.0, 4.0], &mut out);
+        assert_eq!(out, [-4.0, 3.0]);
+        assert!(AnalyticCarried::<3>::new("velocity", &["x", "y"], [0.0; 3]).is_err());
+    }
+}

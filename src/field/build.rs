@@ -1,0 +1,254 @@
+//! From a file's numbers to a [`Source`].
+
+use super::build_grid::{cartesian, geographic};
+use super::build_radial::radial;
+use super::check::{check_density, point_text, replace_missing};
+use super::cloud::Cloud;
+use super::hull::MeshHull;
+use super::mass::check_mass;
+use super::mesh::{Mesh, MeshSampler};
+use super::sampled::{SampledCarried, SampledDensity, Sampler};
+use super::{CarriedField, CarriedInfo, FieldOptions, Missing, ScalarField, Source};
+use crate::domain::{Axis, Domain, Region, Wall};
+use crate::error::{Error, Result};
+use sph_formats::{Cells, Coordinates, Geometry, Location, RawField, Variable};
+use std::sync::Arc;
+
+/// The dimension that an input has of itself: 3 for a radial profile.
+pub fn natural_dimension(raw: &RawField) -> usize {
+    match &raw.geometry {
+        Geometry::Radial { .. } => 3,
+        Geometry::Grid { coordinates: Coordinates::Geographic, .. } => 3,
+        Geometry::Grid { axes, .. } => axes.len(),
+        Geometry::Mesh { dimension, .. } | Geometry::Cloud { dimension, .. } => *dimension,
+    }
+}
+
+/// Takes the density, its interpolant and everything that can ride along from a file's numbers. Values keep
+/// the file's units and precision and are moved, not copied.
+///
+/// # Errors
+/// No density, one that is negative, missing, not finite or zero everywhere, a geometry that does not fit
+/// `D`, or damaged coordinates.
+pub fn from_raw<const D: usize>(raw: RawField, options: &FieldOptions<D>) -> Result<Source<D>> {
+    let path = raw.path.clone();
+    build(raw, options).map_err(|error| match error {
+        Error::Field { name, problem } => {
+            Error::Field { name, problem: format!("{problem} (file '{}')", path.display()) }
+        }
+        other => other,
+    })
+}
+
+fn build<const D: usize>(mut raw: RawField, options: &FieldOptions<D>) -> Result<Source<D>> {
+    let density = take_density(&mut raw, options.density_name.as_deref())?;
+    let natural = natural_dimension(&raw);
+    if natural != D && !matches!(raw.geometry, Geometry::Radial { .. }) {
+        return Err(Error::field(
+            density.name,
+            format!("the {} has {natural} dimension(s), the scene asks for {D}", raw.geometry.kind()),
+        ));
+    }
+    for v in std::iter::once(&density).chain(&raw.variables) {
+        let expected = raw.geometry.count(v.location) * v.components;
+        if v.values.len() != expected {
+            return Err(Error::field(
+                &v.name,
+                format!("has {} values where the {} takes {expected}", v.values.len(), raw.geometry.kind()),
+            ));
+        }
+    }
+    let mut notes = Vec::new();
+    let others = select_carried(raw.variables, options, &mut notes)?;
+    let input = Input { density, others, options, notes };
+    match raw.geometry {
+        Geometry::Radial { nodes, unit } => radial(input, &nodes, unit.map(|u| u.to_cgs)),
+        Geometry::Grid { coordinates: Coordinates::Cartesian, axes } => cartesian(input, &axes),
+        Geometry::Grid { coordinates: Coordinates::Geographic, axes } => geographic(input, &axes),
+        Geometry::Mesh { points, cells, .. } => mesh(input, &points, cells),
+        Geometry::Cloud { points, .. } => cloud(input, &points),
+    }
+}
+
+pub(crate) struct Input<'a, const D: usize> {
+    pub(crate) density: Variable,
+    pub(crate) others: Vec<Variable>,
+    pub(crate) options: &'a FieldOptions<D>,
+    pub(crate) notes: Vec<String>,
+}
+
+impl<const D: usize> Input<'_, D> {
+    /// Refuses what is no density; notes what was missing.
+    pub(crate) fn check(&mut self, place: &dyn Fn(usize) -> String) -> Result<()> {
+        let name = &self.density.name;
+        let (_, replaced) = check_density(name, &mut self.density.values, self.options.missing, place)?;
+        if replaced > 0 {
+            self.notes.push(format!("{replaced} missing values of '{name}' were set to 0"));
+        }
+        Ok(())
+    }
+
+    /// The same sampler for density and for variables at the density's location; `other` makes those for the
+    /// other location, or says why there is none.
+    pub(crate) fn finish<S: Sampler<D> + 'static>(
+        mut self,
+        sampler: Arc<S>,
+        domain: Domain<D>,
+        other: &mut dyn FnMut(Location) -> Result<Arc<S>>,
+    ) -> Result<Source<D>> {
+        let mut carried: Vec<Box<dyn CarriedField<D>>> = Vec::new();
+        for variable in std::mem::take(&mut self.others) {
+            let sampler = if variable.location == self.density.location {
+                Arc::clone(&sampler)
+            } else {
+                other(variable.location)?
+            };
+            let vector = variable.components > 1;
+            carried.push(Box::new(SampledCarried {
+                sampler,
+                stride: variable.components,
+                info: CarriedInfo { name: variable.name, unit: variable.unit, components: if vector { D } else { 1 } },
+                values: variable.values,
+            }));
+        }
+        let name = self.density.name;
+        let density = SampledDensity { sampler, values: self.density.values };
+        let mass = density.integral(&domain).map(|m| check_mass(&name, m)).transpose()?;
+        Ok(Source { density: Box::new(density), carried, domain, mass, radial: None, notes: self.notes })
+    }
+}
+
+fn take_density(raw: &mut RawField, wanted: Option<&str>) -> Result<Variable> {
+    let names = || -> String {
+        let all: Vec<String> = raw.variables.iter().map(|v| format!("'{}'", v.name)).collect();
+        if all.is_empty() { "no variables".into() } else { all.join(", ") }
+    };
+    let Some(name) = wanted.or(raw.density.as_deref()) else {
+        return Err(Error::field(
+            "density",
+            format!("cannot tell which variable is the density; choose one by --density: the file has {}", names()),
+        ));
+    };
+    let Some(i) = raw.variables.iter().position(|v| v.name == name) else {
+        return Err(Error::field(name, format!("is not in the file, which has {}", names())));
+    };
+    if raw.variables[i].components != 1 {
+        return Err(Error::field(
+            name,
+            format!(
+                "has {} components; a density is a scalar: choose another of {}",
+                raw.variables[i].components,
+                names()
+            ),
+        ));
+    }
+    Ok(raw.variables.remove(i))
+}
+
+/// The variables that ride along: those asked for, or all that can.
+fn select_carried<const D: usize>(
+    variables: Vec<Variable>,
+    options: &FieldOptions<D>,
+    notes: &mut Vec<String>,
+) -> Result<Vec<Variable>> {
+    let lost = options.carried.iter().flatten().find(|w| variables.iter().all(|v| v.name != **w));
+    if let Some(lost) = lost {
+        let names: Vec<String> = variables.iter().map(|v| format!("'{}'", v.name)).collect();
+        return Err(Error::scene(
+            "carried",
+            format!("no variable '{lost}' in the file, which has {}", names.join(", ")),
+        ));
+    }
+    let mut selected = Vec::new();
+    for mut v in variables {
+        if options.carried.as_ref().is_some_and(|w| !w.contains(&v.name)) {
+            continue;
+        }
+        if v.components != 1 && !(D..=3).contains(&v.components) {
+            notes.push(format!("'{}' has {} components and was left out", v.name, v.components));
+            continue;
+        }
+        if options.missing == Missing::Zero {
+            replace_missing(&mut v.values);
+        }
+        let (.., bad) = v.values.range();
+        if bad > 0 {
+            notes.push(format!(
+                "'{}' was left out: {bad} of its {} values are missing or not finite (`missing: zero` sets missing ones to 0)",
+                v.name,
+                v.values.len()
+            ));
+            continue;
+        }
+        selected.push(v);
+    }
+    Ok(selected)
+}
+
+fn mesh<const D: usize>(mut input: Input<'_, D>, points: &[[f64; 3]], cells: Cells) -> Result<Source<D>> {
+    let name = input.density.name.clone();
+    let flat = flatten::<D>(&name, points)?;
+    let location = input.density.location;
+    input.check(&|i| match location {
+        Location::Node => format!("point {i}, position {}", point_text(&flat[i])),
+        Location::Cell => format!("cell {i}"),
+    })?;
+    let mesh = Arc::new(Mesh::new(&name, flat, cells, &mut input.notes)?);
+    let hull = MeshHull { mesh: Arc::clone(&mesh) };
+    let domain =
+        Domain::new(mesh.bounds.lo, mesh.bounds.hi, [Axis::OPEN; D], Region::Hull(Arc::new(hull), Wall::Open))?;
+    let sampler = Arc::new(MeshSampler { mesh: Arc::clone(&mesh), location });
+    input.finish(sampler, domain, &mut |location| Ok(Arc::new(MeshSampler { mesh: Arc::clone(&mesh), location })))
+}
+
+fn cloud<const D: usize>(mut input: Input<'_, D>, points: &[[f64; 3]]) -> Result<Source<D>> {
+    let name = input.density.name.clone();
+    let flat = flatten::<D>(&name, points)?;
+    input.check(&|i| format!("point {i}, position {}", point_text(&flat[i])))?;
+    let sampler = Arc::new(Cloud::new(&name, &flat)?);
+    let domain = sampler.domain()?;
+    input.notes.push(format!(
+        "the cloud of {} points fills its bounding box where a point is near; set the domain in the scene if it is another",
+        flat.len()
+    ));
+    input.finish(sampler, domain, &mut |_| Err(Error::field(&name, "a point cloud has no cells".to_owned())))
+}
+
+/// The first D components, which must be finite.
+fn flatten<const D: usize>(name: &str, points: &[[f64; 3]]) -> Result<Vec<[f64; D]>> {
+    if let Some((i, p)) = points.iter().enumerate().find(|(_, p)| p.iter().any(|v| !v.is_finite())) {
+        return Err(Error::field(name, format!("point {i} lies at {}; coordinates must be finite", point_text(p))));
+    }
+    Ok(points.iter().map(|p| std::array::from_fn(|k| p[k])).collect())
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Repeats {
+    Allowed,
+    Refused,
+}
+
+pub(crate) fn check_ascending(name: &str, what: &str, values: &[f64], repeats: Repeats) -> Result<()> {
+    if let Some(i) = values.iter().position(|v| !v.is_finite()) {
+        return Err(Error::field(name, format!("{what} is {} at node {i}; it must be finite", values[i])));
+    }
+    let falls = |w: &[f64]| w[1] < w[0] || repeats == Repeats::Refused && w[1] == w[0];
+    if let Some(i) = values.windows(2).position(falls) {
+        return Err(Error::field(
+            name,
+            format!(
+                "{what} goes from {} at node {i} to {} at the next; it must ascend: sort the file",
+                values[i],
+                values[i + 1]
+            ),
+        ));
+    }
+    match (values.first(), values.last()) {
+        (Some(a), Some(b)) if b > a || values.len() == 1 => Ok(()),
+        _ => Err(Error::field(name, format!("{what} has {} node(s) and no extent", values.len()))),
+    }
+}
+
+#[cfg(test)]
+#[path = "build_tests.rs"]
+mod tests;

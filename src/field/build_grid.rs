@@ -1,0 +1,160 @@
+//! Sources from rectilinear grids.
+
+use super::build::{Input, Repeats, check_ascending};
+use super::check::point_text;
+use super::geographic::Geographic;
+use super::grid::Grid;
+use super::grid_axis::AxisTable;
+use super::{Interpolation, Period, Source};
+use crate::error::{Error, Result};
+use sph_formats::{GridAxis, Location, Values};
+use std::sync::Arc;
+
+pub(crate) fn cartesian<const D: usize>(mut input: Input<'_, D>, axes: &[GridAxis]) -> Result<Source<D>> {
+    check_grid(&mut input, axes)?;
+    let name = input.density.name.clone();
+    let options = input.options;
+    let density = &input.density;
+    let repeats: [bool; D] = std::array::from_fn(|k| {
+        options.periodic[k] == Some(Period::Auto)
+            && density.location == Location::Node
+            && axes[k].bounds.is_none()
+            && last_plane_repeats(&density.values, axes, k)
+    });
+    let tables = |location: Location| -> Result<Arc<Grid<D>>> {
+        let tables: Vec<AxisTable> = (0..D)
+            .map(|k| axis_table(&name, &axes[k], location, options.periodic[k], repeats[k]))
+            .collect::<Result<_>>()?;
+        Ok(Arc::new(grid(&name, tables, options.interpolation)?))
+    };
+    let sampler = tables(density.location)?;
+    let domain = sampler.domain()?;
+    input.finish(sampler, domain, &mut |location| tables(location))
+}
+
+pub(crate) fn geographic<const D: usize>(mut input: Input<'_, D>, axes: &[GridAxis]) -> Result<Source<D>> {
+    check_grid(&mut input, axes)?;
+    let name = input.density.name.clone();
+    let interpolation = input.options.interpolation;
+    let longitudes = &axes[0].nodes;
+    let (first, last) = (longitudes[0], longitudes[longitudes.len() - 1]);
+    let step = (last - first) / (longitudes.len() as f64 - 1.0);
+    Geographic::check_longitudes(&name, first, (last + step).min(first + 360.0).max(last))?;
+    let tables = |location: Location| -> Result<Arc<Geographic>> {
+        let circle = Some(Period::Length(360.0));
+        let tables = vec![
+            axis_table(&name, &axes[0], location, circle, false)?,
+            axis_table(&name, &axes[1], location, None, false)?,
+            axis_table(&name, &axes[2], location, None, false)?,
+        ];
+        Ok(Arc::new(Geographic::new(&name, grid(&name, tables, interpolation)?)?))
+    };
+    let vectors = input.others.iter().filter(|v| v.components > 1).map(|v| v.name.clone()).collect::<Vec<_>>();
+    if !vectors.is_empty() {
+        input.others.retain(|v| v.components == 1);
+        input.notes.push(format!("vectors on a geographic grid were left out: {}", vectors.join(", ")));
+    }
+    let sampler = tables(input.density.location)?;
+    let domain = sampler.domain()?;
+    input.finish(sampler, domain, &mut |location| tables(location))
+}
+
+fn grid<const K: usize>(name: &str, tables: Vec<AxisTable>, interpolation: Option<Interpolation>) -> Result<Grid<K>> {
+    let default = if tables.iter().any(AxisTable::is_cells) { Interpolation::Constant } else { Interpolation::Linear };
+    let axes = tables
+        .try_into()
+        .map_err(|t: Vec<AxisTable>| Error::field(name, format!("the grid has {} axes, expected {K}", t.len())))?;
+    Ok(Grid { axes, interpolation: interpolation.unwrap_or(default) })
+}
+
+/// Axes in order, and the density's values with a place for each.
+fn check_grid<const D: usize>(input: &mut Input<'_, D>, axes: &[GridAxis]) -> Result<()> {
+    let name = input.density.name.clone();
+    if axes.len() != D {
+        return Err(Error::field(name, format!("the grid has {} axes, expected {D}", axes.len())));
+    }
+    for axis in axes {
+        if axis.nodes.len() < 2 && axis.bounds.is_none() {
+            return Err(Error::field(
+                &name,
+                format!(
+                    "axis '{}' has {} node(s), expected two or more; choose fewer dimensions",
+                    axis.name,
+                    axis.nodes.len()
+                ),
+            ));
+        }
+        let what = format!("axis '{}'", axis.name);
+        // An equal pair is a discontinuity of layered models.
+        check_ascending(
+            &name,
+            &what,
+            &axis.nodes,
+            if axis.bounds.is_some() { Repeats::Refused } else { Repeats::Allowed },
+        )?;
+        if let Some(bounds) = &axis.bounds {
+            check_ascending(&name, &format!("the bounds of axis '{}'", axis.name), bounds, Repeats::Refused)?;
+            if bounds.len() != axis.nodes.len() + 1 {
+                return Err(Error::field(
+                    &name,
+                    format!(
+                        "axis '{}' has {} nodes and {} bounds, expected one more",
+                        axis.name,
+                        axis.nodes.len(),
+                        bounds.len()
+                    ),
+                ));
+            }
+        }
+    }
+    let location = input.density.location;
+    input.check(&|mut i| {
+        let mut indices = Vec::new();
+        let mut position = Vec::new();
+        for axis in axes {
+            let n = match location {
+                Location::Node => axis.nodes.len(),
+                Location::Cell => axis.nodes.len().saturating_sub(1).max(1),
+            };
+            indices.push((i % n).to_string());
+            position.push(axis.nodes[i % n]);
+            i /= n;
+        }
+        format!("index ({}), position {}", indices.join(", "), point_text(&position))
+    })
+}
+
+fn axis_table(
+    name: &str,
+    axis: &GridAxis,
+    location: Location,
+    period: Option<Period>,
+    repeats: bool,
+) -> Result<AxisTable> {
+    match (location, &axis.bounds) {
+        (Location::Node, None) => AxisTable::nodes(&axis.name, axis.nodes.clone(), period, repeats),
+        (Location::Node, Some(bounds)) => AxisTable::cells(&axis.name, bounds.clone(), axis.nodes.clone(), period),
+        (Location::Cell, _) => {
+            if axis.nodes.windows(2).any(|w| w[0] >= w[1]) || axis.nodes.len() < 2 {
+                return Err(Error::field(name, format!("axis '{}' has cells without volume", axis.name)));
+            }
+            let centers = axis.nodes.windows(2).map(|w| 0.5 * (w[0] + w[1])).collect();
+            AxisTable::cells(&axis.name, axis.nodes.clone(), centers, period)
+        }
+    }
+}
+
+/// Whether the values of the last plane of axis `k` are those of the first, to a millionth of the largest.
+fn last_plane_repeats(values: &Values, axes: &[GridAxis], k: usize) -> bool {
+    let stride: usize = axes[..k].iter().map(|a| a.nodes.len()).product();
+    let n = axes[k].nodes.len();
+    let outer: usize = axes[k + 1..].iter().map(|a| a.nodes.len()).product();
+    let tolerance = 1e-6 * values.range().1.abs();
+    (0..outer).all(|o| {
+        (0..stride).all(|i| {
+            let first = values.get(i + stride * n * o);
+            let last = values.get(i + stride * (n - 1 + n * o));
+            (first - last).abs() <= tolerance
+        })
+    })
+}

@@ -1,0 +1,111 @@
+//! Sources from radial profiles.
+//!
+//! A scalar column named like a velocity, with a velocity's unit or none, becomes a vector along the radius;
+//! every other column stays a scalar.
+
+use super::build::{Input, Repeats, check_ascending};
+use super::curve::Curve;
+use super::mass::check_mass;
+use super::radial::{Direction, RadialCarried, RadialDensity, volume_midpoints};
+use super::{CarriedField, CarriedInfo, RadialProfile, RadialSource, Source};
+use crate::domain::{Domain, Wall};
+use crate::error::{Error, Result};
+use sph_formats::{Location, UnitDimension, Variable};
+use std::sync::Arc;
+
+pub(crate) fn radial<const D: usize>(
+    mut input: Input<'_, D>,
+    nodes: &[f64],
+    length_cgs: Option<f64>,
+) -> Result<Source<D>> {
+    let name = input.density.name.clone();
+    check_ascending(&name, "radius", nodes, Repeats::Allowed)?;
+    if nodes[0] < 0.0 {
+        return Err(Error::field(name, format!("the first radius is {}; radii must not be negative", nodes[0])));
+    }
+    let location = input.density.location;
+    input.check(&|i| match location {
+        Location::Node => format!("node {i}, radius {:e}", nodes[i]),
+        Location::Cell => format!("cell {i}, radius {:e} to {:e}", nodes[i], nodes[i + 1]),
+    })?;
+    let values = input.density.values.to_f64();
+    let profile = match location {
+        Location::Node => RadialProfile::from_nodes(D, nodes, &values),
+        Location::Cell => RadialProfile::from_cells(D, nodes, &values),
+    };
+    let mass = check_mass(&name, profile.total_mass())?;
+    if nodes[0] > 0.0 {
+        input
+            .notes
+            .push(format!("the innermost node lies at r = {:e}; the density within is taken as constant", nodes[0]));
+    }
+    if D == 3 {
+        input.notes.extend(compare_enclosed_mass(&input, mass.value, length_cgs));
+    }
+    let center = input.options.center;
+    let outer = profile.outer_radius();
+    let midpoints = volume_midpoints(D, nodes);
+    let carried = input.others.into_iter().map(|v| radial_carried(v, nodes, &midpoints, center)).collect();
+    let profile = Arc::new(profile);
+    Ok(Source {
+        density: Box::new(RadialDensity { profile: Arc::clone(&profile), center }),
+        carried,
+        domain: Domain::ball(center, outer, Wall::Open)?,
+        mass: Some(mass),
+        radial: Some(RadialSource { profile, center }),
+        notes: input.notes,
+    })
+}
+
+/// Names under which a velocity along the radius is known.
+const RADIAL_VELOCITIES: [&str; 9] =
+    ["v", "velocity", "vel", "v_r", "vr", "vel_r", "velr", "radial_velocity", "velocity_r"];
+
+fn radial_carried<const D: usize>(
+    variable: Variable,
+    nodes: &[f64],
+    midpoints: &[f64],
+    center: [f64; D],
+) -> Box<dyn CarriedField<D>> {
+    let positions = match variable.location {
+        Location::Node => nodes,
+        Location::Cell => midpoints,
+    };
+    let is_velocity = variable.components == 1
+        && RADIAL_VELOCITIES.contains(&variable.name.to_ascii_lowercase().as_str())
+        && variable.unit.as_ref().is_none_or(|u| u.dimension == UnitDimension::VELOCITY);
+    // Of a vector in a radial table only the first component has a meaning here: the radial one.
+    let values: Vec<f64> = (0..positions.len()).map(|i| variable.values.get(i * variable.components)).collect();
+    let outward = is_velocity || variable.components > 1;
+    Box::new(RadialCarried {
+        info: CarriedInfo { name: variable.name, unit: variable.unit, components: if outward { D } else { 1 } },
+        curve: Curve::through(positions, &values),
+        center,
+        direction: if outward { Direction::Outward } else { Direction::Scalar },
+    })
+}
+
+const ENCLOSED_MASSES: [&str; 6] = ["enclosed_mass", "mass", "m", "m_r", "mass_grams", "m_enc"];
+
+/// One sentence on how the profile's mass compares with the file's own, where units allow it.
+fn compare_enclosed_mass<const D: usize>(input: &Input<'_, D>, mass: f64, length_cgs: Option<f64>) -> Option<String> {
+    let listed = input.others.iter().find(|v| {
+        ENCLOSED_MASSES.contains(&v.name.to_ascii_lowercase().as_str())
+            && v.components == 1
+            && v.unit.as_ref().is_none_or(|u| u.dimension == UnitDimension::MASS)
+    })?;
+    let factor = match (&listed.unit, &input.density.unit, length_cgs) {
+        (Some(m), Some(rho), Some(length)) => rho.to_cgs * length.powi(3) / m.to_cgs,
+        (None, None, None) => 1.0,
+        _ => return None,
+    };
+    let total = listed.values.range().1;
+    let own = mass * factor;
+    (total > 0.0 && own.is_finite()).then(|| {
+        format!(
+            "the profile's density holds a mass of {own:.6e}, the file's '{}' ends at {total:.6e}: relative difference {:.1e}",
+            listed.name,
+            own / total - 1.0
+        )
+    })
+}

@@ -1,0 +1,190 @@
+//! Bare points: Shepard's weights over the nearest points, in the local form of Franke and Little (1980, doi
+//! 10.1002/nme.1620150306), `w_i = ((R - d_i) / (R d_i))^2` with `R` the distance of the farthest one used.
+//! Exact at the points, within the range of the values around, continuous, O(log N).
+//!
+//! Matter ends where the nearest point is farther away than that point's own 2^D-th neighbor: within a lattice
+//! or a glass no place is.
+
+use super::sampled::{Outside, Sampler};
+use crate::domain::{Axis, Domain, Region};
+use crate::error::{Error, Result};
+use kiddo::{ImmutableKdTree, SquaredEuclidean};
+use rayon::prelude::*;
+use sph_formats::Values;
+use std::num::NonZeroUsize;
+
+pub(crate) struct Cloud<const D: usize> {
+    tree: ImmutableKdTree<f64, D>,
+    count: usize,
+    /// How far each point's matter reaches.
+    reach: Vec<f64>,
+    lo: [f64; D],
+    hi: [f64; D],
+}
+
+impl<const D: usize> Cloud<D> {
+    /// From points that are finite.
+    ///
+    /// # Errors
+    /// No points, more than 2^32 of them, or points that span no volume.
+    pub(crate) fn new(name: &str, points: &[[f64; D]]) -> Result<Self> {
+        let bounds = super::bvh::Aabb::around(points);
+        if points.len() < 2 || (0..D).any(|k| bounds.lo[k] >= bounds.hi[k]) {
+            return Err(Error::field(
+                name,
+                format!(
+                    "the {} points of the cloud span no {D}-dimensional box ({} to {}); choose another dimension",
+                    points.len(),
+                    super::check::point_text(&bounds.lo),
+                    super::check::point_text(&bounds.hi)
+                ),
+            ));
+        }
+        let tree = ImmutableKdTree::new_from_slice(points)
+            .map_err(|e| Error::field(name, format!("cannot index {} points: {e:?}", points.len())))?;
+        let mut cloud = Self { tree, count: points.len(), reach: vec![], lo: bounds.lo, hi: bounds.hi };
+        let neighbors = (1 << D) + 1;
+        cloud.reach = points
+            .par_iter()
+            .map(|p| match cloud.nearest(p, neighbors).last() {
+                Some(&(_, d)) if points.len() >= neighbors => d,
+                _ => f64::INFINITY,
+            })
+            .collect();
+        Ok(cloud)
+    }
+
+    pub(crate) fn domain(&self) -> Result<Domain<D>> {
+        Domain::new(self.lo, self.hi, [Axis::OPEN; D], Region::Box)
+    }
+
+    /// The nearest `n` points and their distances, ascending.
+    fn nearest(&self, x: &[f64; D], n: usize) -> Vec<(usize, f64)> {
+        let n = NonZeroUsize::new(n.min(self.count)).unwrap_or(NonZeroUsize::MIN);
+        self.tree
+            .query(x)
+            .nearest_n::<SquaredEuclidean<f64>>(n)
+            .execute()
+            .into_iter()
+            .map(|found| (found.item as usize, found.distance.sqrt()))
+            .collect()
+    }
+}
+
+/// Weights that sum to 1.
+fn weigh(found: &mut [(usize, f64)], all: bool) {
+    let farthest = found.last().map_or(0.0, |f| f.1);
+    // Where every point of the cloud takes part, the farthest keeps a weight too.
+    let radius = if all { 2.0 * farthest } else { farthest };
+    let nearest = found.first().map_or(0.0, |f| f.1);
+    if nearest <= 1e-12 * radius || radius == 0.0 {
+        // At a point, or at several in one place.
+        found.iter_mut().for_each(|f| f.1 = if f.1 <= 1e-12 * radius { 1.0 } else { 0.0 });
+    } else if nearest == farthest {
+        found.iter_mut().for_each(|f| f.1 = 1.0);
+    } else {
+        found.iter_mut().for_each(|f| f.1 = ((radius - f.1) / f.1 * nearest / radius).powi(2));
+    }
+    let sum: f64 = found.iter().map(|f| f.1).sum();
+    found.iter_mut().for_each(|f| f.1 /= sum);
+}
+
+impl<const D: usize> Sampler<D> for Cloud<D> {
+    fn sample(&self, values: &Values, stride: usize, x: &[f64; D], outside: Outside, out: &mut [f64]) -> bool {
+        let n = 4 * (D + 1);
+        let mut found = self.nearest(x, n);
+        if outside == Outside::Reject {
+            let slack = |k: usize| 1e-12 * (self.hi[k] - self.lo[k]);
+            let boxed = (0..D).all(|k| x[k] >= self.lo[k] - slack(k) && x[k] <= self.hi[k] + slack(k));
+            let reached = found.first().is_some_and(|&(i, d)| d <= self.reach[i]);
+            if !boxed || !reached {
+                return false;
+            }
+        }
+        weigh(&mut found, self.count <= n);
+        out.fill(0.0);
+        for (i, w) in found {
+            for (c, v) in out.iter_mut().enumerate() {
+                *v += w * values.get(i * stride + c);
+            }
+        }
+        true
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::ScalarField;
+    use super::super::testing::Random;
+    use super::*;
+    use crate::field::sampled::SampledDensity;
+    use std::sync::Arc;
+
+    fn cloud<const D: usize>(n: usize, f: impl Fn(&[f64; D]) -> f64) -> (Vec<[f64; D]>, SampledDensity<Cloud<D>>) {
+        let mut random = Random::new(2);
+        let points: Vec<[f64; D]> = (0..n).map(|_| random.point()).collect();
+        let values = Values::F64(points.iter().map(f).collect());
+        let sampler = Arc::new(Cloud::new("rho", &points).unwrap());
+        (points, SampledDensity { sampler, values })
+    }
+
+    fn exact_and_bounded<const D: usize>() {
+        let f = |x: &[f64; D]| 1.0 + x.iter().sum::<f64>();
+        for n in [3, 20, 5000] {
+            let (points, field) = cloud(n, f);
+            for p in &points {
+                assert!((field.value(p) - f(p)).abs() < 1e-12, "{p:?}");
+            }
+            let mut random = Random::new(4);
+            for _ in 0..500 {
+                let x = random.point::<D>();
+                let v = field.value(&x);
+                assert!(v == 0.0 || (1.0..=1.0 + D as f64).contains(&v), "{v}");
+                if n == 5000 && v != 0.0 {
+                    assert!((v - f(&x)).abs() < 0.2, "{v} {}", f(&x));
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn points_are_met_and_bounds_kept_in_every_dimension() {
+        exact_and_bounded::<1>();
+        exact_and_bounded::<2>();
+        exact_and_bounded::<3>();
+    }
+
+    #[test]
+    fn matter_ends_with_the_points() {
+        let mut points = Vec::new();
+        for i in -10..=10_i32 {
+            for j in -10..=10_i32 {
+                for k in -10..=10_i32 {
+                    if i * i + j * j + k * k <= 100 {
+                        points.push([i, j, k].map(f64::from));
+                    }
+                }
+            }
+        }
+        let values = Values::F32(vec![2.0; points.len()]);
+        let field = SampledDensity { sampler: Arc::new(Cloud::new("rho", &points).unwrap()), values };
+        assert_eq!(field.value(&[9.0, 9.0, 9.0]), 0.0);
+        let mut random = Random::new(8);
+        for _ in 0..2000 {
+            let x = random.point::<3>().map(|v| 18.0 * v - 9.0);
+            if x.iter().map(|v| v * v).sum::<f64>() < 81.0 {
+                assert!((field.value(&x) - 2.0).abs() < 1e-12, "{x:?}");
+            }
+        }
+    }
+
+    #[test]
+    fn coincident_points_share_and_flat_clouds_are_refused() {
+        let points = vec![[0.0], [0.0], [1.0]];
+        let sampler = Arc::new(Cloud::new("rho", &points).unwrap());
+        let field = SampledDensity { sampler, values: Values::F64(vec![1.0, 3.0, 5.0]) };
+        assert_eq!(field.value(&[0.0]), 2.0);
+        assert!(Cloud::new("rho", &[[0.0, 1.0], [1.0, 1.0]]).is_err());
+        assert!(Cloud::<2>::new("rho", &[]).is_err());
+    }
+}

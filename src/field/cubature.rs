@@ -1,0 +1,267 @@
+//! Globally adaptive cubature over a box.
+//!
+//! Genz and Malik's rule of degree 7 with its embedded rule of degree 5 (1980, J. Comput. Appl. Math. 6, 295)
+//! in two and three dimensions, Gauss-Legendre of 9 and 6 points in one. The cells that hold most of the error
+//! are halved along the axis of the largest fourth difference, round by round; rounds run in parallel, sums
+//! in cell order, so that the result is the same for any number of threads.
+
+use super::MassEstimate;
+use super::quadrature::{Sum, binade, rule};
+use rayon::prelude::*;
+
+/// Share of the error that each round tackles.
+const SHARE: f64 = 0.75;
+
+#[derive(Debug, Clone, Copy)]
+struct Cell<const D: usize> {
+    lo: [f64; D],
+    hi: [f64; D],
+    value: f64,
+    error: f64,
+    axis: usize,
+}
+
+/// Integral of `f` over `[0, 1]^D` to a relative `tolerance`, or as near as `max_evaluations` lead.
+pub(crate) fn integrate_unit_box<const D: usize>(
+    f: &(dyn Fn(&[f64; D]) -> f64 + Sync),
+    tolerance: f64,
+    max_evaluations: usize,
+) -> MassEstimate {
+    let per_axis = [0_usize, 32, 8, 4][D];
+    let starts: Vec<Cell<D>> = (0..per_axis.pow(D as u32)).map(|i| start_cell(i, per_axis)).collect();
+    let peak = starts
+        .par_iter()
+        .map(|c| f(&std::array::from_fn(|k| 0.5 * (c.lo[k] + c.hi[k]))).abs())
+        .reduce(|| 0.0, f64::max);
+    // Sums of squares and products must neither overflow nor vanish.
+    let unit = if peak > 0.0 && peak.is_finite() { binade(peak) } else { 1.0 };
+    let scaled = |x: &[f64; D]| f(x) / unit;
+    let mut cells: Vec<Cell<D>> = starts.into_par_iter().map(|c| evaluate(&scaled, c)).collect();
+    let mut evaluations = cells.len() * points::<D>();
+    for axis in 0..D {
+        cells.iter_mut().for_each(|c| c.axis = axis);
+        let halves: Vec<[Cell<D>; 2]> = cells.par_iter().map(|c| split(&scaled, c)).collect();
+        cells = halves.into_iter().flatten().collect();
+        evaluations += cells.len() * points::<D>();
+    }
+    loop {
+        let value: Sum = cells.iter().map(|c| c.value).collect();
+        let error: Sum = cells.iter().map(|c| c.error).collect();
+        let (value, error) = (value.value(), error.value());
+        let chosen = if error <= tolerance * value.abs() || evaluations >= max_evaluations {
+            vec![]
+        } else {
+            worst(&cells, error, (max_evaluations - evaluations) / (2 * points::<D>()))
+        };
+        if chosen.is_empty() {
+            let rounding = 64.0 * f64::EPSILON * value.abs();
+            return MassEstimate { value: value * unit, error: (error + rounding) * unit };
+        }
+        let halves: Vec<[Cell<D>; 2]> = chosen.par_iter().map(|&i| split(&scaled, &cells[i])).collect();
+        evaluations += 2 * halves.len() * points::<D>();
+        for (i, [left, right]) in chosen.into_iter().zip(halves) {
+            cells[i] = left;
+            cells.push(right);
+        }
+    }
+}
+
+fn start_cell<const D: usize>(mut i: usize, per_axis: usize) -> Cell<D> {
+    let (mut lo, mut hi) = ([0.0; D], [0.0; D]);
+    for k in 0..D {
+        let j = i % per_axis;
+        i /= per_axis;
+        (lo[k], hi[k]) = (j as f64 / per_axis as f64, (j + 1) as f64 / per_axis as f64);
+    }
+    Cell { lo, hi, value: 0.0, error: 0.0, axis: 0 }
+}
+
+/// Numbers of the cells with most of the error, ascending; those too narrow to halve are left as they are.
+fn worst<const D: usize>(cells: &[Cell<D>], error: f64, limit: usize) -> Vec<usize> {
+    let mut order: Vec<usize> = (0..cells.len()).filter(|&i| cells[i].error > 0.0 && can_halve(&cells[i])).collect();
+    order.sort_unstable_by(|&i, &j| cells[j].error.total_cmp(&cells[i].error).then(i.cmp(&j)));
+    let mut covered = 0.0;
+    let count = order
+        .iter()
+        .take_while(|&&i| {
+            let more = covered < SHARE * error;
+            covered += cells[i].error;
+            more
+        })
+        .count();
+    order.truncate(count.min(limit));
+    order.sort_unstable();
+    order
+}
+
+fn can_halve<const D: usize>(c: &Cell<D>) -> bool {
+    c.hi[c.axis] - c.lo[c.axis] > 1e-14
+}
+
+/// Both halves. A step from the whole to its halves that exceeds their own errors is the better error.
+fn split<const D: usize>(f: &(dyn Fn(&[f64; D]) -> f64 + Sync), c: &Cell<D>) -> [Cell<D>; 2] {
+    let mid = 0.5 * (c.lo[c.axis] + c.hi[c.axis]);
+    let (mut left, mut right) = (*c, *c);
+    left.hi[c.axis] = mid;
+    right.lo[c.axis] = mid;
+    let mut halves = [left, right].map(|half| evaluate(f, half));
+    let step = (halves[0].value + halves[1].value - c.value).abs();
+    halves.iter_mut().for_each(|half| half.error = half.error.max(0.5 * step));
+    halves
+}
+
+const fn points<const D: usize>() -> usize {
+    match D {
+        1 => 17,
+        2 => 21,
+        _ => 39,
+    }
+}
+
+fn evaluate<const D: usize>(f: &(dyn Fn(&[f64; D]) -> f64 + Sync), cell: Cell<D>) -> Cell<D> {
+    let (value, error, axis) = if D == 1 { gauss_pair(f, &cell) } else { genz_malik(f, &cell) };
+    Cell { value, error, axis, ..cell }
+}
+
+fn gauss_pair<const D: usize>(f: &(dyn Fn(&[f64; D]) -> f64 + Sync), cell: &Cell<D>) -> (f64, f64, usize) {
+    let width = cell.hi[0] - cell.lo[0];
+    let [coarse, fine] =
+        [6, 9].map(|order| width * rule(order).iter().map(|&(t, w)| w * f(&[cell.lo[0] + t * width; D])).sum::<f64>());
+    let rule = rule(6);
+    let nodes: [f64; 6] = std::array::from_fn(|i| 2.0 * rule[i].0 - 1.0);
+    let at = |u: f64| f(&[cell.lo[0] + 0.5 * (u + 1.0) * width; D]);
+    let hidden = END_SHARE * width * end_residual(&nodes, &nodes.map(at), &at);
+    (fine, (fine - coarse).abs().max(hidden), 0)
+}
+
+/// Bound on the share of a cell that lies beyond the outermost points of its rules.
+const END_SHARE: f64 = 0.05;
+
+/// The ends of a cell, but for a share that rounding cannot carry across: a jump right at the face of a cell
+/// does no harm.
+const END: f64 = 1.0 - 1e-7;
+
+/// How far the values at the ends of a line through the cell are from the polynomial through the nodes. Rules
+/// that agree because a jump runs between their outermost points and the face are found out by it.
+fn end_residual<const N: usize>(nodes: &[f64; N], values: &[f64; N], at: &dyn Fn(f64) -> f64) -> f64 {
+    let extrapolated = |x: f64| -> f64 {
+        (0..N)
+            .map(|i| {
+                let basis: f64 = (0..N).filter(|&j| j != i).map(|j| (x - nodes[j]) / (nodes[i] - nodes[j])).product();
+                basis * values[i]
+            })
+            .sum()
+    };
+    [-END, END].iter().map(|&x| (at(x) - extrapolated(x)).abs()).fold(0.0, f64::max)
+}
+
+/// Value, error and the axis along which to halve.
+fn genz_malik<const D: usize>(f: &(dyn Fn(&[f64; D]) -> f64 + Sync), cell: &Cell<D>) -> (f64, f64, usize) {
+    let n = D as f64;
+    let lambda2 = (9.0_f64 / 70.0).sqrt();
+    let lambda4 = (9.0_f64 / 10.0).sqrt();
+    let lambda5 = (9.0_f64 / 19.0).sqrt();
+    let center: [f64; D] = std::array::from_fn(|k| 0.5 * (cell.lo[k] + cell.hi[k]));
+    let half: [f64; D] = std::array::from_fn(|k| 0.5 * (cell.hi[k] - cell.lo[k]));
+    let at = |shift: [f64; D]| f(&std::array::from_fn(|k| center[k] + shift[k] * half[k]));
+    let f1 = at([0.0; D]);
+    let (mut f2, mut f3, mut f4, mut f5) = (0.0, 0.0, 0.0, 0.0);
+    let mut axis = (0, -1.0);
+    let mut hidden = 0.0_f64;
+    for k in 0..D {
+        let on_axis = |u: f64| {
+            let mut shift = [0.0; D];
+            shift[k] = u;
+            at(shift)
+        };
+        let nodes = [-lambda4, -lambda2, 0.0, lambda2, lambda4];
+        let values = [on_axis(-lambda4), on_axis(-lambda2), f1, on_axis(lambda2), on_axis(lambda4)];
+        let (near, far) = (values[1] + values[3], values[0] + values[4]);
+        f2 += near;
+        f3 += far;
+        let residual = END_SHARE * end_residual(&nodes, &values, &on_axis);
+        hidden = hidden.max(residual);
+        let difference = (near - 2.0 * f1 - (far - 2.0 * f1) / 7.0).abs() + residual + 1e-12 * half[k];
+        if difference > axis.1 {
+            axis = (k, difference);
+        }
+    }
+    for i in 0..D {
+        for j in i + 1..D {
+            for signs in 0..4 {
+                let mut shift = [0.0; D];
+                shift[i] = if signs & 1 == 0 { lambda4 } else { -lambda4 };
+                shift[j] = if signs & 2 == 0 { lambda4 } else { -lambda4 };
+                f4 += at(shift);
+            }
+        }
+    }
+    for signs in 0..1_usize << D {
+        f5 += at(std::array::from_fn(|k| if signs >> k & 1 == 0 { lambda5 } else { -lambda5 }));
+    }
+    let volume: f64 = (0..D).map(|k| 2.0 * half[k]).product();
+    let seventh = (12824.0 - 9120.0 * n + 400.0 * n * n) / 19683.0 * f1
+        + 980.0 / 6561.0 * f2
+        + (1820.0 - 400.0 * n) / 19683.0 * f3
+        + 200.0 / 19683.0 * f4
+        + 6859.0 / 19683.0 / f64::from(1 << D) * f5;
+    let fifth = (729.0 - 950.0 * n + 50.0 * n * n) / 729.0 * f1
+        + 245.0 / 486.0 * f2
+        + (265.0 - 100.0 * n) / 1458.0 * f3
+        + 25.0 / 729.0 * f4;
+    (volume * seventh, volume * (seventh - fifth).abs().max(hidden), axis.0)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn exact_to_degree_seven<const D: usize>() {
+        for degree in 0..=7 {
+            let f = |x: &[f64; D]| (0..D).map(|k| (x[k] * (1.0 + k as f64)).powi(degree)).sum::<f64>();
+            let expected: f64 = (0..D).map(|k| (1.0 + k as f64).powi(degree) / (f64::from(degree) + 1.0)).sum();
+            let cell = evaluate(&f, Cell { lo: [0.0; D], hi: [1.0; D], value: 0.0, error: 0.0, axis: 0 });
+            assert!((cell.value / expected - 1.0).abs() < 1e-12, "{D} {degree}: {}", cell.value);
+        }
+        let mixed = |x: &[f64; D]| x.iter().map(|v| v * v).product::<f64>();
+        let cell = evaluate(&mixed, Cell { lo: [0.0; D], hi: [1.0; D], value: 0.0, error: 0.0, axis: 0 });
+        assert!((cell.value * 3f64.powi(D as i32) - 1.0).abs() < 1e-12);
+    }
+
+    #[test]
+    fn rules_have_their_degree() {
+        exact_to_degree_seven::<1>();
+        exact_to_degree_seven::<2>();
+        exact_to_degree_seven::<3>();
+    }
+
+    #[test]
+    fn smooth_integrands_reach_the_tolerance() {
+        let f = |x: &[f64; 2]| (-30.0 * ((x[0] - 0.3).powi(2) + (x[1] - 0.6).powi(2))).exp();
+        let e = integrate_unit_box(&f, 1e-10, 10_000_000);
+        // erf by the same Gaussian in one dimension each, to 12 digits.
+        let g = |c: f64| integrate_unit_box::<1>(&|x| (-30.0 * (x[0] - c).powi(2)).exp(), 1e-14, 1_000_000).value;
+        assert!((e.value - g(0.3) * g(0.6)).abs() < 1e-10 * e.value && e.error <= 1e-10 * e.value);
+    }
+
+    #[test]
+    fn jumps_have_an_honest_error() {
+        let disc = |x: &[f64; 2]| f64::from((x[0] - 0.4).powi(2) + (x[1] - 0.5).powi(2) < 0.09);
+        let e = integrate_unit_box(&disc, 1e-4, 2_000_000);
+        let expected = std::f64::consts::PI * 0.09;
+        assert!((e.value - expected).abs() <= e.error && e.error < 2e-3 * expected, "{e:?}");
+        let aligned = |x: &[f64; 3]| if x[1] < 0.123_456 { 2.0 } else { 1.0 };
+        let e = integrate_unit_box(&aligned, 1e-8, 4_000_000);
+        assert!((e.value - 1.123_456).abs() <= e.error && e.error < 1e-5, "{e:?}");
+    }
+
+    #[test]
+    fn thread_counts_do_not_matter() {
+        let f = |x: &[f64; 3]| (5.0 * x[0] * x[1]).sin().abs() + x[2];
+        let run = |threads| {
+            let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+            pool.install(|| integrate_unit_box(&f, 1e-6, 300_000))
+        };
+        assert_eq!(run(1), run(3));
+    }
+}
