@@ -256,15 +256,20 @@ impl RawField {
 impl Geometry {
     fn validate(&self) -> Result<(), Contradiction> {
         match self {
-            Self::Radial { nodes, .. } => ascending("radius", nodes, false),
+            Self::Radial { nodes, .. } => radii(nodes),
             Self::Grid { axes, .. } => {
                 if axes.is_empty() || axes.len() > 3 {
                     return Err(("grid".into(), format!("has {} axes, expected 1 to 3", axes.len())));
                 }
                 axes.iter().try_for_each(GridAxis::validate)
             }
-            Self::Mesh { points, cells, .. } => finite_points(points).and_then(|()| cells.validate(points.len())),
-            Self::Cloud { points, .. } => finite_points(points),
+            Self::Mesh { dimension, points, cells, .. } => {
+                dimension_within(*dimension, 2)?;
+                finite_points(points).and_then(|()| cells.validate(points.len()))
+            }
+            Self::Cloud { dimension, points, .. } => {
+                dimension_within(*dimension, 1).and_then(|()| finite_points(points))
+            }
         }
     }
 }
@@ -318,6 +323,22 @@ impl ParticleFile {
         }
         Ok(())
     }
+}
+
+fn radii(nodes: &[f64]) -> Result<(), Contradiction> {
+    ascending("radius", nodes, false)?;
+    match nodes {
+        [first, ..] if *first < 0.0 => Err(("radius".into(), format!("value 0 is {first:e}, expected none below 0"))),
+        [_] => Err(("radius".into(), "has 1 value, expected at least 2".into())),
+        _ => Ok(()),
+    }
+}
+
+fn dimension_within(dimension: usize, least: usize) -> Result<(), Contradiction> {
+    if (least..=3).contains(&dimension) {
+        return Ok(());
+    }
+    Err(("dimension".into(), format!("is {dimension}, expected {least} to 3")))
 }
 
 fn ascending(location: &str, values: &[f64], strictly: bool) -> Result<(), Contradiction> {

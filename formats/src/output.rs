@@ -1,15 +1,16 @@
 //! Files that appear whole or not at all.
 
 use crate::error::{FormatError, Result};
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 /// Runs `write` on a temporary path beside `path`, syncs it and renames it into place; on any error nothing is
-/// left behind and an older file at `path` stays as it was.
+/// left behind and an older file at `path` stays as it was. Where `path` is a link, the file it leads to is replaced.
 ///
 /// # Errors
 /// What `write` returns, or [`FormatError::Io`].
 pub fn atomically(path: &Path, write: impl FnOnce(&Path) -> Result<()>) -> Result<()> {
-    let folder = folder_of(path);
+    let target = link_target(path);
+    let folder = folder_of(&target);
     let suffix = path.extension().map(|e| format!(".{}", e.to_string_lossy())).unwrap_or_default();
     let temporary = tempfile::Builder::new()
         .prefix(".sph-prep-")
@@ -21,7 +22,7 @@ pub fn atomically(path: &Path, write: impl FnOnce(&Path) -> Result<()>) -> Resul
     write(&temporary)?;
     let sync = std::fs::File::open(&temporary).and_then(|f| f.sync_all());
     sync.map_err(|e| FormatError::io(path, "write", e))?;
-    temporary.persist(path).map_err(|e| FormatError::io(path, "write", e.error))
+    temporary.persist(&target).map_err(|e| FormatError::io(path, "write", e.error))
 }
 
 /// Whether a file could be put at `path`: its folder exists and takes new files, and `path` is no folder. Asked
@@ -34,8 +35,17 @@ pub fn probe(path: &Path) -> Result<()> {
         let refused = std::io::Error::new(std::io::ErrorKind::IsADirectory, "it is a directory");
         return Err(FormatError::io(path, "write", refused));
     }
-    let folder = folder_of(path);
+    let target = link_target(path);
+    let folder = folder_of(&target);
     tempfile::tempfile_in(folder).map(drop).map_err(|e| FormatError::io(folder, "create a file in", e))
+}
+
+/// Where a symbolic link leads, or `path` itself; renaming onto a link would replace the link.
+fn link_target(path: &Path) -> PathBuf {
+    match path.is_symlink() {
+        true => std::fs::canonicalize(path).unwrap_or_else(|_| path.into()),
+        false => path.into(),
+    }
 }
 
 fn folder_of(path: &Path) -> &Path {

@@ -15,6 +15,8 @@ pub const EARTH_MASS_CGS: f64 = 3.986_004e20 / GRAVITATIONAL_CONSTANT_CGS;
 pub const EARTH_RADIUS_CGS: f64 = 6.378_1e8;
 const AU_CGS: f64 = 1.495_978_707e13;
 const PARSEC_CGS: f64 = 3.085_677_581_491_367_3e18;
+/// CODATA 2018.
+const ATOMIC_MASS_CGS: f64 = 1.660_539_066_60e-24;
 const YEAR_CGS: f64 = 3.155_76e7;
 
 /// Exponents of length, mass, time and temperature.
@@ -137,7 +139,7 @@ fn plain_symbol(name: &str) -> Option<(f64, UnitDimension)> {
     let energy = D::new(2, 1, -2, 0);
     let force = D::new(1, 1, -2, 0);
     Some(match name {
-        "1" => (1.0, D::NONE),
+        "1" | "rad" => (1.0, D::NONE),
         "m" | "meter" | "meters" | "metre" | "metres" => (1e2, D::LENGTH),
         "km" | "kilometer" | "kilometers" => (1e5, D::LENGTH),
         "cm" | "centimeter" | "centimeters" => (1.0, D::LENGTH),
@@ -150,6 +152,7 @@ fn plain_symbol(name: &str) -> Option<(f64, UnitDimension)> {
         "kg" | "kilogram" | "kilograms" => (1e3, D::MASS),
         "Msun" | "M_sun" | "Msol" | "msun" | "solMass" | "M☉" | "M⊙" => (SOLAR_MASS_CGS, D::MASS),
         "Mearth" | "M_earth" | "earthMass" | "M⊕" => (EARTH_MASS_CGS, D::MASS),
+        "amu" => (ATOMIC_MASS_CGS, D::MASS),
         "cc" => (1.0, D::new(3, 0, 0, 0)),
         "s" | "sec" | "second" | "seconds" => (1.0, D::TIME),
         "day" | "days" => (86_400.0, D::TIME),
@@ -260,6 +263,9 @@ mod tests {
         check("kpc", 3.085_677_581_491_367_3e21, UnitDimension::LENGTH);
         check("", 1.0, UnitDimension::NONE);
         check("1", 1.0, UnitDimension::NONE);
+        check("rad/sec", 1.0, UnitDimension::new(0, 0, -1, 0));
+        check("cm/sec", 1.0, UnitDimension::VELOCITY);
+        check("Gyr", 3.155_76e16, UnitDimension::TIME);
         check("1/s", 1.0, UnitDimension::new(0, 0, -1, 0));
     }
 

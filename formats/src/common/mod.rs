@@ -1,8 +1,10 @@
 //! Pieces that several formats share.
 
+pub mod columns;
 #[cfg(feature = "hdf5-layer")]
 pub mod hdf5;
 pub mod netcdf_classic;
 pub mod particle_names;
 #[cfg(feature = "hdf5-layer")]
 pub mod snapshot;
+pub mod text;

@@ -1,6 +1,26 @@
-//! GYRE stellar models (MESA text format)
+//! GYRE stellar models in its text format, which MESA writes as "GYRE format" (`*.mesa`, `*.GYRE`).
+//!
+//! Line 1: `N M R L [version]` in g, cm, erg/s; then N lines from the center to the surface, all in cgs units, all
+//! at the same points (not staggered):
+//!
+//! | columns | version 100, 101 | 120 | 19 | none (0.01) |
+//! |---|---|---|---|---|
+//! | 1 | k | k | k | k |
+//! | 2, 3 | r, M_r | r, M_r | r, M_r / (M - M_r) | r, M_r / (M - M_r) |
+//! | 4 to 7 | L_r, P, T, rho | L_r, P, T, rho | L_r, P, T, rho | L_r, P, T, rho |
+//! | 8, 9 | nabla, N^2 | nabla, N^2 | nabla, N^2 | nabla, N^2 |
+//! | 10 to 12 | Gamma_1, nabla_ad, delta | same | same | thermodynamic, not read |
+//! | 13 to 18 | kappa, its two partials, epsilon, its two partials | same | same | 14 to 19 |
+//! | 19 | Omega | eps_grav | Omega | |
+//! | 20 | | Omega | | |
+//!
+//! Quirks: a repeated radius is a jump. The center may be missing: nothing is added then. Of the partial
+//! derivatives none is read: they mean nothing on particles.
 
-use crate::registry::{Capabilities, FormatSpec, Match};
+#[cfg(feature = "gyre")]
+mod read;
+
+use crate::registry::{Capabilities, FormatSpec, Match, ReadFn};
 
 /// Data sheet of the format.
 pub const SPEC: FormatSpec = FormatSpec {
@@ -13,14 +33,51 @@ pub const SPEC: FormatSpec = FormatSpec {
         read_field: true,
         read_particles: false,
         write_particles: false,
-        geometries: &[],
+        geometries: &["radial"],
         dimensions: &[1, 2, 3],
     },
     sniff,
-    read: None,
+    read: READ,
     write: None,
 };
 
-fn sniff(_head: &[u8]) -> Match {
-    Match::No
+#[cfg(feature = "gyre")]
+const READ: Option<ReadFn> = Some(read::read);
+#[cfg(not(feature = "gyre"))]
+const READ: Option<ReadFn> = None;
+
+/// Columns of a row for a version number; `None` for an unknown version.
+fn column_count(version: u32) -> Option<usize> {
+    match version {
+        1 | 19 | 100 | 101 => Some(19),
+        120 => Some(20),
+        _ => None,
+    }
+}
+
+/// Version of a header line, 1 where it states none; `None` where the line is no such header.
+fn header_version(line: &str) -> Option<u32> {
+    let fields: Vec<&str> = line.split_whitespace().collect();
+    let (points, rest) = fields.split_first()?;
+    points.parse::<u64>().ok()?;
+    let scalars = rest.get(..3)?;
+    // Mass, radius and luminosity are written as reals, which tells the line from a row of counts.
+    let real = |s: &&str| s.contains(['.', 'E', 'e', 'D', 'd']) && crate::common::text::parse_number(s).is_some();
+    if !scalars.iter().all(real) {
+        return None;
+    }
+    match rest.get(3..) {
+        Some([]) => Some(1),
+        Some([version]) => version.parse().ok().filter(|v| column_count(*v).is_some()),
+        _ => None,
+    }
+}
+
+fn sniff(head: &[u8]) -> Match {
+    let text = String::from_utf8_lossy(head);
+    let mut lines = text.lines();
+    let (Some(first), Some(second)) = (lines.next(), lines.next()) else { return Match::No };
+    let Some(columns) = header_version(first).and_then(column_count) else { return Match::No };
+    let mut fields = second.split_whitespace();
+    if fields.next() == Some("1") && fields.count() + 1 == columns { Match::Certain } else { Match::No }
 }

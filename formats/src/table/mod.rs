@@ -1,26 +1,72 @@
-//! Tables with a header, comma or white-space separated
+//! Tables of numbers with named columns: CSV (comma, semicolon, tab) and white-space separated text.
+//!
+//! | part | accepted |
+//! |---|---|
+//! | comments | lines from `#`, `!`, `%` or `//`, anywhere |
+//! | header | the line above the numbers, or the last comment line with one name per column; names may hold spaces where two or more separate them or the columns have fixed widths; `[ Mass ]` |
+//! | units | `density [kg/m^3]`, `radius(m)`, `radius_cm`, or a comment line `# unit ...` |
+//! | numbers | as in C and Fortran; columns of texts are left aside |
+//!
+//! What the columns make of it:
+//! * `r` or `radius`: a radial profile, in either order of rows; two equal radii in a row are a jump;
+//! * `outer radius`: a radial profile of cells, whose other columns are averages within (KEPLER's dumps), except
+//!   those that are called `outer` as well;
+//! * `x`, `y`, `z`: a grid where the points fill one in any order, else a cloud of points.
+//!
+//! Units are taken as stated. Some real headers are wrong about them: a scene can overrule them.
 
-use crate::registry::{Capabilities, FormatSpec, Match};
+#[cfg(feature = "table")]
+mod layout;
+#[cfg(feature = "table")]
+mod points;
+#[cfg(feature = "table")]
+mod radial;
+#[cfg(feature = "table")]
+mod read;
+#[cfg(feature = "table")]
+mod sheet;
+
+use crate::registry::{Capabilities, FormatSpec, Match, ReadFn};
 
 /// Data sheet of the format.
 pub const SPEC: FormatSpec = FormatSpec {
     name: "table",
     summary: "Tables with a header, comma or white-space separated",
-    extensions: &["csv", "dat", "txt", "tab"],
+    extensions: &["csv", "dat", "txt", "tab", "data", "tsv"],
     feature: "table",
     reference: "https://www.rfc-editor.org/rfc/rfc4180",
     capabilities: Capabilities {
         read_field: true,
         read_particles: false,
         write_particles: false,
-        geometries: &[],
+        geometries: &["radial", "grid", "cloud"],
         dimensions: &[1, 2, 3],
     },
     sniff,
-    read: None,
+    read: READ,
     write: None,
 };
 
-fn sniff(_head: &[u8]) -> Match {
-    Match::No
+#[cfg(feature = "table")]
+const READ: Option<ReadFn> = Some(read::read);
+#[cfg(not(feature = "table"))]
+const READ: Option<ReadFn> = None;
+
+/// Text with a row of numbers, or with nothing but comments so far. The head may end within a character.
+fn sniff(head: &[u8]) -> Match {
+    let good = match std::str::from_utf8(head) {
+        Ok(text) => text,
+        Err(e) if e.error_len().is_none() => {
+            head.get(..e.valid_up_to()).and_then(|b| std::str::from_utf8(b).ok()).unwrap_or_default()
+        }
+        Err(_) => return Match::No,
+    };
+    if good.contains('\0') {
+        return Match::No;
+    }
+    let lines = || good.lines().filter(|l| !l.trim().is_empty());
+    let number = |field: &str| crate::common::text::parse_number(field).is_some();
+    let row = |line: &str| line.split([' ', '\t', ',', ';']).find(|f| !f.is_empty()).is_some_and(number);
+    let comments = lines().count() > 0 && lines().all(|l| l.trim_start().starts_with(['#', '!', '%']));
+    if lines().any(row) || comments { Match::Container } else { Match::No }
 }
