@@ -9,12 +9,17 @@
 //! int n/n* f(r) r^ d^dr, which vanishes by symmetry exactly where n is proportional to n*. [`Bias::Plain`]
 //! switches back to the paper's form.
 //!
-//! What the finite number of neighbors leaves of the bias, and the smoothing by the kernel, are taken out by feedback: V_j is
+//! The sum lacks the particle's own cell, which reaches farther where particles are sparser: with a cell of
+//! radius R(theta) = R_0 (1 - R_0 |grad ln n*| cos(theta) / d) the missing push is f(R_0) R_0 / d grad ln n*, and is
+//! added. Without it the error of a 100:1 Gaussian grows again after 16 iterations; with it, it is ten times
+//! lower and stays.
+//!
+//! The smoothing by the kernel is taken out by feedback: V_j is
 //! multiplied by a power of the summed over the target density at j, and by a slowly forgetting memory of it.
 
 use super::{Ghosts, Progress, StageReport, StopReason, relaxation_domain};
 use crate::domain::Domain;
-use crate::kernel::{Kernel, support_over_spacing};
+use crate::kernel::{Kernel, evaluate, support_over_spacing};
 use crate::neighbors::lanes::Real;
 use crate::neighbors::{Batch, LeafPass, Reach, Sources, Tree, for_each_target};
 use crate::reduce;
@@ -118,15 +123,16 @@ struct PushPass<'a, K, R> {
     weight: Weight,
     bias: Bias,
     support: &'a [f64],
+    kernel_neighbors: f64,
     precision: PhantomData<R>,
 }
 
 /// Channel 0: target volume (corrected) or support radius (plain).
-impl<const D: usize, K: Kernel, R: Real> LeafPass<D, 1, R> for PushPass<'_, K, R> {
+impl<const D: usize, K: Kernel, R: Real> LeafPass<D, 2, R> for PushPass<'_, K, R> {
     type Output = Push<D>;
 
     #[inline(always)]
-    fn leaf<S: Simd>(&self, simd: S, batch: &mut Batch<'_, D, 1, R>, out: &mut [Self::Output]) {
+    fn leaf<S: Simd>(&self, simd: S, batch: &mut Batch<'_, D, 2, R>, out: &mut [Self::Output]) {
         match (self.weight, self.bias) {
             (Weight::Kernel, Bias::Corrected) => self.targets::<D, S, true, true>(simd, batch, out),
             (Weight::Kernel, Bias::Plain) => self.targets::<D, S, true, false>(simd, batch, out),
@@ -141,7 +147,7 @@ impl<K: Kernel, R: Real> PushPass<'_, K, R> {
     fn targets<const D: usize, S: Simd, const KERNEL: bool, const CORRECTED: bool>(
         &self,
         simd: S,
-        batch: &Batch<'_, D, 1, R>,
+        batch: &Batch<'_, D, 2, R>,
         out: &mut [Push<D>],
     ) {
         let constant = |x: f64| R::splat(simd, R::from_f64(x));
@@ -152,13 +158,15 @@ impl<K: Kernel, R: Real> PushPass<'_, K, R> {
             let (xs, channels) = batch.registers::<S>();
             let target = batch.target(i).map(|x| R::splat(simd, x));
             let inverse = constant(length / self.support[i]);
-            let (mut sum, mut shift) = (zero, [zero; D]);
+            let (mut sum, mut shift, mut gradient) = (zero, [zero; D], [zero; D]);
+            let own_volume = batch.target_channel(1, i);
+            let (one, per_own) = (constant(1.0), constant(1.0 / own_volume));
             // Plain: H_ij = (H_i + H_j)/2 in buffer units.
             let pair_scale = constant(0.5 * batch.unit().channels[0] / length);
             let pair_own = constant(0.5 * self.support[i] / length);
             for j in 0..xs[0].len() {
                 let (d, q) = separation::<D, R, S>(simd, &xs, &target, inverse, j);
-                let value = self.kernel.shape::<D, R, S>(simd, q).0;
+                let (value, slope) = self.kernel.shape::<D, R, S>(simd, q);
                 sum = R::add(simd, sum, value);
                 let pair_q = if CORRECTED {
                     q
@@ -175,6 +183,13 @@ impl<K: Kernel, R: Real> PushPass<'_, K, R> {
                 };
                 if CORRECTED {
                     f = R::mul(simd, f, channels[0][j]);
+                    // V_j (V_j / V_i - 1) grad W sums to grad V / V.
+                    let volume = channels[1][j];
+                    let change = R::sub(simd, R::mul(simd, volume, per_own), one);
+                    let pull = R::mul(simd, R::mul(simd, volume, change), slope);
+                    for k in 0..D {
+                        gradient[k] = R::mul_add(simd, d[k], pull, gradient[k]);
+                    }
                 }
                 // r^ = d / r; q H is r. The particle itself has d = 0.
                 let pull = R::div(simd, f, R::max(simd, q, tiny));
@@ -183,11 +198,27 @@ impl<K: Kernel, R: Real> PushPass<'_, K, R> {
                 }
             }
             let scale = length / self.support[i] / if CORRECTED { batch.target_channel(0, i) } else { 1.0 };
+            let support = self.support[i];
+            let per_length = K::SIGMA[D - 1] * batch.unit().channels[1] * length / support.powi(D as i32 + 2);
+            let own_cell = if CORRECTED { self.own_cell::<D>() * support * per_length } else { 0.0 };
             *out = Push {
                 number_density: K::SIGMA[D - 1] / self.support[i].powi(D as i32) * R::sum(simd, sum),
-                shift: shift.map(|s| -scale * R::sum(simd, s)),
+                shift: std::array::from_fn(|k| -scale * R::sum(simd, shift[k]) - own_cell * R::sum(simd, gradient[k])),
             };
         }
+    }
+}
+
+impl<K: Kernel, R: Real> PushPass<'_, K, R> {
+    /// f(R_0) R_0 / (d H), R_0 the radius of a ball of one particle's volume: what the missing push of a
+    /// particle's own cell weighs against H grad ln n*.
+    fn own_cell<const D: usize>(&self) -> f64 {
+        let q = self.kernel_neighbors.powf(-1.0 / D as f64);
+        let f = match self.weight {
+            Weight::Kernel => evaluate::<K, D>(self.kernel, q).0,
+            Weight::InverseSquare => (2.0 * q + SOFTENING).powi(-2) - (2.0 + SOFTENING).powi(-2),
+        };
+        f * q / D as f64
     }
 }
 
@@ -306,6 +337,7 @@ impl<'a, const D: usize> State<'a, D> {
             Bias::Corrected => self.corrected_volumes(),
             Bias::Plain => self.support.clone(),
         };
+        let volume: Vec<f64> = self.number_density.par_iter().map(|n| 1.0 / n).collect();
         let reach = match options.bias {
             Bias::Corrected => Reach::Target,
             Bias::Plain => Reach::Either,
@@ -316,11 +348,12 @@ impl<'a, const D: usize> State<'a, D> {
             weight: options.weight,
             bias: options.bias,
             support: &self.support,
+            kernel_neighbors: options.kernel_neighbors,
             precision: PhantomData::<f32>,
         };
-        let real = Sources::new(&self.tree, &self.support, [&channel], reach);
+        let real = Sources::new(&self.tree, &self.support, [&channel, &volume], reach);
         if ghosts.positions.is_empty() {
-            return for_each_target::<D, 1, f32, _>(self.domain, &[real], 1.0, &pass);
+            return for_each_target::<D, 2, f32, _>(self.domain, &[real], 1.0, &pass);
         }
         let ghost_tree = Tree::build(&ghosts.soa());
         let inherit = |values: &[f64], power: f64| -> Vec<f64> {
@@ -333,8 +366,9 @@ impl<'a, const D: usize> State<'a, D> {
             Bias::Corrected => inherit(&channel, 1.0),
             Bias::Plain => ghost_support.clone(),
         };
-        let mirrored = Sources::new(&ghost_tree, &ghost_support, [&ghost_channel], reach);
-        for_each_target::<D, 1, f32, _>(self.domain, &[real, mirrored], 1.0, &pass)
+        let ghost_volume = inherit(&volume, 1.0);
+        let mirrored = Sources::new(&ghost_tree, &ghost_support, [&ghost_channel, &ghost_volume], reach);
+        for_each_target::<D, 2, f32, _>(self.domain, &[real, mirrored], 1.0, &pass)
     }
 
     /// Target volumes, raised where the density was above the target at the last pass and lowered where below.

@@ -69,7 +69,11 @@ impl Reader<'_> {
             }
         }
         if !aside.is_empty() {
-            self.notes.push(format!("variables on other axes than '{}' are left aside: {}", reference.name, aside.join(", ")));
+            self.notes.push(format!(
+                "variables on other axes than '{}' are left aside: {}",
+                reference.name,
+                aside.join(", ")
+            ));
         }
         let attributes = self.file.global_attributes().map(<[_]>::to_vec).unwrap_or_default();
         Ok(RawField {
@@ -295,7 +299,8 @@ impl Reader<'_> {
             })
             .collect();
         let selection = NcSliceInfo { selections };
-        let broken = |e: netcdf_reader::Error| self.wrong(format!("variable '{}'", v.name), format!("cannot be read: {e}"));
+        let broken =
+            |e: netcdf_reader::Error| self.wrong(format!("variable '{}'", v.name), format!("cannot be read: {e}"));
         let packed = v.attribute("scale_factor").is_some() || v.attribute("add_offset").is_some();
         let values = if v.dtype == NcType::Float && !packed {
             let mut raw: Vec<f32> =
@@ -340,12 +345,8 @@ fn mask(values: &mut [f32], v: &NcVariable) {
     /// What the library fills floats with where nothing is said (`NC_FILL_FLOAT`).
     const DEFAULT_FILL: f32 = 9.969_21e36;
     let number = |name: &str| v.attribute(name).and_then(|a| numbers(&a.value));
-    let mut fills: Vec<f32> = ["_FillValue", "missing_value"]
-        .iter()
-        .filter_map(|name| number(name))
-        .flatten()
-        .map(|f| f as f32)
-        .collect();
+    let mut fills: Vec<f32> =
+        ["_FillValue", "missing_value"].iter().filter_map(|name| number(name)).flatten().map(|f| f as f32).collect();
     if v.attribute("_FillValue").is_none() {
         fills.push(DEFAULT_FILL);
     }
