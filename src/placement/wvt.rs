@@ -42,6 +42,17 @@ pub enum Weight {
     Kernel,
 }
 
+impl Weight {
+    /// Step that makes the pushes of both weights alike: at the distance of the closest neighbors
+    /// [h/r]^2 + const is about eight times the kernel's shape.
+    fn step_scale(self) -> f64 {
+        match self {
+            Self::Kernel => 1.0,
+            Self::InverseSquare => 0.125,
+        }
+    }
+}
+
 /// How neighbors of different target volume count.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
@@ -248,7 +259,7 @@ pub fn relax<const D: usize, K: Kernel>(
         let reason = stop_reason(&best, iteration, options, control);
         if reason.is_none() && iteration < options.iterations {
             let t = iteration as f64 / options.iterations.max(1) as f64;
-            entry.largest_step = state.displace(&pushes, options.step * options.final_step.powf(t));
+            entry.largest_step = state.displace(&pushes, options.weight.step_scale() * options.step * options.final_step.powf(t));
         }
         history.push(entry);
         control.report("WVT", iteration, options.iterations, epsilon);

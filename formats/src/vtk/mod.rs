@@ -1,26 +1,38 @@
-//! VTK legacy and XML files, for ParaView
+//! VTK files for ParaView and friends.
+//!
+//! Writing: `.vtu` and `.vtp` (XML, zlib blocks in appended base64, 64-bit headers, which VTK, ParaView, pyvista and, for
+//! `.vtu`, meshio read) and legacy `.vtk` (version 4.2, binary, big-endian). Every particle is a vertex cell, without
+//! which ParaView draws nothing. `SupportRadius` is the radius at which the placement's kernel vanishes.
+
+#[cfg(feature = "vtk")]
+mod write;
 
 use crate::registry::{Capabilities, FormatSpec, Match};
 
 /// Data sheet of the format.
 pub const SPEC: FormatSpec = FormatSpec {
     name: "vtk",
-    summary: "VTK legacy and XML files, for ParaView",
-    extensions: &["vtu", "vtp", "vti", "vtr", "vts", "vtk"],
+    summary: "VTK XML and legacy files, for ParaView",
+    extensions: &["vtu", "vtp", "vtk", "vti", "vtr", "vts"],
     feature: "vtk",
     reference: "https://docs.vtk.org/en/latest/design_documents/VTKFileFormats.html",
     capabilities: Capabilities {
         read_field: true,
-        read_particles: true,
+        read_particles: false,
         write_particles: true,
-        geometries: &[],
+        geometries: &["grid", "mesh", "cloud"],
         dimensions: &[1, 2, 3],
     },
     sniff,
     read: None,
+    #[cfg(feature = "vtk")]
+    write: Some(write::write),
+    #[cfg(not(feature = "vtk"))]
     write: None,
 };
 
-fn sniff(_head: &[u8]) -> Match {
-    Match::No
+fn sniff(head: &[u8]) -> Match {
+    let text = String::from_utf8_lossy(head);
+    let legacy = text.to_ascii_lowercase().starts_with("# vtk datafile");
+    if legacy || text.contains("<VTKFile") { Match::Certain } else { Match::No }
 }
