@@ -204,7 +204,8 @@ fn xml(
     if dataset == Dataset::Unstructured {
         declare(&mut out, &types)?;
     }
-    writeln!(out, "</{cells}></Piece></{kind}>\n<AppendedData encoding=\"base64\">\n_")?;
+    // Offsets count from the character behind the underscore.
+    write!(out, "</{cells}></Piece></{kind}>\n<AppendedData encoding=\"base64\">\n_")?;
     for (a, sizes) in &order {
         data(&mut out, a, sizes, level)?;
     }
