@@ -1,3 +1,4 @@
 //! Pieces that several formats share.
 
+pub mod netcdf_classic;
 pub mod particle_names;
