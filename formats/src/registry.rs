@@ -88,6 +88,14 @@ pub struct FormatSpec {
     pub write: Option<WriteFn>,
 }
 
+/// First bytes of an HDF5 file without a user block.
+pub const HDF5_SIGNATURE: &[u8; 8] = b"\x89HDF\r\n\x1a\n";
+
+/// The [`FormatSpec::sniff`] of formats that live in HDF5 files.
+pub fn sniff_hdf5(head: &[u8]) -> Match {
+    if head.starts_with(HDF5_SIGNATURE) { Match::Container } else { Match::No }
+}
+
 /// Bytes that [`FormatSpec::sniff`] gets to see.
 pub const SNIFF_BYTES: usize = 4096;
 
@@ -104,10 +112,11 @@ pub fn detect<'a>(formats: &'a [FormatSpec], path: &Path, explicit: Option<&str>
     if head.is_empty() {
         return Err(detection(path, "the file is empty".into()));
     }
-    let best = formats.iter().map(|f| (f.sniff)(&head)).max().unwrap_or(Match::No);
-    let mut found: Vec<_> = formats.iter().filter(|f| best > Match::No && (f.sniff)(&head) == best).collect();
+    let readers = || formats.iter().filter(|f| can_read(f));
+    let best = readers().map(|f| (f.sniff)(&head)).max().unwrap_or(Match::No);
+    let mut found: Vec<_> = readers().filter(|f| best > Match::No && (f.sniff)(&head) == best).collect();
     if found.len() != 1 {
-        let by_extension: Vec<_> = candidates(formats, &found).filter(|f| has_extension(f, path)).collect();
+        let by_extension: Vec<_> = candidates(formats, &found).filter(|f| can_read(f) && has_extension(f, path)).collect();
         if !by_extension.is_empty() {
             found = by_extension;
         }
@@ -149,8 +158,12 @@ pub fn detect_output<'a>(formats: &'a [FormatSpec], path: &Path, explicit: Optio
 /// # Errors
 /// [`FormatError::Detection`] where the format cannot be read, or is not in this build.
 pub fn reader(spec: &FormatSpec, path: &Path) -> Result<ReadFn> {
-    let can = spec.capabilities.read_field || spec.capabilities.read_particles;
-    spec.read.ok_or_else(|| absent(spec, path, can, "read"))
+    spec.read.ok_or_else(|| absent(spec, path, can_read(spec), "read"))
+}
+
+/// Whether the format has a reader, in this build or another.
+fn can_read(spec: &FormatSpec) -> bool {
+    spec.capabilities.read_field || spec.capabilities.read_particles
 }
 
 /// The writer of a format.

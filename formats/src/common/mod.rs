@@ -1,4 +1,8 @@
 //! Pieces that several formats share.
 
+#[cfg(feature = "hdf5-layer")]
+pub mod hdf5;
 pub mod netcdf_classic;
 pub mod particle_names;
+#[cfg(feature = "hdf5-layer")]
+pub mod snapshot;

@@ -1,20 +1,45 @@
-//! GADGET-2/3/4, GIZMO and AREPO HDF5 snapshots
+//! GADGET-2/3/4, GIZMO and AREPO HDF5 initial conditions and snapshots; SWIFT's are read as well.
+//!
+//! | dataset         | type        | from                                                             |
+//! |-----------------|-------------|------------------------------------------------------------------|
+//! | Coordinates     | f8 (N, 3)   | required                                                         |
+//! | Velocities      | f4 (N, 3)   | zeros where absent                                               |
+//! | Masses          | f4          | required; MassTable stays zero, since it would override them     |
+//! | SmoothingLength | f4          | the kernel's support radius                                      |
+//! | InternalEnergy  | f4          | required for gas; per mass                                       |
+//! | ParticleIDs     | u8          | 1 ... N where absent; GADGET-4 keeps 31 bits of them by default  |
+//! | Density         | f4          | for viewers                                                      |
+//!
+//! GADGET-4 reads one BoxSize only, so other than cubic boxes are refused. Its template configuration turns on
+//! `INITIAL_CONDITIONS_CONTAIN_ENTROPY`: turn it off. See [`crate::common::snapshot`] for the rest.
 
-use crate::registry::{Capabilities, FormatSpec, Match};
+use crate::registry::{Capabilities, FormatSpec};
+
+#[cfg(feature = "gadget")]
+pub mod schema;
+#[cfg(feature = "gadget")]
+pub mod write;
+
+#[cfg(feature = "gadget")]
+const WRITE: Option<crate::registry::WriteFn> = Some(write::write);
+#[cfg(not(feature = "gadget"))]
+const WRITE: Option<crate::registry::WriteFn> = None;
 
 /// Data sheet of the format.
 pub const SPEC: FormatSpec = FormatSpec {
     name: "gadget",
     summary: "GADGET-2/3/4, GIZMO and AREPO HDF5 snapshots",
-    extensions: &["hdf5"],
+    extensions: &["h5", "hdf5"],
     feature: "gadget",
     reference: "https://wwwmpa.mpa-garching.mpg.de/gadget4/",
-    capabilities: Capabilities { read_field: false, read_particles: true, write_particles: true, geometries: &[], dimensions: &[1, 2, 3] },
-    sniff,
+    capabilities: Capabilities {
+        read_field: false,
+        read_particles: true,
+        write_particles: true,
+        geometries: &[],
+        dimensions: &[1, 2, 3],
+    },
+    sniff: crate::registry::sniff_hdf5,
     read: None,
-    write: None,
+    write: WRITE,
 };
-
-fn sniff(_head: &[u8]) -> Match {
-    Match::No
-}

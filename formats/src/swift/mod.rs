@@ -1,6 +1,30 @@
-//! SWIFT HDF5 initial conditions
+//! SWIFT HDF5 initial conditions. Written only: the `gadget` reader reads them, and SWIFT's snapshots.
+//!
+//! | dataset         | type        | from                                                             |
+//! |-----------------|-------------|------------------------------------------------------------------|
+//! | Coordinates     | f8 (N, 3)   | required; within the box, periodic or not                        |
+//! | Velocities      | f4 (N, 3)   | zeros where absent                                               |
+//! | Masses          | f4          | required                                                         |
+//! | SmoothingLength | f4          | 1.2348 (m/rho)^(1/D): not the kernel's support radius            |
+//! | InternalEnergy  | f4          | required for gas; per mass                                       |
+//! | ParticleIDs     | u8          | 1 ... N where absent                                             |
+//! | Density         | f4          | for viewers; SWIFT ignores it                                    |
+//! | MaterialIDs     | i4          | needed by the planetary schemes only                             |
+//!
+//! BoxSize has three elements where the box is not cubic. See [`crate::common::snapshot`] for the rest.
+//! Dataset names after SWIFT commit 8a8f0d794 (`src/hydro/SPHENIX/hydro_io.h`, `src/single_io.c`).
 
-use crate::registry::{Capabilities, FormatSpec, Match};
+use crate::registry::{Capabilities, FormatSpec};
+
+#[cfg(feature = "swift")]
+pub mod schema;
+#[cfg(feature = "swift")]
+pub mod write;
+
+#[cfg(feature = "swift")]
+const WRITE: Option<crate::registry::WriteFn> = Some(write::write);
+#[cfg(not(feature = "swift"))]
+const WRITE: Option<crate::registry::WriteFn> = None;
 
 /// Data sheet of the format.
 pub const SPEC: FormatSpec = FormatSpec {
@@ -9,12 +33,14 @@ pub const SPEC: FormatSpec = FormatSpec {
     extensions: &["hdf5"],
     feature: "swift",
     reference: "https://swift.strw.leidenuniv.nl/docs/InitialConditions/index.html",
-    capabilities: Capabilities { read_field: false, read_particles: true, write_particles: true, geometries: &[], dimensions: &[1, 2, 3] },
-    sniff,
+    capabilities: Capabilities {
+        read_field: false,
+        read_particles: false,
+        write_particles: true,
+        geometries: &[],
+        dimensions: &[1, 2, 3],
+    },
+    sniff: crate::registry::sniff_hdf5,
     read: None,
-    write: None,
+    write: WRITE,
 };
-
-fn sniff(_head: &[u8]) -> Match {
-    Match::No
-}

@@ -1,0 +1,217 @@
+//! The only place that knows the HDF5 crates: `rust-hdf5` writes, `hdf5-reader` reads.
+//!
+//! Files are written at the 1.8 library bound (version 2 superblock, version 1 B-trees), which HDF5 1.8 to 2.x
+//! open; object times are off, so that equal input gives equal bytes. Two crates, because the writer's own
+//! reader cannot decode numeric group attributes, and the reader is in the build for NetCDF-4 anyway.
+//!
+//! Reference: <https://support.hdfgroup.org/documentation/hdf5/latest/_f_m_t3.html>
+
+use crate::error::{FormatError, Result};
+use rust_hdf5::{H5Dataset, H5File, H5Group, Hdf5Error, LibverBound};
+use std::ops::Range;
+use std::path::{Path, PathBuf};
+
+pub use rust_hdf5::H5Type;
+
+/// Rows of one chunk of a compressed dataset.
+const CHUNK_ROWS: usize = 1 << 16;
+/// Rows converted and written at once: bounds the memory, and feeds the compressor's threads.
+const BLOCK_ROWS: usize = 8 * CHUNK_ROWS;
+
+/// A number that can be stored; little-endian in the file.
+pub trait Scalar: H5Type + Default {
+    fn put(self, bytes: &mut Vec<u8>);
+}
+
+macro_rules! scalars {
+    ($($t:ty),*) => {$(
+        impl Scalar for $t {
+            fn put(self, bytes: &mut Vec<u8>) {
+                bytes.extend_from_slice(&self.to_le_bytes());
+            }
+        }
+    )*};
+}
+scalars!(f32, f64, i32, i64, u32, u64);
+
+/// A file being written.
+pub struct Writer {
+    file: H5File,
+    path: PathBuf,
+}
+
+impl Writer {
+    /// Creates `path`, replacing an older file.
+    ///
+    /// # Errors
+    /// [`FormatError::Io`].
+    pub fn create(path: &Path) -> Result<Self> {
+        let file = H5File::options()
+            .libver(LibverBound::V18)
+            .no_locking()
+            .create(path)
+            .map_err(|e| write_error(path, e))?;
+        Ok(Self {
+            file,
+            path: path.into(),
+        })
+    }
+
+    /// Adds a group below the root.
+    ///
+    /// # Errors
+    /// [`FormatError::Io`].
+    pub fn group(&self, name: &str) -> Result<Group<'_>> {
+        let group = self.file.create_group(name).map_err(|e| self.error(e))?;
+        Ok(Group {
+            writer: self,
+            group,
+        })
+    }
+
+    /// Completes the file.
+    ///
+    /// # Errors
+    /// [`FormatError::Io`].
+    pub fn close(self) -> Result<()> {
+        self.file
+            .close_no_sync()
+            .map_err(|e| write_error(&self.path, e))
+    }
+
+    fn error(&self, e: Hdf5Error) -> FormatError {
+        write_error(&self.path, e)
+    }
+}
+
+fn write_error(path: &Path, e: Hdf5Error) -> FormatError {
+    let source = match e {
+        Hdf5Error::Io(e) => e,
+        other => std::io::Error::other(other.to_string()),
+    };
+    FormatError::io(path, "write", source)
+}
+
+/// A group of a [`Writer`].
+pub struct Group<'w> {
+    writer: &'w Writer,
+    group: H5Group,
+}
+
+impl Group<'_> {
+    /// Sets a one-dimensional attribute. Scalars are written as one element: some readers take nothing else.
+    ///
+    /// # Errors
+    /// [`FormatError::Io`].
+    pub fn numbers<T: Scalar>(&self, name: &str, values: &[T]) -> Result<()> {
+        self.group
+            .set_attr_array_numeric(name, values)
+            .map_err(|e| self.writer.error(e))
+    }
+
+    /// Sets a text attribute.
+    ///
+    /// # Errors
+    /// [`FormatError::Io`].
+    pub fn text(&self, name: &str, value: &str) -> Result<()> {
+        self.group
+            .set_attr_string(name, value)
+            .map_err(|e| self.writer.error(e))
+    }
+
+    /// Writes a dataset of shape (`rows`) or, from two columns on, (`rows`, `columns`), block by block: `fill`
+    /// appends the numbers of the rows that it is asked for. `compression` 0 stores them contiguously, 1 to 9
+    /// in chunks with shuffle and deflate.
+    ///
+    /// # Errors
+    /// Those of `fill`, or [`FormatError::Io`].
+    pub fn dataset<T: Scalar>(
+        &self,
+        name: &str,
+        rows: usize,
+        columns: usize,
+        compression: u8,
+        mut fill: impl FnMut(Range<usize>, &mut Vec<T>) -> Result<()>,
+    ) -> Result<Dataset<'_>> {
+        let mut shape = vec![rows, columns];
+        let chunk_rows = rows.min(CHUNK_ROWS);
+        let mut chunk = vec![chunk_rows, columns];
+        if columns == 1 {
+            shape.truncate(1);
+            chunk.truncate(1);
+        }
+        let mut builder = self.group.new_dataset::<T>().shape(&shape);
+        let chunked = compression > 0 && rows > 0;
+        if chunked {
+            builder = builder
+                .chunk(&chunk)
+                .shuffle_deflate(u32::from(compression.min(9)));
+        }
+        let data = builder.create(name).map_err(|e| self.writer.error(e))?;
+        let mut block = Vec::new();
+        for start in (0..rows).step_by(BLOCK_ROWS) {
+            let end = rows.min(start + BLOCK_ROWS);
+            block.clear();
+            fill(start..end, &mut block)?;
+            if chunked {
+                self.write_chunks(&data, start / chunk_rows, chunk_rows * columns, &block)?;
+            } else {
+                let mut starts = vec![start, 0];
+                let mut counts = vec![end - start, columns];
+                starts.truncate(shape.len());
+                counts.truncate(shape.len());
+                data.write_slice(&starts, &counts, &block)
+                    .map_err(|e| self.writer.error(e))?;
+            }
+        }
+        Ok(Dataset {
+            writer: self.writer,
+            data,
+        })
+    }
+
+    /// Writes whole chunks; the file's last one is padded with zeros that lie outside the dataset.
+    fn write_chunks<T: Scalar>(
+        &self,
+        data: &H5Dataset,
+        first: usize,
+        values: usize,
+        block: &[T],
+    ) -> Result<()> {
+        let encode = |part: &[T]| {
+            let mut bytes = Vec::with_capacity(values * T::element_size());
+            part.iter().for_each(|x| x.put(&mut bytes));
+            bytes.resize(values * T::element_size(), 0);
+            bytes
+        };
+        let encoded: Vec<Vec<u8>> = block.chunks(values).map(encode).collect();
+        let numbered: Vec<(usize, &[u8])> = encoded
+            .iter()
+            .enumerate()
+            .map(|(i, bytes)| (first + i, bytes.as_slice()))
+            .collect();
+        data.write_chunks_batch(&numbered)
+            .map_err(|e| self.writer.error(e))
+    }
+}
+
+/// A dataset that has been written; attributes may follow.
+pub struct Dataset<'w> {
+    writer: &'w Writer,
+    data: H5Dataset,
+}
+
+impl Dataset<'_> {
+    /// Sets a one-dimensional attribute.
+    ///
+    /// # Errors
+    /// [`FormatError::Io`].
+    pub fn numbers<T: Scalar>(&self, name: &str, values: &[T]) -> Result<()> {
+        self.data
+            .new_attr::<T>()
+            .shape([values.len()])
+            .create(name)
+            .and_then(|a| a.write_array(values))
+            .map_err(|e| self.writer.error(e))
+    }
+}
