@@ -1,4 +1,5 @@
-//! The only place that knows the HDF5 crates: `rust-hdf5` writes, `hdf5-reader` reads.
+//! The boundary to the HDF5 crates: `rust-hdf5` writes; `hdf5-reader` reads, in
+//! [`super::hdf5_read`].
 //!
 //! Files are written at the 1.8 library bound (version 2 superblock, version 1 B-trees), which HDF5 1.8 to 2.x
 //! open; object times are off, so that equal input gives equal bytes. Two crates, because the writer's own
@@ -11,28 +12,11 @@ use rust_hdf5::{H5Dataset, H5File, H5Group, Hdf5Error, LibverBound};
 use std::ops::Range;
 use std::path::{Path, PathBuf};
 
-pub use rust_hdf5::H5Type;
-
-/// Rows of one chunk of a compressed dataset.
+/// Rows of one chunk of a compressed dataset, and rows that are converted and written at once.
 const CHUNK_ROWS: usize = 1 << 16;
-/// Rows converted and written at once: bounds the memory, and feeds the compressor's threads.
-const BLOCK_ROWS: usize = 8 * CHUNK_ROWS;
 
-/// A number that can be stored; little-endian in the file.
-pub trait Scalar: H5Type + Default {
-    fn put(self, bytes: &mut Vec<u8>);
-}
-
-macro_rules! scalars {
-    ($($t:ty),*) => {$(
-        impl Scalar for $t {
-            fn put(self, bytes: &mut Vec<u8>) {
-                bytes.extend_from_slice(&self.to_le_bytes());
-            }
-        }
-    )*};
-}
-scalars!(f32, f64, i32, i64, u32, u64);
+/// A number that can be stored.
+pub use rust_hdf5::H5Type as Scalar;
 
 /// A file being written.
 pub struct Writer {
@@ -134,64 +118,34 @@ impl Group<'_> {
         mut fill: impl FnMut(Range<usize>, &mut Vec<T>) -> Result<()>,
     ) -> Result<Dataset<'_>> {
         let mut shape = vec![rows, columns];
-        let chunk_rows = rows.min(CHUNK_ROWS);
-        let mut chunk = vec![chunk_rows, columns];
+        let mut chunk = vec![rows.min(CHUNK_ROWS), columns];
         if columns == 1 {
             shape.truncate(1);
             chunk.truncate(1);
         }
         let mut builder = self.group.new_dataset::<T>().shape(&shape);
-        let chunked = compression > 0 && rows > 0;
-        if chunked {
+        if compression > 0 && rows > 0 {
             builder = builder
                 .chunk(&chunk)
                 .shuffle_deflate(u32::from(compression.min(9)));
         }
         let data = builder.create(name).map_err(|e| self.writer.error(e))?;
         let mut block = Vec::new();
-        for start in (0..rows).step_by(BLOCK_ROWS) {
-            let end = rows.min(start + BLOCK_ROWS);
+        for start in (0..rows).step_by(CHUNK_ROWS) {
+            let end = rows.min(start + CHUNK_ROWS);
             block.clear();
             fill(start..end, &mut block)?;
-            if chunked {
-                self.write_chunks(&data, start / chunk_rows, chunk_rows * columns, &block)?;
-            } else {
-                let mut starts = vec![start, 0];
-                let mut counts = vec![end - start, columns];
-                starts.truncate(shape.len());
-                counts.truncate(shape.len());
-                data.write_slice(&starts, &counts, &block)
-                    .map_err(|e| self.writer.error(e))?;
-            }
+            let mut starts = vec![start, 0];
+            let mut counts = vec![end - start, columns];
+            starts.truncate(shape.len());
+            counts.truncate(shape.len());
+            data.write_slice(&starts, &counts, &block)
+                .map_err(|e| self.writer.error(e))?;
         }
         Ok(Dataset {
             writer: self.writer,
             data,
         })
-    }
-
-    /// Writes whole chunks; the file's last one is padded with zeros that lie outside the dataset.
-    fn write_chunks<T: Scalar>(
-        &self,
-        data: &H5Dataset,
-        first: usize,
-        values: usize,
-        block: &[T],
-    ) -> Result<()> {
-        let encode = |part: &[T]| {
-            let mut bytes = Vec::with_capacity(values * T::element_size());
-            part.iter().for_each(|x| x.put(&mut bytes));
-            bytes.resize(values * T::element_size(), 0);
-            bytes
-        };
-        let encoded: Vec<Vec<u8>> = block.chunks(values).map(encode).collect();
-        let numbered: Vec<(usize, &[u8])> = encoded
-            .iter()
-            .enumerate()
-            .map(|(i, bytes)| (first + i, bytes.as_slice()))
-            .collect();
-        data.write_chunks_batch(&numbered)
-            .map_err(|e| self.writer.error(e))
     }
 }
 

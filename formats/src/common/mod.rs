@@ -2,6 +2,8 @@
 
 #[cfg(feature = "hdf5-layer")]
 pub mod hdf5;
+#[cfg(feature = "hdf5-layer")]
+pub mod hdf5_read;
 pub mod netcdf_classic;
 pub mod particle_names;
 #[cfg(feature = "hdf5-layer")]

@@ -13,17 +13,19 @@
 //! GADGET-4 reads one BoxSize only, so other than cubic boxes are refused. Its template configuration turns on
 //! `INITIAL_CONDITIONS_CONTAIN_ENTROPY`: turn it off. See [`crate::common::snapshot`] for the rest.
 
-use crate::registry::{Capabilities, FormatSpec};
+use crate::registry::{Capabilities, FormatSpec, ReadFn, WriteFn};
 
+#[cfg(feature = "gadget")]
+pub mod read;
 #[cfg(feature = "gadget")]
 pub mod schema;
 #[cfg(feature = "gadget")]
 pub mod write;
 
 #[cfg(feature = "gadget")]
-const WRITE: Option<crate::registry::WriteFn> = Some(write::write);
+const CODE: (Option<ReadFn>, Option<WriteFn>) = (Some(read::read), Some(write::write));
 #[cfg(not(feature = "gadget"))]
-const WRITE: Option<crate::registry::WriteFn> = None;
+const CODE: (Option<ReadFn>, Option<WriteFn>) = (None, None);
 
 /// Data sheet of the format.
 pub const SPEC: FormatSpec = FormatSpec {
@@ -40,6 +42,6 @@ pub const SPEC: FormatSpec = FormatSpec {
         dimensions: &[1, 2, 3],
     },
     sniff: crate::registry::sniff_hdf5,
-    read: None,
-    write: WRITE,
+    read: CODE.0,
+    write: CODE.1,
 };
