@@ -39,6 +39,26 @@ pub struct Unit {
     pub dimension: UnitDimension,
 }
 
+impl Unit {
+    /// The unit of a symbol such as `km` or `kg m-3`.
+    pub fn parse(symbol: &str) -> Option<Self> {
+        let density = UnitDimension::mass_density(3);
+        let (to_cgs, dimension) = match symbol.trim() {
+            "cm" => (1.0, UnitDimension::LENGTH),
+            "m" => (1e2, UnitDimension::LENGTH),
+            "km" => (1e5, UnitDimension::LENGTH),
+            "g/cm^3" | "g/cm3" | "g cm-3" | "g cm^-3" => (1.0, density),
+            "kg/m^3" | "kg/m3" | "kg m-3" | "kg m^-3" => (1e-3, density),
+            _ => return None,
+        };
+        Some(Self {
+            symbol: symbol.trim().to_owned(),
+            to_cgs,
+            dimension,
+        })
+    }
+}
+
 /// The units of a set of particles, in cgs.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct UnitSystem {

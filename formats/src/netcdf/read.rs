@@ -1,0 +1,666 @@
+//! Finds the density and its axes in a NetCDF file, and reads everything that lives on them.
+
+use super::NAME;
+use super::axes::{self, Role, Steps};
+use super::decode::{self, Order};
+use crate::error::{FormatError, Result};
+use crate::limits::MAX_VARIABLE_BYTES;
+use crate::model::{Coordinates, Geometry, GridAxis, Location, RawField, Values, Variable};
+use crate::registry::{FieldRequest, FileContent};
+use crate::units::Unit;
+use netcdf_reader::{NcAttrValue, NcFile, NcOpenOptions, NcVariable};
+use std::path::Path;
+
+const DENSITY_NAMES: &[&str] = &["density", "rho", "dens", "mass_density"];
+/// Global attributes that may state the radius from which depth or height counts, in that axis's unit.
+const PLANET_RADIUS: &[&str] = &["planet_radius", "earth_radius", "reference_radius"];
+
+/// An open file and what its errors should say.
+pub struct File<'p> {
+    pub nc: NcFile,
+    pub path: &'p Path,
+    pub bytes: u64,
+}
+
+impl<'p> File<'p> {
+    fn open(path: &'p Path) -> Result<Self> {
+        let metadata = std::fs::metadata(path).map_err(|e| FormatError::io(path, "open", e))?;
+        let options = NcOpenOptions {
+            max_read_bytes: usize::try_from(MAX_VARIABLE_BYTES).unwrap_or(usize::MAX),
+            ..NcOpenOptions::default()
+        };
+        let nc = NcFile::open_with_options(path, options).map_err(|e| {
+            FormatError::input(
+                path,
+                NAME,
+                "header",
+                format!("{e}; the file is damaged, incomplete or not NetCDF"),
+            )
+        })?;
+        Ok(Self {
+            nc,
+            path,
+            bytes: metadata.len(),
+        })
+    }
+
+    pub fn input(&self, location: &str, problem: impl Into<String>) -> FormatError {
+        FormatError::input(self.path, NAME, location, problem)
+    }
+
+    pub fn damaged(&self, location: &str, e: netcdf_reader::Error) -> FormatError {
+        self.input(location, format!("{e}; the file is damaged or incomplete"))
+    }
+
+    fn unsupported(&self, what: impl Into<String>) -> FormatError {
+        FormatError::Unsupported {
+            path: self.path.into(),
+            format: NAME,
+            what: what.into(),
+        }
+    }
+
+    fn variables(&self) -> Result<&[NcVariable]> {
+        self.nc.variables().map_err(|e| self.damaged("header", e))
+    }
+
+    /// The coordinate variable of a dimension.
+    fn coordinate(&self, dimension: &str) -> Option<&NcVariable> {
+        self.nc
+            .coordinate_variable(dimension)
+            .ok()
+            .filter(|v| v.ndim() == 1)
+    }
+
+    fn role(&self, dimension: &str) -> Option<Role> {
+        axes::role(dimension, self.coordinate(dimension))
+    }
+}
+
+/// Reads the density of `path` and the variables on the same axes.
+///
+/// # Errors
+/// [`FormatError::Input`] where the density, its axes or the record cannot be told, or values are damaged;
+/// [`FormatError::Unsupported`] where the axes span no space that particles could fill.
+pub fn read(path: &Path, request: &FieldRequest) -> Result<FileContent> {
+    let file = File::open(path)?;
+    let mut notes = Vec::new();
+    let density = find_density(&file, request, &mut notes)?;
+    let layout = Layout::of(&file, density, request, &mut notes)?;
+    let mut variables = Vec::new();
+    for variable in wanted(&file, density, request)? {
+        variables.push(layout.read(&file, variable, &mut notes)?);
+    }
+    Ok(FileContent::Field(RawField {
+        path: path.into(),
+        format: NAME,
+        density: Some(density.name().to_owned()),
+        metadata: metadata(&file),
+        geometry: layout.geometry,
+        variables,
+        notes,
+    }))
+}
+
+fn metadata(file: &File) -> Vec<(String, String)> {
+    let attributes = file.nc.global_attributes().unwrap_or_default();
+    let as_text = |value: &NcAttrValue| {
+        let numbers = || {
+            value
+                .as_f64_vec()
+                .map(|v| v.iter().map(f64::to_string).collect::<Vec<_>>().join(" "))
+        };
+        value.as_string().or_else(numbers)
+    };
+    attributes
+        .iter()
+        .filter_map(|a| Some((a.name.clone(), as_text(&a.value)?)))
+        .collect()
+}
+
+/// Numeric variables with axes in space: no coordinates, no bounds, no series in time alone.
+fn candidates<'f>(file: &'f File) -> Result<Vec<&'f NcVariable>> {
+    let all = file.variables()?;
+    let bounds: Vec<String> = all
+        .iter()
+        .flat_map(|v| [axes::text(v, "bounds"), axes::text(v, "climatology")])
+        .flatten()
+        .collect();
+    let in_space = |v: &NcVariable| {
+        v.dimensions()
+            .iter()
+            .any(|d| file.role(&d.name) != Some(Role::Time))
+    };
+    Ok(all
+        .iter()
+        .filter(|v| decode::is_numeric(v.dtype()) && in_space(v))
+        .filter(|v| !v.is_coordinate_variable() && !bounds.iter().any(|b| b == v.name()))
+        .collect())
+}
+
+fn find_density<'f>(
+    file: &'f File,
+    request: &FieldRequest,
+    notes: &mut Vec<String>,
+) -> Result<&'f NcVariable> {
+    let candidates = candidates(file)?;
+    let list = || {
+        candidates
+            .iter()
+            .map(|v| v.name())
+            .collect::<Vec<_>>()
+            .join(", ")
+    };
+    if let Some(name) = &request.density {
+        return candidates
+            .iter()
+            .find(|v| v.name() == name)
+            .copied()
+            .ok_or_else(|| {
+                file.input(
+                    &format!("variable '{name}'"),
+                    format!("there is no such field in space; there are: {}", list()),
+                )
+            });
+    }
+    let by_name = |name: &&str| {
+        candidates
+            .iter()
+            .find(|v| v.name().eq_ignore_ascii_case(name))
+    };
+    if let Some(v) = DENSITY_NAMES.iter().find_map(|name| by_name(name)) {
+        return Ok(v);
+    }
+    let says_density = |v: &&&NcVariable| {
+        let hints = ["standard_name", "long_name", "display_name"];
+        hints
+            .iter()
+            .filter_map(|a| axes::text(v, a))
+            .any(|t| t.to_lowercase().contains("density"))
+    };
+    let described: Vec<_> = candidates.iter().filter(says_density).collect();
+    match (described.as_slice(), candidates.as_slice()) {
+        ([one], _) => {
+            notes.push(format!(
+                "took variable '{}' for the density, because its description says so",
+                one.name()
+            ));
+            Ok(one)
+        }
+        ([], [one]) => {
+            notes.push(format!(
+                "took variable '{}' for the density, because there is no other",
+                one.name()
+            ));
+            Ok(one)
+        }
+        (_, []) => Err(file.input(
+            "header",
+            "there is no numeric variable with axes in space, expected a density",
+        )),
+        _ => Err(file.input(
+            "header",
+            format!(
+                "cannot tell which variable is the density; name it with --density, one of {}",
+                list()
+            ),
+        )),
+    }
+}
+
+/// The density, then the other variables on its axes.
+fn wanted<'f>(
+    file: &'f File,
+    density: &'f NcVariable,
+    request: &FieldRequest,
+) -> Result<Vec<&'f NcVariable>> {
+    let spatial = |v: &NcVariable| {
+        let dimensions = v.dimensions().iter().map(|d| d.name.clone());
+        let mut names: Vec<_> = dimensions
+            .filter(|d| file.role(d) != Some(Role::Time))
+            .collect();
+        names.sort();
+        names
+    };
+    let axes = spatial(density);
+    let fits = |v: &NcVariable| spatial(v) == axes && v.dimensions().len() <= axes.len() + 1;
+    let mut found = vec![density];
+    let others = candidates(file)?
+        .into_iter()
+        .filter(|v| v.name() != density.name());
+    match &request.carry {
+        None => found.extend(others.filter(|v| fits(v))),
+        Some(names) => {
+            let others: Vec<_> = others.collect();
+            for name in names.iter().filter(|n| *n != density.name()) {
+                let v = others.iter().find(|v| v.name() == name && fits(v)).ok_or_else(|| {
+                    file.input(
+                        &format!("variable '{name}'"),
+                        format!("it cannot be carried, because it is not a field on the axes of '{}'", density.name()),
+                    )
+                })?;
+                found.push(v);
+            }
+        }
+    }
+    Ok(found)
+}
+
+/// One dimension of the field in space.
+struct Axis {
+    dimension: String,
+    role: Role,
+    grid: GridAxis,
+    /// The file's order runs against `grid.nodes`.
+    backward: bool,
+}
+
+/// The field's axes, and which part of the file is read.
+struct Layout {
+    geometry: Geometry,
+    /// In the geometry's order, fastest first: dimension, length, and whether it runs backward.
+    axes: Vec<(String, usize, bool)>,
+    /// The time dimension and the record taken.
+    record: Option<(String, u64)>,
+}
+
+impl Layout {
+    fn of(
+        file: &File,
+        density: &NcVariable,
+        request: &FieldRequest,
+        notes: &mut Vec<String>,
+    ) -> Result<Self> {
+        let mut axes = Vec::new();
+        let mut time = None;
+        for d in density.dimensions() {
+            let role = file.role(&d.name);
+            let single = d.size == 1 && density.dimensions().len() > 1;
+            match role {
+                Some(Role::Time) if time.is_none() => time = Some((d.name.clone(), d.size)),
+                None if d.is_unlimited && time.is_none() => time = Some((d.name.clone(), d.size)),
+                _ if single => notes.push(format!(
+                    "left out dimension '{}', which has length 1",
+                    d.name
+                )),
+                Some(role) => axes.push(read_axis(
+                    file,
+                    &d.name,
+                    role,
+                    density.dimensions().len() == 1,
+                    notes,
+                )?),
+                None => {
+                    return Err(file.input(
+                        &format!("dimension '{}'", d.name),
+                        "cannot tell which axis it is; give its coordinate variable an attribute axis, standard_name or units, or name it x, y, z or r",
+                    ));
+                }
+            }
+        }
+        let geometry = geometry(file, density, &mut axes, notes)?;
+        let record = match time {
+            Some((name, length)) => Some(find_record(file, &name, length, request, notes)?),
+            None if request.time.is_some() => {
+                return Err(file.input(
+                    &format!("variable '{}'", density.name()),
+                    "it has no time axis, so --time has no meaning; leave it out",
+                ));
+            }
+            None => None,
+        };
+        let axes = axes
+            .into_iter()
+            .map(|a| (a.dimension, a.grid.nodes.len(), a.backward))
+            .collect();
+        Ok(Self {
+            geometry,
+            axes,
+            record,
+        })
+    }
+
+    fn read(
+        &self,
+        file: &File,
+        variable: &NcVariable,
+        notes: &mut Vec<String>,
+    ) -> Result<Variable> {
+        let mut fixed = Vec::new();
+        for d in variable.dimensions() {
+            let whole = self.axes.iter().any(|a| a.0 == d.name);
+            let record = self
+                .record
+                .as_ref()
+                .filter(|r| r.0 == d.name)
+                .map_or(0, |r| r.1);
+            if !whole && record >= d.size {
+                return Err(file.input(
+                    &format!("variable '{}'", variable.name()),
+                    format!("dimension '{}' has no record {record}", d.name),
+                ));
+            }
+            fixed.push((!whole).then_some(record));
+        }
+        let decoded = decode::read(file, variable, &fixed)?;
+        let expected: usize = self.axes.iter().map(|a| a.1).product();
+        if decoded.values.len() != expected {
+            return Err(file.input(
+                &format!("variable '{}'", variable.name()),
+                format!(
+                    "it has {} values, its axes say {expected}",
+                    decoded.values.len()
+                ),
+            ));
+        }
+        if decoded.masked > 0 {
+            notes.push(format!(
+                "variable '{}': {} of {expected} values are missing",
+                variable.name(),
+                decoded.masked
+            ));
+        }
+        Ok(Variable {
+            name: variable.name().to_owned(),
+            description: ["standard_name", "long_name", "display_name"]
+                .iter()
+                .find_map(|a| axes::text(variable, a)),
+            unit: unit(file, variable, notes),
+            location: Location::Node,
+            components: 1,
+            values: self.order(variable).apply(decoded.values),
+        })
+    }
+
+    /// Each axis's stride in a variable of C order.
+    fn order(&self, variable: &NcVariable) -> Order {
+        let length = |name: &str| self.axes.iter().find(|a| a.0 == name).map_or(1, |a| a.1);
+        let stride = |name: &str| {
+            let after = variable
+                .dimensions()
+                .iter()
+                .rev()
+                .take_while(|d| d.name != name);
+            after.map(|d| length(&d.name)).product()
+        };
+        Order(
+            self.axes
+                .iter()
+                .map(|(name, n, backward)| (*n, stride(name), *backward))
+                .collect(),
+        )
+    }
+}
+
+fn unit(file: &File, variable: &NcVariable, notes: &mut Vec<String>) -> Option<Unit> {
+    let symbol = axes::text(variable, "units").or_else(|| {
+        // Some files state the unit in the title only: `Density (kg/m^3)`.
+        let title = axes::text(variable, "display_name")?;
+        let (_, inner) = title.strip_suffix(')')?.rsplit_once('(')?;
+        Some(inner.to_owned())
+    })?;
+    let unit = Unit::parse(&symbol);
+    if unit.is_none() {
+        let file = file.path.display();
+        notes.push(format!(
+            "unit '{symbol}' of variable '{}' in '{file}' is not known",
+            variable.name()
+        ));
+    }
+    unit
+}
+
+fn read_axis(
+    file: &File,
+    dimension: &str,
+    role: Role,
+    alone: bool,
+    notes: &mut Vec<String>,
+) -> Result<Axis> {
+    let location = format!("axis '{dimension}'");
+    let Some(variable) = file.coordinate(dimension) else {
+        return Err(file.input(
+            &location,
+            format!("there is no coordinate variable '{dimension}({dimension})', which says where the values are"),
+        ));
+    };
+    if !decode::is_numeric(variable.dtype()) {
+        return Err(file.input(&location, "its coordinates are not numbers"));
+    }
+    let nodes = decode::read(file, variable, &[None])?.values.to_f64();
+    if nodes.len() < 2 {
+        return Err(file.input(
+            &location,
+            format!("it has {} nodes, expected at least 2", nodes.len()),
+        ));
+    }
+    let steps = if alone && matches!(role, Role::Radius | Role::Depth) {
+        Steps::Jumps
+    } else {
+        Steps::Strict
+    };
+    let (nodes, backward) =
+        axes::ascending(nodes, steps).map_err(|problem| file.input(&location, problem))?;
+    let bounds = read_bounds(file, variable, &nodes, backward, notes)?;
+    let grid = GridAxis {
+        name: dimension.to_owned(),
+        unit: unit(file, variable, notes),
+        nodes,
+        bounds,
+    };
+    Ok(Axis {
+        dimension: dimension.to_owned(),
+        role,
+        grid,
+        backward,
+    })
+}
+
+/// CF bounds where they are contiguous and enclose their nodes.
+fn read_bounds(
+    file: &File,
+    variable: &NcVariable,
+    nodes: &[f64],
+    backward: bool,
+    notes: &mut Vec<String>,
+) -> Result<Option<Vec<f64>>> {
+    let Some(name) = axes::text(variable, "bounds") else {
+        return Ok(None);
+    };
+    let found = file.variables()?.iter().find(|v| v.name() == name);
+    let pairs = match found {
+        Some(v) if v.shape() == [nodes.len() as u64, 2] && decode::is_numeric(v.dtype()) => {
+            decode::read(file, v, &[None, None])?.values
+        }
+        _ => Values::F64(Vec::new()),
+    };
+    let mut cells: Vec<(f64, f64)> = pairs
+        .to_f64()
+        .chunks_exact(2)
+        .map(|pair| (pair[0].min(pair[1]), pair[0].max(pair[1])))
+        .collect();
+    if backward {
+        cells.reverse();
+    }
+    let touch = cells
+        .windows(2)
+        .all(|w| (w[0].1 - w[1].0).abs() <= 1e-6 * (w[0].1 - w[0].0).abs());
+    let enclose = cells
+        .iter()
+        .zip(nodes)
+        .all(|(cell, x)| cell.0 < cell.1 && cell.0 <= *x && *x <= cell.1);
+    if cells.len() != nodes.len() || !touch || !enclose {
+        notes.push(format!(
+            "left aside the bounds '{name}', which do not tile the axis '{}'",
+            variable.name()
+        ));
+        return Ok(None);
+    }
+    let mut bounds: Vec<f64> = cells.iter().map(|c| c.0).collect();
+    bounds.extend(cells.last().map(|c| c.1));
+    Ok(Some(bounds))
+}
+
+/// The space that the axes span; puts them into its order.
+fn geometry(
+    file: &File,
+    density: &NcVariable,
+    axes: &mut [Axis],
+    notes: &mut Vec<String>,
+) -> Result<Geometry> {
+    let has = |axes: &[Axis], role: Role| axes.iter().any(|a| a.role == role);
+    let spherical = has(axes, Role::Longitude) && has(axes, Role::Latitude);
+    for axis in axes.iter_mut() {
+        match axis.role {
+            Role::Depth | Role::Height => outward(file, axis, spherical, notes)?,
+            _ => {}
+        }
+    }
+    axes.sort_by_key(|a| a.role);
+    for pair in axes.windows(2) {
+        if pair[0].role == pair[1].role {
+            return Err(file.input(
+                &format!("variable '{}'", density.name()),
+                format!(
+                    "dimensions '{}' and '{}' are both the {} axis",
+                    pair[0].dimension,
+                    pair[1].dimension,
+                    pair[0].role.name()
+                ),
+            ));
+        }
+    }
+    let roles: Vec<Role> = axes.iter().map(|a| a.role).collect();
+    let grids = |axes: &[Axis]| axes.iter().map(|a| a.grid.clone()).collect();
+    match roles.as_slice() {
+        [Role::Radius] => {
+            let axis = &axes[0];
+            let first = axis.grid.nodes.first().copied().unwrap_or(0.0);
+            if first < 0.0 {
+                return Err(file.input(
+                    &format!("axis '{}'", axis.dimension),
+                    format!("it starts at {first}, expected radii from 0 on"),
+                ));
+            }
+            Ok(Geometry::Radial {
+                nodes: axis.grid.nodes.clone(),
+                unit: axis.grid.unit.clone(),
+            })
+        }
+        [Role::Radius, Role::Longitude, Role::Latitude] => {
+            axes.rotate_left(1);
+            Ok(Geometry::Grid {
+                coordinates: Coordinates::Geographic,
+                axes: grids(axes),
+            })
+        }
+        [_, ..] if roles.iter().all(|r| *r <= Role::Z) => Ok(Geometry::Grid {
+            coordinates: Coordinates::Cartesian,
+            axes: grids(axes),
+        }),
+        _ => {
+            let names: Vec<_> = roles.iter().map(|r| r.name()).collect();
+            Err(file.unsupported(format!(
+                "variable '{}' on the axes {}; expected a radius, one to three of x, y, z, or longitude, latitude and radius, which fill a volume",
+                density.name(),
+                names.join(", ")
+            )))
+        }
+    }
+}
+
+/// Turns depth or height into a radius, where the file states the planet's.
+fn outward(file: &File, axis: &mut Axis, spherical: bool, notes: &mut Vec<String>) -> Result<()> {
+    let global = |name: &&str| {
+        file.nc
+            .global_attribute(name)
+            .ok()
+            .and_then(|a| Some((a.name.clone(), a.value.as_f64()?)))
+    };
+    let Some((name, planet)) = PLANET_RADIUS.iter().find_map(global) else {
+        return Err(file.unsupported(format!(
+            "{} from a surface whose radius is not stated{}; add a global attribute planet_radius, in the unit of axis '{}'",
+            axis.role.name(),
+            if spherical { "" } else { ", without longitude and latitude" },
+            axis.dimension
+        )));
+    };
+    let sign = if axis.role == Role::Depth { -1.0 } else { 1.0 };
+    let turn = |values: &mut Vec<f64>| {
+        values.iter_mut().for_each(|x| *x = planet + sign * *x);
+        if sign < 0.0 {
+            values.reverse();
+        }
+    };
+    turn(&mut axis.grid.nodes);
+    if let Some(bounds) = &mut axis.grid.bounds {
+        turn(bounds);
+    }
+    if sign < 0.0 {
+        axis.backward = !axis.backward;
+    }
+    let innermost = axis.grid.nodes.first().copied().unwrap_or(0.0);
+    if !(planet.is_finite() && innermost >= 0.0) {
+        return Err(file.input(
+            &format!("axis '{}'", axis.dimension),
+            format!("with {name} {planet} it reaches radius {innermost}, expected 0 or more; check the attribute's unit"),
+        ));
+    }
+    notes.push(format!(
+        "turned {} into radius with the global attribute {name} = {planet}",
+        axis.role.name()
+    ));
+    axis.role = Role::Radius;
+    Ok(())
+}
+
+/// The record nearest to the time asked for.
+fn find_record(
+    file: &File,
+    dimension: &str,
+    length: u64,
+    request: &FieldRequest,
+    notes: &mut Vec<String>,
+) -> Result<(String, u64)> {
+    let location = format!("time axis '{dimension}'");
+    if length == 0 {
+        return Err(file.input(&location, "it has no records"));
+    }
+    let coordinate = file
+        .coordinate(dimension)
+        .filter(|v| decode::is_numeric(v.dtype()));
+    let times = match coordinate {
+        Some(v) => decode::read(file, v, &[None])?.values.to_f64(),
+        // Without a coordinate variable, records are told apart by their number from 0.
+        None if length <= 1 << 24 => (0..length).map(|i| i as f64).collect(),
+        None => return Err(file.input(&location, "it has no coordinate variable")),
+    };
+    let units = coordinate
+        .and_then(|v| axes::text(v, "units"))
+        .map_or(String::new(), |u| format!(" ({u})"));
+    let nearest = |t: f64| {
+        let distance = |i: &usize| (times[*i] - t).abs();
+        (0..times.len())
+            .filter(|i| times[*i].is_finite())
+            .min_by(|a, b| distance(a).total_cmp(&distance(b)))
+    };
+    let index = match request.time {
+        Some(t) => nearest(t),
+        None if times.len() == 1 => Some(0),
+        None => {
+            let (low, high, _) = Values::F64(times).range();
+            return Err(file.input(
+                &location,
+                format!(
+                    "it has {length} records from {low} to {high}{units}; choose one with --time"
+                ),
+            ));
+        }
+    };
+    let index = index.ok_or_else(|| file.input(&location, "it has no finite time"))?;
+    notes.push(format!(
+        "took record {index} of {length}, at time {}{units}",
+        times[index]
+    ));
+    Ok((dimension.to_owned(), index as u64))
+}
