@@ -282,13 +282,13 @@ impl<'a> Job<'a> {
                     inverse_dimension: 1.0 / self.header.dimension as f64,
                 }),
         };
-        if let Some(Numbers::Column(column)) = &found {
-            if column.components > rule.components {
-                return Err(self.refuse(format!(
-                    "column '{}' has {} components, expected at most {}",
-                    column.name, column.components, rule.components
-                )));
-            }
+        if let Some(Numbers::Column(column)) = &found
+            && column.components > rule.components
+        {
+            return Err(self.refuse(format!(
+                "column '{}' has {} components, expected at most {}",
+                column.name, column.components, rule.components
+            )));
         }
         if found.is_none() && needed {
             return Err(self.refuse(missing(rule)));

@@ -168,7 +168,7 @@ fn find_density<'f>(
             .iter()
             .find(|v| v.name().eq_ignore_ascii_case(name))
     };
-    if let Some(v) = DENSITY_NAMES.iter().find_map(|name| by_name(name)) {
+    if let Some(v) = DENSITY_NAMES.iter().find_map(by_name) {
         return Ok(v);
     }
     let says_density = |v: &&&NcVariable| {
