@@ -19,6 +19,8 @@ pub mod axes;
 #[cfg(feature = "netcdf")]
 pub mod decode;
 #[cfg(feature = "netcdf")]
+pub mod geometry;
+#[cfg(feature = "netcdf")]
 pub mod read;
 
 #[cfg(feature = "netcdf")]
