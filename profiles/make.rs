@@ -6,7 +6,7 @@
 //! Lane-Emden: theta'' + 2/xi theta' + theta^n = 0, integrated by Runge-Kutta 4; then rho = rho_c theta^n and
 //! P = P_c theta^(n+1), with the central values that belong to mass and radius (Chandrasekhar 1939, ch. IV).
 
-use sph_formats::common::netcdf_classic::{Data, NetcdfFile, NetcdfVariable};
+use sph_formats::common::netcdf_classic::{ClassicFile, Data};
 use sph_formats::units::{GRAVITATIONAL_CONSTANT_CGS, SOLAR_MASS_CGS, SOLAR_RADIUS_CGS};
 use std::f64::consts::PI;
 use std::path::Path;
@@ -69,16 +69,6 @@ impl LaneEmden {
     }
 }
 
-fn variable(name: &str, units: &str, long_name: &str, data: Vec<f64>) -> NetcdfVariable {
-    NetcdfVariable {
-        name: name.into(),
-        dimensions: vec![0],
-        attributes: vec![("units".into(), units.into()), ("long_name".into(), long_name.into())],
-        numbers: Vec::new(),
-        data: Data::F64(data),
-    }
-}
-
 fn polytrope(index: f64, path: &Path, title: &str) -> Result<(), Box<dyn std::error::Error>> {
     let model = LaneEmden::new(index);
     let theta = model.table();
@@ -89,22 +79,27 @@ fn polytrope(index: f64, path: &Path, title: &str) -> Result<(), Box<dyn std::er
         / (radius.powi(4) * 4.0 * PI * (index + 1.0) * model.slope * model.slope);
     let row = |f: &dyn Fn(f64) -> f64| theta.iter().map(|&t| f(t)).collect::<Vec<f64>>();
     let energy = central_pressure / central_density / (GAMMA - 1.0);
-    let file = NetcdfFile {
-        dimensions: vec![("radius".into(), ROWS)],
-        attributes: vec![
-            ("title".into(), title.into()),
-            ("Conventions".into(), "CF-1.8".into()),
-            ("source".into(), "Lane-Emden equation, made by sph-prep's own profiles/make.rs".into()),
-        ],
-        variables: vec![
-            variable("radius", "cm", "distance from the center", {
-                (0..ROWS).map(|i| radius * i as f64 / (ROWS - 1) as f64).collect()
-            }),
-            variable("density", "g cm-3", "mass density", row(&|t| central_density * t.powf(index))),
-            variable("pressure", "dyn cm-2", "gas pressure", row(&|t| central_pressure * t.powf(index + 1.0))),
-            variable("internal_energy", "erg g-1", "specific internal energy, gamma = 5/3", row(&|t| energy * t)),
-        ],
-    };
+    let columns = [
+        ("radius", "cm", "distance from the center", {
+            (0..ROWS).map(|i| radius * i as f64 / (ROWS - 1) as f64).collect()
+        }),
+        ("density", "g cm-3", "mass density", row(&|t| central_density * t.powf(index))),
+        ("pressure", "dyn cm-2", "gas pressure", row(&|t| central_pressure * t.powf(index + 1.0))),
+        ("internal_energy", "erg g-1", "specific internal energy, gamma = 5/3", row(&|t| energy * t)),
+    ];
+    let mut file = ClassicFile::new();
+    file.attribute("title", title);
+    file.attribute("Conventions", "CF-1.8");
+    file.attribute("source", "Lane-Emden equation, made by sph-prep's own profiles/make.rs");
+    let rows = file.dimension("radius", ROWS);
+    for (name, units, meaning, values) in &columns {
+        file.variable(
+            name,
+            &[rows],
+            Data::F64(values),
+            &[("units", (*units).into()), ("long_name", (*meaning).into())],
+        );
+    }
     file.write(path)?;
     println!("{}: xi_1 = {:.6}, rho_c/mean = {:.4}", path.display(), model.surface, central_density / mean);
     Ok(())

@@ -88,6 +88,14 @@ pub struct FormatSpec {
     pub write: Option<WriteFn>,
 }
 
+/// First bytes of an HDF5 file without a user block.
+pub const HDF5_SIGNATURE: &[u8; 8] = b"\x89HDF\r\n\x1a\n";
+
+/// The [`FormatSpec::sniff`] of formats that live in HDF5 files.
+pub fn sniff_hdf5(head: &[u8]) -> Match {
+    if head.starts_with(HDF5_SIGNATURE) { Match::Container } else { Match::No }
+}
+
 /// Bytes that [`FormatSpec::sniff`] gets to see.
 pub const SNIFF_BYTES: usize = 4096;
 

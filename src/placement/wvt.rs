@@ -259,7 +259,8 @@ pub fn relax<const D: usize, K: Kernel>(
         let reason = stop_reason(&best, iteration, options, control);
         if reason.is_none() && iteration < options.iterations {
             let t = iteration as f64 / options.iterations.max(1) as f64;
-            entry.largest_step = state.displace(&pushes, options.weight.step_scale() * options.step * options.final_step.powf(t));
+            entry.largest_step =
+                state.displace(&pushes, options.weight.step_scale() * options.step * options.final_step.powf(t));
         }
         history.push(entry);
         control.report("WVT", iteration, options.iterations, epsilon);

@@ -1,87 +1,150 @@
-//! The boundary to the HDF5 library: what snapshots need, and no more.
+//! The boundary to the HDF5 crates: `rust-hdf5` writes; `hdf5-reader` reads, in
+//! [`super::hdf5_read`].
 //!
-//! Files are written for HDF5 1.8 and later, without object times, so that equal content gives equal bytes.
+//! Files are written at the 1.8 library bound (version 2 superblock, version 1 B-trees), which HDF5 1.8 to 2.x
+//! open; object times are off, so that equal input gives equal bytes. Two crates, because the writer's own
+//! reader cannot decode numeric group attributes, and the reader is in the build for NetCDF-4 anyway.
+//!
+//! Reference: <https://support.hdfgroup.org/documentation/hdf5/latest/_f_m_t3.html>
 
 use crate::error::{FormatError, Result};
-use rust_hdf5::{H5Dataset, H5File, H5Group, LibverBound};
-use std::path::Path;
+use rust_hdf5::{H5Dataset, H5File, H5Group, Hdf5Error, LibverBound};
+use std::ops::Range;
+use std::path::{Path, PathBuf};
 
-/// First bytes of every HDF5 file without a user block.
-pub const SIGNATURE: &[u8] = b"\x89HDF\r\n\x1a\n";
-/// Rows of a chunk where a dataset is compressed.
-const CHUNK_ROWS: usize = 65_536;
-/// Chunks handed over at once: enough for the library to compress them in parallel.
-const CHUNKS_AT_ONCE: usize = 8;
+/// Rows of one chunk of a compressed dataset, and rows that are converted and written at once.
+const CHUNK_ROWS: usize = 1 << 16;
 
-pub use rust_hdf5::types::H5Type;
+/// A number that can be stored.
+pub use rust_hdf5::H5Type as Scalar;
 
-/// Creates a file.
-///
-/// # Errors
-/// [`FormatError::Io`].
-pub fn create(path: &Path) -> Result<H5File> {
-    let file = H5File::create(path).map_err(|e| io(path, "create", e))?;
-    file.set_libver_bound(LibverBound::V18).map_err(|e| io(path, "create", e))?;
-    file.set_track_times(false).map_err(|e| io(path, "create", e))?;
-    Ok(file)
+/// A file being written.
+pub struct Writer {
+    file: H5File,
+    path: PathBuf,
 }
 
-/// An attribute of shape (1,), which every reader takes where some refuse scalars.
-///
-/// # Errors
-/// [`FormatError::Io`].
-pub fn attribute<T: H5Type>(path: &Path, group: &H5Group, name: &str, values: &[T]) -> Result<()> {
-    group.set_attr_array_numeric(name, values).map_err(|e| io(path, "write", e))
-}
-
-/// A numeric attribute of a dataset, of shape (1,).
-///
-/// # Errors
-/// [`FormatError::Io`].
-pub fn dataset_attribute(path: &Path, dataset: &H5Dataset, name: &str, value: f32) -> Result<()> {
-    dataset
-        .new_attr::<f32>()
-        .shape([1_usize])
-        .create(name)
-        .and_then(|a| a.write_array(&[value]))
-        .map_err(|e| io(path, "write", e))
-}
-
-/// Writes `rows` of `columns` values, `value(row, column)`, slab by slab, so that no second copy of the data
-/// exists. `compression` 0 stores contiguously, else chunks are shuffled and deflated.
-///
-/// # Errors
-/// [`FormatError::Io`].
-pub fn dataset<T: H5Type>(
-    path: &Path,
-    group: &H5Group,
-    name: &str,
-    (rows, columns): (usize, usize),
-    compression: u8,
-    value: impl Fn(usize, usize) -> T,
-) -> Result<H5Dataset> {
-    let shape = if columns == 1 { vec![rows] } else { vec![rows, columns] };
-    let mut builder = group.new_dataset::<T>().shape(&shape);
-    if compression > 0 && rows > 0 {
-        let mut chunk = shape.clone();
-        chunk[0] = CHUNK_ROWS.min(rows);
-        builder = builder.chunk(&chunk).shuffle_deflate(compression.into());
+impl Writer {
+    /// Creates `path`, replacing an older file.
+    ///
+    /// # Errors
+    /// [`FormatError::Io`].
+    pub fn create(path: &Path) -> Result<Self> {
+        let file =
+            H5File::options().libver(LibverBound::V18).no_locking().create(path).map_err(|e| write_error(path, e))?;
+        Ok(Self { file, path: path.into() })
     }
-    let dataset = builder.create(name).map_err(|e| io(path, "write", e))?;
-    let slab_rows = CHUNK_ROWS * CHUNKS_AT_ONCE;
-    let mut slab = Vec::with_capacity(slab_rows.min(rows) * columns);
-    for start in (0..rows).step_by(slab_rows) {
-        let count = slab_rows.min(rows - start);
-        slab.clear();
-        slab.extend((start..start + count).flat_map(|i| (0..columns).map(move |k| (i, k))).map(|(i, k)| value(i, k)));
-        let (from, counts) =
-            if columns == 1 { (vec![start], vec![count]) } else { (vec![start, 0], vec![count, columns]) };
-        dataset.write_slice(&from, &counts, &slab).map_err(|e| io(path, "write", e))?;
+
+    /// Adds a group below the root.
+    ///
+    /// # Errors
+    /// [`FormatError::Io`].
+    pub fn group(&self, name: &str) -> Result<Group<'_>> {
+        let group = self.file.create_group(name).map_err(|e| self.error(e))?;
+        Ok(Group { writer: self, group })
     }
-    Ok(dataset)
+
+    /// Completes the file.
+    ///
+    /// # Errors
+    /// [`FormatError::Io`].
+    pub fn close(self) -> Result<()> {
+        self.file.close_no_sync().map_err(|e| write_error(&self.path, e))
+    }
+
+    fn error(&self, e: Hdf5Error) -> FormatError {
+        write_error(&self.path, e)
+    }
 }
 
-/// An error of the library as ours.
-pub fn io(path: &Path, action: &'static str, error: impl std::fmt::Display) -> FormatError {
-    FormatError::io(path, action, std::io::Error::other(error.to_string()))
+fn write_error(path: &Path, e: Hdf5Error) -> FormatError {
+    let source = match e {
+        Hdf5Error::Io(e) => e,
+        other => std::io::Error::other(other.to_string()),
+    };
+    FormatError::io(path, "write", source)
+}
+
+/// A group of a [`Writer`].
+pub struct Group<'w> {
+    writer: &'w Writer,
+    group: H5Group,
+}
+
+impl Group<'_> {
+    /// Sets a one-dimensional attribute. Scalars are written as one element: some readers take nothing else.
+    ///
+    /// # Errors
+    /// [`FormatError::Io`].
+    pub fn numbers<T: Scalar>(&self, name: &str, values: &[T]) -> Result<()> {
+        self.group.set_attr_array_numeric(name, values).map_err(|e| self.writer.error(e))
+    }
+
+    /// Sets a text attribute.
+    ///
+    /// # Errors
+    /// [`FormatError::Io`].
+    pub fn text(&self, name: &str, value: &str) -> Result<()> {
+        self.group.set_attr_string(name, value).map_err(|e| self.writer.error(e))
+    }
+
+    /// Writes a dataset of shape (`rows`) or, from two columns on, (`rows`, `columns`), block by block: `fill`
+    /// appends the numbers of the rows that it is asked for. `compression` 0 stores them contiguously, 1 to 9
+    /// in chunks with shuffle and deflate.
+    ///
+    /// # Errors
+    /// Those of `fill`, or [`FormatError::Io`].
+    pub fn dataset<T: Scalar>(
+        &self,
+        name: &str,
+        rows: usize,
+        columns: usize,
+        compression: u8,
+        mut fill: impl FnMut(Range<usize>, &mut Vec<T>) -> Result<()>,
+    ) -> Result<Dataset<'_>> {
+        let mut shape = vec![rows, columns];
+        let mut chunk = vec![rows.min(CHUNK_ROWS), columns];
+        if columns == 1 {
+            shape.truncate(1);
+            chunk.truncate(1);
+        }
+        let mut builder = self.group.new_dataset::<T>().shape(&shape);
+        if compression > 0 && rows > 0 {
+            builder = builder.chunk(&chunk).shuffle_deflate(u32::from(compression.min(9)));
+        }
+        let data = builder.create(name).map_err(|e| self.writer.error(e))?;
+        let mut block = Vec::new();
+        for start in (0..rows).step_by(CHUNK_ROWS) {
+            let end = rows.min(start + CHUNK_ROWS);
+            block.clear();
+            fill(start..end, &mut block)?;
+            let mut starts = vec![start, 0];
+            let mut counts = vec![end - start, columns];
+            starts.truncate(shape.len());
+            counts.truncate(shape.len());
+            data.write_slice(&starts, &counts, &block).map_err(|e| self.writer.error(e))?;
+        }
+        Ok(Dataset { writer: self.writer, data })
+    }
+}
+
+/// A dataset that has been written; attributes may follow.
+pub struct Dataset<'w> {
+    writer: &'w Writer,
+    data: H5Dataset,
+}
+
+impl Dataset<'_> {
+    /// Sets a one-dimensional attribute.
+    ///
+    /// # Errors
+    /// [`FormatError::Io`].
+    pub fn numbers<T: Scalar>(&self, name: &str, values: &[T]) -> Result<()> {
+        self.data
+            .new_attr::<T>()
+            .shape([values.len()])
+            .create(name)
+            .and_then(|a| a.write_array(values))
+            .map_err(|e| self.writer.error(e))
+    }
 }

@@ -3,6 +3,8 @@
 pub mod columns;
 #[cfg(feature = "hdf5-layer")]
 pub mod hdf5;
+#[cfg(feature = "hdf5-layer")]
+pub mod hdf5_read;
 pub mod netcdf_classic;
 pub mod particle_names;
 #[cfg(feature = "hdf5-layer")]

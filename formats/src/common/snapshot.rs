@@ -1,321 +1,482 @@
-//! Particle snapshots in HDF5 as GADGET introduced them and SWIFT, GIZMO and AREPO took them over.
+//! Writes GADGET-style HDF5 files; a flavor is one table of datasets ([`Flavor`]).
 //!
-//! One layout that all of them and the usual readers (swiftsimio, yt, pynbody, SPLASH) accept:
+//! | object           | content                                                                                     |
+//! |------------------|---------------------------------------------------------------------------------------------|
+//! | `/Header`        | BoxSize, NumPart_* and MassTable of length 6, Time, flags; scalars have shape (1,)          |
+//! | `/Units`         | the five `Unit ... in cgs (U_x)` attributes and nothing else (more breaks swiftsimio)       |
+//! | `/PartType<n>`   | the flavor's datasets, then every other column under its own name (`/` becomes `_`)         |
+//! | dataset attributes | `U_x exponent`, `a-scale exponent`, `h-scale exponent`                                    |
+//! | `/SphPrep`       | provenance as text; flavor, kernel, its neighbor number, periodic axes                      |
 //!
-//! - `/Header`: all scalars with shape (1,); `NumPart_*` and `MassTable` with 6 entries, `MassTable` zero (else it
-//!   overrides `Masses`), `Flag_DoublePrecision` 0 even with f64 data (GIZMO stops on 1).
-//! - `/Units`: exactly five factors to cgs (SWIFT wants all five, swiftsimio no more).
-//! - `/PartType0`: the datasets of the flavor's table, each with its exponents of the units.
-//! - `/SphPrep`: provenance, in a group of its own because readers stumble over it elsewhere.
+//! This layout is taken by SWIFT, GADGET-4, GIZMO, swiftsimio, yt, pynbody and SPLASH. Quirks that shape it:
+//! GADGET-4 crashes on a BoxSize of three elements and on arrays not of length 6; MassTable, if not zero,
+//! overrides Masses; GIZMO stops on Flag_DoublePrecision 1 even where the data is double.
 
-use super::hdf5;
-use super::particle_names as names;
+use crate::common::hdf5::{Dataset, Group, Scalar, Writer};
+use crate::common::particle_names as names;
 use crate::error::{FormatError, Result};
-use crate::model::{Column, ParticleFile, ParticleTable, RunHeader, Species, Values};
+use crate::model::{Column, ParticleFile, RunHeader, Species, Values};
 use crate::registry::WriteOptions;
 use crate::units::UnitDimension;
-use rust_hdf5::{H5Dataset, H5Group};
+use std::ops::Range;
 use std::path::Path;
 
-/// How a dataset is stored.
+/// Particle types of the layout.
+const TYPES: usize = 6;
+/// The group of this program's own facts.
+pub const OWN_GROUP: &str = "SphPrep";
+
+/// Where the numbers of a dataset come from.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Source {
+    /// The column of this name.
+    Column(&'static str),
+    /// The column of this name, or zeros of this dimension.
+    ColumnOrZeros(&'static str, UnitDimension),
+    /// The column of this name, or 1, 2, 3 ... through all species.
+    ColumnOrCount(&'static str),
+    /// h = eta (m / rho)^(1/D), from Masses and Density.
+    Spacing { eta: f64 },
+}
+
+impl Source {
+    fn column(self) -> Option<&'static str> {
+        match self {
+            Self::Column(name) | Self::ColumnOrZeros(name, _) | Self::ColumnOrCount(name) => Some(name),
+            Self::Spacing { .. } => None,
+        }
+    }
+}
+
+/// How numbers are stored.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Storage {
-    /// f64 always.
     Double,
-    /// f32, or f64 on request.
+    /// f32, or f64 with [`WriteOptions::double_precision`].
     Float,
-    /// u64.
-    Identifier,
-    /// i32.
-    Integer,
+    Id,
+    Int,
 }
 
-/// What to do where the column is absent.
+/// Which particles must have a dataset.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Absent {
-    /// The flavor cannot do without; the text is the remedy.
-    Refuse(&'static str),
-    /// Zeros mean what absence means (particles at rest).
-    Zero,
-    Skip,
+pub enum Need {
+    All,
+    Gas,
+    Optional,
 }
 
-/// One dataset of a flavor.
-#[derive(Debug, Clone, Copy)]
-pub struct DatasetSpec {
-    /// Name in the file.
-    pub name: &'static str,
-    /// Name of the particle column.
-    pub column: &'static str,
-    pub storage: Storage,
-    /// 3 for vectors, which are padded with zeros in fewer dimensions.
-    pub components: usize,
-    pub absent: Absent,
-}
-
-/// How the flavor's smoothing length follows from the particles.
+/// One dataset of a particle group.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub enum SmoothingLength {
-    /// h = eta (m/rho)^(1/d).
-    Eta(f64),
-    /// The kernel's support radius.
-    SupportRadius,
+pub struct Rule {
+    pub name: &'static str,
+    pub source: Source,
+    pub storage: Storage,
+    /// 3: vectors are padded with zeros.
+    pub components: usize,
+    pub need: Need,
 }
 
-/// A flavor of the layout.
+/// One flavor of the layout.
+#[derive(Debug, Clone, Copy)]
 pub struct Flavor {
     pub format: &'static str,
-    pub datasets: &'static [DatasetSpec],
-    pub smoothing_length: SmoothingLength,
-    /// Whether a box may have three different edges.
-    pub box_may_differ: bool,
+    pub rules: &'static [Rule],
+    /// Whether BoxSize may have three elements.
+    pub box_vector: bool,
+    /// Whether coordinates must lie in the box, periodic or not.
+    pub inside_box: bool,
+    /// Columns of the placement that the flavor has no use for.
+    pub dropped: &'static [&'static str],
 }
 
-/// Writes a snapshot.
+/// Writes `particles` to `path`.
 ///
 /// # Errors
-/// [`FormatError::Output`] for what the flavor cannot hold, [`FormatError::Io`].
-pub fn write(flavor: &Flavor, path: &Path, file: &ParticleFile, options: WriteOptions) -> Result<()> {
-    let writer = Writer { flavor, path, header: &file.header, options };
-    let h5 = hdf5::create(path)?;
-    let group = |name: &str| h5.create_group(name).map_err(|e| hdf5::io(path, "write", e));
-    writer.header(&group("Header")?, &file.species)?;
-    writer.units(&group("Units")?)?;
-    for species in &file.species {
-        writer.species(&group(&format!("PartType{}", species.part_type))?, &species.table)?;
+/// [`FormatError::Output`] where the flavor cannot hold them, [`FormatError::Io`].
+pub fn write(flavor: &Flavor, path: &Path, particles: &ParticleFile, options: WriteOptions) -> Result<()> {
+    let job = Job { flavor, path, header: &particles.header, options };
+    let plan = job.plan(particles)?;
+    let box_size = job.box_size()?;
+    let writer = Writer::create(path)?;
+    job.write_header(&writer, particles, &box_size)?;
+    job.write_units(&writer)?;
+    job.write_own(&writer)?;
+    let mut first_id = 1;
+    for (species, datasets) in particles.species.iter().zip(&plan) {
+        if species.table.count > 0 {
+            let group = writer.group(&format!("PartType{}", species.part_type))?;
+            for dataset in datasets {
+                job.write_dataset(&group, species, dataset, first_id)?;
+            }
+            first_id += species.table.count as u64;
+        }
     }
-    let provenance = group("SphPrep")?;
-    for (key, value) in &file.header.provenance {
-        provenance.set_attr_string(key, value).map_err(|e| hdf5::io(path, "write", e))?;
-    }
-    h5.close().map_err(|e| hdf5::io(path, "write", e))
+    writer.close()
 }
 
-struct Writer<'a> {
+/// What every step needs to know.
+struct Job<'a> {
     flavor: &'a Flavor,
     path: &'a Path,
     header: &'a RunHeader,
     options: WriteOptions,
 }
 
-impl Writer<'_> {
-    fn refuse(&self, problem: String) -> FormatError {
-        FormatError::Output { path: self.path.into(), format: self.flavor.format, problem }
+/// A dataset with its source found.
+struct Planned<'a> {
+    name: String,
+    storage: Storage,
+    components: usize,
+    dimension: UnitDimension,
+    numbers: Numbers<'a>,
+    /// NaN and values lost in f32 are errors.
+    strict: bool,
+}
+
+enum Numbers<'a> {
+    Column(&'a Column),
+    Zeros,
+    Count,
+    Spacing { masses: &'a Column, density: &'a Column, eta: f64, inverse_dimension: f64 },
+}
+
+impl<'a> Job<'a> {
+    fn refuse(&self, problem: impl Into<String>) -> FormatError {
+        FormatError::Output { path: self.path.into(), format: self.flavor.format, problem: problem.into() }
     }
 
-    fn header(&self, group: &H5Group, species: &[Species]) -> Result<()> {
-        let mut counts = [0_u64; 6];
-        for s in species {
-            let slot = counts
-                .get_mut(usize::from(s.part_type))
-                .ok_or_else(|| self.refuse(format!("particle type {} is not one of 0 to 5", s.part_type)))?;
-            *slot += s.table.count as u64;
+    /// Finds the source of every dataset, before anything is written.
+    fn plan(&self, particles: &'a ParticleFile) -> Result<Vec<Vec<Planned<'a>>>> {
+        if !(1..=3).contains(&self.header.dimension) {
+            return Err(self.refuse(format!("dimension {} is not 1, 2 or 3", self.header.dimension)));
         }
-        let low = counts.map(|c| (c & 0xffff_ffff) as u32);
-        let high = counts.map(|c| (c >> 32) as u32);
-        let (path, h) = (self.path, self.header);
-        hdf5::attribute(path, group, "Dimension", &[h.dimension as i32])?;
-        hdf5::attribute(path, group, "BoxSize", &self.box_size()?)?;
-        hdf5::attribute(path, group, "NumPart_ThisFile", &low)?;
-        hdf5::attribute(path, group, "NumPart_Total", &low)?;
-        hdf5::attribute(path, group, "NumPart_Total_HighWord", &high)?;
-        hdf5::attribute(path, group, "MassTable", &[0.0_f64; 6])?;
-        hdf5::attribute(path, group, "Time", &[h.time])?;
-        hdf5::attribute(path, group, "Redshift", &[0.0_f64])?;
-        for (name, value) in [
-            ("NumFilesPerSnapshot", 1_i32),
-            ("Flag_Entropy_ICs", 0),
-            ("Flag_Sfr", 0),
-            ("Flag_Feedback", 0),
-            ("Flag_Cooling", 0),
-            ("Flag_StellarAge", 0),
-            ("Flag_Metals", 0),
-            ("Flag_DoublePrecision", 0),
-        ] {
-            hdf5::attribute(path, group, name, &[value])?;
+        let mut seen = [false; TYPES];
+        let mut plan = Vec::new();
+        for species in &particles.species {
+            match seen.get_mut(usize::from(species.part_type)) {
+                Some(s) if !*s => *s = true,
+                Some(_) => {
+                    return Err(self.refuse(format!("particle type {} comes twice", species.part_type)));
+                }
+                None => {
+                    return Err(self.refuse(format!("particle type {} is not one of 0 to 5", species.part_type)));
+                }
+            }
+            plan.push(self.plan_species(species)?);
         }
-        Ok(())
+        Ok(plan)
     }
 
-    /// One edge where all are equal (or the code reads only one), else three.
-    fn box_size(&self) -> Result<Vec<f64>> {
-        let used = &self.header.box_size[..self.header.dimension];
-        let largest = used.iter().fold(0.0_f64, |m, &b| m.max(b));
-        if used.iter().all(|b| (b / largest - 1.0).abs() < 1e-12) {
-            return Ok(vec![largest]);
+    fn plan_species(&self, species: &'a Species) -> Result<Vec<Planned<'a>>> {
+        for column in &species.table.columns {
+            self.check_column(species, column)?;
         }
-        if !self.flavor.box_may_differ {
+        let mut planned = Vec::new();
+        for rule in self.flavor.rules {
+            if let Some(numbers) = self.find(species, rule)? {
+                planned.push(Planned {
+                    name: rule.name.to_owned(),
+                    storage: rule.storage,
+                    components: rule.components,
+                    dimension: self.dimension_of(&numbers, rule),
+                    numbers,
+                    strict: rule.need != Need::Optional,
+                });
+            }
+        }
+        for column in &species.table.columns {
+            let name = column.name.replace('/', "_");
+            let used = self.flavor.rules.iter().any(|r| r.source.column() == Some(column.name.as_str()));
+            if used || self.flavor.dropped.contains(&column.name.as_str()) {
+                continue;
+            }
+            if name.is_empty() || name == "." || planned.iter().any(|p| p.name == name) {
+                return Err(self.refuse(format!("column '{}' cannot be a dataset of its own; rename it", column.name)));
+            }
+            let integers = matches!(column.values, Values::I64(_));
+            planned.push(Planned {
+                name,
+                storage: if integers { Storage::Int } else { Storage::Float },
+                components: column.components,
+                dimension: column.dimension,
+                numbers: Numbers::Column(column),
+                strict: false,
+            });
+        }
+        Ok(planned)
+    }
+
+    fn check_column(&self, species: &Species, column: &Column) -> Result<()> {
+        let expected = species.table.count.checked_mul(column.components);
+        if column.components == 0 || expected != Some(column.values.len()) {
             return Err(self.refuse(format!(
-                "the box has edges {used:?}, but this flavor holds only cubes; write the swift flavor, or choose a cubic domain"
+                "column '{}' has {} values for {} particles with {} components",
+                column.name,
+                column.values.len(),
+                species.table.count,
+                column.components
             )));
         }
-        // A missing axis gets the largest edge, so that no code sees a box without volume.
-        Ok((0..3).map(|k| used.get(k).copied().unwrap_or(largest)).collect())
+        Ok(())
     }
 
-    fn units(&self, group: &H5Group) -> Result<()> {
+    fn find(&self, species: &'a Species, rule: &Rule) -> Result<Option<Numbers<'a>>> {
+        let table = &species.table;
+        let needed = rule.need == Need::All || (rule.need == Need::Gas && species.part_type == 0);
+        let found = match rule.source {
+            Source::Column(name) => table.column(name).map(Numbers::Column),
+            Source::ColumnOrZeros(name, _) => Some(table.column(name).map_or(Numbers::Zeros, Numbers::Column)),
+            Source::ColumnOrCount(name) => Some(table.column(name).map_or(Numbers::Count, Numbers::Column)),
+            Source::Spacing { eta } => {
+                table.column(names::MASSES).zip(table.column(names::DENSITY)).map(|(masses, density)| {
+                    Numbers::Spacing { masses, density, eta, inverse_dimension: 1.0 / self.header.dimension as f64 }
+                })
+            }
+        };
+        if let Some(Numbers::Column(column)) = &found
+            && column.components > rule.components
+        {
+            return Err(self.refuse(format!(
+                "column '{}' has {} components, expected at most {}",
+                column.name, column.components, rule.components
+            )));
+        }
+        if found.is_none() && needed {
+            return Err(self.refuse(missing(rule)));
+        }
+        Ok(found)
+    }
+
+    fn dimension_of(&self, numbers: &Numbers, rule: &Rule) -> UnitDimension {
+        match (numbers, rule.source) {
+            (Numbers::Column(column), _) => column.dimension,
+            (Numbers::Zeros, Source::ColumnOrZeros(_, dimension)) => dimension,
+            (Numbers::Spacing { .. }, _) => UnitDimension::LENGTH,
+            _ => UnitDimension::NONE,
+        }
+    }
+
+    /// One element where the axes in use are equal; else one per axis, the unused ones as long as the longest.
+    fn box_size(&self) -> Result<Vec<f64>> {
+        let used = &self.header.box_size[..self.header.dimension];
+        if let Some(edge) = used.iter().find(|&&l| !(l.is_finite() && l > 0.0)) {
+            return Err(self.refuse(format!(
+                "the box has an edge of {edge}, expected positive lengths; state a box in the scene"
+            )));
+        }
+        let largest = used.iter().copied().fold(0.0, f64::max);
+        if used.iter().all(|&l| l == largest) {
+            return Ok(vec![largest]);
+        }
+        if !self.flavor.box_vector {
+            return Err(self.refuse(format!(
+                "a box of {used:?} is not cubic, which GADGET-4 cannot read; write swift instead, or use a box with equal edges"
+            )));
+        }
+        let mut edges = vec![largest; 3];
+        edges[..used.len()].copy_from_slice(used);
+        Ok(edges)
+    }
+
+    fn write_header(&self, writer: &Writer, particles: &ParticleFile, box_size: &[f64]) -> Result<()> {
+        let mut counts = [0u64; TYPES];
+        for s in &particles.species {
+            counts[usize::from(s.part_type)] = s.table.count as u64;
+        }
+        let header = writer.group("Header")?;
+        header.numbers("BoxSize", box_size)?;
+        header.numbers("Dimension", &[self.header.dimension as i32])?;
+        if counts.iter().all(|&n| u32::try_from(n).is_ok()) {
+            header.numbers("NumPart_ThisFile", &counts.map(|n| n as u32))?;
+        } else {
+            header.numbers("NumPart_ThisFile", &counts)?;
+        }
+        header.numbers("NumPart_Total", &counts.map(|n| n as u32))?;
+        header.numbers("NumPart_Total_HighWord", &counts.map(|n| (n >> 32) as u32))?;
+        header.numbers("MassTable", &[0.0f64; TYPES])?;
+        header.numbers("Time", &[self.header.time])?;
+        header.numbers("Redshift", &[0.0f64])?;
+        header.numbers("NumFilesPerSnapshot", &[1i32])?;
+        for flag in [
+            "Flag_Entropy_ICs",
+            "Flag_DoublePrecision",
+            "Flag_Sfr",
+            "Flag_Feedback",
+            "Flag_Cooling",
+            "Flag_StellarAge",
+            "Flag_Metals",
+        ] {
+            header.numbers(flag, &[0i32])?;
+        }
+        Ok(())
+    }
+
+    fn write_units(&self, writer: &Writer) -> Result<()> {
         let u = &self.header.units;
-        for (name, value) in [
-            ("Unit length in cgs (U_L)", u.length),
-            ("Unit mass in cgs (U_M)", u.mass),
-            ("Unit time in cgs (U_t)", u.time),
-            ("Unit current in cgs (U_I)", 1.0),
-            ("Unit temperature in cgs (U_T)", u.temperature),
-        ] {
-            hdf5::attribute(self.path, group, name, &[value])?;
-        }
-        Ok(())
+        let group = writer.group("Units")?;
+        group.numbers("Unit mass in cgs (U_M)", &[u.mass])?;
+        group.numbers("Unit length in cgs (U_L)", &[u.length])?;
+        group.numbers("Unit time in cgs (U_t)", &[u.time])?;
+        group.numbers("Unit current in cgs (U_I)", &[1.0f64])?;
+        group.numbers("Unit temperature in cgs (U_T)", &[u.temperature])
     }
 
-    fn species(&self, group: &H5Group, table: &ParticleTable) -> Result<()> {
-        for spec in self.flavor.datasets {
-            match (table.column(spec.column), spec.absent) {
-                (Some(column), _) => self.column(group, spec, column, table.count)?,
-                (None, Absent::Skip) => {}
-                (None, Absent::Zero) => {
-                    let zero = Column {
-                        name: spec.column.into(),
-                        components: spec.components,
-                        values: Values::F32(Vec::new()),
-                        dimension: UnitDimension::VELOCITY,
-                    };
-                    self.store(group, spec, &zero.dimension, table.count, |_, _| 0.0)?;
-                }
-                (None, Absent::Refuse(remedy)) => {
-                    return Err(self.refuse(format!("it needs {}, but there is no such column; {remedy}", spec.name)));
-                }
-            }
+    fn write_own(&self, writer: &Writer) -> Result<()> {
+        let own = writer.group(OWN_GROUP)?;
+        for (key, value) in &self.header.provenance {
+            own.text(key, value)?;
         }
-        self.smoothing_length(group, table)?;
-        let known = |name: &str| name == names::SUPPORT_RADIUS || self.flavor.datasets.iter().any(|d| d.column == name);
-        for column in table.columns.iter().filter(|c| !known(&c.name)) {
-            let storage = if matches!(column.values, Values::I64(_)) { Storage::Integer } else { Storage::Float };
-            let spec = ExtraSpec { name: &column.name, storage, components: column.components };
-            self.extra(group, &spec, column, table.count)?;
-        }
-        Ok(())
+        own.text("Flavor", self.flavor.format)?;
+        own.text("Kernel", &self.header.kernel)?;
+        own.numbers("KernelNeighbors", &[self.header.kernel_neighbors])?;
+        own.numbers("Periodic", &self.header.periodic.map(i32::from))
     }
 
-    fn column(&self, group: &H5Group, spec: &DatasetSpec, column: &Column, count: usize) -> Result<()> {
-        let (given, wanted) = (column.components, spec.components);
-        if given > wanted {
-            return Err(self.refuse(format!("column '{}' has {given} components, expected {wanted}", column.name)));
-        }
-        let values = &column.values;
-        self.store(
-            group,
-            spec,
-            &column.dimension,
-            count,
-            |i, k| if k < given { values.get(i * given + k) } else { 0.0 },
-        )
-    }
-
-    fn extra(&self, group: &H5Group, spec: &ExtraSpec<'_>, column: &Column, count: usize) -> Result<()> {
-        let (n, values) = (spec.components, &column.values);
-        self.store_as(group, spec.name, spec.storage, n, &column.dimension, count, &|i, k| values.get(i * n + k))
-    }
-
-    /// h in the flavor's convention.
-    fn smoothing_length(&self, group: &H5Group, table: &ParticleTable) -> Result<()> {
-        let need = |name: &str| {
-            table.column(name).ok_or_else(|| self.refuse(format!("SmoothingLength needs the column '{name}'")))
+    fn write_dataset(&self, group: &Group, species: &Species, planned: &Planned, first_id: u64) -> Result<()> {
+        let (rows, level) = (species.table.count, self.options.compression);
+        let columns = planned.components;
+        let double = planned.storage == Storage::Double || self.options.double_precision;
+        let dataset = match planned.storage {
+            Storage::Id => group.dataset(&planned.name, rows, columns, level, |range, out| {
+                self.fill(planned, range, first_id, out, |x, i| id(x).ok_or(i))
+            })?,
+            Storage::Int => group.dataset(&planned.name, rows, columns, level, |range, out| {
+                self.fill(planned, range, 0, out, |x, i| int(x).ok_or(i))
+            })?,
+            _ if double => group.dataset(&planned.name, rows, columns, level, |range, out| {
+                self.fill(planned, range, 0, out, |x, i| self.double(planned, x.float(), i))
+            })?,
+            _ => group.dataset(&planned.name, rows, columns, level, |range, out| {
+                self.fill(planned, range, 0, out, |x, i| single(planned.strict, x.float()).ok_or(i))
+            })?,
         };
-        let length = UnitDimension::LENGTH;
-        let store = |value: &dyn Fn(usize, usize) -> f64| {
-            self.store_as(group, "SmoothingLength", Storage::Float, 1, &length, table.count, value)
-        };
-        match self.flavor.smoothing_length {
-            SmoothingLength::SupportRadius => {
-                let support = need(names::SUPPORT_RADIUS)?;
-                store(&|i, _| support.values.get(i))
-            }
-            SmoothingLength::Eta(eta) => {
-                let (mass, density) = (need(names::MASSES)?, need(names::DENSITY)?);
-                let power = 1.0 / self.header.dimension as f64;
-                store(&|i, _| eta * (mass.values.get(i) / density.values.get(i)).powf(power))
-            }
-        }
+        write_exponents(&dataset, planned.dimension)
     }
 
-    fn store(
+    /// Appends the numbers of some particles; `convert` returns the index where one does not fit.
+    fn fill<T: Scalar>(
         &self,
-        group: &H5Group,
-        spec: &DatasetSpec,
-        dimension: &UnitDimension,
-        count: usize,
-        value: impl Fn(usize, usize) -> f64,
+        planned: &Planned,
+        range: Range<usize>,
+        first_id: u64,
+        out: &mut Vec<T>,
+        convert: impl Fn(Number, usize) -> std::result::Result<T, usize>,
     ) -> Result<()> {
-        self.store_as(group, spec.name, spec.storage, spec.components, dimension, count, &value)
-    }
-
-    #[allow(clippy::too_many_arguments)] // one call per fact of a dataset; a struct would name them twice
-    fn store_as(
-        &self,
-        group: &H5Group,
-        name: &str,
-        storage: Storage,
-        components: usize,
-        dimension: &UnitDimension,
-        count: usize,
-        value: &dyn Fn(usize, usize) -> f64,
-    ) -> Result<()> {
-        let (path, level, shape) = (self.path, self.options.compression, (count, components));
-        let double = storage == Storage::Double || (storage == Storage::Float && self.options.double_precision);
-        self.check(name, shape, double || storage != Storage::Float, value)?;
-        let dataset = match storage {
-            _ if double => hdf5::dataset::<f64>(path, group, name, shape, level, value)?,
-            Storage::Float | Storage::Double => {
-                hdf5::dataset::<f32>(path, group, name, shape, level, |i, k| value(i, k) as f32)?
-            }
-            Storage::Identifier => hdf5::dataset::<u64>(path, group, name, shape, level, |i, k| value(i, k) as u64)?,
-            Storage::Integer => hdf5::dataset::<i32>(path, group, name, shape, level, |i, k| value(i, k) as i32)?,
-        };
-        self.exponents(&dataset, dimension)
-    }
-
-    /// Refuses what the file could not hold: values that are not finite, or beyond f32.
-    fn check(
-        &self,
-        name: &str,
-        (rows, columns): (usize, usize),
-        wide: bool,
-        value: &dyn Fn(usize, usize) -> f64,
-    ) -> Result<()> {
-        let limit = if wide { f64::MAX } else { f64::from(f32::MAX) };
-        for i in 0..rows {
-            for k in 0..columns {
-                let v = value(i, k);
-                if !(v.abs() <= limit) {
-                    return Err(self.refuse(format!(
-                        "{name} of particle {i} is {v:e}, which {} cannot hold; choose other units (output.units) or double precision (output.double_precision)",
-                        if wide { "f64" } else { "f32" }
-                    )));
-                }
+        for i in range {
+            for c in 0..planned.components {
+                let x = planned.numbers.get(i, c, first_id);
+                let stored = convert(x, c).map_err(|_| self.refuse(unfit(planned, i, x)))?;
+                out.push(stored);
             }
         }
         Ok(())
     }
 
-    fn exponents(&self, dataset: &H5Dataset, d: &UnitDimension) -> Result<()> {
-        for (name, power) in [
-            ("U_M exponent", d.mass),
-            ("U_L exponent", d.length),
-            ("U_t exponent", d.time),
-            ("U_I exponent", 0),
-            ("U_T exponent", d.temperature),
-            ("a-scale exponent", 0),
-            ("h-scale exponent", 0),
-        ] {
-            hdf5::dataset_attribute(self.path, dataset, name, power.into())?;
+    /// A number of a dataset in f64; coordinates must also lie in the box where the flavor says so.
+    fn double(&self, planned: &Planned, x: f64, axis: usize) -> std::result::Result<f64, usize> {
+        let edge = self.header.box_size.get(axis).copied().unwrap_or(0.0);
+        let used = axis < self.header.dimension;
+        let outside =
+            self.flavor.inside_box && planned.name == names::COORDINATES && used && !(0.0..=edge).contains(&x);
+        if outside || (planned.strict && !x.is_finite()) {
+            return Err(axis);
         }
-        Ok(())
+        Ok(x)
     }
 }
 
-/// A carried column under its own name.
-struct ExtraSpec<'a> {
-    name: &'a str,
-    storage: Storage,
-    components: usize,
+fn missing(rule: &Rule) -> String {
+    match rule.source {
+        Source::Spacing { .. } => format!("{} needs the columns {} and {}", rule.name, names::MASSES, names::DENSITY),
+        Source::Column(names::INTERNAL_ENERGY) => format!(
+            "there is no column {}, which is compulsory for gas; carry it from the input or set thermal.internal_energy in the scene",
+            names::INTERNAL_ENERGY
+        ),
+        source => format!("there is no column {}, which is compulsory", source.column().unwrap_or(rule.name)),
+    }
+}
+
+fn unfit(planned: &Planned, i: usize, x: Number) -> String {
+    let expected = match planned.storage {
+        Storage::Id => "a whole number from 0 on",
+        Storage::Int => "a whole number of 32 bits",
+        _ if planned.name == names::COORDINATES => "a finite position within the box",
+        _ if x.float().is_finite() => {
+            "a value within f32's range (1e-38 to 3e38); choose larger units, or double precision"
+        }
+        _ => "a finite value",
+    };
+    format!("column '{}' of particle {i} is {:e}, expected {expected}", planned.name, x.float())
+}
+
+/// A number on its way into a file; integers keep all their digits.
+#[derive(Clone, Copy)]
+enum Number {
+    Float(f64),
+    Int(i64),
+}
+
+impl Number {
+    fn float(self) -> f64 {
+        match self {
+            Self::Float(x) => x,
+            Self::Int(i) => i as f64,
+        }
+    }
+
+    fn whole(self) -> Option<i64> {
+        match self {
+            Self::Int(i) => Some(i),
+            // 2^53: beyond it a float does not say which integer is meant.
+            Self::Float(x) if x.fract() == 0.0 && x.abs() <= 9_007_199_254_740_992.0 => Some(x as i64),
+            Self::Float(_) => None,
+        }
+    }
+}
+
+fn id(x: Number) -> Option<u64> {
+    u64::try_from(x.whole()?).ok()
+}
+
+fn int(x: Number) -> Option<i32> {
+    i32::try_from(x.whole()?).ok()
+}
+
+fn single(strict: bool, x: f64) -> Option<f32> {
+    let y = x as f32;
+    let lost = (x.is_finite() && !y.is_finite()) || (strict && (!x.is_finite() || (x != 0.0 && y == 0.0)));
+    (!lost).then_some(y)
+}
+
+impl Numbers<'_> {
+    fn get(&self, i: usize, component: usize, first_id: u64) -> Number {
+        match self {
+            Self::Column(c) if component >= c.components => match c.values {
+                Values::I64(_) => Number::Int(0),
+                _ => Number::Float(0.0),
+            },
+            Self::Column(c) => match &c.values {
+                Values::I64(v) => Number::Int(v[i * c.components + component]),
+                values => Number::Float(values.get(i * c.components + component)),
+            },
+            Self::Zeros => Number::Float(0.0),
+            Self::Count => Number::Int((first_id + i as u64) as i64),
+            Self::Spacing { masses, density, eta, inverse_dimension } => {
+                let volume = masses.values.get(i) / density.values.get(i);
+                Number::Float(eta * volume.powf(*inverse_dimension))
+            }
+        }
+    }
+}
+
+/// The attributes by which swiftsimio knows a dataset's units.
+fn write_exponents(dataset: &Dataset, d: UnitDimension) -> Result<()> {
+    dataset.numbers("U_M exponent", &[f32::from(d.mass)])?;
+    dataset.numbers("U_L exponent", &[f32::from(d.length)])?;
+    dataset.numbers("U_t exponent", &[f32::from(d.time)])?;
+    dataset.numbers("U_I exponent", &[0.0f32])?;
+    dataset.numbers("U_T exponent", &[f32::from(d.temperature)])?;
+    dataset.numbers("a-scale exponent", &[0.0f32])?;
+    dataset.numbers("h-scale exponent", &[0.0f32])
 }

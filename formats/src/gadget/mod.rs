@@ -1,20 +1,36 @@
-//! GADGET-style HDF5 snapshots: GADGET-2/3/4, GIZMO, AREPO, and SWIFT's initial conditions for reading.
+//! GADGET-2/3/4, GIZMO and AREPO HDF5 initial conditions and snapshots; SWIFT's are read as well.
 //!
-//! Layout: [`crate::common::snapshot`]; datasets: [`schema`]. `SmoothingLength` is the radius at which the kernel
-//! vanishes (GADGET's convention). GADGET-4 wants a box with one edge, IDs below 2^31 unless built with
-//! IDS_64BIT, and takes missing datasets for zero, so that all of them are written.
+//! | dataset         | type        | from                                                             |
+//! |-----------------|-------------|------------------------------------------------------------------|
+//! | Coordinates     | f8 (N, 3)   | required                                                         |
+//! | Velocities      | f4 (N, 3)   | zeros where absent                                               |
+//! | Masses          | f4          | required; MassTable stays zero, since it would override them     |
+//! | SmoothingLength | f4          | the kernel's support radius                                      |
+//! | InternalEnergy  | f4          | required for gas; per mass                                       |
+//! | ParticleIDs     | u8          | 1 ... N where absent; GADGET-4 keeps 31 bits of them by default  |
+//! | Density         | f4          | for viewers                                                      |
+//!
+//! GADGET-4 reads one BoxSize only, so other than cubic boxes are refused. Its template configuration turns on
+//! `INITIAL_CONDITIONS_CONTAIN_ENTROPY`: turn it off. See [`crate::common::snapshot`] for the rest.
+
+use crate::registry::{Capabilities, FormatSpec, ReadFn, WriteFn};
 
 #[cfg(feature = "gadget")]
-mod read;
+pub mod read;
 #[cfg(feature = "gadget")]
-mod schema;
+pub mod schema;
+#[cfg(feature = "gadget")]
+pub mod write;
 
-use crate::registry::{Capabilities, FormatSpec, Match};
+#[cfg(feature = "gadget")]
+const CODE: (Option<ReadFn>, Option<WriteFn>) = (Some(read::read), Some(write::write));
+#[cfg(not(feature = "gadget"))]
+const CODE: (Option<ReadFn>, Option<WriteFn>) = (None, None);
 
 /// Data sheet of the format.
 pub const SPEC: FormatSpec = FormatSpec {
     name: "gadget",
-    summary: "GADGET-4, GIZMO and AREPO HDF5 snapshots; reads SWIFT's too",
+    summary: "GADGET-2/3/4, GIZMO and AREPO HDF5 snapshots",
     extensions: &["h5", "hdf5"],
     feature: "gadget",
     reference: "https://wwwmpa.mpa-garching.mpg.de/gadget4/",
@@ -22,21 +38,10 @@ pub const SPEC: FormatSpec = FormatSpec {
         read_field: false,
         read_particles: true,
         write_particles: true,
-        geometries: &["cloud"],
+        geometries: &[],
         dimensions: &[1, 2, 3],
     },
-    sniff,
-    #[cfg(feature = "gadget")]
-    read: Some(read::read),
-    #[cfg(not(feature = "gadget"))]
-    read: None,
-    #[cfg(feature = "gadget")]
-    write: Some(|path, file, options| crate::common::snapshot::write(&schema::FLAVOR, path, file, options)),
-    #[cfg(not(feature = "gadget"))]
-    write: None,
+    sniff: crate::registry::sniff_hdf5,
+    read: CODE.0,
+    write: CODE.1,
 };
-
-/// Any HDF5 file; NetCDF-4 files are told apart by their extension.
-fn sniff(head: &[u8]) -> Match {
-    if head.starts_with(b"\x89HDF\r\n\x1a\n") { Match::Container } else { Match::No }
-}

@@ -1,159 +1,290 @@
-//! Reads GADGET-style snapshots, SWIFT's initial conditions included.
+//! Reads GADGET-style particle files: ours, and snapshots of GADGET-2/3/4, GIZMO, AREPO and SWIFT.
+//!
+//! * Units: `/Units` (ours, SWIFT), else `/Parameters` or `/Header` with UnitLength_in_cm and its like
+//!   (GADGET-4, AREPO), else pure numbers.
+//! * Periodic axes: ours, else SWIFT's parameter, else every axis of a box with positive size.
+//! * SmoothingLength becomes SupportRadius where the file is GADGET's (ours or GADGET-4's own); elsewhere the
+//!   convention is unknown and the column keeps its name.
+//! * Datasets that are not columns of numbers are named in the provenance under `not read`.
 
+use crate::common::hdf5_read::{Attributes, Reader};
 use crate::common::particle_names as names;
+use crate::common::snapshot::OWN_GROUP;
 use crate::error::{FormatError, Result};
 use crate::model::{Column, ParticleFile, ParticleTable, RunHeader, Species, Values};
 use crate::registry::{FieldRequest, FileContent};
 use crate::units::{UnitDimension, UnitSystem};
-use hdf5_reader::group::Group;
-use hdf5_reader::{Attribute, Dataset, Datatype, Hdf5File};
 use std::path::Path;
 
 const FORMAT: &str = "gadget";
-/// Names of datasets that other codes give to what we know under another.
-const SYNONYMS: [(&str, &str); 4] = [
-    ("SmoothingLengths", "SmoothingLength"),
-    ("InternalEnergies", names::INTERNAL_ENERGY),
+/// More columns than this in one dataset are not a particle's components.
+const MAX_COMPONENTS: usize = 64;
+
+/// Dataset names of SWIFT's snapshots, and what they are here.
+const PLURALS: &[(&str, &str)] = &[
     ("Densities", names::DENSITY),
+    ("InternalEnergies", names::INTERNAL_ENERGY),
+    ("Pressures", names::PRESSURE),
     ("Temperatures", names::TEMPERATURE),
+    ("SmoothingLengths", "SmoothingLength"),
 ];
 
-pub(super) fn read(path: &Path, _request: &FieldRequest) -> Result<FileContent> {
-    let bytes = std::fs::metadata(path).map_err(|e| FormatError::io(path, "read", e))?.len();
-    let file =
-        Hdf5File::open(path).map_err(|e| FormatError::input(path, FORMAT, "file", format!("no readable HDF5: {e}")))?;
-    let root = file.root_group().map_err(|e| FormatError::input(path, FORMAT, "group '/'", e.to_string()))?;
-    let header_group = root.group("Header").map_err(|_| {
-        FormatError::input(path, FORMAT, "group '/Header'", "is missing; expected a GADGET- or SWIFT-style snapshot")
-    })?;
-    let header = header(&header_group, &root);
-    let mut species = Vec::new();
-    for part_type in 0..6_u8 {
-        let name = format!("PartType{part_type}");
-        if let Ok(group) = root.group(&name) {
-            species.push(Species { part_type, table: table(path, &group, &name, bytes)? });
-        }
+/// Reads all particles of `path`.
+///
+/// # Errors
+/// [`FormatError::Input`] where the file is damaged or has no particles' header, [`FormatError::Unsupported`]
+/// for one part of a snapshot in several files, [`FormatError::Limit`], [`FormatError::Io`].
+pub fn read(path: &Path, _request: &FieldRequest) -> Result<FileContent> {
+    let file = Reader::open(path, FORMAT)?;
+    let groups = file.groups()?;
+    if !groups.iter().any(|g| g == "Header") {
+        return Err(file.input(
+            "group '/'",
+            "there is no group Header, expected a GADGET or SWIFT particle file; name another format with --format",
+        ));
     }
-    if species.is_empty() {
-        return Err(FormatError::input(path, FORMAT, "groups '/PartType0' to '/PartType5'", "are all missing"));
+    let attributes = file.group_attributes("Header")?;
+    let files = attributes.number("NumFilesPerSnapshot").unwrap_or(1.0);
+    if files > 1.0 {
+        return Err(FormatError::Unsupported {
+            path: path.into(),
+            format: FORMAT,
+            what: format!("a snapshot in {files} files; join them into one first"),
+        });
+    }
+    let origin = Origin::of(&file, &groups)?;
+    let mut header = read_header(&file, &attributes, &origin)?;
+    let counts = attributes
+        .numbers("NumPart_ThisFile")
+        .or_else(|| attributes.numbers("NumPart_Total"))
+        .ok_or_else(|| file.input("group 'Header'", "attribute NumPart_ThisFile is missing"))?;
+    let masses = attributes.numbers("MassTable").unwrap_or_default();
+    let mut species = Vec::new();
+    for (part_type, &count) in counts.iter().enumerate().take(usize::from(u8::MAX)) {
+        if count == 0.0 {
+            continue;
+        }
+        let reading = SpeciesReading {
+            file: &file,
+            origin: &origin,
+            group: format!("PartType{part_type}"),
+            count: whole(&file, count)?,
+            dimension: header.dimension,
+        };
+        if !groups.contains(&reading.group) {
+            return Err(file.input(
+                format!("group '{}'", reading.group),
+                format!("it is missing, but the header counts {count} such particles"),
+            ));
+        }
+        let mass = masses.get(part_type).copied().filter(|&m| m > 0.0);
+        let table = reading.table(mass, &mut header.provenance)?;
+        species.push(Species { part_type: part_type as u8, table });
     }
     Ok(FileContent::Particles(ParticleFile { header, species }))
 }
 
-fn numbers(group: &Group, name: &str) -> Option<Vec<f64>> {
-    attribute_numbers(&group.attribute(name).ok()?)
-}
-
-/// Values of a numeric attribute of any type.
-fn attribute_numbers(attribute: &Attribute) -> Option<Vec<f64>> {
-    let whole = |v: Vec<i64>| v.into_iter().map(|i| i as f64).collect();
-    attribute
-        .read_1d::<f64>()
-        .or_else(|_| attribute.read_1d::<f32>().map(|v| v.into_iter().map(f64::from).collect()))
-        .or_else(|_| attribute.read_1d::<i64>().map(whole))
-        .or_else(|_| attribute.read_1d::<i32>().map(|v| v.into_iter().map(f64::from).collect()))
-        .or_else(|_| attribute.read_1d::<u32>().map(|v| v.into_iter().map(f64::from).collect()))
-        .ok()
-}
-
-fn header(group: &Group, root: &Group) -> RunHeader {
-    let one = |name: &str| numbers(group, name).and_then(|v| v.first().copied());
-    let sizes = numbers(group, "BoxSize").unwrap_or_default();
-    let edge = sizes.first().copied().unwrap_or(0.0);
-    let units = root.group("Units").ok().and_then(|u| {
-        let factor = |name: &str| numbers(&u, name).and_then(|v| v.first().copied());
-        Some(UnitSystem {
-            length: factor("Unit length in cgs (U_L)")?,
-            mass: factor("Unit mass in cgs (U_M)")?,
-            time: factor("Unit time in cgs (U_t)")?,
-            temperature: factor("Unit temperature in cgs (U_T)").unwrap_or(1.0),
-        })
-    });
-    let dimension = one("Dimension").filter(|d| (1.0..=3.0).contains(d)).map_or(3, |d| d as usize);
-    let provenance = root.group("SphPrep").ok().map(|g| {
-        let attributes = g.attributes().unwrap_or_default();
-        attributes.into_iter().filter_map(|a| a.read_string().ok().map(|v| (a.name, v))).collect()
-    });
-    RunHeader {
-        dimension,
-        box_size: std::array::from_fn(|k| if k < dimension { sizes.get(k).copied().unwrap_or(edge) } else { 0.0 }),
-        periodic: [false; 3],
-        units: units.unwrap_or(UnitSystem::CODE),
-        time: one("Time").unwrap_or(0.0),
-        kernel: String::new(),
-        kernel_neighbors: 0.0,
-        provenance: provenance.unwrap_or_default(),
+fn whole(file: &Reader, count: f64) -> Result<usize> {
+    if count.fract() == 0.0 && (0.0..1e15).contains(&count) {
+        Ok(count as usize)
+    } else {
+        Err(file.input("group 'Header'", format!("NumPart_ThisFile has {count}, expected a number of particles")))
     }
 }
 
-fn table(path: &Path, group: &Group, group_name: &str, file_bytes: u64) -> Result<ParticleTable> {
-    let broken = |name: &str, problem: String| {
-        FormatError::input(path, FORMAT, format!("dataset '/{group_name}/{name}'"), problem)
-    };
-    let mut datasets = group.datasets().map_err(|e| broken("", format!("cannot be listed: {e}")))?;
-    datasets.sort_by(|a, b| a.name().cmp(b.name()));
-    let mut table = ParticleTable::default();
-    for dataset in datasets {
-        let name = dataset.name().rsplit('/').next().unwrap_or_default().to_owned();
-        let too_large = |v: &u64| usize::try_from(*v).ok();
-        let shape: Option<Vec<usize>> = dataset.shape().iter().map(too_large).collect();
-        let (rows, components) = match shape.as_deref() {
-            Some([n]) => (*n, 1),
-            Some([n, c]) if (1..=64).contains(c) => (*n, *c),
-            _ => {
-                return Err(broken(
-                    &name,
-                    format!("has shape {:?}, expected (N,) or (N, components)", dataset.shape()),
-                ));
-            }
+/// What the file says of the program that wrote it.
+struct Origin {
+    own: Attributes,
+    parameters: Attributes,
+    units: Attributes,
+    /// SmoothingLength is the kernel's support radius.
+    support_radius: bool,
+}
+
+impl Origin {
+    fn of(file: &Reader, groups: &[String]) -> Result<Self> {
+        let own = file.group_attributes(OWN_GROUP)?;
+        let flavor = own.text("Flavor");
+        // GADGET-4 alone writes its compile-time options into a group of this name.
+        let gadget4 = groups.iter().any(|g| g == "Config");
+        let swift = file.group_attributes("Code")?.text("Code").is_some();
+        Ok(Self {
+            support_radius: flavor.as_deref() == Some(FORMAT) || (gadget4 && !swift),
+            own,
+            parameters: file.group_attributes("Parameters")?,
+            units: file.group_attributes("Units")?,
+        })
+    }
+
+    fn units(&self, header: &Attributes) -> UnitSystem {
+        let swift = |key: &str| self.units.number(key).filter(|u| u.is_finite() && *u > 0.0);
+        if let (Some(length), Some(mass), Some(time)) =
+            (swift("Unit length in cgs (U_L)"), swift("Unit mass in cgs (U_M)"), swift("Unit time in cgs (U_t)"))
+        {
+            let temperature = swift("Unit temperature in cgs (U_T)").unwrap_or(1.0);
+            return UnitSystem { length, mass, time, temperature };
+        }
+        let gadget = |key: &str| {
+            let found = self.parameters.number(key).or_else(|| header.number(key));
+            found.filter(|u| u.is_finite() && *u > 0.0)
         };
-        let declared = (rows as u64).saturating_mul(components as u64);
-        if declared > file_bytes.saturating_mul(crate::limits::MAX_EXPANSION) {
-            return Err(FormatError::Limit {
-                path: path.into(),
-                format: FORMAT,
-                location: format!("dataset '/{group_name}/{name}'"),
-                declared: format!("{declared} values"),
-                allowed: format!("a file of {file_bytes} bytes can hold"),
+        match (gadget("UnitLength_in_cm"), gadget("UnitMass_in_g"), gadget("UnitVelocity_in_cm_per_s")) {
+            (Some(length), Some(mass), Some(velocity)) => {
+                UnitSystem { length, mass, time: length / velocity, temperature: 1.0 }
+            }
+            _ => UnitSystem::CODE,
+        }
+    }
+
+    fn periodic(&self, used: [bool; 3]) -> [bool; 3] {
+        if let Some(axes) = self.own.numbers("Periodic") {
+            return std::array::from_fn(|i| axes.get(i).is_some_and(|&p| p != 0.0));
+        }
+        match self.parameters.text("InitialConditions:periodic").as_deref() {
+            Some("0") => [false; 3],
+            _ => used,
+        }
+    }
+}
+
+fn read_header(file: &Reader, header: &Attributes, origin: &Origin) -> Result<RunHeader> {
+    let dimension = match header.number("Dimension") {
+        None => 3,
+        Some(d) if d == 1.0 || d == 2.0 || d == 3.0 => d as usize,
+        Some(d) => {
+            return Err(file.input("group 'Header'", format!("Dimension is {d}, expected 1, 2 or 3")));
+        }
+    };
+    let edges = header.numbers("BoxSize").unwrap_or_default();
+    let edge = |i: usize| edges.get(i).or(edges.first()).copied().unwrap_or(0.0);
+    let box_size: [f64; 3] = std::array::from_fn(|i| if i < dimension { edge(i) } else { 0.0 });
+    if let Some(l) = box_size.iter().find(|l| !(l.is_finite() && **l >= 0.0)) {
+        return Err(file.input("group 'Header'", format!("BoxSize is {l}, expected a length")));
+    }
+    let own = &origin.own;
+    let kept = |name: &&str| !matches!(*name, "Flavor" | "Kernel");
+    let provenance = own.names().filter(kept).filter_map(|name| Some((name.to_owned(), own.text(name)?))).collect();
+    Ok(RunHeader {
+        dimension,
+        box_size,
+        periodic: origin.periodic(box_size.map(|l| l > 0.0)),
+        units: origin.units(header),
+        time: header.number("Time").unwrap_or(0.0),
+        kernel: own.text("Kernel").unwrap_or_default(),
+        kernel_neighbors: own.number("KernelNeighbors").unwrap_or(0.0),
+        provenance,
+    })
+}
+
+/// One particle group being read.
+struct SpeciesReading<'a> {
+    file: &'a Reader<'a>,
+    origin: &'a Origin,
+    group: String,
+    count: usize,
+    dimension: usize,
+}
+
+impl SpeciesReading<'_> {
+    fn table(&self, mass: Option<f64>, notes: &mut Vec<(String, String)>) -> Result<ParticleTable> {
+        let mut columns = Vec::new();
+        for name in self.file.datasets(&self.group)? {
+            let path = format!("{}/{name}", self.group);
+            match self.column(&path, &name)? {
+                Some(column) => columns.push(column),
+                None => notes.push(("not read".into(), format!("{path}: not a column of numbers"))),
+            }
+        }
+        if !columns.iter().any(|c| c.name == names::COORDINATES) {
+            return Err(self.file.input(
+                format!("group '{}'", self.group),
+                "there is no dataset Coordinates, which every particle file has",
+            ));
+        }
+        if let Some(m) = mass {
+            // Codes let the table override a dataset of masses, so do as they do.
+            columns.retain(|c| c.name != names::MASSES);
+            columns.push(Column {
+                name: names::MASSES.into(),
+                components: 1,
+                values: Values::F64(vec![m; self.count]),
+                dimension: UnitDimension::MASS,
             });
         }
-        if table.columns.is_empty() {
-            table.count = rows;
-        } else if rows != table.count {
-            return Err(broken(&name, format!("has {rows} rows, the others {}", table.count)));
-        }
-        let values = values(&dataset).map_err(|e| broken(&name, format!("cannot be read: {e}")))?;
-        let exponent = |which: &str| {
-            attribute_numbers(&dataset.attribute(which).ok()?)?.first().map(|v| v.round().clamp(-100.0, 100.0) as i8)
-        };
-        let dimension = UnitDimension::new(
-            exponent("U_L exponent").unwrap_or(0),
-            exponent("U_M exponent").unwrap_or(0),
-            exponent("U_t exponent").unwrap_or(0),
-            exponent("U_T exponent").unwrap_or(0),
-        );
-        let name = SYNONYMS.iter().find(|(theirs, _)| *theirs == name).map_or(name, |(_, ours)| (*ours).to_owned());
-        table.columns.push(Column { name, components, values, dimension });
+        Ok(ParticleTable { count: self.count, columns })
     }
-    Ok(table)
+
+    fn column(&self, path: &str, name: &str) -> Result<Option<Column>> {
+        let Some((shape, values)) = self.file.numbers(path)? else {
+            return Ok(None);
+        };
+        if shape.rows != self.count {
+            return Err(self.file.input(
+                format!("dataset '{path}'"),
+                format!("it has {} rows, but the header counts {} particles", shape.rows, self.count),
+            ));
+        }
+        if shape.columns == 0 || shape.columns > MAX_COMPONENTS {
+            return Ok(None);
+        }
+        let name = self.renamed(name);
+        let vector = name == names::COORDINATES || name == names::VELOCITIES;
+        if vector && shape.columns < self.dimension {
+            return Err(self.file.input(
+                format!("dataset '{path}'"),
+                format!("it has {} components, expected {}", shape.columns, self.dimension),
+            ));
+        }
+        let (components, values) = if vector {
+            (self.dimension, first_components(values, shape.columns, self.dimension))
+        } else {
+            (shape.columns, values)
+        };
+        let dimension = self.unit_dimension(path, &name)?;
+        Ok(Some(Column { name, components, values, dimension }))
+    }
+
+    fn renamed(&self, name: &str) -> String {
+        let singular = PLURALS.iter().find(|(plural, _)| *plural == name);
+        let name = singular.map_or(name, |(_, singular)| singular);
+        if name == "SmoothingLength" && self.origin.support_radius { names::SUPPORT_RADIUS.into() } else { name.into() }
+    }
+
+    /// By the dataset's own exponents, else by what the name means in every code.
+    fn unit_dimension(&self, path: &str, name: &str) -> Result<UnitDimension> {
+        let attributes = self.file.dataset_attributes(path)?;
+        let exponent = |key: &str| {
+            let x = attributes.number(key)?;
+            (x.fract() == 0.0 && x.abs() <= 127.0).then_some(x as i8)
+        };
+        if let (Some(length), Some(mass), Some(time), Some(temperature)) =
+            (exponent("U_L exponent"), exponent("U_M exponent"), exponent("U_t exponent"), exponent("U_T exponent"))
+        {
+            return Ok(UnitDimension::new(length, mass, time, temperature));
+        }
+        Ok(match name {
+            names::COORDINATES | names::SUPPORT_RADIUS | "SmoothingLength" => UnitDimension::LENGTH,
+            names::VELOCITIES => UnitDimension::VELOCITY,
+            names::MASSES => UnitDimension::MASS,
+            names::DENSITY => UnitDimension::mass_density(self.dimension),
+            names::INTERNAL_ENERGY => UnitDimension::SPECIFIC_ENERGY,
+            names::TEMPERATURE => UnitDimension::TEMPERATURE,
+            _ => UnitDimension::NONE,
+        })
+    }
 }
 
-/// Values in the file's own precision.
-fn values(dataset: &Dataset) -> std::result::Result<Values, String> {
-    fn all<T: hdf5_reader::H5Type>(dataset: &Dataset) -> std::result::Result<Vec<T>, String> {
-        dataset.read_array::<T>().map(|a| a.into_raw_vec_and_offset().0).map_err(|e| e.to_string())
+/// Drops the padding of vectors in fewer than three dimensions.
+fn first_components(values: Values, from: usize, to: usize) -> Values {
+    fn take<T: Copy>(v: Vec<T>, from: usize, to: usize) -> Vec<T> {
+        if from == to {
+            return v;
+        }
+        v.chunks_exact(from).flat_map(|row| row.iter().take(to).copied()).collect()
     }
-    fn whole<T: hdf5_reader::H5Type + TryInto<i64>>(dataset: &Dataset) -> std::result::Result<Values, String> {
-        let wide = all::<T>(dataset)?.into_iter().map(TryInto::try_into).collect::<std::result::Result<Vec<i64>, _>>();
-        wide.map(Values::I64).map_err(|_| "holds an integer beyond 2^63".to_owned())
-    }
-    match dataset.dtype() {
-        Datatype::FloatingPoint { size: 4, .. } => all(dataset).map(Values::F32),
-        Datatype::FloatingPoint { size: 8, .. } => all(dataset).map(Values::F64),
-        Datatype::FixedPoint { size: 8, signed: true, .. } => whole::<i64>(dataset),
-        Datatype::FixedPoint { size: 8, signed: false, .. } => whole::<u64>(dataset),
-        Datatype::FixedPoint { size: 4, signed: true, .. } => whole::<i32>(dataset),
-        Datatype::FixedPoint { size: 4, signed: false, .. } => whole::<u32>(dataset),
-        other => Err(format!("has type {other:?}, expected a float or integer of 4 or 8 bytes")),
+    match values {
+        Values::F32(v) => Values::F32(take(v, from, to)),
+        Values::F64(v) => Values::F64(take(v, from, to)),
+        Values::I64(v) => Values::I64(take(v, from, to)),
     }
 }

@@ -1,24 +1,21 @@
-//! Datasets of the GADGET layout (GADGET-4 `src/io/snap_io.cc`, GIZMO `read_ic.c`).
+//! The datasets of a GADGET initial-conditions file.
 
 use crate::common::particle_names as names;
-use crate::common::snapshot::{Absent, DatasetSpec, Flavor, SmoothingLength, Storage};
+use crate::common::snapshot::{Flavor, Need, Rule, Source, Storage};
+use crate::units::UnitDimension;
 
-const fn spec(name: &'static str, storage: Storage, components: usize, absent: Absent) -> DatasetSpec {
-    DatasetSpec { name, column: name, storage, components, absent }
-}
+#[rustfmt::skip]
+const RULES: &[Rule] = &[
+    Rule { name: "Coordinates", source: Source::Column(names::COORDINATES), storage: Storage::Double, components: 3, need: Need::All },
+    Rule { name: "Velocities", source: Source::ColumnOrZeros(names::VELOCITIES, UnitDimension::VELOCITY), storage: Storage::Float, components: 3, need: Need::All },
+    Rule { name: "Masses", source: Source::Column(names::MASSES), storage: Storage::Float, components: 1, need: Need::All },
+    Rule { name: "ParticleIDs", source: Source::ColumnOrCount(names::PARTICLE_IDS), storage: Storage::Id, components: 1, need: Need::All },
+    Rule { name: "SmoothingLength", source: Source::Column(names::SUPPORT_RADIUS), storage: Storage::Float, components: 1, need: Need::Gas },
+    Rule { name: "InternalEnergy", source: Source::Column(names::INTERNAL_ENERGY), storage: Storage::Float, components: 1, need: Need::Gas },
+    Rule { name: "Density", source: Source::Column(names::DENSITY), storage: Storage::Float, components: 1, need: Need::Optional },
+    Rule { name: "MaterialIDs", source: Source::Column(names::MATERIAL_IDS), storage: Storage::Int, components: 1, need: Need::Optional },
+];
 
-const NO_ENERGY: Absent = Absent::Refuse("set `thermal.internal_energy` in the scene");
-
-pub(super) const FLAVOR: Flavor = Flavor {
-    format: "gadget",
-    datasets: &[
-        spec(names::COORDINATES, Storage::Double, 3, Absent::Refuse("the table has no positions")),
-        spec(names::VELOCITIES, Storage::Float, 3, Absent::Zero),
-        spec(names::MASSES, Storage::Float, 1, Absent::Refuse("the table has no masses")),
-        spec(names::INTERNAL_ENERGY, Storage::Float, 1, NO_ENERGY),
-        spec(names::DENSITY, Storage::Float, 1, Absent::Skip),
-        spec(names::PARTICLE_IDS, Storage::Identifier, 1, Absent::Refuse("the table has no identifiers")),
-    ],
-    smoothing_length: SmoothingLength::SupportRadius,
-    box_may_differ: false,
-};
+/// GADGET's smoothing length is the radius at which the kernel vanishes; BoxSize is one number.
+pub const FLAVOR: Flavor =
+    Flavor { format: "gadget", rules: RULES, box_vector: false, inside_box: false, dropped: &[] };

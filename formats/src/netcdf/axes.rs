@@ -1,114 +1,200 @@
-//! What an axis is, from what CF and custom say of it.
+//! What a coordinate variable is, by CF conventions, and its nodes in ascending order.
+//!
+//! Roles come from `axis`, `standard_name`, `units` (`degrees_north`, `days since ...`), `positive`, and last
+//! from the name; never from the order of dimensions. CF: <https://cfconventions.org>, chapters 4 and 5.
 
-use crate::units::{Unit, UnitDimension};
-use netcdf_reader::{NcFile, NcVariable};
+use netcdf_reader::NcVariable;
 
-/// Meaning of an axis.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Role {
+/// Meaning of one dimension.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Role {
     X,
     Y,
     Z,
     Radius,
     Longitude,
     Latitude,
-    /// Depth, height, pressure or another vertical that is no radius.
-    Vertical,
+    /// Downward from a surface.
+    Depth,
+    /// Upward from a surface, where the other axes are longitude and latitude.
+    Height,
     Time,
-    Unknown,
 }
 
-/// One dimension of a variable with its coordinates.
-#[derive(Debug, Clone)]
-pub(super) struct Axis {
-    pub name: String,
-    pub role: Role,
-    pub nodes: Vec<f64>,
-    /// Whether the nodes are only indices.
-    pub indexed: bool,
-    pub unit: Option<Unit>,
-    /// Name of the CF bounds variable.
-    pub bounds: Option<String>,
-}
-
-/// A text attribute, lowercase.
-fn hint(v: &NcVariable, name: &str) -> String {
-    text(v, name).unwrap_or_default().to_ascii_lowercase()
-}
-
-pub(super) fn text(v: &NcVariable, name: &str) -> Option<String> {
-    v.attribute(name).and_then(|a| a.value.as_string())
-}
-
-/// The unit of a variable, where it states one that is understood.
-pub(super) fn unit(v: &NcVariable) -> Option<Unit> {
-    Unit::parse(&text(v, "units")?)
-}
-
-fn role(v: Option<&NcVariable>, dimension: &str) -> Role {
-    let name = dimension.to_ascii_lowercase();
-    let by_name = match name.as_str() {
-        "r" | "radius" | "rad" => Role::Radius,
-        "x" | "nx" => Role::X,
-        "y" | "ny" => Role::Y,
-        "z" | "nz" => Role::Z,
-        "lon" | "longitude" => Role::Longitude,
-        "lat" | "latitude" => Role::Latitude,
-        "depth" | "lev" | "level" | "height" | "altitude" => Role::Vertical,
-        "time" | "t" => Role::Time,
-        _ => Role::Unknown,
-    };
-    let Some(v) = v else { return by_name };
-    let (units, standard) = (hint(v, "units"), hint(v, "standard_name"));
-    if units.contains(" since ") || standard == "time" || hint(v, "axis") == "t" {
-        return Role::Time;
-    }
-    if units.starts_with("degree") && (units.ends_with('e') || units.ends_with("east")) || standard == "longitude" {
-        return Role::Longitude;
-    }
-    if units.starts_with("degree") && (units.ends_with('n') || units.ends_with("north")) || standard == "latitude" {
-        return Role::Latitude;
-    }
-    if by_name == Role::Radius || standard == "radius" || hint(v, "long_name").starts_with("radius") {
-        return Role::Radius;
-    }
-    if !hint(v, "positive").is_empty() || matches!(standard.as_str(), "depth" | "height" | "altitude") {
-        return Role::Vertical;
-    }
-    match (by_name, hint(v, "axis").as_str(), standard.as_str()) {
-        (Role::Unknown, "x", _) | (_, _, "projection_x_coordinate") => Role::X,
-        (Role::Unknown, "y", _) | (_, _, "projection_y_coordinate") => Role::Y,
-        (Role::Unknown, "z", _) => Role::Z,
-        (found, _, _) => found,
+impl Role {
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::X => "x",
+            Self::Y => "y",
+            Self::Z => "z",
+            Self::Radius => "radius",
+            Self::Longitude => "longitude",
+            Self::Latitude => "latitude",
+            Self::Depth => "depth",
+            Self::Height => "height",
+            Self::Time => "time",
+        }
     }
 }
 
-/// Axes of a variable in the file's order. A dimension without a coordinate variable counts 0, 1, 2 ...
+const RADIUS_NAMES: &[&str] = &["r", "rad", "radius", "radial", "radial_coordinate", "radii"];
+const LONGITUDE_NAMES: &[&str] = &["lon", "long", "longitude"];
+const LATITUDE_NAMES: &[&str] = &["lat", "latitude"];
+const DEPTH_NAMES: &[&str] = &["depth", "dep"];
+const TIME_NAMES: &[&str] = &["t", "time", "record"];
+
+/// The text of an attribute.
+pub fn text(variable: &NcVariable, name: &str) -> Option<String> {
+    let value = variable.attribute(name)?.value.as_string()?;
+    let value = value.trim_end_matches('\0').trim();
+    (!value.is_empty()).then(|| value.to_owned())
+}
+
+/// The role of a dimension of this name with this coordinate variable; `None` where neither tells.
+pub fn role(dimension: &str, variable: Option<&NcVariable>) -> Option<Role> {
+    let attribute = |name: &str| variable.and_then(|v| text(v, name));
+    let units = attribute("units").unwrap_or_default().to_lowercase();
+    let standard = attribute("standard_name").unwrap_or_default().to_lowercase();
+    if units.contains(" since ") || standard == "time" {
+        return Some(Role::Time);
+    }
+    by_standard_name(&standard)
+        .or_else(|| by_units(&units))
+        .or_else(|| by_name(dimension))
+        .or_else(|| by_positive(&attribute("positive").unwrap_or_default()))
+        .or_else(|| by_axis(&attribute("axis").unwrap_or_default()))
+        .or_else(|| by_long_name(&attribute("long_name").unwrap_or_default().to_lowercase()))
+}
+
+fn by_standard_name(name: &str) -> Option<Role> {
+    Some(match name {
+        "longitude" | "grid_longitude" => Role::Longitude,
+        "latitude" | "grid_latitude" => Role::Latitude,
+        "depth" | "depth_below_geoid" | "depth_below_sea_surface" => Role::Depth,
+        "height" | "altitude" | "height_above_reference_ellipsoid" => Role::Height,
+        "projection_x_coordinate" => Role::X,
+        "projection_y_coordinate" => Role::Y,
+        "radius" | "radial_distance" => Role::Radius,
+        _ => return None,
+    })
+}
+
+fn by_units(units: &str) -> Option<Role> {
+    let letters: String = units.chars().filter(|c| c.is_ascii_alphabetic()).collect();
+    match letters.as_str() {
+        "degreesnorth" | "degreenorth" | "degreesn" | "degreen" => Some(Role::Latitude),
+        "degreeseast" | "degreeeast" | "degreese" | "degreee" => Some(Role::Longitude),
+        _ => None,
+    }
+}
+
+fn by_name(name: &str) -> Option<Role> {
+    let name = name.to_lowercase();
+    let is = |list: &[&str]| list.contains(&name.as_str());
+    Some(match name.as_str() {
+        "x" => Role::X,
+        "y" => Role::Y,
+        "z" => Role::Z,
+        "altitude" | "height" => Role::Height,
+        _ if is(RADIUS_NAMES) => Role::Radius,
+        _ if is(LONGITUDE_NAMES) => Role::Longitude,
+        _ if is(LATITUDE_NAMES) => Role::Latitude,
+        _ if is(DEPTH_NAMES) => Role::Depth,
+        _ if is(TIME_NAMES) => Role::Time,
+        _ => return None,
+    })
+}
+
+fn by_positive(positive: &str) -> Option<Role> {
+    match positive.to_lowercase().as_str() {
+        "down" => Some(Role::Depth),
+        "up" => Some(Role::Z),
+        _ => None,
+    }
+}
+
+fn by_axis(axis: &str) -> Option<Role> {
+    match axis.to_uppercase().as_str() {
+        "X" => Some(Role::X),
+        "Y" => Some(Role::Y),
+        "Z" => Some(Role::Z),
+        "T" => Some(Role::Time),
+        _ => None,
+    }
+}
+
+fn by_long_name(name: &str) -> Option<Role> {
+    let first = name.split([' ', ';', '_']).next().unwrap_or_default();
+    match first {
+        "radius" | "radial" => Some(Role::Radius),
+        _ => None,
+    }
+}
+
+/// How the nodes of an axis may run.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Steps {
+    Strict,
+    /// Equal neighbors mark a jump.
+    Jumps,
+}
+
+/// Puts nodes in ascending order; tells whether they were descending.
 ///
 /// # Errors
-/// Name of the coordinate variable and what the library says.
-pub(super) fn axes_of(file: &NcFile, v: &NcVariable) -> Result<Vec<Axis>, (String, String)> {
-    v.dimensions
-        .iter()
-        .map(|d| {
-            let variables = file.variables().map_err(|e| (d.name.clone(), e.to_string()))?;
-            let coordinate = variables.iter().find(|c| c.name == d.name && c.dimensions.len() == 1);
-            let nodes = match coordinate {
-                Some(c) => file
-                    .read_variable_unpacked_masked(&c.name)
-                    .map_err(|e| (c.name.clone(), e.to_string()))?
-                    .into_iter()
-                    .collect(),
-                None => (0..d.size).map(|i| i as f64).collect(),
-            };
-            Ok(Axis {
-                name: d.name.clone(),
-                role: role(coordinate, &d.name),
-                nodes,
-                indexed: coordinate.is_none(),
-                unit: coordinate.and_then(unit).filter(|u| u.dimension == UnitDimension::LENGTH),
-                bounds: coordinate.and_then(|c| text(c, "bounds")),
-            })
-        })
-        .collect()
+/// What is wrong, with the index (from 0) at which it shows.
+pub fn ascending(mut nodes: Vec<f64>, steps: Steps) -> Result<(Vec<f64>, bool), String> {
+    if let Some(i) = nodes.iter().position(|x| !x.is_finite()) {
+        return Err(format!("value {i} is {}, expected a finite coordinate", nodes[i]));
+    }
+    let flipped = matches!((nodes.first(), nodes.last()), (Some(a), Some(b)) if a > b);
+    if flipped {
+        nodes.reverse();
+    }
+    let count = nodes.len();
+    let wrong = nodes.windows(2).position(|pair| match steps {
+        Steps::Strict => pair[0] >= pair[1],
+        Steps::Jumps => pair[0] > pair[1],
+    });
+    let thrice = (steps == Steps::Jumps).then(|| nodes.windows(3).position(|w| w[0] == w[2])).flatten();
+    let original = |i: usize| if flipped { count - 1 - i } else { i };
+    if let Some(i) = wrong {
+        let (a, b) = (original(i), original(i + 1));
+        let (first, second) = (a.min(b), a.max(b));
+        let at = |k: usize| nodes[original(k)];
+        return Err(format!(
+            "values {first} and {second} are {} and {}, expected strictly {} coordinates; sort or merge them",
+            at(first),
+            at(second),
+            if flipped { "descending" } else { "ascending" }
+        ));
+    }
+    if let Some(i) = thrice {
+        return Err(format!("the coordinate {} comes three times, expected at most twice (a jump)", nodes[i]));
+    }
+    Ok((nodes, flipped))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn descending_nodes_are_turned_and_faults_keep_the_file_s_index() {
+        assert_eq!(ascending(vec![3.0, 2.0, 0.5], Steps::Strict), Ok((vec![0.5, 2.0, 3.0], true)));
+        let text = ascending(vec![5.0, 4.0, 4.0, 1.0], Steps::Strict).unwrap_err();
+        assert!(text.starts_with("values 1 and 2 are 4 and 4"), "{text}");
+        let text = ascending(vec![0.0, 1.0, 0.5, 2.0], Steps::Jumps).unwrap_err();
+        assert!(text.starts_with("values 1 and 2 are 1 and 0.5"), "{text}");
+        assert!(ascending(vec![0.0, 1.0, 1.0, 2.0], Steps::Jumps).is_ok());
+        assert!(ascending(vec![0.0, 1.0, 1.0, 1.0], Steps::Jumps).is_err());
+        assert!(ascending(vec![0.0, f64::NAN], Steps::Jumps).is_err());
+    }
+
+    #[test]
+    fn names_tell_a_role_where_attributes_do_not() {
+        assert_eq!(role("R", None), Some(Role::Radius));
+        assert_eq!(role("lat", None), Some(Role::Latitude));
+        assert_eq!(role("level", None), None);
+    }
 }

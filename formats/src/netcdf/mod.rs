@@ -1,24 +1,40 @@
-//! NetCDF fields: classic (CDF-1, CDF-2, CDF-5) and NetCDF-4, with the CF conventions.
+//! NetCDF classic, 64-bit offset, 64-bit data and NetCDF-4: radial profiles and rectilinear grids.
 //!
-//! - Axes are known by `axis`, `standard_name`, `units`, `positive` or their name, never by their order; descending
-//!   ones are turned round together with the data, and the data is brought into x-fastest order.
-//! - One axis that is a radius makes a radial profile; x, y, z a grid; longitude, latitude and radius a spherical grid.
-//! - `_FillValue`, `missing_value` and `valid_range` mask to NaN before `scale_factor` and `add_offset` are applied (in f64);
-//!   unpacked f32 data stays f32.
-//! - A time axis is cut at one record.
+//! | axes of the density               | geometry                                                              |
+//! |-----------------------------------|-----------------------------------------------------------------------|
+//! | radius                            | radial profile; equal neighboring radii are jumps                     |
+//! | one to three of x, y, z           | Cartesian grid                                                        |
+//! | longitude, latitude, radius       | geographic grid                                                       |
+//! | the same with depth or height     | so too, if a global attribute planet_radius, earth_radius or          |
+//! |                                   | reference_radius states the surface in the axis's unit                |
+//!
+//! A time axis is cut at one record. Axes may be in any order, descending and non-uniform. Quirks: `missing`
+//! values may be of another type than the data, or NaN; units may stand in a title only. Only the root group
+//! is read.
+
+use crate::registry::{Capabilities, FormatSpec, Match, ReadFn};
 
 #[cfg(feature = "netcdf")]
-mod axes;
+pub mod axes;
 #[cfg(feature = "netcdf")]
-mod read;
+pub mod decode;
+#[cfg(feature = "netcdf")]
+pub mod geometry;
+#[cfg(feature = "netcdf")]
+pub mod read;
 
-use crate::registry::{Capabilities, FormatSpec, Match};
+#[cfg(feature = "netcdf")]
+const READ: Option<ReadFn> = Some(read::read);
+#[cfg(not(feature = "netcdf"))]
+const READ: Option<ReadFn> = None;
+
+const NAME: &str = "netcdf";
 
 /// Data sheet of the format.
 pub const SPEC: FormatSpec = FormatSpec {
-    name: "netcdf",
+    name: NAME,
     summary: "NetCDF classic, 64-bit and NetCDF-4 fields",
-    extensions: &["nc", "nc4", "cdf", "netcdf"],
+    extensions: &["nc", "nc4", "cdf"],
     feature: "netcdf",
     reference: "https://docs.unidata.ucar.edu/netcdf-c/current/file_format_specifications.html",
     capabilities: Capabilities {
@@ -29,20 +45,17 @@ pub const SPEC: FormatSpec = FormatSpec {
         dimensions: &[1, 2, 3],
     },
     sniff,
-    #[cfg(feature = "netcdf")]
-    read: Some(read::read),
-    #[cfg(not(feature = "netcdf"))]
-    read: None,
+    read: READ,
     write: None,
 };
 
-/// `CDF` and a version byte, or an HDF5 file, which may be NetCDF-4.
+/// Classic files have their own signature; NetCDF-4 files are HDF5, most with an attribute by which to know them.
 fn sniff(head: &[u8]) -> Match {
-    if head.len() >= 4 && head.starts_with(b"CDF") && matches!(head[3], 1 | 2 | 5) {
-        Match::Certain
-    } else if head.starts_with(b"\x89HDF\r\n\x1a\n") {
-        Match::Container
-    } else {
-        Match::No
+    let container = crate::registry::sniff_hdf5(head);
+    let marked = head.windows(13).any(|w| w == b"_NCProperties");
+    match head {
+        [b'C', b'D', b'F', 1 | 2 | 5, ..] => Match::Certain,
+        _ if container == Match::Container && marked => Match::Certain,
+        _ => container,
     }
 }

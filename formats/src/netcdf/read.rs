@@ -1,400 +1,317 @@
-//! Reads a NetCDF file into a raw field.
+//! Finds the density and its axes in a NetCDF file, and reads everything that lives on them.
 
-use super::axes::{Axis, Role, axes_of, text, unit};
+use super::NAME;
+use super::axes::{self, Role};
+use super::decode::{self, Order};
+use super::geometry::{geometry, read_axis};
 use crate::error::{FormatError, Result};
-use crate::limits::{MAX_EXPANSION, MAX_VARIABLE_BYTES};
-use crate::model::{Coordinates, Geometry, GridAxis, Location, RawField, Values, Variable};
+use crate::limits::MAX_VARIABLE_BYTES;
+use crate::model::{Geometry, Location, RawField, Values, Variable};
 use crate::registry::{FieldRequest, FileContent};
-use netcdf_reader::{NcAttrValue, NcFile, NcSliceInfo, NcSliceInfoElem, NcType, NcVariable};
+use crate::units::Unit;
+use netcdf_reader::{NcAttrValue, NcFile, NcOpenOptions, NcVariable};
 use std::path::Path;
 
-const FORMAT: &str = "netcdf";
+const DENSITY_NAMES: &[&str] = &["density", "rho", "dens", "mass_density"];
 
-pub(super) fn read(path: &Path, request: &FieldRequest) -> Result<FileContent> {
-    let bytes = std::fs::metadata(path).map_err(|e| FormatError::io(path, "read", e))?.len();
-    let file =
-        NcFile::open(path).map_err(|e| FormatError::input(path, FORMAT, "file", format!("no readable NetCDF: {e}")))?;
-    Reader { path, file, bytes, request, notes: Vec::new() }.field().map(FileContent::Field)
+/// An open file and what its errors should say.
+pub struct File<'p> {
+    pub nc: NcFile,
+    pub path: &'p Path,
+    pub bytes: u64,
 }
 
-struct Reader<'a> {
-    path: &'a Path,
-    file: NcFile,
-    bytes: u64,
-    request: &'a FieldRequest,
-    notes: Vec<String>,
+impl<'p> File<'p> {
+    fn open(path: &'p Path) -> Result<Self> {
+        let metadata = std::fs::metadata(path).map_err(|e| FormatError::io(path, "open", e))?;
+        let options = NcOpenOptions {
+            max_read_bytes: usize::try_from(MAX_VARIABLE_BYTES).unwrap_or(usize::MAX),
+            ..NcOpenOptions::default()
+        };
+        let nc = NcFile::open_with_options(path, options).map_err(|e| {
+            FormatError::input(path, NAME, "header", format!("{e}; the file is damaged, incomplete or not NetCDF"))
+        })?;
+        Ok(Self { nc, path, bytes: metadata.len() })
+    }
+
+    pub fn input(&self, location: &str, problem: impl Into<String>) -> FormatError {
+        FormatError::input(self.path, NAME, location, problem)
+    }
+
+    pub fn damaged(&self, location: &str, e: netcdf_reader::Error) -> FormatError {
+        self.input(location, format!("{e}; the file is damaged or incomplete"))
+    }
+
+    pub fn unsupported(&self, what: impl Into<String>) -> FormatError {
+        FormatError::Unsupported { path: self.path.into(), format: NAME, what: what.into() }
+    }
+
+    pub fn variables(&self) -> Result<&[NcVariable]> {
+        self.nc.variables().map_err(|e| self.damaged("header", e))
+    }
+
+    /// The coordinate variable of a dimension.
+    pub fn coordinate(&self, dimension: &str) -> Option<&NcVariable> {
+        self.nc.coordinate_variable(dimension).ok().filter(|v| v.ndim() == 1)
+    }
+
+    fn role(&self, dimension: &str) -> Option<Role> {
+        axes::role(dimension, self.coordinate(dimension))
+    }
 }
 
-/// How the data of a variable is brought from the file's order into ours.
+/// Reads the density of `path` and the variables on the same axes.
+///
+/// # Errors
+/// [`FormatError::Input`] where the density, its axes or the record cannot be told, or values are damaged;
+/// [`FormatError::Unsupported`] where the axes span no space that particles could fill.
+pub fn read(path: &Path, request: &FieldRequest) -> Result<FileContent> {
+    let file = File::open(path)?;
+    let mut notes = Vec::new();
+    let density = find_density(&file, request, &mut notes)?;
+    let layout = Layout::of(&file, density, request, &mut notes)?;
+    let mut variables = Vec::new();
+    for variable in wanted(&file, density, request)? {
+        variables.push(layout.read(&file, variable, &mut notes)?);
+    }
+    Ok(FileContent::Field(RawField {
+        path: path.into(),
+        format: NAME,
+        density: Some(density.name().to_owned()),
+        metadata: metadata(&file),
+        geometry: layout.geometry,
+        variables,
+        notes,
+    }))
+}
+
+fn metadata(file: &File) -> Vec<(String, String)> {
+    let attributes = file.nc.global_attributes().unwrap_or_default();
+    let as_text = |value: &NcAttrValue| {
+        let numbers = || value.as_f64_vec().map(|v| v.iter().map(f64::to_string).collect::<Vec<_>>().join(" "));
+        value.as_string().or_else(numbers)
+    };
+    attributes.iter().filter_map(|a| Some((a.name.clone(), as_text(&a.value)?))).collect()
+}
+
+/// Numeric variables with axes in space: no coordinates, no bounds, no series in time alone.
+fn candidates<'f>(file: &'f File) -> Result<Vec<&'f NcVariable>> {
+    let all = file.variables()?;
+    let bounds: Vec<String> =
+        all.iter().flat_map(|v| [axes::text(v, "bounds"), axes::text(v, "climatology")]).flatten().collect();
+    let in_space = |v: &NcVariable| v.dimensions().iter().any(|d| file.role(&d.name) != Some(Role::Time));
+    Ok(all
+        .iter()
+        .filter(|v| decode::is_numeric(v.dtype()) && in_space(v))
+        .filter(|v| !v.is_coordinate_variable() && !bounds.iter().any(|b| b == v.name()))
+        .collect())
+}
+
+fn find_density<'f>(file: &'f File, request: &FieldRequest, notes: &mut Vec<String>) -> Result<&'f NcVariable> {
+    let candidates = candidates(file)?;
+    let list = || candidates.iter().map(|v| v.name()).collect::<Vec<_>>().join(", ");
+    if let Some(name) = &request.density {
+        return candidates.iter().find(|v| v.name() == name).copied().ok_or_else(|| {
+            file.input(&format!("variable '{name}'"), format!("there is no such field in space; there are: {}", list()))
+        });
+    }
+    let by_name = |name: &&str| candidates.iter().find(|v| v.name().eq_ignore_ascii_case(name));
+    if let Some(v) = DENSITY_NAMES.iter().find_map(by_name) {
+        return Ok(v);
+    }
+    let says_density = |v: &&&NcVariable| {
+        let hints = ["standard_name", "long_name", "display_name"];
+        hints.iter().filter_map(|a| axes::text(v, a)).any(|t| t.to_lowercase().contains("density"))
+    };
+    let described: Vec<_> = candidates.iter().filter(says_density).collect();
+    match (described.as_slice(), candidates.as_slice()) {
+        ([one], _) => {
+            notes.push(format!("took variable '{}' for the density, because its description says so", one.name()));
+            Ok(one)
+        }
+        ([], [one]) => {
+            notes.push(format!("took variable '{}' for the density, because there is no other", one.name()));
+            Ok(one)
+        }
+        (_, []) => Err(file.input("header", "there is no numeric variable with axes in space, expected a density")),
+        _ => Err(file.input(
+            "header",
+            format!("cannot tell which variable is the density; name it with --density, one of {}", list()),
+        )),
+    }
+}
+
+/// The density, then the other variables on its axes.
+fn wanted<'f>(file: &'f File, density: &'f NcVariable, request: &FieldRequest) -> Result<Vec<&'f NcVariable>> {
+    let spatial = |v: &NcVariable| {
+        let dimensions = v.dimensions().iter().map(|d| d.name.clone());
+        let mut names: Vec<_> = dimensions.filter(|d| file.role(d) != Some(Role::Time)).collect();
+        names.sort();
+        names
+    };
+    let axes = spatial(density);
+    let fits = |v: &NcVariable| spatial(v) == axes && v.dimensions().len() <= axes.len() + 1;
+    let mut found = vec![density];
+    let others = candidates(file)?.into_iter().filter(|v| v.name() != density.name());
+    match &request.carry {
+        None => found.extend(others.filter(|v| fits(v))),
+        Some(names) => {
+            let others: Vec<_> = others.collect();
+            for name in names.iter().filter(|n| *n != density.name()) {
+                let v = others.iter().find(|v| v.name() == name && fits(v)).ok_or_else(|| {
+                    file.input(
+                        &format!("variable '{name}'"),
+                        format!("it cannot be carried, because it is not a field on the axes of '{}'", density.name()),
+                    )
+                })?;
+                found.push(v);
+            }
+        }
+    }
+    Ok(found)
+}
+
+/// The field's axes, and which part of the file is read.
 struct Layout {
-    /// Selected record of each file axis, or `None` for all of it.
-    fixed: Vec<Option<u64>>,
-    /// Lengths of the axes that are kept, in the file's order.
-    shape: Vec<usize>,
-    /// Which kept axis runs as our axis 0 (fastest), 1, 2.
-    order: Vec<usize>,
-    /// Whether a kept axis descends.
-    flipped: Vec<bool>,
-}
-
-impl Reader<'_> {
-    fn wrong(&self, location: impl Into<String>, problem: impl Into<String>) -> FormatError {
-        FormatError::input(self.path, FORMAT, location, problem)
-    }
-
-    fn field(mut self) -> Result<RawField> {
-        let variables = self.file.variables().map_err(|e| self.wrong("header", e.to_string()))?.to_vec();
-        let candidates: Vec<&NcVariable> = variables.iter().filter(|v| is_data(v, &variables)).collect();
-        let density = self.density(&candidates)?;
-        let reference = match density {
-            Some(v) => v,
-            None => *candidates
-                .iter()
-                .max_by_key(|v| v.dimensions.len())
-                .ok_or_else(|| self.wrong("variables", "there are none with numbers over at least one axis"))?,
-        };
-        let axes = axes_of(&self.file, reference).map_err(|(name, e)| self.wrong(format!("variable '{name}'"), e))?;
-        let (layout, kept) = self.layout(&axes)?;
-        let geometry = self.geometry(kept, &layout)?;
-        let mut read = Vec::new();
-        let mut aside = Vec::new();
-        for v in candidates {
-            let same = v.dimensions.iter().map(|d| &d.name).eq(reference.dimensions.iter().map(|d| &d.name));
-            let is_reference = v.name == reference.name;
-            let wanted = self.request.carry.as_ref().is_none_or(|names| names.contains(&v.name));
-            if same && (is_reference || wanted) {
-                read.push(self.variable(v, &layout)?);
-            } else if !same {
-                aside.push(v.name.as_str());
-            }
-        }
-        if !aside.is_empty() {
-            self.notes.push(format!(
-                "variables on other axes than '{}' are left aside: {}",
-                reference.name,
-                aside.join(", ")
-            ));
-        }
-        let attributes = self.file.global_attributes().map(<[_]>::to_vec).unwrap_or_default();
-        Ok(RawField {
-            path: self.path.into(),
-            format: FORMAT,
-            geometry,
-            variables: read,
-            density: density.map(|v| v.name.clone()),
-            metadata: attributes.iter().filter_map(|a| a.value.as_string().map(|v| (a.name.clone(), v))).collect(),
-            notes: self.notes,
-        })
-    }
-
-    /// The variable that is the density, where that can be told.
-    fn density<'v>(&mut self, candidates: &[&'v NcVariable]) -> Result<Option<&'v NcVariable>> {
-        if let Some(name) = &self.request.density {
-            return candidates.iter().find(|v| v.name == *name).copied().map(Some).ok_or_else(|| {
-                let known: Vec<_> = candidates.iter().map(|v| v.name.as_str()).collect();
-                self.wrong(format!("variable '{name}'"), format!("is not in the file; it has {}", known.join(", ")))
-            });
-        }
-        const NAMES: [&str; 5] = ["density", "rho", "dens", "mass_density", "rho_gas"];
-        if let Some(v) = candidates.iter().find(|v| NAMES.contains(&v.name.to_ascii_lowercase().as_str())) {
-            return Ok(Some(v));
-        }
-        let described = |v: &&&NcVariable| {
-            ["standard_name", "long_name", "display_name"]
-                .iter()
-                .any(|a| text(v, a).is_some_and(|t| t.to_ascii_lowercase().contains("density")))
-        };
-        let by_text: Vec<_> = candidates.iter().filter(described).collect();
-        match (by_text.as_slice(), candidates) {
-            ([one], _) => Ok(Some(**one)),
-            (_, [one]) => {
-                self.notes.push(format!("'{}' is taken for the density, being the only variable", one.name));
-                Ok(Some(*one))
-            }
-            _ => Ok(None),
-        }
-    }
-
-    /// Cuts the time axis, drops axes of length 1 and finds the order of the others.
-    fn layout(&mut self, axes: &[Axis]) -> Result<(Layout, Vec<Axis>)> {
-        let mut fixed = vec![None; axes.len()];
-        let mut kept: Vec<Axis> = Vec::new();
-        for (slot, axis) in fixed.iter_mut().zip(axes) {
-            if axis.nodes.is_empty() {
-                return Err(self.wrong(format!("axis '{}'", axis.name), "is empty"));
-            }
-            if axis.role == Role::Time {
-                *slot = Some(self.record(axis)?);
-            } else if axis.nodes.len() == 1 {
-                *slot = Some(0);
-                self.notes.push(format!("axis '{}' has one node and is dropped", axis.name));
-            } else {
-                kept.push(axis.clone());
-            }
-        }
-        if kept.is_empty() || kept.len() > 3 {
-            return Err(self.wrong("axes", format!("{} of them have more than one node, expected 1 to 3", kept.len())));
-        }
-        let order = self.order(&kept)?;
-        let radial = kept.len() == 1 && kept[0].role == Role::Radius;
-        let mut flipped = Vec::new();
-        for axis in &mut kept {
-            flipped.push(self.ascend(axis, radial)?);
-        }
-        let shape = kept.iter().map(|a| a.nodes.len()).collect();
-        let ours = order.iter().map(|&k| kept[k].clone()).collect();
-        Ok((Layout { fixed, shape, order, flipped }, ours))
-    }
-
-    /// The record of a time axis.
-    fn record(&mut self, axis: &Axis) -> Result<u64> {
-        let first = axis.nodes[0];
-        let last = axis.nodes[axis.nodes.len() - 1];
-        let Some(time) = self.request.time else {
-            return if axis.nodes.len() == 1 {
-                Ok(0)
-            } else {
-                Err(self.wrong(
-                    format!("axis '{}'", axis.name),
-                    format!("has {} records from {first} to {last}; choose one with --time", axis.nodes.len()),
-                ))
-            };
-        };
-        let distance = |i: &usize| (axis.nodes[*i] - time).abs();
-        let nearest = (0..axis.nodes.len()).min_by(|a, b| distance(a).total_cmp(&distance(b))).unwrap_or(0);
-        self.notes.push(format!(
-            "record {nearest} of {} is read, {} = {} (asked for {time})",
-            axis.nodes.len(),
-            axis.name,
-            axis.nodes[nearest]
-        ));
-        Ok(nearest as u64)
-    }
-
-    /// Which kept axis is our first (x, longitude, radius), second and third.
-    fn order(&self, kept: &[Axis]) -> Result<Vec<usize>> {
-        use Role::{Latitude, Longitude, Radius, Unknown, Vertical, X, Y, Z};
-        let roles: Vec<Role> = kept.iter().map(|a| a.role).collect();
-        let has = |r: Role| roles.contains(&r);
-        if has(Longitude) || has(Latitude) {
-            let wanted = [Longitude, Latitude, Radius];
-            if roles.len() == 3 && wanted.iter().all(|&r| has(r)) {
-                return Ok(wanted.iter().filter_map(|w| roles.iter().position(|r| r == w)).collect());
-            }
-            let vertical = kept.iter().find(|a| a.role == Vertical || a.role == Z);
-            let why = match vertical {
-                Some(axis) => format!(
-                    "axis '{}' is a depth or height on a globe whose radius the file does not state; give the vertical as a radius",
-                    axis.name
-                ),
-                None => "a field over longitude and latitude alone lies on a surface and fills no volume".into(),
-            };
-            return Err(FormatError::Unsupported { path: self.path.into(), format: FORMAT, what: why });
-        }
-        if has(Radius) && roles.len() > 1 {
-            return Err(FormatError::Unsupported {
-                path: self.path.into(),
-                format: FORMAT,
-                what: "a radius together with other axes than longitude and latitude".into(),
-            });
-        }
-        // Named axes in their order; an unnamed one takes the place that its position in the file suggests.
-        let rank = |k: &usize| match kept[*k].role {
-            X => 0,
-            Y => 1,
-            Z | Vertical => 2,
-            Unknown | _ => kept.len() - 1 - k,
-        };
-        let mut order: Vec<usize> = (0..kept.len()).rev().collect();
-        order.sort_by_key(rank);
-        Ok(order)
-    }
-
-    /// Turns a descending axis round. A radius may repeat (a jump), other axes may not.
-    fn ascend(&self, axis: &mut Axis, radial: bool) -> Result<bool> {
-        let nodes = &mut axis.nodes;
-        let location = || format!("axis '{}'", axis.name);
-        if let Some(i) = nodes.iter().position(|v| !v.is_finite()) {
-            return Err(self.wrong(location(), format!("value {i} is missing or not finite")));
-        }
-        let flip = nodes[0] > nodes[nodes.len() - 1];
-        if flip {
-            nodes.reverse();
-        }
-        let bad = |w: &[f64]| if radial { w[0] > w[1] } else { w[0] >= w[1] };
-        if let Some(i) = nodes.windows(2).position(bad) {
-            let index = if flip { nodes.len() - 1 - i } else { i + 1 };
-            return Err(self.wrong(
-                location(),
-                format!("is not strictly monotonic at index {index}: {} beside {}", nodes[i], nodes[i + 1]),
-            ));
-        }
-        Ok(flip)
-    }
-
-    fn geometry(&mut self, mut axes: Vec<Axis>, layout: &Layout) -> Result<Geometry> {
-        let unnamed: Vec<_> = axes.iter().filter(|a| a.indexed).map(|a| a.name.clone()).collect();
-        if !unnamed.is_empty() {
-            self.notes.push(format!("no coordinates for {}: indices 0, 1, 2 ... are taken", unnamed.join(", ")));
-        }
-        if let [axis] = axes.as_slice() {
-            if axis.role == Role::Radius {
-                let axis = axes.remove(0);
-                return Ok(Geometry::Radial { nodes: axis.nodes, unit: axis.unit });
-            }
-        }
-        let globe = axes.iter().any(|a| a.role == Role::Longitude);
-        let mut out = Vec::new();
-        for (axis, &k) in axes.into_iter().zip(&layout.order) {
-            let bounds = match &axis.bounds {
-                Some(name) => self.bounds(name, axis.nodes.len(), layout.flipped[k]),
-                None => None,
-            };
-            out.push(GridAxis { name: axis.name, nodes: axis.nodes, unit: axis.unit, bounds });
-        }
-        let coordinates = if globe { Coordinates::Geographic } else { Coordinates::Cartesian };
-        Ok(Geometry::Grid { coordinates, axes: out })
-    }
-
-    /// Cell edges from a CF bounds variable of shape (n, 2), where they join without gaps.
-    fn bounds(&mut self, name: &str, n: usize, flipped: bool) -> Option<Vec<f64>> {
-        let pairs: Vec<f64> = self.file.read_variable_unpacked_masked(name).ok()?.into_iter().collect();
-        if pairs.len() != 2 * n {
-            return None;
-        }
-        let mut cells: Vec<(f64, f64)> = pairs.chunks(2).map(|p| (p[0].min(p[1]), p[0].max(p[1]))).collect();
-        if flipped {
-            cells.reverse();
-        }
-        let scale = cells.last()?.1 - cells.first()?.0;
-        let joined = cells.windows(2).all(|w| (w[0].1 - w[1].0).abs() <= 1e-6 * scale.abs());
-        if !joined {
-            self.notes.push(format!("bounds '{name}' leave gaps or overlap and are not used"));
-            return None;
-        }
-        let mut edges: Vec<f64> = cells.iter().map(|c| c.0).collect();
-        edges.push(cells.last()?.1);
-        Some(edges)
-    }
-
-    fn variable(&mut self, v: &NcVariable, layout: &Layout) -> Result<Variable> {
-        let count: u64 = layout.shape.iter().map(|&n| n as u64).product();
-        let width = v.dtype.size().unwrap_or(8) as u64;
-        let declared = count.saturating_mul(width.max(4));
-        if declared > MAX_VARIABLE_BYTES || declared > self.bytes.saturating_mul(MAX_EXPANSION) {
-            return Err(FormatError::Limit {
-                path: self.path.into(),
-                format: FORMAT,
-                location: format!("variable '{}'", v.name),
-                declared: format!("{declared} bytes"),
-                allowed: format!("a file of {} bytes can hold", self.bytes),
-            });
-        }
-        let selections = layout
-            .fixed
-            .iter()
-            .map(|f| match f {
-                Some(i) => NcSliceInfoElem::Index(*i),
-                None => NcSliceInfoElem::Slice { start: 0, end: u64::MAX, step: 1 },
-            })
-            .collect();
-        let selection = NcSliceInfo { selections };
-        let broken =
-            |e: netcdf_reader::Error| self.wrong(format!("variable '{}'", v.name), format!("cannot be read: {e}"));
-        let packed = v.attribute("scale_factor").is_some() || v.attribute("add_offset").is_some();
-        let values = if v.dtype == NcType::Float && !packed {
-            let mut raw: Vec<f32> =
-                self.file.read_variable_slice::<f32>(&v.name, &selection).map_err(broken)?.into_iter().collect();
-            mask(&mut raw, v);
-            Values::F32(layout.arrange(raw))
-        } else {
-            let raw: Vec<f64> = self
-                .file
-                .read_variable_slice_unpacked_masked(&v.name, &selection)
-                .map_err(broken)?
-                .into_iter()
-                .collect();
-            Values::F64(layout.arrange(raw))
-        };
-        let missing = values.range().2;
-        if missing > 0 {
-            self.notes.push(format!("'{}' has {missing} of {count} values missing", v.name));
-        }
-        let description = ["long_name", "standard_name", "display_name"].iter().find_map(|a| text(v, a));
-        Ok(Variable {
-            name: v.name.clone(),
-            description,
-            unit: unit(v),
-            location: Location::Node,
-            components: 1,
-            values,
-        })
-    }
-}
-
-/// Whether a variable holds data: numbers over axes, and neither coordinates nor their bounds.
-fn is_data(v: &NcVariable, all: &[NcVariable]) -> bool {
-    let numeric = !matches!(v.dtype, NcType::Char | NcType::String) && v.dtype.is_primitive();
-    let coordinate = v.dimensions.len() == 1 && v.dimensions[0].name == v.name;
-    let bounds = all.iter().any(|c| text(c, "bounds").is_some_and(|b| b == v.name));
-    numeric && !coordinate && !bounds && !v.dimensions.is_empty()
-}
-
-/// Missing values of unpacked f32 data become NaN.
-fn mask(values: &mut [f32], v: &NcVariable) {
-    /// What the library fills floats with where nothing is said (`NC_FILL_FLOAT`).
-    const DEFAULT_FILL: f32 = 9.969_21e36;
-    let number = |name: &str| v.attribute(name).and_then(|a| numbers(&a.value));
-    let mut fills: Vec<f32> =
-        ["_FillValue", "missing_value"].iter().filter_map(|name| number(name)).flatten().map(|f| f as f32).collect();
-    if v.attribute("_FillValue").is_none() {
-        fills.push(DEFAULT_FILL);
-    }
-    let range = number("valid_range").filter(|r| r.len() == 2);
-    let lo = number("valid_min").and_then(|n| n.first().copied()).or(range.as_ref().map(|r| r[0]));
-    let hi = number("valid_max").and_then(|n| n.first().copied()).or(range.as_ref().map(|r| r[1]));
-    for x in values {
-        let wide = f64::from(*x);
-        if fills.contains(x) || lo.is_some_and(|l| wide < l) || hi.is_some_and(|h| wide > h) {
-            *x = f32::NAN;
-        }
-    }
-}
-
-fn numbers(value: &NcAttrValue) -> Option<Vec<f64>> {
-    value.as_f64_vec()
+    geometry: Geometry,
+    /// In the geometry's order, fastest first: dimension, length, and whether it runs backward.
+    axes: Vec<(String, usize, bool)>,
+    /// The time dimension and the record taken.
+    record: Option<(String, u64)>,
 }
 
 impl Layout {
-    /// From the file's order (last kept axis fastest) into ours (first axis fastest, ascending).
-    fn arrange<T: Copy>(&self, raw: Vec<T>) -> Vec<T> {
-        let n = self.shape.len();
-        let in_order = self.order.iter().copied().eq((0..n).rev());
-        if in_order && !self.flipped.contains(&true) {
-            return raw;
-        }
-        let mut strides = vec![1_usize; n];
-        for k in (0..n.saturating_sub(1)).rev() {
-            strides[k] = strides[k + 1] * self.shape[k + 1];
-        }
-        let mut out = Vec::with_capacity(raw.len());
-        let mut index = vec![0_usize; n];
-        for _ in 0..raw.len() {
-            let at: usize = self
-                .order
-                .iter()
-                .zip(&index)
-                .map(|(&k, &i)| strides[k] * if self.flipped[k] { self.shape[k] - 1 - i } else { i })
-                .sum();
-            out.push(raw[at]);
-            for (slot, &k) in index.iter_mut().zip(&self.order) {
-                *slot += 1;
-                if *slot < self.shape[k] {
-                    break;
+    fn of(file: &File, density: &NcVariable, request: &FieldRequest, notes: &mut Vec<String>) -> Result<Self> {
+        let mut axes = Vec::new();
+        let mut time = None;
+        for d in density.dimensions() {
+            let role = file.role(&d.name);
+            let single = d.size == 1 && density.dimensions().len() > 1;
+            match role {
+                Some(Role::Time) if time.is_none() => time = Some((d.name.clone(), d.size)),
+                None if d.is_unlimited && time.is_none() => time = Some((d.name.clone(), d.size)),
+                _ if single => notes.push(format!("left out dimension '{}', which has length 1", d.name)),
+                Some(role) => axes.push(read_axis(file, &d.name, role, density.dimensions().len() == 1, notes)?),
+                None => {
+                    return Err(file.input(
+                        &format!("dimension '{}'", d.name),
+                        "cannot tell which axis it is; give its coordinate variable an attribute axis, standard_name or units, or name it x, y, z or r",
+                    ));
                 }
-                *slot = 0;
             }
         }
-        out
+        let geometry = geometry(file, density, &mut axes, notes)?;
+        let record = match time {
+            Some((name, length)) => Some(find_record(file, &name, length, request, notes)?),
+            None if request.time.is_some() => {
+                return Err(file.input(
+                    &format!("variable '{}'", density.name()),
+                    "it has no time axis, so --time has no meaning; leave it out",
+                ));
+            }
+            None => None,
+        };
+        let axes = axes.into_iter().map(|a| (a.dimension, a.grid.nodes.len(), a.backward)).collect();
+        Ok(Self { geometry, axes, record })
     }
+
+    fn read(&self, file: &File, variable: &NcVariable, notes: &mut Vec<String>) -> Result<Variable> {
+        let mut fixed = Vec::new();
+        for d in variable.dimensions() {
+            let whole = self.axes.iter().any(|a| a.0 == d.name);
+            let record = self.record.as_ref().filter(|r| r.0 == d.name).map_or(0, |r| r.1);
+            if !whole && record >= d.size {
+                return Err(file.input(
+                    &format!("variable '{}'", variable.name()),
+                    format!("dimension '{}' has no record {record}", d.name),
+                ));
+            }
+            fixed.push((!whole).then_some(record));
+        }
+        let decoded = decode::read(file, variable, &fixed)?;
+        let expected: usize = self.axes.iter().map(|a| a.1).product();
+        if decoded.values.len() != expected {
+            return Err(file.input(
+                &format!("variable '{}'", variable.name()),
+                format!("it has {} values, its axes say {expected}", decoded.values.len()),
+            ));
+        }
+        if decoded.masked > 0 {
+            notes.push(format!("variable '{}': {} of {expected} values are missing", variable.name(), decoded.masked));
+        }
+        Ok(Variable {
+            name: variable.name().to_owned(),
+            description: ["standard_name", "long_name", "display_name"].iter().find_map(|a| axes::text(variable, a)),
+            unit: unit(file, variable, notes),
+            location: Location::Node,
+            components: 1,
+            values: self.order(variable).apply(decoded.values),
+        })
+    }
+
+    /// Each axis's stride in a variable of C order.
+    fn order(&self, variable: &NcVariable) -> Order {
+        let length = |name: &str| self.axes.iter().find(|a| a.0 == name).map_or(1, |a| a.1);
+        let stride = |name: &str| {
+            let after = variable.dimensions().iter().rev().take_while(|d| d.name != name);
+            after.map(|d| length(&d.name)).product()
+        };
+        Order(self.axes.iter().map(|(name, n, backward)| (*n, stride(name), *backward)).collect())
+    }
+}
+
+/// The unit of a variable, where it states one that is known.
+pub fn unit(file: &File, variable: &NcVariable, notes: &mut Vec<String>) -> Option<Unit> {
+    let symbol = axes::text(variable, "units").or_else(|| {
+        // Some files state the unit in the title only: `Density (kg/m^3)`.
+        let title = axes::text(variable, "display_name")?;
+        let (_, inner) = title.strip_suffix(')')?.rsplit_once('(')?;
+        Some(inner.to_owned())
+    })?;
+    let unit = Unit::parse(&symbol);
+    if unit.is_none() {
+        let file = file.path.display();
+        notes.push(format!("unit '{symbol}' of variable '{}' in '{file}' is not known", variable.name()));
+    }
+    unit
+}
+
+/// The record nearest to the time asked for.
+fn find_record(
+    file: &File,
+    dimension: &str,
+    length: u64,
+    request: &FieldRequest,
+    notes: &mut Vec<String>,
+) -> Result<(String, u64)> {
+    let location = format!("time axis '{dimension}'");
+    if length == 0 {
+        return Err(file.input(&location, "it has no records"));
+    }
+    let coordinate = file.coordinate(dimension).filter(|v| decode::is_numeric(v.dtype()));
+    let times = match coordinate {
+        Some(v) => decode::read(file, v, &[None])?.values.to_f64(),
+        // Without a coordinate variable, records are told apart by their number from 0.
+        None if length <= 1 << 24 => (0..length).map(|i| i as f64).collect(),
+        None => return Err(file.input(&location, "it has no coordinate variable")),
+    };
+    let units = coordinate.and_then(|v| axes::text(v, "units")).map_or(String::new(), |u| format!(" ({u})"));
+    let nearest = |t: f64| {
+        let distance = |i: &usize| (times[*i] - t).abs();
+        (0..times.len()).filter(|i| times[*i].is_finite()).min_by(|a, b| distance(a).total_cmp(&distance(b)))
+    };
+    let index = match request.time {
+        Some(t) => nearest(t),
+        None if times.len() == 1 => Some(0),
+        None => {
+            let (low, high, _) = Values::F64(times).range();
+            return Err(file.input(
+                &location,
+                format!("it has {length} records from {low} to {high}{units}; choose one with --time"),
+            ));
+        }
+    };
+    let index = index.ok_or_else(|| file.input(&location, "it has no finite time"))?;
+    notes.push(format!("took record {index} of {length}, at time {}{units}", times[index]));
+    Ok((dimension.to_owned(), index as u64))
 }

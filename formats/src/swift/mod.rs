@@ -1,18 +1,35 @@
-//! SWIFT initial conditions (HDF5), accepted as they are by GADGET-4, GIZMO and AREPO too.
+//! SWIFT HDF5 initial conditions. Written only: the `gadget` reader reads them, and SWIFT's snapshots.
 //!
-//! Layout: [`crate::common::snapshot`]; datasets: [`schema`]. What SWIFT demands was read in its `single_io.c` and
-//! `hydro_io.h` (2026.04): singular dataset names, coordinates in [0, BoxSize) unless periodic, u > 0, and
-//! h = eta (m/rho)^(1/d) with eta = `SPH:resolution_eta` = 1.2348, whose kernel ends at 1.825742 h in 3-D.
+//! | dataset         | type        | from                                                             |
+//! |-----------------|-------------|------------------------------------------------------------------|
+//! | Coordinates     | f8 (N, 3)   | required; within the box, periodic or not                        |
+//! | Velocities      | f4 (N, 3)   | zeros where absent                                               |
+//! | Masses          | f4          | required                                                         |
+//! | SmoothingLength | f4          | 1.2348 (m/rho)^(1/D): not the kernel's support radius            |
+//! | InternalEnergy  | f4          | required for gas; per mass                                       |
+//! | ParticleIDs     | u8          | 1 ... N where absent                                             |
+//! | Density         | f4          | for viewers; SWIFT ignores it                                    |
+//! | MaterialIDs     | i4          | needed by the planetary schemes only                             |
+//!
+//! BoxSize has three elements where the box is not cubic. See [`crate::common::snapshot`] for the rest.
+//! Dataset names after SWIFT commit 8a8f0d794 (`src/hydro/SPHENIX/hydro_io.h`, `src/single_io.c`).
+
+use crate::registry::{Capabilities, FormatSpec};
 
 #[cfg(feature = "swift")]
-mod schema;
+pub mod schema;
+#[cfg(feature = "swift")]
+pub mod write;
 
-use crate::registry::{Capabilities, FormatSpec, Match};
+#[cfg(feature = "swift")]
+const WRITE: Option<crate::registry::WriteFn> = Some(write::write);
+#[cfg(not(feature = "swift"))]
+const WRITE: Option<crate::registry::WriteFn> = None;
 
 /// Data sheet of the format.
 pub const SPEC: FormatSpec = FormatSpec {
     name: "swift",
-    summary: "SWIFT HDF5 initial conditions, accepted by GADGET-4, GIZMO and AREPO too",
+    summary: "SWIFT HDF5 initial conditions",
     extensions: &["hdf5"],
     feature: "swift",
     reference: "https://swift.strw.leidenuniv.nl/docs/InitialConditions/index.html",
@@ -23,15 +40,7 @@ pub const SPEC: FormatSpec = FormatSpec {
         geometries: &[],
         dimensions: &[1, 2, 3],
     },
-    sniff,
+    sniff: crate::registry::sniff_hdf5,
     read: None,
-    #[cfg(feature = "swift")]
-    write: Some(|path, file, options| crate::common::snapshot::write(&schema::FLAVOR, path, file, options)),
-    #[cfg(not(feature = "swift"))]
-    write: None,
+    write: WRITE,
 };
-
-/// Reading is the GADGET format's, which takes both layouts.
-fn sniff(_head: &[u8]) -> Match {
-    Match::No
-}

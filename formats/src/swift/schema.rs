@@ -1,25 +1,24 @@
-//! Datasets of SWIFT's hydro schemes (`src/hydro/*/hydro_io.h`); those marked as refused are compulsory there.
+//! The datasets of a SWIFT initial-conditions file, as its hydro schemes' `hydro_io.h` lists them.
 
 use crate::common::particle_names as names;
-use crate::common::snapshot::{Absent, DatasetSpec, Flavor, SmoothingLength, Storage};
+use crate::common::snapshot::{Flavor, Need, Rule, Source, Storage};
+use crate::units::UnitDimension;
 
-const fn spec(name: &'static str, storage: Storage, components: usize, absent: Absent) -> DatasetSpec {
-    DatasetSpec { name, column: name, storage, components, absent }
-}
+/// SWIFT's h over the mean particle spacing (`SPH:resolution_eta`; 48 neighbors with the cubic spline in 3-D).
+pub const RESOLUTION_ETA: f64 = 1.2348;
 
-const NO_ENERGY: Absent = Absent::Refuse("set `thermal.internal_energy` in the scene");
+#[rustfmt::skip]
+const RULES: &[Rule] = &[
+    Rule { name: "Coordinates", source: Source::Column(names::COORDINATES), storage: Storage::Double, components: 3, need: Need::All },
+    Rule { name: "Velocities", source: Source::ColumnOrZeros(names::VELOCITIES, UnitDimension::VELOCITY), storage: Storage::Float, components: 3, need: Need::All },
+    Rule { name: "Masses", source: Source::Column(names::MASSES), storage: Storage::Float, components: 1, need: Need::All },
+    Rule { name: "ParticleIDs", source: Source::ColumnOrCount(names::PARTICLE_IDS), storage: Storage::Id, components: 1, need: Need::All },
+    Rule { name: "SmoothingLength", source: Source::Spacing { eta: RESOLUTION_ETA }, storage: Storage::Float, components: 1, need: Need::Gas },
+    Rule { name: "InternalEnergy", source: Source::Column(names::INTERNAL_ENERGY), storage: Storage::Float, components: 1, need: Need::Gas },
+    Rule { name: "Density", source: Source::Column(names::DENSITY), storage: Storage::Float, components: 1, need: Need::Optional },
+    Rule { name: "MaterialIDs", source: Source::Column(names::MATERIAL_IDS), storage: Storage::Int, components: 1, need: Need::Optional },
+];
 
-pub(super) const FLAVOR: Flavor = Flavor {
-    format: "swift",
-    datasets: &[
-        spec(names::COORDINATES, Storage::Double, 3, Absent::Refuse("the table has no positions")),
-        spec(names::VELOCITIES, Storage::Float, 3, Absent::Zero),
-        spec(names::MASSES, Storage::Float, 1, Absent::Refuse("the table has no masses")),
-        spec(names::INTERNAL_ENERGY, Storage::Float, 1, NO_ENERGY),
-        spec(names::DENSITY, Storage::Float, 1, Absent::Skip),
-        spec(names::PARTICLE_IDS, Storage::Identifier, 1, Absent::Refuse("the table has no identifiers")),
-        spec(names::MATERIAL_IDS, Storage::Integer, 1, Absent::Skip),
-    ],
-    smoothing_length: SmoothingLength::Eta(1.2348),
-    box_may_differ: true,
-};
+/// SWIFT wants singular dataset names (its snapshots have plural ones) and every particle in the box.
+pub const FLAVOR: Flavor =
+    Flavor { format: "swift", rules: RULES, box_vector: true, inside_box: true, dropped: &[names::SUPPORT_RADIUS] };

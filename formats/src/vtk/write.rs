@@ -91,9 +91,7 @@ pub(super) fn write(path: &Path, file: &ParticleFile, options: WriteOptions) -> 
         return Err(refuse(format!("holds {} kinds of particles, expected one", file.species.len())));
     };
     let table = &species.table;
-    let positions = table
-        .column(names::COORDINATES)
-        .ok_or_else(|| refuse("there are no Coordinates".into()))?;
+    let positions = table.column(names::COORDINATES).ok_or_else(|| refuse("there are no Coordinates".into()))?;
     let points = array(positions, "Points", Kind::F64, 3, table.count);
     let mut arrays = Vec::new();
     for column in table.columns.iter().filter(|c| c.name != names::COORDINATES) {
@@ -108,7 +106,9 @@ pub(super) fn write(path: &Path, file: &ParticleFile, options: WriteOptions) -> 
     }
     for a in &arrays {
         let limit = if a.kind == Kind::F32 { f64::from(f32::MAX) } else { f64::MAX };
-        if let Some(i) = (0..a.count * a.components).find(|i| (a.value)(i / a.components, i % a.components).abs() > limit) {
+        if let Some(i) =
+            (0..a.count * a.components).find(|i| (a.value)(i / a.components, i % a.components).abs() > limit)
+        {
             return Err(refuse(format!(
                 "{} of particle {} is beyond {}; choose other units or double precision",
                 a.name,
@@ -291,8 +291,7 @@ fn data(out: &mut impl Write, a: &Array<'_>, sizes: &[usize], level: u32) -> std
     }
     let last = a.bytes() % BLOCK;
     let header = [sizes.len() as u64, BLOCK as u64, last as u64];
-    let bytes: Vec<u8> =
-        header.into_iter().chain(sizes.iter().map(|&s| s as u64)).flat_map(u64::to_le_bytes).collect();
+    let bytes: Vec<u8> = header.into_iter().chain(sizes.iter().map(|&s| s as u64)).flat_map(u64::to_le_bytes).collect();
     out.write_all(engine.encode(bytes).as_bytes())?;
     let mut packed = Vec::new();
     let mut encoder = EncoderWriter::new(&mut *out, engine);

@@ -1,0 +1,224 @@
+//! Reads attributes and numeric datasets of HDF5 files through `hdf5-reader`, with sizes checked first.
+
+use crate::error::{FormatError, Result};
+use crate::limits::{MAX_EXPANSION, MAX_VARIABLE_BYTES};
+use crate::model::Values;
+use hdf5_reader::{Attribute, Dataset, Datatype, H5Type, Hdf5File, OpenOptions};
+use std::path::Path;
+
+/// An open file and what its errors should say.
+pub struct Reader<'p> {
+    file: Hdf5File,
+    path: &'p Path,
+    format: &'static str,
+    bytes: u64,
+}
+
+/// What a dataset holds, before its numbers are read.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Shape {
+    pub rows: usize,
+    pub columns: usize,
+}
+
+impl<'p> Reader<'p> {
+    /// Opens `path`.
+    ///
+    /// # Errors
+    /// [`FormatError::Io`], or [`FormatError::Input`] where it is not a whole HDF5 file.
+    pub fn open(path: &'p Path, format: &'static str) -> Result<Self> {
+        let metadata = std::fs::metadata(path).map_err(|e| FormatError::io(path, "open", e))?;
+        let cap = usize::try_from(MAX_VARIABLE_BYTES).unwrap_or(usize::MAX);
+        let options = OpenOptions::default().with_max_read_bytes(cap);
+        let file = Hdf5File::open_with_options(path, options).map_err(|e| input(path, format, "superblock", e))?;
+        Ok(Self { file, path, format, bytes: metadata.len() })
+    }
+
+    /// The error of this file at a place.
+    pub fn input(&self, location: impl Into<String>, problem: impl Into<String>) -> FormatError {
+        FormatError::input(self.path, self.format, location, problem)
+    }
+
+    /// Names of the root's groups.
+    ///
+    /// # Errors
+    /// [`FormatError::Input`].
+    pub fn groups(&self) -> Result<Vec<String>> {
+        let root = self.file.root_group();
+        root.and_then(|g| g.member_names())
+            .map(|names| names.0)
+            .map_err(|e| input(self.path, self.format, "group '/'", e))
+    }
+
+    /// Names of a group's datasets.
+    ///
+    /// # Errors
+    /// [`FormatError::Input`].
+    pub fn datasets(&self, group: &str) -> Result<Vec<String>> {
+        let opened = self.file.group(group);
+        opened.and_then(|g| g.member_names()).map(|names| names.1).map_err(|e| self.at_group(group, e))
+    }
+
+    /// The attributes of a group; none where there is no such group.
+    ///
+    /// # Errors
+    /// [`FormatError::Input`].
+    pub fn group_attributes(&self, group: &str) -> Result<Attributes> {
+        if !self.groups()?.iter().any(|g| g == group) {
+            return Ok(Attributes(Vec::new()));
+        }
+        let opened = self.file.group(group);
+        opened.and_then(|g| g.attributes()).map(Attributes).map_err(|e| self.at_group(group, e))
+    }
+
+    /// The attributes of a dataset.
+    ///
+    /// # Errors
+    /// [`FormatError::Input`].
+    pub fn dataset_attributes(&self, path: &str) -> Result<Attributes> {
+        let dataset = self.file.dataset(path);
+        dataset.map(|d| Attributes(d.attributes())).map_err(|e| self.at_dataset(path, e))
+    }
+
+    /// Reads a numeric dataset of one or two dimensions in the precision of the file; `None` where it is of
+    /// another type or shape. u64 numbers above 2^63 are refused.
+    ///
+    /// # Errors
+    /// [`FormatError::Input`], or [`FormatError::Limit`] where the declared size cannot be.
+    pub fn numbers(&self, path: &str) -> Result<Option<(Shape, Values)>> {
+        let dataset = self.file.dataset(path).map_err(|e| self.at_dataset(path, e))?;
+        let (rows, columns) = match dataset.shape() {
+            [rows] => (*rows, 1),
+            [rows, columns] => (*rows, *columns),
+            _ => return Ok(None),
+        };
+        let width = match dataset.dtype() {
+            Datatype::FixedPoint { size, .. } | Datatype::FloatingPoint { size, .. } => *size,
+            _ => return Ok(None),
+        };
+        // The decoded form may be wider than the stored one: integers become i64.
+        self.check_size(path, rows.saturating_mul(columns), u64::from(width))?;
+        let Some(count) = rows.checked_mul(columns).and_then(|n| usize::try_from(n).ok()) else {
+            return Ok(None);
+        };
+        let values = match dataset.dtype() {
+            Datatype::FloatingPoint { size: 4, .. } => Values::F32(self.read(path, &dataset, count)?),
+            Datatype::FloatingPoint { size: 8, .. } => Values::F64(self.read(path, &dataset, count)?),
+            Datatype::FixedPoint { size, signed, .. } => Values::I64(match (size, signed) {
+                (1, true) => widen::<i8>(self.read(path, &dataset, count)?),
+                (1, false) => widen::<u8>(self.read(path, &dataset, count)?),
+                (2, true) => widen::<i16>(self.read(path, &dataset, count)?),
+                (2, false) => widen::<u16>(self.read(path, &dataset, count)?),
+                (4, true) => widen::<i32>(self.read(path, &dataset, count)?),
+                (4, false) => widen::<u32>(self.read(path, &dataset, count)?),
+                (8, true) => self.read(path, &dataset, count)?,
+                (8, false) => self.signed(path, self.read(path, &dataset, count)?)?,
+                _ => return Ok(None),
+            }),
+            _ => return Ok(None),
+        };
+        let shape = Shape { rows: rows as usize, columns: columns as usize };
+        Ok(Some((shape, values)))
+    }
+
+    fn read<T: H5Type + Default>(&self, path: &str, dataset: &Dataset, count: usize) -> Result<Vec<T>> {
+        let mut values = vec![T::default(); count];
+        dataset.read_into(&mut values).map_err(|e| self.at_dataset(path, e))?;
+        Ok(values)
+    }
+
+    fn signed(&self, path: &str, values: Vec<u64>) -> Result<Vec<i64>> {
+        let convert = |(i, x): (usize, u64)| {
+            i64::try_from(x).map_err(|_| {
+                self.input(format!("dataset '{path}'"), format!("value {i} is {x}, expected at most 2^63 - 1"))
+            })
+        };
+        values.into_iter().enumerate().map(convert).collect()
+    }
+
+    fn check_size(&self, path: &str, count: u64, width: u64) -> Result<()> {
+        let (decoded, stored) = (count.saturating_mul(8), count.saturating_mul(width));
+        let allowed = self.bytes.saturating_mul(MAX_EXPANSION).min(MAX_VARIABLE_BYTES);
+        if stored > allowed || decoded > MAX_VARIABLE_BYTES {
+            return Err(FormatError::Limit {
+                path: self.path.into(),
+                format: self.format,
+                location: format!("dataset '{path}'"),
+                declared: format!("{stored} bytes"),
+                allowed: format!("the {allowed} bytes that a file of {} can hold", self.bytes),
+            });
+        }
+        Ok(())
+    }
+
+    fn at_group(&self, group: &str, e: hdf5_reader::error::Error) -> FormatError {
+        input(self.path, self.format, &format!("group '{group}'"), e)
+    }
+
+    fn at_dataset(&self, dataset: &str, e: hdf5_reader::error::Error) -> FormatError {
+        input(self.path, self.format, &format!("dataset '{dataset}'"), e)
+    }
+}
+
+fn input(path: &Path, format: &'static str, location: &str, e: hdf5_reader::error::Error) -> FormatError {
+    match e {
+        hdf5_reader::error::Error::Io(e) => FormatError::io(path, "read", e),
+        other => {
+            FormatError::input(path, format, location, format!("{other}; the file is damaged, incomplete or not HDF5"))
+        }
+    }
+}
+
+fn widen<T: Into<i64>>(values: Vec<T>) -> Vec<i64> {
+    values.into_iter().map(Into::into).collect()
+}
+
+/// Attributes of a group or dataset.
+pub struct Attributes(Vec<Attribute>);
+
+impl Attributes {
+    fn find(&self, name: &str) -> Option<&Attribute> {
+        self.0.iter().find(|a| a.name == name)
+    }
+
+    pub fn names(&self) -> impl Iterator<Item = &str> {
+        self.0.iter().map(|a| a.name.as_str())
+    }
+
+    /// All numbers of an attribute, scalar or not, of any numeric type.
+    pub fn numbers(&self, name: &str) -> Option<Vec<f64>> {
+        let a = self.find(name)?;
+        let floats = |v: Vec<f32>| v.into_iter().map(f64::from).collect();
+        let numbers = match &a.datatype {
+            Datatype::FloatingPoint { size: 4, .. } => floats(a.read_1d().ok()?),
+            Datatype::FloatingPoint { size: 8, .. } => a.read_1d().ok()?,
+            Datatype::FixedPoint { size, signed, .. } => match (size, signed) {
+                (1, true) => cast::<i8>(a.read_1d().ok()?, f64::from),
+                (1, false) => cast::<u8>(a.read_1d().ok()?, f64::from),
+                (2, true) => cast::<i16>(a.read_1d().ok()?, f64::from),
+                (2, false) => cast::<u16>(a.read_1d().ok()?, f64::from),
+                (4, true) => cast::<i32>(a.read_1d().ok()?, f64::from),
+                (4, false) => cast::<u32>(a.read_1d().ok()?, f64::from),
+                (8, true) => cast::<i64>(a.read_1d().ok()?, |x| x as f64),
+                (8, false) => cast::<u64>(a.read_1d().ok()?, |x| x as f64),
+                _ => return None,
+            },
+            _ => return None,
+        };
+        Some(numbers)
+    }
+
+    /// The first number of an attribute.
+    pub fn number(&self, name: &str) -> Option<f64> {
+        self.numbers(name)?.first().copied()
+    }
+
+    pub fn text(&self, name: &str) -> Option<String> {
+        let text = self.find(name)?.read_string().ok()?;
+        Some(text.trim_end_matches('\0').trim_end().to_owned())
+    }
+}
+
+fn cast<T>(values: Vec<T>, to: impl Fn(T) -> f64) -> Vec<f64> {
+    values.into_iter().map(to).collect()
+}

@@ -1,0 +1,205 @@
+//! Numbers of a variable: one record, masked, unpacked, and put into the order of the grid.
+//!
+//! Masked are values equal to `_FillValue` or `missing_value`, or outside `valid_min`, `valid_max` or
+//! `valid_range`, all compared as stored; without `_FillValue`, the library's default fill value of the type,
+//! except for bytes. Then value = stored * `scale_factor` + `add_offset`, in f64. Packed and integer variables
+//! become f64; plain f32 stays f32.
+
+use super::read::File;
+use crate::error::{FormatError, Result};
+use crate::limits::{MAX_EXPANSION, MAX_VARIABLE_BYTES};
+use crate::model::Values;
+use netcdf_reader::{NcFormat, NcSliceInfo, NcSliceInfoElem, NcType, NcVariable};
+
+/// What the library puts where nothing was written (`NC_FILL_FLOAT` and its like).
+fn default_fill(dtype: &NcType) -> Option<f64> {
+    Some(match dtype {
+        NcType::Float | NcType::Double => f64::from(9.969_21e36_f32),
+        NcType::Short => -32_767.0,
+        NcType::UShort => 65_535.0,
+        NcType::Int => -2_147_483_647.0,
+        NcType::UInt => 4_294_967_295.0,
+        _ => return None,
+    })
+}
+
+/// How stored numbers become values.
+struct Packing {
+    missing: Vec<f64>,
+    valid: (f64, f64),
+    scale: f64,
+    offset: f64,
+}
+
+impl Packing {
+    fn of(variable: &NcVariable) -> Self {
+        let numbers = |name: &str| {
+            let found = variable.attribute(name).and_then(|a| a.value.as_f64_vec());
+            found.unwrap_or_default()
+        };
+        let first = |name: &str| numbers(name).first().copied();
+        let mut missing = numbers("_FillValue");
+        if missing.is_empty() {
+            missing.extend(default_fill(variable.dtype()));
+        }
+        missing.extend(numbers("missing_value"));
+        let range = numbers("valid_range");
+        let limit = |name: &str, i: usize, open: f64| {
+            let found = first(name).or_else(|| range.get(i).copied());
+            found.filter(|x| !x.is_nan()).unwrap_or(open)
+        };
+        Self {
+            missing,
+            valid: (limit("valid_min", 0, f64::NEG_INFINITY), limit("valid_max", 1, f64::INFINITY)),
+            scale: first("scale_factor").unwrap_or(1.0),
+            offset: first("add_offset").unwrap_or(0.0),
+        }
+    }
+
+    fn packed(&self) -> bool {
+        self.scale != 1.0 || self.offset != 0.0
+    }
+
+    fn masked(&self, stored: f64) -> bool {
+        stored.is_nan() || self.missing.contains(&stored) || stored < self.valid.0 || stored > self.valid.1
+    }
+}
+
+/// Values in the file's order, masked ones NaN, and how many those are.
+pub struct Decoded {
+    pub values: Values,
+    pub masked: usize,
+}
+
+/// Whether the reader can make numbers of this type.
+pub fn is_numeric(dtype: &NcType) -> bool {
+    matches!(
+        dtype,
+        NcType::Byte
+            | NcType::UByte
+            | NcType::Short
+            | NcType::UShort
+            | NcType::Int
+            | NcType::UInt
+            | NcType::Int64
+            | NcType::UInt64
+            | NcType::Float
+            | NcType::Double
+    )
+}
+
+/// Reads a variable; `fixed` gives the index of each dimension that is not wanted whole.
+///
+/// # Errors
+/// [`FormatError::Limit`] where the declared size cannot be, [`FormatError::Input`].
+pub fn read(file: &File, variable: &NcVariable, fixed: &[Option<u64>]) -> Result<Decoded> {
+    check_size(file, variable)?;
+    let whole = NcSliceInfoElem::Slice { start: 0, end: u64::MAX, step: 1 };
+    let selection = NcSliceInfo {
+        selections: fixed.iter().map(|index| index.map_or_else(|| whole.clone(), NcSliceInfoElem::Index)).collect(),
+    };
+    let packing = Packing::of(variable);
+    let name = variable.name();
+    let fail = |e| file.damaged(&format!("variable '{name}'"), e);
+    let mut masked = 0;
+    let values = if *variable.dtype() == NcType::Float && !packing.packed() {
+        let array = file.nc.read_variable_slice::<f32>(name, &selection);
+        let mut values: Vec<f32> = array.map_err(fail)?.iter().copied().collect();
+        for x in &mut values {
+            if packing.masked(f64::from(*x)) {
+                *x = f32::NAN;
+                masked += 1;
+            }
+        }
+        Values::F32(values)
+    } else {
+        let array = file.nc.read_variable_slice_as_f64(name, &selection);
+        let mut values: Vec<f64> = array.map_err(fail)?.iter().copied().collect();
+        for x in &mut values {
+            if packing.masked(*x) {
+                *x = f64::NAN;
+                masked += 1;
+            } else {
+                *x = *x * packing.scale + packing.offset;
+            }
+        }
+        Values::F64(values)
+    };
+    Ok(Decoded { values, masked })
+}
+
+fn check_size(file: &File, variable: &NcVariable) -> Result<()> {
+    let width = variable.dtype().size().unwrap_or(8) as u64;
+    let shape = variable.shape();
+    let count = shape.iter().fold(1u64, |n, &k| n.saturating_mul(k));
+    let expansion = match file.nc.format() {
+        NcFormat::Classic | NcFormat::Offset64 | NcFormat::Cdf5 => 1,
+        _ => MAX_EXPANSION,
+    };
+    let allowed = file.bytes.saturating_mul(expansion).min(MAX_VARIABLE_BYTES);
+    if count.saturating_mul(width) > allowed || count.saturating_mul(8) > MAX_VARIABLE_BYTES {
+        return Err(FormatError::Limit {
+            path: file.path.into(),
+            format: super::NAME,
+            location: format!("variable '{}'", variable.name()),
+            declared: format!("{shape:?} values of {width} bytes"),
+            allowed: format!("the {allowed} bytes that a file of {} can hold", file.bytes),
+        });
+    }
+    Ok(())
+}
+
+/// How the file's order becomes the grid's: for each axis of the grid, fastest first, its length, its stride
+/// in the file, and whether it runs backward there.
+pub struct Order(pub Vec<(usize, usize, bool)>);
+
+impl Order {
+    pub fn apply(&self, values: Values) -> Values {
+        match values {
+            Values::F32(v) => Values::F32(self.reorder(v)),
+            Values::F64(v) => Values::F64(self.reorder(v)),
+            Values::I64(v) => Values::I64(self.reorder(v)),
+        }
+    }
+
+    /// Files in order already are passed through. Lengths multiply to `v.len()`.
+    fn reorder<T: Copy>(&self, v: Vec<T>) -> Vec<T> {
+        let mut expected = 1;
+        let in_order = self.0.iter().all(|&(length, stride, backward)| {
+            let fits = !backward && (stride == expected || length == 1);
+            expected *= length;
+            fits
+        });
+        if in_order || v.is_empty() {
+            return v;
+        }
+        let axis = |i: usize| self.0.get(i).copied().unwrap_or((1, 0, false));
+        let at = |(length, stride, backward): (usize, usize, bool), i: usize| {
+            stride * if backward { length - 1 - i } else { i }
+        };
+        let (x, y, z) = (axis(0), axis(1), axis(2));
+        let mut out = Vec::with_capacity(v.len());
+        for k in 0..z.0 {
+            for j in 0..y.0 {
+                let row = at(z, k) + at(y, j);
+                out.extend((0..x.0).filter_map(|i| v.get(row + at(x, i)).copied()));
+            }
+        }
+        out
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn axes_are_transposed_and_turned() {
+        // File order (x, y) with 2 x 3 values, y descending; the grid wants x fastest and y ascending.
+        let v = vec![0, 1, 2, 10, 11, 12];
+        let order = Order(vec![(2, 3, false), (3, 1, true)]);
+        assert_eq!(order.reorder(v), [2, 12, 1, 11, 0, 10]);
+        let order = Order(vec![(3, 1, false), (2, 3, false)]);
+        assert_eq!(order.reorder(vec![0, 1, 2, 3, 4, 5]), [0, 1, 2, 3, 4, 5]);
+    }
+}

@@ -1,0 +1,266 @@
+//! NetCDF fields: axes, order, masks, packing, records, the choice of the density, and damage.
+
+#![cfg(feature = "netcdf")]
+
+use sph_formats::common::netcdf_classic::{ClassicFile, Data};
+use sph_formats::registry::detect;
+use sph_formats::{Coordinates, FORMATS, FieldRequest, FileContent, FormatError, Geometry, RawField, Values};
+use std::path::{Path, PathBuf};
+
+fn read(path: &Path, request: &FieldRequest) -> Result<RawField, FormatError> {
+    let spec = detect(FORMATS, path, None)?;
+    assert_eq!(spec.name, "netcdf");
+    match (spec.read.unwrap())(path, request)? {
+        FileContent::Field(field) => Ok(field),
+        FileContent::Particles(_) => panic!("particles"),
+    }
+}
+
+/// Writes `file` and reads it back.
+fn through(file: &ClassicFile, request: &FieldRequest) -> Result<RawField, FormatError> {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("a.nc");
+    file.write(&path).unwrap();
+    read(&path, request)
+}
+
+fn refusal(file: &ClassicFile, request: &FieldRequest) -> String {
+    through(file, request).unwrap_err().to_string()
+}
+
+#[test]
+fn a_profile_from_the_surface_inward_is_turned_and_keeps_its_jump() {
+    let r = [3.0, 2.0, 2.0, 0.0];
+    let rho = [0.5f32, 1.0, 4.0, 8.0];
+    let mut file = ClassicFile::new();
+    file.attribute("title", "two layers");
+    let d = file.dimension("r", 4);
+    file.variable("r", &[d], Data::F64(&r), &[("units", "km".into())]);
+    file.variable("rho", &[d], Data::F32(&rho), &[("units", "kg/m^3".into())]);
+    file.variable("u", &[d], Data::F64(&r), &[]);
+    let field = through(&file, &FieldRequest::default()).unwrap();
+    let Geometry::Radial { nodes, unit } = &field.geometry else { panic!("{:?}", field.geometry) };
+    assert_eq!(nodes, &[0.0, 2.0, 2.0, 3.0]);
+    assert_eq!(unit.as_ref().unwrap().to_cgs, 1e5);
+    assert_eq!(field.density.as_deref(), Some("rho"));
+    let density = field.variable("rho").unwrap();
+    assert_eq!(density.values, Values::F32(vec![8.0, 4.0, 1.0, 0.5]));
+    assert_eq!(density.unit.as_ref().unwrap().to_cgs, 1e-3);
+    assert_eq!(field.variable("u").unwrap().values.to_f64(), [0.0, 2.0, 2.0, 3.0]);
+    assert!(field.metadata.contains(&("title".into(), "two layers".into())));
+    let only = FieldRequest { carry: Some(vec![]), ..FieldRequest::default() };
+    assert_eq!(through(&file, &only).unwrap().variables.len(), 1);
+}
+
+#[test]
+fn grids_in_any_order_come_out_with_x_fastest() {
+    let (x, y, z) = ([0.0, 1.0, 4.0], [5.0, 2.0], [1.0, 2.0, 3.0, 5.0]);
+    // value = x + 10 y + 100 z in the order (x, z, y), y descending.
+    let value = |i: usize, j: usize, k: usize| x[i] + 10.0 * y[j] + 100.0 * z[k];
+    let mut values = Vec::new();
+    for i in 0..3 {
+        for k in 0..4 {
+            values.extend((0..2).map(|j| value(i, j, k)));
+        }
+    }
+    let mut file = ClassicFile::new();
+    let dx = file.dimension("east", 3);
+    let dz = file.dimension("z", 4);
+    let dy = file.dimension("north", 2);
+    file.variable("east", &[dx], Data::F64(&x), &[("axis", "X".into())]);
+    file.variable("north", &[dy], Data::F64(&y), &[("axis", "Y".into())]);
+    file.variable("z", &[dz], Data::F64(&z), &[]);
+    file.variable("DENS", &[dx, dz, dy], Data::F64(&values), &[]);
+    file.variable("flipped", &[dy, dz, dx], Data::F64(&[7.0; 24]), &[]);
+    let field = through(&file, &FieldRequest::default()).unwrap();
+    let Geometry::Grid { coordinates, axes } = &field.geometry else { panic!("{:?}", field.geometry) };
+    assert_eq!(*coordinates, Coordinates::Cartesian);
+    assert_eq!(axes[0].name, "east");
+    assert_eq!(axes[1].nodes, [2.0, 5.0]);
+    assert_eq!(axes[2].nodes, z);
+    let density = field.variable("DENS").unwrap();
+    for (i, x) in axes[0].nodes.iter().enumerate() {
+        for (j, y) in axes[1].nodes.iter().enumerate() {
+            for (k, z) in axes[2].nodes.iter().enumerate() {
+                let expected = x + 10.0 * y + 100.0 * z;
+                assert_eq!(density.values.get(i + 3 * (j + 2 * k)), expected);
+            }
+        }
+    }
+    assert_eq!(field.variables.len(), 2);
+}
+
+#[test]
+fn packed_and_masked_values_are_decoded_as_cf_says() {
+    let stored = [-5, 0, 100, 99];
+    let mut file = ClassicFile::new();
+    let d = file.dimension("x", 4);
+    file.variable("x", &[d], Data::F64(&[0.0, 1.0, 2.0, 3.0]), &[]);
+    file.variable(
+        "rho",
+        &[d],
+        Data::I32(&stored),
+        &[("scale_factor", (-0.5).into()), ("add_offset", 60.0.into()), ("_FillValue", 99.0.into())],
+    );
+    let field = through(&file, &FieldRequest::default()).unwrap();
+    let values = field.variables[0].values.to_f64();
+    assert_eq!(&values[..3], &[62.5, 60.0, 10.0]);
+    assert!(values[3].is_nan());
+    assert!(field.notes.iter().any(|n| n.contains("1 of 4 values are missing")));
+}
+
+#[test]
+fn the_density_is_chosen_by_name_description_or_request() {
+    let mut file = ClassicFile::new();
+    let d = file.dimension("r", 2);
+    file.variable("r", &[d], Data::F64(&[0.0, 1.0]), &[]);
+    file.variable("a", &[d], Data::F64(&[1.0, 2.0]), &[]);
+    let field = through(&file, &FieldRequest::default()).unwrap();
+    assert_eq!(field.density.as_deref(), Some("a"));
+    assert!(field.notes[0].contains("there is no other"), "{:?}", field.notes);
+    file.variable("b", &[d], Data::F64(&[3.0, 4.0]), &[]);
+    let text = refusal(&file, &FieldRequest::default());
+    assert!(text.contains("--density") && text.contains("a, b"), "{text}");
+    let named = |name: &str| FieldRequest { density: Some(name.into()), ..FieldRequest::default() };
+    assert_eq!(through(&file, &named("b")).unwrap().density.as_deref(), Some("b"));
+    let text = refusal(&file, &named("c"));
+    assert!(text.contains("'c'") && text.contains("a, b"), "{text}");
+    let hint = [("long_name", "Mass Density".into())];
+    file.variable("v", &[d], Data::F64(&[5.0, 6.0]), &hint);
+    let field = through(&file, &FieldRequest::default()).unwrap();
+    assert_eq!(field.density.as_deref(), Some("v"));
+    let missing = FieldRequest { carry: Some(vec!["nothing".into()]), ..FieldRequest::default() };
+    assert!(refusal(&file, &missing).contains("'nothing'"));
+}
+
+#[test]
+fn records_are_taken_by_the_nearest_time() {
+    let values: Vec<f64> = (0..6).map(f64::from).collect();
+    let mut file = ClassicFile::new();
+    let t = file.dimension("time", 3);
+    let x = file.dimension("x", 2);
+    let units = [("units", "days since 2001-1-1".into())];
+    file.variable("time", &[t], Data::F64(&[10.0, 20.0, 40.0]), &units);
+    file.variable("x", &[x], Data::F64(&[0.0, 1.0]), &[]);
+    file.variable("rho", &[t, x], Data::F64(&values), &[]);
+    let text = refusal(&file, &FieldRequest::default());
+    assert!(text.contains("3 records from 10 to 40 (days"), "{text}");
+    let at = |time: f64| FieldRequest { time: Some(time), ..FieldRequest::default() };
+    let field = through(&file, &at(29.0)).unwrap();
+    assert_eq!(field.variables[0].values.to_f64(), [2.0, 3.0]);
+    assert!(field.notes.iter().any(|n| n.contains("record 1 of 3, at time 20")));
+}
+
+#[test]
+fn depth_becomes_radius_only_where_the_planet_is_known() {
+    let lon = [0.0, 90.0, 180.0];
+    let lat = [10.0, -10.0];
+    let depth = [0.0, 100.0];
+    let values: Vec<f64> = (0..12).map(f64::from).collect();
+    let mut file = ClassicFile::new();
+    let d = file.dimension("depth", 2);
+    let b = file.dimension("lat", 2);
+    let l = file.dimension("lon", 3);
+    file.variable("lon", &[l], Data::F64(&lon), &[]);
+    file.variable("lat", &[b], Data::F64(&lat), &[]);
+    file.variable("depth", &[d], Data::F64(&depth), &[("positive", "down".into())]);
+    file.variable("rho", &[d, b, l], Data::F64(&values), &[]);
+    let text = refusal(&file, &FieldRequest::default());
+    assert!(text.contains("planet_radius") && text.contains("not supported"), "{text}");
+    file.attribute("planet_radius", 1000.0);
+    let field = through(&file, &FieldRequest::default()).unwrap();
+    let Geometry::Grid { coordinates, axes } = &field.geometry else { panic!("{:?}", field.geometry) };
+    assert_eq!(*coordinates, Coordinates::Geographic);
+    assert_eq!(axes[0].nodes, lon);
+    assert_eq!(axes[1].nodes, [-10.0, 10.0]);
+    assert_eq!(axes[2].nodes, [900.0, 1000.0]);
+    // The innermost shell, southern latitude first: values 9, 10, 11 of the file.
+    assert_eq!(field.variables[0].values.to_f64()[..3], [9.0, 10.0, 11.0]);
+}
+
+#[test]
+fn faulty_axes_are_named_with_their_index() {
+    let with = |name: &str, nodes: &[f64], more: &str| {
+        let values = vec![1.0; nodes.len()];
+        let mut file = ClassicFile::new();
+        let d = file.dimension(name, nodes.len());
+        if more != "bare" {
+            file.variable(name, &[d], Data::F64(nodes), &[]);
+        }
+        file.variable("rho", &[d], Data::F64(&values), &[]);
+        refusal(&file, &FieldRequest::default())
+    };
+    let text = with("x", &[0.0, 2.0, 2.0, 3.0], "");
+    assert!(text.contains("axis 'x'") && text.contains("values 1 and 2 are 2 and 2"), "{text}");
+    let text = with("r", &[0.0, 2.0, 1.0, 3.0], "");
+    assert!(text.contains("axis 'r'") && text.contains("values 1 and 2"), "{text}");
+    assert!(with("r", &[-1.0, 2.0], "").contains("starts at -1"));
+    assert!(with("x", &[0.0, f64::NAN], "").contains("value 1 is NaN"));
+    assert!(with("x", &[0.0, 1.0], "bare").contains("no coordinate variable"));
+    assert!(with("lon", &[0.0, 1.0], "").contains("axes longitude"));
+    assert!(with("level", &[0.0, 1.0], "").contains("cannot tell which axis"));
+    assert!(with("x", &[0.0], "").contains("1 nodes"));
+}
+
+#[test]
+fn damaged_files_and_absurd_sizes_are_errors() {
+    let values: Vec<f64> = (0..60).map(f64::from).collect();
+    let mut file = ClassicFile::new();
+    let y = file.dimension("y", 3);
+    let x = file.dimension("x", 20);
+    file.variable("y", &[y], Data::F64(&values[..3]), &[]);
+    file.variable("x", &[x], Data::F64(&values[..20]), &[]);
+    file.variable("rho", &[y, x], Data::F64(&values), &[]);
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("a.nc");
+    file.write(&path).unwrap();
+    let whole = std::fs::read(&path).unwrap();
+    for length in 0..whole.len() {
+        std::fs::write(&path, &whole[..length]).unwrap();
+        let spec = detect(FORMATS, &path, None);
+        let outcome = spec.and_then(|s| (s.read.unwrap())(&path, &FieldRequest::default()));
+        assert!(outcome.is_err(), "the first {length} bytes pass");
+    }
+    for i in 3..whole.len() {
+        for flip in [0x01, 0x80, 0xff] {
+            let mut bytes = whole.clone();
+            bytes[i] ^= flip;
+            std::fs::write(&path, &bytes).unwrap();
+            if let Ok(spec) = detect(FORMATS, &path, None) {
+                let _ = (spec.read.unwrap())(&path, &FieldRequest::default());
+            }
+        }
+    }
+    // The length of dimension x: 20 becomes 2^30.
+    let at = whole.windows(8).position(|w| w == b"x\0\0\0\0\0\0\x14").unwrap() + 4;
+    let mut bytes = whole.clone();
+    bytes[at..at + 4].copy_from_slice(&(1u32 << 30).to_be_bytes());
+    std::fs::write(&path, &bytes).unwrap();
+    let text = read(&path, &FieldRequest::default()).unwrap_err().to_string();
+    assert!(text.contains("1073741824") || text.contains("damaged"), "{text}");
+}
+
+/// The folder of real inputs, where this machine has it.
+fn shared() -> Option<PathBuf> {
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../shared/data/netcdf");
+    if path.is_dir() {
+        return Some(path);
+    }
+    println!("skipped: there is no {}", path.display());
+    None
+}
+
+#[test]
+fn real_files_get_truthful_errors_or_are_read() {
+    let Some(folder) = shared() else { return };
+    let refusal = |name: &str, time: Option<f64>| {
+        let request = FieldRequest { time, ..FieldRequest::default() };
+        read(&folder.join(name), &request).unwrap_err().to_string()
+    };
+    let text = refusal("tos_O1_2001-2002.nc", Some(15.0));
+    assert!(text.contains("'tos' on the axes longitude, latitude"), "{text}");
+    let text = refusal("basin_mask.nc", None);
+    assert!(text.contains("'basin' on the axes z, longitude, latitude"), "{text}");
+    let text = refusal("SAW642AN_rho.nc", None);
+    assert!(text.contains("axis 'depth'") && text.contains("expected strictly"), "{text}");
+}

@@ -1,0 +1,252 @@
+//! SWIFT and GADGET files: what is written, read back, refused, and survived.
+
+#![cfg(all(feature = "swift", feature = "gadget"))]
+
+use sph_formats::common::hdf5_read::Reader;
+use sph_formats::common::particle_names as names;
+use sph_formats::registry::{detect, detect_output};
+use sph_formats::{
+    Column, FORMATS, FieldRequest, FileContent, FormatError, ParticleFile, ParticleTable, RunHeader, Species,
+    UnitDimension, UnitSystem, Values, WriteOptions,
+};
+use std::path::Path;
+
+fn column(name: &str, components: usize, values: Values, dimension: UnitDimension) -> Column {
+    Column { name: name.into(), components, values, dimension }
+}
+
+/// `n` particles on a line through a box of edge 2, each number known in closed form.
+fn particles(n: usize, d: usize) -> ParticleFile {
+    let x = |i: usize| 2.0 * (i as f64 + 0.5) / n as f64;
+    let line = |f: &dyn Fn(usize) -> f64| Values::F64((0..n).map(f).collect());
+    let positions = (0..n).flat_map(|i| (0..d).map(move |c| x(i) / (c + 1) as f64));
+    let columns = vec![
+        column(names::COORDINATES, d, Values::F64(positions.collect()), UnitDimension::LENGTH),
+        column(names::MASSES, 1, line(&|_| 0.125), UnitDimension::MASS),
+        column(names::DENSITY, 1, line(&|i| 1.0 + x(i)), UnitDimension::mass_density(d)),
+        column(names::SUPPORT_RADIUS, 1, line(&|_| 0.25), UnitDimension::LENGTH),
+        column(names::INTERNAL_ENERGY, 1, line(&|i| 10.0 + x(i)), UnitDimension::SPECIFIC_ENERGY),
+        column("iron/fraction", 1, line(&|i| x(i) / 4.0), UnitDimension::NONE),
+        column(names::MATERIAL_IDS, 1, Values::I64(vec![101; n]), UnitDimension::NONE),
+    ];
+    let mut box_size = [0.0; 3];
+    box_size[..d].fill(2.0);
+    ParticleFile {
+        header: RunHeader {
+            dimension: d,
+            box_size,
+            periodic: [true, d > 1, false],
+            units: UnitSystem { length: 6.957e10, mass: 1.988e33, time: 1.6e3, temperature: 1.0 },
+            time: 0.5,
+            kernel: "Wendland C4".into(),
+            kernel_neighbors: 120.0,
+            provenance: vec![("Seed".into(), "42".into()), ("Scene".into(), "é: 1\n".into())],
+        },
+        species: vec![Species { part_type: 0, table: ParticleTable { count: n, columns } }],
+    }
+}
+
+fn write(format: &str, path: &Path, p: &ParticleFile, compression: u8) -> Result<(), FormatError> {
+    let spec = FORMATS.iter().find(|f| f.name == format).unwrap();
+    let options = WriteOptions { compression, double_precision: false };
+    (spec.write.unwrap())(path, p, options)
+}
+
+fn read(path: &Path) -> Result<ParticleFile, FormatError> {
+    let spec = detect(FORMATS, path, None)?;
+    match (spec.read.unwrap())(path, &FieldRequest::default())? {
+        FileContent::Particles(p) => Ok(p),
+        FileContent::Field(_) => panic!("a field"),
+    }
+}
+
+fn refusal(format: &str, p: &ParticleFile) -> String {
+    let folder = tempfile::tempdir().unwrap();
+    let error = write(format, &folder.path().join("a.hdf5"), p, 0).unwrap_err();
+    assert!(matches!(error, FormatError::Output { .. }), "{error}");
+    error.to_string()
+}
+
+#[test]
+fn written_particles_are_read_back_in_every_dimension_and_flavor() {
+    let folder = tempfile::tempdir().unwrap();
+    for (format, level) in [("swift", 0), ("swift", 4), ("gadget", 0), ("gadget", 4)] {
+        for d in 1..=3 {
+            for n in [1, 2, 7, 300] {
+                let p = particles(n, d);
+                let path = folder.path().join(format!("{format}{level}{d}{n}.hdf5"));
+                write(format, &path, &p, level).unwrap();
+                let back = read(&path).unwrap();
+                assert_eq!(back.header.dimension, d);
+                assert_eq!(back.header.box_size, p.header.box_size);
+                assert_eq!(back.header.periodic, p.header.periodic);
+                assert_eq!(back.header.units, p.header.units);
+                assert_eq!(back.header.kernel, "Wendland C4");
+                for fact in &p.header.provenance {
+                    assert!(
+                        back.header.provenance.contains(&(fact.0.clone(), fact.1.trim_end().into())),
+                        "{:?}",
+                        back.header.provenance
+                    );
+                }
+                same_columns(format, &p, &back);
+            }
+        }
+    }
+}
+
+fn same_columns(format: &str, p: &ParticleFile, back: &ParticleFile) {
+    let (old, new) = (&p.species[0].table, &back.species[0].table);
+    assert_eq!(old.count, new.count);
+    for c in &old.columns {
+        if format == "swift" && c.name == names::SUPPORT_RADIUS {
+            continue;
+        }
+        let stored = new.column(&c.name.replace('/', "_")).unwrap();
+        assert_eq!(stored.components, c.components, "{}", c.name);
+        assert_eq!(stored.dimension, c.dimension, "{}", c.name);
+        for i in 0..c.values.len() {
+            // Half a unit in the last place of f32.
+            let tolerance = c.values.get(i).abs() * 6e-8;
+            assert!((stored.values.get(i) - c.values.get(i)).abs() <= tolerance);
+        }
+    }
+    let velocities = new.column(names::VELOCITIES).unwrap();
+    assert_eq!(velocities.components, p.header.dimension);
+    assert!(velocities.values.to_f64().iter().all(|&v| v == 0.0));
+    let ids = new.column(names::PARTICLE_IDS).unwrap();
+    assert_eq!(ids.values, Values::I64((1..=old.count as i64).collect()));
+    if format == "swift" {
+        let h = new.column("SmoothingLength").unwrap();
+        for i in 0..old.count {
+            let volume = 0.125 / (1.0 + 2.0 * (i as f64 + 0.5) / old.count as f64);
+            let expected = 1.2348 * volume.powf(1.0 / p.header.dimension as f64);
+            assert!((h.values.get(i) / expected - 1.0).abs() < 6e-8);
+        }
+    }
+}
+
+#[test]
+fn several_blocks_of_chunks_keep_their_order() {
+    // Chunks have 65536 rows; the last one is not full.
+    let n = (1 << 18) + 70_001;
+    let p = particles(n, 3);
+    let folder = tempfile::tempdir().unwrap();
+    for level in [0, 1] {
+        let path = folder.path().join(format!("{level}.hdf5"));
+        write("swift", &path, &p, level).unwrap();
+        let back = read(&path).unwrap();
+        let (old, new) = (&p.species[0].table, &back.species[0].table);
+        let positions = |t: &ParticleTable| t.column(names::COORDINATES).unwrap().values.clone();
+        assert_eq!(positions(old), positions(new));
+        let ids = new.column(names::PARTICLE_IDS).unwrap();
+        assert_eq!(ids.values, Values::I64((1..=n as i64).collect()));
+    }
+}
+
+#[test]
+fn equal_particles_give_equal_bytes() {
+    let folder = tempfile::tempdir().unwrap();
+    let p = particles(70_000, 3);
+    for (format, level) in [("swift", 4), ("gadget", 0)] {
+        let bytes = |name: &str| {
+            let path = folder.path().join(name);
+            write(format, &path, &p, level).unwrap();
+            std::fs::read(path).unwrap()
+        };
+        let first = bytes("a.hdf5");
+        std::thread::sleep(std::time::Duration::from_millis(1100));
+        assert!(first == bytes("b.hdf5"), "{format}: bytes differ");
+    }
+}
+
+#[test]
+fn header_has_the_shapes_that_codes_demand() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("a.hdf5");
+    let mut p = particles(5, 3);
+    p.header.box_size = [2.0, 4.0, 2.0];
+    write("swift", &path, &p, 4).unwrap();
+    let file = Reader::open(&path, "gadget").unwrap();
+    let header = file.group_attributes("Header").unwrap();
+    assert_eq!(header.numbers("BoxSize").unwrap(), [2.0, 4.0, 2.0]);
+    for name in ["NumPart_ThisFile", "NumPart_Total"] {
+        assert_eq!(header.numbers(name).unwrap(), [5.0, 0.0, 0.0, 0.0, 0.0, 0.0]);
+    }
+    assert_eq!(header.numbers("MassTable").unwrap(), [0.0; 6]);
+    assert_eq!(header.numbers("Flag_DoublePrecision").unwrap(), [0.0]);
+    let units = file.group_attributes("Units").unwrap();
+    assert_eq!(units.names().count(), 5);
+    assert_eq!(units.numbers("Unit current in cgs (U_I)").unwrap(), [1.0]);
+    let u = file.dataset_attributes("PartType0/InternalEnergy").unwrap();
+    assert_eq!(u.numbers("U_L exponent").unwrap(), [2.0]);
+    assert_eq!(u.numbers("U_t exponent").unwrap(), [-2.0]);
+    assert_eq!(u.numbers("a-scale exponent").unwrap(), [0.0]);
+}
+
+#[test]
+fn double_precision_keeps_every_digit() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("a.h5");
+    let mut p = particles(3, 3);
+    p.species[0].table.columns[1].values = Values::F64(vec![1e-50, 0.1, 1e50]);
+    let options = WriteOptions { compression: 4, double_precision: true };
+    let spec = detect_output(FORMATS, &path, None).unwrap();
+    assert_eq!(spec.name, "gadget");
+    (spec.write.unwrap())(&path, &p, options).unwrap();
+    let back = read(&path).unwrap();
+    let masses = back.species[0].table.column(names::MASSES).unwrap();
+    assert_eq!(masses.values, Values::F64(vec![1e-50, 0.1, 1e50]));
+}
+
+#[test]
+fn particles_that_a_code_would_choke_on_are_refused_by_name() {
+    assert_eq!(detect_output(FORMATS, Path::new("ic.hdf5"), None).unwrap().name, "swift");
+    let with = |change: &dyn Fn(&mut ParticleFile)| {
+        let mut p = particles(3, 3);
+        change(&mut p);
+        p
+    };
+    let set = |p: &mut ParticleFile, name: &str, x: f64| {
+        let columns = &mut p.species[0].table.columns;
+        let column = columns.iter_mut().find(|c| c.name == name).unwrap();
+        column.values = Values::F64(vec![x; 3 * column.components]);
+    };
+    let text = refusal("swift", &with(&|p| set(p, names::MASSES, 1e39)));
+    assert!(text.contains("'Masses' of particle 0 is 1e39") && text.contains("f32"), "{text}");
+    let text = refusal("swift", &with(&|p| set(p, names::INTERNAL_ENERGY, f64::NAN)));
+    assert!(text.contains("'InternalEnergy'") && text.contains("NaN"), "{text}");
+    let text = refusal("swift", &with(&|p| set(p, names::COORDINATES, 2.5)));
+    assert!(text.contains("within the box"), "{text}");
+    let text = refusal("swift", &with(&|p| set(p, names::DENSITY, 0.0)));
+    assert!(text.contains("'SmoothingLength'"), "{text}");
+    let text = refusal("gadget", &with(&|p| p.header.box_size[1] = 3.0));
+    assert!(text.contains("not cubic") && text.contains("swift"), "{text}");
+    let text = refusal("gadget", &with(&|p| p.header.box_size[1] = 0.0));
+    assert!(text.contains("edge of 0"), "{text}");
+    let text = refusal("gadget", &with(&|p| p.species[0].table.columns.retain(|c| c.name != names::INTERNAL_ENERGY)));
+    assert!(text.contains("InternalEnergy") && text.contains("thermal.internal_energy"), "{text}");
+    let text = refusal("gadget", &with(&|p| p.species[0].table.count = 4));
+    assert!(text.contains("3 components") && text.contains("4 particles"), "{text}");
+    let text = refusal("swift", &with(&|p| p.species[0].part_type = 6));
+    assert!(text.contains("particle type 6"), "{text}");
+}
+
+#[test]
+fn damaged_files_are_refused_or_read_without_a_panic() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("a.hdf5");
+    write("gadget", &path, &particles(200, 3), 4).unwrap();
+    let whole = std::fs::read(&path).unwrap();
+    let broken = folder.path().join("b.hdf5");
+    for length in (8..whole.len()).step_by(whole.len() / 60) {
+        std::fs::write(&broken, &whole[..length]).unwrap();
+        assert!(read(&broken).is_err(), "the first {length} bytes pass");
+    }
+    for i in (8..whole.len()).step_by(17) {
+        let mut bytes = whole.clone();
+        bytes[i] ^= if i % 3 == 0 { 0xff } else { 0x10 };
+        std::fs::write(&broken, &bytes).unwrap();
+        let _ = read(&broken);
+    }
+}
