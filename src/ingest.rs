@@ -22,7 +22,7 @@ pub struct InputUnits {
 
 /// A raw field, or the fact that the density is an expression.
 pub enum RawInput {
-    File(RawField),
+    File(Box<RawField>),
     Expression(String),
 }
 
@@ -41,7 +41,7 @@ pub fn read(scene: &Scene, formats: &[FormatSpec]) -> Result<RawInput> {
     if input.density.is_some() {
         field.density = input.density.clone();
     }
-    Ok(RawInput::File(field))
+    Ok(RawInput::File(Box::new(field)))
 }
 
 /// The carried variables with those that the resolution needs from the same file.
@@ -177,7 +177,7 @@ fn named_unit(key: &str, name: Option<&str>, dimension: UnitDimension) -> Result
 pub fn source<const D: usize>(scene: &Scene, raw: RawInput) -> Result<Source<D>> {
     let walls = boundaries::<D>(&scene.domain)?;
     let mut source = match raw {
-        RawInput::File(field) => from_raw(field, &field_options(scene, &walls)?)?,
+        RawInput::File(field) => from_raw(*field, &field_options(scene, &walls)?)?,
         RawInput::Expression(text) => {
             let domain = scene_domain::<D>(&scene.domain, &walls)?.ok_or_else(|| {
                 Error::scene("domain", "is missing: an expression needs a `box` or a `ball` to be evaluated in")

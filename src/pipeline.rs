@@ -285,7 +285,7 @@ impl Run<'_> {
             smallest: fold(f64::min, f64::INFINITY),
             largest: fold(f64::max, 0.0),
             defect: (summed - total) / total,
-            total_cgs: (self.units.is_some() && d == 3).then(|| total * out.mass),
+            total_cgs: (self.units.is_some() && d == 3).then_some(total * out.mass),
         }
     }
 

@@ -303,10 +303,8 @@ impl Scene {
         if let Some(d) = self.input.dimension.filter(|d| !(1..=3).contains(d)) {
             return Err(Error::scene("input.dimension", format!("is {d}, expected 1, 2 or 3")));
         }
-        if let Some(n) = self.neighbors {
-            if !(2.0..=1000.0).contains(&n) {
-                return Err(Error::scene("neighbors", format!("is {n}, expected 2 to 1000")));
-            }
+        if let Some(n) = self.neighbors.filter(|n| !(2.0..=1000.0).contains(n)) {
+            return Err(Error::scene("neighbors", format!("is {n}, expected 2 to 1000")));
         }
         positive("wvt.step", self.wvt.step)?;
         positive("wvt.final_step", self.wvt.final_step)?;

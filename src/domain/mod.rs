@@ -122,10 +122,10 @@ impl<const D: usize> Domain<D> {
                 }
             }
         }
-        if !self.region.contains(x) {
-            if let Some(mirrored) = self.region.mirror(x) {
-                *x = mirrored;
-            }
+        if !self.region.contains(x)
+            && let Some(mirrored) = self.region.mirror(x)
+        {
+            *x = mirrored;
         }
         if !self.contains(x) {
             *x = *from;
