@@ -25,3 +25,8 @@ pub mod smoothing;
 pub mod target;
 
 pub use error::{Error, Result};
+
+/// The README's example, compiled.
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+pub struct Readme;
