@@ -7,7 +7,7 @@
 //! | grid | multilinear, constant per cell, or limited cubic | closed form; cells for cubic |
 //! | mesh | isoparametric shape functions, constant per cell | exact per cell |
 //! | point cloud | Shepard's weights over the nearest points | adaptive cubature |
-//! | expression | [`analytic`] | adaptive cubature |
+//! | expression | [`Expression`] | adaptive cubature |
 //!
 //! Numbers stay in the file's units and precision. [`Source::scaled`] changes units without copying data.
 
