@@ -1,11 +1,23 @@
 //! VTK files for ParaView and friends.
 //!
+//! Reading: XML (`.vti`, `.vtr`, `.vts`, `.vtu`, `.vtp`; ASCII, inline and appended, base64 and raw; zlib, LZ4, LZMA) and legacy
+//! (ASCII and binary). Axes of one node are dropped; curvilinear grids become hexahedra or quadrilaterals; vertex-only
+//! files are point clouds.
+//!
 //! Writing: `.vtu` and `.vtp` (XML, zlib blocks in appended base64, 64-bit headers, which VTK, ParaView, pyvista and, for
 //! `.vtu`, meshio read) and legacy `.vtk` (version 4.2, binary, big-endian). Every particle is a vertex cell, without
 //! which ParaView draws nothing. `SupportRadius` is the radius at which the placement's kernel vanishes.
 
 #[cfg(feature = "vtk")]
+mod dataset;
+#[cfg(feature = "vtk")]
+mod legacy;
+#[cfg(feature = "vtk")]
+mod read;
+#[cfg(feature = "vtk")]
 mod write;
+#[cfg(feature = "vtk")]
+mod xml;
 
 use crate::registry::{Capabilities, FormatSpec, Match};
 
@@ -24,6 +36,9 @@ pub const SPEC: FormatSpec = FormatSpec {
         dimensions: &[1, 2, 3],
     },
     sniff,
+    #[cfg(feature = "vtk")]
+    read: Some(read::read),
+    #[cfg(not(feature = "vtk"))]
     read: None,
     #[cfg(feature = "vtk")]
     write: Some(write::write),

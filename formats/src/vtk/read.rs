@@ -1,0 +1,17 @@
+//! Reads any VTK file into a raw field.
+
+use super::dataset::{FORMAT, field};
+use super::{legacy, xml};
+use crate::error::{FormatError, Result};
+use crate::registry::{FieldRequest, FileContent};
+use std::path::Path;
+
+pub(super) fn read(path: &Path, request: &FieldRequest) -> Result<FileContent> {
+    let bytes = std::fs::read(path).map_err(|e| FormatError::io(path, "read", e))?;
+    if bytes.is_empty() {
+        return Err(FormatError::input(path, FORMAT, "file", "is empty"));
+    }
+    let dataset = if bytes.starts_with(b"#") { legacy::read(path, &bytes)? } else { xml::read(path, &bytes)? };
+    drop(bytes);
+    field(path, dataset, request).map(FileContent::Field)
+}

@@ -1,0 +1,152 @@
+//! VTK files: what is written reads back, small files of each syntax mean what they say, damage is survived.
+#![cfg(feature = "vtk")]
+
+use sph_formats::common::particle_names as names;
+use sph_formats::{
+    Column, FORMATS, FieldRequest, FileContent, Geometry, Location, ParticleFile, ParticleTable, RawField, RunHeader,
+    Species, UnitDimension, UnitSystem, Values, WriteOptions, read, write,
+};
+use std::path::Path;
+
+fn field(path: &Path) -> RawField {
+    match read(FORMATS, path, None, &FieldRequest::default()) {
+        Ok(FileContent::Field(field)) => field,
+        other => panic!("{other:?}"),
+    }
+}
+
+fn particles(n: usize) -> ParticleFile {
+    let column = |name: &str, components: usize, f: &dyn Fn(usize) -> f64| Column {
+        name: name.into(),
+        components,
+        values: Values::F64((0..n * components).map(f).collect()),
+        dimension: UnitDimension::NONE,
+    };
+    let columns = vec![
+        column(names::COORDINATES, 3, &|i| i as f64 * 0.37),
+        column(names::DENSITY, 1, &|i| 1.0 + i as f64),
+        column(names::VELOCITIES, 3, &|i| -(i as f64)),
+    ];
+    let header = RunHeader {
+        dimension: 3,
+        box_size: [1e3; 3],
+        periodic: [false; 3],
+        units: UnitSystem::CODE,
+        time: 0.0,
+        kernel: "Wendland C4".into(),
+        kernel_neighbors: 64.0,
+        provenance: vec![("Version".into(), "test -- 1".into())],
+    };
+    ParticleFile { header, species: vec![Species { part_type: 0, table: ParticleTable { count: n, columns } }] }
+}
+
+#[test]
+fn written_particles_read_back_as_a_cloud() {
+    let folder = tempfile::tempdir().unwrap();
+    for (extension, compression) in [("vtu", 4), ("vtu", 0), ("vtp", 4), ("vtp", 0), ("vtk", 0)] {
+        for n in [1, 7, 20_000] {
+            let path = folder.path().join(format!("p.{extension}"));
+            let options = WriteOptions { compression, double_precision: true };
+            write(FORMATS, &path, None, &particles(n), options).unwrap();
+            let field = field(&path);
+            let Geometry::Cloud { points, .. } = &field.geometry else { panic!("{extension}: {:?}", field.geometry) };
+            assert_eq!(points.len(), n, "{extension}");
+            assert!(points.iter().enumerate().all(|(i, p)| p[2] == (3 * i + 2) as f64 * 0.37));
+            assert_eq!(field.density.as_deref(), Some("Density"));
+            let density = &field.variable("Density").unwrap().values;
+            assert!((0..n).all(|i| density.get(i) == 1.0 + i as f64), "{extension}");
+            assert_eq!(field.variable("Velocities").unwrap().components, 3);
+        }
+    }
+}
+
+#[test]
+fn equal_particles_give_equal_bytes() {
+    let folder = tempfile::tempdir().unwrap();
+    let bytes = |name: &str| {
+        let path = folder.path().join(name);
+        write(FORMATS, &path, None, &particles(1000), WriteOptions::default()).unwrap();
+        std::fs::read(path).unwrap()
+    };
+    assert_eq!(bytes("a.vtu"), bytes("b.vtu"));
+}
+
+const IMAGE: &str = r#"<?xml version="1.0"?>
+<VTKFile type="ImageData" version="0.1" byte_order="LittleEndian">
+<ImageData WholeExtent="0 2 0 1 0 0" Origin="1 2 3" Spacing="0.5 -1 1"><Piece Extent="0 2 0 1 0 0">
+<PointData><DataArray type="Float64" Name="rho" format="ascii">0 1 2 10 11 12</DataArray></PointData>
+<CellData><DataArray type="Float32" Name="c" format="ascii">5 6</DataArray></CellData>
+</Piece></ImageData></VTKFile>"#;
+
+#[test]
+fn an_image_is_a_plane_grid_with_axes_that_ascend() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("i.vti");
+    std::fs::write(&path, IMAGE).unwrap();
+    let field = field(&path);
+    let Geometry::Grid { axes, .. } = &field.geometry else { panic!("{:?}", field.geometry) };
+    assert_eq!(axes.len(), 2);
+    assert_eq!(axes[0].nodes, [1.0, 1.5, 2.0]);
+    assert_eq!(axes[1].nodes, [1.0, 2.0]);
+    assert_eq!(field.variable("rho").unwrap().values.to_f64(), [10.0, 11.0, 12.0, 0.0, 1.0, 2.0]);
+    assert_eq!(field.variable("c").unwrap().location, Location::Cell);
+    assert_eq!(field.density.as_deref(), Some("rho"));
+}
+
+const TETRAHEDRON: &str = "# vtk DataFile Version 3.0\none cell\nASCII\nDATASET UNSTRUCTURED_GRID\nPOINTS 4 float\n\
+0 0 0 1 0 0 0 1 0 0 0 1\nCELLS 1 5\n4 0 1 2 3\nCELL_TYPES 1\n10\nPOINT_DATA 4\nSCALARS density double 1\n\
+LOOKUP_TABLE default\n1 2 3 4\nCELL_DATA 1\nFIELD FieldData 1\nq 1 1 int\n7\n";
+
+#[test]
+fn a_legacy_mesh_keeps_its_cells() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("t.vtk");
+    std::fs::write(&path, TETRAHEDRON).unwrap();
+    let field = field(&path);
+    let Geometry::Mesh { dimension, cells, .. } = &field.geometry else { panic!("{:?}", field.geometry) };
+    assert_eq!((*dimension, cells.types.as_slice()), (3, [10_u8].as_slice()));
+    assert_eq!(cells.connectivity, [0, 1, 2, 3]);
+    assert_eq!(field.variable("density").unwrap().values.to_f64(), [1.0, 2.0, 3.0, 4.0]);
+    assert_eq!(field.variable("q").unwrap().values.to_f64(), [7.0]);
+}
+
+#[test]
+fn damaged_files_are_errors_and_never_panics() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut originals = vec![(IMAGE.as_bytes().to_vec(), "vti"), (TETRAHEDRON.as_bytes().to_vec(), "vtk")];
+    for extension in ["vtu", "vtp", "vtk"] {
+        let path = folder.path().join(format!("whole.{extension}"));
+        write(FORMATS, &path, None, &particles(60), WriteOptions::default()).unwrap();
+        originals.push((std::fs::read(&path).unwrap(), extension));
+    }
+    let (mut refused, mut tried) = (0, 0);
+    for (bytes, extension) in originals {
+        let path = folder.path().join(format!("broken.{extension}"));
+        let mut check = |damaged: &[u8]| {
+            std::fs::write(&path, damaged).unwrap();
+            tried += 1;
+            refused += usize::from(read(FORMATS, &path, None, &FieldRequest::default()).is_err());
+        };
+        (0..bytes.len()).step_by(64).for_each(|end| check(&bytes[..end]));
+        for k in 0..200_usize {
+            let mut damaged = bytes.clone();
+            let at = k.wrapping_mul(2_654_435_761) % bytes.len();
+            damaged[at] ^= 1 << (k % 8);
+            check(&damaged);
+        }
+    }
+    assert!(refused * 3 > tried, "{refused} of {tried} damaged files refused");
+}
+
+#[test]
+fn an_absurd_size_is_refused_at_once() {
+    let folder = tempfile::tempdir().unwrap();
+    for (name, text) in [
+        ("a.vtk", TETRAHEDRON.replace("POINTS 4", "POINTS 4000000000000")),
+        ("b.vti", IMAGE.replace("0 2 0 1 0 0", "0 2000000000 0 2000000000 0 2000000000")),
+    ] {
+        let path = folder.path().join(name);
+        std::fs::write(&path, text).unwrap();
+        read(FORMATS, &path, None, &FieldRequest::default()).unwrap_err();
+    }
+}
