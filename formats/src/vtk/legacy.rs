@@ -30,6 +30,12 @@ impl Cursor<'_> {
         String::from_utf8_lossy(&rest[..end]).trim().to_owned()
     }
 
+    /// The block behind `METADATA`, which an empty line ends.
+    fn skip_metadata(&mut self) {
+        self.line();
+        while !self.line().is_empty() {}
+    }
+
     /// The next word, or nothing at the end of the file.
     fn word(&mut self) -> Option<String> {
         while self.bytes.get(self.at).is_some_and(u8::is_ascii_whitespace) {
@@ -110,7 +116,7 @@ fn dataset(c: &mut Cursor<'_>) -> Outcome<Dataset> {
             "DATASET" => grid.kind = c.need("a dataset type")?.to_ascii_uppercase(),
             "POINT_DATA" => attribute = (1, c.count("a count")?),
             "CELL_DATA" => attribute = (2, c.count("a count")?),
-            "METADATA" => while !c.line().is_empty() {},
+            "METADATA" => c.skip_metadata(),
             _ if attribute.0 == 0 => grid.keyword(c, &keyword)?,
             _ => {
                 let target = if attribute.0 == 1 { &mut data.0 } else { &mut data.1 };
@@ -293,7 +299,7 @@ fn fields(c: &mut Cursor<'_>, out: &mut Vec<DataArray>) -> Outcome<()> {
     for _ in 0..arrays {
         let mut name = c.need("a name")?;
         while name == "METADATA" {
-            while !c.line().is_empty() {}
+            c.skip_metadata();
             name = c.need("a name")?;
         }
         let (components, tuples) = (c.count("components")?, c.count("tuples")?);
