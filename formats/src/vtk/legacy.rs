@@ -66,11 +66,13 @@ impl Cursor<'_> {
         let left = self.bytes.len() - self.at.min(self.bytes.len());
         if self.binary {
             self.line();
+            // VTK stores its own index type as 32 bits in these files, whatever it is in memory.
+            let kind = if kind == "vtkIdType" { "int" } else { kind };
             let width = match kind {
                 "char" | "unsigned_char" => 1,
                 "short" | "unsigned_short" => 2,
                 "float" | "int" | "unsigned_int" => 4,
-                "double" | "long" | "unsigned_long" | "vtktypeint64" | "vtkIdType" => 8,
+                "double" | "long" | "unsigned_long" | "vtktypeint64" => 8,
                 other => return Err(format!("numbers of type '{other}' are not supported")),
             };
             let size = count.checked_mul(width).filter(|s| *s <= left);

@@ -464,7 +464,7 @@ pub(super) fn numbers(kind: &str, bytes: &[u8], big_endian: bool) -> std::result
         "UInt16" | "unsigned_short" => all!(u16, |i| Values::F64(Iterator::map(i, f64::from).collect())),
         "Int32" | "int" => all!(i32, |i| Values::F64(Iterator::map(i, f64::from).collect())),
         "UInt32" | "unsigned_int" => all!(u32, |i| Values::F64(Iterator::map(i, f64::from).collect())),
-        "Int64" | "long" | "vtktypeint64" | "vtkIdType" => {
+        "Int64" | "long" | "vtktypeint64" => {
             all!(i64, |i| Values::F64(Iterator::map(i, |v: i64| v as f64).collect()))
         }
         "UInt64" | "unsigned_long" => all!(u64, |i| Values::F64(Iterator::map(i, |v: u64| v as f64).collect())),
