@@ -160,7 +160,7 @@ impl<K: Kernel, R: Real> SolvePass<K, R> {
     ) -> Solved<D> {
         let target = self.kernel_neighbors / unit_ball_volume(D);
         let (mut lo, mut hi) = (0.0_f64, f64::INFINITY);
-        let mut support = batch.support(i);
+        let mut support = batch.support(i).min(self.largest);
         let mut sums = DensitySums::default();
         for _ in 0..MAX_SUPPORT_STEPS {
             if support > batch.unit().length {
@@ -169,7 +169,7 @@ impl<K: Kernel, R: Real> SolvePass<K, R> {
             sums = density_sums::<D, C, K, R, S>(simd, self.kernel, batch, i, support);
             let count = sums.number_density * support.powi(D as i32);
             let excess = (count / target).ln();
-            if excess.abs() < SUPPORT_TOLERANCE || support >= self.largest {
+            if excess.abs() < SUPPORT_TOLERANCE || (support >= self.largest && excess < 0.0) {
                 break;
             }
             if excess > 0.0 {

@@ -92,7 +92,7 @@ impl Cursor<'_> {
         let values = self.numbers(kind, count)?;
         (0..values.len())
             .map(|i| match values.get(i) {
-                v if v >= 0.0 && v < 1e15 => Ok(v as usize),
+                v if (0.0..1e15).contains(&v) => Ok(v as usize),
                 v => Err(format!("index {v} is negative or absurd")),
             })
             .collect()
@@ -273,7 +273,7 @@ fn values(c: &mut Cursor<'_>, keyword: &str, count: usize, out: &mut Vec<DataArr
             let components = words.next().and_then(|w| w.parse().ok()).unwrap_or(1_usize).clamp(1, 4);
             // The table's name may be left out.
             let before = c.at;
-            if c.word().is_none_or(|w| w.to_ascii_uppercase() != "LOOKUP_TABLE") {
+            if !c.word().is_some_and(|w| w.eq_ignore_ascii_case("LOOKUP_TABLE")) {
                 c.at = before;
                 return Err("SCALARS without LOOKUP_TABLE are not supported".into());
             }

@@ -218,7 +218,8 @@ impl Document {
         let (Some(connectivity), Some(ends)) = (get("connectivity"), get("offsets")) else {
             return Err(wrong("lack 'connectivity' or 'offsets'"));
         };
-        let index = |v: f64| if v >= 0.0 && v < 1e15 { Ok(v as usize) } else { Err(wrong("have a negative index")) };
+        let index =
+            |v: f64| if (0.0..1e15).contains(&v) { Ok(v as usize) } else { Err(wrong("have a negative index")) };
         let mut offsets = vec![0];
         for i in 0..ends.len() {
             offsets.push(index(ends.get(i))?);

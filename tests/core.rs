@@ -1,0 +1,168 @@
+//! The core against simpler code: neighbor sums against all pairs, figures against plain formulas, and equal
+//! bytes for any number of threads.
+
+use rand::{RngExt, SeedableRng};
+use rand_xoshiro::Xoshiro256PlusPlus;
+use sph_prep::domain::{Axis, Domain, Region, Wall};
+use sph_prep::field::ScalarField;
+use sph_prep::kernel::{Kernel, WendlandC4, evaluate};
+use sph_prep::metrics::{DensityError, Measured, NoiseFigures};
+use sph_prep::neighbors::{Reach, Sources, Tree, brute_force};
+use sph_prep::placement::{Control, WvtOptions, relax};
+use sph_prep::seeding::{Seeding, seed};
+use sph_prep::smoothing::{density, pressure_force, solve_support_radii};
+use sph_prep::target::{Positions, Resolution, Target, at};
+use std::sync::atomic::AtomicBool;
+
+fn random<const D: usize>(n: usize) -> Positions<D> {
+    let mut rng = Xoshiro256PlusPlus::seed_from_u64(7);
+    // Cubed, so that spacings differ by large factors.
+    std::array::from_fn(|_| (0..n).map(|_| rng.random::<f64>().powi(3)).collect())
+}
+
+fn domains<const D: usize>() -> Vec<Domain<D>> {
+    let half = Axis::Walls { lo: Wall::Reflecting, hi: Wall::Open };
+    [Axis::Periodic, Axis::REFLECTING, Axis::OPEN, half]
+        .into_iter()
+        .map(|axis| Domain::new([0.0; D], [1.0; D], [axis; D], Region::Box).unwrap())
+        .collect()
+}
+
+fn compare_with_all_pairs<const D: usize>(n: usize, support_range: (f64, f64)) {
+    let x = random::<D>(n);
+    let mut rng = Xoshiro256PlusPlus::seed_from_u64(8);
+    let support: Vec<f64> =
+        (0..n).map(|_| support_range.0 + (support_range.1 - support_range.0) * rng.random::<f64>()).collect();
+    let weight: Vec<f64> = (0..n).map(|_| 0.5 + rng.random::<f64>()).collect();
+    for domain in domains::<D>() {
+        let tree = Tree::build(&x);
+        let (h, w) = (tree.to_tree_order(&support), tree.to_tree_order(&weight));
+        let sources = [Sources::new(&tree, &h, [w.as_slice()], Reach::Target)];
+        let narrow = density::<D, 1, _, f32>(WendlandC4, &domain, &sources, &h);
+        let wide = density::<D, 1, _, f64>(WendlandC4, &domain, &sources, &h);
+        let forces = pressure_force::<D, _, f64>(WendlandC4, &domain, &[(&tree, &h, &w)]);
+        for (k, &i) in tree.order().iter().enumerate() {
+            let i = i as usize;
+            let norm = |h: f64| WendlandC4::SIGMA[D - 1] / h.powi(D as i32);
+            let (mut number, mut mass, mut gradient, mut force) = (0.0, 0.0, [0.0; D], [0.0; D]);
+            brute_force::for_each_within(&domain, &x, &at(&x, i), support_range.1, |d, j| {
+                let r = d.iter().map(|v| v * v).sum::<f64>().sqrt();
+                let (own, slope) = evaluate::<_, D>(WendlandC4, r / support[i]);
+                let other = evaluate::<_, D>(WendlandC4, r / support[j]).1;
+                number += norm(support[i]) * own;
+                mass += weight[j] * norm(support[i]) * own;
+                for a in 0..D {
+                    let (hi, hj) = (support[i], support[j]);
+                    gradient[a] += weight[j] * norm(hi) * slope / (hi * hi) * d[a];
+                    force[a] -=
+                        d[a] * (weight[i] * norm(hi) * slope / (hi * hi) + weight[j] * norm(hj) * other / (hj * hj));
+                }
+            });
+            let scale = mass / support[i];
+            // f32 positions resolve 6e-8 of the reach; sums of some hundred terms stay within a few 1e-6.
+            for (got, tolerance) in [(&narrow[k], 5e-6), (&wide[k], 1e-12)] {
+                assert!((got.number_density / number - 1.0).abs() < tolerance, "{D}-D {domain:?}");
+                assert!((got.weighted / mass - 1.0).abs() < tolerance, "{D}-D {domain:?}");
+                for a in 0..D {
+                    assert!((got.gradient[a] - gradient[a]).abs() < 20.0 * tolerance * scale, "{D}-D {domain:?}");
+                }
+            }
+            let size = force.iter().fold(scale, |m: f64, f| m.max(f.abs()));
+            for a in 0..D {
+                assert!((forces[k].0[a] - force[a]).abs() < 1e-11 * size, "{D}-D {domain:?}");
+            }
+        }
+    }
+}
+
+#[test]
+fn sums_equal_those_over_all_pairs_in_every_dimension_and_boundary() {
+    compare_with_all_pairs::<1>(200, (0.01, 0.3));
+    compare_with_all_pairs::<2>(300, (0.05, 0.4));
+    compare_with_all_pairs::<3>(300, (0.1, 0.5));
+    // Wider than the box: images count more than once.
+    compare_with_all_pairs::<2>(20, (0.5, 1.7));
+}
+
+#[test]
+fn solved_support_radii_hold_the_neighbors_asked_for() {
+    let x = random::<3>(2000);
+    let domain = Domain::new([0.0; 3], [1.0; 3], [Axis::Periodic; 3], Region::Box).unwrap();
+    let tree = Tree::build(&x);
+    for factor in [0.01, 1.0, 4.0] {
+        let guess = vec![0.2 * factor; 2000];
+        let sources = [Sources::<3, 0>::new(&tree, &guess, [], Reach::Target)];
+        for s in solve_support_radii::<3, 0, _, f32>(WendlandC4, &domain, &sources, 64.0, 2.0) {
+            let count = s.sums.number_density * 4.0 / 3.0 * std::f64::consts::PI * s.support.powi(3);
+            assert!((count / 64.0 - 1.0).abs() < 1e-5, "{count} from a guess {factor} times off");
+        }
+    }
+}
+
+struct Wave;
+
+impl ScalarField<3> for Wave {
+    fn value(&self, x: &[f64; 3]) -> f64 {
+        let tau = std::f64::consts::TAU;
+        1.0 + 0.5 * (tau * x[0]).sin() * (tau * x[1]).cos()
+    }
+}
+
+fn place(threads: usize) -> (Positions<3>, DensityError, NoiseFigures) {
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+    pool.install(|| {
+        let domain = Domain::new([0.0; 3], [1.0; 3], [Axis::Periodic; 3], Region::Box).unwrap();
+        let target = Target {
+            domain: &domain,
+            density: &Wave,
+            resolution: Resolution::EqualMass,
+            count: 5000,
+            mass: 1.0,
+            resolution_integral: 1.0,
+            largest_spacing: 1.0,
+        };
+        let stop = AtomicBool::new(false);
+        let control = Control { deadline: None, interrupted: &stop, observer: &|_, _, _, _| {} };
+        let start = seed(&target, Seeding::MassBisection, 3).unwrap();
+        assert_eq!(start[0].len(), 5000);
+        let options = WvtOptions { iterations: 40, ..WvtOptions::new(3) };
+        let (x, report) = relax(WendlandC4, &target, start, &options, &control);
+        let first = report.history[0].epsilon;
+        let best = report.history[report.best_iteration].epsilon;
+        assert!(best < 0.1 * first, "{best} after {first}");
+        let masses = target.masses(&x);
+        let measured = Measured::new(WendlandC4, &domain, &x, &masses, &vec![0.15; 5000], 64.0);
+        let error = DensityError::new(&measured, &target.densities(&x));
+        let noise = NoiseFigures::new(WendlandC4, &measured, &domain, &masses, 64.0);
+        (x, error, noise)
+    })
+}
+
+#[test]
+fn results_have_the_same_bits_for_any_number_of_threads() {
+    let one = place(1);
+    assert!(one.1.all_refitted.mean < 0.02, "{:?}", one.1);
+    for threads in [2, 5] {
+        let other = place(threads);
+        assert!(one == other, "{threads} threads differ from one");
+    }
+}
+
+#[test]
+fn a_lattice_has_no_noise_and_a_random_set_has_all_of_it() {
+    let domain = Domain::new([0.0; 3], [1.0; 3], [Axis::Periodic; 3], Region::Box).unwrap();
+    let measure = |x: &Positions<3>| {
+        let n = x[0].len();
+        let masses = vec![1.0 / n as f64; n];
+        let measured = Measured::new(WendlandC4, &domain, x, &masses, &vec![0.2; n], 64.0);
+        NoiseFigures::new(WendlandC4, &measured, &domain, &masses, 64.0).all
+    };
+    let side = 12;
+    let lattice = std::array::from_fn(|k| {
+        (0..side * side * side).map(|i| ((i / [1, side, side * side][k]) % side) as f64 / side as f64).collect()
+    });
+    assert!(measure(&lattice) < 1e-4, "{}", measure(&lattice));
+    let mut rng = Xoshiro256PlusPlus::seed_from_u64(5);
+    let random = std::array::from_fn(|_| (0..8000).map(|_| rng.random::<f64>()).collect());
+    assert!((measure(&random) - 1.0).abs() < 0.05, "{}", measure(&random));
+}
