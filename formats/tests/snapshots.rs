@@ -218,6 +218,14 @@ fn particles_that_a_code_would_choke_on_are_refused_by_name() {
     assert!(text.contains("'InternalEnergy'") && text.contains("NaN"), "{text}");
     let text = refusal("swift", &with(&|p| set(p, names::COORDINATES, 2.5)));
     assert!(text.contains("within the box"), "{text}");
+    let text = refusal("swift", &with(&|p| set(p, names::COORDINATES, 2.0)));
+    assert!(text.contains("upper faces excluded"), "{text}");
+    for format in ["swift", "gadget"] {
+        let text = refusal(format, &with(&|p| set(p, names::INTERNAL_ENERGY, 0.0)));
+        assert!(text.contains("'InternalEnergy' of particle 0 is 0e0, expected a positive value"), "{text}");
+        let text = refusal(format, &with(&|p| set(p, names::MASSES, -1.0)));
+        assert!(text.contains("'Masses'") && text.contains("positive"), "{text}");
+    }
     let text = refusal("swift", &with(&|p| set(p, names::DENSITY, 0.0)));
     assert!(text.contains("'SmoothingLength'"), "{text}");
     let text = refusal("gadget", &with(&|p| p.header.box_size[1] = 3.0));

@@ -132,6 +132,8 @@ struct Planned<'a> {
     numbers: Numbers<'a>,
     /// NaN and values lost in f32 are errors.
     strict: bool,
+    /// Zero and less are errors: SWIFT and GIZMO hang or lose particles over them, far from the cause.
+    positive: bool,
 }
 
 enum Numbers<'a> {
@@ -182,6 +184,7 @@ impl<'a> Job<'a> {
                     dimension: self.dimension_of(&numbers, rule),
                     numbers,
                     strict: rule.need != Need::Optional,
+                    positive: rule.need != Need::Optional && rule.storage == Storage::Float && rule.components == 1,
                 });
             }
         }
@@ -202,6 +205,7 @@ impl<'a> Job<'a> {
                 dimension: column.dimension,
                 numbers: Numbers::Column(column),
                 strict: false,
+                positive: false,
             });
         }
         Ok(planned)
@@ -366,6 +370,9 @@ impl<'a> Job<'a> {
         for i in range {
             for c in 0..planned.components {
                 let x = planned.numbers.get(i, c, first_id);
+                if planned.positive && x.float() <= 0.0 {
+                    return Err(self.refuse(unfit(planned, i, x)));
+                }
                 let stored = convert(x, c).map_err(|_| self.refuse(unfit(planned, i, x)))?;
                 out.push(stored);
             }
@@ -378,7 +385,7 @@ impl<'a> Job<'a> {
         let edge = self.header.box_size.get(axis).copied().unwrap_or(0.0);
         let used = axis < self.header.dimension;
         let outside =
-            self.flavor.inside_box && planned.name == names::COORDINATES && used && !(0.0..=edge).contains(&x);
+            self.flavor.inside_box && planned.name == names::COORDINATES && used && !(0.0..edge).contains(&x);
         if outside || (planned.strict && !x.is_finite()) {
             return Err(axis);
         }
@@ -401,7 +408,8 @@ fn unfit(planned: &Planned, i: usize, x: Number) -> String {
     let expected = match planned.storage {
         Storage::Id => "a whole number from 0 on",
         Storage::Int => "a whole number of 32 bits",
-        _ if planned.name == names::COORDINATES => "a finite position within the box",
+        _ if planned.name == names::COORDINATES => "a finite position within the box, its upper faces excluded",
+        _ if planned.positive && x.float() <= 0.0 => "a positive value",
         _ if x.float().is_finite() => {
             "a value within f32's range (1e-38 to 3e38); choose larger units, or double precision"
         }
