@@ -110,6 +110,19 @@ fn packed_and_masked_values_are_decoded_as_cf_says() {
 }
 
 #[test]
+fn a_fill_value_in_f64_masks_the_f32_nearest_to_it() {
+    let mut file = ClassicFile::new();
+    let d = file.dimension("x", 3);
+    file.variable("x", &[d], Data::F64(&[0.0, 1.0, 2.0]), &[]);
+    let fill = [("missing_value", 1e20.into())];
+    file.variable("rho", &[d], Data::F32(&[0.1, 1e20, 0.3]), &fill);
+    let values = through(&file, &FieldRequest::default()).unwrap().variables.remove(0).values;
+    let Values::F32(values) = values else { panic!("{values:?}") };
+    assert_eq!((values[0], values[2]), (0.1, 0.3));
+    assert!(values[1].is_nan());
+}
+
+#[test]
 fn the_density_is_chosen_by_name_description_or_request() {
     let mut file = ClassicFile::new();
     let d = file.dimension("r", 2);

@@ -43,6 +43,12 @@ impl Packing {
             missing.extend(default_fill(variable.dtype()));
         }
         missing.extend(numbers("missing_value"));
+        if *variable.dtype() == NcType::Float {
+            // A fill value stated in f64 (1e20) means the f32 nearest to it.
+            for x in &mut missing {
+                *x = f64::from(*x as f32);
+            }
+        }
         let range = numbers("valid_range");
         let limit = |name: &str, i: usize, open: f64| {
             let found = first(name).or_else(|| range.get(i).copied());
@@ -63,6 +69,23 @@ impl Packing {
     fn masked(&self, stored: f64) -> bool {
         stored.is_nan() || self.missing.contains(&stored) || stored < self.valid.0 || stored > self.valid.1
     }
+}
+
+/// The numbers of an `ndarray` array in C order: taken over where they lie so, since a field may be a large part
+/// of the memory. A macro, because the reader does not export the type of its arrays.
+macro_rules! owned {
+    ($array:expr) => {{
+        let array = $array;
+        let count = array.len();
+        if array.is_standard_layout() {
+            let (mut values, offset) = array.into_raw_vec_and_offset();
+            values.drain(..offset.unwrap_or(0).min(values.len()));
+            values.truncate(count);
+            values
+        } else {
+            array.iter().copied().collect::<Vec<_>>()
+        }
+    }};
 }
 
 /// Values in the file's order, masked ones NaN, and how many those are.
@@ -103,8 +126,7 @@ pub fn read(file: &File, variable: &NcVariable, fixed: &[Option<u64>]) -> Result
     let fail = |e| file.damaged(&format!("variable '{name}'"), e);
     let mut masked = 0;
     let values = if *variable.dtype() == NcType::Float && !packing.packed() {
-        let array = file.nc.read_variable_slice::<f32>(name, &selection);
-        let mut values: Vec<f32> = array.map_err(fail)?.iter().copied().collect();
+        let mut values = owned!(file.nc.read_variable_slice::<f32>(name, &selection).map_err(fail)?);
         for x in &mut values {
             if packing.masked(f64::from(*x)) {
                 *x = f32::NAN;
@@ -113,8 +135,7 @@ pub fn read(file: &File, variable: &NcVariable, fixed: &[Option<u64>]) -> Result
         }
         Values::F32(values)
     } else {
-        let array = file.nc.read_variable_slice_as_f64(name, &selection);
-        let mut values: Vec<f64> = array.map_err(fail)?.iter().copied().collect();
+        let mut values = owned!(file.nc.read_variable_slice_as_f64(name, &selection).map_err(fail)?);
         for x in &mut values {
             if packing.masked(*x) {
                 *x = f64::NAN;
