@@ -384,8 +384,7 @@ impl<'a> Job<'a> {
     fn double(&self, planned: &Planned, x: f64, axis: usize) -> std::result::Result<f64, usize> {
         let edge = self.header.box_size.get(axis).copied().unwrap_or(0.0);
         let used = axis < self.header.dimension;
-        let outside =
-            self.flavor.inside_box && planned.name == names::COORDINATES && used && !(0.0..edge).contains(&x);
+        let outside = self.flavor.inside_box && planned.name == names::COORDINATES && used && !(0.0..edge).contains(&x);
         if outside || (planned.strict && !x.is_finite()) {
             return Err(axis);
         }
