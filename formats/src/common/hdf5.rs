@@ -8,7 +8,7 @@
 //! Reference: <https://support.hdfgroup.org/documentation/hdf5/latest/_f_m_t3.html>
 
 use crate::error::{FormatError, Result};
-use rust_hdf5::{H5Dataset, H5File, H5Group, Hdf5Error, LibverBound};
+use rust_hdf5::{DatatypeMessage, H5Dataset, H5File, H5Group, Hdf5Error, LibverBound};
 use std::ops::Range;
 use std::path::{Path, PathBuf};
 
@@ -80,12 +80,18 @@ impl Group<'_> {
         self.group.set_attr_array_numeric(name, values).map_err(|e| self.writer.error(e))
     }
 
-    /// Sets a text attribute.
+    /// Sets a text attribute, of fixed length: the crate's own texts of variable length have a base type from
+    /// which HDF5 1.10 knows no conversion, so that programs in C cannot read them.
     ///
     /// # Errors
     /// [`FormatError::Io`].
     pub fn text(&self, name: &str, value: &str) -> Result<()> {
-        self.group.set_attr_string(name, value).map_err(|e| self.writer.error(e))
+        let mut bytes = value.as_bytes().to_vec();
+        bytes.push(0);
+        u32::try_from(bytes.len())
+            .map_err(|_| Hdf5Error::InvalidState(format!("attribute '{name}' is longer than 4 GiB")))
+            .and_then(|size| self.group.set_attr_typed(name, DatatypeMessage::fixed_string_utf8(size), bytes))
+            .map_err(|e| self.writer.error(e))
     }
 
     /// Writes a dataset of shape (`rows`) or, from two columns on, (`rows`, `columns`), block by block: `fill`

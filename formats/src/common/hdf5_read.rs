@@ -213,9 +213,10 @@ impl Attributes {
         self.numbers(name)?.first().copied()
     }
 
+    /// A text without its padding; a line's end belongs to it.
     pub fn text(&self, name: &str) -> Option<String> {
         let text = self.find(name)?.read_string().ok()?;
-        Some(text.trim_end_matches('\0').trim_end().to_owned())
+        Some(text.trim_end_matches(['\0', ' ']).to_owned())
     }
 }
 
