@@ -158,6 +158,8 @@ fn profiles_of_the_c_library_are_read_in_every_type() {
     file.add_variable::<u16>("u16", &["r"]).unwrap().put_values(&[0u16, 1, 2, 65_000], ..).unwrap();
     file.add_variable::<u32>("u32", &["r"]).unwrap().put_values(&[0u32, 1, 2, 4_000_000_000], ..).unwrap();
     file.add_variable::<i64>("i64", &["r"]).unwrap().put_values(&[-1i64, 0, 1, 1 << 52], ..).unwrap();
+    let filled = [1i64, -9_223_372_036_854_775_806, 3, 4];
+    file.add_variable::<i64>("filled", &["r"]).unwrap().put_values(&filled, ..).unwrap();
     file.close().unwrap();
 
     let field = read(&path, &FieldRequest::default());
@@ -169,5 +171,6 @@ fn profiles_of_the_c_library_are_read_in_every_type() {
     assert_eq!(values("i8"), [-128.0, -1.0, 0.0, 127.0]);
     assert_eq!(values("u16"), [0.0, 1.0, 2.0, 65_000.0]);
     assert_eq!(values("u32"), [0.0, 1.0, 2.0, 4e9]);
+    assert!(values("filled")[1].is_nan());
     assert_eq!(values("i64"), [-1.0, 0.0, 1.0, (1u64 << 52) as f64]);
 }

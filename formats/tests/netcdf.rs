@@ -110,6 +110,18 @@ fn packed_and_masked_values_are_decoded_as_cf_says() {
 }
 
 #[test]
+fn bytes_declared_unsigned_are_taken_so() {
+    let mut file = ClassicFile::new();
+    let d = file.dimension("x", 4);
+    file.variable("x", &[d], Data::F64(&[0.0, 1.0, 2.0, 3.0]), &[]);
+    let attributes = [("_Unsigned", "true".into()), ("_FillValue", (-1.0).into()), ("scale_factor", 2.0.into())];
+    file.variable("rho", &[d], Data::I8(&[3, -56, -6, -1]), &attributes);
+    let values = through(&file, &FieldRequest::default()).unwrap().variables.remove(0).values.to_f64();
+    assert_eq!(&values[..3], &[6.0, 400.0, 500.0]);
+    assert!(values[3].is_nan());
+}
+
+#[test]
 fn a_fill_value_in_f64_masks_the_f32_nearest_to_it() {
     let mut file = ClassicFile::new();
     let d = file.dimension("x", 3);

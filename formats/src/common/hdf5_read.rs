@@ -163,6 +163,11 @@ impl<'p> Reader<'p> {
 fn input(path: &Path, format: &'static str, location: &str, e: hdf5_reader::error::Error) -> FormatError {
     match e {
         hdf5_reader::error::Error::Io(e) => FormatError::io(path, "read", e),
+        hdf5_reader::error::Error::UnsupportedFilter(filter) => FormatError::Unsupported {
+            path: path.into(),
+            format,
+            what: format!("compression of {location} by {filter}; copy the file with h5repack -f NONE"),
+        },
         other => {
             FormatError::input(path, format, location, format!("{other}; the file is damaged, incomplete or not HDF5"))
         }

@@ -2,8 +2,9 @@
 //!
 //! Masked are values equal to `_FillValue` or `missing_value`, or outside `valid_min`, `valid_max` or
 //! `valid_range`, all compared as stored; without `_FillValue`, the library's default fill value of the type,
-//! except for bytes. Then value = stored * `scale_factor` + `add_offset`, in f64. Packed and integer variables
-//! become f64; plain f32 stays f32.
+//! except for bytes. Integers with the attribute `_Unsigned` = `true` are taken as unsigned before all else. Then
+//! value = stored * `scale_factor` + `add_offset`, in f64. Packed and integer variables become f64; plain f32
+//! stays f32.
 
 use super::read::File;
 use crate::error::{FormatError, Result};
@@ -19,8 +20,27 @@ fn default_fill(dtype: &NcType) -> Option<f64> {
         NcType::UShort => 65_535.0,
         NcType::Int => -2_147_483_647.0,
         NcType::UInt => 4_294_967_295.0,
+        // In f64 like the values that it is compared with.
+        NcType::Int64 => -9_223_372_036_854_775_806_i64 as f64,
+        NcType::UInt64 => 18_446_744_073_709_551_614_u64 as f64,
         _ => return None,
     })
+}
+
+/// 2^bits for signed integers that the attribute `_Unsigned` declares unsigned, else 0.
+fn wrap(variable: &NcVariable) -> f64 {
+    let declared = variable.attribute("_Unsigned").and_then(|a| a.value.as_string());
+    match variable.dtype() {
+        _ if !declared.is_some_and(|text| text.trim().eq_ignore_ascii_case("true")) => 0.0,
+        NcType::Byte => 256.0,
+        NcType::Short => 65_536.0,
+        NcType::Int => 4_294_967_296.0,
+        _ => 0.0,
+    }
+}
+
+fn unsigned(x: f64, wrap: f64) -> f64 {
+    if x < 0.0 { x + wrap } else { x }
 }
 
 /// How stored numbers become values.
@@ -29,18 +49,22 @@ struct Packing {
     valid: (f64, f64),
     scale: f64,
     offset: f64,
+    /// Added to negative numbers: what a signed type of a file without unsigned ones is short of.
+    wrap: f64,
 }
 
 impl Packing {
     fn of(variable: &NcVariable) -> Self {
+        let wrap = wrap(variable);
         let numbers = |name: &str| {
             let found = variable.attribute(name).and_then(|a| a.value.as_f64_vec());
-            found.unwrap_or_default()
+            found.unwrap_or_default().into_iter().map(|x| unsigned(x, wrap)).collect::<Vec<f64>>()
         };
+        let factor = |name: &str| variable.attribute(name).and_then(|a| a.value.as_f64());
         let first = |name: &str| numbers(name).first().copied();
         let mut missing = numbers("_FillValue");
         if missing.is_empty() {
-            missing.extend(default_fill(variable.dtype()));
+            missing.extend(default_fill(variable.dtype()).map(|x| unsigned(x, wrap)));
         }
         missing.extend(numbers("missing_value"));
         if *variable.dtype() == NcType::Float {
@@ -57,8 +81,9 @@ impl Packing {
         Self {
             missing,
             valid: (limit("valid_min", 0, f64::NEG_INFINITY), limit("valid_max", 1, f64::INFINITY)),
-            scale: first("scale_factor").unwrap_or(1.0),
-            offset: first("add_offset").unwrap_or(0.0),
+            scale: factor("scale_factor").unwrap_or(1.0),
+            offset: factor("add_offset").unwrap_or(0.0),
+            wrap,
         }
     }
 
@@ -137,6 +162,7 @@ pub fn read(file: &File, variable: &NcVariable, fixed: &[Option<u64>]) -> Result
     } else {
         let mut values = owned!(file.nc.read_variable_slice_as_f64(name, &selection).map_err(fail)?);
         for x in &mut values {
+            *x = unsigned(*x, packing.wrap);
             if packing.masked(*x) {
                 *x = f64::NAN;
                 masked += 1;

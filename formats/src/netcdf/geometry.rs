@@ -41,7 +41,13 @@ pub fn read_axis(file: &File, dimension: &str, role: Role, alone: bool, notes: &
     let steps = if alone && matches!(role, Role::Radius | Role::Depth) { Steps::Jumps } else { Steps::Strict };
     let (nodes, backward) = axes::ascending(nodes, steps).map_err(|problem| file.input(&location, problem))?;
     let bounds = read_bounds(file, variable, &nodes, backward, notes)?;
-    let grid = GridAxis { name: dimension.to_owned(), unit: unit(file, variable, notes), nodes, bounds };
+    // Degrees are what the role says already, and no unit of the kind that scales a length.
+    let angle = matches!(role, Role::Longitude | Role::Latitude);
+    if angle && axes::text(variable, "units").is_some_and(|u| u.to_lowercase().starts_with("rad")) {
+        return Err(file.unsupported(format!("{location} in radians; convert it to degrees")));
+    }
+    let unit = if angle { None } else { unit(file, variable, notes) };
+    let grid = GridAxis { name: dimension.to_owned(), unit, nodes, bounds };
     Ok(Axis { dimension: dimension.to_owned(), role, grid, backward })
 }
 

@@ -39,7 +39,12 @@ impl<'p> File<'p> {
     }
 
     pub fn damaged(&self, location: &str, e: netcdf_reader::Error) -> FormatError {
-        self.input(location, format!("{e}; the file is damaged or incomplete"))
+        match e {
+            netcdf_reader::Error::Hdf5(hdf5_reader::error::Error::UnsupportedFilter(filter)) => self.unsupported(format!(
+                "compression of {location} by {filter}; only deflate, shuffle and fletcher32 are read, so copy the file with nccopy -F none"
+            )),
+            e => self.input(location, format!("{e}; the file is damaged or incomplete")),
+        }
     }
 
     pub fn unsupported(&self, what: impl Into<String>) -> FormatError {
@@ -133,11 +138,22 @@ fn find_density<'f>(file: &'f File, request: &FieldRequest, notes: &mut Vec<Stri
             notes.push(format!("took variable '{}' for the density, because there is no other", one.name()));
             Ok(one)
         }
-        (_, []) => Err(file.input("header", "there is no numeric variable with axes in space, expected a density")),
+        (_, []) => Err(file.input("header", nothing_in_space(file))),
         _ => Err(file.input(
             "header",
             format!("cannot tell which variable is the density; name it with --density, one of {}", list()),
         )),
+    }
+}
+
+fn nothing_in_space(file: &File) -> String {
+    let groups = file.nc.root_group().map(|root| root.groups.iter().map(|g| g.name.as_str()).collect::<Vec<_>>());
+    let problem = "there is no numeric variable with axes in space, expected a density";
+    match groups {
+        Ok(names) if !names.is_empty() => {
+            format!("{problem}; only the root group is read, so move the variables there from {}", names.join(", "))
+        }
+        _ => problem.to_owned(),
     }
 }
 
