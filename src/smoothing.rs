@@ -9,6 +9,7 @@ use crate::kernel::{Kernel, unit_ball_volume};
 use crate::neighbors::lanes::Real;
 use crate::neighbors::{Batch, LeafPass, Reach, Sources, Tree, for_each_target};
 use pulp::Simd;
+use rayon::prelude::*;
 use std::marker::PhantomData;
 
 /// Sums over the neighbors of one particle at a given support radius.
@@ -216,14 +217,13 @@ pub fn largest_support<const D: usize>(domain: &Domain<D>, count: usize, kernel_
     2.0 * diagonal.max(mean)
 }
 
-struct ForcePass<'a, K, R> {
+struct ScatterPass<K, R> {
     kernel: K,
-    support: &'a [f64],
     precision: PhantomData<R>,
 }
 
-/// Channel 0: pair coefficient; channel 1: 1 / H.
-impl<const D: usize, K: Kernel, R: Real> LeafPass<D, 2, R> for ForcePass<'_, K, R> {
+/// Channel 0: strength times sigma / H^(d+2); channel 1: 1 / H.
+impl<const D: usize, K: Kernel, R: Real> LeafPass<D, 2, R> for ScatterPass<K, R> {
     type Output = Vector<D>;
 
     #[inline(always)]
@@ -233,23 +233,18 @@ impl<const D: usize, K: Kernel, R: Real> LeafPass<D, 2, R> for ForcePass<'_, K, 
         for (i, out) in batch.targets().zip(out) {
             let (xs, channels) = batch.registers::<S>();
             let target = batch.target(i).map(|x| R::splat(simd, x));
-            let own_inverse = R::splat(simd, R::from_f64(length / self.support[i]));
-            let own = R::splat(simd, R::from_f64(batch.target_channel(0, i)));
-            let mut force = [R::splat(simd, R::from_f64(0.0)); D];
+            let mut sum = [R::splat(simd, R::from_f64(0.0)); D];
             for j in 0..xs[0].len() {
-                let (d, q) = separation::<D, R, S>(simd, &xs, &target, own_inverse, j);
-                let (_, slope_own) = self.kernel.shape::<D, R, S>(simd, q);
-                let other_inverse = R::mul(simd, channels[1][j], inverse_scale);
-                // q is r times the target's inverse radius; rescale to the source's.
-                let (_, q_other) = separation::<D, R, S>(simd, &xs, &target, other_inverse, j);
-                let (_, slope_other) = self.kernel.shape::<D, R, S>(simd, q_other);
-                let pull = R::mul_add(simd, channels[0][j], slope_other, R::mul(simd, own, slope_own));
+                let inverse = R::mul(simd, channels[1][j], inverse_scale);
+                let (d, q) = separation::<D, R, S>(simd, &xs, &target, inverse, j);
+                let (_, slope) = self.kernel.shape::<D, R, S>(simd, q);
+                let pull = R::mul(simd, channels[0][j], slope);
                 for k in 0..D {
-                    force[k] = R::mul_add(simd, d[k], pull, force[k]);
+                    sum[k] = R::mul_add(simd, d[k], pull, sum[k]);
                 }
             }
             let scale = batch.unit().channels[0] * length;
-            *out = Vector(force.map(|f| -scale * R::sum(simd, f)));
+            *out = Vector(sum.map(|g| scale * R::sum(simd, g)));
         }
     }
 }
@@ -264,28 +259,38 @@ impl<const D: usize> Default for Vector<D> {
     }
 }
 
-/// Symmetric pressure force: sum_b (A_a grad_a W(H_a) + A_b grad_a W(H_b)) times -1, where A = P/rho^2 (per
-/// unit mass of b; multiply masses in where they differ). Positive A repels. All in tree order.
-pub fn pressure_force<const D: usize, K: Kernel, R: Real>(
+/// Particles that act on others with a strength A_b at their own support radius; all in tree order.
+pub struct Actors<'a, const D: usize> {
+    pub tree: &'a Tree<D>,
+    pub support: &'a [f64],
+    pub strength: &'a [f64],
+    /// Acted on but not acting; for the first of several only.
+    pub silent: bool,
+}
+
+/// sum_b A_b grad_a W(r_ab, H_b) at every particle a of `actors[0]`: what the particles that see a add to a
+/// gradient. With [`DensitySums::gradient`], what a itself sees, it makes up every conservative SPH force.
+pub fn scatter_gradient<const D: usize, K: Kernel, R: Real>(
     kernel: K,
     domain: &Domain<D>,
-    trees: &[(&Tree<D>, &[f64], &[f64])],
+    actors: &[Actors<'_, D>],
 ) -> Vec<Vector<D>> {
     let norm = K::SIGMA[D - 1];
-    let prepared: Vec<(Vec<f64>, Vec<f64>)> = trees
+    let prepared: Vec<(Vec<f64>, Vec<f64>)> = actors
         .iter()
-        .map(|(_, support, strength)| {
-            let coefficient = support.iter().zip(*strength).map(|(h, a)| a * norm / h.powi(D as i32 + 2)).collect();
-            (coefficient, support.iter().map(|h| 1.0 / h).collect())
+        .map(|a| {
+            let coefficient =
+                a.support.par_iter().zip(a.strength).map(|(h, s)| s * norm / h.powi(D as i32 + 2)).collect();
+            (coefficient, a.support.par_iter().map(|h| 1.0 / h).collect())
         })
         .collect();
-    let sources: Vec<_> = trees
+    let sources: Vec<_> = actors
         .iter()
         .zip(&prepared)
-        .map(|((tree, support, _), (coefficient, inverse))| {
-            Sources::new(tree, support, [coefficient.as_slice(), inverse.as_slice()], Reach::Either)
+        .map(|(a, (coefficient, inverse))| {
+            let sources = Sources::new(a.tree, a.support, [coefficient.as_slice(), inverse.as_slice()], Reach::Source);
+            if a.silent { sources.silent() } else { sources }
         })
         .collect();
-    let pass = ForcePass { kernel, support: trees[0].1, precision: PhantomData::<R> };
-    for_each_target::<D, 2, R, _>(domain, &sources, 1.0, &pass)
+    for_each_target::<D, 2, R, _>(domain, &sources, 1.0, &ScatterPass { kernel, precision: PhantomData::<R> })
 }

@@ -17,6 +17,7 @@ pub fn at<const D: usize>(positions: &Positions<D>, i: usize) -> [f64; D] {
 }
 
 /// How the particles' number density follows from the input.
+#[derive(Clone, Copy)]
 pub enum Resolution<'a, const D: usize> {
     /// n* = rho* / m: equal masses.
     EqualMass,
@@ -25,6 +26,7 @@ pub enum Resolution<'a, const D: usize> {
 }
 
 /// Target of a placement.
+#[derive(Clone, Copy)]
 pub struct Target<'a, const D: usize> {
     pub domain: &'a Domain<D>,
     pub density: &'a dyn ScalarField<D>,
@@ -49,9 +51,19 @@ impl<const D: usize> Target<'_, D> {
         wanted * (self.count as f64 / self.resolution_integral)
     }
 
+    /// The same target for another number of particles.
+    pub fn with_count(&self, count: usize) -> Self {
+        Self { count, ..*self }
+    }
+
     /// n*^(-1/d) where the target density is `number_density`, at most the largest spacing.
     pub fn spacing(&self, number_density: f64) -> f64 {
         number_density.powf(-1.0 / D as f64).min(self.largest_spacing)
+    }
+
+    /// Whether the spacing there follows the target, not the cap.
+    pub fn spacing_follows(&self, number_density: f64) -> bool {
+        number_density.powf(-1.0 / D as f64) < self.largest_spacing
     }
 
     /// Whether a particle may be at `x`: in the domain and where the target is not zero.

@@ -10,7 +10,7 @@ use sph_prep::metrics::{DensityError, Measured, NoiseFigures};
 use sph_prep::neighbors::{Reach, Sources, Tree, brute_force};
 use sph_prep::placement::{Control, WvtOptions, relax};
 use sph_prep::seeding::{Seeding, seed};
-use sph_prep::smoothing::{density, pressure_force, solve_support_radii};
+use sph_prep::smoothing::{Actors, density, scatter_gradient, solve_support_radii};
 use sph_prep::target::{Positions, Resolution, Target, at};
 use std::sync::atomic::AtomicBool;
 
@@ -40,11 +40,12 @@ fn compare_with_all_pairs<const D: usize>(n: usize, support_range: (f64, f64)) {
         let sources = [Sources::new(&tree, &h, [w.as_slice()], Reach::Target)];
         let narrow = density::<D, 1, _, f32>(WendlandC4, &domain, &sources, &h);
         let wide = density::<D, 1, _, f64>(WendlandC4, &domain, &sources, &h);
-        let forces = pressure_force::<D, _, f64>(WendlandC4, &domain, &[(&tree, &h, &w)]);
+        let actors = [Actors { tree: &tree, support: &h, strength: &w, silent: false }];
+        let seen = scatter_gradient::<D, _, f64>(WendlandC4, &domain, &actors);
         for (k, &i) in tree.order().iter().enumerate() {
             let i = i as usize;
             let norm = |h: f64| WendlandC4::SIGMA[D - 1] / h.powi(D as i32);
-            let (mut number, mut mass, mut gradient, mut force) = (0.0, 0.0, [0.0; D], [0.0; D]);
+            let (mut number, mut mass, mut gradient, mut scattered) = (0.0, 0.0, [0.0; D], [0.0; D]);
             brute_force::for_each_within(&domain, &x, &at(&x, i), support_range.1, |d, j| {
                 let r = d.iter().map(|v| v * v).sum::<f64>().sqrt();
                 let (own, slope) = evaluate::<_, D>(WendlandC4, r / support[i]);
@@ -54,8 +55,7 @@ fn compare_with_all_pairs<const D: usize>(n: usize, support_range: (f64, f64)) {
                 for a in 0..D {
                     let (hi, hj) = (support[i], support[j]);
                     gradient[a] += weight[j] * norm(hi) * slope / (hi * hi) * d[a];
-                    force[a] -=
-                        d[a] * (weight[i] * norm(hi) * slope / (hi * hi) + weight[j] * norm(hj) * other / (hj * hj));
+                    scattered[a] += weight[j] * norm(hj) * other / (hj * hj) * d[a];
                 }
             });
             let scale = mass / support[i];
@@ -67,9 +67,9 @@ fn compare_with_all_pairs<const D: usize>(n: usize, support_range: (f64, f64)) {
                     assert!((got.gradient[a] - gradient[a]).abs() < 20.0 * tolerance * scale, "{D}-D {domain:?}");
                 }
             }
-            let size = force.iter().fold(scale, |m: f64, f| m.max(f.abs()));
+            let size = scattered.iter().fold(scale, |m: f64, f| m.max(f.abs()));
             for a in 0..D {
-                assert!((forces[k].0[a] - force[a]).abs() < 1e-11 * size, "{D}-D {domain:?}");
+                assert!((seen[k].0[a] - scattered[a]).abs() < 1e-11 * size, "{D}-D {domain:?}");
             }
         }
     }

@@ -154,7 +154,7 @@ impl<const D: usize> Domain<D> {
             p.min(q) <= b && p.max(q) >= a
         };
         let mut images = vec![AxisImage::IDENTITY];
-        let copies = (((lo - a).max(b - hi) / length).ceil().max(0.0) as i64 + 1).min(MAX_IMAGES);
+        let copies = ((lo - a).max(b - hi) / length).ceil().clamp(0.0, MAX_IMAGES as f64) as i64 + 1;
         let mut push = |sign: f64, shift: f64| {
             let image = AxisImage { sign, shift };
             if reaches(&image) {

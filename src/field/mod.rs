@@ -31,7 +31,7 @@ mod hull;
 mod mass;
 mod mesh;
 mod profile;
-mod quadrature;
+pub(crate) mod quadrature;
 mod radial;
 mod sampled;
 mod scaled;

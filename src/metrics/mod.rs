@@ -3,16 +3,18 @@
 //! Measures use the domain as it is: open faces are vacuum, reflecting ones and reflecting surfaces mirror.
 
 mod density_error;
+mod minimum;
 mod noise;
 
 pub use density_error::{DensityError, ErrorFigures};
+pub use minimum::lowest_epsilon;
 pub use noise::{NoiseFigures, poisson_force};
 
 use crate::domain::{Domain, Wall};
 use crate::kernel::Kernel;
 use crate::neighbors::{Reach, Sources, Tree};
 use crate::placement::Ghosts;
-use crate::smoothing::{DensitySums, largest_support, pressure_force, solve_support_radii};
+use crate::smoothing::{Actors, DensitySums, largest_support, scatter_gradient, solve_support_radii};
 use crate::target::{Positions, at};
 use rayon::prelude::*;
 use serde::Serialize;
@@ -83,22 +85,23 @@ impl<const D: usize> Measured<D> {
     /// a_i = -sum_j m_j (grad W(H_i)/rho_i^2 + grad W(H_j)/rho_j^2), in the particles' order.
     pub fn constant_pressure_force<K: Kernel>(&self, kernel: K, domain: &Domain<D>, masses: &[f64]) -> Vec<[f64; D]> {
         let n = masses.len();
-        // The pair coefficient needs m_j on both terms; with m_i m_j symmetric it is m_i times the target's.
         let strength: Vec<f64> = (0..n).map(|i| masses[i] / self.sums[i].weighted.powi(2)).collect();
         let tree_support = self.tree.to_tree_order(&self.support);
         let tree_strength = self.tree.to_tree_order(&strength);
         let ghost = self
             .ghosts
             .as_ref()
-            .map(|(tree, g)| (tree, inherit(tree, g, &self.support, 1.0 / D as f64), inherit(tree, g, &strength, 0.0)));
-        let mut trees = vec![(&self.tree, tree_support.as_slice(), tree_strength.as_slice())];
+            .map(|(tree, g)| (tree, inherit(tree, g, &self.support, 1.0 / D as f64), inherit(tree, g, &strength, 1.0)));
+        let mut actors =
+            vec![Actors { tree: &self.tree, support: &tree_support, strength: &tree_strength, silent: false }];
         if let Some((tree, support, strength)) = &ghost {
-            trees.push((tree, support.as_slice(), strength.as_slice()));
+            actors.push(Actors { tree, support, strength, silent: false });
         }
-        let forces = pressure_force::<D, K, f32>(kernel, domain, &trees);
+        let seen = scatter_gradient::<D, K, f32>(kernel, domain, &actors);
         let mut out = vec![[0.0; D]; n];
-        for (f, &i) in forces.iter().zip(self.tree.order()) {
-            out[i as usize] = f.0;
+        for (seen, &i) in seen.iter().zip(self.tree.order()) {
+            let (own, squared) = (&self.sums[i as usize].gradient, self.sums[i as usize].weighted.powi(2));
+            out[i as usize] = std::array::from_fn(|k| -own[k] / squared - seen.0[k]);
         }
         out
     }

@@ -17,15 +17,22 @@ pub enum Reach {
     Target,
     /// Sources within the larger radius of the two.
     Either,
+    /// Sources whose own radius reaches the target.
+    Source,
 }
 
 /// Particles to gather from, with `C` values each, in tree order.
 pub struct Sources<'a, const D: usize, const C: usize> {
     tree: &'a Tree<D>,
     channels: [&'a [f64]; C],
+    reach: Reach,
     /// Largest support radius below each node, and the radii; empty for [`Reach::Target`].
     node_reach: Vec<f64>,
     support: &'a [f64],
+    /// The first `D` channels are a vector, whose components change sign in mirror images.
+    vector: bool,
+    /// Targets only: nothing is gathered from here.
+    silent: bool,
 }
 
 impl<'a, const D: usize, const C: usize> Sources<'a, D, C> {
@@ -33,9 +40,31 @@ impl<'a, const D: usize, const C: usize> Sources<'a, D, C> {
     pub fn new(tree: &'a Tree<D>, support: &'a [f64], channels: [&'a [f64]; C], reach: Reach) -> Self {
         let node_reach = match reach {
             Reach::Target => Vec::new(),
-            Reach::Either => tree.node_maxima(support),
+            Reach::Either | Reach::Source => tree.node_maxima(support),
         };
-        Self { tree, channels, node_reach, support }
+        Self { tree, channels, reach, node_reach, support, vector: false, silent: false }
+    }
+
+    /// Declares the first `D` channels the components of a vector.
+    pub fn with_vector(mut self) -> Self {
+        self.vector = true;
+        self
+    }
+
+    /// Declares these particles targets that no target sees.
+    pub fn silent(mut self) -> Self {
+        self.silent = true;
+        self
+    }
+
+    /// How far a node's particles can be from a target: `own` is the target leaf's reach.
+    #[inline(always)]
+    fn reach_of(&self, node: usize, own: f64) -> f64 {
+        match self.reach {
+            Reach::Target => own,
+            Reach::Either => self.node_reach[node].max(own),
+            Reach::Source => self.node_reach[node],
+        }
     }
 }
 
@@ -137,7 +166,10 @@ impl<'a, const D: usize, const C: usize, R: Real> Batch<'a, D, C, R> {
         self.used = 0;
         self.unit.length = reach;
         for s in 0..self.sources.len() {
-            let widest = self.sources[s].node_reach.first().map_or(reach, |&r| r.max(reach));
+            if self.sources[s].silent || self.sources[s].tree.is_empty() {
+                continue;
+            }
+            let widest = self.sources[s].reach_of(0, reach);
             let images: [Vec<AxisImage>; D] = std::array::from_fn(|k| {
                 let span = self.half[k] + widest;
                 if self.center[k] - span >= self.domain.lo[k] && self.center[k] + span <= self.domain.hi[k] {
@@ -173,7 +205,7 @@ impl<'a, const D: usize, const C: usize, R: Real> Batch<'a, D, C, R> {
                 let gap = (node.lo[k] - center[k] - self.half[k]).max(center[k] - self.half[k] - node.hi[k]).max(0.0);
                 gap2 += gap * gap;
             }
-            let reach = source.node_reach.get(at).map_or(reach, |&r| r.max(reach));
+            let reach = source.reach_of(at, reach);
             if gap2 > reach * reach {
                 at = node.skip as usize;
             } else {
@@ -207,13 +239,17 @@ impl<'a, const D: usize, const C: usize, R: Real> Batch<'a, D, C, R> {
             }
         }
         let (limit, scale) = (reach * reach, 1.0 / self.unit.length);
+        let channel_scale: [f64; C] = std::array::from_fn(|c| {
+            let sign = if source.vector && c < D { image[c].sign } else { 1.0 };
+            sign / self.unit.channels[c]
+        });
         let mut used = self.used;
         for j in 0..count {
             for k in 0..D {
                 self.positions[k][used] = R::from_f64(relative[k][j] * scale);
             }
             for c in 0..C {
-                self.channels[c][used] = R::from_f64(source.channels[c][first + j] / self.unit.channels[c]);
+                self.channels[c][used] = R::from_f64(source.channels[c][first + j] * channel_scale[c]);
             }
             used += usize::from(gap2[j] < limit);
         }

@@ -1,9 +1,19 @@
 //! Relaxation of the seed: stages that move particles until their density matches the target.
 
+mod alaric;
+mod arrangement;
+mod fit;
 mod ghosts;
+mod lbfgs;
+mod solver;
+mod splitting;
+mod viscosity;
 mod wvt;
 
+pub use alaric::{AlaricOptions, alaric, alaric_by_splitting};
 pub use ghosts::Ghosts;
+pub use solver::{SolverOptions, solve_density};
+pub use splitting::{children, coarse_count, split};
 pub use wvt::{Bias, Weight, WvtOptions, relax};
 
 use crate::domain::{Axis, Domain, Wall};

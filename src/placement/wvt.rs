@@ -17,6 +17,8 @@
 //! The smoothing by the kernel is taken out by feedback: V_j is
 //! multiplied by a power of the summed over the target density at j, and by a slowly forgetting memory of it.
 
+use super::arrangement::GHOST_DEPTH;
+use super::fit::{fit, interior};
 use super::{Ghosts, Progress, StageReport, StopReason, relaxation_domain};
 use crate::domain::Domain;
 use crate::kernel::{Kernel, evaluate, support_over_spacing};
@@ -399,23 +401,9 @@ impl<'a, const D: usize> State<'a, D> {
         self.excess = (0..n).into_par_iter().map(|i| (ratio(i) / mean).ln()).collect();
     }
 
-    /// epsilon with the mass re-fitted, over particles whose support lies in the domain (over all if those
-    /// are few).
     fn epsilon(&self, pushes: &[Push<D>]) -> f64 {
-        let n = pushes.len();
-        let interior: Vec<bool> = (0..n)
-            .into_par_iter()
-            .map(|i| self.target.domain.distance_to_edge(&at(&self.positions, i)) >= self.support[i])
-            .collect();
-        let count = interior.iter().filter(|&&inside| inside).count();
-        let few = count < n / 10 + 1;
-        let over = |f: &(dyn Fn(usize) -> f64 + Sync)| reduce::sum(n, |i| if few || interior[i] { f(i) } else { 0.0 });
-        let used = if few { n } else { count } as f64;
-        let factor = over(&|i| self.number_density[i] / pushes[i].number_density) / used;
-        let (wanted, summed) = (&self.number_density, pushes);
-        let numerator = over(&|i| (factor * summed[i].number_density - wanted[i]).powi(2) / summed[i].number_density);
-        let denominator = over(&|i| wanted[i].powi(2) / summed[i].number_density);
-        numerator / denominator
+        let set = interior(self.target.domain, &self.positions, &self.support);
+        fit(set.as_deref(), &self.number_density, |i| pushes[i].number_density).epsilon
     }
 
     /// Moves all particles; returns the largest displacement in spacings.
@@ -442,7 +430,3 @@ impl<'a, const D: usize> State<'a, D> {
         largest
     }
 }
-
-/// Depth below a curved surface, in support radii, from which particles are mirrored. More than one, since a
-/// target at the surface may have a larger radius than the particles below it.
-const GHOST_DEPTH: f64 = 1.5;

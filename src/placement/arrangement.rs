@@ -1,0 +1,215 @@
+//! Particles in a domain with what every force on them needs: tree, ghosts, sums and their gradients.
+
+use super::Ghosts;
+use crate::domain::Domain;
+use crate::kernel::Kernel;
+use crate::neighbors::lanes::Real;
+use crate::neighbors::{LeafPass, Reach, Sources, Tree, for_each_target};
+use crate::smoothing::{
+    Actors, DensitySums, Solved, Vector, density, largest_support, scatter_gradient, solve_support_radii,
+};
+use crate::target::{Positions, Target};
+use rayon::prelude::*;
+use std::marker::PhantomData;
+
+/// Depth below a curved surface, in support radii, from which particles are mirrored. More than one, since a
+/// target at the surface may have a larger radius than the particles below it.
+pub(super) const GHOST_DEPTH: f64 = 1.5;
+/// Moves between sortings of the tree; in between its boxes are fitted to the moved particles.
+const SORT_INTERVAL: usize = 16;
+
+/// Ghosts in the order of their own tree.
+struct GhostLayer<const D: usize> {
+    tree: Tree<D>,
+    parents: Vec<u32>,
+    stretch: Vec<f64>,
+    /// Unit normal of the mirror.
+    normals: Vec<[f64; D]>,
+}
+
+impl<const D: usize> GhostLayer<D> {
+    fn new(domain: &Domain<D>, positions: &Positions<D>, support: &[f64]) -> Option<Self> {
+        let ghosts = Ghosts::mirror(domain, positions, |i| GHOST_DEPTH * support[i]);
+        if ghosts.positions.is_empty() {
+            return None;
+        }
+        let normal = |(x, &p): (&[f64; D], &u32)| {
+            let away: [f64; D] = std::array::from_fn(|k| x[k] - positions[k][p as usize]);
+            let length = away.iter().map(|a| a * a).sum::<f64>().sqrt();
+            away.map(|a| if length > 0.0 { a / length } else { 0.0 })
+        };
+        let normals: Vec<[f64; D]> = ghosts.positions.iter().zip(&ghosts.parents).map(normal).collect();
+        let tree = Tree::build(&ghosts.soa());
+        Some(Self {
+            parents: tree.to_tree_order(&ghosts.parents),
+            stretch: tree.to_tree_order(&ghosts.stretch),
+            normals: tree.to_tree_order(&normals),
+            tree,
+        })
+    }
+
+    fn inherit(&self, values: &[f64], power: f64) -> Vec<f64> {
+        self.parents.iter().zip(&self.stretch).map(|(&p, s)| values[p as usize] * s.powf(power)).collect()
+    }
+
+    /// A vector of the parent as the mirror shows it.
+    fn reflected(&self, g: usize, vector: [f64; D]) -> [f64; D] {
+        let n = &self.normals[g];
+        let along: f64 = (0..D).map(|k| vector[k] * n[k]).sum();
+        std::array::from_fn(|k| vector[k] - 2.0 * along * n[k])
+    }
+
+    /// Change of the parent's gradient by that of its ghost: the transposed derivative of mirroring, which
+    /// turns the normal around and stretches what is tangential.
+    fn pull_back(&self, g: usize, gradient: &[f64; D]) -> [f64; D] {
+        let n = &self.normals[g];
+        let along: f64 = (0..D).map(|k| gradient[k] * n[k]).sum();
+        let tangential = if D > 1 { self.stretch[g].powf(1.0 / (D as f64 - 1.0)) } else { 1.0 };
+        std::array::from_fn(|k| tangential * (gradient[k] - along * n[k]) - along * n[k])
+    }
+}
+
+/// Particles, in tree order, under a kernel with N_H neighbors. `R` is the precision of pair distances.
+pub(super) struct Arrangement<'a, const D: usize, K, R> {
+    pub kernel: K,
+    pub target: &'a Target<'a, D>,
+    /// The domain as forces see it, see [`super::relaxation_domain`].
+    pub domain: &'a Domain<D>,
+    pub kernel_neighbors: f64,
+    pub positions: Positions<D>,
+    tree: Tree<D>,
+    ghosts: Option<GhostLayer<D>>,
+    moves: usize,
+    precision: PhantomData<R>,
+}
+
+impl<'a, const D: usize, K: Kernel, R: Real> Arrangement<'a, D, K, R> {
+    /// Sorts `positions` into tree order.
+    pub fn new(
+        kernel: K,
+        target: &'a Target<'a, D>,
+        domain: &'a Domain<D>,
+        positions: Positions<D>,
+        kernel_neighbors: f64,
+    ) -> Self {
+        let mut tree = Tree::build(&positions);
+        let positions = std::array::from_fn(|k| tree.to_tree_order(&positions[k]));
+        tree.forget_order();
+        Self {
+            kernel,
+            target,
+            domain,
+            kernel_neighbors,
+            positions,
+            tree,
+            ghosts: None,
+            moves: 0,
+            precision: PhantomData,
+        }
+    }
+
+    pub fn len(&self) -> usize {
+        self.tree.len()
+    }
+
+    /// Whether the tree should be sorted anew, see [`Self::sort`].
+    pub fn is_stale(&self) -> bool {
+        self.moves >= SORT_INTERVAL
+    }
+
+    /// Sorts particles into the order of a new tree. Returns new place -> old place, for other arrays.
+    pub fn sort(&mut self) -> Vec<u32> {
+        self.tree = Tree::build(&self.positions);
+        self.positions = std::array::from_fn(|k| self.tree.to_tree_order(&self.positions[k]));
+        let order = self.tree.order().to_vec();
+        self.tree.forget_order();
+        self.moves = 0;
+        order
+    }
+
+    /// Takes over that `positions` have changed.
+    pub fn moved(&mut self) {
+        self.tree.refit(&self.positions);
+        self.moves += 1;
+    }
+
+    /// Mirrors particles at curved surfaces for the sums to come; `support` are the radii to be covered.
+    pub fn mirror(&mut self, support: &[f64]) {
+        self.ghosts = GhostLayer::new(self.domain, &self.positions, support);
+    }
+
+    /// Number density sums at given support radii.
+    pub fn densities(&self, support: &[f64]) -> Vec<DensitySums<D>> {
+        density::<D, 0, K, R>(self.kernel, self.domain, &self.sources(support), support)
+    }
+
+    /// Support radii with n V_d H^d = N_H, and the sums at them.
+    pub fn solve(&self, guess: &[f64]) -> Vec<Solved<D>> {
+        let largest = largest_support(self.domain, self.len(), self.kernel_neighbors);
+        let sources = self.sources(guess);
+        solve_support_radii::<D, 0, K, R>(self.kernel, self.domain, &sources, self.kernel_neighbors, largest)
+    }
+
+    fn sources<'s>(&'s self, support: &'s [f64]) -> Vec<Sources<'s, D, 0>> {
+        let mut sources = vec![Sources::new(&self.tree, support, [], Reach::Target)];
+        if let Some(ghosts) = &self.ghosts {
+            sources.push(Sources::new(&ghosts.tree, &[], [], Reach::Target));
+        }
+        sources
+    }
+
+    /// The derivative of sum_b A_b n_b (A and H held) by each particle's position: what it sees itself, in
+    /// `sums`, and what others see of it and of its ghosts.
+    pub fn gradient(&self, support: &[f64], strength: &[f64], sums: &[DensitySums<D>]) -> Vec<[f64; D]> {
+        let real = Actors { tree: &self.tree, support, strength, silent: false };
+        let mut out: Vec<[f64; D]> = scatter_gradient::<D, K, R>(self.kernel, self.domain, &[real])
+            .into_par_iter()
+            .zip(sums)
+            .zip(strength)
+            .map(|((Vector(seen), sums), a)| std::array::from_fn(|k| seen[k] + a * sums.gradient[k]))
+            .collect();
+        if let Some(ghosts) = &self.ghosts {
+            for (g, Vector(seen)) in self.seen_of_ghosts(ghosts, support, strength).iter().enumerate() {
+                let pulled = ghosts.pull_back(g, seen);
+                let parent = &mut out[ghosts.parents[g] as usize];
+                (0..D).for_each(|k| parent[k] += pulled[k]);
+            }
+        }
+        out
+    }
+
+    fn seen_of_ghosts(&self, ghosts: &GhostLayer<D>, support: &[f64], strength: &[f64]) -> Vec<Vector<D>> {
+        let (ghost_support, ghost_strength) = (ghosts.inherit(support, 1.0 / D as f64), ghosts.inherit(strength, 0.0));
+        let targets = Actors { tree: &ghosts.tree, support: &ghost_support, strength: &ghost_strength, silent: true };
+        let real = Actors { tree: &self.tree, support, strength, silent: false };
+        // Ghosts lie beyond the domain: they are seen where they are, not through the images of walls.
+        scatter_gradient::<D, K, R>(self.kernel, self.domain, &[targets, real])
+    }
+
+    /// A pass over all pairs within the larger radius of the two, with the first `D` channels a vector.
+    pub fn pair_pass<const C: usize, P: LeafPass<D, C, R>>(
+        &self,
+        support: &[f64],
+        channels: [&[f64]; C],
+        pass: &P,
+    ) -> Vec<P::Output> {
+        let real = Sources::new(&self.tree, support, channels, Reach::Either).with_vector();
+        let Some(ghosts) = &self.ghosts else {
+            return for_each_target::<D, C, R, _>(self.domain, &[real], 1.0, pass);
+        };
+        let inherited: [Vec<f64>; C] = std::array::from_fn(|c| {
+            ghosts
+                .parents
+                .iter()
+                .enumerate()
+                .map(|(g, &p)| match c {
+                    c if c < D => ghosts.reflected(g, std::array::from_fn(|k| channels[k][p as usize]))[c],
+                    _ => channels[c][p as usize],
+                })
+                .collect()
+        });
+        let ghost_support = ghosts.inherit(support, 0.0);
+        let others = Sources::new(&ghosts.tree, &ghost_support, inherited.each_ref().map(Vec::as_slice), Reach::Either);
+        for_each_target::<D, C, R, _>(self.domain, &[real, others], 1.0, pass)
+    }
+}

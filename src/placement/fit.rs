@@ -1,0 +1,49 @@
+//! The density error that stages watch.
+
+use crate::domain::Domain;
+use crate::reduce;
+use crate::target::{Positions, at};
+use rayon::prelude::*;
+
+/// Density error with the mass re-fitted.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Fit {
+    /// kappa = mean(n*/n), the particle mass in units of the one that the target assumes (ALARIC eq. 44).
+    pub factor: f64,
+    /// sum (kappa n - n*)^2/n / sum n*^2/n (ALARIC eq. 45).
+    pub epsilon: f64,
+}
+
+/// Particles whose support lies in the domain: at an edge into vacuum no arrangement meets the target.
+/// `None` where those are few, so that all count.
+pub(super) fn interior<const D: usize>(
+    domain: &Domain<D>,
+    positions: &Positions<D>,
+    support: &[f64],
+) -> Option<Vec<bool>> {
+    let n = support.len();
+    let inside: Vec<bool> =
+        (0..n).into_par_iter().map(|i| domain.distance_to_edge(&at(positions, i)) >= support[i]).collect();
+    let count = inside.par_iter().filter(|&&i| i).count();
+    (count < n && count > n / 10).then_some(inside)
+}
+
+/// The error over `set` (all particles where `None`).
+pub(super) fn fit(set: Option<&[bool]>, wanted: &[f64], summed: impl Fn(usize) -> f64 + Sync) -> Fit {
+    let n = wanted.len();
+    let over =
+        |f: &(dyn Fn(usize) -> f64 + Sync)| reduce::sum(n, |i| if set.is_none_or(|s| s[i]) { f(i) } else { 0.0 });
+    let count = over(&|_| 1.0);
+    let factor = over(&|i| wanted[i] / summed(i)) / count;
+    fit_with(set, wanted, summed, factor)
+}
+
+/// The error over `set` for a given kappa.
+pub(super) fn fit_with(set: Option<&[bool]>, wanted: &[f64], summed: impl Fn(usize) -> f64 + Sync, factor: f64) -> Fit {
+    let n = wanted.len();
+    let over =
+        |f: &(dyn Fn(usize) -> f64 + Sync)| reduce::sum(n, |i| if set.is_none_or(|s| s[i]) { f(i) } else { 0.0 });
+    let squares = over(&|i| (factor * summed(i) - wanted[i]).powi(2) / summed(i));
+    let norm = over(&|i| wanted[i].powi(2) / summed(i));
+    Fit { factor, epsilon: squares / norm }
+}

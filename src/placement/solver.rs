@@ -1,0 +1,362 @@
+//! The density solver: minimizes the density error and the noise of the pressure force together over the
+//! particles' positions.
+//!
+//! With q_i = n_i / n*(x_i), n_i summed at the target's own support radius H_i = eta (kappa/n*_i)^(1/d), and
+//! r_i = q_i / <q> - 1, the objective is
+//!
+//! E = sum_i w_i r_i^2 / 2 + lambda sum_i q_i.
+//!
+//! The first sum vanishes where the density is the target up to a constant factor. The second is a pressure
+//! energy: at its minimum the forces of a fluid at constant pressure cancel, and it is what keeps particles
+//! apart. N equations in d N unknowns leave room for both; lambda weighs them. It is lowered in stages: first
+//! the particles come to rest in a force-free arrangement, then the density is made exact with the smallest
+//! moves that do it.
+//!
+//! H follows the target, not the particles, so that no smoothing-length iteration is needed and the gradient
+//! is exact with one density pass and one pass over what others see. kappa = <n*/n> is held within a stage;
+//! at the solution n = n*/kappa, and H is the support radius with N_H neighbors.
+//!
+//! Weights w_i = 1 / (1 + (s_i |grad ln n*| / g)^4) leave out particles about which the target changes by
+//! more than a factor of about e over a support radius (star surfaces, jumps): no arrangement has that
+//! density there, and chasing it would clump them.
+
+use super::arrangement::Arrangement;
+use super::fit::{Fit, fit, interior};
+use super::lbfgs::Lbfgs;
+use super::{Control, Progress, StageReport, StopReason, relaxation_domain};
+use crate::kernel::{Kernel, support_over_spacing};
+use crate::neighbors::lanes::Real;
+use crate::reduce;
+use crate::smoothing::DensitySums;
+use crate::target::{Positions, Target, at};
+use rayon::prelude::*;
+use std::time::Instant;
+
+/// Parameters of the solver.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct SolverOptions {
+    /// N_H = V_d n H^d.
+    pub kernel_neighbors: f64,
+    /// Evaluations of the objective, at most.
+    pub evaluations: usize,
+    /// What matters more: 0 the exact density, 1 quiet forces.
+    pub quietness: f64,
+    /// Stop when epsilon (re-fitted) is below.
+    pub tolerance: f64,
+}
+
+impl SolverOptions {
+    /// The defaults in `D` dimensions.
+    pub fn new(d: usize) -> Self {
+        Self {
+            kernel_neighbors: crate::kernel::default_kernel_neighbors(d),
+            evaluations: 100,
+            quietness: 0.5,
+            tolerance: 0.0,
+        }
+    }
+
+    /// Weight of the pressure energy and share of the evaluations, stage by stage.
+    fn schedule(&self) -> Vec<(f64, f64)> {
+        let last = 10f64.powf(-3.0 + 4.0 * self.quietness);
+        vec![(10.0, 0.35), (last, 0.65)]
+    }
+}
+
+/// Gradient of ln n* per spacing at which a particle counts half.
+const RESOLVED_GRADIENT: f64 = 0.4;
+/// No particle moves farther in a step, in its own spacing.
+const MAX_STEP: f64 = 0.3;
+/// Largest move of the first step of a stage, along the gradient.
+const FIRST_STEP: f64 = 0.05;
+/// Sufficient decrease (Armijo), and halvings until a direction is given up.
+const ARMIJO: f64 = 1e-4;
+const MAX_HALVINGS: usize = 6;
+
+/// Improves `positions` and returns the state with the lowest objective.
+pub fn solve_density<const D: usize, K: Kernel, R: Real>(
+    kernel: K,
+    target: &Target<'_, D>,
+    positions: Positions<D>,
+    options: &SolverOptions,
+    control: &Control<'_>,
+) -> (Positions<D>, StageReport) {
+    rayon::scope(|_| run::<D, K, R>(kernel, target, positions, options, control))
+}
+
+fn run<const D: usize, K: Kernel, R: Real>(
+    kernel: K,
+    target: &Target<'_, D>,
+    positions: Positions<D>,
+    options: &SolverOptions,
+    control: &Control<'_>,
+) -> (Positions<D>, StageReport) {
+    let start = Instant::now();
+    let domain = relaxation_domain(target.domain);
+    let mut solver = Solver::<D, K, R> {
+        arrangement: Arrangement::new(kernel, target, &domain, positions, options.kernel_neighbors),
+        options,
+        control,
+        start,
+        kappa: 1.0,
+        history: Vec::new(),
+        evaluations: 0,
+    };
+    let schedule = options.schedule();
+    let mut stop = StopReason::IterationLimit;
+    let mut end = 0.0;
+    for (stage, (lambda, share)) in schedule.iter().enumerate() {
+        end += share * options.evaluations as f64;
+        let last = stage + 1 == schedule.len();
+        stop = solver.stage(*lambda, if last { options.evaluations } else { end as usize }, last);
+        if matches!(stop, StopReason::TimeLimit | StopReason::Interrupted | StopReason::ToleranceReached) {
+            break;
+        }
+    }
+    let best_iteration = solver.history.last().map_or(0, |p| p.iteration);
+    let positions = solver.arrangement.positions;
+    let report = StageReport {
+        stage: "solver",
+        stop,
+        best_iteration,
+        history: solver.history,
+        seconds: start.elapsed().as_secs_f64(),
+    };
+    (positions, report)
+}
+
+struct Solver<'a, const D: usize, K, R> {
+    arrangement: Arrangement<'a, D, K, R>,
+    options: &'a SolverOptions,
+    control: &'a Control<'a>,
+    start: Instant,
+    kappa: f64,
+    history: Vec<Progress>,
+    evaluations: usize,
+}
+
+/// What is held within a stage.
+struct Frame {
+    lambda: f64,
+    kappa: f64,
+    weights: Vec<f64>,
+    /// Spacing of each particle, the unit of its moves.
+    spacing: Vec<f64>,
+}
+
+/// The objective at one arrangement.
+struct Evaluation<const D: usize> {
+    energy: f64,
+    fit: Fit,
+    support: Vec<f64>,
+    wanted: Vec<f64>,
+    sums: Vec<DensitySums<D>>,
+    mean: f64,
+    mean_square: f64,
+}
+
+impl<const D: usize, K: Kernel, R: Real> Solver<'_, D, K, R> {
+    /// Minimizes for one lambda until `end` evaluations have been made.
+    fn stage(&mut self, lambda: f64, end: usize, may_finish: bool) -> StopReason {
+        self.arrangement.sort();
+        let frame = self.frame(lambda);
+        let mut memory = Lbfgs::new();
+        let mut now = self.evaluate(&frame);
+        let mut gradient = self.gradient(&frame, &now);
+        self.note(&now, 0.0);
+        loop {
+            if let Some(reason) = self.control.stop_reason() {
+                return reason;
+            }
+            if may_finish && now.fit.epsilon <= self.options.tolerance {
+                return StopReason::ToleranceReached;
+            }
+            if self.evaluations >= end {
+                return StopReason::IterationLimit;
+            }
+            let mut direction = memory.direction(&gradient);
+            let mut slope = product(&direction, &gradient);
+            if !(slope < 0.0) {
+                memory.clear();
+                direction = gradient.par_iter().map(|g| g.map(|v| -v)).collect();
+                slope = product(&direction, &gradient);
+            }
+            let longest = longest(&direction);
+            if !(longest > 0.0 && longest.is_finite()) {
+                return StopReason::Stagnated;
+            }
+            let first = if memory.is_empty() { FIRST_STEP / longest } else { (MAX_STEP / longest).min(1.0) };
+            let Some((next, step, length)) = self.search(&frame, &now, &direction, slope, first) else {
+                if memory.is_empty() {
+                    return StopReason::Stagnated;
+                }
+                memory.clear();
+                continue;
+            };
+            let next_gradient = self.gradient(&frame, &next);
+            memory.push(&step, &gradient, &next_gradient);
+            (now, gradient) = (next, next_gradient);
+            self.note(&now, length);
+        }
+    }
+
+    /// Back-tracks along `direction` until the energy falls enough.
+    #[expect(clippy::type_complexity)]
+    fn search(
+        &mut self,
+        frame: &Frame,
+        now: &Evaluation<D>,
+        direction: &[[f64; D]],
+        slope: f64,
+        first: f64,
+    ) -> Option<(Evaluation<D>, Vec<[f64; D]>, f64)> {
+        let from = self.arrangement.positions.clone();
+        let mut t = first;
+        for _ in 0..=MAX_HALVINGS {
+            let step = self.displace(frame, &from, direction, t);
+            let next = self.evaluate(frame);
+            if next.energy <= now.energy + ARMIJO * t * slope {
+                let length = longest(&step);
+                return Some((next, step, length));
+            }
+            // The parabola through both energies and the slope, within bounds.
+            let parabola = -0.5 * slope * t * t / (next.energy - now.energy - slope * t);
+            t = if parabola.is_finite() { parabola.clamp(0.1 * t, 0.5 * t) } else { 0.25 * t };
+        }
+        self.arrangement.positions = from;
+        self.arrangement.moved();
+        None
+    }
+
+    /// Moves all particles by `t` times the direction; returns the moves made, in spacings.
+    fn displace(&mut self, frame: &Frame, from: &Positions<D>, direction: &[[f64; D]], t: f64) -> Vec<[f64; D]> {
+        let (target, domain) = (self.arrangement.target, self.arrangement.domain);
+        let moved: Vec<([f64; D], [f64; D])> = direction
+            .par_iter()
+            .enumerate()
+            .map(|(i, d)| {
+                let (x0, spacing) = (at(from, i), frame.spacing[i]);
+                let length = t * d.iter().map(|v| v * v).sum::<f64>().sqrt();
+                let limited = t * if length > MAX_STEP { MAX_STEP / length } else { 1.0 };
+                let mut x: [f64; D] = std::array::from_fn(|k| x0[k] + limited * spacing * d[k]);
+                domain.confine(&x0, &mut x);
+                if !target.admits(&x) {
+                    x = x0;
+                }
+                (x, domain.displacement(&x0, &x).map(|v| v / spacing))
+            })
+            .collect();
+        for k in 0..D {
+            self.arrangement.positions[k].par_iter_mut().zip(&moved).for_each(|(x, m)| *x = m.0[k]);
+        }
+        self.arrangement.moved();
+        moved.into_par_iter().map(|m| m.1).collect()
+    }
+
+    fn supports(&self, wanted: &[f64], kappa: f64) -> Vec<f64> {
+        let target = self.arrangement.target;
+        let ratio = support_over_spacing(D, self.options.kernel_neighbors) * kappa.powf(1.0 / D as f64);
+        wanted.par_iter().map(|&w| ratio * target.spacing(w).min(self.arrangement.domain.size())).collect()
+    }
+
+    /// Fits kappa and freezes what a stage holds.
+    fn frame(&mut self, lambda: f64) -> Frame {
+        let target = self.arrangement.target;
+        let wanted = target.number_densities(&self.arrangement.positions);
+        let positions = &self.arrangement.positions;
+        let spacing: Vec<f64> = wanted.par_iter().map(|&w| target.spacing(w)).collect();
+        let weights = (0..wanted.len())
+            .into_par_iter()
+            .map(|i| {
+                let slope = self.log_gradient(&at(positions, i), wanted[i], spacing[i]);
+                let steepness = spacing[i] * slope.iter().map(|g| g * g).sum::<f64>().sqrt() / RESOLVED_GRADIENT;
+                1.0 / (1.0 + steepness.powi(4))
+            })
+            .collect();
+        let mut frame = Frame { lambda, kappa: self.kappa, weights, spacing };
+        // The first evaluation tells kappa; from then on it barely changes.
+        if self.evaluations == 0 {
+            self.kappa = self.evaluate(&frame).fit.factor;
+            frame.kappa = self.kappa;
+        }
+        frame
+    }
+
+    fn evaluate(&mut self, frame: &Frame) -> Evaluation<D> {
+        self.evaluations += 1;
+        let wanted = self.arrangement.target.number_densities(&self.arrangement.positions);
+        let support = self.supports(&wanted, frame.kappa);
+        self.arrangement.mirror(&support);
+        let sums = self.arrangement.densities(&support);
+        let (n, w) = (wanted.len(), &frame.weights);
+        let q = |i: usize| sums[i].number_density / wanted[i];
+        let total = reduce::sum(n, |i| w[i]);
+        let mean = reduce::sum(n, |i| w[i] * q(i)) / total;
+        let squares = reduce::sum(n, |i| w[i] * (q(i) / mean - 1.0).powi(2));
+        let energy = 0.5 * squares + frame.lambda * reduce::sum(n, q);
+        let set = interior(self.arrangement.target.domain, &self.arrangement.positions, &support);
+        let fit = fit(set.as_deref(), &wanted, |i| sums[i].number_density);
+        Evaluation { energy, fit, support, wanted, sums, mean, mean_square: squares / total }
+    }
+
+    /// dE/dx in units of the particles' spacings.
+    fn gradient(&self, frame: &Frame, now: &Evaluation<D>) -> Vec<[f64; D]> {
+        let response: Vec<f64> = (0..now.wanted.len())
+            .into_par_iter()
+            .map(|i| {
+                let q = now.sums[i].number_density / now.wanted[i];
+                frame.weights[i] * (q / now.mean - 1.0 - now.mean_square) / now.mean + frame.lambda
+            })
+            .collect();
+        let strength: Vec<f64> = response.par_iter().zip(&now.wanted).map(|(r, w)| r / w).collect();
+        let mut out = self.arrangement.gradient(&now.support, &strength, &now.sums);
+        let positions = &self.arrangement.positions;
+        out.par_iter_mut().enumerate().for_each(|(i, g)| {
+            let slope = self.log_gradient(&at(positions, i), now.wanted[i], frame.spacing[i]);
+            // n* enters through q and through the support radius.
+            let through_support =
+                if self.arrangement.target.spacing_follows(now.wanted[i]) { now.sums[i].slope / D as f64 } else { 0.0 };
+            let own = -strength[i] * (now.sums[i].number_density + through_support);
+            *g = std::array::from_fn(|k| frame.spacing[i] * (g[k] + own * slope[k]));
+        });
+        out
+    }
+
+    /// grad ln n* by central differences.
+    fn log_gradient(&self, x: &[f64; D], wanted: f64, spacing: f64) -> [f64; D] {
+        let target = self.arrangement.target;
+        let step = GRADIENT_STEP * spacing.min(self.arrangement.domain.size());
+        let value = |k: usize, h: f64| {
+            let mut y = *x;
+            y[k] += h;
+            target.domain.wrap(&mut y);
+            if target.domain.contains(&y) { Some((target.number_density(&y), h)) } else { None }
+        };
+        std::array::from_fn(|k| {
+            let (up, down) = (value(k, step).unwrap_or((wanted, 0.0)), value(k, -step).unwrap_or((wanted, 0.0)));
+            let span = up.1 - down.1;
+            if span > 0.0 && wanted > 0.0 { (up.0 - down.0) / (span * wanted) } else { 0.0 }
+        })
+    }
+
+    fn note(&mut self, now: &Evaluation<D>, length: f64) {
+        self.history.push(Progress {
+            iteration: self.evaluations,
+            epsilon: now.fit.epsilon,
+            largest_step: length,
+            seconds: self.start.elapsed().as_secs_f64(),
+        });
+        self.control.report("solver", self.evaluations, self.options.evaluations, now.fit.epsilon);
+    }
+}
+
+/// Step of the central differences of the target, in spacings.
+const GRADIENT_STEP: f64 = 1e-4;
+
+fn longest<const D: usize>(v: &[[f64; D]]) -> f64 {
+    reduce::max(v.len(), |i| v[i].iter().map(|c| c * c).sum()).max(0.0).sqrt()
+}
+
+fn product<const D: usize>(a: &[[f64; D]], b: &[[f64; D]]) -> f64 {
+    reduce::sum(a.len(), |i| (0..D).map(|k| a[i][k] * b[i][k]).sum())
+}

@@ -1,0 +1,90 @@
+//! Density error and force noise of the solver against evaluations and time, in a periodic cube.
+//!
+//! `cargo bench --bench solver [-- N [EVALUATIONS [QUIETNESS]]]`
+
+use sph_prep::domain::{Axis, Domain, Region};
+use sph_prep::field::ScalarField;
+use sph_prep::kernel::{WendlandC4, default_kernel_neighbors, support_over_spacing};
+use sph_prep::metrics::{DensityError, Measured, NoiseFigures};
+use sph_prep::placement::{Control, SolverOptions, WvtOptions, relax, solve_density};
+use sph_prep::seeding::{Seeding, seed};
+use sph_prep::target::{Positions, Resolution, Target};
+use std::f64::consts::TAU;
+use std::sync::atomic::AtomicBool;
+use std::time::Instant;
+
+struct Density(fn(&[f64; 3]) -> f64);
+
+impl ScalarField<3> for Density {
+    fn value(&self, x: &[f64; 3]) -> f64 {
+        (self.0)(x)
+    }
+}
+
+fn report(name: &str, target: &Target<'_, 3>, positions: &Positions<3>, evaluations: usize, start: Instant) {
+    let seconds = start.elapsed().as_secs_f64();
+    let neighbors = default_kernel_neighbors(3);
+    let masses = target.masses(positions);
+    let ratio = support_over_spacing(3, neighbors);
+    let guess: Vec<f64> = target.number_densities(positions).iter().map(|&n| ratio * target.spacing(n)).collect();
+    let measured = Measured::new(WendlandC4, target.domain, positions, &masses, &guess, neighbors);
+    let error = DensityError::new(&measured, &target.densities(positions)).all_refitted;
+    let noise = NoiseFigures::new(WendlandC4, &measured, target.domain, &masses, neighbors).all;
+    let closest = measured.neighbors(target.domain, positions, neighbors).closest_pair;
+    println!(
+        "  {name:<26} {evaluations:>5} {seconds:>8.1} s   {:>9.2e}   {:>7.3} %   {closest:.2}",
+        error.epsilon,
+        100.0 * noise
+    );
+}
+
+fn scene(name: &str, density: fn(&[f64; 3]) -> f64, count: usize, evaluations: usize, quietness: f64) {
+    println!("{name}: evaluations, time, epsilon (re-fitted), noise over that of a random set, closest pair");
+    let domain = Domain::new([0.0; 3], [1.0; 3], [Axis::Periodic; 3], Region::Box).unwrap();
+    let field = Density(density);
+    let side = 64;
+    let mean = (0..side * side * side)
+        .map(|i| density(&[i % side, i / side % side, i / side / side].map(|c| (c as f64 + 0.5) / side as f64)))
+        .sum::<f64>()
+        / f64::from(side as u32).powi(3);
+    let target = Target {
+        domain: &domain,
+        density: &field,
+        resolution: Resolution::EqualMass,
+        count,
+        mass: mean,
+        resolution_integral: mean,
+        largest_spacing: f64::INFINITY,
+    };
+    let never = AtomicBool::new(false);
+    let control = Control { deadline: None, interrupted: &never, observer: &|_, _, _, _| {} };
+    let start = Instant::now();
+    let seeds = seed(&target, Seeding::MassBisection, 0).unwrap();
+    report("seed: mass bisection", &target, &seeds, 0, start);
+    let start = Instant::now();
+    let (wvt, _) = relax(WendlandC4, &target, seeds.clone(), &WvtOptions::new(3), &control);
+    report("WVT", &target, &wvt, 61, start);
+    let few = WvtOptions { iterations: 5, ..WvtOptions::new(3) };
+    let start = Instant::now();
+    let (few, _) = relax(WendlandC4, &target, seeds, &few, &control);
+    let options = SolverOptions { evaluations: evaluations - 6, quietness, ..SolverOptions::new(3) };
+    let (solved, stage) = solve_density::<3, _, f32>(WendlandC4, &target, few, &options, &control);
+    report("5 WVT + solver", &target, &solved, evaluations, start);
+    let trace: Vec<String> =
+        stage.history.iter().step_by(8).map(|h| format!("{}:{:.1e}", h.iteration, h.epsilon)).collect();
+    println!("  {}", trace.join(" "));
+}
+
+fn main() {
+    let given: Vec<f64> = std::env::args().filter_map(|a| a.parse().ok()).collect();
+    let count = given.first().map_or(100_000, |&n| n as usize);
+    let evaluations = given.get(1).map_or(100, |&n| n as usize);
+    let quietness = given.get(2).copied().unwrap_or(0.5);
+    scene("uniform", |_| 1.0, count, evaluations, quietness);
+    scene("1 + 0.5 sin cos", |x| 1.0 + 0.5 * (TAU * x[0]).sin() * (TAU * x[1]).cos(), count, evaluations, quietness);
+    let gaussian = |x: &[f64; 3]| {
+        let r2: f64 = x.iter().map(|v| (v - 0.5).powi(2)).sum();
+        0.01 + 0.99 * (-r2 / 0.02).exp()
+    };
+    scene("100:1 Gaussian", gaussian, count, evaluations, quietness);
+}
