@@ -7,7 +7,7 @@ use crate::domain::{Axis, Domain, Region};
 use crate::error::{Error, Result};
 use crate::field::{MassEstimate, ScalarField, Source, total_mass};
 use crate::ingest::{self, InputUnits, RawInput};
-use crate::kernel::{Kernel, default_kernel_neighbors, support_over_spacing};
+use crate::kernel::{default_kernel_neighbors, support_over_spacing};
 use crate::metrics::{DensityError, Measured, NoiseFigures};
 use crate::placement::{Control, StageReport, StopReason, WvtOptions, relax};
 use crate::plan::Plan;
@@ -16,7 +16,6 @@ use crate::report::{MassReport, Report, Timing};
 use crate::scene::{Atmosphere, DEFAULT_PARTICLES, Scene};
 use crate::seeding;
 use crate::target::{Positions, Resolution, Target};
-use crate::with_kernel;
 use rayon::prelude::*;
 use sph_formats::common::particle_names as names;
 use sph_formats::{
@@ -106,7 +105,7 @@ impl Run<'_> {
             largest_spacing: scaled.largest_spacing,
         };
         let plan = Plan::new(self.scene, &source.domain, count, source.radial.is_some());
-        with_kernel!(self.scene.kernel, kernel => self.place(kernel, &target, &scaled, plan))
+        self.place(&target, &scaled, plan)
     }
 
     /// Source, atmosphere cut, mass, and the change to internal units.
@@ -151,13 +150,8 @@ impl Run<'_> {
         Ok(Scaled { source, resolution, resolution_integral, largest_spacing, length, mass })
     }
 
-    fn place<const D: usize, K: Kernel>(
-        mut self,
-        kernel: K,
-        target: &Target<'_, D>,
-        scaled: &Scaled<D>,
-        mut plan: Plan,
-    ) -> Result<Report> {
+    fn place<const D: usize>(mut self, target: &Target<'_, D>, scaled: &Scaled<D>, mut plan: Plan) -> Result<Report> {
+        let kernel = self.scene.kernel;
         let neighbors = self.scene.neighbors.unwrap_or_else(|| default_kernel_neighbors(D));
         let lap = Instant::now();
         let positions = seeding::seed(target, self.scene.seeding, self.scene.seed)?;
@@ -194,7 +188,8 @@ impl Run<'_> {
         let factors = Factors::new::<D>(self.units, scaled, &out);
         let mass = self.mass_report(&masses, scaled, &factors, &out, D);
         let raw_columns = RawColumns { positions: &positions, masses, support, density, wanted };
-        let file = self.particle_file(scaled, raw_columns, &factors, out, (K::NAME, neighbors, stop), &mut plan)?;
+        let file =
+            self.particle_file(scaled, raw_columns, &factors, out, (kernel.title(), neighbors, stop), &mut plan)?;
         let options = WriteOptions {
             compression: self.scene.output.compression,
             double_precision: self.scene.output.double_precision,
@@ -208,7 +203,7 @@ impl Run<'_> {
             dimension: D,
             particles: target.count,
             seed: self.scene.seed,
-            kernel: K::NAME,
+            kernel: kernel.title(),
             mass,
             stop,
             density_error,

@@ -5,9 +5,10 @@
 //! sec. 1); rho_a = sum_b m_b W(r_ab, H_a).
 
 use crate::domain::Domain;
-use crate::kernel::{Kernel, unit_ball_volume};
+use crate::kernel::{Kernel, KernelName, unit_ball_volume};
 use crate::neighbors::lanes::Real;
 use crate::neighbors::{Batch, LeafPass, Reach, Sources, Tree, for_each_target};
+use crate::with_kernel;
 use pulp::Simd;
 use rayon::prelude::*;
 use std::marker::PhantomData;
@@ -108,14 +109,16 @@ pub(crate) fn separation<const D: usize, R: Real, S: Simd>(
 }
 
 /// Sums at given support radii (tree order in and out).
-pub fn density<const D: usize, const C: usize, K: Kernel, R: Real>(
-    kernel: K,
+pub fn density<const D: usize, const C: usize, R: Real>(
+    kernel: KernelName,
     domain: &Domain<D>,
     sources: &[Sources<'_, D, C>],
     support: &[f64],
 ) -> Vec<DensitySums<D>> {
-    let pass = DensityPass { kernel, support, precision: PhantomData::<R> };
-    for_each_target::<D, C, R, _>(domain, sources, 1.0, &pass)
+    with_kernel!(kernel, kernel => {
+        let pass = DensityPass { kernel, support, precision: PhantomData::<R> };
+        for_each_target::<D, C, R, _>(domain, sources, 1.0, &pass)
+    })
 }
 
 /// Support radius and the sums at it.
@@ -198,15 +201,17 @@ impl<K: Kernel, R: Real> SolvePass<K, R> {
 
 /// Solves n V_d H^d = N_H for every particle; `guess` in tree order, as is the result. No radius exceeds
 /// `largest` (where fewer than N_H particles exist in an open domain, there is no solution).
-pub fn solve_support_radii<const D: usize, const C: usize, K: Kernel, R: Real>(
-    kernel: K,
+pub fn solve_support_radii<const D: usize, const C: usize, R: Real>(
+    kernel: KernelName,
     domain: &Domain<D>,
     sources: &[Sources<'_, D, C>],
     kernel_neighbors: f64,
     largest: f64,
 ) -> Vec<Solved<D>> {
-    let pass = SolvePass { kernel, kernel_neighbors, largest, precision: PhantomData::<R> };
-    for_each_target::<D, C, R, _>(domain, sources, SOLVE_MARGIN, &pass)
+    with_kernel!(kernel, kernel => {
+        let pass = SolvePass { kernel, kernel_neighbors, largest, precision: PhantomData::<R> };
+        for_each_target::<D, C, R, _>(domain, sources, SOLVE_MARGIN, &pass)
+    })
 }
 
 /// Largest support radius that makes sense in a domain: with periodic or mirrored images any number of
@@ -270,12 +275,12 @@ pub struct Actors<'a, const D: usize> {
 
 /// sum_b A_b grad_a W(r_ab, H_b) at every particle a of `actors[0]`: what the particles that see a add to a
 /// gradient. With [`DensitySums::gradient`], what a itself sees, it makes up every conservative SPH force.
-pub fn scatter_gradient<const D: usize, K: Kernel, R: Real>(
-    kernel: K,
+pub fn scatter_gradient<const D: usize, R: Real>(
+    kernel: KernelName,
     domain: &Domain<D>,
     actors: &[Actors<'_, D>],
 ) -> Vec<Vector<D>> {
-    let norm = K::SIGMA[D - 1];
+    let norm = kernel.sigma(D);
     let prepared: Vec<(Vec<f64>, Vec<f64>)> = actors
         .iter()
         .map(|a| {
@@ -292,5 +297,7 @@ pub fn scatter_gradient<const D: usize, K: Kernel, R: Real>(
             if a.silent { sources.silent() } else { sources }
         })
         .collect();
-    for_each_target::<D, 2, R, _>(domain, &sources, 1.0, &ScatterPass { kernel, precision: PhantomData::<R> })
+    with_kernel!(kernel, kernel => {
+        for_each_target::<D, 2, R, _>(domain, &sources, 1.0, &ScatterPass { kernel, precision: PhantomData::<R> })
+    })
 }

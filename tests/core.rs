@@ -5,7 +5,7 @@ use rand::{RngExt, SeedableRng};
 use rand_xoshiro::Xoshiro256PlusPlus;
 use sph_prep::domain::{Axis, Domain, Region, Wall};
 use sph_prep::field::ScalarField;
-use sph_prep::kernel::{Kernel, WendlandC4, evaluate};
+use sph_prep::kernel::{Kernel, KernelName, WendlandC4, evaluate};
 use sph_prep::metrics::{DensityError, Measured, NoiseFigures};
 use sph_prep::neighbors::{Reach, Sources, Tree, brute_force};
 use sph_prep::placement::{Control, WvtOptions, relax};
@@ -38,10 +38,10 @@ fn compare_with_all_pairs<const D: usize>(n: usize, support_range: (f64, f64)) {
         let tree = Tree::build(&x);
         let (h, w) = (tree.to_tree_order(&support), tree.to_tree_order(&weight));
         let sources = [Sources::new(&tree, &h, [w.as_slice()], Reach::Target)];
-        let narrow = density::<D, 1, _, f32>(WendlandC4, &domain, &sources, &h);
-        let wide = density::<D, 1, _, f64>(WendlandC4, &domain, &sources, &h);
+        let narrow = density::<D, 1, f32>(KernelName::WendlandC4, &domain, &sources, &h);
+        let wide = density::<D, 1, f64>(KernelName::WendlandC4, &domain, &sources, &h);
         let actors = [Actors { tree: &tree, support: &h, strength: &w, silent: false }];
-        let seen = scatter_gradient::<D, _, f64>(WendlandC4, &domain, &actors);
+        let seen = scatter_gradient::<D, f64>(KernelName::WendlandC4, &domain, &actors);
         for (k, &i) in tree.order().iter().enumerate() {
             let i = i as usize;
             let norm = |h: f64| WendlandC4::SIGMA[D - 1] / h.powi(D as i32);
@@ -92,7 +92,7 @@ fn solved_support_radii_hold_the_neighbors_asked_for() {
     for factor in [0.01, 1.0, 4.0] {
         let guess = vec![0.2 * factor; 2000];
         let sources = [Sources::<3, 0>::new(&tree, &guess, [], Reach::Target)];
-        for s in solve_support_radii::<3, 0, _, f32>(WendlandC4, &domain, &sources, 64.0, 2.0) {
+        for s in solve_support_radii::<3, 0, f32>(KernelName::WendlandC4, &domain, &sources, 64.0, 2.0) {
             let count = s.sums.number_density * 4.0 / 3.0 * std::f64::consts::PI * s.support.powi(3);
             assert!((count / 64.0 - 1.0).abs() < 1e-5, "{count} from a guess {factor} times off");
         }
@@ -126,14 +126,14 @@ fn place(threads: usize) -> (Positions<3>, DensityError, NoiseFigures) {
         let start = seed(&target, Seeding::MassBisection, 3).unwrap();
         assert_eq!(start[0].len(), 5000);
         let options = WvtOptions { iterations: 40, ..WvtOptions::new(3) };
-        let (x, report) = relax(WendlandC4, &target, start, &options, &control);
+        let (x, report) = relax(KernelName::WendlandC4, &target, start, &options, &control);
         let first = report.history[0].epsilon;
         let best = report.history[report.best_iteration].epsilon;
         assert!(best < 0.1 * first, "{best} after {first}");
         let masses = target.masses(&x);
-        let measured = Measured::new(WendlandC4, &domain, &x, &masses, &vec![0.15; 5000], 64.0);
+        let measured = Measured::new(KernelName::WendlandC4, &domain, &x, &masses, &vec![0.15; 5000], 64.0);
         let error = DensityError::new(&measured, &target.densities(&x));
-        let noise = NoiseFigures::new(WendlandC4, &measured, &domain, &masses, 64.0);
+        let noise = NoiseFigures::new(KernelName::WendlandC4, &measured, &domain, &masses, 64.0);
         (x, error, noise)
     })
 }
@@ -154,8 +154,8 @@ fn a_lattice_has_no_noise_and_a_random_set_has_all_of_it() {
     let measure = |x: &Positions<3>| {
         let n = x[0].len();
         let masses = vec![1.0 / n as f64; n];
-        let measured = Measured::new(WendlandC4, &domain, x, &masses, &vec![0.2; n], 64.0);
-        NoiseFigures::new(WendlandC4, &measured, &domain, &masses, 64.0).all
+        let measured = Measured::new(KernelName::WendlandC4, &domain, x, &masses, &vec![0.2; n], 64.0);
+        NoiseFigures::new(KernelName::WendlandC4, &measured, &domain, &masses, 64.0).all
     };
     let side = 12;
     let lattice = std::array::from_fn(|k| {

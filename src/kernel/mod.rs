@@ -8,6 +8,7 @@ mod shapes;
 pub use shapes::{CubicSpline, Quartic, Quintic, WendlandC2, WendlandC4, WendlandC6};
 
 use crate::neighbors::lanes::Real;
+use crate::with_kernel;
 use pulp::Simd;
 use serde::{Deserialize, Serialize};
 
@@ -45,6 +46,24 @@ pub enum KernelName {
     #[default]
     WendlandC4,
     WendlandC6,
+}
+
+impl KernelName {
+    /// The kernel's name in prose.
+    pub fn title(self) -> &'static str {
+        fn title<K: Kernel>(_: K) -> &'static str {
+            K::NAME
+        }
+        with_kernel!(self, kernel => title(kernel))
+    }
+
+    /// Norm in `d` dimensions at unit support.
+    pub fn sigma(self, d: usize) -> f64 {
+        fn sigma<K: Kernel>(_: K, d: usize) -> f64 {
+            K::SIGMA[d - 1]
+        }
+        with_kernel!(self, kernel => sigma(kernel, d))
+    }
 }
 
 /// Calls `$body` with `$k` bound to the kernel that `$name` names: the one place where the run-time choice

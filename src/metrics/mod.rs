@@ -11,7 +11,7 @@ pub use minimum::lowest_epsilon;
 pub use noise::{NoiseFigures, poisson_force};
 
 use crate::domain::{Domain, Wall};
-use crate::kernel::Kernel;
+use crate::kernel::KernelName;
 use crate::neighbors::{Reach, Sources, Tree};
 use crate::placement::Ghosts;
 use crate::smoothing::{Actors, DensitySums, largest_support, scatter_gradient, solve_support_radii};
@@ -43,8 +43,8 @@ pub struct Measured<const D: usize> {
 impl<const D: usize> Measured<D> {
     /// Solves n V_d H^d = N_H for every particle and sums densities at the solution. `guess` are support radii
     /// to start from.
-    pub fn new<K: Kernel>(
-        kernel: K,
+    pub fn new(
+        kernel: KernelName,
         domain: &Domain<D>,
         positions: &Positions<D>,
         masses: &[f64],
@@ -68,7 +68,7 @@ impl<const D: usize> Measured<D> {
         if let Some((ghost_tree, _)) = &ghosts {
             sources.push(Sources::new(ghost_tree, &ghost_support, [ghost_mass.as_slice()], Reach::Target));
         }
-        let solved = solve_support_radii::<D, 1, K, f32>(kernel, domain, &sources, kernel_neighbors, largest);
+        let solved = solve_support_radii::<D, 1, f32>(kernel, domain, &sources, kernel_neighbors, largest);
         drop(sources);
         let mut support = vec![0.0; n];
         let mut sums = vec![DensitySums::default(); n];
@@ -83,7 +83,7 @@ impl<const D: usize> Measured<D> {
 
     /// Acceleration of a constant pressure P = 1, as a standard SPH code sums it:
     /// a_i = -sum_j m_j (grad W(H_i)/rho_i^2 + grad W(H_j)/rho_j^2), in the particles' order.
-    pub fn constant_pressure_force<K: Kernel>(&self, kernel: K, domain: &Domain<D>, masses: &[f64]) -> Vec<[f64; D]> {
+    pub fn constant_pressure_force(&self, kernel: KernelName, domain: &Domain<D>, masses: &[f64]) -> Vec<[f64; D]> {
         let n = masses.len();
         let strength: Vec<f64> = (0..n).map(|i| masses[i] / self.sums[i].weighted.powi(2)).collect();
         let tree_support = self.tree.to_tree_order(&self.support);
@@ -97,7 +97,7 @@ impl<const D: usize> Measured<D> {
         if let Some((tree, support, strength)) = &ghost {
             actors.push(Actors { tree, support, strength, silent: false });
         }
-        let seen = scatter_gradient::<D, K, f32>(kernel, domain, &actors);
+        let seen = scatter_gradient::<D, f32>(kernel, domain, &actors);
         let mut out = vec![[0.0; D]; n];
         for (seen, &i) in seen.iter().zip(self.tree.order()) {
             let (own, squared) = (&self.sums[i as usize].gradient, self.sums[i as usize].weighted.powi(2));

@@ -6,7 +6,7 @@
 
 use super::Measured;
 use crate::domain::{Axis, Domain, Region};
-use crate::kernel::{Kernel, support_over_spacing};
+use crate::kernel::{KernelName, support_over_spacing};
 use crate::reduce;
 use crate::rng::{Purpose, keyed};
 use crate::target::Positions;
@@ -22,15 +22,15 @@ pub struct NoiseFigures {
 }
 
 impl NoiseFigures {
-    pub fn new<const D: usize, K: Kernel>(
-        kernel: K,
+    pub fn new<const D: usize>(
+        kernel: KernelName,
         measured: &Measured<D>,
         domain: &Domain<D>,
         masses: &[f64],
         kernel_neighbors: f64,
     ) -> Self {
         let squares = force_squares(kernel, measured, domain, masses);
-        let poisson = poisson_force::<D, K>(kernel, kernel_neighbors);
+        let poisson = poisson_force::<D>(kernel, kernel_neighbors);
         let n = masses.len();
         let rms = |set: &(dyn Fn(usize) -> bool + Sync)| {
             let count = (0..n).filter(|&i| set(i)).count();
@@ -42,8 +42,8 @@ impl NoiseFigures {
 }
 
 /// (|a_i| rho_i H_i)^2 of every particle.
-fn force_squares<const D: usize, K: Kernel>(
-    kernel: K,
+fn force_squares<const D: usize>(
+    kernel: KernelName,
     measured: &Measured<D>,
     domain: &Domain<D>,
     masses: &[f64],
@@ -61,7 +61,7 @@ fn force_squares<const D: usize, K: Kernel>(
 const POISSON_POINTS: usize = 10_000;
 
 /// Root mean square of |a| rho H over random points in a periodic unit box.
-pub fn poisson_force<const D: usize, K: Kernel>(kernel: K, kernel_neighbors: f64) -> f64 {
+pub fn poisson_force<const D: usize>(kernel: KernelName, kernel_neighbors: f64) -> f64 {
     let mut positions: Positions<D> = std::array::from_fn(|_| Vec::with_capacity(POISSON_POINTS));
     for i in 0..POISSON_POINTS {
         let mut rng = keyed(0, Purpose::Measure, 1 + i as u64);

@@ -16,10 +16,10 @@
 use super::arrangement::Arrangement;
 use super::fit::{Fit, fit, fit_with, interior};
 use super::splitting::{coarse_count, split};
-use super::viscosity::{CHANNELS, Shear, ViscosityPass};
+use super::viscosity::{CHANNELS, Shear, shear};
 use super::{Control, Progress, StageReport, StopReason, relaxation_domain};
 use crate::domain::Domain;
-use crate::kernel::{Kernel, support_over_spacing};
+use crate::kernel::{KernelName, support_over_spacing};
 use crate::neighbors::lanes::Real;
 use crate::reduce;
 use crate::smoothing::DensitySums;
@@ -75,19 +75,19 @@ const ALPHA_DECAY: f64 = 2.5;
 const MAX_STEP: f64 = 0.3;
 
 /// Relaxes `positions` and returns the state with the lowest epsilon met at a stop.
-pub fn alaric<const D: usize, K: Kernel, R: Real>(
-    kernel: K,
+pub fn alaric<const D: usize, R: Real>(
+    kernel: KernelName,
     target: &Target<'_, D>,
     positions: Positions<D>,
     options: &AlaricOptions,
     control: &Control<'_>,
 ) -> (Positions<D>, StageReport) {
     // Within the pool, where small passes need not be handed to another thread.
-    rayon::scope(|_| run::<D, K, R>(kernel, target, positions, options, control))
+    rayon::scope(|_| run::<D, R>(kernel, target, positions, options, control))
 }
 
-fn run<const D: usize, K: Kernel, R: Real>(
-    kernel: K,
+fn run<const D: usize, R: Real>(
+    kernel: KernelName,
     target: &Target<'_, D>,
     positions: Positions<D>,
     options: &AlaricOptions,
@@ -95,7 +95,7 @@ fn run<const D: usize, K: Kernel, R: Real>(
 ) -> (Positions<D>, StageReport) {
     let start = Instant::now();
     let domain = relaxation_domain(target.domain);
-    let mut fluid = Fluid::<D, K, R>::new(kernel, target, &domain, positions, options);
+    let mut fluid = Fluid::<D, R>::new(kernel, target, &domain, positions, options);
     let mut best = (fluid.fitted.epsilon, 0, fluid.state.positions.clone());
     let mut history = vec![fluid.progress(0, 0.0, start)];
     let mut clock = StopClock::new(&domain, options);
@@ -146,8 +146,8 @@ const COARSE_RATE: f64 = 1e-4;
 
 /// Relaxes few particles first and splits them `splittings` times, to `target.count` in the end (sec. 2.4).
 /// `positions` are [`coarse_count`] particles.
-pub fn alaric_by_splitting<const D: usize, K: Kernel, R: Real>(
-    kernel: K,
+pub fn alaric_by_splitting<const D: usize, R: Real>(
+    kernel: KernelName,
     target: &Target<'_, D>,
     mut positions: Positions<D>,
     splittings: usize,
@@ -159,7 +159,7 @@ pub fn alaric_by_splitting<const D: usize, K: Kernel, R: Real>(
         let coarse = target.with_count(positions[0].len());
         let rate_tolerance = if left > 0 { options.rate_tolerance.max(COARSE_RATE) } else { options.rate_tolerance };
         let stage = AlaricOptions { rate_tolerance, ..*options };
-        let (relaxed, report) = alaric::<D, K, R>(kernel, &coarse, positions, &stage, control);
+        let (relaxed, report) = alaric::<D, R>(kernel, &coarse, positions, &stage, control);
         reports.push(report);
         positions = match left {
             0 => relaxed,
@@ -201,9 +201,9 @@ impl StopClock {
 }
 
 /// The fictitious fluid.
-struct Fluid<'a, const D: usize, K, R> {
+struct Fluid<'a, const D: usize, R> {
     options: &'a AlaricOptions,
-    state: Arrangement<'a, D, K, R>,
+    state: Arrangement<'a, D, R>,
     velocities: Vec<[f64; D]>,
     alpha: Vec<f64>,
     accelerations: Vec<[f64; D]>,
@@ -217,9 +217,9 @@ struct Fluid<'a, const D: usize, K, R> {
     time: f64,
 }
 
-impl<'a, const D: usize, K: Kernel, R: Real> Fluid<'a, D, K, R> {
+impl<'a, const D: usize, R: Real> Fluid<'a, D, R> {
     fn new(
-        kernel: K,
+        kernel: KernelName,
         target: &'a Target<'a, D>,
         domain: &'a Domain<D>,
         positions: Positions<D>,
@@ -301,12 +301,8 @@ impl<'a, const D: usize, K: Kernel, R: Real> Fluid<'a, D, K, R> {
         let inverse: Vec<f64> = self.support.iter().map(|h| 1.0 / h).collect();
         let density: Vec<f64> = self.sums.iter().map(|s| s.number_density).collect();
         let channels: [&[f64]; CHANNELS] = [&velocity[0], &velocity[1], &velocity[2], &self.alpha, &inverse, &density];
-        let pass = ViscosityPass {
-            kernel: self.state.kernel,
-            support: &self.support,
-            precision: std::marker::PhantomData::<R>,
-        };
-        self.state.pair_pass(&self.support, channels, &pass)
+        let (kernel, domain, support) = (self.state.kernel, self.state.domain, &self.support);
+        self.state.with_pairs(support, channels, |sources| shear::<D, R>(kernel, domain, sources, support))
     }
 
     /// One leapfrog step (kick, drift, kick); friction is integrated exactly. Returns the largest

@@ -2,9 +2,9 @@
 
 use super::Ghosts;
 use crate::domain::Domain;
-use crate::kernel::Kernel;
+use crate::kernel::KernelName;
 use crate::neighbors::lanes::Real;
-use crate::neighbors::{LeafPass, Reach, Sources, Tree, for_each_target};
+use crate::neighbors::{Reach, Sources, Tree};
 use crate::smoothing::{
     Actors, DensitySums, Solved, Vector, density, largest_support, scatter_gradient, solve_support_radii,
 };
@@ -70,8 +70,8 @@ impl<const D: usize> GhostLayer<D> {
 }
 
 /// Particles, in tree order, under a kernel with N_H neighbors. `R` is the precision of pair distances.
-pub(super) struct Arrangement<'a, const D: usize, K, R> {
-    pub kernel: K,
+pub(super) struct Arrangement<'a, const D: usize, R> {
+    pub kernel: KernelName,
     pub target: &'a Target<'a, D>,
     /// The domain as forces see it, see [`super::relaxation_domain`].
     pub domain: &'a Domain<D>,
@@ -83,10 +83,10 @@ pub(super) struct Arrangement<'a, const D: usize, K, R> {
     precision: PhantomData<R>,
 }
 
-impl<'a, const D: usize, K: Kernel, R: Real> Arrangement<'a, D, K, R> {
+impl<'a, const D: usize, R: Real> Arrangement<'a, D, R> {
     /// Sorts `positions` into tree order.
     pub fn new(
-        kernel: K,
+        kernel: KernelName,
         target: &'a Target<'a, D>,
         domain: &'a Domain<D>,
         positions: Positions<D>,
@@ -140,14 +140,14 @@ impl<'a, const D: usize, K: Kernel, R: Real> Arrangement<'a, D, K, R> {
 
     /// Number density sums at given support radii.
     pub fn densities(&self, support: &[f64]) -> Vec<DensitySums<D>> {
-        density::<D, 0, K, R>(self.kernel, self.domain, &self.sources(support), support)
+        density::<D, 0, R>(self.kernel, self.domain, &self.sources(support), support)
     }
 
     /// Support radii with n V_d H^d = N_H, and the sums at them.
     pub fn solve(&self, guess: &[f64]) -> Vec<Solved<D>> {
         let largest = largest_support(self.domain, self.len(), self.kernel_neighbors);
         let sources = self.sources(guess);
-        solve_support_radii::<D, 0, K, R>(self.kernel, self.domain, &sources, self.kernel_neighbors, largest)
+        solve_support_radii::<D, 0, R>(self.kernel, self.domain, &sources, self.kernel_neighbors, largest)
     }
 
     fn sources<'s>(&'s self, support: &'s [f64]) -> Vec<Sources<'s, D, 0>> {
@@ -162,7 +162,7 @@ impl<'a, const D: usize, K: Kernel, R: Real> Arrangement<'a, D, K, R> {
     /// `sums`, and what others see of it and of its ghosts.
     pub fn gradient(&self, support: &[f64], strength: &[f64], sums: &[DensitySums<D>]) -> Vec<[f64; D]> {
         let real = Actors { tree: &self.tree, support, strength, silent: false };
-        let mut out: Vec<[f64; D]> = scatter_gradient::<D, K, R>(self.kernel, self.domain, &[real])
+        let mut out: Vec<[f64; D]> = scatter_gradient::<D, R>(self.kernel, self.domain, &[real])
             .into_par_iter()
             .zip(sums)
             .zip(strength)
@@ -183,19 +183,20 @@ impl<'a, const D: usize, K: Kernel, R: Real> Arrangement<'a, D, K, R> {
         let targets = Actors { tree: &ghosts.tree, support: &ghost_support, strength: &ghost_strength, silent: true };
         let real = Actors { tree: &self.tree, support, strength, silent: false };
         // Ghosts lie beyond the domain: they are seen where they are, not through the images of walls.
-        scatter_gradient::<D, K, R>(self.kernel, self.domain, &[targets, real])
+        scatter_gradient::<D, R>(self.kernel, self.domain, &[targets, real])
     }
 
-    /// A pass over all pairs within the larger radius of the two, with the first `D` channels a vector.
-    pub fn pair_pass<const C: usize, P: LeafPass<D, C, R>>(
+    /// Calls `pass` with the sources of all pairs within the larger radius of the two, the first `D` channels
+    /// being a vector.
+    pub fn with_pairs<const C: usize, T>(
         &self,
         support: &[f64],
         channels: [&[f64]; C],
-        pass: &P,
-    ) -> Vec<P::Output> {
+        pass: impl Fn(&[Sources<'_, D, C>]) -> T,
+    ) -> T {
         let real = Sources::new(&self.tree, support, channels, Reach::Either).with_vector();
         let Some(ghosts) = &self.ghosts else {
-            return for_each_target::<D, C, R, _>(self.domain, &[real], 1.0, pass);
+            return pass(&[real]);
         };
         let inherited: [Vec<f64>; C] = std::array::from_fn(|c| {
             ghosts
@@ -210,6 +211,6 @@ impl<'a, const D: usize, K: Kernel, R: Real> Arrangement<'a, D, K, R> {
         });
         let ghost_support = ghosts.inherit(support, 0.0);
         let others = Sources::new(&ghosts.tree, &ghost_support, inherited.each_ref().map(Vec::as_slice), Reach::Either);
-        for_each_target::<D, C, R, _>(self.domain, &[real, others], 1.0, pass)
+        pass(&[real, others])
     }
 }

@@ -24,7 +24,7 @@ use super::arrangement::Arrangement;
 use super::fit::{Fit, fit, interior};
 use super::lbfgs::Lbfgs;
 use super::{Control, Progress, StageReport, StopReason, relaxation_domain};
-use crate::kernel::{Kernel, support_over_spacing};
+use crate::kernel::{KernelName, support_over_spacing};
 use crate::neighbors::lanes::Real;
 use crate::reduce;
 use crate::smoothing::DensitySums;
@@ -74,18 +74,18 @@ const ARMIJO: f64 = 1e-4;
 const MAX_HALVINGS: usize = 6;
 
 /// Improves `positions` and returns the state with the lowest objective.
-pub fn solve_density<const D: usize, K: Kernel, R: Real>(
-    kernel: K,
+pub fn solve_density<const D: usize, R: Real>(
+    kernel: KernelName,
     target: &Target<'_, D>,
     positions: Positions<D>,
     options: &SolverOptions,
     control: &Control<'_>,
 ) -> (Positions<D>, StageReport) {
-    rayon::scope(|_| run::<D, K, R>(kernel, target, positions, options, control))
+    rayon::scope(|_| run::<D, R>(kernel, target, positions, options, control))
 }
 
-fn run<const D: usize, K: Kernel, R: Real>(
-    kernel: K,
+fn run<const D: usize, R: Real>(
+    kernel: KernelName,
     target: &Target<'_, D>,
     positions: Positions<D>,
     options: &SolverOptions,
@@ -93,7 +93,7 @@ fn run<const D: usize, K: Kernel, R: Real>(
 ) -> (Positions<D>, StageReport) {
     let start = Instant::now();
     let domain = relaxation_domain(target.domain);
-    let mut solver = Solver::<D, K, R> {
+    let mut solver = Solver::<D, R> {
         arrangement: Arrangement::new(kernel, target, &domain, positions, options.kernel_neighbors),
         options,
         control,
@@ -125,8 +125,8 @@ fn run<const D: usize, K: Kernel, R: Real>(
     (positions, report)
 }
 
-struct Solver<'a, const D: usize, K, R> {
-    arrangement: Arrangement<'a, D, K, R>,
+struct Solver<'a, const D: usize, R> {
+    arrangement: Arrangement<'a, D, R>,
     options: &'a SolverOptions,
     control: &'a Control<'a>,
     start: Instant,
@@ -155,7 +155,7 @@ struct Evaluation<const D: usize> {
     mean_square: f64,
 }
 
-impl<const D: usize, K: Kernel, R: Real> Solver<'_, D, K, R> {
+impl<const D: usize, R: Real> Solver<'_, D, R> {
     /// Minimizes for one lambda until `end` evaluations have been made.
     fn stage(&mut self, lambda: f64, end: usize, may_finish: bool) -> StopReason {
         self.arrangement.sort();

@@ -1,9 +1,11 @@
 //! Artificial viscosity that acts where the flow converges (ALARIC eq. 15 and 35; Morris & Monaghan 1997).
 
-use crate::kernel::Kernel;
+use crate::domain::Domain;
+use crate::kernel::{Kernel, KernelName};
 use crate::neighbors::lanes::Real;
-use crate::neighbors::{Batch, LeafPass};
+use crate::neighbors::{Batch, LeafPass, Sources, for_each_target};
 use crate::smoothing::separation;
+use crate::with_kernel;
 use pulp::Simd;
 use std::marker::PhantomData;
 
@@ -28,10 +30,23 @@ impl<const D: usize> Default for Shear<D> {
     }
 }
 
-pub(super) struct ViscosityPass<'a, K, R> {
-    pub kernel: K,
-    pub support: &'a [f64],
-    pub precision: PhantomData<R>,
+/// Relative motion about every particle of `sources[0]`.
+pub(super) fn shear<const D: usize, R: Real>(
+    kernel: KernelName,
+    domain: &Domain<D>,
+    sources: &[Sources<'_, D, CHANNELS>],
+    support: &[f64],
+) -> Vec<Shear<D>> {
+    with_kernel!(kernel, kernel => {
+        let pass = ViscosityPass { kernel, support, precision: PhantomData::<R> };
+        for_each_target::<D, CHANNELS, R, _>(domain, sources, 1.0, &pass)
+    })
+}
+
+struct ViscosityPass<'a, K, R> {
+    kernel: K,
+    support: &'a [f64],
+    precision: PhantomData<R>,
 }
 
 impl<const D: usize, K: Kernel, R: Real> LeafPass<D, CHANNELS, R> for ViscosityPass<'_, K, R> {

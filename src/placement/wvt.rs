@@ -21,12 +21,13 @@ use super::arrangement::GHOST_DEPTH;
 use super::fit::{fit, interior};
 use super::{Ghosts, Progress, StageReport, StopReason, relaxation_domain};
 use crate::domain::Domain;
-use crate::kernel::{Kernel, evaluate, support_over_spacing};
+use crate::kernel::{Kernel, KernelName, evaluate, support_over_spacing};
 use crate::neighbors::lanes::Real;
 use crate::neighbors::{Batch, LeafPass, Reach, Sources, Tree, for_each_target};
 use crate::reduce;
 use crate::smoothing::separation;
 use crate::target::{Positions, Target, at};
+use crate::with_kernel;
 use pulp::Simd;
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
@@ -237,8 +238,8 @@ impl<K: Kernel, R: Real> PushPass<'_, K, R> {
 
 /// Relaxes `positions` towards `target` and returns the best state met, by epsilon (re-fitted) of the number
 /// density over the interior.
-pub fn relax<const D: usize, K: Kernel>(
-    kernel: K,
+pub fn relax<const D: usize>(
+    kernel: KernelName,
     target: &Target<'_, D>,
     positions: Positions<D>,
     options: &WvtOptions,
@@ -339,7 +340,7 @@ impl<'a, const D: usize> State<'a, D> {
         self.tree.forget_order();
     }
 
-    fn pushes<K: Kernel>(&mut self, kernel: K, options: &WvtOptions) -> Vec<Push<D>> {
+    fn pushes(&mut self, kernel: KernelName, options: &WvtOptions) -> Vec<Push<D>> {
         if self.iterations > 0 {
             if self.iterations.is_multiple_of(SORT_INTERVAL) { self.sort() } else { self.tree.refit(&self.positions) }
         }
@@ -357,17 +358,9 @@ impl<'a, const D: usize> State<'a, D> {
             Bias::Plain => Reach::Either,
         };
         let ghosts = Ghosts::mirror(self.domain, &self.positions, |i| GHOST_DEPTH * self.support[i]);
-        let pass = PushPass {
-            kernel,
-            weight: options.weight,
-            bias: options.bias,
-            support: &self.support,
-            kernel_neighbors: options.kernel_neighbors,
-            precision: PhantomData::<f32>,
-        };
         let real = Sources::new(&self.tree, &self.support, [&channel, &volume], reach);
         if ghosts.positions.is_empty() {
-            return for_each_target::<D, 2, f32, _>(self.domain, &[real], 1.0, &pass);
+            return self.sum_pushes(kernel, &[real], options);
         }
         let ghost_tree = Tree::build(&ghosts.soa());
         let inherit = |values: &[f64], power: f64| -> Vec<f64> {
@@ -382,7 +375,21 @@ impl<'a, const D: usize> State<'a, D> {
         };
         let ghost_volume = inherit(&volume, 1.0);
         let mirrored = Sources::new(&ghost_tree, &ghost_support, [&ghost_channel, &ghost_volume], reach);
-        for_each_target::<D, 2, f32, _>(self.domain, &[real, mirrored], 1.0, &pass)
+        self.sum_pushes(kernel, &[real, mirrored], options)
+    }
+
+    fn sum_pushes(&self, kernel: KernelName, sources: &[Sources<'_, D, 2>], options: &WvtOptions) -> Vec<Push<D>> {
+        with_kernel!(kernel, kernel => {
+            let pass = PushPass {
+                kernel,
+                weight: options.weight,
+                bias: options.bias,
+                support: &self.support,
+                kernel_neighbors: options.kernel_neighbors,
+                precision: PhantomData::<f32>,
+            };
+            for_each_target::<D, 2, f32, _>(self.domain, sources, 1.0, &pass)
+        })
     }
 
     /// Target volumes, raised where the density was above the target at the last pass and lowered where below.

@@ -5,7 +5,7 @@
 use rand::{RngExt, SeedableRng};
 use rand_xoshiro::Xoshiro256PlusPlus;
 use sph_prep::domain::{Axis, Domain, Region};
-use sph_prep::kernel::WendlandC4;
+use sph_prep::kernel::KernelName;
 use sph_prep::neighbors::{Reach, Sources, Tree};
 use sph_prep::smoothing::{density, solve_support_radii};
 use std::time::Instant;
@@ -42,7 +42,7 @@ fn measure(n: usize, contrast: f64) {
     let guess = vec![(NEIGHBORS / (4.19 * n as f64)).cbrt(); n];
     let sources = [Sources::<3, 0>::new(&tree, &guess, [], Reach::Target)];
     let start = Instant::now();
-    let solved = solve_support_radii::<3, 0, _, f32>(WendlandC4, &domain, &sources, NEIGHBORS, 2.0);
+    let solved = solve_support_radii::<3, 0, f32>(KernelName::WendlandC4, &domain, &sources, NEIGHBORS, 2.0);
     let solve = start.elapsed();
     let support: Vec<f64> = solved.iter().map(|s| s.support).collect();
     let spread = support.iter().fold(0.0_f64, |m, &h| m.max(h)) / support.iter().fold(f64::MAX, |m, &h| m.min(h));
@@ -50,7 +50,7 @@ fn measure(n: usize, contrast: f64) {
     let mut best = f64::MAX;
     for _ in 0..3 {
         let start = Instant::now();
-        std::hint::black_box(density::<3, 0, _, f32>(WendlandC4, &domain, &sources, &support));
+        std::hint::black_box(density::<3, 0, f32>(KernelName::WendlandC4, &domain, &sources, &support));
         best = best.min(start.elapsed().as_secs_f64());
     }
     let per = |t: f64| t / n as f64 * 1e9;

@@ -4,7 +4,7 @@
 
 use sph_prep::domain::{Axis, Domain, Region};
 use sph_prep::field::ScalarField;
-use sph_prep::kernel::{WendlandC4, default_kernel_neighbors, support_over_spacing};
+use sph_prep::kernel::{KernelName, default_kernel_neighbors, support_over_spacing};
 use sph_prep::metrics::{DensityError, Measured, NoiseFigures};
 use sph_prep::placement::{Control, SolverOptions, WvtOptions, relax, solve_density};
 use sph_prep::seeding::{Seeding, seed};
@@ -27,9 +27,9 @@ fn report(name: &str, target: &Target<'_, 3>, positions: &Positions<3>, evaluati
     let masses = target.masses(positions);
     let ratio = support_over_spacing(3, neighbors);
     let guess: Vec<f64> = target.number_densities(positions).iter().map(|&n| ratio * target.spacing(n)).collect();
-    let measured = Measured::new(WendlandC4, target.domain, positions, &masses, &guess, neighbors);
+    let measured = Measured::new(KernelName::WendlandC4, target.domain, positions, &masses, &guess, neighbors);
     let error = DensityError::new(&measured, &target.densities(positions)).all_refitted;
-    let noise = NoiseFigures::new(WendlandC4, &measured, target.domain, &masses, neighbors).all;
+    let noise = NoiseFigures::new(KernelName::WendlandC4, &measured, target.domain, &masses, neighbors).all;
     let closest = measured.neighbors(target.domain, positions, neighbors).closest_pair;
     println!(
         "  {name:<26} {evaluations:>5} {seconds:>8.1} s   {:>9.2e}   {:>7.3} %   {closest:.2}",
@@ -62,13 +62,13 @@ fn scene(name: &str, density: fn(&[f64; 3]) -> f64, count: usize, evaluations: u
     let seeds = seed(&target, Seeding::MassBisection, 0).unwrap();
     report("seed: mass bisection", &target, &seeds, 0, start);
     let start = Instant::now();
-    let (wvt, _) = relax(WendlandC4, &target, seeds.clone(), &WvtOptions::new(3), &control);
+    let (wvt, _) = relax(KernelName::WendlandC4, &target, seeds.clone(), &WvtOptions::new(3), &control);
     report("WVT", &target, &wvt, 61, start);
     let few = WvtOptions { iterations: 5, ..WvtOptions::new(3) };
     let start = Instant::now();
-    let (few, _) = relax(WendlandC4, &target, seeds, &few, &control);
+    let (few, _) = relax(KernelName::WendlandC4, &target, seeds, &few, &control);
     let options = SolverOptions { evaluations: evaluations - 6, quietness, ..SolverOptions::new(3) };
-    let (solved, stage) = solve_density::<3, _, f32>(WendlandC4, &target, few, &options, &control);
+    let (solved, stage) = solve_density::<3, f32>(KernelName::WendlandC4, &target, few, &options, &control);
     report("5 WVT + solver", &target, &solved, evaluations, start);
     let trace: Vec<String> =
         stage.history.iter().step_by(8).map(|h| format!("{}:{:.1e}", h.iteration, h.epsilon)).collect();

@@ -1,7 +1,7 @@
 //! Table 2, Fig. 6 and Fig. 16: particle splitting, and the error below which nothing goes.
 
 use crate::{Density, control, integral, interval, target, uniform, well};
-use sph_prep::kernel::WendlandC4;
+use sph_prep::kernel::KernelName;
 use sph_prep::metrics::lowest_epsilon;
 use sph_prep::placement::{AlaricOptions, StageReport, alaric_by_splitting, coarse_count};
 
@@ -17,7 +17,7 @@ fn run(delta: f64, count: usize, splittings: usize) -> Vec<StageReport> {
         ..AlaricOptions::new(1)
     };
     let start = uniform(coarse_count(1, count, splittings));
-    alaric_by_splitting::<1, _, f64>(WendlandC4, &target, start, splittings, &options, &control()).1
+    alaric_by_splitting::<1, f64>(KernelName::WendlandC4, &target, start, splittings, &options, &control()).1
 }
 
 fn bound(delta: f64, count: usize) -> f64 {

@@ -1,7 +1,7 @@
 //! Table 1: what friction, viscosity and velocity stops do, alone and together.
 
 use crate::{Density, control, integral, interval, target, uniform, well};
-use sph_prep::kernel::WendlandC4;
+use sph_prep::kernel::KernelName;
 use sph_prep::placement::{AlaricOptions, alaric};
 
 /// What a run comes to.
@@ -24,7 +24,7 @@ fn run(friction: bool, viscosity: bool, stops: bool) -> Outcome {
         kernel_neighbors: 8.0,
         ..AlaricOptions::new(1)
     };
-    let (_, report) = alaric::<1, _, f64>(WendlandC4, &target, uniform(300), &options, &control());
+    let (_, report) = alaric::<1, f64>(KernelName::WendlandC4, &target, uniform(300), &options, &control());
     let history = &report.history;
     let mut tail: Vec<f64> = history[history.len().saturating_sub(1000)..].iter().map(|h| h.epsilon).collect();
     tail.sort_by(f64::total_cmp);
