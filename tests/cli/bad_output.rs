@@ -84,7 +84,7 @@ fn inputs_that_are_no_readable_files_are_refused() {
     #[cfg(unix)]
     {
         use std::os::unix::fs::PermissionsExt;
-        std::fs::set_permissions(&secret, std::fs::Permissions::from_mode(0)).unwrap();
+        std::fs::set_permissions(&secret, std::fs::Permissions::from_mode(0o000)).unwrap();
     }
     if std::fs::read(&secret).is_ok() {
         println!("skipped: an unreadable file; permissions do not bind this user");
