@@ -37,6 +37,7 @@ pub fn run(scene: &Scene, formats: &[FormatSpec], control: &Control<'_>) -> Resu
     let output = scene.output.file.as_deref().ok_or_else(|| Error::scene("output.file", "is missing (--out FILE)"))?;
     let format = registry::detect_output(formats, output, scene.output.format.as_deref())?;
     registry::writer(format, output)?;
+    refuse_overwriting_inputs(scene, output)?;
     sph_formats::output::probe(output)?;
     let start = Instant::now();
     let raw = ingest::read(scene, formats)?;
@@ -53,6 +54,19 @@ pub fn run(scene: &Scene, formats: &[FormatSpec], control: &Control<'_>) -> Resu
         2 => run.in_dimension::<2>(raw),
         _ => run.in_dimension::<3>(raw),
     }
+}
+
+/// Renaming the output onto an input would destroy it, so that the run could not be repeated.
+fn refuse_overwriting_inputs(scene: &Scene, output: &Path) -> Result<()> {
+    let Ok(output) = output.canonicalize() else { return Ok(()) };
+    let inputs = [&scene.input.file, scene.resolution.as_ref().map_or(&None, |r| &r.file)];
+    for input in inputs.into_iter().flatten() {
+        if input.canonicalize().is_ok_and(|i| i == output) {
+            let problem = format!("is the input file '{}', which it would replace; name another", input.display());
+            return Err(Error::scene("output.file", problem));
+        }
+    }
+    Ok(())
 }
 
 /// A run under way.

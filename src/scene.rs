@@ -314,12 +314,11 @@ impl Scene {
                 format!("is {}, expected at most 1: steps shrink", self.wvt.final_step),
             ));
         }
-        for (key, value) in [
-            ("tolerance", self.tolerance),
-            ("time_limit", self.time_limit),
-            ("thermal.internal_energy", self.thermal.internal_energy),
-        ] {
+        for (key, value) in [("tolerance", self.tolerance), ("thermal.internal_energy", self.thermal.internal_energy)] {
             value.map_or(Ok(()), |v| positive(key, v))?;
+        }
+        if let Some(seconds) = self.time_limit.filter(|s| !(*s >= 0.0)) {
+            return Err(Error::scene("time_limit", format!("is {seconds}, expected seconds, at least 0")));
         }
         if !(self.thermal.gamma.is_finite() && self.thermal.gamma > 1.0) {
             return Err(Error::scene("thermal.gamma", format!("is {}, expected more than 1", self.thermal.gamma)));

@@ -9,7 +9,7 @@ use std::path::{Path, PathBuf};
 /// # Errors
 /// What `write` returns, or [`FormatError::Io`].
 pub fn atomically(path: &Path, write: impl FnOnce(&Path) -> Result<()>) -> Result<()> {
-    let target = link_target(path);
+    let target = replaceable(path)?;
     let folder = folder_of(&target);
     let suffix = path.extension().map(|e| format!(".{}", e.to_string_lossy())).unwrap_or_default();
     let temporary = tempfile::Builder::new()
@@ -25,19 +25,29 @@ pub fn atomically(path: &Path, write: impl FnOnce(&Path) -> Result<()>) -> Resul
     temporary.persist(&target).map_err(|e| FormatError::io(path, "write", e.error))
 }
 
-/// Whether a file could be put at `path`: its folder exists and takes new files, and `path` is no folder. Asked
-/// before a long run, so that it does not end in vain.
+/// Whether a file could be put at `path`: its folder exists and takes new files, and nothing but a file is there
+/// already. Asked before a long run, so that it does not end in vain.
 ///
 /// # Errors
 /// [`FormatError::Io`].
 pub fn probe(path: &Path) -> Result<()> {
-    if path.is_dir() {
-        let refused = std::io::Error::new(std::io::ErrorKind::IsADirectory, "it is a directory");
-        return Err(FormatError::io(path, "write", refused));
-    }
-    let target = link_target(path);
+    let target = replaceable(path)?;
     let folder = folder_of(&target);
     tempfile::tempfile_in(folder).map(drop).map_err(|e| FormatError::io(folder, "create a file in", e))
+}
+
+/// Where the output goes, unless something is there that renaming must not replace: a folder, or a device such
+/// as `/dev/null`, which an administrator's run would otherwise turn into a plain file for everyone.
+fn replaceable(path: &Path) -> Result<PathBuf> {
+    let target = link_target(path);
+    let refuse = |kind, what| Err(FormatError::io(path, "write", std::io::Error::new(kind, what)));
+    match std::fs::metadata(&target) {
+        Ok(found) if found.is_dir() => refuse(std::io::ErrorKind::IsADirectory, "it is a directory"),
+        Ok(found) if !found.is_file() => {
+            refuse(std::io::ErrorKind::InvalidInput, "it is a device, pipe or socket; name a file")
+        }
+        _ => Ok(target),
+    }
 }
 
 /// Where a symbolic link leads, or `path` itself; renaming onto a link would replace the link.

@@ -14,7 +14,9 @@ use crate::placement::{Control, StopReason};
 use crate::scene::Scene;
 use args::{Args, Command, RunArgs};
 use clap::Parser;
-use sph_formats::FORMATS;
+use sph_formats::{FORMATS, FormatError};
+use std::io::{ErrorKind, Write};
+use std::path::Path;
 use std::process::ExitCode;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -28,14 +30,8 @@ const NOT_CONVERGED: u8 = 3;
 pub fn main() -> ExitCode {
     let args = Args::parse();
     let result = match &args.command {
-        Some(Command::Formats) => {
-            print!("{}", formats::table(FORMATS));
-            Ok(ExitCode::SUCCESS)
-        }
-        Some(Command::Inspect(inspect)) => inspect::inspect(FORMATS, inspect).map(|text| {
-            print!("{text}");
-            ExitCode::SUCCESS
-        }),
+        Some(Command::Formats) => print(&formats::table(FORMATS)),
+        Some(Command::Inspect(inspect)) => inspect::inspect(FORMATS, inspect).and_then(|text| print(&text)),
         None => run(&args.run),
     };
     result.unwrap_or_else(|error| {
@@ -47,8 +43,7 @@ pub fn main() -> ExitCode {
 fn run(args: &RunArgs) -> crate::Result<ExitCode> {
     let scene = args.scene()?;
     if args.print_scene {
-        print!("{}", scene.to_yaml());
-        return Ok(ExitCode::SUCCESS);
+        return print(&scene.to_yaml());
     }
     if let Some(threads) = args.threads {
         rayon::ThreadPoolBuilder::new()
@@ -73,11 +68,22 @@ fn run(args: &RunArgs) -> crate::Result<ExitCode> {
     progress.finish();
     let report = result?;
     if args.json {
-        println!("{}", report.json());
+        print(&format!("{}\n", report.json()))?;
     } else if !args.quiet {
-        print!("{}", report.text());
+        print(&report.text())?;
     }
     Ok(exit_code(&scene, report.stop))
+}
+
+/// Prints to standard output. A reader that has seen enough (`| head`) is no failure.
+fn print(text: &str) -> crate::Result<ExitCode> {
+    let mut out = std::io::stdout().lock();
+    match out.write_all(text.as_bytes()).and_then(|()| out.flush()) {
+        Err(e) if e.kind() != ErrorKind::BrokenPipe => {
+            Err(FormatError::io(Path::new("standard output"), "write to", e).into())
+        }
+        _ => Ok(ExitCode::SUCCESS),
+    }
 }
 
 fn exit_code(scene: &Scene, stop: StopReason) -> ExitCode {

@@ -41,6 +41,22 @@ pub fn nodes(text: &Text, sheet: &Sheet, radii: &[f64], center: f64) -> Result<V
     Ok([center].into_iter().chain(radii.iter().rev().copied()).collect())
 }
 
+/// Refuses enclosed masses that grow inwards: rows are then out of order, or the numbers are no masses.
+///
+/// # Errors
+/// [`crate::FormatError::Input`] with the line.
+pub fn check_masses(text: &Text, sheet: &Sheet, masses: &[f64]) -> Result<()> {
+    for (pair, &line) in masses.windows(2).zip(sheet.lines.iter().skip(1)) {
+        if let [outer, inner] = pair
+            && inner > outer
+        {
+            let problem = format!("the enclosed mass grows inwards, from {outer:e} to {inner:e} g");
+            return Err(text.line_error(line, problem));
+        }
+    }
+    Ok(())
+}
+
 /// Outer faces, surface first, from the mass within each and the density between: `r^3` grows by
 /// `3 dm / (4 pi rho)` from zone to zone outwards.
 ///

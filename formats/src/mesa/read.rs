@@ -131,6 +131,9 @@ fn radial_nodes(
     notes: &mut Vec<String>,
 ) -> Result<Vec<f64>> {
     if let Some(found) = quantity(sheet, RADIUS) {
+        if let Some(mass) = quantity(sheet, MASS) {
+            faces::check_masses(text, sheet, &in_cgs(sheet, mass, solar))?;
+        }
         return faces::nodes(text, sheet, &in_cgs(sheet, found, solar), center.0);
     }
     let (Some(mass), Some(density)) = (quantity(sheet, MASS), quantity(sheet, DENSITY)) else {

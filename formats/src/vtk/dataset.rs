@@ -42,13 +42,19 @@ pub(super) fn field(path: &Path, dataset: Dataset, request: &FieldRequest) -> Re
     let mut variables = Vec::new();
     for (location, arrays) in [(Location::Node, point_data), (Location::Cell, cell_data)] {
         for array in arrays {
-            let wanted = geometry.count(location) * array.components;
-            if array.components == 0 || array.values.len() != wanted {
+            let places = geometry.count(location);
+            // Both counts are the file's own statements: their product may be anything.
+            if array.components == 0 || places.checked_mul(array.components) != Some(array.values.len()) {
                 return Err(FormatError::input(
                     path,
                     FORMAT,
                     format!("array '{}'", array.name),
-                    format!("has {} values, expected {wanted}", array.values.len()),
+                    format!(
+                        "has {} values, expected {} for each of {places} {}",
+                        array.values.len(),
+                        array.components,
+                        if location == Location::Node { "points" } else { "cells" }
+                    ),
                 ));
             }
             let values = match &flips {
@@ -56,7 +62,7 @@ pub(super) fn field(path: &Path, dataset: Dataset, request: &FieldRequest) -> Re
                 None => array.values,
             };
             variables.push(Variable {
-                name: array.name,
+                name: unused_name(array.name, &variables, &mut notes),
                 description: None,
                 unit: None,
                 location,
@@ -70,6 +76,21 @@ pub(super) fn field(path: &Path, dataset: Dataset, request: &FieldRequest) -> Re
         variables.retain(|v| carry.contains(&v.name) || density.as_ref() == Some(&v.name));
     }
     Ok(RawField { path: path.into(), format: FORMAT, geometry, variables, density, metadata: Vec::new(), notes })
+}
+
+/// The name, or one made from it where point and cell data share it: it could not be chosen otherwise.
+fn unused_name(name: String, variables: &[Variable], notes: &mut Vec<String>) -> String {
+    let mut unused = name.clone();
+    for count in 2.. {
+        if variables.iter().all(|v| v.name != unused) {
+            break;
+        }
+        unused = format!("{name}_{count}");
+    }
+    if unused != name {
+        notes.push(format!("there are several arrays '{name}'; a later one is called '{unused}'"));
+    }
+    unused
 }
 
 fn density(

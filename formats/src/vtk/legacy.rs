@@ -257,7 +257,7 @@ fn cell_list(c: &mut Cursor<'_>, modern: bool, types: &[(usize, u8)]) -> Outcome
 fn values(c: &mut Cursor<'_>, keyword: &str, count: usize, out: &mut Vec<DataArray>) -> Outcome<()> {
     let mut simple = |c: &mut Cursor<'_>, components: usize, keep: bool| -> Outcome<()> {
         let (name, kind) = (c.need("a name")?, c.need("a type")?);
-        let values = c.numbers(&kind, count.saturating_mul(components))?;
+        let values = of_array(&name, c.numbers(&kind, count.saturating_mul(components)))?;
         if keep {
             out.push(DataArray { name, components, values });
         }
@@ -278,7 +278,7 @@ fn values(c: &mut Cursor<'_>, keyword: &str, count: usize, out: &mut Vec<DataArr
                 return Err("SCALARS without LOOKUP_TABLE are not supported".into());
             }
             c.word();
-            let values = c.numbers(kind, count.saturating_mul(components))?;
+            let values = of_array(name, c.numbers(kind, count.saturating_mul(components)))?;
             out.push(DataArray { name: name.to_owned(), components, values });
         }
         "VECTORS" | "NORMALS" => simple(c, 3, true)?,
@@ -295,6 +295,11 @@ fn values(c: &mut Cursor<'_>, keyword: &str, count: usize, out: &mut Vec<DataArr
     Ok(())
 }
 
+/// Says in which array something is wrong.
+fn of_array(name: &str, values: Outcome<Values>) -> Outcome<Values> {
+    values.map_err(|problem| format!("array '{name}': {problem}"))
+}
+
 fn fields(c: &mut Cursor<'_>, out: &mut Vec<DataArray>) -> Outcome<()> {
     c.need("a name")?;
     let arrays = c.count("a number of arrays")?;
@@ -306,7 +311,7 @@ fn fields(c: &mut Cursor<'_>, out: &mut Vec<DataArray>) -> Outcome<()> {
         }
         let (components, tuples) = (c.count("components")?, c.count("tuples")?);
         let kind = c.need("a type")?;
-        let values = c.numbers(&kind, components.saturating_mul(tuples))?;
+        let values = of_array(&name, c.numbers(&kind, components.saturating_mul(tuples)))?;
         out.push(DataArray { name, components, values });
     }
     Ok(())

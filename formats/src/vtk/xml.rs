@@ -28,6 +28,10 @@ pub(super) fn read(path: &Path, bytes: &[u8]) -> Result<Dataset> {
     let (head, tail) = bytes.split_at(cut);
     let head = std::str::from_utf8(head).map_err(|e| wrong(format!("is no UTF-8: {e}")))?;
     let document = parse(head).map_err(wrong)?;
+    // Where data are appended, each array finds out for itself whether its bytes are there.
+    if tail.is_empty() && !document.closed {
+        return Err(wrong("ends before </VTKFile>; the file is cut off".into()));
+    }
     if document.pieces > 1 {
         return Err(FormatError::Unsupported {
             path: path.into(),
@@ -50,6 +54,8 @@ struct Document {
     grid: Attributes,
     piece: Attributes,
     pieces: usize,
+    /// The file's own element has come to its end.
+    closed: bool,
     arrays: Vec<Element>,
 }
 
@@ -82,6 +88,7 @@ fn parse(head: &str) -> std::result::Result<Document, String> {
             }
             Ok(Event::End(end)) => {
                 let name = end.name();
+                document.closed |= name.as_ref() == "VTKFile";
                 if name.as_ref() == "DataArray" {
                     document.arrays.extend(open.take());
                 } else if name.as_ref() == section {
@@ -203,7 +210,8 @@ impl Document {
         let text = self.piece.get("Extent").or(self.grid.get("WholeExtent")).map_or("", String::as_str);
         let starts: Vec<f64> = text.split_whitespace().step_by(2).filter_map(|t| t.parse().ok()).collect();
         let start = |k: usize| starts.get(k).copied().unwrap_or(0.0);
-        if extent.iter().any(|e| e.1 > 1 << 24) {
+        let nodes = extent.iter().try_fold(1_usize, |n, e| n.checked_mul(e.1 + 1));
+        if extent.iter().any(|e| e.1 > 1 << 24) || nodes.is_none_or(|n| n > 1 << 36) {
             return Err(FormatError::input(path, FORMAT, "Extent", "declares more nodes than any file can hold"));
         }
         Ok(Shape::Axes(std::array::from_fn(|k| {
@@ -436,6 +444,8 @@ fn lzma(packed: &[u8], expected: usize, out: &mut Vec<u8>) -> std::result::Resul
 }
 
 fn ascii(kind: &str, text: &str) -> std::result::Result<Values, String> {
+    // Text is read as f64 whatever its type, but a type that is none is a sign of damage.
+    numbers(kind, &[], false)?;
     let numbers = text
         .split_whitespace()
         .map(|t| t.parse::<f64>().map_err(|_| format!("has '{t}' where a number is expected")))

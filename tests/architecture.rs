@@ -1,0 +1,181 @@
+//! Rules over the sources: who may know whom, how long files are, what documents repeat from the code.
+
+use sph_formats::{FORMATS, FormatSpec};
+use sph_prep::scene::Scene;
+use std::path::{Path, PathBuf};
+
+/// Longest source file.
+const MAX_LINES: usize = 600;
+
+/// Modules that place particles; files are none of their business.
+const PLACEMENT: [&str; 7] = ["domain", "kernel", "metrics", "neighbors", "placement", "seeding", "smoothing.rs"];
+
+/// Parts of `field` that turn what was read into fields; the rest of it knows no files either.
+const FROM_FILES: [&str; 11] = [
+    "build.rs",
+    "build_grid.rs",
+    "build_radial.rs",
+    "build_tests.rs",
+    "check.rs",
+    "cloud.rs",
+    "geographic.rs",
+    "grid.rs",
+    "mesh.rs",
+    "mod.rs",
+    "sampled.rs",
+];
+
+/// Panics of `formats/src` outside tests that no file can cause: (file, text of the line, why).
+const JUSTIFIED: [(&str, &str, &str); 0] = [];
+
+fn root() -> &'static Path {
+    Path::new(env!("CARGO_MANIFEST_DIR"))
+}
+
+/// All Rust files below a folder or file of the project, with their texts.
+fn sources(below: &str) -> Vec<(PathBuf, String)> {
+    let mut found = Vec::new();
+    let mut open = vec![root().join(below)];
+    while let Some(path) = open.pop() {
+        if path.is_dir() {
+            open.extend(std::fs::read_dir(path).unwrap().map(|e| e.unwrap().path()));
+        } else if path.extension().is_some_and(|e| e == "rs") {
+            let text = std::fs::read_to_string(&path).unwrap();
+            found.push((path.strip_prefix(root()).unwrap().to_owned(), text));
+        }
+    }
+    found.sort();
+    assert!(!found.is_empty(), "there are no sources below '{below}'");
+    found
+}
+
+/// Numbered lines of code: no comments, no test modules, which end a file.
+fn code(text: &str) -> impl Iterator<Item = (usize, &str)> {
+    let end = text.find("#[cfg(test)]\nmod ").unwrap_or(text.len());
+    let lines = text[..end].lines().enumerate().map(|(i, line)| (i + 1, line));
+    lines.filter(|(_, line)| !line.trim_start().starts_with("//"))
+}
+
+/// Lines of code with one of `words`, as `path:line: text`.
+fn lines_with(below: &str, words: &[&str], allowed: impl Fn(&Path, &str) -> bool) -> Vec<String> {
+    let mut found = Vec::new();
+    for (path, text) in sources(below) {
+        for (number, line) in code(&text) {
+            if words.iter().any(|w| line.contains(w)) && !allowed(&path, line) {
+                found.push(format!("{}:{number}: {}", path.display(), line.trim()));
+            }
+        }
+    }
+    found
+}
+
+#[test]
+fn formats_know_nothing_of_placement() {
+    let none = Vec::<String>::new();
+    assert_eq!(lines_with("formats", &["sph_prep"], |_, _| false), none);
+    let manifest = std::fs::read_to_string(root().join("formats/Cargo.toml")).unwrap();
+    assert!(!manifest.lines().any(|l| l.starts_with("sph-prep")), "sph-formats depends on sph-prep");
+}
+
+#[test]
+fn placement_knows_nothing_of_formats() {
+    let none = Vec::<String>::new();
+    for module in PLACEMENT {
+        assert_eq!(lines_with(&format!("src/{module}"), &["sph_formats"], |_, _| false), none);
+    }
+    let from_files = |path: &Path, _: &str| FROM_FILES.iter().any(|name| path.ends_with(Path::new("field").join(name)));
+    assert_eq!(lines_with("src/field", &["sph_formats"], from_files), none);
+    for name in FROM_FILES {
+        let path = format!("src/field/{name}");
+        assert!(sources(&path)[0].1.contains("sph_formats"), "'{path}' needs no exception any more");
+    }
+    // And what places particles knows of no stage around it.
+    let around = ["crate::pipeline", "crate::cli", "crate::scene", "crate::report", "crate::ingest"];
+    for module in PLACEMENT {
+        assert_eq!(lines_with(&format!("src/{module}"), &around, |_, _| false), none);
+    }
+}
+
+#[test]
+fn no_source_file_is_too_long() {
+    let all = ["src", "formats", "tests", "profiles"].into_iter().flat_map(sources);
+    let long: Vec<String> = all
+        .filter(|(path, _)| !path.components().any(|c| c.as_os_str() == "target"))
+        .map(|(path, text)| (path, text.lines().count()))
+        .filter(|(_, lines)| *lines > MAX_LINES)
+        .map(|(path, lines)| format!("{}: {lines} lines, at most {MAX_LINES}", path.display()))
+        .collect();
+    assert_eq!(long, Vec::<String>::new());
+}
+
+#[test]
+fn readers_and_writers_do_not_panic_on_purpose() {
+    let words = [".unwrap()", ".expect(", "panic!(", "todo!(", "unimplemented!(", "unreachable!("];
+    let justified = |path: &Path, line: &str| {
+        JUSTIFIED.iter().any(|(file, text, _)| path == Path::new("formats/src").join(file) && line.contains(text))
+    };
+    assert_eq!(lines_with("formats/src", &words, justified), Vec::<String>::new());
+    // What is justified is still there.
+    for (file, text, why) in JUSTIFIED {
+        let source = std::fs::read_to_string(root().join("formats/src").join(file)).unwrap();
+        assert!(source.contains(text) && !why.is_empty(), "{file} has no '{text}' to be justified");
+    }
+}
+
+#[test]
+fn formats_are_sorted_and_have_folders_and_features() {
+    let names: Vec<&str> = FORMATS.iter().map(|f| f.name).collect();
+    assert!(names.is_sorted_by(|a, b| a < b), "{names:?}");
+    let manifest = std::fs::read_to_string(root().join("Cargo.toml")).unwrap();
+    for format in FORMATS {
+        assert!(root().join("formats/src").join(format.name).join("mod.rs").is_file(), "{} has no folder", format.name);
+        let feature = format!("{0} = [\"sph-formats/{0}\"]", format.feature);
+        assert!(manifest.contains(&feature), "Cargo.toml has no line '{feature}'");
+        assert!(format.reference.starts_with("https://"), "{}: '{}'", format.name, format.reference);
+    }
+    let folders = std::fs::read_dir(root().join("formats/src")).unwrap().map(|e| e.unwrap().path());
+    for folder in folders.filter(|p| p.is_dir() && !p.ends_with("common")) {
+        let name = folder.file_name().unwrap().to_string_lossy().into_owned();
+        assert!(names.contains(&name.as_str()), "the folder '{name}' has no line in FORMATS");
+    }
+}
+
+/// The row of a format in the README.
+fn row(format: &FormatSpec) -> String {
+    let c = format.capabilities;
+    let field = if c.read_field { c.geometries.join(", ") } else { "-".into() };
+    let particles = match (c.read_particles, c.write_particles) {
+        (true, true) => "read, write",
+        (true, false) => "read",
+        (false, true) => "write",
+        (false, false) => "-",
+    };
+    let extensions = format.extensions.join(", ");
+    format!("| [`{}`]({}) | {} | {extensions} | {field} | {particles} |", format.name, format.reference, format.summary)
+}
+
+#[test]
+fn the_table_of_formats_in_the_readme_is_the_registry() {
+    let readme = std::fs::read_to_string(root().join("README.md")).unwrap();
+    let expected: Vec<String> = FORMATS.iter().map(row).collect();
+    let found: Vec<&str> = readme.lines().filter(|l| l.starts_with("| [`")).collect();
+    assert_eq!(found, expected, "the README should have these rows:\n{}\n", expected.join("\n"));
+}
+
+#[test]
+fn bundled_scenes_are_valid_and_documented() {
+    let documented = std::fs::read_to_string(root().join("profiles/README.md")).unwrap();
+    let mut scenes = 0;
+    for entry in std::fs::read_dir(root().join("profiles")).unwrap() {
+        let path = entry.unwrap().path();
+        let name = path.file_name().unwrap().to_string_lossy().into_owned();
+        if path.extension().is_some_and(|e| e == "yaml") {
+            let scene = Scene::load(&path).unwrap_or_else(|e| panic!("{name}: {e}"));
+            scene.validate().unwrap_or_else(|e| panic!("{name}: {e}"));
+            assert!(scene.input.file.is_none_or(|f| f.is_file()), "{name}: its input file is missing");
+            scenes += 1;
+        }
+        assert!(name == "README.md" || documented.contains(&format!("`{name}`")) || name == "make.rs", "{name}");
+    }
+    assert!(scenes > 5, "only {scenes} scenes");
+}

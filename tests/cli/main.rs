@@ -1,0 +1,7 @@
+//! The built binary, as people and scripts meet it: exit codes, texts, files left behind, bytes written.
+
+mod bad_grids;
+mod bad_output;
+mod bad_tables;
+mod runs;
+mod support;
