@@ -17,6 +17,7 @@ pub mod pipeline;
 pub mod placement;
 pub mod plan;
 pub mod reduce;
+pub mod relaxation;
 pub mod report;
 pub mod rng;
 pub mod scene;

@@ -9,12 +9,12 @@ use crate::field::{MassEstimate, ScalarField, Source, total_mass};
 use crate::ingest::{self, InputUnits, RawInput};
 use crate::kernel::{default_kernel_neighbors, support_over_spacing};
 use crate::metrics::{DensityError, Measured, NoiseFigures};
-use crate::placement::{Control, StageReport, StopReason, WvtOptions, relax};
+use crate::placement::{Control, StopReason};
 use crate::plan::Plan;
 use crate::reduce;
+use crate::relaxation::{self, Relaxed};
 use crate::report::{MassReport, Report, Timing};
 use crate::scene::{Atmosphere, DEFAULT_PARTICLES, Scene};
-use crate::seeding;
 use crate::target::{Positions, Resolution, Target};
 use rayon::prelude::*;
 use sph_formats::common::particle_names as names;
@@ -167,21 +167,9 @@ impl Run<'_> {
     fn place<const D: usize>(mut self, target: &Target<'_, D>, scaled: &Scaled<D>, mut plan: Plan) -> Result<Report> {
         let kernel = self.scene.kernel;
         let neighbors = self.scene.neighbors.unwrap_or_else(|| default_kernel_neighbors(D));
-        let lap = Instant::now();
-        let positions = seeding::seed(target, self.scene.seeding, self.scene.seed)?;
-        self.lap("seed", lap, None);
-        let (positions, stages) = if plan.relaxes() {
-            let lap = Instant::now();
-            let (positions, report) = relax(kernel, target, positions, &self.wvt_options(neighbors), self.control);
-            self.lap("WVT", lap, report.history.get(report.best_iteration).map(|p| p.epsilon));
-            (positions, vec![report])
-        } else {
-            (positions, Vec::new())
-        };
-        let stop = stages.last().map_or(StopReason::NotNeeded, |s: &StageReport| s.stop);
-        if stop == StopReason::Interrupted {
-            return Err(Error::Interrupted);
-        }
+        let Relaxed { positions, stages, timing, stop } =
+            relaxation::place(self.scene, &mut plan, target, neighbors, self.control)?;
+        self.timing.extend(timing);
         let lap = Instant::now();
         let masses = target.masses(&positions);
         let number_density = target.number_densities(&positions);
@@ -229,19 +217,6 @@ impl Run<'_> {
             plan,
             notes: self.notes,
         })
-    }
-
-    fn wvt_options(&self, kernel_neighbors: f64) -> WvtOptions {
-        let w = &self.scene.wvt;
-        WvtOptions {
-            weight: w.weight,
-            bias: w.bias,
-            iterations: w.iterations,
-            step: w.step,
-            final_step: w.final_step,
-            kernel_neighbors,
-            tolerance: self.scene.tolerance.unwrap_or(0.0),
-        }
     }
 
     fn input_name(&self) -> String {

@@ -1,7 +1,9 @@
 //! What a scene needs, and what it does without, with the reasons: nothing is run that a scene has no use for.
 
 use crate::domain::{Axis, Domain, Region};
-use crate::scene::{Atmosphere, Scene};
+use crate::kernel::default_kernel_neighbors;
+use crate::placement::WvtOptions;
+use crate::scene::{Atmosphere, Polish, Scene};
 use crate::seeding::Seeding;
 use serde::Serialize;
 
@@ -17,22 +19,27 @@ pub struct LeftOut {
 pub struct Plan {
     pub stages: Vec<&'static str>,
     pub left_out: Vec<LeftOut>,
+    /// 0 where WVT is left out.
+    pub wvt_iterations: usize,
+    pub polish: Polish,
+    /// Stages of particle splitting within ALARIC.
+    pub splittings: usize,
 }
 
 impl Plan {
     /// Decides from the scene, the domain that it came to and the number of particles.
     pub fn new<const D: usize>(scene: &Scene, domain: &Domain<D>, count: usize, has_profile: bool) -> Self {
-        let mut plan = Self { stages: Vec::new(), left_out: Vec::new() };
+        let mut plan =
+            Self { stages: Vec::new(), left_out: Vec::new(), wvt_iterations: 0, polish: Polish::None, splittings: 0 };
         plan.stages.push(match scene.seeding {
             Seeding::MassBisection => "seed: mass bisection",
             Seeding::Random => "seed: random",
         });
-        if scene.wvt.iterations == 0 {
-            plan.drop("WVT", "wvt.iterations is 0");
-        } else if count < MIN_RELAXED {
-            plan.drop("WVT", format!("{count} particles have no neighbors to relax against"));
+        if count < MIN_RELAXED {
+            plan.drop("relaxation", format!("{count} particles have no neighbors to relax against"));
         } else {
-            plan.stages.push("WVT");
+            plan.choose_polish(scene, count, D);
+            plan.choose_wvt(scene);
         }
         plan.stages.push("measure");
         if !domain.axes.contains(&Axis::Periodic) {
@@ -52,14 +59,62 @@ impl Plan {
         plan
     }
 
-    pub fn drop(&mut self, what: impl Into<String>, why: impl Into<String>) {
-        self.left_out.push(LeftOut { what: what.into(), why: why.into() });
+    fn choose_polish(&mut self, scene: &Scene, count: usize, d: usize) {
+        let neighbors = scene.neighbors.unwrap_or_else(|| default_kernel_neighbors(d));
+        match scene.polish {
+            Polish::None => self.drop("polish", "polish is none"),
+            _ if (count as f64) < 2.0 * neighbors => {
+                self.drop("polish", format!("{count} particles all see each other with {neighbors:.0} neighbors"));
+            }
+            chosen => self.polish = chosen,
+        }
+        if self.polish != Polish::Alaric {
+            return;
+        }
+        self.splittings = scene.alaric.splittings.unwrap_or_else(|| {
+            let coarse_features = scene.seeding == Seeding::Random;
+            usize::from(coarse_features && count >= MIN_SPLIT)
+        });
+        if self.splittings == 0 {
+            self.drop(
+                "particle splitting",
+                match scene.seeding {
+                    _ if scene.alaric.splittings.is_some() => "alaric.splittings is 0".to_string(),
+                    Seeding::MassBisection => "mass bisection leaves no coarse features to converge first".into(),
+                    _ => format!("under {MIN_SPLIT} particles it saves nothing"),
+                },
+            );
+        }
+        if !scene.alaric.viscosity {
+            self.drop("viscosity", "alaric.viscosity is false");
+        }
     }
 
-    pub fn relaxes(&self) -> bool {
-        self.stages.contains(&"WVT")
+    fn choose_wvt(&mut self, scene: &Scene) {
+        self.wvt_iterations = scene.wvt.iterations.unwrap_or(match (self.polish, scene.seeding) {
+            (Polish::None, _) => WvtOptions::new(3).iterations,
+            (_, Seeding::MassBisection) => 5,
+            (_, _) => 40,
+        });
+        if self.wvt_iterations == 0 {
+            self.drop("WVT", "wvt.iterations is 0");
+        } else {
+            self.stages.push("WVT");
+        }
+        match self.polish {
+            Polish::Solver => self.stages.push("density solver"),
+            Polish::Alaric if self.splittings > 0 => self.stages.push("ALARIC with splitting"),
+            Polish::Alaric => self.stages.push("ALARIC"),
+            Polish::None => {}
+        }
+    }
+
+    pub fn drop(&mut self, what: impl Into<String>, why: impl Into<String>) {
+        self.left_out.push(LeftOut { what: what.into(), why: why.into() });
     }
 }
 
 /// Fewer particles are left where the seed puts them.
 const MIN_RELAXED: usize = 3;
+/// Fewer particles converge at once; splitting only adds its noise.
+const MIN_SPLIT: usize = 4000;

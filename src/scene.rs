@@ -5,7 +5,7 @@
 
 use crate::error::{Error, Result};
 use crate::kernel::KernelName;
-use crate::placement::{Bias, Weight, WvtOptions};
+use crate::placement::{AlaricOptions, Bias, SolverOptions, Weight, WvtOptions};
 use crate::seeding::Seeding;
 use serde::{Deserialize, Serialize};
 use std::path::{Path, PathBuf};
@@ -29,6 +29,9 @@ pub struct Scene {
     #[serde(skip_serializing_if = "Option::is_none")]
     pub neighbors: Option<f64>,
     pub wvt: WvtInput,
+    pub polish: Polish,
+    pub alaric: AlaricInput,
+    pub solver: SolverInput,
     /// Stop when epsilon (re-fitted) is below; not reaching it is an error of its own.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub tolerance: Option<f64>,
@@ -162,8 +165,9 @@ pub enum BoundaryName {
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct WvtInput {
-    /// 0 leaves the seed as it is.
-    pub iterations: usize,
+    /// By default what the seed and the polish that follows need: 60 without a polish, few before one.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub iterations: Option<usize>,
     pub weight: Weight,
     pub bias: Bias,
     /// First displacement scale.
@@ -175,7 +179,76 @@ pub struct WvtInput {
 impl Default for WvtInput {
     fn default() -> Self {
         let o = WvtOptions::new(3);
-        Self { iterations: o.iterations, weight: o.weight, bias: o.bias, step: o.step, final_step: o.final_step }
+        Self { iterations: None, weight: o.weight, bias: o.bias, step: o.step, final_step: o.final_step }
+    }
+}
+
+/// What follows WVT.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Polish {
+    /// The density solver.
+    #[default]
+    Solver,
+    /// The damped dynamics of the ALARIC paper.
+    Alaric,
+    /// Nothing.
+    None,
+}
+
+/// The ALARIC stage.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct AlaricInput {
+    /// Time steps per stage of splitting, at most.
+    pub steps: usize,
+    /// Stages of particle splitting; by default the plan decides.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub splittings: Option<usize>,
+    /// Friction in inverse sound crossing times of the domain; 0 switches it off.
+    pub friction: f64,
+    pub viscosity: bool,
+    pub velocity_stops: bool,
+    /// Growth of the time between stops.
+    pub growth: f64,
+    pub grad_h: bool,
+    /// Time step over the sound crossing time of the smallest support radius.
+    pub courant: f64,
+    /// Converged when epsilon changes by less per crossing time.
+    pub rate_tolerance: f64,
+}
+
+impl Default for AlaricInput {
+    fn default() -> Self {
+        let o = AlaricOptions::new(3);
+        Self {
+            steps: 500,
+            splittings: None,
+            friction: o.friction,
+            viscosity: o.viscosity,
+            velocity_stops: o.velocity_stops,
+            growth: o.growth,
+            grad_h: o.grad_h,
+            courant: o.courant,
+            rate_tolerance: o.rate_tolerance,
+        }
+    }
+}
+
+/// The density solver.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct SolverInput {
+    /// Evaluations of density and forces, at most.
+    pub evaluations: usize,
+    /// What matters more: 0 the exact density, 1 quiet forces.
+    pub quietness: f64,
+}
+
+impl Default for SolverInput {
+    fn default() -> Self {
+        let o = SolverOptions::new(3);
+        Self { evaluations: o.evaluations, quietness: o.quietness }
     }
 }
 
@@ -314,6 +387,13 @@ impl Scene {
                 format!("is {}, expected at most 1: steps shrink", self.wvt.final_step),
             ));
         }
+        self.alaric.validate()?;
+        if !(0.0..=1.0).contains(&self.solver.quietness) {
+            return Err(Error::scene(
+                "solver.quietness",
+                format!("is {}, expected 0 (exact density) to 1 (quiet forces)", self.solver.quietness),
+            ));
+        }
         for (key, value) in [("tolerance", self.tolerance), ("thermal.internal_energy", self.thermal.internal_energy)] {
             value.map_or(Ok(()), |v| positive(key, v))?;
         }
@@ -336,6 +416,26 @@ impl Scene {
             return Err(Error::scene("domain", "names both a `box` and a `ball`; give one"));
         }
         self.resolution.as_ref().map_or(Ok(()), ResolutionInput::validate)
+    }
+}
+
+impl AlaricInput {
+    fn validate(&self) -> Result<()> {
+        let checks = [
+            ("alaric.friction", self.friction, self.friction >= 0.0, "0 or more"),
+            ("alaric.growth", self.growth, self.growth >= 0.0, "0 or more"),
+            ("alaric.courant", self.courant, self.courant > 0.0, "a positive number"),
+            ("alaric.rate_tolerance", self.rate_tolerance, self.rate_tolerance >= 0.0, "0 or more"),
+        ];
+        for (key, value, good, expected) in checks {
+            if !(value.is_finite() && good) {
+                return Err(Error::scene(key, format!("is {value}, expected {expected}")));
+            }
+        }
+        match self.splittings {
+            Some(s) if s > 8 => Err(Error::scene("alaric.splittings", format!("is {s}, expected 0 to 8"))),
+            _ => Ok(()),
+        }
     }
 }
 

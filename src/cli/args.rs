@@ -84,9 +84,15 @@ pub struct RunArgs {
     /// Seed of all random numbers.
     #[arg(long)]
     seed: Option<u64>,
-    /// Relaxation iterations; 0 leaves the seed as it is.
+    /// WVT iterations [default: 60, or few before a polish]. With --polish none, 0 leaves the seed as it is.
     #[arg(long, value_name = "COUNT")]
     iterations: Option<usize>,
+    /// What follows WVT: solver (least error and noise), alaric (the paper's dynamics) or none.
+    #[arg(long, value_name = "NAME", value_parser = polish)]
+    polish: Option<crate::scene::Polish>,
+    /// What matters more to the solver: 0 the exact density, 1 quiet forces [default: 0.5].
+    #[arg(long, value_name = "0..1")]
+    quietness: Option<f64>,
     /// Stop when epsilon (mass re-fitted) is below; exit with 3 if it is not reached.
     #[arg(long)]
     tolerance: Option<f64>,
@@ -128,6 +134,16 @@ fn boundary(text: &str) -> std::result::Result<crate::scene::BoundaryName, Strin
     }
 }
 
+fn polish(text: &str) -> std::result::Result<crate::scene::Polish, String> {
+    use crate::scene::Polish::{Alaric, None, Solver};
+    match text {
+        "solver" => Ok(Solver),
+        "alaric" => Ok(Alaric),
+        "none" => Ok(None),
+        _ => Err("expected solver, alaric or none".into()),
+    }
+}
+
 impl RunArgs {
     /// The scene file, or an empty scene, with the arguments laid over it.
     ///
@@ -152,7 +168,9 @@ impl RunArgs {
             scene.domain.boundary = vec![boundary];
         }
         scene.seed = self.seed.unwrap_or(scene.seed);
-        scene.wvt.iterations = self.iterations.unwrap_or(scene.wvt.iterations);
+        overlay(&mut scene.wvt.iterations, &self.iterations);
+        scene.polish = self.polish.unwrap_or(scene.polish);
+        scene.solver.quietness = self.quietness.unwrap_or(scene.solver.quietness);
         Ok(scene)
     }
 }

@@ -88,6 +88,13 @@ pub struct StageReport {
     pub seconds: f64,
 }
 
+impl StageReport {
+    /// epsilon of the state that came out.
+    pub fn epsilon(&self) -> Option<f64> {
+        self.history.iter().find(|p| p.iteration == self.best_iteration).map(|p| p.epsilon)
+    }
+}
+
 /// The domain as relaxation sees it: vacuum would push particles out, so open faces act as mirrors.
 pub fn relaxation_domain<const D: usize>(domain: &Domain<D>) -> Domain<D> {
     let mut mirrored = domain.clone();

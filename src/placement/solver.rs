@@ -58,8 +58,9 @@ impl SolverOptions {
 
     /// Weight of the pressure energy and share of the evaluations, stage by stage.
     fn schedule(&self) -> Vec<(f64, f64)> {
-        let last = 10f64.powf(-3.0 + 4.0 * self.quietness);
-        vec![(10.0, 0.35), (last, 0.65)]
+        // 1e-3.5 to 0.3 and 0 at the end: an exact density leaves no room for the pressure energy.
+        let last = if self.quietness > 0.0 { 10f64.powf(-3.5 + 4.0 * self.quietness).min(1.0) } else { 0.0 };
+        vec![(1.0, 0.5), (last, 0.5)]
     }
 }
 

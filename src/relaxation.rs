@@ -1,0 +1,112 @@
+//! The planned stages in order: seed, WVT, polish.
+
+use crate::error::{Error, Result};
+use crate::placement::{
+    AlaricOptions, Control, SolverOptions, StageReport, StopReason, WvtOptions, alaric_by_splitting, coarse_count,
+    relax, solve_density,
+};
+use crate::plan::Plan;
+use crate::report::Timing;
+use crate::scene::{Polish, Scene};
+use crate::seeding;
+use crate::target::{Positions, Target};
+use std::time::Instant;
+
+/// What relaxation comes to.
+pub struct Relaxed<const D: usize> {
+    pub positions: Positions<D>,
+    pub stages: Vec<StageReport>,
+    pub timing: Vec<Timing>,
+    pub stop: StopReason,
+}
+
+/// Seeds and relaxes as planned; stages that turn out to be unneeded are dropped from the plan.
+///
+/// # Errors
+/// A target without mass, or an interrupt.
+pub fn place<const D: usize>(
+    scene: &Scene,
+    plan: &mut Plan,
+    target: &Target<'_, D>,
+    neighbors: f64,
+    control: &Control<'_>,
+) -> Result<Relaxed<D>> {
+    let start = Instant::now();
+    let coarse = target.with_count(coarse_count(D, target.count, plan.splittings));
+    let mut positions = seeding::seed(&coarse, scene.seeding, scene.seed)?;
+    let mut timing = vec![Timing { step: "seed", seconds: start.elapsed().as_secs_f64(), epsilon: None }];
+    let mut stages = Vec::new();
+    if plan.wvt_iterations > 0 {
+        let options = wvt_options(scene, plan.wvt_iterations, neighbors);
+        let (relaxed, report) = relax(scene.kernel, &coarse, positions, &options, control);
+        positions = relaxed;
+        stages.push(report);
+    }
+    let stopped = stages.last().is_some_and(|s: &StageReport| {
+        matches!(s.stop, StopReason::ToleranceReached | StopReason::TimeLimit | StopReason::Interrupted)
+    });
+    match plan.polish {
+        Polish::None => {}
+        _ if stopped && plan.splittings == 0 => {
+            plan.drop("polish", "WVT met the tolerance, or time was up");
+            plan.polish = Polish::None;
+        }
+        Polish::Solver => {
+            let options = solver_options(scene, neighbors);
+            let (solved, report) = solve_density::<D, f32>(scene.kernel, target, positions, &options, control);
+            positions = solved;
+            stages.push(report);
+        }
+        Polish::Alaric => {
+            let options = alaric_options(scene, neighbors);
+            let (relaxed, reports) =
+                alaric_by_splitting::<D, f32>(scene.kernel, target, positions, plan.splittings, &options, control);
+            positions = relaxed;
+            stages.extend(reports);
+        }
+    }
+    timing.extend(stages.iter().map(|s| Timing { step: s.stage, seconds: s.seconds, epsilon: s.epsilon() }));
+    let stop = stages.last().map_or(StopReason::NotNeeded, |s| s.stop);
+    if stop == StopReason::Interrupted {
+        return Err(Error::Interrupted);
+    }
+    Ok(Relaxed { positions, stages, timing, stop })
+}
+
+fn wvt_options(scene: &Scene, iterations: usize, kernel_neighbors: f64) -> WvtOptions {
+    let w = &scene.wvt;
+    WvtOptions {
+        weight: w.weight,
+        bias: w.bias,
+        iterations,
+        step: w.step,
+        final_step: w.final_step,
+        kernel_neighbors,
+        tolerance: scene.tolerance.unwrap_or(0.0),
+    }
+}
+
+fn solver_options(scene: &Scene, kernel_neighbors: f64) -> SolverOptions {
+    SolverOptions {
+        kernel_neighbors,
+        evaluations: scene.solver.evaluations,
+        quietness: scene.solver.quietness,
+        tolerance: scene.tolerance.unwrap_or(0.0),
+    }
+}
+
+fn alaric_options(scene: &Scene, kernel_neighbors: f64) -> AlaricOptions {
+    let a = &scene.alaric;
+    AlaricOptions {
+        kernel_neighbors,
+        friction: a.friction,
+        viscosity: a.viscosity,
+        velocity_stops: a.velocity_stops,
+        growth: a.growth,
+        grad_h: a.grad_h,
+        courant: a.courant,
+        steps: a.steps,
+        tolerance: scene.tolerance.unwrap_or(0.0),
+        rate_tolerance: a.rate_tolerance,
+    }
+}
