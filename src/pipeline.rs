@@ -175,12 +175,13 @@ impl Run<'_> {
         let number_density = target.number_densities(&positions);
         let ratio = support_over_spacing(D, neighbors);
         let guess: Vec<f64> = number_density.par_iter().map(|&n| ratio * target.spacing(n)).collect();
-        let measured = Measured::new(kernel, target.domain, &positions, &masses, &guess, neighbors);
+        let mut measured = Measured::new(kernel, target.domain, &positions, &masses, &guess, neighbors);
         drop((guess, number_density));
+        measured.leave_out_unresolved(target, &positions);
         let wanted = target.densities(&positions);
         let density_error = DensityError::new(&measured, &wanted);
         let noise = NoiseFigures::new(kernel, &measured, target.domain, &masses, neighbors);
-        let neighbor_figures = measured.neighbors(target.domain, &positions, neighbors);
+        let neighbor_figures = measured.neighbors(target.domain, neighbors);
         let (support, density): (Vec<f64>, Vec<f64>) =
             measured.support.iter().zip(&measured.sums).map(|(&h, s)| (h, s.weighted)).unzip();
         drop(measured);

@@ -116,7 +116,7 @@ impl Report {
                 "  {:<16} {:?} after {} iterations, best is {}",
                 stage.stage,
                 stage.stop,
-                stage.history.len().saturating_sub(1),
+                stage.history.last().map_or(0, |p| p.iteration),
                 stage.best_iteration
             )?;
         }

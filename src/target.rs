@@ -66,6 +66,22 @@ impl<const D: usize> Target<'_, D> {
         number_density.powf(-1.0 / D as f64) < self.largest_spacing
     }
 
+    /// grad ln n* by central differences over `step` to either side, one-sided at the domain's edge.
+    pub fn log_gradient(&self, x: &[f64; D], step: f64) -> [f64; D] {
+        let here = self.number_density(x);
+        let value = |k: usize, h: f64| {
+            let mut y = *x;
+            y[k] += h;
+            self.domain.wrap(&mut y);
+            if self.domain.contains(&y) { (self.number_density(&y), h) } else { (here, 0.0) }
+        };
+        std::array::from_fn(|k| {
+            let (up, down) = (value(k, step), value(k, -step));
+            let span = up.1 - down.1;
+            if span > 0.0 && here > 0.0 { (up.0 - down.0) / (span * here) } else { 0.0 }
+        })
+    }
+
     /// Whether a particle may be at `x`: in the domain and where the target is not zero.
     pub fn admits(&self, x: &[f64; D]) -> bool {
         self.domain.contains(x) && self.number_density(x) > 0.0

@@ -1,13 +1,7 @@
 //! Deviation of the summed density from the target.
 
-use super::{Measured, NeighborFigures};
-use crate::domain::Domain;
-use crate::neighbors::brute_force;
+use super::Measured;
 use crate::reduce;
-use crate::rng::{Purpose, keyed};
-use crate::target::{Positions, at};
-use rand::RngExt;
-use rayon::prelude::*;
 use serde::Serialize;
 
 /// Figures over one set of particles.
@@ -24,7 +18,7 @@ pub struct ErrorFigures {
 
 /// Density error with the mass as given (so that the total is right) and with the mass re-fitted
 /// (m <- m mean(rho*/rho), which removes a constant factor such as the self-term's bias), over all particles
-/// and over those whose support lies inside the domain.
+/// and over the interior, see [`Measured::interior`].
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct DensityError {
     pub all: ErrorFigures,
@@ -76,43 +70,5 @@ fn figures<const D: usize>(measured: &Measured<D>, target: &[f64], set: &[bool],
         epsilon: squares / norm,
         mean: over(&|i| (density(i) / target[i] - 1.0).abs()) / particles as f64,
         max: reduce::max(n, |i| if set[i] { (density(i) / target[i] - 1.0).abs() } else { 0.0 }),
-    }
-}
-
-/// Particles whose neighbors are counted one by one.
-const NEIGHBOR_SAMPLE: usize = 200;
-
-/// Counts over a random sample, by brute force: cheap enough at any N, and independent of the passes.
-pub(super) fn neighbor_figures<const D: usize>(
-    measured: &Measured<D>,
-    domain: &Domain<D>,
-    positions: &Positions<D>,
-    kernel_neighbors: f64,
-) -> NeighborFigures {
-    let n = positions[0].len();
-    let sample: Vec<usize> = if n <= NEIGHBOR_SAMPLE {
-        (0..n).collect()
-    } else {
-        let mut rng = keyed(0, Purpose::Measure, 0);
-        (0..NEIGHBOR_SAMPLE).map(|_| rng.random_range(0..n)).collect()
-    };
-    let found: Vec<(usize, f64)> = sample
-        .par_iter()
-        .map(|&i| {
-            let mut count = 0;
-            let mut nearest = f64::INFINITY;
-            brute_force::for_each_within(domain, positions, &at(positions, i), measured.support[i], |d, j| {
-                count += 1;
-                if j != i {
-                    nearest = nearest.min(d.iter().map(|v| v * v).sum::<f64>().sqrt());
-                }
-            });
-            (count, nearest * measured.sums[i].number_density.powf(1.0 / D as f64))
-        })
-        .collect();
-    NeighborFigures {
-        kernel_neighbors,
-        mean_count: found.iter().map(|f| f.0 as f64).sum::<f64>() / found.len().max(1) as f64,
-        closest_pair: found.iter().fold(f64::INFINITY, |m, f| m.min(f.1)),
     }
 }

@@ -4,10 +4,12 @@
 
 mod density_error;
 mod minimum;
+mod neighbors;
 mod noise;
 
 pub use density_error::{DensityError, ErrorFigures};
 pub use minimum::lowest_epsilon;
+pub use neighbors::NeighborFigures;
 pub use noise::{NoiseFigures, poisson_force};
 
 use crate::domain::{Domain, Wall};
@@ -15,26 +17,15 @@ use crate::kernel::KernelName;
 use crate::neighbors::{Reach, Sources, Tree};
 use crate::placement::Ghosts;
 use crate::smoothing::{Actors, DensitySums, largest_support, scatter_gradient, solve_support_radii};
-use crate::target::{Positions, at};
+use crate::target::{Positions, Target, at};
 use rayon::prelude::*;
-use serde::Serialize;
-
-/// Neighbor numbers of the final arrangement.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
-pub struct NeighborFigures {
-    /// N_H that was asked for.
-    pub kernel_neighbors: f64,
-    /// Mean number of particles within the support, itself included.
-    pub mean_count: f64,
-    /// Smallest distance of two particles over the spacing n^(-1/d) there.
-    pub closest_pair: f64,
-}
 
 /// Sums of every particle at its own support radius, in the particles' order.
 pub struct Measured<const D: usize> {
     pub support: Vec<f64>,
     pub sums: Vec<DensitySums<D>>,
-    /// Whether the whole support lies inside the domain.
+    /// Whether a particle can have the target density: its whole support lies inside the domain and, after
+    /// [`Self::leave_out_unresolved`], the target is resolved there.
     pub interior: Vec<bool>,
     tree: Tree<D>,
     ghosts: Option<(Tree<D>, Ghosts<D>)>,
@@ -106,11 +97,25 @@ impl<const D: usize> Measured<D> {
         out
     }
 
-    /// Neighbor figures by a k-d tree of its own (not the pass that placed the particles).
-    pub fn neighbors(&self, domain: &Domain<D>, positions: &Positions<D>, kernel_neighbors: f64) -> NeighborFigures {
-        density_error::neighbor_figures(self, domain, positions, kernel_neighbors)
+    /// Takes particles out of the interior about which the target changes by more than a factor e over a
+    /// support radius (jumps, steep surfaces, vanishing density): no sum over neighbors can follow it there.
+    pub fn leave_out_unresolved(&mut self, target: &Target<'_, D>, positions: &Positions<D>) {
+        let support = &self.support;
+        self.interior.par_iter_mut().enumerate().filter(|(_, inside)| **inside).for_each(|(i, inside)| {
+            let slope = target.log_gradient(&at(positions, i), support[i] * GRADIENT_STEP);
+            *inside = support[i] * slope.iter().map(|g| g * g).sum::<f64>().sqrt() < 1.0;
+        });
+    }
+
+    /// Counts and closest pair over all particles.
+    pub fn neighbors(&self, domain: &Domain<D>, kernel_neighbors: f64) -> NeighborFigures {
+        neighbors::neighbor_figures(self, domain, kernel_neighbors)
     }
 }
+
+/// Step of the differences that give the target's gradient, in support radii: a tenth of a spacing sees
+/// jumps between particles, too.
+const GRADIENT_STEP: f64 = 0.04;
 
 /// Values of the parents on the ghosts, times a power of the volume ratio, in the ghost tree's order.
 fn inherit<const D: usize>(tree: &Tree<D>, ghosts: &Ghosts<D>, values: &[f64], power: f64) -> Vec<f64> {

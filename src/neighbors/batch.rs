@@ -269,6 +269,12 @@ impl<'a, const D: usize, const C: usize, R: Real> Batch<'a, D, C, R> {
         }
     }
 
+    /// Position of gathered source `j` in buffer units.
+    #[inline(always)]
+    pub fn position(&self, j: usize) -> [R; D] {
+        std::array::from_fn(|k| self.positions[k][j])
+    }
+
     /// How many sources are in the buffers.
     pub fn len(&self) -> usize {
         self.used

@@ -201,12 +201,12 @@ impl StopClock {
 }
 
 /// The fictitious fluid.
-struct Fluid<'a, const D: usize, R> {
-    options: &'a AlaricOptions,
+pub(super) struct Fluid<'a, const D: usize, R> {
+    pub options: &'a AlaricOptions,
     state: Arrangement<'a, D, R>,
-    velocities: Vec<[f64; D]>,
+    pub velocities: Vec<[f64; D]>,
     alpha: Vec<f64>,
-    accelerations: Vec<[f64; D]>,
+    pub accelerations: Vec<[f64; D]>,
     support: Vec<f64>,
     sums: Vec<DensitySums<D>>,
     wanted: Vec<f64>,
@@ -218,7 +218,7 @@ struct Fluid<'a, const D: usize, R> {
 }
 
 impl<'a, const D: usize, R: Real> Fluid<'a, D, R> {
-    fn new(
+    pub fn new(
         kernel: KernelName,
         target: &'a Target<'a, D>,
         domain: &'a Domain<D>,
@@ -307,7 +307,7 @@ impl<'a, const D: usize, R: Real> Fluid<'a, D, R> {
 
     /// One leapfrog step (kick, drift, kick); friction is integrated exactly. Returns the largest
     /// displacement in spacings.
-    fn advance(&mut self) -> f64 {
+    pub fn advance(&mut self) -> f64 {
         let smallest = -reduce::max(self.support.len(), |i| -self.support[i]);
         let step = self.options.courant * smallest / (1.0 + self.largest_speed());
         let decay = (-0.5 * self.options.friction * step).exp();

@@ -4,6 +4,8 @@ mod alaric;
 mod arrangement;
 mod fit;
 mod ghosts;
+#[cfg(test)]
+mod gradient_tests;
 mod lbfgs;
 mod solver;
 mod splitting;

@@ -94,15 +94,8 @@ fn run<const D: usize, R: Real>(
 ) -> (Positions<D>, StageReport) {
     let start = Instant::now();
     let domain = relaxation_domain(target.domain);
-    let mut solver = Solver::<D, R> {
-        arrangement: Arrangement::new(kernel, target, &domain, positions, options.kernel_neighbors),
-        options,
-        control,
-        start,
-        kappa: 1.0,
-        history: Vec::new(),
-        evaluations: 0,
-    };
+    let arrangement = Arrangement::new(kernel, target, &domain, positions, options.kernel_neighbors);
+    let mut solver = Solver::<D, R>::new(arrangement, options, control);
     let schedule = options.schedule();
     let mut stop = StopReason::IterationLimit;
     let mut end = 0.0;
@@ -126,8 +119,8 @@ fn run<const D: usize, R: Real>(
     (positions, report)
 }
 
-struct Solver<'a, const D: usize, R> {
-    arrangement: Arrangement<'a, D, R>,
+pub(super) struct Solver<'a, const D: usize, R> {
+    pub arrangement: Arrangement<'a, D, R>,
     options: &'a SolverOptions,
     control: &'a Control<'a>,
     start: Instant,
@@ -137,17 +130,17 @@ struct Solver<'a, const D: usize, R> {
 }
 
 /// What is held within a stage.
-struct Frame {
+pub(super) struct Frame {
     lambda: f64,
     kappa: f64,
     weights: Vec<f64>,
     /// Spacing of each particle, the unit of its moves.
-    spacing: Vec<f64>,
+    pub spacing: Vec<f64>,
 }
 
 /// The objective at one arrangement.
-struct Evaluation<const D: usize> {
-    energy: f64,
+pub(super) struct Evaluation<const D: usize> {
+    pub energy: f64,
     fit: Fit,
     support: Vec<f64>,
     wanted: Vec<f64>,
@@ -156,7 +149,12 @@ struct Evaluation<const D: usize> {
     mean_square: f64,
 }
 
-impl<const D: usize, R: Real> Solver<'_, D, R> {
+impl<'a, const D: usize, R: Real> Solver<'a, D, R> {
+    pub fn new(arrangement: Arrangement<'a, D, R>, options: &'a SolverOptions, control: &'a Control<'a>) -> Self {
+        let start = Instant::now();
+        Self { arrangement, options, control, start, kappa: 1.0, history: Vec::new(), evaluations: 0 }
+    }
+
     /// Minimizes for one lambda until `end` evaluations have been made.
     fn stage(&mut self, lambda: f64, end: usize, may_finish: bool) -> StopReason {
         self.arrangement.sort();
@@ -261,7 +259,7 @@ impl<const D: usize, R: Real> Solver<'_, D, R> {
     }
 
     /// Fits kappa and freezes what a stage holds.
-    fn frame(&mut self, lambda: f64) -> Frame {
+    pub fn frame(&mut self, lambda: f64) -> Frame {
         let target = self.arrangement.target;
         let wanted = target.number_densities(&self.arrangement.positions);
         let positions = &self.arrangement.positions;
@@ -269,7 +267,7 @@ impl<const D: usize, R: Real> Solver<'_, D, R> {
         let weights = (0..wanted.len())
             .into_par_iter()
             .map(|i| {
-                let slope = self.log_gradient(&at(positions, i), wanted[i], spacing[i]);
+                let slope = self.log_gradient(&at(positions, i), spacing[i]);
                 let steepness = spacing[i] * slope.iter().map(|g| g * g).sum::<f64>().sqrt() / RESOLVED_GRADIENT;
                 1.0 / (1.0 + steepness.powi(4))
             })
@@ -283,7 +281,7 @@ impl<const D: usize, R: Real> Solver<'_, D, R> {
         frame
     }
 
-    fn evaluate(&mut self, frame: &Frame) -> Evaluation<D> {
+    pub fn evaluate(&mut self, frame: &Frame) -> Evaluation<D> {
         self.evaluations += 1;
         let wanted = self.arrangement.target.number_densities(&self.arrangement.positions);
         let support = self.supports(&wanted, frame.kappa);
@@ -301,7 +299,7 @@ impl<const D: usize, R: Real> Solver<'_, D, R> {
     }
 
     /// dE/dx in units of the particles' spacings.
-    fn gradient(&self, frame: &Frame, now: &Evaluation<D>) -> Vec<[f64; D]> {
+    pub fn gradient(&self, frame: &Frame, now: &Evaluation<D>) -> Vec<[f64; D]> {
         let response: Vec<f64> = (0..now.wanted.len())
             .into_par_iter()
             .map(|i| {
@@ -313,7 +311,7 @@ impl<const D: usize, R: Real> Solver<'_, D, R> {
         let mut out = self.arrangement.gradient(&now.support, &strength, &now.sums);
         let positions = &self.arrangement.positions;
         out.par_iter_mut().enumerate().for_each(|(i, g)| {
-            let slope = self.log_gradient(&at(positions, i), now.wanted[i], frame.spacing[i]);
+            let slope = self.log_gradient(&at(positions, i), frame.spacing[i]);
             // n* enters through q and through the support radius.
             let through_support =
                 if self.arrangement.target.spacing_follows(now.wanted[i]) { now.sums[i].slope / D as f64 } else { 0.0 };
@@ -323,21 +321,8 @@ impl<const D: usize, R: Real> Solver<'_, D, R> {
         out
     }
 
-    /// grad ln n* by central differences.
-    fn log_gradient(&self, x: &[f64; D], wanted: f64, spacing: f64) -> [f64; D] {
-        let target = self.arrangement.target;
-        let step = GRADIENT_STEP * spacing.min(self.arrangement.domain.size());
-        let value = |k: usize, h: f64| {
-            let mut y = *x;
-            y[k] += h;
-            target.domain.wrap(&mut y);
-            if target.domain.contains(&y) { Some((target.number_density(&y), h)) } else { None }
-        };
-        std::array::from_fn(|k| {
-            let (up, down) = (value(k, step).unwrap_or((wanted, 0.0)), value(k, -step).unwrap_or((wanted, 0.0)));
-            let span = up.1 - down.1;
-            if span > 0.0 && wanted > 0.0 { (up.0 - down.0) / (span * wanted) } else { 0.0 }
-        })
+    fn log_gradient(&self, x: &[f64; D], spacing: f64) -> [f64; D] {
+        self.arrangement.target.log_gradient(x, GRADIENT_STEP * spacing.min(self.arrangement.domain.size()))
     }
 
     fn note(&mut self, now: &Evaluation<D>, length: f64) {

@@ -30,7 +30,7 @@ fn report(name: &str, target: &Target<'_, 3>, positions: &Positions<3>, evaluati
     let measured = Measured::new(KernelName::WendlandC4, target.domain, positions, &masses, &guess, neighbors);
     let error = DensityError::new(&measured, &target.densities(positions)).all_refitted;
     let noise = NoiseFigures::new(KernelName::WendlandC4, &measured, target.domain, &masses, neighbors).all;
-    let closest = measured.neighbors(target.domain, positions, neighbors).closest_pair;
+    let closest = measured.neighbors(target.domain, neighbors).closest_pair;
     println!(
         "  {name:<26} {evaluations:>5} {seconds:>8.1} s   {:>9.2e}   {:>7.3} %   {closest:.2}",
         error.epsilon,

@@ -1,0 +1,117 @@
+//! The analytic gradients against finite differences of the objective, in every dimension and boundary, and
+//! what the forces conserve.
+
+use super::alaric::{AlaricOptions, Fluid};
+use super::arrangement::Arrangement;
+use super::relaxation_domain;
+use super::solver::{Solver, SolverOptions};
+use crate::domain::{Axis, Domain, Region, Wall};
+use crate::field::ScalarField;
+use crate::kernel::KernelName;
+use crate::placement::Control;
+use crate::seeding::{Seeding, seed};
+use crate::target::{Resolution, Target};
+use std::sync::atomic::AtomicBool;
+
+/// Smooth, positive and without symmetry.
+struct Bumpy;
+impl<const D: usize> ScalarField<D> for Bumpy {
+    fn value(&self, x: &[f64; D]) -> f64 {
+        1.5 + (0..D).map(|k| 0.4 * (std::f64::consts::TAU * x[k] + k as f64).sin()).sum::<f64>()
+    }
+}
+
+fn domains<const D: usize>() -> Vec<Domain<D>> {
+    let unit = |axis| Domain::new([0.0; D], [1.0; D], [axis; D], Region::Box).unwrap();
+    let half = Axis::Walls { lo: Wall::Reflecting, hi: Wall::Open };
+    vec![
+        unit(Axis::Periodic),
+        unit(Axis::REFLECTING),
+        unit(Axis::OPEN),
+        unit(half),
+        Domain::ball([0.5; D], 0.5, Wall::Reflecting).unwrap(),
+        Domain::ball([0.5; D], 0.5, Wall::Open).unwrap(),
+    ]
+}
+
+fn target<'a, const D: usize>(domain: &'a Domain<D>, count: usize) -> Target<'a, D> {
+    Target {
+        domain,
+        density: &Bumpy,
+        resolution: Resolution::EqualMass,
+        count,
+        mass: 1.5 * domain.volume(),
+        resolution_integral: 1.5 * domain.volume(),
+        largest_spacing: f64::INFINITY,
+    }
+}
+
+fn check_solver<const D: usize>(count: usize) {
+    let never = AtomicBool::new(false);
+    let control = Control { deadline: None, interrupted: &never, observer: &|_, _, _, _| {} };
+    for domain in domains::<D>() {
+        let target = target(&domain, count);
+        let walls = relaxation_domain(&domain);
+        let positions = seed(&target, Seeding::MassBisection, 3).unwrap();
+        let options = SolverOptions::new(D);
+        let arrangement =
+            Arrangement::<D, f64>::new(KernelName::WendlandC4, &target, &walls, positions, options.kernel_neighbors);
+        let mut solver = Solver::new(arrangement, &options, &control);
+        let frame = solver.frame(0.3);
+        let now = solver.evaluate(&frame);
+        let gradient = solver.gradient(&frame, &now);
+        let size = gradient.iter().flatten().fold(0.0_f64, |m, g| m.max(g.abs()));
+        for i in (0..count).step_by(count / 40 + 1) {
+            for k in 0..D {
+                let h = 1e-5;
+                let mut energy = |sign: f64| {
+                    solver.arrangement.positions[k][i] += sign * h * frame.spacing[i];
+                    solver.arrangement.moved();
+                    let energy = solver.evaluate(&frame).energy;
+                    solver.arrangement.positions[k][i] -= sign * h * frame.spacing[i];
+                    energy
+                };
+                let difference = (energy(1.0) - energy(-1.0)) / (2.0 * h);
+                let error = (difference - gradient[i][k]).abs() / size;
+                assert!(error < 2e-6, "{D}-D {domain:?}: {difference} against {}", gradient[i][k]);
+            }
+        }
+    }
+}
+
+#[test]
+fn the_solvers_gradient_is_that_of_its_objective() {
+    check_solver::<1>(60);
+    check_solver::<2>(200);
+    check_solver::<3>(300);
+}
+
+fn check_momentum<const D: usize>(count: usize) {
+    let domain = &domains::<D>()[0];
+    let target = target(domain, count);
+    let positions = seed(&target, Seeding::Random, 5).unwrap();
+    let options = AlaricOptions { steps: 0, ..AlaricOptions::new(D) };
+    let mut fluid = Fluid::<D, f64>::new(KernelName::WendlandC4, &target, domain, positions, &options);
+    let sizes: f64 = fluid.accelerations.iter().flatten().map(|a| a.abs()).sum();
+    for k in 0..D {
+        let total: f64 = fluid.accelerations.iter().map(|a| a[k]).sum();
+        assert!(total.abs() < 1e-13 * sizes, "{D}-D: {total} of {sizes}");
+    }
+    // Free motion: what pairs exchange cancels.
+    let free = AlaricOptions { friction: 0.0, viscosity: false, velocity_stops: false, ..options };
+    fluid.options = &free;
+    let moved = (0..20).map(|_| fluid.advance()).fold(0.0, f64::max);
+    assert!(moved > 0.0);
+    let speeds: f64 = fluid.velocities.iter().flatten().map(|v| v.abs()).sum();
+    for k in 0..D {
+        let total: f64 = fluid.velocities.iter().map(|v| v[k]).sum();
+        assert!(total.abs() < 1e-12 * speeds, "{D}-D: {total} of {speeds}");
+    }
+}
+
+#[test]
+fn the_ideal_force_conserves_momentum() {
+    check_momentum::<1>(100);
+    check_momentum::<2>(300);
+    check_momentum::<3>(500);
+}
