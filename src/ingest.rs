@@ -36,7 +36,12 @@ pub fn read(scene: &Scene, formats: &[FormatSpec]) -> Result<RawInput> {
         return Ok(RawInput::Expression(expression.clone()));
     }
     let path = input.file.as_deref().unwrap_or(Path::new(""));
-    let request = FieldRequest { density: input.density.clone(), carry: wanted_variables(scene), time: input.time };
+    let request = FieldRequest {
+        density: input.density.clone(),
+        carry: wanted_variables(scene),
+        time: input.time,
+        planet_radius: input.planet_radius,
+    };
     let mut field = read_field(formats, path, input.format.as_deref(), &request)?;
     if input.density.is_some() {
         field.density = input.density.clone();
@@ -136,7 +141,8 @@ pub fn units(scene: &Scene, raw: &RawInput, notes: &mut Vec<String>) -> Result<O
     if let RawInput::File(field) = raw {
         length = match &field.geometry {
             Geometry::Radial { unit, .. } | Geometry::Mesh { unit, .. } | Geometry::Cloud { unit, .. } => unit.clone(),
-            Geometry::Grid { axes, .. } => axes.first().and_then(|a| a.unit.clone()),
+            // Longitude and latitude have no unit of length.
+            Geometry::Grid { axes, .. } => axes.iter().find_map(|a| a.unit.clone()),
         };
         density = field.density.as_ref().and_then(|name| field.variable(name)).and_then(|v| v.unit.clone());
     }
@@ -318,7 +324,12 @@ pub fn resolution<const D: usize>(
             let path = wanted.file.as_deref().or(own).ok_or_else(|| {
                 Error::scene("resolution.file", "is missing: an expression for the density has no variables")
             })?;
-            let request = FieldRequest { density: Some(name.into()), carry: Some(Vec::new()), time: scene.input.time };
+            let request = FieldRequest {
+                density: Some(name.into()),
+                carry: Some(Vec::new()),
+                time: scene.input.time,
+                planet_radius: scene.input.planet_radius,
+            };
             let format = if wanted.file.is_none() { scene.input.format.as_deref() } else { None };
             let mut raw = read_field(formats, path, format, &request)?;
             raw.density = Some(name.into());

@@ -77,6 +77,9 @@ pub struct Input {
     #[serde(skip_serializing_if = "Option::is_none")]
     pub density_unit: Option<String>,
     pub atmosphere: Atmosphere,
+    /// Radius of the planet from whose surface a grid's depth or height counts, in the unit of that axis.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub planet_radius: Option<f64>,
 }
 
 /// Interpolation on grids.
@@ -394,7 +397,11 @@ impl Scene {
                 format!("is {}, expected 0 (exact density) to 1 (quiet forces)", self.solver.quietness),
             ));
         }
-        for (key, value) in [("tolerance", self.tolerance), ("thermal.internal_energy", self.thermal.internal_energy)] {
+        for (key, value) in [
+            ("input.planet_radius", self.input.planet_radius),
+            ("tolerance", self.tolerance),
+            ("thermal.internal_energy", self.thermal.internal_energy),
+        ] {
             value.map_or(Ok(()), |v| positive(key, v))?;
         }
         if let Some(seconds) = self.time_limit.filter(|s| !(*s >= 0.0)) {

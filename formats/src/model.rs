@@ -91,7 +91,7 @@ pub enum Coordinates {
 #[derive(Debug, Clone)]
 pub struct GridAxis {
     pub name: String,
-    /// Strictly ascending node positions. Readers flip descending axes together with the data.
+    /// Strictly ascending node positions; along the radius of layered planets an equal pair marks a jump. Readers flip descending axes together with the data.
     pub nodes: Vec<f64>,
     pub unit: Option<Unit>,
     /// Cell boundaries (`nodes.len() + 1`) where values are known to be cell averages around the nodes
@@ -257,11 +257,12 @@ impl Geometry {
     fn validate(&self) -> Result<(), Contradiction> {
         match self {
             Self::Radial { nodes, .. } => radii(nodes),
-            Self::Grid { axes, .. } => {
+            Self::Grid { axes, coordinates } => {
                 if axes.is_empty() || axes.len() > 3 {
                     return Err(("grid".into(), format!("has {} axes, expected 1 to 3", axes.len())));
                 }
-                axes.iter().try_for_each(GridAxis::validate)
+                let layered = |i: usize| *coordinates == Coordinates::Geographic && i + 1 == axes.len();
+                axes.iter().enumerate().try_for_each(|(i, axis)| axis.validate(layered(i)))
             }
             Self::Mesh { dimension, points, cells, .. } => {
                 dimension_within(*dimension, 2)?;
@@ -275,9 +276,9 @@ impl Geometry {
 }
 
 impl GridAxis {
-    fn validate(&self) -> Result<(), Contradiction> {
+    fn validate(&self, layered: bool) -> Result<(), Contradiction> {
         let location = format!("axis '{}'", self.name);
-        ascending(&location, &self.nodes, true)?;
+        ascending(&location, &self.nodes, !layered || self.bounds.is_some())?;
         match &self.bounds {
             Some(b) if b.len() != self.nodes.len() + 1 => {
                 Err((location, format!("has {} bounds for {} cells", b.len(), self.nodes.len())))

@@ -37,6 +37,8 @@ pub struct FieldRequest {
     pub carry: Option<Vec<String>>,
     /// Record of a time axis: a value of the time coordinate (the nearest record is taken and named in a note).
     pub time: Option<f64>,
+    /// Radius of the planet from whose surface depth or height counts, in the unit of that axis; over the file's own.
+    pub planet_radius: Option<f64>,
 }
 
 /// What a file holds.

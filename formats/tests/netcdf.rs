@@ -201,6 +201,31 @@ fn depth_becomes_radius_only_where_the_planet_is_known() {
     assert_eq!(axes[2].nodes, [900.0, 1000.0]);
     // The innermost shell, southern latitude first: values 9, 10, 11 of the file.
     assert_eq!(field.variables[0].values.to_f64()[..3], [9.0, 10.0, 11.0]);
+    // What is asked for goes over what the file states.
+    let asked = FieldRequest { planet_radius: Some(2000.0), ..FieldRequest::default() };
+    let field = through(&file, &asked).unwrap();
+    let Geometry::Grid { axes, .. } = &field.geometry else { panic!("{:?}", field.geometry) };
+    assert_eq!(axes[2].nodes, [1900.0, 2000.0]);
+}
+
+#[test]
+fn a_depth_may_come_twice_where_the_density_jumps() {
+    let (lon, lat, depth) = ([0.0, 180.0], [-45.0, 45.0], [0.0, 50.0, 50.0, 100.0]);
+    let values: Vec<f64> = (0..16).map(f64::from).collect();
+    let mut file = ClassicFile::new();
+    let d = file.dimension("depth", 4);
+    let b = file.dimension("lat", 2);
+    let l = file.dimension("lon", 2);
+    file.variable("lon", &[l], Data::F64(&lon), &[]);
+    file.variable("lat", &[b], Data::F64(&lat), &[]);
+    file.variable("depth", &[d], Data::F64(&depth), &[]);
+    file.variable("rho", &[d, b, l], Data::F64(&values), &[]);
+    let asked = FieldRequest { planet_radius: Some(1000.0), ..FieldRequest::default() };
+    let field = through(&file, &asked).unwrap();
+    let Geometry::Grid { axes, .. } = &field.geometry else { panic!("{:?}", field.geometry) };
+    assert_eq!(axes[2].nodes, [900.0, 950.0, 950.0, 1000.0]);
+    // Below the jump lies what the file lists after it.
+    assert_eq!(field.variables[0].values.to_f64()[4..8], [8.0, 9.0, 10.0, 11.0]);
 }
 
 #[test]
@@ -287,5 +312,5 @@ fn real_files_get_truthful_errors_or_are_read() {
     let text = refusal("basin_mask.nc", None);
     assert!(text.contains("'basin' on the axes z, longitude, latitude"), "{text}");
     let text = refusal("SAW642AN_rho.nc", None);
-    assert!(text.contains("axis 'depth'") && text.contains("expected strictly"), "{text}");
+    assert!(text.contains("depth from a surface") && text.contains("planet_radius"), "{text}");
 }

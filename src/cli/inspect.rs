@@ -12,7 +12,8 @@ use std::fmt::Write;
 /// # Errors
 /// What the reader says.
 pub fn inspect(formats: &[FormatSpec], args: &InspectArgs) -> Result<String> {
-    let request = FieldRequest { density: args.density.clone(), carry: None, time: args.time };
+    let request =
+        FieldRequest { density: args.density.clone(), carry: None, time: args.time, ..FieldRequest::default() };
     let content = sph_formats::read(formats, &args.file, args.format.as_deref(), &request)?;
     let mut out = String::new();
     match &content {

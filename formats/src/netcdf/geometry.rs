@@ -19,11 +19,11 @@ pub struct Axis {
     pub backward: bool,
 }
 
-/// Reads the coordinate variable of a dimension; `alone` where it is the field's only one.
+/// Reads the coordinate variable of a dimension.
 ///
 /// # Errors
 /// [`crate::FormatError::Input`] naming the axis and the index at which it is wrong.
-pub fn read_axis(file: &File, dimension: &str, role: Role, alone: bool, notes: &mut Vec<String>) -> Result<Axis> {
+pub fn read_axis(file: &File, dimension: &str, role: Role, notes: &mut Vec<String>) -> Result<Axis> {
     let location = format!("axis '{dimension}'");
     let Some(variable) = file.coordinate(dimension) else {
         return Err(file.input(
@@ -38,7 +38,9 @@ pub fn read_axis(file: &File, dimension: &str, role: Role, alone: bool, notes: &
     if nodes.len() < 2 {
         return Err(file.input(&location, format!("it has {} nodes, expected at least 2", nodes.len())));
     }
-    let steps = if alone && matches!(role, Role::Radius | Role::Depth) { Steps::Jumps } else { Steps::Strict };
+    // Layered models repeat a depth where the density jumps.
+    let outward = matches!(role, Role::Radius | Role::Depth | Role::Height);
+    let steps = if outward { Steps::Jumps } else { Steps::Strict };
     let (nodes, backward) = axes::ascending(nodes, steps).map_err(|problem| file.input(&location, problem))?;
     let bounds = read_bounds(file, variable, &nodes, backward, notes)?;
     // Degrees are what the role says already, and no unit of the kind that scales a length.
@@ -89,12 +91,18 @@ fn read_bounds(
 ///
 /// # Errors
 /// [`crate::FormatError::Unsupported`] where they span none that particles could fill.
-pub fn geometry(file: &File, density: &NcVariable, axes: &mut [Axis], notes: &mut Vec<String>) -> Result<Geometry> {
+pub fn geometry(
+    file: &File,
+    density: &NcVariable,
+    axes: &mut [Axis],
+    planet: Option<f64>,
+    notes: &mut Vec<String>,
+) -> Result<Geometry> {
     let has = |axes: &[Axis], role: Role| axes.iter().any(|a| a.role == role);
     let spherical = has(axes, Role::Longitude) && has(axes, Role::Latitude);
     for axis in axes.iter_mut() {
         match axis.role {
-            Role::Depth | Role::Height => outward(file, axis, spherical, notes)?,
+            Role::Depth | Role::Height => outward(file, axis, planet, spherical, notes)?,
             _ => {}
         }
     }
@@ -144,13 +152,15 @@ pub fn geometry(file: &File, density: &NcVariable, axes: &mut [Axis], notes: &mu
     }
 }
 
-/// Turns depth or height into a radius, where the file states the planet's.
-fn outward(file: &File, axis: &mut Axis, spherical: bool, notes: &mut Vec<String>) -> Result<()> {
+/// Turns depth or height into a radius, where the planet's is given or stated in the file.
+fn outward(file: &File, axis: &mut Axis, given: Option<f64>, spherical: bool, notes: &mut Vec<String>) -> Result<()> {
     let global =
         |name: &&str| file.nc.global_attribute(name).ok().and_then(|a| Some((a.name.clone(), a.value.as_f64()?)));
-    let Some((name, planet)) = PLANET_RADIUS.iter().find_map(global) else {
+    let given = given.map(|planet| ("input.planet_radius".to_owned(), planet));
+    let stated = || PLANET_RADIUS.iter().find_map(global).map(|(n, v)| (format!("the global attribute {n}"), v));
+    let Some((name, planet)) = given.or_else(stated) else {
         return Err(file.unsupported(format!(
-            "{} from a surface whose radius is not stated{}; add a global attribute planet_radius, in the unit of axis '{}'",
+            "{} from a surface whose radius is not stated{}; set input.planet_radius in the scene or a global attribute planet_radius, in the unit of axis '{}'",
             axis.role.name(),
             if spherical { "" } else { ", without longitude and latitude" },
             axis.dimension
@@ -174,12 +184,10 @@ fn outward(file: &File, axis: &mut Axis, spherical: bool, notes: &mut Vec<String
     if !(planet.is_finite() && innermost >= 0.0) {
         return Err(file.input(
             &format!("axis '{}'", axis.dimension),
-            format!(
-                "with {name} {planet} it reaches radius {innermost}, expected 0 or more; check the attribute's unit"
-            ),
+            format!("with {name} {planet} it reaches radius {innermost}, expected 0 or more; check its unit"),
         ));
     }
-    notes.push(format!("turned {} into radius with the global attribute {name} = {planet}", axis.role.name()));
+    notes.push(format!("turned {} into radius with {name} = {planet}", axis.role.name()));
     axis.role = Role::Radius;
     Ok(())
 }

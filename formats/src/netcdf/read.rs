@@ -207,7 +207,7 @@ impl Layout {
                 Some(Role::Time) if time.is_none() => time = Some((d.name.clone(), d.size)),
                 None if d.is_unlimited && time.is_none() => time = Some((d.name.clone(), d.size)),
                 _ if single => notes.push(format!("left out dimension '{}', which has length 1", d.name)),
-                Some(role) => axes.push(read_axis(file, &d.name, role, density.dimensions().len() == 1, notes)?),
+                Some(role) => axes.push(read_axis(file, &d.name, role, notes)?),
                 None => {
                     return Err(file.input(
                         &format!("dimension '{}'", d.name),
@@ -216,7 +216,7 @@ impl Layout {
                 }
             }
         }
-        let geometry = geometry(file, density, &mut axes, notes)?;
+        let geometry = geometry(file, density, &mut axes, request.planet_radius, notes)?;
         let record = match time {
             Some((name, length)) => Some(find_record(file, &name, length, request, notes)?),
             None if request.time.is_some() => {

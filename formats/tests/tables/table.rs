@@ -210,7 +210,7 @@ fn a_density_is_chosen_or_left_open() {
     let text = "r [cm],a [g/cc],b\n0,1,2\n1,3,4\n";
     assert_eq!(read_table(text).unwrap().density, None);
     for name in ["a", "a [g/cc]"] {
-        let request = FieldRequest { density: Some(name.into()), carry: Some(vec![]), time: None };
+        let request = FieldRequest { density: Some(name.into()), carry: Some(vec![]), ..FieldRequest::default() };
         let field = read_text("table", text.as_bytes(), &request).unwrap();
         assert_eq!((field.density.as_deref(), field.variables.len()), (Some(name), 1));
         assert_eq!(values(&field, name), [1.0, 3.0]);
