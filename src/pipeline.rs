@@ -160,7 +160,8 @@ impl Run<'_> {
     ) -> Result<Report> {
         let neighbors = self.scene.neighbors.unwrap_or_else(|| default_kernel_neighbors(D));
         let lap = Instant::now();
-        let positions = seeding::seed(target, self.scene.seeding, self.scene.seed)?;
+        let seeding::Seeded { positions, notes } = seeding::seed(target, self.scene.seeding, self.scene.seed)?;
+        self.notes.extend(notes);
         self.lap("seed", lap, None);
         let (positions, stages) = if plan.relaxes() {
             let lap = Instant::now();

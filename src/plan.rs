@@ -2,7 +2,6 @@
 
 use crate::domain::{Axis, Domain, Region};
 use crate::scene::{Atmosphere, Scene};
-use crate::seeding::Seeding;
 use serde::Serialize;
 
 /// Something that the plan drops.
@@ -23,10 +22,7 @@ impl Plan {
     /// Decides from the scene, the domain that it came to and the number of particles.
     pub fn new<const D: usize>(scene: &Scene, domain: &Domain<D>, count: usize, has_profile: bool) -> Self {
         let mut plan = Self { stages: Vec::new(), left_out: Vec::new() };
-        plan.stages.push(match scene.seeding {
-            Seeding::MassBisection => "seed: mass bisection",
-            Seeding::Random => "seed: random",
-        });
+        plan.stages.push(scene.seeding.method().stage);
         if scene.wvt.iterations == 0 {
             plan.drop("WVT", "wvt.iterations is 0");
         } else if count < MIN_RELAXED {

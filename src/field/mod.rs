@@ -31,13 +31,13 @@ mod hull;
 mod mass;
 mod mesh;
 mod profile;
-mod quadrature;
+pub(crate) mod quadrature;
 mod radial;
 mod sampled;
 mod scaled;
 mod shapes;
 #[cfg(test)]
-mod testing;
+pub(crate) mod testing;
 
 pub use analytic::{AnalyticCarried, AnalyticField};
 pub use build::{from_raw, natural_dimension};
