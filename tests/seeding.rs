@@ -256,3 +256,17 @@ fn seeds_have_the_same_bits_for_any_number_of_threads() {
         assert!(place(1) == place(3), "{}", method.name);
     }
 }
+
+#[test]
+fn low_discrepancy_points_of_a_uniform_box_are_the_sequence_itself() {
+    let domain = unit_box::<2>(Axis::Periodic);
+    let density = Density(|_: &[f64; 2]| 1.0);
+    let x = seed(&target(&domain, &density, 300), Seeding::LowDiscrepancy, 0).unwrap().positions;
+    // The plastic number is the real root of g^3 = g + 1.
+    let g = 1.324_717_957_244_746_f64;
+    for i in 0..300 {
+        let n = i as f64 + 1.0;
+        assert!((x[0][i] - (0.5 + n / g).fract()).abs() < 1e-9, "{i}");
+        assert!((x[1][i] - (0.5 + n / (g * g)).fract()).abs() < 1e-9, "{i}");
+    }
+}

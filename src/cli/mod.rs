@@ -6,6 +6,7 @@
 mod args;
 mod formats;
 mod inspect;
+mod methods;
 mod progress;
 
 use crate::error::Error;
@@ -30,6 +31,10 @@ pub fn main() -> ExitCode {
     let result = match &args.command {
         Some(Command::Formats) => {
             print!("{}", formats::table(FORMATS));
+            Ok(ExitCode::SUCCESS)
+        }
+        Some(Command::Methods) => {
+            print!("{}", methods::table());
             Ok(ExitCode::SUCCESS)
         }
         Some(Command::Inspect(inspect)) => inspect::inspect(FORMATS, inspect).map(|text| {

@@ -92,6 +92,16 @@ pub const METHODS: &[Method] = &[
         limits: "preferred directions; empty sites where N does not fit the box",
         reference: "Diehl et al. 2015, sec. 3.1.3; stretched: Rosswog et al. 2009, New Astron. Rev. 53, 78",
     },
+    Method {
+        seeding: Seeding::LowDiscrepancy,
+        name: "low-discrepancy",
+        stage: "seed: low-discrepancy sequence",
+        dimensions: &[1, 2, 3],
+        targets: Targets::Any,
+        summary: "Kronecker sequence of the generalized golden ratio, carried over by mass",
+        limits: "even on large scales, pairs as close as in random sets; does not depend on the random seed",
+        reference: "Roberts 2018, R_d sequence; Rosenblatt 1952, Ann. Math. Stat. 23, 470",
+    },
 ];
 
 impl Seeding {

@@ -5,6 +5,7 @@ mod cells;
 mod cumulative;
 mod kronecker;
 mod lattice;
+mod low_discrepancy;
 mod methods;
 mod pattern;
 mod random;
@@ -37,6 +38,8 @@ pub enum Seeding {
     CubicClosePacked,
     /// Hexagonal close packing: layers in the order ABAB.
     HexagonalClosePacked,
+    /// Points of a Kronecker sequence, carried over by mass: more even than random ones.
+    LowDiscrepancy,
 }
 
 /// A seed and what should be known of it.
@@ -71,6 +74,7 @@ pub fn seed<const D: usize>(target: &Target<'_, D>, seeding: Seeding, seed: u64)
             positions.into()
         }
         Seeding::Random => random::place(target, &massive_cells(target)?, seed).into(),
+        Seeding::LowDiscrepancy => low_discrepancy::place(target, massive_cells(target)?).into(),
         Seeding::Cubic => lattice(Lattice::Cubic)?,
         Seeding::CubicClosePacked => lattice(Lattice::CubicClosePacked)?,
         Seeding::HexagonalClosePacked => lattice(Lattice::HexagonalClosePacked)?,
