@@ -102,6 +102,16 @@ pub const METHODS: &[Method] = &[
         limits: "even on large scales, pairs as close as in random sets; does not depend on the random seed",
         reference: "Roberts 2018, R_d sequence; Rosenblatt 1952, Ann. Math. Stat. 23, 470",
     },
+    Method {
+        seeding: Seeding::Quaquaversal,
+        name: "quaquaversal",
+        stage: "seed: quaquaversal tiling",
+        dimensions: &[3],
+        targets: Targets::Symmetric,
+        summary: "centroids of an aperiodic tiling by prisms, without preferred directions",
+        limits: "noisier than lattices (30 % of random); a periodic box has a seam",
+        reference: "Conway & Radin 1998, Invent. Math. 132, 179; Hansen et al. 2007, ApJ 656, 631",
+    },
 ];
 
 impl Seeding {

@@ -8,17 +8,20 @@ mod lattice;
 mod low_discrepancy;
 mod methods;
 mod pattern;
+mod quaquaversal;
 mod random;
 mod stretch;
 mod symmetry;
 
 pub use methods::{METHODS, Method, Targets};
 
+use crate::domain::Axis;
 use crate::error::{Error, Result};
 use crate::rng::{Purpose, keyed};
 use crate::target::{Positions, Target, at};
 use cells::Cell;
 use lattice::Lattice;
+use quaquaversal::Quaquaversal;
 use rand::RngExt;
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
@@ -40,6 +43,8 @@ pub enum Seeding {
     HexagonalClosePacked,
     /// Points of a Kronecker sequence, carried over by mass: more even than random ones.
     LowDiscrepancy,
+    /// Centroids of the tiles of an aperiodic tiling by prisms.
+    Quaquaversal,
 }
 
 /// A seed and what should be known of it.
@@ -75,6 +80,14 @@ pub fn seed<const D: usize>(target: &Target<'_, D>, seeding: Seeding, seed: u64)
         }
         Seeding::Random => random::place(target, &massive_cells(target)?, seed).into(),
         Seeding::LowDiscrepancy => low_discrepancy::place(target, massive_cells(target)?).into(),
+        Seeding::Quaquaversal => {
+            let symmetry = symmetry::detect(target, method.name)?;
+            let mut seeded = stretch::place(target, &symmetry, &Quaquaversal::covering(pattern::reach(target)))?;
+            if target.domain.axes.contains(&Axis::Periodic) {
+                seeded.notes.push("the quaquaversal tiling does not repeat: the periodic box has a seam".into());
+            }
+            seeded
+        }
         Seeding::Cubic => lattice(Lattice::Cubic)?,
         Seeding::CubicClosePacked => lattice(Lattice::CubicClosePacked)?,
         Seeding::HexagonalClosePacked => lattice(Lattice::HexagonalClosePacked)?,

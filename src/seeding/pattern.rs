@@ -43,8 +43,9 @@ const SKEW: [f64; 3] = [0.137_035_999, 0.271_828_182, 0.314_159_265];
 const MOST_STEPS: usize = 60;
 /// Factor on the scale while a bracket is sought.
 const BRACKET: f64 = 0.93;
-/// A region of less than this fraction of the volume that it states is not filled.
-const LEAST_SCALE: f64 = 0.2;
+/// The pattern is not shrunk below this fraction of the mean spacing: a region that still holds too few points has
+/// less than an eighth of the volume that it states.
+const LEAST_SCALE: f64 = 0.5;
 
 /// `count` points of the pattern inside the target's domain, at the scale at which they fill it.
 ///
@@ -83,6 +84,13 @@ pub(super) fn cut<const D: usize>(target: &Target<'_, D>, pattern: &dyn Pattern<
     }
     // Points that enter together: some are left out, evenly over the order of visits.
     Ok((0..count).map(|i| points[i * found / count]).collect())
+}
+
+/// Half the diagonal of the finest cut that [`cut`] may ask for, in the pattern's spacings, at most.
+pub(super) fn reach<const D: usize>(target: &Target<'_, D>) -> f64 {
+    let mean = (target.domain.volume() / target.count as f64).powf(1.0 / D as f64);
+    let diagonal = target.domain.extent().iter().map(|e| e * e).sum::<f64>().sqrt();
+    0.5 * diagonal / (LEAST_SCALE * BRACKET * mean)
 }
 
 fn unfilled(count: usize) -> Error {
