@@ -230,8 +230,9 @@ fn radial_targets_enclose_the_right_mass_at_every_radius() {
         for i in 1..10 {
             let r = 0.05 * f64::from(i);
             let difference = enclosed(&x, r) - (r / 0.5).powi(2);
-            // A shell of half a spacing's width is what the edge of a count is uncertain by.
-            let limit = 3.0 * (r / 0.5).powi(2) * 0.5 * (n as f64).powf(-1.0 / 3.0) / (r / 0.5) + 2e-3;
+            // Layers a spacing s = n^(-1/3) apart leave a count uncertain by half a spacing, 2 r s / 2 of R^2.
+            let spacing = (n as f64 * 2.0 / (std::f64::consts::PI * r)).powf(-1.0 / 3.0);
+            let limit = r * spacing / 0.25 + 2e-3;
             assert!(difference.abs() < limit, "{} at {r}: {difference} > {limit}", method.name);
         }
     }
@@ -272,5 +273,30 @@ fn low_discrepancy_points_of_a_uniform_box_are_the_sequence_itself() {
         let n = i as f64 + 1.0;
         assert!((x[0][i] - (0.5 + n / g).fract()).abs() < 1e-9, "{i}");
         assert!((x[1][i] - (0.5 + n / (g * g)).fract()).abs() < 1e-9, "{i}");
+    }
+}
+
+#[test]
+fn shells_enclose_their_mass_to_a_particle_and_sum_to_n() {
+    let domain = Domain::ball([0.0; 3], 0.5, Wall::Open).unwrap();
+    let density = Density(|x: &[f64; 3]| (-12.0 * x.iter().map(|v| v * v).sum::<f64>()).exp());
+    let mut whole = target(&domain, &density, 10_000);
+    // The integral of exp(-12 r^2) over the ball, by the midpoint rule.
+    let slice = |a: f64| 4.0 * std::f64::consts::PI * a * a * (-12.0 * a * a).exp() * 5e-6;
+    whole.resolution_integral = (0..100_000).map(|i| slice((f64::from(i) + 0.5) * 5e-6)).sum();
+    for shells in [Seeding::Shells, Seeding::EqualAreaShells] {
+        let x = seed(&whole, shells, 3).unwrap().positions;
+        let mut radii: Vec<f64> = (0..10_000).map(|i| at(&x, i).iter().map(|v| v * v).sum::<f64>().sqrt()).collect();
+        radii.sort_by(f64::total_cmp);
+        let mut start = 0;
+        while start < radii.len() {
+            let end = start + radii[start..].partition_point(|&r| r < radii[start] + 1e-9);
+            let inside: f64 =
+                (0..100_000).map(|i| (f64::from(i) + 0.5) * 5e-6).take_while(|&a| a < radii[start]).map(slice).sum();
+            // Each shell's radius halves its mass.
+            let half = 0.5 * (start + end) as f64 / 10_000.0;
+            assert!((inside / whole.resolution_integral - half).abs() < 1e-4, "{shells:?} at {}", radii[start]);
+            start = end;
+        }
     }
 }

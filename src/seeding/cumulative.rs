@@ -50,6 +50,12 @@ impl<F: Fn(f64) -> f64> Cumulative<F> {
         self.sums[self.sums.len() - 1]
     }
 
+    /// The integral from the lower end to `x`.
+    pub fn at(&self, x: f64) -> f64 {
+        let i = self.edges.partition_point(|&e| e <= x).clamp(1, self.edges.len() - 1) - 1;
+        self.sums[i] + integrate(ORDER, self.edges[i], x.min(self.edges[i + 1]), &self.f)
+    }
+
     /// Where the integral is `fraction` of the whole: Newton's method, bracketed.
     pub fn inverse(&self, fraction: f64) -> f64 {
         let wanted = fraction.clamp(0.0, 1.0) * self.total();

@@ -112,6 +112,26 @@ pub const METHODS: &[Method] = &[
         limits: "noisier than lattices (30 % of random); a periodic box has a seam",
         reference: "Conway & Radin 1998, Invent. Math. 132, 179; Hansen et al. 2007, ApJ 656, 631",
     },
+    Method {
+        seeding: Seeding::Shells,
+        name: "shells",
+        stage: "seed: concentric shells",
+        dimensions: &[2, 3],
+        targets: Targets::Radial,
+        summary: "shells a spacing thick, particles on a golden spiral, each shell rotated at random; rings in 2-D",
+        limits: "neighboring shells do not interlock",
+        reference: "Diehl et al. 2015, sec. 3.2.4; Gonzalez 2010, Math. Geosci. 42, 49",
+    },
+    Method {
+        seeding: Seeding::EqualAreaShells,
+        name: "equal-area-shells",
+        stage: "seed: equal-area shells",
+        dimensions: &[3],
+        targets: Targets::Radial,
+        summary: "shells a spacing thick, particles in collars of regions of equal area, rotated at random",
+        limits: "neighboring shells do not interlock; no shift of the collars next to the poles",
+        reference: "SEAGen: Kegerreis et al. 2019, MNRAS 487, 5029; Leopardi 2006, ETNA 25, 309",
+    },
 ];
 
 impl Seeding {

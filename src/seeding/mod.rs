@@ -10,6 +10,7 @@ mod methods;
 mod pattern;
 mod quaquaversal;
 mod random;
+mod shells;
 mod stretch;
 mod symmetry;
 
@@ -25,6 +26,7 @@ use quaquaversal::Quaquaversal;
 use rand::RngExt;
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
+use shells::Covering;
 
 /// How the initial positions are made; [`METHODS`] tells what each can do.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
@@ -45,6 +47,10 @@ pub enum Seeding {
     LowDiscrepancy,
     /// Centroids of the tiles of an aperiodic tiling by prisms.
     Quaquaversal,
+    /// Concentric shells with particles on a spiral (rings in two dimensions).
+    Shells,
+    /// Concentric shells with particles in regions of equal area.
+    EqualAreaShells,
 }
 
 /// A seed and what should be known of it.
@@ -72,6 +78,7 @@ pub fn seed<const D: usize>(target: &Target<'_, D>, seeding: Seeding, seed: u64)
         let symmetry = symmetry::detect(target, method.name)?;
         stretch::place_lattice(target, &symmetry, &kind.cell())
     };
+    let on_shells = |covering: Covering| shells::place(target, covering, method, seed);
     let seeded = match seeding {
         Seeding::MassBisection => {
             let mut positions = bisection::place(target, massive_cells(target)?);
@@ -88,6 +95,8 @@ pub fn seed<const D: usize>(target: &Target<'_, D>, seeding: Seeding, seed: u64)
             }
             seeded
         }
+        Seeding::Shells => on_shells(Covering::Spiral)?,
+        Seeding::EqualAreaShells => on_shells(Covering::EqualArea)?,
         Seeding::Cubic => lattice(Lattice::Cubic)?,
         Seeding::CubicClosePacked => lattice(Lattice::CubicClosePacked)?,
         Seeding::HexagonalClosePacked => lattice(Lattice::HexagonalClosePacked)?,
