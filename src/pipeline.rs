@@ -167,9 +167,10 @@ impl Run<'_> {
     fn place<const D: usize>(mut self, target: &Target<'_, D>, scaled: &Scaled<D>, mut plan: Plan) -> Result<Report> {
         let kernel = self.scene.kernel;
         let neighbors = self.scene.neighbors.unwrap_or_else(|| default_kernel_neighbors(D));
-        let Relaxed { positions, stages, timing, stop } =
+        let Relaxed { positions, stages, timing, notes, stop } =
             relaxation::place(self.scene, &mut plan, target, neighbors, self.control)?;
         self.timing.extend(timing);
+        self.notes.extend(notes);
         let lap = Instant::now();
         let masses = target.masses(&positions);
         let number_density = target.number_densities(&positions);

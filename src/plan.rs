@@ -31,10 +31,7 @@ impl Plan {
     pub fn new<const D: usize>(scene: &Scene, domain: &Domain<D>, count: usize, has_profile: bool) -> Self {
         let mut plan =
             Self { stages: Vec::new(), left_out: Vec::new(), wvt_iterations: 0, polish: Polish::None, splittings: 0 };
-        plan.stages.push(match scene.seeding {
-            Seeding::MassBisection => "seed: mass bisection",
-            Seeding::Random => "seed: random",
-        });
+        plan.stages.push(scene.seeding.method().stage);
         if count < MIN_RELAXED {
             plan.drop("relaxation", format!("{count} particles have no neighbors to relax against"));
         } else {

@@ -8,7 +8,7 @@ use crate::placement::{
 use crate::plan::Plan;
 use crate::report::Timing;
 use crate::scene::{Polish, Scene};
-use crate::seeding;
+use crate::seeding::{self, Seeded};
 use crate::target::{Positions, Target};
 use std::time::Instant;
 
@@ -17,6 +17,7 @@ pub struct Relaxed<const D: usize> {
     pub positions: Positions<D>,
     pub stages: Vec<StageReport>,
     pub timing: Vec<Timing>,
+    pub notes: Vec<String>,
     pub stop: StopReason,
 }
 
@@ -33,7 +34,7 @@ pub fn place<const D: usize>(
 ) -> Result<Relaxed<D>> {
     let start = Instant::now();
     let coarse = target.with_count(coarse_count(D, target.count, plan.splittings));
-    let mut positions = seeding::seed(&coarse, scene.seeding, scene.seed)?;
+    let Seeded { mut positions, notes } = seeding::seed(&coarse, scene.seeding, scene.seed)?;
     let mut timing = vec![Timing { step: "seed", seconds: start.elapsed().as_secs_f64(), epsilon: None }];
     let mut stages = Vec::new();
     if plan.wvt_iterations > 0 {
@@ -70,7 +71,7 @@ pub fn place<const D: usize>(
     if stop == StopReason::Interrupted {
         return Err(Error::Interrupted);
     }
-    Ok(Relaxed { positions, stages, timing, stop })
+    Ok(Relaxed { positions, stages, timing, notes, stop })
 }
 
 fn wvt_options(scene: &Scene, iterations: usize, kernel_neighbors: f64) -> WvtOptions {

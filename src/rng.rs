@@ -9,6 +9,7 @@ pub enum Purpose {
     RandomSeed = 1,
     SeedJitter = 2,
     Measure = 3,
+    ShellRotation = 4,
 }
 
 /// The generator of one particle for one purpose.

@@ -123,7 +123,7 @@ fn place(threads: usize) -> (Positions<3>, DensityError, NoiseFigures) {
         };
         let stop = AtomicBool::new(false);
         let control = Control { deadline: None, interrupted: &stop, observer: &|_, _, _, _| {} };
-        let start = seed(&target, Seeding::MassBisection, 3).unwrap();
+        let start = seed(&target, Seeding::MassBisection, 3).unwrap().positions;
         assert_eq!(start[0].len(), 5000);
         let options = WvtOptions { iterations: 40, ..WvtOptions::new(3) };
         let (x, report) = relax(KernelName::WendlandC4, &target, start, &options, &control);

@@ -32,6 +32,8 @@ pub enum Command {
     Inspect(InspectArgs),
     /// List the formats that can be read and written.
     Formats,
+    /// List the methods that make initial positions (`seeding` in a scene file).
+    Methods,
 }
 
 #[derive(Debug, clap::Args)]

@@ -6,6 +6,7 @@
 mod args;
 mod formats;
 mod inspect;
+mod methods;
 mod progress;
 
 use crate::error::Error;
@@ -31,6 +32,7 @@ pub fn main() -> ExitCode {
     let args = Args::parse();
     let result = match &args.command {
         Some(Command::Formats) => print(&formats::table(FORMATS)),
+        Some(Command::Methods) => print(&methods::table()),
         Some(Command::Inspect(inspect)) => inspect::inspect(FORMATS, inspect).and_then(|text| print(&text)),
         None => run(&args.run),
     };

@@ -37,7 +37,7 @@ mod sampled;
 mod scaled;
 mod shapes;
 #[cfg(test)]
-mod testing;
+pub(crate) mod testing;
 
 pub use analytic::{AnalyticCarried, AnalyticField};
 pub use build::{from_raw, natural_dimension};

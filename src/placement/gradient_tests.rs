@@ -52,7 +52,7 @@ fn check_solver<const D: usize>(count: usize) {
     for domain in domains::<D>() {
         let target = target(&domain, count);
         let walls = relaxation_domain(&domain);
-        let positions = seed(&target, Seeding::MassBisection, 3).unwrap();
+        let positions = seed(&target, Seeding::MassBisection, 3).unwrap().positions;
         let options = SolverOptions::new(D);
         let arrangement =
             Arrangement::<D, f64>::new(KernelName::WendlandC4, &target, &walls, positions, options.kernel_neighbors);
@@ -89,7 +89,7 @@ fn the_solvers_gradient_is_that_of_its_objective() {
 fn check_momentum<const D: usize>(count: usize) {
     let domain = &domains::<D>()[0];
     let target = target(domain, count);
-    let positions = seed(&target, Seeding::Random, 5).unwrap();
+    let positions = seed(&target, Seeding::Random, 5).unwrap().positions;
     let options = AlaricOptions { steps: 0, ..AlaricOptions::new(D) };
     let mut fluid = Fluid::<D, f64>::new(KernelName::WendlandC4, &target, domain, positions, &options);
     let sizes: f64 = fluid.accelerations.iter().flatten().map(|a| a.abs()).sum();

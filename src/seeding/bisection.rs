@@ -33,7 +33,7 @@ fn bisect<const D: usize>(target: &Target<'_, D>, mut cells: Vec<Cell<D>>, out: 
         return;
     }
     let left_count = n / 2;
-    let (left, right) = cut(cells, left_count as f64 / n as f64);
+    let (_, left, right) = cut(cells, left_count as f64 / n as f64);
     let (left_out, right_out) = out.split_at_mut(left_count);
     if n > PARALLEL {
         rayon::join(|| bisect(target, left, left_out), || bisect(target, right, right_out));
@@ -44,7 +44,7 @@ fn bisect<const D: usize>(target: &Target<'_, D>, mut cells: Vec<Cell<D>>, out: 
 }
 
 /// Halves the heavy cells until there are `wanted` or none is much heavier than the rest.
-fn refine<const D: usize>(target: &Target<'_, D>, cells: &mut Vec<Cell<D>>, wanted: usize) {
+pub(super) fn refine<const D: usize>(target: &Target<'_, D>, cells: &mut Vec<Cell<D>>, wanted: usize) {
     for _ in 0..MAX_REFINEMENTS {
         if cells.len() >= wanted {
             return;
@@ -72,8 +72,8 @@ fn refine<const D: usize>(target: &Target<'_, D>, cells: &mut Vec<Cell<D>>, want
 const MAX_REFINEMENTS: usize = 64;
 
 /// Splits cells by a plane across the longest edge of what they cover, with `fraction` of the mass on the
-/// left. Cells that the plane crosses are divided.
-fn cut<const D: usize>(cells: Vec<Cell<D>>, fraction: f64) -> (Vec<Cell<D>>, Vec<Cell<D>>) {
+/// left; that edge's axis first. Cells that the plane crosses are divided.
+pub(super) fn cut<const D: usize>(cells: Vec<Cell<D>>, fraction: f64) -> (usize, Vec<Cell<D>>, Vec<Cell<D>>) {
     let (mut lo, mut hi) = ([f64::INFINITY; D], [f64::NEG_INFINITY; D]);
     for cell in &cells {
         for k in 0..D {
@@ -101,7 +101,7 @@ fn cut<const D: usize>(cells: Vec<Cell<D>>, fraction: f64) -> (Vec<Cell<D>>, Vec
             right.push(b);
         }
     }
-    (left, right)
+    (axis, left, right)
 }
 
 /// Where `fraction` of the mass lies to the left: Newton on the piecewise linear cumulative mass, bracketed.
@@ -139,7 +139,7 @@ fn quantile<const D: usize>(cells: &[Cell<D>], axis: usize, fraction: f64, lo: f
 }
 
 /// Center of mass, or, where that lies outside (a part that bends around a hole), the heaviest cell's center.
-fn representative<const D: usize>(target: &Target<'_, D>, cells: &[Cell<D>]) -> [f64; D] {
+pub(super) fn representative<const D: usize>(target: &Target<'_, D>, cells: &[Cell<D>]) -> [f64; D] {
     let total: f64 = cells.iter().map(|c| c.mass).sum();
     let mean = std::array::from_fn(|k| cells.iter().map(|c| c.mass / total * c.center()[k]).sum());
     if target.admits(&mean) {

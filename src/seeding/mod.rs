@@ -1,17 +1,34 @@
-//! Initial positions: exactly N of them, all where the target admits particles.
+//! Initial positions: exactly N of them, all where the target admits particles. [`METHODS`] lists the ways.
 
 mod bisection;
 mod cells;
+mod cumulative;
+mod kronecker;
+mod lattice;
+mod low_discrepancy;
+mod methods;
+mod pattern;
+mod quaquaversal;
 mod random;
+mod shells;
+mod stretch;
+mod symmetry;
 
+pub use methods::{METHODS, Method, Targets};
+
+use crate::domain::Axis;
 use crate::error::{Error, Result};
 use crate::rng::{Purpose, keyed};
 use crate::target::{Positions, Target, at};
+use cells::Cell;
+use lattice::Lattice;
+use quaquaversal::Quaquaversal;
 use rand::RngExt;
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
+use shells::Covering;
 
-/// How the initial positions are made.
+/// How the initial positions are made; [`METHODS`] tells what each can do.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Seeding {
@@ -20,25 +37,102 @@ pub enum Seeding {
     MassBisection,
     /// Independent random positions with probability proportional to the target.
     Random,
+    /// Simple cubic (square) lattice.
+    Cubic,
+    /// Face-centered cubic (hexagonal) lattice.
+    CubicClosePacked,
+    /// Hexagonal close packing: layers in the order ABAB.
+    HexagonalClosePacked,
+    /// Points of a Kronecker sequence, carried over by mass: more even than random ones.
+    LowDiscrepancy,
+    /// Centroids of the tiles of an aperiodic tiling by prisms.
+    Quaquaversal,
+    /// Concentric shells with particles on a spiral (rings in two dimensions).
+    Shells,
+    /// Concentric shells with particles in regions of equal area.
+    EqualAreaShells,
+}
+
+/// A seed and what should be known of it.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Seeded<const D: usize> {
+    pub positions: Positions<D>,
+    /// Decisions of the method, for the report.
+    pub notes: Vec<String>,
+}
+
+impl<const D: usize> From<Positions<D>> for Seeded<D> {
+    fn from(positions: Positions<D>) -> Self {
+        Self { positions, notes: Vec::new() }
+    }
 }
 
 /// Places `target.count` particles.
 ///
 /// # Errors
-/// A target without mass in its domain.
-pub fn seed<const D: usize>(target: &Target<'_, D>, seeding: Seeding, seed: u64) -> Result<Positions<D>> {
-    let cells = cells::partition(target);
-    if !(cells.iter().map(|c| c.mass).sum::<f64>() > 0.0) {
-        return Err(Error::Numeric { stage: "seed", problem: "the target is zero everywhere in the domain".into() });
-    }
-    let mut positions = match seeding {
-        Seeding::MassBisection => bisection::place(target, cells),
-        Seeding::Random => random::place(target, &cells, seed),
+/// A target without mass in its domain, a dimension or a target that the method is not made for.
+pub fn seed<const D: usize>(target: &Target<'_, D>, seeding: Seeding, seed: u64) -> Result<Seeded<D>> {
+    let method = seeding.method();
+    method.check_dimension(D)?;
+    let lattice = |kind: Lattice| {
+        let symmetry = symmetry::detect(target, method.name)?;
+        stretch::place_lattice(target, &symmetry, &kind.cell())
     };
-    if seeding == Seeding::MassBisection {
-        jitter(target, &mut positions, seed);
+    let on_shells = |covering: Covering| shells::place(target, covering, method, seed);
+    let seeded = match seeding {
+        Seeding::MassBisection => {
+            let mut positions = bisection::place(target, massive_cells(target)?);
+            jitter(target, &mut positions, seed);
+            positions.into()
+        }
+        Seeding::Random => random::place(target, &massive_cells(target)?, seed).into(),
+        Seeding::LowDiscrepancy => low_discrepancy::place(target, massive_cells(target)?).into(),
+        Seeding::Quaquaversal => {
+            let symmetry = symmetry::detect(target, method.name)?;
+            let mut seeded = stretch::place(target, &symmetry, &Quaquaversal::covering(pattern::reach(target)))?;
+            if target.domain.axes.contains(&Axis::Periodic) {
+                seeded.notes.push("the quaquaversal tiling does not repeat: the periodic box has a seam".into());
+            }
+            seeded
+        }
+        Seeding::Shells => on_shells(Covering::Spiral)?,
+        Seeding::EqualAreaShells => on_shells(Covering::EqualArea)?,
+        Seeding::Cubic => lattice(Lattice::Cubic)?,
+        Seeding::CubicClosePacked => lattice(Lattice::CubicClosePacked)?,
+        Seeding::HexagonalClosePacked => lattice(Lattice::HexagonalClosePacked)?,
+    };
+    check(target, method, seeded)
+}
+
+/// The target as cells of known mass.
+fn massive_cells<const D: usize>(target: &Target<'_, D>) -> Result<Vec<Cell<D>>> {
+    let cells = cells::partition(target);
+    if cells.iter().map(|c| c.mass).sum::<f64>() > 0.0 {
+        return Ok(cells);
     }
-    Ok(positions)
+    Err(Error::Numeric { stage: "seed", problem: "the target is zero everywhere in the domain".into() })
+}
+
+/// A pattern that was mapped may meet a hole that sampling did not show; that is told, not passed on.
+fn check<const D: usize>(target: &Target<'_, D>, method: &Method, seeded: Seeded<D>) -> Result<Seeded<D>> {
+    let n = seeded.positions[0].len();
+    let outside = (0..n).into_par_iter().filter(|&i| !target.admits(&at(&seeded.positions, i))).count();
+    if n == target.count && outside == 0 {
+        return Ok(seeded);
+    }
+    Err(Error::Numeric {
+        stage: "seed",
+        problem: format!(
+            "'{}' made {n} positions, {outside} of them where the target is zero, instead of {} inside it; use {}",
+            method.name,
+            target.count,
+            methods::for_any_target(),
+        ),
+    })
+}
+
+fn to_positions<const D: usize>(points: &[[f64; D]]) -> Positions<D> {
+    std::array::from_fn(|k| points.iter().map(|x| x[k]).collect())
 }
 
 /// Jitter as a fraction of the local spacing. Bisection of a symmetric target gives a lattice, an unstable

@@ -59,7 +59,7 @@ fn scene(name: &str, density: fn(&[f64; 3]) -> f64, count: usize, evaluations: u
     let never = AtomicBool::new(false);
     let control = Control { deadline: None, interrupted: &never, observer: &|_, _, _, _| {} };
     let start = Instant::now();
-    let seeds = seed(&target, Seeding::MassBisection, 0).unwrap();
+    let seeds = seed(&target, Seeding::MassBisection, 0).unwrap().positions;
     report("seed: mass bisection", &target, &seeds, 0, start);
     let start = Instant::now();
     let (wvt, _) = relax(KernelName::WendlandC4, &target, seeds.clone(), &WvtOptions::new(3), &control);

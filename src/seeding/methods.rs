@@ -1,0 +1,200 @@
+//! The seeding methods as data: what each is, where it is from, what it can do.
+
+use super::Seeding;
+use crate::error::{Error, Result};
+
+/// Which targets a method can meet.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Targets {
+    /// Any density in any domain.
+    Any,
+    /// Uniform ones in any domain; in a box, products of functions of one coordinate each; in a ball,
+    /// functions of the radius. Others are refused.
+    Symmetric,
+    /// Functions of the radius in a ball or shell (uniform ones too). Others are refused.
+    Radial,
+}
+
+impl Targets {
+    pub fn text(self) -> &'static str {
+        match self {
+            Self::Any => "any",
+            Self::Symmetric => "uniform; separable in a box, radial in a ball (stretched)",
+            Self::Radial => "radial in a ball",
+        }
+    }
+}
+
+/// One seeding method.
+#[derive(Debug, Clone, Copy)]
+pub struct Method {
+    pub seeding: Seeding,
+    /// As in a scene file.
+    pub name: &'static str,
+    /// As the plan calls it.
+    pub stage: &'static str,
+    pub dimensions: &'static [usize],
+    pub targets: Targets,
+    pub summary: &'static str,
+    pub limits: &'static str,
+    pub reference: &'static str,
+}
+
+/// All methods, the default first. Each makes exactly N positions.
+pub const METHODS: &[Method] = &[
+    Method {
+        seeding: Seeding::MassBisection,
+        name: "mass-bisection",
+        stage: "seed: mass bisection",
+        dimensions: &[1, 2, 3],
+        targets: Targets::Any,
+        summary: "the domain is halved by mass until each part has one particle; jittered",
+        limits: "neighbors are unevenly spaced until relaxed",
+        reference: "k-d tree by mass; this program",
+    },
+    Method {
+        seeding: Seeding::Random,
+        name: "random",
+        stage: "seed: random",
+        dimensions: &[1, 2, 3],
+        targets: Targets::Any,
+        summary: "independent random positions",
+        limits: "Poisson noise on all scales: needs relaxation",
+        reference: "Diehl et al. 2015, PASA 32, e048, sec. 3.2.1",
+    },
+    Method {
+        seeding: Seeding::Cubic,
+        name: "cubic",
+        stage: "seed: cubic lattice",
+        dimensions: &[1, 2, 3],
+        targets: Targets::Symmetric,
+        summary: "square or simple cubic lattice; equidistant in 1-D",
+        limits: "preferred directions; unstable under pressure; empty sites where N does not fit the box",
+        reference: "Diehl et al. 2015, sec. 3.1.1; stretched: Rosswog et al. 2009, New Astron. Rev. 53, 78",
+    },
+    Method {
+        seeding: Seeding::CubicClosePacked,
+        name: "cubic-close-packed",
+        stage: "seed: cubic close packing",
+        dimensions: &[1, 2, 3],
+        targets: Targets::Symmetric,
+        summary: "face-centered cubic lattice; hexagonal in 2-D, equidistant in 1-D",
+        limits: "preferred directions; empty sites where N does not fit the box",
+        reference: "Diehl et al. 2015, sec. 3.1.2; stretched: Rosswog et al. 2009, New Astron. Rev. 53, 78",
+    },
+    Method {
+        seeding: Seeding::HexagonalClosePacked,
+        name: "hexagonal-close-packed",
+        stage: "seed: hexagonal close packing",
+        dimensions: &[1, 2, 3],
+        targets: Targets::Symmetric,
+        summary: "close packing in layers ABAB; hexagonal in 2-D, equidistant in 1-D",
+        limits: "preferred directions; empty sites where N does not fit the box",
+        reference: "Diehl et al. 2015, sec. 3.1.3; stretched: Rosswog et al. 2009, New Astron. Rev. 53, 78",
+    },
+    Method {
+        seeding: Seeding::LowDiscrepancy,
+        name: "low-discrepancy",
+        stage: "seed: low-discrepancy sequence",
+        dimensions: &[1, 2, 3],
+        targets: Targets::Any,
+        summary: "Kronecker sequence of the generalized golden ratio, carried over by mass",
+        limits: "even on large scales, pairs as close as in random sets; does not depend on the random seed",
+        reference: "Roberts 2018, R_d sequence; Rosenblatt 1952, Ann. Math. Stat. 23, 470",
+    },
+    Method {
+        seeding: Seeding::Quaquaversal,
+        name: "quaquaversal",
+        stage: "seed: quaquaversal tiling",
+        dimensions: &[3],
+        targets: Targets::Symmetric,
+        summary: "centroids of an aperiodic tiling by prisms, without preferred directions",
+        limits: "noisier than lattices (30 % of random); a periodic box has a seam",
+        reference: "Conway & Radin 1998, Invent. Math. 132, 179; Hansen et al. 2007, ApJ 656, 631",
+    },
+    Method {
+        seeding: Seeding::Shells,
+        name: "shells",
+        stage: "seed: concentric shells",
+        dimensions: &[2, 3],
+        targets: Targets::Radial,
+        summary: "shells a spacing thick, particles on a golden spiral, each shell rotated at random; rings in 2-D",
+        limits: "neighboring shells do not interlock",
+        reference: "Diehl et al. 2015, sec. 3.2.4; Gonzalez 2010, Math. Geosci. 42, 49",
+    },
+    Method {
+        seeding: Seeding::EqualAreaShells,
+        name: "equal-area-shells",
+        stage: "seed: equal-area shells",
+        dimensions: &[3],
+        targets: Targets::Radial,
+        summary: "shells a spacing thick, particles in collars of regions of equal area, rotated at random",
+        limits: "neighboring shells do not interlock; no shift of the collars next to the poles",
+        reference: "SEAGen: Kegerreis et al. 2019, MNRAS 487, 5029; Leopardi 2006, ETNA 25, 309",
+    },
+];
+
+impl Seeding {
+    /// The method's data sheet.
+    pub fn method(self) -> &'static Method {
+        // Each variant has an entry (tested).
+        METHODS.iter().find(|m| m.seeding == self).unwrap_or(&METHODS[0])
+    }
+}
+
+impl Method {
+    /// # Errors
+    /// A dimension that the method is not made for.
+    pub fn check_dimension(&self, d: usize) -> Result<()> {
+        if self.dimensions.contains(&d) {
+            return Ok(());
+        }
+        let others: Vec<&str> = METHODS.iter().filter(|m| m.dimensions.contains(&d)).map(|m| m.name).collect();
+        Err(Error::scene(
+            "seeding",
+            format!(
+                "'{}' exists in {} only, the input is {d}-D; use {}",
+                self.name,
+                self.dimension_text(),
+                others.join(", ")
+            ),
+        ))
+    }
+
+    /// For example `2-D 3-D`.
+    pub fn dimension_text(&self) -> String {
+        self.dimensions.iter().map(|d| format!("{d}-D")).collect::<Vec<_>>().join(" ")
+    }
+}
+
+/// Names of the methods that take any target, for error texts.
+pub(super) fn for_any_target() -> String {
+    METHODS.iter().filter(|m| m.targets == Targets::Any).map(|m| m.name).collect::<Vec<_>>().join(" or ")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn names_are_those_of_the_scene_file() {
+        for m in METHODS {
+            let parsed: Seeding = serde_json::from_str(&format!("\"{}\"", m.name)).unwrap();
+            assert_eq!(parsed, m.seeding);
+            assert_eq!(m.seeding.method().name, m.name);
+            assert!(m.stage.starts_with("seed: ") && !m.dimensions.is_empty());
+            assert!(!m.reference.is_empty() && !m.limits.is_empty() && !m.summary.is_empty());
+        }
+        // What serde lists for an unknown name is every variant.
+        let error = serde_json::from_str::<Seeding>("\"?\"").unwrap_err().to_string();
+        assert_eq!(error.matches('`').count() / 2 - 1, METHODS.len(), "{error}");
+    }
+
+    #[test]
+    fn dimensions_that_a_method_lacks_are_refused_with_those_that_have_them() {
+        let mut method = METHODS[0];
+        method.dimensions = &[3];
+        let error = method.check_dimension(2).unwrap_err().to_string();
+        assert!(error.contains("3-D only") && error.contains("random"), "{error}");
+    }
+}

@@ -1,0 +1,208 @@
+//! Concentric shells of a radial target (rings in two dimensions), each rotated at random.
+//!
+//! Shells are as thick as the spacing n*^(-1/d) at their radius. Each takes the whole number of particles that
+//! keeps the enclosed mass right to half a particle; its bounds then follow from these numbers, and its radius
+//! halves its mass. On the sphere the particles lie either
+//! - on the golden spiral, which takes any number (after the templates of Diehl et al. 2015, sec. 3.2.4, which
+//!   relax random points instead; Gonzalez 2010, Math. Geosci. 42, 49), or
+//! - in collars of regions of equal area (SEAGen: Kegerreis et al. 2019, MNRAS 487, 5029; Leopardi 2006), without
+//!   SEAGen's shift of the collars next to the poles.
+
+use super::cumulative::Cumulative;
+use super::symmetry::{self, spherical_mean};
+use super::{Method, Seeded, methods, to_positions};
+use crate::domain::Region;
+use crate::error::{Error, Result};
+use crate::rng::{Purpose, keyed};
+use crate::target::Target;
+use rand::RngExt;
+use rayon::prelude::*;
+use std::f64::consts::{PI, TAU};
+
+/// How points lie on a sphere.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Covering {
+    Spiral,
+    EqualArea,
+}
+
+/// A sphere and the particles on it.
+struct Shell {
+    radius: f64,
+    first: usize,
+    count: usize,
+}
+
+pub(super) fn place<const D: usize>(
+    target: &Target<'_, D>,
+    covering: Covering,
+    method: &Method,
+    seed: u64,
+) -> Result<Seeded<D>> {
+    let Region::Ball { center, inner_radius, radius, .. } = &target.domain.region else {
+        let others = methods::for_any_target();
+        return Err(Error::scene(
+            "seeding",
+            format!("'{}' needs a ball or spherical shell for its domain, found another; use {others}", method.name),
+        ));
+    };
+    // In a ball of two or three dimensions all that is found is radial or uniform.
+    symmetry::detect(target, method.name)?;
+    let density = |r: f64| spherical_mean(target, center, r);
+    let mass = Cumulative::new(|r| r.powi(D as i32 - 1) * density(r), *inner_radius, *radius);
+    let layers = Cumulative::new(|r| density(r).powf(1.0 / D as f64), *inner_radius, *radius);
+    let shells = shells(target.count, *inner_radius, *radius, &mass, &layers);
+    let number = shells.len();
+    let points: Vec<[f64; D]> = shells
+        .par_iter()
+        .enumerate()
+        .flat_map_iter(|(s, shell)| {
+            let directions = directions::<D>(shell.count, covering, seed, s as u64);
+            let radius = shell.radius;
+            directions.into_iter().map(move |u| std::array::from_fn(|k| center[k] + radius * u[k]))
+        })
+        .collect();
+    let notes = vec![format!("{} particles on {number} shells", target.count)];
+    Ok(Seeded { positions: to_positions(&points), notes })
+}
+
+/// Shells from the inside out. `layers` counts spacings along the radius.
+fn shells<F: Fn(f64) -> f64, G: Fn(f64) -> f64>(
+    count: usize,
+    inner: f64,
+    outer: f64,
+    mass: &Cumulative<F>,
+    layers: &Cumulative<G>,
+) -> Vec<Shell> {
+    let number = layers.total().round().clamp(1.0, count as f64) as usize;
+    let mut shells = Vec::with_capacity(number);
+    let mut first = 0;
+    for s in 1..=number {
+        let edge = if s == number { outer } else { layers.inverse(s as f64 / number as f64) };
+        let enclosed = if s == number { count } else { (mass.at(edge) / mass.total() * count as f64).round() as usize };
+        let enclosed = enclosed.clamp(first, count);
+        if enclosed > first {
+            let middle = 0.5 * (first + enclosed) as f64 / count as f64;
+            // One particle alone in the innermost shell stands for a ball around the center.
+            let alone = first == 0 && enclosed == 1 && inner == 0.0;
+            let radius = if alone { 0.0 } else { mass.inverse(middle).min(outer * (1.0 - 1e-12)) };
+            shells.push(Shell { radius, first, count: enclosed - first });
+        }
+        first = enclosed;
+    }
+    debug_assert_eq!(shells.last().map(|s| s.first + s.count), Some(count));
+    shells
+}
+
+/// Unit vectors of one shell, rotated at random.
+fn directions<const D: usize>(count: usize, covering: Covering, seed: u64, shell: u64) -> Vec<[f64; D]> {
+    let mut rng = keyed(seed, Purpose::ShellRotation, shell);
+    let turn = TAU * rng.random::<f64>();
+    if D < 3 {
+        return (0..count)
+            .map(|i| {
+                let (sin, cos) = (turn + TAU * i as f64 / count as f64).sin_cos();
+                std::array::from_fn(|k| [cos, sin][k])
+            })
+            .collect();
+    }
+    let rotation = random_rotation([rng.random(), rng.random(), rng.random()]);
+    let points = match covering {
+        Covering::Spiral => spiral(count),
+        Covering::EqualArea => equal_area(count),
+    };
+    points.into_iter().map(|p| std::array::from_fn(|k| (0..3).map(|j| rotation[k][j] * p[j]).sum())).collect()
+}
+
+/// Uniform in the rotation group (Shoemake 1992): the quaternion from three uniform numbers.
+fn random_rotation([a, b, c]: [f64; 3]) -> [[f64; 3]; 3] {
+    let ((s1, c1), (s2, c2)) = ((TAU * b).sin_cos(), (TAU * c).sin_cos());
+    let (p, q) = ((1.0 - a).sqrt(), a.sqrt());
+    let (x, y, z, w) = (p * s1, p * c1, q * s2, q * c2);
+    [
+        [1.0 - 2.0 * (y * y + z * z), 2.0 * (x * y - z * w), 2.0 * (x * z + y * w)],
+        [2.0 * (x * y + z * w), 1.0 - 2.0 * (x * x + z * z), 2.0 * (y * z - x * w)],
+        [2.0 * (x * z - y * w), 2.0 * (y * z + x * w), 1.0 - 2.0 * (x * x + y * y)],
+    ]
+}
+
+fn on_sphere(z: f64, azimuth: f64) -> [f64; 3] {
+    let r = (1.0 - z * z).max(0.0).sqrt();
+    [r * azimuth.cos(), r * azimuth.sin(), z]
+}
+
+/// Equal steps in height, the golden angle in azimuth.
+fn spiral(count: usize) -> Vec<[f64; 3]> {
+    let golden = PI * (3.0 - 5.0_f64.sqrt());
+    (0..count).map(|i| on_sphere(1.0 - (2.0 * i as f64 + 1.0) / count as f64, golden * i as f64)).collect()
+}
+
+/// Two caps and collars between them, all cut into regions of the same area.
+fn equal_area(count: usize) -> Vec<[f64; 3]> {
+    match count {
+        0 => return Vec::new(),
+        1 => return vec![[0.0, 0.0, 1.0]],
+        _ => {}
+    }
+    let n = count as f64;
+    let mut points = vec![[0.0, 0.0, 1.0]];
+    // A cap of one region reaches to this angle.
+    let cap = (1.0 - 2.0 / n).acos();
+    let collars =
+        if count == 2 { 0 } else { ((PI - 2.0 * cap) / (2.0 * PI.sqrt() / n.sqrt())).round().max(1.0) as usize };
+    let mut before = 1;
+    for c in 1..=collars {
+        let edge = cap + (PI - 2.0 * cap) * c as f64 / collars as f64;
+        // Regions north of the ideal edge, as a whole number: what rounding takes here the next collar gets.
+        let enclosed = if c == collars { count - 1 } else { (0.5 * n * (1.0 - edge.cos())).round() as usize };
+        let enclosed = enclosed.clamp(before, count - 1);
+        let regions = enclosed - before;
+        // The height that halves the collar's area.
+        let z = 1.0 - (before + enclosed) as f64 / n;
+        let turn = if c % 2 == 0 { 0.0 } else { 0.5 };
+        points.extend((0..regions).map(|i| on_sphere(z, TAU * (i as f64 + turn) / regions as f64)));
+        before = enclosed;
+    }
+    points.push([0.0, 0.0, -1.0]);
+    points
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn closest(points: &[[f64; 3]]) -> f64 {
+        let mut least = f64::INFINITY;
+        for (i, a) in points.iter().enumerate() {
+            for b in &points[..i] {
+                least = least.min((0..3).map(|k| (a[k] - b[k]).powi(2)).sum::<f64>().sqrt());
+            }
+        }
+        least
+    }
+
+    #[test]
+    fn coverings_have_any_number_of_points_well_apart() {
+        for count in (2..40).chain([100, 333, 1000]) {
+            let spacing = (4.0 * PI / count as f64).sqrt();
+            for (name, points) in [("spiral", spiral(count)), ("equal area", equal_area(count))] {
+                assert_eq!(points.len(), count, "{name}");
+                assert!(points.iter().all(|p| (p.iter().map(|v| v * v).sum::<f64>() - 1.0).abs() < 1e-12));
+                assert!(closest(&points) > 0.6 * spacing, "{name} {count}: {}", closest(&points) / spacing);
+            }
+        }
+    }
+
+    #[test]
+    fn rotations_are_orthogonal() {
+        for u in [[0.1, 0.2, 0.3], [0.9, 0.01, 0.5], [0.0, 0.0, 0.0]] {
+            let r = random_rotation(u);
+            for i in 0..3 {
+                for j in 0..3 {
+                    let dot: f64 = (0..3).map(|k| r[i][k] * r[j][k]).sum();
+                    assert!((dot - f64::from(u8::from(i == j))).abs() < 1e-14);
+                }
+            }
+        }
+    }
+}

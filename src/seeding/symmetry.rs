@@ -1,0 +1,138 @@
+//! Which symmetry a target has, found by sampling: what a uniform pattern can be mapped to.
+
+use super::{kronecker, methods};
+use crate::domain::{Domain, Region};
+use crate::error::{Error, Result};
+use crate::target::Target;
+
+/// Symmetry of a number density within its domain.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) enum Symmetry<const D: usize> {
+    /// The same everywhere.
+    Uniform,
+    /// A product of functions of one coordinate each, in a box; plane-parallel where all but one are constant.
+    /// The functions are those along the lines through `through`.
+    Separable { through: [f64; D] },
+    /// A function of the distance from the center of a ball or shell.
+    Radial { center: [f64; D], inner: f64, outer: f64 },
+}
+
+/// Points at which symmetry is tested.
+const SAMPLES: usize = 4096;
+/// A target is uniform if its samples agree to this fraction.
+const UNIFORM: f64 = 1e-9;
+/// Deviation from a symmetry, as a fraction of the value, that interpolation of data explains ...
+const ALIKE: f64 = 1e-3;
+/// ... beside this fraction of the largest value.
+const NEGLIGIBLE: f64 = 1e-6;
+
+/// Whether the domain is all of its bounding box; an interval in one dimension is.
+pub(super) fn fills_box<const D: usize>(domain: &Domain<D>) -> bool {
+    match &domain.region {
+        Region::Box => true,
+        Region::Ball { inner_radius, .. } => D == 1 && *inner_radius == 0.0,
+        Region::Hull(..) => false,
+    }
+}
+
+/// Points spread evenly over the domain (more finely where it fills little of its bounding box).
+fn samples<const D: usize>(domain: &Domain<D>) -> Vec<[f64; D]> {
+    let generator = kronecker::generator::<D>();
+    let extent = domain.extent();
+    (0..32 * SAMPLES)
+        .map(|i| kronecker::point(&generator, i))
+        .map(|u| std::array::from_fn(|k| domain.lo[k] + u[k] * extent[k]))
+        .filter(|x| domain.contains(x))
+        .take(SAMPLES)
+        .collect()
+}
+
+/// The symmetry of the target.
+///
+/// # Errors
+/// A target that is not positive at any sample, or has none of the symmetries.
+pub(super) fn detect<const D: usize>(target: &Target<'_, D>, method: &str) -> Result<Symmetry<D>> {
+    let points = samples(target.domain);
+    let values: Vec<f64> = points.iter().map(|x| target.number_density(x)).collect();
+    let (mut least, mut most, mut densest) = (f64::INFINITY, 0.0, None);
+    for (x, &v) in points.iter().zip(&values) {
+        least = least.min(v);
+        if v > most {
+            (most, densest) = (v, Some(*x));
+        }
+    }
+    let Some(densest) = densest else {
+        return Err(Error::Numeric {
+            stage: "seed",
+            problem: format!("the target is zero at all {} samples of the domain", points.len()),
+        });
+    };
+    if most - least <= UNIFORM * most {
+        return Ok(Symmetry::Uniform);
+    }
+    let (symmetry, wanted, expected) = if fills_box(target.domain) {
+        let expected: Vec<f64> = points.iter().map(|x| product(target, &densest, x)).collect();
+        (Symmetry::Separable { through: densest }, "a product of functions of one coordinate each", expected)
+    } else if let Region::Ball { center, inner_radius, radius, .. } = &target.domain.region {
+        let shell = Symmetry::Radial { center: *center, inner: *inner_radius, outer: *radius };
+        let expected = points.iter().map(|x| spherical_mean(target, center, distance(center, x))).collect();
+        (shell, "a function of the radius alone", expected)
+    } else {
+        return Err(refusal(
+            method,
+            "uniform, since the domain is an irregular region",
+            (most - least) / most,
+            &densest,
+        ));
+    };
+    let mut worst = (0.0, 0.0, densest);
+    for ((x, &value), &expected) in points.iter().zip(&values).zip(&expected) {
+        let difference = (value - expected).abs();
+        let excess = difference - ALIKE * value.max(expected) - NEGLIGIBLE * most;
+        if excess > worst.0 {
+            worst = (excess, difference / value.max(expected), *x);
+        }
+    }
+    if worst.0 > 0.0 { Err(refusal(method, wanted, worst.1, &worst.2)) } else { Ok(symmetry) }
+}
+
+fn refusal<const D: usize>(method: &str, wanted: &str, deviation: f64, x: &[f64; D]) -> Error {
+    Error::scene(
+        "seeding",
+        format!(
+            "'{method}' places particles by mapping a uniform pattern, which needs a target that is {wanted}; this one deviates by {:.3} % (at {x:?} in units of the domain's size); use {}",
+            100.0 * deviation,
+            methods::for_any_target(),
+        ),
+    )
+}
+
+/// n* at `x` if it were the product of what it is along the lines through `through`.
+fn product<const D: usize>(target: &Target<'_, D>, through: &[f64; D], x: &[f64; D]) -> f64 {
+    let middle = target.number_density(through);
+    (0..D).fold(middle, |value, k| value * along(target, through, k, x[k]) / middle)
+}
+
+/// n* on the line through `through` along axis `k`.
+pub(super) fn along<const D: usize>(target: &Target<'_, D>, through: &[f64; D], k: usize, x: f64) -> f64 {
+    let mut at = *through;
+    at[k] = x;
+    target.number_density(&at)
+}
+
+/// n* at radius `r`: the mean over a few directions, which evens out what interpolation adds.
+pub(super) fn spherical_mean<const D: usize>(target: &Target<'_, D>, center: &[f64; D], r: f64) -> f64 {
+    let mut sum = 0.0;
+    for k in 0..D {
+        for sign in [-r, r] {
+            let mut x = *center;
+            x[k] += sign;
+            sum += target.number_density(&x);
+        }
+    }
+    sum / (2 * D) as f64
+}
+
+pub(super) fn distance<const D: usize>(a: &[f64; D], b: &[f64; D]) -> f64 {
+    (0..D).map(|k| (a[k] - b[k]).powi(2)).sum::<f64>().sqrt()
+}
