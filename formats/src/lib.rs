@@ -16,6 +16,7 @@ pub mod units;
 
 pub mod common;
 pub mod gadget;
+pub mod gadget_binary;
 pub mod gyre;
 pub mod mesa;
 pub mod netcdf;
@@ -33,5 +34,14 @@ pub use units::{Unit, UnitDimension, UnitSystem};
 
 /// Every format of this crate, sorted by name. A format left out of the build is still listed, without its
 /// reader and writer.
-pub static FORMATS: &[FormatSpec] =
-    &[gadget::SPEC, gyre::SPEC, mesa::SPEC, netcdf::SPEC, swift::SPEC, table::SPEC, vtk::SPEC];
+pub static FORMATS: &[FormatSpec] = &[
+    gadget::SPEC,
+    gadget_binary::SPEC,
+    gadget_binary::SPEC_1,
+    gyre::SPEC,
+    mesa::SPEC,
+    netcdf::SPEC,
+    swift::SPEC,
+    table::SPEC,
+    vtk::SPEC,
+];

@@ -1,6 +1,8 @@
 //! Pieces that several formats share.
 
 pub mod columns;
+#[cfg(any(feature = "hdf5-layer", feature = "gadget-binary"))]
+pub mod flavor;
 #[cfg(feature = "hdf5-layer")]
 pub mod hdf5;
 #[cfg(feature = "hdf5-layer")]
