@@ -14,9 +14,11 @@ pub mod output;
 pub mod registry;
 pub mod units;
 
+pub mod arepo;
 pub mod common;
 pub mod gadget;
 pub mod gadget_binary;
+pub mod gizmo;
 pub mod gyre;
 pub mod mesa;
 pub mod netcdf;
@@ -35,9 +37,11 @@ pub use units::{Unit, UnitDimension, UnitSystem};
 /// Every format of this crate, sorted by name. A format left out of the build is still listed, without its
 /// reader and writer.
 pub static FORMATS: &[FormatSpec] = &[
+    arepo::SPEC,
     gadget::SPEC,
     gadget_binary::SPEC,
     gadget_binary::SPEC_1,
+    gizmo::SPEC,
     gyre::SPEC,
     mesa::SPEC,
     netcdf::SPEC,

@@ -75,7 +75,7 @@ fn read_back(path: &Path) -> Result<ParticleFile, FormatError> {
 fn can_read(spec: &FormatSpec) -> bool {
     let reader = match spec.name {
         "gadget-binary-1" => "gadget-binary",
-        "swift" => "gadget",
+        "arepo" | "gizmo" | "swift" => "gadget",
         name => name,
     };
     FORMATS.iter().any(|f| f.name == reader && f.read.is_some() && f.capabilities.read_particles)

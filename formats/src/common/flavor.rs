@@ -68,6 +68,8 @@ pub struct Rule {
 pub struct Flavor {
     pub format: &'static str,
     pub rules: &'static [Rule],
+    /// Numbers that the code wants in the header besides those of every flavor.
+    pub header: &'static [(&'static str, f64)],
     /// Whether BoxSize may have three elements.
     pub box_vector: bool,
     /// Whether coordinates must lie in the box, periodic or not.

@@ -68,6 +68,9 @@ impl Job<'_> {
         header.numbers("Time", &[self.header.time])?;
         header.numbers("Redshift", &[0.0f64])?;
         header.numbers("NumFilesPerSnapshot", &[1i32])?;
+        for (name, number) in self.flavor.header {
+            header.numbers(name, &[*number])?;
+        }
         for flag in [
             "Flag_Entropy_ICs",
             "Flag_DoublePrecision",

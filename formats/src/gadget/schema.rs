@@ -17,5 +17,12 @@ const RULES: &[Rule] = &[
 ];
 
 /// GADGET's smoothing length is the radius at which the kernel vanishes; BoxSize is one number.
-pub const FLAVOR: Flavor =
-    Flavor { format: "gadget", rules: RULES, box_vector: false, inside_box: false, extra_columns: true, dropped: &[] };
+pub const FLAVOR: Flavor = Flavor {
+    format: "gadget",
+    rules: RULES,
+    header: &[],
+    box_vector: false,
+    inside_box: false,
+    extra_columns: true,
+    dropped: &[],
+};

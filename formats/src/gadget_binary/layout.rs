@@ -75,6 +75,7 @@ const RULES: &[Rule] = &[
 pub const FLAVOR: Flavor = Flavor {
     format: "gadget-binary",
     rules: RULES,
+    header: &[],
     box_vector: false,
     inside_box: false,
     extra_columns: false,

@@ -115,7 +115,7 @@ impl<'a> Records<'a> {
 
     /// `count` numbers behind a record's head.
     pub fn numbers(&mut self, location: &str, head: &Head, kind: Kind, count: u64) -> Result<Values> {
-        let bytes = count.checked_mul(kind.width()).unwrap_or(u64::MAX);
+        let bytes = count.saturating_mul(kind.width());
         self.room(location, bytes)?;
         let count = usize::try_from(count).map_err(|_| self.error(location, "it is too long for this machine"))?;
         let values = match kind {

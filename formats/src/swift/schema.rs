@@ -23,6 +23,7 @@ const RULES: &[Rule] = &[
 pub const FLAVOR: Flavor = Flavor {
     format: "swift",
     rules: RULES,
+    header: &[],
     box_vector: true,
     inside_box: true,
     extra_columns: true,
