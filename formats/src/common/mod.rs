@@ -1,6 +1,8 @@
 //! Pieces that several formats share.
 
+pub mod assemble;
 pub mod columns;
+pub mod facts;
 #[cfg(any(feature = "hdf5-layer", feature = "gadget-binary"))]
 pub mod flavor;
 #[cfg(feature = "hdf5-layer")]
