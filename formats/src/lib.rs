@@ -22,6 +22,7 @@ pub mod gizmo;
 pub mod gyre;
 pub mod mesa;
 pub mod netcdf;
+pub mod numpy;
 pub mod swift;
 pub mod table;
 pub mod vtk;
@@ -45,6 +46,7 @@ pub static FORMATS: &[FormatSpec] = &[
     gyre::SPEC,
     mesa::SPEC,
     netcdf::SPEC,
+    numpy::SPEC,
     swift::SPEC,
     table::SPEC,
     vtk::SPEC,

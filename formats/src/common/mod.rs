@@ -3,6 +3,7 @@
 pub mod assemble;
 pub mod columns;
 pub mod facts;
+pub mod flatten;
 #[cfg(any(feature = "hdf5-layer", feature = "gadget-binary"))]
 pub mod flavor;
 #[cfg(feature = "hdf5-layer")]
