@@ -141,6 +141,20 @@ fn no_particles_are_written_and_read_or_refused() {
 }
 
 #[test]
+fn writers_require_the_columns_that_they_say_and_no_others() {
+    let folder = tempfile::tempdir().unwrap();
+    for spec in writers() {
+        for name in [names::INTERNAL_ENERGY, names::VELOCITIES, names::PARTICLE_IDS, "IronFraction"] {
+            let mut p = particles(3, 3);
+            p.species[0].table.columns.retain(|c| c.name != name);
+            let path = folder.path().join(format!("{}.{}", spec.name, spec.extensions[0]));
+            let required = spec.capabilities.requires.contains(&name);
+            assert_eq!(write(spec, &path, &p, false).is_err(), required, "{} without {name}", spec.name);
+        }
+    }
+}
+
+#[test]
 fn several_types_come_back_as_such_or_are_refused() {
     let folder = tempfile::tempdir().unwrap();
     let mut p = particles(5, 3);

@@ -40,6 +40,7 @@ pub const SPEC: FormatSpec = FormatSpec {
         read_field: true,
         read_particles: true,
         write_particles: true,
+        requires: &[],
         geometries: &["grid"],
         dimensions: &[1, 2, 3],
     },

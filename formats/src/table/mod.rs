@@ -45,6 +45,7 @@ pub const SPEC: FormatSpec = FormatSpec {
         read_field: true,
         read_particles: true,
         write_particles: true,
+        requires: &[],
         geometries: &["radial", "grid", "cloud"],
         dimensions: &[1, 2, 3],
     },
