@@ -307,7 +307,7 @@ impl Run<'_> {
         )?;
         drop(physical);
         let target_density: Vec<f64> = raw.wanted.iter().map(|r| r * factors.density).collect();
-        let requires_energy = matches!(self.format.name, "swift" | "gadget");
+        let requires_energy = self.format.capabilities.requires.contains(&names::INTERNAL_ENERGY);
         match carry::internal_energy(&mut carried, &target_density, &self.scene.thermal, requires_energy) {
             EnergySource::Placeholder => self.notes.push(
                 "nothing thermal came in, but the format needs InternalEnergy: it is set to 1 everywhere; set thermal.internal_energy".into(),

@@ -14,11 +14,15 @@ pub mod output;
 pub mod registry;
 pub mod units;
 
+pub mod arepo;
 pub mod common;
 pub mod gadget;
+pub mod gadget_binary;
+pub mod gizmo;
 pub mod gyre;
 pub mod mesa;
 pub mod netcdf;
+pub mod numpy;
 pub mod swift;
 pub mod table;
 pub mod vtk;
@@ -33,5 +37,17 @@ pub use units::{Unit, UnitDimension, UnitSystem};
 
 /// Every format of this crate, sorted by name. A format left out of the build is still listed, without its
 /// reader and writer.
-pub static FORMATS: &[FormatSpec] =
-    &[gadget::SPEC, gyre::SPEC, mesa::SPEC, netcdf::SPEC, swift::SPEC, table::SPEC, vtk::SPEC];
+pub static FORMATS: &[FormatSpec] = &[
+    arepo::SPEC,
+    gadget::SPEC,
+    gadget_binary::SPEC,
+    gadget_binary::SPEC_1,
+    gizmo::SPEC,
+    gyre::SPEC,
+    mesa::SPEC,
+    netcdf::SPEC,
+    numpy::SPEC,
+    swift::SPEC,
+    table::SPEC,
+    vtk::SPEC,
+];

@@ -22,6 +22,9 @@ pub struct Capabilities {
     pub read_field: bool,
     pub read_particles: bool,
     pub write_particles: bool,
+    /// Columns without which the writer refuses gas particles, besides coordinates, masses, density and support radius,
+    /// which every placement has.
+    pub requires: &'static [&'static str],
     /// Geometries that a field may have: any of `radial`, `grid`, `mesh`, `cloud`.
     pub geometries: &'static [&'static str],
     /// Space dimensions of particles and grids.

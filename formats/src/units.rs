@@ -78,10 +78,10 @@ pub struct Unit {
 
 impl Unit {
     /// Reads the usual spellings: `kg m-3`, `kg/m^3`, `g cm**-3`, `g/cc`, `km/s`, `Msun`, `erg g-1`, `J/kg`.
-    /// An empty text or `1` is dimensionless. `None` where any part is not understood.
+    /// Numbers are factors, as in `1e-3 kg m-3`. An empty text or `1` is dimensionless. `None` where any part is not understood.
     pub fn parse(text: &str) -> Option<Self> {
         let symbol = text.trim().to_owned();
-        let spaced = symbol.replace("**", "^").replace('/', " / ").replace(['*', '·', '.'], " ");
+        let spaced = points_spaced(&symbol.replace("**", "^").replace('/', " / ").replace(['*', '·'], " "));
         let (mut to_cgs, mut dimension, mut sign) = (1.0, UnitDimension::NONE, 1);
         for token in spaced.split_whitespace() {
             if token == "/" {
@@ -89,14 +89,32 @@ impl Unit {
                 sign = -1;
                 continue;
             }
+            if let Some(number) = factor(token) {
+                to_cgs *= f64::powi(number, sign);
+                continue;
+            }
             let (name, power) = split_power(token)?;
             let (factor, base) = symbol_value(name)?;
-            let power = power.checked_mul(sign)?;
+            let power = power.checked_mul(sign as i8)?;
             to_cgs *= f64::powi(factor, power.into());
             dimension = dimension.times(base.raised(power)?)?;
         }
         (to_cgs.is_finite() && to_cgs > 0.0).then_some(Self { symbol, to_cgs, dimension })
     }
+}
+
+/// A point multiplies, unless it stands between digits.
+fn points_spaced(text: &str) -> String {
+    let digit = |b: Option<&u8>| b.is_some_and(u8::is_ascii_digit);
+    let bytes = text.as_bytes();
+    let is_product = |i: usize| !(i > 0 && digit(bytes.get(i - 1)) && digit(bytes.get(i + 1)));
+    text.char_indices().map(|(i, c)| if c == '.' && is_product(i) { ' ' } else { c }).collect()
+}
+
+/// A number that stands for itself, such as `6.957e10`.
+fn factor(token: &str) -> Option<f64> {
+    let value: f64 = token.parse().ok().filter(|_| token.starts_with(|c: char| c.is_ascii_digit()))?;
+    (value.is_finite() && value > 0.0).then_some(value)
 }
 
 /// `m-3`, `m^-3`, `m3` and `m` into name and power.
@@ -226,6 +244,21 @@ impl UnitSystem {
         })
     }
 
+    /// The unit of a quantity of dimension `d`, as [`Unit::parse`] reads it; empty for a pure number.
+    pub fn symbol(&self, d: UnitDimension) -> String {
+        let bases = [("g", d.mass), ("cm", d.length), ("s", d.time), ("K", d.temperature)];
+        let mut parts: Vec<String> = Vec::new();
+        let factor = self.to_cgs(d);
+        if factor != 1.0 {
+            parts.push(format!("{factor:e}"));
+        }
+        parts.extend(bases.iter().filter(|(_, p)| *p != 0).map(|(name, power)| match power {
+            1 => (*name).to_owned(),
+            power => format!("{name}^{power}"),
+        }));
+        parts.join(" ")
+    }
+
     /// The factor from this system to cgs for a quantity of dimension `d`.
     pub fn to_cgs(&self, d: UnitDimension) -> f64 {
         self.length.powi(d.length.into())
@@ -261,6 +294,10 @@ mod tests {
         check("dyn/cm2", 1.0, UnitDimension::PRESSURE);
         check("Msun", 1.327_124_4e26 / 6.674_30e-8, UnitDimension::MASS);
         check("kpc", 3.085_677_581_491_367_3e21, UnitDimension::LENGTH);
+        check("6.957e10 cm", 6.957e10, UnitDimension::LENGTH);
+        check("1e-3 kg.m-3", 1e-6, density);
+        check("2.5 g cm^-3 s^0", 2.5, density);
+        check("m/1e3 s", 0.1, UnitDimension::VELOCITY);
         check("", 1.0, UnitDimension::NONE);
         check("1", 1.0, UnitDimension::NONE);
         check("rad/sec", 1.0, UnitDimension::new(0, 0, -1, 0));
@@ -273,6 +310,20 @@ mod tests {
     fn what_is_not_understood_is_not_guessed() {
         for text in ["degrees_north", "furlong", "m^x", "kg m-3 foo", "m^1000", "^3", "days since 2001-01-01"] {
             assert_eq!(Unit::parse(text), None, "{text}");
+        }
+    }
+
+    #[test]
+    fn symbols_are_read_as_what_they_were_written_for() {
+        for system in [UnitSystem::cgs(), UnitSystem::solar(), UnitSystem::galactic()] {
+            for d in [
+                UnitDimension::LENGTH,
+                UnitDimension::SPECIFIC_ENERGY,
+                UnitDimension::mass_density(3),
+                UnitDimension::NONE,
+            ] {
+                check(&system.symbol(d), system.to_cgs(d), d);
+            }
         }
     }
 

@@ -1,6 +1,6 @@
 //! SWIFT and GADGET files: what is written, read back, refused, and survived.
 
-#![cfg(all(feature = "swift", feature = "gadget"))]
+#![cfg(all(feature = "swift", feature = "gadget", feature = "gizmo", feature = "arepo"))]
 
 use sph_formats::common::hdf5_read::Reader;
 use sph_formats::common::particle_names as names;
@@ -253,4 +253,26 @@ fn damaged_files_are_refused_or_read_without_a_panic() {
         std::fs::write(&broken, &bytes).unwrap();
         let _ = read(&broken);
     }
+}
+
+#[test]
+fn gizmo_and_arepo_get_the_headers_and_lengths_of_their_own() {
+    let folder = tempfile::tempdir().unwrap();
+    for format in ["gizmo", "arepo"] {
+        let path = folder.path().join(format!("{format}.hdf5"));
+        write(format, &path, &particles(5, 3), 4).unwrap();
+        let file = Reader::open(&path, "gadget").unwrap();
+        let header = file.group_attributes("Header").unwrap();
+        assert_eq!(header.numbers("HubbleParam").unwrap(), [1.0]);
+        assert_eq!(header.numbers("OmegaBaryon").is_some(), format == "arepo");
+        assert_eq!(header.numbers("Flag_DoublePrecision").unwrap(), [0.0]);
+        let support = read(&path).unwrap().species[0].table.column(names::SUPPORT_RADIUS).map(|c| c.values.get(0));
+        assert_eq!(support, (format == "gizmo").then_some(0.25));
+        let datasets = file.datasets("PartType0").unwrap();
+        assert_eq!(datasets.iter().any(|d| d == "SmoothingLength"), format == "gizmo");
+    }
+    let mut outside = particles(3, 3);
+    outside.species[0].table.columns[0].values = Values::F64(vec![2.0; 9]);
+    assert!(refusal("arepo", &outside).contains("upper faces excluded"));
+    write("gizmo", &folder.path().join("b.hdf5"), &outside, 0).unwrap();
 }

@@ -1,6 +1,11 @@
 //! Pieces that several formats share.
 
+pub mod assemble;
 pub mod columns;
+pub mod facts;
+pub mod flatten;
+#[cfg(any(feature = "hdf5-layer", feature = "gadget-binary"))]
+pub mod flavor;
 #[cfg(feature = "hdf5-layer")]
 pub mod hdf5;
 #[cfg(feature = "hdf5-layer")]

@@ -17,3 +17,25 @@ pub const TEMPERATURE: &str = "Temperature";
 pub const PARTICLE_IDS: &str = "ParticleIDs";
 /// SWIFT planetary material numbers.
 pub const MATERIAL_IDS: &str = "MaterialIDs";
+/// GADGET-style particle type, where a table holds several.
+pub const PARTICLE_TYPE: &str = "ParticleType";
+
+/// The standard name of a column that some program calls `name`; coordinates and velocities by component are not
+/// among them. A smoothing length is not either: what it means differs between programs.
+pub fn standard(name: &str) -> Option<&'static str> {
+    let plain: String = name.chars().filter(char::is_ascii_alphanumeric).map(|c| c.to_ascii_lowercase()).collect();
+    Some(match plain.as_str() {
+        "coordinates" | "coordinate" | "positions" | "position" | "pos" | "xyz" | "points" => COORDINATES,
+        "velocities" | "velocity" | "vel" => VELOCITIES,
+        "masses" | "mass" | "particlemass" => MASSES,
+        "supportradius" => SUPPORT_RADIUS,
+        "density" | "densities" | "rho" | "massdensity" => DENSITY,
+        "internalenergy" | "internalenergies" | "specificenergy" | "specificinternalenergy" | "u" => INTERNAL_ENERGY,
+        "pressure" | "pressures" => PRESSURE,
+        "temperature" | "temperatures" | "temp" => TEMPERATURE,
+        "particleids" | "particleid" | "ids" | "id" => PARTICLE_IDS,
+        "materialids" | "materialid" => MATERIAL_IDS,
+        "particletype" | "parttype" => PARTICLE_TYPE,
+        _ => return None,
+    })
+}

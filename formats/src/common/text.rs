@@ -97,6 +97,11 @@ impl Text {
         })
     }
 
+    /// Whether the last line has its end.
+    pub fn is_ended(&self) -> bool {
+        self.content.ends_with('\n')
+    }
+
     /// Refuses a file of fixed-width lines whose last line is cut off: without a line end and shorter than the
     /// line before. The number of fields alone does not show it.
     ///

@@ -1,4 +1,4 @@
-//! GADGET-2/3/4, GIZMO and AREPO HDF5 initial conditions and snapshots; SWIFT's are read as well.
+//! GADGET-2/3/4 HDF5 initial conditions and snapshots; those of GIZMO, AREPO and SWIFT are read as well.
 //!
 //! | dataset         | type        | from                                                             |
 //! |-----------------|-------------|------------------------------------------------------------------|
@@ -30,14 +30,15 @@ const CODE: (Option<ReadFn>, Option<WriteFn>) = (None, None);
 /// Data sheet of the format.
 pub const SPEC: FormatSpec = FormatSpec {
     name: "gadget",
-    summary: "GADGET-2/3/4, GIZMO and AREPO HDF5 snapshots",
-    extensions: &["h5", "hdf5"],
+    summary: "GADGET-2/3/4 HDF5 files; reads GIZMO, AREPO and SWIFT as well",
+    extensions: &["h5", "hdf5", "arepo", "gizmo"],
     feature: "gadget",
     reference: "https://wwwmpa.mpa-garching.mpg.de/gadget4/",
     capabilities: Capabilities {
         read_field: false,
         read_particles: true,
         write_particles: true,
+        requires: &[crate::common::particle_names::INTERNAL_ENERGY],
         geometries: &[],
         dimensions: &[1, 2, 3],
     },

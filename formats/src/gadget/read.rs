@@ -3,7 +3,7 @@
 //! * Units: `/Units` (ours, SWIFT), else `/Parameters` or `/Header` with UnitLength_in_cm and its like
 //!   (GADGET-4, AREPO), else pure numbers.
 //! * Periodic axes: ours, else SWIFT's parameter, else every axis of a box with positive size.
-//! * SmoothingLength becomes SupportRadius where the file is GADGET's (ours or GADGET-4's own); elsewhere the
+//! * SmoothingLength becomes SupportRadius where the file is GADGET's (ours, or GADGET-4's and GIZMO's own); elsewhere the
 //!   convention is unknown and the column keeps its name.
 //! * Datasets that are not columns of numbers are named in the provenance under `not read`.
 
@@ -17,6 +17,8 @@ use crate::units::{UnitDimension, UnitSystem};
 use std::path::Path;
 
 const FORMAT: &str = "gadget";
+/// Our flavors whose SmoothingLength is the support radius.
+const SUPPORT_RADIUS_FLAVORS: [&str; 2] = [FORMAT, "gizmo"];
 /// More columns than this in one dataset are not a particle's components.
 const MAX_COMPONENTS: usize = 64;
 
@@ -52,7 +54,7 @@ pub fn read(path: &Path, _request: &FieldRequest) -> Result<FileContent> {
             what: format!("a snapshot in {files} files; join them into one first"),
         });
     }
-    let origin = Origin::of(&file, &groups)?;
+    let origin = Origin::of(&file, &groups, &attributes)?;
     let mut header = read_header(&file, &attributes, &origin)?;
     let counts = attributes
         .numbers("NumPart_ThisFile")
@@ -102,14 +104,17 @@ struct Origin {
 }
 
 impl Origin {
-    fn of(file: &Reader, groups: &[String]) -> Result<Self> {
+    fn of(file: &Reader, groups: &[String], header: &Attributes) -> Result<Self> {
         let own = file.group_attributes(OWN_GROUP)?;
         let flavor = own.text("Flavor");
         // GADGET-4 alone writes its compile-time options into a group of this name.
         let gadget4 = groups.iter().any(|g| g == "Config");
+        let gizmo = header.names().any(|name| name == "GIZMO_version");
         let swift = file.group_attributes("Code")?.text("Code").is_some();
         Ok(Self {
-            support_radius: flavor.as_deref() == Some(FORMAT) || (gadget4 && !swift),
+            support_radius: flavor.is_some_and(|f| SUPPORT_RADIUS_FLAVORS.contains(&f.as_str()))
+                || gizmo
+                || (gadget4 && !swift),
             own,
             parameters: file.group_attributes("Parameters")?,
             units: file.group_attributes("Units")?,

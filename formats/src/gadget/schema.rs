@@ -1,7 +1,7 @@
 //! The datasets of a GADGET initial-conditions file.
 
+use crate::common::flavor::{Flavor, Need, Rule, Source, Storage};
 use crate::common::particle_names as names;
-use crate::common::snapshot::{Flavor, Need, Rule, Source, Storage};
 use crate::units::UnitDimension;
 
 #[rustfmt::skip]
@@ -17,5 +17,12 @@ const RULES: &[Rule] = &[
 ];
 
 /// GADGET's smoothing length is the radius at which the kernel vanishes; BoxSize is one number.
-pub const FLAVOR: Flavor =
-    Flavor { format: "gadget", rules: RULES, box_vector: false, inside_box: false, dropped: &[] };
+pub const FLAVOR: Flavor = Flavor {
+    format: "gadget",
+    rules: RULES,
+    header: &[],
+    box_vector: false,
+    inside_box: false,
+    extra_columns: true,
+    dropped: &[],
+};

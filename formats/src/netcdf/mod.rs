@@ -41,6 +41,7 @@ pub const SPEC: FormatSpec = FormatSpec {
         read_field: true,
         read_particles: false,
         write_particles: false,
+        requires: &[],
         geometries: &["radial", "grid"],
         dimensions: &[1, 2, 3],
     },

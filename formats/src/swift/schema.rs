@@ -1,7 +1,7 @@
 //! The datasets of a SWIFT initial-conditions file, as its hydro schemes' `hydro_io.h` lists them.
 
+use crate::common::flavor::{Flavor, Need, Rule, Source, Storage};
 use crate::common::particle_names as names;
-use crate::common::snapshot::{Flavor, Need, Rule, Source, Storage};
 use crate::units::UnitDimension;
 
 /// SWIFT's h over the mean particle spacing (`SPH:resolution_eta`; 48 neighbors with the cubic spline in 3-D).
@@ -20,5 +20,12 @@ const RULES: &[Rule] = &[
 ];
 
 /// SWIFT wants singular dataset names (its snapshots have plural ones) and every particle in the box.
-pub const FLAVOR: Flavor =
-    Flavor { format: "swift", rules: RULES, box_vector: true, inside_box: true, dropped: &[names::SUPPORT_RADIUS] };
+pub const FLAVOR: Flavor = Flavor {
+    format: "swift",
+    rules: RULES,
+    header: &[],
+    box_vector: true,
+    inside_box: true,
+    extra_columns: true,
+    dropped: &[names::SUPPORT_RADIUS],
+};

@@ -11,12 +11,18 @@
 //! * `r` or `radius`: a radial profile, in either order of rows; two equal radii in a row are a jump;
 //! * `outer radius`: a radial profile of cells, whose other columns are averages within (KEPLER's dumps), except
 //!   those that are called `outer` as well;
-//! * `x`, `y`, `z`: a grid where the points fill one in any order, else a cloud of points.
+//! * `x` (`y`, `z`) and `mass` or `Masses`: particles;
+//! * else `x`, `y`, `z`: a grid where the points fill one in any order, else a cloud of points.
+//!
+//! Particles are written with names and units in the header, and with `# key: value` comments above it for box, units,
+//! kernel and provenance (pandas and numpy want `comment='#'`); types other than gas get a column `ParticleType`.
 //!
 //! Units are taken as stated. Some real headers are wrong about them: a scene can overrule them.
 
 #[cfg(feature = "table")]
 mod layout;
+#[cfg(feature = "table")]
+mod particles;
 #[cfg(feature = "table")]
 mod points;
 #[cfg(feature = "table")]
@@ -26,7 +32,7 @@ mod read;
 #[cfg(feature = "table")]
 mod sheet;
 
-use crate::registry::{Capabilities, FormatSpec, Match, ReadFn};
+use crate::registry::{Capabilities, FormatSpec, Match, ReadFn, WriteFn};
 
 /// Data sheet of the format.
 pub const SPEC: FormatSpec = FormatSpec {
@@ -37,20 +43,26 @@ pub const SPEC: FormatSpec = FormatSpec {
     reference: "https://www.rfc-editor.org/rfc/rfc4180",
     capabilities: Capabilities {
         read_field: true,
-        read_particles: false,
-        write_particles: false,
+        read_particles: true,
+        write_particles: true,
+        requires: &[],
         geometries: &["radial", "grid", "cloud"],
         dimensions: &[1, 2, 3],
     },
     sniff,
     read: READ,
-    write: None,
+    write: WRITE,
 };
 
 #[cfg(feature = "table")]
 const READ: Option<ReadFn> = Some(read::read);
 #[cfg(not(feature = "table"))]
 const READ: Option<ReadFn> = None;
+
+#[cfg(feature = "table")]
+const WRITE: Option<WriteFn> = Some(particles::write);
+#[cfg(not(feature = "table"))]
+const WRITE: Option<WriteFn> = None;
 
 /// Text with a row of numbers, or with nothing but comments so far. The head may end within a character.
 fn sniff(head: &[u8]) -> Match {

@@ -3,7 +3,7 @@
 use super::layout::{Heading, Layout, cartesian_axis, is_density, is_outer_radius, is_radius, normalized};
 use super::points::{arrange, distinct};
 use super::sheet::Sheet;
-use super::{SPEC, radial};
+use super::{SPEC, particles, radial};
 use crate::common::columns::{Candidate, select};
 use crate::common::text::Text;
 use crate::error::{FormatError, Result};
@@ -22,6 +22,9 @@ pub fn read(path: &Path, request: &FieldRequest) -> Result<FileContent> {
     let text = Text::read(path, SPEC.name)?;
     let layout = Layout::find(&text)?;
     let sheet = Sheet::parse(&text, layout)?;
+    if particles::are_particles(&sheet) {
+        return particles::read(&text, path, sheet).map(FileContent::Particles);
+    }
     let mut notes = Vec::new();
     if !sheet.texts.is_empty() {
         notes.push(format!("columns of texts were left aside: {}", sheet.texts.join(", ")));

@@ -32,6 +32,7 @@ pub const SPEC: FormatSpec = FormatSpec {
         read_field: true,
         read_particles: false,
         write_particles: true,
+        requires: &[],
         geometries: &["grid", "mesh", "cloud"],
         dimensions: &[1, 2, 3],
     },

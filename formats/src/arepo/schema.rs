@@ -1,0 +1,26 @@
+//! The datasets of an AREPO initial-conditions file.
+
+use crate::common::flavor::{Flavor, Need, Rule, Source, Storage};
+use crate::common::particle_names as names;
+use crate::units::UnitDimension;
+
+#[rustfmt::skip]
+const RULES: &[Rule] = &[
+    Rule { name: "Coordinates", source: Source::Column(names::COORDINATES), storage: Storage::Double, components: 3, need: Need::All },
+    Rule { name: "Velocities", source: Source::ColumnOrZeros(names::VELOCITIES, UnitDimension::VELOCITY), storage: Storage::Float, components: 3, need: Need::All },
+    Rule { name: "Masses", source: Source::Column(names::MASSES), storage: Storage::Float, components: 1, need: Need::All },
+    Rule { name: "ParticleIDs", source: Source::ColumnOrCount(names::PARTICLE_IDS), storage: Storage::Id, components: 1, need: Need::All },
+    Rule { name: "InternalEnergy", source: Source::Column(names::INTERNAL_ENERGY), storage: Storage::Float, components: 1, need: Need::Gas },
+    Rule { name: "Density", source: Source::Column(names::DENSITY), storage: Storage::Float, components: 1, need: Need::Optional },
+];
+
+/// Mesh generators without a kernel, all in the box.
+pub const FLAVOR: Flavor = Flavor {
+    format: "arepo",
+    rules: RULES,
+    header: &[("Omega0", 0.0), ("OmegaLambda", 0.0), ("OmegaBaryon", 0.0), ("HubbleParam", 1.0)],
+    box_vector: false,
+    inside_box: true,
+    extra_columns: true,
+    dropped: &[names::SUPPORT_RADIUS],
+};

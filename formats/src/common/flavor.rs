@@ -1,0 +1,385 @@
+//! What a flavor of particle file demands of its columns, whatever the container: one table of [`Rule`]s, from which
+//! every dataset is planned and checked before anything is written.
+
+use crate::common::particle_names as names;
+use crate::error::{FormatError, Result};
+use crate::model::{Column, ParticleFile, RunHeader, Species, Values};
+use crate::registry::WriteOptions;
+use crate::units::UnitDimension;
+use std::ops::Range;
+use std::path::Path;
+
+/// Particle types of GADGET-style files.
+pub const TYPES: usize = 6;
+
+/// Where the numbers of a dataset come from.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Source {
+    /// The column of this name.
+    Column(&'static str),
+    /// The column of this name, or zeros of this dimension.
+    ColumnOrZeros(&'static str, UnitDimension),
+    /// The column of this name, or 1, 2, 3 ... through all species.
+    ColumnOrCount(&'static str),
+    /// h = eta (m / rho)^(1/D), from Masses and Density.
+    Spacing { eta: f64 },
+}
+
+impl Source {
+    fn column(self) -> Option<&'static str> {
+        match self {
+            Self::Column(name) | Self::ColumnOrZeros(name, _) | Self::ColumnOrCount(name) => Some(name),
+            Self::Spacing { .. } => None,
+        }
+    }
+}
+
+/// How numbers are stored.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Storage {
+    Double,
+    /// f32, or f64 with [`WriteOptions::double_precision`].
+    Float,
+    Id,
+    Int,
+}
+
+/// Which particles must have a dataset.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Need {
+    All,
+    Gas,
+    Optional,
+}
+
+/// One dataset of a particle group.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Rule {
+    pub name: &'static str,
+    pub source: Source,
+    pub storage: Storage,
+    /// 3: vectors are padded with zeros.
+    pub components: usize,
+    pub need: Need,
+}
+
+/// One flavor of the layout.
+#[derive(Debug, Clone, Copy)]
+pub struct Flavor {
+    pub format: &'static str,
+    pub rules: &'static [Rule],
+    /// Numbers that the code wants in the header besides those of every flavor.
+    pub header: &'static [(&'static str, f64)],
+    /// Whether BoxSize may have three elements.
+    pub box_vector: bool,
+    /// Whether coordinates must lie in the box, periodic or not.
+    pub inside_box: bool,
+    /// Whether columns beyond the rules become datasets of their own names; else they are left out.
+    pub extra_columns: bool,
+    /// Columns of the placement that the flavor has no use for.
+    pub dropped: &'static [&'static str],
+}
+
+/// What every step needs to know.
+pub(crate) struct Job<'a> {
+    pub(crate) flavor: &'a Flavor,
+    pub(crate) path: &'a Path,
+    pub(crate) header: &'a RunHeader,
+    pub(crate) options: WriteOptions,
+}
+
+/// A dataset with its source found.
+pub(crate) struct Planned<'a> {
+    pub(crate) name: String,
+    pub(crate) storage: Storage,
+    pub(crate) components: usize,
+    pub(crate) dimension: UnitDimension,
+    pub(crate) numbers: Numbers<'a>,
+    /// NaN and values lost in f32 are errors.
+    pub(crate) strict: bool,
+    /// Zero and less are errors: SWIFT and GIZMO hang or lose particles over them, far from the cause.
+    pub(crate) positive: bool,
+}
+
+pub(crate) enum Numbers<'a> {
+    Column(&'a Column),
+    Zeros,
+    Count,
+    Spacing { masses: &'a Column, density: &'a Column, eta: f64, inverse_dimension: f64 },
+}
+
+impl<'a> Job<'a> {
+    pub(crate) fn refuse(&self, problem: impl Into<String>) -> FormatError {
+        FormatError::Output { path: self.path.into(), format: self.flavor.format, problem: problem.into() }
+    }
+
+    /// Finds the source of every dataset, before anything is written.
+    pub(crate) fn plan(&self, particles: &'a ParticleFile) -> Result<Vec<Vec<Planned<'a>>>> {
+        if !(1..=3).contains(&self.header.dimension) {
+            return Err(self.refuse(format!("dimension {} is not 1, 2 or 3", self.header.dimension)));
+        }
+        let mut seen = [false; TYPES];
+        let mut plan = Vec::new();
+        for species in &particles.species {
+            match seen.get_mut(usize::from(species.part_type)) {
+                Some(s) if !*s => *s = true,
+                Some(_) => {
+                    return Err(self.refuse(format!("particle type {} comes twice", species.part_type)));
+                }
+                None => {
+                    return Err(self.refuse(format!("particle type {} is not one of 0 to 5", species.part_type)));
+                }
+            }
+            plan.push(self.plan_species(species)?);
+        }
+        Ok(plan)
+    }
+
+    fn plan_species(&self, species: &'a Species) -> Result<Vec<Planned<'a>>> {
+        for column in &species.table.columns {
+            self.check_column(species, column)?;
+        }
+        let mut planned = Vec::new();
+        for rule in self.flavor.rules {
+            if let Some(numbers) = self.find(species, rule)? {
+                planned.push(Planned {
+                    name: rule.name.to_owned(),
+                    storage: rule.storage,
+                    components: rule.components,
+                    dimension: self.dimension_of(&numbers, rule),
+                    numbers,
+                    strict: rule.need != Need::Optional,
+                    positive: rule.need != Need::Optional && rule.storage == Storage::Float && rule.components == 1,
+                });
+            }
+        }
+        for column in species.table.columns.iter().filter(|_| self.flavor.extra_columns) {
+            let name = column.name.replace('/', "_");
+            let used = self.flavor.rules.iter().any(|r| r.source.column() == Some(column.name.as_str()));
+            if used || self.flavor.dropped.contains(&column.name.as_str()) {
+                continue;
+            }
+            if name.is_empty() || name == "." || planned.iter().any(|p| p.name == name) {
+                return Err(self.refuse(format!("column '{}' cannot be a dataset of its own; rename it", column.name)));
+            }
+            let integers = matches!(column.values, Values::I64(_));
+            planned.push(Planned {
+                name,
+                storage: if integers { Storage::Int } else { Storage::Float },
+                components: column.components,
+                dimension: column.dimension,
+                numbers: Numbers::Column(column),
+                strict: false,
+                positive: false,
+            });
+        }
+        Ok(planned)
+    }
+
+    fn check_column(&self, species: &Species, column: &Column) -> Result<()> {
+        let expected = species.table.count.checked_mul(column.components);
+        if column.components == 0 || expected != Some(column.values.len()) {
+            return Err(self.refuse(format!(
+                "column '{}' has {} values for {} particles with {} components",
+                column.name,
+                column.values.len(),
+                species.table.count,
+                column.components
+            )));
+        }
+        Ok(())
+    }
+
+    fn find(&self, species: &'a Species, rule: &Rule) -> Result<Option<Numbers<'a>>> {
+        let table = &species.table;
+        let needed = rule.need == Need::All || (rule.need == Need::Gas && species.part_type == 0);
+        let found = match rule.source {
+            Source::Column(name) => table.column(name).map(Numbers::Column),
+            Source::ColumnOrZeros(name, _) => Some(table.column(name).map_or(Numbers::Zeros, Numbers::Column)),
+            Source::ColumnOrCount(name) => Some(table.column(name).map_or(Numbers::Count, Numbers::Column)),
+            Source::Spacing { eta } => {
+                table.column(names::MASSES).zip(table.column(names::DENSITY)).map(|(masses, density)| {
+                    Numbers::Spacing { masses, density, eta, inverse_dimension: 1.0 / self.header.dimension as f64 }
+                })
+            }
+        };
+        if let Some(Numbers::Column(column)) = &found
+            && column.components > rule.components
+        {
+            return Err(self.refuse(format!(
+                "column '{}' has {} components, expected at most {}",
+                column.name, column.components, rule.components
+            )));
+        }
+        if found.is_none() && needed {
+            return Err(self.refuse(missing(rule)));
+        }
+        Ok(found)
+    }
+
+    fn dimension_of(&self, numbers: &Numbers, rule: &Rule) -> UnitDimension {
+        match (numbers, rule.source) {
+            (Numbers::Column(column), _) => column.dimension,
+            (Numbers::Zeros, Source::ColumnOrZeros(_, dimension)) => dimension,
+            (Numbers::Spacing { .. }, _) => UnitDimension::LENGTH,
+            _ => UnitDimension::NONE,
+        }
+    }
+
+    /// One element where the axes in use are equal; else one per axis, the unused ones as long as the longest.
+    pub(crate) fn box_size(&self) -> Result<Vec<f64>> {
+        let used = &self.header.box_size[..self.header.dimension];
+        if let Some(edge) = used.iter().find(|&&l| !(l.is_finite() && l > 0.0)) {
+            return Err(self.refuse(format!(
+                "the box has an edge of {edge}, expected positive lengths; state a box in the scene"
+            )));
+        }
+        let largest = used.iter().copied().fold(0.0, f64::max);
+        if used.iter().all(|&l| l == largest) {
+            return Ok(vec![largest]);
+        }
+        if !self.flavor.box_vector {
+            return Err(self.refuse(format!(
+                "a box of {used:?} is not cubic, which GADGET-4 cannot read; write swift instead, or use a box with equal edges"
+            )));
+        }
+        let mut edges = vec![largest; 3];
+        edges[..used.len()].copy_from_slice(used);
+        Ok(edges)
+    }
+
+    /// Appends particle numbers, which start at `first_id` where there is no such column.
+    pub(crate) fn ids(&self, planned: &Planned, range: Range<usize>, first_id: u64, out: &mut Vec<u64>) -> Result<()> {
+        self.fill(planned, range, first_id, out, |x, i| id(x).ok_or(i))
+    }
+
+    pub(crate) fn ints(&self, planned: &Planned, range: Range<usize>, out: &mut Vec<i32>) -> Result<()> {
+        self.fill(planned, range, 0, out, |x, i| int(x).ok_or(i))
+    }
+
+    pub(crate) fn doubles(&self, planned: &Planned, range: Range<usize>, out: &mut Vec<f64>) -> Result<()> {
+        self.fill(planned, range, 0, out, |x, i| self.double(planned, x.float(), i))
+    }
+
+    pub(crate) fn singles(&self, planned: &Planned, range: Range<usize>, out: &mut Vec<f32>) -> Result<()> {
+        self.fill(planned, range, 0, out, |x, i| single(planned.strict, x.float()).ok_or(i))
+    }
+
+    /// Appends the numbers of some particles; `convert` returns the index where one does not fit.
+    fn fill<T>(
+        &self,
+        planned: &Planned,
+        range: Range<usize>,
+        first_id: u64,
+        out: &mut Vec<T>,
+        convert: impl Fn(Number, usize) -> std::result::Result<T, usize>,
+    ) -> Result<()> {
+        for i in range {
+            for c in 0..planned.components {
+                let x = planned.numbers.get(i, c, first_id);
+                if planned.positive && x.float() <= 0.0 {
+                    return Err(self.refuse(unfit(planned, i, x)));
+                }
+                let stored = convert(x, c).map_err(|_| self.refuse(unfit(planned, i, x)))?;
+                out.push(stored);
+            }
+        }
+        Ok(())
+    }
+
+    /// A number of a dataset in f64; coordinates must also lie in the box where the flavor says so.
+    fn double(&self, planned: &Planned, x: f64, axis: usize) -> std::result::Result<f64, usize> {
+        let edge = self.header.box_size.get(axis).copied().unwrap_or(0.0);
+        let used = axis < self.header.dimension;
+        let outside = self.flavor.inside_box && planned.name == names::COORDINATES && used && !(0.0..edge).contains(&x);
+        if outside || (planned.strict && !x.is_finite()) {
+            return Err(axis);
+        }
+        Ok(x)
+    }
+}
+
+fn missing(rule: &Rule) -> String {
+    match rule.source {
+        Source::Spacing { .. } => format!("{} needs the columns {} and {}", rule.name, names::MASSES, names::DENSITY),
+        Source::Column(names::INTERNAL_ENERGY) => format!(
+            "there is no column {}, which is compulsory for gas; carry it from the input or set thermal.internal_energy in the scene",
+            names::INTERNAL_ENERGY
+        ),
+        source => format!("there is no column {}, which is compulsory", source.column().unwrap_or(rule.name)),
+    }
+}
+
+fn unfit(planned: &Planned, i: usize, x: Number) -> String {
+    let expected = match planned.storage {
+        Storage::Id => "a whole number from 0 on",
+        Storage::Int => "a whole number of 32 bits",
+        _ if planned.name == names::COORDINATES => "a finite position within the box, its upper faces excluded",
+        _ if planned.positive && x.float() <= 0.0 => "a positive value",
+        _ if x.float().is_finite() => {
+            "a value within f32's range (1e-38 to 3e38); choose larger units, or double precision"
+        }
+        _ => "a finite value",
+    };
+    format!("column '{}' of particle {i} is {:e}, expected {expected}", planned.name, x.float())
+}
+
+/// A number on its way into a file; integers keep all their digits.
+#[derive(Clone, Copy)]
+enum Number {
+    Float(f64),
+    Int(i64),
+}
+
+impl Number {
+    fn float(self) -> f64 {
+        match self {
+            Self::Float(x) => x,
+            Self::Int(i) => i as f64,
+        }
+    }
+
+    fn whole(self) -> Option<i64> {
+        match self {
+            Self::Int(i) => Some(i),
+            // 2^53: beyond it a float does not say which integer is meant.
+            Self::Float(x) if x.fract() == 0.0 && x.abs() <= 9_007_199_254_740_992.0 => Some(x as i64),
+            Self::Float(_) => None,
+        }
+    }
+}
+
+fn id(x: Number) -> Option<u64> {
+    u64::try_from(x.whole()?).ok()
+}
+
+fn int(x: Number) -> Option<i32> {
+    i32::try_from(x.whole()?).ok()
+}
+
+fn single(strict: bool, x: f64) -> Option<f32> {
+    let y = x as f32;
+    let lost = (x.is_finite() && !y.is_finite()) || (strict && (!x.is_finite() || (x != 0.0 && y == 0.0)));
+    (!lost).then_some(y)
+}
+
+impl Numbers<'_> {
+    fn get(&self, i: usize, component: usize, first_id: u64) -> Number {
+        match self {
+            Self::Column(c) if component >= c.components => match c.values {
+                Values::I64(_) => Number::Int(0),
+                _ => Number::Float(0.0),
+            },
+            Self::Column(c) => match &c.values {
+                Values::I64(v) => Number::Int(v[i * c.components + component]),
+                values => Number::Float(values.get(i * c.components + component)),
+            },
+            Self::Zeros => Number::Float(0.0),
+            Self::Count => Number::Int((first_id + i as u64) as i64),
+            Self::Spacing { masses, density, eta, inverse_dimension } => {
+                let volume = masses.values.get(i) / density.values.get(i);
+                Number::Float(eta * volume.powf(*inverse_dimension))
+            }
+        }
+    }
+}

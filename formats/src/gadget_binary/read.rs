@@ -1,0 +1,230 @@
+//! Reads both formats, block by block.
+
+use super::layout::{BLOCKS, Block, Cover, Header, is_cooling, offset};
+use super::records::{FORMAT, Head, Kind, Records};
+use crate::common::flavor::TYPES;
+use crate::common::particle_names as names;
+use crate::error::{FormatError, Result};
+use crate::model::{Column, ParticleFile, ParticleTable, RunHeader, Species, Values};
+use crate::registry::{FieldRequest, FileContent};
+use crate::units::{UnitDimension, UnitSystem};
+use std::path::Path;
+
+pub(super) fn read(path: &Path, _request: &FieldRequest) -> Result<FileContent> {
+    let mut records = Records::open(path)?;
+    let header = read_header(path, &mut records)?;
+    let mut reading = Reading { header, tables: Default::default(), notes: Vec::new() };
+    let order: Vec<&Block> =
+        BLOCKS.iter().filter(|b| reading.exists(b) && (header.cooling || !is_cooling(b))).collect();
+    let mut order = order.into_iter();
+    while let Some(head) = records.next()? {
+        let block = match head.label {
+            Some(label) => BLOCKS.iter().find(|b| *b.label == label),
+            None => order.next(),
+        };
+        match block {
+            Some(block) => reading.block(&mut records, &head, block)?,
+            None => {
+                let name = head.label.map_or("without a name".to_owned(), |l| String::from_utf8_lossy(&l).into_owned());
+                records.skip(&format!("block '{name}'"), &head)?;
+                reading.notes.push(("not read".into(), format!("block '{name}': not one of those known")));
+            }
+        }
+    }
+    reading.finish(&records).map(FileContent::Particles)
+}
+
+fn read_header(path: &Path, records: &mut Records<'_>) -> Result<Header> {
+    let head = records.next()?.ok_or_else(|| records.error("the header", "the file is empty"))?;
+    if head.label.is_some_and(|l| l != *b"HEAD") {
+        return Err(records.error("the header", "the first block is not named HEAD"));
+    }
+    let bytes = records.header(&head)?;
+    let word =
+        |at: usize| -> u32 { bytes.get(at..).and_then(|b| b.first_chunk()).map_or(0, |b: &[u8; 4]| records.word(*b)) };
+    let number = |at: usize| -> f64 {
+        bytes.get(at..).and_then(|b| b.first_chunk()).map_or(0.0, |b: &[u8; 8]| f64::from_bits(records.long_word(*b)))
+    };
+    let header = Header {
+        counts: std::array::from_fn(|t| word(offset::COUNTS + 4 * t)),
+        masses: std::array::from_fn(|t| number(offset::MASSES + 8 * t)),
+        time: number(offset::TIME),
+        box_size: number(offset::BOX_SIZE),
+        files: word(offset::FILES),
+        cooling: word(offset::FLAG_COOLING) != 0,
+        entropy: word(offset::FLAG_ENTROPY) != 0,
+    };
+    if header.files > 1 {
+        return Err(FormatError::Unsupported {
+            path: path.into(),
+            format: FORMAT,
+            what: format!("a snapshot in {} files; join them into one first", header.files),
+        });
+    }
+    if let Some(m) = header.masses.iter().find(|m| !(m.is_finite() && **m >= 0.0)) {
+        return Err(records.error("the header", format!("its table of masses has {m}, expected masses")));
+    }
+    if !(header.box_size.is_finite() && header.box_size >= 0.0) {
+        return Err(records.error("the header", format!("BoxSize is {}, expected a length", header.box_size)));
+    }
+    Ok(header)
+}
+
+struct Reading {
+    header: Header,
+    tables: [Vec<Column>; TYPES],
+    notes: Vec<(String, String)>,
+}
+
+impl Reading {
+    fn covers(&self, block: &Block, part_type: usize) -> bool {
+        let h = &self.header;
+        let some = h.counts.get(part_type).is_some_and(|&n| n > 0);
+        some && match block.cover {
+            Cover::All => true,
+            Cover::Gas => part_type == 0,
+            Cover::OwnMass => h.masses.get(part_type) == Some(&0.0),
+        }
+    }
+
+    fn exists(&self, block: &Block) -> bool {
+        (0..TYPES).any(|t| self.covers(block, t))
+    }
+
+    fn block(&mut self, records: &mut Records<'_>, head: &Head, block: &Block) -> Result<()> {
+        let location = format!("block '{}'", String::from_utf8_lossy(block.label).trim_end());
+        let covered: Vec<usize> = (0..TYPES).filter(|&t| self.covers(block, t)).collect();
+        let count_of = |t: usize| self.header.counts.get(t).map_or(0, |&n| u64::from(n));
+        let count = covered.iter().map(|&t| count_of(t)).sum::<u64>() * block.components as u64;
+        let kinds = if block.integers { [Kind::Word, Kind::LongWord] } else { [Kind::Float, Kind::Double] };
+        // The marker holds the length modulo 2^32.
+        let Some(kind) = kinds.into_iter().find(|k| (count * k.width()) as u32 == head.marker) else {
+            let problem = format!(
+                "it has {} bytes, expected {count} values of 4 or 8 bytes by the header's numbers of particles",
+                head.marker
+            );
+            return Err(records.error(&location, problem));
+        };
+        if self.tables.iter().flatten().any(|c| c.name == block.column) {
+            return Err(records.error(&location, "it comes twice"));
+        }
+        let mut values = records.numbers(&location, head, kind, count)?;
+        let (name, dimension) = self.meaning(block);
+        for t in covered {
+            let own = self.header.counts.get(t).map_or(0, |&n| n as usize) * block.components;
+            let rest = split_off(&mut values, own);
+            if let Some(table) = self.tables.get_mut(t) {
+                table.push(Column { name: name.into(), components: block.components, values, dimension });
+            }
+            values = rest;
+        }
+        Ok(())
+    }
+
+    fn meaning(&self, block: &Block) -> (&'static str, UnitDimension) {
+        match block.column {
+            // Its unit holds a power of gamma, which the file does not tell.
+            names::INTERNAL_ENERGY if self.header.entropy => ("EntropicFunction", UnitDimension::NONE),
+            names::COORDINATES | names::SUPPORT_RADIUS => (block.column, UnitDimension::LENGTH),
+            names::VELOCITIES => (block.column, UnitDimension::VELOCITY),
+            names::MASSES => (block.column, UnitDimension::MASS),
+            names::DENSITY => (block.column, UnitDimension::mass_density(3)),
+            names::INTERNAL_ENERGY => (block.column, UnitDimension::SPECIFIC_ENERGY),
+            other => (other, UnitDimension::NONE),
+        }
+    }
+
+    fn finish(mut self, records: &Records<'_>) -> Result<ParticleFile> {
+        let mut species = Vec::new();
+        let header = self.header;
+        let tables = std::mem::take(&mut self.tables);
+        for (t, mut columns) in tables.into_iter().enumerate() {
+            let count = header.counts.get(t).map_or(0, |&n| n as usize);
+            if count == 0 {
+                continue;
+            }
+            if !columns.iter().any(|c| c.name == names::COORDINATES) {
+                return Err(records.error(
+                    "block 'POS'",
+                    format!("it is missing, but the header counts {count} particles of type {t}"),
+                ));
+            }
+            let mass = header.masses.get(t).copied().unwrap_or(0.0);
+            if mass > 0.0 {
+                let values = Values::F64(vec![mass; count]);
+                columns.push(Column {
+                    name: names::MASSES.into(),
+                    components: 1,
+                    values,
+                    dimension: UnitDimension::MASS,
+                });
+            } else if !columns.iter().any(|c| c.name == names::MASSES) {
+                return Err(
+                    records.error("block 'MASS'", format!("it is missing, but the header has no mass for type {t}"))
+                );
+            }
+            species.push(Species { part_type: t as u8, table: ParticleTable { count, columns } });
+        }
+        let dimension = used_axes(&species);
+        species.iter_mut().for_each(|s| drop_axes(&mut s.table, dimension));
+        let box_size: [f64; 3] = std::array::from_fn(|k| if k < dimension { header.box_size } else { 0.0 });
+        Ok(ParticleFile {
+            header: RunHeader {
+                dimension,
+                box_size,
+                periodic: box_size.map(|l| l > 0.0),
+                units: UnitSystem::CODE,
+                time: header.time,
+                kernel: String::new(),
+                kernel_neighbors: 0.0,
+                provenance: self.notes,
+            },
+            species,
+        })
+    }
+}
+
+/// Splits off what follows the first `count` values.
+fn split_off(values: &mut Values, count: usize) -> Values {
+    match values {
+        Values::F32(v) => Values::F32(v.split_off(count.min(v.len()))),
+        Values::F64(v) => Values::F64(v.split_off(count.min(v.len()))),
+        Values::I64(v) => Values::I64(v.split_off(count.min(v.len()))),
+    }
+}
+
+/// How many leading axes the particles use: 3, unless all are at 0 and at rest on the last ones.
+fn used_axes(species: &[Species]) -> usize {
+    let vectors = || {
+        let columns = species.iter().flat_map(|s| &s.table.columns);
+        columns.filter(|c| c.components == 3)
+    };
+    let still = |axis: usize| vectors().all(|c| (axis..c.values.len()).step_by(3).all(|i| c.values.get(i) == 0.0));
+    if species.is_empty() || !still(2) {
+        3
+    } else if still(1) {
+        1
+    } else {
+        2
+    }
+}
+
+fn drop_axes(table: &mut ParticleTable, dimension: usize) {
+    if dimension == 3 {
+        return;
+    }
+    for column in &mut table.columns {
+        if column.components == 3 {
+            let kept = (0..column.values.len()).filter(|i| i % 3 < dimension);
+            column.values = match &column.values {
+                Values::F32(v) => Values::F32(kept.filter_map(|i| v.get(i).copied()).collect()),
+                Values::F64(v) => Values::F64(kept.filter_map(|i| v.get(i).copied()).collect()),
+                Values::I64(v) => Values::I64(kept.filter_map(|i| v.get(i).copied()).collect()),
+            };
+            column.components = dimension;
+        }
+        if column.name == names::DENSITY {
+            column.dimension = UnitDimension::mass_density(dimension);
+        }
+    }
+}

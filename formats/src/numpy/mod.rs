@@ -1,0 +1,60 @@
+//! NumPy files: particles as an `.npz` archive of named arrays, densities as `.npy` arrays.
+//!
+//! | file | content | read as |
+//! |---|---|---|
+//! | `.npz` | `Coordinates` (N, D) or `x`, `y`, `z`, with `Masses` or `mass`, and any arrays of N rows | particles |
+//! | `.npz` | arrays of one shape in 1 to 3 dimensions | grid |
+//! | `.npy` | one array in 1 to 3 dimensions | grid of its density |
+//!
+//! Grids: the first index is x, the values are averages of equal cells that fill the box from 0 to 1; axes of length 1
+//! are dropped. Particles are written with positions in f8 and the rest in f4 (or f8), and with a text array `header`
+//! for units, box, kernel and provenance. Numbers of 16 bits to 64 bits in both byte orders and both index orders are
+//! read; structured arrays and pickled objects are refused.
+
+use crate::registry::{Capabilities, FormatSpec, Match, ReadFn, WriteFn};
+
+#[cfg(feature = "numpy")]
+mod npy;
+#[cfg(feature = "numpy")]
+mod read;
+#[cfg(feature = "numpy")]
+mod write;
+
+#[cfg(feature = "numpy")]
+const CODE: (Option<ReadFn>, Option<WriteFn>) = (Some(read::read), Some(write::write));
+#[cfg(not(feature = "numpy"))]
+const CODE: (Option<ReadFn>, Option<WriteFn>) = (None, None);
+
+/// Name of the array that holds the header's facts.
+#[cfg(feature = "numpy")]
+const HEADER: &str = "header";
+
+/// Data sheet of the format.
+pub const SPEC: FormatSpec = FormatSpec {
+    name: "numpy",
+    summary: "NumPy archives of particles (.npz), arrays of densities (.npy)",
+    extensions: &["npz", "npy"],
+    feature: "numpy",
+    reference: "https://numpy.org/doc/stable/reference/generated/numpy.lib.format.html",
+    capabilities: Capabilities {
+        read_field: true,
+        read_particles: true,
+        write_particles: true,
+        requires: &[],
+        geometries: &["grid"],
+        dimensions: &[1, 2, 3],
+    },
+    sniff,
+    read: CODE.0,
+    write: CODE.1,
+};
+
+fn sniff(head: &[u8]) -> Match {
+    if head.starts_with(b"\x93NUMPY") {
+        Match::Certain
+    } else if head.starts_with(b"PK\x03\x04") || head.starts_with(b"PK\x05\x06") {
+        Match::Container
+    } else {
+        Match::No
+    }
+}

@@ -1,0 +1,194 @@
+//! Reads archives and single arrays.
+
+use super::npy::{self, Array, Content, Place};
+use super::{HEADER, SPEC};
+use crate::common::assemble::{self, Named};
+use crate::common::facts::{Facts, unescaped};
+use crate::common::particle_names;
+use crate::error::{FormatError, Result};
+use crate::limits::MAX_EXPANSION;
+use crate::model::{Coordinates, Geometry, GridAxis, Location, RawField, Values, Variable};
+use crate::registry::{FieldRequest, FileContent};
+use std::fs::File;
+use std::io::{BufReader, Read, Seek};
+use std::path::Path;
+use zip::ZipArchive;
+
+/// Most components that a particle's row may have.
+const MAX_COMPONENTS: usize = 64;
+
+pub(super) fn read(path: &Path, request: &FieldRequest) -> Result<FileContent> {
+    let file = File::open(path).map_err(|e| FormatError::io(path, "open", e))?;
+    let length = file.metadata().map_err(|e| FormatError::io(path, "open", e))?.len();
+    let mut file = BufReader::new(file);
+    let mut magic = [0; 6];
+    let is_single = file.read_exact(&mut magic).is_ok() && &magic == npy::MAGIC;
+    file.rewind().map_err(|e| FormatError::io(path, "read", e))?;
+    if is_single {
+        let name = request.density.as_deref().unwrap_or("density");
+        let array = npy::read(&Place { path, name }, &mut file, length)?;
+        return grid(path, request, vec![(name.to_owned(), array)]);
+    }
+    let mut arrays = archive(path, file)?;
+    let facts = match arrays.iter().position(|(name, a)| name == HEADER && matches!(a.content, Content::Text(_))) {
+        Some(i) => match arrays.remove(i).1.content {
+            Content::Text(text) => text,
+            Content::Numbers(_) => String::new(),
+        },
+        None => String::new(),
+    };
+    if assemble::are_particles(arrays.iter().map(|(name, _)| name.as_str())) {
+        return particles(path, arrays, &facts);
+    }
+    grid(path, request, arrays)
+}
+
+/// All arrays of an archive, by name without `.npy`.
+fn archive(path: &Path, file: BufReader<File>) -> Result<Vec<(String, Array)>> {
+    let damaged = |problem: String| FormatError::input(path, SPEC.name, "archive", problem);
+    let mut archive = ZipArchive::new(file)
+        .map_err(|e| damaged(format!("it is no NumPy archive, or its list of contents is damaged: {e}")))?;
+    let mut arrays = Vec::new();
+    for i in 0..archive.len() {
+        let mut entry = archive.by_index(i).map_err(|e| damaged(format!("entry {i} cannot be read: {e}")))?;
+        let name = entry.name().map_err(|e| damaged(format!("entry {i} has no name: {e}")))?.into_owned();
+        let Some(name) = name.strip_suffix(".npy") else { continue };
+        let place = Place { path, name };
+        let possible = entry.compressed_size().saturating_mul(MAX_EXPANSION).min(entry.size());
+        let array = npy::read(&place, &mut entry, possible)?;
+        // The checksum is compared at the end of an entry only.
+        match entry.read(&mut [0]) {
+            Ok(0) => arrays.push((name.to_owned(), array)),
+            Ok(_) => return Err(place.error("has more values than its shape says")),
+            Err(e) => return Err(place.error(format!("its archive is damaged: {e}"))),
+        }
+    }
+    Ok(arrays)
+}
+
+fn particles(path: &Path, arrays: Vec<(String, Array)>, facts: &str) -> Result<FileContent> {
+    let lines: Vec<(&str, String)> =
+        facts.lines().filter_map(|l| l.split_once(": ")).map(|(k, v)| (k, unescaped(v))).collect();
+    let mut facts = Facts::new(lines.iter().map(|(k, v)| (*k, v.as_str())));
+    let unit = |name: &str| lines.iter().find(|(k, _)| k.strip_prefix("unit ") == Some(name)).map(|(_, v)| v.as_str());
+    let is_position = |name: &str| {
+        name.eq_ignore_ascii_case("x") || particle_names::standard(name) == Some(particle_names::COORDINATES)
+    };
+    let count = arrays.iter().find(|(n, _)| is_position(n)).and_then(|(_, a)| a.shape.first().copied()).unwrap_or(0);
+    let mut named = Vec::new();
+    for (name, array) in arrays {
+        let (rows, components) = match *array.shape.as_slice() {
+            [rows] => (rows, 1),
+            [rows, components] => (rows, components),
+            _ => (usize::MAX, 0),
+        };
+        match array.content {
+            Content::Numbers(values) if rows == count && (1..=MAX_COMPONENTS).contains(&components) => {
+                let values = if array.fortran { transposed(&values, &[rows, components]) } else { values };
+                let unit = unit(&name).and_then(crate::units::Unit::parse);
+                named.push(Named { name, components, values, unit });
+            }
+            _ => facts.provenance.push((
+                "not read".into(),
+                format!("array '{name}' of shape {:?}, which is no column of {count} particles", array.shape),
+            )),
+        }
+    }
+    let file = assemble::particles(count, named, facts);
+    file.map(FileContent::Particles).map_err(|(at, problem)| FormatError::input(path, SPEC.name, at, problem))
+}
+
+/// Arrays of one shape as a grid in the box from 0 to 1.
+fn grid(path: &Path, request: &FieldRequest, arrays: Vec<(String, Array)>) -> Result<FileContent> {
+    let listed: Vec<String> = arrays.iter().map(|(n, a)| format!("{n} {:?}", a.shape)).collect();
+    let error = |problem: String| FormatError::input(path, SPEC.name, "arrays", problem);
+    let is_density = |n: &str| particle_names::standard(n) == Some(particle_names::DENSITY);
+    let fits = |a: &Array| (1..=3).contains(&used(&a.shape).len()) && matches!(a.content, Content::Numbers(_));
+    let wanted = match &request.density {
+        Some(name) => arrays.iter().find(|(n, _)| n == name),
+        None => arrays.iter().find(|(n, a)| is_density(n) && fits(a)).or_else(|| arrays.iter().find(|(_, a)| fits(a))),
+    };
+    let Some((name, array)) = wanted.filter(|(_, a)| fits(a)) else {
+        let problem = format!(
+            "expected particles (Coordinates or x, y, z, with Masses) or an array of 1 to 3 dimensions; the file has {}",
+            listed.join(", ")
+        );
+        return Err(error(problem));
+    };
+    let shape = array.shape.clone();
+    let candidates = arrays.iter().filter(|(_, a)| a.shape == shape && fits(a)).count();
+    let density = (request.density.is_some() || is_density(name) || candidates == 1).then(|| name.clone());
+    let mut notes =
+        vec!["the array is a grid of equal cells in the box from 0 to 1, its first index along x".to_owned()];
+    let others: Vec<&String> = arrays.iter().filter(|(_, a)| a.shape != shape).map(|(n, _)| n).collect();
+    if !others.is_empty() {
+        notes.push(format!("arrays of other shapes were left aside: {others:?}"));
+    }
+    let axes = used(&shape).iter().zip(["x", "y", "z"]).map(|(&n, name)| axis(name, n)).collect();
+    let mut variables = Vec::new();
+    for (name, array) in arrays.into_iter().filter(|(_, a)| a.shape == shape) {
+        let carried = request.carry.as_ref().is_none_or(|names| names.contains(&name));
+        let Content::Numbers(values) = array.content else { continue };
+        if !carried && density.as_ref() != Some(&name) {
+            continue;
+        }
+        // In a grid the first axis runs fastest, which is NumPy's order in Fortran's way only.
+        let reversed: Vec<usize> = shape.iter().rev().copied().collect();
+        let values = if array.fortran { values } else { transposed(&values, &reversed) };
+        variables.push(Variable {
+            name,
+            description: None,
+            unit: None,
+            location: Location::Node,
+            components: 1,
+            values,
+        });
+    }
+    Ok(FileContent::Field(RawField {
+        path: path.into(),
+        format: SPEC.name,
+        geometry: Geometry::Grid { coordinates: Coordinates::Cartesian, axes },
+        variables,
+        density,
+        metadata: Vec::new(),
+        notes,
+    }))
+}
+
+/// The axes that span something.
+fn used(shape: &[usize]) -> Vec<usize> {
+    if shape.contains(&0) { Vec::new() } else { shape.iter().copied().filter(|&n| n > 1).collect() }
+}
+
+fn axis(name: &str, n: usize) -> GridAxis {
+    let cell = 1.0 / n as f64;
+    GridAxis {
+        name: name.into(),
+        nodes: (0..n).map(|i| (i as f64 + 0.5) * cell).collect(),
+        unit: None,
+        bounds: Some((0..=n).map(|i| i as f64 / n as f64).collect()),
+    }
+}
+
+/// From the order in which the first index of `shape` runs fastest to the one in which the last does.
+fn transposed(values: &Values, shape: &[usize]) -> Values {
+    fn reorder<T: Copy>(v: &[T], shape: &[usize]) -> Vec<T> {
+        let source = |mut flat: usize| {
+            // Digits of the target index, the last fastest; strides of the source, the first fastest.
+            let mut index = 0;
+            let mut stride: usize = shape.iter().product();
+            for &n in shape.iter().rev() {
+                stride /= n.max(1);
+                index += flat % n.max(1) * stride;
+                flat /= n.max(1);
+            }
+            index
+        };
+        (0..v.len()).filter_map(|flat| v.get(source(flat)).copied()).collect()
+    }
+    match values {
+        Values::F32(v) => Values::F32(reorder(v, shape)),
+        Values::F64(v) => Values::F64(reorder(v, shape)),
+        Values::I64(v) => Values::I64(reorder(v, shape)),
+    }
+}
