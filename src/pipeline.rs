@@ -167,12 +167,12 @@ impl Run<'_> {
     fn place<const D: usize>(mut self, target: &Target<'_, D>, scaled: &Scaled<D>, mut plan: Plan) -> Result<Report> {
         let kernel = self.scene.kernel;
         let neighbors = self.scene.neighbors.unwrap_or_else(|| default_kernel_neighbors(D));
-        let Relaxed { positions, stages, timing, notes, stop } =
-            relaxation::place(self.scene, &mut plan, target, neighbors, self.control)?;
+        let mut relaxed = relaxation::place(self.scene, &mut plan, target, neighbors, self.control)?;
+        let masses = relaxation::masses(self.scene, &mut plan, target, &mut relaxed, neighbors, self.control);
+        let Relaxed { positions, stages, timing, notes, stop } = relaxed;
         self.timing.extend(timing);
         self.notes.extend(notes);
         let lap = Instant::now();
-        let masses = target.masses(&positions);
         let number_density = target.number_densities(&positions);
         let ratio = support_over_spacing(D, neighbors);
         let guess: Vec<f64> = number_density.par_iter().map(|&n| ratio * target.spacing(n)).collect();

@@ -2,8 +2,8 @@
 
 use crate::error::{Error, Result};
 use crate::placement::{
-    AlaricOptions, Control, SolverOptions, StageReport, StopReason, WvtOptions, alaric_by_splitting, coarse_count,
-    relax, solve_density,
+    AlaricOptions, Control, SolverOptions, StageReport, StopReason, TrimOptions, WvtOptions, alaric_by_splitting,
+    coarse_count, relax, solve_density, trim_masses,
 };
 use crate::plan::Plan;
 use crate::report::Timing;
@@ -73,6 +73,35 @@ pub fn place<const D: usize>(
     }
     Ok(Relaxed { positions, stages, timing, notes, stop })
 }
+
+/// Masses of the placed particles, trimmed where the scene asks for it.
+pub fn masses<const D: usize>(
+    scene: &Scene,
+    plan: &mut Plan,
+    target: &Target<'_, D>,
+    relaxed: &mut Relaxed<D>,
+    neighbors: f64,
+    control: &Control<'_>,
+) -> Vec<f64> {
+    let mut masses = target.masses(&relaxed.positions);
+    let Some(largest_change) = scene.trim_masses else {
+        plan.drop("mass trimming", "trim_masses is not set: masses are what the target says");
+        return masses;
+    };
+    let options = TrimOptions {
+        kernel_neighbors: neighbors,
+        largest_change,
+        iterations: TRIM_ITERATIONS,
+        tolerance: scene.tolerance.unwrap_or(0.0),
+    };
+    let report = trim_masses(scene.kernel, target, &relaxed.positions, &mut masses, &options, control);
+    relaxed.timing.push(Timing { step: report.stage, seconds: report.seconds, epsilon: report.epsilon() });
+    relaxed.stages.push(report);
+    masses
+}
+
+/// Enough for rounding; each costs a density pass in double precision.
+const TRIM_ITERATIONS: usize = 60;
 
 fn wvt_options(scene: &Scene, iterations: usize, kernel_neighbors: f64) -> WvtOptions {
     let w = &scene.wvt;

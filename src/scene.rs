@@ -32,6 +32,9 @@ pub struct Scene {
     pub polish: Polish,
     pub alaric: AlaricInput,
     pub solver: SolverInput,
+    /// Lets masses move by at most this fraction until the density is exact; equal masses otherwise.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub trim_masses: Option<f64>,
     /// Stop when epsilon (re-fitted) is below; not reaching it is an error of its own.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub tolerance: Option<f64>,
@@ -391,6 +394,9 @@ impl Scene {
             ));
         }
         self.alaric.validate()?;
+        if let Some(t) = self.trim_masses.filter(|t| !(*t > 0.0 && *t < 1.0)) {
+            return Err(Error::scene("trim_masses", format!("is {t}, expected a fraction between 0 and 1")));
+        }
         if !(0.0..=1.0).contains(&self.solver.quietness) {
             return Err(Error::scene(
                 "solver.quietness",

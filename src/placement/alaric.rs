@@ -228,8 +228,7 @@ impl<'a, const D: usize, R: Real> Fluid<'a, D, R> {
         let state = Arrangement::new(kernel, target, domain, positions, options.kernel_neighbors);
         let n = state.len();
         let wanted = target.number_densities(&state.positions);
-        let ratio = support_over_spacing(D, options.kernel_neighbors);
-        let support = wanted.par_iter().map(|&w| ratio * target.spacing(w).min(domain.size())).collect();
+        let support = state.target_supports();
         let unknown = Fit { factor: 1.0, epsilon: f64::INFINITY };
         let mut fluid = Self {
             options,

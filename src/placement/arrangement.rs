@@ -2,7 +2,7 @@
 
 use super::Ghosts;
 use crate::domain::Domain;
-use crate::kernel::KernelName;
+use crate::kernel::{KernelName, support_over_spacing};
 use crate::neighbors::lanes::Real;
 use crate::neighbors::{Reach, Sources, Tree};
 use crate::smoothing::{
@@ -92,10 +92,22 @@ impl<'a, const D: usize, R: Real> Arrangement<'a, D, R> {
         positions: Positions<D>,
         kernel_neighbors: f64,
     ) -> Self {
+        Self::with_order(kernel, target, domain, positions, kernel_neighbors).0
+    }
+
+    /// [`Self::new`] with the particle that each place of the tree order held before.
+    pub fn with_order(
+        kernel: KernelName,
+        target: &'a Target<'a, D>,
+        domain: &'a Domain<D>,
+        positions: Positions<D>,
+        kernel_neighbors: f64,
+    ) -> (Self, Vec<u32>) {
         let mut tree = Tree::build(&positions);
         let positions = std::array::from_fn(|k| tree.to_tree_order(&positions[k]));
+        let order = tree.order().to_vec();
         tree.forget_order();
-        Self {
+        let arrangement = Self {
             kernel,
             target,
             domain,
@@ -105,7 +117,16 @@ impl<'a, const D: usize, R: Real> Arrangement<'a, D, R> {
             ghosts: None,
             moves: 0,
             precision: PhantomData,
-        }
+        };
+        (arrangement, order)
+    }
+
+    /// Support radii that the target's spacing gives.
+    pub fn target_supports(&self) -> Vec<f64> {
+        let ratio = support_over_spacing(D, self.kernel_neighbors);
+        let (target, largest) = (self.target, self.domain.size());
+        let wanted = target.number_densities(&self.positions);
+        wanted.into_par_iter().map(|w| ratio * target.spacing(w).min(largest)).collect()
     }
 
     pub fn len(&self) -> usize {
@@ -141,6 +162,17 @@ impl<'a, const D: usize, R: Real> Arrangement<'a, D, R> {
     /// Number density sums at given support radii.
     pub fn densities(&self, support: &[f64]) -> Vec<DensitySums<D>> {
         density::<D, 0, R>(self.kernel, self.domain, &self.sources(support), support)
+    }
+
+    /// sum_b w_b W(r_ab, H_a) for weights per particle.
+    pub fn weighted(&self, support: &[f64], weights: &[f64]) -> Vec<f64> {
+        let inherited = self.ghosts.as_ref().map(|g| g.inherit(weights, 0.0)).unwrap_or_default();
+        let mut sources = vec![Sources::new(&self.tree, support, [weights], Reach::Target)];
+        if let Some(ghosts) = &self.ghosts {
+            sources.push(Sources::new(&ghosts.tree, &[], [inherited.as_slice()], Reach::Target));
+        }
+        let sums = density::<D, 1, R>(self.kernel, self.domain, &sources, support);
+        sums.into_par_iter().map(|s| s.weighted).collect()
     }
 
     /// Support radii with n V_d H^d = N_H, and the sums at them.

@@ -9,6 +9,7 @@ mod gradient_tests;
 mod lbfgs;
 mod solver;
 mod splitting;
+mod trimming;
 mod viscosity;
 mod wvt;
 
@@ -16,6 +17,7 @@ pub use alaric::{AlaricOptions, alaric, alaric_by_splitting};
 pub use ghosts::Ghosts;
 pub use solver::{SolverOptions, solve_density};
 pub use splitting::{children, coarse_count, split};
+pub use trimming::{TrimOptions, trim_masses};
 pub use wvt::{Bias, Weight, WvtOptions, relax};
 
 use crate::domain::{Axis, Domain, Wall};

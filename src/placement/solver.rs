@@ -50,7 +50,7 @@ impl SolverOptions {
     pub fn new(d: usize) -> Self {
         Self {
             kernel_neighbors: crate::kernel::default_kernel_neighbors(d),
-            evaluations: 100,
+            evaluations: 60,
             quietness: 0.5,
             tolerance: 0.0,
         }
@@ -60,7 +60,7 @@ impl SolverOptions {
     fn schedule(&self) -> Vec<(f64, f64)> {
         // 1e-3.5 to 0.3 and 0 at the end: an exact density leaves no room for the pressure energy.
         let last = if self.quietness > 0.0 { 10f64.powf(-3.5 + 4.0 * self.quietness).min(1.0) } else { 0.0 };
-        vec![(1.0, 0.5), (last, 0.5)]
+        vec![(1.0, 0.6), (last, 0.4)]
     }
 }
 
