@@ -355,3 +355,16 @@ fn irregular_regions_are_filled_where_uniform_and_refused_where_not() {
         assert!(error.contains("irregular") && error.contains("mass-bisection"), "{error}");
     }
 }
+
+#[test]
+fn large_glasses_are_exact_too_and_say_that_they_repeat() {
+    let domain = oblong::<2>(Axis::Periodic);
+    let density = Density(|_: &[f64; 2]| 1.0 / 0.37);
+    for n in [4096, 5000, 9001] {
+        let target = target(&domain, &density, n);
+        let seeded = seed(&target, Seeding::Glass, 0).unwrap();
+        assert_eq!(seeded.positions[0].len(), n);
+        assert_eq!(seeded.notes.len(), usize::from(n == 9001), "{:?}", seeded.notes);
+        assert!(closest(&domain, &seeded.positions) > 0.5 * (0.37 / n as f64).sqrt(), "{n}");
+    }
+}
