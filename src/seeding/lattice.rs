@@ -82,8 +82,9 @@ impl<const D: usize> Fit<D> {
 
 /// Distortions below are what any fit to a box needs.
 const WORTH_A_NOTE: f64 = 1.02;
-/// What an empty site costs, in units of the logarithm of the distortion.
-const VACANCY_COST: f64 = 4.0;
+/// What empty sites cost, as a fraction of all, in units of the logarithm of the distortion. A distorted lattice is
+/// still one, with neither noise nor error, while an empty site disturbs the dozens of particles around it.
+const VACANCY_COST: f64 = 20.0;
 /// Numbers of cells along an axis that are tried on either side of the ideal one.
 const MOST_TRIED: usize = 1000;
 

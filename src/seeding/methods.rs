@@ -70,7 +70,7 @@ pub const METHODS: &[Method] = &[
         targets: Targets::Symmetric,
         summary: "square or simple cubic lattice; equidistant in 1-D",
         limits: "preferred directions; unstable under pressure; empty sites where N does not fit the box",
-        reference: "Diehl et al. 2015, sec. 3.1.1; stretched: Rosswog et al. 2009, New Astron. Rev. 53, 78",
+        reference: "Diehl et al. 2015, sec. 3.1.1; stretched: sec. 3.2.2",
     },
     Method {
         seeding: Seeding::CubicClosePacked,
@@ -80,7 +80,7 @@ pub const METHODS: &[Method] = &[
         targets: Targets::Symmetric,
         summary: "face-centered cubic lattice; hexagonal in 2-D, equidistant in 1-D",
         limits: "preferred directions; empty sites where N does not fit the box",
-        reference: "Diehl et al. 2015, sec. 3.1.2; stretched: Rosswog et al. 2009, New Astron. Rev. 53, 78",
+        reference: "Diehl et al. 2015, sec. 3.1.2; stretched: sec. 3.2.2",
     },
     Method {
         seeding: Seeding::HexagonalClosePacked,
@@ -90,7 +90,7 @@ pub const METHODS: &[Method] = &[
         targets: Targets::Symmetric,
         summary: "close packing in layers ABAB; hexagonal in 2-D, equidistant in 1-D",
         limits: "preferred directions; empty sites where N does not fit the box",
-        reference: "Diehl et al. 2015, sec. 3.1.3; stretched: Rosswog et al. 2009, New Astron. Rev. 53, 78",
+        reference: "Diehl et al. 2015, sec. 3.1.3; stretched: sec. 3.2.2",
     },
     Method {
         seeding: Seeding::LowDiscrepancy,
@@ -131,6 +131,16 @@ pub const METHODS: &[Method] = &[
         summary: "shells a spacing thick, particles in collars of regions of equal area, rotated at random",
         limits: "neighboring shells do not interlock; no shift of the collars next to the poles",
         reference: "SEAGen: Kegerreis et al. 2019, MNRAS 487, 5029; Leopardi 2006, ETNA 25, 309",
+    },
+    Method {
+        seeding: Seeding::Glass,
+        name: "glass",
+        stage: "seed: glass",
+        dimensions: &[2, 3],
+        targets: Targets::Symmetric,
+        summary: "uniform periodic box relaxed by short-range repulsion, tiled above 8192 points",
+        limits: "made by WVT, not by repulsive gravity; stretching shows as wavy shells",
+        reference: "after White 1994 and Diehl et al. 2015, sec. 3.1.5 and 3.2.3",
     },
 ];
 

@@ -3,6 +3,7 @@
 mod bisection;
 mod cells;
 mod cumulative;
+mod glass;
 mod kronecker;
 mod lattice;
 mod low_discrepancy;
@@ -51,6 +52,8 @@ pub enum Seeding {
     Shells,
     /// Concentric shells with particles in regions of equal area.
     EqualAreaShells,
+    /// Irregular but even: a relaxed periodic box, tiled.
+    Glass,
 }
 
 /// A seed and what should be known of it.
@@ -97,6 +100,7 @@ pub fn seed<const D: usize>(target: &Target<'_, D>, seeding: Seeding, seed: u64)
         }
         Seeding::Shells => on_shells(Covering::Spiral)?,
         Seeding::EqualAreaShells => on_shells(Covering::EqualArea)?,
+        Seeding::Glass => glass::place(target, &symmetry::detect(target, method.name)?, seed)?,
         Seeding::Cubic => lattice(Lattice::Cubic)?,
         Seeding::CubicClosePacked => lattice(Lattice::CubicClosePacked)?,
         Seeding::HexagonalClosePacked => lattice(Lattice::HexagonalClosePacked)?,

@@ -1,8 +1,8 @@
 //! Stretching: a uniform pattern is mapped to the target by mass coordinates.
 //!
 //! A point keeps the fraction of the mass that lies before it: along each axis of a box where the target is a
-//! product of functions of the coordinates (Sigalotti et al. 2009; ALARIC eq. 26), along the radius of a ball
-//! where it is a function of that (Rosswog et al. 2009; Diehl et al. 2015, sec. 3.2.2), by Newton's method on the
+//! product of functions of the coordinates (ALARIC eq. 27), along the radius of a ball where it is a function of
+//! that (ALARIC eq. 26; Herant 1994; Rosswog et al. 2009; Diehl et al. 2015, sec. 3.2.2), by Newton's method on the
 //! enclosed mass. Densities come out right to the order of the pattern; the pattern itself is sheared, which in
 //! two and three dimensions makes its spacings uneven where the stretch varies much.
 
