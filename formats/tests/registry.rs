@@ -198,10 +198,8 @@ fn absent_readers_name_the_feature_and_impossible_ones_say_so() {
     assert!(text(writer(&HOST[0], path).unwrap_err()).contains("not in this build"));
     let nothing = FormatSpec { capabilities: Capabilities { read_field: true, ..Default::default() }, ..HOST[0] };
     assert!(text(writer(&nothing, path).unwrap_err()).contains("'alpha' cannot be written"));
-    let only_written = FormatSpec {
-        capabilities: Capabilities { write_particles: true, ..Default::default() },
-        ..HOST[0]
-    };
+    let only_written =
+        FormatSpec { capabilities: Capabilities { write_particles: true, ..Default::default() }, ..HOST[0] };
     assert!(text(reader(&only_written, path).unwrap_err()).contains("'alpha' cannot be read"));
 }
 

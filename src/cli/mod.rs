@@ -4,6 +4,7 @@
 //! is written all the same).
 
 mod args;
+mod convert;
 mod formats;
 mod inspect;
 mod progress;
@@ -34,6 +35,10 @@ pub fn main() -> ExitCode {
         }
         Some(Command::Inspect(inspect)) => inspect::inspect(FORMATS, inspect).map(|text| {
             print!("{text}");
+            ExitCode::SUCCESS
+        }),
+        Some(Command::Convert(convert)) => convert::convert(FORMATS, convert).map(|notes| {
+            notes.iter().for_each(|note| eprintln!("note: {note}"));
             ExitCode::SUCCESS
         }),
         None => run(&args.run),
