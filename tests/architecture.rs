@@ -128,7 +128,8 @@ fn formats_are_sorted_and_have_folders_and_features() {
     assert!(names.is_sorted_by(|a, b| a < b), "{names:?}");
     let manifest = std::fs::read_to_string(root().join("Cargo.toml")).unwrap();
     for format in FORMATS {
-        assert!(root().join("formats/src").join(format.name).join("mod.rs").is_file(), "{} has no folder", format.name);
+        let folder = format.feature.replace('-', "_");
+        assert!(root().join("formats/src").join(folder).join("mod.rs").is_file(), "{} has no folder", format.name);
         let feature = format!("{0} = [\"sph-formats/{0}\"]", format.feature);
         assert!(manifest.contains(&feature), "Cargo.toml has no line '{feature}'");
         assert!(format.reference.starts_with("https://"), "{}: '{}'", format.name, format.reference);
@@ -136,7 +137,8 @@ fn formats_are_sorted_and_have_folders_and_features() {
     let folders = std::fs::read_dir(root().join("formats/src")).unwrap().map(|e| e.unwrap().path());
     for folder in folders.filter(|p| p.is_dir() && !p.ends_with("common")) {
         let name = folder.file_name().unwrap().to_string_lossy().into_owned();
-        assert!(names.contains(&name.as_str()), "the folder '{name}' has no line in FORMATS");
+        let feature = name.replace('_', "-");
+        assert!(FORMATS.iter().any(|f| f.feature == feature), "the folder '{name}' has no line in FORMATS");
     }
 }
 

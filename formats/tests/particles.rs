@@ -194,8 +194,14 @@ fn damaged_files_are_refused_or_read_without_a_panic() {
                 std::fs::write(&path, bytes).unwrap();
                 read(FORMATS, &path, None, &FieldRequest::default()).is_ok()
             };
+            let complete = read_back(&path).unwrap();
             for length in (0..whole.len()).step_by(1024) {
-                assert!(!attempt(&whole[..length]), "{}: the first {length} bytes pass", spec.name);
+                if attempt(&whole[..length]) {
+                    // Nothing but the vertex cells and closing tags may be missing.
+                    let context = format!("{extension}: the first {length} bytes of {}", whole.len());
+                    let back = read_back(&path).unwrap();
+                    same_columns(&context, &complete.species[0].table, &back.species[0].table, 0.0);
+                }
             }
             let step = (whole.len() / 150).max(1);
             for i in (0..whole.len()).step_by(step) {

@@ -12,6 +12,7 @@ Examples:
   sph-prep --scene box.yaml --out box.hdf5           everything from a scene file
   sph-prep --in grid.nc --density rho --print-scene  what would be run, as a scene
   sph-prep inspect grid.nc                           what a file holds
+  sph-prep convert ic.hdf5 ic.vtu                    particles to another format
   sph-prep formats                                   what can be read and written
 
 Exit codes: 0 success, 1 failure, 2 wrong usage, 3 tolerance not reached (the best state is written).";
@@ -30,6 +31,8 @@ pub struct Args {
 pub enum Command {
     /// Show what a file holds: variables, shapes, units, ranges, and what would be taken for the density.
     Inspect(InspectArgs),
+    /// Convert a particle file to another format; what that cannot hold is listed.
+    Convert(ConvertArgs),
     /// List the formats that can be read and written.
     Formats,
     /// List the methods that make initial positions (`seeding` in a scene file).
@@ -48,6 +51,32 @@ pub struct InspectArgs {
     /// Value of the time coordinate to read.
     #[arg(long)]
     pub time: Option<f64>,
+}
+
+#[derive(Debug, clap::Args)]
+pub struct ConvertArgs {
+    /// Particle file to read.
+    pub from: PathBuf,
+    /// Particle file to write.
+    pub to: PathBuf,
+    /// Format of the input, where it cannot be told from the file.
+    #[arg(long)]
+    pub format: Option<String>,
+    /// Format of the output, where the extension does not say it.
+    #[arg(long = "to-format", value_name = "FORMAT")]
+    pub to_format: Option<String>,
+    /// Units of the output: cgs, si, solar, planetary, galactic or code [default: those of the input].
+    #[arg(long)]
+    pub units: Option<String>,
+    /// Edge of the box, in units of the output, where the input has none.
+    #[arg(long = "box", value_name = "LENGTH")]
+    pub box_size: Option<f64>,
+    /// Write f64 where the format's default is f32.
+    #[arg(long)]
+    pub double: bool,
+    /// Deflate level, 0 to 9.
+    #[arg(long, default_value_t = 4, value_parser = clap::value_parser!(u8).range(0..=9))]
+    pub compression: u8,
 }
 
 /// Everything here overrides the key of the scene that it names.

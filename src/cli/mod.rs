@@ -4,6 +4,7 @@
 //! is written all the same).
 
 mod args;
+mod convert;
 mod formats;
 mod inspect;
 mod methods;
@@ -34,6 +35,10 @@ pub fn main() -> ExitCode {
         Some(Command::Formats) => print(&formats::table(FORMATS)),
         Some(Command::Methods) => print(&methods::table()),
         Some(Command::Inspect(inspect)) => inspect::inspect(FORMATS, inspect).and_then(|text| print(&text)),
+        Some(Command::Convert(convert)) => convert::convert(FORMATS, convert).map(|notes| {
+            notes.iter().for_each(|note| eprintln!("note: {note}"));
+            ExitCode::SUCCESS
+        }),
         None => run(&args.run),
     };
     result.unwrap_or_else(|error| {

@@ -14,7 +14,7 @@ use super::{Seeded, Seeding, stretch, to_positions};
 use crate::domain::{Axis, Domain, Region};
 use crate::error::Result;
 use crate::field::ScalarField;
-use crate::kernel::WendlandC4;
+use crate::kernel::KernelName;
 use crate::placement::{Control, WvtOptions, relax};
 use crate::target::{Resolution, Target, at};
 use std::sync::atomic::AtomicBool;
@@ -91,7 +91,7 @@ fn relaxed_sites<const D: usize>(shape: &[f64; D], count: usize, seed: u64) -> R
         let never = AtomicBool::new(false);
         let control = Control { deadline: None, interrupted: &never, observer: &|_, _, _, _| {} };
         let options = WvtOptions { iterations: ITERATIONS, ..WvtOptions::new(D) };
-        positions = relax(WendlandC4, &target, positions, &options, &control).0;
+        positions = relax(KernelName::WendlandC4, &target, positions, &options, &control).0;
     }
     let fraction = |x: f64, edge: f64| (x / edge).clamp(0.0, 1.0 - f64::EPSILON);
     Ok((0..count).map(|i| at(&positions, i)).map(|x| std::array::from_fn(|k| fraction(x[k], shape[k]))).collect())

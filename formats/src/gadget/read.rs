@@ -3,8 +3,8 @@
 //! * Units: `/Units` (ours, SWIFT), else `/Parameters` or `/Header` with UnitLength_in_cm and its like
 //!   (GADGET-4, AREPO), else pure numbers.
 //! * Periodic axes: ours, else SWIFT's parameter, else every axis of a box with positive size.
-//! * SmoothingLength becomes SupportRadius where the file is GADGET's (ours, or GADGET-4's and GIZMO's own); elsewhere the
-//!   convention is unknown and the column keeps its name.
+//! * SmoothingLength becomes SupportRadius where the file is GADGET's (ours, or GADGET-4's and GIZMO's own); where it is SWIFT's
+//!   for the cubic spline it is scaled to that; elsewhere the convention is unknown and the column keeps its name.
 //! * Datasets that are not columns of numbers are named in the provenance under `not read`.
 
 use crate::common::hdf5_read::{Attributes, Reader};
@@ -19,6 +19,9 @@ use std::path::Path;
 const FORMAT: &str = "gadget";
 /// Our flavors whose SmoothingLength is the support radius.
 const SUPPORT_RADIUS_FLAVORS: [&str; 2] = [FORMAT, "gizmo"];
+/// Support radius over SWIFT's smoothing length for the cubic spline in 1, 2 and 3 dimensions (Dehnen & Aly 2012,
+/// table 1; SWIFT's `kernel_gamma`).
+const SWIFT_SUPPORT: [f64; 3] = [1.732_051, 1.778_002, 1.825_742];
 /// More columns than this in one dataset are not a particle's components.
 const MAX_COMPONENTS: usize = 64;
 
@@ -101,6 +104,8 @@ struct Origin {
     units: Attributes,
     /// SmoothingLength is the kernel's support radius.
     support_radius: bool,
+    /// SmoothingLength is SWIFT's, for the cubic spline.
+    swift_length: bool,
 }
 
 impl Origin {
@@ -111,8 +116,11 @@ impl Origin {
         let gadget4 = groups.iter().any(|g| g == "Config");
         let gizmo = header.names().any(|name| name == "GIZMO_version");
         let swift = file.group_attributes("Code")?.text("Code").is_some();
+        let kernel = file.group_attributes("HydroScheme")?.text("Kernel function");
+        let cubic_spline = kernel.is_none_or(|k| k.starts_with("Cubic spline"));
         Ok(Self {
-            support_radius: flavor.is_some_and(|f| SUPPORT_RADIUS_FLAVORS.contains(&f.as_str()))
+            swift_length: (swift || flavor.as_deref() == Some("swift")) && cubic_spline,
+            support_radius: flavor.as_deref().is_some_and(|f| SUPPORT_RADIUS_FLAVORS.contains(&f))
                 || gizmo
                 || (gadget4 && !swift),
             own,
@@ -232,7 +240,7 @@ impl SpeciesReading<'_> {
         if shape.columns == 0 || shape.columns > MAX_COMPONENTS {
             return Ok(None);
         }
-        let name = self.renamed(name);
+        let (name, values) = self.renamed(name, values);
         let vector = name == names::COORDINATES || name == names::VELOCITIES;
         if vector && shape.columns < self.dimension {
             return Err(self.file.input(
@@ -249,10 +257,18 @@ impl SpeciesReading<'_> {
         Ok(Some(Column { name, components, values, dimension }))
     }
 
-    fn renamed(&self, name: &str) -> String {
+    fn renamed(&self, name: &str, values: Values) -> (String, Values) {
         let singular = PLURALS.iter().find(|(plural, _)| *plural == name);
         let name = singular.map_or(name, |(_, singular)| singular);
-        if name == "SmoothingLength" && self.origin.support_radius { names::SUPPORT_RADIUS.into() } else { name.into() }
+        let gamma = SWIFT_SUPPORT.get(self.dimension.saturating_sub(1)).copied().unwrap_or(1.0);
+        match name {
+            "SmoothingLength" if self.origin.support_radius => (names::SUPPORT_RADIUS.into(), values),
+            "SmoothingLength" if self.origin.swift_length => {
+                let radii = (0..values.len()).map(|i| gamma * values.get(i)).collect();
+                (names::SUPPORT_RADIUS.into(), Values::F64(radii))
+            }
+            name => (name.into(), values),
+        }
     }
 
     /// By the dataset's own exponents, else by what the name means in every code.

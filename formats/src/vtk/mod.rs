@@ -2,7 +2,7 @@
 //!
 //! Reading: XML (`.vti`, `.vtr`, `.vts`, `.vtu`, `.vtp`; ASCII, inline and appended, base64 and raw; zlib, LZ4, LZMA) and legacy
 //! (ASCII and binary). Axes of one node are dropped; curvilinear grids become hexahedra or quadrilaterals; vertex-only
-//! files are point clouds.
+//! files are point clouds, or particles where there are masses.
 //!
 //! Writing: `.vtu` and `.vtp` (XML, zlib blocks in appended base64, 64-bit headers, which VTK, ParaView, pyvista and, for
 //! `.vtu`, meshio read) and legacy `.vtk` (version 4.2, binary, big-endian). Every particle is a vertex cell, without
@@ -12,6 +12,8 @@
 mod dataset;
 #[cfg(feature = "vtk")]
 mod legacy;
+#[cfg(feature = "vtk")]
+mod particles;
 #[cfg(feature = "vtk")]
 mod read;
 #[cfg(feature = "vtk")]
@@ -30,7 +32,7 @@ pub const SPEC: FormatSpec = FormatSpec {
     reference: "https://docs.vtk.org/en/latest/design_documents/VTKFileFormats.html",
     capabilities: Capabilities {
         read_field: true,
-        read_particles: false,
+        read_particles: true,
         write_particles: true,
         requires: &[],
         geometries: &["grid", "mesh", "cloud"],

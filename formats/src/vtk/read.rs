@@ -1,7 +1,7 @@
-//! Reads any VTK file into a raw field.
+//! Reads any VTK file into particles or a raw field.
 
 use super::dataset::{FORMAT, field};
-use super::{legacy, xml};
+use super::{legacy, particles, xml};
 use crate::error::{FormatError, Result};
 use crate::registry::{FieldRequest, FileContent};
 use std::path::Path;
@@ -12,6 +12,9 @@ pub(super) fn read(path: &Path, request: &FieldRequest) -> Result<FileContent> {
         return Err(FormatError::input(path, FORMAT, "file", "is empty"));
     }
     let dataset = if bytes.starts_with(b"#") { legacy::read(path, &bytes)? } else { xml::read(path, &bytes)? };
+    if particles::are_particles(&dataset) {
+        return particles::particles(path, dataset, &bytes).map(FileContent::Particles);
+    }
     drop(bytes);
     field(path, dataset, request).map(FileContent::Field)
 }

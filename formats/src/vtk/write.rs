@@ -183,11 +183,9 @@ fn xml(
         out,
         "<VTKFile type=\"{kind}\" version=\"1.0\" byte_order=\"LittleEndian\" header_type=\"UInt64\"{compressor}>"
     )?;
-    for (key, value) in &file.header.provenance {
-        writeln!(out, "<!-- {key}: {} -->", value.trim().replace("--", "- -"))?;
+    for comment in super::particles::comments(&file.header) {
+        writeln!(out, "{comment}")?;
     }
-    let u = &file.header.units;
-    writeln!(out, "<!-- units in cgs: length {:e}, mass {:e}, time {:e} -->", u.length, u.mass, u.time)?;
     writeln!(out, "<{kind}><Piece {piece}>")?;
     let scalars = if arrays.iter().any(|a| a.name == names::DENSITY) { " Scalars=\"Density\"" } else { "" };
     writeln!(out, "<PointData{scalars}>")?;

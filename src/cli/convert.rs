@@ -1,0 +1,162 @@
+//! `sph-prep convert`: particles from one format to another. What the target cannot hold is found by reading the new
+//! file back, so that the list is what happened and not what a table says.
+
+use super::args::ConvertArgs;
+use crate::error::{Error, Result};
+use crate::kernel::{default_kernel_neighbors, support_over_spacing};
+use sph_formats::common::particle_names as names;
+use sph_formats::{
+    Column, FieldRequest, FileContent, FormatSpec, ParticleFile, ParticleTable, UnitDimension, UnitSystem, Values,
+    WriteOptions, registry,
+};
+use std::path::Path;
+
+/// Smoothing lengths whose convention the reader does not know.
+const SMOOTHING_LENGTH: &str = "SmoothingLength";
+/// Relative change of a column that is more than the rounding to f32.
+const ROUNDING: f64 = 1e-6;
+
+/// Converts a particle file; returns what there is to say about it.
+///
+/// # Errors
+/// What the reader and the writer say; a file that holds a field; units or a box that make no sense.
+pub fn convert(formats: &[FormatSpec], args: &ConvertArgs) -> Result<Vec<String>> {
+    let target = registry::detect_output(formats, &args.to, args.to_format.as_deref())?;
+    registry::writer(target, &args.to)?;
+    sph_formats::output::probe(&args.to)?;
+    let mut file = particles(formats, &args.from, args.format.as_deref())?;
+    let mut notes = Vec::new();
+    if let Some(name) = &args.units {
+        let units = UnitSystem::by_name(name).ok_or_else(|| {
+            Error::scene("--units", format!("is '{name}', expected cgs, si, solar, planetary, galactic or code"))
+        })?;
+        change_units(&mut file, units);
+    }
+    if let Some(edge) = args.box_size {
+        if !(edge.is_finite() && edge > 0.0) {
+            return Err(Error::scene("--box", format!("is {edge}, expected a positive length")));
+        }
+        let d = file.header.dimension;
+        file.header.box_size.iter_mut().take(d).for_each(|l| *l = edge);
+    }
+    for species in &mut file.species {
+        if species.part_type == 0 {
+            notes.extend(support_radii(&mut species.table, file.header.dimension));
+        }
+    }
+    let options = WriteOptions { compression: args.compression, double_precision: args.double };
+    sph_formats::write(formats, &args.to, Some(target.name), &file, options)?;
+    match particles(formats, &args.to, None) {
+        Ok(back) => notes.extend(losses(target.name, &file, &back)),
+        Err(e) => notes.push(format!("what '{}' holds could not be checked: {e}", args.to.display())),
+    }
+    Ok(notes)
+}
+
+fn particles(formats: &[FormatSpec], path: &Path, format: Option<&str>) -> Result<ParticleFile> {
+    match sph_formats::read(formats, path, format, &FieldRequest::default())? {
+        FileContent::Particles(file) => Ok(file),
+        FileContent::Field(field) => Err(Error::field(
+            path.display().to_string(),
+            format!(
+                "it holds a {} read by '{}', expected particles with masses; make particles of it with --in and --out",
+                field.geometry.kind(),
+                field.format
+            ),
+        )),
+    }
+}
+
+/// Expresses all numbers in other units.
+fn change_units(file: &mut ParticleFile, to: UnitSystem) {
+    let from = file.header.units;
+    let factor = |d: UnitDimension| from.to_cgs(d) / to.to_cgs(d);
+    for column in file.species.iter_mut().flat_map(|s| &mut s.table.columns) {
+        let f = factor(column.dimension);
+        if f != 1.0 {
+            column.values = Values::F64((0..column.values.len()).map(|i| f * column.values.get(i)).collect());
+        }
+    }
+    file.header.box_size.iter_mut().for_each(|l| *l *= factor(UnitDimension::LENGTH));
+    file.header.time *= factor(UnitDimension::TIME);
+    file.header.units = to;
+}
+
+/// Gives gas its support radii from masses and densities, where the file has none that are understood.
+fn support_radii(table: &mut ParticleTable, d: usize) -> Option<String> {
+    let unknown = table.columns.iter().position(|c| c.name == SMOOTHING_LENGTH);
+    if table.column(names::SUPPORT_RADIUS).is_some() {
+        return None;
+    }
+    let (Some(masses), Some(density)) = (table.column(names::MASSES), table.column(names::DENSITY)) else {
+        return None;
+    };
+    let neighbors = default_kernel_neighbors(d);
+    let ratio = support_over_spacing(d, neighbors);
+    let exponent = 1.0 / d as f64;
+    let radius = |i: usize| ratio * (masses.values.get(i) / density.values.get(i)).powf(exponent);
+    let column = Column {
+        name: names::SUPPORT_RADIUS.into(),
+        components: 1,
+        values: Values::F64((0..table.count).map(radius).collect()),
+        dimension: UnitDimension::LENGTH,
+    };
+    if let Some(i) = unknown {
+        table.columns.remove(i);
+    }
+    table.columns.push(column);
+    let why = if unknown.is_some() { "smoothing lengths of an unknown convention" } else { "no smoothing lengths" };
+    Some(format!("the input has {why}: support radii are those of {neighbors} neighbors at each particle's density"))
+}
+
+/// What the new file lacks of the old one.
+fn losses(format: &str, file: &ParticleFile, back: &ParticleFile) -> Vec<String> {
+    let mut lost = Vec::new();
+    for species in file.species.iter().filter(|s| s.table.count > 0) {
+        let t = species.part_type;
+        let Some(new) = back.species.iter().find(|s| s.part_type == t) else {
+            lost.push(format!("{format} does not keep particles of type {t}"));
+            continue;
+        };
+        for column in &species.table.columns {
+            match new.table.column(&column.name.replace('/', "_")) {
+                None => lost.push(format!("{format} does not hold column '{}' of type {t}", column.name)),
+                Some(stored) => {
+                    let change = change(column, stored);
+                    if change > ROUNDING {
+                        lost.push(format!(
+                            "{format} holds column '{}' of type {t} with other values, by up to {change:.1e} of the largest",
+                            column.name
+                        ));
+                    }
+                }
+            }
+        }
+    }
+    let (old, new) = (&file.header, &back.header);
+    let close = |a: f64, b: f64| (a - b).abs() <= 1e-9 * a.abs();
+    let same = |a: &[f64], b: &[f64]| a.iter().zip(b).all(|(a, b)| close(*a, *b));
+    let units = |u: &UnitSystem| [u.length, u.mass, u.time, u.temperature];
+    let checks = [
+        ("the unit system", same(&units(&old.units), &units(&new.units))),
+        ("the box", same(&old.box_size, &new.box_size)),
+        ("which axes are periodic", old.periodic == new.periodic),
+        ("the dimension", old.dimension == new.dimension),
+        ("the time", close(old.time, new.time)),
+        ("the kernel", old.kernel == new.kernel && close(old.kernel_neighbors, new.kernel_neighbors)),
+        ("the provenance", old.provenance.iter().all(|fact| new.provenance.contains(fact))),
+    ];
+    lost.extend(checks.iter().filter(|(_, kept)| !kept).map(|(what, _)| format!("{format} does not hold {what}")));
+    lost
+}
+
+/// Largest difference between two columns, over the largest value.
+fn change(old: &Column, new: &Column) -> f64 {
+    if old.components != new.components || old.values.len() != new.values.len() {
+        return 1.0;
+    }
+    let range = (0..old.values.len()).map(|i| old.values.get(i).abs()).filter(|v| v.is_finite()).fold(0.0, f64::max);
+    let difference = |i: usize| (old.values.get(i) - new.values.get(i)).abs();
+    let largest = (0..old.values.len()).map(difference).filter(|v| v.is_finite()).fold(0.0, f64::max);
+    if largest == 0.0 { 0.0 } else { largest / range.max(f64::MIN_POSITIVE) }
+}
