@@ -2,7 +2,7 @@
 
 use crate::domain::{Axis, Domain, Region};
 use crate::kernel::default_kernel_neighbors;
-use crate::placement::WvtOptions;
+use crate::placement::{SolverOptions, WvtOptions};
 use crate::scene::{Atmosphere, Polish, Scene};
 use crate::seeding::Seeding;
 use serde::Serialize;
@@ -24,13 +24,21 @@ pub struct Plan {
     pub polish: Polish,
     /// Stages of particle splitting within ALARIC.
     pub splittings: usize,
+    /// Evaluations of the density solver.
+    pub evaluations: usize,
 }
 
 impl Plan {
     /// Decides from the scene, the domain that it came to and the number of particles.
     pub fn new<const D: usize>(scene: &Scene, domain: &Domain<D>, count: usize, has_profile: bool) -> Self {
-        let mut plan =
-            Self { stages: Vec::new(), left_out: Vec::new(), wvt_iterations: 0, polish: Polish::None, splittings: 0 };
+        let mut plan = Self {
+            stages: Vec::new(),
+            left_out: Vec::new(),
+            wvt_iterations: 0,
+            polish: Polish::None,
+            splittings: 0,
+            evaluations: 0,
+        };
         plan.stages.push(scene.seeding.method().stage);
         if count < MIN_RELAXED {
             plan.drop("relaxation", format!("{count} particles have no neighbors to relax against"));
@@ -58,12 +66,22 @@ impl Plan {
 
     fn choose_polish(&mut self, scene: &Scene, count: usize, d: usize) {
         let neighbors = scene.neighbors.unwrap_or_else(|| default_kernel_neighbors(d));
-        match scene.polish {
+        let automatic = if count > MAX_AUTOMATIC { Polish::None } else { Polish::Solver };
+        match scene.polish.unwrap_or(automatic) {
+            Polish::None if scene.polish.is_none() => self.drop(
+                "density solver",
+                format!("over {MAX_AUTOMATIC} particles it takes three times the memory of WVT; ask for it with polish: solver"),
+            ),
             Polish::None => self.drop("polish", "polish is none"),
             _ if (count as f64) < 2.0 * neighbors => {
                 self.drop("polish", format!("{count} particles all see each other with {neighbors:.0} neighbors"));
             }
             chosen => self.polish = chosen,
+        }
+        if self.polish == Polish::Solver {
+            let default = SolverOptions::new(d).evaluations;
+            let affordable = if count > MANY { default / 2 } else { default };
+            self.evaluations = scene.solver.evaluations.unwrap_or(affordable);
         }
         if self.polish != Polish::Alaric {
             return;
@@ -113,5 +131,10 @@ impl Plan {
 
 /// Fewer particles are left where the seed puts them.
 const MIN_RELAXED: usize = 3;
+/// More particles are not polished unless asked for.
+const MAX_AUTOMATIC: usize = 3_000_000;
+/// More particles get half of the evaluations: the error that is left is that of fewer iterations, and a run
+/// stays within a minute for a million.
+const MANY: usize = 500_000;
 /// Fewer particles converge at once; splitting only adds its noise.
 const MIN_SPLIT: usize = 4000;

@@ -53,7 +53,7 @@ pub fn place<const D: usize>(
             plan.polish = Polish::None;
         }
         Polish::Solver => {
-            let options = solver_options(scene, neighbors);
+            let options = solver_options(scene, plan.evaluations, neighbors);
             let (solved, report) = solve_density::<D, f32>(scene.kernel, target, positions, &options, control);
             positions = solved;
             stages.push(report);
@@ -116,10 +116,10 @@ fn wvt_options(scene: &Scene, iterations: usize, kernel_neighbors: f64) -> WvtOp
     }
 }
 
-fn solver_options(scene: &Scene, kernel_neighbors: f64) -> SolverOptions {
+fn solver_options(scene: &Scene, evaluations: usize, kernel_neighbors: f64) -> SolverOptions {
     SolverOptions {
         kernel_neighbors,
-        evaluations: scene.solver.evaluations,
+        evaluations,
         quietness: scene.solver.quietness,
         tolerance: scene.tolerance.unwrap_or(0.0),
     }

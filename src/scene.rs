@@ -29,7 +29,9 @@ pub struct Scene {
     #[serde(skip_serializing_if = "Option::is_none")]
     pub neighbors: Option<f64>,
     pub wvt: WvtInput,
-    pub polish: Polish,
+    /// What follows WVT; by default the density solver where time and memory allow.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub polish: Option<Polish>,
     pub alaric: AlaricInput,
     pub solver: SolverInput,
     /// Lets masses move by at most this fraction until the density is exact; equal masses otherwise.
@@ -190,11 +192,10 @@ impl Default for WvtInput {
 }
 
 /// What follows WVT.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Polish {
     /// The density solver.
-    #[default]
     Solver,
     /// The damped dynamics of the ALARIC paper.
     Alaric,
@@ -245,8 +246,9 @@ impl Default for AlaricInput {
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct SolverInput {
-    /// Evaluations of density and forces, at most.
-    pub evaluations: usize,
+    /// Evaluations of density and forces, at most; by default 60, and half of that over 500 000 particles.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub evaluations: Option<usize>,
     /// What matters more: 0 the exact density, 1 quiet forces.
     pub quietness: f64,
 }
@@ -254,7 +256,7 @@ pub struct SolverInput {
 impl Default for SolverInput {
     fn default() -> Self {
         let o = SolverOptions::new(3);
-        Self { evaluations: o.evaluations, quietness: o.quietness }
+        Self { evaluations: None, quietness: o.quietness }
     }
 }
 

@@ -168,7 +168,7 @@ impl<K: Kernel, R: Real> SolvePass<K, R> {
         let mut sums = DensitySums::default();
         for _ in 0..MAX_SUPPORT_STEPS {
             if support > batch.unit().length {
-                batch.gather(support * SOLVE_MARGIN);
+                batch.gather_again(support * SOLVE_MARGIN);
             }
             sums = density_sums::<D, C, K, R, S>(simd, self.kernel, batch, i, support);
             let count = sums.number_density * support.powi(D as i32);

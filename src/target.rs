@@ -66,6 +66,21 @@ impl<const D: usize> Target<'_, D> {
         number_density.powf(-1.0 / D as f64) < self.largest_spacing
     }
 
+    /// grad ln n* by forward differences over `step` (backward at the domain's edge); `here` is n* at `x`.
+    pub fn log_slope(&self, x: &[f64; D], here: f64, step: f64) -> [f64; D] {
+        let value = |k: usize, h: f64| {
+            let mut y = *x;
+            y[k] += h;
+            self.domain.wrap(&mut y);
+            self.domain.contains(&y).then(|| (self.number_density(&y) - here) / (h * here))
+        };
+        std::array::from_fn(
+            |k| {
+                if here > 0.0 { value(k, step).or_else(|| value(k, -step)).unwrap_or(0.0) } else { 0.0 }
+            },
+        )
+    }
+
     /// grad ln n* by central differences over `step` to either side, one-sided at the domain's edge.
     pub fn log_gradient(&self, x: &[f64; D], step: f64) -> [f64; D] {
         let here = self.number_density(x);

@@ -200,7 +200,7 @@ impl RunArgs {
         }
         scene.seed = self.seed.unwrap_or(scene.seed);
         overlay(&mut scene.wvt.iterations, &self.iterations);
-        scene.polish = self.polish.unwrap_or(scene.polish);
+        overlay(&mut scene.polish, &self.polish);
         scene.solver.quietness = self.quietness.unwrap_or(scene.solver.quietness);
         Ok(scene)
     }

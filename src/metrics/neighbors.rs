@@ -31,6 +31,9 @@ impl Default for Near {
     }
 }
 
+/// Squared distance, in units of the leaf's reach, below which particles are at the same place.
+const COINCIDENT: f64 = 1e-24;
+
 struct NearestPass<'a> {
     support: &'a [f64],
 }
@@ -44,14 +47,14 @@ impl<const D: usize> LeafPass<D, 0, f64> for NearestPass<'_> {
         for (i, out) in batch.targets().zip(out) {
             let target = batch.target(i);
             let limit = (self.support[i] / length).powi(2);
-            // The particle itself is at distance 0; a second one there coincides with it.
+            // The particle itself is at distance 0 but for rounding; a second one there coincides with it.
             let (mut count, mut coincident, mut nearest) = (0, 0, f64::INFINITY);
             for j in 0..batch.len() {
                 let x = batch.position(j);
                 let r2 = (0..D).map(|k| (x[k] - target[k]).powi(2)).sum::<f64>();
                 count += u32::from(r2 < limit);
-                coincident += u32::from(r2 == 0.0);
-                nearest = if r2 > 0.0 && r2 < nearest { r2 } else { nearest };
+                coincident += u32::from(r2 < COINCIDENT);
+                nearest = if r2 >= COINCIDENT && r2 < nearest { r2 } else { nearest };
             }
             *out = Near { count, nearest: if coincident > 1 { 0.0 } else { nearest.sqrt() * length } };
         }

@@ -160,9 +160,15 @@ impl<'a, const D: usize, const C: usize, R: Real> Batch<'a, D, C, R> {
         }
     }
 
+    /// [`Self::gather`] from within a pass, where it is rare: compiled once, without the pass's instructions.
+    #[inline(never)]
+    pub fn gather_again(&mut self, reach: f64) {
+        self.gather(reach);
+    }
+
     /// Gathers all that lies within `reach` of the leaf's box.
     #[inline(always)]
-    pub fn gather(&mut self, reach: f64) {
+    fn gather(&mut self, reach: f64) {
         self.used = 0;
         self.unit.length = reach;
         for s in 0..self.sources.len() {
@@ -296,10 +302,24 @@ const FAR: f64 = 1e8;
 /// Leaves that one parallel task takes.
 const LEAVES_PER_TASK: usize = 32;
 
+/// Apart from [`Leaf`], so that gathering is compiled once for all passes.
+struct Gather<'b, 'a, const D: usize, const C: usize, R: Real> {
+    batch: &'b mut Batch<'a, D, C, R>,
+    reach: f64,
+}
+
+impl<const D: usize, const C: usize, R: Real> WithSimd for Gather<'_, '_, D, C, R> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, _: S) {
+        self.batch.gather(self.reach);
+    }
+}
+
 struct Leaf<'p, 'b, 'a, 'o, const D: usize, const C: usize, R: Real, P: LeafPass<D, C, R>> {
     pass: &'p P,
     batch: &'b mut Batch<'a, D, C, R>,
-    reach: f64,
     out: &'o mut [P::Output],
 }
 
@@ -308,7 +328,6 @@ impl<const D: usize, const C: usize, R: Real, P: LeafPass<D, C, R>> WithSimd for
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) {
-        self.batch.gather(self.reach);
         self.pass.leaf(simd, self.batch, self.out);
     }
 }
@@ -342,7 +361,8 @@ pub fn for_each_target<const D: usize, const C: usize, R: Real, P: LeafPass<D, C
                 let (mine, others) = out.split_at_mut(batch.count);
                 out = others;
                 let widest = batch.targets().fold(0.0_f64, |m, i| m.max(batch.support(i)));
-                arch.dispatch(Leaf { pass, batch, reach: widest * margin, out: mine });
+                arch.dispatch(Gather { batch: &mut *batch, reach: widest * margin });
+                arch.dispatch(Leaf { pass, batch: &mut *batch, out: mine });
             }
         },
     );

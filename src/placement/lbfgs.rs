@@ -6,7 +6,7 @@ use crate::reduce;
 use rayon::prelude::*;
 
 /// Pairs kept; more cost memory (24 bytes per pair and particle in 3-D) and save few evaluations.
-const PAIRS: usize = 8;
+const PAIRS: usize = 6;
 
 struct Pair<const D: usize> {
     step: Vec<[f32; D]>,

@@ -267,7 +267,7 @@ impl<'a, const D: usize, R: Real> Solver<'a, D, R> {
         let weights = (0..wanted.len())
             .into_par_iter()
             .map(|i| {
-                let slope = self.log_gradient(&at(positions, i), spacing[i]);
+                let slope = self.log_slope(&at(positions, i), wanted[i], spacing[i]);
                 let steepness = spacing[i] * slope.iter().map(|g| g * g).sum::<f64>().sqrt() / RESOLVED_GRADIENT;
                 1.0 / (1.0 + steepness.powi(4))
             })
@@ -311,7 +311,7 @@ impl<'a, const D: usize, R: Real> Solver<'a, D, R> {
         let mut out = self.arrangement.gradient(&now.support, &strength, &now.sums);
         let positions = &self.arrangement.positions;
         out.par_iter_mut().enumerate().for_each(|(i, g)| {
-            let slope = self.log_gradient(&at(positions, i), frame.spacing[i]);
+            let slope = self.log_slope(&at(positions, i), now.wanted[i], frame.spacing[i]);
             // n* enters through q and through the support radius.
             let through_support =
                 if self.arrangement.target.spacing_follows(now.wanted[i]) { now.sums[i].slope / D as f64 } else { 0.0 };
@@ -321,8 +321,9 @@ impl<'a, const D: usize, R: Real> Solver<'a, D, R> {
         out
     }
 
-    fn log_gradient(&self, x: &[f64; D], spacing: f64) -> [f64; D] {
-        self.arrangement.target.log_gradient(x, GRADIENT_STEP * spacing.min(self.arrangement.domain.size()))
+    fn log_slope(&self, x: &[f64; D], wanted: f64, spacing: f64) -> [f64; D] {
+        let step = GRADIENT_STEP * spacing.min(self.arrangement.domain.size());
+        self.arrangement.target.log_slope(x, wanted, step)
     }
 
     fn note(&mut self, now: &Evaluation<D>, length: f64) {
@@ -336,8 +337,8 @@ impl<'a, const D: usize, R: Real> Solver<'a, D, R> {
     }
 }
 
-/// Step of the central differences of the target, in spacings.
-const GRADIENT_STEP: f64 = 1e-4;
+/// Step of the differences of the target, in spacings: truncation and rounding both stay below 1e-6.
+const GRADIENT_STEP: f64 = 1e-6;
 
 fn longest<const D: usize>(v: &[[f64; D]]) -> f64 {
     reduce::max(v.len(), |i| v[i].iter().map(|c| c * c).sum()).max(0.0).sqrt()
