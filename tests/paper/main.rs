@@ -1,6 +1,7 @@
 //! The tables and figures of the ALARIC paper, as far as they are quick; `cargo test --test paper -- --nocapture`
 //! prints them, `-- --ignored --nocapture` runs the long ones.
 
+mod disc;
 mod splitting;
 mod table1;
 

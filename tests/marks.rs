@@ -1,0 +1,82 @@
+//! What the project promises of its results at full size. Slow in this profile's build, so they run on request:
+//! `cargo test --release --test marks -- --ignored --nocapture`.
+
+use sph_prep::pipeline;
+use sph_prep::placement::Control;
+use sph_prep::report::Report;
+use sph_prep::scene::Scene;
+use std::path::Path;
+use std::sync::atomic::AtomicBool;
+
+fn run(input: &str, rest: &str) -> Report {
+    let folder = tempfile::tempdir().unwrap();
+    let out = folder.path().join("ic.hdf5");
+    let text = format!("{input}\noutput: {{file: '{}'}}\nparticles: 100000\n{rest}", out.display());
+    let scene = Scene::parse(&text).unwrap();
+    let never = AtomicBool::new(false);
+    let control = Control { deadline: None, interrupted: &never, observer: &|_, _, _, _| {} };
+    let report = pipeline::run(&scene, sph_formats::FORMATS, &control).unwrap();
+    let inside = report.density_error.interior_refitted.unwrap();
+    println!(
+        "{input}: epsilon {:.2e}, mean {:.3} %, max {:.2} %, noise {:.2} %, mass defect {:.1e}, {:.1} s",
+        inside.epsilon,
+        100.0 * inside.mean,
+        100.0 * inside.max,
+        100.0 * report.noise.interior.unwrap(),
+        report.mass.defect,
+        report.seconds
+    );
+    report
+}
+
+const UNIFORM: &str = "input: {expression: '1'}\ndomain: {box: [[0, 0, 0], [1, 1, 1]], boundary: [periodic]}\nthermal: {internal_energy: 1}";
+
+/// Stars of the project, and a main-sequence star of MESA where it is present.
+fn stars() -> Vec<String> {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR"));
+    let mesa = root.join("../shared/data/mesa/mesa2hydro_profile_mainsequence_logE.data");
+    let mut files = vec![root.join("profiles/star.nc"), root.join("profiles/polytrope-1.5.nc")];
+    if mesa.is_file() {
+        files.push(mesa)
+    } else {
+        println!("skipped: {} is not here", mesa.display())
+    }
+    files.iter().map(|f| format!("input: {{file: '{}'}}", f.display())).collect()
+}
+
+#[test]
+#[ignore = "full size"]
+fn stars_by_wvt_alone() {
+    for star in stars() {
+        let report = run(&star, "polish: none");
+        assert!(report.density_error.interior_refitted.unwrap().mean < 0.01);
+        assert!(report.mass.defect.abs() < 1e-12 && report.mass.smallest == report.mass.largest);
+    }
+}
+
+#[test]
+#[ignore = "full size"]
+fn a_uniform_box_by_wvt_alone() {
+    let report = run(UNIFORM, "polish: none\nwvt: {iterations: 60}");
+    assert!(report.density_error.all_refitted.epsilon < 1e-4 && report.noise.all < 0.02);
+}
+
+#[test]
+#[ignore = "full size"]
+fn stars_by_the_solver() {
+    for star in stars() {
+        let inside = run(&star, "").density_error.interior_refitted.unwrap();
+        assert!(inside.mean < 2e-3 && inside.epsilon < 1e-5);
+    }
+}
+
+#[test]
+#[ignore = "full size"]
+fn a_uniform_box_by_the_solver() {
+    let quiet = run(UNIFORM, "");
+    assert!(quiet.density_error.all_refitted.epsilon < 3e-6 && quiet.noise.all < 0.02);
+    let exact = run(UNIFORM, "solver: {quietness: 0, evaluations: 144}");
+    assert!(exact.density_error.all_refitted.epsilon < 1e-9);
+    let trimmed = run(UNIFORM, "trim_masses: 0.1\nsolver: {evaluations: 94}");
+    assert!(trimmed.density_error.all_refitted.epsilon < 1e-11);
+}
