@@ -16,6 +16,7 @@ pub mod neighbors;
 pub mod pipeline;
 pub mod placement;
 pub mod plan;
+mod prepared;
 pub mod reduce;
 pub mod relaxation;
 pub mod report;
