@@ -6,6 +6,7 @@
 pub mod atmosphere;
 pub mod carry;
 pub mod cli;
+pub mod compare;
 pub mod domain;
 pub mod error;
 pub mod field;

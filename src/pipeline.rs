@@ -118,7 +118,7 @@ impl Run<'_> {
         sph_formats::write(self.formats, self.output, Some(self.format.name), &file, options)?;
         self.lap("write", lap, None);
         Ok(Report {
-            input: self.input_name(),
+            input: self.scene.input_name(),
             output: self.output.display().to_string(),
             format: self.format.name,
             dimension: D,
@@ -136,13 +136,6 @@ impl Run<'_> {
             plan,
             notes: self.notes,
         })
-    }
-
-    fn input_name(&self) -> String {
-        match (&self.scene.input.file, &self.scene.input.expression) {
-            (Some(file), _) => file.display().to_string(),
-            (None, expression) => format!("expression '{}'", expression.as_deref().unwrap_or("")),
-        }
     }
 
     /// The unit system of the output: the scene's, or the one that suits a body of this mass.

@@ -1,5 +1,6 @@
 //! Arguments, and how they override the scene.
 
+use super::compare::CompareArgs;
 use crate::error::Result;
 use crate::scene::Scene;
 use clap::{Parser, Subcommand};
@@ -13,6 +14,7 @@ Examples:
   sph-prep --in grid.nc --density rho --print-scene  what would be run, as a scene
   sph-prep inspect grid.nc                           what a file holds
   sph-prep formats                                   what can be read and written
+  sph-prep compare --scene box.yaml --out methods    which method suits a scene
 
 Exit codes: 0 success, 1 failure, 2 wrong usage, 3 tolerance not reached (the best state is written).";
 
@@ -32,8 +34,10 @@ pub enum Command {
     Inspect(InspectArgs),
     /// List the formats that can be read and written.
     Formats,
-    /// List the methods that make initial positions (`seeding` in a scene file).
+    /// List the methods that make initial positions (`seeding` in a scene file), and those that can be compared.
     Methods,
+    /// Run a scene through several methods: error, noise and time as tables, JSON and a page of figures.
+    Compare(CompareArgs),
 }
 
 #[derive(Debug, clap::Args)]
@@ -116,7 +120,7 @@ pub struct RunArgs {
 }
 
 /// Accepts 100000, 1e5 and 100_000.
-fn count(text: &str) -> std::result::Result<usize, String> {
+pub(super) fn count(text: &str) -> std::result::Result<usize, String> {
     let plain = text.replace('_', "");
     let value: f64 = plain.parse().map_err(|_| format!("'{text}' is no number"))?;
     if value >= 1.0 && value.fract() == 0.0 && value <= f64::from(u32::MAX) {
