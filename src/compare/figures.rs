@@ -4,8 +4,9 @@ use super::plots::{Axis, Curve, Figure, color};
 use super::{Comparison, MethodRun, Sample};
 use plotters::style::RGBColor;
 
-const SIZE: (u32, u32) = (640, 440);
-const SMALL: (u32, u32) = (440, 440);
+const SIZE: (u32, u32) = (680, 440);
+/// With room for the legend the axes of a picture are about as wide as high.
+const SMALL: (u32, u32) = (560, 450);
 /// Dots of one picture or profile, so that pages stay small.
 const MOST_DOTS: usize = 1500;
 
@@ -133,7 +134,7 @@ pub(super) fn picture(run: &MethodRun, dimension: usize) -> Option<Figure> {
     slab.sort_by(|a, b| across(a).total_cmp(&across(b)));
     slab.truncate(MOST_DOTS);
     let reach = 1.04 * slab.last().map_or(0.0, |s| across(s)).max(f64::MIN_POSITIVE);
-    let error = |s: &Sample| s.density / s.wanted - 1.0;
+    let error = |s: &Sample| run.refit * s.density / s.wanted - 1.0;
     let mut from = f64::NEG_INFINITY;
     let curves = BANDS.map(|(to, name, color)| {
         let inside = slab.iter().filter(|s| error(s) >= from && error(s) < to);

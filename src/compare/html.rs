@@ -100,7 +100,7 @@ fn pictures(c: &Comparison) -> Result<String> {
     let Some(&count) = c.counts().last() else { return Ok(String::new()) };
     let mut out = format!(
         "<h2>Particles</h2>\n<p>Results with {count} particles, in the input's units. Colors of the pictures: \
-         rho/rho* - 1, mass as given.</p>\n<div class=\"figures\">\n"
+         rho/rho* - 1, mass re-fitted.</p>\n<div class=\"figures\">\n"
     );
     for run in c.runs.iter().filter(|r| r.particles == count) {
         if let Some(picture) = figures::picture(run, c.dimension) {

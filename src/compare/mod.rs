@@ -80,8 +80,12 @@ pub struct MethodRun {
     /// Particles for the pictures: too many for the JSON, which is for numbers.
     #[serde(skip)]
     picture: Vec<Sample>,
+    /// Whether the density is shown against the radius.
     #[serde(skip)]
     radial: bool,
+    /// The factor on the mass of [`State::shown_error`].
+    #[serde(skip)]
+    refit: f64,
 }
 
 impl MethodRun {
@@ -115,7 +119,7 @@ pub struct State {
     pub neighbors: NeighborFigures,
 }
 
-/// A particle of the result in units of the input; `x` is measured from the domain's center in 2-D and 3-D balls.
+/// A particle of the result in units of the input.
 #[derive(Debug, Clone, Copy)]
 struct Sample {
     x: [f64; 3],
@@ -233,7 +237,9 @@ fn run_method<const D: usize>(
         let Outcome { density_error, noise, neighbors, .. } = outcome;
         states.push(State { stage, particles: target.count, seconds, density_error, noise, neighbors });
     }
+    let refit = states.last().map_or(1.0, State::shown_refit);
     Ok(MethodRun {
+        refit,
         method: method.name(),
         particles: target.count,
         stop,

@@ -2,11 +2,12 @@
 
 use crate::error::{Error, Result};
 use plotters::backend::SVGBackend;
-use plotters::chart::{ChartBuilder, SeriesLabelPosition};
-use plotters::drawing::IntoDrawingArea;
-use plotters::element::{Circle, PathElement};
+use plotters::chart::ChartBuilder;
+use plotters::coord::Shift;
+use plotters::drawing::{DrawingArea, IntoDrawingArea};
+use plotters::element::{Circle, PathElement, Text};
 use plotters::series::LineSeries;
-use plotters::style::{BLACK, Color, RGBColor, WHITE};
+use plotters::style::{Color, RGBColor, WHITE};
 
 /// One axis of a figure.
 pub(super) struct Axis {
@@ -71,6 +72,10 @@ pub(super) struct Curve {
     pub points: Vec<(f64, f64)>,
 }
 
+/// Sizes of text, in the library's unit: 0.8 of these are pixels.
+const TITLE: i32 = 19;
+const LABEL: i32 = 15;
+
 pub(super) struct Figure {
     pub title: String,
     pub size: (u32, u32),
@@ -115,8 +120,9 @@ impl Figure {
         let root = SVGBackend::with_string(text, self.size).into_drawing_area();
         root.fill(&WHITE)?;
         let mut chart = ChartBuilder::on(&root)
-            .caption(&self.title, ("sans-serif", 15))
+            .caption(&self.title, ("sans-serif", TITLE))
             .margin(10)
+            .margin_right(self.legend_width())
             .x_label_area_size(40)
             .y_label_area_size(62)
             .build_cartesian_2d(x0..x1, y0..y1)?;
@@ -130,6 +136,7 @@ impl Figure {
             .x_labels(labels(&self.x, (x0, x1)))
             .y_labels(labels(&self.y, (y0, y1)))
             .max_light_lines(1)
+            .label_style(("sans-serif", LABEL))
             .x_label_formatter(&|v| self.x.text(*v))
             .y_label_formatter(&|v| self.y.text(*v))
             .draw()?;
@@ -137,26 +144,30 @@ impl Figure {
             let (color, dot) = (curve.color, curve.dot);
             let inside = points.iter().filter(|p| p.0 >= x0 && p.0 <= x1 && p.1 >= y0 && p.1 <= y1);
             let dots = inside.filter(|_| dot > 0).map(|p| Circle::new(*p, dot, color.filled()));
-            let drawn = chart.draw_series(dots)?;
-            if !curve.name.is_empty() {
-                drawn
-                    .label(&curve.name)
-                    .legend(move |(x, y)| PathElement::new(vec![(x, y), (x + 16, y)], color.stroke_width(3)));
-            }
+            chart.draw_series(dots)?;
             if curve.joined {
                 chart.draw_series(LineSeries::new(points.iter().copied(), color.stroke_width(2)))?;
             }
         }
-        if self.curves.iter().any(|c| !c.name.is_empty()) {
-            chart
-                .configure_series_labels()
-                .position(SeriesLabelPosition::UpperRight)
-                .background_style(WHITE.mix(0.8))
-                .border_style(BLACK.mix(0.3))
-                .draw()?;
-        }
+        self.legend(&root)?;
         root.present()?;
         Ok(())
+    }
+
+    /// Right of the axes, where no point is hidden.
+    fn legend(&self, root: &DrawingArea<SVGBackend<'_>, Shift>) -> std::result::Result<(), Box<dyn std::error::Error>> {
+        let left = self.size.0 as i32 - self.legend_width() + 8;
+        for (i, curve) in self.curves.iter().enumerate() {
+            let y = 40 + 18 * i as i32;
+            root.draw(&PathElement::new(vec![(left, y), (left + 16, y)], curve.color.stroke_width(3)))?;
+            root.draw(&Text::new(curve.name.clone(), (left + 21, y - 6), ("sans-serif", LABEL)))?;
+        }
+        Ok(())
+    }
+
+    fn legend_width(&self) -> i32 {
+        let longest = self.curves.iter().map(|c| c.name.chars().count()).max().unwrap_or(0);
+        40 + 7 * longest.min(30) as i32
     }
 
     fn placed(&self, curve: &Curve) -> Vec<(f64, f64)> {

@@ -99,6 +99,12 @@ impl State {
         self.density_error.interior_refitted.as_ref().unwrap_or(&self.density_error.all_refitted)
     }
 
+    /// The factor on the mass in [`Self::shown_error`].
+    pub(super) fn shown_refit(&self) -> f64 {
+        let e = &self.density_error;
+        if e.interior_refitted.is_some() { e.refit_interior } else { e.refit_all }
+    }
+
     /// Force noise over the interior where there is one.
     pub(super) fn shown_noise(&self) -> f64 {
         self.noise.interior.unwrap_or(self.noise.all)
