@@ -13,7 +13,7 @@ use std::sync::atomic::AtomicBool;
 const AFTER: &str = "\
 Each METHOD is a variation of the scene, with another seeding as METHOD:SEEDING (solver:shells, seed:random).
 `sph-prep methods` lists both. FOLDER gets compare.csv (a row per step and per state left by a stage),
-compare.json and report.html (tables and figures; it needs nothing else).
+compare.json, report.html (tables and figures; it needs nothing else) and error-against-time.svg.
 
   sph-prep compare --scene disc.yaml -n 1000,10000 --methods wvt,solver,solver:random --out disc-methods";
 
@@ -32,7 +32,7 @@ pub struct CompareArgs {
     /// Methods, separated by commas.
     #[arg(long, value_name = "METHOD,...", default_value = compare::DEFAULT)]
     methods: String,
-    /// Folder for compare.csv, compare.json and report.html; made if need be.
+    /// Folder for the files; made if need be.
     #[arg(long = "out", value_name = "FOLDER")]
     output: PathBuf,
     /// Threads to use [default: all cores]. Only the times depend on it.

@@ -297,8 +297,8 @@ fn samples<const D: usize>(
         .collect()
 }
 
-/// The files of a comparison.
-pub const FILES: [&str; 3] = ["compare.csv", "compare.json", "report.html"];
+/// The files of a comparison; the last is the page's first figure for the most particles, to show elsewhere.
+pub const FILES: [&str; 4] = ["compare.csv", "compare.json", "report.html", "error-against-time.svg"];
 
 /// Whether the files could be written; makes the folder. Asked before a long comparison.
 ///
@@ -314,7 +314,9 @@ pub fn probe(folder: &Path) -> Result<()> {
 /// # Errors
 /// [`FormatError::Io`], or a plot that cannot be drawn.
 pub fn write(comparison: &Comparison, folder: &Path) -> Result<()> {
-    let texts = [csv(comparison), json(comparison)?, html::page(comparison)?];
+    let most = comparison.counts().last().copied().unwrap_or(0);
+    let figure = figures::error_against_time(comparison, most).svg()?;
+    let texts = [csv(comparison), json(comparison)?, html::page(comparison)?, figure];
     for (name, text) in FILES.iter().zip(texts) {
         sph_formats::output::atomically(&folder.join(name), |path| {
             std::fs::write(path, text).map_err(|e| FormatError::io(path, "write", e))
