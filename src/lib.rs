@@ -6,6 +6,7 @@
 pub mod atmosphere;
 pub mod carry;
 pub mod cli;
+pub mod compare;
 pub mod domain;
 pub mod error;
 pub mod field;
@@ -16,6 +17,7 @@ pub mod neighbors;
 pub mod pipeline;
 pub mod placement;
 pub mod plan;
+mod prepared;
 pub mod reduce;
 pub mod relaxation;
 pub mod report;

@@ -1,21 +1,20 @@
 //! The plan in order: input -> source -> target -> seed -> relaxation -> carried fields -> measures -> file.
 //! The only place where the run-time dimension and kernel become types, and where formats meet placement.
 
-use crate::atmosphere;
 use crate::carry::{self, EnergySource};
 use crate::domain::{Axis, Domain, Region};
 use crate::error::{Error, Result};
-use crate::field::{MassEstimate, ScalarField, Source, total_mass};
 use crate::ingest::{self, InputUnits, RawInput};
-use crate::kernel::{default_kernel_neighbors, support_over_spacing};
-use crate::metrics::{DensityError, Measured, NoiseFigures};
+use crate::kernel::default_kernel_neighbors;
+use crate::metrics::Outcome;
 use crate::placement::{Control, StopReason};
 use crate::plan::Plan;
+use crate::prepared::Prepared;
 use crate::reduce;
 use crate::relaxation::{self, Relaxed};
 use crate::report::{MassReport, Report, Timing};
-use crate::scene::{Atmosphere, DEFAULT_PARTICLES, Scene};
-use crate::target::{Positions, Resolution, Target};
+use crate::scene::{DEFAULT_PARTICLES, Scene};
+use crate::target::{Positions, Target};
 use rayon::prelude::*;
 use sph_formats::common::particle_names as names;
 use sph_formats::{
@@ -24,9 +23,6 @@ use sph_formats::{
 };
 use std::path::Path;
 use std::time::Instant;
-
-/// Quadrature of the total mass aims at this relative error.
-const MASS_TOLERANCE: f64 = 1e-10;
 
 /// Runs a scene from input to output file.
 ///
@@ -82,18 +78,6 @@ struct Run<'a> {
     notes: Vec<String>,
 }
 
-/// The source in units of its own size and mass.
-struct Scaled<const D: usize> {
-    source: Source<D>,
-    resolution: Option<Box<dyn ScalarField<D>>>,
-    resolution_integral: f64,
-    /// See [`Target::largest_spacing`].
-    largest_spacing: f64,
-    /// Input units of length and mass per internal one.
-    length: f64,
-    mass: MassEstimate,
-}
-
 impl Run<'_> {
     fn lap(&mut self, step: &'static str, since: Instant, epsilon: Option<f64>) {
         self.timing.push(Timing { step, seconds: since.elapsed().as_secs_f64(), epsilon });
@@ -102,69 +86,14 @@ impl Run<'_> {
     fn in_dimension<const D: usize>(mut self, raw: RawInput) -> Result<Report> {
         let lap = Instant::now();
         let count = self.scene.particles.unwrap_or(DEFAULT_PARTICLES);
-        let scaled = self.scaled_source::<D>(raw, count)?;
-        self.notes.extend(scaled.source.notes.iter().cloned());
+        let scaled = Prepared::<D>::new(self.scene, self.formats, raw, count)?;
+        self.notes.extend(scaled.notes.iter().cloned());
         self.lap("interpolate", lap, None);
-        let source = &scaled.source;
-        let target = Target {
-            domain: &source.domain,
-            density: source.density.as_ref(),
-            resolution: match &scaled.resolution {
-                None => Resolution::EqualMass,
-                Some(field) => Resolution::NumberDensity(field.as_ref()),
-            },
-            count,
-            mass: 1.0,
-            resolution_integral: scaled.resolution_integral,
-            largest_spacing: scaled.largest_spacing,
-        };
-        let plan = Plan::new(self.scene, &source.domain, count, source.radial.is_some());
-        self.place(&target, &scaled, plan)
+        let plan = Plan::new(self.scene, &scaled.source.domain, count, scaled.source.radial.is_some());
+        self.place(&scaled.target(), &scaled, plan)
     }
 
-    /// Source, atmosphere cut, mass, and the change to internal units.
-    fn scaled_source<const D: usize>(&mut self, raw: RawInput, count: usize) -> Result<Scaled<D>> {
-        let mut source = ingest::source::<D>(self.scene, raw)?;
-        let keep = self.scene.input.atmosphere == Atmosphere::Keep || self.scene.resolution.is_some();
-        let atmosphere = atmosphere::cut(&mut source, count, keep);
-        let largest_spacing = atmosphere.as_ref().map_or(f64::INFINITY, |a| a.largest_spacing);
-        self.notes.extend(atmosphere.and_then(|a| a.note));
-        let mass = match source.mass {
-            Some(mass) => mass,
-            None => total_mass(source.density.as_ref(), &source.domain, MASS_TOLERANCE)?,
-        };
-        if !(mass.value > 0.0 && mass.value.is_finite()) {
-            return Err(Error::field(
-                "density",
-                format!("its integral over the domain is {}, expected a positive mass", mass.value),
-            ));
-        }
-        let length = source.domain.size();
-        let density = length.powi(D as i32) / mass.value;
-        if !(density.is_finite() && density > 0.0) {
-            return Err(Error::field(
-                "density",
-                format!(
-                    "mass {:e} in a domain of size {length:e} is beyond f64; choose larger or smaller units",
-                    mass.value
-                ),
-            ));
-        }
-        let resolution = ingest::resolution(self.scene, self.formats, &source.domain)?
-            .map(|field| Box::new(InUnitBox { field, length }) as Box<dyn ScalarField<D>>);
-        let source = source.scaled(1.0 / length, density);
-        let resolution_integral = match &resolution {
-            None => 1.0,
-            Some(field) => total_mass(field.as_ref(), &source.domain, MASS_TOLERANCE)?.value,
-        };
-        if !(resolution_integral > 0.0 && resolution_integral.is_finite()) {
-            return Err(Error::field("resolution", "its number density has no positive integral over the domain"));
-        }
-        let largest_spacing = (largest_spacing / length).min(1.0);
-        Ok(Scaled { source, resolution, resolution_integral, largest_spacing, length, mass })
-    }
-
-    fn place<const D: usize>(mut self, target: &Target<'_, D>, scaled: &Scaled<D>, mut plan: Plan) -> Result<Report> {
+    fn place<const D: usize>(mut self, target: &Target<'_, D>, scaled: &Prepared<D>, mut plan: Plan) -> Result<Report> {
         let kernel = self.scene.kernel;
         let neighbors = self.scene.neighbors.unwrap_or_else(|| default_kernel_neighbors(D));
         let mut relaxed = relaxation::place(self.scene, &mut plan, target, neighbors, self.control)?;
@@ -173,19 +102,8 @@ impl Run<'_> {
         self.timing.extend(timing);
         self.notes.extend(notes);
         let lap = Instant::now();
-        let number_density = target.number_densities(&positions);
-        let ratio = support_over_spacing(D, neighbors);
-        let guess: Vec<f64> = number_density.par_iter().map(|&n| ratio * target.spacing(n)).collect();
-        let mut measured = Measured::new(kernel, target.domain, &positions, &masses, &guess, neighbors);
-        drop((guess, number_density));
-        measured.leave_out_unresolved(target, &positions);
-        let wanted = target.densities(&positions);
-        let density_error = DensityError::new(&measured, &wanted);
-        let noise = NoiseFigures::new(kernel, &measured, target.domain, &masses, neighbors);
-        let neighbor_figures = measured.neighbors(target.domain, neighbors);
-        let (support, density): (Vec<f64>, Vec<f64>) =
-            measured.support.iter().zip(&measured.sums).map(|(&h, s)| (h, s.weighted)).unzip();
-        drop(measured);
+        let Outcome { masses, support, density, wanted, density_error, noise, neighbors: neighbor_figures } =
+            Outcome::new(kernel, target, &positions, masses, neighbors);
         self.lap("measure", lap, Some(density_error.all_refitted.epsilon));
         let lap = Instant::now();
         let out = self.output_units(scaled.mass.value, D)?;
@@ -201,7 +119,7 @@ impl Run<'_> {
         sph_formats::write(self.formats, self.output, Some(self.format.name), &file, options)?;
         self.lap("write", lap, None);
         Ok(Report {
-            input: self.input_name(),
+            input: self.scene.input_name(),
             output: self.output.display().to_string(),
             format: self.format.name,
             dimension: D,
@@ -219,13 +137,6 @@ impl Run<'_> {
             plan,
             notes: self.notes,
         })
-    }
-
-    fn input_name(&self) -> String {
-        match (&self.scene.input.file, &self.scene.input.expression) {
-            (Some(file), _) => file.display().to_string(),
-            (None, expression) => format!("expression '{}'", expression.as_deref().unwrap_or("")),
-        }
     }
 
     /// The unit system of the output: the scene's, or the one that suits a body of this mass.
@@ -257,7 +168,7 @@ impl Run<'_> {
     fn mass_report<const D: usize>(
         &self,
         masses: &[f64],
-        scaled: &Scaled<D>,
+        scaled: &Prepared<D>,
         factors: &Factors,
         out: &UnitSystem,
         d: usize,
@@ -277,7 +188,7 @@ impl Run<'_> {
 
     fn particle_file<const D: usize>(
         &mut self,
-        scaled: &Scaled<D>,
+        scaled: &Prepared<D>,
         raw: RawColumns<'_, D>,
         factors: &Factors,
         units: UnitSystem,
@@ -392,25 +303,13 @@ struct Factors {
 }
 
 impl Factors {
-    fn new<const D: usize>(units: Option<InputUnits>, scaled: &Scaled<D>, out: &UnitSystem) -> Self {
+    fn new<const D: usize>(units: Option<InputUnits>, scaled: &Prepared<D>, out: &UnitSystem) -> Self {
         let (length, density) = units
             .map_or((1.0, 1.0), |u| (u.length / out.length, u.density / out.to_cgs(UnitDimension::mass_density(3))));
         let input_mass = density * length.powi(D as i32);
         let mass = scaled.mass.value * input_mass;
         let size = scaled.length * length;
         Self { length: size, mass, density: mass / size.powi(D as i32), input_mass }
-    }
-}
-
-/// A field of the input seen from internal coordinates.
-struct InUnitBox<const D: usize> {
-    field: Box<dyn ScalarField<D>>,
-    length: f64,
-}
-
-impl<const D: usize> ScalarField<D> for InUnitBox<D> {
-    fn value(&self, x: &[f64; D]) -> f64 {
-        self.field.value(&x.map(|v| v * self.length))
     }
 }
 
@@ -426,7 +325,7 @@ fn scaled_domain<const D: usize>(domain: &Domain<D>, factor: f64) -> Domain<D> {
     out
 }
 
-fn radial_in<const D: usize>(scaled: &Scaled<D>, factor: f64) -> Option<crate::field::RadialSource<D>> {
+fn radial_in<const D: usize>(scaled: &Prepared<D>, factor: f64) -> Option<crate::field::RadialSource<D>> {
     let mut radial = scaled.source.radial.clone()?;
     radial.center = radial.center.map(|v| v * factor);
     Some(radial)

@@ -32,15 +32,33 @@ pub fn place<const D: usize>(
     neighbors: f64,
     control: &Control<'_>,
 ) -> Result<Relaxed<D>> {
+    place_watched(scene, plan, target, neighbors, control, &mut |_, _| {})
+}
+
+/// [`place`], showing `watch` what the seed and each part of the plan left. Before splitting these are fewer
+/// particles than the target's count. What `watch` does counts against a deadline, but not in the timing.
+///
+/// # Errors
+/// As [`place`].
+pub fn place_watched<const D: usize>(
+    scene: &Scene,
+    plan: &mut Plan,
+    target: &Target<'_, D>,
+    neighbors: f64,
+    control: &Control<'_>,
+    watch: &mut dyn FnMut(&'static str, &Positions<D>),
+) -> Result<Relaxed<D>> {
     let start = Instant::now();
     let coarse = target.with_count(coarse_count(D, target.count, plan.splittings));
     let Seeded { mut positions, notes } = seeding::seed(&coarse, scene.seeding, scene.seed)?;
     let mut timing = vec![Timing { step: "seed", seconds: start.elapsed().as_secs_f64(), epsilon: None }];
+    watch("seed", &positions);
     let mut stages = Vec::new();
     if plan.wvt_iterations > 0 {
         let options = wvt_options(scene, plan.wvt_iterations, neighbors);
         let (relaxed, report) = relax(scene.kernel, &coarse, positions, &options, control);
         positions = relaxed;
+        watch(report.stage, &positions);
         stages.push(report);
     }
     let stopped = stages.last().is_some_and(|s: &StageReport| {
@@ -56,6 +74,7 @@ pub fn place<const D: usize>(
             let options = solver_options(scene, plan.evaluations, neighbors);
             let (solved, report) = solve_density::<D, f32>(scene.kernel, target, positions, &options, control);
             positions = solved;
+            watch(report.stage, &positions);
             stages.push(report);
         }
         Polish::Alaric => {
@@ -63,6 +82,7 @@ pub fn place<const D: usize>(
             let (relaxed, reports) =
                 alaric_by_splitting::<D, f32>(scene.kernel, target, positions, plan.splittings, &options, control);
             positions = relaxed;
+            watch("alaric", &positions);
             stages.extend(reports);
         }
     }

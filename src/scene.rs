@@ -351,6 +351,14 @@ impl Scene {
         serde_saphyr::to_string(self).unwrap_or_else(|e| format!("# the scene cannot be printed: {e}\n"))
     }
 
+    /// The input as reports name it.
+    pub fn input_name(&self) -> String {
+        match (&self.input.file, &self.input.expression) {
+            (Some(file), _) => file.display().to_string(),
+            (None, expression) => format!("expression '{}'", expression.as_deref().unwrap_or("")),
+        }
+    }
+
     /// Checks what can be checked without the input.
     ///
     /// # Errors

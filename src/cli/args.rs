@@ -1,5 +1,6 @@
 //! Arguments, and how they override the scene.
 
+use super::compare::CompareArgs;
 use crate::error::Result;
 use crate::scene::Scene;
 use clap::{Parser, Subcommand};
@@ -14,6 +15,7 @@ Examples:
   sph-prep inspect grid.nc                           what a file holds
   sph-prep convert ic.hdf5 ic.vtu                    particles to another format
   sph-prep formats                                   what can be read and written
+  sph-prep compare --scene box.yaml --out methods    which method suits a scene
 
 Exit codes: 0 success, 1 failure, 2 wrong usage, 3 tolerance not reached (the best state is written).";
 
@@ -35,8 +37,10 @@ pub enum Command {
     Convert(ConvertArgs),
     /// List the formats that can be read and written.
     Formats,
-    /// List the methods that make initial positions (`seeding` in a scene file).
+    /// List the methods that make initial positions (`seeding` in a scene file), and those that can be compared.
     Methods,
+    /// Run a scene through several methods: error, noise and time as tables, JSON and a page of figures.
+    Compare(CompareArgs),
 }
 
 #[derive(Debug, clap::Args)]
@@ -145,7 +149,7 @@ pub struct RunArgs {
 }
 
 /// Accepts 100000, 1e5 and 100_000.
-fn count(text: &str) -> std::result::Result<usize, String> {
+pub(super) fn count(text: &str) -> std::result::Result<usize, String> {
     let plain = text.replace('_', "");
     let value: f64 = plain.parse().map_err(|_| format!("'{text}' is no number"))?;
     if value >= 1.0 && value.fract() == 0.0 && value <= f64::from(u32::MAX) {

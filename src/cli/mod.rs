@@ -4,6 +4,7 @@
 //! is written all the same).
 
 mod args;
+mod compare;
 mod convert;
 mod formats;
 mod inspect;
@@ -33,8 +34,9 @@ pub fn main() -> ExitCode {
     let args = Args::parse();
     let result = match &args.command {
         Some(Command::Formats) => print(&formats::table(FORMATS)),
-        Some(Command::Methods) => print(&methods::table()),
+        Some(Command::Methods) => print(&(methods::table() + &compare::table())),
         Some(Command::Inspect(inspect)) => inspect::inspect(FORMATS, inspect).and_then(|text| print(&text)),
+        Some(Command::Compare(arguments)) => compare(arguments),
         Some(Command::Convert(convert)) => convert::convert(FORMATS, convert).map(|notes| {
             notes.iter().for_each(|note| eprintln!("note: {note}"));
             ExitCode::SUCCESS
@@ -52,16 +54,8 @@ fn run(args: &RunArgs) -> crate::Result<ExitCode> {
     if args.print_scene {
         return print(&scene.to_yaml());
     }
-    if let Some(threads) = args.threads {
-        rayon::ThreadPoolBuilder::new()
-            .num_threads(threads)
-            .build_global()
-            .map_err(|e| Error::scene("--threads", e.to_string()))?;
-    }
-    let interrupted = Arc::new(AtomicBool::new(false));
-    let flag = Arc::clone(&interrupted);
-    // Without a handler an interrupt ends the process at once, which is as safe: outputs appear by renaming.
-    let _ = ctrlc::set_handler(move || flag.store(true, Ordering::Relaxed));
+    set_threads(args.threads)?;
+    let interrupted = interrupt_flag();
     let progress = progress::Progress::new(args.quiet);
     let observer = |stage: &'static str, iteration: usize, last: usize, epsilon: f64| {
         progress.update(stage, iteration, last, epsilon);
@@ -80,6 +74,28 @@ fn run(args: &RunArgs) -> crate::Result<ExitCode> {
         print(&report.text())?;
     }
     Ok(exit_code(&scene, report.stop))
+}
+
+fn compare(args: &compare::CompareArgs) -> crate::Result<ExitCode> {
+    set_threads(args.threads)?;
+    compare::run(args, FORMATS, &interrupt_flag()).and_then(|text| print(&text))
+}
+
+fn set_threads(threads: Option<usize>) -> crate::Result<()> {
+    let Some(threads) = threads else { return Ok(()) };
+    rayon::ThreadPoolBuilder::new()
+        .num_threads(threads)
+        .build_global()
+        .map_err(|e| Error::scene("--threads", e.to_string()))
+}
+
+/// Set by an interrupt from now on.
+fn interrupt_flag() -> Arc<AtomicBool> {
+    let interrupted = Arc::new(AtomicBool::new(false));
+    let flag = Arc::clone(&interrupted);
+    // Without a handler an interrupt ends the process at once, which is as safe: outputs appear by renaming.
+    let _ = ctrlc::set_handler(move || flag.store(true, Ordering::Relaxed));
+    interrupted
 }
 
 /// Prints to standard output. A reader that has seen enough (`| head`) is no failure.

@@ -6,11 +6,13 @@ mod density_error;
 mod minimum;
 mod neighbors;
 mod noise;
+mod outcome;
 
 pub use density_error::{DensityError, ErrorFigures};
 pub use minimum::lowest_epsilon;
 pub use neighbors::NeighborFigures;
 pub use noise::{NoiseFigures, poisson_force};
+pub use outcome::Outcome;
 
 use crate::domain::{Domain, Wall};
 use crate::kernel::KernelName;

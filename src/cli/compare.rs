@@ -1,0 +1,91 @@
+//! `sph-prep compare`: the same scene through several methods.
+
+use super::args::count;
+use super::progress::Progress;
+use crate::compare::{self, Compared, Request, VARIATIONS};
+use crate::error::{Error, Result};
+use crate::placement::Control;
+use crate::scene::Scene;
+use sph_formats::FormatSpec;
+use std::path::PathBuf;
+use std::sync::atomic::AtomicBool;
+
+const AFTER: &str = "\
+Each METHOD is a variation of the scene, with another seeding as METHOD:SEEDING (solver:shells, seed:random).
+`sph-prep methods` lists both. FOLDER gets compare.csv (a row per step and per state left by a stage),
+compare.json, report.html (tables and figures; it needs nothing else) and error-against-time.svg.
+
+  sph-prep compare --scene disc.yaml -n 1000,10000 --methods wvt,solver,solver:random --out disc-methods";
+
+#[derive(Debug, clap::Args)]
+#[command(after_help = AFTER)]
+pub struct CompareArgs {
+    /// Scene file (YAML); its output is not written.
+    #[arg(long, value_name = "FILE", required_unless_present = "input")]
+    scene: Option<PathBuf>,
+    /// Density field, instead of the scene's.
+    #[arg(long = "in", value_name = "FILE")]
+    input: Option<PathBuf>,
+    /// Numbers of particles [default: the scene's, or 1000 and 10000].
+    #[arg(short = 'n', long, value_name = "N,...", value_delimiter = ',', value_parser = count)]
+    particles: Vec<usize>,
+    /// Methods, separated by commas.
+    #[arg(long, value_name = "METHOD,...", default_value = compare::DEFAULT)]
+    methods: String,
+    /// Folder for the files; made if need be.
+    #[arg(long = "out", value_name = "FOLDER")]
+    output: PathBuf,
+    /// Threads to use [default: all cores]. Only the times depend on it.
+    #[arg(long)]
+    pub threads: Option<usize>,
+    /// Print neither progress nor the table.
+    #[arg(long)]
+    quiet: bool,
+}
+
+/// Numbers of particles where neither arguments nor scene have one.
+const COUNTS: [usize; 2] = [1000, 10_000];
+
+/// Compares, writes the files, and returns what to print.
+///
+/// # Errors
+/// Those of [`compare::compare`] and [`compare::write`].
+pub fn run(args: &CompareArgs, formats: &[FormatSpec], interrupted: &AtomicBool) -> Result<String> {
+    let mut scene = args.scene.as_deref().map_or_else(|| Ok(Scene::default()), Scene::load)?;
+    if let Some(input) = &args.input {
+        scene.input.file = Some(input.clone());
+        scene.input.expression = None;
+    }
+    let methods = Compared::parse_list(&args.methods)?;
+    let mut counts = if args.particles.is_empty() {
+        scene.particles.map_or_else(|| COUNTS.to_vec(), |n| vec![n])
+    } else {
+        args.particles.clone()
+    };
+    counts.sort_unstable();
+    if let Some(twice) = counts.windows(2).find(|w| w[0] == w[1]) {
+        return Err(Error::scene("--particles", format!("has {} twice; name each number once", twice[0])));
+    }
+    compare::probe(&args.output)?;
+    let progress = Progress::new(args.quiet);
+    let observer = |stage: &'static str, iteration: usize, last: usize, epsilon: f64| {
+        progress.update(stage, iteration, last, epsilon);
+    };
+    let control = Control { deadline: None, interrupted, observer: &observer };
+    let request = Request { scene: &scene, methods: &methods, counts: &counts };
+    let result = compare::compare(&request, formats, &control);
+    progress.finish();
+    let comparison = result?;
+    compare::write(&comparison, &args.output)?;
+    let files = compare::FILES.map(|name| args.output.join(name).display().to_string()).join(", ");
+    Ok(if args.quiet { String::new() } else { format!("{}wrote {files}\n", comparison.text()) })
+}
+
+/// The variations, as lines for `sph-prep methods`.
+pub fn table() -> String {
+    let mut out = String::from("\nto compare (sph-prep compare --methods NAME or NAME:SEEDING, ...)\n");
+    for v in VARIATIONS {
+        out += &format!("{:<23} {}\n  {}\n", v.name, v.summary, v.reference);
+    }
+    out
+}

@@ -1,0 +1,148 @@
+//! A comparison as one CSV table, and as text for a terminal.
+
+use super::{Comparison, MethodRun, State, Step};
+use crate::metrics::ErrorFigures;
+use std::fmt::Write;
+
+/// Columns of the CSV. A row is a step (an iteration: its `epsilon_watched` alone) or a state (what the seed or a
+/// stage left: everything else). What does not apply is empty. Epsilon, mean and max are as in the run report.
+pub const CSV_COLUMNS: [&str; 24] = [
+    "method",
+    "particles",
+    "row",
+    "stage",
+    "step",
+    "stage_particles",
+    "seconds",
+    "epsilon_watched",
+    "epsilon",
+    "mean_error",
+    "max_error",
+    "epsilon_refitted",
+    "mean_error_refitted",
+    "max_error_refitted",
+    "interior_epsilon",
+    "interior_mean_error",
+    "interior_max_error",
+    "interior_epsilon_refitted",
+    "interior_mean_error_refitted",
+    "interior_max_error_refitted",
+    "noise",
+    "interior_noise",
+    "mean_neighbors",
+    "closest_pair",
+];
+
+/// The table, rows of a run in the order of time.
+pub fn csv(comparison: &Comparison) -> String {
+    let mut out = CSV_COLUMNS.join(",") + "\n";
+    for run in &comparison.runs {
+        for state in &run.states {
+            run.steps.iter().filter(|s| s.stage == state.stage).for_each(|s| push(&mut out, step_row(run, s)));
+            push(&mut out, state_row(run, state));
+        }
+    }
+    out
+}
+
+fn push(out: &mut String, cells: Vec<String>) {
+    *out += &cells.join(",");
+    out.push('\n');
+}
+
+fn step_row(run: &MethodRun, step: &Step) -> Vec<String> {
+    let mut cells = vec![
+        run.method.clone(),
+        run.particles.to_string(),
+        "step".into(),
+        step.stage.into(),
+        step.step.to_string(),
+        String::new(),
+        number(step.seconds),
+        number(step.epsilon),
+    ];
+    cells.resize(CSV_COLUMNS.len(), String::new());
+    cells
+}
+
+fn state_row(run: &MethodRun, state: &State) -> Vec<String> {
+    let e = &state.density_error;
+    let mut cells = vec![
+        run.method.clone(),
+        run.particles.to_string(),
+        "state".into(),
+        state.stage.into(),
+        String::new(),
+        state.particles.to_string(),
+        number(state.seconds),
+        String::new(),
+    ];
+    for figures in [Some(e.all), Some(e.all_refitted), e.interior, e.interior_refitted] {
+        let values = figures.map(|ErrorFigures { epsilon, mean, max, .. }| [epsilon, mean, max]);
+        cells.extend((0..3).map(|k| values.map_or(String::new(), |v| number(v[k]))));
+    }
+    cells.push(number(state.noise.all));
+    cells.push(state.noise.interior.map_or(String::new(), number));
+    cells.push(number(state.neighbors.mean_count));
+    cells.push(number(state.neighbors.closest_pair));
+    cells
+}
+
+/// Shortest text that reads back as the same number.
+fn number(value: f64) -> String {
+    format!("{value:e}")
+}
+
+impl State {
+    /// The figures that the text and the plots show: mass re-fitted, over the interior where there is one.
+    pub(super) fn shown_error(&self) -> &ErrorFigures {
+        self.density_error.interior_refitted.as_ref().unwrap_or(&self.density_error.all_refitted)
+    }
+
+    /// The factor on the mass in [`Self::shown_error`].
+    pub(super) fn shown_refit(&self) -> f64 {
+        let e = &self.density_error;
+        if e.interior_refitted.is_some() { e.refit_interior } else { e.refit_all }
+    }
+
+    /// Force noise over the interior where there is one.
+    pub(super) fn shown_noise(&self) -> f64 {
+        self.noise.interior.unwrap_or(self.noise.all)
+    }
+}
+
+impl Comparison {
+    /// As text for a terminal: one line per run.
+    pub fn text(&self) -> String {
+        let width = self.runs.iter().map(|r| r.method.len()).max().unwrap_or(0).max(6);
+        let mut out = format!("{} in {}-D; mass re-fitted, interior\n", self.input, self.dimension);
+        out += &format!(
+            "  {:<width$} {:>9} {:>10} {:>9} {:>9} {:>8} {:>9}  stop\n",
+            "method", "particles", "epsilon", "mean |e|", "max |e|", "noise", "seconds"
+        );
+        for run in &self.runs {
+            let Some(state) = run.last() else { continue };
+            let e = state.shown_error();
+            // Writing to a string cannot fail.
+            let _ = writeln!(
+                out,
+                "  {:<width$} {:>9} {:>10.2e} {:>7.3} % {:>7.2} % {:>6.2} % {:>9.2}  {:?}",
+                run.method,
+                run.particles,
+                e.epsilon,
+                100.0 * e.mean,
+                100.0 * e.max,
+                100.0 * state.shown_noise(),
+                run.seconds,
+                run.stop
+            );
+        }
+        for left in &self.left_out {
+            let _ = writeln!(out, "  left out  {} with {}: {}", left.method, left.particles, left.why);
+        }
+        for note in &self.notes {
+            let _ = writeln!(out, "  note      {note}");
+        }
+        out
+    }
+}

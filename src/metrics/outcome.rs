@@ -1,0 +1,43 @@
+//! All measures of one arrangement of particles.
+
+use super::{DensityError, Measured, NeighborFigures, NoiseFigures};
+use crate::kernel::{KernelName, support_over_spacing};
+use crate::target::{Positions, Target};
+use rayon::prelude::*;
+
+/// Particle columns in internal units, and the figures over them.
+pub struct Outcome {
+    pub masses: Vec<f64>,
+    pub support: Vec<f64>,
+    /// Summed density.
+    pub density: Vec<f64>,
+    /// Target density.
+    pub wanted: Vec<f64>,
+    pub density_error: DensityError,
+    pub noise: NoiseFigures,
+    pub neighbors: NeighborFigures,
+}
+
+impl Outcome {
+    /// Measures `positions`, of which there are `target.count`.
+    pub fn new<const D: usize>(
+        kernel: KernelName,
+        target: &Target<'_, D>,
+        positions: &Positions<D>,
+        masses: Vec<f64>,
+        kernel_neighbors: f64,
+    ) -> Self {
+        let number_density = target.number_densities(positions);
+        let ratio = support_over_spacing(D, kernel_neighbors);
+        let guess: Vec<f64> = number_density.par_iter().map(|&n| ratio * target.spacing(n)).collect();
+        let mut measured = Measured::new(kernel, target.domain, positions, &masses, &guess, kernel_neighbors);
+        drop((guess, number_density));
+        measured.leave_out_unresolved(target, positions);
+        let wanted = target.densities(positions);
+        let density_error = DensityError::new(&measured, &wanted);
+        let noise = NoiseFigures::new(kernel, &measured, target.domain, &masses, kernel_neighbors);
+        let neighbors = measured.neighbors(target.domain, kernel_neighbors);
+        let (support, density) = measured.support.iter().zip(&measured.sums).map(|(&h, s)| (h, s.weighted)).unzip();
+        Self { masses, support, density, wanted, density_error, noise, neighbors }
+    }
+}

@@ -1,0 +1,106 @@
+//! A scene's input as relaxation sees it: in units of its own size and mass, with the thin atmosphere cut.
+
+use crate::atmosphere;
+use crate::error::{Error, Result};
+use crate::field::{MassEstimate, ScalarField, Source, total_mass};
+use crate::ingest::{self, RawInput};
+use crate::scene::{Atmosphere, Scene};
+use crate::target::{Resolution, Target};
+use sph_formats::FormatSpec;
+
+/// Quadrature of the total mass aims at this relative error.
+const MASS_TOLERANCE: f64 = 1e-10;
+
+/// The source in units of its own size and mass.
+pub(crate) struct Prepared<const D: usize> {
+    pub source: Source<D>,
+    resolution: Option<Box<dyn ScalarField<D>>>,
+    resolution_integral: f64,
+    /// See [`Target::largest_spacing`].
+    largest_spacing: f64,
+    /// Number of particles that it is prepared for.
+    count: usize,
+    /// Input units of length and mass per internal one.
+    pub length: f64,
+    pub mass: MassEstimate,
+    pub notes: Vec<String>,
+}
+
+impl<const D: usize> Prepared<D> {
+    /// Source, atmosphere cut for `count` particles, mass, and the change to internal units.
+    ///
+    /// # Errors
+    /// A field that is no density, or one without a positive finite mass.
+    pub fn new(scene: &Scene, formats: &[FormatSpec], raw: RawInput, count: usize) -> Result<Self> {
+        let mut source = ingest::source::<D>(scene, raw)?;
+        let keep = scene.input.atmosphere == Atmosphere::Keep || scene.resolution.is_some();
+        let atmosphere = atmosphere::cut(&mut source, count, keep);
+        let largest_spacing = atmosphere.as_ref().map_or(f64::INFINITY, |a| a.largest_spacing);
+        let mut notes = Vec::from_iter(atmosphere.and_then(|a| a.note));
+        let mass = match source.mass {
+            Some(mass) => mass,
+            None => total_mass(source.density.as_ref(), &source.domain, MASS_TOLERANCE)?,
+        };
+        let length = source.domain.size();
+        let density = density_factor::<D>(mass.value, length)?;
+        let resolution = ingest::resolution(scene, formats, &source.domain)?
+            .map(|field| Box::new(InUnitBox { field, length }) as Box<dyn ScalarField<D>>);
+        let source = source.scaled(1.0 / length, density);
+        let resolution_integral = match &resolution {
+            None => 1.0,
+            Some(field) => total_mass(field.as_ref(), &source.domain, MASS_TOLERANCE)?.value,
+        };
+        if !(resolution_integral > 0.0 && resolution_integral.is_finite()) {
+            return Err(Error::field("resolution", "its number density has no positive integral over the domain"));
+        }
+        let largest_spacing = (largest_spacing / length).min(1.0);
+        notes.extend(source.notes.iter().cloned());
+        Ok(Self { source, resolution, resolution_integral, largest_spacing, count, length, mass, notes })
+    }
+
+    /// What placement aims at.
+    pub fn target(&self) -> Target<'_, D> {
+        Target {
+            domain: &self.source.domain,
+            density: self.source.density.as_ref(),
+            resolution: match &self.resolution {
+                None => Resolution::EqualMass,
+                Some(field) => Resolution::NumberDensity(field.as_ref()),
+            },
+            count: self.count,
+            mass: 1.0,
+            resolution_integral: self.resolution_integral,
+            largest_spacing: self.largest_spacing,
+        }
+    }
+}
+
+/// Internal units of density per input unit.
+fn density_factor<const D: usize>(mass: f64, length: f64) -> Result<f64> {
+    if !(mass > 0.0 && mass.is_finite()) {
+        return Err(Error::field(
+            "density",
+            format!("its integral over the domain is {mass}, expected a positive mass"),
+        ));
+    }
+    let density = length.powi(D as i32) / mass;
+    if !(density.is_finite() && density > 0.0) {
+        return Err(Error::field(
+            "density",
+            format!("mass {mass:e} in a domain of size {length:e} is beyond f64; choose larger or smaller units"),
+        ));
+    }
+    Ok(density)
+}
+
+/// A field of the input seen from internal coordinates.
+struct InUnitBox<const D: usize> {
+    field: Box<dyn ScalarField<D>>,
+    length: f64,
+}
+
+impl<const D: usize> ScalarField<D> for InUnitBox<D> {
+    fn value(&self, x: &[f64; D]) -> f64 {
+        self.field.value(&x.map(|v| v * self.length))
+    }
+}
