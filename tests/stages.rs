@@ -207,8 +207,7 @@ fn closest_pairs_are_those_of_another_tree() {
             distance * s.number_density.cbrt()
         })
         .fold(f64::INFINITY, f64::min);
-    let within =
-        |(p, h): (&[f64; 3], &f64)| tree.query(p).within::<SquaredEuclidean<f64>>(h * h).execute().into_iter().count();
+    let within = |(p, h): (&[f64; 3], &f64)| tree.query(p).within::<SquaredEuclidean<f64>>(h * h).execute().len();
     let counts: usize = points.iter().zip(&measured.support).map(within).sum();
     let got = measured.neighbors(&domain, 64.0);
     assert!((got.closest_pair / closest - 1.0).abs() < 1e-9, "{} against {closest}", got.closest_pair);

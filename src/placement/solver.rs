@@ -74,7 +74,7 @@ const FIRST_STEP: f64 = 0.05;
 const ARMIJO: f64 = 1e-4;
 const MAX_HALVINGS: usize = 6;
 
-/// Improves `positions` and returns the state with the lowest objective.
+/// Improves `positions`. What comes out is the last state, or the first where epsilon rose.
 pub fn solve_density<const D: usize, R: Real>(
     kernel: KernelName,
     target: &Target<'_, D>,
@@ -94,6 +94,7 @@ fn run<const D: usize, R: Real>(
 ) -> (Positions<D>, StageReport) {
     let start = Instant::now();
     let domain = relaxation_domain(target.domain);
+    let before = positions.clone();
     let arrangement = Arrangement::new(kernel, target, &domain, positions, options.kernel_neighbors);
     let mut solver = Solver::<D, R>::new(arrangement, options, control);
     let schedule = options.schedule();
@@ -107,8 +108,11 @@ fn run<const D: usize, R: Real>(
             break;
         }
     }
-    let best_iteration = solver.history.last().map_or(0, |p| p.iteration);
-    let positions = solver.arrangement.positions;
+    let ends = solver.history.first().zip(solver.history.last());
+    // Cut short, the first stage may not have made up yet for what it gave away.
+    let rose = ends.is_some_and(|(first, last)| last.epsilon > first.epsilon);
+    let best_iteration = ends.map_or(0, |(first, last)| if rose { first.iteration } else { last.iteration });
+    let positions = if rose { before } else { solver.arrangement.positions };
     let report = StageReport {
         stage: "solver",
         stop,
@@ -200,7 +204,6 @@ impl<'a, const D: usize, R: Real> Solver<'a, D, R> {
     }
 
     /// Back-tracks along `direction` until the energy falls enough.
-    #[expect(clippy::type_complexity)]
     fn search(
         &mut self,
         frame: &Frame,
