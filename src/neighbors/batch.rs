@@ -160,7 +160,7 @@ impl<'a, const D: usize, const C: usize, R: Real> Batch<'a, D, C, R> {
         }
     }
 
-    /// [`Self::gather`] from within a pass, where it is rare: compiled once, without the pass's instructions.
+    /// Gathers anew from within a pass, where it is rare: compiled once, without the pass's instructions.
     #[inline(never)]
     pub fn gather_again(&mut self, reach: f64) {
         self.gather(reach);

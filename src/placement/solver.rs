@@ -2,7 +2,7 @@
 //! particles' positions.
 //!
 //! With q_i = n_i / n*(x_i), n_i summed at the target's own support radius H_i = eta (kappa/n*_i)^(1/d), and
-//! r_i = q_i / <q> - 1, the objective is
+//! r_i = q_i / mean(q) - 1, the objective is
 //!
 //! E = sum_i w_i r_i^2 / 2 + lambda sum_i q_i.
 //!
