@@ -13,6 +13,8 @@ use sph_formats::{Column, UnitDimension, UnitSystem, Values};
 /// Where the internal energy of the particles comes from.
 #[derive(Debug, Clone, PartialEq)]
 pub enum EnergySource {
+    /// Those that the balance of pressure and gravity left.
+    Balanced,
     Carried,
     /// u = P / ((gamma - 1) rho*).
     Pressure,
@@ -139,8 +141,18 @@ fn components<const N: usize>(key: &str, given: &[f64], wanted: usize) -> Result
 }
 
 /// Adds the internal energy where it is not carried: from a carried pressure, as given, or as a placeholder
-/// where the format insists (`required`). `density` is rho* in the output's units.
-pub fn internal_energy(columns: &mut Vec<Column>, density: &[f64], thermal: &Thermal, required: bool) -> EnergySource {
+/// where the format insists (`required`). `density` is rho* in the output's units; `balanced` are energies that
+/// override all others.
+///
+/// # Errors
+/// A carried pressure without which there is no energy: not positive.
+pub fn internal_energy(
+    columns: &mut Vec<Column>,
+    density: &[f64],
+    thermal: &Thermal,
+    balanced: Option<Vec<f64>>,
+    required: bool,
+) -> Result<EnergySource> {
     let push = |columns: &mut Vec<Column>, values: Vec<f64>| {
         columns.push(Column {
             name: names::INTERNAL_ENERGY.into(),
@@ -149,23 +161,39 @@ pub fn internal_energy(columns: &mut Vec<Column>, density: &[f64], thermal: &The
             dimension: UnitDimension::SPECIFIC_ENERGY,
         });
     };
+    if let Some(u) = balanced {
+        columns.retain(|c| c.name != names::INTERNAL_ENERGY);
+        push(columns, u);
+        return Ok(EnergySource::Balanced);
+    }
     if let Some(u) = thermal.internal_energy {
         columns.retain(|c| c.name != names::INTERNAL_ENERGY);
         push(columns, vec![u; density.len()]);
-        return EnergySource::Given;
+        return Ok(EnergySource::Given);
     }
     if columns.iter().any(|c| c.name == names::INTERNAL_ENERGY && c.components == 1) {
-        return EnergySource::Carried;
+        return Ok(EnergySource::Carried);
     }
     if let Some(pressure) = columns.iter().find(|c| c.name == names::PRESSURE && c.components == 1) {
+        let cold = (0..density.len()).filter(|&i| !(pressure.values.get(i) > 0.0)).count();
+        if cold > 0 && required {
+            return Err(Error::field(
+                names::PRESSURE,
+                format!(
+                    "is zero or negative at {cold} of {} particles, which leaves them without internal energy; \
+                     set thermal.internal_energy, or leave the pressure out with input.carry",
+                    density.len()
+                ),
+            ));
+        }
         let u =
             density.iter().enumerate().map(|(i, rho)| pressure.values.get(i) / ((thermal.gamma - 1.0) * rho)).collect();
         push(columns, u);
-        return EnergySource::Pressure;
+        return Ok(EnergySource::Pressure);
     }
     if required {
         push(columns, vec![1.0; density.len()]);
-        return EnergySource::Placeholder;
+        return Ok(EnergySource::Placeholder);
     }
-    EnergySource::NotWritten
+    Ok(EnergySource::NotWritten)
 }

@@ -10,6 +10,7 @@ pub mod compare;
 pub mod domain;
 pub mod error;
 pub mod field;
+pub mod hydrostatics;
 pub mod ingest;
 pub mod kernel;
 pub mod metrics;

@@ -4,9 +4,10 @@
 use crate::carry::{self, EnergySource};
 use crate::domain::{Axis, Domain, Region};
 use crate::error::{Error, Result};
+use crate::hydrostatics::Hydrostatics;
 use crate::ingest::{self, InputUnits, RawInput};
 use crate::kernel::default_kernel_neighbors;
-use crate::metrics::Outcome;
+use crate::metrics::{Outcome, Thermodynamics};
 use crate::placement::{Control, StopReason};
 use crate::plan::Plan;
 use crate::prepared::Prepared;
@@ -97,19 +98,32 @@ impl Run<'_> {
         let kernel = self.scene.kernel;
         let neighbors = self.scene.neighbors.unwrap_or_else(|| default_kernel_neighbors(D));
         let mut relaxed = relaxation::place(self.scene, &mut plan, target, neighbors, self.control)?;
+        let thermodynamics = Hydrostatics::new(self.scene, scaled, self.units)?;
+        let balanced = match &thermodynamics {
+            Some(h) if plan.balance > 0 => {
+                self.notes.push(format!("balanced {}", h.describe()));
+                Some(relaxation::balance(&plan, target, h, (kernel, neighbors), &mut relaxed, self.control)?)
+            }
+            _ => None,
+        };
         let masses = relaxation::masses(self.scene, &mut plan, target, &mut relaxed, neighbors, self.control);
         let Relaxed { positions, stages, timing, notes, stop } = relaxed;
         self.timing.extend(timing);
         self.notes.extend(notes);
         let lap = Instant::now();
-        let Outcome { masses, support, density, wanted, density_error, noise, neighbors: neighbor_figures } =
-            Outcome::new(kernel, target, &positions, masses, neighbors);
+        let Outcome { masses, support, density, wanted, density_error, noise, neighbors: neighbor_figures, balance } = {
+            let thermodynamics = thermodynamics
+                .as_ref()
+                .map(|h| Thermodynamics { equilibrium: h, internal_energy: balanced.as_deref() });
+            Outcome::new(kernel, target, &positions, masses, neighbors, thermodynamics.as_ref())
+        };
+        let balanced = balanced.zip(thermodynamics.as_ref()).map(|(u, h)| (u, h.specific_energy));
         self.lap("measure", lap, Some(density_error.all_refitted.epsilon));
         let lap = Instant::now();
         let out = self.output_units(scaled.mass.value, D)?;
         let factors = Factors::new::<D>(self.units, scaled, &out);
         let mass = self.mass_report(&masses, scaled, &factors, &out, D);
-        let raw_columns = RawColumns { positions: &positions, masses, support, density, wanted };
+        let raw_columns = RawColumns { positions: &positions, masses, support, density, wanted, balanced };
         let file =
             self.particle_file(scaled, raw_columns, &factors, out, (kernel.title(), neighbors, stop), &mut plan)?;
         let options = WriteOptions {
@@ -130,6 +144,7 @@ impl Run<'_> {
             stop,
             density_error,
             noise,
+            balance,
             neighbors: neighbor_figures,
             stages,
             timing: self.timing,
@@ -219,7 +234,11 @@ impl Run<'_> {
         drop(physical);
         let target_density: Vec<f64> = raw.wanted.iter().map(|r| r * factors.density).collect();
         let requires_energy = self.format.capabilities.requires.contains(&names::INTERNAL_ENERGY);
-        match carry::internal_energy(&mut carried, &target_density, &self.scene.thermal, requires_energy) {
+        let energy_unit = if self.units.is_some() { 1.0 / units.to_cgs(UnitDimension::SPECIFIC_ENERGY) } else { 1.0 };
+        let balanced =
+            raw.balanced.map(|(u, unit)| u.into_par_iter().map(|u| u * unit * energy_unit).collect::<Vec<f64>>());
+        let thermal = &self.scene.thermal;
+        match carry::internal_energy(&mut carried, &target_density, thermal, balanced, requires_energy)? {
             EnergySource::Placeholder => self.notes.push(
                 "nothing thermal came in, but the format needs InternalEnergy: it is set to 1 everywhere; set thermal.internal_energy".into(),
             ),
@@ -227,7 +246,7 @@ impl Run<'_> {
             EnergySource::Pressure => self.notes.push(format!(
                 "InternalEnergy is P/((gamma - 1) rho) from the carried pressure, gamma = {}", self.scene.thermal.gamma
             )),
-            EnergySource::Carried | EnergySource::Given => {}
+            EnergySource::Carried | EnergySource::Given | EnergySource::Balanced => {}
         }
         drop(target_density);
         if moved.is_none() {
@@ -291,6 +310,8 @@ struct RawColumns<'a, const D: usize> {
     support: Vec<f64>,
     density: Vec<f64>,
     wanted: Vec<f64>,
+    /// Internal energies, and the unit of them in cgs (or in the input's numbers).
+    balanced: Option<(Vec<f64>, f64)>,
 }
 
 /// Output units per internal unit.

@@ -26,6 +26,8 @@ pub struct Plan {
     pub splittings: usize,
     /// Evaluations of the density solver.
     pub evaluations: usize,
+    /// Evaluations of the balance of pressure and gravity; 0 where it is left out.
+    pub balance: usize,
 }
 
 impl Plan {
@@ -38,6 +40,7 @@ impl Plan {
             polish: Polish::None,
             splittings: 0,
             evaluations: 0,
+            balance: 0,
         };
         plan.stages.push(scene.seeding.method().stage);
         if count < MIN_RELAXED {
@@ -45,6 +48,7 @@ impl Plan {
         } else {
             plan.choose_polish(scene, count, D);
             plan.choose_wvt(scene);
+            plan.choose_balance(scene);
         }
         plan.stages.push("measure");
         if !domain.axes.contains(&Axis::Periodic) {
@@ -121,6 +125,16 @@ impl Plan {
             Polish::Alaric if self.splittings > 0 => self.stages.push("ALARIC with splitting"),
             Polish::Alaric => self.stages.push("ALARIC"),
             Polish::None => {}
+        }
+    }
+
+    fn choose_balance(&mut self, scene: &Scene) {
+        match &scene.balance {
+            Some(balance) => {
+                self.balance = balance.evaluations;
+                self.stages.push("balance");
+            }
+            None => self.drop("balance of pressure and gravity", "balance is not set (--balance)"),
         }
     }
 

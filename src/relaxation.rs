@@ -1,15 +1,16 @@
 //! The planned stages in order: seed, WVT, polish.
 
 use crate::error::{Error, Result};
+use crate::kernel::KernelName;
 use crate::placement::{
-    AlaricOptions, Control, SolverOptions, StageReport, StopReason, TrimOptions, WvtOptions, alaric_by_splitting,
-    coarse_count, relax, solve_density, trim_masses,
+    AlaricOptions, BalanceOptions, Balanced, Control, SolverOptions, StageReport, StopReason, TrimOptions, WvtOptions,
+    alaric_by_splitting, balance_pressure, coarse_count, relax, solve_density, trim_masses,
 };
 use crate::plan::Plan;
 use crate::report::Timing;
 use crate::scene::{Polish, Scene};
 use crate::seeding::{self, Seeded};
-use crate::target::{Positions, Target};
+use crate::target::{Equilibrium, Positions, Target};
 use std::time::Instant;
 
 /// What relaxation comes to.
@@ -118,6 +119,39 @@ pub fn masses<const D: usize>(
     relaxed.timing.push(Timing { step: report.stage, seconds: report.seconds, epsilon: report.epsilon() });
     relaxed.stages.push(report);
     masses
+}
+
+/// Moves the placed particles into balance where the scene asks for it; returns their internal energies.
+///
+/// # Errors
+/// An interrupt.
+pub fn balance<const D: usize>(
+    plan: &Plan,
+    target: &Target<'_, D>,
+    equilibrium: &dyn Equilibrium<D>,
+    (kernel, kernel_neighbors): (KernelName, f64),
+    relaxed: &mut Relaxed<D>,
+    control: &Control<'_>,
+) -> Result<Vec<f64>> {
+    let options = BalanceOptions { kernel_neighbors, evaluations: plan.balance };
+    let positions = std::mem::replace(&mut relaxed.positions, std::array::from_fn(|_| Vec::new()));
+    let balanced = balance_pressure::<D, f32>(kernel, target, equilibrium, positions, &options, control);
+    let Balanced { positions, internal_energy, factor, wanted_factor, report } = balanced;
+    if report.stop == StopReason::Interrupted {
+        return Err(Error::Interrupted);
+    }
+    relaxed.positions = positions;
+    relaxed.notes.push(if factor == wanted_factor {
+        format!("internal energies are the target's times {factor:.4}: with it the pressure force holds gravity")
+    } else {
+        format!(
+            "the pressure would have to be {wanted_factor:.3} times the target's to hold gravity; it is left as it is, \
+             and what comes out is a body that settles: check the input's pressure, units and balance.constant"
+        )
+    });
+    relaxed.timing.push(Timing { step: report.stage, seconds: report.seconds, epsilon: report.epsilon() });
+    relaxed.stages.push(report);
+    Ok(internal_energy)
 }
 
 /// Enough for rounding; each costs a density pass in double precision.

@@ -1,6 +1,6 @@
 //! The run report: one value, printed for people or as JSON.
 
-use crate::metrics::{DensityError, ErrorFigures, NeighborFigures, NoiseFigures};
+use crate::metrics::{BalanceFigures, DensityError, ErrorFigures, NeighborFigures, NoiseFigures};
 use crate::placement::{StageReport, StopReason};
 use crate::plan::Plan;
 use serde::Serialize;
@@ -20,6 +20,8 @@ pub struct Report {
     pub stop: StopReason,
     pub density_error: DensityError,
     pub noise: NoiseFigures,
+    /// How well pressure cancels gravity, where both are known.
+    pub balance: Option<BalanceFigures>,
     pub neighbors: NeighborFigures,
     pub stages: Vec<StageReport>,
     pub timing: Vec<Timing>,
@@ -105,6 +107,14 @@ impl Report {
         }
         let inside = self.noise.interior.map(|n| format!(", interior {:.2} %", 100.0 * n)).unwrap_or_default();
         writeln!(out, "  force noise      {:.2} % of a random set's{inside}", 100.0 * self.noise.all)?;
+        if let Some(balance) = &self.balance {
+            let inside = balance.interior.map(|b| format!(", interior {:.2} %", 100.0 * b)).unwrap_or_default();
+            writeln!(
+                out,
+                "  force balance    net force is {:.2} % of gravity on average{inside}",
+                100.0 * balance.all
+            )?;
+        }
         writeln!(
             out,
             "  neighbors        {:.1} on average; closest pair {:.2} spacings apart",

@@ -5,7 +5,7 @@
 
 use crate::error::{Error, Result};
 use crate::kernel::KernelName;
-use crate::placement::{AlaricOptions, Bias, SolverOptions, Weight, WvtOptions};
+use crate::placement::{AlaricOptions, BalanceOptions, Bias, SolverOptions, Weight, WvtOptions};
 use crate::seeding::Seeding;
 use serde::{Deserialize, Serialize};
 use std::path::{Path, PathBuf};
@@ -34,6 +34,9 @@ pub struct Scene {
     pub polish: Option<Polish>,
     pub alaric: AlaricInput,
     pub solver: SolverInput,
+    /// Moves the particles until the pressure force of the target code cancels gravity; off by default.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub balance: Option<BalanceInput>,
     /// Lets masses move by at most this fraction until the density is exact; equal masses otherwise.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub trim_masses: Option<f64>,
@@ -260,6 +263,51 @@ impl Default for SolverInput {
     }
 }
 
+/// The balance of pressure and gravity that comes after the polish.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct BalanceInput {
+    /// Evaluations of the force, at most.
+    pub evaluations: usize,
+    /// By default the input's own where it is a radial profile, else a field that holds the pressure.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub gravity: Option<GravityName>,
+    /// Constant of gravity in the input's numbers, where these have no units.
+    pub constant: f64,
+    /// Pressure where the input carries neither it nor an internal energy, or over what it carries.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub equation_of_state: Option<EquationOfState>,
+}
+
+impl Default for BalanceInput {
+    fn default() -> Self {
+        Self { evaluations: BalanceOptions::new(3).evaluations, gravity: None, constant: 1.0, equation_of_state: None }
+    }
+}
+
+/// What the pressure force is to cancel.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum GravityName {
+    /// The gravity of the enclosed mass of a radial profile.
+    Own,
+    /// An external field: grad P / rho of the target.
+    Field,
+    None,
+}
+
+/// Pressure as a function of density, or of the weight above.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case", deny_unknown_fields)]
+pub enum EquationOfState {
+    /// P = constant rho^gamma, in the input's numbers (cgs where it has units).
+    Polytrope { constant: f64, gamma: f64 },
+    /// P = sound_speed^2 rho, in the input's numbers (cgs where it has units).
+    Isothermal { sound_speed: f64 },
+    /// That of a self-gravitating body at rest.
+    AtRest,
+}
+
 /// Velocities given to the particles, on top of carried ones, in the output's units.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
@@ -413,6 +461,9 @@ impl Scene {
                 format!("is {}, expected 0 (exact density) to 1 (quiet forces)", self.solver.quietness),
             ));
         }
+        if let Some(balance) = &self.balance {
+            balance.validate(self)?;
+        }
         for (key, value) in [
             ("input.planet_radius", self.input.planet_radius),
             ("tolerance", self.tolerance),
@@ -439,6 +490,42 @@ impl Scene {
             return Err(Error::scene("domain", "names both a `box` and a `ball`; give one"));
         }
         self.resolution.as_ref().map_or(Ok(()), ResolutionInput::validate)
+    }
+}
+
+impl BalanceInput {
+    fn validate(&self, scene: &Scene) -> Result<()> {
+        let (constant, gamma) = match self.equation_of_state {
+            Some(EquationOfState::Polytrope { constant, gamma }) => (constant, gamma),
+            Some(EquationOfState::Isothermal { sound_speed }) => (sound_speed, 1.0),
+            Some(EquationOfState::AtRest) | None => (1.0, 1.0),
+        };
+        for (key, value) in [
+            ("balance.constant", self.constant),
+            ("balance.equation_of_state", constant),
+            ("balance.equation_of_state.gamma", gamma),
+        ] {
+            if !(value.is_finite() && value > 0.0) {
+                return Err(Error::scene(key, format!("is {value}, expected a positive number")));
+            }
+        }
+        let against = [
+            (
+                "resolution",
+                scene.resolution.is_some(),
+                "masses vary then, and codes differ in how their correction terms see them",
+            ),
+            ("trim_masses", scene.trim_masses.is_some(), "trimmed masses would undo the balance"),
+            (
+                "thermal.internal_energy",
+                scene.thermal.internal_energy.is_some(),
+                "the balance needs an energy of its own at each particle",
+            ),
+        ];
+        match against.iter().find(|a| a.1) {
+            Some((key, _, why)) => Err(Error::scene("balance", format!("cannot go with {key}: {why}; leave one out"))),
+            None => Ok(()),
+        }
     }
 }
 

@@ -16,6 +16,18 @@ pub fn at<const D: usize>(positions: &Positions<D>, i: usize) -> [f64; D] {
     std::array::from_fn(|k| positions[k][i])
 }
 
+/// A pressure and the acceleration that its force is to cancel, in internal units.
+pub trait Equilibrium<const D: usize>: Sync {
+    /// P*(x), never negative.
+    fn pressure(&self, x: &[f64; D]) -> f64;
+    /// g(x); `step` is the length over which a field may be differenced.
+    fn gravity(&self, x: &[f64; D], step: f64) -> [f64; D];
+    /// Whether g is anything but zero.
+    fn has_gravity(&self) -> bool;
+    /// Adiabatic index: P = A rho^gamma, with A held by each particle.
+    fn gamma(&self) -> f64;
+}
+
 /// How the particles' number density follows from the input.
 #[derive(Clone, Copy)]
 pub enum Resolution<'a, const D: usize> {

@@ -125,6 +125,9 @@ pub struct RunArgs {
     /// What follows WVT: solver (least error and noise), alaric (the paper's dynamics) or none.
     #[arg(long, value_name = "NAME", value_parser = polish)]
     polish: Option<crate::scene::Polish>,
+    /// Then move the particles until the pressure force of the target code cancels gravity: a star that stays still.
+    #[arg(long)]
+    balance: bool,
     /// What matters more to the solver: 0 the exact density, 1 quiet forces [default: 0.5].
     #[arg(long, value_name = "0..1")]
     quietness: Option<f64>,
@@ -206,6 +209,9 @@ impl RunArgs {
         overlay(&mut scene.wvt.iterations, &self.iterations);
         overlay(&mut scene.polish, &self.polish);
         scene.solver.quietness = self.quietness.unwrap_or(scene.solver.quietness);
+        if self.balance && scene.balance.is_none() {
+            scene.balance = Some(crate::scene::BalanceInput::default());
+        }
         Ok(scene)
     }
 }

@@ -229,7 +229,7 @@ fn run_method<const D: usize>(
     let last = seen.len().saturating_sub(1);
     for (i, (stage, positions)) in seen.iter().enumerate() {
         let target = target.with_count(positions[0].len());
-        let outcome = Outcome::new(scene.kernel, &target, positions, target.masses(positions), neighbors);
+        let outcome = Outcome::new(scene.kernel, &target, positions, target.masses(positions), neighbors, None);
         if i == last {
             picture = samples(prepared, &target, positions, &outcome);
         }

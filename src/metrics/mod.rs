@@ -2,12 +2,14 @@
 //!
 //! Measures use the domain as it is: open faces are vacuum, reflecting ones and reflecting surfaces mirror.
 
+mod balance;
 mod density_error;
 mod minimum;
 mod neighbors;
 mod noise;
 mod outcome;
 
+pub use balance::{BalanceFigures, Thermodynamics};
 pub use density_error::{DensityError, ErrorFigures};
 pub use minimum::lowest_epsilon;
 pub use neighbors::NeighborFigures;
@@ -77,8 +79,21 @@ impl<const D: usize> Measured<D> {
     /// Acceleration of a constant pressure P = 1, as a standard SPH code sums it:
     /// a_i = -sum_j m_j (grad W(H_i)/rho_i^2 + grad W(H_j)/rho_j^2), in the particles' order.
     pub fn constant_pressure_force(&self, kernel: KernelName, domain: &Domain<D>, masses: &[f64]) -> Vec<[f64; D]> {
+        let strength: Vec<f64> = self.sums.iter().map(|s| 1.0 / s.weighted.powi(2)).collect();
+        self.pressure_force(kernel, domain, masses, &strength)
+    }
+
+    /// a_i = -sum_j m_j (s_i grad W(H_i) + s_j grad W(H_j)) for s = P / rho^2, in the particles' order.
+    pub fn pressure_force(
+        &self,
+        kernel: KernelName,
+        domain: &Domain<D>,
+        masses: &[f64],
+        strength: &[f64],
+    ) -> Vec<[f64; D]> {
         let n = masses.len();
-        let strength: Vec<f64> = (0..n).map(|i| masses[i] / self.sums[i].weighted.powi(2)).collect();
+        let own_strength = strength;
+        let strength: Vec<f64> = masses.iter().zip(strength).map(|(m, s)| m * s).collect();
         let tree_support = self.tree.to_tree_order(&self.support);
         let tree_strength = self.tree.to_tree_order(&strength);
         let ghost = self
@@ -93,8 +108,8 @@ impl<const D: usize> Measured<D> {
         let seen = scatter_gradient::<D, f32>(kernel, domain, &actors);
         let mut out = vec![[0.0; D]; n];
         for (seen, &i) in seen.iter().zip(self.tree.order()) {
-            let (own, squared) = (&self.sums[i as usize].gradient, self.sums[i as usize].weighted.powi(2));
-            out[i as usize] = std::array::from_fn(|k| -own[k] / squared - seen.0[k]);
+            let own = &self.sums[i as usize].gradient;
+            out[i as usize] = std::array::from_fn(|k| -own_strength[i as usize] * own[k] - seen.0[k]);
         }
         out
     }

@@ -1,6 +1,6 @@
 //! All measures of one arrangement of particles.
 
-use super::{DensityError, Measured, NeighborFigures, NoiseFigures};
+use super::{BalanceFigures, DensityError, Measured, NeighborFigures, NoiseFigures, Thermodynamics};
 use crate::kernel::{KernelName, support_over_spacing};
 use crate::target::{Positions, Target};
 use rayon::prelude::*;
@@ -16,6 +16,8 @@ pub struct Outcome {
     pub density_error: DensityError,
     pub noise: NoiseFigures,
     pub neighbors: NeighborFigures,
+    /// Where pressure and gravity are known.
+    pub balance: Option<BalanceFigures>,
 }
 
 impl Outcome {
@@ -26,6 +28,7 @@ impl Outcome {
         positions: &Positions<D>,
         masses: Vec<f64>,
         kernel_neighbors: f64,
+        thermodynamics: Option<&Thermodynamics<'_, D>>,
     ) -> Self {
         let number_density = target.number_densities(positions);
         let ratio = support_over_spacing(D, kernel_neighbors);
@@ -36,8 +39,10 @@ impl Outcome {
         let wanted = target.densities(positions);
         let density_error = DensityError::new(&measured, &wanted);
         let noise = NoiseFigures::new(kernel, &measured, target.domain, &masses, kernel_neighbors);
+        let balance = thermodynamics
+            .and_then(|t| BalanceFigures::new(kernel, &measured, target.domain, positions, (&masses, &wanted), t));
         let neighbors = measured.neighbors(target.domain, kernel_neighbors);
         let (support, density) = measured.support.iter().zip(&measured.sums).map(|(&h, s)| (h, s.weighted)).unzip();
-        Self { masses, support, density, wanted, density_error, noise, neighbors }
+        Self { masses, support, density, wanted, density_error, noise, neighbors, balance }
     }
 }

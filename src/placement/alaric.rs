@@ -249,7 +249,13 @@ impl<'a, const D: usize, R: Real> Fluid<'a, D, R> {
     }
 
     fn progress(&self, iteration: usize, largest_step: f64, start: Instant) -> Progress {
-        Progress { iteration, epsilon: self.fitted.epsilon, largest_step, seconds: start.elapsed().as_secs_f64() }
+        Progress {
+            iteration,
+            epsilon: self.fitted.epsilon,
+            force_error: None,
+            largest_step,
+            seconds: start.elapsed().as_secs_f64(),
+        }
     }
 
     /// Sums, error and accelerations at the present positions and velocities.

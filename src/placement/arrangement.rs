@@ -8,7 +8,7 @@ use crate::neighbors::{Reach, Sources, Tree};
 use crate::smoothing::{
     Actors, DensitySums, Solved, Vector, density, largest_support, scatter_gradient, solve_support_radii,
 };
-use crate::target::{Positions, Target};
+use crate::target::{Positions, Target, at};
 use rayon::prelude::*;
 use std::marker::PhantomData;
 
@@ -152,6 +152,40 @@ impl<'a, const D: usize, R: Real> Arrangement<'a, D, R> {
     pub fn moved(&mut self) {
         self.tree.refit(&self.positions);
         self.moves += 1;
+    }
+
+    /// Moves all particles from `from` by `t` times `direction` (in units of `unit`), each by at most
+    /// `max_step` of its spacing, and none out of the domain. Returns the moves made, in units of `unit`.
+    pub fn displace(
+        &mut self,
+        from: &Positions<D>,
+        direction: &[[f64; D]],
+        t: f64,
+        unit: &[f64],
+        spacing: &[f64],
+        max_step: f64,
+    ) -> Vec<[f64; D]> {
+        let (target, domain) = (self.target, self.domain);
+        let moved: Vec<([f64; D], [f64; D])> = direction
+            .par_iter()
+            .enumerate()
+            .map(|(i, d)| {
+                let x0 = at(from, i);
+                let length = t * unit[i] / spacing[i] * d.iter().map(|v| v * v).sum::<f64>().sqrt();
+                let limited = t * if length > max_step { max_step / length } else { 1.0 };
+                let mut x: [f64; D] = std::array::from_fn(|k| x0[k] + limited * unit[i] * d[k]);
+                domain.confine(&x0, &mut x);
+                if !target.admits(&x) {
+                    x = x0;
+                }
+                (x, domain.displacement(&x0, &x).map(|v| v / unit[i]))
+            })
+            .collect();
+        for k in 0..D {
+            self.positions[k].par_iter_mut().zip(&moved).for_each(|(x, m)| *x = m.0[k]);
+        }
+        self.moved();
+        moved.into_par_iter().map(|m| m.1).collect()
     }
 
     /// Mirrors particles at curved surfaces for the sums to come; `support` are the radii to be covered.

@@ -22,7 +22,7 @@ pub(super) struct Lbfgs<const D: usize> {
     scale: f64,
 }
 
-fn product<const D: usize, A, B>(a: &[[A; D]], b: &[[B; D]]) -> f64
+pub(super) fn product<const D: usize, A, B>(a: &[[A; D]], b: &[[B; D]]) -> f64
 where
     A: Copy + Into<f64> + Sync,
     B: Copy + Into<f64> + Sync,

@@ -2,6 +2,7 @@
 
 mod alaric;
 mod arrangement;
+mod balance;
 mod fit;
 mod ghosts;
 #[cfg(test)]
@@ -14,6 +15,7 @@ mod viscosity;
 mod wvt;
 
 pub use alaric::{AlaricOptions, alaric, alaric_by_splitting};
+pub use balance::{BalanceOptions, Balanced, balance_pressure};
 pub use ghosts::Ghosts;
 pub use solver::{SolverOptions, solve_density};
 pub use splitting::{children, coarse_count, split};
@@ -75,6 +77,9 @@ pub struct Progress {
     pub iteration: usize,
     /// epsilon with the mass re-fitted, at the target's own support radii.
     pub epsilon: f64,
+    /// Mean |a + g| / |g| over the interior, where the stage balances forces.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub force_error: Option<f64>,
     /// Largest displacement over the local spacing.
     pub largest_step: f64,
     /// Seconds since the stage began.

@@ -22,7 +22,7 @@
 
 use super::arrangement::Arrangement;
 use super::fit::{Fit, fit, interior};
-use super::lbfgs::Lbfgs;
+use super::lbfgs::{Lbfgs, product};
 use super::{Control, Progress, StageReport, StopReason, relaxation_domain};
 use crate::kernel::{KernelName, support_over_spacing};
 use crate::neighbors::lanes::Real;
@@ -215,7 +215,7 @@ impl<'a, const D: usize, R: Real> Solver<'a, D, R> {
         let from = self.arrangement.positions.clone();
         let mut t = first;
         for _ in 0..=MAX_HALVINGS {
-            let step = self.displace(frame, &from, direction, t);
+            let step = self.arrangement.displace(&from, direction, t, &frame.spacing, &frame.spacing, MAX_STEP);
             let next = self.evaluate(frame);
             if next.energy <= now.energy + ARMIJO * t * slope {
                 let length = longest(&step);
@@ -228,31 +228,6 @@ impl<'a, const D: usize, R: Real> Solver<'a, D, R> {
         self.arrangement.positions = from;
         self.arrangement.moved();
         None
-    }
-
-    /// Moves all particles by `t` times the direction; returns the moves made, in spacings.
-    fn displace(&mut self, frame: &Frame, from: &Positions<D>, direction: &[[f64; D]], t: f64) -> Vec<[f64; D]> {
-        let (target, domain) = (self.arrangement.target, self.arrangement.domain);
-        let moved: Vec<([f64; D], [f64; D])> = direction
-            .par_iter()
-            .enumerate()
-            .map(|(i, d)| {
-                let (x0, spacing) = (at(from, i), frame.spacing[i]);
-                let length = t * d.iter().map(|v| v * v).sum::<f64>().sqrt();
-                let limited = t * if length > MAX_STEP { MAX_STEP / length } else { 1.0 };
-                let mut x: [f64; D] = std::array::from_fn(|k| x0[k] + limited * spacing * d[k]);
-                domain.confine(&x0, &mut x);
-                if !target.admits(&x) {
-                    x = x0;
-                }
-                (x, domain.displacement(&x0, &x).map(|v| v / spacing))
-            })
-            .collect();
-        for k in 0..D {
-            self.arrangement.positions[k].par_iter_mut().zip(&moved).for_each(|(x, m)| *x = m.0[k]);
-        }
-        self.arrangement.moved();
-        moved.into_par_iter().map(|m| m.1).collect()
     }
 
     fn supports(&self, wanted: &[f64], kappa: f64) -> Vec<f64> {
@@ -333,6 +308,7 @@ impl<'a, const D: usize, R: Real> Solver<'a, D, R> {
         self.history.push(Progress {
             iteration: self.evaluations,
             epsilon: now.fit.epsilon,
+            force_error: None,
             largest_step: length,
             seconds: self.start.elapsed().as_secs_f64(),
         });
@@ -345,8 +321,4 @@ const GRADIENT_STEP: f64 = 1e-6;
 
 fn longest<const D: usize>(v: &[[f64; D]]) -> f64 {
     reduce::max(v.len(), |i| v[i].iter().map(|c| c * c).sum()).max(0.0).sqrt()
-}
-
-fn product<const D: usize>(a: &[[f64; D]], b: &[[f64; D]]) -> f64 {
-    reduce::sum(a.len(), |i| (0..D).map(|k| a[i][k] * b[i][k]).sum())
 }

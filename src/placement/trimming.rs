@@ -64,7 +64,7 @@ pub fn trim_masses<const D: usize>(
             best = (fitted.epsilon, iteration, now.clone());
         }
         let seconds = start.elapsed().as_secs_f64();
-        history.push(Progress { iteration, epsilon: fitted.epsilon, largest_step: 0.0, seconds });
+        history.push(Progress { iteration, epsilon: fitted.epsilon, force_error: None, largest_step: 0.0, seconds });
         control.report("mass trimming", iteration, options.iterations, fitted.epsilon);
         let reason = if best.0 <= options.tolerance {
             Some(StopReason::ToleranceReached)

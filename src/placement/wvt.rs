@@ -258,7 +258,13 @@ pub fn relax<const D: usize>(
         if epsilon < best.0 {
             best = (epsilon, iteration, state.positions.clone());
         }
-        let mut entry = Progress { iteration, epsilon, largest_step: 0.0, seconds: start.elapsed().as_secs_f64() };
+        let mut entry = Progress {
+            iteration,
+            epsilon,
+            force_error: None,
+            largest_step: 0.0,
+            seconds: start.elapsed().as_secs_f64(),
+        };
         let reason = stop_reason(&best, iteration, options, control);
         if reason.is_none() && iteration < options.iterations {
             let t = iteration as f64 / options.iterations.max(1) as f64;

@@ -1,0 +1,329 @@
+//! The pressure of the target and the gravity that it holds, in internal units (lengths in the domain's size,
+//! total mass 1, constant of gravity 1).
+//!
+//! In d dimensions the unit of pressure is G M^2 / L^(2(d-1)) and that of specific energy G M / L^(d-2), where
+//! in 2-D and 1-D masses are per length and per area (cylinders and sheets).
+
+use crate::carry::standard_name;
+use crate::domain::Domain;
+use crate::error::{Error, Result};
+use crate::field::quadrature::integrate;
+use crate::field::{CarriedField, RadialSource, ScalarField};
+use crate::ingest::InputUnits;
+use crate::prepared::Prepared;
+use crate::scene::{BalanceInput, EquationOfState, GravityName, Scene};
+use crate::target::Equilibrium;
+use sph_formats::common::particle_names as names;
+use sph_formats::{Unit, UnitDimension};
+
+/// Newton's constant in cm^3 g^-1 s^-2 (CODATA 2022).
+pub const GRAVITATIONAL_CONSTANT: f64 = 6.674_30e-8;
+
+/// Pressure and gravity as functions of position.
+pub struct Hydrostatics<'a, const D: usize> {
+    pressure: Pressure<'a, D>,
+    gravity: Gravity<'a, D>,
+    density: &'a dyn ScalarField<D>,
+    domain: &'a Domain<D>,
+    gamma: f64,
+    /// Input units (cgs where units are known) of specific energy per internal one.
+    pub specific_energy: f64,
+}
+
+enum Pressure<'a, const D: usize> {
+    /// A carried pressure times a factor.
+    Carried(&'a dyn CarriedField<D>, f64),
+    /// (gamma - 1) rho u with a carried specific internal energy times a factor.
+    Energy(&'a dyn CarriedField<D>, f64),
+    /// K rho^gamma.
+    Power { constant: f64, gamma: f64 },
+    /// That of a self-gravitating body at rest.
+    AtRest(AtRest),
+}
+
+enum Gravity<'a, const D: usize> {
+    None,
+    /// G times the enclosed mass of a radial profile.
+    Enclosed(&'a RadialSource<D>),
+    /// An external field that holds the pressure: grad P / rho.
+    Holding,
+}
+
+impl<'a, const D: usize> Hydrostatics<'a, D> {
+    /// What the scene says of pressure and gravity. `None` where nothing is asked for and the input does not
+    /// tell both.
+    ///
+    /// # Errors
+    /// A balance is asked for that the input does not determine.
+    pub(crate) fn new(scene: &Scene, prepared: &'a Prepared<D>, units: Option<InputUnits>) -> Result<Option<Self>> {
+        let asked = scene.balance.is_some();
+        let options = scene.balance.clone().unwrap_or_default();
+        if !asked && (units.is_none() || D < 3 || prepared.source.radial.is_none()) {
+            return Ok(None);
+        }
+        let scale = Scale::new::<D>(prepared, units, &options);
+        let gravity = gravity(&options, prepared)?;
+        let Some(pressure) = pressure(scene, &options, prepared, &scale, &gravity, units.is_some())? else {
+            return if asked { Err(no_pressure()) } else { Ok(None) };
+        };
+        Ok(Some(Self {
+            pressure,
+            gravity,
+            density: prepared.source.density.as_ref(),
+            domain: &prepared.source.domain,
+            gamma: scene.thermal.gamma,
+            specific_energy: scale.specific_energy,
+        }))
+    }
+
+    /// Where the pressure comes from and what it holds, for the report.
+    pub fn describe(&self) -> String {
+        let pressure = match &self.pressure {
+            Pressure::Carried(..) => "the carried pressure",
+            Pressure::Energy(..) => "the carried internal energy",
+            Pressure::Power { .. } => "the equation of state",
+            Pressure::AtRest(_) => "the pressure of the body at rest, integrated from its surface",
+        };
+        let gravity = match &self.gravity {
+            Gravity::None => "no gravity",
+            Gravity::Enclosed(_) => "its own gravity",
+            Gravity::Holding => "an external field that holds it",
+        };
+        format!("{pressure} against {gravity}")
+    }
+}
+
+impl<const D: usize> Equilibrium<D> for Hydrostatics<'_, D> {
+    fn pressure(&self, x: &[f64; D]) -> f64 {
+        let scalar = |field: &dyn CarriedField<D>| {
+            let mut out = [0.0];
+            field.evaluate(x, &mut out);
+            out[0]
+        };
+        match &self.pressure {
+            Pressure::Carried(field, factor) => factor * scalar(*field),
+            Pressure::Energy(field, factor) => (self.gamma - 1.0) * self.density.value(x) * factor * scalar(*field),
+            Pressure::Power { constant, gamma } => constant * self.density.value(x).powf(*gamma),
+            Pressure::AtRest(body) => match &self.gravity {
+                Gravity::Enclosed(radial) => body.pressure(radial, distance(x, &radial.center)),
+                _ => 0.0,
+            },
+        }
+    }
+
+    fn gravity(&self, x: &[f64; D], step: f64) -> [f64; D] {
+        match &self.gravity {
+            Gravity::None => [0.0; D],
+            Gravity::Enclosed(radial) => {
+                let r = distance(x, &radial.center);
+                if !(r > 0.0) {
+                    return [0.0; D];
+                }
+                let strength = attraction(radial, r) / r;
+                std::array::from_fn(|k| -strength * (x[k] - radial.center[k]))
+            }
+            Gravity::Holding => {
+                let at = |k: usize, h: f64| {
+                    let mut y = *x;
+                    y[k] += h;
+                    self.domain.wrap(&mut y);
+                    (self.pressure(if self.domain.contains(&y) { &y } else { x }), self.domain.contains(&y))
+                };
+                let density = self.density.value(x);
+                std::array::from_fn(|k| {
+                    let ((low, below), (high, above)) = (at(k, -step), at(k, step));
+                    let width = step * (f64::from(below) + f64::from(above));
+                    if width > 0.0 && density > 0.0 { (high - low) / (width * density) } else { 0.0 }
+                })
+            }
+        }
+    }
+
+    fn has_gravity(&self) -> bool {
+        !matches!(self.gravity, Gravity::None)
+    }
+
+    fn gamma(&self) -> f64 {
+        self.gamma
+    }
+}
+
+fn distance<const D: usize>(a: &[f64; D], b: &[f64; D]) -> f64 {
+    (0..D).map(|k| (a[k] - b[k]).powi(2)).sum::<f64>().sqrt()
+}
+
+/// S_d G M(r) / r^(d-1): Gauss's law with M counted over full sheets, rings and shells (G = 1).
+fn attraction<const D: usize>(radial: &RadialSource<D>, r: f64) -> f64 {
+    let strength = [std::f64::consts::TAU, 2.0, 1.0][D - 1];
+    strength * radial.profile.enclosed_mass(r) / r.powi(D as i32 - 1)
+}
+
+/// Internal units in those of the input (cgs where these are known).
+struct Scale {
+    pressure: f64,
+    specific_energy: f64,
+    density: f64,
+}
+
+impl Scale {
+    fn new<const D: usize>(prepared: &Prepared<D>, units: Option<InputUnits>, options: &BalanceInput) -> Self {
+        let (length, density, constant) =
+            units.map_or((1.0, 1.0, options.constant), |u| (u.length, u.density, GRAVITATIONAL_CONSTANT));
+        let size = prepared.length * length;
+        let mass = prepared.mass.value * density * length.powi(D as i32);
+        let specific_energy = constant * mass / size.powi(D as i32 - 2);
+        let density = mass / size.powi(D as i32);
+        Self { pressure: specific_energy * density, specific_energy, density }
+    }
+}
+
+fn gravity<'a, const D: usize>(options: &BalanceInput, prepared: &'a Prepared<D>) -> Result<Gravity<'a, D>> {
+    match (options.gravity, &prepared.source.radial) {
+        (None | Some(GravityName::Own), Some(radial)) => Ok(Gravity::Enclosed(radial)),
+        (Some(GravityName::Own), None) => Err(Error::scene(
+            "balance.gravity",
+            "is own, which needs a radial profile; expected field (an external field that holds the pressure) or none",
+        )),
+        (None | Some(GravityName::Field), _) => Ok(Gravity::Holding),
+        (Some(GravityName::None), _) => Ok(Gravity::None),
+    }
+}
+
+fn no_pressure() -> Error {
+    Error::scene(
+        "balance",
+        "needs a pressure: the input carries neither pressure nor internal energy and is no radial profile; \
+         set balance.equation_of_state",
+    )
+}
+
+fn pressure<'a, const D: usize>(
+    scene: &Scene,
+    options: &BalanceInput,
+    prepared: &'a Prepared<D>,
+    scale: &Scale,
+    gravity: &Gravity<'_, D>,
+    units_known: bool,
+) -> Result<Option<Pressure<'a, D>>> {
+    match options.equation_of_state {
+        Some(EquationOfState::Polytrope { constant, gamma }) => {
+            let constant = constant * scale.density.powf(gamma) / scale.pressure;
+            return Ok(Some(Pressure::Power { constant, gamma }));
+        }
+        Some(EquationOfState::Isothermal { sound_speed }) => {
+            let constant = sound_speed * sound_speed / scale.specific_energy;
+            return Ok(Some(Pressure::Power { constant, gamma: 1.0 }));
+        }
+        Some(EquationOfState::AtRest) => {
+            return match gravity {
+                Gravity::Enclosed(radial) => Ok(Some(Pressure::AtRest(AtRest::new(radial)))),
+                _ => Err(Error::scene(
+                    "balance.equation_of_state",
+                    "is at-rest, which integrates the weight of a radial profile under its own gravity",
+                )),
+            };
+        }
+        None => {}
+    }
+    let carried = |name: &str| {
+        prepared
+            .source
+            .carried
+            .iter()
+            .map(AsRef::as_ref)
+            .find(|f: &&dyn CarriedField<D>| f.info().components == 1 && standard_name(&f.info().name) == name)
+    };
+    if let Some(field) = carried(names::PRESSURE) {
+        let unit = to_cgs(field, UnitDimension::PRESSURE, units_known)?;
+        return Ok(Some(Pressure::Carried(field, unit / scale.pressure)));
+    }
+    if let Some(field) = carried(names::INTERNAL_ENERGY) {
+        let unit = to_cgs(field, UnitDimension::SPECIFIC_ENERGY, units_known)?;
+        return Ok(Some(Pressure::Energy(field, unit / scale.specific_energy)));
+    }
+    Ok(match gravity {
+        Gravity::Enclosed(radial) if scene.balance.is_some() => Some(Pressure::AtRest(AtRest::new(radial))),
+        _ => None,
+    })
+}
+
+fn to_cgs<const D: usize>(field: &dyn CarriedField<D>, dimension: UnitDimension, units_known: bool) -> Result<f64> {
+    let info = field.info();
+    match &info.unit {
+        Some(Unit { dimension: d, to_cgs, .. }) if *d == dimension && units_known => Ok(*to_cgs),
+        _ if !units_known => Ok(1.0),
+        Some(_) => Err(Error::field(&info.name, "has a unit of another quantity, so that its force is unknown")),
+        None => Err(Error::field(
+            &info.name,
+            "has no unit while length and density have one; give it one, or leave it out with input.carry",
+        )),
+    }
+}
+
+/// P(r) = int_r^R rho g dr from the surface inward, zero there.
+struct AtRest {
+    radii: Vec<f64>,
+    pressure: Vec<f64>,
+}
+
+/// Cells of the table; within one, density and gravity are integrated anew.
+const CELLS: usize = 2048;
+/// Gauss points per cell.
+const ORDER: usize = 4;
+
+impl AtRest {
+    fn new<const D: usize>(radial: &RadialSource<D>) -> Self {
+        let outer = radial.profile.outer_radius();
+        // Half of the cells count radius, half of them mass: neither a core nor an envelope is missed.
+        let mass = radial.profile.total_mass().value;
+        let mut radii: Vec<f64> = (0..=CELLS / 2).map(|i| outer * i as f64 / (CELLS / 2) as f64).collect();
+        radii.extend((1..CELLS / 2).map(|i| radial.profile.radius_of_mass(mass * i as f64 / (CELLS / 2) as f64)));
+        radii.sort_by(f64::total_cmp);
+        radii.dedup();
+        let mut pressure = vec![0.0; radii.len()];
+        for i in (0..radii.len() - 1).rev() {
+            pressure[i] = pressure[i + 1] + weight(radial, radii[i], radii[i + 1]);
+        }
+        Self { radii, pressure }
+    }
+
+    fn pressure<const D: usize>(&self, radial: &RadialSource<D>, r: f64) -> f64 {
+        let above = self.radii.partition_point(|&e| e <= r);
+        if above >= self.radii.len() {
+            return 0.0;
+        }
+        self.pressure[above] + weight(radial, r, self.radii[above])
+    }
+}
+
+/// Weight per area of the layer between two radii.
+fn weight<const D: usize>(radial: &RadialSource<D>, a: f64, b: f64) -> f64 {
+    integrate(ORDER, a, b, |r| if r > 0.0 { radial.profile.density(r) * attraction(radial, r) } else { 0.0 })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::field::RadialProfile;
+    use std::sync::Arc;
+
+    /// Central pressure of a uniform body with M = 1, R = 1 under its own gravity.
+    fn central_pressure<const D: usize>() -> f64 {
+        let density = 1.0 / crate::kernel::unit_ball_volume(D);
+        let profile = Arc::new(RadialProfile::from_nodes(D, &[0.0, 0.3, 1.0], &[density; 3]));
+        let radial = RadialSource { profile, center: [0.0; D] };
+        let body = AtRest::new(&radial);
+        assert_eq!(body.pressure(&radial, 1.0), 0.0);
+        let half = body.pressure(&radial, 0.5) / body.pressure(&radial, 0.0);
+        assert!((half - 0.75).abs() < 1e-12, "the pressure falls as 1 - r^2: {half}");
+        body.pressure(&radial, 0.0)
+    }
+
+    #[test]
+    fn uniform_bodies_at_rest_have_the_known_central_pressure() {
+        let pi = std::f64::consts::PI;
+        assert!((central_pressure::<1>() / (0.5 * pi) - 1.0).abs() < 1e-12);
+        assert!((central_pressure::<2>() * pi - 1.0).abs() < 1e-12);
+        assert!((central_pressure::<3>() / (3.0 / (8.0 * pi)) - 1.0).abs() < 1e-12);
+    }
+}

@@ -1,0 +1,77 @@
+//! How well the pressure force cancels gravity.
+//!
+//! The force is that of standard SPH with grad-h terms, see [`crate::placement::balance_pressure`], with the
+//! pressure (gamma - 1) rho u that a code makes of the energies in the file and its own summed density.
+
+use super::Measured;
+use crate::domain::Domain;
+use crate::kernel::KernelName;
+use crate::reduce;
+use crate::target::{Equilibrium, Positions, at};
+use rayon::prelude::*;
+use serde::Serialize;
+
+/// |a + g| / |g| of the pressure's acceleration a and gravity g.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct BalanceFigures {
+    /// Mean over particles whose support lies inside the domain.
+    pub interior: Option<f64>,
+    /// Mean over all particles: at a surface the pressure force is a one-sided sum.
+    pub all: f64,
+}
+
+/// What the particles' pressure is made of.
+pub struct Thermodynamics<'a, const D: usize> {
+    pub equilibrium: &'a dyn Equilibrium<D>,
+    /// Specific internal energies; where `None`, P*/((gamma - 1) rho*).
+    pub internal_energy: Option<&'a [f64]>,
+}
+
+/// Step of the differences of a field that holds the pressure, in support radii.
+const GRADIENT_STEP: f64 = 1e-3;
+
+impl BalanceFigures {
+    /// `target_density` is rho* at the particles. `None` without gravity.
+    pub fn new<const D: usize>(
+        kernel: KernelName,
+        measured: &Measured<D>,
+        domain: &Domain<D>,
+        positions: &Positions<D>,
+        (masses, target_density): (&[f64], &[f64]),
+        thermodynamics: &Thermodynamics<'_, D>,
+    ) -> Option<Self> {
+        let Thermodynamics { equilibrium, internal_energy } = thermodynamics;
+        if !equilibrium.has_gravity() {
+            return None;
+        }
+        let n = masses.len();
+        let strength: Vec<f64> = (0..n)
+            .into_par_iter()
+            .map(|i| {
+                let sums = &measured.sums[i];
+                // (gamma - 1) u = P*/rho* needs no gamma.
+                let temperature = internal_energy.map_or_else(
+                    || equilibrium.pressure(&at(positions, i)) / target_density[i],
+                    |u| (equilibrium.gamma() - 1.0) * u[i],
+                );
+                let grad_h = 1.0 + sums.slope / (D as f64 * sums.number_density);
+                temperature / (sums.weighted * grad_h)
+            })
+            .collect();
+        let force = measured.pressure_force(kernel, domain, masses, &strength);
+        let error: Vec<f64> = (0..n)
+            .into_par_iter()
+            .map(|i| {
+                let gravity = equilibrium.gravity(&at(positions, i), GRADIENT_STEP * measured.support[i]);
+                let pull: f64 = gravity.iter().map(|g| g * g).sum();
+                let net: f64 = gravity.iter().zip(&force[i]).map(|(g, a)| (g + a).powi(2)).sum();
+                if pull > 0.0 { (net / pull).sqrt() } else { 0.0 }
+            })
+            .collect();
+        let mean = |set: &(dyn Fn(usize) -> bool + Sync)| {
+            let count = (0..n).filter(|&i| set(i)).count();
+            (count > 0).then(|| reduce::sum(n, |i| if set(i) { error[i] } else { 0.0 }) / count as f64)
+        };
+        Some(Self { interior: mean(&|i| measured.interior[i]), all: mean(&|_| true).unwrap_or(0.0) })
+    }
+}

@@ -1,0 +1,208 @@
+//! The balance of pressure and gravity: figures against direct sums, and what the stage does to bodies at rest.
+
+use rayon::prelude::*;
+use sph_prep::domain::{Axis, Domain, Region};
+use sph_prep::kernel::{KernelName, default_kernel_neighbors, support_over_spacing};
+use sph_prep::metrics::{BalanceFigures, Measured, Thermodynamics};
+use sph_prep::placement::Control;
+use sph_prep::report::Report;
+use sph_prep::rng::{Purpose, keyed};
+use sph_prep::scene::Scene;
+use sph_prep::target::{Equilibrium, Positions};
+use std::sync::atomic::AtomicBool;
+
+/// A pressure and a gravity without any symmetry.
+struct Tilted;
+impl<const D: usize> Equilibrium<D> for Tilted {
+    fn pressure(&self, x: &[f64; D]) -> f64 {
+        2.0 + x.iter().enumerate().map(|(k, v)| (0.3 + k as f64 * 0.2) * v).sum::<f64>()
+    }
+    fn gravity(&self, x: &[f64; D], _: f64) -> [f64; D] {
+        std::array::from_fn(|k| 0.5 + x[k])
+    }
+    fn has_gravity(&self) -> bool {
+        true
+    }
+    fn gamma(&self) -> f64 {
+        1.4
+    }
+}
+
+/// W of Wendland C4 and its gradient, written out.
+fn wendland_c4<const D: usize>(d: [f64; D], support: f64) -> (f64, [f64; D]) {
+    let pi = std::f64::consts::PI;
+    let r = d.iter().map(|v| v * v).sum::<f64>().sqrt();
+    let q = r / support;
+    if q >= 1.0 || r == 0.0 {
+        return (0.0, [0.0; D]);
+    }
+    let norm = [1.5, 9.0 / pi, 495.0 / (32.0 * pi)][D - 1] / support.powi(D as i32);
+    let (value, slope) = if D == 1 {
+        ((1.0 - q).powi(5) * (8.0 * q * q + 5.0 * q + 1.0), -(1.0 - q).powi(4) * 14.0 * q * (4.0 * q + 1.0))
+    } else {
+        (
+            (1.0 - q).powi(6) * (35.0 / 3.0 * q * q + 6.0 * q + 1.0),
+            -(1.0 - q).powi(5) * 56.0 / 3.0 * q * (5.0 * q + 1.0),
+        )
+    };
+    (norm * value, d.map(|v| norm * slope / support * v / r))
+}
+
+/// The mean of |a + g| / |g| by a loop over all pairs. Omega by differences of the summed density.
+fn direct<const D: usize>(positions: &Positions<D>, measured: &Measured<D>, energy: &[f64]) -> f64 {
+    let n = energy.len();
+    let mass = 1.0 / n as f64;
+    let kernel = |i: usize, j: usize, support: f64| {
+        wendland_c4::<D>(std::array::from_fn(|k| positions[k][i] - positions[k][j]), support)
+    };
+    let own = |support: f64| {
+        [1.5, 9.0 / std::f64::consts::PI, 495.0 / (32.0 * std::f64::consts::PI)][D - 1] / support.powi(D as i32)
+    };
+    let density =
+        |i: usize, h: f64| mass * (own(h) + (0..n).filter(|&j| j != i).map(|j| kernel(i, j, h).0).sum::<f64>());
+    let strength: Vec<f64> = (0..n)
+        .map(|i| {
+            let (h, step) = (measured.support[i], 1e-5 * measured.support[i]);
+            let rho = density(i, h);
+            let slope = (density(i, h + step) - density(i, h - step)) / (2.0 * step);
+            0.4 * energy[i] / (rho * (1.0 + h * slope / (D as f64 * rho)))
+        })
+        .collect();
+    let errors: Vec<f64> = (0..n)
+        .into_par_iter()
+        .map(|i| {
+            let mut net: [f64; D] = std::array::from_fn(|k| 0.5 + positions[k][i]);
+            let pull = net.iter().map(|g| g * g).sum::<f64>();
+            for j in (0..n).filter(|&j| j != i) {
+                let (a, b) = (kernel(i, j, measured.support[i]).1, kernel(i, j, measured.support[j]).1);
+                (0..D).for_each(|k| net[k] -= mass * (strength[i] * a[k] + strength[j] * b[k]));
+            }
+            (net.iter().map(|f| f * f).sum::<f64>() / pull).sqrt()
+        })
+        .collect();
+    errors.iter().sum::<f64>() / n as f64
+}
+
+fn check_figures<const D: usize>() {
+    let n = 400;
+    let domain = Domain::new([0.0; D], [1.0; D], [Axis::OPEN; D], Region::Box).unwrap();
+    let mut positions: Positions<D> = std::array::from_fn(|_| Vec::new());
+    for i in 0..n {
+        let mut rng = keyed(5, Purpose::Measure, i);
+        positions.iter_mut().for_each(|x| x.push(rand::RngExt::random::<f64>(&mut rng)));
+        // In layers, so that no pair is so close that single precision tells its direction badly.
+        positions[0][i as usize] = (i as f64 + 0.8 * positions[0][i as usize]) / n as f64;
+    }
+    let masses = vec![1.0 / n as f64; n as usize];
+    let neighbors = default_kernel_neighbors(D).min(40.0);
+    let guess = vec![support_over_spacing(D, neighbors) * (n as f64).powf(-1.0 / D as f64); n as usize];
+    let kernel = KernelName::WendlandC4;
+    let measured = Measured::new(kernel, &domain, &positions, &masses, &guess, neighbors);
+    let energy: Vec<f64> = (0..n as usize).map(|i| 1.0 + 0.5 * positions[0][i]).collect();
+    let thermodynamics = Thermodynamics { equilibrium: &Tilted, internal_energy: Some(&energy) };
+    let density = vec![1.0; n as usize];
+    let figures =
+        BalanceFigures::new(kernel, &measured, &domain, &positions, (&masses, &density), &thermodynamics).unwrap();
+    let expected = direct(&positions, &measured, &energy);
+    assert!((figures.all / expected - 1.0).abs() < 1e-4, "{D}-D: {} against {expected}", figures.all);
+}
+
+#[test]
+fn force_figures_are_those_of_a_direct_sum() {
+    check_figures::<1>();
+    check_figures::<2>();
+    check_figures::<3>();
+}
+
+fn run(yaml: &str) -> Report {
+    let folder = tempfile::tempdir().unwrap();
+    let mut scene = Scene::parse(yaml).unwrap();
+    if let Some(file) = &mut scene.input.file {
+        *file = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join(&*file);
+    }
+    scene.output.file = Some(folder.path().join("ic.hdf5"));
+    let never = AtomicBool::new(false);
+    let control = Control { deadline: None, interrupted: &never, observer: &|_, _, _, _| {} };
+    sph_prep::pipeline::run(&scene, sph_formats::FORMATS, &control).unwrap()
+}
+
+fn interior(report: &Report) -> f64 {
+    report.balance.expect("pressure and gravity are known").interior.expect("there is an interior")
+}
+
+#[test]
+fn a_balanced_star_feels_a_tenth_of_the_net_force_of_wvt() {
+    let star = "input: {file: profiles/polytrope-1.5.nc}\nparticles: 4000\n";
+    let wvt = run(&format!("{star}polish: none"));
+    let balanced = run(&format!("{star}balance: {{evaluations: 150}}"));
+    eprintln!("WVT {:.3}, balanced {:.4}", interior(&wvt), interior(&balanced));
+    assert!(interior(&balanced) < 0.1 * interior(&wvt), "{} against {}", interior(&balanced), interior(&wvt));
+}
+
+/// Mean net force over gravity before and after the balance of a scene that is placed by WVT alone.
+fn before_and_after(scene: &str, balance: &str) -> (f64, f64) {
+    let before = run(&format!("{scene}balance: {{evaluations: 2, {balance}}}"));
+    let after = run(&format!("{scene}balance: {{evaluations: 120, {balance}}}"));
+    (interior(&before), interior(&after))
+}
+
+#[test]
+fn atmospheres_come_to_rest_in_every_dimension() {
+    let isothermal = "gravity: field, equation_of_state: {isothermal: {sound_speed: 0.7}}";
+    for (count, domain) in [
+        (60, "box: [[0], [1]], boundary: [reflecting]"),
+        (900, "box: [[0, 0], [1, 1]], boundary: [reflecting, periodic]"),
+        (3000, "box: [[0, 0, 0], [1, 1, 1]], boundary: [reflecting, periodic, periodic]"),
+    ] {
+        let scene = format!(
+            "input: {{expression: 'exp(-2 * x)'}}\ndomain: {{{domain}}}\nparticles: {count}\npolish: none\nthermal: {{gamma: 1.4}}\n"
+        );
+        let (before, after) = before_and_after(&scene, isothermal);
+        eprintln!("{count}: {before:.4} -> {after:.4}");
+        assert!(after < 0.2 * before, "{domain}: {before} -> {after}");
+    }
+}
+
+#[test]
+fn bodies_without_thermal_columns_are_balanced_by_their_own_weight() {
+    for (dimension, count) in [(1, 80), (2, 1500), (3, 3000)] {
+        let scene = format!(
+            "input: {{file: profiles/polytrope-1.5.nc, carry: [], dimension: {dimension}}}\nparticles: {count}\npolish: none\n"
+        );
+        let (before, after) = before_and_after(&scene, "gravity: own");
+        eprintln!("{dimension}-D: {before:.4} -> {after:.4}");
+        assert!(after < 0.2 * before, "{dimension}-D: {before} -> {after}");
+    }
+}
+
+#[test]
+fn the_balance_does_not_depend_on_units() {
+    let report = |length: f64, density: f64| {
+        let k = 0.3 * length * length / density.powf(2.0 / 3.0);
+        run(&format!(
+            "input: {{expression: '{density:e} * exp(-(r/{length:e})^2)'}}\ndomain: {{ball: {{center: [0, 0, 0], radius: {:e}}}}}\nparticles: 600\n\
+             polish: none\nbalance: {{evaluations: 30, equation_of_state: {{polytrope: {{constant: {k:e}, gamma: 1.6666666666666667}}}}}}\n",
+            1.5 * length
+        ))
+    };
+    let (unit, large) = (report(1.0, 1.0), report(1024.0, 0.125));
+    // Rounding of powers grows from step to step; a wrong unit would change the force by its factor.
+    assert!((interior(&unit) / interior(&large) - 1.0).abs() < 1e-2, "{} {}", interior(&unit), interior(&large));
+}
+
+#[test]
+fn what_cannot_be_balanced_is_refused_with_the_remedy() {
+    let refused = |yaml: &str| {
+        let folder = tempfile::tempdir().unwrap();
+        let mut scene = Scene::parse(yaml).unwrap();
+        scene.output.file = Some(folder.path().join("ic.hdf5"));
+        let never = AtomicBool::new(false);
+        let control = Control { deadline: None, interrupted: &never, observer: &|_, _, _, _| {} };
+        sph_prep::pipeline::run(&scene, sph_formats::FORMATS, &control).unwrap_err().to_string()
+    };
+    let square = "input: {expression: '1 + x'}\ndomain: {box: [[0, 0], [1, 1]]}\nparticles: 100\n";
+    assert!(refused(&format!("{square}balance: {{}}")).contains("equation_of_state"));
+    assert!(refused(&format!("{square}balance: {{gravity: own}}")).contains("radial profile"));
+    assert!(refused(&format!("{square}balance: {{constant: -1}}")).contains("balance.constant"));
+    assert!(refused(&format!("{square}trim_masses: 0.1\nbalance: {{}}")).contains("trim_masses"));
+}
