@@ -43,6 +43,8 @@ pub struct Scene {
     /// Seconds after which relaxation stops with the best state so far.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub time_limit: Option<f64>,
+    #[serde(skip_serializing_if = "CheckpointInput::is_default")]
+    pub checkpoint: CheckpointInput,
     pub motion: Motion,
     pub thermal: Thermal,
     pub output: Output,
@@ -260,6 +262,32 @@ impl Default for SolverInput {
     }
 }
 
+/// What is kept of a run on the way, to go on from after an interrupt, a kill or the end of its time.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct CheckpointInput {
+    /// Replaced as a whole while particles are relaxed; removed once the result is written.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub file: Option<PathBuf>,
+    /// Minutes between checkpoints: no more is lost.
+    pub minutes: f64,
+    /// Checkpoint to go on from.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub resume: Option<PathBuf>,
+}
+
+impl Default for CheckpointInput {
+    fn default() -> Self {
+        Self { file: None, minutes: 5.0, resume: None }
+    }
+}
+
+impl CheckpointInput {
+    fn is_default(&self) -> bool {
+        *self == Self::default()
+    }
+}
+
 /// Velocities given to the particles, on top of carried ones, in the output's units.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
@@ -305,11 +333,31 @@ pub struct Output {
     /// Deflate level, 0 to 9.
     pub compression: u8,
     pub double_precision: bool,
+    pub on_interrupt: OnInterrupt,
+}
+
+/// What an interrupt (Ctrl-C) leaves.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum OnInterrupt {
+    /// Nothing: who interrupts wants no result, and an earlier one may be in its place.
+    #[default]
+    Discard,
+    /// The best state so far, marked as unconverged.
+    Write,
 }
 
 impl Default for Output {
     fn default() -> Self {
-        Self { file: None, format: None, units: None, box_factor: 4.0, compression: 4, double_precision: false }
+        Self {
+            file: None,
+            format: None,
+            units: None,
+            box_factor: 4.0,
+            compression: 4,
+            double_precision: false,
+            on_interrupt: OnInterrupt::default(),
+        }
     }
 }
 
@@ -422,6 +470,10 @@ impl Scene {
         }
         if let Some(seconds) = self.time_limit.filter(|s| !(*s >= 0.0)) {
             return Err(Error::scene("time_limit", format!("is {seconds}, expected seconds, at least 0")));
+        }
+        if !(self.checkpoint.minutes >= 0.0) {
+            let problem = format!("is {}, expected minutes, at least 0", self.checkpoint.minutes);
+            return Err(Error::scene("checkpoint.minutes", problem));
         }
         if !(self.thermal.gamma.is_finite() && self.thermal.gamma > 1.0) {
             return Err(Error::scene("thermal.gamma", format!("is {}, expected more than 1", self.thermal.gamma)));

@@ -17,7 +17,8 @@ Examples:
   sph-prep formats                                   what can be read and written
   sph-prep compare --scene box.yaml --out methods    which method suits a scene
 
-Exit codes: 0 success, 1 failure, 2 wrong usage, 3 tolerance not reached (the best state is written).";
+Exit codes: 0 success, 1 failure, 2 wrong usage, 3 not converged: the tolerance was not reached, or the run was
+interrupted with --on-interrupt write (the best state is written).";
 
 /// Low-noise initial conditions for SPH codes from tabulated or mesh-sampled fields.
 #[derive(Debug, Parser)]
@@ -134,6 +135,16 @@ pub struct RunArgs {
     /// Stop relaxing after so many seconds, with the best state so far.
     #[arg(long, value_name = "SECONDS")]
     time_limit: Option<f64>,
+    /// What Ctrl-C leaves: discard (nothing, the default) or write (the best state so far; exit with 3).
+    #[arg(long, value_name = "WHAT", value_parser = on_interrupt)]
+    on_interrupt: Option<crate::scene::OnInterrupt>,
+    /// Keep what a long run can go on from in FILE, every few minutes, on Ctrl-C and at the time limit.
+    #[arg(long, value_name = "FILE")]
+    checkpoint: Option<PathBuf>,
+    /// Go on from a checkpoint of the same scene, to the same bytes; FILE is also the next one's, unless
+    /// --checkpoint names another.
+    #[arg(long, value_name = "FILE")]
+    resume: Option<PathBuf>,
     /// Print the resolved scene and stop.
     #[arg(long)]
     pub print_scene: bool,
@@ -179,6 +190,15 @@ fn polish(text: &str) -> std::result::Result<crate::scene::Polish, String> {
     }
 }
 
+fn on_interrupt(text: &str) -> std::result::Result<crate::scene::OnInterrupt, String> {
+    use crate::scene::OnInterrupt::{Discard, Write};
+    match text {
+        "discard" => Ok(Discard),
+        "write" => Ok(Write),
+        _ => Err("expected discard or write".into()),
+    }
+}
+
 impl RunArgs {
     /// The scene file, or an empty scene, with the arguments laid over it.
     ///
@@ -205,6 +225,10 @@ impl RunArgs {
         scene.seed = self.seed.unwrap_or(scene.seed);
         overlay(&mut scene.wvt.iterations, &self.iterations);
         overlay(&mut scene.polish, &self.polish);
+        scene.output.on_interrupt = self.on_interrupt.unwrap_or(scene.output.on_interrupt);
+        overlay(&mut scene.checkpoint.file, &self.resume);
+        overlay(&mut scene.checkpoint.file, &self.checkpoint);
+        overlay(&mut scene.checkpoint.resume, &self.resume);
         scene.solver.quietness = self.quietness.unwrap_or(scene.solver.quietness);
         Ok(scene)
     }

@@ -121,6 +121,25 @@ impl<'a, const D: usize, R: Real> Arrangement<'a, D, R> {
         (arrangement, order)
     }
 
+    /// Particles that are in tree order already, `moves` after the last sorting.
+    pub fn of_sorted(
+        kernel: KernelName,
+        target: &'a Target<'a, D>,
+        domain: &'a Domain<D>,
+        positions: Positions<D>,
+        moves: usize,
+        kernel_neighbors: f64,
+    ) -> Self {
+        let tree = Tree::of_sorted(&positions);
+        let precision = PhantomData;
+        Self { kernel, target, domain, kernel_neighbors, positions, tree, ghosts: None, moves, precision }
+    }
+
+    /// Moves since the last sorting.
+    pub fn moves(&self) -> usize {
+        self.moves
+    }
+
     /// Support radii that the target's spacing gives.
     pub fn target_supports(&self) -> Vec<f64> {
         let ratio = support_over_spacing(D, self.kernel_neighbors);
