@@ -5,7 +5,7 @@
 //! It is replaced as a whole, so that whenever the run ends there is the last one or none.
 
 use crate::error::{Error, Result};
-use crate::placement::{SolverSnapshot, SplittingSnapshot, StageReport, WvtSnapshot, coarse_count};
+use crate::placement::{AfcSnapshot, SolverSnapshot, SplittingSnapshot, StageReport, WvtSnapshot, coarse_count};
 use crate::plan::Plan;
 use crate::scene::{CheckpointInput, Polish, Scene};
 use crate::target::{Positions, Target};
@@ -40,6 +40,7 @@ pub enum StageSnapshot<const D: usize> {
     Wvt(WvtSnapshot<D>),
     Solver(SolverSnapshot<D>),
     Alaric(SplittingSnapshot<D>),
+    Afc(AfcSnapshot<D>),
     /// None: what the seed or WVT left. Never written. (The last, since serde counts variants with and without.)
     #[serde(skip)]
     Seed(Positions<D>),
@@ -53,6 +54,7 @@ impl<const D: usize> StageSnapshot<D> {
             Self::Wvt(kept) => kept.into_positions(),
             Self::Solver(kept) => kept.into_positions(),
             Self::Alaric(kept) => kept.into_positions(),
+            Self::Afc(kept) => kept.into_positions(),
         }
     }
 }
@@ -143,7 +145,10 @@ impl Checkpoints {
         let sound = match (&snapshot.stage, plan.polish) {
             (StageSnapshot::Wvt(stage), _) => stage.check(coarse_count(D, count, plan.splittings)),
             (StageSnapshot::Solver(stage), Polish::Solver) => stage.check(count),
-            (StageSnapshot::Alaric(stage), Polish::Alaric) => stage.check(count, plan.splittings),
+            (StageSnapshot::Alaric(stage), Polish::Alaric | Polish::DampedRelaxation) => {
+                stage.check(count, plan.splittings)
+            }
+            (StageSnapshot::Afc(stage), Polish::Afc) => stage.check(count),
             _ => Err("is of a stage that this run does not have; start without it".into()),
         };
         sound.map_err(refuse)?;

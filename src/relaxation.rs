@@ -3,9 +3,9 @@
 use crate::checkpoint::{Checkpoints, Snapshot, StageSnapshot};
 use crate::error::{Error, Result};
 use crate::placement::{
-    AlaricOptions, Control, SolverOptions, SolverSnapshot, SplittingSnapshot, StageReport, Start, StopReason,
-    TrimOptions, WvtOptions, WvtSnapshot, alaric_by_splitting_kept, coarse_count, relax_kept, solve_density_kept,
-    trim_masses,
+    AfcOptions, AfcSnapshot, AlaricOptions, Control, SolverOptions, SolverSnapshot, SplittingSnapshot, StageReport,
+    Start, StopReason, TrimOptions, WvtOptions, WvtSnapshot, alaric_by_splitting_kept, away_from_closest_kept,
+    coarse_count, relax_kept, solve_density_kept, trim_masses,
 };
 use crate::plan::Plan;
 use crate::report::Timing;
@@ -185,8 +185,10 @@ impl<const D: usize> Stages<'_, D> {
             }
             (Polish::Solver, StageSnapshot::Solver(kept)) => self.solve(plan, Start::Kept(Box::new(kept)), past),
             (Polish::Solver, begin) => self.solve(plan, Start::New(begin.into_positions()), past),
-            (Polish::Alaric, StageSnapshot::Alaric(kept)) => self.alaric(plan, Start::Kept(Box::new(kept)), past),
-            (Polish::Alaric, begin) => self.alaric(plan, Start::New(begin.into_positions()), past),
+            (Polish::Afc, StageSnapshot::Afc(kept)) => self.afc(Start::Kept(Box::new(kept)), past),
+            (Polish::Afc, begin) => self.afc(Start::New(begin.into_positions()), past),
+            (_, StageSnapshot::Alaric(kept)) => self.alaric(plan, Start::Kept(Box::new(kept)), past),
+            (_, begin) => self.alaric(plan, Start::New(begin.into_positions()), past),
         };
         reports.last().inspect(|last| watch(last.stage, &positions));
         past.reports.extend(reports);
@@ -206,13 +208,26 @@ impl<const D: usize> Stages<'_, D> {
         (positions, vec![report])
     }
 
+    fn afc(&self, start: Start<D, AfcSnapshot<D>>, past: &mut Past<'_>) -> (Positions<D>, Vec<StageReport>) {
+        let a = &self.scene.afc;
+        let tolerance = self.scene.tolerance.unwrap_or(0.0);
+        let options = AfcOptions { kernel_neighbors: self.neighbors, steps: a.steps, step: a.step, tolerance };
+        let keep = &mut keep(past, StageSnapshot::Afc);
+        let (positions, report) =
+            away_from_closest_kept(self.scene.kernel, self.target, start, &options, self.control, keep);
+        (positions, vec![report])
+    }
+
     fn alaric(
         &self,
         plan: &Plan,
         start: Start<D, SplittingSnapshot<D>>,
         past: &mut Past<'_>,
     ) -> (Positions<D>, Vec<StageReport>) {
-        let options = alaric_options(self.scene, self.neighbors);
+        let mut options = alaric_options(self.scene, self.neighbors);
+        if plan.polish == Polish::DampedRelaxation {
+            options = AlaricOptions { velocity_stops: false, viscosity: true, ..options };
+        }
         let (kernel, splittings) = (self.scene.kernel, plan.splittings);
         let keep = &mut keep(past, StageSnapshot::Alaric);
         alaric_by_splitting_kept::<D, f32>(kernel, self.target, start, splittings, &options, self.control, keep)

@@ -3,9 +3,12 @@
 //! Unknown keys are errors with line and column. Lengths, densities and centers are in the input's own units;
 //! what is left out takes the default that `--print-scene` shows.
 
+mod stages;
+
+pub use stages::{AfcInput, AlaricInput, CheckpointInput, Polish, SolverInput, WvtInput};
+
 use crate::error::{Error, Result};
 use crate::kernel::KernelName;
-use crate::placement::{AlaricOptions, Bias, SolverOptions, Weight, WvtOptions};
 use crate::seeding::Seeding;
 use serde::{Deserialize, Serialize};
 use std::path::{Path, PathBuf};
@@ -34,6 +37,7 @@ pub struct Scene {
     pub polish: Option<Polish>,
     pub alaric: AlaricInput,
     pub solver: SolverInput,
+    pub afc: AfcInput,
     /// Lets masses move by at most this fraction until the density is exact; equal masses otherwise.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub trim_masses: Option<f64>,
@@ -169,123 +173,6 @@ pub enum BoundaryName {
     Periodic,
     Reflecting,
     Open,
-}
-
-/// The WVT stage.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields, default)]
-pub struct WvtInput {
-    /// By default what the seed and the polish that follows need: 60 without a polish, few before one.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub iterations: Option<usize>,
-    pub weight: Weight,
-    pub bias: Bias,
-    /// First displacement scale.
-    pub step: f64,
-    /// Last displacement scale over the first; at most 1.
-    pub final_step: f64,
-}
-
-impl Default for WvtInput {
-    fn default() -> Self {
-        let o = WvtOptions::new(3);
-        Self { iterations: None, weight: o.weight, bias: o.bias, step: o.step, final_step: o.final_step }
-    }
-}
-
-/// What follows WVT.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "kebab-case")]
-pub enum Polish {
-    /// The density solver.
-    Solver,
-    /// The damped dynamics of the ALARIC paper.
-    Alaric,
-    /// Nothing.
-    None,
-}
-
-/// The ALARIC stage.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields, default)]
-pub struct AlaricInput {
-    /// Time steps per stage of splitting, at most.
-    pub steps: usize,
-    /// Stages of particle splitting; by default the plan decides.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub splittings: Option<usize>,
-    /// Friction in inverse sound crossing times of the domain; 0 switches it off.
-    pub friction: f64,
-    pub viscosity: bool,
-    pub velocity_stops: bool,
-    /// Growth of the time between stops.
-    pub growth: f64,
-    pub grad_h: bool,
-    /// Time step over the sound crossing time of the smallest support radius.
-    pub courant: f64,
-    /// Converged when epsilon changes by less per crossing time.
-    pub rate_tolerance: f64,
-}
-
-impl Default for AlaricInput {
-    fn default() -> Self {
-        let o = AlaricOptions::new(3);
-        Self {
-            steps: 500,
-            splittings: None,
-            friction: o.friction,
-            viscosity: o.viscosity,
-            velocity_stops: o.velocity_stops,
-            growth: o.growth,
-            grad_h: o.grad_h,
-            courant: o.courant,
-            rate_tolerance: o.rate_tolerance,
-        }
-    }
-}
-
-/// The density solver.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields, default)]
-pub struct SolverInput {
-    /// Evaluations of density and forces, at most; by default 60, and half of that over 500 000 particles.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub evaluations: Option<usize>,
-    /// What matters more: 0 the exact density, 1 quiet forces.
-    pub quietness: f64,
-}
-
-impl Default for SolverInput {
-    fn default() -> Self {
-        let o = SolverOptions::new(3);
-        Self { evaluations: None, quietness: o.quietness }
-    }
-}
-
-/// What is kept of a run on the way, to go on from after an interrupt, a kill or the end of its time.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields, default)]
-pub struct CheckpointInput {
-    /// Replaced as a whole while particles are relaxed; removed once the result is written.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub file: Option<PathBuf>,
-    /// Minutes between checkpoints: no more is lost.
-    pub minutes: f64,
-    /// Checkpoint to go on from.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub resume: Option<PathBuf>,
-}
-
-impl Default for CheckpointInput {
-    fn default() -> Self {
-        Self { file: None, minutes: 5.0, resume: None }
-    }
-}
-
-impl CheckpointInput {
-    fn is_default(&self) -> bool {
-        *self == Self::default()
-    }
 }
 
 /// Velocities given to the particles, on top of carried ones, in the output's units.
@@ -452,6 +339,7 @@ impl Scene {
             ));
         }
         self.alaric.validate()?;
+        self.afc.validate()?;
         if let Some(t) = self.trim_masses.filter(|t| !(*t > 0.0 && *t < 1.0)) {
             return Err(Error::scene("trim_masses", format!("is {t}, expected a fraction between 0 and 1")));
         }
@@ -491,26 +379,6 @@ impl Scene {
             return Err(Error::scene("domain", "names both a `box` and a `ball`; give one"));
         }
         self.resolution.as_ref().map_or(Ok(()), ResolutionInput::validate)
-    }
-}
-
-impl AlaricInput {
-    fn validate(&self) -> Result<()> {
-        let checks = [
-            ("alaric.friction", self.friction, self.friction >= 0.0, "0 or more"),
-            ("alaric.growth", self.growth, self.growth >= 0.0, "0 or more"),
-            ("alaric.courant", self.courant, self.courant > 0.0, "a positive number"),
-            ("alaric.rate_tolerance", self.rate_tolerance, self.rate_tolerance >= 0.0, "0 or more"),
-        ];
-        for (key, value, good, expected) in checks {
-            if !(value.is_finite() && good) {
-                return Err(Error::scene(key, format!("is {value}, expected {expected}")));
-            }
-        }
-        match self.splittings {
-            Some(s) if s > 8 => Err(Error::scene("alaric.splittings", format!("is {s}, expected 0 to 8"))),
-            _ => Ok(()),
-        }
     }
 }
 

@@ -123,7 +123,8 @@ pub struct RunArgs {
     /// WVT iterations [default: 60, or few before a polish]. With --polish none, 0 leaves the seed as it is.
     #[arg(long, value_name = "COUNT")]
     iterations: Option<usize>,
-    /// What follows WVT: solver (least error and noise), alaric (the paper's dynamics) or none.
+    /// What follows WVT: solver (least error and noise), alaric (the paper's dynamics), damped-relaxation, afc
+    /// (away from the closest neighbor) or none.
     #[arg(long, value_name = "NAME", value_parser = polish)]
     polish: Option<crate::scene::Polish>,
     /// What matters more to the solver: 0 the exact density, 1 quiet forces [default: 0.5].
@@ -181,12 +182,14 @@ fn boundary(text: &str) -> std::result::Result<crate::scene::BoundaryName, Strin
 }
 
 fn polish(text: &str) -> std::result::Result<crate::scene::Polish, String> {
-    use crate::scene::Polish::{Alaric, None, Solver};
+    use crate::scene::Polish::{Afc, Alaric, DampedRelaxation, None, Solver};
     match text {
         "solver" => Ok(Solver),
         "alaric" => Ok(Alaric),
+        "damped-relaxation" => Ok(DampedRelaxation),
+        "afc" => Ok(Afc),
         "none" => Ok(None),
-        _ => Err("expected solver, alaric or none".into()),
+        _ => Err("expected solver, alaric, damped-relaxation, afc or none".into()),
     }
 }
 

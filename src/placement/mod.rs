@@ -1,5 +1,6 @@
 //! Relaxation of the seed: stages that move particles until their density matches the target.
 
+mod afc;
 mod alaric;
 mod arrangement;
 mod fit;
@@ -15,6 +16,7 @@ mod trimming;
 mod viscosity;
 mod wvt;
 
+pub use afc::{AfcOptions, AfcSnapshot, away_from_closest, away_from_closest_kept};
 pub use alaric::{
     AlaricOptions, AlaricSnapshot, SplittingSnapshot, alaric, alaric_by_splitting, alaric_by_splitting_kept,
     alaric_kept,
