@@ -302,6 +302,7 @@ fn alaric_options(scene: &Scene, kernel_neighbors: f64) -> AlaricOptions {
         viscosity: a.viscosity,
         velocity_stops: a.velocity_stops,
         growth: a.growth,
+        hold_unresolved: a.hold_unresolved,
         grad_h: a.grad_h,
         courant: a.courant,
         steps: a.steps,

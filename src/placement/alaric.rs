@@ -10,6 +10,12 @@
 //! resolution is a field apart from the density) it is the same dynamics for the particles' number density:
 //! n* is the resolution, masses follow as rho*/n* afterwards, and no force couples particles of different mass.
 //!
+//! Beyond the paper: where the target changes by more than a factor of about e over a support radius (the surface
+//! of a star, a jump) no arrangement has its density. What is left of p there never vanishes, and as the force is
+//! that of no potential it drives a flow without end, which stirs up the interior: the noise of a star of 1000
+//! particles rises from 22 % to 130 % of a random set's. `hold_unresolved` weighs p and the acceleration of such
+//! particles down to nothing, as the density solver does; elsewhere the force, and its momentum, are the paper's.
+//!
 //! Units: the isothermal sound speed is 1, lengths are in sizes of the domain, so the friction chi and all
 //! times are in crossings of the domain whatever the input's units.
 
@@ -36,6 +42,8 @@ pub struct AlaricOptions {
     pub velocity_stops: bool,
     /// Growth theta of tau at each stop.
     pub growth: f64,
+    /// Holds particles where no arrangement has the target's density: it changes too much over a support radius.
+    pub hold_unresolved: bool,
     /// Correction of the forces for the variation of H.
     pub grad_h: bool,
     /// Time step over the time in which sound crosses the smallest support radius.
@@ -56,6 +64,7 @@ impl AlaricOptions {
             viscosity: true,
             velocity_stops: true,
             growth: 0.1,
+            hold_unresolved: false,
             grad_h: true,
             courant: 0.3,
             steps: 10_000,

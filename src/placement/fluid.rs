@@ -4,6 +4,7 @@ use super::alaric::AlaricOptions;
 use super::arrangement::Arrangement;
 use super::fit::{Fit, fit, fit_with, interior};
 use super::snapshot::{Check, axes, rows};
+use super::solver::resolved;
 use super::viscosity::{CHANNELS, Shear, shear};
 use crate::domain::Domain;
 use crate::kernel::{KernelName, support_over_spacing};
@@ -16,6 +17,8 @@ use serde::{Deserialize, Serialize};
 
 /// alpha decays over the time in which sound crosses this many support radii.
 const ALPHA_DECAY: f64 = 2.5;
+/// Step of the differences of the target, in spacings.
+const GRADIENT_STEP: f64 = 1e-6;
 /// No particle moves farther in a step, in its own spacing.
 const MAX_STEP: f64 = 0.3;
 
@@ -24,12 +27,14 @@ pub(super) struct Fluid<'a, const D: usize, R> {
     pub options: &'a AlaricOptions,
     pub state: Arrangement<'a, D, R>,
     pub velocities: Vec<[f64; D]>,
-    alpha: Vec<f64>,
+    pub alpha: Vec<f64>,
     pub accelerations: Vec<[f64; D]>,
-    support: Vec<f64>,
+    pub support: Vec<f64>,
     sums: Vec<DensitySums<D>>,
     wanted: Vec<f64>,
     shear: Vec<Shear<D>>,
+    /// How far particles are moved, from 0 to 1; empty where all are. As of the last sorting.
+    weights: Vec<f64>,
     /// With the particle mass in use, and with the one that fits now.
     used: Fit,
     pub fitted: Fit,
@@ -48,6 +53,8 @@ pub(super) struct FluidSnapshot<const D: usize> {
     accelerations: Vec<[f64; D]>,
     alpha: Vec<f64>,
     support: Vec<f64>,
+    /// Empty where all particles are moved.
+    weights: Vec<f64>,
     /// div v; empty without viscosity.
     divergence: Vec<f64>,
     used: Fit,
@@ -65,7 +72,11 @@ impl<const D: usize> FluidSnapshot<D> {
             .vectors("accelerations", &self.accelerations)
             .scalars("the viscosity", &self.alpha)
             .scalars("support radii", &self.support);
-        if self.divergence.is_empty() { check.result() } else { check.scalars("div v", &self.divergence).result() }
+        let or_none = |check: Check, name: &str, values: &[f64]| {
+            if values.is_empty() { check } else { check.scalars(name, values) }
+        };
+        let check = or_none(check, "div v", &self.divergence);
+        or_none(check, "weights", &self.weights).result()
     }
 }
 
@@ -92,10 +103,12 @@ impl<'a, const D: usize, R: Real> Fluid<'a, D, R> {
             sums: Vec::new(),
             wanted,
             shear: Vec::new(),
+            weights: Vec::new(),
             used: unknown,
             fitted: unknown,
             time: 0.0,
         };
+        fluid.weigh();
         fluid.evaluate();
         fluid
     }
@@ -107,13 +120,27 @@ impl<'a, const D: usize, R: Real> Fluid<'a, D, R> {
         kept: FluidSnapshot<D>,
         options: &'a AlaricOptions,
     ) -> Self {
-        let FluidSnapshot { positions, moves, velocities, accelerations, alpha, support, .. } = kept;
+        let FluidSnapshot { positions, moves, velocities, accelerations, alpha, support, weights, .. } = kept;
         let state = Arrangement::of_sorted(kernel, target, domain, positions, moves, options.kernel_neighbors);
         let shear = kept.divergence.into_iter().map(|divergence| Shear { divergence, drag: [0.0; D] }).collect();
         let FluidSnapshot { used, fitted, time, .. } = kept;
         // Sums are made again before their next use.
         let (sums, wanted) = (Vec::new(), Vec::new());
-        Self { options, state, velocities, alpha, accelerations, support, sums, wanted, shear, used, fitted, time }
+        Self {
+            options,
+            state,
+            velocities,
+            alpha,
+            accelerations,
+            support,
+            sums,
+            wanted,
+            shear,
+            weights,
+            used,
+            fitted,
+            time,
+        }
     }
 
     pub fn snapshot(&self) -> FluidSnapshot<D> {
@@ -124,6 +151,7 @@ impl<'a, const D: usize, R: Real> Fluid<'a, D, R> {
             accelerations: self.accelerations.clone(),
             alpha: self.alpha.clone(),
             support: self.support.clone(),
+            weights: self.weights.clone(),
             divergence: self.shear.iter().map(|s| s.divergence).collect(),
             used: self.used,
             fitted: self.fitted,
@@ -132,7 +160,7 @@ impl<'a, const D: usize, R: Real> Fluid<'a, D, R> {
     }
 
     /// Sums, error and accelerations at the present positions and velocities.
-    fn evaluate(&mut self) {
+    pub fn evaluate(&mut self) {
         self.state.mirror(&self.support);
         let solved = self.state.solve(&self.support);
         self.support = solved.par_iter().map(|s| s.support).collect();
@@ -149,6 +177,29 @@ impl<'a, const D: usize, R: Real> Fluid<'a, D, R> {
         }
     }
 
+    /// How well the target is resolved about each particle.
+    fn weigh(&mut self) {
+        if !self.options.hold_unresolved {
+            return;
+        }
+        let (target, largest) = (self.state.target, self.state.domain.size());
+        let positions = &self.state.positions;
+        self.weights = (0..positions[0].len())
+            .into_par_iter()
+            .map(|i| {
+                let x = at(positions, i);
+                let wanted = target.number_density(&x);
+                let spacing = target.spacing(wanted).min(largest);
+                let slope = target.log_slope(&x, wanted, GRADIENT_STEP * spacing);
+                resolved(spacing * slope.iter().map(|g| g * g).sum::<f64>().sqrt())
+            })
+            .collect();
+    }
+
+    fn weight(&self, i: usize) -> f64 {
+        self.weights.get(i).copied().unwrap_or(1.0)
+    }
+
     fn measure(&mut self) {
         let set = interior(self.state.target.domain, &self.state.positions, &self.support);
         let (sums, factor) = (&self.sums, self.used.factor);
@@ -162,13 +213,14 @@ impl<'a, const D: usize, R: Real> Fluid<'a, D, R> {
             .sums
             .par_iter()
             .zip(&self.wanted)
-            .map(|(s, w)| {
+            .enumerate()
+            .map(|(i, (s, w))| {
                 let omega = if self.options.grad_h { 1.0 + s.slope / (D as f64 * s.number_density) } else { 1.0 };
-                (s.number_density - w / factor) / (s.number_density.powi(2) * omega)
+                self.weight(i) * (s.number_density - w / factor) / (s.number_density.powi(2) * omega)
             })
             .collect();
         let mut out = self.state.gradient(&self.support, &strength, &self.sums);
-        out.par_iter_mut().for_each(|a| *a = a.map(|v| -v));
+        out.par_iter_mut().enumerate().for_each(|(i, a)| *a = a.map(|v| -v * self.weight(i)));
         out
     }
 
@@ -257,6 +309,7 @@ impl<'a, const D: usize, R: Real> Fluid<'a, D, R> {
         let scalar = |values: &mut Vec<f64>| *values = order.par_iter().map(|&i| values[i as usize]).collect();
         scalar(&mut self.alpha);
         scalar(&mut self.support);
+        self.weigh();
     }
 
     pub fn refit_mass(&mut self) {

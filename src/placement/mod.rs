@@ -5,6 +5,8 @@ mod alaric;
 mod arrangement;
 mod fit;
 mod fluid;
+#[cfg(test)]
+mod force_tests;
 mod ghosts;
 #[cfg(test)]
 mod gradient_tests;

@@ -67,6 +67,12 @@ impl SolverOptions {
 
 /// Gradient of ln n* per spacing at which a particle counts half.
 const RESOLVED_GRADIENT: f64 = 0.4;
+
+/// How far a particle can have the target's density, by the change of ln n* per spacing: from 1 to 0.
+pub(super) fn resolved(steepness: f64) -> f64 {
+    1.0 / (1.0 + (steepness / RESOLVED_GRADIENT).powi(4))
+}
+
 /// No particle moves farther in a step, in its own spacing.
 const MAX_STEP: f64 = 0.3;
 /// Largest move of the first step of a stage, along the gradient.
@@ -359,8 +365,7 @@ impl<'a, const D: usize, R: Real> Solver<'a, D, R> {
             .into_par_iter()
             .map(|i| {
                 let slope = self.log_slope(&at(positions, i), wanted[i], spacing[i]);
-                let steepness = spacing[i] * slope.iter().map(|g| g * g).sum::<f64>().sqrt() / RESOLVED_GRADIENT;
-                1.0 / (1.0 + steepness.powi(4))
+                resolved(spacing[i] * slope.iter().map(|g| g * g).sum::<f64>().sqrt())
             })
             .collect();
         let mut frame = Frame { lambda, kappa: self.kappa, weights, spacing };

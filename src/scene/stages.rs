@@ -58,6 +58,8 @@ pub struct AlaricInput {
     pub velocity_stops: bool,
     /// Growth of the time between stops.
     pub growth: f64,
+    /// Holds particles where the target changes too much over a support radius for any arrangement to follow.
+    pub hold_unresolved: bool,
     pub grad_h: bool,
     /// Time step over the sound crossing time of the smallest support radius.
     pub courant: f64,
@@ -75,6 +77,7 @@ impl Default for AlaricInput {
             viscosity: o.viscosity,
             velocity_stops: o.velocity_stops,
             growth: o.growth,
+            hold_unresolved: true,
             grad_h: o.grad_h,
             courant: o.courant,
             rate_tolerance: o.rate_tolerance,
