@@ -1,6 +1,7 @@
 //! Errors of everything between the formats and the command line.
 
 use sph_formats::FormatError;
+use std::path::PathBuf;
 
 pub type Result<T> = std::result::Result<T, Error>;
 
@@ -23,6 +24,12 @@ pub enum Error {
     /// Interrupted by the user before anything was written.
     #[error("interrupted; nothing was written")]
     Interrupted,
+    /// Interrupted by the user, with a checkpoint to go on from.
+    #[error("interrupted; no particles were written; go on with --resume '{}'", .0.display())]
+    InterruptedKept(PathBuf),
+    /// A file that is no checkpoint of this run.
+    #[error("checkpoint '{}': {problem}", path.display())]
+    Checkpoint { path: PathBuf, problem: String },
 }
 
 impl Error {

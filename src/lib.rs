@@ -5,6 +5,7 @@
 
 pub mod atmosphere;
 pub mod carry;
+pub mod checkpoint;
 pub mod cli;
 pub mod compare;
 pub mod domain;

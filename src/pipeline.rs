@@ -14,7 +14,7 @@ use crate::prepared::Prepared;
 use crate::reduce;
 use crate::relaxation::{self, Relaxed};
 use crate::report::{MassReport, Report, Timing};
-use crate::scene::{DEFAULT_PARTICLES, Scene};
+use crate::scene::{CheckpointInput, DEFAULT_PARTICLES, Scene};
 use crate::target::{Positions, Target};
 use rayon::prelude::*;
 use sph_formats::common::particle_names as names;
@@ -53,14 +53,20 @@ pub fn run(scene: &Scene, formats: &[FormatSpec], control: &Control<'_>) -> Resu
     }
 }
 
-/// Renaming the output onto an input would destroy it, so that the run could not be repeated.
+/// Renaming the output, or a checkpoint, onto an input would destroy it, so that the run could not be repeated.
 fn refuse_overwriting_inputs(scene: &Scene, output: &Path) -> Result<()> {
-    let Ok(output) = output.canonicalize() else { return Ok(()) };
-    let inputs = [&scene.input.file, scene.resolution.as_ref().map_or(&None, |r| &r.file)];
-    for input in inputs.into_iter().flatten() {
-        if input.canonicalize().is_ok_and(|i| i == output) {
-            let problem = format!("is the input file '{}', which it would replace; name another", input.display());
-            return Err(Error::scene("output.file", problem));
+    let checkpoint = scene.checkpoint.file.as_deref();
+    if checkpoint == Some(output) {
+        return Err(Error::scene("checkpoint.file", "is the output file as well; name another"));
+    }
+    for (key, written) in [("output.file", Some(output)), ("checkpoint.file", checkpoint)] {
+        let Some(written) = written.and_then(|w| w.canonicalize().ok()) else { continue };
+        let inputs = [&scene.input.file, scene.resolution.as_ref().map_or(&None, |r| &r.file)];
+        for input in inputs.into_iter().flatten() {
+            if input.canonicalize().is_ok_and(|i| i == written) {
+                let problem = format!("is the input file '{}', which it would replace; name another", input.display());
+                return Err(Error::scene(key, problem));
+            }
         }
     }
     Ok(())
@@ -102,11 +108,11 @@ impl Run<'_> {
         let balanced = match &thermodynamics {
             Some(h) if plan.balance > 0 => {
                 self.notes.push(format!("balanced {}", h.describe()));
-                Some(relaxation::balance(&plan, target, h, (kernel, neighbors), &mut relaxed, self.control)?)
+                Some(relaxation::balance((self.scene, &plan), target, h, neighbors, &mut relaxed, self.control)?)
             }
             _ => None,
         };
-        let masses = relaxation::masses(self.scene, &mut plan, target, &mut relaxed, neighbors, self.control);
+        let masses = relaxation::masses(self.scene, &mut plan, target, &mut relaxed, neighbors, self.control)?;
         let Relaxed { positions, stages, timing, notes, stop } = relaxed;
         self.timing.extend(timing);
         self.notes.extend(notes);
@@ -132,6 +138,7 @@ impl Run<'_> {
         };
         sph_formats::write(self.formats, self.output, Some(self.format.name), &file, options)?;
         self.lap("write", lap, None);
+        self.remove_checkpoint(stop);
         Ok(Report {
             input: self.scene.input_name(),
             output: self.output.display().to_string(),
@@ -152,6 +159,18 @@ impl Run<'_> {
             plan,
             notes: self.notes,
         })
+    }
+
+    /// Removes the checkpoint of a run that has come to its end.
+    fn remove_checkpoint(&mut self, stop: StopReason) {
+        let Some(file) = self.scene.checkpoint.file.as_deref().filter(|f| f.is_file()) else { return };
+        if matches!(stop, StopReason::Interrupted | StopReason::TimeLimit) {
+            return;
+        }
+        if let Err(e) = std::fs::remove_file(file) {
+            self.notes
+                .push(format!("the checkpoint '{}' is of no more use but cannot be removed: {e}", file.display()));
+        }
     }
 
     /// The unit system of the output: the scene's, or the one that suits a body of this mass.
@@ -294,6 +313,7 @@ impl Run<'_> {
         // The recipe must not depend on where the output goes.
         let mut recipe = self.scene.clone();
         recipe.output.file = None;
+        recipe.checkpoint = CheckpointInput::default();
         vec![
             ("Version".into(), format!("sph-prep {}", env!("CARGO_PKG_VERSION"))),
             ("Seed".into(), self.scene.seed.to_string()),

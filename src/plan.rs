@@ -87,6 +87,9 @@ impl Plan {
             let affordable = if count > MANY { default / 2 } else { default };
             self.evaluations = scene.solver.evaluations.unwrap_or(affordable);
         }
+        if self.polish == Polish::DampedRelaxation {
+            self.drop("velocity stops and particle splitting", "damped relaxation has friction and viscosity alone");
+        }
         if self.polish != Polish::Alaric {
             return;
         }
@@ -112,11 +115,13 @@ impl Plan {
     fn choose_wvt(&mut self, scene: &Scene) {
         self.wvt_iterations = scene.wvt.iterations.unwrap_or(match (self.polish, scene.seeding) {
             (Polish::None, _) => WvtOptions::new(3).iterations,
+            (Polish::Afc, _) => 0,
             (_, Seeding::MassBisection) => 5,
             (_, _) => 40,
         });
         if self.wvt_iterations == 0 {
-            self.drop("WVT", "wvt.iterations is 0");
+            let why = if self.polish == Polish::Afc { "AFC starts from the seed" } else { "wvt.iterations is 0" };
+            self.drop("WVT", why);
         } else {
             self.stages.push("WVT");
         }
@@ -124,6 +129,8 @@ impl Plan {
             Polish::Solver => self.stages.push("density solver"),
             Polish::Alaric if self.splittings > 0 => self.stages.push("ALARIC with splitting"),
             Polish::Alaric => self.stages.push("ALARIC"),
+            Polish::DampedRelaxation => self.stages.push("damped relaxation"),
+            Polish::Afc => self.stages.push("AFC"),
             Polish::None => {}
         }
     }

@@ -1,14 +1,15 @@
 //! The planned stages in order: seed, WVT, polish.
 
+use crate::checkpoint::{Checkpoints, Snapshot, StageSnapshot};
 use crate::error::{Error, Result};
-use crate::kernel::KernelName;
 use crate::placement::{
-    AlaricOptions, BalanceOptions, Balanced, Control, SolverOptions, StageReport, StopReason, TrimOptions, WvtOptions,
-    alaric_by_splitting, balance_pressure, coarse_count, relax, solve_density, trim_masses,
+    AfcOptions, AfcSnapshot, AlaricOptions, BalanceOptions, Balanced, Control, SolverOptions, SolverSnapshot,
+    SplittingSnapshot, StageReport, Start, StopReason, TrimOptions, WvtOptions, WvtSnapshot, alaric_by_splitting_kept,
+    away_from_closest_kept, balance_pressure, coarse_count, relax_kept, solve_density_kept, trim_masses,
 };
 use crate::plan::Plan;
 use crate::report::Timing;
-use crate::scene::{Polish, Scene};
+use crate::scene::{OnInterrupt, Polish, Scene};
 use crate::seeding::{self, Seeded};
 use crate::target::{Equilibrium, Positions, Target};
 use std::time::Instant;
@@ -22,10 +23,11 @@ pub struct Relaxed<const D: usize> {
     pub stop: StopReason,
 }
 
-/// Seeds and relaxes as planned; stages that turn out to be unneeded are dropped from the plan.
+/// Seeds and relaxes as planned, or goes on from the scene's checkpoint; stages that turn out to be unneeded are
+/// dropped from the plan.
 ///
 /// # Errors
-/// A target without mass, or an interrupt.
+/// A target without mass, an interrupt that is to leave nothing, or a checkpoint that cannot be used.
 pub fn place<const D: usize>(
     scene: &Scene,
     plan: &mut Plan,
@@ -33,14 +35,31 @@ pub fn place<const D: usize>(
     neighbors: f64,
     control: &Control<'_>,
 ) -> Result<Relaxed<D>> {
-    place_watched(scene, plan, target, neighbors, control, &mut |_, _| {})
+    let mut checkpoints = Checkpoints::new(scene, target)?;
+    let start = match &scene.checkpoint.resume {
+        None => seeded(scene, plan, target)?,
+        Some(path) => checkpoints.resume(path, plan)?,
+    };
+    let stages = Stages { scene, target, neighbors, control };
+    let mut relaxed = stages.run(plan, start, &mut checkpoints, &mut |_, _| {});
+    if let Some(failure) = checkpoints.failure() {
+        relaxed.notes.push(format!("the last checkpoint could not be written: {failure}"));
+    }
+    if relaxed.stop == StopReason::Interrupted && scene.output.on_interrupt == OnInterrupt::Discard {
+        return Err(checkpoints.sealed().map_or(Error::Interrupted, |file| Error::InterruptedKept(file.into())));
+    }
+    if let Some(file) = checkpoints.sealed() {
+        relaxed.notes.push(format!("cut short; go on with --resume '{}'", file.display()));
+    }
+    Ok(relaxed)
 }
 
-/// [`place`], showing `watch` what the seed and each part of the plan left. Before splitting these are fewer
-/// particles than the target's count. What `watch` does counts against a deadline, but not in the timing.
+/// [`place`] without checkpoints, showing `watch` what the seed and each part of the plan left. Before splitting
+/// these are fewer particles than the target's count. What `watch` does counts against a deadline, but not in the
+/// timing.
 ///
 /// # Errors
-/// As [`place`].
+/// A target without mass, or an interrupt.
 pub fn place_watched<const D: usize>(
     scene: &Scene,
     plan: &mut Plan,
@@ -49,53 +68,176 @@ pub fn place_watched<const D: usize>(
     control: &Control<'_>,
     watch: &mut dyn FnMut(&'static str, &Positions<D>),
 ) -> Result<Relaxed<D>> {
+    let start = seeded(scene, plan, target)?;
+    let stages = Stages { scene, target, neighbors, control };
+    let relaxed = stages.run(plan, start, &mut Checkpoints::off(), watch);
+    if relaxed.stop == StopReason::Interrupted { Err(Error::Interrupted) } else { Ok(relaxed) }
+}
+
+/// The seed, as many particles as splitting begins with.
+fn seeded<const D: usize>(scene: &Scene, plan: &Plan, target: &Target<'_, D>) -> Result<Snapshot<D>> {
     let start = Instant::now();
     let coarse = target.with_count(coarse_count(D, target.count, plan.splittings));
-    let Seeded { mut positions, notes } = seeding::seed(&coarse, scene.seeding, scene.seed)?;
-    let mut timing = vec![Timing { step: "seed", seconds: start.elapsed().as_secs_f64(), epsilon: None }];
-    watch("seed", &positions);
-    let mut stages = Vec::new();
-    if plan.wvt_iterations > 0 {
-        let options = wvt_options(scene, plan.wvt_iterations, neighbors);
-        let (relaxed, report) = relax(scene.kernel, &coarse, positions, &options, control);
-        positions = relaxed;
+    let Seeded { positions, notes } = seeding::seed(&coarse, scene.seeding, scene.seed)?;
+    let seed_seconds = start.elapsed().as_secs_f64();
+    Ok(Snapshot { notes, seed_seconds, reports: Vec::new(), stage: StageSnapshot::Seed(positions) })
+}
+
+/// What all stages need.
+struct Stages<'a, const D: usize> {
+    scene: &'a Scene,
+    target: &'a Target<'a, D>,
+    neighbors: f64,
+    control: &'a Control<'a>,
+}
+
+/// What came out of the stages so far.
+struct Past<'a> {
+    notes: Vec<String>,
+    seed_seconds: f64,
+    reports: Vec<StageReport>,
+    checkpoints: &'a mut Checkpoints,
+}
+
+/// What makes a snapshot of a stage one of the run.
+fn keep<S, const D: usize>(
+    past: &mut Past<'_>,
+    wrap: fn(S) -> StageSnapshot<D>,
+) -> impl FnMut(bool, &dyn Fn() -> S) + Send {
+    let Past { notes, seed_seconds, reports, checkpoints } = past;
+    move |stopping, snapshot| {
+        checkpoints.offer(stopping, || Snapshot {
+            notes: notes.clone(),
+            seed_seconds: *seed_seconds,
+            reports: reports.clone(),
+            stage: wrap(snapshot()),
+        });
+    }
+}
+
+impl<const D: usize> Stages<'_, D> {
+    fn run(
+        &self,
+        plan: &mut Plan,
+        start: Snapshot<D>,
+        checkpoints: &mut Checkpoints,
+        watch: &mut dyn FnMut(&'static str, &Positions<D>),
+    ) -> Relaxed<D> {
+        let Snapshot { notes, seed_seconds, reports, stage } = start;
+        let mut past = Past { notes, seed_seconds, reports, checkpoints };
+        let begin = match stage {
+            StageSnapshot::Seed(positions) => {
+                watch("seed", &positions);
+                if plan.wvt_iterations > 0 {
+                    StageSnapshot::Seed(self.wvt(plan, Start::New(positions), &mut past, watch))
+                } else {
+                    StageSnapshot::Seed(positions)
+                }
+            }
+            StageSnapshot::Wvt(kept) => {
+                StageSnapshot::Seed(self.wvt(plan, Start::Kept(Box::new(kept)), &mut past, watch))
+            }
+            polish => polish,
+        };
+        let positions = self.polish(plan, begin, &mut past, watch);
+        let Past { notes, seed_seconds, reports: stages, .. } = past;
+        let seed = Timing { step: "seed", seconds: seed_seconds, epsilon: None };
+        let lap = |s: &StageReport| Timing { step: s.stage, seconds: s.seconds, epsilon: s.epsilon() };
+        let timing = std::iter::once(seed).chain(stages.iter().map(lap)).collect();
+        let stop = stages.last().map_or(StopReason::NotNeeded, |s| s.stop);
+        Relaxed { positions, stages, timing, notes, stop }
+    }
+
+    fn wvt(
+        &self,
+        plan: &Plan,
+        start: Start<D, WvtSnapshot<D>>,
+        past: &mut Past<'_>,
+        watch: &mut dyn FnMut(&'static str, &Positions<D>),
+    ) -> Positions<D> {
+        let coarse = self.target.with_count(coarse_count(D, self.target.count, plan.splittings));
+        let options = wvt_options(self.scene, plan.wvt_iterations, self.neighbors);
+        let mut keep = keep(past, StageSnapshot::Wvt);
+        let (positions, report) = relax_kept(self.scene.kernel, &coarse, start, &options, self.control, &mut keep);
+        drop(keep);
         watch(report.stage, &positions);
-        stages.push(report);
+        past.reports.push(report);
+        positions
     }
-    let stopped = stages.last().is_some_and(|s: &StageReport| {
-        matches!(s.stop, StopReason::ToleranceReached | StopReason::TimeLimit | StopReason::Interrupted)
-    });
-    match plan.polish {
-        Polish::None => {}
-        _ if stopped && plan.splittings == 0 => {
-            plan.drop("polish", "WVT met the tolerance, or time was up");
-            plan.polish = Polish::None;
-        }
-        Polish::Solver => {
-            let options = solver_options(scene, plan.evaluations, neighbors);
-            let (solved, report) = solve_density::<D, f32>(scene.kernel, target, positions, &options, control);
-            positions = solved;
-            watch(report.stage, &positions);
-            stages.push(report);
-        }
-        Polish::Alaric => {
-            let options = alaric_options(scene, neighbors);
-            let (relaxed, reports) =
-                alaric_by_splitting::<D, f32>(scene.kernel, target, positions, plan.splittings, &options, control);
-            positions = relaxed;
-            watch("alaric", &positions);
-            stages.extend(reports);
-        }
+
+    /// `begin` is where WVT ended, or a snapshot of the polish.
+    fn polish(
+        &self,
+        plan: &mut Plan,
+        begin: StageSnapshot<D>,
+        past: &mut Past<'_>,
+        watch: &mut dyn FnMut(&'static str, &Positions<D>),
+    ) -> Positions<D> {
+        let stopped = past.reports.last().is_some_and(|s| {
+            matches!(s.stop, StopReason::ToleranceReached | StopReason::TimeLimit | StopReason::Interrupted)
+        });
+        let (positions, reports) = match (plan.polish, begin) {
+            (Polish::None, begin) => return begin.into_positions(),
+            (_, StageSnapshot::Seed(positions)) if stopped && plan.splittings == 0 => {
+                plan.drop("polish", "WVT met the tolerance, or time was up");
+                plan.polish = Polish::None;
+                return positions;
+            }
+            (Polish::Solver, StageSnapshot::Solver(kept)) => self.solve(plan, Start::Kept(Box::new(kept)), past),
+            (Polish::Solver, begin) => self.solve(plan, Start::New(begin.into_positions()), past),
+            (Polish::Afc, StageSnapshot::Afc(kept)) => self.afc(Start::Kept(Box::new(kept)), past),
+            (Polish::Afc, begin) => self.afc(Start::New(begin.into_positions()), past),
+            (_, StageSnapshot::Alaric(kept)) => self.alaric(plan, Start::Kept(Box::new(kept)), past),
+            (_, begin) => self.alaric(plan, Start::New(begin.into_positions()), past),
+        };
+        reports.last().inspect(|last| watch(last.stage, &positions));
+        past.reports.extend(reports);
+        positions
     }
-    timing.extend(stages.iter().map(|s| Timing { step: s.stage, seconds: s.seconds, epsilon: s.epsilon() }));
-    let stop = stages.last().map_or(StopReason::NotNeeded, |s| s.stop);
-    if stop == StopReason::Interrupted {
-        return Err(Error::Interrupted);
+
+    fn solve(
+        &self,
+        plan: &Plan,
+        start: Start<D, SolverSnapshot<D>>,
+        past: &mut Past<'_>,
+    ) -> (Positions<D>, Vec<StageReport>) {
+        let options = solver_options(self.scene, plan.evaluations, self.neighbors);
+        let keep = &mut keep(past, StageSnapshot::Solver);
+        let (positions, report) =
+            solve_density_kept::<D, f32>(self.scene.kernel, self.target, start, &options, self.control, keep);
+        (positions, vec![report])
     }
-    Ok(Relaxed { positions, stages, timing, notes, stop })
+
+    fn afc(&self, start: Start<D, AfcSnapshot<D>>, past: &mut Past<'_>) -> (Positions<D>, Vec<StageReport>) {
+        let a = &self.scene.afc;
+        let tolerance = self.scene.tolerance.unwrap_or(0.0);
+        let options = AfcOptions { kernel_neighbors: self.neighbors, steps: a.steps, step: a.step, tolerance };
+        let keep = &mut keep(past, StageSnapshot::Afc);
+        let (positions, report) =
+            away_from_closest_kept(self.scene.kernel, self.target, start, &options, self.control, keep);
+        (positions, vec![report])
+    }
+
+    fn alaric(
+        &self,
+        plan: &Plan,
+        start: Start<D, SplittingSnapshot<D>>,
+        past: &mut Past<'_>,
+    ) -> (Positions<D>, Vec<StageReport>) {
+        let mut options = alaric_options(self.scene, self.neighbors);
+        if plan.polish == Polish::DampedRelaxation {
+            options = AlaricOptions { velocity_stops: false, viscosity: true, ..options };
+        }
+        let (kernel, splittings) = (self.scene.kernel, plan.splittings);
+        let keep = &mut keep(past, StageSnapshot::Alaric);
+        alaric_by_splitting_kept::<D, f32>(kernel, self.target, start, splittings, &options, self.control, keep)
+    }
 }
 
 /// Masses of the placed particles, trimmed where the scene asks for it.
+///
+/// # Errors
+/// An interrupt that is to leave nothing.
 pub fn masses<const D: usize>(
     scene: &Scene,
     plan: &mut Plan,
@@ -103,11 +245,11 @@ pub fn masses<const D: usize>(
     relaxed: &mut Relaxed<D>,
     neighbors: f64,
     control: &Control<'_>,
-) -> Vec<f64> {
+) -> Result<Vec<f64>> {
     let mut masses = target.masses(&relaxed.positions);
     let Some(largest_change) = scene.trim_masses else {
         plan.drop("mass trimming", "trim_masses is not set: masses are what the target says");
-        return masses;
+        return Ok(masses);
     };
     let options = TrimOptions {
         kernel_neighbors: neighbors,
@@ -117,8 +259,14 @@ pub fn masses<const D: usize>(
     };
     let report = trim_masses(scene.kernel, target, &relaxed.positions, &mut masses, &options, control);
     relaxed.timing.push(Timing { step: report.stage, seconds: report.seconds, epsilon: report.epsilon() });
+    if report.stop == StopReason::Interrupted {
+        if scene.output.on_interrupt == OnInterrupt::Discard {
+            return Err(Error::Interrupted);
+        }
+        relaxed.stop = report.stop;
+    }
     relaxed.stages.push(report);
-    masses
+    Ok(masses)
 }
 
 /// Moves the placed particles into balance where the scene asks for it; returns their internal energies.
@@ -126,19 +274,22 @@ pub fn masses<const D: usize>(
 /// # Errors
 /// An interrupt.
 pub fn balance<const D: usize>(
-    plan: &Plan,
+    (scene, plan): (&Scene, &Plan),
     target: &Target<'_, D>,
     equilibrium: &dyn Equilibrium<D>,
-    (kernel, kernel_neighbors): (KernelName, f64),
+    kernel_neighbors: f64,
     relaxed: &mut Relaxed<D>,
     control: &Control<'_>,
 ) -> Result<Vec<f64>> {
     let options = BalanceOptions { kernel_neighbors, evaluations: plan.balance };
     let positions = std::mem::replace(&mut relaxed.positions, std::array::from_fn(|_| Vec::new()));
-    let balanced = balance_pressure::<D, f32>(kernel, target, equilibrium, positions, &options, control);
+    let balanced = balance_pressure::<D, f32>(scene.kernel, target, equilibrium, positions, &options, control);
     let Balanced { positions, internal_energy, factor, wanted_factor, report } = balanced;
     if report.stop == StopReason::Interrupted {
-        return Err(Error::Interrupted);
+        if scene.output.on_interrupt == OnInterrupt::Discard {
+            return Err(Error::Interrupted);
+        }
+        relaxed.stop = report.stop;
     }
     relaxed.positions = positions;
     relaxed.notes.push(if factor == wanted_factor {
@@ -187,6 +338,7 @@ fn alaric_options(scene: &Scene, kernel_neighbors: f64) -> AlaricOptions {
         viscosity: a.viscosity,
         velocity_stops: a.velocity_stops,
         growth: a.growth,
+        hold_unresolved: a.hold_unresolved,
         grad_h: a.grad_h,
         courant: a.courant,
         steps: a.steps,

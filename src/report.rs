@@ -68,6 +68,11 @@ impl Report {
 
     fn write_text(&self, out: &mut String) -> std::fmt::Result {
         writeln!(out, "{} -> {} ({})", self.input, self.output, self.format)?;
+        match self.stop {
+            StopReason::Interrupted => writeln!(out, "  UNCONVERGED      interrupted: this is the best state so far")?,
+            StopReason::TimeLimit => writeln!(out, "  UNCONVERGED      time limit: this is the best state so far")?,
+            _ => {}
+        }
         writeln!(
             out,
             "  particles        {} in {}-D, {}, {:.1} kernel neighbors, seed {}",

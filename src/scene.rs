@@ -3,9 +3,14 @@
 //! Unknown keys are errors with line and column. Lengths, densities and centers are in the input's own units;
 //! what is left out takes the default that `--print-scene` shows.
 
+mod balance;
+mod stages;
+
+pub use balance::{BalanceInput, EquationOfState, GravityName};
+pub use stages::{AfcInput, AlaricInput, CheckpointInput, Polish, SolverInput, WvtInput};
+
 use crate::error::{Error, Result};
 use crate::kernel::KernelName;
-use crate::placement::{AlaricOptions, BalanceOptions, Bias, SolverOptions, Weight, WvtOptions};
 use crate::seeding::Seeding;
 use serde::{Deserialize, Serialize};
 use std::path::{Path, PathBuf};
@@ -34,6 +39,7 @@ pub struct Scene {
     pub polish: Option<Polish>,
     pub alaric: AlaricInput,
     pub solver: SolverInput,
+    pub afc: AfcInput,
     /// Moves the particles until the pressure force of the target code cancels gravity; off by default.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub balance: Option<BalanceInput>,
@@ -46,6 +52,8 @@ pub struct Scene {
     /// Seconds after which relaxation stops with the best state so far.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub time_limit: Option<f64>,
+    #[serde(skip_serializing_if = "CheckpointInput::is_default")]
+    pub checkpoint: CheckpointInput,
     pub motion: Motion,
     pub thermal: Thermal,
     pub output: Output,
@@ -172,142 +180,6 @@ pub enum BoundaryName {
     Open,
 }
 
-/// The WVT stage.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields, default)]
-pub struct WvtInput {
-    /// By default what the seed and the polish that follows need: 60 without a polish, few before one.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub iterations: Option<usize>,
-    pub weight: Weight,
-    pub bias: Bias,
-    /// First displacement scale.
-    pub step: f64,
-    /// Last displacement scale over the first; at most 1.
-    pub final_step: f64,
-}
-
-impl Default for WvtInput {
-    fn default() -> Self {
-        let o = WvtOptions::new(3);
-        Self { iterations: None, weight: o.weight, bias: o.bias, step: o.step, final_step: o.final_step }
-    }
-}
-
-/// What follows WVT.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "kebab-case")]
-pub enum Polish {
-    /// The density solver.
-    Solver,
-    /// The damped dynamics of the ALARIC paper.
-    Alaric,
-    /// Nothing.
-    None,
-}
-
-/// The ALARIC stage.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields, default)]
-pub struct AlaricInput {
-    /// Time steps per stage of splitting, at most.
-    pub steps: usize,
-    /// Stages of particle splitting; by default the plan decides.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub splittings: Option<usize>,
-    /// Friction in inverse sound crossing times of the domain; 0 switches it off.
-    pub friction: f64,
-    pub viscosity: bool,
-    pub velocity_stops: bool,
-    /// Growth of the time between stops.
-    pub growth: f64,
-    pub grad_h: bool,
-    /// Time step over the sound crossing time of the smallest support radius.
-    pub courant: f64,
-    /// Converged when epsilon changes by less per crossing time.
-    pub rate_tolerance: f64,
-}
-
-impl Default for AlaricInput {
-    fn default() -> Self {
-        let o = AlaricOptions::new(3);
-        Self {
-            steps: 500,
-            splittings: None,
-            friction: o.friction,
-            viscosity: o.viscosity,
-            velocity_stops: o.velocity_stops,
-            growth: o.growth,
-            grad_h: o.grad_h,
-            courant: o.courant,
-            rate_tolerance: o.rate_tolerance,
-        }
-    }
-}
-
-/// The density solver.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields, default)]
-pub struct SolverInput {
-    /// Evaluations of density and forces, at most; by default 60, and half of that over 500 000 particles.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub evaluations: Option<usize>,
-    /// What matters more: 0 the exact density, 1 quiet forces.
-    pub quietness: f64,
-}
-
-impl Default for SolverInput {
-    fn default() -> Self {
-        let o = SolverOptions::new(3);
-        Self { evaluations: None, quietness: o.quietness }
-    }
-}
-
-/// The balance of pressure and gravity that comes after the polish.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields, default)]
-pub struct BalanceInput {
-    /// Evaluations of the force, at most.
-    pub evaluations: usize,
-    /// By default the input's own where it is a radial profile, else a field that holds the pressure.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub gravity: Option<GravityName>,
-    /// Constant of gravity in the input's numbers, where these have no units.
-    pub constant: f64,
-    /// Pressure where the input carries neither it nor an internal energy, or over what it carries.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub equation_of_state: Option<EquationOfState>,
-}
-
-impl Default for BalanceInput {
-    fn default() -> Self {
-        Self { evaluations: BalanceOptions::new(3).evaluations, gravity: None, constant: 1.0, equation_of_state: None }
-    }
-}
-
-/// What the pressure force is to cancel.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "kebab-case")]
-pub enum GravityName {
-    /// The gravity of the enclosed mass of a radial profile.
-    Own,
-    /// An external field: grad P / rho of the target.
-    Field,
-    None,
-}
-
-/// Pressure as a function of density, or of the weight above.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-#[serde(rename_all = "kebab-case", deny_unknown_fields)]
-pub enum EquationOfState {
-    /// P = constant rho^gamma, in the input's numbers (cgs where it has units).
-    Polytrope { constant: f64, gamma: f64 },
-    /// P = sound_speed^2 rho, in the input's numbers (cgs where it has units).
-    Isothermal { sound_speed: f64 },
-    /// That of a self-gravitating body at rest.
-    AtRest,
-}
-
 /// Velocities given to the particles, on top of carried ones, in the output's units.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
@@ -353,11 +225,31 @@ pub struct Output {
     /// Deflate level, 0 to 9.
     pub compression: u8,
     pub double_precision: bool,
+    pub on_interrupt: OnInterrupt,
+}
+
+/// What an interrupt (Ctrl-C) leaves.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum OnInterrupt {
+    /// Nothing: who interrupts wants no result, and an earlier one may be in its place.
+    #[default]
+    Discard,
+    /// The best state so far, marked as unconverged.
+    Write,
 }
 
 impl Default for Output {
     fn default() -> Self {
-        Self { file: None, format: None, units: None, box_factor: 4.0, compression: 4, double_precision: false }
+        Self {
+            file: None,
+            format: None,
+            units: None,
+            box_factor: 4.0,
+            compression: 4,
+            double_precision: false,
+            on_interrupt: OnInterrupt::default(),
+        }
     }
 }
 
@@ -452,6 +344,7 @@ impl Scene {
             ));
         }
         self.alaric.validate()?;
+        self.afc.validate()?;
         if let Some(t) = self.trim_masses.filter(|t| !(*t > 0.0 && *t < 1.0)) {
             return Err(Error::scene("trim_masses", format!("is {t}, expected a fraction between 0 and 1")));
         }
@@ -474,6 +367,10 @@ impl Scene {
         if let Some(seconds) = self.time_limit.filter(|s| !(*s >= 0.0)) {
             return Err(Error::scene("time_limit", format!("is {seconds}, expected seconds, at least 0")));
         }
+        if !(self.checkpoint.minutes >= 0.0) {
+            let problem = format!("is {}, expected minutes, at least 0", self.checkpoint.minutes);
+            return Err(Error::scene("checkpoint.minutes", problem));
+        }
         if !(self.thermal.gamma.is_finite() && self.thermal.gamma > 1.0) {
             return Err(Error::scene("thermal.gamma", format!("is {}, expected more than 1", self.thermal.gamma)));
         }
@@ -490,62 +387,6 @@ impl Scene {
             return Err(Error::scene("domain", "names both a `box` and a `ball`; give one"));
         }
         self.resolution.as_ref().map_or(Ok(()), ResolutionInput::validate)
-    }
-}
-
-impl BalanceInput {
-    fn validate(&self, scene: &Scene) -> Result<()> {
-        let (constant, gamma) = match self.equation_of_state {
-            Some(EquationOfState::Polytrope { constant, gamma }) => (constant, gamma),
-            Some(EquationOfState::Isothermal { sound_speed }) => (sound_speed, 1.0),
-            Some(EquationOfState::AtRest) | None => (1.0, 1.0),
-        };
-        for (key, value) in [
-            ("balance.constant", self.constant),
-            ("balance.equation_of_state", constant),
-            ("balance.equation_of_state.gamma", gamma),
-        ] {
-            if !(value.is_finite() && value > 0.0) {
-                return Err(Error::scene(key, format!("is {value}, expected a positive number")));
-            }
-        }
-        let against = [
-            (
-                "resolution",
-                scene.resolution.is_some(),
-                "masses vary then, and codes differ in how their correction terms see them",
-            ),
-            ("trim_masses", scene.trim_masses.is_some(), "trimmed masses would undo the balance"),
-            (
-                "thermal.internal_energy",
-                scene.thermal.internal_energy.is_some(),
-                "the balance needs an energy of its own at each particle",
-            ),
-        ];
-        match against.iter().find(|a| a.1) {
-            Some((key, _, why)) => Err(Error::scene("balance", format!("cannot go with {key}: {why}; leave one out"))),
-            None => Ok(()),
-        }
-    }
-}
-
-impl AlaricInput {
-    fn validate(&self) -> Result<()> {
-        let checks = [
-            ("alaric.friction", self.friction, self.friction >= 0.0, "0 or more"),
-            ("alaric.growth", self.growth, self.growth >= 0.0, "0 or more"),
-            ("alaric.courant", self.courant, self.courant > 0.0, "a positive number"),
-            ("alaric.rate_tolerance", self.rate_tolerance, self.rate_tolerance >= 0.0, "0 or more"),
-        ];
-        for (key, value, good, expected) in checks {
-            if !(value.is_finite() && good) {
-                return Err(Error::scene(key, format!("is {value}, expected {expected}")));
-            }
-        }
-        match self.splittings {
-            Some(s) if s > 8 => Err(Error::scene("alaric.splittings", format!("is {s}, expected 0 to 8"))),
-            _ => Ok(()),
-        }
     }
 }
 

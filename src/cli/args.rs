@@ -17,7 +17,8 @@ Examples:
   sph-prep formats                                   what can be read and written
   sph-prep compare --scene box.yaml --out methods    which method suits a scene
 
-Exit codes: 0 success, 1 failure, 2 wrong usage, 3 tolerance not reached (the best state is written).";
+Exit codes: 0 success, 1 failure, 2 wrong usage, 3 not converged: the tolerance was not reached, or the run was
+interrupted with --on-interrupt write (the best state is written).";
 
 /// Low-noise initial conditions for SPH codes from tabulated or mesh-sampled fields.
 #[derive(Debug, Parser)]
@@ -122,7 +123,8 @@ pub struct RunArgs {
     /// WVT iterations [default: 60, or few before a polish]. With --polish none, 0 leaves the seed as it is.
     #[arg(long, value_name = "COUNT")]
     iterations: Option<usize>,
-    /// What follows WVT: solver (least error and noise), alaric (the paper's dynamics) or none.
+    /// What follows WVT: solver (least error and noise), alaric (the paper's dynamics), damped-relaxation, afc
+    /// (away from the closest neighbor) or none.
     #[arg(long, value_name = "NAME", value_parser = polish)]
     polish: Option<crate::scene::Polish>,
     /// Then move the particles until the pressure force of the target code cancels gravity: a star that stays still.
@@ -137,6 +139,16 @@ pub struct RunArgs {
     /// Stop relaxing after so many seconds, with the best state so far.
     #[arg(long, value_name = "SECONDS")]
     time_limit: Option<f64>,
+    /// What Ctrl-C leaves: discard (nothing, the default) or write (the best state so far; exit with 3).
+    #[arg(long, value_name = "WHAT", value_parser = on_interrupt)]
+    on_interrupt: Option<crate::scene::OnInterrupt>,
+    /// Keep what a long run can go on from in FILE, every few minutes, on Ctrl-C and at the time limit.
+    #[arg(long, value_name = "FILE")]
+    checkpoint: Option<PathBuf>,
+    /// Go on from a checkpoint of the same scene, to the same bytes; FILE is also the next one's, unless
+    /// --checkpoint names another.
+    #[arg(long, value_name = "FILE")]
+    resume: Option<PathBuf>,
     /// Print the resolved scene and stop.
     #[arg(long)]
     pub print_scene: bool,
@@ -173,12 +185,23 @@ fn boundary(text: &str) -> std::result::Result<crate::scene::BoundaryName, Strin
 }
 
 fn polish(text: &str) -> std::result::Result<crate::scene::Polish, String> {
-    use crate::scene::Polish::{Alaric, None, Solver};
+    use crate::scene::Polish::{Afc, Alaric, DampedRelaxation, None, Solver};
     match text {
         "solver" => Ok(Solver),
         "alaric" => Ok(Alaric),
+        "damped-relaxation" => Ok(DampedRelaxation),
+        "afc" => Ok(Afc),
         "none" => Ok(None),
-        _ => Err("expected solver, alaric or none".into()),
+        _ => Err("expected solver, alaric, damped-relaxation, afc or none".into()),
+    }
+}
+
+fn on_interrupt(text: &str) -> std::result::Result<crate::scene::OnInterrupt, String> {
+    use crate::scene::OnInterrupt::{Discard, Write};
+    match text {
+        "discard" => Ok(Discard),
+        "write" => Ok(Write),
+        _ => Err("expected discard or write".into()),
     }
 }
 
@@ -208,6 +231,10 @@ impl RunArgs {
         scene.seed = self.seed.unwrap_or(scene.seed);
         overlay(&mut scene.wvt.iterations, &self.iterations);
         overlay(&mut scene.polish, &self.polish);
+        scene.output.on_interrupt = self.on_interrupt.unwrap_or(scene.output.on_interrupt);
+        overlay(&mut scene.checkpoint.file, &self.resume);
+        overlay(&mut scene.checkpoint.file, &self.checkpoint);
+        overlay(&mut scene.checkpoint.resume, &self.resume);
         scene.solver.quietness = self.quietness.unwrap_or(scene.solver.quietness);
         if self.balance && scene.balance.is_none() {
             scene.balance = Some(crate::scene::BalanceInput::default());

@@ -1,7 +1,7 @@
 //! The command line: arguments over a scene file, progress, report, exit codes.
 //!
-//! Exit codes: 0 success, 1 failure, 2 wrong usage, 3 the tolerance asked for was not reached (the best state
-//! is written all the same).
+//! Exit codes: 0 success, 1 failure, 2 wrong usage, 3 not converged: the tolerance asked for was not reached, or an
+//! interrupt was to leave the best state (which is written all the same).
 
 mod args;
 mod compare;
@@ -89,12 +89,16 @@ fn set_threads(threads: Option<usize>) -> crate::Result<()> {
         .map_err(|e| Error::scene("--threads", e.to_string()))
 }
 
-/// Set by an interrupt from now on.
+/// Set by an interrupt, hangup or termination from now on. A second one ends the process at once.
 fn interrupt_flag() -> Arc<AtomicBool> {
     let interrupted = Arc::new(AtomicBool::new(false));
     let flag = Arc::clone(&interrupted);
     // Without a handler an interrupt ends the process at once, which is as safe: outputs appear by renaming.
-    let _ = ctrlc::set_handler(move || flag.store(true, Ordering::Relaxed));
+    let _ = ctrlc::set_handler(move || {
+        if flag.swap(true, Ordering::Relaxed) {
+            std::process::exit(i32::from(FAILURE));
+        }
+    });
     interrupted
 }
 
@@ -110,6 +114,10 @@ fn print(text: &str) -> crate::Result<ExitCode> {
 }
 
 fn exit_code(scene: &Scene, stop: StopReason) -> ExitCode {
+    if stop == StopReason::Interrupted {
+        eprintln!("not converged: interrupted; the best state so far was written");
+        return ExitCode::from(NOT_CONVERGED);
+    }
     if scene.tolerance.is_some() && stop != StopReason::ToleranceReached {
         eprintln!("not converged: the tolerance was not reached ({stop:?}); the best state was written");
         return ExitCode::from(NOT_CONVERGED);

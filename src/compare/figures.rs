@@ -152,6 +152,56 @@ pub(super) fn picture(run: &MethodRun, dimension: usize) -> Option<Figure> {
     })
 }
 
+/// Dots of a picture of the density: what it shows is in the whole plane, so that more are kept.
+const MOST_DENSITY_DOTS: usize = 12_000;
+
+/// Colors of the density, from the lowest to the highest: perceptually even, and told apart without color as well.
+const SCALE: [RGBColor; 8] = [
+    RGBColor(68, 1, 84),
+    RGBColor(70, 50, 126),
+    RGBColor(54, 92, 141),
+    RGBColor(39, 127, 142),
+    RGBColor(31, 161, 135),
+    RGBColor(74, 193, 109),
+    RGBColor(159, 218, 58),
+    RGBColor(253, 231, 37),
+];
+
+/// The summed density of all particles in 2-D, in bands between its smallest and largest value.
+pub(super) fn density_picture(run: &MethodRun, dimension: usize) -> Option<Figure> {
+    if dimension != 2 || run.picture.is_empty() {
+        return None;
+    }
+    let every = run.picture.len().div_ceil(MOST_DENSITY_DOTS);
+    let kept: Vec<&Sample> = run.picture.iter().step_by(every).collect();
+    let ends = |value: fn(&Sample) -> f64| {
+        let fold = |(lo, hi): (f64, f64), s: &&Sample| (lo.min(value(s)), hi.max(value(s)));
+        kept.iter().fold((f64::INFINITY, f64::NEG_INFINITY), fold)
+    };
+    let (x, y, density) = (ends(|s| s.x[0]), ends(|s| s.x[1]), ends(|s| s.density));
+    let width = (density.1 - density.0).max(f64::MIN_POSITIVE) / SCALE.len() as f64;
+    let band = |s: &Sample| (((s.density - density.0) / width) as usize).min(SCALE.len() - 1);
+    let curves = SCALE.iter().enumerate().map(|(i, &color)| Curve {
+        name: format!("from {:.3e}", density.0 + i as f64 * width),
+        color,
+        joined: false,
+        dot: 1,
+        points: kept.iter().filter(|s| band(s) == i).map(|s| (s.x[0], s.x[1])).collect(),
+    });
+    let reach = 0.52 * (x.1 - x.0).max(y.1 - y.0).max(f64::MIN_POSITIVE);
+    let axis = |label, (lo, hi): (f64, f64)| {
+        let middle = 0.5 * (lo + hi);
+        Axis { range: Some((middle - reach, middle + reach)), ..Axis::linear(label) }
+    };
+    Some(Figure {
+        title: format!("{}: density", run.method),
+        size: SMALL,
+        x: axis("x", x),
+        y: axis("y", y),
+        curves: curves.collect(),
+    })
+}
+
 /// Summed and target density at the particles, against the radius or the first coordinate.
 pub(super) fn profile(run: &MethodRun) -> Figure {
     let place = |s: &Sample| if run.radial { s.r } else { s.x[0] };

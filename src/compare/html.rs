@@ -106,6 +106,9 @@ fn pictures(c: &Comparison) -> Result<String> {
         if let Some(picture) = figures::picture(run, c.dimension) {
             out += &picture.svg()?;
         }
+        if let Some(picture) = figures::density_picture(run, c.dimension) {
+            out += &picture.svg()?;
+        }
         out += &figures::profile(run).svg()?;
     }
     Ok(out + "</div>\n")

@@ -56,6 +56,21 @@ pub const VARIATIONS: &[Variation] = &[
         change: |scene| alaric(scene, 1),
     },
     Variation {
+        name: "damped-relaxation",
+        summary: "WVT, then ALARIC's dynamics with friction and viscosity alone: no velocity stops, no splitting",
+        reference: "the ALARIC paper, sec. 1.4.3",
+        change: |scene| scene.polish = Some(Polish::DampedRelaxation),
+    },
+    Variation {
+        name: "afc",
+        summary: "away from the closest neighbor, from the seed",
+        reference: "the ALARIC paper, sec. 5.3",
+        change: |scene| {
+            scene.wvt.iterations = Some(0);
+            scene.polish = Some(Polish::Afc);
+        },
+    },
+    Variation {
         name: "solver",
         summary: "WVT, then the density solver with the scene's quietness",
         reference: "this program",

@@ -60,6 +60,15 @@ impl<const D: usize> Tree<D> {
         }
     }
 
+    /// The tree of particles that are in the order of an earlier tree, as its [`Self::refit`] to them leaves it: the
+    /// structure depends on their number alone.
+    pub fn of_sorted(positions: &[Vec<f64>; D]) -> Self {
+        let mut tree = Self::build(positions);
+        tree.forget_order();
+        tree.refit(positions);
+        tree
+    }
+
     pub fn len(&self) -> usize {
         self.order.len()
     }

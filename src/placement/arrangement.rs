@@ -4,7 +4,7 @@ use super::Ghosts;
 use crate::domain::Domain;
 use crate::kernel::{KernelName, support_over_spacing};
 use crate::neighbors::lanes::Real;
-use crate::neighbors::{Reach, Sources, Tree};
+use crate::neighbors::{LeafPass, Reach, Sources, Tree, for_each_target};
 use crate::smoothing::{
     Actors, DensitySums, Solved, Vector, density, largest_support, scatter_gradient, solve_support_radii,
 };
@@ -121,6 +121,25 @@ impl<'a, const D: usize, R: Real> Arrangement<'a, D, R> {
         (arrangement, order)
     }
 
+    /// Particles that are in tree order already, `moves` after the last sorting.
+    pub fn of_sorted(
+        kernel: KernelName,
+        target: &'a Target<'a, D>,
+        domain: &'a Domain<D>,
+        positions: Positions<D>,
+        moves: usize,
+        kernel_neighbors: f64,
+    ) -> Self {
+        let tree = Tree::of_sorted(&positions);
+        let precision = PhantomData;
+        Self { kernel, target, domain, kernel_neighbors, positions, tree, ghosts: None, moves, precision }
+    }
+
+    /// Moves since the last sorting.
+    pub fn moves(&self) -> usize {
+        self.moves
+    }
+
     /// Support radii that the target's spacing gives.
     pub fn target_supports(&self) -> Vec<f64> {
         let ratio = support_over_spacing(D, self.kernel_neighbors);
@@ -207,6 +226,22 @@ impl<'a, const D: usize, R: Real> Arrangement<'a, D, R> {
         }
         let sums = density::<D, 1, R>(self.kernel, self.domain, &sources, support);
         sums.into_par_iter().map(|s| s.weighted).collect()
+    }
+
+    /// Runs a pass over the neighbors within `support`, with channels that ghosts inherit as they are.
+    pub fn visit<const C: usize, P: LeafPass<D, C, f64>>(
+        &self,
+        support: &[f64],
+        channels: [&[f64]; C],
+        pass: &P,
+    ) -> Vec<P::Output> {
+        let real = Sources::new(&self.tree, support, channels, Reach::Target);
+        let Some(ghosts) = &self.ghosts else {
+            return for_each_target::<D, C, f64, P>(self.domain, &[real], 1.0, pass);
+        };
+        let inherited = channels.map(|values| ghosts.inherit(values, 0.0));
+        let others = Sources::new(&ghosts.tree, &[], inherited.each_ref().map(Vec::as_slice), Reach::Target);
+        for_each_target::<D, C, f64, P>(self.domain, &[real, others], 1.0, pass)
     }
 
     /// Support radii with n V_d H^d = N_H, and the sums at them.

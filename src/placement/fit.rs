@@ -4,9 +4,10 @@ use crate::domain::Domain;
 use crate::reduce;
 use crate::target::{Positions, at};
 use rayon::prelude::*;
+use serde::{Deserialize, Serialize};
 
 /// Density error with the mass re-fitted.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub(super) struct Fit {
     /// kappa = mean(n*/n), the particle mass in units of the one that the target assumes (ALARIC eq. 44).
     pub factor: f64,

@@ -1,8 +1,9 @@
 //! The analytic gradients against finite differences of the objective, in every dimension and boundary, and
 //! what the forces conserve.
 
-use super::alaric::{AlaricOptions, Fluid};
+use super::alaric::AlaricOptions;
 use super::arrangement::Arrangement;
+use super::fluid::Fluid;
 use super::relaxation_domain;
 use super::solver::{Solver, SolverOptions};
 use crate::domain::{Axis, Domain, Region, Wall};

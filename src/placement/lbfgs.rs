@@ -2,20 +2,26 @@
 //!
 //! Pairs are kept in single precision: they only shape the direction, whose error the line search bears.
 
+use super::snapshot::rows;
 use crate::reduce;
 use rayon::prelude::*;
+use serde::{Deserialize, Serialize};
 
 /// Pairs kept; more cost memory (24 bytes per pair and particle in 3-D) and save few evaluations.
 const PAIRS: usize = 6;
 
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 struct Pair<const D: usize> {
+    #[serde(with = "rows")]
     step: Vec<[f32; D]>,
+    #[serde(with = "rows")]
     change: Vec<[f32; D]>,
     /// 1 / (step . change).
     inverse: f64,
 }
 
 /// The history of steps and gradient changes.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub(super) struct Lbfgs<const D: usize> {
     pairs: std::collections::VecDeque<Pair<D>>,
     /// step . change / change . change of the newest pair, the scale of the initial inverse Hessian.
@@ -37,6 +43,11 @@ impl<const D: usize> Lbfgs<D> {
 
     pub fn is_empty(&self) -> bool {
         self.pairs.is_empty()
+    }
+
+    /// Whether it is a history of `count` particles.
+    pub fn is_of(&self, count: usize) -> bool {
+        self.pairs.len() <= PAIRS && self.pairs.iter().all(|p| p.step.len() == count && p.change.len() == count)
     }
 
     pub fn clear(&mut self) {

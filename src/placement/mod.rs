@@ -1,29 +1,39 @@
 //! Relaxation of the seed: stages that move particles until their density matches the target.
 
+mod afc;
 mod alaric;
 mod arrangement;
 mod balance;
 mod fit;
+mod fluid;
+#[cfg(test)]
+mod force_tests;
 mod ghosts;
 #[cfg(test)]
 mod gradient_tests;
 mod lbfgs;
+mod snapshot;
 mod solver;
 mod splitting;
 mod trimming;
 mod viscosity;
 mod wvt;
 
-pub use alaric::{AlaricOptions, alaric, alaric_by_splitting};
+pub use afc::{AfcOptions, AfcSnapshot, away_from_closest, away_from_closest_kept};
+pub use alaric::{
+    AlaricOptions, AlaricSnapshot, SplittingSnapshot, alaric, alaric_by_splitting, alaric_by_splitting_kept,
+    alaric_kept,
+};
 pub use balance::{BalanceOptions, Balanced, balance_pressure};
 pub use ghosts::Ghosts;
-pub use solver::{SolverOptions, solve_density};
+pub use snapshot::{Keep, Start, forget};
+pub use solver::{SolverOptions, SolverSnapshot, solve_density, solve_density_kept};
 pub use splitting::{children, coarse_count, split};
 pub use trimming::{TrimOptions, trim_masses};
-pub use wvt::{Bias, Weight, WvtOptions, relax};
+pub use wvt::{Bias, Weight, WvtOptions, WvtSnapshot, relax, relax_kept};
 
 use crate::domain::{Axis, Domain, Wall};
-use serde::Serialize;
+use serde::{Deserialize, Deserializer, Serialize};
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Instant;
 
@@ -54,7 +64,7 @@ impl Control<'_> {
 }
 
 /// Why a stage ended.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum StopReason {
     /// The error fell below the tolerance asked for.
@@ -72,13 +82,12 @@ pub enum StopReason {
 }
 
 /// Error of one iteration.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Progress {
     pub iteration: usize,
     /// epsilon with the mass re-fitted, at the target's own support radii.
     pub epsilon: f64,
     /// Mean |a + g| / |g| over the interior, where the stage balances forces.
-    #[serde(skip_serializing_if = "Option::is_none")]
     pub force_error: Option<f64>,
     /// Largest displacement over the local spacing.
     pub largest_step: f64,
@@ -87,14 +96,27 @@ pub struct Progress {
 }
 
 /// What a stage reports of itself.
-#[derive(Debug, Clone, Serialize)]
+#[derive(Debug, Clone, Serialize, Deserialize)]
 pub struct StageReport {
-    pub stage: &'static str,
+    #[serde(deserialize_with = "stage_name")]
+    pub stage: StageName,
     pub stop: StopReason,
     /// Iteration whose state is the result.
     pub best_iteration: usize,
     pub history: Vec<Progress>,
     pub seconds: f64,
+}
+
+/// One of [`STAGES`]. (A type of its own: serde takes a written reference for a borrow from what it reads.)
+type StageName = &'static str;
+
+/// Names of the stages that reports can be of.
+const STAGES: [&str; 5] = ["wvt", "solver", "alaric", "afc", "trim"];
+
+fn stage_name<'de, T: Deserializer<'de>>(from: T) -> Result<&'static str, T::Error> {
+    let name = String::deserialize(from)?;
+    let known = STAGES.into_iter().find(|s| *s == name);
+    known.ok_or_else(|| serde::de::Error::custom(format!("'{name}' is no stage")))
 }
 
 impl StageReport {

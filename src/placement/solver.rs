@@ -23,6 +23,7 @@
 use super::arrangement::Arrangement;
 use super::fit::{Fit, fit, interior};
 use super::lbfgs::{Lbfgs, product};
+use super::snapshot::{Check, Keep, Start, Trace, axes, forget};
 use super::{Control, Progress, StageReport, StopReason, relaxation_domain};
 use crate::kernel::{KernelName, support_over_spacing};
 use crate::neighbors::lanes::Real;
@@ -30,7 +31,7 @@ use crate::reduce;
 use crate::smoothing::DensitySums;
 use crate::target::{Positions, Target, at};
 use rayon::prelude::*;
-use std::time::Instant;
+use serde::{Deserialize, Serialize};
 
 /// Parameters of the solver.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -66,6 +67,12 @@ impl SolverOptions {
 
 /// Gradient of ln n* per spacing at which a particle counts half.
 const RESOLVED_GRADIENT: f64 = 0.4;
+
+/// How far a particle can have the target's density, by the change of ln n* per spacing: from 1 to 0.
+pub(super) fn resolved(steepness: f64) -> f64 {
+    1.0 / (1.0 + (steepness / RESOLVED_GRADIENT).powi(4))
+}
+
 /// No particle moves farther in a step, in its own spacing.
 const MAX_STEP: f64 = 0.3;
 /// Largest move of the first step of a stage, along the gradient.
@@ -82,58 +89,116 @@ pub fn solve_density<const D: usize, R: Real>(
     options: &SolverOptions,
     control: &Control<'_>,
 ) -> (Positions<D>, StageReport) {
-    rayon::scope(|_| run::<D, R>(kernel, target, positions, options, control))
+    solve_density_kept::<D, R>(kernel, target, Start::New(positions), options, control, &mut forget())
+}
+
+/// [`solve_density`] from new positions or a snapshot, offering snapshots to `keep`.
+pub fn solve_density_kept<const D: usize, R: Real>(
+    kernel: KernelName,
+    target: &Target<'_, D>,
+    start: Start<D, SolverSnapshot<D>>,
+    options: &SolverOptions,
+    control: &Control<'_>,
+    keep: Keep<'_, SolverSnapshot<D>>,
+) -> (Positions<D>, StageReport) {
+    rayon::scope(|_| run::<D, R>(kernel, target, start, options, control, keep))
 }
 
 fn run<const D: usize, R: Real>(
     kernel: KernelName,
     target: &Target<'_, D>,
-    positions: Positions<D>,
+    start: Start<D, SolverSnapshot<D>>,
     options: &SolverOptions,
     control: &Control<'_>,
+    keep: Keep<'_, SolverSnapshot<D>>,
 ) -> (Positions<D>, StageReport) {
-    let start = Instant::now();
     let domain = relaxation_domain(target.domain);
-    let before = positions.clone();
-    let arrangement = Arrangement::new(kernel, target, &domain, positions, options.kernel_neighbors);
-    let mut solver = Solver::<D, R>::new(arrangement, options, control);
+    let neighbors = options.kernel_neighbors;
     let schedule = options.schedule();
+    let (mut solver, before, first, mut kept) = match start {
+        Start::New(positions) => {
+            let before = positions.clone();
+            let arrangement = Arrangement::new(kernel, target, &domain, positions, neighbors);
+            (Solver::<D, R>::new(arrangement, options, control), before, 0, None)
+        }
+        Start::Kept(snapshot) => {
+            let SolverSnapshot { stage, positions, before, frame, memory, kappa, evaluations, trace } = *snapshot;
+            let arrangement = Arrangement::of_sorted(kernel, target, &domain, positions, 0, neighbors);
+            let solver = Solver { arrangement, options, control, kappa, evaluations, trace: trace.resumed() };
+            (solver, before, stage, Some((frame, memory)))
+        }
+    };
     let mut stop = StopReason::IterationLimit;
-    let mut end = 0.0;
-    for (stage, (lambda, share)) in schedule.iter().enumerate() {
-        end += share * options.evaluations as f64;
+    for (stage, (lambda, _)) in schedule.iter().enumerate().skip(first) {
+        let share: f64 = schedule[..=stage].iter().map(|s| s.1).sum();
         let last = stage + 1 == schedule.len();
-        stop = solver.stage(*lambda, if last { options.evaluations } else { end as usize }, last);
+        let end = if last { options.evaluations } else { (share * options.evaluations as f64) as usize };
+        let mut keep_stage = |stopping: bool, snapshot: &dyn Fn() -> SolverSnapshot<D>| {
+            keep(stopping, &|| SolverSnapshot { stage, before: before.clone(), ..snapshot() });
+        };
+        stop = solver.stage(*lambda, end, last, kept.take(), &mut keep_stage);
         if matches!(stop, StopReason::TimeLimit | StopReason::Interrupted | StopReason::ToleranceReached) {
             break;
         }
     }
-    let ends = solver.history.first().zip(solver.history.last());
+    let Solver { arrangement, trace, .. } = solver;
+    let ends = trace.history.first().zip(trace.history.last());
     // Cut short, the first stage may not have made up yet for what it gave away.
     let rose = ends.is_some_and(|(first, last)| last.epsilon > first.epsilon);
     let best_iteration = ends.map_or(0, |(first, last)| if rose { first.iteration } else { last.iteration });
-    let positions = if rose { before } else { solver.arrangement.positions };
-    let report = StageReport {
-        stage: "solver",
-        stop,
-        best_iteration,
-        history: solver.history,
-        seconds: start.elapsed().as_secs_f64(),
-    };
+    let positions = if rose { before } else { arrangement.positions };
+    let report =
+        StageReport { stage: "solver", stop, best_iteration, seconds: trace.seconds(), history: trace.history };
     (positions, report)
+}
+
+/// What goes on after an interrupt.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct SolverSnapshot<const D: usize> {
+    /// Of the schedule.
+    stage: usize,
+    #[serde(with = "axes")]
+    positions: Positions<D>,
+    /// Where the solver began.
+    #[serde(with = "axes")]
+    before: Positions<D>,
+    frame: Frame,
+    memory: Lbfgs<D>,
+    kappa: f64,
+    evaluations: usize,
+    trace: Trace,
+}
+
+impl<const D: usize> SolverSnapshot<D> {
+    /// The best positions, for a run that does not go on.
+    pub fn into_positions(self) -> Positions<D> {
+        self.positions
+    }
+
+    /// # Errors
+    /// What is wrong with it for `count` particles.
+    pub fn check(&self, count: usize) -> Result<(), String> {
+        Check::new(count)
+            .positions("positions", &self.positions)
+            .positions("the first positions", &self.before)
+            .scalars("weights", &self.frame.weights)
+            .scalars("spacings", &self.frame.spacing)
+            .holds(self.memory.is_of(count), "has another number of gradients than of particles")
+            .result()
+    }
 }
 
 pub(super) struct Solver<'a, const D: usize, R> {
     pub arrangement: Arrangement<'a, D, R>,
     options: &'a SolverOptions,
     control: &'a Control<'a>,
-    start: Instant,
     kappa: f64,
-    history: Vec<Progress>,
     evaluations: usize,
+    trace: Trace,
 }
 
 /// What is held within a stage.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub(super) struct Frame {
     lambda: f64,
     kappa: f64,
@@ -155,20 +220,35 @@ pub(super) struct Evaluation<const D: usize> {
 
 impl<'a, const D: usize, R: Real> Solver<'a, D, R> {
     pub fn new(arrangement: Arrangement<'a, D, R>, options: &'a SolverOptions, control: &'a Control<'a>) -> Self {
-        let start = Instant::now();
-        Self { arrangement, options, control, start, kappa: 1.0, history: Vec::new(), evaluations: 0 }
+        Self { arrangement, options, control, kappa: 1.0, evaluations: 0, trace: Trace::new() }
     }
 
-    /// Minimizes for one lambda until `end` evaluations have been made.
-    fn stage(&mut self, lambda: f64, end: usize, may_finish: bool) -> StopReason {
-        self.arrangement.sort();
-        let frame = self.frame(lambda);
-        let mut memory = Lbfgs::new();
+    /// Minimizes for one lambda until `end` evaluations have been made, from the beginning or from what was `kept`.
+    fn stage(
+        &mut self,
+        lambda: f64,
+        end: usize,
+        may_finish: bool,
+        kept: Option<(Frame, Lbfgs<D>)>,
+        keep: Keep<'_, SolverSnapshot<D>>,
+    ) -> StopReason {
+        let is_new = kept.is_none();
+        let (frame, mut memory) = kept.unwrap_or_else(|| {
+            self.arrangement.sort();
+            (self.frame(lambda), Lbfgs::new())
+        });
         let mut now = self.evaluate(&frame);
         let mut gradient = self.gradient(&frame, &now);
-        self.note(&now, 0.0);
+        if is_new {
+            self.note(&now, 0.0);
+        } else {
+            // It was counted when it was made.
+            self.evaluations -= 1;
+        }
         loop {
-            if let Some(reason) = self.control.stop_reason() {
+            let outside = self.control.stop_reason();
+            keep(outside.is_some(), &|| self.snapshot(&frame, &memory));
+            if let Some(reason) = outside {
                 return reason;
             }
             if may_finish && now.fit.epsilon <= self.options.tolerance {
@@ -200,6 +280,20 @@ impl<'a, const D: usize, R: Real> Solver<'a, D, R> {
             memory.push(&step, &gradient, &next_gradient);
             (now, gradient) = (next, next_gradient);
             self.note(&now, length);
+        }
+    }
+
+    /// All but what the schedule knows.
+    fn snapshot(&self, frame: &Frame, memory: &Lbfgs<D>) -> SolverSnapshot<D> {
+        SolverSnapshot {
+            stage: 0,
+            positions: self.arrangement.positions.clone(),
+            before: std::array::from_fn(|_| Vec::new()),
+            frame: frame.clone(),
+            memory: memory.clone(),
+            kappa: self.kappa,
+            evaluations: self.evaluations,
+            trace: self.trace.kept(),
         }
     }
 
@@ -246,8 +340,7 @@ impl<'a, const D: usize, R: Real> Solver<'a, D, R> {
             .into_par_iter()
             .map(|i| {
                 let slope = self.log_slope(&at(positions, i), wanted[i], spacing[i]);
-                let steepness = spacing[i] * slope.iter().map(|g| g * g).sum::<f64>().sqrt() / RESOLVED_GRADIENT;
-                1.0 / (1.0 + steepness.powi(4))
+                resolved(spacing[i] * slope.iter().map(|g| g * g).sum::<f64>().sqrt())
             })
             .collect();
         let mut frame = Frame { lambda, kappa: self.kappa, weights, spacing };
@@ -305,12 +398,12 @@ impl<'a, const D: usize, R: Real> Solver<'a, D, R> {
     }
 
     fn note(&mut self, now: &Evaluation<D>, length: f64) {
-        self.history.push(Progress {
+        self.trace.history.push(Progress {
             iteration: self.evaluations,
             epsilon: now.fit.epsilon,
             force_error: None,
             largest_step: length,
-            seconds: self.start.elapsed().as_secs_f64(),
+            seconds: self.trace.seconds(),
         });
         self.control.report("solver", self.evaluations, self.options.evaluations, now.fit.epsilon);
     }

@@ -19,6 +19,7 @@
 
 use super::arrangement::GHOST_DEPTH;
 use super::fit::{fit, interior};
+use super::snapshot::{Best, Check, Keep, Start, Trace, axes, forget};
 use super::{Ghosts, Progress, StageReport, StopReason, relaxation_domain};
 use crate::domain::Domain;
 use crate::kernel::{Kernel, KernelName, evaluate, support_over_spacing};
@@ -32,7 +33,6 @@ use pulp::Simd;
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 use std::marker::PhantomData;
-use std::time::Instant;
 
 /// The weight f of a neighbor.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
@@ -245,56 +245,96 @@ pub fn relax<const D: usize>(
     options: &WvtOptions,
     control: &super::Control<'_>,
 ) -> (Positions<D>, StageReport) {
-    let start = Instant::now();
+    relax_kept(kernel, target, Start::New(positions), options, control, &mut forget())
+}
+
+/// [`relax`] from new positions or a snapshot, offering snapshots to `keep`.
+pub fn relax_kept<const D: usize>(
+    kernel: KernelName,
+    target: &Target<'_, D>,
+    start: Start<D, WvtSnapshot<D>>,
+    options: &WvtOptions,
+    control: &super::Control<'_>,
+    keep: Keep<'_, WvtSnapshot<D>>,
+) -> (Positions<D>, StageReport) {
     let domain = relaxation_domain(target.domain);
-    let mut state = State::new(target, &domain, positions, options.kernel_neighbors);
-    let mut best = (f64::INFINITY, 0, state.positions.clone());
-    let mut history = Vec::with_capacity(options.iterations + 1);
+    let (mut state, mut best, mut trace) = match start {
+        Start::New(positions) => {
+            let state = State::new(target, &domain, positions, options.kernel_neighbors);
+            let best = Best { epsilon: f64::INFINITY, iteration: 0, positions: state.positions.clone() };
+            (state, best, Trace::new())
+        }
+        Start::Kept(snapshot) => State::resume(target, &domain, *snapshot, options.kernel_neighbors),
+    };
     let mut stop = StopReason::IterationLimit;
-    for iteration in 0..=options.iterations {
+    for iteration in state.iterations..=options.iterations {
+        let outside = control.stop_reason();
+        keep(outside.is_some(), &|| state.snapshot(&best, &trace));
         let pushes = state.pushes(kernel, options);
         let epsilon = state.epsilon(&pushes);
         state.note_excess(&pushes);
-        if epsilon < best.0 {
-            best = (epsilon, iteration, state.positions.clone());
-        }
-        let mut entry = Progress {
-            iteration,
-            epsilon,
-            force_error: None,
-            largest_step: 0.0,
-            seconds: start.elapsed().as_secs_f64(),
-        };
-        let reason = stop_reason(&best, iteration, options, control);
+        best.note(epsilon, iteration, &state.positions);
+        let mut entry = Progress { iteration, epsilon, force_error: None, largest_step: 0.0, seconds: trace.seconds() };
+        let reason = stop_reason(&best, iteration, options).or(outside);
         if reason.is_none() && iteration < options.iterations {
             let t = iteration as f64 / options.iterations.max(1) as f64;
             entry.largest_step =
                 state.displace(&pushes, options.weight.step_scale() * options.step * options.final_step.powf(t));
         }
-        history.push(entry);
+        trace.history.push(entry);
         control.report("WVT", iteration, options.iterations, epsilon);
         if let Some(reason) = reason {
             stop = reason;
             break;
         }
     }
-    let report =
-        StageReport { stage: "wvt", stop, best_iteration: best.1, history, seconds: start.elapsed().as_secs_f64() };
-    (best.2, report)
+    let report = StageReport {
+        stage: "wvt",
+        stop,
+        best_iteration: best.iteration,
+        seconds: trace.seconds(),
+        history: trace.history,
+    };
+    (best.positions, report)
 }
 
-fn stop_reason<T>(
-    best: &(f64, usize, T),
-    iteration: usize,
-    options: &WvtOptions,
-    control: &super::Control<'_>,
-) -> Option<StopReason> {
-    if best.0 <= options.tolerance {
+fn stop_reason<const D: usize>(best: &Best<D>, iteration: usize, options: &WvtOptions) -> Option<StopReason> {
+    if best.epsilon <= options.tolerance {
         Some(StopReason::ToleranceReached)
-    } else if iteration >= best.1 + PATIENCE {
+    } else if iteration >= best.iteration + PATIENCE {
         Some(StopReason::Stagnated)
     } else {
-        control.stop_reason()
+        None
+    }
+}
+
+/// What goes on after an interrupt.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct WvtSnapshot<const D: usize> {
+    iteration: usize,
+    #[serde(with = "axes")]
+    positions: Positions<D>,
+    excess: Vec<f64>,
+    memory: Vec<f64>,
+    best: Best<D>,
+    trace: Trace,
+}
+
+impl<const D: usize> WvtSnapshot<D> {
+    /// The best positions, for a run that does not go on.
+    pub fn into_positions(self) -> Positions<D> {
+        self.best.positions
+    }
+
+    /// # Errors
+    /// What is wrong with it for `count` particles.
+    pub fn check(&self, count: usize) -> Result<(), String> {
+        Check::new(count)
+            .positions("positions", &self.positions)
+            .positions("the best positions", &self.best.positions)
+            .scalars("the density excess", &self.excess)
+            .scalars("the memory of it", &self.memory)
+            .result()
     }
 }
 
@@ -334,6 +374,39 @@ impl<'a, const D: usize> State<'a, D> {
         };
         state.sort();
         state
+    }
+
+    fn resume(
+        target: &'a Target<'a, D>,
+        domain: &'a Domain<D>,
+        snapshot: WvtSnapshot<D>,
+        kernel_neighbors: f64,
+    ) -> (Self, Best<D>, Trace) {
+        let WvtSnapshot { iteration, positions, excess, memory, best, trace } = snapshot;
+        let state = Self {
+            tree: Tree::of_sorted(&positions),
+            target,
+            domain,
+            positions,
+            number_density: Vec::new(),
+            support: Vec::new(),
+            support_over_spacing: support_over_spacing(D, kernel_neighbors),
+            iterations: iteration,
+            excess,
+            memory,
+        };
+        (state, best, trace.resumed())
+    }
+
+    fn snapshot(&self, best: &Best<D>, trace: &Trace) -> WvtSnapshot<D> {
+        WvtSnapshot {
+            iteration: self.iterations,
+            positions: self.positions.clone(),
+            excess: self.excess.clone(),
+            memory: self.memory.clone(),
+            best: best.clone(),
+            trace: trace.kept(),
+        }
     }
 
     /// Sorts particles into tree order, so that arrays and tree agree.

@@ -1,0 +1,305 @@
+//! Checkpoints: what a run goes on from after an interrupt, a kill or the end of its time.
+//!
+//! A file holds, behind a mark, a version and a checksum, the scene that it belongs to, a fingerprint of the
+//! target and the state of the stage under way, as [`postcard`] writes them: floating-point numbers bit by bit.
+//! It is replaced as a whole, so that whenever the run ends there is the last one or none.
+
+use crate::error::{Error, Result};
+use crate::placement::{AfcSnapshot, SolverSnapshot, SplittingSnapshot, StageReport, WvtSnapshot, coarse_count};
+use crate::plan::Plan;
+use crate::scene::{CheckpointInput, Polish, Scene};
+use crate::target::{Positions, Target};
+use serde::{Deserialize, Serialize};
+use sph_formats::FormatError;
+use std::io::Read;
+use std::path::{Path, PathBuf};
+use std::time::{Duration, Instant};
+
+/// The first bytes of a checkpoint.
+const MARK: &[u8; 8] = b"SPHPREPC";
+/// Version of the layout; another program version is refused by the scene's own line.
+const LAYOUT: u32 = 1;
+/// Mark, layout and checksum.
+const HEADER: usize = 20;
+
+/// What a checkpoint belongs to.
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
+struct Origin {
+    version: String,
+    dimension: usize,
+    particles: usize,
+    /// The scene without what has no influence on the result.
+    scene: String,
+    /// The wanted number density at many places: the input's content, whatever its path.
+    target: u64,
+}
+
+/// The stage under way.
+#[derive(Debug, Serialize, Deserialize)]
+pub enum StageSnapshot<const D: usize> {
+    Wvt(WvtSnapshot<D>),
+    Solver(SolverSnapshot<D>),
+    Alaric(SplittingSnapshot<D>),
+    Afc(AfcSnapshot<D>),
+    /// None: what the seed or WVT left. Never written. (The last, since serde counts variants with and without.)
+    #[serde(skip)]
+    Seed(Positions<D>),
+}
+
+impl<const D: usize> StageSnapshot<D> {
+    /// The best positions of a stage that is not to go on.
+    pub fn into_positions(self) -> Positions<D> {
+        match self {
+            Self::Seed(positions) => positions,
+            Self::Wvt(kept) => kept.into_positions(),
+            Self::Solver(kept) => kept.into_positions(),
+            Self::Alaric(kept) => kept.into_positions(),
+            Self::Afc(kept) => kept.into_positions(),
+        }
+    }
+}
+
+/// A run under way.
+#[derive(Debug, Serialize, Deserialize)]
+pub struct Snapshot<const D: usize> {
+    /// What the seed had to say, and its seconds.
+    pub notes: Vec<String>,
+    pub seed_seconds: f64,
+    /// Of the stages before.
+    pub reports: Vec<StageReport>,
+    pub stage: StageSnapshot<D>,
+}
+
+/// Writes checkpoints when they are due.
+pub struct Checkpoints {
+    file: Option<PathBuf>,
+    interval: Duration,
+    last: Instant,
+    origin: Origin,
+    /// Nothing that follows an early end may replace the state that goes on from it.
+    sealed: bool,
+    /// Why the last one could not be written.
+    failure: Option<String>,
+}
+
+impl Checkpoints {
+    /// As the scene says.
+    ///
+    /// # Errors
+    /// A file that could not be written.
+    pub fn new<const D: usize>(scene: &Scene, target: &Target<'_, D>) -> Result<Self> {
+        let CheckpointInput { file, minutes, resume } = &scene.checkpoint;
+        if let Some(file) = file {
+            sph_formats::output::probe(file)?;
+        }
+        let origin = if file.is_some() || resume.is_some() { Origin::new(scene, target) } else { Origin::default() };
+        let interval = Duration::try_from_secs_f64(60.0 * minutes).unwrap_or(Duration::MAX);
+        Ok(Self { file: file.clone(), interval, origin, ..Self::off() })
+    }
+
+    /// Writes none.
+    pub fn off() -> Self {
+        Self {
+            file: None,
+            interval: Duration::MAX,
+            last: Instant::now(),
+            origin: Origin::default(),
+            sealed: false,
+            failure: None,
+        }
+    }
+
+    /// Writes what `snapshot` makes, if it is time for it or the stage is `stopping`. A checkpoint that cannot be
+    /// written is no reason to end a run.
+    pub fn offer<const D: usize>(&mut self, stopping: bool, snapshot: impl FnOnce() -> Snapshot<D>) {
+        let Some(file) = self.file.as_deref().filter(|_| !self.sealed) else { return };
+        if !stopping && self.last.elapsed() < self.interval {
+            return;
+        }
+        self.sealed = stopping;
+        self.failure = write(file, &self.origin, &snapshot()).err().map(|e| e.to_string());
+        self.last = Instant::now();
+    }
+
+    /// The file of the state that an early end left.
+    pub fn sealed(&self) -> Option<&Path> {
+        self.file.as_deref().filter(|_| self.sealed && self.failure.is_none())
+    }
+
+    pub fn failure(&self) -> Option<&str> {
+        self.failure.as_deref()
+    }
+
+    /// Reads the state to go on from.
+    ///
+    /// # Errors
+    /// A file that cannot be read, is no checkpoint, is damaged, or belongs to another run.
+    pub fn resume<const D: usize>(&self, path: &Path, plan: &Plan) -> Result<Snapshot<D>> {
+        let bytes = read(path)?;
+        let refuse = |problem: String| Error::Checkpoint { path: path.into(), problem };
+        let payload = payload(&bytes).map_err(refuse)?;
+        let (origin, rest) = postcard::take_from_bytes::<Origin>(payload).map_err(|e| refuse(damaged(&e)))?;
+        self.origin.compare(&origin).map_err(refuse)?;
+        let snapshot: Snapshot<D> = postcard::from_bytes(rest).map_err(|e| refuse(damaged(&e)))?;
+        let count = self.origin.particles;
+        let sound = match (&snapshot.stage, plan.polish) {
+            (StageSnapshot::Wvt(stage), _) => stage.check(coarse_count(D, count, plan.splittings)),
+            (StageSnapshot::Solver(stage), Polish::Solver) => stage.check(count),
+            (StageSnapshot::Alaric(stage), Polish::Alaric | Polish::DampedRelaxation) => {
+                stage.check(count, plan.splittings)
+            }
+            (StageSnapshot::Afc(stage), Polish::Afc) => stage.check(count),
+            _ => Err("is of a stage that this run does not have; start without it".into()),
+        };
+        sound.map_err(refuse)?;
+        Ok(snapshot)
+    }
+}
+
+fn damaged(error: &postcard::Error) -> String {
+    format!("its content cannot be read ({error}); start without it")
+}
+
+fn write<const D: usize>(path: &Path, origin: &Origin, snapshot: &Snapshot<D>) -> Result<()> {
+    let bad = |e: postcard::Error| Error::Checkpoint { path: path.into(), problem: format!("cannot be made: {e}") };
+    let bytes = postcard::to_extend(origin, vec![0; HEADER]).map_err(bad)?;
+    let mut bytes = postcard::to_extend(snapshot, bytes).map_err(bad)?;
+    let checksum = Hash::of(&bytes[HEADER..]);
+    bytes[..8].copy_from_slice(MARK);
+    bytes[8..12].copy_from_slice(&LAYOUT.to_le_bytes());
+    bytes[12..HEADER].copy_from_slice(&checksum.to_le_bytes());
+    sph_formats::output::atomically(path, |temporary| {
+        std::fs::write(temporary, &bytes).map_err(|e| FormatError::io(path, "write the checkpoint", e))
+    })?;
+    Ok(())
+}
+
+/// The whole file if it begins as a checkpoint does, else its beginning: what is none may be of any size.
+fn read(path: &Path) -> Result<Vec<u8>> {
+    let bad = |e| FormatError::io(path, "read the checkpoint", e);
+    let mut file = std::fs::File::open(path).map_err(bad)?;
+    let mut bytes = Vec::new();
+    file.by_ref().take(HEADER as u64).read_to_end(&mut bytes).map_err(bad)?;
+    if bytes.starts_with(MARK) {
+        file.read_to_end(&mut bytes).map_err(bad)?;
+    }
+    Ok(bytes)
+}
+
+/// What follows the header, if that is as it should be.
+fn payload(bytes: &[u8]) -> std::result::Result<&[u8], String> {
+    if !bytes.starts_with(MARK) {
+        return Err("is no checkpoint of sph-prep; name the file that --checkpoint wrote".into());
+    }
+    let (Some(layout), Some(checksum), Some(payload)) =
+        (number(bytes, 8, 4), number(bytes, 12, 8), bytes.get(HEADER..))
+    else {
+        return Err("is cut off; start without it".into());
+    };
+    if layout != u64::from(LAYOUT) {
+        return Err(format!("has layout {layout}, expected {LAYOUT}: another version wrote it; start without it"));
+    }
+    if checksum != Hash::of(payload) {
+        return Err("is cut off or damaged (its checksum does not hold); start without it".into());
+    }
+    Ok(payload)
+}
+
+/// The little-endian number in `width` bytes from `at`.
+fn number(bytes: &[u8], at: usize, width: usize) -> Option<u64> {
+    Some(bytes.get(at..at + width)?.iter().rev().fold(0, |n, &b| n << 8 | u64::from(b)))
+}
+
+/// Places at which the target is compared.
+const PROBES: u32 = 4096;
+
+impl Origin {
+    fn new<const D: usize>(scene: &Scene, target: &Target<'_, D>) -> Self {
+        let domain = target.domain;
+        let mut hash = Hash::default();
+        for i in 1..=PROBES {
+            // A sequence that fills the box evenly: multiples of irrational numbers.
+            let x: [f64; D] = std::array::from_fn(|k| {
+                let share = (f64::from(i)
+                    * [0.618_033_988_749_894_9, 0.414_213_562_373_095, 0.732_050_807_568_877_2][k])
+                    .fract();
+                domain.lo[k] + share * (domain.hi[k] - domain.lo[k])
+            });
+            if domain.contains(&x) {
+                hash.add(&target.number_density(&x).to_bits().to_le_bytes());
+            }
+        }
+        (0..D).for_each(|k| hash.add(&(domain.hi[k] - domain.lo[k]).to_bits().to_le_bytes()));
+        Self {
+            version: env!("CARGO_PKG_VERSION").into(),
+            dimension: D,
+            particles: target.count,
+            scene: Self::relevant(scene).to_yaml(),
+            target: hash.0,
+        }
+    }
+
+    /// The scene without files, whose content the target's fingerprint covers, and without what only says when
+    /// to stop and what to do then.
+    fn relevant(scene: &Scene) -> Scene {
+        let mut scene = Scene { output: Default::default(), checkpoint: Default::default(), ..scene.clone() };
+        scene.input.file = None;
+        scene.time_limit = None;
+        if let Some(resolution) = &mut scene.resolution {
+            resolution.file = None;
+        }
+        scene
+    }
+
+    /// # Errors
+    /// The first thing in which `kept` is another run.
+    fn compare(&self, kept: &Self) -> std::result::Result<(), String> {
+        let belongs = |what: &str, there: &str, here: &str| {
+            Err(format!("belongs to another run: its {what} is '{there}', this one's '{here}'; start without it"))
+        };
+        if kept.version != self.version {
+            return belongs("version of sph-prep", &kept.version, &self.version);
+        }
+        for (what, there, here) in
+            [("dimension", kept.dimension, self.dimension), ("number of particles", kept.particles, self.particles)]
+        {
+            if there != here {
+                return belongs(what, &there.to_string(), &here.to_string());
+            }
+        }
+        if kept.scene != self.scene {
+            let (mut there, mut here) = (kept.scene.lines(), self.scene.lines());
+            loop {
+                let (a, b) = (there.next(), here.next());
+                if a != b || a.is_none() {
+                    return belongs("scene's line", a.unwrap_or("").trim(), b.unwrap_or("").trim());
+                }
+            }
+        }
+        if kept.target != self.target {
+            return Err("belongs to another run: the input's density has changed since; start without it".into());
+        }
+        Ok(())
+    }
+}
+
+/// FNV-1a in 64 bits: against accidents, not against malice.
+struct Hash(u64);
+
+impl Default for Hash {
+    fn default() -> Self {
+        Self(0xcbf2_9ce4_8422_2325)
+    }
+}
+
+impl Hash {
+    fn add(&mut self, bytes: &[u8]) {
+        self.0 = bytes.iter().fold(self.0, |h, &b| (h ^ u64::from(b)).wrapping_mul(0x0100_0000_01b3));
+    }
+
+    fn of(bytes: &[u8]) -> u64 {
+        let mut hash = Self::default();
+        hash.add(bytes);
+        hash.0
+    }
+}

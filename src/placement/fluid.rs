@@ -1,0 +1,343 @@
+//! The fluid that ALARIC moves: its forces and its time step, see [`super::alaric`].
+
+use super::alaric::AlaricOptions;
+use super::arrangement::Arrangement;
+use super::fit::{Fit, fit, fit_with, interior};
+use super::snapshot::{Check, axes, rows};
+use super::solver::resolved;
+use super::viscosity::{CHANNELS, Shear, shear};
+use crate::domain::Domain;
+use crate::kernel::{KernelName, support_over_spacing};
+use crate::neighbors::lanes::Real;
+use crate::reduce;
+use crate::smoothing::DensitySums;
+use crate::target::{Positions, Target, at};
+use rayon::prelude::*;
+use serde::{Deserialize, Serialize};
+
+/// alpha decays over the time in which sound crosses this many support radii.
+const ALPHA_DECAY: f64 = 2.5;
+/// Step of the differences of the target, in spacings.
+const GRADIENT_STEP: f64 = 1e-6;
+/// No particle moves farther in a step, in its own spacing.
+const MAX_STEP: f64 = 0.3;
+
+/// The fictitious fluid.
+pub(super) struct Fluid<'a, const D: usize, R> {
+    pub options: &'a AlaricOptions,
+    pub state: Arrangement<'a, D, R>,
+    pub velocities: Vec<[f64; D]>,
+    pub alpha: Vec<f64>,
+    pub accelerations: Vec<[f64; D]>,
+    pub support: Vec<f64>,
+    sums: Vec<DensitySums<D>>,
+    wanted: Vec<f64>,
+    shear: Vec<Shear<D>>,
+    /// How far particles are moved, from 0 to 1; empty where all are. As of the last sorting.
+    weights: Vec<f64>,
+    /// With the particle mass in use, and with the one that fits now.
+    used: Fit,
+    pub fitted: Fit,
+    pub time: f64,
+}
+
+/// What the fluid goes on from.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub(super) struct FluidSnapshot<const D: usize> {
+    #[serde(with = "axes")]
+    positions: Positions<D>,
+    moves: usize,
+    #[serde(with = "rows")]
+    velocities: Vec<[f64; D]>,
+    #[serde(with = "rows")]
+    accelerations: Vec<[f64; D]>,
+    alpha: Vec<f64>,
+    support: Vec<f64>,
+    /// Empty where all particles are moved.
+    weights: Vec<f64>,
+    /// div v; empty without viscosity.
+    divergence: Vec<f64>,
+    used: Fit,
+    fitted: Fit,
+    time: f64,
+}
+
+impl<const D: usize> FluidSnapshot<D> {
+    /// # Errors
+    /// What is wrong with it for `count` particles.
+    pub fn check(&self, count: usize) -> Result<(), String> {
+        let check = Check::new(count)
+            .positions("positions", &self.positions)
+            .vectors("velocities", &self.velocities)
+            .vectors("accelerations", &self.accelerations)
+            .scalars("the viscosity", &self.alpha)
+            .scalars("support radii", &self.support);
+        let or_none = |check: Check, name: &str, values: &[f64]| {
+            if values.is_empty() { check } else { check.scalars(name, values) }
+        };
+        let check = or_none(check, "div v", &self.divergence);
+        or_none(check, "weights", &self.weights).result()
+    }
+}
+
+impl<'a, const D: usize, R: Real> Fluid<'a, D, R> {
+    pub fn new(
+        kernel: KernelName,
+        target: &'a Target<'a, D>,
+        domain: &'a Domain<D>,
+        positions: Positions<D>,
+        options: &'a AlaricOptions,
+    ) -> Self {
+        let state = Arrangement::new(kernel, target, domain, positions, options.kernel_neighbors);
+        let n = state.len();
+        let wanted = target.number_densities(&state.positions);
+        let support = state.target_supports();
+        let unknown = Fit { factor: 1.0, epsilon: f64::INFINITY };
+        let mut fluid = Self {
+            options,
+            state,
+            velocities: vec![[0.0; D]; n],
+            alpha: vec![0.0; n],
+            accelerations: Vec::new(),
+            support,
+            sums: Vec::new(),
+            wanted,
+            shear: Vec::new(),
+            weights: Vec::new(),
+            used: unknown,
+            fitted: unknown,
+            time: 0.0,
+        };
+        fluid.weigh();
+        fluid.evaluate();
+        fluid
+    }
+
+    pub fn resume(
+        kernel: KernelName,
+        target: &'a Target<'a, D>,
+        domain: &'a Domain<D>,
+        kept: FluidSnapshot<D>,
+        options: &'a AlaricOptions,
+    ) -> Self {
+        let FluidSnapshot { positions, moves, velocities, accelerations, alpha, support, weights, .. } = kept;
+        let state = Arrangement::of_sorted(kernel, target, domain, positions, moves, options.kernel_neighbors);
+        let shear = kept.divergence.into_iter().map(|divergence| Shear { divergence, drag: [0.0; D] }).collect();
+        let FluidSnapshot { used, fitted, time, .. } = kept;
+        // Sums are made again before their next use.
+        let (sums, wanted) = (Vec::new(), Vec::new());
+        Self {
+            options,
+            state,
+            velocities,
+            alpha,
+            accelerations,
+            support,
+            sums,
+            wanted,
+            shear,
+            weights,
+            used,
+            fitted,
+            time,
+        }
+    }
+
+    pub fn snapshot(&self) -> FluidSnapshot<D> {
+        FluidSnapshot {
+            positions: self.state.positions.clone(),
+            moves: self.state.moves(),
+            velocities: self.velocities.clone(),
+            accelerations: self.accelerations.clone(),
+            alpha: self.alpha.clone(),
+            support: self.support.clone(),
+            weights: self.weights.clone(),
+            divergence: self.shear.iter().map(|s| s.divergence).collect(),
+            used: self.used,
+            fitted: self.fitted,
+            time: self.time,
+        }
+    }
+
+    /// Sums, error and accelerations at the present positions and velocities.
+    pub fn evaluate(&mut self) {
+        self.state.mirror(&self.support);
+        let solved = self.state.solve(&self.support);
+        self.support = solved.par_iter().map(|s| s.support).collect();
+        self.sums = solved.into_par_iter().map(|s| s.sums).collect();
+        self.wanted = self.state.target.number_densities(&self.state.positions);
+        self.measure();
+        self.accelerations = self.ideal_acceleration();
+        if self.options.viscosity {
+            self.shear = self.shear();
+            let signal = 1.0_f64.max(self.largest_speed());
+            self.accelerations.par_iter_mut().zip(&self.shear).for_each(|(a, s)| {
+                (0..D).for_each(|k| a[k] += signal * s.drag[k]);
+            });
+        }
+    }
+
+    /// How well the target is resolved about each particle.
+    fn weigh(&mut self) {
+        if !self.options.hold_unresolved {
+            return;
+        }
+        let (target, largest) = (self.state.target, self.state.domain.size());
+        let positions = &self.state.positions;
+        self.weights = (0..positions[0].len())
+            .into_par_iter()
+            .map(|i| {
+                let x = at(positions, i);
+                let wanted = target.number_density(&x);
+                let spacing = target.spacing(wanted).min(largest);
+                let slope = target.log_slope(&x, wanted, GRADIENT_STEP * spacing);
+                resolved(spacing * slope.iter().map(|g| g * g).sum::<f64>().sqrt())
+            })
+            .collect();
+    }
+
+    fn weight(&self, i: usize) -> f64 {
+        self.weights.get(i).copied().unwrap_or(1.0)
+    }
+
+    fn measure(&mut self) {
+        let set = interior(self.state.target.domain, &self.state.positions, &self.support);
+        let (sums, factor) = (&self.sums, self.used.factor);
+        self.fitted = fit(set.as_deref(), &self.wanted, |i| sums[i].number_density);
+        self.used = fit_with(set.as_deref(), &self.wanted, |i| sums[i].number_density, factor);
+    }
+
+    fn ideal_acceleration(&self) -> Vec<[f64; D]> {
+        let factor = self.used.factor;
+        let strength: Vec<f64> = self
+            .sums
+            .par_iter()
+            .zip(&self.wanted)
+            .enumerate()
+            .map(|(i, (s, w))| {
+                let omega = if self.options.grad_h { 1.0 + s.slope / (D as f64 * s.number_density) } else { 1.0 };
+                self.weight(i) * (s.number_density - w / factor) / (s.number_density.powi(2) * omega)
+            })
+            .collect();
+        let mut out = self.state.gradient(&self.support, &strength, &self.sums);
+        out.par_iter_mut().enumerate().for_each(|(i, a)| *a = a.map(|v| -v * self.weight(i)));
+        out
+    }
+
+    fn shear(&self) -> Vec<Shear<D>> {
+        let n = self.velocities.len();
+        let velocity: [Vec<f64>; 3] =
+            std::array::from_fn(|k| if k < D { self.velocities.iter().map(|v| v[k]).collect() } else { vec![0.0; n] });
+        let inverse: Vec<f64> = self.support.iter().map(|h| 1.0 / h).collect();
+        let density: Vec<f64> = self.sums.iter().map(|s| s.number_density).collect();
+        let channels: [&[f64]; CHANNELS] = [&velocity[0], &velocity[1], &velocity[2], &self.alpha, &inverse, &density];
+        let (kernel, domain, support) = (self.state.kernel, self.state.domain, &self.support);
+        self.state.with_pairs(support, channels, |sources| shear::<D, R>(kernel, domain, sources, support))
+    }
+
+    /// One leapfrog step (kick, drift, kick); friction is integrated exactly. Returns the largest
+    /// displacement in spacings.
+    pub fn advance(&mut self) -> f64 {
+        let smallest = -reduce::max(self.support.len(), |i| -self.support[i]);
+        let step = self.options.courant * smallest / (1.0 + self.largest_speed());
+        let decay = (-0.5 * self.options.friction * step).exp();
+        self.kick(0.5 * step);
+        self.velocities.par_iter_mut().for_each(|v| *v = v.map(|c| c * decay));
+        let largest = self.drift(step);
+        if self.options.viscosity {
+            self.evolve_alpha(step);
+        }
+        if self.state.is_stale() {
+            self.sort();
+        }
+        self.evaluate();
+        self.velocities.par_iter_mut().for_each(|v| *v = v.map(|c| c * decay));
+        self.kick(0.5 * step);
+        self.time += step;
+        largest
+    }
+
+    fn kick(&mut self, step: f64) {
+        self.velocities.par_iter_mut().zip(&self.accelerations).for_each(|(v, a)| {
+            (0..D).for_each(|k| v[k] += step * a[k]);
+        });
+    }
+
+    fn drift(&mut self, step: f64) -> f64 {
+        let (target, domain, positions) = (self.state.target, self.state.domain, &self.state.positions);
+        let ratio = support_over_spacing(D, self.options.kernel_neighbors);
+        let support = &self.support;
+        let moved: Vec<([f64; D], [f64; D], f64)> = self
+            .velocities
+            .par_iter()
+            .enumerate()
+            .map(|(i, &v)| {
+                let from = at(positions, i);
+                let spacing = support[i] / ratio;
+                let length = step * v.iter().map(|c| c * c).sum::<f64>().sqrt();
+                let limited = if length > MAX_STEP * spacing { MAX_STEP * spacing / length } else { 1.0 };
+                let mut straight: [f64; D] = std::array::from_fn(|k| from[k] + limited * step * v[k]);
+                domain.wrap(&mut straight);
+                let mut x = straight;
+                domain.confine(&from, &mut x);
+                if !target.admits(&x) {
+                    return (from, [0.0; D], 0.0);
+                }
+                (x, bounce(v, &straight, &x), limited * length / spacing)
+            })
+            .collect();
+        for k in 0..D {
+            self.state.positions[k].par_iter_mut().zip(&moved).for_each(|(x, m)| *x = m.0[k]);
+        }
+        self.velocities.par_iter_mut().zip(&moved).for_each(|(v, m)| *v = m.1);
+        self.state.moved();
+        reduce::max(moved.len(), |i| moved[i].2)
+    }
+
+    /// d alpha/dt = max(0, -div v) - alpha/tau, with the decay integrated exactly.
+    fn evolve_alpha(&mut self, step: f64) {
+        let support = &self.support;
+        self.alpha.par_iter_mut().zip(&self.shear).zip(support).for_each(|((a, s), h)| {
+            *a = (*a + step * (-s.divergence).max(0.0)) * (-step / (ALPHA_DECAY * h)).exp();
+        });
+    }
+
+    fn sort(&mut self) {
+        let order = self.state.sort();
+        let reorder = |values: &mut Vec<[f64; D]>| *values = order.par_iter().map(|&i| values[i as usize]).collect();
+        reorder(&mut self.velocities);
+        let scalar = |values: &mut Vec<f64>| *values = order.par_iter().map(|&i| values[i as usize]).collect();
+        scalar(&mut self.alpha);
+        scalar(&mut self.support);
+        self.weigh();
+    }
+
+    pub fn refit_mass(&mut self) {
+        self.used = self.fitted;
+        self.accelerations = self.ideal_acceleration();
+    }
+
+    pub fn halt(&mut self) {
+        self.velocities.par_iter_mut().for_each(|v| *v = [0.0; D]);
+    }
+
+    fn largest_speed(&self) -> f64 {
+        reduce::max(self.velocities.len(), |i| self.velocities[i].iter().map(|c| c * c).sum()).max(0.0).sqrt()
+    }
+
+    /// Per unit of particle mass.
+    pub fn kinetic_energy(&self) -> f64 {
+        reduce::sum(self.velocities.len(), |i| 0.5 * self.velocities[i].iter().map(|c| c * c).sum::<f64>())
+    }
+}
+
+/// The velocity after a wall has turned `straight` into `x`: its component along the correction is reversed.
+fn bounce<const D: usize>(velocity: [f64; D], straight: &[f64; D], x: &[f64; D]) -> [f64; D] {
+    let shift: [f64; D] = std::array::from_fn(|k| x[k] - straight[k]);
+    let squared: f64 = shift.iter().map(|s| s * s).sum();
+    if squared == 0.0 {
+        return velocity;
+    }
+    let along = (0..D).map(|k| velocity[k] * shift[k]).sum::<f64>() / squared;
+    if along < 0.0 { std::array::from_fn(|k| velocity[k] - 2.0 * along * shift[k]) } else { velocity }
+}

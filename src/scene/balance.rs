@@ -1,0 +1,87 @@
+//! The `balance` section of a scene.
+
+use super::Scene;
+use crate::error::{Error, Result};
+use crate::placement::BalanceOptions;
+use serde::{Deserialize, Serialize};
+
+/// The balance of pressure and gravity that comes after the polish.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct BalanceInput {
+    /// Evaluations of the force, at most.
+    pub evaluations: usize,
+    /// By default the input's own where it is a radial profile, else a field that holds the pressure.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub gravity: Option<GravityName>,
+    /// Constant of gravity in the input's numbers, where these have no units.
+    pub constant: f64,
+    /// Pressure where the input carries neither it nor an internal energy, or over what it carries.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub equation_of_state: Option<EquationOfState>,
+}
+
+impl Default for BalanceInput {
+    fn default() -> Self {
+        Self { evaluations: BalanceOptions::new(3).evaluations, gravity: None, constant: 1.0, equation_of_state: None }
+    }
+}
+
+/// What the pressure force is to cancel.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum GravityName {
+    /// The gravity of the enclosed mass of a radial profile.
+    Own,
+    /// An external field: grad P / rho of the target.
+    Field,
+    None,
+}
+
+/// Pressure as a function of density, or of the weight above.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case", deny_unknown_fields)]
+pub enum EquationOfState {
+    /// P = constant rho^gamma, in the input's numbers (cgs where it has units).
+    Polytrope { constant: f64, gamma: f64 },
+    /// P = sound_speed^2 rho, in the input's numbers (cgs where it has units).
+    Isothermal { sound_speed: f64 },
+    /// That of a self-gravitating body at rest.
+    AtRest,
+}
+
+impl BalanceInput {
+    pub(super) fn validate(&self, scene: &Scene) -> Result<()> {
+        let (constant, gamma) = match self.equation_of_state {
+            Some(EquationOfState::Polytrope { constant, gamma }) => (constant, gamma),
+            Some(EquationOfState::Isothermal { sound_speed }) => (sound_speed, 1.0),
+            Some(EquationOfState::AtRest) | None => (1.0, 1.0),
+        };
+        for (key, value) in [
+            ("balance.constant", self.constant),
+            ("balance.equation_of_state", constant),
+            ("balance.equation_of_state.gamma", gamma),
+        ] {
+            if !(value.is_finite() && value > 0.0) {
+                return Err(Error::scene(key, format!("is {value}, expected a positive number")));
+            }
+        }
+        let against = [
+            (
+                "resolution",
+                scene.resolution.is_some(),
+                "masses vary then, and codes differ in how their correction terms see them",
+            ),
+            ("trim_masses", scene.trim_masses.is_some(), "trimmed masses would undo the balance"),
+            (
+                "thermal.internal_energy",
+                scene.thermal.internal_energy.is_some(),
+                "the balance needs an energy of its own at each particle",
+            ),
+        ];
+        match against.iter().find(|a| a.1) {
+            Some((key, _, why)) => Err(Error::scene("balance", format!("cannot go with {key}: {why}; leave one out"))),
+            None => Ok(()),
+        }
+    }
+}

@@ -1,0 +1,175 @@
+//! What a scene says of the stages, and of what is kept of them on the way.
+
+use crate::error::{Error, Result};
+use crate::placement::{AfcOptions, AlaricOptions, Bias, SolverOptions, Weight, WvtOptions};
+use serde::{Deserialize, Serialize};
+use std::path::PathBuf;
+
+/// The WVT stage.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct WvtInput {
+    /// By default what the seed and the polish that follows need: 60 without a polish, few before one.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub iterations: Option<usize>,
+    pub weight: Weight,
+    pub bias: Bias,
+    /// First displacement scale.
+    pub step: f64,
+    /// Last displacement scale over the first; at most 1.
+    pub final_step: f64,
+}
+
+impl Default for WvtInput {
+    fn default() -> Self {
+        let o = WvtOptions::new(3);
+        Self { iterations: None, weight: o.weight, bias: o.bias, step: o.step, final_step: o.final_step }
+    }
+}
+
+/// What follows WVT.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Polish {
+    /// The density solver.
+    Solver,
+    /// The damped dynamics of the ALARIC paper.
+    Alaric,
+    /// The same without velocity stops and splitting: damped relaxation as usual (the paper's sec. 1.4.3).
+    DampedRelaxation,
+    /// Away from the closest neighbor: the naive method that the paper compares with (its sec. 5.3).
+    Afc,
+    /// Nothing.
+    None,
+}
+
+/// The ALARIC stage.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct AlaricInput {
+    /// Time steps per stage of splitting, at most.
+    pub steps: usize,
+    /// Stages of particle splitting; by default the plan decides.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub splittings: Option<usize>,
+    /// Friction in inverse sound crossing times of the domain; 0 switches it off.
+    pub friction: f64,
+    pub viscosity: bool,
+    pub velocity_stops: bool,
+    /// Growth of the time between stops.
+    pub growth: f64,
+    /// Holds particles where the target changes too much over a support radius for any arrangement to follow.
+    pub hold_unresolved: bool,
+    pub grad_h: bool,
+    /// Time step over the sound crossing time of the smallest support radius.
+    pub courant: f64,
+    /// Converged when epsilon changes by less per crossing time.
+    pub rate_tolerance: f64,
+}
+
+impl Default for AlaricInput {
+    fn default() -> Self {
+        let o = AlaricOptions::new(3);
+        Self {
+            steps: 500,
+            splittings: None,
+            friction: o.friction,
+            viscosity: o.viscosity,
+            velocity_stops: o.velocity_stops,
+            growth: o.growth,
+            hold_unresolved: true,
+            grad_h: o.grad_h,
+            courant: o.courant,
+            rate_tolerance: o.rate_tolerance,
+        }
+    }
+}
+
+/// The AFC stage.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct AfcInput {
+    pub steps: usize,
+    /// First displacement, in spacings.
+    pub step: f64,
+}
+
+impl Default for AfcInput {
+    fn default() -> Self {
+        let o = AfcOptions::new(3);
+        Self { steps: o.steps, step: o.step }
+    }
+}
+
+impl AfcInput {
+    pub(super) fn validate(&self) -> Result<()> {
+        if self.step > 0.0 && self.step <= 0.5 {
+            return Ok(());
+        }
+        Err(Error::scene("afc.step", format!("is {}, expected a positive number of spacings, at most 0.5", self.step)))
+    }
+}
+
+/// The density solver.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct SolverInput {
+    /// Evaluations of density and forces, at most; by default 60, and half of that over 500 000 particles.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub evaluations: Option<usize>,
+    /// What matters more: 0 the exact density, 1 quiet forces.
+    pub quietness: f64,
+}
+
+impl Default for SolverInput {
+    fn default() -> Self {
+        let o = SolverOptions::new(3);
+        Self { evaluations: None, quietness: o.quietness }
+    }
+}
+
+/// What is kept of a run on the way, to go on from after an interrupt, a kill or the end of its time.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct CheckpointInput {
+    /// Replaced as a whole while particles are relaxed; removed once the result is written.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub file: Option<PathBuf>,
+    /// Minutes between checkpoints: no more is lost.
+    pub minutes: f64,
+    /// Checkpoint to go on from.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub resume: Option<PathBuf>,
+}
+
+impl Default for CheckpointInput {
+    fn default() -> Self {
+        Self { file: None, minutes: 5.0, resume: None }
+    }
+}
+
+impl CheckpointInput {
+    pub(super) fn is_default(&self) -> bool {
+        *self == Self::default()
+    }
+}
+
+impl AlaricInput {
+    pub(super) fn validate(&self) -> Result<()> {
+        let checks = [
+            ("alaric.friction", self.friction, self.friction >= 0.0, "0 or more"),
+            ("alaric.growth", self.growth, self.growth >= 0.0, "0 or more"),
+            ("alaric.courant", self.courant, self.courant > 0.0, "a positive number"),
+            ("alaric.rate_tolerance", self.rate_tolerance, self.rate_tolerance >= 0.0, "0 or more"),
+        ];
+        for (key, value, good, expected) in checks {
+            if !(value.is_finite() && good) {
+                return Err(Error::scene(key, format!("is {value}, expected {expected}")));
+            }
+        }
+        match self.splittings {
+            Some(s) if s > 8 => Err(Error::scene("alaric.splittings", format!("is {s}, expected 0 to 8"))),
+            _ => Ok(()),
+        }
+    }
+}

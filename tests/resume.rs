@@ -1,0 +1,274 @@
+//! Interrupted runs: what they leave, and that going on from a checkpoint gives the bytes of a run that was never
+//! interrupted, for any stage and number of threads.
+
+use sph_prep::Error;
+use sph_prep::pipeline;
+use sph_prep::placement::{Control, StopReason};
+use sph_prep::report::Report;
+use sph_prep::scene::Scene;
+use std::path::{Path, PathBuf};
+use std::sync::atomic::{AtomicBool, Ordering};
+use tempfile::TempDir;
+
+/// A folder with a scene for it.
+struct Work {
+    folder: TempDir,
+    scene: Scene,
+}
+
+const DISC: &str = "input: {expression: '1 + 0.5*x'}\ndomain: {ball: {center: [0, 0], radius: 1}, boundary: [reflecting]}\n\
+    particles: 400\nseed: 4\nseeding: random\n";
+const BOX: &str = "input: {expression: '2 + sin(2*pi*x)', dimension: 3}\ndomain: {box: [[0,0,0],[1,1,1]], boundary: [periodic]}\n\
+    particles: 500\n";
+
+impl Work {
+    fn new(scene: &str) -> Self {
+        let folder = tempfile::tempdir().unwrap();
+        let mut scene = Scene::parse(scene).unwrap();
+        scene.output.file = Some(folder.path().join("ic.vtu"));
+        scene.checkpoint.file = Some(folder.path().join("run.checkpoint"));
+        Self { folder, scene }
+    }
+
+    fn output(&self) -> PathBuf {
+        self.folder.path().join("ic.vtu")
+    }
+
+    fn checkpoint(&self) -> PathBuf {
+        self.folder.path().join("run.checkpoint")
+    }
+
+    fn bytes(&self) -> Vec<u8> {
+        std::fs::read(self.output()).unwrap()
+    }
+
+    /// Runs, interrupted after an iteration of a stage if there is one.
+    fn run(&self, threads: usize, after: Option<(&str, usize)>) -> sph_prep::Result<Report> {
+        let interrupted = AtomicBool::new(false);
+        let observer = |stage: &'static str, iteration: usize, _: usize, _: f64| {
+            if after.is_some_and(|(s, i)| s == stage && iteration >= i) {
+                interrupted.store(true, Ordering::Relaxed);
+            }
+        };
+        let control = Control { deadline: None, interrupted: &interrupted, observer: &observer };
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+        pool.install(|| pipeline::run(&self.scene, sph_formats::FORMATS, &control))
+    }
+}
+
+/// Interrupts at each of the places with one number of threads, goes on with another, and compares.
+fn goes_on(scene: &str, places: &[(&str, usize)]) {
+    let mut work = Work::new(scene);
+    let whole = work.run(1, None).unwrap();
+    let expected = work.bytes();
+    assert!(!work.checkpoint().exists(), "a finished run leaves no checkpoint");
+    for (threads, then) in [(1, 2), (2, 5), (5, 1)] {
+        std::fs::remove_file(work.output()).unwrap();
+        work.scene.checkpoint.resume = None;
+        for &(stage, iteration) in places {
+            let error = work.run(threads, Some((stage, iteration))).unwrap_err();
+            assert!(matches!(error, Error::InterruptedKept(_)), "{stage} {iteration}: {error}");
+            assert!(error.to_string().contains("--resume") && !work.output().exists(), "{error}");
+            // The next interrupt comes to a run that has gone on from this one.
+            work.scene.checkpoint.resume = Some(work.checkpoint());
+        }
+        let resumed = work.run(then, None).unwrap();
+        assert!(work.bytes() == expected, "other bytes after {places:?} with {threads} and {then} threads");
+        let steps = |r: &Report| -> Vec<(usize, u64)> {
+            r.stages.iter().flat_map(|s| &s.history).map(|p| (p.iteration, p.epsilon.to_bits())).collect()
+        };
+        assert_eq!(steps(&resumed), steps(&whole), "the report tells another story");
+    }
+}
+
+#[test]
+fn wvt_goes_on() {
+    goes_on(&format!("{DISC}polish: none\nwvt: {{iterations: 30}}"), &[("WVT", 0), ("WVT", 3), ("WVT", 17)]);
+    goes_on(&format!("{BOX}polish: none\nwvt: {{iterations: 20, weight: inverse-square, bias: plain}}"), &[("WVT", 7)]);
+}
+
+#[test]
+fn the_solver_goes_on() {
+    let scene = "polish: solver\nwvt: {iterations: 3}\nsolver: {evaluations: 40}\nsame: 1";
+    let scene = scene.trim_end_matches("same: 1");
+    goes_on(&format!("{DISC}{scene}"), &[("WVT", 1), ("solver", 9), ("solver", 20), ("solver", 33)]);
+    goes_on(&format!("{BOX}{scene}"), &[("solver", 12)]);
+}
+
+#[test]
+fn alaric_goes_on() {
+    let scene = "polish: alaric\nwvt: {iterations: 3}\n";
+    goes_on(&format!("{DISC}{scene}alaric: {{steps: 60, splittings: 1}}"), &[("ALARIC", 5), ("ALARIC", 44)]);
+    goes_on(&format!("{BOX}{scene}alaric: {{steps: 50, viscosity: false}}"), &[("ALARIC", 21), ("ALARIC", 37)]);
+}
+
+#[test]
+fn an_interrupt_after_splitting_goes_on_too() {
+    // The observer counts steps of both stages: the coarse one has converged by then.
+    let scene = "polish: alaric\nwvt: {iterations: 0}\nalaric: {steps: 40, splittings: 2, rate_tolerance: 1e3}\n";
+    let mut work = Work::new(&format!("{DISC}{scene}"));
+    work.run(2, None).unwrap();
+    let expected = work.bytes();
+    let seen = std::sync::atomic::AtomicUsize::new(0);
+    let interrupted = AtomicBool::new(false);
+    let observer = |_: &'static str, iteration: usize, _: usize, _: f64| {
+        if iteration == 1 && seen.fetch_add(1, Ordering::Relaxed) == 2 {
+            interrupted.store(true, Ordering::Relaxed);
+        }
+    };
+    let control = Control { deadline: None, interrupted: &interrupted, observer: &observer };
+    assert!(pipeline::run(&work.scene, sph_formats::FORMATS, &control).is_err());
+    work.scene.checkpoint.resume = Some(work.checkpoint());
+    work.run(1, None).unwrap();
+    assert!(work.bytes() == expected);
+}
+
+#[test]
+fn a_time_limit_leaves_a_result_and_a_checkpoint() {
+    let mut work = Work::new(&format!("{DISC}polish: solver\nwvt: {{iterations: 10}}"));
+    work.run(2, None).unwrap();
+    let expected = work.bytes();
+    work.scene.time_limit = Some(0.0);
+    let never = AtomicBool::new(false);
+    let deadline = Some(std::time::Instant::now());
+    let control = Control { deadline, interrupted: &never, observer: &|_, _, _, _| {} };
+    let report = pipeline::run(&work.scene, sph_formats::FORMATS, &control).unwrap();
+    assert_eq!(report.stop, StopReason::TimeLimit);
+    assert!(report.text().contains("UNCONVERGED") && report.text().contains("--resume"), "{}", report.text());
+    assert!(work.checkpoint().exists() && work.output().exists());
+    work.scene.time_limit = None;
+    work.scene.checkpoint.resume = Some(work.checkpoint());
+    work.run(2, None).unwrap();
+    // The limit is part of the recipe in the file, and none is written here.
+    assert!(work.bytes() == expected);
+}
+
+#[test]
+fn an_interrupt_writes_the_best_state_if_asked_to() {
+    for place in [("WVT", 12), ("ALARIC", 30)] {
+        let mut work = Work::new(&format!("{DISC}polish: alaric\nwvt: {{iterations: 15}}\nalaric: {{splittings: 0}}"));
+        work.scene.checkpoint = Default::default();
+        let error = work.run(2, Some(place)).unwrap_err();
+        assert!(matches!(error, Error::Interrupted) && !work.output().exists(), "{error}");
+        work.scene.output.on_interrupt = sph_prep::scene::OnInterrupt::Write;
+        let report = work.run(2, Some(place)).unwrap();
+        assert_eq!(report.stop, StopReason::Interrupted);
+        assert!(report.text().contains("UNCONVERGED"), "{}", report.text());
+        assert!(report.text().contains("interrupted") && work.output().exists());
+        // The best state, not the last one: no state of the last stage was better than what came out.
+        let last = report.stages.last().unwrap();
+        let lowest = last.history.iter().map(|p| p.epsilon).fold(f64::INFINITY, f64::min);
+        assert!(place.0 == "ALARIC" || last.epsilon() == Some(lowest), "{place:?}");
+    }
+}
+
+#[test]
+fn checkpoints_of_other_runs_are_refused() {
+    let mut work = Work::new(&format!("{DISC}polish: none\nwvt: {{iterations: 10}}"));
+    work.run(1, Some(("WVT", 3))).unwrap_err();
+    work.scene.checkpoint.resume = Some(work.checkpoint());
+    work.scene.checkpoint.file = None;
+    let refused = |work: &Work, word: &str| {
+        let error = work.run(1, None).unwrap_err().to_string();
+        let path = work.checkpoint().display().to_string();
+        assert!(error.contains(word) && error.contains(&path) && !work.output().exists(), "{error}");
+    };
+    let same = work.scene.clone();
+    work.scene.particles = Some(401);
+    refused(&work, "'400', this one's '401'");
+    work.scene = same.clone();
+    work.scene.wvt.step = 0.3;
+    refused(&work, "step: 0.3");
+    work.scene = same.clone();
+    work.scene.input.expression = Some("1 + 0.5*y".into());
+    refused(&work, "1 + 0.5*y");
+    work.scene = same;
+    work.run(1, None).unwrap();
+}
+
+#[test]
+fn damaged_checkpoints_are_refused() {
+    let mut work = Work::new(&format!("{DISC}polish: solver\nwvt: {{iterations: 2}}\nsolver: {{evaluations: 20}}"));
+    work.run(1, Some(("solver", 12))).unwrap_err();
+    let whole = std::fs::read(work.checkpoint()).unwrap();
+    work.scene.checkpoint.resume = Some(work.checkpoint());
+    work.scene.checkpoint.file = None;
+    let refused = |bytes: &[u8]| {
+        std::fs::write(work.checkpoint(), bytes).unwrap();
+        let error = work.run(1, None).unwrap_err();
+        assert!(matches!(error, Error::Checkpoint { .. }), "{error}");
+        assert!(!work.output().exists());
+    };
+    for length in [0, 1, 8, 12, 19, 20, 21, 100, whole.len() / 2, whole.len() - 1] {
+        refused(&whole[..length]);
+    }
+    refused(b"# vtk DataFile Version 3.0\nnot a checkpoint at all\n");
+    // Past the checksum: every prefix of the content, and sizes that nothing can hold.
+    for length in (20..whole.len()).step_by(whole.len() / 50) {
+        refused(&sealed(&whole[..length]));
+    }
+    for at in (20..whole.len().min(4000)).step_by(61) {
+        let mut bytes = whole.clone();
+        bytes[at..at + 5].fill(0xff);
+        std::fs::write(work.checkpoint(), sealed(&bytes)).unwrap();
+        // It may still be a state, if not the one that was written; there is no panic and no huge allocation.
+        let _ = work.run(1, None);
+        let _ = std::fs::remove_file(work.output());
+    }
+    std::fs::remove_file(work.checkpoint()).unwrap();
+    let error = work.run(1, None).unwrap_err().to_string();
+    assert!(error.contains("run.checkpoint") && error.contains("read"), "{error}");
+}
+
+/// With the checksum that belongs to the content (FNV-1a, 64 bits).
+fn sealed(bytes: &[u8]) -> Vec<u8> {
+    let hash =
+        bytes[20..].iter().fold(0xcbf2_9ce4_8422_2325, |h: u64, &b| (h ^ u64::from(b)).wrapping_mul(0x0100_0000_01b3));
+    let mut out = bytes.to_vec();
+    out[12..20].copy_from_slice(&hash.to_le_bytes());
+    out
+}
+
+#[cfg(unix)]
+#[test]
+fn a_killed_process_leaves_a_checkpoint_that_goes_on_or_none() {
+    use std::process::{Command, Stdio};
+    let folder = tempfile::tempdir().unwrap();
+    let text = |path: &Path| path.display().to_string();
+    let scene = folder.path().join("scene.yaml");
+    std::fs::write(&scene, format!("{DISC}polish: none\nwvt: {{iterations: 20}}\ncheckpoint: {{minutes: 0}}\n"))
+        .unwrap();
+    let run = |output: &Path, more: &[&str]| {
+        let mut command = Command::new(env!("CARGO_BIN_EXE_sph-prep"));
+        command.args(["--scene", &text(&scene), "--out", &text(output), "-n", "3000", "--threads", "1"]).args(more);
+        command.stdout(Stdio::null()).stderr(Stdio::piped());
+        command
+    };
+    let (whole, cut) = (folder.path().join("whole.vtu"), folder.path().join("cut.vtu"));
+    assert!(run(&whole, &[]).status().unwrap().success());
+    let mut resumed = 0;
+    for attempt in 0..6_u64 {
+        let checkpoint = folder.path().join(format!("{attempt}.checkpoint"));
+        let mut child = run(&cut, &["--checkpoint", &text(&checkpoint)]).spawn().unwrap();
+        // As soon as there is one, and a little later each time.
+        for _ in 0..2000 {
+            if checkpoint.exists() || child.try_wait().unwrap().is_some() {
+                break;
+            }
+            std::thread::sleep(std::time::Duration::from_millis(1));
+        }
+        std::thread::sleep(std::time::Duration::from_millis(3 * attempt));
+        child.kill().unwrap();
+        child.wait().unwrap();
+        if checkpoint.exists() {
+            let output = run(&cut, &["--resume", &text(&checkpoint)]).output().unwrap();
+            assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+            resumed += 1;
+        } else if !cut.exists() {
+            continue;
+        }
+        assert!(std::fs::read(&whole).unwrap() == std::fs::read(&cut).unwrap());
+        std::fs::remove_file(&cut).unwrap();
+    }
+    assert!(resumed > 0, "no attempt left a checkpoint");
+}
