@@ -23,6 +23,7 @@ pub mod gyre;
 pub mod mesa;
 pub mod netcdf;
 pub mod numpy;
+pub mod sph_exa;
 pub mod swift;
 pub mod table;
 pub mod vtk;
@@ -47,6 +48,7 @@ pub static FORMATS: &[FormatSpec] = &[
     mesa::SPEC,
     netcdf::SPEC,
     numpy::SPEC,
+    sph_exa::SPEC,
     swift::SPEC,
     table::SPEC,
     vtk::SPEC,

@@ -46,7 +46,8 @@ pub fn convert(formats: &[FormatSpec], args: &ConvertArgs) -> Result<Vec<String>
     }
     let options = WriteOptions { compression: args.compression, double_precision: args.double };
     sph_formats::write(formats, &args.to, Some(target.name), &file, options)?;
-    match particles(formats, &args.to, None) {
+    let own_reader = (target.capabilities.read_particles && target.read.is_some()).then_some(target.name);
+    match particles(formats, &args.to, own_reader) {
         Ok(back) => notes.extend(losses(target.name, &file, &back)),
         Err(e) => notes.push(format!("what '{}' holds could not be checked: {e}", args.to.display())),
     }
