@@ -43,6 +43,7 @@ pub fn run(scene: &Scene, formats: &[FormatSpec], control: &Control<'_>) -> Resu
         notes.extend(field.notes.iter().cloned());
     }
     let dimension = ingest::dimension(scene, &raw)?;
+    refuse_what_the_format_cannot_hold(scene, format, dimension)?;
     let timing = vec![Timing { step: "read", seconds: start.elapsed().as_secs_f64(), epsilon: None }];
     let run = Run { scene, formats, format, output, control, units, start, timing, notes };
     match dimension {
@@ -61,6 +62,24 @@ fn refuse_overwriting_inputs(scene: &Scene, output: &Path) -> Result<()> {
             let problem = format!("is the input file '{}', which it would replace; name another", input.display());
             return Err(Error::scene("output.file", problem));
         }
+    }
+    Ok(())
+}
+
+/// Before the long work: what the writer would refuse at its end.
+fn refuse_what_the_format_cannot_hold(scene: &Scene, format: &FormatSpec, dimension: usize) -> Result<()> {
+    let can = format.capabilities;
+    if !can.dimensions.contains(&dimension) {
+        let known = can.dimensions.iter().map(usize::to_string).collect::<Vec<_>>().join(", ");
+        let problem = format!("'{}' holds particles in {known} dimensions, but these are in {dimension}", format.name);
+        return Err(Error::scene("output.format", problem));
+    }
+    if can.equal_masses && (scene.resolution.is_some() || scene.trim_masses.is_some()) {
+        let problem = format!(
+            "'{}' holds one mass for all particles of a type; leave out resolution and trim_masses, or choose another",
+            format.name
+        );
+        return Err(Error::scene("output.format", problem));
     }
     Ok(())
 }
