@@ -11,7 +11,7 @@
 //! | m                   | f4     | required                                                                      |
 //! | temp                | f8     | u mui (gamma - 1) / R of the internal energy u per mass, which is required    |
 //! | u                   | f8     | the same u, for the code's propagators that evolve it; read in preference      |
-//! | alpha, du_m1        | f4     | the code's floor of the viscosity, 0.05; zeros                                |
+//! | alpha, du_m1        | f4     | columns of this name, else the code's floor of the viscosity, 0.05, and zeros |
 //! | rho                 | f4     | if known; ignored by the code                                                 |
 //! | id                  | u8     | 1 ... N where absent                                                          |
 //!

@@ -76,12 +76,16 @@ fn last_step(file: &Reader) -> Result<String> {
 fn read_datasets(file: &Reader, group: &str) -> Result<Vec<(String, Option<(Shape, Values)>)>> {
     let mut names = file.datasets(group)?;
     let energies = names.iter().any(|n| n == "u");
-    names.retain(|name| {
-        let constant = CONSTANTS.iter().any(|c| c.0 == name) || DISPLACEMENTS.contains(&name.as_str());
-        !constant && !(energies && name == "temp")
-    });
+    names.retain(|name| !DISPLACEMENTS.contains(&name.as_str()) && !(energies && name == "temp"));
     let read = |name: String| file.numbers(&format!("{group}/{name}")).map(|content| (name, content));
-    names.into_iter().map(read).collect()
+    let mut datasets: Vec<_> = names.into_iter().map(read).collect::<Result<_>>()?;
+    // Columns that our writer fills in say nothing.
+    let filled = |name: &str, v: &Values| {
+        let value = CONSTANTS.iter().find(|c| c.0 == name).map(|c| f64::from(c.1 as f32));
+        value.is_some_and(|x| v.range() == (x, x, 0))
+    };
+    datasets.retain(|(name, content)| !content.as_ref().is_some_and(|(_, v)| filled(name, v)));
+    Ok(datasets)
 }
 
 fn own_facts(file: &Reader) -> Result<Facts> {

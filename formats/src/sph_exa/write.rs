@@ -46,7 +46,7 @@ pub fn write(path: &Path, particles: &ParticleFile, options: WriteOptions) -> Re
         }
     }
     let level = options.compression;
-    for (name, value) in CONSTANTS {
+    for (name, value) in CONSTANTS.iter().filter(|c| planned.iter().all(|p| p.name != c.0)) {
         step.dataset(name, gas.table.count, 1, level, |range, out: &mut Vec<f32>| {
             out.resize(range.len(), *value as f32);
             Ok(())
@@ -117,7 +117,7 @@ fn write_part(job: &Job, step: &Group, count: usize, column: &Planned, part: &Pa
 /// The ids, and columns under their own names.
 fn write_others(job: &Job, step: &Group, gas: &Species, planned: &[Planned]) -> Result<()> {
     let (count, level) = (gas.table.count, job.options.compression);
-    let taken = |name: &str| PARTS.iter().any(|p| p.name == name) || CONSTANTS.iter().any(|c| c.0 == name);
+    let taken = |name: &str| PARTS.iter().any(|p| p.name == name);
     for column in planned.iter().filter(|p| !PARTS.iter().any(|part| part.from == p.name)) {
         let name = column.name.as_str();
         if taken(name) {
