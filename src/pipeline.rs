@@ -4,7 +4,7 @@
 use crate::carry::{self, EnergySource};
 use crate::domain::{Axis, Domain, Region};
 use crate::error::{Error, Result};
-use crate::ingest::{self, InputUnits, RawInput};
+use crate::ingest::{self, InputUnits, RawInput, center};
 use crate::kernel::default_kernel_neighbors;
 use crate::metrics::Outcome;
 use crate::placement::{Control, StopReason};
@@ -235,6 +235,12 @@ impl Run<'_> {
             radial_in(scaled, factors.length).as_ref(),
             &self.scene.motion,
         )?;
+        if !self.scene.material.is_empty() {
+            let radial = radial_in(scaled, factors.length);
+            let middle = radial.map_or_else(|| center(&scaled_domain(domain, factors.length)), |r| r.center);
+            carried.retain(|c| c.name != names::MATERIAL_IDS);
+            carried.push(carry::materials(&physical, &middle, &self.scene.material));
+        }
         drop(physical);
         let target_density: Vec<f64> = raw.wanted.iter().map(|r| r * factors.density).collect();
         let requires_energy = self.format.capabilities.requires.contains(&names::INTERNAL_ENERGY);
