@@ -4,7 +4,7 @@ use crate::domain::Domain;
 use crate::error::{Error, Result};
 use crate::field::{CarriedField, RadialSource};
 use crate::ingest::center;
-use crate::scene::{Motion, Thermal};
+use crate::scene::{MaterialLayer, Motion, Thermal};
 use crate::target::{Positions, at};
 use rayon::prelude::*;
 use sph_formats::common::particle_names as names;
@@ -33,7 +33,7 @@ pub fn standard_name(name: &str) -> &str {
             names::INTERNAL_ENERGY
         }
         "velocity" | "velocities" | "vel" => names::VELOCITIES,
-        "materialids" | "material_id" | "material_ids" => names::MATERIAL_IDS,
+        _ if names::standard(name) == Some(names::MATERIAL_IDS) => names::MATERIAL_IDS,
         _ => name,
     }
 }
@@ -50,6 +50,18 @@ pub fn column<const D: usize>(field: &dyn CarriedField<D>, positions: &Positions
     });
     let name = standard_name(&info.name).to_owned();
     Column { name, components: info.components, values: Values::F64(values), dimension }
+}
+
+/// Material numbers by distance from the center, in the units of `positions`; `layers` go from the center outward.
+pub fn materials<const D: usize>(positions: &Positions<D>, center: &[f64; D], layers: &[MaterialLayer]) -> Column {
+    let material = |i: usize| {
+        let x = at(positions, i);
+        let r = (0..D).map(|k| (x[k] - center[k]).powi(2)).sum::<f64>().sqrt();
+        let layer = layers.iter().find(|l| l.radius.is_none_or(|outer| r < outer)).or(layers.last());
+        layer.map_or(0, |l| i64::from(l.id))
+    };
+    let values = Values::I64((0..positions[0].len()).into_par_iter().map(material).collect());
+    Column { name: names::MATERIAL_IDS.into(), components: 1, values, dimension: UnitDimension::NONE }
 }
 
 /// Names that mean a radial velocity in a profile.

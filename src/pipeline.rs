@@ -5,7 +5,7 @@ use crate::carry::{self, EnergySource};
 use crate::domain::{Axis, Domain, Region};
 use crate::error::{Error, Result};
 use crate::hydrostatics::Hydrostatics;
-use crate::ingest::{self, InputUnits, RawInput};
+use crate::ingest::{self, InputUnits, RawInput, center};
 use crate::kernel::default_kernel_neighbors;
 use crate::metrics::{Outcome, Thermodynamics};
 use crate::placement::{Control, StopReason};
@@ -44,6 +44,7 @@ pub fn run(scene: &Scene, formats: &[FormatSpec], control: &Control<'_>) -> Resu
         notes.extend(field.notes.iter().cloned());
     }
     let dimension = ingest::dimension(scene, &raw)?;
+    refuse_what_the_format_cannot_hold(scene, format, dimension)?;
     let timing = vec![Timing { step: "read", seconds: start.elapsed().as_secs_f64(), epsilon: None }];
     let run = Run { scene, formats, format, output, control, units, start, timing, notes };
     match dimension {
@@ -68,6 +69,24 @@ fn refuse_overwriting_inputs(scene: &Scene, output: &Path) -> Result<()> {
                 return Err(Error::scene(key, problem));
             }
         }
+    }
+    Ok(())
+}
+
+/// Before the long work: what the writer would refuse at its end.
+fn refuse_what_the_format_cannot_hold(scene: &Scene, format: &FormatSpec, dimension: usize) -> Result<()> {
+    let can = format.capabilities;
+    if !can.dimensions.contains(&dimension) {
+        let known = can.dimensions.iter().map(usize::to_string).collect::<Vec<_>>().join(", ");
+        let problem = format!("'{}' holds particles in {known} dimensions, but these are in {dimension}", format.name);
+        return Err(Error::scene("output.format", problem));
+    }
+    if can.equal_masses && (scene.resolution.is_some() || scene.trim_masses.is_some()) {
+        let problem = format!(
+            "'{}' holds one mass for all particles of a type; leave out resolution and trim_masses, or choose another",
+            format.name
+        );
+        return Err(Error::scene("output.format", problem));
     }
     Ok(())
 }
@@ -250,6 +269,12 @@ impl Run<'_> {
             radial_in(scaled, factors.length).as_ref(),
             &self.scene.motion,
         )?;
+        if !self.scene.material.is_empty() {
+            let radial = radial_in(scaled, factors.length);
+            let middle = radial.map_or_else(|| center(&scaled_domain(domain, factors.length)), |r| r.center);
+            carried.retain(|c| c.name != names::MATERIAL_IDS);
+            carried.push(carry::materials(&physical, &middle, &self.scene.material));
+        }
         drop(physical);
         let target_density: Vec<f64> = raw.wanted.iter().map(|r| r * factors.density).collect();
         let requires_energy = self.format.capabilities.requires.contains(&names::INTERNAL_ENERGY);

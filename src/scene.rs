@@ -56,6 +56,9 @@ pub struct Scene {
     pub checkpoint: CheckpointInput,
     pub motion: Motion,
     pub thermal: Thermal,
+    /// Materials by distance from the center, from the inside outward; over carried ones.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub material: Vec<MaterialLayer>,
     pub output: Output,
 }
 
@@ -206,6 +209,36 @@ impl Default for Thermal {
     fn default() -> Self {
         Self { gamma: 5.0 / 3.0, internal_energy: None }
     }
+}
+
+/// A shell of one material, as SWIFT's planetary schemes number them (`MaterialIDs`).
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct MaterialLayer {
+    pub id: i32,
+    /// Outer radius, in the output's units of length. The last layer has none.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub radius: Option<f64>,
+}
+
+fn check_layers(layers: &[MaterialLayer]) -> Result<()> {
+    let mut inner = 0.0;
+    for (i, layer) in layers.iter().enumerate() {
+        let last = i + 1 == layers.len();
+        match layer.radius {
+            None if last => {}
+            Some(r) if !last && r.is_finite() && r > inner => inner = r,
+            found => {
+                let found = found.map_or("no radius".to_owned(), |r| format!("radius {r}"));
+                let problem = format!(
+                    "layer {} has {found}, expected outer radii that ascend from the center, and none for the last layer",
+                    i + 1
+                );
+                return Err(Error::scene("material", problem));
+            }
+        }
+    }
+    Ok(())
 }
 
 /// The file that comes out.
@@ -374,6 +407,7 @@ impl Scene {
         if !(self.thermal.gamma.is_finite() && self.thermal.gamma > 1.0) {
             return Err(Error::scene("thermal.gamma", format!("is {}, expected more than 1", self.thermal.gamma)));
         }
+        check_layers(&self.material)?;
         if !(self.output.box_factor.is_finite() && self.output.box_factor >= 1.0) {
             return Err(Error::scene(
                 "output.box_factor",
@@ -444,6 +478,8 @@ mod tests {
             ("input: {file: a}\nwvt: {final_step: 2}", "wvt.final_step"),
             ("input: {file: a}\nneighbors: .nan", "neighbors"),
             ("input: {file: a}\nthermal: {gamma: 1}", "thermal.gamma"),
+            ("input: {file: a}\nmaterial: [{id: 400, radius: 2}, {id: 401, radius: 1}, {id: 402}]", "material"),
+            ("input: {file: a}\nmaterial: [{id: 400, radius: 2}]", "material"),
             ("input: {file: a}\nresolution: {}", "resolution"),
             ("input: {file: a}\ndomain: {box: [[0], [1]], ball: {radius: 1}}", "domain"),
         ] {

@@ -52,6 +52,7 @@ fn read_profile(path: &Path, _: &FieldRequest) -> Result<FileContent, FormatErro
             variable("rho", "g/cm^3", rho.clone()),
             variable("pressure", "dyn/cm2", rho.iter().map(|r| r * r).collect()),
             variable("x_h", "1", nodes.iter().map(|r| 0.7 * r).collect()),
+            variable("material", "1", nodes.iter().map(|r| if *r < 0.5 { 402.0 } else { 400.0 }).collect()),
         ],
         density: Some("rho".into()),
         metadata: Vec::new(),
@@ -68,7 +69,7 @@ const FORMATS: &[FormatSpec] = &[
     FormatSpec {
         name: "memory",
         summary: "kept in memory",
-        extensions: &["t1", "t2", "t3", "t4", "t5", "t6", "t7", "t8", "t9"],
+        extensions: &["t1", "t2", "t3", "t4", "t5", "t6", "t7", "t8", "t9", "t10", "t11"],
         feature: "none",
         reference: "none",
         capabilities: Capabilities {
@@ -78,6 +79,7 @@ const FORMATS: &[FormatSpec] = &[
             geometries: &[],
             dimensions: &[1, 2, 3],
             requires: &[],
+            equal_masses: false,
         },
         sniff: no_sniff,
         read: None,
@@ -96,6 +98,7 @@ const FORMATS: &[FormatSpec] = &[
             geometries: &["radial"],
             dimensions: &[3],
             requires: &[],
+            equal_masses: false,
         },
         sniff: sniff_profile,
         read: Some(read_profile),
@@ -212,4 +215,33 @@ fn a_resolution_field_gives_varying_masses_that_add_up() {
     assert!((m.iter().sum::<f64>() - 1.0).abs() < 1e-12);
     assert!(report.mass.largest / report.mass.smallest > 5.0);
     assert!(report.density_error.all_refitted.mean < 0.03, "{:?}", report.density_error);
+}
+
+#[test]
+fn materials_are_carried_without_mixing_or_given_by_layers() {
+    let (_, file) = run("particles: 500\nwvt: {iterations: 5}\npolish: none", "t10");
+    let middle = file.header.box_size[0] / 2.0;
+    let radii = |file: &ParticleFile| -> Vec<f64> {
+        let x = numbers(file, names::COORDINATES);
+        x.chunks(3).map(|p| p.iter().map(|c| (c - middle).powi(2)).sum::<f64>().sqrt()).collect()
+    };
+    let check = |file: &ParticleFile, expected: &dyn Fn(f64) -> f64| {
+        let ids = file.species[0].table.column(names::MATERIAL_IDS).unwrap();
+        for (i, r) in radii(file).into_iter().enumerate() {
+            assert_eq!(ids.values.get(i), expected(r), "at radius {r}");
+        }
+    };
+    // The nodes on both sides of the jump are 199/399 and 200/399; half-way between them one material weighs more.
+    check(&file, &|r| if r < 199.5 / 399.0 { 402.0 } else { 400.0 });
+    let layers = "material: [{id: 7, radius: 0.3}, {id: -2, radius: 0.6}, {id: 5}]";
+    let (_, file) = run(&format!("particles: 500\nwvt: {{iterations: 5}}\npolish: none\n{layers}"), "t11");
+    check(&file, &|r| {
+        if r < 0.3 {
+            7.0
+        } else if r < 0.6 {
+            -2.0
+        } else {
+            5.0
+        }
+    });
 }

@@ -23,6 +23,8 @@ pub mod gyre;
 pub mod mesa;
 pub mod netcdf;
 pub mod numpy;
+pub mod phantom;
+pub mod sph_exa;
 pub mod swift;
 pub mod table;
 pub mod vtk;
@@ -47,6 +49,8 @@ pub static FORMATS: &[FormatSpec] = &[
     mesa::SPEC,
     netcdf::SPEC,
     numpy::SPEC,
+    phantom::SPEC,
+    sph_exa::SPEC,
     swift::SPEC,
     table::SPEC,
     vtk::SPEC,

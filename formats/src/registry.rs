@@ -29,6 +29,8 @@ pub struct Capabilities {
     pub geometries: &'static [&'static str],
     /// Space dimensions of particles and grids.
     pub dimensions: &'static [usize],
+    /// All particles of a type must have one mass.
+    pub equal_masses: bool,
 }
 
 /// What is wanted of a field file. Fields left empty are the reader's to decide.

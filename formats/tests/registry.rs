@@ -26,6 +26,7 @@ const BOTH: Capabilities = Capabilities {
     requires: &[],
     geometries: &["radial"],
     dimensions: &[3],
+    equal_masses: false,
 };
 
 const fn spec(name: &'static str, extensions: &'static [&'static str], sniff: fn(&[u8]) -> Match) -> FormatSpec {

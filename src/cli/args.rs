@@ -117,6 +117,12 @@ pub struct RunArgs {
     /// Units of the output: cgs, si, solar, planetary, galactic, code.
     #[arg(long, value_name = "NAME")]
     units: Option<String>,
+    /// Write f64 where the format's default is f32.
+    #[arg(long)]
+    double: bool,
+    /// Deflate level of the output, 0 (none) to 9 [default: 4].
+    #[arg(long, value_name = "LEVEL", value_parser = clap::value_parser!(u8).range(0..=9))]
+    compression: Option<u8>,
     /// Seed of all random numbers.
     #[arg(long)]
     seed: Option<u64>,
@@ -222,6 +228,8 @@ impl RunArgs {
         overlay(&mut scene.output.file, &self.output);
         overlay(&mut scene.output.format, &self.to);
         overlay(&mut scene.output.units, &self.units);
+        scene.output.double_precision |= self.double;
+        scene.output.compression = self.compression.unwrap_or(scene.output.compression);
         overlay(&mut scene.particles, &self.particles);
         overlay(&mut scene.tolerance, &self.tolerance);
         overlay(&mut scene.time_limit, &self.time_limit);

@@ -46,8 +46,9 @@ pub fn convert(formats: &[FormatSpec], args: &ConvertArgs) -> Result<Vec<String>
     }
     let options = WriteOptions { compression: args.compression, double_precision: args.double };
     sph_formats::write(formats, &args.to, Some(target.name), &file, options)?;
-    match particles(formats, &args.to, None) {
-        Ok(back) => notes.extend(losses(target.name, &file, &back)),
+    let own_reader = (target.capabilities.read_particles && target.read.is_some()).then_some(target.name);
+    match particles(formats, &args.to, own_reader) {
+        Ok(back) => notes.extend(losses(target.name, &file, back)),
         Err(e) => notes.push(format!("what '{}' holds could not be checked: {e}", args.to.display())),
     }
     Ok(notes)
@@ -65,6 +66,11 @@ fn particles(formats: &[FormatSpec], path: &Path, format: Option<&str>) -> Resul
             ),
         )),
     }
+}
+
+fn same_units(a: &UnitSystem, b: &UnitSystem) -> bool {
+    let factors = |u: &UnitSystem| [u.length, u.mass, u.time, u.temperature];
+    factors(a).iter().zip(factors(b)).all(|(a, b)| (a - b).abs() <= 1e-9 * a.abs())
 }
 
 /// Expresses all numbers in other units.
@@ -110,8 +116,16 @@ fn support_radii(table: &mut ParticleTable, d: usize) -> Option<String> {
 }
 
 /// What the new file lacks of the old one.
-fn losses(format: &str, file: &ParticleFile, back: &ParticleFile) -> Vec<String> {
+fn losses(format: &str, file: &ParticleFile, mut back: ParticleFile) -> Vec<String> {
     let mut lost = Vec::new();
+    let stated = back.header.units;
+    if stated != UnitSystem::CODE {
+        // The same numbers in other units are no loss.
+        change_units(&mut back, file.header.units);
+        if !same_units(&stated, &file.header.units) {
+            lost.push(format!("{format} holds the numbers in units of its own: {stated:?}, in cgs"));
+        }
+    }
     for species in file.species.iter().filter(|s| s.table.count > 0) {
         let t = species.part_type;
         let Some(new) = back.species.iter().find(|s| s.part_type == t) else {
@@ -136,9 +150,8 @@ fn losses(format: &str, file: &ParticleFile, back: &ParticleFile) -> Vec<String>
     let (old, new) = (&file.header, &back.header);
     let close = |a: f64, b: f64| (a - b).abs() <= 1e-9 * a.abs();
     let same = |a: &[f64], b: &[f64]| a.iter().zip(b).all(|(a, b)| close(*a, *b));
-    let units = |u: &UnitSystem| [u.length, u.mass, u.time, u.temperature];
     let checks = [
-        ("the unit system", same(&units(&old.units), &units(&new.units))),
+        ("the unit system", same_units(&old.units, &new.units)),
         ("the box", same(&old.box_size, &new.box_size)),
         ("which axes are periodic", old.periodic == new.periodic),
         ("the dimension", old.dimension == new.dimension),

@@ -2,6 +2,7 @@
 
 use super::build_grid::{cartesian, geographic};
 use super::build_radial::radial;
+use super::categorical::{categorical, is_categorical};
 use super::check::{check_density, point_text, replace_missing};
 use super::cloud::Cloud;
 use super::hull::MeshHull;
@@ -103,13 +104,17 @@ impl<const D: usize> Input<'_, D> {
             } else {
                 other(variable.location)?
             };
-            let vector = variable.components > 1;
-            carried.push(Box::new(SampledCarried {
-                sampler,
-                stride: variable.components,
-                info: CarriedInfo { name: variable.name, unit: variable.unit, components: if vector { D } else { 1 } },
-                values: variable.values,
-            }));
+            let sampled = |variable: Variable| -> Box<dyn CarriedField<D>> {
+                let components = if variable.components > 1 { D } else { 1 };
+                Box::new(SampledCarried {
+                    sampler: Arc::clone(&sampler),
+                    stride: variable.components,
+                    info: CarriedInfo { name: variable.name, unit: variable.unit, components },
+                    values: variable.values,
+                })
+            };
+            let kinds = if is_categorical(&variable) { categorical(&variable, sampled) } else { None };
+            carried.push(kinds.unwrap_or_else(|| sampled(variable)));
         }
         let name = self.density.name;
         let density = SampledDensity { sampler, values: self.density.values };

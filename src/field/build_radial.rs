@@ -4,6 +4,7 @@
 //! every other column stays a scalar.
 
 use super::build::{Input, Repeats, check_ascending};
+use super::categorical::{categorical, is_categorical};
 use super::curve::Curve;
 use super::mass::check_mass;
 use super::radial::{Direction, RadialCarried, RadialDensity, volume_midpoints};
@@ -45,7 +46,15 @@ pub(crate) fn radial<const D: usize>(
     let center = input.options.center;
     let outer = profile.outer_radius();
     let midpoints = volume_midpoints(D, nodes);
-    let carried = input.others.into_iter().map(|v| radial_carried(v, nodes, &midpoints, center)).collect();
+    let carried = input
+        .others
+        .into_iter()
+        .map(|v| {
+            let make = |v: Variable| radial_carried(v, nodes, &midpoints, center);
+            let kinds = if is_categorical(&v) { categorical(&v, make) } else { None };
+            kinds.unwrap_or_else(|| make(v))
+        })
+        .collect();
     let profile = Arc::new(profile);
     Ok(Source {
         density: Box::new(RadialDensity { profile: Arc::clone(&profile), center }),

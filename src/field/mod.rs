@@ -19,6 +19,7 @@ mod build;
 mod build_grid;
 mod build_radial;
 mod bvh;
+mod categorical;
 mod check;
 mod cloud;
 mod cubature;

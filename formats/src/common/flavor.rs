@@ -80,6 +80,15 @@ pub struct Flavor {
     pub dropped: &'static [&'static str],
 }
 
+/// One component of a column on its way into a dataset of its own.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Component {
+    pub(crate) index: usize,
+    pub(crate) factor: f64,
+    /// Values that f32 rounds to zero are no loss.
+    pub(crate) may_vanish: bool,
+}
+
 /// What every step needs to know.
 pub(crate) struct Job<'a> {
     pub(crate) flavor: &'a Flavor,
@@ -109,6 +118,14 @@ pub(crate) enum Numbers<'a> {
 }
 
 impl<'a> Job<'a> {
+    /// Refuses all but three dimensions, for codes that have no others.
+    pub(crate) fn only_in_3d(&self) -> Result<()> {
+        match self.header.dimension {
+            3 => Ok(()),
+            d => Err(self.refuse(format!("the particles are in {d} dimensions, but the code runs in 3 only"))),
+        }
+    }
+
     pub(crate) fn refuse(&self, problem: impl Into<String>) -> FormatError {
         FormatError::Output { path: self.path.into(), format: self.flavor.format, problem: problem.into() }
     }
@@ -250,19 +267,44 @@ impl<'a> Job<'a> {
 
     /// Appends particle numbers, which start at `first_id` where there is no such column.
     pub(crate) fn ids(&self, planned: &Planned, range: Range<usize>, first_id: u64, out: &mut Vec<u64>) -> Result<()> {
-        self.fill(planned, range, first_id, out, |x, i| id(x).ok_or(i))
+        self.fill(planned, range, 0..planned.components, first_id, out, |x, i| id(x).ok_or(i))
     }
 
     pub(crate) fn ints(&self, planned: &Planned, range: Range<usize>, out: &mut Vec<i32>) -> Result<()> {
-        self.fill(planned, range, 0, out, |x, i| int(x).ok_or(i))
+        self.fill(planned, range, 0..planned.components, 0, out, |x, i| int(x).ok_or(i))
     }
 
     pub(crate) fn doubles(&self, planned: &Planned, range: Range<usize>, out: &mut Vec<f64>) -> Result<()> {
-        self.fill(planned, range, 0, out, |x, i| self.double(planned, x.float(), i))
+        self.fill(planned, range, 0..planned.components, 0, out, |x, i| self.double(planned, x.float(), i))
     }
 
     pub(crate) fn singles(&self, planned: &Planned, range: Range<usize>, out: &mut Vec<f32>) -> Result<()> {
-        self.fill(planned, range, 0, out, |x, i| single(planned.strict, x.float()).ok_or(i))
+        self.fill(planned, range, 0..planned.components, 0, out, |x, i| single(planned.strict, x.float()).ok_or(i))
+    }
+
+    /// Appends `factor` times the numbers of one component in f64.
+    pub(crate) fn component_doubles(
+        &self,
+        planned: &Planned,
+        part: Component,
+        range: Range<usize>,
+        out: &mut Vec<f64>,
+    ) -> Result<()> {
+        let scaled = |x: Number, i| self.double(planned, x.float(), i).map(|x| part.factor * x);
+        self.fill(planned, range, part.index..part.index + 1, 0, out, scaled)
+    }
+
+    /// Appends `factor` times the numbers of one component in f32.
+    pub(crate) fn component_singles(
+        &self,
+        planned: &Planned,
+        part: Component,
+        range: Range<usize>,
+        out: &mut Vec<f32>,
+    ) -> Result<()> {
+        let strict = planned.strict && !part.may_vanish;
+        let scaled = |x: Number, i| single(strict, part.factor * x.float()).ok_or(i);
+        self.fill(planned, range, part.index..part.index + 1, 0, out, scaled)
     }
 
     /// Appends the numbers of some particles; `convert` returns the index where one does not fit.
@@ -270,12 +312,13 @@ impl<'a> Job<'a> {
         &self,
         planned: &Planned,
         range: Range<usize>,
+        components: Range<usize>,
         first_id: u64,
         out: &mut Vec<T>,
         convert: impl Fn(Number, usize) -> std::result::Result<T, usize>,
     ) -> Result<()> {
         for i in range {
-            for c in 0..planned.components {
+            for c in components.clone() {
                 let x = planned.numbers.get(i, c, first_id);
                 if planned.positive && x.float() <= 0.0 {
                     return Err(self.refuse(unfit(planned, i, x)));

@@ -4,7 +4,7 @@ pub mod assemble;
 pub mod columns;
 pub mod facts;
 pub mod flatten;
-#[cfg(any(feature = "hdf5-layer", feature = "gadget-binary"))]
+#[cfg(any(feature = "hdf5-layer", feature = "gadget-binary", feature = "phantom"))]
 pub mod flavor;
 #[cfg(feature = "hdf5-layer")]
 pub mod hdf5;

@@ -1,6 +1,7 @@
 //! A small writer of NetCDF classic files, for fields that this project makes itself.
 //!
-//! Files are CDF-2 (64-bit offset); CDF-5 (64-bit data) where a dimension or a variable is too large for that.
+//! Files are CDF-2 (64-bit offset); CDF-5 (64-bit data) where a dimension or a variable is too large for
+//! that, or has integers of 64 bits.
 //! There is no record dimension. All numbers are big-endian; names, attribute values and variables are padded
 //! with zeros to four bytes.
 //!
@@ -29,6 +30,7 @@ const TAG_VARIABLE: u32 = 11;
 const TAG_ATTRIBUTE: u32 = 12;
 const TYPE_CHAR: u32 = 2;
 const TYPE_DOUBLE: u32 = 6;
+const TYPE_INT64: u32 = 10;
 /// A CDF-2 variable may take this many bytes at most (2^32 - 4).
 const CDF2_VARIABLE_BYTES: u64 = 0xffff_fffc;
 /// A CDF-2 dimension may be this long at most.
@@ -58,6 +60,8 @@ impl From<f64> for Attribute {
 pub enum Data<'a> {
     I8(&'a [i8]),
     I32(&'a [i32]),
+    /// In CDF-5 only, which such a file becomes.
+    I64(&'a [i64]),
     F32(&'a [f32]),
     F64(&'a [f64]),
 }
@@ -67,6 +71,7 @@ impl Data<'_> {
         match self {
             Self::I8(v) => v.len(),
             Self::I32(v) => v.len(),
+            Self::I64(v) => v.len(),
             Self::F32(v) => v.len(),
             Self::F64(v) => v.len(),
         }
@@ -77,6 +82,7 @@ impl Data<'_> {
         match self {
             Self::I8(_) => (1, 1),
             Self::I32(_) => (4, 4),
+            Self::I64(_) => (TYPE_INT64, 8),
             Self::F32(_) => (5, 4),
             Self::F64(_) => (TYPE_DOUBLE, 8),
         }
@@ -90,6 +96,7 @@ impl Data<'_> {
         match self {
             Self::I8(v) => v.iter().try_for_each(|x| out.write_all(&x.to_be_bytes()))?,
             Self::I32(v) => v.iter().try_for_each(|x| out.write_all(&x.to_be_bytes()))?,
+            Self::I64(v) => v.iter().try_for_each(|x| out.write_all(&x.to_be_bytes()))?,
             Self::F32(v) => v.iter().try_for_each(|x| out.write_all(&x.to_be_bytes()))?,
             Self::F64(v) => v.iter().try_for_each(|x| out.write_all(&x.to_be_bytes()))?,
         }
@@ -206,7 +213,7 @@ impl<'a> ClassicFile<'a> {
 
     fn header(&self) -> Vec<u8> {
         let wide = self.dimensions.iter().any(|d| d.1 > CDF2_DIMENSION)
-            || self.variables.iter().any(|v| v.data.bytes() > CDF2_VARIABLE_BYTES);
+            || self.variables.iter().any(|v| v.data.bytes() > CDF2_VARIABLE_BYTES || v.data.kind().0 == TYPE_INT64);
         self.header_of(wide)
     }
 

@@ -34,7 +34,7 @@ pub fn standard(name: &str) -> Option<&'static str> {
         "pressure" | "pressures" => PRESSURE,
         "temperature" | "temperatures" | "temp" => TEMPERATURE,
         "particleids" | "particleid" | "ids" | "id" => PARTICLE_IDS,
-        "materialids" | "materialid" => MATERIAL_IDS,
+        "materialids" | "materialid" | "material" | "materials" | "matid" => MATERIAL_IDS,
         "particletype" | "parttype" => PARTICLE_TYPE,
         _ => return None,
     })

@@ -62,8 +62,9 @@ impl Job<'_> {
         } else {
             header.numbers("NumPart_ThisFile", &counts)?;
         }
-        header.numbers("NumPart_Total", &counts.map(|n| n as u32))?;
-        header.numbers("NumPart_Total_HighWord", &counts.map(|n| (n >> 32) as u32))?;
+        let (low, high) = words(counts);
+        header.numbers("NumPart_Total", &low)?;
+        header.numbers("NumPart_Total_HighWord", &high)?;
         header.numbers("MassTable", &[0.0f64; TYPES])?;
         header.numbers("Time", &[self.header.time])?;
         header.numbers("Redshift", &[0.0f64])?;
@@ -123,6 +124,17 @@ impl Job<'_> {
     }
 }
 
+/// Low and high words of particle numbers, as headers have them since GADGET-2.
+fn words(counts: [u64; TYPES]) -> ([u32; TYPES], [u32; TYPES]) {
+    (counts.map(|n| n as u32), counts.map(|n| (n >> 32) as u32))
+}
+
+/// Particle numbers from their low and high words; the high ones may be missing.
+pub(crate) fn joined(low: &[f64], high: &[f64]) -> Vec<f64> {
+    let word = f64::from(u32::MAX) + 1.0;
+    low.iter().enumerate().map(|(i, n)| n + word * high.get(i).copied().unwrap_or(0.0)).collect()
+}
+
 /// The attributes by which swiftsimio knows a dataset's units.
 fn write_exponents(dataset: &Dataset, d: UnitDimension) -> Result<()> {
     dataset.numbers("U_M exponent", &[f32::from(d.mass)])?;
@@ -132,4 +144,19 @@ fn write_exponents(dataset: &Dataset, d: UnitDimension) -> Result<()> {
     dataset.numbers("U_T exponent", &[f32::from(d.temperature)])?;
     dataset.numbers("a-scale exponent", &[0.0f32])?;
     dataset.numbers("h-scale exponent", &[0.0f32])
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn particle_numbers_beyond_32_bits_take_two_words() {
+        let counts = [5 * (1 << 32) + 7, 0, u64::from(u32::MAX), 1 << 32, 1, 0];
+        let (low, high) = words(counts);
+        assert_eq!((low, high), ([7, 0, u32::MAX, 0, 1, 0], [5, 0, 0, 1, 0, 0]));
+        let wide = |v: [u32; TYPES]| v.map(f64::from);
+        assert_eq!(joined(&wide(low), &wide(high)), counts.map(|n| n as f64));
+        assert_eq!(joined(&[3.0, 4.0], &[]), [3.0, 4.0]);
+    }
 }

@@ -9,7 +9,7 @@
 
 use crate::common::hdf5_read::{Attributes, Reader};
 use crate::common::particle_names as names;
-use crate::common::snapshot::OWN_GROUP;
+use crate::common::snapshot::{OWN_GROUP, joined};
 use crate::error::{FormatError, Result};
 use crate::model::{Column, ParticleFile, ParticleTable, RunHeader, Species, Values};
 use crate::registry::{FieldRequest, FileContent};
@@ -61,7 +61,10 @@ pub fn read(path: &Path, _request: &FieldRequest) -> Result<FileContent> {
     let mut header = read_header(&file, &attributes, &origin)?;
     let counts = attributes
         .numbers("NumPart_ThisFile")
-        .or_else(|| attributes.numbers("NumPart_Total"))
+        .or_else(|| {
+            let high = attributes.numbers("NumPart_Total_HighWord").unwrap_or_default();
+            Some(joined(&attributes.numbers("NumPart_Total")?, &high))
+        })
         .ok_or_else(|| file.input("group 'Header'", "attribute NumPart_ThisFile is missing"))?;
     let masses = attributes.numbers("MassTable").unwrap_or_default();
     let mut species = Vec::new();

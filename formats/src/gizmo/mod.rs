@@ -40,6 +40,7 @@ pub const SPEC: FormatSpec = FormatSpec {
         requires: &[crate::common::particle_names::INTERNAL_ENERGY],
         geometries: &[],
         dimensions: &[1, 2, 3],
+        equal_masses: false,
     },
     sniff: crate::registry::sniff_hdf5,
     read: None,

@@ -175,6 +175,34 @@ pub fn read(file: &File, variable: &NcVariable, fixed: &[Option<u64>]) -> Result
     Ok(Decoded { values, masked })
 }
 
+/// Integers as they are, all digits kept; `None` for numbers that are not plain integers.
+///
+/// # Errors
+/// Those of [`read`].
+pub fn integers(file: &File, variable: &NcVariable) -> Result<Option<Vec<i64>>> {
+    let packing = Packing::of(variable);
+    if packing.packed() || packing.wrap != 0.0 {
+        return Ok(None);
+    }
+    check_size(file, variable)?;
+    let name = variable.name();
+    let fail = |e| file.damaged(&format!("variable '{name}'"), e);
+    Ok(match variable.dtype() {
+        NcType::Int64 => Some(owned!(file.nc.read_variable::<i64>(name).map_err(fail)?)),
+        NcType::Int => Some(widened(owned!(file.nc.read_variable::<i32>(name).map_err(fail)?))),
+        NcType::UInt => Some(widened(owned!(file.nc.read_variable::<u32>(name).map_err(fail)?))),
+        NcType::Short => Some(widened(owned!(file.nc.read_variable::<i16>(name).map_err(fail)?))),
+        NcType::UShort => Some(widened(owned!(file.nc.read_variable::<u16>(name).map_err(fail)?))),
+        NcType::Byte => Some(widened(owned!(file.nc.read_variable::<i8>(name).map_err(fail)?))),
+        NcType::UByte => Some(widened(owned!(file.nc.read_variable::<u8>(name).map_err(fail)?))),
+        _ => None,
+    })
+}
+
+fn widened<T: Into<i64>>(values: Vec<T>) -> Vec<i64> {
+    values.into_iter().map(Into::into).collect()
+}
+
 fn check_size(file: &File, variable: &NcVariable) -> Result<()> {
     let width = variable.dtype().size().unwrap_or(8) as u64;
     let shape = variable.shape();

@@ -1,4 +1,5 @@
-//! NetCDF classic, 64-bit offset, 64-bit data and NetCDF-4: radial profiles and rectilinear grids.
+//! NetCDF classic, 64-bit offset, 64-bit data and NetCDF-4: radial profiles, rectilinear grids, and particles
+//! (see `particles`).
 //!
 //! | axes of the density               | geometry                                                              |
 //! |-----------------------------------|-----------------------------------------------------------------------|
@@ -12,7 +13,7 @@
 //! values may be of another type than the data, or NaN; units may stand in a title only. Only the root group
 //! is read.
 
-use crate::registry::{Capabilities, FormatSpec, Match, ReadFn};
+use crate::registry::{Capabilities, FormatSpec, Match, ReadFn, WriteFn};
 
 #[cfg(feature = "netcdf")]
 pub mod axes;
@@ -21,33 +22,36 @@ pub mod decode;
 #[cfg(feature = "netcdf")]
 pub mod geometry;
 #[cfg(feature = "netcdf")]
+pub mod particles;
+#[cfg(feature = "netcdf")]
 pub mod read;
 
 #[cfg(feature = "netcdf")]
-const READ: Option<ReadFn> = Some(read::read);
+const CODE: (Option<ReadFn>, Option<WriteFn>) = (Some(read::read), Some(particles::write));
 #[cfg(not(feature = "netcdf"))]
-const READ: Option<ReadFn> = None;
+const CODE: (Option<ReadFn>, Option<WriteFn>) = (None, None);
 
 const NAME: &str = "netcdf";
 
 /// Data sheet of the format.
 pub const SPEC: FormatSpec = FormatSpec {
     name: NAME,
-    summary: "NetCDF classic, 64-bit and NetCDF-4 fields",
+    summary: "NetCDF classic, 64-bit and NetCDF-4: fields, particles",
     extensions: &["nc", "nc4", "cdf"],
     feature: "netcdf",
     reference: "https://docs.unidata.ucar.edu/netcdf-c/current/file_format_specifications.html",
     capabilities: Capabilities {
         read_field: true,
-        read_particles: false,
-        write_particles: false,
+        read_particles: true,
+        write_particles: true,
         requires: &[],
         geometries: &["radial", "grid"],
         dimensions: &[1, 2, 3],
+        equal_masses: false,
     },
     sniff,
-    read: READ,
-    write: None,
+    read: CODE.0,
+    write: CODE.1,
 };
 
 /// Classic files have their own signature; NetCDF-4 files are HDF5, most with an attribute by which to know them.

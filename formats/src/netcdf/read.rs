@@ -4,6 +4,7 @@ use super::NAME;
 use super::axes::{self, Role};
 use super::decode::{self, Order};
 use super::geometry::{geometry, read_axis};
+use super::particles;
 use crate::error::{FormatError, Result};
 use crate::limits::MAX_VARIABLE_BYTES;
 use crate::model::{Geometry, Location, RawField, Values, Variable};
@@ -65,13 +66,18 @@ impl<'p> File<'p> {
     }
 }
 
-/// Reads the density of `path` and the variables on the same axes.
+/// Reads the density of `path` and the variables on the same axes, or particles.
 ///
 /// # Errors
 /// [`FormatError::Input`] where the density, its axes or the record cannot be told, or values are damaged;
 /// [`FormatError::Unsupported`] where the axes span no space that particles could fill.
 pub fn read(path: &Path, request: &FieldRequest) -> Result<FileContent> {
     let file = File::open(path)?;
+    if request.density.is_none()
+        && let Some(dimension) = particles::dimension(&file)?
+    {
+        return particles::read(&file, &dimension).map(FileContent::Particles);
+    }
     let mut notes = Vec::new();
     let density = find_density(&file, request, &mut notes)?;
     let layout = Layout::of(&file, density, request, &mut notes)?;
@@ -90,7 +96,8 @@ pub fn read(path: &Path, request: &FieldRequest) -> Result<FileContent> {
     }))
 }
 
-fn metadata(file: &File) -> Vec<(String, String)> {
+/// The global attributes as texts.
+pub fn metadata(file: &File) -> Vec<(String, String)> {
     let attributes = file.nc.global_attributes().unwrap_or_default();
     let as_text = |value: &NcAttrValue| {
         let numbers = || value.as_f64_vec().map(|v| v.iter().map(f64::to_string).collect::<Vec<_>>().join(" "));

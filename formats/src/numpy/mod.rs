@@ -43,6 +43,7 @@ pub const SPEC: FormatSpec = FormatSpec {
         requires: &[],
         geometries: &["grid"],
         dimensions: &[1, 2, 3],
+        equal_masses: false,
     },
     sniff,
     read: CODE.0,

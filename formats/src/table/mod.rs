@@ -48,6 +48,7 @@ pub const SPEC: FormatSpec = FormatSpec {
         requires: &[],
         geometries: &["radial", "grid", "cloud"],
         dimensions: &[1, 2, 3],
+        equal_masses: false,
     },
     sniff,
     read: READ,

@@ -37,6 +37,7 @@ pub const SPEC: FormatSpec = FormatSpec {
         requires: &[],
         geometries: &["grid", "mesh", "cloud"],
         dimensions: &[1, 2, 3],
+        equal_masses: false,
     },
     sniff,
     #[cfg(feature = "vtk")]

@@ -1,0 +1,96 @@
+//! Tags, particle types and constants of a dump.
+
+use crate::common::flavor::{Flavor, Need, Rule, Source, Storage};
+use crate::common::particle_names as names;
+use crate::units::UnitDimension;
+
+pub const FORMAT: &str = "phantom";
+/// Characters of the identity and of a tag.
+pub const IDENTITY: usize = 100;
+pub const TAG: usize = 16;
+/// Second integer, which is also the real number, and the last one of the capture pattern.
+pub const CAPTURE_REAL: i32 = 60878;
+pub const CAPTURE_END: i32 = 690_706;
+/// h over the mean particle spacing with Phantom's default, the cubic spline.
+pub const HFACT: f64 = 1.2;
+/// The kernel's support over h.
+pub const SUPPORT: f64 = 2.0;
+/// Particle types of an ordinary build (`maxtypes`).
+pub const TYPES: usize = 8;
+/// Phantom's default adiabatic index.
+pub const GAMMA: f64 = 5.0 / 3.0;
+
+/// Data types of header blocks and arrays, in their order.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Kind {
+    Int,
+    Int1,
+    Int2,
+    Int4,
+    Int8,
+    /// The code's own precision: 8 bytes in full dumps, 4 in small ones.
+    Real,
+    Real4,
+    Real8,
+}
+
+pub const KINDS: [Kind; 8] =
+    [Kind::Int, Kind::Int1, Kind::Int2, Kind::Int4, Kind::Int8, Kind::Real, Kind::Real4, Kind::Real8];
+
+impl Kind {
+    /// Bytes per value where reals have `real`.
+    pub fn width(self, real: usize) -> usize {
+        match self {
+            Self::Int1 => 1,
+            Self::Int2 => 2,
+            Self::Int | Self::Int4 | Self::Real4 => 4,
+            Self::Int8 | Self::Real8 => 8,
+            Self::Real => real,
+        }
+    }
+}
+
+/// Phantom's number of a GADGET-style particle type.
+pub fn itype(part_type: u8) -> Option<i8> {
+    Some(match part_type {
+        0 => 1,
+        1 => 5,
+        3 => 6,
+        4 => 4,
+        5 => 3,
+        _ => return None,
+    })
+}
+
+/// The GADGET-style type of Phantom's number; dust and whatever else has none of its own becomes 2.
+pub fn part_type(itype: i64) -> u8 {
+    match itype {
+        1 => 0,
+        5 => 1,
+        6 => 3,
+        4 => 4,
+        3 => 5,
+        _ => 2,
+    }
+}
+
+#[rustfmt::skip]
+const RULES: &[Rule] = &[
+    Rule { name: "Coordinates", source: Source::Column(names::COORDINATES), storage: Storage::Double, components: 3, need: Need::All },
+    Rule { name: "Velocities", source: Source::ColumnOrZeros(names::VELOCITIES, UnitDimension::VELOCITY), storage: Storage::Double, components: 3, need: Need::All },
+    Rule { name: "u", source: Source::Column(names::INTERNAL_ENERGY), storage: Storage::Float, components: 1, need: Need::Gas },
+    Rule { name: "h", source: Source::Spacing { eta: HFACT }, storage: Storage::Float, components: 1, need: Need::All },
+    Rule { name: "massoftype", source: Source::Column(names::MASSES), storage: Storage::Float, components: 1, need: Need::All },
+    Rule { name: "iorig", source: Source::ColumnOrCount(names::PARTICLE_IDS), storage: Storage::Id, components: 1, need: Need::All },
+];
+
+/// What a dump needs of every species.
+pub const FLAVOR: Flavor = Flavor {
+    format: FORMAT,
+    rules: RULES,
+    header: &[],
+    box_vector: true,
+    inside_box: false,
+    extra_columns: true,
+    dropped: &[names::SUPPORT_RADIUS, names::DENSITY],
+};

@@ -1,0 +1,78 @@
+//! Phantom's own binary dumps: tagged Fortran records, from which `phantom` starts a run.
+//!
+//! | record                                     | content                                                                     |
+//! |--------------------------------------------|-----------------------------------------------------------------------------|
+//! | capture pattern                            | i4 60769, real 60878, i4 60878, i4 version, i4 690706: tells byte order and width |
+//! | identity                                   | 100 characters; `F` full or `S` small dump, `T` tagged                      |
+//! | 8 header blocks                            | of i4, i1, i2, i4, i8, real, f4, f8: number of items; 16-character tags; values |
+//! | number of array lengths                    | 2 per MPI block: particles, sinks                                           |
+//! | one per array length                       | i8 length, 8 i4: arrays of each of the 8 types                              |
+//! | per array                                  | a 16-character tag, and the values                                          |
+//!
+//! | array      | type     | from                                                                              |
+//! |------------|----------|-----------------------------------------------------------------------------------|
+//! | itype      | i1       | written where there is more than gas: 1 gas, 3 boundary, 4 star, 5 dark matter, 6 bulge |
+//! | x, y, z    | f8       | required                                                                          |
+//! | vx, vy, vz | f8       | zeros where absent                                                                |
+//! | u          | f8       | required for gas, per mass                                                        |
+//! | h          | f4 (f8)  | 1.2 (m/rho)^(1/3) from masses and densities: Phantom's density is m (1.2/h)^3     |
+//! | iorig      | i8       | ids, 1 ... N where absent                                                         |
+//! | others     | f4 (f8)  | columns of one component whose name has at most 16 ASCII characters                |
+//!
+//! The masses are in the header, one per type (`massoftype`): unequal ones are refused. Phantom's gravity has no constant,
+//! so the time unit is chosen to make G = 1 and velocities and energies are converted to it; where all units are 1, numbers
+//! are taken for pure ones and stay. A box is periodic along all axes or none. Reading: h becomes Density (by the
+//! header's `hfact`) and SupportRadius (2 h); particles of h <= 0, which Phantom has accreted, and sinks are left out with
+//! a note. f4 are f8 in double precision.
+//!
+//! Layout after Phantom's `src/main/readwrite_dumps_fortran.f90`, `readwrite_dumps_common.f90` and `utils_dumpfiles.f90`.
+//! Records of 2 GiB and more are split as gfortran does it: a negative length says that more follows or came before.
+
+use crate::registry::{Capabilities, FormatSpec, Match, ReadFn, WriteFn};
+
+#[cfg(feature = "phantom")]
+mod layout;
+#[cfg(feature = "phantom")]
+mod read;
+#[cfg(feature = "phantom")]
+mod records;
+#[cfg(feature = "phantom")]
+mod write;
+
+#[cfg(feature = "phantom")]
+const CODE: (Option<ReadFn>, Option<WriteFn>) = (Some(read::read), Some(write::write));
+#[cfg(not(feature = "phantom"))]
+const CODE: (Option<ReadFn>, Option<WriteFn>) = (None, None);
+
+/// Data sheet of the format.
+pub const SPEC: FormatSpec = FormatSpec {
+    name: "phantom",
+    summary: "Phantom dumps (tagged Fortran records)",
+    extensions: &["phantom", "tmp"],
+    feature: "phantom",
+    reference: "https://phantomsph.readthedocs.io/en/latest/user-guide/dumpfile.html",
+    capabilities: Capabilities {
+        read_field: false,
+        read_particles: true,
+        write_particles: true,
+        requires: &[crate::common::particle_names::INTERNAL_ENERGY],
+        geometries: &[],
+        dimensions: &[3],
+        equal_masses: true,
+    },
+    sniff,
+    read: CODE.0,
+    write: CODE.1,
+};
+
+/// First integer of every dump.
+const CAPTURE: i32 = 60769;
+
+/// The length of the first record and the integer in it, in either byte order.
+fn sniff(head: &[u8]) -> Match {
+    let word = |at: usize| head.get(at..)?.first_chunk::<4>().copied();
+    let is = |read: fn([u8; 4]) -> i32| {
+        word(0).map(read).is_some_and(|n| n == 24 || n == 20) && word(4).map(read) == Some(CAPTURE)
+    };
+    if is(i32::from_le_bytes) || is(i32::from_be_bytes) { Match::Certain } else { Match::No }
+}

@@ -1,0 +1,322 @@
+//! Reads full and small dumps, of one or several MPI processes.
+
+use super::CAPTURE;
+use super::layout::{CAPTURE_END, CAPTURE_REAL, FORMAT, HFACT, IDENTITY, KINDS, Kind, SUPPORT, TAG, part_type};
+use super::records::Records;
+use crate::common::assemble::{self, Named};
+use crate::common::facts::Facts;
+use crate::common::particle_names as names;
+use crate::error::{FormatError, Result};
+use crate::limits::MAX_VARIABLE_BYTES;
+use crate::model::{Column, ParticleFile, Values};
+use crate::registry::{FieldRequest, FileContent};
+use crate::units::UnitSystem;
+use std::path::Path;
+
+/// Most items of a header block, arrays of a type and MPI blocks that are believed.
+const MAX_ITEMS: i64 = 4096;
+
+pub(super) fn read(path: &Path, _request: &FieldRequest) -> Result<FileContent> {
+    let mut records = Records::open(path)?;
+    let real = capture(&mut records)?;
+    let identity = records.exactly("the identity", IDENTITY as u64)?;
+    if identity.get(1) != Some(&b'T') {
+        return Err(FormatError::Unsupported {
+            path: path.into(),
+            format: FORMAT,
+            what: "a dump without tags; read it with a recent Phantom and write it again".into(),
+        });
+    }
+    let header = Header::read(&mut records, real)?;
+    let mut dump = Dump { records, real, header, arrays: Vec::new(), notes: Vec::new() };
+    dump.arrays()?;
+    let identity = String::from_utf8_lossy(&identity).trim_end().to_owned();
+    dump.finish(identity).map(FileContent::Particles)
+}
+
+/// Reads the first record; returns the width of a real.
+fn capture(records: &mut Records) -> Result<usize> {
+    let bytes = records.record("the capture pattern", 64)?;
+    let real = match bytes.len() {
+        24 => 8,
+        20 => 4,
+        n => {
+            let problem = format!("it has {n} bytes, expected 24 or 20; name another format with --format");
+            return Err(records.error("the capture pattern", problem));
+        }
+    };
+    let (first, rest) = bytes.split_at(4);
+    let (number, rest) = rest.split_at(real);
+    let first = decode(first, Kind::Int, real, records.big_endian).get(0);
+    let number = decode(number, Kind::Real, real, records.big_endian).get(0);
+    let rest = decode(rest, Kind::Int, real, records.big_endian).to_f64();
+    let expected = [f64::from(CAPTURE), f64::from(CAPTURE_REAL), f64::from(CAPTURE_REAL), f64::from(CAPTURE_END)];
+    let found = [first, number, rest.first().copied().unwrap_or(0.0), rest.last().copied().unwrap_or(0.0)];
+    if found != expected {
+        let problem = format!("it has the numbers {found:?}, expected {expected:?}; it is not a Phantom dump");
+        return Err(records.error("the capture pattern", problem));
+    }
+    Ok(real)
+}
+
+/// Numbers from a record.
+fn decode(bytes: &[u8], kind: Kind, real: usize, big_endian: bool) -> Values {
+    fn each<T, const W: usize>(bytes: &[u8], big_endian: bool, from: impl Fn([u8; W]) -> T) -> Vec<T> {
+        let ordered = |word: &[u8; W]| {
+            let mut word = *word;
+            if big_endian {
+                word.reverse();
+            }
+            from(word)
+        };
+        bytes.as_chunks::<W>().0.iter().map(ordered).collect()
+    }
+    match (kind, kind.width(real)) {
+        (Kind::Real | Kind::Real4 | Kind::Real8, 4) => Values::F32(each(bytes, big_endian, f32::from_le_bytes)),
+        (Kind::Real | Kind::Real4 | Kind::Real8, _) => Values::F64(each(bytes, big_endian, f64::from_le_bytes)),
+        (_, 1) => Values::I64(each(bytes, big_endian, |b| i64::from(i8::from_le_bytes(b)))),
+        (_, 2) => Values::I64(each(bytes, big_endian, |b| i64::from(i16::from_le_bytes(b)))),
+        (_, 4) => Values::I64(each(bytes, big_endian, |b| i64::from(i32::from_le_bytes(b)))),
+        _ => Values::I64(each(bytes, big_endian, i64::from_le_bytes)),
+    }
+}
+
+fn text(bytes: &[u8]) -> String {
+    String::from_utf8_lossy(bytes).trim_end_matches([' ', '\0']).to_owned()
+}
+
+/// All items of the header, in order.
+struct Header(Vec<(String, f64)>);
+
+impl Header {
+    fn read(records: &mut Records, real: usize) -> Result<Self> {
+        let mut items = Vec::new();
+        for (number, kind) in KINDS.into_iter().enumerate() {
+            let location = format!("header block {}", number + 1);
+            let count = whole(records, &location)?;
+            if !(0..=MAX_ITEMS).contains(&count) {
+                return Err(records.error(&location, format!("it has {count} items, expected 0 to {MAX_ITEMS}")));
+            }
+            if count == 0 {
+                continue;
+            }
+            let tags = records.exactly(&location, count as u64 * TAG as u64)?;
+            let bytes = records.exactly(&location, count as u64 * kind.width(real) as u64)?;
+            let values = decode(&bytes, kind, real, records.big_endian);
+            items.extend(tags.as_chunks::<TAG>().0.iter().enumerate().map(|(i, tag)| (text(tag), values.get(i))));
+        }
+        Ok(Self(items))
+    }
+
+    fn all<'a>(&'a self, tag: &'a str) -> impl Iterator<Item = f64> + 'a {
+        self.0.iter().filter(move |(t, _)| t == tag).map(|(_, x)| *x)
+    }
+
+    fn number(&self, tag: &str) -> Option<f64> {
+        self.all(tag).next().filter(|x| x.is_finite())
+    }
+
+    fn units(&self) -> UnitSystem {
+        let unit = |tag: &str| self.number(tag).filter(|u| *u > 0.0);
+        match (unit("udist"), unit("umass"), unit("utime")) {
+            (Some(length), Some(mass), Some(time)) => UnitSystem { length, mass, time, temperature: 1.0 },
+            _ => UnitSystem::CODE,
+        }
+    }
+}
+
+/// A record of one integer.
+fn whole(records: &mut Records, location: &str) -> Result<i64> {
+    let bytes = records.exactly(location, 4)?;
+    Ok(decode(&bytes, Kind::Int, 8, records.big_endian).get(0) as i64)
+}
+
+struct Dump<'a> {
+    records: Records<'a>,
+    real: usize,
+    header: Header,
+    arrays: Vec<(String, Values)>,
+    notes: Vec<String>,
+}
+
+impl Dump<'_> {
+    /// Reads the arrays of all MPI blocks.
+    fn arrays(&mut self) -> Result<()> {
+        let blocks = self.header.number("nblocks").map_or(1, |n| n as i64).max(1);
+        let all = whole(&mut self.records, "the number of array lengths")?;
+        let lengths = all / blocks;
+        if all % blocks != 0 || !(1..=12).contains(&lengths) || blocks > MAX_ITEMS {
+            let problem = format!("it is {all} for {blocks} MPI blocks, expected 1 to 12 for each");
+            return Err(self.records.error("the number of array lengths", problem));
+        }
+        for _ in 0..blocks {
+            let mut heads = Vec::new();
+            for number in 1..=lengths {
+                heads.push(self.array_head(number)?);
+            }
+            for (number, (length, counts)) in heads.into_iter().enumerate() {
+                self.block(number, length, &counts)?;
+            }
+        }
+        Ok(())
+    }
+
+    fn array_head(&mut self, number: i64) -> Result<(u64, Vec<i64>)> {
+        let location = format!("array head {number}");
+        let bytes = self.records.exactly(&location, 40)?;
+        let (length, counts) = bytes.split_at(8);
+        let big_endian = self.records.big_endian;
+        let length = match decode(length, Kind::Int8, 8, big_endian) {
+            Values::I64(v) => v.first().copied().unwrap_or(0),
+            _ => 0,
+        };
+        let counts: Vec<i64> = decode(counts, Kind::Int4, 8, big_endian).to_f64().iter().map(|n| *n as i64).collect();
+        let possible = (0..=(MAX_VARIABLE_BYTES / 8) as i64).contains(&length);
+        if !possible || counts.iter().any(|n| !(0..=MAX_ITEMS).contains(n)) {
+            let problem = format!("it declares {counts:?} arrays of length {length}, which cannot be");
+            return Err(self.records.error(&location, problem));
+        }
+        Ok((length as u64, counts))
+    }
+
+    /// The arrays of one length: 0 the particles, 1 the sinks, then others.
+    fn block(&mut self, number: usize, length: u64, counts: &[i64]) -> Result<()> {
+        if number == 1 && length > 0 {
+            self.notes.push(format!("{length} sink particles"));
+        }
+        for (kind, count) in KINDS.into_iter().zip(counts) {
+            for _ in 0..*count {
+                let tag = text(&self.records.exactly("an array's tag", TAG as u64)?);
+                let location = format!("array '{tag}'");
+                let bytes = length * kind.width(self.real) as u64;
+                if number > 0 {
+                    self.records.skip(&location, bytes)?;
+                    continue;
+                }
+                let record = self.records.exactly(&location, bytes)?;
+                let values = decode(&record, kind, self.real, self.records.big_endian);
+                match self.arrays.iter_mut().find(|(t, _)| *t == tag) {
+                    None => self.arrays.push((tag, values)),
+                    Some((_, known)) => {
+                        if !append(known, values) {
+                            return Err(self.records.error(&location, "it has another type in another MPI block"));
+                        }
+                    }
+                }
+            }
+        }
+        Ok(())
+    }
+
+    fn finish(mut self, identity: String) -> Result<ParticleFile> {
+        let find = |tag: &str| self.arrays.iter().find(|(t, _)| t == tag).map(|(_, v)| v);
+        let Some(h) = find("h") else {
+            return Err(self.records.error("array 'h'", "it is missing, which every dump has"));
+        };
+        let count = h.len();
+        if let Some((tag, values)) = self.arrays.iter().find(|(_, v)| v.len() != count) {
+            let problem = format!("it has {} values for {count} particles", values.len());
+            return Err(self.records.error(&format!("array '{tag}'"), problem));
+        }
+        let types: Vec<i64> = match find("itype") {
+            Some(v) => v.to_f64().iter().map(|t| *t as i64).collect(),
+            None => vec![1; count],
+        };
+        let alive: Vec<usize> = (0..count).filter(|&i| h.get(i) > 0.0).collect();
+        if alive.len() < count {
+            self.notes.push(format!("{} particles with h <= 0, which were accreted", count - alive.len()));
+        }
+        let masses = self.masses(&types)?;
+        let mut named = self.derived(h, masses);
+        let with_types = types.iter().any(|t| *t != 1);
+        if with_types {
+            let values = Values::I64(types.iter().map(|t| i64::from(part_type(t.abs()))).collect());
+            named.push(array(names::PARTICLE_TYPE, values));
+        }
+        for (tag, values) in std::mem::take(&mut self.arrays) {
+            match tag.as_str() {
+                "h" | "itype" => {}
+                "iorig" => named.push(array(names::PARTICLE_IDS, values)),
+                _ => named.push(array(&tag, values)),
+            }
+        }
+        if alive.len() < count {
+            named.iter_mut().for_each(|a| a.values = picked(&a.values, &alive));
+        }
+        let facts = self.facts(identity);
+        let mut file = assemble::particles(alive.len(), named, facts)
+            .map_err(|(location, problem)| self.records.error(&location, problem))?;
+        for species in file.species.iter_mut().filter(|s| s.part_type != 0) {
+            // Phantom stores zeros for whatever has no energy.
+            let empty = |c: &Column| c.name == names::INTERNAL_ENERGY && c.values.range() == (0.0, 0.0, 0);
+            species.table.columns.retain(|c| !empty(c));
+        }
+        Ok(file)
+    }
+
+    fn masses(&self, types: &[i64]) -> Result<Vec<f64>> {
+        let table: Vec<f64> = self.header.all("massoftype").collect();
+        let mass = |t: &i64| {
+            let slot = usize::try_from(t.abs() - 1).ok();
+            slot.and_then(|slot| table.get(slot)).copied().filter(|m| m.is_finite() && *m > 0.0).ok_or_else(|| {
+                let problem = format!("it has no mass for particles of type {t}, expected one in massoftype");
+                self.records.error("the header", problem)
+            })
+        };
+        types.iter().map(mass).collect()
+    }
+
+    /// Masses, densities and support radii.
+    fn derived(&self, h: &Values, masses: Vec<f64>) -> Vec<Named> {
+        let hfact = self.header.number("hfact").filter(|f| *f > 0.0).unwrap_or(HFACT);
+        let density = (0..h.len()).zip(&masses).map(|(i, m)| m * (hfact / h.get(i)).powi(3)).collect();
+        let support = (0..h.len()).map(|i| SUPPORT * h.get(i)).collect();
+        vec![
+            array(names::MASSES, Values::F64(masses)),
+            array(names::DENSITY, Values::F64(density)),
+            array(names::SUPPORT_RADIUS, Values::F64(support)),
+        ]
+    }
+
+    fn facts(&self, identity: String) -> Facts {
+        let number = |tag: &str| self.header.number(tag);
+        let span = |axis: &str| Some(number(&format!("{axis}max"))? - number(&format!("{axis}min"))?);
+        let spans = ["x", "y", "z"].map(|axis| span(axis).filter(|l| *l > 0.0));
+        let periodic = spans.iter().all(Option::is_some);
+        let open = ["open_box_x", "open_box_y", "open_box_z"].map(|tag| number(tag).filter(|l| *l >= 0.0));
+        let edges = if periodic { spans } else { open };
+        let mut provenance = vec![("Dump".to_owned(), identity)];
+        provenance.extend(self.notes.iter().map(|note| ("not read".to_owned(), note.clone())));
+        Facts {
+            dimension: Some(3),
+            box_size: Some(edges.map(|l| l.unwrap_or(0.0))),
+            periodic: Some([periodic; 3]),
+            units: Some(self.header.units()),
+            time: number("time"),
+            provenance,
+            ..Facts::default()
+        }
+    }
+}
+
+fn array(name: &str, values: Values) -> Named {
+    Named { name: name.into(), components: 1, values, unit: None }
+}
+
+fn append(to: &mut Values, more: Values) -> bool {
+    match (to, more) {
+        (Values::F32(a), Values::F32(b)) => a.extend(b),
+        (Values::F64(a), Values::F64(b)) => a.extend(b),
+        (Values::I64(a), Values::I64(b)) => a.extend(b),
+        _ => return false,
+    }
+    true
+}
+
+fn picked(values: &Values, rows: &[usize]) -> Values {
+    match values {
+        Values::F32(v) => Values::F32(rows.iter().filter_map(|&i| v.get(i).copied()).collect()),
+        Values::F64(v) => Values::F64(rows.iter().filter_map(|&i| v.get(i).copied()).collect()),
+        Values::I64(v) => Values::I64(rows.iter().filter_map(|&i| v.get(i).copied()).collect()),
+    }
+}

@@ -1,0 +1,306 @@
+//! Writes a full dump.
+
+use super::CAPTURE;
+use super::layout::{CAPTURE_END, CAPTURE_REAL, FLAVOR, GAMMA, HFACT, IDENTITY, KINDS, Kind, TAG, TYPES, itype};
+use super::records;
+use crate::common::flavor::{Component, Job, Planned, Storage};
+use crate::common::particle_names as names;
+use crate::error::{FormatError, Result};
+use crate::model::{ParticleFile, Species};
+use crate::registry::WriteOptions;
+use crate::units::{GRAVITATIONAL_CONSTANT_CGS, UnitDimension, UnitSystem};
+use std::fs::File;
+use std::io::{BufWriter, Write};
+use std::path::Path;
+
+/// Spread of masses that rounding to f4 leaves.
+const ROUNDING: f64 = 1e-6;
+/// Particles converted at a time.
+const CHUNK: usize = 1 << 14;
+
+/// A species with what it is in Phantom.
+struct Kindred<'a> {
+    species: &'a Species,
+    planned: &'a [Planned<'a>],
+    itype: i8,
+    mass: f64,
+    first_id: u64,
+}
+
+pub(super) fn write(path: &Path, particles: &ParticleFile, options: WriteOptions) -> Result<()> {
+    let job = Job { flavor: &FLAVOR, path, header: &particles.header, options };
+    job.only_in_3d()?;
+    let plan = job.plan(particles)?;
+    let mut kindred = Vec::new();
+    let mut first_id = 1;
+    for (species, planned) in particles.species.iter().zip(&plan).filter(|(s, _)| s.table.count > 0) {
+        let itype = itype(species.part_type).ok_or_else(|| {
+            job.refuse(format!("Phantom has no particles of type {}; leave them out", species.part_type))
+        })?;
+        kindred.push(Kindred { species, planned, itype, mass: one_mass(&job, species)?, first_id });
+        first_id += species.table.count as u64;
+    }
+    if i32::try_from(first_id).is_err() {
+        return Err(job.refuse(format!("there are {} particles, but a dump counts to 2^31 - 1", first_id - 1)));
+    }
+    let periodic = match job.header.periodic {
+        [true, true, true] => true,
+        [false, false, false] => false,
+        axes => {
+            return Err(job.refuse(format!(
+                "the periodic axes are {axes:?}, but Phantom is periodic along all axes or none; make them alike"
+            )));
+        }
+    };
+    let arrays = arrays(&job, &kindred)?;
+    let io = |e| FormatError::io(path, "write", e);
+    let mut out = BufWriter::with_capacity(1 << 18, File::create(path).map_err(io)?);
+    head(&mut out, &header(&job, &kindred, periodic)?).map_err(io)?;
+    let total = kindred.iter().map(|k| k.species.table.count as u64).sum();
+    array_head(&mut out, total, &arrays).map_err(io)?;
+    for array in &arrays {
+        array.write(&job, &kindred, total, &mut out)?;
+    }
+    out.flush().map_err(io)
+}
+
+/// The mass of all particles of a species.
+fn one_mass(job: &Job, species: &Species) -> Result<f64> {
+    let masses = species.table.column(names::MASSES).map(|c| c.values.range());
+    let (least, most, _) = masses.unwrap_or((0.0, 0.0, 0));
+    if least > 0.0 && most - least <= ROUNDING * most {
+        return Ok(least);
+    }
+    Err(job.refuse(format!(
+        "the masses of type {} go from {least:e} to {most:e}, but Phantom has one mass per type; place particles of equal mass, or write another format",
+        species.part_type
+    )))
+}
+
+/// Phantom's units: those of the header with the time that makes G = 1. Pure numbers stay what they are.
+fn units(from: &UnitSystem) -> UnitSystem {
+    if *from == UnitSystem::CODE {
+        return *from;
+    }
+    let time = (from.length.powi(3) / (GRAVITATIONAL_CONSTANT_CGS * from.mass)).sqrt();
+    // Units that are meant to have G = 1 keep their last digits.
+    let same = (time / from.time - 1.0).abs() < 1e-9;
+    UnitSystem { time: if same { from.time } else { time }, ..*from }
+}
+
+/// Factor from the header's units to Phantom's.
+fn factor(job: &Job, dimension: UnitDimension) -> f64 {
+    let from = job.header.units;
+    (units(&from).time / from.time).powi(-i32::from(dimension.time))
+}
+
+enum Items {
+    Ints(Kind, Vec<(&'static str, i64)>),
+    Reals(Kind, Vec<(&'static str, f64)>),
+}
+
+/// The header's blocks that have something in them.
+fn header(job: &Job, kindred: &[Kindred], periodic: bool) -> Result<Vec<Items>> {
+    let total: i64 = kindred.iter().map(|k| k.species.table.count as i64).sum();
+    let of = |number: usize| kindred.iter().find(|k| usize::try_from(k.itype) == Ok(number));
+    let counts = (1..=TYPES).map(|t| ("npartoftype", of(t).map_or(0, |k| k.species.table.count as i64)));
+    let mut ints = vec![("nparttot", total), ("ntypes", TYPES as i64)];
+    ints.extend(counts);
+    let longs = ints.clone();
+    let none = ["nptmass", "ndustlarge", "ndustsmall"].map(|tag| (tag, 0));
+    ints.push(("nblocks", 1));
+    ints.extend(none);
+    ints.extend([("idust", 7), ("idtmax_n", 1), ("idtmax_frac", 0)]);
+    let h = job.header;
+    let time = h.time * factor(job, UnitDimension::TIME);
+    let mut reals = vec![("time", time), ("hfact", HFACT), ("gamma", GAMMA), ("RK2", 0.0)];
+    reals.extend((1..=TYPES).map(|t| ("massoftype", of(t).map_or(0.0, |k| k.mass))));
+    if periodic {
+        let edges = job.box_size()?;
+        let edge = |i: usize| edges.get(i).or(edges.first()).copied().unwrap_or(0.0);
+        reals.extend([("xmin", 0.0), ("xmax", edge(0)), ("ymin", 0.0), ("ymax", edge(1))]);
+        reals.extend([("zmin", 0.0), ("zmax", edge(2))]);
+    } else {
+        let [x, y, z] = h.box_size;
+        reals.extend([("open_box_x", x), ("open_box_y", y), ("open_box_z", z)]);
+    }
+    let u = units(&h.units);
+    // The field's unit in Gauss: B^2 / 4 pi has that of pressure.
+    let field = (4.0 * std::f64::consts::PI * u.mass / u.length).sqrt() / u.time;
+    let doubles = vec![("udist", u.length), ("umass", u.mass), ("utime", u.time), ("umagfd", field)];
+    Ok(vec![
+        Items::Ints(Kind::Int, ints),
+        Items::Ints(Kind::Int4, vec![("iexternalforce", 0), ("ieos", 2)]),
+        Items::Ints(Kind::Int8, longs),
+        Items::Reals(Kind::Real, reals),
+        Items::Reals(Kind::Real8, doubles),
+    ])
+}
+
+fn padded<const N: usize>(text: &str) -> [u8; N] {
+    let mut bytes = [b' '; N];
+    bytes.iter_mut().zip(text.bytes()).for_each(|(to, from)| *to = from);
+    bytes
+}
+
+/// Everything before the arrays.
+fn head(out: &mut impl Write, blocks: &[Items]) -> std::io::Result<()> {
+    let pattern = [
+        &CAPTURE.to_le_bytes()[..],
+        &f64::from(CAPTURE_REAL).to_le_bytes(),
+        &CAPTURE_REAL.to_le_bytes(),
+        &1i32.to_le_bytes(),
+        &CAPTURE_END.to_le_bytes(),
+    ]
+    .concat();
+    record(out, &pattern)?;
+    let version = env!("CARGO_PKG_VERSION");
+    record(out, &padded::<IDENTITY>(&format!("FT:Phantom:sph-prep {version} (hydro)")))?;
+    for kind in KINDS {
+        let (tags, values) = blocks.iter().find_map(|block| block.encoded(kind)).unwrap_or_default();
+        record(out, &((tags.len() / TAG) as i32).to_le_bytes())?;
+        if !tags.is_empty() {
+            record(out, &tags)?;
+            record(out, &values)?;
+        }
+    }
+    record(out, &2i32.to_le_bytes())
+}
+
+impl Items {
+    /// Tags and values, if the block is of this kind.
+    fn encoded(&self, kind: Kind) -> Option<(Vec<u8>, Vec<u8>)> {
+        let tags = |names: &mut dyn Iterator<Item = &'static str>| names.flat_map(padded::<TAG>).collect();
+        match self {
+            Self::Ints(k, items) if *k == kind => {
+                let values = items.iter().flat_map(|(_, n)| n.to_le_bytes().into_iter().take(kind.width(8)));
+                Some((tags(&mut items.iter().map(|i| i.0)), values.collect()))
+            }
+            Self::Reals(k, items) if *k == kind => {
+                Some((tags(&mut items.iter().map(|i| i.0)), items.iter().flat_map(|(_, x)| x.to_le_bytes()).collect()))
+            }
+            _ => None,
+        }
+    }
+}
+
+fn record(out: &mut impl Write, bytes: &[u8]) -> std::io::Result<()> {
+    records::write(out, bytes.len() as u64, |parts| parts.put(bytes))
+}
+
+/// The lengths of the particles' and of the sinks' arrays, with how many there are of each type.
+fn array_head(out: &mut impl Write, total: u64, arrays: &[Array]) -> std::io::Result<()> {
+    let numbers = KINDS.map(|kind| arrays.iter().filter(|a| a.kind == kind).count() as i32);
+    for (length, numbers) in [(total, numbers), (0, [0; 8])] {
+        let mut bytes = length.to_le_bytes().to_vec();
+        bytes.extend(numbers.iter().flat_map(|n| n.to_le_bytes()));
+        record(out, &bytes)?;
+    }
+    Ok(())
+}
+
+/// One array over all species.
+struct Array {
+    tag: String,
+    kind: Kind,
+    /// The planned dataset and its component; none for itype.
+    from: Option<(String, usize)>,
+}
+
+/// All arrays in the order of their types.
+fn arrays(job: &Job, kindred: &[Kindred]) -> Result<Vec<Array>> {
+    let float = if job.options.double_precision { Kind::Real } else { Kind::Real4 };
+    let mut arrays = Vec::new();
+    let mut add = |tag: &str, kind, from: &str, component| {
+        arrays.push(Array { tag: tag.to_owned(), kind, from: Some((from.to_owned(), component)) });
+    };
+    for (i, axis) in ["x", "y", "z"].iter().enumerate() {
+        add(axis, Kind::Real, "Coordinates", i);
+        add(&format!("v{axis}"), Kind::Real, "Velocities", i);
+    }
+    add("u", Kind::Real, "u", 0);
+    add("h", float, "h", 0);
+    add("iorig", Kind::Int8, "iorig", 0);
+    let known = FLAVOR.rules.iter().map(|r| r.name);
+    let taken: Vec<String> = known.chain(["itype", "x", "y", "z", "vx", "vy", "vz"]).map(str::to_owned).collect();
+    let mut extras: Vec<(&str, Storage)> = Vec::new();
+    for p in kindred.iter().flat_map(|k| k.planned) {
+        let fits = p.components == 1 && p.name.len() <= TAG && p.name.is_ascii();
+        if fits && !taken.contains(&p.name) && !extras.iter().any(|e| e.0 == p.name) {
+            extras.push((&p.name, p.storage));
+        }
+    }
+    for (name, storage) in extras {
+        add(name, if storage == Storage::Int { Kind::Int4 } else { float }, name, 0);
+    }
+    if kindred.iter().any(|k| k.itype != 1) {
+        arrays.push(Array { tag: "itype".into(), kind: Kind::Int1, from: None });
+    }
+    let order = |kind: Kind| KINDS.iter().position(|k| *k == kind);
+    arrays.sort_by_key(|a| order(a.kind));
+    Ok(arrays)
+}
+
+impl Array {
+    fn write(&self, job: &Job, kindred: &[Kindred], total: u64, out: &mut impl Write) -> Result<()> {
+        let io = |e| FormatError::io(job.path, "write", e);
+        record(out, &padded::<TAG>(&self.tag)).map_err(io)?;
+        let mut failed = None;
+        let written = records::write(out, total * self.kind.width(8) as u64, |parts| {
+            for k in kindred {
+                let mut start = 0;
+                while start < k.species.table.count {
+                    let end = k.species.table.count.min(start + CHUNK);
+                    match self.bytes(job, k, start..end) {
+                        Ok(bytes) => parts.put(&bytes)?,
+                        Err(e) => {
+                            failed = Some(e);
+                            return Err(std::io::Error::other("a value cannot be written"));
+                        }
+                    }
+                    start = end;
+                }
+            }
+            Ok(())
+        });
+        match failed {
+            Some(e) => Err(e),
+            None => written.map_err(io),
+        }
+    }
+
+    /// The bytes of some particles; zeros where the species has no such numbers.
+    fn bytes(&self, job: &Job, k: &Kindred, range: std::ops::Range<usize>) -> Result<Vec<u8>> {
+        let width = self.kind.width(8);
+        let Some((from, component)) = &self.from else {
+            return Ok(vec![k.itype as u8; range.len()]);
+        };
+        let Some(planned) = k.planned.iter().find(|p| p.name == *from) else {
+            return Ok(vec![0; range.len() * width]);
+        };
+        let factor = factor(job, planned.dimension);
+        let component = Component { index: *component, factor, may_vanish: false };
+        match self.kind {
+            Kind::Int8 => {
+                let mut ids = Vec::new();
+                job.ids(planned, range, k.first_id, &mut ids)?;
+                Ok(ids.iter().flat_map(|n| n.to_le_bytes()).collect())
+            }
+            Kind::Int4 => {
+                let mut ints = Vec::new();
+                job.ints(planned, range, &mut ints)?;
+                Ok(ints.iter().flat_map(|n| n.to_le_bytes()).collect())
+            }
+            Kind::Real4 => {
+                let mut singles = Vec::new();
+                job.component_singles(planned, component, range, &mut singles)?;
+                Ok(singles.iter().flat_map(|x| x.to_le_bytes()).collect())
+            }
+            _ => {
+                let mut doubles = Vec::new();
+                job.component_doubles(planned, component, range, &mut doubles)?;
+                Ok(doubles.iter().flat_map(|x| x.to_le_bytes()).collect())
+            }
+        }
+    }
+}

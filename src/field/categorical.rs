@@ -1,0 +1,127 @@
+//! Variables that name kinds, such as materials: between two points of the input a particle is of the kind that weighs
+//! more there, not of a number between theirs.
+//!
+//! Every sampler is a weighted sum of the input's values. Sampling a variable that is 1 where the input is of a kind and
+//! 0 elsewhere therefore gives that kind's weight.
+
+use super::{CarriedField, CarriedInfo};
+use sph_formats::common::particle_names as names;
+use sph_formats::{Values, Variable};
+
+/// More kinds than this are no kinds.
+const MAX_KINDS: usize = 32;
+
+/// Whether a variable names kinds.
+pub(crate) fn is_categorical(variable: &Variable) -> bool {
+    variable.components == 1 && names::standard(&variable.name) == Some(names::MATERIAL_IDS)
+}
+
+struct Categorical<const D: usize> {
+    info: CarriedInfo,
+    /// Each kind and its weight, in ascending order of kinds.
+    kinds: Vec<(f64, Box<dyn CarriedField<D>>)>,
+}
+
+/// The field of a variable's kinds; `make` makes a field of one variable. `None` where there are too many kinds or
+/// numbers that are not whole.
+pub(crate) fn categorical<const D: usize>(
+    variable: &Variable,
+    mut make: impl FnMut(Variable) -> Box<dyn CarriedField<D>>,
+) -> Option<Box<dyn CarriedField<D>>> {
+    let mut found: Vec<f64> = Vec::new();
+    for i in 0..variable.values.len() {
+        let v = variable.values.get(i);
+        if v.is_nan() || found.contains(&v) {
+            continue;
+        }
+        if v.fract() != 0.0 || found.len() == MAX_KINDS {
+            return None;
+        }
+        found.push(v);
+    }
+    found.sort_by(f64::total_cmp);
+    let weights = |kind: f64| {
+        let is = |i: usize| if variable.values.get(i) == kind { 1.0 } else { 0.0 };
+        Values::F32((0..variable.values.len()).map(is).collect())
+    };
+    let kinds = found
+        .into_iter()
+        .map(|kind| (kind, make(Variable { values: weights(kind), unit: None, ..variable.clone() })))
+        .collect();
+    let info = CarriedInfo { name: variable.name.clone(), unit: None, components: 1 };
+    Some(Box::new(Categorical { info, kinds }))
+}
+
+impl<const D: usize> CarriedField<D> for Categorical<D> {
+    fn info(&self) -> &CarriedInfo {
+        &self.info
+    }
+
+    fn evaluate(&self, x: &[f64; D], out: &mut [f64]) {
+        let mut best = (f64::NEG_INFINITY, 0.0);
+        for (kind, weight) in &self.kinds {
+            let mut w = [0.0];
+            weight.evaluate(x, &mut w);
+            if w[0] > best.0 {
+                best = (w[0], *kind);
+            }
+        }
+        out[0] = best.1;
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use sph_formats::Location;
+
+    /// Linear interpolation between the values at 0, 1, 2 ...
+    struct Line(CarriedInfo, Values);
+
+    impl CarriedField<1> for Line {
+        fn info(&self) -> &CarriedInfo {
+            &self.0
+        }
+
+        fn evaluate(&self, x: &[f64; 1], out: &mut [f64]) {
+            let i = (x[0] as usize).min(self.1.len() - 2);
+            let t = x[0] - i as f64;
+            out[0] = (1.0 - t) * self.1.get(i) + t * self.1.get(i + 1);
+        }
+    }
+
+    fn line(v: Variable) -> Box<dyn CarriedField<1>> {
+        Box::new(Line(CarriedInfo { name: v.name, unit: None, components: 1 }, v.values))
+    }
+
+    fn variable(values: Vec<f64>) -> Variable {
+        Variable {
+            name: "material".into(),
+            description: None,
+            unit: None,
+            location: Location::Node,
+            components: 1,
+            values: Values::F64(values),
+        }
+    }
+
+    #[test]
+    fn no_kind_between_two_kinds_is_made() {
+        // Half-way from 400 to 402 lies 401, which is another material.
+        let v = variable(vec![402.0, 402.0, 400.0, 401.0]);
+        assert!(is_categorical(&v));
+        let field = categorical(&v, line).unwrap();
+        let at = |x: f64| {
+            let mut out = [0.0];
+            field.evaluate(&[x], &mut out);
+            out[0]
+        };
+        assert_eq!([0.5, 1.45, 1.55, 2.4, 2.6, 3.0].map(at), [402.0, 402.0, 400.0, 400.0, 401.0, 401.0]);
+    }
+
+    #[test]
+    fn fractions_are_no_kinds() {
+        assert!(categorical(&variable(vec![1.0, 1.5]), line).is_none());
+        assert!(categorical(&variable((0..40).map(f64::from).collect()), line).is_none());
+    }
+}
