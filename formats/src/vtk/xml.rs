@@ -15,6 +15,11 @@ use std::path::Path;
 
 type Attributes = HashMap<String, String>;
 
+/// More components than this are no row of one quantity; tensors have 9.
+const MAX_COMPONENTS: usize = 4096;
+/// The `Direction` of an image along x, y and z.
+const UNTURNED: [f64; 9] = [1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0];
+
 /// A `DataArray` element with the section that it stands in.
 struct Element {
     section: String,
@@ -145,7 +150,7 @@ impl Document {
             Ok(triples(&array.values))
         };
         let shape = match self.kind.as_str() {
-            "ImageData" => self.image(path)?,
+            "ImageData" => self.image(path, decoder.file_bytes)?,
             "RectilinearGrid" => {
                 let found = self.section("Coordinates", decoder)?;
                 let [x, y, z] = found.as_slice() else {
@@ -155,7 +160,7 @@ impl Document {
             }
             "StructuredGrid" => {
                 let points = points()?;
-                let dimensions = self.extent(path)?.map(|(a, b)| b - a + 1);
+                let dimensions = self.extent(path)?.map(|(_, span)| span + 1);
                 if dimensions.iter().try_fold(1_usize, |n, &d| n.checked_mul(d)) != Some(points.len()) {
                     return Err(wrong("Points", "are not as many as the extent says"));
                 }
@@ -179,10 +184,11 @@ impl Document {
         self.arrays.iter().filter(|e| e.section == name).filter(numeric).map(|e| decoder.array(e)).collect()
     }
 
-    /// First and last node along each axis.
-    fn extent(&self, path: &Path) -> Result<[(usize, usize); 3]> {
+    /// First node along each axis, and how many intervals follow it.
+    fn extent(&self, path: &Path) -> Result<[(i64, usize); 3]> {
         let text = self.piece.get("Extent").or(self.grid.get("WholeExtent")).map_or("", String::as_str);
-        let numbers: Vec<i64> = text.split_whitespace().filter_map(|t| t.parse().ok()).collect();
+        let numbers: Option<Vec<i64>> = text.split_whitespace().map(|t| t.parse().ok()).collect();
+        let numbers = numbers.unwrap_or_default();
         let valid = numbers.len() == 6 && (0..3).all(|k| numbers[2 * k] <= numbers[2 * k + 1]);
         let span = |k: usize| numbers[2 * k + 1].checked_sub(numbers[2 * k]).and_then(|n| usize::try_from(n).ok());
         if !valid || (0..3).any(|k| span(k).is_none_or(|n| n > 1 << 32)) {
@@ -193,29 +199,43 @@ impl Document {
                 format!("is '{text}', expected six ascending integers"),
             ));
         }
-        Ok(std::array::from_fn(|k| (0, span(k).unwrap_or(0))))
+        Ok(std::array::from_fn(|k| (numbers[2 * k], span(k).unwrap_or(0))))
     }
 
-    fn image(&self, path: &Path) -> Result<Shape> {
-        let triple = |key: &str, default: f64| -> [f64; 3] {
-            let numbers: Vec<f64> = self
-                .grid
-                .get(key)
-                .map(|t| t.split_whitespace().filter_map(|v| v.parse().ok()).collect())
-                .unwrap_or_default();
-            std::array::from_fn(|k| numbers.get(k).copied().unwrap_or(default))
+    fn image(&self, path: &Path, file_bytes: usize) -> Result<Shape> {
+        let triple = |key: &str, default: f64| -> Result<[f64; 3]> {
+            let Some(text) = self.grid.get(key) else { return Ok([default; 3]) };
+            let numbers: Option<Vec<f64>> = text.split_whitespace().map(|v| v.parse().ok()).collect();
+            numbers
+                .and_then(|n| n.try_into().ok())
+                .ok_or_else(|| FormatError::input(path, FORMAT, key, format!("is '{text}', expected three numbers")))
         };
-        let (origin, spacing) = (triple("Origin", 0.0), triple("Spacing", 1.0));
+        let (origin, spacing) = (triple("Origin", 0.0)?, triple("Spacing", 1.0)?);
+        let turned =
+            self.grid.get("Direction").is_some_and(|t| t.split_whitespace().map(str::parse).ne(UNTURNED.map(Ok)));
+        if turned {
+            return Err(FormatError::Unsupported {
+                path: path.into(),
+                format: FORMAT,
+                what: "an image that is turned (Direction); resample it to its axes first".into(),
+            });
+        }
         let extent = self.extent(path)?;
-        let text = self.piece.get("Extent").or(self.grid.get("WholeExtent")).map_or("", String::as_str);
-        let starts: Vec<f64> = text.split_whitespace().step_by(2).filter_map(|t| t.parse().ok()).collect();
-        let start = |k: usize| starts.get(k).copied().unwrap_or(0.0);
+        // Each cell takes a byte at least, or its share of what decompression can make of one.
+        let most = file_bytes.saturating_mul(MAX_EXPANSION as usize).saturating_mul(8);
         let nodes = extent.iter().try_fold(1_usize, |n, e| n.checked_mul(e.1 + 1));
-        if extent.iter().any(|e| e.1 > 1 << 24) || nodes.is_none_or(|n| n > 1 << 36) {
-            return Err(FormatError::input(path, FORMAT, "Extent", "declares more nodes than any file can hold"));
+        if nodes.is_none_or(|n| n > most) {
+            return Err(FormatError::Limit {
+                path: path.into(),
+                format: FORMAT,
+                location: "Extent".into(),
+                declared: format!("{:?} nodes", extent.map(|e| e.1 + 1)),
+                allowed: format!("the {most} that a file of {file_bytes} bytes can hold"),
+            });
         }
         Ok(Shape::Axes(std::array::from_fn(|k| {
-            (0..=extent[k].1).map(|i| origin[k] + spacing[k] * (start(k) + i as f64)).collect()
+            let (start, span) = extent[k];
+            (0..=span).map(|i| origin[k] + spacing[k] * (start as f64 + i as f64)).collect()
         })))
     }
 
@@ -233,7 +253,11 @@ impl Document {
             offsets.push(index(ends.get(i))?);
         }
         let connectivity = (0..connectivity.len()).map(|i| index(connectivity.get(i))).collect::<Result<Vec<_>>>()?;
-        let types = get("types").map(|t| (0..t.len()).map(|i| t.get(i) as u8).collect()).unwrap_or_default();
+        let kind = |v: f64| match v as u8 {
+            kind if f64::from(kind) == v => Ok(kind),
+            _ => Err(wrong(&format!("have a cell of type {v}, which is none of VTK's"))),
+        };
+        let types = get("types").map_or(Ok(Vec::new()), |t| (0..t.len()).map(|i| kind(t.get(i))).collect())?;
         Ok(Cells { types, offsets, connectivity })
     }
 
@@ -257,6 +281,18 @@ impl Document {
     }
 }
 
+/// Whether an attribute of the file has the second of its two values; the first stands where there is none.
+fn one_of(path: &Path, file: &Attributes, key: &str, values: [&str; 2]) -> Result<bool> {
+    match file.get(key) {
+        None => Ok(false),
+        Some(value) if values.contains(&value.as_str()) => Ok(value == values[1]),
+        Some(value) => {
+            let problem = format!("is '{value}', expected {} or {}", values[0], values[1]);
+            Err(FormatError::input(path, FORMAT, format!("attribute {key} of VTKFile"), problem))
+        }
+    }
+}
+
 /// How the file encodes its arrays.
 struct Decoder<'a> {
     path: &'a Path,
@@ -276,8 +312,8 @@ impl<'a> Decoder<'a> {
         let start = tail[head_end..].iter().position(|&b| b == b'_').map_or(tail.len(), |i| head_end + i + 1);
         Ok(Self {
             path,
-            wide_header: file.get("header_type").is_some_and(|t| t == "UInt64"),
-            big_endian: file.get("byte_order").is_some_and(|b| b == "BigEndian"),
+            wide_header: one_of(path, file, "header_type", ["UInt32", "UInt64"])?,
+            big_endian: one_of(path, file, "byte_order", ["LittleEndian", "BigEndian"])?,
             compressor: file.get("compressor").cloned(),
             appended: &tail[start..],
             raw,
@@ -289,7 +325,13 @@ impl<'a> Decoder<'a> {
         let attribute = |key: &str| element.attributes.get(key).map_or("", String::as_str);
         let name = attribute("Name").to_owned();
         let broken = |problem: String| FormatError::input(self.path, FORMAT, format!("array '{name}'"), problem);
-        let components = attribute("NumberOfComponents").parse().unwrap_or(1).max(1);
+        let components = match attribute("NumberOfComponents") {
+            // VTK leaves it out for scalars.
+            "" => 1,
+            text => text.trim().parse().ok().filter(|n| (1..=MAX_COMPONENTS).contains(n)).ok_or_else(|| {
+                broken(format!("has NumberOfComponents '{text}', expected a number from 1 to {MAX_COMPONENTS}"))
+            })?,
+        };
         let kind = attribute("type");
         let values = match attribute("format") {
             "ascii" => ascii(kind, &element.text).map_err(broken)?,
@@ -307,6 +349,9 @@ impl<'a> Decoder<'a> {
             }
             other => return Err(broken(format!("has format '{other}', expected ascii, binary or appended"))),
         };
+        if values.len() % components != 0 {
+            return Err(broken(format!("has {} values, which are not whole rows of {components}", values.len())));
+        }
         Ok(DataArray { name, components, values })
     }
 
@@ -458,6 +503,9 @@ pub(super) fn numbers(kind: &str, bytes: &[u8], big_endian: bool) -> std::result
     macro_rules! all {
         ($t:ty, $wrap:expr) => {{
             let size = std::mem::size_of::<$t>();
+            if bytes.len() % size != 0 {
+                return Err(format!("has {} bytes, which are not whole numbers of type {kind}", bytes.len()));
+            }
             let one = |chunk: &[u8]| {
                 let mut raw = [0_u8; std::mem::size_of::<$t>()];
                 raw.copy_from_slice(chunk);
