@@ -20,6 +20,7 @@ pub mod gadget;
 pub mod gadget_binary;
 pub mod gizmo;
 pub mod gyre;
+pub mod image;
 pub mod mesa;
 pub mod netcdf;
 pub mod numpy;
@@ -44,6 +45,7 @@ pub static FORMATS: &[FormatSpec] = &[
     gadget_binary::SPEC_1,
     gizmo::SPEC,
     gyre::SPEC,
+    image::SPEC,
     mesa::SPEC,
     netcdf::SPEC,
     numpy::SPEC,

@@ -4,7 +4,7 @@
 //! checked against what is left of the file first.
 
 use super::dataset::{DataArray, Dataset, FORMAT, Shape, triples};
-use super::xml::numbers;
+use super::decode::numbers;
 use crate::error::{FormatError, Result};
 use crate::model::{Cells, Values};
 use std::path::Path;
