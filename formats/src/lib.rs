@@ -19,6 +19,7 @@ pub mod common;
 pub mod gadget;
 pub mod gadget_binary;
 pub mod gizmo;
+pub mod grid_hdf5;
 pub mod gyre;
 pub mod image;
 pub mod mesa;
@@ -44,6 +45,7 @@ pub static FORMATS: &[FormatSpec] = &[
     gadget_binary::SPEC,
     gadget_binary::SPEC_1,
     gizmo::SPEC,
+    grid_hdf5::SPEC,
     gyre::SPEC,
     image::SPEC,
     mesa::SPEC,
