@@ -21,6 +21,7 @@ pub mod gadget_binary;
 pub mod gizmo;
 pub mod grid_hdf5;
 pub mod gyre;
+pub mod gyre_hdf5;
 pub mod image;
 pub mod mesa;
 pub mod netcdf;
@@ -47,6 +48,7 @@ pub static FORMATS: &[FormatSpec] = &[
     gizmo::SPEC,
     grid_hdf5::SPEC,
     gyre::SPEC,
+    gyre_hdf5::SPEC,
     image::SPEC,
     mesa::SPEC,
     netcdf::SPEC,

@@ -127,7 +127,9 @@ impl<'a> Blocks<'a> {
                 match slot {
                     Some(f) if f.is_nan() || *f == face => *f = face,
                     _ => {
-                        return Err(wrong(format!("block {b} has its face {i} at {face}, where another block differs")));
+                        return Err(wrong(format!(
+                            "block {b} has its face {i} at {face}, where another block differs"
+                        )));
                     }
                 }
             }

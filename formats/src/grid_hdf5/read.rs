@@ -2,6 +2,7 @@
 
 use super::{SPEC, athena, pluto};
 use crate::common::hdf5_read::Reader;
+use crate::common::wanted::wanted;
 use crate::error::{FormatError, Result};
 use crate::model::{Coordinates, Geometry, GridAxis, Location, RawField, Values, Variable};
 use crate::registry::{FieldRequest, FileContent};
@@ -31,14 +32,14 @@ pub fn read(path: &Path, request: &FieldRequest) -> Result<FileContent> {
     let (mesh, variables, density) = if file.datasets("/")?.iter().any(|d| d == "LogicalLocations") {
         let blocks = athena::Blocks::open(&file, path)?;
         let mesh = blocks.mesh()?;
-        let (wanted, density) = wanted(&file, &mesh.names, request)?;
-        let variables = wanted.iter().map(|name| blocks.variable(name)).collect::<Result<Vec<_>>>()?;
+        let (names, density) = chosen(&file, &mesh.names, request)?;
+        let variables = names.iter().map(|name| blocks.variable(name)).collect::<Result<Vec<_>>>()?;
         (mesh, variables, density)
     } else if groups.iter().any(|g| g == "node_coords") {
         let step = pluto::Step::open(&file, path, &groups)?;
         let mesh = step.mesh()?;
-        let (wanted, density) = wanted(&file, &mesh.names, request)?;
-        let variables = wanted.iter().map(|name| step.variable(name)).collect::<Result<Vec<_>>>()?;
+        let (names, density) = chosen(&file, &mesh.names, request)?;
+        let variables = names.iter().map(|name| step.variable(name)).collect::<Result<Vec<_>>>()?;
         (mesh, variables, density)
     } else if groups.iter().any(|g| g == "level_0") {
         return Err(unsupported(path, "a refined grid in Chombo's layout; resample it to one level first"));
@@ -74,20 +75,8 @@ pub fn unsupported(path: &Path, what: impl Into<String>) -> FormatError {
 }
 
 /// The variables to read, and which is the density.
-fn wanted(file: &Reader, names: &[String], request: &FieldRequest) -> Result<(Vec<String>, Option<String>)> {
-    let missing = |name: &String| {
-        let problem = format!("there is no such variable; the file has {}", names.join(", "));
-        file.input(format!("variable '{name}'"), problem)
-    };
-    let asked = request.density.iter().chain(request.carry.iter().flatten());
-    if let Some(name) = asked.into_iter().find(|name| !names.contains(name)) {
-        return Err(missing(name));
-    }
-    let by_name = || DENSITY_NAMES.iter().find_map(|d| names.iter().find(|n| n.eq_ignore_ascii_case(d)));
-    let density = request.density.clone().or_else(|| by_name().cloned());
-    let is_wanted =
-        |n: &&String| density.as_ref() == Some(*n) || request.carry.as_ref().is_none_or(|carry| carry.contains(n));
-    Ok((names.iter().filter(is_wanted).cloned().collect(), density))
+fn chosen(file: &Reader, names: &[String], request: &FieldRequest) -> Result<(Vec<String>, Option<String>)> {
+    wanted(names, request, &DENSITY_NAMES).map_err(|(location, problem)| file.input(location, problem))
 }
 
 /// A Cartesian grid over the faces of its cells; axes of one cell are left out.
