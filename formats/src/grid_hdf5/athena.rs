@@ -61,7 +61,7 @@ impl<'a> Blocks<'a> {
             return Err(wrong(format!("have shape {shape:?}, expected (blocks, 3)")));
         };
         let along: Option<[usize; 3]> = (0..3)
-            .map(|k| (self.grid[k] % self.block[k] == 0).then(|| self.grid[k] / self.block[k]))
+            .map(|k| (self.grid[k].is_multiple_of(self.block[k])).then(|| self.grid[k] / self.block[k]))
             .collect::<Option<Vec<_>>>()
             .and_then(|v| v.try_into().ok());
         let expected = along.and_then(|a| a.iter().try_fold(1_usize, |n, &m| n.checked_mul(m)));
