@@ -3,13 +3,12 @@
 use crate::domain::{Axis, Domain, Region, Wall};
 use crate::error::{Error, Result};
 use crate::field::{
-    AnalyticField, FieldOptions, Interpolation, Missing, Period, ScalarField, Source, from_raw, natural_dimension,
+    AnalyticField, FieldOptions, Interpolation, MassEstimate, Missing, Period, ScalarField, Source, from_raw,
+    natural_dimension,
 };
 use crate::scene::{BoundaryName, DomainInput, InterpolationName, MissingValues, Scene};
-use sph_formats::{
-    FieldRequest, FileContent, FormatSpec, Geometry, Location, ParticleFile, RawField, Unit, UnitDimension, Values,
-    Variable, common::particle_names,
-};
+use crate::snapshot::Snapshot;
+use sph_formats::{FieldRequest, FileContent, FormatSpec, Geometry, RawField, Unit, UnitDimension};
 use std::path::Path;
 
 /// Factors from the input's numbers to cgs, where both are known.
@@ -20,10 +19,22 @@ pub struct InputUnits {
     pub density: f64,
 }
 
-/// A raw field, or the fact that the density is an expression.
+/// A raw field, particles of another run, or the fact that the density is an expression.
 pub enum RawInput {
     File(Box<RawField>),
+    Snapshot(Box<Snapshot>),
     Expression(String),
+}
+
+impl RawInput {
+    /// What was read, if anything was.
+    pub fn field(&self) -> Option<&RawField> {
+        match self {
+            Self::File(field) => Some(field),
+            Self::Snapshot(snapshot) => Some(&snapshot.field),
+            Self::Expression(_) => None,
+        }
+    }
 }
 
 /// Reads the input file, if there is one.
@@ -42,11 +53,17 @@ pub fn read(scene: &Scene, formats: &[FormatSpec]) -> Result<RawInput> {
         time: input.time,
         planet_radius: input.planet_radius,
     };
-    let mut field = read_field(formats, path, input.format.as_deref(), &request)?;
-    if input.density.is_some() {
-        field.density = input.density.clone();
+    match sph_formats::read(formats, path, input.format.as_deref(), &request)? {
+        FileContent::Field(mut field) => {
+            if input.density.is_some() {
+                field.density = input.density.clone();
+            }
+            Ok(RawInput::File(Box::new(field)))
+        }
+        FileContent::Particles(particles) => {
+            Snapshot::new(path, &particles, input.density.as_deref()).map(|s| RawInput::Snapshot(Box::new(s)))
+        }
     }
-    Ok(RawInput::File(Box::new(field)))
 }
 
 /// The carried variables with those that the resolution needs from the same file.
@@ -61,45 +78,10 @@ fn wanted_variables(scene: &Scene) -> Option<Vec<String>> {
 fn read_field(formats: &[FormatSpec], path: &Path, format: Option<&str>, request: &FieldRequest) -> Result<RawField> {
     match sph_formats::read(formats, path, format, request)? {
         FileContent::Field(field) => Ok(field),
-        FileContent::Particles(particles) => cloud(path, &particles),
+        FileContent::Particles(particles) => {
+            Snapshot::new(path, &particles, request.density.as_deref()).map(|s| s.field)
+        }
     }
-}
-
-/// Gas particles of a snapshot as a point cloud with their densities.
-fn cloud(path: &Path, file: &ParticleFile) -> Result<RawField> {
-    let missing = |what: &str| {
-        Error::field(path.display().to_string(), format!("a particle file without {what} is no density field"))
-    };
-    let gas = file.species.iter().find(|s| s.part_type == 0).ok_or_else(|| missing("gas particles"))?;
-    let table = &gas.table;
-    let x = table.column(particle_names::COORDINATES).ok_or_else(|| missing("Coordinates"))?;
-    let density = table.column(particle_names::DENSITY).ok_or_else(|| missing("a Density column"))?;
-    let unit = |d: UnitDimension| {
-        let factor = file.header.units.to_cgs(d);
-        Some(Unit { symbol: "of the file".into(), to_cgs: factor, dimension: d })
-    };
-    let points = (0..table.count)
-        .map(|i| std::array::from_fn(|k| if k < x.components { x.values.get(i * x.components + k) } else { 0.0 }))
-        .collect();
-    let carried = table.columns.iter().filter(|c| c.name != x.name && !matches!(c.values, Values::I64(_)));
-    Ok(RawField {
-        path: path.into(),
-        format: "particles",
-        geometry: Geometry::Cloud { dimension: file.header.dimension, points, unit: unit(UnitDimension::LENGTH) },
-        variables: carried
-            .map(|c| Variable {
-                name: c.name.clone(),
-                description: None,
-                unit: unit(c.dimension),
-                location: Location::Node,
-                components: c.components,
-                values: c.values.clone(),
-            })
-            .collect(),
-        density: Some(density.name.clone()),
-        metadata: Vec::new(),
-        notes: vec!["the particles are read as samples of their own density".into()],
-    })
 }
 
 /// The dimension of the run.
@@ -108,8 +90,8 @@ fn cloud(path: &Path, file: &ParticleFile) -> Result<RawField> {
 /// A dimension asked for that the input cannot have, or none to be found.
 pub fn dimension(scene: &Scene, raw: &RawInput) -> Result<usize> {
     let asked = scene.input.dimension;
-    match raw {
-        RawInput::File(field) => {
+    match raw.field() {
+        Some(field) => {
             let natural = natural_dimension(field);
             match asked {
                 Some(d) if d != natural && !matches!(field.geometry, Geometry::Radial { .. }) => Err(Error::scene(
@@ -119,7 +101,7 @@ pub fn dimension(scene: &Scene, raw: &RawInput) -> Result<usize> {
                 _ => Ok(asked.unwrap_or(natural)),
             }
         }
-        RawInput::Expression(_) => {
+        None => {
             let from_domain = scene.domain.bounds.as_ref().map(|b| b[0].len());
             let from_center = scene.domain.ball.as_ref().map(|b| b.center.len()).filter(|&d| d > 0);
             asked.or(from_domain).or(from_center).filter(|d| (1..=3).contains(d)).ok_or_else(|| {
@@ -138,7 +120,7 @@ pub fn dimension(scene: &Scene, raw: &RawInput) -> Result<usize> {
 /// A unit that cannot be read or has the wrong dimension.
 pub fn units(scene: &Scene, raw: &RawInput, notes: &mut Vec<String>) -> Result<Option<InputUnits>> {
     let (mut length, mut density) = (None, None);
-    if let RawInput::File(field) = raw {
+    if let Some(field) = raw.field() {
         length = match &field.geometry {
             Geometry::Radial { unit, .. } | Geometry::Mesh { unit, .. } | Geometry::Cloud { unit, .. } => unit.clone(),
             // Longitude and latitude have no unit of length.
@@ -184,6 +166,7 @@ pub fn source<const D: usize>(scene: &Scene, raw: RawInput) -> Result<Source<D>>
     let walls = boundaries::<D>(&scene.domain)?;
     let mut source = match raw {
         RawInput::File(field) => from_raw(*field, &field_options(scene, &walls)?)?,
+        RawInput::Snapshot(snapshot) => resampled(*snapshot, field_options(scene, &walls)?)?,
         RawInput::Expression(text) => {
             let domain = scene_domain::<D>(&scene.domain, &walls)?.ok_or_else(|| {
                 Error::scene("domain", "is missing: an expression needs a `box` or a `ball` to be evaluated in")
@@ -208,6 +191,15 @@ pub fn source<const D: usize>(scene: &Scene, raw: RawInput) -> Result<Source<D>>
         None => apply_walls(&mut source.domain, &walls),
     }
     Ok(source)
+}
+
+/// The particles of another run, with their box and their mass.
+fn resampled<const D: usize>(snapshot: Snapshot, options: FieldOptions<D>) -> Result<Source<D>> {
+    let domain = snapshot.domain::<D>()?;
+    let mass = MassEstimate { value: snapshot.mass, error: 0.0 };
+    let options = FieldOptions { cloud_domain: Some(domain), ..options };
+    let source = from_raw(snapshot.field, &options)?;
+    Ok(Source { mass: Some(mass), ..source })
 }
 
 fn field_options<const D: usize>(scene: &Scene, walls: &[Option<BoundaryName>; D]) -> Result<FieldOptions<D>> {

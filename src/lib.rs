@@ -27,6 +27,7 @@ pub mod rng;
 pub mod scene;
 pub mod seeding;
 pub mod smoothing;
+pub mod snapshot;
 pub mod target;
 
 pub use error::{Error, Result};

@@ -40,7 +40,7 @@ pub fn run(scene: &Scene, formats: &[FormatSpec], control: &Control<'_>) -> Resu
     let raw = ingest::read(scene, formats)?;
     let mut notes = Vec::new();
     let units = ingest::units(scene, &raw, &mut notes)?;
-    if let RawInput::File(field) = &raw {
+    if let Some(field) = raw.field() {
         notes.extend(field.notes.iter().cloned());
     }
     let dimension = ingest::dimension(scene, &raw)?;

@@ -19,7 +19,10 @@ pub mod common;
 pub mod gadget;
 pub mod gadget_binary;
 pub mod gizmo;
+pub mod grid_hdf5;
 pub mod gyre;
+pub mod gyre_hdf5;
+pub mod image;
 pub mod mesa;
 pub mod netcdf;
 pub mod numpy;
@@ -45,7 +48,10 @@ pub static FORMATS: &[FormatSpec] = &[
     gadget_binary::SPEC,
     gadget_binary::SPEC_1,
     gizmo::SPEC,
+    grid_hdf5::SPEC,
     gyre::SPEC,
+    gyre_hdf5::SPEC,
+    image::SPEC,
     mesa::SPEC,
     netcdf::SPEC,
     numpy::SPEC,

@@ -87,7 +87,7 @@ pub struct FormatSpec {
     /// Where the format is specified.
     pub reference: &'static str,
     pub capabilities: Capabilities,
-    /// Judges the first 4096 bytes (fewer if the file is shorter).
+    /// Judges the first 4096 bytes (fewer if the file is shorter), and the first MiB where several formats share the container.
     pub sniff: fn(&[u8]) -> Match,
     /// `None`: cannot read, or not in this build (see `capabilities`).
     pub read: Option<ReadFn>,
@@ -103,8 +103,11 @@ pub fn sniff_hdf5(head: &[u8]) -> Match {
     if head.starts_with(HDF5_SIGNATURE) { Match::Container } else { Match::No }
 }
 
-/// Bytes that [`FormatSpec::sniff`] gets to see.
+/// Bytes that [`FormatSpec::sniff`] gets to see at first.
 pub const SNIFF_BYTES: usize = 4096;
+
+/// Bytes that it sees where several formats share the container: names in HDF5 files may stand behind some data.
+const DEEP_SNIFF_BYTES: usize = 1 << 20;
 
 /// Finds the format of an existing file: by `explicit` name, else by its first bytes, else by its extension.
 ///
@@ -112,7 +115,7 @@ pub const SNIFF_BYTES: usize = 4096;
 /// [`FormatError::Io`] where the file cannot be opened or is a directory, [`FormatError::Detection`] where it
 /// is empty, unknown, or fits several formats equally.
 pub fn detect<'a>(formats: &'a [FormatSpec], path: &Path, explicit: Option<&str>) -> Result<&'a FormatSpec> {
-    let head = read_head(path)?;
+    let head = read_head(path, SNIFF_BYTES)?;
     if let Some(name) = explicit {
         return by_name(formats, path, name);
     }
@@ -120,8 +123,14 @@ pub fn detect<'a>(formats: &'a [FormatSpec], path: &Path, explicit: Option<&str>
         return Err(detection(path, "the file is empty".into()));
     }
     let readable = || formats.iter().filter(|f| f.capabilities.read_field || f.capabilities.read_particles);
-    let best = readable().map(|f| (f.sniff)(&head)).max().unwrap_or(Match::No);
-    let mut found: Vec<_> = readable().filter(|f| best > Match::No && (f.sniff)(&head) == best).collect();
+    let fitting = |head: &[u8]| -> Vec<&'a FormatSpec> {
+        let best = readable().map(|f| (f.sniff)(head)).max().unwrap_or(Match::No);
+        readable().filter(|f| best > Match::No && (f.sniff)(head) == best).collect()
+    };
+    let mut found = fitting(&head);
+    if found.len() > 1 && head.len() == SNIFF_BYTES {
+        found = fitting(&read_head(path, DEEP_SNIFF_BYTES)?);
+    }
     if found.len() != 1 {
         let all = found.is_empty();
         let by_extension: Vec<_> =
@@ -235,7 +244,7 @@ fn absent(spec: &FormatSpec, path: &Path, can: bool, verb: &str) -> FormatError 
     detection(path, problem)
 }
 
-fn read_head(path: &Path) -> Result<Vec<u8>> {
+fn read_head(path: &Path, bytes: usize) -> Result<Vec<u8>> {
     let is_dir = std::fs::metadata(path).map_err(|e| FormatError::io(path, "open", e))?.is_dir();
     if is_dir {
         return Err(FormatError::io(
@@ -246,7 +255,7 @@ fn read_head(path: &Path) -> Result<Vec<u8>> {
     }
     let file = File::open(path).map_err(|e| FormatError::io(path, "open", e))?;
     let mut head = Vec::with_capacity(SNIFF_BYTES);
-    file.take(SNIFF_BYTES as u64).read_to_end(&mut head).map_err(|e| FormatError::io(path, "read", e))?;
+    file.take(bytes as u64).read_to_end(&mut head).map_err(|e| FormatError::io(path, "read", e))?;
     Ok(head)
 }
 

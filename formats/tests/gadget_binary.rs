@@ -176,6 +176,22 @@ fn what_contradicts_itself_is_refused_with_its_place() {
     b.header([1, 0, 0, 0, 0, 0], [0.0; 6], 4, 0);
     assert!(refusal(&b.bytes).contains("4 files"));
 
+    // Header bytes: totals at 96, time at 72, both behind the record's length and, in format 2, 16 bytes of name.
+    let whole = sample(false, false, false);
+    for (at, bytes, expected) in [
+        (4 + 96, 77_u32.to_le_bytes().to_vec(), "in all, but says that there is one file"),
+        (4 + 72, f64::NAN.to_le_bytes().to_vec(), "Time is NaN"),
+        (4 + 128, (-1.0_f64).to_le_bytes().to_vec(), "BoxSize is -1"),
+        (4 + 24, f64::INFINITY.to_le_bytes().to_vec(), "its table of masses has inf"),
+        (4, u32::MAX.to_le_bytes().to_vec(), "the header at byte"),
+        (0, 300_u32.to_le_bytes().to_vec(), ""),
+    ] {
+        let mut broken = whole.clone();
+        broken[at..at + bytes.len()].copy_from_slice(&bytes);
+        let text = refusal(&broken);
+        assert!(text.contains(expected), "{text}\n{expected}");
+    }
+
     let mut whole = sample(false, false, false);
     let end = whole.len() - 1;
     whole[end] ^= 1;

@@ -150,3 +150,42 @@ fn an_absurd_size_is_refused_at_once() {
         read(FORMATS, &path, None, &FieldRequest::default()).unwrap_err();
     }
 }
+
+#[test]
+fn garbage_where_a_number_belongs_is_refused_with_its_place() {
+    let folder = tempfile::tempdir().unwrap();
+    let refusal = |name: &str, text: String| {
+        let path = folder.path().join(name);
+        std::fs::write(&path, text).unwrap();
+        read(FORMATS, &path, None, &FieldRequest::default()).unwrap_err().to_string()
+    };
+    let components = |n: &str| IMAGE.replacen("<DataArray", &format!("<DataArray NumberOfComponents=\"{n}\""), 1);
+    for (n, expected) in [("three", "NumberOfComponents 'three'"), ("0", "'0'"), ("-1", "'-1'"), ("1e99", "'1e99'")] {
+        let text = refusal("a.vti", components(n));
+        assert!(text.contains("array '") && text.contains(expected), "{text}");
+    }
+    for (from, to, expected) in [
+        ("0 2 0 1 0 0", "0 2 zero 1 0 0", "Extent: is '0 2 zero 1 0 0'"),
+        ("0 2 0 1 0 0", "0 2 0 1 0 0 9", "expected six ascending integers"),
+        ("0 2 0 1 0 0", "0 2000000000 0 1 0 0", "Extent: declares [2000000001, 2, 1] nodes"),
+        ("Spacing=\"", "Spacing=\"x ", "Spacing: is 'x "),
+        ("byte_order=\"LittleEndian\"", "byte_order=\"Little\"", "attribute byte_order of VTKFile: is 'Little'"),
+    ] {
+        assert!(IMAGE.contains(from), "{from}");
+        let text = refusal("b.vti", IMAGE.replace(from, to));
+        assert!(text.contains(expected), "{text}\n{expected}");
+    }
+    for (from, to, expected) in [
+        ("POINTS 4", "POINTS -4", "'-4' stands where a count is expected"),
+        ("POINTS 4", "POINTS 4000000000000", "more than is left of the file"),
+        ("density double 1", "density double many", "SCALARS 'density' have 'many' components"),
+        ("CELL_TYPES 1\n10", "CELL_TYPES 1\n999", "cell type 999 is none of VTK's"),
+    ] {
+        assert!(TETRAHEDRON.contains(from), "{from}");
+        let text = refusal("c.vtk", TETRAHEDRON.replace(from, to));
+        assert!(text.contains(expected) && text.contains("byte "), "{text}\n{expected}");
+    }
+    let points = "# vtk DataFile Version 3.0\nt\nASCII\nDATASET STRUCTURED_POINTS\nDIMENSIONS 16000000 1 1\n";
+    let text = refusal("d.vtk", points.into());
+    assert!(text.contains("DIMENSIONS are [16000000, 1, 1]"), "{text}");
+}

@@ -96,6 +96,13 @@ impl<const D: usize> Domain<D> {
         (0..D).all(|k| y[k] >= self.lo[k] && y[k] <= self.hi[k]) && self.region.contains(&y)
     }
 
+    /// The same place with periodic coordinates in `[lo, hi)`.
+    pub fn wrapped(&self, x: &[f64; D]) -> [f64; D] {
+        let mut x = *x;
+        self.wrap(&mut x);
+        x
+    }
+
     /// Moves periodic coordinates into `[lo, hi)`.
     pub fn wrap(&self, x: &mut [f64; D]) {
         for k in 0..D {

@@ -210,12 +210,14 @@ fn cloud<const D: usize>(mut input: Input<'_, D>, points: &[[f64; 3]]) -> Result
     let name = input.density.name.clone();
     let flat = flatten::<D>(&name, points)?;
     input.check(&|i| format!("point {i}, position {}", point_text(&flat[i])))?;
-    let sampler = Arc::new(Cloud::new(&name, &flat)?);
-    let domain = sampler.domain()?;
-    input.notes.push(format!(
-        "the cloud of {} points fills its bounding box where a point is near; set the domain in the scene if it is another",
-        flat.len()
-    ));
+    let sampler = Arc::new(Cloud::new(&name, &flat, input.options.cloud_domain.as_ref())?);
+    let domain = sampler.domain();
+    if input.options.cloud_domain.is_none() {
+        input.notes.push(format!(
+            "the cloud of {} points fills its bounding box where a point is near; set the domain in the scene if it is another",
+            flat.len()
+        ));
+    }
     input.finish(sampler, domain, &mut |_| Err(Error::field(&name, "a point cloud has no cells".to_owned())))
 }
 

@@ -2,6 +2,8 @@
 //! 10.1002/nme.1620150306), `w_i = ((R - d_i) / (R d_i))^2` with `R` the distance of the farthest one used.
 //! Exact at the points, within the range of the values around, continuous, O(log N).
 //!
+//! In a domain of the points' own, images across its periodic axes take part; without one, they fill their bounding box.
+//!
 //! Matter ends where the nearest point is farther away than that point's own 2^D-th neighbor: within a lattice
 //! or a glass no place is.
 
@@ -18,16 +20,20 @@ pub(crate) struct Cloud<const D: usize> {
     count: usize,
     /// How far each point's matter reaches.
     reach: Vec<f64>,
-    lo: [f64; D],
-    hi: [f64; D],
+    domain: Domain<D>,
 }
 
 impl<const D: usize> Cloud<D> {
-    /// From points that are finite.
+    /// From points that are finite, in their own domain if they have one.
     ///
     /// # Errors
     /// No points, more than 2^32 of them, or points that span no volume.
-    pub(crate) fn new(name: &str, points: &[[f64; D]]) -> Result<Self> {
+    pub(crate) fn new(name: &str, points: &[[f64; D]], domain: Option<&Domain<D>>) -> Result<Self> {
+        let wrapped: Vec<[f64; D]> = match domain {
+            Some(domain) => points.iter().map(|p| domain.wrapped(p)).collect(),
+            None => Vec::new(),
+        };
+        let points = if domain.is_some() { wrapped.as_slice() } else { points };
         let bounds = super::bvh::Aabb::around(points);
         if points.len() < 2 || (0..D).any(|k| bounds.lo[k] >= bounds.hi[k]) {
             return Err(Error::field(
@@ -42,7 +48,11 @@ impl<const D: usize> Cloud<D> {
         }
         let tree = ImmutableKdTree::new_from_slice(points)
             .map_err(|e| Error::field(name, format!("cannot index {} points: {e:?}", points.len())))?;
-        let mut cloud = Self { tree, count: points.len(), reach: vec![], lo: bounds.lo, hi: bounds.hi };
+        let domain = match domain {
+            Some(domain) => domain.clone(),
+            None => Domain::new(bounds.lo, bounds.hi, [Axis::OPEN; D], Region::Box)?,
+        };
+        let mut cloud = Self { tree, count: points.len(), reach: vec![], domain };
         let neighbors = (1 << D) + 1;
         cloud.reach = points
             .par_iter()
@@ -54,13 +64,40 @@ impl<const D: usize> Cloud<D> {
         Ok(cloud)
     }
 
-    pub(crate) fn domain(&self) -> Result<Domain<D>> {
-        Domain::new(self.lo, self.hi, [Axis::OPEN; D], Region::Box)
+    pub(crate) fn domain(&self) -> Domain<D> {
+        self.domain.clone()
     }
 
-    /// The nearest `n` points and their distances, ascending.
+    /// The nearest `n` points or images of points, and their distances, ascending.
     fn nearest(&self, x: &[f64; D], n: usize) -> Vec<(usize, f64)> {
-        let n = NonZeroUsize::new(n.min(self.count)).unwrap_or(NonZeroUsize::MIN);
+        let n = n.min(self.count);
+        let x = self.domain.wrapped(x);
+        let mut found = self.query(&x, n);
+        let reach = found.last().map_or(0.0, |f| f.1);
+        let periodic: Vec<usize> = (0..D).filter(|&k| self.domain.axes[k] == Axis::Periodic).collect();
+        if periodic.is_empty() {
+            return found;
+        }
+        let extent = self.domain.extent();
+        // Images of x from which a point of the box may be as near as those found.
+        for code in 1..3_usize.pow(periodic.len() as u32) {
+            let (mut image, mut rest, mut gap) = (x, code, 0.0);
+            for &k in &periodic {
+                image[k] += [0.0, 1.0, -1.0][rest % 3] * extent[k];
+                rest /= 3;
+                gap += (self.domain.lo[k] - image[k]).max(image[k] - self.domain.hi[k]).max(0.0).powi(2);
+            }
+            if gap.sqrt() <= reach {
+                found.extend(self.query(&image, n));
+            }
+        }
+        found.sort_unstable_by(|a, b| a.1.total_cmp(&b.1).then(a.0.cmp(&b.0)));
+        found.truncate(n);
+        found
+    }
+
+    fn query(&self, x: &[f64; D], n: usize) -> Vec<(usize, f64)> {
+        let n = NonZeroUsize::new(n).unwrap_or(NonZeroUsize::MIN);
         self.tree
             .query(x)
             .nearest_n::<SquaredEuclidean<f64>>(n)
@@ -94,8 +131,10 @@ impl<const D: usize> Sampler<D> for Cloud<D> {
         let n = 4 * (D + 1);
         let mut found = self.nearest(x, n);
         if outside == Outside::Reject {
-            let slack = |k: usize| 1e-12 * (self.hi[k] - self.lo[k]);
-            let boxed = (0..D).all(|k| x[k] >= self.lo[k] - slack(k) && x[k] <= self.hi[k] + slack(k));
+            let (lo, hi) = (&self.domain.lo, &self.domain.hi);
+            let slack = |k: usize| 1e-12 * (hi[k] - lo[k]);
+            let inside = |k: usize| x[k] >= lo[k] - slack(k) && x[k] <= hi[k] + slack(k);
+            let boxed = (0..D).all(|k| self.domain.axes[k] == Axis::Periodic || inside(k));
             let reached = found.first().is_some_and(|&(i, d)| d <= self.reach[i]);
             if !boxed || !reached {
                 return false;
@@ -124,7 +163,7 @@ mod tests {
         let mut random = Random::new(2);
         let points: Vec<[f64; D]> = (0..n).map(|_| random.point()).collect();
         let values = Values::F64(points.iter().map(f).collect());
-        let sampler = Arc::new(Cloud::new("rho", &points).unwrap());
+        let sampler = Arc::new(Cloud::new("rho", &points, None).unwrap());
         (points, SampledDensity { sampler, values })
     }
 
@@ -167,7 +206,7 @@ mod tests {
             }
         }
         let values = Values::F32(vec![2.0; points.len()]);
-        let field = SampledDensity { sampler: Arc::new(Cloud::new("rho", &points).unwrap()), values };
+        let field = SampledDensity { sampler: Arc::new(Cloud::new("rho", &points, None).unwrap()), values };
         assert_eq!(field.value(&[9.0, 9.0, 9.0]), 0.0);
         let mut random = Random::new(8);
         for _ in 0..2000 {
@@ -178,13 +217,35 @@ mod tests {
         }
     }
 
+    /// The nearest of all 27 images of all points.
+    #[test]
+    fn images_across_periodic_faces_are_found() {
+        let mut random = Random::new(5);
+        let points: Vec<[f64; 3]> = (0..60).map(|_| std::array::from_fn(|_| random.unit())).collect();
+        let axes = [Axis::Periodic, Axis::OPEN, Axis::Periodic];
+        let domain = Domain::new([0.0; 3], [1.0; 3], axes, Region::Box).unwrap();
+        let cloud = Cloud::new("rho", &points, Some(&domain)).unwrap();
+        for _ in 0..50 {
+            let x: [f64; 3] = std::array::from_fn(|_| random.unit());
+            let distance = |p: &[f64; 3], i: i32, k: i32| {
+                let d = [p[0] - x[0] + f64::from(i), p[1] - x[1], p[2] - x[2] + f64::from(k)];
+                d.iter().map(|d| d * d).sum::<f64>().sqrt()
+            };
+            let images = |p: &[f64; 3]| (0..9).map(|c| distance(p, c / 3 - 1, c % 3 - 1)).collect::<Vec<_>>();
+            let mut all: Vec<f64> = points.iter().flat_map(images).collect();
+            all.sort_by(f64::total_cmp);
+            let found: Vec<f64> = cloud.nearest(&x, 12).iter().map(|f| f.1).collect();
+            assert!(found.iter().zip(&all).all(|(a, b)| (a - b).abs() < 1e-12), "{found:?}\n{:?}", &all[..12]);
+        }
+    }
+
     #[test]
     fn coincident_points_share_and_flat_clouds_are_refused() {
         let points = vec![[0.0], [0.0], [1.0]];
-        let sampler = Arc::new(Cloud::new("rho", &points).unwrap());
+        let sampler = Arc::new(Cloud::new("rho", &points, None).unwrap());
         let field = SampledDensity { sampler, values: Values::F64(vec![1.0, 3.0, 5.0]) };
         assert_eq!(field.value(&[0.0]), 2.0);
-        assert!(Cloud::new("rho", &[[0.0, 1.0], [1.0, 1.0]]).is_err());
-        assert!(Cloud::<2>::new("rho", &[]).is_err());
+        assert!(Cloud::new("rho", &[[0.0, 1.0], [1.0, 1.0]], None).is_err());
+        assert!(Cloud::<2>::new("rho", &[], None).is_err());
     }
 }

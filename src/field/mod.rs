@@ -153,6 +153,8 @@ pub struct FieldOptions<const D: usize> {
     pub periodic: [Option<Period>; D],
     /// Names of the variables that ride along; `None`: all that can.
     pub carried: Option<Vec<String>>,
+    /// The domain of a point cloud, across whose periodic axes it repeats; `None`: its bounding box.
+    pub cloud_domain: Option<Domain<D>>,
 }
 
 impl<const D: usize> Default for FieldOptions<D> {
@@ -164,6 +166,7 @@ impl<const D: usize> Default for FieldOptions<D> {
             center: [0.0; D],
             periodic: [None; D],
             carried: None,
+            cloud_domain: None,
         }
     }
 }

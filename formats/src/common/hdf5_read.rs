@@ -1,7 +1,7 @@
 //! Reads attributes and numeric datasets of HDF5 files through `hdf5-reader`, with sizes checked first.
 
 use crate::error::{FormatError, Result};
-use crate::limits::{MAX_EXPANSION, MAX_VARIABLE_BYTES};
+use crate::limits::{Budget, MAX_VARIABLE_BYTES};
 use crate::model::Values;
 use hdf5_reader::{Attribute, Dataset, Datatype, H5Type, Hdf5File, OpenOptions};
 use std::path::Path;
@@ -11,7 +11,7 @@ pub struct Reader<'p> {
     file: Hdf5File,
     path: &'p Path,
     format: &'static str,
-    bytes: u64,
+    budget: Budget,
 }
 
 /// What a dataset holds, before its numbers are read.
@@ -31,7 +31,7 @@ impl<'p> Reader<'p> {
         let cap = usize::try_from(MAX_VARIABLE_BYTES).unwrap_or(usize::MAX);
         let options = OpenOptions::default().with_max_read_bytes(cap);
         let file = Hdf5File::open_with_options(path, options).map_err(|e| input(path, format, "superblock", e))?;
-        Ok(Self { file, path, format, bytes: metadata.len() })
+        Ok(Self { file, path, format, budget: Budget::new(metadata.len()) })
     }
 
     /// The error of this file at a place.
@@ -50,12 +50,12 @@ impl<'p> Reader<'p> {
             .map_err(|e| input(self.path, self.format, "group '/'", e))
     }
 
-    /// Names of a group's datasets.
+    /// Names of a group's datasets; `/` is the root.
     ///
     /// # Errors
     /// [`FormatError::Input`].
     pub fn datasets(&self, group: &str) -> Result<Vec<String>> {
-        let opened = self.file.group(group);
+        let opened = if group == "/" { self.file.root_group() } else { self.file.group(group) };
         opened.and_then(|g| g.member_names()).map(|names| names.1).map_err(|e| self.at_group(group, e))
     }
 
@@ -69,6 +69,15 @@ impl<'p> Reader<'p> {
         }
         let opened = self.file.group(group);
         opened.and_then(|g| g.attributes()).map(Attributes).map_err(|e| self.at_group(group, e))
+    }
+
+    /// The attributes of the root.
+    ///
+    /// # Errors
+    /// [`FormatError::Input`].
+    pub fn root_attributes(&self) -> Result<Attributes> {
+        let root = self.file.root_group();
+        root.and_then(|g| g.attributes()).map(Attributes).map_err(|e| self.at_group("/", e))
     }
 
     /// The attributes of a dataset.
@@ -87,38 +96,52 @@ impl<'p> Reader<'p> {
     /// [`FormatError::Input`], or [`FormatError::Limit`] where the declared size cannot be.
     pub fn numbers(&self, path: &str) -> Result<Option<(Shape, Values)>> {
         let dataset = self.file.dataset(path).map_err(|e| self.at_dataset(path, e))?;
-        let (rows, columns) = match dataset.shape() {
-            [rows] => (*rows, 1),
-            [rows, columns] => (*rows, *columns),
+        let shape = match *dataset.shape() {
+            [rows] => [rows, 1],
+            [rows, columns] => [rows, columns],
             _ => return Ok(None),
         };
+        let [rows, columns] = shape.map(|n| usize::try_from(n).unwrap_or(usize::MAX));
+        Ok(self.values(path, &dataset)?.map(|values| (Shape { rows, columns }, values)))
+    }
+
+    /// Reads a numeric dataset of any shape, the last index fastest; `None` where it is of another type.
+    ///
+    /// # Errors
+    /// As [`Self::numbers`].
+    pub fn array(&self, path: &str) -> Result<Option<(Vec<usize>, Values)>> {
+        let dataset = self.file.dataset(path).map_err(|e| self.at_dataset(path, e))?;
+        let shape = dataset.shape().iter().map(|&n| usize::try_from(n).unwrap_or(usize::MAX)).collect();
+        Ok(self.values(path, &dataset)?.map(|values| (shape, values)))
+    }
+
+    fn values(&self, path: &str, dataset: &Dataset) -> Result<Option<Values>> {
         let width = match dataset.dtype() {
-            Datatype::FixedPoint { size, .. } | Datatype::FloatingPoint { size, .. } => *size,
+            Datatype::FloatingPoint { size, .. } => u64::from(*size),
+            // As stored and as i64.
+            Datatype::FixedPoint { size, .. } => u64::from(*size) + 8,
             _ => return Ok(None),
         };
-        // The decoded form may be wider than the stored one: integers become i64.
-        self.check_size(path, rows.saturating_mul(columns), u64::from(width))?;
-        let Some(count) = rows.checked_mul(columns).and_then(|n| usize::try_from(n).ok()) else {
-            return Ok(None);
-        };
-        let values = match dataset.dtype() {
-            Datatype::FloatingPoint { size: 4, .. } => Values::F32(self.read(path, &dataset, count)?),
-            Datatype::FloatingPoint { size: 8, .. } => Values::F64(self.read(path, &dataset, count)?),
+        let count = dataset.shape().iter().try_fold(1_u64, |n, &d| n.checked_mul(d)).unwrap_or(u64::MAX);
+        let bytes = count.saturating_mul(width);
+        self.budget.take(self.path, self.format, &format!("dataset '{path}'"), bytes)?;
+        let Ok(count) = usize::try_from(count) else { return Ok(None) };
+        Ok(Some(match dataset.dtype() {
+            Datatype::FloatingPoint { size: 4, .. } => Values::F32(self.read(path, dataset, count)?),
+            Datatype::FloatingPoint { size: 8, .. } => Values::F64(self.read(path, dataset, count)?),
             Datatype::FixedPoint { size, signed, .. } => Values::I64(match (size, signed) {
-                (1, true) => widen::<i8>(self.read(path, &dataset, count)?),
-                (1, false) => widen::<u8>(self.read(path, &dataset, count)?),
-                (2, true) => widen::<i16>(self.read(path, &dataset, count)?),
-                (2, false) => widen::<u16>(self.read(path, &dataset, count)?),
-                (4, true) => widen::<i32>(self.read(path, &dataset, count)?),
-                (4, false) => widen::<u32>(self.read(path, &dataset, count)?),
-                (8, true) => self.read(path, &dataset, count)?,
-                (8, false) => self.signed(path, self.read(path, &dataset, count)?)?,
+                (1, true) => widen::<i8>(self.read(path, dataset, count)?),
+                (1, false) => widen::<u8>(self.read(path, dataset, count)?),
+                (2, true) => widen::<i16>(self.read(path, dataset, count)?),
+                (2, false) => widen::<u16>(self.read(path, dataset, count)?),
+                (4, true) => widen::<i32>(self.read(path, dataset, count)?),
+                (4, false) => widen::<u32>(self.read(path, dataset, count)?),
+                (8, true) => self.read(path, dataset, count)?,
+                (8, false) => self.signed(path, self.read(path, dataset, count)?)?,
                 _ => return Ok(None),
             }),
             _ => return Ok(None),
-        };
-        let shape = Shape { rows: rows as usize, columns: columns as usize };
-        Ok(Some((shape, values)))
+        }))
     }
 
     fn read<T: H5Type + Default>(&self, path: &str, dataset: &Dataset, count: usize) -> Result<Vec<T>> {
@@ -134,21 +157,6 @@ impl<'p> Reader<'p> {
             })
         };
         values.into_iter().enumerate().map(convert).collect()
-    }
-
-    fn check_size(&self, path: &str, count: u64, width: u64) -> Result<()> {
-        let (decoded, stored) = (count.saturating_mul(8), count.saturating_mul(width));
-        let allowed = self.bytes.saturating_mul(MAX_EXPANSION).min(MAX_VARIABLE_BYTES);
-        if stored > allowed || decoded > MAX_VARIABLE_BYTES {
-            return Err(FormatError::Limit {
-                path: self.path.into(),
-                format: self.format,
-                location: format!("dataset '{path}'"),
-                declared: format!("{stored} bytes"),
-                allowed: format!("the {allowed} bytes that a file of {} can hold", self.bytes),
-            });
-        }
-        Ok(())
     }
 
     fn at_group(&self, group: &str, e: hdf5_reader::error::Error) -> FormatError {
@@ -216,6 +224,12 @@ impl Attributes {
     /// The first number of an attribute.
     pub fn number(&self, name: &str) -> Option<f64> {
         self.numbers(name)?.first().copied()
+    }
+
+    /// All texts of an attribute without their padding.
+    pub fn texts(&self, name: &str) -> Option<Vec<String>> {
+        let texts = self.find(name)?.read_strings().ok()?;
+        Some(texts.iter().map(|t| t.trim_end_matches(['\0', ' ']).to_owned()).collect())
     }
 
     /// A text without its padding; a line's end belongs to it.

@@ -15,3 +15,5 @@ pub mod particle_names;
 #[cfg(feature = "hdf5-layer")]
 pub mod snapshot;
 pub mod text;
+#[cfg(feature = "hdf5-layer")]
+pub mod wanted;

@@ -61,6 +61,18 @@ fn read_header(path: &Path, records: &mut Records<'_>) -> Result<Header> {
             what: format!("a snapshot in {} files; join them into one first", header.files),
         });
     }
+    let totals: [u32; TYPES] = std::array::from_fn(|t| word(offset::TOTALS + 4 * t));
+    // Some programs leave the totals at 0.
+    if totals != [0; TYPES] && totals != header.counts {
+        let problem = format!(
+            "it counts {:?} particles in this file and {totals:?} in all, but says that there is one file",
+            header.counts
+        );
+        return Err(records.error("the header", problem));
+    }
+    if !header.time.is_finite() {
+        return Err(records.error("the header", format!("Time is {}, expected a number", header.time)));
+    }
     if let Some(m) = header.masses.iter().find(|m| !(m.is_finite() && **m >= 0.0)) {
         return Err(records.error("the header", format!("its table of masses has {m}, expected masses")));
     }

@@ -297,6 +297,11 @@ pub fn is_radius(name: &str) -> bool {
     matches!(name, "r" | "radius" | "rad" | "radialcoordinate" | "radialdistance") || is_outer_radius(name)
 }
 
+/// Whether a normalized name means the radius of a cell's middle (MESA's `rmid`).
+pub fn is_middle_radius(name: &str) -> bool {
+    matches!(name, "rmid" | "radiusmid" | "rcenter" | "midradius" | "centerradius")
+}
+
 /// Whether a normalized name means the outer radius of a cell.
 pub fn is_outer_radius(name: &str) -> bool {
     matches!(name, "outerradius" | "cellouterradius" | "router" | "radiusouter" | "cellradius")
@@ -313,7 +318,7 @@ pub fn cartesian_axis(name: &str) -> Option<usize> {
 }
 
 fn is_coordinate(name: &str) -> bool {
-    is_radius(name) || cartesian_axis(name).is_some()
+    is_radius(name) || is_middle_radius(name) || cartesian_axis(name).is_some()
 }
 
 #[cfg(test)]

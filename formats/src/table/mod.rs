@@ -8,7 +8,9 @@
 //! | numbers | as in C and Fortran; columns of texts are left aside |
 //!
 //! What the columns make of it:
-//! * `r` or `radius`: a radial profile, in either order of rows; two equal radii in a row are a jump;
+//! * `r`, `radius` or `rmid`: a radial profile, in either order of rows; two equal radii in a row are a jump. X, Y, Z
+//!   beside it are mass fractions where they add up to 1, and coordinates where the radius is their distance from the
+//!   origin; anything else is refused as ambiguous;
 //! * `outer radius`: a radial profile of cells, whose other columns are averages within (KEPLER's dumps), except
 //!   those that are called `outer` as well;
 //! * `x` (`y`, `z`) and `mass` or `Masses`: particles;
@@ -19,6 +21,8 @@
 //!
 //! Units are taken as stated. Some real headers are wrong about them: a scene can overrule them.
 
+#[cfg(feature = "table")]
+mod fractions;
 #[cfg(feature = "table")]
 mod layout;
 #[cfg(feature = "table")]

@@ -1,7 +1,7 @@
 //! Particles as a table: one row each, the header's facts in comments.
 
 use super::SPEC;
-use super::layout::{is_radius, normalized};
+use super::layout::{is_middle_radius, is_radius, normalized};
 use super::sheet::Sheet;
 use crate::common::assemble::{self, Named};
 use crate::common::facts::{Facts, escaped, texts, unescaped};
@@ -26,7 +26,7 @@ const MAX_WHOLE: i64 = 1 << 53;
 /// Whether a table holds particles: coordinates and masses, and no radius, beside which a lone x is something else.
 pub fn are_particles(sheet: &Sheet) -> bool {
     let columns = || sheet.columns.iter().map(|c| c.heading.name.as_str());
-    assemble::are_particles(columns()) && !columns().any(|n| is_radius(&normalized(n)))
+    assemble::are_particles(columns()) && !columns().map(normalized).any(|n| is_radius(&n) || is_middle_radius(&n))
 }
 
 /// # Errors

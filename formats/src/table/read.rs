@@ -1,6 +1,9 @@
 //! Reader of tables: from named columns to a geometry and variables.
 
-use super::layout::{Heading, Layout, cartesian_axis, is_density, is_outer_radius, is_radius, normalized};
+use super::fractions::{Beside, beside_radius};
+use super::layout::{
+    Heading, Layout, cartesian_axis, is_density, is_middle_radius, is_outer_radius, is_radius, normalized,
+};
 use super::points::{arrange, distinct};
 use super::sheet::Sheet;
 use super::{SPEC, particles, radial};
@@ -80,12 +83,12 @@ fn variable_name(column: &str) -> &str {
 fn place(text: &Text, path: &Path, sheet: Sheet, notes: &mut Vec<String>) -> Result<Placed> {
     let find = |wanted: &dyn Fn(&str) -> bool| sheet.columns.iter().position(|c| wanted(&normalized(&c.heading.name)));
     let axes: Vec<Option<usize>> = (0..3).map(|axis| find(&|n| cartesian_axis(n) == Some(axis))).collect();
-    let radius = find(&|n| is_radius(n) && !is_outer_radius(n));
+    let radius = find(&|n| is_radius(n) && !is_outer_radius(n)).or_else(|| find(&is_middle_radius));
     let outer = find(&is_outer_radius);
-    // Beside a radius, a lone x is something else: a fraction of hydrogen, a scaled radius.
-    let is_radial = (radius.is_some() || outer.is_some()) && axes.get(1).copied().flatten().is_none();
-    if is_radial {
-        return place_radial(text, path, sheet, radius.or(outer), radius.is_none(), notes);
+    if let Some(column) = radius.or(outer)
+        && beside_radius(text, &sheet, column, &axes)? == Beside::Fractions
+    {
+        return place_radial(text, path, sheet, column, radius.is_none(), notes);
     }
     let found: Vec<usize> = axes.iter().map_while(|a| *a).collect();
     if found.is_empty() || found.len() != axes.iter().flatten().count() {
@@ -103,13 +106,12 @@ fn place_radial(
     text: &Text,
     path: &Path,
     sheet: Sheet,
-    radius: Option<usize>,
+    radius: usize,
     is_outer: bool,
     notes: &mut Vec<String>,
 ) -> Result<Placed> {
-    let index = radius.unwrap_or_default();
-    let unit = length_unit(path, sheet.columns.get(index).map(|c| &c.heading))?;
-    let profile = radial::profile(text, sheet, index, is_outer, notes)?;
+    let unit = length_unit(path, sheet.columns.get(radius).map(|c| &c.heading))?;
+    let profile = radial::profile(text, sheet, radius, is_outer, notes)?;
     Ok((Geometry::Radial { nodes: profile.nodes, unit }, profile.columns))
 }
 

@@ -4,7 +4,7 @@
 //! checked against what is left of the file first.
 
 use super::dataset::{DataArray, Dataset, FORMAT, Shape, triples};
-use super::xml::numbers;
+use super::decode::numbers;
 use crate::error::{FormatError, Result};
 use crate::model::{Cells, Values};
 use std::path::Path;
@@ -150,8 +150,14 @@ impl Grid {
                     *d = c.count("a dimension")?;
                 }
                 let nodes = self.dimensions.iter().try_fold(1_usize, |n, &d| n.checked_mul(d));
-                if nodes.is_none_or(|n| n == 0 || n > 1 << 36) || self.dimensions.iter().any(|&d| d > 1 << 24) {
-                    return Err(format!("dimensions {:?} are zero or absurd", self.dimensions));
+                // Each cell takes a byte at least.
+                let most = c.bytes.len().saturating_mul(8);
+                if nodes.is_none_or(|n| n == 0 || n > most) {
+                    return Err(format!(
+                        "DIMENSIONS are {:?}, expected 1 to {most} nodes in a file of {} bytes",
+                        self.dimensions,
+                        c.bytes.len()
+                    ));
                 }
             }
             "ORIGIN" => {
@@ -178,7 +184,9 @@ impl Grid {
             "CELLS" => self.cells = cell_list(c, self.modern, &[])?,
             "CELL_TYPES" => {
                 let n = c.count("a count")?;
-                self.cells.types = c.indices("int", n)?.into_iter().map(|t| u8::try_from(t).unwrap_or(0)).collect();
+                let types = c.indices("int", n)?.into_iter();
+                let kind = |t: usize| u8::try_from(t).map_err(|_| format!("cell type {t} is none of VTK's"));
+                self.cells.types = types.map(kind).collect::<Outcome<_>>()?;
             }
             "VERTICES" => drop(cell_list(c, self.modern, &[])?),
             "POLYGONS" => self.cells = cell_list(c, self.modern, &[(3, 5), (4, 9)])?,
@@ -270,7 +278,10 @@ fn values(c: &mut Cursor<'_>, keyword: &str, count: usize, out: &mut Vec<DataArr
             let (Some(name), Some(kind)) = (words.next(), words.next()) else {
                 return Err("SCALARS has no name and type".into());
             };
-            let components = words.next().and_then(|w| w.parse().ok()).unwrap_or(1_usize).clamp(1, 4);
+            let components = words.next().map_or(Ok(1), |w| {
+                let number = w.parse().ok().filter(|n| (1..=4_usize).contains(n));
+                number.ok_or_else(|| format!("SCALARS '{name}' have '{w}' components, expected 1 to 4"))
+            })?;
             // The table's name may be left out.
             let before = c.at;
             if !c.word().is_some_and(|w| w.eq_ignore_ascii_case("LOOKUP_TABLE")) {

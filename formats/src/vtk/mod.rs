@@ -11,6 +11,8 @@
 #[cfg(feature = "vtk")]
 mod dataset;
 #[cfg(feature = "vtk")]
+mod decode;
+#[cfg(feature = "vtk")]
 mod legacy;
 #[cfg(feature = "vtk")]
 mod particles;

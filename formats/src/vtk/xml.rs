@@ -3,23 +3,25 @@
 //! The part behind `<AppendedData` is cut off before the XML is parsed, since raw data is no XML.
 
 use super::dataset::{DataArray, Dataset, FORMAT, Shape, triples};
+use super::decode::Decoder;
 use crate::error::{FormatError, Result};
 use crate::limits::MAX_EXPANSION;
-use crate::model::{Cells, Values};
-use base64::Engine;
+use crate::model::Cells;
 use quick_xml::Reader;
 use quick_xml::events::{BytesStart, Event};
 use std::collections::HashMap;
-use std::io::Read;
 use std::path::Path;
 
-type Attributes = HashMap<String, String>;
+pub(super) type Attributes = HashMap<String, String>;
+
+/// The `Direction` of an image along x, y and z.
+const UNTURNED: [f64; 9] = [1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0];
 
 /// A `DataArray` element with the section that it stands in.
-struct Element {
-    section: String,
-    attributes: Attributes,
-    text: String,
+pub(super) struct Element {
+    pub section: String,
+    pub attributes: Attributes,
+    pub text: String,
 }
 
 pub(super) fn read(path: &Path, bytes: &[u8]) -> Result<Dataset> {
@@ -145,7 +147,7 @@ impl Document {
             Ok(triples(&array.values))
         };
         let shape = match self.kind.as_str() {
-            "ImageData" => self.image(path)?,
+            "ImageData" => self.image(path, decoder.file_bytes)?,
             "RectilinearGrid" => {
                 let found = self.section("Coordinates", decoder)?;
                 let [x, y, z] = found.as_slice() else {
@@ -155,7 +157,7 @@ impl Document {
             }
             "StructuredGrid" => {
                 let points = points()?;
-                let dimensions = self.extent(path)?.map(|(a, b)| b - a + 1);
+                let dimensions = self.extent(path)?.map(|(_, span)| span + 1);
                 if dimensions.iter().try_fold(1_usize, |n, &d| n.checked_mul(d)) != Some(points.len()) {
                     return Err(wrong("Points", "are not as many as the extent says"));
                 }
@@ -179,10 +181,11 @@ impl Document {
         self.arrays.iter().filter(|e| e.section == name).filter(numeric).map(|e| decoder.array(e)).collect()
     }
 
-    /// First and last node along each axis.
-    fn extent(&self, path: &Path) -> Result<[(usize, usize); 3]> {
+    /// First node along each axis, and how many intervals follow it.
+    fn extent(&self, path: &Path) -> Result<[(i64, usize); 3]> {
         let text = self.piece.get("Extent").or(self.grid.get("WholeExtent")).map_or("", String::as_str);
-        let numbers: Vec<i64> = text.split_whitespace().filter_map(|t| t.parse().ok()).collect();
+        let numbers: Option<Vec<i64>> = text.split_whitespace().map(|t| t.parse().ok()).collect();
+        let numbers = numbers.unwrap_or_default();
         let valid = numbers.len() == 6 && (0..3).all(|k| numbers[2 * k] <= numbers[2 * k + 1]);
         let span = |k: usize| numbers[2 * k + 1].checked_sub(numbers[2 * k]).and_then(|n| usize::try_from(n).ok());
         if !valid || (0..3).any(|k| span(k).is_none_or(|n| n > 1 << 32)) {
@@ -193,29 +196,43 @@ impl Document {
                 format!("is '{text}', expected six ascending integers"),
             ));
         }
-        Ok(std::array::from_fn(|k| (0, span(k).unwrap_or(0))))
+        Ok(std::array::from_fn(|k| (numbers[2 * k], span(k).unwrap_or(0))))
     }
 
-    fn image(&self, path: &Path) -> Result<Shape> {
-        let triple = |key: &str, default: f64| -> [f64; 3] {
-            let numbers: Vec<f64> = self
-                .grid
-                .get(key)
-                .map(|t| t.split_whitespace().filter_map(|v| v.parse().ok()).collect())
-                .unwrap_or_default();
-            std::array::from_fn(|k| numbers.get(k).copied().unwrap_or(default))
+    fn image(&self, path: &Path, file_bytes: usize) -> Result<Shape> {
+        let triple = |key: &str, default: f64| -> Result<[f64; 3]> {
+            let Some(text) = self.grid.get(key) else { return Ok([default; 3]) };
+            let numbers: Option<Vec<f64>> = text.split_whitespace().map(|v| v.parse().ok()).collect();
+            numbers
+                .and_then(|n| n.try_into().ok())
+                .ok_or_else(|| FormatError::input(path, FORMAT, key, format!("is '{text}', expected three numbers")))
         };
-        let (origin, spacing) = (triple("Origin", 0.0), triple("Spacing", 1.0));
+        let (origin, spacing) = (triple("Origin", 0.0)?, triple("Spacing", 1.0)?);
+        let turned =
+            self.grid.get("Direction").is_some_and(|t| t.split_whitespace().map(str::parse).ne(UNTURNED.map(Ok)));
+        if turned {
+            return Err(FormatError::Unsupported {
+                path: path.into(),
+                format: FORMAT,
+                what: "an image that is turned (Direction); resample it to its axes first".into(),
+            });
+        }
         let extent = self.extent(path)?;
-        let text = self.piece.get("Extent").or(self.grid.get("WholeExtent")).map_or("", String::as_str);
-        let starts: Vec<f64> = text.split_whitespace().step_by(2).filter_map(|t| t.parse().ok()).collect();
-        let start = |k: usize| starts.get(k).copied().unwrap_or(0.0);
+        // Each cell takes a byte at least, or its share of what decompression can make of one.
+        let most = file_bytes.saturating_mul(MAX_EXPANSION as usize).saturating_mul(8);
         let nodes = extent.iter().try_fold(1_usize, |n, e| n.checked_mul(e.1 + 1));
-        if extent.iter().any(|e| e.1 > 1 << 24) || nodes.is_none_or(|n| n > 1 << 36) {
-            return Err(FormatError::input(path, FORMAT, "Extent", "declares more nodes than any file can hold"));
+        if nodes.is_none_or(|n| n > most) {
+            return Err(FormatError::Limit {
+                path: path.into(),
+                format: FORMAT,
+                location: "Extent".into(),
+                declared: format!("{:?} nodes", extent.map(|e| e.1 + 1)),
+                allowed: format!("the {most} that a file of {file_bytes} bytes can hold"),
+            });
         }
         Ok(Shape::Axes(std::array::from_fn(|k| {
-            (0..=extent[k].1).map(|i| origin[k] + spacing[k] * (start(k) + i as f64)).collect()
+            let (start, span) = extent[k];
+            (0..=span).map(|i| origin[k] + spacing[k] * (start as f64 + i as f64)).collect()
         })))
     }
 
@@ -233,7 +250,11 @@ impl Document {
             offsets.push(index(ends.get(i))?);
         }
         let connectivity = (0..connectivity.len()).map(|i| index(connectivity.get(i))).collect::<Result<Vec<_>>>()?;
-        let types = get("types").map(|t| (0..t.len()).map(|i| t.get(i) as u8).collect()).unwrap_or_default();
+        let kind = |v: f64| match v as u8 {
+            kind if f64::from(kind) == v => Ok(kind),
+            _ => Err(wrong(&format!("have a cell of type {v}, which is none of VTK's"))),
+        };
+        let types = get("types").map_or(Ok(Vec::new()), |t| (0..t.len()).map(|i| kind(t.get(i))).collect())?;
         Ok(Cells { types, offsets, connectivity })
     }
 
@@ -255,230 +276,4 @@ impl Document {
             .collect();
         Ok(cells)
     }
-}
-
-/// How the file encodes its arrays.
-struct Decoder<'a> {
-    path: &'a Path,
-    wide_header: bool,
-    big_endian: bool,
-    compressor: Option<String>,
-    /// Appended data behind the underscore, and whether it is raw.
-    appended: &'a [u8],
-    raw: bool,
-    file_bytes: usize,
-}
-
-impl<'a> Decoder<'a> {
-    fn new(path: &'a Path, file: &Attributes, tail: &'a [u8], file_bytes: usize) -> Result<Self> {
-        let head_end = tail.iter().position(|&b| b == b'>').map_or(tail.len(), |i| i + 1);
-        let raw = String::from_utf8_lossy(&tail[..head_end]).contains("raw");
-        let start = tail[head_end..].iter().position(|&b| b == b'_').map_or(tail.len(), |i| head_end + i + 1);
-        Ok(Self {
-            path,
-            wide_header: file.get("header_type").is_some_and(|t| t == "UInt64"),
-            big_endian: file.get("byte_order").is_some_and(|b| b == "BigEndian"),
-            compressor: file.get("compressor").cloned(),
-            appended: &tail[start..],
-            raw,
-            file_bytes,
-        })
-    }
-
-    fn array(&self, element: &Element) -> Result<DataArray> {
-        let attribute = |key: &str| element.attributes.get(key).map_or("", String::as_str);
-        let name = attribute("Name").to_owned();
-        let broken = |problem: String| FormatError::input(self.path, FORMAT, format!("array '{name}'"), problem);
-        let components = attribute("NumberOfComponents").parse().unwrap_or(1).max(1);
-        let kind = attribute("type");
-        let values = match attribute("format") {
-            "ascii" => ascii(kind, &element.text).map_err(broken)?,
-            "binary" => {
-                let text: Vec<u8> = element.text.bytes().filter(|b| !b.is_ascii_whitespace()).collect();
-                numbers(kind, &self.base64(&text).map_err(broken)?, self.big_endian).map_err(broken)?
-            }
-            "appended" => {
-                let offset: usize = attribute("offset").parse().map_err(|_| broken("has no valid offset".into()))?;
-                let data = self.appended.get(offset..).ok_or_else(|| {
-                    broken(format!("starts at {offset}, behind the end of the appended data; the file is cut off"))
-                })?;
-                let bytes = if self.raw { self.raw(data) } else { self.base64(data) }.map_err(broken)?;
-                numbers(kind, &bytes, self.big_endian).map_err(broken)?
-            }
-            other => return Err(broken(format!("has format '{other}', expected ascii, binary or appended"))),
-        };
-        Ok(DataArray { name, components, values })
-    }
-
-    fn word(&self) -> usize {
-        if self.wide_header { 8 } else { 4 }
-    }
-
-    /// Header words at the start of `bytes`.
-    fn words(&self, bytes: &[u8], count: usize) -> std::result::Result<Vec<usize>, String> {
-        let size = self.word();
-        let head = bytes.get(..count * size).ok_or("is cut off in its header")?;
-        head.chunks_exact(size)
-            .map(|chunk| {
-                let mut wide = [0_u8; 8];
-                if self.big_endian {
-                    wide[8 - size..].copy_from_slice(chunk);
-                    usize::try_from(u64::from_be_bytes(wide))
-                } else {
-                    wide[..size].copy_from_slice(chunk);
-                    usize::try_from(u64::from_le_bytes(wide))
-                }
-                .map_err(|_| "declares an absurd size".to_owned())
-            })
-            .collect()
-    }
-
-    /// Raw appended data: header words, then bytes.
-    fn raw(&self, data: &[u8]) -> std::result::Result<Vec<u8>, String> {
-        if self.compressor.is_none() {
-            let length = self.words(data, 1)?[0];
-            let bytes = data.get(self.word()..).and_then(|d| d.get(..length)).ok_or("is cut off")?;
-            return Ok(bytes.to_vec());
-        }
-        let (header, sizes) = self.block_header(&|count| self.words(data, count))?;
-        let start = (3 + sizes.len()) * self.word();
-        self.decompress(&header, &sizes, data.get(start..).ok_or("is cut off")?)
-    }
-
-    /// Base64: header and data are one stream uncompressed, two streams compressed.
-    fn base64(&self, text: &[u8]) -> std::result::Result<Vec<u8>, String> {
-        let characters = |bytes: usize| bytes.div_ceil(3) * 4;
-        let decode = |from: usize, bytes: usize| -> std::result::Result<Vec<u8>, String> {
-            let end = from.checked_add(characters(bytes)).ok_or("declares an absurd size")?;
-            let part = text.get(from..end).ok_or("is cut off")?;
-            base64::engine::general_purpose::STANDARD.decode(part).map_err(|e| format!("is no valid base64: {e}"))
-        };
-        let word = self.word();
-        if self.compressor.is_none() {
-            let length = self.words(&decode(0, word)?, 1)?[0];
-            if length > self.file_bytes {
-                return Err(format!("declares {length} bytes, more than the file has"));
-            }
-            let all = decode(0, word + length)?;
-            return all.get(word..word + length).map(<[u8]>::to_vec).ok_or_else(|| "is cut off".into());
-        }
-        let (header, sizes) = self.block_header(&|count| self.words(&decode(0, count * word)?, count))?;
-        let start = characters((3 + sizes.len()) * word);
-        self.decompress(&header, &sizes, &decode(start, sizes.iter().sum())?)
-    }
-
-    /// Number of blocks, block size and last size; then the compressed sizes.
-    fn block_header(
-        &self,
-        words: &dyn Fn(usize) -> std::result::Result<Vec<usize>, String>,
-    ) -> std::result::Result<([usize; 3], Vec<usize>), String> {
-        let first = words(1)?[0];
-        if first == 0 {
-            return Ok(([0; 3], Vec::new()));
-        }
-        let limit = self.file_bytes.saturating_mul(MAX_EXPANSION as usize);
-        let head = words(3)?;
-        if first > self.file_bytes || head[1].saturating_mul(first) > limit {
-            return Err(format!("declares {first} blocks of {} bytes, more than the file can hold", head[1]));
-        }
-        let all = words(3 + first)?;
-        let sizes = all[3..].to_vec();
-        if sizes.iter().try_fold(0_usize, |n, &s| n.checked_add(s)).is_none_or(|n| n > self.file_bytes) {
-            return Err("declares blocks larger than the file".into());
-        }
-        Ok(([head[0], head[1], head[2]], sizes))
-    }
-
-    fn decompress(&self, header: &[usize; 3], sizes: &[usize], data: &[u8]) -> std::result::Result<Vec<u8>, String> {
-        let compressor = self.compressor.as_deref().unwrap_or("");
-        let mut out = Vec::new();
-        let mut at = 0;
-        for (b, &size) in sizes.iter().enumerate() {
-            let last = b + 1 == sizes.len() && header[2] > 0;
-            let expected = if last { header[2] } else { header[1] };
-            let packed = data.get(at..at + size).ok_or("is cut off")?;
-            at += size;
-            let before = out.len();
-            let result = match compressor {
-                "vtkZLibDataCompressor" => flate2::read::ZlibDecoder::new(packed)
-                    .take(expected as u64 + 1)
-                    .read_to_end(&mut out)
-                    .map(drop)
-                    .map_err(|e| e.to_string()),
-                "vtkLZ4DataCompressor" => lz4_flex::block::decompress(packed, expected)
-                    .map(|block| out.extend_from_slice(&block))
-                    .map_err(|e| e.to_string()),
-                "vtkLZMADataCompressor" => lzma(packed, expected, &mut out),
-                other => Err(format!("compressor '{other}' is not known")),
-            };
-            result.map_err(|e| format!("block {b} cannot be decompressed: {e}"))?;
-            if out.len() - before != expected {
-                return Err(format!("block {b} has {} bytes, expected {expected}", out.len() - before));
-            }
-        }
-        Ok(out)
-    }
-}
-
-/// Decompresses into a buffer that refuses to grow beyond what is expected.
-fn lzma(packed: &[u8], expected: usize, out: &mut Vec<u8>) -> std::result::Result<(), String> {
-    struct Capped<'a> {
-        out: &'a mut Vec<u8>,
-        left: usize,
-    }
-    impl std::io::Write for Capped<'_> {
-        fn write(&mut self, bytes: &[u8]) -> std::io::Result<usize> {
-            if bytes.len() > self.left {
-                return Err(std::io::Error::other("more data than declared"));
-            }
-            self.left -= bytes.len();
-            self.out.extend_from_slice(bytes);
-            Ok(bytes.len())
-        }
-        fn flush(&mut self) -> std::io::Result<()> {
-            Ok(())
-        }
-    }
-    let mut input = packed;
-    lzma_rs::xz_decompress(&mut input, &mut Capped { out, left: expected }).map_err(|e| format!("{e:?}"))
-}
-
-fn ascii(kind: &str, text: &str) -> std::result::Result<Values, String> {
-    // Text is read as f64 whatever its type, but a type that is none is a sign of damage.
-    numbers(kind, &[], false)?;
-    let numbers = text
-        .split_whitespace()
-        .map(|t| t.parse::<f64>().map_err(|_| format!("has '{t}' where a number is expected")))
-        .collect::<std::result::Result<Vec<_>, _>>()?;
-    Ok(if kind == "Float32" { Values::F32(numbers.iter().map(|&v| v as f32).collect()) } else { Values::F64(numbers) })
-}
-
-/// Numbers of a VTK type from bytes. Whole numbers become f64: they index or count.
-pub(super) fn numbers(kind: &str, bytes: &[u8], big_endian: bool) -> std::result::Result<Values, String> {
-    macro_rules! all {
-        ($t:ty, $wrap:expr) => {{
-            let size = std::mem::size_of::<$t>();
-            let one = |chunk: &[u8]| {
-                let mut raw = [0_u8; std::mem::size_of::<$t>()];
-                raw.copy_from_slice(chunk);
-                if big_endian { <$t>::from_be_bytes(raw) } else { <$t>::from_le_bytes(raw) }
-            };
-            $wrap(bytes.chunks_exact(size).map(one))
-        }};
-    }
-    Ok(match kind {
-        "Float32" | "float" => all!(f32, |i| Values::F32(Iterator::collect(i))),
-        "Float64" | "double" => all!(f64, |i| Values::F64(Iterator::collect(i))),
-        "Int8" | "char" => all!(i8, |i| Values::F64(Iterator::map(i, f64::from).collect())),
-        "UInt8" | "unsigned_char" | "bit" => all!(u8, |i| Values::F64(Iterator::map(i, f64::from).collect())),
-        "Int16" | "short" => all!(i16, |i| Values::F64(Iterator::map(i, f64::from).collect())),
-        "UInt16" | "unsigned_short" => all!(u16, |i| Values::F64(Iterator::map(i, f64::from).collect())),
-        "Int32" | "int" => all!(i32, |i| Values::F64(Iterator::map(i, f64::from).collect())),
-        "UInt32" | "unsigned_int" => all!(u32, |i| Values::F64(Iterator::map(i, f64::from).collect())),
-        "Int64" | "long" | "vtktypeint64" => {
-            all!(i64, |i| Values::F64(Iterator::map(i, |v: i64| v as f64).collect()))
-        }
-        "UInt64" | "unsigned_long" => all!(u64, |i| Values::F64(Iterator::map(i, |v: u64| v as f64).collect())),
-        other => return Err(format!("has type '{other}', which is not known")),
-    })
 }

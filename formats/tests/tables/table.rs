@@ -233,3 +233,25 @@ fn damage_never_panics() {
         survives_damage("table", &content[..content.len().min(20_000)], 100, false);
     }
 }
+
+#[test]
+fn mass_fractions_beside_a_radius_are_no_coordinates() {
+    let star = |radius: &str, names: &str, rows: &str| {
+        read_table(&format!("{radius},rho,{names},mass\n{rows}")).map_err(|e| e.to_string())
+    };
+    let rows = "0.1,5,0.34,0.64,0.02,0.1\n0.2,4,0.5,0.48,0.02,0.5\n0.3,1,0.7,0.28,0.02,1\n";
+    for radius in ["r", "radius", "Radius [cm]", "rmid", "R"] {
+        let field = star(radius, "X,Y,Z", rows).unwrap();
+        assert_eq!(radii(&field), [0.1, 0.2, 0.3], "{radius}");
+        assert_eq!(values(&field, "Y"), [0.64, 0.48, 0.28]);
+    }
+    // Helium alone beside hydrogen: what is left to 1 has no column.
+    let two = "r,rho,X,Y\n0,5,0.34,0.64\n1,4,0.5,0.48\n";
+    assert_eq!(radii(&read_table(two).unwrap()), [0.0, 1.0]);
+    // Points with their distances from the origin stay points.
+    let cloud = "x,y,z,r,rho\n3,4,0,5,1\n0,3,4,5,2\n1,0,0,1,3\n";
+    assert!(matches!(read_table(cloud).unwrap().geometry, Geometry::Cloud { dimension: 3, .. }));
+    // Neither.
+    let error = read_table("x,y,z,r,rho\n3,4,0,0.1,1\n0,3,4,0.2,2\n1,0,0,0.1,3\n").unwrap_err().to_string();
+    assert!(error.contains("'r' and x, y, z") && error.contains("rename"), "{error}");
+}

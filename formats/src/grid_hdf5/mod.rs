@@ -1,0 +1,71 @@
+//! Uniform and rectilinear grids in HDF5 files of hydrodynamics codes: Athena++ and PLUTO. All values are averages within
+//! the cells, all numbers are in the code's own units.
+//!
+//! Athena++ (`.athdf`):
+//!
+//! | object | content |
+//! |---|---|
+//! | root attributes | Coordinates, RootGridSize, NumMeshBlocks, MeshBlockSize, MaxLevel, DatasetNames, NumVariables, VariableNames, Time |
+//! | `LogicalLocations` | place of each mesh block along x1, x2, x3, counted in blocks |
+//! | `x1f`, `x2f`, `x3f` | faces of the cells, one row per block |
+//! | `prim`, `cons`, ... | values by variable, block, x3, x2, x1 |
+//!
+//! Read where no block is refined (MaxLevel 0) and the coordinates are Cartesian, or spherical in one dimension (a radial
+//! profile).
+//!
+//! PLUTO on a static grid (`.dbl.h5`, `.flt.h5`):
+//!
+//! | object | content |
+//! |---|---|
+//! | `Timestep_<n>`, attribute Time | one of them |
+//! | `Timestep_<n>/vars/<name>` | values by x3, x2, x1; the density is `rho` |
+//! | `node_coords/X`, `Y`, `Z` | Cartesian corners of the cells, one more than there are cells along each index |
+//!
+//! Read where each coordinate depends on its own index alone. A PLUTO file does not say whether x and y are the r and z of
+//! an axisymmetric run: they are taken for Cartesian. Chombo's files of refined grids are refused.
+
+use crate::registry::{Capabilities, FormatSpec, HDF5_SIGNATURE, Match, ReadFn};
+
+#[cfg(feature = "grid-hdf5")]
+mod athena;
+#[cfg(feature = "grid-hdf5")]
+mod pluto;
+#[cfg(feature = "grid-hdf5")]
+mod read;
+
+#[cfg(feature = "grid-hdf5")]
+const READ: Option<ReadFn> = Some(read::read);
+#[cfg(not(feature = "grid-hdf5"))]
+const READ: Option<ReadFn> = None;
+
+/// Data sheet of the format.
+pub const SPEC: FormatSpec = FormatSpec {
+    name: "grid-hdf5",
+    summary: "Athena++ and PLUTO HDF5 grids without refinement",
+    extensions: &["athdf", "h5"],
+    feature: "grid-hdf5",
+    reference: "https://github.com/PrincetonUniversity/athena/wiki/HDF5-Format",
+    capabilities: Capabilities {
+        read_field: true,
+        read_particles: false,
+        write_particles: false,
+        requires: &[],
+        geometries: &["radial", "grid"],
+        dimensions: &[1, 2, 3],
+    },
+    sniff,
+    read: READ,
+    write: None,
+};
+
+/// Names that stand near the beginning of such files and of no others.
+fn sniff(head: &[u8]) -> Match {
+    let has = |what: &[u8]| head.windows(what.len()).any(|w| w == what);
+    match head.starts_with(HDF5_SIGNATURE) {
+        true if has(b"RootGrid") || has(b"MeshBlock") || has(b"LogicalLocations") || has(b"node_coords") => {
+            Match::Certain
+        }
+        true => Match::Container,
+        false => Match::No,
+    }
+}

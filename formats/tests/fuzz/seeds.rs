@@ -1,0 +1,269 @@
+//! Small files of every format: what our writers make, and what they cannot make, by hand.
+
+use sph_formats::common::particle_names as names;
+use sph_formats::{
+    Column, FORMATS, ParticleFile, ParticleTable, RunHeader, Species, UnitDimension, UnitSystem, Values, WriteOptions,
+    write,
+};
+use std::path::Path;
+
+/// The seeds of the reader called `format`; files are made below `folder`.
+pub fn of(format: &str, folder: &Path) -> Vec<Vec<u8>> {
+    let mut seeds = match format {
+        "vtk" => {
+            [written(folder, "vtk", &["vtu", "vtp", "vtk"]), texts(&[IMAGE, RECTILINEAR, STRUCTURED, LEGACY, LEGACY_5])]
+                .concat()
+        }
+        "table" => [written(folder, "table", &["csv"]), texts(&[RADIAL, CLOUD, GRID, FRACTIONS])].concat(),
+        "mesa" => texts(&[MESA]),
+        "gyre" => texts(&[GYRE]),
+        "gadget-binary" => {
+            [written(folder, "gadget-binary", &["gadget"]), written(folder, "gadget-binary-1", &["gadget1"])].concat()
+        }
+        "gadget" => ["swift", "gadget", "gizmo", "arepo"].iter().flat_map(|f| written(folder, f, &["hdf5"])).collect(),
+        "numpy" => {
+            [written(folder, "numpy", &["npz"]), vec![npy("<f4", "(2, 3)", 24), npy(">i8", "(4,)", 32)]].concat()
+        }
+        other => written(folder, other, &["hdf5"]),
+    };
+    #[cfg(feature = "image")]
+    if format == "image" {
+        seeds.extend(images(folder));
+    }
+    #[cfg(feature = "hdf5-layer")]
+    if ["grid-hdf5", "gyre-hdf5", "netcdf", "gadget", "sph-exa"].contains(&format) {
+        seeds.extend(hdf5::all(folder));
+    }
+    if format == "netcdf" {
+        seeds.extend(classic(folder));
+    }
+    assert!(!seeds.is_empty(), "there are no seeds for '{format}'");
+    seeds
+}
+
+fn texts(texts: &[&str]) -> Vec<Vec<u8>> {
+    texts.iter().map(|t| t.as_bytes().to_vec()).collect()
+}
+
+fn particles(dimension: usize) -> ParticleFile {
+    let n = 6;
+    let column = |name: &str, components: usize, values: Values, dimension| Column {
+        name: name.into(),
+        components,
+        values,
+        dimension,
+    };
+    let numbers = |count: usize| Values::F64((0..count).map(|i| 0.1 + 0.05 * i as f64).collect());
+    let columns = vec![
+        column(names::COORDINATES, dimension, numbers(n * dimension), UnitDimension::LENGTH),
+        column(names::VELOCITIES, dimension, numbers(n * dimension), UnitDimension::VELOCITY),
+        column(names::MASSES, 1, numbers(n), UnitDimension::MASS),
+        column(names::DENSITY, 1, numbers(n), UnitDimension::mass_density(dimension)),
+        column(names::SUPPORT_RADIUS, 1, numbers(n), UnitDimension::LENGTH),
+        column(names::INTERNAL_ENERGY, 1, numbers(n), UnitDimension::SPECIFIC_ENERGY),
+        column(names::PARTICLE_IDS, 1, Values::I64((1..=n as i64).collect()), UnitDimension::NONE),
+    ];
+    ParticleFile {
+        header: RunHeader {
+            dimension,
+            box_size: std::array::from_fn(|k| if k < dimension { 3.0 } else { 0.0 }),
+            periodic: std::array::from_fn(|k| k < dimension),
+            units: UnitSystem::cgs(),
+            time: 0.5,
+            kernel: "Wendland C4".into(),
+            kernel_neighbors: 60.0,
+            provenance: vec![("Scene".into(), "a: 1".into())],
+        },
+        species: vec![Species { part_type: 0, table: ParticleTable { count: n, columns } }],
+    }
+}
+
+/// Plain and compressed, in 2-D and 3-D; nothing where the format has no writer.
+fn written(folder: &Path, format: &str, extensions: &[&str]) -> Vec<Vec<u8>> {
+    let mut seeds = Vec::new();
+    if !FORMATS.iter().any(|f| f.name == format && f.write.is_some()) {
+        return seeds;
+    }
+    for extension in extensions {
+        for (dimension, compression) in [(3, 0), (2, 4)] {
+            let path = folder.join(format!("seed.{extension}"));
+            let options = WriteOptions { compression, double_precision: dimension == 2 };
+            write(FORMATS, &path, Some(format), &particles(dimension), options).unwrap();
+            seeds.push(std::fs::read(&path).unwrap());
+        }
+    }
+    seeds
+}
+
+/// A NumPy array of zeros.
+fn npy(kind: &str, shape: &str, bytes: usize) -> Vec<u8> {
+    let dictionary = format!("{{'descr': '{kind}', 'fortran_order': False, 'shape': {shape}, }}\n");
+    let mut file = b"\x93NUMPY\x01\x00".to_vec();
+    file.extend((dictionary.len() as u16).to_le_bytes());
+    file.extend(dictionary.bytes());
+    file.resize(file.len() + bytes, 0);
+    file
+}
+
+fn classic(folder: &Path) -> Vec<Vec<u8>> {
+    use sph_formats::common::netcdf_classic::{ClassicFile, Data};
+    let (r, rho) = ([0.0, 1.0, 1.0, 2.0], [4.0_f32, 3.0, 2.0, 1.0]);
+    let mut profile = ClassicFile::new();
+    profile.attribute("title", "seed");
+    let d = profile.dimension("r", 4);
+    profile.variable("r", &[d], Data::F64(&r), &[("units", "km".into())]);
+    profile.variable("rho", &[d], Data::F32(&rho), &[("units", "kg/m^3".into()), ("_FillValue", "x".into())]);
+    let mut grid = ClassicFile::new();
+    let (x, values) = ([0.0, 1.0], [1.0_f32; 8]);
+    let t = grid.dimension("time", 2);
+    let (dx, dy) = (grid.dimension("x", 2), grid.dimension("y", 2));
+    grid.variable("time", &[t], Data::F64(&x), &[("units", "days since 2000-01-01".into())]);
+    grid.variable("x", &[dx], Data::F64(&x), &[("axis", "X".into())]);
+    grid.variable("y", &[dy], Data::F64(&x), &[("axis", "Y".into())]);
+    grid.variable("rho", &[t, dx, dy], Data::F32(&values), &[]);
+    let bytes = |file: &ClassicFile| {
+        let path = folder.join("seed.nc");
+        file.write(&path).unwrap();
+        std::fs::read(path).unwrap()
+    };
+    vec![bytes(&profile), bytes(&grid)]
+}
+
+#[cfg(feature = "image")]
+fn images(folder: &Path) -> Vec<Vec<u8>> {
+    use tiff::encoder::{TiffEncoder, colortype};
+    let mut seeds = Vec::new();
+    for (color, depth, row) in [
+        (png::ColorType::Grayscale, png::BitDepth::Eight, 5),
+        (png::ColorType::Rgba, png::BitDepth::Sixteen, 40),
+        (png::ColorType::Grayscale, png::BitDepth::Two, 2),
+    ] {
+        let mut bytes = Vec::new();
+        let mut encoder = png::Encoder::new(&mut bytes, 5, 4);
+        encoder.set_color(color);
+        encoder.set_depth(depth);
+        encoder.write_header().unwrap().write_image_data(&vec![0xff; 4 * row]).unwrap();
+        seeds.push(bytes);
+    }
+    let path = folder.join("seed.tif");
+    let file = || std::fs::File::create(&path).unwrap();
+    let read = || std::fs::read(&path).unwrap();
+    TiffEncoder::new(file()).unwrap().write_image::<colortype::Gray8>(5, 4, &[7; 20]).unwrap();
+    seeds.push(read());
+    TiffEncoder::new(file()).unwrap().write_image::<colortype::RGB16>(5, 4, &[7; 60]).unwrap();
+    seeds.push(read());
+    TiffEncoder::new_big(file()).unwrap().write_image::<colortype::Gray32Float>(5, 4, &[0.5; 20]).unwrap();
+    seeds.push(read());
+    let packed = TiffEncoder::new(file()).unwrap().with_compression(tiff::encoder::Compression::Lzw);
+    let mut packed = packed;
+    packed.write_image::<colortype::Gray16>(5, 4, &[9; 20]).unwrap();
+    seeds.push(read());
+    seeds
+}
+
+#[cfg(feature = "hdf5-layer")]
+mod hdf5 {
+    use rust_hdf5::H5File;
+    use std::path::Path;
+
+    /// Athena++, PLUTO, GSM and POLY in small.
+    pub fn all(folder: &Path) -> Vec<Vec<u8>> {
+        let path = folder.join("seed.h5");
+        let makers: [fn(&H5File); 5] = [athena, pluto, star, polytrope, chunked];
+        let made = makers.iter().map(|make| {
+            let file = H5File::create(&path).unwrap();
+            make(&file);
+            file.close().unwrap();
+            std::fs::read(&path).unwrap()
+        });
+        made.collect()
+    }
+
+    fn numbers(file: &H5File, name: &str, shape: &[usize]) {
+        let values: Vec<f32> = (0..shape.iter().product()).map(|i| i as f32).collect();
+        file.new_dataset::<f32>().shape(shape).create(name).unwrap().write_raw(&values).unwrap();
+    }
+
+    fn athena(file: &H5File) {
+        let root = file.root_group();
+        root.set_attr_string("Coordinates", "cartesian").unwrap();
+        root.set_attr_array_numeric("RootGridSize", &[4_i32, 2, 1]).unwrap();
+        root.set_attr_array_numeric("MeshBlockSize", &[2_i32, 2, 1]).unwrap();
+        root.set_attr_numeric("MaxLevel", &0_i32).unwrap();
+        root.set_attr_string_array("DatasetNames", &["prim"]).unwrap();
+        root.set_attr_array_numeric("NumVariables", &[1_i32]).unwrap();
+        root.set_attr_string_array("VariableNames", &["rho"]).unwrap();
+        let places = file.new_dataset::<i64>().shape([2, 3]).create("LogicalLocations").unwrap();
+        places.write_raw(&[0_i64, 0, 0, 1, 0, 0]).unwrap();
+        let faces = file.new_dataset::<f32>().shape([2, 3]).create("x1f").unwrap();
+        faces.write_raw(&[0.0_f32, 1.0, 2.0, 2.0, 3.0, 4.0]).unwrap();
+        let faces = file.new_dataset::<f32>().shape([2, 3]).create("x2f").unwrap();
+        faces.write_raw(&[0.0_f32, 1.0, 2.0, 0.0, 1.0, 2.0]).unwrap();
+        file.new_dataset::<f32>().shape([2, 2]).create("x3f").unwrap().write_raw(&[0.0_f32, 1.0, 0.0, 1.0]).unwrap();
+        numbers(file, "prim", &[1, 2, 1, 2, 2]);
+    }
+
+    fn pluto(file: &H5File) {
+        let vars = file.create_group("Timestep_1").unwrap().create_group("vars").unwrap();
+        vars.new_dataset::<f64>().shape([2, 2]).create("rho").unwrap().write_raw(&[1.0; 4]).unwrap();
+        let nodes = file.create_group("node_coords").unwrap();
+        let x = [0.0_f32, 1.0, 2.0, 0.0, 1.0, 2.0, 0.0, 1.0, 2.0];
+        let y = [0.0_f32, 0.0, 0.0, 1.0, 1.0, 1.0, 2.0, 2.0, 2.0];
+        nodes.new_dataset::<f32>().shape([3, 3]).create("X").unwrap().write_raw(&x).unwrap();
+        nodes.new_dataset::<f32>().shape([3, 3]).create("Y").unwrap().write_raw(&y).unwrap();
+    }
+
+    fn star(file: &H5File) {
+        file.root_group().set_attr_array_numeric("M_star", &[1e33]).unwrap();
+        file.root_group().set_attr_array_numeric("R_star", &[1e11]).unwrap();
+        ["r", "rho", "w", "p"].iter().for_each(|name| numbers(file, name, &[5]));
+    }
+
+    fn polytrope(file: &H5File) {
+        file.root_group().set_attr_array_numeric("n_poly", &[3.0]).unwrap();
+        numbers(file, "z", &[4]);
+        let theta = file.new_dataset::<f64>().shape([4]).create("theta").unwrap();
+        theta.write_raw(&[1.0, 0.9, 0.5, 0.0]).unwrap();
+        numbers(file, "dtheta", &[4]);
+    }
+
+    fn chunked(file: &H5File) {
+        let builder = file.new_dataset::<f64>().shape([40]).chunk(&[16]).shuffle_deflate(6);
+        builder.create("rho").unwrap().write_slice(&[0], &[40], &[2.5; 40]).unwrap();
+        numbers(file, "r", &[40]);
+    }
+}
+
+const IMAGE: &str = r#"<?xml version="1.0"?>
+<VTKFile type="ImageData" version="0.1" byte_order="LittleEndian" header_type="UInt32">
+<ImageData WholeExtent="0 2 0 1 0 0" Origin="1 2 3" Spacing="0.5 -1 1"><Piece Extent="0 2 0 1 0 0">
+<PointData><DataArray type="Float64" Name="rho" format="ascii">0 1 2 10 11 12</DataArray></PointData>
+<CellData><DataArray type="Float32" Name="c" NumberOfComponents="1" format="binary">CAAAAAAAoEAAAMBA</DataArray></CellData>
+</Piece></ImageData></VTKFile>"#;
+
+const RECTILINEAR: &str = r#"<VTKFile type="RectilinearGrid" byte_order="BigEndian"><RectilinearGrid WholeExtent="0 1 0 1 0 0">
+<Piece Extent="0 1 0 1 0 0"><Coordinates><DataArray type="Float32" format="ascii">0 1</DataArray>
+<DataArray type="Float32" format="ascii">0 2</DataArray><DataArray type="Float32" format="ascii">0</DataArray></Coordinates>
+<PointData><DataArray type="Int32" Name="rho" format="appended" offset="0"/></PointData></Piece></RectilinearGrid>
+<AppendedData encoding="base64">_AAAAEAAAAAEAAAACAAAAAwAAAAQ=</AppendedData></VTKFile>"#;
+
+const STRUCTURED: &str = r#"<VTKFile type="StructuredGrid"><StructuredGrid WholeExtent="0 1 0 1 0 0"><Piece Extent="0 1 0 1 0 0">
+<Points><DataArray type="Float32" NumberOfComponents="3" format="ascii">0 0 0 1 0 0 0 1 0 1 1 0</DataArray></Points>
+<PointData><DataArray type="Float32" Name="rho" format="ascii">1 2 3 4</DataArray></PointData></Piece></StructuredGrid></VTKFile>"#;
+
+const LEGACY: &str = "# vtk DataFile Version 3.0\none cell\nASCII\nDATASET UNSTRUCTURED_GRID\nPOINTS 4 float\n\
+0 0 0 1 0 0 0 1 0 0 0 1\nCELLS 1 5\n4 0 1 2 3\nCELL_TYPES 1\n10\nPOINT_DATA 4\nSCALARS density double 1\n\
+LOOKUP_TABLE default\n1 2 3 4\nCELL_DATA 1\nFIELD FieldData 1\nq 1 1 int\n7\n";
+
+const LEGACY_5: &str = "# vtk DataFile Version 5.1\nt\nASCII\nDATASET POLYDATA\nPOINTS 3 float\n0 0 0 1 0 0 0 1 0\n\
+METADATA\nINFORMATION 0\n\nPOLYGONS 2 3\nOFFSETS vtktypeint64\n0 3\nCONNECTIVITY vtktypeint64\n0 1 2\nCELL_DATA 1\n\
+SCALARS rho float\nLOOKUP_TABLE default\n7\n";
+
+const RADIAL: &str = "# a star\n# r [cm]  density [g/cm^3]\n0 10\n1 5 # middle\n1 4\n2,0\n";
+const CLOUD: &str = "x;y;z;rho\n0;0;0;1\n1;2;3;4\n5;1;2;3\n";
+const GRID: &str = "x,y,\"rho\"\n0,0,1\n0,1,2\n1,0,3\n1,1,4\n";
+const FRACTIONS: &str = "outer radius\tX\tY\tZ\trho\n3\t0.7\t0.28\t0.02\t1\n2\t0.6\t0.38\t0.02\t5\n";
+const MESA: &str = " 1 2 3\n model_number num_zones star_age\n 7 3 1.0E+9\n\n 1 2 3 4 5\n zone mass logR logRho logT\n\
+ 1 1.0 0.5 0.0 3.0\n 2 0.5 0.3 1.0 4.0\n 3 0.2 0.1 2.0 5.0\n";
+const GYRE: &str = "2 1.0E33 1.0E10 1.0E33 100\n\
+1 0.0 0.0 0 1 1 100.0 1 1 1 1 1 1 1 1 1 1 1 1\n2 1.0E10 1.0E33 0 1 1 1.0 1 1 1 1 1 1 1 1 1 1 1 1\n";

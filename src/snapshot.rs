@@ -1,0 +1,166 @@
+//! A run's particles as the field of a new one: re-sampling to another number of particles.
+//!
+//! The gas of a snapshot is a cloud of points whose density is the file's own column or, where it has none, the sum
+//! rho_i = sum_j m_j W(r_ij, H_i) over the neighbors with n V_d H^d = N_H (Price 2012, J. Comput. Phys. 231, 759, equations 7
+//! and 10), with the default kernel and its neighbor number. The mass is that of the particles, not of the interpolated
+//! density. Periodic axes are those of the file's box, with its corner at the origin; other axes end with the particles.
+//!
+//! What belongs to a particle and not to its place does not ride along: masses, smoothing lengths, numbers and materials.
+
+use crate::domain::{Axis, Domain, Region};
+use crate::error::{Error, Result};
+use crate::kernel::{KernelName, default_kernel_neighbors, support_over_spacing};
+use crate::metrics::Measured;
+use sph_formats::{
+    Geometry, Location, ParticleFile, ParticleTable, RawField, Unit, UnitDimension, Values, Variable,
+    common::particle_names,
+};
+use std::path::Path;
+
+/// A particle file as a field.
+#[derive(Debug)]
+pub struct Snapshot {
+    pub field: RawField,
+    /// Edge lengths of the box; unused axes are 0.
+    pub box_size: [f64; 3],
+    pub periodic: [bool; 3],
+    /// Of all gas, in the file's units.
+    pub mass: f64,
+}
+
+/// Columns that mean nothing at another place.
+const OF_PARTICLES: [&str; 4] =
+    [particle_names::MASSES, particle_names::SUPPORT_RADIUS, "SmoothingLength", particle_names::COORDINATES];
+
+impl Snapshot {
+    /// Takes the gas of a particle file. `density` names another column than the usual one.
+    ///
+    /// # Errors
+    /// No gas, no coordinates or masses, or values that are no masses.
+    pub fn new(path: &Path, file: &ParticleFile, density: Option<&str>) -> Result<Self> {
+        let wrong = |problem: String| Error::field(path.display().to_string(), problem);
+        let missing = |what: &str| wrong(format!("a particle file without {what} is no density field"));
+        let gas = file.species.iter().find(|s| s.part_type == 0 && s.table.count > 0);
+        let table = &gas.ok_or_else(|| missing("gas particles"))?.table;
+        let header = &file.header;
+        let points = points(table).ok_or_else(|| missing("Coordinates"))?;
+        let masses = table.column(particle_names::MASSES).ok_or_else(|| missing("Masses"))?.values.to_f64();
+        if let Some(i) = masses.iter().position(|m| !(m.is_finite() && *m >= 0.0)) {
+            return Err(wrong(format!("particle {i} has mass {}; masses must be finite and not negative", masses[i])));
+        }
+        let mut notes = vec![format!("{} gas particles are read as samples of their own density", table.count)];
+        let others = file.species.iter().filter(|s| s.part_type != 0).map(|s| s.table.count).sum::<usize>();
+        if others > 0 {
+            notes.push(format!("{others} particles of other types than gas were left aside"));
+        }
+        let unit = |d: UnitDimension| {
+            Some(Unit { symbol: "of the file".into(), to_cgs: header.units.to_cgs(d), dimension: d })
+        };
+        let name = density.unwrap_or(particle_names::DENSITY);
+        let mut variables = Vec::new();
+        for c in &table.columns {
+            if OF_PARTICLES.contains(&c.name.as_str()) || (c.name == name && is_empty(&c.values)) {
+                continue;
+            }
+            if matches!(c.values, Values::I64(_)) {
+                notes.push(format!("'{}' belongs to the particles and was left out", c.name));
+                continue;
+            }
+            variables.push(Variable {
+                name: c.name.clone(),
+                description: None,
+                unit: unit(c.dimension),
+                location: Location::Node,
+                components: c.components,
+                values: c.values.clone(),
+            });
+        }
+        let mut snapshot = Self {
+            mass: masses.iter().sum(),
+            field: RawField {
+                path: path.into(),
+                format: "particles",
+                geometry: Geometry::Cloud { dimension: header.dimension, points, unit: unit(UnitDimension::LENGTH) },
+                variables,
+                density: Some(name.into()),
+                metadata: Vec::new(),
+                notes,
+            },
+            box_size: header.box_size,
+            periodic: header.periodic,
+        };
+        if snapshot.field.variable(name).is_none() {
+            if density.is_some_and(|d| d != particle_names::DENSITY) {
+                return Err(wrong(format!("there is no column '{name}' with densities")));
+            }
+            let values = match header.dimension {
+                1 => snapshot.summed::<1>(&masses),
+                2 => snapshot.summed::<2>(&masses),
+                _ => snapshot.summed::<3>(&masses),
+            }?;
+            snapshot.field.notes.push("the particles have no density; it was summed over their neighbors".into());
+            snapshot.field.variables.push(Variable {
+                name: name.into(),
+                description: None,
+                unit: unit(UnitDimension::mass_density(header.dimension)),
+                location: Location::Node,
+                components: 1,
+                values: Values::F64(values),
+            });
+        }
+        Ok(snapshot)
+    }
+
+    /// The box where it is periodic, else as far as there are particles.
+    ///
+    /// # Errors
+    /// Coordinates that are not finite, or that span no volume.
+    pub fn domain<const D: usize>(&self) -> Result<Domain<D>> {
+        let Geometry::Cloud { points, .. } = &self.field.geometry else {
+            return Err(Error::field("Coordinates", "are no points".to_owned()));
+        };
+        let is_periodic = |k: usize| self.periodic[k] && self.box_size[k] > 0.0;
+        let ends = |k: usize, fold: fn(f64, f64) -> f64, start: f64| points.iter().map(|p| p[k]).fold(start, fold);
+        let lo = std::array::from_fn(|k| if is_periodic(k) { 0.0 } else { ends(k, f64::min, f64::INFINITY) });
+        let hi =
+            std::array::from_fn(
+                |k| if is_periodic(k) { self.box_size[k] } else { ends(k, f64::max, f64::NEG_INFINITY) },
+            );
+        let axes = std::array::from_fn(|k| if is_periodic(k) { Axis::Periodic } else { Axis::OPEN });
+        if let Some(k) = (0..D).find(|&k| !(lo[k] < hi[k])) {
+            let problem = format!("run from {} to {} on axis {k}, which spans no volume", lo[k], hi[k]);
+            return Err(Error::field("Coordinates", problem));
+        }
+        Domain::new(lo, hi, axes, Region::Box)
+    }
+
+    /// Mass densities by summation over the neighbors.
+    fn summed<const D: usize>(&self, masses: &[f64]) -> Result<Vec<f64>> {
+        let domain = self.domain::<D>()?;
+        let Geometry::Cloud { points, .. } = &self.field.geometry else { return Ok(Vec::new()) };
+        if let Some(i) = points.iter().position(|p| p.iter().any(|x| !x.is_finite())) {
+            return Err(Error::field(
+                "Coordinates",
+                format!("particle {i} lies at {:?}, expected finite ones", points[i]),
+            ));
+        }
+        let wrapped: Vec<[f64; D]> = points.iter().map(|p| domain.wrapped(&std::array::from_fn(|k| p[k]))).collect();
+        let positions = std::array::from_fn(|k| wrapped.iter().map(|p| p[k]).collect());
+        let neighbors = default_kernel_neighbors(D);
+        let spacing = (domain.volume() / masses.len() as f64).powf(1.0 / D as f64);
+        let guess = vec![support_over_spacing(D, neighbors) * spacing; masses.len()];
+        let measured = Measured::new(KernelName::default(), &domain, &positions, masses, &guess, neighbors);
+        Ok(measured.sums.iter().map(|s| s.weighted).collect())
+    }
+}
+
+fn points(table: &ParticleTable) -> Option<Vec<[f64; 3]>> {
+    let x = table.column(particle_names::COORDINATES)?;
+    let component = |i: usize, k: usize| if k < x.components { x.values.get(i * x.components + k) } else { 0.0 };
+    Some((0..table.count).map(|i| std::array::from_fn(|k| component(i, k))).collect())
+}
+
+/// Whether a column holds nothing: initial conditions often come with densities of 0.
+fn is_empty(values: &Values) -> bool {
+    (0..values.len()).all(|i| values.get(i) == 0.0)
+}
