@@ -52,6 +52,7 @@ pub const SPEC: FormatSpec = FormatSpec {
         requires: &[],
         geometries: &["radial", "grid"],
         dimensions: &[1, 2, 3],
+        equal_masses: false,
     },
     sniff,
     read: READ,

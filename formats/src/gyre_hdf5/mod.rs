@@ -45,6 +45,7 @@ pub const SPEC: FormatSpec = FormatSpec {
         requires: &[],
         geometries: &["radial"],
         dimensions: &[1, 2, 3],
+        equal_masses: false,
     },
     sniff,
     read: READ,

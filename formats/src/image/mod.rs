@@ -46,6 +46,7 @@ pub const SPEC: FormatSpec = FormatSpec {
         requires: &[],
         geometries: &["grid"],
         dimensions: &[1, 2],
+        equal_masses: false,
     },
     sniff,
     read: READ,
