@@ -99,6 +99,7 @@ impl Report {
             ("all, mass re-fitted", Some(e.all_refitted)),
             ("interior, mass as given", e.interior),
             ("interior, mass re-fitted", e.interior_refitted),
+            ("surfaces and jumps apart", e.edge_refitted),
         ];
         for (name, figures) in rows {
             if let Some(ErrorFigures { epsilon, mean, max, particles }) = figures {

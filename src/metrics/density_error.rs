@@ -25,6 +25,8 @@ pub struct DensityError {
     pub all_refitted: ErrorFigures,
     pub interior: Option<ErrorFigures>,
     pub interior_refitted: Option<ErrorFigures>,
+    /// Everything that is not interior (surfaces, jumps, steep places), with the mass re-fitted to the interior.
+    pub edge_refitted: Option<ErrorFigures>,
     /// The factor on the mass in `all_refitted`.
     pub refit_all: f64,
     /// The factor on the mass in `interior_refitted`.
@@ -40,11 +42,13 @@ impl DensityError {
         let refit_interior = refit(measured, target, inside);
         let figures = |set: &[bool], factor: f64| figures(measured, target, set, factor);
         let any = inside.iter().any(|&i| i);
+        let edge: Vec<bool> = inside.iter().map(|i| !i).collect();
         Self {
             all: figures(&everywhere, 1.0),
             all_refitted: figures(&everywhere, refit_all),
             interior: any.then(|| figures(inside, 1.0)),
             interior_refitted: any.then(|| figures(inside, refit_interior)),
+            edge_refitted: (any && edge.contains(&true)).then(|| figures(&edge, refit_interior)),
             refit_all,
             refit_interior,
         }

@@ -1,0 +1,214 @@
+//! The problems on which other tools were measured, solved here: density error, CPU time and how they compare.
+//!
+//! `cargo bench --bench peers [-- FILTER]` prints a table; with SPH_PREP_RESULTS=profiles/results it also
+//! writes `peers.md` there. The other tools' figures are measurements of WVTICs (Donnert, Arth), SEAGen
+//! (Kegerreis et al.) and OpenSPH (Sevecek) on a loaded two-core machine, in CPU seconds; ours are CPU seconds of
+//! the whole run (all threads, reading and writing too), so that ratios within a row are fair, not exact.
+//! Where a tool used Wendland C6 with 295 neighbors, so do we.
+
+use sph_prep::pipeline;
+use sph_prep::placement::Control;
+use sph_prep::scene::Scene;
+use std::fmt::Write;
+use std::sync::atomic::AtomicBool;
+
+/// Another tool's figures on a problem.
+struct Peer {
+    tool: &'static str,
+    seconds: Option<f64>,
+    /// Mean |rho/rho* - 1|, of the interior where the problem has an edge.
+    mean: f64,
+    epsilon: f64,
+}
+
+const fn peer(tool: &'static str, seconds: f64, mean: f64, epsilon: f64) -> Peer {
+    Peer { tool, seconds: Some(seconds), mean, epsilon }
+}
+
+struct Problem {
+    name: &'static str,
+    count: usize,
+    scene: &'static str,
+    /// Roads of ours: name and further keys of the scene.
+    roads: &'static [(&'static str, &'static str)],
+    peers: &'static [Peer],
+}
+
+const BOX: &str = "domain: {box: [[0, 0, 0], [1, 1, 1]], boundary: [periodic]}\nthermal: {internal_energy: 1}\n";
+const C6: &str = "kernel: wendland-c6\nneighbors: 295\n";
+const DEFAULT: &[(&str, &str)] = &[("default", "")];
+const SPHERES: &[(&str, &str)] = &[
+    ("default", ""),
+    ("shells alone", "seeding: equal-area-shells\nwvt: {iterations: 0}\npolish: none\n"),
+    ("shells, solver", "seeding: equal-area-shells\nwvt: {iterations: 0}\nsolver: {evaluations: 20}\n"),
+];
+const POLYTROPE: &str = "input: {file: profiles/polytrope-1.5.nc}\nkernel: wendland-c6\nneighbors: 295\n";
+const SPHERE: &str = "input: {expression: '1'}\ndomain: {ball: {center: [0, 0, 0], radius: 1}}\nthermal: {internal_energy: 1}\nkernel: wendland-c6\nneighbors: 295\n";
+const PLANET: &str = "input: {expression: 'if(r < 0.55, 3 - 0.7 * r^2, 1.3 - 0.6 * r^2)'}\ndomain: {ball: {center: [0, 0, 0], radius: 1}}\nthermal: {internal_energy: 1}\nkernel: wendland-c6\nneighbors: 295\n";
+const EVRARD: &str = "input: {expression: '1 / max(r, 1e-3)'}\ndomain: {ball: {center: [0, 0, 0], radius: 1}}\nthermal: {internal_energy: 1}\nkernel: wendland-c6\nneighbors: 295\n";
+
+const PROBLEMS: &[Problem] = &[
+    Problem {
+        name: "constant",
+        count: 10_000,
+        scene: "input: {expression: '1'}\n",
+        roads: DEFAULT,
+        peers: &[
+            peer("WVTICs, 41 iterations", 35.0, 9.6e-4, 1.4e-6),
+            Peer { tool: "WVTICs, 513 iterations", seconds: None, mean: 5.4e-4, epsilon: 4.5e-7 },
+        ],
+    },
+    Problem {
+        name: "constant",
+        count: 100_000,
+        scene: "input: {expression: '1'}\n",
+        roads: DEFAULT,
+        peers: &[peer("WVTICs, 61 iterations", 463.0, 1.2e-3, 2.3e-6)],
+    },
+    Problem {
+        name: "sine",
+        count: 10_000,
+        scene: "input: {expression: '1 + 0.5 * sin(tau * x)'}\n",
+        roads: DEFAULT,
+        peers: &[peer("WVTICs, 61 iterations", 54.0, 4.7e-2, 2.4e-3), peer("WVTICs (C2), 101", 28.0, 2.1e-2, 5.2e-4)],
+    },
+    Problem {
+        name: "sine",
+        count: 100_000,
+        scene: "input: {expression: '1 + 0.5 * sin(tau * x)'}\n",
+        roads: DEFAULT,
+        peers: &[peer("WVTICs (C2), 61", 193.0, 1.0e-2, 1.5e-4)],
+    },
+    Problem {
+        name: "top hat",
+        count: 10_000,
+        scene: "input: {expression: 'if(abs(x - 0.5) < 0.25, 2, 1)'}\n",
+        roads: DEFAULT,
+        peers: &[peer("WVTICs, 61", 81.0, 0.13, 2.5e-2)],
+    },
+    Problem {
+        name: "Sod",
+        count: 10_000,
+        scene: "input: {expression: 'if(abs(x - 0.5) < 0.25, 1, 0.125)'}\n",
+        roads: DEFAULT,
+        peers: &[peer("WVTICs, 61", 150.0, 0.74, 0.58)],
+    },
+    Problem {
+        name: "Evrard",
+        count: 10_000,
+        scene: EVRARD,
+        roads: SPHERES,
+        peers: &[peer("WVTICs, 61 (interior 0.29)", 53.0, 0.73, 0.21)],
+    },
+    Problem {
+        name: "n = 1.5 polytrope",
+        count: 10_000,
+        scene: POLYTROPE,
+        roads: SPHERES,
+        peers: &[peer("WVTICs (C2), 101", 26.0, 2.4e-2, 1.6e-3), peer("SEAGen", 0.05, 1.1e-2, 1.5e-4)],
+    },
+    Problem {
+        name: "n = 1.5 polytrope",
+        count: 100_000,
+        scene: POLYTROPE,
+        roads: SPHERES,
+        peers: &[
+            Peer { tool: "WVTICs, 61", seconds: None, mean: 2.9e-2, epsilon: 1.2e-3 },
+            peer("SEAGen", 0.14, 2.7e-3, 7.7e-6),
+        ],
+    },
+    Problem {
+        name: "Earth-like, two layers",
+        count: 100_000,
+        scene: PLANET,
+        roads: SPHERES,
+        peers: &[peer("SEAGen", 0.24, 2.1e-3, 3.6e-6)],
+    },
+    Problem {
+        name: "uniform sphere",
+        count: 10_000,
+        scene: SPHERE,
+        roads: SPHERES,
+        peers: &[peer("OpenSPH, 50", 1.4, 7e-3, 7e-5)],
+    },
+    Problem {
+        name: "uniform sphere",
+        count: 100_000,
+        scene: SPHERE,
+        roads: SPHERES,
+        peers: &[peer("OpenSPH, 50", 29.0, 4e-3, 2e-5), peer("SEAGen", 0.14, 2.7e-4, 2.1e-7)],
+    },
+];
+
+/// CPU seconds of this process, all threads: fields 14 and 15 of /proc/self/stat, in hundredths.
+fn cpu_seconds() -> Option<f64> {
+    let stat = std::fs::read_to_string("/proc/self/stat").ok()?;
+    let fields: Vec<&str> = stat.rsplit_once(')')?.1.split_whitespace().collect();
+    Some((fields.get(11)?.parse::<f64>().ok()? + fields.get(12)?.parse::<f64>().ok()?) / 100.0)
+}
+
+/// A row of ours: CPU seconds, interior mean error, interior and whole epsilon (mass re-fitted).
+fn solve(problem: &Problem, road: &str) -> Result<(Option<f64>, f64, f64, f64), String> {
+    let folder = tempfile::tempdir().map_err(|e| e.to_string())?;
+    let mut text = format!("{}{road}particles: {}\n", problem.scene, problem.count);
+    if !problem.scene.contains("domain") && !problem.scene.contains("file") {
+        text += BOX;
+    }
+    if !problem.scene.contains("kernel") {
+        text += C6;
+    }
+    let mut scene = Scene::parse(&text).map_err(|e| e.to_string())?;
+    scene.output.file = Some(folder.path().join("ic.hdf5"));
+    let never = AtomicBool::new(false);
+    let control = Control { deadline: None, interrupted: &never, observer: &|_, _, _, _| {} };
+    let before = cpu_seconds();
+    let report = pipeline::run(&scene, sph_formats::FORMATS, &control).map_err(|e| e.to_string())?;
+    let spent = before.zip(cpu_seconds()).map(|(b, a)| a - b);
+    let error = report.density_error;
+    let inside = error.interior_refitted.unwrap_or(error.all_refitted);
+    Ok((spent, inside.mean, inside.epsilon, error.all_refitted.epsilon))
+}
+
+fn main() {
+    let filter: Vec<String> = std::env::args().skip(1).filter(|a| !a.starts_with('-')).collect();
+    let mut table = String::from(
+        "| problem | N | road | CPU s | interior mean | interior epsilon | epsilon, whole |\n|---|---|---|---|---|---|---|\n",
+    );
+    let seconds = |s: Option<f64>| s.map_or("-".to_string(), |s| format!("{s:.2}"));
+    for problem in PROBLEMS.iter().filter(|p| filter.is_empty() || filter.iter().any(|f| p.name.contains(f.as_str()))) {
+        let start = table.len();
+        for p in problem.peers {
+            let (name, count, tool) = (problem.name, problem.count, p.tool);
+            let _ = writeln!(
+                table,
+                "| {name} | {count} | {tool} | {} | {:.1e} | | {:.1e} |",
+                seconds(p.seconds),
+                p.mean,
+                p.epsilon
+            );
+        }
+        for (road, keys) in problem.roads {
+            let (name, count) = (problem.name, problem.count);
+            let _ = match solve(problem, keys) {
+                Ok((spent, mean, inside, whole)) => writeln!(
+                    table,
+                    "| {name} | {count} | **sph-prep**, {road} | {} | {mean:.1e} | {inside:.1e} | {whole:.1e} |",
+                    seconds(spent)
+                ),
+                Err(e) => writeln!(table, "| {name} | {count} | **sph-prep**, {road} | refused: {e} | | | |"),
+            };
+        }
+        print!("{}", &table[start..]);
+    }
+    if let Some(folder) = std::env::var_os("SPH_PREP_RESULTS") {
+        let page = format!(
+            "# Against other tools\n\n`SPH_PREP_RESULTS=profiles/results cargo bench --bench peers` makes this page. Mass re-fitted. The other \
+             tools' means are over the interior where the problem has an edge, and their epsilons as stated by whoever measured them.\n\n{table}"
+        );
+        let path = std::path::Path::new(&folder).join("peers.md");
+        if let Err(e) = std::fs::create_dir_all(&folder).and_then(|()| std::fs::write(&path, page)) {
+            eprintln!("{}: {e}", path.display());
+            std::process::exit(1);
+        }
+    }
+}
