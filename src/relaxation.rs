@@ -2,8 +2,8 @@
 
 use crate::error::{Error, Result};
 use crate::placement::{
-    AlaricOptions, Control, SolverOptions, StageReport, StopReason, TrimOptions, WvtOptions, alaric_by_splitting,
-    coarse_count, relax, solve_density, trim_masses,
+    AlaricOptions, Control, PAIRED, SolverOptions, StageReport, StopReason, TrimOptions, WvtOptions,
+    alaric_by_splitting, coarse_count, part_pairs, relax, solve_density, trim_masses,
 };
 use crate::plan::Plan;
 use crate::report::Timing;
@@ -50,7 +50,7 @@ pub fn place_watched<const D: usize>(
 ) -> Result<Relaxed<D>> {
     let start = Instant::now();
     let coarse = target.with_count(coarse_count(D, target.count, plan.splittings));
-    let Seeded { mut positions, notes } = seeding::seed(&coarse, scene.seeding, scene.seed)?;
+    let Seeded { mut positions, mut notes } = seeding::seed(&coarse, scene.seeding, scene.seed)?;
     let mut timing = vec![Timing { step: "seed", seconds: start.elapsed().as_secs_f64(), epsilon: None }];
     watch("seed", &positions);
     let mut stages = Vec::new();
@@ -58,6 +58,7 @@ pub fn place_watched<const D: usize>(
         let options = wvt_options(scene, plan.wvt_iterations, neighbors);
         let (relaxed, report) = relax(scene.kernel, &coarse, positions, &options, control);
         positions = relaxed;
+        part(&coarse, &mut positions, &mut notes);
         watch(report.stage, &positions);
         stages.push(report);
     }
@@ -74,6 +75,7 @@ pub fn place_watched<const D: usize>(
             let options = solver_options(scene, plan.evaluations, neighbors);
             let (solved, report) = solve_density::<D, f32>(scene.kernel, target, positions, &options, control);
             positions = solved;
+            part(target, &mut positions, &mut notes);
             watch(report.stage, &positions);
             stages.push(report);
         }
@@ -82,6 +84,7 @@ pub fn place_watched<const D: usize>(
             let (relaxed, reports) =
                 alaric_by_splitting::<D, f32>(scene.kernel, target, positions, plan.splittings, &options, control);
             positions = relaxed;
+            part(target, &mut positions, &mut notes);
             watch("alaric", &positions);
             stages.extend(reports);
         }
@@ -92,6 +95,16 @@ pub fn place_watched<const D: usize>(
         return Err(Error::Interrupted);
     }
     Ok(Relaxed { positions, stages, timing, notes, stop })
+}
+
+/// Moves what a stage left paired apart, and says so.
+fn part<const D: usize>(target: &Target<'_, D>, positions: &mut Positions<D>, notes: &mut Vec<String>) {
+    let paired = part_pairs(target, positions, PAIRED);
+    if paired > 0 {
+        notes.push(format!(
+            "{paired} particles were within {PAIRED} spacings of another and were moved apart: the density changes there by more than N particles resolve"
+        ));
+    }
 }
 
 /// Masses of the placed particles, trimmed where the scene asks for it.

@@ -1,14 +1,16 @@
-//! What the result is worth: density error, force noise, neighbor numbers.
+//! What the result is worth: density error, force noise, neighbor numbers, isotropy.
 //!
 //! Measures use the domain as it is: open faces are vacuum, reflecting ones and reflecting surfaces mirror.
 
 mod density_error;
+mod isotropy;
 mod minimum;
 mod neighbors;
 mod noise;
 mod outcome;
 
 pub use density_error::{DensityError, ErrorFigures};
+pub use isotropy::BondOrder;
 pub use minimum::lowest_epsilon;
 pub use neighbors::NeighborFigures;
 pub use noise::{NoiseFigures, poisson_force};

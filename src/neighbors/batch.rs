@@ -281,6 +281,12 @@ impl<'a, const D: usize, const C: usize, R: Real> Batch<'a, D, C, R> {
         std::array::from_fn(|k| self.positions[k][j])
     }
 
+    /// Channel `c` of gathered source `j` in buffer units.
+    #[inline(always)]
+    pub fn channel(&self, c: usize, j: usize) -> R {
+        self.channels[c][j]
+    }
+
     /// How many sources are in the buffers.
     pub fn len(&self) -> usize {
         self.used

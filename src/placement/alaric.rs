@@ -17,7 +17,7 @@ use super::arrangement::Arrangement;
 use super::fit::{Fit, fit, fit_with, interior};
 use super::splitting::{coarse_count, split};
 use super::viscosity::{CHANNELS, Shear, shear};
-use super::{Control, Progress, StageReport, StopReason, relaxation_domain};
+use super::{COINCIDENT, Control, Progress, StageReport, StopReason, part_pairs, relaxation_domain};
 use crate::domain::Domain;
 use crate::kernel::{KernelName, support_over_spacing};
 use crate::neighbors::lanes::Real;
@@ -95,6 +95,8 @@ fn run<const D: usize, R: Real>(
 ) -> (Positions<D>, StageReport) {
     let start = Instant::now();
     let domain = relaxation_domain(target.domain);
+    let mut positions = positions;
+    part_pairs(target, &mut positions, COINCIDENT);
     let mut fluid = Fluid::<D, R>::new(kernel, target, &domain, positions, options);
     let mut best = (fluid.fitted.epsilon, 0, fluid.state.positions.clone());
     let mut history = vec![fluid.progress(0, 0.0, start)];

@@ -7,6 +7,7 @@ mod ghosts;
 #[cfg(test)]
 mod gradient_tests;
 mod lbfgs;
+mod pairs;
 mod solver;
 mod splitting;
 mod trimming;
@@ -15,6 +16,7 @@ mod wvt;
 
 pub use alaric::{AlaricOptions, alaric, alaric_by_splitting};
 pub use ghosts::Ghosts;
+pub use pairs::{COINCIDENT, PAIRED, part_pairs};
 pub use solver::{SolverOptions, solve_density};
 pub use splitting::{children, coarse_count, split};
 pub use trimming::{TrimOptions, trim_masses};

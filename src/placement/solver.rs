@@ -23,7 +23,7 @@
 use super::arrangement::Arrangement;
 use super::fit::{Fit, fit, interior};
 use super::lbfgs::Lbfgs;
-use super::{Control, Progress, StageReport, StopReason, relaxation_domain};
+use super::{COINCIDENT, Control, Progress, StageReport, StopReason, part_pairs, relaxation_domain};
 use crate::kernel::{KernelName, support_over_spacing};
 use crate::neighbors::lanes::Real;
 use crate::reduce;
@@ -94,6 +94,8 @@ fn run<const D: usize, R: Real>(
 ) -> (Positions<D>, StageReport) {
     let start = Instant::now();
     let domain = relaxation_domain(target.domain);
+    let mut positions = positions;
+    part_pairs(target, &mut positions, COINCIDENT);
     let before = positions.clone();
     let arrangement = Arrangement::new(kernel, target, &domain, positions, options.kernel_neighbors);
     let mut solver = Solver::<D, R>::new(arrangement, options, control);

@@ -19,7 +19,7 @@
 
 use super::arrangement::GHOST_DEPTH;
 use super::fit::{fit, interior};
-use super::{Ghosts, Progress, StageReport, StopReason, relaxation_domain};
+use super::{COINCIDENT, Ghosts, Progress, StageReport, StopReason, part_pairs, relaxation_domain};
 use crate::domain::Domain;
 use crate::kernel::{Kernel, KernelName, evaluate, support_over_spacing};
 use crate::neighbors::lanes::Real;
@@ -246,6 +246,8 @@ pub fn relax<const D: usize>(
     control: &super::Control<'_>,
 ) -> (Positions<D>, StageReport) {
     let start = Instant::now();
+    let mut positions = positions;
+    part_pairs(target, &mut positions, COINCIDENT);
     let domain = relaxation_domain(target.domain);
     let mut state = State::new(target, &domain, positions, options.kernel_neighbors);
     let mut best = (f64::INFINITY, 0, state.positions.clone());
