@@ -143,6 +143,15 @@ impl Run<'_> {
             Outcome::new(kernel, target, &positions, masses, neighbors, thermodynamics.as_ref())
         };
         let balanced = balanced.zip(thermodynamics.as_ref()).map(|(u, h)| (u, h.specific_energy));
+        if !density_error.all.epsilon.is_finite() {
+            return Err(Error::Numeric {
+                stage: "measure",
+                problem: format!(
+                    "the summed density of {} particles is beyond f64 where the target is steepest; bound the density there, as by 1/max(r, 1e-6) for 1/r",
+                    target.count
+                ),
+            });
+        }
         self.lap("measure", lap, Some(density_error.all_refitted.epsilon));
         let lap = Instant::now();
         let out = self.output_units(scaled.mass.value, D)?;

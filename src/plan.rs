@@ -1,6 +1,6 @@
 //! What a scene needs, and what it does without, with the reasons: nothing is run that a scene has no use for.
 
-use crate::domain::{Axis, Domain, Region};
+use crate::domain::{Axis, Domain, Region, Wall};
 use crate::kernel::default_kernel_neighbors;
 use crate::placement::{SolverOptions, WvtOptions};
 use crate::scene::{Atmosphere, Polish, Scene};
@@ -47,6 +47,10 @@ impl Plan {
             plan.drop("relaxation", format!("{count} particles have no neighbors to relax against"));
         } else {
             plan.choose_polish(scene, count, D);
+            if plan.polish != Polish::None && thinner_than_a_spacing(domain, count) {
+                plan.drop("polish", "the domain is thinner than the particles' spacing: its faces are all they see");
+                plan.polish = Polish::None;
+            }
             plan.choose_wvt(scene);
             plan.choose_balance(scene);
         }
@@ -148,6 +152,18 @@ impl Plan {
     pub fn drop(&mut self, what: impl Into<String>, why: impl Into<String>) {
         self.left_out.push(LeftOut { what: what.into(), why: why.into() });
     }
+}
+
+/// Whether an open axis of a box is shorter than the mean spacing: the mirror images that relaxation sees there
+/// and the vacuum that it is measured by have nothing to do with each other.
+fn thinner_than_a_spacing<const D: usize>(domain: &Domain<D>, count: usize) -> bool {
+    let spacing = (domain.volume() / count as f64).powf(1.0 / D as f64);
+    let extent = domain.extent();
+    matches!(domain.region, Region::Box)
+        && (0..D).any(|k| {
+            extent[k] < spacing
+                && matches!(domain.axes[k], Axis::Walls { lo, hi } if Wall::Open == lo || Wall::Open == hi)
+        })
 }
 
 /// Fewer particles are left where the seed puts them.

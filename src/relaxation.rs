@@ -3,9 +3,9 @@
 use crate::checkpoint::{Checkpoints, Snapshot, StageSnapshot};
 use crate::error::{Error, Result};
 use crate::placement::{
-    AfcOptions, AfcSnapshot, AlaricOptions, BalanceOptions, Balanced, Control, SolverOptions, SolverSnapshot,
+    AfcOptions, AfcSnapshot, AlaricOptions, BalanceOptions, Balanced, Control, PAIRED, SolverOptions, SolverSnapshot,
     SplittingSnapshot, StageReport, Start, StopReason, TrimOptions, WvtOptions, WvtSnapshot, alaric_by_splitting_kept,
-    away_from_closest_kept, balance_pressure, coarse_count, relax_kept, solve_density_kept, trim_masses,
+    away_from_closest_kept, balance_pressure, coarse_count, part_pairs, relax_kept, solve_density_kept, trim_masses,
 };
 use crate::plan::Plan;
 use crate::report::Timing;
@@ -158,8 +158,9 @@ impl<const D: usize> Stages<'_, D> {
         let coarse = self.target.with_count(coarse_count(D, self.target.count, plan.splittings));
         let options = wvt_options(self.scene, plan.wvt_iterations, self.neighbors);
         let mut keep = keep(past, StageSnapshot::Wvt);
-        let (positions, report) = relax_kept(self.scene.kernel, &coarse, start, &options, self.control, &mut keep);
+        let (mut positions, report) = relax_kept(self.scene.kernel, &coarse, start, &options, self.control, &mut keep);
         drop(keep);
+        part(&coarse, &mut positions, &mut past.notes);
         watch(report.stage, &positions);
         past.reports.push(report);
         positions
@@ -176,7 +177,7 @@ impl<const D: usize> Stages<'_, D> {
         let stopped = past.reports.last().is_some_and(|s| {
             matches!(s.stop, StopReason::ToleranceReached | StopReason::TimeLimit | StopReason::Interrupted)
         });
-        let (positions, reports) = match (plan.polish, begin) {
+        let (mut positions, reports) = match (plan.polish, begin) {
             (Polish::None, begin) => return begin.into_positions(),
             (_, StageSnapshot::Seed(positions)) if stopped && plan.splittings == 0 => {
                 plan.drop("polish", "WVT met the tolerance, or time was up");
@@ -190,6 +191,7 @@ impl<const D: usize> Stages<'_, D> {
             (_, StageSnapshot::Alaric(kept)) => self.alaric(plan, Start::Kept(Box::new(kept)), past),
             (_, begin) => self.alaric(plan, Start::New(begin.into_positions()), past),
         };
+        part(self.target, &mut positions, &mut past.notes);
         reports.last().inspect(|last| watch(last.stage, &positions));
         past.reports.extend(reports);
         positions
@@ -231,6 +233,16 @@ impl<const D: usize> Stages<'_, D> {
         let (kernel, splittings) = (self.scene.kernel, plan.splittings);
         let keep = &mut keep(past, StageSnapshot::Alaric);
         alaric_by_splitting_kept::<D, f32>(kernel, self.target, start, splittings, &options, self.control, keep)
+    }
+}
+
+/// Moves what a stage left paired apart, and says so.
+fn part<const D: usize>(target: &Target<'_, D>, positions: &mut Positions<D>, notes: &mut Vec<String>) {
+    let paired = part_pairs(target, positions, PAIRED);
+    if paired > 0 {
+        notes.push(format!(
+            "{paired} particles were within {PAIRED} spacings of another and were moved apart: the density changes there by more than N particles resolve"
+        ));
     }
 }
 

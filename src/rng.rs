@@ -10,6 +10,7 @@ pub enum Purpose {
     SeedJitter = 2,
     Measure = 3,
     ShellRotation = 4,
+    Parting = 5,
 }
 
 /// The generator of one particle for one purpose.

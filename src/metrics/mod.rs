@@ -1,9 +1,10 @@
-//! What the result is worth: density error, force noise, neighbor numbers.
+//! What the result is worth: density error, force noise, neighbor numbers, isotropy.
 //!
 //! Measures use the domain as it is: open faces are vacuum, reflecting ones and reflecting surfaces mirror.
 
 mod balance;
 mod density_error;
+mod isotropy;
 mod minimum;
 mod neighbors;
 mod noise;
@@ -11,6 +12,7 @@ mod outcome;
 
 pub use balance::{BalanceFigures, Thermodynamics};
 pub use density_error::{DensityError, ErrorFigures};
+pub use isotropy::BondOrder;
 pub use minimum::lowest_epsilon;
 pub use neighbors::NeighborFigures;
 pub use noise::{NoiseFigures, poisson_force};

@@ -22,7 +22,7 @@
 use super::fluid::{Fluid, FluidSnapshot};
 use super::snapshot::{Best, Check, Keep, Start, Trace, forget};
 use super::splitting::{coarse_count, split};
-use super::{Control, Progress, StageReport, StopReason, relaxation_domain};
+use super::{COINCIDENT, Control, Progress, StageReport, StopReason, part_pairs, relaxation_domain};
 use crate::domain::Domain;
 use crate::kernel::KernelName;
 use crate::neighbors::lanes::Real;
@@ -108,7 +108,8 @@ fn run<const D: usize, R: Real>(
 ) -> (Positions<D>, StageReport) {
     let domain = relaxation_domain(target.domain);
     let (mut fluid, mut run) = match start {
-        Start::New(positions) => {
+        Start::New(mut positions) => {
+            part_pairs(target, &mut positions, COINCIDENT);
             let fluid = Fluid::<D, R>::new(kernel, target, &domain, positions, options);
             let run = Run::new(&fluid, StopClock::new(&domain, options));
             (fluid, run)

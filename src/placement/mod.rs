@@ -12,6 +12,7 @@ mod ghosts;
 #[cfg(test)]
 mod gradient_tests;
 mod lbfgs;
+mod pairs;
 mod snapshot;
 mod solver;
 mod splitting;
@@ -26,6 +27,7 @@ pub use alaric::{
 };
 pub use balance::{BalanceOptions, Balanced, balance_pressure};
 pub use ghosts::Ghosts;
+pub use pairs::{COINCIDENT, PAIRED, part_pairs};
 pub use snapshot::{Keep, Start, forget};
 pub use solver::{SolverOptions, SolverSnapshot, solve_density, solve_density_kept};
 pub use splitting::{children, coarse_count, split};

@@ -24,7 +24,7 @@ use super::arrangement::Arrangement;
 use super::fit::{Fit, fit, interior};
 use super::lbfgs::{Lbfgs, product};
 use super::snapshot::{Check, Keep, Start, Trace, axes, forget};
-use super::{Control, Progress, StageReport, StopReason, relaxation_domain};
+use super::{COINCIDENT, Control, Progress, StageReport, StopReason, part_pairs, relaxation_domain};
 use crate::kernel::{KernelName, support_over_spacing};
 use crate::neighbors::lanes::Real;
 use crate::reduce;
@@ -116,7 +116,8 @@ fn run<const D: usize, R: Real>(
     let neighbors = options.kernel_neighbors;
     let schedule = options.schedule();
     let (mut solver, before, first, mut kept) = match start {
-        Start::New(positions) => {
+        Start::New(mut positions) => {
+            part_pairs(target, &mut positions, COINCIDENT);
             let before = positions.clone();
             let arrangement = Arrangement::new(kernel, target, &domain, positions, neighbors);
             (Solver::<D, R>::new(arrangement, options, control), before, 0, None)

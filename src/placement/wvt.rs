@@ -20,7 +20,7 @@
 use super::arrangement::GHOST_DEPTH;
 use super::fit::{fit, interior};
 use super::snapshot::{Best, Check, Keep, Start, Trace, axes, forget};
-use super::{Ghosts, Progress, StageReport, StopReason, relaxation_domain};
+use super::{COINCIDENT, Ghosts, Progress, StageReport, StopReason, part_pairs, relaxation_domain};
 use crate::domain::Domain;
 use crate::kernel::{Kernel, KernelName, evaluate, support_over_spacing};
 use crate::neighbors::lanes::Real;
@@ -259,7 +259,8 @@ pub fn relax_kept<const D: usize>(
 ) -> (Positions<D>, StageReport) {
     let domain = relaxation_domain(target.domain);
     let (mut state, mut best, mut trace) = match start {
-        Start::New(positions) => {
+        Start::New(mut positions) => {
+            part_pairs(target, &mut positions, COINCIDENT);
             let state = State::new(target, &domain, positions, options.kernel_neighbors);
             let best = Best { epsilon: f64::INFINITY, iteration: 0, positions: state.positions.clone() };
             (state, best, Trace::new())

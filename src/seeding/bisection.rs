@@ -138,18 +138,19 @@ fn quantile<const D: usize>(cells: &[Cell<D>], axis: usize, fraction: f64, lo: f
     x
 }
 
-/// Center of mass, or, where that lies outside (a part that bends around a hole), the heaviest cell's center.
+/// Center of mass, or, where that lies outside (a part that bends around a hole), a point in the heaviest cell.
 pub(super) fn representative<const D: usize>(target: &Target<'_, D>, cells: &[Cell<D>]) -> [f64; D] {
     let total: f64 = cells.iter().map(|c| c.mass).sum();
     let mean = std::array::from_fn(|k| cells.iter().map(|c| c.mass / total * c.center()[k]).sum());
     if target.admits(&mean) {
         return mean;
     }
-    let mut best: Option<&Cell<D>> = None;
-    for cell in cells.iter().filter(|c| target.admits(&c.center())) {
-        if best.is_none_or(|b| cell.mass > b.mass) {
-            best = Some(cell);
+    let mut best: Option<(f64, [f64; D])> = None;
+    for cell in cells {
+        let point = cell.point_inside(target.domain);
+        if best.is_none_or(|(mass, _)| cell.mass > mass) && target.admits(&point) {
+            best = Some((cell.mass, point));
         }
     }
-    best.map_or(mean, Cell::center)
+    best.map_or(mean, |(_, point)| point)
 }

@@ -12,6 +12,11 @@ pub(super) struct Cell<const D: usize> {
 }
 
 impl<const D: usize> Cell<D> {
+    /// The center, or, where a cell reaches across the surface of a ball or shell, a point near it inside.
+    pub fn point_inside(&self, domain: &Domain<D>) -> [f64; D] {
+        inside(self, domain).1
+    }
+
     pub fn center(&self) -> [f64; D] {
         std::array::from_fn(|k| 0.5 * (self.lo[k] + self.hi[k]))
     }
@@ -55,7 +60,7 @@ fn inside<const D: usize>(cell: &Cell<D>, domain: &Domain<D>) -> (f64, [f64; D])
     };
     let part = |depth: f64| (0.5 + 0.5 * depth / half).clamp(0.0, 1.0);
     let fraction = part(radius - r) * if *inner_radius > 0.0 { part(r - inner_radius) } else { 1.0 };
-    let clamped = r.clamp(*inner_radius, radius * (1.0 - 1e-9));
+    let clamped = r.max(inner_radius * (1.0 + 1e-9)).min(radius * (1.0 - 1e-9));
     let point = if r > 0.0 { std::array::from_fn(|k| center[k] + (x[k] - center[k]) * clamped / r) } else { x };
     (fraction, point)
 }

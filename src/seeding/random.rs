@@ -28,8 +28,9 @@ pub(super) fn place<const D: usize>(target: &Target<'_, D>, cells: &[Cell<D>], s
                 if !target.admits(&x) {
                     continue;
                 }
-                if target.admits(&cell.center()) {
-                    center = center.or(Some(cell.center()));
+                let inside = cell.point_inside(target.domain);
+                if target.admits(&inside) {
+                    center = center.or(Some(inside));
                 }
                 // Cells are nearly uniform; twice the mean bounds what the partition left uneven.
                 let volume: f64 = (0..D).map(|k| cell.hi[k] - cell.lo[k]).product();
