@@ -1,6 +1,8 @@
 //! Relaxation of the seed: stages that move particles until their density matches the target.
 
 mod afc;
+#[cfg(test)]
+mod afc_tests;
 mod alaric;
 mod arrangement;
 mod balance;

@@ -1,7 +1,9 @@
 //! The tables and figures of the ALARIC paper, as far as they are quick; `cargo test --test paper -- --nocapture`
-//! prints them, `-- --ignored --nocapture` runs the long ones.
+//! prints them, `-- --ignored --nocapture` runs the long ones. [`results`] says how the page of results is made.
 
+mod cost;
 mod disc;
+mod results;
 mod splitting;
 mod table1;
 

@@ -1,5 +1,6 @@
 //! Table 2, Fig. 6 and Fig. 16: particle splitting, and the error below which nothing goes.
 
+use crate::results::Table;
 use crate::{Density, control, integral, interval, target, uniform, well};
 use sph_prep::kernel::KernelName;
 use sph_prep::metrics::lowest_epsilon;
@@ -24,49 +25,111 @@ fn last(reports: &[StageReport]) -> f64 {
     report.history[report.best_iteration].epsilon
 }
 
+fn ends(reports: &[StageReport]) -> String {
+    let steps = |r: &StageReport| r.history.last().map_or(0, |p| p.iteration);
+    reports.iter().map(|r| format!("{:?} after {}", r.stop, steps(r))).collect::<Vec<_>>().join(", ")
+}
+
 /// The paper's residuals from above: where the target is positive everywhere it stops at 1e-8. The estimate of
 /// the lowest epsilon is no bound for our states, which also re-fit the mass and sum over supports wider than
 /// lambda. At Delta = 0.1 and 0.5 we stay above the paper, 8 and 4 times: the steps run out while epsilon falls.
 #[test]
 fn table2() {
-    println!("{:>6} {:>10} {:>10} {:>10} stages", "Delta", "epsilon", "paper", "minimum");
-    let rows =
-        [(0.0, 2e-4, 3.0), (0.01, 1e-4, 3.0), (0.05, 2e-5, 3.0), (0.1, 2e-6, 20.0), (0.5, 1e-8, 5.0), (1.0, 1e-8, 3.0)];
-    for (delta, paper, within) in rows {
+    let mut page = Table::new(
+        "Table 2: one splitting, 101 to 303 particles in 1-D",
+        "Lowest epsilon of the well of eq. 46 for six depths; the minimum is the paper's estimate, computed here.",
+        &["Delta", "epsilon, paper", "here", "minimum, paper", "here", "stages"],
+    );
+    let rows = [
+        (0.0, 2e-4, 1e-4, 3.0),
+        (0.01, 1e-4, 7e-5, 3.0),
+        (0.05, 2e-5, 9e-6, 3.0),
+        (0.1, 2e-6, 8e-7, 20.0),
+        (0.5, 1e-8, 1e-9, 5.0),
+        (1.0, 1e-8, 8e-11, 3.0),
+    ];
+    let outcomes = rows.map(|(delta, paper, minimum, _)| {
         let reports = run(delta, 303, 1);
-        let epsilon = last(&reports);
-        let stages: Vec<_> = reports
-            .iter()
-            .map(|r| format!("{:?} after {}", r.stop, r.history.last().map_or(0, |p| p.iteration)))
-            .collect();
-        println!("{delta:>6} {epsilon:>10.1e} {paper:>10.0e} {:>10.1e} {}", bound(delta, 303), stages.join(", "));
+        let (epsilon, ours) = (last(&reports), bound(delta, 303));
+        page.row(&[
+            delta.to_string(),
+            format!("{}{paper:.0e}", if delta >= 0.5 { "below " } else { "" }),
+            format!("{epsilon:.1e}"),
+            format!("{minimum:.0e}"),
+            format!("{ours:.1e}"),
+            ends(&reports),
+        ]);
+        assert!((0.8..1.45).contains(&(ours / minimum)), "Delta {delta}: {ours:e}");
+        epsilon
+    });
+    page.note(
+        "Not reached: Delta = 0.1 and 0.5 end 8 and 4 times above the paper, with epsilon still falling when the 10 000 \
+         steps are used up. The estimate of the minimum is no bound here: it takes the error of one particle of \
+         radius lambda at the bottom for all, while the states here re-fit the mass and sum over wider supports.",
+    );
+    page.publish("table2");
+    for ((delta, paper, _, within), epsilon) in rows.iter().zip(outcomes) {
         assert!(epsilon < within * paper, "Delta {delta}: {epsilon:e}");
     }
 }
 
-/// 51 particles split zero to two times: the error falls with each.
-#[test]
-fn fig16() {
+fn fig16_up_to(most: usize, publish: bool) {
+    let mut page = Table::new(
+        "Fig. 16: 51 particles split zero to four times",
+        "In the paper the error falls with each splitting and stays above the estimate of the minimum.",
+        &["splittings", "particles", "epsilon", "minimum", "stages"],
+    );
     let mut before = f64::INFINITY;
-    for k in 0..=2 {
-        let count = 51 * 3_usize.pow(k);
-        let epsilon = last(&run(0.0, count, k as usize));
-        println!("{k} splittings, {count} particles: {epsilon:.1e}, minimum {:.1e}", bound(0.0, count));
-        assert!(epsilon < before, "{k} splittings");
+    for k in 0..=most {
+        let count = 51 * 3_usize.pow(k as u32);
+        let reports = run(0.0, count, k);
+        let (epsilon, minimum) = (last(&reports), bound(0.0, count));
+        page.row(&[
+            k.to_string(),
+            count.to_string(),
+            format!("{epsilon:.1e}"),
+            format!("{minimum:.1e}"),
+            ends(&reports),
+        ]);
+        assert!(epsilon < before, "{k} splittings: {epsilon:e}");
         before = epsilon;
     }
+    if publish {
+        page.publish("fig16");
+    }
+}
+
+#[test]
+fn fig16() {
+    fig16_up_to(2, false);
+}
+
+#[test]
+#[ignore = "half a minute"]
+fn fig16_to_the_end() {
+    fig16_up_to(4, true);
 }
 
 /// 909 particles in the end: where one splitting is after 4000 fine steps, none has not come.
 #[test]
 fn fig6() {
-    let outcomes: Vec<(f64, f64)> = (0..=2)
+    let mut page = Table::new(
+        "Fig. 6: zero to two splittings to 909 particles",
+        "In the paper one splitting is best: none takes longer, two add noise.",
+        &["splittings", "epsilon", "seconds", "stages"],
+    );
+    let outcomes: Vec<f64> = (0..=2)
         .map(|k| {
             let reports = run(0.0, 909, k);
-            let seconds = reports.iter().map(|r| r.seconds).sum();
-            println!("{k} splittings: {:.1e} in {seconds:.1} s", last(&reports));
-            (last(&reports), seconds)
+            let seconds: f64 = reports.iter().map(|r| r.seconds).sum();
+            page.row(&[k.to_string(), format!("{:.1e}", last(&reports)), format!("{seconds:.1}"), ends(&reports)]);
+            last(&reports)
         })
         .collect();
-    assert!(outcomes.iter().all(|o| o.0 < 3e-4), "{outcomes:?}");
+    page.note(
+        "All three end within a factor of six of each other here, and which is lowest is a matter of where they come to \
+         rest; the paper's order is not reproduced.",
+    );
+    page.publish("fig6");
+    assert!(outcomes.iter().all(|o| *o < 3e-4), "{outcomes:?}");
 }
