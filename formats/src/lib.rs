@@ -6,6 +6,17 @@
 //!
 //! A format is a folder with a [`FormatSpec`] and one line in [`FORMATS`]. A host program may pass its own
 //! list to [`registry::detect`] instead.
+//!
+//! # Adding a format
+//!
+//! `examples/adding_a_format.rs`, which the tests compile and run, is a whole format in a host's own list:
+//!
+//! ```no_run
+#![doc = include_str!("../examples/adding_a_format.rs")]
+//! ```
+//!
+//! A format of this crate besides gets a folder, a Cargo feature of its name here and in the root crate, and its line in
+//! [`FORMATS`], by which the conformance tests (`tests/particles.rs`, `tests/conformance.rs`) take it up.
 
 pub mod error;
 pub mod limits;

@@ -326,6 +326,32 @@ impl ParticleFile {
     }
 }
 
+impl ParticleFile {
+    /// The first position or mass that no code could use, in words.
+    pub(crate) fn meaningless(&self) -> Option<String> {
+        use crate::common::particle_names::{COORDINATES, MASSES};
+        let needed = |c: &&Column| c.name == COORDINATES || c.name == MASSES;
+        for species in &self.species {
+            for column in species.table.columns.iter().filter(needed) {
+                let found = match &column.values {
+                    Values::F32(v) => v.iter().position(|x| !x.is_finite()),
+                    Values::F64(v) => v.iter().position(|x| !x.is_finite()),
+                    Values::I64(_) => None,
+                };
+                if let Some(i) = found {
+                    let particle = i / column.components.max(1);
+                    let value = column.values.get(i);
+                    return Some(format!(
+                        "column '{}' of particle {particle} of type {} is {value}, expected a finite number",
+                        column.name, species.part_type
+                    ));
+                }
+            }
+        }
+        None
+    }
+}
+
 fn radii(nodes: &[f64]) -> Result<(), Contradiction> {
     ascending("radius", nodes, false)?;
     match nodes {

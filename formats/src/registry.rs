@@ -200,6 +200,7 @@ pub fn read(
 /// Writes particles; the file appears whole or not at all.
 ///
 /// # Errors
+/// [`FormatError::Output`] where columns contradict each other, or a position or mass is not finite.
 /// Those of [`detect_output`], [`writer`], the writer itself and the operating system.
 pub fn write(
     formats: &[FormatSpec],
@@ -215,6 +216,9 @@ pub fn write(
         format: spec.name,
         problem: format!("{location}: {problem}"),
     })?;
+    if let Some(problem) = file.meaningless() {
+        return Err(FormatError::Output { path: path.into(), format: spec.name, problem });
+    }
     crate::output::atomically(path, |temporary| write(temporary, file, options)).map_err(|e| e.renamed(path))
 }
 

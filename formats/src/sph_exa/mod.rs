@@ -17,8 +17,8 @@
 //!
 //! | attribute            | type    | content                                                                     |
 //! |----------------------|---------|-----------------------------------------------------------------------------|
-//! | box                  | f8 [6]  | xmin, xmax, ymin, ymax, zmin, zmax                                           |
-//! | boundaryType         | i1 [3]  | 0 open, 1 periodic                                                          |
+//! | box                  | 6 f8    | xmin, xmax, ymin, ymax, zmin, zmax                                           |
+//! | boundaryType         | 3 i1    | 0 open, 1 periodic                                                          |
 //! | iteration, numParticlesGlobal | u8 | 1, N                                                                     |
 //! | time, minDt, minDt_m1 | f8     | the time steps are a tenth of the Courant condition                       |
 //! | gravConstant         | f8      | Newton's constant in the file's units; 0 where an axis is periodic          |

@@ -76,7 +76,8 @@ fn last_step(file: &Reader) -> Result<String> {
 fn read_datasets(file: &Reader, group: &str) -> Result<Vec<(String, Option<(Shape, Values)>)>> {
     let mut names = file.datasets(group)?;
     let energies = names.iter().any(|n| n == "u");
-    names.retain(|name| !DISPLACEMENTS.contains(&name.as_str()) && !(energies && name == "temp"));
+    let follows = |name: &str| DISPLACEMENTS.contains(&name) || (energies && name == "temp");
+    names.retain(|name| !follows(name));
     let read = |name: String| file.numbers(&format!("{group}/{name}")).map(|content| (name, content));
     let mut datasets: Vec<_> = names.into_iter().map(read).collect::<Result<_>>()?;
     // Columns that our writer fills in say nothing.
