@@ -6,7 +6,7 @@ use crate::common::assemble::{self, Named};
 use crate::common::facts::{Facts, unescaped};
 use crate::common::particle_names;
 use crate::error::{FormatError, Result};
-use crate::limits::MAX_EXPANSION;
+use crate::limits::{Budget, MAX_EXPANSION};
 use crate::model::{Coordinates, Geometry, GridAxis, Location, RawField, Values, Variable};
 use crate::registry::{FieldRequest, FileContent};
 use std::fs::File;
@@ -29,7 +29,7 @@ pub(super) fn read(path: &Path, request: &FieldRequest) -> Result<FileContent> {
         let array = npy::read(&Place { path, name }, &mut file, length)?;
         return grid(path, request, vec![(name.to_owned(), array)]);
     }
-    let mut arrays = archive(path, file)?;
+    let mut arrays = archive(path, file, &Budget::new(length))?;
     let facts = match arrays.iter().position(|(name, a)| name == HEADER && matches!(a.content, Content::Text(_))) {
         Some(i) => match arrays.remove(i).1.content {
             Content::Text(text) => text,
@@ -44,7 +44,7 @@ pub(super) fn read(path: &Path, request: &FieldRequest) -> Result<FileContent> {
 }
 
 /// All arrays of an archive, by name without `.npy`.
-fn archive(path: &Path, file: BufReader<File>) -> Result<Vec<(String, Array)>> {
+fn archive(path: &Path, file: BufReader<File>, budget: &Budget) -> Result<Vec<(String, Array)>> {
     let damaged = |problem: String| FormatError::input(path, SPEC.name, "archive", problem);
     let mut archive = ZipArchive::new(file)
         .map_err(|e| damaged(format!("it is no NumPy archive, or its list of contents is damaged: {e}")))?;
@@ -55,6 +55,7 @@ fn archive(path: &Path, file: BufReader<File>) -> Result<Vec<(String, Array)>> {
         let Some(name) = name.strip_suffix(".npy") else { continue };
         let place = Place { path, name };
         let possible = entry.compressed_size().saturating_mul(MAX_EXPANSION).min(entry.size());
+        budget.take(path, SPEC.name, &format!("array '{name}'"), possible)?;
         let array = npy::read(&place, &mut entry, possible)?;
         // The checksum is compared at the end of an entry only.
         match entry.read(&mut [0]) {
