@@ -189,3 +189,13 @@ fn garbage_where_a_number_belongs_is_refused_with_its_place() {
     let text = refusal("d.vtk", points.into());
     assert!(text.contains("DIMENSIONS are [16000000, 1, 1]"), "{text}");
 }
+
+/// VTK writes the range of vectors into the array's element; its numbers are none of the array's.
+#[test]
+fn numbers_of_elements_within_an_array_are_not_its_own() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("i.vti");
+    let key = "<InformationKey name=\"L2_NORM_RANGE\" length=\"2\"><Value index=\"0\">\n1.5\n</Value></InformationKey>";
+    std::fs::write(&path, IMAGE.replace("0 1 2 10 11 12<", &format!("0 1 2 10 11 12 {key}<"))).unwrap();
+    assert_eq!(field(&path).variable("rho").unwrap().values.to_f64(), [10.0, 11.0, 12.0, 0.0, 1.0, 2.0]);
+}

@@ -141,7 +141,7 @@ pub fn is_numeric(dtype: &NcType) -> bool {
 /// # Errors
 /// [`FormatError::Limit`] where the declared size cannot be, [`FormatError::Input`].
 pub fn read(file: &File, variable: &NcVariable, fixed: &[Option<u64>]) -> Result<Decoded> {
-    check_size(file, variable)?;
+    check_size(file, variable, fixed)?;
     let whole = NcSliceInfoElem::Slice { start: 0, end: u64::MAX, step: 1 };
     let selection = NcSliceInfo {
         selections: fixed.iter().map(|index| index.map_or_else(|| whole.clone(), NcSliceInfoElem::Index)).collect(),
@@ -184,7 +184,7 @@ pub fn integers(file: &File, variable: &NcVariable) -> Result<Option<Vec<i64>>> 
     if packing.packed() || packing.wrap != 0.0 {
         return Ok(None);
     }
-    check_size(file, variable)?;
+    check_size(file, variable, &[])?;
     let name = variable.name();
     let fail = |e| file.damaged(&format!("variable '{name}'"), e);
     Ok(match variable.dtype() {
@@ -203,7 +203,7 @@ fn widened<T: Into<i64>>(values: Vec<T>) -> Vec<i64> {
     values.into_iter().map(Into::into).collect()
 }
 
-fn check_size(file: &File, variable: &NcVariable) -> Result<()> {
+fn check_size(file: &File, variable: &NcVariable, fixed: &[Option<u64>]) -> Result<()> {
     let width = variable.dtype().size().unwrap_or(8) as u64;
     let shape = variable.shape();
     let count = shape.iter().fold(1u64, |n, &k| n.saturating_mul(k));
@@ -221,7 +221,11 @@ fn check_size(file: &File, variable: &NcVariable) -> Result<()> {
             allowed: format!("the {allowed} bytes that a file of {} can hold", file.bytes),
         });
     }
-    Ok(())
+    // Of what is read, numbers are at hand as stored and, packed ones, as f64.
+    let read = shape.iter().enumerate().map(|(i, &k)| if fixed.get(i).copied().flatten().is_some() { 1 } else { k });
+    let read = read.fold(1u64, |n, k| n.saturating_mul(k));
+    let bytes = read.saturating_mul(if *variable.dtype() == NcType::Float { 4 } else { 8 });
+    file.budget.take(file.path, super::NAME, &format!("variable '{}'", variable.name()), bytes)
 }
 
 /// How the file's order becomes the grid's: for each axis of the grid, fastest first, its length, its stride

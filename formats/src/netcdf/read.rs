@@ -6,7 +6,7 @@ use super::decode::{self, Order};
 use super::geometry::{geometry, read_axis};
 use super::particles;
 use crate::error::{FormatError, Result};
-use crate::limits::MAX_VARIABLE_BYTES;
+use crate::limits::{Budget, MAX_VARIABLE_BYTES};
 use crate::model::{Geometry, Location, RawField, Values, Variable};
 use crate::registry::{FieldRequest, FileContent};
 use crate::units::Unit;
@@ -20,6 +20,7 @@ pub struct File<'p> {
     pub nc: NcFile,
     pub path: &'p Path,
     pub bytes: u64,
+    pub budget: Budget,
 }
 
 impl<'p> File<'p> {
@@ -32,7 +33,7 @@ impl<'p> File<'p> {
         let nc = NcFile::open_with_options(path, options).map_err(|e| {
             FormatError::input(path, NAME, "header", format!("{e}; the file is damaged, incomplete or not NetCDF"))
         })?;
-        Ok(Self { nc, path, bytes: metadata.len() })
+        Ok(Self { nc, path, bytes: metadata.len(), budget: Budget::new(metadata.len()) })
     }
 
     pub fn input(&self, location: &str, problem: impl Into<String>) -> FormatError {

@@ -4,10 +4,11 @@
 //! |---|---|---|
 //! | `.npz` | `Coordinates` (N, D) or `x`, `y`, `z`, with `Masses` or `mass`, and any arrays of N rows | particles |
 //! | `.npz` | arrays of one shape in 1 to 3 dimensions | grid |
+//! | `.npz` | the same with arrays `x`, `y`, `z` of positions, or of edges (one more) | grid on these axes |
 //! | `.npy` | one array in 1 to 3 dimensions | grid of its density |
 //!
-//! Grids: the first index is x, the values are averages of equal cells that fill the box from 0 to 1; axes of length 1
-//! are dropped. Particles are written with positions in f8 and the rest in f4 (or f8), and with a text array `header`
+//! Grids: the first index is x; without axes of their own, the values are averages of equal cells that fill the box from 0
+//! to 1; axes of length 1 are dropped. Particles are written with positions in f8 and the rest in f4 (or f8), and with a text array `header`
 //! for units, box, kernel and provenance. Numbers of 16 bits to 64 bits in both byte orders and both index orders are
 //! read; structured arrays and pickled objects are refused.
 

@@ -6,7 +6,7 @@ use crate::common::assemble::{self, Named};
 use crate::common::facts::{Facts, unescaped};
 use crate::common::particle_names;
 use crate::error::{FormatError, Result};
-use crate::limits::MAX_EXPANSION;
+use crate::limits::{Budget, MAX_EXPANSION};
 use crate::model::{Coordinates, Geometry, GridAxis, Location, RawField, Values, Variable};
 use crate::registry::{FieldRequest, FileContent};
 use std::fs::File;
@@ -29,7 +29,7 @@ pub(super) fn read(path: &Path, request: &FieldRequest) -> Result<FileContent> {
         let array = npy::read(&Place { path, name }, &mut file, length)?;
         return grid(path, request, vec![(name.to_owned(), array)]);
     }
-    let mut arrays = archive(path, file)?;
+    let mut arrays = archive(path, file, &Budget::new(length))?;
     let facts = match arrays.iter().position(|(name, a)| name == HEADER && matches!(a.content, Content::Text(_))) {
         Some(i) => match arrays.remove(i).1.content {
             Content::Text(text) => text,
@@ -44,7 +44,7 @@ pub(super) fn read(path: &Path, request: &FieldRequest) -> Result<FileContent> {
 }
 
 /// All arrays of an archive, by name without `.npy`.
-fn archive(path: &Path, file: BufReader<File>) -> Result<Vec<(String, Array)>> {
+fn archive(path: &Path, file: BufReader<File>, budget: &Budget) -> Result<Vec<(String, Array)>> {
     let damaged = |problem: String| FormatError::input(path, SPEC.name, "archive", problem);
     let mut archive = ZipArchive::new(file)
         .map_err(|e| damaged(format!("it is no NumPy archive, or its list of contents is damaged: {e}")))?;
@@ -55,6 +55,7 @@ fn archive(path: &Path, file: BufReader<File>) -> Result<Vec<(String, Array)>> {
         let Some(name) = name.strip_suffix(".npy") else { continue };
         let place = Place { path, name };
         let possible = entry.compressed_size().saturating_mul(MAX_EXPANSION).min(entry.size());
+        budget.take(path, SPEC.name, &format!("array '{name}'"), possible)?;
         let array = npy::read(&place, &mut entry, possible)?;
         // The checksum is compared at the end of an entry only.
         match entry.read(&mut [0]) {
@@ -118,15 +119,18 @@ fn grid(path: &Path, request: &FieldRequest, arrays: Vec<(String, Array)>) -> Re
     let shape = array.shape.clone();
     let candidates = arrays.iter().filter(|(_, a)| a.shape == shape && fits(a)).count();
     let density = (request.density.is_some() || is_density(name) || candidates == 1).then(|| name.clone());
-    let mut notes =
-        vec!["the array is a grid of equal cells in the box from 0 to 1, its first index along x".to_owned()];
-    let others: Vec<&String> = arrays.iter().filter(|(_, a)| a.shape != shape).map(|(n, _)| n).collect();
+    let (axes, named) = axes(path, &arrays, &shape)?;
+    let mut notes = vec![match named.as_slice() {
+        [] => "the array is a grid of equal cells in the box from 0 to 1, its first index along x".to_owned(),
+        some => format!("the axes are those of the arrays {}", some.join(", ")),
+    }];
+    let is_axis = |n: &String| named.contains(&n.as_str());
+    let others: Vec<&String> = arrays.iter().filter(|(n, a)| a.shape != shape && !is_axis(n)).map(|(n, _)| n).collect();
     if !others.is_empty() {
         notes.push(format!("arrays of other shapes were left aside: {others:?}"));
     }
-    let axes = used(&shape).iter().zip(["x", "y", "z"]).map(|(&n, name)| axis(name, n)).collect();
     let mut variables = Vec::new();
-    for (name, array) in arrays.into_iter().filter(|(_, a)| a.shape == shape) {
+    for (name, array) in arrays.into_iter().filter(|(n, a)| a.shape == shape && !is_axis(n)) {
         let carried = request.carry.as_ref().is_none_or(|names| names.contains(&name));
         let Content::Numbers(values) = array.content else { continue };
         if !carried && density.as_ref() != Some(&name) {
@@ -153,6 +157,37 @@ fn grid(path: &Path, request: &FieldRequest, arrays: Vec<(String, Array)>) -> Re
         metadata: Vec::new(),
         notes,
     }))
+}
+
+/// The axes of a grid: arrays `x`, `y`, `z` where they fit its shape, else equal cells from 0 to 1; and the names of those
+/// arrays.
+fn axes(path: &Path, arrays: &[(String, Array)], shape: &[usize]) -> Result<(Vec<GridAxis>, Vec<&'static str>)> {
+    let (mut axes, mut named) = (Vec::new(), Vec::new());
+    let spanning = shape.iter().zip(["x", "y", "z"]).filter(|(n, _)| **n > 1);
+    let mut cells: Vec<GridAxis> = used(shape).iter().zip(["x", "y", "z"]).map(|(&n, name)| axis(name, n)).collect();
+    for (&n, name) in spanning {
+        let found = arrays.iter().find(|(other, a)| other == name && shape != a.shape.as_slice());
+        let Some((_, Array { shape: own, content: Content::Numbers(values), .. })) = found else { continue };
+        let wrong = |problem: String| FormatError::input(path, SPEC.name, format!("array '{name}'"), problem);
+        let (nodes, bounds) = match *own.as_slice() {
+            [length] if length == n => (values.to_f64(), None),
+            [length] if length == n + 1 => {
+                let edges = values.to_f64();
+                (edges.windows(2).map(|w| 0.5 * (w[0] + w[1])).collect(), Some(edges))
+            }
+            _ => {
+                let problem = format!("has shape {own:?}, expected {n} positions or {} edges of cells", n + 1);
+                return Err(wrong(problem));
+            }
+        };
+        axes.push(GridAxis { name: name.into(), nodes, unit: None, bounds });
+        named.push(name);
+    }
+    if !named.is_empty() && axes.len() != cells.len() {
+        let problem = format!("there are positions along {} only, expected them along all axes", named.join(", "));
+        return Err(FormatError::input(path, SPEC.name, "arrays", problem));
+    }
+    Ok((if named.is_empty() { std::mem::take(&mut cells) } else { axes }, named))
 }
 
 /// The axes that span something.

@@ -3,7 +3,7 @@
 use super::dataset::{DataArray, FORMAT};
 use super::xml::{Attributes, Element};
 use crate::error::{FormatError, Result};
-use crate::limits::MAX_EXPANSION;
+use crate::limits::Budget;
 use crate::model::Values;
 use base64::Engine;
 use std::io::Read;
@@ -34,6 +34,7 @@ pub(super) struct Decoder<'a> {
     appended: &'a [u8],
     raw: bool,
     pub file_bytes: usize,
+    budget: Budget,
 }
 
 impl<'a> Decoder<'a> {
@@ -49,6 +50,7 @@ impl<'a> Decoder<'a> {
             appended: &tail[start..],
             raw,
             file_bytes,
+            budget: Budget::new(file_bytes as u64),
         })
     }
 
@@ -152,7 +154,7 @@ impl<'a> Decoder<'a> {
         if first == 0 {
             return Ok(([0; 3], Vec::new()));
         }
-        let limit = self.file_bytes.saturating_mul(MAX_EXPANSION as usize);
+        let limit = usize::try_from(self.budget.left()).unwrap_or(usize::MAX);
         let head = words(3)?;
         if first > self.file_bytes || head[1].saturating_mul(first) > limit {
             return Err(format!("declares {first} blocks of {} bytes, more than the file can hold", head[1]));
@@ -172,6 +174,8 @@ impl<'a> Decoder<'a> {
         for (b, &size) in sizes.iter().enumerate() {
             let last = b + 1 == sizes.len() && header[2] > 0;
             let expected = if last { header[2] } else { header[1] };
+            let bytes = (expected as u64).saturating_mul(2);
+            self.budget.take(self.path, FORMAT, "compressed data", bytes).map_err(|e| e.to_string())?;
             let packed = data.get(at..at + size).ok_or("is cut off")?;
             at += size;
             let before = out.len();

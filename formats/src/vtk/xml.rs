@@ -69,12 +69,15 @@ fn parse(head: &str) -> std::result::Result<Document, String> {
     let mut document = Document::default();
     let mut section = String::new();
     let mut open: Option<Element> = None;
+    // Elements within a data array (InformationKey) have texts of their own.
+    let mut inner = 0_usize;
     loop {
         match reader.read_event() {
             Ok(Event::Eof) => break,
             // What is cut off behind the head ends open elements early, which is no fault of the file.
             Err(_) if document.pieces > 0 && open.is_none() => break,
             Err(e) => return Err(format!("cannot be parsed: {e}")),
+            Ok(Event::Start(_)) if open.is_some() => inner += 1,
             Ok(Event::Start(start)) => {
                 open = element(&mut document, &mut section, &start)?.or(open);
             }
@@ -84,14 +87,16 @@ fn parse(head: &str) -> std::result::Result<Document, String> {
                 }
             }
             Ok(Event::Text(text)) => {
-                if let Some(array) = &mut open {
+                if let Some(array) = open.as_mut().filter(|_| inner == 0) {
                     array.text += text.as_ref();
                 }
             }
             Ok(Event::End(end)) => {
                 let name = end.name();
                 document.closed |= name.as_ref() == "VTKFile";
-                if name.as_ref() == "DataArray" {
+                if inner > 0 {
+                    inner -= 1;
+                } else if name.as_ref() == "DataArray" {
                     document.arrays.extend(open.take());
                 } else if name.as_ref() == section {
                     section.clear();

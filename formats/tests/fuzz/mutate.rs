@@ -83,7 +83,7 @@ impl Random {
             2 | 3 => {
                 let word = WORDS[self.below(WORDS.len())];
                 let width = [1, 2, 4, 8][self.below(4)];
-                let raw = if self.next() % 2 == 0 {
+                let raw = if self.next().is_multiple_of(2) {
                     word.to_le_bytes()
                 } else {
                     word.rotate_left(64 - 8 * width as u32).to_be_bytes()

@@ -1,0 +1,113 @@
+#!/usr/bin/env python3
+"""Reads one set of particles, written in every format, with programs that nobody here wrote, and compares all numbers.
+
+usage: particles.py FOLDER
+FOLDER has star.hdf5 (SWIFT) and what `sph-prep convert` made of it: {gadget,gizmo,arepo}.hdf5 and star.{npz,vtu,vtp,vtk,
+csv,gdt,gadget1}. h5py's reading of star.hdf5 is the reference; the others hold f32 or f64 of the same numbers."""
+import logging
+import os
+import sys
+import warnings
+
+import h5py
+import meshio
+import numpy as np
+import pynbody
+import pyvista
+import swiftsimio
+import xarray
+import yt
+
+warnings.simplefilter("ignore")
+logging.getLogger("yt").setLevel(50)
+OUT = sys.argv[1]
+NAMES = ("Coordinates", "Velocities", "Masses", "Density", "InternalEnergy", "ParticleIDs")
+# Two roundings to f32.
+TOLERANCE = 2.5e-7
+
+
+def path(name):
+    return os.path.join(OUT, name)
+
+
+def hdf5(name):
+    with h5py.File(path(name)) as f:
+        return {n: f["PartType0"][n][:] for n in NAMES if n in f["PartType0"]}
+
+
+def by_npz():
+    z = np.load(path("star.npz"))
+    return {n: z[n] for n in NAMES}
+
+
+def by_pyvista(name):
+    mesh = pyvista.read(path(name))
+    return {"Coordinates": mesh.points} | {n: mesh.point_data[n] for n in NAMES[1:]}
+
+
+def by_meshio():
+    mesh = meshio.read(path("star.vtu"))
+    # meshio keeps a second axis for scalars that state one component.
+    return {"Coordinates": mesh.points} | {n: np.squeeze(mesh.point_data[n]) for n in NAMES[1:]}
+
+
+def by_table():
+    with open(path("star.csv")) as f:
+        header = next(line for line in f if not line.startswith("#"))
+    columns = [c.split("[")[0].strip().strip('"') for c in header.split(",")]
+    # The first row that is no comment has the names.
+    data = dict(zip(columns, np.genfromtxt(path("star.csv"), delimiter=",", comments="#", dtype="f8")[1:].T))
+    join = lambda names: np.stack([data[n] for n in names], 1)
+    found = {n: data[n] for n in NAMES[2:]}
+    for name, ways in (("Coordinates", (("x", "y", "z"), tuple(f"Coordinates_{k}" for k in range(3)))),
+                       ("Velocities", (("vx", "vy", "vz"), tuple(f"Velocities_{k}" for k in range(3))))):
+        found[name] = next(join(w) for w in ways if w[0] in data)
+    return found
+
+
+def by_swiftsimio():
+    gas = swiftsimio.load(path("star.hdf5")).gas
+    return {"Coordinates": gas.coordinates.value, "Masses": gas.masses.value, "Velocities": gas.velocities.value}
+
+
+def by_yt(name):
+    data = yt.load(path(name)).all_data()
+    fields = {"Coordinates": "code_length", "Masses": "code_mass"}
+    found = {n: data["PartType0", n].in_units(u).value for n, u in fields.items()}
+    # yt sorts by its own index.
+    order = np.argsort(data["PartType0", "ParticleIDs"].value)
+    return {n: v[order] for n, v in found.items()}
+
+
+def by_pynbody(name):
+    gas = pynbody.load(path(name)).g
+    return {"Coordinates": gas["pos"], "Velocities": gas["vel"], "Masses": gas["mass"], "ParticleIDs": gas["iord"]}
+
+
+truth = hdf5("star.hdf5")
+assert set(truth) == set(NAMES), truth.keys()
+readings = {f"h5py {f}": lambda f=f: hdf5(f) for f in ("gadget.hdf5", "gizmo.hdf5", "arepo.hdf5")}
+readings |= {f"pyvista {f}": lambda f=f: by_pyvista(f) for f in ("star.vtu", "star.vtp", "star.vtk")}
+readings |= {"numpy star.npz": by_npz, "meshio star.vtu": by_meshio, "numpy star.csv": by_table}
+readings |= {"swiftsimio star.hdf5": by_swiftsimio}
+readings |= {f"yt {f}": lambda f=f: by_yt(f) for f in ("star.hdf5", "gadget.hdf5")}
+readings |= {f"pynbody {f}": lambda f=f: by_pynbody(f) for f in ("gadget.hdf5", "star.gdt", "star.gadget1")}
+# pynbody 2.8 with numpy 2.4 fails on GIZMO's headers, whose attributes have one element.
+wrong = 0
+for label, reading in readings.items():
+    try:
+        found = reading()
+        for name, values in found.items():
+            values, expected = np.asarray(values, "f8"), truth[name].astype("f8")
+            assert values.shape == expected.shape, f"{name} has shape {values.shape}, not {expected.shape}"
+            scale = np.abs(expected).max() or 1.0
+            difference = np.abs(values - expected).max() / scale
+            assert difference <= TOLERANCE, f"{name} differs by {difference:.2g} of its largest"
+        print(f"{label:24s} ok: {', '.join(found)}")
+    except Exception as e:
+        wrong += 1
+        print(f"{label:24s} FAILED: {type(e).__name__}: {e}")
+profile = xarray.open_dataset("profiles/star.nc")
+assert bool(np.isfinite(profile["density" if "density" in profile else "rho"]).all())
+print("xarray profiles/star.nc  ok")
+sys.exit(1 if wrong else 0)
