@@ -274,10 +274,12 @@ impl<'a> Job<'a> {
         self.fill(planned, range, 0..planned.components, 0, out, |x, i| int(x).ok_or(i))
     }
 
+    #[cfg_attr(not(any(feature = "hdf5-layer", feature = "gadget-binary")), allow(dead_code))]
     pub(crate) fn doubles(&self, planned: &Planned, range: Range<usize>, out: &mut Vec<f64>) -> Result<()> {
         self.fill(planned, range, 0..planned.components, 0, out, |x, i| self.double(planned, x.float(), i))
     }
 
+    #[cfg_attr(not(any(feature = "hdf5-layer", feature = "gadget-binary")), allow(dead_code))]
     pub(crate) fn singles(&self, planned: &Planned, range: Range<usize>, out: &mut Vec<f32>) -> Result<()> {
         self.fill(planned, range, 0..planned.components, 0, out, |x, i| single(planned.strict, x.float()).ok_or(i))
     }

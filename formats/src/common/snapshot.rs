@@ -130,6 +130,7 @@ fn words(counts: [u64; TYPES]) -> ([u32; TYPES], [u32; TYPES]) {
 }
 
 /// Particle numbers from their low and high words; the high ones may be missing.
+#[cfg_attr(not(feature = "gadget"), allow(dead_code))]
 pub(crate) fn joined(low: &[f64], high: &[f64]) -> Vec<f64> {
     let word = f64::from(u32::MAX) + 1.0;
     low.iter().enumerate().map(|(i, n)| n + word * high.get(i).copied().unwrap_or(0.0)).collect()
