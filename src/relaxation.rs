@@ -1,6 +1,7 @@
 //! The planned stages in order: seed, WVT, polish.
 
 use crate::error::{Error, Result};
+use crate::kernel::{Kernel, evaluate, unit_ball_volume};
 use crate::placement::{
     AlaricOptions, Control, PAIRED, SolverOptions, StageReport, StopReason, TrimOptions, WvtOptions,
     alaric_by_splitting, coarse_count, part_pairs, relax, solve_density, trim_masses,
@@ -10,6 +11,7 @@ use crate::report::Timing;
 use crate::scene::{Polish, Scene};
 use crate::seeding::{self, Seeded};
 use crate::target::{Positions, Target};
+use crate::with_kernel;
 use std::time::Instant;
 
 /// What relaxation comes to.
@@ -48,6 +50,7 @@ pub fn place_watched<const D: usize>(
     control: &Control<'_>,
     watch: &mut dyn FnMut(&'static str, &Positions<D>),
 ) -> Result<Relaxed<D>> {
+    check_neighbors::<D>(scene, neighbors)?;
     let start = Instant::now();
     let coarse = target.with_count(coarse_count(D, target.count, plan.splittings));
     let Seeded { mut positions, mut notes } = seeding::seed(&coarse, scene.seeding, scene.seed)?;
@@ -95,6 +98,24 @@ pub fn place_watched<const D: usize>(
         return Err(Error::Interrupted);
     }
     Ok(Relaxed { positions, stages, timing, notes, stop })
+}
+
+/// n_i V H^d of a particle counts its own kernel at least; no support radius has fewer neighbors than that.
+fn check_neighbors<const D: usize>(scene: &Scene, neighbors: f64) -> Result<()> {
+    let own = with_kernel!(scene.kernel, kernel => own_count::<_, D>(kernel));
+    if neighbors > own {
+        return Ok(());
+    }
+    let problem = format!(
+        "is {neighbors}, but {} counts a particle itself as {own:.1} in {D}-D; expected more than that",
+        scene.kernel.title()
+    );
+    Err(Error::scene("neighbors", problem))
+}
+
+/// V_d W(0) at unit support.
+fn own_count<K: Kernel, const D: usize>(kernel: K) -> f64 {
+    K::SIGMA[D - 1] * evaluate::<K, D>(kernel, 0.0).0 * unit_ball_volume(D)
 }
 
 /// Moves what a stage left paired apart, and says so.
