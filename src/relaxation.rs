@@ -2,6 +2,7 @@
 
 use crate::checkpoint::{Checkpoints, Snapshot, StageSnapshot};
 use crate::error::{Error, Result};
+use crate::kernel::{Kernel, evaluate, unit_ball_volume};
 use crate::placement::{
     AfcOptions, AfcSnapshot, AlaricOptions, BalanceOptions, Balanced, Control, PAIRED, SolverOptions, SolverSnapshot,
     SplittingSnapshot, StageReport, Start, StopReason, TrimOptions, WvtOptions, WvtSnapshot, alaric_by_splitting_kept,
@@ -12,6 +13,7 @@ use crate::report::Timing;
 use crate::scene::{OnInterrupt, Polish, Scene};
 use crate::seeding::{self, Seeded};
 use crate::target::{Equilibrium, Positions, Target};
+use crate::with_kernel;
 use std::time::Instant;
 
 /// What relaxation comes to.
@@ -37,7 +39,7 @@ pub fn place<const D: usize>(
 ) -> Result<Relaxed<D>> {
     let mut checkpoints = Checkpoints::new(scene, target)?;
     let start = match &scene.checkpoint.resume {
-        None => seeded(scene, plan, target)?,
+        None => seeded(scene, plan, target, neighbors)?,
         Some(path) => checkpoints.resume(path, plan)?,
     };
     let stages = Stages { scene, target, neighbors, control };
@@ -68,14 +70,20 @@ pub fn place_watched<const D: usize>(
     control: &Control<'_>,
     watch: &mut dyn FnMut(&'static str, &Positions<D>),
 ) -> Result<Relaxed<D>> {
-    let start = seeded(scene, plan, target)?;
+    let start = seeded(scene, plan, target, neighbors)?;
     let stages = Stages { scene, target, neighbors, control };
     let relaxed = stages.run(plan, start, &mut Checkpoints::off(), watch);
     if relaxed.stop == StopReason::Interrupted { Err(Error::Interrupted) } else { Ok(relaxed) }
 }
 
 /// The seed, as many particles as splitting begins with.
-fn seeded<const D: usize>(scene: &Scene, plan: &Plan, target: &Target<'_, D>) -> Result<Snapshot<D>> {
+fn seeded<const D: usize>(
+    scene: &Scene,
+    plan: &Plan,
+    target: &Target<'_, D>,
+    neighbors: f64,
+) -> Result<Snapshot<D>> {
+    check_neighbors::<D>(scene, neighbors)?;
     let start = Instant::now();
     let coarse = target.with_count(coarse_count(D, target.count, plan.splittings));
     let Seeded { positions, notes } = seeding::seed(&coarse, scene.seeding, scene.seed)?;
@@ -234,6 +242,24 @@ impl<const D: usize> Stages<'_, D> {
         let keep = &mut keep(past, StageSnapshot::Alaric);
         alaric_by_splitting_kept::<D, f32>(kernel, self.target, start, splittings, &options, self.control, keep)
     }
+}
+
+/// n_i V H^d of a particle counts its own kernel at least; no support radius has fewer neighbors than that.
+fn check_neighbors<const D: usize>(scene: &Scene, neighbors: f64) -> Result<()> {
+    let own = with_kernel!(scene.kernel, kernel => own_count::<_, D>(kernel));
+    if neighbors > own {
+        return Ok(());
+    }
+    let problem = format!(
+        "is {neighbors}, but {} counts a particle itself as {own:.1} in {D}-D; expected more than that",
+        scene.kernel.title()
+    );
+    Err(Error::scene("neighbors", problem))
+}
+
+/// V_d W(0) at unit support.
+fn own_count<K: Kernel, const D: usize>(kernel: K) -> f64 {
+    K::SIGMA[D - 1] * evaluate::<K, D>(kernel, 0.0).0 * unit_ball_volume(D)
 }
 
 /// Moves what a stage left paired apart, and says so.

@@ -19,6 +19,8 @@ pub const COINCIDENT: f64 = 1e-3;
 pub const PAIRED: f64 = 0.15;
 /// How far pairs are moved apart, in spacings.
 const APART: f64 = 0.25;
+/// Share of that by which each of a pair moves at random.
+const SIDEWAYS: f64 = 0.2;
 /// Rounds after which the rest is left: thousands at one place are apart by then.
 const MAX_ROUNDS: usize = 40;
 /// Squared distance, in limits, below which there is no direction from one to the other.
@@ -68,10 +70,13 @@ impl<const D: usize> LeafPass<D, 1, f64> for PartingPass<'_> {
                 }
             }
             // One at distance 0 is the particle itself.
-            if same > 1 {
-                paired = true;
+            let coincident = same > 1;
+            paired |= coincident;
+            if paired {
+                // A little to the side, too: along a crowded line there is no room.
+                let size = self.apart[i] * if coincident { 0.5 } else { SIDEWAYS };
                 let way = direction::<D>(i as u64, self.round);
-                (0..D).for_each(|k| shift[k] += 0.5 * self.apart[i] * way[k]);
+                (0..D).for_each(|k| shift[k] += size * way[k]);
             }
             *out = Parting { shift, paired };
         }

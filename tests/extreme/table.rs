@@ -57,15 +57,16 @@ impl Table {
         out
     }
 
+    /// The runs with which something was wrong.
+    pub fn wrong(&self) -> Vec<String> {
+        let bad = self.rows.iter().filter(|r| !r.wrong.is_empty());
+        bad.map(|r| format!("{} by {} with {}: {}", r.case, r.method, r.count, r.wrong.join("; "))).collect()
+    }
+
     /// Prints the table, and fails where something was wrong.
     pub fn finish(&self, title: &str) {
         println!("\n## {title}\n\n{}", self.markdown());
-        let wrong: Vec<String> = self
-            .rows
-            .iter()
-            .filter(|r| !r.wrong.is_empty())
-            .map(|r| format!("{} by {} with {}: {}", r.case, r.method, r.count, r.wrong.join("; ")))
-            .collect();
+        let wrong = self.wrong();
         assert!(wrong.is_empty(), "{} of {} runs:\n{}", wrong.len(), self.rows.len(), wrong.join("\n"));
     }
 }
