@@ -12,9 +12,10 @@
 //!
 //! Beyond the paper: where the target changes by more than a factor of about e over a support radius (the surface
 //! of a star, a jump) no arrangement has its density. What is left of p there never vanishes, and as the force is
-//! that of no potential it drives a flow without end, which stirs up the interior: the noise of a star of 1000
-//! particles rises from 22 % to 130 % of a random set's. `hold_unresolved` weighs p and the acceleration of such
-//! particles down to nothing, as the density solver does; elsewhere the force, and its momentum, are the paper's.
+//! that of no potential it drives a flow without end, which stirs up the interior: in a polytrope of 1000
+//! particles epsilon of the interior turns at 1.5e-5 and its noise rises from 22 % to 131 % of a random set's.
+//! `hold_unresolved` weighs p and the acceleration of such particles down to nothing, as the density solver does:
+//! epsilon falls to 1.3e-7, the noise stays at 37 %. Elsewhere the force, and its momentum, are the paper's.
 //!
 //! Units: the isothermal sound speed is 1, lengths are in sizes of the domain, so the friction chi and all
 //! times are in crossings of the domain whatever the input's units.
@@ -187,10 +188,9 @@ impl<const D: usize> Run<D> {
             let largest = fluid.advance();
             self.note(fluid, largest);
             control.report("ALARIC", self.step, options.steps, fluid.fitted.epsilon);
-            if self.clock.is_due(fluid.time, fluid.kinetic_energy()) || self.step == options.steps {
-                if let Some(reason) = self.stop(fluid) {
-                    return reason;
-                }
+            let due = self.clock.is_due(fluid.time, fluid.kinetic_energy()) || self.step == options.steps;
+            if let Some(reason) = due.then(|| self.stop(fluid)).flatten() {
+                return reason;
             }
         }
         StopReason::IterationLimit

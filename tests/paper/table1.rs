@@ -75,8 +75,9 @@ fn ingredients() {
     });
     page.note(
         "Steps to converge hang on a rate of 1e-8 per unit of a time that the paper does not state, so steps to 1e-3 \
-         stand beside them. The paper's 2e-4 is where a run with stops comes to rest here too; with inertia (F, F+V) \
-         the runs leave that state and go lower.",
+         stand beside them. Not reached: by the \
+         paper's criteria runs with stops take longer than F alone here: they creep on near the paper's 2e-4 up to the \
+         last step, while those with inertia (F, F+V) go on to lower errors.",
     );
     page.publish("table1");
     for ((name, .., paper), o) in table.iter().zip(&outcomes) {
