@@ -77,12 +77,7 @@ pub fn place_watched<const D: usize>(
 }
 
 /// The seed, as many particles as splitting begins with.
-fn seeded<const D: usize>(
-    scene: &Scene,
-    plan: &Plan,
-    target: &Target<'_, D>,
-    neighbors: f64,
-) -> Result<Snapshot<D>> {
+fn seeded<const D: usize>(scene: &Scene, plan: &Plan, target: &Target<'_, D>, neighbors: f64) -> Result<Snapshot<D>> {
     check_neighbors::<D>(scene, neighbors)?;
     let start = Instant::now();
     let coarse = target.with_count(coarse_count(D, target.count, plan.splittings));

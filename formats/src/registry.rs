@@ -3,7 +3,7 @@
 use crate::error::{FormatError, Result};
 use crate::model::{ParticleFile, RawField};
 use std::fs::File;
-use std::io::Read;
+use std::io::{Read, Seek, SeekFrom};
 use std::path::Path;
 
 /// How sure a format is of the first bytes of a file.
@@ -87,7 +87,7 @@ pub struct FormatSpec {
     /// Where the format is specified.
     pub reference: &'static str,
     pub capabilities: Capabilities,
-    /// Judges the first 4096 bytes (fewer if the file is shorter), and the first MiB where several formats share the container.
+    /// Judges the first 4096 bytes (fewer if the file is shorter), and the first and last MiB where several formats share the container.
     pub sniff: fn(&[u8]) -> Match,
     /// `None`: cannot read, or not in this build (see `capabilities`).
     pub read: Option<ReadFn>,
@@ -129,7 +129,9 @@ pub fn detect<'a>(formats: &'a [FormatSpec], path: &Path, explicit: Option<&str>
     };
     let mut found = fitting(&head);
     if found.len() > 1 && head.len() == SNIFF_BYTES {
-        found = fitting(&read_head(path, DEEP_SNIFF_BYTES)?);
+        let mut deep = read_head(path, DEEP_SNIFF_BYTES)?;
+        deep.extend(read_tail(path, DEEP_SNIFF_BYTES, deep.len())?);
+        found = fitting(&deep);
     }
     if found.len() != 1 {
         let all = found.is_empty();
@@ -261,6 +263,20 @@ fn read_head(path: &Path, bytes: usize) -> Result<Vec<u8>> {
     let mut head = Vec::with_capacity(SNIFF_BYTES);
     file.take(bytes as u64).read_to_end(&mut head).map_err(|e| FormatError::io(path, "read", e))?;
     Ok(head)
+}
+
+/// The last `bytes` of a file, without the first `skip`: where HDF5 libraries put the names that came last.
+fn read_tail(path: &Path, bytes: usize, skip: usize) -> Result<Vec<u8>> {
+    let fail = |e| FormatError::io(path, "read", e);
+    let mut file = File::open(path).map_err(fail)?;
+    let length = file.metadata().map_err(fail)?.len();
+    let start = length.saturating_sub(bytes as u64).max(skip as u64);
+    let mut tail = Vec::new();
+    if start < length {
+        file.seek(SeekFrom::Start(start)).map_err(fail)?;
+        file.take(bytes as u64).read_to_end(&mut tail).map_err(fail)?;
+    }
+    Ok(tail)
 }
 
 fn by_name<'a>(formats: &'a [FormatSpec], path: &Path, name: &str) -> Result<&'a FormatSpec> {

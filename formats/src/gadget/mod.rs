@@ -13,7 +13,7 @@
 //! GADGET-4 reads one BoxSize only, so other than cubic boxes are refused. Its template configuration turns on
 //! `INITIAL_CONDITIONS_CONTAIN_ENTROPY`: turn it off. See [`crate::common::snapshot`] for the rest.
 
-use crate::registry::{Capabilities, FormatSpec, ReadFn, WriteFn};
+use crate::registry::{Capabilities, FormatSpec, Match, ReadFn, WriteFn};
 
 #[cfg(feature = "gadget")]
 pub mod read;
@@ -43,7 +43,15 @@ pub const SPEC: FormatSpec = FormatSpec {
         dimensions: &[1, 2, 3],
         equal_masses: false,
     },
-    sniff: crate::registry::sniff_hdf5,
+    sniff,
     read: CODE.0,
     write: CODE.1,
 };
+
+/// An HDF5 file that names particle types; the same magic bytes begin many others.
+fn sniff(head: &[u8]) -> Match {
+    let container = crate::registry::sniff_hdf5(head);
+    let has = |name: &[u8]| head.windows(name.len()).any(|w| w == name);
+    let particles = has(b"PartType") || has(b"NumPart_Total");
+    if container == Match::Container && particles { Match::Certain } else { container }
+}
