@@ -109,6 +109,37 @@ impl<const D: usize> Target<'_, D> {
         })
     }
 
+    /// How sharply the target changes about `x`, in units in which 1 is too sharp for a sum over neighbors at
+    /// `support` to follow: a factor e over a support radius, or a jump or kink within its reach. `here` is n*.
+    ///
+    /// Of a smooth function the second difference of ln n* over s is four times that over s/2. What is left of
+    /// that beyond a few percent is no curvature but an edge.
+    pub fn sharpness(&self, x: &[f64; D], here: f64, support: f64) -> f64 {
+        let slope = self.log_gradient(x, GRADIENT_STEP * support);
+        let steepness = support * slope.iter().map(|g| g * g).sum::<f64>().sqrt();
+        let reach = (EDGE_REACH * support).min(0.25 * self.domain.size());
+        let along = |k: usize, h: f64| {
+            let mut y = *x;
+            y[k] += h;
+            self.domain.wrap(&mut y);
+            self.domain.contains(&y).then(|| self.number_density(&y).ln())
+        };
+        let bend = |k: usize, h: f64| Some(along(k, h)? + along(k, -h)? - 2.0 * here.ln());
+        let edge = |k: usize| Some((bend(k, reach)? - 4.0 * bend(k, 0.5 * reach)?).abs() / EDGE);
+        // Not a number where n* vanishes on both sides of something: as sharp as can be.
+        let worse = |most: f64, e: f64| if e.is_nan() { f64::INFINITY } else { most.max(e) };
+        (0..D).filter_map(edge).fold(steepness, worse)
+    }
+
+    /// [`Self::sharpness`] at every particle, for `ratio` = H n*^(1/d).
+    pub fn sharpnesses(&self, positions: &Positions<D>, wanted: &[f64], ratio: f64) -> Vec<f64> {
+        let support = |n: f64| ratio * self.spacing(n).min(self.domain.size());
+        (0..wanted.len())
+            .into_par_iter()
+            .map(|i| self.sharpness(&at(positions, i), wanted[i], support(wanted[i])))
+            .collect()
+    }
+
     /// Whether a particle may be at `x`: in the domain and where the target is not zero.
     pub fn admits(&self, x: &[f64; D]) -> bool {
         self.domain.contains(x) && self.number_density(x) > 0.0
@@ -147,3 +178,10 @@ impl<const D: usize> Target<'_, D> {
         matches!(self.resolution, Resolution::EqualMass)
     }
 }
+
+/// Step of the differences that give a gradient, in support radii: a tenth of a spacing.
+const GRADIENT_STEP: f64 = 0.04;
+/// How far edges are looked for, in support radii.
+const EDGE_REACH: f64 = 0.8;
+/// Defect of the second differences of ln n* that makes an edge.
+const EDGE: f64 = 0.15;

@@ -11,11 +11,12 @@ const MAX_LINES: usize = 600;
 const PLACEMENT: [&str; 7] = ["domain", "kernel", "metrics", "neighbors", "placement", "seeding", "smoothing.rs"];
 
 /// Parts of `field` that turn what was read into fields; the rest of it knows no files either.
-const FROM_FILES: [&str; 11] = [
+const FROM_FILES: [&str; 12] = [
     "build.rs",
     "build_grid.rs",
     "build_radial.rs",
     "build_tests.rs",
+    "categorical.rs",
     "check.rs",
     "cloud.rs",
     "geographic.rs",

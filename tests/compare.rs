@@ -132,8 +132,8 @@ fn the_page_needs_nothing_else_and_names_all_methods() {
     for name in ["seed", "seed:shells", "solver", "seed:quaquaversal"] {
         assert!(page.contains(&format!("<tr><td>{name}<td>")), "{name}");
     }
-    // Two figures per N, three against N, a picture and a profile of the three methods that ran.
-    assert_eq!(page.matches("<svg").count(), 2 * 2 + 3 + 3 * 2);
+    // Two figures per N, three against N; particles, density and profile of the three methods that ran.
+    assert_eq!(page.matches("<svg").count(), 2 * 2 + 3 + 3 * 3);
     assert!(!page.contains("NaN") && page.len() < 1_000_000, "{} bytes", page.len());
     // The tiling is no method for two dimensions: told, and no reason to give up the others.
     assert_eq!(comparison.left_out.len(), 2);

@@ -17,8 +17,7 @@ enum Outcome {
 /// File, further arguments, outcome. A file may have several rows.
 const TABLE: &[(&str, &[&str], Outcome)] = &[
     ("earth/prem_burnman.txt", &[], Particles),
-    // A polytrope without units, in HDF5: no particle file.
-    ("gyre/poly_n3.h5", &[], Refused(&["there is no group Header"])),
+    ("gyre/poly_n3.h5", &[], Particles),
     ("gyre/rgb.mesa", &[], Particles),
     ("mesa/mesa2hydro_profile_mainsequence_logE.data", &[], Particles),
     ("mesa/mesa2hydro_profile_redgiant_logE.data", &[], Particles),

@@ -116,13 +116,13 @@ impl<const D: usize> Measured<D> {
         out
     }
 
-    /// Takes particles out of the interior about which the target changes by more than a factor e over a
-    /// support radius (jumps, steep surfaces, vanishing density): no sum over neighbors can follow it there.
+    /// Takes particles out of the interior about which the target is too sharp to be followed (steep surfaces,
+    /// jumps, vanishing density), see [`Target::sharpness`].
     pub fn leave_out_unresolved(&mut self, target: &Target<'_, D>, positions: &Positions<D>) {
         let support = &self.support;
         self.interior.par_iter_mut().enumerate().filter(|(_, inside)| **inside).for_each(|(i, inside)| {
-            let slope = target.log_gradient(&at(positions, i), support[i] * GRADIENT_STEP);
-            *inside = support[i] * slope.iter().map(|g| g * g).sum::<f64>().sqrt() < 1.0;
+            let x = at(positions, i);
+            *inside = target.sharpness(&x, target.number_density(&x), support[i]) < 1.0;
         });
     }
 
@@ -131,10 +131,6 @@ impl<const D: usize> Measured<D> {
         neighbors::neighbor_figures(self, domain, kernel_neighbors)
     }
 }
-
-/// Step of the differences that give the target's gradient, in support radii: a tenth of a spacing sees
-/// jumps between particles, too.
-const GRADIENT_STEP: f64 = 0.04;
 
 /// Values of the parents on the ghosts, times a power of the volume ratio, in the ghost tree's order.
 fn inherit<const D: usize>(tree: &Tree<D>, ghosts: &Ghosts<D>, values: &[f64], power: f64) -> Vec<f64> {

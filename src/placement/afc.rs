@@ -149,7 +149,7 @@ pub fn away_from_closest_kept<const D: usize>(
 fn epsilon<const D: usize>(state: &Arrangement<'_, D, f32>, support: &[f64]) -> f64 {
     let sums = state.densities(support);
     let wanted = state.target.number_densities(&state.positions);
-    let set = interior(state.target.domain, &state.positions, support);
+    let set = interior(state.target.domain, &state.positions, support, None);
     fit(set.as_deref(), &wanted, |i| sums[i].number_density).epsilon
 }
 

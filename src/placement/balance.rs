@@ -284,7 +284,7 @@ impl<'a, const D: usize, R: Real> Balance<'a, D, R> {
     }
 
     fn interior(&self, now: &Evaluation<D>) -> Option<Vec<bool>> {
-        interior(self.arrangement.target.domain, &self.arrangement.positions, &now.support)
+        interior(self.arrangement.target.domain, &self.arrangement.positions, &now.support, None)
     }
 
     pub fn evaluate(&mut self, frame: &Frame, guess: &[f64]) -> Evaluation<D> {

@@ -15,16 +15,25 @@ pub(super) struct Fit {
     pub epsilon: f64,
 }
 
-/// Particles whose support lies in the domain: at an edge into vacuum no arrangement meets the target.
-/// `None` where those are few, so that all count.
+/// Weight of a particle whose target is as sharp as [`crate::target::Target::sharpness`] says: from 1 where no
+/// edge is near to 0 where no sum over neighbors can follow.
+pub(super) fn resolved(sharpness: f64) -> f64 {
+    1.0 / (1.0 + sharpness.powi(4))
+}
+
+/// Particles whose support lies in the domain and whose weight (none given: 1) is more than half: at an edge
+/// into vacuum and at jumps no arrangement meets the target. `None` where those are few, so that all count.
 pub(super) fn interior<const D: usize>(
     domain: &Domain<D>,
     positions: &Positions<D>,
     support: &[f64],
+    weights: Option<&[f64]>,
 ) -> Option<Vec<bool>> {
     let n = support.len();
-    let inside: Vec<bool> =
-        (0..n).into_par_iter().map(|i| domain.distance_to_edge(&at(positions, i)) >= support[i]).collect();
+    let inside: Vec<bool> = (0..n)
+        .into_par_iter()
+        .map(|i| weights.is_none_or(|w| w[i] > 0.5) && domain.distance_to_edge(&at(positions, i)) >= support[i])
+        .collect();
     let count = inside.par_iter().filter(|&&i| i).count();
     (count < n && count > n / 10).then_some(inside)
 }

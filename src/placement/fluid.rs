@@ -2,9 +2,8 @@
 
 use super::alaric::AlaricOptions;
 use super::arrangement::Arrangement;
-use super::fit::{Fit, fit, fit_with, interior};
+use super::fit::{Fit, fit, fit_with, interior, resolved};
 use super::snapshot::{Check, axes, rows};
-use super::solver::resolved;
 use super::viscosity::{CHANNELS, Shear, shear};
 use crate::domain::Domain;
 use crate::kernel::{KernelName, support_over_spacing};
@@ -17,8 +16,6 @@ use serde::{Deserialize, Serialize};
 
 /// alpha decays over the time in which sound crosses this many support radii.
 const ALPHA_DECAY: f64 = 2.5;
-/// Step of the differences of the target, in spacings.
-const GRADIENT_STEP: f64 = 1e-6;
 /// No particle moves farther in a step, in its own spacing.
 const MAX_STEP: f64 = 0.3;
 
@@ -182,18 +179,10 @@ impl<'a, const D: usize, R: Real> Fluid<'a, D, R> {
         if !self.options.hold_unresolved {
             return;
         }
-        let (target, largest) = (self.state.target, self.state.domain.size());
-        let positions = &self.state.positions;
-        self.weights = (0..positions[0].len())
-            .into_par_iter()
-            .map(|i| {
-                let x = at(positions, i);
-                let wanted = target.number_density(&x);
-                let spacing = target.spacing(wanted).min(largest);
-                let slope = target.log_slope(&x, wanted, GRADIENT_STEP * spacing);
-                resolved(spacing * slope.iter().map(|g| g * g).sum::<f64>().sqrt())
-            })
-            .collect();
+        let (target, positions) = (self.state.target, &self.state.positions);
+        let wanted = target.number_densities(positions);
+        let ratio = support_over_spacing(D, self.options.kernel_neighbors);
+        self.weights = target.sharpnesses(positions, &wanted, ratio).into_par_iter().map(resolved).collect();
     }
 
     fn weight(&self, i: usize) -> f64 {
@@ -201,7 +190,8 @@ impl<'a, const D: usize, R: Real> Fluid<'a, D, R> {
     }
 
     fn measure(&mut self) {
-        let set = interior(self.state.target.domain, &self.state.positions, &self.support);
+        let weights = (!self.weights.is_empty()).then_some(self.weights.as_slice());
+        let set = interior(self.state.target.domain, &self.state.positions, &self.support, weights);
         let (sums, factor) = (&self.sums, self.used.factor);
         self.fitted = fit(set.as_deref(), &self.wanted, |i| sums[i].number_density);
         self.used = fit_with(set.as_deref(), &self.wanted, |i| sums[i].number_density, factor);

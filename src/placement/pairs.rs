@@ -4,7 +4,7 @@
 //! particles do not resolve a stage may press two together. Here each of a pair moves away from the other until
 //! they are apart; which way coincident ones go is drawn by their place in the tree.
 
-use super::relaxation_domain;
+use crate::domain::{Axis, Domain};
 use crate::kernel::unit_ball_volume;
 use crate::neighbors::{Batch, LeafPass, Reach, Sources, Tree, for_each_target};
 use crate::rng::{Purpose, keyed};
@@ -97,6 +97,13 @@ fn direction<const D: usize>(particle: u64, round: u64) -> [f64; D] {
     std::array::from_fn(|k| if k == 0 { 1.0 } else { 0.0 })
 }
 
+/// The domain without walls: a particle makes no pair with its own mirror image.
+fn without_mirrors<const D: usize>(domain: &Domain<D>) -> Domain<D> {
+    let mut open = domain.clone();
+    open.axes.iter_mut().filter(|a| **a != Axis::Periodic).for_each(|a| *a = Axis::OPEN);
+    open
+}
+
 /// Parts particles that are closer than `threshold` of the smaller of their spacings; returns how many were
 /// found so. Without pairs this is one pass, and positions stay as they are, bit for bit.
 pub fn part_pairs<const D: usize>(target: &Target<'_, D>, positions: &mut Positions<D>, threshold: f64) -> usize {
@@ -104,7 +111,7 @@ pub fn part_pairs<const D: usize>(target: &Target<'_, D>, positions: &mut Positi
     if n < 2 {
         return 0;
     }
-    let domain = relaxation_domain(target.domain);
+    let domain = without_mirrors(target.domain);
     let mut found = 0;
     for round in 0..MAX_ROUNDS {
         let tree = Tree::build(positions);
@@ -138,7 +145,7 @@ pub fn part_pairs<const D: usize>(target: &Target<'_, D>, positions: &mut Positi
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::domain::{Axis, Domain, Region};
+    use crate::domain::Region;
     use crate::field::ScalarField;
     use crate::target::Resolution;
 

@@ -16,12 +16,12 @@
 //! is exact with one density pass and one pass over what others see. kappa = <n*/n> is held within a stage;
 //! at the solution n = n*/kappa, and H is the support radius with N_H neighbors.
 //!
-//! Weights w_i = 1 / (1 + (s_i |grad ln n*| / g)^4) leave out particles about which the target changes by
-//! more than a factor of about e over a support radius (star surfaces, jumps): no arrangement has that
-//! density there, and chasing it would clump them.
+//! Weights w_i = 1 / (1 + S_i^4), S_i the sharpness of the target ([`Target::sharpness`]), leave out particles at
+//! steep surfaces, jumps and kinks: no arrangement has the target's density there, and chasing it would clump
+//! them. There the pressure energy alone places the particles.
 
 use super::arrangement::Arrangement;
-use super::fit::{Fit, fit, interior};
+use super::fit::{Fit, fit, interior, resolved};
 use super::lbfgs::{Lbfgs, product};
 use super::snapshot::{Check, Keep, Start, Trace, axes, forget};
 use super::{COINCIDENT, Control, Progress, StageReport, StopReason, part_pairs, relaxation_domain};
@@ -63,14 +63,6 @@ impl SolverOptions {
         let last = if self.quietness > 0.0 { 10f64.powf(-3.5 + 4.0 * self.quietness).min(1.0) } else { 0.0 };
         vec![(1.0, 0.6), (last, 0.4)]
     }
-}
-
-/// Gradient of ln n* per spacing at which a particle counts half.
-const RESOLVED_GRADIENT: f64 = 0.4;
-
-/// How far a particle can have the target's density, by the change of ln n* per spacing: from 1 to 0.
-pub(super) fn resolved(steepness: f64) -> f64 {
-    1.0 / (1.0 + (steepness / RESOLVED_GRADIENT).powi(4))
 }
 
 /// No particle moves farther in a step, in its own spacing.
@@ -337,13 +329,8 @@ impl<'a, const D: usize, R: Real> Solver<'a, D, R> {
         let wanted = target.number_densities(&self.arrangement.positions);
         let positions = &self.arrangement.positions;
         let spacing: Vec<f64> = wanted.par_iter().map(|&w| target.spacing(w)).collect();
-        let weights = (0..wanted.len())
-            .into_par_iter()
-            .map(|i| {
-                let slope = self.log_slope(&at(positions, i), wanted[i], spacing[i]);
-                resolved(spacing[i] * slope.iter().map(|g| g * g).sum::<f64>().sqrt())
-            })
-            .collect();
+        let ratio = support_over_spacing(D, self.options.kernel_neighbors);
+        let weights = target.sharpnesses(positions, &wanted, ratio).into_par_iter().map(resolved).collect();
         let mut frame = Frame { lambda, kappa: self.kappa, weights, spacing };
         // The first evaluation tells kappa; from then on it barely changes.
         if self.evaluations == 0 {
@@ -365,7 +352,7 @@ impl<'a, const D: usize, R: Real> Solver<'a, D, R> {
         let mean = reduce::sum(n, |i| w[i] * q(i)) / total;
         let squares = reduce::sum(n, |i| w[i] * (q(i) / mean - 1.0).powi(2));
         let energy = 0.5 * squares + frame.lambda * reduce::sum(n, q);
-        let set = interior(self.arrangement.target.domain, &self.arrangement.positions, &support);
+        let set = interior(self.arrangement.target.domain, &self.arrangement.positions, &support, Some(w));
         let fit = fit(set.as_deref(), &wanted, |i| sums[i].number_density);
         Evaluation { energy, fit, support, wanted, sums, mean, mean_square: squares / total }
     }

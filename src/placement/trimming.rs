@@ -51,7 +51,7 @@ pub fn trim_masses<const D: usize>(
     let wanted = target.densities(&state.positions);
     let first: Vec<f64> = order.par_iter().map(|&i| masses[i as usize]).collect();
     let total = reduce::sum(first.len(), |i| first[i]);
-    let set = interior(target.domain, &state.positions, &support);
+    let set = interior(target.domain, &state.positions, &support, None);
     let mut now = first.clone();
     let mut best = (f64::INFINITY, 0, first.clone());
     let mut history: Vec<Progress> = Vec::new();

@@ -18,7 +18,7 @@
 //! multiplied by a power of the summed over the target density at j, and by a slowly forgetting memory of it.
 
 use super::arrangement::GHOST_DEPTH;
-use super::fit::{fit, interior};
+use super::fit::{fit, interior, resolved};
 use super::snapshot::{Best, Check, Keep, Start, Trace, axes, forget};
 use super::{COINCIDENT, Ghosts, Progress, StageReport, StopReason, part_pairs, relaxation_domain};
 use crate::domain::Domain;
@@ -317,6 +317,7 @@ pub struct WvtSnapshot<const D: usize> {
     positions: Positions<D>,
     excess: Vec<f64>,
     memory: Vec<f64>,
+    weights: Vec<f64>,
     best: Best<D>,
     trace: Trace,
 }
@@ -335,6 +336,7 @@ impl<const D: usize> WvtSnapshot<D> {
             .positions("the best positions", &self.best.positions)
             .scalars("the density excess", &self.excess)
             .scalars("the memory of it", &self.memory)
+            .scalars("weights", &self.weights)
             .result()
     }
 }
@@ -354,6 +356,8 @@ struct State<'a, const D: usize> {
     excess: Vec<f64>,
     /// What the corrected volumes remember of it.
     memory: Vec<f64>,
+    /// Whether a particle could have the target's density where it began.
+    weights: Vec<f64>,
 }
 
 impl<'a, const D: usize> State<'a, D> {
@@ -361,6 +365,8 @@ impl<'a, const D: usize> State<'a, D> {
         let ratio = support_over_spacing(D, kernel_neighbors);
         let tree = Tree::build(&positions);
         let count = tree.len();
+        let wanted = target.number_densities(&positions);
+        let weights = target.sharpnesses(&positions, &wanted, ratio).into_par_iter().map(resolved).collect();
         let mut state = Self {
             target,
             domain,
@@ -372,6 +378,7 @@ impl<'a, const D: usize> State<'a, D> {
             iterations: 0,
             excess: vec![0.0; count],
             memory: vec![0.0; count],
+            weights,
         };
         state.sort();
         state
@@ -383,7 +390,7 @@ impl<'a, const D: usize> State<'a, D> {
         snapshot: WvtSnapshot<D>,
         kernel_neighbors: f64,
     ) -> (Self, Best<D>, Trace) {
-        let WvtSnapshot { iteration, positions, excess, memory, best, trace } = snapshot;
+        let WvtSnapshot { iteration, positions, excess, memory, weights, best, trace } = snapshot;
         let state = Self {
             tree: Tree::of_sorted(&positions),
             target,
@@ -395,6 +402,7 @@ impl<'a, const D: usize> State<'a, D> {
             iterations: iteration,
             excess,
             memory,
+            weights,
         };
         (state, best, trace.resumed())
     }
@@ -405,6 +413,7 @@ impl<'a, const D: usize> State<'a, D> {
             positions: self.positions.clone(),
             excess: self.excess.clone(),
             memory: self.memory.clone(),
+            weights: self.weights.clone(),
             best: best.clone(),
             trace: trace.kept(),
         }
@@ -417,6 +426,7 @@ impl<'a, const D: usize> State<'a, D> {
         self.positions = std::array::from_fn(|k| tree.to_tree_order(&self.positions[k]));
         self.excess = tree.to_tree_order(&self.excess);
         self.memory = tree.to_tree_order(&self.memory);
+        self.weights = tree.to_tree_order(&self.weights);
         self.tree.forget_order();
     }
 
@@ -489,7 +499,7 @@ impl<'a, const D: usize> State<'a, D> {
     }
 
     fn epsilon(&self, pushes: &[Push<D>]) -> f64 {
-        let set = interior(self.target.domain, &self.positions, &self.support);
+        let set = interior(self.target.domain, &self.positions, &self.support, Some(&self.weights));
         fit(set.as_deref(), &self.number_density, |i| pushes[i].number_density).epsilon
     }
 

@@ -45,7 +45,7 @@ fn texts(texts: &[&str]) -> Vec<Vec<u8>> {
     texts.iter().map(|t| t.as_bytes().to_vec()).collect()
 }
 
-fn particles(dimension: usize) -> ParticleFile {
+fn particles(dimension: usize, equal_masses: bool) -> ParticleFile {
     let n = 6;
     let column = |name: &str, components: usize, values: Values, dimension| Column {
         name: name.into(),
@@ -57,7 +57,12 @@ fn particles(dimension: usize) -> ParticleFile {
     let columns = vec![
         column(names::COORDINATES, dimension, numbers(n * dimension), UnitDimension::LENGTH),
         column(names::VELOCITIES, dimension, numbers(n * dimension), UnitDimension::VELOCITY),
-        column(names::MASSES, 1, numbers(n), UnitDimension::MASS),
+        column(
+            names::MASSES,
+            1,
+            if equal_masses { Values::F64(vec![0.1; n]) } else { numbers(n) },
+            UnitDimension::MASS,
+        ),
         column(names::DENSITY, 1, numbers(n), UnitDimension::mass_density(dimension)),
         column(names::SUPPORT_RADIUS, 1, numbers(n), UnitDimension::LENGTH),
         column(names::INTERNAL_ENERGY, 1, numbers(n), UnitDimension::SPECIFIC_ENERGY),
@@ -81,14 +86,15 @@ fn particles(dimension: usize) -> ParticleFile {
 /// Plain and compressed, in 2-D and 3-D; nothing where the format has no writer.
 fn written(folder: &Path, format: &str, extensions: &[&str]) -> Vec<Vec<u8>> {
     let mut seeds = Vec::new();
-    if !FORMATS.iter().any(|f| f.name == format && f.write.is_some()) {
+    let Some(spec) = FORMATS.iter().find(|f| f.name == format && f.write.is_some()) else {
         return seeds;
-    }
+    };
+    let can = spec.capabilities;
     for extension in extensions {
-        for (dimension, compression) in [(3, 0), (2, 4)] {
+        for (dimension, compression) in [(3, 0), (2, 4)].into_iter().filter(|(d, _)| can.dimensions.contains(d)) {
             let path = folder.join(format!("seed.{extension}"));
             let options = WriteOptions { compression, double_precision: dimension == 2 };
-            write(FORMATS, &path, Some(format), &particles(dimension), options).unwrap();
+            write(FORMATS, &path, Some(format), &particles(dimension, can.equal_masses), options).unwrap();
             seeds.push(std::fs::read(&path).unwrap());
         }
     }

@@ -1,0 +1,68 @@
+//! What the plan drops is not run and is named; a stage that is switched off costs no call.
+
+use sph_prep::pipeline;
+use sph_prep::placement::Control;
+use sph_prep::report::Report;
+use sph_prep::scene::Scene;
+use std::collections::BTreeMap;
+use std::sync::Mutex;
+use std::sync::atomic::AtomicBool;
+
+/// The report, and how often each stage called its observer.
+fn run(yaml: &str) -> (Report, BTreeMap<&'static str, usize>) {
+    let folder = tempfile::tempdir().unwrap();
+    let mut scene = Scene::parse(yaml).unwrap();
+    scene.output.file = Some(folder.path().join("ic.vtu"));
+    let calls = Mutex::new(BTreeMap::new());
+    let never = AtomicBool::new(false);
+    let observer = |stage, _, _, _| *calls.lock().unwrap().entry(stage).or_insert(0) += 1;
+    let control = Control { deadline: None, interrupted: &never, observer: &observer };
+    let report = pipeline::run(&scene, sph_formats::FORMATS, &control).unwrap();
+    (report, calls.into_inner().unwrap())
+}
+
+fn stages(calls: &BTreeMap<&'static str, usize>) -> Vec<&'static str> {
+    calls.keys().copied().collect()
+}
+
+const BOX: &str = "input: {expression: '1'}\ndomain: {box: [[0, 0], [1, 1]], boundary: [periodic]}\n";
+
+fn names_as_left_out(report: &Report, what: &str) -> bool {
+    report.plan.left_out.iter().any(|l| l.what == what && !l.why.is_empty())
+}
+
+#[test]
+fn only_planned_stages_run() {
+    for (rest, wanted) in [
+        ("particles: 400", vec!["WVT", "solver"]),
+        ("particles: 400\npolish: none", vec!["WVT"]),
+        ("particles: 400\npolish: none\nwvt: {iterations: 0}", vec![]),
+        ("particles: 400\nwvt: {iterations: 0}", vec!["solver"]),
+        ("particles: 400\npolish: alaric\nalaric: {steps: 3}", vec!["ALARIC", "WVT"]),
+        ("particles: 2", vec![]),
+    ] {
+        let (report, calls) = run(&format!("{BOX}{rest}\n"));
+        assert_eq!(stages(&calls), wanted, "{rest}");
+        let fixed = ["read", "interpolate", "seed", "measure", "write"];
+        let timed = report.timing.iter().filter(|t| !fixed.contains(&t.step)).count();
+        assert_eq!(timed, wanted.len(), "{rest}: {:?}", report.timing);
+    }
+}
+
+#[test]
+fn terms_and_datasets_without_use_are_named() {
+    let (report, _) = run(&format!("{BOX}particles: 400\n"));
+    for what in ["ghost particles", "variable masses", "InternalEnergy", "velocities", "mass trimming"] {
+        assert!(names_as_left_out(&report, what), "{what}: {:?}", report.plan.left_out);
+    }
+    assert!(!names_as_left_out(&report, "periodic images"));
+    let open = "input: {expression: '1'}\ndomain: {box: [[0, 0], [1, 1]]}\nparticles: 400\n";
+    assert!(names_as_left_out(&run(open).0, "periodic images"));
+}
+
+#[test]
+fn a_met_tolerance_ends_the_run_before_the_polish() {
+    let (report, calls) = run(&format!("{BOX}particles: 400\ntolerance: 0.01\n"));
+    assert_eq!(stages(&calls), ["WVT"]);
+    assert!(names_as_left_out(&report, "polish"));
+}
