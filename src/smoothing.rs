@@ -60,7 +60,7 @@ fn density_sums<const D: usize, const C: usize, K: Kernel, R: Real, S: Simd>(
     support: f64,
 ) -> DensitySums<D> {
     let (xs, channels) = batch.registers::<S>();
-    let target = batch.target(i).map(|x| R::splat(simd, x));
+    let target = splat::<D, R, S>(simd, &batch.target(i));
     let length = batch.unit().length;
     let inverse = R::splat(simd, R::from_f64(length / support));
     let zero = R::splat(simd, R::from_f64(0.0));
@@ -83,12 +83,27 @@ fn density_sums<const D: usize, const C: usize, K: Kernel, R: Real, S: Simd>(
     let norm = K::SIGMA[D - 1] / support.powi(D as i32);
     let weight = if C == 0 { 1.0 } else { batch.unit().channels[0] };
     let number_density = norm * R::sum(simd, sum);
+    // No closures here: they would be compiled without the vector instructions.
+    let mut slopes = [0.0; D];
+    for k in 0..D {
+        slopes[k] = norm * weight * length / (support * support) * R::sum(simd, gradient[k]);
+    }
     DensitySums {
         number_density,
         slope: norm * (R::sum(simd, bend) - D as f64 * R::sum(simd, sum)),
         weighted: if C == 0 { number_density } else { norm * weight * R::sum(simd, weighted) },
-        gradient: gradient.map(|g| norm * weight * length / (support * support) * R::sum(simd, g)),
+        gradient: slopes,
     }
+}
+
+/// A position in every lane. A loop, since a closure would be compiled without the vector instructions.
+#[inline(always)]
+pub(crate) fn splat<const D: usize, R: Real, S: Simd>(simd: S, x: &[R; D]) -> [R::Vector<S>; D] {
+    let mut out = [R::splat(simd, x[0]); D];
+    for k in 1..D {
+        out[k] = R::splat(simd, x[k]);
+    }
+    out
 }
 
 /// Displacement from the target and q = r / H of register `j`.
@@ -100,7 +115,10 @@ pub(crate) fn separation<const D: usize, R: Real, S: Simd>(
     inverse_support: R::Vector<S>,
     j: usize,
 ) -> ([R::Vector<S>; D], R::Vector<S>) {
-    let d: [R::Vector<S>; D] = std::array::from_fn(|k| R::sub(simd, xs[k][j], target[k]));
+    let mut d = *target;
+    for k in 0..D {
+        d[k] = R::sub(simd, xs[k][j], target[k]);
+    }
     let mut r2 = R::mul(simd, d[0], d[0]);
     for &dk in &d[1..] {
         r2 = R::mul_add(simd, dk, dk, r2);
@@ -237,7 +255,7 @@ impl<const D: usize, K: Kernel, R: Real> LeafPass<D, 2, R> for ScatterPass<K, R>
         let inverse_scale = R::splat(simd, R::from_f64(batch.unit().channels[1] * length));
         for (i, out) in batch.targets().zip(out) {
             let (xs, channels) = batch.registers::<S>();
-            let target = batch.target(i).map(|x| R::splat(simd, x));
+            let target = splat::<D, R, S>(simd, &batch.target(i));
             let mut sum = [R::splat(simd, R::from_f64(0.0)); D];
             for j in 0..xs[0].len() {
                 let inverse = R::mul(simd, channels[1][j], inverse_scale);
@@ -249,7 +267,9 @@ impl<const D: usize, K: Kernel, R: Real> LeafPass<D, 2, R> for ScatterPass<K, R>
                 }
             }
             let scale = batch.unit().channels[0] * length;
-            *out = Vector(sum.map(|g| scale * R::sum(simd, g)));
+            for k in 0..D {
+                out.0[k] = scale * R::sum(simd, sum[k]);
+            }
         }
     }
 }

@@ -70,12 +70,12 @@ impl<const D: usize> Target<'_, D> {
 
     /// n*^(-1/d) where the target density is `number_density`, at most the largest spacing.
     pub fn spacing(&self, number_density: f64) -> f64 {
-        number_density.powf(-1.0 / D as f64).min(self.largest_spacing)
+        spacing_of::<D>(number_density).min(self.largest_spacing)
     }
 
     /// Whether the spacing there follows the target, not the cap.
     pub fn spacing_follows(&self, number_density: f64) -> bool {
-        number_density.powf(-1.0 / D as f64) < self.largest_spacing
+        spacing_of::<D>(number_density) < self.largest_spacing
     }
 
     /// grad ln n* by forward differences over `step` (backward at the domain's edge); `here` is n* at `x`.
@@ -118,17 +118,16 @@ impl<const D: usize> Target<'_, D> {
         let slope = self.log_gradient(x, GRADIENT_STEP * support);
         let steepness = support * slope.iter().map(|g| g * g).sum::<f64>().sqrt();
         let reach = (EDGE_REACH * support).min(0.25 * self.domain.size());
-        let along = |k: usize, h: f64| {
-            let mut y = *x;
-            y[k] += h;
+        let along = |way: &[f64; D], h: f64| {
+            let mut y: [f64; D] = std::array::from_fn(|k| x[k] + h * way[k]);
             self.domain.wrap(&mut y);
             self.domain.contains(&y).then(|| self.number_density(&y).ln())
         };
-        let bend = |k: usize, h: f64| Some(along(k, h)? + along(k, -h)? - 2.0 * here.ln());
-        let edge = |k: usize| Some((bend(k, reach)? - 4.0 * bend(k, 0.5 * reach)?).abs() / EDGE);
+        let bend = |way: &[f64; D], h: f64| Some(along(way, h)? + along(way, -h)? - 2.0 * here.ln());
+        let edge = |way| Some((bend(&way, reach)? - 4.0 * bend(&way, 0.5 * reach)?).abs() / EDGE);
         // Not a number where n* vanishes on both sides of something: as sharp as can be.
         let worse = |most: f64, e: f64| if e.is_nan() { f64::INFINITY } else { most.max(e) };
-        (0..D).filter_map(edge).fold(steepness, worse)
+        ways::<D>().filter_map(edge).fold(steepness, worse)
     }
 
     /// [`Self::sharpness`] at every particle, for `ratio` = H n*^(1/d).
@@ -179,9 +178,29 @@ impl<const D: usize> Target<'_, D> {
     }
 }
 
+/// n^(-1/d); roots are faster than powers.
+fn spacing_of<const D: usize>(number_density: f64) -> f64 {
+    match D {
+        1 => 1.0 / number_density,
+        2 => 1.0 / number_density.sqrt(),
+        _ => 1.0 / number_density.cbrt(),
+    }
+}
+
+/// Directions of the axes and of the diagonals of a cube (a square), one of each opposite pair: none is farther
+/// than 36 degrees from one of them.
+fn ways<const D: usize>() -> impl Iterator<Item = [f64; D]> {
+    let axes = (0..D).map(|k| std::array::from_fn(|c| if c == k { 1.0 } else { 0.0 }));
+    let diagonals = if D > 1 { 1 << (D - 1) } else { 0 };
+    let length = (D as f64).sqrt();
+    axes.chain((0..diagonals).map(move |signs: usize| {
+        std::array::from_fn(|c| if c > 0 && signs >> (c - 1) & 1 == 1 { -1.0 / length } else { 1.0 / length })
+    }))
+}
+
 /// Step of the differences that give a gradient, in support radii: a tenth of a spacing.
 const GRADIENT_STEP: f64 = 0.04;
 /// How far edges are looked for, in support radii.
-const EDGE_REACH: f64 = 0.8;
+const EDGE_REACH: f64 = 1.0;
 /// Defect of the second differences of ln n* that makes an edge.
 const EDGE: f64 = 0.15;

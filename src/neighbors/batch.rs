@@ -97,6 +97,16 @@ pub struct Batch<'a, const D: usize, const C: usize, R: Real> {
     channels: [Vec<R>; C],
 }
 
+/// The first `count` of each array as registers. A loop: closures over arrays are not always inlined here.
+#[inline(always)]
+fn all_vectors<const N: usize, R: Real, S: Simd>(arrays: &[Vec<R>; N], count: usize) -> [&[R::Vector<S>]; N] {
+    let mut out: [&[R::Vector<S>]; N] = [&[]; N];
+    for k in 0..N {
+        out[k] = R::vectors::<S>(&arrays[k][..count]);
+    }
+    out
+}
+
 impl<'a, const D: usize, const C: usize, R: Real> Batch<'a, D, C, R> {
     fn new(domain: &'a Domain<D>, sources: &'a [Sources<'a, D, C>]) -> Self {
         Self {
@@ -126,7 +136,11 @@ impl<'a, const D: usize, const C: usize, R: Real> Batch<'a, D, C, R> {
     #[inline(always)]
     pub fn target(&self, i: usize) -> [R; D] {
         let tree = self.sources[0].tree;
-        std::array::from_fn(|k| R::from_f64((tree.positions[k][i] - self.center[k]) / self.unit.length))
+        let mut out = [R::default(); D];
+        for k in 0..D {
+            out[k] = R::from_f64((tree.positions[k][i] - self.center[k]) / self.unit.length);
+        }
+        out
     }
 
     /// Channel `c` of the target at tree position `i` in buffer units.
@@ -140,10 +154,7 @@ impl<'a, const D: usize, const C: usize, R: Real> Batch<'a, D, C, R> {
     #[inline(always)]
     pub fn registers<S: Simd>(&self) -> ([&[R::Vector<S>]; D], [&[R::Vector<S>]; C]) {
         let padded = self.used.next_multiple_of(MAX_LANES);
-        (
-            std::array::from_fn(|k| R::vectors::<S>(&self.positions[k][..padded])),
-            std::array::from_fn(|c| R::vectors::<S>(&self.channels[c][..padded])),
-        )
+        (all_vectors::<D, R, S>(&self.positions, padded), all_vectors::<C, R, S>(&self.channels, padded))
     }
 
     fn enter(&mut self, leaf: u32) {

@@ -16,7 +16,12 @@ use std::marker::PhantomData;
 /// target at the surface may have a larger radius than the particles below it.
 pub(super) const GHOST_DEPTH: f64 = 1.5;
 /// Moves between sortings of the tree; in between its boxes are fitted to the moved particles.
-const SORT_INTERVAL: usize = 16;
+const SORT_INTERVAL: usize = 8;
+
+/// Values in a new order, which names the old place of each, see [`Arrangement::sort`].
+pub(super) fn reordered<T: Copy + Send + Sync>(values: &[T], order: &[u32]) -> Vec<T> {
+    order.par_iter().map(|&i| values[i as usize]).collect()
+}
 
 /// Ghosts in the order of their own tree.
 struct GhostLayer<const D: usize> {

@@ -2,6 +2,7 @@
 //!
 //! Pairs are kept in single precision: they only shape the direction, whose error the line search bears.
 
+use super::arrangement::reordered;
 use super::snapshot::rows;
 use crate::reduce;
 use rayon::prelude::*;
@@ -48,6 +49,14 @@ impl<const D: usize> Lbfgs<D> {
     /// Whether it is a history of `count` particles.
     pub fn is_of(&self, count: usize) -> bool {
         self.pairs.len() <= PAIRS && self.pairs.iter().all(|p| p.step.len() == count && p.change.len() == count)
+    }
+
+    /// Follows the particles into a new order.
+    pub fn reorder(&mut self, order: &[u32]) {
+        for pair in &mut self.pairs {
+            pair.step = reordered(&pair.step, order);
+            pair.change = reordered(&pair.change, order);
+        }
     }
 
     pub fn clear(&mut self) {

@@ -20,10 +20,10 @@
 //! steep surfaces, jumps and kinks: no arrangement has the target's density there, and chasing it would clump
 //! them. There the pressure energy alone places the particles.
 
-use super::arrangement::Arrangement;
+use super::arrangement::{Arrangement, reordered};
 use super::fit::{Fit, fit, interior, resolved};
 use super::lbfgs::{Lbfgs, product};
-use super::snapshot::{Check, Keep, Start, Trace, axes, forget};
+use super::snapshot::{Check, Keep, Start, Trace, axes, forget, rows};
 use super::{COINCIDENT, Control, Progress, StageReport, StopReason, part_pairs, relaxation_domain};
 use crate::kernel::{KernelName, support_over_spacing};
 use crate::neighbors::lanes::Real;
@@ -115,10 +115,10 @@ fn run<const D: usize, R: Real>(
             (Solver::<D, R>::new(arrangement, options, control), before, 0, None)
         }
         Start::Kept(snapshot) => {
-            let SolverSnapshot { stage, positions, before, frame, memory, kappa, evaluations, trace } = *snapshot;
-            let arrangement = Arrangement::of_sorted(kernel, target, &domain, positions, 0, neighbors);
+            let SolverSnapshot { stage, positions, moves, before, descent, kappa, evaluations, trace } = *snapshot;
+            let arrangement = Arrangement::of_sorted(kernel, target, &domain, positions, moves, neighbors);
             let solver = Solver { arrangement, options, control, kappa, evaluations, trace: trace.resumed() };
-            (solver, before, stage, Some((frame, memory)))
+            (solver, before, stage, Some(descent))
         }
     };
     let mut stop = StopReason::IterationLimit;
@@ -152,11 +152,12 @@ pub struct SolverSnapshot<const D: usize> {
     stage: usize,
     #[serde(with = "axes")]
     positions: Positions<D>,
+    /// Since the last sorting.
+    moves: usize,
     /// Where the solver began.
     #[serde(with = "axes")]
     before: Positions<D>,
-    frame: Frame,
-    memory: Lbfgs<D>,
+    descent: Descent<D>,
     kappa: f64,
     evaluations: usize,
     trace: Trace,
@@ -174,9 +175,10 @@ impl<const D: usize> SolverSnapshot<D> {
         Check::new(count)
             .positions("positions", &self.positions)
             .positions("the first positions", &self.before)
-            .scalars("weights", &self.frame.weights)
-            .scalars("spacings", &self.frame.spacing)
-            .holds(self.memory.is_of(count), "has another number of gradients than of particles")
+            .scalars("weights", &self.descent.frame.weights)
+            .scalars("spacings", &self.descent.frame.spacing)
+            .vectors("the gradient", &self.descent.gradient)
+            .holds(self.descent.memory.is_of(count), "has another number of gradients than of particles")
             .result()
     }
 }
@@ -198,6 +200,27 @@ pub(super) struct Frame {
     weights: Vec<f64>,
     /// Spacing of each particle, the unit of its moves.
     pub spacing: Vec<f64>,
+}
+
+/// A descent under way.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+struct Descent<const D: usize> {
+    frame: Frame,
+    memory: Lbfgs<D>,
+    #[serde(with = "rows")]
+    gradient: Vec<[f64; D]>,
+    energy: f64,
+    epsilon: f64,
+}
+
+impl<const D: usize> Descent<D> {
+    /// Follows the particles into a new order, see [`Arrangement::sort`].
+    fn reorder(&mut self, order: &[u32]) {
+        self.frame.weights = reordered(&self.frame.weights, order);
+        self.frame.spacing = reordered(&self.frame.spacing, order);
+        self.gradient = reordered(&self.gradient, order);
+        self.memory.reorder(order);
+    }
 }
 
 /// The objective at one arrangement.
@@ -222,68 +245,81 @@ impl<'a, const D: usize, R: Real> Solver<'a, D, R> {
         lambda: f64,
         end: usize,
         may_finish: bool,
-        kept: Option<(Frame, Lbfgs<D>)>,
+        kept: Option<Descent<D>>,
         keep: Keep<'_, SolverSnapshot<D>>,
     ) -> StopReason {
-        let is_new = kept.is_none();
-        let (frame, mut memory) = kept.unwrap_or_else(|| {
-            self.arrangement.sort();
-            (self.frame(lambda), Lbfgs::new())
-        });
-        let mut now = self.evaluate(&frame);
-        let mut gradient = self.gradient(&frame, &now);
-        if is_new {
-            self.note(&now, 0.0);
-        } else {
-            // It was counted when it was made.
-            self.evaluations -= 1;
-        }
+        let mut descent = kept.unwrap_or_else(|| self.begin(lambda));
         loop {
+            if self.arrangement.is_stale() {
+                let order = self.arrangement.sort();
+                descent.reorder(&order);
+            }
             let outside = self.control.stop_reason();
-            keep(outside.is_some(), &|| self.snapshot(&frame, &memory));
+            keep(outside.is_some(), &|| self.snapshot(&descent));
             if let Some(reason) = outside {
                 return reason;
             }
-            if may_finish && now.fit.epsilon <= self.options.tolerance {
+            if may_finish && descent.epsilon <= self.options.tolerance {
                 return StopReason::ToleranceReached;
             }
             if self.evaluations >= end {
                 return StopReason::IterationLimit;
             }
-            let mut direction = memory.direction(&gradient);
-            let mut slope = product(&direction, &gradient);
+            if !self.step(&mut descent) {
+                return StopReason::Stagnated;
+            }
+        }
+    }
+
+    fn begin(&mut self, lambda: f64) -> Descent<D> {
+        self.arrangement.sort();
+        let frame = self.frame(lambda);
+        let now = self.evaluate(&frame);
+        let gradient = self.gradient(&frame, &now);
+        self.note(&now, 0.0);
+        Descent { frame, memory: Lbfgs::new(), gradient, energy: now.energy, epsilon: now.fit.epsilon }
+    }
+
+    /// One step downhill; false where there is no way down.
+    fn step(&mut self, descent: &mut Descent<D>) -> bool {
+        loop {
+            let Descent { frame, memory, gradient, energy, .. } = descent;
+            let mut direction = memory.direction(gradient);
+            let mut slope = product(&direction, gradient);
             if !(slope < 0.0) {
                 memory.clear();
-                direction = gradient.par_iter().map(|g| g.map(|v| -v)).collect();
-                slope = product(&direction, &gradient);
+                direction = memory.direction(gradient);
+                slope = product(&direction, gradient);
             }
             let longest = longest(&direction);
             if !(longest > 0.0 && longest.is_finite()) {
-                return StopReason::Stagnated;
+                return false;
             }
             let first = if memory.is_empty() { FIRST_STEP / longest } else { (MAX_STEP / longest).min(1.0) };
-            let Some((next, step, length)) = self.search(&frame, &now, &direction, slope, first) else {
+            let Some((next, step, length)) = self.search(frame, *energy, &direction, slope, first) else {
                 if memory.is_empty() {
-                    return StopReason::Stagnated;
+                    return false;
                 }
                 memory.clear();
                 continue;
             };
-            let next_gradient = self.gradient(&frame, &next);
-            memory.push(&step, &gradient, &next_gradient);
-            (now, gradient) = (next, next_gradient);
-            self.note(&now, length);
+            let next_gradient = self.gradient(frame, &next);
+            memory.push(&step, gradient, &next_gradient);
+            *gradient = next_gradient;
+            (descent.energy, descent.epsilon) = (next.energy, next.fit.epsilon);
+            self.note(&next, length);
+            return true;
         }
     }
 
     /// All but what the schedule knows.
-    fn snapshot(&self, frame: &Frame, memory: &Lbfgs<D>) -> SolverSnapshot<D> {
+    fn snapshot(&self, descent: &Descent<D>) -> SolverSnapshot<D> {
         SolverSnapshot {
             stage: 0,
             positions: self.arrangement.positions.clone(),
+            moves: self.arrangement.moves(),
             before: std::array::from_fn(|_| Vec::new()),
-            frame: frame.clone(),
-            memory: memory.clone(),
+            descent: descent.clone(),
             kappa: self.kappa,
             evaluations: self.evaluations,
             trace: self.trace.kept(),
@@ -294,7 +330,7 @@ impl<'a, const D: usize, R: Real> Solver<'a, D, R> {
     fn search(
         &mut self,
         frame: &Frame,
-        now: &Evaluation<D>,
+        energy: f64,
         direction: &[[f64; D]],
         slope: f64,
         first: f64,
@@ -304,12 +340,12 @@ impl<'a, const D: usize, R: Real> Solver<'a, D, R> {
         for _ in 0..=MAX_HALVINGS {
             let step = self.arrangement.displace(&from, direction, t, &frame.spacing, &frame.spacing, MAX_STEP);
             let next = self.evaluate(frame);
-            if next.energy <= now.energy + ARMIJO * t * slope {
+            if next.energy <= energy + ARMIJO * t * slope {
                 let length = longest(&step);
                 return Some((next, step, length));
             }
             // The parabola through both energies and the slope, within bounds.
-            let parabola = -0.5 * slope * t * t / (next.energy - now.energy - slope * t);
+            let parabola = -0.5 * slope * t * t / (next.energy - energy - slope * t);
             t = if parabola.is_finite() { parabola.clamp(0.1 * t, 0.5 * t) } else { 0.25 * t };
         }
         self.arrangement.positions = from;

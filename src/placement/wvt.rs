@@ -26,7 +26,7 @@ use crate::kernel::{Kernel, KernelName, evaluate, support_over_spacing};
 use crate::neighbors::lanes::Real;
 use crate::neighbors::{Batch, LeafPass, Reach, Sources, Tree, for_each_target};
 use crate::reduce;
-use crate::smoothing::separation;
+use crate::smoothing::{separation, splat};
 use crate::target::{Positions, Target, at};
 use crate::with_kernel;
 use pulp::Simd;
@@ -170,7 +170,7 @@ impl<K: Kernel, R: Real> PushPass<'_, K, R> {
         let edge = constant(-(2.0 + SOFTENING).powi(-2));
         for (i, out) in batch.targets().zip(out) {
             let (xs, channels) = batch.registers::<S>();
-            let target = batch.target(i).map(|x| R::splat(simd, x));
+            let target = splat::<D, R, S>(simd, &batch.target(i));
             let inverse = constant(length / self.support[i]);
             let (mut sum, mut shift, mut gradient) = (zero, [zero; D], [zero; D]);
             let own_volume = batch.target_channel(1, i);
@@ -215,10 +215,10 @@ impl<K: Kernel, R: Real> PushPass<'_, K, R> {
             let support = self.support[i];
             let per_length = K::SIGMA[D - 1] * batch.unit().channels[1] * length / support.powi(D as i32 + 2);
             let own_cell = if CORRECTED { self.own_cell::<D>() * support * per_length } else { 0.0 };
-            *out = Push {
-                number_density: K::SIGMA[D - 1] / self.support[i].powi(D as i32) * R::sum(simd, sum),
-                shift: std::array::from_fn(|k| -scale * R::sum(simd, shift[k]) - own_cell * R::sum(simd, gradient[k])),
-            };
+            out.number_density = K::SIGMA[D - 1] / self.support[i].powi(D as i32) * R::sum(simd, sum);
+            for k in 0..D {
+                out.shift[k] = -scale * R::sum(simd, shift[k]) - own_cell * R::sum(simd, gradient[k]);
+            }
         }
     }
 }
