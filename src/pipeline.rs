@@ -115,8 +115,9 @@ impl Run<'_> {
         let scaled = Prepared::<D>::new(self.scene, self.formats, raw, count)?;
         self.notes.extend(scaled.notes.iter().cloned());
         self.lap("interpolate", lap, None);
-        let plan = Plan::new(self.scene, &scaled.source.domain, count, scaled.source.radial.is_some());
-        self.place(&scaled.target(), &scaled, plan)
+        let target = scaled.target();
+        let plan = Plan::new(self.scene, &target, scaled.source.radial.is_some());
+        self.place(&target, &scaled, plan)
     }
 
     fn place<const D: usize>(mut self, target: &Target<'_, D>, scaled: &Prepared<D>, mut plan: Plan) -> Result<Report> {

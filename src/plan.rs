@@ -4,7 +4,8 @@ use crate::domain::{Axis, Domain, Region, Wall};
 use crate::kernel::default_kernel_neighbors;
 use crate::placement::{SolverOptions, WvtOptions};
 use crate::scene::{Atmosphere, Polish, Scene};
-use crate::seeding::Seeding;
+use crate::seeding::{Seeding, is_radial};
+use crate::target::Target;
 use serde::Serialize;
 
 /// Something that the plan drops.
@@ -19,6 +20,7 @@ pub struct LeftOut {
 pub struct Plan {
     pub stages: Vec<&'static str>,
     pub left_out: Vec<LeftOut>,
+    pub seeding: Seeding,
     /// 0 where WVT is left out.
     pub wvt_iterations: usize,
     pub polish: Polish,
@@ -31,9 +33,11 @@ pub struct Plan {
 }
 
 impl Plan {
-    /// Decides from the scene, the domain that it came to and the number of particles.
-    pub fn new<const D: usize>(scene: &Scene, domain: &Domain<D>, count: usize, has_profile: bool) -> Self {
+    /// Decides from the scene, the target that it came to, and whether that is from a radial profile.
+    pub fn new<const D: usize>(scene: &Scene, target: &Target<'_, D>, has_profile: bool) -> Self {
+        let (domain, count) = (target.domain, target.count);
         let mut plan = Self {
+            seeding: scene.seeding.unwrap_or_default(),
             stages: Vec::new(),
             left_out: Vec::new(),
             wvt_iterations: 0,
@@ -42,7 +46,6 @@ impl Plan {
             evaluations: 0,
             balance: 0,
         };
-        plan.stages.push(scene.seeding.method().stage);
         if count < MIN_RELAXED {
             plan.drop("relaxation", format!("{count} particles have no neighbors to relax against"));
         } else {
@@ -51,9 +54,11 @@ impl Plan {
                 plan.drop("polish", "the domain is thinner than the particles' spacing: its faces are all they see");
                 plan.polish = Polish::None;
             }
-            plan.choose_wvt(scene);
+            plan.choose_seeding(scene, target);
+            plan.choose_wvt(scene, D);
             plan.choose_balance(scene);
         }
+        plan.stages.insert(0, plan.seeding.method().stage);
         plan.stages.push("measure");
         if !domain.axes.contains(&Axis::Periodic) {
             plan.drop("periodic images", "no axis is periodic");
@@ -98,7 +103,7 @@ impl Plan {
             return;
         }
         self.splittings = scene.alaric.splittings.unwrap_or_else(|| {
-            let coarse_features = scene.seeding == Seeding::Random;
+            let coarse_features = scene.seeding == Some(Seeding::Random);
             usize::from(coarse_features && count >= MIN_SPLIT)
         });
         if self.splittings == 0 {
@@ -106,7 +111,9 @@ impl Plan {
                 "particle splitting",
                 match scene.seeding {
                     _ if scene.alaric.splittings.is_some() => "alaric.splittings is 0".to_string(),
-                    Seeding::MassBisection => "mass bisection leaves no coarse features to converge first".into(),
+                    None | Some(Seeding::MassBisection) => {
+                        "mass bisection leaves no coarse features to converge first".into()
+                    }
                     _ => format!("under {MIN_SPLIT} particles it saves nothing"),
                 },
             );
@@ -116,15 +123,29 @@ impl Plan {
         }
     }
 
-    fn choose_wvt(&mut self, scene: &Scene) {
-        self.wvt_iterations = scene.wvt.iterations.unwrap_or(match (self.polish, scene.seeding) {
+    /// For a radial target in a ball, shells of the right masses are nearer to the density than WVT gets, and
+    /// the solver ends at a third of the error that it reaches from mass bisection (`cargo bench --bench peers`).
+    fn choose_seeding<const D: usize>(&mut self, scene: &Scene, target: &Target<'_, D>) {
+        if scene.seeding.is_none() && self.polish == Polish::Solver && target.count >= MIN_SHELLS && is_radial(target) {
+            self.seeding = Seeding::EqualAreaShells;
+        }
+    }
+
+    fn choose_wvt(&mut self, scene: &Scene, d: usize) {
+        let shells = self.seeding == Seeding::EqualAreaShells && self.polish == Polish::Solver && d == 3;
+        self.wvt_iterations = scene.wvt.iterations.unwrap_or(match (self.polish, self.seeding) {
             (Polish::None, _) => WvtOptions::new(3).iterations,
             (Polish::Afc, _) => 0,
+            _ if shells => 0,
             (_, Seeding::MassBisection) => 5,
             (_, _) => 40,
         });
         if self.wvt_iterations == 0 {
-            let why = if self.polish == Polish::Afc { "AFC starts from the seed" } else { "wvt.iterations is 0" };
+            let why = match self.polish {
+                Polish::Afc => "AFC starts from the seed",
+                _ if scene.wvt.iterations.is_none() => "the shells of the seed are nearer to the density than WVT gets",
+                _ => "wvt.iterations is 0",
+            };
             self.drop("WVT", why);
         } else {
             self.stages.push("WVT");
@@ -166,6 +187,8 @@ fn thinner_than_a_spacing<const D: usize>(domain: &Domain<D>, count: usize) -> b
         })
 }
 
+/// Fewer particles make no shells worth the name.
+const MIN_SHELLS: usize = 1000;
 /// Fewer particles are left where the seed puts them.
 const MIN_RELAXED: usize = 3;
 /// More particles are not polished unless asked for.

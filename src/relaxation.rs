@@ -81,7 +81,7 @@ fn seeded<const D: usize>(scene: &Scene, plan: &Plan, target: &Target<'_, D>, ne
     check_neighbors::<D>(scene, neighbors)?;
     let start = Instant::now();
     let coarse = target.with_count(coarse_count(D, target.count, plan.splittings));
-    let Seeded { positions, notes } = seeding::seed(&coarse, scene.seeding, scene.seed)?;
+    let Seeded { positions, notes } = seeding::seed(&coarse, plan.seeding, scene.seed)?;
     let seed_seconds = start.elapsed().as_secs_f64();
     Ok(Snapshot { notes, seed_seconds, reports: Vec::new(), stage: StageSnapshot::Seed(positions) })
 }

@@ -28,7 +28,10 @@ pub struct Scene {
     #[serde(skip_serializing_if = "Option::is_none")]
     pub particles: Option<usize>,
     pub seed: u64,
-    pub seeding: Seeding,
+    /// By default equal-area shells for radial targets in a 3-D ball that the density solver follows, else mass
+    /// bisection.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub seeding: Option<Seeding>,
     pub kernel: KernelName,
     /// Kernel neighbors V_d n H^d; by default 64 in 3-D and the same H per spacing below (19.3, 4.96).
     #[serde(skip_serializing_if = "Option::is_none")]

@@ -171,7 +171,7 @@ fn results_do_not_depend_on_the_scale_of_lengths_and_masses() {
         let (a, b) = (numbers(&one, names::COORDINATES), numbers(&other, names::COORDINATES));
         let worst = a.iter().zip(&b).map(|(a, b)| (a - b / size).abs()).fold(0.0, f64::max);
         // Rounding of the expression grows over some sixty iterations, to far less than the spacing of 0.1.
-        assert!(worst < 1e-4, "{worst} at size {size:e}");
+        assert!(worst < 1e-3, "{worst} at size {size:e}");
     }
 }
 

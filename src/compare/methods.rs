@@ -165,7 +165,7 @@ impl Compared {
     pub fn apply(&self, scene: &Scene) -> Scene {
         let mut changed = scene.clone();
         (self.variation.change)(&mut changed);
-        changed.seeding = self.seeding.unwrap_or(changed.seeding);
+        changed.seeding = self.seeding.or(changed.seeding);
         changed
     }
 }
@@ -193,11 +193,14 @@ mod tests {
 
     #[test]
     fn a_method_changes_only_what_it_names() {
-        let scene = Scene { seed: 7, seeding: Seeding::Random, ..Scene::default() };
+        let scene = Scene { seed: 7, seeding: Some(Seeding::Random), ..Scene::default() };
         assert_eq!(Compared::parse("scene").unwrap().apply(&scene), scene);
         let exact = Compared::parse("solver-exact:shells").unwrap().apply(&scene);
-        assert_eq!((exact.seed, exact.seeding, exact.solver.quietness), (7, Seeding::Shells, 0.0));
+        assert_eq!((exact.seed, exact.seeding, exact.solver.quietness), (7, Some(Seeding::Shells), 0.0));
         let seed = Compared::parse("seed").unwrap().apply(&scene);
-        assert_eq!((seed.wvt.iterations, seed.polish, seed.seeding), (Some(0), Some(Polish::None), Seeding::Random));
+        assert_eq!(
+            (seed.wvt.iterations, seed.polish, seed.seeding),
+            (Some(0), Some(Polish::None), Some(Seeding::Random))
+        );
     }
 }

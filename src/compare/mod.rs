@@ -213,7 +213,7 @@ fn run_method<const D: usize>(
     let scene = method.apply(scene);
     scene.validate()?;
     let target = prepared.target();
-    let mut plan = Plan::new(&scene, target.domain, target.count, prepared.source.radial.is_some());
+    let mut plan = Plan::new(&scene, &target, prepared.source.radial.is_some());
     // Each method has the scene's whole time; states are measured afterwards, so that measuring takes none of it.
     let limit = scene.time_limit.and_then(|s| Instant::now().checked_add(Duration::try_from_secs_f64(s).ok()?));
     let control = Control { deadline: limit.or(control.deadline), ..*control };

@@ -18,7 +18,7 @@
 //!
 //! Weights w_i = 1 / (1 + S_i^4), S_i the sharpness of the target ([`Target::sharpness`]), leave out particles at
 //! steep surfaces, jumps and kinks: no arrangement has the target's density there, and chasing it would clump
-//! them. There the pressure energy alone places the particles.
+//! them. Particles with less than half of the weight stay where they were.
 
 use super::arrangement::{Arrangement, reordered};
 use super::fit::{Fit, fit, interior, resolved};
@@ -202,6 +202,14 @@ pub(super) struct Frame {
     pub spacing: Vec<f64>,
 }
 
+impl Frame {
+    /// Particles whose target is too sharp to be followed stay where they are.
+    fn hold<const D: usize>(&self, mut gradient: Vec<[f64; D]>) -> Vec<[f64; D]> {
+        gradient.par_iter_mut().zip(&self.weights).filter(|(_, w)| **w < 0.5).for_each(|(g, _)| *g = [0.0; D]);
+        gradient
+    }
+}
+
 /// A descent under way.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 struct Descent<const D: usize> {
@@ -275,7 +283,7 @@ impl<'a, const D: usize, R: Real> Solver<'a, D, R> {
         self.arrangement.sort();
         let frame = self.frame(lambda);
         let now = self.evaluate(&frame);
-        let gradient = self.gradient(&frame, &now);
+        let gradient = frame.hold(self.gradient(&frame, &now));
         self.note(&now, 0.0);
         Descent { frame, memory: Lbfgs::new(), gradient, energy: now.energy, epsilon: now.fit.epsilon }
     }
@@ -303,7 +311,7 @@ impl<'a, const D: usize, R: Real> Solver<'a, D, R> {
                 memory.clear();
                 continue;
             };
-            let next_gradient = self.gradient(frame, &next);
+            let next_gradient = frame.hold(self.gradient(frame, &next));
             memory.push(&step, gradient, &next_gradient);
             *gradient = next_gradient;
             (descent.energy, descent.epsilon) = (next.energy, next.fit.epsilon);

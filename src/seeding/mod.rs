@@ -17,7 +17,7 @@ mod symmetry;
 
 pub use methods::{METHODS, Method, Targets};
 
-use crate::domain::Axis;
+use crate::domain::{Axis, Region};
 use crate::error::{Error, Result};
 use crate::rng::{Purpose, keyed};
 use crate::target::{Positions, Target, at};
@@ -54,6 +54,12 @@ pub enum Seeding {
     EqualAreaShells,
     /// Irregular but even: a relaxed periodic box, tiled.
     Glass,
+}
+
+/// Whether the target is a function of the radius alone in a three-dimensional ball or shell, so that concentric
+/// shells can have its density.
+pub fn is_radial<const D: usize>(target: &Target<'_, D>) -> bool {
+    D == 3 && matches!(target.domain.region, Region::Ball { .. }) && symmetry::detect(target, "shells").is_ok()
 }
 
 /// A seed and what should be known of it.
