@@ -18,7 +18,7 @@
 //!
 //! Weights w_i = 1 / (1 + S_i^4), S_i the sharpness of the target ([`Target::sharpness`]), leave out particles at
 //! steep surfaces, jumps and kinks: no arrangement has the target's density there, and chasing it would clump
-//! them. Particles with less than half of the weight stay where they were.
+//! them. Particles with next to no weight stay where they were.
 
 use super::arrangement::{Arrangement, reordered};
 use super::fit::{Fit, fit, interior, resolved};
@@ -65,6 +65,8 @@ impl SolverOptions {
     }
 }
 
+/// Particles of less weight stay where they are: a jump by a factor 2 is within their reach.
+const HELD: f64 = 2e-3;
 /// No particle moves farther in a step, in its own spacing.
 const MAX_STEP: f64 = 0.3;
 /// Largest move of the first step of a stage, along the gradient.
@@ -203,9 +205,9 @@ pub(super) struct Frame {
 }
 
 impl Frame {
-    /// Particles whose target is too sharp to be followed stay where they are.
+    /// Particles at edges of the target stay where they are.
     fn hold<const D: usize>(&self, mut gradient: Vec<[f64; D]>) -> Vec<[f64; D]> {
-        gradient.par_iter_mut().zip(&self.weights).filter(|(_, w)| **w < 0.5).for_each(|(g, _)| *g = [0.0; D]);
+        gradient.par_iter_mut().zip(&self.weights).filter(|(_, w)| **w < HELD).for_each(|(g, _)| *g = [0.0; D]);
         gradient
     }
 }
