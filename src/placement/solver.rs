@@ -18,7 +18,7 @@
 //!
 //! Weights w_i = 1 / (1 + S_i^4), S_i the sharpness of the target ([`Target::sharpness`]), leave out particles at
 //! steep surfaces, jumps and kinks: no arrangement has the target's density there, and chasing it would clump
-//! them. Particles with next to no weight stay where they were.
+//! them. There the pressure energy alone places the particles.
 
 use super::arrangement::{Arrangement, reordered};
 use super::fit::{Fit, fit, interior, resolved};
@@ -65,8 +65,6 @@ impl SolverOptions {
     }
 }
 
-/// Particles of less weight stay where they are: a jump by a factor 2 is within their reach.
-const HELD: f64 = 2e-3;
 /// No particle moves farther in a step, in its own spacing.
 const MAX_STEP: f64 = 0.3;
 /// Largest move of the first step of a stage, along the gradient.
@@ -204,14 +202,6 @@ pub(super) struct Frame {
     pub spacing: Vec<f64>,
 }
 
-impl Frame {
-    /// Particles at edges of the target stay where they are.
-    fn hold<const D: usize>(&self, mut gradient: Vec<[f64; D]>) -> Vec<[f64; D]> {
-        gradient.par_iter_mut().zip(&self.weights).filter(|(_, w)| **w < HELD).for_each(|(g, _)| *g = [0.0; D]);
-        gradient
-    }
-}
-
 /// A descent under way.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 struct Descent<const D: usize> {
@@ -285,7 +275,7 @@ impl<'a, const D: usize, R: Real> Solver<'a, D, R> {
         self.arrangement.sort();
         let frame = self.frame(lambda);
         let now = self.evaluate(&frame);
-        let gradient = frame.hold(self.gradient(&frame, &now));
+        let gradient = self.gradient(&frame, &now);
         self.note(&now, 0.0);
         Descent { frame, memory: Lbfgs::new(), gradient, energy: now.energy, epsilon: now.fit.epsilon }
     }
@@ -313,7 +303,7 @@ impl<'a, const D: usize, R: Real> Solver<'a, D, R> {
                 memory.clear();
                 continue;
             };
-            let next_gradient = frame.hold(self.gradient(frame, &next));
+            let next_gradient = self.gradient(frame, &next);
             memory.push(&step, gradient, &next_gradient);
             *gradient = next_gradient;
             (descent.energy, descent.epsilon) = (next.energy, next.fit.epsilon);
