@@ -5,7 +5,7 @@
 //! in 2-D and 1-D masses are per length and per area (cylinders and sheets).
 
 use crate::carry::standard_name;
-use crate::domain::Domain;
+use crate::domain::{Domain, distance};
 use crate::error::{Error, Result};
 use crate::field::quadrature::integrate;
 use crate::field::{CarriedField, RadialSource, ScalarField};
@@ -50,21 +50,27 @@ enum Gravity<'a, const D: usize> {
 }
 
 impl<'a, const D: usize> Hydrostatics<'a, D> {
-    /// What the scene says of pressure and gravity. `None` where nothing is asked for and the input does not
-    /// tell both.
+    /// What the scene says of pressure and gravity. `None` where no balance is asked for and the input does not
+    /// tell both, for whatever reason: it is then only a figure of the report that is missing.
     ///
     /// # Errors
     /// A balance is asked for that the input does not determine.
     pub(crate) fn new(scene: &Scene, prepared: &'a Prepared<D>, units: Option<InputUnits>) -> Result<Option<Self>> {
-        let asked = scene.balance.is_some();
-        let options = scene.balance.clone().unwrap_or_default();
-        if !asked && (units.is_none() || D < 3 || prepared.source.radial.is_none()) {
+        if scene.balance.is_some() {
+            return Self::known(scene, prepared, units)?.map_or_else(|| Err(no_pressure()), |known| Ok(Some(known)));
+        }
+        if units.is_none() || D < 3 || prepared.source.radial.is_none() {
             return Ok(None);
         }
+        Ok(Self::known(scene, prepared, units).unwrap_or_default())
+    }
+
+    fn known(scene: &Scene, prepared: &'a Prepared<D>, units: Option<InputUnits>) -> Result<Option<Self>> {
+        let options = scene.balance.clone().unwrap_or_default();
         let scale = Scale::new::<D>(prepared, units, &options);
         let gravity = gravity(&options, prepared)?;
         let Some(pressure) = pressure(scene, &options, prepared, &scale, &gravity, units.is_some())? else {
-            return if asked { Err(no_pressure()) } else { Ok(None) };
+            return Ok(None);
         };
         Ok(Some(Self {
             pressure,
@@ -146,10 +152,6 @@ impl<const D: usize> Equilibrium<D> for Hydrostatics<'_, D> {
     fn gamma(&self) -> f64 {
         self.gamma
     }
-}
-
-fn distance<const D: usize>(a: &[f64; D], b: &[f64; D]) -> f64 {
-    (0..D).map(|k| (a[k] - b[k]).powi(2)).sum::<f64>().sqrt()
 }
 
 /// S_d G M(r) / r^(d-1): Gauss's law with M counted over full sheets, rings and shells (G = 1).

@@ -123,8 +123,8 @@ impl Run<'_> {
     fn place<const D: usize>(mut self, target: &Target<'_, D>, scaled: &Prepared<D>, mut plan: Plan) -> Result<Report> {
         let kernel = self.scene.kernel;
         let neighbors = self.scene.neighbors.unwrap_or_else(|| default_kernel_neighbors(D));
-        let mut relaxed = relaxation::place(self.scene, &mut plan, target, neighbors, self.control)?;
         let thermodynamics = Hydrostatics::new(self.scene, scaled, self.units)?;
+        let mut relaxed = relaxation::place(self.scene, &mut plan, target, neighbors, self.control)?;
         let balanced = match &thermodynamics {
             Some(h) if plan.balance > 0 => {
                 self.notes.push(format!("balanced {}", h.describe()));

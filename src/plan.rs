@@ -4,7 +4,7 @@ use crate::domain::{Axis, Domain, Region, Wall};
 use crate::kernel::default_kernel_neighbors;
 use crate::placement::{SolverOptions, WvtOptions};
 use crate::scene::{Atmosphere, Polish, Scene};
-use crate::seeding::{Seeding, is_radial};
+use crate::seeding::{Seeding, has_jumps, is_radial};
 use crate::target::Target;
 use serde::Serialize;
 
@@ -55,7 +55,7 @@ impl Plan {
                 plan.polish = Polish::None;
             }
             plan.choose_seeding(scene, target);
-            plan.choose_wvt(scene, D);
+            plan.choose_wvt(scene, target);
             plan.choose_balance(scene);
         }
         plan.stages.insert(0, plan.seeding.method().stage);
@@ -131,14 +131,18 @@ impl Plan {
         }
     }
 
-    fn choose_wvt(&mut self, scene: &Scene, d: usize) {
-        let shells = self.seeding == Seeding::EqualAreaShells && self.polish == Polish::Solver && d == 3;
+    /// The solver leaves particles near jumps alone, so that WVT has to bring them into order there; elsewhere the
+    /// solver does in one evaluation what takes WVT many iterations.
+    fn choose_wvt<const D: usize>(&mut self, scene: &Scene, target: &Target<'_, D>) {
+        let shells = self.seeding == Seeding::EqualAreaShells && self.polish == Polish::Solver && D == 3;
+        let neighbors = scene.neighbors.unwrap_or_else(|| default_kernel_neighbors(D));
         self.wvt_iterations = scene.wvt.iterations.unwrap_or(match (self.polish, self.seeding) {
             (Polish::None, _) => WvtOptions::new(3).iterations,
             (Polish::Afc, _) => 0,
             _ if shells => 0,
+            (Polish::Solver, Seeding::MassBisection) if has_jumps(target, neighbors) => MANY_ITERATIONS,
             (_, Seeding::MassBisection) => 5,
-            (_, _) => 40,
+            (_, _) => MANY_ITERATIONS,
         });
         if self.wvt_iterations == 0 {
             let why = match self.polish {
@@ -187,6 +191,8 @@ fn thinner_than_a_spacing<const D: usize>(domain: &Domain<D>, count: usize) -> b
         })
 }
 
+/// WVT's iterations before a polish where few are not enough.
+const MANY_ITERATIONS: usize = 40;
 /// Fewer particles make no shells worth the name.
 const MIN_SHELLS: usize = 1000;
 /// Fewer particles are left where the seed puts them.

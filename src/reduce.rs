@@ -4,22 +4,43 @@ use rayon::prelude::*;
 
 const CHUNK: usize = 4096;
 
+/// Sums within a chunk that do not wait for each other.
+const LANES: usize = 4;
+
 /// Sum of `f(i)` for `i` in `0..n`, compensated (Neumaier) within and across chunks.
 pub fn sum(n: usize, f: impl Fn(usize) -> f64 + Sync) -> f64 {
-    let partial: Vec<Compensated> = (0..n.div_ceil(CHUNK))
-        .into_par_iter()
-        .map(|c| {
-            let mut total = Compensated::default();
-            (c * CHUNK..((c + 1) * CHUNK).min(n)).for_each(|i| total.add(f(i)));
-            total
-        })
-        .collect();
+    let partial: Vec<Compensated> =
+        (0..n.div_ceil(CHUNK)).into_par_iter().map(|c| chunk(c * CHUNK, ((c + 1) * CHUNK).min(n), &f)).collect();
     let mut total = Compensated::default();
-    for part in partial {
-        total.add(part.sum);
-        total.add(part.correction);
-    }
+    partial.into_iter().for_each(|part| total.join(part));
     total.value()
+}
+
+fn chunk(from: usize, to: usize, f: &impl Fn(usize) -> f64) -> Compensated {
+    let mut lanes = [Compensated::default(); LANES];
+    let even = to - (to - from) % LANES;
+    for i in (from..even).step_by(LANES) {
+        (0..LANES).for_each(|l| lanes[l].add(f(i + l)));
+    }
+    (even..to).for_each(|i| lanes[0].add(f(i)));
+    let mut total = Compensated::default();
+    lanes.into_iter().for_each(|lane| total.join(lane));
+    total
+}
+
+/// Sums over `0..n` of what `f` makes of chunks of it; compensated across chunks, within them as `f` sums.
+pub fn chunk_sums<const K: usize>(
+    n: usize,
+    chunk: usize,
+    f: impl Fn(std::ops::Range<usize>) -> [f64; K] + Sync,
+) -> [f64; K] {
+    let parts: Vec<[f64; K]> =
+        (0..n.div_ceil(chunk)).into_par_iter().map(|c| f(c * chunk..((c + 1) * chunk).min(n))).collect();
+    std::array::from_fn(|k| {
+        let mut total = Compensated::default();
+        parts.iter().for_each(|p| total.add(p[k]));
+        total.value()
+    })
 }
 
 /// Largest of `f(i)`, or negative infinity for `n` = 0. NaN is passed over.
@@ -39,6 +60,11 @@ impl Compensated {
         let total = self.sum + x;
         self.correction += if self.sum.abs() >= x.abs() { (self.sum - total) + x } else { (x - total) + self.sum };
         self.sum = total;
+    }
+
+    fn join(&mut self, other: Self) {
+        self.add(other.sum);
+        self.add(other.correction);
     }
 
     pub fn value(self) -> f64 {

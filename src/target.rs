@@ -3,6 +3,8 @@
 //! Inside placement lengths are in units of the domain's size and the total mass is 1, so nothing depends on
 //! the units of the input.
 
+mod edges;
+
 use crate::domain::Domain;
 use crate::field::ScalarField;
 use crate::reduce;
@@ -109,36 +111,6 @@ impl<const D: usize> Target<'_, D> {
         })
     }
 
-    /// How sharply the target changes about `x`, in units in which 1 is too sharp for a sum over neighbors at
-    /// `support` to follow: a factor e over a support radius, or a jump or kink within its reach. `here` is n*.
-    ///
-    /// Of a smooth function the second difference of ln n* over s is four times that over s/2. What is left of
-    /// that beyond a few percent is no curvature but an edge.
-    pub fn sharpness(&self, x: &[f64; D], here: f64, support: f64) -> f64 {
-        let slope = self.log_gradient(x, GRADIENT_STEP * support);
-        let steepness = support * slope.iter().map(|g| g * g).sum::<f64>().sqrt();
-        let reach = (EDGE_REACH * support).min(0.25 * self.domain.size());
-        let along = |way: &[f64; D], h: f64| {
-            let mut y: [f64; D] = std::array::from_fn(|k| x[k] + h * way[k]);
-            self.domain.wrap(&mut y);
-            self.domain.contains(&y).then(|| self.number_density(&y).ln())
-        };
-        let bend = |way: &[f64; D], h: f64| Some(along(way, h)? + along(way, -h)? - 2.0 * here.ln());
-        let edge = |way| Some((bend(&way, reach)? - 4.0 * bend(&way, 0.5 * reach)?).abs() / EDGE);
-        // Not a number where n* vanishes on both sides of something: as sharp as can be.
-        let worse = |most: f64, e: f64| if e.is_nan() { f64::INFINITY } else { most.max(e) };
-        ways::<D>().filter_map(edge).fold(steepness, worse)
-    }
-
-    /// [`Self::sharpness`] at every particle, for `ratio` = H n*^(1/d).
-    pub fn sharpnesses(&self, positions: &Positions<D>, wanted: &[f64], ratio: f64) -> Vec<f64> {
-        let support = |n: f64| ratio * self.spacing(n).min(self.domain.size());
-        (0..wanted.len())
-            .into_par_iter()
-            .map(|i| self.sharpness(&at(positions, i), wanted[i], support(wanted[i])))
-            .collect()
-    }
-
     /// Whether a particle may be at `x`: in the domain and where the target is not zero.
     pub fn admits(&self, x: &[f64; D]) -> bool {
         self.domain.contains(x) && self.number_density(x) > 0.0
@@ -186,21 +158,3 @@ fn spacing_of<const D: usize>(number_density: f64) -> f64 {
         _ => 1.0 / number_density.cbrt(),
     }
 }
-
-/// Directions of the axes and of the diagonals of a cube (a square), one of each opposite pair: none is farther
-/// than 36 degrees from one of them.
-fn ways<const D: usize>() -> impl Iterator<Item = [f64; D]> {
-    let axes = (0..D).map(|k| std::array::from_fn(|c| if c == k { 1.0 } else { 0.0 }));
-    let diagonals = if D > 1 { 1 << (D - 1) } else { 0 };
-    let length = (D as f64).sqrt();
-    axes.chain((0..diagonals).map(move |signs: usize| {
-        std::array::from_fn(|c| if c > 0 && signs >> (c - 1) & 1 == 1 { -1.0 / length } else { 1.0 / length })
-    }))
-}
-
-/// Step of the differences that give a gradient, in support radii: a tenth of a spacing.
-const GRADIENT_STEP: f64 = 0.04;
-/// How far edges are looked for, in support radii.
-const EDGE_REACH: f64 = 1.0;
-/// Defect of the second differences of ln n* that makes an edge.
-const EDGE: f64 = 0.15;

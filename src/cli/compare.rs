@@ -13,7 +13,8 @@ use std::sync::atomic::AtomicBool;
 const AFTER: &str = "\
 Each METHOD is a variation of the scene, with another seeding as METHOD:SEEDING (solver:shells, seed:random).
 `sph-prep methods` lists both. FOLDER gets compare.csv (a row per step and per state left by a stage),
-compare.json, report.html (tables and figures; it needs nothing else) and error-against-time.svg.
+compare.json, report.html (tables and figures; it needs nothing else), and two of the figures for the most particles:
+error-against-time.svg, and density-profile.svg of the last method.
 
   sph-prep compare --scene disc.yaml -n 1000,10000 --methods wvt,solver,solver:random --out disc-methods";
 

@@ -297,8 +297,10 @@ fn samples<const D: usize>(
         .collect()
 }
 
-/// The files of a comparison; the last is the page's first figure for the most particles, to show elsewhere.
-pub const FILES: [&str; 4] = ["compare.csv", "compare.json", "report.html", "error-against-time.svg"];
+/// The files of a comparison; the last two are figures of the page for the most particles, to show elsewhere: the
+/// first one, and the density of the last method.
+pub const FILES: [&str; 5] =
+    ["compare.csv", "compare.json", "report.html", "error-against-time.svg", "density-profile.svg"];
 
 /// Whether the files could be written; makes the folder. Asked before a long comparison.
 ///
@@ -316,7 +318,9 @@ pub fn probe(folder: &Path) -> Result<()> {
 pub fn write(comparison: &Comparison, folder: &Path) -> Result<()> {
     let most = comparison.counts().last().copied().unwrap_or(0);
     let figure = figures::error_against_time(comparison, most).svg()?;
-    let texts = [csv(comparison), json(comparison)?, html::page(comparison)?, figure];
+    let last = comparison.runs.iter().rfind(|r| r.particles == most);
+    let profile = last.map_or(Ok(String::new()), |run| figures::profile(run).svg())?;
+    let texts = [csv(comparison), json(comparison)?, html::page(comparison)?, figure, profile];
     for (name, text) in FILES.iter().zip(texts) {
         sph_formats::output::atomically(&folder.join(name), |path| {
             std::fs::write(path, text).map_err(|e| FormatError::io(path, "write", e))

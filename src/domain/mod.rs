@@ -2,7 +2,7 @@
 
 mod region;
 
-pub use region::{Hull, Region, Wall};
+pub use region::{Hull, Region, Wall, distance};
 
 use crate::error::{Error, Result};
 

@@ -98,6 +98,7 @@ impl<const D: usize> Region<D> {
     }
 }
 
-fn distance<const D: usize>(a: &[f64; D], b: &[f64; D]) -> f64 {
+/// |a - b|, without images.
+pub fn distance<const D: usize>(a: &[f64; D], b: &[f64; D]) -> f64 {
     (0..D).map(|k| (a[k] - b[k]).powi(2)).sum::<f64>().sqrt()
 }

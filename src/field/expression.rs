@@ -18,6 +18,7 @@
 //! functions of two arguments at most and gives errors without a place. So the text is parsed here and handed
 //! over with every operand in parentheses.
 
+use crate::domain::distance;
 use crate::error::{Error, Result};
 use exmex::{BinOp, Express, FlatEx, MakeOperators, MatchLiteral, Operator};
 
@@ -160,7 +161,7 @@ impl Expression {
         let mut vars = [0.0; 4];
         for (value, &slot) in vars.iter_mut().zip(&self.slots) {
             *value = match slot {
-                3 => super::radial::distance(x, center),
+                3 => distance(x, center),
                 k => x.get(k).copied().unwrap_or(0.0),
             };
         }

@@ -2,7 +2,7 @@
 
 use super::curve::Curve;
 use super::{CarriedField, CarriedInfo, MassEstimate, RadialProfile, ScalarField};
-use crate::domain::{Axis, Domain, Region};
+use crate::domain::{Axis, Domain, Region, distance};
 use std::sync::Arc;
 
 pub(crate) struct RadialDensity<const D: usize> {
@@ -88,10 +88,6 @@ pub(crate) fn volume_midpoints(d: usize, nodes: &[f64]) -> Vec<f64> {
             (w[1] * (0.5 * (1.0 + ratio.powf(power))).powf(1.0 / power)).clamp(w[0], w[1])
         })
         .collect()
-}
-
-pub(crate) fn distance<const D: usize>(a: &[f64; D], b: &[f64; D]) -> f64 {
-    (0..D).map(|k| (a[k] - b[k]) * (a[k] - b[k])).sum::<f64>().sqrt()
 }
 
 #[cfg(test)]

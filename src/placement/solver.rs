@@ -18,7 +18,9 @@
 //!
 //! Weights w_i = 1 / (1 + S_i^4), S_i the sharpness of the target ([`Target::sharpness`]), leave out particles at
 //! steep surfaces, jumps and kinks: no arrangement has the target's density there, and chasing it would clump
-//! them. There the pressure energy alone places the particles.
+//! them. There the pressure energy alone places the particles, except within reach of a jump
+//! ([`Target::jumps_near`]): what a sum counts too much on the thin side of it would drive particles away, so those
+//! stay where seed and WVT have put them.
 
 use super::arrangement::{Arrangement, reordered};
 use super::fit::{Fit, fit, interior, resolved};
@@ -178,6 +180,10 @@ impl<const D: usize> SolverSnapshot<D> {
             .scalars("weights", &self.descent.frame.weights)
             .scalars("spacings", &self.descent.frame.spacing)
             .vectors("the gradient", &self.descent.gradient)
+            .holds(
+                [0, count].contains(&self.descent.frame.held.len()),
+                "says of another number of particles which are held",
+            )
             .holds(self.descent.memory.is_of(count), "has another number of gradients than of particles")
             .result()
     }
@@ -198,6 +204,8 @@ pub(super) struct Frame {
     lambda: f64,
     kappa: f64,
     weights: Vec<f64>,
+    /// Particles near jumps, which stay; empty without any.
+    held: Vec<bool>,
     /// Spacing of each particle, the unit of its moves.
     pub spacing: Vec<f64>,
 }
@@ -218,6 +226,9 @@ impl<const D: usize> Descent<D> {
     fn reorder(&mut self, order: &[u32]) {
         self.frame.weights = reordered(&self.frame.weights, order);
         self.frame.spacing = reordered(&self.frame.spacing, order);
+        if !self.frame.held.is_empty() {
+            self.frame.held = reordered(&self.frame.held, order);
+        }
         self.gradient = reordered(&self.gradient, order);
         self.memory.reorder(order);
     }
@@ -366,8 +377,10 @@ impl<'a, const D: usize, R: Real> Solver<'a, D, R> {
         let positions = &self.arrangement.positions;
         let spacing: Vec<f64> = wanted.par_iter().map(|&w| target.spacing(w)).collect();
         let ratio = support_over_spacing(D, self.options.kernel_neighbors);
-        let weights = target.sharpnesses(positions, &wanted, ratio).into_par_iter().map(resolved).collect();
-        let mut frame = Frame { lambda, kappa: self.kappa, weights, spacing };
+        let sharpness = target.sharpnesses(positions, &wanted, ratio);
+        let held = target.jumps(positions, &wanted, &sharpness, ratio);
+        let weights = sharpness.into_par_iter().map(resolved).collect();
+        let mut frame = Frame { lambda, kappa: self.kappa, weights, held, spacing };
         // The first evaluation tells kappa; from then on it barely changes.
         if self.evaluations == 0 {
             self.kappa = self.evaluate(&frame).fit.factor;
@@ -406,6 +419,10 @@ impl<'a, const D: usize, R: Real> Solver<'a, D, R> {
         let mut out = self.arrangement.gradient(&now.support, &strength, &now.sums);
         let positions = &self.arrangement.positions;
         out.par_iter_mut().enumerate().for_each(|(i, g)| {
+            if frame.held.get(i) == Some(&true) {
+                *g = [0.0; D];
+                return;
+            }
             let slope = self.log_slope(&at(positions, i), now.wanted[i], frame.spacing[i]);
             // n* enters through q and through the support radius.
             let through_support =

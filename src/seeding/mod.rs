@@ -19,6 +19,7 @@ pub use methods::{METHODS, Method, Targets};
 
 use crate::domain::{Axis, Region};
 use crate::error::{Error, Result};
+use crate::kernel::support_over_spacing;
 use crate::rng::{Purpose, keyed};
 use crate::target::{Positions, Target, at};
 use cells::Cell;
@@ -54,6 +55,11 @@ pub enum Seeding {
     EqualAreaShells,
     /// Irregular but even: a relaxed periodic box, tiled.
     Glass,
+}
+
+/// Whether the target jumps within reach of a good many particles with `neighbors` kernel neighbors.
+pub fn has_jumps<const D: usize>(target: &Target<'_, D>, neighbors: f64) -> bool {
+    symmetry::jumps(target, support_over_spacing(D, neighbors))
 }
 
 /// Whether the target is a function of the radius alone in a three-dimensional ball or shell, so that concentric

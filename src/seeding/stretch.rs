@@ -9,8 +9,9 @@
 use super::cumulative::Cumulative;
 use super::lattice::UnitCell;
 use super::pattern::{self, Pattern};
-use super::symmetry::{self, Symmetry, distance};
+use super::symmetry::{self, Symmetry};
 use super::{Seeded, to_positions};
+use crate::domain::distance;
 use crate::error::Result;
 use crate::target::Target;
 use rayon::prelude::*;

@@ -1,7 +1,7 @@
 //! Which symmetry a target has, found by sampling: what a uniform pattern can be mapped to.
 
 use super::{kronecker, methods};
-use crate::domain::{Domain, Region};
+use crate::domain::{Domain, Region, distance};
 use crate::error::{Error, Result};
 use crate::target::Target;
 
@@ -96,6 +96,17 @@ pub(super) fn detect<const D: usize>(target: &Target<'_, D>, method: &str) -> Re
     if worst.0 > 0.0 { Err(refusal(method, wanted, worst.1, &worst.2)) } else { Ok(symmetry) }
 }
 
+/// Whether the target jumps somewhere, for `ratio` = H n*^(1/d): within a support radius of one sample in a thousand.
+pub(super) fn jumps<const D: usize>(target: &Target<'_, D>, ratio: f64) -> bool {
+    let near = |x: &&[f64; D]| {
+        let here = target.number_density(x);
+        let support = ratio * target.spacing(here).min(target.domain.size());
+        here > 0.0 && !(target.sharpness(x, here, support) < 1.0) && target.jumps_near(x, support)
+    };
+    let samples = samples(target.domain);
+    1000 * samples.iter().filter(near).count() > samples.len()
+}
+
 fn refusal<const D: usize>(method: &str, wanted: &str, deviation: f64, x: &[f64; D]) -> Error {
     Error::scene(
         "seeding",
@@ -131,8 +142,4 @@ pub(super) fn spherical_mean<const D: usize>(target: &Target<'_, D>, center: &[f
         }
     }
     sum / (2 * D) as f64
-}
-
-pub(super) fn distance<const D: usize>(a: &[f64; D], b: &[f64; D]) -> f64 {
-    (0..D).map(|k| (a[k] - b[k]).powi(2)).sum::<f64>().sqrt()
 }

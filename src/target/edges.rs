@@ -1,0 +1,143 @@
+//! Where the target changes faster than a sum over neighbors can follow, and where it jumps.
+
+use super::{Positions, Target, at};
+use rayon::prelude::*;
+
+impl<const D: usize> Target<'_, D> {
+    /// How sharply the target changes about `x`, in units in which 1 is too sharp for a sum over neighbors at
+    /// `support` to follow: a factor e over a support radius, or a jump or kink within its reach. `here` is n*.
+    ///
+    /// Of a smooth function the second difference of ln n* over s is four times that over s/2. What is left of
+    /// that beyond a few percent is no curvature but an edge.
+    pub fn sharpness(&self, x: &[f64; D], here: f64, support: f64) -> f64 {
+        let slope = self.log_gradient(x, GRADIENT_STEP * support);
+        let steepness = support * slope.iter().map(|g| g * g).sum::<f64>().sqrt();
+        let reach = (EDGE_REACH * support).min(0.25 * self.domain.size());
+        let along = |way: &[f64; D], h: f64| {
+            let mut y: [f64; D] = std::array::from_fn(|k| x[k] + h * way[k]);
+            self.domain.wrap(&mut y);
+            self.domain.contains(&y).then(|| self.number_density(&y).ln())
+        };
+        let bend = |way: &[f64; D], h: f64| Some(along(way, h)? + along(way, -h)? - 2.0 * here.ln());
+        let edge = |way| Some((bend(&way, reach)? - 4.0 * bend(&way, 0.5 * reach)?).abs() / EDGE);
+        // Not a number where n* vanishes on both sides of something: as sharp as can be.
+        let worse = |most: f64, e: f64| if e.is_nan() { f64::INFINITY } else { most.max(e) };
+        ways::<D>().filter_map(edge).fold(steepness, worse)
+    }
+
+    /// [`Self::sharpness`] at every particle, for `ratio` = H n*^(1/d).
+    pub fn sharpnesses(&self, positions: &Positions<D>, wanted: &[f64], ratio: f64) -> Vec<f64> {
+        let support = |n: f64| ratio * self.spacing(n).min(self.domain.size());
+        (0..wanted.len())
+            .into_par_iter()
+            .map(|i| self.sharpness(&at(positions, i), wanted[i], support(wanted[i])))
+            .collect()
+    }
+
+    /// Whether the target jumps within `support` of `x`: halving the interval of the
+    /// largest change again and again does not lessen the change, as it does for the steepest of slopes.
+    pub fn jumps_near(&self, x: &[f64; D], support: f64) -> bool {
+        let reach = support.min(0.25 * self.domain.size());
+        ways::<D>().any(|way| {
+            let along = |h: f64| {
+                let mut y: [f64; D] = std::array::from_fn(|k| x[k] + h * way[k]);
+                self.domain.wrap(&mut y);
+                self.domain.contains(&y).then(|| self.number_density(&y).ln())
+            };
+            jumps(along, reach)
+        })
+    }
+
+    /// [`Self::jumps_near`] at every particle, for `ratio` = H n*^(1/d); empty where there is no jump. Only where
+    /// the target is sharp anything is looked for.
+    pub fn jumps(&self, positions: &Positions<D>, wanted: &[f64], sharpness: &[f64], ratio: f64) -> Vec<bool> {
+        let support = |n: f64| ratio * self.spacing(n).min(self.domain.size());
+        let near: Vec<bool> = (0..wanted.len())
+            .into_par_iter()
+            .map(|i| !(sharpness[i] < 1.0) && self.jumps_near(&at(positions, i), support(wanted[i])))
+            .collect();
+        if near.contains(&true) { near } else { Vec::new() }
+    }
+}
+
+/// Whether `f`, a logarithm (`None` outside of the domain), jumps within `reach` of 0.
+fn jumps(f: impl Fn(f64) -> Option<f64>, reach: f64) -> bool {
+    let step = 2.0 * reach / INTERVALS as f64;
+    let change = |a: f64, b: f64| Some((f(b)? - f(a)?).abs());
+    let widest = (0..INTERVALS)
+        .map(|i| i as f64 * step - reach)
+        .filter_map(|a| Some((change(a, a + step)?, a)))
+        .fold((0.0, 0.0), |most, next| if next.0 > most.0 { next } else { most });
+    let (all, mut a) = widest;
+    if !(all > JUMP) {
+        return false;
+    }
+    let (mut width, mut left) = (step, all);
+    for _ in 0..HALVINGS {
+        width *= 0.5;
+        let (lower, upper) = (change(a, a + width).unwrap_or(0.0), change(a + width, a + 2.0 * width).unwrap_or(0.0));
+        if upper > lower {
+            a += width;
+        }
+        left = lower.max(upper);
+    }
+    left > 0.5 * all || left.is_infinite()
+}
+
+/// Directions from the center of a cube (a square) to its faces, edges and corners, one of each opposite pair: none
+/// is farther than 28 degrees from one of them.
+fn ways<const D: usize>() -> impl Iterator<Item = [f64; D]> {
+    // The steps -1, 0, 1 along each axis as digits; the second half of the numbers mirrors the first.
+    let all = 3usize.pow(D as u32);
+    (all / 2 + 1..all).map(|code| {
+        let step: [f64; D] = std::array::from_fn(|k| (code / 3usize.pow(k as u32) % 3) as f64 - 1.0);
+        let length = step.iter().map(|s| s * s).sum::<f64>().sqrt();
+        step.map(|s| s / length)
+    })
+}
+
+/// Step of the differences that give a gradient, in support radii: a tenth of a spacing.
+const GRADIENT_STEP: f64 = 0.04;
+/// How far edges are looked for, in support radii.
+const EDGE_REACH: f64 = 1.0;
+/// Defect of the second differences of ln n* that makes an edge.
+const EDGE: f64 = 0.15;
+/// Intervals over which a jump is first looked for, and halvings of the one that changes most.
+const INTERVALS: usize = 8;
+const HALVINGS: usize = 8;
+/// Change of ln n* that is worth calling a jump.
+const JUMP: f64 = 0.1;
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn ways_are_apart_and_leave_no_gap() {
+        let ways: Vec<[f64; 3]> = ways().collect();
+        assert_eq!(ways.len(), 13);
+        let cosine = |a: &[f64; 3], b: &[f64; 3]| (0..3).map(|k| a[k] * b[k]).sum::<f64>().abs();
+        for (i, a) in ways.iter().enumerate() {
+            assert!(ways[..i].iter().all(|b| cosine(a, b) < 0.9));
+        }
+        for i in 0..2000 {
+            let (z, angle) = (i as f64 / 2000.0, 2.4 * i as f64);
+            let across = (1.0 - z * z).sqrt();
+            let e = [across * angle.cos(), across * angle.sin(), z];
+            let nearest = ways.iter().map(|w| cosine(w, &e)).fold(0.0, f64::max);
+            assert!(nearest > 28f64.to_radians().cos(), "{e:?}: {nearest}");
+        }
+    }
+
+    #[test]
+    fn jumps_are_told_from_slopes_however_steep() {
+        for place in [-0.9, -0.31, 0.0, 0.77] {
+            assert!(jumps(|h| Some(if h < place { 0.0 } else { 0.7 } + 0.2 * h), 1.0), "at {place}");
+        }
+        assert!(jumps(|h| Some(if h < 0.4 { 1.0 } else { f64::NEG_INFINITY }), 1.0), "into vacuum");
+        assert!(!jumps(|h| Some(30.0 * h), 1.0), "an exponential");
+        assert!(!jumps(|h| Some(-(h * h) * 50.0), 1.0), "a Gaussian");
+        assert!(!jumps(|h| (h < 0.3).then_some(h), 1.0), "the end of the domain");
+        assert!(!jumps(|h| Some(if h < 0.2 { 0.0 } else { 0.05 }), 1.0), "next to nothing");
+    }
+}
