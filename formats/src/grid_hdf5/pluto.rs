@@ -1,6 +1,6 @@
 //! PLUTO: one step on a static grid.
 
-use super::read::{Mesh, grid, unsupported};
+use super::read::{DENSITY_NAMES, Mesh, grid, unsupported};
 use crate::common::hdf5_read::Reader;
 use crate::error::Result;
 use crate::model::{Geometry, Location, Values};
@@ -51,12 +51,22 @@ impl<'a> Step<'a> {
             [nodes] if self.radial => (Geometry::Radial { nodes: nodes.clone(), unit: None }, Location::Cell),
             faces => (grid(self.path, faces.to_vec())?, Location::Node),
         };
+        let (mut names, mut notes) = (Vec::new(), vec![format!("PLUTO grid of {cells:?} cells")]);
+        for name in self.file.datasets(&self.group)? {
+            let shape = self.file.shape(&format!("{}/{name}", self.group))?;
+            let fits = shape.iter().rev().copied().eq(cells.iter().map(|n| *n as u64));
+            if fits || DENSITY_NAMES.contains(&name.as_str()) {
+                names.push(name);
+            } else {
+                notes.push(format!("'{name}' was left out: it has shape {shape:?}, unlike the grid"));
+            }
+        }
         Ok(Mesh {
             geometry,
             location,
-            names: self.file.datasets(&self.group)?,
+            names,
             metadata: self.time.map(|t| ("time".to_owned(), t.to_string())).into_iter().collect(),
-            notes: vec![format!("PLUTO grid of {cells:?} cells")],
+            notes,
         })
     }
 
