@@ -1,8 +1,16 @@
 //! `sph-prep convert`: a chain through every kind of container keeps what can be kept and says what cannot.
 
-#![cfg(all(feature = "swift", feature = "gadget", feature = "gadget-binary", feature = "vtk", feature = "table"))]
+#![cfg(all(
+    feature = "netcdf",
+    feature = "swift",
+    feature = "gadget",
+    feature = "gadget-binary",
+    feature = "vtk",
+    feature = "table"
+))]
 
 use assert_cmd::Command;
+use sph_formats::common::netcdf_classic::{ClassicFile, Data};
 use sph_formats::common::particle_names as names;
 use sph_formats::{
     Column, FORMATS, FieldRequest, FileContent, ParticleFile, ParticleTable, RunHeader, Species, UnitDimension,
@@ -94,6 +102,110 @@ fn a_chain_of_formats_keeps_columns_header_and_units() {
     assert_eq!((last.header.units, last.header.box_size), (original.header.units, original.header.box_size));
     assert_eq!((last.header.kernel.as_str(), last.header.periodic), ("Wendland C4", [true; 3]));
     assert!(last.header.provenance.contains(&("Scene".into(), "a: 1 -- b\n".into())));
+}
+
+/// A periodic box of 4 cells along each axis with a density and two fields to carry.
+fn field(path: &Path) {
+    let n = 4;
+    let line: Vec<f64> = (0..n).map(|i| 0.5 + i as f64).collect();
+    let wave = |i: usize| 1.5 + (i % n) as f64 / 8.0 - (i / n % n) as f64 / 16.0 + (i / n / n) as f64 / 32.0;
+    let density: Vec<f64> = (0..n * n * n).map(wave).collect();
+    let warm: Vec<f64> = density.iter().map(|rho| 300.0 * rho).collect();
+    let iron: Vec<f64> = density.iter().map(|rho| 0.25 * rho).collect();
+    let mut file = ClassicFile::new();
+    let axes = ["z", "y", "x"].map(|name| file.dimension(name, n));
+    for (name, id) in ["z", "y", "x"].into_iter().zip(axes) {
+        file.variable(name, &[id], Data::F64(&line), &[("units", "km".into())]);
+    }
+    file.variable("density", &axes, Data::F64(&density), &[("units", "kg m-3".into())]);
+    file.variable("temperature", &axes, Data::F64(&warm), &[("units", "K".into())]);
+    file.variable("iron", &axes, Data::F64(&iron), &[]);
+    file.write(path).unwrap();
+}
+
+#[test]
+fn a_field_goes_through_gadget_and_swift_to_vtk_and_keeps_all_that_they_hold() {
+    let folder = tempfile::tempdir().unwrap();
+    let file = |name: &str| folder.path().join(name);
+    field(&file("field.nc"));
+    let scene = format!(
+        "input: {{file: {}}}\noutput: {{file: {}, format: gadget, units: si}}\nparticles: 60\nwvt: {{iterations: 2}}\n\
+         polish: none\nthermal: {{internal_energy: 2.5e5}}\n",
+        file("field.nc").display(),
+        file("a.h5").display()
+    );
+    std::fs::write(file("scene.yaml"), scene).unwrap();
+    let made = Command::cargo_bin("sph-prep")
+        .unwrap()
+        .arg("--scene")
+        .arg(file("scene.yaml"))
+        .args(["--boundary", "periodic"])
+        .output()
+        .unwrap();
+    assert!(made.status.success(), "{}", String::from_utf8_lossy(&made.stderr));
+
+    let (good, text) = convert(&file("a.h5"), &file("b.hdf5"), &[]);
+    assert!(good, "{text}");
+    // SWIFT's smoothing lengths are its own; nothing else is lost on the way to it.
+    let lost: Vec<&str> = text.lines().filter(|l| l.contains("swift holds") || l.contains("not hold")).collect();
+    assert!(matches!(lost.as_slice(), [one] if one.contains("'SupportRadius' of type 0 with other values")), "{text}");
+    let (good, text) = convert(&file("b.hdf5"), &file("c.vtu"), &[]);
+    assert!(good && !text.contains("hold"), "{text}");
+    let (good, text) = convert(&file("c.vtu"), &file("d.vtk"), &["--to", "vtk"]);
+    assert!(good, "{text}");
+    for lost in ["the unit system", "the box", "which axes are periodic", "the kernel", "the provenance"] {
+        assert!(text.contains(&format!("vtk does not hold {lost}")), "{lost}: {text}");
+    }
+    assert!(!text.contains("column"), "{text}");
+
+    let (first, vtu, vtk) = (read(&file("a.h5")), read(&file("c.vtu")), read(&file("d.vtk")));
+    let columns = &first.species[0].table.columns;
+    assert!(columns.len() >= 9 && columns.iter().all(|c| c.values.len() >= 60), "{}", columns.len());
+    for c in columns.iter().filter(|c| c.name != names::SUPPORT_RADIUS) {
+        for last in [&vtu, &vtk] {
+            let found = last.species[0].table.column(&c.name).unwrap_or_else(|| panic!("no {}", c.name));
+            assert_eq!(found.values.to_f64(), c.values.to_f64(), "{}", c.name);
+        }
+        assert_eq!(vtu.species[0].table.column(&c.name).unwrap().dimension, c.dimension, "{}", c.name);
+    }
+    let same = |name: &str| same(&read(&file("b.hdf5")), &vtu, name, 6e-8);
+    same(names::SUPPORT_RADIUS);
+    let (a, b) = (&first.header, &vtu.header);
+    assert_eq!((a.units, a.box_size, a.periodic, a.time), (b.units, b.box_size, b.periodic, b.time));
+    assert_eq!((a.dimension, &a.kernel, a.kernel_neighbors), (b.dimension, &b.kernel, b.kernel_neighbors));
+    assert!(!a.provenance.is_empty() && a.provenance.iter().all(|fact| b.provenance.contains(fact)));
+    assert_eq!((a.units, a.box_size), (UnitSystem::si(), [4000.0; 3]));
+}
+
+#[test]
+fn a_file_without_densities_gets_lengths_by_summation() {
+    let folder = tempfile::tempdir().unwrap();
+    let file = |name: &str| folder.path().join(name);
+    // A lattice of density 1.
+    let n = 8;
+    let mut p = particles();
+    let count = n * n * n;
+    let place = |i: usize| [i % n, i / n % n, i / n / n].map(|k| 2.0 * (k as f64 + 0.5) / n as f64);
+    let table = &mut p.species[0].table;
+    table.count = count;
+    table.columns.retain(|c| [names::COORDINATES, names::MASSES, names::INTERNAL_ENERGY].contains(&c.name.as_str()));
+    for c in &mut table.columns {
+        c.values = Values::F64(match c.name.as_str() {
+            names::COORDINATES => (0..count).flat_map(place).collect(),
+            names::MASSES => vec![8.0 / count as f64; count],
+            _ => vec![1.0; count],
+        });
+    }
+    p.header.kernel_neighbors = 0.0;
+    sph_formats::write(FORMATS, &file("a.h5"), None, &p, WriteOptions::default()).unwrap();
+    let (good, text) = convert(&file("a.h5"), &file("b.hdf5"), &[]);
+    assert!(good && text.contains("a density summed over them"), "{text}");
+    let gas = &read(&file("b.hdf5")).species[0].table;
+    assert!(gas.column(names::DENSITY).is_none());
+    // SWIFT's kernel_gamma times its smoothing length of 1.2348 spacings.
+    let expected = 1.825742 * 1.2348 * 2.0 / n as f64;
+    let found = gas.column(names::SUPPORT_RADIUS).unwrap().values.to_f64();
+    assert!(found.iter().all(|h| (h / expected - 1.0).abs() < 0.02), "{:?} of {expected}", &found[..3]);
 }
 
 #[test]

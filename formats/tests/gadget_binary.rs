@@ -117,6 +117,35 @@ fn both_formats_byte_orders_and_widths_are_read() {
 }
 
 #[test]
+fn entropies_become_energies_or_are_refused() {
+    for (named, big) in [(false, false), (true, true)] {
+        for density in [false, true] {
+            let mut b = Bytes { big, named, bytes: Vec::new() };
+            b.header([2, 0, 0, 0, 0, 0], [5.0, 0.0, 0.0, 0.0, 0.0, 0.0], 1, 0);
+            // The flag stands at byte 192 of the header, which begins behind its length (and its name).
+            let at = 192 + if named { 20 } else { 4 };
+            b.bytes[at..at + 4].copy_from_slice(&if big { 1_u32.to_be_bytes() } else { 1_u32.to_le_bytes() });
+            b.floats("POS ", &[1.0, 2.0, 3.0, 4.0, 5.0, 6.0]);
+            b.floats("VEL ", &[0.0; 6]);
+            b.record("ID  ", &[0; 8]);
+            b.floats("U   ", &[2.0, 4.0]);
+            if density {
+                b.floats("RHO ", &[8.0, 27.0]);
+                let p = attempt(&b.bytes).unwrap();
+                let energies = p.species[0].table.column(names::INTERNAL_ENERGY).unwrap().values.to_f64();
+                // u = A rho^(2/3) / (2/3).
+                assert!((energies[0] - 12.0).abs() < 1e-12 && (energies[1] - 54.0).abs() < 1e-12, "{energies:?}");
+                assert!(p.header.provenance.iter().any(|(k, _)| k == "converted"));
+            } else {
+                let error = attempt(&b.bytes).unwrap_err();
+                assert!(matches!(error, FormatError::Unsupported { .. }), "{error}");
+                assert!(error.to_string().contains("Flag_Entropy_ICs"), "{error}");
+            }
+        }
+    }
+}
+
+#[test]
 fn cooling_puts_two_blocks_before_the_smoothing_lengths() {
     for cooling in [0, 1] {
         let mut b = Bytes { big: false, named: false, bytes: Vec::new() };

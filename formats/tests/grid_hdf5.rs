@@ -155,6 +155,7 @@ fn pluto(path: &Path, cells: &[usize], bend: f64) {
 fn a_step_of_pluto_has_its_axes_and_values() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("data.0012.dbl.h5");
+    grid_out(folder.path(), "CARTESIAN");
     for cells in [vec![5, 4, 3], vec![6, 2], vec![9]] {
         pluto(&path, &cells, 0.0);
         let field = attempt(&path).unwrap();
@@ -165,6 +166,40 @@ fn a_step_of_pluto_has_its_axes_and_values() {
     pluto(&path, &[5, 4], 0.01);
     let text = attempt(&path).unwrap_err().to_string();
     assert!(text.contains("a curvilinear grid: X does not depend"), "{text}");
+}
+
+/// The head of the file that PLUTO writes beside its output.
+fn grid_out(folder: &Path, geometry: &str) {
+    let text = format!(
+        "# ****\n# PLUTO 4.4 Grid File\n# \n# DIMENSIONS: 2\n# GEOMETRY:   {geometry}\n# X1: [ 1, 2], 3 point(s)\n"
+    );
+    std::fs::write(folder.join("grid.out"), text).unwrap();
+}
+
+#[test]
+fn radii_of_pluto_are_not_taken_for_x() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("data.0001.flt.h5");
+    let text = |cells: &[usize]| {
+        pluto(&path, cells, 0.0);
+        attempt(&path).map(|f| f.geometry.kind()).map_err(|e| e.to_string())
+    };
+    // Nothing says what the first coordinate is.
+    assert_eq!(text(&[5, 4, 3]), Ok("grid"));
+    for cells in [&[6, 2][..], &[9]] {
+        let refused = text(cells).unwrap_err();
+        assert!(refused.contains("may be x or a radius") && refused.contains("grid.out"), "{refused}");
+    }
+    for geometry in ["CYLINDRICAL", "POLAR", "SPHERICAL"] {
+        grid_out(folder.path(), geometry);
+        let refused = text(&[6, 2]).unwrap_err();
+        assert!(refused.contains(&format!("coordinates '{geometry}'")), "{refused}");
+    }
+    assert_eq!(text(&[9]), Ok("radial profile"));
+    let field = attempt(&path).unwrap();
+    assert_eq!(field.variable("rho").map(|v| (v.location, v.values.len())), Some((Location::Cell, 9)));
+    grid_out(folder.path(), "CYLINDRICAL");
+    assert!(text(&[9]).is_err());
 }
 
 #[test]

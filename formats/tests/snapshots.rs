@@ -180,6 +180,117 @@ fn header_has_the_shapes_that_codes_demand() {
     assert_eq!(u.numbers("U_L exponent").unwrap(), [2.0]);
     assert_eq!(u.numbers("U_t exponent").unwrap(), [-2.0]);
     assert_eq!(u.numbers("a-scale exponent").unwrap(), [0.0]);
+    for (name, factor) in
+        [("InternalEnergy", (6.957e10 / 1.6e3_f64).powi(2)), ("ParticleIDs", 1.0), ("Masses", 1.988e33)]
+    {
+        let own = file.dataset_attributes(&format!("PartType0/{name}")).unwrap();
+        let found = own.number("Conversion factor to CGS (not including cosmological corrections)").unwrap();
+        assert!((found / factor - 1.0).abs() < 1e-12, "{name}: {found}");
+    }
+    assert_eq!(header.numbers("Flag_Entropy_ICs").unwrap(), [0.0]);
+}
+
+#[test]
+fn datasets_have_the_unit_of_the_rule_where_a_column_states_none() {
+    let folder = tempfile::tempdir().unwrap();
+    for d in 1..=3 {
+        let mut p = particles(5, d);
+        p.species[0].table.columns.iter_mut().for_each(|c| c.dimension = UnitDimension::NONE);
+        for format in ["swift", "gadget", "gizmo", "arepo"] {
+            let path = folder.path().join(format!("{format}{d}.hdf5"));
+            write(format, &path, &p, 0).unwrap();
+            let back = read(&path).unwrap();
+            for (name, dimension) in [
+                (names::COORDINATES, UnitDimension::LENGTH),
+                (names::VELOCITIES, UnitDimension::VELOCITY),
+                (names::MASSES, UnitDimension::MASS),
+                (names::DENSITY, UnitDimension::mass_density(d)),
+                (names::INTERNAL_ENERGY, UnitDimension::SPECIFIC_ENERGY),
+                (names::PARTICLE_IDS, UnitDimension::NONE),
+            ] {
+                assert_eq!(back.species[0].table.column(name).unwrap().dimension, dimension, "{format} {d}: {name}");
+            }
+        }
+    }
+}
+
+fn without(p: &ParticleFile, missing: &[&str]) -> ParticleFile {
+    let mut p = p.clone();
+    p.species[0].table.columns.retain(|c| !missing.contains(&c.name.as_str()));
+    p
+}
+
+#[test]
+fn swift_gets_its_lengths_from_support_radii_where_there_is_no_density() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("a.hdf5");
+    for d in 1..=3 {
+        let mut p = without(&particles(9, d), &[names::DENSITY]);
+        for (neighbors, expected) in [
+            // As many neighbors as SWIFT's own: its smoothing length is the support radius over kernel_gamma.
+            (0.0, 0.25 / [1.732051, 1.778002, 1.825742][d - 1]),
+            // The spacing at which so many particles lie within the support.
+            (
+                120.0,
+                1.2348 * 0.25 * ([2.0, std::f64::consts::PI, 4.18879020478639][d - 1] / 120.0).powf(1.0 / d as f64),
+            ),
+        ] {
+            p.header.kernel_neighbors = neighbors;
+            write("swift", &path, &p, 0).unwrap();
+            let file = Reader::open(&path, "gadget").unwrap();
+            let (_, h) = file.numbers("PartType0/SmoothingLength").unwrap().unwrap();
+            for i in 0..h.len() {
+                assert!((h.get(i) / expected - 1.0).abs() < 1e-6, "{d}: {} of {expected}", h.get(i));
+            }
+        }
+    }
+    let text = refusal("swift", &without(&particles(9, 3), &[names::DENSITY, names::SUPPORT_RADIUS]));
+    assert!(text.contains("Masses and Density, or SupportRadius"), "{text}");
+    // GADGET finds its own.
+    write("gadget", &path, &without(&particles(9, 3), &[names::DENSITY, names::SUPPORT_RADIUS]), 0).unwrap();
+    assert!(read(&path).unwrap().species[0].table.column(names::SUPPORT_RADIUS).is_none());
+}
+
+/// A GADGET file with other numbers in `Flag_Entropy_ICs` than ours.
+fn with_entropies(path: &Path, density: bool) {
+    let file = rust_hdf5::H5File::create(path).unwrap();
+    let header = file.create_group("Header").unwrap();
+    header.set_attr_array_numeric("NumPart_ThisFile", &[2_u32, 1, 0, 0, 0, 0]).unwrap();
+    header.set_attr_array_numeric("Flag_Entropy_ICs", &[1_u32, 0, 0, 0, 0, 0]).unwrap();
+    header.set_attr_array_numeric("BoxSize", &[1.0]).unwrap();
+    for (part_type, n) in [(0, 2), (1, 1)] {
+        let group = file.create_group(&format!("PartType{part_type}")).unwrap();
+        let put = |name: &str, shape: &[usize], values: &[f64]| {
+            group.new_dataset::<f64>().shape(shape).create(name).unwrap().write_raw(values).unwrap();
+        };
+        put("Coordinates", &[n, 3], &vec![0.5; 3 * n]);
+        put("Masses", &[n], &vec![1.0; n]);
+        put("InternalEnergy", &[n], &[2.0, 4.0][..n]);
+        if density && part_type == 0 {
+            put("Density", &[n], &[8.0, 27.0]);
+        }
+    }
+    file.close().unwrap();
+}
+
+#[test]
+fn entropies_become_energies_or_are_refused() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("ic.hdf5");
+    with_entropies(&path, true);
+    let p = read(&path).unwrap();
+    let energies = |t: usize| p.species[t].table.column(names::INTERNAL_ENERGY).unwrap().values.to_f64();
+    // u = A rho^(2/3) / (2/3): 2 * 4 * 1.5 and 4 * 9 * 1.5.
+    for (found, expected) in energies(0).iter().zip([12.0, 54.0]) {
+        assert!((found - expected).abs() < 1e-12, "{found} of {expected}");
+    }
+    assert_eq!(energies(1), [2.0]);
+    let notes = &p.header.provenance;
+    assert!(notes.iter().any(|(k, v)| k == "converted" && v.contains("gamma = 5/3")), "{notes:?}");
+    with_entropies(&path, false);
+    let error = read(&path).unwrap_err();
+    assert!(matches!(error, FormatError::Unsupported { .. }), "{error}");
+    assert!(error.to_string().contains("Flag_Entropy_ICs") && error.to_string().contains("Density"), "{error}");
 }
 
 #[test]

@@ -68,7 +68,7 @@ pub struct ConvertArgs {
     #[arg(long)]
     pub format: Option<String>,
     /// Format of the output, where the extension does not say it.
-    #[arg(long = "to-format", value_name = "FORMAT")]
+    #[arg(long = "to", alias = "to-format", value_name = "FORMAT")]
     pub to_format: Option<String>,
     /// Units of the output: cgs, si, solar, planetary, galactic or code [default: those of the input].
     #[arg(long)]

@@ -4,10 +4,11 @@
 use super::args::ConvertArgs;
 use crate::error::{Error, Result};
 use crate::kernel::{default_kernel_neighbors, support_over_spacing};
+use crate::snapshot::Snapshot;
 use sph_formats::common::particle_names as names;
 use sph_formats::{
-    Column, FieldRequest, FileContent, FormatSpec, ParticleFile, ParticleTable, UnitDimension, UnitSystem, Values,
-    WriteOptions, registry,
+    Column, FieldRequest, FileContent, FormatSpec, ParticleFile, UnitDimension, UnitSystem, Values, WriteOptions,
+    registry,
 };
 use std::path::Path;
 
@@ -39,11 +40,7 @@ pub fn convert(formats: &[FormatSpec], args: &ConvertArgs) -> Result<Vec<String>
         let d = file.header.dimension;
         file.header.box_size.iter_mut().take(d).for_each(|l| *l = edge);
     }
-    for species in &mut file.species {
-        if species.part_type == 0 {
-            notes.extend(support_radii(&mut species.table, file.header.dimension));
-        }
-    }
+    notes.extend(support_radii(&args.from, &mut file));
     let options = WriteOptions { compression: args.compression, double_precision: args.double };
     sph_formats::write(formats, &args.to, Some(target.name), &file, options)?;
     let own_reader = (target.capabilities.read_particles && target.read.is_some()).then_some(target.name);
@@ -88,31 +85,52 @@ fn change_units(file: &mut ParticleFile, to: UnitSystem) {
     file.header.units = to;
 }
 
-/// Gives gas its support radii from masses and densities, where the file has none that are understood.
-fn support_radii(table: &mut ParticleTable, d: usize) -> Option<String> {
-    let unknown = table.columns.iter().position(|c| c.name == SMOOTHING_LENGTH);
-    if table.column(names::SUPPORT_RADIUS).is_some() {
-        return None;
+/// Gives gas its support radii where the file has none that are understood: from masses and densities, which are summed
+/// over the neighbors where the file has none either.
+fn support_radii(path: &Path, file: &mut ParticleFile) -> Vec<String> {
+    let d = file.header.dimension;
+    let Some(gas) = file.species.iter_mut().find(|s| s.part_type == 0 && s.table.count > 0) else { return Vec::new() };
+    let mut notes = Vec::new();
+    let empty = |c: &Column| c.name == names::DENSITY && c.values.range() == (0.0, 0.0, 0);
+    if gas.table.columns.iter().any(empty) {
+        gas.table.columns.retain(|c| !empty(c));
+        notes.push("the densities of the input, which are all 0, were left out".to_owned());
     }
-    let (Some(masses), Some(density)) = (table.column(names::MASSES), table.column(names::DENSITY)) else {
-        return None;
+    let (known, masses) = (gas.table.column(names::SUPPORT_RADIUS), gas.table.column(names::MASSES));
+    let (None, Some(masses)) = (known, masses) else { return notes };
+    let (masses, stated) = (masses.values.to_f64(), gas.table.column(names::DENSITY).map(|c| c.values.to_f64()));
+    let why = match gas.table.column(SMOOTHING_LENGTH) {
+        Some(_) => "smoothing lengths of an unknown convention",
+        None => "no smoothing lengths",
+    };
+    let whose = if stated.is_some() { "each particle's density" } else { "a density summed over them" };
+    let density = match stated.map_or_else(|| summed(path, file), Ok) {
+        Ok(density) => density,
+        Err(e) => {
+            notes.push(format!("the input has {why}, and there are no support radii: {e}"));
+            return notes;
+        }
     };
     let neighbors = default_kernel_neighbors(d);
     let ratio = support_over_spacing(d, neighbors);
-    let exponent = 1.0 / d as f64;
-    let radius = |i: usize| ratio * (masses.values.get(i) / density.values.get(i)).powf(exponent);
-    let column = Column {
-        name: names::SUPPORT_RADIUS.into(),
-        components: 1,
-        values: Values::F64((0..table.count).map(radius).collect()),
-        dimension: UnitDimension::LENGTH,
-    };
-    if let Some(i) = unknown {
-        table.columns.remove(i);
+    let radius = |(m, rho): (&f64, &f64)| ratio * (m / rho).powf(1.0 / d as f64);
+    let values = Values::F64(masses.iter().zip(&density).map(radius).collect());
+    let column = Column { name: names::SUPPORT_RADIUS.into(), components: 1, values, dimension: UnitDimension::LENGTH };
+    for gas in file.species.iter_mut().filter(|s| s.part_type == 0) {
+        gas.table.columns.retain(|c| c.name != SMOOTHING_LENGTH);
+        gas.table.columns.push(column.clone());
     }
-    table.columns.push(column);
-    let why = if unknown.is_some() { "smoothing lengths of an unknown convention" } else { "no smoothing lengths" };
-    Some(format!("the input has {why}: support radii are those of {neighbors} neighbors at each particle's density"))
+    if !(file.header.kernel_neighbors > 0.0) {
+        file.header.kernel_neighbors = neighbors;
+    }
+    notes.push(format!("the input has {why}: support radii are those of {neighbors} neighbors at {whose}"));
+    notes
+}
+
+/// Densities of gas by summation.
+fn summed(path: &Path, file: &ParticleFile) -> Result<Vec<f64>> {
+    let snapshot = Snapshot::new(path, file, None)?;
+    Ok(snapshot.field.variable(names::DENSITY).map(|v| v.values.to_f64()).unwrap_or_default())
 }
 
 /// What the new file lacks of the old one.

@@ -2,8 +2,8 @@
 """Reads one set of particles, written in every format, with programs that nobody here wrote, and compares all numbers.
 
 usage: particles.py FOLDER
-FOLDER has star.hdf5 (SWIFT) and what `sph-prep convert` made of it: {gadget,gizmo,arepo}.hdf5 and star.{npz,vtu,vtp,vtk,
-csv,gdt,gadget1}. h5py's reading of star.hdf5 is the reference; the others hold f32 or f64 of the same numbers."""
+FOLDER has star.hdf5 (SWIFT) and what `sph-prep convert` made of it: {gadget,gizmo,arepo}.hdf5 and star.{npz,nc,vtu,vtp,
+vtk,csv,gdt,gadget1}. h5py's reading of star.hdf5 is the reference; the others hold f32 or f64 of the same numbers."""
 import logging
 import os
 import sys
@@ -11,6 +11,7 @@ import warnings
 
 import h5py
 import meshio
+import netCDF4
 import numpy as np
 import pynbody
 import pyvista
@@ -65,6 +66,25 @@ def by_table():
     return found
 
 
+def by_netcdf4():
+    with netCDF4.Dataset(path("star.nc")) as f:
+        f.set_auto_mask(False)
+        column = lambda n: f[n][:]
+        assert f.featureType == "point" and f["Masses"].units and f["x"].axis == "X"
+        return joined(column)
+
+
+def by_xarray():
+    with xarray.open_dataset(path("star.nc"), decode_times=False) as data:
+        return joined(lambda n: data[n].values)
+
+
+def joined(column):
+    """Positions and velocities stand by component."""
+    vectors = {"Coordinates": ("x", "y", "z"), "Velocities": ("vx", "vy", "vz")}
+    return {n: np.stack([column(c) for c in parts], 1) for n, parts in vectors.items()} | {n: column(n) for n in NAMES[2:]}
+
+
 def by_swiftsimio():
     gas = swiftsimio.load(path("star.hdf5")).gas
     return {"Coordinates": gas.coordinates.value, "Masses": gas.masses.value, "Velocities": gas.velocities.value}
@@ -91,8 +111,8 @@ readings |= {f"pyvista {f}": lambda f=f: by_pyvista(f) for f in ("star.vtu", "st
 readings |= {"numpy star.npz": by_npz, "meshio star.vtu": by_meshio, "numpy star.csv": by_table}
 readings |= {"swiftsimio star.hdf5": by_swiftsimio}
 readings |= {f"yt {f}": lambda f=f: by_yt(f) for f in ("star.hdf5", "gadget.hdf5")}
-readings |= {f"pynbody {f}": lambda f=f: by_pynbody(f) for f in ("gadget.hdf5", "star.gdt", "star.gadget1")}
-# pynbody 2.8 with numpy 2.4 fails on GIZMO's headers, whose attributes have one element.
+readings |= {f"pynbody {f}": lambda f=f: by_pynbody(f) for f in ("gadget.hdf5", "gizmo.hdf5", "star.gdt", "star.gadget1")}
+readings |= {"netCDF4 star.nc": by_netcdf4, "xarray star.nc": by_xarray}
 wrong = 0
 for label, reading in readings.items():
     try:

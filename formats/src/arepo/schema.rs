@@ -1,17 +1,16 @@
 //! The datasets of an AREPO initial-conditions file.
 
-use crate::common::flavor::{Flavor, Need, Rule, Source, Storage};
+use crate::common::flavor::{Flavor, Need, Quantity, Rule, Source, Storage};
 use crate::common::particle_names as names;
-use crate::units::UnitDimension;
 
 #[rustfmt::skip]
 const RULES: &[Rule] = &[
-    Rule { name: "Coordinates", source: Source::Column(names::COORDINATES), storage: Storage::Double, components: 3, need: Need::All },
-    Rule { name: "Velocities", source: Source::ColumnOrZeros(names::VELOCITIES, UnitDimension::VELOCITY), storage: Storage::Float, components: 3, need: Need::All },
-    Rule { name: "Masses", source: Source::Column(names::MASSES), storage: Storage::Float, components: 1, need: Need::All },
-    Rule { name: "ParticleIDs", source: Source::ColumnOrCount(names::PARTICLE_IDS), storage: Storage::Id, components: 1, need: Need::All },
-    Rule { name: "InternalEnergy", source: Source::Column(names::INTERNAL_ENERGY), storage: Storage::Float, components: 1, need: Need::Gas },
-    Rule { name: "Density", source: Source::Column(names::DENSITY), storage: Storage::Float, components: 1, need: Need::Optional },
+    Rule { name: "Coordinates", source: Source::Column(names::COORDINATES), storage: Storage::Double, unit: Quantity::Length, components: 3, need: Need::All },
+    Rule { name: "Velocities", source: Source::ColumnOrZeros(names::VELOCITIES), storage: Storage::Float, unit: Quantity::Velocity, components: 3, need: Need::All },
+    Rule { name: "Masses", source: Source::Column(names::MASSES), storage: Storage::Float, unit: Quantity::Mass, components: 1, need: Need::All },
+    Rule { name: "ParticleIDs", source: Source::ColumnOrCount(names::PARTICLE_IDS), storage: Storage::Id, unit: Quantity::Number, components: 1, need: Need::All },
+    Rule { name: "InternalEnergy", source: Source::Column(names::INTERNAL_ENERGY), storage: Storage::Float, unit: Quantity::SpecificEnergy, components: 1, need: Need::Gas },
+    Rule { name: "Density", source: Source::Column(names::DENSITY), storage: Storage::Float, unit: Quantity::Density, components: 1, need: Need::Optional },
 ];
 
 /// Mesh generators without a kernel, all in the box.

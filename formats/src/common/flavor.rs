@@ -3,7 +3,7 @@
 
 use crate::common::particle_names as names;
 use crate::error::{FormatError, Result};
-use crate::model::{Column, ParticleFile, RunHeader, Species, Values};
+use crate::model::{Column, ParticleFile, ParticleTable, RunHeader, Species, Values};
 use crate::registry::WriteOptions;
 use crate::units::UnitDimension;
 use std::ops::Range;
@@ -12,23 +12,30 @@ use std::path::Path;
 /// Particle types of GADGET-style files.
 pub const TYPES: usize = 6;
 
+/// Support radius over SWIFT's smoothing length for the cubic spline in 1, 2 and 3 dimensions (Dehnen & Aly 2012,
+/// table 1; SWIFT's `kernel_gamma`).
+pub const CUBIC_SPLINE_SUPPORT: [f64; 3] = [1.732_051, 1.778_002, 1.825_742];
+/// SWIFT's smoothing length over the mean spacing (`SPH:resolution_eta`; 48 neighbors with the cubic spline in 3-D).
+pub const CUBIC_SPLINE_ETA: f64 = 1.2348;
+
 /// Where the numbers of a dataset come from.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Source {
     /// The column of this name.
     Column(&'static str),
-    /// The column of this name, or zeros of this dimension.
-    ColumnOrZeros(&'static str, UnitDimension),
+    /// The column of this name, or zeros.
+    ColumnOrZeros(&'static str),
     /// The column of this name, or 1, 2, 3 ... through all species.
     ColumnOrCount(&'static str),
-    /// h = eta (m / rho)^(1/D), from Masses and Density.
+    /// h = eta (m / rho)^(1/D), from Masses and Density; where there is no Density, eta times the spacing that belongs to
+    /// SupportRadius and the header's neighbor number.
     Spacing { eta: f64 },
 }
 
 impl Source {
     fn column(self) -> Option<&'static str> {
         match self {
-            Self::Column(name) | Self::ColumnOrZeros(name, _) | Self::ColumnOrCount(name) => Some(name),
+            Self::Column(name) | Self::ColumnOrZeros(name) | Self::ColumnOrCount(name) => Some(name),
             Self::Spacing { .. } => None,
         }
     }
@@ -42,6 +49,34 @@ pub enum Storage {
     Float,
     Id,
     Int,
+}
+
+/// What a dataset measures, from which follows the unit of its numbers.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Quantity {
+    Length,
+    Velocity,
+    Mass,
+    /// Mass per volume of the particles' dimension.
+    Density,
+    /// Energy per mass.
+    SpecificEnergy,
+    /// Without a unit.
+    Number,
+}
+
+impl Quantity {
+    /// In `d` dimensions.
+    pub fn dimension(self, d: usize) -> UnitDimension {
+        match self {
+            Self::Length => UnitDimension::LENGTH,
+            Self::Velocity => UnitDimension::VELOCITY,
+            Self::Mass => UnitDimension::MASS,
+            Self::Density => UnitDimension::mass_density(d),
+            Self::SpecificEnergy => UnitDimension::SPECIFIC_ENERGY,
+            Self::Number => UnitDimension::NONE,
+        }
+    }
 }
 
 /// Which particles must have a dataset.
@@ -58,6 +93,7 @@ pub struct Rule {
     pub name: &'static str,
     pub source: Source,
     pub storage: Storage,
+    pub unit: Quantity,
     /// 3: vectors are padded with zeros.
     pub components: usize,
     pub need: Need,
@@ -81,6 +117,7 @@ pub struct Flavor {
 }
 
 /// One component of a column on its way into a dataset of its own.
+#[cfg(any(feature = "phantom", feature = "sph-exa"))]
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Component {
     pub(crate) index: usize,
@@ -90,6 +127,7 @@ pub(crate) struct Component {
 }
 
 /// What every step needs to know.
+#[cfg_attr(not(any(feature = "hdf5-layer", feature = "phantom")), allow(dead_code))]
 pub(crate) struct Job<'a> {
     pub(crate) flavor: &'a Flavor,
     pub(crate) path: &'a Path,
@@ -98,6 +136,7 @@ pub(crate) struct Job<'a> {
 }
 
 /// A dataset with its source found.
+#[cfg_attr(not(any(feature = "hdf5-layer", feature = "phantom")), allow(dead_code))]
 pub(crate) struct Planned<'a> {
     pub(crate) name: String,
     pub(crate) storage: Storage,
@@ -112,6 +151,7 @@ pub(crate) struct Planned<'a> {
 
 pub(crate) enum Numbers<'a> {
     Column(&'a Column),
+    Scaled { column: &'a Column, factor: f64 },
     Zeros,
     Count,
     Spacing { masses: &'a Column, density: &'a Column, eta: f64, inverse_dimension: f64 },
@@ -119,6 +159,7 @@ pub(crate) enum Numbers<'a> {
 
 impl<'a> Job<'a> {
     /// Refuses all but three dimensions, for codes that have no others.
+    #[cfg(any(feature = "phantom", feature = "sph-exa"))]
     pub(crate) fn only_in_3d(&self) -> Result<()> {
         match self.header.dimension {
             3 => Ok(()),
@@ -212,13 +253,9 @@ impl<'a> Job<'a> {
         let needed = rule.need == Need::All || (rule.need == Need::Gas && species.part_type == 0);
         let found = match rule.source {
             Source::Column(name) => table.column(name).map(Numbers::Column),
-            Source::ColumnOrZeros(name, _) => Some(table.column(name).map_or(Numbers::Zeros, Numbers::Column)),
+            Source::ColumnOrZeros(name) => Some(table.column(name).map_or(Numbers::Zeros, Numbers::Column)),
             Source::ColumnOrCount(name) => Some(table.column(name).map_or(Numbers::Count, Numbers::Column)),
-            Source::Spacing { eta } => {
-                table.column(names::MASSES).zip(table.column(names::DENSITY)).map(|(masses, density)| {
-                    Numbers::Spacing { masses, density, eta, inverse_dimension: 1.0 / self.header.dimension as f64 }
-                })
-            }
+            Source::Spacing { eta } => self.spacing(table, eta),
         };
         if let Some(Numbers::Column(column)) = &found
             && column.components > rule.components
@@ -234,12 +271,20 @@ impl<'a> Job<'a> {
         Ok(found)
     }
 
+    fn spacing(&self, table: &'a ParticleTable, eta: f64) -> Option<Numbers<'a>> {
+        let d = self.header.dimension;
+        if let Some((masses, density)) = table.column(names::MASSES).zip(table.column(names::DENSITY)) {
+            return Some(Numbers::Spacing { masses, density, eta, inverse_dimension: 1.0 / d as f64 });
+        }
+        let column = table.column(names::SUPPORT_RADIUS)?;
+        Some(Numbers::Scaled { column, factor: eta * spacing_over_support(d, self.header.kernel_neighbors) })
+    }
+
+    /// What the numbers are said to be, else what the rule says.
     fn dimension_of(&self, numbers: &Numbers, rule: &Rule) -> UnitDimension {
-        match (numbers, rule.source) {
-            (Numbers::Column(column), _) => column.dimension,
-            (Numbers::Zeros, Source::ColumnOrZeros(_, dimension)) => dimension,
-            (Numbers::Spacing { .. }, _) => UnitDimension::LENGTH,
-            _ => UnitDimension::NONE,
+        match numbers {
+            Numbers::Column(column) if column.dimension != UnitDimension::NONE => column.dimension,
+            _ => rule.unit.dimension(self.header.dimension),
         }
     }
 
@@ -270,21 +315,23 @@ impl<'a> Job<'a> {
         self.fill(planned, range, 0..planned.components, first_id, out, |x, i| id(x).ok_or(i))
     }
 
+    #[cfg(any(feature = "hdf5-layer", feature = "phantom"))]
     pub(crate) fn ints(&self, planned: &Planned, range: Range<usize>, out: &mut Vec<i32>) -> Result<()> {
         self.fill(planned, range, 0..planned.components, 0, out, |x, i| int(x).ok_or(i))
     }
 
-    #[cfg_attr(not(any(feature = "hdf5-layer", feature = "gadget-binary")), allow(dead_code))]
+    #[cfg(any(feature = "hdf5-layer", feature = "gadget-binary"))]
     pub(crate) fn doubles(&self, planned: &Planned, range: Range<usize>, out: &mut Vec<f64>) -> Result<()> {
         self.fill(planned, range, 0..planned.components, 0, out, |x, i| self.double(planned, x.float(), i))
     }
 
-    #[cfg_attr(not(any(feature = "hdf5-layer", feature = "gadget-binary")), allow(dead_code))]
+    #[cfg(any(feature = "hdf5-layer", feature = "gadget-binary"))]
     pub(crate) fn singles(&self, planned: &Planned, range: Range<usize>, out: &mut Vec<f32>) -> Result<()> {
         self.fill(planned, range, 0..planned.components, 0, out, |x, i| single(planned.strict, x.float()).ok_or(i))
     }
 
     /// Appends `factor` times the numbers of one component in f64.
+    #[cfg(any(feature = "phantom", feature = "sph-exa"))]
     pub(crate) fn component_doubles(
         &self,
         planned: &Planned,
@@ -297,6 +344,7 @@ impl<'a> Job<'a> {
     }
 
     /// Appends `factor` times the numbers of one component in f32.
+    #[cfg(any(feature = "phantom", feature = "sph-exa"))]
     pub(crate) fn component_singles(
         &self,
         planned: &Planned,
@@ -344,9 +392,26 @@ impl<'a> Job<'a> {
     }
 }
 
+/// Mean spacing over support radius for so many neighbors V_d n H^d; those of SWIFT's cubic spline where they are not known.
+fn spacing_over_support(d: usize, neighbors: f64) -> f64 {
+    let axis = d.clamp(1, 3) - 1;
+    let ball = [2.0, std::f64::consts::PI, 4.0 / 3.0 * std::f64::consts::PI][axis];
+    if neighbors.is_finite() && neighbors > 0.0 {
+        (ball / neighbors).powf(1.0 / d as f64)
+    } else {
+        1.0 / (CUBIC_SPLINE_SUPPORT[axis] * CUBIC_SPLINE_ETA)
+    }
+}
+
 fn missing(rule: &Rule) -> String {
     match rule.source {
-        Source::Spacing { .. } => format!("{} needs the columns {} and {}", rule.name, names::MASSES, names::DENSITY),
+        Source::Spacing { .. } => format!(
+            "{} needs the columns {} and {}, or {}",
+            rule.name,
+            names::MASSES,
+            names::DENSITY,
+            names::SUPPORT_RADIUS
+        ),
         Source::Column(names::INTERNAL_ENERGY) => format!(
             "there is no column {}, which is compulsory for gas; carry it from the input or set thermal.internal_energy in the scene",
             names::INTERNAL_ENERGY
@@ -398,6 +463,7 @@ fn id(x: Number) -> Option<u64> {
     u64::try_from(x.whole()?).ok()
 }
 
+#[cfg(any(feature = "hdf5-layer", feature = "phantom"))]
 fn int(x: Number) -> Option<i32> {
     i32::try_from(x.whole()?).ok()
 }
@@ -419,6 +485,7 @@ impl Numbers<'_> {
                 Values::I64(v) => Number::Int(v[i * c.components + component]),
                 values => Number::Float(values.get(i * c.components + component)),
             },
+            Self::Scaled { column, factor } => Number::Float(factor * column.values.get(i)),
             Self::Zeros => Number::Float(0.0),
             Self::Count => Number::Int((first_id + i as u64) as i64),
             Self::Spacing { masses, density, eta, inverse_dimension } => {

@@ -80,6 +80,14 @@ impl Group<'_> {
         self.group.set_attr_array_numeric(name, values).map_err(|e| self.writer.error(e))
     }
 
+    /// Sets an attribute that is a scalar to HDF5, too.
+    ///
+    /// # Errors
+    /// [`FormatError::Io`].
+    pub fn scalar<T: Scalar>(&self, name: &str, value: T) -> Result<()> {
+        self.group.set_attr_numeric(name, &value).map_err(|e| self.writer.error(e))
+    }
+
     /// Sets a text attribute, of fixed length: the crate's own texts of variable length have a base type from
     /// which HDF5 1.10 knows no conversion, so that programs in C cannot read them.
     ///

@@ -105,6 +105,14 @@ impl<'p> Reader<'p> {
         Ok(self.values(path, &dataset)?.map(|values| (Shape { rows, columns }, values)))
     }
 
+    /// The shape of a dataset.
+    ///
+    /// # Errors
+    /// [`FormatError::Input`].
+    pub fn shape(&self, path: &str) -> Result<Vec<u64>> {
+        self.file.dataset(path).map(|d| d.shape().to_vec()).map_err(|e| self.at_dataset(path, e))
+    }
+
     /// Reads a numeric dataset of any shape, the last index fastest; `None` where it is of another type.
     ///
     /// # Errors

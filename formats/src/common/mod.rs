@@ -2,6 +2,8 @@
 
 pub mod assemble;
 pub mod columns;
+#[cfg(any(feature = "gadget", feature = "gadget-binary"))]
+pub mod entropy;
 pub mod facts;
 pub mod flatten;
 #[cfg(any(feature = "hdf5-layer", feature = "gadget-binary", feature = "phantom"))]

@@ -2,10 +2,10 @@
 //!
 //! | object           | content                                                                                     |
 //! |------------------|---------------------------------------------------------------------------------------------|
-//! | `/Header`        | BoxSize, NumPart_* and MassTable of length 6, Time, flags; scalars have shape (1,)          |
+//! | `/Header`        | BoxSize, NumPart_* and MassTable of length 6, Time, flags; numbers of all flavors have shape (1,) |
 //! | `/Units`         | the five `Unit ... in cgs (U_x)` attributes and nothing else (more breaks swiftsimio)       |
 //! | `/PartType<n>`   | the flavor's datasets, then every other column under its own name (`/` becomes `_`)         |
-//! | dataset attributes | `U_x exponent`, `a-scale exponent`, `h-scale exponent`                                    |
+//! | dataset attributes | `U_x exponent`, `a-scale exponent`, `h-scale exponent`, and SWIFT's factor to cgs units   |
 //! | `/SphPrep`       | provenance as text; flavor, kernel, its neighbor number, periodic axes                      |
 //!
 //! This layout is taken by SWIFT, GADGET-4, GIZMO, swiftsimio, yt, pynbody and SPLASH. Quirks that shape it:
@@ -19,6 +19,9 @@ use crate::model::{ParticleFile, Species};
 use crate::registry::WriteOptions;
 use crate::units::UnitDimension;
 use std::path::Path;
+
+/// The attribute of a dataset that says how many cgs units one of its own is, as SWIFT's snapshots have it.
+const CGS_FACTOR: &str = "Conversion factor to CGS (not including cosmological corrections)";
 
 /// The group of this program's own facts.
 pub const OWN_GROUP: &str = "SphPrep";
@@ -69,8 +72,9 @@ impl Job<'_> {
         header.numbers("Time", &[self.header.time])?;
         header.numbers("Redshift", &[0.0f64])?;
         header.numbers("NumFilesPerSnapshot", &[1i32])?;
+        // pynbody does arithmetic with these, and NumPy takes no array of one element for a number there.
         for (name, number) in self.flavor.header {
-            header.numbers(name, &[*number])?;
+            header.scalar(name, *number)?;
         }
         for flag in [
             "Flag_Entropy_ICs",
@@ -120,7 +124,8 @@ impl Job<'_> {
             _ if double => group.dataset(name, rows, columns, level, |range, out| self.doubles(planned, range, out))?,
             _ => group.dataset(name, rows, columns, level, |range, out| self.singles(planned, range, out))?,
         };
-        write_exponents(&dataset, planned.dimension)
+        write_exponents(&dataset, planned.dimension)?;
+        dataset.numbers(CGS_FACTOR, &[self.header.units.to_cgs(planned.dimension)])
     }
 }
 

@@ -5,8 +5,8 @@
 //! | Coordinates     | f8 (N, 3)   | required                                                         |
 //! | Velocities      | f4 (N, 3)   | zeros where absent                                               |
 //! | Masses          | f4          | required; MassTable stays zero, since it would override them     |
-//! | SmoothingLength | f4          | the kernel's support radius                                      |
-//! | InternalEnergy  | f4          | required for gas; per mass                                       |
+//! | SmoothingLength | f4          | if known: the kernel's support radius, a first guess to the code |
+//! | InternalEnergy  | f4          | required for gas; per mass (Flag_Entropy_ICs is 0)               |
 //! | ParticleIDs     | u8          | 1 ... N where absent; GADGET-4 keeps 31 bits of them by default  |
 //! | Density         | f4          | for viewers                                                      |
 //!

@@ -5,8 +5,11 @@
 //! * Periodic axes: ours, else SWIFT's parameter, else every axis of a box with positive size.
 //! * SmoothingLength becomes SupportRadius where the file is GADGET's (ours, or GADGET-4's and GIZMO's own); where it is SWIFT's
 //!   for the cubic spline it is scaled to that; elsewhere the convention is unknown and the column keeps its name.
+//! * Where Flag_Entropy_ICs is not 0, the entropies of gas become energies ([`crate::common::entropy`]).
 //! * Datasets that are not columns of numbers are named in the provenance under `not read`.
 
+use crate::common::entropy;
+use crate::common::flavor::CUBIC_SPLINE_SUPPORT;
 use crate::common::hdf5_read::{Attributes, Reader};
 use crate::common::particle_names as names;
 use crate::common::snapshot::{OWN_GROUP, joined};
@@ -19,9 +22,6 @@ use std::path::Path;
 const FORMAT: &str = "gadget";
 /// Our flavors whose SmoothingLength is the support radius.
 const SUPPORT_RADIUS_FLAVORS: [&str; 2] = [FORMAT, "gizmo"];
-/// Support radius over SWIFT's smoothing length for the cubic spline in 1, 2 and 3 dimensions (Dehnen & Aly 2012,
-/// table 1; SWIFT's `kernel_gamma`).
-const SWIFT_SUPPORT: [f64; 3] = [1.732_051, 1.778_002, 1.825_742];
 /// More columns than this in one dataset are not a particle's components.
 const MAX_COMPONENTS: usize = 64;
 
@@ -38,7 +38,7 @@ const PLURALS: &[(&str, &str)] = &[
 ///
 /// # Errors
 /// [`FormatError::Input`] where the file is damaged or has no particles' header, [`FormatError::Unsupported`]
-/// for one part of a snapshot in several files, [`FormatError::Limit`], [`FormatError::Io`].
+/// for one part of a snapshot in several files and for entropies without densities, [`FormatError::Limit`], [`FormatError::Io`].
 pub fn read(path: &Path, _request: &FieldRequest) -> Result<FileContent> {
     let file = Reader::open(path, FORMAT)?;
     let groups = file.groups()?;
@@ -86,7 +86,11 @@ pub fn read(path: &Path, _request: &FieldRequest) -> Result<FileContent> {
             ));
         }
         let mass = masses.get(part_type).copied().filter(|&m| m > 0.0);
-        let table = reading.table(mass, &mut header.provenance)?;
+        let mut table = reading.table(mass, &mut header.provenance)?;
+        if part_type == 0 && attributes.number("Flag_Entropy_ICs").is_some_and(|flag| flag != 0.0) {
+            let done = entropy::to_energies(path, FORMAT, &mut table)?;
+            header.provenance.extend(done.map(|what| ("converted".to_owned(), what)));
+        }
         species.push(Species { part_type: part_type as u8, table });
     }
     Ok(FileContent::Particles(ParticleFile { header, species }))
@@ -263,7 +267,7 @@ impl SpeciesReading<'_> {
     fn renamed(&self, name: &str, values: Values) -> (String, Values) {
         let singular = PLURALS.iter().find(|(plural, _)| *plural == name);
         let name = singular.map_or(name, |(_, singular)| singular);
-        let gamma = SWIFT_SUPPORT.get(self.dimension.saturating_sub(1)).copied().unwrap_or(1.0);
+        let gamma = CUBIC_SPLINE_SUPPORT.get(self.dimension.saturating_sub(1)).copied().unwrap_or(1.0);
         match name {
             "SmoothingLength" if self.origin.support_radius => (names::SUPPORT_RADIUS.into(), values),
             "SmoothingLength" if self.origin.swift_length => {

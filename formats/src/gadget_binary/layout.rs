@@ -1,8 +1,7 @@
 //! Blocks by name and order, and the header's bytes.
 
-use crate::common::flavor::{Flavor, Need, Rule, Source, Storage, TYPES};
+use crate::common::flavor::{Flavor, Need, Quantity, Rule, Source, Storage, TYPES};
 use crate::common::particle_names as names;
-use crate::units::UnitDimension;
 
 /// Byte offsets in the header.
 pub mod offset {
@@ -62,13 +61,13 @@ pub fn is_cooling(block: &Block) -> bool {
 
 #[rustfmt::skip]
 const RULES: &[Rule] = &[
-    Rule { name: "POS ", source: Source::Column(names::COORDINATES), storage: Storage::Float, components: 3, need: Need::All },
-    Rule { name: "VEL ", source: Source::ColumnOrZeros(names::VELOCITIES, UnitDimension::VELOCITY), storage: Storage::Float, components: 3, need: Need::All },
-    Rule { name: "ID  ", source: Source::ColumnOrCount(names::PARTICLE_IDS), storage: Storage::Id, components: 1, need: Need::All },
-    Rule { name: "MASS", source: Source::Column(names::MASSES), storage: Storage::Float, components: 1, need: Need::All },
-    Rule { name: "U   ", source: Source::Column(names::INTERNAL_ENERGY), storage: Storage::Float, components: 1, need: Need::Gas },
-    Rule { name: "RHO ", source: Source::Column(names::DENSITY), storage: Storage::Float, components: 1, need: Need::Optional },
-    Rule { name: "HSML", source: Source::Column(names::SUPPORT_RADIUS), storage: Storage::Float, components: 1, need: Need::Optional },
+    Rule { name: "POS ", source: Source::Column(names::COORDINATES), storage: Storage::Float, unit: Quantity::Length, components: 3, need: Need::All },
+    Rule { name: "VEL ", source: Source::ColumnOrZeros(names::VELOCITIES), storage: Storage::Float, unit: Quantity::Velocity, components: 3, need: Need::All },
+    Rule { name: "ID  ", source: Source::ColumnOrCount(names::PARTICLE_IDS), storage: Storage::Id, unit: Quantity::Number, components: 1, need: Need::All },
+    Rule { name: "MASS", source: Source::Column(names::MASSES), storage: Storage::Float, unit: Quantity::Mass, components: 1, need: Need::All },
+    Rule { name: "U   ", source: Source::Column(names::INTERNAL_ENERGY), storage: Storage::Float, unit: Quantity::SpecificEnergy, components: 1, need: Need::Gas },
+    Rule { name: "RHO ", source: Source::Column(names::DENSITY), storage: Storage::Float, unit: Quantity::Density, components: 1, need: Need::Optional },
+    Rule { name: "HSML", source: Source::Column(names::SUPPORT_RADIUS), storage: Storage::Float, unit: Quantity::Length, components: 1, need: Need::Optional },
 ];
 
 /// The box is one number, the blocks are fixed.

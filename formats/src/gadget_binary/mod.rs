@@ -10,7 +10,7 @@
 //! | VEL   | 3 f4 or f8            | all types                                        | zeros where absent                   |
 //! | ID    | u4 or u8              | all types                                        | 1 ... N where absent                 |
 //! | MASS  | f4 or f8              | types whose mass in the header is 0              | required, the header's table stays 0 |
-//! | U     | f4 or f8, per mass    | gas                                              | required for gas                     |
+//! | U     | f4 or f8, per mass    | gas; entropies where the header's flag says so   | required for gas, the flag stays 0   |
 //! | RHO   | f4 or f8              | gas                                              | if known                             |
 //! | HSML  | f4 or f8              | gas; radius at which the kernel vanishes         | if RHO is known too                  |
 //!

@@ -2,6 +2,7 @@
 
 use super::layout::{BLOCKS, Block, Cover, Header, is_cooling, offset};
 use super::records::{FORMAT, Head, Kind, Records};
+use crate::common::entropy;
 use crate::common::flavor::TYPES;
 use crate::common::particle_names as names;
 use crate::error::{FormatError, Result};
@@ -31,7 +32,14 @@ pub(super) fn read(path: &Path, _request: &FieldRequest) -> Result<FileContent> 
             }
         }
     }
-    reading.finish(&records).map(FileContent::Particles)
+    let mut particles = reading.finish(&records)?;
+    if header.entropy {
+        for gas in particles.species.iter_mut().filter(|s| s.part_type == 0) {
+            let done = entropy::to_energies(path, FORMAT, &mut gas.table)?;
+            particles.header.provenance.extend(done.map(|what| ("converted".to_owned(), what)));
+        }
+    }
+    Ok(FileContent::Particles(particles))
 }
 
 fn read_header(path: &Path, records: &mut Records<'_>) -> Result<Header> {
@@ -121,7 +129,7 @@ impl Reading {
             return Err(records.error(&location, "it comes twice"));
         }
         let mut values = records.numbers(&location, head, kind, count)?;
-        let (name, dimension) = self.meaning(block);
+        let (name, dimension) = (block.column, meaning(block));
         for t in covered {
             let own = self.header.counts.get(t).map_or(0, |&n| n as usize) * block.components;
             let rest = split_off(&mut values, own);
@@ -131,19 +139,6 @@ impl Reading {
             values = rest;
         }
         Ok(())
-    }
-
-    fn meaning(&self, block: &Block) -> (&'static str, UnitDimension) {
-        match block.column {
-            // Its unit holds a power of gamma, which the file does not tell.
-            names::INTERNAL_ENERGY if self.header.entropy => ("EntropicFunction", UnitDimension::NONE),
-            names::COORDINATES | names::SUPPORT_RADIUS => (block.column, UnitDimension::LENGTH),
-            names::VELOCITIES => (block.column, UnitDimension::VELOCITY),
-            names::MASSES => (block.column, UnitDimension::MASS),
-            names::DENSITY => (block.column, UnitDimension::mass_density(3)),
-            names::INTERNAL_ENERGY => (block.column, UnitDimension::SPECIFIC_ENERGY),
-            other => (other, UnitDimension::NONE),
-        }
     }
 
     fn finish(mut self, records: &Records<'_>) -> Result<ParticleFile> {
@@ -193,6 +188,17 @@ impl Reading {
             },
             species,
         })
+    }
+}
+
+fn meaning(block: &Block) -> UnitDimension {
+    match block.column {
+        names::COORDINATES | names::SUPPORT_RADIUS => UnitDimension::LENGTH,
+        names::VELOCITIES => UnitDimension::VELOCITY,
+        names::MASSES => UnitDimension::MASS,
+        names::DENSITY => UnitDimension::mass_density(3),
+        names::INTERNAL_ENERGY => UnitDimension::SPECIFIC_ENERGY,
+        _ => UnitDimension::NONE,
     }
 }
 

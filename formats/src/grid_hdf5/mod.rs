@@ -21,8 +21,10 @@
 //! | `Timestep_<n>/vars/<name>` | values by x3, x2, x1; the density is `rho` |
 //! | `node_coords/X`, `Y`, `Z` | Cartesian corners of the cells, one more than there are cells along each index |
 //!
-//! Read where each coordinate depends on its own index alone. A PLUTO file does not say whether x and y are the r and z of
-//! an axisymmetric run: they are taken for Cartesian. Chombo's files of refined grids are refused.
+//! Read where each coordinate depends on its own index alone. The file does not say whether x and y are the r and z of an
+//! axisymmetric run, or x the radius of a spherical one: in one and two dimensions the line `GEOMETRY:` of PLUTO's
+//! `grid.out` in the same folder does, unless x is negative somewhere. Read are Cartesian grids, and spherical ones in one
+//! dimension (a radial profile). Chombo's files of refined grids are refused.
 
 use crate::registry::{Capabilities, FormatSpec, HDF5_SIGNATURE, Match, ReadFn};
 

@@ -1,13 +1,18 @@
 //! PLUTO: one step on a static grid.
 
-use super::read::{Mesh, grid, unsupported};
+use super::read::{DENSITY_NAMES, Mesh, grid, unsupported};
 use crate::common::hdf5_read::Reader;
 use crate::error::Result;
-use crate::model::{Location, Values};
+use crate::model::{Geometry, Location, Values};
+use std::fs::File;
+use std::io::Read;
 use std::path::Path;
 
 /// Names of the coordinates.
 const AXES: [&str; 3] = ["X", "Y", "Z"];
+/// What PLUTO writes into the folder of its output, and whose head names the coordinates.
+const GRID_FILE: &str = "grid.out";
+const GRID_HEAD: u64 = 4096;
 /// How far the corners of a line of cells may be apart, relative to the extent: they are stored in f32.
 const STRAIGHT: f64 = 1e-5;
 
@@ -20,6 +25,7 @@ pub struct Step<'a> {
     time: Option<f64>,
     /// Faces along x1, x2, x3, as far as the grid has axes.
     faces: Vec<Vec<f64>>,
+    radial: bool,
 }
 
 impl<'a> Step<'a> {
@@ -33,19 +39,34 @@ impl<'a> Step<'a> {
         };
         let time = file.group_attributes(step)?.number("Time");
         let faces = faces(file, path)?;
-        Ok(Self { file, path, group: format!("{step}/vars"), time, faces })
+        let radial = is_radial(path, &faces)?;
+        Ok(Self { file, path, group: format!("{step}/vars"), time, faces, radial })
     }
 
     /// # Errors
     /// Where the grid is a single cell.
     pub fn mesh(&self) -> Result<Mesh> {
         let cells: Vec<usize> = self.faces.iter().map(|f| f.len() - 1).collect();
+        let (geometry, location) = match self.faces.as_slice() {
+            [nodes] if self.radial => (Geometry::Radial { nodes: nodes.clone(), unit: None }, Location::Cell),
+            faces => (grid(self.path, faces.to_vec())?, Location::Node),
+        };
+        let (mut names, mut notes) = (Vec::new(), vec![format!("PLUTO grid of {cells:?} cells")]);
+        for name in self.file.datasets(&self.group)? {
+            let shape = self.file.shape(&format!("{}/{name}", self.group))?;
+            let fits = shape.iter().rev().copied().eq(cells.iter().map(|n| *n as u64));
+            if fits || DENSITY_NAMES.contains(&name.as_str()) {
+                names.push(name);
+            } else {
+                notes.push(format!("'{name}' was left out: it has shape {shape:?}, unlike the grid"));
+            }
+        }
         Ok(Mesh {
-            geometry: grid(self.path, self.faces.clone())?,
-            location: Location::Node,
-            names: self.file.datasets(&self.group)?,
+            geometry,
+            location,
+            names,
             metadata: self.time.map(|t| ("time".to_owned(), t.to_string())).into_iter().collect(),
-            notes: vec![format!("PLUTO grid of {cells:?} cells; its coordinates are taken for Cartesian")],
+            notes,
         })
     }
 
@@ -64,6 +85,41 @@ impl<'a> Step<'a> {
             None => Err(self.file.input(format!("dataset '{path}'"), "has no numbers")),
         }
     }
+}
+
+/// Whether the coordinates are radii of a sphere; the alternative are Cartesian ones.
+///
+/// In fewer than three dimensions the corners of cells look alike in all of PLUTO's geometries.
+fn is_radial(path: &Path, faces: &[Vec<f64>]) -> Result<bool> {
+    match (stated_geometry(path).as_deref(), faces) {
+        (Some("CARTESIAN"), _) | (None, [_, _, _]) => Ok(false),
+        (Some("SPHERICAL"), [_]) => Ok(true),
+        (Some(other), _) => {
+            let what = format!(
+                "coordinates '{other}' (by {GRID_FILE}); known are CARTESIAN ones, and SPHERICAL in one dimension: \
+                 resample it to either"
+            );
+            Err(unsupported(path, what))
+        }
+        (None, faces) if faces.first().and_then(|x| x.first()).is_some_and(|x| *x < 0.0) => Ok(false),
+        (None, faces) => {
+            let what = format!(
+                "a grid of {} dimensions whose first coordinate may be x or a radius, which the file does not say; put \
+                 PLUTO's {GRID_FILE} of the run beside it",
+                faces.len()
+            );
+            Err(unsupported(path, what))
+        }
+    }
+}
+
+/// The coordinates that the head of `grid.out` names, if there is such a file.
+fn stated_geometry(path: &Path) -> Option<String> {
+    let mut head = Vec::new();
+    File::open(path.with_file_name(GRID_FILE)).ok()?.take(GRID_HEAD).read_to_end(&mut head).ok()?;
+    let text = String::from_utf8_lossy(&head);
+    let stated = text.lines().find_map(|line| line.strip_prefix('#')?.trim().strip_prefix("GEOMETRY:"));
+    stated.map(|name| name.trim().to_owned())
 }
 
 fn faces(file: &Reader, path: &Path) -> Result<Vec<Vec<f64>>> {

@@ -9,7 +9,7 @@ use crate::registry::{FieldRequest, FileContent};
 use std::path::Path;
 
 /// Names of the density, in the order of trust.
-const DENSITY_NAMES: [&str; 3] = ["rho", "dens", "density"];
+pub const DENSITY_NAMES: [&str; 3] = ["rho", "dens", "density"];
 
 /// A grid as both codes have it.
 pub struct Mesh {

@@ -1,8 +1,7 @@
 //! Tags, particle types and constants of a dump.
 
-use crate::common::flavor::{Flavor, Need, Rule, Source, Storage};
+use crate::common::flavor::{Flavor, Need, Quantity, Rule, Source, Storage};
 use crate::common::particle_names as names;
-use crate::units::UnitDimension;
 
 pub const FORMAT: &str = "phantom";
 /// Characters of the identity and of a tag.
@@ -76,12 +75,12 @@ pub fn part_type(itype: i64) -> u8 {
 
 #[rustfmt::skip]
 const RULES: &[Rule] = &[
-    Rule { name: "Coordinates", source: Source::Column(names::COORDINATES), storage: Storage::Double, components: 3, need: Need::All },
-    Rule { name: "Velocities", source: Source::ColumnOrZeros(names::VELOCITIES, UnitDimension::VELOCITY), storage: Storage::Double, components: 3, need: Need::All },
-    Rule { name: "u", source: Source::Column(names::INTERNAL_ENERGY), storage: Storage::Float, components: 1, need: Need::Gas },
-    Rule { name: "h", source: Source::Spacing { eta: HFACT }, storage: Storage::Float, components: 1, need: Need::All },
-    Rule { name: "massoftype", source: Source::Column(names::MASSES), storage: Storage::Float, components: 1, need: Need::All },
-    Rule { name: "iorig", source: Source::ColumnOrCount(names::PARTICLE_IDS), storage: Storage::Id, components: 1, need: Need::All },
+    Rule { name: "Coordinates", source: Source::Column(names::COORDINATES), storage: Storage::Double, unit: Quantity::Length, components: 3, need: Need::All },
+    Rule { name: "Velocities", source: Source::ColumnOrZeros(names::VELOCITIES), storage: Storage::Double, unit: Quantity::Velocity, components: 3, need: Need::All },
+    Rule { name: "u", source: Source::Column(names::INTERNAL_ENERGY), storage: Storage::Float, unit: Quantity::SpecificEnergy, components: 1, need: Need::Gas },
+    Rule { name: "h", source: Source::Spacing { eta: HFACT }, storage: Storage::Float, unit: Quantity::Length, components: 1, need: Need::All },
+    Rule { name: "massoftype", source: Source::Column(names::MASSES), storage: Storage::Float, unit: Quantity::Mass, components: 1, need: Need::All },
+    Rule { name: "iorig", source: Source::ColumnOrCount(names::PARTICLE_IDS), storage: Storage::Id, unit: Quantity::Number, components: 1, need: Need::All },
 ];
 
 /// What a dump needs of every species.

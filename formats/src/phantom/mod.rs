@@ -15,7 +15,7 @@
 //! | x, y, z    | f8       | required                                                                          |
 //! | vx, vy, vz | f8       | zeros where absent                                                                |
 //! | u          | f8       | required for gas, per mass                                                        |
-//! | h          | f4 (f8)  | 1.2 (m/rho)^(1/3) from masses and densities: Phantom's density is m (1.2/h)^3     |
+//! | h          | f4 (f8)  | 1.2 (m/rho)^(1/3), else from the support radius: Phantom's density is m (1.2/h)^3 |
 //! | iorig      | i8       | ids, 1 ... N where absent                                                         |
 //! | others     | f4 (f8)  | columns of one component whose name has at most 16 ASCII characters                |
 //!

@@ -24,7 +24,7 @@
 //! | gravConstant         | f8      | Newton's constant in the file's units; 0 where an axis is periodic          |
 //! | gamma, muiConst      | f8, f4  | 5/3 and 10, the code's own defaults: with them temp means the u above       |
 //!
-//! All attributes are arrays. Quirks: three dimensions and gas only; nothing states units, so they and the header's other
+//! Each dataset has an attribute `unit exponents` of length, mass, time and temperature. All attributes are arrays. Quirks: three dimensions and gas only; nothing states units, so they and the header's other
 //! facts are texts in the group `/SphPrep`, without which numbers are read as pure ones. A box whose corner is not at the
 //! origin is shifted there when read, with a note. f4 columns are f8 in double precision.
 //!

@@ -1,7 +1,7 @@
 //! Reads the last step of an SPH-EXA file: initial conditions and outputs.
 
 use super::SPEC;
-use super::schema::{CONSTANTS, GAMMA, MUI, STEP, SUPPORT, heat_capacity};
+use super::schema::{CONSTANTS, EXPONENTS, GAMMA, MUI, PARTS, STEP, SUPPORT, heat_capacity};
 use crate::common::assemble::{self, Named};
 use crate::common::facts::Facts;
 use crate::common::hdf5_read::{Attributes, Reader, Shape};
@@ -33,14 +33,16 @@ pub fn read(path: &Path, _request: &FieldRequest) -> Result<FileContent> {
         Some((_, Some((shape, _)))) if shape.columns == 1 => shape.rows,
         _ => return Err(file.input(format!("dataset '{group}/x'"), "it is no list of numbers, one per particle")),
     };
+    check_lengths(&file, &group, &datasets, count, attributes.number("numParticlesGlobal"))?;
     let mut arrays = Vec::new();
     let mut exponents = Vec::new();
     for (name, content) in datasets.drain(..) {
         let path = format!("{group}/{name}");
         match content {
             Some((shape, values)) if shape.rows == count && (1..=MAX_COMPONENTS).contains(&shape.columns) => {
+                // The dataset's own unit, which is another where the name is.
+                exponents.push((name.clone(), file.dataset_attributes(&path)?.numbers(EXPONENTS)));
                 let (name, values) = meaning(&name, values, &attributes);
-                exponents.push((name.clone(), file.dataset_attributes(&path)?.numbers("unit exponents")));
                 arrays.push(Named { name, components: shape.columns, values, unit: None });
             }
             _ => facts
@@ -87,6 +89,32 @@ fn read_datasets(file: &Reader, group: &str) -> Result<Vec<(String, Option<(Shap
     };
     datasets.retain(|(name, content)| !content.as_ref().is_some_and(|(_, v)| filled(name, v)));
     Ok(datasets)
+}
+
+/// The code's own columns are as long as there are particles, and positions have all three components.
+fn check_lengths(
+    file: &Reader,
+    group: &str,
+    datasets: &[(String, Option<(Shape, Values)>)],
+    count: usize,
+    stated: Option<f64>,
+) -> Result<()> {
+    if let Some(n) = stated.filter(|n| *n != count as f64) {
+        let problem = format!("it has {count} rows, but attribute numParticlesGlobal counts {n} particles");
+        return Err(file.input(format!("dataset '{group}/x'"), problem));
+    }
+    for part in PARTS {
+        let location = || format!("dataset '{group}/{}'", part.name);
+        match datasets.iter().find(|d| d.0 == part.name) {
+            Some((_, Some((shape, _)))) if shape.rows == count && shape.columns == 1 => {}
+            Some(_) => {
+                return Err(file.input(location(), format!("it is no list of {count} numbers, one per particle")));
+            }
+            None if part.from == names::COORDINATES => return Err(file.input(location(), "it is missing")),
+            None => {}
+        }
+    }
+    Ok(())
 }
 
 fn own_facts(file: &Reader) -> Result<Facts> {

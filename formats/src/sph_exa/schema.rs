@@ -1,8 +1,7 @@
 //! What SPH-EXA's columns are made of, and its constants.
 
-use crate::common::flavor::{Flavor, Need, Rule, Source, Storage};
+use crate::common::flavor::{Flavor, Need, Quantity, Rule, Source, Storage};
 use crate::common::particle_names as names;
-use crate::units::UnitDimension;
 
 /// Prefix of the group of one point in time.
 pub const STEP: &str = "Step#";
@@ -15,6 +14,9 @@ pub const GAS_CONSTANT: f64 = 8.317e7;
 pub const ALPHA_MIN: f64 = 0.05;
 /// The kernel's support is twice h.
 pub const SUPPORT: f64 = 2.0;
+
+/// Attribute of a dataset: exponents of length, mass, time and temperature in its unit.
+pub const EXPONENTS: &str = "unit exponents";
 
 /// u per temperature.
 pub fn heat_capacity(gamma: f64, mui: f64) -> f64 {
@@ -69,13 +71,13 @@ pub const CONSTANTS: &[(&str, f64)] = &[("alpha", ALPHA_MIN), ("du_m1", 0.0)];
 
 #[rustfmt::skip]
 const RULES: &[Rule] = &[
-    Rule { name: names::COORDINATES, source: Source::Column(names::COORDINATES), storage: Storage::Double, components: 3, need: Need::All },
-    Rule { name: names::VELOCITIES, source: Source::ColumnOrZeros(names::VELOCITIES, UnitDimension::VELOCITY), storage: Storage::Float, components: 3, need: Need::All },
-    Rule { name: names::SUPPORT_RADIUS, source: Source::Column(names::SUPPORT_RADIUS), storage: Storage::Float, components: 1, need: Need::All },
-    Rule { name: names::MASSES, source: Source::Column(names::MASSES), storage: Storage::Float, components: 1, need: Need::All },
-    Rule { name: names::INTERNAL_ENERGY, source: Source::Column(names::INTERNAL_ENERGY), storage: Storage::Float, components: 1, need: Need::All },
-    Rule { name: names::DENSITY, source: Source::Column(names::DENSITY), storage: Storage::Float, components: 1, need: Need::Optional },
-    Rule { name: "id", source: Source::ColumnOrCount(names::PARTICLE_IDS), storage: Storage::Id, components: 1, need: Need::All },
+    Rule { name: names::COORDINATES, source: Source::Column(names::COORDINATES), storage: Storage::Double, unit: Quantity::Length, components: 3, need: Need::All },
+    Rule { name: names::VELOCITIES, source: Source::ColumnOrZeros(names::VELOCITIES), storage: Storage::Float, unit: Quantity::Velocity, components: 3, need: Need::All },
+    Rule { name: names::SUPPORT_RADIUS, source: Source::Column(names::SUPPORT_RADIUS), storage: Storage::Float, unit: Quantity::Length, components: 1, need: Need::All },
+    Rule { name: names::MASSES, source: Source::Column(names::MASSES), storage: Storage::Float, unit: Quantity::Mass, components: 1, need: Need::All },
+    Rule { name: names::INTERNAL_ENERGY, source: Source::Column(names::INTERNAL_ENERGY), storage: Storage::Float, unit: Quantity::SpecificEnergy, components: 1, need: Need::All },
+    Rule { name: names::DENSITY, source: Source::Column(names::DENSITY), storage: Storage::Float, unit: Quantity::Density, components: 1, need: Need::Optional },
+    Rule { name: "id", source: Source::ColumnOrCount(names::PARTICLE_IDS), storage: Storage::Id, unit: Quantity::Number, components: 1, need: Need::All },
 ];
 
 /// Every particle has to be in the box, from which the code makes its tree.

@@ -1,6 +1,6 @@
 //! Writes one step from which SPH-EXA starts.
 
-use super::schema::{self, CONSTANTS, FLAVOR, Factor, GAMMA, MUI, PARTS, Part, STEP, SUPPORT};
+use super::schema::{self, CONSTANTS, EXPONENTS, FLAVOR, Factor, GAMMA, MUI, PARTS, Part, STEP, SUPPORT};
 use crate::common::facts;
 use crate::common::flavor::{Component, Job, Planned, Storage};
 use crate::common::hdf5::{Dataset, Group, Writer};
@@ -106,12 +106,17 @@ fn write_part(job: &Job, step: &Group, count: usize, column: &Planned, part: &Pa
     };
     let component = Component { index: part.component, factor, may_vanish: part.factor == Factor::Step };
     let (name, level) = (part.name, job.options.compression);
-    if part.double || job.options.double_precision {
-        step.dataset(name, count, 1, level, |range, out| job.component_doubles(column, component, range, out))?;
+    let dataset = if part.double || job.options.double_precision {
+        step.dataset(name, count, 1, level, |range, out| job.component_doubles(column, component, range, out))?
     } else {
-        step.dataset(name, count, 1, level, |range, out| job.component_singles(column, component, range, out))?;
-    }
-    Ok(())
+        step.dataset(name, count, 1, level, |range, out| job.component_singles(column, component, range, out))?
+    };
+    let dimension = match part.factor {
+        Factor::One | Factor::Half => column.dimension,
+        Factor::Step => UnitDimension::LENGTH,
+        Factor::Temperature => UnitDimension::TEMPERATURE,
+    };
+    dataset.numbers(EXPONENTS, &exponents(dimension))
 }
 
 /// The ids, and columns under their own names.
@@ -133,7 +138,7 @@ fn write_others(job: &Job, step: &Group, gas: &Species, planned: &[Planned]) -> 
             }
             _ => step.dataset(name, count, column.components, level, |range, out| job.singles(column, range, out))?,
         };
-        dataset.numbers("unit exponents", &exponents(column.dimension))?;
+        dataset.numbers(EXPONENTS, &exponents(column.dimension))?;
     }
     Ok(())
 }

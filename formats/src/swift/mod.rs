@@ -5,7 +5,7 @@
 //! | Coordinates     | f8 (N, 3)   | required; within the box, periodic or not                        |
 //! | Velocities      | f4 (N, 3)   | zeros where absent                                               |
 //! | Masses          | f4          | required                                                         |
-//! | SmoothingLength | f4          | 1.2348 (m/rho)^(1/D): not the kernel's support radius            |
+//! | SmoothingLength | f4          | 1.2348 (m/rho)^(1/D): not the kernel's support radius, but from it where there is no Density |
 //! | InternalEnergy  | f4          | required for gas; per mass                                       |
 //! | ParticleIDs     | u8          | 1 ... N where absent                                             |
 //! | Density         | f4          | for viewers; SWIFT ignores it                                    |

@@ -1,6 +1,7 @@
 //! Points with masses are particles.
 //!
-//! What the header says stands in comments of XML files (`<!-- sph-prep key: value -->`); legacy files have no place for it.
+//! What the header says, and the unit of each array, stands in comments of XML files (`<!-- sph-prep key: value -->`); legacy
+//! files have no place for it.
 //! There, axes on which all particles are at 0 and at rest count as unused.
 
 use super::dataset::{DataArray, Dataset, FORMAT, Shape};
@@ -8,19 +9,27 @@ use crate::common::assemble::{self, Named};
 use crate::common::facts::{Facts, escaped, texts, unescaped};
 use crate::common::particle_names as names;
 use crate::error::{FormatError, Result};
-use crate::model::{ParticleFile, RunHeader, Values};
+use crate::model::{Column, ParticleFile, RunHeader, Values};
+use crate::units::Unit;
 use std::path::Path;
 
 const OPEN: &str = "<!-- sph-prep ";
+/// Before the name of an array, whose unit it is.
+const UNIT: &str = "unit ";
 const CLOSE: &str = " -->";
 /// Comments are looked for in this many bytes.
 const HEAD: usize = 1 << 20;
 /// Last of VTK's cell types that are points: vertex and poly-vertex.
 const LAST_POINT_TYPE: u8 = 2;
 
-/// A header as comments, one per fact.
-pub(super) fn comments(header: &RunHeader) -> impl Iterator<Item = String> {
-    texts(header).into_iter().map(|(key, value)| {
+/// A header and the units of columns as comments, one per fact.
+pub(super) fn comments(header: &RunHeader, columns: &[Column]) -> impl Iterator<Item = String> {
+    let unit = |c: &Column| {
+        let symbol = header.units.symbol(c.dimension);
+        (!symbol.is_empty()).then(|| (format!("{UNIT}{}", c.name), symbol))
+    };
+    let units: Vec<_> = columns.iter().filter_map(unit).collect();
+    texts(header).into_iter().chain(units).map(|(key, value)| {
         let value = escaped(&value);
         // Two hyphens would end the comment for a strict reader.
         let value = if value.contains("--") || value.ends_with('-') { value.replace('-', "\\-") } else { value };
@@ -56,7 +65,11 @@ pub(super) fn particles(path: &Path, dataset: Dataset, bytes: &[u8]) -> Result<P
     let values = Values::F64(points.into_iter().flatten().collect());
     let mut named = vec![Named { name: names::COORDINATES.into(), components: 3, values, unit: None }];
     let columns = point_data.into_iter().filter(|a| names::standard(&a.name) != Some(names::COORDINATES));
-    named.extend(columns.map(|a| Named { name: a.name, components: a.components, values: a.values, unit: None }));
+    let unit = |name: &str| found.iter().find(|(key, _)| key.strip_prefix(UNIT) == Some(name)).map(|(_, v)| v.as_str());
+    named.extend(columns.map(|a| {
+        let unit = unit(&a.name).and_then(Unit::parse);
+        Named { name: a.name, components: a.components, values: a.values, unit }
+    }));
     assemble::particles(count, named, facts).map_err(|(at, problem)| FormatError::input(path, FORMAT, at, problem))
 }
 

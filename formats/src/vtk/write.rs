@@ -183,7 +183,9 @@ fn xml(
         out,
         "<VTKFile type=\"{kind}\" version=\"1.0\" byte_order=\"LittleEndian\" header_type=\"UInt64\"{compressor}>"
     )?;
-    for comment in super::particles::comments(&file.header) {
+    for comment in
+        super::particles::comments(&file.header, file.species.first().map_or(&[], |s| s.table.columns.as_slice()))
+    {
         writeln!(out, "{comment}")?;
     }
     writeln!(out, "<{kind}><Piece {piece}>")?;

@@ -213,7 +213,8 @@ mod hdf5 {
         let vars = file.create_group("Timestep_1").unwrap().create_group("vars").unwrap();
         vars.new_dataset::<f64>().shape([2, 2]).create("rho").unwrap().write_raw(&[1.0; 4]).unwrap();
         let nodes = file.create_group("node_coords").unwrap();
-        let x = [0.0_f32, 1.0, 2.0, 0.0, 1.0, 2.0, 0.0, 1.0, 2.0];
+        // Below 0, so that they are no radii.
+        let x = [-1.0_f32, 1.0, 2.0, -1.0, 1.0, 2.0, -1.0, 1.0, 2.0];
         let y = [0.0_f32, 0.0, 0.0, 1.0, 1.0, 1.0, 2.0, 2.0, 2.0];
         nodes.new_dataset::<f32>().shape([3, 3]).create("X").unwrap().write_raw(&x).unwrap();
         nodes.new_dataset::<f32>().shape([3, 3]).create("Y").unwrap().write_raw(&y).unwrap();
