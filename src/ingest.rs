@@ -342,4 +342,8 @@ impl<const D: usize> ScalarField<D> for FromSpacing<D> {
         let spacing = self.0.value(x);
         if spacing > 0.0 { spacing.powi(-(D as i32)) } else { 0.0 }
     }
+
+    fn center(&self) -> Option<[f64; D]> {
+        self.0.center()
+    }
 }

@@ -103,4 +103,8 @@ impl<const D: usize> ScalarField<D> for InUnitBox<D> {
     fn value(&self, x: &[f64; D]) -> f64 {
         self.field.value(&x.map(|v| v * self.length))
     }
+
+    fn center(&self) -> Option<[f64; D]> {
+        self.field.center().map(|c| c.map(|v| v / self.length))
+    }
 }

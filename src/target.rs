@@ -5,7 +5,7 @@
 
 mod edges;
 
-use crate::domain::Domain;
+use crate::domain::{Domain, distance};
 use crate::field::ScalarField;
 use crate::reduce;
 use rayon::prelude::*;
@@ -82,17 +82,33 @@ impl<const D: usize> Target<'_, D> {
 
     /// grad ln n* by forward differences over `step` (backward at the domain's edge); `here` is n* at `x`.
     pub fn log_slope(&self, x: &[f64; D], here: f64, step: f64) -> [f64; D] {
-        let value = |k: usize, h: f64| {
-            let mut y = *x;
-            y[k] += h;
+        let rise = |way: &[f64; D], h: f64| {
+            let mut y: [f64; D] = std::array::from_fn(|k| x[k] + h * way[k]);
             self.domain.wrap(&mut y);
             self.domain.contains(&y).then(|| (self.number_density(&y) - here) / (h * here))
         };
-        std::array::from_fn(
-            |k| {
-                if here > 0.0 { value(k, step).or_else(|| value(k, -step)).unwrap_or(0.0) } else { 0.0 }
-            },
-        )
+        let along = |way: &[f64; D]| {
+            if here > 0.0 { rise(way, step).or_else(|| rise(way, -step)).unwrap_or(0.0) } else { 0.0 }
+        };
+        let Some(center) = self.center().filter(|_| D > 1) else {
+            return std::array::from_fn(|k| along(&std::array::from_fn(|c| f64::from(u8::from(c == k)))));
+        };
+        let radius = distance(x, &center);
+        // At the center itself there is no direction in which a smooth field would change.
+        if !(radius > step) {
+            return [0.0; D];
+        }
+        let outward: [f64; D] = std::array::from_fn(|k| (x[k] - center[k]) / radius);
+        let slope = along(&outward);
+        outward.map(|e| slope * e)
+    }
+
+    /// The center of a radial n*, see [`ScalarField::center`].
+    fn center(&self) -> Option<[f64; D]> {
+        match &self.resolution {
+            Resolution::EqualMass => self.density.center(),
+            Resolution::NumberDensity(field) => field.center(),
+        }
     }
 
     /// grad ln n* by central differences over `step` to either side, one-sided at the domain's edge.

@@ -48,7 +48,7 @@ impl<const D: usize> AnalyticField<D> {
             return Err(Error::field(
                 name,
                 format!(
-                    "is {v} at {}; it must not be {problem} within the domain: bound it, for instance by max({name}, 0) \
+                    "is {v} at {}, which is {problem}; a density must be finite and not negative within the domain: bound it, for instance by max({name}, 0) \
                      or if(condition, {name}, 0)",
                     point_text(&x)
                 ),
@@ -67,6 +67,10 @@ impl<const D: usize> ScalarField<D> for AnalyticField<D> {
     fn value(&self, x: &[f64; D]) -> f64 {
         let v = self.expression.evaluate(x, &self.center);
         if v > 0.0 && v.is_finite() { v } else { 0.0 }
+    }
+
+    fn center(&self) -> Option<[f64; D]> {
+        self.expression.is_radial().then_some(self.center)
     }
 }
 

@@ -152,6 +152,11 @@ impl Expression {
         Ok(Self { text: text.to_owned(), flat, slots })
     }
 
+    /// Whether it has no variable but r.
+    pub fn is_radial(&self) -> bool {
+        self.slots.iter().all(|&slot| VARIABLES[slot] == "r")
+    }
+
     pub fn text(&self) -> &str {
         &self.text
     }

@@ -15,6 +15,10 @@ impl<const D: usize> ScalarField<D> for RadialDensity<D> {
         self.profile.density(distance(x, &self.center))
     }
 
+    fn center(&self) -> Option<[f64; D]> {
+        Some(self.center)
+    }
+
     fn integral(&self, domain: &Domain<D>) -> Option<MassEstimate> {
         let total = self.profile.total_mass();
         let outer = self.profile.outer_radius();

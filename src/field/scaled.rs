@@ -42,6 +42,10 @@ impl<const D: usize> ScalarField<D> for ScaledField<D> {
         self.density * self.inner.value(&x.map(|v| v / self.length))
     }
 
+    fn center(&self) -> Option<[f64; D]> {
+        self.inner.center().map(|c| c.map(|v| v * self.length))
+    }
+
     fn integral(&self, domain: &Domain<D>) -> Option<MassEstimate> {
         let m = self.inner.integral(&scale_domain(domain, 1.0 / self.length))?;
         let factor = self.density * self.length.powi(D as i32);

@@ -85,6 +85,8 @@ pub(super) struct Arrangement<'a, const D: usize, R> {
     tree: Tree<D>,
     ghosts: Option<GhostLayer<D>>,
     moves: usize,
+    /// The target at the particles, where the last move has told it.
+    wanted: Option<Vec<f64>>,
     precision: PhantomData<R>,
 }
 
@@ -121,6 +123,7 @@ impl<'a, const D: usize, R: Real> Arrangement<'a, D, R> {
             tree,
             ghosts: None,
             moves: 0,
+            wanted: None,
             precision: PhantomData,
         };
         (arrangement, order)
@@ -137,7 +140,7 @@ impl<'a, const D: usize, R: Real> Arrangement<'a, D, R> {
     ) -> Self {
         let tree = Tree::of_sorted(&positions);
         let precision = PhantomData;
-        Self { kernel, target, domain, kernel_neighbors, positions, tree, ghosts: None, moves, precision }
+        Self { kernel, target, domain, kernel_neighbors, positions, tree, ghosts: None, moves, wanted: None, precision }
     }
 
     /// Moves since the last sorting.
@@ -169,6 +172,7 @@ impl<'a, const D: usize, R: Real> Arrangement<'a, D, R> {
         let order = self.tree.order().to_vec();
         self.tree.forget_order();
         self.moves = 0;
+        self.wanted = None;
         order
     }
 
@@ -176,6 +180,12 @@ impl<'a, const D: usize, R: Real> Arrangement<'a, D, R> {
     pub fn moved(&mut self) {
         self.tree.refit(&self.positions);
         self.moves += 1;
+        self.wanted = None;
+    }
+
+    /// n* at the particles.
+    pub fn wanted(&mut self) -> Vec<f64> {
+        self.wanted.take().unwrap_or_else(|| self.target.number_densities(&self.positions))
     }
 
     /// Moves all particles from `from` by `t` times `direction` (in units of `unit`), each by at most
@@ -190,7 +200,7 @@ impl<'a, const D: usize, R: Real> Arrangement<'a, D, R> {
         max_step: f64,
     ) -> Vec<[f64; D]> {
         let (target, domain) = (self.target, self.domain);
-        let moved: Vec<([f64; D], [f64; D])> = direction
+        let moved: Vec<([f64; D], [f64; D], f64)> = direction
             .par_iter()
             .enumerate()
             .map(|(i, d)| {
@@ -199,16 +209,19 @@ impl<'a, const D: usize, R: Real> Arrangement<'a, D, R> {
                 let limited = t * if length > max_step { max_step / length } else { 1.0 };
                 let mut x: [f64; D] = std::array::from_fn(|k| x0[k] + limited * unit[i] * d[k]);
                 domain.confine(&x0, &mut x);
-                if !target.admits(&x) {
+                let mut wanted = if target.domain.contains(&x) { target.number_density(&x) } else { 0.0 };
+                if !(wanted > 0.0) {
                     x = x0;
+                    wanted = target.number_density(&x);
                 }
-                (x, domain.displacement(&x0, &x).map(|v| v / unit[i]))
+                (x, domain.displacement(&x0, &x).map(|v| v / unit[i]), wanted)
             })
             .collect();
         for k in 0..D {
             self.positions[k].par_iter_mut().zip(&moved).for_each(|(x, m)| *x = m.0[k]);
         }
         self.moved();
+        self.wanted = Some(moved.par_iter().map(|m| m.2).collect());
         moved.into_par_iter().map(|m| m.1).collect()
     }
 

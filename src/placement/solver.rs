@@ -391,7 +391,7 @@ impl<'a, const D: usize, R: Real> Solver<'a, D, R> {
 
     pub fn evaluate(&mut self, frame: &Frame) -> Evaluation<D> {
         self.evaluations += 1;
-        let wanted = self.arrangement.target.number_densities(&self.arrangement.positions);
+        let wanted = self.arrangement.wanted();
         let support = self.supports(&wanted, frame.kappa);
         self.arrangement.mirror(&support);
         let sums = self.arrangement.densities(&support);
