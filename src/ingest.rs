@@ -6,7 +6,7 @@ use crate::field::{
     AnalyticField, FieldOptions, Interpolation, MassEstimate, Missing, Period, ScalarField, Source, from_raw,
     natural_dimension,
 };
-use crate::scene::{BoundaryName, DomainInput, InterpolationName, MissingValues, Scene};
+use crate::scene::{BoundaryName, DomainInput, InterpolationName, MissingValues, ResolutionInput, Scene};
 use crate::snapshot::Snapshot;
 use sph_formats::{FieldRequest, FileContent, FormatSpec, Geometry, RawField, Unit, UnitDimension};
 use std::path::Path;
@@ -304,7 +304,12 @@ pub fn resolution<const D: usize>(
     formats: &[FormatSpec],
     domain: &Domain<D>,
 ) -> Result<Option<Box<dyn ScalarField<D>>>> {
-    let Some(wanted) = &scene.resolution else { return Ok(None) };
+    let even = ResolutionInput { number_density: Some("1".into()), ..ResolutionInput::default() };
+    let wanted = match &scene.resolution {
+        Some(wanted) => wanted,
+        None if scene.has_own_resolution() => &even,
+        None => return Ok(None),
+    };
     let (field, is_spacing): (Box<dyn ScalarField<D>>, bool) = match (wanted.expression(), wanted.variable()) {
         (Some(text), _) => {
             let field = AnalyticField::<D>::new("resolution", text, center(domain))?;

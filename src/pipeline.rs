@@ -81,7 +81,7 @@ fn refuse_what_the_format_cannot_hold(scene: &Scene, format: &FormatSpec, dimens
         let problem = format!("'{}' holds particles in {known} dimensions, but these are in {dimension}", format.name);
         return Err(Error::scene("output.format", problem));
     }
-    if can.equal_masses && (scene.resolution.is_some() || scene.trim_masses.is_some()) {
+    if can.equal_masses && (scene.has_own_resolution() || scene.trim_masses.is_some()) {
         let problem = format!(
             "'{}' holds one mass for all particles of a type; leave out resolution and trim_masses, or choose another",
             format.name

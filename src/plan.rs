@@ -66,7 +66,7 @@ impl Plan {
         if matches!(domain.region, Region::Box) {
             plan.drop("ghost particles", "no surface is curved; flat walls mirror without them");
         }
-        if scene.resolution.is_none() {
+        if !scene.has_own_resolution() {
             plan.drop("variable masses", "the resolution follows the density, so all masses are equal");
         }
         if !has_profile {
@@ -79,8 +79,12 @@ impl Plan {
 
     fn choose_polish(&mut self, scene: &Scene, count: usize, d: usize) {
         let neighbors = scene.neighbors.unwrap_or_else(|| default_kernel_neighbors(d));
-        let automatic = if count > MAX_AUTOMATIC { Polish::None } else { Polish::Solver };
+        let lattice = scene.seeding == Some(Seeding::VariableMasses);
+        let automatic = if lattice || count > MAX_AUTOMATIC { Polish::None } else { Polish::Solver };
         match scene.polish.unwrap_or(automatic) {
+            Polish::None if scene.polish.is_none() && lattice => {
+                self.drop("density solver", "the lattice is even already; ask for it with polish: solver");
+            }
             Polish::None if scene.polish.is_none() => self.drop(
                 "density solver",
                 format!("over {MAX_AUTOMATIC} particles it takes three times the memory of WVT; ask for it with polish: solver"),
@@ -137,6 +141,7 @@ impl Plan {
         let shells = self.seeding == Seeding::EqualAreaShells && self.polish == Polish::Solver && D == 3;
         let neighbors = scene.neighbors.unwrap_or_else(|| default_kernel_neighbors(D));
         self.wvt_iterations = scene.wvt.iterations.unwrap_or(match (self.polish, self.seeding) {
+            (Polish::None, Seeding::VariableMasses) => 0,
             (Polish::None, _) => WvtOptions::new(3).iterations,
             (Polish::Afc, _) => 0,
             _ if shells => 0,
@@ -147,6 +152,7 @@ impl Plan {
         if self.wvt_iterations == 0 {
             let why = match self.polish {
                 Polish::Afc => "AFC starts from the seed",
+                Polish::None if scene.wvt.iterations.is_none() => "the lattice is even already",
                 _ if scene.wvt.iterations.is_none() => "the shells of the seed are nearer to the density than WVT gets",
                 _ => "wvt.iterations is 0",
             };

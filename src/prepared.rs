@@ -33,7 +33,7 @@ impl<const D: usize> Prepared<D> {
     /// A field that is no density, or one without a positive finite mass.
     pub fn new(scene: &Scene, formats: &[FormatSpec], raw: RawInput, count: usize) -> Result<Self> {
         let mut source = ingest::source::<D>(scene, raw)?;
-        let keep = scene.input.atmosphere == Atmosphere::Keep || scene.resolution.is_some();
+        let keep = scene.input.atmosphere == Atmosphere::Keep || scene.has_own_resolution();
         let atmosphere = atmosphere::cut(&mut source, count, keep);
         let largest_spacing = atmosphere.as_ref().map_or(f64::INFINITY, |a| a.largest_spacing);
         let mut notes = Vec::from_iter(atmosphere.and_then(|a| a.note));

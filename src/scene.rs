@@ -327,6 +327,11 @@ impl Scene {
         serde_saphyr::to_string(self).unwrap_or_else(|e| format!("# the scene cannot be printed: {e}\n"))
     }
 
+    /// Whether the particles' number density follows something else than the density, so that masses vary.
+    pub fn has_own_resolution(&self) -> bool {
+        self.resolution.is_some() || self.seeding == Some(Seeding::VariableMasses)
+    }
+
     /// The input as reports name it.
     pub fn input_name(&self) -> String {
         match (&self.input.file, &self.input.expression) {

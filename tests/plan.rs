@@ -39,6 +39,8 @@ fn only_planned_stages_run() {
         ("particles: 400\npolish: none\nwvt: {iterations: 0}", vec![]),
         ("particles: 400\nwvt: {iterations: 0}", vec!["solver"]),
         ("particles: 400\npolish: alaric\nalaric: {steps: 3}", vec!["ALARIC", "WVT"]),
+        ("particles: 400\nseeding: variable-masses", vec![]),
+        ("particles: 400\nseeding: variable-masses\npolish: solver", vec!["WVT", "solver"]),
         ("particles: 2", vec![]),
     ] {
         let (report, calls) = run(&format!("{BOX}{rest}\n"));

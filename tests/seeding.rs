@@ -116,13 +116,32 @@ fn refuses<const D: usize>(method: &Method, domain: &Domain<D>) -> bool {
 #[test]
 fn every_method_places_exactly_n_particles_inside() {
     for method in METHODS {
-        let counts: &[usize] =
-            if method.name == "glass" { &[1, 2, 7, 100, 1000] } else { &[1, 2, 7, 100, 1000, 4096, 5000] };
+        let counts: &[usize] = match method.seeding {
+            Seeding::Glass => &[1, 2, 7, 100, 1000],
+            Seeding::GravitationalGlass => &[1, 2, 100],
+            _ => &[1, 2, 7, 100, 1000, 4096, 5000],
+        };
         uniform_targets::<1>(method, counts);
         uniform_targets::<2>(method, counts);
         uniform_targets::<3>(method, counts);
     }
 }
+
+/// Relaxed when seeded: slow in tests.
+fn is_glass(method: &Method) -> bool {
+    matches!(method.seeding, Seeding::Glass | Seeding::GravitationalGlass)
+}
+
+struct Even;
+
+impl<const D: usize> ScalarField<D> for Even {
+    fn value(&self, _: &[f64; D]) -> f64 {
+        1.0
+    }
+}
+
+/// The same resolution everywhere.
+const EVEN: Even = Even;
 
 fn error<const D: usize>(target: &Target<'_, D>, x: &Positions<D>, neighbors: f64) -> DensityError {
     let masses = target.masses(x);
@@ -184,21 +203,84 @@ fn an_exponential_in_one_dimension_is_stretched_to_its_closed_form() {
     }
 }
 
+/// ALARIC fig. 1: epsilon over all particles, 1e-5 at N = 2000. Mirrored ends have a kink of the density, whose error
+/// is of first order in the spacing over a support radius: N^-3. Inside the kernel's bias is of second order, which
+/// would give N^-4, were it not for what comes to be inside as the spacing at the thin end falls.
 #[test]
 fn the_error_of_a_stretched_exponential_falls_with_the_third_power_of_n() {
-    let domain = unit_box::<1>(Axis::OPEN);
-    let total = (1.0 - (-5.0_f64).exp()) / 5.0;
-    let density = Density(move |x: &[f64; 1]| (-5.0 * x[0]).exp() / total);
-    let epsilon = |n: usize| {
+    let epsilon = |axis: Axis, n: usize| {
+        let domain = unit_box::<1>(axis);
+        let total = (1.0 - (-5.0_f64).exp()) / 5.0;
+        let density = Density(move |x: &[f64; 1]| (-5.0 * x[0]).exp() / total);
         let target = target(&domain, &density, n);
         let x = seed(&target, Seeding::Cubic, 0).unwrap().positions;
-        let e = error(&target, &x, 10.0);
-        e.interior_refitted.unwrap().epsilon
+        error(&target, &x, 10.0)
     };
-    let (few, many) = (epsilon(100), epsilon(400));
-    let order = (few / many).ln() / 4.0_f64.ln();
-    // Away from the ends the kernel's second-order bias, squared, gives N^-4; ends and edges lower it to N^-3.
-    assert!(order > 2.8, "{few:e} -> {many:e}: N^-{order}");
+    let order = |few: f64, many: f64| (few / many).ln() / 4.0_f64.ln();
+    let mirrored = |n| epsilon(Axis::REFLECTING, n).all_refitted.epsilon;
+    let found = [125, 500, 2000].map(mirrored);
+    for pair in found.windows(2) {
+        let slope = order(pair[0], pair[1]);
+        assert!((2.7..3.5).contains(&slope), "{found:?}: N^-{slope}");
+    }
+    assert!(found[2] < 1e-5, "{found:?}");
+    let inside = |n| epsilon(Axis::OPEN, n).interior_refitted.unwrap().epsilon;
+    let (few, many) = (inside(125), inside(500));
+    println!("mirrored {found:?}, inside {few:e} {many:e}");
+    assert!(order(few, many) > 2.8, "{few:e} -> {many:e}: N^-{}", order(few, many));
+}
+
+/// Along one axis glasses are stretched as lattices are: the marginal mass is right, the other axis stays even.
+#[test]
+fn glasses_are_stretched_along_one_axis() {
+    let domain = unit_box::<2>(Axis::REFLECTING);
+    let total = (1.0 - (-5.0_f64).exp()) / 5.0;
+    let density = Density(move |x: &[f64; 2]| (-5.0 * x[0]).exp() / total);
+    for glass in [Seeding::Glass, Seeding::GravitationalGlass] {
+        let n = 1000;
+        let x = seed(&target(&domain, &density, n), glass, 2).unwrap().positions;
+        for i in 1..8 {
+            let edge = f64::from(i) / 8.0;
+            let mass = (1.0 - (-5.0 * edge).exp()) / (5.0 * total);
+            let left = x[0].iter().filter(|&&v| v < edge).count() as f64 / n as f64;
+            let low = x[1].iter().filter(|&&v| v < edge).count() as f64 / n as f64;
+            // Half a layer of 32, and a little for its waves.
+            assert!((left - mass).abs() < 0.02 && (low - edge).abs() < 0.02, "{glass:?} {edge}: {left} {mass} {low}");
+        }
+    }
+}
+
+/// Spacing uniform, masses rho* V: the summed mass density follows the target to the kernel's own bias.
+#[test]
+fn a_lattice_of_variable_masses_has_one_spacing_and_the_density_in_its_masses() {
+    let domain = unit_box::<3>(Axis::Periodic);
+    let tau = std::f64::consts::TAU;
+    let density = Density(move |x: &[f64; 3]| 1.0 + 0.5 * (tau * (x[0] + x[1])).sin());
+    let mut target = target(&domain, &density, 13_824);
+    target.resolution = Resolution::NumberDensity(&EVEN);
+    let x = seed(&target, Seeding::VariableMasses, 0).unwrap().positions;
+    assert!((closest(&domain, &x) * 24.0 - 1.0).abs() < 1e-9);
+    let masses = target.masses(&x);
+    for i in (0..13_824).step_by(97) {
+        let p = at(&x, i);
+        assert!((masses[i] * 13_824.0 - density.value(&p)).abs() < 1e-9, "{p:?}");
+    }
+    let figures = error(&target, &x, 64.0).all_refitted;
+    // sigma^2 k^2 / 2 with the kernel's variance H^2/(4 * 2.208^2), H = 2.48/24, and k^2 = 2 tau^2: 2.2 % of the wave.
+    assert!(figures.max < 0.025, "{figures:?}");
+}
+
+#[test]
+fn variable_masses_are_refused_where_there_is_no_mass_or_another_resolution() {
+    let domain = unit_box::<2>(Axis::Periodic);
+    let hole = Density(|x: &[f64; 2]| if x[0] < 0.5 { 2.0 } else { 0.0 });
+    let mut with_hole = target(&domain, &hole, 400);
+    with_hole.resolution = Resolution::NumberDensity(&EVEN);
+    let error = seed(&with_hole, Seeding::VariableMasses, 0).unwrap_err().to_string();
+    assert!(error.contains("200 of them where the target is zero"), "{error}");
+    let slope = Density(|x: &[f64; 2]| 0.5 + x[0]);
+    let error = seed(&target(&domain, &slope, 400), Seeding::VariableMasses, 0).unwrap_err().to_string();
+    assert!(error.contains("resolution varies") && error.contains("mass-bisection"), "{error}");
 }
 
 #[test]
@@ -225,8 +307,9 @@ fn radial_targets_enclose_the_right_mass_at_every_radius() {
         let r = x.iter().map(|v| v * v).sum::<f64>().sqrt();
         2.0 / (std::f64::consts::PI * r.max(1e-12))
     });
-    for method in METHODS.iter().filter(|m| m.name != "random") {
-        let n = if method.name == "glass" { 2000 } else { 20_000 };
+    let stretched = |m: &Method| m.name != "random" && m.targets != Targets::Massive;
+    for method in METHODS.iter().filter(|m| stretched(m)) {
+        let n = if is_glass(method) { 2000 } else { 20_000 };
         let x = seed(&target(&domain, &density, n), method.seeding, 1).unwrap().positions;
         for i in 1..10 {
             let r = 0.05 * f64::from(i);
@@ -256,7 +339,11 @@ fn seeds_have_the_same_bits_for_any_number_of_threads() {
     for method in METHODS {
         let place = |threads| {
             let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
-            let target = target(&domain, &density, if method.name == "glass" { 500 } else { 3000 });
+            let mut target = target(&domain, &density, if is_glass(method) { 500 } else { 3000 });
+            if method.targets == Targets::Massive {
+                target.resolution = Resolution::NumberDensity(&EVEN);
+                target.resolution_integral = domain.volume();
+            }
             pool.install(|| seed(&target, method.seeding, 9).unwrap())
         };
         assert!(place(1) == place(3), "{}", method.name);
@@ -307,16 +394,18 @@ fn a_glass_is_even_and_quiet_yet_no_lattice() {
     let domain = unit_box::<3>(Axis::Periodic);
     let density = Density(|_: &[f64; 3]| 1.0);
     let target = target(&domain, &density, 1000);
-    let x = seed(&target, Seeding::Glass, 4).unwrap().positions;
-    let masses = target.masses(&x);
-    let measured = Measured::new(KernelName::WendlandC4, &domain, &x, &masses, &vec![0.25; 1000], 64.0);
-    let noise = NoiseFigures::new(KernelName::WendlandC4, &measured, &domain, &masses, 64.0).all;
-    // Diehl et al. 2015, sec. 5: 3.1 +- 1.3 % of a random set's noise for a gravitational glass.
-    assert!(noise < 0.06, "{noise}");
-    assert!(noise > 1e-3, "{noise}: a lattice");
-    assert!(closest(&domain, &x) > 0.6 * 0.1, "{}", closest(&domain, &x));
-    let error = error(&target, &x, 64.0).all_refitted;
-    assert!(error.mean < 0.01, "{error:?}");
+    for glass in [Seeding::Glass, Seeding::GravitationalGlass] {
+        let x = seed(&target, glass, 4).unwrap().positions;
+        let masses = target.masses(&x);
+        let measured = Measured::new(KernelName::WendlandC4, &domain, &x, &masses, &vec![0.25; 1000], 64.0);
+        let noise = NoiseFigures::new(KernelName::WendlandC4, &measured, &domain, &masses, 64.0).all;
+        // Diehl et al. 2015, sec. 6.3: 3.1 +- 1.3 % of a random set's noise for a gravitational glass.
+        assert!(noise < 0.06, "{glass:?}: {noise}");
+        assert!(noise > 1e-3, "{glass:?}: {noise}: a lattice");
+        assert!(closest(&domain, &x) > 0.6 * 0.1, "{glass:?}: {}", closest(&domain, &x));
+        let error = error(&target, &x, 64.0).all_refitted;
+        assert!(error.mean < 0.01, "{glass:?}: {error:?}");
+    }
 }
 
 /// |x| + |y| + |z| <= 1/2.
@@ -344,7 +433,7 @@ fn irregular_regions_are_filled_where_uniform_and_refused_where_not() {
     let domain = Domain::new([-0.5; 3], [0.5; 3], [Axis::OPEN; 3], region).unwrap();
     let uniform = Density(|_: &[f64; 3]| 6.0);
     let slope = Density(|x: &[f64; 3]| 6.0 + 3.0 * x[0]);
-    for method in METHODS.iter().filter(|m| m.targets == Targets::Symmetric && m.name != "glass") {
+    for method in METHODS.iter().filter(|m| m.targets == Targets::Symmetric && !is_glass(m)) {
         for n in [1, 2, 7, 500, 3000] {
             let target = target(&domain, &uniform, n);
             let x = seed(&target, method.seeding, 0).unwrap().positions;

@@ -172,7 +172,13 @@ fn in_dimension<const D: usize>(
         let fresh: Vec<String> = prepared.notes.iter().filter(|n| !out.notes.contains(n)).cloned().collect();
         out.notes.extend(fresh);
         for method in request.methods {
-            match run_method(method, scene, &prepared, out.kernel_neighbors, control) {
+            let own = method.apply(scene);
+            let other = if own.has_own_resolution() == scene.has_own_resolution() {
+                None
+            } else {
+                Some(Prepared::<D>::new(&own, formats, ingest::read(&own, formats)?, count)?)
+            };
+            match run_method(method, scene, other.as_ref().unwrap_or(&prepared), out.kernel_neighbors, control) {
                 Ok(run) => out.runs.push(run),
                 Err(error @ (Error::Scene { .. } | Error::Numeric { .. } | Error::Field { .. })) => {
                     out.left_out.push(Omitted { method: method.name(), particles: count, why: error.to_string() });

@@ -315,6 +315,16 @@ impl<'a, const D: usize, R: Real> Fluid<'a, D, R> {
         reduce::max(self.velocities.len(), |i| self.velocities[i].iter().map(|c| c * c).sum()).max(0.0).sqrt()
     }
 
+    /// Kinetic and internal energy per unit of particle mass, see [`super::conservation`].
+    pub fn energy(&self) -> f64 {
+        let factor = self.used.factor;
+        let internal = |i: usize| {
+            let n = self.sums[i].number_density;
+            n.ln() + self.wanted[i] / (factor * n)
+        };
+        self.kinetic_energy() + reduce::sum(self.sums.len(), internal)
+    }
+
     /// Per unit of particle mass.
     pub fn kinetic_energy(&self) -> f64 {
         reduce::sum(self.velocities.len(), |i| 0.5 * self.velocities[i].iter().map(|c| c * c).sum::<f64>())

@@ -6,6 +6,7 @@ mod afc_tests;
 mod alaric;
 mod arrangement;
 mod balance;
+mod conservation;
 mod fit;
 mod fluid;
 #[cfg(test)]
@@ -28,6 +29,7 @@ pub use alaric::{
     alaric_kept,
 };
 pub use balance::{BalanceOptions, Balanced, balance_pressure};
+pub use conservation::{Drift, conservation};
 pub use ghosts::Ghosts;
 pub use pairs::{COINCIDENT, PAIRED, part_pairs};
 pub use snapshot::{Keep, Start, forget};

@@ -69,7 +69,7 @@ impl BalanceInput {
         let against = [
             (
                 "resolution",
-                scene.resolution.is_some(),
+                scene.has_own_resolution(),
                 "masses vary then, and codes differ in how their correction terms see them",
             ),
             ("trim_masses", scene.trim_masses.is_some(), "trimmed masses would undo the balance"),

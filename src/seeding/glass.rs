@@ -1,13 +1,15 @@
-//! Glass: an irregular set of even spacing, without preferred directions.
+//! Glasses: irregular sets of even spacing, without preferred directions, in two kinds that differ in what moves
+//! the points of a uniform periodic box.
 //!
-//! A gravitational glass (White 1994; Baugh et al. 1995) relaxes random points under repulsive gravity. This one is
-//! its equivalent, not the same: bisected and jittered points of a uniform periodic box are relaxed by the
-//! short-range repulsion of the weighted Voronoi tessellation ([`crate::placement`]), which evens out the summed
-//! density over a kernel's reach rather than over all scales; on scales beyond, the bisection is even from the start.
+//! `glass` relaxes bisected and jittered points by the short-range repulsion of the weighted Voronoi tessellation
+//! ([`crate::placement`]), which evens out the summed density over a kernel's reach; on scales beyond, the bisection
+//! is even from the start. `gravitational-glass` lets random points repel each other by the long-range force of
+//! gravity ([`super::gravity`]).
 //!
 //! In a box the glass is made for exactly N points, or, above a limit, for a tile that repeats along the axes;
 //! points in excess are left out, evenly spread. Other regions are cut out of repeated tiles.
 
+use super::gravity::repel;
 use super::lattice::{Fit, UnitCell};
 use super::symmetry::{Symmetry, fills_box};
 use super::{Seeded, Seeding, stretch, to_positions};
@@ -16,11 +18,28 @@ use crate::error::Result;
 use crate::field::ScalarField;
 use crate::kernel::KernelName;
 use crate::placement::{Control, WvtOptions, relax};
-use crate::target::{Resolution, Target, at};
+use crate::target::{Positions, Resolution, Target, at};
 use std::sync::atomic::AtomicBool;
 
-/// Points of a tile, at most: relaxation takes seconds.
-const MOST_IN_TILE: usize = 8192;
+/// What the points of a tile repel each other by.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Repulsion {
+    /// Within the reach of a kernel.
+    Short,
+    /// Gravity, reversed.
+    Gravity,
+}
+
+impl Repulsion {
+    /// Points of a tile, at most: relaxation takes a second or two.
+    fn most_in_tile(self) -> usize {
+        match self {
+            Self::Short => 8192,
+            Self::Gravity => 2048,
+        }
+    }
+}
+
 /// Points of the tile that regions are cut from, at least: a smaller one would show its repetition.
 const LEAST_IN_TILE: usize = 512;
 /// Fewer points than this have no neighbors to relax against.
@@ -36,20 +55,25 @@ impl<const D: usize> ScalarField<D> for One {
     }
 }
 
-pub(super) fn place<const D: usize>(target: &Target<'_, D>, symmetry: &Symmetry<D>, seed: u64) -> Result<Seeded<D>> {
+pub(super) fn place<const D: usize>(
+    target: &Target<'_, D>,
+    symmetry: &Symmetry<D>,
+    repulsion: Repulsion,
+    seed: u64,
+) -> Result<Seeded<D>> {
     if !fills_box(target.domain) {
-        let count = target.count.clamp(LEAST_IN_TILE, MOST_IN_TILE);
+        let count = target.count.clamp(LEAST_IN_TILE, repulsion.most_in_tile());
         let edge = (count as f64).powf(1.0 / D as f64);
-        let tile = UnitCell { edges: [edge; D], sites: relaxed_sites(&[1.0; D], count, seed)? };
+        let tile = UnitCell { edges: [edge; D], sites: relaxed_sites(&[1.0; D], count, repulsion, seed)? };
         return stretch::place(target, symmetry, &tile);
     }
     let extent = target.domain.extent();
-    let cells = tiles(&extent, target.count);
+    let cells = tiles(&extent, target.count, repulsion.most_in_tile());
     let number: usize = cells.iter().product();
     let per_tile = target.count.div_ceil(number);
     let shape = std::array::from_fn(|k| extent[k] / cells[k] as f64);
     let edge = (per_tile as f64 / shape.iter().product::<f64>()).powf(1.0 / D as f64);
-    let tile = UnitCell { edges: shape.map(|s| s * edge), sites: relaxed_sites(&shape, per_tile, seed)? };
+    let tile = UnitCell { edges: shape.map(|s| s * edge), sites: relaxed_sites(&shape, per_tile, repulsion, seed)? };
     let fit = Fit { cells, distortion: 1.0 };
     let points = tile.fill(&target.domain.lo, &extent, &fit, target.count);
     let mut notes = Vec::new();
@@ -63,9 +87,9 @@ pub(super) fn place<const D: usize>(target: &Target<'_, D>, symmetry: &Symmetry<
 }
 
 /// Repetitions along each axis: the longest edge of the tile is halved until the tile is small enough.
-fn tiles<const D: usize>(extent: &[f64; D], count: usize) -> [usize; D] {
+fn tiles<const D: usize>(extent: &[f64; D], count: usize, most: usize) -> [usize; D] {
     let mut cells = [1; D];
-    while count.div_ceil(cells.iter().product()) > MOST_IN_TILE {
+    while count.div_ceil(cells.iter().product()) > most {
         let edge = |k: usize| extent[k] / cells[k] as f64;
         let longest = (0..D).fold(0, |best, k| if edge(k) > edge(best) { k } else { best });
         cells[longest] += 1;
@@ -74,7 +98,12 @@ fn tiles<const D: usize>(extent: &[f64; D], count: usize) -> [usize; D] {
 }
 
 /// Relaxed points of a periodic box of this shape, as fractions of its edges.
-fn relaxed_sites<const D: usize>(shape: &[f64; D], count: usize, seed: u64) -> Result<Vec<[f64; D]>> {
+fn relaxed_sites<const D: usize>(
+    shape: &[f64; D],
+    count: usize,
+    repulsion: Repulsion,
+    seed: u64,
+) -> Result<Vec<[f64; D]>> {
     let domain = Domain::new([0.0; D], *shape, [Axis::Periodic; D], Region::Box)?;
     let density = One(1.0 / domain.volume());
     let target = Target {
@@ -86,15 +115,32 @@ fn relaxed_sites<const D: usize>(shape: &[f64; D], count: usize, seed: u64) -> R
         resolution_integral: 1.0,
         largest_spacing: f64::INFINITY,
     };
-    let mut positions = super::seed(&target, Seeding::MassBisection, seed)?.positions;
-    if count >= LEAST_RELAXED {
-        let never = AtomicBool::new(false);
-        let control = Control { deadline: None, interrupted: &never, observer: &|_, _, _, _| {} };
-        let options = WvtOptions { iterations: ITERATIONS, ..WvtOptions::new(D) };
-        positions = relax(KernelName::WendlandC4, &target, positions, &options, &control).0;
-    }
+    let positions = match repulsion {
+        Repulsion::Short => short_range(&target, seed)?,
+        Repulsion::Gravity => gravitational(&target, seed)?,
+    };
     let fraction = |x: f64, edge: f64| (x / edge).clamp(0.0, 1.0 - f64::EPSILON);
     Ok((0..count).map(|i| at(&positions, i)).map(|x| std::array::from_fn(|k| fraction(x[k], shape[k]))).collect())
+}
+
+fn short_range<const D: usize>(target: &Target<'_, D>, seed: u64) -> Result<Positions<D>> {
+    let positions = super::seed(target, Seeding::MassBisection, seed)?.positions;
+    if target.count < LEAST_RELAXED {
+        return Ok(positions);
+    }
+    let never = AtomicBool::new(false);
+    let control = Control { deadline: None, interrupted: &never, observer: &|_, _, _, _| {} };
+    let options = WvtOptions { iterations: ITERATIONS, ..WvtOptions::new(D) };
+    Ok(relax(KernelName::WendlandC4, target, positions, &options, &control).0)
+}
+
+fn gravitational<const D: usize>(target: &Target<'_, D>, seed: u64) -> Result<Positions<D>> {
+    let start = super::seed(target, Seeding::Random, seed)?.positions;
+    let spacing = (target.domain.volume() / target.count as f64).powf(1.0 / D as f64);
+    let edges = target.domain.extent().map(|e| e / spacing);
+    let mut points: Vec<[f64; D]> = (0..target.count).map(|i| at(&start, i).map(|v| v / spacing)).collect();
+    repel(&edges, &mut points);
+    Ok(to_positions(&points).map(|axis| axis.into_iter().map(|v| v * spacing).collect()))
 }
 
 #[cfg(test)]
@@ -103,9 +149,8 @@ mod tests {
 
     #[test]
     fn large_glasses_are_tiled_along_their_longest_edges() {
-        assert_eq!(tiles(&[1.0, 1.0, 1.0], MOST_IN_TILE), [1, 1, 1]);
-        let cells = tiles(&[4.0, 1.0, 1.0], 4 * MOST_IN_TILE);
-        assert_eq!(cells, [4, 1, 1]);
-        assert!(1_000_000_usize.div_ceil(tiles(&[1.0; 3], 1_000_000).iter().product()) <= MOST_IN_TILE);
+        assert_eq!(tiles(&[1.0, 1.0, 1.0], 800, 800), [1, 1, 1]);
+        assert_eq!(tiles(&[4.0, 1.0, 1.0], 3200, 800), [4, 1, 1]);
+        assert!(1_000_000_usize.div_ceil(tiles(&[1.0; 3], 1_000_000, 800).iter().product()) <= 800);
     }
 }

@@ -13,14 +13,19 @@ pub enum Targets {
     Symmetric,
     /// Functions of the radius in a ball or shell (uniform ones too). Others are refused.
     Radial,
+    /// Any density that vanishes nowhere; the resolution must be uniform.
+    Massive,
 }
 
 impl Targets {
     pub fn text(self) -> &'static str {
         match self {
             Self::Any => "any",
-            Self::Symmetric => "uniform; separable in a box, radial in a ball (stretched)",
+            Self::Symmetric => {
+                "uniform; separable (also along one axis) in a box, radial in a ball, cylindrical in 2-D (stretched)"
+            }
             Self::Radial => "radial in a ball",
+            Self::Massive => "any without holes (masses vary)",
         }
     }
 }
@@ -109,7 +114,7 @@ pub const METHODS: &[Method] = &[
         dimensions: &[3],
         targets: Targets::Symmetric,
         summary: "centroids of an aperiodic tiling by prisms, without preferred directions",
-        limits: "noisier than lattices (57 % of random measured here, 30 % in the WVT paper); a periodic box has a seam",
+        limits: "noisy: 33 % of random points with the cubic spline (30 % in the WVT paper), 57 % with Wendland C4; seams in a periodic box",
         reference: "Conway & Radin 1998, Invent. Math. 132, 179; Hansen et al. 2007, ApJ 656, 631",
     },
     Method {
@@ -138,9 +143,29 @@ pub const METHODS: &[Method] = &[
         stage: "seed: glass",
         dimensions: &[2, 3],
         targets: Targets::Symmetric,
-        summary: "uniform periodic box relaxed by short-range repulsion, tiled above 8192 points",
-        limits: "made by WVT, not by repulsive gravity; stretching shows as wavy shells",
+        summary: "uniform periodic box relaxed by the short-range repulsion of WVT, tiled above 8192 points",
+        limits: "stretching shows as wavy shells",
         reference: "after White 1994 and Diehl et al. 2015, sec. 3.1.5 and 3.2.3",
+    },
+    Method {
+        seeding: Seeding::GravitationalGlass,
+        name: "gravitational-glass",
+        stage: "seed: gravitational glass",
+        dimensions: &[2, 3],
+        targets: Targets::Symmetric,
+        summary: "uniform periodic box relaxed by reversed gravity (Ewald sums), tiled above 2048 points",
+        limits: "takes seconds to make; stretching shows as wavy shells",
+        reference: "White 1994; Diehl et al. 2015, sec. 3.1.5 and 3.2.3",
+    },
+    Method {
+        seeding: Seeding::VariableMasses,
+        name: "variable-masses",
+        stage: "seed: lattice of variable masses",
+        dimensions: &[1, 2, 3],
+        targets: Targets::Massive,
+        summary: "cubic lattice of one spacing everywhere, with masses rho* V; not relaxed unless asked for",
+        limits: "resolution does not follow the density; preferred directions; empty sites where N does not fit the box",
+        reference: "the ALARIC paper, sec. 1.4.1",
     },
 ];
 

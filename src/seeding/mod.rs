@@ -4,6 +4,7 @@ mod bisection;
 mod cells;
 mod cumulative;
 mod glass;
+mod gravity;
 mod kronecker;
 mod lattice;
 mod low_discrepancy;
@@ -23,12 +24,14 @@ use crate::kernel::support_over_spacing;
 use crate::rng::{Purpose, keyed};
 use crate::target::{Positions, Target, at};
 use cells::Cell;
+use glass::Repulsion;
 use lattice::Lattice;
 use quaquaversal::Quaquaversal;
 use rand::RngExt;
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 use shells::Covering;
+use symmetry::Symmetry;
 
 /// How the initial positions are made; [`METHODS`] tells what each can do.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
@@ -55,6 +58,10 @@ pub enum Seeding {
     EqualAreaShells,
     /// Irregular but even: a relaxed periodic box, tiled.
     Glass,
+    /// The same, relaxed by reversed gravity.
+    GravitationalGlass,
+    /// A simple cubic lattice of one spacing everywhere; its masses carry the density.
+    VariableMasses,
 }
 
 /// Whether the target jumps within reach of a good many particles with `neighbors` kernel neighbors.
@@ -93,6 +100,7 @@ pub fn seed<const D: usize>(target: &Target<'_, D>, seeding: Seeding, seed: u64)
         let symmetry = symmetry::detect(target, method.name)?;
         stretch::place_lattice(target, &symmetry, &kind.cell())
     };
+    let a_glass = |repulsion| glass::place(target, &symmetry::detect(target, method.name)?, repulsion, seed);
     let on_shells = |covering: Covering| shells::place(target, covering, method, seed);
     let seeded = match seeding {
         Seeding::MassBisection => {
@@ -112,12 +120,30 @@ pub fn seed<const D: usize>(target: &Target<'_, D>, seeding: Seeding, seed: u64)
         }
         Seeding::Shells => on_shells(Covering::Spiral)?,
         Seeding::EqualAreaShells => on_shells(Covering::EqualArea)?,
-        Seeding::Glass => glass::place(target, &symmetry::detect(target, method.name)?, seed)?,
+        Seeding::Glass => a_glass(Repulsion::Short)?,
+        Seeding::GravitationalGlass => a_glass(Repulsion::Gravity)?,
+        Seeding::VariableMasses => {
+            check_evenness(target)?;
+            stretch::place_lattice(target, &Symmetry::Uniform, &Lattice::Cubic.cell())?
+        }
         Seeding::Cubic => lattice(Lattice::Cubic)?,
         Seeding::CubicClosePacked => lattice(Lattice::CubicClosePacked)?,
         Seeding::HexagonalClosePacked => lattice(Lattice::HexagonalClosePacked)?,
     };
     check(target, method, seeded)
+}
+
+/// Whether a lattice of one spacing is what is wanted: the resolution uniform, and mass everywhere.
+fn check_evenness<const D: usize>(target: &Target<'_, D>) -> Result<()> {
+    let name = Seeding::VariableMasses.method().name;
+    if !matches!(symmetry::detect(target, name), Ok(Symmetry::Uniform)) {
+        let problem = format!(
+            "'{name}' has one spacing everywhere, but the resolution varies; leave it out, or use {}",
+            methods::for_any_target()
+        );
+        return Err(Error::scene("seeding", problem));
+    }
+    Ok(())
 }
 
 /// The target as cells of known mass.
@@ -132,7 +158,10 @@ fn massive_cells<const D: usize>(target: &Target<'_, D>) -> Result<Vec<Cell<D>>>
 /// A pattern that was mapped may meet a hole that sampling did not show; that is told, not passed on.
 fn check<const D: usize>(target: &Target<'_, D>, method: &Method, seeded: Seeded<D>) -> Result<Seeded<D>> {
     let n = seeded.positions[0].len();
-    let outside = (0..n).into_par_iter().filter(|&i| !target.admits(&at(&seeded.positions, i))).count();
+    // The resolution may ask for particles where there is no matter for their masses.
+    let empty = |x: &[f64; D]| !target.has_equal_masses() && !(target.density.value(x) > 0.0);
+    let misplaced = |x: [f64; D]| !target.admits(&x) || method.seeding == Seeding::VariableMasses && empty(&x);
+    let outside = (0..n).into_par_iter().filter(|&i| misplaced(at(&seeded.positions, i))).count();
     if n == target.count && outside == 0 {
         return Ok(seeded);
     }

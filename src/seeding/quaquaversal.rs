@@ -5,6 +5,10 @@
 //! half the size fill it, two of them turned by 120 and 180 degrees about axes across each other, so that the
 //! directions of ever smaller tiles come to fill the sphere. The tiling neither repeats nor mirrors: a periodic box
 //! has a seam.
+//!
+//! The centroid is the right place: mass and center of mass of every part are then those of the tile, at all levels.
+//! Elsewhere in the tile the noise at 64 neighbors is up to twice as high (incenter: 48 % of random points' instead of
+//! 33 %, cubic spline), and at a corner particles of several tiles coincide.
 
 use super::pattern::Pattern;
 

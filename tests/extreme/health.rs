@@ -1,14 +1,17 @@
-//! Numerical health: how far ALARIC's time step is from the one that breaks it, what single precision costs, and
-//! the order at which the error falls with N.
+//! Numerical health: how far ALARIC's time step is from the one that breaks it, what its integrator conserves, how
+//! well the solver's equations are conditioned, what single precision costs, and the order at which the error falls
+//! with N.
 
 use sph_prep::domain::{Axis, Domain, Region};
 use sph_prep::field::ScalarField;
-use sph_prep::kernel::{KernelName, default_kernel_neighbors, support_over_spacing};
+use sph_prep::kernel::{Kernel, KernelName, WendlandC4, default_kernel_neighbors, evaluate, support_over_spacing};
 use sph_prep::metrics::{DensityError, Measured};
 use sph_prep::neighbors::lanes::Real;
-use sph_prep::placement::{AlaricOptions, Control, SolverOptions, WvtOptions, alaric, relax, solve_density};
+use sph_prep::placement::{
+    AlaricOptions, Control, Drift, SolverOptions, WvtOptions, alaric, conservation, relax, solve_density,
+};
 use sph_prep::seeding::{Seeding, seed};
-use sph_prep::target::{Positions, Resolution, Target};
+use sph_prep::target::{Positions, Resolution, Target, at};
 use std::f64::consts::TAU;
 use std::fmt::Write;
 use std::sync::atomic::AtomicBool;
@@ -25,14 +28,31 @@ impl<const D: usize> ScalarField<D> for Wave {
     }
 }
 
+/// 1 over a periodic unit box.
+struct One;
+
+impl<const D: usize> ScalarField<D> for One {
+    fn value(&self, _: &[f64; D]) -> f64 {
+        1.0
+    }
+}
+
 fn with_target<const D: usize, T>(
+    count: usize,
+    run: impl FnOnce(&Target<'_, D>, Positions<D>, &Control<'_>) -> T,
+) -> T {
+    with_density(&Wave, count, run)
+}
+
+fn with_density<const D: usize, T>(
+    density: &dyn ScalarField<D>,
     count: usize,
     run: impl FnOnce(&Target<'_, D>, Positions<D>, &Control<'_>) -> T,
 ) -> T {
     let domain = Domain::new([0.0; D], [1.0; D], [Axis::Periodic; D], Region::Box).unwrap();
     let target = Target {
         domain: &domain,
-        density: &Wave,
+        density,
         resolution: Resolution::EqualMass,
         count,
         mass: 1.0,
@@ -56,15 +76,75 @@ fn with_courant(courant: f64) -> (f64, f64) {
     })
 }
 
+/// What the solver leaves after this many evaluations.
+fn solve<const D: usize, R: Real>(
+    target: &Target<'_, D>,
+    start: Positions<D>,
+    evaluations: usize,
+    control: &Control<'_>,
+) -> Positions<D> {
+    let options = SolverOptions { evaluations, ..SolverOptions::new(D) };
+    solve_density::<D, R>(KERNEL, target, start, &options, control).0
+}
+
+/// Mean density error.
+fn mean_error<const D: usize>(target: &Target<'_, D>, x: &Positions<D>) -> f64 {
+    let neighbors = default_kernel_neighbors(D);
+    let ratio = support_over_spacing(D, neighbors);
+    let guess: Vec<f64> = target.number_densities(x).iter().map(|&n| ratio * target.spacing(n)).collect();
+    let measured = Measured::new(KERNEL, target.domain, x, &target.masses(x), &guess, neighbors);
+    DensityError::new(&measured, &target.densities(x)).all_refitted.mean
+}
+
 fn solved<const D: usize, R: Real>(count: usize, evaluations: usize) -> f64 {
     with_target::<D, _>(count, |target, start, control| {
-        let options = SolverOptions { evaluations, ..SolverOptions::new(D) };
-        let (x, _) = solve_density::<D, R>(KERNEL, target, start, &options, control);
-        let neighbors = default_kernel_neighbors(D);
-        let ratio = support_over_spacing(D, neighbors);
-        let guess: Vec<f64> = target.number_densities(&x).iter().map(|&n| ratio * target.spacing(n)).collect();
-        let measured = Measured::new(KERNEL, target.domain, &x, &target.masses(&x), &guess, neighbors);
-        DensityError::new(&measured, &target.densities(&x)).all_refitted.mean
+        mean_error(target, &solve::<D, R>(target, start, evaluations, control))
+    })
+}
+
+/// Mean error as solved, and with the coordinates rounded to single precision, as files hold them by default.
+fn written<const D: usize>(count: usize) -> (f64, f64) {
+    with_target::<D, _>(count, |target, start, control| {
+        let x = solve::<D, f32>(target, start, 60, control);
+        let rounded = x.clone().map(|axis| axis.into_iter().map(|v| f64::from(v as f32)).collect());
+        (mean_error(target, &x), mean_error(target, &rounded))
+    })
+}
+
+/// Drifts without friction, viscosity and stops, at a fraction of the default time step, over the same time.
+fn drifts<const D: usize, R: Real>(count: usize, factor: f64) -> Drift {
+    with_density::<D, _>(&One, count, |target, start, control| {
+        let default = AlaricOptions::new(D);
+        let steps = (200.0 / factor) as usize;
+        let options = AlaricOptions { courant: factor * default.courant, steps, ..default };
+        conservation::<D, R>(KERNEL, target, start, &options, control)
+    })
+}
+
+/// Largest and smallest singular value of dq_i/dx_j, positions in spacings, where the solver ends on a uniform
+/// target; the smallest but for what the periodic box makes zero.
+fn singular_values<const D: usize>(count: usize) -> (f64, f64) {
+    with_density::<D, _>(&One, count, |target, start, control| {
+        let x = solve::<D, f64>(target, start, 60, control);
+        let ratio = support_over_spacing(D, default_kernel_neighbors(D));
+        let spacing = (count as f64).powf(-1.0 / D as f64);
+        let support = ratio * spacing;
+        let mut jacobian = nalgebra::DMatrix::<f64>::zeros(count, D * count);
+        // q = W/n* summed; its slope by a particle's place, over the spacing, in units of the support radius.
+        let norm = WendlandC4::SIGMA[D - 1] / (ratio.powi(D as i32) * ratio * ratio * spacing);
+        for (i, j) in (0..count).flat_map(|i| (0..count).map(move |j| (i, j))).filter(|(i, j)| i != j) {
+            let d = target.domain.displacement(&at(&x, j), &at(&x, i));
+            let q = d.iter().map(|v| v * v).sum::<f64>().sqrt() / support;
+            let strength = norm * evaluate::<_, D>(WendlandC4, q).1;
+            for k in 0..D {
+                jacobian[(i, D * j + k)] += strength * d[k];
+                jacobian[(i, D * i + k)] -= strength * d[k];
+            }
+        }
+        let mut values: Vec<f64> = jacobian.singular_values().iter().copied().collect();
+        values.sort_by(|a, b| b.total_cmp(a));
+        // q cannot all rise at once to first order where they are equal: one value is next to zero.
+        (values[0], values[count - 2])
     })
 }
 
@@ -85,6 +165,44 @@ pub fn report() -> (String, Vec<String>) {
     if unstable <= 1.0 {
         wrong.push("ALARIC's default time step is unstable".into());
     }
+    out += "\n## What ALARIC's integrator conserves\n\nUniform target, without friction, viscosity and velocity stops, the same \
+            time at every step. Energy: largest change over\nthe largest kinetic energy; momentum: largest net momentum over the \
+            sum of all particles'.\n\n| | step over the default | crossings | energy f64 | energy f32 | momentum f64 | momentum f32 |\n\
+            |---|---|---|---|---|---|---|\n";
+    for (name, double, single) in [
+        ("1-D, 300", drifts::<1, f64> as fn(usize, f64) -> Drift, drifts::<1, f32> as fn(usize, f64) -> Drift),
+        ("2-D, 1500", drifts::<2, f64>, drifts::<2, f32>),
+        ("3-D, 3000", drifts::<3, f64>, drifts::<3, f32>),
+    ] {
+        let count = name[5..].parse().unwrap();
+        for factor in [1.0, 0.5, 0.25] {
+            let (a, b) = (double(count, factor), single(count, factor));
+            writeln!(
+                out,
+                "| {name} | {factor} | {:.2} | {:.1e} | {:.1e} | {:.1e} | {:.1e} |",
+                a.time, a.energy, b.energy, a.momentum, b.momentum
+            )
+            .unwrap();
+            if !(a.energy < 0.1 && b.energy < 0.1 && a.momentum < 1e-6 && b.momentum < 1e-2) {
+                wrong.push(format!("{name} at {factor} of the step: {a:?} {b:?}"));
+            }
+        }
+    }
+    out += "\n## Conditioning of the solver\n\nSingular values of the density's response to displacements, both relative \
+            (density over target, displacement over spacing),\nwhere the solver ends on a uniform target.\n\n\
+            | | N | largest | smallest | condition |\n|---|---|---|---|---|\n";
+    for (name, values, counts) in [
+        // An even number of points on a line has a wave of two spacings, which moves no density at all.
+        ("1-D", singular_values::<1> as fn(usize) -> (f64, f64), [51, 201]),
+        ("2-D", singular_values::<2>, [100, 400]),
+        ("3-D", singular_values::<3>, [216, 512]),
+    ] {
+        for count in counts {
+            let (largest, smallest) = values(count);
+            writeln!(out, "| {name} | {count} | {largest:.2e} | {smallest:.1e} | {:.1e} |", largest / smallest)
+                .unwrap();
+        }
+    }
     out += "\n## Single and double precision of the solver\n\nMean error after 60 evaluations, 3000 particles.\n\n| | f32 | f64 |\n|---|---|---|\n";
     for (name, single, double) in [
         ("2-D", solved::<2, f32>(3000, 60), solved::<2, f64>(3000, 60)),
@@ -93,6 +211,13 @@ pub fn report() -> (String, Vec<String>) {
         writeln!(out, "| {name} | {single:.2e} | {double:.2e} |").unwrap();
         if single > 2.0 * double {
             wrong.push(format!("{name}: single precision {single:e}, double {double:e}"));
+        }
+    }
+    out += "\nThe same as solved in f32, and with coordinates rounded to f32 as files hold them by default.\n\n| | as solved | rounded |\n|---|---|---|\n";
+    for (name, (solved, rounded)) in [("2-D", written::<2>(3000)), ("3-D", written::<3>(3000))] {
+        writeln!(out, "| {name} | {solved:.3e} | {rounded:.3e} |").unwrap();
+        if rounded > 1.1 * solved {
+            wrong.push(format!("{name}: rounding raises the error from {solved:e} to {rounded:e}"));
         }
     }
     out += "\n## Error against N\n\nMean error of the solver on the wave; order is the slope against the spacing.\n\n| | N | mean error | order |\n|---|---|---|---|\n";

@@ -224,6 +224,15 @@ fn bad_starts() {
     assert!(wrong.is_empty(), "{wrong:#?}");
 }
 
+/// Numerical health alone.
+#[test]
+#[ignore = "long: a minute or two"]
+fn numerical_health() {
+    let (page, wrong) = health::report();
+    println!("{page}");
+    assert!(wrong.is_empty(), "{}", wrong.join("\n"));
+}
+
 /// Everything at size, with numerical health, as a page.
 #[test]
 #[ignore = "long: every scene by every method, up to a million particles"]

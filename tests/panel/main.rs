@@ -9,26 +9,28 @@ mod draw;
 mod setups;
 
 use setups::{Measure, SETUPS, Sphere, Uniform, measure};
+use sph_prep::metrics::BondOrder;
 use std::fmt::Write;
 
-const HEAD: &str =
-    "| method | max % | rms % | noise, of random % | Q4 | Q6 | random Q |\n|---|---|---|---|---|---|---|\n";
+const HEAD: &str = "\
+| method | max % | rms % | rms %, smoothed | mean %, particles | noise % | noise %, C4 | Q4 | Q6 | random Q |
+|---|---|---|---|---|---|---|---|---|---|
+";
 
 fn rows(found: &[(&'static str, Result<Measure, String>)]) -> String {
     let mut out = String::from(HEAD);
     for (name, measured) in found {
         match measured {
-            Ok(m) => writeln!(
-                out,
-                "| {name} | {:.3} | {:.3} | {:.2} | {:.3} | {:.3} | {:.3} |",
-                100.0 * m.max,
-                100.0 * m.rms,
-                100.0 * m.noise,
-                m.order.q4,
-                m.order.q6,
-                m.order.random
-            ),
-            Err(why) => writeln!(out, "| {name} | refused: {why} | | | | | |"),
+            Ok(m) => {
+                let [max, rms, uneven, at_particles] = [m.max, m.rms, m.uneven, m.at_particles].map(|v| 100.0 * v);
+                let [paper, own] = m.noise.map(|v| 100.0 * v);
+                let BondOrder { q4, q6, random, .. } = m.order;
+                writeln!(
+                    out,
+                    "| {name} | {max:.3} | {rms:.3} | {uneven:.3} | {at_particles:.3} | {paper:.2} | {own:.2} | {q4:.3} | {q6:.3} | {random:.3} |"
+                )
+            }
+            Err(why) => writeln!(out, "| {name} | refused: {why} | | | | | | | | |"),
         }
         .unwrap();
     }
@@ -48,15 +50,15 @@ fn lattices_have_directions_glasses_have_none_and_ours_is_best() {
         // 1728 is 12^3: the simple cubic lattice fits, the others leave sites empty.
         assert!(m.order.largest() > 0.3, "{lattice}: {:?}", m.order);
     }
-    assert!(of("cubic").noise < 1e-4, "{}", of("cubic").noise);
-    for irregular in ["random", "glass", "WVT", "ours"] {
+    assert!(of("cubic").noise[0] < 1e-4, "{}", of("cubic").noise[0]);
+    for irregular in ["random", "glass", "gravitational-glass", "WVT", "ours"] {
         let order = of(irregular).order;
         assert!(order.largest() < 8.0 * order.random, "{irregular}: {order:?}");
     }
     let ours = of("ours");
     for (name, m) in found.iter().filter(|(name, _)| !LATTICES.contains(name) && !name.starts_with("ours")) {
         if let Ok(m) = m {
-            assert!(ours.rms < m.rms && ours.noise < 1.5 * m.noise, "{name}: {} {}", m.rms, m.noise);
+            assert!(ours.rms < m.rms && ours.noise[1] < 1.5 * m.noise[1], "{name}: {} {:?}", m.rms, m.noise);
         }
     }
 }
@@ -67,8 +69,18 @@ fn the_papers_comparison() {
     let mut page = String::from(
         "# Setup methods compared\n\nMade by `SPH_PREP_RESULTS=profiles/results cargo test --release --test panel -- --ignored --nocapture`.\n\
          8000 particles. Deviation of the summed density on a plane (cubic spline, 128 neighbors, masses as given; over the\n\
-         interior of the sphere); root mean square of the force of a constant pressure over that of random points (64\n\
-         neighbors); bond-orientational order, which for directions that are all alike is `random Q`.\n",
+         interior of the sphere), from the target (max, rms) and from the target as that kernel smooths it, the mean taken out\n\
+         (smoothed); at the particles as this program measures it (Wendland C4, 64 neighbors, mass re-fitted, interior). Noise: root\n\
+         mean square of the force of a constant pressure over that of random points, 64 neighbors, cubic spline and Wendland C4;\n\
+         the paper has 30 % for quaquaversal tiling, 3.1 +- 1.3 % for the glass, 3.9 +- 1.7 % for shells and WVT. Bond-orientational\n\
+         order, which for directions that are all alike is `random Q`.\n\n\
+         On the sphere the target falls as r^-2, and the cubic spline with 128 neighbors raises any sum over it by 2 to 3 %: that is\n\
+         most of max and rms for every method but the noisiest. The pictures show up to 5 % on the left and up to 1 % on the right.\n\n\
+         Where ours is not first: it makes the sum with its own kernel and neighbors the target, and so takes out that kernel's\n\
+         bias, which a wider kernel then sees as a smooth deviation on the sphere; shells, which hold the mass between them and\n\
+         nothing else, follow the smoothed target closer on the plane. ALARIC with 500 steps ends nearer to the density at the\n\
+         particles on the cube, at several times the noise and deviation between them. Close packings have noise on the cube\n\
+         because 8000 particles leave some of their sites empty.\n",
     );
     for (title, file, found) in [
         ("Uniform cube (Fig. 10)", "methods-uniform.svg", SETUPS.map(|s| (s.name, measure(&s, &Uniform, 8000)))),

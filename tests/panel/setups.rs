@@ -3,10 +3,10 @@
 use sph_prep::domain::{Axis, Domain, Region, Wall};
 use sph_prep::field::ScalarField;
 use sph_prep::kernel::{CubicSpline, Kernel, KernelName, evaluate, support_over_spacing};
-use sph_prep::metrics::{BondOrder, Measured, NoiseFigures};
+use sph_prep::metrics::{BondOrder, DensityError, Measured, NoiseFigures};
 use sph_prep::neighbors::brute_force;
 use sph_prep::placement::{AlaricOptions, Control, SolverOptions, WvtOptions, alaric, relax, solve_density};
-use sph_prep::seeding::{Seeding, seed};
+use sph_prep::seeding::{Seeding, is_radial, seed};
 use sph_prep::target::{Positions, Resolution, Target, at};
 use std::f64::consts::PI;
 use std::sync::atomic::AtomicBool;
@@ -25,7 +25,7 @@ pub enum Then {
     Nothing,
     Wvt,
     Alaric,
-    /// WVT and the solver with this quietness.
+    /// The default road: WVT, or for radial targets shells, and the solver with this quietness.
     Solver(f64),
 }
 
@@ -40,7 +40,7 @@ const fn setup(name: &'static str, seeding: Seeding, then: Then) -> Setup {
     Setup { name, seeding, then }
 }
 
-pub const SETUPS: [Setup; 13] = [
+pub const SETUPS: [Setup; 14] = [
     setup("cubic", Seeding::Cubic, Then::Nothing),
     setup("cubic-close-packed", Seeding::CubicClosePacked, Then::Nothing),
     setup("hexagonal-close-packed", Seeding::HexagonalClosePacked, Then::Nothing),
@@ -50,6 +50,7 @@ pub const SETUPS: [Setup; 13] = [
     setup("shells", Seeding::Shells, Then::Nothing),
     setup("equal-area-shells", Seeding::EqualAreaShells, Then::Nothing),
     setup("glass", Seeding::Glass, Then::Nothing),
+    setup("gravitational-glass", Seeding::GravitationalGlass, Then::Nothing),
     setup("WVT", Seeding::MassBisection, Then::Wvt),
     setup("WVT, ALARIC", Seeding::MassBisection, Then::Alaric),
     setup("ours", Seeding::MassBisection, Then::Solver(0.5)),
@@ -61,6 +62,8 @@ pub trait Problem: ScalarField<3> {
     /// The domain in which a seeding can show the target.
     fn domain(&self, seeding: Seeding) -> Domain<3>;
     fn mass(&self, domain: &Domain<3>) -> f64;
+    /// The target smoothed by a kernel of this support radius.
+    fn smoothed(&self, x: &[f64; 3], support: f64) -> f64;
     /// A square of the plane z = const: its corner, edge and height.
     fn window(&self) -> ([f64; 3], f64);
 }
@@ -89,6 +92,10 @@ impl Problem for Uniform {
         domain.volume()
     }
 
+    fn smoothed(&self, _: &[f64; 3], _: f64) -> f64 {
+        1.0
+    }
+
     fn window(&self) -> ([f64; 3], f64) {
         ([0.3, 0.3, 0.55], 0.4)
     }
@@ -113,6 +120,19 @@ impl Problem for Sphere {
         4.0 * PI * (1.0 - 1e-3 + 1e-3 / 3.0)
     }
 
+    /// Over a sphere of radius s about a point at R the mean of r^-2 is ln((R + s)/|R - s|)/(2 R s).
+    fn smoothed(&self, x: &[f64; 3], support: f64) -> f64 {
+        const SHELLS: usize = 400;
+        let distance = x.iter().map(|v| v * v).sum::<f64>().sqrt();
+        let shell = |i: usize| {
+            let q = (i as f64 + 0.5) / SHELLS as f64;
+            let s = q * support;
+            let mean = ((distance + s) / (distance - s).abs()).ln() / (2.0 * distance * s);
+            4.0 * PI * q * q * <CubicSpline as Kernel>::SIGMA[2] * evaluate::<_, 3>(CubicSpline, q).0 * mean
+        };
+        (0..SHELLS).map(shell).sum::<f64>() / SHELLS as f64
+    }
+
     /// Off the center, which no sum over neighbors resolves.
     fn window(&self) -> ([f64; 3], f64) {
         ([0.15, -0.25, 0.05], 0.5)
@@ -123,8 +143,12 @@ pub struct Measure {
     /// Largest and root mean square deviation over the picture.
     pub max: f64,
     pub rms: f64,
-    /// Over particles inside.
-    pub noise: f64,
+    /// Root mean square deviation from the target as the kernel smooths it, the mean taken out.
+    pub uneven: f64,
+    /// Mean deviation at the particles inside, with the kernel and neighbors of placing, mass re-fitted.
+    pub at_particles: f64,
+    /// Over particles inside, with the paper's kernel and with that of placing.
+    pub noise: [f64; 2],
     pub order: BondOrder,
     /// rho/rho* - 1, row by row.
     pub pixels: Vec<f64>,
@@ -150,12 +174,19 @@ pub fn measure(setup: &Setup, problem: &dyn Problem, count: usize) -> Result<Mea
         let ratio = support_over_spacing(3, neighbors);
         target.number_densities(&x).iter().map(|&n| ratio * target.spacing(n)).collect()
     };
-    let noisy = Measured::new(KernelName::WendlandC4, &domain, &x, &masses, &guess(NOISE_NEIGHBORS), NOISE_NEIGHBORS);
-    let noise = NoiseFigures::new(KernelName::WendlandC4, &noisy, &domain, &masses, NOISE_NEIGHBORS);
+    let guess_noise = guess(NOISE_NEIGHBORS);
+    let [(_, paper), (noisy, own)] = [KernelName::CubicSpline, KernelName::WendlandC4].map(|kernel| {
+        let measured = Measured::new(kernel, &domain, &x, &masses, &guess_noise, NOISE_NEIGHBORS);
+        let noise = NoiseFigures::new(kernel, &measured, &domain, &masses, NOISE_NEIGHBORS);
+        (measured, noise.interior.unwrap_or(noise.all))
+    });
+    let errors = DensityError::new(&noisy, &target.densities(&x));
+    let at_particles = errors.interior_refitted.unwrap_or(errors.all_refitted).mean;
     let order = BondOrder::new(&noisy, &domain).ok_or("no bonds")?;
     let (corner, edge) = problem.window();
     let ratio = support_over_spacing(3, PLANE_NEIGHBORS);
     let mut pixels = Vec::with_capacity(PIXELS * PIXELS);
+    let mut smooth = Vec::with_capacity(PIXELS * PIXELS);
     for pixel in 0..PIXELS * PIXELS {
         let offset = |i: usize| edge * (i as f64 + 0.5) / PIXELS as f64;
         let point = [corner[0] + offset(pixel % PIXELS), corner[1] + offset(pixel / PIXELS), corner[2]];
@@ -167,10 +198,15 @@ pub fn measure(setup: &Setup, problem: &dyn Problem, count: usize) -> Result<Mea
             density += masses[j] * norm * evaluate::<_, 3>(CubicSpline, r / support).0;
         });
         pixels.push(density / problem.value(&point) - 1.0);
+        smooth.push(density / problem.smoothed(&point, support) - 1.0);
     }
     let max = pixels.iter().fold(0.0_f64, |m, p| m.max(p.abs()));
-    let rms = (pixels.iter().map(|p| p * p).sum::<f64>() / pixels.len() as f64).sqrt();
-    Ok(Measure { max, rms, noise: noise.interior.unwrap_or(noise.all), order, pixels })
+    let rms = |values: &[f64], mean: f64| {
+        (values.iter().map(|p| (p - mean).powi(2)).sum::<f64>() / values.len() as f64).sqrt()
+    };
+    let mean = smooth.iter().sum::<f64>() / smooth.len() as f64;
+    let (rms, uneven) = (rms(&pixels, 0.0), rms(&smooth, mean));
+    Ok(Measure { max, rms, uneven, at_particles, noise: [paper, own], order, pixels })
 }
 
 struct Borrowed<'a>(&'a dyn Problem);
@@ -195,7 +231,11 @@ fn place(setup: &Setup, target: &Target<'_, 3>) -> sph_prep::error::Result<Posit
             alaric::<3, f32>(kernel, target, x, &options, &control).0
         }
         Then::Solver(quietness) => {
-            let x = relax(kernel, target, start, &wvt(5), &control).0;
+            let x = if is_radial(target) {
+                seed(target, Seeding::EqualAreaShells, 1)?.positions
+            } else {
+                relax(kernel, target, start, &wvt(5), &control).0
+            };
             let options = SolverOptions { quietness, ..SolverOptions::new(3) };
             solve_density::<3, f32>(kernel, target, x, &options, &control).0
         }

@@ -1,0 +1,201 @@
+//! Error against run time for every method on four scenes, which to use when, and what leaving stages out saves.
+//!
+//! `cargo bench --bench roads [-- N]` prints the tables (10 000 particles by default); with
+//! SPH_PREP_RESULTS=profiles/results it also writes `roads.md` there.
+
+use sph_prep::compare::{Compared, MethodRun, Request, VARIATIONS, compare};
+use sph_prep::pipeline;
+use sph_prep::placement::Control;
+use sph_prep::plan::LeftOut;
+use sph_prep::report::Report;
+use sph_prep::scene::Scene;
+use sph_prep::seeding::METHODS;
+use std::fmt::Write;
+use std::path::Path;
+use std::sync::atomic::AtomicBool;
+
+/// Bundled scenes: even, a star, a pattern without symmetry, a density jump.
+const SCENES: [(&str, &str); 4] = [
+    ("uniform-3d.yaml", "A uniform periodic box"),
+    ("star-1.5.yaml", "A star (polytrope n = 1.5)"),
+    ("spiral-2d.yaml", "Spiral arms in a disc, 2-D"),
+    ("planet.yaml", "A planet with a jump"),
+];
+
+/// A method is worth its time if it halves the error of all that are faster, and meets the first goal.
+const WORTH: f64 = 0.5;
+/// Targets of the advice: the fastest method with a mean error below.
+const GOALS: [f64; 3] = [1e-2, 3e-3, 1e-3];
+
+static NEVER: AtomicBool = AtomicBool::new(false);
+
+fn control() -> Control<'static> {
+    Control { deadline: None, interrupted: &NEVER, observer: &|_, _, _, _| {} }
+}
+
+/// Every seeding alone, then every variation with the scene's own.
+fn methods() -> Vec<Compared> {
+    let seeds = METHODS.iter().map(|m| format!("seed:{}", m.name));
+    let others = VARIATIONS.iter().map(|v| v.name.to_string()).filter(|name| name != "seed");
+    seeds.chain(others).map(|name| Compared::parse(&name).expect("a name from the lists")).collect()
+}
+
+/// Figures of a result by which methods are set against each other.
+struct Road<'a> {
+    name: &'a str,
+    seconds: f64,
+    epsilon: f64,
+    mean: f64,
+    noise: f64,
+}
+
+impl<'a> Road<'a> {
+    fn new(run: &'a MethodRun) -> Option<Self> {
+        let state = run.last()?;
+        let error = state.density_error.interior_refitted.unwrap_or(state.density_error.all_refitted);
+        let noise = state.noise.interior.unwrap_or(state.noise.all);
+        Some(Self { name: &run.method, seconds: run.seconds, epsilon: error.epsilon, mean: error.mean, noise })
+    }
+}
+
+/// Those that are worth their time, the fastest first.
+fn worthwhile(roads: &[Road<'_>]) -> Vec<usize> {
+    let mut order: Vec<usize> = (0..roads.len()).collect();
+    order.sort_by(|&a, &b| roads[a].seconds.total_cmp(&roads[b].seconds));
+    let mut best = GOALS[0] / WORTH;
+    order.retain(|&i| {
+        let worth = roads[i].mean < WORTH * best;
+        best = if worth { roads[i].mean } else { best };
+        worth
+    });
+    order
+}
+
+fn table(roads: &[Road<'_>]) -> String {
+    let kept = worthwhile(roads);
+    let mut out = String::from(
+        "| method | s | epsilon | mean error | force noise | worth its time |\n|---|---|---|---|---|---|\n",
+    );
+    for (i, r) in roads.iter().enumerate() {
+        let mark = if kept.contains(&i) { "yes" } else { "" };
+        let (mean, noise) = (100.0 * r.mean, 100.0 * r.noise);
+        let _ = writeln!(
+            out,
+            "| {} | {:.2} | {:.1e} | {mean:.3} % | {noise:.1} % | {mark} |",
+            r.name, r.seconds, r.epsilon
+        );
+    }
+    out
+}
+
+fn advice(roads: &[Road<'_>]) -> String {
+    let mut out = String::new();
+    for goal in GOALS {
+        let fastest = roads.iter().filter(|r| r.mean < goal).min_by(|a, b| a.seconds.total_cmp(&b.seconds));
+        let text = fastest.map_or("no method".into(), |r| format!("`{}` ({:.2} s)", r.name, r.seconds));
+        let _ = writeln!(out, "- mean error below {} %: {text}", 100.0 * goal);
+    }
+    if let Some(quiet) = roads.iter().filter(|r| r.mean < GOALS[0]).min_by(|a, b| a.noise.total_cmp(&b.noise)) {
+        let _ = writeln!(
+            out,
+            "- quietest of those below {} %: `{}` ({:.1} %)",
+            100.0 * GOALS[0],
+            quiet.name,
+            100.0 * quiet.noise
+        );
+    }
+    out
+}
+
+/// A full run into a folder that is thrown away.
+fn run(scene: &Scene) -> Result<Report, String> {
+    let folder = tempfile::tempdir().map_err(|e| e.to_string())?;
+    let mut scene = scene.clone();
+    scene.output.file = Some(folder.path().join("ic.vtu"));
+    scene.output.format = Some("vtk".into());
+    pipeline::run(&scene, sph_formats::FORMATS, &control()).map_err(|e| e.to_string())
+}
+
+/// Seconds of seeding and relaxing.
+fn placing(report: &Report) -> f64 {
+    report
+        .timing
+        .iter()
+        .filter(|t| !["read", "interpolate", "measure", "write"].contains(&t.step))
+        .map(|t| t.seconds)
+        .sum()
+}
+
+/// The plan against the same with WVT run to its full length before the polish, and against twice the evaluations.
+fn saved(scene: &Scene) -> Result<String, String> {
+    let planned = run(scene)?;
+    let mut out = String::from("| what is run | s | epsilon | mean error |\n|---|---|---|---|\n");
+    let mut long = scene.clone();
+    long.wvt.iterations = Some(60);
+    let mut twice = scene.clone();
+    twice.solver.evaluations = Some(2 * planned.plan.evaluations.max(1));
+    for (name, report) in [
+        ("the plan", &planned),
+        ("with 60 iterations of WVT first", &run(&long)?),
+        ("with twice the evaluations", &run(&twice)?),
+    ] {
+        let error = report.density_error.interior_refitted.unwrap_or(report.density_error.all_refitted);
+        let _ =
+            writeln!(out, "| {name} | {:.2} | {:.1e} | {:.3} % |", placing(report), error.epsilon, 100.0 * error.mean);
+    }
+    out += "\nLeft out:\n\n";
+    for LeftOut { what, why } in &planned.plan.left_out {
+        let _ = writeln!(out, "- {what}: {why}");
+    }
+    Ok(out)
+}
+
+fn section(file: &str, title: &str, count: usize) -> Result<String, String> {
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("profiles").join(file);
+    let mut scene = Scene::load(&path).map_err(|e| e.to_string())?;
+    scene.particles = Some(count);
+    let methods = methods();
+    let request = Request { scene: &scene, methods: &methods, counts: &[count] };
+    let comparison = compare(&request, sph_formats::FORMATS, &control()).map_err(|e| e.to_string())?;
+    let roads: Vec<Road<'_>> = comparison.runs.iter().filter_map(Road::new).collect();
+    let mut out = format!("\n## {title} (`profiles/{file}`)\n\n{}\n{}\n", table(&roads), advice(&roads));
+    let refused: Vec<&str> = comparison.left_out.iter().map(|o| o.method.as_str()).collect();
+    if !refused.is_empty() {
+        let _ = writeln!(out, "Not for this scene: {}.\n", refused.join(", "));
+    }
+    Ok(out + &saved(&scene)?)
+}
+
+fn page(count: usize) -> Result<String, String> {
+    let mut page = format!(
+        "# Which method when\n\n`SPH_PREP_RESULTS=profiles/results cargo bench --bench roads` makes this page: {count} particles, seconds of \
+         seeding and relaxing,\ndensity error (interior, mass re-fitted) and force noise (interior; a fraction of random points'). A method is \
+         worth its time where\nits mean error is below 1 % and half of that of every faster one.\n\nWhat follows from it: where the target is uniform or a function \
+         of one coordinate a lattice or glass is there at once, and only its\npreferred directions or its repetition speak against it. Everything else takes \
+         the default (`scene`), which seeds by mass and solves for the\ndensity; WVT alone suits 1e7 particles and more, where the solver's memory \
+         counts. ALARIC and damped relaxation follow a fluid in time:\nmany times the run time of the solver, and more force noise for what density error they gain.\n"
+    );
+    for (file, title) in SCENES {
+        let part = section(file, title, count)?;
+        println!("{part}");
+        page += &part;
+    }
+    Ok(page)
+}
+
+fn write(page: &str, folder: &Path) -> Result<(), String> {
+    let path = folder.join("roads.md");
+    std::fs::create_dir_all(folder)
+        .and_then(|()| std::fs::write(&path, page))
+        .map_err(|e| format!("{}: {e}", path.display()))
+}
+
+fn main() {
+    let count = std::env::args().filter_map(|a| a.parse::<f64>().ok()).next().unwrap_or(1e4) as usize;
+    let folder = std::env::var_os("SPH_PREP_RESULTS");
+    let written = page(count).and_then(|page| folder.map_or(Ok(()), |f| write(&page, Path::new(&f))));
+    if let Err(problem) = written {
+        eprintln!("{problem}");
+        std::process::exit(1);
+    }
+}
