@@ -154,7 +154,7 @@ pub(crate) enum Numbers<'a> {
     Scaled { column: &'a Column, factor: f64 },
     Zeros,
     Count,
-    Spacing { masses: &'a Column, density: &'a Column, eta: f64, inverse_dimension: f64 },
+    Spacing { masses: &'a Column, density: &'a Column, eta: f64, dimension: usize },
 }
 
 impl<'a> Job<'a> {
@@ -274,7 +274,7 @@ impl<'a> Job<'a> {
     fn spacing(&self, table: &'a ParticleTable, eta: f64) -> Option<Numbers<'a>> {
         let d = self.header.dimension;
         if let Some((masses, density)) = table.column(names::MASSES).zip(table.column(names::DENSITY)) {
-            return Some(Numbers::Spacing { masses, density, eta, inverse_dimension: 1.0 / d as f64 });
+            return Some(Numbers::Spacing { masses, density, eta, dimension: d });
         }
         let column = table.column(names::SUPPORT_RADIUS)?;
         Some(Numbers::Scaled { column, factor: eta * spacing_over_support(d, self.header.kernel_neighbors) })
@@ -312,6 +312,10 @@ impl<'a> Job<'a> {
 
     /// Appends particle numbers, which start at `first_id` where there is no such column.
     pub(crate) fn ids(&self, planned: &Planned, range: Range<usize>, first_id: u64, out: &mut Vec<u64>) -> Result<()> {
+        if let Numbers::Count = planned.numbers {
+            out.extend(range.map(|i| first_id + i as u64));
+            return Ok(());
+        }
         self.fill(planned, range, 0..planned.components, first_id, out, |x, i| id(x).ok_or(i))
     }
 
@@ -322,12 +326,45 @@ impl<'a> Job<'a> {
 
     #[cfg(any(feature = "hdf5-layer", feature = "gadget-binary"))]
     pub(crate) fn doubles(&self, planned: &Planned, range: Range<usize>, out: &mut Vec<f64>) -> Result<()> {
+        if let Some(rows) = planned.rows(&range).filter(|rows| self.all_fit(planned, rows)) {
+            out.extend_from_slice(rows);
+            return Ok(());
+        }
         self.fill(planned, range, 0..planned.components, 0, out, |x, i| self.double(planned, x.float(), i))
     }
 
     #[cfg(any(feature = "hdf5-layer", feature = "gadget-binary"))]
     pub(crate) fn singles(&self, planned: &Planned, range: Range<usize>, out: &mut Vec<f32>) -> Result<()> {
+        if let Some(rows) = planned.rows(&range).filter(|rows| self.all_fit(planned, rows)) {
+            // Without a branch, so that many are converted at once.
+            let lost = |x: &f64| (*x as f32).is_infinite() | ((*x as f32 == 0.0) & (*x != 0.0));
+            if !rows.iter().fold(false, |any, x| any | lost(x)) {
+                out.extend(rows.iter().map(|x| *x as f32));
+                return Ok(());
+            }
+        }
         self.fill(planned, range, 0..planned.components, 0, out, |x, i| single(planned.strict, x.float()).ok_or(i))
+    }
+
+    /// Whether no check of [`Self::fill`] would refuse any of the rows; false where that has to be found out one by one.
+    #[cfg(any(feature = "hdf5-layer", feature = "gadget-binary"))]
+    fn all_fit(&self, planned: &Planned, rows: &[f64]) -> bool {
+        let inside = self.flavor.inside_box && planned.name == names::COORDINATES;
+        let least = if planned.positive { f64::MIN_POSITIVE } else { f64::MIN };
+        // Of each component, the first value that is no longer allowed follows the last.
+        let limits: [(f64, f64); 3] = std::array::from_fn(|axis| match self.header.box_size.get(axis) {
+            Some(edge) if inside && axis < self.header.dimension => (0.0, *edge),
+            _ => (least, f64::INFINITY),
+        });
+        let within = |x: f64, (low, high): (f64, f64)| (x >= low) & (x < high);
+        match planned.components {
+            3 => {
+                let (triples, _) = rows.as_chunks::<3>();
+                let fits = |t: &[f64; 3]| within(t[0], limits[0]) & within(t[1], limits[1]) & within(t[2], limits[2]);
+                triples.iter().fold(true, |all, t| all & fits(t))
+            }
+            _ => !inside && rows.iter().fold(true, |all, x| all & within(*x, limits[0])),
+        }
     }
 
     /// Appends `factor` times the numbers of one component in f64.
@@ -474,6 +511,28 @@ fn single(strict: bool, x: f64) -> Option<f32> {
     (!lost).then_some(y)
 }
 
+#[cfg(any(feature = "hdf5-layer", feature = "gadget-binary"))]
+impl Planned<'_> {
+    /// The rows as they lie in a column of f64 that has all components of the dataset.
+    fn rows(&self, range: &Range<usize>) -> Option<&[f64]> {
+        match &self.numbers {
+            Numbers::Column(Column { components, values: Values::F64(v), .. }) if *components == self.components => {
+                v.get(range.start * components..range.end * components)
+            }
+            _ => None,
+        }
+    }
+}
+
+/// x^(1/d), which is a root of its own in 1 to 3 dimensions.
+fn root(x: f64, d: usize) -> f64 {
+    match d {
+        1 => x,
+        2 => x.sqrt(),
+        _ => x.cbrt(),
+    }
+}
+
 impl Numbers<'_> {
     fn get(&self, i: usize, component: usize, first_id: u64) -> Number {
         match self {
@@ -488,9 +547,9 @@ impl Numbers<'_> {
             Self::Scaled { column, factor } => Number::Float(factor * column.values.get(i)),
             Self::Zeros => Number::Float(0.0),
             Self::Count => Number::Int((first_id + i as u64) as i64),
-            Self::Spacing { masses, density, eta, inverse_dimension } => {
+            Self::Spacing { masses, density, eta, dimension } => {
                 let volume = masses.values.get(i) / density.values.get(i);
-                Number::Float(eta * volume.powf(*inverse_dimension))
+                Number::Float(eta * root(volume, *dimension))
             }
         }
     }

@@ -3,8 +3,11 @@
 use crate::error::{FormatError, Result};
 use crate::limits::{Budget, MAX_VARIABLE_BYTES};
 use crate::model::Values;
-use hdf5_reader::{Attribute, Dataset, Datatype, H5Type, Hdf5File, OpenOptions};
+use hdf5_reader::{Attribute, Dataset, Datatype, H5Type, Hdf5File, OpenOptions, SliceInfo, SliceInfoElem};
 use std::path::Path;
+
+/// Values of a contiguous dataset that are read at once.
+const BLOCK: usize = 1 << 18;
 
 /// An open file and what its errors should say.
 pub struct Reader<'p> {
@@ -152,9 +155,34 @@ impl<'p> Reader<'p> {
         }))
     }
 
-    fn read<T: H5Type + Default>(&self, path: &str, dataset: &Dataset, count: usize) -> Result<Vec<T>> {
+    fn read<T: H5Type + Default + Copy>(&self, path: &str, dataset: &Dataset, count: usize) -> Result<Vec<T>> {
+        let (rows, row) = match *dataset.shape() {
+            [rows] => (rows, 1),
+            [rows, columns] => (rows, columns),
+            _ => (0, 0),
+        };
+        if dataset.chunks().is_none() && count > BLOCK && (1..=BLOCK as u64).contains(&row) {
+            return self.blocks(path, dataset, rows, row);
+        }
         let mut values = vec![T::default(); count];
         dataset.read_into(&mut values).map_err(|e| self.at_dataset(path, e))?;
+        Ok(values)
+    }
+
+    /// Reads a contiguous dataset in parts, since the library holds each part twice.
+    fn blocks<T: H5Type + Copy>(&self, path: &str, dataset: &Dataset, rows: u64, row: u64) -> Result<Vec<T>> {
+        let mut values = Vec::with_capacity((rows * row) as usize);
+        let step = BLOCK as u64 / row;
+        for start in (0..rows).step_by(step as usize) {
+            let part = SliceInfoElem::Slice { start, end: rows.min(start + step), step: 1 };
+            let whole = SliceInfoElem::Slice { start: 0, end: row, step: 1 };
+            let selections = [part, whole].into_iter().take(dataset.ndim()).collect();
+            let read = dataset.read_slice::<T>(&SliceInfo { selections }).map_err(|e| self.at_dataset(path, e))?;
+            match read.as_slice() {
+                Some(slice) => values.extend_from_slice(slice),
+                None => values.extend(read.iter().copied()),
+            }
+        }
         Ok(values)
     }
 
