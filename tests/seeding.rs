@@ -457,3 +457,28 @@ fn large_glasses_are_exact_too_and_say_that_they_repeat() {
         assert!(closest(&domain, &seeded.positions) > 0.5 * (0.37 / n as f64).sqrt(), "{n}");
     }
 }
+
+/// Islands, speckles and a cusp whose density at the center is no number: no seed may be where nothing is.
+#[test]
+fn particles_of_islands_and_cusps_are_on_them() {
+    let islands = Density(|x: &[f64; 3]| match x[0] {
+        x if (x - 0.2).abs() < 0.1 => 1.0,
+        x if (x - 0.8).abs() < 0.05 => 3.0,
+        _ => 0.0,
+    });
+    let speckles = Density(|x: &[f64; 3]| f64::from(u8::from((40.0 * x[0]).sin() > 0.9)));
+    let domain = unit_box::<3>(Axis::OPEN);
+    for density in [&islands as &dyn ScalarField<3>, &speckles] {
+        let target = target(&domain, density, 5000);
+        let placed = seed(&target, Seeding::MassBisection, 0).unwrap().positions;
+        assert!((0..5000).all(|i| target.admits(&at(&placed, i))));
+    }
+    let cusp = Density(|x: &[f64; 3]| {
+        let r = x.iter().map(|v| v * v).sum::<f64>().sqrt();
+        if r > 0.0 { r.powf(-1.5) } else { 0.0 }
+    });
+    let ball = Domain::ball([0.0; 3], 1.0, Wall::Open).unwrap();
+    for count in [1000, 5000] {
+        seed(&target(&ball, &cusp, count), Seeding::EqualAreaShells, 0).unwrap();
+    }
+}

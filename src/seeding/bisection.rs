@@ -4,6 +4,8 @@
 //! O(N log N). Parts refine their cells as they shrink, so memory stays a small multiple of the output.
 
 use super::cells::Cell;
+use super::kronecker;
+use crate::domain::distance;
 use crate::target::{Positions, Target};
 
 /// Cells of a part with `n` particles, at least: enough for the cut to fall right, no more than the part needs.
@@ -138,7 +140,8 @@ fn quantile<const D: usize>(cells: &[Cell<D>], axis: usize, fraction: f64, lo: f
     x
 }
 
-/// Center of mass, or, where that lies outside (a part that bends around a hole), a point in the heaviest cell.
+/// Center of mass, or, where that lies outside (a part that bends around a hole), a point in the heaviest cell whose
+/// middle is inside, or one nearby.
 pub(super) fn representative<const D: usize>(target: &Target<'_, D>, cells: &[Cell<D>]) -> [f64; D] {
     let total: f64 = cells.iter().map(|c| c.mass).sum();
     let mean = std::array::from_fn(|k| cells.iter().map(|c| c.mass / total * c.center()[k]).sum());
@@ -152,5 +155,31 @@ pub(super) fn representative<const D: usize>(target: &Target<'_, D>, cells: &[Ce
             best = Some((cell.mass, point));
         }
     }
-    best.map_or(mean, |(_, point)| point)
+    best.map_or_else(|| nearby(target, cells, &mean).unwrap_or(mean), |(_, point)| point)
 }
+
+/// The place nearest to `mean` among samples of the box about `cells`, then of ever larger ones: where a thin layer
+/// cuts cells in two, their middles may all lie beside it.
+fn nearby<const D: usize>(target: &Target<'_, D>, cells: &[Cell<D>], mean: &[f64; D]) -> Option<[f64; D]> {
+    let domain = target.domain;
+    let lo: [f64; D] = std::array::from_fn(|k| cells.iter().map(|c| c.lo[k]).fold(f64::INFINITY, f64::min));
+    let hi: [f64; D] = std::array::from_fn(|k| cells.iter().map(|c| c.hi[k]).fold(f64::NEG_INFINITY, f64::max));
+    let generator = kronecker::generator::<D>();
+    (0..WIDENINGS).find_map(|widening| {
+        let wider = 0.5 * f64::from((1 << widening) - 1);
+        let sample = |i: usize| -> [f64; D] {
+            let u = kronecker::point(&generator, i);
+            std::array::from_fn(|k| {
+                let (a, b) = (lo[k] - wider * (hi[k] - lo[k]), hi[k] + wider * (hi[k] - lo[k]));
+                let (a, b) = (a.max(domain.lo[k]), b.min(domain.hi[k]));
+                a + u[k] * (b - a)
+            })
+        };
+        let inside = (0..SAMPLES).map(sample).filter(|x| target.admits(x));
+        inside.min_by(|p, q| distance(p, mean).total_cmp(&distance(q, mean)))
+    })
+}
+
+/// Points tried in a box, and how often it is doubled.
+const SAMPLES: usize = 512;
+const WIDENINGS: u32 = 12;

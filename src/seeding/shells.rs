@@ -51,7 +51,8 @@ pub(super) fn place<const D: usize>(
     let density = |r: f64| spherical_mean(target, center, r);
     let mass = Cumulative::new(|r| r.powi(D as i32 - 1) * density(r), *inner_radius, *radius);
     let layers = Cumulative::new(|r| density(r).powf(1.0 / D as f64), *inner_radius, *radius);
-    let shells = shells(target.count, *inner_radius, *radius, &mass, &layers);
+    let hollow = *inner_radius > 0.0 || !target.admits(center);
+    let shells = shells(target.count, hollow, *radius, &mass, &layers);
     let number = shells.len();
     let points: Vec<[f64; D]> = shells
         .par_iter()
@@ -66,10 +67,11 @@ pub(super) fn place<const D: usize>(
     Ok(Seeded { positions: to_positions(&points), notes })
 }
 
-/// Shells from the inside out. `layers` counts spacings along the radius.
+/// Shells from the inside out. `layers` counts spacings along the radius. No particle may be at the center of a
+/// `hollow` one (or of a cusp, whose density is beyond bounds there).
 fn shells<F: Fn(f64) -> f64, G: Fn(f64) -> f64>(
     count: usize,
-    inner: f64,
+    hollow: bool,
     outer: f64,
     mass: &Cumulative<F>,
     layers: &Cumulative<G>,
@@ -84,7 +86,7 @@ fn shells<F: Fn(f64) -> f64, G: Fn(f64) -> f64>(
         if enclosed > first {
             let middle = 0.5 * (first + enclosed) as f64 / count as f64;
             // One particle alone in the innermost shell stands for a ball around the center.
-            let alone = first == 0 && enclosed == 1 && inner == 0.0;
+            let alone = first == 0 && enclosed == 1 && !hollow;
             let radius = if alone { 0.0 } else { mass.inverse(middle).min(outer * (1.0 - 1e-12)) };
             shells.push(Shell { radius, first, count: enclosed - first });
         }
