@@ -33,8 +33,8 @@ type Products = [[f64; PAIRS]; PAIRS];
 pub(super) struct Lbfgs<const D: usize> {
     pairs: std::collections::VecDeque<Pair<D>>,
     /// step_i . change_j and change_i . change_j.
-    step_change: Products,
-    change_change: Products,
+    step_change: Box<Products>,
+    change_change: Box<Products>,
 }
 
 pub(super) fn product<const D: usize>(a: &[[f64; D]], b: &[[f64; D]]) -> f64 {
@@ -43,8 +43,8 @@ pub(super) fn product<const D: usize>(a: &[[f64; D]], b: &[[f64; D]]) -> f64 {
 
 impl<const D: usize> Lbfgs<D> {
     pub fn new() -> Self {
-        let none = [[0.0; PAIRS]; PAIRS];
-        Self { pairs: std::collections::VecDeque::with_capacity(PAIRS), step_change: none, change_change: none }
+        let none = Box::new([[0.0; PAIRS]; PAIRS]);
+        Self { pairs: std::collections::VecDeque::with_capacity(PAIRS), step_change: none.clone(), change_change: none }
     }
 
     pub fn is_empty(&self) -> bool {
