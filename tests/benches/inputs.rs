@@ -58,6 +58,11 @@ fn error(report: &Report) -> String {
     }
 }
 
+/// Names of files without where this machine has them.
+fn without_folders(text: &str, root: &Path) -> String {
+    text.replace(&format!("{}/../shared/data/", root.display()), "").replace(&format!("{}/", root.display()), "")
+}
+
 fn main() {
     let count = std::env::args().filter_map(|a| a.parse::<f64>().ok()).next().unwrap_or(1e5) as usize;
     let root = Path::new(env!("CARGO_MANIFEST_DIR"));
@@ -87,14 +92,14 @@ fn main() {
             ),
             (Err(e), _) | (_, Err(e)) => writeln!(table, "| {name} | {} | | | | | |", e.replace('|', "/")),
         };
-        print!("{}", table[start..].replace(root.to_str().unwrap_or(""), ""));
+        print!("{}", without_folders(&table[start..], root));
     }
     if let Some(folder) = std::env::var_os("SPH_PREP_RESULTS") {
         let page = format!(
             "# Every input\n\n`SPH_PREP_RESULTS=profiles/results cargo bench --bench inputs` makes this page: {count} particles, density error \
              (interior, mass re-fitted) and seconds of the whole run, by WVT alone (60 iterations) and by the default road. Files outside \
              `profiles/` are not part of the project.\n\n{}",
-            table.replace(root.to_str().unwrap_or(""), "")
+            without_folders(&table, root)
         );
         let path = Path::new(&folder).join("inputs.md");
         if let Err(e) = std::fs::create_dir_all(&folder).and_then(|()| std::fs::write(&path, page)) {
