@@ -13,12 +13,9 @@ impl<const D: usize> Target<'_, D> {
         let slope = self.log_gradient(x, GRADIENT_STEP * support);
         let steepness = support * slope.iter().map(|g| g * g).sum::<f64>().sqrt();
         let reach = (EDGE_REACH * support).min(0.25 * self.domain.size());
-        let along = |way: &[f64; D], h: f64| {
-            let mut y: [f64; D] = std::array::from_fn(|k| x[k] + h * way[k]);
-            self.domain.wrap(&mut y);
-            self.domain.contains(&y).then(|| self.number_density(&y).ln())
+        let bend = |way: &[f64; D], h: f64| {
+            Some(self.logarithm_along(x, way, h)? + self.logarithm_along(x, way, -h)? - 2.0 * here.ln())
         };
-        let bend = |way: &[f64; D], h: f64| Some(along(way, h)? + along(way, -h)? - 2.0 * here.ln());
         let edge = |way| Some((bend(&way, reach)? - 4.0 * bend(&way, 0.5 * reach)?).abs() / EDGE);
         // Not a number where n* vanishes on both sides of something: as sharp as can be.
         let worse = |most: f64, e: f64| if e.is_nan() { f64::INFINITY } else { most.max(e) };
@@ -38,14 +35,14 @@ impl<const D: usize> Target<'_, D> {
     /// largest change again and again does not lessen the change, as it does for the steepest of slopes.
     pub fn jumps_near(&self, x: &[f64; D], support: f64) -> bool {
         let reach = support.min(0.25 * self.domain.size());
-        ways::<D>().any(|way| {
-            let along = |h: f64| {
-                let mut y: [f64; D] = std::array::from_fn(|k| x[k] + h * way[k]);
-                self.domain.wrap(&mut y);
-                self.domain.contains(&y).then(|| self.number_density(&y).ln())
-            };
-            jumps(along, reach)
-        })
+        ways::<D>().any(|way| jumps(|h| self.logarithm_along(x, &way, h), reach))
+    }
+
+    /// ln n* at a distance `h` from `x`; `None` outside of the domain.
+    fn logarithm_along(&self, x: &[f64; D], way: &[f64; D], h: f64) -> Option<f64> {
+        let mut y: [f64; D] = std::array::from_fn(|k| x[k] + h * way[k]);
+        self.domain.wrap(&mut y);
+        self.domain.contains(&y).then(|| self.number_density(&y).ln())
     }
 
     /// [`Self::jumps_near`] at every particle, for `ratio` = H n*^(1/d); empty where there is no jump. Only where
