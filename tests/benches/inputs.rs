@@ -96,7 +96,7 @@ fn main() {
     }
     if let Some(folder) = std::env::var_os("SPH_PREP_RESULTS") {
         let page = format!(
-            "# Every input\n\n`SPH_PREP_RESULTS=profiles/results cargo bench --bench inputs` makes this page: {count} particles, density error \
+            "# Every input\n\n`SPH_PREP_RESULTS=profiles/results cargo bench --bench inputs -- {count}` makes this page: {count} particles, density error \
              (interior, mass re-fitted) and seconds of the whole run, by WVT alone (60 iterations) and by the default road. Files outside \
              `profiles/` are not part of the project.\n\n{}",
             without_folders(&table, root)
