@@ -4,7 +4,7 @@ use crate::domain::{Axis, Domain, Region, Wall};
 use crate::kernel::default_kernel_neighbors;
 use crate::placement::{SolverOptions, WvtOptions};
 use crate::scene::{Atmosphere, Polish, Scene};
-use crate::seeding::{Seeding, has_jumps, is_radial};
+use crate::seeding::{Seeding, is_radial, jump_share};
 use crate::target::Target;
 use serde::Serialize;
 
@@ -54,8 +54,10 @@ impl Plan {
                 plan.drop("polish", "the domain is thinner than the particles' spacing: its faces are all they see");
                 plan.polish = Polish::None;
             }
-            plan.choose_seeding(scene, target);
-            plan.choose_wvt(scene, target);
+            let neighbors = scene.neighbors.unwrap_or_else(|| default_kernel_neighbors(D));
+            let jumps = if plan.polish == Polish::Solver { jump_share(target, neighbors) } else { 0.0 };
+            plan.choose_seeding(scene, target, jumps);
+            plan.choose_wvt(scene, D, jumps);
             plan.choose_balance(scene);
         }
         plan.stages.insert(0, plan.seeding.method().stage);
@@ -129,23 +131,24 @@ impl Plan {
 
     /// For a radial target in a ball, shells of the right masses are nearer to the density than WVT gets, and
     /// the solver ends at a third of the error that it reaches from mass bisection (`cargo bench --bench peers`).
-    fn choose_seeding<const D: usize>(&mut self, scene: &Scene, target: &Target<'_, D>) {
-        if scene.seeding.is_none() && self.polish == Polish::Solver && target.count >= MIN_SHELLS && is_radial(target) {
+    /// Where most of a body is near one jump or another, shells that a solver may not move are not enough.
+    fn choose_seeding<const D: usize>(&mut self, scene: &Scene, target: &Target<'_, D>, jumps: f64) {
+        let suits = self.polish == Polish::Solver && target.count >= MIN_SHELLS && jumps <= MOST_JUMPS;
+        if scene.seeding.is_none() && suits && is_radial(target) {
             self.seeding = Seeding::EqualAreaShells;
         }
     }
 
     /// The solver leaves particles near jumps alone, so that WVT has to bring them into order there; elsewhere the
     /// solver does in one evaluation what takes WVT many iterations.
-    fn choose_wvt<const D: usize>(&mut self, scene: &Scene, target: &Target<'_, D>) {
-        let shells = self.seeding == Seeding::EqualAreaShells && self.polish == Polish::Solver && D == 3;
-        let neighbors = scene.neighbors.unwrap_or_else(|| default_kernel_neighbors(D));
+    fn choose_wvt(&mut self, scene: &Scene, d: usize, jumps: f64) {
+        let shells = self.seeding == Seeding::EqualAreaShells && self.polish == Polish::Solver && d == 3;
         self.wvt_iterations = scene.wvt.iterations.unwrap_or(match (self.polish, self.seeding) {
             (Polish::None, Seeding::VariableMasses) => 0,
             (Polish::None, _) => WvtOptions::new(3).iterations,
             (Polish::Afc, _) => 0,
             _ if shells => 0,
-            (Polish::Solver, Seeding::MassBisection) if has_jumps(target, neighbors) => MANY_ITERATIONS,
+            (Polish::Solver, Seeding::MassBisection) if jumps > FEW_JUMPS => MANY_ITERATIONS,
             (_, Seeding::MassBisection) => 5,
             (_, _) => MANY_ITERATIONS,
         });
@@ -197,6 +200,9 @@ fn thinner_than_a_spacing<const D: usize>(domain: &Domain<D>, count: usize) -> b
         })
 }
 
+/// Shares of the domain near jumps: below the one they do not matter, above the other nothing else does.
+const FEW_JUMPS: f64 = 1e-3;
+const MOST_JUMPS: f64 = 0.5;
 /// WVT's iterations before a polish where few are not enough.
 const MANY_ITERATIONS: usize = 40;
 /// Fewer particles make no shells worth the name.

@@ -52,7 +52,7 @@ struct Gravity<const D: usize> {
     reach: f64,
     /// Images along each axis, on either side of the nearest, that the reach may meet.
     images: [i32; D],
-    /// Screened force over distance, evenly over the squared distance up to the reach.
+    /// Screened force times r^(d-1), evenly over the squared distance up to the reach.
     table: Vec<f64>,
     waves: Vec<Wave<D>>,
     /// Most periods of a wave along each axis.
@@ -70,9 +70,7 @@ impl<const D: usize> Gravity<D> {
             edges: *edges,
             reach,
             images: edges.map(|e| (reach / e - 0.5).ceil().max(0.0) as i32),
-            table: (0..=ENTRIES)
-                .map(|i| screened::<D>(alpha, reach * ((i as f64).max(0.02) / ENTRIES as f64).sqrt()))
-                .collect(),
+            table: (0..=ENTRIES).map(|i| screened::<D>(alpha, reach * (i as f64 / ENTRIES as f64).sqrt())).collect(),
             waves,
         }
     }
@@ -130,10 +128,11 @@ impl<const D: usize> Gravity<D> {
                 continue;
             }
             self.for_each_image(&nearest, |d| {
-                let entry = scale * d.iter().map(|v| v * v).sum::<f64>();
+                let squared = d.iter().map(|v| v * v).sum::<f64>();
+                let entry = scale * squared;
                 if entry > 0.0 && entry < ENTRIES as f64 {
                     let (i, rest) = (entry as usize, entry.fract());
-                    let strength = self.table[i] + rest * (self.table[i + 1] - self.table[i]);
+                    let strength = (self.table[i] + rest * (self.table[i + 1] - self.table[i])) / power::<D>(squared);
                     (0..D).for_each(|k| force[k] += strength * d[k]);
                 }
             });
@@ -155,8 +154,17 @@ impl<const D: usize> Gravity<D> {
     }
 }
 
-/// Force over distance of a point whose flux is hidden by a Gaussian cloud of opposite sign: 1/(S_d r^d), S_d the
-/// surface of the unit sphere, times the fraction of the cloud that lies beyond r.
+/// r^d of a squared distance.
+fn power<const D: usize>(squared: f64) -> f64 {
+    match D {
+        1 => squared.sqrt(),
+        2 => squared,
+        _ => squared * squared.sqrt(),
+    }
+}
+
+/// Force times r^(d-1) of a point whose flux is hidden by a Gaussian cloud of opposite sign: 1/S_d, S_d the surface of
+/// the unit sphere, times the fraction of the cloud that lies beyond r.
 fn screened<const D: usize>(alpha: f64, r: f64) -> f64 {
     let cloud = |from: f64| {
         let segment = |i: i32| {
@@ -165,7 +173,7 @@ fn screened<const D: usize>(alpha: f64, r: f64) -> f64 {
         };
         (0..32).map(segment).sum::<f64>()
     };
-    cloud(alpha * r) / cloud(0.0) / (D as f64 * crate::kernel::unit_ball_volume(D) * r.powi(D as i32))
+    cloud(alpha * r) / cloud(0.0) / (D as f64 * crate::kernel::unit_ball_volume(D))
 }
 
 /// One of each pair of opposite waves up to the cutoff.

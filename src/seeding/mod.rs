@@ -64,9 +64,9 @@ pub enum Seeding {
     VariableMasses,
 }
 
-/// Whether the target jumps within reach of a good many particles with `neighbors` kernel neighbors.
-pub fn has_jumps<const D: usize>(target: &Target<'_, D>, neighbors: f64) -> bool {
-    symmetry::jumps(target, support_over_spacing(D, neighbors))
+/// The share of the domain that is within reach of a jump of the target with `neighbors` kernel neighbors.
+pub fn jump_share<const D: usize>(target: &Target<'_, D>, neighbors: f64) -> f64 {
+    symmetry::jump_share(target, support_over_spacing(D, neighbors))
 }
 
 /// Whether the target is a function of the radius alone in a three-dimensional ball or shell, so that concentric

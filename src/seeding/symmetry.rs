@@ -96,15 +96,15 @@ pub(super) fn detect<const D: usize>(target: &Target<'_, D>, method: &str) -> Re
     if worst.0 > 0.0 { Err(refusal(method, wanted, worst.1, &worst.2)) } else { Ok(symmetry) }
 }
 
-/// Whether the target jumps somewhere, for `ratio` = H n*^(1/d): within a support radius of one sample in a thousand.
-pub(super) fn jumps<const D: usize>(target: &Target<'_, D>, ratio: f64) -> bool {
+/// The share of the domain that is within a support radius of a jump, for `ratio` = H n*^(1/d), by samples.
+pub(super) fn jump_share<const D: usize>(target: &Target<'_, D>, ratio: f64) -> f64 {
     let near = |x: &&[f64; D]| {
         let here = target.number_density(x);
         let support = ratio * target.spacing(here).min(target.domain.size());
         here > 0.0 && !(target.sharpness(x, here, support) < 1.0) && target.jumps_near(x, support)
     };
     let samples = samples(target.domain);
-    1000 * samples.iter().filter(near).count() > samples.len()
+    samples.iter().filter(near).count() as f64 / samples.len().max(1) as f64
 }
 
 fn refusal<const D: usize>(method: &str, wanted: &str, deviation: f64, x: &[f64; D]) -> Error {
