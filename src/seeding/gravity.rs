@@ -2,8 +2,8 @@
 //! glass (White 1994, in Schaeffer et al. 1996; Diehl et al. 2015, sec. 3.1.5).
 //!
 //! The force is that of all images, in Ewald's way: a screened part that is summed over pairs, and the smooth rest
-//! as a Fourier sum. Each point is the source of a unit flux on a neutral background, so that div F = n - <n>. A
-//! displacement by F/<n> therefore undoes a long wave of the density at once, whatever its length: the motion below
+//! as a Fourier sum. Each point is the source of a unit flux on a neutral background, so that div F = n - n_0, n_0 the mean.
+//! A displacement by F/n_0 therefore undoes a long wave of the density at once, whatever its length: the motion below
 //! takes such steps with some memory of the last one, which is what a damped fluid does.
 
 use crate::field::quadrature::integrate;
@@ -18,7 +18,7 @@ const CUTOFF: f64 = 2.4;
 const ITERATIONS: usize = 100;
 /// Part of the last displacement that is repeated.
 const MEMORY: f64 = 0.8;
-/// Displacement over F/<n>. Linear stability needs less than 2 (1 + memory): no wave is stiffer than a density wave.
+/// Displacement over F/n_0. Linear stability needs less than 2 (1 + memory): no wave is stiffer than a density wave.
 const RATE: f64 = 1.0;
 /// No point moves farther at once, in spacings: random sets have pairs of any force.
 const LONGEST: f64 = 0.2;
