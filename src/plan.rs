@@ -26,7 +26,7 @@ pub struct Plan {
     pub polish: Polish,
     /// Stages of particle splitting within ALARIC.
     pub splittings: usize,
-    /// Evaluations of the density solver.
+    /// Evaluations of the density solver, at most.
     pub evaluations: usize,
     /// Evaluations of the balance of pressure and gravity; 0 where it is left out.
     pub balance: usize,
@@ -98,8 +98,7 @@ impl Plan {
             chosen => self.polish = chosen,
         }
         if self.polish == Polish::Solver {
-            let default = SolverOptions::new(d).evaluations;
-            let affordable = if count > MANY { default / 2 } else { default };
+            let affordable = affordable_evaluations(count, d, scene.tolerance.is_some());
             self.evaluations = scene.solver.evaluations.unwrap_or(affordable);
         }
         if self.polish == Polish::DampedRelaxation {
@@ -200,6 +199,14 @@ fn thinner_than_a_spacing<const D: usize>(domain: &Domain<D>, count: usize) -> b
         })
 }
 
+/// Evaluations that a user waits for: few particles get more of them, which their error and noise gain from, and a
+/// million stay within a minute. A tolerance stops them early, so that more are allowed.
+fn affordable_evaluations(count: usize, d: usize, stops_early: bool) -> usize {
+    let usual = SolverOptions::new(d).evaluations as f64 * (USUAL / count as f64).sqrt();
+    let affordable = usual.clamp(30.0, 240.0) as usize;
+    if stops_early { 4 * affordable } else { affordable }
+}
+
 /// Shares of the domain near jumps: below the one they do not matter, above the other nothing else does.
 const FEW_JUMPS: f64 = 1e-3;
 const MOST_JUMPS: f64 = 0.5;
@@ -211,8 +218,7 @@ const MIN_SHELLS: usize = 1000;
 const MIN_RELAXED: usize = 3;
 /// More particles are not polished unless asked for.
 const MAX_AUTOMATIC: usize = 3_000_000;
-/// More particles get half of the evaluations: the error that is left is that of fewer iterations, and a run
-/// stays within a minute for a million.
-const MANY: usize = 500_000;
+/// Particles for which the solver's default evaluations are meant.
+const USUAL: f64 = 1e5;
 /// Fewer particles converge at once; splitting only adds its noise.
 const MIN_SPLIT: usize = 4000;

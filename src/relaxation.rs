@@ -2,7 +2,7 @@
 
 use crate::checkpoint::{Checkpoints, Snapshot, StageSnapshot};
 use crate::error::{Error, Result};
-use crate::kernel::{Kernel, evaluate, unit_ball_volume};
+use crate::kernel::own_count;
 use crate::placement::{
     AfcOptions, AfcSnapshot, AlaricOptions, BalanceOptions, Balanced, Control, PAIRED, SolverOptions, SolverSnapshot,
     SplittingSnapshot, StageReport, Start, StopReason, TrimOptions, WvtOptions, WvtSnapshot, alaric_by_splitting_kept,
@@ -13,7 +13,6 @@ use crate::report::Timing;
 use crate::scene::{OnInterrupt, Polish, Scene};
 use crate::seeding::{self, Seeded};
 use crate::target::{Equilibrium, Positions, Target};
-use crate::with_kernel;
 use std::time::Instant;
 
 /// What relaxation comes to.
@@ -206,7 +205,7 @@ impl<const D: usize> Stages<'_, D> {
         start: Start<D, SolverSnapshot<D>>,
         past: &mut Past<'_>,
     ) -> (Positions<D>, Vec<StageReport>) {
-        let options = solver_options(self.scene, plan.evaluations, self.neighbors);
+        let options = solver_options::<D>(self.scene, plan, self.neighbors);
         let keep = &mut keep(past, StageSnapshot::Solver);
         let (positions, report) =
             solve_density_kept::<D, f32>(self.scene.kernel, self.target, start, &options, self.control, keep);
@@ -241,7 +240,7 @@ impl<const D: usize> Stages<'_, D> {
 
 /// n_i V H^d of a particle counts its own kernel at least; no support radius has fewer neighbors than that.
 fn check_neighbors<const D: usize>(scene: &Scene, neighbors: f64) -> Result<()> {
-    let own = with_kernel!(scene.kernel, kernel => own_count::<_, D>(kernel));
+    let own = own_count(scene.kernel, D);
     if neighbors > own {
         return Ok(());
     }
@@ -250,11 +249,6 @@ fn check_neighbors<const D: usize>(scene: &Scene, neighbors: f64) -> Result<()> 
         scene.kernel.title()
     );
     Err(Error::scene("neighbors", problem))
-}
-
-/// V_d W(0) at unit support.
-fn own_count<K: Kernel, const D: usize>(kernel: K) -> f64 {
-    K::SIGMA[D - 1] * evaluate::<K, D>(kernel, 0.0).0 * unit_ball_volume(D)
 }
 
 /// Moves what a stage left paired apart, and says so.
@@ -354,12 +348,15 @@ fn wvt_options(scene: &Scene, iterations: usize, kernel_neighbors: f64) -> WvtOp
     }
 }
 
-fn solver_options(scene: &Scene, evaluations: usize, kernel_neighbors: f64) -> SolverOptions {
+fn solver_options<const D: usize>(scene: &Scene, plan: &Plan, kernel_neighbors: f64) -> SolverOptions {
+    let default = SolverOptions::new(D);
+    let quietness = scene.solver.quietness.or(scene.tolerance.map(SolverOptions::quietness_for));
     SolverOptions {
         kernel_neighbors,
-        evaluations,
-        quietness: scene.solver.quietness,
-        tolerance: scene.tolerance.unwrap_or(0.0),
+        evaluations: plan.evaluations,
+        quietness: quietness.unwrap_or(default.quietness),
+        tolerance: scene.tolerance.unwrap_or(default.tolerance),
+        settled: plan.wvt_iterations == 0 && plan.seeding.is_in_order(),
     }
 }
 

@@ -389,10 +389,10 @@ impl Scene {
         if let Some(t) = self.trim_masses.filter(|t| !(*t > 0.0 && *t < 1.0)) {
             return Err(Error::scene("trim_masses", format!("is {t}, expected a fraction between 0 and 1")));
         }
-        if !(0.0..=1.0).contains(&self.solver.quietness) {
+        if let Some(quietness) = self.solver.quietness.filter(|q| !(0.0..=1.0).contains(q)) {
             return Err(Error::scene(
                 "solver.quietness",
-                format!("is {}, expected 0 (exact density) to 1 (quiet forces)", self.solver.quietness),
+                format!("is {quietness}, expected 0 (exact density) to 1 (quiet forces)"),
             ));
         }
         if let Some(balance) = &self.balance {

@@ -7,11 +7,11 @@
 use crate::domain::Domain;
 use crate::kernel::{Kernel, KernelName, unit_ball_volume};
 use crate::neighbors::lanes::Real;
-use crate::neighbors::{Batch, LeafPass, Reach, Sources, Tree, for_each_target};
+use crate::neighbors::{Batch, Compiled, LeafPass, Reach, Shape, Sources, Tree, compiled, drive, in_shape};
 use crate::with_kernel;
 use pulp::Simd;
 use rayon::prelude::*;
-use std::marker::PhantomData;
+use std::any::Any;
 
 /// Sums over the neighbors of one particle at a given support radius.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -32,21 +32,16 @@ impl<const D: usize> Default for DensitySums<D> {
     }
 }
 
-/// Density and gradient at given support radii, with `C` = 0 (no weights) or 1 (weights in channel 0).
-pub struct DensityPass<'a, K, R> {
-    pub kernel: K,
-    /// Tree order.
-    pub support: &'a [f64],
-    pub precision: PhantomData<R>,
-}
+/// Density and gradient at the targets' support radii, with `C` = 0 (no weights) or 1 (weights in channel 0).
+struct DensityPass<K>(K);
 
-impl<const D: usize, const C: usize, K: Kernel, R: Real> LeafPass<D, C, R> for DensityPass<'_, K, R> {
+impl<const D: usize, const C: usize, K: Kernel, R: Real> LeafPass<D, C, R> for DensityPass<K> {
     type Output = DensitySums<D>;
 
     #[inline(always)]
     fn leaf<S: Simd>(&self, simd: S, batch: &mut Batch<'_, D, C, R>, out: &mut [Self::Output]) {
         for (i, out) in batch.targets().zip(out) {
-            *out = density_sums::<D, C, K, R, S>(simd, self.kernel, batch, i, self.support[i]);
+            *out = density_sums::<D, C, K, R, S>(simd, self.0, batch, i, batch.support(i));
         }
     }
 }
@@ -126,17 +121,21 @@ pub(crate) fn separation<const D: usize, R: Real, S: Simd>(
     (d, R::mul(simd, R::sqrt(simd, r2), inverse_support))
 }
 
-/// Sums at given support radii (tree order in and out).
+/// Sums at the support radii of the first of `sources` (tree order in and out).
 pub fn density<const D: usize, const C: usize, R: Real>(
     kernel: KernelName,
     domain: &Domain<D>,
     sources: &[Sources<'_, D, C>],
-    support: &[f64],
 ) -> Vec<DensitySums<D>> {
-    with_kernel!(kernel, kernel => {
-        let pass = DensityPass { kernel, support, precision: PhantomData::<R> };
-        for_each_target::<D, C, R, _>(domain, sources, 1.0, &pass)
-    })
+    let pass = compiled::<D, C, R, DensitySums<D>>(|shape| density_pass(kernel, shape));
+    drive(domain, sources, 1.0, &*pass)
+}
+
+fn density_pass(kernel: KernelName, shape: Shape) -> Box<dyn Any> {
+    in_shape!(shape, D, R => with_kernel!(kernel, kernel => match shape.channels {
+        0 => Box::new(Box::new(DensityPass(kernel)) as Compiled<D, 0, R, DensitySums<D>>),
+        _ => Box::new(Box::new(DensityPass(kernel)) as Compiled<D, 1, R, DensitySums<D>>),
+    }))
 }
 
 /// Support radius and the sums at it.
@@ -146,11 +145,10 @@ pub struct Solved<const D: usize> {
     pub sums: DensitySums<D>,
 }
 
-struct SolvePass<K, R> {
+struct SolvePass<K> {
     kernel: K,
     kernel_neighbors: f64,
     largest: f64,
-    precision: PhantomData<R>,
 }
 
 /// Relative accuracy of n V_d H^d = N_H; finer than what f32 sums resolve.
@@ -160,21 +158,21 @@ const MAX_SUPPORT_STEPS: usize = 80;
 /// Reach of the first gathering over the largest guess of the leaf.
 const SOLVE_MARGIN: f64 = 1.15;
 
-impl<const D: usize, const C: usize, K: Kernel, R: Real> LeafPass<D, C, R> for SolvePass<K, R> {
+impl<const D: usize, const C: usize, K: Kernel, R: Real> LeafPass<D, C, R> for SolvePass<K> {
     type Output = Solved<D>;
 
     #[inline(always)]
     fn leaf<S: Simd>(&self, simd: S, batch: &mut Batch<'_, D, C, R>, out: &mut [Self::Output]) {
         for (i, out) in batch.targets().zip(out) {
-            *out = self.solve::<D, C, S>(simd, batch, i);
+            *out = self.solve::<D, C, R, S>(simd, batch, i);
         }
     }
 }
 
-impl<K: Kernel, R: Real> SolvePass<K, R> {
+impl<K: Kernel> SolvePass<K> {
     /// Newton in ln H on ln(n V_d H^d / N_H), bracketed; gathers anew where the root lies beyond the reach.
     #[inline(always)]
-    fn solve<const D: usize, const C: usize, S: Simd>(
+    fn solve<const D: usize, const C: usize, R: Real, S: Simd>(
         &self,
         simd: S,
         batch: &mut Batch<'_, D, C, R>,
@@ -226,10 +224,18 @@ pub fn solve_support_radii<const D: usize, const C: usize, R: Real>(
     kernel_neighbors: f64,
     largest: f64,
 ) -> Vec<Solved<D>> {
-    with_kernel!(kernel, kernel => {
-        let pass = SolvePass { kernel, kernel_neighbors, largest, precision: PhantomData::<R> };
-        for_each_target::<D, C, R, _>(domain, sources, SOLVE_MARGIN, &pass)
-    })
+    let pass = compiled::<D, C, R, Solved<D>>(|shape| solve_pass(kernel, kernel_neighbors, largest, shape));
+    drive(domain, sources, SOLVE_MARGIN, &*pass)
+}
+
+fn solve_pass(kernel: KernelName, kernel_neighbors: f64, largest: f64, shape: Shape) -> Box<dyn Any> {
+    in_shape!(shape, D, R => with_kernel!(kernel, kernel => {
+        let pass = SolvePass { kernel, kernel_neighbors, largest };
+        match shape.channels {
+            0 => Box::new(Box::new(pass) as Compiled<D, 0, R, Solved<D>>),
+            _ => Box::new(Box::new(pass) as Compiled<D, 1, R, Solved<D>>),
+        }
+    }))
 }
 
 /// Largest support radius that makes sense in a domain: with periodic or mirrored images any number of
@@ -240,13 +246,10 @@ pub fn largest_support<const D: usize>(domain: &Domain<D>, count: usize, kernel_
     2.0 * diagonal.max(mean)
 }
 
-struct ScatterPass<K, R> {
-    kernel: K,
-    precision: PhantomData<R>,
-}
+struct ScatterPass<K>(K);
 
 /// Channel 0: strength times sigma / H^(d+2); channel 1: 1 / H.
-impl<const D: usize, K: Kernel, R: Real> LeafPass<D, 2, R> for ScatterPass<K, R> {
+impl<const D: usize, K: Kernel, R: Real> LeafPass<D, 2, R> for ScatterPass<K> {
     type Output = Vector<D>;
 
     #[inline(always)]
@@ -260,7 +263,7 @@ impl<const D: usize, K: Kernel, R: Real> LeafPass<D, 2, R> for ScatterPass<K, R>
             for j in 0..xs[0].len() {
                 let inverse = R::mul(simd, channels[1][j], inverse_scale);
                 let (d, q) = separation::<D, R, S>(simd, &xs, &target, inverse, j);
-                let (_, slope) = self.kernel.shape::<D, R, S>(simd, q);
+                let (_, slope) = self.0.shape::<D, R, S>(simd, q);
                 let pull = R::mul(simd, channels[0][j], slope);
                 for k in 0..D {
                     sum[k] = R::mul_add(simd, d[k], pull, sum[k]);
@@ -317,7 +320,12 @@ pub fn scatter_gradient<const D: usize, R: Real>(
             if a.silent { sources.silent() } else { sources }
         })
         .collect();
-    with_kernel!(kernel, kernel => {
-        for_each_target::<D, 2, R, _>(domain, &sources, 1.0, &ScatterPass { kernel, precision: PhantomData::<R> })
-    })
+    let pass = compiled::<D, 2, R, Vector<D>>(|shape| scatter_pass(kernel, shape));
+    drive(domain, &sources, 1.0, &*pass)
+}
+
+fn scatter_pass(kernel: KernelName, shape: Shape) -> Box<dyn Any> {
+    in_shape!(shape, D, R => with_kernel!(kernel, kernel => {
+        Box::new(Box::new(ScatterPass(kernel)) as Compiled<D, 2, R, Vector<D>>)
+    }))
 }

@@ -38,8 +38,8 @@ fn compare_with_all_pairs<const D: usize>(n: usize, support_range: (f64, f64)) {
         let tree = Tree::build(&x);
         let (h, w) = (tree.to_tree_order(&support), tree.to_tree_order(&weight));
         let sources = [Sources::new(&tree, &h, [w.as_slice()], Reach::Target)];
-        let narrow = density::<D, 1, f32>(KernelName::WendlandC4, &domain, &sources, &h);
-        let wide = density::<D, 1, f64>(KernelName::WendlandC4, &domain, &sources, &h);
+        let narrow = density::<D, 1, f32>(KernelName::WendlandC4, &domain, &sources);
+        let wide = density::<D, 1, f64>(KernelName::WendlandC4, &domain, &sources);
         let actors = [Actors { tree: &tree, support: &h, strength: &w, silent: false }];
         let seen = scatter_gradient::<D, f64>(KernelName::WendlandC4, &domain, &actors);
         for (k, &i) in tree.order().iter().enumerate() {

@@ -162,14 +162,18 @@ fn results_do_not_depend_on_the_scale_of_lengths_and_masses() {
         format!(
             "input: {{expression: '{density:e} * (2 + sin(2*pi*x/{size:e}))'}}\n\
              domain: {{box: [[0,0,0],[{size:e},{size:e},{size:e}]], boundary: [periodic]}}\n\
-             particles: 1000\nwvt: {{iterations: 5}}"
+             particles: 1000\nwvt: {{iterations: 5}}\nsolver: {{evaluations: 60}}"
         )
     };
     let (_, one) = run(&scene(1.0, 1.0), "t2");
     for (tag, size, density) in [("t3", 1e11, 1e-7), ("t4", 1e-30, 1e200)] {
         let (_, other) = run(&scene(size, density), tag);
         let (a, b) = (numbers(&one, names::COORDINATES), numbers(&other, names::COORDINATES));
-        let worst = a.iter().zip(&b).map(|(a, b)| (a - b / size).abs()).fold(0.0, f64::max);
+        // Particles come in the order of a tree, which rounding may change: each is sought among all.
+        let periodic = |d: f64| (d - d.round()).abs();
+        let gap = |a: &[f64], b: &[f64]| (0..3).map(|k| periodic(a[k] - b[k] / size)).fold(0.0, f64::max);
+        let nearest = |a: &[f64]| b.chunks(3).map(|b| gap(a, b)).fold(f64::INFINITY, f64::min);
+        let worst = a.chunks(3).map(nearest).fold(0.0, f64::max);
         // Rounding of the expression grows over some sixty iterations, to far less than the spacing of 0.1.
         assert!(worst < 1e-3, "{worst} at size {size:e}");
     }

@@ -111,12 +111,14 @@ fn quiet_forces_cost_exactness_and_the_other_way_round() {
         let options = SolverOptions { evaluations: 100, quietness, ..SolverOptions::new(3) };
         let x = solve_density::<3, f32>(KernelName::WendlandC4, &target, start.clone(), &options, &control()).0;
         let masses = target.masses(&x);
-        let measured = measured(&target, &x, &masses);
+        let mut measured = measured(&target, &x, &masses);
+        measured.leave_out_unresolved(&target, &x);
         let noise = NoiseFigures::new(KernelName::WendlandC4, &measured, &domain, &masses, default_kernel_neighbors(3));
-        (DensityError::new(&measured, &target.densities(&x)).all_refitted.epsilon, noise.all)
+        let error = DensityError::new(&measured, &target.densities(&x));
+        (error.interior_refitted.unwrap().epsilon, noise.interior.unwrap())
     };
     let (exact, quiet) = (run(0.1), run(0.9));
-    assert!(exact.0 < 0.2 * quiet.0 && quiet.1 < exact.1, "{exact:?} {quiet:?}");
+    assert!(exact.0 < 0.01 * quiet.0 && quiet.1 < exact.1, "{exact:?} {quiet:?}");
 }
 
 #[test]
@@ -162,7 +164,7 @@ fn trimmed_masses_stay_within_their_bound_and_keep_the_total() {
         let report = trim_masses(KernelName::WendlandC4, &target, &x, &mut masses, &options, &control());
         let (first, last) = (report.history[0].epsilon, report.epsilon().unwrap());
         println!("{domain:?}: {first:.1e} -> {last:.1e}");
-        assert!(last < 0.1 * first, "{first:e} -> {last:e}");
+        assert!(last < 0.2 * first, "{first:e} -> {last:e}");
         let (before, after): (f64, f64) = (equal.iter().sum(), masses.iter().sum());
         assert!((after / before - 1.0).abs() < 1e-12);
         // The last scaling to the total may pass the bound by as much as the total was off.

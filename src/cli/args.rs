@@ -243,7 +243,7 @@ impl RunArgs {
         overlay(&mut scene.checkpoint.file, &self.resume);
         overlay(&mut scene.checkpoint.file, &self.checkpoint);
         overlay(&mut scene.checkpoint.resume, &self.resume);
-        scene.solver.quietness = self.quietness.unwrap_or(scene.solver.quietness);
+        scene.solver.quietness = self.quietness.or(scene.solver.quietness);
         if self.balance && scene.balance.is_none() {
             scene.balance = Some(crate::scene::BalanceInput::default());
         }

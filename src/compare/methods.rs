@@ -107,7 +107,7 @@ fn alaric(scene: &mut Scene, splittings: usize) {
 
 fn solver(scene: &mut Scene, quietness: f64) {
     scene.polish = Some(Polish::Solver);
-    scene.solver.quietness = quietness;
+    scene.solver.quietness = Some(quietness);
 }
 
 /// A variation, with the scene's own seeding or another.
@@ -196,7 +196,7 @@ mod tests {
         let scene = Scene { seed: 7, seeding: Some(Seeding::Random), ..Scene::default() };
         assert_eq!(Compared::parse("scene").unwrap().apply(&scene), scene);
         let exact = Compared::parse("solver-exact:shells").unwrap().apply(&scene);
-        assert_eq!((exact.seed, exact.seeding, exact.solver.quietness), (7, Some(Seeding::Shells), 0.0));
+        assert_eq!((exact.seed, exact.seeding, exact.solver.quietness), (7, Some(Seeding::Shells), Some(0.0)));
         let seed = Compared::parse("seed").unwrap().apply(&scene);
         assert_eq!(
             (seed.wvt.iterations, seed.polish, seed.seeding),

@@ -66,6 +66,19 @@ impl KernelName {
     }
 }
 
+/// What a particle counts of its own N_H neighbors: V_d W(0) at unit support.
+pub fn own_count(kernel: KernelName, d: usize) -> f64 {
+    fn peak<K: Kernel>(kernel: K, d: usize) -> f64 {
+        let (value, _) = match d {
+            1 => evaluate::<K, 1>(kernel, 0.0),
+            2 => evaluate::<K, 2>(kernel, 0.0),
+            _ => evaluate::<K, 3>(kernel, 0.0),
+        };
+        K::SIGMA[d - 1] * value
+    }
+    with_kernel!(kernel, kernel => peak(kernel, d)) * unit_ball_volume(d)
+}
+
 /// Calls `$body` with `$k` bound to the kernel that `$name` names: the one place where the run-time choice
 /// becomes a type.
 #[macro_export]

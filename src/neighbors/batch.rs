@@ -349,6 +349,31 @@ impl<const D: usize, const C: usize, R: Real, P: LeafPass<D, C, R>> WithSimd for
     }
 }
 
+/// A pass without its kernel in the type, so that what drives it is compiled once for all kernels.
+pub(crate) trait DynPass<const D: usize, const C: usize, R: Real, O>: Sync {
+    fn leaf(&self, arch: Arch, batch: &mut Batch<'_, D, C, R>, out: &mut [O]);
+}
+
+impl<const D: usize, const C: usize, R: Real, P: LeafPass<D, C, R>> DynPass<D, C, R, P::Output> for P {
+    fn leaf(&self, arch: Arch, batch: &mut Batch<'_, D, C, R>, out: &mut [P::Output]) {
+        let leaf = Leaf { pass: self, batch, out };
+        if R::DOUBLE { dispatch_double(leaf) } else { arch.dispatch(leaf) }
+    }
+}
+
+/// Double precision serves checks and the trimming of masses: it does without the widest instructions, so that a
+/// third of the compilation is saved.
+#[inline(always)]
+fn dispatch_double<Op: WithSimd>(op: Op) -> Op::Output {
+    #[cfg(any(target_arch = "x86", target_arch = "x86_64"))]
+    return match pulp::x86::V3::try_new() {
+        Some(simd) => Simd::vectorize(simd, op),
+        None => Simd::vectorize(pulp::Scalar::new(), op),
+    };
+    #[cfg(not(any(target_arch = "x86", target_arch = "x86_64")))]
+    Arch::new().dispatch(op)
+}
+
 /// Runs `pass` over every particle of `sources[0]`, gathering from all `sources` (the others are ghosts).
 /// Each leaf is gathered once to `margin` (at least 1) times its largest support radius.
 ///
@@ -359,8 +384,18 @@ pub fn for_each_target<const D: usize, const C: usize, R: Real, P: LeafPass<D, C
     margin: f64,
     pass: &P,
 ) -> Vec<P::Output> {
+    drive::<D, C, R, P::Output>(domain, sources, margin, pass)
+}
+
+/// [`for_each_target`] with a pass that was chosen at run time.
+pub(crate) fn drive<const D: usize, const C: usize, R: Real, O: Copy + Send + Default>(
+    domain: &Domain<D>,
+    sources: &[Sources<'_, D, C>],
+    margin: f64,
+    pass: &dyn DynPass<D, C, R, O>,
+) -> Vec<O> {
     let tree = sources[0].tree;
-    let mut out = vec![P::Output::default(); tree.len()];
+    let mut out = vec![O::default(); tree.len()];
     let mut tasks = Vec::with_capacity(tree.leaves.len() / LEAVES_PER_TASK + 1);
     let mut rest = out.as_mut_slice();
     for leaves in tree.leaves.chunks(LEAVES_PER_TASK) {
@@ -379,7 +414,7 @@ pub fn for_each_target<const D: usize, const C: usize, R: Real, P: LeafPass<D, C
                 out = others;
                 let widest = batch.targets().fold(0.0_f64, |m, i| m.max(batch.support(i)));
                 arch.dispatch(Gather { batch: &mut *batch, reach: widest * margin });
-                arch.dispatch(Leaf { pass, batch: &mut *batch, out: mine });
+                pass.leaf(arch, batch, mine);
             }
         },
     );

@@ -7,6 +7,9 @@ pub trait Real: Copy + Send + Sync + Default + 'static {
     /// Vector register of this type.
     type Vector<S: Simd>: Copy;
 
+    /// Which of the two it is.
+    const DOUBLE: bool;
+
     fn from_f64(x: f64) -> Self;
     fn to_f64(self) -> f64;
     fn splat<S: Simd>(simd: S, x: Self) -> Self::Vector<S>;
@@ -30,6 +33,8 @@ macro_rules! real {
     ($t:ty, $v:ident, $splat:ident, $as:ident, $add:ident, $sub:ident, $mul:ident, $div:ident, $fma:ident, $max:ident, $sqrt:ident, $sum:ident) => {
         impl Real for $t {
             type Vector<S: Simd> = S::$v;
+
+            const DOUBLE: bool = size_of::<$t>() == 8;
 
             #[inline(always)]
             fn from_f64(x: f64) -> Self {

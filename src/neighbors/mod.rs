@@ -10,8 +10,11 @@
 
 pub mod batch;
 pub mod brute_force;
+mod compiled;
 pub mod lanes;
 mod tree;
 
+pub(crate) use batch::drive;
 pub use batch::{Batch, BatchUnit, LeafPass, Reach, Sources, for_each_target};
+pub(crate) use compiled::{Compiled, Shape, compiled, in_shape};
 pub use tree::{LEAF_SIZE, Tree};

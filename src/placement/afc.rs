@@ -120,7 +120,7 @@ pub fn away_from_closest_kept<const D: usize>(
             best: best.clone(),
             trace: trace.kept(),
         });
-        if state.is_stale() {
+        if state.is_stale(super::arrangement::SORT_INTERVAL) {
             state.sort();
         }
         let support = state.target_supports();

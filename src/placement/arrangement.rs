@@ -15,8 +15,8 @@ use std::marker::PhantomData;
 /// Depth below a curved surface, in support radii, from which particles are mirrored. More than one, since a
 /// target at the surface may have a larger radius than the particles below it.
 pub(super) const GHOST_DEPTH: f64 = 1.5;
-/// Moves between sortings of the tree; in between its boxes are fitted to the moved particles.
-const SORT_INTERVAL: usize = 8;
+/// Moves between sortings, where steps are short.
+pub(super) const SORT_INTERVAL: usize = 8;
 
 /// Values in a new order, which names the old place of each, see [`Arrangement::sort`].
 pub(super) fn reordered<T: Copy + Send + Sync>(values: &[T], order: &[u32]) -> Vec<T> {
@@ -160,9 +160,10 @@ impl<'a, const D: usize, R: Real> Arrangement<'a, D, R> {
         self.tree.len()
     }
 
-    /// Whether the tree should be sorted anew, see [`Self::sort`].
-    pub fn is_stale(&self) -> bool {
-        self.moves >= SORT_INTERVAL
+    /// Whether the tree should be sorted anew after so many moves, see [`Self::sort`]. In between its boxes are fitted
+    /// to the moved particles.
+    pub fn is_stale(&self, moves: usize) -> bool {
+        self.moves >= moves
     }
 
     /// Sorts particles into the order of a new tree. Returns new place -> old place, for other arrays.
@@ -232,7 +233,7 @@ impl<'a, const D: usize, R: Real> Arrangement<'a, D, R> {
 
     /// Number density sums at given support radii.
     pub fn densities(&self, support: &[f64]) -> Vec<DensitySums<D>> {
-        density::<D, 0, R>(self.kernel, self.domain, &self.sources(support), support)
+        density::<D, 0, R>(self.kernel, self.domain, &self.sources(support))
     }
 
     /// sum_b w_b W(r_ab, H_a) for weights per particle.
@@ -242,7 +243,7 @@ impl<'a, const D: usize, R: Real> Arrangement<'a, D, R> {
         if let Some(ghosts) = &self.ghosts {
             sources.push(Sources::new(&ghosts.tree, &[], [inherited.as_slice()], Reach::Target));
         }
-        let sums = density::<D, 1, R>(self.kernel, self.domain, &sources, support);
+        let sums = density::<D, 1, R>(self.kernel, self.domain, &sources);
         sums.into_par_iter().map(|s| s.weighted).collect()
     }
 

@@ -222,7 +222,7 @@ impl<'a, const D: usize, R: Real> Fluid<'a, D, R> {
         let density: Vec<f64> = self.sums.iter().map(|s| s.number_density).collect();
         let channels: [&[f64]; CHANNELS] = [&velocity[0], &velocity[1], &velocity[2], &self.alpha, &inverse, &density];
         let (kernel, domain, support) = (self.state.kernel, self.state.domain, &self.support);
-        self.state.with_pairs(support, channels, |sources| shear::<D, R>(kernel, domain, sources, support))
+        self.state.with_pairs(support, channels, |sources| shear::<D, R>(kernel, domain, sources))
     }
 
     /// One leapfrog step (kick, drift, kick); friction is integrated exactly. Returns the largest
@@ -237,7 +237,7 @@ impl<'a, const D: usize, R: Real> Fluid<'a, D, R> {
         if self.options.viscosity {
             self.evolve_alpha(step);
         }
-        if self.state.is_stale() {
+        if self.state.is_stale(super::arrangement::SORT_INTERVAL) {
             self.sort();
         }
         self.evaluate();

@@ -3,11 +3,11 @@
 use crate::domain::Domain;
 use crate::kernel::{Kernel, KernelName};
 use crate::neighbors::lanes::Real;
-use crate::neighbors::{Batch, LeafPass, Sources, for_each_target};
+use crate::neighbors::{Batch, Compiled, LeafPass, Shape, Sources, compiled, drive, in_shape};
 use crate::smoothing::separation;
 use crate::with_kernel;
 use pulp::Simd;
-use std::marker::PhantomData;
+use std::any::Any;
 
 /// Channels of [`ViscosityPass`]: the velocity (padded to three components), alpha, 1/H and n.
 pub(super) const CHANNELS: usize = 6;
@@ -35,21 +35,20 @@ pub(super) fn shear<const D: usize, R: Real>(
     kernel: KernelName,
     domain: &Domain<D>,
     sources: &[Sources<'_, D, CHANNELS>],
-    support: &[f64],
 ) -> Vec<Shear<D>> {
-    with_kernel!(kernel, kernel => {
-        let pass = ViscosityPass { kernel, support, precision: PhantomData::<R> };
-        for_each_target::<D, CHANNELS, R, _>(domain, sources, 1.0, &pass)
-    })
+    let pass = compiled::<D, CHANNELS, R, Shear<D>>(|shape| viscosity_pass(kernel, shape));
+    drive(domain, sources, 1.0, &*pass)
 }
 
-struct ViscosityPass<'a, K, R> {
-    kernel: K,
-    support: &'a [f64],
-    precision: PhantomData<R>,
+fn viscosity_pass(kernel: KernelName, shape: Shape) -> Box<dyn Any> {
+    in_shape!(shape, D, R => with_kernel!(kernel, kernel => {
+        Box::new(Box::new(ViscosityPass(kernel)) as Compiled<D, CHANNELS, R, Shear<D>>)
+    }))
 }
 
-impl<const D: usize, K: Kernel, R: Real> LeafPass<D, CHANNELS, R> for ViscosityPass<'_, K, R> {
+struct ViscosityPass<K>(K);
+
+impl<const D: usize, K: Kernel, R: Real> LeafPass<D, CHANNELS, R> for ViscosityPass<K> {
     type Output = Shear<D>;
 
     #[inline(always)]
@@ -61,7 +60,7 @@ impl<const D: usize, K: Kernel, R: Real> LeafPass<D, CHANNELS, R> for ViscosityP
             let (xs, channels) = batch.registers::<S>();
             let target = batch.target(i).map(|x| R::splat(simd, x));
             let velocity: [R::Vector<S>; D] = std::array::from_fn(|k| constant(batch.target_channel(k, i)));
-            let own = self.support[i];
+            let own = batch.support(i);
             let own_inverse = constant(unit.length / own);
             let inverse_scale = constant(unit.channels[INVERSE_SUPPORT] * unit.length);
             // F in units of sigma / H_a^(d+2).
@@ -71,10 +70,10 @@ impl<const D: usize, K: Kernel, R: Real> LeafPass<D, CHANNELS, R> for ViscosityP
             let mut divergence = constant(0.0);
             for j in 0..xs[0].len() {
                 let (d, q) = separation::<D, R, S>(simd, &xs, &target, own_inverse, j);
-                let (_, f_own) = self.kernel.shape::<D, R, S>(simd, q);
+                let (_, f_own) = self.0.shape::<D, R, S>(simd, q);
                 let inverse = channels[INVERSE_SUPPORT][j];
                 let (_, q_other) = separation::<D, R, S>(simd, &xs, &target, R::mul(simd, inverse, inverse_scale), j);
-                let (_, mut f_other) = self.kernel.shape::<D, R, S>(simd, q_other);
+                let (_, mut f_other) = self.0.shape::<D, R, S>(simd, q_other);
                 let ratio = R::mul(simd, inverse, rescale);
                 for _ in 0..D + 2 {
                     f_other = R::mul(simd, f_other, ratio);

@@ -24,7 +24,7 @@ use super::{COINCIDENT, Ghosts, Progress, StageReport, StopReason, part_pairs, r
 use crate::domain::Domain;
 use crate::kernel::{Kernel, KernelName, evaluate, support_over_spacing};
 use crate::neighbors::lanes::Real;
-use crate::neighbors::{Batch, LeafPass, Reach, Sources, Tree, for_each_target};
+use crate::neighbors::{Batch, Compiled, LeafPass, Reach, Shape, Sources, Tree, compiled, drive, in_shape};
 use crate::reduce;
 use crate::smoothing::{separation, splat};
 use crate::target::{Positions, Target, at};
@@ -32,7 +32,7 @@ use crate::with_kernel;
 use pulp::Simd;
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
-use std::marker::PhantomData;
+use std::any::Any;
 
 /// The weight f of a neighbor.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
@@ -132,33 +132,39 @@ impl<const D: usize> Default for Push<D> {
     }
 }
 
-struct PushPass<'a, K, R> {
+struct PushPass<K> {
     kernel: K,
     weight: Weight,
     bias: Bias,
-    support: &'a [f64],
     kernel_neighbors: f64,
-    precision: PhantomData<R>,
+}
+
+fn push_pass(kernel: KernelName, options: &WvtOptions, shape: Shape) -> Box<dyn Any> {
+    let &WvtOptions { weight, bias, kernel_neighbors, .. } = options;
+    in_shape!(shape, D => with_kernel!(kernel, kernel => {
+        let pass = PushPass { kernel, weight, bias, kernel_neighbors };
+        Box::new(Box::new(pass) as Compiled<D, 2, f32, Push<D>>)
+    }))
 }
 
 /// Channel 0: target volume (corrected) or support radius (plain).
-impl<const D: usize, K: Kernel, R: Real> LeafPass<D, 2, R> for PushPass<'_, K, R> {
+impl<const D: usize, K: Kernel, R: Real> LeafPass<D, 2, R> for PushPass<K> {
     type Output = Push<D>;
 
     #[inline(always)]
     fn leaf<S: Simd>(&self, simd: S, batch: &mut Batch<'_, D, 2, R>, out: &mut [Self::Output]) {
         match (self.weight, self.bias) {
-            (Weight::Kernel, Bias::Corrected) => self.targets::<D, S, true, true>(simd, batch, out),
-            (Weight::Kernel, Bias::Plain) => self.targets::<D, S, true, false>(simd, batch, out),
-            (Weight::InverseSquare, Bias::Corrected) => self.targets::<D, S, false, true>(simd, batch, out),
-            (Weight::InverseSquare, Bias::Plain) => self.targets::<D, S, false, false>(simd, batch, out),
+            (Weight::Kernel, Bias::Corrected) => self.targets::<D, R, S, true, true>(simd, batch, out),
+            (Weight::Kernel, Bias::Plain) => self.targets::<D, R, S, true, false>(simd, batch, out),
+            (Weight::InverseSquare, Bias::Corrected) => self.targets::<D, R, S, false, true>(simd, batch, out),
+            (Weight::InverseSquare, Bias::Plain) => self.targets::<D, R, S, false, false>(simd, batch, out),
         }
     }
 }
 
-impl<K: Kernel, R: Real> PushPass<'_, K, R> {
+impl<K: Kernel> PushPass<K> {
     #[inline(always)]
-    fn targets<const D: usize, S: Simd, const KERNEL: bool, const CORRECTED: bool>(
+    fn targets<const D: usize, R: Real, S: Simd, const KERNEL: bool, const CORRECTED: bool>(
         &self,
         simd: S,
         batch: &Batch<'_, D, 2, R>,
@@ -171,13 +177,13 @@ impl<K: Kernel, R: Real> PushPass<'_, K, R> {
         for (i, out) in batch.targets().zip(out) {
             let (xs, channels) = batch.registers::<S>();
             let target = splat::<D, R, S>(simd, &batch.target(i));
-            let inverse = constant(length / self.support[i]);
+            let inverse = constant(length / batch.support(i));
             let (mut sum, mut shift, mut gradient) = (zero, [zero; D], [zero; D]);
             let own_volume = batch.target_channel(1, i);
             let (one, per_own) = (constant(1.0), constant(1.0 / own_volume));
             // Plain: H_ij = (H_i + H_j)/2 in buffer units.
             let pair_scale = constant(0.5 * batch.unit().channels[0] / length);
-            let pair_own = constant(0.5 * self.support[i] / length);
+            let pair_own = constant(0.5 * batch.support(i) / length);
             for j in 0..xs[0].len() {
                 let (d, q) = separation::<D, R, S>(simd, &xs, &target, inverse, j);
                 let (value, slope) = self.kernel.shape::<D, R, S>(simd, q);
@@ -186,7 +192,7 @@ impl<K: Kernel, R: Real> PushPass<'_, K, R> {
                     q
                 } else {
                     let pair_support = R::mul_add(simd, pair_scale, channels[0][j], pair_own);
-                    R::div(simd, R::mul(simd, q, constant(self.support[i] / length)), pair_support)
+                    R::div(simd, R::mul(simd, q, constant(batch.support(i) / length)), pair_support)
                 };
                 let mut f = if KERNEL {
                     if CORRECTED { value } else { self.kernel.shape::<D, R, S>(simd, pair_q).0 }
@@ -211,11 +217,11 @@ impl<K: Kernel, R: Real> PushPass<'_, K, R> {
                     shift[k] = R::mul_add(simd, d[k], pull, shift[k]);
                 }
             }
-            let scale = length / self.support[i] / if CORRECTED { batch.target_channel(0, i) } else { 1.0 };
-            let support = self.support[i];
+            let scale = length / batch.support(i) / if CORRECTED { batch.target_channel(0, i) } else { 1.0 };
+            let support = batch.support(i);
             let per_length = K::SIGMA[D - 1] * batch.unit().channels[1] * length / support.powi(D as i32 + 2);
             let own_cell = if CORRECTED { self.own_cell::<D>() * support * per_length } else { 0.0 };
-            out.number_density = K::SIGMA[D - 1] / self.support[i].powi(D as i32) * R::sum(simd, sum);
+            out.number_density = K::SIGMA[D - 1] / batch.support(i).powi(D as i32) * R::sum(simd, sum);
             for k in 0..D {
                 out.shift[k] = -scale * R::sum(simd, shift[k]) - own_cell * R::sum(simd, gradient[k]);
             }
@@ -223,7 +229,7 @@ impl<K: Kernel, R: Real> PushPass<'_, K, R> {
     }
 }
 
-impl<K: Kernel, R: Real> PushPass<'_, K, R> {
+impl<K: Kernel> PushPass<K> {
     /// f(R_0) R_0 / (d H), R_0 the radius of a ball of one particle's volume: what the missing push of a
     /// particle's own cell weighs against H grad ln n*.
     fn own_cell<const D: usize>(&self) -> f64 {
@@ -469,17 +475,8 @@ impl<'a, const D: usize> State<'a, D> {
     }
 
     fn sum_pushes(&self, kernel: KernelName, sources: &[Sources<'_, D, 2>], options: &WvtOptions) -> Vec<Push<D>> {
-        with_kernel!(kernel, kernel => {
-            let pass = PushPass {
-                kernel,
-                weight: options.weight,
-                bias: options.bias,
-                support: &self.support,
-                kernel_neighbors: options.kernel_neighbors,
-                precision: PhantomData::<f32>,
-            };
-            for_each_target::<D, 2, f32, _>(self.domain, sources, 1.0, &pass)
-        })
+        let pass = compiled::<D, 2, f32, Push<D>>(|shape| push_pass(kernel, options, shape));
+        drive(self.domain, sources, 1.0, &*pass)
     }
 
     /// Target volumes, raised where the density was above the target at the last pass and lowered where below.

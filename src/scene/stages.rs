@@ -1,7 +1,7 @@
 //! What a scene says of the stages, and of what is kept of them on the way.
 
 use crate::error::{Error, Result};
-use crate::placement::{AfcOptions, AlaricOptions, Bias, SolverOptions, Weight, WvtOptions};
+use crate::placement::{AfcOptions, AlaricOptions, Bias, Weight, WvtOptions};
 use serde::{Deserialize, Serialize};
 use std::path::PathBuf;
 
@@ -111,21 +111,16 @@ impl AfcInput {
 }
 
 /// The density solver.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct SolverInput {
-    /// Evaluations of density and forces, at most; by default 60, and half of that over 500 000 particles.
+    /// Evaluations of density and forces, at most; by default 100 with 100 000 particles, more with fewer
+    /// particles (240) and fewer with more (30).
     #[serde(skip_serializing_if = "Option::is_none")]
     pub evaluations: Option<usize>,
-    /// What matters more: 0 the exact density, 1 quiet forces.
-    pub quietness: f64,
-}
-
-impl Default for SolverInput {
-    fn default() -> Self {
-        let o = SolverOptions::new(3);
-        Self { evaluations: None, quietness: o.quietness }
-    }
+    /// What matters more: 0 the exact density, 1 quiet forces; by default 0.5, or what a tolerance leaves.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub quietness: Option<f64>,
 }
 
 /// What is kept of a run on the way, to go on from after an interrupt, a kill or the end of its time.

@@ -64,6 +64,13 @@ pub enum Seeding {
     VariableMasses,
 }
 
+impl Seeding {
+    /// Whether neighbors are evenly spaced in what it makes.
+    pub fn is_in_order(self) -> bool {
+        !matches!(self, Self::MassBisection | Self::Random | Self::LowDiscrepancy | Self::Quaquaversal)
+    }
+}
+
 /// The share of the domain that is within reach of a jump of the target with `neighbors` kernel neighbors.
 pub fn jump_share<const D: usize>(target: &Target<'_, D>, neighbors: f64) -> f64 {
     symmetry::jump_share(target, support_over_spacing(D, neighbors))

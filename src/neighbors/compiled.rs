@@ -1,0 +1,67 @@
+//! Passes compiled with this crate, for every dimension, precision and kernel.
+//!
+//! A generic function is compiled anew in every crate that calls it, and the passes are the most of this program:
+//! each test and bench would take minutes. A function without type parameters is compiled here once; it makes
+//! the pass for a shape known at run time, and the caller takes it out again with its types.
+
+use super::batch::DynPass;
+use super::lanes::Real;
+use std::any::Any;
+
+/// Type parameters of a pass as values.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) struct Shape {
+    pub dimension: usize,
+    pub channels: usize,
+    pub double: bool,
+}
+
+impl Shape {
+    pub fn new<const D: usize, const C: usize, R: Real>() -> Self {
+        Self { dimension: D, channels: C, double: R::DOUBLE }
+    }
+}
+
+/// A pass whose output is `O`.
+pub(crate) type Compiled<const D: usize, const C: usize, R, O> = Box<dyn DynPass<D, C, R, O>>;
+
+/// What `make` makes for this shape.
+pub(crate) fn compiled<const D: usize, const C: usize, R: Real, O: 'static>(
+    make: impl FnOnce(Shape) -> Box<dyn Any>,
+) -> Compiled<D, C, R, O> {
+    match make(Shape::new::<D, C, R>()).downcast::<Compiled<D, C, R, O>>() {
+        Ok(pass) => *pass,
+        Err(_) => unreachable!("passes exist in one to three dimensions, in both precisions"),
+    }
+}
+
+/// Calls `$body` with `$D` and `$R` standing for a shape's dimension and precision; with the dimension alone where
+/// single precision is all there is.
+macro_rules! in_shape {
+    ($shape:expr, $D:ident => $body:expr) => {
+        match $shape.dimension {
+            1 => $crate::neighbors::in_shape!(@ 1, f32, $D, Single => $body),
+            2 => $crate::neighbors::in_shape!(@ 2, f32, $D, Single => $body),
+            3 => $crate::neighbors::in_shape!(@ 3, f32, $D, Single => $body),
+            _ => Box::new(()),
+        }
+    };
+    ($shape:expr, $D:ident, $R:ident => $body:expr) => {
+        match ($shape.dimension, $shape.double) {
+            (1, false) => $crate::neighbors::in_shape!(@ 1, f32, $D, $R => $body),
+            (2, false) => $crate::neighbors::in_shape!(@ 2, f32, $D, $R => $body),
+            (3, false) => $crate::neighbors::in_shape!(@ 3, f32, $D, $R => $body),
+            (1, true) => $crate::neighbors::in_shape!(@ 1, f64, $D, $R => $body),
+            (2, true) => $crate::neighbors::in_shape!(@ 2, f64, $D, $R => $body),
+            (3, true) => $crate::neighbors::in_shape!(@ 3, f64, $D, $R => $body),
+            _ => Box::new(()),
+        }
+    };
+    (@ $d:literal, $r:ty, $D:ident, $R:ident => $body:expr) => {{
+        const $D: usize = $d;
+        #[allow(dead_code)]
+        type $R = $r;
+        $body
+    }};
+}
+pub(crate) use in_shape;
