@@ -1,7 +1,7 @@
 //! What the plan drops is not run and is named; a stage that is switched off costs no call.
 
 use sph_prep::pipeline;
-use sph_prep::placement::Control;
+use sph_prep::placement::{Control, StopReason};
 use sph_prep::report::Report;
 use sph_prep::scene::Scene;
 use std::collections::BTreeMap;
@@ -67,4 +67,27 @@ fn a_met_tolerance_ends_the_run_before_the_polish() {
     let (report, calls) = run(&format!("{BOX}particles: 400\ntolerance: 0.01\n"));
     assert_eq!(stages(&calls), ["WVT"]);
     assert!(names_as_left_out(&report, "polish"));
+}
+
+#[test]
+fn a_tolerance_chooses_a_weight_that_reaches_it_and_stops_there() {
+    for domain in ["{box: [[0, 0], [1, 1]], boundary: [periodic]}", "{ball: {center: [0, 0, 0], radius: 1}}"] {
+        for tolerance in [1e-4, 1e-6, 1e-8] {
+            let (report, calls) = run(&format!(
+                "input: {{expression: '1'}}\ndomain: {domain}\nparticles: 2000\ntolerance: {tolerance:e}\n"
+            ));
+            assert_eq!(report.stop, StopReason::ToleranceReached, "{domain} {tolerance:e}: {:?}", report.timing);
+            assert!(
+                calls.get("solver").is_none_or(|&c| c < report.plan.evaluations),
+                "{domain} {tolerance:e}: {calls:?}"
+            );
+        }
+    }
+}
+
+#[test]
+fn few_particles_get_more_evaluations_and_a_scene_has_its_own() {
+    let planned = |rest: &str| run(&format!("{BOX}{rest}\nsolver: {{quietness: 0.5}}\n")).0.plan.evaluations;
+    assert_eq!((planned("particles: 400"), planned("particles: 40000")), (240, 158));
+    assert_eq!(run(&format!("{BOX}particles: 400\nsolver: {{evaluations: 7}}\n")).0.plan.evaluations, 7);
 }

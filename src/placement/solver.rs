@@ -99,7 +99,7 @@ const MAX_HALVINGS: usize = 6;
 /// Moves between sortings: steps are long, and leaves across a periodic face soon span the domain.
 const SORT_INTERVAL: usize = 4;
 /// Evaluations without a new lowest epsilon after which the last stage ends: what still falls is the pressure energy,
-/// at the density's cost.
+/// at the density's cost. A run that is to reach a tolerance goes on.
 const PATIENCE: usize = 40;
 
 /// Improves `positions`. What comes out is the last state, or the first where epsilon rose.
@@ -313,7 +313,8 @@ impl<'a, const D: usize, R: Real> Solver<'a, D, R> {
             if self.evaluations >= end {
                 return StopReason::IterationLimit;
             }
-            if may_finish && self.evaluations > descent.lowest.1 + PATIENCE {
+            let in_vain = self.evaluations > descent.lowest.1 + PATIENCE;
+            if may_finish && in_vain && !(self.options.tolerance > 0.0) {
                 return StopReason::Stagnated;
             }
             if !self.step(&mut descent) {

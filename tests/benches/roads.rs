@@ -5,10 +5,10 @@
 
 use sph_prep::compare::{Compared, MethodRun, Request, VARIATIONS, compare};
 use sph_prep::pipeline;
-use sph_prep::placement::Control;
+use sph_prep::placement::{Control, StopReason};
 use sph_prep::plan::LeftOut;
 use sph_prep::report::Report;
-use sph_prep::scene::Scene;
+use sph_prep::scene::{Polish, Scene};
 use sph_prep::seeding::METHODS;
 use std::fmt::Write;
 use std::path::Path;
@@ -26,6 +26,8 @@ const SCENES: [(&str, &str); 4] = [
 const WORTH: f64 = 0.5;
 /// Targets of the advice: the fastest method with a mean error below.
 const GOALS: [f64; 3] = [1e-2, 3e-3, 1e-3];
+/// Tolerances on epsilon that the plan is timed for.
+const TOLERANCES: [f64; 4] = [1e-4, 1e-5, 1e-6, 1e-7];
 
 static NEVER: AtomicBool = AtomicBool::new(false);
 
@@ -150,6 +152,32 @@ fn saved(scene: &Scene) -> Result<String, String> {
     Ok(out)
 }
 
+/// Seconds until a tolerance is met: the plan for it, WVT to its end and then the solver, WVT alone, ALARIC.
+fn soonest(scene: &Scene) -> Result<String, String> {
+    let mut out = String::from(
+        "| tolerance on epsilon | plan | 40 WVT, solver | WVT | ALARIC | ALARIC over plan |\n|---|---|---|---|---|---|\n",
+    );
+    for tolerance in TOLERANCES {
+        let with = |change: &dyn Fn(&mut Scene)| -> Result<(String, Option<f64>), String> {
+            let mut scene = scene.clone();
+            scene.tolerance = Some(tolerance);
+            change(&mut scene);
+            let report = run(&scene)?;
+            let seconds = placing(&report);
+            let reached = report.stop == StopReason::ToleranceReached;
+            let text = if reached { format!("{seconds:.2} s") } else { format!("not within {seconds:.1} s") };
+            Ok((text, reached.then_some(seconds)))
+        };
+        let plan = with(&|_| {})?;
+        let long = with(&|scene| scene.wvt.iterations = Some(40))?;
+        let wvt = with(&|scene| scene.polish = Some(Polish::None))?;
+        let alaric = with(&|scene| scene.polish = Some(Polish::Alaric))?;
+        let ratio = plan.1.zip(alaric.1).map_or("-".into(), |(plan, alaric)| format!("{:.1}", alaric / plan));
+        let _ = writeln!(out, "| {tolerance:e} | {} | {} | {} | {} | {ratio} |", plan.0, long.0, wvt.0, alaric.0);
+    }
+    Ok(out)
+}
+
 fn section(file: &str, title: &str, count: usize) -> Result<String, String> {
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("profiles").join(file);
     let mut scene = Scene::load(&path).map_err(|e| e.to_string())?;
@@ -163,7 +191,7 @@ fn section(file: &str, title: &str, count: usize) -> Result<String, String> {
     if !refused.is_empty() {
         let _ = writeln!(out, "Not for this scene: {}.\n", refused.join(", "));
     }
-    Ok(out + &saved(&scene)?)
+    Ok(out + &soonest(&scene)? + "\n" + &saved(&scene)?)
 }
 
 fn page(count: usize) -> Result<String, String> {
