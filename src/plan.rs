@@ -139,7 +139,8 @@ impl Plan {
     }
 
     /// The solver leaves particles near jumps alone, so that WVT has to bring them into order there; elsewhere the
-    /// solver does in one evaluation what takes WVT many iterations.
+    /// solver does in one evaluation what takes WVT many iterations. Where it is to reach a tolerance soon it does not
+    /// bring them to rest first, and WVT halves the time (`cargo bench --bench roads`).
     fn choose_wvt(&mut self, scene: &Scene, d: usize, jumps: f64) {
         let shells = self.seeding == Seeding::EqualAreaShells && self.polish == Polish::Solver && d == 3;
         self.wvt_iterations = scene.wvt.iterations.unwrap_or(match (self.polish, self.seeding) {
@@ -147,7 +148,9 @@ impl Plan {
             (Polish::None, _) => WvtOptions::new(3).iterations,
             (Polish::Afc, _) => 0,
             _ if shells => 0,
-            (Polish::Solver, Seeding::MassBisection) if jumps > FEW_JUMPS => MANY_ITERATIONS,
+            (Polish::Solver, Seeding::MassBisection) if jumps > FEW_JUMPS || scene.tolerance.is_some() => {
+                MANY_ITERATIONS
+            }
             (_, Seeding::MassBisection) => 5,
             (_, _) => MANY_ITERATIONS,
         });
