@@ -136,10 +136,11 @@ pub struct RunArgs {
     /// Then move the particles until the pressure force of the target code cancels gravity: a star that stays still.
     #[arg(long)]
     balance: bool,
-    /// What matters more to the solver: 0 the exact density, 1 quiet forces [default: 0.5].
+    /// What matters more to the solver: 0 the exact density, 1 quiet forces [default: 0.5, or the most that a
+    /// tolerance admits].
     #[arg(long, value_name = "0..1")]
     quietness: Option<f64>,
-    /// Stop when epsilon (mass re-fitted) is below; exit with 3 if it is not reached.
+    /// Take the shortest road to an epsilon (mass re-fitted) below, and stop there; exit with 3 if it is not reached.
     #[arg(long)]
     tolerance: Option<f64>,
     /// Stop relaxing after so many seconds, with the best state so far.

@@ -1,7 +1,7 @@
 //! Passes compiled with this crate, for every dimension, precision and kernel.
 //!
-//! A generic function is compiled anew in every crate that calls it, and the passes are the most of this program:
-//! each test and bench would take minutes. A function without type parameters is compiled here once; it makes
+//! A generic function is compiled anew in every crate that calls it, and the passes are long to compile: tests and
+//! benches leave them to this crate. A function without type parameters is compiled here once; it makes
 //! the pass for a shape known at run time, and the caller takes it out again with its types.
 
 use super::batch::DynPass;
