@@ -31,6 +31,9 @@ fn run(input: &str, rest: &str) -> Report {
 
 const UNIFORM: &str = "input: {expression: '1'}\ndomain: {box: [[0, 0, 0], [1, 1, 1]], boundary: [periodic]}\nthermal: {internal_energy: 1}";
 
+const WAVE: &str = "input: {expression: '1 + 0.5 * sin(2*pi*x) * cos(2*pi*y)'}\ndomain: {box: [[0, 0, 0], [1, 1, 1]], boundary: [periodic]}\nthermal: {internal_energy: 1}";
+const PEAK: &str = "input: {expression: '0.01 + 0.99 * exp(-((x-0.5)^2 + (y-0.5)^2 + (z-0.5)^2) / 0.02)'}\ndomain: {box: [[0, 0, 0], [1, 1, 1]], boundary: [periodic]}\nthermal: {internal_energy: 1}";
+
 /// Stars of the project, and a main-sequence star of MESA where it is present.
 fn stars() -> Vec<String> {
     let root = Path::new(env!("CARGO_MANIFEST_DIR"));
@@ -66,7 +69,7 @@ fn a_uniform_box_by_wvt_alone() {
 fn stars_by_the_solver() {
     for star in stars() {
         let inside = run(&star, "").density_error.interior_refitted.unwrap();
-        assert!(inside.mean < 2e-3 && inside.epsilon < 1e-5);
+        assert!(inside.mean < 1e-3 && inside.max < 1e-2 && inside.epsilon < 1e-6);
     }
 }
 
@@ -84,7 +87,7 @@ fn a_planet_of_two_layers_by_the_solver() {
         100.0 * edge.mean,
         100.0 * edge.max
     );
-    assert!(inside.mean < 2e-3);
+    assert!(inside.mean < 1e-3 && inside.max < 1e-2);
     assert!(report.neighbors.closest_pair > 0.3, "{}", report.neighbors.closest_pair);
 }
 
@@ -108,11 +111,16 @@ fn a_star_that_stays_still() {
 
 #[test]
 #[ignore = "full size"]
-fn a_uniform_box_by_the_solver() {
+fn periodic_boxes_by_the_solver() {
     let quiet = run(UNIFORM, "");
-    assert!(quiet.density_error.all_refitted.epsilon < 3e-6 && quiet.noise.all < 0.02);
-    let exact = run(UNIFORM, "solver: {quietness: 0, evaluations: 144}");
-    assert!(exact.density_error.all_refitted.epsilon < 1e-9);
+    assert!(quiet.density_error.all_refitted.epsilon < 1e-6 && quiet.noise.all < 0.02);
+    for input in [UNIFORM, WAVE, PEAK] {
+        // The density first: a tolerance that is never met makes the plan begin with 40 iterations of WVT.
+        let exact = run(input, "solver: {quietness: 0, evaluations: 109}\ntolerance: 1e-20");
+        assert!(exact.density_error.all_refitted.epsilon < 1e-10);
+        let even = run(input, "solver: {quietness: 0.72, evaluations: 94}");
+        assert!(even.density_error.all_refitted.epsilon < 1.1e-6 && even.noise.all < 0.02);
+    }
     let trimmed = run(UNIFORM, "trim_masses: 0.1\nsolver: {evaluations: 144, quietness: 1}");
     assert!(trimmed.density_error.all_refitted.epsilon < 1e-12);
 }
