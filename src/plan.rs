@@ -140,7 +140,7 @@ impl Plan {
 
     /// The solver leaves particles near jumps alone, so that WVT has to bring them into order there; elsewhere the
     /// solver does in one evaluation what takes WVT many iterations. Where it is to reach a tolerance soon it does not
-    /// bring them to rest first, and WVT halves the time (`cargo bench --bench roads`).
+    /// bring them to rest first, and needs the order that WVT leaves.
     fn choose_wvt(&mut self, scene: &Scene, d: usize, jumps: f64) {
         let shells = self.seeding == Seeding::EqualAreaShells && self.polish == Polish::Solver && d == 3;
         self.wvt_iterations = scene.wvt.iterations.unwrap_or(match (self.polish, self.seeding) {

@@ -140,7 +140,7 @@ pub struct RunArgs {
     /// tolerance admits].
     #[arg(long, value_name = "0..1")]
     quietness: Option<f64>,
-    /// Take the shortest road to an epsilon (mass re-fitted) below, and stop there; exit with 3 if it is not reached.
+    /// Plan for an epsilon (mass re-fitted) below, and stop there; exit with 3 if it is not reached.
     #[arg(long)]
     tolerance: Option<f64>,
     /// Stop relaxing after so many seconds, with the best state so far.

@@ -38,11 +38,20 @@ pub(crate) fn compiled<const D: usize, const C: usize, R: Real, O: 'static>(
 /// Calls `$body` with `$D` and `$R` standing for a shape's dimension and precision; with the dimension alone where
 /// single precision is all there is.
 macro_rules! in_shape {
+    (@ $d:literal, $D:ident => $body:expr) => {{
+        const $D: usize = $d;
+        $body
+    }};
+    (@ $d:literal, $r:ty, $D:ident, $R:ident => $body:expr) => {{
+        const $D: usize = $d;
+        type $R = $r;
+        $body
+    }};
     ($shape:expr, $D:ident => $body:expr) => {
         match $shape.dimension {
-            1 => $crate::neighbors::in_shape!(@ 1, f32, $D, Single => $body),
-            2 => $crate::neighbors::in_shape!(@ 2, f32, $D, Single => $body),
-            3 => $crate::neighbors::in_shape!(@ 3, f32, $D, Single => $body),
+            1 => $crate::neighbors::in_shape!(@ 1, $D => $body),
+            2 => $crate::neighbors::in_shape!(@ 2, $D => $body),
+            3 => $crate::neighbors::in_shape!(@ 3, $D => $body),
             _ => Box::new(()),
         }
     };
@@ -57,11 +66,5 @@ macro_rules! in_shape {
             _ => Box::new(()),
         }
     };
-    (@ $d:literal, $r:ty, $D:ident, $R:ident => $body:expr) => {{
-        const $D: usize = $d;
-        #[allow(dead_code)]
-        type $R = $r;
-        $body
-    }};
 }
 pub(crate) use in_shape;

@@ -7,7 +7,7 @@ pub trait Real: Copy + Send + Sync + Default + 'static {
     /// Vector register of this type.
     type Vector<S: Simd>: Copy;
 
-    /// Which of the two it is.
+    /// Whether it is f64.
     const DOUBLE: bool;
 
     fn from_f64(x: f64) -> Self;

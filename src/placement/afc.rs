@@ -5,7 +5,7 @@
 //! distance in units of the pair's mean wanted spacing, and the length is in units of the particle's own. (The paper
 //! leaves both open, as its target is uniform.) Walls mirror, so that a particle may flee its own image.
 
-use super::arrangement::Arrangement;
+use super::arrangement::{Arrangement, SORT_INTERVAL};
 use super::fit::{fit, interior};
 use super::snapshot::{Best, Check, Keep, Start, Trace, axes, forget};
 use super::{Control, Progress, StageReport, StopReason, relaxation_domain};
@@ -120,7 +120,7 @@ pub fn away_from_closest_kept<const D: usize>(
             best: best.clone(),
             trace: trace.kept(),
         });
-        if state.is_stale(super::arrangement::SORT_INTERVAL) {
+        if state.is_stale(SORT_INTERVAL) {
             state.sort();
         }
         let support = state.target_supports();

@@ -1,7 +1,7 @@
 //! The fluid that ALARIC moves: its forces and its time step, see [`super::alaric`].
 
 use super::alaric::AlaricOptions;
-use super::arrangement::Arrangement;
+use super::arrangement::{Arrangement, SORT_INTERVAL};
 use super::fit::{Fit, fit, fit_with, interior, resolved};
 use super::snapshot::{Check, axes, rows};
 use super::viscosity::{CHANNELS, Shear, shear};
@@ -237,7 +237,7 @@ impl<'a, const D: usize, R: Real> Fluid<'a, D, R> {
         if self.options.viscosity {
             self.evolve_alpha(step);
         }
-        if self.state.is_stale(super::arrangement::SORT_INTERVAL) {
+        if self.state.is_stale(SORT_INTERVAL) {
             self.sort();
         }
         self.evaluate();
