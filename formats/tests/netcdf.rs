@@ -91,6 +91,33 @@ fn grids_in_any_order_come_out_with_x_fastest() {
 }
 
 #[test]
+fn a_grid_that_is_read_in_parts_is_whole() {
+    // Three times as much as is read at once, of one record among two and with a mask in the last part.
+    let shape = [2, 13, 900, 1100];
+    let count: usize = shape[1..].iter().product();
+    let nodes = |n: usize| (0..n).map(|i| i as f64).collect::<Vec<f64>>();
+    let mut values: Vec<f32> = (0..2 * count).map(|i| 1.0 + (i % 65_521) as f32).collect();
+    let masked = 2 * count - 5;
+    values[masked] = -1.0;
+    let axes = shape.map(nodes);
+    let mut file = ClassicFile::new();
+    let names = ["time", "z", "y", "x"];
+    let dimensions: [_; 4] = std::array::from_fn(|i| file.dimension(names[i], shape[i]));
+    for (i, name) in names.iter().enumerate() {
+        file.variable(name, &[dimensions[i]], Data::F64(&axes[i]), &[]);
+    }
+    file.variable("rho", &dimensions, Data::F32(&values), &[("_FillValue", (-1.0).into())]);
+    let doubles: Vec<f64> = values.iter().map(|&x| x.into()).collect();
+    file.variable("double", &dimensions, Data::F64(&doubles), &[]);
+    let request = FieldRequest { time: Some(1.0), ..FieldRequest::default() };
+    let field = through(&file, &request).unwrap();
+    let Values::F32(density) = &field.variable("rho").unwrap().values else { panic!("not as stored") };
+    assert!(density[masked - count].is_nan());
+    assert!(density.iter().zip(&values[count..]).all(|(a, b)| a == b || a.is_nan() && *b == -1.0));
+    assert_eq!(field.variable("double").unwrap().values, Values::F64(doubles[count..].to_vec()));
+}
+
+#[test]
 fn packed_and_masked_values_are_decoded_as_cf_says() {
     let stored = [-5, 0, 100, 99];
     let mut file = ClassicFile::new();

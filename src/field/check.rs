@@ -24,7 +24,10 @@ pub(crate) fn check_density(
         Missing::Zero => replace_missing(values),
         Missing::Error => 0,
     };
-    let mut peak = 0.0_f64;
+    let (lowest, peak, bad) = values.range();
+    if lowest >= 0.0 && peak > 0.0 && bad == 0 {
+        return Ok((peak, replaced));
+    }
     let mut unusable = Offenders::default();
     let mut negative = Offenders::default();
     for i in 0..values.len() {
@@ -33,8 +36,6 @@ pub(crate) fn check_density(
             unusable.add(i, v);
         } else if v < 0.0 {
             negative.add(i, v);
-        } else {
-            peak = peak.max(v);
         }
     }
     let total = values.len();
@@ -60,13 +61,10 @@ pub(crate) fn check_density(
             ),
         ));
     }
-    if peak == 0.0 {
-        return Err(Error::field(
-            name,
-            format!("all {total} values are zero; there is no mass to place: choose another variable as the density"),
-        ));
-    }
-    Ok((peak, replaced))
+    Err(Error::field(
+        name,
+        format!("all {total} values are zero; there is no mass to place: choose another variable as the density"),
+    ))
 }
 
 /// Sets NaN to 0 in place; returns how many there were.

@@ -11,9 +11,13 @@ use crate::error::{FormatError, Result};
 use rust_hdf5::{DatatypeMessage, H5Dataset, H5File, H5Group, Hdf5Error, LibverBound};
 use std::ops::Range;
 use std::path::{Path, PathBuf};
+use std::sync::mpsc;
 
 /// Rows of one chunk of a compressed dataset, and rows that are converted and written at once.
 const CHUNK_ROWS: usize = 1 << 16;
+
+/// Threads that convert numbers for the file, at most; writing keeps no more of them busy.
+const MAX_THREADS: usize = 4;
 
 /// A number that can be stored.
 pub use rust_hdf5::H5Type as Scalar;
@@ -103,18 +107,17 @@ impl Group<'_> {
     }
 
     /// Writes a dataset of shape (`rows`) or, from two columns on, (`rows`, `columns`), block by block: `fill`
-    /// appends the numbers of the rows that it is asked for. `compression` 0 stores them contiguously, 1 to 9
-    /// in chunks with shuffle and deflate.
+    /// appends the numbers of the rows that it is asked for, for the next blocks while one is being written. `compression` 0 stores them contiguously, 1 to 9 in chunks with shuffle and deflate.
     ///
     /// # Errors
     /// Those of `fill`, or [`FormatError::Io`].
-    pub fn dataset<T: Scalar>(
+    pub fn dataset<T: Scalar + Send>(
         &self,
         name: &str,
         rows: usize,
         columns: usize,
         compression: u8,
-        mut fill: impl FnMut(Range<usize>, &mut Vec<T>) -> Result<()>,
+        fill: impl Fn(Range<usize>, &mut Vec<T>) -> Result<()> + Sync,
     ) -> Result<Dataset<'_>> {
         let mut shape = vec![rows, columns];
         let mut chunk = vec![rows.min(CHUNK_ROWS), columns];
@@ -127,19 +130,64 @@ impl Group<'_> {
             builder = builder.chunk(&chunk).shuffle_deflate(u32::from(compression.min(9)));
         }
         let data = builder.create(name).map_err(|e| self.writer.error(e))?;
-        let mut block = Vec::new();
-        for start in (0..rows).step_by(CHUNK_ROWS) {
-            let end = rows.min(start + CHUNK_ROWS);
-            block.clear();
-            fill(start..end, &mut block)?;
-            let mut starts = vec![start, 0];
-            let mut counts = vec![end - start, columns];
+        blocks(rows, fill, |range, block| {
+            let mut starts = vec![range.start, 0];
+            let mut counts = vec![range.len(), columns];
             starts.truncate(shape.len());
             counts.truncate(shape.len());
-            data.write_slice(&starts, &counts, &block).map_err(|e| self.writer.error(e))?;
-        }
+            data.write_slice(&starts, &counts, block).map_err(|e| self.writer.error(e))
+        })?;
         Ok(Dataset { writer: self.writer, data })
     }
+}
+
+/// Gives the rows to `write` block by block and in order, as `fill` makes them in threads of their own. The first error
+/// ends it.
+fn blocks<T: Send>(
+    rows: usize,
+    fill: impl Fn(Range<usize>, &mut Vec<T>) -> Result<()> + Sync,
+    mut write: impl FnMut(Range<usize>, &[T]) -> Result<()>,
+) -> Result<()> {
+    let count = rows.div_ceil(CHUNK_ROWS);
+    let range = |i: usize| i * CHUNK_ROWS..rows.min((i + 1) * CHUNK_ROWS);
+    let filled = |i: usize, mut block: Vec<T>| {
+        block.clear();
+        fill(range(i), &mut block).map(|()| block)
+    };
+    if count <= 1 {
+        return (0..count).try_for_each(|i| filled(i, Vec::new()).and_then(|block| write(range(i), &block)));
+    }
+    let threads = std::thread::available_parallelism().map_or(1, usize::from).min(MAX_THREADS).min(count);
+    std::thread::scope(|scope| {
+        // Each thread makes every so-manieth block, one ahead of what is taken from it, into memory that comes back.
+        let makers: Vec<_> = (0..threads)
+            .map(|first| {
+                let (to_write, made) = mpsc::sync_channel(1);
+                let (give_back, used) = mpsc::channel();
+                let filled = &filled;
+                scope.spawn(move || {
+                    for i in (first..count).step_by(threads) {
+                        let block = filled(i, used.try_recv().unwrap_or_default());
+                        let failed = block.is_err();
+                        // Nobody receives after an error in writing.
+                        if to_write.send(block).is_err() || failed {
+                            break;
+                        }
+                    }
+                });
+                (made, give_back)
+            })
+            .collect();
+        for (i, (made, give_back)) in (0..count).zip(makers.iter().cycle()) {
+            // Only a thread that panics leaves without a word, and the scope passes that on.
+            let Ok(block) = made.recv() else { break };
+            let block: Vec<T> = block?;
+            write(range(i), &block)?;
+            // The thread may have made its last block.
+            let _ = give_back.send(block);
+        }
+        Ok(())
+    })
 }
 
 /// A dataset that has been written; attributes may follow.
@@ -160,5 +208,52 @@ impl Dataset<'_> {
             .create(name)
             .and_then(|a| a.write_array(values))
             .map_err(|e| self.writer.error(e))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn numbered(range: Range<usize>, out: &mut Vec<usize>) -> Result<()> {
+        out.extend(range);
+        Ok(())
+    }
+
+    fn full(at: usize) -> FormatError {
+        FormatError::io(Path::new("a"), "write", std::io::Error::other(at.to_string()))
+    }
+
+    #[test]
+    fn blocks_arrive_in_order_and_whole() {
+        for rows in [0, 1, CHUNK_ROWS, CHUNK_ROWS + 1, 5 * CHUNK_ROWS + 7] {
+            let mut seen = Vec::new();
+            let keep = |range: Range<usize>, block: &[usize]| {
+                assert_eq!((range.start, range.len()), (seen.len(), block.len()));
+                seen.extend_from_slice(block);
+                Ok(())
+            };
+            blocks(rows, numbered, keep).unwrap();
+            assert_eq!(seen, (0..rows).collect::<Vec<_>>());
+        }
+    }
+
+    #[test]
+    fn the_first_error_of_either_side_ends_it() {
+        for rows in [10, 9 * CHUNK_ROWS] {
+            let fails = |range: Range<usize>, out: &mut Vec<usize>| match range.end > rows / 2 {
+                true => Err(full(range.start)),
+                false => numbered(range, out),
+            };
+            let mut written = 0;
+            let error = blocks(rows, fails, |range, _| {
+                written += range.len();
+                Ok(())
+            });
+            assert!(error.is_err() && written <= rows / 2, "{written}");
+            assert!(
+                blocks(rows, numbered, |range, _| Err(full(range.start))).unwrap_err().to_string().ends_with(": 0")
+            );
+        }
     }
 }

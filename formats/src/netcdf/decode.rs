@@ -10,7 +10,12 @@ use super::read::File;
 use crate::error::{FormatError, Result};
 use crate::limits::{MAX_EXPANSION, MAX_VARIABLE_BYTES};
 use crate::model::Values;
-use netcdf_reader::{NcFormat, NcSliceInfo, NcSliceInfoElem, NcType, NcVariable};
+use netcdf_reader::{NcSliceInfo, NcSliceInfoElem, NcType, NcVariable};
+
+/// Of numbers in f64, what is read at once: it stays in the processor's cache, and in memory that has been used before.
+const PART_BYTES: u64 = 1 << 17;
+/// Numbers that mean a missing value, of which a file rarely has more, compared without a branch.
+const FEW: usize = 4;
 
 /// What the library puts where nothing was written (`NC_FILL_FLOAT` and its like).
 fn default_fill(dtype: &NcType) -> Option<f64> {
@@ -96,6 +101,20 @@ impl Packing {
     }
 }
 
+/// Whether none of `values` is masked; false where that has to be found out one by one.
+fn clean(packing: &Packing, values: &[f32]) -> bool {
+    let mut missing = [f64::NAN; FEW];
+    for (i, x) in packing.missing.iter().enumerate() {
+        match missing.get_mut(i) {
+            Some(place) => *place = *x,
+            None => return false,
+        }
+    }
+    let (low, high) = packing.valid;
+    let fine = |x: f64| (x >= low) & (x <= high) & missing.iter().fold(true, |fine, m| fine & (x != *m));
+    values.iter().fold(true, |all, x| all & fine(f64::from(*x)))
+}
+
 /// The numbers of an `ndarray` array in C order: taken over where they lie so, since a field may be a large part
 /// of the memory. A macro, because the reader does not export the type of its arrays.
 macro_rules! owned {
@@ -142,37 +161,81 @@ pub fn is_numeric(dtype: &NcType) -> bool {
 /// [`FormatError::Limit`] where the declared size cannot be, [`FormatError::Input`].
 pub fn read(file: &File, variable: &NcVariable, fixed: &[Option<u64>]) -> Result<Decoded> {
     check_size(file, variable, fixed)?;
-    let whole = NcSliceInfoElem::Slice { start: 0, end: u64::MAX, step: 1 };
-    let selection = NcSliceInfo {
-        selections: fixed.iter().map(|index| index.map_or_else(|| whole.clone(), NcSliceInfoElem::Index)).collect(),
-    };
+    let selections = selections(file, variable, fixed);
     let packing = Packing::of(variable);
     let name = variable.name();
     let fail = |e| file.damaged(&format!("variable '{name}'"), e);
     let mut masked = 0;
     let values = if *variable.dtype() == NcType::Float && !packing.packed() {
-        let mut values = owned!(file.nc.read_variable_slice::<f32>(name, &selection).map_err(fail)?);
-        for x in &mut values {
-            if packing.masked(f64::from(*x)) {
+        let values = joined(&selections, |part| {
+            let mut values = owned!(file.nc.read_variable_slice::<f32>(name, part).map_err(fail)?);
+            if clean(&packing, &values) {
+                return Ok(values);
+            }
+            for x in values.iter_mut().filter(|x| packing.masked(f64::from(**x))) {
                 *x = f32::NAN;
                 masked += 1;
             }
-        }
-        Values::F32(values)
+            Ok(values)
+        });
+        Values::F32(values?)
     } else {
-        let mut values = owned!(file.nc.read_variable_slice_as_f64(name, &selection).map_err(fail)?);
-        for x in &mut values {
-            *x = unsigned(*x, packing.wrap);
-            if packing.masked(*x) {
-                *x = f64::NAN;
-                masked += 1;
-            } else {
-                *x = *x * packing.scale + packing.offset;
+        let values = joined(&selections, |part| {
+            let mut values = owned!(file.nc.read_variable_slice_as_f64(name, part).map_err(fail)?);
+            for x in &mut values {
+                *x = unsigned(*x, packing.wrap);
+                if packing.masked(*x) {
+                    *x = f64::NAN;
+                    masked += 1;
+                } else {
+                    *x = *x * packing.scale + packing.offset;
+                }
             }
-        }
-        Values::F64(values)
+            Ok(values)
+        });
+        Values::F64(values?)
     };
     Ok(Decoded { values, masked })
+}
+
+/// What is wanted of a variable, in parts of about [`PART_BYTES`] along its first axis that is wanted whole, so that the bytes
+/// of a large field are not all in memory beside its numbers; in one part where the file may be compressed, since a part could
+/// begin within a chunk.
+fn selections(file: &File, variable: &NcVariable, fixed: &[Option<u64>]) -> Vec<NcSliceInfo> {
+    let select = |start, end| NcSliceInfoElem::Slice { start, end, step: 1 };
+    let every = |index: &Option<u64>| index.map_or_else(|| select(0, u64::MAX), NcSliceInfoElem::Index);
+    let all = NcSliceInfo { selections: fixed.iter().map(every).collect() };
+    let shape = variable.shape();
+    let Some(axis) = fixed.iter().position(Option::is_none).filter(|_| file.is_classic()) else { return vec![all] };
+    let length = shape.get(axis).copied().unwrap_or(0);
+    let free = shape.iter().zip(fixed).skip(axis + 1).filter(|(_, index)| index.is_none());
+    let row = free.fold(8u64, |bytes, (&k, _)| bytes.saturating_mul(k));
+    let step = (PART_BYTES / row.max(1)).max(1);
+    if step >= length {
+        return vec![all];
+    }
+    let parts = (0..length).step_by(usize::try_from(step).unwrap_or(usize::MAX)).map(|start| {
+        let mut part = all.clone();
+        part.selections[axis] = select(start, length.min(start.saturating_add(step)));
+        part
+    });
+    parts.collect()
+}
+
+/// The parts of a variable one after the other.
+fn joined<T>(parts: &[NcSliceInfo], mut read: impl FnMut(&NcSliceInfo) -> Result<Vec<T>>) -> Result<Vec<T>> {
+    let mut values = match parts {
+        [whole] => return read(whole),
+        _ => Vec::new(),
+    };
+    for (i, part) in parts.iter().enumerate() {
+        let more = read(part)?;
+        if i == 0 {
+            values.reserve_exact(more.len() * parts.len());
+        }
+        values.extend(more);
+    }
+    Ok(values)
 }
 
 /// Integers as they are, all digits kept; `None` for numbers that are not plain integers.
@@ -207,10 +270,7 @@ fn check_size(file: &File, variable: &NcVariable, fixed: &[Option<u64>]) -> Resu
     let width = variable.dtype().size().unwrap_or(8) as u64;
     let shape = variable.shape();
     let count = shape.iter().fold(1u64, |n, &k| n.saturating_mul(k));
-    let expansion = match file.nc.format() {
-        NcFormat::Classic | NcFormat::Offset64 | NcFormat::Cdf5 => 1,
-        _ => MAX_EXPANSION,
-    };
+    let expansion = if file.is_classic() { 1 } else { MAX_EXPANSION };
     let allowed = file.bytes.saturating_mul(expansion).min(MAX_VARIABLE_BYTES);
     if count.saturating_mul(width) > allowed || count.saturating_mul(8) > MAX_VARIABLE_BYTES {
         return Err(FormatError::Limit {

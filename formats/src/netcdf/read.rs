@@ -10,8 +10,9 @@ use crate::limits::{Budget, MAX_VARIABLE_BYTES};
 use crate::model::{Geometry, Location, RawField, Values, Variable};
 use crate::registry::{FieldRequest, FileContent};
 use crate::units::Unit;
-use netcdf_reader::{NcAttrValue, NcFile, NcOpenOptions, NcVariable};
+use netcdf_reader::{FileStorage, NcAttrValue, NcFile, NcFormat, NcOpenOptions, NcVariable};
 use std::path::Path;
+use std::sync::Arc;
 
 const DENSITY_NAMES: &[&str] = &["density", "rho", "dens", "mass_density"];
 
@@ -30,10 +31,20 @@ impl<'p> File<'p> {
             max_read_bytes: usize::try_from(MAX_VARIABLE_BYTES).unwrap_or(usize::MAX),
             ..NcOpenOptions::default()
         };
-        let nc = NcFile::open_with_options(path, options).map_err(|e| {
-            FormatError::input(path, NAME, "header", format!("{e}; the file is damaged, incomplete or not NetCDF"))
-        })?;
+        let damaged =
+            |e| FormatError::input(path, NAME, "header", format!("{e}; the file is damaged, incomplete or not NetCDF"));
+        let mut nc = NcFile::open_with_options(path, options).map_err(damaged)?;
+        if is_classic(&nc) {
+            // Read by ranges: what a map of the file has touched would count as memory beside the numbers made of it.
+            let storage = FileStorage::open(path).map_err(|e| damaged(e.into()))?;
+            nc = NcFile::from_storage(Arc::new(storage)).map_err(damaged)?;
+        }
         Ok(Self { nc, path, bytes: metadata.len(), budget: Budget::new(metadata.len()) })
+    }
+
+    /// Whether the file has one of the layouts from before NetCDF-4, which compress nothing.
+    pub fn is_classic(&self) -> bool {
+        is_classic(&self.nc)
     }
 
     pub fn input(&self, location: &str, problem: impl Into<String>) -> FormatError {
@@ -65,6 +76,10 @@ impl<'p> File<'p> {
     fn role(&self, dimension: &str) -> Option<Role> {
         axes::role(dimension, self.coordinate(dimension))
     }
+}
+
+fn is_classic(nc: &NcFile) -> bool {
+    matches!(nc.format(), NcFormat::Classic | NcFormat::Offset64 | NcFormat::Cdf5)
 }
 
 /// Reads the density of `path` and the variables on the same axes, or particles.
