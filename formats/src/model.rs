@@ -42,28 +42,42 @@ impl Values {
     /// Smallest and largest finite value, and how many are not finite.
     pub fn range(&self) -> (f64, f64, usize) {
         match self {
-            Self::F32(v) => range(v, f64::from),
-            Self::F64(v) => range(v, |x| x),
-            Self::I64(v) => range(v, |x| x as f64),
+            Self::F32(v) => {
+                let (low, high, bad) = range(v, f32::INFINITY, f32::NEG_INFINITY);
+                (low.into(), high.into(), bad)
+            }
+            Self::F64(v) => range(v, f64::INFINITY, f64::NEG_INFINITY),
+            Self::I64(v) => {
+                let limits = v.iter().min().zip(v.iter().max());
+                limits.map_or((f64::INFINITY, f64::NEG_INFINITY, 0), |(low, high)| (*low as f64, *high as f64, 0))
+            }
         }
     }
 }
 
-/// [`Values::range`] in several lanes and without a branch: a field may be a large part of the memory.
-fn range<T: Copy>(values: &[T], float: impl Fn(T) -> f64) -> (f64, f64, usize) {
-    const LANES: usize = 8;
-    let mut lanes = [(f64::INFINITY, f64::NEG_INFINITY, 0); LANES];
-    for chunk in values.chunks(LANES) {
-        for (lane, x) in lanes.iter_mut().zip(chunk) {
-            let x = float(*x);
-            let finite = x.abs() < f64::INFINITY;
-            lane.0 = if finite & (x < lane.0) { x } else { lane.0 };
-            lane.1 = if finite & (x > lane.1) { x } else { lane.1 };
-            lane.2 += usize::from(!finite);
+/// [`Values::range`] of floating-point numbers, in several lanes and without a branch: a field may be a large part of the
+/// memory.
+fn range<T: Copy + PartialOrd>(values: &[T], infinity: T, negative: T) -> (T, T, usize) {
+    const LANES: usize = 16;
+    let (mut low, mut high, mut bad) = ([infinity; LANES], [negative; LANES], [0_usize; LANES]);
+    let (chunks, rest) = values.as_chunks::<LANES>();
+    let finite = |x: T| (x > negative) & (x < infinity);
+    for chunk in chunks {
+        for lane in 0..LANES {
+            let x = chunk[lane];
+            // NaN compares as false; infinities are counted and left out.
+            low[lane] = if (x < low[lane]) & (x > negative) { x } else { low[lane] };
+            high[lane] = if (x > high[lane]) & (x < infinity) { x } else { high[lane] };
+            bad[lane] += usize::from(!finite(x));
         }
     }
-    let join = |a: (f64, f64, usize), b: &(f64, f64, usize)| (a.0.min(b.0), a.1.max(b.1), a.2 + b.2);
-    lanes.iter().fold((f64::INFINITY, f64::NEG_INFINITY, 0), join)
+    let counted = bad.iter().sum::<usize>() + rest.iter().filter(|x| !finite(**x)).count();
+    let least = |a: T, b: T| if b < a { b } else { a };
+    let most = |a: T, b: T| if b > a { b } else { a };
+    let rest = || rest.iter().copied().filter(|x| finite(*x));
+    let low = low.into_iter().chain(rest()).fold(infinity, least);
+    let high = high.into_iter().chain(rest()).fold(negative, most);
+    (low, high, counted)
 }
 
 /// Where a variable lives on its geometry.

@@ -212,6 +212,13 @@ fn other_hdf5_files_are_refused_by_name_and_damage_never_panics() {
     let request = FieldRequest::default();
     let text = read(FORMATS, &path, Some("grid-hdf5"), &request).unwrap_err().to_string();
     assert!(text.contains("Chombo"), "{text}");
+    let file = H5File::create(&path).unwrap();
+    for name in ["bounding box", "refine level"] {
+        file.new_dataset::<f32>().shape([2]).create(name).unwrap().write_raw(&[0.0_f32; 2]).unwrap();
+    }
+    file.close().unwrap();
+    let text = read(FORMATS, &path, None, &request).unwrap_err().to_string();
+    assert!(text.contains("FLASH") && text.contains("covering_grid"), "{text}");
     athena(&path, &PLACES, 0, "cartesian");
     let whole = std::fs::read(&path).unwrap();
     let mut refused = 0;

@@ -24,7 +24,7 @@
 //! Read where each coordinate depends on its own index alone. The file does not say whether x and y are the r and z of an
 //! axisymmetric run, or x the radius of a spherical one: in one and two dimensions the line `GEOMETRY:` of PLUTO's
 //! `grid.out` in the same folder does, unless x is negative somewhere. Read are Cartesian grids, and spherical ones in one
-//! dimension (a radial profile). Chombo's files of refined grids are refused.
+//! dimension (a radial profile). Chombo's files of refined grids and FLASH's trees of blocks are refused.
 
 use crate::registry::{Capabilities, FormatSpec, HDF5_SIGNATURE, Match, ReadFn};
 
@@ -64,10 +64,9 @@ pub const SPEC: FormatSpec = FormatSpec {
 /// Names that stand near the beginning of such files and of no others.
 fn sniff(head: &[u8]) -> Match {
     let has = |what: &[u8]| head.windows(what.len()).any(|w| w == what);
+    let names: [&[u8]; 5] = [b"RootGrid", b"MeshBlock", b"LogicalLocations", b"node_coords", b"bounding box"];
     match head.starts_with(HDF5_SIGNATURE) {
-        true if has(b"RootGrid") || has(b"MeshBlock") || has(b"LogicalLocations") || has(b"node_coords") => {
-            Match::Certain
-        }
+        true if names.into_iter().any(has) => Match::Certain,
         true => Match::Container,
         false => Match::No,
     }

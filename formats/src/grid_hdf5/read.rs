@@ -28,8 +28,9 @@ pub struct Mesh {
 /// and curvilinear grids, [`FormatError::Limit`], [`FormatError::Io`].
 pub fn read(path: &Path, request: &FieldRequest) -> Result<FileContent> {
     let file = Reader::open(path, SPEC.name)?;
-    let groups = file.groups()?;
-    let (mesh, variables, density) = if file.datasets("/")?.iter().any(|d| d == "LogicalLocations") {
+    let (groups, datasets) = (file.groups()?, file.datasets("/")?);
+    let has = |name: &str| datasets.iter().any(|d| d == name);
+    let (mesh, variables, density) = if has("LogicalLocations") {
         let blocks = athena::Blocks::open(&file, path)?;
         let mesh = blocks.mesh()?;
         let (names, density) = chosen(&file, &mesh.names, request)?;
@@ -43,6 +44,11 @@ pub fn read(path: &Path, request: &FieldRequest) -> Result<FileContent> {
         (mesh, variables, density)
     } else if groups.iter().any(|g| g == "level_0") {
         return Err(unsupported(path, "a refined grid in Chombo's layout; resample it to one level first"));
+    } else if has("bounding box") && has("refine level") {
+        return Err(unsupported(
+            path,
+            "FLASH's tree of blocks; resample it to one level first, as yt's covering_grid does",
+        ));
     } else {
         return Err(file.input(
             "group '/'",

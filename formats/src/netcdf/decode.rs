@@ -198,28 +198,35 @@ pub fn read(file: &File, variable: &NcVariable, fixed: &[Option<u64>]) -> Result
     Ok(Decoded { values, masked })
 }
 
-/// What is wanted of a variable, in parts of about [`PART_BYTES`] along its first axis that is wanted whole, so that the bytes
-/// of a large field are not all in memory beside its numbers; in one part where the file may be compressed, since a part could
+/// What is wanted of a variable, in parts of about [`PART_BYTES`] that follow each other in the file, so that the bytes of a
+/// large field are not all in memory beside its numbers; in one part where the file may be compressed, since a part could
 /// begin within a chunk.
 fn selections(file: &File, variable: &NcVariable, fixed: &[Option<u64>]) -> Vec<NcSliceInfo> {
     let select = |start, end| NcSliceInfoElem::Slice { start, end, step: 1 };
     let every = |index: &Option<u64>| index.map_or_else(|| select(0, u64::MAX), NcSliceInfoElem::Index);
-    let all = NcSliceInfo { selections: fixed.iter().map(every).collect() };
-    let shape = variable.shape();
-    let Some(axis) = fixed.iter().position(Option::is_none).filter(|_| file.is_classic()) else { return vec![all] };
-    let length = shape.get(axis).copied().unwrap_or(0);
-    let free = shape.iter().zip(fixed).skip(axis + 1).filter(|(_, index)| index.is_none());
-    let row = free.fold(8u64, |bytes, (&k, _)| bytes.saturating_mul(k));
-    let step = (PART_BYTES / row.max(1)).max(1);
-    if step >= length {
-        return vec![all];
+    let mut parts = vec![NcSliceInfo { selections: fixed.iter().map(every).collect() }];
+    if !file.is_classic() {
+        return parts;
     }
-    let parts = (0..length).step_by(usize::try_from(step).unwrap_or(usize::MAX)).map(|start| {
-        let mut part = all.clone();
-        part.selections[axis] = select(start, length.min(start.saturating_add(step)));
-        part
-    });
-    parts.collect()
+    let lengths: Vec<u64> =
+        variable.shape().iter().zip(fixed).map(|(&n, index)| if index.is_some() { 1 } else { n }).collect();
+    for axis in (0..fixed.len()).filter(|&axis| fixed[axis].is_none()) {
+        let row = lengths[axis + 1..].iter().fold(8u64, |bytes, &n| bytes.saturating_mul(n));
+        let (length, step) = (lengths[axis], (PART_BYTES / row.max(1)).max(1));
+        if step < length {
+            let starts = || (0..length).step_by(usize::try_from(step).unwrap_or(usize::MAX));
+            let cut = |part: &NcSliceInfo, start: u64| {
+                let mut part = part.clone();
+                part.selections[axis] = select(start, length.min(start.saturating_add(step)));
+                part
+            };
+            parts = parts.iter().flat_map(|part| starts().map(move |start| cut(part, start))).collect();
+        }
+        if step > 1 {
+            break;
+        }
+    }
+    parts
 }
 
 /// The parts of a variable one after the other.
