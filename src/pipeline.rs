@@ -6,7 +6,6 @@ use crate::domain::{Axis, Domain, Region};
 use crate::error::{Error, Result};
 use crate::hydrostatics::Hydrostatics;
 use crate::ingest::{self, InputUnits, RawInput, center};
-use crate::kernel::default_kernel_neighbors;
 use crate::metrics::{Outcome, Thermodynamics};
 use crate::placement::{Control, StopReason};
 use crate::plan::Plan;
@@ -122,7 +121,7 @@ impl Run<'_> {
 
     fn place<const D: usize>(mut self, target: &Target<'_, D>, scaled: &Prepared<D>, mut plan: Plan) -> Result<Report> {
         let kernel = self.scene.kernel;
-        let neighbors = self.scene.neighbors.unwrap_or_else(|| default_kernel_neighbors(D));
+        let neighbors = self.scene.kernel_neighbors(D);
         let thermodynamics = Hydrostatics::new(self.scene, scaled, self.units)?;
         let mut relaxed = relaxation::place(self.scene, &mut plan, target, neighbors, self.control)?;
         let balanced = match &thermodynamics {

@@ -1,7 +1,6 @@
 //! What a scene needs, and what it does without, with the reasons: nothing is run that a scene has no use for.
 
 use crate::domain::{Axis, Domain, Region, Wall};
-use crate::kernel::default_kernel_neighbors;
 use crate::placement::{SolverOptions, WvtOptions};
 use crate::scene::{Atmosphere, Polish, Scene};
 use crate::seeding::{Seeding, is_radial, jump_share};
@@ -50,14 +49,15 @@ impl Plan {
             plan.drop("relaxation", format!("{count} particles have no neighbors to relax against"));
         } else {
             plan.choose_polish(scene, count, D);
-            if plan.polish != Polish::None && thinner_than_a_spacing(domain, count) {
-                plan.drop("polish", "the domain is thinner than the particles' spacing: its faces are all they see");
+            let thin = thinner_than_a_spacing(domain, count);
+            if plan.polish != Polish::None && thin {
+                plan.drop("polish", THIN);
                 plan.polish = Polish::None;
             }
-            let neighbors = scene.neighbors.unwrap_or_else(|| default_kernel_neighbors(D));
+            let neighbors = scene.kernel_neighbors(D);
             let jumps = if plan.polish == Polish::Solver { jump_share(target, neighbors) } else { 0.0 };
             plan.choose_seeding(scene, target, jumps);
-            plan.choose_wvt(scene, D, jumps);
+            plan.choose_wvt(scene, D, jumps, thin);
             plan.choose_balance(scene);
         }
         plan.stages.insert(0, plan.seeding.method().stage);
@@ -80,7 +80,7 @@ impl Plan {
     }
 
     fn choose_polish(&mut self, scene: &Scene, count: usize, d: usize) {
-        let neighbors = scene.neighbors.unwrap_or_else(|| default_kernel_neighbors(d));
+        let neighbors = scene.kernel_neighbors(d);
         let lattice = scene.seeding == Some(Seeding::VariableMasses);
         let automatic = if lattice || count > MAX_AUTOMATIC { Polish::None } else { Polish::Solver };
         match scene.polish.unwrap_or(automatic) {
@@ -130,9 +130,12 @@ impl Plan {
 
     /// For a radial target in a ball, shells of the right masses are nearer to the density than WVT gets, and
     /// the solver ends at a third of the error that it reaches from mass bisection (`cargo bench --bench peers`).
-    /// Where most of a body is near one jump or another, shells that a solver may not move are not enough.
+    /// Where most of a body is near one jump or another, shells that a solver may not move are not enough; nor are they
+    /// beside any jump for a tolerance that is hard to reach (`cargo bench --bench roads`, the planet).
     fn choose_seeding<const D: usize>(&mut self, scene: &Scene, target: &Target<'_, D>, jumps: f64) {
-        let suits = self.polish == Polish::Solver && target.count >= MIN_SHELLS && jumps <= MOST_JUMPS;
+        let tight = scene.tolerance.is_some_and(|tolerance| tolerance < TIGHT);
+        let most_jumps = if tight { FEW_JUMPS } else { MOST_JUMPS };
+        let suits = self.polish == Polish::Solver && target.count >= MIN_SHELLS && jumps <= most_jumps;
         if scene.seeding.is_none() && suits && is_radial(target) {
             self.seeding = Seeding::EqualAreaShells;
         }
@@ -141,10 +144,11 @@ impl Plan {
     /// The solver leaves particles near jumps alone, so that WVT has to bring them into order there; elsewhere the
     /// solver does in one evaluation what takes WVT many iterations. Where it is to reach a tolerance soon it does not
     /// bring them to rest first, and needs the order that WVT leaves.
-    fn choose_wvt(&mut self, scene: &Scene, d: usize, jumps: f64) {
+    fn choose_wvt(&mut self, scene: &Scene, d: usize, jumps: f64, thin: bool) {
         let shells = self.seeding == Seeding::EqualAreaShells && self.polish == Polish::Solver && d == 3;
         self.wvt_iterations = scene.wvt.iterations.unwrap_or(match (self.polish, self.seeding) {
             (Polish::None, Seeding::VariableMasses) => 0,
+            (Polish::None, _) if thin => 0,
             (Polish::None, _) => WvtOptions::new(3).iterations,
             (Polish::Afc, _) => 0,
             _ if shells => 0,
@@ -157,6 +161,7 @@ impl Plan {
         if self.wvt_iterations == 0 {
             let why = match self.polish {
                 Polish::Afc => "AFC starts from the seed",
+                Polish::None if scene.wvt.iterations.is_none() && thin => THIN,
                 Polish::None if scene.wvt.iterations.is_none() => "the lattice is even already",
                 _ if scene.wvt.iterations.is_none() => "the shells of the seed are nearer to the density than WVT gets",
                 _ => "wvt.iterations is 0",
@@ -190,6 +195,8 @@ impl Plan {
     }
 }
 
+const THIN: &str = "the domain is thinner than the particles' spacing: its faces are all they see";
+
 /// Whether an open axis of a box is shorter than the mean spacing: the mirror images that relaxation sees there
 /// and the vacuum that it is measured by have nothing to do with each other.
 fn thinner_than_a_spacing<const D: usize>(domain: &Domain<D>, count: usize) -> bool {
@@ -213,6 +220,8 @@ fn affordable_evaluations(count: usize, d: usize, stops_early: bool) -> usize {
 /// Shares of the domain near jumps: below the one they do not matter, above the other nothing else does.
 const FEW_JUMPS: f64 = 1e-3;
 const MOST_JUMPS: f64 = 0.5;
+/// A smaller tolerance takes many evaluations from shells with a jump between them.
+const TIGHT: f64 = 5e-6;
 /// WVT's iterations before a polish where few are not enough.
 const MANY_ITERATIONS: usize = 40;
 /// Fewer particles make no shells worth the name.

@@ -4,6 +4,9 @@ use rayon::prelude::*;
 
 const CHUNK: usize = 4096;
 
+/// Particles whose sums are not compensated.
+const SHORT_CHUNK: usize = 512;
+
 /// Sums within a chunk that do not wait for each other.
 const LANES: usize = 4;
 
@@ -26,6 +29,18 @@ fn chunk(from: usize, to: usize, f: &impl Fn(usize) -> f64) -> Compensated {
     let mut total = Compensated::default();
     lanes.into_iter().for_each(|lane| total.join(lane));
     total
+}
+
+/// Several sums over `0..n` at once, as good as [`sum`] but for what is within chunks.
+pub fn sums<const K: usize>(n: usize, f: impl Fn(usize) -> [f64; K] + Sync) -> [f64; K] {
+    chunk_sums(n, SHORT_CHUNK, |range| {
+        let mut lanes = [[0.0; K]; LANES];
+        for (i, lane) in range.zip((0..LANES).cycle()) {
+            let values = f(i);
+            (0..K).for_each(|k| lanes[lane][k] += values[k]);
+        }
+        std::array::from_fn(|k| lanes.iter().map(|lane| lane[k]).sum())
+    })
 }
 
 /// Sums over `0..n` of what `f` makes of chunks of it; compensated across chunks, within them as `f` sums.

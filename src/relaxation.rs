@@ -2,7 +2,7 @@
 
 use crate::checkpoint::{Checkpoints, Snapshot, StageSnapshot};
 use crate::error::{Error, Result};
-use crate::kernel::own_count;
+use crate::kernel::{KernelName, makes_pairs, most_neighbors_without_pairs, own_count};
 use crate::placement::{
     AfcOptions, AfcSnapshot, AlaricOptions, BalanceOptions, Balanced, Control, PAIRED, SolverOptions, SolverSnapshot,
     SplittingSnapshot, StageReport, Start, StopReason, TrimOptions, WvtOptions, WvtSnapshot, alaric_by_splitting_kept,
@@ -77,7 +77,7 @@ pub fn place_watched<const D: usize>(
 
 /// The seed, as many particles as splitting begins with.
 fn seeded<const D: usize>(scene: &Scene, plan: &Plan, target: &Target<'_, D>, neighbors: f64) -> Result<Snapshot<D>> {
-    check_neighbors::<D>(scene, neighbors)?;
+    check_neighbors::<D>(scene, plan, neighbors)?;
     let start = Instant::now();
     let coarse = target.with_count(coarse_count(D, target.count, plan.splittings));
     let Seeded { positions, notes } = seeding::seed(&coarse, plan.seeding, scene.seed)?;
@@ -206,6 +206,15 @@ impl<const D: usize> Stages<'_, D> {
         past: &mut Past<'_>,
     ) -> (Positions<D>, Vec<StageReport>) {
         let options = solver_options::<D>(self.scene, plan, self.neighbors);
+        if makes_pairs(self.scene.kernel, D, self.neighbors) {
+            past.notes.push(format!(
+                "{} with {:.0} neighbors makes pairs of particles at rest: {} has brought them to rest, and the solver ended \
+                 with the density alone",
+                self.scene.kernel.title(),
+                self.neighbors,
+                KernelName::default().title()
+            ));
+        }
         let keep = &mut keep(past, StageSnapshot::Solver);
         let (positions, report) =
             solve_density_kept::<D, f32>(self.scene.kernel, self.target, start, &options, self.control, keep);
@@ -238,17 +247,26 @@ impl<const D: usize> Stages<'_, D> {
     }
 }
 
-/// n_i V H^d of a particle counts its own kernel at least; no support radius has fewer neighbors than that.
-fn check_neighbors<const D: usize>(scene: &Scene, neighbors: f64) -> Result<()> {
-    let own = own_count(scene.kernel, D);
-    if neighbors > own {
-        return Ok(());
+/// n_i V H^d of a particle counts its own kernel at least; no support radius has fewer neighbors than that. In balance,
+/// the forces of a kernel that makes pairs do so.
+fn check_neighbors<const D: usize>(scene: &Scene, plan: &Plan, neighbors: f64) -> Result<()> {
+    let (own, title) = (own_count(scene.kernel, D), scene.kernel.title());
+    if !(neighbors > own) {
+        let problem = format!(
+            "is {neighbors}, but {title} counts a particle itself as {own:.1} in {D}-D; expected more than that"
+        );
+        return Err(Error::scene("neighbors", problem));
     }
-    let problem = format!(
-        "is {neighbors}, but {} counts a particle itself as {own:.1} in {D}-D; expected more than that",
-        scene.kernel.title()
-    );
-    Err(Error::scene("neighbors", problem))
+    match most_neighbors_without_pairs(scene.kernel, D) {
+        Some(most) if neighbors > most && plan.balance > 0 => Err(Error::scene(
+            "balance",
+            format!(
+                "would end in pairs of particles, since the forces of {title} with {neighbors:.0} neighbors vanish there; \
+                 expected at most {most:.1} neighbors, or one of Wendland's kernels"
+            ),
+        )),
+        _ => Ok(()),
+    }
 }
 
 /// Moves what a stage left paired apart, and says so.

@@ -10,7 +10,7 @@ pub use balance::{BalanceInput, EquationOfState, GravityName};
 pub use stages::{AfcInput, AlaricInput, CheckpointInput, Polish, SolverInput, WvtInput};
 
 use crate::error::{Error, Result};
-use crate::kernel::KernelName;
+use crate::kernel::{KernelName, default_kernel_neighbors};
 use crate::seeding::Seeding;
 use serde::{Deserialize, Serialize};
 use std::path::{Path, PathBuf};
@@ -325,6 +325,11 @@ impl Scene {
     /// The scene as YAML.
     pub fn to_yaml(&self) -> String {
         serde_saphyr::to_string(self).unwrap_or_else(|e| format!("# the scene cannot be printed: {e}\n"))
+    }
+
+    /// N_H in `d` dimensions, as given or customary.
+    pub fn kernel_neighbors(&self, d: usize) -> f64 {
+        self.neighbors.unwrap_or_else(|| default_kernel_neighbors(d))
     }
 
     /// Whether the particles' number density follows something else than the density, so that masses vary.

@@ -115,6 +115,10 @@ fn force_figures_are_those_of_a_direct_sum() {
 }
 
 fn run(yaml: &str) -> Report {
+    attempt(yaml).unwrap()
+}
+
+fn attempt(yaml: &str) -> sph_prep::Result<Report> {
     let folder = tempfile::tempdir().unwrap();
     let mut scene = Scene::parse(yaml).unwrap();
     if let Some(file) = &mut scene.input.file {
@@ -123,7 +127,7 @@ fn run(yaml: &str) -> Report {
     scene.output.file = Some(folder.path().join("ic.hdf5"));
     let never = AtomicBool::new(false);
     let control = Control { deadline: None, interrupted: &never, observer: &|_, _, _, _| {} };
-    sph_prep::pipeline::run(&scene, sph_formats::FORMATS, &control).unwrap()
+    sph_prep::pipeline::run(&scene, sph_formats::FORMATS, &control)
 }
 
 fn interior(report: &Report) -> f64 {
@@ -205,4 +209,13 @@ fn what_cannot_be_balanced_is_refused_with_the_remedy() {
     assert!(refused(&format!("{square}balance: {{gravity: own}}")).contains("radial profile"));
     assert!(refused(&format!("{square}balance: {{constant: -1}}")).contains("balance.constant"));
     assert!(refused(&format!("{square}trim_masses: 0.1\nbalance: {{}}")).contains("trim_masses"));
+}
+
+#[test]
+fn forces_that_make_pairs_are_refused_before_the_run() {
+    let scene =
+        "input: {file: profiles/polytrope-1.5.nc}\nparticles: 500\nbalance: {evaluations: 5}\nkernel: cubic-spline\n";
+    let text = attempt(scene).unwrap_err().to_string();
+    assert!(text.contains("balance") && text.contains("at most 51.0 neighbors"), "{text}");
+    run(&format!("{scene}neighbors: 50\n"));
 }

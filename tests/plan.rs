@@ -91,3 +91,36 @@ fn few_particles_get_more_evaluations_and_a_scene_has_its_own() {
     assert_eq!((planned("particles: 400"), planned("particles: 40000")), (240, 158));
     assert_eq!(run(&format!("{BOX}particles: 400\nsolver: {{evaluations: 7}}\n")).0.plan.evaluations, 7);
 }
+
+#[test]
+fn splines_with_many_neighbors_end_without_pairs() {
+    for (scene, kernel) in [
+        ("[[0], [1]], boundary: [periodic]}\nparticles: 200", "cubic-spline"),
+        ("[[0, 0], [1, 1]], boundary: [periodic]}\nparticles: 900", "cubic-spline"),
+        ("[[0, 0], [1, 1]], boundary: [open]}\nparticles: 900", "cubic-spline"),
+        ("[[0, 0, 0], [1, 1, 1]], boundary: [periodic]}\nparticles: 2000", "cubic-spline"),
+        ("[[0, 0, 0], [1, 1, 1]], boundary: [periodic]}\nparticles: 2000\nneighbors: 128", "cubic-spline"),
+        ("[[0, 0, 0], [1, 1, 1]], boundary: [periodic]}\nparticles: 2000\nneighbors: 128", "quartic"),
+    ] {
+        let (report, _) = run(&format!("input: {{expression: '1'}}\nkernel: {kernel}\ndomain: {{box: {scene}\n"));
+        let closest = report.neighbors.closest_pair;
+        assert!(closest > 0.6, "{kernel} {scene}: {closest}");
+        let error = report.density_error.interior_refitted.as_ref().unwrap_or(&report.density_error.all_refitted);
+        assert!(error.epsilon < 1e-6, "{kernel} {scene}: {}", error.epsilon);
+        assert!(report.notes.iter().any(|note| note.contains("makes pairs")), "{:?}", report.notes);
+    }
+    let (report, _) = run(&format!("{BOX}particles: 900\nkernel: cubic-spline\nneighbors: 16\n"));
+    assert!(report.notes.iter().all(|note| !note.contains("makes pairs")), "{:?}", report.notes);
+}
+
+#[test]
+fn shells_beside_a_jump_give_way_to_wvt_for_a_tight_tolerance() {
+    let planet = std::fs::read_to_string(concat!(env!("CARGO_MANIFEST_DIR"), "/profiles/planet.yaml")).unwrap();
+    let planned = |rest: &str| {
+        let (report, _) = run(&format!("{}\nparticles: 2000\n{rest}", planet.replace("particles:", "# particles:")));
+        (report.plan.seeding.method().name, report.plan.wvt_iterations)
+    };
+    assert_eq!(planned("tolerance: 1e-5\n"), ("equal-area-shells", 0));
+    assert_eq!(planned("tolerance: 1e-6\n"), ("mass-bisection", 40));
+    assert_eq!(planned(""), ("equal-area-shells", 0));
+}

@@ -95,6 +95,12 @@ fn the_solver_goes_on() {
 }
 
 #[test]
+fn the_solver_with_another_kernel_to_come_to_rest_goes_on() {
+    let scene = format!("{BOX}kernel: cubic-spline\nsolver: {{evaluations: 40}}\n");
+    goes_on(&scene, &[("solver", 12), ("solver", 32)]);
+}
+
+#[test]
 fn alaric_goes_on() {
     let scene = "polish: alaric\nwvt: {iterations: 3}\n";
     goes_on(&format!("{DISC}{scene}alaric: {{steps: 50, splittings: 1}}"), &[("ALARIC", 5), ("ALARIC", 44)]);

@@ -135,6 +135,34 @@ fn alaric_lowers_the_error_of_wvt() {
     assert!(after < before);
 }
 
+/// WVT with kernel and neighbor number: its error over the seed's, by the last state that it reached.
+fn gain<const D: usize>(kernel: KernelName, kernel_neighbors: f64, count: usize) -> f64 {
+    let domain = unit::<D>(Axis::Periodic);
+    let target = target(&domain, count);
+    let start = seed(&target, Seeding::MassBisection, 1).unwrap().positions;
+    let options = WvtOptions { kernel_neighbors, ..WvtOptions::new(D) };
+    let (_, report) = relax(kernel, &target, start, &options, &control());
+    let [first, .., last] = report.history.as_slice() else { panic!("stopped at once") };
+    println!("{kernel:?}, {kernel_neighbors:.0} neighbors in {D}-D: {:.1e} to {:.1e}", first.epsilon, last.epsilon);
+    last.epsilon / first.epsilon
+}
+
+#[test]
+fn wvt_converges_with_any_kernel_and_many_neighbors() {
+    for (kernel, neighbors) in [
+        (KernelName::WendlandC2, 128.0),
+        (KernelName::WendlandC4, 250.0),
+        (KernelName::WendlandC6, 64.0),
+        (KernelName::CubicSpline, 128.0),
+        (KernelName::Quintic, 64.0),
+    ] {
+        assert!(gain::<3>(kernel, neighbors, 4000) < 0.1);
+        let same_ratio = |d: usize| default_kernel_neighbors(d) * (neighbors / 64.0).powf(d as f64 / 3.0);
+        assert!(gain::<2>(kernel, same_ratio(2), 1500) < 0.1);
+        assert!(gain::<1>(kernel, same_ratio(1), 150) < 0.3);
+    }
+}
+
 #[test]
 fn neighbors_counted_by_target_volume_stop_the_drift_along_gradients() {
     let domain = unit::<3>(Axis::Periodic);

@@ -15,7 +15,6 @@ pub use table::{CSV_COLUMNS, csv};
 use crate::domain::Region;
 use crate::error::{Error, Result};
 use crate::ingest;
-use crate::kernel::default_kernel_neighbors;
 use crate::metrics::{DensityError, NeighborFigures, NoiseFigures, Outcome};
 use crate::placement::{Control, StageReport, StopReason};
 use crate::plan::Plan;
@@ -159,7 +158,7 @@ fn in_dimension<const D: usize>(
         dimension: D,
         seed: scene.seed,
         kernel: scene.kernel.title(),
-        kernel_neighbors: scene.neighbors.unwrap_or_else(|| default_kernel_neighbors(D)),
+        kernel_neighbors: scene.kernel_neighbors(D),
         methods: request.methods.iter().map(sheet).collect(),
         runs: Vec::new(),
         left_out: Vec::new(),

@@ -91,9 +91,12 @@ impl<const D: usize> Domain<D> {
 
     /// Whether a particle may be at `x` (periodic axes take any value).
     pub fn contains(&self, x: &[f64; D]) -> bool {
-        let mut y = *x;
-        self.wrap(&mut y);
-        (0..D).all(|k| y[k] >= self.lo[k] && y[k] <= self.hi[k]) && self.region.contains(&y)
+        let within = |y: &[f64; D]| (0..D).all(|k| y[k] >= self.lo[k] && y[k] <= self.hi[k]);
+        if within(x) {
+            return self.region.contains(x);
+        }
+        let y = self.wrapped(x);
+        within(&y) && self.region.contains(&y)
     }
 
     /// The same place with periodic coordinates in `[lo, hi)`.

@@ -11,7 +11,8 @@
 //! apart. N equations in d N unknowns leave room for both; lambda weighs them. From a disordered start it is lowered
 //! in two stages: first the particles come to rest in a force-free arrangement, then the density is made exact with
 //! the smallest moves that do it. Starts that are in order, and runs that are to reach a tolerance soon, need the
-//! second alone.
+//! second alone. The pressure energy of a B-spline is low where particles pair: with one of those the default kernel
+//! brings them to rest, and past [`most_neighbors_without_pairs`] the last stage fits the density alone.
 //!
 //! H follows the target, not the particles, so that no smoothing-length iteration is needed and the gradient
 //! is exact with one density pass and one pass over what others see. kappa = <n*/n> is held within a stage;
@@ -28,7 +29,9 @@ use super::fit::{Fit, fit, interior, resolved};
 use super::lbfgs::{Lbfgs, product};
 use super::snapshot::{Check, Keep, Start, Trace, axes, forget, rows};
 use super::{COINCIDENT, Control, Progress, StageReport, StopReason, part_pairs, relaxation_domain};
-use crate::kernel::{KernelName, default_kernel_neighbors, own_count, support_over_spacing};
+use crate::kernel::{
+    KernelName, default_kernel_neighbors, most_neighbors_without_pairs, own_count, support_over_spacing,
+};
 use crate::neighbors::lanes::Real;
 use crate::reduce;
 use crate::smoothing::DensitySums;
@@ -70,12 +73,38 @@ impl SolverOptions {
         (1.0 + lambda.log10() / QUIETNESS_DECADES).clamp(0.0, 1.0)
     }
 
-    /// Weight of the pressure energy and share of the evaluations, stage by stage.
-    fn schedule(&self) -> Vec<(f64, f64)> {
+    /// The stages for `kernel` in `d` dimensions.
+    fn schedule(&self, kernel: KernelName, d: usize) -> Vec<Stage> {
         // 0 at the end: an exact density leaves no room for the pressure energy.
         let last = if self.quietness > 0.0 { 10f64.powf(QUIETNESS_DECADES * (self.quietness - 1.0)) } else { 0.0 };
-        if self.settled || self.tolerance > 0.0 { vec![(last, 1.0)] } else { vec![(1.0, 0.6), (last, 0.4)] }
+        let single = self.settled || self.tolerance > 0.0;
+        let own = |lambda, share| Stage { kernel, kernel_neighbors: self.kernel_neighbors, lambda, share };
+        let at_rest = if single { last } else { 1.0 };
+        match most_neighbors_without_pairs(kernel, d) {
+            Some(most) => {
+                let (kernel, kernel_neighbors) = (KernelName::default(), default_kernel_neighbors(d));
+                // Without a pressure energy of its own the last stage is the shorter the quieter the end is to be.
+                let (last, share) = match self.kernel_neighbors > most {
+                    true => (0.0, 0.4 * (2.0 - 2.0 * self.quietness).min(1.0)),
+                    false => (last, 0.4),
+                };
+                vec![Stage { kernel, kernel_neighbors, lambda: at_rest, share: 1.0 - share }, own(last, share)]
+            }
+            None if single => vec![own(last, 1.0)],
+            None => vec![own(at_rest, 0.6), own(last, 0.4)],
+        }
     }
+}
+
+/// A part of the descent.
+#[derive(Debug, Clone, Copy)]
+struct Stage {
+    kernel: KernelName,
+    kernel_neighbors: f64,
+    /// Weight of the pressure energy, before [`weight_with`].
+    lambda: f64,
+    /// Of the evaluations.
+    share: f64,
 }
 
 /// Decades of lambda between most exact and most quiet, where it is 1.
@@ -134,31 +163,41 @@ fn run<const D: usize, R: Real>(
     keep: Keep<'_, SolverSnapshot<D>>,
 ) -> (Positions<D>, StageReport) {
     let domain = relaxation_domain(target.domain);
-    let neighbors = options.kernel_neighbors;
-    let schedule = options.schedule();
+    let schedule = options.schedule(kernel, D);
     let (mut solver, before, first, mut kept) = match start {
         Start::New(mut positions) => {
             part_pairs(target, &mut positions, COINCIDENT);
             let before = positions.clone();
-            let arrangement = Arrangement::new(kernel, target, &domain, positions, neighbors);
-            (Solver::<D, R>::new(arrangement, options, control), before, 0, None)
+            let arrangement = Arrangement::new(kernel, target, &domain, positions, options.kernel_neighbors);
+            let mut solver = Solver::<D, R>::new(arrangement, options, control);
+            if schedule[0].kernel != kernel {
+                // What the end is compared with.
+                let frame = solver.frame(0.0);
+                let now = solver.evaluate(&frame);
+                solver.note(&now, 0.0);
+            }
+            (solver, before, 0, None)
         }
         Start::Kept(snapshot) => {
             let SolverSnapshot { stage, positions, moves, before, descent, kappa, evaluations, trace } = *snapshot;
-            let arrangement = Arrangement::of_sorted(kernel, target, &domain, positions, moves, neighbors);
-            let solver = Solver { arrangement, options, control, kappa, evaluations, trace: trace.resumed() };
+            let Stage { kernel, kernel_neighbors, .. } = schedule[stage.min(schedule.len() - 1)];
+            let arrangement = Arrangement::of_sorted(kernel, target, &domain, positions, moves, kernel_neighbors);
+            let (kappa, trace) = (Some(kappa), trace.resumed());
+            let solver = Solver { arrangement, options, control, kappa, evaluations, trace };
             (solver, before, stage, Some(descent))
         }
     };
     let mut stop = StopReason::IterationLimit;
-    for (stage, (lambda, _)) in schedule.iter().enumerate().skip(first) {
-        let share: f64 = schedule[..=stage].iter().map(|s| s.1).sum();
-        let last = stage + 1 == schedule.len();
+    for (index, stage) in schedule.iter().enumerate().skip(first) {
+        let share: f64 = schedule[..=index].iter().map(|s| s.share).sum();
+        let last = index + 1 == schedule.len();
         let end = if last { options.evaluations } else { (share * options.evaluations as f64) as usize };
         let mut keep_stage = |stopping: bool, snapshot: &dyn Fn() -> SolverSnapshot<D>| {
-            keep(stopping, &|| SolverSnapshot { stage, before: before.clone(), ..snapshot() });
+            keep(stopping, &|| SolverSnapshot { stage: index, before: before.clone(), ..snapshot() });
         };
-        stop = solver.stage(weight_with(kernel, D, neighbors, *lambda), end, last, kept.take(), &mut keep_stage);
+        solver.see_with(stage.kernel, stage.kernel_neighbors);
+        let lambda = weight_with(stage.kernel, D, stage.kernel_neighbors, stage.lambda);
+        stop = solver.stage(lambda, end, last, kept.take(), &mut keep_stage);
         if matches!(stop, StopReason::TimeLimit | StopReason::Interrupted | StopReason::ToleranceReached) {
             break;
         }
@@ -172,6 +211,29 @@ fn run<const D: usize, R: Real>(
     let report =
         StageReport { stage: "solver", stop, best_iteration, seconds: trace.seconds(), history: trace.history };
     (positions, report)
+}
+
+/// Seconds that one evaluation of the objective with its gradient takes at `positions`, the mean of `repeats`: what a step
+/// costs beside its direction and its move.
+pub fn time_evaluation<const D: usize, R: Real>(
+    kernel: KernelName,
+    target: &Target<'_, D>,
+    positions: Positions<D>,
+    options: &SolverOptions,
+    repeats: u32,
+) -> f64 {
+    let domain = relaxation_domain(target.domain);
+    let never = std::sync::atomic::AtomicBool::new(false);
+    let control = Control { deadline: None, interrupted: &never, observer: &|_, _, _, _| {} };
+    let arrangement = Arrangement::new(kernel, target, &domain, positions, options.kernel_neighbors);
+    let mut solver = Solver::<D, R>::new(arrangement, options, &control);
+    let frame = solver.frame(weight_with(kernel, D, options.kernel_neighbors, 1.0));
+    let start = std::time::Instant::now();
+    for _ in 0..repeats {
+        let now = solver.evaluate(&frame);
+        std::hint::black_box(solver.gradient(&frame, &now));
+    }
+    start.elapsed().as_secs_f64() / f64::from(repeats.max(1))
 }
 
 /// What goes on after an interrupt.
@@ -220,7 +282,8 @@ pub(super) struct Solver<'a, const D: usize, R> {
     pub arrangement: Arrangement<'a, D, R>,
     options: &'a SolverOptions,
     control: &'a Control<'a>,
-    kappa: f64,
+    /// With the present kernel; none before the first evaluation with it.
+    kappa: Option<f64>,
     evaluations: usize,
     trace: Trace,
 }
@@ -284,7 +347,16 @@ pub(super) struct Evaluation<const D: usize> {
 
 impl<'a, const D: usize, R: Real> Solver<'a, D, R> {
     pub fn new(arrangement: Arrangement<'a, D, R>, options: &'a SolverOptions, control: &'a Control<'a>) -> Self {
-        Self { arrangement, options, control, kappa: 1.0, evaluations: 0, trace: Trace::new() }
+        Self { arrangement, options, control, kappa: None, evaluations: 0, trace: Trace::new() }
+    }
+
+    /// Goes on with another kernel.
+    fn see_with(&mut self, kernel: KernelName, kernel_neighbors: f64) {
+        let now = (self.arrangement.kernel, self.arrangement.kernel_neighbors);
+        if now != (kernel, kernel_neighbors) {
+            (self.arrangement.kernel, self.arrangement.kernel_neighbors) = (kernel, kernel_neighbors);
+            self.kappa = None;
+        }
     }
 
     /// Minimizes for one lambda until `end` evaluations have been made, from the beginning or from what was `kept`.
@@ -374,7 +446,7 @@ impl<'a, const D: usize, R: Real> Solver<'a, D, R> {
             moves: self.arrangement.moves(),
             before: std::array::from_fn(|_| Vec::new()),
             descent: descent.clone(),
-            kappa: self.kappa,
+            kappa: self.kappa.unwrap_or(1.0),
             evaluations: self.evaluations,
             trace: self.trace.kept(),
         }
@@ -409,7 +481,7 @@ impl<'a, const D: usize, R: Real> Solver<'a, D, R> {
 
     fn supports(&self, wanted: &[f64], kappa: f64) -> Vec<f64> {
         let target = self.arrangement.target;
-        let ratio = support_over_spacing(D, self.options.kernel_neighbors) * kappa.powf(1.0 / D as f64);
+        let ratio = support_over_spacing(D, self.arrangement.kernel_neighbors) * kappa.powf(1.0 / D as f64);
         wanted.par_iter().map(|&w| ratio * target.spacing(w).min(self.arrangement.domain.size())).collect()
     }
 
@@ -419,15 +491,15 @@ impl<'a, const D: usize, R: Real> Solver<'a, D, R> {
         let wanted = target.number_densities(&self.arrangement.positions);
         let positions = &self.arrangement.positions;
         let spacing: Vec<f64> = wanted.par_iter().map(|&w| target.spacing(w)).collect();
-        let ratio = support_over_spacing(D, self.options.kernel_neighbors);
+        let ratio = support_over_spacing(D, self.arrangement.kernel_neighbors);
         let sharpness = target.sharpnesses(positions, &wanted, ratio);
         let held = target.jumps(positions, &wanted, &sharpness, ratio);
         let weights = sharpness.into_par_iter().map(resolved).collect();
-        let mut frame = Frame { lambda, kappa: self.kappa, weights, held, spacing };
+        let mut frame = Frame { lambda, kappa: self.kappa.unwrap_or(1.0), weights, held, spacing };
         // The first evaluation tells kappa; from then on it barely changes.
-        if self.evaluations == 0 {
-            self.kappa = self.evaluate(&frame).fit.factor;
-            frame.kappa = self.kappa;
+        if self.kappa.is_none() {
+            frame.kappa = self.evaluate(&frame).fit.factor;
+            self.kappa = Some(frame.kappa);
         }
         frame
     }
@@ -440,10 +512,10 @@ impl<'a, const D: usize, R: Real> Solver<'a, D, R> {
         let sums = self.arrangement.densities(&support);
         let (n, w) = (wanted.len(), &frame.weights);
         let q = |i: usize| sums[i].number_density / wanted[i];
-        let total = reduce::sum(n, |i| w[i]);
-        let mean = reduce::sum(n, |i| w[i] * q(i)) / total;
-        let squares = reduce::sum(n, |i| w[i] * (q(i) / mean - 1.0).powi(2));
-        let energy = 0.5 * squares + frame.lambda * reduce::sum(n, q);
+        let [total, weighted, pressure] = reduce::sums(n, |i| [w[i], w[i] * q(i), q(i)]);
+        let mean = weighted / total;
+        let [squares] = reduce::sums(n, |i| [w[i] * (q(i) / mean - 1.0).powi(2)]);
+        let energy = 0.5 * squares + frame.lambda * pressure;
         let set = interior(self.arrangement.target.domain, &self.arrangement.positions, &support, Some(w));
         let fit = fit(set.as_deref(), &wanted, |i| sums[i].number_density);
         Evaluation { energy, fit, support, wanted, sums, mean, mean_square: squares / total }

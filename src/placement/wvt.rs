@@ -20,9 +20,10 @@
 use super::arrangement::GHOST_DEPTH;
 use super::fit::{fit, interior, resolved};
 use super::snapshot::{Best, Check, Keep, Start, Trace, axes, forget};
+use super::stiffness::stiffness;
 use super::{COINCIDENT, Ghosts, Progress, StageReport, StopReason, part_pairs, relaxation_domain};
 use crate::domain::Domain;
-use crate::kernel::{Kernel, KernelName, evaluate, support_over_spacing};
+use crate::kernel::{Kernel, KernelName, default_kernel_neighbors, evaluate, support_over_spacing};
 use crate::neighbors::lanes::Real;
 use crate::neighbors::{Batch, Compiled, LeafPass, Reach, Shape, Sources, Tree, compiled, drive, in_shape};
 use crate::reduce;
@@ -46,12 +47,16 @@ pub enum Weight {
 }
 
 impl Weight {
-    /// Step that makes the pushes of both weights alike: at the distance of the closest neighbors
-    /// [h/r]^2 + const is about eight times the kernel's shape.
-    fn step_scale(self) -> f64 {
+    /// Factor on the step that makes the pushes alike with any kernel and neighbor number, and with both weights: at the
+    /// distance of the closest neighbors [h/r]^2 + const is about eight times the kernel's shape.
+    fn step_scale(self, kernel: KernelName, d: usize, kernel_neighbors: f64) -> f64 {
+        let usual = default_kernel_neighbors(d);
         match self {
-            Self::Kernel => 1.0,
-            Self::InverseSquare => 0.125,
+            Self::Kernel => {
+                let of = |kernel, neighbors| stiffness(kernel, d, neighbors, FEEDBACK);
+                of(KernelName::default(), usual) / of(kernel, kernel_neighbors)
+            }
+            Self::InverseSquare => 0.125 * usual / kernel_neighbors,
         }
     }
 }
@@ -92,7 +97,7 @@ impl WvtOptions {
             iterations: 60,
             step: DEFAULT_STEP,
             final_step: 0.7,
-            kernel_neighbors: crate::kernel::default_kernel_neighbors(d),
+            kernel_neighbors: default_kernel_neighbors(d),
             tolerance: 0.0,
         }
     }
@@ -273,6 +278,7 @@ pub fn relax_kept<const D: usize>(
         }
         Start::Kept(snapshot) => State::resume(target, &domain, *snapshot, options.kernel_neighbors),
     };
+    let step = options.step * options.weight.step_scale(kernel, D, options.kernel_neighbors);
     let mut stop = StopReason::IterationLimit;
     for iteration in state.iterations..=options.iterations {
         let outside = control.stop_reason();
@@ -285,8 +291,7 @@ pub fn relax_kept<const D: usize>(
         let reason = stop_reason(&best, iteration, options).or(outside);
         if reason.is_none() && iteration < options.iterations {
             let t = iteration as f64 / options.iterations.max(1) as f64;
-            entry.largest_step =
-                state.displace(&pushes, options.weight.step_scale() * options.step * options.final_step.powf(t));
+            entry.largest_step = state.displace(&pushes, step * options.final_step.powf(t));
         }
         trace.history.push(entry);
         control.report("WVT", iteration, options.iterations, epsilon);

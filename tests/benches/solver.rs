@@ -8,7 +8,7 @@ use sph_prep::field::ScalarField;
 use sph_prep::kernel::{KernelName, default_kernel_neighbors, support_over_spacing};
 use sph_prep::metrics::{DensityError, Measured, NoiseFigures};
 use sph_prep::neighbors::{Reach, Sources, Tree};
-use sph_prep::placement::{Control, SolverOptions, WvtOptions, relax, solve_density};
+use sph_prep::placement::{Control, SolverOptions, WvtOptions, relax, solve_density, time_evaluation};
 use sph_prep::seeding::{Seeding, seed};
 use sph_prep::smoothing::density;
 use sph_prep::target::{Positions, Resolution, Target};
@@ -91,10 +91,14 @@ fn scene(name: &str, density: fn(&[f64; 3]) -> f64, count: usize, evaluations: u
     let (solved, stage) = solve_density::<3, f32>(KernelName::WendlandC4, &target, few, &options, &control);
     report("5 WVT + solver", &target, &solved, evaluations, start);
     let made = stage.history.last().map_or(1, |h| h.iteration);
-    let evaluation = stage.seconds / made as f64;
+    let step = stage.seconds / made as f64;
+    let evaluation = time_evaluation::<3, f32>(KernelName::WendlandC4, &target, solved.clone(), &options, PASSES);
+    let pass = density_pass(&target, &solved);
     println!(
-        "  one evaluation with its gradient, direction and step takes {:.2} density passes",
-        evaluation / density_pass(&target, &solved)
+        "  one evaluation with its gradient takes {:.2} density passes ({:.1} ms), with direction and step {:.2}",
+        evaluation / pass,
+        1e3 * pass,
+        step / pass
     );
     let trace: Vec<String> =
         stage.history.iter().step_by(8).map(|h| format!("{}:{:.1e}", h.iteration, h.epsilon)).collect();

@@ -231,12 +231,13 @@ fn place(setup: &Setup, target: &Target<'_, 3>) -> sph_prep::error::Result<Posit
             alaric::<3, f32>(kernel, target, x, &options, &control).0
         }
         Then::Solver(quietness) => {
-            let x = if is_radial(target) {
+            let settled = is_radial(target);
+            let x = if settled {
                 seed(target, Seeding::EqualAreaShells, 1)?.positions
             } else {
                 relax(kernel, target, start, &wvt(5), &control).0
             };
-            let options = SolverOptions { quietness, ..SolverOptions::new(3) };
+            let options = SolverOptions { quietness, settled, ..SolverOptions::new(3) };
             solve_density::<3, f32>(kernel, target, x, &options, &control).0
         }
     };
