@@ -6,7 +6,9 @@ use crate::field::{
     AnalyticField, FieldOptions, Interpolation, MassEstimate, Missing, Period, ScalarField, Source, from_raw,
     natural_dimension,
 };
-use crate::scene::{BoundaryName, DomainInput, InterpolationName, MissingValues, ResolutionInput, Scene};
+use crate::scene::{
+    BoundaryName, CylinderInput, DomainInput, InterpolationName, MissingValues, ResolutionInput, Scene,
+};
 use crate::snapshot::Snapshot;
 use sph_formats::{FieldRequest, FileContent, FormatSpec, Geometry, RawField, Unit, UnitDimension};
 use std::path::Path;
@@ -104,7 +106,8 @@ pub fn dimension(scene: &Scene, raw: &RawInput) -> Result<usize> {
         None => {
             let from_domain = scene.domain.bounds.as_ref().map(|b| b[0].len());
             let from_center = scene.domain.ball.as_ref().map(|b| b.center.len()).filter(|&d| d > 0);
-            asked.or(from_domain).or(from_center).filter(|d| (1..=3).contains(d)).ok_or_else(|| {
+            let from_cylinder = scene.domain.cylinder.as_ref().map(|_| 3);
+            asked.or(from_domain).or(from_center).or(from_cylinder).filter(|d| (1..=3).contains(d)).ok_or_else(|| {
                 Error::scene(
                     "input.dimension",
                     "is not known: an expression needs `input.dimension`, or a domain with 1 to 3 coordinates",
@@ -169,7 +172,10 @@ pub fn source<const D: usize>(scene: &Scene, raw: RawInput) -> Result<Source<D>>
         RawInput::Snapshot(snapshot) => resampled(*snapshot, field_options(scene, &walls)?)?,
         RawInput::Expression(text) => {
             let domain = scene_domain::<D>(&scene.domain, &walls)?.ok_or_else(|| {
-                Error::scene("domain", "is missing: an expression needs a `box` or a `ball` to be evaluated in")
+                Error::scene(
+                    "domain",
+                    "is missing: an expression needs a `box`, a `ball` or a `cylinder` to be evaluated in",
+                )
             })?;
             let density = AnalyticField::<D>::new("input.expression", &text, center(&domain))?;
             density.check(&domain)?;
@@ -259,26 +265,55 @@ fn scene_domain<const D: usize>(input: &DomainInput, walls: &[Option<BoundaryNam
         };
         return Domain::new(corner(lo)?, corner(hi)?, walls.map(axis), Region::Box).map(Some);
     }
+    if let Some(cylinder) = &input.cylinder {
+        return scene_cylinder(cylinder, walls).map(Some);
+    }
     let Some(ball) = &input.ball else { return Ok(None) };
     if walls.contains(&Some(BoundaryName::Periodic)) {
         return Err(Error::scene("domain.boundary", "is periodic, which a ball cannot be; use a box"));
     }
-    if !(ball.inner_radius >= 0.0 && ball.inner_radius < ball.radius) {
-        return Err(Error::scene(
-            "domain.ball",
-            format!("has radii {} to {}, expected 0 <= inner_radius < radius", ball.inner_radius, ball.radius),
-        ));
-    }
-    let center = match ball.center.len() {
-        0 => [0.0; D],
-        n if n == D => std::array::from_fn(|k| ball.center[k]),
-        n => return Err(Error::scene("domain.ball.center", format!("has {n} coordinates, expected {D}"))),
-    };
+    check_radii("domain.ball", ball.inner_radius, ball.radius)?;
+    let center = scene_center("domain.ball.center", &ball.center)?;
     let mut domain = Domain::ball(center, ball.radius, surface(walls[0]))?;
     if let Region::Ball { inner_radius, .. } = &mut domain.region {
         *inner_radius = ball.inner_radius;
     }
     Ok(Some(domain))
+}
+
+fn check_radii(key: &str, inner: f64, outer: f64) -> Result<()> {
+    match inner >= 0.0 && inner < outer {
+        true => Ok(()),
+        false => Err(Error::scene(key, format!("has radii {inner} to {outer}, expected 0 <= inner_radius < radius"))),
+    }
+}
+
+/// As many coordinates as dimensions; 0 where there are none.
+fn scene_center<const D: usize>(key: &str, center: &[f64]) -> Result<[f64; D]> {
+    match center.len() {
+        0 => Ok([0.0; D]),
+        n if n == D => Ok(std::array::from_fn(|k| center[k])),
+        n => Err(Error::scene(key, format!("has {n} coordinates, expected {D}"))),
+    }
+}
+
+fn scene_cylinder<const D: usize>(input: &CylinderInput, walls: &[Option<BoundaryName>; D]) -> Result<Domain<D>> {
+    check_radii("domain.cylinder", input.inner_radius, input.radius)?;
+    if !(input.length > 0.0) {
+        return Err(Error::scene("domain.cylinder.length", format!("is {}, expected more than 0", input.length)));
+    }
+    let along = input.axis as usize;
+    let around: Vec<_> = (0..D).filter(|&k| k != along).map(|k| walls[k]).collect();
+    if around.contains(&Some(BoundaryName::Periodic)) {
+        return Err(Error::scene(
+            "domain.boundary",
+            "is periodic across a cylinder; only along its axis can it be, as in [open, open, periodic]",
+        ));
+    }
+    let ends = axis(walls.get(along).copied().flatten());
+    let wall = surface(around.first().copied().flatten());
+    let center = scene_center("domain.cylinder.center", &input.center)?;
+    Domain::cylinder(center, along, [input.inner_radius, input.radius], input.length, (wall, ends))
 }
 
 /// Boundary names on the input's own domain.
@@ -290,6 +325,10 @@ fn apply_walls<const D: usize>(domain: &mut Domain<D>, walls: &[Option<BoundaryN
                     domain.axes[k] = axis(walls[k]);
                 }
             }
+        }
+        Region::Cylinder { axis: along, wall, .. } => {
+            *wall = surface(walls[usize::from(*along == 0)]);
+            domain.axes[*along] = axis(walls[*along]);
         }
         Region::Ball { wall, .. } | Region::Hull(_, wall) => *wall = surface(walls[0]),
     }

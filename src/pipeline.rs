@@ -392,7 +392,9 @@ fn scaled_domain<const D: usize>(domain: &Domain<D>, factor: f64) -> Domain<D> {
     let mut out = domain.clone();
     out.lo = out.lo.map(|v| v * factor);
     out.hi = out.hi.map(|v| v * factor);
-    if let Region::Ball { center, inner_radius, radius, .. } = &mut out.region {
+    if let Region::Ball { center, inner_radius, radius, .. } | Region::Cylinder { center, inner_radius, radius, .. } =
+        &mut out.region
+    {
         *center = center.map(|v| v * factor);
         *inner_radius *= factor;
         *radius *= factor;
@@ -419,8 +421,7 @@ impl<const D: usize> Frame<D> {
     /// Axes with vacuum beyond get `box_factor` times the body's extent, the same on all of them; others keep
     /// theirs, with the corner at the origin.
     fn new(domain: &Domain<D>, box_factor: f64) -> Self {
-        let curved = !matches!(domain.region, Region::Box);
-        let open = domain.axes.map(|a| curved || a == Axis::OPEN);
+        let open: [bool; D] = std::array::from_fn(|k| !domain.has_faces(k) || domain.axes[k] == Axis::OPEN);
         let edge = box_factor * domain.size();
         let mut frame = Self {
             shift: [0.0; D],

@@ -163,7 +163,10 @@ pub struct DomainInput {
     pub bounds: Option<[Vec<f64>; 2]>,
     #[serde(skip_serializing_if = "Option::is_none")]
     pub ball: Option<BallInput>,
-    /// One for all axes, or one each; the surface of a ball or hull takes the first. By default open.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub cylinder: Option<CylinderInput>,
+    /// One for all axes, or one each; the surface of a ball or hull takes the first, that of a cylinder the first across
+    /// its axis. By default open.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub boundary: Vec<BoundaryName>,
 }
@@ -176,6 +179,30 @@ pub struct BallInput {
     pub radius: f64,
     #[serde(default)]
     pub inner_radius: f64,
+}
+
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct CylinderInput {
+    /// Of its axis.
+    #[serde(default)]
+    pub center: Vec<f64>,
+    #[serde(default)]
+    pub axis: AxisName,
+    pub radius: f64,
+    #[serde(default)]
+    pub inner_radius: f64,
+    pub length: f64,
+}
+
+/// A coordinate axis.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum AxisName {
+    X,
+    Y,
+    #[default]
+    Z,
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
@@ -430,8 +457,9 @@ impl Scene {
         if self.output.compression > 9 {
             return Err(Error::scene("output.compression", format!("is {}, expected 0 to 9", self.output.compression)));
         }
-        if self.domain.bounds.is_some() && self.domain.ball.is_some() {
-            return Err(Error::scene("domain", "names both a `box` and a `ball`; give one"));
+        let DomainInput { bounds, ball, cylinder, .. } = &self.domain;
+        if [bounds.is_some(), ball.is_some(), cylinder.is_some()].into_iter().filter(|given| *given).count() > 1 {
+            return Err(Error::scene("domain", "names more than one of `box`, `ball` and `cylinder`; give one"));
         }
         self.resolution.as_ref().map_or(Ok(()), ResolutionInput::validate)
     }

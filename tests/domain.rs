@@ -89,4 +89,33 @@ proptest! {
         }
         prop_assert!((stretch * shrink - 1.0).abs() < 1e-9);
     }
+
+    #[test]
+    fn mirroring_in_a_cylinder_twice_leads_back_at_the_same_height(
+        radius in 1e-3..1e3_f64, angle in 0.0..6.2_f64, depth in 0.51..0.99_f64, height in -0.49..0.49_f64, axis in 0..3_usize
+    ) {
+        let ends = (Wall::Reflecting, Axis::OPEN);
+        let domain = Domain::cylinder([0.0; 3], axis, [0.5 * radius, radius], 1.0, ends).unwrap();
+        let mut around = [radius * depth * angle.cos(), radius * depth * angle.sin()].into_iter();
+        let x: [f64; 3] = std::array::from_fn(|k| if k == axis { height } else { around.next().unwrap() });
+        prop_assert!(domain.contains(&x));
+        let (image, stretch) = domain.region.mirror_with_stretch(&x).unwrap();
+        prop_assert!(!domain.contains(&image) && image[axis] == height);
+        let (back, shrink) = domain.region.mirror_with_stretch(&image).unwrap();
+        prop_assert!((0..3).all(|k| (back[k] - x[k]).abs() < 1e-9 * radius));
+        prop_assert!((stretch * shrink - 1.0).abs() < 1e-9);
+        let to_surface = (radius * (1.0 - depth)).min(radius * (depth - 0.5));
+        let expected = to_surface.min(0.5 - height.abs());
+        prop_assert!((domain.distance_to_edge(&x) - expected).abs() < 1e-9 * radius.max(1.0));
+    }
+}
+
+#[test]
+fn cylinders_have_their_volume_and_three_dimensions() {
+    let ends = (Wall::Open, Axis::Periodic);
+    let domain = Domain::cylinder([1.0, 2.0, 3.0], 0, [1.0, 2.0], 5.0, ends).unwrap();
+    assert!((domain.volume() - 15.0 * std::f64::consts::PI).abs() < 1e-12);
+    assert_eq!((domain.lo, domain.hi), ([-1.5, 0.0, 1.0], [3.5, 4.0, 5.0]));
+    assert!(!domain.contains(&[9.0, 2.0, 3.5]) && domain.contains(&[9.0, 2.0, 4.5]));
+    assert!(Domain::cylinder([0.0; 2], 1, [0.0, 1.0], 1.0, ends).unwrap_err().to_string().contains("3-D only"));
 }

@@ -124,3 +124,29 @@ fn shells_beside_a_jump_give_way_to_wvt_for_a_tight_tolerance() {
     assert_eq!(planned("tolerance: 1e-6\n"), ("mass-bisection", 40));
     assert_eq!(planned(""), ("equal-area-shells", 0));
 }
+
+#[test]
+fn cylinders_are_filled_between_open_reflecting_and_periodic_ends() {
+    let text = "input: {expression: 'exp(-sqrt(x^2 + y^2)) * (2 + cos(2*pi*z))'}\nparticles: 3000\n\
+                domain: {cylinder: {radius: 1, length: 1}, boundary: BOUNDARY}\n";
+    for boundary in ["[open, open, periodic]", "[reflecting]", "[open]", "[reflecting, reflecting, open]"] {
+        let (report, _) = run(&text.replace("BOUNDARY", boundary));
+        // 2 pi (1 - 2/e) over the disc, and 2 along the axis.
+        let mass = 2.0 * std::f64::consts::TAU * (1.0 - 2.0 / 1f64.exp());
+        assert!((report.mass.total / mass - 1.0).abs() < 1e-6, "{boundary}: {} against {mass}", report.mass.total);
+        let error = report.density_error.interior_refitted.as_ref().expect("there is an interior");
+        assert!(error.epsilon < 2e-6 && report.neighbors.closest_pair > 0.5, "{boundary}: {}", report.text());
+    }
+    let refused = |domain: &str| {
+        let text = format!("input: {{expression: '1'}}\ndomain: {{{domain}}}\noutput: {{file: /tmp/a.vtu}}\n");
+        let never = AtomicBool::new(false);
+        let control = Control { deadline: None, interrupted: &never, observer: &|_, _, _, _| {} };
+        let run = |scene: Scene| pipeline::run(&scene, sph_formats::FORMATS, &control);
+        Scene::parse(&text).and_then(run).unwrap_err().to_string()
+    };
+    assert!(refused("cylinder: {radius: 1, length: 1}, boundary: [periodic]").contains("periodic across a cylinder"));
+    assert!(refused("cylinder: {radius: 1, length: 0}").contains("more than 0"));
+    assert!(refused("cylinder: {radius: 1, inner_radius: 1, length: 1}").contains("inner_radius < radius"));
+    assert!(refused("cylinder: {radius: 1, length: 1}, ball: {radius: 1}").contains("more than one"));
+    assert!(refused("cylinder: {radius: 1, length: 1, center: [0, 0]}").contains("2 coordinates"));
+}

@@ -46,7 +46,16 @@ fn shell<const D: usize>() -> Domain<D> {
 
 fn domains<const D: usize>() -> Vec<Domain<D>> {
     let ball = Domain::ball([0.1; D], 0.5, Wall::Open).unwrap();
-    vec![unit_box(Axis::Periodic), unit_box(Axis::OPEN), oblong(Axis::REFLECTING), ball, shell()]
+    let mut domains = vec![unit_box(Axis::Periodic), unit_box(Axis::OPEN), oblong(Axis::REFLECTING), ball, shell()];
+    if D == 3 {
+        domains.push(tube());
+    }
+    domains
+}
+
+/// Between two cylinders along y.
+fn tube<const D: usize>() -> Domain<D> {
+    Domain::cylinder([0.1; D], 1, [0.1, 0.5], 1.5, (Wall::Open, Axis::Periodic)).unwrap()
 }
 
 /// Smallest distance of two particles; 1 for a single one.
@@ -292,6 +301,30 @@ fn a_separable_target_has_its_marginal_masses() {
     // Mass of the left half of 1 + sin/2 is 1/2 + 1/(2 pi); 20 planes of sites resolve it to half a plane.
     let left = x[0].iter().filter(|&&x| x < 0.5).count() as f64 / 8000.0;
     assert!((left - (0.5 + 0.5 / std::f64::consts::PI)).abs() <= 0.5 / 20.0 + 1e-12, "{left}");
+}
+
+#[test]
+fn cylindrical_targets_have_the_right_mass_within_every_radius_and_below_every_height() {
+    let domain = tube::<3>();
+    // rho ~ (1 + y)/R: the mass between R_0 and R grows as R - R_0, that below y as (y + 1)^2.
+    let radius = |x: &[f64; 3]| ((x[0] - 0.1).powi(2) + (x[2] - 0.1).powi(2)).sqrt();
+    let (low, high) = (domain.lo[1], domain.hi[1]);
+    let mass = std::f64::consts::TAU * 0.4 * 0.5 * ((1.0 + high).powi(2) - (1.0 + low).powi(2));
+    let density = Density(move |x: &[f64; 3]| (1.0 + x[1]) / radius(x).max(1e-12) / mass);
+    for method in METHODS.iter().filter(|m| m.targets == Targets::Symmetric || m.name == "mass-bisection") {
+        let n = if is_glass(method) { 2000 } else { 20_000 };
+        let x = seed(&target(&domain, &density, n), method.seeding, 1).unwrap().positions;
+        let share = |test: &dyn Fn(&[f64; 3]) -> bool| (0..n).filter(|&i| test(&at(&x, i))).count() as f64 / n as f64;
+        // Layers are a spacing apart, and a count is uncertain by half of one.
+        let limit = 0.8 * (domain.volume() / n as f64).cbrt() / 0.4 + 2e-3;
+        for i in 1..10 {
+            let (r, y) = (0.1 + 0.04 * f64::from(i), low + 0.15 * f64::from(i));
+            let within = share(&|p| radius(p) < r) - 0.1 * f64::from(i);
+            let below = ((1.0 + y).powi(2) - (1.0 + low).powi(2)) / ((1.0 + high).powi(2) - (1.0 + low).powi(2));
+            let below = share(&|p| p[1] < y) - below;
+            assert!(within.abs() < limit && below.abs() < limit, "{}: {within} {below} > {limit}", method.name);
+        }
+    }
 }
 
 fn enclosed<const D: usize>(x: &Positions<D>, r: f64) -> f64 {

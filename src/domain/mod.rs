@@ -2,7 +2,7 @@
 
 mod region;
 
-pub use region::{Hull, Region, Wall, distance};
+pub use region::{Hull, Region, Round, Wall, distance};
 
 use crate::error::{Error, Result};
 
@@ -69,6 +69,27 @@ impl<const D: usize> Domain<D> {
         Self::new(lo, hi, [Axis::OPEN; D], Region::Ball { center, inner_radius: 0.0, radius, wall })
     }
 
+    /// A cylinder along `axis` with its bounding box; `ends` is what that axis does.
+    ///
+    /// # Errors
+    /// A radius or length that is not positive and finite, or fewer than three dimensions.
+    pub fn cylinder(
+        center: [f64; D],
+        axis: usize,
+        [inner_radius, radius]: [f64; 2],
+        length: f64,
+        (wall, ends): (Wall, Axis),
+    ) -> Result<Self> {
+        if D != 3 || axis >= D {
+            return Err(Error::scene("domain.cylinder", format!("exists in 3-D only, not in {D}-D; use a ball")));
+        }
+        let half = |k: usize| if k == axis { 0.5 * length } else { radius };
+        let lo = std::array::from_fn(|k| center[k] - half(k));
+        let hi = std::array::from_fn(|k| center[k] + half(k));
+        let axes = std::array::from_fn(|k| if k == axis { ends } else { Axis::OPEN });
+        Self::new(lo, hi, axes, Region::Cylinder { center, axis, inner_radius, radius, wall })
+    }
+
     pub fn extent(&self) -> [f64; D] {
         std::array::from_fn(|k| self.hi[k] - self.lo[k])
     }
@@ -84,6 +105,11 @@ impl<const D: usize> Domain<D> {
             Region::Box => self.extent().into_iter().product(),
             Region::Ball { inner_radius, radius, .. } => {
                 crate::kernel::unit_ball_volume(D) * (radius.powi(D as i32) - inner_radius.powi(D as i32))
+            }
+            Region::Cylinder { axis, inner_radius, radius, .. } => {
+                crate::kernel::unit_ball_volume(2)
+                    * (radius.powi(2) - inner_radius.powi(2))
+                    * (self.hi[*axis] - self.lo[*axis])
             }
             Region::Hull(hull, _) => hull.volume(),
         }
@@ -196,14 +222,19 @@ impl<const D: usize> Domain<D> {
     /// region's surface. Infinite for a fully periodic box.
     pub fn distance_to_edge(&self, x: &[f64; D]) -> f64 {
         let mut distance = self.region.distance_to_surface(x);
-        if matches!(self.region, Region::Box) {
-            for k in 0..D {
-                if self.axes[k] != Axis::Periodic {
-                    distance = distance.min(x[k] - self.lo[k]).min(self.hi[k] - x[k]);
-                }
-            }
+        for k in (0..D).filter(|&k| self.axes[k] != Axis::Periodic && self.has_faces(k)) {
+            distance = distance.min(x[k] - self.lo[k]).min(self.hi[k] - x[k]);
         }
         distance
+    }
+
+    /// Whether the region reaches the faces of its bounding box along axis `k`, as more than touching them.
+    pub fn has_faces(&self, k: usize) -> bool {
+        match self.region {
+            Region::Box => true,
+            Region::Cylinder { axis, .. } => axis == k,
+            Region::Ball { .. } | Region::Hull(..) => false,
+        }
     }
 }
 

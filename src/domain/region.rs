@@ -32,18 +32,72 @@ pub enum Region<const D: usize> {
         radius: f64,
         wall: Wall,
     },
+    /// Cylinder along `axis`, or what is between two of them; its ends are the faces of the bounding box.
+    Cylinder {
+        center: [f64; D],
+        axis: usize,
+        inner_radius: f64,
+        radius: f64,
+        wall: Wall,
+    },
     Hull(Arc<dyn Hull<D>>, Wall),
 }
 
+/// What balls and cylinders have in common: a surface at a distance from a point or a line.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Round<const D: usize> {
+    pub center: [f64; D],
+    /// Of a cylinder.
+    pub axis: Option<usize>,
+    pub inner_radius: f64,
+    pub radius: f64,
+}
+
+impl<const D: usize> Round<D> {
+    /// From the center, or from the line through it, to `x`.
+    pub fn offset(&self, x: &[f64; D]) -> [f64; D] {
+        std::array::from_fn(|k| if self.axis == Some(k) { 0.0 } else { x[k] - self.center[k] })
+    }
+
+    /// Length of [`Self::offset`].
+    pub fn distance(&self, x: &[f64; D]) -> f64 {
+        self.offset(x).iter().map(|o| o * o).sum::<f64>().sqrt()
+    }
+
+    /// `x` moved to `factor` times its distance.
+    pub fn scaled(&self, x: &[f64; D], factor: f64) -> [f64; D] {
+        std::array::from_fn(|k| match self.axis == Some(k) {
+            true => x[k],
+            false => self.center[k] + factor * (x[k] - self.center[k]),
+        })
+    }
+
+    /// Directions along the surface in which it is curved.
+    pub fn curved(&self) -> usize {
+        D - 1 - usize::from(self.axis.is_some())
+    }
+}
+
 impl<const D: usize> Region<D> {
-    pub fn contains(&self, x: &[f64; D]) -> bool {
-        match self {
-            Self::Box => true,
-            Self::Ball { center, inner_radius, radius, .. } => {
-                let r = distance(center, x);
-                r <= *radius && r >= *inner_radius
+    /// The region as a [`Round`] one, if it is.
+    pub fn round(&self) -> Option<Round<D>> {
+        match *self {
+            Self::Ball { center, inner_radius, radius, .. } => Some(Round { center, axis: None, inner_radius, radius }),
+            Self::Cylinder { center, axis, inner_radius, radius, .. } => {
+                Some(Round { center, axis: Some(axis), inner_radius, radius })
             }
-            Self::Hull(hull, _) => hull.contains(x),
+            Self::Box | Self::Hull(..) => None,
+        }
+    }
+
+    pub fn contains(&self, x: &[f64; D]) -> bool {
+        match (self.round(), self) {
+            (Some(round), _) => {
+                let r = round.distance(x);
+                r <= round.radius && r >= round.inner_radius
+            }
+            (None, Self::Hull(hull, _)) => hull.contains(x),
+            (None, _) => true,
         }
     }
 
@@ -53,26 +107,25 @@ impl<const D: usize> Region<D> {
         self.mirror_with_stretch(x).map(|(image, _)| image)
     }
 
-    /// [`Self::mirror`] with the ratio of volumes (r'/r)^(d-1) by which mirroring in a ball's surface
+    /// [`Self::mirror`] with the ratio of volumes, (r'/r)^(d-1) in a ball and r'/r in a cylinder, by which mirroring
     /// stretches space; 1 for a hull, whose faces are flat.
     pub fn mirror_with_stretch(&self, x: &[f64; D]) -> Option<([f64; D], f64)> {
-        match self {
-            Self::Box => None,
-            Self::Ball { center, inner_radius, radius, .. } => {
-                let r = distance(center, x);
+        match (self.round(), self) {
+            (Some(round), _) => {
+                let r = round.distance(x);
                 if r <= 0.0 {
                     return None;
                 }
-                let surface =
-                    if *inner_radius > 0.0 && r - inner_radius < radius - r { *inner_radius } else { *radius };
+                let inner = round.inner_radius > 0.0 && r - round.inner_radius < round.radius - r;
+                let surface = if inner { round.inner_radius } else { round.radius };
                 let scale = (2.0 * surface - r) / r;
-                let image = std::array::from_fn(|k| center[k] + scale * (x[k] - center[k]));
-                (scale > 0.0).then(|| (image, scale.powi(D as i32 - 1)))
+                (scale > 0.0).then(|| (round.scaled(x, scale), scale.powi(round.curved() as i32)))
             }
-            Self::Hull(hull, _) => {
+            (None, Self::Hull(hull, _)) => {
                 let p = hull.nearest_on_surface(x);
                 Some((std::array::from_fn(|k| 2.0 * p[k] - x[k]), 1.0))
             }
+            (None, _) => None,
         }
     }
 
@@ -80,20 +133,20 @@ impl<const D: usize> Region<D> {
     pub fn wall(&self) -> Option<Wall> {
         match self {
             Self::Box => None,
-            Self::Ball { wall, .. } | Self::Hull(_, wall) => Some(*wall),
+            Self::Ball { wall, .. } | Self::Cylinder { wall, .. } | Self::Hull(_, wall) => Some(*wall),
         }
     }
 
-    /// Unsigned distance to the surface; infinite for a box.
+    /// Unsigned distance to the curved surface; infinite for a box.
     pub fn distance_to_surface(&self, x: &[f64; D]) -> f64 {
-        match self {
-            Self::Box => f64::INFINITY,
-            Self::Ball { center, inner_radius, radius, .. } => {
-                let r = distance(center, x);
-                let outer = (radius - r).abs();
-                if *inner_radius > 0.0 { outer.min((r - inner_radius).abs()) } else { outer }
+        match (self.round(), self) {
+            (Some(round), _) => {
+                let r = round.distance(x);
+                let outer = (round.radius - r).abs();
+                if round.inner_radius > 0.0 { outer.min((r - round.inner_radius).abs()) } else { outer }
             }
-            Self::Hull(hull, _) => distance(&hull.nearest_on_surface(x), x),
+            (None, Self::Hull(hull, _)) => distance(&hull.nearest_on_surface(x), x),
+            (None, _) => f64::INFINITY,
         }
     }
 }

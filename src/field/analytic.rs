@@ -2,9 +2,8 @@
 
 use super::check::point_text;
 use super::{CarriedField, CarriedInfo, Expression, ScalarField};
-use crate::domain::{Domain, Region};
+use crate::domain::Domain;
 use crate::error::{Error, Result};
-use crate::kernel::unit_ball_volume;
 
 /// Points at which an expression is tried before it is used.
 const PROBES: usize = 4096;
@@ -118,18 +117,12 @@ fn probes<const D: usize>(domain: &Domain<D>) -> Vec<[f64; D]> {
         (1..=PROBES).map(|i| place(std::array::from_fn(|k| radical_inverse(i, [2, 3, 5][k])))).collect();
     all.extend((0..1 << D).map(|c: usize| place(std::array::from_fn(|k| (c >> k & 1) as f64))));
     all.push(place([0.5; D]));
-    if let Region::Ball { center, inner_radius, radius, .. } = &domain.region {
+    if let Some(round) = domain.region.round() {
         // A thin shell would get few of the box's points.
-        let mean = radius * (0.5 * (1.0 + (inner_radius / radius).powi(D as i32))).powf(1.0 / D as f64);
-        let moved: Vec<[f64; D]> = all
-            .iter()
-            .filter_map(|x| {
-                let d: [f64; D] = std::array::from_fn(|k| x[k] - center[k]);
-                let r = d.iter().map(|v| v * v).sum::<f64>().sqrt();
-                (r > 0.0 && unit_ball_volume(D) > 0.0).then(|| std::array::from_fn(|k| center[k] + d[k] / r * mean))
-            })
-            .take(256)
-            .collect();
+        let d = round.curved() as i32 + 1;
+        let mean = round.radius * (0.5 * (1.0 + (round.inner_radius / round.radius).powi(d))).powf(1.0 / f64::from(d));
+        let onto = |x: &[f64; D]| Some(round.distance(x)).filter(|r| *r > 0.0).map(|r| round.scaled(x, mean / r));
+        let moved: Vec<[f64; D]> = all.iter().filter_map(onto).take(256).collect();
         all.extend(moved);
     }
     all.retain(|x| domain.region.contains(x));

@@ -57,6 +57,21 @@ fn by_cubature<const D: usize>(field: &dyn ScalarField<D>, domain: &Domain<D>, t
             };
             (integrate(&inside), extent.iter().product())
         }
+        Region::Cylinder { center, axis, inner_radius, radius, .. } => {
+            let inner = inner_radius / radius;
+            let tubes = |u: &[f64; D]| {
+                let q = inner + u[0] * (1.0 - inner);
+                let (sin, cos) = (TAU * u[1]).sin_cos();
+                let mut around = [cos, sin].into_iter();
+                let x = std::array::from_fn(|k| match k == *axis {
+                    true => lo[k] + u[D - 1] * extent[k],
+                    false => center[k] + q * radius * around.next().unwrap_or(0.0),
+                });
+                // The share of the volume between q and q + dq.
+                field.value(&x) * 2.0 * q * (1.0 - inner)
+            };
+            (integrate(&tubes), unit_ball_volume(2) * radius.powi(2) * extent[*axis])
+        }
         Region::Ball { center, inner_radius, radius, .. } => {
             let inner = inner_radius / radius;
             let shells = |u: &[f64; D]| {
@@ -117,6 +132,9 @@ mod tests {
         bounds_true_error(mass("1 + x^2", &disc), 4.0 * PI + PI * 4.0, 1e-8);
         let line = Domain::ball([1.0], 2.0, Wall::Open).unwrap();
         bounds_true_error(mass("x + 5", &line), 24.0, 1e-9);
+        let tube = Domain::cylinder([1.0, 0.0, 2.0], 1, [1.0, 3.0], 4.0, (Wall::Open, Axis::Periodic)).unwrap();
+        // About its own axis the mean of (x - 1)^2 + (z - 2)^2 is 5, and that of y^2 is 4/3.
+        bounds_true_error(mass("(x - 1)^2 + (z - 2)^2 + y^2", &tube), 32.0 * PI * (5.0 + 4.0 / 3.0), 1e-8);
         let cube = Domain::new([0.0; 3], [2.0, 1.0, 3.0], [Axis::Periodic; 3], Region::Box).unwrap();
         bounds_true_error(mass("1 + 0.5*sin(pi*x)*y + z^2", &cube), 6.0 + 18.0, 1e-8);
     }

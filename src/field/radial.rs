@@ -39,7 +39,7 @@ impl<const D: usize> ScalarField<D> for RadialDensity<D> {
                 });
                 holds_all.then_some(total)
             }
-            Region::Hull(..) => None,
+            Region::Cylinder { .. } | Region::Hull(..) => None,
         }
     }
 }

@@ -98,6 +98,13 @@ fn scale_domain<const D: usize>(domain: &Domain<D>, length: f64) -> Domain<D> {
             radius: radius * length,
             wall: *wall,
         },
+        Region::Cylinder { center, axis, inner_radius, radius, wall } => Region::Cylinder {
+            center: center.map(|c| c * length),
+            axis: *axis,
+            inner_radius: inner_radius * length,
+            radius: radius * length,
+            wall: *wall,
+        },
         Region::Hull(hull, wall) => Region::Hull(Arc::new(ScaledHull { inner: Arc::clone(hull), length }), *wall),
     };
     Domain { lo: domain.lo.map(|v| v * length), hi: domain.hi.map(|v| v * length), axes: domain.axes, region }

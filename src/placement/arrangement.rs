@@ -30,6 +30,8 @@ struct GhostLayer<const D: usize> {
     stretch: Vec<f64>,
     /// Unit normal of the mirror.
     normals: Vec<[f64; D]>,
+    /// Along which the mirror is straight, see [`crate::domain::Round`].
+    axis: Option<usize>,
 }
 
 impl<const D: usize> GhostLayer<D> {
@@ -49,6 +51,7 @@ impl<const D: usize> GhostLayer<D> {
             parents: tree.to_tree_order(&ghosts.parents),
             stretch: tree.to_tree_order(&ghosts.stretch),
             normals: tree.to_tree_order(&normals),
+            axis: domain.region.round().and_then(|round| round.axis),
             tree,
         })
     }
@@ -69,8 +72,12 @@ impl<const D: usize> GhostLayer<D> {
     fn pull_back(&self, g: usize, gradient: &[f64; D]) -> [f64; D] {
         let n = &self.normals[g];
         let along: f64 = (0..D).map(|k| gradient[k] * n[k]).sum();
-        let tangential = if D > 1 { self.stretch[g].powf(1.0 / (D as f64 - 1.0)) } else { 1.0 };
-        std::array::from_fn(|k| tangential * (gradient[k] - along * n[k]) - along * n[k])
+        let curved = D - 1 - usize::from(self.axis.is_some());
+        let tangential = if curved > 0 { self.stretch[g].powf(1.0 / curved as f64) } else { 1.0 };
+        std::array::from_fn(|k| {
+            let stretch = if self.axis == Some(k) { 1.0 } else { tangential };
+            stretch * (gradient[k] - along * n[k]) - along * n[k]
+        })
     }
 }
 

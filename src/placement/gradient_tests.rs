@@ -37,14 +37,20 @@ impl<const D: usize> ScalarField<D> for Hill {
 fn domains<const D: usize>() -> Vec<Domain<D>> {
     let unit = |axis| Domain::new([0.0; D], [1.0; D], [axis; D], Region::Box).unwrap();
     let half = Axis::Walls { lo: Wall::Reflecting, hi: Wall::Open };
-    vec![
+    let mut domains = vec![
         unit(Axis::Periodic),
         unit(Axis::REFLECTING),
         unit(Axis::OPEN),
         unit(half),
         Domain::ball([0.5; D], 0.5, Wall::Reflecting).unwrap(),
         Domain::ball([0.5; D], 0.5, Wall::Open).unwrap(),
-    ]
+    ];
+    if D == 3 {
+        let cylinder = |axis, inner, wall, ends| Domain::cylinder([0.5; D], axis, [inner, 0.5], 1.0, (wall, ends));
+        domains.push(cylinder(2, 0.0, Wall::Reflecting, Axis::Periodic).unwrap());
+        domains.push(cylinder(0, 0.2, Wall::Open, Axis::OPEN).unwrap());
+    }
+    domains
 }
 
 fn target<'a, const D: usize>(domain: &'a Domain<D>, count: usize) -> Target<'a, D> {

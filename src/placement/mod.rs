@@ -143,8 +143,8 @@ pub fn relaxation_domain<const D: usize>(domain: &Domain<D>) -> Domain<D> {
     }
     // The box of a curved region is no wall: its surface has ghosts of its own.
     if mirrored.region.wall().is_some() {
-        for axis in mirrored.axes.iter_mut().filter(|a| **a != Axis::Periodic) {
-            *axis = Axis::OPEN;
+        for k in (0..D).filter(|&k| domain.axes[k] != Axis::Periodic && !domain.has_faces(k)) {
+            mirrored.axes[k] = Axis::OPEN;
         }
     }
     mirrored

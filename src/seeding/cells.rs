@@ -1,6 +1,6 @@
 //! The target as boxes of constant density, refined where mass is.
 
-use crate::domain::{Domain, Region};
+use crate::domain::Domain;
 use crate::target::Target;
 
 /// A box with the integral of n* over it.
@@ -45,23 +45,23 @@ fn midpoint_mass<const D: usize>(cell: &Cell<D>, target: &Target<'_, D>) -> f64 
     if fraction > 0.0 { fraction * cell.volume() * target.number_density(&point) } else { 0.0 }
 }
 
-/// Fraction of the cell inside the region (first order in the distance to a ball's surface), and a point
-/// inside at which to take its density.
+/// Fraction of the cell inside the region (first order in the distance to the surface of a ball or cylinder), and a
+/// point inside at which to take its density.
 fn inside<const D: usize>(cell: &Cell<D>, domain: &Domain<D>) -> (f64, [f64; D]) {
     let x = cell.center();
-    let Region::Ball { center, inner_radius, radius, .. } = &domain.region else {
+    let Some(round) = domain.region.round() else {
         return (f64::from(u8::from(domain.contains(&x))), x);
     };
-    let r = (0..D).map(|k| (x[k] - center[k]).powi(2)).sum::<f64>().sqrt();
+    let (r, offset) = (round.distance(&x), round.offset(&x));
     let half: f64 = if r > 0.0 {
-        (0..D).map(|k| 0.5 * (cell.hi[k] - cell.lo[k]) * ((x[k] - center[k]) / r).abs()).sum()
+        (0..D).map(|k| 0.5 * (cell.hi[k] - cell.lo[k]) * (offset[k] / r).abs()).sum()
     } else {
         0.5 * (cell.hi[0] - cell.lo[0])
     };
     let part = |depth: f64| (0.5 + 0.5 * depth / half).clamp(0.0, 1.0);
-    let fraction = part(radius - r) * if *inner_radius > 0.0 { part(r - inner_radius) } else { 1.0 };
-    let clamped = r.max(inner_radius * (1.0 + 1e-9)).min(radius * (1.0 - 1e-9));
-    let point = if r > 0.0 { std::array::from_fn(|k| center[k] + (x[k] - center[k]) * clamped / r) } else { x };
+    let fraction = part(round.radius - r) * if round.inner_radius > 0.0 { part(r - round.inner_radius) } else { 1.0 };
+    let clamped = r.max(round.inner_radius * (1.0 + 1e-9)).min(round.radius * (1.0 - 1e-9));
+    let point = if r > 0.0 { round.scaled(&x, clamped / r) } else { x };
     (fraction, point)
 }
 

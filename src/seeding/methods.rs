@@ -9,7 +9,7 @@ pub enum Targets {
     /// Any density in any domain.
     Any,
     /// Uniform ones in any domain; in a box, products of functions of one coordinate each; in a ball,
-    /// functions of the radius. Others are refused.
+    /// functions of the radius; in a cylinder, products of functions of radius and height. Others are refused.
     Symmetric,
     /// Functions of the radius in a ball or shell (uniform ones too). Others are refused.
     Radial,
@@ -22,7 +22,7 @@ impl Targets {
         match self {
             Self::Any => "any",
             Self::Symmetric => {
-                "uniform; separable (also along one axis) in a box, radial in a ball, cylindrical in 2-D (stretched)"
+                "uniform; separable (also along one axis) in a box, radial in a ball, by radius and height in a cylinder (stretched)"
             }
             Self::Radial => "radial in a ball",
             Self::Massive => "any without holes (masses vary)",
@@ -202,9 +202,10 @@ impl Method {
     }
 }
 
-/// Names of the methods that take any target, for error texts.
-pub(super) fn for_any_target() -> String {
-    METHODS.iter().filter(|m| m.targets == Targets::Any).map(|m| m.name).collect::<Vec<_>>().join(" or ")
+/// Names of the methods that take any target, without the one that failed, for error texts.
+pub(super) fn for_any_target(failed: &str) -> String {
+    let others = METHODS.iter().filter(|m| m.targets == Targets::Any && m.name != failed);
+    others.map(|m| m.name).collect::<Vec<_>>().join(" or ")
 }
 
 #[cfg(test)]
@@ -231,5 +232,11 @@ mod tests {
         method.dimensions = &[3];
         let error = method.check_dimension(2).unwrap_err().to_string();
         assert!(error.contains("3-D only") && error.contains("random"), "{error}");
+    }
+
+    #[test]
+    fn a_method_that_failed_is_not_advised() {
+        let others = for_any_target("random");
+        assert!(others.contains("mass-bisection") && !others.contains("random"), "{others}");
     }
 }

@@ -146,7 +146,7 @@ fn check_evenness<const D: usize>(target: &Target<'_, D>) -> Result<()> {
     if !matches!(symmetry::detect(target, name), Ok(Symmetry::Uniform)) {
         let problem = format!(
             "'{name}' has one spacing everywhere, but the resolution varies; leave it out, or use {}",
-            methods::for_any_target()
+            methods::for_any_target(name)
         );
         return Err(Error::scene("seeding", problem));
     }
@@ -178,7 +178,7 @@ fn check<const D: usize>(target: &Target<'_, D>, method: &Method, seeded: Seeded
             "'{}' made {n} positions, {outside} of them where the target is zero, instead of {} inside it; use {}",
             method.name,
             target.count,
-            methods::for_any_target(),
+            methods::for_any_target(method.name),
         ),
     })
 }

@@ -40,7 +40,7 @@ pub(super) fn place<const D: usize>(
     seed: u64,
 ) -> Result<Seeded<D>> {
     let Region::Ball { center, inner_radius, radius, .. } = &target.domain.region else {
-        let others = methods::for_any_target();
+        let others = methods::for_any_target(method.name);
         return Err(Error::scene(
             "seeding",
             format!("'{}' needs a ball or spherical shell for its domain, found another; use {others}", method.name),

@@ -2,8 +2,8 @@
 //!
 //! A point keeps the fraction of the mass that lies before it: along each axis of a box where the target is a
 //! product of functions of the coordinates (ALARIC eq. 27), along the radius of a ball where it is a function of
-//! that (ALARIC eq. 26; Herant 1994; Rosswog et al. 2009; Diehl et al. 2015, sec. 3.2.2), by Newton's method on the
-//! enclosed mass. Densities come out right to the order of the pattern; the pattern itself is sheared, which in
+//! that (ALARIC eq. 26; Herant 1994; Rosswog et al. 2009; Diehl et al. 2015, sec. 3.2.2), along radius and axis of a
+//! cylinder where it is a product of functions of both, by Newton's method on the enclosed mass. Densities come out right to the order of the pattern; the pattern itself is sheared, which in
 //! two and three dimensions makes its spacings uneven where the stretch varies much.
 
 use super::cumulative::Cumulative;
@@ -57,6 +57,25 @@ pub(super) fn map<const D: usize>(
                 let mass = Cumulative::new(|x| symmetry::along(target, through, k, x), lo, hi);
                 points.par_iter_mut().for_each(|x| x[k] = mass.inverse((x[k] - lo) / (hi - lo)).clamp(lo, hi));
             }
+        }
+        Symmetry::Cylindrical { round, axis, through } => {
+            let (lo, hi) = (target.domain.lo[*axis], target.domain.hi[*axis]);
+            let (middle, height) = (round.distance(through), through[*axis]);
+            let tubes = Cumulative::new(
+                |r| r * symmetry::ring_mean(target, round, r, height),
+                round.inner_radius,
+                round.radius,
+            );
+            let layers = Cumulative::new(|z| symmetry::ring_mean(target, round, middle, z), lo, hi);
+            let area = |r: f64| r * r - round.inner_radius.powi(2);
+            points.par_iter_mut().for_each(|x| {
+                x[*axis] = layers.inverse((x[*axis] - lo) / (hi - lo)).clamp(lo, hi);
+                let r = round.distance(x);
+                if r > 0.0 {
+                    let wanted = tubes.inverse(area(r) / area(round.radius)).min(round.radius * (1.0 - 1e-12));
+                    *x = round.scaled(x, wanted / r);
+                }
+            });
         }
         Symmetry::Radial { center, inner, outer } => {
             let shells =

@@ -1,7 +1,7 @@
 //! Which symmetry a target has, found by sampling: what a uniform pattern can be mapped to.
 
 use super::{kronecker, methods};
-use crate::domain::{Domain, Region, distance};
+use crate::domain::{Domain, Region, Round, distance};
 use crate::error::{Error, Result};
 use crate::target::Target;
 
@@ -15,6 +15,9 @@ pub(super) enum Symmetry<const D: usize> {
     Separable { through: [f64; D] },
     /// A function of the distance from the center of a ball or shell.
     Radial { center: [f64; D], inner: f64, outer: f64 },
+    /// In a cylinder, a product of a function of the distance from its axis and one of the coordinate along it. The
+    /// functions are those at the height and the distance of `through`.
+    Cylindrical { round: Round<D>, axis: usize, through: [f64; D] },
 }
 
 /// Points at which symmetry is tested.
@@ -31,7 +34,7 @@ pub(super) fn fills_box<const D: usize>(domain: &Domain<D>) -> bool {
     match &domain.region {
         Region::Box => true,
         Region::Ball { inner_radius, .. } => D == 1 && *inner_radius == 0.0,
-        Region::Hull(..) => false,
+        Region::Cylinder { .. } | Region::Hull(..) => false,
     }
 }
 
@@ -77,6 +80,16 @@ pub(super) fn detect<const D: usize>(target: &Target<'_, D>, method: &str) -> Re
         let shell = Symmetry::Radial { center: *center, inner: *inner_radius, outer: *radius };
         let expected = points.iter().map(|x| spherical_mean(target, center, distance(center, x))).collect();
         (shell, "a function of the radius alone", expected)
+    } else if let Some((round, axis)) = target.domain.region.round().and_then(|round| Some((round, round.axis?))) {
+        let tube = Symmetry::Cylindrical { round, axis, through: densest };
+        let (middle, height) = (round.distance(&densest), densest[axis]);
+        let at = |r: f64, z: f64| ring_mean(target, &round, r, z);
+        let expected = |x: &[f64; D]| at(round.distance(x), height) * at(middle, x[axis]) / at(middle, height);
+        (
+            tube,
+            "a function of the distance from the axis times one of the height",
+            points.iter().map(expected).collect(),
+        )
     } else {
         return Err(refusal(
             method,
@@ -113,7 +126,7 @@ fn refusal<const D: usize>(method: &str, wanted: &str, deviation: f64, x: &[f64;
         format!(
             "'{method}' places particles by mapping a uniform pattern, which needs a target that is {wanted}; this one deviates by {:.3} % (at {x:?} in units of the domain's size); use {}",
             100.0 * deviation,
-            methods::for_any_target(),
+            methods::for_any_target(method),
         ),
     )
 }
@@ -129,6 +142,20 @@ pub(super) fn along<const D: usize>(target: &Target<'_, D>, through: &[f64; D], 
     let mut at = *through;
     at[k] = x;
     target.number_density(&at)
+}
+
+/// n* at the distance `r` from a cylinder's axis and the coordinate `z` along it: the mean over a few directions.
+pub(super) fn ring_mean<const D: usize>(target: &Target<'_, D>, round: &Round<D>, r: f64, z: f64) -> f64 {
+    let across = (0..D).filter(|&k| round.axis != Some(k)).flat_map(|k| [(k, r), (k, -r)]);
+    let values: Vec<f64> = across
+        .map(|(k, offset)| {
+            let mut x = round.center;
+            round.axis.into_iter().for_each(|axis| x[axis] = z);
+            x[k] += offset;
+            target.number_density(&x)
+        })
+        .collect();
+    values.iter().sum::<f64>() / values.len() as f64
 }
 
 /// n* at radius `r`: the mean over a few directions, which evens out what interpolation adds.
