@@ -379,8 +379,9 @@ impl<'a, const D: usize, R: Real> Solver<'a, D, R> {
             if let Some(reason) = outside {
                 return reason;
             }
-            if may_finish && descent.epsilon <= self.options.tolerance {
-                return StopReason::ToleranceReached;
+            if descent.epsilon <= self.options.tolerance {
+                // Only the last stage has the kernel that the tolerance is meant for.
+                return if may_finish { StopReason::ToleranceReached } else { StopReason::IterationLimit };
             }
             if self.evaluations >= end {
                 return StopReason::IterationLimit;

@@ -107,7 +107,8 @@ impl Group<'_> {
     }
 
     /// Writes a dataset of shape (`rows`) or, from two columns on, (`rows`, `columns`), block by block: `fill`
-    /// appends the numbers of the rows that it is asked for, for the next blocks while one is being written. `compression` 0 stores them contiguously, 1 to 9 in chunks with shuffle and deflate.
+    /// appends the numbers of the rows that it is asked for, for the next blocks while one is being written. `compression`
+    /// 0 stores them contiguously, 1 to 9 in chunks with shuffle and deflate.
     ///
     /// # Errors
     /// Those of `fill`, or [`FormatError::Io`].
@@ -159,7 +160,7 @@ fn blocks<T: Send>(
     }
     let threads = std::thread::available_parallelism().map_or(1, usize::from).min(MAX_THREADS).min(count);
     std::thread::scope(|scope| {
-        // Each thread makes every so-manieth block, one ahead of what is taken from it, into memory that comes back.
+        // Thread k of n makes the blocks k, k + n, ..., one ahead of what is taken from it, into memory that comes back.
         let makers: Vec<_> = (0..threads)
             .map(|first| {
                 let (to_write, made) = mpsc::sync_channel(1);
