@@ -92,7 +92,7 @@ fn grids_in_any_order_come_out_with_x_fastest() {
 
 #[test]
 fn a_grid_that_is_read_in_parts_is_whole() {
-    // Three times as much as is read at once, of one record among two and with a mask in the last part.
+    // Many times as much as is read at once, of one record among two and with a mask in the last part.
     let shape = [2, 13, 900, 1100];
     let count: usize = shape[1..].iter().product();
     let nodes = |n: usize| (0..n).map(|i| i as f64).collect::<Vec<f64>>();

@@ -52,6 +52,7 @@ impl Weight {
     fn step_scale(self, kernel: KernelName, d: usize, kernel_neighbors: f64) -> f64 {
         let usual = default_kernel_neighbors(d);
         match self {
+            Self::Kernel if (kernel, kernel_neighbors) == (KernelName::default(), usual) => 1.0,
             Self::Kernel => {
                 let of = |kernel, neighbors| stiffness(kernel, d, neighbors, FEEDBACK);
                 of(KernelName::default(), usual) / of(kernel, kernel_neighbors)

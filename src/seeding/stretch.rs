@@ -3,7 +3,8 @@
 //! A point keeps the fraction of the mass that lies before it: along each axis of a box where the target is a
 //! product of functions of the coordinates (ALARIC eq. 27), along the radius of a ball where it is a function of
 //! that (ALARIC eq. 26; Herant 1994; Rosswog et al. 2009; Diehl et al. 2015, sec. 3.2.2), along radius and axis of a
-//! cylinder where it is a product of functions of both, by Newton's method on the enclosed mass. Densities come out right to the order of the pattern; the pattern itself is sheared, which in
+//! cylinder where it is a product of functions of both, by Newton's method on the enclosed mass. Densities come out
+//! right to the order of the pattern; the pattern itself is sheared, which in
 //! two and three dimensions makes its spacings uneven where the stretch varies much.
 
 use super::cumulative::Cumulative;
