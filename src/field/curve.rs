@@ -5,6 +5,8 @@
 //! segment is monotone where both end slopes lie within [0, 3] secants. A curve that is positive and spans more
 //! than [`LOG_SPAN`] is interpolated in its logarithm.
 
+use super::intervals::Intervals;
+
 /// Ratio of the largest to the smallest positive value above which the logarithm is interpolated.
 pub(crate) const LOG_SPAN: f64 = 1e2;
 
@@ -96,7 +98,7 @@ fn hermite(rise: f64, m0: f64, m1: f64, t: f64) -> f64 {
 #[derive(Debug, Clone)]
 pub(crate) struct Curve {
     /// Left ends of the segments, ascending.
-    starts: Vec<f64>,
+    starts: Intervals,
     end: f64,
     shapes: Vec<Shape>,
 }
@@ -119,20 +121,21 @@ impl Curve {
             starts.push(x[0]);
             shapes.push(Shape::Constant(y[x.len() - 1]));
         }
-        Self { starts, end: x[x.len() - 1], shapes }
+        Self { starts: Intervals::new(starts), end: x[x.len() - 1], shapes }
     }
 
     pub(crate) fn segments(&self) -> impl Iterator<Item = (f64, f64, Shape)> + '_ {
-        (0..self.shapes.len()).map(|i| {
-            let end = self.starts.get(i + 1).copied().unwrap_or(self.end);
-            (self.starts[i], end, self.shapes[i])
-        })
+        (0..self.shapes.len()).map(|i| (self.starts[i], self.end_of(i), self.shapes[i]))
+    }
+
+    fn end_of(&self, i: usize) -> f64 {
+        self.starts.get(i + 1).copied().unwrap_or(self.end)
     }
 
     pub(crate) fn evaluate(&self, x: f64) -> f64 {
-        let i = self.starts.partition_point(|&s| s <= x).saturating_sub(1);
+        let i = self.starts.find(x);
         let start = self.starts[i];
-        let width = self.starts.get(i + 1).copied().unwrap_or(self.end) - start;
+        let width = self.end_of(i) - start;
         let t = if width > 0.0 { ((x - start) / width).clamp(0.0, 1.0) } else { 0.0 };
         self.shapes[i].evaluate(t)
     }

@@ -4,6 +4,7 @@
 //! cell axis that does not repeat, values continue as constants to the outer edges. A point repeated in
 //! position is a jump: the interval of zero width is never entered.
 
+use super::intervals::Intervals;
 use super::{Interpolation, Period};
 use crate::error::{Error, Result};
 
@@ -29,7 +30,7 @@ impl AxisWeights {
 #[derive(Debug, Clone)]
 pub(crate) struct AxisTable {
     /// Positions of the values, ascending.
-    points: Vec<f64>,
+    points: Intervals,
     /// Outer edges of the cells, where values belong to cells.
     edges: Option<Vec<f64>>,
     pub(crate) lo: f64,
@@ -37,8 +38,6 @@ pub(crate) struct AxisTable {
     /// Points before the pattern repeats: all, or all but a repeated last one.
     cycle: usize,
     period: Option<f64>,
-    /// Spacing of equidistant points.
-    step: Option<f64>,
 }
 
 impl AxisTable {
@@ -62,7 +61,7 @@ impl AxisTable {
             }
         };
         let hi = period.map_or(last, |p| first + p);
-        Ok(Self { step: uniform_step(&points), lo: first, hi, points, edges: None, cycle, period })
+        Ok(Self { lo: first, hi, points: Intervals::new(points), edges: None, cycle, period })
     }
 
     /// Averages over cells between `edges`, placed at `centers`.
@@ -78,15 +77,7 @@ impl AxisTable {
             Some(_) => Some(hi - lo),
             None => None,
         };
-        Ok(Self {
-            step: uniform_step(&centers),
-            cycle: centers.len(),
-            points: centers,
-            edges: Some(edges),
-            lo,
-            hi,
-            period,
-        })
+        Ok(Self { cycle: centers.len(), points: Intervals::new(centers), edges: Some(edges), lo, hi, period })
     }
 
     /// Number of values along this axis.
@@ -153,21 +144,8 @@ impl AxisTable {
         } else if self.edges.is_some() && (x < self.points[0] || x > self.points[n - 1]) || n == 1 {
             return None;
         }
-        let i = self.search(x).min(n - 2) as i64;
+        let i = self.points.find(x).min(n - 2) as i64;
         Some((i, self.fraction(x, i)))
-    }
-
-    fn search(&self, x: f64) -> usize {
-        let n = self.points.len();
-        if let Some(step) = self.step {
-            let guess = (((x - self.points[0]) / step).max(0.0) as usize).min(n - 1);
-            // Rounding can put the guess one off.
-            if x < self.points[guess] {
-                return guess.saturating_sub(1);
-            }
-            return if guess + 1 < n && x >= self.points[guess + 1] { guess + 1 } else { guess };
-        }
-        self.points.partition_point(|&p| p <= x).saturating_sub(1)
     }
 
     fn fraction(&self, x: f64, i: i64) -> f64 {
@@ -264,7 +242,7 @@ impl AxisTable {
 
     /// `a`, `b` and all places between them at which the interpolant has a kink or jump.
     pub(crate) fn breaks(&self, a: f64, b: f64) -> Vec<f64> {
-        let mut own: Vec<f64> = self.points.clone();
+        let mut own: Vec<f64> = self.points.to_vec();
         own.extend(self.points.windows(2).map(|w| 0.5 * (w[0] + w[1])));
         own.extend(self.edges.iter().flatten());
         own.extend([self.lo, self.hi]);
@@ -302,16 +280,6 @@ impl AxisTable {
     }
 }
 
-fn uniform_step(points: &[f64]) -> Option<f64> {
-    let n = points.len();
-    if n < 2 {
-        return None;
-    }
-    let step = (points[n - 1] - points[0]) / (n as f64 - 1.0);
-    let even = points.iter().enumerate().all(|(i, &p)| (p - points[0] - i as f64 * step).abs() <= 1e-9 * step);
-    even.then_some(step)
-}
-
 fn period_error(name: &str, length: f64, lo: f64, hi: f64) -> Error {
     Error::scene(
         "domain",
@@ -347,21 +315,6 @@ mod tests {
         }
         assert_eq!(axis.admit(3.1, false), None);
         assert_eq!(axis.admit(3.1, true), Some(3.0));
-    }
-
-    #[test]
-    fn even_and_uneven_searches_agree() {
-        let x: Vec<f64> = (0..50).map(|i| 0.1 * f64::from(i) - 2.0).collect();
-        let even = AxisTable::nodes("x", x.clone(), None, false).unwrap();
-        assert!(even.step.is_some());
-        let uneven = AxisTable { step: None, ..even.clone() };
-        for i in 0..5000 {
-            let at = x[0] + (x[49] - x[0]) * f64::from(i) / 4999.0;
-            assert_eq!(even.search(at), uneven.search(at));
-        }
-        for &at in &x {
-            assert_eq!(even.search(at), uneven.search(at));
-        }
     }
 
     #[test]

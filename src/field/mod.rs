@@ -29,6 +29,7 @@ mod geographic;
 mod grid;
 mod grid_axis;
 mod hull;
+mod intervals;
 mod mass;
 mod mesh;
 mod profile;

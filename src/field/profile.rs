@@ -10,6 +10,7 @@
 
 use super::MassEstimate;
 use super::curve::{Curve, Shape, monotone_slopes};
+use super::intervals::Intervals;
 use super::quadrature::{Sum, binade, integrate};
 use crate::kernel::unit_ball_volume;
 
@@ -35,7 +36,7 @@ struct Segment {
 #[derive(Debug, Clone)]
 pub struct RadialProfile {
     dimension: usize,
-    starts: Vec<f64>,
+    starts: Intervals,
     segments: Vec<Segment>,
     /// Mass within the start of each segment, and the total: scaled.
     cumulative: Vec<f64>,
@@ -94,7 +95,7 @@ impl RadialProfile {
         }
         Self {
             dimension,
-            starts: segments.iter().map(|s| s.r0).collect(),
+            starts: Intervals::new(segments.iter().map(|s| s.r0).collect()),
             segments,
             cumulative,
             error: error.value() + 4.0 * f64::EPSILON * sum.value(),
@@ -127,13 +128,13 @@ impl RadialProfile {
         if r.is_nan() || r > last.r1 * (1.0 + SLACK) {
             return 0.0;
         }
-        let i = self.starts.partition_point(|&s| s <= r).saturating_sub(1);
+        let i = self.starts.find(r);
         self.segments[i].evaluate(self.dimension, r).max(0.0) * self.density_unit
     }
 
     pub fn enclosed_mass(&self, r: f64) -> f64 {
         let r = r.abs() / self.radius_unit;
-        let i = self.starts.partition_point(|&s| s <= r).saturating_sub(1);
+        let i = self.starts.find(r);
         let segment = &self.segments[i];
         let mass = if r >= segment.r1 {
             self.cumulative[i + 1]
