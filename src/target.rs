@@ -114,17 +114,21 @@ impl<const D: usize> Target<'_, D> {
     /// grad ln n* by central differences over `step` to either side, one-sided at the domain's edge.
     pub fn log_gradient(&self, x: &[f64; D], step: f64) -> [f64; D] {
         let here = self.number_density(x);
-        let value = |k: usize, h: f64| {
-            let mut y = *x;
-            y[k] += h;
+        std::array::from_fn(|k| {
+            self.log_derivative(x, here, &std::array::from_fn(|c| if c == k { 1.0 } else { 0.0 }), step)
+        })
+    }
+
+    /// The part of [`Self::log_gradient`] along the unit vector `way`; `here` is n* at `x`.
+    fn log_derivative(&self, x: &[f64; D], here: f64, way: &[f64; D], step: f64) -> f64 {
+        let value = |h: f64| {
+            let mut y: [f64; D] = std::array::from_fn(|k| x[k] + h * way[k]);
             self.domain.wrap(&mut y);
             if self.domain.contains(&y) { (self.number_density(&y), h) } else { (here, 0.0) }
         };
-        std::array::from_fn(|k| {
-            let (up, down) = (value(k, step), value(k, -step));
-            let span = up.1 - down.1;
-            if span > 0.0 && here > 0.0 { (up.0 - down.0) / (span * here) } else { 0.0 }
-        })
+        let (up, down) = (value(step), value(-step));
+        let span = up.1 - down.1;
+        if span > 0.0 && here > 0.0 { (up.0 - down.0) / (span * here) } else { 0.0 }
     }
 
     /// Whether a particle may be at `x`: in the domain and where the target is not zero.

@@ -1,6 +1,7 @@
 //! Where the target changes faster than a sum over neighbors can follow, and where it jumps.
 
 use super::{Positions, Target, at};
+use crate::domain::distance;
 use rayon::prelude::*;
 
 impl<const D: usize> Target<'_, D> {
@@ -10,16 +11,31 @@ impl<const D: usize> Target<'_, D> {
     /// Of a smooth function the second difference of ln n* over s is four times that over s/2. What is left of
     /// that beyond a few percent is no curvature but an edge.
     pub fn sharpness(&self, x: &[f64; D], here: f64, support: f64) -> f64 {
-        let slope = self.log_gradient(x, GRADIENT_STEP * support);
-        let steepness = support * slope.iter().map(|g| g * g).sum::<f64>().sqrt();
         let reach = (EDGE_REACH * support).min(0.25 * self.domain.size());
         let bend = |way: &[f64; D], h: f64| {
             Some(self.logarithm_along(x, way, h)? + self.logarithm_along(x, way, -h)? - 2.0 * here.ln())
         };
-        let edge = |way| Some((bend(&way, reach)? - 4.0 * bend(&way, 0.5 * reach)?).abs() / EDGE);
+        let edge = |way: &[f64; D]| Some((bend(way, reach)? - 4.0 * bend(way, 0.5 * reach)?).abs() / EDGE);
         // Not a number where n* vanishes on both sides of something: as sharp as can be.
         let worse = |most: f64, e: f64| if e.is_nan() { f64::INFINITY } else { most.max(e) };
-        ways::<D>().filter_map(edge).fold(steepness, worse)
+        let step = GRADIENT_STEP * support;
+        if let Some(outward) = self.outward(x)
+            && let Some(edge) = edge(&outward)
+        {
+            // All that there is to see of a radial target lies along the radius.
+            return worse(support * self.log_derivative(x, here, &outward, step).abs(), edge);
+        }
+        let slope = self.log_gradient(x, step);
+        let steepness = support * slope.iter().map(|g| g * g).sum::<f64>().sqrt();
+        ways::<D>().filter_map(|way| edge(&way)).fold(steepness, worse)
+    }
+
+    /// The direction in which a radial target changes; at its center any.
+    fn outward(&self, x: &[f64; D]) -> Option<[f64; D]> {
+        let center = self.center()?;
+        let radius = distance(x, &center);
+        let first = || std::array::from_fn(|k| if k == 0 { 1.0 } else { 0.0 });
+        Some(if radius > 0.0 { std::array::from_fn(|k| (x[k] - center[k]) / radius) } else { first() })
     }
 
     /// [`Self::sharpness`] at every particle, for `ratio` = H n*^(1/d).
@@ -108,6 +124,7 @@ const JUMP: f64 = 0.1;
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::field::ScalarField;
 
     #[test]
     fn ways_are_apart_and_leave_no_gap() {
@@ -123,6 +140,40 @@ mod tests {
             let e = [across * angle.cos(), across * angle.sin(), z];
             let nearest = ways.iter().map(|w| cosine(w, &e)).fold(0.0, f64::max);
             assert!(nearest > 28f64.to_radians().cos(), "{e:?}: {nearest}");
+        }
+    }
+
+    struct Layers;
+    impl ScalarField<3> for Layers {
+        fn value(&self, x: &[f64; 3]) -> f64 {
+            if distance(x, &[0.0; 3]) < 0.5 { 3.0 } else { 1.0 }
+        }
+
+        fn center(&self) -> Option<[f64; 3]> {
+            Some([0.0; 3])
+        }
+    }
+
+    #[test]
+    fn a_radial_jump_is_sharp_as_far_as_a_support_reaches() {
+        let domain = crate::domain::Domain::ball([0.0; 3], 1.0, crate::domain::Wall::Open).unwrap();
+        let target = Target {
+            domain: &domain,
+            density: &Layers,
+            resolution: crate::target::Resolution::EqualMass,
+            count: 1000,
+            mass: 1.0,
+            resolution_integral: 1.0,
+            largest_spacing: f64::INFINITY,
+        };
+        for i in 0..900 {
+            let radius = f64::from(i) / 1000.0;
+            let (z, angle) = (f64::from(i) / 450.0 - 1.0, 2.4 * f64::from(i));
+            let across = (1.0 - z * z).sqrt();
+            let x = [across * angle.cos(), across * angle.sin(), z].map(|e| radius * e);
+            let sharpness = target.sharpness(&x, target.number_density(&x), 0.1);
+            let near = (radius - 0.5).abs();
+            assert!(if near < 0.1 { sharpness > 1.0 } else { sharpness < 1e-9 }, "at {radius}: {sharpness}");
         }
     }
 
