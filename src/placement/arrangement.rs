@@ -1,7 +1,7 @@
 //! Particles in a domain with what every force on them needs: tree, ghosts, sums and their gradients.
 
 use super::Ghosts;
-use crate::domain::Domain;
+use crate::domain::{Domain, Round};
 use crate::kernel::{KernelName, support_over_spacing};
 use crate::neighbors::lanes::Real;
 use crate::neighbors::{LeafPass, Reach, Sources, Tree, for_each_target};
@@ -30,8 +30,8 @@ struct GhostLayer<const D: usize> {
     stretch: Vec<f64>,
     /// Unit normal of the mirror.
     normals: Vec<[f64; D]>,
-    /// Along which the mirror is straight, see [`crate::domain::Round`].
-    axis: Option<usize>,
+    /// The surface that mirrors, where it is curved.
+    round: Option<Round<D>>,
 }
 
 impl<const D: usize> GhostLayer<D> {
@@ -51,7 +51,7 @@ impl<const D: usize> GhostLayer<D> {
             parents: tree.to_tree_order(&ghosts.parents),
             stretch: tree.to_tree_order(&ghosts.stretch),
             normals: tree.to_tree_order(&normals),
-            axis: domain.region.round().and_then(|round| round.axis),
+            round: domain.region.round(),
             tree,
         })
     }
@@ -72,10 +72,11 @@ impl<const D: usize> GhostLayer<D> {
     fn pull_back(&self, g: usize, gradient: &[f64; D]) -> [f64; D] {
         let n = &self.normals[g];
         let along: f64 = (0..D).map(|k| gradient[k] * n[k]).sum();
-        let curved = D - 1 - usize::from(self.axis.is_some());
+        let curved = self.round.map_or(0, |round| round.curved());
         let tangential = if curved > 0 { self.stretch[g].powf(1.0 / curved as f64) } else { 1.0 };
+        let straight = self.round.and_then(|round| round.axis);
         std::array::from_fn(|k| {
-            let stretch = if self.axis == Some(k) { 1.0 } else { tangential };
+            let stretch = if straight == Some(k) { 1.0 } else { tangential };
             stretch * (gradient[k] - along * n[k]) - along * n[k]
         })
     }
