@@ -53,13 +53,13 @@ enum Answer {
 fn answer(spec: &FormatSpec, path: &Path, bytes: &[u8]) -> Answer {
     std::fs::write(path, bytes).unwrap();
     memory::start();
-    let (start, begin) = (Instant::now(), cpu_seconds());
+    let clock = Clock::start();
     let outcome = std::panic::catch_unwind(|| match read(FORMATS, path, Some(spec.name), &FieldRequest::default()) {
         Ok(FileContent::Field(_)) => "a field".into(),
         Ok(FileContent::Particles(_)) => "particles".into(),
         Err(error) => kind(&error.to_string()),
     });
-    let seconds = cpu_seconds().zip(begin).map_or(start.elapsed().as_secs_f64(), |(end, begin)| end - begin);
+    let seconds = clock.seconds();
     let peak = memory::peak();
     match outcome {
         Err(panic) => {
@@ -84,10 +84,28 @@ fn kind(text: &str) -> String {
     start.chain(words.take(12)).collect()
 }
 
-/// Seconds that this thread has had a processor, by the kernel's own count; none where it keeps none.
-fn cpu_seconds() -> Option<f64> {
-    let stat = std::fs::read_to_string("/proc/thread-self/schedstat").ok()?;
-    Some(1e-9 * stat.split_whitespace().next()?.parse::<f64>().ok()?)
+/// Time since a start, on the wall and of this thread's processor.
+struct Clock {
+    wall: Instant,
+    processor: Option<f64>,
+}
+
+impl Clock {
+    fn start() -> Self {
+        Self { wall: Instant::now(), processor: Self::processor() }
+    }
+
+    /// Seconds that this thread has had a processor since; on the wall where the system does not count them.
+    fn seconds(&self) -> f64 {
+        let processor = Self::processor().zip(self.processor).map(|(now, then)| now - then);
+        processor.unwrap_or_else(|| self.wall.elapsed().as_secs_f64())
+    }
+
+    /// Of this thread, by the kernel's own count.
+    fn processor() -> Option<f64> {
+        let stat = std::fs::read_to_string("/proc/thread-self/schedstat").ok()?;
+        Some(1e-9 * stat.split_whitespace().next()?.parse::<f64>().ok()?)
+    }
 }
 
 /// Files that earlier runs found or kept.
@@ -118,10 +136,9 @@ fn fuzz(spec: &FormatSpec, seconds: f64, wall: Duration, seed: u64) -> Vec<Strin
             Answer::Fine(kind) => drop(kinds.insert(kind)),
         }
     }
-    let (start, begin, given) = (Instant::now(), cpu_seconds(), corpus.len());
-    let spent = || cpu_seconds().zip(begin).map_or(start.elapsed().as_secs_f64(), |(now, begin)| now - begin);
+    let (clock, given) = (Clock::start(), corpus.len());
     let (mut random, mut runs) = (Random::new(seed), 0_u64);
-    while spent() < seconds && start.elapsed() < wall && findings.len() < 10 {
+    while clock.seconds() < seconds && clock.wall.elapsed() < wall && findings.len() < 10 {
         let mutant = random.mutant(&corpus, MAX_BYTES);
         runs += 1;
         match answer(spec, &path, &mutant) {
@@ -137,7 +154,7 @@ fn fuzz(spec: &FormatSpec, seconds: f64, wall: Duration, seed: u64) -> Vec<Strin
         "{}: {runs} mutants of {given} seeds and {} that they led to in {:.0} CPU s, {} kinds of answers, {} findings",
         spec.name,
         corpus.len() - given,
-        spent(),
+        clock.seconds(),
         kinds.len(),
         findings.len()
     );
