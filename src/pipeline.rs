@@ -6,7 +6,7 @@ use crate::domain::{Axis, Domain, Region};
 use crate::error::{Error, Result};
 use crate::hydrostatics::Hydrostatics;
 use crate::ingest::{self, InputUnits, RawInput, center};
-use crate::metrics::{Outcome, Thermodynamics};
+use crate::metrics::{DensityError, Outcome, Thermodynamics};
 use crate::placement::{Control, StopReason};
 use crate::plan::Plan;
 use crate::prepared::Prepared;
@@ -153,13 +153,14 @@ impl Run<'_> {
             });
         }
         self.lap("measure", lap, Some(density_error.all_refitted.epsilon));
+        let verdict = self.verdict(stop, &density_error);
         let lap = Instant::now();
         let out = self.output_units(scaled.mass.value, D)?;
         let factors = Factors::new::<D>(self.units, scaled, &out);
         let mass = self.mass_report(&masses, scaled, &factors, &out, D);
         let raw_columns = RawColumns { positions: &positions, masses, support, density, wanted, balanced };
         let file =
-            self.particle_file(scaled, raw_columns, &factors, out, (kernel.title(), neighbors, stop), &mut plan)?;
+            self.particle_file(scaled, raw_columns, &factors, out, (kernel.title(), neighbors, verdict), &mut plan)?;
         let options = WriteOptions {
             compression: self.scene.output.compression,
             double_precision: self.scene.output.double_precision,
@@ -176,7 +177,7 @@ impl Run<'_> {
             seed: self.scene.seed,
             kernel: kernel.title(),
             mass,
-            stop,
+            stop: verdict,
             density_error,
             noise,
             balance,
@@ -187,6 +188,16 @@ impl Run<'_> {
             plan,
             notes: self.notes,
         })
+    }
+
+    /// Whether a tolerance is met is for the error to say that the report states, not for what stages watch.
+    fn verdict(&self, stop: StopReason, measured: &DensityError) -> StopReason {
+        let Some(tolerance) = self.scene.tolerance.filter(|_| stop != StopReason::Interrupted) else { return stop };
+        match (measured.interior_refitted.unwrap_or(measured.all_refitted).epsilon <= tolerance, stop) {
+            (true, _) => StopReason::ToleranceReached,
+            (false, StopReason::ToleranceReached) => StopReason::ToleranceMissed,
+            (false, _) => stop,
+        }
     }
 
     /// Removes the checkpoint of a run that has come to its end.

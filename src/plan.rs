@@ -130,12 +130,9 @@ impl Plan {
 
     /// For a radial target in a ball, shells of the right masses are nearer to the density than WVT gets, and
     /// the solver ends at a third of the error that it reaches from mass bisection (`cargo bench --bench peers`).
-    /// Where most of a body is near one jump or another, shells that a solver may not move are not enough; nor are they
-    /// beside any jump for a tolerance that is hard to reach (`cargo bench --bench roads`, the planet).
+    /// Where most of a body is near one jump or another, shells that a solver may not move are not enough.
     fn choose_seeding<const D: usize>(&mut self, scene: &Scene, target: &Target<'_, D>, jumps: f64) {
-        let tight = scene.tolerance.is_some_and(|tolerance| tolerance < TIGHT);
-        let most_jumps = if tight { FEW_JUMPS } else { MOST_JUMPS };
-        let suits = self.polish == Polish::Solver && target.count >= MIN_SHELLS && jumps <= most_jumps;
+        let suits = self.polish == Polish::Solver && target.count >= MIN_SHELLS && jumps <= MOST_JUMPS;
         if scene.seeding.is_none() && suits && is_radial(target) {
             self.seeding = Seeding::EqualAreaShells;
         }
@@ -143,14 +140,17 @@ impl Plan {
 
     /// The solver leaves particles near jumps alone, so that WVT has to bring them into order there; elsewhere the
     /// solver does in one evaluation what takes WVT many iterations. Where it is to reach a tolerance soon it does not
-    /// bring them to rest first, and needs the order that WVT leaves.
+    /// bring them to rest first, and needs the order that WVT leaves; so does a tolerance that is hard to reach from shells
+    /// with a jump between them (`cargo bench --bench roads`, the planet).
     fn choose_wvt(&mut self, scene: &Scene, d: usize, jumps: f64, thin: bool) {
         let shells = self.seeding == Seeding::EqualAreaShells && self.polish == Polish::Solver && d == 3;
+        let tight = scene.tolerance.is_some_and(|tolerance| tolerance < TIGHT);
         self.wvt_iterations = scene.wvt.iterations.unwrap_or(match (self.polish, self.seeding) {
             (Polish::None, Seeding::VariableMasses) => 0,
             (Polish::None, _) if thin => 0,
             (Polish::None, _) => WvtOptions::new(3).iterations,
             (Polish::Afc, _) => 0,
+            _ if shells && jumps > FEW_JUMPS && tight => 20,
             _ if shells => 0,
             (Polish::Solver, Seeding::MassBisection) if jumps > FEW_JUMPS || scene.tolerance.is_some() => {
                 MANY_ITERATIONS
@@ -220,7 +220,7 @@ fn affordable_evaluations(count: usize, d: usize, stops_early: bool) -> usize {
 /// Shares of the domain near jumps: below the one they do not matter, above the other nothing else does.
 const FEW_JUMPS: f64 = 1e-3;
 const MOST_JUMPS: f64 = 0.5;
-/// A smaller tolerance takes many evaluations from shells with a jump between them.
+/// A smaller tolerance is hard to reach.
 const TIGHT: f64 = 5e-6;
 /// WVT's iterations before a polish where few are not enough.
 const MANY_ITERATIONS: usize = 40;

@@ -77,6 +77,8 @@ fn a_tolerance_chooses_a_weight_that_reaches_it_and_stops_there() {
                 "input: {{expression: '1'}}\ndomain: {domain}\nparticles: 2000\ntolerance: {tolerance:e}\n"
             ));
             assert_eq!(report.stop, StopReason::ToleranceReached, "{domain} {tolerance:e}: {:?}", report.timing);
+            let error = report.density_error.interior_refitted.unwrap_or(report.density_error.all_refitted);
+            assert!(error.epsilon <= tolerance, "{domain} {tolerance:e}: {error:?}");
             assert!(
                 calls.get("solver").is_none_or(|&c| c < report.plan.evaluations),
                 "{domain} {tolerance:e}: {calls:?}"
@@ -113,16 +115,44 @@ fn splines_with_many_neighbors_end_without_pairs() {
     assert!(report.notes.iter().all(|note| !note.contains("makes pairs")), "{:?}", report.notes);
 }
 
+/// The bundled planet with other keys.
+fn planet(rest: &str) -> Report {
+    let text = std::fs::read_to_string(concat!(env!("CARGO_MANIFEST_DIR"), "/profiles/planet.yaml")).unwrap();
+    run(&format!("{}\nparticles: 2000\n{rest}", text.replace("particles:", "# particles:"))).0
+}
+
 #[test]
-fn shells_beside_a_jump_give_way_to_wvt_for_a_tight_tolerance() {
-    let planet = std::fs::read_to_string(concat!(env!("CARGO_MANIFEST_DIR"), "/profiles/planet.yaml")).unwrap();
+fn shells_beside_a_jump_are_relaxed_for_a_tight_tolerance() {
     let planned = |rest: &str| {
-        let (report, _) = run(&format!("{}\nparticles: 2000\n{rest}", planet.replace("particles:", "# particles:")));
+        let report = planet(rest);
         (report.plan.seeding.method().name, report.plan.wvt_iterations)
     };
     assert_eq!(planned("tolerance: 1e-5\n"), ("equal-area-shells", 0));
-    assert_eq!(planned("tolerance: 1e-6\n"), ("mass-bisection", 40));
+    assert_eq!(planned("tolerance: 1e-6\n"), ("equal-area-shells", 20));
     assert_eq!(planned(""), ("equal-area-shells", 0));
+}
+
+/// Stages watch epsilon at the target's support radii, which about a jump differ from those that are measured with.
+#[test]
+fn whether_a_tolerance_is_met_is_what_the_measured_error_says() {
+    for (tolerance, rest) in [
+        (1e-3, "seeding: mass-bisection\nwvt: {iterations: 5}"),
+        (1e-5, "seeding: mass-bisection\nwvt: {iterations: 5}\nsolver: {evaluations: 100}"),
+        (2e-3, "polish: none\nseeding: mass-bisection"),
+        (1e-3, "polish: alaric\nalaric: {steps: 30}"),
+        (1e-3, "resolution: {number_density: '2 - r'}"),
+    ] {
+        let report = planet(&format!("{rest}\ntolerance: {tolerance:e}\n"));
+        let met = report.density_error.interior_refitted.unwrap().epsilon <= tolerance;
+        let stages_met = report.stages.last().unwrap().stop == StopReason::ToleranceReached;
+        let expected = match (met, stages_met) {
+            (true, _) => StopReason::ToleranceReached,
+            (false, true) => StopReason::ToleranceMissed,
+            (false, false) => report.stages.last().unwrap().stop,
+        };
+        println!("{rest} {tolerance:e}: {:?} {:?}", report.stop, report.density_error.interior_refitted);
+        assert_eq!(report.stop, expected, "{rest} {tolerance:e}");
+    }
 }
 
 #[test]

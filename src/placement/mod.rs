@@ -76,6 +76,8 @@ impl Control<'_> {
 pub enum StopReason {
     /// The error fell below the tolerance asked for.
     ToleranceReached,
+    /// The error that a stage watches did, but not the one that is measured in the end.
+    ToleranceMissed,
     /// The error no longer falls.
     Stagnated,
     /// The last iteration was used up with the error still falling.

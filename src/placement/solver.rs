@@ -48,7 +48,7 @@ pub struct SolverOptions {
     pub evaluations: usize,
     /// What matters more: 0 the exact density, 1 quiet forces.
     pub quietness: f64,
-    /// Stop when epsilon (re-fitted) is below.
+    /// Stop when epsilon (re-fitted, as measured in the end) is below.
     pub tolerance: f64,
     /// The start is in order (shells, a lattice, a glass): there is no stage that brings it to rest.
     pub settled: bool,
@@ -309,6 +309,8 @@ struct Descent<const D: usize> {
     gradient: Vec<[f64; D]>,
     energy: f64,
     epsilon: f64,
+    /// Below which it is worth measuring whether the tolerance is met.
+    aim: f64,
     /// Lowest epsilon of this descent, and the evaluation that had it.
     lowest: (f64, usize),
 }
@@ -379,9 +381,16 @@ impl<'a, const D: usize, R: Real> Solver<'a, D, R> {
             if let Some(reason) = outside {
                 return reason;
             }
-            if descent.epsilon <= self.options.tolerance {
+            if descent.epsilon <= descent.aim {
                 // Only the last stage has the kernel that the tolerance is meant for.
-                return if may_finish { StopReason::ToleranceReached } else { StopReason::IterationLimit };
+                if !may_finish {
+                    return StopReason::IterationLimit;
+                }
+                let measured = self.measured();
+                if measured <= self.options.tolerance {
+                    return StopReason::ToleranceReached;
+                }
+                descent.aim = descent.epsilon * (0.95 * self.options.tolerance / measured).max(0.5);
             }
             if self.evaluations >= end {
                 return StopReason::IterationLimit;
@@ -404,7 +413,8 @@ impl<'a, const D: usize, R: Real> Solver<'a, D, R> {
         self.note(&now, 0.0);
         let epsilon = now.fit.epsilon;
         let lowest = (epsilon, self.evaluations);
-        Descent { frame, memory: Lbfgs::new(), gradient, energy: now.energy, epsilon, lowest }
+        let aim = self.options.tolerance;
+        Descent { frame, memory: Lbfgs::new(), gradient, energy: now.energy, epsilon, aim, lowest }
     }
 
     /// One step downhill; false where there is no way down.
@@ -547,6 +557,20 @@ impl<'a, const D: usize, R: Real> Solver<'a, D, R> {
             *g = std::array::from_fn(|k| frame.spacing[i] * (g[k] + own * slope[k]));
         });
         out
+    }
+
+    /// Epsilon as it is measured in the end: at solved support radii, and over what is resolved now.
+    fn measured(&mut self) -> f64 {
+        let (wanted, kappa) = (self.arrangement.wanted(), self.kappa.unwrap_or(1.0));
+        let solved = self.arrangement.solve(&self.supports(&wanted, kappa));
+        let support: Vec<f64> = solved.par_iter().map(|s| s.support).collect();
+        let (target, positions) = (self.arrangement.target, &self.arrangement.positions);
+        let weights: Vec<f64> = (0..wanted.len())
+            .into_par_iter()
+            .map(|i| resolved(target.sharpness(&at(positions, i), wanted[i], support[i])))
+            .collect();
+        let set = interior(target.domain, positions, &support, Some(&weights));
+        fit(set.as_deref(), &wanted, |i| solved[i].sums.number_density).epsilon
     }
 
     fn log_slope(&self, x: &[f64; D], wanted: f64, spacing: f64) -> [f64; D] {
