@@ -4,13 +4,12 @@
 //! `cargo bench --bench inputs [-- N]` prints a table; with SPH_PREP_RESULTS=profiles/results it also writes
 //! `inputs.md` there.
 
-use sph_prep::pipeline;
-use sph_prep::placement::Control;
+mod support;
+
 use sph_prep::report::Report;
 use sph_prep::scene::Scene;
 use std::fmt::Write;
 use std::path::{Path, PathBuf};
-use std::sync::atomic::AtomicBool;
 
 /// Files below `folder`, sorted.
 fn files(folder: &Path, found: &mut Vec<PathBuf>) {
@@ -32,18 +31,13 @@ fn scene(path: &Path) -> Result<Scene, String> {
 }
 
 fn run(path: &Path, count: usize, polish: bool) -> Result<Report, String> {
-    let folder = tempfile::tempdir().map_err(|e| e.to_string())?;
     let mut scene = scene(path)?;
     scene.particles = Some(count);
-    scene.output.file = Some(folder.path().join("ic.vtu"));
-    scene.output.format = Some("vtk".into());
     scene.tolerance = None;
     if !polish {
         scene.polish = Some(sph_prep::scene::Polish::None);
     }
-    let never = AtomicBool::new(false);
-    let control = Control { deadline: None, interrupted: &never, observer: &|_, _, _, _| {} };
-    pipeline::run(&scene, sph_formats::FORMATS, &control).map_err(|e| e.to_string())
+    support::run(&scene)
 }
 
 /// Interior epsilon where there is an interior, with a mark where all particles count.
@@ -94,17 +88,11 @@ fn main() {
         };
         print!("{}", without_folders(&table[start..], root));
     }
-    if let Some(folder) = std::env::var_os("SPH_PREP_RESULTS") {
-        let page = format!(
-            "# Every input\n\n`SPH_PREP_RESULTS=profiles/results cargo bench --bench inputs -- {count}` makes this page: {count} particles, density error \
-             (interior, mass re-fitted) and seconds of the whole run, by WVT alone (60 iterations) and by the default road. Files outside \
-             `profiles/` are not part of the project.\n\n{}",
-            without_folders(&table, root)
-        );
-        let path = Path::new(&folder).join("inputs.md");
-        if let Err(e) = std::fs::create_dir_all(&folder).and_then(|()| std::fs::write(&path, page)) {
-            eprintln!("{}: {e}", path.display());
-            std::process::exit(1);
-        }
-    }
+    let page = format!(
+        "# Every input\n\n`SPH_PREP_RESULTS=profiles/results cargo bench --bench inputs -- {count}` makes this page: {count} particles, density error \
+         (interior, mass re-fitted) and seconds of the whole run, by WVT alone (60 iterations) and by the default road. Files outside \
+         `profiles/` are not part of the project.\n\n{}",
+        without_folders(&table, root)
+    );
+    support::write_page("inputs.md", &page);
 }

@@ -3,16 +3,17 @@
 //! `cargo bench --bench roads [-- N]` prints the tables (10 000 particles by default); with
 //! SPH_PREP_RESULTS=profiles/results it also writes `roads.md` there.
 
+mod support;
+
 use sph_prep::compare::{Compared, MethodRun, Request, VARIATIONS, compare};
-use sph_prep::pipeline;
-use sph_prep::placement::{Control, StopReason};
+use sph_prep::placement::StopReason;
 use sph_prep::plan::LeftOut;
 use sph_prep::report::Report;
 use sph_prep::scene::{Polish, Scene};
 use sph_prep::seeding::METHODS;
 use std::fmt::Write;
 use std::path::Path;
-use std::sync::atomic::AtomicBool;
+use support::{control, run};
 
 /// Bundled scenes: even, a star, a pattern without symmetry, a density jump.
 const SCENES: [(&str, &str); 4] = [
@@ -28,12 +29,6 @@ const WORTH: f64 = 0.5;
 const GOALS: [f64; 3] = [1e-2, 3e-3, 1e-3];
 /// Tolerances on epsilon that the plan is timed for.
 const TOLERANCES: [f64; 4] = [1e-4, 1e-5, 1e-6, 1e-7];
-
-static NEVER: AtomicBool = AtomicBool::new(false);
-
-fn control() -> Control<'static> {
-    Control { deadline: None, interrupted: &NEVER, observer: &|_, _, _, _| {} }
-}
 
 /// Every seeding alone, then every variation with the scene's own.
 fn methods() -> Vec<Compared> {
@@ -107,15 +102,6 @@ fn advice(roads: &[Road<'_>]) -> String {
         );
     }
     out
-}
-
-/// A full run into a folder that is thrown away.
-fn run(scene: &Scene) -> Result<Report, String> {
-    let folder = tempfile::tempdir().map_err(|e| e.to_string())?;
-    let mut scene = scene.clone();
-    scene.output.file = Some(folder.path().join("ic.vtu"));
-    scene.output.format = Some("vtk".into());
-    pipeline::run(&scene, sph_formats::FORMATS, &control()).map_err(|e| e.to_string())
 }
 
 /// Seconds of seeding and relaxing.
@@ -211,19 +197,10 @@ fn page(count: usize) -> Result<String, String> {
     Ok(page)
 }
 
-fn write(page: &str, folder: &Path) -> Result<(), String> {
-    let path = folder.join("roads.md");
-    std::fs::create_dir_all(folder)
-        .and_then(|()| std::fs::write(&path, page))
-        .map_err(|e| format!("{}: {e}", path.display()))
-}
-
 fn main() {
     let count = std::env::args().filter_map(|a| a.parse::<f64>().ok()).next().unwrap_or(1e4) as usize;
-    let folder = std::env::var_os("SPH_PREP_RESULTS");
-    let written = page(count).and_then(|page| folder.map_or(Ok(()), |f| write(&page, Path::new(&f))));
-    if let Err(problem) = written {
-        eprintln!("{problem}");
-        std::process::exit(1);
+    match page(count) {
+        Ok(page) => support::write_page("roads.md", &page),
+        Err(problem) => support::fail(&problem),
     }
 }
