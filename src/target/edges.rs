@@ -1,7 +1,7 @@
 //! Where the target changes faster than a sum over neighbors can follow, and where it jumps.
 
 use super::{Positions, Target, at};
-use crate::domain::distance;
+use crate::domain::{Axis, distance};
 use rayon::prelude::*;
 
 impl<const D: usize> Target<'_, D> {
@@ -15,24 +15,26 @@ impl<const D: usize> Target<'_, D> {
         let bend = |way: &[f64; D], h: f64| {
             Some(self.logarithm_along(x, way, h)? + self.logarithm_along(x, way, -h)? - 2.0 * here.ln())
         };
-        let edge = |way: &[f64; D]| Some((bend(way, reach)? - 4.0 * bend(way, 0.5 * reach)?).abs() / EDGE);
+        let edge = |way: &[f64; D], reach: f64| Some((bend(way, reach)? - 4.0 * bend(way, 0.5 * reach)?).abs() / EDGE);
         // Not a number where n* vanishes on both sides of something: as sharp as can be.
         let worse = |most: f64, e: f64| if e.is_nan() { f64::INFINITY } else { most.max(e) };
         let step = GRADIENT_STEP * support;
         if let Some(outward) = self.outward(x)
-            && let Some(edge) = edge(&outward)
+            && let Some(farthest) = edge(&outward, reach)
         {
-            // All that there is to see of a radial target lies along the radius.
-            return worse(support * self.log_derivative(x, here, &outward, step).abs(), edge);
+            // All that there is to see of a radial target lies along the radius; several distances find thin layers.
+            let steepness = support * self.log_derivative(x, here, &outward, step).abs();
+            let nearer = NEARER.iter().filter_map(|share| edge(&outward, share * reach));
+            return nearer.fold(worse(steepness, farthest), worse);
         }
         let slope = self.log_gradient(x, step);
         let steepness = support * slope.iter().map(|g| g * g).sum::<f64>().sqrt();
-        ways::<D>().filter_map(|way| edge(&way)).fold(steepness, worse)
+        ways::<D>().filter_map(|way| edge(&way, reach)).fold(steepness, worse)
     }
 
-    /// The direction in which a radial target changes; at its center any.
+    /// The direction in which a radial target changes; at its center any. None where images of it meet.
     fn outward(&self, x: &[f64; D]) -> Option<[f64; D]> {
-        let center = self.center()?;
+        let center = self.center().filter(|_| !self.domain.axes.contains(&Axis::Periodic))?;
         let radius = distance(x, &center);
         let first = || std::array::from_fn(|k| if k == 0 { 1.0 } else { 0.0 });
         Some(if radius > 0.0 { std::array::from_fn(|k| (x[k] - center[k]) / radius) } else { first() })
@@ -113,6 +115,8 @@ fn ways<const D: usize>() -> impl Iterator<Item = [f64; D]> {
 const GRADIENT_STEP: f64 = 0.04;
 /// How far edges are looked for, in support radii.
 const EDGE_REACH: f64 = 1.0;
+/// Shares of that distance at which thin layers are looked for along the radius of a radial target.
+const NEARER: [f64; 2] = [0.8, 0.6];
 /// Defect of the second differences of ln n* that makes an edge.
 const EDGE: f64 = 0.15;
 /// Intervals over which a jump is first looked for, and halvings of the one that changes most.
