@@ -409,17 +409,44 @@ fn shells_enclose_their_mass_to_a_particle_and_sum_to_n() {
         let x = seed(&whole, shells, 3).unwrap().positions;
         let mut radii: Vec<f64> = (0..10_000).map(|i| at(&x, i).iter().map(|v| v * v).sum::<f64>().sqrt()).collect();
         radii.sort_by(f64::total_cmp);
-        let mut start = 0;
+        let steps: Vec<(f64, f64)> = (0..100_000).map(|i| (f64::from(i) + 0.5) * 5e-6).map(|a| (a, slice(a))).collect();
+        let (mut start, mut step, mut inside) = (0, 0, 0.0);
         while start < radii.len() {
             let end = start + radii[start..].partition_point(|&r| r < radii[start] + 1e-9);
-            let inside: f64 =
-                (0..100_000).map(|i| (f64::from(i) + 0.5) * 5e-6).take_while(|&a| a < radii[start]).map(slice).sum();
-            // Each shell's radius halves its mass.
-            let half = 0.5 * (start + end) as f64 / 10_000.0;
-            assert!((inside / whole.resolution_integral - half).abs() < 1e-4, "{shells:?} at {}", radii[start]);
+            let (before, mut seen) = (inside, 0.0);
+            while step < steps.len() && inside < whole.resolution_integral * end as f64 / 10_000.0 {
+                inside += steps[step].1;
+                seen += steps[step].1 / steps[step].0;
+                step += 1;
+            }
+            let expected = (inside - before) / seen;
+            assert!((radii[start] - expected).abs() < 2e-5, "{shells:?} at {}: {expected}", radii[start]);
             start = end;
         }
     }
+}
+
+/// Largest and mean error in the interior of `count` particles on bare shells of a uniform ball.
+fn error_of_shells<const D: usize>(shells: Seeding, count: usize, kernel: KernelName, neighbors: f64) -> (f64, f64) {
+    let domain = Domain::ball([0.0; D], 1.0, Wall::Open).unwrap();
+    let value = 1.0 / domain.volume();
+    let density = Density(move |_: &[f64; D]| value);
+    let target = target(&domain, &density, count);
+    let x = seed(&target, shells, 3).unwrap().positions;
+    let support = support_over_spacing(D, neighbors) * target.spacing(count as f64 * value);
+    let measured = Measured::new(kernel, &domain, &x, &target.masses(&x), &vec![support; count], neighbors);
+    let inside = DensityError::new(&measured, &target.densities(&x)).interior_refitted.unwrap();
+    (inside.max, inside.mean)
+}
+
+#[test]
+fn shells_follow_the_density_down_to_the_center() {
+    let (max, mean) = error_of_shells::<3>(Seeding::Shells, 10_000, KernelName::WendlandC6, 295.0);
+    assert!(max < 0.03 && mean < 1e-3, "{max} {mean}");
+    let (max, mean) = error_of_shells::<3>(Seeding::EqualAreaShells, 10_000, KernelName::WendlandC6, 295.0);
+    assert!(max < 0.05 && mean < 4e-3, "{max} {mean}");
+    let (max, mean) = error_of_shells::<2>(Seeding::Shells, 1000, KernelName::WendlandC4, 24.0);
+    assert!(max < 0.07 && mean < 4e-3, "{max} {mean}");
 }
 
 #[test]
