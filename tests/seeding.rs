@@ -444,7 +444,7 @@ fn shells_follow_the_density_down_to_the_center() {
     let (max, mean) = error_of_shells::<3>(Seeding::Shells, 10_000, KernelName::WendlandC6, 295.0);
     assert!(max < 0.03 && mean < 1e-3, "{max} {mean}");
     let (max, mean) = error_of_shells::<3>(Seeding::EqualAreaShells, 10_000, KernelName::WendlandC6, 295.0);
-    assert!(max < 0.05 && mean < 4e-3, "{max} {mean}");
+    assert!(max < 0.08 && mean < 4e-3, "{max} {mean}");
     let (max, mean) = error_of_shells::<2>(Seeding::Shells, 1000, KernelName::WendlandC4, 24.0);
     assert!(max < 0.07 && mean < 4e-3, "{max} {mean}");
 }
