@@ -42,7 +42,7 @@ const BOXES: &[(&str, &str)] = &[("default", ""), ("60 evaluations", "solver: {e
 const SPHERES: &[(&str, &str)] = &[
     ("default", ""),
     ("shells alone", "seeding: shells\nwvt: {iterations: 0}\npolish: none\n"),
-    ("shells, solver", "seeding: shells\nwvt: {iterations: 0}\nsolver: {evaluations: 20}\n"),
+    ("shells, solver", "seeding: equal-area-shells\nwvt: {iterations: 0}\nsolver: {evaluations: 20}\n"),
 ];
 const SHELLS: &[(&str, &str)] = &[SPHERES[1]];
 const POLYTROPE: &str = "input: {file: profiles/polytrope-1.5.nc}\nkernel: wendland-c6\nneighbors: 295\n";
