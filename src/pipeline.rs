@@ -193,7 +193,7 @@ impl Run<'_> {
     /// Whether a tolerance is met is for the error to say that the report states, not for what stages watch.
     fn verdict(&self, stop: StopReason, measured: &DensityError) -> StopReason {
         let Some(tolerance) = self.scene.tolerance.filter(|_| stop != StopReason::Interrupted) else { return stop };
-        match (measured.interior_refitted.unwrap_or(measured.all_refitted).epsilon <= tolerance, stop) {
+        match (measured.stated().epsilon <= tolerance, stop) {
             (true, _) => StopReason::ToleranceReached,
             (false, StopReason::ToleranceReached) => StopReason::ToleranceMissed,
             (false, _) => stop,

@@ -77,7 +77,7 @@ fn a_tolerance_chooses_a_weight_that_reaches_it_and_stops_there() {
                 "input: {{expression: '1'}}\ndomain: {domain}\nparticles: 2000\ntolerance: {tolerance:e}\n"
             ));
             assert_eq!(report.stop, StopReason::ToleranceReached, "{domain} {tolerance:e}: {:?}", report.timing);
-            let error = report.density_error.interior_refitted.unwrap_or(report.density_error.all_refitted);
+            let error = report.density_error.stated();
             assert!(error.epsilon <= tolerance, "{domain} {tolerance:e}: {error:?}");
             assert!(
                 calls.get("solver").is_none_or(|&c| c < report.plan.evaluations),
@@ -107,7 +107,7 @@ fn splines_with_many_neighbors_end_without_pairs() {
         let (report, _) = run(&format!("input: {{expression: '1'}}\nkernel: {kernel}\ndomain: {{box: {scene}\n"));
         let closest = report.neighbors.closest_pair;
         assert!(closest > 0.6, "{kernel} {scene}: {closest}");
-        let error = report.density_error.interior_refitted.as_ref().unwrap_or(&report.density_error.all_refitted);
+        let error = report.density_error.stated();
         assert!(error.epsilon < 1e-6, "{kernel} {scene}: {}", error.epsilon);
         assert!(report.notes.iter().any(|note| note.contains("makes pairs")), "{:?}", report.notes);
     }

@@ -96,7 +96,7 @@ fn number(value: f64) -> String {
 impl State {
     /// The figures that the text and the plots show: mass re-fitted, over the interior where there is one.
     pub(super) fn shown_error(&self) -> &ErrorFigures {
-        self.density_error.interior_refitted.as_ref().unwrap_or(&self.density_error.all_refitted)
+        self.density_error.stated()
     }
 
     /// The factor on the mass in [`Self::shown_error`].

@@ -53,6 +53,12 @@ impl DensityError {
             refit_interior,
         }
     }
+
+    /// The figures that a tolerance is on and by which methods are set against each other: with the mass re-fitted, of the
+    /// interior where there is one.
+    pub fn stated(&self) -> &ErrorFigures {
+        self.interior_refitted.as_ref().unwrap_or(&self.all_refitted)
+    }
 }
 
 /// mean(rho*/rho) over a set.

@@ -9,6 +9,7 @@ use sph_prep::kernel::KernelName;
 use sph_prep::report::Report;
 use sph_prep::scene::{Polish, Scene};
 use std::fmt::Write;
+use std::path::Path;
 
 const CASES: [(KernelName, f64); 13] = [
     (KernelName::WendlandC2, 64.0),
@@ -33,10 +34,8 @@ fn figures(report: &Report) -> String {
 }
 
 fn row(kernel: KernelName, neighbors: f64, count: usize) -> Result<String, String> {
-    let mut scene = Scene::parse(
-        "input: {expression: '1'}\ndomain: {box: [[0, 0, 0], [1, 1, 1]], boundary: [periodic]}\nthermal: {internal_energy: 1}\n",
-    )
-    .map_err(|e| e.to_string())?;
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("profiles/uniform-3d.yaml");
+    let mut scene = Scene::load(&path).map_err(|e| e.to_string())?;
     (scene.kernel, scene.neighbors, scene.particles) = (kernel, Some(neighbors), Some(count));
     let solved = support::run(&scene)?;
     scene.polish = Some(Polish::None);

@@ -41,10 +41,10 @@ const DEFAULT: &[(&str, &str)] = &[("default", "")];
 const BOXES: &[(&str, &str)] = &[("default", ""), ("60 evaluations", "solver: {evaluations: 60}\n")];
 const SPHERES: &[(&str, &str)] = &[
     ("default", ""),
-    ("shells alone", "seeding: shells\nwvt: {iterations: 0}\npolish: none\n"),
+    BARE_SHELLS,
     ("shells, solver", "seeding: equal-area-shells\nwvt: {iterations: 0}\nsolver: {evaluations: 20}\n"),
 ];
-const SHELLS: &[(&str, &str)] = &[SPHERES[1]];
+const BARE_SHELLS: (&str, &str) = ("shells alone", "seeding: shells\nwvt: {iterations: 0}\npolish: none\n");
 const POLYTROPE: &str = "input: {file: profiles/polytrope-1.5.nc}\nkernel: wendland-c6\nneighbors: 295\n";
 const SPHERE: &str = "input: {expression: '1'}\ndomain: {ball: {center: [0, 0, 0], radius: 1}}\nthermal: {internal_energy: 1}\nkernel: wendland-c6\nneighbors: 295\n";
 const PLANET: &str = "input: {expression: 'if(r < 0.55, 3 - 0.7 * r^2, 1.3 - 0.6 * r^2)'}\ndomain: {ball: {center: [0, 0, 0], radius: 1}}\nthermal: {internal_energy: 1}\nkernel: wendland-c6\nneighbors: 295\n";
@@ -124,7 +124,7 @@ const PROBLEMS: &[Problem] = &[
         name: "n = 1.5 polytrope",
         count: 1_000_000,
         scene: POLYTROPE,
-        roads: SHELLS,
+        roads: &[BARE_SHELLS],
         peers: &[peer("SEAGen", 1.1, 9.0e-4, 6.9e-7)],
     },
     Problem {
@@ -171,7 +171,7 @@ fn solve(problem: &Problem, road: &str) -> Result<Row, String> {
     let report = support::run(&Scene::parse(&text).map_err(|e| e.to_string())?)?;
     let after = |step: &str| ["measure", "write"].contains(&step);
     let placing = report.timing.iter().filter(|t| !after(t.step)).map(|t| t.seconds).sum();
-    let inside = report.density_error.interior_refitted.unwrap_or(report.density_error.all_refitted);
+    let inside = report.density_error.stated();
     Ok(Row {
         seconds: report.seconds,
         placing,

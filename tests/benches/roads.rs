@@ -49,7 +49,7 @@ struct Road<'a> {
 impl<'a> Road<'a> {
     fn new(run: &'a MethodRun) -> Option<Self> {
         let state = run.last()?;
-        let error = state.density_error.interior_refitted.unwrap_or(state.density_error.all_refitted);
+        let error = state.density_error.stated();
         let noise = state.noise.interior.unwrap_or(state.noise.all);
         Some(Self { name: &run.method, seconds: run.seconds, epsilon: error.epsilon, mean: error.mean, noise })
     }
@@ -127,7 +127,7 @@ fn saved(scene: &Scene) -> Result<String, String> {
         ("with 60 iterations of WVT first", &run(&long)?),
         ("with twice the evaluations", &run(&twice)?),
     ] {
-        let error = report.density_error.interior_refitted.unwrap_or(report.density_error.all_refitted);
+        let error = report.density_error.stated();
         let _ =
             writeln!(out, "| {name} | {:.2} | {:.1e} | {:.3} % |", placing(report), error.epsilon, 100.0 * error.mean);
     }

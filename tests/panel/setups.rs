@@ -181,7 +181,7 @@ pub fn measure(setup: &Setup, problem: &dyn Problem, count: usize) -> Result<Mea
         (measured, noise.interior.unwrap_or(noise.all))
     });
     let errors = DensityError::new(&noisy, &target.densities(&x));
-    let at_particles = errors.interior_refitted.unwrap_or(errors.all_refitted).mean;
+    let at_particles = errors.stated().mean;
     let order = BondOrder::new(&noisy, &domain).ok_or("no bonds")?;
     let (corner, edge) = problem.window();
     let ratio = support_over_spacing(3, PLANE_NEIGHBORS);
