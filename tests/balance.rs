@@ -4,9 +4,9 @@ use rayon::prelude::*;
 use sph_prep::domain::{Axis, Domain, Region};
 use sph_prep::kernel::{KernelName, default_kernel_neighbors, support_over_spacing};
 use sph_prep::metrics::{BalanceFigures, Measured, Thermodynamics};
-use sph_prep::placement::Control;
-use sph_prep::report::Report;
+use sph_prep::relaxation::Control;
 use sph_prep::rng::{Purpose, keyed};
+use sph_prep::run::report::Report;
 use sph_prep::scene::Scene;
 use sph_prep::target::{Equilibrium, Positions};
 use std::sync::atomic::AtomicBool;
@@ -127,7 +127,7 @@ fn attempt(yaml: &str) -> sph_prep::Result<Report> {
     scene.output.file = Some(folder.path().join("ic.hdf5"));
     let never = AtomicBool::new(false);
     let control = Control { deadline: None, interrupted: &never, observer: &|_, _, _, _| {} };
-    sph_prep::pipeline::run(&scene, sph_formats::FORMATS, &control)
+    sph_prep::run::pipeline::run(&scene, sph_formats::FORMATS, &control)
 }
 
 fn interior(report: &Report) -> f64 {
@@ -202,7 +202,7 @@ fn what_cannot_be_balanced_is_refused_with_the_remedy() {
         scene.output.file = Some(folder.path().join("ic.hdf5"));
         let never = AtomicBool::new(false);
         let control = Control { deadline: None, interrupted: &never, observer: &|_, _, _, _| {} };
-        sph_prep::pipeline::run(&scene, sph_formats::FORMATS, &control).unwrap_err().to_string()
+        sph_prep::run::pipeline::run(&scene, sph_formats::FORMATS, &control).unwrap_err().to_string()
     };
     let square = "input: {expression: '1 + x'}\ndomain: {box: [[0, 0], [1, 1]]}\nparticles: 100\n";
     assert!(refused(&format!("{square}balance: {{}}")).contains("equation_of_state"));

@@ -2,9 +2,9 @@
 
 use sph_formats::FORMATS;
 use sph_prep::compare::{CSV_COLUMNS, Compared, Comparison, FILES, Request, compare, csv, json, probe, write};
-use sph_prep::pipeline;
-use sph_prep::placement::Control;
-use sph_prep::report::Report;
+use sph_prep::relaxation::Control;
+use sph_prep::run::pipeline;
+use sph_prep::run::report::Report;
 use sph_prep::scene::Scene;
 use std::path::Path;
 use std::sync::atomic::AtomicBool;

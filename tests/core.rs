@@ -8,7 +8,7 @@ use sph_prep::field::ScalarField;
 use sph_prep::kernel::{Kernel, KernelName, WendlandC4, evaluate};
 use sph_prep::metrics::{DensityError, Measured, NoiseFigures};
 use sph_prep::neighbors::{Reach, Sources, Tree, brute_force};
-use sph_prep::placement::{Control, WvtOptions, relax};
+use sph_prep::relaxation::{Control, WvtOptions, relax};
 use sph_prep::seeding::{Seeding, seed};
 use sph_prep::smoothing::{Actors, density, scatter_gradient, solve_support_radii};
 use sph_prep::target::{Positions, Resolution, Target, at};

@@ -1,9 +1,9 @@
 //! What the project promises of its results at full size. Slow in this profile's build, so they run on request:
 //! `cargo test --release --test marks -- --ignored --nocapture`.
 
-use sph_prep::pipeline;
-use sph_prep::placement::Control;
-use sph_prep::report::Report;
+use sph_prep::relaxation::Control;
+use sph_prep::run::pipeline;
+use sph_prep::run::report::Report;
 use sph_prep::scene::Scene;
 use std::path::Path;
 use std::sync::atomic::AtomicBool;

@@ -7,8 +7,8 @@
 use sph_formats::common::netcdf_classic::{ClassicFile, Data};
 use sph_formats::common::particle_names as names;
 use sph_formats::{FORMATS, FieldRequest, FileContent};
-use sph_prep::pipeline;
-use sph_prep::placement::Control;
+use sph_prep::relaxation::Control;
+use sph_prep::run::pipeline;
 use sph_prep::scene::Scene;
 use std::fmt::Write as _;
 use std::path::{Path, PathBuf};

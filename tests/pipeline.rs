@@ -6,9 +6,9 @@ use sph_formats::{
     Capabilities, FieldRequest, FileContent, FormatError, FormatSpec, Geometry, Location, Match, ParticleFile,
     RawField, Unit, Values, Variable, WriteOptions,
 };
-use sph_prep::pipeline;
-use sph_prep::placement::Control;
-use sph_prep::report::Report;
+use sph_prep::relaxation::Control;
+use sph_prep::run::pipeline;
+use sph_prep::run::report::Report;
 use sph_prep::scene::Scene;
 use std::collections::HashMap;
 use std::path::{Path, PathBuf};

@@ -1,8 +1,8 @@
 //! What the plan drops is not run and is named; a stage that is switched off costs no call.
 
-use sph_prep::pipeline;
-use sph_prep::placement::{Control, StopReason};
-use sph_prep::report::Report;
+use sph_prep::relaxation::{Control, StopReason};
+use sph_prep::run::pipeline;
+use sph_prep::run::report::Report;
 use sph_prep::scene::Scene;
 use std::collections::BTreeMap;
 use std::sync::Mutex;

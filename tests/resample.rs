@@ -7,8 +7,8 @@ use sph_formats::{
     Column, FORMATS, FieldRequest, FileContent, ParticleFile, ParticleTable, RunHeader, Species, UnitDimension,
     UnitSystem, Values, WriteOptions,
 };
-use sph_prep::pipeline;
-use sph_prep::placement::Control;
+use sph_prep::relaxation::Control;
+use sph_prep::run::pipeline;
 use sph_prep::scene::Scene;
 use std::f64::consts::PI;
 use std::path::{Path, PathBuf};
@@ -118,7 +118,7 @@ fn another_number_of_particles_keeps_mass_box_and_density() {
 #[test]
 fn summed_densities_reach_across_the_box() {
     let path = Path::new("made.hdf5");
-    let snapshot = sph_prep::snapshot::Snapshot::new(path, &lattice(false), None).unwrap();
+    let snapshot = sph_prep::input::particles::Snapshot::new(path, &lattice(false), None).unwrap();
     let found = snapshot.field.variable(names::DENSITY).unwrap().values.to_f64();
     let cell = EDGE / SIDE as f64;
     for (i, rho) in found.iter().enumerate() {
@@ -136,7 +136,7 @@ fn what_is_no_gas_is_refused() {
     let mut file = lattice(true);
     file.species[0].part_type = 1;
     let refusal = |file: &ParticleFile, density| {
-        sph_prep::snapshot::Snapshot::new(Path::new("made.hdf5"), file, density).unwrap_err().to_string()
+        sph_prep::input::particles::Snapshot::new(Path::new("made.hdf5"), file, density).unwrap_err().to_string()
     };
     assert!(refusal(&file, None).contains("without gas particles"));
     let mut file = lattice(false);

@@ -2,9 +2,9 @@
 //! interrupted, for any stage and number of threads.
 
 use sph_prep::Error;
-use sph_prep::pipeline;
-use sph_prep::placement::{Control, StopReason};
-use sph_prep::report::Report;
+use sph_prep::relaxation::{Control, StopReason};
+use sph_prep::run::pipeline;
+use sph_prep::run::report::Report;
 use sph_prep::scene::Scene;
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, Ordering};

@@ -4,7 +4,7 @@ use super::args::count;
 use super::progress::Progress;
 use crate::compare::{self, Compared, Request, VARIATIONS};
 use crate::error::{Error, Result};
-use crate::placement::Control;
+use crate::relaxation::Control;
 use crate::scene::Scene;
 use sph_formats::FormatSpec;
 use std::path::PathBuf;

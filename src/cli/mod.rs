@@ -12,8 +12,8 @@ mod methods;
 mod progress;
 
 use crate::error::Error;
-use crate::pipeline;
-use crate::placement::{Control, StopReason};
+use crate::relaxation::{Control, StopReason};
+use crate::run::pipeline;
 use crate::scene::Scene;
 use args::{Args, Command, RunArgs};
 use clap::Parser;

@@ -1,7 +1,7 @@
 //! What can be compared: named variations of a scene, each over any seeding.
 
 use crate::error::{Error, Result};
-use crate::placement::{Bias, Weight};
+use crate::relaxation::{Bias, Weight};
 use crate::scene::{Polish, Scene};
 use crate::seeding::{METHODS, Seeding};
 

@@ -14,12 +14,12 @@ pub use table::{CSV_COLUMNS, csv};
 
 use crate::domain::Region;
 use crate::error::{Error, Result};
-use crate::ingest;
+use crate::input::ingest;
+use crate::input::internal_units::Prepared;
 use crate::metrics::{DensityError, NeighborFigures, NoiseFigures, Outcome};
-use crate::placement::{Control, StageReport, StopReason};
-use crate::plan::Plan;
-use crate::prepared::Prepared;
-use crate::relaxation::{self, Relaxed};
+use crate::relaxation::{Control, StageReport, StopReason};
+use crate::run::plan::Plan;
+use crate::run::stages::{self, Relaxed};
 use crate::scene::Scene;
 use crate::target::{Positions, Target, at};
 use serde::Serialize;
@@ -224,7 +224,7 @@ fn run_method<const D: usize>(
     let control = Control { deadline: limit.or(control.deadline), ..*control };
     let mut seen: Vec<(&'static str, Positions<D>)> = Vec::new();
     let Relaxed { stages, timing, stop, .. } =
-        relaxation::place_watched(&scene, &mut plan, &target, neighbors, &control, &mut |stage, positions| {
+        stages::place_watched(&scene, &mut plan, &target, neighbors, &control, &mut |stage, positions| {
             seen.push((stage, positions.clone()));
         })?;
     let seed_seconds = timing.first().map_or(0.0, |t| t.seconds);

@@ -1,6 +1,6 @@
 //! How well the pressure force cancels gravity.
 //!
-//! The force is that of standard SPH with grad-h terms, see [`crate::placement::balance_pressure`], with the
+//! The force is that of standard SPH with grad-h terms, see [`crate::relaxation::balance_pressure`], with the
 //! pressure (gamma - 1) rho u that a code makes of the energies in the file and its own summed density.
 
 use super::Measured;

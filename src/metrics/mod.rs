@@ -21,7 +21,7 @@ pub use outcome::Outcome;
 use crate::domain::{Domain, Wall};
 use crate::kernel::KernelName;
 use crate::neighbors::{Reach, Sources, Tree};
-use crate::placement::Ghosts;
+use crate::relaxation::Ghosts;
 use crate::smoothing::{Actors, DensitySums, largest_support, scatter_gradient, solve_support_radii};
 use crate::target::{Positions, Target, at};
 use rayon::prelude::*;

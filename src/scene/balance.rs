@@ -2,7 +2,7 @@
 
 use super::Scene;
 use crate::error::{Error, Result};
-use crate::placement::BalanceOptions;
+use crate::relaxation::BalanceOptions;
 use serde::{Deserialize, Serialize};
 
 /// The balance of pressure and gravity that comes after the polish.

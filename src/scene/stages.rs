@@ -1,7 +1,7 @@
 //! What a scene says of the stages, and of what is kept of them on the way.
 
 use crate::error::{Error, Result};
-use crate::placement::{AfcOptions, AlaricOptions, Bias, Weight, WvtOptions};
+use crate::relaxation::{AfcOptions, AlaricOptions, Bias, Weight, WvtOptions};
 use serde::{Deserialize, Serialize};
 use std::path::PathBuf;
 

@@ -2,7 +2,7 @@
 //! the points of a uniform periodic box.
 //!
 //! `glass` relaxes bisected and jittered points by the short-range repulsion of the weighted Voronoi tessellation
-//! ([`crate::placement`]), which evens out the summed density over a kernel's reach; on scales beyond, the bisection
+//! ([`crate::relaxation`]), which evens out the summed density over a kernel's reach; on scales beyond, the bisection
 //! is even from the start. `gravitational-glass` lets random points repel each other by the long-range force of
 //! gravity ([`super::gravity`]).
 //!
@@ -17,7 +17,7 @@ use crate::domain::{Axis, Domain, Region};
 use crate::error::Result;
 use crate::field::ScalarField;
 use crate::kernel::KernelName;
-use crate::placement::{Control, WvtOptions, relax};
+use crate::relaxation::{Control, WvtOptions, relax};
 use crate::target::{Positions, Resolution, Target, at};
 use std::sync::atomic::AtomicBool;
 

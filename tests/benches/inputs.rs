@@ -6,7 +6,7 @@
 
 mod support;
 
-use sph_prep::report::Report;
+use sph_prep::run::report::Report;
 use sph_prep::scene::Scene;
 use std::fmt::Write;
 use std::path::{Path, PathBuf};

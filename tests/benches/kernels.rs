@@ -6,7 +6,7 @@
 mod support;
 
 use sph_prep::kernel::KernelName;
-use sph_prep::report::Report;
+use sph_prep::run::report::Report;
 use sph_prep::scene::{Polish, Scene};
 use std::fmt::Write;
 use std::path::Path;

@@ -3,8 +3,8 @@
 //! `cargo bench --bench main_job [-- N...]` (by default 1e5 and 1e6). The peak is that of the process so far, so
 //! give one N for a figure of its own: `-- 1e7`.
 
-use sph_prep::pipeline;
-use sph_prep::placement::Control;
+use sph_prep::relaxation::Control;
+use sph_prep::run::pipeline;
 use sph_prep::scene::Scene;
 use std::sync::atomic::AtomicBool;
 

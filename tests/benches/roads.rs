@@ -6,9 +6,9 @@
 mod support;
 
 use sph_prep::compare::{Compared, MethodRun, Request, VARIATIONS, compare};
-use sph_prep::placement::StopReason;
-use sph_prep::plan::LeftOut;
-use sph_prep::report::Report;
+use sph_prep::relaxation::StopReason;
+use sph_prep::run::plan::LeftOut;
+use sph_prep::run::report::Report;
 use sph_prep::scene::{Polish, Scene};
 use sph_prep::seeding::METHODS;
 use std::fmt::Write;

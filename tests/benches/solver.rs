@@ -8,7 +8,7 @@ use sph_prep::field::ScalarField;
 use sph_prep::kernel::{KernelName, default_kernel_neighbors, support_over_spacing};
 use sph_prep::metrics::{DensityError, Measured, NoiseFigures};
 use sph_prep::neighbors::{Reach, Sources, Tree};
-use sph_prep::placement::{Control, SolverOptions, WvtOptions, relax, solve_density, time_evaluation};
+use sph_prep::relaxation::{Control, SolverOptions, WvtOptions, relax, solve_density, time_evaluation};
 use sph_prep::seeding::{Seeding, seed};
 use sph_prep::smoothing::density;
 use sph_prep::target::{Positions, Resolution, Target};

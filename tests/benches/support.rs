@@ -1,8 +1,8 @@
 //! What the benches that make pages share.
 
-use sph_prep::pipeline;
-use sph_prep::placement::Control;
-use sph_prep::report::Report;
+use sph_prep::relaxation::Control;
+use sph_prep::run::pipeline;
+use sph_prep::run::report::Report;
 use sph_prep::scene::Scene;
 use std::path::Path;
 use std::sync::atomic::AtomicBool;

@@ -7,9 +7,9 @@ use sph_formats::{
 };
 use sph_prep::compare::Compared;
 use sph_prep::metrics::ErrorFigures;
-use sph_prep::pipeline;
-use sph_prep::placement::Control;
-use sph_prep::report::Report;
+use sph_prep::relaxation::Control;
+use sph_prep::run::pipeline;
+use sph_prep::run::report::Report;
 use sph_prep::scene::Scene;
 use std::collections::HashMap;
 use std::panic::{AssertUnwindSafe, catch_unwind};

@@ -7,7 +7,7 @@ use sph_prep::field::ScalarField;
 use sph_prep::kernel::{Kernel, KernelName, WendlandC4, default_kernel_neighbors, evaluate, support_over_spacing};
 use sph_prep::metrics::{DensityError, Measured};
 use sph_prep::neighbors::lanes::Real;
-use sph_prep::placement::{
+use sph_prep::relaxation::{
     AlaricOptions, Control, Drift, SolverOptions, WvtOptions, alaric, conservation, relax, solve_density,
 };
 use sph_prep::seeding::{Seeding, seed};

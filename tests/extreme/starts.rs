@@ -6,7 +6,7 @@ use sph_prep::domain::{Axis, Domain, Region, Wall};
 use sph_prep::field::ScalarField;
 use sph_prep::kernel::{KernelName, default_kernel_neighbors, support_over_spacing};
 use sph_prep::metrics::Measured;
-use sph_prep::placement::{
+use sph_prep::relaxation::{
     AlaricOptions, Control, PAIRED, SolverOptions, StopReason, WvtOptions, alaric, part_pairs, relax, solve_density,
 };
 use sph_prep::target::{Positions, Resolution, Target, at};

@@ -5,7 +5,7 @@ use sph_prep::field::ScalarField;
 use sph_prep::kernel::{CubicSpline, Kernel, KernelName, evaluate, support_over_spacing};
 use sph_prep::metrics::{BondOrder, DensityError, Measured, NoiseFigures};
 use sph_prep::neighbors::brute_force;
-use sph_prep::placement::{AlaricOptions, Control, SolverOptions, WvtOptions, alaric, relax, solve_density};
+use sph_prep::relaxation::{AlaricOptions, Control, SolverOptions, WvtOptions, alaric, relax, solve_density};
 use sph_prep::seeding::{Seeding, is_radial, seed};
 use sph_prep::target::{Positions, Resolution, Target, at};
 use std::f64::consts::PI;

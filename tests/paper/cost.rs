@@ -4,7 +4,7 @@ use crate::results::Table;
 use crate::{Density, control, target};
 use sph_prep::domain::{Axis, Domain, Region};
 use sph_prep::kernel::KernelName;
-use sph_prep::placement::{AlaricOptions, WvtOptions, alaric, relax};
+use sph_prep::relaxation::{AlaricOptions, WvtOptions, alaric, relax};
 use sph_prep::seeding::{Seeding, seed};
 
 /// Only viscosity has a pass over pairs of its own; friction and stops are free.

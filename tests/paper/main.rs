@@ -9,7 +9,7 @@ mod table1;
 
 use sph_prep::domain::{Axis, Domain, Region};
 use sph_prep::field::ScalarField;
-use sph_prep::placement::Control;
+use sph_prep::relaxation::Control;
 use sph_prep::target::{Positions, Resolution, Target};
 use std::sync::atomic::AtomicBool;
 

@@ -1,9 +1,9 @@
 //! A scene's input as relaxation sees it: in units of its own size and mass, with the thin atmosphere cut.
 
-use crate::atmosphere;
 use crate::error::{Error, Result};
 use crate::field::{MassEstimate, ScalarField, Source, total_mass};
-use crate::ingest::{self, RawInput};
+use crate::input::atmosphere;
+use crate::input::ingest::{self, RawInput};
 use crate::scene::{Atmosphere, Scene};
 use crate::target::{Resolution, Target};
 use sph_formats::FormatSpec;

@@ -1,7 +1,7 @@
 //! What a scene needs, and what it does without, with the reasons: nothing is run that a scene has no use for.
 
 use crate::domain::{Axis, Domain, Region, Wall};
-use crate::placement::{SolverOptions, WvtOptions};
+use crate::relaxation::{SolverOptions, WvtOptions};
 use crate::scene::{Atmosphere, Polish, Scene};
 use crate::seeding::{Seeding, is_radial, jump_share};
 use crate::target::Target;

@@ -1,8 +1,8 @@
 //! The run report: one value, printed for people or as JSON.
 
 use crate::metrics::{BalanceFigures, DensityError, ErrorFigures, NeighborFigures, NoiseFigures};
-use crate::placement::{StageReport, StopReason};
-use crate::plan::Plan;
+use crate::relaxation::{StageReport, StopReason};
+use crate::run::plan::Plan;
 use serde::Serialize;
 use std::fmt::Write;
 

@@ -1,15 +1,15 @@
 //! The planned stages in order: seed, WVT, polish.
 
-use crate::checkpoint::{Checkpoints, Snapshot, StageSnapshot};
 use crate::error::{Error, Result};
 use crate::kernel::{KernelName, makes_pairs, most_neighbors_without_pairs, own_count};
-use crate::placement::{
+use crate::relaxation::{
     AfcOptions, AfcSnapshot, AlaricOptions, BalanceOptions, Balanced, Control, PAIRED, SolverOptions, SolverSnapshot,
     SplittingSnapshot, StageReport, Start, StopReason, TrimOptions, WvtOptions, WvtSnapshot, alaric_by_splitting_kept,
     away_from_closest_kept, balance_pressure, coarse_count, part_pairs, relax_kept, solve_density_kept, trim_masses,
 };
-use crate::plan::Plan;
-use crate::report::Timing;
+use crate::run::checkpoint::{Checkpoints, Snapshot, StageSnapshot};
+use crate::run::plan::Plan;
+use crate::run::report::Timing;
 use crate::scene::{OnInterrupt, Polish, Scene};
 use crate::seeding::{self, Seeded};
 use crate::target::{Equilibrium, Positions, Target};

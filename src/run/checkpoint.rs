@@ -5,8 +5,8 @@
 //! It is replaced as a whole, so that whenever the run ends there is the last one or none.
 
 use crate::error::{Error, Result};
-use crate::placement::{AfcSnapshot, SolverSnapshot, SplittingSnapshot, StageReport, WvtSnapshot, coarse_count};
-use crate::plan::Plan;
+use crate::relaxation::{AfcSnapshot, SolverSnapshot, SplittingSnapshot, StageReport, WvtSnapshot, coarse_count};
+use crate::run::plan::Plan;
 use crate::scene::{CheckpointInput, Polish, Scene};
 use crate::target::{Positions, Target};
 use serde::{Deserialize, Serialize};

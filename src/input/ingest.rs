@@ -6,10 +6,10 @@ use crate::field::{
     AnalyticField, FieldOptions, Interpolation, MassEstimate, Missing, Period, ScalarField, Source, from_raw,
     natural_dimension,
 };
+use crate::input::particles::Snapshot;
 use crate::scene::{
     BoundaryName, CylinderInput, DomainInput, InterpolationName, MissingValues, ResolutionInput, Scene,
 };
-use crate::snapshot::Snapshot;
 use sph_formats::{FieldRequest, FileContent, FormatSpec, Geometry, RawField, Unit, UnitDimension};
 use std::path::Path;
 

@@ -3,7 +3,7 @@
 use crate::domain::Domain;
 use crate::error::{Error, Result};
 use crate::field::{CarriedField, RadialSource};
-use crate::ingest::center;
+use crate::input::ingest::center;
 use crate::scene::{MaterialLayer, Motion, Thermal};
 use crate::target::{Positions, at};
 use rayon::prelude::*;

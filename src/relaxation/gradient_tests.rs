@@ -9,7 +9,7 @@ use super::solver::{Solver, SolverOptions};
 use crate::domain::{Axis, Domain, Region, Wall};
 use crate::field::ScalarField;
 use crate::kernel::KernelName;
-use crate::placement::Control;
+use crate::relaxation::Control;
 use crate::seeding::{Seeding, seed};
 use crate::target::{Resolution, Target};
 use std::sync::atomic::AtomicBool;

@@ -4,13 +4,13 @@
 //! In d dimensions the unit of pressure is G M^2 / L^(2(d-1)) and that of specific energy G M / L^(d-2), where
 //! in 2-D and 1-D masses are per length and per area (cylinders and sheets).
 
-use crate::carry::standard_name;
 use crate::domain::{Domain, distance};
 use crate::error::{Error, Result};
 use crate::field::quadrature::integrate;
 use crate::field::{CarriedField, RadialSource, ScalarField};
-use crate::ingest::InputUnits;
-use crate::prepared::Prepared;
+use crate::input::ingest::InputUnits;
+use crate::input::internal_units::Prepared;
+use crate::output::columns::standard_name;
 use crate::scene::{BalanceInput, EquationOfState, GravityName, Scene};
 use crate::target::Equilibrium;
 use sph_formats::common::particle_names as names;

@@ -1,18 +1,18 @@
 //! The plan in order: input -> source -> target -> seed -> relaxation -> carried fields -> measures -> file.
 //! The only place where the run-time dimension and kernel become types, and where formats meet placement.
 
-use crate::carry::{self, EnergySource};
 use crate::domain::{Axis, Domain, Region};
 use crate::error::{Error, Result};
-use crate::hydrostatics::Hydrostatics;
-use crate::ingest::{self, InputUnits, RawInput, center};
+use crate::input::hydrostatics::Hydrostatics;
+use crate::input::ingest::{self, InputUnits, RawInput, center};
+use crate::input::internal_units::Prepared;
 use crate::metrics::{DensityError, Outcome, Thermodynamics};
-use crate::placement::{Control, StopReason};
-use crate::plan::Plan;
-use crate::prepared::Prepared;
+use crate::output::columns::{self, EnergySource};
 use crate::reduce;
-use crate::relaxation::{self, Relaxed};
-use crate::report::{MassReport, Report, Timing};
+use crate::relaxation::{Control, StopReason};
+use crate::run::plan::Plan;
+use crate::run::report::{MassReport, Report, Timing};
+use crate::run::stages::{self, Relaxed};
 use crate::scene::{CheckpointInput, DEFAULT_PARTICLES, Scene};
 use crate::target::{Positions, Target};
 use rayon::prelude::*;
@@ -123,15 +123,15 @@ impl Run<'_> {
         let kernel = self.scene.kernel;
         let neighbors = self.scene.kernel_neighbors(D);
         let thermodynamics = Hydrostatics::new(self.scene, scaled, self.units)?;
-        let mut relaxed = relaxation::place(self.scene, &mut plan, target, neighbors, self.control)?;
+        let mut relaxed = stages::place(self.scene, &mut plan, target, neighbors, self.control)?;
         let balanced = match &thermodynamics {
             Some(h) if plan.balance > 0 => {
                 self.notes.push(format!("balanced {}", h.describe()));
-                Some(relaxation::balance((self.scene, &plan), target, h, neighbors, &mut relaxed, self.control)?)
+                Some(stages::balance((self.scene, &plan), target, h, neighbors, &mut relaxed, self.control)?)
             }
             _ => None,
         };
-        let masses = relaxation::masses(self.scene, &mut plan, target, &mut relaxed, neighbors, self.control)?;
+        let masses = stages::masses(self.scene, &mut plan, target, &mut relaxed, neighbors, self.control)?;
         let Relaxed { positions, stages, timing, notes, stop } = relaxed;
         self.timing.extend(timing);
         self.notes.extend(notes);
@@ -279,10 +279,10 @@ impl Run<'_> {
             ));
         }
         let mut carried: Vec<Column> =
-            scaled.source.carried.iter().map(|f| carry::column(f.as_ref(), raw.positions, &units)).collect();
+            scaled.source.carried.iter().map(|f| columns::column(f.as_ref(), raw.positions, &units)).collect();
         let physical: Positions<D> =
             std::array::from_fn(|k| raw.positions[k].par_iter().map(|x| x * factors.length).collect());
-        let moved = carry::velocities(
+        let moved = columns::velocities(
             &mut carried,
             &physical,
             &scaled_domain(domain, factors.length),
@@ -293,7 +293,7 @@ impl Run<'_> {
             let radial = radial_in(scaled, factors.length);
             let middle = radial.map_or_else(|| center(&scaled_domain(domain, factors.length)), |r| r.center);
             carried.retain(|c| c.name != names::MATERIAL_IDS);
-            carried.push(carry::materials(&physical, &middle, &self.scene.material));
+            carried.push(columns::materials(&physical, &middle, &self.scene.material));
         }
         drop(physical);
         let target_density: Vec<f64> = raw.wanted.iter().map(|r| r * factors.density).collect();
@@ -302,7 +302,7 @@ impl Run<'_> {
         let balanced =
             raw.balanced.map(|(u, unit)| u.into_par_iter().map(|u| u * unit * energy_unit).collect::<Vec<f64>>());
         let thermal = &self.scene.thermal;
-        match carry::internal_energy(&mut carried, &target_density, thermal, balanced, requires_energy)? {
+        match columns::internal_energy(&mut carried, &target_density, thermal, balanced, requires_energy)? {
             EnergySource::Placeholder => self.notes.push(
                 "nothing thermal came in, but the format needs InternalEnergy: it is set to 1 everywhere; set thermal.internal_energy".into(),
             ),

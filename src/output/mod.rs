@@ -1,0 +1,3 @@
+//! From placed particles to the file that holds them.
+
+pub mod columns;
