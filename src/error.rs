@@ -1,5 +1,6 @@
 //! Errors of everything between the formats and the command line.
 
+use sph::domain::DomainError;
 use sph_formats::FormatError;
 use std::path::PathBuf;
 
@@ -30,6 +31,13 @@ pub enum Error {
     /// A file that is no checkpoint of this run.
     #[error("checkpoint '{}': {problem}", path.display())]
     Checkpoint { path: PathBuf, problem: String },
+}
+
+impl From<DomainError> for Error {
+    fn from(error: DomainError) -> Self {
+        let key = if matches!(error, DomainError::Cylinder { .. }) { "domain.cylinder" } else { "domain" };
+        Self::scene(key, error.to_string())
+    }
 }
 
 impl Error {

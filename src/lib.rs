@@ -5,24 +5,20 @@
 
 pub mod cli;
 pub mod compare;
-pub mod domain;
 pub mod error;
 pub mod field;
 pub mod input;
-pub mod kernel;
 pub mod metrics;
-pub mod neighbors;
 pub mod output;
-pub mod reduce;
+mod random;
 pub mod relaxation;
-pub mod rng;
 pub mod run;
 pub mod scene;
 pub mod seeding;
-pub mod smoothing;
 pub mod target;
 
 pub use error::{Error, Result};
+pub use sph;
 
 /// The README's example, compiled.
 #[cfg(doctest)]

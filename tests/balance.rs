@@ -1,11 +1,11 @@
 //! The balance of pressure and gravity: figures against direct sums, and what the stage does to bodies at rest.
 
 use rayon::prelude::*;
-use sph_prep::domain::{Axis, Domain, Region};
-use sph_prep::kernel::{KernelName, default_kernel_neighbors, support_over_spacing};
+use sph::domain::{Axis, Domain, Region};
+use sph::kernel::{KernelName, default_kernel_neighbors, support_over_spacing};
+use sph::random::keyed;
 use sph_prep::metrics::{BalanceFigures, Measured, Thermodynamics};
 use sph_prep::relaxation::Control;
-use sph_prep::rng::{Purpose, keyed};
 use sph_prep::run::report::Report;
 use sph_prep::scene::Scene;
 use sph_prep::target::{Equilibrium, Positions};
@@ -88,7 +88,7 @@ fn check_figures<const D: usize>() {
     let domain = Domain::new([0.0; D], [1.0; D], [Axis::OPEN; D], Region::Box).unwrap();
     let mut positions: Positions<D> = std::array::from_fn(|_| Vec::new());
     for i in 0..n {
-        let mut rng = keyed(5, Purpose::Measure, i);
+        let mut rng = keyed(5, 3, i);
         positions.iter_mut().for_each(|x| x.push(rand::RngExt::random::<f64>(&mut rng)));
         // In layers, so that no pair is so close that single precision tells its direction badly.
         positions[0][i as usize] = (i as f64 + 0.8 * positions[0][i as usize]) / n as f64;

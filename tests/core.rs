@@ -3,14 +3,14 @@
 
 use rand::{RngExt, SeedableRng};
 use rand_xoshiro::Xoshiro256PlusPlus;
-use sph_prep::domain::{Axis, Domain, Region, Wall};
+use sph::domain::{Axis, Domain, Region, Wall};
+use sph::kernel::{Kernel, KernelName, WendlandC4, evaluate};
+use sph::neighbors::{Reach, Sources, Tree, brute_force};
+use sph::sums::{Actors, density, scatter_gradient, solve_support_radii};
 use sph_prep::field::ScalarField;
-use sph_prep::kernel::{Kernel, KernelName, WendlandC4, evaluate};
 use sph_prep::metrics::{DensityError, Measured, NoiseFigures};
-use sph_prep::neighbors::{Reach, Sources, Tree, brute_force};
 use sph_prep::relaxation::{Control, WvtOptions, relax};
 use sph_prep::seeding::{Seeding, seed};
-use sph_prep::smoothing::{Actors, density, scatter_gradient, solve_support_radii};
 use sph_prep::target::{Positions, Resolution, Target, at};
 use std::sync::atomic::AtomicBool;
 

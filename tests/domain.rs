@@ -1,7 +1,7 @@
 //! Wrapping, confining and mirroring of positions, for arbitrary domains and points.
 
 use proptest::prelude::*;
-use sph_prep::domain::{Axis, Domain, Region, Wall};
+use sph::domain::{Axis, Domain, Region, Wall};
 
 fn axis() -> impl Strategy<Value = Axis> {
     let wall = prop_oneof![Just(Wall::Reflecting), Just(Wall::Open)];

@@ -1,8 +1,8 @@
 //! Every seeding method: exactly N positions, inside, apart from each other, of the density asked for.
 
-use sph_prep::domain::{Axis, Domain, Hull, Region, Wall};
+use sph::domain::{Axis, Domain, Hull, Region, Wall};
+use sph::kernel::{KernelName, support_over_spacing};
 use sph_prep::field::ScalarField;
-use sph_prep::kernel::{KernelName, support_over_spacing};
 use sph_prep::metrics::{DensityError, Measured, NoiseFigures};
 use sph_prep::seeding::{METHODS, Method, Seeding, Targets, seed};
 use sph_prep::target::{Positions, Resolution, Target, at};

@@ -2,9 +2,9 @@
 //! promises beyond that.
 
 use kiddo::{ImmutableKdTree, SquaredEuclidean};
-use sph_prep::domain::{Axis, Domain, Region, Wall};
+use sph::domain::{Axis, Domain, Region, Wall};
+use sph::kernel::{KernelName, default_kernel_neighbors, support_over_spacing};
 use sph_prep::field::ScalarField;
-use sph_prep::kernel::{KernelName, default_kernel_neighbors, support_over_spacing};
 use sph_prep::metrics::{DensityError, Measured, NoiseFigures};
 use sph_prep::relaxation::{
     AlaricOptions, Bias, Control, SolverOptions, TrimOptions, WvtOptions, alaric, relax, solve_density, trim_masses,

@@ -4,7 +4,7 @@
 use super::args::ConvertArgs;
 use crate::error::{Error, Result};
 use crate::input::particles::Snapshot;
-use crate::kernel::{default_kernel_neighbors, support_over_spacing};
+use sph::kernel::{default_kernel_neighbors, support_over_spacing};
 use sph_formats::common::particle_names as names;
 use sph_formats::{
     Column, FieldRequest, FileContent, FormatSpec, ParticleFile, UnitDimension, UnitSystem, Values, WriteOptions,

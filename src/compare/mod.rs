@@ -12,7 +12,6 @@ mod table;
 pub use methods::{Compared, DEFAULT, VARIATIONS, Variation};
 pub use table::{CSV_COLUMNS, csv};
 
-use crate::domain::Region;
 use crate::error::{Error, Result};
 use crate::input::ingest;
 use crate::input::internal_units::Prepared;
@@ -23,6 +22,7 @@ use crate::run::stages::{self, Relaxed};
 use crate::scene::Scene;
 use crate::target::{Positions, Target, at};
 use serde::Serialize;
+use sph::domain::Region;
 use sph_formats::{FormatError, FormatSpec};
 use std::path::Path;
 use std::time::{Duration, Instant};
@@ -281,11 +281,7 @@ fn samples<const D: usize>(
     outcome: &Outcome,
 ) -> Vec<Sample> {
     let domain = target.domain;
-    let middle: [f64; D] = match &domain.region {
-        Region::Ball { center, .. } => *center,
-        _ => std::array::from_fn(|k| 0.5 * (domain.lo[k] + domain.hi[k])),
-    };
-    let center = prepared.source.radial.as_ref().map_or(middle, |r| r.center);
+    let center = prepared.source.radial.as_ref().map_or_else(|| domain.center(), |r| r.center);
     let density = prepared.mass.value / prepared.length.powi(D as i32);
     (0..outcome.density.len())
         .map(|i| {

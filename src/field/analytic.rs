@@ -2,8 +2,8 @@
 
 use super::check::point_text;
 use super::{CarriedField, CarriedInfo, Expression, ScalarField};
-use crate::domain::Domain;
 use crate::error::{Error, Result};
+use sph::domain::Domain;
 
 /// Points at which an expression is tried before it is used.
 const PROBES: usize = 4096;
@@ -142,7 +142,7 @@ fn radical_inverse(mut i: usize, base: usize) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::domain::Wall;
+    use sph::domain::Wall;
 
     fn check(text: &str) -> Result<()> {
         AnalyticField::<3>::new("density", text, [0.0; 3])?.check(&Domain::ball([0.0; 3], 1.0, Wall::Open)?)

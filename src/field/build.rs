@@ -10,8 +10,8 @@ use super::mass::check_mass;
 use super::mesh::{Mesh, MeshSampler};
 use super::sampled::{SampledCarried, SampledDensity, Sampler};
 use super::{CarriedField, CarriedInfo, FieldOptions, Missing, ScalarField, Source};
-use crate::domain::{Axis, Domain, Region, Wall};
 use crate::error::{Error, Result};
+use sph::domain::{Axis, Domain, Region, Wall};
 use sph_formats::{Cells, Coordinates, Geometry, Location, RawField, Variable};
 use std::sync::Arc;
 

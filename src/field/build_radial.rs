@@ -9,8 +9,8 @@ use super::curve::Curve;
 use super::mass::check_mass;
 use super::radial::{Direction, RadialCarried, RadialDensity, volume_midpoints};
 use super::{CarriedField, CarriedInfo, RadialProfile, RadialSource, Source};
-use crate::domain::{Domain, Wall};
 use crate::error::{Error, Result};
+use sph::domain::{Domain, Wall};
 use sph_formats::{Location, UnitDimension, Variable};
 use std::sync::Arc;
 

@@ -8,10 +8,10 @@
 //! or a glass no place is.
 
 use super::sampled::{Outside, Sampler};
-use crate::domain::{Axis, Domain, Region};
 use crate::error::{Error, Result};
 use kiddo::{ImmutableKdTree, SquaredEuclidean};
 use rayon::prelude::*;
+use sph::domain::{Axis, Domain, Region};
 use sph_formats::Values;
 use std::num::NonZeroUsize;
 

@@ -18,9 +18,9 @@
 //! functions of two arguments at most and gives errors without a place. So the text is parsed here and handed
 //! over with every operand in parentheses.
 
-use crate::domain::distance;
 use crate::error::{Error, Result};
 use exmex::{BinOp, Express, FlatEx, MakeOperators, MatchLiteral, Operator};
+use sph::geometry::distance;
 
 /// Nesting beyond this is refused, not recursed into.
 const MAX_DEPTH: usize = 64;

@@ -7,8 +7,8 @@
 use super::MassEstimate;
 use super::grid::Grid;
 use super::sampled::{Outside, Sampler};
-use crate::domain::{Domain, Region, Wall};
 use crate::error::{Error, Result};
+use sph::domain::{Domain, Region, Wall};
 use sph_formats::Values;
 
 /// A gap in longitude of more than this is a regional grid, not a shell.

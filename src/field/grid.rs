@@ -8,8 +8,8 @@ use super::grid_axis::{AxisTable, AxisWeights};
 use super::quadrature::{Sum, rule};
 use super::sampled::{Outside, Sampler};
 use super::{Interpolation, MassEstimate};
-use crate::domain::{Axis, Domain, Region};
 use rayon::prelude::*;
+use sph::domain::{Axis, Domain, Region};
 use sph_formats::Values;
 
 pub(crate) struct Grid<const D: usize> {
@@ -21,12 +21,12 @@ impl<const D: usize> Grid<D> {
     /// The box of all axes.
     pub(crate) fn domain(&self) -> crate::Result<Domain<D>> {
         let kinds = std::array::from_fn(|k| if self.axes[k].is_periodic() { Axis::Periodic } else { Axis::OPEN });
-        Domain::new(
+        Ok(Domain::new(
             std::array::from_fn(|k| self.axes[k].lo),
             std::array::from_fn(|k| self.axes[k].hi),
             kinds,
             Region::Box,
-        )
+        )?)
     }
 
     /// Combines the values around `x`, which lies within the axes.

@@ -7,8 +7,8 @@
 use super::bvh::{Aabb, Bvh};
 use super::mesh::Mesh;
 use super::shapes::CellKind;
-use crate::domain::Hull;
 use rayon::prelude::*;
+use sph::domain::Hull;
 use std::collections::HashMap;
 use std::sync::Arc;
 

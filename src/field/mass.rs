@@ -2,9 +2,9 @@
 
 use super::cubature::integrate_unit_box;
 use super::{MassEstimate, ScalarField};
-use crate::domain::{Domain, Region};
 use crate::error::{Error, Result};
-use crate::kernel::unit_ball_volume;
+use sph::domain::{Domain, Region};
+use sph::geometry::unit_ball_volume;
 use std::f64::consts::TAU;
 
 /// Evaluations after which an unfinished estimate is returned with the error that it has.
@@ -106,8 +106,8 @@ fn sphere_value<const D: usize>(field: &dyn ScalarField<D>, center: &[f64; D], r
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::domain::{Axis, Wall};
     use crate::field::AnalyticField;
+    use sph::domain::{Axis, Wall};
     use std::f64::consts::PI;
 
     fn mass<const D: usize>(text: &str, domain: &Domain<D>) -> MassEstimate {

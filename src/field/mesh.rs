@@ -11,9 +11,9 @@ use super::hull::Skin;
 use super::quadrature::Sum;
 use super::sampled::{Outside, Sampler};
 use super::shapes::{CellKind, Weights, is_skewed, jacobian, locate, locate_nearest, simplex_integrals};
-use crate::domain::{Domain, Region};
 use crate::error::{Error, Result};
 use rayon::prelude::*;
+use sph::domain::{Domain, Region};
 use sph_formats::{Cells, Location, Values};
 use std::sync::Arc;
 

@@ -48,7 +48,7 @@ pub use hull::MeshHull;
 pub use mass::total_mass;
 pub use profile::RadialProfile;
 
-use crate::domain::Domain;
+use sph::domain::Domain;
 use sph_formats::Unit;
 use std::sync::Arc;
 

@@ -12,7 +12,7 @@ use super::MassEstimate;
 use super::curve::{Curve, Shape, monotone_slopes};
 use super::intervals::Intervals;
 use super::quadrature::{Sum, binade, integrate};
-use crate::kernel::unit_ball_volume;
+use sph::geometry::unit_ball_volume;
 
 /// Radii up to this much beyond the surface count as the surface: they come from rounding.
 const SLACK: f64 = 1e-12;

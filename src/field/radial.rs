@@ -2,7 +2,8 @@
 
 use super::curve::Curve;
 use super::{CarriedField, CarriedInfo, MassEstimate, RadialProfile, ScalarField};
-use crate::domain::{Axis, Domain, Region, distance};
+use sph::domain::{Axis, Domain, Region};
+use sph::geometry::distance;
 use std::sync::Arc;
 
 pub(crate) struct RadialDensity<const D: usize> {

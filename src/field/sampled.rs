@@ -1,7 +1,7 @@
 //! Fields that are weighted sums of a file's numbers: grids, meshes and clouds share this shell.
 
 use super::{CarriedField, CarriedInfo, MassEstimate, ScalarField};
-use crate::domain::Domain;
+use sph::domain::Domain;
 use sph_formats::Values;
 use std::sync::Arc;
 

@@ -1,7 +1,7 @@
 //! The outer layer of a star that particles cannot resolve.
 
-use crate::domain::{Region, Wall};
 use crate::field::{MassEstimate, Source};
+use sph::domain::{Region, Wall};
 
 /// What is done about an atmosphere.
 pub struct Atmosphere {
@@ -46,7 +46,7 @@ pub fn cut<const D: usize>(source: &mut Source<D>, count: usize, keep: bool) -> 
         return None;
     }
     let kept = profile.enclosed_mass(edge);
-    let volume = |r: f64| crate::kernel::unit_ball_volume(D) * r.powi(D as i32);
+    let volume = |r: f64| sph::geometry::unit_ball_volume(D) * r.powi(D as i32);
     let mean = (total - kept) / (volume(radius) - volume(edge));
     if !(mean < THIN * profile.density(edge)) {
         return None;
@@ -55,7 +55,7 @@ pub fn cut<const D: usize>(source: &mut Source<D>, count: usize, keep: bool) -> 
     if keep {
         return Some(Atmosphere { note: None, largest_spacing });
     }
-    let domain = crate::domain::Domain::ball(center, edge, Wall::Open).ok()?;
+    let domain = sph::domain::Domain::ball(center, edge, Wall::Open).ok()?;
     let error = source.mass.map_or(0.0, |m| m.error);
     source.domain = domain;
     source.mass = Some(MassEstimate { value: kept, error });

@@ -4,7 +4,6 @@
 //! In d dimensions the unit of pressure is G M^2 / L^(2(d-1)) and that of specific energy G M / L^(d-2), where
 //! in 2-D and 1-D masses are per length and per area (cylinders and sheets).
 
-use crate::domain::{Domain, distance};
 use crate::error::{Error, Result};
 use crate::field::quadrature::integrate;
 use crate::field::{CarriedField, RadialSource, ScalarField};
@@ -13,6 +12,8 @@ use crate::input::internal_units::Prepared;
 use crate::output::columns::standard_name;
 use crate::scene::{BalanceInput, EquationOfState, GravityName, Scene};
 use crate::target::Equilibrium;
+use sph::domain::Domain;
+use sph::geometry::distance;
 use sph_formats::common::particle_names as names;
 use sph_formats::{Unit, UnitDimension};
 
@@ -311,7 +312,7 @@ mod tests {
 
     /// Central pressure of a uniform body with M = 1, R = 1 under its own gravity.
     fn central_pressure<const D: usize>() -> f64 {
-        let density = 1.0 / crate::kernel::unit_ball_volume(D);
+        let density = 1.0 / sph::geometry::unit_ball_volume(D);
         let profile = Arc::new(RadialProfile::from_nodes(D, &[0.0, 0.3, 1.0], &[density; 3]));
         let radial = RadialSource { profile, center: [0.0; D] };
         let body = AtRest::new(&radial);

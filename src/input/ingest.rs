@@ -1,6 +1,5 @@
 //! From the scene's input to a source in the input's own units, with what is known of those units.
 
-use crate::domain::{Axis, Domain, Region, Wall};
 use crate::error::{Error, Result};
 use crate::field::{
     AnalyticField, FieldOptions, Interpolation, MassEstimate, Missing, Period, ScalarField, Source, from_raw,
@@ -10,6 +9,7 @@ use crate::input::particles::Snapshot;
 use crate::scene::{
     BoundaryName, CylinderInput, DomainInput, InterpolationName, MissingValues, ResolutionInput, Scene,
 };
+use sph::domain::{Axis, Domain, Region, Wall};
 use sph_formats::{FieldRequest, FileContent, FormatSpec, Geometry, RawField, Unit, UnitDimension};
 use std::path::Path;
 
@@ -177,7 +177,7 @@ pub fn source<const D: usize>(scene: &Scene, raw: RawInput) -> Result<Source<D>>
                     "is missing: an expression needs a `box`, a `ball` or a `cylinder` to be evaluated in",
                 )
             })?;
-            let density = AnalyticField::<D>::new("input.expression", &text, center(&domain))?;
+            let density = AnalyticField::<D>::new("input.expression", &text, domain.center())?;
             density.check(&domain)?;
             Source {
                 density: Box::new(density),
@@ -226,14 +226,6 @@ fn field_options<const D: usize>(scene: &Scene, walls: &[Option<BoundaryName>; D
     })
 }
 
-/// Middle of the domain's box.
-pub fn center<const D: usize>(domain: &Domain<D>) -> [f64; D] {
-    match &domain.region {
-        Region::Ball { center, .. } => *center,
-        _ => std::array::from_fn(|k| 0.5 * (domain.lo[k] + domain.hi[k])),
-    }
-}
-
 /// Boundary of each axis as the scene says; `None` where it does not.
 fn boundaries<const D: usize>(input: &DomainInput) -> Result<[Option<BoundaryName>; D]> {
     match input.boundary.as_slice() {
@@ -263,7 +255,7 @@ fn scene_domain<const D: usize>(input: &DomainInput, walls: &[Option<BoundaryNam
                 Error::scene("domain.box", format!("has a corner of {} coordinates, expected {D}", v.len()))
             })
         };
-        return Domain::new(corner(lo)?, corner(hi)?, walls.map(axis), Region::Box).map(Some);
+        return Ok(Some(Domain::new(corner(lo)?, corner(hi)?, walls.map(axis), Region::Box)?));
     }
     if let Some(cylinder) = &input.cylinder {
         return scene_cylinder(cylinder, walls).map(Some);
@@ -313,7 +305,7 @@ fn scene_cylinder<const D: usize>(input: &CylinderInput, walls: &[Option<Boundar
     let ends = axis(walls.get(along).copied().flatten());
     let wall = surface(around.first().copied().flatten());
     let center = scene_center("domain.cylinder.center", &input.center)?;
-    Domain::cylinder(center, along, [input.inner_radius, input.radius], input.length, (wall, ends))
+    Ok(Domain::cylinder(center, along, [input.inner_radius, input.radius], input.length, (wall, ends))?)
 }
 
 /// Boundary names on the input's own domain.
@@ -351,7 +343,7 @@ pub fn resolution<const D: usize>(
     };
     let (field, is_spacing): (Box<dyn ScalarField<D>>, bool) = match (wanted.expression(), wanted.variable()) {
         (Some(text), _) => {
-            let field = AnalyticField::<D>::new("resolution", text, center(domain))?;
+            let field = AnalyticField::<D>::new("resolution", text, domain.center())?;
             field.check(domain)?;
             (Box::new(field), wanted.spacing.is_some())
         }

@@ -7,10 +7,10 @@
 //!
 //! What belongs to a particle and not to its place does not ride along: masses, smoothing lengths, numbers and materials.
 
-use crate::domain::{Axis, Domain, Region};
 use crate::error::{Error, Result};
-use crate::kernel::{KernelName, default_kernel_neighbors, support_over_spacing};
 use crate::metrics::Measured;
+use sph::domain::{Axis, Domain, Region};
+use sph::kernel::{KernelName, default_kernel_neighbors, support_over_spacing};
 use sph_formats::{
     Geometry, Location, ParticleFile, ParticleTable, RawField, Unit, UnitDimension, Values, Variable,
     common::particle_names,
@@ -131,7 +131,7 @@ impl Snapshot {
             let problem = format!("run from {} to {} on axis {k}, which spans no volume", lo[k], hi[k]);
             return Err(Error::field("Coordinates", problem));
         }
-        Domain::new(lo, hi, axes, Region::Box)
+        Ok(Domain::new(lo, hi, axes, Region::Box)?)
     }
 
     /// Mass densities by summation over the neighbors.

@@ -4,12 +4,12 @@
 //! pressure (gamma - 1) rho u that a code makes of the energies in the file and its own summed density.
 
 use super::Measured;
-use crate::domain::Domain;
-use crate::kernel::KernelName;
-use crate::reduce;
 use crate::target::{Equilibrium, Positions, at};
 use rayon::prelude::*;
 use serde::Serialize;
+use sph::domain::Domain;
+use sph::kernel::KernelName;
+use sph::reduce;
 
 /// |a + g| / |g| of the pressure's acceleration a and gravity g.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]

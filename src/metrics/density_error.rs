@@ -1,8 +1,8 @@
 //! Deviation of the summed density from the target.
 
 use super::Measured;
-use crate::reduce;
 use serde::Serialize;
+use sph::reduce;
 
 /// Figures over one set of particles.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]

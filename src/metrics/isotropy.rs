@@ -8,11 +8,11 @@
 //! center: this tells preferred directions in space, not local order.
 
 use super::Measured;
-use crate::domain::Domain;
-use crate::neighbors::{Batch, LeafPass, Reach, Sources, for_each_target};
-use crate::reduce;
 use pulp::Simd;
 use serde::Serialize;
+use sph::domain::Domain;
+use sph::neighbors::{Batch, LeafPass, Reach, Sources, for_each_target};
+use sph::reduce;
 
 /// Bond-orientational order of all particles together.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
@@ -135,11 +135,11 @@ impl BondOrder {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::domain::{Axis, Region};
-    use crate::kernel::{KernelName, default_kernel_neighbors};
-    use crate::rng::{Purpose, keyed};
+    use crate::random::{Purpose, keyed};
     use crate::target::Positions;
     use rand::RngExt;
+    use sph::domain::{Axis, Region};
+    use sph::kernel::{KernelName, default_kernel_neighbors};
 
     fn order<const D: usize>(extent: [f64; D], x: &Positions<D>) -> BondOrder {
         let domain = Domain::new([0.0; D], extent, [Axis::Periodic; D], Region::Box).unwrap();

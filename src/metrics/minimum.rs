@@ -3,7 +3,7 @@
 //! density at the center.
 
 use crate::field::quadrature::integrate;
-use crate::kernel::unit_ball_volume;
+use sph::geometry::unit_ball_volume;
 
 /// Points of the Gauss rule per panel, and panels.
 const ORDER: usize = 8;

@@ -18,13 +18,12 @@ pub use neighbors::NeighborFigures;
 pub use noise::{NoiseFigures, poisson_force};
 pub use outcome::Outcome;
 
-use crate::domain::{Domain, Wall};
-use crate::kernel::KernelName;
-use crate::neighbors::{Reach, Sources, Tree};
-use crate::relaxation::Ghosts;
-use crate::smoothing::{Actors, DensitySums, largest_support, scatter_gradient, solve_support_radii};
 use crate::target::{Positions, Target, at};
 use rayon::prelude::*;
+use sph::domain::{Domain, Wall};
+use sph::kernel::KernelName;
+use sph::neighbors::{GhostTree, Reach, Sources, Tree};
+use sph::sums::{Actors, DensitySums, largest_support, scatter_gradient, solve_support_radii};
 
 /// Sums of every particle at its own support radius, in the particles' order.
 pub struct Measured<const D: usize> {
@@ -34,7 +33,7 @@ pub struct Measured<const D: usize> {
     /// [`Self::leave_out_unresolved`], the target is resolved there.
     pub interior: Vec<bool>,
     tree: Tree<D>,
-    ghosts: Option<(Tree<D>, Ghosts<D>)>,
+    ghosts: Option<GhostTree<D>>,
 }
 
 impl<const D: usize> Measured<D> {
@@ -51,19 +50,16 @@ impl<const D: usize> Measured<D> {
         let n = masses.len();
         let tree = Tree::build(positions);
         let ghosts = match domain.region.wall() {
-            Some(Wall::Reflecting) => {
-                let ghosts = Ghosts::mirror(domain, positions, |i| 2.0 * guess[i]);
-                (!ghosts.positions.is_empty()).then(|| (Tree::build(&ghosts.soa()), ghosts))
-            }
+            Some(Wall::Reflecting) => GhostTree::mirror(domain, positions, |i| 2.0 * guess[i]),
             _ => None,
         };
         let largest = largest_support(domain, n, kernel_neighbors);
         let (guess, mass) = (tree.to_tree_order(guess), tree.to_tree_order(masses));
-        let ghost_mass = ghosts.as_ref().map(|(tree, g)| inherit(tree, g, masses, 1.0)).unwrap_or_default();
+        let ghost_mass = ghosts.as_ref().map(|g| g.inherit(masses, 1.0)).unwrap_or_default();
         let ghost_support = vec![0.0; ghost_mass.len()];
         let mut sources = vec![Sources::new(&tree, &guess, [mass.as_slice()], Reach::Target)];
-        if let Some((ghost_tree, _)) = &ghosts {
-            sources.push(Sources::new(ghost_tree, &ghost_support, [ghost_mass.as_slice()], Reach::Target));
+        if let Some(ghosts) = &ghosts {
+            sources.push(Sources::new(&ghosts.tree, &ghost_support, [ghost_mass.as_slice()], Reach::Target));
         }
         let solved = solve_support_radii::<D, 1, f32>(kernel, domain, &sources, kernel_neighbors, largest);
         drop(sources);
@@ -101,7 +97,7 @@ impl<const D: usize> Measured<D> {
         let ghost = self
             .ghosts
             .as_ref()
-            .map(|(tree, g)| (tree, inherit(tree, g, &self.support, 1.0 / D as f64), inherit(tree, g, &strength, 1.0)));
+            .map(|g| (&g.tree, g.inherit(&self.support, 1.0 / D as f64), g.inherit(&strength, 1.0)));
         let mut actors =
             vec![Actors { tree: &self.tree, support: &tree_support, strength: &tree_strength, silent: false }];
         if let Some((tree, support, strength)) = &ghost {
@@ -130,11 +126,4 @@ impl<const D: usize> Measured<D> {
     pub fn neighbors(&self, domain: &Domain<D>, kernel_neighbors: f64) -> NeighborFigures {
         neighbors::neighbor_figures(self, domain, kernel_neighbors)
     }
-}
-
-/// Values of the parents on the ghosts, times a power of the volume ratio, in the ghost tree's order.
-fn inherit<const D: usize>(tree: &Tree<D>, ghosts: &Ghosts<D>, values: &[f64], power: f64) -> Vec<f64> {
-    let own: Vec<f64> =
-        ghosts.parents.iter().zip(&ghosts.stretch).map(|(&p, s)| values[p as usize] * s.powf(power)).collect();
-    tree.to_tree_order(&own)
 }

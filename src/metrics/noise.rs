@@ -5,13 +5,13 @@
 //! kernel and neighbor number.
 
 use super::Measured;
-use crate::domain::{Axis, Domain, Region};
-use crate::kernel::{KernelName, support_over_spacing};
-use crate::reduce;
-use crate::rng::{Purpose, keyed};
+use crate::random::{Purpose, keyed};
 use crate::target::Positions;
 use rand::RngExt;
 use serde::Serialize;
+use sph::domain::{Axis, Domain, Region};
+use sph::kernel::{KernelName, support_over_spacing};
+use sph::reduce;
 
 /// Root mean square of the constant-pressure force as a fraction of that of a Poisson set.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]

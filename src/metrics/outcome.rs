@@ -1,9 +1,9 @@
 //! All measures of one arrangement of particles.
 
 use super::{BalanceFigures, DensityError, Measured, NeighborFigures, NoiseFigures, Thermodynamics};
-use crate::kernel::{KernelName, support_over_spacing};
 use crate::target::{Positions, Target};
 use rayon::prelude::*;
+use sph::kernel::{KernelName, support_over_spacing};
 
 /// Particle columns in internal units, and the figures over them.
 pub struct Outcome {

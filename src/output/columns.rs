@@ -1,12 +1,11 @@
 //! Particle columns beside positions and masses: what the input carries, set motion, internal energy.
 
-use crate::domain::Domain;
 use crate::error::{Error, Result};
 use crate::field::{CarriedField, RadialSource};
-use crate::input::ingest::center;
 use crate::scene::{MaterialLayer, Motion, Thermal};
 use crate::target::{Positions, at};
 use rayon::prelude::*;
+use sph::domain::Domain;
 use sph_formats::common::particle_names as names;
 use sph_formats::{Column, UnitDimension, UnitSystem, Values};
 
@@ -131,7 +130,7 @@ fn add_motion<const D: usize>(
     };
     let rotation = components::<3>("motion.rotation", &motion.rotation, about)?;
     let omega = if D == 3 { rotation } else { [0.0, 0.0, rotation[0]] };
-    let middle = center(domain);
+    let middle = domain.center();
     v.par_chunks_mut(D).enumerate().for_each(|(i, v)| {
         let x = at(positions, i);
         let d: [f64; 3] = std::array::from_fn(|k| if k < D { x[k] - middle[k] } else { 0.0 });

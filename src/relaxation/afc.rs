@@ -8,14 +8,13 @@
 use super::arrangement::{Arrangement, SORT_INTERVAL};
 use super::fit::{fit, interior};
 use super::snapshot::{Best, Check, Keep, Start, Trace, axes, forget};
-use super::{Control, Progress, StageReport, StopReason, relaxation_domain};
-use crate::kernel::{KernelName, support_over_spacing};
-use crate::neighbors::{Batch, LeafPass};
-use crate::reduce;
+use super::{Control, Progress, StageReport, StopReason};
 use crate::target::{Positions, Target, at};
-use pulp::Simd;
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
+use sph::kernel::{KernelName, support_over_spacing};
+use sph::reduce;
+use sph::sums::Away;
 
 /// Parameters of the stage.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -32,47 +31,7 @@ pub struct AfcOptions {
 impl AfcOptions {
     /// The defaults in `D` dimensions.
     pub fn new(d: usize) -> Self {
-        Self { kernel_neighbors: crate::kernel::default_kernel_neighbors(d), steps: 500, step: 0.1, tolerance: 0.0 }
-    }
-}
-
-/// Squared distance, in units of the leaf's reach, below which particles are at the same place.
-const COINCIDENT: f64 = 1e-24;
-
-/// Unit vector away from the closest neighbor; zero where there is none.
-#[derive(Debug, Clone, Copy)]
-pub(super) struct Away<const D: usize>(pub [f64; D]);
-
-impl<const D: usize> Default for Away<D> {
-    fn default() -> Self {
-        Self([0.0; D])
-    }
-}
-
-/// Channel 0: the wanted spacing.
-pub(super) struct ClosestPass;
-
-impl<const D: usize> LeafPass<D, 1, f64> for ClosestPass {
-    type Output = Away<D>;
-
-    #[inline(always)]
-    fn leaf<S: Simd>(&self, _: S, batch: &mut Batch<'_, D, 1, f64>, out: &mut [Away<D>]) {
-        for (i, out) in batch.targets().zip(out) {
-            let target = batch.target(i);
-            let own = batch.target_channel(0, i);
-            let (mut nearest, mut away) = (f64::INFINITY, [0.0; D]);
-            for j in 0..batch.len() {
-                let x = batch.position(j);
-                let d: [f64; D] = std::array::from_fn(|k| target[k] - x[k]);
-                let r2 = d.iter().map(|v| v * v).sum::<f64>();
-                let scaled = r2 / (own + batch.channel(0, j)).powi(2);
-                if r2 >= COINCIDENT && scaled < nearest {
-                    nearest = scaled;
-                    away = d.map(|v| v / r2.sqrt());
-                }
-            }
-            *out = Away(away);
-        }
+        Self { kernel_neighbors: sph::kernel::default_kernel_neighbors(d), steps: 500, step: 0.1, tolerance: 0.0 }
     }
 }
 
@@ -96,7 +55,7 @@ pub fn away_from_closest_kept<const D: usize>(
     control: &Control<'_>,
     keep: Keep<'_, AfcSnapshot<D>>,
 ) -> (Positions<D>, StageReport) {
-    let domain = relaxation_domain(target.domain);
+    let domain = target.domain.mirrored();
     let neighbors = options.kernel_neighbors;
     let (mut state, first, mut best, mut trace) = match start {
         Start::New(positions) => {
@@ -157,7 +116,7 @@ fn epsilon<const D: usize>(state: &Arrangement<'_, D, f32>, support: &[f64]) -> 
 fn displace<const D: usize>(state: &mut Arrangement<'_, D, f32>, support: &[f64], step: f64) -> f64 {
     let ratio = support_over_spacing(D, state.kernel_neighbors);
     let spacing: Vec<f64> = support.par_iter().map(|h| h / ratio).collect();
-    let away = state.visit(support, [&spacing], &ClosestPass);
+    let away = state.away_from_closest(support, &spacing);
     let (target, domain, positions) = (state.target, state.domain, &state.positions);
     let moved: Vec<([f64; D], f64)> = away
         .par_iter()

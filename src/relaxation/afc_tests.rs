@@ -2,11 +2,11 @@
 
 use super::afc::{AfcOptions, away_from_closest};
 use super::{Control, StopReason};
-use crate::domain::{Axis, Domain, Region, Wall};
 use crate::field::ScalarField;
-use crate::kernel::KernelName;
 use crate::seeding::{Seeding, seed};
 use crate::target::{Positions, Resolution, Target, at};
+use sph::domain::{Axis, Domain, Region, Wall};
+use sph::kernel::KernelName;
 use std::sync::atomic::AtomicBool;
 
 struct Slope;

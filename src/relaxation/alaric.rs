@@ -23,12 +23,12 @@
 use super::fluid::{Fluid, FluidSnapshot};
 use super::snapshot::{Best, Check, Keep, Start, Trace, forget};
 use super::splitting::{coarse_count, split};
-use super::{COINCIDENT, Control, Progress, StageReport, StopReason, part_pairs, relaxation_domain};
-use crate::domain::Domain;
-use crate::kernel::KernelName;
-use crate::neighbors::lanes::Real;
+use super::{COINCIDENT, Control, Progress, StageReport, StopReason, part_pairs};
 use crate::target::{Positions, Target};
 use serde::{Deserialize, Serialize};
+use sph::domain::Domain;
+use sph::kernel::KernelName;
+use sph::lanes::Real;
 
 /// Parameters of the relaxation; the terms can be switched off one by one.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -60,7 +60,7 @@ impl AlaricOptions {
     /// The paper's values (sec. 2 and 4.1) in `D` dimensions. Its chi = 2 is for a domain of size 2.
     pub fn new(d: usize) -> Self {
         Self {
-            kernel_neighbors: crate::kernel::default_kernel_neighbors(d),
+            kernel_neighbors: sph::kernel::default_kernel_neighbors(d),
             friction: 4.0,
             viscosity: true,
             velocity_stops: true,
@@ -107,7 +107,7 @@ fn run<const D: usize, R: Real>(
     control: &Control<'_>,
     keep: Keep<'_, AlaricSnapshot<D>>,
 ) -> (Positions<D>, StageReport) {
-    let domain = relaxation_domain(target.domain);
+    let domain = target.domain.mirrored();
     let (mut fluid, mut run) = match start {
         Start::New(mut positions) => {
             part_pairs(target, &mut positions, COINCIDENT);

@@ -1,15 +1,15 @@
 //! Particles in a domain with what every force on them needs: tree, ghosts, sums and their gradients.
 
-use super::Ghosts;
-use crate::domain::{Domain, Round};
-use crate::kernel::{KernelName, support_over_spacing};
-use crate::neighbors::lanes::Real;
-use crate::neighbors::{LeafPass, Reach, Sources, Tree, for_each_target};
-use crate::smoothing::{
-    Actors, DensitySums, Solved, Vector, density, largest_support, scatter_gradient, solve_support_radii,
-};
 use crate::target::{Positions, Target, at};
 use rayon::prelude::*;
+use sph::domain::{Domain, Round};
+use sph::kernel::{KernelName, support_over_spacing};
+use sph::lanes::Real;
+use sph::neighbors::{GhostTree, Reach, Sources, Tree};
+use sph::sums::{
+    Actors, Away, DensitySums, Solved, Vector, away_from_closest, density, largest_support, scatter_gradient,
+    solve_support_radii,
+};
 use std::marker::PhantomData;
 
 /// Depth below a curved surface, in support radii, from which particles are mirrored. More than one, since a
@@ -23,11 +23,9 @@ pub(super) fn reordered<T: Copy + Send + Sync>(values: &[T], order: &[u32]) -> V
     order.par_iter().map(|&i| values[i as usize]).collect()
 }
 
-/// Ghosts in the order of their own tree.
+/// Ghosts with what mirrors them.
 struct GhostLayer<const D: usize> {
-    tree: Tree<D>,
-    parents: Vec<u32>,
-    stretch: Vec<f64>,
+    images: GhostTree<D>,
     /// Unit normal of the mirror.
     normals: Vec<[f64; D]>,
     /// The surface that mirrors, where it is curved.
@@ -36,28 +34,14 @@ struct GhostLayer<const D: usize> {
 
 impl<const D: usize> GhostLayer<D> {
     fn new(domain: &Domain<D>, positions: &Positions<D>, support: &[f64]) -> Option<Self> {
-        let ghosts = Ghosts::mirror(domain, positions, |i| GHOST_DEPTH * support[i]);
-        if ghosts.positions.is_empty() {
-            return None;
-        }
-        let normal = |(x, &p): (&[f64; D], &u32)| {
-            let away: [f64; D] = std::array::from_fn(|k| x[k] - positions[k][p as usize]);
+        let images = GhostTree::mirror(domain, positions, |i| GHOST_DEPTH * support[i])?;
+        let normal = |(g, &p): (usize, &u32)| {
+            let away: [f64; D] = std::array::from_fn(|k| images.tree.position(g)[k] - positions[k][p as usize]);
             let length = away.iter().map(|a| a * a).sum::<f64>().sqrt();
             away.map(|a| if length > 0.0 { a / length } else { 0.0 })
         };
-        let normals: Vec<[f64; D]> = ghosts.positions.iter().zip(&ghosts.parents).map(normal).collect();
-        let tree = Tree::build(&ghosts.soa());
-        Some(Self {
-            parents: tree.to_tree_order(&ghosts.parents),
-            stretch: tree.to_tree_order(&ghosts.stretch),
-            normals: tree.to_tree_order(&normals),
-            round: domain.region.round(),
-            tree,
-        })
-    }
-
-    fn inherit(&self, values: &[f64], power: f64) -> Vec<f64> {
-        self.parents.iter().zip(&self.stretch).map(|(&p, s)| values[p as usize] * s.powf(power)).collect()
+        let normals = images.parents.iter().enumerate().map(normal).collect();
+        Some(Self { normals, round: domain.region.round(), images })
     }
 
     /// A vector of the parent as the mirror shows it.
@@ -73,7 +57,7 @@ impl<const D: usize> GhostLayer<D> {
         let n = &self.normals[g];
         let along: f64 = (0..D).map(|k| gradient[k] * n[k]).sum();
         let curved = self.round.map_or(0, |round| round.curved());
-        let tangential = if curved > 0 { self.stretch[g].powf(1.0 / curved as f64) } else { 1.0 };
+        let tangential = if curved > 0 { self.images.stretch[g].powf(1.0 / curved as f64) } else { 1.0 };
         let straight = self.round.and_then(|round| round.axis);
         std::array::from_fn(|k| {
             let stretch = if straight == Some(k) { 1.0 } else { tangential };
@@ -86,7 +70,7 @@ impl<const D: usize> GhostLayer<D> {
 pub(super) struct Arrangement<'a, const D: usize, R> {
     pub kernel: KernelName,
     pub target: &'a Target<'a, D>,
-    /// The domain as forces see it, see [`super::relaxation_domain`].
+    /// The domain as forces see it, see [`Domain::mirrored`].
     pub domain: &'a Domain<D>,
     pub kernel_neighbors: f64,
     pub positions: Positions<D>,
@@ -246,29 +230,24 @@ impl<'a, const D: usize, R: Real> Arrangement<'a, D, R> {
 
     /// sum_b w_b W(r_ab, H_a) for weights per particle.
     pub fn weighted(&self, support: &[f64], weights: &[f64]) -> Vec<f64> {
-        let inherited = self.ghosts.as_ref().map(|g| g.inherit(weights, 0.0)).unwrap_or_default();
+        let inherited = self.ghosts.as_ref().map(|g| g.images.inherit(weights, 0.0)).unwrap_or_default();
         let mut sources = vec![Sources::new(&self.tree, support, [weights], Reach::Target)];
         if let Some(ghosts) = &self.ghosts {
-            sources.push(Sources::new(&ghosts.tree, &[], [inherited.as_slice()], Reach::Target));
+            sources.push(Sources::new(&ghosts.images.tree, &[], [inherited.as_slice()], Reach::Target));
         }
         let sums = density::<D, 1, R>(self.kernel, self.domain, &sources);
         sums.into_par_iter().map(|s| s.weighted).collect()
     }
 
-    /// Runs a pass over the neighbors within `support`, with channels that ghosts inherit as they are.
-    pub fn visit<const C: usize, P: LeafPass<D, C, f64>>(
-        &self,
-        support: &[f64],
-        channels: [&[f64]; C],
-        pass: &P,
-    ) -> Vec<P::Output> {
-        let real = Sources::new(&self.tree, support, channels, Reach::Target);
-        let Some(ghosts) = &self.ghosts else {
-            return for_each_target::<D, C, f64, P>(self.domain, &[real], 1.0, pass);
-        };
-        let inherited = channels.map(|values| ghosts.inherit(values, 0.0));
-        let others = Sources::new(&ghosts.tree, &[], inherited.each_ref().map(Vec::as_slice), Reach::Target);
-        for_each_target::<D, C, f64, P>(self.domain, &[real, others], 1.0, pass)
+    /// The direction away from each particle's closest neighbor within `support`, by distance in units of the pair's mean
+    /// `spacing`.
+    pub fn away_from_closest(&self, support: &[f64], spacing: &[f64]) -> Vec<Away<D>> {
+        let inherited = self.ghosts.as_ref().map(|g| g.images.inherit(spacing, 0.0)).unwrap_or_default();
+        let mut sources = vec![Sources::new(&self.tree, support, [spacing], Reach::Target)];
+        if let Some(ghosts) = &self.ghosts {
+            sources.push(Sources::new(&ghosts.images.tree, &[], [inherited.as_slice()], Reach::Target));
+        }
+        away_from_closest(self.domain, &sources)
     }
 
     /// Support radii with n V_d H^d = N_H, and the sums at them.
@@ -281,7 +260,7 @@ impl<'a, const D: usize, R: Real> Arrangement<'a, D, R> {
     fn sources<'s>(&'s self, support: &'s [f64]) -> Vec<Sources<'s, D, 0>> {
         let mut sources = vec![Sources::new(&self.tree, support, [], Reach::Target)];
         if let Some(ghosts) = &self.ghosts {
-            sources.push(Sources::new(&ghosts.tree, &[], [], Reach::Target));
+            sources.push(Sources::new(&ghosts.images.tree, &[], [], Reach::Target));
         }
         sources
     }
@@ -299,7 +278,7 @@ impl<'a, const D: usize, R: Real> Arrangement<'a, D, R> {
         if let Some(ghosts) = &self.ghosts {
             for (g, Vector(seen)) in self.seen_of_ghosts(ghosts, support, strength).iter().enumerate() {
                 let pulled = ghosts.pull_back(g, seen);
-                let parent = &mut out[ghosts.parents[g] as usize];
+                let parent = &mut out[ghosts.images.parents[g] as usize];
                 (0..D).for_each(|k| parent[k] += pulled[k]);
             }
         }
@@ -307,8 +286,10 @@ impl<'a, const D: usize, R: Real> Arrangement<'a, D, R> {
     }
 
     fn seen_of_ghosts(&self, ghosts: &GhostLayer<D>, support: &[f64], strength: &[f64]) -> Vec<Vector<D>> {
-        let (ghost_support, ghost_strength) = (ghosts.inherit(support, 1.0 / D as f64), ghosts.inherit(strength, 0.0));
-        let targets = Actors { tree: &ghosts.tree, support: &ghost_support, strength: &ghost_strength, silent: true };
+        let (ghost_support, ghost_strength) =
+            (ghosts.images.inherit(support, 1.0 / D as f64), ghosts.images.inherit(strength, 0.0));
+        let targets =
+            Actors { tree: &ghosts.images.tree, support: &ghost_support, strength: &ghost_strength, silent: true };
         let real = Actors { tree: &self.tree, support, strength, silent: false };
         // Ghosts lie beyond the domain: they are seen where they are, not through the images of walls.
         scatter_gradient::<D, R>(self.kernel, self.domain, &[targets, real])
@@ -328,6 +309,7 @@ impl<'a, const D: usize, R: Real> Arrangement<'a, D, R> {
         };
         let inherited: [Vec<f64>; C] = std::array::from_fn(|c| {
             ghosts
+                .images
                 .parents
                 .iter()
                 .enumerate()
@@ -337,8 +319,9 @@ impl<'a, const D: usize, R: Real> Arrangement<'a, D, R> {
                 })
                 .collect()
         });
-        let ghost_support = ghosts.inherit(support, 0.0);
-        let others = Sources::new(&ghosts.tree, &ghost_support, inherited.each_ref().map(Vec::as_slice), Reach::Either);
+        let ghost_support = ghosts.images.inherit(support, 0.0);
+        let others =
+            Sources::new(&ghosts.images.tree, &ghost_support, inherited.each_ref().map(Vec::as_slice), Reach::Either);
         pass(&[real, others])
     }
 }

@@ -21,13 +21,13 @@ use super::arrangement::Arrangement;
 use super::fit::{fit, interior};
 use super::lbfgs::{Lbfgs, product};
 use super::{Control, Progress, StageReport, StopReason};
-use crate::domain::Wall;
-use crate::kernel::KernelName;
-use crate::neighbors::lanes::Real;
-use crate::reduce;
-use crate::smoothing::DensitySums;
 use crate::target::{Equilibrium, Positions, Target, at};
 use rayon::prelude::*;
+use sph::domain::Wall;
+use sph::kernel::KernelName;
+use sph::lanes::Real;
+use sph::reduce;
+use sph::sums::DensitySums;
 use std::time::Instant;
 
 /// Parameters of the balance.
@@ -42,7 +42,7 @@ pub struct BalanceOptions {
 impl BalanceOptions {
     /// The defaults in `d` dimensions.
     pub fn new(d: usize) -> Self {
-        Self { kernel_neighbors: crate::kernel::default_kernel_neighbors(d), evaluations: 200 }
+        Self { kernel_neighbors: sph::kernel::default_kernel_neighbors(d), evaluations: 200 }
     }
 }
 

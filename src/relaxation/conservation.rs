@@ -6,13 +6,13 @@
 //! tolerance of the support radii and the precision of the sums. Where the target varies, the force is that of no
 //! potential, and neither is conserved.
 
+use super::Control;
 use super::alaric::AlaricOptions;
 use super::fluid::Fluid;
-use super::{Control, relaxation_domain};
-use crate::kernel::KernelName;
-use crate::neighbors::lanes::Real;
-use crate::reduce;
 use crate::target::{Positions, Target};
+use sph::kernel::KernelName;
+use sph::lanes::Real;
+use sph::reduce;
 
 /// Drifts over a run.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -35,7 +35,7 @@ pub fn conservation<const D: usize, R: Real>(
     control: &Control<'_>,
 ) -> Drift {
     let options = AlaricOptions { friction: 0.0, viscosity: false, velocity_stops: false, ..*options };
-    let domain = relaxation_domain(target.domain);
+    let domain = target.domain.mirrored();
     rayon::scope(|_| {
         let mut fluid = Fluid::<D, R>::new(kernel, target, &domain, positions, &options);
         fluid.refit_mass();

@@ -1,10 +1,10 @@
 //! The density error that stages watch.
 
-use crate::domain::Domain;
-use crate::reduce;
 use crate::target::{Positions, at};
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
+use sph::domain::Domain;
+use sph::reduce;
 
 /// Density error with the mass re-fitted.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]

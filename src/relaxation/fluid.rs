@@ -4,15 +4,14 @@ use super::alaric::AlaricOptions;
 use super::arrangement::{Arrangement, SORT_INTERVAL};
 use super::fit::{Fit, fit, fit_with, interior, resolved};
 use super::snapshot::{Check, axes, rows};
-use super::viscosity::{CHANNELS, Shear, shear};
-use crate::domain::Domain;
-use crate::kernel::{KernelName, support_over_spacing};
-use crate::neighbors::lanes::Real;
-use crate::reduce;
-use crate::smoothing::DensitySums;
 use crate::target::{Positions, Target, at};
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
+use sph::domain::Domain;
+use sph::kernel::{KernelName, support_over_spacing};
+use sph::lanes::Real;
+use sph::reduce;
+use sph::sums::{DensitySums, SHEAR_CHANNELS, Shear, shear};
 
 /// alpha decays over the time in which sound crosses this many support radii.
 const ALPHA_DECAY: f64 = 2.5;
@@ -220,7 +219,8 @@ impl<'a, const D: usize, R: Real> Fluid<'a, D, R> {
             std::array::from_fn(|k| if k < D { self.velocities.iter().map(|v| v[k]).collect() } else { vec![0.0; n] });
         let inverse: Vec<f64> = self.support.iter().map(|h| 1.0 / h).collect();
         let density: Vec<f64> = self.sums.iter().map(|s| s.number_density).collect();
-        let channels: [&[f64]; CHANNELS] = [&velocity[0], &velocity[1], &velocity[2], &self.alpha, &inverse, &density];
+        let channels: [&[f64]; SHEAR_CHANNELS] =
+            [&velocity[0], &velocity[1], &velocity[2], &self.alpha, &inverse, &density];
         let (kernel, domain, support) = (self.state.kernel, self.state.domain, &self.support);
         self.state.with_pairs(support, channels, |sources| shear::<D, R>(kernel, domain, sources))
     }

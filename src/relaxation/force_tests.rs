@@ -2,11 +2,11 @@
 
 use super::alaric::AlaricOptions;
 use super::fluid::Fluid;
-use crate::domain::{Axis, Domain, Region};
 use crate::field::ScalarField;
-use crate::kernel::KernelName;
 use crate::seeding::{Seeding, seed};
 use crate::target::{Resolution, Target, at};
+use sph::domain::{Axis, Domain, Region};
+use sph::kernel::KernelName;
 use std::f64::consts::{PI, TAU};
 
 struct Bumpy;

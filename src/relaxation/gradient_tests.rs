@@ -4,14 +4,13 @@
 use super::alaric::AlaricOptions;
 use super::arrangement::Arrangement;
 use super::fluid::Fluid;
-use super::relaxation_domain;
 use super::solver::{Solver, SolverOptions};
-use crate::domain::{Axis, Domain, Region, Wall};
 use crate::field::ScalarField;
-use crate::kernel::KernelName;
 use crate::relaxation::Control;
 use crate::seeding::{Seeding, seed};
 use crate::target::{Resolution, Target};
+use sph::domain::{Axis, Domain, Region, Wall};
+use sph::kernel::KernelName;
 use std::sync::atomic::AtomicBool;
 
 /// Smooth, positive and without symmetry.
@@ -70,7 +69,7 @@ fn check_solver<const D: usize>(count: usize, density: &dyn ScalarField<D>, doma
     let control = Control { deadline: None, interrupted: &never, observer: &|_, _, _, _| {} };
     for domain in domains {
         let target = Target { density, ..target(domain, count) };
-        let walls = relaxation_domain(domain);
+        let walls = domain.mirrored();
         let positions = seed(&target, Seeding::MassBisection, 3).unwrap().positions;
         let options = SolverOptions::new(D);
         let arrangement =

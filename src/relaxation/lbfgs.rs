@@ -8,9 +8,9 @@
 
 use super::arrangement::reordered;
 use super::snapshot::rows;
-use crate::reduce;
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
+use sph::reduce;
 
 /// Pairs kept; more cost memory (24 bytes per pair and particle in 3-D) and save few evaluations.
 const PAIRS: usize = 6;

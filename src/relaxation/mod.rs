@@ -11,7 +11,6 @@ mod fit;
 mod fluid;
 #[cfg(test)]
 mod force_tests;
-mod ghosts;
 #[cfg(test)]
 mod gradient_tests;
 mod lbfgs;
@@ -21,7 +20,6 @@ mod solver;
 mod splitting;
 mod stiffness;
 mod trimming;
-mod viscosity;
 mod wvt;
 
 pub use afc::{AfcOptions, AfcSnapshot, away_from_closest, away_from_closest_kept};
@@ -31,15 +29,14 @@ pub use alaric::{
 };
 pub use balance::{BalanceOptions, Balanced, balance_pressure};
 pub use conservation::{Drift, conservation};
-pub use ghosts::Ghosts;
 pub use pairs::{COINCIDENT, PAIRED, part_pairs};
 pub use snapshot::{Keep, Start, forget};
 pub use solver::{SolverOptions, SolverSnapshot, solve_density, solve_density_kept, time_evaluation};
+pub use sph::sums::{Bias, Weight};
 pub use splitting::{children, coarse_count, split};
 pub use trimming::{TrimOptions, trim_masses};
-pub use wvt::{Bias, Weight, WvtOptions, WvtSnapshot, relax, relax_kept};
+pub use wvt::{WvtOptions, WvtSnapshot, relax, relax_kept};
 
-use crate::domain::{Axis, Domain, Wall};
 use serde::{Deserialize, Deserializer, Serialize};
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Instant;
@@ -133,21 +130,4 @@ impl StageReport {
     pub fn epsilon(&self) -> Option<f64> {
         self.history.iter().find(|p| p.iteration == self.best_iteration).map(|p| p.epsilon)
     }
-}
-
-/// The domain as relaxation sees it: vacuum would push particles out, so open faces act as mirrors.
-pub fn relaxation_domain<const D: usize>(domain: &Domain<D>) -> Domain<D> {
-    let mut mirrored = domain.clone();
-    for axis in &mut mirrored.axes {
-        if let Axis::Walls { lo, hi } = axis {
-            (*lo, *hi) = (Wall::Reflecting, Wall::Reflecting);
-        }
-    }
-    // The box of a curved region is no wall: its surface has ghosts of its own.
-    if mirrored.region.wall().is_some() {
-        for k in (0..D).filter(|&k| domain.axes[k] != Axis::Periodic && !domain.has_faces(k)) {
-            mirrored.axes[k] = Axis::OPEN;
-        }
-    }
-    mirrored
 }

@@ -28,16 +28,16 @@ use super::arrangement::{Arrangement, reordered};
 use super::fit::{Fit, fit, interior, resolved};
 use super::lbfgs::{Lbfgs, product};
 use super::snapshot::{Check, Keep, Start, Trace, axes, forget, rows};
-use super::{COINCIDENT, Control, Progress, StageReport, StopReason, part_pairs, relaxation_domain};
-use crate::kernel::{
-    KernelName, default_kernel_neighbors, most_neighbors_without_pairs, own_count, support_over_spacing,
-};
-use crate::neighbors::lanes::Real;
-use crate::reduce;
-use crate::smoothing::DensitySums;
+use super::{COINCIDENT, Control, Progress, StageReport, StopReason, part_pairs};
 use crate::target::{Positions, Target, at};
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
+use sph::kernel::{
+    KernelName, default_kernel_neighbors, most_neighbors_without_pairs, own_count, support_over_spacing,
+};
+use sph::lanes::Real;
+use sph::reduce;
+use sph::sums::DensitySums;
 
 /// Parameters of the solver.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -162,7 +162,7 @@ fn run<const D: usize, R: Real>(
     control: &Control<'_>,
     keep: Keep<'_, SolverSnapshot<D>>,
 ) -> (Positions<D>, StageReport) {
-    let domain = relaxation_domain(target.domain);
+    let domain = target.domain.mirrored();
     let schedule = options.schedule(kernel, D);
     let (mut solver, before, first, mut kept) = match start {
         Start::New(mut positions) => {
@@ -222,7 +222,7 @@ pub fn time_evaluation<const D: usize, R: Real>(
     options: &SolverOptions,
     repeats: u32,
 ) -> f64 {
-    let domain = relaxation_domain(target.domain);
+    let domain = target.domain.mirrored();
     let never = std::sync::atomic::AtomicBool::new(false);
     let control = Control { deadline: None, interrupted: &never, observer: &|_, _, _, _| {} };
     let arrangement = Arrangement::new(kernel, target, &domain, positions, options.kernel_neighbors);

@@ -1,9 +1,9 @@
 //! Particle splitting: converge the coarse features with few particles, then replace each by several
 //! (ALARIC sec. 2.4).
 
-use crate::kernel::support_over_spacing;
 use crate::target::{Positions, Target, at};
 use rayon::prelude::*;
+use sph::kernel::support_over_spacing;
 
 /// Children of one particle: its place and the corners of a simplex about it, 3, 4 or 5 in 1-D to 3-D.
 pub const fn children(d: usize) -> usize {
@@ -82,9 +82,9 @@ fn simplex<const D: usize>() -> Vec<[f64; D]> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::domain::{Axis, Domain, Region, Wall};
     use crate::field::ScalarField;
     use crate::target::Resolution;
+    use sph::domain::{Axis, Domain, Region, Wall};
 
     struct Uniform;
     impl<const D: usize> ScalarField<D> for Uniform {

@@ -9,8 +9,8 @@
 //! the kernel and g the gain of the density's feedback. Twice itself is too much: with Wendland C4 steps that suit 64
 //! neighbors tear an arrangement with 128 apart. The largest S over k is what steps are measured by.
 
-use crate::kernel::{Kernel, KernelName, evaluate};
-use crate::with_kernel;
+use sph::kernel::with_kernel;
+use sph::kernel::{Kernel, KernelName, evaluate};
 
 /// Samples of the radius, of directions, and of kH, whose largest value lies beyond the peak of S for every kernel.
 const RADII: usize = 128;

@@ -6,11 +6,11 @@
 
 use super::arrangement::Arrangement;
 use super::fit::{fit, interior};
-use super::{Control, Progress, StageReport, StopReason, relaxation_domain};
-use crate::kernel::KernelName;
-use crate::reduce;
+use super::{Control, Progress, StageReport, StopReason};
 use crate::target::{Positions, Target};
 use rayon::prelude::*;
+use sph::kernel::KernelName;
+use sph::reduce;
 use std::time::Instant;
 
 /// Parameters of the trimming.
@@ -41,7 +41,7 @@ pub fn trim_masses<const D: usize>(
     control: &Control<'_>,
 ) -> StageReport {
     let start = Instant::now();
-    let domain = relaxation_domain(target.domain);
+    let domain = target.domain.mirrored();
     let (mut state, order) =
         Arrangement::<D, f64>::with_order(kernel, target, &domain, positions.clone(), options.kernel_neighbors);
     let guess: Vec<f64> = state.target_supports();

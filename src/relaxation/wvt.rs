@@ -21,57 +21,15 @@ use super::arrangement::GHOST_DEPTH;
 use super::fit::{fit, interior, resolved};
 use super::snapshot::{Best, Check, Keep, Start, Trace, axes, forget};
 use super::stiffness::stiffness;
-use super::{COINCIDENT, Ghosts, Progress, StageReport, StopReason, part_pairs, relaxation_domain};
-use crate::domain::Domain;
-use crate::kernel::{Kernel, KernelName, default_kernel_neighbors, evaluate, support_over_spacing};
-use crate::neighbors::lanes::Real;
-use crate::neighbors::{Batch, Compiled, LeafPass, Reach, Shape, Sources, Tree, compiled, drive, in_shape};
-use crate::reduce;
-use crate::smoothing::{separation, splat};
+use super::{COINCIDENT, Progress, StageReport, StopReason, part_pairs};
 use crate::target::{Positions, Target, at};
-use crate::with_kernel;
-use pulp::Simd;
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
-use std::any::Any;
-
-/// The weight f of a neighbor.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
-#[serde(rename_all = "kebab-case")]
-pub enum Weight {
-    /// [h/(r + eps)]^2 + const, the paper's own.
-    InverseSquare,
-    /// The SPH kernel, the paper's alternative and ALARIC's choice.
-    #[default]
-    Kernel,
-}
-
-impl Weight {
-    /// Factor on the step that makes the pushes alike with any kernel and neighbor number, and with both weights: at the
-    /// distance of the closest neighbors [h/r]^2 + const is about eight times the kernel's shape.
-    fn step_scale(self, kernel: KernelName, d: usize, kernel_neighbors: f64) -> f64 {
-        let usual = default_kernel_neighbors(d);
-        match self {
-            Self::Kernel if (kernel, kernel_neighbors) == (KernelName::default(), usual) => 1.0,
-            Self::Kernel => {
-                let of = |kernel, neighbors| stiffness(kernel, d, neighbors, FEEDBACK);
-                of(KernelName::default(), usual) / of(kernel, kernel_neighbors)
-            }
-            Self::InverseSquare => 0.125 * usual / kernel_neighbors,
-        }
-    }
-}
-
-/// How neighbors of different target volume count.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
-#[serde(rename_all = "kebab-case")]
-pub enum Bias {
-    /// By target volume: no drift along gradients.
-    #[default]
-    Corrected,
-    /// All alike with the mean h of the pair, as in the paper.
-    Plain,
-}
+use sph::domain::Domain;
+use sph::kernel::{KernelName, default_kernel_neighbors, support_over_spacing};
+use sph::neighbors::{GhostTree, Reach, Sources, Tree};
+use sph::reduce;
+use sph::sums::{Bias, Push, Pushes, Weight, pushes};
 
 /// Parameters of the relaxation.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -106,8 +64,6 @@ impl WvtOptions {
 
 const DEFAULT_STEP: f64 = 0.4;
 
-/// Softening of the inverse-square weight, in h; the paper's eps.
-const SOFTENING: f64 = 0.01;
 /// No particle moves farther per iteration, in its own spacing.
 const MAX_STEP: f64 = 0.3;
 /// Power of the density ratio in the corrected volumes. Twice as much makes the relaxation oscillate.
@@ -123,128 +79,17 @@ const SORT_INTERVAL: usize = 8;
 /// Iterations without a better state after which the relaxation has stagnated.
 const PATIENCE: usize = 20;
 
-/// Sums of one particle.
-#[derive(Debug, Clone, Copy)]
-struct Push<const D: usize> {
-    /// Sum of W at the particle's target support radius.
-    number_density: f64,
-    /// sum_j (V_j / V_i) f r^_ij, away from neighbors.
-    shift: [f64; D],
-}
-
-impl<const D: usize> Default for Push<D> {
-    fn default() -> Self {
-        Self { number_density: 0.0, shift: [0.0; D] }
-    }
-}
-
-struct PushPass<K> {
-    kernel: K,
-    weight: Weight,
-    bias: Bias,
-    kernel_neighbors: f64,
-}
-
-fn push_pass(kernel: KernelName, options: &WvtOptions, shape: Shape) -> Box<dyn Any> {
-    let &WvtOptions { weight, bias, kernel_neighbors, .. } = options;
-    in_shape!(shape, D => with_kernel!(kernel, kernel => {
-        let pass = PushPass { kernel, weight, bias, kernel_neighbors };
-        Box::new(Box::new(pass) as Compiled<D, 2, f32, Push<D>>)
-    }))
-}
-
-/// Channel 0: target volume (corrected) or support radius (plain).
-impl<const D: usize, K: Kernel, R: Real> LeafPass<D, 2, R> for PushPass<K> {
-    type Output = Push<D>;
-
-    #[inline(always)]
-    fn leaf<S: Simd>(&self, simd: S, batch: &mut Batch<'_, D, 2, R>, out: &mut [Self::Output]) {
-        match (self.weight, self.bias) {
-            (Weight::Kernel, Bias::Corrected) => self.targets::<D, R, S, true, true>(simd, batch, out),
-            (Weight::Kernel, Bias::Plain) => self.targets::<D, R, S, true, false>(simd, batch, out),
-            (Weight::InverseSquare, Bias::Corrected) => self.targets::<D, R, S, false, true>(simd, batch, out),
-            (Weight::InverseSquare, Bias::Plain) => self.targets::<D, R, S, false, false>(simd, batch, out),
+/// Factor on the step that makes the pushes alike with any kernel and neighbor number, and with both weights: at the
+/// distance of the closest neighbors [h/r]^2 + const is about eight times the kernel's shape.
+fn step_scale(weight: Weight, kernel: KernelName, d: usize, kernel_neighbors: f64) -> f64 {
+    let usual = default_kernel_neighbors(d);
+    match weight {
+        Weight::Kernel if (kernel, kernel_neighbors) == (KernelName::default(), usual) => 1.0,
+        Weight::Kernel => {
+            let of = |kernel, neighbors| stiffness(kernel, d, neighbors, FEEDBACK);
+            of(KernelName::default(), usual) / of(kernel, kernel_neighbors)
         }
-    }
-}
-
-impl<K: Kernel> PushPass<K> {
-    #[inline(always)]
-    fn targets<const D: usize, R: Real, S: Simd, const KERNEL: bool, const CORRECTED: bool>(
-        &self,
-        simd: S,
-        batch: &Batch<'_, D, 2, R>,
-        out: &mut [Push<D>],
-    ) {
-        let constant = |x: f64| R::splat(simd, R::from_f64(x));
-        let length = batch.unit().length;
-        let (zero, tiny) = (constant(0.0), constant(1e-12));
-        let edge = constant(-(2.0 + SOFTENING).powi(-2));
-        for (i, out) in batch.targets().zip(out) {
-            let (xs, channels) = batch.registers::<S>();
-            let target = splat::<D, R, S>(simd, &batch.target(i));
-            let inverse = constant(length / batch.support(i));
-            let (mut sum, mut shift, mut gradient) = (zero, [zero; D], [zero; D]);
-            let own_volume = batch.target_channel(1, i);
-            let (one, per_own) = (constant(1.0), constant(1.0 / own_volume));
-            // Plain: H_ij = (H_i + H_j)/2 in buffer units.
-            let pair_scale = constant(0.5 * batch.unit().channels[0] / length);
-            let pair_own = constant(0.5 * batch.support(i) / length);
-            for j in 0..xs[0].len() {
-                let (d, q) = separation::<D, R, S>(simd, &xs, &target, inverse, j);
-                let (value, slope) = self.kernel.shape::<D, R, S>(simd, q);
-                sum = R::add(simd, sum, value);
-                let pair_q = if CORRECTED {
-                    q
-                } else {
-                    let pair_support = R::mul_add(simd, pair_scale, channels[0][j], pair_own);
-                    R::div(simd, R::mul(simd, q, constant(batch.support(i) / length)), pair_support)
-                };
-                let mut f = if KERNEL {
-                    if CORRECTED { value } else { self.kernel.shape::<D, R, S>(simd, pair_q).0 }
-                } else {
-                    let root =
-                        R::div(simd, constant(1.0), R::mul_add(simd, pair_q, constant(2.0), constant(SOFTENING)));
-                    R::max(simd, R::mul_add(simd, root, root, edge), zero)
-                };
-                if CORRECTED {
-                    f = R::mul(simd, f, channels[0][j]);
-                    // V_j (V_j / V_i - 1) grad W sums to grad V / V.
-                    let volume = channels[1][j];
-                    let change = R::sub(simd, R::mul(simd, volume, per_own), one);
-                    let pull = R::mul(simd, R::mul(simd, volume, change), slope);
-                    for k in 0..D {
-                        gradient[k] = R::mul_add(simd, d[k], pull, gradient[k]);
-                    }
-                }
-                // r^ = d / r; q H is r. The particle itself has d = 0.
-                let pull = R::div(simd, f, R::max(simd, q, tiny));
-                for k in 0..D {
-                    shift[k] = R::mul_add(simd, d[k], pull, shift[k]);
-                }
-            }
-            let scale = length / batch.support(i) / if CORRECTED { batch.target_channel(0, i) } else { 1.0 };
-            let support = batch.support(i);
-            let per_length = K::SIGMA[D - 1] * batch.unit().channels[1] * length / support.powi(D as i32 + 2);
-            let own_cell = if CORRECTED { self.own_cell::<D>() * support * per_length } else { 0.0 };
-            out.number_density = K::SIGMA[D - 1] / batch.support(i).powi(D as i32) * R::sum(simd, sum);
-            for k in 0..D {
-                out.shift[k] = -scale * R::sum(simd, shift[k]) - own_cell * R::sum(simd, gradient[k]);
-            }
-        }
-    }
-}
-
-impl<K: Kernel> PushPass<K> {
-    /// f(R_0) R_0 / (d H), R_0 the radius of a ball of one particle's volume: what the missing push of a
-    /// particle's own cell weighs against H grad ln n*.
-    fn own_cell<const D: usize>(&self) -> f64 {
-        let q = self.kernel_neighbors.powf(-1.0 / D as f64);
-        let f = match self.weight {
-            Weight::Kernel => evaluate::<K, D>(self.kernel, q).0,
-            Weight::InverseSquare => (2.0 * q + SOFTENING).powi(-2) - (2.0 + SOFTENING).powi(-2),
-        };
-        f * q / D as f64
+        Weight::InverseSquare => 0.125 * usual / kernel_neighbors,
     }
 }
 
@@ -269,7 +114,7 @@ pub fn relax_kept<const D: usize>(
     control: &super::Control<'_>,
     keep: Keep<'_, WvtSnapshot<D>>,
 ) -> (Positions<D>, StageReport) {
-    let domain = relaxation_domain(target.domain);
+    let domain = target.domain.mirrored();
     let (mut state, mut best, mut trace) = match start {
         Start::New(mut positions) => {
             part_pairs(target, &mut positions, COINCIDENT);
@@ -279,7 +124,7 @@ pub fn relax_kept<const D: usize>(
         }
         Start::Kept(snapshot) => State::resume(target, &domain, *snapshot, options.kernel_neighbors),
     };
-    let step = options.step * options.weight.step_scale(kernel, D, options.kernel_neighbors);
+    let step = options.step * step_scale(options.weight, kernel, D, options.kernel_neighbors);
     let mut stop = StopReason::IterationLimit;
     for iteration in state.iterations..=options.iterations {
         let outside = control.stop_reason();
@@ -459,30 +304,22 @@ impl<'a, const D: usize> State<'a, D> {
             Bias::Corrected => Reach::Target,
             Bias::Plain => Reach::Either,
         };
-        let ghosts = Ghosts::mirror(self.domain, &self.positions, |i| GHOST_DEPTH * self.support[i]);
+        let ghosts = GhostTree::mirror(self.domain, &self.positions, |i| GHOST_DEPTH * self.support[i]);
         let real = Sources::new(&self.tree, &self.support, [&channel, &volume], reach);
-        if ghosts.positions.is_empty() {
-            return self.sum_pushes(kernel, &[real], options);
-        }
-        let ghost_tree = Tree::build(&ghosts.soa());
-        let inherit = |values: &[f64], power: f64| -> Vec<f64> {
-            let own: Vec<f64> =
-                ghosts.parents.iter().zip(&ghosts.stretch).map(|(&p, s)| values[p as usize] * s.powf(power)).collect();
-            ghost_tree.to_tree_order(&own)
-        };
-        let ghost_support = inherit(&self.support, 1.0 / D as f64);
+        let Some(ghosts) = ghosts else { return self.sum_pushes(kernel, &[real], options) };
+        let ghost_support = ghosts.inherit(&self.support, 1.0 / D as f64);
         let ghost_channel = match options.bias {
-            Bias::Corrected => inherit(&channel, 1.0),
+            Bias::Corrected => ghosts.inherit(&channel, 1.0),
             Bias::Plain => ghost_support.clone(),
         };
-        let ghost_volume = inherit(&volume, 1.0);
-        let mirrored = Sources::new(&ghost_tree, &ghost_support, [&ghost_channel, &ghost_volume], reach);
+        let ghost_volume = ghosts.inherit(&volume, 1.0);
+        let mirrored = Sources::new(&ghosts.tree, &ghost_support, [&ghost_channel, &ghost_volume], reach);
         self.sum_pushes(kernel, &[real, mirrored], options)
     }
 
     fn sum_pushes(&self, kernel: KernelName, sources: &[Sources<'_, D, 2>], options: &WvtOptions) -> Vec<Push<D>> {
-        let pass = compiled::<D, 2, f32, Push<D>>(|shape| push_pass(kernel, options, shape));
-        drive(self.domain, sources, 1.0, &*pass)
+        let &WvtOptions { weight, bias, kernel_neighbors, .. } = options;
+        pushes(kernel, self.domain, sources, Pushes { weight, bias, kernel_neighbors })
     }
 
     /// Target volumes, raised where the density was above the target at the last pass and lowered where below.

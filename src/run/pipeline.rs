@@ -1,14 +1,12 @@
 //! The plan in order: input -> source -> target -> seed -> relaxation -> carried fields -> measures -> file.
 //! The only place where the run-time dimension and kernel become types, and where formats meet placement.
 
-use crate::domain::{Axis, Domain, Region};
 use crate::error::{Error, Result};
 use crate::input::hydrostatics::Hydrostatics;
-use crate::input::ingest::{self, InputUnits, RawInput, center};
+use crate::input::ingest::{self, InputUnits, RawInput};
 use crate::input::internal_units::Prepared;
 use crate::metrics::{DensityError, Outcome, Thermodynamics};
 use crate::output::columns::{self, EnergySource};
-use crate::reduce;
 use crate::relaxation::{Control, StopReason};
 use crate::run::plan::Plan;
 use crate::run::report::{MassReport, Report, Timing};
@@ -16,6 +14,8 @@ use crate::run::stages::{self, Relaxed};
 use crate::scene::{CheckpointInput, DEFAULT_PARTICLES, Scene};
 use crate::target::{Positions, Target};
 use rayon::prelude::*;
+use sph::domain::{Axis, Domain};
+use sph::reduce;
 use sph_formats::common::particle_names as names;
 use sph_formats::{
     Column, FormatSpec, ParticleFile, ParticleTable, RunHeader, Species, UnitDimension, UnitSystem, Values,
@@ -285,13 +285,13 @@ impl Run<'_> {
         let moved = columns::velocities(
             &mut carried,
             &physical,
-            &scaled_domain(domain, factors.length),
+            &domain.scaled(factors.length),
             radial_in(scaled, factors.length).as_ref(),
             &self.scene.motion,
         )?;
         if !self.scene.material.is_empty() {
             let radial = radial_in(scaled, factors.length);
-            let middle = radial.map_or_else(|| center(&scaled_domain(domain, factors.length)), |r| r.center);
+            let middle = radial.map_or_else(|| domain.scaled(factors.length).center(), |r| r.center);
             carried.retain(|c| c.name != names::MATERIAL_IDS);
             carried.push(columns::materials(&physical, &middle, &self.scene.material));
         }
@@ -397,20 +397,6 @@ impl Factors {
         let size = scaled.length * length;
         Self { length: size, mass, density: mass / size.powi(D as i32), input_mass }
     }
-}
-
-fn scaled_domain<const D: usize>(domain: &Domain<D>, factor: f64) -> Domain<D> {
-    let mut out = domain.clone();
-    out.lo = out.lo.map(|v| v * factor);
-    out.hi = out.hi.map(|v| v * factor);
-    if let Region::Ball { center, inner_radius, radius, .. } | Region::Cylinder { center, inner_radius, radius, .. } =
-        &mut out.region
-    {
-        *center = center.map(|v| v * factor);
-        *inner_radius *= factor;
-        *radius *= factor;
-    }
-    out
 }
 
 fn radial_in<const D: usize>(scaled: &Prepared<D>, factor: f64) -> Option<crate::field::RadialSource<D>> {

@@ -1,11 +1,11 @@
 //! What a scene needs, and what it does without, with the reasons: nothing is run that a scene has no use for.
 
-use crate::domain::{Axis, Domain, Region, Wall};
 use crate::relaxation::{SolverOptions, WvtOptions};
 use crate::scene::{Atmosphere, Polish, Scene};
 use crate::seeding::{Seeding, is_radial, jump_share};
 use crate::target::Target;
 use serde::Serialize;
+use sph::domain::{Axis, Domain, Region, Wall};
 
 /// Something that the plan drops.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize)]

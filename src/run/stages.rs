@@ -1,7 +1,6 @@
 //! The planned stages in order: seed, WVT, polish.
 
 use crate::error::{Error, Result};
-use crate::kernel::{KernelName, makes_pairs, most_neighbors_without_pairs, own_count};
 use crate::relaxation::{
     AfcOptions, AfcSnapshot, AlaricOptions, BalanceOptions, Balanced, Control, PAIRED, SolverOptions, SolverSnapshot,
     SplittingSnapshot, StageReport, Start, StopReason, TrimOptions, WvtOptions, WvtSnapshot, alaric_by_splitting_kept,
@@ -13,6 +12,7 @@ use crate::run::report::Timing;
 use crate::scene::{OnInterrupt, Polish, Scene};
 use crate::seeding::{self, Seeded};
 use crate::target::{Equilibrium, Positions, Target};
+use sph::kernel::{KernelName, makes_pairs, most_neighbors_without_pairs, own_count};
 use std::time::Instant;
 
 /// What relaxation comes to.

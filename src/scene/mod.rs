@@ -10,9 +10,9 @@ pub use balance::{BalanceInput, EquationOfState, GravityName};
 pub use stages::{AfcInput, AlaricInput, CheckpointInput, Polish, SolverInput, WvtInput};
 
 use crate::error::{Error, Result};
-use crate::kernel::{KernelName, default_kernel_neighbors};
 use crate::seeding::Seeding;
 use serde::{Deserialize, Serialize};
+use sph::kernel::{KernelName, default_kernel_neighbors};
 use std::path::{Path, PathBuf};
 
 /// One run.

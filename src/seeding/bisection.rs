@@ -5,8 +5,8 @@
 
 use super::cells::Cell;
 use super::kronecker;
-use crate::domain::distance;
 use crate::target::{Positions, Target};
+use sph::geometry::distance;
 
 /// Cells of a part with `n` particles, at least: enough for the cut to fall right, no more than the part needs.
 fn wanted_cells(n: usize) -> usize {

@@ -1,7 +1,7 @@
 //! The target as boxes of constant density, refined where mass is.
 
-use crate::domain::Domain;
 use crate::target::Target;
+use sph::domain::Domain;
 
 /// A box with the integral of n* over it.
 #[derive(Debug, Clone, Copy)]

@@ -13,12 +13,12 @@ use super::gravity::repel;
 use super::lattice::{Fit, UnitCell};
 use super::symmetry::{Symmetry, fills_box};
 use super::{Seeded, Seeding, stretch, to_positions};
-use crate::domain::{Axis, Domain, Region};
 use crate::error::Result;
 use crate::field::ScalarField;
-use crate::kernel::KernelName;
 use crate::relaxation::{Control, WvtOptions, relax};
 use crate::target::{Positions, Resolution, Target, at};
+use sph::domain::{Axis, Domain, Region};
+use sph::kernel::KernelName;
 use std::sync::atomic::AtomicBool;
 
 /// What the points of a tile repel each other by.

@@ -173,7 +173,7 @@ fn screened<const D: usize>(alpha: f64, r: f64) -> f64 {
         };
         (0..32).map(segment).sum::<f64>()
     };
-    cloud(alpha * r) / cloud(0.0) / (D as f64 * crate::kernel::unit_ball_volume(D))
+    cloud(alpha * r) / cloud(0.0) / (D as f64 * sph::geometry::unit_ball_volume(D))
 }
 
 /// One of each pair of opposite waves up to the cutoff.

@@ -18,10 +18,8 @@ mod symmetry;
 
 pub use methods::{METHODS, Method, Targets};
 
-use crate::domain::{Axis, Region};
 use crate::error::{Error, Result};
-use crate::kernel::support_over_spacing;
-use crate::rng::{Purpose, keyed};
+use crate::random::{Purpose, keyed};
 use crate::target::{Positions, Target, at};
 use cells::Cell;
 use glass::Repulsion;
@@ -31,6 +29,8 @@ use rand::RngExt;
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 use shells::Covering;
+use sph::domain::{Axis, Region};
+use sph::kernel::support_over_spacing;
 use symmetry::Symmetry;
 
 /// How the initial positions are made; [`METHODS`] tells what each can do.

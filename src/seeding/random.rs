@@ -1,7 +1,7 @@
 //! Independent random positions: a cell by its share of the mass, a point in it by rejection.
 
 use super::cells::Cell;
-use crate::rng::{Purpose, keyed};
+use crate::random::{Purpose, keyed};
 use crate::target::{Positions, Target};
 use rand::RngExt;
 use rayon::prelude::*;

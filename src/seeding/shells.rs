@@ -19,12 +19,12 @@
 use super::cumulative::Cumulative;
 use super::symmetry::{self, spherical_mean};
 use super::{Method, Seeded, methods, to_positions};
-use crate::domain::Region;
 use crate::error::{Error, Result};
-use crate::rng::{Purpose, keyed};
+use crate::random::{Purpose, keyed};
 use crate::target::Target;
 use rand::RngExt;
 use rayon::prelude::*;
+use sph::domain::Region;
 use std::f64::consts::{PI, TAU};
 
 /// How points lie on a sphere.

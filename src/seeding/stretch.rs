@@ -12,10 +12,10 @@ use super::lattice::UnitCell;
 use super::pattern::{self, Pattern};
 use super::symmetry::{self, Symmetry};
 use super::{Seeded, to_positions};
-use crate::domain::distance;
 use crate::error::Result;
 use crate::target::Target;
 use rayon::prelude::*;
+use sph::geometry::distance;
 
 /// Fills the domain with a pattern and maps it to the target.
 pub(super) fn place<const D: usize>(

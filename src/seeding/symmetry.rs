@@ -1,9 +1,10 @@
 //! Which symmetry a target has, found by sampling: what a uniform pattern can be mapped to.
 
 use super::{kronecker, methods};
-use crate::domain::{Domain, Region, Round, distance};
 use crate::error::{Error, Result};
 use crate::target::Target;
+use sph::domain::{Domain, Region, Round};
+use sph::geometry::distance;
 
 /// Symmetry of a number density within its domain.
 #[derive(Debug, Clone, PartialEq)]

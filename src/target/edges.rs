@@ -1,8 +1,9 @@
 //! Where the target changes faster than a sum over neighbors can follow, and where it jumps.
 
 use super::{Positions, Target, at};
-use crate::domain::{Axis, distance};
 use rayon::prelude::*;
+use sph::domain::Axis;
+use sph::geometry::distance;
 
 impl<const D: usize> Target<'_, D> {
     /// How sharply the target changes about `x`, in units in which 1 is too sharp for a sum over neighbors at
@@ -160,7 +161,7 @@ mod tests {
 
     #[test]
     fn a_radial_jump_is_sharp_as_far_as_a_support_reaches() {
-        let domain = crate::domain::Domain::ball([0.0; 3], 1.0, crate::domain::Wall::Open).unwrap();
+        let domain = sph::domain::Domain::ball([0.0; 3], 1.0, sph::domain::Wall::Open).unwrap();
         let target = Target {
             domain: &domain,
             density: &Layers,

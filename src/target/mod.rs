@@ -5,18 +5,12 @@
 
 mod edges;
 
-use crate::domain::{Domain, distance};
 use crate::field::ScalarField;
-use crate::reduce;
 use rayon::prelude::*;
-
-/// Structure-of-arrays positions.
-pub type Positions<const D: usize> = [Vec<f64>; D];
-
-/// Position of particle `i`.
-pub fn at<const D: usize>(positions: &Positions<D>, i: usize) -> [f64; D] {
-    std::array::from_fn(|k| positions[k][i])
-}
+use sph::domain::Domain;
+use sph::geometry::distance;
+pub use sph::geometry::{Positions, at};
+use sph::reduce;
 
 /// A pressure and the acceleration that its force is to cancel, in internal units.
 pub trait Equilibrium<const D: usize>: Sync {

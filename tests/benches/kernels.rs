@@ -5,7 +5,7 @@
 
 mod support;
 
-use sph_prep::kernel::KernelName;
+use sph::kernel::KernelName;
 use sph_prep::run::report::Report;
 use sph_prep::scene::{Polish, Scene};
 use std::fmt::Write;

@@ -4,10 +4,10 @@
 
 use rand::{RngExt, SeedableRng};
 use rand_xoshiro::Xoshiro256PlusPlus;
-use sph_prep::domain::{Axis, Domain, Region};
-use sph_prep::kernel::KernelName;
-use sph_prep::neighbors::{Reach, Sources, Tree};
-use sph_prep::smoothing::{density, solve_support_radii};
+use sph::domain::{Axis, Domain, Region};
+use sph::kernel::KernelName;
+use sph::neighbors::{Reach, Sources, Tree};
+use sph::sums::{density, solve_support_radii};
 use std::time::Instant;
 
 const NEIGHBORS: f64 = 64.0;

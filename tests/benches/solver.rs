@@ -3,14 +3,14 @@
 //!
 //! `cargo bench --bench solver [-- N [EVALUATIONS [QUIETNESS]]]`
 
-use sph_prep::domain::{Axis, Domain, Region};
+use sph::domain::{Axis, Domain, Region};
+use sph::kernel::{KernelName, default_kernel_neighbors, support_over_spacing};
+use sph::neighbors::{Reach, Sources, Tree};
+use sph::sums::density;
 use sph_prep::field::ScalarField;
-use sph_prep::kernel::{KernelName, default_kernel_neighbors, support_over_spacing};
 use sph_prep::metrics::{DensityError, Measured, NoiseFigures};
-use sph_prep::neighbors::{Reach, Sources, Tree};
 use sph_prep::relaxation::{Control, SolverOptions, WvtOptions, relax, solve_density, time_evaluation};
 use sph_prep::seeding::{Seeding, seed};
-use sph_prep::smoothing::density;
 use sph_prep::target::{Positions, Resolution, Target};
 use std::f64::consts::TAU;
 use std::sync::atomic::AtomicBool;

@@ -2,11 +2,11 @@
 //! well the solver's equations are conditioned, what single precision costs, and the order at which the error falls
 //! with N.
 
-use sph_prep::domain::{Axis, Domain, Region};
+use sph::domain::{Axis, Domain, Region};
+use sph::kernel::{Kernel, KernelName, WendlandC4, default_kernel_neighbors, evaluate, support_over_spacing};
+use sph::lanes::Real;
 use sph_prep::field::ScalarField;
-use sph_prep::kernel::{Kernel, KernelName, WendlandC4, default_kernel_neighbors, evaluate, support_over_spacing};
 use sph_prep::metrics::{DensityError, Measured};
-use sph_prep::neighbors::lanes::Real;
 use sph_prep::relaxation::{
     AlaricOptions, Control, Drift, SolverOptions, WvtOptions, alaric, conservation, relax, solve_density,
 };

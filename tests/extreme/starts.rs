@@ -2,9 +2,9 @@
 //! equal coordinates, particles on the boundary, all on one plane, line or point; and options far off.
 
 use crate::harness::Case;
-use sph_prep::domain::{Axis, Domain, Region, Wall};
+use sph::domain::{Axis, Domain, Region, Wall};
+use sph::kernel::{KernelName, default_kernel_neighbors, support_over_spacing};
 use sph_prep::field::ScalarField;
-use sph_prep::kernel::{KernelName, default_kernel_neighbors, support_over_spacing};
 use sph_prep::metrics::Measured;
 use sph_prep::relaxation::{
     AlaricOptions, Control, PAIRED, SolverOptions, StopReason, WvtOptions, alaric, part_pairs, relax, solve_density,

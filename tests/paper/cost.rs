@@ -2,8 +2,8 @@
 
 use crate::results::Table;
 use crate::{Density, control, target};
-use sph_prep::domain::{Axis, Domain, Region};
-use sph_prep::kernel::KernelName;
+use sph::domain::{Axis, Domain, Region};
+use sph::kernel::KernelName;
 use sph_prep::relaxation::{AlaricOptions, WvtOptions, alaric, relax};
 use sph_prep::seeding::{Seeding, seed};
 

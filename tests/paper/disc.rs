@@ -2,8 +2,8 @@
 
 use crate::results::Table;
 use crate::{Density, control, target};
-use sph_prep::domain::{Domain, Wall};
-use sph_prep::kernel::KernelName;
+use sph::domain::{Domain, Wall};
+use sph::kernel::KernelName;
 use sph_prep::relaxation::{
     AfcOptions, AlaricOptions, Bias, SolverOptions, StageReport, Weight, WvtOptions, alaric, away_from_closest, relax,
     solve_density,

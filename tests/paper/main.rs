@@ -7,7 +7,7 @@ mod results;
 mod splitting;
 mod table1;
 
-use sph_prep::domain::{Axis, Domain, Region};
+use sph::domain::{Axis, Domain, Region};
 use sph_prep::field::ScalarField;
 use sph_prep::relaxation::Control;
 use sph_prep::target::{Positions, Resolution, Target};

@@ -2,7 +2,7 @@
 
 use crate::results::Table;
 use crate::{Density, control, integral, interval, target, uniform, well};
-use sph_prep::kernel::KernelName;
+use sph::kernel::KernelName;
 use sph_prep::relaxation::{AlaricOptions, StopReason, alaric};
 
 /// What a run comes to.

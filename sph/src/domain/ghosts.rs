@@ -1,7 +1,7 @@
 //! Mirror images of particles in curved surfaces. (Flat walls need none: see [`crate::domain::Domain::axis_images`].)
 
-use crate::domain::Domain;
-use crate::target::{Positions, at};
+use super::bounds::Domain;
+use crate::geometry::{Positions, at};
 use rayon::prelude::*;
 
 /// Ghost particles: sources only, each with the particle that it mirrors.

@@ -1,23 +1,22 @@
 //! Artificial viscosity that acts where the flow converges (ALARIC eq. 15 and 35; Morris & Monaghan 1997).
 
+use super::registers::separation;
 use crate::domain::Domain;
-use crate::kernel::{Kernel, KernelName};
-use crate::neighbors::lanes::Real;
-use crate::neighbors::{Batch, Compiled, LeafPass, Shape, Sources, compiled, drive, in_shape};
-use crate::smoothing::separation;
-use crate::with_kernel;
+use crate::kernel::{Kernel, KernelName, with_kernel};
+use crate::lanes::Real;
+use crate::neighbors::{Batch, Compiled, LeafPass, Shape, Sources, compiled, in_shape};
 use pulp::Simd;
 use std::any::Any;
 
 /// Channels of [`ViscosityPass`]: the velocity (padded to three components), alpha, 1/H and n.
-pub(super) const CHANNELS: usize = 6;
+pub const CHANNELS: usize = 6;
 const ALPHA: usize = 3;
 const INVERSE_SUPPORT: usize = 4;
 const NUMBER_DENSITY: usize = 5;
 
 /// What the relative motion of its neighbors does to one particle.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Shear<const D: usize> {
+pub struct Shear<const D: usize> {
     /// -sum_b alpha_b (v_ab . r^) r F / n r^ with F and n averaged over the pair; times v_sig an acceleration.
     pub drag: [f64; D],
     /// div v at the particle.
@@ -31,18 +30,17 @@ impl<const D: usize> Default for Shear<D> {
 }
 
 /// Relative motion about every particle of `sources[0]`.
-pub(super) fn shear<const D: usize, R: Real>(
+pub fn shear<const D: usize, R: Real>(
     kernel: KernelName,
     domain: &Domain<D>,
     sources: &[Sources<'_, D, CHANNELS>],
 ) -> Vec<Shear<D>> {
-    let pass = compiled::<D, CHANNELS, R, Shear<D>>(|shape| viscosity_pass(kernel, shape));
-    drive(domain, sources, 1.0, &*pass)
+    compiled::<D, CHANNELS, R, Shear<D>>(|shape| viscosity_pass(kernel, shape)).drive(domain, sources, 1.0)
 }
 
 fn viscosity_pass(kernel: KernelName, shape: Shape) -> Box<dyn Any> {
     in_shape!(shape, D, R => with_kernel!(kernel, kernel => {
-        Box::new(Box::new(ViscosityPass(kernel)) as Compiled<D, CHANNELS, R, Shear<D>>)
+        Box::new(Compiled::<D, CHANNELS, R, Shear<D>>::new(ViscosityPass(kernel)))
     }))
 }
 

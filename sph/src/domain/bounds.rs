@@ -1,10 +1,17 @@
-//! The space that particles may occupy, and the only code that wraps, mirrors or confines positions.
+//! The bounding box with its axes, and the region within it.
 
-mod region;
+use super::region::{Region, Wall};
+use crate::geometry::unit_ball_volume;
 
-pub use region::{Hull, Region, Round, Wall, distance};
-
-use crate::error::{Error, Result};
+/// A domain that cannot be.
+#[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+pub enum DomainError {
+    #[error("axis {axis} runs from {lo} to {hi}; both must be finite and the second the larger")]
+    Bounds { axis: usize, lo: f64, hi: f64 },
+    #[error("a cylinder exists in 3-D only, not in {dimension}-D; use a ball")]
+    Cylinder { dimension: usize },
+}
 
 /// What happens at the two ends of an axis of the bounding box.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -47,13 +54,10 @@ impl<const D: usize> Domain<D> {
     ///
     /// # Errors
     /// Bounds that are not finite or enclose nothing.
-    pub fn new(lo: [f64; D], hi: [f64; D], axes: [Axis; D], region: Region<D>) -> Result<Self> {
+    pub fn new(lo: [f64; D], hi: [f64; D], axes: [Axis; D], region: Region<D>) -> Result<Self, DomainError> {
         for k in 0..D {
             if !(lo[k].is_finite() && hi[k].is_finite() && lo[k] < hi[k]) {
-                return Err(Error::scene(
-                    "domain",
-                    format!("axis {k} runs from {} to {}; both must be finite and the second the larger", lo[k], hi[k]),
-                ));
+                return Err(DomainError::Bounds { axis: k, lo: lo[k], hi: hi[k] });
             }
         }
         Ok(Self { lo, hi, axes, region })
@@ -63,7 +67,7 @@ impl<const D: usize> Domain<D> {
     ///
     /// # Errors
     /// A radius that is not positive and finite.
-    pub fn ball(center: [f64; D], radius: f64, wall: Wall) -> Result<Self> {
+    pub fn ball(center: [f64; D], radius: f64, wall: Wall) -> Result<Self, DomainError> {
         let lo = std::array::from_fn(|k| center[k] - radius);
         let hi = std::array::from_fn(|k| center[k] + radius);
         Self::new(lo, hi, [Axis::OPEN; D], Region::Ball { center, inner_radius: 0.0, radius, wall })
@@ -79,9 +83,9 @@ impl<const D: usize> Domain<D> {
         [inner_radius, radius]: [f64; 2],
         length: f64,
         (wall, ends): (Wall, Axis),
-    ) -> Result<Self> {
+    ) -> Result<Self, DomainError> {
         if D != 3 || axis >= D {
-            return Err(Error::scene("domain.cylinder", format!("exists in 3-D only, not in {D}-D; use a ball")));
+            return Err(DomainError::Cylinder { dimension: D });
         }
         let half = |k: usize| if k == axis { 0.5 * length } else { radius };
         let lo = std::array::from_fn(|k| center[k] - half(k));
@@ -104,12 +108,10 @@ impl<const D: usize> Domain<D> {
         match &self.region {
             Region::Box => self.extent().into_iter().product(),
             Region::Ball { inner_radius, radius, .. } => {
-                crate::kernel::unit_ball_volume(D) * (radius.powi(D as i32) - inner_radius.powi(D as i32))
+                unit_ball_volume(D) * (radius.powi(D as i32) - inner_radius.powi(D as i32))
             }
             Region::Cylinder { axis, inner_radius, radius, .. } => {
-                crate::kernel::unit_ball_volume(2)
-                    * (radius.powi(2) - inner_radius.powi(2))
-                    * (self.hi[*axis] - self.lo[*axis])
+                unit_ball_volume(2) * (radius.powi(2) - inner_radius.powi(2)) * (self.hi[*axis] - self.lo[*axis])
             }
             Region::Hull(hull, _) => hull.volume(),
         }
@@ -226,6 +228,39 @@ impl<const D: usize> Domain<D> {
             distance = distance.min(x[k] - self.lo[k]).min(self.hi[k] - x[k]);
         }
         distance
+    }
+
+    /// The same space in other units of length: all lengths times `factor`.
+    #[must_use]
+    pub fn scaled(&self, factor: f64) -> Self {
+        let times = |v: [f64; D]| v.map(|c| c * factor);
+        Self { lo: times(self.lo), hi: times(self.hi), axes: self.axes, region: self.region.scaled(factor) }
+    }
+
+    /// The space with mirrors in the place of open faces and surfaces: vacuum would push particles out.
+    #[must_use]
+    pub fn mirrored(&self) -> Self {
+        let mut mirrored = self.clone();
+        for axis in &mut mirrored.axes {
+            if let Axis::Walls { lo, hi } = axis {
+                (*lo, *hi) = (Wall::Reflecting, Wall::Reflecting);
+            }
+        }
+        // The box of a curved region is no wall: its surface has ghosts of its own.
+        if mirrored.region.wall().is_some() {
+            for k in (0..D).filter(|&k| self.axes[k] != Axis::Periodic && !self.has_faces(k)) {
+                mirrored.axes[k] = Axis::OPEN;
+            }
+        }
+        mirrored
+    }
+
+    /// The middle of the domain: the center of a ball, else of the bounding box.
+    pub fn center(&self) -> [f64; D] {
+        match &self.region {
+            Region::Ball { center, .. } => *center,
+            _ => std::array::from_fn(|k| 0.5 * (self.lo[k] + self.hi[k])),
+        }
     }
 
     /// Whether the region reaches the faces of its bounding box along axis `k`, as more than touching them.

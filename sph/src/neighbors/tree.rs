@@ -77,6 +77,11 @@ impl<const D: usize> Tree<D> {
         self.order.is_empty()
     }
 
+    /// Position of the particle at tree position `i`.
+    pub fn position(&self, i: usize) -> [f64; D] {
+        std::array::from_fn(|k| self.positions[k][i])
+    }
+
     /// Tree position -> particle index.
     pub fn order(&self) -> &[u32] {
         &self.order

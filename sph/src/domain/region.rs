@@ -1,5 +1,6 @@
 //! Regions with curved or irregular surfaces.
 
+use crate::geometry::distance;
 use std::fmt::Debug;
 use std::sync::Arc;
 
@@ -79,6 +80,28 @@ impl<const D: usize> Round<D> {
 }
 
 impl<const D: usize> Region<D> {
+    /// The same region in other units of length.
+    #[must_use]
+    pub fn scaled(&self, factor: f64) -> Self {
+        match self {
+            Self::Box => Self::Box,
+            Self::Ball { center, inner_radius, radius, wall } => Self::Ball {
+                center: center.map(|c| c * factor),
+                inner_radius: inner_radius * factor,
+                radius: radius * factor,
+                wall: *wall,
+            },
+            Self::Cylinder { center, axis, inner_radius, radius, wall } => Self::Cylinder {
+                center: center.map(|c| c * factor),
+                axis: *axis,
+                inner_radius: inner_radius * factor,
+                radius: radius * factor,
+                wall: *wall,
+            },
+            Self::Hull(hull, wall) => Self::Hull(Arc::new(ScaledHull { inner: Arc::clone(hull), factor }), *wall),
+        }
+    }
+
     /// The region as a [`Round`] one, if it is.
     pub fn round(&self) -> Option<Round<D>> {
         match *self {
@@ -151,7 +174,23 @@ impl<const D: usize> Region<D> {
     }
 }
 
-/// |a - b|, without images.
-pub fn distance<const D: usize>(a: &[f64; D], b: &[f64; D]) -> f64 {
-    (0..D).map(|k| (a[k] - b[k]).powi(2)).sum::<f64>().sqrt()
+/// A hull in other units of length.
+#[derive(Debug)]
+struct ScaledHull<const D: usize> {
+    inner: Arc<dyn Hull<D>>,
+    factor: f64,
+}
+
+impl<const D: usize> Hull<D> for ScaledHull<D> {
+    fn contains(&self, x: &[f64; D]) -> bool {
+        self.inner.contains(&x.map(|v| v / self.factor))
+    }
+
+    fn nearest_on_surface(&self, x: &[f64; D]) -> [f64; D] {
+        self.inner.nearest_on_surface(&x.map(|v| v / self.factor)).map(|v| v * self.factor)
+    }
+
+    fn volume(&self) -> f64 {
+        self.inner.volume() * self.factor.powi(D as i32)
+    }
 }

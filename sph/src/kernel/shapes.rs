@@ -1,7 +1,7 @@
 //! Kernel shapes as polynomials in `(a - q)_+`, valid for scalars and vectors.
 
-use super::Kernel;
-use crate::neighbors::lanes::Real;
+use super::shape::Kernel;
+use crate::lanes::Real;
 use pulp::Simd;
 
 /// `max(a - q, 0)`.

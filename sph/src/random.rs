@@ -3,19 +3,9 @@
 use rand::SeedableRng;
 use rand_xoshiro::Xoshiro256PlusPlus;
 
-/// Purposes that draw random numbers; each has streams of its own.
-#[derive(Debug, Clone, Copy)]
-pub enum Purpose {
-    RandomSeed = 1,
-    SeedJitter = 2,
-    Measure = 3,
-    ShellRotation = 4,
-    Parting = 5,
-}
-
-/// The generator of one particle for one purpose.
-pub fn keyed(seed: u64, purpose: Purpose, particle: u64) -> Xoshiro256PlusPlus {
-    let mixed = mix(mix(seed) ^ mix((purpose as u64) << 56 ^ particle));
+/// The generator of one particle: `stream` tells apart the purposes that draw random numbers for one seed.
+pub fn keyed(seed: u64, stream: u64, particle: u64) -> Xoshiro256PlusPlus {
+    let mixed = mix(mix(seed) ^ mix(stream << 56 ^ particle));
     Xoshiro256PlusPlus::seed_from_u64(mixed)
 }
 

@@ -4,8 +4,9 @@
 //! benches leave them to this crate. A function without type parameters is compiled here once; it makes
 //! the pass for a shape known at run time, and the caller takes it out again with its types.
 
-use super::batch::DynPass;
-use super::lanes::Real;
+use super::batch::{DynPass, LeafPass, Sources, drive};
+use crate::domain::Domain;
+use crate::lanes::Real;
 use std::any::Any;
 
 /// Type parameters of a pass as values.
@@ -22,8 +23,28 @@ impl Shape {
     }
 }
 
-/// A pass whose output is `O`.
-pub(crate) type Compiled<const D: usize, const C: usize, R, O> = Box<dyn DynPass<D, C, R, O>>;
+type Drive<const D: usize, const C: usize, R, O> =
+    fn(&Domain<D>, &[Sources<'_, D, C>], f64, &dyn DynPass<D, C, R, O>) -> Vec<O>;
+
+/// A pass whose output is `O`, with what drives it over all leaves.
+pub(crate) struct Compiled<const D: usize, const C: usize, R, O> {
+    pass: Box<dyn DynPass<D, C, R, O>>,
+    /// A pointer, so that this crate holds the code and not each that calls it.
+    drive: Drive<D, C, R, O>,
+}
+
+impl<const D: usize, const C: usize, R: Real, O: Copy + Send + Default> Compiled<D, C, R, O> {
+    pub fn new(pass: impl LeafPass<D, C, R, Output = O> + 'static) -> Self {
+        Self { pass: Box::new(pass), drive: drive::<D, C, R, O> }
+    }
+}
+
+impl<const D: usize, const C: usize, R, O> Compiled<D, C, R, O> {
+    /// See [`super::for_each_target`].
+    pub fn drive(&self, domain: &Domain<D>, sources: &[Sources<'_, D, C>], margin: f64) -> Vec<O> {
+        (self.drive)(domain, sources, margin, &*self.pass)
+    }
+}
 
 /// What `make` makes for this shape.
 pub(crate) fn compiled<const D: usize, const C: usize, R: Real, O: 'static>(
@@ -31,7 +52,7 @@ pub(crate) fn compiled<const D: usize, const C: usize, R: Real, O: 'static>(
 ) -> Compiled<D, C, R, O> {
     match make(Shape::new::<D, C, R>()).downcast::<Compiled<D, C, R, O>>() {
         Ok(pass) => *pass,
-        Err(_) => unreachable!("passes exist in one to three dimensions, in both precisions"),
+        Err(_) => unreachable!("passes exist in one to three dimensions, in the precisions that callers name"),
     }
 }
 

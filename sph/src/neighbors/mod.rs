@@ -8,13 +8,13 @@
 //! Targets only gather: each writes to itself alone, and sources are visited in tree order, so results do not
 //! depend on the number of threads.
 
-pub mod batch;
+mod batch;
 pub mod brute_force;
 mod compiled;
-pub mod lanes;
+mod ghost_tree;
 mod tree;
 
-pub(crate) use batch::drive;
 pub use batch::{Batch, BatchUnit, LeafPass, Reach, Sources, for_each_target};
 pub(crate) use compiled::{Compiled, Shape, compiled, in_shape};
+pub use ghost_tree::GhostTree;
 pub use tree::{LEAF_SIZE, Tree};

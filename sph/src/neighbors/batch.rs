@@ -4,9 +4,9 @@
 //! about 1e-7 of a support radius whatever the units and wherever the leaf is; sums over them are good to a
 //! few 1e-7 relative. With f64 buffers the same code gives the reference.
 
-use super::lanes::{MAX_LANES, Real};
 use super::tree::{LEAF_SIZE, Tree};
 use crate::domain::{AxisImage, Domain};
+use crate::lanes::{MAX_LANES, Real};
 use pulp::{Arch, Simd, WithSimd};
 use rayon::prelude::*;
 

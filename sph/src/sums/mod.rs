@@ -1,0 +1,23 @@
+//! Sums over neighbors: densities with their gradients, the support radii that belong to a neighbor number, forces, and
+//! what relaxation asks of a particle's surroundings.
+//!
+//! Each is compiled in this crate for one to three dimensions, all kernels and the precisions that it is needed in.
+
+mod closest;
+mod density;
+mod nearest;
+mod parting;
+mod push;
+mod registers;
+mod scatter;
+mod support;
+mod viscosity;
+
+pub use closest::{Away, away_from_closest};
+pub use density::{DensitySums, density};
+pub use nearest::{Near, nearest};
+pub use parting::{Parting, partings};
+pub use push::{Bias, Push, Pushes, Weight, pushes};
+pub use scatter::{Actors, Vector, scatter_gradient};
+pub use support::{Solved, largest_support, solve_support_radii};
+pub use viscosity::{CHANNELS as SHEAR_CHANNELS, Shear, shear};

@@ -1,0 +1,121 @@
+//! Support radii that belong to a neighbor number: n_a V_d H_a^d = N_H (ALARIC sec. 1), and the sums there.
+
+use super::density::{DensitySums, density_sums};
+use crate::domain::Domain;
+use crate::geometry::unit_ball_volume;
+use crate::kernel::{Kernel, KernelName, with_kernel};
+use crate::lanes::Real;
+use crate::neighbors::{Batch, Compiled, LeafPass, Shape, Sources, compiled, in_shape};
+use pulp::Simd;
+use std::any::Any;
+
+/// Support radius and the sums at it.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Solved<const D: usize> {
+    pub support: f64,
+    pub sums: DensitySums<D>,
+}
+
+struct SolvePass<K> {
+    kernel: K,
+    kernel_neighbors: f64,
+    largest: f64,
+}
+
+/// Relative accuracy of n V_d H^d = N_H; finer than what f32 sums resolve.
+const SUPPORT_TOLERANCE: f64 = 1e-6;
+/// Newton converges in three or four steps, bisection needs some forty.
+const MAX_SUPPORT_STEPS: usize = 80;
+/// Reach of the first gathering over the largest guess of the leaf.
+const SOLVE_MARGIN: f64 = 1.15;
+
+impl<const D: usize, const C: usize, K: Kernel, R: Real> LeafPass<D, C, R> for SolvePass<K> {
+    type Output = Solved<D>;
+
+    #[inline(always)]
+    fn leaf<S: Simd>(&self, simd: S, batch: &mut Batch<'_, D, C, R>, out: &mut [Self::Output]) {
+        for (i, out) in batch.targets().zip(out) {
+            *out = self.solve::<D, C, R, S>(simd, batch, i);
+        }
+    }
+}
+
+impl<K: Kernel> SolvePass<K> {
+    /// Newton in ln H on ln(n V_d H^d / N_H), bracketed; gathers anew where the root lies beyond the reach.
+    #[inline(always)]
+    fn solve<const D: usize, const C: usize, R: Real, S: Simd>(
+        &self,
+        simd: S,
+        batch: &mut Batch<'_, D, C, R>,
+        i: usize,
+    ) -> Solved<D> {
+        let target = self.kernel_neighbors / unit_ball_volume(D);
+        let (mut lo, mut hi) = (0.0_f64, f64::INFINITY);
+        let mut support = batch.support(i).min(self.largest);
+        let mut sums = DensitySums::default();
+        for _ in 0..MAX_SUPPORT_STEPS {
+            if support > batch.unit().length {
+                batch.gather_again(support * SOLVE_MARGIN);
+            }
+            sums = density_sums::<D, C, K, R, S>(simd, self.kernel, batch, i, support);
+            let count = sums.number_density * support.powi(D as i32);
+            let excess = (count / target).ln();
+            if excess.abs() < SUPPORT_TOLERANCE || (support >= self.largest && excess < 0.0) {
+                break;
+            }
+            if excess > 0.0 {
+                hi = support
+            } else {
+                lo = support
+            }
+            if hi / lo < 1.0 + 1e-12 {
+                break;
+            }
+            let rate = D as f64 + sums.slope / sums.number_density;
+            let newton = support * (-excess / rate).clamp(-1.0, 1.0).exp();
+            support = if rate > 0.0 && newton > lo && newton < hi {
+                newton
+            } else if hi.is_finite() {
+                if lo > 0.0 { (lo * hi).sqrt() } else { 0.5 * hi }
+            } else {
+                2.0 * support
+            }
+            .min(self.largest);
+        }
+        Solved { support, sums }
+    }
+}
+
+/// Solves n V_d H^d = N_H for every particle; `guess` in tree order, as is the result. No radius exceeds
+/// `largest` (where fewer than N_H particles exist in an open domain, there is no solution).
+pub fn solve_support_radii<const D: usize, const C: usize, R: Real>(
+    kernel: KernelName,
+    domain: &Domain<D>,
+    sources: &[Sources<'_, D, C>],
+    kernel_neighbors: f64,
+    largest: f64,
+) -> Vec<Solved<D>> {
+    compiled::<D, C, R, Solved<D>>(|shape| solve_pass(kernel, kernel_neighbors, largest, shape)).drive(
+        domain,
+        sources,
+        SOLVE_MARGIN,
+    )
+}
+
+fn solve_pass(kernel: KernelName, kernel_neighbors: f64, largest: f64, shape: Shape) -> Box<dyn Any> {
+    in_shape!(shape, D, R => with_kernel!(kernel, kernel => {
+        let pass = SolvePass { kernel, kernel_neighbors, largest };
+        match shape.channels {
+            0 => Box::new(Compiled::<D, 0, R, Solved<D>>::new(pass)),
+            _ => Box::new(Compiled::<D, 1, R, Solved<D>>::new(pass)),
+        }
+    }))
+}
+
+/// Largest support radius that makes sense in a domain: with periodic or mirrored images any number of
+/// neighbors can be had, in an open one no more than the particles that exist.
+pub fn largest_support<const D: usize>(domain: &Domain<D>, count: usize, kernel_neighbors: f64) -> f64 {
+    let mean = (kernel_neighbors * domain.volume() / (unit_ball_volume(D) * count.max(1) as f64)).powf(1.0 / D as f64);
+    let diagonal = domain.extent().iter().map(|e| e * e).sum::<f64>().sqrt();
+    2.0 * diagonal.max(mean)
+}
