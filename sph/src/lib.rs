@@ -32,6 +32,7 @@ pub mod geometry;
 pub mod kernel;
 pub mod lanes;
 pub mod neighbors;
+pub mod parallel;
 pub mod random;
 pub mod reduce;
 pub mod sums;

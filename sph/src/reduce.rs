@@ -1,6 +1,6 @@
 //! Reductions whose result does not depend on the number of threads: fixed chunks, combined in order.
 
-use rayon::prelude::*;
+use crate::parallel::pieces;
 
 const CHUNK: usize = 4096;
 
@@ -12,8 +12,7 @@ const LANES: usize = 4;
 
 /// Sum of `f(i)` for `i` in `0..n`, compensated (Neumaier) within and across chunks.
 pub fn sum(n: usize, f: impl Fn(usize) -> f64 + Sync) -> f64 {
-    let partial: Vec<Compensated> =
-        (0..n.div_ceil(CHUNK)).into_par_iter().map(|c| chunk(c * CHUNK, ((c + 1) * CHUNK).min(n), &f)).collect();
+    let partial = pieces(n, CHUNK, |range| chunk(range.start, range.end, &f));
     let mut total = Compensated::default();
     partial.into_iter().for_each(|part| total.join(part));
     total.value()
@@ -49,8 +48,7 @@ pub fn chunk_sums<const K: usize>(
     chunk: usize,
     f: impl Fn(std::ops::Range<usize>) -> [f64; K] + Sync,
 ) -> [f64; K] {
-    let parts: Vec<[f64; K]> =
-        (0..n.div_ceil(chunk)).into_par_iter().map(|c| f(c * chunk..((c + 1) * chunk).min(n))).collect();
+    let parts = pieces(n, chunk, f);
     std::array::from_fn(|k| {
         let mut total = Compensated::default();
         parts.iter().for_each(|p| total.add(p[k]));
@@ -60,7 +58,8 @@ pub fn chunk_sums<const K: usize>(
 
 /// Largest of `f(i)`, or negative infinity for `n` = 0. NaN is passed over.
 pub fn max(n: usize, f: impl Fn(usize) -> f64 + Sync) -> f64 {
-    (0..n).into_par_iter().map(&f).reduce(|| f64::NEG_INFINITY, f64::max)
+    let parts = pieces(n, CHUNK, |range| range.fold(f64::NEG_INFINITY, |m, i| m.max(f(i))));
+    parts.into_iter().fold(f64::NEG_INFINITY, f64::max)
 }
 
 /// Running sum that carries its rounding error along.

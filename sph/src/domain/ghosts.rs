@@ -2,7 +2,7 @@
 
 use super::bounds::Domain;
 use crate::geometry::{Positions, at};
-use rayon::prelude::*;
+use crate::parallel;
 
 /// Ghost particles: sources only, each with the particle that it mirrors.
 #[derive(Debug, Clone, Default)]
@@ -19,15 +19,13 @@ impl<const D: usize> Ghosts<D> {
         if domain.region.wall().is_none() {
             return Self { positions: Vec::new(), parents: Vec::new(), stretch: Vec::new() };
         }
-        let made: Vec<([f64; D], u32, f64)> = (0..positions[0].len())
-            .into_par_iter()
-            .filter_map(|i| {
-                let x = at(positions, i);
-                let (image, stretch) = domain.region.mirror_with_stretch(&x)?;
-                let depth = 0.5 * (0..D).map(|k| (image[k] - x[k]).powi(2)).sum::<f64>().sqrt();
-                (depth < reach(i)).then_some((image, i as u32, stretch))
-            })
-            .collect();
+        let made = parallel::map(positions[0].len(), |i| {
+            let x = at(positions, i);
+            let (image, stretch) = domain.region.mirror_with_stretch(&x)?;
+            let depth = 0.5 * (0..D).map(|k| (image[k] - x[k]).powi(2)).sum::<f64>().sqrt();
+            (depth < reach(i)).then_some((image, i as u32, stretch))
+        });
+        let made: Vec<([f64; D], u32, f64)> = made.into_iter().flatten().collect();
         Self {
             positions: made.iter().map(|g| g.0).collect(),
             parents: made.iter().map(|g| g.1).collect(),

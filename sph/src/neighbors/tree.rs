@@ -1,6 +1,6 @@
 //! Bucket k-d tree over particle positions: leaves of equal size, stored in preorder, particles in leaf order.
 
-use rayon::prelude::*;
+use crate::parallel;
 
 /// Particles of a leaf, at most. Larger leaves share their gathered neighbors among more targets, smaller
 /// ones gather fewer that no target sees; measured best at 64 neighbors in 3-D.
@@ -41,10 +41,7 @@ impl<const D: usize> Tree<D> {
     pub fn build(positions: &[Vec<f64>; D]) -> Self {
         let n = positions[0].len();
         assert!(u32::try_from(n).is_ok(), "more particles than 32-bit indices");
-        let mut items: Vec<Item<D>> = (0..n)
-            .into_par_iter()
-            .map(|i| Item { x: std::array::from_fn(|k| positions[k][i]), index: i as u32 })
-            .collect();
+        let mut items = parallel::map(n, |i| Item { x: std::array::from_fn(|k| positions[k][i]), index: i as u32 });
         let leaf_count = n.div_ceil(LEAF_SIZE);
         let empty = Node { lo: [0.0; D], hi: [0.0; D], first: 0, count: 0, skip: 0 };
         let mut nodes = vec![empty; (2 * leaf_count).saturating_sub(1)];
@@ -53,8 +50,8 @@ impl<const D: usize> Tree<D> {
         }
         let leaves = (0..nodes.len() as u32).filter(|&i| nodes[i as usize].skip == i + 1).collect();
         Self {
-            order: items.par_iter().map(|item| item.index).collect(),
-            positions: std::array::from_fn(|k| items.par_iter().map(|item| item.x[k]).collect()),
+            order: parallel::map(n, |i| items[i].index),
+            positions: std::array::from_fn(|k| parallel::map(n, |i| items[i].x[k])),
             nodes,
             leaves,
         }
@@ -89,7 +86,7 @@ impl<const D: usize> Tree<D> {
 
     /// Declares that the particles' own arrays are now in tree order.
     pub fn forget_order(&mut self) {
-        self.order.par_iter_mut().enumerate().for_each(|(i, o)| *o = i as u32);
+        parallel::update(&mut self.order, |i, o| *o = i as u32);
     }
 
     /// Takes moved positions over without sorting anew: boxes are fitted again, so that results stay right
@@ -97,10 +94,10 @@ impl<const D: usize> Tree<D> {
     pub fn refit(&mut self, positions: &[Vec<f64>; D]) {
         let order = &self.order;
         for k in 0..D {
-            self.positions[k].par_iter_mut().zip(order).for_each(|(x, &i)| *x = positions[k][i as usize]);
+            parallel::update(&mut self.positions[k], |i, x| *x = positions[k][order[i] as usize]);
         }
         let tree_positions = &self.positions;
-        self.nodes.par_iter_mut().enumerate().with_min_len(256).for_each(|(i, node)| {
+        parallel::update(&mut self.nodes, |i, node| {
             if node.skip == i as u32 + 1 {
                 let range = node.first as usize..(node.first + node.count) as usize;
                 (node.lo, node.hi) =
@@ -121,7 +118,7 @@ impl<const D: usize> Tree<D> {
 
     /// Values of particles (in their own order) brought into tree order.
     pub fn to_tree_order<T: Copy + Send + Sync>(&self, values: &[T]) -> Vec<T> {
-        self.order.par_iter().map(|&i| values[i as usize]).collect()
+        parallel::reordered(values, &self.order)
     }
 
     /// For each node the largest of `values` (in tree order) below it.

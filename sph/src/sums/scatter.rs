@@ -5,8 +5,8 @@ use crate::domain::Domain;
 use crate::kernel::{Kernel, KernelName, with_kernel};
 use crate::lanes::Real;
 use crate::neighbors::{Batch, Compiled, LeafPass, Reach, Shape, Sources, Tree, compiled, in_shape};
+use crate::parallel;
 use pulp::Simd;
-use rayon::prelude::*;
 use std::any::Any;
 
 struct ScatterPass<K>(K);
@@ -71,8 +71,8 @@ pub fn scatter_gradient<const D: usize, R: Real>(
         .iter()
         .map(|a| {
             let coefficient =
-                a.support.par_iter().zip(a.strength).map(|(h, s)| s * norm / h.powi(D as i32 + 2)).collect();
-            (coefficient, a.support.par_iter().map(|h| 1.0 / h).collect())
+                parallel::map(a.support.len(), |i| a.strength[i] * norm / a.support[i].powi(D as i32 + 2));
+            (coefficient, parallel::map(a.support.len(), |i| 1.0 / a.support[i]))
         })
         .collect();
     let sources: Vec<_> = actors
