@@ -4,7 +4,7 @@ use super::args::count;
 use super::progress::Progress;
 use crate::compare::{self, Compared, Request, VARIATIONS};
 use crate::error::{Error, Result};
-use crate::relaxation::Control;
+use crate::relaxation::{Control, Event};
 use crate::scene::Scene;
 use sph_formats::FormatSpec;
 use std::path::PathBuf;
@@ -69,9 +69,7 @@ pub fn run(args: &CompareArgs, formats: &[FormatSpec], interrupted: &AtomicBool)
     }
     compare::probe(&args.output)?;
     let progress = Progress::new(args.quiet);
-    let observer = |stage: &'static str, iteration: usize, last: usize, epsilon: f64| {
-        progress.update(stage, iteration, last, epsilon);
-    };
+    let observer = |event: Event| progress.update(event);
     let control = Control { deadline: None, interrupted, observer: &observer };
     let request = Request { scene: &scene, methods: &methods, counts: &counts };
     let result = compare::compare(&request, formats, &control);

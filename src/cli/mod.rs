@@ -12,7 +12,7 @@ mod methods;
 mod progress;
 
 use crate::error::Error;
-use crate::relaxation::{Control, StopReason};
+use crate::relaxation::{Control, Event, StopReason};
 use crate::run::pipeline;
 use crate::scene::Scene;
 use args::{Args, Command, RunArgs};
@@ -57,9 +57,7 @@ fn run(args: &RunArgs) -> crate::Result<ExitCode> {
     set_threads(args.threads)?;
     let interrupted = interrupt_flag();
     let progress = progress::Progress::new(args.quiet);
-    let observer = |stage: &'static str, iteration: usize, last: usize, epsilon: f64| {
-        progress.update(stage, iteration, last, epsilon);
-    };
+    let observer = |event: Event| progress.update(event);
     let control = Control {
         deadline: scene.time_limit.and_then(|s| Instant::now().checked_add(Duration::try_from_secs_f64(s).ok()?)),
         interrupted: &interrupted,

@@ -1,5 +1,6 @@
 //! Progress on a terminal; silence when piped or asked for.
 
+use crate::relaxation::Event;
 use indicatif::{ProgressBar, ProgressStyle};
 use std::io::IsTerminal;
 use std::sync::Mutex;
@@ -15,7 +16,8 @@ impl Progress {
         Self { shown: !quiet && std::io::stderr().is_terminal(), bar: Mutex::new(None) }
     }
 
-    pub fn update(&self, stage: &'static str, iteration: usize, last: usize, epsilon: f64) {
+    pub fn update(&self, event: Event) {
+        let Event::Iteration { stage, iteration, last, epsilon } = event else { return };
         if !self.shown {
             return;
         }
@@ -25,7 +27,7 @@ impl Progress {
                 .unwrap_or_else(|_| ProgressStyle::default_bar());
             ProgressBar::new(last as u64).with_style(style)
         });
-        bar.set_prefix(stage);
+        bar.set_prefix(stage.title);
         bar.set_length(last as u64);
         bar.set_position(iteration as u64);
         bar.set_message(format!("epsilon {epsilon:.2e}"));

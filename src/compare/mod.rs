@@ -16,9 +16,9 @@ use crate::error::{Error, Result};
 use crate::input::ingest;
 use crate::input::internal_units::Prepared;
 use crate::metrics::{DensityError, NeighborFigures, NoiseFigures, Outcome};
-use crate::relaxation::{Control, StageReport, StopReason};
+use crate::relaxation::{BALANCE, Control, StageReport, StopReason, TRIMMING};
 use crate::run::plan::Plan;
-use crate::run::stages::{self, Relaxed};
+use crate::run::stages::{self, Placed, Setting};
 use crate::scene::Scene;
 use crate::target::{Positions, Target, at};
 use serde::Serialize;
@@ -223,10 +223,12 @@ fn run_method<const D: usize>(
     let limit = scene.time_limit.and_then(|s| Instant::now().checked_add(Duration::try_from_secs_f64(s).ok()?));
     let control = Control { deadline: limit.or(control.deadline), ..*control };
     let mut seen: Vec<(&'static str, Positions<D>)> = Vec::new();
-    let Relaxed { stages, timing, stop, .. } =
-        stages::place_watched(&scene, &mut plan, &target, neighbors, &control, &mut |stage, positions| {
-            seen.push((stage, positions.clone()));
-        })?;
+    // Methods are compared by density: what comes after it is for one run.
+    plan.stages.retain(|stage| *stage != BALANCE && *stage != TRIMMING);
+    let setting = Setting { scene: &scene, target, equilibrium: None, control: &control };
+    let Placed { stages, timing, stop, .. } = stages::place_watched(&setting, &mut plan, &mut |stage, positions| {
+        seen.push((stage, positions.clone()));
+    })?;
     let seed_seconds = timing.first().map_or(0.0, |t| t.seconds);
     let (steps, ends) = steps(&stages, seed_seconds);
     let mut states = Vec::with_capacity(seen.len());
@@ -262,13 +264,13 @@ fn steps(stages: &[StageReport], seed_seconds: f64) -> (Vec<Step>, Vec<(&'static
     let (mut steps, mut ends) = (Vec::new(), Vec::new());
     for report in stages {
         steps.extend(report.history.iter().map(|p| Step {
-            stage: report.stage,
+            stage: report.stage.name,
             step: p.iteration,
             seconds: start + p.seconds,
             epsilon: p.epsilon,
         }));
         start += report.seconds;
-        ends.push((report.stage, start));
+        ends.push((report.stage.name, start));
     }
     (steps, ends)
 }

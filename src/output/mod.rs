@@ -1,3 +1,5 @@
-//! From placed particles to the file that holds them.
+//! From placed particles to the file that holds them: its columns, and the frame (box, origin, units) that they are in.
 
 pub mod columns;
+pub mod frame;
+pub mod particle_file;

@@ -7,14 +7,14 @@
 
 use super::arrangement::{Arrangement, SORT_INTERVAL};
 use super::fit::{fit, interior};
-use super::snapshot::{Best, Check, Keep, Start, Trace, axes, forget};
-use super::{Control, Progress, StageReport, StopReason};
-use crate::target::{Positions, Target, at};
-use rayon::prelude::*;
+use super::snapshot::{Best, Check, Trace, axes, decode, encode};
+use super::stage::{Particles, Progress, Relaxed, Running, Stage, StageName, StageReport, StopReason};
+use crate::target::{Positions, Target};
 use serde::{Deserialize, Serialize};
-use sph::kernel::{KernelName, support_over_spacing};
-use sph::reduce;
-use sph::sums::Away;
+use sph::kernel::KernelName;
+use sph::parallel;
+
+pub const NAME: StageName = StageName { name: "afc", title: "AFC" };
 
 /// Parameters of the stage.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -35,110 +35,38 @@ impl AfcOptions {
     }
 }
 
-/// Moves `positions` and returns the best state met, by epsilon (re-fitted) at the target's support radii.
-pub fn away_from_closest<const D: usize>(
-    kernel: KernelName,
-    target: &Target<'_, D>,
-    positions: Positions<D>,
-    options: &AfcOptions,
-    control: &Control<'_>,
-) -> (Positions<D>, StageReport) {
-    away_from_closest_kept(kernel, target, Start::New(positions), options, control, &mut forget())
+/// The stage. What comes out is the best state met, by epsilon (re-fitted) at the target's support radii.
+pub struct AwayFromClosest<'a, const D: usize> {
+    pub kernel: KernelName,
+    pub target: Target<'a, D>,
+    pub options: AfcOptions,
 }
 
-/// [`away_from_closest`] from new positions or a snapshot, offering snapshots to `keep`.
-pub fn away_from_closest_kept<const D: usize>(
-    kernel: KernelName,
-    target: &Target<'_, D>,
-    start: Start<D, AfcSnapshot<D>>,
-    options: &AfcOptions,
-    control: &Control<'_>,
-    keep: Keep<'_, AfcSnapshot<D>>,
-) -> (Positions<D>, StageReport) {
-    let domain = target.domain.mirrored();
-    let neighbors = options.kernel_neighbors;
-    let (mut state, first, mut best, mut trace) = match start {
-        Start::New(positions) => {
-            let state = Arrangement::<D, f32>::new(kernel, target, &domain, positions, neighbors);
-            let best = Best { epsilon: f64::INFINITY, iteration: 0, positions: state.positions.clone() };
-            (state, 0, best, Trace::new())
-        }
-        Start::Kept(kept) => {
-            let AfcSnapshot { step, positions, moves, best, trace } = *kept;
-            let state = Arrangement::of_sorted(kernel, target, &domain, positions, moves, neighbors);
-            (state, step, best, trace.resumed())
-        }
-    };
-    let mut stop = StopReason::IterationLimit;
-    for step in first..=options.steps {
-        let outside = control.stop_reason();
-        keep(outside.is_some(), &|| AfcSnapshot {
-            step,
-            positions: state.positions.clone(),
-            moves: state.moves(),
-            best: best.clone(),
-            trace: trace.kept(),
-        });
-        if state.is_stale(SORT_INTERVAL) {
-            state.sort();
-        }
-        let support = state.target_supports();
-        state.mirror(&support);
-        let epsilon = epsilon(&state, &support);
-        best.note(epsilon, step, &state.positions);
-        let mut entry =
-            Progress { iteration: step, epsilon, force_error: None, largest_step: 0.0, seconds: trace.seconds() };
-        let reason = if epsilon <= options.tolerance { Some(StopReason::ToleranceReached) } else { outside };
-        if reason.is_none() && step < options.steps {
-            entry.largest_step =
-                displace(&mut state, &support, options.step * (1.0 - step as f64 / options.steps as f64));
-        }
-        trace.history.push(entry);
-        control.report("AFC", step, options.steps, epsilon);
-        if let Some(reason) = reason {
-            stop = reason;
-            break;
-        }
+impl<const D: usize> Stage<D> for AwayFromClosest<'_, D> {
+    fn name(&self) -> StageName {
+        NAME
     }
-    let seconds = trace.seconds();
-    let report = StageReport { stage: "afc", stop, best_iteration: best.iteration, history: trace.history, seconds };
-    (best.positions, report)
-}
 
-fn epsilon<const D: usize>(state: &Arrangement<'_, D, f32>, support: &[f64]) -> f64 {
-    let sums = state.densities(support);
-    let wanted = state.target.number_densities(&state.positions);
-    let set = interior(state.target.domain, &state.positions, support, None);
-    fit(set.as_deref(), &wanted, |i| sums[i].number_density).epsilon
-}
-
-/// Moves all particles by `step` spacings; returns the largest displacement in spacings.
-fn displace<const D: usize>(state: &mut Arrangement<'_, D, f32>, support: &[f64], step: f64) -> f64 {
-    let ratio = support_over_spacing(D, state.kernel_neighbors);
-    let spacing: Vec<f64> = support.par_iter().map(|h| h / ratio).collect();
-    let away = state.away_from_closest(support, &spacing);
-    let (target, domain, positions) = (state.target, state.domain, &state.positions);
-    let moved: Vec<([f64; D], f64)> = away
-        .par_iter()
-        .enumerate()
-        .map(|(i, Away(direction))| {
-            let from = at(positions, i);
-            let mut x: [f64; D] = std::array::from_fn(|k| from[k] + step * spacing[i] * direction[k]);
-            domain.confine(&from, &mut x);
-            let length = direction.iter().map(|v| v * v).sum::<f64>().sqrt();
-            if target.admits(&x) { (x, step * length) } else { (from, 0.0) }
-        })
-        .collect();
-    for k in 0..D {
-        state.positions[k].par_iter_mut().zip(&moved).for_each(|(x, m)| *x = m.0[k]);
+    fn begin(&self, particles: Particles<D>) -> Box<dyn Running<D> + '_> {
+        let (positions, neighbors) = (particles.positions, self.options.kernel_neighbors);
+        let state = Arrangement::new(self.kernel, self.target, self.target.domain.mirrored(), positions, neighbors);
+        let best = Best { epsilon: f64::INFINITY, iteration: 0, positions: state.positions.clone() };
+        Box::new(Run { options: &self.options, state, step: 0, best, trace: Trace::new() })
     }
-    state.moved();
-    reduce::max(moved.len(), |i| moved[i].1)
+
+    fn resume(&self, kept: &[u8]) -> Result<Box<dyn Running<D> + '_>, String> {
+        let kept: Snapshot<D> = decode(kept)?;
+        kept.check(self.target.count)?;
+        let Snapshot { step, positions, moves, best, trace } = kept;
+        let (mirrored, neighbors) = (self.target.domain.mirrored(), self.options.kernel_neighbors);
+        let state = Arrangement::of_sorted(self.kernel, self.target, mirrored, positions, moves, neighbors);
+        Ok(Box::new(Run { options: &self.options, state, step, best, trace: trace.resumed() }))
+    }
 }
 
 /// What goes on after an interrupt.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub struct AfcSnapshot<const D: usize> {
+#[derive(Serialize, Deserialize)]
+struct Snapshot<const D: usize> {
     step: usize,
     #[serde(with = "axes")]
     positions: Positions<D>,
@@ -147,18 +75,90 @@ pub struct AfcSnapshot<const D: usize> {
     trace: Trace,
 }
 
-impl<const D: usize> AfcSnapshot<D> {
-    /// The best positions, for a run that does not go on.
-    pub fn into_positions(self) -> Positions<D> {
-        self.best.positions
-    }
-
+impl<const D: usize> Snapshot<D> {
     /// # Errors
     /// What is wrong with it for `count` particles.
-    pub fn check(&self, count: usize) -> Result<(), String> {
+    fn check(&self, count: usize) -> Result<(), String> {
         Check::new(count)
             .positions("positions", &self.positions)
             .positions("the best positions", &self.best.positions)
             .result()
+    }
+}
+
+/// The stage under way.
+struct Run<'a, const D: usize> {
+    options: &'a AfcOptions,
+    state: Arrangement<'a, D, f32>,
+    step: usize,
+    best: Best<D>,
+    trace: Trace,
+}
+
+impl<const D: usize> Running<D> for Run<'_, D> {
+    fn advance(&mut self, outside: Option<StopReason>) -> Option<StopReason> {
+        if self.state.is_stale(SORT_INTERVAL) {
+            self.state.sort();
+        }
+        let (step, options) = (self.step, self.options);
+        let support = self.state.target_supports();
+        self.state.mirror(&support);
+        let epsilon = self.epsilon(&support);
+        self.best.note(epsilon, step, &self.state.positions);
+        let reason = if epsilon <= options.tolerance { Some(StopReason::ToleranceReached) } else { outside };
+        let mut largest_step = 0.0;
+        if reason.is_none() && step < options.steps {
+            largest_step = self.displace(&support, options.step * (1.0 - step as f64 / options.steps as f64));
+        }
+        let seconds = self.trace.seconds();
+        self.trace.history.push(Progress { iteration: step, epsilon, force_error: None, largest_step, seconds });
+        self.step += 1;
+        reason.or((step >= options.steps).then_some(StopReason::IterationLimit))
+    }
+
+    fn progress(&self) -> (&[Progress], usize) {
+        (&self.trace.history, self.options.steps)
+    }
+
+    fn snapshot(&self, to: Vec<u8>) -> Result<Vec<u8>, String> {
+        encode(
+            &Snapshot {
+                step: self.step,
+                positions: self.state.positions.clone(),
+                moves: self.state.moves(),
+                best: self.best.clone(),
+                trace: self.trace.kept(),
+            },
+            to,
+        )
+    }
+
+    fn finish(self: Box<Self>, stop: StopReason) -> Relaxed<D> {
+        let Self { best, trace, .. } = *self;
+        let (best_iteration, seconds) = (best.iteration, trace.seconds());
+        let report = StageReport { stage: NAME, stop, best_iteration, history: trace.history, seconds };
+        Relaxed { particles: best.positions.into(), reports: vec![report], notes: Vec::new() }
+    }
+}
+
+impl<const D: usize> Run<'_, D> {
+    fn epsilon(&self, support: &[f64]) -> f64 {
+        let (target, positions) = (&self.state.target, &self.state.positions);
+        let sums = self.state.densities(support);
+        let density = target.number_densities(positions);
+        let set = interior(target.domain, positions, support, None);
+        fit(set.as_deref(), &density, |i| sums[i].number_density).epsilon
+    }
+
+    /// Moves all particles by `step` spacings; returns the largest displacement in spacings.
+    fn displace(&mut self, support: &[f64], step: f64) -> f64 {
+        let ratio = self.state.ratio();
+        let spacing = parallel::map(support.len(), |i| support[i] / ratio);
+        let away = self.state.away_from_closest(support, &spacing);
+        self.state.shift(|i, from| {
+            let direction = away[i].0;
+            let length = direction.iter().map(|v| v * v).sum::<f64>().sqrt();
+            (std::array::from_fn(|k| from[k] + step * spacing[i] * direction[k]), step * length)
+        })
     }
 }

@@ -1,13 +1,13 @@
 //! AFC in every dimension and boundary.
 
-use super::afc::{AfcOptions, away_from_closest};
-use super::{Control, StopReason};
+use super::afc::{AfcOptions, AwayFromClosest};
+use super::control::Control;
+use super::stage::{StopReason, relax_new};
 use crate::field::ScalarField;
 use crate::seeding::{Seeding, seed};
 use crate::target::{Positions, Resolution, Target, at};
 use sph::domain::{Axis, Domain, Region, Wall};
 use sph::kernel::KernelName;
-use std::sync::atomic::AtomicBool;
 
 struct Slope;
 impl<const D: usize> ScalarField<D> for Slope {
@@ -29,12 +29,12 @@ fn target<const D: usize>(domain: &Domain<D>, count: usize) -> Target<'_, D> {
 }
 
 fn run<const D: usize>(target: &Target<'_, D>, start: Positions<D>, steps: usize) -> (Positions<D>, [f64; 2]) {
-    let never = AtomicBool::new(false);
-    let control = Control { deadline: None, interrupted: &never, observer: &|_, _, _, _| {} };
     let options = AfcOptions { steps, ..AfcOptions::new(D) };
-    let (x, report) = away_from_closest(KernelName::WendlandC4, target, start, &options, &control);
+    let stage = AwayFromClosest { kernel: KernelName::WendlandC4, target: *target, options };
+    let relaxed = relax_new(&stage, start, &Control::default());
+    let report = relaxed.report();
     assert_eq!((report.stop, report.history.len()), (StopReason::IterationLimit, steps + 1));
-    (x, [report.history[0].epsilon, report.epsilon().unwrap()])
+    (relaxed.particles.positions.clone(), [report.history[0].epsilon, report.epsilon().unwrap()])
 }
 
 fn improves<const D: usize>(count: usize) {

@@ -20,121 +20,175 @@
 //! Units: the isothermal sound speed is 1, lengths are in sizes of the domain, so the friction chi and all
 //! times are in crossings of the domain whatever the input's units.
 
-use super::fluid::{Fluid, FluidSnapshot};
-use super::snapshot::{Best, Check, Keep, Start, Trace, forget};
+use super::fluid::{AlaricOptions, Fluid, FluidSnapshot};
+use super::pairs::{COINCIDENT, part_pairs};
+use super::snapshot::{Best, Check, Trace, decode, encode};
 use super::splitting::{coarse_count, split};
-use super::{COINCIDENT, Control, Progress, StageReport, StopReason, part_pairs};
+use super::stage::{Particles, Progress, Relaxed, Running, Stage, StageName, StageReport, StopReason};
 use crate::target::{Positions, Target};
 use serde::{Deserialize, Serialize};
 use sph::domain::Domain;
 use sph::kernel::KernelName;
 use sph::lanes::Real;
+use std::marker::PhantomData;
 
-/// Parameters of the relaxation; the terms can be switched off one by one.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct AlaricOptions {
-    /// N_H = V_d n H^d.
-    pub kernel_neighbors: f64,
-    /// Friction chi, in inverse crossing times; 0 switches it off.
-    pub friction: f64,
-    /// Viscosity with evolving alpha.
-    pub viscosity: bool,
-    /// Setting all velocities to zero every tau.
-    pub velocity_stops: bool,
-    /// Growth theta of tau at each stop.
-    pub growth: f64,
-    /// Holds particles where no arrangement has the target's density: it changes too much over a support radius.
-    pub hold_unresolved: bool,
-    /// Correction of the forces for the variation of H.
-    pub grad_h: bool,
-    /// Time step over the time in which sound crosses the smallest support radius.
-    pub courant: f64,
-    pub steps: usize,
-    /// Converged when epsilon is below.
-    pub tolerance: f64,
-    /// Converged when |d epsilon/dt| between stops is below.
-    pub rate_tolerance: f64,
+pub const NAME: StageName = StageName { name: "alaric", title: "ALARIC" };
+/// The same dynamics without velocity stops and splitting (the paper's sec. 1.4.3).
+pub const DAMPED: StageName = StageName { name: "damped-relaxation", title: "damped relaxation" };
+
+/// The stage: relaxes few particles first and splits them `splittings` times, to `target.count` in the end (sec. 2.4). It
+/// begins with [`coarse_count`] particles; what comes out is the state with the lowest epsilon met at a stop. `R` is the
+/// precision of pair distances.
+pub struct Alaric<'a, const D: usize, R = f32> {
+    name: StageName,
+    kernel: KernelName,
+    target: Target<'a, D>,
+    options: AlaricOptions,
+    splittings: usize,
+    precision: PhantomData<R>,
 }
 
-impl AlaricOptions {
-    /// The paper's values (sec. 2 and 4.1) in `D` dimensions. Its chi = 2 is for a domain of size 2.
-    pub fn new(d: usize) -> Self {
-        Self {
-            kernel_neighbors: sph::kernel::default_kernel_neighbors(d),
-            friction: 4.0,
-            viscosity: true,
-            velocity_stops: true,
-            growth: 0.1,
-            hold_unresolved: false,
-            grad_h: true,
-            courant: 0.3,
-            steps: 10_000,
-            tolerance: 1e-8,
-            rate_tolerance: 1e-8,
-        }
+/// Looser criteria for all but the last stage of splitting: what the children disturb need not be exact.
+const COARSE_RATE: f64 = 1e-4;
+
+impl<'a, const D: usize, R: Real> Alaric<'a, D, R> {
+    /// [`NAME`], or [`DAMPED`] for options without velocity stops.
+    pub fn new(
+        name: StageName,
+        kernel: KernelName,
+        target: Target<'a, D>,
+        options: AlaricOptions,
+        splittings: usize,
+    ) -> Self {
+        Self { name, kernel, target, options, splittings, precision: PhantomData }
+    }
+
+    /// The target with `left` splittings to come.
+    fn coarse_target(&self, left: usize) -> Target<'a, D> {
+        self.target.with_count(coarse_count(D, self.target.count, left))
+    }
+
+    /// The criteria with `left` splittings to come.
+    fn rate_tolerance(&self, left: usize) -> f64 {
+        let rate = self.options.rate_tolerance;
+        if left > 0 { rate.max(COARSE_RATE) } else { rate }
+    }
+
+    /// Begins with the particles of `left` splittings before the end.
+    fn descend(&self, mut positions: Positions<D>, left: usize) -> (Fluid<'_, D, R>, Course<D>) {
+        let target = self.coarse_target(left);
+        part_pairs(&target, &mut positions, COINCIDENT);
+        let fluid = Fluid::new(self.kernel, target, positions, &self.options);
+        let course = Course::new(&fluid, StopClock::new(&fluid.state.domain, &self.options));
+        (fluid, course)
     }
 }
 
-/// Relaxes `positions` and returns the state with the lowest epsilon met at a stop.
-pub fn alaric<const D: usize, R: Real>(
-    kernel: KernelName,
-    target: &Target<'_, D>,
-    positions: Positions<D>,
-    options: &AlaricOptions,
-    control: &Control<'_>,
-) -> (Positions<D>, StageReport) {
-    alaric_kept::<D, R>(kernel, target, Start::New(positions), options, control, &mut forget())
+impl<const D: usize, R: Real> Stage<D> for Alaric<'_, D, R> {
+    fn name(&self) -> StageName {
+        self.name
+    }
+
+    fn begin(&self, particles: Particles<D>) -> Box<dyn Running<D> + '_> {
+        let left = self.splittings;
+        let (fluid, course) = self.descend(particles.positions, left);
+        Box::new(Run { stage: self, fluid, course, left, reports: Vec::with_capacity(left + 1) })
+    }
+
+    fn resume(&self, kept: &[u8]) -> Result<Box<dyn Running<D> + '_>, String> {
+        let kept: Snapshot<D> = decode(kept)?;
+        kept.check(self.target.count, self.splittings)?;
+        let Snapshot { left, reports, fluid, course } = kept;
+        let fluid = Fluid::resume(self.kernel, self.coarse_target(left), fluid, &self.options);
+        let course = Course { trace: course.trace.resumed(), ..course };
+        let reports = reports.into_iter().map(|r| r.with_name(self.name)).collect();
+        Ok(Box::new(Run { stage: self, fluid, course, left, reports }))
+    }
 }
 
-/// [`alaric`] from new positions or a snapshot, offering snapshots to `keep`.
-pub fn alaric_kept<const D: usize, R: Real>(
-    kernel: KernelName,
-    target: &Target<'_, D>,
-    start: Start<D, AlaricSnapshot<D>>,
-    options: &AlaricOptions,
-    control: &Control<'_>,
-    keep: Keep<'_, AlaricSnapshot<D>>,
-) -> (Positions<D>, StageReport) {
-    // Within the pool, where small passes need not be handed to another thread.
-    rayon::scope(|_| run::<D, R>(kernel, target, start, options, control, keep))
+/// What goes on after an interrupt.
+#[derive(Serialize, Deserialize)]
+struct Snapshot<const D: usize> {
+    /// Splittings to come.
+    left: usize,
+    /// Of what came before the last splitting; its name is that of the stage.
+    reports: Vec<StageReport<()>>,
+    fluid: FluidSnapshot<D>,
+    course: Course<D>,
 }
 
-fn run<const D: usize, R: Real>(
-    kernel: KernelName,
-    target: &Target<'_, D>,
-    start: Start<D, AlaricSnapshot<D>>,
-    options: &AlaricOptions,
-    control: &Control<'_>,
-    keep: Keep<'_, AlaricSnapshot<D>>,
-) -> (Positions<D>, StageReport) {
-    let domain = target.domain.mirrored();
-    let (mut fluid, mut run) = match start {
-        Start::New(mut positions) => {
-            part_pairs(target, &mut positions, COINCIDENT);
-            let fluid = Fluid::<D, R>::new(kernel, target, &domain, positions, options);
-            let run = Run::new(&fluid, StopClock::new(&domain, options));
-            (fluid, run)
+impl<const D: usize> Snapshot<D> {
+    /// # Errors
+    /// What is wrong with it for `count` particles in the end, after `splittings`.
+    fn check(&self, count: usize, splittings: usize) -> Result<(), String> {
+        if self.left > splittings {
+            return Err(format!("has {} splittings to come of {splittings}", self.left));
         }
-        Start::Kept(snapshot) => {
-            let AlaricSnapshot { fluid, run: Run { trace, step, best, clock, last_stop } } = *snapshot;
-            let fluid = Fluid::resume(kernel, target, &domain, fluid, options);
-            (fluid, Run { trace: trace.resumed(), step, best, clock, last_stop })
-        }
-    };
-    let stop = run.advance(&mut fluid, control, keep);
-    let report = StageReport {
-        stage: "alaric",
-        stop,
-        best_iteration: run.best.iteration,
-        seconds: run.trace.seconds(),
-        history: run.trace.history,
-    };
-    (run.best.positions, report)
+        let coarse = coarse_count(D, count, self.left);
+        self.fluid.check(coarse)?;
+        Check::new(coarse).positions("the best positions", &self.course.best.positions).result()
+    }
 }
 
-/// What a run remembers beside the fluid.
+/// The stage under way.
+struct Run<'a, const D: usize, R> {
+    stage: &'a Alaric<'a, D, R>,
+    fluid: Fluid<'a, D, R>,
+    course: Course<D>,
+    /// Splittings to come.
+    left: usize,
+    reports: Vec<StageReport>,
+}
+
+impl<const D: usize, R: Real> Running<D> for Run<'_, D, R> {
+    fn advance(&mut self, outside: Option<StopReason>) -> Option<StopReason> {
+        let stop = self.course.advance(&mut self.fluid, self.stage.rate_tolerance(self.left), outside)?;
+        if self.left == 0 || stop.is_cut() {
+            return Some(stop);
+        }
+        let report = self.course.report(self.stage.name, stop);
+        self.reports.push(report);
+        let coarse = self.stage.coarse_target(self.left);
+        self.left -= 1;
+        let count = coarse_count(D, self.stage.target.count, self.left);
+        let split = split(&coarse, &self.course.best.positions, self.stage.options.kernel_neighbors, count);
+        (self.fluid, self.course) = self.stage.descend(split, self.left);
+        None
+    }
+
+    fn progress(&self) -> (&[Progress], usize) {
+        (&self.course.trace.history, self.stage.options.steps)
+    }
+
+    fn snapshot(&self, to: Vec<u8>) -> Result<Vec<u8>, String> {
+        encode(
+            &Snapshot {
+                left: self.left,
+                reports: self.reports.iter().map(|r| r.clone().with_name(())).collect(),
+                fluid: self.fluid.snapshot(),
+                course: self.course.kept(),
+            },
+            to,
+        )
+    }
+
+    fn finish(self: Box<Self>, stop: StopReason) -> Relaxed<D> {
+        let Self { stage, mut course, mut reports, left, .. } = *self;
+        reports.push(course.report(stage.name, stop));
+        let mut positions = course.best.positions;
+        // Cut short: split at once, since the run is for the full number.
+        for left in (0..left).rev() {
+            let coarse = stage.coarse_target(left + 1);
+            let count = coarse_count(D, stage.target.count, left);
+            positions = split(&coarse, &positions, stage.options.kernel_neighbors, count);
+        }
+        Relaxed { particles: positions.into(), reports, notes: Vec::new() }
+    }
+}
+
+/// What the relaxation of one number of particles remembers beside the fluid.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-struct Run<const D: usize> {
+struct Course<const D: usize> {
     step: usize,
     best: Best<D>,
     clock: StopClock,
@@ -143,7 +197,7 @@ struct Run<const D: usize> {
     trace: Trace,
 }
 
-impl<const D: usize> Run<D> {
+impl<const D: usize> Course<D> {
     fn new<R: Real>(fluid: &Fluid<'_, D, R>, clock: StopClock) -> Self {
         let epsilon = fluid.fitted.epsilon;
         let best = Best { epsilon, iteration: 0, positions: fluid.state.positions.clone() };
@@ -167,37 +221,40 @@ impl<const D: usize> Run<D> {
         Self { trace: self.trace.kept(), best: self.best.clone(), clock: self.clock.clone(), ..*self }
     }
 
+    /// One step; why the relaxation of these particles ends, if it does.
     fn advance<R: Real>(
         &mut self,
         fluid: &mut Fluid<'_, D, R>,
-        control: &Control<'_>,
-        keep: Keep<'_, AlaricSnapshot<D>>,
-    ) -> StopReason {
+        rate_tolerance: f64,
+        outside: Option<StopReason>,
+    ) -> Option<StopReason> {
         let options = fluid.options;
-        if self.best.epsilon <= options.tolerance {
-            return StopReason::ToleranceReached;
+        if self.step == 0 && self.best.epsilon <= options.tolerance {
+            return Some(StopReason::ToleranceReached);
         }
-        while self.step < options.steps {
-            let outside = control.stop_reason();
-            keep(outside.is_some(), &|| AlaricSnapshot { fluid: fluid.snapshot(), run: self.kept() });
-            if let Some(reason) = outside {
-                self.best.note(fluid.fitted.epsilon, self.step, &fluid.state.positions);
-                return reason;
-            }
-            self.step += 1;
-            let largest = fluid.advance();
-            self.note(fluid, largest);
-            control.report("ALARIC", self.step, options.steps, fluid.fitted.epsilon);
-            let due = self.clock.is_due(fluid.time, fluid.kinetic_energy()) || self.step == options.steps;
-            if let Some(reason) = due.then(|| self.stop(fluid)).flatten() {
-                return reason;
-            }
+        if self.step >= options.steps {
+            return Some(StopReason::IterationLimit);
         }
-        StopReason::IterationLimit
+        if outside.is_some() {
+            self.best.note(fluid.fitted.epsilon, self.step, &fluid.state.positions);
+            return outside;
+        }
+        self.step += 1;
+        let largest = fluid.advance();
+        self.note(fluid, largest);
+        let due = self.clock.is_due(fluid.time, fluid.kinetic_energy()) || self.step == options.steps;
+        let reason = due.then(|| self.stop(fluid, rate_tolerance)).flatten();
+        reason.or((self.step >= options.steps).then_some(StopReason::IterationLimit))
+    }
+
+    fn report(&mut self, stage: StageName, stop: StopReason) -> StageReport {
+        let seconds = self.trace.seconds();
+        let history = std::mem::take(&mut self.trace.history);
+        StageReport { stage, stop, best_iteration: self.best.iteration, seconds, history }
     }
 
     /// A stop: the mass is fitted again, particles are brought to rest, convergence is tested.
-    fn stop<R: Real>(&mut self, fluid: &mut Fluid<'_, D, R>) -> Option<StopReason> {
+    fn stop<R: Real>(&mut self, fluid: &mut Fluid<'_, D, R>, rate_tolerance: f64) -> Option<StopReason> {
         fluid.refit_mass();
         if fluid.options.velocity_stops {
             fluid.halt();
@@ -208,102 +265,11 @@ impl<const D: usize> Run<D> {
         self.last_stop = (fluid.time, epsilon);
         if epsilon <= fluid.options.tolerance {
             Some(StopReason::ToleranceReached)
-        } else if rate < fluid.options.rate_tolerance {
+        } else if rate < rate_tolerance {
             Some(StopReason::Stagnated)
         } else {
             None
         }
-    }
-}
-
-/// What goes on after an interrupt.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub struct AlaricSnapshot<const D: usize> {
-    fluid: FluidSnapshot<D>,
-    run: Run<D>,
-}
-
-impl<const D: usize> AlaricSnapshot<D> {
-    /// # Errors
-    /// What is wrong with it for `count` particles.
-    pub fn check(&self, count: usize) -> Result<(), String> {
-        self.fluid.check(count)?;
-        Check::new(count).positions("the best positions", &self.run.best.positions).result()
-    }
-}
-
-/// Looser criteria for all but the last stage of splitting: what the children disturb need not be exact.
-const COARSE_RATE: f64 = 1e-4;
-
-/// Relaxes few particles first and splits them `splittings` times, to `target.count` in the end (sec. 2.4).
-/// `positions` are [`coarse_count`] particles.
-pub fn alaric_by_splitting<const D: usize, R: Real>(
-    kernel: KernelName,
-    target: &Target<'_, D>,
-    positions: Positions<D>,
-    splittings: usize,
-    options: &AlaricOptions,
-    control: &Control<'_>,
-) -> (Positions<D>, Vec<StageReport>) {
-    let start = Start::New(positions);
-    alaric_by_splitting_kept::<D, R>(kernel, target, start, splittings, options, control, &mut forget())
-}
-
-/// [`alaric_by_splitting`] from new positions or a snapshot, offering snapshots to `keep`.
-pub fn alaric_by_splitting_kept<const D: usize, R: Real>(
-    kernel: KernelName,
-    target: &Target<'_, D>,
-    start: Start<D, SplittingSnapshot<D>>,
-    splittings: usize,
-    options: &AlaricOptions,
-    control: &Control<'_>,
-    keep: Keep<'_, SplittingSnapshot<D>>,
-) -> (Positions<D>, Vec<StageReport>) {
-    let (mut left, mut reports, mut from) = match start {
-        Start::New(positions) => (splittings, Vec::with_capacity(splittings + 1), Start::New(positions)),
-        Start::Kept(kept) => (kept.left, kept.reports, Start::Kept(Box::new(kept.stage))),
-    };
-    loop {
-        let coarse = target.with_count(coarse_count(D, target.count, left));
-        let rate_tolerance = if left > 0 { options.rate_tolerance.max(COARSE_RATE) } else { options.rate_tolerance };
-        let stage = AlaricOptions { rate_tolerance, ..*options };
-        let done = reports.clone();
-        let mut keep_stage = |stopping: bool, snapshot: &dyn Fn() -> AlaricSnapshot<D>| {
-            keep(stopping, &|| SplittingSnapshot { left, reports: done.clone(), stage: snapshot() });
-        };
-        let (relaxed, report) = alaric_kept::<D, R>(kernel, &coarse, from, &stage, control, &mut keep_stage);
-        reports.push(report);
-        if left == 0 {
-            return (relaxed, reports);
-        }
-        left -= 1;
-        from = Start::New(split(&coarse, &relaxed, options.kernel_neighbors, coarse_count(D, target.count, left)));
-    }
-}
-
-/// What goes on after an interrupt.
-#[derive(Debug, Clone, Serialize, Deserialize)]
-pub struct SplittingSnapshot<const D: usize> {
-    /// Splittings to come.
-    left: usize,
-    /// Of the stages before.
-    reports: Vec<StageReport>,
-    stage: AlaricSnapshot<D>,
-}
-
-impl<const D: usize> SplittingSnapshot<D> {
-    /// The best positions, for a run that does not go on.
-    pub fn into_positions(self) -> Positions<D> {
-        self.stage.run.best.positions
-    }
-
-    /// # Errors
-    /// What is wrong with it for `count` particles in the end, after `splittings`.
-    pub fn check(&self, count: usize, splittings: usize) -> Result<(), String> {
-        if self.left > splittings {
-            return Err(format!("has {} splittings to come of {splittings}", self.left));
-        }
-        self.stage.check(coarse_count(D, count, self.left))
     }
 }
 

@@ -20,15 +20,17 @@
 use super::arrangement::Arrangement;
 use super::fit::{fit, interior};
 use super::lbfgs::{Lbfgs, product};
-use super::{Control, Progress, StageReport, StopReason};
+use super::snapshot::{Check, Trace, axes, decode, encode, rows};
+use super::stage::{Particles, Progress, Relaxed, Running, Stage, StageName, StageReport, StopReason};
 use crate::target::{Equilibrium, Positions, Target, at};
-use rayon::prelude::*;
+use serde::{Deserialize, Serialize};
 use sph::domain::Wall;
 use sph::kernel::KernelName;
 use sph::lanes::Real;
-use sph::reduce;
 use sph::sums::DensitySums;
-use std::time::Instant;
+use sph::{parallel, reduce};
+
+pub const NAME: StageName = StageName { name: "balance", title: "balance" };
 
 /// Parameters of the balance.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -46,20 +48,8 @@ impl BalanceOptions {
     }
 }
 
-/// What a balance comes to.
-pub struct Balanced<const D: usize> {
-    pub positions: Positions<D>,
-    /// Specific internal energy of each particle.
-    pub internal_energy: Vec<f64>,
-    /// The common factor on A_i; 1 where it is no matter of a few percent.
-    pub factor: f64,
-    /// The factor that gravity asked for.
-    pub wanted_factor: f64,
-    pub report: StageReport,
-}
-
 /// Share of the evaluations after which A_i is taken anew.
-const STAGES: [f64; 3] = [0.25, 0.5, 1.0];
+const SHARES: [f64; 3] = [0.25, 0.5, 1.0];
 /// No particle moves farther in a step, in its own spacing.
 const MAX_STEP: f64 = 0.2;
 /// Largest move of the first step of a stage, along the force.
@@ -76,59 +66,172 @@ const COLDEST: f64 = 1e-6;
 /// Step of the differences of a field that holds the pressure, in spacings.
 const GRADIENT_STEP: f64 = 1e-3;
 
-/// Moves `positions` (equal masses) towards balance. The state with the smallest force error comes out.
-pub fn balance_pressure<const D: usize, R: Real>(
-    kernel: KernelName,
-    target: &Target<'_, D>,
-    equilibrium: &dyn Equilibrium<D>,
-    positions: Positions<D>,
-    options: &BalanceOptions,
-    control: &Control<'_>,
-) -> Balanced<D> {
-    let start = Instant::now();
-    let arrangement = Arrangement::<D, R>::new(kernel, target, target.domain, positions, options.kernel_neighbors);
-    let mut balance = Balance::new(arrangement, equilibrium, options, control);
-    let mut stop = StopReason::IterationLimit;
-    for share in STAGES {
-        stop = balance.stage((share * options.evaluations as f64).ceil() as usize);
-        if matches!(stop, StopReason::TimeLimit | StopReason::Interrupted) {
-            break;
-        }
-    }
-    let Balance { best, history, factor, wanted_factor, .. } = balance;
-    let report = StageReport {
-        stage: "balance",
-        stop,
-        best_iteration: best.iteration,
-        history,
-        seconds: start.elapsed().as_secs_f64(),
-    };
-    Balanced { positions: best.positions, internal_energy: best.internal_energy, factor, wanted_factor, report }
+/// The stage: moves particles of equal mass towards balance. The state with the smallest force error comes out, with the
+/// internal energy that each particle needs there. Pair distances are in single precision.
+pub struct PressureBalance<'a, const D: usize> {
+    pub kernel: KernelName,
+    pub target: Target<'a, D>,
+    pub equilibrium: &'a dyn Equilibrium<D>,
+    pub options: BalanceOptions,
 }
 
+impl<const D: usize> Stage<D> for PressureBalance<'_, D> {
+    fn name(&self) -> StageName {
+        NAME
+    }
+
+    fn begin(&self, particles: Particles<D>) -> Box<dyn Running<D> + '_> {
+        let (positions, neighbors) = (particles.positions, self.options.kernel_neighbors);
+        let arrangement =
+            Arrangement::<D, f32>::new(self.kernel, self.target, self.target.domain.clone(), positions, neighbors);
+        let mut balance = Balance::new(arrangement, self.equilibrium);
+        let descent = balance.descend();
+        Box::new(Run { options: &self.options, balance, share: 0, descent })
+    }
+
+    fn resume(&self, kept: &[u8]) -> Result<Box<dyn Running<D> + '_>, String> {
+        let kept: Snapshot<D> = decode(kept)?;
+        kept.check(self.target.count)?;
+        let Snapshot { share, positions, moves, descent, factor, fitted_factor, evaluations, best, trace } = kept;
+        let (open, neighbors) = (self.target.domain.clone(), self.options.kernel_neighbors);
+        let arrangement = Arrangement::<D, f32>::of_sorted(self.kernel, self.target, open, positions, moves, neighbors);
+        let trace = trace.resumed();
+        let balance =
+            Balance { factor, fitted_factor, evaluations, best, trace, ..Balance::new(arrangement, self.equilibrium) };
+        Ok(Box::new(Run { options: &self.options, balance, share, descent }))
+    }
+}
+
+/// What goes on after an interrupt.
+#[derive(Serialize, Deserialize)]
+struct Snapshot<const D: usize> {
+    /// In [`SHARES`].
+    share: usize,
+    #[serde(with = "axes")]
+    positions: Positions<D>,
+    moves: usize,
+    descent: Descent<D>,
+    factor: f64,
+    fitted_factor: f64,
+    evaluations: usize,
+    best: Best<D>,
+    trace: Trace,
+}
+
+impl<const D: usize> Snapshot<D> {
+    /// # Errors
+    /// What is wrong with it for `count` particles.
+    fn check(&self, count: usize) -> Result<(), String> {
+        let Descent { frame, support, gradient, memory } = &self.descent;
+        Check::new(count)
+            .holds(self.share < SHARES.len(), "is of a part of the balance that this run does not have")
+            .positions("positions", &self.positions)
+            .positions("the best positions", &self.best.positions)
+            .scalars("the best internal energies", &self.best.internal_energy)
+            .scalars("entropies", &frame.entropy)
+            .scalars("spacings", &frame.spacing)
+            .scalars("units", &frame.unit)
+            .scalars("support radii", support)
+            .vectors("the gradient", gradient)
+            .holds(memory.is_of(count), "has another number of gradients than of particles")
+            .result()
+    }
+}
+
+/// The stage under way.
+struct Run<'a, const D: usize> {
+    options: &'a BalanceOptions,
+    balance: Balance<'a, D, f32>,
+    /// In [`SHARES`].
+    share: usize,
+    descent: Descent<D>,
+}
+
+impl<const D: usize> Running<D> for Run<'_, D> {
+    fn advance(&mut self, outside: Option<StopReason>) -> Option<StopReason> {
+        if outside.is_some() {
+            return outside;
+        }
+        let end = (SHARES[self.share] * self.options.evaluations as f64).ceil() as usize;
+        let stop = self.balance.advance(&mut self.descent, end)?;
+        self.share += 1;
+        if self.share == SHARES.len() {
+            return Some(stop);
+        }
+        self.descent = self.balance.descend();
+        None
+    }
+
+    fn progress(&self) -> (&[Progress], usize) {
+        (&self.balance.trace.history, self.options.evaluations)
+    }
+
+    fn snapshot(&self, to: Vec<u8>) -> Result<Vec<u8>, String> {
+        let balance = &self.balance;
+        encode(
+            &Snapshot {
+                share: self.share,
+                positions: balance.arrangement.positions.clone(),
+                moves: balance.arrangement.moves(),
+                descent: self.descent.clone(),
+                factor: balance.factor,
+                fitted_factor: balance.fitted_factor,
+                evaluations: balance.evaluations,
+                best: balance.best.clone(),
+                trace: balance.trace.kept(),
+            },
+            to,
+        )
+    }
+
+    fn finish(self: Box<Self>, stop: StopReason) -> Relaxed<D> {
+        let Balance { best, trace, factor, fitted_factor, .. } = self.balance;
+        let (best_iteration, seconds) = (best.iteration, trace.seconds());
+        let report = StageReport { stage: NAME, stop, best_iteration, history: trace.history, seconds };
+        let particles =
+            Particles { positions: best.positions, masses: None, internal_energy: Some(best.internal_energy) };
+        Relaxed { particles, reports: vec![report], notes: vec![factor_note(factor, fitted_factor)] }
+    }
+}
+
+fn factor_note(factor: f64, fitted: f64) -> String {
+    if factor == fitted {
+        return format!(
+            "internal energies are the target's times {factor:.4}: with it the pressure force holds gravity"
+        );
+    }
+    format!(
+        "the pressure would have to be {fitted:.3} times the target's to hold gravity; it is left as it is, \
+         and what comes out is a body that settles: check the input's pressure, units and balance.constant"
+    )
+}
+
+/// What the stage works on.
 pub(super) struct Balance<'a, const D: usize, R> {
     pub arrangement: Arrangement<'a, D, R>,
     equilibrium: &'a dyn Equilibrium<D>,
-    options: &'a BalanceOptions,
-    control: &'a Control<'a>,
-    start: Instant,
     mass: f64,
+    /// The common factor on A_i; 1 where it is no matter of a few percent.
     factor: f64,
-    wanted_factor: f64,
-    history: Vec<Progress>,
+    /// The factor that gravity asks for.
+    fitted_factor: f64,
     evaluations: usize,
     best: Best<D>,
+    trace: Trace,
 }
 
 /// The best state so far.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 struct Best<const D: usize> {
+    #[serde(with = "axes")]
     positions: Positions<D>,
     internal_energy: Vec<f64>,
     iteration: usize,
     error: f64,
 }
 
-/// What is held within a stage.
+/// What is held until A_i is taken anew.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub(super) struct Frame {
     /// A_i with the common factor.
     pub entropy: Vec<f64>,
@@ -137,6 +240,16 @@ pub(super) struct Frame {
     pub unit: Vec<f64>,
     /// Largest P/n, which makes gradients dimensionless.
     temperature: f64,
+}
+
+/// A descent under way.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+struct Descent<const D: usize> {
+    frame: Frame,
+    memory: Lbfgs<D>,
+    support: Vec<f64>,
+    #[serde(with = "rows")]
+    gradient: Vec<[f64; D]>,
 }
 
 /// Forces at one arrangement.
@@ -152,13 +265,7 @@ pub(super) struct Evaluation<const D: usize> {
 }
 
 impl<'a, const D: usize, R: Real> Balance<'a, D, R> {
-    pub fn new(
-        arrangement: Arrangement<'a, D, R>,
-        equilibrium: &'a dyn Equilibrium<D>,
-        options: &'a BalanceOptions,
-        control: &'a Control<'a>,
-    ) -> Self {
-        let target = arrangement.target;
+    pub fn new(arrangement: Arrangement<'a, D, R>, equilibrium: &'a dyn Equilibrium<D>) -> Self {
         let best = Best {
             positions: arrangement.positions.clone(),
             internal_energy: Vec::new(),
@@ -166,21 +273,19 @@ impl<'a, const D: usize, R: Real> Balance<'a, D, R> {
             error: f64::INFINITY,
         };
         Self {
-            mass: target.mass / target.count as f64,
+            mass: arrangement.target.mass / arrangement.target.count as f64,
             arrangement,
             equilibrium,
-            options,
-            control,
-            start: Instant::now(),
             factor: 1.0,
-            wanted_factor: 1.0,
-            history: Vec::new(),
+            fitted_factor: 1.0,
             evaluations: 0,
             best,
+            trace: Trace::new(),
         }
     }
 
-    fn stage(&mut self, end: usize) -> StopReason {
+    /// Takes A_i anew and begins a descent with it.
+    fn descend(&mut self) -> Descent<D> {
         self.arrangement.sort();
         let mut frame = self.frame();
         let guess = self.arrangement.target_supports();
@@ -190,35 +295,41 @@ impl<'a, const D: usize, R: Real> Balance<'a, D, R> {
             now = self.evaluate(&frame, &guess);
         }
         self.note(&frame, &now, 0.0);
-        let mut memory = Lbfgs::new();
+        Descent { frame, memory: Lbfgs::new(), support: now.support, gradient: now.gradient }
+    }
+
+    /// One step of a descent that may make evaluations up to `end`; why it ends, if it does.
+    fn advance(&mut self, descent: &mut Descent<D>, end: usize) -> Option<StopReason> {
+        if self.evaluations >= end {
+            return Some(StopReason::IterationLimit);
+        }
         loop {
-            if let Some(reason) = self.control.stop_reason() {
-                return reason;
-            }
-            if self.evaluations >= end {
-                return StopReason::IterationLimit;
-            }
-            let mut direction = memory.direction(&now.gradient);
-            if !(product(&direction, &now.gradient) < 0.0) {
+            let Descent { frame, memory, support, gradient } = descent;
+            let mut direction = memory.direction(gradient);
+            if !(product(&direction, gradient) < 0.0) {
                 memory.clear();
-                direction = memory.direction(&now.gradient);
+                direction = memory.direction(gradient);
             }
-            let longest = self.longest(&frame, &direction);
+            let longest = self.longest(frame, &direction);
             if !(longest > 0.0 && longest.is_finite()) {
-                return StopReason::Stagnated;
+                return Some(StopReason::Stagnated);
             }
             let first = if memory.is_empty() { FIRST_STEP / longest } else { (MAX_STEP / longest).min(1.0) };
-            let Some((next, step)) = self.search(&frame, &now, &direction, first) else {
+            let Some((next, step)) = self.search(frame, (support, gradient), &direction, first) else {
                 if memory.is_empty() {
-                    return StopReason::Stagnated;
+                    return Some(StopReason::Stagnated);
                 }
                 memory.clear();
+                if self.evaluations >= end {
+                    return Some(StopReason::IterationLimit);
+                }
                 continue;
             };
-            memory.push(&step, &now.gradient, &next.gradient);
-            now = next;
-            let length = self.longest(&frame, &step);
-            self.note(&frame, &now, length);
+            memory.push(&step, gradient, &next.gradient);
+            let length = self.longest(frame, &step);
+            self.note(frame, &next, length);
+            (*support, *gradient) = (next.support, next.gradient);
+            return None;
         }
     }
 
@@ -226,7 +337,7 @@ impl<'a, const D: usize, R: Real> Balance<'a, D, R> {
     fn search(
         &mut self,
         frame: &Frame,
-        now: &Evaluation<D>,
+        (support, gradient): (&[f64], &[[f64; D]]),
         direction: &[[f64; D]],
         first: f64,
     ) -> Option<(Evaluation<D>, Vec<[f64; D]>)> {
@@ -234,8 +345,8 @@ impl<'a, const D: usize, R: Real> Balance<'a, D, R> {
         let mut t = first;
         for _ in 0..MAX_TRIALS {
             let step = self.arrangement.displace(&from, direction, t, &frame.unit, &frame.spacing, MAX_STEP);
-            let next = self.evaluate(frame, &now.support);
-            let (before, after) = (product(&step, &now.gradient), product(&step, &next.gradient));
+            let next = self.evaluate(frame, support);
+            let (before, after) = (product(&step, gradient), product(&step, &next.gradient));
             if after <= CURVATURE * before.abs() {
                 return Some((next, step));
             }
@@ -249,21 +360,14 @@ impl<'a, const D: usize, R: Real> Balance<'a, D, R> {
     /// Takes A_i from the target at the particles' positions.
     pub fn frame(&self) -> Frame {
         let (target, positions, gamma) =
-            (self.arrangement.target, &self.arrangement.positions, self.equilibrium.gamma());
-        let wanted = target.number_densities(positions);
-        let spacing: Vec<f64> =
-            wanted.par_iter().map(|&w| target.spacing(w).min(self.arrangement.domain.size())).collect();
-        let pressure: Vec<f64> =
-            (0..wanted.len()).into_par_iter().map(|i| self.equilibrium.pressure(&at(positions, i))).collect();
-        let temperature = reduce::max(wanted.len(), |i| pressure[i] / wanted[i]);
-        let unit = (0..wanted.len())
-            .into_par_iter()
-            .map(|i| spacing[i] * (pressure[i] / wanted[i] / temperature).max(COLDEST).powf(-0.5))
-            .collect();
-        let entropy = (0..wanted.len())
-            .into_par_iter()
-            .map(|i| self.factor * pressure[i] / (self.mass * wanted[i]).powf(gamma))
-            .collect();
+            (&self.arrangement.target, &self.arrangement.positions, self.equilibrium.gamma());
+        let density = target.number_densities(positions);
+        let n = density.len();
+        let spacing = parallel::map(n, |i| target.spacing(density[i]).min(self.arrangement.domain.size()));
+        let pressure = parallel::map(n, |i| self.equilibrium.pressure(&at(positions, i)));
+        let temperature = reduce::max(n, |i| pressure[i] / density[i]);
+        let unit = parallel::map(n, |i| spacing[i] * (pressure[i] / density[i] / temperature).max(COLDEST).powf(-0.5));
+        let entropy = parallel::map(n, |i| self.factor * pressure[i] / (self.mass * density[i]).powf(gamma));
         Frame { entropy, spacing, unit, temperature }
     }
 
@@ -276,10 +380,10 @@ impl<'a, const D: usize, R: Real> Balance<'a, D, R> {
         let pull = over(&|i| dot(&now.gravity[i], &now.gravity[i]));
         let push = over(&|i| -dot(&now.gravity[i], &now.pressure_force[i]));
         let change = pull / push;
-        self.wanted_factor = self.factor * change;
-        if change.is_finite() && (self.wanted_factor - 1.0).abs() < LARGEST_BIAS {
-            self.factor = self.wanted_factor;
-            frame.entropy.par_iter_mut().for_each(|a| *a *= change);
+        self.fitted_factor = self.factor * change;
+        if change.is_finite() && (self.fitted_factor - 1.0).abs() < LARGEST_BIAS {
+            self.factor = self.fitted_factor;
+            parallel::update(&mut frame.entropy, |_, a| *a *= change);
         }
     }
 
@@ -293,31 +397,25 @@ impl<'a, const D: usize, R: Real> Balance<'a, D, R> {
         if self.arrangement.domain.region.wall() == Some(Wall::Reflecting) {
             self.arrangement.mirror(guess);
         }
-        let (support, sums): (Vec<f64>, Vec<DensitySums<D>>) =
-            self.arrangement.solve(guess).into_par_iter().map(|s| (s.support, s.sums)).unzip();
-        let strength: Vec<f64> = sums
-            .par_iter()
-            .zip(&frame.entropy)
-            .map(|(s, a)| {
-                let grad_h = 1.0 + s.slope / (d * s.number_density);
-                a * (mass * s.number_density).powf(gamma) / (s.number_density.powi(2) * grad_h)
-            })
-            .collect();
-        let energy_gradient = self.arrangement.gradient(&support, &strength, &sums);
+        let solved = self.arrangement.solve(guess);
+        let support = parallel::map(solved.len(), |i| solved[i].support);
+        let sums = parallel::map(solved.len(), |i| solved[i].sums);
+        let strength = parallel::map(sums.len(), |i| {
+            let s = &sums[i];
+            let grad_h = 1.0 + s.slope / (d * s.number_density);
+            frame.entropy[i] * (mass * s.number_density).powf(gamma) / (s.number_density.powi(2) * grad_h)
+        });
+        let mut pressure_force = self.arrangement.gradient(&support, &strength, &sums);
+        parallel::update(&mut pressure_force, |_, g| *g = g.map(|v| -v / mass));
         let positions = &self.arrangement.positions;
-        let pressure_force: Vec<[f64; D]> = energy_gradient.into_par_iter().map(|g| g.map(|v| -v / mass)).collect();
-        let gravity: Vec<[f64; D]> = (0..sums.len())
-            .into_par_iter()
-            .map(|i| self.equilibrium.gravity(&at(positions, i), GRADIENT_STEP * frame.spacing[i]))
-            .collect();
-        let gradient = (0..sums.len())
-            .into_par_iter()
-            .map(|i| {
-                let net: [f64; D] = std::array::from_fn(|k| pressure_force[i][k] + gravity[i][k]);
-                let scale = -mass * frame.unit[i] / frame.temperature;
-                if self.is_held(&at(positions, i), &net, frame.spacing[i]) { [0.0; D] } else { net.map(|f| scale * f) }
-            })
-            .collect();
+        let gravity = parallel::map(sums.len(), |i| {
+            self.equilibrium.gravity(&at(positions, i), GRADIENT_STEP * frame.spacing[i])
+        });
+        let gradient = parallel::map(sums.len(), |i| {
+            let net: [f64; D] = std::array::from_fn(|k| pressure_force[i][k] + gravity[i][k]);
+            let scale = -mass * frame.unit[i] / frame.temperature;
+            if self.is_held(&at(positions, i), &net, frame.spacing[i]) { [0.0; D] } else { net.map(|f| scale * f) }
+        });
         let mut now = Evaluation { support, sums, pressure_force, gravity, gradient, error: 0.0 };
         now.error = self.error(frame, &now);
         now
@@ -325,7 +423,7 @@ impl<'a, const D: usize, R: Real> Balance<'a, D, R> {
 
     /// Whether a particle at an open edge is pushed outward.
     fn is_held(&self, x: &[f64; D], force: &[f64; D], spacing: f64) -> bool {
-        let domain = self.arrangement.domain;
+        let domain = &self.arrangement.domain;
         let depth = domain.distance_to_edge(x);
         if depth >= EDGE * spacing {
             return false;
@@ -353,7 +451,7 @@ impl<'a, const D: usize, R: Real> Balance<'a, D, R> {
         };
         let n = now.sums.len();
         let total = reduce::sum(n, |i| if counts(i) { error(i) } else { 0.0 });
-        total / (0..n).into_par_iter().filter(|&i| counts(i)).count().max(1) as f64
+        total / parallel::count(n, counts).max(1) as f64
     }
 
     fn longest(&self, frame: &Frame, v: &[[f64; D]]) -> f64 {
@@ -367,25 +465,21 @@ impl<'a, const D: usize, R: Real> Balance<'a, D, R> {
         if now.error < self.best.error {
             self.best = Best {
                 positions: self.arrangement.positions.clone(),
-                internal_energy: (0..now.sums.len())
-                    .into_par_iter()
-                    .map(|i| {
-                        let density = self.mass * now.sums[i].number_density;
-                        frame.entropy[i] * density.powf(gamma - 1.0) / (gamma - 1.0)
-                    })
-                    .collect(),
+                internal_energy: parallel::map(now.sums.len(), |i| {
+                    let density = self.mass * now.sums[i].number_density;
+                    frame.entropy[i] * density.powf(gamma - 1.0) / (gamma - 1.0)
+                }),
                 iteration: self.evaluations,
                 error: now.error,
             };
         }
-        self.history.push(Progress {
+        self.trace.history.push(Progress {
             iteration: self.evaluations,
             epsilon,
             force_error: Some(now.error),
             largest_step: length,
-            seconds: self.start.elapsed().as_secs_f64(),
+            seconds: self.trace.seconds(),
         });
-        self.control.report("balance", self.evaluations, self.options.evaluations, now.error);
     }
 }
 

@@ -6,9 +6,8 @@
 //! tolerance of the support radii and the precision of the sums. Where the target varies, the force is that of no
 //! potential, and neither is conserved.
 
-use super::Control;
-use super::alaric::AlaricOptions;
-use super::fluid::Fluid;
+use super::control::Control;
+use super::fluid::{AlaricOptions, Fluid};
 use crate::target::{Positions, Target};
 use sph::kernel::KernelName;
 use sph::lanes::Real;
@@ -35,9 +34,8 @@ pub fn conservation<const D: usize, R: Real>(
     control: &Control<'_>,
 ) -> Drift {
     let options = AlaricOptions { friction: 0.0, viscosity: false, velocity_stops: false, ..*options };
-    let domain = target.domain.mirrored();
     rayon::scope(|_| {
-        let mut fluid = Fluid::<D, R>::new(kernel, target, &domain, positions, &options);
+        let mut fluid = Fluid::<D, R>::new(kernel, *target, positions, &options);
         fluid.refit_mass();
         let start = fluid.energy();
         let (mut change, mut kinetic, mut momentum) = (0.0_f64, 0.0_f64, 0.0_f64);
@@ -50,7 +48,7 @@ pub fn conservation<const D: usize, R: Real>(
             kinetic = kinetic.max(fluid.kinetic_energy());
             momentum = momentum.max(net_momentum(&fluid.velocities));
         }
-        Drift { energy: change / kinetic, momentum, time: fluid.time / domain.size() }
+        Drift { energy: change / kinetic, momentum, time: fluid.time / target.domain.size() }
     })
 }
 

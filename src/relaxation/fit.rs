@@ -1,10 +1,9 @@
 //! The density error that stages watch.
 
 use crate::target::{Positions, at};
-use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 use sph::domain::Domain;
-use sph::reduce;
+use sph::{parallel, reduce};
 
 /// Density error with the mass re-fitted.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
@@ -30,11 +29,10 @@ pub(super) fn interior<const D: usize>(
     weights: Option<&[f64]>,
 ) -> Option<Vec<bool>> {
     let n = support.len();
-    let inside: Vec<bool> = (0..n)
-        .into_par_iter()
-        .map(|i| weights.is_none_or(|w| w[i] > 0.5) && domain.distance_to_edge(&at(positions, i)) >= support[i])
-        .collect();
-    let count = inside.par_iter().filter(|&&i| i).count();
+    let inside = parallel::map(n, |i| {
+        weights.is_none_or(|w| w[i] > 0.5) && domain.distance_to_edge(&at(positions, i)) >= support[i]
+    });
+    let count = parallel::count(n, |i| inside[i]);
     (count < n && count > n / 10).then_some(inside)
 }
 

@@ -1,17 +1,59 @@
 //! The fluid that ALARIC moves: its forces and its time step, see [`super::alaric`].
 
-use super::alaric::AlaricOptions;
 use super::arrangement::{Arrangement, SORT_INTERVAL};
 use super::fit::{Fit, fit, fit_with, interior, resolved};
 use super::snapshot::{Check, axes, rows};
 use crate::target::{Positions, Target, at};
-use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
-use sph::domain::Domain;
-use sph::kernel::{KernelName, support_over_spacing};
+use sph::kernel::KernelName;
 use sph::lanes::Real;
-use sph::reduce;
 use sph::sums::{DensitySums, SHEAR_CHANNELS, Shear, shear};
+use sph::{parallel, reduce};
+
+/// Parameters of the relaxation; the terms can be switched off one by one.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct AlaricOptions {
+    /// N_H = V_d n H^d.
+    pub kernel_neighbors: f64,
+    /// Friction chi, in inverse crossing times; 0 switches it off.
+    pub friction: f64,
+    /// Viscosity with evolving alpha.
+    pub viscosity: bool,
+    /// Setting all velocities to zero every tau.
+    pub velocity_stops: bool,
+    /// Growth theta of tau at each stop.
+    pub growth: f64,
+    /// Holds particles where no arrangement has the target's density: it changes too much over a support radius.
+    pub hold_unresolved: bool,
+    /// Correction of the forces for the variation of H.
+    pub grad_h: bool,
+    /// Time step over the time in which sound crosses the smallest support radius.
+    pub courant: f64,
+    pub steps: usize,
+    /// Converged when epsilon is below.
+    pub tolerance: f64,
+    /// Converged when |d epsilon/dt| between stops is below.
+    pub rate_tolerance: f64,
+}
+
+impl AlaricOptions {
+    /// The paper's values (sec. 2 and 4.1) in `D` dimensions. Its chi = 2 is for a domain of size 2.
+    pub fn new(d: usize) -> Self {
+        Self {
+            kernel_neighbors: sph::kernel::default_kernel_neighbors(d),
+            friction: 4.0,
+            viscosity: true,
+            velocity_stops: true,
+            growth: 0.1,
+            hold_unresolved: false,
+            grad_h: true,
+            courant: 0.3,
+            steps: 10_000,
+            tolerance: 1e-8,
+            rate_tolerance: 1e-8,
+        }
+    }
+}
 
 /// alpha decays over the time in which sound crosses this many support radii.
 const ALPHA_DECAY: f64 = 2.5;
@@ -77,14 +119,9 @@ impl<const D: usize> FluidSnapshot<D> {
 }
 
 impl<'a, const D: usize, R: Real> Fluid<'a, D, R> {
-    pub fn new(
-        kernel: KernelName,
-        target: &'a Target<'a, D>,
-        domain: &'a Domain<D>,
-        positions: Positions<D>,
-        options: &'a AlaricOptions,
-    ) -> Self {
-        let state = Arrangement::new(kernel, target, domain, positions, options.kernel_neighbors);
+    pub fn new(kernel: KernelName, target: Target<'a, D>, positions: Positions<D>, options: &'a AlaricOptions) -> Self {
+        let neighbors = options.kernel_neighbors;
+        let state = Arrangement::new(kernel, target, target.domain.mirrored(), positions, neighbors);
         let n = state.len();
         let wanted = target.number_densities(&state.positions);
         let support = state.target_supports();
@@ -111,13 +148,13 @@ impl<'a, const D: usize, R: Real> Fluid<'a, D, R> {
 
     pub fn resume(
         kernel: KernelName,
-        target: &'a Target<'a, D>,
-        domain: &'a Domain<D>,
+        target: Target<'a, D>,
         kept: FluidSnapshot<D>,
         options: &'a AlaricOptions,
     ) -> Self {
         let FluidSnapshot { positions, moves, velocities, accelerations, alpha, support, weights, .. } = kept;
-        let state = Arrangement::of_sorted(kernel, target, domain, positions, moves, options.kernel_neighbors);
+        let (mirrored, neighbors) = (target.domain.mirrored(), options.kernel_neighbors);
+        let state = Arrangement::of_sorted(kernel, target, mirrored, positions, moves, neighbors);
         let shear = kept.divergence.into_iter().map(|divergence| Shear { divergence, drag: [0.0; D] }).collect();
         let FluidSnapshot { used, fitted, time, .. } = kept;
         // Sums are made again before their next use.
@@ -159,16 +196,17 @@ impl<'a, const D: usize, R: Real> Fluid<'a, D, R> {
     pub fn evaluate(&mut self) {
         self.state.mirror(&self.support);
         let solved = self.state.solve(&self.support);
-        self.support = solved.par_iter().map(|s| s.support).collect();
-        self.sums = solved.into_par_iter().map(|s| s.sums).collect();
+        self.support = parallel::map(solved.len(), |i| solved[i].support);
+        self.sums = parallel::map(solved.len(), |i| solved[i].sums);
         self.wanted = self.state.target.number_densities(&self.state.positions);
         self.measure();
         self.accelerations = self.ideal_acceleration();
         if self.options.viscosity {
             self.shear = self.shear();
             let signal = 1.0_f64.max(self.largest_speed());
-            self.accelerations.par_iter_mut().zip(&self.shear).for_each(|(a, s)| {
-                (0..D).for_each(|k| a[k] += signal * s.drag[k]);
+            let shear = &self.shear;
+            parallel::update(&mut self.accelerations, |i, a| {
+                (0..D).for_each(|k| a[k] += signal * shear[i].drag[k]);
             });
         }
     }
@@ -178,10 +216,10 @@ impl<'a, const D: usize, R: Real> Fluid<'a, D, R> {
         if !self.options.hold_unresolved {
             return;
         }
-        let (target, positions) = (self.state.target, &self.state.positions);
+        let (target, positions) = (&self.state.target, &self.state.positions);
         let wanted = target.number_densities(positions);
-        let ratio = support_over_spacing(D, self.options.kernel_neighbors);
-        self.weights = target.sharpnesses(positions, &wanted, ratio).into_par_iter().map(resolved).collect();
+        let sharpness = target.sharpnesses(positions, &wanted, self.state.ratio());
+        self.weights = parallel::map(sharpness.len(), |i| resolved(sharpness[i]));
     }
 
     fn weight(&self, i: usize) -> f64 {
@@ -198,18 +236,13 @@ impl<'a, const D: usize, R: Real> Fluid<'a, D, R> {
 
     fn ideal_acceleration(&self) -> Vec<[f64; D]> {
         let factor = self.used.factor;
-        let strength: Vec<f64> = self
-            .sums
-            .par_iter()
-            .zip(&self.wanted)
-            .enumerate()
-            .map(|(i, (s, w))| {
-                let omega = if self.options.grad_h { 1.0 + s.slope / (D as f64 * s.number_density) } else { 1.0 };
-                self.weight(i) * (s.number_density - w / factor) / (s.number_density.powi(2) * omega)
-            })
-            .collect();
+        let strength = parallel::map(self.sums.len(), |i| {
+            let s = &self.sums[i];
+            let omega = if self.options.grad_h { 1.0 + s.slope / (D as f64 * s.number_density) } else { 1.0 };
+            self.weight(i) * (s.number_density - self.wanted[i] / factor) / (s.number_density.powi(2) * omega)
+        });
         let mut out = self.state.gradient(&self.support, &strength, &self.sums);
-        out.par_iter_mut().enumerate().for_each(|(i, a)| *a = a.map(|v| -v * self.weight(i)));
+        parallel::update(&mut out, |i, a| *a = a.map(|v| -v * self.weight(i)));
         out
     }
 
@@ -221,8 +254,8 @@ impl<'a, const D: usize, R: Real> Fluid<'a, D, R> {
         let density: Vec<f64> = self.sums.iter().map(|s| s.number_density).collect();
         let channels: [&[f64]; SHEAR_CHANNELS] =
             [&velocity[0], &velocity[1], &velocity[2], &self.alpha, &inverse, &density];
-        let (kernel, domain, support) = (self.state.kernel, self.state.domain, &self.support);
-        self.state.with_pairs(support, channels, |sources| shear::<D, R>(kernel, domain, sources))
+        let (kernel, domain) = (self.state.kernel, &self.state.domain);
+        self.state.with_moving_pairs(&self.support, channels, |sources| shear::<D, R>(kernel, domain, sources))
     }
 
     /// One leapfrog step (kick, drift, kick); friction is integrated exactly. Returns the largest
@@ -232,7 +265,7 @@ impl<'a, const D: usize, R: Real> Fluid<'a, D, R> {
         let step = self.options.courant * smallest / (1.0 + self.largest_speed());
         let decay = (-0.5 * self.options.friction * step).exp();
         self.kick(0.5 * step);
-        self.velocities.par_iter_mut().for_each(|v| *v = v.map(|c| c * decay));
+        parallel::update(&mut self.velocities, |_, v| *v = v.map(|c| c * decay));
         let largest = self.drift(step);
         if self.options.viscosity {
             self.evolve_alpha(step);
@@ -241,64 +274,53 @@ impl<'a, const D: usize, R: Real> Fluid<'a, D, R> {
             self.sort();
         }
         self.evaluate();
-        self.velocities.par_iter_mut().for_each(|v| *v = v.map(|c| c * decay));
+        parallel::update(&mut self.velocities, |_, v| *v = v.map(|c| c * decay));
         self.kick(0.5 * step);
         self.time += step;
         largest
     }
 
     fn kick(&mut self, step: f64) {
-        self.velocities.par_iter_mut().zip(&self.accelerations).for_each(|(v, a)| {
-            (0..D).for_each(|k| v[k] += step * a[k]);
-        });
+        let accelerations = &self.accelerations;
+        parallel::update(&mut self.velocities, |i, v| (0..D).for_each(|k| v[k] += step * accelerations[i][k]));
     }
 
     fn drift(&mut self, step: f64) -> f64 {
-        let (target, domain, positions) = (self.state.target, self.state.domain, &self.state.positions);
-        let ratio = support_over_spacing(D, self.options.kernel_neighbors);
-        let support = &self.support;
-        let moved: Vec<([f64; D], [f64; D], f64)> = self
-            .velocities
-            .par_iter()
-            .enumerate()
-            .map(|(i, &v)| {
-                let from = at(positions, i);
-                let spacing = support[i] / ratio;
-                let length = step * v.iter().map(|c| c * c).sum::<f64>().sqrt();
-                let limited = if length > MAX_STEP * spacing { MAX_STEP * spacing / length } else { 1.0 };
-                let mut straight: [f64; D] = std::array::from_fn(|k| from[k] + limited * step * v[k]);
-                domain.wrap(&mut straight);
-                let mut x = straight;
-                domain.confine(&from, &mut x);
-                if !target.admits(&x) {
-                    return (from, [0.0; D], 0.0);
-                }
-                (x, bounce(v, &straight, &x), limited * length / spacing)
-            })
-            .collect();
-        for k in 0..D {
-            self.state.positions[k].par_iter_mut().zip(&moved).for_each(|(x, m)| *x = m.0[k]);
-        }
-        self.velocities.par_iter_mut().zip(&moved).for_each(|(v, m)| *v = m.1);
-        self.state.moved();
+        let (target, domain, positions) = (&self.state.target, &self.state.domain, &self.state.positions);
+        let (ratio, support, velocities) = (self.state.ratio(), &self.support, &self.velocities);
+        let moved: Vec<([f64; D], [f64; D], f64)> = parallel::map(velocities.len(), |i| {
+            let (from, v) = (at(positions, i), velocities[i]);
+            let spacing = support[i] / ratio;
+            let length = step * v.iter().map(|c| c * c).sum::<f64>().sqrt();
+            let limited = if length > MAX_STEP * spacing { MAX_STEP * spacing / length } else { 1.0 };
+            let mut straight: [f64; D] = std::array::from_fn(|k| from[k] + limited * step * v[k]);
+            domain.wrap(&mut straight);
+            let mut x = straight;
+            domain.confine(&from, &mut x);
+            if !target.admits(&x) {
+                return (from, [0.0; D], 0.0);
+            }
+            (x, bounce(v, &straight, &x), limited * length / spacing)
+        });
+        self.state.place(|i| moved[i].0);
+        parallel::update(&mut self.velocities, |i, v| *v = moved[i].1);
         reduce::max(moved.len(), |i| moved[i].2)
     }
 
     /// d alpha/dt = max(0, -div v) - alpha/tau, with the decay integrated exactly.
     fn evolve_alpha(&mut self, step: f64) {
-        let support = &self.support;
-        self.alpha.par_iter_mut().zip(&self.shear).zip(support).for_each(|((a, s), h)| {
-            *a = (*a + step * (-s.divergence).max(0.0)) * (-step / (ALPHA_DECAY * h)).exp();
+        let (support, shear) = (&self.support, &self.shear);
+        parallel::update(&mut self.alpha, |i, a| {
+            *a = (*a + step * (-shear[i].divergence).max(0.0)) * (-step / (ALPHA_DECAY * support[i])).exp();
         });
     }
 
     fn sort(&mut self) {
         let order = self.state.sort();
-        let reorder = |values: &mut Vec<[f64; D]>| *values = order.par_iter().map(|&i| values[i as usize]).collect();
-        reorder(&mut self.velocities);
-        let scalar = |values: &mut Vec<f64>| *values = order.par_iter().map(|&i| values[i as usize]).collect();
-        scalar(&mut self.alpha);
-        scalar(&mut self.support);
+        self.velocities = parallel::reordered(&self.velocities, &order);
+        for values in [&mut self.alpha, &mut self.support] {
+            *values = parallel::reordered(values, &order);
+        }
         self.weigh();
     }
 
@@ -308,7 +330,7 @@ impl<'a, const D: usize, R: Real> Fluid<'a, D, R> {
     }
 
     pub fn halt(&mut self) {
-        self.velocities.par_iter_mut().for_each(|v| *v = [0.0; D]);
+        parallel::update(&mut self.velocities, |_, v| *v = [0.0; D]);
     }
 
     fn largest_speed(&self) -> f64 {

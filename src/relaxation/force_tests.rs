@@ -1,7 +1,6 @@
 //! The forces of ALARIC against the sum over all pairs, written down anew from the paper's equations.
 
-use super::alaric::AlaricOptions;
-use super::fluid::Fluid;
+use super::fluid::{AlaricOptions, Fluid};
 use crate::field::ScalarField;
 use crate::seeding::{Seeding, seed};
 use crate::target::{Resolution, Target, at};
@@ -58,7 +57,7 @@ fn check<const D: usize>(count: usize, viscosity: bool) {
     };
     let start = seed(&target, Seeding::Random, 11).unwrap().positions;
     let options = AlaricOptions { viscosity, ..AlaricOptions::new(D) };
-    let mut fluid = Fluid::<D, f64>::new(KernelName::WendlandC4, &target, &domain, start, &options);
+    let mut fluid = Fluid::<D, f64>::new(KernelName::WendlandC4, target, start, &options);
     for i in 0..count {
         fluid.velocities[i] = std::array::from_fn(|k| 3.0 * (i as f64 * 1.7 + k as f64).sin());
         fluid.alpha[i] = 0.3 + 0.2 * (i as f64).cos();

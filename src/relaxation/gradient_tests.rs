@@ -1,17 +1,14 @@
 //! The analytic gradients against finite differences of the objective, in every dimension and boundary, and
 //! what the forces conserve.
 
-use super::alaric::AlaricOptions;
 use super::arrangement::Arrangement;
-use super::fluid::Fluid;
+use super::fluid::{AlaricOptions, Fluid};
 use super::solver::{Solver, SolverOptions};
 use crate::field::ScalarField;
-use crate::relaxation::Control;
 use crate::seeding::{Seeding, seed};
 use crate::target::{Resolution, Target};
 use sph::domain::{Axis, Domain, Region, Wall};
 use sph::kernel::KernelName;
-use std::sync::atomic::AtomicBool;
 
 /// Smooth, positive and without symmetry.
 struct Bumpy;
@@ -65,16 +62,18 @@ fn target<'a, const D: usize>(domain: &'a Domain<D>, count: usize) -> Target<'a,
 }
 
 fn check_solver<const D: usize>(count: usize, density: &dyn ScalarField<D>, domains: &[Domain<D>]) {
-    let never = AtomicBool::new(false);
-    let control = Control { deadline: None, interrupted: &never, observer: &|_, _, _, _| {} };
     for domain in domains {
         let target = Target { density, ..target(domain, count) };
-        let walls = domain.mirrored();
         let positions = seed(&target, Seeding::MassBisection, 3).unwrap().positions;
         let options = SolverOptions::new(D);
-        let arrangement =
-            Arrangement::<D, f64>::new(KernelName::WendlandC4, &target, &walls, positions, options.kernel_neighbors);
-        let mut solver = Solver::new(arrangement, &options, &control);
+        let arrangement = Arrangement::<D, f64>::new(
+            KernelName::WendlandC4,
+            target,
+            domain.mirrored(),
+            positions,
+            options.kernel_neighbors,
+        );
+        let mut solver = Solver::new(arrangement, &options);
         let frame = solver.frame(0.3);
         let now = solver.evaluate(&frame);
         let gradient = solver.gradient(&frame, &now);
@@ -112,7 +111,7 @@ fn check_momentum<const D: usize>(count: usize) {
     let target = target(domain, count);
     let positions = seed(&target, Seeding::Random, 5).unwrap().positions;
     let options = AlaricOptions { steps: 0, ..AlaricOptions::new(D) };
-    let mut fluid = Fluid::<D, f64>::new(KernelName::WendlandC4, &target, domain, positions, &options);
+    let mut fluid = Fluid::<D, f64>::new(KernelName::WendlandC4, target, positions, &options);
     let sizes: f64 = fluid.accelerations.iter().flatten().map(|a| a.abs()).sum();
     for k in 0..D {
         let total: f64 = fluid.accelerations.iter().map(|a| a[k]).sum();

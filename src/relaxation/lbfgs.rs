@@ -6,11 +6,10 @@
 //!
 //! Pairs are kept in single precision: they only shape the direction, whose error the line search bears.
 
-use super::arrangement::reordered;
 use super::snapshot::rows;
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
-use sph::reduce;
+use sph::{parallel, reduce};
 
 /// Pairs kept; more cost memory (24 bytes per pair and particle in 3-D) and save few evaluations.
 const PAIRS: usize = 6;
@@ -59,8 +58,8 @@ impl<const D: usize> Lbfgs<D> {
     /// Follows the particles into a new order.
     pub fn reorder(&mut self, order: &[u32]) {
         for pair in &mut self.pairs {
-            pair.step = reordered(&pair.step, order);
-            pair.change = reordered(&pair.change, order);
+            pair.step = parallel::reordered(&pair.step, order);
+            pair.change = parallel::reordered(&pair.change, order);
         }
     }
 
@@ -73,10 +72,8 @@ impl<const D: usize> Lbfgs<D> {
         let oldest = if self.pairs.len() == PAIRS { self.forget_oldest() } else { None };
         let mut pair =
             oldest.unwrap_or_else(|| Pair { step: vec![[0.0; D]; step.len()], change: vec![[0.0; D]; step.len()] });
-        pair.step.par_iter_mut().zip(step).for_each(|(to, from)| *to = from.map(|v| v as f32));
-        pair.change.par_iter_mut().zip(before.par_iter().zip(after)).for_each(|(to, (b, a))| {
-            *to = std::array::from_fn(|k| (a[k] - b[k]) as f32);
-        });
+        parallel::update(&mut pair.step, |i, to| *to = step[i].map(|v| v as f32));
+        parallel::update(&mut pair.change, |i, to| *to = std::array::from_fn(|k| (after[i][k] - before[i][k]) as f32));
         self.pairs.push_back(pair);
         let new = self.pairs.len() - 1;
         let products = self.products_of_newest();

@@ -6,8 +6,8 @@
 
 use crate::random::Purpose;
 use crate::target::{Positions, Target, at};
-use rayon::prelude::*;
 use sph::neighbors::{Reach, Sources, Tree};
+use sph::parallel;
 use sph::sums::partings;
 
 /// Distance over the smaller spacing of the two below which particles are the same one twice.
@@ -18,6 +18,7 @@ pub const PAIRED: f64 = 0.15;
 const APART: f64 = 0.25;
 /// Rounds after which the rest is left: thousands at one place are apart by then.
 const MAX_ROUNDS: usize = 1000;
+
 /// Parts particles that are closer than `threshold` of the smaller of their spacings; returns how many were
 /// found so. Without pairs this is one pass, and positions stay as they are, bit for bit.
 pub fn part_pairs<const D: usize>(target: &Target<'_, D>, positions: &mut Positions<D>, threshold: f64) -> usize {
@@ -29,11 +30,10 @@ pub fn part_pairs<const D: usize>(target: &Target<'_, D>, positions: &mut Positi
     let mut found = 0;
     for round in 0..MAX_ROUNDS {
         let tree = Tree::build(positions);
-        let apart: Vec<f64> = tree
-            .order()
-            .par_iter()
-            .map(|&i| APART * target.spacing(target.number_density(&at(positions, i as usize))).min(domain.size()))
-            .collect();
+        let apart = parallel::map(n, |place| {
+            let density = target.number_density(&at(positions, tree.order()[place] as usize));
+            APART * target.spacing(density).min(domain.size())
+        });
         let sources = [Sources::<D, 1>::new(&tree, &apart, [&apart], Reach::Target)];
         let partings = partings(&domain, &sources, threshold / APART, (round as u64, Purpose::Parting as u64));
         let paired = partings.iter().filter(|p| p.paired).count();

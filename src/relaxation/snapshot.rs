@@ -6,25 +6,26 @@
 //!
 //! Making a snapshot copies the state, and so takes up to half of a stage's memory for the time of writing.
 
-use super::Progress;
+use super::stage::Progress;
 use crate::target::Positions;
+use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
 use std::time::Instant;
 
-/// Takes a stage's state: called at the top of each iteration with whether the stage is about to stop, and with
-/// what makes the snapshot.
-pub type Keep<'a, S> = &'a mut (dyn FnMut(bool, &dyn Fn() -> S) + Send);
-
-/// Where a stage begins.
-pub enum Start<const D: usize, S> {
-    New(Positions<D>),
-    /// Where a snapshot was taken.
-    Kept(Box<S>),
+/// Appends a state to `to`: floating-point numbers bit by bit.
+///
+/// # Errors
+/// What cannot be encoded.
+pub(super) fn encode<T: Serialize>(state: &T, to: Vec<u8>) -> Result<Vec<u8>, String> {
+    postcard::to_extend(state, to).map_err(|e| e.to_string())
 }
 
-/// Keeps nothing.
-pub fn forget<S>() -> impl FnMut(bool, &dyn Fn() -> S) {
-    |_, _| {}
+/// The state of bytes that [`encode`] made.
+///
+/// # Errors
+/// What is wrong with them.
+pub(super) fn decode<T: DeserializeOwned>(bytes: &[u8]) -> Result<T, String> {
+    postcard::from_bytes(bytes).map_err(|e| format!("its content cannot be read ({e}); start without it"))
 }
 
 /// The best state met.
@@ -117,7 +118,7 @@ impl Check {
 }
 
 /// Serde for [`Positions`]: arrays of a length that is a parameter are beyond serde's own.
-pub(super) mod axes {
+pub(crate) mod axes {
     use serde::de::Error;
     use serde::{Deserialize, Deserializer, Serialize, Serializer};
 

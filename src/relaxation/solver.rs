@@ -24,20 +24,23 @@
 //! ([`Target::jumps_near`]): what a sum counts too much on the thin side of it would drive particles away, so those
 //! stay where seed and WVT have put them.
 
-use super::arrangement::{Arrangement, reordered};
+use super::arrangement::Arrangement;
 use super::fit::{Fit, fit, interior, resolved};
 use super::lbfgs::{Lbfgs, product};
-use super::snapshot::{Check, Keep, Start, Trace, axes, forget, rows};
-use super::{COINCIDENT, Control, Progress, StageReport, StopReason, part_pairs};
+use super::pairs::{COINCIDENT, part_pairs};
+use super::snapshot::{Check, Trace, axes, decode, encode, rows};
+use super::stage::{Particles, Progress, Relaxed, Running, Stage, StageName, StageReport, StopReason};
 use crate::target::{Positions, Target, at};
-use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 use sph::kernel::{
-    KernelName, default_kernel_neighbors, most_neighbors_without_pairs, own_count, support_over_spacing,
+    KernelName, default_kernel_neighbors, makes_pairs, most_neighbors_without_pairs, own_count, support_over_spacing,
 };
 use sph::lanes::Real;
-use sph::reduce;
 use sph::sums::DensitySums;
+use sph::{parallel, reduce};
+use std::marker::PhantomData;
+
+pub const NAME: StageName = StageName { name: "solver", title: "density solver" };
 
 /// Parameters of the solver.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -74,11 +77,11 @@ impl SolverOptions {
     }
 
     /// The stages for `kernel` in `d` dimensions.
-    fn schedule(&self, kernel: KernelName, d: usize) -> Vec<Stage> {
+    fn schedule(&self, kernel: KernelName, d: usize) -> Vec<Stretch> {
         // 0 at the end: an exact density leaves no room for the pressure energy.
         let last = if self.quietness > 0.0 { 10f64.powf(QUIETNESS_DECADES * (self.quietness - 1.0)) } else { 0.0 };
         let single = self.settled || self.tolerance > 0.0;
-        let own = |lambda, share| Stage { kernel, kernel_neighbors: self.kernel_neighbors, lambda, share };
+        let own = |lambda, share| Stretch { kernel, kernel_neighbors: self.kernel_neighbors, lambda, share };
         let at_rest = if single { last } else { 1.0 };
         match most_neighbors_without_pairs(kernel, d) {
             Some(most) => {
@@ -88,7 +91,7 @@ impl SolverOptions {
                     true => (0.0, 0.4 * (2.0 - 2.0 * self.quietness).min(1.0)),
                     false => (last, 0.4),
                 };
-                vec![Stage { kernel, kernel_neighbors, lambda: at_rest, share: 1.0 - share }, own(last, share)]
+                vec![Stretch { kernel, kernel_neighbors, lambda: at_rest, share: 1.0 - share }, own(last, share)]
             }
             None if single => vec![own(last, 1.0)],
             None => vec![own(at_rest, 0.6), own(last, 0.4)],
@@ -98,7 +101,7 @@ impl SolverOptions {
 
 /// A part of the descent.
 #[derive(Debug, Clone, Copy)]
-struct Stage {
+struct Stretch {
     kernel: KernelName,
     kernel_neighbors: f64,
     /// Weight of the pressure energy, before [`weight_with`].
@@ -131,116 +134,78 @@ const SORT_INTERVAL: usize = 4;
 /// at the density's cost. A run that is to reach a tolerance goes on.
 const PATIENCE: usize = 40;
 
-/// Improves `positions`. What comes out is the last state, or the first where epsilon rose.
-pub fn solve_density<const D: usize, R: Real>(
+/// The stage. What comes out is the last state, or the first where epsilon rose. `R` is the precision of pair distances.
+pub struct DensitySolver<'a, const D: usize, R = f32> {
     kernel: KernelName,
-    target: &Target<'_, D>,
-    positions: Positions<D>,
-    options: &SolverOptions,
-    control: &Control<'_>,
-) -> (Positions<D>, StageReport) {
-    solve_density_kept::<D, R>(kernel, target, Start::New(positions), options, control, &mut forget())
+    target: Target<'a, D>,
+    options: SolverOptions,
+    precision: PhantomData<R>,
 }
 
-/// [`solve_density`] from new positions or a snapshot, offering snapshots to `keep`.
-pub fn solve_density_kept<const D: usize, R: Real>(
-    kernel: KernelName,
-    target: &Target<'_, D>,
-    start: Start<D, SolverSnapshot<D>>,
-    options: &SolverOptions,
-    control: &Control<'_>,
-    keep: Keep<'_, SolverSnapshot<D>>,
-) -> (Positions<D>, StageReport) {
-    rayon::scope(|_| run::<D, R>(kernel, target, start, options, control, keep))
-}
-
-fn run<const D: usize, R: Real>(
-    kernel: KernelName,
-    target: &Target<'_, D>,
-    start: Start<D, SolverSnapshot<D>>,
-    options: &SolverOptions,
-    control: &Control<'_>,
-    keep: Keep<'_, SolverSnapshot<D>>,
-) -> (Positions<D>, StageReport) {
-    let domain = target.domain.mirrored();
-    let schedule = options.schedule(kernel, D);
-    let (mut solver, before, first, mut kept) = match start {
-        Start::New(mut positions) => {
-            part_pairs(target, &mut positions, COINCIDENT);
-            let before = positions.clone();
-            let arrangement = Arrangement::new(kernel, target, &domain, positions, options.kernel_neighbors);
-            let mut solver = Solver::<D, R>::new(arrangement, options, control);
-            if schedule[0].kernel != kernel {
-                // What the end is compared with.
-                let frame = solver.frame(0.0);
-                let now = solver.evaluate(&frame);
-                solver.note(&now, 0.0);
-            }
-            (solver, before, 0, None)
-        }
-        Start::Kept(snapshot) => {
-            let SolverSnapshot { stage, positions, moves, before, descent, kappa, evaluations, trace } = *snapshot;
-            let Stage { kernel, kernel_neighbors, .. } = schedule[stage.min(schedule.len() - 1)];
-            let arrangement = Arrangement::of_sorted(kernel, target, &domain, positions, moves, kernel_neighbors);
-            let (kappa, trace) = (Some(kappa), trace.resumed());
-            let solver = Solver { arrangement, options, control, kappa, evaluations, trace };
-            (solver, before, stage, Some(descent))
-        }
-    };
-    let mut stop = StopReason::IterationLimit;
-    for (index, stage) in schedule.iter().enumerate().skip(first) {
-        let share: f64 = schedule[..=index].iter().map(|s| s.share).sum();
-        let last = index + 1 == schedule.len();
-        let end = if last { options.evaluations } else { (share * options.evaluations as f64) as usize };
-        let mut keep_stage = |stopping: bool, snapshot: &dyn Fn() -> SolverSnapshot<D>| {
-            keep(stopping, &|| SolverSnapshot { stage: index, before: before.clone(), ..snapshot() });
-        };
-        solver.see_with(stage.kernel, stage.kernel_neighbors);
-        let lambda = weight_with(stage.kernel, D, stage.kernel_neighbors, stage.lambda);
-        stop = solver.stage(lambda, end, last, kept.take(), &mut keep_stage);
-        if matches!(stop, StopReason::TimeLimit | StopReason::Interrupted | StopReason::ToleranceReached) {
-            break;
-        }
+impl<const D: usize, R: Real> Stage<D> for DensitySolver<'_, D, R> {
+    fn name(&self) -> StageName {
+        NAME
     }
-    let Solver { arrangement, trace, .. } = solver;
-    let ends = trace.history.first().zip(trace.history.last());
-    // Cut short, the first stage may not have made up yet for what it gave away.
-    let rose = ends.is_some_and(|(first, last)| last.epsilon > first.epsilon);
-    let best_iteration = ends.map_or(0, |(first, last)| if rose { first.iteration } else { last.iteration });
-    let positions = if rose { before } else { arrangement.positions };
-    let report =
-        StageReport { stage: "solver", stop, best_iteration, seconds: trace.seconds(), history: trace.history };
-    (positions, report)
+
+    fn begin(&self, particles: Particles<D>) -> Box<dyn Running<D> + '_> {
+        let mut positions = particles.positions;
+        part_pairs(&self.target, &mut positions, COINCIDENT);
+        let schedule = self.options.schedule(self.kernel, D);
+        let before = positions.clone();
+        let mut solver = Solver::<D, R>::new(self.arrangement(positions), &self.options);
+        if schedule[0].kernel != self.kernel {
+            // What the end is compared with.
+            let frame = solver.frame(0.0);
+            let now = solver.evaluate(&frame);
+            solver.note(&now, 0.0);
+        }
+        let descent = solver.descend(&schedule[0]);
+        Box::new(Run { solver, schedule, index: 0, descent, before })
+    }
+
+    fn resume(&self, kept: &[u8]) -> Result<Box<dyn Running<D> + '_>, String> {
+        let kept: Snapshot<D> = decode(kept)?;
+        let schedule = self.options.schedule(self.kernel, D);
+        kept.check(self.target.count, schedule.len())?;
+        let Snapshot { index, positions, moves, before, descent, kappa, evaluations, trace } = kept;
+        let Stretch { kernel, kernel_neighbors, .. } = schedule[index];
+        let mirrored = self.target.domain.mirrored();
+        let arrangement = Arrangement::of_sorted(kernel, self.target, mirrored, positions, moves, kernel_neighbors);
+        let (kappa, trace) = (Some(kappa), trace.resumed());
+        let solver = Solver::<D, R> { arrangement, options: &self.options, kappa, evaluations, trace };
+        Ok(Box::new(Run { solver, schedule, index, descent, before }))
+    }
 }
 
-/// Seconds that one evaluation of the objective with its gradient takes at `positions`, the mean of `repeats`: what a step
-/// costs beside its direction and its move.
-pub fn time_evaluation<const D: usize, R: Real>(
-    kernel: KernelName,
-    target: &Target<'_, D>,
-    positions: Positions<D>,
-    options: &SolverOptions,
-    repeats: u32,
-) -> f64 {
-    let domain = target.domain.mirrored();
-    let never = std::sync::atomic::AtomicBool::new(false);
-    let control = Control { deadline: None, interrupted: &never, observer: &|_, _, _, _| {} };
-    let arrangement = Arrangement::new(kernel, target, &domain, positions, options.kernel_neighbors);
-    let mut solver = Solver::<D, R>::new(arrangement, options, &control);
-    let frame = solver.frame(weight_with(kernel, D, options.kernel_neighbors, 1.0));
-    let start = std::time::Instant::now();
-    for _ in 0..repeats {
-        let now = solver.evaluate(&frame);
-        std::hint::black_box(solver.gradient(&frame, &now));
+impl<'a, const D: usize, R: Real> DensitySolver<'a, D, R> {
+    pub fn new(kernel: KernelName, target: Target<'a, D>, options: SolverOptions) -> Self {
+        Self { kernel, target, options, precision: PhantomData }
     }
-    start.elapsed().as_secs_f64() / f64::from(repeats.max(1))
+
+    fn arrangement(&self, positions: Positions<D>) -> Arrangement<'a, D, R> {
+        let mirrored = self.target.domain.mirrored();
+        Arrangement::new(self.kernel, self.target, mirrored, positions, self.options.kernel_neighbors)
+    }
+
+    /// Seconds that one evaluation of the objective with its gradient takes at `positions`, the mean of `repeats`: what a
+    /// step costs beside its direction and its move.
+    pub fn time_evaluation(&self, positions: Positions<D>, repeats: u32) -> f64 {
+        let mut solver = Solver::<D, R>::new(self.arrangement(positions), &self.options);
+        let frame = solver.frame(weight_with(self.kernel, D, self.options.kernel_neighbors, 1.0));
+        let start = std::time::Instant::now();
+        for _ in 0..repeats {
+            let now = solver.evaluate(&frame);
+            std::hint::black_box(solver.gradient(&frame, &now));
+        }
+        start.elapsed().as_secs_f64() / f64::from(repeats.max(1))
+    }
 }
 
 /// What goes on after an interrupt.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub struct SolverSnapshot<const D: usize> {
-    /// Of the schedule.
-    stage: usize,
+#[derive(Serialize, Deserialize)]
+struct Snapshot<const D: usize> {
+    /// In the schedule.
+    index: usize,
     #[serde(with = "axes")]
     positions: Positions<D>,
     /// Since the last sorting.
@@ -254,16 +219,12 @@ pub struct SolverSnapshot<const D: usize> {
     trace: Trace,
 }
 
-impl<const D: usize> SolverSnapshot<D> {
-    /// The best positions, for a run that does not go on.
-    pub fn into_positions(self) -> Positions<D> {
-        self.positions
-    }
-
+impl<const D: usize> Snapshot<D> {
     /// # Errors
-    /// What is wrong with it for `count` particles.
-    pub fn check(&self, count: usize) -> Result<(), String> {
+    /// What is wrong with it for `count` particles and so many stretches.
+    fn check(&self, count: usize, stretches: usize) -> Result<(), String> {
         Check::new(count)
+            .holds(self.index < stretches, "is of a part of the descent that this run does not have")
             .positions("positions", &self.positions)
             .positions("the first positions", &self.before)
             .scalars("weights", &self.descent.frame.weights)
@@ -278,10 +239,88 @@ impl<const D: usize> SolverSnapshot<D> {
     }
 }
 
+/// The stage under way.
+struct Run<'a, const D: usize, R> {
+    solver: Solver<'a, D, R>,
+    schedule: Vec<Stretch>,
+    /// In the schedule.
+    index: usize,
+    descent: Descent<D>,
+    before: Positions<D>,
+}
+
+impl<const D: usize, R: Real> Running<D> for Run<'_, D, R> {
+    fn advance(&mut self, outside: Option<StopReason>) -> Option<StopReason> {
+        let Self { solver, descent, .. } = self;
+        if solver.arrangement.is_stale(SORT_INTERVAL) {
+            let order = solver.arrangement.sort();
+            descent.reorder(&order);
+        }
+        if outside.is_some() {
+            return outside;
+        }
+        let last = self.index + 1 == self.schedule.len();
+        let share: f64 = self.schedule[..=self.index].iter().map(|s| s.share).sum();
+        let end = if last { solver.options.evaluations } else { (share * solver.options.evaluations as f64) as usize };
+        let stop = solver.advance(descent, end, last)?;
+        if last || stop == StopReason::ToleranceReached {
+            return Some(stop);
+        }
+        self.index += 1;
+        self.descent = solver.descend(&self.schedule[self.index]);
+        None
+    }
+
+    fn progress(&self) -> (&[Progress], usize) {
+        (&self.solver.trace.history, self.solver.options.evaluations)
+    }
+
+    fn snapshot(&self, to: Vec<u8>) -> Result<Vec<u8>, String> {
+        encode(
+            &Snapshot {
+                index: self.index,
+                positions: self.solver.arrangement.positions.clone(),
+                moves: self.solver.arrangement.moves(),
+                before: self.before.clone(),
+                descent: self.descent.clone(),
+                kappa: self.solver.kappa.unwrap_or(1.0),
+                evaluations: self.solver.evaluations,
+                trace: self.solver.trace.kept(),
+            },
+            to,
+        )
+    }
+
+    fn finish(self: Box<Self>, stop: StopReason) -> Relaxed<D> {
+        let Self { solver: Solver { arrangement, trace, options, .. }, before, schedule, .. } = *self;
+        let ends = trace.history.first().zip(trace.history.last());
+        // Cut short, the first stretch may not have made up yet for what it gave away.
+        let rose = ends.is_some_and(|(first, last)| last.epsilon > first.epsilon);
+        let best_iteration = ends.map_or(0, |(first, last)| if rose { first.iteration } else { last.iteration });
+        let positions = if rose { before } else { arrangement.positions };
+        let seconds = trace.seconds();
+        let report = StageReport { stage: NAME, stop, best_iteration, seconds, history: trace.history };
+        let kernel = schedule.last().map_or(arrangement.kernel, |s| s.kernel);
+        let notes = Vec::from_iter(pairing_note(kernel, D, options.kernel_neighbors));
+        Relaxed { particles: positions.into(), reports: vec![report], notes }
+    }
+}
+
+/// What is to be said of a kernel whose particles pair at rest.
+fn pairing_note(kernel: KernelName, d: usize, neighbors: f64) -> Option<String> {
+    makes_pairs(kernel, d, neighbors).then(|| {
+        format!(
+            "{} with {neighbors:.0} neighbors has the pairing instability: {} has brought the particles to rest, and the \
+             solver ended with the density alone",
+            kernel.title(),
+            KernelName::default().title()
+        )
+    })
+}
+
 pub(super) struct Solver<'a, const D: usize, R> {
     pub arrangement: Arrangement<'a, D, R>,
     options: &'a SolverOptions,
-    control: &'a Control<'a>,
     /// With the present kernel; none before the first evaluation with it.
     kappa: Option<f64>,
     evaluations: usize,
@@ -326,12 +365,12 @@ impl<const D: usize> Descent<D> {
 
     /// Follows the particles into a new order, see [`Arrangement::sort`].
     fn reorder(&mut self, order: &[u32]) {
-        self.frame.weights = reordered(&self.frame.weights, order);
-        self.frame.spacing = reordered(&self.frame.spacing, order);
+        self.frame.weights = parallel::reordered(&self.frame.weights, order);
+        self.frame.spacing = parallel::reordered(&self.frame.spacing, order);
         if !self.frame.held.is_empty() {
-            self.frame.held = reordered(&self.frame.held, order);
+            self.frame.held = parallel::reordered(&self.frame.held, order);
         }
-        self.gradient = reordered(&self.gradient, order);
+        self.gradient = parallel::reordered(&self.gradient, order);
         self.memory.reorder(order);
     }
 }
@@ -348,8 +387,8 @@ pub(super) struct Evaluation<const D: usize> {
 }
 
 impl<'a, const D: usize, R: Real> Solver<'a, D, R> {
-    pub fn new(arrangement: Arrangement<'a, D, R>, options: &'a SolverOptions, control: &'a Control<'a>) -> Self {
-        Self { arrangement, options, control, kappa: None, evaluations: 0, trace: Trace::new() }
+    pub fn new(arrangement: Arrangement<'a, D, R>, options: &'a SolverOptions) -> Self {
+        Self { arrangement, options, kappa: None, evaluations: 0, trace: Trace::new() }
     }
 
     /// Goes on with another kernel.
@@ -361,48 +400,32 @@ impl<'a, const D: usize, R: Real> Solver<'a, D, R> {
         }
     }
 
-    /// Minimizes for one lambda until `end` evaluations have been made, from the beginning or from what was `kept`.
-    fn stage(
-        &mut self,
-        lambda: f64,
-        end: usize,
-        may_finish: bool,
-        kept: Option<Descent<D>>,
-        keep: Keep<'_, SolverSnapshot<D>>,
-    ) -> StopReason {
-        let mut descent = kept.unwrap_or_else(|| self.begin(lambda));
-        loop {
-            if self.arrangement.is_stale(SORT_INTERVAL) {
-                let order = self.arrangement.sort();
-                descent.reorder(&order);
+    /// One step of a descent that may make evaluations up to `end`; why it ends, if it does.
+    fn advance(&mut self, descent: &mut Descent<D>, end: usize, may_finish: bool) -> Option<StopReason> {
+        if descent.epsilon <= descent.aim {
+            // Only the last stretch has the kernel that the tolerance is meant for.
+            if !may_finish {
+                return Some(StopReason::IterationLimit);
             }
-            let outside = self.control.stop_reason();
-            keep(outside.is_some(), &|| self.snapshot(&descent));
-            if let Some(reason) = outside {
-                return reason;
+            let measured = self.measured();
+            if measured <= self.options.tolerance {
+                return Some(StopReason::ToleranceReached);
             }
-            if descent.epsilon <= descent.aim {
-                // Only the last stage has the kernel that the tolerance is meant for.
-                if !may_finish {
-                    return StopReason::IterationLimit;
-                }
-                let measured = self.measured();
-                if measured <= self.options.tolerance {
-                    return StopReason::ToleranceReached;
-                }
-                descent.aim = descent.epsilon * (0.95 * self.options.tolerance / measured).max(0.5);
-            }
-            if self.evaluations >= end {
-                return StopReason::IterationLimit;
-            }
-            let in_vain = self.evaluations > descent.lowest.1 + PATIENCE;
-            if may_finish && in_vain && !(self.options.tolerance > 0.0) {
-                return StopReason::Stagnated;
-            }
-            if !self.step(&mut descent) {
-                return StopReason::Stagnated;
-            }
+            descent.aim = descent.epsilon * (0.95 * self.options.tolerance / measured).max(0.5);
         }
+        if self.evaluations >= end {
+            return Some(StopReason::IterationLimit);
+        }
+        let in_vain = self.evaluations > descent.lowest.1 + PATIENCE;
+        let stagnated = may_finish && in_vain && !(self.options.tolerance > 0.0);
+        (stagnated || !self.step(descent)).then_some(StopReason::Stagnated)
+    }
+
+    /// Begins a stretch of the schedule.
+    fn descend(&mut self, stretch: &Stretch) -> Descent<D> {
+        let Stretch { kernel, kernel_neighbors, lambda, .. } = *stretch;
+        self.see_with(kernel, kernel_neighbors);
+        self.begin(weight_with(kernel, D, kernel_neighbors, lambda))
     }
 
     fn begin(&mut self, lambda: f64) -> Descent<D> {
@@ -449,20 +472,6 @@ impl<'a, const D: usize, R: Real> Solver<'a, D, R> {
         }
     }
 
-    /// All but what the schedule knows.
-    fn snapshot(&self, descent: &Descent<D>) -> SolverSnapshot<D> {
-        SolverSnapshot {
-            stage: 0,
-            positions: self.arrangement.positions.clone(),
-            moves: self.arrangement.moves(),
-            before: std::array::from_fn(|_| Vec::new()),
-            descent: descent.clone(),
-            kappa: self.kappa.unwrap_or(1.0),
-            evaluations: self.evaluations,
-            trace: self.trace.kept(),
-        }
-    }
-
     /// Back-tracks along `direction` until the energy falls enough.
     fn search(
         &mut self,
@@ -491,21 +500,21 @@ impl<'a, const D: usize, R: Real> Solver<'a, D, R> {
     }
 
     fn supports(&self, wanted: &[f64], kappa: f64) -> Vec<f64> {
-        let target = self.arrangement.target;
+        let target = &self.arrangement.target;
         let ratio = support_over_spacing(D, self.arrangement.kernel_neighbors) * kappa.powf(1.0 / D as f64);
-        wanted.par_iter().map(|&w| ratio * target.spacing(w).min(self.arrangement.domain.size())).collect()
+        parallel::map(wanted.len(), |i| ratio * target.spacing(wanted[i]).min(self.arrangement.domain.size()))
     }
 
     /// Fits kappa and freezes what a stage holds.
     pub fn frame(&mut self, lambda: f64) -> Frame {
-        let target = self.arrangement.target;
+        let target = &self.arrangement.target;
         let wanted = target.number_densities(&self.arrangement.positions);
         let positions = &self.arrangement.positions;
-        let spacing: Vec<f64> = wanted.par_iter().map(|&w| target.spacing(w)).collect();
+        let spacing = parallel::map(wanted.len(), |i| target.spacing(wanted[i]));
         let ratio = support_over_spacing(D, self.arrangement.kernel_neighbors);
         let sharpness = target.sharpnesses(positions, &wanted, ratio);
         let held = target.jumps(positions, &wanted, &sharpness, ratio);
-        let weights = sharpness.into_par_iter().map(resolved).collect();
+        let weights = parallel::map(sharpness.len(), |i| resolved(sharpness[i]));
         let mut frame = Frame { lambda, kappa: self.kappa.unwrap_or(1.0), weights, held, spacing };
         // The first evaluation tells kappa; from then on it barely changes.
         if self.kappa.is_none() {
@@ -517,7 +526,7 @@ impl<'a, const D: usize, R: Real> Solver<'a, D, R> {
 
     pub fn evaluate(&mut self, frame: &Frame) -> Evaluation<D> {
         self.evaluations += 1;
-        let wanted = self.arrangement.wanted();
+        let wanted = self.arrangement.target_density();
         let support = self.supports(&wanted, frame.kappa);
         self.arrangement.mirror(&support);
         let sums = self.arrangement.densities(&support);
@@ -534,17 +543,14 @@ impl<'a, const D: usize, R: Real> Solver<'a, D, R> {
 
     /// dE/dx in units of the particles' spacings.
     pub fn gradient(&self, frame: &Frame, now: &Evaluation<D>) -> Vec<[f64; D]> {
-        let response: Vec<f64> = (0..now.wanted.len())
-            .into_par_iter()
-            .map(|i| {
-                let q = now.sums[i].number_density / now.wanted[i];
-                frame.weights[i] * (q / now.mean - 1.0 - now.mean_square) / now.mean + frame.lambda
-            })
-            .collect();
-        let strength: Vec<f64> = response.par_iter().zip(&now.wanted).map(|(r, w)| r / w).collect();
+        let strength = parallel::map(now.wanted.len(), |i| {
+            let q = now.sums[i].number_density / now.wanted[i];
+            let response = frame.weights[i] * (q / now.mean - 1.0 - now.mean_square) / now.mean + frame.lambda;
+            response / now.wanted[i]
+        });
         let mut out = self.arrangement.gradient(&now.support, &strength, &now.sums);
         let positions = &self.arrangement.positions;
-        out.par_iter_mut().enumerate().for_each(|(i, g)| {
+        parallel::update(&mut out, |i, g| {
             if frame.held.get(i) == Some(&true) {
                 *g = [0.0; D];
                 return;
@@ -561,14 +567,12 @@ impl<'a, const D: usize, R: Real> Solver<'a, D, R> {
 
     /// Epsilon as it is measured in the end: at solved support radii, and over what is resolved now.
     fn measured(&mut self) -> f64 {
-        let (wanted, kappa) = (self.arrangement.wanted(), self.kappa.unwrap_or(1.0));
+        let (wanted, kappa) = (self.arrangement.target_density(), self.kappa.unwrap_or(1.0));
         let solved = self.arrangement.solve(&self.supports(&wanted, kappa));
-        let support: Vec<f64> = solved.par_iter().map(|s| s.support).collect();
-        let (target, positions) = (self.arrangement.target, &self.arrangement.positions);
-        let weights: Vec<f64> = (0..wanted.len())
-            .into_par_iter()
-            .map(|i| resolved(target.sharpness(&at(positions, i), wanted[i], support[i])))
-            .collect();
+        let support = parallel::map(solved.len(), |i| solved[i].support);
+        let (target, positions) = (&self.arrangement.target, &self.arrangement.positions);
+        let weights =
+            parallel::map(wanted.len(), |i| resolved(target.sharpness(&at(positions, i), wanted[i], support[i])));
         let set = interior(target.domain, positions, &support, Some(&weights));
         fit(set.as_deref(), &wanted, |i| solved[i].sums.number_density).epsilon
     }
@@ -586,7 +590,6 @@ impl<'a, const D: usize, R: Real> Solver<'a, D, R> {
             largest_step: length,
             seconds: self.trace.seconds(),
         });
-        self.control.report("solver", self.evaluations, self.options.evaluations, now.fit.epsilon);
     }
 }
 

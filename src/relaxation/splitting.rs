@@ -2,8 +2,8 @@
 //! (ALARIC sec. 2.4).
 
 use crate::target::{Positions, Target, at};
-use rayon::prelude::*;
 use sph::kernel::support_over_spacing;
+use sph::parallel;
 
 /// Children of one particle: its place and the corners of a simplex about it, 3, 4 or 5 in 1-D to 3-D.
 pub const fn children(d: usize) -> usize {
@@ -32,20 +32,17 @@ pub fn split<const D: usize>(
     let ratio = support_over_spacing(D, kernel_neighbors);
     // Eq. 42: 2 H / (p N_H)^(1/d); with H = (N_H / (V_d n))^(1/d) a fraction of the spacing.
     let offset = 2.0 * ratio / (children(D) as f64 * kernel_neighbors).powf(1.0 / D as f64);
-    let families: Vec<Vec<[f64; D]>> = (0..n)
-        .into_par_iter()
-        .map(|i| {
-            // Bresenham's share of the places that are to be filled.
-            let mine = ((i + 1) * count) / n - (i * count) / n;
-            let parent = at(positions, i);
-            let reach = offset * target.spacing(target.number_density(&parent)).min(target.domain.size());
-            let child = |corner: &[f64; D]| place(target, &parent, corner, reach);
-            // With all children one sits at the center; with fewer the center stays free.
-            let center = (mine == children(D) || mine == 1).then_some(parent);
-            let others = mine - usize::from(center.is_some());
-            center.into_iter().chain(corners.iter().take(others).map(child)).collect()
-        })
-        .collect();
+    let families: Vec<Vec<[f64; D]>> = parallel::map(n, |i| {
+        // Bresenham's share of the places that are to be filled.
+        let mine = ((i + 1) * count) / n - (i * count) / n;
+        let parent = at(positions, i);
+        let reach = offset * target.spacing(target.number_density(&parent)).min(target.domain.size());
+        let child = |corner: &[f64; D]| place(target, &parent, corner, reach);
+        // With all children one sits at the center; with fewer the center stays free.
+        let center = (mine == children(D) || mine == 1).then_some(parent);
+        let others = mine - usize::from(center.is_some());
+        center.into_iter().chain(corners.iter().take(others).map(child)).collect()
+    });
     std::array::from_fn(|k| families.iter().flatten().map(|x| x[k]).collect())
 }
 

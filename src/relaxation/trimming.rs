@@ -6,12 +6,14 @@
 
 use super::arrangement::Arrangement;
 use super::fit::{fit, interior};
-use super::{Control, Progress, StageReport, StopReason};
-use crate::target::{Positions, Target};
-use rayon::prelude::*;
+use super::snapshot::{Check, Trace, decode, encode};
+use super::stage::{Particles, Progress, Relaxed, Running, Stage, StageName, StageReport, StopReason};
+use crate::target::Target;
+use serde::{Deserialize, Serialize};
 use sph::kernel::KernelName;
-use sph::reduce;
-use std::time::Instant;
+use sph::{parallel, reduce};
+
+pub const NAME: StageName = StageName { name: "trim", title: "mass trimming" };
 
 /// Parameters of the trimming.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -30,63 +32,160 @@ const POWER: f64 = 1.5;
 /// Improvement of epsilon per iteration below which it has stagnated.
 const STAGNATION: f64 = 0.999;
 
-/// Trims `masses`, whose sum stays, towards rho* at `positions`. Particles at edges see mirror images beyond
-/// them, so that masses do not pile up there.
-pub fn trim_masses<const D: usize>(
-    kernel: KernelName,
-    target: &Target<'_, D>,
-    positions: &Positions<D>,
-    masses: &mut [f64],
-    options: &TrimOptions,
-    control: &Control<'_>,
-) -> StageReport {
-    let start = Instant::now();
-    let domain = target.domain.mirrored();
-    let (mut state, order) =
-        Arrangement::<D, f64>::with_order(kernel, target, &domain, positions.clone(), options.kernel_neighbors);
-    let guess: Vec<f64> = state.target_supports();
-    state.mirror(&guess);
-    let support: Vec<f64> = state.solve(&guess).into_par_iter().map(|s| s.support).collect();
-    state.mirror(&support);
-    let wanted = target.densities(&state.positions);
-    let first: Vec<f64> = order.par_iter().map(|&i| masses[i as usize]).collect();
-    let total = reduce::sum(first.len(), |i| first[i]);
-    let set = interior(target.domain, &state.positions, &support, None);
-    let mut now = first.clone();
-    let mut best = (f64::INFINITY, 0, first.clone());
-    let mut history: Vec<Progress> = Vec::new();
-    let mut stop = StopReason::IterationLimit;
-    for iteration in 0..=options.iterations {
-        let density = state.weighted(&support, &now);
-        let fitted = fit(set.as_deref(), &wanted, |i| density[i]);
-        let stagnated = fitted.epsilon > STAGNATION * best.0;
-        if fitted.epsilon < best.0 {
-            best = (fitted.epsilon, iteration, now.clone());
+/// The stage: trims masses, whose sum stays, towards rho* at the particles' positions. Particles at edges see mirror images
+/// beyond them, so that masses do not pile up there.
+pub struct MassTrimming<'a, const D: usize> {
+    pub kernel: KernelName,
+    pub target: Target<'a, D>,
+    pub options: TrimOptions,
+}
+
+impl<const D: usize> Stage<D> for MassTrimming<'_, D> {
+    fn name(&self) -> StageName {
+        NAME
+    }
+
+    fn begin(&self, particles: Particles<D>) -> Box<dyn Running<D> + '_> {
+        let sums = Fixed::new(self, &particles);
+        let best = Best { epsilon: f64::INFINITY, iteration: 0, masses: sums.first.clone() };
+        let masses = sums.first.clone();
+        Box::new(Run { options: &self.options, particles, sums, masses, best, iteration: 0, trace: Trace::new() })
+    }
+
+    fn resume(&self, kept: &[u8]) -> Result<Box<dyn Running<D> + '_>, String> {
+        let Snapshot { particles, masses, best, iteration, trace } = decode(kept)?;
+        Check::new(self.target.count)
+            .positions("positions", &particles.positions)
+            .scalars("masses", &masses)
+            .scalars("the best masses", &best.masses)
+            .result()?;
+        let (sums, trace) = (Fixed::new(self, &particles), trace.resumed());
+        Ok(Box::new(Run { options: &self.options, particles, sums, masses, best, iteration, trace }))
+    }
+}
+
+/// What the positions, which stay, decide; in tree order.
+struct Fixed<'a, const D: usize> {
+    state: Arrangement<'a, D, f64>,
+    /// The particle at each place of the tree.
+    order: Vec<u32>,
+    support: Vec<f64>,
+    target_density: Vec<f64>,
+    interior: Option<Vec<bool>>,
+    /// Masses before the trimming, and their sum.
+    first: Vec<f64>,
+    total: f64,
+}
+
+impl<'a, const D: usize> Fixed<'a, D> {
+    fn new(stage: &MassTrimming<'a, D>, particles: &Particles<D>) -> Self {
+        let (target, positions) = (stage.target, particles.positions.clone());
+        let (mirrored, neighbors) = (target.domain.mirrored(), stage.options.kernel_neighbors);
+        let (mut state, order) = Arrangement::with_order(stage.kernel, target, mirrored, positions, neighbors);
+        let guess = state.target_supports();
+        state.mirror(&guess);
+        let solved = state.solve(&guess);
+        let support = parallel::map(solved.len(), |i| solved[i].support);
+        state.mirror(&support);
+        let target_density = target.densities(&state.positions);
+        let given = particles.masses.clone().unwrap_or_else(|| target.masses(&particles.positions));
+        let first = parallel::reordered(&given, &order);
+        let total = reduce::sum(first.len(), |i| first[i]);
+        let interior = interior(target.domain, &state.positions, &support, None);
+        Self { state, order, support, target_density, interior, first, total }
+    }
+}
+
+/// The best masses so far.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+struct Best {
+    epsilon: f64,
+    iteration: usize,
+    masses: Vec<f64>,
+}
+
+/// What goes on after an interrupt.
+#[derive(Serialize, Deserialize)]
+struct Snapshot<const D: usize> {
+    /// As the stage began with them.
+    particles: Particles<D>,
+    masses: Vec<f64>,
+    best: Best,
+    iteration: usize,
+    trace: Trace,
+}
+
+/// The stage under way.
+struct Run<'a, const D: usize> {
+    options: &'a TrimOptions,
+    particles: Particles<D>,
+    sums: Fixed<'a, D>,
+    masses: Vec<f64>,
+    best: Best,
+    iteration: usize,
+    trace: Trace,
+}
+
+impl<const D: usize> Running<D> for Run<'_, D> {
+    fn advance(&mut self, outside: Option<StopReason>) -> Option<StopReason> {
+        let Self { options, sums, iteration, .. } = self;
+        let (iteration, target) = (*iteration, &sums.target_density);
+        let density = sums.state.weighted(&sums.support, &self.masses);
+        let fitted = fit(sums.interior.as_deref(), target, |i| density[i]);
+        let stagnated = fitted.epsilon > STAGNATION * self.best.epsilon;
+        if fitted.epsilon < self.best.epsilon {
+            self.best = Best { epsilon: fitted.epsilon, iteration, masses: self.masses.clone() };
         }
-        let seconds = start.elapsed().as_secs_f64();
-        history.push(Progress { iteration, epsilon: fitted.epsilon, force_error: None, largest_step: 0.0, seconds });
-        control.report("mass trimming", iteration, options.iterations, fitted.epsilon);
-        let reason = if best.0 <= options.tolerance {
+        let (epsilon, seconds) = (fitted.epsilon, self.trace.seconds());
+        self.trace.history.push(Progress { iteration, epsilon, force_error: None, largest_step: 0.0, seconds });
+        let reason = if self.best.epsilon <= options.tolerance {
             Some(StopReason::ToleranceReached)
         } else if stagnated {
             Some(StopReason::Stagnated)
         } else {
-            control.stop_reason()
+            outside
         };
-        if let Some(reason) = reason {
-            stop = reason;
-            break;
+        if reason.is_some() || iteration >= options.iterations {
+            return reason.or(Some(StopReason::IterationLimit));
         }
-        now.par_iter_mut().enumerate().for_each(|(i, m)| {
-            let ratio = wanted[i] / (fitted.factor * density[i]);
-            let bounds = (first[i] * (1.0 - options.largest_change), first[i] * (1.0 + options.largest_change));
-            *m = (*m * ratio.powf(POWER)).clamp(bounds.0, bounds.1);
+        let change = options.largest_change;
+        parallel::update(&mut self.masses, |i, m| {
+            let ratio = target[i] / (fitted.factor * density[i]);
+            *m = (*m * ratio.powf(POWER)).clamp(sums.first[i] * (1.0 - change), sums.first[i] * (1.0 + change));
         });
-        let factor = total / reduce::sum(now.len(), |i| now[i]);
-        now.par_iter_mut().for_each(|m| *m *= factor);
+        let masses = &self.masses;
+        let factor = sums.total / reduce::sum(masses.len(), |i| masses[i]);
+        parallel::update(&mut self.masses, |_, m| *m *= factor);
+        self.iteration += 1;
+        None
     }
-    for (m, &i) in best.2.iter().zip(&order) {
-        masses[i as usize] = *m;
+
+    fn progress(&self) -> (&[Progress], usize) {
+        (&self.trace.history, self.options.iterations)
     }
-    StageReport { stage: "trim", stop, best_iteration: best.1, history, seconds: start.elapsed().as_secs_f64() }
+
+    fn snapshot(&self, to: Vec<u8>) -> Result<Vec<u8>, String> {
+        encode(
+            &Snapshot {
+                particles: self.particles.clone(),
+                masses: self.masses.clone(),
+                best: self.best.clone(),
+                iteration: self.iteration,
+                trace: self.trace.kept(),
+            },
+            to,
+        )
+    }
+
+    fn finish(self: Box<Self>, stop: StopReason) -> Relaxed<D> {
+        let Self { mut particles, sums, best, trace, .. } = *self;
+        let mut masses = vec![0.0; particles.len()];
+        for (m, &i) in best.masses.iter().zip(&sums.order) {
+            masses[i as usize] = *m;
+        }
+        particles.masses = Some(masses);
+        let (best_iteration, seconds) = (best.iteration, trace.seconds());
+        let report = StageReport { stage: NAME, stop, best_iteration, history: trace.history, seconds };
+        Relaxed { particles, reports: vec![report], notes: Vec::new() }
+    }
 }

@@ -17,19 +17,19 @@
 //! The smoothing by the kernel is taken out by feedback: V_j is
 //! multiplied by a power of the summed over the target density at j, and by a slowly forgetting memory of it.
 
-use super::arrangement::GHOST_DEPTH;
+use super::arrangement::{Arrangement, SORT_INTERVAL};
 use super::fit::{fit, interior, resolved};
-use super::snapshot::{Best, Check, Keep, Start, Trace, axes, forget};
+use super::pairs::{COINCIDENT, part_pairs};
+use super::snapshot::{Best, Check, Trace, axes, decode, encode};
+use super::stage::{Particles, Progress, Relaxed, Running, Stage, StageName, StageReport, StopReason};
 use super::stiffness::stiffness;
-use super::{COINCIDENT, Progress, StageReport, StopReason, part_pairs};
-use crate::target::{Positions, Target, at};
-use rayon::prelude::*;
+use crate::target::{Positions, Target};
 use serde::{Deserialize, Serialize};
-use sph::domain::Domain;
 use sph::kernel::{KernelName, default_kernel_neighbors, support_over_spacing};
-use sph::neighbors::{GhostTree, Reach, Sources, Tree};
-use sph::reduce;
 use sph::sums::{Bias, Push, Pushes, Weight, pushes};
+use sph::{parallel, reduce};
+
+pub const NAME: StageName = StageName { name: "wvt", title: "WVT" };
 
 /// Parameters of the relaxation.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -74,8 +74,6 @@ const MEMORY: f64 = 0.97;
 const MEMORY_GAIN: f64 = 0.1;
 /// Bound on the logarithm of the correction.
 const MAX_FEEDBACK: f64 = 1.0;
-/// Iterations between sortings of the tree; in between its boxes are fitted to the moved particles.
-const SORT_INTERVAL: usize = 8;
 /// Iterations without a better state after which the relaxation has stagnated.
 const PATIENCE: usize = 20;
 
@@ -93,85 +91,65 @@ fn step_scale(weight: Weight, kernel: KernelName, d: usize, kernel_neighbors: f6
     }
 }
 
-/// Relaxes `positions` towards `target` and returns the best state met, by epsilon (re-fitted) of the number
-/// density over the interior.
-pub fn relax<const D: usize>(
-    kernel: KernelName,
-    target: &Target<'_, D>,
-    positions: Positions<D>,
-    options: &WvtOptions,
-    control: &super::Control<'_>,
-) -> (Positions<D>, StageReport) {
-    relax_kept(kernel, target, Start::New(positions), options, control, &mut forget())
+/// The stage: relaxes particles towards `target`; what comes out is the best state met, by epsilon (re-fitted) of the
+/// number density over the interior.
+pub struct Wvt<'a, const D: usize> {
+    pub kernel: KernelName,
+    pub target: Target<'a, D>,
+    pub options: WvtOptions,
 }
 
-/// [`relax`] from new positions or a snapshot, offering snapshots to `keep`.
-pub fn relax_kept<const D: usize>(
-    kernel: KernelName,
-    target: &Target<'_, D>,
-    start: Start<D, WvtSnapshot<D>>,
-    options: &WvtOptions,
-    control: &super::Control<'_>,
-    keep: Keep<'_, WvtSnapshot<D>>,
-) -> (Positions<D>, StageReport) {
-    let domain = target.domain.mirrored();
-    let (mut state, mut best, mut trace) = match start {
-        Start::New(mut positions) => {
-            part_pairs(target, &mut positions, COINCIDENT);
-            let state = State::new(target, &domain, positions, options.kernel_neighbors);
-            let best = Best { epsilon: f64::INFINITY, iteration: 0, positions: state.positions.clone() };
-            (state, best, Trace::new())
-        }
-        Start::Kept(snapshot) => State::resume(target, &domain, *snapshot, options.kernel_neighbors),
-    };
-    let step = options.step * step_scale(options.weight, kernel, D, options.kernel_neighbors);
-    let mut stop = StopReason::IterationLimit;
-    for iteration in state.iterations..=options.iterations {
-        let outside = control.stop_reason();
-        keep(outside.is_some(), &|| state.snapshot(&best, &trace));
-        let pushes = state.pushes(kernel, options);
-        let epsilon = state.epsilon(&pushes);
-        state.note_excess(&pushes);
-        best.note(epsilon, iteration, &state.positions);
-        let mut entry = Progress { iteration, epsilon, force_error: None, largest_step: 0.0, seconds: trace.seconds() };
-        let reason = stop_reason(&best, iteration, options).or(outside);
-        if reason.is_none() && iteration < options.iterations {
-            let t = iteration as f64 / options.iterations.max(1) as f64;
-            entry.largest_step = state.displace(&pushes, step * options.final_step.powf(t));
-        }
-        trace.history.push(entry);
-        control.report("WVT", iteration, options.iterations, epsilon);
-        if let Some(reason) = reason {
-            stop = reason;
-            break;
-        }
+impl<const D: usize> Stage<D> for Wvt<'_, D> {
+    fn name(&self) -> StageName {
+        NAME
     }
-    let report = StageReport {
-        stage: "wvt",
-        stop,
-        best_iteration: best.iteration,
-        seconds: trace.seconds(),
-        history: trace.history,
-    };
-    (best.positions, report)
+
+    fn begin(&self, particles: Particles<D>) -> Box<dyn Running<D> + '_> {
+        let mut positions = particles.positions;
+        part_pairs(&self.target, &mut positions, COINCIDENT);
+        let (neighbors, mirrored) = (self.options.kernel_neighbors, self.target.domain.mirrored());
+        let density = self.target.number_densities(&positions);
+        let ratio = support_over_spacing(D, neighbors);
+        let sharpness = self.target.sharpnesses(&positions, &density, ratio);
+        let (state, order) = Arrangement::with_order(self.kernel, self.target, mirrored, positions, neighbors);
+        let count = state.len();
+        Box::new(Relaxation {
+            weights: parallel::map(count, |i| resolved(sharpness[order[i] as usize])),
+            options: &self.options,
+            first_step: self.first_step(),
+            iteration: 0,
+            excess: vec![0.0; count],
+            memory: vec![0.0; count],
+            best: Best { epsilon: f64::INFINITY, iteration: 0, positions: state.positions.clone() },
+            trace: Trace::new(),
+            state,
+        })
+    }
+
+    fn resume(&self, kept: &[u8]) -> Result<Box<dyn Running<D> + '_>, String> {
+        let kept: Snapshot<D> = decode(kept)?;
+        kept.check(self.target.count)?;
+        let Snapshot { iteration, positions, moves, excess, memory, weights, best, trace } = kept;
+        let (neighbors, mirrored) = (self.options.kernel_neighbors, self.target.domain.mirrored());
+        let state = Arrangement::of_sorted(self.kernel, self.target, mirrored, positions, moves, neighbors);
+        let (options, first_step, trace) = (&self.options, self.first_step(), trace.resumed());
+        Ok(Box::new(Relaxation { options, first_step, state, iteration, excess, memory, weights, best, trace }))
+    }
 }
 
-fn stop_reason<const D: usize>(best: &Best<D>, iteration: usize, options: &WvtOptions) -> Option<StopReason> {
-    if best.epsilon <= options.tolerance {
-        Some(StopReason::ToleranceReached)
-    } else if iteration >= best.iteration + PATIENCE {
-        Some(StopReason::Stagnated)
-    } else {
-        None
+impl<const D: usize> Wvt<'_, D> {
+    fn first_step(&self) -> f64 {
+        self.options.step * step_scale(self.options.weight, self.kernel, D, self.options.kernel_neighbors)
     }
 }
 
 /// What goes on after an interrupt.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub struct WvtSnapshot<const D: usize> {
+#[derive(Serialize, Deserialize)]
+struct Snapshot<const D: usize> {
     iteration: usize,
     #[serde(with = "axes")]
     positions: Positions<D>,
+    moves: usize,
     excess: Vec<f64>,
     memory: Vec<f64>,
     weights: Vec<f64>,
@@ -179,15 +157,10 @@ pub struct WvtSnapshot<const D: usize> {
     trace: Trace,
 }
 
-impl<const D: usize> WvtSnapshot<D> {
-    /// The best positions, for a run that does not go on.
-    pub fn into_positions(self) -> Positions<D> {
-        self.best.positions
-    }
-
+impl<const D: usize> Snapshot<D> {
     /// # Errors
     /// What is wrong with it for `count` particles.
-    pub fn check(&self, count: usize) -> Result<(), String> {
+    fn check(&self, count: usize) -> Result<(), String> {
         Check::new(count)
             .positions("positions", &self.positions)
             .positions("the best positions", &self.best.positions)
@@ -198,172 +171,150 @@ impl<const D: usize> WvtSnapshot<D> {
     }
 }
 
-/// Positions with what is derived from them.
-struct State<'a, const D: usize> {
-    target: &'a Target<'a, D>,
-    domain: &'a Domain<D>,
-    positions: Positions<D>,
-    number_density: Vec<f64>,
-    support: Vec<f64>,
-    /// H n*^(1/d).
-    support_over_spacing: f64,
-    tree: Tree<D>,
-    iterations: usize,
+/// The stage under way.
+struct Relaxation<'a, const D: usize> {
+    options: &'a WvtOptions,
+    /// mu of the first iteration.
+    first_step: f64,
+    state: Arrangement<'a, D, f32>,
+    iteration: usize,
     /// ln(summed / target density) at the last pass.
     excess: Vec<f64>,
     /// What the corrected volumes remember of it.
     memory: Vec<f64>,
     /// Whether a particle could have the target's density where it began.
     weights: Vec<f64>,
+    best: Best<D>,
+    trace: Trace,
 }
 
-impl<'a, const D: usize> State<'a, D> {
-    fn new(target: &'a Target<'a, D>, domain: &'a Domain<D>, positions: Positions<D>, kernel_neighbors: f64) -> Self {
-        let ratio = support_over_spacing(D, kernel_neighbors);
-        let tree = Tree::build(&positions);
-        let count = tree.len();
-        let wanted = target.number_densities(&positions);
-        let weights = target.sharpnesses(&positions, &wanted, ratio).into_par_iter().map(resolved).collect();
-        let mut state = Self {
-            target,
-            domain,
-            positions,
-            number_density: Vec::new(),
-            support: Vec::new(),
-            support_over_spacing: ratio,
-            tree,
-            iterations: 0,
-            excess: vec![0.0; count],
-            memory: vec![0.0; count],
-            weights,
-        };
-        state.sort();
-        state
+impl<const D: usize> Running<D> for Relaxation<'_, D> {
+    fn advance(&mut self, outside: Option<StopReason>) -> Option<StopReason> {
+        if self.state.is_stale(SORT_INTERVAL) {
+            self.sort();
+        }
+        let (iteration, options) = (self.iteration, self.options);
+        let density = self.state.target_density();
+        let (ratio, target) = (self.state.ratio(), self.state.target);
+        let support = parallel::map(density.len(), |i| ratio * target.spacing(density[i]));
+        let pushes = self.pushes(&density, &support);
+        let epsilon = self.epsilon(&pushes, &density, &support);
+        self.note_excess(&pushes, &density);
+        self.best.note(epsilon, iteration, &self.state.positions);
+        let reason = self.stop_reason().or(outside);
+        let mut largest_step = 0.0;
+        if reason.is_none() && iteration < options.iterations {
+            let t = iteration as f64 / options.iterations.max(1) as f64;
+            largest_step = self.displace(&pushes, &support, self.first_step * options.final_step.powf(t));
+        }
+        let seconds = self.trace.seconds();
+        self.trace.history.push(Progress { iteration, epsilon, force_error: None, largest_step, seconds });
+        self.iteration += 1;
+        reason.or((iteration >= options.iterations).then_some(StopReason::IterationLimit))
     }
 
-    fn resume(
-        target: &'a Target<'a, D>,
-        domain: &'a Domain<D>,
-        snapshot: WvtSnapshot<D>,
-        kernel_neighbors: f64,
-    ) -> (Self, Best<D>, Trace) {
-        let WvtSnapshot { iteration, positions, excess, memory, weights, best, trace } = snapshot;
-        let state = Self {
-            tree: Tree::of_sorted(&positions),
-            target,
-            domain,
-            positions,
-            number_density: Vec::new(),
-            support: Vec::new(),
-            support_over_spacing: support_over_spacing(D, kernel_neighbors),
-            iterations: iteration,
-            excess,
-            memory,
-            weights,
-        };
-        (state, best, trace.resumed())
+    fn progress(&self) -> (&[Progress], usize) {
+        (&self.trace.history, self.options.iterations)
     }
 
-    fn snapshot(&self, best: &Best<D>, trace: &Trace) -> WvtSnapshot<D> {
-        WvtSnapshot {
-            iteration: self.iterations,
-            positions: self.positions.clone(),
-            excess: self.excess.clone(),
-            memory: self.memory.clone(),
-            weights: self.weights.clone(),
-            best: best.clone(),
-            trace: trace.kept(),
+    fn snapshot(&self, to: Vec<u8>) -> Result<Vec<u8>, String> {
+        encode(
+            &Snapshot {
+                iteration: self.iteration,
+                positions: self.state.positions.clone(),
+                moves: self.state.moves(),
+                excess: self.excess.clone(),
+                memory: self.memory.clone(),
+                weights: self.weights.clone(),
+                best: self.best.clone(),
+                trace: self.trace.kept(),
+            },
+            to,
+        )
+    }
+
+    fn finish(self: Box<Self>, stop: StopReason) -> Relaxed<D> {
+        let Self { best, trace, .. } = *self;
+        let report = StageReport {
+            stage: NAME,
+            stop,
+            best_iteration: best.iteration,
+            seconds: trace.seconds(),
+            history: trace.history,
+        };
+        Relaxed { particles: best.positions.into(), reports: vec![report], notes: Vec::new() }
+    }
+}
+
+impl<const D: usize> Relaxation<'_, D> {
+    fn stop_reason(&self) -> Option<StopReason> {
+        if self.best.epsilon <= self.options.tolerance {
+            Some(StopReason::ToleranceReached)
+        } else if self.iteration >= self.best.iteration + PATIENCE {
+            Some(StopReason::Stagnated)
+        } else {
+            None
         }
     }
 
-    /// Sorts particles into tree order, so that arrays and tree agree.
     fn sort(&mut self) {
-        self.tree = Tree::build(&self.positions);
-        let tree = &self.tree;
-        self.positions = std::array::from_fn(|k| tree.to_tree_order(&self.positions[k]));
-        self.excess = tree.to_tree_order(&self.excess);
-        self.memory = tree.to_tree_order(&self.memory);
-        self.weights = tree.to_tree_order(&self.weights);
-        self.tree.forget_order();
-    }
-
-    fn pushes(&mut self, kernel: KernelName, options: &WvtOptions) -> Vec<Push<D>> {
-        if self.iterations > 0 {
-            if self.iterations.is_multiple_of(SORT_INTERVAL) { self.sort() } else { self.tree.refit(&self.positions) }
+        let order = self.state.sort();
+        for values in [&mut self.excess, &mut self.memory, &mut self.weights] {
+            *values = parallel::reordered(values, &order);
         }
-        self.iterations += 1;
-        self.number_density = self.target.number_densities(&self.positions);
-        let (ratio, target) = (self.support_over_spacing, self.target);
-        self.support = self.number_density.par_iter().map(|&n| ratio * target.spacing(n)).collect();
-        let channel: Vec<f64> = match options.bias {
-            Bias::Corrected => self.corrected_volumes(),
-            Bias::Plain => self.support.clone(),
-        };
-        let volume: Vec<f64> = self.number_density.par_iter().map(|n| 1.0 / n).collect();
-        let reach = match options.bias {
-            Bias::Corrected => Reach::Target,
-            Bias::Plain => Reach::Either,
-        };
-        let ghosts = GhostTree::mirror(self.domain, &self.positions, |i| GHOST_DEPTH * self.support[i]);
-        let real = Sources::new(&self.tree, &self.support, [&channel, &volume], reach);
-        let Some(ghosts) = ghosts else { return self.sum_pushes(kernel, &[real], options) };
-        let ghost_support = ghosts.inherit(&self.support, 1.0 / D as f64);
-        let ghost_channel = match options.bias {
-            Bias::Corrected => ghosts.inherit(&channel, 1.0),
-            Bias::Plain => ghost_support.clone(),
-        };
-        let ghost_volume = ghosts.inherit(&volume, 1.0);
-        let mirrored = Sources::new(&ghosts.tree, &ghost_support, [&ghost_channel, &ghost_volume], reach);
-        self.sum_pushes(kernel, &[real, mirrored], options)
     }
 
-    fn sum_pushes(&self, kernel: KernelName, sources: &[Sources<'_, D, 2>], options: &WvtOptions) -> Vec<Push<D>> {
-        let &WvtOptions { weight, bias, kernel_neighbors, .. } = options;
-        pushes(kernel, self.domain, sources, Pushes { weight, bias, kernel_neighbors })
+    fn pushes(&mut self, density: &[f64], support: &[f64]) -> Vec<Push<D>> {
+        let &WvtOptions { weight, bias, kernel_neighbors, .. } = self.options;
+        let options = Pushes { weight, bias, kernel_neighbors };
+        let volume = parallel::map(density.len(), |i| 1.0 / density[i]);
+        self.state.mirror(support);
+        match bias {
+            Bias::Corrected => {
+                let channels = [self.corrected_volumes(density), volume];
+                let channels = channels.each_ref().map(Vec::as_slice);
+                let state = &self.state;
+                state.with_channels(support, channels, [1.0, 1.0], |s| pushes(state.kernel, &state.domain, s, options))
+            }
+            Bias::Plain => {
+                let (channels, powers) = ([support, &volume], [1.0 / D as f64, 1.0]);
+                let state = &self.state;
+                state.with_pairs(support, channels, powers, |s| pushes(state.kernel, &state.domain, s, options))
+            }
+        }
     }
 
     /// Target volumes, raised where the density was above the target at the last pass and lowered where below.
-    fn corrected_volumes(&mut self) -> Vec<f64> {
+    fn corrected_volumes(&mut self, density: &[f64]) -> Vec<f64> {
         let excess = &self.excess;
-        self.memory.par_iter_mut().zip(excess).for_each(|(m, e)| *m = MEMORY * *m + MEMORY_GAIN * e);
+        parallel::update(&mut self.memory, |i, m| *m = MEMORY * *m + MEMORY_GAIN * excess[i]);
+        let memory = &self.memory;
         let feedback = |e: f64, m: f64| (FEEDBACK * e + m).clamp(-MAX_FEEDBACK, MAX_FEEDBACK).exp();
-        self.number_density.par_iter().zip(excess).zip(&self.memory).map(|((n, &e), &m)| feedback(e, m) / n).collect()
+        parallel::map(density.len(), |i| feedback(excess[i], memory[i]) / density[i])
     }
 
     /// Keeps ln(summed / target density) for the next pass, with mean density ratio 1.
-    fn note_excess(&mut self, pushes: &[Push<D>]) {
+    fn note_excess(&mut self, pushes: &[Push<D>], density: &[f64]) {
         let n = pushes.len();
-        let ratio = |i: usize| pushes[i].number_density / self.number_density[i];
+        let ratio = |i: usize| pushes[i].number_density / density[i];
         let mean = reduce::sum(n, ratio) / n as f64;
-        self.excess = (0..n).into_par_iter().map(|i| (ratio(i) / mean).ln()).collect();
+        self.excess = parallel::map(n, |i| (ratio(i) / mean).ln());
     }
 
-    fn epsilon(&self, pushes: &[Push<D>]) -> f64 {
-        let set = interior(self.target.domain, &self.positions, &self.support, Some(&self.weights));
-        fit(set.as_deref(), &self.number_density, |i| pushes[i].number_density).epsilon
+    fn epsilon(&self, pushes: &[Push<D>], density: &[f64], support: &[f64]) -> f64 {
+        let set = interior(self.state.target.domain, &self.state.positions, support, Some(&self.weights));
+        fit(set.as_deref(), density, |i| pushes[i].number_density).epsilon
     }
 
     /// Moves all particles; returns the largest displacement in spacings.
-    fn displace(&mut self, pushes: &[Push<D>], step: f64) -> f64 {
-        let (target, domain, positions, support) = (self.target, self.domain, &self.positions, &self.support);
-        let ratio = self.support_over_spacing;
-        let moved: Vec<([f64; D], f64)> = (0..pushes.len())
-            .into_par_iter()
-            .map(|i| {
-                let from = at(positions, i);
-                let spacing = support[i] / ratio;
-                let shift = pushes[i].shift;
-                let size = step * shift.iter().map(|s| s * s).sum::<f64>().sqrt();
-                let limited = if size > MAX_STEP { MAX_STEP / size } else { 1.0 };
-                let mut x: [f64; D] = std::array::from_fn(|k| from[k] + limited * step * spacing * shift[k]);
-                domain.confine(&from, &mut x);
-                if target.admits(&x) { (x, size * limited) } else { (from, 0.0) }
-            })
-            .collect();
-        let largest = reduce::max(moved.len(), |i| moved[i].1);
-        for k in 0..D {
-            self.positions[k].par_iter_mut().zip(&moved).for_each(|(x, m)| *x = m.0[k]);
-        }
-        largest
+    fn displace(&mut self, pushes: &[Push<D>], support: &[f64], step: f64) -> f64 {
+        let ratio = self.state.ratio();
+        self.state.shift(|i, from| {
+            let spacing = support[i] / ratio;
+            let shift = pushes[i].shift;
+            let size = step * shift.iter().map(|s| s * s).sum::<f64>().sqrt();
+            let limited = if size > MAX_STEP { MAX_STEP / size } else { 1.0 };
+            (std::array::from_fn(|k| from[k] + limited * step * spacing * shift[k]), size * limited)
+        })
     }
 }

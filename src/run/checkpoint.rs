@@ -1,14 +1,13 @@
 //! Checkpoints: what a run goes on from after an interrupt, a kill or the end of its time.
 //!
 //! A file holds, behind a mark, a version and a checksum, the scene that it belongs to, a fingerprint of the
-//! target and the state of the stage under way, as [`postcard`] writes them: floating-point numbers bit by bit.
+//! target, what came out so far, and the state of the stage under way, as [`postcard`] writes them: floating-point numbers bit by bit.
 //! It is replaced as a whole, so that whenever the run ends there is the last one or none.
 
 use crate::error::{Error, Result};
-use crate::relaxation::{AfcSnapshot, SolverSnapshot, SplittingSnapshot, StageReport, WvtSnapshot, coarse_count};
-use crate::run::plan::Plan;
-use crate::scene::{CheckpointInput, Polish, Scene};
-use crate::target::{Positions, Target};
+use crate::relaxation::{Particles, Snapshot, StageName, StageReport};
+use crate::scene::{CheckpointInput, Scene};
+use crate::target::Target;
 use serde::{Deserialize, Serialize};
 use sph_formats::FormatError;
 use std::io::Read;
@@ -18,7 +17,7 @@ use std::time::{Duration, Instant};
 /// The first bytes of a checkpoint.
 const MARK: &[u8; 8] = b"SPHPREPC";
 /// Version of the layout; another program version is refused by the scene's own line.
-const LAYOUT: u32 = 2;
+const LAYOUT: u32 = 3;
 /// Mark, layout and checksum.
 const HEADER: usize = 20;
 
@@ -34,40 +33,27 @@ struct Origin {
     target: u64,
 }
 
-/// The stage under way.
-#[derive(Debug, Serialize, Deserialize)]
-pub enum StageSnapshot<const D: usize> {
-    Wvt(WvtSnapshot<D>),
-    Solver(SolverSnapshot<D>),
-    Alaric(SplittingSnapshot<D>),
-    Afc(AfcSnapshot<D>),
-    /// None: what the seed or WVT left. Never written. (The last, since serde counts variants with and without.)
-    #[serde(skip)]
-    Seed(Positions<D>),
-}
-
-impl<const D: usize> StageSnapshot<D> {
-    /// The best positions of a stage that is not to go on.
-    pub fn into_positions(self) -> Positions<D> {
-        match self {
-            Self::Seed(positions) => positions,
-            Self::Wvt(kept) => kept.into_positions(),
-            Self::Solver(kept) => kept.into_positions(),
-            Self::Alaric(kept) => kept.into_positions(),
-            Self::Afc(kept) => kept.into_positions(),
-        }
-    }
-}
-
-/// A run under way.
-#[derive(Debug, Serialize, Deserialize)]
-pub struct Snapshot<const D: usize> {
-    /// What the seed had to say, and its seconds.
+/// What is known of a run beside its particles.
+#[derive(Debug, Clone, Serialize, Deserialize)]
+pub struct Meta {
+    /// What seeding and stages had to say, and the seconds of the seeding.
     pub notes: Vec<String>,
     pub seed_seconds: f64,
     /// Of the stages before.
-    pub reports: Vec<StageReport>,
-    pub stage: StageSnapshot<D>,
+    pub reports: Vec<StageReport<String>>,
+    /// The stage to go on with, in the plan, and its name.
+    pub stage: usize,
+    pub name: String,
+    /// Whether the stage has begun: its own snapshot follows, else the particles that it begins with.
+    pub begun: bool,
+}
+
+/// What a run goes on from.
+pub enum Kept<'k, const D: usize> {
+    /// The particles before a stage.
+    Between(Particles<D>),
+    /// The snapshot of a stage under way.
+    Within(&'k [u8]),
 }
 
 /// Writes checkpoints when they are due.
@@ -109,15 +95,26 @@ impl Checkpoints {
         }
     }
 
-    /// Writes what `snapshot` makes, if it is time for it or the stage is `stopping`. A checkpoint that cannot be
+    /// Writes the state of a stage under way, if it is time for it or the stage is `stopping`. A checkpoint that cannot be
     /// written is no reason to end a run.
-    pub fn offer<const D: usize>(&mut self, stopping: bool, snapshot: impl FnOnce() -> Snapshot<D>) {
-        let Some(file) = self.file.as_deref().filter(|_| !self.sealed) else { return };
-        if !stopping && self.last.elapsed() < self.interval {
+    pub fn offer(&mut self, stopping: bool, meta: &Meta, state: Snapshot<'_>) {
+        if self.sealed || !stopping && self.last.elapsed() < self.interval {
             return;
         }
+        self.write(meta, state);
         self.sealed = stopping;
-        self.failure = write(file, &self.origin, &snapshot()).err().map(|e| e.to_string());
+    }
+
+    /// Writes what the last stage left, so that measuring and writing can be repeated.
+    pub fn finish<const D: usize>(&mut self, meta: &Meta, particles: &Particles<D>) {
+        if !self.sealed {
+            self.write(meta, &|to| postcard::to_extend(particles, to).map_err(|e| e.to_string()));
+        }
+    }
+
+    fn write(&mut self, meta: &Meta, state: Snapshot<'_>) {
+        let Some(file) = self.file.as_deref() else { return };
+        self.failure = write(file, &self.origin, meta, state).err().map(|e| e.to_string());
         self.last = Instant::now();
     }
 
@@ -130,29 +127,46 @@ impl Checkpoints {
         self.failure.as_deref()
     }
 
-    /// Reads the state to go on from.
+    /// The bytes of a checkpoint.
     ///
     /// # Errors
-    /// A file that cannot be read, is no checkpoint, is damaged, or belongs to another run.
-    pub fn resume<const D: usize>(&self, path: &Path, plan: &Plan) -> Result<Snapshot<D>> {
-        let bytes = read(path)?;
-        let refuse = |problem: String| Error::Checkpoint { path: path.into(), problem };
-        let payload = payload(&bytes).map_err(refuse)?;
-        let (origin, rest) = postcard::take_from_bytes::<Origin>(payload).map_err(|e| refuse(damaged(&e)))?;
-        self.origin.compare(&origin).map_err(refuse)?;
-        let snapshot: Snapshot<D> = postcard::from_bytes(rest).map_err(|e| refuse(damaged(&e)))?;
-        let count = self.origin.particles;
-        let sound = match (&snapshot.stage, plan.polish) {
-            (StageSnapshot::Wvt(stage), _) => stage.check(coarse_count(D, count, plan.splittings)),
-            (StageSnapshot::Solver(stage), Polish::Solver) => stage.check(count),
-            (StageSnapshot::Alaric(stage), Polish::Alaric | Polish::DampedRelaxation) => {
-                stage.check(count, plan.splittings)
-            }
-            (StageSnapshot::Afc(stage), Polish::Afc) => stage.check(count),
-            _ => Err("is of a stage that this run does not have; start without it".into()),
+    /// A file that cannot be read.
+    pub fn read(&self, path: &Path) -> Result<Vec<u8>> {
+        read(path)
+    }
+
+    /// The state to go on from in a run of these `stages`.
+    ///
+    /// # Errors
+    /// What is no checkpoint, is damaged, or belongs to another run.
+    pub fn open<'k, const D: usize>(
+        &self,
+        bytes: &'k [u8],
+        stages: &[StageName],
+    ) -> std::result::Result<(Meta, Kept<'k, D>), String> {
+        let payload = payload(bytes)?;
+        let (origin, rest) = postcard::take_from_bytes::<Origin>(payload).map_err(|e| damaged(&e))?;
+        self.origin.compare(&origin)?;
+        let (meta, state) = postcard::take_from_bytes::<Meta>(rest).map_err(|e| damaged(&e))?;
+        let known = match stages.get(meta.stage) {
+            Some(stage) => stage.name == meta.name,
+            None => meta.stage == stages.len() && !meta.begun,
         };
-        sound.map_err(refuse)?;
-        Ok(snapshot)
+        if !known {
+            return Err("is of a stage that this run does not have; start without it".into());
+        }
+        if meta.begun {
+            return Ok((meta, Kept::Within(state)));
+        }
+        let particles: Particles<D> = postcard::from_bytes(state).map_err(|e| damaged(&e))?;
+        let finite = |values: &[f64]| values.len() == particles.len() && values.iter().all(|v| v.is_finite());
+        let sound = particles.positions.iter().all(|x| finite(x))
+            && [&particles.masses, &particles.internal_energy].into_iter().flatten().all(|v| finite(v))
+            && (meta.stage < stages.len() || particles.len() == self.origin.particles);
+        if !sound {
+            return Err("holds particles that are not finite, or another number of them; start without it".into());
+        }
+        Ok((meta, Kept::Between(particles)))
     }
 }
 
@@ -160,10 +174,11 @@ fn damaged(error: &postcard::Error) -> String {
     format!("its content cannot be read ({error}); start without it")
 }
 
-fn write<const D: usize>(path: &Path, origin: &Origin, snapshot: &Snapshot<D>) -> Result<()> {
-    let bad = |e: postcard::Error| Error::Checkpoint { path: path.into(), problem: format!("cannot be made: {e}") };
-    let bytes = postcard::to_extend(origin, vec![0; HEADER]).map_err(bad)?;
-    let mut bytes = postcard::to_extend(snapshot, bytes).map_err(bad)?;
+fn write(path: &Path, origin: &Origin, meta: &Meta, state: Snapshot<'_>) -> Result<()> {
+    let bad = |problem: String| Error::Checkpoint { path: path.into(), problem: format!("cannot be made: {problem}") };
+    let bytes = postcard::to_extend(origin, vec![0; HEADER]).map_err(|e| bad(e.to_string()))?;
+    let bytes = postcard::to_extend(meta, bytes).map_err(|e| bad(e.to_string()))?;
+    let mut bytes = state(bytes).map_err(bad)?;
     let checksum = Hash::of(&bytes[HEADER..]);
     bytes[..8].copy_from_slice(MARK);
     bytes[8..12].copy_from_slice(&LAYOUT.to_le_bytes());

@@ -1,6 +1,8 @@
 //! What a scene needs, and what it does without, with the reasons: nothing is run that a scene has no use for.
 
-use crate::relaxation::{SolverOptions, WvtOptions};
+use crate::relaxation::{
+    AFC, ALARIC, BALANCE, DAMPED_RELAXATION, SOLVER, SolverOptions, StageName, TRIMMING, WVT, WvtOptions,
+};
 use crate::scene::{Atmosphere, Polish, Scene};
 use crate::seeding::{Seeding, is_radial, jump_share};
 use crate::target::Target;
@@ -14,12 +16,12 @@ pub struct LeftOut {
     pub why: String,
 }
 
-/// Stages in order, and what is dropped.
+/// Seeding and stages in order, and what is dropped.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize)]
 pub struct Plan {
-    pub stages: Vec<&'static str>,
-    pub left_out: Vec<LeftOut>,
     pub seeding: Seeding,
+    pub stages: Vec<StageName>,
+    pub left_out: Vec<LeftOut>,
     /// 0 where WVT is left out.
     pub wvt_iterations: usize,
     pub polish: Polish,
@@ -60,8 +62,10 @@ impl Plan {
             plan.choose_wvt(scene, D, jumps, thin);
             plan.choose_balance(scene);
         }
-        plan.stages.insert(0, plan.seeding.method().stage);
-        plan.stages.push("measure");
+        match scene.trim_masses {
+            Some(_) => plan.stages.push(TRIMMING),
+            None => plan.drop("mass trimming", "trim_masses is not set: masses are what the target says"),
+        }
         if !domain.axes.contains(&Axis::Periodic) {
             plan.drop("periodic images", "no axis is periodic");
         }
@@ -168,23 +172,22 @@ impl Plan {
             };
             self.drop("WVT", why);
         } else {
-            self.stages.push("WVT");
+            self.stages.push(WVT);
         }
-        match self.polish {
-            Polish::Solver => self.stages.push("density solver"),
-            Polish::Alaric if self.splittings > 0 => self.stages.push("ALARIC with splitting"),
-            Polish::Alaric => self.stages.push("ALARIC"),
-            Polish::DampedRelaxation => self.stages.push("damped relaxation"),
-            Polish::Afc => self.stages.push("AFC"),
-            Polish::None => {}
-        }
+        self.stages.extend(match self.polish {
+            Polish::Solver => Some(SOLVER),
+            Polish::Alaric => Some(ALARIC),
+            Polish::DampedRelaxation => Some(DAMPED_RELAXATION),
+            Polish::Afc => Some(AFC),
+            Polish::None => None,
+        });
     }
 
     fn choose_balance(&mut self, scene: &Scene) {
         match &scene.balance {
             Some(balance) => {
                 self.balance = balance.evaluations;
-                self.stages.push("balance");
+                self.stages.push(BALANCE);
             }
             None => self.drop("balance of pressure and gravity", "balance is not set (--balance)"),
         }

@@ -130,7 +130,7 @@ impl Report {
             writeln!(
                 out,
                 "  {:<16} {:?} after {} iterations, best is {}",
-                stage.stage,
+                stage.stage.name,
                 stage.stop,
                 stage.history.last().map_or(0, |p| p.iteration),
                 stage.best_iteration

@@ -1,255 +1,319 @@
-//! The planned stages in order: seed, WVT, polish.
+//! The planned stages in order, from the seeding to the last.
 
+use super::checkpoint::{Checkpoints, Kept, Meta};
+use super::plan::Plan;
+use super::report::Timing;
 use crate::error::{Error, Result};
 use crate::relaxation::{
-    AfcOptions, AfcSnapshot, AlaricOptions, BalanceOptions, Balanced, Control, PAIRED, SolverOptions, SolverSnapshot,
-    SplittingSnapshot, StageReport, Start, StopReason, TrimOptions, WvtOptions, WvtSnapshot, alaric_by_splitting_kept,
-    away_from_closest_kept, balance_pressure, coarse_count, part_pairs, relax_kept, solve_density_kept, trim_masses,
+    self, AFC, ALARIC, AfcOptions, Alaric, AlaricOptions, AwayFromClosest, BALANCE, BalanceOptions, Control,
+    DAMPED_RELAXATION, DensitySolver, Event, MassTrimming, PAIRED, Particles, PressureBalance, SOLVER, SolverOptions,
+    Stage, StageName, StageReport, Start, Step, StopReason, TRIMMING, TrimOptions, WVT, Wvt, WvtOptions, coarse_count,
+    part_pairs,
 };
-use crate::run::checkpoint::{Checkpoints, Snapshot, StageSnapshot};
-use crate::run::plan::Plan;
-use crate::run::report::Timing;
-use crate::scene::{OnInterrupt, Polish, Scene};
+use crate::scene::{OnInterrupt, Scene};
 use crate::seeding::{self, Seeded};
 use crate::target::{Equilibrium, Positions, Target};
-use sph::kernel::{KernelName, makes_pairs, most_neighbors_without_pairs, own_count};
+use sph::kernel::{most_neighbors_without_pairs, own_count};
 use std::time::Instant;
 
-/// What relaxation comes to.
-pub struct Relaxed<const D: usize> {
-    pub positions: Positions<D>,
+/// Placed particles, and how they came there.
+pub struct Placed<const D: usize> {
+    pub particles: Particles<D>,
     pub stages: Vec<StageReport>,
     pub timing: Vec<Timing>,
     pub notes: Vec<String>,
     pub stop: StopReason,
 }
 
+/// What all stages are made from.
+pub struct Setting<'a, const D: usize> {
+    pub scene: &'a Scene,
+    pub target: Target<'a, D>,
+    /// What a balance needs.
+    pub equilibrium: Option<&'a dyn Equilibrium<D>>,
+    pub control: &'a Control<'a>,
+}
+
+/// The table of stages: each with its options from the scene.
+fn stage<'a, const D: usize>(name: StageName, setting: &Setting<'a, D>, plan: &Plan) -> Option<Box<dyn Stage<D> + 'a>> {
+    let (kernel, target) = (setting.scene.kernel, setting.target);
+    Some(match name {
+        WVT => Box::new(Wvt { kernel, target: coarse(&target, plan), options: setting.wvt(plan) }),
+        SOLVER => Box::new(DensitySolver::<D>::new(kernel, target, setting.solver(plan))),
+        ALARIC | DAMPED_RELAXATION => {
+            Box::new(Alaric::<D>::new(name, kernel, target, setting.alaric(name), plan.splittings))
+        }
+        AFC => Box::new(AwayFromClosest { kernel, target, options: setting.afc() }),
+        BALANCE => {
+            let equilibrium = setting.equilibrium?;
+            Box::new(PressureBalance { kernel, target, equilibrium, options: setting.balance(plan) })
+        }
+        TRIMMING => Box::new(MassTrimming { kernel, target, options: setting.trimming()? }),
+        _ => return None,
+    })
+}
+
+/// The target for the particles that splitting begins with.
+fn coarse<'a, const D: usize>(target: &Target<'a, D>, plan: &Plan) -> Target<'a, D> {
+    target.with_count(coarse_count(D, target.count, plan.splittings))
+}
+
+/// Shows what the seeding and each stage left.
+pub type Watch<'a, const D: usize> = &'a mut dyn FnMut(&'static str, &Positions<D>);
+
 /// Seeds and relaxes as planned, or goes on from the scene's checkpoint; stages that turn out to be unneeded are
 /// dropped from the plan.
 ///
 /// # Errors
 /// A target without mass, an interrupt that is to leave nothing, or a checkpoint that cannot be used.
-pub fn place<const D: usize>(
-    scene: &Scene,
-    plan: &mut Plan,
-    target: &Target<'_, D>,
-    neighbors: f64,
-    control: &Control<'_>,
-) -> Result<Relaxed<D>> {
-    let mut checkpoints = Checkpoints::new(scene, target)?;
-    let start = match &scene.checkpoint.resume {
-        None => seeded(scene, plan, target, neighbors)?,
-        Some(path) => checkpoints.resume(path, plan)?,
+pub fn place<const D: usize>(setting: &Setting<'_, D>, plan: &mut Plan) -> Result<Placed<D>> {
+    let scene = setting.scene;
+    let mut checkpoints = Checkpoints::new(scene, &setting.target)?;
+    let mut placed = match &scene.checkpoint.resume {
+        None => {
+            let (past, particles) = seeded(setting, plan)?;
+            setting.run_new(plan, (past, particles), &mut checkpoints, &mut |_, _| {})?
+        }
+        Some(path) => {
+            let bytes = checkpoints.read(path)?;
+            let refuse = |problem: String| Error::Checkpoint { path: path.clone(), problem };
+            let (meta, kept) = checkpoints.open::<D>(&bytes, &plan.stages).map_err(refuse)?;
+            let past = Past::resumed(meta.clone(), &plan.stages).map_err(refuse)?;
+            setting.run(plan, (past, meta.stage), kept, &mut checkpoints, &mut |_, _| {}).map_err(refuse)?
+        }
     };
-    let stages = Stages { scene, target, neighbors, control };
-    let mut relaxed = stages.run(plan, start, &mut checkpoints, &mut |_, _| {});
     if let Some(failure) = checkpoints.failure() {
-        relaxed.notes.push(format!("the last checkpoint could not be written: {failure}"));
+        placed.notes.push(format!("the last checkpoint could not be written: {failure}"));
     }
-    if relaxed.stop == StopReason::Interrupted && scene.output.on_interrupt == OnInterrupt::Discard {
+    if placed.stop == StopReason::Interrupted && scene.output.on_interrupt == OnInterrupt::Discard {
         return Err(checkpoints.sealed().map_or(Error::Interrupted, |file| Error::InterruptedKept(file.into())));
     }
     if let Some(file) = checkpoints.sealed() {
-        relaxed.notes.push(format!("cut short; go on with --resume '{}'", file.display()));
+        placed.notes.push(format!("cut short; go on with --resume '{}'", file.display()));
     }
-    Ok(relaxed)
+    Ok(placed)
 }
 
-/// [`place`] without checkpoints, showing `watch` what the seed and each part of the plan left. Before splitting
-/// these are fewer particles than the target's count. What `watch` does counts against a deadline, but not in the
-/// timing.
+/// [`place`] without checkpoints, showing `watch` what the seeding and each stage left. Before splitting these are fewer
+/// particles than the target's count. What `watch` does counts against a deadline, but not in the timing.
 ///
 /// # Errors
 /// A target without mass, or an interrupt.
 pub fn place_watched<const D: usize>(
-    scene: &Scene,
+    setting: &Setting<'_, D>,
     plan: &mut Plan,
-    target: &Target<'_, D>,
-    neighbors: f64,
-    control: &Control<'_>,
-    watch: &mut dyn FnMut(&'static str, &Positions<D>),
-) -> Result<Relaxed<D>> {
-    let start = seeded(scene, plan, target, neighbors)?;
-    let stages = Stages { scene, target, neighbors, control };
-    let relaxed = stages.run(plan, start, &mut Checkpoints::off(), watch);
-    if relaxed.stop == StopReason::Interrupted { Err(Error::Interrupted) } else { Ok(relaxed) }
+    watch: Watch<'_, D>,
+) -> Result<Placed<D>> {
+    let (past, particles) = seeded(setting, plan)?;
+    watch(Step::Seed.name(), &particles.positions);
+    let placed = setting.run_new(plan, (past, particles), &mut Checkpoints::off(), watch)?;
+    if placed.stop == StopReason::Interrupted { Err(Error::Interrupted) } else { Ok(placed) }
 }
 
-/// The seed, as many particles as splitting begins with.
-fn seeded<const D: usize>(scene: &Scene, plan: &Plan, target: &Target<'_, D>, neighbors: f64) -> Result<Snapshot<D>> {
-    check_neighbors::<D>(scene, plan, neighbors)?;
+/// The seeding, of as many particles as splitting begins with.
+fn seeded<const D: usize>(setting: &Setting<'_, D>, plan: &Plan) -> Result<(Past, Particles<D>)> {
+    check_neighbors::<D>(setting.scene, plan)?;
+    setting.control.tell(Event::Begin(Step::Seed));
     let start = Instant::now();
-    let coarse = target.with_count(coarse_count(D, target.count, plan.splittings));
-    let Seeded { positions, notes } = seeding::seed(&coarse, plan.seeding, scene.seed)?;
+    let Seeded { positions, notes } = seeding::seed(&coarse(&setting.target, plan), plan.seeding, setting.scene.seed)?;
     let seed_seconds = start.elapsed().as_secs_f64();
-    Ok(Snapshot { notes, seed_seconds, reports: Vec::new(), stage: StageSnapshot::Seed(positions) })
+    Ok((Past { notes, seed_seconds, reports: Vec::new() }, positions.into()))
 }
 
-/// What all stages need.
-struct Stages<'a, const D: usize> {
-    scene: &'a Scene,
-    target: &'a Target<'a, D>,
-    neighbors: f64,
-    control: &'a Control<'a>,
-}
-
-/// What came out of the stages so far.
-struct Past<'a> {
+/// What came out so far, beside the particles.
+struct Past {
     notes: Vec<String>,
     seed_seconds: f64,
     reports: Vec<StageReport>,
-    checkpoints: &'a mut Checkpoints,
 }
 
-/// What makes a snapshot of a stage one of the run.
-fn keep<S, const D: usize>(
-    past: &mut Past<'_>,
-    wrap: fn(S) -> StageSnapshot<D>,
-) -> impl FnMut(bool, &dyn Fn() -> S) + Send {
-    let Past { notes, seed_seconds, reports, checkpoints } = past;
-    move |stopping, snapshot| {
-        checkpoints.offer(stopping, || Snapshot {
-            notes: notes.clone(),
-            seed_seconds: *seed_seconds,
-            reports: reports.clone(),
-            stage: wrap(snapshot()),
-        });
+impl Past {
+    fn resumed(meta: Meta, stages: &[StageName]) -> std::result::Result<Self, String> {
+        let named = |report: StageReport<String>| {
+            let name = stages.iter().find(|s| s.name == report.stage).copied();
+            let unknown = format!("reports of a stage '{}' that this run does not have", report.stage);
+            name.map(|name| report.with_name(name)).ok_or(unknown)
+        };
+        let reports = meta.reports.into_iter().map(named).collect::<std::result::Result<_, _>>()?;
+        Ok(Self { notes: meta.notes, seed_seconds: meta.seed_seconds, reports })
+    }
+
+    fn meta(&self, stage: usize, name: &str, begun: bool) -> Meta {
+        let reports = self.reports.iter().map(|r| r.clone().with_name(r.stage.name.to_owned())).collect();
+        let (notes, seed_seconds) = (self.notes.clone(), self.seed_seconds);
+        Meta { notes, seed_seconds, reports, stage, name: name.into(), begun }
+    }
+
+    fn is_cut(&self) -> bool {
+        self.reports.iter().any(|r| r.stop.is_cut())
+    }
+
+    /// Why the run ended: what cut it short, or how the last stage that aims at the density did.
+    fn stop(&self) -> StopReason {
+        let cut = self.reports.iter().find(|r| r.stop.is_cut());
+        let last = self.reports.iter().rfind(|r| r.stage != BALANCE && r.stage != TRIMMING);
+        cut.or(last).map_or(StopReason::NotNeeded, |r| r.stop)
     }
 }
 
-impl<const D: usize> Stages<'_, D> {
+impl<const D: usize> Setting<'_, D> {
+    /// Runs all stages.
+    fn run_new(
+        &self,
+        plan: &mut Plan,
+        (past, particles): (Past, Particles<D>),
+        checkpoints: &mut Checkpoints,
+        watch: Watch<'_, D>,
+    ) -> Result<Placed<D>> {
+        self.run(plan, (past, 0), Kept::Between(particles), checkpoints, watch)
+            .map_err(|problem| Error::Numeric { stage: "relaxation", problem })
+    }
+
+    /// Runs the stages from the index on.
+    ///
+    /// # Errors
+    /// What is wrong with a kept state.
     fn run(
         &self,
         plan: &mut Plan,
-        start: Snapshot<D>,
+        (mut past, first): (Past, usize),
+        kept: Kept<'_, D>,
         checkpoints: &mut Checkpoints,
-        watch: &mut dyn FnMut(&'static str, &Positions<D>),
-    ) -> Relaxed<D> {
-        let Snapshot { notes, seed_seconds, reports, stage } = start;
-        let mut past = Past { notes, seed_seconds, reports, checkpoints };
-        let begin = match stage {
-            StageSnapshot::Seed(positions) => {
-                watch("seed", &positions);
-                if plan.wvt_iterations > 0 {
-                    StageSnapshot::Seed(self.wvt(plan, Start::New(positions), &mut past, watch))
-                } else {
-                    StageSnapshot::Seed(positions)
-                }
-            }
-            StageSnapshot::Wvt(kept) => {
-                StageSnapshot::Seed(self.wvt(plan, Start::Kept(Box::new(kept)), &mut past, watch))
-            }
-            polish => polish,
+        watch: Watch<'_, D>,
+    ) -> std::result::Result<Placed<D>, String> {
+        let mut start = match kept {
+            Kept::Between(particles) => Start::New(particles),
+            Kept::Within(bytes) => Start::Kept(bytes),
         };
-        let positions = self.polish(plan, begin, &mut past, watch);
-        let Past { notes, seed_seconds, reports: stages, .. } = past;
-        let seed = Timing { step: "seed", seconds: seed_seconds, epsilon: None };
-        let lap = |s: &StageReport| Timing { step: s.stage, seconds: s.seconds, epsilon: s.epsilon() };
-        let timing = std::iter::once(seed).chain(stages.iter().map(lap)).collect();
-        let stop = stages.last().map_or(StopReason::NotNeeded, |s| s.stop);
-        Relaxed { positions, stages, timing, notes, stop }
-    }
-
-    fn wvt(
-        &self,
-        plan: &Plan,
-        start: Start<D, WvtSnapshot<D>>,
-        past: &mut Past<'_>,
-        watch: &mut dyn FnMut(&'static str, &Positions<D>),
-    ) -> Positions<D> {
-        let coarse = self.target.with_count(coarse_count(D, self.target.count, plan.splittings));
-        let options = wvt_options(self.scene, plan.wvt_iterations, self.neighbors);
-        let mut keep = keep(past, StageSnapshot::Wvt);
-        let (mut positions, report) = relax_kept(self.scene.kernel, &coarse, start, &options, self.control, &mut keep);
-        drop(keep);
-        part(&coarse, &mut positions, &mut past.notes);
-        watch(report.stage, &positions);
-        past.reports.push(report);
-        positions
-    }
-
-    /// `begin` is where WVT ended, or a snapshot of the polish.
-    fn polish(
-        &self,
-        plan: &mut Plan,
-        begin: StageSnapshot<D>,
-        past: &mut Past<'_>,
-        watch: &mut dyn FnMut(&'static str, &Positions<D>),
-    ) -> Positions<D> {
-        let stopped = past.reports.last().is_some_and(|s| {
-            matches!(s.stop, StopReason::ToleranceReached | StopReason::TimeLimit | StopReason::Interrupted)
-        });
-        let (mut positions, reports) = match (plan.polish, begin) {
-            (Polish::None, begin) => return begin.into_positions(),
-            (_, StageSnapshot::Seed(positions)) if stopped && plan.splittings == 0 => {
-                plan.drop("polish", "WVT met the tolerance, or time was up");
-                plan.polish = Polish::None;
-                return positions;
+        let mut dropped = Vec::new();
+        let stages = plan.stages.clone();
+        for (index, &name) in stages.iter().enumerate().skip(first) {
+            let resumed = matches!(start, Start::Kept(_));
+            if let Some(why) = skip(name, &past, plan).filter(|_| !resumed) {
+                dropped.push(name);
+                plan.drop(name.title, why);
+                continue;
             }
-            (Polish::Solver, StageSnapshot::Solver(kept)) => self.solve(plan, Start::Kept(Box::new(kept)), past),
-            (Polish::Solver, begin) => self.solve(plan, Start::New(begin.into_positions()), past),
-            (Polish::Afc, StageSnapshot::Afc(kept)) => self.afc(Start::Kept(Box::new(kept)), past),
-            (Polish::Afc, begin) => self.afc(Start::New(begin.into_positions()), past),
-            (_, StageSnapshot::Alaric(kept)) => self.alaric(plan, Start::Kept(Box::new(kept)), past),
-            (_, begin) => self.alaric(plan, Start::New(begin.into_positions()), past),
+            let Some(stage) = stage(name, self, plan) else { continue };
+            self.control.tell(Event::Begin(Step::Relax(name)));
+            let meta = past.meta(index, name.name, true);
+            let mut keep = |stopping: bool, state: relaxation::Snapshot<'_>| checkpoints.offer(stopping, &meta, state);
+            let relaxed = relaxation::relax(&*stage, start, self.control, &mut keep)?;
+            let mut particles = relaxed.particles;
+            past.notes.extend(relaxed.notes);
+            if name != BALANCE && name != TRIMMING {
+                let target = self.target.with_count(particles.len());
+                part(&target, &mut particles.positions, &mut past.notes);
+            }
+            watch(name.name, &particles.positions);
+            past.reports.extend(relaxed.reports);
+            start = Start::New(particles);
+        }
+        plan.stages.retain(|s| !dropped.contains(s));
+        let particles = match start {
+            Start::New(particles) => particles,
+            Start::Kept(_) => return Err("is of a stage that this run does not have; start without it".into()),
         };
-        part(self.target, &mut positions, &mut past.notes);
-        reports.last().inspect(|last| watch(last.stage, &positions));
-        past.reports.extend(reports);
-        positions
-    }
-
-    fn solve(
-        &self,
-        plan: &Plan,
-        start: Start<D, SolverSnapshot<D>>,
-        past: &mut Past<'_>,
-    ) -> (Positions<D>, Vec<StageReport>) {
-        let options = solver_options::<D>(self.scene, plan, self.neighbors);
-        if makes_pairs(self.scene.kernel, D, self.neighbors) {
-            past.notes.push(format!(
-                "{} with {:.0} neighbors makes pairs of particles at rest: {} has brought them to rest, and the solver ended \
-                 with the density alone",
-                self.scene.kernel.title(),
-                self.neighbors,
-                KernelName::default().title()
-            ));
+        if !past.is_cut() {
+            checkpoints.finish(&past.meta(stages.len(), "", false), &particles);
         }
-        let keep = &mut keep(past, StageSnapshot::Solver);
-        let (positions, report) =
-            solve_density_kept::<D, f32>(self.scene.kernel, self.target, start, &options, self.control, keep);
-        (positions, vec![report])
+        Ok(past.placed(particles))
     }
 
-    fn afc(&self, start: Start<D, AfcSnapshot<D>>, past: &mut Past<'_>) -> (Positions<D>, Vec<StageReport>) {
-        let a = &self.scene.afc;
-        let tolerance = aim(self.scene);
-        let options = AfcOptions { kernel_neighbors: self.neighbors, steps: a.steps, step: a.step, tolerance };
-        let keep = &mut keep(past, StageSnapshot::Afc);
-        let (positions, report) =
-            away_from_closest_kept(self.scene.kernel, self.target, start, &options, self.control, keep);
-        (positions, vec![report])
-    }
-
-    fn alaric(
-        &self,
-        plan: &Plan,
-        start: Start<D, SplittingSnapshot<D>>,
-        past: &mut Past<'_>,
-    ) -> (Positions<D>, Vec<StageReport>) {
-        let mut options = alaric_options(self.scene, self.neighbors);
-        if plan.polish == Polish::DampedRelaxation {
-            options = AlaricOptions { velocity_stops: false, viscosity: true, ..options };
+    fn wvt(&self, plan: &Plan) -> WvtOptions {
+        let w = &self.scene.wvt;
+        WvtOptions {
+            weight: w.weight,
+            bias: w.bias,
+            iterations: plan.wvt_iterations,
+            step: w.step,
+            final_step: w.final_step,
+            kernel_neighbors: self.scene.kernel_neighbors(D),
+            tolerance: self.aim(),
         }
-        let (kernel, splittings) = (self.scene.kernel, plan.splittings);
-        let keep = &mut keep(past, StageSnapshot::Alaric);
-        alaric_by_splitting_kept::<D, f32>(kernel, self.target, start, splittings, &options, self.control, keep)
     }
+
+    fn solver(&self, plan: &Plan) -> SolverOptions {
+        let (scene, default) = (self.scene, SolverOptions::new(D));
+        let quietness = scene.solver.quietness.or(scene.tolerance.map(SolverOptions::quietness_for));
+        SolverOptions {
+            kernel_neighbors: scene.kernel_neighbors(D),
+            evaluations: plan.evaluations,
+            quietness: quietness.unwrap_or(default.quietness),
+            tolerance: scene.tolerance.unwrap_or(default.tolerance),
+            settled: plan.wvt_iterations == 0 && plan.seeding.is_in_order(),
+        }
+    }
+
+    fn alaric(&self, name: StageName) -> AlaricOptions {
+        let (a, damped) = (&self.scene.alaric, name == DAMPED_RELAXATION);
+        AlaricOptions {
+            kernel_neighbors: self.scene.kernel_neighbors(D),
+            friction: a.friction,
+            viscosity: a.viscosity || damped,
+            velocity_stops: a.velocity_stops && !damped,
+            growth: a.growth,
+            hold_unresolved: a.hold_unresolved,
+            grad_h: a.grad_h,
+            courant: a.courant,
+            steps: a.steps,
+            tolerance: self.aim(),
+            rate_tolerance: a.rate_tolerance,
+        }
+    }
+
+    fn afc(&self) -> AfcOptions {
+        let (a, kernel_neighbors) = (&self.scene.afc, self.scene.kernel_neighbors(D));
+        AfcOptions { kernel_neighbors, steps: a.steps, step: a.step, tolerance: self.aim() }
+    }
+
+    fn balance(&self, plan: &Plan) -> BalanceOptions {
+        BalanceOptions { kernel_neighbors: self.scene.kernel_neighbors(D), evaluations: plan.balance }
+    }
+
+    fn trimming(&self) -> Option<TrimOptions> {
+        let kernel_neighbors = self.scene.kernel_neighbors(D);
+        let (iterations, tolerance) = (TRIM_ITERATIONS, self.aim());
+        self.scene.trim_masses.map(|largest_change| TrimOptions {
+            kernel_neighbors,
+            largest_change,
+            iterations,
+            tolerance,
+        })
+    }
+
+    /// Epsilon at which stages stop that do not measure it themselves. They watch it at the target's own support radii; as
+    /// measured in the end, at solved ones, it is up to a sixth larger.
+    fn aim(&self) -> f64 {
+        0.8 * self.scene.tolerance.unwrap_or(0.0)
+    }
+}
+
+impl Past {
+    fn placed<const D: usize>(self, particles: Particles<D>) -> Placed<D> {
+        let stop = self.stop();
+        let seed = Timing { step: Step::Seed.name(), seconds: self.seed_seconds, epsilon: None };
+        let lap = |s: &StageReport| Timing { step: s.stage.name, seconds: s.seconds, epsilon: s.epsilon() };
+        let timing = std::iter::once(seed).chain(self.reports.iter().map(lap)).collect();
+        Placed { particles, stages: self.reports, timing, notes: self.notes, stop }
+    }
+}
+
+/// Why a stage is left out after what came before it. Splitting goes on in any case, to the full number of particles.
+fn skip(name: StageName, past: &Past, plan: &Plan) -> Option<&'static str> {
+    let splits = name == ALARIC && plan.splittings > 0;
+    if past.is_cut() && !splits {
+        return Some("time was up before it, or the run was interrupted");
+    }
+    let met = past.reports.last().is_some_and(|r| r.stage == WVT && r.stop == StopReason::ToleranceReached);
+    let polish = name != WVT && name != BALANCE && name != TRIMMING;
+    (met && polish && !splits).then_some("WVT met the tolerance")
 }
 
 /// n_i V H^d of a particle counts its own kernel at least; no support radius has fewer neighbors than that. In balance,
 /// the forces of a kernel that makes pairs do so.
-fn check_neighbors<const D: usize>(scene: &Scene, plan: &Plan, neighbors: f64) -> Result<()> {
+fn check_neighbors<const D: usize>(scene: &Scene, plan: &Plan) -> Result<()> {
+    let neighbors = scene.kernel_neighbors(D);
     let (own, title) = (own_count(scene.kernel, D), scene.kernel.title());
     if !(neighbors > own) {
         let problem = format!(
@@ -279,120 +343,5 @@ fn part<const D: usize>(target: &Target<'_, D>, positions: &mut Positions<D>, no
     }
 }
 
-/// Masses of the placed particles, trimmed where the scene asks for it.
-///
-/// # Errors
-/// An interrupt that is to leave nothing.
-pub fn masses<const D: usize>(
-    scene: &Scene,
-    plan: &mut Plan,
-    target: &Target<'_, D>,
-    relaxed: &mut Relaxed<D>,
-    neighbors: f64,
-    control: &Control<'_>,
-) -> Result<Vec<f64>> {
-    let mut masses = target.masses(&relaxed.positions);
-    let Some(largest_change) = scene.trim_masses else {
-        plan.drop("mass trimming", "trim_masses is not set: masses are what the target says");
-        return Ok(masses);
-    };
-    let options =
-        TrimOptions { kernel_neighbors: neighbors, largest_change, iterations: TRIM_ITERATIONS, tolerance: aim(scene) };
-    let report = trim_masses(scene.kernel, target, &relaxed.positions, &mut masses, &options, control);
-    relaxed.timing.push(Timing { step: report.stage, seconds: report.seconds, epsilon: report.epsilon() });
-    if report.stop == StopReason::Interrupted {
-        if scene.output.on_interrupt == OnInterrupt::Discard {
-            return Err(Error::Interrupted);
-        }
-        relaxed.stop = report.stop;
-    }
-    relaxed.stages.push(report);
-    Ok(masses)
-}
-
-/// Moves the placed particles into balance where the scene asks for it; returns their internal energies.
-///
-/// # Errors
-/// An interrupt.
-pub fn balance<const D: usize>(
-    (scene, plan): (&Scene, &Plan),
-    target: &Target<'_, D>,
-    equilibrium: &dyn Equilibrium<D>,
-    kernel_neighbors: f64,
-    relaxed: &mut Relaxed<D>,
-    control: &Control<'_>,
-) -> Result<Vec<f64>> {
-    let options = BalanceOptions { kernel_neighbors, evaluations: plan.balance };
-    let positions = std::mem::replace(&mut relaxed.positions, std::array::from_fn(|_| Vec::new()));
-    let balanced = balance_pressure::<D, f32>(scene.kernel, target, equilibrium, positions, &options, control);
-    let Balanced { positions, internal_energy, factor, wanted_factor, report } = balanced;
-    if report.stop == StopReason::Interrupted {
-        if scene.output.on_interrupt == OnInterrupt::Discard {
-            return Err(Error::Interrupted);
-        }
-        relaxed.stop = report.stop;
-    }
-    relaxed.positions = positions;
-    relaxed.notes.push(if factor == wanted_factor {
-        format!("internal energies are the target's times {factor:.4}: with it the pressure force holds gravity")
-    } else {
-        format!(
-            "the pressure would have to be {wanted_factor:.3} times the target's to hold gravity; it is left as it is, \
-             and what comes out is a body that settles: check the input's pressure, units and balance.constant"
-        )
-    });
-    relaxed.timing.push(Timing { step: report.stage, seconds: report.seconds, epsilon: report.epsilon() });
-    relaxed.stages.push(report);
-    Ok(internal_energy)
-}
-
 /// Enough for rounding; each costs a density pass in double precision.
 const TRIM_ITERATIONS: usize = 60;
-
-/// Epsilon at which stages stop that do not measure it themselves. They watch it at the target's own support radii; as
-/// measured in the end, at solved ones, it is up to a sixth larger.
-fn aim(scene: &Scene) -> f64 {
-    0.8 * scene.tolerance.unwrap_or(0.0)
-}
-
-fn wvt_options(scene: &Scene, iterations: usize, kernel_neighbors: f64) -> WvtOptions {
-    let w = &scene.wvt;
-    WvtOptions {
-        weight: w.weight,
-        bias: w.bias,
-        iterations,
-        step: w.step,
-        final_step: w.final_step,
-        kernel_neighbors,
-        tolerance: aim(scene),
-    }
-}
-
-fn solver_options<const D: usize>(scene: &Scene, plan: &Plan, kernel_neighbors: f64) -> SolverOptions {
-    let default = SolverOptions::new(D);
-    let quietness = scene.solver.quietness.or(scene.tolerance.map(SolverOptions::quietness_for));
-    SolverOptions {
-        kernel_neighbors,
-        evaluations: plan.evaluations,
-        quietness: quietness.unwrap_or(default.quietness),
-        tolerance: scene.tolerance.unwrap_or(default.tolerance),
-        settled: plan.wvt_iterations == 0 && plan.seeding.is_in_order(),
-    }
-}
-
-fn alaric_options(scene: &Scene, kernel_neighbors: f64) -> AlaricOptions {
-    let a = &scene.alaric;
-    AlaricOptions {
-        kernel_neighbors,
-        friction: a.friction,
-        viscosity: a.viscosity,
-        velocity_stops: a.velocity_stops,
-        growth: a.growth,
-        hold_unresolved: a.hold_unresolved,
-        grad_h: a.grad_h,
-        courant: a.courant,
-        steps: a.steps,
-        tolerance: aim(scene),
-        rate_tolerance: a.rate_tolerance,
-    }
-}

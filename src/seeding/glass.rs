@@ -15,11 +15,10 @@ use super::symmetry::{Symmetry, fills_box};
 use super::{Seeded, Seeding, stretch, to_positions};
 use crate::error::Result;
 use crate::field::ScalarField;
-use crate::relaxation::{Control, WvtOptions, relax};
+use crate::relaxation::{Control, Wvt, WvtOptions, relax_new};
 use crate::target::{Positions, Resolution, Target, at};
 use sph::domain::{Axis, Domain, Region};
 use sph::kernel::KernelName;
-use std::sync::atomic::AtomicBool;
 
 /// What the points of a tile repel each other by.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -128,10 +127,9 @@ fn short_range<const D: usize>(target: &Target<'_, D>, seed: u64) -> Result<Posi
     if target.count < LEAST_RELAXED {
         return Ok(positions);
     }
-    let never = AtomicBool::new(false);
-    let control = Control { deadline: None, interrupted: &never, observer: &|_, _, _, _| {} };
     let options = WvtOptions { iterations: ITERATIONS, ..WvtOptions::new(D) };
-    Ok(relax(KernelName::WendlandC4, target, positions, &options, &control).0)
+    let stage = Wvt { kernel: KernelName::WendlandC4, target: *target, options };
+    Ok(relax_new(&stage, positions, &Control::default()).particles.positions)
 }
 
 fn gravitational<const D: usize>(target: &Target<'_, D>, seed: u64) -> Result<Positions<D>> {

@@ -1,0 +1,119 @@
+//! Where the result lies and in which units: the box of the output, and factors from internal units to those of the file.
+
+use crate::error::{Error, Result};
+use crate::field::RadialSource;
+use crate::input::ingest::InputUnits;
+use crate::input::internal_units::Prepared;
+use crate::target::Positions;
+use sph::domain::{Axis, Domain};
+use sph::parallel;
+use sph_formats::{UnitDimension, UnitSystem};
+
+/// Output units per internal unit.
+pub struct Factors {
+    pub length: f64,
+    pub mass: f64,
+    pub density: f64,
+    /// Output units of mass per input unit.
+    pub input_mass: f64,
+}
+
+impl Factors {
+    /// From internal units to `out`, with the input in `units` or in numbers without any.
+    pub(crate) fn new<const D: usize>(units: Option<InputUnits>, prepared: &Prepared<D>, out: &UnitSystem) -> Self {
+        let (length, density) = units
+            .map_or((1.0, 1.0), |u| (u.length / out.length, u.density / out.to_cgs(UnitDimension::mass_density(3))));
+        let input_mass = density * length.powi(D as i32);
+        let mass = prepared.mass.value * input_mass;
+        let size = prepared.length * length;
+        Self { length: size, mass, density: mass / size.powi(D as i32), input_mass }
+    }
+}
+
+/// The unit system of the output, and a note where it was chosen: the one `named`, or the one that suits a body of `mass`
+/// (in the input's units) in `d` dimensions.
+///
+/// # Errors
+/// A name that is none.
+pub fn output_units(
+    named: Option<&str>,
+    units: Option<InputUnits>,
+    mass: f64,
+    d: usize,
+) -> Result<(UnitSystem, Option<String>)> {
+    if let Some(name) = named {
+        let unknown = || {
+            Error::scene("output.units", format!("is '{name}', expected cgs, si, solar, planetary, galactic or code"))
+        };
+        return Ok((UnitSystem::by_name(name).ok_or_else(unknown)?, None));
+    }
+    let Some(units) = units else { return Ok((UnitSystem::CODE, None)) };
+    if d < 3 {
+        return Ok((UnitSystem::cgs(), None));
+    }
+    let grams = mass * units.density * units.length.powi(3);
+    let (name, system) = match grams {
+        g if !(1e22..1e50).contains(&g) => ("cgs", UnitSystem::cgs()),
+        g if g < 1e30 => ("planetary", UnitSystem::planetary()),
+        g if g < 1e38 => ("solar", UnitSystem::solar()),
+        _ => ("galactic", UnitSystem::galactic()),
+    };
+    let note = format!("output in {name} units, which suit a mass of {grams:.3e} g (output.units chooses others)");
+    Ok((system, Some(note)))
+}
+
+/// The radial source with its center times `factor`.
+pub fn radial_in<const D: usize>(radial: Option<&RadialSource<D>>, factor: f64) -> Option<RadialSource<D>> {
+    let mut radial = radial?.clone();
+    radial.center = radial.center.map(|v| v * factor);
+    Some(radial)
+}
+
+/// Where the domain lies in the box of the output, in internal units.
+pub struct Frame<const D: usize> {
+    /// Added to coordinates.
+    shift: [f64; D],
+    pub box_size: [f64; 3],
+    periodic: [bool; D],
+    pub isolated: bool,
+}
+
+impl<const D: usize> Frame<D> {
+    /// Axes with vacuum beyond get `box_factor` times the body's extent, the same on all of them; others keep
+    /// theirs, with the corner at the origin.
+    pub fn new(domain: &Domain<D>, box_factor: f64) -> Self {
+        let open: [bool; D] = std::array::from_fn(|k| !domain.has_faces(k) || domain.axes[k] == Axis::OPEN);
+        let edge = box_factor * domain.size();
+        let mut frame = Self {
+            shift: [0.0; D],
+            box_size: [0.0; 3],
+            periodic: domain.axes.map(|a| a == Axis::Periodic),
+            isolated: open.contains(&true),
+        };
+        for k in 0..D {
+            let extent = domain.hi[k] - domain.lo[k];
+            frame.box_size[k] = if open[k] { edge } else { extent };
+            frame.shift[k] = 0.5 * (frame.box_size[k] - extent) - domain.lo[k];
+        }
+        frame
+    }
+
+    /// Interleaved coordinates in `[0, box)`, times `factor`.
+    pub fn coordinates(&self, positions: &Positions<D>, factor: f64) -> Vec<f64> {
+        let mut out = vec![[0.0; D]; positions[0].len()];
+        parallel::update(&mut out, |i, out| {
+            for k in 0..D {
+                let edge = self.box_size[k] * factor;
+                let x = (positions[k][i] + self.shift[k]) * factor;
+                out[k] = if x < edge {
+                    x.max(0.0)
+                } else if self.periodic[k] {
+                    0.0
+                } else {
+                    edge.next_down()
+                };
+            }
+        });
+        out.into_flattened()
+    }
+}

@@ -1,0 +1,150 @@
+//! The particle file that placed particles become.
+
+use super::columns::{self, EnergySource};
+use super::frame::{Factors, Frame, radial_in};
+use crate::error::Result;
+use crate::input::internal_units::Prepared;
+use crate::scene::{CheckpointInput, Scene};
+use crate::target::Positions;
+use sph::domain::Axis;
+use sph::parallel;
+use sph_formats::common::particle_names as names;
+use sph_formats::{Column, ParticleFile, ParticleTable, RunHeader, Species, UnitDimension, UnitSystem, Values};
+
+/// Columns in internal units.
+pub struct RawColumns<'a, const D: usize> {
+    pub positions: &'a Positions<D>,
+    pub masses: Vec<f64>,
+    pub support: Vec<f64>,
+    pub density: Vec<f64>,
+    pub target_density: Vec<f64>,
+    /// Internal energies, and the unit of them in cgs (or in the input's numbers).
+    pub balanced: Option<(Vec<f64>, f64)>,
+}
+
+/// What the file says of its making.
+pub struct Making<'a> {
+    pub kernel: &'a str,
+    pub kernel_neighbors: f64,
+    /// Why relaxation ended.
+    pub stop: String,
+    /// Whether the format cannot do without internal energies.
+    pub requires_energy: bool,
+    /// Whether `units` have a meaning: the input's are known.
+    pub units_known: bool,
+}
+
+/// A file, with what there is to be said of it.
+pub struct Made {
+    pub file: ParticleFile,
+    pub notes: Vec<String>,
+    /// Columns that it does without, and why.
+    pub left_out: Vec<(&'static str, &'static str)>,
+}
+
+/// Makes the file of `raw`, in `units`.
+///
+/// # Errors
+/// A motion with the wrong number of components, or a carried pressure that is not positive.
+pub(crate) fn particle_file<const D: usize>(
+    scene: &Scene,
+    prepared: &Prepared<D>,
+    raw: RawColumns<'_, D>,
+    (units, factors): (UnitSystem, &Factors),
+    making: &Making<'_>,
+) -> Result<Made> {
+    let domain = &prepared.source.domain;
+    let n = raw.masses.len();
+    let frame = Frame::new(domain, scene.output.box_factor);
+    let (mut notes, mut left_out) = (Vec::new(), Vec::new());
+    if frame.isolated {
+        notes.push(format!(
+            "the body is moved to the middle of a box of edge {:.6e} (output.box_factor {})",
+            frame.box_size[0] * factors.length,
+            scene.output.box_factor
+        ));
+    }
+    let mut carried: Vec<Column> =
+        prepared.source.carried.iter().map(|f| columns::column(f.as_ref(), raw.positions, &units)).collect();
+    let velocities = placed_columns(scene, prepared, raw.positions, factors.length, &mut carried)?;
+    let target_density = parallel::map(n, |i| raw.target_density[i] * factors.density);
+    let energy_unit = if making.units_known { 1.0 / units.to_cgs(UnitDimension::SPECIFIC_ENERGY) } else { 1.0 };
+    let balanced = raw.balanced.map(|(u, unit)| parallel::map(n, |i| u[i] * unit * energy_unit));
+    let thermal = &scene.thermal;
+    match columns::internal_energy(&mut carried, &target_density, thermal, balanced, making.requires_energy)? {
+        EnergySource::Placeholder => notes.push(
+            "nothing thermal came in, but the format needs InternalEnergy: it is set to 1 everywhere; set thermal.internal_energy".into(),
+        ),
+        EnergySource::NotWritten => left_out.push(("InternalEnergy", "nothing thermal came in")),
+        EnergySource::Pressure => notes.push(format!(
+            "InternalEnergy is P/((gamma - 1) rho) from the carried pressure, gamma = {}", thermal.gamma
+        )),
+        EnergySource::Carried | EnergySource::Given | EnergySource::Balanced => {}
+    }
+    drop(target_density);
+    if velocities.is_none() {
+        left_out.push(("velocities", "nothing moves"));
+    }
+    let column = |name: &str, components: usize, values: Values, dimension: UnitDimension| Column {
+        name: name.into(),
+        components,
+        values,
+        dimension,
+    };
+    let scaled = |v: Vec<f64>, factor: f64| Values::F64(parallel::map(v.len(), |i| v[i] * factor));
+    let coordinates = Values::F64(frame.coordinates(raw.positions, factors.length));
+    let mut all = vec![
+        column(names::COORDINATES, D, coordinates, UnitDimension::LENGTH),
+        column(names::MASSES, 1, scaled(raw.masses, factors.mass), UnitDimension::new(D as i8 - 3, 1, 0, 0)),
+        column(names::SUPPORT_RADIUS, 1, scaled(raw.support, factors.length), UnitDimension::LENGTH),
+        column(names::DENSITY, 1, scaled(raw.density, factors.density), UnitDimension::mass_density(3)),
+        column(names::PARTICLE_IDS, 1, Values::I64((1..=n as i64).collect()), UnitDimension::NONE),
+    ];
+    all.extend(velocities.map(|v| column(names::VELOCITIES, D, Values::F64(v), UnitDimension::VELOCITY)));
+    carried.retain(|c| !all.iter().any(|own| own.name == c.name));
+    all.extend(carried);
+    let header = RunHeader {
+        dimension: D,
+        box_size: frame.box_size.map(|b| b * factors.length),
+        periodic: std::array::from_fn(|k| k < D && domain.axes[k] == Axis::Periodic),
+        units,
+        time: 0.0,
+        kernel: making.kernel.into(),
+        kernel_neighbors: making.kernel_neighbors,
+        provenance: provenance(scene, &making.stop),
+    };
+    let species = vec![Species { part_type: 0, table: ParticleTable { count: n, columns: all } }];
+    Ok(Made { file: ParticleFile { header, species }, notes, left_out })
+}
+
+/// What depends on where particles are in the output's units of length: velocities, which are returned, and materials.
+fn placed_columns<const D: usize>(
+    scene: &Scene,
+    prepared: &Prepared<D>,
+    positions: &Positions<D>,
+    length: f64,
+    carried: &mut Vec<Column>,
+) -> Result<Option<Vec<f64>>> {
+    let placed: Positions<D> = std::array::from_fn(|k| parallel::map(positions[k].len(), |i| positions[k][i] * length));
+    let (domain, radial) = (prepared.source.domain.scaled(length), radial_in(prepared.source.radial.as_ref(), length));
+    let velocities = columns::velocities(carried, &placed, &domain, radial.as_ref(), &scene.motion)?;
+    if !scene.material.is_empty() {
+        let middle = radial.map_or_else(|| domain.center(), |r| r.center);
+        carried.retain(|c| c.name != names::MATERIAL_IDS);
+        carried.push(columns::materials(&placed, &middle, &scene.material));
+    }
+    Ok(velocities)
+}
+
+fn provenance(scene: &Scene, stop: &str) -> Vec<(String, String)> {
+    // The recipe must not depend on where the output goes.
+    let mut recipe = scene.clone();
+    recipe.output.file = None;
+    recipe.checkpoint = CheckpointInput::default();
+    vec![
+        ("Version".into(), format!("sph-prep {}", env!("CARGO_PKG_VERSION"))),
+        ("Seed".into(), scene.seed.to_string()),
+        ("StopReason".into(), stop.into()),
+        ("Scene".into(), recipe.to_yaml()),
+    ]
+}

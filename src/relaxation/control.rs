@@ -1,0 +1,79 @@
+//! What a run and its stages tell each other.
+
+use super::stage::{StageName, StopReason};
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::Instant;
+
+/// A step of a run.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Step {
+    Read,
+    Interpolate,
+    Seed,
+    Relax(StageName),
+    Measure,
+    Write,
+}
+
+impl Step {
+    /// As in reports.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Read => "read",
+            Self::Interpolate => "interpolate",
+            Self::Seed => "seed",
+            Self::Relax(stage) => stage.name,
+            Self::Measure => "measure",
+            Self::Write => "write",
+        }
+    }
+}
+
+/// What an observer of a run is told.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Event {
+    /// A step begins.
+    Begin(Step),
+    /// A stage has finished an iteration of `last`; epsilon is that of [`super::Progress`].
+    Iteration { stage: StageName, iteration: usize, last: usize, epsilon: f64 },
+}
+
+/// What may end a run early, and who watches it. The default neither ends nor is watched.
+#[derive(Clone, Copy)]
+pub struct Control<'a> {
+    /// When relaxation stops with the best state so far.
+    pub deadline: Option<Instant>,
+    /// Set when the user interrupts: stages stop after the iteration under way, a run between its steps.
+    pub interrupted: &'a AtomicBool,
+    pub observer: &'a (dyn Fn(Event) + Sync),
+}
+
+static NEVER: AtomicBool = AtomicBool::new(false);
+
+impl Default for Control<'_> {
+    fn default() -> Self {
+        Self { deadline: None, interrupted: &NEVER, observer: &|_| {} }
+    }
+}
+
+impl Control<'_> {
+    /// Tells the observer.
+    pub fn tell(&self, event: Event) {
+        (self.observer)(event);
+    }
+
+    pub fn is_interrupted(&self) -> bool {
+        self.interrupted.load(Ordering::Relaxed)
+    }
+
+    /// The outside reason to stop now, if there is one.
+    pub fn stop_reason(&self) -> Option<StopReason> {
+        if self.is_interrupted() {
+            Some(StopReason::Interrupted)
+        } else if self.deadline.is_some_and(|t| Instant::now() >= t) {
+            Some(StopReason::TimeLimit)
+        } else {
+            None
+        }
+    }
+}

@@ -1,0 +1,230 @@
+//! The contract of stages: what a stage is, how it runs, and what it reports.
+//!
+//! A stage is its options. It begins with particles or goes on from what was kept of it, advances by iterations, and ends
+//! with particles and a report; [`relax`] drives it, watches the clock and the user, and offers its state to be kept.
+
+use super::control::{Control, Event};
+use crate::target::Positions;
+use serde::{Deserialize, Serialize, Serializer};
+
+/// A stage by name: one constant beside each stage, used by plan, progress, report and checkpoint alike.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct StageName {
+    /// In JSON, tables and checkpoints.
+    pub name: &'static str,
+    /// In prose.
+    pub title: &'static str,
+}
+
+impl Serialize for StageName {
+    fn serialize<S: Serializer>(&self, to: S) -> Result<S::Ok, S::Error> {
+        to.serialize_str(self.name)
+    }
+}
+
+/// Why a stage ended.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum StopReason {
+    /// The error fell below the tolerance asked for.
+    ToleranceReached,
+    /// The error that a stage watches did, but not the one that is measured in the end.
+    ToleranceMissed,
+    /// The error no longer falls.
+    Stagnated,
+    /// The last iteration was used up with the error still falling.
+    IterationLimit,
+    /// The time limit was reached.
+    TimeLimit,
+    /// The user interrupted the run.
+    Interrupted,
+    /// There was nothing to do.
+    NotNeeded,
+}
+
+impl StopReason {
+    /// Whether the stage was cut short from outside, so that it can go on.
+    pub fn is_cut(self) -> bool {
+        matches!(self, Self::TimeLimit | Self::Interrupted)
+    }
+}
+
+/// Error of one iteration.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct Progress {
+    pub iteration: usize,
+    /// epsilon with the mass re-fitted, at the target's own support radii.
+    pub epsilon: f64,
+    /// Mean |a + g| / |g| over the interior, where the stage balances forces.
+    pub force_error: Option<f64>,
+    /// Largest displacement over the local spacing.
+    pub largest_step: f64,
+    /// Seconds since the stage began.
+    pub seconds: f64,
+}
+
+/// What a stage reports of itself. In checkpoints its name is text.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct StageReport<N = StageName> {
+    pub stage: N,
+    pub stop: StopReason,
+    /// Iteration whose state is the result.
+    pub best_iteration: usize,
+    pub history: Vec<Progress>,
+    pub seconds: f64,
+}
+
+impl<N> StageReport<N> {
+    /// epsilon of the state that came out.
+    pub fn epsilon(&self) -> Option<f64> {
+        self.history.iter().find(|p| p.iteration == self.best_iteration).map(|p| p.epsilon)
+    }
+
+    /// The same report under another name.
+    pub fn with_name<M>(self, stage: M) -> StageReport<M> {
+        let Self { stop, best_iteration, history, seconds, .. } = self;
+        StageReport { stage, stop, best_iteration, history, seconds }
+    }
+}
+
+/// What goes from stage to stage.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Particles<const D: usize> {
+    #[serde(with = "super::snapshot::axes")]
+    pub positions: Positions<D>,
+    /// Masses in the order of the positions; `None` where they are what the target says.
+    pub masses: Option<Vec<f64>>,
+    /// Specific internal energies that a balance needs, in internal units.
+    pub internal_energy: Option<Vec<f64>>,
+}
+
+impl<const D: usize> From<Positions<D>> for Particles<D> {
+    fn from(positions: Positions<D>) -> Self {
+        Self { positions, masses: None, internal_energy: None }
+    }
+}
+
+impl<const D: usize> Particles<D> {
+    pub fn len(&self) -> usize {
+        self.positions[0].len()
+    }
+
+    pub fn is_empty(&self) -> bool {
+        self.len() == 0
+    }
+}
+
+/// Where a stage begins.
+pub enum Start<'k, const D: usize> {
+    New(Particles<D>),
+    /// What [`Running::snapshot`] made.
+    Kept(&'k [u8]),
+}
+
+/// What a stage comes to.
+#[derive(Debug, Clone)]
+pub struct Relaxed<const D: usize> {
+    pub particles: Particles<D>,
+    /// More than one where a stage splits particles on its way.
+    pub reports: Vec<StageReport>,
+    /// Decisions and findings, for the run's report.
+    pub notes: Vec<String>,
+}
+
+impl<const D: usize> Relaxed<D> {
+    /// The report of all of the stage but what came before the last splitting.
+    ///
+    /// # Panics
+    /// Never: a stage reports at least once.
+    pub fn report(&self) -> &StageReport {
+        &self.reports[self.reports.len() - 1]
+    }
+}
+
+/// A stage with its options and its target.
+pub trait Stage<const D: usize>: Sync {
+    fn name(&self) -> StageName;
+
+    /// Begins with new particles.
+    fn begin(&self, particles: Particles<D>) -> Box<dyn Running<D> + '_>;
+
+    /// Goes on from a snapshot.
+    ///
+    /// # Errors
+    /// What is wrong with it.
+    fn resume(&self, kept: &[u8]) -> Result<Box<dyn Running<D> + '_>, String>;
+}
+
+/// A stage under way.
+pub trait Running<const D: usize>: Send {
+    /// One iteration; why the stage ends, if it does. `outside` is the reason that the driver has: the stage then ends with
+    /// it, having at most looked at where it is.
+    fn advance(&mut self, outside: Option<StopReason>) -> Option<StopReason>;
+
+    /// The history so far, and the last iteration that there can be.
+    fn progress(&self) -> (&[Progress], usize);
+
+    /// Appends all that it takes to go on bit for bit. Reads, and never changes, the state.
+    ///
+    /// # Errors
+    /// What could not be encoded.
+    fn snapshot(&self, to: Vec<u8>) -> Result<Vec<u8>, String>;
+
+    /// The best state.
+    fn finish(self: Box<Self>, stop: StopReason) -> Relaxed<D>;
+}
+
+/// Appends a state to what is in front of it in a file.
+pub type Snapshot<'a> = &'a dyn Fn(Vec<u8>) -> Result<Vec<u8>, String>;
+
+/// Takes a stage's state before each iteration: called with whether the stage is about to stop, and what makes the snapshot.
+pub type Keep<'a> = &'a mut (dyn FnMut(bool, Snapshot<'_>) + Send);
+
+/// Runs a stage to its end.
+///
+/// # Errors
+/// What is wrong with a kept state.
+pub fn relax<const D: usize>(
+    stage: &dyn Stage<D>,
+    start: Start<'_, D>,
+    control: &Control<'_>,
+    keep: Keep<'_>,
+) -> Result<Relaxed<D>, String> {
+    // Within the pool, where small passes need not be handed to another thread.
+    rayon::scope(|_| {
+        let running = match start {
+            Start::New(particles) => stage.begin(particles),
+            Start::Kept(bytes) => stage.resume(bytes)?,
+        };
+        Ok(drive(stage.name(), running, control, keep))
+    })
+}
+
+fn drive<const D: usize>(
+    stage: StageName,
+    mut running: Box<dyn Running<D> + '_>,
+    control: &Control<'_>,
+    keep: Keep<'_>,
+) -> Relaxed<D> {
+    let mut told = 0;
+    loop {
+        let outside = control.stop_reason();
+        keep(outside.is_some(), &|to| running.snapshot(to));
+        let stop = running.advance(outside);
+        let (history, last) = running.progress();
+        if let Some(now) = history.last().filter(|_| history.len() != told) {
+            let Progress { iteration, epsilon, force_error, .. } = *now;
+            let epsilon = force_error.unwrap_or(epsilon);
+            control.tell(Event::Iteration { stage, iteration, last, epsilon });
+        }
+        told = history.len();
+        if let Some(stop) = stop {
+            return running.finish(stop);
+        }
+    }
+}
+
+/// [`relax`] from new positions, keeping nothing.
+pub fn relax_new<const D: usize>(stage: &dyn Stage<D>, positions: Positions<D>, control: &Control<'_>) -> Relaxed<D> {
+    rayon::scope(|_| drive(stage.name(), stage.begin(positions.into()), control, &mut |_, _| {}))
+}
