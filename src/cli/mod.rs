@@ -8,6 +8,7 @@ mod compare;
 mod convert;
 mod formats;
 mod inspect;
+mod interrupt;
 mod methods;
 mod progress;
 
@@ -17,12 +18,11 @@ use crate::run::pipeline;
 use crate::scene::Scene;
 use args::{Args, Command, RunArgs};
 use clap::Parser;
+use interrupt::Interrupts;
 use sph_formats::{FORMATS, FormatError};
 use std::io::{ErrorKind, Write};
 use std::path::Path;
 use std::process::ExitCode;
-use std::sync::Arc;
-use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
 const FAILURE: u8 = 1;
@@ -55,12 +55,15 @@ fn run(args: &RunArgs) -> crate::Result<ExitCode> {
         return print(&scene.to_yaml());
     }
     set_threads(args.threads)?;
-    let interrupted = interrupt_flag();
+    let interrupts = Interrupts::of_run(&scene);
     let progress = progress::Progress::new(args.quiet);
-    let observer = |event: Event| progress.update(event);
+    let observer = |event: Event| {
+        interrupts.note(event);
+        progress.update(event);
+    };
     let control = Control {
         deadline: scene.time_limit.and_then(|s| Instant::now().checked_add(Duration::try_from_secs_f64(s).ok()?)),
-        interrupted: &interrupted,
+        interrupted: interrupts.requested(),
         observer: &observer,
     };
     let result = pipeline::run(&scene, FORMATS, &control);
@@ -76,7 +79,7 @@ fn run(args: &RunArgs) -> crate::Result<ExitCode> {
 
 fn compare(args: &compare::CompareArgs) -> crate::Result<ExitCode> {
     set_threads(args.threads)?;
-    compare::run(args, FORMATS, &interrupt_flag()).and_then(|text| print(&text))
+    compare::run(args, FORMATS, Interrupts::of_other_work().requested()).and_then(|text| print(&text))
 }
 
 fn set_threads(threads: Option<usize>) -> crate::Result<()> {
@@ -85,19 +88,6 @@ fn set_threads(threads: Option<usize>) -> crate::Result<()> {
         .num_threads(threads)
         .build_global()
         .map_err(|e| Error::scene("--threads", e.to_string()))
-}
-
-/// Set by an interrupt, hangup or termination from now on. A second one ends the process at once.
-fn interrupt_flag() -> Arc<AtomicBool> {
-    let interrupted = Arc::new(AtomicBool::new(false));
-    let flag = Arc::clone(&interrupted);
-    // Without a handler an interrupt ends the process at once, which is as safe: outputs appear by renaming.
-    let _ = ctrlc::set_handler(move || {
-        if flag.swap(true, Ordering::Relaxed) {
-            std::process::exit(i32::from(FAILURE));
-        }
-    });
-    interrupted
 }
 
 /// Prints to standard output. A reader that has seen enough (`| head`) is no failure.

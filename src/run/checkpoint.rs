@@ -64,6 +64,8 @@ pub struct Checkpoints {
     origin: Origin,
     /// Nothing that follows an early end may replace the state that goes on from it.
     sealed: bool,
+    /// It holds what the last stage left.
+    finished: bool,
     /// Why the last one could not be written.
     failure: Option<String>,
 }
@@ -91,6 +93,7 @@ impl Checkpoints {
             last: Instant::now(),
             origin: Origin::default(),
             sealed: false,
+            finished: false,
             failure: None,
         }
     }
@@ -108,6 +111,7 @@ impl Checkpoints {
     /// Writes what the last stage left, so that measuring and writing can be repeated.
     pub fn finish<const D: usize>(&mut self, meta: &Meta, particles: &Particles<D>) {
         if !self.sealed {
+            self.finished = true;
             self.write(meta, &|to| postcard::to_extend(particles, to).map_err(|e| e.to_string()));
         }
     }
@@ -116,6 +120,11 @@ impl Checkpoints {
         let Some(file) = self.file.as_deref() else { return };
         self.failure = write(file, &self.origin, meta, state).err().map(|e| e.to_string());
         self.last = Instant::now();
+    }
+
+    /// The file, if it holds all that was done.
+    pub fn whole(&self) -> Option<&Path> {
+        self.file.as_deref().filter(|_| (self.sealed || self.finished) && self.failure.is_none())
     }
 
     /// The file of the state that an early end left.

@@ -85,8 +85,8 @@ pub fn place<const D: usize>(setting: &Setting<'_, D>, plan: &mut Plan) -> Resul
     if let Some(failure) = checkpoints.failure() {
         placed.notes.push(format!("the last checkpoint could not be written: {failure}"));
     }
-    if placed.stop == StopReason::Interrupted && scene.output.on_interrupt == OnInterrupt::Discard {
-        return Err(checkpoints.sealed().map_or(Error::Interrupted, |file| Error::InterruptedKept(file.into())));
+    if setting.control.is_interrupted() && scene.output.on_interrupt == OnInterrupt::Discard {
+        return Err(checkpoints.whole().map_or(Error::Interrupted, |file| Error::InterruptedKept(file.into())));
     }
     if let Some(file) = checkpoints.sealed() {
         placed.notes.push(format!("cut short; go on with --resume '{}'", file.display()));

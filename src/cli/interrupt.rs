@@ -1,0 +1,89 @@
+//! What an interrupt (Ctrl-C), hangup or termination does.
+//!
+//! Where nothing would be kept (while reading, seeding, measuring and writing, and in stages without a checkpoint), the
+//! process ends at once: outputs appear by renaming, so that none is left half-written. A stage whose state is kept stops
+//! after the iteration under way. A second signal ends the process in any case.
+
+use super::FAILURE;
+use crate::error::Error;
+use crate::relaxation::{Event, Step};
+use crate::scene::{OnInterrupt, Scene};
+use std::path::PathBuf;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, AtomicU8, Ordering};
+
+/// What the next signal does.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Answer {
+    /// Ends the process.
+    Leave,
+    /// Asks the stage under way to stop.
+    Stop,
+    /// Nothing: the result is about to be written, as the scene asks for.
+    Finish,
+}
+
+/// Signals, and what is to be done about them.
+pub struct Interrupts {
+    requested: AtomicBool,
+    answer: AtomicU8,
+    /// A checkpoint that may be there when the process ends.
+    checkpoint: Option<PathBuf>,
+    on_interrupt: OnInterrupt,
+}
+
+impl Interrupts {
+    /// Listens from now on, for a run of `scene`.
+    pub fn of_run(scene: &Scene) -> Arc<Self> {
+        Self::listen(scene.checkpoint.file.clone(), scene.output.on_interrupt)
+    }
+
+    /// Listens from now on, for work that keeps nothing.
+    pub fn of_other_work() -> Arc<Self> {
+        Self::listen(None, OnInterrupt::Discard)
+    }
+
+    fn listen(checkpoint: Option<PathBuf>, on_interrupt: OnInterrupt) -> Arc<Self> {
+        let (requested, answer) = (AtomicBool::new(false), AtomicU8::new(Answer::Leave as u8));
+        let interrupts = Arc::new(Self { requested, answer, checkpoint, on_interrupt });
+        let heard = Arc::clone(&interrupts);
+        // Without a handler a signal ends the process at once, which leaves a temporary file at worst.
+        let _ = ctrlc::set_handler(move || heard.signal());
+        interrupts
+    }
+
+    /// Set where a stage is asked to stop.
+    pub fn requested(&self) -> &AtomicBool {
+        &self.requested
+    }
+
+    /// Takes note of what the run does.
+    pub fn note(&self, event: Event) {
+        let Event::Begin(step) = event else { return };
+        let writes = self.on_interrupt == OnInterrupt::Write;
+        let answer = match step {
+            Step::Relax(_) if writes || self.checkpoint.is_some() => Answer::Stop,
+            Step::Measure | Step::Write if writes => Answer::Finish,
+            _ => Answer::Leave,
+        };
+        self.answer.store(answer as u8, Ordering::Relaxed);
+    }
+
+    fn signal(&self) {
+        let answer = self.answer.load(Ordering::Relaxed);
+        let again = self.requested.swap(true, Ordering::Relaxed);
+        if again || answer == Answer::Leave as u8 {
+            self.leave();
+        }
+    }
+
+    fn leave(&self) -> ! {
+        sph_formats::output::remove_temporaries();
+        let error = match self.checkpoint.as_ref().filter(|file| file.is_file()) {
+            Some(file) => Error::InterruptedKept(file.clone()),
+            None => Error::Interrupted,
+        };
+        eprintln!("error: {error}");
+        std::process::exit(i32::from(FAILURE));
+    }
+}
