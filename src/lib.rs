@@ -18,7 +18,12 @@ pub mod seeding;
 pub mod target;
 
 pub use error::{Error, Result};
+pub use relaxation::Control;
+pub use run::pipeline::{place, run};
+pub use run::report::Report;
+pub use scene::Scene;
 pub use sph;
+pub use sph_formats::{FORMATS, ParticleFile, WriteOptions, write};
 
 /// The README's example, compiled.
 #[cfg(doctest)]

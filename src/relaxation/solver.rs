@@ -70,7 +70,7 @@ impl SolverOptions {
     }
 
     /// The quietest forces with which epsilon gets below `tolerance`: with the weight lambda it ends between about
-    /// 1e-3 (a uniform box) and 3e-2 lambda^2 (a planet's jump), as the default does in `cargo bench --bench roads`.
+    /// 1e-3 (a uniform box) and 3e-2 lambda^2 (a planet's jump), as the default does in `cargo bench --bench tolerances`.
     pub fn quietness_for(tolerance: f64) -> f64 {
         let lambda = (tolerance / 2.5e-2).sqrt();
         (1.0 + lambda.log10() / QUIETNESS_DECADES).clamp(0.0, 1.0)

@@ -145,7 +145,7 @@ impl Plan {
     /// The solver leaves particles near jumps alone, so that WVT has to bring them into order there; elsewhere the
     /// solver does in one evaluation what takes WVT many iterations. Where it is to reach a tolerance soon it does not
     /// bring them to rest first, and needs the order that WVT leaves; so does a tolerance that is hard to reach from shells
-    /// with a jump between them (`cargo bench --bench roads`, the planet).
+    /// with a jump between them (`cargo bench --bench tolerances`, the planet).
     fn choose_wvt(&mut self, scene: &Scene, d: usize, jumps: f64, thin: bool) {
         let shells = self.seeding == Seeding::EqualAreaShells && self.polish == Polish::Solver && d == 3;
         let tight = scene.tolerance.is_some_and(|tolerance| tolerance < TIGHT);

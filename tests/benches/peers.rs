@@ -30,7 +30,7 @@ struct Problem {
     count: usize,
     scene: &'static str,
     /// Roads of ours: name and further keys of the scene.
-    roads: &'static [(&'static str, &'static str)],
+    ways: &'static [(&'static str, &'static str)],
     peers: &'static [Peer],
 }
 
@@ -55,7 +55,7 @@ const PROBLEMS: &[Problem] = &[
         name: "constant",
         count: 10_000,
         scene: "input: {expression: '1'}\n",
-        roads: BOXES,
+        ways: BOXES,
         peers: &[
             peer("WVTICs, 41 iterations", 35.0, 9.6e-4, 1.4e-6),
             Peer { tool: "WVTICs, 513 iterations", seconds: None, mean: 5.4e-4, epsilon: 4.5e-7 },
@@ -65,56 +65,56 @@ const PROBLEMS: &[Problem] = &[
         name: "constant",
         count: 100_000,
         scene: "input: {expression: '1'}\n",
-        roads: DEFAULT,
+        ways: DEFAULT,
         peers: &[peer("WVTICs, 61 iterations", 463.0, 1.2e-3, 2.3e-6)],
     },
     Problem {
         name: "sine",
         count: 10_000,
         scene: "input: {expression: '1 + 0.5 * sin(tau * x)'}\n",
-        roads: BOXES,
+        ways: BOXES,
         peers: &[peer("WVTICs, 61 iterations", 54.0, 4.7e-2, 2.4e-3), peer("WVTICs (C2), 101", 28.0, 2.1e-2, 5.2e-4)],
     },
     Problem {
         name: "sine",
         count: 100_000,
         scene: "input: {expression: '1 + 0.5 * sin(tau * x)'}\n",
-        roads: DEFAULT,
+        ways: DEFAULT,
         peers: &[peer("WVTICs (C2), 61", 193.0, 1.0e-2, 1.5e-4)],
     },
     Problem {
         name: "top hat",
         count: 10_000,
         scene: "input: {expression: 'if(abs(x - 0.5) < 0.25, 2, 1)'}\n",
-        roads: BOXES,
+        ways: BOXES,
         peers: &[peer("WVTICs, 61", 81.0, 0.13, 2.5e-2)],
     },
     Problem {
         name: "Sod",
         count: 10_000,
         scene: "input: {expression: 'if(abs(x - 0.5) < 0.25, 1, 0.125)'}\n",
-        roads: BOXES,
+        ways: BOXES,
         peers: &[peer("WVTICs, 61", 150.0, 0.74, 0.58)],
     },
     Problem {
         name: "Evrard",
         count: 10_000,
         scene: EVRARD,
-        roads: SPHERES,
+        ways: SPHERES,
         peers: &[peer("WVTICs, 61 (interior 0.29)", 53.0, 0.73, 0.21)],
     },
     Problem {
         name: "n = 1.5 polytrope",
         count: 10_000,
         scene: POLYTROPE,
-        roads: SPHERES,
+        ways: SPHERES,
         peers: &[peer("WVTICs (C2), 101", 26.0, 2.4e-2, 1.6e-3), peer("SEAGen", 0.05, 1.1e-2, 1.5e-4)],
     },
     Problem {
         name: "n = 1.5 polytrope",
         count: 100_000,
         scene: POLYTROPE,
-        roads: SPHERES,
+        ways: SPHERES,
         peers: &[
             Peer { tool: "WVTICs, 61", seconds: None, mean: 2.9e-2, epsilon: 1.2e-3 },
             peer("SEAGen", 0.14, 2.7e-3, 7.7e-6),
@@ -124,28 +124,28 @@ const PROBLEMS: &[Problem] = &[
         name: "n = 1.5 polytrope",
         count: 1_000_000,
         scene: POLYTROPE,
-        roads: &[BARE_SHELLS],
+        ways: &[BARE_SHELLS],
         peers: &[peer("SEAGen", 1.1, 9.0e-4, 6.9e-7)],
     },
     Problem {
         name: "Earth-like, two layers",
         count: 100_000,
         scene: PLANET,
-        roads: SPHERES,
+        ways: SPHERES,
         peers: &[peer("SEAGen", 0.24, 2.1e-3, 3.6e-6)],
     },
     Problem {
         name: "uniform sphere",
         count: 10_000,
         scene: SPHERE,
-        roads: SPHERES,
+        ways: SPHERES,
         peers: &[peer("OpenSPH, 50", 1.4, 7e-3, 7e-5)],
     },
     Problem {
         name: "uniform sphere",
         count: 100_000,
         scene: SPHERE,
-        roads: SPHERES,
+        ways: SPHERES,
         peers: &[peer("OpenSPH, 50", 29.0, 4e-3, 2e-5), peer("SEAGen", 0.14, 2.7e-4, 2.1e-7)],
     },
 ];
@@ -160,8 +160,8 @@ struct Row {
     epsilon: f64,
 }
 
-fn solve(problem: &Problem, road: &str) -> Result<Row, String> {
-    let mut text = format!("{}{road}particles: {}\n", problem.scene, problem.count);
+fn solve(problem: &Problem, way: &str) -> Result<Row, String> {
+    let mut text = format!("{}{way}particles: {}\n", problem.scene, problem.count);
     if !problem.scene.contains("domain") && !problem.scene.contains("file") {
         text += BOX;
     }
@@ -187,7 +187,7 @@ fn main() {
     }
     let filter: Vec<String> = std::env::args().skip(1).filter(|a| !a.starts_with('-')).collect();
     let mut table = String::from(
-        "| problem | N | road | CPU s | placing | interior mean | interior epsilon | epsilon, whole |\n|---|---|---|---|---|---|---|---|\n",
+        "| problem | N | way | CPU s | placing | interior mean | interior epsilon | epsilon, whole |\n|---|---|---|---|---|---|---|---|\n",
     );
     let seconds = |s: Option<f64>| s.map_or("-".to_string(), |s| format!("{s:.2}"));
     for problem in PROBLEMS.iter().filter(|p| filter.is_empty() || filter.iter().any(|f| p.name.contains(f.as_str()))) {
@@ -202,14 +202,14 @@ fn main() {
                 p.epsilon
             );
         }
-        for (road, keys) in problem.roads {
+        for (way, keys) in problem.ways {
             let (name, count) = (problem.name, problem.count);
             let _ = match solve(problem, keys) {
                 Ok(Row { seconds, placing, interior_mean, interior_epsilon, epsilon }) => writeln!(
                     table,
-                    "| {name} | {count} | **sph-prep**, {road} | {seconds:.2} | {placing:.2} | {interior_mean:.1e} | {interior_epsilon:.1e} | {epsilon:.1e} |"
+                    "| {name} | {count} | **sph-prep**, {way} | {seconds:.2} | {placing:.2} | {interior_mean:.1e} | {interior_epsilon:.1e} | {epsilon:.1e} |"
                 ),
-                Err(e) => writeln!(table, "| {name} | {count} | **sph-prep**, {road} | refused: {e} | | | | |"),
+                Err(e) => writeln!(table, "| {name} | {count} | **sph-prep**, {way} | refused: {e} | | | | |"),
             };
         }
         print!("{}", &table[start..]);

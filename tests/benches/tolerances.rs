@@ -1,7 +1,7 @@
 //! Error against run time for every method on four scenes, which to use when, and what leaving stages out saves.
 //!
-//! `cargo bench --bench roads [-- N]` prints the tables (10 000 particles by default); with
-//! SPH_PREP_RESULTS=profiles/results it also writes `roads.md` there.
+//! `cargo bench --bench tolerances [-- N]` prints the tables (10 000 particles by default); with
+//! SPH_PREP_RESULTS=profiles/results it also writes `tolerances.md` there.
 
 mod support;
 
@@ -38,7 +38,7 @@ fn methods() -> Vec<Compared> {
 }
 
 /// Figures of a result by which methods are set against each other.
-struct Road<'a> {
+struct Way<'a> {
     name: &'a str,
     seconds: f64,
     epsilon: f64,
@@ -46,7 +46,7 @@ struct Road<'a> {
     noise: f64,
 }
 
-impl<'a> Road<'a> {
+impl<'a> Way<'a> {
     fn new(run: &'a MethodRun) -> Option<Self> {
         let state = run.last()?;
         let error = state.density_error.stated();
@@ -56,24 +56,24 @@ impl<'a> Road<'a> {
 }
 
 /// Those that are worth their time, the fastest first.
-fn worthwhile(roads: &[Road<'_>]) -> Vec<usize> {
-    let mut order: Vec<usize> = (0..roads.len()).collect();
-    order.sort_by(|&a, &b| roads[a].seconds.total_cmp(&roads[b].seconds));
+fn worthwhile(ways: &[Way<'_>]) -> Vec<usize> {
+    let mut order: Vec<usize> = (0..ways.len()).collect();
+    order.sort_by(|&a, &b| ways[a].seconds.total_cmp(&ways[b].seconds));
     let mut best = GOALS[0] / WORTH;
     order.retain(|&i| {
-        let worth = roads[i].mean < WORTH * best;
-        best = if worth { roads[i].mean } else { best };
+        let worth = ways[i].mean < WORTH * best;
+        best = if worth { ways[i].mean } else { best };
         worth
     });
     order
 }
 
-fn table(roads: &[Road<'_>]) -> String {
-    let kept = worthwhile(roads);
+fn table(ways: &[Way<'_>]) -> String {
+    let kept = worthwhile(ways);
     let mut out = String::from(
         "| method | s | epsilon | mean error | force noise | worth its time |\n|---|---|---|---|---|---|\n",
     );
-    for (i, r) in roads.iter().enumerate() {
+    for (i, r) in ways.iter().enumerate() {
         let mark = if kept.contains(&i) { "yes" } else { "" };
         let (mean, noise) = (100.0 * r.mean, 100.0 * r.noise);
         let _ = writeln!(
@@ -85,14 +85,14 @@ fn table(roads: &[Road<'_>]) -> String {
     out
 }
 
-fn advice(roads: &[Road<'_>]) -> String {
+fn advice(ways: &[Way<'_>]) -> String {
     let mut out = String::new();
     for goal in GOALS {
-        let fastest = roads.iter().filter(|r| r.mean < goal).min_by(|a, b| a.seconds.total_cmp(&b.seconds));
+        let fastest = ways.iter().filter(|r| r.mean < goal).min_by(|a, b| a.seconds.total_cmp(&b.seconds));
         let text = fastest.map_or("no method".into(), |r| format!("`{}` ({:.2} s)", r.name, r.seconds));
         let _ = writeln!(out, "- mean error below {} %: {text}", 100.0 * goal);
     }
-    if let Some(quiet) = roads.iter().filter(|r| r.mean < GOALS[0]).min_by(|a, b| a.noise.total_cmp(&b.noise)) {
+    if let Some(quiet) = ways.iter().filter(|r| r.mean < GOALS[0]).min_by(|a, b| a.noise.total_cmp(&b.noise)) {
         let _ = writeln!(
             out,
             "- quietest of those below {} %: `{}` ({:.1} %)",
@@ -171,8 +171,8 @@ fn section(file: &str, title: &str, count: usize) -> Result<String, String> {
     let methods = methods();
     let request = Request { scene: &scene, methods: &methods, counts: &[count] };
     let comparison = compare(&request, sph_formats::FORMATS, &control()).map_err(|e| e.to_string())?;
-    let roads: Vec<Road<'_>> = comparison.runs.iter().filter_map(Road::new).collect();
-    let mut out = format!("\n## {title} (`profiles/{file}`)\n\n{}\n{}\n", table(&roads), advice(&roads));
+    let ways: Vec<Way<'_>> = comparison.runs.iter().filter_map(Way::new).collect();
+    let mut out = format!("\n## {title} (`profiles/{file}`)\n\n{}\n{}\n", table(&ways), advice(&ways));
     let refused: Vec<&str> = comparison.left_out.iter().map(|o| o.method.as_str()).collect();
     if !refused.is_empty() {
         let _ = writeln!(out, "Not for this scene: {}.\n", refused.join(", "));
@@ -182,7 +182,7 @@ fn section(file: &str, title: &str, count: usize) -> Result<String, String> {
 
 fn page(count: usize) -> Result<String, String> {
     let mut page = format!(
-        "# Which method when\n\n`SPH_PREP_RESULTS=profiles/results cargo bench --bench roads -- {count}` makes this page: {count} particles, seconds of \
+        "# Which method when\n\n`SPH_PREP_RESULTS=profiles/results cargo bench --bench tolerances -- {count}` makes this page: {count} particles, seconds of \
          seeding and relaxing,\ndensity error (interior, mass re-fitted) and force noise (interior; a fraction of random points'). A method is \
          worth its time where\nits mean error is below 1 % and half of that of every faster one.\n\nWhat follows from it: where the target is uniform or a function \
          of one coordinate a lattice or glass is there at once, and only its\npreferred directions or its repetition speak against it. Everything else takes \
@@ -200,7 +200,7 @@ fn page(count: usize) -> Result<String, String> {
 fn main() {
     let count = std::env::args().filter_map(|a| a.parse::<f64>().ok()).next().unwrap_or(1e4) as usize;
     match page(count) {
-        Ok(page) => support::write_page("roads.md", &page),
+        Ok(page) => support::write_page("tolerances.md", &page),
         Err(problem) => support::fail(&problem),
     }
 }
