@@ -7,8 +7,9 @@
 
 use super::arrangement::{Arrangement, SORT_INTERVAL};
 use super::fit::{fit, interior};
+use super::report::{Progress, StageName, StageReport, StopReason};
 use super::snapshot::{Best, Check, Trace, axes, decode, encode};
-use super::stage::{Particles, Progress, Relaxed, Running, Stage, StageName, StageReport, StopReason};
+use super::stage::{Particles, Relaxed, Running, Stage};
 use crate::target::{Positions, Target};
 use serde::{Deserialize, Serialize};
 use sph::kernel::KernelName;

@@ -2,7 +2,8 @@
 
 use super::afc::{AfcOptions, AwayFromClosest};
 use super::control::Control;
-use super::stage::{StopReason, relax_new};
+use super::report::StopReason;
+use super::stage::relax_new;
 use crate::field::ScalarField;
 use crate::seeding::{Seeding, seed};
 use crate::target::{Positions, Resolution, Target, at};

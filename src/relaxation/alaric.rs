@@ -22,9 +22,10 @@
 
 use super::fluid::{AlaricOptions, Fluid, FluidSnapshot};
 use super::pairs::{COINCIDENT, part_pairs};
+use super::report::{Progress, StageName, StageReport, StopReason};
 use super::snapshot::{Best, Check, Trace, decode, encode};
 use super::splitting::{coarse_count, split};
-use super::stage::{Particles, Progress, Relaxed, Running, Stage, StageName, StageReport, StopReason};
+use super::stage::{Particles, Relaxed, Running, Stage};
 use crate::target::{Positions, Target};
 use serde::{Deserialize, Serialize};
 use sph::domain::Domain;

@@ -20,8 +20,9 @@
 use super::arrangement::Arrangement;
 use super::fit::{fit, interior};
 use super::lbfgs::{Lbfgs, product};
+use super::report::{Progress, StageName, StageReport, StopReason};
 use super::snapshot::{Check, Trace, axes, decode, encode, rows};
-use super::stage::{Particles, Progress, Relaxed, Running, Stage, StageName, StageReport, StopReason};
+use super::stage::{Particles, Relaxed, Running, Stage};
 use crate::target::{Equilibrium, Positions, Target, at};
 use serde::{Deserialize, Serialize};
 use sph::domain::Wall;

@@ -1,6 +1,6 @@
 //! What a run and its stages tell each other.
 
-use super::stage::{StageName, StopReason};
+use super::report::{StageName, StopReason};
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Instant;
 

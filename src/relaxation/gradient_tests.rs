@@ -3,7 +3,8 @@
 
 use super::arrangement::Arrangement;
 use super::fluid::{AlaricOptions, Fluid};
-use super::solver::{Solver, SolverOptions};
+use super::objective::Objective;
+use super::solver::SolverOptions;
 use crate::field::ScalarField;
 use crate::seeding::{Seeding, seed};
 use crate::target::{Resolution, Target};
@@ -73,7 +74,7 @@ fn check_solver<const D: usize>(count: usize, density: &dyn ScalarField<D>, doma
             positions,
             options.kernel_neighbors,
         );
-        let mut solver = Solver::new(arrangement, &options);
+        let mut solver = Objective::new(arrangement);
         let frame = solver.frame(0.3);
         let now = solver.evaluate(&frame);
         let gradient = solver.gradient(&frame, &now);

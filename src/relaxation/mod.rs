@@ -17,7 +17,9 @@ mod force_tests;
 #[cfg(test)]
 mod gradient_tests;
 mod lbfgs;
+mod objective;
 mod pairs;
+mod report;
 mod snapshot;
 mod solver;
 mod splitting;
@@ -33,12 +35,10 @@ pub use conservation::{Drift, conservation};
 pub use control::{Control, Event, Step};
 pub use fluid::AlaricOptions;
 pub use pairs::{COINCIDENT, PAIRED, part_pairs};
+pub use report::{Progress, StageName, StageReport, StopReason};
 pub use solver::{DensitySolver, NAME as SOLVER, SolverOptions};
 pub use sph::sums::{Bias, Weight};
 pub use splitting::{children, coarse_count, split};
-pub use stage::{
-    Keep, Particles, Progress, Relaxed, Running, Snapshot, Stage, StageName, StageReport, Start, StopReason, relax,
-    relax_new,
-};
+pub use stage::{Keep, Particles, Relaxed, Running, Snapshot, Stage, Start, relax, relax_new};
 pub use trimming::{MassTrimming, NAME as TRIMMING, TrimOptions};
 pub use wvt::{NAME as WVT, Wvt, WvtOptions};

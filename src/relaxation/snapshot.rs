@@ -6,7 +6,7 @@
 //!
 //! Making a snapshot copies the state, and so takes up to half of a stage's memory for the time of writing.
 
-use super::stage::Progress;
+use super::report::Progress;
 use crate::target::Positions;
 use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};

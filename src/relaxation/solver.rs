@@ -25,18 +25,16 @@
 //! stay where seed and WVT have put them.
 
 use super::arrangement::Arrangement;
-use super::fit::{Fit, fit, interior, resolved};
 use super::lbfgs::{Lbfgs, product};
+use super::objective::{Evaluation, Frame, Objective};
 use super::pairs::{COINCIDENT, part_pairs};
+use super::report::{Progress, StageName, StageReport, StopReason};
 use super::snapshot::{Check, Trace, axes, decode, encode, rows};
-use super::stage::{Particles, Progress, Relaxed, Running, Stage, StageName, StageReport, StopReason};
-use crate::target::{Positions, Target, at};
+use super::stage::{Particles, Relaxed, Running, Stage};
+use crate::target::{Positions, Target};
 use serde::{Deserialize, Serialize};
-use sph::kernel::{
-    KernelName, default_kernel_neighbors, makes_pairs, most_neighbors_without_pairs, own_count, support_over_spacing,
-};
+use sph::kernel::{KernelName, default_kernel_neighbors, makes_pairs, most_neighbors_without_pairs, own_count};
 use sph::lanes::Real;
-use sph::sums::DensitySums;
 use sph::{parallel, reduce};
 use std::marker::PhantomData;
 
@@ -155,8 +153,8 @@ impl<const D: usize, R: Real> Stage<D> for DensitySolver<'_, D, R> {
         let mut solver = Solver::<D, R>::new(self.arrangement(positions), &self.options);
         if schedule[0].kernel != self.kernel {
             // What the end is compared with.
-            let frame = solver.frame(0.0);
-            let now = solver.evaluate(&frame);
+            let frame = solver.objective.frame(0.0);
+            let now = solver.objective.evaluate(&frame);
             solver.note(&now, 0.0);
         }
         let descent = solver.descend(&schedule[0]);
@@ -171,8 +169,8 @@ impl<const D: usize, R: Real> Stage<D> for DensitySolver<'_, D, R> {
         let Stretch { kernel, kernel_neighbors, .. } = schedule[index];
         let mirrored = self.target.domain.mirrored();
         let arrangement = Arrangement::of_sorted(kernel, self.target, mirrored, positions, moves, kernel_neighbors);
-        let (kappa, trace) = (Some(kappa), trace.resumed());
-        let solver = Solver::<D, R> { arrangement, options: &self.options, kappa, evaluations, trace };
+        let objective = Objective { arrangement, kappa: Some(kappa), evaluations };
+        let solver = Solver::<D, R> { objective, options: &self.options, trace: trace.resumed() };
         Ok(Box::new(Run { solver, schedule, index, descent, before }))
     }
 }
@@ -190,12 +188,12 @@ impl<'a, const D: usize, R: Real> DensitySolver<'a, D, R> {
     /// Seconds that one evaluation of the objective with its gradient takes at `positions`, the mean of `repeats`: what a
     /// step costs beside its direction and its move.
     pub fn time_evaluation(&self, positions: Positions<D>, repeats: u32) -> f64 {
-        let mut solver = Solver::<D, R>::new(self.arrangement(positions), &self.options);
-        let frame = solver.frame(weight_with(self.kernel, D, self.options.kernel_neighbors, 1.0));
+        let mut objective = Objective::<D, R>::new(self.arrangement(positions));
+        let frame = objective.frame(weight_with(self.kernel, D, self.options.kernel_neighbors, 1.0));
         let start = std::time::Instant::now();
         for _ in 0..repeats {
-            let now = solver.evaluate(&frame);
-            std::hint::black_box(solver.gradient(&frame, &now));
+            let now = objective.evaluate(&frame);
+            std::hint::black_box(objective.gradient(&frame, &now));
         }
         start.elapsed().as_secs_f64() / f64::from(repeats.max(1))
     }
@@ -252,8 +250,8 @@ struct Run<'a, const D: usize, R> {
 impl<const D: usize, R: Real> Running<D> for Run<'_, D, R> {
     fn advance(&mut self, outside: Option<StopReason>) -> Option<StopReason> {
         let Self { solver, descent, .. } = self;
-        if solver.arrangement.is_stale(SORT_INTERVAL) {
-            let order = solver.arrangement.sort();
+        if solver.objective.arrangement.is_stale(SORT_INTERVAL) {
+            let order = solver.objective.arrangement.sort();
             descent.reorder(&order);
         }
         if outside.is_some() {
@@ -279,12 +277,12 @@ impl<const D: usize, R: Real> Running<D> for Run<'_, D, R> {
         encode(
             &Snapshot {
                 index: self.index,
-                positions: self.solver.arrangement.positions.clone(),
-                moves: self.solver.arrangement.moves(),
+                positions: self.solver.objective.arrangement.positions.clone(),
+                moves: self.solver.objective.arrangement.moves(),
                 before: self.before.clone(),
                 descent: self.descent.clone(),
-                kappa: self.solver.kappa.unwrap_or(1.0),
-                evaluations: self.solver.evaluations,
+                kappa: self.solver.objective.kappa.unwrap_or(1.0),
+                evaluations: self.solver.objective.evaluations,
                 trace: self.solver.trace.kept(),
             },
             to,
@@ -292,7 +290,8 @@ impl<const D: usize, R: Real> Running<D> for Run<'_, D, R> {
     }
 
     fn finish(self: Box<Self>, stop: StopReason) -> Relaxed<D> {
-        let Self { solver: Solver { arrangement, trace, options, .. }, before, schedule, .. } = *self;
+        let Self { solver: Solver { objective, trace, options }, before, schedule, .. } = *self;
+        let arrangement = objective.arrangement;
         let ends = trace.history.first().zip(trace.history.last());
         // Cut short, the first stretch may not have made up yet for what it gave away.
         let rose = ends.is_some_and(|(first, last)| last.epsilon > first.epsilon);
@@ -318,25 +317,11 @@ fn pairing_note(kernel: KernelName, d: usize, neighbors: f64) -> Option<String> 
     })
 }
 
-pub(super) struct Solver<'a, const D: usize, R> {
-    pub arrangement: Arrangement<'a, D, R>,
+/// Objective, options and history.
+struct Solver<'a, const D: usize, R> {
+    objective: Objective<'a, D, R>,
     options: &'a SolverOptions,
-    /// With the present kernel; none before the first evaluation with it.
-    kappa: Option<f64>,
-    evaluations: usize,
     trace: Trace,
-}
-
-/// What is held within a stage.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub(super) struct Frame {
-    lambda: f64,
-    kappa: f64,
-    weights: Vec<f64>,
-    /// Particles near jumps, which stay; empty without any.
-    held: Vec<bool>,
-    /// Spacing of each particle, the unit of its moves.
-    pub spacing: Vec<f64>,
 }
 
 /// A descent under way.
@@ -365,39 +350,15 @@ impl<const D: usize> Descent<D> {
 
     /// Follows the particles into a new order, see [`Arrangement::sort`].
     fn reorder(&mut self, order: &[u32]) {
-        self.frame.weights = parallel::reordered(&self.frame.weights, order);
-        self.frame.spacing = parallel::reordered(&self.frame.spacing, order);
-        if !self.frame.held.is_empty() {
-            self.frame.held = parallel::reordered(&self.frame.held, order);
-        }
+        self.frame.reorder(order);
         self.gradient = parallel::reordered(&self.gradient, order);
         self.memory.reorder(order);
     }
 }
 
-/// The objective at one arrangement.
-pub(super) struct Evaluation<const D: usize> {
-    pub energy: f64,
-    fit: Fit,
-    support: Vec<f64>,
-    wanted: Vec<f64>,
-    sums: Vec<DensitySums<D>>,
-    mean: f64,
-    mean_square: f64,
-}
-
 impl<'a, const D: usize, R: Real> Solver<'a, D, R> {
-    pub fn new(arrangement: Arrangement<'a, D, R>, options: &'a SolverOptions) -> Self {
-        Self { arrangement, options, kappa: None, evaluations: 0, trace: Trace::new() }
-    }
-
-    /// Goes on with another kernel.
-    fn see_with(&mut self, kernel: KernelName, kernel_neighbors: f64) {
-        let now = (self.arrangement.kernel, self.arrangement.kernel_neighbors);
-        if now != (kernel, kernel_neighbors) {
-            (self.arrangement.kernel, self.arrangement.kernel_neighbors) = (kernel, kernel_neighbors);
-            self.kappa = None;
-        }
+    fn new(arrangement: Arrangement<'a, D, R>, options: &'a SolverOptions) -> Self {
+        Self { objective: Objective::new(arrangement), options, trace: Trace::new() }
     }
 
     /// One step of a descent that may make evaluations up to `end`; why it ends, if it does.
@@ -407,16 +368,16 @@ impl<'a, const D: usize, R: Real> Solver<'a, D, R> {
             if !may_finish {
                 return Some(StopReason::IterationLimit);
             }
-            let measured = self.measured();
+            let measured = self.objective.measured();
             if measured <= self.options.tolerance {
                 return Some(StopReason::ToleranceReached);
             }
             descent.aim = descent.epsilon * (0.95 * self.options.tolerance / measured).max(0.5);
         }
-        if self.evaluations >= end {
+        if self.objective.evaluations >= end {
             return Some(StopReason::IterationLimit);
         }
-        let in_vain = self.evaluations > descent.lowest.1 + PATIENCE;
+        let in_vain = self.objective.evaluations > descent.lowest.1 + PATIENCE;
         let stagnated = may_finish && in_vain && !(self.options.tolerance > 0.0);
         (stagnated || !self.step(descent)).then_some(StopReason::Stagnated)
     }
@@ -424,18 +385,18 @@ impl<'a, const D: usize, R: Real> Solver<'a, D, R> {
     /// Begins a stretch of the schedule.
     fn descend(&mut self, stretch: &Stretch) -> Descent<D> {
         let Stretch { kernel, kernel_neighbors, lambda, .. } = *stretch;
-        self.see_with(kernel, kernel_neighbors);
+        self.objective.see_with(kernel, kernel_neighbors);
         self.begin(weight_with(kernel, D, kernel_neighbors, lambda))
     }
 
     fn begin(&mut self, lambda: f64) -> Descent<D> {
-        self.arrangement.sort();
-        let frame = self.frame(lambda);
-        let now = self.evaluate(&frame);
-        let gradient = self.gradient(&frame, &now);
+        self.objective.arrangement.sort();
+        let frame = self.objective.frame(lambda);
+        let now = self.objective.evaluate(&frame);
+        let gradient = self.objective.gradient(&frame, &now);
         self.note(&now, 0.0);
         let epsilon = now.fit.epsilon;
-        let lowest = (epsilon, self.evaluations);
+        let lowest = (epsilon, self.objective.evaluations);
         let aim = self.options.tolerance;
         Descent { frame, memory: Lbfgs::new(), gradient, energy: now.energy, epsilon, aim, lowest }
     }
@@ -463,10 +424,10 @@ impl<'a, const D: usize, R: Real> Solver<'a, D, R> {
                 memory.clear();
                 continue;
             };
-            let next_gradient = self.gradient(frame, &next);
+            let next_gradient = self.objective.gradient(frame, &next);
             memory.push(&step, gradient, &next_gradient);
             *gradient = next_gradient;
-            descent.take(&next, self.evaluations);
+            descent.take(&next, self.objective.evaluations);
             self.note(&next, length);
             return true;
         }
@@ -481,11 +442,12 @@ impl<'a, const D: usize, R: Real> Solver<'a, D, R> {
         slope: f64,
         first: f64,
     ) -> Option<(Evaluation<D>, Vec<[f64; D]>, f64)> {
-        let from = self.arrangement.positions.clone();
+        let from = self.objective.arrangement.positions.clone();
         let mut t = first;
         for _ in 0..=MAX_HALVINGS {
-            let step = self.arrangement.displace(&from, direction, t, &frame.spacing, &frame.spacing, MAX_STEP);
-            let next = self.evaluate(frame);
+            let step =
+                self.objective.arrangement.displace(&from, direction, t, &frame.spacing, &frame.spacing, MAX_STEP);
+            let next = self.objective.evaluate(frame);
             if next.energy <= energy + ARMIJO * t * slope {
                 let length = longest(&step);
                 return Some((next, step, length));
@@ -494,97 +456,14 @@ impl<'a, const D: usize, R: Real> Solver<'a, D, R> {
             let parabola = -0.5 * slope * t * t / (next.energy - energy - slope * t);
             t = if parabola.is_finite() { parabola.clamp(0.1 * t, 0.5 * t) } else { 0.25 * t };
         }
-        self.arrangement.positions = from;
-        self.arrangement.moved();
+        self.objective.arrangement.positions = from;
+        self.objective.arrangement.moved();
         None
-    }
-
-    fn supports(&self, wanted: &[f64], kappa: f64) -> Vec<f64> {
-        let target = &self.arrangement.target;
-        let ratio = support_over_spacing(D, self.arrangement.kernel_neighbors) * kappa.powf(1.0 / D as f64);
-        parallel::map(wanted.len(), |i| ratio * target.spacing(wanted[i]).min(self.arrangement.domain.size()))
-    }
-
-    /// Fits kappa and freezes what a stage holds.
-    pub fn frame(&mut self, lambda: f64) -> Frame {
-        let target = &self.arrangement.target;
-        let wanted = target.number_densities(&self.arrangement.positions);
-        let positions = &self.arrangement.positions;
-        let spacing = parallel::map(wanted.len(), |i| target.spacing(wanted[i]));
-        let ratio = support_over_spacing(D, self.arrangement.kernel_neighbors);
-        let sharpness = target.sharpnesses(positions, &wanted, ratio);
-        let held = target.jumps(positions, &wanted, &sharpness, ratio);
-        let weights = parallel::map(sharpness.len(), |i| resolved(sharpness[i]));
-        let mut frame = Frame { lambda, kappa: self.kappa.unwrap_or(1.0), weights, held, spacing };
-        // The first evaluation tells kappa; from then on it barely changes.
-        if self.kappa.is_none() {
-            frame.kappa = self.evaluate(&frame).fit.factor;
-            self.kappa = Some(frame.kappa);
-        }
-        frame
-    }
-
-    pub fn evaluate(&mut self, frame: &Frame) -> Evaluation<D> {
-        self.evaluations += 1;
-        let wanted = self.arrangement.target_density();
-        let support = self.supports(&wanted, frame.kappa);
-        self.arrangement.mirror(&support);
-        let sums = self.arrangement.densities(&support);
-        let (n, w) = (wanted.len(), &frame.weights);
-        let q = |i: usize| sums[i].number_density / wanted[i];
-        let [total, weighted, pressure] = reduce::sums(n, |i| [w[i], w[i] * q(i), q(i)]);
-        let mean = weighted / total;
-        let [squares] = reduce::sums(n, |i| [w[i] * (q(i) / mean - 1.0).powi(2)]);
-        let energy = 0.5 * squares + frame.lambda * pressure;
-        let set = interior(self.arrangement.target.domain, &self.arrangement.positions, &support, Some(w));
-        let fit = fit(set.as_deref(), &wanted, |i| sums[i].number_density);
-        Evaluation { energy, fit, support, wanted, sums, mean, mean_square: squares / total }
-    }
-
-    /// dE/dx in units of the particles' spacings.
-    pub fn gradient(&self, frame: &Frame, now: &Evaluation<D>) -> Vec<[f64; D]> {
-        let strength = parallel::map(now.wanted.len(), |i| {
-            let q = now.sums[i].number_density / now.wanted[i];
-            let response = frame.weights[i] * (q / now.mean - 1.0 - now.mean_square) / now.mean + frame.lambda;
-            response / now.wanted[i]
-        });
-        let mut out = self.arrangement.gradient(&now.support, &strength, &now.sums);
-        let positions = &self.arrangement.positions;
-        parallel::update(&mut out, |i, g| {
-            if frame.held.get(i) == Some(&true) {
-                *g = [0.0; D];
-                return;
-            }
-            let slope = self.log_slope(&at(positions, i), now.wanted[i], frame.spacing[i]);
-            // n* enters through q and through the support radius.
-            let through_support =
-                if self.arrangement.target.spacing_follows(now.wanted[i]) { now.sums[i].slope / D as f64 } else { 0.0 };
-            let own = -strength[i] * (now.sums[i].number_density + through_support);
-            *g = std::array::from_fn(|k| frame.spacing[i] * (g[k] + own * slope[k]));
-        });
-        out
-    }
-
-    /// Epsilon as it is measured in the end: at solved support radii, and over what is resolved now.
-    fn measured(&mut self) -> f64 {
-        let (wanted, kappa) = (self.arrangement.target_density(), self.kappa.unwrap_or(1.0));
-        let solved = self.arrangement.solve(&self.supports(&wanted, kappa));
-        let support = parallel::map(solved.len(), |i| solved[i].support);
-        let (target, positions) = (&self.arrangement.target, &self.arrangement.positions);
-        let weights =
-            parallel::map(wanted.len(), |i| resolved(target.sharpness(&at(positions, i), wanted[i], support[i])));
-        let set = interior(target.domain, positions, &support, Some(&weights));
-        fit(set.as_deref(), &wanted, |i| solved[i].sums.number_density).epsilon
-    }
-
-    fn log_slope(&self, x: &[f64; D], wanted: f64, spacing: f64) -> [f64; D] {
-        let step = GRADIENT_STEP * spacing.min(self.arrangement.domain.size());
-        self.arrangement.target.log_slope(x, wanted, step)
     }
 
     fn note(&mut self, now: &Evaluation<D>, length: f64) {
         self.trace.history.push(Progress {
-            iteration: self.evaluations,
+            iteration: self.objective.evaluations,
             epsilon: now.fit.epsilon,
             force_error: None,
             largest_step: length,
@@ -592,9 +471,6 @@ impl<'a, const D: usize, R: Real> Solver<'a, D, R> {
         });
     }
 }
-
-/// Step of the differences of the target, in spacings: truncation and rounding both stay below 1e-6.
-const GRADIENT_STEP: f64 = 1e-6;
 
 fn longest<const D: usize>(v: &[[f64; D]]) -> f64 {
     reduce::max(v.len(), |i| v[i].iter().map(|c| c * c).sum()).max(0.0).sqrt()

@@ -6,8 +6,9 @@
 
 use super::arrangement::Arrangement;
 use super::fit::{fit, interior};
+use super::report::{Progress, StageName, StageReport, StopReason};
 use super::snapshot::{Check, Trace, decode, encode};
-use super::stage::{Particles, Progress, Relaxed, Running, Stage, StageName, StageReport, StopReason};
+use super::stage::{Particles, Relaxed, Running, Stage};
 use crate::target::Target;
 use serde::{Deserialize, Serialize};
 use sph::kernel::KernelName;

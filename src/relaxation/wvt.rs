@@ -20,8 +20,9 @@
 use super::arrangement::{Arrangement, SORT_INTERVAL};
 use super::fit::{fit, interior, resolved};
 use super::pairs::{COINCIDENT, part_pairs};
+use super::report::{Progress, StageName, StageReport, StopReason};
 use super::snapshot::{Best, Check, Trace, axes, decode, encode};
-use super::stage::{Particles, Progress, Relaxed, Running, Stage, StageName, StageReport, StopReason};
+use super::stage::{Particles, Relaxed, Running, Stage};
 use super::stiffness::stiffness;
 use crate::target::{Positions, Target};
 use serde::{Deserialize, Serialize};
