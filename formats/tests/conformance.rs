@@ -1,12 +1,10 @@
 //! What every particle format of the registry has to stand, besides the round trips of `particles.rs`: numbers that mean
 //! nothing, sizes that cannot be, columns of unusual shape. A new format is taken up by its line in the registry.
 
-mod support;
-
+use crate::support::{can_read, column, particles_of, read_back, write, writers};
 use sph_formats::common::particle_names as names;
 use sph_formats::registry::read;
 use sph_formats::{FORMATS, FieldRequest, FormatError, UnitDimension, Values};
-use support::{can_read, column, particles_of, read_back, write, writers};
 
 /// Places in a file that are tried, and bytes of its start and end among them.
 const PLACES: usize = 80;

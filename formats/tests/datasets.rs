@@ -4,12 +4,10 @@
 //!
 //! The arrays are those found in the written file, so that a new flavor is taken up by its line in the registry.
 
-#![cfg(all(feature = "gadget", feature = "sph-exa", feature = "netcdf", feature = "grid-hdf5", feature = "gyre-hdf5"))]
-
 #[path = "fuzz/seeds.rs"]
 mod seeds;
-mod support;
 
+use crate::support::{can_read, particles_of, write, writers};
 use hdf5_reader::group::Group;
 use hdf5_reader::{Attribute, Dataset, Datatype, Hdf5File};
 use rust_hdf5::{H5File, H5Group};
@@ -18,7 +16,6 @@ use sph_formats::common::particle_names as names;
 use sph_formats::registry::HDF5_SIGNATURE;
 use sph_formats::{FORMATS, FieldRequest, FileContent, FormatError, Geometry, ParticleFile, read};
 use std::path::Path;
-use support::{can_read, particles_of, write, writers};
 
 /// Rows that no file of a few kilobytes has (8 TiB of f64).
 const ABSURD: usize = 1 << 40;

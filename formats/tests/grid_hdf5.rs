@@ -1,6 +1,5 @@
 //! HDF5 grids of Athena++ and PLUTO, made here block by block. Values are f(x, y, z) at the middle of their cell, so that a
 //! cell in the wrong place has a wrong value.
-#![cfg(feature = "grid-hdf5")]
 
 use rust_hdf5::H5File;
 use sph_formats::{FORMATS, FieldRequest, FileContent, Geometry, Location, RawField, Result, read};

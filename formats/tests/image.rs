@@ -1,5 +1,4 @@
 //! Images as density maps.
-#![cfg(feature = "image")]
 
 use sph_formats::{FORMATS, FieldRequest, FileContent, Geometry, RawField, Result, Values, read};
 use std::path::Path;

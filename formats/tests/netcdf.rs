@@ -1,7 +1,5 @@
 //! NetCDF fields: axes, order, masks, packing, records, the choice of the density, and damage.
 
-#![cfg(feature = "netcdf")]
-
 use sph_formats::common::netcdf_classic::{ClassicFile, Data};
 use sph_formats::registry::detect;
 use sph_formats::{Coordinates, FORMATS, FieldRequest, FileContent, FormatError, Geometry, RawField, Values};

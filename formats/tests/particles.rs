@@ -1,11 +1,9 @@
 //! Every particle writer of the registry: what it writes is read back, and no damage to its files ends in a panic.
 
-mod support;
-
+use crate::support::{can_read, equalize, particles, particles_of, read_back, same_columns, table, write, writers};
 use sph_formats::common::particle_names as names;
 use sph_formats::registry::read;
 use sph_formats::{FORMATS, FieldRequest, FormatError, Species};
-use support::{can_read, equalize, particles, particles_of, read_back, same_columns, table, write, writers};
 
 #[test]
 fn every_format_keeps_particles_in_every_dimension() {

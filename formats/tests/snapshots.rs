@@ -1,7 +1,5 @@
 //! SWIFT and GADGET files: what is written, read back, refused, and survived.
 
-#![cfg(all(feature = "swift", feature = "gadget", feature = "gizmo", feature = "arepo"))]
-
 use sph_formats::common::hdf5_read::Reader;
 use sph_formats::common::particle_names as names;
 use sph_formats::registry::{detect, detect_output};

@@ -1,10 +1,7 @@
 //! Readers of text: MESA profiles, GYRE models and tables, on real files where they are present and on made ones.
 
-#[path = "tables/gyre.rs"]
 mod gyre;
-#[path = "tables/mesa.rs"]
 mod mesa;
-#[path = "tables/table.rs"]
 mod table;
 
 use sph_formats::{FORMATS, FieldRequest, FileContent, Geometry, Location, RawField, Result};

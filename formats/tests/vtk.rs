@@ -1,5 +1,4 @@
 //! VTK files: what is written reads back, small files of each syntax mean what they say, damage is survived.
-#![cfg(feature = "vtk")]
 
 use sph_formats::common::particle_names as names;
 use sph_formats::{
