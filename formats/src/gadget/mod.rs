@@ -51,7 +51,7 @@ pub const SPEC: FormatSpec = FormatSpec {
 /// An HDF5 file that names particle types; the same magic bytes begin many others.
 fn sniff(head: &[u8]) -> Match {
     let container = crate::registry::sniff_hdf5(head);
-    let has = |name: &[u8]| head.windows(name.len()).any(|w| w == name);
+    let has = |name: &[u8]| crate::registry::contains(head, name);
     let particles = has(b"PartType") || has(b"NumPart_Total");
     if container == Match::Container && particles { Match::Certain } else { container }
 }

@@ -26,7 +26,7 @@
 //! `grid.out` in the same folder does, unless x is negative somewhere. Read are Cartesian grids, and spherical ones in one
 //! dimension (a radial profile). Chombo's files of refined grids and FLASH's trees of blocks are refused.
 
-use crate::registry::{Capabilities, FormatSpec, HDF5_SIGNATURE, Match, ReadFn};
+use crate::registry::{Capabilities, FormatSpec, HDF5_SIGNATURE, Match, ReadFn, contains};
 
 #[cfg(feature = "grid-hdf5")]
 mod athena;
@@ -63,7 +63,7 @@ pub const SPEC: FormatSpec = FormatSpec {
 
 /// Names that stand near the beginning of such files and of no others.
 fn sniff(head: &[u8]) -> Match {
-    let has = |what: &[u8]| head.windows(what.len()).any(|w| w == what);
+    let has = |what: &[u8]| contains(head, what);
     let names: [&[u8]; 5] = [b"RootGrid", b"MeshBlock", b"LogicalLocations", b"node_coords", b"bounding box"];
     match head.starts_with(HDF5_SIGNATURE) {
         true if names.into_iter().any(has) => Match::Certain,

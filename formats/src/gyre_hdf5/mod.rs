@@ -21,7 +21,7 @@
 //! 2012, Stellar Structure and Evolution, equations 19.5 to 19.10). `input.length_unit` and `input.density_unit` of a
 //! scene give it a size. Quirk: a repeated radius is a jump.
 
-use crate::registry::{Capabilities, FormatSpec, HDF5_SIGNATURE, Match, ReadFn};
+use crate::registry::{Capabilities, FormatSpec, HDF5_SIGNATURE, Match, ReadFn, contains};
 
 #[cfg(feature = "gyre-hdf5")]
 mod read;
@@ -54,7 +54,7 @@ pub const SPEC: FormatSpec = FormatSpec {
 
 /// Names that such files have and no others.
 fn sniff(head: &[u8]) -> Match {
-    let has = |what: &[u8]| head.windows(what.len()).any(|w| w == what);
+    let has = |what: &[u8]| contains(head, what);
     match head.starts_with(HDF5_SIGNATURE) {
         true if has(b"theta") && has(b"n_poly") || has(b"M_star") && has(b"R_star") => Match::Certain,
         true => Match::Container,

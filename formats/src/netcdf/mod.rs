@@ -13,7 +13,7 @@
 //! values may be of another type than the data, or NaN; units may stand in a title only. Only the root group
 //! is read.
 
-use crate::registry::{Capabilities, FormatSpec, Match, ReadFn, WriteFn};
+use crate::registry::{Capabilities, FormatSpec, Match, ReadFn, WriteFn, contains};
 
 #[cfg(feature = "netcdf")]
 pub mod axes;
@@ -57,7 +57,7 @@ pub const SPEC: FormatSpec = FormatSpec {
 /// Classic files have their own signature; NetCDF-4 files are HDF5, most with an attribute by which to know them.
 fn sniff(head: &[u8]) -> Match {
     let container = crate::registry::sniff_hdf5(head);
-    let marked = head.windows(13).any(|w| w == b"_NCProperties");
+    let marked = contains(head, b"_NCProperties");
     match head {
         [b'C', b'D', b'F', 1 | 2 | 5, ..] => Match::Certain,
         _ if container == Match::Container && marked => Match::Certain,

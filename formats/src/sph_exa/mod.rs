@@ -30,7 +30,7 @@
 //!
 //! Layout after SPH-EXA's `main/src/init/file_init.hpp`, `main/src/io/ifile_io_hdf5.cpp`, `sph/particles_data.hpp`.
 
-use crate::registry::{Capabilities, FormatSpec, Match, ReadFn, WriteFn};
+use crate::registry::{Capabilities, FormatSpec, Match, ReadFn, WriteFn, contains};
 
 #[cfg(feature = "sph-exa")]
 pub mod read;
@@ -68,6 +68,6 @@ pub const SPEC: FormatSpec = FormatSpec {
 /// Files that the HDF5 library wrote name a step at their start; ours do not.
 fn sniff(head: &[u8]) -> Match {
     let container = crate::registry::sniff_hdf5(head);
-    let step = head.windows(5).any(|w| w == b"Step#");
+    let step = contains(head, b"Step#");
     if container == Match::Container && step { Match::Certain } else { container }
 }
