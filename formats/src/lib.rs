@@ -22,6 +22,7 @@ pub mod error;
 pub mod limits;
 pub mod model;
 pub mod output;
+pub mod particle_names;
 pub mod registry;
 pub mod units;
 

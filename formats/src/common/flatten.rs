@@ -1,8 +1,8 @@
 //! All particles of a file as one table, for formats without particle types: one array per column name, with a column
 //! `ParticleType` where there is more than gas, and NaN where a type has no such column.
 
-use crate::common::particle_names as names;
 use crate::model::{Column, ParticleFile, Values};
+use crate::particle_names as names;
 use crate::units::UnitDimension;
 
 /// One array over all particles.

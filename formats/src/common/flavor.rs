@@ -1,9 +1,9 @@
 //! What a flavor of particle file demands of its columns, whatever the container: one table of [`Rule`]s, from which
 //! every dataset is planned and checked before anything is written.
 
-use crate::common::particle_names as names;
 use crate::error::{FormatError, Result};
 use crate::model::{Column, ParticleFile, ParticleTable, RunHeader, Species, Values};
+use crate::particle_names as names;
 use crate::registry::WriteOptions;
 use crate::units::UnitDimension;
 use std::ops::Range;

@@ -13,9 +13,10 @@ pub mod hdf5;
 #[cfg(feature = "hdf5-layer")]
 pub mod hdf5_read;
 pub mod netcdf_classic;
-pub mod particle_names;
 #[cfg(feature = "hdf5-layer")]
 pub mod snapshot;
 pub mod text;
 #[cfg(feature = "hdf5-layer")]
 pub mod wanted;
+
+pub use crate::particle_names;

@@ -1,6 +1,6 @@
 //! Athena++: mesh blocks of one level, put together.
 
-use super::read::{Mesh, gathered, grid, unsupported};
+use super::mesh::{Mesh, gathered, grid, unsupported};
 use crate::common::hdf5_read::{Attributes, Reader};
 use crate::error::Result;
 use crate::model::{Geometry, Location, Values};

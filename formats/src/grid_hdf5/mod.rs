@@ -31,9 +31,12 @@ use crate::registry::{Capabilities, FormatSpec, HDF5_SIGNATURE, Match, ReadFn, c
 #[cfg(feature = "grid-hdf5")]
 mod athena;
 #[cfg(feature = "grid-hdf5")]
+mod mesh;
+#[cfg(feature = "grid-hdf5")]
 mod pluto;
 #[cfg(feature = "grid-hdf5")]
 mod read;
+mod schema;
 
 #[cfg(feature = "grid-hdf5")]
 const READ: Option<ReadFn> = Some(read::read);
@@ -42,7 +45,7 @@ const READ: Option<ReadFn> = None;
 
 /// Data sheet of the format.
 pub const SPEC: FormatSpec = FormatSpec {
-    name: "grid-hdf5",
+    name: schema::NAME,
     summary: "Athena++ and PLUTO HDF5 grids without refinement",
     extensions: &["athdf", "h5"],
     feature: "grid-hdf5",

@@ -25,6 +25,7 @@ use crate::registry::{Capabilities, FormatSpec, HDF5_SIGNATURE, Match, ReadFn, c
 
 #[cfg(feature = "gyre-hdf5")]
 mod read;
+mod schema;
 
 #[cfg(feature = "gyre-hdf5")]
 const READ: Option<ReadFn> = Some(read::read);
@@ -33,7 +34,7 @@ const READ: Option<ReadFn> = None;
 
 /// Data sheet of the format.
 pub const SPEC: FormatSpec = FormatSpec {
-    name: "gyre-hdf5",
+    name: schema::NAME,
     summary: "GYRE stellar models in HDF5: GSM, and polytropes (POLY)",
     extensions: &["gsm", "h5"],
     feature: "gyre-hdf5",

@@ -6,7 +6,8 @@
 //! value = stored * `scale_factor` + `add_offset`, in f64. Packed and integer variables become f64; plain f32
 //! stays f32.
 
-use super::read::File;
+use super::file::File;
+use super::schema::NAME;
 use crate::error::{FormatError, Result};
 use crate::limits::{MAX_EXPANSION, MAX_VARIABLE_BYTES};
 use crate::model::Values;
@@ -282,7 +283,7 @@ fn check_size(file: &File, variable: &NcVariable, fixed: &[Option<u64>]) -> Resu
     if count.saturating_mul(width) > allowed || count.saturating_mul(8) > MAX_VARIABLE_BYTES {
         return Err(FormatError::Limit {
             path: file.path.into(),
-            format: super::NAME,
+            format: NAME,
             location: format!("variable '{}'", variable.name()),
             declared: format!("{shape:?} values of {width} bytes"),
             allowed: format!("the {allowed} bytes that a file of {} can hold", file.bytes),
@@ -292,7 +293,7 @@ fn check_size(file: &File, variable: &NcVariable, fixed: &[Option<u64>]) -> Resu
     let read = shape.iter().enumerate().map(|(i, &k)| if fixed.get(i).copied().flatten().is_some() { 1 } else { k });
     let read = read.fold(1u64, |n, k| n.saturating_mul(k));
     let bytes = read.saturating_mul(if *variable.dtype() == NcType::Float { 4 } else { 8 });
-    file.budget.take(file.path, super::NAME, &format!("variable '{}'", variable.name()), bytes)
+    file.budget.take(file.path, NAME, &format!("variable '{}'", variable.name()), bytes)
 }
 
 /// How the file's order becomes the grid's: for each axis of the grid, fastest first, its length, its stride

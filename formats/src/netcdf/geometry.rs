@@ -2,7 +2,7 @@
 
 use super::axes::{self, Role, Steps};
 use super::decode;
-use super::read::{File, unit};
+use super::file::{File, unit};
 use crate::error::Result;
 use crate::model::{Coordinates, Geometry, GridAxis, Values};
 use netcdf_reader::NcVariable;

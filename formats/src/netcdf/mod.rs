@@ -20,22 +20,23 @@ pub mod axes;
 #[cfg(feature = "netcdf")]
 pub mod decode;
 #[cfg(feature = "netcdf")]
+pub mod file;
+#[cfg(feature = "netcdf")]
 pub mod geometry;
 #[cfg(feature = "netcdf")]
 pub mod particles;
 #[cfg(feature = "netcdf")]
 pub mod read;
+mod schema;
 
 #[cfg(feature = "netcdf")]
 const CODE: (Option<ReadFn>, Option<WriteFn>) = (Some(read::read), Some(particles::write));
 #[cfg(not(feature = "netcdf"))]
 const CODE: (Option<ReadFn>, Option<WriteFn>) = (None, None);
 
-const NAME: &str = "netcdf";
-
 /// Data sheet of the format.
 pub const SPEC: FormatSpec = FormatSpec {
-    name: NAME,
+    name: schema::NAME,
     summary: "NetCDF classic, 64-bit and NetCDF-4: fields, particles",
     extensions: &["nc", "nc4", "cdf"],
     feature: "netcdf",

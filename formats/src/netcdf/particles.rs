@@ -13,14 +13,15 @@
 
 use super::axes;
 use super::decode;
-use super::read::{File, metadata};
+use super::file::{File, metadata};
+use super::schema::NAME;
 use crate::common::assemble::{self, Named};
 use crate::common::facts::{Facts, texts};
 use crate::common::flatten::{Flat, flatten};
 use crate::common::netcdf_classic::{Attribute, ClassicFile, Data};
-use crate::common::particle_names as names;
 use crate::error::{FormatError, Result};
 use crate::model::{ParticleFile, Values};
+use crate::particle_names as names;
 use crate::registry::WriteOptions;
 use crate::units::Unit;
 use netcdf_reader::NcVariable;
@@ -96,7 +97,7 @@ enum Numbers {
 /// # Errors
 /// [`FormatError::Output`] where there are no particles or names that the format does not have, [`FormatError::Io`].
 pub fn write(path: &Path, particles: &ParticleFile, options: WriteOptions) -> Result<()> {
-    let refuse = |problem: String| FormatError::Output { path: path.into(), format: super::NAME, problem };
+    let refuse = |problem: String| FormatError::Output { path: path.into(), format: NAME, problem };
     let (count, columns) = flatten(particles).map_err(refuse)?;
     if count == 0 {
         return Err(refuse("there are no particles, and a dimension of NetCDF has at least one element".into()));

@@ -1,14 +1,13 @@
 //! Reads the last step of an SPH-EXA file: initial conditions and outputs.
 
-use super::SPEC;
-use super::schema::{CONSTANTS, EXPONENTS, GAMMA, MUI, PARTS, STEP, SUPPORT, heat_capacity};
+use super::schema::{CONSTANTS, EXPONENTS, FLAVOR, GAMMA, MUI, PARTS, STEP, SUPPORT, heat_capacity};
 use crate::common::assemble::{self, Named};
 use crate::common::facts::Facts;
 use crate::common::hdf5_read::{Attributes, Reader, Shape};
-use crate::common::particle_names as names;
 use crate::common::snapshot::OWN_GROUP;
 use crate::error::Result;
 use crate::model::{ParticleFile, Values};
+use crate::particle_names as names;
 use crate::registry::{FieldRequest, FileContent};
 use crate::units::UnitDimension;
 use std::path::Path;
@@ -24,7 +23,7 @@ const DISPLACEMENTS: [&str; 3] = ["x_m1", "y_m1", "z_m1"];
 /// [`crate::FormatError::Input`] where the file is damaged or has no step, [`crate::FormatError::Limit`],
 /// [`crate::FormatError::Io`].
 pub fn read(path: &Path, _request: &FieldRequest) -> Result<FileContent> {
-    let file = Reader::open(path, SPEC.name)?;
+    let file = Reader::open(path, FLAVOR.format)?;
     let group = last_step(&file)?;
     let attributes = file.group_attributes(&group)?;
     let mut facts = own_facts(&file)?;

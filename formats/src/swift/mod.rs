@@ -37,7 +37,7 @@ pub const SPEC: FormatSpec = FormatSpec {
         read_field: false,
         read_particles: false,
         write_particles: true,
-        requires: &[crate::common::particle_names::INTERNAL_ENERGY],
+        requires: &[crate::particle_names::INTERNAL_ENERGY],
         geometries: &[],
         dimensions: &[1, 2, 3],
         equal_masses: false,

@@ -33,6 +33,7 @@ mod points;
 mod radial;
 #[cfg(feature = "table")]
 mod read;
+mod schema;
 #[cfg(feature = "table")]
 mod sheet;
 
@@ -40,7 +41,7 @@ use crate::registry::{Capabilities, FormatSpec, Match, ReadFn, WriteFn};
 
 /// Data sheet of the format.
 pub const SPEC: FormatSpec = FormatSpec {
-    name: "table",
+    name: schema::NAME,
     summary: "Tables with a header, comma or white-space separated",
     extensions: &["csv", "dat", "txt", "tab", "data", "tsv"],
     feature: "table",
