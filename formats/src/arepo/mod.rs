@@ -16,9 +16,9 @@
 use crate::registry::{Capabilities, FormatSpec, WriteFn};
 
 #[cfg(feature = "arepo")]
-pub mod schema;
+mod schema;
 #[cfg(feature = "arepo")]
-pub mod write;
+mod write;
 
 #[cfg(feature = "arepo")]
 const WRITE: Option<WriteFn> = Some(write::write);

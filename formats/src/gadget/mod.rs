@@ -16,11 +16,11 @@
 use crate::registry::{Capabilities, FormatSpec, Match, ReadFn, WriteFn};
 
 #[cfg(feature = "gadget")]
-pub mod read;
+mod read;
 #[cfg(feature = "gadget")]
-pub mod schema;
+mod schema;
 #[cfg(feature = "gadget")]
-pub mod write;
+mod write;
 
 #[cfg(feature = "gadget")]
 const CODE: (Option<ReadFn>, Option<WriteFn>) = (Some(read::read), Some(write::write));

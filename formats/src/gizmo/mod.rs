@@ -17,9 +17,9 @@
 use crate::registry::{Capabilities, FormatSpec, WriteFn};
 
 #[cfg(feature = "gizmo")]
-pub mod schema;
+mod schema;
 #[cfg(feature = "gizmo")]
-pub mod write;
+mod write;
 
 #[cfg(feature = "gizmo")]
 const WRITE: Option<WriteFn> = Some(write::write);

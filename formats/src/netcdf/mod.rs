@@ -16,17 +16,17 @@
 use crate::registry::{Capabilities, FormatSpec, Match, ReadFn, WriteFn, contains};
 
 #[cfg(feature = "netcdf")]
-pub mod axes;
+mod axes;
 #[cfg(feature = "netcdf")]
-pub mod decode;
+mod decode;
 #[cfg(feature = "netcdf")]
-pub mod file;
+mod file;
 #[cfg(feature = "netcdf")]
-pub mod geometry;
+mod geometry;
 #[cfg(feature = "netcdf")]
-pub mod particles;
+mod particles;
 #[cfg(feature = "netcdf")]
-pub mod read;
+mod read;
 mod schema;
 
 #[cfg(feature = "netcdf")]

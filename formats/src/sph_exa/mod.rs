@@ -33,11 +33,11 @@
 use crate::registry::{Capabilities, FormatSpec, Match, ReadFn, WriteFn, contains};
 
 #[cfg(feature = "sph-exa")]
-pub mod read;
+mod read;
 #[cfg(feature = "sph-exa")]
-pub mod schema;
+mod schema;
 #[cfg(feature = "sph-exa")]
-pub mod write;
+mod write;
 
 #[cfg(feature = "sph-exa")]
 const CODE: (Option<ReadFn>, Option<WriteFn>) = (Some(read::read), Some(write::write));

@@ -17,9 +17,9 @@
 use crate::registry::{Capabilities, FormatSpec};
 
 #[cfg(feature = "swift")]
-pub mod schema;
+mod schema;
 #[cfg(feature = "swift")]
-pub mod write;
+mod write;
 
 #[cfg(feature = "swift")]
 const WRITE: Option<crate::registry::WriteFn> = Some(write::write);
