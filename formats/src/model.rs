@@ -190,7 +190,7 @@ pub struct RawField {
     pub density: Option<String>,
     /// Scalars of the file's header (star mass, model number, title ...), as text.
     pub metadata: Vec<(String, String)>,
-    /// What the reader decided or left aside, one sentence each, for the run report.
+    /// What the reader decided or left out, one sentence each, for the run report.
     pub notes: Vec<String>,
 }
 

@@ -17,8 +17,8 @@ pub fn atomically(path: &Path, write: impl FnOnce(&Path) -> Result<()>) -> Resul
     atomically_among(&TEMPORARIES, path, write)
 }
 
-/// Removes the temporary files of all writes that have not ended, for a program that ends in the midst of them. Such a
-/// write fails should it come to its end nevertheless; later ones are not affected.
+/// Removes the temporary files of all writes that have not ended, for a program that ends in the middle of them. If such a
+/// write still comes to its end, it fails; later ones are not affected.
 ///
 /// This takes a lock and must not be called from a signal handler itself, but from a thread that waits for signals.
 pub fn remove_temporaries() {
@@ -94,7 +94,7 @@ impl Drop for Temporary<'_> {
 }
 
 /// Whether a file could be put at `path`: its folder exists and takes new files, and nothing but a file is there
-/// already. Asked before a long run, so that it does not end in vain.
+/// already. To be asked before a long run, whose result would be lost otherwise.
 ///
 /// # Errors
 /// [`FormatError::Io`].
@@ -171,7 +171,7 @@ mod tests {
             assert_eq!(*temporaries.lock(), [temporary]);
             temporaries.remove_all();
             assert!(!temporary.exists() && names_in(folder.path()).is_empty());
-            // A writer that does not know that it is in vain.
+            // A writer that has not noticed.
             write(temporary)
         });
         assert!(interrupted.unwrap_err().to_string().ends_with("the program is ending"));

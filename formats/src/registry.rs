@@ -22,7 +22,7 @@ pub struct Capabilities {
     pub read_field: bool,
     pub read_particles: bool,
     pub write_particles: bool,
-    /// Columns without which the writer refuses gas particles, besides coordinates, masses, density and support radius,
+    /// Columns without which the writer refuses gas particles, in addition to coordinates, masses, density and support radius,
     /// which every placement has.
     pub requires: &'static [&'static str],
     /// Geometries that a field may have: any of `radial`, `grid`, `mesh`, `cloud`.
@@ -33,12 +33,12 @@ pub struct Capabilities {
     pub equal_masses: bool,
 }
 
-/// What is wanted of a field file. Fields left empty are the reader's to decide.
+/// What to read from a field file. What is left empty is for the reader to decide.
 #[derive(Debug, Clone, Default)]
 pub struct FieldRequest {
     /// Variable that is the mass density.
     pub density: Option<String>,
-    /// Variables to read besides the density: `None` is all of them.
+    /// Variables to read in addition to the density: `None` is all of them.
     pub carry: Option<Vec<String>>,
     /// Record of a time axis: a value of the time coordinate (the nearest record is taken and named in a note).
     pub time: Option<f64>,

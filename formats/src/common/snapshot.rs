@@ -1,4 +1,4 @@
-//! Writes GADGET-style HDF5 files; a flavor is one table of datasets ([`Flavor`]).
+//! Writes GADGET-style HDF5 files; a flavor is one table of datasets.
 //!
 //! | object           | content                                                                                     |
 //! |------------------|---------------------------------------------------------------------------------------------|

@@ -55,7 +55,7 @@ impl<'a> Blocks<'a> {
         let location = "dataset 'LogicalLocations'";
         let wrong = |problem: String| self.file.input(location, problem);
         let Some((shape, values)) = self.file.array("LogicalLocations")? else {
-            return Err(wrong("are no numbers".into()));
+            return Err(wrong("are not numbers".into()));
         };
         let [count, 3] = *shape.as_slice() else {
             return Err(wrong(format!("have shape {shape:?}, expected (blocks, 3)")));

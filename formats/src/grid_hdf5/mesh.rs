@@ -1,4 +1,4 @@
-//! A grid as both codes have it, and what its parts are made of.
+//! A grid as both codes have it, and how its parts are made.
 
 use super::schema::NAME;
 use crate::error::{FormatError, Result};

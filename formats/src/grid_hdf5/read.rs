@@ -1,4 +1,4 @@
-//! Which code's file it is, and what both come to.
+//! Tells which code's file it is, and makes a field of it.
 
 use super::mesh::unsupported;
 use super::schema::{DENSITY_NAMES, NAME};

@@ -170,7 +170,7 @@ fn star(file: &Reader, attributes: &Attributes, datasets: &[String]) -> Result<M
 /// Enclosed masses from w = m / (M - m), which is infinite or huge where all the mass is enclosed.
 fn enclosed(file: &Reader, mass: Option<f64>) -> Result<Vec<f64>> {
     let Some(mass) = mass.filter(|m| m.is_finite() && *m > 0.0) else {
-        return Err(file.input("attribute 'M_star'", "is missing or no mass, which dataset 'w' needs"));
+        return Err(file.input("attribute 'M_star'", "is missing or not a mass, which dataset 'w' needs"));
     };
     let Some((_, values)) = file.array("w")? else {
         return Err(file.input("dataset 'w'", "expected numbers"));

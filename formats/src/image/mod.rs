@@ -2,7 +2,7 @@
 //!
 //! | what | read as |
 //! |---|---|
-//! | pixel | average over a square cell; the picture is 1 wide, and as high as its pixels are square |
+//! | pixel | average over a square cell; the picture is 1 wide, and so high that its pixels are square |
 //! | rows | the top one has the largest y |
 //! | 1 to 16 bits | density from 0 (black, vacuum) to 1 (white), so that the depth of the file changes nothing |
 //! | 32 bits, 64 bits and floats (TIFF) | density as it is; NaN is missing |

@@ -17,7 +17,7 @@ const DENSITY: &str = "density";
 /// Reads the first image of a file.
 ///
 /// # Errors
-/// [`FormatError::Input`] where it is damaged, [`FormatError::Unsupported`] for kinds of pixels that are no density,
+/// [`FormatError::Input`] where it is damaged, [`FormatError::Unsupported`] for pixels that are not densities,
 /// [`FormatError::Limit`], [`FormatError::Io`].
 pub fn read(path: &Path, request: &FieldRequest) -> Result<FileContent> {
     let file = File::open(path).map_err(|e| FormatError::io(path, "open", e))?;

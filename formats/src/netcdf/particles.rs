@@ -2,14 +2,14 @@
 //!
 //! | object                     | content                                                                          |
 //! |----------------------------|----------------------------------------------------------------------------------|
-//! | dimension `particle`       | as long as there are particles; vectors other than below: `component_<n>` besides |
+//! | dimension `particle`       | one element per particle; vectors other than those below also have `component_<n>` |
 //! | x, y, z                    | positions, f64, with attributes `axis` and `units`                               |
 //! | vx, vy, vz                 | velocities, with `units`                                                         |
 //! | others                     | under their names, f32 (or f64), integers i32 or i64, with `units` where they have one |
 //! | global attributes          | `Conventions`, `featureType` = `point`, and the header's facts as texts: dimension, box_size, periodic, units_in_cgs, time, kernel, kernel_neighbors, and `provenance <key>` |
 //!
 //! Files are classic (CDF-2), or CDF-5 where an integer needs 64 bits or a variable 4 GiB; neither is compressed. Any
-//! file whose positions and masses lie on one dimension is read as particles, if no density is asked for by name.
+//! file whose positions and masses lie on one dimension is read as particles, unless a density is requested by name.
 
 use super::axes;
 use super::decode;

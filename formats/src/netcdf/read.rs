@@ -60,7 +60,10 @@ fn find_density<'f>(file: &'f File, request: &FieldRequest, notes: &mut Vec<Stri
     let list = || candidates.iter().map(|v| v.name()).collect::<Vec<_>>().join(", ");
     if let Some(name) = &request.density {
         return candidates.iter().find(|v| v.name() == name).copied().ok_or_else(|| {
-            file.input(&format!("variable '{name}'"), format!("there is no such field in space; there are: {}", list()))
+            file.input(
+                &format!("variable '{name}'"),
+                format!("there is no such field in space; the file has {}", list()),
+            )
         });
     }
     let by_name = |name: &&str| candidates.iter().find(|v| v.name().eq_ignore_ascii_case(name));
@@ -74,11 +77,11 @@ fn find_density<'f>(file: &'f File, request: &FieldRequest, notes: &mut Vec<Stri
     let described: Vec<_> = candidates.iter().filter(says_density).collect();
     match (described.as_slice(), candidates.as_slice()) {
         ([one], _) => {
-            notes.push(format!("took variable '{}' for the density, because its description says so", one.name()));
+            notes.push(format!("took variable '{}' as the density, because its description says so", one.name()));
             Ok(one)
         }
         ([], [one]) => {
-            notes.push(format!("took variable '{}' for the density, because there is no other", one.name()));
+            notes.push(format!("took variable '{}' as the density, because there is no other", one.name()));
             Ok(one)
         }
         (_, []) => Err(file.input("header", nothing_in_space(file))),
@@ -219,7 +222,7 @@ impl Layout {
     }
 }
 
-/// The record nearest to the time asked for.
+/// The record nearest to the requested time.
 fn find_record(
     file: &File,
     dimension: &str,

@@ -91,7 +91,7 @@ fn particles(path: &Path, arrays: Vec<(String, Array)>, facts: &str) -> Result<F
             }
             _ => facts.provenance.push((
                 "not read".into(),
-                format!("array '{name}' of shape {:?}, which is no column of {count} particles", array.shape),
+                format!("array '{name}' of shape {:?}, which is not a column of {count} particles", array.shape),
             )),
         }
     }
@@ -127,7 +127,7 @@ fn grid(path: &Path, request: &FieldRequest, arrays: Vec<(String, Array)>) -> Re
     let is_axis = |n: &String| named.contains(&n.as_str());
     let others: Vec<&String> = arrays.iter().filter(|(n, a)| a.shape != shape && !is_axis(n)).map(|(n, _)| n).collect();
     if !others.is_empty() {
-        notes.push(format!("arrays of other shapes were left aside: {others:?}"));
+        notes.push(format!("arrays of other shapes were left out: {others:?}"));
     }
     let mut variables = Vec::new();
     for (name, array) in arrays.into_iter().filter(|(n, a)| a.shape == shape && !is_axis(n)) {

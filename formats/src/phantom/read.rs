@@ -13,7 +13,7 @@ use crate::registry::{FieldRequest, FileContent};
 use crate::units::UnitSystem;
 use std::path::Path;
 
-/// Most items of a header block, arrays of a type and MPI blocks that are believed.
+/// Most items of a header block, arrays of a type and MPI blocks that are accepted.
 const MAX_ITEMS: i64 = 4096;
 
 pub(super) fn read(path: &Path, _request: &FieldRequest) -> Result<FileContent> {

@@ -156,7 +156,7 @@ impl<W: Write> Parts<'_, W> {
         while !bytes.is_empty() {
             if self.in_part == self.part {
                 if self.left == 0 {
-                    return Err(std::io::Error::other("a record is longer than it was said to be"));
+                    return Err(std::io::Error::other("a record is longer than announced"));
                 }
                 self.end()?;
                 self.begin()?;

@@ -30,7 +30,7 @@ pub fn read(path: &Path, _request: &FieldRequest) -> Result<FileContent> {
     let mut datasets = read_datasets(&file, &group)?;
     let count = match datasets.iter().find(|d| d.0 == "x") {
         Some((_, Some((shape, _)))) if shape.columns == 1 => shape.rows,
-        _ => return Err(file.input(format!("dataset '{group}/x'"), "it is no list of numbers, one per particle")),
+        _ => return Err(file.input(format!("dataset '{group}/x'"), "it is not a list of numbers, one per particle")),
     };
     check_lengths(&file, &group, &datasets, count, attributes.number("numParticlesGlobal"))?;
     let mut arrays = Vec::new();
@@ -107,7 +107,7 @@ fn check_lengths(
         match datasets.iter().find(|d| d.0 == part.name) {
             Some((_, Some((shape, _)))) if shape.rows == count && shape.columns == 1 => {}
             Some(_) => {
-                return Err(file.input(location(), format!("it is no list of {count} numbers, one per particle")));
+                return Err(file.input(location(), format!("it is not a list of {count} numbers, one per particle")));
             }
             None if part.from == names::COORDINATES => return Err(file.input(location(), "it is missing")),
             None => {}

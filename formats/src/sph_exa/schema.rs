@@ -1,4 +1,4 @@
-//! What SPH-EXA's columns are made of, and its constants.
+//! The columns of SPH-EXA and its constants.
 
 use crate::common::flavor::{Flavor, Need, Quantity, Rule, Source, Storage};
 use crate::particle_names as names;
@@ -29,7 +29,7 @@ pub struct Part {
     pub from: &'static str,
     pub component: usize,
     pub factor: Factor,
-    /// f8 whatever the precision asked for.
+    /// f8 whatever the requested precision.
     pub double: bool,
 }
 

@@ -90,7 +90,7 @@ pub fn write(path: &Path, file: &ParticleFile, options: WriteOptions) -> Result<
     let refuse = |problem: String| FormatError::Output { path: path.into(), format: NAME, problem };
     let species: Vec<&Species> = file.species.iter().filter(|s| s.table.count > 0).collect();
     if species.is_empty() {
-        return Err(refuse("there are no particles, and a table without rows is none".into()));
+        return Err(refuse("there are no particles, and a table has at least one row".into()));
     }
     let separator = match path.extension().and_then(|e| e.to_str()) {
         Some("csv") | None => ",",

@@ -31,7 +31,7 @@ pub fn read(path: &Path, request: &FieldRequest) -> Result<FileContent> {
     }
     let mut notes = Vec::new();
     if !sheet.texts.is_empty() {
-        notes.push(format!("columns of texts were left aside: {}", sheet.texts.join(", ")));
+        notes.push(format!("columns of text were left out: {}", sheet.texts.join(", ")));
     }
     let comments = sheet.comments.iter().take(MAX_COMMENTS);
     let metadata = comments.map(|c| ("comment".to_owned(), c.clone())).collect();

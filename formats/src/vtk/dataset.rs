@@ -1,4 +1,4 @@
-//! What both VTK syntaxes come to, and how that becomes a raw field.
+//! What a file of either syntax holds, and how that becomes a raw field.
 
 use super::schema::NAME;
 use crate::error::{FormatError, Result};
@@ -13,7 +13,7 @@ pub(super) struct DataArray {
     pub values: Values,
 }
 
-/// The points of a dataset and how they hang together.
+/// The points of a dataset and how they are connected.
 pub(super) enum Shape {
     /// Node positions along x, y, z, any direction.
     Axes([Vec<f64>; 3]),
@@ -108,7 +108,7 @@ fn density(
             path,
             NAME,
             format!("array '{name}'"),
-            format!("is no scalar of the file; it has {}", known.join(", ")),
+            format!("is not a scalar of the file, which has {}", known.join(", ")),
         ));
     }
     const NAMES: [&str; 4] = ["density", "rho", "mass_density", "dens"];
@@ -116,7 +116,7 @@ fn density(
         return Ok(Some(v.name.clone()));
     }
     if let [one] = scalars.as_slice() {
-        notes.push(format!("'{}' is taken for the density, being the only scalar", one.name));
+        notes.push(format!("'{}' is taken as the density, being the only scalar", one.name));
         return Ok(Some(one.name.clone()));
     }
     Ok(None)

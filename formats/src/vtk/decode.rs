@@ -10,7 +10,7 @@ use base64::Engine;
 use std::io::Read;
 use std::path::Path;
 
-/// More components than this are no row of one quantity; tensors have 9.
+/// More components than this are not one quantity; tensors have 9.
 const MAX_COMPONENTS: usize = 4096;
 
 /// Whether an attribute of the file has the second of its two values; the first stands where there is none.
@@ -130,7 +130,7 @@ impl<'a> Decoder<'a> {
         let decode = |from: usize, bytes: usize| -> std::result::Result<Vec<u8>, String> {
             let end = from.checked_add(characters(bytes)).ok_or("declares an absurd size")?;
             let part = text.get(from..end).ok_or("is cut off")?;
-            base64::engine::general_purpose::STANDARD.decode(part).map_err(|e| format!("is no valid base64: {e}"))
+            base64::engine::general_purpose::STANDARD.decode(part).map_err(|e| format!("is not valid base64: {e}"))
         };
         let word = self.word();
         if self.compressor.is_none() {

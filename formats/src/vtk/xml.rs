@@ -20,7 +20,7 @@ pub(super) fn read(path: &Path, bytes: &[u8]) -> Result<Dataset> {
     let wrong = |problem: String| FormatError::input(path, NAME, "xml", problem);
     let cut = find(bytes, b"<AppendedData").unwrap_or(bytes.len());
     let (head, tail) = bytes.split_at(cut);
-    let head = std::str::from_utf8(head).map_err(|e| wrong(format!("is no UTF-8: {e}")))?;
+    let head = std::str::from_utf8(head).map_err(|e| wrong(format!("is not UTF-8: {e}")))?;
     let document = parse(head).map_err(wrong)?;
     // Where data are appended, each array finds out for itself whether its bytes are there.
     if tail.is_empty() && !document.closed {
@@ -66,7 +66,7 @@ fn parse(head: &str) -> std::result::Result<Document, String> {
     loop {
         match reader.read_event() {
             Ok(Event::Eof) => break,
-            // What is cut off behind the head ends open elements early, which is no fault of the file.
+            // What is cut off behind the head ends open elements early, which is not a fault of the file.
             Err(_) if document.pieces > 0 && open.is_none() => break,
             Err(e) => return Err(format!("cannot be parsed: {e}")),
             Ok(Event::Start(_)) if open.is_some() => inner += 1,
