@@ -1,11 +1,4 @@
-//! File formats for SPH initial conditions, one plugin per folder, over a plain data model.
-//!
-//! Readers turn a file into a [`RawField`] (a density or resolution field with everything else the file
-//! carries); writers turn a [`ParticleFile`] into a file that a simulation code or a viewer accepts. Nothing
-//! here knows how particles are placed.
-//!
-//! A format is a folder with a [`FormatSpec`] and one line in [`FORMATS`]. A host program may pass its own
-//! list to [`registry::detect`] instead.
+#![cfg_attr(feature = "default", doc = include_str!("../README.md"))]
 //!
 //! # Adding a format
 //!
@@ -15,13 +8,16 @@
 #![doc = include_str!("../examples/adding_a_format.rs")]
 //! ```
 //!
-//! A format of this crate besides gets a folder, a Cargo feature of its name here and in the root crate, and its line in
+//! A format of this crate also gets a folder, a Cargo feature of its name here and in the root crate, and a line in
 //! [`FORMATS`], by which the conformance tests (`tests/particles.rs`, `tests/conformance.rs`) take it up.
 
+#![forbid(unsafe_code)]
+
 pub mod error;
-pub mod limits;
+mod limits;
 pub mod model;
 pub mod output;
+pub mod particle_names;
 pub mod registry;
 pub mod units;
 

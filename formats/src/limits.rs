@@ -1,5 +1,8 @@
 //! Caps on sizes that a file declares, checked before anything is allocated.
 
+// A build of few formats has no use for some of them.
+#![cfg_attr(not(feature = "default"), allow(dead_code))]
+
 use crate::error::{FormatError, Result};
 use std::cell::Cell;
 use std::path::Path;

@@ -190,7 +190,7 @@ pub struct RawField {
     pub density: Option<String>,
     /// Scalars of the file's header (star mass, model number, title ...), as text.
     pub metadata: Vec<(String, String)>,
-    /// What the reader decided or left aside, one sentence each, for the run report.
+    /// What the reader decided or left out, one sentence each, for the run report.
     pub notes: Vec<String>,
 }
 
@@ -203,7 +203,7 @@ impl RawField {
 /// One column of a particle table.
 #[derive(Debug, Clone)]
 pub struct Column {
-    /// A name of [`crate::common::particle_names`] (`Coordinates`, `Velocities`, `Masses`, ...) or the carried variable's own.
+    /// A name of [`crate::particle_names`] (`Coordinates`, `Velocities`, `Masses`, ...) or the carried variable's own.
     pub name: String,
     pub components: usize,
     pub values: Values,
@@ -355,7 +355,7 @@ impl ParticleFile {
 impl ParticleFile {
     /// The first position or mass that no code could use, in words.
     pub(crate) fn meaningless(&self) -> Option<String> {
-        use crate::common::particle_names::{COORDINATES, MASSES};
+        use crate::particle_names::{COORDINATES, MASSES};
         let needed = |c: &&Column| c.name == COORDINATES || c.name == MASSES;
         for species in &self.species {
             for column in species.table.columns.iter().filter(needed) {

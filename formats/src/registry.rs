@@ -22,7 +22,7 @@ pub struct Capabilities {
     pub read_field: bool,
     pub read_particles: bool,
     pub write_particles: bool,
-    /// Columns without which the writer refuses gas particles, besides coordinates, masses, density and support radius,
+    /// Columns without which the writer refuses gas particles, in addition to coordinates, masses, density and support radius,
     /// which every placement has.
     pub requires: &'static [&'static str],
     /// Geometries that a field may have: any of `radial`, `grid`, `mesh`, `cloud`.
@@ -33,12 +33,12 @@ pub struct Capabilities {
     pub equal_masses: bool,
 }
 
-/// What is wanted of a field file. Fields left empty are the reader's to decide.
+/// What to read from a field file. What is left empty is for the reader to decide.
 #[derive(Debug, Clone, Default)]
 pub struct FieldRequest {
     /// Variable that is the mass density.
     pub density: Option<String>,
-    /// Variables to read besides the density: `None` is all of them.
+    /// Variables to read in addition to the density: `None` is all of them.
     pub carry: Option<Vec<String>>,
     /// Record of a time axis: a value of the time coordinate (the nearest record is taken and named in a note).
     pub time: Option<f64>,
@@ -103,6 +103,22 @@ pub fn sniff_hdf5(head: &[u8]) -> Match {
     if head.starts_with(HDF5_SIGNATURE) { Match::Container } else { Match::No }
 }
 
+/// Whether `what` stands somewhere in `head`.
+///
+/// It is looked for by its first byte: comparing all of it at every place takes longer than reading a small file.
+pub(crate) fn contains(head: &[u8], what: &[u8]) -> bool {
+    let Some(&first) = what.first() else { return true };
+    let mut rest = head;
+    while let Some(at) = rest.iter().position(|&byte| byte == first) {
+        rest = &rest[at..];
+        if rest.starts_with(what) {
+            return true;
+        }
+        rest = &rest[1..];
+    }
+    false
+}
+
 /// Bytes that [`FormatSpec::sniff`] gets to see at first.
 pub const SNIFF_BYTES: usize = 4096;
 
@@ -124,8 +140,9 @@ pub fn detect<'a>(formats: &'a [FormatSpec], path: &Path, explicit: Option<&str>
     }
     let readable = || formats.iter().filter(|f| f.capabilities.read_field || f.capabilities.read_particles);
     let fitting = |head: &[u8]| -> Vec<&'a FormatSpec> {
-        let best = readable().map(|f| (f.sniff)(head)).max().unwrap_or(Match::No);
-        readable().filter(|f| best > Match::No && (f.sniff)(head) == best).collect()
+        let matches: Vec<(Match, &FormatSpec)> = readable().map(|f| ((f.sniff)(head), f)).collect();
+        let best = matches.iter().map(|m| m.0).max().unwrap_or(Match::No);
+        matches.into_iter().filter(|m| best > Match::No && m.0 == best).map(|m| m.1).collect()
     };
     let mut found = fitting(&head);
     if found.len() > 1 && head.len() == SNIFF_BYTES {
@@ -300,4 +317,19 @@ fn names<'a>(formats: impl Iterator<Item = &'a FormatSpec>) -> String {
 
 fn detection(path: &Path, problem: String) -> FormatError {
     FormatError::Detection { path: path.into(), problem }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::contains;
+
+    #[test]
+    fn names_are_found_anywhere_and_after_false_starts() {
+        for (head, what) in [("Step#0", "Step#"), ("a SteStep#", "Step#"), ("xx", "x"), ("", ""), ("aab", "ab")] {
+            assert!(contains(head.as_bytes(), what.as_bytes()), "{head}");
+        }
+        for (head, what) in [("", "a"), ("Step", "Step#"), ("StepStep", "Step#")] {
+            assert!(!contains(head.as_bytes(), what.as_bytes()), "{head}");
+        }
+    }
 }

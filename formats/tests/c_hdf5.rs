@@ -2,8 +2,6 @@
 //!
 //! Run with `cargo test -p sph-formats --features c-hdf5` where libhdf5-dev is installed.
 
-#![cfg(all(feature = "swift", feature = "gadget", feature = "c-hdf5"))]
-
 use sph_formats::common::particle_names as names;
 use sph_formats::registry::detect;
 use sph_formats::{

@@ -2,9 +2,7 @@
 //!
 //! Run with `cargo test -p sph-formats --features c-netcdf` where libnetcdf-dev is installed.
 
-#![cfg(all(feature = "netcdf", feature = "c-netcdf"))]
-
-use netcdf::{AttributeValue, Options};
+use ::netcdf::{AttributeValue, Options};
 use sph_formats::common::netcdf_classic::{ClassicFile, Data};
 use sph_formats::registry::detect;
 use sph_formats::{FORMATS, FieldRequest, FileContent, Geometry, RawField, Values};

@@ -1,12 +1,10 @@
 //! What every particle format of the registry has to stand, besides the round trips of `particles.rs`: numbers that mean
 //! nothing, sizes that cannot be, columns of unusual shape. A new format is taken up by its line in the registry.
 
-mod support;
-
+use crate::support::{can_read, column, particles_of, read_back, replace, write, writers};
 use sph_formats::common::particle_names as names;
 use sph_formats::registry::read;
 use sph_formats::{FORMATS, FieldRequest, FormatError, UnitDimension, Values};
-use support::{can_read, column, particles_of, read_back, write, writers};
 
 /// Places in a file that are tried, and bytes of its start and end among them.
 const PLACES: usize = 80;
@@ -83,7 +81,7 @@ fn absurd_sizes_anywhere_are_refused_or_harmless() {
             for word in huge {
                 let mut bytes = whole.clone();
                 bytes.iter_mut().skip(at).zip(word).for_each(|(to, from)| *to = *from);
-                std::fs::write(&path, &bytes).unwrap();
+                replace(&path, &bytes);
                 match read(FORMATS, &path, None, &FieldRequest::default()) {
                     Ok(_) => {}
                     Err(e) => assert!(e.to_string().contains(&path.display().to_string()), "{}: {e}", spec.name),

@@ -4,12 +4,10 @@
 //!
 //! The arrays are those found in the written file, so that a new flavor is taken up by its line in the registry.
 
-#![cfg(all(feature = "gadget", feature = "sph-exa", feature = "netcdf", feature = "grid-hdf5", feature = "gyre-hdf5"))]
-
 #[path = "fuzz/seeds.rs"]
 mod seeds;
-mod support;
 
+use crate::support::{can_read, particles_of, replace, write, writers};
 use hdf5_reader::group::Group;
 use hdf5_reader::{Attribute, Dataset, Datatype, Hdf5File};
 use rust_hdf5::{H5File, H5Group};
@@ -18,7 +16,6 @@ use sph_formats::common::particle_names as names;
 use sph_formats::registry::HDF5_SIGNATURE;
 use sph_formats::{FORMATS, FieldRequest, FileContent, FormatError, Geometry, ParticleFile, read};
 use std::path::Path;
-use support::{can_read, particles_of, write, writers};
 
 /// Rows that no file of a few kilobytes has (8 TiB of f64).
 const ABSURD: usize = 1 << 40;
@@ -284,9 +281,12 @@ fn all_changes(file: &Path, folder: &Path, reader: &str, label: &str) -> usize {
     };
     assert!(!targets.is_empty(), "{label}: no arrays");
     let path = folder.join("changed");
-    let copy = |target: &str, change: Change, extra: bool| match hdf5 {
-        true => Copy { target, change, extra }.make(file, &path),
-        false => copy_netcdf(file, &path, target, change, extra),
+    let copy = |target: &str, change: Change, extra: bool| {
+        let _ = std::fs::remove_file(&path);
+        match hdf5 {
+            true => Copy { target, change, extra }.make(file, &path),
+            false => copy_netcdf(file, &path, target, change, extra),
+        }
     };
     copy("", Change::Nothing, false);
     let whole = attempt(&path, reader).unwrap_or_else(|e| panic!("{label}: the plain copy: {e}"));
@@ -354,7 +354,7 @@ fn changed_arrays_of_field_files_are_named_or_done_without() {
         let path = folder.path().join("whole");
         let mut count = 0;
         for (i, bytes) in seeds::of(reader, folder.path()).iter().enumerate() {
-            std::fs::write(&path, bytes).unwrap();
+            replace(&path, bytes);
             if attempt(&path, reader).is_ok() {
                 all_changes(&path, folder.path(), reader, &format!("{reader} {i}"));
                 count += 1;

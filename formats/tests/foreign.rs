@@ -1,7 +1,7 @@
 //! Fields that foreign programs wrote, number by number. `tests/foreign/fields.py FOLDER` writes them; then
 //!
 //! ```sh
-//! FOREIGN_FIELDS=FOLDER cargo test -p sph-formats --test foreign -- --ignored
+//! FOREIGN_FIELDS=FOLDER cargo test -p sph-formats --test formats foreign -- --ignored
 //! ```
 
 use sph_formats::{FORMATS, FieldRequest, FileContent, Geometry, RawField, read};

@@ -13,6 +13,8 @@
 //! `FUZZ_FORMAT=vtk` runs one reader alone, `FUZZ_SEED=7` begins elsewhere, `FUZZ_KEEP=formats/tests/corpus` keeps the small
 //! ones among the new seeds. A finding is written to the temporary folder, whose name is printed.
 
+#[path = "support/files.rs"]
+mod files;
 #[path = "fuzz/memory.rs"]
 mod memory;
 #[path = "fuzz/mutate.rs"]
@@ -20,6 +22,7 @@ mod mutate;
 #[path = "fuzz/seeds.rs"]
 mod seeds;
 
+use files::replace;
 use memory::Counting;
 use mutate::Random;
 use sph_formats::{FORMATS, FieldRequest, FileContent, FormatSpec, read};
@@ -51,7 +54,7 @@ enum Answer {
 }
 
 fn answer(spec: &FormatSpec, path: &Path, bytes: &[u8]) -> Answer {
-    std::fs::write(path, bytes).unwrap();
+    replace(path, bytes);
     memory::start();
     let clock = Clock::start();
     let outcome = std::panic::catch_unwind(|| match read(FORMATS, path, Some(spec.name), &FieldRequest::default()) {

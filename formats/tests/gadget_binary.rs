@@ -1,7 +1,5 @@
 //! GADGET binary files made by hand, byte for byte as the GADGET-2 user guide describes them.
 
-#![cfg(feature = "gadget-binary")]
-
 use sph_formats::common::particle_names as names;
 use sph_formats::{FORMATS, FieldRequest, FileContent, FormatError, ParticleFile, Values, registry};
 use std::path::PathBuf;

@@ -1,5 +1,4 @@
 //! GYRE's models in HDF5.
-#![cfg(feature = "gyre-hdf5")]
 
 use rust_hdf5::H5File;
 use sph_formats::{FORMATS, FieldRequest, FileContent, Geometry, RawField, Result, read};

@@ -1,7 +1,5 @@
 //! NumPy files: grids in every order and type, archives of particles, damage.
 
-#![cfg(feature = "numpy")]
-
 use sph_formats::common::particle_names as names;
 use sph_formats::{
     FORMATS, FieldRequest, FileContent, FormatError, Geometry, RawField, UnitDimension, Values, registry,

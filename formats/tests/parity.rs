@@ -1,20 +1,6 @@
 //! One set of particles through every format: each column comes back to the precision in which the format stores it, and
 //! a format holds what its kind can hold.
 
-#![cfg(all(
-    feature = "arepo",
-    feature = "gadget",
-    feature = "gadget-binary",
-    feature = "gizmo",
-    feature = "netcdf",
-    feature = "numpy",
-    feature = "phantom",
-    feature = "sph-exa",
-    feature = "swift",
-    feature = "table",
-    feature = "vtk"
-))]
-
 use sph_formats::common::particle_names as names;
 use sph_formats::{
     Column, FORMATS, FieldRequest, FileContent, ParticleFile, ParticleTable, RunHeader, Species, UnitDimension,

@@ -1,19 +1,21 @@
 //! Every particle writer of the registry: what it writes is read back, and no damage to its files ends in a panic.
 
-mod support;
-
+use crate::support::{
+    can_read, equalize, particles, particles_of, read_back, replace, same_columns, table, write, writers,
+};
 use sph_formats::common::particle_names as names;
 use sph_formats::registry::read;
 use sph_formats::{FORMATS, FieldRequest, FormatError, Species};
-use support::{can_read, equalize, particles, particles_of, read_back, same_columns, table, write, writers};
 
 #[test]
 fn every_format_keeps_particles_in_every_dimension() {
     let folder = tempfile::tempdir().unwrap();
     for spec in writers().filter(|s| can_read(s)) {
         for extension in spec.extensions.iter().take(if spec.name == "vtk" { 3 } else { 1 }) {
+            // Files of several blocks in one dimension alone: blocks are cut by particles.
+            let widest = spec.capabilities.dimensions.iter().copied().max().unwrap_or(3);
             for d in 1..=3 {
-                for n in [1, 2, 7, 20_000] {
+                for n in [1, 2, 7].into_iter().chain((d == widest).then_some(20_000)) {
                     let context = format!("{}-{d}-{n}", spec.name);
                     let p = particles_of(spec, n, d);
                     let path = folder.path().join(format!("{context}.{extension}"));
@@ -108,7 +110,7 @@ fn damaged_files_are_refused_or_read_without_a_panic() {
             write(spec, &path, &particles_of(spec, 150, 3), false).unwrap();
             let whole = std::fs::read(&path).unwrap();
             let attempt = |bytes: &[u8]| {
-                std::fs::write(&path, bytes).unwrap();
+                replace(&path, bytes);
                 read(FORMATS, &path, None, &FieldRequest::default()).is_ok()
             };
             let complete = read_back(&path).unwrap();

@@ -1,7 +1,5 @@
 //! Phantom dumps: units, types and masses of the code's own, byte order, small dumps, several MPI blocks.
 
-#![cfg(feature = "phantom")]
-
 use sph_formats::common::particle_names as names;
 use sph_formats::units::GRAVITATIONAL_CONSTANT_CGS;
 use sph_formats::{

@@ -1,7 +1,5 @@
 //! SPH-EXA files against what the code's reader demands of a step, and outputs of its own.
 
-#![cfg(feature = "sph-exa")]
-
 use sph_formats::common::hdf5::Writer;
 use sph_formats::common::hdf5_read::Reader;
 use sph_formats::common::particle_names as names;

@@ -1,12 +1,10 @@
 //! Readers of text: MESA profiles, GYRE models and tables, on real files where they are present and on made ones.
 
-#[path = "tables/gyre.rs"]
 mod gyre;
-#[path = "tables/mesa.rs"]
 mod mesa;
-#[path = "tables/table.rs"]
 mod table;
 
+use crate::support::replace;
 use sph_formats::{FORMATS, FieldRequest, FileContent, Geometry, Location, RawField, Result};
 use std::path::{Path, PathBuf};
 
@@ -58,7 +56,7 @@ pub fn survives_damage(format: &str, content: &[u8], step: usize, counted: bool)
     let request = FieldRequest::default();
     for cut in (0..content.len()).step_by(step) {
         let prefix = &content[..cut];
-        std::fs::write(&path, prefix).unwrap();
+        replace(&path, prefix);
         let result = read_as(Some(format), &path, &request);
         if counted && lines(prefix) + 1 < lines(content) {
             assert!(result.is_err(), "the first {cut} bytes were read as a whole file");
@@ -67,7 +65,7 @@ pub fn survives_damage(format: &str, content: &[u8], step: usize, counted: bool)
     for (n, i) in (0..content.len()).step_by(step).enumerate() {
         let mut damaged = content.to_vec();
         damaged[i] ^= [0x01, 0x08, 0x10, 0x40, 0x80, 0xff][n % 6];
-        std::fs::write(&path, &damaged).unwrap();
+        replace(&path, &damaged);
         let _ = read_as(Some(format), &path, &request);
     }
 }

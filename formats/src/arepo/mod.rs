@@ -16,9 +16,9 @@
 use crate::registry::{Capabilities, FormatSpec, WriteFn};
 
 #[cfg(feature = "arepo")]
-pub mod schema;
+mod schema;
 #[cfg(feature = "arepo")]
-pub mod write;
+mod write;
 
 #[cfg(feature = "arepo")]
 const WRITE: Option<WriteFn> = Some(write::write);
@@ -36,7 +36,7 @@ pub const SPEC: FormatSpec = FormatSpec {
         read_field: false,
         read_particles: false,
         write_particles: true,
-        requires: &[crate::common::particle_names::INTERNAL_ENERGY],
+        requires: &[crate::particle_names::INTERNAL_ENERGY],
         geometries: &[],
         dimensions: &[1, 2, 3],
         equal_masses: false,

@@ -4,8 +4,8 @@
 //! pure numbers. Arrays in other units than these are converted; arrays without one are taken for what their name means.
 
 use crate::common::facts::Facts;
-use crate::common::particle_names as names;
 use crate::model::{Column, ParticleFile, ParticleTable, RunHeader, Species, Values};
+use crate::particle_names as names;
 use crate::units::{Unit, UnitDimension, UnitSystem};
 
 /// One array of a file, a row per particle.

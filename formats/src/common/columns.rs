@@ -1,4 +1,4 @@
-//! From the columns of a text file to the variables that were asked for.
+//! From the columns of a text file to the requested variables.
 
 use crate::common::text::Text;
 use crate::error::{FormatError, Result};

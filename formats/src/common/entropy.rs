@@ -3,9 +3,9 @@
 //! Where the header's `Flag_Entropy_ICs` is not 0, InternalEnergy of gas holds the entropic function A = P / rho^gamma
 //! (GADGET-2 user guide, section 6; Springel & Hernquist 2002, MNRAS 333, 649), so that u = A rho^(gamma - 1) / (gamma - 1).
 
-use crate::common::particle_names as names;
 use crate::error::{FormatError, Result};
 use crate::model::{ParticleTable, Values};
+use crate::particle_names as names;
 use crate::units::UnitDimension;
 use std::path::Path;
 

@@ -1,8 +1,8 @@
 //! All particles of a file as one table, for formats without particle types: one array per column name, with a column
 //! `ParticleType` where there is more than gas, and NaN where a type has no such column.
 
-use crate::common::particle_names as names;
 use crate::model::{Column, ParticleFile, Values};
+use crate::particle_names as names;
 use crate::units::UnitDimension;
 
 /// One array over all particles.
@@ -87,7 +87,7 @@ impl Flat<'_> {
         })
     }
 
-    /// Whether the array is to be stored in f64: positions always are, others as asked for or where f32 has no such
+    /// Whether the array is to be stored in f64: positions always are, others on request or where f32 has no such
     /// number.
     pub fn wants_double(&self, asked: bool) -> bool {
         let beyond = |v: f64| v.is_finite() && v != 0.0 && !(v as f32).is_normal();

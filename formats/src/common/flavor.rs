@@ -1,9 +1,9 @@
 //! What a flavor of particle file demands of its columns, whatever the container: one table of [`Rule`]s, from which
 //! every dataset is planned and checked before anything is written.
 
-use crate::common::particle_names as names;
 use crate::error::{FormatError, Result};
 use crate::model::{Column, ParticleFile, ParticleTable, RunHeader, Species, Values};
+use crate::particle_names as names;
 use crate::registry::WriteOptions;
 use crate::units::UnitDimension;
 use std::ops::Range;
@@ -280,7 +280,7 @@ impl<'a> Job<'a> {
         Some(Numbers::Scaled { column, factor: eta * spacing_over_support(d, self.header.kernel_neighbors) })
     }
 
-    /// What the numbers are said to be, else what the rule says.
+    /// The stated dimension of the numbers, else what the rule says.
     fn dimension_of(&self, numbers: &Numbers, rule: &Rule) -> UnitDimension {
         match numbers {
             Numbers::Column(column) if column.dimension != UnitDimension::NONE => column.dimension,
@@ -346,7 +346,7 @@ impl<'a> Job<'a> {
         self.fill(planned, range, 0..planned.components, 0, out, |x, i| single(planned.strict, x.float()).ok_or(i))
     }
 
-    /// Whether no check of [`Self::fill`] would refuse any of the rows; false where that has to be found out one by one.
+    /// Whether no check of [`Self::fill`] would refuse any of the rows; false where each has to be looked at.
     #[cfg(any(feature = "hdf5-layer", feature = "gadget-binary"))]
     fn all_fit(&self, planned: &Planned, rows: &[f64]) -> bool {
         let inside = self.flavor.inside_box && planned.name == names::COORDINATES;

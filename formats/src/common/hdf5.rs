@@ -107,7 +107,7 @@ impl Group<'_> {
     }
 
     /// Writes a dataset of shape (`rows`) or, from two columns on, (`rows`, `columns`), block by block: `fill`
-    /// appends the numbers of the rows that it is asked for, for the next blocks while one is being written. `compression`
+    /// appends the numbers of the given rows, for the next blocks while one is being written. `compression`
     /// 0 stores them contiguously, 1 to 9 in chunks with shuffle and deflate.
     ///
     /// # Errors

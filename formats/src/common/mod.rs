@@ -1,21 +1,29 @@
-//! Pieces that several formats share.
+//! Pieces that several formats share. Public are the writer of classic NetCDF files, which programs and their tests make
+//! inputs with, and the names of particle columns.
 
-pub mod assemble;
-pub mod columns;
+// A build of few formats has no use for some of them.
+#![cfg_attr(not(feature = "default"), allow(dead_code))]
+
+pub(crate) mod assemble;
+pub(crate) mod columns;
 #[cfg(any(feature = "gadget", feature = "gadget-binary"))]
-pub mod entropy;
-pub mod facts;
-pub mod flatten;
+pub(crate) mod entropy;
+pub(crate) mod facts;
+pub(crate) mod flatten;
 #[cfg(any(feature = "hdf5-layer", feature = "gadget-binary", feature = "phantom"))]
-pub mod flavor;
+pub(crate) mod flavor;
+// Hidden, not private: the tests look into files with them.
 #[cfg(feature = "hdf5-layer")]
+#[doc(hidden)]
 pub mod hdf5;
 #[cfg(feature = "hdf5-layer")]
+#[doc(hidden)]
 pub mod hdf5_read;
 pub mod netcdf_classic;
-pub mod particle_names;
 #[cfg(feature = "hdf5-layer")]
 pub mod snapshot;
-pub mod text;
+pub(crate) mod text;
 #[cfg(feature = "hdf5-layer")]
-pub mod wanted;
+pub(crate) mod wanted;
+
+pub use crate::particle_names;

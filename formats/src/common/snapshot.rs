@@ -1,4 +1,4 @@
-//! Writes GADGET-style HDF5 files; a flavor is one table of datasets ([`Flavor`]).
+//! Writes GADGET-style HDF5 files; a flavor is one table of datasets.
 //!
 //! | object           | content                                                                                     |
 //! |------------------|---------------------------------------------------------------------------------------------|
@@ -24,13 +24,13 @@ use std::path::Path;
 const CGS_FACTOR: &str = "Conversion factor to CGS (not including cosmological corrections)";
 
 /// The group of this program's own facts.
-pub const OWN_GROUP: &str = "SphPrep";
+pub(crate) const OWN_GROUP: &str = "SphPrep";
 
 /// Writes `particles` to `path`.
 ///
 /// # Errors
 /// [`crate::FormatError::Output`] where the flavor cannot hold them, [`crate::FormatError::Io`].
-pub fn write(flavor: &Flavor, path: &Path, particles: &ParticleFile, options: WriteOptions) -> Result<()> {
+pub(crate) fn write(flavor: &Flavor, path: &Path, particles: &ParticleFile, options: WriteOptions) -> Result<()> {
     let job = Job { flavor, path, header: &particles.header, options };
     let plan = job.plan(particles)?;
     let box_size = job.box_size()?;

@@ -16,11 +16,11 @@
 use crate::registry::{Capabilities, FormatSpec, Match, ReadFn, WriteFn};
 
 #[cfg(feature = "gadget")]
-pub mod read;
+mod read;
 #[cfg(feature = "gadget")]
-pub mod schema;
+mod schema;
 #[cfg(feature = "gadget")]
-pub mod write;
+mod write;
 
 #[cfg(feature = "gadget")]
 const CODE: (Option<ReadFn>, Option<WriteFn>) = (Some(read::read), Some(write::write));
@@ -38,7 +38,7 @@ pub const SPEC: FormatSpec = FormatSpec {
         read_field: false,
         read_particles: true,
         write_particles: true,
-        requires: &[crate::common::particle_names::INTERNAL_ENERGY],
+        requires: &[crate::particle_names::INTERNAL_ENERGY],
         geometries: &[],
         dimensions: &[1, 2, 3],
         equal_masses: false,
@@ -51,7 +51,7 @@ pub const SPEC: FormatSpec = FormatSpec {
 /// An HDF5 file that names particle types; the same magic bytes begin many others.
 fn sniff(head: &[u8]) -> Match {
     let container = crate::registry::sniff_hdf5(head);
-    let has = |name: &[u8]| head.windows(name.len()).any(|w| w == name);
+    let has = |name: &[u8]| crate::registry::contains(head, name);
     let particles = has(b"PartType") || has(b"NumPart_Total");
     if container == Match::Container && particles { Match::Certain } else { container }
 }

@@ -11,10 +11,10 @@
 use crate::common::entropy;
 use crate::common::flavor::CUBIC_SPLINE_SUPPORT;
 use crate::common::hdf5_read::{Attributes, Reader};
-use crate::common::particle_names as names;
 use crate::common::snapshot::{OWN_GROUP, joined};
 use crate::error::{FormatError, Result};
 use crate::model::{Column, ParticleFile, ParticleTable, RunHeader, Species, Values};
+use crate::particle_names as names;
 use crate::registry::{FieldRequest, FileContent};
 use crate::units::{UnitDimension, UnitSystem};
 use std::path::Path;

@@ -1,7 +1,7 @@
 //! The datasets of a GADGET initial-conditions file.
 
 use crate::common::flavor::{Flavor, Need, Quantity, Rule, Source, Storage};
-use crate::common::particle_names as names;
+use crate::particle_names as names;
 
 #[rustfmt::skip]
 const RULES: &[Rule] = &[

@@ -1,7 +1,8 @@
 //! Blocks by name and order, and the header's bytes.
 
+use super::schema::NAME;
 use crate::common::flavor::{Flavor, Need, Quantity, Rule, Source, Storage, TYPES};
-use crate::common::particle_names as names;
+use crate::particle_names as names;
 
 /// Byte offsets in the header.
 pub mod offset {
@@ -72,7 +73,7 @@ const RULES: &[Rule] = &[
 
 /// The box is one number, the blocks are fixed.
 pub const FLAVOR: Flavor = Flavor {
-    format: "gadget-binary",
+    format: NAME,
     rules: RULES,
     header: &[],
     box_vector: false,

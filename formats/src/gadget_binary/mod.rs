@@ -22,6 +22,7 @@
 //! Layout after the GADGET-2 user guide, section 6, and its `allvars.h` and `io.c` (version 2.0.7).
 
 use crate::registry::{Capabilities, FormatSpec, Match, ReadFn, WriteFn};
+use schema::{HEADER_BYTES, NAME, NAME_BYTES};
 
 #[cfg(feature = "gadget-binary")]
 mod layout;
@@ -29,6 +30,7 @@ mod layout;
 mod read;
 #[cfg(feature = "gadget-binary")]
 mod records;
+mod schema;
 #[cfg(feature = "gadget-binary")]
 mod write;
 
@@ -40,7 +42,7 @@ const CODE: (Option<ReadFn>, Option<WriteFn>, Option<WriteFn>) = (None, None, No
 
 /// Data sheet of the format: reads both, writes format 2.
 pub const SPEC: FormatSpec = FormatSpec {
-    name: "gadget-binary",
+    name: NAME,
     summary: "GADGET binary files, formats 1 and 2; written as format 2",
     extensions: &["gadget", "gdt"],
     feature: "gadget-binary",
@@ -49,7 +51,7 @@ pub const SPEC: FormatSpec = FormatSpec {
         read_field: false,
         read_particles: true,
         write_particles: true,
-        requires: &[crate::common::particle_names::INTERNAL_ENERGY],
+        requires: &[crate::particle_names::INTERNAL_ENERGY],
         geometries: &[],
         dimensions: &[1, 2, 3],
         equal_masses: false,
@@ -69,11 +71,6 @@ pub const SPEC_1: FormatSpec = FormatSpec {
     write: CODE.2,
     ..SPEC
 };
-
-/// Bytes of the header record.
-const HEADER_BYTES: u32 = 256;
-/// Bytes of a name record.
-const NAME_BYTES: u32 = 8;
 
 /// The first record's length, in either byte order, with what must follow it.
 fn sniff(head: &[u8]) -> Match {

@@ -1,12 +1,13 @@
 //! Reads both formats, block by block.
 
 use super::layout::{BLOCKS, Block, Cover, Header, is_cooling, offset};
-use super::records::{FORMAT, Head, Kind, Records};
+use super::records::{Head, Kind, Records};
+use super::schema::NAME;
 use crate::common::entropy;
 use crate::common::flavor::TYPES;
-use crate::common::particle_names as names;
 use crate::error::{FormatError, Result};
 use crate::model::{Column, ParticleFile, ParticleTable, RunHeader, Species, Values};
+use crate::particle_names as names;
 use crate::registry::{FieldRequest, FileContent};
 use crate::units::{UnitDimension, UnitSystem};
 use std::path::Path;
@@ -35,7 +36,7 @@ pub(super) fn read(path: &Path, _request: &FieldRequest) -> Result<FileContent> 
     let mut particles = reading.finish(&records)?;
     if header.entropy {
         for gas in particles.species.iter_mut().filter(|s| s.part_type == 0) {
-            let done = entropy::to_energies(path, FORMAT, &mut gas.table)?;
+            let done = entropy::to_energies(path, NAME, &mut gas.table)?;
             particles.header.provenance.extend(done.map(|what| ("converted".to_owned(), what)));
         }
     }
@@ -65,7 +66,7 @@ fn read_header(path: &Path, records: &mut Records<'_>) -> Result<Header> {
     if header.files > 1 {
         return Err(FormatError::Unsupported {
             path: path.into(),
-            format: FORMAT,
+            format: NAME,
             what: format!("a snapshot in {} files; join them into one first", header.files),
         });
     }

@@ -1,13 +1,12 @@
 //! Fortran records of a file, in either byte order. No length is believed before the file is seen to be that long.
 
-use super::{HEADER_BYTES, NAME_BYTES};
+use super::schema::{HEADER_BYTES, NAME, NAME_BYTES};
 use crate::error::{FormatError, Result};
 use crate::model::Values;
 use std::fs::File;
 use std::io::{BufReader, Read, Seek, SeekFrom};
 use std::path::Path;
 
-pub const FORMAT: &str = "gadget-binary";
 /// Values converted at a time.
 const CHUNK_BYTES: usize = 1 << 16;
 
@@ -68,7 +67,7 @@ impl<'a> Records<'a> {
     }
 
     pub fn error(&self, location: &str, problem: impl Into<String>) -> FormatError {
-        FormatError::input(self.path, FORMAT, format!("{location} at byte {}", self.at), problem)
+        FormatError::input(self.path, NAME, format!("{location} at byte {}", self.at), problem)
     }
 
     pub fn word(&self, bytes: [u8; 4]) -> u32 {
@@ -178,7 +177,7 @@ impl<'a> Records<'a> {
         }
         Err(FormatError::Limit {
             path: self.path.into(),
-            format: FORMAT,
+            format: NAME,
             location: format!("{location} at byte {}", self.at),
             declared: format!("{bytes} bytes"),
             allowed: format!("the {left} that are left of the file"),

@@ -1,11 +1,11 @@
 //! Writes both formats, little-endian.
 
 use super::layout::{FLAVOR, offset};
-use super::{HEADER_BYTES, NAME_BYTES};
+use super::schema::{HEADER_BYTES, NAME_BYTES};
 use crate::common::flavor::{Flavor, Job, Planned, Storage, TYPES};
-use crate::common::particle_names as names;
 use crate::error::{FormatError, Result};
 use crate::model::{ParticleFile, Species, Values};
+use crate::particle_names as names;
 use crate::registry::WriteOptions;
 use std::fs::File;
 use std::io::{BufWriter, Write};

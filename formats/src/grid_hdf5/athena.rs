@@ -1,6 +1,6 @@
 //! Athena++: mesh blocks of one level, put together.
 
-use super::read::{Mesh, gathered, grid, unsupported};
+use super::mesh::{Mesh, gathered, grid, unsupported};
 use crate::common::hdf5_read::{Attributes, Reader};
 use crate::error::Result;
 use crate::model::{Geometry, Location, Values};
@@ -55,7 +55,7 @@ impl<'a> Blocks<'a> {
         let location = "dataset 'LogicalLocations'";
         let wrong = |problem: String| self.file.input(location, problem);
         let Some((shape, values)) = self.file.array("LogicalLocations")? else {
-            return Err(wrong("are no numbers".into()));
+            return Err(wrong("are not numbers".into()));
         };
         let [count, 3] = *shape.as_slice() else {
             return Err(wrong(format!("have shape {shape:?}, expected (blocks, 3)")));

@@ -26,14 +26,17 @@
 //! `grid.out` in the same folder does, unless x is negative somewhere. Read are Cartesian grids, and spherical ones in one
 //! dimension (a radial profile). Chombo's files of refined grids and FLASH's trees of blocks are refused.
 
-use crate::registry::{Capabilities, FormatSpec, HDF5_SIGNATURE, Match, ReadFn};
+use crate::registry::{Capabilities, FormatSpec, HDF5_SIGNATURE, Match, ReadFn, contains};
 
 #[cfg(feature = "grid-hdf5")]
 mod athena;
 #[cfg(feature = "grid-hdf5")]
+mod mesh;
+#[cfg(feature = "grid-hdf5")]
 mod pluto;
 #[cfg(feature = "grid-hdf5")]
 mod read;
+mod schema;
 
 #[cfg(feature = "grid-hdf5")]
 const READ: Option<ReadFn> = Some(read::read);
@@ -42,7 +45,7 @@ const READ: Option<ReadFn> = None;
 
 /// Data sheet of the format.
 pub const SPEC: FormatSpec = FormatSpec {
-    name: "grid-hdf5",
+    name: schema::NAME,
     summary: "Athena++ and PLUTO HDF5 grids without refinement",
     extensions: &["athdf", "h5"],
     feature: "grid-hdf5",
@@ -63,7 +66,7 @@ pub const SPEC: FormatSpec = FormatSpec {
 
 /// Names that stand near the beginning of such files and of no others.
 fn sniff(head: &[u8]) -> Match {
-    let has = |what: &[u8]| head.windows(what.len()).any(|w| w == what);
+    let has = |what: &[u8]| contains(head, what);
     let names: [&[u8]; 5] = [b"RootGrid", b"MeshBlock", b"LogicalLocations", b"node_coords", b"bounding box"];
     match head.starts_with(HDF5_SIGNATURE) {
         true if names.into_iter().any(has) => Match::Certain,

@@ -1,6 +1,7 @@
 //! PLUTO: one step on a static grid.
 
-use super::read::{DENSITY_NAMES, Mesh, grid, unsupported};
+use super::mesh::{Mesh, grid, unsupported};
+use super::schema::DENSITY_NAMES;
 use crate::common::hdf5_read::Reader;
 use crate::error::Result;
 use crate::model::{Geometry, Location, Values};

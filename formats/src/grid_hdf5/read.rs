@@ -1,25 +1,14 @@
-//! Which code's file it is, and what both come to.
+//! Tells which code's file it is, and makes a field of it.
 
-use super::{SPEC, athena, pluto};
+use super::mesh::unsupported;
+use super::schema::{DENSITY_NAMES, NAME};
+use super::{athena, pluto};
 use crate::common::hdf5_read::Reader;
 use crate::common::wanted::wanted;
-use crate::error::{FormatError, Result};
-use crate::model::{Coordinates, Geometry, GridAxis, Location, RawField, Values, Variable};
+use crate::error::Result;
+use crate::model::{RawField, Variable};
 use crate::registry::{FieldRequest, FileContent};
 use std::path::Path;
-
-/// Names of the density, in the order of trust.
-pub const DENSITY_NAMES: [&str; 3] = ["rho", "dens", "density"];
-
-/// A grid as both codes have it.
-pub struct Mesh {
-    pub geometry: Geometry,
-    pub location: Location,
-    /// Names of all variables.
-    pub names: Vec<String>,
-    pub metadata: Vec<(String, String)>,
-    pub notes: Vec<String>,
-}
 
 /// Reads a grid.
 ///
@@ -27,7 +16,7 @@ pub struct Mesh {
 /// [`FormatError::Input`] where the file is neither code's or contradicts itself, [`FormatError::Unsupported`] for refined
 /// and curvilinear grids, [`FormatError::Limit`], [`FormatError::Io`].
 pub fn read(path: &Path, request: &FieldRequest) -> Result<FileContent> {
-    let file = Reader::open(path, SPEC.name)?;
+    let file = Reader::open(path, NAME)?;
     let (groups, datasets) = (file.groups()?, file.datasets("/")?);
     let has = |name: &str| datasets.iter().any(|d| d == name);
     let (mesh, variables, density) = if has("LogicalLocations") {
@@ -57,7 +46,7 @@ pub fn read(path: &Path, request: &FieldRequest) -> Result<FileContent> {
     };
     Ok(FileContent::Field(RawField {
         path: path.into(),
-        format: SPEC.name,
+        format: NAME,
         geometry: mesh.geometry,
         variables: variables
             .into_iter()
@@ -76,43 +65,7 @@ pub fn read(path: &Path, request: &FieldRequest) -> Result<FileContent> {
     }))
 }
 
-pub fn unsupported(path: &Path, what: impl Into<String>) -> FormatError {
-    FormatError::Unsupported { path: path.into(), format: SPEC.name, what: what.into() }
-}
-
 /// The variables to read, and which is the density.
 fn chosen(file: &Reader, names: &[String], request: &FieldRequest) -> Result<(Vec<String>, Option<String>)> {
     wanted(names, request, &DENSITY_NAMES).map_err(|(location, problem)| file.input(location, problem))
-}
-
-/// A Cartesian grid over the faces of its cells; axes of one cell are left out.
-pub fn grid(path: &Path, faces: Vec<Vec<f64>>) -> Result<Geometry> {
-    let middle = |w: &[f64]| 0.5 * (w[0] + w[1]);
-    let axes: Vec<GridAxis> = faces
-        .into_iter()
-        .zip(["x", "y", "z"])
-        .filter(|(faces, _)| faces.len() > 2)
-        .map(|(faces, name)| GridAxis {
-            name: name.into(),
-            nodes: faces.windows(2).map(middle).collect(),
-            unit: None,
-            bounds: Some(faces),
-        })
-        .collect();
-    if axes.is_empty() {
-        return Err(unsupported(path, "a single cell, in which nothing can be placed"));
-    }
-    Ok(Geometry::Grid { coordinates: Coordinates::Cartesian, axes })
-}
-
-/// The values at `sources`, in this order.
-pub fn gathered(values: &Values, sources: impl Iterator<Item = usize>) -> Values {
-    fn take<T: Copy>(v: &[T], sources: impl Iterator<Item = usize>) -> Vec<T> {
-        sources.filter_map(|i| v.get(i).copied()).collect()
-    }
-    match values {
-        Values::F32(v) => Values::F32(take(v, sources)),
-        Values::F64(v) => Values::F64(take(v, sources)),
-        Values::I64(v) => Values::I64(take(v, sources)),
-    }
 }

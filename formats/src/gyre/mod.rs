@@ -19,12 +19,14 @@
 
 #[cfg(feature = "gyre")]
 mod read;
+mod schema;
 
 use crate::registry::{Capabilities, FormatSpec, Match, ReadFn};
+use schema::{NAME, column_count, header_version};
 
 /// Data sheet of the format.
 pub const SPEC: FormatSpec = FormatSpec {
-    name: "gyre",
+    name: NAME,
     summary: "GYRE stellar models (MESA text format)",
     extensions: &["mesa", "gyre"],
     feature: "gyre",
@@ -47,33 +49,6 @@ pub const SPEC: FormatSpec = FormatSpec {
 const READ: Option<ReadFn> = Some(read::read);
 #[cfg(not(feature = "gyre"))]
 const READ: Option<ReadFn> = None;
-
-/// Columns of a row for a version number; `None` for an unknown version.
-fn column_count(version: u32) -> Option<usize> {
-    match version {
-        1 | 19 | 100 | 101 => Some(19),
-        120 => Some(20),
-        _ => None,
-    }
-}
-
-/// Version of a header line, 1 where it states none; `None` where the line is no such header.
-fn header_version(line: &str) -> Option<u32> {
-    let fields: Vec<&str> = line.split_whitespace().collect();
-    let (points, rest) = fields.split_first()?;
-    points.parse::<u64>().ok()?;
-    let scalars = rest.get(..3)?;
-    // Mass, radius and luminosity are written as reals, which tells the line from a row of counts.
-    let real = |s: &&str| s.contains(['.', 'E', 'e', 'D', 'd']) && crate::common::text::parse_number(s).is_some();
-    if !scalars.iter().all(real) {
-        return None;
-    }
-    match rest.get(3..) {
-        Some([]) => Some(1),
-        Some([version]) => version.parse().ok().filter(|v| column_count(*v).is_some()),
-        _ => None,
-    }
-}
 
 fn sniff(head: &[u8]) -> Match {
     let text = String::from_utf8_lossy(head);

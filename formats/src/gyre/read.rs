@@ -1,6 +1,6 @@
 //! Reader of GYRE text models.
 
-use super::{SPEC, column_count, header_version};
+use super::schema::{NAME, column_count, header_version};
 use crate::common::columns::{Candidate, select};
 use crate::common::text::Text;
 use crate::error::{FormatError, Result};
@@ -36,7 +36,7 @@ struct Header {
 }
 
 pub fn read(path: &Path, request: &FieldRequest) -> Result<FileContent> {
-    let text = Text::read(path, SPEC.name)?;
+    let text = Text::read(path, NAME)?;
     let header = read_header(&text, path)?;
     let columns = read_rows(&text, &header)?;
     text.check_last_line()?;
@@ -66,7 +66,7 @@ pub fn read(path: &Path, request: &FieldRequest) -> Result<FileContent> {
     let [mass, radius, luminosity] = header.scalars;
     Ok(FileContent::Field(RawField {
         path: path.into(),
-        format: SPEC.name,
+        format: NAME,
         geometry: Geometry::Radial { nodes, unit: Unit::parse("cm") },
         variables,
         density,
@@ -90,7 +90,7 @@ fn read_header(text: &Text, path: &Path) -> Result<Header> {
             && version.parse().is_ok_and(|v| column_count(v).is_none())
         {
             let what = format!("version {version}; known are 19, 100, 101, 120 and files without a version");
-            return Err(FormatError::Unsupported { path: path.into(), format: SPEC.name, what });
+            return Err(FormatError::Unsupported { path: path.into(), format: NAME, what });
         }
         let shown: String = first.trim().chars().take(60).collect();
         return Err(text.line_error(line, format!("found '{shown}', expected the header 'N M R L version'")));

@@ -21,10 +21,11 @@
 //! 2012, Stellar Structure and Evolution, equations 19.5 to 19.10). `input.length_unit` and `input.density_unit` of a
 //! scene give it a size. Quirk: a repeated radius is a jump.
 
-use crate::registry::{Capabilities, FormatSpec, HDF5_SIGNATURE, Match, ReadFn};
+use crate::registry::{Capabilities, FormatSpec, HDF5_SIGNATURE, Match, ReadFn, contains};
 
 #[cfg(feature = "gyre-hdf5")]
 mod read;
+mod schema;
 
 #[cfg(feature = "gyre-hdf5")]
 const READ: Option<ReadFn> = Some(read::read);
@@ -33,7 +34,7 @@ const READ: Option<ReadFn> = None;
 
 /// Data sheet of the format.
 pub const SPEC: FormatSpec = FormatSpec {
-    name: "gyre-hdf5",
+    name: schema::NAME,
     summary: "GYRE stellar models in HDF5: GSM, and polytropes (POLY)",
     extensions: &["gsm", "h5"],
     feature: "gyre-hdf5",
@@ -54,7 +55,7 @@ pub const SPEC: FormatSpec = FormatSpec {
 
 /// Names that such files have and no others.
 fn sniff(head: &[u8]) -> Match {
-    let has = |what: &[u8]| head.windows(what.len()).any(|w| w == what);
+    let has = |what: &[u8]| contains(head, what);
     match head.starts_with(HDF5_SIGNATURE) {
         true if has(b"theta") && has(b"n_poly") || has(b"M_star") && has(b"R_star") => Match::Certain,
         true => Match::Container,

@@ -1,6 +1,6 @@
 //! Reader of both kinds of models.
 
-use super::SPEC;
+use super::schema::{NAME, PROFILES};
 use crate::common::hdf5_read::{Attributes, Reader};
 use crate::common::wanted::wanted;
 use crate::error::{FormatError, Result};
@@ -9,27 +9,6 @@ use crate::registry::{FieldRequest, FileContent};
 use crate::units::Unit;
 use std::f64::consts::PI;
 use std::path::Path;
-
-/// Datasets of GSM, what they are called here, and their units.
-const PROFILES: &[(&str, &str, &str)] = &[
-    ("rho", "density", "g/cm^3"),
-    ("T", "temperature", "K"),
-    ("P", "pressure", "dyn/cm^2"),
-    ("p", "pressure", "dyn/cm^2"),
-    ("L_r", "luminosity", "erg/s"),
-    ("M_r", "enclosed_mass", "g"),
-    ("w", "enclosed_mass", "g"),
-    ("Gamma_1", "gamma_1", ""),
-    ("nabla", "nabla", ""),
-    ("nabla_ad", "nabla_ad", ""),
-    ("delta", "delta", ""),
-    ("N2", "brunt_vaisala_squared", "s^-2"),
-    ("kap", "opacity", "cm^2/g"),
-    ("kappa", "opacity", "cm^2/g"),
-    ("eps", "energy_generation", "erg/g/s"),
-    ("epsilon", "energy_generation", "erg/g/s"),
-    ("Omega_rot", "angular_velocity", "rad/s"),
-];
 
 /// A model as read.
 struct Model {
@@ -47,7 +26,7 @@ struct Model {
 /// [`FormatError::Input`] where it is neither kind or contradicts itself, [`FormatError::Unsupported`] for polytropes of
 /// several regions, [`FormatError::Limit`], [`FormatError::Io`].
 pub fn read(path: &Path, request: &FieldRequest) -> Result<FileContent> {
-    let file = Reader::open(path, SPEC.name)?;
+    let file = Reader::open(path, NAME)?;
     let datasets = file.datasets("/")?;
     let has = |name: &str| datasets.iter().any(|d| d == name);
     let attributes = file.root_attributes()?;
@@ -72,7 +51,7 @@ pub fn read(path: &Path, request: &FieldRequest) -> Result<FileContent> {
     let variables = model.variables.into_iter().filter(|v| chosen.iter().any(|c| c == v.0));
     Ok(FileContent::Field(RawField {
         path: path.into(),
-        format: SPEC.name,
+        format: NAME,
         geometry: Geometry::Radial { nodes: model.nodes, unit: model.length },
         variables: variables
             .map(|(name, unit, values)| Variable {
@@ -125,7 +104,7 @@ fn polytrope(file: &Reader, path: &Path, attributes: &Attributes) -> Result<Mode
     if regions > 1.0 || indices.len() > 1 {
         let what =
             format!("a composite polytrope of {} regions; a single index is read", regions.max(indices.len() as f64));
-        return Err(FormatError::Unsupported { path: path.into(), format: SPEC.name, what });
+        return Err(FormatError::Unsupported { path: path.into(), format: NAME, what });
     }
     let Some(&index) = indices.first().filter(|n| n.is_finite() && **n >= 0.0) else {
         let problem = format!("is {indices:?}, expected one index that is not negative");
@@ -191,7 +170,7 @@ fn star(file: &Reader, attributes: &Attributes, datasets: &[String]) -> Result<M
 /// Enclosed masses from w = m / (M - m), which is infinite or huge where all the mass is enclosed.
 fn enclosed(file: &Reader, mass: Option<f64>) -> Result<Vec<f64>> {
     let Some(mass) = mass.filter(|m| m.is_finite() && *m > 0.0) else {
-        return Err(file.input("attribute 'M_star'", "is missing or no mass, which dataset 'w' needs"));
+        return Err(file.input("attribute 'M_star'", "is missing or not a mass, which dataset 'w' needs"));
     };
     let Some((_, values)) = file.array("w")? else {
         return Err(file.input("dataset 'w'", "expected numbers"));

@@ -2,7 +2,7 @@
 //!
 //! | what | read as |
 //! |---|---|
-//! | pixel | average over a square cell; the picture is 1 wide, and as high as its pixels are square |
+//! | pixel | average over a square cell; the picture is 1 wide, and so high that its pixels are square |
 //! | rows | the top one has the largest y |
 //! | 1 to 16 bits | density from 0 (black, vacuum) to 1 (white), so that the depth of the file changes nothing |
 //! | 32 bits, 64 bits and floats (TIFF) | density as it is; NaN is missing |
@@ -14,11 +14,15 @@
 //! animated PNG the still one; in TIFF, deflate, LZW and PackBits are read.
 
 use crate::registry::{Capabilities, FormatSpec, Match, ReadFn};
+use schema::{NAME, PNG, TIFF};
 
+#[cfg(feature = "image")]
+mod picture;
 #[cfg(feature = "image")]
 mod png;
 #[cfg(feature = "image")]
 mod read;
+mod schema;
 #[cfg(feature = "image")]
 mod tiff;
 
@@ -27,14 +31,9 @@ const READ: Option<ReadFn> = Some(read::read);
 #[cfg(not(feature = "image"))]
 const READ: Option<ReadFn> = None;
 
-/// First bytes of PNG files.
-const PNG: &[u8] = b"\x89PNG\r\n\x1a\n";
-/// First bytes of TIFF and BigTIFF files in both byte orders.
-const TIFF: [&[u8]; 4] = [b"II*\0", b"MM\0*", b"II+\0", b"MM\0+"];
-
 /// Data sheet of the format.
 pub const SPEC: FormatSpec = FormatSpec {
-    name: "image",
+    name: NAME,
     summary: "PNG and TIFF images as density maps in 2-D",
     extensions: &["png", "tif", "tiff"],
     feature: "image",

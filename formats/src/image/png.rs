@@ -1,6 +1,7 @@
 //! PNG, through the `png` crate.
 
-use super::read::{Picture, error};
+use super::picture::{Picture, error};
+use super::schema::NAME;
 use crate::error::{FormatError, Result};
 use crate::limits::Budget;
 use crate::model::Values;
@@ -13,7 +14,7 @@ pub fn decode(path: &Path, file: impl BufRead + Seek, budget: &Budget) -> Result
         DecodingError::IoError(e) if e.kind() != std::io::ErrorKind::UnexpectedEof => FormatError::io(path, "read", e),
         DecodingError::LimitsExceeded => FormatError::Limit {
             path: path.into(),
-            format: super::SPEC.name,
+            format: NAME,
             location: "image".into(),
             declared: "more memory".into(),
             allowed: format!("the {} bytes that are left to a file of its size", budget.left()),
@@ -31,7 +32,7 @@ pub fn decode(path: &Path, file: impl BufRead + Seek, budget: &Budget) -> Result
     let width_of_sample = if depth == BitDepth::Sixteen { 2 } else { 1 };
     // Beside the bytes themselves, their numbers as f32.
     let samples = (width as u64).saturating_mul(height as u64).saturating_mul(channels as u64);
-    budget.take(path, super::SPEC.name, "image", samples.saturating_mul(4 + width_of_sample))?;
+    budget.take(path, NAME, "image", samples.saturating_mul(4 + width_of_sample))?;
     let size = reader.output_buffer_size().ok_or_else(|| error(path, "is too large for this machine"))?;
     let mut bytes = vec![0; size];
     let frame = reader.next_frame(&mut bytes).map_err(fault)?;

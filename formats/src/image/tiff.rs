@@ -1,7 +1,7 @@
 //! TIFF, through the `tiff` crate.
 
-use super::SPEC;
-use super::read::{Picture, error};
+use super::picture::{Picture, error};
+use super::schema::NAME;
 use crate::error::{FormatError, Result};
 use crate::limits::Budget;
 use crate::model::Values;
@@ -47,7 +47,7 @@ pub fn decode(path: &Path, file: impl BufRead + Seek, budget: &Budget, notes: &m
         return Err(unsupported(path, format!("orientation {orientation}; save it upright")));
     }
     let samples = u64::from(width).saturating_mul(u64::from(height)).saturating_mul(channels as u64);
-    budget.take(path, SPEC.name, "image", samples.saturating_mul(SAMPLE_BYTES))?;
+    budget.take(path, NAME, "image", samples.saturating_mul(SAMPLE_BYTES))?;
     let decoded = decoder.read_image().map_err(fault)?;
     if decoder.more_images() {
         notes.push("the file has several images; the first was read".into());
@@ -58,7 +58,7 @@ pub fn decode(path: &Path, file: impl BufRead + Seek, budget: &Budget, notes: &m
 }
 
 fn unsupported(path: &Path, what: String) -> FormatError {
-    FormatError::Unsupported { path: path.into(), format: SPEC.name, what }
+    FormatError::Unsupported { path: path.into(), format: NAME, what }
 }
 
 /// The samples, and the number that is white: 1 where they are densities themselves.

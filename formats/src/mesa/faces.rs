@@ -41,7 +41,7 @@ pub fn nodes(text: &Text, sheet: &Sheet, radii: &[f64], center: f64) -> Result<V
     Ok([center].into_iter().chain(radii.iter().rev().copied()).collect())
 }
 
-/// Refuses enclosed masses that grow inwards: rows are then out of order, or the numbers are no masses.
+/// Refuses enclosed masses that grow inwards: rows are then out of order, or the numbers are not masses.
 ///
 /// # Errors
 /// [`crate::FormatError::Input`] with the line.

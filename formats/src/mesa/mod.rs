@@ -25,14 +25,16 @@ mod faces;
 mod quantities;
 #[cfg(feature = "mesa")]
 mod read;
+mod schema;
 #[cfg(feature = "mesa")]
 mod sheet;
 
 use crate::registry::{Capabilities, FormatSpec, Match, ReadFn};
+use schema::{HEADER_NAMES, NAME, is_numbering};
 
 /// Data sheet of the format.
 pub const SPEC: FormatSpec = FormatSpec {
-    name: "mesa",
+    name: NAME,
     summary: "MESA profile*.data stellar models",
     extensions: &["data"],
     feature: "mesa",
@@ -55,21 +57,6 @@ pub const SPEC: FormatSpec = FormatSpec {
 const READ: Option<ReadFn> = Some(read::read);
 #[cfg(not(feature = "mesa"))]
 const READ: Option<ReadFn> = None;
-
-/// Names of which every header has at least one among its first.
-const HEADER_NAMES: [&str; 5] = ["model_number", "num_zones", "star_age", "initial_mass", "version_number"];
-
-/// Whether a line is `1 2 3 ...`.
-fn is_numbering(line: &str) -> bool {
-    let mut count = 0_u64;
-    for field in line.split_whitespace() {
-        count += 1;
-        if field.parse() != Ok(count) {
-            return false;
-        }
-    }
-    count > 1
-}
 
 fn sniff(head: &[u8]) -> Match {
     let text = String::from_utf8_lossy(head);

@@ -1,8 +1,9 @@
 //! Reader of MESA profiles.
 
+use super::faces;
 use super::quantities::{DENSITY, MASS, Place, QUANTITIES, Quantity, RADIUS, Scale, is_mass_fraction};
+use super::schema::NAME;
 use super::sheet::Sheet;
-use super::{SPEC, faces};
 use crate::common::columns::{Candidate, select};
 use crate::common::text::Text;
 use crate::error::Result;
@@ -28,7 +29,7 @@ struct Solar {
 }
 
 pub fn read(path: &Path, request: &FieldRequest) -> Result<FileContent> {
-    let text = Text::read(path, SPEC.name)?;
+    let text = Text::read(path, NAME)?;
     let sheet = Sheet::parse(&text)?;
     let mut notes = Vec::new();
     let solar = solar_units(&sheet, &mut notes);
@@ -44,7 +45,7 @@ pub fn read(path: &Path, request: &FieldRequest) -> Result<FileContent> {
     );
     Ok(FileContent::Field(RawField {
         path: path.into(),
-        format: SPEC.name,
+        format: NAME,
         geometry: Geometry::Radial { nodes, unit: Unit::parse("cm") },
         variables,
         density,

@@ -1,6 +1,6 @@
 //! The layout of a profile: header entries and columns, as written.
 
-use super::is_numbering;
+use super::schema::is_numbering;
 use crate::common::text::{Text, parse_number};
 use crate::error::Result;
 

@@ -6,7 +6,8 @@
 //! value = stored * `scale_factor` + `add_offset`, in f64. Packed and integer variables become f64; plain f32
 //! stays f32.
 
-use super::read::File;
+use super::file::File;
+use super::schema::NAME;
 use crate::error::{FormatError, Result};
 use crate::limits::{MAX_EXPANSION, MAX_VARIABLE_BYTES};
 use crate::model::Values;
@@ -101,7 +102,7 @@ impl Packing {
     }
 }
 
-/// Whether none of `values` is masked; false where that has to be found out one by one.
+/// Whether none of `values` is masked; false where each has to be looked at.
 fn clean(packing: &Packing, values: &[f32]) -> bool {
     let mut missing = [f64::NAN; FEW];
     for (i, x) in packing.missing.iter().enumerate() {
@@ -155,7 +156,7 @@ pub fn is_numeric(dtype: &NcType) -> bool {
     )
 }
 
-/// Reads a variable; `fixed` gives the index of each dimension that is not wanted whole.
+/// Reads a variable; `fixed` gives the index along each dimension that is not read as a whole.
 ///
 /// # Errors
 /// [`FormatError::Limit`] where the declared size cannot be, [`FormatError::Input`].
@@ -198,7 +199,7 @@ pub fn read(file: &File, variable: &NcVariable, fixed: &[Option<u64>]) -> Result
     Ok(Decoded { values, masked })
 }
 
-/// What is wanted of a variable, in parts of about [`PART_BYTES`] that follow each other in the file, so that the bytes of a
+/// The part of a variable to read, in pieces of about [`PART_BYTES`] that follow each other in the file, so that the bytes of a
 /// large field are not all in memory beside its numbers; in one part where the file may be compressed, since a part could
 /// begin within a chunk.
 fn selections(file: &File, variable: &NcVariable, fixed: &[Option<u64>]) -> Vec<NcSliceInfo> {
@@ -282,17 +283,17 @@ fn check_size(file: &File, variable: &NcVariable, fixed: &[Option<u64>]) -> Resu
     if count.saturating_mul(width) > allowed || count.saturating_mul(8) > MAX_VARIABLE_BYTES {
         return Err(FormatError::Limit {
             path: file.path.into(),
-            format: super::NAME,
+            format: NAME,
             location: format!("variable '{}'", variable.name()),
             declared: format!("{shape:?} values of {width} bytes"),
             allowed: format!("the {allowed} bytes that a file of {} can hold", file.bytes),
         });
     }
-    // Of what is read, numbers are at hand as stored and, packed ones, as f64.
+    // Of what is read, memory holds the numbers as stored and, where they are packed, as f64.
     let read = shape.iter().enumerate().map(|(i, &k)| if fixed.get(i).copied().flatten().is_some() { 1 } else { k });
     let read = read.fold(1u64, |n, k| n.saturating_mul(k));
     let bytes = read.saturating_mul(if *variable.dtype() == NcType::Float { 4 } else { 8 });
-    file.budget.take(file.path, super::NAME, &format!("variable '{}'", variable.name()), bytes)
+    file.budget.take(file.path, NAME, &format!("variable '{}'", variable.name()), bytes)
 }
 
 /// How the file's order becomes the grid's: for each axis of the grid, fastest first, its length, its stride

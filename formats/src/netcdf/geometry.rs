@@ -2,7 +2,7 @@
 
 use super::axes::{self, Role, Steps};
 use super::decode;
-use super::read::{File, unit};
+use super::file::{File, unit};
 use crate::error::Result;
 use crate::model::{Coordinates, Geometry, GridAxis, Values};
 use netcdf_reader::NcVariable;
@@ -79,7 +79,7 @@ fn read_bounds(
     let touch = cells.windows(2).all(|w| (w[0].1 - w[1].0).abs() <= 1e-6 * (w[0].1 - w[0].0).abs());
     let enclose = cells.iter().zip(nodes).all(|(cell, x)| cell.0 < cell.1 && cell.0 <= *x && *x <= cell.1);
     if cells.len() != nodes.len() || !touch || !enclose {
-        notes.push(format!("left aside the bounds '{name}', which do not tile the axis '{}'", variable.name()));
+        notes.push(format!("ignored the bounds '{name}', which do not tile the axis '{}'", variable.name()));
         return Ok(None);
     }
     let mut bounds: Vec<f64> = cells.iter().map(|c| c.0).collect();

@@ -13,29 +13,30 @@
 //! values may be of another type than the data, or NaN; units may stand in a title only. Only the root group
 //! is read.
 
-use crate::registry::{Capabilities, FormatSpec, Match, ReadFn, WriteFn};
+use crate::registry::{Capabilities, FormatSpec, Match, ReadFn, WriteFn, contains};
 
 #[cfg(feature = "netcdf")]
-pub mod axes;
+mod axes;
 #[cfg(feature = "netcdf")]
-pub mod decode;
+mod decode;
 #[cfg(feature = "netcdf")]
-pub mod geometry;
+mod file;
 #[cfg(feature = "netcdf")]
-pub mod particles;
+mod geometry;
 #[cfg(feature = "netcdf")]
-pub mod read;
+mod particles;
+#[cfg(feature = "netcdf")]
+mod read;
+mod schema;
 
 #[cfg(feature = "netcdf")]
 const CODE: (Option<ReadFn>, Option<WriteFn>) = (Some(read::read), Some(particles::write));
 #[cfg(not(feature = "netcdf"))]
 const CODE: (Option<ReadFn>, Option<WriteFn>) = (None, None);
 
-const NAME: &str = "netcdf";
-
 /// Data sheet of the format.
 pub const SPEC: FormatSpec = FormatSpec {
-    name: NAME,
+    name: schema::NAME,
     summary: "NetCDF classic, 64-bit and NetCDF-4: fields, particles",
     extensions: &["nc", "nc4", "cdf"],
     feature: "netcdf",
@@ -57,7 +58,7 @@ pub const SPEC: FormatSpec = FormatSpec {
 /// Classic files have their own signature; NetCDF-4 files are HDF5, most with an attribute by which to know them.
 fn sniff(head: &[u8]) -> Match {
     let container = crate::registry::sniff_hdf5(head);
-    let marked = head.windows(13).any(|w| w == b"_NCProperties");
+    let marked = contains(head, b"_NCProperties");
     match head {
         [b'C', b'D', b'F', 1 | 2 | 5, ..] => Match::Certain,
         _ if container == Match::Container && marked => Match::Certain,

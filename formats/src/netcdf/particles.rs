@@ -2,25 +2,26 @@
 //!
 //! | object                     | content                                                                          |
 //! |----------------------------|----------------------------------------------------------------------------------|
-//! | dimension `particle`       | as long as there are particles; vectors other than below: `component_<n>` besides |
+//! | dimension `particle`       | one element per particle; vectors other than those below also have `component_<n>` |
 //! | x, y, z                    | positions, f64, with attributes `axis` and `units`                               |
 //! | vx, vy, vz                 | velocities, with `units`                                                         |
 //! | others                     | under their names, f32 (or f64), integers i32 or i64, with `units` where they have one |
 //! | global attributes          | `Conventions`, `featureType` = `point`, and the header's facts as texts: dimension, box_size, periodic, units_in_cgs, time, kernel, kernel_neighbors, and `provenance <key>` |
 //!
 //! Files are classic (CDF-2), or CDF-5 where an integer needs 64 bits or a variable 4 GiB; neither is compressed. Any
-//! file whose positions and masses lie on one dimension is read as particles, if no density is asked for by name.
+//! file whose positions and masses lie on one dimension is read as particles, unless a density is requested by name.
 
 use super::axes;
 use super::decode;
-use super::read::{File, metadata};
+use super::file::{File, metadata};
+use super::schema::NAME;
 use crate::common::assemble::{self, Named};
 use crate::common::facts::{Facts, texts};
 use crate::common::flatten::{Flat, flatten};
 use crate::common::netcdf_classic::{Attribute, ClassicFile, Data};
-use crate::common::particle_names as names;
 use crate::error::{FormatError, Result};
 use crate::model::{ParticleFile, Values};
+use crate::particle_names as names;
 use crate::registry::WriteOptions;
 use crate::units::Unit;
 use netcdf_reader::NcVariable;
@@ -96,7 +97,7 @@ enum Numbers {
 /// # Errors
 /// [`FormatError::Output`] where there are no particles or names that the format does not have, [`FormatError::Io`].
 pub fn write(path: &Path, particles: &ParticleFile, options: WriteOptions) -> Result<()> {
-    let refuse = |problem: String| FormatError::Output { path: path.into(), format: super::NAME, problem };
+    let refuse = |problem: String| FormatError::Output { path: path.into(), format: NAME, problem };
     let (count, columns) = flatten(particles).map_err(refuse)?;
     if count == 0 {
         return Err(refuse("there are no particles, and a dimension of NetCDF has at least one element".into()));

@@ -18,6 +18,7 @@ use crate::registry::{Capabilities, FormatSpec, Match, ReadFn, WriteFn};
 mod npy;
 #[cfg(feature = "numpy")]
 mod read;
+mod schema;
 #[cfg(feature = "numpy")]
 mod write;
 
@@ -26,13 +27,9 @@ const CODE: (Option<ReadFn>, Option<WriteFn>) = (Some(read::read), Some(write::w
 #[cfg(not(feature = "numpy"))]
 const CODE: (Option<ReadFn>, Option<WriteFn>) = (None, None);
 
-/// Name of the array that holds the header's facts.
-#[cfg(feature = "numpy")]
-const HEADER: &str = "header";
-
 /// Data sheet of the format.
 pub const SPEC: FormatSpec = FormatSpec {
-    name: "numpy",
+    name: schema::NAME,
     summary: "NumPy archives of particles (.npz), arrays of densities (.npy)",
     extensions: &["npz", "npy"],
     feature: "numpy",
@@ -52,7 +49,7 @@ pub const SPEC: FormatSpec = FormatSpec {
 };
 
 fn sniff(head: &[u8]) -> Match {
-    if head.starts_with(b"\x93NUMPY") {
+    if head.starts_with(schema::MAGIC) {
         Match::Certain
     } else if head.starts_with(b"PK\x03\x04") || head.starts_with(b"PK\x05\x06") {
         Match::Container

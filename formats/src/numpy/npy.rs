@@ -1,12 +1,12 @@
 //! One array in NumPy's own layout: magic, version, a Python dictionary as text, then the bare values.
 
+use super::schema::{MAGIC, NAME};
 use crate::error::{FormatError, Result};
 use crate::limits::MAX_VARIABLE_BYTES;
 use crate::model::Values;
 use std::io::Read;
 use std::path::Path;
 
-pub const MAGIC: &[u8; 6] = b"\x93NUMPY";
 /// Longest header that is read; NumPy itself stops at 10000 characters.
 const MAX_HEADER: usize = 1 << 16;
 /// Bytes decoded at a time.
@@ -36,7 +36,7 @@ pub struct Place<'a> {
 
 impl Place<'_> {
     pub fn error(&self, problem: impl Into<String>) -> FormatError {
-        FormatError::input(self.path, super::SPEC.name, format!("array '{}'", self.name), problem)
+        FormatError::input(self.path, NAME, format!("array '{}'", self.name), problem)
     }
 
     fn io(&self, e: std::io::Error) -> FormatError {
@@ -66,7 +66,7 @@ pub fn read(place: &Place<'_>, source: &mut impl Read, length: u64) -> Result<Ar
         field(&text, "shape").and_then(shape).ok_or_else(|| place.error("its header has no shape in numbers"))?;
     let kind = kind(descr).ok_or_else(|| FormatError::Unsupported {
         path: place.path.into(),
-        format: super::SPEC.name,
+        format: NAME,
         what: format!("array '{}' of type {descr}; save plain numbers of 16 to 64 bits", place.name),
     })?;
     let count = shape.iter().try_fold(1_u64, |n, &d| n.checked_mul(d as u64)).unwrap_or(u64::MAX);
@@ -74,7 +74,7 @@ pub fn read(place: &Place<'_>, source: &mut impl Read, length: u64) -> Result<Ar
     if bytes > length.min(MAX_VARIABLE_BYTES) {
         return Err(FormatError::Limit {
             path: place.path.into(),
-            format: super::SPEC.name,
+            format: NAME,
             location: format!("array '{}'", place.name),
             declared: format!("{bytes} bytes"),
             allowed: format!("the {length} that the file has for it"),

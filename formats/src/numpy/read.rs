@@ -1,13 +1,13 @@
 //! Reads archives and single arrays.
 
 use super::npy::{self, Array, Content, Place};
-use super::{HEADER, SPEC};
+use super::schema::{HEADER, MAGIC, NAME};
 use crate::common::assemble::{self, Named};
 use crate::common::facts::{Facts, unescaped};
-use crate::common::particle_names;
 use crate::error::{FormatError, Result};
 use crate::limits::{Budget, MAX_EXPANSION};
 use crate::model::{Coordinates, Geometry, GridAxis, Location, RawField, Values, Variable};
+use crate::particle_names;
 use crate::registry::{FieldRequest, FileContent};
 use std::fs::File;
 use std::io::{BufReader, Read, Seek};
@@ -22,7 +22,7 @@ pub(super) fn read(path: &Path, request: &FieldRequest) -> Result<FileContent> {
     let length = file.metadata().map_err(|e| FormatError::io(path, "open", e))?.len();
     let mut file = BufReader::new(file);
     let mut magic = [0; 6];
-    let is_single = file.read_exact(&mut magic).is_ok() && &magic == npy::MAGIC;
+    let is_single = file.read_exact(&mut magic).is_ok() && &magic == MAGIC;
     file.rewind().map_err(|e| FormatError::io(path, "read", e))?;
     if is_single {
         let name = request.density.as_deref().unwrap_or("density");
@@ -45,7 +45,7 @@ pub(super) fn read(path: &Path, request: &FieldRequest) -> Result<FileContent> {
 
 /// All arrays of an archive, by name without `.npy`.
 fn archive(path: &Path, file: BufReader<File>, budget: &Budget) -> Result<Vec<(String, Array)>> {
-    let damaged = |problem: String| FormatError::input(path, SPEC.name, "archive", problem);
+    let damaged = |problem: String| FormatError::input(path, NAME, "archive", problem);
     let mut archive = ZipArchive::new(file)
         .map_err(|e| damaged(format!("it is no NumPy archive, or its list of contents is damaged: {e}")))?;
     let mut arrays = Vec::new();
@@ -55,7 +55,7 @@ fn archive(path: &Path, file: BufReader<File>, budget: &Budget) -> Result<Vec<(S
         let Some(name) = name.strip_suffix(".npy") else { continue };
         let place = Place { path, name };
         let possible = entry.compressed_size().saturating_mul(MAX_EXPANSION).min(entry.size());
-        budget.take(path, SPEC.name, &format!("array '{name}'"), possible)?;
+        budget.take(path, NAME, &format!("array '{name}'"), possible)?;
         let array = npy::read(&place, &mut entry, possible)?;
         // The checksum is compared at the end of an entry only.
         match entry.read(&mut [0]) {
@@ -91,18 +91,18 @@ fn particles(path: &Path, arrays: Vec<(String, Array)>, facts: &str) -> Result<F
             }
             _ => facts.provenance.push((
                 "not read".into(),
-                format!("array '{name}' of shape {:?}, which is no column of {count} particles", array.shape),
+                format!("array '{name}' of shape {:?}, which is not a column of {count} particles", array.shape),
             )),
         }
     }
     let file = assemble::particles(count, named, facts);
-    file.map(FileContent::Particles).map_err(|(at, problem)| FormatError::input(path, SPEC.name, at, problem))
+    file.map(FileContent::Particles).map_err(|(at, problem)| FormatError::input(path, NAME, at, problem))
 }
 
 /// Arrays of one shape as a grid in the box from 0 to 1.
 fn grid(path: &Path, request: &FieldRequest, arrays: Vec<(String, Array)>) -> Result<FileContent> {
     let listed: Vec<String> = arrays.iter().map(|(n, a)| format!("{n} {:?}", a.shape)).collect();
-    let error = |problem: String| FormatError::input(path, SPEC.name, "arrays", problem);
+    let error = |problem: String| FormatError::input(path, NAME, "arrays", problem);
     let is_density = |n: &str| particle_names::standard(n) == Some(particle_names::DENSITY);
     let fits = |a: &Array| (1..=3).contains(&used(&a.shape).len()) && matches!(a.content, Content::Numbers(_));
     let wanted = match &request.density {
@@ -127,7 +127,7 @@ fn grid(path: &Path, request: &FieldRequest, arrays: Vec<(String, Array)>) -> Re
     let is_axis = |n: &String| named.contains(&n.as_str());
     let others: Vec<&String> = arrays.iter().filter(|(n, a)| a.shape != shape && !is_axis(n)).map(|(n, _)| n).collect();
     if !others.is_empty() {
-        notes.push(format!("arrays of other shapes were left aside: {others:?}"));
+        notes.push(format!("arrays of other shapes were left out: {others:?}"));
     }
     let mut variables = Vec::new();
     for (name, array) in arrays.into_iter().filter(|(n, a)| a.shape == shape && !is_axis(n)) {
@@ -150,7 +150,7 @@ fn grid(path: &Path, request: &FieldRequest, arrays: Vec<(String, Array)>) -> Re
     }
     Ok(FileContent::Field(RawField {
         path: path.into(),
-        format: SPEC.name,
+        format: NAME,
         geometry: Geometry::Grid { coordinates: Coordinates::Cartesian, axes },
         variables,
         density,
@@ -168,7 +168,7 @@ fn axes(path: &Path, arrays: &[(String, Array)], shape: &[usize]) -> Result<(Vec
     for (&n, name) in spanning {
         let found = arrays.iter().find(|(other, a)| other == name && shape != a.shape.as_slice());
         let Some((_, Array { shape: own, content: Content::Numbers(values), .. })) = found else { continue };
-        let wrong = |problem: String| FormatError::input(path, SPEC.name, format!("array '{name}'"), problem);
+        let wrong = |problem: String| FormatError::input(path, NAME, format!("array '{name}'"), problem);
         let (nodes, bounds) = match *own.as_slice() {
             [length] if length == n => (values.to_f64(), None),
             [length] if length == n + 1 => {
@@ -185,7 +185,7 @@ fn axes(path: &Path, arrays: &[(String, Array)], shape: &[usize]) -> Result<(Vec
     }
     if !named.is_empty() && axes.len() != cells.len() {
         let problem = format!("there are positions along {} only, expected them along all axes", named.join(", "));
-        return Err(FormatError::input(path, SPEC.name, "arrays", problem));
+        return Err(FormatError::input(path, NAME, "arrays", problem));
     }
     Ok((if named.is_empty() { std::mem::take(&mut cells) } else { axes }, named))
 }

@@ -1,6 +1,7 @@
 //! Writes particles as an archive of arrays.
 
-use super::{HEADER, SPEC, npy};
+use super::npy;
+use super::schema::{HEADER, NAME};
 use crate::common::facts::{escaped, texts};
 use crate::common::flatten::{Flat, flatten};
 use crate::error::{FormatError, Result};
@@ -18,7 +19,7 @@ const BUFFER: usize = 1 << 16;
 const LARGE: usize = 1 << 31;
 
 pub(super) fn write(path: &Path, file: &ParticleFile, options: WriteOptions) -> Result<()> {
-    let refuse = |problem: String| FormatError::Output { path: path.into(), format: SPEC.name, problem };
+    let refuse = |problem: String| FormatError::Output { path: path.into(), format: NAME, problem };
     if path.extension().is_some_and(|e| e == "npy") {
         return Err(refuse("particles are several arrays, which go into .npz; .npy holds one".into()));
     }

@@ -1,9 +1,9 @@
 //! Tags, particle types and constants of a dump.
 
+use super::schema::NAME;
 use crate::common::flavor::{Flavor, Need, Quantity, Rule, Source, Storage};
-use crate::common::particle_names as names;
+use crate::particle_names as names;
 
-pub const FORMAT: &str = "phantom";
 /// Characters of the identity and of a tag.
 pub const IDENTITY: usize = 100;
 pub const TAG: usize = 16;
@@ -85,7 +85,7 @@ const RULES: &[Rule] = &[
 
 /// What a dump needs of every species.
 pub const FLAVOR: Flavor = Flavor {
-    format: FORMAT,
+    format: NAME,
     rules: RULES,
     header: &[],
     box_vector: true,

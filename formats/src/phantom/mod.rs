@@ -29,6 +29,7 @@
 //! Records of 2 GiB and more are split as gfortran does it: a negative length says that more follows or came before.
 
 use crate::registry::{Capabilities, FormatSpec, Match, ReadFn, WriteFn};
+use schema::{CAPTURE, NAME};
 
 #[cfg(feature = "phantom")]
 mod layout;
@@ -36,6 +37,7 @@ mod layout;
 mod read;
 #[cfg(feature = "phantom")]
 mod records;
+mod schema;
 #[cfg(feature = "phantom")]
 mod write;
 
@@ -46,7 +48,7 @@ const CODE: (Option<ReadFn>, Option<WriteFn>) = (None, None);
 
 /// Data sheet of the format.
 pub const SPEC: FormatSpec = FormatSpec {
-    name: "phantom",
+    name: NAME,
     summary: "Phantom dumps (tagged Fortran records)",
     extensions: &["phantom", "tmp"],
     feature: "phantom",
@@ -55,7 +57,7 @@ pub const SPEC: FormatSpec = FormatSpec {
         read_field: false,
         read_particles: true,
         write_particles: true,
-        requires: &[crate::common::particle_names::INTERNAL_ENERGY],
+        requires: &[crate::particle_names::INTERNAL_ENERGY],
         geometries: &[],
         dimensions: &[3],
         equal_masses: true,
@@ -64,9 +66,6 @@ pub const SPEC: FormatSpec = FormatSpec {
     read: CODE.0,
     write: CODE.1,
 };
-
-/// First integer of every dump.
-const CAPTURE: i32 = 60769;
 
 /// The length of the first record and the integer in it, in either byte order.
 fn sniff(head: &[u8]) -> Match {

@@ -1,19 +1,19 @@
 //! Reads full and small dumps, of one or several MPI processes.
 
-use super::CAPTURE;
-use super::layout::{CAPTURE_END, CAPTURE_REAL, FORMAT, HFACT, IDENTITY, KINDS, Kind, SUPPORT, TAG, part_type};
+use super::layout::{CAPTURE_END, CAPTURE_REAL, HFACT, IDENTITY, KINDS, Kind, SUPPORT, TAG, part_type};
 use super::records::Records;
+use super::schema::{CAPTURE, NAME};
 use crate::common::assemble::{self, Named};
 use crate::common::facts::Facts;
-use crate::common::particle_names as names;
 use crate::error::{FormatError, Result};
 use crate::limits::MAX_VARIABLE_BYTES;
 use crate::model::{Column, ParticleFile, Values};
+use crate::particle_names as names;
 use crate::registry::{FieldRequest, FileContent};
 use crate::units::UnitSystem;
 use std::path::Path;
 
-/// Most items of a header block, arrays of a type and MPI blocks that are believed.
+/// Most items of a header block, arrays of a type and MPI blocks that are accepted.
 const MAX_ITEMS: i64 = 4096;
 
 pub(super) fn read(path: &Path, _request: &FieldRequest) -> Result<FileContent> {
@@ -23,7 +23,7 @@ pub(super) fn read(path: &Path, _request: &FieldRequest) -> Result<FileContent> 
     if identity.get(1) != Some(&b'T') {
         return Err(FormatError::Unsupported {
             path: path.into(),
-            format: FORMAT,
+            format: NAME,
             what: "a dump without tags; read it with a recent Phantom and write it again".into(),
         });
     }

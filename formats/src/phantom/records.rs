@@ -1,7 +1,7 @@
 //! Fortran records as gfortran writes them, long ones in parts. No length is believed before the file is seen to be
 //! that long.
 
-use super::layout::FORMAT;
+use super::schema::NAME;
 use crate::error::{FormatError, Result};
 use std::fs::File;
 use std::io::{BufReader, Read, Seek, SeekFrom, Write};
@@ -32,7 +32,7 @@ impl<'a> Records<'a> {
     }
 
     pub fn error(&self, location: &str, problem: impl Into<String>) -> FormatError {
-        FormatError::input(self.path, FORMAT, format!("{location}, before byte {}", self.at), problem)
+        FormatError::input(self.path, NAME, format!("{location}, before byte {}", self.at), problem)
     }
 
     /// The next record, of any length up to `most` bytes.
@@ -79,7 +79,7 @@ impl<'a> Records<'a> {
             if length.saturating_add(4) > left {
                 return Err(FormatError::Limit {
                     path: self.path.into(),
-                    format: FORMAT,
+                    format: NAME,
                     location: format!("{location}, before byte {}", self.at),
                     declared: format!("{length} bytes"),
                     allowed: format!("the {left} that are left of the file"),
@@ -156,7 +156,7 @@ impl<W: Write> Parts<'_, W> {
         while !bytes.is_empty() {
             if self.in_part == self.part {
                 if self.left == 0 {
-                    return Err(std::io::Error::other("a record is longer than it was said to be"));
+                    return Err(std::io::Error::other("a record is longer than announced"));
                 }
                 self.end()?;
                 self.begin()?;

@@ -1,12 +1,12 @@
 //! Writes a full dump.
 
-use super::CAPTURE;
 use super::layout::{CAPTURE_END, CAPTURE_REAL, FLAVOR, GAMMA, HFACT, IDENTITY, KINDS, Kind, TAG, TYPES, itype};
 use super::records;
+use super::schema::CAPTURE;
 use crate::common::flavor::{Component, Job, Planned, Storage};
-use crate::common::particle_names as names;
 use crate::error::{FormatError, Result};
 use crate::model::{ParticleFile, Species};
+use crate::particle_names as names;
 use crate::registry::WriteOptions;
 use crate::units::{GRAVITATIONAL_CONSTANT_CGS, UnitDimension, UnitSystem};
 use std::fs::File;

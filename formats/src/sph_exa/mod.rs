@@ -30,14 +30,14 @@
 //!
 //! Layout after SPH-EXA's `main/src/init/file_init.hpp`, `main/src/io/ifile_io_hdf5.cpp`, `sph/particles_data.hpp`.
 
-use crate::registry::{Capabilities, FormatSpec, Match, ReadFn, WriteFn};
+use crate::registry::{Capabilities, FormatSpec, Match, ReadFn, WriteFn, contains};
 
 #[cfg(feature = "sph-exa")]
-pub mod read;
+mod read;
 #[cfg(feature = "sph-exa")]
-pub mod schema;
+mod schema;
 #[cfg(feature = "sph-exa")]
-pub mod write;
+mod write;
 
 #[cfg(feature = "sph-exa")]
 const CODE: (Option<ReadFn>, Option<WriteFn>) = (Some(read::read), Some(write::write));
@@ -55,7 +55,7 @@ pub const SPEC: FormatSpec = FormatSpec {
         read_field: false,
         read_particles: true,
         write_particles: true,
-        requires: &[crate::common::particle_names::INTERNAL_ENERGY],
+        requires: &[crate::particle_names::INTERNAL_ENERGY],
         geometries: &[],
         dimensions: &[3],
         equal_masses: false,
@@ -68,6 +68,6 @@ pub const SPEC: FormatSpec = FormatSpec {
 /// Files that the HDF5 library wrote name a step at their start; ours do not.
 fn sniff(head: &[u8]) -> Match {
     let container = crate::registry::sniff_hdf5(head);
-    let step = head.windows(5).any(|w| w == b"Step#");
+    let step = contains(head, b"Step#");
     if container == Match::Container && step { Match::Certain } else { container }
 }

@@ -1,14 +1,13 @@
 //! Reads the last step of an SPH-EXA file: initial conditions and outputs.
 
-use super::SPEC;
-use super::schema::{CONSTANTS, EXPONENTS, GAMMA, MUI, PARTS, STEP, SUPPORT, heat_capacity};
+use super::schema::{CONSTANTS, EXPONENTS, FLAVOR, GAMMA, MUI, PARTS, STEP, SUPPORT, heat_capacity};
 use crate::common::assemble::{self, Named};
 use crate::common::facts::Facts;
 use crate::common::hdf5_read::{Attributes, Reader, Shape};
-use crate::common::particle_names as names;
 use crate::common::snapshot::OWN_GROUP;
 use crate::error::Result;
 use crate::model::{ParticleFile, Values};
+use crate::particle_names as names;
 use crate::registry::{FieldRequest, FileContent};
 use crate::units::UnitDimension;
 use std::path::Path;
@@ -24,14 +23,14 @@ const DISPLACEMENTS: [&str; 3] = ["x_m1", "y_m1", "z_m1"];
 /// [`crate::FormatError::Input`] where the file is damaged or has no step, [`crate::FormatError::Limit`],
 /// [`crate::FormatError::Io`].
 pub fn read(path: &Path, _request: &FieldRequest) -> Result<FileContent> {
-    let file = Reader::open(path, SPEC.name)?;
+    let file = Reader::open(path, FLAVOR.format)?;
     let group = last_step(&file)?;
     let attributes = file.group_attributes(&group)?;
     let mut facts = own_facts(&file)?;
     let mut datasets = read_datasets(&file, &group)?;
     let count = match datasets.iter().find(|d| d.0 == "x") {
         Some((_, Some((shape, _)))) if shape.columns == 1 => shape.rows,
-        _ => return Err(file.input(format!("dataset '{group}/x'"), "it is no list of numbers, one per particle")),
+        _ => return Err(file.input(format!("dataset '{group}/x'"), "it is not a list of numbers, one per particle")),
     };
     check_lengths(&file, &group, &datasets, count, attributes.number("numParticlesGlobal"))?;
     let mut arrays = Vec::new();
@@ -108,7 +107,7 @@ fn check_lengths(
         match datasets.iter().find(|d| d.0 == part.name) {
             Some((_, Some((shape, _)))) if shape.rows == count && shape.columns == 1 => {}
             Some(_) => {
-                return Err(file.input(location(), format!("it is no list of {count} numbers, one per particle")));
+                return Err(file.input(location(), format!("it is not a list of {count} numbers, one per particle")));
             }
             None if part.from == names::COORDINATES => return Err(file.input(location(), "it is missing")),
             None => {}

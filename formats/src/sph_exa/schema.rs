@@ -1,7 +1,7 @@
-//! What SPH-EXA's columns are made of, and its constants.
+//! The columns of SPH-EXA and its constants.
 
 use crate::common::flavor::{Flavor, Need, Quantity, Rule, Source, Storage};
-use crate::common::particle_names as names;
+use crate::particle_names as names;
 
 /// Prefix of the group of one point in time.
 pub const STEP: &str = "Step#";
@@ -29,7 +29,7 @@ pub struct Part {
     pub from: &'static str,
     pub component: usize,
     pub factor: Factor,
-    /// f8 whatever the precision asked for.
+    /// f8 whatever the requested precision.
     pub double: bool,
 }
 

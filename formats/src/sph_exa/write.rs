@@ -4,10 +4,10 @@ use super::schema::{self, CONSTANTS, EXPONENTS, FLAVOR, Factor, GAMMA, MUI, PART
 use crate::common::facts;
 use crate::common::flavor::{Component, Job, Planned, Storage};
 use crate::common::hdf5::{Dataset, Group, Writer};
-use crate::common::particle_names as names;
 use crate::common::snapshot::OWN_GROUP;
 use crate::error::Result;
 use crate::model::{ParticleFile, Species};
+use crate::particle_names as names;
 use crate::registry::WriteOptions;
 use crate::units::{GRAVITATIONAL_CONSTANT_CGS, UnitDimension};
 use std::path::Path;

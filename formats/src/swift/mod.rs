@@ -17,9 +17,9 @@
 use crate::registry::{Capabilities, FormatSpec};
 
 #[cfg(feature = "swift")]
-pub mod schema;
+mod schema;
 #[cfg(feature = "swift")]
-pub mod write;
+mod write;
 
 #[cfg(feature = "swift")]
 const WRITE: Option<crate::registry::WriteFn> = Some(write::write);
@@ -37,7 +37,7 @@ pub const SPEC: FormatSpec = FormatSpec {
         read_field: false,
         read_particles: false,
         write_particles: true,
-        requires: &[crate::common::particle_names::INTERNAL_ENERGY],
+        requires: &[crate::particle_names::INTERNAL_ENERGY],
         geometries: &[],
         dimensions: &[1, 2, 3],
         equal_masses: false,

@@ -1,7 +1,7 @@
 //! The datasets of a SWIFT initial-conditions file, as its hydro schemes' `hydro_io.h` lists them.
 
 use crate::common::flavor::{CUBIC_SPLINE_ETA, Flavor, Need, Quantity, Rule, Source, Storage};
-use crate::common::particle_names as names;
+use crate::particle_names as names;
 
 #[rustfmt::skip]
 const RULES: &[Rule] = &[

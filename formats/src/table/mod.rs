@@ -5,7 +5,7 @@
 //! | comments | lines from `#`, `!`, `%` or `//`, anywhere |
 //! | header | the line above the numbers, or the last comment line with one name per column; names may hold spaces where two or more separate them or the columns have fixed widths; `[ Mass ]` |
 //! | units | `density [kg/m^3]`, `radius(m)`, `radius_cm`, or a comment line `# unit ...` |
-//! | numbers | as in C and Fortran; columns of texts are left aside |
+//! | numbers | as in C and Fortran; columns of text are left out |
 //!
 //! What the columns make of it:
 //! * `r`, `radius` or `rmid`: a radial profile, in either order of rows; two equal radii in a row are a jump. X, Y, Z
@@ -33,6 +33,7 @@ mod points;
 mod radial;
 #[cfg(feature = "table")]
 mod read;
+mod schema;
 #[cfg(feature = "table")]
 mod sheet;
 
@@ -40,7 +41,7 @@ use crate::registry::{Capabilities, FormatSpec, Match, ReadFn, WriteFn};
 
 /// Data sheet of the format.
 pub const SPEC: FormatSpec = FormatSpec {
-    name: "table",
+    name: schema::NAME,
     summary: "Tables with a header, comma or white-space separated",
     extensions: &["csv", "dat", "txt", "tab", "data", "tsv"],
     feature: "table",

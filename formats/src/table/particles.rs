@@ -1,14 +1,14 @@
 //! Particles as a table: one row each, the header's facts in comments.
 
-use super::SPEC;
 use super::layout::{is_middle_radius, is_radius, normalized};
+use super::schema::NAME;
 use super::sheet::Sheet;
 use crate::common::assemble::{self, Named};
 use crate::common::facts::{Facts, escaped, texts, unescaped};
-use crate::common::particle_names as names;
 use crate::common::text::Text;
 use crate::error::{FormatError, Result};
 use crate::model::{Column, ParticleFile, Species, Values};
+use crate::particle_names as names;
 use crate::registry::WriteOptions;
 use crate::units::Unit;
 use std::fmt::Write as _;
@@ -61,7 +61,7 @@ pub fn read(text: &Text, path: &Path, sheet: Sheet) -> Result<ParticleFile> {
         }
     }
     arrays.iter_mut().filter(|a| a.components > 1).for_each(|a| interleave(a, count));
-    assemble::particles(count, arrays, facts).map_err(|(at, problem)| FormatError::input(path, SPEC.name, at, problem))
+    assemble::particles(count, arrays, facts).map_err(|(at, problem)| FormatError::input(path, NAME, at, problem))
 }
 
 fn component_name(name: &str, component: usize) -> String {
@@ -87,10 +87,10 @@ fn interleave(array: &mut Named, count: usize) {
 /// # Errors
 /// [`FormatError::Output`] where there are no particles or integers do not survive, [`FormatError::Io`].
 pub fn write(path: &Path, file: &ParticleFile, options: WriteOptions) -> Result<()> {
-    let refuse = |problem: String| FormatError::Output { path: path.into(), format: SPEC.name, problem };
+    let refuse = |problem: String| FormatError::Output { path: path.into(), format: NAME, problem };
     let species: Vec<&Species> = file.species.iter().filter(|s| s.table.count > 0).collect();
     if species.is_empty() {
-        return Err(refuse("there are no particles, and a table without rows is none".into()));
+        return Err(refuse("there are no particles, and a table has at least one row".into()));
     }
     let separator = match path.extension().and_then(|e| e.to_str()) {
         Some("csv") | None => ",",

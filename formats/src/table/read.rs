@@ -5,8 +5,9 @@ use super::layout::{
     Heading, Layout, cartesian_axis, is_density, is_middle_radius, is_outer_radius, is_radius, normalized,
 };
 use super::points::{arrange, distinct};
+use super::schema::NAME;
 use super::sheet::Sheet;
-use super::{SPEC, particles, radial};
+use super::{particles, radial};
 use crate::common::columns::{Candidate, select};
 use crate::common::text::Text;
 use crate::error::{FormatError, Result};
@@ -22,7 +23,7 @@ const MAX_COMMENTS: usize = 100;
 type Placed = (Geometry, Vec<(Heading, Location, Vec<f64>)>);
 
 pub fn read(path: &Path, request: &FieldRequest) -> Result<FileContent> {
-    let text = Text::read(path, SPEC.name)?;
+    let text = Text::read(path, NAME)?;
     let layout = Layout::find(&text)?;
     let sheet = Sheet::parse(&text, layout)?;
     if particles::are_particles(&sheet) {
@@ -30,7 +31,7 @@ pub fn read(path: &Path, request: &FieldRequest) -> Result<FileContent> {
     }
     let mut notes = Vec::new();
     if !sheet.texts.is_empty() {
-        notes.push(format!("columns of texts were left aside: {}", sheet.texts.join(", ")));
+        notes.push(format!("columns of text were left out: {}", sheet.texts.join(", ")));
     }
     let comments = sheet.comments.iter().take(MAX_COMMENTS);
     let metadata = comments.map(|c| ("comment".to_owned(), c.clone())).collect();
@@ -50,7 +51,7 @@ pub fn read(path: &Path, request: &FieldRequest) -> Result<FileContent> {
         let found = variables.iter().find(|v| Some(&v.name) == density.as_ref());
         notes.extend(found.and_then(|v| radial::mean_density_note(nodes, unit.as_ref(), v)));
     }
-    let field = RawField { path: path.into(), format: SPEC.name, geometry, variables, density, metadata, notes };
+    let field = RawField { path: path.into(), format: NAME, geometry, variables, density, metadata, notes };
     Ok(FileContent::Field(field))
 }
 
@@ -125,7 +126,7 @@ fn length_unit(path: &Path, heading: Option<&Heading>) -> Result<Option<Unit>> {
         }
         _ => {
             let what = format!("the unit '{symbol}' of '{}', expected a length such as cm, km, Rsun", heading.name);
-            Err(FormatError::Unsupported { path: path.into(), format: SPEC.name, what })
+            Err(FormatError::Unsupported { path: path.into(), format: NAME, what })
         }
     }
 }
@@ -136,7 +137,7 @@ fn place_points(text: &Text, path: &Path, sheet: Sheet, axes: &[usize], notes: &
     let unit = units.first().cloned().flatten();
     if units.iter().any(|u| u.as_ref().map(|u| u.to_cgs) != unit.as_ref().map(|u| u.to_cgs)) {
         let what = "coordinates with different units; give all of them in the same".to_owned();
-        return Err(FormatError::Unsupported { path: path.into(), format: SPEC.name, what });
+        return Err(FormatError::Unsupported { path: path.into(), format: NAME, what });
     }
     let names: Vec<String> = headings.iter().map(|h| h.name.clone()).collect();
     let coordinates: Vec<&[f64]> =

@@ -30,7 +30,7 @@ struct Pending {
 
 impl Sheet {
     /// # Errors
-    /// [`crate::FormatError::Input`] where a row has not one field per column or a field is no number.
+    /// [`crate::FormatError::Input`] where a row does not have one field per column, or a field is not a number.
     pub fn parse(text: &Text, layout: Layout) -> Result<Self> {
         let mut pending: Vec<Pending> = Vec::with_capacity(layout.headings.len());
         for heading in layout.headings {

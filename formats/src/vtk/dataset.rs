@@ -1,11 +1,10 @@
-//! What both VTK syntaxes come to, and how that becomes a raw field.
+//! What a file of either syntax holds, and how that becomes a raw field.
 
+use super::schema::NAME;
 use crate::error::{FormatError, Result};
 use crate::model::{Cells, Coordinates, Geometry, GridAxis, Location, RawField, Values, Variable};
 use crate::registry::FieldRequest;
 use std::path::Path;
-
-pub(super) const FORMAT: &str = "vtk";
 
 /// One data array.
 pub(super) struct DataArray {
@@ -14,7 +13,7 @@ pub(super) struct DataArray {
     pub values: Values,
 }
 
-/// The points of a dataset and how they hang together.
+/// The points of a dataset and how they are connected.
 pub(super) enum Shape {
     /// Node positions along x, y, z, any direction.
     Axes([Vec<f64>; 3]),
@@ -47,7 +46,7 @@ pub(super) fn field(path: &Path, dataset: Dataset, request: &FieldRequest) -> Re
             if array.components == 0 || places.checked_mul(array.components) != Some(array.values.len()) {
                 return Err(FormatError::input(
                     path,
-                    FORMAT,
+                    NAME,
                     format!("array '{}'", array.name),
                     format!(
                         "has {} values, expected {} for each of {places} {}",
@@ -75,7 +74,7 @@ pub(super) fn field(path: &Path, dataset: Dataset, request: &FieldRequest) -> Re
     if let Some(carry) = &request.carry {
         variables.retain(|v| carry.contains(&v.name) || density.as_ref() == Some(&v.name));
     }
-    Ok(RawField { path: path.into(), format: FORMAT, geometry, variables, density, metadata: Vec::new(), notes })
+    Ok(RawField { path: path.into(), format: NAME, geometry, variables, density, metadata: Vec::new(), notes })
 }
 
 /// The name, or one made from it where point and cell data share it: it could not be chosen otherwise.
@@ -107,9 +106,9 @@ fn density(
         let known: Vec<_> = scalars.iter().map(|v| v.name.as_str()).collect();
         return Err(FormatError::input(
             path,
-            FORMAT,
+            NAME,
             format!("array '{name}'"),
-            format!("is no scalar of the file; it has {}", known.join(", ")),
+            format!("is not a scalar of the file, which has {}", known.join(", ")),
         ));
     }
     const NAMES: [&str; 4] = ["density", "rho", "mass_density", "dens"];
@@ -117,7 +116,7 @@ fn density(
         return Ok(Some(v.name.clone()));
     }
     if let [one] = scalars.as_slice() {
-        notes.push(format!("'{}' is taken for the density, being the only scalar", one.name));
+        notes.push(format!("'{}' is taken as the density, being the only scalar", one.name));
         return Ok(Some(one.name.clone()));
     }
     Ok(None)
@@ -191,7 +190,7 @@ fn structured(path: &Path, dimensions: [usize; 3], points: Vec<[f64; 3]>) -> Res
         _ => {
             return Err(FormatError::Unsupported {
                 path: path.into(),
-                format: FORMAT,
+                format: NAME,
                 what: format!("a structured grid of {dimensions:?} points, which encloses nothing"),
             });
         }
@@ -212,7 +211,7 @@ fn structured(path: &Path, dimensions: [usize; 3], points: Vec<[f64; 3]>) -> Res
     if wide.len() == 2 && dimension == 3 {
         return Err(FormatError::Unsupported {
             path: path.into(),
-            format: FORMAT,
+            format: NAME,
             what: "a surface in space, which encloses nothing".into(),
         });
     }
@@ -255,7 +254,7 @@ fn mesh(path: &Path, points: Vec<[f64; 3]>, mut cells: Cells) -> Result<Geometry
     if !unknown.is_empty() {
         return Err(FormatError::Unsupported {
             path: path.into(),
-            format: FORMAT,
+            format: NAME,
             what: format!(
                 "cells of VTK types {unknown:?}; known are triangles, quads, tetrahedra, hexahedra, wedges and pyramids"
             ),

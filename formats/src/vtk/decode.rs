@@ -1,7 +1,8 @@
 //! Arrays of XML files: ASCII, base64 and raw data, with zlib, LZ4 and LZMA blocks.
 
-use super::dataset::{DataArray, FORMAT};
-use super::xml::{Attributes, Element};
+use super::dataset::DataArray;
+use super::element::{Attributes, Element};
+use super::schema::NAME;
 use crate::error::{FormatError, Result};
 use crate::limits::Budget;
 use crate::model::Values;
@@ -9,7 +10,7 @@ use base64::Engine;
 use std::io::Read;
 use std::path::Path;
 
-/// More components than this are no row of one quantity; tensors have 9.
+/// More components than this are not one quantity; tensors have 9.
 const MAX_COMPONENTS: usize = 4096;
 
 /// Whether an attribute of the file has the second of its two values; the first stands where there is none.
@@ -19,7 +20,7 @@ fn one_of(path: &Path, file: &Attributes, key: &str, values: [&str; 2]) -> Resul
         Some(value) if values.contains(&value.as_str()) => Ok(value == values[1]),
         Some(value) => {
             let problem = format!("is '{value}', expected {} or {}", values[0], values[1]);
-            Err(FormatError::input(path, FORMAT, format!("attribute {key} of VTKFile"), problem))
+            Err(FormatError::input(path, NAME, format!("attribute {key} of VTKFile"), problem))
         }
     }
 }
@@ -57,7 +58,7 @@ impl<'a> Decoder<'a> {
     pub fn array(&self, element: &Element) -> Result<DataArray> {
         let attribute = |key: &str| element.attributes.get(key).map_or("", String::as_str);
         let name = attribute("Name").to_owned();
-        let broken = |problem: String| FormatError::input(self.path, FORMAT, format!("array '{name}'"), problem);
+        let broken = |problem: String| FormatError::input(self.path, NAME, format!("array '{name}'"), problem);
         let components = match attribute("NumberOfComponents") {
             // VTK leaves it out for scalars.
             "" => 1,
@@ -129,7 +130,7 @@ impl<'a> Decoder<'a> {
         let decode = |from: usize, bytes: usize| -> std::result::Result<Vec<u8>, String> {
             let end = from.checked_add(characters(bytes)).ok_or("declares an absurd size")?;
             let part = text.get(from..end).ok_or("is cut off")?;
-            base64::engine::general_purpose::STANDARD.decode(part).map_err(|e| format!("is no valid base64: {e}"))
+            base64::engine::general_purpose::STANDARD.decode(part).map_err(|e| format!("is not valid base64: {e}"))
         };
         let word = self.word();
         if self.compressor.is_none() {
@@ -175,7 +176,7 @@ impl<'a> Decoder<'a> {
             let last = b + 1 == sizes.len() && header[2] > 0;
             let expected = if last { header[2] } else { header[1] };
             let bytes = (expected as u64).saturating_mul(2);
-            self.budget.take(self.path, FORMAT, "compressed data", bytes).map_err(|e| e.to_string())?;
+            self.budget.take(self.path, NAME, "compressed data", bytes).map_err(|e| e.to_string())?;
             let packed = data.get(at..at + size).ok_or("is cut off")?;
             at += size;
             let before = out.len();

@@ -3,8 +3,9 @@
 //! A cursor over the bytes reads words and, behind each keyword, as many numbers as its counts say; counts are
 //! checked against what is left of the file first.
 
-use super::dataset::{DataArray, Dataset, FORMAT, Shape, triples};
+use super::dataset::{DataArray, Dataset, Shape, triples};
 use super::decode::numbers;
+use super::schema::NAME;
 use crate::error::{FormatError, Result};
 use crate::model::{Cells, Values};
 use std::path::Path;
@@ -19,7 +20,7 @@ struct Cursor<'a> {
 
 pub(super) fn read(path: &Path, bytes: &[u8]) -> Result<Dataset> {
     let mut cursor = Cursor { bytes, at: 0, binary: false };
-    dataset(&mut cursor).map_err(|problem| FormatError::input(path, FORMAT, format!("byte {}", cursor.at), problem))
+    dataset(&mut cursor).map_err(|problem| FormatError::input(path, NAME, format!("byte {}", cursor.at), problem))
 }
 
 impl Cursor<'_> {

@@ -13,11 +13,14 @@ mod dataset;
 #[cfg(feature = "vtk")]
 mod decode;
 #[cfg(feature = "vtk")]
+mod element;
+#[cfg(feature = "vtk")]
 mod legacy;
 #[cfg(feature = "vtk")]
 mod particles;
 #[cfg(feature = "vtk")]
 mod read;
+mod schema;
 #[cfg(feature = "vtk")]
 mod write;
 #[cfg(feature = "vtk")]
@@ -27,7 +30,7 @@ use crate::registry::{Capabilities, FormatSpec, Match};
 
 /// Data sheet of the format.
 pub const SPEC: FormatSpec = FormatSpec {
-    name: "vtk",
+    name: schema::NAME,
     summary: "VTK XML and legacy files, for ParaView",
     extensions: &["vtu", "vtp", "vtk", "vti", "vtr", "vts"],
     feature: "vtk",

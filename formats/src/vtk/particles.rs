@@ -4,12 +4,13 @@
 //! files have no place for it.
 //! There, axes on which all particles are at 0 and at rest count as unused.
 
-use super::dataset::{DataArray, Dataset, FORMAT, Shape};
+use super::dataset::{DataArray, Dataset, Shape};
+use super::schema::NAME;
 use crate::common::assemble::{self, Named};
 use crate::common::facts::{Facts, escaped, texts, unescaped};
-use crate::common::particle_names as names;
 use crate::error::{FormatError, Result};
 use crate::model::{Column, ParticleFile, RunHeader, Values};
+use crate::particle_names as names;
 use crate::units::Unit;
 use std::path::Path;
 
@@ -50,7 +51,7 @@ pub(super) fn are_particles(dataset: &Dataset) -> bool {
 pub(super) fn particles(path: &Path, dataset: Dataset, bytes: &[u8]) -> Result<ParticleFile> {
     let Dataset { shape, point_data, .. } = dataset;
     let Shape::Cells { points, .. } = shape else {
-        return Err(FormatError::input(path, FORMAT, "points", "there are none"));
+        return Err(FormatError::input(path, NAME, "points", "there are none"));
     };
     let head = String::from_utf8_lossy(bytes.get(..HEAD.min(bytes.len())).unwrap_or_default());
     let found: Vec<(&str, String)> = head
@@ -70,7 +71,7 @@ pub(super) fn particles(path: &Path, dataset: Dataset, bytes: &[u8]) -> Result<P
         let unit = unit(&a.name).and_then(Unit::parse);
         Named { name: a.name, components: a.components, values: a.values, unit }
     }));
-    assemble::particles(count, named, facts).map_err(|(at, problem)| FormatError::input(path, FORMAT, at, problem))
+    assemble::particles(count, named, facts).map_err(|(at, problem)| FormatError::input(path, NAME, at, problem))
 }
 
 fn used_axes(points: &[[f64; 3]], arrays: &[DataArray]) -> usize {

@@ -1,8 +1,8 @@
 //! Particles as vertex cells, in XML (`.vtu`, `.vtp`) or legacy binary (`.vtk`).
 
-use crate::common::particle_names as names;
 use crate::error::{FormatError, Result};
 use crate::model::{Column, ParticleFile, Values};
+use crate::particle_names as names;
 use crate::registry::WriteOptions;
 use base64::Engine;
 use base64::write::EncoderWriter;

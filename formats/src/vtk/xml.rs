@@ -2,33 +2,25 @@
 //!
 //! The part behind `<AppendedData` is cut off before the XML is parsed, since raw data is no XML.
 
-use super::dataset::{DataArray, Dataset, FORMAT, Shape, triples};
+use super::dataset::{DataArray, Dataset, Shape, triples};
 use super::decode::Decoder;
+use super::element::{Attributes, Element};
+use super::schema::NAME;
 use crate::error::{FormatError, Result};
 use crate::limits::MAX_EXPANSION;
 use crate::model::Cells;
 use quick_xml::Reader;
 use quick_xml::events::{BytesStart, Event};
-use std::collections::HashMap;
 use std::path::Path;
-
-pub(super) type Attributes = HashMap<String, String>;
 
 /// The `Direction` of an image along x, y and z.
 const UNTURNED: [f64; 9] = [1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0];
 
-/// A `DataArray` element with the section that it stands in.
-pub(super) struct Element {
-    pub section: String,
-    pub attributes: Attributes,
-    pub text: String,
-}
-
 pub(super) fn read(path: &Path, bytes: &[u8]) -> Result<Dataset> {
-    let wrong = |problem: String| FormatError::input(path, FORMAT, "xml", problem);
+    let wrong = |problem: String| FormatError::input(path, NAME, "xml", problem);
     let cut = find(bytes, b"<AppendedData").unwrap_or(bytes.len());
     let (head, tail) = bytes.split_at(cut);
-    let head = std::str::from_utf8(head).map_err(|e| wrong(format!("is no UTF-8: {e}")))?;
+    let head = std::str::from_utf8(head).map_err(|e| wrong(format!("is not UTF-8: {e}")))?;
     let document = parse(head).map_err(wrong)?;
     // Where data are appended, each array finds out for itself whether its bytes are there.
     if tail.is_empty() && !document.closed {
@@ -37,7 +29,7 @@ pub(super) fn read(path: &Path, bytes: &[u8]) -> Result<Dataset> {
     if document.pieces > 1 {
         return Err(FormatError::Unsupported {
             path: path.into(),
-            format: FORMAT,
+            format: NAME,
             what: format!("{} pieces in one file; merge them first", document.pieces),
         });
     }
@@ -74,7 +66,7 @@ fn parse(head: &str) -> std::result::Result<Document, String> {
     loop {
         match reader.read_event() {
             Ok(Event::Eof) => break,
-            // What is cut off behind the head ends open elements early, which is no fault of the file.
+            // What is cut off behind the head ends open elements early, which is not a fault of the file.
             Err(_) if document.pieces > 0 && open.is_none() => break,
             Err(e) => return Err(format!("cannot be parsed: {e}")),
             Ok(Event::Start(_)) if open.is_some() => inner += 1,
@@ -143,7 +135,7 @@ fn element(
 
 impl Document {
     fn dataset(&self, path: &Path, decoder: &Decoder<'_>) -> Result<Dataset> {
-        let wrong = |location: &str, problem: &str| FormatError::input(path, FORMAT, location, problem);
+        let wrong = |location: &str, problem: &str| FormatError::input(path, NAME, location, problem);
         let point_data = self.section("PointData", decoder)?;
         let cell_data = self.section("CellData", decoder)?;
         let points = || -> Result<Vec<[f64; 3]>> {
@@ -173,7 +165,7 @@ impl Document {
             other => {
                 return Err(FormatError::Unsupported {
                     path: path.into(),
-                    format: FORMAT,
+                    format: NAME,
                     what: format!("data of type '{other}'"),
                 });
             }
@@ -196,7 +188,7 @@ impl Document {
         if !valid || (0..3).any(|k| span(k).is_none_or(|n| n > 1 << 32)) {
             return Err(FormatError::input(
                 path,
-                FORMAT,
+                NAME,
                 "Extent",
                 format!("is '{text}', expected six ascending integers"),
             ));
@@ -210,7 +202,7 @@ impl Document {
             let numbers: Option<Vec<f64>> = text.split_whitespace().map(|v| v.parse().ok()).collect();
             numbers
                 .and_then(|n| n.try_into().ok())
-                .ok_or_else(|| FormatError::input(path, FORMAT, key, format!("is '{text}', expected three numbers")))
+                .ok_or_else(|| FormatError::input(path, NAME, key, format!("is '{text}', expected three numbers")))
         };
         let (origin, spacing) = (triple("Origin", 0.0)?, triple("Spacing", 1.0)?);
         let turned =
@@ -218,7 +210,7 @@ impl Document {
         if turned {
             return Err(FormatError::Unsupported {
                 path: path.into(),
-                format: FORMAT,
+                format: NAME,
                 what: "an image that is turned (Direction); resample it to its axes first".into(),
             });
         }
@@ -229,7 +221,7 @@ impl Document {
         if nodes.is_none_or(|n| n > most) {
             return Err(FormatError::Limit {
                 path: path.into(),
-                format: FORMAT,
+                format: NAME,
                 location: "Extent".into(),
                 declared: format!("{:?} nodes", extent.map(|e| e.1 + 1)),
                 allowed: format!("the {most} that a file of {file_bytes} bytes can hold"),
@@ -244,7 +236,7 @@ impl Document {
     fn cells(&self, section: &str, decoder: &Decoder<'_>, path: &Path) -> Result<Cells> {
         let arrays = self.section(section, decoder)?;
         let get = |name: &str| arrays.iter().find(|a| a.name == name).map(|a| &a.values);
-        let wrong = |problem: &str| FormatError::input(path, FORMAT, section, problem);
+        let wrong = |problem: &str| FormatError::input(path, NAME, section, problem);
         let (Some(connectivity), Some(ends)) = (get("connectivity"), get("offsets")) else {
             return Err(wrong("lack 'connectivity' or 'offsets'"));
         };

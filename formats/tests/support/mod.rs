@@ -3,6 +3,10 @@
 // Each test uses a part of them.
 #![allow(dead_code)]
 
+mod files;
+
+pub use files::replace;
+
 use sph_formats::common::particle_names as names;
 use sph_formats::registry::read;
 use sph_formats::{

@@ -38,7 +38,7 @@ fn kepler_dump_has_cells_units_and_its_stated_mass() {
     assert_eq!(values(&field, "h1")[0], 0.700_873_167_255_713_2);
     assert_eq!(unit_of(&field, "cell Y_e"), None);
     assert!(field.metadata.iter().any(|(_, text)| text.starts_with("VERSION  10202")));
-    assert!(field.notes.iter().any(|n| n.contains("texts were left aside")), "{:?}", field.notes);
+    assert!(field.notes.iter().any(|n| n.contains("text were left out")), "{:?}", field.notes);
 }
 
 #[test]

@@ -1,0 +1,52 @@
+//! A grid as both codes have it, and how its parts are made.
+
+use super::schema::NAME;
+use crate::error::{FormatError, Result};
+use crate::model::{Coordinates, Geometry, GridAxis, Location, Values};
+use std::path::Path;
+
+/// A grid, its values not yet read.
+pub struct Mesh {
+    pub geometry: Geometry,
+    pub location: Location,
+    /// Names of all variables.
+    pub names: Vec<String>,
+    pub metadata: Vec<(String, String)>,
+    pub notes: Vec<String>,
+}
+
+pub fn unsupported(path: &Path, what: impl Into<String>) -> FormatError {
+    FormatError::Unsupported { path: path.into(), format: NAME, what: what.into() }
+}
+
+/// A Cartesian grid over the faces of its cells; axes of one cell are left out.
+pub fn grid(path: &Path, faces: Vec<Vec<f64>>) -> Result<Geometry> {
+    let middle = |w: &[f64]| 0.5 * (w[0] + w[1]);
+    let axes: Vec<GridAxis> = faces
+        .into_iter()
+        .zip(["x", "y", "z"])
+        .filter(|(faces, _)| faces.len() > 2)
+        .map(|(faces, name)| GridAxis {
+            name: name.into(),
+            nodes: faces.windows(2).map(middle).collect(),
+            unit: None,
+            bounds: Some(faces),
+        })
+        .collect();
+    if axes.is_empty() {
+        return Err(unsupported(path, "a single cell, in which nothing can be placed"));
+    }
+    Ok(Geometry::Grid { coordinates: Coordinates::Cartesian, axes })
+}
+
+/// The values at `sources`, in this order.
+pub fn gathered(values: &Values, sources: impl Iterator<Item = usize>) -> Values {
+    fn take<T: Copy>(v: &[T], sources: impl Iterator<Item = usize>) -> Vec<T> {
+        sources.filter_map(|i| v.get(i).copied()).collect()
+    }
+    match values {
+        Values::F32(v) => Values::F32(take(v, sources)),
+        Values::F64(v) => Values::F64(take(v, sources)),
+        Values::I64(v) => Values::I64(take(v, sources)),
+    }
+}

@@ -1,0 +1,7 @@
+//! Names of the format and in its files.
+
+pub const NAME: &str = "grid-hdf5";
+
+/// Names of the density, in the order of trust.
+#[cfg(feature = "grid-hdf5")]
+pub const DENSITY_NAMES: [&str; 3] = ["rho", "dens", "density"];

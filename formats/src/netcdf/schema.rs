@@ -1,0 +1,7 @@
+//! Names of the format and in its files.
+
+pub const NAME: &str = "netcdf";
+
+/// Names of the density, in the order of trust.
+#[cfg(feature = "netcdf")]
+pub const DENSITY_NAMES: &[&str] = &["density", "rho", "dens", "mass_density"];

@@ -1,0 +1,3 @@
+//! The name of the format.
+
+pub const NAME: &str = "table";
