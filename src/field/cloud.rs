@@ -10,8 +10,8 @@
 use super::sampled::{Outside, Sampler};
 use crate::error::{Error, Result};
 use kiddo::{ImmutableKdTree, SquaredEuclidean};
-use rayon::prelude::*;
 use sph::domain::{Axis, Domain, Region};
+use sph::parallel;
 use sph_formats::Values;
 use std::num::NonZeroUsize;
 
@@ -54,13 +54,10 @@ impl<const D: usize> Cloud<D> {
         };
         let mut cloud = Self { tree, count: points.len(), reach: vec![], domain };
         let neighbors = (1 << D) + 1;
-        cloud.reach = points
-            .par_iter()
-            .map(|p| match cloud.nearest(p, neighbors).last() {
-                Some(&(_, d)) if points.len() >= neighbors => d,
-                _ => f64::INFINITY,
-            })
-            .collect();
+        cloud.reach = parallel::map(points.len(), |i| match cloud.nearest(&points[i], neighbors).last() {
+            Some(&(_, d)) if points.len() >= neighbors => d,
+            _ => f64::INFINITY,
+        });
         Ok(cloud)
     }
 

@@ -7,7 +7,7 @@
 
 use super::MassEstimate;
 use super::quadrature::{Sum, binade, rule};
-use rayon::prelude::*;
+use sph::{parallel, reduce};
 
 /// Share of the error that each round tackles.
 const SHARE: f64 = 0.75;
@@ -29,19 +29,16 @@ pub(crate) fn integrate_unit_box<const D: usize>(
 ) -> MassEstimate {
     let per_axis = [0_usize, 32, 8, 4][D];
     let starts: Vec<Cell<D>> = (0..per_axis.pow(D as u32)).map(|i| start_cell(i, per_axis)).collect();
-    let peak = starts
-        .par_iter()
-        .map(|c| f(&std::array::from_fn(|k| 0.5 * (c.lo[k] + c.hi[k]))).abs())
-        .reduce(|| 0.0, f64::max);
+    let center = |c: &Cell<D>| std::array::from_fn(|k| 0.5 * (c.lo[k] + c.hi[k]));
+    let peak = reduce::max(starts.len(), |i| f(&center(&starts[i])).abs());
     // Sums of squares and products must neither overflow nor vanish.
     let unit = if peak > 0.0 && peak.is_finite() { binade(peak) } else { 1.0 };
     let scaled = |x: &[f64; D]| f(x) / unit;
-    let mut cells: Vec<Cell<D>> = starts.into_par_iter().map(|c| evaluate(&scaled, c)).collect();
+    let mut cells: Vec<Cell<D>> = parallel::tasks(starts.len(), |i| evaluate(&scaled, starts[i]));
     let mut evaluations = cells.len() * points::<D>();
     for axis in 0..D {
         cells.iter_mut().for_each(|c| c.axis = axis);
-        let halves: Vec<[Cell<D>; 2]> = cells.par_iter().map(|c| split(&scaled, c)).collect();
-        cells = halves.into_iter().flatten().collect();
+        cells = halves(&scaled, &cells).into_iter().flatten().collect();
         evaluations += cells.len() * points::<D>();
     }
     loop {
@@ -57,9 +54,9 @@ pub(crate) fn integrate_unit_box<const D: usize>(
             let rounding = 64.0 * f64::EPSILON * value.abs();
             return MassEstimate { value: value * unit, error: (error + rounding) * unit };
         }
-        let halves: Vec<[Cell<D>; 2]> = chosen.par_iter().map(|&i| split(&scaled, &cells[i])).collect();
-        evaluations += 2 * halves.len() * points::<D>();
-        for (i, [left, right]) in chosen.into_iter().zip(halves) {
+        let whole: Vec<Cell<D>> = chosen.iter().map(|&i| cells[i]).collect();
+        evaluations += 2 * whole.len() * points::<D>();
+        for (i, [left, right]) in chosen.into_iter().zip(halves(&scaled, &whole)) {
             cells[i] = left;
             cells.push(right);
         }
@@ -92,6 +89,11 @@ fn worst<const D: usize>(cells: &[Cell<D>], error: f64, limit: usize) -> Vec<usi
     order.truncate(count.min(limit));
     order.sort_unstable();
     order
+}
+
+/// Both halves of every cell.
+fn halves<const D: usize>(f: &(dyn Fn(&[f64; D]) -> f64 + Sync), cells: &[Cell<D>]) -> Vec<[Cell<D>; 2]> {
+    parallel::tasks(cells.len(), |i| split(f, &cells[i]))
 }
 
 fn can_halve<const D: usize>(c: &Cell<D>) -> bool {

@@ -229,7 +229,7 @@ impl Segment {
 
     fn shells(&self, d: usize, order: usize, a: f64, b: f64) -> f64 {
         let surface = d as f64 * unit_ball_volume(d);
-        surface * integrate(order, a, b, |r| self.evaluate(d, r) * r.powi(d as i32 - 1))
+        surface * integrate(order, a, b, &|r| self.evaluate(d, r) * r.powi(d as i32 - 1))
     }
 
     fn adaptive(&self, d: usize, a: f64, b: f64, whole: f64, depth: u32) -> MassEstimate {

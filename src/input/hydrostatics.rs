@@ -301,7 +301,7 @@ impl AtRest {
 
 /// Weight per area of the layer between two radii.
 fn weight<const D: usize>(radial: &RadialSource<D>, a: f64, b: f64) -> f64 {
-    integrate(ORDER, a, b, |r| if r > 0.0 { radial.profile.density(r) * attraction(radial, r) } else { 0.0 })
+    integrate(ORDER, a, b, &|r| if r > 0.0 { radial.profile.density(r) * attraction(radial, r) } else { 0.0 })
 }
 
 #[cfg(test)]

@@ -19,10 +19,10 @@ pub use noise::{NoiseFigures, poisson_force};
 pub use outcome::Outcome;
 
 use crate::target::{Positions, Target, at};
-use rayon::prelude::*;
 use sph::domain::{Domain, Wall};
 use sph::kernel::KernelName;
 use sph::neighbors::{GhostTree, Reach, Sources, Tree};
+use sph::parallel;
 use sph::sums::{Actors, DensitySums, largest_support, scatter_gradient, solve_support_radii};
 
 /// Sums of every particle at its own support radius, in the particles' order.
@@ -69,8 +69,7 @@ impl<const D: usize> Measured<D> {
             support[i as usize] = s.support;
             sums[i as usize] = s.sums;
         }
-        let interior =
-            (0..n).into_par_iter().map(|i| domain.distance_to_edge(&at(positions, i)) >= support[i]).collect();
+        let interior = parallel::map(n, |i| domain.distance_to_edge(&at(positions, i)) >= support[i]);
         Self { support, sums, interior, tree, ghosts }
     }
 
@@ -116,9 +115,9 @@ impl<const D: usize> Measured<D> {
     /// jumps, vanishing density), see [`Target::sharpness`].
     pub fn leave_out_unresolved(&mut self, target: &Target<'_, D>, positions: &Positions<D>) {
         let support = &self.support;
-        self.interior.par_iter_mut().enumerate().filter(|(_, inside)| **inside).for_each(|(i, inside)| {
+        parallel::update(&mut self.interior, |i, inside| {
             let x = at(positions, i);
-            *inside = target.sharpness(&x, target.number_density(&x), support[i]) < 1.0;
+            *inside = *inside && target.sharpness(&x, target.number_density(&x), support[i]) < 1.0;
         });
     }
 

@@ -2,8 +2,8 @@
 
 use super::{BalanceFigures, DensityError, Measured, NeighborFigures, NoiseFigures, Thermodynamics};
 use crate::target::{Positions, Target};
-use rayon::prelude::*;
 use sph::kernel::{KernelName, support_over_spacing};
+use sph::parallel;
 
 /// Particle columns in internal units, and the figures over them.
 pub struct Outcome {
@@ -32,7 +32,7 @@ impl Outcome {
     ) -> Self {
         let number_density = target.number_densities(positions);
         let ratio = support_over_spacing(D, kernel_neighbors);
-        let guess: Vec<f64> = number_density.par_iter().map(|&n| ratio * target.spacing(n)).collect();
+        let guess = parallel::map(number_density.len(), |i| ratio * target.spacing(number_density[i]));
         let mut measured = Measured::new(kernel, target.domain, positions, &masses, &guess, kernel_neighbors);
         drop((guess, number_density));
         measured.leave_out_unresolved(target, positions);

@@ -7,6 +7,7 @@ use super::cells::Cell;
 use super::kronecker;
 use crate::target::{Positions, Target};
 use sph::geometry::distance;
+use sph::parallel;
 
 /// Cells of a part with `n` particles, at least: enough for the cut to fall right, no more than the part needs.
 fn wanted_cells(n: usize) -> usize {
@@ -38,7 +39,7 @@ fn bisect<const D: usize>(target: &Target<'_, D>, mut cells: Vec<Cell<D>>, out: 
     let (_, left, right) = cut(cells, left_count as f64 / n as f64);
     let (left_out, right_out) = out.split_at_mut(left_count);
     if n > PARALLEL {
-        rayon::join(|| bisect(target, left, left_out), || bisect(target, right, right_out));
+        parallel::join(|| bisect(target, left, left_out), || bisect(target, right, right_out));
     } else {
         bisect(target, left, left_out);
         bisect(target, right, right_out);

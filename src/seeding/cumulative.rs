@@ -14,20 +14,24 @@ const MOST_HALVINGS: u32 = 40;
 const MOST_NEWTON_STEPS: usize = 60;
 
 /// The running integral of `f >= 0` over an interval.
-pub(super) struct Cumulative<F> {
-    f: F,
+pub(super) struct Cumulative<'a> {
+    f: Box<dyn Fn(f64) -> f64 + Sync + 'a>,
     /// Edges of the segments, and the integral up to each.
     edges: Vec<f64>,
     sums: Vec<f64>,
 }
 
-impl<F: Fn(f64) -> f64> Cumulative<F> {
-    pub fn new(f: F, lo: f64, hi: f64) -> Self {
+impl<'a> Cumulative<'a> {
+    pub fn new(f: impl Fn(f64) -> f64 + Sync + 'a, lo: f64, hi: f64) -> Self {
+        Self::over(Box::new(f), lo, hi)
+    }
+
+    fn over(f: Box<dyn Fn(f64) -> f64 + Sync + 'a>, lo: f64, hi: f64) -> Self {
         let edge = |i: usize| if i == FIRST_SEGMENTS { hi } else { lo + (hi - lo) * i as f64 / FIRST_SEGMENTS as f64 };
         let rough: f64 = (0..FIRST_SEGMENTS).map(|i| integrate(ORDER, edge(i), edge(i + 1), &f)).sum();
         let mut this = Self { f, edges: vec![lo], sums: vec![0.0] };
         for i in 0..FIRST_SEGMENTS {
-            let whole = integrate(ORDER, edge(i), edge(i + 1), &this.f);
+            let whole = integrate(ORDER, edge(i), edge(i + 1), &*this.f);
             this.append(edge(i), edge(i + 1), whole, TOLERANCE * rough, MOST_HALVINGS);
         }
         this
@@ -35,7 +39,7 @@ impl<F: Fn(f64) -> f64> Cumulative<F> {
 
     fn append(&mut self, a: f64, b: f64, whole: f64, tolerance: f64, halvings: u32) {
         let middle = 0.5 * (a + b);
-        let (left, right) = (integrate(ORDER, a, middle, &self.f), integrate(ORDER, middle, b, &self.f));
+        let (left, right) = (integrate(ORDER, a, middle, &*self.f), integrate(ORDER, middle, b, &*self.f));
         if (left + right - whole).abs() <= tolerance || halvings == 0 || self.edges.len() >= MOST_SEGMENTS {
             let before = self.total();
             self.edges.push(b);
@@ -53,7 +57,7 @@ impl<F: Fn(f64) -> f64> Cumulative<F> {
     /// The integral from the lower end to `x`.
     pub fn at(&self, x: f64) -> f64 {
         let i = self.edges.partition_point(|&e| e <= x).clamp(1, self.edges.len() - 1) - 1;
-        self.sums[i] + integrate(ORDER, self.edges[i], x.min(self.edges[i + 1]), &self.f)
+        self.sums[i] + integrate(ORDER, self.edges[i], x.min(self.edges[i + 1]), &*self.f)
     }
 
     /// Where the integral is `fraction` of the whole: Newton's method, bracketed.
@@ -65,7 +69,7 @@ impl<F: Fn(f64) -> f64> Cumulative<F> {
         let share = (wanted - self.sums[i]) / (self.sums[i + 1] - self.sums[i]);
         let mut x = if share.is_finite() { a + share.clamp(0.0, 1.0) * (b - a) } else { a };
         for _ in 0..MOST_NEWTON_STEPS {
-            let miss = wanted - self.sums[i] - integrate(ORDER, start, x, &self.f);
+            let miss = wanted - self.sums[i] - integrate(ORDER, start, x, &*self.f);
             if miss > 0.0 {
                 a = x
             } else {

@@ -8,6 +8,7 @@ use super::bisection::{cut, refine, representative};
 use super::cells::Cell;
 use super::kronecker;
 use crate::target::{Positions, Target};
+use sph::parallel;
 
 /// Cells of a part per point in it, at least.
 const CELLS_PER_POINT: usize = 24;
@@ -58,7 +59,7 @@ fn descend<const D: usize>(
         side.push(t);
     }
     let halves = if n > PARALLEL {
-        rayon::join(|| descend(target, left, below, cuts - 1), || descend(target, right, above, cuts - 1))
+        parallel::join(|| descend(target, left, below, cuts - 1), || descend(target, right, above, cuts - 1))
     } else {
         (descend(target, left, below, cuts - 1), descend(target, right, above, cuts - 1))
     };

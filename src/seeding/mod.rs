@@ -26,11 +26,11 @@ use glass::Repulsion;
 use lattice::Lattice;
 use quaquaversal::Quaquaversal;
 use rand::RngExt;
-use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 use shells::Covering;
 use sph::domain::{Axis, Region};
 use sph::kernel::support_over_spacing;
+use sph::parallel;
 use symmetry::Symmetry;
 
 /// How the initial positions are made; [`METHODS`] tells what each can do.
@@ -168,7 +168,7 @@ fn check<const D: usize>(target: &Target<'_, D>, method: &Method, seeded: Seeded
     // The resolution may ask for particles where there is no matter for their masses.
     let empty = |x: &[f64; D]| !target.has_equal_masses() && !(target.density.value(x) > 0.0);
     let misplaced = |x: [f64; D]| !target.admits(&x) || method.seeding == Seeding::VariableMasses && empty(&x);
-    let outside = (0..n).into_par_iter().filter(|&i| misplaced(at(&seeded.positions, i))).count();
+    let outside = parallel::count(n, |i| misplaced(at(&seeded.positions, i)));
     if n == target.count && outside == 0 {
         return Ok(seeded);
     }
@@ -192,18 +192,13 @@ fn to_positions<const D: usize>(points: &[[f64; D]]) -> Positions<D> {
 const JITTER: f64 = 0.1;
 
 fn jitter<const D: usize>(target: &Target<'_, D>, positions: &mut Positions<D>, seed: u64) {
-    let moved: Vec<[f64; D]> = (0..positions[0].len())
-        .into_par_iter()
-        .map(|i| {
-            let x = at(positions, i);
-            let spacing = target.spacing(target.number_density(&x));
-            let mut rng = keyed(seed, Purpose::SeedJitter, i as u64);
-            let mut y = x.map(|v| v + JITTER * spacing * (2.0 * rng.random::<f64>() - 1.0));
-            target.domain.wrap(&mut y);
-            if target.admits(&y) { y } else { x }
-        })
-        .collect();
-    for k in 0..D {
-        positions[k].par_iter_mut().zip(&moved).for_each(|(x, y)| *x = y[k]);
-    }
+    let moved = parallel::map(positions[0].len(), |i| {
+        let x = at(positions, i);
+        let spacing = target.spacing(target.number_density(&x));
+        let mut rng = keyed(seed, Purpose::SeedJitter, i as u64);
+        let mut y = x.map(|v| v + JITTER * spacing * (2.0 * rng.random::<f64>() - 1.0));
+        target.domain.wrap(&mut y);
+        if target.admits(&y) { y } else { x }
+    });
+    *positions = to_positions(&moved);
 }

@@ -1,9 +1,9 @@
 //! Where the target changes faster than a sum over neighbors can follow, and where it jumps.
 
 use super::{Positions, Target, at};
-use rayon::prelude::*;
 use sph::domain::Axis;
 use sph::geometry::distance;
+use sph::parallel;
 
 impl<const D: usize> Target<'_, D> {
     /// How sharply the target changes about `x`, in units in which 1 is too sharp for a sum over neighbors at
@@ -44,17 +44,14 @@ impl<const D: usize> Target<'_, D> {
     /// [`Self::sharpness`] at every particle, for `ratio` = H n*^(1/d).
     pub fn sharpnesses(&self, positions: &Positions<D>, wanted: &[f64], ratio: f64) -> Vec<f64> {
         let support = |n: f64| ratio * self.spacing(n).min(self.domain.size());
-        (0..wanted.len())
-            .into_par_iter()
-            .map(|i| self.sharpness(&at(positions, i), wanted[i], support(wanted[i])))
-            .collect()
+        parallel::map(wanted.len(), |i| self.sharpness(&at(positions, i), wanted[i], support(wanted[i])))
     }
 
     /// Whether the target jumps within `support` of `x`: halving the interval of the
     /// largest change again and again does not lessen the change, as it does for the steepest of slopes.
     pub fn jumps_near(&self, x: &[f64; D], support: f64) -> bool {
         let reach = support.min(0.25 * self.domain.size());
-        ways::<D>().any(|way| jumps(|h| self.logarithm_along(x, &way, h), reach))
+        ways::<D>().any(|way| jumps(&|h| self.logarithm_along(x, &way, h), reach))
     }
 
     /// ln n* at a distance `h` from `x`; `None` outside of the domain.
@@ -68,16 +65,15 @@ impl<const D: usize> Target<'_, D> {
     /// the target is sharp anything is looked for.
     pub fn jumps(&self, positions: &Positions<D>, wanted: &[f64], sharpness: &[f64], ratio: f64) -> Vec<bool> {
         let support = |n: f64| ratio * self.spacing(n).min(self.domain.size());
-        let near: Vec<bool> = (0..wanted.len())
-            .into_par_iter()
-            .map(|i| !(sharpness[i] < 1.0) && self.jumps_near(&at(positions, i), support(wanted[i])))
-            .collect();
+        let near = parallel::map(wanted.len(), |i| {
+            !(sharpness[i] < 1.0) && self.jumps_near(&at(positions, i), support(wanted[i]))
+        });
         if near.contains(&true) { near } else { Vec::new() }
     }
 }
 
 /// Whether `f`, a logarithm (`None` outside of the domain), jumps within `reach` of 0.
-fn jumps(f: impl Fn(f64) -> Option<f64>, reach: f64) -> bool {
+fn jumps(f: &dyn Fn(f64) -> Option<f64>, reach: f64) -> bool {
     let step = 2.0 * reach / INTERVALS as f64;
     let change = |a: f64, b: f64| Some((f(b)? - f(a)?).abs());
     let widest = (0..INTERVALS)
@@ -185,12 +181,12 @@ mod tests {
     #[test]
     fn jumps_are_told_from_slopes_however_steep() {
         for place in [-0.9, -0.31, 0.0, 0.77] {
-            assert!(jumps(|h| Some(if h < place { 0.0 } else { 0.7 } + 0.2 * h), 1.0), "at {place}");
+            assert!(jumps(&|h| Some(if h < place { 0.0 } else { 0.7 } + 0.2 * h), 1.0), "at {place}");
         }
-        assert!(jumps(|h| Some(if h < 0.4 { 1.0 } else { f64::NEG_INFINITY }), 1.0), "into vacuum");
-        assert!(!jumps(|h| Some(30.0 * h), 1.0), "an exponential");
-        assert!(!jumps(|h| Some(-(h * h) * 50.0), 1.0), "a Gaussian");
-        assert!(!jumps(|h| (h < 0.3).then_some(h), 1.0), "the end of the domain");
-        assert!(!jumps(|h| Some(if h < 0.2 { 0.0 } else { 0.05 }), 1.0), "next to nothing");
+        assert!(jumps(&|h| Some(if h < 0.4 { 1.0 } else { f64::NEG_INFINITY }), 1.0), "into vacuum");
+        assert!(!jumps(&|h| Some(30.0 * h), 1.0), "an exponential");
+        assert!(!jumps(&|h| Some(-(h * h) * 50.0), 1.0), "a Gaussian");
+        assert!(!jumps(&|h| (h < 0.3).then_some(h), 1.0), "the end of the domain");
+        assert!(!jumps(&|h| Some(if h < 0.2 { 0.0 } else { 0.05 }), 1.0), "next to nothing");
     }
 }

@@ -6,11 +6,10 @@
 mod edges;
 
 use crate::field::ScalarField;
-use rayon::prelude::*;
 use sph::domain::Domain;
 use sph::geometry::distance;
 pub use sph::geometry::{Positions, at};
-use sph::reduce;
+use sph::{parallel, reduce};
 
 /// A pressure and the acceleration that its force is to cancel, in internal units.
 pub trait Equilibrium<const D: usize>: Sync {
@@ -132,12 +131,12 @@ impl<const D: usize> Target<'_, D> {
 
     /// n* at every particle.
     pub fn number_densities(&self, positions: &Positions<D>) -> Vec<f64> {
-        (0..positions[0].len()).into_par_iter().map(|i| self.number_density(&at(positions, i))).collect()
+        parallel::map(positions[0].len(), |i| self.number_density(&at(positions, i)))
     }
 
     /// rho* at every particle.
     pub fn densities(&self, positions: &Positions<D>) -> Vec<f64> {
-        (0..positions[0].len()).into_par_iter().map(|i| self.density.value(&at(positions, i))).collect()
+        parallel::map(positions[0].len(), |i| self.density.value(&at(positions, i)))
     }
 
     /// Particle masses: equal, or rho*/n* scaled to the total. Their sum equals `mass` to rounding.
@@ -145,17 +144,14 @@ impl<const D: usize> Target<'_, D> {
         let n = positions[0].len();
         let mut masses = match &self.resolution {
             Resolution::EqualMass => vec![self.mass / n as f64; n],
-            Resolution::NumberDensity(_) => (0..n)
-                .into_par_iter()
-                .map(|i| {
-                    let x = at(positions, i);
-                    self.density.value(&x) / self.number_density(&x)
-                })
-                .collect(),
+            Resolution::NumberDensity(_) => parallel::map(n, |i| {
+                let x = at(positions, i);
+                self.density.value(&x) / self.number_density(&x)
+            }),
         };
         let total = reduce::sum(n, |i| masses[i]);
         let factor = self.mass / total;
-        masses.par_iter_mut().for_each(|m| *m *= factor);
+        parallel::update(&mut masses, |_, m| *m *= factor);
         masses
     }
 
