@@ -1,0 +1,27 @@
+//! An input as placement sees it.
+
+use super::{CarriedField, MassEstimate, RadialProfile, ScalarField};
+use sph::domain::Domain;
+use std::sync::Arc;
+
+/// A radial profile and where its center lies: what shell-wise seeds and the cut of an atmosphere need.
+#[derive(Debug, Clone)]
+pub struct RadialSource<const D: usize> {
+    pub profile: Arc<RadialProfile>,
+    pub center: [f64; D],
+}
+
+/// Everything that placement needs to know of an input.
+pub struct Source<const D: usize> {
+    /// Mass density, in the input's own units.
+    pub density: Box<dyn ScalarField<D>>,
+    pub carried: Vec<Box<dyn CarriedField<D>>>,
+    /// Where the input is defined: the default domain.
+    pub domain: Domain<D>,
+    /// Exact or better-than-quadrature mass within `domain`, where the interpolant knows it.
+    pub mass: Option<MassEstimate>,
+    /// The profile itself, where the density is a function of the radius alone.
+    pub radial: Option<RadialSource<D>>,
+    /// Decisions of the interpolant, for the report.
+    pub notes: Vec<String>,
+}
