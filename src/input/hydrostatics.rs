@@ -9,7 +9,7 @@ use crate::field::quadrature::integrate;
 use crate::field::{CarriedField, RadialSource, ScalarField};
 use crate::input::ingest::InputUnits;
 use crate::input::internal_units::Prepared;
-use crate::output::columns::standard_name;
+use crate::input::roles::standard_name;
 use crate::scene::{BalanceInput, EquationOfState, GravityName, Scene};
 use crate::target::Equilibrium;
 use sph::domain::Domain;

@@ -2,6 +2,7 @@
 
 use crate::error::{Error, Result};
 use crate::field::{CarriedField, RadialSource};
+use crate::input::roles::standard_name;
 use crate::scene::{MaterialLayer, Motion, Thermal};
 use crate::target::{Positions, at};
 use sph::domain::Domain;
@@ -21,20 +22,6 @@ pub enum EnergySource {
     /// Nothing thermal is known, but the output cannot do without: the square of one unit of velocity.
     Placeholder,
     NotWritten,
-}
-
-/// The standard name of a carried variable, or its own.
-pub fn standard_name(name: &str) -> &str {
-    match name.to_ascii_lowercase().as_str() {
-        "temperature" | "temp" | "t" => names::TEMPERATURE,
-        "pressure" | "press" | "p" => names::PRESSURE,
-        "internal_energy" | "internalenergy" | "specific_energy" | "specific_internal_energy" | "u" | "eint" => {
-            names::INTERNAL_ENERGY
-        }
-        "velocity" | "velocities" | "vel" => names::VELOCITIES,
-        _ if names::standard(name) == Some(names::MATERIAL_IDS) => names::MATERIAL_IDS,
-        _ => name,
-    }
 }
 
 /// Evaluates one carried variable on all particles, in the output's units.
