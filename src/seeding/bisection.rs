@@ -3,9 +3,13 @@
 //!
 //! O(N log N). Parts refine their cells as they shrink, so memory stays a small multiple of the output.
 
-use super::cells::Cell;
+use super::cells::{Cell, partition};
 use super::kronecker;
+use super::seeded::to_positions;
+use crate::error::Result;
+use crate::random::{Purpose, keyed};
 use crate::target::{Positions, Target};
+use rand::RngExt;
 use sph::geometry::distance;
 use sph::parallel;
 
@@ -19,10 +23,29 @@ const MOST_CELLS: usize = 1 << 14;
 /// Parts above this many particles go on in parallel.
 const PARALLEL: usize = 512;
 
-pub(super) fn place<const D: usize>(target: &Target<'_, D>, cells: Vec<Cell<D>>) -> Positions<D> {
+/// One position per particle, jittered.
+///
+/// # Errors
+/// A target without mass in its domain.
+pub(super) fn place<const D: usize>(target: &Target<'_, D>, seed: u64) -> Result<Positions<D>> {
     let mut points = vec![[0.0; D]; target.count];
-    bisect(target, cells, &mut points);
-    std::array::from_fn(|k| points.iter().map(|x| x[k]).collect())
+    bisect(target, partition(target)?, &mut points);
+    Ok(to_positions(&jittered(target, &points, seed)))
+}
+
+/// Jitter as a fraction of the local spacing. Bisection of a symmetric target gives a lattice, an unstable
+/// equilibrium that relaxation leaves late and unevenly; a tenth of the spacing is enough to leave it at once.
+const JITTER: f64 = 0.1;
+
+fn jittered<const D: usize>(target: &Target<'_, D>, points: &[[f64; D]], seed: u64) -> Vec<[f64; D]> {
+    parallel::map(points.len(), |i| {
+        let x = points[i];
+        let spacing = target.spacing(target.number_density(&x));
+        let mut rng = keyed(seed, Purpose::SeedJitter, i as u64);
+        let mut y = x.map(|v| v + JITTER * spacing * (2.0 * rng.random::<f64>() - 1.0));
+        target.domain.wrap(&mut y);
+        if target.admits(&y) { y } else { x }
+    })
 }
 
 fn bisect<const D: usize>(target: &Target<'_, D>, mut cells: Vec<Cell<D>>, out: &mut [[f64; D]]) {

@@ -1,6 +1,6 @@
 //! The seeding methods as data: what each is, where it is from, what it can do.
 
-use super::Seeding;
+use super::name::Seeding;
 use crate::error::{Error, Result};
 
 /// Which targets a method can meet.

@@ -1,6 +1,8 @@
 //! Independent random positions: a cell by its share of the mass, a point in it by rejection.
 
-use super::cells::Cell;
+use super::cells::partition;
+use super::seeded::to_positions;
+use crate::error::Result;
 use crate::random::{Purpose, keyed};
 use crate::target::{Positions, Target};
 use rand::RngExt;
@@ -9,14 +11,17 @@ use sph::parallel;
 /// Proposals before the cell's center is taken: reached only where a cell's mass is all but a point.
 const MAX_PROPOSALS: usize = 1000;
 
-pub(super) fn place<const D: usize>(target: &Target<'_, D>, cells: &[Cell<D>], seed: u64) -> Positions<D> {
+/// # Errors
+/// A target without mass in its domain.
+pub(super) fn place<const D: usize>(target: &Target<'_, D>, seed: u64) -> Result<Positions<D>> {
+    let cells = partition(target)?;
     let mut cumulative = Vec::with_capacity(cells.len());
     let mut total = 0.0;
-    for cell in cells {
+    for cell in &cells {
         total += cell.mass;
         cumulative.push(total);
     }
-    let points = parallel::map(target.count, |i| {
+    let points: Vec<[f64; D]> = parallel::map(target.count, |i| {
         let mut rng = keyed(seed, Purpose::RandomSeed, i as u64);
         let mut center = None;
         for _ in 0..MAX_PROPOSALS {
@@ -39,5 +44,5 @@ pub(super) fn place<const D: usize>(target: &Target<'_, D>, cells: &[Cell<D>], s
         }
         center.unwrap_or_else(|| cells[cells.len() / 2].center())
     });
-    std::array::from_fn(|k| points.iter().map(|x| x[k]).collect())
+    Ok(to_positions(&points))
 }

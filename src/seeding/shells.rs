@@ -17,8 +17,9 @@
 //! remain. In two dimensions rho s^(1/2) takes the place of rho s, to leading order in 1/r.
 
 use super::cumulative::Cumulative;
+use super::methods::{self, Method};
+use super::seeded::{Seeded, to_positions};
 use super::symmetry::{self, spherical_mean};
-use super::{Method, Seeded, methods, to_positions};
 use crate::error::{Error, Result};
 use crate::random::{Purpose, keyed};
 use crate::target::Target;

@@ -10,8 +10,8 @@
 use super::cumulative::Cumulative;
 use super::lattice::UnitCell;
 use super::pattern::{self, Pattern};
+use super::seeded::{Seeded, to_positions};
 use super::symmetry::{self, Symmetry};
-use super::{Seeded, to_positions};
 use crate::error::Result;
 use crate::target::Target;
 use sph::geometry::distance;

@@ -5,6 +5,7 @@ use crate::error::{Error, Result};
 use crate::target::Target;
 use sph::domain::{Domain, Region, Round};
 use sph::geometry::distance;
+use sph::kernel::support_over_spacing;
 
 /// Symmetry of a number density within its domain.
 #[derive(Debug, Clone, PartialEq)]
@@ -110,8 +111,10 @@ pub(super) fn detect<const D: usize>(target: &Target<'_, D>, method: &str) -> Re
     if worst.0 > 0.0 { Err(refusal(method, wanted, worst.1, &worst.2)) } else { Ok(symmetry) }
 }
 
-/// The share of the domain that is within a support radius of a jump, for `ratio` = H n*^(1/d), by samples.
-pub(super) fn jump_share<const D: usize>(target: &Target<'_, D>, ratio: f64) -> f64 {
+/// The share of the domain, by samples, that is within a support radius of a jump of the target with `neighbors` kernel
+/// neighbors.
+pub fn jump_share<const D: usize>(target: &Target<'_, D>, neighbors: f64) -> f64 {
+    let ratio = support_over_spacing(D, neighbors);
     let near = |x: &&[f64; D]| {
         let here = target.number_density(x);
         let support = ratio * target.spacing(here).min(target.domain.size());
@@ -119,6 +122,12 @@ pub(super) fn jump_share<const D: usize>(target: &Target<'_, D>, ratio: f64) -> 
     };
     let samples = samples(target.domain);
     samples.iter().filter(near).count() as f64 / samples.len().max(1) as f64
+}
+
+/// Whether the target is a function of the radius alone in a three-dimensional ball or shell, so that concentric
+/// shells can have its density.
+pub fn is_radial<const D: usize>(target: &Target<'_, D>) -> bool {
+    D == 3 && matches!(target.domain.region, Region::Ball { .. }) && detect(target, "shells").is_ok()
 }
 
 fn refusal<const D: usize>(method: &str, wanted: &str, deviation: f64, x: &[f64; D]) -> Error {

@@ -1,0 +1,26 @@
+//! Initial positions: exactly N of them, all where the target admits particles. [`METHODS`] lists the ways.
+
+mod bisection;
+mod cells;
+mod cumulative;
+mod glass;
+mod gravity;
+mod kronecker;
+mod lattice;
+mod low_discrepancy;
+mod methods;
+mod name;
+mod pattern;
+mod place;
+mod quaquaversal;
+mod random;
+mod seeded;
+mod shells;
+mod stretch;
+mod symmetry;
+
+pub use methods::{METHODS, Method, Targets};
+pub use name::Seeding;
+pub use place::seed;
+pub use seeded::Seeded;
+pub use symmetry::{is_radial, jump_share};
