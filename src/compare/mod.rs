@@ -280,8 +280,7 @@ fn samples<const D: usize>(
     positions: &Positions<D>,
     outcome: &Outcome,
 ) -> Vec<Sample> {
-    let domain = target.domain;
-    let center = prepared.source.radial.as_ref().map_or_else(|| domain.center(), |r| r.center);
+    let center = prepared.source.center();
     let density = prepared.mass.value / prepared.length.powi(D as i32);
     (0..outcome.density.len())
         .map(|i| {

@@ -55,4 +55,5 @@ pub use mass::total_mass;
 pub use options::{FieldOptions, Interpolation, Missing, Period};
 pub use profile::RadialProfile;
 pub use scalar::{MassEstimate, ScalarField};
+pub(crate) use scaled::in_units_of;
 pub use source::{RadialSource, Source};

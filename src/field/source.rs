@@ -25,3 +25,10 @@ pub struct Source<const D: usize> {
     /// Decisions of the interpolant, for the report.
     pub notes: Vec<String>,
 }
+
+impl<const D: usize> Source<D> {
+    /// The point from which radii count, in the unit of `domain`: the profile's center, else the domain's.
+    pub fn center(&self) -> [f64; D] {
+        self.radial.as_ref().map_or_else(|| self.domain.center(), |radial| radial.center)
+    }
+}

@@ -2,8 +2,8 @@
 
 use super::{BalanceFigures, DensityError, Measured, NeighborFigures, NoiseFigures, Thermodynamics};
 use crate::target::{Positions, Target};
-use sph::kernel::{KernelName, support_over_spacing};
-use sph::parallel;
+use sph::kernel::KernelName;
+use sph::sums::support_guess;
 
 /// Particle columns in internal units, and the figures over them.
 pub struct Outcome {
@@ -31,8 +31,8 @@ impl Outcome {
         thermodynamics: Option<&Thermodynamics<'_, D>>,
     ) -> Self {
         let number_density = target.number_densities(positions);
-        let ratio = support_over_spacing(D, kernel_neighbors);
-        let guess = parallel::map(number_density.len(), |i| ratio * target.spacing(number_density[i]));
+        let spacing = |i: usize| target.spacing(number_density[i]);
+        let guess = support_guess::<D>(kernel_neighbors, number_density.len(), spacing);
         let mut measured = Measured::new(kernel, target.domain, positions, &masses, &guess, kernel_neighbors);
         drop((guess, number_density));
         measured.leave_out_unresolved(target, positions);

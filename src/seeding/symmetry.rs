@@ -117,7 +117,7 @@ pub fn jump_share<const D: usize>(target: &Target<'_, D>, neighbors: f64) -> f64
     let ratio = support_over_spacing(D, neighbors);
     let near = |x: &&[f64; D]| {
         let here = target.number_density(x);
-        let support = ratio * target.spacing(here).min(target.domain.size());
+        let support = target.support(here, ratio);
         here > 0.0 && !(target.sharpness(x, here, support) < 1.0) && target.jumps_near(x, support)
     };
     let samples = samples(target.domain);

@@ -43,8 +43,7 @@ impl<const D: usize> Target<'_, D> {
 
     /// [`Self::sharpness`] at every particle, for `ratio` = H n*^(1/d).
     pub fn sharpnesses(&self, positions: &Positions<D>, wanted: &[f64], ratio: f64) -> Vec<f64> {
-        let support = |n: f64| ratio * self.spacing(n).min(self.domain.size());
-        parallel::map(wanted.len(), |i| self.sharpness(&at(positions, i), wanted[i], support(wanted[i])))
+        parallel::map(wanted.len(), |i| self.sharpness(&at(positions, i), wanted[i], self.support(wanted[i], ratio)))
     }
 
     /// Whether the target jumps within `support` of `x`: halving the interval of the
@@ -64,9 +63,8 @@ impl<const D: usize> Target<'_, D> {
     /// [`Self::jumps_near`] at every particle, for `ratio` = H n*^(1/d); empty where there is no jump. Only where
     /// the target is sharp anything is looked for.
     pub fn jumps(&self, positions: &Positions<D>, wanted: &[f64], sharpness: &[f64], ratio: f64) -> Vec<bool> {
-        let support = |n: f64| ratio * self.spacing(n).min(self.domain.size());
         let near = parallel::map(wanted.len(), |i| {
-            !(sharpness[i] < 1.0) && self.jumps_near(&at(positions, i), support(wanted[i]))
+            !(sharpness[i] < 1.0) && self.jumps_near(&at(positions, i), self.support(wanted[i], ratio))
         });
         if near.contains(&true) { near } else { Vec::new() }
     }

@@ -68,6 +68,12 @@ impl<const D: usize> Target<'_, D> {
         spacing_of::<D>(number_density).min(self.largest_spacing)
     }
 
+    /// The support radius H for `ratio` = H n*^(1/d) where the target density is `number_density`; a spacing counts as the
+    /// domain's size at most.
+    pub fn support(&self, number_density: f64, ratio: f64) -> f64 {
+        ratio * self.spacing(number_density).min(self.domain.size())
+    }
+
     /// Whether the spacing there follows the target, not the cap.
     pub fn spacing_follows(&self, number_density: f64) -> bool {
         self.largest_spacing == f64::INFINITY || spacing_of::<D>(number_density) < self.largest_spacing
