@@ -291,7 +291,7 @@ fn samples<const D: usize>(
                 r: offset.iter().map(|v| v * v).sum::<f64>().sqrt() * prepared.length,
                 spacing: target.spacing(target.number_density(&x)) * prepared.length,
                 density: outcome.density[i] * density,
-                wanted: outcome.wanted[i] * density,
+                wanted: outcome.target_density[i] * density,
             }
         })
         .collect()

@@ -23,7 +23,7 @@ pub fn natural_dimension(raw: &RawField) -> usize {
     }
 }
 
-/// Takes the density, its interpolant and everything that can ride along from a file's numbers. Values keep
+/// Makes the source of a file's numbers: the density with its interpolant, and the carried variables. Values keep
 /// the file's units and precision and are moved, not copied.
 ///
 /// # Errors
@@ -69,12 +69,12 @@ fn build<const D: usize>(mut raw: RawField, options: &FieldOptions<D>) -> Result
     }
 }
 
-fn take_density(raw: &mut RawField, wanted: Option<&str>) -> Result<Variable> {
+fn take_density(raw: &mut RawField, asked: Option<&str>) -> Result<Variable> {
     let names = || -> String {
         let all: Vec<String> = raw.variables.iter().map(|v| format!("'{}'", v.name)).collect();
         if all.is_empty() { "no variables".into() } else { all.join(", ") }
     };
-    let Some(name) = wanted.or(raw.density.as_deref()) else {
+    let Some(name) = asked.or(raw.density.as_deref()) else {
         return Err(Error::field(
             "density",
             format!("cannot tell which variable is the density; choose one by --density: the file has {}", names()),
@@ -96,7 +96,7 @@ fn take_density(raw: &mut RawField, wanted: Option<&str>) -> Result<Variable> {
     Ok(raw.variables.remove(i))
 }
 
-/// The variables that ride along: those asked for, or all that can.
+/// The variables to carry: those asked for, or all that can be carried.
 fn select_carried<const D: usize>(
     variables: Vec<Variable>,
     options: &FieldOptions<D>,

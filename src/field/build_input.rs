@@ -19,7 +19,7 @@ pub(crate) struct Input<'a, const D: usize> {
 }
 
 impl<const D: usize> Input<'_, D> {
-    /// Refuses what is no density; notes what was missing.
+    /// Refuses values that are no density and notes missing ones; `place` names the position of a value.
     pub(crate) fn check(&mut self, place: &dyn Fn(usize) -> String) -> Result<()> {
         let name = &self.density.name;
         let (_, replaced) = check_density(name, &mut self.density.values, self.options.missing, place)?;
@@ -29,8 +29,10 @@ impl<const D: usize> Input<'_, D> {
         Ok(())
     }
 
-    /// The same sampler for density and for variables at the density's location; `other` makes those for the
-    /// other location, or says why there is none.
+    /// The source. Density and variables at its location share `sampler`; `other` makes the sampler of another location.
+    ///
+    /// # Errors
+    /// A mass that is not positive or not finite, and the errors of `other`.
     pub(crate) fn finish<S: Sampler<D> + 'static>(
         mut self,
         sampler: Arc<S>,

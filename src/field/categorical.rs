@@ -1,5 +1,5 @@
-//! Variables that name kinds, such as materials: between two points of the input a particle is of the kind that weighs
-//! more there, not of a number between theirs.
+//! Variables that name kinds, such as materials. Between two points of the input a particle takes the kind of the larger
+//! weight, not a number between the two.
 //!
 //! Every sampler is a weighted sum of the input's values. Sampling a variable that is 1 where the input is of a kind and
 //! 0 elsewhere therefore gives that kind's weight.
@@ -9,7 +9,7 @@ use crate::error::Result;
 use sph_formats::common::particle_names as names;
 use sph_formats::{Values, Variable};
 
-/// More kinds than this are no kinds.
+/// A variable with more values than this does not name kinds.
 const MAX_KINDS: usize = 32;
 
 struct Categorical<const D: usize> {

@@ -2,10 +2,10 @@
 //! 10.1002/nme.1620150306), `w_i = ((R - d_i) / (R d_i))^2` with `R` the distance of the farthest one used.
 //! Exact at the points, within the range of the values around, continuous, O(log N).
 //!
-//! In a domain of the points' own, images across its periodic axes take part; without one, they fill their bounding box.
+//! Points with a domain of their own have images across its periodic axes; others fill their bounding box.
 //!
-//! Matter ends where the nearest point is farther away than that point's own 2^D-th neighbor: within a lattice
-//! or a glass no place is.
+//! Matter ends where the nearest point is farther away than that point's own 2^D-th neighbor; no place
+//! within a lattice or a glass is.
 
 use super::sampled::{Outside, Sampler};
 use crate::error::{Error, Result};

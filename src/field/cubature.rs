@@ -21,7 +21,7 @@ struct Cell<const D: usize> {
     axis: usize,
 }
 
-/// Integral of `f` over `[0, 1]^D` to a relative `tolerance`, or as near as `max_evaluations` lead.
+/// Integral of `f` over `[0, 1]^D` to a relative `tolerance`, or to the error that `max_evaluations` leave.
 pub(crate) fn integrate_unit_box<const D: usize>(
     f: &(dyn Fn(&[f64; D]) -> f64 + Sync),
     tolerance: f64,
@@ -139,12 +139,12 @@ fn gauss_pair<const D: usize>(f: &(dyn Fn(&[f64; D]) -> f64 + Sync), cell: &Cell
 /// Bound on the share of a cell that lies beyond the outermost points of its rules.
 const END_SHARE: f64 = 0.05;
 
-/// The ends of a cell, but for a share that rounding cannot carry across: a jump right at the face of a cell
-/// does no harm.
+/// The ends of a cell, less a share that rounding cannot bridge: a discontinuity right at the face of a cell does no
+/// harm.
 const END: f64 = 1.0 - 1e-7;
 
-/// How far the values at the ends of a line through the cell are from the polynomial through the nodes. Rules
-/// that agree because a jump runs between their outermost points and the face are found out by it.
+/// How far the values at the ends of a line through the cell are from the polynomial through the nodes. This
+/// shows a discontinuity between the outermost points and the face, where both rules agree on a wrong value.
 fn end_residual<const N: usize>(nodes: &[f64; N], values: &[f64; N], at: &dyn Fn(f64) -> f64) -> f64 {
     let extrapolated = |x: f64| -> f64 {
         (0..N)
@@ -247,7 +247,7 @@ mod tests {
     }
 
     #[test]
-    fn jumps_have_an_honest_error() {
+    fn discontinuities_have_an_honest_error() {
         let disc = |x: &[f64; 2]| f64::from((x[0] - 0.4).powi(2) + (x[1] - 0.5).powi(2) < 0.09);
         let e = integrate_unit_box(&disc, 1e-4, 2_000_000);
         let expected = std::f64::consts::PI * 0.09;

@@ -1,4 +1,4 @@
-//! Interpolants: what a file's numbers, or an expression, say at any point.
+//! Interpolants: the values between a file's numbers, and of an expression, at any point.
 //!
 //! | input | interpolant | mass |
 //! |---|---|---|

@@ -2,7 +2,7 @@
 
 use sph::domain::Domain;
 
-/// How values between nodes are found.
+/// How values between nodes are interpolated.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Interpolation {
     /// The value of the cell, or of the nearest node.
@@ -45,7 +45,7 @@ pub struct FieldOptions<const D: usize> {
     pub center: [f64; D],
     /// Axes of a grid that repeat.
     pub periodic: [Option<Period>; D],
-    /// Names of the variables that ride along; `None`: all that can.
+    /// Names of the variables to carry; `None`: all that can be carried.
     pub carried: Option<Vec<String>>,
     /// The domain of a point cloud, across whose periodic axes it repeats; `None`: its bounding box.
     pub cloud_domain: Option<Domain<D>>,

@@ -36,7 +36,7 @@ fn gauss_legendre(order: usize) -> Vec<(f64, f64)> {
             (0.5 * (1.0 - z), 1.0 / ((1.0 - z * z) * slope * slope))
         })
         .collect();
-    // Symmetric to the last bit, and the weights' sum as near 1 as it goes.
+    // Symmetric to the last bit, and the sum of the weights as near 1 as rounding allows.
     for i in 0..order / 2 {
         let weight = 0.5 * (rule[i].1 + rule[order - 1 - i].1);
         rule[i].1 = weight;

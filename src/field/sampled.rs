@@ -44,7 +44,7 @@ impl<const D: usize, S: Sampler<D>> ScalarField<D> for SampledDensity<S> {
     }
 }
 
-/// A scalar or vector that rides along.
+/// A carried scalar or vector.
 pub(crate) struct SampledCarried<const D: usize> {
     pub(crate) sampler: Arc<dyn Sampler<D>>,
     pub(crate) values: Values,

@@ -14,13 +14,13 @@ pub trait ScalarField<const D: usize>: Send + Sync {
     /// Value at `x`: finite and, for a density, never negative; 0 outside the field's support.
     fn value(&self, x: &[f64; D]) -> f64;
 
-    /// The point on the distance from which alone the field depends, where there is one: its gradient then takes
-    /// one difference instead of D.
+    /// The center of a field that depends on the distance from one point alone; its gradient then takes one
+    /// difference instead of D.
     fn center(&self) -> Option<[f64; D]> {
         None
     }
 
-    /// The integral over `domain` where this interpolant knows it better than sampling would.
+    /// The integral over `domain`, where the interpolant has a better one than sampling gives.
     fn integral(&self, domain: &Domain<D>) -> Option<MassEstimate> {
         let _ = domain;
         None

@@ -4,17 +4,18 @@ use super::{CarriedField, MassEstimate, RadialProfile, ScalarField};
 use sph::domain::Domain;
 use std::sync::Arc;
 
-/// A radial profile and where its center lies: what shell-wise seeds and the cut of an atmosphere need.
+/// A radial profile and its center, in the unit of the source's domain.
 #[derive(Debug, Clone)]
 pub struct RadialSource<const D: usize> {
     pub profile: Arc<RadialProfile>,
     pub center: [f64; D],
 }
 
-/// Everything that placement needs to know of an input.
+/// What placement needs of an input.
 pub struct Source<const D: usize> {
     /// Mass density, in the input's own units.
     pub density: Box<dyn ScalarField<D>>,
+    /// Variables that the particles take at their places.
     pub carried: Vec<Box<dyn CarriedField<D>>>,
     /// Where the input is defined: the default domain.
     pub domain: Domain<D>,

@@ -1,4 +1,4 @@
-//! The pressure of the target and the gravity that it holds, in internal units (lengths in the domain's size,
+//! The pressure of the target and the gravity that it balances, in internal units (lengths in the domain's size,
 //! total mass 1, constant of gravity 1).
 //!
 //! In d dimensions the unit of pressure is G M^2 / L^(2(d-1)) and that of specific energy G M / L^(d-2), where

@@ -5,7 +5,7 @@
 //! and 10), with the default kernel and its neighbor number. The mass is that of the particles, not of the interpolated
 //! density. Periodic axes are those of the file's box, with its corner at the origin; other axes end with the particles.
 //!
-//! What belongs to a particle and not to its place does not ride along: masses, smoothing lengths, numbers and materials.
+//! What belongs to a particle and not to its place is not carried: masses, smoothing lengths, numbers and materials.
 
 use crate::error::{Error, Result};
 use crate::metrics::Measured;

@@ -1,6 +1,6 @@
 //! How well the pressure force cancels gravity.
 //!
-//! The force is that of standard SPH with grad-h terms, see [`crate::relaxation::balance_pressure`], with the
+//! The force is that of standard SPH with grad-h terms, as in the stage that balances the two, with the
 //! pressure (gamma - 1) rho u that a code makes of the energies in the file and its own summed density.
 
 use super::Measured;
@@ -30,7 +30,7 @@ pub struct Thermodynamics<'a, const D: usize> {
 const GRADIENT_STEP: f64 = 1e-3;
 
 impl BalanceFigures {
-    /// `target_density` is rho* at the particles. `None` without gravity.
+    /// `target_density` is rho* at the particles, in internal units as all else. `None` without gravity.
     pub fn new<const D: usize>(
         kernel: KernelName,
         measured: &Measured<D>,

@@ -94,7 +94,7 @@ impl<const D: usize> Measured<D> {
     }
 
     /// Takes particles out of the interior about which the target is too sharp to be followed (steep surfaces,
-    /// jumps, vanishing density), see [`Target::sharpness`].
+    /// discontinuities, vanishing density), see [`Target::sharpness`].
     pub fn leave_out_unresolved(&mut self, target: &Target<'_, D>, positions: &Positions<D>) {
         let support = &self.support;
         parallel::update(&mut self.interior, |i, inside| {

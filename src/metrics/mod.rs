@@ -1,4 +1,4 @@
-//! What the result is worth: density error, force noise, neighbor numbers, isotropy.
+//! Measures of the result: density error, force noise, neighbor numbers, isotropy.
 //!
 //! Measures use the domain as it is: open faces are vacuum, reflecting ones and reflecting surfaces mirror.
 

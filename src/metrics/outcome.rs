@@ -12,7 +12,7 @@ pub struct Outcome {
     /// Summed density.
     pub density: Vec<f64>,
     /// Target density.
-    pub wanted: Vec<f64>,
+    pub target_density: Vec<f64>,
     pub density_error: DensityError,
     pub noise: NoiseFigures,
     pub neighbors: NeighborFigures,
@@ -36,13 +36,14 @@ impl Outcome {
         let mut measured = Measured::new(kernel, target.domain, positions, &masses, &guess, kernel_neighbors);
         drop((guess, number_density));
         measured.leave_out_unresolved(target, positions);
-        let wanted = target.densities(positions);
-        let density_error = DensityError::new(&measured, &wanted);
+        let target_density = target.densities(positions);
+        let density_error = DensityError::new(&measured, &target_density);
         let noise = NoiseFigures::new(kernel, &measured, target.domain, &masses, kernel_neighbors);
-        let balance = thermodynamics
-            .and_then(|t| BalanceFigures::new(kernel, &measured, target.domain, positions, (&masses, &wanted), t));
+        let balance = thermodynamics.and_then(|t| {
+            BalanceFigures::new(kernel, &measured, target.domain, positions, (&masses, &target_density), t)
+        });
         let neighbors = measured.neighbors(target.domain, kernel_neighbors);
         let (support, density) = measured.support.iter().zip(&measured.sums).map(|(&h, s)| (h, s.weighted)).unzip();
-        Self { masses, support, density, wanted, density_error, noise, neighbors, balance }
+        Self { masses, support, density, target_density, density_error, noise, neighbors, balance }
     }
 }

@@ -128,9 +128,9 @@ fn add_motion<const D: usize>(
     Ok(motion.bulk.iter().chain(&motion.rotation).any(|&c| c != 0.0))
 }
 
-fn components<const N: usize>(key: &str, given: &[f64], wanted: usize) -> Result<[f64; N]> {
-    if !given.is_empty() && given.len() != wanted {
-        return Err(Error::scene(key, format!("has {} components, expected {wanted}", given.len())));
+fn components<const N: usize>(key: &str, given: &[f64], expected: usize) -> Result<[f64; N]> {
+    if !given.is_empty() && given.len() != expected {
+        return Err(Error::scene(key, format!("has {} components, expected {expected}", given.len())));
     }
     if given.iter().any(|v| !v.is_finite()) {
         return Err(Error::scene(key, "has a component that is not finite"));

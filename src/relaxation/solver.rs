@@ -21,7 +21,7 @@
 //! Weights w_i = 1 / (1 + S_i^4), S_i the sharpness of the target ([`Target::sharpness`]), leave out particles at
 //! steep surfaces, jumps and kinks: no arrangement has the target's density there, and chasing it would clump
 //! them. There the pressure energy alone places the particles, except within reach of a jump
-//! ([`Target::jumps_near`]): what a sum counts too much on the thin side of it would drive particles away, so those
+//! ([`Target::is_discontinuous_near`]): what a sum counts too much on the thin side of it would drive particles away, so those
 //! stay where seed and WVT have put them.
 
 use super::arrangement::{Arrangement, reordered};
@@ -504,7 +504,7 @@ impl<'a, const D: usize, R: Real> Solver<'a, D, R> {
         let spacing: Vec<f64> = wanted.par_iter().map(|&w| target.spacing(w)).collect();
         let ratio = support_over_spacing(D, self.arrangement.kernel_neighbors);
         let sharpness = target.sharpnesses(positions, &wanted, ratio);
-        let held = target.jumps(positions, &wanted, &sharpness, ratio);
+        let held = target.near_discontinuities(positions, &wanted, &sharpness, ratio);
         let weights = sharpness.into_par_iter().map(resolved).collect();
         let mut frame = Frame { lambda, kappa: self.kappa.unwrap_or(1.0), weights, held, spacing };
         // The first evaluation tells kappa; from then on it barely changes.

@@ -136,7 +136,16 @@ impl Run<'_> {
         self.timing.extend(timing);
         self.notes.extend(notes);
         let lap = Instant::now();
-        let Outcome { masses, support, density, wanted, density_error, noise, neighbors: neighbor_figures, balance } = {
+        let Outcome {
+            masses,
+            support,
+            density,
+            target_density: wanted,
+            density_error,
+            noise,
+            neighbors: neighbor_figures,
+            balance,
+        } = {
             let thermodynamics = thermodynamics
                 .as_ref()
                 .map(|h| Thermodynamics { equilibrium: h, internal_energy: balanced.as_deref() });

@@ -137,16 +137,16 @@ pub enum Atmosphere {
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct ResolutionInput {
-    /// Expression for the wanted spacing, up to a factor.
+    /// Expression for the spacing, up to a factor.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub spacing: Option<String>,
-    /// Expression for the wanted number density, up to a factor.
+    /// Expression for the number density, up to a factor.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub number_density: Option<String>,
-    /// Variable for the wanted spacing, up to a factor.
+    /// Variable for the spacing, up to a factor.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub spacing_variable: Option<String>,
-    /// Variable for the wanted number density, up to a factor.
+    /// Variable for the number density, up to a factor.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub number_density_variable: Option<String>,
     /// File of the variable, where it is not the input.

@@ -14,7 +14,7 @@ use sph::geometry::distance;
 use sph::parallel;
 
 /// Cells of a part with `n` particles, at least: enough for the cut to fall right, no more than the part needs.
-fn wanted_cells(n: usize) -> usize {
+fn least_cells(n: usize) -> usize {
     (CELLS_PER_PARTICLE * n).min(MOST_CELLS)
 }
 
@@ -53,7 +53,7 @@ fn bisect<const D: usize>(target: &Target<'_, D>, mut cells: Vec<Cell<D>>, out: 
     if n == 0 {
         return;
     }
-    refine(target, &mut cells, wanted_cells(n));
+    refine(target, &mut cells, least_cells(n));
     if n == 1 {
         out[0] = representative(target, &cells);
         return;
@@ -69,14 +69,14 @@ fn bisect<const D: usize>(target: &Target<'_, D>, mut cells: Vec<Cell<D>>, out: 
     }
 }
 
-/// Halves the heavy cells until there are `wanted` or none is much heavier than the rest.
-pub(super) fn refine<const D: usize>(target: &Target<'_, D>, cells: &mut Vec<Cell<D>>, wanted: usize) {
+/// Halves the heavy cells until there are `least` or none is much heavier than the rest.
+pub(super) fn refine<const D: usize>(target: &Target<'_, D>, cells: &mut Vec<Cell<D>>, least: usize) {
     for _ in 0..MAX_REFINEMENTS {
-        if cells.len() >= wanted {
+        if cells.len() >= least {
             return;
         }
         let total: f64 = cells.iter().map(|c| c.mass).sum();
-        let limit = 1.5 * total / wanted as f64;
+        let limit = 1.5 * total / least as f64;
         let before = cells.len();
         for i in 0..before {
             if cells[i].mass > limit {
@@ -133,7 +133,7 @@ pub(super) fn cut<const D: usize>(cells: Vec<Cell<D>>, fraction: f64) -> (usize,
 /// Where `fraction` of the mass lies to the left: Newton on the piecewise linear cumulative mass, bracketed.
 fn quantile<const D: usize>(cells: &[Cell<D>], axis: usize, fraction: f64, lo: f64, hi: f64) -> f64 {
     let total: f64 = cells.iter().map(|c| c.mass).sum();
-    let wanted = fraction * total;
+    let left = fraction * total;
     let (mut a, mut b) = (lo, hi);
     let mut x = lo + fraction * (hi - lo);
     for _ in 0..100 {
@@ -147,10 +147,10 @@ fn quantile<const D: usize>(cells: &[Cell<D>], axis: usize, fraction: f64, lo: f
                 slope += rate;
             }
         }
-        if (mass - wanted).abs() <= 1e-12 * total {
+        if (mass - left).abs() <= 1e-12 * total {
             break;
         }
-        if mass > wanted {
+        if mass > left {
             b = x
         } else {
             a = x
@@ -158,7 +158,7 @@ fn quantile<const D: usize>(cells: &[Cell<D>], axis: usize, fraction: f64, lo: f
         if b - a <= 1e-14 * (hi - lo) {
             break;
         }
-        let newton = x + (wanted - mass) / slope;
+        let newton = x + (left - mass) / slope;
         x = if newton > a && newton < b { newton } else { 0.5 * (a + b) };
     }
     x

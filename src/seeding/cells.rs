@@ -120,7 +120,7 @@ fn refined<const D: usize>(target: &Target<'_, D>) -> Vec<Cell<D>> {
 fn is_rough<const D: usize>(cell: &Cell<D>, target: &Target<'_, D>, floor: f64) -> bool {
     let mut corners = 0.0;
     for corner in 0..1_usize << D {
-        // A hair inside, so that a shared corner is judged by both sides of a jump.
+        // A hair inside, so that a shared corner is judged by both sides of a discontinuity.
         let x: [f64; D] = std::array::from_fn(|k| {
             let (a, b) = if corner >> k & 1 == 0 { (cell.lo[k], cell.hi[k]) } else { (cell.hi[k], cell.lo[k]) };
             a + 1e-6 * (b - a)

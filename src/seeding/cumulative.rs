@@ -9,7 +9,7 @@ const FIRST_SEGMENTS: usize = 256;
 const MOST_SEGMENTS: usize = 1 << 16;
 /// Refinement ends where halving a segment changes its integral by less than this fraction of the whole.
 const TOLERANCE: f64 = 1e-14;
-/// Halvings of a segment; a jump is located to 2^-40 of a first segment.
+/// Halvings of a segment; a discontinuity is located to 2^-40 of a first segment.
 const MOST_HALVINGS: u32 = 40;
 const MOST_NEWTON_STEPS: usize = 60;
 
@@ -62,14 +62,14 @@ impl<'a> Cumulative<'a> {
 
     /// Where the integral is `fraction` of the whole: Newton's method, bracketed.
     pub fn inverse(&self, fraction: f64) -> f64 {
-        let wanted = fraction.clamp(0.0, 1.0) * self.total();
-        let i = self.sums.partition_point(|&s| s <= wanted).clamp(1, self.edges.len() - 1) - 1;
+        let below = fraction.clamp(0.0, 1.0) * self.total();
+        let i = self.sums.partition_point(|&s| s <= below).clamp(1, self.edges.len() - 1) - 1;
         let (start, end) = (self.edges[i], self.edges[i + 1]);
         let (mut a, mut b) = (start, end);
-        let share = (wanted - self.sums[i]) / (self.sums[i + 1] - self.sums[i]);
+        let share = (below - self.sums[i]) / (self.sums[i + 1] - self.sums[i]);
         let mut x = if share.is_finite() { a + share.clamp(0.0, 1.0) * (b - a) } else { a };
         for _ in 0..MOST_NEWTON_STEPS {
-            let miss = wanted - self.sums[i] - integrate(ORDER, start, x, &*self.f);
+            let miss = below - self.sums[i] - integrate(ORDER, start, x, &*self.f);
             if miss > 0.0 {
                 a = x
             } else {
@@ -102,7 +102,7 @@ mod tests {
     }
 
     #[test]
-    fn jumps_and_gaps_are_crossed() {
+    fn discontinuities_and_gaps_are_crossed() {
         let c = Cumulative::new(
             |x: f64| {
                 if x < 0.3 {

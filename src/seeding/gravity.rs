@@ -32,10 +32,10 @@ pub(super) fn repel<const D: usize>(edges: &[f64; D], points: &mut [[f64; D]]) {
     for _ in 0..ITERATIONS {
         let forces = gravity.forces(points);
         last.iter_mut().zip(&forces).zip(points.iter_mut()).for_each(|((step, force), x)| {
-            let wish: [f64; D] = std::array::from_fn(|k| RATE * force[k] + MEMORY * step[k]);
-            let length = wish.iter().map(|v| v * v).sum::<f64>().sqrt();
+            let free: [f64; D] = std::array::from_fn(|k| RATE * force[k] + MEMORY * step[k]);
+            let length = free.iter().map(|v| v * v).sum::<f64>().sqrt();
             let part = if length > LONGEST { LONGEST / length } else { 1.0 };
-            *step = wish.map(|v| part * v);
+            *step = free.map(|v| part * v);
             *x = std::array::from_fn(|k| (x[k] + step[k]).rem_euclid(edges[k]));
         });
     }

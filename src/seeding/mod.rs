@@ -1,4 +1,4 @@
-//! Initial positions: exactly N of them, all where the target admits particles. [`METHODS`] lists the ways.
+//! Initial positions: exactly N of them, all where the target admits particles. [`METHODS`] lists the methods.
 
 mod bisection;
 mod cells;
@@ -23,4 +23,4 @@ pub use methods::{METHODS, Method, Targets};
 pub use name::Seeding;
 pub use place::seed;
 pub use seeded::Seeded;
-pub use symmetry::{is_radial, jump_share};
+pub use symmetry::{discontinuity_share, is_radial};

@@ -34,7 +34,7 @@ pub enum Seeding {
 }
 
 impl Seeding {
-    /// Whether neighbors are evenly spaced in what it makes.
+    /// Whether neighbors are evenly spaced in its arrangement.
     pub fn is_in_order(self) -> bool {
         !matches!(self, Self::MassBisection | Self::Random | Self::LowDiscrepancy | Self::Quaquaversal)
     }

@@ -14,7 +14,7 @@ use crate::target::{Target, at};
 use sph::domain::Axis;
 use sph::parallel;
 
-/// Places `target.count` particles.
+/// Places `target.count` particles; `seed` is that of the random numbers.
 ///
 /// # Errors
 /// A target without mass in its domain, a dimension or a target that the method is not made for.
@@ -54,7 +54,7 @@ pub fn seed<const D: usize>(target: &Target<'_, D>, seeding: Seeding, seed: u64)
     check(target, method, seeded)
 }
 
-/// Whether a lattice of one spacing is what is wanted: the resolution uniform, and mass everywhere.
+/// Refuses a resolution that varies, which a lattice of one spacing cannot follow.
 fn check_evenness<const D: usize>(target: &Target<'_, D>) -> Result<()> {
     let name = Seeding::VariableMasses.method().name;
     if !matches!(symmetry::detect(target, name), Ok(Symmetry::Uniform)) {
@@ -67,7 +67,7 @@ fn check_evenness<const D: usize>(target: &Target<'_, D>) -> Result<()> {
     Ok(())
 }
 
-/// A pattern that was mapped may meet a hole that sampling did not show; that is told, not passed on.
+/// Refuses positions where the target is zero: a mapped pattern may meet a hole that sampling did not show.
 fn check<const D: usize>(target: &Target<'_, D>, method: &Method, seeded: Seeded<D>) -> Result<Seeded<D>> {
     let n = seeded.positions[0].len();
     // The resolution may ask for particles where there is no matter for their masses.

@@ -2,9 +2,10 @@
 
 use crate::target::Positions;
 
-/// A seed and what should be known of it.
+/// Initial positions.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Seeded<const D: usize> {
+    /// In the unit of the target's domain.
     pub positions: Positions<D>,
     /// Decisions of the method, for the report.
     pub notes: Vec<String>,

@@ -73,8 +73,8 @@ pub(super) fn map<const D: usize>(
                 x[*axis] = layers.inverse((x[*axis] - lo) / (hi - lo)).clamp(lo, hi);
                 let r = round.distance(x);
                 if r > 0.0 {
-                    let wanted = tubes.inverse(area(r) / area(round.radius)).min(round.radius * (1.0 - 1e-12));
-                    *x = round.scaled(x, wanted / r);
+                    let mapped = tubes.inverse(area(r) / area(round.radius)).min(round.radius * (1.0 - 1e-12));
+                    *x = round.scaled(x, mapped / r);
                 }
             });
         }
@@ -86,8 +86,8 @@ pub(super) fn map<const D: usize>(
                 let r = distance(center, x);
                 if r > 0.0 {
                     // Rounding must not carry a point beyond the surface.
-                    let wanted = shells.inverse(volume(r) / volume(*outer)).min(outer * (1.0 - 1e-12));
-                    *x = std::array::from_fn(|k| center[k] + (x[k] - center[k]) * (wanted / r));
+                    let mapped = shells.inverse(volume(r) / volume(*outer)).min(outer * (1.0 - 1e-12));
+                    *x = std::array::from_fn(|k| center[k] + (x[k] - center[k]) * (mapped / r));
                 }
             });
         }

@@ -75,7 +75,7 @@ pub(super) fn detect<const D: usize>(target: &Target<'_, D>, method: &str) -> Re
     if most - least <= UNIFORM * most {
         return Ok(Symmetry::Uniform);
     }
-    let (symmetry, wanted, expected) = if fills_box(target.domain) {
+    let (symmetry, needed, expected) = if fills_box(target.domain) {
         let expected: Vec<f64> = points.iter().map(|x| product(target, &densest, x)).collect();
         (Symmetry::Separable { through: densest }, "a product of functions of one coordinate each", expected)
     } else if let Region::Ball { center, inner_radius, radius, .. } = &target.domain.region {
@@ -108,17 +108,17 @@ pub(super) fn detect<const D: usize>(target: &Target<'_, D>, method: &str) -> Re
             worst = (excess, difference / value.max(expected), *x);
         }
     }
-    if worst.0 > 0.0 { Err(refusal(method, wanted, worst.1, &worst.2)) } else { Ok(symmetry) }
+    if worst.0 > 0.0 { Err(refusal(method, needed, worst.1, &worst.2)) } else { Ok(symmetry) }
 }
 
-/// The share of the domain, by samples, that is within a support radius of a jump of the target with `neighbors` kernel
+/// The share of the domain, by samples, that is within a support radius of a discontinuity of the target, with `neighbors` kernel
 /// neighbors.
-pub fn jump_share<const D: usize>(target: &Target<'_, D>, neighbors: f64) -> f64 {
+pub fn discontinuity_share<const D: usize>(target: &Target<'_, D>, neighbors: f64) -> f64 {
     let ratio = support_over_spacing(D, neighbors);
     let near = |x: &&[f64; D]| {
         let here = target.number_density(x);
         let support = target.support(here, ratio);
-        here > 0.0 && !(target.sharpness(x, here, support) < 1.0) && target.jumps_near(x, support)
+        here > 0.0 && !(target.sharpness(x, here, support) < 1.0) && target.is_discontinuous_near(x, support)
     };
     let samples = samples(target.domain);
     samples.iter().filter(near).count() as f64 / samples.len().max(1) as f64
@@ -130,11 +130,11 @@ pub fn is_radial<const D: usize>(target: &Target<'_, D>) -> bool {
     D == 3 && matches!(target.domain.region, Region::Ball { .. }) && detect(target, "shells").is_ok()
 }
 
-fn refusal<const D: usize>(method: &str, wanted: &str, deviation: f64, x: &[f64; D]) -> Error {
+fn refusal<const D: usize>(method: &str, needed: &str, deviation: f64, x: &[f64; D]) -> Error {
     Error::scene(
         "seeding",
         format!(
-            "'{method}' places particles by mapping a uniform pattern, which needs a target that is {wanted}; this one deviates by {:.3} % (at {x:?} in units of the domain's size); use {}",
+            "'{method}' places particles by mapping a uniform pattern, which needs a target that is {needed}; this one deviates by {:.3} % (at {x:?} in units of the domain's size); use {}",
             100.0 * deviation,
             methods::for_any_target(method),
         ),

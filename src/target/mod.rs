@@ -51,11 +51,11 @@ pub struct Target<'a, const D: usize> {
 impl<const D: usize> Target<'_, D> {
     /// n*(x), normalized to N particles in the domain; 0 where no particle belongs.
     pub fn number_density(&self, x: &[f64; D]) -> f64 {
-        let wanted = match &self.resolution {
+        let density = match &self.resolution {
             Resolution::EqualMass => self.density.value(x),
             Resolution::NumberDensity(field) => field.value(x),
         };
-        wanted * (self.count as f64 / self.resolution_integral)
+        density * (self.count as f64 / self.resolution_integral)
     }
 
     /// The same target for another number of particles.
@@ -161,6 +161,7 @@ impl<const D: usize> Target<'_, D> {
         masses
     }
 
+    /// Whether all particles have the same mass.
     pub fn has_equal_masses(&self) -> bool {
         matches!(self.resolution, Resolution::EqualMass)
     }
