@@ -16,6 +16,7 @@ pub struct CarriedInfo {
 pub trait CarriedField<const D: usize>: Send + Sync {
     /// Name, unit and number of components.
     fn info(&self) -> &CarriedInfo;
-    /// Writes the `components` values at `x`, in the variable's own unit; `x` is clamped to the nearest point of the field's support.
+    /// Writes the `components` values at `x`, in the variable's own unit; `x` is clamped to the nearest point of the
+    /// field's support.
     fn evaluate(&self, x: &[f64; D], out: &mut [f64]);
 }

@@ -40,7 +40,8 @@ pub(crate) fn check_density(
     }
     let total = values.len();
     if let Some((i, v)) = unusable.first {
-        let remedy = if v.is_nan() { "set `missing: zero` in the scene if nothing is there" } else { "correct the file" };
+        let remedy =
+            if v.is_nan() { "set `missing: zero` in the scene if nothing is there" } else { "correct the file" };
         return Err(Error::field(
             name,
             format!(

@@ -6,6 +6,7 @@ use sph::domain::Domain;
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct MassEstimate {
     pub value: f64,
+    /// A bound or an estimate of |value - exact|, never negative.
     pub error: f64,
 }
 

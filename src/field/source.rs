@@ -7,6 +7,7 @@ use std::sync::Arc;
 /// A radial profile and its center, in the unit of the source's domain.
 #[derive(Debug, Clone)]
 pub struct RadialSource<const D: usize> {
+    /// Density and enclosed mass by radius.
     pub profile: Arc<RadialProfile>,
     pub center: [f64; D],
 }

@@ -9,7 +9,9 @@ use sph::sums::{Actors, DensitySums, largest_support, scatter_gradient, solve_su
 
 /// Sums of every particle at its own support radius, in the particles' order.
 pub struct Measured<const D: usize> {
+    /// Support radii, in the unit of the positions.
     pub support: Vec<f64>,
+    /// Densities and gradients at these radii.
     pub sums: Vec<DensitySums<D>>,
     /// Whether a particle can have the target density: its whole support lies inside the domain and, after
     /// [`Self::leave_out_unresolved`], the target is resolved there.

@@ -17,12 +17,14 @@ use sph::sums::support_guess;
 /// Root mean square of the constant-pressure force as a fraction of that of a Poisson set.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct NoiseFigures {
+    /// Over all particles.
     pub all: f64,
     /// Over particles whose support lies inside the domain.
     pub interior: Option<f64>,
 }
 
 impl NoiseFigures {
+    /// The noise of `measured` with these masses; one Poisson set is measured beside it.
     pub fn new<const D: usize>(
         kernel: KernelName,
         measured: &Measured<D>,

@@ -8,6 +8,7 @@ use sph::sums::support_guess;
 /// Particle columns in internal units, and the figures over them.
 pub struct Outcome {
     pub masses: Vec<f64>,
+    /// Support radii at the neighbor number asked for.
     pub support: Vec<f64>,
     /// Summed density.
     pub density: Vec<f64>,

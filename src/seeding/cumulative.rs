@@ -22,6 +22,7 @@ pub(super) struct Cumulative<'a> {
 }
 
 impl<'a> Cumulative<'a> {
+    /// Integrates `f` from `lo` to `hi`.
     pub fn new(f: impl Fn(f64) -> f64 + Sync + 'a, lo: f64, hi: f64) -> Self {
         Self::over(Box::new(f), lo, hi)
     }
@@ -50,6 +51,7 @@ impl<'a> Cumulative<'a> {
         self.append(middle, b, right, tolerance, halvings - 1);
     }
 
+    /// The integral over the whole interval.
     pub fn total(&self) -> f64 {
         self.sums[self.sums.len() - 1]
     }

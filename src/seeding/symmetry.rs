@@ -111,8 +111,8 @@ pub(super) fn detect<const D: usize>(target: &Target<'_, D>, method: &str) -> Re
     if worst.0 > 0.0 { Err(refusal(method, needed, worst.1, &worst.2)) } else { Ok(symmetry) }
 }
 
-/// The share of the domain, by samples, that is within a support radius of a discontinuity of the target, with `neighbors` kernel
-/// neighbors.
+/// The share of the domain, by samples, that is within a support radius of a discontinuity of the target, with
+/// `neighbors` kernel neighbors.
 pub fn discontinuity_share<const D: usize>(target: &Target<'_, D>, neighbors: f64) -> f64 {
     let ratio = support_over_spacing(D, neighbors);
     let near = |x: &&[f64; D]| {

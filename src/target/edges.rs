@@ -48,8 +48,8 @@ impl<const D: usize> Target<'_, D> {
         })
     }
 
-    /// Whether the target is discontinuous within `support` of `x`: there the change over the interval of the largest change
-    /// does not lessen as the interval is halved, as that of the steepest slope does.
+    /// Whether the target is discontinuous within `support` of `x`: there the change over the interval of the largest
+    /// change does not lessen as the interval is halved, as that of the steepest slope does.
     pub fn is_discontinuous_near(&self, x: &[f64; D], support: f64) -> bool {
         let reach = support.min(0.25 * self.domain.size());
         ways::<D>().any(|way| is_discontinuous(&|h| self.logarithm_along(x, &way, h), reach))

@@ -68,8 +68,8 @@ impl<const D: usize> Target<'_, D> {
         spacing_of::<D>(number_density).min(self.largest_spacing)
     }
 
-    /// The support radius H for `ratio` = H n*^(1/d) where the target density is `number_density`; a spacing counts as the
-    /// domain's size at most.
+    /// The support radius H for `ratio` = H n*^(1/d) where the target density is `number_density`; a spacing counts as
+    /// the domain's size at most.
     pub fn support(&self, number_density: f64, ratio: f64) -> f64 {
         ratio * self.spacing(number_density).min(self.domain.size())
     }
