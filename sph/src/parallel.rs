@@ -16,9 +16,14 @@ pub fn map<T: Send>(n: usize, f: impl Fn(usize) -> T + Sync) -> Vec<T> {
     erased_map(n, SHARE, &f)
 }
 
+/// `f(i)` for `i` in `0..n`, each long enough for a thread.
+pub fn tasks<T: Send>(n: usize, f: impl Fn(usize) -> T + Sync) -> Vec<T> {
+    erased_map(n, 1, &f)
+}
+
 /// `f(range)` for `0..n` in pieces of `size`, each long enough for a thread.
 pub fn pieces<T: Send>(n: usize, size: usize, f: impl Fn(Range<usize>) -> T + Sync) -> Vec<T> {
-    erased_map(n.div_ceil(size), 1, &|piece| f(piece * size..((piece + 1) * size).min(n)))
+    tasks(n.div_ceil(size), |piece| f(piece * size..((piece + 1) * size).min(n)))
 }
 
 fn erased_map<T: Send>(n: usize, share: usize, f: &(dyn Fn(usize) -> T + Sync)) -> Vec<T> {
@@ -27,11 +32,20 @@ fn erased_map<T: Send>(n: usize, share: usize, f: &(dyn Fn(usize) -> T + Sync)) 
 
 /// Lets `f(i, value)` change each of `values`.
 pub fn update<T: Send>(values: &mut [T], f: impl Fn(usize, &mut T) + Sync) {
-    erased_update(values, &|first, share| share.iter_mut().enumerate().for_each(|(i, value)| f(first + i, value)));
+    erased_update(values, SHARE, &|share, values| {
+        values.iter_mut().enumerate().for_each(|(i, value)| f(share * SHARE + i, value));
+    });
 }
 
-fn erased_update<T: Send>(values: &mut [T], f: &(dyn Fn(usize, &mut [T]) + Sync)) {
-    values.par_chunks_mut(SHARE).enumerate().for_each(|(share, values)| f(share * SHARE, values));
+/// Lets `f(i, row)` change each row of `width` values; the last may be shorter.
+pub fn update_rows<T: Send>(values: &mut [T], width: usize, f: impl Fn(usize, &mut [T]) + Sync) {
+    erased_update(values, SHARE * width, &|share, values| {
+        values.chunks_mut(width).enumerate().for_each(|(i, row)| f(share * SHARE + i, row));
+    });
+}
+
+fn erased_update<T: Send>(values: &mut [T], share: usize, f: &(dyn Fn(usize, &mut [T]) + Sync)) {
+    values.par_chunks_mut(share).enumerate().for_each(|(share, values)| f(share, values));
 }
 
 /// Values in a new order, which names the old place of each.
@@ -44,9 +58,36 @@ pub fn count(n: usize, f: impl Fn(usize) -> bool + Sync) -> usize {
     pieces(n, PIECE, |range| range.filter(|&i| f(i)).count()).into_iter().sum()
 }
 
+/// Both results, each found on a thread of its own where one is free.
+pub fn join<A: Send, B: Send>(a: impl FnOnce() -> A + Send, b: impl FnOnce() -> B + Send) -> (A, B) {
+    let (mut first, mut second) = ((Some(a), None), (Some(b), None));
+    erased_join(&mut || first.1 = first.0.take().map(|a| a()), &mut || second.1 = second.0.take().map(|b| b()));
+    match (first.1, second.1) {
+        (Some(a), Some(b)) => (a, b),
+        _ => unreachable!("both have run"),
+    }
+}
+
+fn erased_join(a: &mut (dyn FnMut() + Send), b: &mut (dyn FnMut() + Send)) {
+    rayon::join(a, b);
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn both_sides_of_a_join_are_returned() {
+        fn size(n: u64) -> u64 {
+            if n < 2 {
+                return n;
+            }
+            let (a, b) = join(|| size(n / 2), || size(n - n / 2));
+            a + b
+        }
+        assert_eq!(size(1000), 1000);
+        assert_eq!(join(|| "left", || 2), ("left", 2));
+    }
 
     #[test]
     fn every_index_is_visited_once_and_in_its_place() {
@@ -59,6 +100,10 @@ mod tests {
             let backward: Vec<u32> = (0..n as u32).rev().collect();
             assert!(reordered(&values, &backward).iter().rev().eq(&values), "{n}");
             assert_eq!(count(n, |i| i % 3 == 0), n.div_ceil(3), "{n}");
+            assert_eq!(tasks(n, |i| i * i), squares, "{n}");
+            let mut rows = vec![0; 3 * n];
+            update_rows(&mut rows, 3, |i, row| row.iter_mut().enumerate().for_each(|(k, v)| *v = 3 * i + k));
+            assert!(rows.iter().enumerate().all(|(i, v)| *v == i), "{n}");
         }
     }
 }

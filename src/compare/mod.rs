@@ -282,8 +282,7 @@ fn samples<const D: usize>(
     positions: &Positions<D>,
     outcome: &Outcome,
 ) -> Vec<Sample> {
-    let domain = target.domain;
-    let center = prepared.source.radial.as_ref().map_or_else(|| domain.center(), |r| r.center);
+    let center = prepared.source.center();
     let density = prepared.mass.value / prepared.length.powi(D as i32);
     (0..outcome.density.len())
         .map(|i| {
@@ -294,7 +293,7 @@ fn samples<const D: usize>(
                 r: offset.iter().map(|v| v * v).sum::<f64>().sqrt() * prepared.length,
                 spacing: target.spacing(target.number_density(&x)) * prepared.length,
                 density: outcome.density[i] * density,
-                wanted: outcome.wanted[i] * density,
+                wanted: outcome.target_density[i] * density,
             }
         })
         .collect()

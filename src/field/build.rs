@@ -1,15 +1,13 @@
 //! From a file's numbers to a [`Source`].
 
 use super::build_grid::{cartesian, geographic};
+use super::build_input::Input;
 use super::build_radial::radial;
-use super::categorical::{categorical, is_categorical};
-use super::check::{check_density, point_text, replace_missing};
+use super::check::{point_text, replace_missing};
 use super::cloud::Cloud;
 use super::hull::MeshHull;
-use super::mass::check_mass;
 use super::mesh::{Mesh, MeshSampler};
-use super::sampled::{SampledCarried, SampledDensity, Sampler};
-use super::{CarriedField, CarriedInfo, FieldOptions, Missing, ScalarField, Source};
+use super::{FieldOptions, Missing, Source};
 use crate::error::{Error, Result};
 use sph::domain::{Axis, Domain, Region, Wall};
 use sph_formats::{Cells, Coordinates, Geometry, Location, RawField, Variable};
@@ -25,7 +23,7 @@ pub fn natural_dimension(raw: &RawField) -> usize {
     }
 }
 
-/// Takes the density, its interpolant and everything that can ride along from a file's numbers. Values keep
+/// Makes the source of a file's numbers: the density with its interpolant, and the carried variables. Values keep
 /// the file's units and precision and are moved, not copied.
 ///
 /// # Errors
@@ -71,64 +69,12 @@ fn build<const D: usize>(mut raw: RawField, options: &FieldOptions<D>) -> Result
     }
 }
 
-pub(crate) struct Input<'a, const D: usize> {
-    pub(crate) density: Variable,
-    pub(crate) others: Vec<Variable>,
-    pub(crate) options: &'a FieldOptions<D>,
-    pub(crate) notes: Vec<String>,
-}
-
-impl<const D: usize> Input<'_, D> {
-    /// Refuses what is no density; notes what was missing.
-    pub(crate) fn check(&mut self, place: &dyn Fn(usize) -> String) -> Result<()> {
-        let name = &self.density.name;
-        let (_, replaced) = check_density(name, &mut self.density.values, self.options.missing, place)?;
-        if replaced > 0 {
-            self.notes.push(format!("{replaced} missing values of '{name}' were set to 0"));
-        }
-        Ok(())
-    }
-
-    /// The same sampler for density and for variables at the density's location; `other` makes those for the
-    /// other location, or says why there is none.
-    pub(crate) fn finish<S: Sampler<D> + 'static>(
-        mut self,
-        sampler: Arc<S>,
-        domain: Domain<D>,
-        other: &mut dyn FnMut(Location) -> Result<Arc<S>>,
-    ) -> Result<Source<D>> {
-        let mut carried: Vec<Box<dyn CarriedField<D>>> = Vec::new();
-        for variable in std::mem::take(&mut self.others) {
-            let sampler = if variable.location == self.density.location {
-                Arc::clone(&sampler)
-            } else {
-                other(variable.location)?
-            };
-            let sampled = |variable: Variable| -> Box<dyn CarriedField<D>> {
-                let components = if variable.components > 1 { D } else { 1 };
-                Box::new(SampledCarried {
-                    sampler: Arc::clone(&sampler),
-                    stride: variable.components,
-                    info: CarriedInfo { name: variable.name, unit: variable.unit, components },
-                    values: variable.values,
-                })
-            };
-            let kinds = if is_categorical(&variable) { categorical(&variable, sampled) } else { None };
-            carried.push(kinds.unwrap_or_else(|| sampled(variable)));
-        }
-        let name = self.density.name;
-        let density = SampledDensity { sampler, values: self.density.values };
-        let mass = density.integral(&domain).map(|m| check_mass(&name, m)).transpose()?;
-        Ok(Source { density: Box::new(density), carried, domain, mass, radial: None, notes: self.notes })
-    }
-}
-
-fn take_density(raw: &mut RawField, wanted: Option<&str>) -> Result<Variable> {
+fn take_density(raw: &mut RawField, asked: Option<&str>) -> Result<Variable> {
     let names = || -> String {
         let all: Vec<String> = raw.variables.iter().map(|v| format!("'{}'", v.name)).collect();
         if all.is_empty() { "no variables".into() } else { all.join(", ") }
     };
-    let Some(name) = wanted.or(raw.density.as_deref()) else {
+    let Some(name) = asked.or(raw.density.as_deref()) else {
         return Err(Error::field(
             "density",
             format!("cannot tell which variable is the density; choose one by --density: the file has {}", names()),
@@ -150,7 +96,7 @@ fn take_density(raw: &mut RawField, wanted: Option<&str>) -> Result<Variable> {
     Ok(raw.variables.remove(i))
 }
 
-/// The variables that ride along: those asked for, or all that can.
+/// The variables to carry: those asked for, or all that can be carried.
 fn select_carried<const D: usize>(
     variables: Vec<Variable>,
     options: &FieldOptions<D>,
@@ -203,7 +149,7 @@ fn mesh<const D: usize>(mut input: Input<'_, D>, points: &[[f64; 3]], cells: Cel
     let domain =
         Domain::new(mesh.bounds.lo, mesh.bounds.hi, [Axis::OPEN; D], Region::Hull(Arc::new(hull), Wall::Open))?;
     let sampler = Arc::new(MeshSampler { mesh: Arc::clone(&mesh), location });
-    input.finish(sampler, domain, &mut |location| Ok(Arc::new(MeshSampler { mesh: Arc::clone(&mesh), location })))
+    input.finish(sampler, domain, &|location| Ok(Arc::new(MeshSampler { mesh: Arc::clone(&mesh), location })))
 }
 
 fn cloud<const D: usize>(mut input: Input<'_, D>, points: &[[f64; 3]]) -> Result<Source<D>> {
@@ -218,7 +164,7 @@ fn cloud<const D: usize>(mut input: Input<'_, D>, points: &[[f64; 3]]) -> Result
             flat.len()
         ));
     }
-    input.finish(sampler, domain, &mut |_| Err(Error::field(&name, "a point cloud has no cells".to_owned())))
+    input.finish(sampler, domain, &|_| Err(Error::field(&name, "a point cloud has no cells".to_owned())))
 }
 
 /// The first D components, which must be finite.
@@ -227,33 +173,6 @@ fn flatten<const D: usize>(name: &str, points: &[[f64; 3]]) -> Result<Vec<[f64; 
         return Err(Error::field(name, format!("point {i} lies at {}; coordinates must be finite", point_text(p))));
     }
     Ok(points.iter().map(|p| std::array::from_fn(|k| p[k])).collect())
-}
-
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) enum Repeats {
-    Allowed,
-    Refused,
-}
-
-pub(crate) fn check_ascending(name: &str, what: &str, values: &[f64], repeats: Repeats) -> Result<()> {
-    if let Some(i) = values.iter().position(|v| !v.is_finite()) {
-        return Err(Error::field(name, format!("{what} is {} at node {i}; it must be finite", values[i])));
-    }
-    let falls = |w: &[f64]| w[1] < w[0] || repeats == Repeats::Refused && w[1] == w[0];
-    if let Some(i) = values.windows(2).position(falls) {
-        return Err(Error::field(
-            name,
-            format!(
-                "{what} goes from {} at node {i} to {} at the next; it must ascend: sort the file",
-                values[i],
-                values[i + 1]
-            ),
-        ));
-    }
-    match (values.first(), values.last()) {
-        (Some(a), Some(b)) if b > a || values.len() == 1 => Ok(()),
-        _ => Err(Error::field(name, format!("{what} has {} node(s) and no extent", values.len()))),
-    }
 }
 
 #[cfg(test)]

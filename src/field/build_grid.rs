@@ -1,6 +1,6 @@
 //! Sources from rectilinear grids.
 
-use super::build::{Input, Repeats, check_ascending};
+use super::build_input::{Input, Repeats, check_ascending};
 use super::check::point_text;
 use super::geographic::Geographic;
 use super::grid::Grid;
@@ -29,7 +29,7 @@ pub(crate) fn cartesian<const D: usize>(mut input: Input<'_, D>, axes: &[GridAxi
     };
     let sampler = tables(density.location)?;
     let domain = sampler.domain()?;
-    input.finish(sampler, domain, &mut |location| tables(location))
+    input.finish(sampler, domain, &|location| Ok(tables(location)?))
 }
 
 pub(crate) fn geographic<const D: usize>(mut input: Input<'_, D>, axes: &[GridAxis]) -> Result<Source<D>> {
@@ -56,7 +56,7 @@ pub(crate) fn geographic<const D: usize>(mut input: Input<'_, D>, axes: &[GridAx
     }
     let sampler = tables(input.density.location)?;
     let domain = sampler.domain()?;
-    input.finish(sampler, domain, &mut |location| tables(location))
+    input.finish(sampler, domain, &|location| Ok(tables(location)?))
 }
 
 fn grid<const K: usize>(name: &str, tables: Vec<AxisTable>, interpolation: Option<Interpolation>) -> Result<Grid<K>> {

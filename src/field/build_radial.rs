@@ -3,8 +3,8 @@
 //! A scalar column named like a velocity, with a velocity's unit or none, becomes a vector along the radius;
 //! every other column stays a scalar.
 
-use super::build::{Input, Repeats, check_ascending};
-use super::categorical::{categorical, is_categorical};
+use super::build_input::{Input, Repeats, check_ascending};
+use super::categorical::carried_field;
 use super::curve::Curve;
 use super::mass::check_mass;
 use super::radial::{Direction, RadialCarried, RadialDensity, volume_midpoints};
@@ -46,15 +46,8 @@ pub(crate) fn radial<const D: usize>(
     let center = input.options.center;
     let outer = profile.outer_radius();
     let midpoints = volume_midpoints(D, nodes);
-    let carried = input
-        .others
-        .into_iter()
-        .map(|v| {
-            let make = |v: Variable| radial_carried(v, nodes, &midpoints, center);
-            let kinds = if is_categorical(&v) { categorical(&v, make) } else { None };
-            kinds.unwrap_or_else(|| make(v))
-        })
-        .collect();
+    let make = |v: Variable| Ok(radial_carried(v, nodes, &midpoints, center));
+    let carried = input.others.into_iter().map(|v| carried_field(v, &make)).collect::<Result<_>>()?;
     let profile = Arc::new(profile);
     Ok(Source {
         density: Box::new(RadialDensity { profile: Arc::clone(&profile), center }),

@@ -1,7 +1,7 @@
 //! Whole sources from hand-made raw fields.
 
 use super::*;
-use crate::field::{Period, total_mass};
+use crate::field::{Period, ScalarField, total_mass};
 use sph_formats::{GridAxis, Unit, UnitDimension, Values};
 use std::f64::consts::PI;
 
@@ -247,7 +247,7 @@ fn refusals_name_variable_place_and_file() {
 }
 
 #[test]
-fn carried_variables_that_cannot_ride_are_named() {
+fn variables_that_cannot_be_carried_are_named() {
     let make = || {
         radial_raw(
             vec![0.0, 1.0],
@@ -261,13 +261,13 @@ fn carried_variables_that_cannot_ride_are_named() {
     let source = from_raw::<3>(make(), &FieldOptions::default()).unwrap();
     assert!(source.carried.is_empty());
     assert_eq!(source.notes.len(), 2, "{:?}", source.notes);
-    let wanted = |names: &[&str]| FieldOptions {
+    let asked = |names: &[&str]| FieldOptions {
         carried: Some(names.iter().map(|n| (*n).to_owned()).collect()),
         missing: Missing::Zero,
         ..FieldOptions::default()
     };
-    assert_eq!(from_raw::<3>(make(), &wanted(&["t"])).unwrap().carried.len(), 1);
-    let error = from_raw::<3>(make(), &wanted(&["xyz"])).err().unwrap().to_string();
+    assert_eq!(from_raw::<3>(make(), &asked(&["t"])).unwrap().carried.len(), 1);
+    let error = from_raw::<3>(make(), &asked(&["xyz"])).err().unwrap().to_string();
     assert!(error.contains("'xyz'") && error.contains("'tensor'"), "{error}");
 }
 

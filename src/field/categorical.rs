@@ -1,20 +1,16 @@
-//! Variables that name kinds, such as materials: between two points of the input a particle is of the kind that weighs
-//! more there, not of a number between theirs.
+//! Variables that name kinds, such as materials. Between two points of the input a particle takes the kind of the larger
+//! weight, not a number between the two.
 //!
 //! Every sampler is a weighted sum of the input's values. Sampling a variable that is 1 where the input is of a kind and
 //! 0 elsewhere therefore gives that kind's weight.
 
 use super::{CarriedField, CarriedInfo};
+use crate::error::Result;
 use sph_formats::common::particle_names as names;
 use sph_formats::{Values, Variable};
 
-/// More kinds than this are no kinds.
+/// A variable with more values than this does not name kinds.
 const MAX_KINDS: usize = 32;
-
-/// Whether a variable names kinds.
-pub(crate) fn is_categorical(variable: &Variable) -> bool {
-    variable.components == 1 && names::standard(&variable.name) == Some(names::MATERIAL_IDS)
-}
 
 struct Categorical<const D: usize> {
     info: CarriedInfo,
@@ -22,12 +18,29 @@ struct Categorical<const D: usize> {
     kinds: Vec<(f64, Box<dyn CarriedField<D>>)>,
 }
 
-/// The field of a variable's kinds; `make` makes a field of one variable. `None` where there are too many kinds or
-/// numbers that are not whole.
-pub(crate) fn categorical<const D: usize>(
-    variable: &Variable,
-    mut make: impl FnMut(Variable) -> Box<dyn CarriedField<D>>,
-) -> Option<Box<dyn CarriedField<D>>> {
+/// Makes the field of one variable from its values.
+pub(crate) type Make<'a, const D: usize> = dyn Fn(Variable) -> Result<Box<dyn CarriedField<D>>> + 'a;
+
+/// The field of a variable as `make` makes it or, where it names kinds, of its kinds.
+///
+/// # Errors
+/// Those of `make`.
+pub(crate) fn carried_field<const D: usize>(
+    variable: Variable,
+    make: &Make<'_, D>,
+) -> Result<Box<dyn CarriedField<D>>> {
+    match kinds(&variable) {
+        Some(found) => categorical(&variable, found, make),
+        None => make(variable),
+    }
+}
+
+/// The kinds that a variable names, in ascending order; `None` where it names none, too many, or numbers that are not
+/// whole.
+fn kinds(variable: &Variable) -> Option<Vec<f64>> {
+    if variable.components != 1 || names::standard(&variable.name) != Some(names::MATERIAL_IDS) {
+        return None;
+    }
     let mut found: Vec<f64> = Vec::new();
     for i in 0..variable.values.len() {
         let v = variable.values.get(i);
@@ -40,16 +53,29 @@ pub(crate) fn categorical<const D: usize>(
         found.push(v);
     }
     found.sort_by(f64::total_cmp);
-    let weights = |kind: f64| {
+    Some(found)
+}
+
+fn categorical<const D: usize>(
+    variable: &Variable,
+    found: Vec<f64>,
+    make: &Make<'_, D>,
+) -> Result<Box<dyn CarriedField<D>>> {
+    let mut kinds = Vec::with_capacity(found.len());
+    for kind in found {
         let is = |i: usize| if variable.values.get(i) == kind { 1.0 } else { 0.0 };
-        Values::F32((0..variable.values.len()).map(is).collect())
-    };
-    let kinds = found
-        .into_iter()
-        .map(|kind| (kind, make(Variable { values: weights(kind), unit: None, ..variable.clone() })))
-        .collect();
+        let weight = Variable {
+            name: variable.name.clone(),
+            description: None,
+            unit: None,
+            location: variable.location,
+            components: 1,
+            values: Values::F32((0..variable.values.len()).map(is).collect()),
+        };
+        kinds.push((kind, make(weight)?));
+    }
     let info = CarriedInfo { name: variable.name.clone(), unit: None, components: 1 };
-    Some(Box::new(Categorical { info, kinds }))
+    Ok(Box::new(Categorical { info, kinds }))
 }
 
 impl<const D: usize> CarriedField<D> for Categorical<D> {
@@ -90,8 +116,8 @@ mod tests {
         }
     }
 
-    fn line(v: Variable) -> Box<dyn CarriedField<1>> {
-        Box::new(Line(CarriedInfo { name: v.name, unit: None, components: 1 }, v.values))
+    fn line(v: Variable) -> Result<Box<dyn CarriedField<1>>> {
+        Ok(Box::new(Line(CarriedInfo { name: v.name, unit: None, components: 1 }, v.values)))
     }
 
     fn variable(values: Vec<f64>) -> Variable {
@@ -109,8 +135,7 @@ mod tests {
     fn no_kind_between_two_kinds_is_made() {
         // Half-way from 400 to 402 lies 401, which is another material.
         let v = variable(vec![402.0, 402.0, 400.0, 401.0]);
-        assert!(is_categorical(&v));
-        let field = categorical(&v, line).unwrap();
+        let field = carried_field(v, &line).unwrap();
         let at = |x: f64| {
             let mut out = [0.0];
             field.evaluate(&[x], &mut out);
@@ -121,7 +146,7 @@ mod tests {
 
     #[test]
     fn fractions_are_no_kinds() {
-        assert!(categorical(&variable(vec![1.0, 1.5]), line).is_none());
-        assert!(categorical(&variable((0..40).map(f64::from).collect()), line).is_none());
+        assert!(kinds(&variable(vec![1.0, 1.5])).is_none());
+        assert!(kinds(&variable((0..40).map(f64::from).collect())).is_none());
     }
 }

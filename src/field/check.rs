@@ -1,4 +1,4 @@
-//! Refusal of numbers that are no density, with the place of the first offender.
+//! Checks that a file's numbers can be a density. Errors name the first number that cannot.
 
 use super::Missing;
 use super::quadrature::binade;
@@ -40,7 +40,8 @@ pub(crate) fn check_density(
     }
     let total = values.len();
     if let Some((i, v)) = unusable.first {
-        let remedy = if v.is_nan() { "set `missing: zero` in the scene if nothing is there" } else { "mend the file" };
+        let remedy =
+            if v.is_nan() { "set `missing: zero` in the scene if nothing is there" } else { "correct the file" };
         return Err(Error::field(
             name,
             format!(
@@ -55,7 +56,7 @@ pub(crate) fn check_density(
             name,
             format!(
                 "{} of {total} values are negative, the first is {v:e} at {}; a density must not be: choose another \
-                 variable as the density or mend the file",
+                 variable as the density or correct the file",
                 negative.count,
                 place(i)
             ),

@@ -2,16 +2,16 @@
 //! 10.1002/nme.1620150306), `w_i = ((R - d_i) / (R d_i))^2` with `R` the distance of the farthest one used.
 //! Exact at the points, within the range of the values around, continuous, O(log N).
 //!
-//! In a domain of the points' own, images across its periodic axes take part; without one, they fill their bounding box.
+//! Points with a domain of their own have images across its periodic axes; others fill their bounding box.
 //!
-//! Matter ends where the nearest point is farther away than that point's own 2^D-th neighbor: within a lattice
-//! or a glass no place is.
+//! Matter ends where the nearest point is farther away than that point's own 2^D-th neighbor; no place
+//! within a lattice or a glass is.
 
 use super::sampled::{Outside, Sampler};
 use crate::error::{Error, Result};
 use kiddo::{ImmutableKdTree, SquaredEuclidean};
-use rayon::prelude::*;
 use sph::domain::{Axis, Domain, Region};
+use sph::parallel;
 use sph_formats::Values;
 use std::num::NonZeroUsize;
 
@@ -54,13 +54,10 @@ impl<const D: usize> Cloud<D> {
         };
         let mut cloud = Self { tree, count: points.len(), reach: vec![], domain };
         let neighbors = (1 << D) + 1;
-        cloud.reach = points
-            .par_iter()
-            .map(|p| match cloud.nearest(p, neighbors).last() {
-                Some(&(_, d)) if points.len() >= neighbors => d,
-                _ => f64::INFINITY,
-            })
-            .collect();
+        cloud.reach = parallel::map(points.len(), |i| match cloud.nearest(&points[i], neighbors).last() {
+            Some(&(_, d)) if points.len() >= neighbors => d,
+            _ => f64::INFINITY,
+        });
         Ok(cloud)
     }
 

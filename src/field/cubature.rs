@@ -7,7 +7,7 @@
 
 use super::MassEstimate;
 use super::quadrature::{Sum, binade, rule};
-use rayon::prelude::*;
+use sph::{parallel, reduce};
 
 /// Share of the error that each round tackles.
 const SHARE: f64 = 0.75;
@@ -21,7 +21,7 @@ struct Cell<const D: usize> {
     axis: usize,
 }
 
-/// Integral of `f` over `[0, 1]^D` to a relative `tolerance`, or as near as `max_evaluations` lead.
+/// Integral of `f` over `[0, 1]^D` to a relative `tolerance`, or to the error that `max_evaluations` leave.
 pub(crate) fn integrate_unit_box<const D: usize>(
     f: &(dyn Fn(&[f64; D]) -> f64 + Sync),
     tolerance: f64,
@@ -29,19 +29,16 @@ pub(crate) fn integrate_unit_box<const D: usize>(
 ) -> MassEstimate {
     let per_axis = [0_usize, 32, 8, 4][D];
     let starts: Vec<Cell<D>> = (0..per_axis.pow(D as u32)).map(|i| start_cell(i, per_axis)).collect();
-    let peak = starts
-        .par_iter()
-        .map(|c| f(&std::array::from_fn(|k| 0.5 * (c.lo[k] + c.hi[k]))).abs())
-        .reduce(|| 0.0, f64::max);
+    let center = |c: &Cell<D>| std::array::from_fn(|k| 0.5 * (c.lo[k] + c.hi[k]));
+    let peak = reduce::max(starts.len(), |i| f(&center(&starts[i])).abs());
     // Sums of squares and products must neither overflow nor vanish.
     let unit = if peak > 0.0 && peak.is_finite() { binade(peak) } else { 1.0 };
     let scaled = |x: &[f64; D]| f(x) / unit;
-    let mut cells: Vec<Cell<D>> = starts.into_par_iter().map(|c| evaluate(&scaled, c)).collect();
+    let mut cells: Vec<Cell<D>> = parallel::tasks(starts.len(), |i| evaluate(&scaled, starts[i]));
     let mut evaluations = cells.len() * points::<D>();
     for axis in 0..D {
         cells.iter_mut().for_each(|c| c.axis = axis);
-        let halves: Vec<[Cell<D>; 2]> = cells.par_iter().map(|c| split(&scaled, c)).collect();
-        cells = halves.into_iter().flatten().collect();
+        cells = halves(&scaled, &cells).into_iter().flatten().collect();
         evaluations += cells.len() * points::<D>();
     }
     loop {
@@ -57,9 +54,9 @@ pub(crate) fn integrate_unit_box<const D: usize>(
             let rounding = 64.0 * f64::EPSILON * value.abs();
             return MassEstimate { value: value * unit, error: (error + rounding) * unit };
         }
-        let halves: Vec<[Cell<D>; 2]> = chosen.par_iter().map(|&i| split(&scaled, &cells[i])).collect();
-        evaluations += 2 * halves.len() * points::<D>();
-        for (i, [left, right]) in chosen.into_iter().zip(halves) {
+        let whole: Vec<Cell<D>> = chosen.iter().map(|&i| cells[i]).collect();
+        evaluations += 2 * whole.len() * points::<D>();
+        for (i, [left, right]) in chosen.into_iter().zip(halves(&scaled, &whole)) {
             cells[i] = left;
             cells.push(right);
         }
@@ -92,6 +89,11 @@ fn worst<const D: usize>(cells: &[Cell<D>], error: f64, limit: usize) -> Vec<usi
     order.truncate(count.min(limit));
     order.sort_unstable();
     order
+}
+
+/// Both halves of every cell.
+fn halves<const D: usize>(f: &(dyn Fn(&[f64; D]) -> f64 + Sync), cells: &[Cell<D>]) -> Vec<[Cell<D>; 2]> {
+    parallel::tasks(cells.len(), |i| split(f, &cells[i]))
 }
 
 fn can_halve<const D: usize>(c: &Cell<D>) -> bool {
@@ -137,12 +139,12 @@ fn gauss_pair<const D: usize>(f: &(dyn Fn(&[f64; D]) -> f64 + Sync), cell: &Cell
 /// Bound on the share of a cell that lies beyond the outermost points of its rules.
 const END_SHARE: f64 = 0.05;
 
-/// The ends of a cell, but for a share that rounding cannot carry across: a jump right at the face of a cell
-/// does no harm.
+/// The ends of a cell, less a share that rounding cannot bridge: a discontinuity right at the face of a cell does no
+/// harm.
 const END: f64 = 1.0 - 1e-7;
 
-/// How far the values at the ends of a line through the cell are from the polynomial through the nodes. Rules
-/// that agree because a jump runs between their outermost points and the face are found out by it.
+/// How far the values at the ends of a line through the cell are from the polynomial through the nodes. This
+/// shows a discontinuity between the outermost points and the face, where both rules agree on a wrong value.
 fn end_residual<const N: usize>(nodes: &[f64; N], values: &[f64; N], at: &dyn Fn(f64) -> f64) -> f64 {
     let extrapolated = |x: f64| -> f64 {
         (0..N)
@@ -245,7 +247,7 @@ mod tests {
     }
 
     #[test]
-    fn jumps_have_an_honest_error() {
+    fn discontinuities_have_an_honest_error() {
         let disc = |x: &[f64; 2]| f64::from((x[0] - 0.4).powi(2) + (x[1] - 0.5).powi(2) < 0.09);
         let e = integrate_unit_box(&disc, 1e-4, 2_000_000);
         let expected = std::f64::consts::PI * 0.09;

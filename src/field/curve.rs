@@ -1,4 +1,4 @@
-//! Piecewise monotone curves through nodes, with jumps.
+//! Piecewise monotone curves through nodes, with discontinuities.
 //!
 //! Slopes are those of Fritsch and Butland (1984, doi 10.1137/0905021, the weighted harmonic mean of Brodlie),
 //! which keep the sufficient condition of Fritsch and Carlson (1980, doi 10.1137/0717021): a cubic Hermite
@@ -104,8 +104,8 @@ pub(crate) struct Curve {
 }
 
 impl Curve {
-    /// Through `(x, y)` with `x` ascending; equal neighbors in `x` are a jump, at which the curve takes the
-    /// right-hand value. Needs one node at least.
+    /// Through `(x, y)` with `x` ascending; equal neighbors in `x` are a discontinuity, at which the curve takes
+    /// the right-hand value. Needs one node at least.
     pub(crate) fn through(x: &[f64], y: &[f64]) -> Self {
         let mut starts = Vec::new();
         let mut shapes = Vec::new();
@@ -141,8 +141,8 @@ impl Curve {
     }
 }
 
-/// Shapes between nodes without a jump. Runs of positive values that span decades go by their logarithm;
-/// what touches a value that is not positive goes linearly.
+/// Shapes between nodes without a discontinuity. Runs of positive values that span decades go by their logarithm;
+/// what touches a value that is not positive is interpolated as it is.
 fn piece(x: &[f64], y: &[f64]) -> Vec<Shape> {
     let widths: Vec<f64> = x.windows(2).map(|w| w[1] - w[0]).collect();
     let secants: Vec<f64> = (0..widths.len()).map(|i| (y[i + 1] - y[i]) / widths[i]).collect();
@@ -184,7 +184,7 @@ mod tests {
     use proptest::prelude::*;
 
     #[test]
-    fn jumps_keep_both_sides() {
+    fn discontinuities_keep_both_sides() {
         let curve = Curve::through(&[0.0, 1.0, 1.0, 2.0], &[5.0, 4.0, 10.0, 9.0]);
         assert_eq!(curve.evaluate(0.0), 5.0);
         assert_eq!(curve.evaluate(1.0), 10.0);

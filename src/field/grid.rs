@@ -8,8 +8,8 @@ use super::grid_axis::{AxisTable, AxisWeights};
 use super::quadrature::{Sum, rule};
 use super::sampled::{Outside, Sampler};
 use super::{Interpolation, MassEstimate};
-use rayon::prelude::*;
 use sph::domain::{Axis, Domain, Region};
+use sph::parallel;
 use sph_formats::Values;
 
 pub(crate) struct Grid<const D: usize> {
@@ -54,20 +54,16 @@ impl<const D: usize> Grid<D> {
         let unit = magnitude(values);
         let row = weights[0].len();
         let rows = values.len() / row.max(1);
-        let partial: Vec<f64> = (0..rows)
-            .into_par_iter()
-            .with_min_len(64)
-            .map(|j| {
-                let mut weight = 1.0;
-                let mut rest = j;
-                for w in &weights[1..] {
-                    weight *= w[rest % w.len()];
-                    rest /= w.len();
-                }
-                let sum: Sum = (0..row).map(|i| weights[0][i] * (values.get(j * row + i) / unit)).collect();
-                weight * sum.value()
-            })
-            .collect();
+        let partial: Vec<f64> = parallel::map(rows, |j| {
+            let mut weight = 1.0;
+            let mut rest = j;
+            for w in &weights[1..] {
+                weight *= w[rest % w.len()];
+                rest /= w.len();
+            }
+            let sum: Sum = (0..row).map(|i| weights[0][i] * (values.get(j * row + i) / unit)).collect();
+            weight * sum.value()
+        });
         let sum: Sum = partial.iter().copied().collect();
         let size: Sum = partial.iter().map(|v| v.abs()).collect();
         MassEstimate { value: sum.value() * unit, error: 16.0 * f64::EPSILON * size.value() * unit }
@@ -91,24 +87,21 @@ impl<const D: usize> Grid<D> {
             _ => &[1],
         };
         const CHUNK: usize = 4096;
-        let partial: Vec<(f64, f64)> = (0..cells.div_ceil(CHUNK))
-            .into_par_iter()
-            .map(|chunk| {
-                let (mut sum, mut error) = (Sum::default(), Sum::default());
-                for cell in chunk * CHUNK..cells.min((chunk + 1) * CHUNK) {
-                    let (lo, hi) = cell_bounds(&breaks, &counts, cell);
-                    let (mut coarse, mut fine) = (0.0, 0.0);
-                    for &order in orders {
-                        (coarse, fine) = (fine, self.clamping(values, order, &lo, &hi) / unit);
-                    }
-                    sum.add(fine);
-                    error.add((fine - coarse).abs());
+        let partial: Vec<[f64; 2]> = parallel::pieces(cells, CHUNK, |chunk| {
+            let (mut sum, mut error) = (Sum::default(), Sum::default());
+            for cell in chunk {
+                let (lo, hi) = cell_bounds(&breaks, &counts, cell);
+                let (mut coarse, mut fine) = (0.0, 0.0);
+                for &order in orders {
+                    (coarse, fine) = (fine, self.clamping(values, order, &lo, &hi) / unit);
                 }
-                (sum.value(), error.value())
-            })
-            .collect();
-        let sum: Sum = partial.iter().map(|p| p.0).collect();
-        let error: Sum = partial.iter().map(|p| p.1).collect();
+                sum.add(fine);
+                error.add((fine - coarse).abs());
+            }
+            [sum.value(), error.value()]
+        });
+        let sum: Sum = partial.iter().map(|p| p[0]).collect();
+        let error: Sum = partial.iter().map(|p| p[1]).collect();
         MassEstimate { value: smooth.value + sum.value() * unit, error: smooth.error + error.value() * unit }
     }
 

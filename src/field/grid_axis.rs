@@ -2,7 +2,7 @@
 //!
 //! Values sit at points: nodes, or the centers of cells between edges. Beyond the first and last center of a
 //! cell axis that does not repeat, values continue as constants to the outer edges. A point repeated in
-//! position is a jump: the interval of zero width is never entered.
+//! position is a discontinuity: the interval of zero width is never entered.
 
 use super::intervals::Intervals;
 use super::{Interpolation, Period};
@@ -176,7 +176,7 @@ impl AxisTable {
     }
 
     /// Cubic Hermite weights with the slopes of the parabola through three neighbors (Catmull-Rom where the
-    /// spacing is even); one-sided at ends and jumps.
+    /// spacing is even); one-sided at ends and discontinuities.
     fn cubic_weights(&self, i: i64, t: f64) -> AxisWeights {
         let p: [f64; 4] = std::array::from_fn(|k| self.position(i - 1 + k as i64));
         let (before, width, after) = (p[1] - p[0], p[2] - p[1], p[3] - p[2]);
@@ -240,7 +240,7 @@ impl AxisTable {
         weights
     }
 
-    /// `a`, `b` and all places between them at which the interpolant has a kink or jump.
+    /// `a`, `b` and all places between them at which the interpolant has a kink or a discontinuity.
     pub(crate) fn breaks(&self, a: f64, b: f64) -> Vec<f64> {
         let mut own: Vec<f64> = self.points.to_vec();
         own.extend(self.points.windows(2).map(|w| 0.5 * (w[0] + w[1])));

@@ -11,9 +11,10 @@ use std::f64::consts::TAU;
 const MAX_EVALUATIONS: usize = 6_000_000;
 
 /// Integral of `field` over `domain`: the interpolant's own where it has one, else adaptive cubature to the
-/// relative `tolerance`. A field with jumps may end above the tolerance; the error says so.
+/// relative `tolerance`. A field with discontinuities may end above the tolerance; the error says so.
 ///
-/// Balls and shells are integrated along radius and angles, so that their surface is no jump; hulls by a jump.
+/// Balls and shells are integrated along radius and angles, so that their surface is no discontinuity;
+/// that of a hull is one.
 ///
 /// # Errors
 /// No mass, or one beyond the range of double precision.
@@ -140,9 +141,9 @@ mod tests {
     }
 
     #[test]
-    fn jumps_are_bounded_by_their_error() {
+    fn discontinuities_are_bounded_by_their_error() {
         let ball = Domain::ball([0.0; 3], 1.0, Wall::Open).unwrap();
-        // A jump in the radius is aligned with the integration: refined to nothing.
+        // A discontinuity in the radius is aligned with the integration: refined to nothing.
         let expected = 4.0 / 3.0 * PI * (1.0 + 9.0 * 0.546_f64.powi(3));
         bounds_true_error(mass("if(r < 0.546, 10, 1)", &ball), expected, 1e-5);
         let cube = Domain::new([-1.0; 3], [1.0; 3], [Axis::OPEN; 3], Region::Box).unwrap();

@@ -46,8 +46,8 @@ pub struct RadialProfile {
 }
 
 impl RadialProfile {
-    /// From values at nodes. `nodes` ascend from 0 or above, with equal neighbors for a jump, and the last lies
-    /// above the first; `values` are finite and not negative. The caller has checked all of that.
+    /// From values at nodes. `nodes` ascend from 0 or above, with equal neighbors for a discontinuity, and the last
+    /// lies above the first; `values` are finite and not negative. The caller has checked all of that.
     pub(crate) fn from_nodes(dimension: usize, nodes: &[f64], values: &[f64]) -> Self {
         let (r, y, units) = normalized(nodes, values);
         let mut segments = Vec::new();
@@ -120,6 +120,7 @@ impl RadialProfile {
         self.segments.last().map_or(0.0, |s| s.r1) * self.radius_unit
     }
 
+    /// Density at the radius `r`, in the units of the nodes and values; 0 beyond the last node.
     pub fn density(&self, r: f64) -> f64 {
         let r = r.abs() / self.radius_unit;
         let Some(last) = self.segments.last() else {
@@ -132,6 +133,7 @@ impl RadialProfile {
         self.segments[i].evaluate(self.dimension, r).max(0.0) * self.density_unit
     }
 
+    /// Mass within the radius `r`, in the unit of density times length to the dimension.
     pub fn enclosed_mass(&self, r: f64) -> f64 {
         let r = r.abs() / self.radius_unit;
         let i = self.starts.find(r);
@@ -163,6 +165,7 @@ impl RadialProfile {
         self.radius_of_mass(fraction * self.total_mass().value)
     }
 
+    /// Mass within the last node, with the error of its quadrature.
     pub fn total_mass(&self) -> MassEstimate {
         let unit = self.mass_unit();
         MassEstimate { value: self.cumulative[self.segments.len()] * unit, error: self.error * unit }
@@ -229,7 +232,7 @@ impl Segment {
 
     fn shells(&self, d: usize, order: usize, a: f64, b: f64) -> f64 {
         let surface = d as f64 * unit_ball_volume(d);
-        surface * integrate(order, a, b, |r| self.evaluate(d, r) * r.powi(d as i32 - 1))
+        surface * integrate(order, a, b, &|r| self.evaluate(d, r) * r.powi(d as i32 - 1))
     }
 
     fn adaptive(&self, d: usize, a: f64, b: f64, whole: f64, depth: u32) -> MassEstimate {
@@ -317,7 +320,7 @@ mod tests {
     }
 
     #[test]
-    fn jumps_integrate_piecewise() {
+    fn discontinuities_integrate_piecewise() {
         let profile = RadialProfile::from_nodes(3, &[0.0, 1.0, 1.0, 2.0], &[10.0, 10.0, 1.0, 1.0]);
         let expected = 4.0 / 3.0 * PI * (10.0 + 7.0);
         assert!((profile.total_mass().value / expected - 1.0).abs() < 1e-14);

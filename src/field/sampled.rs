@@ -44,16 +44,16 @@ impl<const D: usize, S: Sampler<D>> ScalarField<D> for SampledDensity<S> {
     }
 }
 
-/// A scalar or vector that rides along.
-pub(crate) struct SampledCarried<S> {
-    pub(crate) sampler: Arc<S>,
+/// A carried scalar or vector.
+pub(crate) struct SampledCarried<const D: usize> {
+    pub(crate) sampler: Arc<dyn Sampler<D>>,
     pub(crate) values: Values,
     /// Components in `values`; the first `info.components` of them are used.
     pub(crate) stride: usize,
     pub(crate) info: CarriedInfo,
 }
 
-impl<const D: usize, S: Sampler<D>> CarriedField<D> for SampledCarried<S> {
+impl<const D: usize> CarriedField<D> for SampledCarried<D> {
     fn info(&self) -> &CarriedInfo {
         &self.info
     }

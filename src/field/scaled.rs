@@ -14,7 +14,11 @@ impl<const D: usize> Source<D> {
         }
         let mass = density * length.powi(D as i32);
         Self {
-            density: Box::new(ScaledField { inner: self.density, length, density }),
+            density: Box::new(ScaledField {
+                inner: self.density,
+                coordinates: Coordinates::Times(length),
+                value: density,
+            }),
             carried: self
                 .carried
                 .into_iter()
@@ -31,24 +35,56 @@ impl<const D: usize> Source<D> {
     }
 }
 
+/// How coordinates follow from those of the inner field. A factor and its inverse round differently, and each use has one
+/// of the two at hand.
+#[derive(Debug, Clone, Copy)]
+enum Coordinates {
+    Times(f64),
+    Over(f64),
+}
+
+impl Coordinates {
+    fn to_inner<const D: usize>(self, x: &[f64; D]) -> [f64; D] {
+        match self {
+            Self::Times(length) => x.map(|v| v / length),
+            Self::Over(length) => x.map(|v| v * length),
+        }
+    }
+
+    fn to_outer<const D: usize>(self, x: &[f64; D]) -> [f64; D] {
+        match self {
+            Self::Times(length) => x.map(|v| v * length),
+            Self::Over(length) => x.map(|v| v / length),
+        }
+    }
+}
+
+/// `field` as a function of coordinates in units of `length`; its values are left as they are, in any unit. It is
+/// integrated by cubature.
+pub(crate) fn in_units_of<const D: usize>(length: f64, field: Box<dyn ScalarField<D>>) -> Box<dyn ScalarField<D>> {
+    Box::new(ScaledField { inner: field, coordinates: Coordinates::Over(length), value: 1.0 })
+}
+
 struct ScaledField<const D: usize> {
     inner: Box<dyn ScalarField<D>>,
-    length: f64,
-    density: f64,
+    coordinates: Coordinates,
+    /// Factor on values.
+    value: f64,
 }
 
 impl<const D: usize> ScalarField<D> for ScaledField<D> {
     fn value(&self, x: &[f64; D]) -> f64 {
-        self.density * self.inner.value(&x.map(|v| v / self.length))
+        self.value * self.inner.value(&self.coordinates.to_inner(x))
     }
 
     fn center(&self) -> Option<[f64; D]> {
-        self.inner.center().map(|c| c.map(|v| v * self.length))
+        self.inner.center().map(|c| self.coordinates.to_outer(&c))
     }
 
     fn integral(&self, domain: &Domain<D>) -> Option<MassEstimate> {
-        let m = self.inner.integral(&domain.scaled(1.0 / self.length))?;
-        let factor = self.density * self.length.powi(D as i32);
+        let Coordinates::Times(length) = self.coordinates else { return None };
+        let m = self.inner.integral(&domain.scaled(1.0 / length))?;
+        let factor = self.value * length.powi(D as i32);
         Some(MassEstimate { value: m.value * factor, error: m.error * factor })
     }
 }

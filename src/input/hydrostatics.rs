@@ -1,4 +1,4 @@
-//! The pressure of the target and the gravity that it holds, in internal units (lengths in the domain's size,
+//! The pressure of the target and the gravity that it balances, in internal units (lengths in the domain's size,
 //! total mass 1, constant of gravity 1).
 //!
 //! In d dimensions the unit of pressure is G M^2 / L^(2(d-1)) and that of specific energy G M / L^(d-2), where
@@ -9,7 +9,7 @@ use crate::field::quadrature::integrate;
 use crate::field::{CarriedField, RadialSource, ScalarField};
 use crate::input::ingest::InputUnits;
 use crate::input::internal_units::Prepared;
-use crate::output::columns::standard_name;
+use crate::input::roles::standard_name;
 use crate::scene::{BalanceInput, EquationOfState, GravityName, Scene};
 use crate::target::Equilibrium;
 use sph::domain::Domain;
@@ -301,7 +301,7 @@ impl AtRest {
 
 /// Weight per area of the layer between two radii.
 fn weight<const D: usize>(radial: &RadialSource<D>, a: f64, b: f64) -> f64 {
-    integrate(ORDER, a, b, |r| if r > 0.0 { radial.profile.density(r) * attraction(radial, r) } else { 0.0 })
+    integrate(ORDER, a, b, &|r| if r > 0.0 { radial.profile.density(r) * attraction(radial, r) } else { 0.0 })
 }
 
 #[cfg(test)]

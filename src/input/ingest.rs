@@ -51,7 +51,7 @@ pub fn read(scene: &Scene, formats: &[FormatSpec]) -> Result<RawInput> {
     let path = input.file.as_deref().unwrap_or(Path::new(""));
     let request = FieldRequest {
         density: input.density.clone(),
-        carry: wanted_variables(scene),
+        carry: variables_to_read(scene),
         time: input.time,
         planet_radius: input.planet_radius,
     };
@@ -69,12 +69,12 @@ pub fn read(scene: &Scene, formats: &[FormatSpec]) -> Result<RawInput> {
 }
 
 /// The carried variables with those that the resolution needs from the same file.
-fn wanted_variables(scene: &Scene) -> Option<Vec<String>> {
-    let mut wanted = scene.input.carry.clone()?;
+fn variables_to_read(scene: &Scene) -> Option<Vec<String>> {
+    let mut names = scene.input.carry.clone()?;
     if let Some(resolution) = scene.resolution.as_ref().filter(|r| r.file.is_none()) {
-        wanted.extend(resolution.variable().map(str::to_owned));
+        names.extend(resolution.variable().map(str::to_owned));
     }
-    Some(wanted)
+    Some(names)
 }
 
 fn read_field(formats: &[FormatSpec], path: &Path, format: Option<&str>, request: &FieldRequest) -> Result<RawField> {
@@ -155,9 +155,7 @@ fn named_unit(key: &str, name: Option<&str>, dimension: UnitDimension) -> Result
     match Unit::parse(name) {
         Some(unit) if unit.dimension == dimension => Ok(Some(unit)),
         Some(_) => Err(Error::scene(key, format!("'{name}' is a unit of another quantity"))),
-        None => {
-            Err(Error::scene(key, format!("'{name}' is no unit that is known; write for example cm, Rsun, kg/m^3")))
-        }
+        None => Err(Error::scene(key, format!("'{name}' is not a known unit; write for example cm, Rsun, kg/m^3"))),
     }
 }
 
@@ -326,7 +324,7 @@ fn apply_walls<const D: usize>(domain: &mut Domain<D>, walls: &[Option<BoundaryN
     }
 }
 
-/// The wanted number density of the scene's resolution, in any scale.
+/// The number density that the scene's resolution asks for, in any scale.
 ///
 /// # Errors
 /// As for the density.
@@ -336,20 +334,20 @@ pub fn resolution<const D: usize>(
     domain: &Domain<D>,
 ) -> Result<Option<Box<dyn ScalarField<D>>>> {
     let even = ResolutionInput { number_density: Some("1".into()), ..ResolutionInput::default() };
-    let wanted = match &scene.resolution {
-        Some(wanted) => wanted,
+    let asked = match &scene.resolution {
+        Some(asked) => asked,
         None if scene.has_own_resolution() => &even,
         None => return Ok(None),
     };
-    let (field, is_spacing): (Box<dyn ScalarField<D>>, bool) = match (wanted.expression(), wanted.variable()) {
+    let (field, is_spacing): (Box<dyn ScalarField<D>>, bool) = match (asked.expression(), asked.variable()) {
         (Some(text), _) => {
             let field = AnalyticField::<D>::new("resolution", text, domain.center())?;
             field.check(domain)?;
-            (Box::new(field), wanted.spacing.is_some())
+            (Box::new(field), asked.spacing.is_some())
         }
         (None, Some(name)) => {
             let own = scene.input.file.as_deref();
-            let path = wanted.file.as_deref().or(own).ok_or_else(|| {
+            let path = asked.file.as_deref().or(own).ok_or_else(|| {
                 Error::scene("resolution.file", "is missing: an expression for the density has no variables")
             })?;
             let request = FieldRequest {
@@ -358,12 +356,12 @@ pub fn resolution<const D: usize>(
                 time: scene.input.time,
                 planet_radius: scene.input.planet_radius,
             };
-            let format = if wanted.file.is_none() { scene.input.format.as_deref() } else { None };
+            let format = if asked.file.is_none() { scene.input.format.as_deref() } else { None };
             let mut raw = read_field(formats, path, format, &request)?;
             raw.density = Some(name.into());
             let walls = boundaries::<D>(&scene.domain)?;
             let options = FieldOptions { density_name: Some(name.into()), ..field_options(scene, &walls)? };
-            (from_raw(raw, &options)?.density, wanted.spacing_variable.is_some())
+            (from_raw(raw, &options)?.density, asked.spacing_variable.is_some())
         }
         (None, None) => return Ok(None),
     };

@@ -1,7 +1,7 @@
 //! A scene's input as relaxation sees it: in units of its own size and mass, with the thin atmosphere cut.
 
 use crate::error::{Error, Result};
-use crate::field::{MassEstimate, ScalarField, Source, total_mass};
+use crate::field::{MassEstimate, ScalarField, Source, in_units_of, total_mass};
 use crate::input::atmosphere;
 use crate::input::ingest::{self, RawInput};
 use crate::scene::{Atmosphere, Scene};
@@ -43,8 +43,7 @@ impl<const D: usize> Prepared<D> {
         };
         let length = source.domain.size();
         let density = density_factor::<D>(mass.value, length)?;
-        let resolution = ingest::resolution(scene, formats, &source.domain)?
-            .map(|field| Box::new(InUnitBox { field, length }) as Box<dyn ScalarField<D>>);
+        let resolution = ingest::resolution(scene, formats, &source.domain)?.map(|field| in_units_of(length, field));
         let source = source.scaled(1.0 / length, density);
         let resolution_integral = match &resolution {
             None => 1.0,
@@ -91,20 +90,4 @@ fn density_factor<const D: usize>(mass: f64, length: f64) -> Result<f64> {
         ));
     }
     Ok(density)
-}
-
-/// A field of the input seen from internal coordinates.
-struct InUnitBox<const D: usize> {
-    field: Box<dyn ScalarField<D>>,
-    length: f64,
-}
-
-impl<const D: usize> ScalarField<D> for InUnitBox<D> {
-    fn value(&self, x: &[f64; D]) -> f64 {
-        self.field.value(&x.map(|v| v * self.length))
-    }
-
-    fn center(&self) -> Option<[f64; D]> {
-        self.field.center().map(|c| c.map(|v| v / self.length))
-    }
 }

@@ -6,3 +6,4 @@ pub mod hydrostatics;
 pub mod ingest;
 pub(crate) mod internal_units;
 pub mod particles;
+pub(crate) mod roles;

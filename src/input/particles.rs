@@ -5,12 +5,13 @@
 //! and 10), with the default kernel and its neighbor number. The mass is that of the particles, not of the interpolated
 //! density. Periodic axes are those of the file's box, with its corner at the origin; other axes end with the particles.
 //!
-//! What belongs to a particle and not to its place does not ride along: masses, smoothing lengths, numbers and materials.
+//! What belongs to a particle and not to its place is not carried: masses, smoothing lengths, numbers and materials.
 
 use crate::error::{Error, Result};
 use crate::metrics::Measured;
 use sph::domain::{Axis, Domain, Region};
-use sph::kernel::{KernelName, default_kernel_neighbors, support_over_spacing};
+use sph::kernel::{KernelName, default_kernel_neighbors};
+use sph::sums::support_guess;
 use sph_formats::{
     Geometry, Location, ParticleFile, ParticleTable, RawField, Unit, UnitDimension, Values, Variable,
     common::particle_names,
@@ -148,7 +149,7 @@ impl Snapshot {
         let positions = std::array::from_fn(|k| wrapped.iter().map(|p| p[k]).collect());
         let neighbors = default_kernel_neighbors(D);
         let spacing = (domain.volume() / masses.len() as f64).powf(1.0 / D as f64);
-        let guess = vec![support_over_spacing(D, neighbors) * spacing; masses.len()];
+        let guess = support_guess::<D>(neighbors, masses.len(), |_| spacing);
         let measured = Measured::new(KernelName::default(), &domain, &positions, masses, &guess, neighbors);
         Ok(measured.sums.iter().map(|s| s.weighted).collect())
     }

@@ -1,15 +1,14 @@
 //! How well the pressure force cancels gravity.
 //!
-//! The force is that of standard SPH with grad-h terms, see [`crate::relaxation::balance_pressure`], with the
+//! The force is that of standard SPH with grad-h terms, as in the stage that balances the two, with the
 //! pressure (gamma - 1) rho u that a code makes of the energies in the file and its own summed density.
 
 use super::Measured;
 use crate::target::{Equilibrium, Positions, at};
-use rayon::prelude::*;
 use serde::Serialize;
 use sph::domain::Domain;
 use sph::kernel::KernelName;
-use sph::reduce;
+use sph::{parallel, reduce};
 
 /// |a + g| / |g| of the pressure's acceleration a and gravity g.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
@@ -31,7 +30,7 @@ pub struct Thermodynamics<'a, const D: usize> {
 const GRADIENT_STEP: f64 = 1e-3;
 
 impl BalanceFigures {
-    /// `target_density` is rho* at the particles. `None` without gravity.
+    /// `target_density` is rho* at the particles, in internal units as all else. `None` without gravity.
     pub fn new<const D: usize>(
         kernel: KernelName,
         measured: &Measured<D>,
@@ -45,29 +44,23 @@ impl BalanceFigures {
             return None;
         }
         let n = masses.len();
-        let strength: Vec<f64> = (0..n)
-            .into_par_iter()
-            .map(|i| {
-                let sums = &measured.sums[i];
-                // (gamma - 1) u = P*/rho* needs no gamma.
-                let temperature = internal_energy.map_or_else(
-                    || equilibrium.pressure(&at(positions, i)) / target_density[i],
-                    |u| (equilibrium.gamma() - 1.0) * u[i],
-                );
-                let grad_h = 1.0 + sums.slope / (D as f64 * sums.number_density);
-                temperature / (sums.weighted * grad_h)
-            })
-            .collect();
+        let strength = parallel::map(n, |i| {
+            let sums = &measured.sums[i];
+            // (gamma - 1) u = P*/rho* needs no gamma.
+            let temperature = internal_energy.map_or_else(
+                || equilibrium.pressure(&at(positions, i)) / target_density[i],
+                |u| (equilibrium.gamma() - 1.0) * u[i],
+            );
+            let grad_h = 1.0 + sums.slope / (D as f64 * sums.number_density);
+            temperature / (sums.weighted * grad_h)
+        });
         let force = measured.pressure_force(kernel, domain, masses, &strength);
-        let error: Vec<f64> = (0..n)
-            .into_par_iter()
-            .map(|i| {
-                let gravity = equilibrium.gravity(&at(positions, i), GRADIENT_STEP * measured.support[i]);
-                let pull: f64 = gravity.iter().map(|g| g * g).sum();
-                let net: f64 = gravity.iter().zip(&force[i]).map(|(g, a)| (g + a).powi(2)).sum();
-                if pull > 0.0 { (net / pull).sqrt() } else { 0.0 }
-            })
-            .collect();
+        let error = parallel::map(n, |i| {
+            let gravity = equilibrium.gravity(&at(positions, i), GRADIENT_STEP * measured.support[i]);
+            let pull: f64 = gravity.iter().map(|g| g * g).sum();
+            let net: f64 = gravity.iter().zip(&force[i]).map(|(g, a)| (g + a).powi(2)).sum();
+            if pull > 0.0 { (net / pull).sqrt() } else { 0.0 }
+        });
         let mean = |set: &(dyn Fn(usize) -> bool + Sync)| {
             let count = (0..n).filter(|&i| set(i)).count();
             (count > 0).then(|| reduce::sum(n, |i| if set(i) { error[i] } else { 0.0 }) / count as f64)

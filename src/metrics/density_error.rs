@@ -7,6 +7,7 @@ use sph::reduce;
 /// Figures over one set of particles.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct ErrorFigures {
+    /// How many particles are in the set.
     pub particles: usize,
     /// sum (rho - rho*)^2/n / sum rho*^2/n (ALARIC sec. 2).
     pub epsilon: f64,
@@ -17,7 +18,7 @@ pub struct ErrorFigures {
 }
 
 /// Density error with the mass as given (so that the total is right) and with the mass re-fitted
-/// (m <- m mean(rho*/rho), which removes a constant factor such as the self-term's bias), over all particles
+/// (m <- m mean(rho*/rho), which removes a constant factor such as the bias of the self-contribution), over all particles
 /// and over the interior, see [`Measured::interior`].
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct DensityError {
@@ -25,7 +26,8 @@ pub struct DensityError {
     pub all_refitted: ErrorFigures,
     pub interior: Option<ErrorFigures>,
     pub interior_refitted: Option<ErrorFigures>,
-    /// Everything that is not interior (surfaces, jumps, steep places), with the mass re-fitted to the interior.
+    /// Everything that is not interior (surfaces, discontinuities, steep places), with the mass re-fitted to the
+    /// interior.
     pub edge_refitted: Option<ErrorFigures>,
     /// The factor on the mass in `all_refitted`.
     pub refit_all: f64,
@@ -34,7 +36,8 @@ pub struct DensityError {
 }
 
 impl DensityError {
-    /// `target` is rho* at the particles, in the unit of mass over volume of the measurement.
+    /// Compares the density summed in `measured` with `target`, which is rho* at the particles, in the unit of mass
+    /// over volume of the measurement.
     pub fn new<const D: usize>(measured: &Measured<D>, target: &[f64]) -> Self {
         let everywhere = vec![true; target.len()];
         let refit_all = refit(measured, target, &everywhere);
@@ -54,8 +57,8 @@ impl DensityError {
         }
     }
 
-    /// The figures that a tolerance is on and by which methods are set against each other: with the mass re-fitted, of the
-    /// interior where there is one.
+    /// The figures that a tolerance bounds and by which methods are compared: with the mass re-fitted, over the interior
+    /// where there is one.
     pub fn stated(&self) -> &ErrorFigures {
         self.interior_refitted.as_ref().unwrap_or(&self.all_refitted)
     }

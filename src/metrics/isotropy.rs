@@ -5,7 +5,7 @@
 //! |<exp(i l theta)>|. A perfect lattice has (Q_4, Q_6) = (0.76, 0.35) simple cubic, (0.19, 0.57) face-centered cubic,
 //! (0.10, 0.48) hexagonal close-packed, (1, 0) square, (0, 1) hexagonal; directions that are all alike leave one over the
 //! square root of the number of bonds. Crystals that lie askew to each other cancel, as do shells about a
-//! center: this tells preferred directions in space, not local order.
+//! center: the measure shows preferred directions in space, not local order.
 
 use super::Measured;
 use pulp::Simd;

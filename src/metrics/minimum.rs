@@ -19,7 +19,7 @@ pub fn lowest_epsilon(d: usize, count: usize, density: impl Fn(f64) -> f64) -> f
     let ball = |to: f64, power: i32| {
         let step = to / PANELS as f64;
         let shell = |r: f64| density(r).powi(power) * r.powi(d as i32 - 1);
-        area * (0..PANELS).map(|p| integrate(ORDER, p as f64 * step, (p + 1) as f64 * step, shell)).sum::<f64>()
+        area * (0..PANELS).map(|p| integrate(ORDER, p as f64 * step, (p + 1) as f64 * step, &shell)).sum::<f64>()
     };
     let mass = ball(1.0, 1) / count as f64;
     let (mut lo, mut hi) = (0.0_f64, 1.0_f64);

@@ -18,20 +18,19 @@ pub struct NeighborFigures {
     pub closest_pair: f64,
 }
 
-pub(super) fn neighbor_figures<const D: usize>(
-    measured: &Measured<D>,
-    domain: &Domain<D>,
-    kernel_neighbors: f64,
-) -> NeighborFigures {
-    let support = measured.tree.to_tree_order(&measured.support);
-    let sources = [Sources::<D, 0>::new(&measured.tree, &support, [], Reach::Target)];
-    let found = nearest(domain, &sources);
-    let order = measured.tree.order();
-    let spacing = |i: usize| measured.sums[order[i] as usize].number_density.powf(-1.0 / D as f64);
-    let n = found.len();
-    NeighborFigures {
-        kernel_neighbors,
-        mean_count: reduce::sum(n, |i| f64::from(found[i].count)) / n.max(1) as f64,
-        closest_pair: -reduce::max(n, |i| -found[i].nearest / spacing(i)),
+impl<const D: usize> Measured<D> {
+    /// Counts and closest pair over all particles.
+    pub fn neighbors(&self, domain: &Domain<D>, kernel_neighbors: f64) -> NeighborFigures {
+        let support = self.tree.to_tree_order(&self.support);
+        let sources = [Sources::<D, 0>::new(&self.tree, &support, [], Reach::Target)];
+        let found = nearest(domain, &sources);
+        let order = self.tree.order();
+        let spacing = |i: usize| self.sums[order[i] as usize].number_density.powf(-1.0 / D as f64);
+        let n = found.len();
+        NeighborFigures {
+            kernel_neighbors,
+            mean_count: reduce::sum(n, |i| f64::from(found[i].count)) / n.max(1) as f64,
+            closest_pair: -reduce::max(n, |i| -found[i].nearest / spacing(i)),
+        }
     }
 }

@@ -10,18 +10,21 @@ use crate::target::Positions;
 use rand::RngExt;
 use serde::Serialize;
 use sph::domain::{Axis, Domain, Region};
-use sph::kernel::{KernelName, support_over_spacing};
+use sph::kernel::KernelName;
 use sph::reduce;
+use sph::sums::support_guess;
 
 /// Root mean square of the constant-pressure force as a fraction of that of a Poisson set.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct NoiseFigures {
+    /// Over all particles.
     pub all: f64,
     /// Over particles whose support lies inside the domain.
     pub interior: Option<f64>,
 }
 
 impl NoiseFigures {
+    /// The noise of `measured` with these masses; one Poisson set is measured beside it.
     pub fn new<const D: usize>(
         kernel: KernelName,
         measured: &Measured<D>,
@@ -70,7 +73,7 @@ pub fn poisson_force<const D: usize>(kernel: KernelName, kernel_neighbors: f64) 
     let domain = Domain { lo: [0.0; D], hi: [1.0; D], axes: [Axis::Periodic; D], region: Region::Box };
     let masses = vec![1.0 / POISSON_POINTS as f64; POISSON_POINTS];
     let spacing = (POISSON_POINTS as f64).powf(-1.0 / D as f64);
-    let guess = vec![support_over_spacing(D, kernel_neighbors) * spacing; POISSON_POINTS];
+    let guess = support_guess::<D>(kernel_neighbors, POISSON_POINTS, |_| spacing);
     let measured = Measured::new(kernel, &domain, &positions, &masses, &guess, kernel_neighbors);
     let squares = force_squares(kernel, &measured, &domain, &masses);
     (reduce::sum(POISSON_POINTS, |i| squares[i]) / POISSON_POINTS as f64).sqrt()

@@ -2,17 +2,18 @@
 
 use super::{BalanceFigures, DensityError, Measured, NeighborFigures, NoiseFigures, Thermodynamics};
 use crate::target::{Positions, Target};
-use rayon::prelude::*;
-use sph::kernel::{KernelName, support_over_spacing};
+use sph::kernel::KernelName;
+use sph::sums::support_guess;
 
 /// Particle columns in internal units, and the figures over them.
 pub struct Outcome {
     pub masses: Vec<f64>,
+    /// Support radii at the neighbor number asked for.
     pub support: Vec<f64>,
     /// Summed density.
     pub density: Vec<f64>,
     /// Target density.
-    pub wanted: Vec<f64>,
+    pub target_density: Vec<f64>,
     pub density_error: DensityError,
     pub noise: NoiseFigures,
     pub neighbors: NeighborFigures,
@@ -31,18 +32,19 @@ impl Outcome {
         thermodynamics: Option<&Thermodynamics<'_, D>>,
     ) -> Self {
         let number_density = target.number_densities(positions);
-        let ratio = support_over_spacing(D, kernel_neighbors);
-        let guess: Vec<f64> = number_density.par_iter().map(|&n| ratio * target.spacing(n)).collect();
+        let spacing = |i: usize| target.spacing(number_density[i]);
+        let guess = support_guess::<D>(kernel_neighbors, number_density.len(), spacing);
         let mut measured = Measured::new(kernel, target.domain, positions, &masses, &guess, kernel_neighbors);
         drop((guess, number_density));
         measured.leave_out_unresolved(target, positions);
-        let wanted = target.densities(positions);
-        let density_error = DensityError::new(&measured, &wanted);
+        let target_density = target.densities(positions);
+        let density_error = DensityError::new(&measured, &target_density);
         let noise = NoiseFigures::new(kernel, &measured, target.domain, &masses, kernel_neighbors);
-        let balance = thermodynamics
-            .and_then(|t| BalanceFigures::new(kernel, &measured, target.domain, positions, (&masses, &wanted), t));
+        let balance = thermodynamics.and_then(|t| {
+            BalanceFigures::new(kernel, &measured, target.domain, positions, (&masses, &target_density), t)
+        });
         let neighbors = measured.neighbors(target.domain, kernel_neighbors);
         let (support, density) = measured.support.iter().zip(&measured.sums).map(|(&h, s)| (h, s.weighted)).unzip();
-        Self { masses, support, density, wanted, density_error, noise, neighbors, balance }
+        Self { masses, support, density, target_density, density_error, noise, neighbors, balance }
     }
 }

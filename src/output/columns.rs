@@ -2,10 +2,11 @@
 
 use crate::error::{Error, Result};
 use crate::field::{CarriedField, RadialSource};
+use crate::input::roles::standard_name;
 use crate::scene::{MaterialLayer, Motion, Thermal};
 use crate::target::{Positions, at};
-use rayon::prelude::*;
 use sph::domain::Domain;
+use sph::parallel;
 use sph_formats::common::particle_names as names;
 use sph_formats::{Column, UnitDimension, UnitSystem, Values};
 
@@ -23,27 +24,13 @@ pub enum EnergySource {
     NotWritten,
 }
 
-/// The standard name of a carried variable, or its own.
-pub fn standard_name(name: &str) -> &str {
-    match name.to_ascii_lowercase().as_str() {
-        "temperature" | "temp" | "t" => names::TEMPERATURE,
-        "pressure" | "press" | "p" => names::PRESSURE,
-        "internal_energy" | "internalenergy" | "specific_energy" | "specific_internal_energy" | "u" | "eint" => {
-            names::INTERNAL_ENERGY
-        }
-        "velocity" | "velocities" | "vel" => names::VELOCITIES,
-        _ if names::standard(name) == Some(names::MATERIAL_IDS) => names::MATERIAL_IDS,
-        _ => name,
-    }
-}
-
 /// Evaluates one carried variable on all particles, in the output's units.
 pub fn column<const D: usize>(field: &dyn CarriedField<D>, positions: &Positions<D>, units: &UnitSystem) -> Column {
     let info = field.info();
     let dimension = info.unit.as_ref().map_or(UnitDimension::NONE, |u| u.dimension);
     let factor = info.unit.as_ref().map_or(1.0, |u| u.to_cgs / units.to_cgs(dimension));
     let mut values = vec![0.0; info.components * positions[0].len()];
-    values.par_chunks_mut(info.components).enumerate().for_each(|(i, out)| {
+    parallel::update_rows(&mut values, info.components, |i, out| {
         field.evaluate(&at(positions, i), out);
         out.iter_mut().for_each(|v| *v *= factor);
     });
@@ -59,7 +46,7 @@ pub fn materials<const D: usize>(positions: &Positions<D>, center: &[f64; D], la
         let layer = layers.iter().find(|l| l.radius.is_none_or(|outer| r < outer)).or(layers.last());
         layer.map_or(0, |l| i64::from(l.id))
     };
-    let values = Values::I64((0..positions[0].len()).into_par_iter().map(material).collect());
+    let values = Values::I64(parallel::map(positions[0].len(), material));
     Column { name: names::MATERIAL_IDS.into(), components: 1, values, dimension: UnitDimension::NONE }
 }
 
@@ -131,7 +118,7 @@ fn add_motion<const D: usize>(
     let rotation = components::<3>("motion.rotation", &motion.rotation, about)?;
     let omega = if D == 3 { rotation } else { [0.0, 0.0, rotation[0]] };
     let middle = domain.center();
-    v.par_chunks_mut(D).enumerate().for_each(|(i, v)| {
+    parallel::update_rows(v, D, |i, v| {
         let x = at(positions, i);
         let d: [f64; 3] = std::array::from_fn(|k| if k < D { x[k] - middle[k] } else { 0.0 });
         let swirl =
@@ -141,9 +128,9 @@ fn add_motion<const D: usize>(
     Ok(motion.bulk.iter().chain(&motion.rotation).any(|&c| c != 0.0))
 }
 
-fn components<const N: usize>(key: &str, given: &[f64], wanted: usize) -> Result<[f64; N]> {
-    if !given.is_empty() && given.len() != wanted {
-        return Err(Error::scene(key, format!("has {} components, expected {wanted}", given.len())));
+fn components<const N: usize>(key: &str, given: &[f64], expected: usize) -> Result<[f64; N]> {
+    if !given.is_empty() && given.len() != expected {
+        return Err(Error::scene(key, format!("has {} components, expected {expected}", given.len())));
     }
     if given.iter().any(|v| !v.is_finite()) {
         return Err(Error::scene(key, "has a component that is not finite"));

@@ -81,7 +81,7 @@ impl<'a, const D: usize, R: Real> Objective<'a, D, R> {
         let spacing = parallel::map(wanted.len(), |i| target.spacing(wanted[i]));
         let ratio = support_over_spacing(D, self.arrangement.kernel_neighbors);
         let sharpness = target.sharpnesses(positions, &wanted, ratio);
-        let held = target.jumps(positions, &wanted, &sharpness, ratio);
+        let held = target.near_discontinuities(positions, &wanted, &sharpness, ratio);
         let weights = parallel::map(sharpness.len(), |i| resolved(sharpness[i]));
         let mut frame = Frame { lambda, kappa: self.kappa.unwrap_or(1.0), weights, held, spacing };
         // The first evaluation tells kappa; from then on it barely changes.

@@ -21,7 +21,7 @@
 //! Weights w_i = 1 / (1 + S_i^4), S_i the sharpness of the target ([`Target::sharpness`]), leave out particles at
 //! steep surfaces, jumps and kinks: no arrangement has the target's density there, and chasing it would clump
 //! them. There the pressure energy alone places the particles, except within reach of a jump
-//! ([`Target::jumps_near`]): what a sum counts too much on the thin side of it would drive particles away, so those
+//! ([`Target::is_discontinuous_near`]): what a sum counts too much on the thin side of it would drive particles away, so those
 //! stay where seed and WVT have put them.
 
 use super::arrangement::Arrangement;

@@ -175,7 +175,8 @@ impl Run<'_> {
             hydrostatics.map(|h| Thermodynamics { equilibrium: h, internal_energy: internal_energy.as_deref() });
         let masses = masses.unwrap_or_else(|| target.masses(&positions));
         let outcome = Outcome::new(kernel, target, &positions, masses, neighbors, thermodynamics.as_ref());
-        let Outcome { masses, support, density, wanted, density_error, noise, neighbors: near, balance } = outcome;
+        let Outcome { masses, support, density, target_density, density_error, noise, neighbors: near, balance } =
+            outcome;
         if !density_error.all.epsilon.is_finite() {
             return Err(Error::Numeric {
                 stage: "measure",
@@ -195,7 +196,7 @@ impl Run<'_> {
         let factors = Factors::new::<D>(self.units, prepared, &units);
         let mass = self.mass_report(&masses, prepared, (&factors, &units));
         let balanced = internal_energy.zip(hydrostatics).map(|(u, h)| (u, h.specific_energy));
-        let raw = RawColumns { positions: &positions, masses, support, density, target_density: wanted, balanced };
+        let raw = RawColumns { positions: &positions, masses, support, density, target_density, balanced };
         let requires = self.format.map_or(&[][..], |f| f.capabilities.requires);
         let making = Making {
             kernel: kernel.title(),

@@ -4,7 +4,7 @@ use crate::relaxation::{
     AFC, ALARIC, BALANCE, DAMPED_RELAXATION, SOLVER, SolverOptions, StageName, TRIMMING, WVT, WvtOptions,
 };
 use crate::scene::{Atmosphere, Polish, Scene};
-use crate::seeding::{Seeding, is_radial, jump_share};
+use crate::seeding::{Seeding, discontinuity_share, is_radial};
 use crate::target::Target;
 use serde::Serialize;
 use sph::domain::{Axis, Domain, Region, Wall};
@@ -57,7 +57,7 @@ impl Plan {
                 plan.polish = Polish::None;
             }
             let neighbors = scene.kernel_neighbors(D);
-            let jumps = if plan.polish == Polish::Solver { jump_share(target, neighbors) } else { 0.0 };
+            let jumps = if plan.polish == Polish::Solver { discontinuity_share(target, neighbors) } else { 0.0 };
             plan.choose_seeding(scene, target, jumps);
             plan.choose_wvt(scene, D, jumps, thin);
             plan.choose_balance(scene);

@@ -137,16 +137,16 @@ pub enum Atmosphere {
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct ResolutionInput {
-    /// Expression for the wanted spacing, up to a factor.
+    /// Expression for the spacing, up to a factor.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub spacing: Option<String>,
-    /// Expression for the wanted number density, up to a factor.
+    /// Expression for the number density, up to a factor.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub number_density: Option<String>,
-    /// Variable for the wanted spacing, up to a factor.
+    /// Variable for the spacing, up to a factor.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub spacing_variable: Option<String>,
-    /// Variable for the wanted number density, up to a factor.
+    /// Variable for the number density, up to a factor.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub number_density_variable: Option<String>,
     /// File of the variable, where it is not the input.
@@ -171,9 +171,11 @@ pub struct DomainInput {
     pub boundary: Vec<BoundaryName>,
 }
 
+/// A ball, disc or interval, or a shell; in the input's unit of length.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct BallInput {
+    /// The origin by default.
     #[serde(default)]
     pub center: Vec<f64>,
     pub radius: f64,
@@ -181,10 +183,11 @@ pub struct BallInput {
     pub inner_radius: f64,
 }
 
+/// A cylinder or a tube, in three dimensions; in the input's unit of length.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct CylinderInput {
-    /// Of its axis.
+    /// The middle of its axis; the origin by default.
     #[serde(default)]
     pub center: Vec<f64>,
     #[serde(default)]
@@ -205,11 +208,15 @@ pub enum AxisName {
     Z,
 }
 
+/// What lies beyond a face or a surface.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum BoundaryName {
+    /// The opposite face.
     Periodic,
+    /// A mirror image of the matter within.
     Reflecting,
+    /// Vacuum.
     Open,
 }
 
@@ -249,6 +256,13 @@ pub struct MaterialLayer {
     /// Outer radius, in the output's units of length. The last layer has none.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub radius: Option<f64>,
+}
+
+fn positive(key: &str, v: f64) -> Result<()> {
+    match v.is_finite() && v > 0.0 {
+        true => Ok(()),
+        false => Err(Error::scene(key, format!("is {v}, expected a positive number"))),
+    }
 }
 
 fn check_layers(layers: &[MaterialLayer]) -> Result<()> {
@@ -377,13 +391,13 @@ impl Scene {
     /// # Errors
     /// [`Error::Scene`] naming key, value and what was expected.
     pub fn validate(&self) -> Result<()> {
-        let positive = |key: &str, v: f64| {
-            if v.is_finite() && v > 0.0 {
-                Ok(())
-            } else {
-                Err(Error::scene(key, format!("is {v}, expected a positive number")))
-            }
-        };
+        self.check_input()?;
+        self.check_stages()?;
+        self.check_physics()?;
+        self.check_output()
+    }
+
+    fn check_input(&self) -> Result<()> {
         match (&self.input.file, &self.input.expression) {
             (None, None) => {
                 return Err(Error::scene("input", "names neither a `file` nor an `expression`; give one (--in FILE)"));
@@ -408,6 +422,10 @@ impl Scene {
         if let Some(n) = self.neighbors.filter(|n| !(2.0..=1000.0).contains(n)) {
             return Err(Error::scene("neighbors", format!("is {n}, expected 2 to 1000")));
         }
+        Ok(())
+    }
+
+    fn check_stages(&self) -> Result<()> {
         positive("wvt.step", self.wvt.step)?;
         positive("wvt.final_step", self.wvt.final_step)?;
         if self.wvt.final_step > 1.0 {
@@ -430,6 +448,10 @@ impl Scene {
         if let Some(balance) = &self.balance {
             balance.validate(self)?;
         }
+        Ok(())
+    }
+
+    fn check_physics(&self) -> Result<()> {
         for (key, value) in [
             ("input.planet_radius", self.input.planet_radius),
             ("tolerance", self.tolerance),
@@ -447,7 +469,10 @@ impl Scene {
         if !(self.thermal.gamma.is_finite() && self.thermal.gamma > 1.0) {
             return Err(Error::scene("thermal.gamma", format!("is {}, expected more than 1", self.thermal.gamma)));
         }
-        check_layers(&self.material)?;
+        check_layers(&self.material)
+    }
+
+    fn check_output(&self) -> Result<()> {
         if !(self.output.box_factor.is_finite() && self.output.box_factor >= 1.0) {
             return Err(Error::scene(
                 "output.box_factor",

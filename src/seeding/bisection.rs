@@ -3,13 +3,18 @@
 //!
 //! O(N log N). Parts refine their cells as they shrink, so memory stays a small multiple of the output.
 
-use super::cells::Cell;
+use super::cells::{Cell, partition};
 use super::kronecker;
+use super::seeded::to_positions;
+use crate::error::Result;
+use crate::random::{Purpose, keyed};
 use crate::target::{Positions, Target};
+use rand::RngExt;
 use sph::geometry::distance;
+use sph::parallel;
 
 /// Cells of a part with `n` particles, at least: enough for the cut to fall right, no more than the part needs.
-fn wanted_cells(n: usize) -> usize {
+fn least_cells(n: usize) -> usize {
     (CELLS_PER_PARTICLE * n).min(MOST_CELLS)
 }
 
@@ -18,10 +23,29 @@ const MOST_CELLS: usize = 1 << 14;
 /// Parts above this many particles go on in parallel.
 const PARALLEL: usize = 512;
 
-pub(super) fn place<const D: usize>(target: &Target<'_, D>, cells: Vec<Cell<D>>) -> Positions<D> {
+/// One position per particle, jittered.
+///
+/// # Errors
+/// A target without mass in its domain.
+pub(super) fn place<const D: usize>(target: &Target<'_, D>, seed: u64) -> Result<Positions<D>> {
     let mut points = vec![[0.0; D]; target.count];
-    bisect(target, cells, &mut points);
-    std::array::from_fn(|k| points.iter().map(|x| x[k]).collect())
+    bisect(target, partition(target)?, &mut points);
+    Ok(to_positions(&jittered(target, &points, seed)))
+}
+
+/// Jitter as a fraction of the local spacing. Bisection of a symmetric target gives a lattice, an unstable
+/// equilibrium that relaxation leaves late and unevenly; a tenth of the spacing is enough to leave it at once.
+const JITTER: f64 = 0.1;
+
+fn jittered<const D: usize>(target: &Target<'_, D>, points: &[[f64; D]], seed: u64) -> Vec<[f64; D]> {
+    parallel::map(points.len(), |i| {
+        let x = points[i];
+        let spacing = target.spacing(target.number_density(&x));
+        let mut rng = keyed(seed, Purpose::SeedJitter, i as u64);
+        let mut y = x.map(|v| v + JITTER * spacing * (2.0 * rng.random::<f64>() - 1.0));
+        target.domain.wrap(&mut y);
+        if target.admits(&y) { y } else { x }
+    })
 }
 
 fn bisect<const D: usize>(target: &Target<'_, D>, mut cells: Vec<Cell<D>>, out: &mut [[f64; D]]) {
@@ -29,7 +53,7 @@ fn bisect<const D: usize>(target: &Target<'_, D>, mut cells: Vec<Cell<D>>, out: 
     if n == 0 {
         return;
     }
-    refine(target, &mut cells, wanted_cells(n));
+    refine(target, &mut cells, least_cells(n));
     if n == 1 {
         out[0] = representative(target, &cells);
         return;
@@ -38,21 +62,21 @@ fn bisect<const D: usize>(target: &Target<'_, D>, mut cells: Vec<Cell<D>>, out: 
     let (_, left, right) = cut(cells, left_count as f64 / n as f64);
     let (left_out, right_out) = out.split_at_mut(left_count);
     if n > PARALLEL {
-        rayon::join(|| bisect(target, left, left_out), || bisect(target, right, right_out));
+        parallel::join(|| bisect(target, left, left_out), || bisect(target, right, right_out));
     } else {
         bisect(target, left, left_out);
         bisect(target, right, right_out);
     }
 }
 
-/// Halves the heavy cells until there are `wanted` or none is much heavier than the rest.
-pub(super) fn refine<const D: usize>(target: &Target<'_, D>, cells: &mut Vec<Cell<D>>, wanted: usize) {
+/// Halves the heavy cells until there are `least` or none is much heavier than the rest.
+pub(super) fn refine<const D: usize>(target: &Target<'_, D>, cells: &mut Vec<Cell<D>>, least: usize) {
     for _ in 0..MAX_REFINEMENTS {
-        if cells.len() >= wanted {
+        if cells.len() >= least {
             return;
         }
         let total: f64 = cells.iter().map(|c| c.mass).sum();
-        let limit = 1.5 * total / wanted as f64;
+        let limit = 1.5 * total / least as f64;
         let before = cells.len();
         for i in 0..before {
             if cells[i].mass > limit {
@@ -109,7 +133,7 @@ pub(super) fn cut<const D: usize>(cells: Vec<Cell<D>>, fraction: f64) -> (usize,
 /// Where `fraction` of the mass lies to the left: Newton on the piecewise linear cumulative mass, bracketed.
 fn quantile<const D: usize>(cells: &[Cell<D>], axis: usize, fraction: f64, lo: f64, hi: f64) -> f64 {
     let total: f64 = cells.iter().map(|c| c.mass).sum();
-    let wanted = fraction * total;
+    let left = fraction * total;
     let (mut a, mut b) = (lo, hi);
     let mut x = lo + fraction * (hi - lo);
     for _ in 0..100 {
@@ -123,10 +147,10 @@ fn quantile<const D: usize>(cells: &[Cell<D>], axis: usize, fraction: f64, lo: f
                 slope += rate;
             }
         }
-        if (mass - wanted).abs() <= 1e-12 * total {
+        if (mass - left).abs() <= 1e-12 * total {
             break;
         }
-        if mass > wanted {
+        if mass > left {
             b = x
         } else {
             a = x
@@ -134,7 +158,7 @@ fn quantile<const D: usize>(cells: &[Cell<D>], axis: usize, fraction: f64, lo: f
         if b - a <= 1e-14 * (hi - lo) {
             break;
         }
-        let newton = x + (wanted - mass) / slope;
+        let newton = x + (left - mass) / slope;
         x = if newton > a && newton < b { newton } else { 0.5 * (a + b) };
     }
     x

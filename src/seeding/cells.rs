@@ -1,5 +1,6 @@
 //! The target as boxes of constant density, refined where mass is.
 
+use crate::error::{Error, Result};
 use crate::target::Target;
 use sph::domain::Domain;
 
@@ -84,7 +85,18 @@ const DISAGREEMENT: f64 = 0.3;
 const NEGLIGIBLE: f64 = 1e-7;
 
 /// The whole domain, refined until no cell hides mass that its midpoint does not show.
-pub(super) fn partition<const D: usize>(target: &Target<'_, D>) -> Vec<Cell<D>> {
+///
+/// # Errors
+/// A target that is zero at the midpoints of all cells.
+pub(super) fn partition<const D: usize>(target: &Target<'_, D>) -> Result<Vec<Cell<D>>> {
+    let cells = refined(target);
+    if cells.iter().map(|c| c.mass).sum::<f64>() > 0.0 {
+        return Ok(cells);
+    }
+    Err(Error::Numeric { stage: "seed", problem: "the target is zero everywhere in the domain".into() })
+}
+
+fn refined<const D: usize>(target: &Target<'_, D>) -> Vec<Cell<D>> {
     let whole = Cell { lo: target.domain.lo, hi: target.domain.hi, mass: 0.0 };
     let mut cells = vec![whole];
     while cells.len() < first_cells(D) {
@@ -108,7 +120,7 @@ pub(super) fn partition<const D: usize>(target: &Target<'_, D>) -> Vec<Cell<D>> 
 fn is_rough<const D: usize>(cell: &Cell<D>, target: &Target<'_, D>, floor: f64) -> bool {
     let mut corners = 0.0;
     for corner in 0..1_usize << D {
-        // A hair inside, so that a shared corner is judged by both sides of a jump.
+        // A hair inside, so that a shared corner is judged by both sides of a discontinuity.
         let x: [f64; D] = std::array::from_fn(|k| {
             let (a, b) = if corner >> k & 1 == 0 { (cell.lo[k], cell.hi[k]) } else { (cell.hi[k], cell.lo[k]) };
             a + 1e-6 * (b - a)

@@ -9,25 +9,30 @@ const FIRST_SEGMENTS: usize = 256;
 const MOST_SEGMENTS: usize = 1 << 16;
 /// Refinement ends where halving a segment changes its integral by less than this fraction of the whole.
 const TOLERANCE: f64 = 1e-14;
-/// Halvings of a segment; a jump is located to 2^-40 of a first segment.
+/// Halvings of a segment; a discontinuity is located to 2^-40 of a first segment.
 const MOST_HALVINGS: u32 = 40;
 const MOST_NEWTON_STEPS: usize = 60;
 
 /// The running integral of `f >= 0` over an interval.
-pub(super) struct Cumulative<F> {
-    f: F,
+pub(super) struct Cumulative<'a> {
+    f: Box<dyn Fn(f64) -> f64 + Sync + 'a>,
     /// Edges of the segments, and the integral up to each.
     edges: Vec<f64>,
     sums: Vec<f64>,
 }
 
-impl<F: Fn(f64) -> f64> Cumulative<F> {
-    pub fn new(f: F, lo: f64, hi: f64) -> Self {
+impl<'a> Cumulative<'a> {
+    /// Integrates `f` from `lo` to `hi`.
+    pub fn new(f: impl Fn(f64) -> f64 + Sync + 'a, lo: f64, hi: f64) -> Self {
+        Self::over(Box::new(f), lo, hi)
+    }
+
+    fn over(f: Box<dyn Fn(f64) -> f64 + Sync + 'a>, lo: f64, hi: f64) -> Self {
         let edge = |i: usize| if i == FIRST_SEGMENTS { hi } else { lo + (hi - lo) * i as f64 / FIRST_SEGMENTS as f64 };
         let rough: f64 = (0..FIRST_SEGMENTS).map(|i| integrate(ORDER, edge(i), edge(i + 1), &f)).sum();
         let mut this = Self { f, edges: vec![lo], sums: vec![0.0] };
         for i in 0..FIRST_SEGMENTS {
-            let whole = integrate(ORDER, edge(i), edge(i + 1), &this.f);
+            let whole = integrate(ORDER, edge(i), edge(i + 1), &*this.f);
             this.append(edge(i), edge(i + 1), whole, TOLERANCE * rough, MOST_HALVINGS);
         }
         this
@@ -35,7 +40,7 @@ impl<F: Fn(f64) -> f64> Cumulative<F> {
 
     fn append(&mut self, a: f64, b: f64, whole: f64, tolerance: f64, halvings: u32) {
         let middle = 0.5 * (a + b);
-        let (left, right) = (integrate(ORDER, a, middle, &self.f), integrate(ORDER, middle, b, &self.f));
+        let (left, right) = (integrate(ORDER, a, middle, &*self.f), integrate(ORDER, middle, b, &*self.f));
         if (left + right - whole).abs() <= tolerance || halvings == 0 || self.edges.len() >= MOST_SEGMENTS {
             let before = self.total();
             self.edges.push(b);
@@ -46,6 +51,7 @@ impl<F: Fn(f64) -> f64> Cumulative<F> {
         self.append(middle, b, right, tolerance, halvings - 1);
     }
 
+    /// The integral over the whole interval.
     pub fn total(&self) -> f64 {
         self.sums[self.sums.len() - 1]
     }
@@ -53,19 +59,19 @@ impl<F: Fn(f64) -> f64> Cumulative<F> {
     /// The integral from the lower end to `x`.
     pub fn at(&self, x: f64) -> f64 {
         let i = self.edges.partition_point(|&e| e <= x).clamp(1, self.edges.len() - 1) - 1;
-        self.sums[i] + integrate(ORDER, self.edges[i], x.min(self.edges[i + 1]), &self.f)
+        self.sums[i] + integrate(ORDER, self.edges[i], x.min(self.edges[i + 1]), &*self.f)
     }
 
     /// Where the integral is `fraction` of the whole: Newton's method, bracketed.
     pub fn inverse(&self, fraction: f64) -> f64 {
-        let wanted = fraction.clamp(0.0, 1.0) * self.total();
-        let i = self.sums.partition_point(|&s| s <= wanted).clamp(1, self.edges.len() - 1) - 1;
+        let below = fraction.clamp(0.0, 1.0) * self.total();
+        let i = self.sums.partition_point(|&s| s <= below).clamp(1, self.edges.len() - 1) - 1;
         let (start, end) = (self.edges[i], self.edges[i + 1]);
         let (mut a, mut b) = (start, end);
-        let share = (wanted - self.sums[i]) / (self.sums[i + 1] - self.sums[i]);
+        let share = (below - self.sums[i]) / (self.sums[i + 1] - self.sums[i]);
         let mut x = if share.is_finite() { a + share.clamp(0.0, 1.0) * (b - a) } else { a };
         for _ in 0..MOST_NEWTON_STEPS {
-            let miss = wanted - self.sums[i] - integrate(ORDER, start, x, &self.f);
+            let miss = below - self.sums[i] - integrate(ORDER, start, x, &*self.f);
             if miss > 0.0 {
                 a = x
             } else {
@@ -98,7 +104,7 @@ mod tests {
     }
 
     #[test]
-    fn jumps_and_gaps_are_crossed() {
+    fn discontinuities_and_gaps_are_crossed() {
         let c = Cumulative::new(
             |x: f64| {
                 if x < 0.3 {

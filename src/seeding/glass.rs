@@ -11,8 +11,9 @@
 
 use super::gravity::repel;
 use super::lattice::{Fit, UnitCell};
+use super::seeded::{Seeded, to_positions};
 use super::symmetry::{Symmetry, fills_box};
-use super::{Seeded, Seeding, stretch, to_positions};
+use super::{bisection, random, stretch};
 use crate::error::Result;
 use crate::field::ScalarField;
 use crate::relaxation::{Control, Wvt, WvtOptions, relax_new};
@@ -123,7 +124,7 @@ fn relaxed_sites<const D: usize>(
 }
 
 fn short_range<const D: usize>(target: &Target<'_, D>, seed: u64) -> Result<Positions<D>> {
-    let positions = super::seed(target, Seeding::MassBisection, seed)?.positions;
+    let positions = bisection::place(target, seed)?;
     if target.count < LEAST_RELAXED {
         return Ok(positions);
     }
@@ -133,7 +134,7 @@ fn short_range<const D: usize>(target: &Target<'_, D>, seed: u64) -> Result<Posi
 }
 
 fn gravitational<const D: usize>(target: &Target<'_, D>, seed: u64) -> Result<Positions<D>> {
-    let start = super::seed(target, Seeding::Random, seed)?.positions;
+    let start = random::place(target, seed)?;
     let spacing = (target.domain.volume() / target.count as f64).powf(1.0 / D as f64);
     let edges = target.domain.extent().map(|e| e / spacing);
     let mut points: Vec<[f64; D]> = (0..target.count).map(|i| at(&start, i).map(|v| v / spacing)).collect();

@@ -7,7 +7,7 @@
 //! takes such steps with some memory of the last one, which is what a damped fluid does.
 
 use crate::field::quadrature::integrate;
-use rayon::prelude::*;
+use sph::parallel;
 use std::f64::consts::TAU;
 
 /// Inverse length of the screening, in inverse mean spacings.
@@ -32,10 +32,10 @@ pub(super) fn repel<const D: usize>(edges: &[f64; D], points: &mut [[f64; D]]) {
     for _ in 0..ITERATIONS {
         let forces = gravity.forces(points);
         last.iter_mut().zip(&forces).zip(points.iter_mut()).for_each(|((step, force), x)| {
-            let wish: [f64; D] = std::array::from_fn(|k| RATE * force[k] + MEMORY * step[k]);
-            let length = wish.iter().map(|v| v * v).sum::<f64>().sqrt();
+            let free: [f64; D] = std::array::from_fn(|k| RATE * force[k] + MEMORY * step[k]);
+            let length = free.iter().map(|v| v * v).sum::<f64>().sqrt();
             let part = if length > LONGEST { LONGEST / length } else { 1.0 };
-            *step = wish.map(|v| part * v);
+            *step = free.map(|v| part * v);
             *x = std::array::from_fn(|k| (x[k] + step[k]).rem_euclid(edges[k]));
         });
     }
@@ -76,36 +76,37 @@ impl<const D: usize> Gravity<D> {
     }
 
     fn forces(&self, points: &[[f64; D]]) -> Vec<[f64; D]> {
-        let phases: Vec<Vec<[f64; 2]>> = points.par_iter().map(|x| self.phases(x)).collect();
-        let sums: Vec<[f64; 2]> = self
-            .waves
-            .par_iter()
-            .map(|wave| {
-                phases.iter().fold([0.0; 2], |sum, phases| {
-                    let [c, s] = phase(phases, &self.most, &wave.periods);
-                    [sum[0] + c, sum[1] + s]
-                })
+        let per_point = self.most.iter().map(|m| m + 1).sum();
+        let mut phases = vec![[0.0; 2]; per_point * points.len()];
+        parallel::update_rows(&mut phases, per_point, |i, out| self.phases(&points[i], out));
+        let phases: Vec<&[[f64; 2]]> = phases.chunks_exact(per_point).collect();
+        let sums = parallel::tasks(self.waves.len(), |w| {
+            phases.iter().fold([0.0; 2], |sum, phases| {
+                let [c, s] = phase(phases, &self.most, &self.waves[w].periods);
+                [sum[0] + c, sum[1] + s]
             })
-            .collect();
-        points
-            .par_iter()
-            .zip(&phases)
-            .map(|(x, phases)| {
-                let mut force = self.near(x, points);
-                for (wave, sum) in self.waves.iter().zip(&sums) {
-                    let [c, s] = phase(phases, &self.most, &wave.periods);
-                    let amplitude = s * sum[0] - c * sum[1];
-                    (0..D).for_each(|k| force[k] += amplitude * wave.strength[k]);
-                }
-                force
-            })
-            .collect()
+        });
+        parallel::tasks(points.len(), |i| {
+            let mut force = self.near(&points[i], points);
+            for (wave, sum) in self.waves.iter().zip(&sums) {
+                let [c, s] = phase(phases[i], &self.most, &wave.periods);
+                let amplitude = s * sum[0] - c * sum[1];
+                (0..D).for_each(|k| force[k] += amplitude * wave.strength[k]);
+            }
+            force
+        })
     }
 
     /// cos and sin of 0, 1, 2 ... periods along each axis, one axis behind the other.
-    fn phases(&self, x: &[f64; D]) -> Vec<[f64; 2]> {
-        let axis = |k: usize| (0..=self.most[k]).map(move |n| n as f64 * TAU * x[k] / self.edges[k]);
-        (0..D).flat_map(|k| axis(k).map(|angle| [angle.cos(), angle.sin()]).collect::<Vec<_>>()).collect()
+    fn phases(&self, x: &[f64; D], out: &mut [[f64; 2]]) {
+        let mut first = 0;
+        for k in 0..D {
+            for n in 0..=self.most[k] {
+                let angle = n as f64 * TAU * x[k] / self.edges[k];
+                out[first + n] = [angle.cos(), angle.sin()];
+            }
+            first += self.most[k] + 1;
+        }
     }
 
     /// The screened part on a point at `x`.
@@ -169,7 +170,7 @@ fn screened<const D: usize>(alpha: f64, r: f64) -> f64 {
     let cloud = |from: f64| {
         let segment = |i: i32| {
             let a = from + 0.25 * f64::from(i);
-            integrate(8, a, a + 0.25, |t: f64| t.powi(D as i32 - 1) * (-t * t).exp())
+            integrate(8, a, a + 0.25, &|t: f64| t.powi(D as i32 - 1) * (-t * t).exp())
         };
         (0..32).map(segment).sum::<f64>()
     };

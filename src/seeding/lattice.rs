@@ -26,6 +26,7 @@ pub(super) struct UnitCell<const D: usize> {
 }
 
 impl Lattice {
+    /// The cell, in units of the mean spacing.
     pub fn cell<const D: usize>(self) -> UnitCell<D> {
         let (edges, sites): ([f64; 3], &[[f64; 3]]) = match (self, D) {
             (Self::Cubic, _) | (_, 1) => ([1.0; 3], &CUBIC),

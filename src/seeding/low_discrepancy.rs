@@ -5,9 +5,11 @@
 //! rejected, so N is exact, and a uniform box keeps the sequence as it is.
 
 use super::bisection::{cut, refine, representative};
-use super::cells::Cell;
+use super::cells::{Cell, partition};
 use super::kronecker;
+use crate::error::Result;
 use crate::target::{Positions, Target};
+use sph::parallel;
 
 /// Cells of a part per point in it, at least.
 const CELLS_PER_POINT: usize = 24;
@@ -24,7 +26,10 @@ struct Traveler<const D: usize> {
     u: [f64; D],
 }
 
-pub(super) fn place<const D: usize>(target: &Target<'_, D>, cells: Vec<Cell<D>>) -> Positions<D> {
+/// # Errors
+/// A target without mass in its domain.
+pub(super) fn place<const D: usize>(target: &Target<'_, D>) -> Result<Positions<D>> {
+    let cells = partition(target)?;
     let generator = kronecker::generator::<D>();
     let travelers = (0..target.count).map(|index| Traveler { index, u: kronecker::point(&generator, index) }).collect();
     let mut positions: Positions<D> = std::array::from_fn(|_| vec![0.0; target.count]);
@@ -33,7 +38,7 @@ pub(super) fn place<const D: usize>(target: &Target<'_, D>, cells: Vec<Cell<D>>)
             positions[k][index] = x[k];
         }
     }
-    positions
+    Ok(positions)
 }
 
 fn descend<const D: usize>(
@@ -58,7 +63,7 @@ fn descend<const D: usize>(
         side.push(t);
     }
     let halves = if n > PARALLEL {
-        rayon::join(|| descend(target, left, below, cuts - 1), || descend(target, right, above, cuts - 1))
+        parallel::join(|| descend(target, left, below, cuts - 1), || descend(target, right, above, cuts - 1))
     } else {
         (descend(target, left, below, cuts - 1), descend(target, right, above, cuts - 1))
     };

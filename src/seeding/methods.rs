@@ -1,6 +1,6 @@
 //! The seeding methods as data: what each is, where it is from, what it can do.
 
-use super::Seeding;
+use super::name::Seeding;
 use crate::error::{Error, Result};
 
 /// Which targets a method can meet.
@@ -18,6 +18,7 @@ pub enum Targets {
 }
 
 impl Targets {
+    /// As tables of the methods name them.
     pub fn text(self) -> &'static str {
         match self {
             Self::Any => "any",
@@ -38,10 +39,14 @@ pub struct Method {
     pub name: &'static str,
     /// As the plan calls it.
     pub stage: &'static str,
+    /// Dimensions for which it is made.
     pub dimensions: &'static [usize],
     pub targets: Targets,
+    /// What it makes, in one sentence.
     pub summary: &'static str,
+    /// What it cannot do or does badly.
     pub limits: &'static str,
+    /// The publication it follows.
     pub reference: &'static str,
 }
 

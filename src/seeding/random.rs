@@ -1,46 +1,48 @@
 //! Independent random positions: a cell by its share of the mass, a point in it by rejection.
 
-use super::cells::Cell;
+use super::cells::partition;
+use super::seeded::to_positions;
+use crate::error::Result;
 use crate::random::{Purpose, keyed};
 use crate::target::{Positions, Target};
 use rand::RngExt;
-use rayon::prelude::*;
+use sph::parallel;
 
 /// Proposals before the cell's center is taken: reached only where a cell's mass is all but a point.
 const MAX_PROPOSALS: usize = 1000;
 
-pub(super) fn place<const D: usize>(target: &Target<'_, D>, cells: &[Cell<D>], seed: u64) -> Positions<D> {
+/// # Errors
+/// A target without mass in its domain.
+pub(super) fn place<const D: usize>(target: &Target<'_, D>, seed: u64) -> Result<Positions<D>> {
+    let cells = partition(target)?;
     let mut cumulative = Vec::with_capacity(cells.len());
     let mut total = 0.0;
-    for cell in cells {
+    for cell in &cells {
         total += cell.mass;
         cumulative.push(total);
     }
-    let points: Vec<[f64; D]> = (0..target.count)
-        .into_par_iter()
-        .map(|i| {
-            let mut rng = keyed(seed, Purpose::RandomSeed, i as u64);
-            let mut center = None;
-            for _ in 0..MAX_PROPOSALS {
-                let pick = rng.random::<f64>() * total;
-                let cell = &cells[cumulative.partition_point(|&c| c <= pick).min(cells.len() - 1)];
-                let x: [f64; D] = std::array::from_fn(|k| cell.lo[k] + rng.random::<f64>() * (cell.hi[k] - cell.lo[k]));
-                if !target.admits(&x) {
-                    continue;
-                }
-                let inside = cell.point_inside(target.domain);
-                if target.admits(&inside) {
-                    center = center.or(Some(inside));
-                }
-                // Cells are nearly uniform; twice the mean bounds what the partition left uneven.
-                let volume: f64 = (0..D).map(|k| cell.hi[k] - cell.lo[k]).product();
-                let bound = 2.0 * cell.mass / volume;
-                if rng.random::<f64>() * bound <= target.number_density(&x) {
-                    return x;
-                }
+    let points: Vec<[f64; D]> = parallel::map(target.count, |i| {
+        let mut rng = keyed(seed, Purpose::RandomSeed, i as u64);
+        let mut center = None;
+        for _ in 0..MAX_PROPOSALS {
+            let pick = rng.random::<f64>() * total;
+            let cell = &cells[cumulative.partition_point(|&c| c <= pick).min(cells.len() - 1)];
+            let x: [f64; D] = std::array::from_fn(|k| cell.lo[k] + rng.random::<f64>() * (cell.hi[k] - cell.lo[k]));
+            if !target.admits(&x) {
+                continue;
             }
-            center.unwrap_or_else(|| cells[cells.len() / 2].center())
-        })
-        .collect();
-    std::array::from_fn(|k| points.iter().map(|x| x[k]).collect())
+            let inside = cell.point_inside(target.domain);
+            if target.admits(&inside) {
+                center = center.or(Some(inside));
+            }
+            // Cells are nearly uniform; twice the mean bounds what the partition left uneven.
+            let volume: f64 = (0..D).map(|k| cell.hi[k] - cell.lo[k]).product();
+            let bound = 2.0 * cell.mass / volume;
+            if rng.random::<f64>() * bound <= target.number_density(&x) {
+                return x;
+            }
+        }
+        center.unwrap_or_else(|| cells[cells.len() / 2].center())
+    });
+    Ok(to_positions(&points))
 }

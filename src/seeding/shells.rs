@@ -17,14 +17,15 @@
 //! remain. In two dimensions rho s^(1/2) takes the place of rho s, to leading order in 1/r.
 
 use super::cumulative::Cumulative;
+use super::methods::{self, Method};
+use super::seeded::{Seeded, to_positions};
 use super::symmetry::{self, spherical_mean};
-use super::{Method, Seeded, methods, to_positions};
 use crate::error::{Error, Result};
 use crate::random::{Purpose, keyed};
 use crate::target::Target;
 use rand::RngExt;
-use rayon::prelude::*;
 use sph::domain::Region;
+use sph::parallel;
 use std::f64::consts::{PI, TAU};
 
 /// How points lie on a sphere.
@@ -69,30 +70,27 @@ pub(super) fn place<const D: usize>(
     };
     let layers = Cumulative::new(|r| density(r).powf(1.0 / D as f64), *inner_radius, *radius);
     let hollow = *inner_radius > 0.0 || !target.admits(center);
-    let shells = shells(target.count, hollow, *radius, &mass, &layers, shell_radius);
+    let shells = shells(target.count, hollow, *radius, &mass, &layers, &shell_radius);
     let number = shells.len();
-    let points: Vec<[f64; D]> = shells
-        .par_iter()
-        .enumerate()
-        .flat_map_iter(|(s, shell)| {
-            let directions = directions::<D>(shell.count, covering, seed, s as u64);
-            let radius = shell.radius;
-            directions.into_iter().map(move |u| std::array::from_fn(|k| center[k] + radius * u[k]))
-        })
-        .collect();
+    let points = parallel::tasks(number, |s| {
+        let mut points = directions::<D>(shells[s].count, covering, seed, s as u64);
+        points.iter_mut().for_each(|u| *u = std::array::from_fn(|k| center[k] + shells[s].radius * u[k]));
+        points
+    })
+    .concat();
     let notes = vec![format!("{} particles on {number} shells", target.count)];
     Ok(Seeded { positions: to_positions(&points), notes })
 }
 
 /// Shells from the inside out. `layers` counts spacings along the radius. No particle may be at the center of a
 /// `hollow` one (or of a cusp, whose density is beyond bounds there).
-fn shells<F: Fn(f64) -> f64, G: Fn(f64) -> f64>(
+fn shells(
     count: usize,
     hollow: bool,
     outer: f64,
-    mass: &Cumulative<F>,
-    layers: &Cumulative<G>,
-    radius_of: impl Fn(usize, usize) -> f64,
+    mass: &Cumulative<'_>,
+    layers: &Cumulative<'_>,
+    radius_of: &dyn Fn(usize, usize) -> f64,
 ) -> Vec<Shell> {
     let number = layers.total().round().clamp(1.0, count as f64) as usize;
     let mut shells = Vec::with_capacity(number);

@@ -10,12 +10,12 @@
 use super::cumulative::Cumulative;
 use super::lattice::UnitCell;
 use super::pattern::{self, Pattern};
+use super::seeded::{Seeded, to_positions};
 use super::symmetry::{self, Symmetry};
-use super::{Seeded, to_positions};
 use crate::error::Result;
 use crate::target::Target;
-use rayon::prelude::*;
 use sph::geometry::distance;
+use sph::parallel;
 
 /// Fills the domain with a pattern and maps it to the target.
 pub(super) fn place<const D: usize>(
@@ -56,7 +56,7 @@ pub(super) fn map<const D: usize>(
             for k in 0..D {
                 let (lo, hi) = (domain.lo[k], domain.hi[k]);
                 let mass = Cumulative::new(|x| symmetry::along(target, through, k, x), lo, hi);
-                points.par_iter_mut().for_each(|x| x[k] = mass.inverse((x[k] - lo) / (hi - lo)).clamp(lo, hi));
+                parallel::update(&mut points, |_, x| x[k] = mass.inverse((x[k] - lo) / (hi - lo)).clamp(lo, hi));
             }
         }
         Symmetry::Cylindrical { round, axis, through } => {
@@ -69,12 +69,12 @@ pub(super) fn map<const D: usize>(
             );
             let layers = Cumulative::new(|z| symmetry::ring_mean(target, round, middle, z), lo, hi);
             let area = |r: f64| r * r - round.inner_radius.powi(2);
-            points.par_iter_mut().for_each(|x| {
+            parallel::update(&mut points, |_, x| {
                 x[*axis] = layers.inverse((x[*axis] - lo) / (hi - lo)).clamp(lo, hi);
                 let r = round.distance(x);
                 if r > 0.0 {
-                    let wanted = tubes.inverse(area(r) / area(round.radius)).min(round.radius * (1.0 - 1e-12));
-                    *x = round.scaled(x, wanted / r);
+                    let mapped = tubes.inverse(area(r) / area(round.radius)).min(round.radius * (1.0 - 1e-12));
+                    *x = round.scaled(x, mapped / r);
                 }
             });
         }
@@ -82,12 +82,12 @@ pub(super) fn map<const D: usize>(
             let shells =
                 Cumulative::new(|r| r.powi(D as i32 - 1) * symmetry::spherical_mean(target, center, r), *inner, *outer);
             let volume = |r: f64| r.powi(D as i32) - inner.powi(D as i32);
-            points.par_iter_mut().for_each(|x| {
+            parallel::update(&mut points, |_, x| {
                 let r = distance(center, x);
                 if r > 0.0 {
                     // Rounding must not carry a point beyond the surface.
-                    let wanted = shells.inverse(volume(r) / volume(*outer)).min(outer * (1.0 - 1e-12));
-                    *x = std::array::from_fn(|k| center[k] + (x[k] - center[k]) * (wanted / r));
+                    let mapped = shells.inverse(volume(r) / volume(*outer)).min(outer * (1.0 - 1e-12));
+                    *x = std::array::from_fn(|k| center[k] + (x[k] - center[k]) * (mapped / r));
                 }
             });
         }

@@ -5,6 +5,7 @@ use crate::error::{Error, Result};
 use crate::target::Target;
 use sph::domain::{Domain, Region, Round};
 use sph::geometry::distance;
+use sph::kernel::support_over_spacing;
 
 /// Symmetry of a number density within its domain.
 #[derive(Debug, Clone, PartialEq)]
@@ -74,7 +75,7 @@ pub(super) fn detect<const D: usize>(target: &Target<'_, D>, method: &str) -> Re
     if most - least <= UNIFORM * most {
         return Ok(Symmetry::Uniform);
     }
-    let (symmetry, wanted, expected) = if fills_box(target.domain) {
+    let (symmetry, needed, expected) = if fills_box(target.domain) {
         let expected: Vec<f64> = points.iter().map(|x| product(target, &densest, x)).collect();
         (Symmetry::Separable { through: densest }, "a product of functions of one coordinate each", expected)
     } else if let Region::Ball { center, inner_radius, radius, .. } = &target.domain.region {
@@ -107,25 +108,33 @@ pub(super) fn detect<const D: usize>(target: &Target<'_, D>, method: &str) -> Re
             worst = (excess, difference / value.max(expected), *x);
         }
     }
-    if worst.0 > 0.0 { Err(refusal(method, wanted, worst.1, &worst.2)) } else { Ok(symmetry) }
+    if worst.0 > 0.0 { Err(refusal(method, needed, worst.1, &worst.2)) } else { Ok(symmetry) }
 }
 
-/// The share of the domain that is within a support radius of a jump, for `ratio` = H n*^(1/d), by samples.
-pub(super) fn jump_share<const D: usize>(target: &Target<'_, D>, ratio: f64) -> f64 {
+/// The share of the domain, by samples, that is within a support radius of a discontinuity of the target, with
+/// `neighbors` kernel neighbors.
+pub fn discontinuity_share<const D: usize>(target: &Target<'_, D>, neighbors: f64) -> f64 {
+    let ratio = support_over_spacing(D, neighbors);
     let near = |x: &&[f64; D]| {
         let here = target.number_density(x);
-        let support = ratio * target.spacing(here).min(target.domain.size());
-        here > 0.0 && !(target.sharpness(x, here, support) < 1.0) && target.jumps_near(x, support)
+        let support = target.support(here, ratio);
+        here > 0.0 && !(target.sharpness(x, here, support) < 1.0) && target.is_discontinuous_near(x, support)
     };
     let samples = samples(target.domain);
     samples.iter().filter(near).count() as f64 / samples.len().max(1) as f64
 }
 
-fn refusal<const D: usize>(method: &str, wanted: &str, deviation: f64, x: &[f64; D]) -> Error {
+/// Whether the target is a function of the radius alone in a three-dimensional ball or shell, so that concentric
+/// shells can have its density.
+pub fn is_radial<const D: usize>(target: &Target<'_, D>) -> bool {
+    D == 3 && matches!(target.domain.region, Region::Ball { .. }) && detect(target, "shells").is_ok()
+}
+
+fn refusal<const D: usize>(method: &str, needed: &str, deviation: f64, x: &[f64; D]) -> Error {
     Error::scene(
         "seeding",
         format!(
-            "'{method}' places particles by mapping a uniform pattern, which needs a target that is {wanted}; this one deviates by {:.3} % (at {x:?} in units of the domain's size); use {}",
+            "'{method}' places particles by mapping a uniform pattern, which needs a target that is {needed}; this one deviates by {:.3} % (at {x:?} in units of the domain's size); use {}",
             100.0 * deviation,
             methods::for_any_target(method),
         ),

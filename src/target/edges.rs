@@ -1,13 +1,13 @@
-//! Where the target changes faster than a sum over neighbors can follow, and where it jumps.
+//! Where the target changes faster than a sum over neighbors can follow, and where it is discontinuous.
 
 use super::{Positions, Target, at};
-use rayon::prelude::*;
 use sph::domain::Axis;
 use sph::geometry::distance;
+use sph::parallel;
 
 impl<const D: usize> Target<'_, D> {
     /// How sharply the target changes about `x`, in units in which 1 is too sharp for a sum over neighbors at
-    /// `support` to follow: a factor e over a support radius, or a jump or kink within its reach. `here` is n*.
+    /// `support` to follow: a factor e over a support radius, or a discontinuity or kink within its reach. `here` is n*.
     ///
     /// Of a smooth function the second difference of ln n* over s is four times that over s/2. What is left of
     /// that beyond a few percent is no curvature but an edge.
@@ -23,7 +23,7 @@ impl<const D: usize> Target<'_, D> {
         if let Some(outward) = self.outward(x)
             && let Some(farthest) = edge(&outward, reach)
         {
-            // All that there is to see of a radial target lies along the radius; several distances find thin layers.
+            // A radial target changes along the radius only; several distances find thin layers.
             let steepness = support * self.log_derivative(x, here, &outward, step).abs();
             let nearer = NEARER.iter().filter_map(|share| edge(&outward, share * reach));
             return nearer.fold(worse(steepness, farthest), worse);
@@ -41,20 +41,18 @@ impl<const D: usize> Target<'_, D> {
         Some(if radius > 0.0 { std::array::from_fn(|k| (x[k] - center[k]) / radius) } else { first() })
     }
 
-    /// [`Self::sharpness`] at every particle, for `ratio` = H n*^(1/d).
-    pub fn sharpnesses(&self, positions: &Positions<D>, wanted: &[f64], ratio: f64) -> Vec<f64> {
-        let support = |n: f64| ratio * self.spacing(n).min(self.domain.size());
-        (0..wanted.len())
-            .into_par_iter()
-            .map(|i| self.sharpness(&at(positions, i), wanted[i], support(wanted[i])))
-            .collect()
+    /// [`Self::sharpness`] at every particle, where n* is `number_density`, for `ratio` = H n*^(1/d).
+    pub fn sharpnesses(&self, positions: &Positions<D>, number_density: &[f64], ratio: f64) -> Vec<f64> {
+        parallel::map(number_density.len(), |i| {
+            self.sharpness(&at(positions, i), number_density[i], self.support(number_density[i], ratio))
+        })
     }
 
-    /// Whether the target jumps within `support` of `x`: halving the interval of the
-    /// largest change again and again does not lessen the change, as it does for the steepest of slopes.
-    pub fn jumps_near(&self, x: &[f64; D], support: f64) -> bool {
+    /// Whether the target is discontinuous within `support` of `x`: there the change over the interval of the largest
+    /// change does not lessen as the interval is halved, as that of the steepest slope does.
+    pub fn is_discontinuous_near(&self, x: &[f64; D], support: f64) -> bool {
         let reach = support.min(0.25 * self.domain.size());
-        ways::<D>().any(|way| jumps(|h| self.logarithm_along(x, &way, h), reach))
+        ways::<D>().any(|way| is_discontinuous(&|h| self.logarithm_along(x, &way, h), reach))
     }
 
     /// ln n* at a distance `h` from `x`; `None` outside of the domain.
@@ -64,20 +62,25 @@ impl<const D: usize> Target<'_, D> {
         self.domain.contains(&y).then(|| self.number_density(&y).ln())
     }
 
-    /// [`Self::jumps_near`] at every particle, for `ratio` = H n*^(1/d); empty where there is no jump. Only where
-    /// the target is sharp anything is looked for.
-    pub fn jumps(&self, positions: &Positions<D>, wanted: &[f64], sharpness: &[f64], ratio: f64) -> Vec<bool> {
-        let support = |n: f64| ratio * self.spacing(n).min(self.domain.size());
-        let near: Vec<bool> = (0..wanted.len())
-            .into_par_iter()
-            .map(|i| !(sharpness[i] < 1.0) && self.jumps_near(&at(positions, i), support(wanted[i])))
-            .collect();
+    /// [`Self::is_discontinuous_near`] at every particle, for `ratio` = H n*^(1/d); empty where no particle is near a
+    /// discontinuity. `sharpness` is that of [`Self::sharpnesses`]: below 1 there is none.
+    pub fn near_discontinuities(
+        &self,
+        positions: &Positions<D>,
+        number_density: &[f64],
+        sharpness: &[f64],
+        ratio: f64,
+    ) -> Vec<bool> {
+        let near = parallel::map(number_density.len(), |i| {
+            !(sharpness[i] < 1.0)
+                && self.is_discontinuous_near(&at(positions, i), self.support(number_density[i], ratio))
+        });
         if near.contains(&true) { near } else { Vec::new() }
     }
 }
 
-/// Whether `f`, a logarithm (`None` outside of the domain), jumps within `reach` of 0.
-fn jumps(f: impl Fn(f64) -> Option<f64>, reach: f64) -> bool {
+/// Whether `f`, a logarithm (`None` outside of the domain), is discontinuous within `reach` of 0.
+fn is_discontinuous(f: &dyn Fn(f64) -> Option<f64>, reach: f64) -> bool {
     let step = 2.0 * reach / INTERVALS as f64;
     let change = |a: f64, b: f64| Some((f(b)? - f(a)?).abs());
     let widest = (0..INTERVALS)
@@ -85,7 +88,7 @@ fn jumps(f: impl Fn(f64) -> Option<f64>, reach: f64) -> bool {
         .filter_map(|a| Some((change(a, a + step)?, a)))
         .fold((0.0, 0.0), |most, next| if next.0 > most.0 { next } else { most });
     let (all, mut a) = widest;
-    if !(all > JUMP) {
+    if !(all > LEAST_CHANGE) {
         return false;
     }
     let (mut width, mut left) = (step, all);
@@ -114,17 +117,17 @@ fn ways<const D: usize>() -> impl Iterator<Item = [f64; D]> {
 
 /// Step of the differences that give a gradient, in support radii: a tenth of a spacing.
 const GRADIENT_STEP: f64 = 0.04;
-/// How far edges are looked for, in support radii.
+/// How far edges are sought, in support radii.
 const EDGE_REACH: f64 = 1.0;
-/// Shares of that distance at which thin layers are looked for along the radius of a radial target.
+/// Shares of that distance at which thin layers are sought along the radius of a radial target.
 const NEARER: [f64; 2] = [0.8, 0.6];
 /// Defect of the second differences of ln n* that makes an edge.
 const EDGE: f64 = 0.15;
-/// Intervals over which a jump is first looked for, and halvings of the one that changes most.
+/// Intervals over which a discontinuity is first sought, and halvings of the one that changes most.
 const INTERVALS: usize = 8;
 const HALVINGS: usize = 8;
-/// Change of ln n* that is worth calling a jump.
-const JUMP: f64 = 0.1;
+/// Change of ln n* that counts as a discontinuity, at least.
+const LEAST_CHANGE: f64 = 0.1;
 
 #[cfg(test)]
 mod tests {
@@ -160,7 +163,7 @@ mod tests {
     }
 
     #[test]
-    fn a_radial_jump_is_sharp_as_far_as_a_support_reaches() {
+    fn a_radial_discontinuity_is_sharp_as_far_as_a_support_reaches() {
         let domain = sph::domain::Domain::ball([0.0; 3], 1.0, sph::domain::Wall::Open).unwrap();
         let target = Target {
             domain: &domain,
@@ -183,14 +186,14 @@ mod tests {
     }
 
     #[test]
-    fn jumps_are_told_from_slopes_however_steep() {
+    fn discontinuities_are_told_from_slopes_however_steep() {
         for place in [-0.9, -0.31, 0.0, 0.77] {
-            assert!(jumps(|h| Some(if h < place { 0.0 } else { 0.7 } + 0.2 * h), 1.0), "at {place}");
+            assert!(is_discontinuous(&|h| Some(if h < place { 0.0 } else { 0.7 } + 0.2 * h), 1.0), "at {place}");
         }
-        assert!(jumps(|h| Some(if h < 0.4 { 1.0 } else { f64::NEG_INFINITY }), 1.0), "into vacuum");
-        assert!(!jumps(|h| Some(30.0 * h), 1.0), "an exponential");
-        assert!(!jumps(|h| Some(-(h * h) * 50.0), 1.0), "a Gaussian");
-        assert!(!jumps(|h| (h < 0.3).then_some(h), 1.0), "the end of the domain");
-        assert!(!jumps(|h| Some(if h < 0.2 { 0.0 } else { 0.05 }), 1.0), "next to nothing");
+        assert!(is_discontinuous(&|h| Some(if h < 0.4 { 1.0 } else { f64::NEG_INFINITY }), 1.0), "into vacuum");
+        assert!(!is_discontinuous(&|h| Some(30.0 * h), 1.0), "an exponential");
+        assert!(!is_discontinuous(&|h| Some(-(h * h) * 50.0), 1.0), "a Gaussian");
+        assert!(!is_discontinuous(&|h| (h < 0.3).then_some(h), 1.0), "the end of the domain");
+        assert!(!is_discontinuous(&|h| Some(if h < 0.2 { 0.0 } else { 0.05 }), 1.0), "next to nothing");
     }
 }

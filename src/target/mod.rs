@@ -6,11 +6,10 @@
 mod edges;
 
 use crate::field::ScalarField;
-use rayon::prelude::*;
 use sph::domain::Domain;
 use sph::geometry::distance;
 pub use sph::geometry::{Positions, at};
-use sph::reduce;
+use sph::{parallel, reduce};
 
 /// A pressure and the acceleration that its force is to cancel, in internal units.
 pub trait Equilibrium<const D: usize>: Sync {
@@ -52,11 +51,11 @@ pub struct Target<'a, const D: usize> {
 impl<const D: usize> Target<'_, D> {
     /// n*(x), normalized to N particles in the domain; 0 where no particle belongs.
     pub fn number_density(&self, x: &[f64; D]) -> f64 {
-        let wanted = match &self.resolution {
+        let density = match &self.resolution {
             Resolution::EqualMass => self.density.value(x),
             Resolution::NumberDensity(field) => field.value(x),
         };
-        wanted * (self.count as f64 / self.resolution_integral)
+        density * (self.count as f64 / self.resolution_integral)
     }
 
     /// The same target for another number of particles.
@@ -67,6 +66,12 @@ impl<const D: usize> Target<'_, D> {
     /// n*^(-1/d) where the target density is `number_density`, at most the largest spacing.
     pub fn spacing(&self, number_density: f64) -> f64 {
         spacing_of::<D>(number_density).min(self.largest_spacing)
+    }
+
+    /// The support radius H for `ratio` = H n*^(1/d) where the target density is `number_density`; a spacing counts as
+    /// the domain's size at most.
+    pub fn support(&self, number_density: f64, ratio: f64) -> f64 {
+        ratio * self.spacing(number_density).min(self.domain.size())
     }
 
     /// Whether the spacing there follows the target, not the cap.
@@ -132,12 +137,12 @@ impl<const D: usize> Target<'_, D> {
 
     /// n* at every particle.
     pub fn number_densities(&self, positions: &Positions<D>) -> Vec<f64> {
-        (0..positions[0].len()).into_par_iter().map(|i| self.number_density(&at(positions, i))).collect()
+        parallel::map(positions[0].len(), |i| self.number_density(&at(positions, i)))
     }
 
     /// rho* at every particle.
     pub fn densities(&self, positions: &Positions<D>) -> Vec<f64> {
-        (0..positions[0].len()).into_par_iter().map(|i| self.density.value(&at(positions, i))).collect()
+        parallel::map(positions[0].len(), |i| self.density.value(&at(positions, i)))
     }
 
     /// Particle masses: equal, or rho*/n* scaled to the total. Their sum equals `mass` to rounding.
@@ -145,20 +150,18 @@ impl<const D: usize> Target<'_, D> {
         let n = positions[0].len();
         let mut masses = match &self.resolution {
             Resolution::EqualMass => vec![self.mass / n as f64; n],
-            Resolution::NumberDensity(_) => (0..n)
-                .into_par_iter()
-                .map(|i| {
-                    let x = at(positions, i);
-                    self.density.value(&x) / self.number_density(&x)
-                })
-                .collect(),
+            Resolution::NumberDensity(_) => parallel::map(n, |i| {
+                let x = at(positions, i);
+                self.density.value(&x) / self.number_density(&x)
+            }),
         };
         let total = reduce::sum(n, |i| masses[i]);
         let factor = self.mass / total;
-        masses.par_iter_mut().for_each(|m| *m *= factor);
+        parallel::update(&mut masses, |_, m| *m *= factor);
         masses
     }
 
+    /// Whether all particles have the same mass.
     pub fn has_equal_masses(&self) -> bool {
         matches!(self.resolution, Resolution::EqualMass)
     }

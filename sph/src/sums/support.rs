@@ -3,9 +3,10 @@
 use super::density::{DensitySums, density_sums};
 use crate::domain::Domain;
 use crate::geometry::unit_ball_volume;
-use crate::kernel::{Kernel, KernelName, with_kernel};
+use crate::kernel::{Kernel, KernelName, support_over_spacing, with_kernel};
 use crate::lanes::Real;
 use crate::neighbors::{Batch, Compiled, LeafPass, Shape, Sources, compiled, in_shape};
+use crate::parallel;
 use pulp::Simd;
 use std::any::Any;
 
@@ -110,6 +111,17 @@ fn solve_pass(kernel: KernelName, kernel_neighbors: f64, largest: f64, shape: Sh
             _ => Box::new(Compiled::<D, 1, R, Solved<D>>::new(pass)),
         }
     }))
+}
+
+/// Support radii to begin a solution with: those of particles whose spacings n^(-1/d) are `spacing(i)`, for `i` in
+/// `0..count`. In the unit of the spacings.
+pub fn support_guess<const D: usize>(
+    kernel_neighbors: f64,
+    count: usize,
+    spacing: impl Fn(usize) -> f64 + Sync,
+) -> Vec<f64> {
+    let ratio = support_over_spacing(D, kernel_neighbors);
+    parallel::map(count, |i| ratio * spacing(i))
 }
 
 /// Largest support radius that makes sense in a domain: with periodic or mirrored images any number of

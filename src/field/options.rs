@@ -1,0 +1,66 @@
+//! What a scene chooses of an interpolant.
+
+use sph::domain::Domain;
+
+/// How values between nodes are interpolated.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Interpolation {
+    /// The value of the cell, or of the nearest node.
+    Constant,
+    /// Linear along each axis: through the nodes, or through the centers of cells.
+    Linear,
+    /// Catmull-Rom along each axis, clamped to the range of the surrounding nodes. Grids only.
+    Cubic,
+}
+
+/// What a missing value (NaN) of a variable stands for.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Missing {
+    /// A density with missing values is refused; a carried variable with missing values is left out.
+    #[default]
+    Error,
+    /// There is nothing: 0.
+    Zero,
+}
+
+/// How one grid axis repeats.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Period {
+    /// From the data: between the outer edges of cells; between nodes the span if the last plane repeats
+    /// the first, else the span and one more spacing.
+    Auto,
+    /// This length, in the file's units.
+    Length(f64),
+}
+
+/// Choices of the scene that shape an interpolant. Lengths in the file's units.
+#[derive(Debug, Clone)]
+pub struct FieldOptions<const D: usize> {
+    /// `None`: linear between nodes, constant in cells.
+    pub interpolation: Option<Interpolation>,
+    /// `None`: what the reader decided.
+    pub density_name: Option<String>,
+    pub missing: Missing,
+    /// Where the center of a radial profile is placed.
+    pub center: [f64; D],
+    /// Axes of a grid that repeat.
+    pub periodic: [Option<Period>; D],
+    /// Names of the variables to carry; `None`: all that can be carried.
+    pub carried: Option<Vec<String>>,
+    /// The domain of a point cloud, across whose periodic axes it repeats; `None`: its bounding box.
+    pub cloud_domain: Option<Domain<D>>,
+}
+
+impl<const D: usize> Default for FieldOptions<D> {
+    fn default() -> Self {
+        Self {
+            interpolation: None,
+            density_name: None,
+            missing: Missing::Error,
+            center: [0.0; D],
+            periodic: [None; D],
+            carried: None,
+            cloud_domain: None,
+        }
+    }
+}

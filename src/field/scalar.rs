@@ -1,0 +1,29 @@
+//! Scalar fields: a mass density, a spacing, a number density.
+
+use sph::domain::Domain;
+
+/// A mass with the error of its quadrature (same unit, absolute).
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct MassEstimate {
+    pub value: f64,
+    /// A bound or an estimate of |value - exact|, never negative.
+    pub error: f64,
+}
+
+/// A scalar field: a mass density, a spacing, a number density.
+pub trait ScalarField<const D: usize>: Send + Sync {
+    /// Value at `x`: finite and, for a density, never negative; 0 outside the field's support.
+    fn value(&self, x: &[f64; D]) -> f64;
+
+    /// The center of a field that depends on the distance from one point alone; its gradient then takes one
+    /// difference instead of D.
+    fn center(&self) -> Option<[f64; D]> {
+        None
+    }
+
+    /// The integral over `domain`, where the interpolant has a better one than sampling gives.
+    fn integral(&self, domain: &Domain<D>) -> Option<MassEstimate> {
+        let _ = domain;
+        None
+    }
+}

@@ -1,0 +1,41 @@
+//! The seeding methods by name.
+
+use serde::{Deserialize, Serialize};
+
+/// How the initial positions are made; [`METHODS`](super::METHODS) tells what each can do.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Seeding {
+    /// Recursive bisection into equal masses, one particle per part: no long-wave error from the start.
+    #[default]
+    MassBisection,
+    /// Independent random positions with probability proportional to the target.
+    Random,
+    /// Simple cubic (square) lattice.
+    Cubic,
+    /// Face-centered cubic (hexagonal) lattice.
+    CubicClosePacked,
+    /// Hexagonal close packing: layers in the order ABAB.
+    HexagonalClosePacked,
+    /// Points of a Kronecker sequence, carried over by mass: more even than random ones.
+    LowDiscrepancy,
+    /// Centroids of the tiles of an aperiodic tiling by prisms.
+    Quaquaversal,
+    /// Concentric shells with particles on a spiral (rings in two dimensions).
+    Shells,
+    /// Concentric shells with particles in regions of equal area.
+    EqualAreaShells,
+    /// Irregular but even: a relaxed periodic box, tiled.
+    Glass,
+    /// The same, relaxed by reversed gravity.
+    GravitationalGlass,
+    /// A simple cubic lattice of one spacing everywhere; its masses carry the density.
+    VariableMasses,
+}
+
+impl Seeding {
+    /// Whether neighbors are evenly spaced in its arrangement.
+    pub fn is_in_order(self) -> bool {
+        !matches!(self, Self::MassBisection | Self::Random | Self::LowDiscrepancy | Self::Quaquaversal)
+    }
+}

@@ -1,0 +1,89 @@
+//! From a target and a method to positions.
+
+use super::glass::{self, Repulsion};
+use super::lattice::Lattice;
+use super::methods::{self, Method};
+use super::name::Seeding;
+use super::quaquaversal::Quaquaversal;
+use super::seeded::Seeded;
+use super::shells::{self, Covering};
+use super::symmetry::{self, Symmetry};
+use super::{bisection, low_discrepancy, pattern, random, stretch};
+use crate::error::{Error, Result};
+use crate::target::{Target, at};
+use sph::domain::Axis;
+use sph::parallel;
+
+/// Places `target.count` particles; `seed` is that of the random numbers.
+///
+/// # Errors
+/// A target without mass in its domain, a dimension or a target that the method is not made for.
+pub fn seed<const D: usize>(target: &Target<'_, D>, seeding: Seeding, seed: u64) -> Result<Seeded<D>> {
+    let method = seeding.method();
+    method.check_dimension(D)?;
+    let lattice = |kind: Lattice| {
+        let symmetry = symmetry::detect(target, method.name)?;
+        stretch::place_lattice(target, &symmetry, &kind.cell())
+    };
+    let a_glass = |repulsion| glass::place(target, &symmetry::detect(target, method.name)?, repulsion, seed);
+    let on_shells = |covering: Covering| shells::place(target, covering, method, seed);
+    let seeded = match seeding {
+        Seeding::MassBisection => bisection::place(target, seed)?.into(),
+        Seeding::Random => random::place(target, seed)?.into(),
+        Seeding::LowDiscrepancy => low_discrepancy::place(target)?.into(),
+        Seeding::Quaquaversal => {
+            let symmetry = symmetry::detect(target, method.name)?;
+            let mut seeded = stretch::place(target, &symmetry, &Quaquaversal::covering(pattern::reach(target)))?;
+            if target.domain.axes.contains(&Axis::Periodic) {
+                seeded.notes.push("the quaquaversal tiling does not repeat: the periodic box has a seam".into());
+            }
+            seeded
+        }
+        Seeding::Shells => on_shells(Covering::Spiral)?,
+        Seeding::EqualAreaShells => on_shells(Covering::EqualArea)?,
+        Seeding::Glass => a_glass(Repulsion::Short)?,
+        Seeding::GravitationalGlass => a_glass(Repulsion::Gravity)?,
+        Seeding::VariableMasses => {
+            check_evenness(target)?;
+            stretch::place_lattice(target, &Symmetry::Uniform, &Lattice::Cubic.cell())?
+        }
+        Seeding::Cubic => lattice(Lattice::Cubic)?,
+        Seeding::CubicClosePacked => lattice(Lattice::CubicClosePacked)?,
+        Seeding::HexagonalClosePacked => lattice(Lattice::HexagonalClosePacked)?,
+    };
+    check(target, method, seeded)
+}
+
+/// Refuses a resolution that varies, which a lattice of one spacing cannot follow.
+fn check_evenness<const D: usize>(target: &Target<'_, D>) -> Result<()> {
+    let name = Seeding::VariableMasses.method().name;
+    if !matches!(symmetry::detect(target, name), Ok(Symmetry::Uniform)) {
+        let problem = format!(
+            "'{name}' has one spacing everywhere, but the resolution varies; leave it out, or use {}",
+            methods::for_any_target(name)
+        );
+        return Err(Error::scene("seeding", problem));
+    }
+    Ok(())
+}
+
+/// Refuses positions where the target is zero: a mapped pattern may meet a hole that sampling did not show.
+fn check<const D: usize>(target: &Target<'_, D>, method: &Method, seeded: Seeded<D>) -> Result<Seeded<D>> {
+    let n = seeded.positions[0].len();
+    // The resolution may ask for particles where there is no matter for their masses.
+    let empty = |x: &[f64; D]| !target.has_equal_masses() && !(target.density.value(x) > 0.0);
+    let misplaced = |x: [f64; D]| !target.admits(&x) || method.seeding == Seeding::VariableMasses && empty(&x);
+    let outside = parallel::count(n, |i| misplaced(at(&seeded.positions, i)));
+    if n == target.count && outside == 0 {
+        return Ok(seeded);
+    }
+    Err(Error::Numeric {
+        stage: "seed",
+        problem: format!(
+            "'{}' made {n} positions, {outside} of them where the target is zero, instead of {} inside it; use {}",
+            method.name,
+            target.count,
+            methods::for_any_target(method.name),
+        ),
+    })
+}
