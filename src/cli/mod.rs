@@ -15,7 +15,7 @@ use crate::error::Error;
 use crate::relaxation::{Control, StopReason};
 use crate::run::pipeline;
 use crate::scene::Scene;
-use args::{Args, Command, RunArgs};
+use args::{Args, Command, CompareArgs, RunArgs};
 use clap::Parser;
 use sph_formats::{FORMATS, FormatError};
 use std::io::{ErrorKind, Write};
@@ -76,7 +76,7 @@ fn run(args: &RunArgs) -> crate::Result<ExitCode> {
     Ok(exit_code(&scene, report.stop))
 }
 
-fn compare(args: &compare::CompareArgs) -> crate::Result<ExitCode> {
+fn compare(args: &CompareArgs) -> crate::Result<ExitCode> {
     set_threads(args.threads)?;
     compare::run(args, FORMATS, &interrupt_flag()).and_then(|text| print(&text))
 }
