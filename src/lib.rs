@@ -6,6 +6,8 @@
 //! Every file format is a feature of its own name; `cli` is the program, `plots` the figures of [`compare`]. All are
 //! on by default, and a library user may leave out any of them.
 
+#![forbid(unsafe_code)]
+
 #[cfg(feature = "cli")]
 pub mod cli;
 pub mod compare;
