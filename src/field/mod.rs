@@ -38,6 +38,7 @@ mod radial;
 mod sampled;
 mod scaled;
 mod shapes;
+mod skin;
 #[cfg(test)]
 pub(crate) mod testing;
 
