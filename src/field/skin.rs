@@ -5,6 +5,7 @@
 
 use super::bvh::{Aabb, Bvh};
 use super::shapes::CellKind;
+use nalgebra::{SMatrix, SVector};
 use rayon::prelude::*;
 use std::collections::HashMap;
 
@@ -54,8 +55,8 @@ impl<const D: usize> Skin<D> {
     /// The nearest point of the hull and the cell to which it belongs.
     pub(crate) fn nearest(&self, x: &[f64; D]) -> Option<([f64; D], u32)> {
         let item = self.tree.nearest(x, |i| {
-            let p = closest_on_facet(&self.facets[i as usize].0, x);
-            dot(&sub(&p, x), &sub(&p, x))
+            let d = edge(x, &closest_on_facet(&self.facets[i as usize].0, x));
+            d.dot(&d)
         })?;
         let (corners, cell) = &self.facets[item as usize];
         Some((closest_on_facet(corners, x), *cell))
@@ -68,7 +69,7 @@ impl<const D: usize> Skin<D> {
             .facets
             .into_par_iter()
             .filter(|(corners, _)| {
-                let step = normal(corners).map(|v| 1e-6 * v);
+                let step = normal(corners) * 1e-6;
                 let middle: [f64; D] = std::array::from_fn(|k| corners.iter().map(|c| c[k]).sum::<f64>() / D as f64);
                 ![1.0, -1.0].iter().all(|s| is_inside(&std::array::from_fn(|k| middle[k] + s * step[k])))
             })
@@ -114,18 +115,14 @@ fn add_facets<const D: usize>(p: &[[f64; D]], cell: u32, facets: &mut Vec<Facet<
 }
 
 /// A vector across the facet, as long as the facet is wide.
-fn normal<const D: usize>(p: &[[f64; D]; D]) -> [f64; D] {
-    let mut n = [0.0; D];
+fn normal<const D: usize>(p: &[[f64; D]; D]) -> SVector<f64, D> {
+    let mut n = SVector::zeros();
     match D {
         1 => n[0] = p[0][0].abs().max(f64::MIN_POSITIVE),
         2 => (n[0], n[1]) = (p[1][1] - p[0][1], p[0][0] - p[1][0]),
         _ => {
-            let (a, b) = (sub(&p[1], &p[0]), sub(&p[2], &p[0]));
-            let longest = dot(&a, &a).max(dot(&b, &b)).sqrt();
-            for k in 0..3 {
-                let (i, j) = ((k + 1) % 3, (k + 2) % 3);
-                n[k] = (a[i] * b[j] - a[j] * b[i]) / longest;
-            }
+            let (a, b) = (edge(&p[0], &p[1]), edge(&p[0], &p[2]));
+            n = a.cross(&b) / a.dot(&a).max(b.dot(&b)).sqrt();
         }
     }
     n
@@ -133,51 +130,54 @@ fn normal<const D: usize>(p: &[[f64; D]; D]) -> [f64; D] {
 
 /// Whether the diagonals of a quad (nearly) meet the same plane: its corners span no volume.
 fn is_plane<const D: usize>(p: &[[f64; D]]) -> bool {
-    let (a, b, c) = (sub(&p[1], &p[0]), sub(&p[2], &p[0]), sub(&p[3], &p[0]));
-    let g = |u: &[f64; D], v: &[f64; D]| dot(u, v);
-    // Gram determinant: the squared volume.
-    let m = [[g(&a, &a), g(&a, &b), g(&a, &c)], [g(&b, &a), g(&b, &b), g(&b, &c)], [g(&c, &a), g(&c, &b), g(&c, &c)]];
-    let gram = m[0][0] * (m[1][1] * m[2][2] - m[1][2] * m[2][1]) - m[0][1] * (m[1][0] * m[2][2] - m[1][2] * m[2][0])
-        + m[0][2] * (m[1][0] * m[2][1] - m[1][1] * m[2][0]);
-    gram <= 1e-14 * m[0][0] * m[1][1] * m[2][2]
+    let edges = SMatrix::<f64, D, 3>::from_columns(&[edge(&p[0], &p[1]), edge(&p[0], &p[2]), edge(&p[0], &p[3])]);
+    // The Gram determinant is the squared volume.
+    let gram = edges.tr_mul(&edges);
+    gram.determinant() <= 1e-14 * gram[(0, 0)] * gram[(1, 1)] * gram[(2, 2)]
 }
 
-fn sub<const D: usize>(a: &[f64; D], b: &[f64; D]) -> [f64; D] {
-    std::array::from_fn(|k| a[k] - b[k])
-}
-
-fn dot<const D: usize>(a: &[f64; D], b: &[f64; D]) -> f64 {
-    (0..D).map(|k| a[k] * b[k]).sum()
+fn edge<const D: usize>(from: &[f64; D], to: &[f64; D]) -> SVector<f64, D> {
+    SVector::from(*to) - SVector::from(*from)
 }
 
 fn closest_on_facet<const D: usize>(p: &[[f64; D]; D], x: &[f64; D]) -> [f64; D] {
+    let at = |k: usize| SVector::from(p[k]);
     match D {
         1 => p[0],
-        2 => closest_on_segment(&p[0], &p[1], x),
-        _ => closest_on_triangle(&p[0], &p[1], &p[2], x),
+        2 => closest_on_segment(&at(0), &at(1), &SVector::from(*x)).into(),
+        _ => closest_on_triangle(&at(0), &at(1), &at(2), &SVector::from(*x)).into(),
     }
 }
 
-fn closest_on_segment<const D: usize>(a: &[f64; D], b: &[f64; D], x: &[f64; D]) -> [f64; D] {
-    let ab = sub(b, a);
-    let length = dot(&ab, &ab);
-    let t = if length > 0.0 { (dot(&sub(x, a), &ab) / length).clamp(0.0, 1.0) } else { 0.0 };
-    std::array::from_fn(|k| a[k] + t * ab[k])
+fn closest_on_segment<const D: usize>(
+    a: &SVector<f64, D>,
+    b: &SVector<f64, D>,
+    x: &SVector<f64, D>,
+) -> SVector<f64, D> {
+    let ab = b - a;
+    let length = ab.dot(&ab);
+    let t = if length > 0.0 { ((x - a).dot(&ab) / length).clamp(0.0, 1.0) } else { 0.0 };
+    a + ab * t
 }
 
 /// Projection onto the plane where it falls into the triangle, else the nearest edge.
-fn closest_on_triangle<const D: usize>(a: &[f64; D], b: &[f64; D], c: &[f64; D], x: &[f64; D]) -> [f64; D] {
-    let (u, v, w) = (sub(b, a), sub(c, a), sub(x, a));
-    let (uu, uv, vv, wu, wv) = (dot(&u, &u), dot(&u, &v), dot(&v, &v), dot(&w, &u), dot(&w, &v));
+fn closest_on_triangle<const D: usize>(
+    a: &SVector<f64, D>,
+    b: &SVector<f64, D>,
+    c: &SVector<f64, D>,
+    x: &SVector<f64, D>,
+) -> SVector<f64, D> {
+    let (u, v, w) = (b - a, c - a, x - a);
+    let (uu, uv, vv, wu, wv) = (u.dot(&u), u.dot(&v), v.dot(&v), w.dot(&u), w.dot(&v));
     let det = uu * vv - uv * uv;
     if det > 0.0 {
         let (s, t) = ((vv * wu - uv * wv) / det, (uu * wv - uv * wu) / det);
         if s >= 0.0 && t >= 0.0 && s + t <= 1.0 {
-            return std::array::from_fn(|k| a[k] + s * u[k] + t * v[k]);
+            return a + u * s + v * t;
         }
     }
     let edges = [closest_on_segment(a, b, x), closest_on_segment(b, c, x), closest_on_segment(c, a, x)];
-    let distance = |p: &[f64; D]| dot(&sub(p, x), &sub(p, x));
+    let distance = |p: &SVector<f64, D>| (p - x).dot(&(p - x));
     edges.into_iter().min_by(|p, q| distance(p).total_cmp(&distance(q))).unwrap_or(*a)
 }
 
@@ -188,17 +188,17 @@ mod tests {
 
     #[test]
     fn nearest_points_of_triangles_agree_with_sampling() {
-        let (a, b, c) = ([0.0, 0.0, 0.0], [1.0, 0.0, 0.2], [0.3, 1.0, -0.1]);
+        let [a, b, c] = [[0.0, 0.0, 0.0], [1.0, 0.0, 0.2], [0.3, 1.0, -0.1]].map(SVector::from);
         let mut random = Random::new(9);
         for _ in 0..50 {
-            let x: [f64; 3] = random.point::<3>().map(|v| 3.0 * v - 1.0);
+            let x = SVector::from(random.point::<3>().map(|v| 3.0 * v - 1.0));
             let p = closest_on_triangle(&a, &b, &c, &x);
-            let d = dot(&sub(&p, &x), &sub(&p, &x)).sqrt();
+            let d = (p - x).norm();
             for i in 0..=40 {
                 for j in 0..=40 - i {
                     let (s, t) = (f64::from(i) / 40.0, f64::from(j) / 40.0);
-                    let q: [f64; 3] = std::array::from_fn(|k| a[k] + s * (b[k] - a[k]) + t * (c[k] - a[k]));
-                    assert!(dot(&sub(&q, &x), &sub(&q, &x)).sqrt() >= d - 1e-12);
+                    let q = a + (b - a) * s + (c - a) * t;
+                    assert!((q - x).norm() >= d - 1e-12);
                 }
             }
         }
