@@ -2,7 +2,13 @@
 //!
 //! A field (density, or density and resolution) becomes particles whose summed density matches it: file ->
 //! raw field -> interpolant and domain -> plan -> seed -> relaxation -> carried fields -> measures -> file.
+//!
+//! Every file format is a feature of its own name; `cli` is the program, `plots` the figures of [`compare`]. All are
+//! on by default, and a library user may leave out any of them.
 
+#![forbid(unsafe_code)]
+
+#[cfg(feature = "cli")]
 pub mod cli;
 pub mod compare;
 pub mod error;

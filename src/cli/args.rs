@@ -1,6 +1,6 @@
 //! Arguments, and how they override the scene.
 
-use super::compare::CompareArgs;
+use crate::compare::DEFAULT;
 use crate::error::Result;
 use crate::scene::Scene;
 use clap::{Parser, Subcommand};
@@ -19,6 +19,22 @@ Examples:
 
 Exit codes: 0 success, 1 failure, 2 wrong usage, 3 not converged: the tolerance was not reached, or the run was
 interrupted with --on-interrupt write (the best state is written).";
+
+const COMPARE: &str = "\
+Each METHOD is a variation of the scene, with another seeding as METHOD:SEEDING (solver:shells, seed:random).
+`sph-prep methods` lists both. FOLDER gets compare.csv (a row per step and per state left by a stage),
+compare.json";
+
+/// Follows [`COMPARE`].
+const COMPARE_FIGURES: &str = if cfg!(feature = "plots") {
+    ", report.html (tables and figures; it needs nothing else), and two of the figures for the most particles:
+error-against-time.svg, and density-profile.svg of the last method."
+} else {
+    ". This build draws no figures (feature plots)."
+};
+
+const COMPARE_EXAMPLE: &str =
+    "\n\n  sph-prep compare --scene disc.yaml -n 1000,10000 --methods wvt,solver,solver:random --out disc-methods";
 
 /// Low-noise initial conditions for SPH codes from tabulated or mesh-sampled fields.
 #[derive(Debug, Parser)]
@@ -82,6 +98,32 @@ pub struct ConvertArgs {
     /// Deflate level, 0 to 9.
     #[arg(long, default_value_t = 4, value_parser = clap::value_parser!(u8).range(0..=9))]
     pub compression: u8,
+}
+
+#[derive(Debug, clap::Args)]
+#[command(after_help = [COMPARE, COMPARE_FIGURES, COMPARE_EXAMPLE].concat())]
+pub struct CompareArgs {
+    /// Scene file (YAML); its output is not written.
+    #[arg(long, value_name = "FILE", required_unless_present = "input")]
+    pub scene: Option<PathBuf>,
+    /// Density field, instead of the scene's.
+    #[arg(long = "in", value_name = "FILE")]
+    pub input: Option<PathBuf>,
+    /// Numbers of particles [default: the scene's, or 1000 and 10000].
+    #[arg(short = 'n', long, value_name = "N,...", value_delimiter = ',', value_parser = count)]
+    pub particles: Vec<usize>,
+    /// Methods, separated by commas.
+    #[arg(long, value_name = "METHOD,...", default_value = DEFAULT)]
+    pub methods: String,
+    /// Folder for the files; made if need be.
+    #[arg(long = "out", value_name = "FOLDER")]
+    pub output: PathBuf,
+    /// Threads to use [default: all cores]. Only the times depend on it.
+    #[arg(long)]
+    pub threads: Option<usize>,
+    /// Print neither progress nor the table.
+    #[arg(long)]
+    pub quiet: bool,
 }
 
 /// Everything here overrides the key of the scene that it names.
@@ -171,7 +213,7 @@ pub struct RunArgs {
 }
 
 /// Accepts 100000, 1e5 and 100_000.
-pub(super) fn count(text: &str) -> std::result::Result<usize, String> {
+fn count(text: &str) -> std::result::Result<usize, String> {
     let plain = text.replace('_', "");
     let value: f64 = plain.parse().map_err(|_| format!("'{text}' is no number"))?;
     if value >= 1.0 && value.fract() == 0.0 && value <= f64::from(u32::MAX) {

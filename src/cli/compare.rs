@@ -1,48 +1,13 @@
 //! `sph-prep compare`: the same scene through several methods.
 
-use super::args::count;
+use super::args::CompareArgs;
 use super::progress::Progress;
 use crate::compare::{self, Compared, Request, VARIATIONS};
 use crate::error::{Error, Result};
 use crate::relaxation::{Control, Event};
 use crate::scene::Scene;
 use sph_formats::FormatSpec;
-use std::path::PathBuf;
 use std::sync::atomic::AtomicBool;
-
-const AFTER: &str = "\
-Each METHOD is a variation of the scene, with another seeding as METHOD:SEEDING (solver:shells, seed:random).
-`sph-prep methods` lists both. FOLDER gets compare.csv (a row per step and per state left by a stage),
-compare.json, report.html (tables and figures; it needs nothing else), and two of the figures for the most particles:
-error-against-time.svg, and density-profile.svg of the last method.
-
-  sph-prep compare --scene disc.yaml -n 1000,10000 --methods wvt,solver,solver:random --out disc-methods";
-
-#[derive(Debug, clap::Args)]
-#[command(after_help = AFTER)]
-pub struct CompareArgs {
-    /// Scene file (YAML); its output is not written.
-    #[arg(long, value_name = "FILE", required_unless_present = "input")]
-    scene: Option<PathBuf>,
-    /// Density field, instead of the scene's.
-    #[arg(long = "in", value_name = "FILE")]
-    input: Option<PathBuf>,
-    /// Numbers of particles [default: the scene's, or 1000 and 10000].
-    #[arg(short = 'n', long, value_name = "N,...", value_delimiter = ',', value_parser = count)]
-    particles: Vec<usize>,
-    /// Methods, separated by commas.
-    #[arg(long, value_name = "METHOD,...", default_value = compare::DEFAULT)]
-    methods: String,
-    /// Folder for the files; made if need be.
-    #[arg(long = "out", value_name = "FOLDER")]
-    output: PathBuf,
-    /// Threads to use [default: all cores]. Only the times depend on it.
-    #[arg(long)]
-    pub threads: Option<usize>,
-    /// Print neither progress nor the table.
-    #[arg(long)]
-    quiet: bool,
-}
 
 /// Numbers of particles where neither arguments nor scene have one.
 const COUNTS: [usize; 2] = [1000, 10_000];
@@ -77,7 +42,8 @@ pub fn run(args: &CompareArgs, formats: &[FormatSpec], interrupted: &AtomicBool)
     let comparison = result?;
     compare::write(&comparison, &args.output)?;
     let files = compare::FILES.map(|name| args.output.join(name).display().to_string()).join(", ");
-    Ok(if args.quiet { String::new() } else { format!("{}wrote {files}\n", comparison.text()) })
+    let figures = if cfg!(feature = "plots") { "" } else { "; this build draws no figures (feature 'plots')" };
+    Ok(if args.quiet { String::new() } else { format!("{}wrote {files}{figures}\n", comparison.text()) })
 }
 
 /// The variations, as lines for `sph-prep methods`.

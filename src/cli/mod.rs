@@ -16,7 +16,7 @@ use crate::error::Error;
 use crate::relaxation::{Control, Event, StopReason};
 use crate::run::pipeline;
 use crate::scene::Scene;
-use args::{Args, Command, RunArgs};
+use args::{Args, Command, CompareArgs, RunArgs};
 use clap::Parser;
 use interrupt::Interrupts;
 use sph_formats::{FORMATS, FormatError};
@@ -77,7 +77,7 @@ fn run(args: &RunArgs) -> crate::Result<ExitCode> {
     Ok(exit_code(&scene, report.stop))
 }
 
-fn compare(args: &compare::CompareArgs) -> crate::Result<ExitCode> {
+fn compare(args: &CompareArgs) -> crate::Result<ExitCode> {
     set_threads(args.threads)?;
     compare::run(args, FORMATS, Interrupts::of_other_work().requested()).and_then(|text| print(&text))
 }

@@ -1,7 +1,8 @@
 //! Which figures a comparison has, and what they show.
 
+use super::comparison::{Comparison, MethodRun};
+use super::picture::Sample;
 use super::plots::{Axis, Curve, Figure, color};
-use super::{Comparison, MethodRun, Sample};
 use plotters::style::RGBColor;
 
 const SIZE: (u32, u32) = (680, 440);
@@ -117,12 +118,12 @@ const BANDS: [(f64, &str, RGBColor); 5] = [
 /// The particles about the middle: all in 2-D, a slab one spacing thick in 3-D, as wide as the dots allow.
 /// None in 1-D, where the profile shows the same.
 pub(super) fn picture(run: &MethodRun, dimension: usize) -> Option<Figure> {
-    let first = run.picture.first()?;
+    let first = run.picture.samples.first()?;
     if dimension < 2 {
         return None;
     }
     let mut ends = [(first.x[0], first.x[0]), (first.x[1], first.x[1]), (first.x[2], first.x[2])];
-    for sample in &run.picture {
+    for sample in &run.picture.samples {
         for (end, x) in ends.iter_mut().zip(sample.x) {
             *end = (end.0.min(x), end.1.max(x));
         }
@@ -130,11 +131,12 @@ pub(super) fn picture(run: &MethodRun, dimension: usize) -> Option<Figure> {
     let middle = ends.map(|(lo, hi)| 0.5 * (lo + hi));
     let off = |s: &Sample, k: usize| (s.x[k] - middle[k]).abs();
     let across = |s: &Sample| off(s, 0).max(off(s, 1));
-    let mut slab: Vec<&Sample> = run.picture.iter().filter(|s| dimension < 3 || off(s, 2) <= 0.5 * s.spacing).collect();
+    let mut slab: Vec<&Sample> =
+        run.picture.samples.iter().filter(|s| dimension < 3 || off(s, 2) <= 0.5 * s.spacing).collect();
     slab.sort_by(|a, b| across(a).total_cmp(&across(b)));
     slab.truncate(MOST_DOTS);
     let reach = 1.04 * slab.last().map_or(0.0, |s| across(s)).max(f64::MIN_POSITIVE);
-    let error = |s: &Sample| run.refit * s.density / s.wanted - 1.0;
+    let error = |s: &Sample| run.picture.refit * s.density / s.target_density - 1.0;
     let mut from = f64::NEG_INFINITY;
     let curves = BANDS.map(|(to, name, color)| {
         let inside = slab.iter().filter(|s| error(s) >= from && error(s) < to);
@@ -169,11 +171,11 @@ const SCALE: [RGBColor; 8] = [
 
 /// The summed density of all particles in 2-D, in bands between its smallest and largest value.
 pub(super) fn density_picture(run: &MethodRun, dimension: usize) -> Option<Figure> {
-    if dimension != 2 || run.picture.is_empty() {
+    if dimension != 2 || run.picture.samples.is_empty() {
         return None;
     }
-    let every = run.picture.len().div_ceil(MOST_DENSITY_DOTS);
-    let kept: Vec<&Sample> = run.picture.iter().step_by(every).collect();
+    let every = run.picture.samples.len().div_ceil(MOST_DENSITY_DOTS);
+    let kept: Vec<&Sample> = run.picture.samples.iter().step_by(every).collect();
     let ends = |value: fn(&Sample) -> f64| {
         let fold = |(lo, hi): (f64, f64), s: &&Sample| (lo.min(value(s)), hi.max(value(s)));
         kept.iter().fold((f64::INFINITY, f64::NEG_INFINITY), fold)
@@ -204,11 +206,12 @@ pub(super) fn density_picture(run: &MethodRun, dimension: usize) -> Option<Figur
 
 /// Summed and target density at the particles, against the radius or the first coordinate.
 pub(super) fn profile(run: &MethodRun) -> Figure {
-    let place = |s: &Sample| if run.radial { s.r } else { s.x[0] };
-    let mut sorted: Vec<&Sample> = run.picture.iter().collect();
+    let place = |s: &Sample| if run.picture.radial { s.r } else { s.x[0] };
+    let mut sorted: Vec<&Sample> = run.picture.samples.iter().collect();
     sorted.sort_by(|a, b| place(a).total_cmp(&place(b)));
     let kept: Vec<&Sample> = sorted.iter().step_by(sorted.len().div_ceil(MOST_DOTS / 2).max(1)).copied().collect();
-    let (lo, hi) = kept.iter().fold((f64::INFINITY, 0.0_f64), |(lo, hi), s| (lo.min(s.wanted), hi.max(s.wanted)));
+    let (lo, hi) =
+        kept.iter().fold((f64::INFINITY, 0.0_f64), |(lo, hi), s| (lo.min(s.target_density), hi.max(s.target_density)));
     let dots = |name: &str, color: RGBColor, value: fn(&Sample) -> f64| Curve {
         name: name.into(),
         color,
@@ -219,8 +222,8 @@ pub(super) fn profile(run: &MethodRun) -> Figure {
     Figure {
         title: format!("{}: density", run.method),
         size: SMALL,
-        x: Axis::linear(if run.radial { "distance from the center" } else { "x" }),
+        x: Axis::linear(if run.picture.radial { "distance from the center" } else { "x" }),
         y: if hi > 30.0 * lo { Axis::logarithmic("density") } else { Axis::linear("density") },
-        curves: vec![dots("particles", color(1), |s| s.density), dots("target", color(6), |s| s.wanted)],
+        curves: vec![dots("particles", color(1), |s| s.density), dots("target", color(6), |s| s.target_density)],
     }
 }

@@ -1,6 +1,6 @@
 //! A comparison as one CSV table, and as text for a terminal.
 
-use super::{Comparison, MethodRun, State, Step};
+use super::comparison::{Comparison, MethodRun, State, Step};
 use crate::metrics::ErrorFigures;
 use std::fmt::Write;
 
@@ -91,24 +91,6 @@ fn state_row(run: &MethodRun, state: &State) -> Vec<String> {
 /// Shortest text that reads back as the same number.
 fn number(value: f64) -> String {
     format!("{value:e}")
-}
-
-impl State {
-    /// The figures that the text and the plots show: mass re-fitted, over the interior where there is one.
-    pub(super) fn shown_error(&self) -> &ErrorFigures {
-        self.density_error.stated()
-    }
-
-    /// The factor on the mass in [`Self::shown_error`].
-    pub(super) fn shown_refit(&self) -> f64 {
-        let e = &self.density_error;
-        if e.interior_refitted.is_some() { e.refit_interior } else { e.refit_all }
-    }
-
-    /// Force noise over the interior where there is one.
-    pub(super) fn shown_noise(&self) -> f64 {
-        self.noise.interior.unwrap_or(self.noise.all)
-    }
 }
 
 impl Comparison {

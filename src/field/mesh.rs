@@ -7,10 +7,10 @@
 use super::MassEstimate;
 use super::bvh::{Aabb, Bvh};
 use super::check::magnitude;
-use super::hull::Skin;
 use super::quadrature::Sum;
 use super::sampled::{Outside, Sampler};
 use super::shapes::{CellKind, Weights, is_skewed, jacobian, locate, locate_nearest, simplex_integrals};
+use super::skin::Skin;
 use crate::error::{Error, Result};
 use rayon::prelude::*;
 use sph::domain::{Domain, Region};

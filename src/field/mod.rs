@@ -42,6 +42,7 @@ mod sampled;
 mod scalar;
 mod scaled;
 mod shapes;
+mod skin;
 mod source;
 #[cfg(test)]
 pub(crate) mod testing;

@@ -3,6 +3,8 @@
 //! Parametric coordinates lie in [0, 1]; triangles and tetrahedra (and a wedge's cross-section) have
 //! `r + s (+ t) <= 1`. A pyramid is a hexahedron whose upper four nodes coincide, as in VTK.
 
+use nalgebra::{SMatrix, SVector};
+
 /// Tolerance of inside tests in parametric coordinates: neighbors overlap by it, so that no gap opens.
 const INSIDE: f64 = 1e-9;
 const MAX_NODES: usize = 8;
@@ -267,8 +269,7 @@ fn locate_in_simplices<const D: usize>(
     let mut best = (limit, None);
     for simplex in kind.simplices() {
         let p: Vec<[f64; D]> = simplex.iter().map(|w| combine(w, corners)).collect();
-        let rhs = std::array::from_fn(|k| x[k] - p[0][k]);
-        let Some(b) = solve(edges(&p), rhs) else {
+        let Some(b) = solve(edges(&p), SVector::from(*x) - SVector::from(p[0])) else {
             continue;
         };
         let first = 1.0 - b.iter().sum::<f64>();
@@ -291,8 +292,7 @@ fn invert<const D: usize>(kind: CellKind, corners: &[[f64; D]], x: &[f64; D]) ->
     for _ in 0..25 {
         let (n, g) = kind.shape(u);
         let at: [f64; D] = combine(&n, corners);
-        let rest: [f64; D] = std::array::from_fn(|k| x[k] - at[k]);
-        let step = solve(tangents(&g, corners), rest)?;
+        let step = solve(tangents(&g, corners), SVector::from(*x) - SVector::from(at))?;
         let mut largest = 0.0_f64;
         for k in 0..D {
             // A long step leaves the region where the map is one to one.
@@ -317,53 +317,28 @@ pub(crate) fn combine<const D: usize>(w: &Weights, corners: &[[f64; D]]) -> [f64
     std::array::from_fn(|k| corners.iter().zip(w).map(|(c, w)| w * c[k]).sum())
 }
 
-/// Columns `dx/du_k` as `m[row][column]`.
-fn tangents<const D: usize>(g: &Gradients, corners: &[[f64; D]]) -> [[f64; D]; D] {
-    std::array::from_fn(|row| {
-        std::array::from_fn(|column| corners.iter().zip(g).map(|(c, g)| g[column] * c[row]).sum())
-    })
+/// Columns `dx/du_k`.
+fn tangents<const D: usize>(g: &Gradients, corners: &[[f64; D]]) -> SMatrix<f64, D, D> {
+    SMatrix::from_fn(|row, column| corners.iter().zip(g).map(|(c, g)| g[column] * c[row]).sum())
 }
 
-fn edges<const D: usize>(p: &[[f64; D]]) -> [[f64; D]; D] {
-    std::array::from_fn(|row| std::array::from_fn(|column| p[column + 1][row] - p[0][row]))
+/// Columns from the first corner of a simplex to the others.
+fn edges<const D: usize>(p: &[[f64; D]]) -> SMatrix<f64, D, D> {
+    SMatrix::from_fn(|row, column| p[column + 1][row] - p[0][row])
 }
 
-fn determinant<const D: usize>(m: &[[f64; D]; D]) -> f64 {
-    let a = |i: usize, j: usize| m[i][j];
+/// `nalgebra` has determinants of matrices whose size is a number, not a parameter.
+fn determinant<const D: usize>(m: &SMatrix<f64, D, D>) -> f64 {
     match D {
-        1 => a(0, 0),
-        2 => a(0, 0) * a(1, 1) - a(0, 1) * a(1, 0),
-        _ => {
-            a(0, 0) * (a(1, 1) * a(2, 2) - a(1, 2) * a(2, 1)) - a(0, 1) * (a(1, 0) * a(2, 2) - a(1, 2) * a(2, 0))
-                + a(0, 2) * (a(1, 0) * a(2, 1) - a(1, 1) * a(2, 0))
-        }
+        1 => m[(0, 0)],
+        2 => m.fixed_view::<2, 2>(0, 0).determinant(),
+        _ => m.fixed_view::<3, 3>(0, 0).determinant(),
     }
 }
 
-/// Gaussian elimination with row pivots; `None` for a singular matrix.
-fn solve<const D: usize>(mut m: [[f64; D]; D], mut b: [f64; D]) -> Option<[f64; D]> {
-    for k in 0..D {
-        let pivot = (k..D).max_by(|&i, &j| m[i][k].abs().total_cmp(&m[j][k].abs()))?;
-        m.swap(k, pivot);
-        b.swap(k, pivot);
-        if m[k][k] == 0.0 || m[k][k].is_nan() {
-            return None;
-        }
-        for i in k + 1..D {
-            let f = m[i][k] / m[k][k];
-            for j in k..D {
-                m[i][j] -= f * m[k][j];
-            }
-            b[i] -= f * b[k];
-        }
-    }
-    for k in (0..D).rev() {
-        for j in k + 1..D {
-            b[k] -= m[k][j] * b[j];
-        }
-        b[k] /= m[k][k];
-    }
-    b.iter().all(|v| v.is_finite()).then_some(b)
+/// Solves `m u = b`; `None` for a singular matrix.
+fn solve<const D: usize>(m: SMatrix<f64, D, D>, b: SVector<f64, D>) -> Option<SVector<f64, D>> {
+    m.try_inverse().map(|inverse| inverse * b).filter(|u| u.iter().all(|v| v.is_finite()))
 }
 
 /// Whether the Jacobian changes sign over the corners and the center (the apex of a pyramid aside).

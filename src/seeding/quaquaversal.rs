@@ -11,34 +11,39 @@
 //! corner 87 %, centroid 33 %), and that one, a little quieter there, is noisier at 128.
 
 use super::pattern::Pattern;
+use nalgebra::{Matrix3, Vector3};
 
 /// `x -> rotation x + shift`.
 #[derive(Debug, Clone, Copy)]
 struct Motion {
-    rotation: [[f64; 3]; 3],
-    shift: [f64; 3],
+    rotation: Matrix3<f64>,
+    shift: Vector3<f64>,
 }
 
 const R3: f64 = 1.732_050_807_568_877_2;
-const ONE: [[f64; 3]; 3] = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
+const ONE: Matrix3<f64> = Matrix3::new(1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0);
+
+const fn motion(rotation: Matrix3<f64>, shift: [f64; 3]) -> Motion {
+    Motion { rotation, shift: Vector3::new(shift[0], shift[1], shift[2]) }
+}
 
 /// The motions that bring the tile to its eight parts, at twice their size.
 const PARTS: [Motion; 8] = [
-    Motion { rotation: ONE, shift: [1.0, 0.0, R3] },
-    Motion { rotation: ONE, shift: [1.0, 1.0, 0.0] },
-    Motion { rotation: ONE, shift: [0.0, 0.0, R3] },
-    Motion { rotation: [[0.0, 1.0, 0.0], [-1.0, 0.0, 0.0], [0.0, 0.0, 1.0]], shift: [1.0, 1.0, 0.0] },
-    Motion { rotation: [[0.0, -1.0, 0.0], [-1.0, 0.0, 0.0], [0.0, 0.0, -1.0]], shift: [2.0, 1.0, R3] },
-    Motion { rotation: [[-1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, -1.0]], shift: [1.0, 0.0, R3] },
-    Motion { rotation: [[1.0, 0.0, 0.0], [0.0, -0.5, 0.5 * R3], [0.0, -0.5 * R3, -0.5]], shift: [0.0, 0.5, 0.5 * R3] },
-    Motion { rotation: [[-1.0, 0.0, 0.0], [0.0, 0.5, 0.5 * R3], [0.0, 0.5 * R3, -0.5]], shift: [1.0, 0.5, 0.5 * R3] },
+    motion(ONE, [1.0, 0.0, R3]),
+    motion(ONE, [1.0, 1.0, 0.0]),
+    motion(ONE, [0.0, 0.0, R3]),
+    motion(Matrix3::new(0.0, 1.0, 0.0, -1.0, 0.0, 0.0, 0.0, 0.0, 1.0), [1.0, 1.0, 0.0]),
+    motion(Matrix3::new(0.0, -1.0, 0.0, -1.0, 0.0, 0.0, 0.0, 0.0, -1.0), [2.0, 1.0, R3]),
+    motion(Matrix3::new(-1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, -1.0), [1.0, 0.0, R3]),
+    motion(Matrix3::new(1.0, 0.0, 0.0, 0.0, -0.5, 0.5 * R3, 0.0, -0.5 * R3, -0.5), [0.0, 0.5, 0.5 * R3]),
+    motion(Matrix3::new(-1.0, 0.0, 0.0, 0.0, 0.5, 0.5 * R3, 0.0, 0.5 * R3, -0.5), [1.0, 0.5, 0.5 * R3]),
 ];
 
 const VOLUME: f64 = 0.5 * R3;
-const CENTROID: [f64; 3] = [0.5, 1.0 / 3.0, R3 / 3.0];
+const CENTROID: Vector3<f64> = Vector3::new(0.5, 1.0 / 3.0, R3 / 3.0);
 /// Radius of the largest ball in the tile, which touches the triangle's sides, and its center.
 const INNER_RADIUS: f64 = 0.5 * (R3 - 1.0);
-const INNER_CENTER: [f64; 3] = [0.5, INNER_RADIUS, INNER_RADIUS];
+const INNER_CENTER: Vector3<f64> = Vector3::new(0.5, INNER_RADIUS, INNER_RADIUS);
 /// From the centroid to the farthest corner, and a little.
 const OUTER_RADIUS: f64 = 1.311;
 
@@ -67,22 +72,19 @@ impl Quaquaversal {
     }
 }
 
-fn apply(motion: &Motion, size: f64, x: &[f64; 3]) -> [f64; 3] {
-    std::array::from_fn(|i| size * (0..3).map(|j| motion.rotation[i][j] * x[j]).sum::<f64>() + motion.shift[i])
+fn apply(motion: &Motion, size: f64, x: &Vector3<f64>) -> Vector3<f64> {
+    size * (motion.rotation * x) + motion.shift
 }
 
 /// `outer` at the given size, after a part at half its size.
 fn compose(outer: &Motion, size: f64, part: &Motion) -> Motion {
-    let rotation = std::array::from_fn(|i| {
-        std::array::from_fn(|j| (0..3).map(|k| outer.rotation[i][k] * part.rotation[k][j]).sum())
-    });
-    Motion { rotation, shift: apply(outer, size, &part.shift.map(|s| 0.5 * s)) }
+    Motion { rotation: outer.rotation * part.rotation, shift: apply(outer, size, &(0.5 * part.shift)) }
 }
 
 impl<const D: usize> Pattern<D> for Quaquaversal {
     fn visit(&self, lo: &[f64; D], hi: &[f64; D], out: &mut dyn FnMut([f64; D])) {
         let scale = self.scale();
-        let root = Motion { rotation: ONE, shift: INNER_CENTER.map(|c| -scale * c) };
+        let root = Motion { rotation: ONE, shift: -scale * INNER_CENTER };
         divide(&root, scale, self.levels, &mut |centroid, reach| {
             let x: [f64; D] = std::array::from_fn(|k| centroid[k]);
             if reach == 0.0 {
@@ -98,7 +100,7 @@ impl<const D: usize> Pattern<D> for Quaquaversal {
 
 /// Walks the tiles. `enter` gets each centroid with the tile's reach and says whether to go on into it; tiles of the
 /// last level have reach 0.
-fn divide(tile: &Motion, size: f64, levels: i32, enter: &mut dyn FnMut([f64; 3], f64) -> bool) {
+fn divide(tile: &Motion, size: f64, levels: i32, enter: &mut dyn FnMut(Vector3<f64>, f64) -> bool) {
     let reach = if levels == 0 { 0.0 } else { OUTER_RADIUS * size };
     if enter(apply(tile, size, &CENTROID), reach) {
         for part in &PARTS {
@@ -129,8 +131,7 @@ mod tests {
             seen += 1;
             let holders = PARTS.iter().filter(|p| {
                 // The inverse of x -> (R y + t) / 2.
-                let d: [f64; 3] = std::array::from_fn(|k| 2.0 * x[k] - p.shift[k]);
-                in_tile(&std::array::from_fn(|j| (0..3).map(|i| p.rotation[i][j] * d[i]).sum()))
+                in_tile(&p.rotation.tr_mul(&(2.0 * Vector3::from(x) - p.shift)).into())
             });
             assert_eq!(holders.count(), 1, "{x:?}");
         }

@@ -1,6 +1,7 @@
 //! The report of a comparison: one page with its figures inside, which fetches nothing.
 
-use super::{Comparison, figures};
+use super::comparison::Comparison;
+use super::figures;
 use crate::error::Result;
 use crate::metrics::ErrorFigures;
 

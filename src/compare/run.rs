@@ -1,0 +1,169 @@
+//! Runs the methods of a comparison one after the other.
+
+use super::comparison::{Comparison, MethodRun, MethodSheet, Omitted, State, Step};
+use super::methods::{Compared, Variation};
+#[cfg(feature = "plots")]
+use super::picture::Picture;
+use crate::error::{Error, Result};
+use crate::input::ingest;
+use crate::input::internal_units::Prepared;
+use crate::metrics::Outcome;
+use crate::relaxation::{BALANCE, Control, StageReport, TRIMMING};
+use crate::run::plan::Plan;
+use crate::run::stages::{self, Placed, Setting};
+use crate::scene::Scene;
+use crate::target::Positions;
+use sph_formats::FormatSpec;
+use std::time::{Duration, Instant};
+
+/// What is compared.
+pub struct Request<'a> {
+    pub scene: &'a Scene,
+    pub methods: &'a [Compared],
+    pub counts: &'a [usize],
+}
+
+/// Runs all methods.
+///
+/// # Errors
+/// An input that cannot be used, an interrupt, or that no method can run on the scene.
+pub fn compare(request: &Request<'_>, formats: &[FormatSpec], control: &Control<'_>) -> Result<Comparison> {
+    request.scene.validate()?;
+    if request.methods.is_empty() || request.counts.is_empty() {
+        return Err(Error::scene("methods", "is empty; name at least one method and one number of particles"));
+    }
+    let raw = ingest::read(request.scene, formats)?;
+    match ingest::dimension(request.scene, &raw)? {
+        1 => in_dimension::<1>(request, formats, control),
+        2 => in_dimension::<2>(request, formats, control),
+        _ => in_dimension::<3>(request, formats, control),
+    }
+}
+
+fn in_dimension<const D: usize>(
+    request: &Request<'_>,
+    formats: &[FormatSpec],
+    control: &Control<'_>,
+) -> Result<Comparison> {
+    let scene = request.scene;
+    let mut out = Comparison {
+        version: env!("CARGO_PKG_VERSION"),
+        input: scene.input_name(),
+        dimension: D,
+        seed: scene.seed,
+        kernel: scene.kernel.title(),
+        kernel_neighbors: scene.kernel_neighbors(D),
+        methods: request.methods.iter().map(sheet).collect(),
+        runs: Vec::new(),
+        left_out: Vec::new(),
+        notes: Vec::new(),
+    };
+    let mut refusal = None;
+    for &count in request.counts {
+        // The cut of the atmosphere depends on the number, so that each starts from the file.
+        let prepared = Prepared::<D>::new(scene, formats, ingest::read(scene, formats)?, count)?;
+        let fresh: Vec<String> = prepared.notes.iter().filter(|n| !out.notes.contains(n)).cloned().collect();
+        out.notes.extend(fresh);
+        for method in request.methods {
+            let own = method.apply(scene);
+            let other = if own.has_own_resolution() == scene.has_own_resolution() {
+                None
+            } else {
+                Some(Prepared::<D>::new(&own, formats, ingest::read(&own, formats)?, count)?)
+            };
+            match run_method(method, scene, other.as_ref().unwrap_or(&prepared), out.kernel_neighbors, control) {
+                Ok(run) => out.runs.push(run),
+                Err(error @ (Error::Scene { .. } | Error::Numeric { .. } | Error::Field { .. })) => {
+                    out.left_out.push(Omitted { method: method.name(), particles: count, why: error.to_string() });
+                    refusal = Some(error);
+                }
+                Err(error) => return Err(error),
+            }
+        }
+    }
+    match refusal {
+        Some(error) if out.runs.is_empty() => Err(error),
+        _ => Ok(out),
+    }
+}
+
+fn sheet(method: &Compared) -> MethodSheet {
+    let Variation { summary, reference, .. } = method.variation;
+    match method.seeding {
+        None => MethodSheet { name: method.name(), summary: (*summary).into(), reference: (*reference).into() },
+        Some(seeding) => {
+            let seed = seeding.method();
+            MethodSheet {
+                name: method.name(),
+                summary: format!("{summary}; {}: {}", seed.stage, seed.summary),
+                reference: format!("{reference}; {}", seed.reference),
+            }
+        }
+    }
+}
+
+fn run_method<const D: usize>(
+    method: &Compared,
+    scene: &Scene,
+    prepared: &Prepared<D>,
+    neighbors: f64,
+    control: &Control<'_>,
+) -> Result<MethodRun> {
+    let scene = method.apply(scene);
+    scene.validate()?;
+    let target = prepared.target();
+    let mut plan = Plan::new(&scene, &target, prepared.source.radial.is_some());
+    // Each method has the scene's whole time; states are measured afterwards, so that measuring takes none of it.
+    let limit = scene.time_limit.and_then(|s| Instant::now().checked_add(Duration::try_from_secs_f64(s).ok()?));
+    let control = Control { deadline: limit.or(control.deadline), ..*control };
+    let mut seen: Vec<(&'static str, Positions<D>)> = Vec::new();
+    // Methods are compared by density: what comes after it is for one run.
+    plan.stages.retain(|stage| *stage != BALANCE && *stage != TRIMMING);
+    let setting = Setting { scene: &scene, target, equilibrium: None, control: &control };
+    let Placed { stages, timing, stop, .. } = stages::place_watched(&setting, &mut plan, &mut |stage, positions| {
+        seen.push((stage, positions.clone()));
+    })?;
+    let seed_seconds = timing.first().map_or(0.0, |t| t.seconds);
+    let (steps, ends) = steps(&stages, seed_seconds);
+    let mut states = Vec::with_capacity(seen.len());
+    #[cfg(feature = "plots")]
+    let mut picture = Picture::default();
+    for (stage, positions) in &seen {
+        let target = target.with_count(positions[0].len());
+        let outcome = Outcome::new(scene.kernel, &target, positions, target.masses(positions), neighbors, None);
+        #[cfg(feature = "plots")]
+        if states.len() + 1 == seen.len() {
+            picture = Picture::new(prepared, &target, positions, &outcome);
+        }
+        let seconds = ends.iter().rev().find(|(name, _)| name == stage).map_or(seed_seconds, |(_, s)| *s);
+        let Outcome { density_error, noise, neighbors, .. } = outcome;
+        states.push(State { stage, particles: target.count, seconds, density_error, noise, neighbors });
+    }
+    Ok(MethodRun {
+        method: method.name(),
+        particles: target.count,
+        stop,
+        seconds: ends.last().map_or(seed_seconds, |(_, s)| *s),
+        steps,
+        states,
+        #[cfg(feature = "plots")]
+        picture,
+    })
+}
+
+/// The histories behind each other, and the time at which each stage ended.
+fn steps(stages: &[StageReport], seed_seconds: f64) -> (Vec<Step>, Vec<(&'static str, f64)>) {
+    let mut start = seed_seconds;
+    let (mut steps, mut ends) = (Vec::new(), Vec::new());
+    for report in stages {
+        steps.extend(report.history.iter().map(|p| Step {
+            stage: report.stage.name,
+            step: p.iteration,
+            seconds: start + p.seconds,
+            epsilon: p.epsilon,
+        }));
+        start += report.seconds;
+        ends.push((report.stage.name, start));
+    }
+    (steps, ends)
+}
