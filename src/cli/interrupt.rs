@@ -4,7 +4,7 @@
 //! process ends at once: outputs appear by renaming, so that none is left half-written. A stage whose state is kept stops
 //! after the iteration under way. A second signal ends the process in any case.
 
-use super::FAILURE;
+use super::exit::FAILURE;
 use crate::error::Error;
 use crate::relaxation::{Event, Step};
 use crate::scene::{OnInterrupt, Scene};

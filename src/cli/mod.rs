@@ -6,6 +6,7 @@
 mod args;
 mod compare;
 mod convert;
+mod exit;
 mod formats;
 mod inspect;
 mod interrupt;
@@ -18,16 +19,13 @@ use crate::run::pipeline;
 use crate::scene::Scene;
 use args::{Args, Command, CompareArgs, RunArgs};
 use clap::Parser;
+use exit::{FAILURE, NOT_CONVERGED, USAGE};
 use interrupt::Interrupts;
 use sph_formats::{FORMATS, FormatError};
 use std::io::{ErrorKind, Write};
 use std::path::Path;
 use std::process::ExitCode;
 use std::time::{Duration, Instant};
-
-const FAILURE: u8 = 1;
-const USAGE: u8 = 2;
-const NOT_CONVERGED: u8 = 3;
 
 /// Parses the process's arguments, runs, prints, and returns the exit code.
 pub fn main() -> ExitCode {

@@ -1,9 +1,6 @@
 //! Functions, operators and constants by their names.
 
-use super::program::Step;
-
-pub(super) type Unary = fn(f64) -> f64;
-pub(super) type Binary = fn(f64, f64) -> f64;
+use super::program::{Binary, Step, Unary};
 
 /// What a name before parentheses stands for.
 #[derive(Clone, Copy)]

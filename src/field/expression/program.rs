@@ -1,6 +1,7 @@
 //! An expression as steps over a stack of values.
 
-use super::functions::{Binary, Unary};
+pub(super) type Unary = fn(f64) -> f64;
+pub(super) type Binary = fn(f64, f64) -> f64;
 
 /// Stacks up to here need no allocation.
 const SHALLOW: usize = 32;

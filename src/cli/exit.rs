@@ -1,0 +1,6 @@
+//! Exit codes.
+
+pub const FAILURE: u8 = 1;
+pub const USAGE: u8 = 2;
+/// The tolerance asked for was not reached, or an interrupt was to leave the best state.
+pub const NOT_CONVERGED: u8 = 3;
