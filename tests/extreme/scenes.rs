@@ -1,6 +1,6 @@
 //! The scenes: contrasts, jumps, holes, cusps, spikes, thin domains, strange grids, numbers at the ends of f64.
 
-use crate::harness::Case;
+use super::harness::Case;
 use sph_formats::{Coordinates, Geometry, GridAxis, Location, RawField, Unit, Values, Variable};
 
 /// A scene in one or several dimensions, with what it is expected to come to.

@@ -1,7 +1,7 @@
 //! What is left out costs nothing: the time of a step of ALARIC with its terms switched on one by one.
 
-use crate::results::Table;
-use crate::{Density, control, target};
+use super::results::Table;
+use super::{Density, control, target};
 use sph::domain::{Axis, Domain, Region};
 use sph::kernel::KernelName;
 use sph_prep::relaxation::{AlaricOptions, WvtOptions, alaric, relax};

@@ -2,7 +2,7 @@
 //! inside the domain with the mass of the target and none of them paired, no worse than the seed that it began
 //! with, or is refused with a reason. Nothing panics.
 //!
-//! `cargo test --test extreme` is the short form; `cargo test --release --test extreme -- --ignored --nocapture`
+//! `cargo test --test all extreme::` is the short form; `cargo test --release --test all -- --ignored --nocapture extreme::`
 //! the full one, which prints tables and writes them as Markdown into the folder that SPH_PREP_RESULTS names.
 
 mod harness;
@@ -238,8 +238,8 @@ fn numerical_health() {
 #[ignore = "long: every scene by every method, up to a million particles"]
 fn the_whole_suite() {
     let mut page = String::from(
-        "# Stiff and extreme suite\n\nMade by `SPH_PREP_RESULTS=profiles/results cargo test --release --test extreme -- --ignored \\\n\
-         --nocapture`. epsilon, mean and max are over the interior with the mass re-fitted, or over all particles where less\n\
+        "# Stiff and extreme suite\n\nMade by `SPH_PREP_RESULTS=profiles/results cargo test --release --test all -- --ignored \\\n\
+         --nocapture extreme::`. epsilon, mean and max are over the interior with the mass re-fitted, or over all particles where less\n\
          than a tenth are inside; closest pair is in spacings n^(-1/d); noise is a fraction of random points'.\n",
     );
     let mut wrong = Vec::new();
