@@ -18,6 +18,8 @@
 //! A format of this crate besides gets a folder, a Cargo feature of its name here and in the root crate, and its line in
 //! [`FORMATS`], by which the conformance tests (`tests/particles.rs`, `tests/conformance.rs`) take it up.
 
+#![forbid(unsafe_code)]
+
 pub mod error;
 pub mod limits;
 pub mod model;
