@@ -1,5 +1,5 @@
 //! What the project promises of its results at full size. Slow in this profile's build, so they run on request:
-//! `cargo test --release --test marks -- --ignored --nocapture`.
+//! `cargo test --release --test all -- --ignored --nocapture marks::`.
 
 use sph_prep::relaxation::Control;
 use sph_prep::run::pipeline;

@@ -1,5 +1,8 @@
 //! What the plan drops is not run and is named; a stage that is switched off costs no call.
 
+use sph::domain::{Axis, Domain, Ghosts, Region, Wall};
+use sph_formats::common::particle_names as names;
+use sph_formats::{FieldRequest, FileContent, ParticleFile};
 use sph_prep::relaxation::{Control, StopReason};
 use sph_prep::run::pipeline;
 use sph_prep::run::report::Report;
@@ -10,6 +13,12 @@ use std::sync::atomic::AtomicBool;
 
 /// The report, and how often each stage called its observer.
 fn run(yaml: &str) -> (Report, BTreeMap<&'static str, usize>) {
+    let (report, calls, _) = run_and_read(yaml);
+    (report, calls)
+}
+
+/// And what came to be in the file.
+fn run_and_read(yaml: &str) -> (Report, BTreeMap<&'static str, usize>, ParticleFile) {
     let folder = tempfile::tempdir().unwrap();
     let mut scene = Scene::parse(yaml).unwrap();
     scene.output.file = Some(folder.path().join("ic.vtu"));
@@ -18,7 +27,11 @@ fn run(yaml: &str) -> (Report, BTreeMap<&'static str, usize>) {
     let observer = |stage, _, _, _| *calls.lock().unwrap().entry(stage).or_insert(0) += 1;
     let control = Control { deadline: None, interrupted: &never, observer: &observer };
     let report = pipeline::run(&scene, sph_formats::FORMATS, &control).unwrap();
-    (report, calls.into_inner().unwrap())
+    let file = scene.output.file.unwrap();
+    match sph_formats::read(sph_formats::FORMATS, &file, None, &FieldRequest::default()).unwrap() {
+        FileContent::Particles(file) => (report, calls.into_inner().unwrap(), file),
+        FileContent::Field(_) => panic!("read as a field"),
+    }
 }
 
 fn stages(calls: &BTreeMap<&'static str, usize>) -> Vec<&'static str> {
@@ -60,6 +73,67 @@ fn terms_and_datasets_without_use_are_named() {
     assert!(!names_as_left_out(&report, "periodic images"));
     let open = "input: {expression: '1'}\ndomain: {box: [[0, 0], [1, 1]]}\nparticles: 400\n";
     assert!(names_as_left_out(&run(open).0, "periodic images"));
+}
+
+/// What a run left behind of something, if it was there.
+type Trace = fn(&Report, &BTreeMap<&'static str, usize>, &ParticleFile) -> bool;
+
+fn has_step(report: &Report, step: &str) -> bool {
+    report.timing.iter().any(|t| t.step == step) || report.stages.iter().any(|s| s.stage == step)
+}
+
+fn has_column(file: &ParticleFile, name: &str) -> bool {
+    file.species[0].table.column(name).is_some()
+}
+
+/// No call, no time, no line of a report and no column is spent on what a scene has no use for; where it has, there is
+/// the trace that is looked for.
+#[test]
+fn what_is_left_out_leaves_no_trace() {
+    let cases: [(&str, &str, &str, Trace); 8] = [
+        ("WVT", "wvt: {iterations: 0}", "wvt: {iterations: 3}", |r, calls, _| {
+            has_step(r, "wvt") || calls.contains_key("WVT")
+        }),
+        ("polish", "polish: none", "solver: {evaluations: 5}", |r, calls, _| {
+            has_step(r, "solver") || calls.contains_key("solver")
+        }),
+        ("mass trimming", "", "trim_masses: 0.05", |r, _, _| has_step(r, "trim")),
+        ("balance of pressure and gravity", "", "gravity_field", |r, calls, _| {
+            has_step(r, "balance") || calls.contains_key("balance") || r.balance.is_some()
+        }),
+        ("variable masses", "", "resolution: {number_density: '1 + x'}", |r, _, _| r.mass.smallest < r.mass.largest),
+        ("InternalEnergy", "", "thermal: {internal_energy: 2}", |_, _, file| has_column(file, names::INTERNAL_ENERGY)),
+        ("velocities", "", "motion: {bulk: [1, 2]}", |_, _, file| has_column(file, names::VELOCITIES)),
+        ("periodic images", "boundary", "", |_, _, file| file.header.periodic.contains(&true)),
+    ];
+    for (what, without, with, left_a_trace) in cases {
+        for (rest, wanted) in [(without, false), (with, true)] {
+            let scene = match rest {
+                "boundary" => format!("{}particles: 300\n", BOX.replace("periodic", "open")),
+                "gravity_field" => format!(
+                    "{}particles: 300\nbalance: {{evaluations: 3, gravity: field, equation_of_state: {{isothermal: {{sound_speed: 0.7}}}}}}\n",
+                    BOX.replace("'1'", "'exp(-y)'").replace("periodic", "reflecting")
+                ),
+                _ => format!("{BOX}particles: 300\n{rest}\n"),
+            };
+            let (report, calls, file) = run_and_read(&scene);
+            assert_eq!(left_a_trace(&report, &calls, &file), wanted, "{what}: {scene}");
+            assert_eq!(names_as_left_out(&report, what), !wanted, "{what}: {:?}", report.plan.left_out);
+        }
+    }
+}
+
+/// Flat walls mirror by arithmetic: no ghost is made, nor memory taken for one. Curved ones need them.
+#[test]
+fn boxes_have_no_ghosts() {
+    let positions: [Vec<f64>; 2] = [vec![0.01, 0.5, 0.99], vec![0.5, 0.01, 0.5]];
+    for axis in [Axis::Periodic, Axis::REFLECTING, Axis::OPEN] {
+        let domain = Domain::new([0.0; 2], [1.0; 2], [axis; 2], Region::Box).unwrap();
+        let ghosts = Ghosts::mirror(&domain, &positions, |_| 0.3);
+        assert_eq!((ghosts.positions.capacity(), ghosts.parents.capacity(), ghosts.stretch.capacity()), (0, 0, 0));
+    }
+    let ball = Domain::ball([0.5; 2], 0.5, Wall::Reflecting).unwrap();
+    assert_eq!(Ghosts::mirror(&ball, &positions, |_| 0.3).parents, [0, 1, 2]);
 }
 
 #[test]

@@ -79,7 +79,9 @@ fn closest<const D: usize>(domain: &Domain<D>, x: &Positions<D>) -> f64 {
     least
 }
 
-/// Methods whose points keep apart; across a periodic seam the quaquaversal tiling does not.
+/// Methods whose points keep apart. By their data sheets' limits, random and low-discrepancy points come as close as
+/// independent ones, of which the closest two of N are N^(-1/d) spacings apart, and mass bisection is jittered; the
+/// quaquaversal tiling does not go on across the seam of a periodic box.
 fn keeps_apart<const D: usize>(m: &Method, domain: &Domain<D>) -> bool {
     match m.name {
         "random" | "low-discrepancy" | "mass-bisection" => false,
@@ -95,7 +97,10 @@ fn uniform_targets<const D: usize>(method: &Method, counts: &[usize]) {
         for &n in counts {
             let target = target(&domain, &density, n);
             let seeded = match seed(&target, method.seeding, 5) {
-                Ok(seeded) => seeded,
+                Ok(seeded) => {
+                    assert!(!refuses::<D>(method, &domain), "{} {D}-D fills {:?}", method.name, domain.region);
+                    seeded
+                }
                 Err(e) => {
                     assert!(refuses::<D>(method, &domain), "{} {D}-D N = {n} {:?}: {e}", method.name, domain.region);
                     continue;

@@ -1,6 +1,6 @@
 //! Binary inputs that are wrong: NetCDF, VTK, and HDF5 particle files.
 
-use crate::support::{Bad, Folder, bad, refuse_all, succeed};
+use super::support::{Bad, Folder, bad, refuse_all, succeed};
 use sph_formats::common::netcdf_classic::{ClassicFile, Data};
 
 /// A NetCDF profile or line of these numbers.

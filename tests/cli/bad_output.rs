@@ -1,6 +1,6 @@
 //! Places where nothing can be read or written.
 
-use crate::support::{Folder, faults, refusal_faults, sph_prep};
+use super::support::{Folder, faults, refusal_faults, sph_prep};
 use std::path::Path;
 
 const GOOD: &str = "# r density\n0 2\n0.5 1.5\n1 1\n";

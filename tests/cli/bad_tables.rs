@@ -1,6 +1,6 @@
 //! Text inputs that are wrong: tables, MESA profiles, GYRE models.
 
-use crate::support::{bad, refuse_all};
+use super::support::{bad, refuse_all};
 
 #[test]
 fn tables_are_refused_by_line_and_column() {

@@ -1,6 +1,6 @@
 //! Runs that work: exact counts, the same bytes again, what is printed where.
 
-use crate::support::{Folder, Outcome, command, faults, sph_prep, succeed};
+use super::support::{Folder, Outcome, command, faults, sph_prep, succeed};
 use sph_formats::{FORMATS, FieldRequest, FileContent};
 use std::path::{Path, PathBuf};
 

@@ -1,7 +1,7 @@
 //! Starting positions that no seed makes, handed to the stages themselves: coincident particles, lattices with
 //! equal coordinates, particles on the boundary, all on one plane, line or point; and options far off.
 
-use crate::harness::Case;
+use super::harness::Case;
 use sph::domain::{Axis, Domain, Region, Wall};
 use sph::kernel::{KernelName, default_kernel_neighbors, support_over_spacing};
 use sph_prep::field::ScalarField;

@@ -1,6 +1,6 @@
 //! What the runs came to, for people and as Markdown.
 
-use crate::harness::{Case, Verdict};
+use super::harness::{Case, Verdict};
 use std::fmt::Write;
 
 pub struct Row {

@@ -1,7 +1,7 @@
 //! The panel of pictures as SVG: blue where the density is too low, red where too high; up to 5 % in the left half
 //! of each picture, up to 1 % in the right half, as in the paper. Each picture is a small PNG within the page.
 
-use crate::setups::{Measure, PIXELS};
+use super::setups::{Measure, PIXELS};
 use std::fmt::Write;
 
 /// Edge of a pixel on the page.

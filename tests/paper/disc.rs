@@ -1,7 +1,7 @@
 //! Fig. 10/11, spirals in the unit disc, and Fig. 12/13, a uniform disc by several methods.
 
-use crate::results::Table;
-use crate::{Density, control, target};
+use super::results::Table;
+use super::{Density, control, target};
 use sph::domain::{Domain, Wall};
 use sph::kernel::KernelName;
 use sph_prep::relaxation::{

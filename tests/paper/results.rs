@@ -3,7 +3,7 @@
 //! Each test writes its own section between two marks, so that tests can be run one by one:
 //!
 //! ```sh
-//! SPH_PREP_RESULTS=profiles/results cargo test --release --test paper -- --include-ignored --test-threads 1
+//! SPH_PREP_RESULTS=profiles/results cargo test --release --test all -- --include-ignored --test-threads 1 paper::
 //! ```
 
 use std::path::{Path, PathBuf};
@@ -20,7 +20,7 @@ const HEAD: &str = "# ALARIC: the paper's tables and figures, and what comes out
 Written by the tests themselves, in one command from the root of the repository (some minutes):
 
 ```sh
-SPH_PREP_RESULTS=profiles/results cargo test --release --test paper -- --include-ignored --test-threads 1
+SPH_PREP_RESULTS=profiles/results cargo test --release --test all -- --include-ignored --test-threads 1 paper::
 ```
 
 Wendland C4; epsilon is the sum of (rho - rho*)^2/n over that of rho*^2/n with the mass re-fitted, as in the paper.

@@ -1,7 +1,7 @@
 //! Table 2, Fig. 6 and Fig. 16: particle splitting, and the error below which nothing goes.
 
-use crate::results::Table;
-use crate::{Density, control, integral, interval, target, uniform, well};
+use super::results::Table;
+use super::{Density, control, integral, interval, target, uniform, well};
 use sph::kernel::KernelName;
 use sph_prep::metrics::lowest_epsilon;
 use sph_prep::relaxation::{AlaricOptions, StageReport, alaric_by_splitting, coarse_count};

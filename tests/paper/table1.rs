@@ -1,7 +1,7 @@
 //! Table 1: what friction, viscosity and velocity stops do, alone and together.
 
-use crate::results::Table;
-use crate::{Density, control, integral, interval, target, uniform, well};
+use super::results::Table;
+use super::{Density, control, integral, interval, target, uniform, well};
 use sph::kernel::KernelName;
 use sph_prep::relaxation::{AlaricOptions, StopReason, alaric};
 

@@ -1,5 +1,5 @@
-//! The tables and figures of the ALARIC paper, as far as they are quick; `cargo test --test paper -- --nocapture`
-//! prints them, `-- --ignored --nocapture` runs the long ones. [`results`] says how the page of results is made.
+//! The tables and figures of the ALARIC paper, as far as they are quick; `cargo test --test all -- --nocapture paper::`
+//! prints them, with `--ignored` the long ones. [`results`] says how the page of results is made.
 
 mod cost;
 mod disc;

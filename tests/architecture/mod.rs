@@ -1,5 +1,10 @@
 //! Rules over the sources: who may know whom, how long files are, what documents repeat from the code.
 
+mod imports;
+mod tokens;
+
+use self::imports::Crate;
+use self::tokens::{tokens, without_tests};
 use sph_formats::{FORMATS, FormatSpec};
 use sph_prep::scene::Scene;
 use std::path::{Path, PathBuf};
@@ -7,8 +12,12 @@ use std::path::{Path, PathBuf};
 /// Longest source file.
 const MAX_LINES: usize = 600;
 
-/// Modules that place particles; files are none of their business.
-const PLACEMENT: [&str; 7] = ["domain", "kernel", "metrics", "neighbors", "relaxation", "seeding", "smoothing.rs"];
+/// Modules that place particles and measure them; files are none of their business.
+const PLACEMENT: [&str; 4] = ["metrics", "relaxation", "seeding", "target"];
+
+/// The folders of the crates, and the words by which code of one names the others.
+const CRATES: [(&str, &[&str]); 3] =
+    [("sph/src", &["sph_formats", "sph_prep"]), ("formats/src", &["sph_core", "sph_prep"]), ("src", &[])];
 
 /// Parts of `field` that turn what was read into fields; the rest of it knows no files either.
 const FROM_FILES: [&str; 12] = [
@@ -70,12 +79,65 @@ fn lines_with(below: &str, words: &[&str], allowed: impl Fn(&Path, &str) -> bool
     found
 }
 
+/// Places where code of a folder has one of `names`, as `path: name`.
+fn names_in(below: &str, names: &[&str]) -> Vec<String> {
+    let mut found = Vec::new();
+    for (path, text) in sources(below) {
+        let mut here = without_tests(tokens(&text));
+        here.retain(|token| names.contains(&token.as_str()));
+        here.dedup();
+        found.extend(here.iter().map(|name| format!("{}: {name}", path.display())));
+    }
+    found
+}
+
 #[test]
-fn formats_know_nothing_of_placement() {
-    let none = Vec::<String>::new();
-    assert_eq!(lines_with("formats", &["sph_prep"], |_, _| false), none);
-    let manifest = std::fs::read_to_string(root().join("formats/Cargo.toml")).unwrap();
-    assert!(!manifest.lines().any(|l| l.starts_with("sph-prep")), "sph-formats depends on sph-prep");
+fn crates_use_only_those_below_them() {
+    for (folder, others) in CRATES {
+        assert_eq!(names_in(folder, others), Vec::<String>::new());
+        let manifest = std::fs::read_to_string(root().join(folder).with_file_name("Cargo.toml")).unwrap();
+        let dependencies = manifest.split_once("[dependencies]").unwrap().1;
+        let lines = || dependencies.lines().filter(|l| !l.starts_with('#'));
+        for other in others.iter().map(|name| name.replace('_', "-")) {
+            assert!(!lines().any(|l| l.contains(&other)), "{folder} depends on {other}");
+        }
+    }
+}
+
+#[test]
+fn imports_go_in_no_circle() {
+    let mut circles = Vec::new();
+    for (folder, _) in CRATES {
+        let files = sources(folder);
+        // The binary has one file, which uses the library as others do.
+        let of_library = files.iter().filter(|(path, _)| path != Path::new("src/main.rs"));
+        let named =
+            of_library.map(|(path, text)| (path.strip_prefix(folder).unwrap().to_str().unwrap(), text.as_str()));
+        let found = Crate::new(named);
+        assert!(found.uses().values().map(Vec::len).sum::<usize>() > 10, "{folder}: imports are not found any more");
+        circles.extend(found.circles().into_iter().map(|line| format!("{folder}/{line}")));
+    }
+    assert!(circles.is_empty(), "{} imports are part of circles:\n{}", circles.len(), circles.join("\n"));
+}
+
+#[test]
+fn only_the_command_line_knows_of_terminals() {
+    let mut found = names_in("src", &["clap", "indicatif", "ctrlc"]);
+    found.retain(|line| !line.starts_with("src/cli/") && !line.starts_with("src/main.rs"));
+    assert_eq!(found, Vec::<String>::new());
+    assert!(!names_in("src/cli", &["clap"]).is_empty());
+}
+
+#[test]
+fn nothing_is_unsafe() {
+    for (folder, _) in CRATES {
+        let library = std::fs::read_to_string(root().join(folder).join("lib.rs")).unwrap();
+        assert!(library.contains("\n#![forbid(unsafe_code)]\n"), "{folder}/lib.rs does not forbid unsafe code");
+    }
+    // Tests and benches are crates of their own.
+    for folder in ["src", "formats", "sph", "tests", "profiles"] {
+        assert_eq!(names_in(folder, &["unsafe"]), Vec::<String>::new());
+    }
 }
 
 #[test]
@@ -99,7 +161,7 @@ fn placement_knows_nothing_of_formats() {
 
 #[test]
 fn no_source_file_is_too_long() {
-    let all = ["src", "formats", "tests", "profiles"].into_iter().flat_map(sources);
+    let all = ["src", "formats", "sph", "tests", "profiles"].into_iter().flat_map(sources);
     let long: Vec<String> = all
         .filter(|(path, _)| !path.components().any(|c| c.as_os_str() == "target"))
         .map(|(path, text)| (path, text.lines().count()))

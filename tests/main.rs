@@ -1,0 +1,29 @@
+//! All integration tests in one binary: it is linked once, and what its modules share is compiled once.
+//!
+//! ```sh
+//! cargo test --test all                    # all of them
+//! cargo test --test all seeding::          # one module
+//! cargo test --release --test all -- --ignored --nocapture extreme::   # the long ones of a module
+//! ```
+
+mod architecture;
+mod balance;
+mod cli;
+mod compare;
+mod convert;
+mod domain;
+mod extreme;
+mod figures;
+mod marks;
+mod own_files;
+mod panel;
+mod paper;
+mod parity;
+mod pipeline;
+mod plan;
+mod real_inputs;
+mod resample;
+mod resume;
+mod seeding;
+mod stages;
+mod sums;
