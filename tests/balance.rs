@@ -126,7 +126,7 @@ fn attempt(yaml: &str) -> sph_prep::Result<Report> {
     }
     scene.output.file = Some(folder.path().join("ic.hdf5"));
     let never = AtomicBool::new(false);
-    let control = Control { deadline: None, interrupted: &never, observer: &|_, _, _, _| {} };
+    let control = Control { deadline: None, interrupted: &never, observer: &|_| {} };
     sph_prep::run::pipeline::run(&scene, sph_formats::FORMATS, &control)
 }
 
@@ -201,7 +201,7 @@ fn what_cannot_be_balanced_is_refused_with_the_remedy() {
         let mut scene = Scene::parse(yaml).unwrap();
         scene.output.file = Some(folder.path().join("ic.hdf5"));
         let never = AtomicBool::new(false);
-        let control = Control { deadline: None, interrupted: &never, observer: &|_, _, _, _| {} };
+        let control = Control { deadline: None, interrupted: &never, observer: &|_| {} };
         sph_prep::run::pipeline::run(&scene, sph_formats::FORMATS, &control).unwrap_err().to_string()
     };
     let square = "input: {expression: '1 + x'}\ndomain: {box: [[0, 0], [1, 1]]}\nparticles: 100\n";

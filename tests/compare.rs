@@ -20,7 +20,7 @@ fn scene(text: &str) -> Scene {
 
 fn compared(text: &str, methods: &str, counts: &[usize]) -> sph_prep::Result<Comparison> {
     let stop = AtomicBool::new(false);
-    let control = Control { deadline: None, interrupted: &stop, observer: &|_, _, _, _| {} };
+    let control = Control { deadline: None, interrupted: &stop, observer: &|_| {} };
     let methods = Compared::parse_list(methods)?;
     compare(&Request { scene: &scene(text), methods: &methods, counts }, FORMATS, &control)
 }
@@ -32,7 +32,7 @@ fn run(text: &str, method: &str, count: usize) -> Report {
     scene.particles = Some(count);
     scene.output.file = Some(folder.path().join("out.hdf5"));
     let stop = AtomicBool::new(false);
-    let control = Control { deadline: None, interrupted: &stop, observer: &|_, _, _, _| {} };
+    let control = Control { deadline: None, interrupted: &stop, observer: &|_| {} };
     pipeline::run(&scene, FORMATS, &control).unwrap()
 }
 
@@ -153,7 +153,7 @@ fn what_cannot_be_compared_is_refused_with_the_names() {
 #[test]
 fn an_interrupt_ends_the_comparison() {
     let stop = AtomicBool::new(true);
-    let control = Control { deadline: None, interrupted: &stop, observer: &|_, _, _, _| {} };
+    let control = Control { deadline: None, interrupted: &stop, observer: &|_| {} };
     let methods = Compared::parse_list("wvt,seed").unwrap();
     let request = Request { scene: &scene(LINE), methods: &methods, counts: &[40] };
     let error = compare(&request, FORMATS, &control).unwrap_err();

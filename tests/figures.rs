@@ -108,7 +108,7 @@ fn run(file: &Path, count: usize, rest: &str) -> Report {
     let mut scene = Scene::parse(&format!("{text}particles: {count}\n{rest}\n")).unwrap();
     scene.output.file = Some(folder.path().join("ic.hdf5"));
     let never = AtomicBool::new(false);
-    let control = Control { deadline: None, interrupted: &never, observer: &|_, _, _, _| {} };
+    let control = Control { deadline: None, interrupted: &never, observer: &|_| {} };
     pipeline::run(&scene, sph_formats::FORMATS, &control).unwrap()
 }
 

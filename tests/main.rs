@@ -27,3 +27,4 @@ mod resume;
 mod seeding;
 mod stages;
 mod sums;
+mod support;

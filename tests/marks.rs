@@ -14,7 +14,7 @@ fn run(input: &str, rest: &str) -> Report {
     let text = format!("{input}\noutput: {{file: '{}'}}\nparticles: 100000\n{rest}", out.display());
     let scene = Scene::parse(&text).unwrap();
     let never = AtomicBool::new(false);
-    let control = Control { deadline: None, interrupted: &never, observer: &|_, _, _, _| {} };
+    let control = Control { deadline: None, interrupted: &never, observer: &|_| {} };
     let report = pipeline::run(&scene, sph_formats::FORMATS, &control).unwrap();
     let inside = report.density_error.interior_refitted.unwrap();
     println!(

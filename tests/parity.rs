@@ -187,7 +187,7 @@ fn particles(folder: &Path, input: &Path) -> Vec<f64> {
     let output = folder.join("out.npz");
     scene.output.file = Some(output.clone());
     let stop = AtomicBool::new(false);
-    let control = Control { deadline: None, interrupted: &stop, observer: &|_, _, _, _| {} };
+    let control = Control { deadline: None, interrupted: &stop, observer: &|_| {} };
     pipeline::run(&scene, FORMATS, &control).unwrap_or_else(|e| panic!("{}: {e}", input.display()));
     match sph_formats::read(FORMATS, &output, None, &FieldRequest::default()).unwrap() {
         FileContent::Particles(p) => {

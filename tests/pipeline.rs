@@ -117,7 +117,7 @@ fn run(scene: &str, tag: &str) -> (Report, ParticleFile) {
     }
     scene.output.file = Some(folder.path().join(format!("out.{tag}")));
     let stop = AtomicBool::new(false);
-    let control = Control { deadline: None, interrupted: &stop, observer: &|_, _, _, _| {} };
+    let control = Control { deadline: None, interrupted: &stop, observer: &|_| {} };
     let report = pipeline::run(&scene, FORMATS, &control).unwrap_or_else(|e| panic!("{e}"));
     let file = KEPT.lock().unwrap().get_or_insert_default().remove(&PathBuf::from(tag)).unwrap();
     (report, file)

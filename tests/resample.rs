@@ -72,7 +72,7 @@ fn resampled(input: &Path, scene: &str) -> Result<ParticleFile, String> {
     scene.input.file = Some(input.into());
     scene.output.file = Some(output.clone());
     let stop = AtomicBool::new(false);
-    let control = Control { deadline: None, interrupted: &stop, observer: &|_, _, _, _| {} };
+    let control = Control { deadline: None, interrupted: &stop, observer: &|_| {} };
     pipeline::run(&scene, FORMATS, &control).map_err(|e| e.to_string())?;
     match sph_formats::read(FORMATS, &output, None, &FieldRequest::default()).unwrap() {
         FileContent::Particles(file) => Ok(file),

@@ -2,12 +2,13 @@
 //! interrupted, for any stage and number of threads.
 
 use sph_prep::Error;
-use sph_prep::relaxation::{Control, StopReason};
+use sph_prep::relaxation::{Control, Event, StopReason};
 use sph_prep::run::pipeline;
 use sph_prep::run::report::Report;
 use sph_prep::scene::Scene;
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::{Duration, Instant};
 use tempfile::TempDir;
 
 /// A folder with a scene for it.
@@ -45,8 +46,8 @@ impl Work {
     /// Runs, interrupted after an iteration of a stage if there is one.
     fn run(&self, threads: usize, after: Option<(&str, usize)>) -> sph_prep::Result<Report> {
         let interrupted = AtomicBool::new(false);
-        let observer = |stage: &'static str, iteration: usize, _: usize, _: f64| {
-            if after.is_some_and(|(s, i)| s == stage && iteration >= i) {
+        let observer = |event: Event| {
+            if after.is_some_and(|place| has_come(event, place)) {
                 interrupted.store(true, Ordering::Relaxed);
             }
         };
@@ -54,6 +55,26 @@ impl Work {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
         pool.install(|| pipeline::run(&self.scene, sph_formats::FORMATS, &control))
     }
+}
+
+/// Whether the iteration of the stage has been reached.
+fn has_come(event: Event, (name, at): (&str, usize)) -> bool {
+    matches!(event, Event::Iteration { stage, iteration, .. } if stage.name == name && iteration >= at)
+}
+
+/// A scene for each stage, and an iteration of it in the midst of its work.
+fn every_stage() -> Vec<(String, (&'static str, usize))> {
+    let star = Path::new(env!("CARGO_MANIFEST_DIR")).join("profiles/polytrope-1.5.nc");
+    let star = format!("input: {{file: '{}'}}\nparticles: 400\n", star.display());
+    vec![
+        (format!("{DISC}polish: none\nwvt: {{iterations: 20}}\n"), ("wvt", 7)),
+        (format!("{DISC}polish: solver\nwvt: {{iterations: 3}}\nsolver: {{evaluations: 40}}\n"), ("solver", 20)),
+        (format!("{DISC}polish: alaric\nwvt: {{iterations: 3}}\nalaric: {{steps: 40, splittings: 1}}\n"), ("alaric", 20)),
+        (format!("{DISC}polish: damped-relaxation\nwvt: {{iterations: 3}}\nalaric: {{steps: 40}}\n"), ("damped-relaxation", 20)),
+        (format!("{DISC}polish: afc\nafc: {{steps: 30}}\n"), ("afc", 12)),
+        (format!("{star}solver: {{evaluations: 10}}\nbalance: {{evaluations: 40}}\n"), ("balance", 18)),
+        (format!("{BOX}solver: {{evaluations: 10}}\ntrim_masses: 0.05\n"), ("trim", 4)),
+    ]
 }
 
 /// Interrupts at each of the places with one number of threads, goes on with another, and compares.
@@ -83,14 +104,14 @@ fn goes_on(scene: &str, places: &[(&str, usize)]) {
 
 #[test]
 fn wvt_goes_on() {
-    goes_on(&format!("{DISC}polish: none\nwvt: {{iterations: 30}}"), &[("WVT", 0), ("WVT", 3), ("WVT", 17)]);
-    goes_on(&format!("{BOX}polish: none\nwvt: {{iterations: 20, weight: inverse-square, bias: plain}}"), &[("WVT", 7)]);
+    goes_on(&format!("{DISC}polish: none\nwvt: {{iterations: 30}}"), &[("wvt", 0), ("wvt", 3), ("wvt", 17)]);
+    goes_on(&format!("{BOX}polish: none\nwvt: {{iterations: 20, weight: inverse-square, bias: plain}}"), &[("wvt", 7)]);
 }
 
 #[test]
 fn the_solver_goes_on() {
     let scene = "polish: solver\nwvt: {iterations: 3}\nsolver: {evaluations: 40}\n";
-    goes_on(&format!("{DISC}{scene}"), &[("WVT", 1), ("solver", 9), ("solver", 20), ("solver", 33)]);
+    goes_on(&format!("{DISC}{scene}"), &[("wvt", 1), ("solver", 9), ("solver", 20), ("solver", 33)]);
     goes_on(&format!("{BOX}{scene}"), &[("solver", 12)]);
 }
 
@@ -103,13 +124,13 @@ fn the_solver_with_another_kernel_to_come_to_rest_goes_on() {
 #[test]
 fn alaric_goes_on() {
     let scene = "polish: alaric\nwvt: {iterations: 3}\n";
-    goes_on(&format!("{DISC}{scene}alaric: {{steps: 50, splittings: 1}}"), &[("ALARIC", 5), ("ALARIC", 44)]);
-    goes_on(&format!("{BOX}{scene}alaric: {{steps: 50, viscosity: false}}"), &[("ALARIC", 21), ("ALARIC", 37)]);
+    goes_on(&format!("{DISC}{scene}alaric: {{steps: 50, splittings: 1}}"), &[("alaric", 5), ("alaric", 44)]);
+    goes_on(&format!("{BOX}{scene}alaric: {{steps: 50, viscosity: false}}"), &[("alaric", 21), ("alaric", 37)]);
 }
 
 #[test]
 fn afc_goes_on() {
-    goes_on(&format!("{DISC}polish: afc\nafc: {{steps: 40}}"), &[("AFC", 0), ("AFC", 5), ("AFC", 26)]);
+    goes_on(&format!("{DISC}polish: afc\nafc: {{steps: 40}}"), &[("afc", 0), ("afc", 5), ("afc", 26)]);
 }
 
 #[test]
@@ -121,8 +142,8 @@ fn an_interrupt_after_splitting_goes_on_too() {
     let expected = work.bytes();
     let seen = std::sync::atomic::AtomicUsize::new(0);
     let interrupted = AtomicBool::new(false);
-    let observer = |_: &'static str, iteration: usize, _: usize, _: f64| {
-        if iteration == 1 && seen.fetch_add(1, Ordering::Relaxed) == 2 {
+    let observer = |event: Event| {
+        if matches!(event, Event::Iteration { iteration: 1, .. }) && seen.fetch_add(1, Ordering::Relaxed) == 2 {
             interrupted.store(true, Ordering::Relaxed);
         }
     };
@@ -134,47 +155,91 @@ fn an_interrupt_after_splitting_goes_on_too() {
 }
 
 #[test]
-fn a_time_limit_leaves_a_result_and_a_checkpoint() {
-    let mut work = Work::new(&format!("{DISC}polish: solver\nwvt: {{iterations: 10}}"));
-    work.run(2, None).unwrap();
-    let expected = work.bytes();
-    work.scene.time_limit = Some(0.0);
-    let never = AtomicBool::new(false);
-    let deadline = Some(std::time::Instant::now());
-    let control = Control { deadline, interrupted: &never, observer: &|_, _, _, _| {} };
-    let report = pipeline::run(&work.scene, sph_formats::FORMATS, &control).unwrap();
-    assert_eq!(report.stop, StopReason::TimeLimit);
-    assert!(report.text().contains("UNCONVERGED") && report.text().contains("--resume"), "{}", report.text());
-    assert!(work.checkpoint().exists() && work.output().exists());
-    work.scene.time_limit = None;
-    work.scene.checkpoint.resume = Some(work.checkpoint());
-    work.run(2, None).unwrap();
-    assert!(work.bytes() == expected);
+fn balance_goes_on() {
+    let (scene, _) = &every_stage()[5];
+    goes_on(scene, &[("balance", 3), ("balance", 14), ("balance", 33)]);
 }
 
 #[test]
-fn an_interrupt_writes_the_best_state_if_asked_to() {
-    for place in [("WVT", 12), ("ALARIC", 30)] {
-        let mut work = Work::new(&format!("{DISC}polish: alaric\nwvt: {{iterations: 15}}\nalaric: {{splittings: 0}}"));
+fn mass_trimming_goes_on() {
+    let (scene, _) = &every_stage()[6];
+    goes_on(scene, &[("trim", 0), ("trim", 5)]);
+}
+
+#[test]
+fn an_interrupt_after_the_last_stage_keeps_what_it_left() {
+    let mut work = Work::new(&format!("{DISC}polish: none\nwvt: {{iterations: 8}}"));
+    work.run(1, None).unwrap();
+    let expected = work.bytes();
+    std::fs::remove_file(work.output()).unwrap();
+    let error = work.run(1, Some(("wvt", 8))).unwrap_err();
+    assert!(matches!(error, Error::InterruptedKept(_)) && !work.output().exists(), "{error}");
+    work.scene.checkpoint.resume = Some(work.checkpoint());
+    let report = work.run(1, None).unwrap();
+    assert!(work.bytes() == expected && report.stages.len() == 1);
+}
+
+/// Whichever stage the clock cuts short (the one named, unless the machine is slow), the run goes on to the same bytes.
+#[test]
+fn a_time_limit_in_any_stage_leaves_a_result_and_a_checkpoint() {
+    for (scene, place) in every_stage() {
+        let mut work = Work::new(&scene);
+        work.run(2, None).unwrap();
+        let expected = work.bytes();
+        let deadline = Instant::now() + Duration::from_secs(2);
+        let observer = |event: Event| {
+            if has_come(event, place) {
+                std::thread::sleep(deadline.saturating_duration_since(Instant::now()));
+            }
+        };
+        let control = Control { deadline: Some(deadline), observer: &observer, ..Control::default() };
+        let report = pipeline::run(&work.scene, sph_formats::FORMATS, &control).unwrap();
+        assert_eq!(report.stop, StopReason::TimeLimit, "{place:?}");
+        assert!(report.text().contains("UNCONVERGED") && report.text().contains("--resume"), "{}", report.text());
+        assert!(work.checkpoint().exists() && work.output().exists(), "{place:?}");
+        work.scene.checkpoint.resume = Some(work.checkpoint());
+        work.run(2, None).unwrap();
+        assert!(work.bytes() == expected, "{place:?}");
+    }
+}
+
+#[test]
+fn without_any_time_the_seeding_is_what_comes_out() {
+    let mut work = Work::new(&format!("{DISC}polish: solver\nwvt: {{iterations: 10}}"));
+    let control = Control { deadline: Some(Instant::now()), ..Control::default() };
+    let report = pipeline::run(&work.scene, sph_formats::FORMATS, &control).unwrap();
+    assert_eq!((report.stop, report.stages.len()), (StopReason::TimeLimit, 1));
+    assert!(report.plan.left_out.iter().any(|l| l.what == "density solver" && l.why.contains("time was up")));
+    let cut = work.bytes();
+    work.scene.checkpoint.resume = Some(work.checkpoint());
+    work.run(2, None).unwrap();
+    assert!(work.bytes() != cut);
+}
+
+#[test]
+fn an_interrupt_in_any_stage_writes_the_best_state_if_asked_to() {
+    for (scene, place) in every_stage() {
+        let mut work = Work::new(&scene);
         work.scene.checkpoint = Default::default();
         let error = work.run(2, Some(place)).unwrap_err();
         assert!(matches!(error, Error::Interrupted) && !work.output().exists(), "{error}");
         work.scene.output.on_interrupt = sph_prep::scene::OnInterrupt::Write;
         let report = work.run(2, Some(place)).unwrap();
-        assert_eq!(report.stop, StopReason::Interrupted);
+        assert_eq!(report.stop, StopReason::Interrupted, "{place:?}");
         assert!(report.text().contains("UNCONVERGED"), "{}", report.text());
         assert!(report.text().contains("interrupted") && work.output().exists());
-        // The best state, not the last one: no state of the last stage was better than what came out.
+        // The best state of those that a stage watches at each iteration, not the last one.
         let last = report.stages.last().unwrap();
         let lowest = last.history.iter().map(|p| p.epsilon).fold(f64::INFINITY, f64::min);
-        assert!(place.0 == "ALARIC" || last.epsilon() == Some(lowest), "{place:?}");
+        assert!(!["wvt", "afc", "trim"].contains(&place.0) || last.epsilon() == Some(lowest), "{place:?}");
+        assert_eq!(last.stage.name, place.0);
     }
 }
 
 #[test]
 fn checkpoints_of_other_runs_are_refused() {
     let mut work = Work::new(&format!("{DISC}polish: none\nwvt: {{iterations: 10}}"));
-    work.run(1, Some(("WVT", 3))).unwrap_err();
+    work.run(1, Some(("wvt", 3))).unwrap_err();
     work.scene.checkpoint.resume = Some(work.checkpoint());
     work.scene.checkpoint.file = None;
     let refused = |work: &Work, word: &str| {
@@ -240,44 +305,54 @@ fn sealed(bytes: &[u8]) -> Vec<u8> {
 
 #[cfg(unix)]
 #[test]
-fn a_killed_process_leaves_a_checkpoint_that_goes_on_or_none() {
-    use std::process::{Command, Stdio};
+fn a_process_killed_in_any_stage_leaves_a_checkpoint_that_goes_on_or_none() {
     let folder = tempfile::tempdir().unwrap();
+    let mut resumed = 0;
+    for (i, (scene, _)) in every_stage().into_iter().enumerate() {
+        let path = folder.path().join(format!("{i}.yaml"));
+        std::fs::write(&path, format!("{scene}checkpoint: {{minutes: 0}}\n")).unwrap();
+        resumed += killed_and_resumed(folder.path(), &path);
+    }
+    assert!(resumed >= every_stage().len(), "only {resumed} attempts left a checkpoint");
+}
+
+/// Kills runs of the scene at several times; how many went on from a checkpoint, to the bytes of a whole run.
+#[cfg(unix)]
+fn killed_and_resumed(folder: &Path, scene: &Path) -> usize {
+    use std::process::{Command, Stdio};
     let text = |path: &Path| path.display().to_string();
-    let scene = folder.path().join("scene.yaml");
-    std::fs::write(&scene, format!("{DISC}polish: none\nwvt: {{iterations: 20}}\ncheckpoint: {{minutes: 0}}\n"))
-        .unwrap();
     let run = |output: &Path, more: &[&str]| {
         let mut command = Command::new(env!("CARGO_BIN_EXE_sph-prep"));
-        command.args(["--scene", &text(&scene), "--out", &text(output), "-n", "3000", "--threads", "1"]).args(more);
+        command.args(["--scene", &text(scene), "--out", &text(output), "-n", "1000", "--threads", "1"]).args(more);
         command.stdout(Stdio::null()).stderr(Stdio::piped());
         command
     };
-    let (whole, cut) = (folder.path().join("whole.vtu"), folder.path().join("cut.vtu"));
+    let (whole, cut) = (folder.join("whole.vtu"), folder.join("cut.vtu"));
     assert!(run(&whole, &[]).status().unwrap().success());
     let mut resumed = 0;
-    for attempt in 0..6_u64 {
-        let checkpoint = folder.path().join(format!("{attempt}.checkpoint"));
+    for attempt in 0..3_u64 {
+        let checkpoint = folder.join("killed.checkpoint");
         let mut child = run(&cut, &["--checkpoint", &text(&checkpoint)]).spawn().unwrap();
-        // As soon as there is one, and a little later each time.
-        for _ in 0..2000 {
+        // As soon as there is one, and later each time.
+        for _ in 0..5000 {
             if checkpoint.exists() || child.try_wait().unwrap().is_some() {
                 break;
             }
-            std::thread::sleep(std::time::Duration::from_millis(1));
+            std::thread::sleep(Duration::from_millis(1));
         }
-        std::thread::sleep(std::time::Duration::from_millis(3 * attempt));
+        std::thread::sleep(Duration::from_millis(30 * attempt));
         child.kill().unwrap();
         child.wait().unwrap();
         if checkpoint.exists() {
             let output = run(&cut, &["--resume", &text(&checkpoint)]).output().unwrap();
             assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+            std::fs::remove_file(&checkpoint).unwrap();
             resumed += 1;
         } else if !cut.exists() {
             continue;
         }
-        assert!(std::fs::read(&whole).unwrap() == std::fs::read(&cut).unwrap());
+        assert!(std::fs::read(&whole).unwrap() == std::fs::read(&cut).unwrap(), "{}", scene.display());
         std::fs::remove_file(&cut).unwrap();
     }
-    assert!(resumed > 0, "no attempt left a checkpoint");
+    resumed
 }

@@ -6,9 +6,8 @@ use sph::domain::{Axis, Domain, Region, Wall};
 use sph::kernel::{KernelName, default_kernel_neighbors, support_over_spacing};
 use sph_prep::field::ScalarField;
 use sph_prep::metrics::{DensityError, Measured, NoiseFigures};
-use sph_prep::relaxation::{
-    AlaricOptions, Bias, Control, SolverOptions, TrimOptions, WvtOptions, alaric, relax, solve_density, trim_masses,
-};
+use crate::support::{alaric, solve_density, trim_masses, wvt};
+use sph_prep::relaxation::{AlaricOptions, Bias, Control, SolverOptions, TrimOptions, WvtOptions};
 use sph_prep::seeding::{Seeding, seed};
 use sph_prep::target::{Positions, Resolution, Target};
 use std::f64::consts::TAU;
@@ -17,7 +16,7 @@ use std::sync::atomic::AtomicBool;
 static NEVER: AtomicBool = AtomicBool::new(false);
 
 fn control() -> Control<'static> {
-    Control { deadline: None, interrupted: &NEVER, observer: &|_, _, _, _| {} }
+    Control { deadline: None, interrupted: &NEVER, observer: &|_| {} }
 }
 
 /// 1 + 0.8 sin in every direction: mean 1 over a periodic unit box.
@@ -126,7 +125,7 @@ fn alaric_lowers_the_error_of_wvt() {
     let domain = unit::<2>(Axis::Periodic);
     let target = target(&domain, 2000);
     let start = seed(&target, Seeding::Random, 1).unwrap().positions;
-    let (x, _) = relax(KernelName::WendlandC4, &target, start, &WvtOptions::new(2), &control());
+    let (x, _) = wvt(KernelName::WendlandC4, &target, start, &WvtOptions::new(2), &control());
     let before = error(&target, &x).all_refitted.epsilon;
     let options = AlaricOptions { steps: 1000, ..AlaricOptions::new(2) };
     let (x, report) = alaric::<2, f32>(KernelName::WendlandC4, &target, x, &options, &control());
@@ -141,7 +140,7 @@ fn gain<const D: usize>(kernel: KernelName, kernel_neighbors: f64, count: usize)
     let target = target(&domain, count);
     let start = seed(&target, Seeding::MassBisection, 1).unwrap().positions;
     let options = WvtOptions { kernel_neighbors, ..WvtOptions::new(D) };
-    let (_, report) = relax(kernel, &target, start, &options, &control());
+    let (_, report) = wvt(kernel, &target, start, &options, &control());
     let [first, .., last] = report.history.as_slice() else { panic!("stopped at once") };
     println!("{kernel:?}, {kernel_neighbors:.0} neighbors in {D}-D: {:.1e} to {:.1e}", first.epsilon, last.epsilon);
     last.epsilon / first.epsilon
@@ -170,7 +169,7 @@ fn neighbors_counted_by_target_volume_stop_the_drift_along_gradients() {
     let start = seed(&target, Seeding::MassBisection, 1).unwrap().positions;
     let last = |bias: Bias| {
         let options = WvtOptions { bias, ..WvtOptions::new(3) };
-        let (_, report) = relax(KernelName::WendlandC4, &target, start.clone(), &options, &control());
+        let (_, report) = wvt(KernelName::WendlandC4, &target, start.clone(), &options, &control());
         report.history.last().unwrap().epsilon
     };
     let (plain, corrected) = (last(Bias::Plain), last(Bias::Corrected));

@@ -9,7 +9,8 @@ use sph::neighbors::{Reach, Sources, Tree, brute_force};
 use sph::sums::{Actors, density, scatter_gradient, solve_support_radii};
 use sph_prep::field::ScalarField;
 use sph_prep::metrics::{DensityError, Measured, NoiseFigures};
-use sph_prep::relaxation::{Control, WvtOptions, relax};
+use crate::support::wvt;
+use sph_prep::relaxation::{Control, WvtOptions};
 use sph_prep::seeding::{Seeding, seed};
 use sph_prep::target::{Positions, Resolution, Target, at};
 use std::sync::atomic::AtomicBool;
@@ -122,11 +123,11 @@ fn place(threads: usize) -> (Positions<3>, DensityError, NoiseFigures) {
             largest_spacing: 1.0,
         };
         let stop = AtomicBool::new(false);
-        let control = Control { deadline: None, interrupted: &stop, observer: &|_, _, _, _| {} };
+        let control = Control { deadline: None, interrupted: &stop, observer: &|_| {} };
         let start = seed(&target, Seeding::MassBisection, 3).unwrap().positions;
         assert_eq!(start[0].len(), 5000);
         let options = WvtOptions { iterations: 40, ..WvtOptions::new(3) };
-        let (x, report) = relax(KernelName::WendlandC4, &target, start, &options, &control);
+        let (x, report) = wvt(KernelName::WendlandC4, &target, start, &options, &control);
         let first = report.history[0].epsilon;
         let best = report.history[report.best_iteration].epsilon;
         assert!(best < 0.1 * first, "{best} after {first}");

@@ -22,7 +22,7 @@ fn main() {
     let folder = tempfile::tempdir().unwrap();
     let profile = concat!(env!("CARGO_MANIFEST_DIR"), "/profiles/star.nc");
     let never = AtomicBool::new(false);
-    let control = Control { deadline: None, interrupted: &never, observer: &|_, _, _, _| {} };
+    let control = Control { deadline: None, interrupted: &never, observer: &|_| {} };
     println!("        N   seconds   bytes per particle   epsilon (interior)   steps");
     for n in counts {
         let out = folder.path().join("ic.hdf5");

@@ -9,11 +9,10 @@ use sph::neighbors::{Reach, Sources, Tree};
 use sph::sums::density;
 use sph_prep::field::ScalarField;
 use sph_prep::metrics::{DensityError, Measured, NoiseFigures};
-use sph_prep::relaxation::{Control, SolverOptions, WvtOptions, relax, solve_density, time_evaluation};
+use sph_prep::relaxation::{Control, DensitySolver, SolverOptions, Wvt, WvtOptions, relax_new};
 use sph_prep::seeding::{Seeding, seed};
 use sph_prep::target::{Positions, Resolution, Target};
 use std::f64::consts::TAU;
-use std::sync::atomic::AtomicBool;
 use std::time::Instant;
 
 struct Density(fn(&[f64; 3]) -> f64);
@@ -76,24 +75,25 @@ fn scene(name: &str, density: fn(&[f64; 3]) -> f64, count: usize, evaluations: u
         resolution_integral: mean,
         largest_spacing: f64::INFINITY,
     };
-    let never = AtomicBool::new(false);
-    let control = Control { deadline: None, interrupted: &never, observer: &|_, _, _, _| {} };
+    let (kernel, control) = (KernelName::WendlandC4, Control::default());
+    let wvt = |iterations| Wvt { kernel, target, options: WvtOptions { iterations, ..WvtOptions::new(3) } };
     let start = Instant::now();
     let seeds = seed(&target, Seeding::MassBisection, 0).unwrap().positions;
     report("seed: mass bisection", &target, &seeds, 0, start);
     let start = Instant::now();
-    let (wvt, _) = relax(KernelName::WendlandC4, &target, seeds.clone(), &WvtOptions::new(3), &control);
-    report("WVT", &target, &wvt, 61, start);
-    let few = WvtOptions { iterations: 5, ..WvtOptions::new(3) };
+    let long = relax_new(&wvt(60), seeds.clone(), &control).particles.positions;
+    report("WVT", &target, &long, 61, start);
     let start = Instant::now();
-    let (few, _) = relax(KernelName::WendlandC4, &target, seeds, &few, &control);
+    let few = relax_new(&wvt(5), seeds, &control).particles.positions;
     let options = SolverOptions { evaluations: evaluations - 6, quietness, ..SolverOptions::new(3) };
-    let (solved, stage) = solve_density::<3, f32>(KernelName::WendlandC4, &target, few, &options, &control);
-    report("5 WVT + solver", &target, &solved, evaluations, start);
+    let solver = DensitySolver::<3>::new(kernel, target, options);
+    let relaxed = relax_new(&solver, few, &control);
+    let (solved, stage) = (&relaxed.particles.positions, relaxed.report());
+    report("5 WVT + solver", &target, solved, evaluations, start);
     let made = stage.history.last().map_or(1, |h| h.iteration);
     let step = stage.seconds / made as f64;
-    let evaluation = time_evaluation::<3, f32>(KernelName::WendlandC4, &target, solved.clone(), &options, PASSES);
-    let pass = density_pass(&target, &solved);
+    let evaluation = solver.time_evaluation(solved.clone(), PASSES);
+    let pass = density_pass(&target, solved);
     println!(
         "  one evaluation with its gradient takes {:.2} density passes ({:.1} ms), with direction and step {:.2}",
         evaluation / pass,

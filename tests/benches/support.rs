@@ -11,7 +11,7 @@ static NEVER: AtomicBool = AtomicBool::new(false);
 
 /// Of runs that nothing interrupts.
 pub fn control() -> Control<'static> {
-    Control { deadline: None, interrupted: &NEVER, observer: &|_, _, _, _| {} }
+    Control { deadline: None, interrupted: &NEVER, observer: &|_| {} }
 }
 
 /// A full run into a folder that is thrown away.

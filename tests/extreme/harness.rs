@@ -172,7 +172,7 @@ fn place(case: &Case, method: &str, count: usize) -> Result<(Report, ParticleFil
         scene = Compared::parse(method).map_err(|e| e.to_string())?.apply(&scene);
     }
     let stop = AtomicBool::new(false);
-    let control = Control { deadline: None, interrupted: &stop, observer: &|_, _, _, _| {} };
+    let control = Control { deadline: None, interrupted: &stop, observer: &|_| {} };
     let report = pipeline::run(&scene, FORMATS, &control).map_err(|e| e.to_string())?;
     let file = WRITTEN.lock().unwrap().get_or_insert_default().remove(folder.path()).expect("a file was written");
     Ok((report, file))

@@ -7,9 +7,8 @@ use sph::kernel::{Kernel, KernelName, WendlandC4, default_kernel_neighbors, eval
 use sph::lanes::Real;
 use sph_prep::field::ScalarField;
 use sph_prep::metrics::{DensityError, Measured};
-use sph_prep::relaxation::{
-    AlaricOptions, Control, Drift, SolverOptions, WvtOptions, alaric, conservation, relax, solve_density,
-};
+use crate::support::{alaric, solve_density, wvt};
+use sph_prep::relaxation::{AlaricOptions, Control, Drift, SolverOptions, WvtOptions, conservation};
 use sph_prep::seeding::{Seeding, seed};
 use sph_prep::target::{Positions, Resolution, Target, at};
 use std::f64::consts::TAU;
@@ -59,10 +58,10 @@ fn with_density<const D: usize, T>(
         resolution_integral: 1.0,
         largest_spacing: f64::INFINITY,
     };
-    let control = Control { deadline: None, interrupted: &NEVER, observer: &|_, _, _, _| {} };
+    let control = Control { deadline: None, interrupted: &NEVER, observer: &|_| {} };
     let start = seed(&target, Seeding::MassBisection, 1).unwrap().positions;
     let options = WvtOptions { iterations: 10, ..WvtOptions::new(D) };
-    let start = relax(KERNEL, &target, start, &options, &control).0;
+    let start = wvt(KERNEL, &target, start, &options, &control).0;
     run(&target, start, &control)
 }
 

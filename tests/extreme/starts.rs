@@ -6,9 +6,8 @@ use sph::domain::{Axis, Domain, Region, Wall};
 use sph::kernel::{KernelName, default_kernel_neighbors, support_over_spacing};
 use sph_prep::field::ScalarField;
 use sph_prep::metrics::Measured;
-use sph_prep::relaxation::{
-    AlaricOptions, Control, PAIRED, SolverOptions, StopReason, WvtOptions, alaric, part_pairs, relax, solve_density,
-};
+use crate::support::{alaric, solve_density, wvt};
+use sph_prep::relaxation::{AlaricOptions, Control, PAIRED, SolverOptions, StopReason, WvtOptions, part_pairs};
 use sph_prep::target::{Positions, Resolution, Target, at};
 use std::sync::atomic::AtomicBool;
 
@@ -42,7 +41,7 @@ fn scattered(i: usize, k: usize) -> f64 {
 }
 
 fn control() -> Control<'static> {
-    Control { deadline: None, interrupted: &NEVER, observer: &|_, _, _, _| {} }
+    Control { deadline: None, interrupted: &NEVER, observer: &|_| {} }
 }
 
 /// The first epsilon, that of what came out, and the positions.
@@ -51,7 +50,7 @@ type Done<const D: usize> = (Positions<D>, f64, f64, StopReason);
 fn stage<const D: usize>(name: &str, target: &Target<'_, D>, start: Positions<D>) -> Done<D> {
     let kernel = KernelName::WendlandC4;
     let (x, report) = match name {
-        "wvt" => relax(kernel, target, start, &WvtOptions { iterations: 30, ..WvtOptions::new(D) }, &control()),
+        "wvt" => wvt(kernel, target, start, &WvtOptions { iterations: 30, ..WvtOptions::new(D) }, &control()),
         "solver" => {
             let options = SolverOptions { evaluations: 30, ..SolverOptions::new(D) };
             solve_density::<D, f32>(kernel, target, start, &options, &control())

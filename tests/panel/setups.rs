@@ -5,7 +5,8 @@ use sph::kernel::{CubicSpline, Kernel, KernelName, evaluate, support_over_spacin
 use sph::neighbors::brute_force;
 use sph_prep::field::ScalarField;
 use sph_prep::metrics::{BondOrder, DensityError, Measured, NoiseFigures};
-use sph_prep::relaxation::{AlaricOptions, Control, SolverOptions, WvtOptions, alaric, relax, solve_density};
+use crate::support::{self, alaric, solve_density};
+use sph_prep::relaxation::{AlaricOptions, Control, SolverOptions, WvtOptions};
 use sph_prep::seeding::{Seeding, is_radial, seed};
 use sph_prep::target::{Positions, Resolution, Target, at};
 use std::f64::consts::PI;
@@ -218,15 +219,15 @@ impl ScalarField<3> for Borrowed<'_> {
 }
 
 fn place(setup: &Setup, target: &Target<'_, 3>) -> sph_prep::error::Result<Positions<3>> {
-    let control = Control { deadline: None, interrupted: &NEVER, observer: &|_, _, _, _| {} };
+    let control = Control { deadline: None, interrupted: &NEVER, observer: &|_| {} };
     let kernel = KernelName::WendlandC4;
     let start = seed(target, setup.seeding, 1)?.positions;
     let wvt = |iterations: usize| WvtOptions { iterations, ..WvtOptions::new(3) };
     let x = match setup.then {
         Then::Nothing => start,
-        Then::Wvt => relax(kernel, target, start, &wvt(60), &control).0,
+        Then::Wvt => support::wvt(kernel, target, start, &wvt(60), &control).0,
         Then::Alaric => {
-            let x = relax(kernel, target, start, &wvt(5), &control).0;
+            let x = support::wvt(kernel, target, start, &wvt(5), &control).0;
             let options = AlaricOptions { steps: 500, ..AlaricOptions::new(3) };
             alaric::<3, f32>(kernel, target, x, &options, &control).0
         }
@@ -235,7 +236,7 @@ fn place(setup: &Setup, target: &Target<'_, 3>) -> sph_prep::error::Result<Posit
             let x = if settled {
                 seed(target, Seeding::EqualAreaShells, 1)?.positions
             } else {
-                relax(kernel, target, start, &wvt(5), &control).0
+                support::wvt(kernel, target, start, &wvt(5), &control).0
             };
             let options = SolverOptions { quietness, settled, ..SolverOptions::new(3) };
             solve_density::<3, f32>(kernel, target, x, &options, &control).0

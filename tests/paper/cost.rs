@@ -4,7 +4,8 @@ use super::results::Table;
 use super::{Density, control, target};
 use sph::domain::{Axis, Domain, Region};
 use sph::kernel::KernelName;
-use sph_prep::relaxation::{AlaricOptions, WvtOptions, alaric, relax};
+use crate::support::{alaric, wvt};
+use sph_prep::relaxation::{AlaricOptions, WvtOptions};
 use sph_prep::seeding::{Seeding, seed};
 
 /// Everything that can be switched off.
@@ -56,7 +57,7 @@ fn terms() {
     let target = target(&domain, &density, 50_000, 1.0);
     let start = seed(&target, Seeding::MassBisection, 0).unwrap().positions;
     let few = WvtOptions { iterations: 5, ..WvtOptions::new(3) };
-    let start = relax(KernelName::WendlandC4, &target, start, &few, &control()).0;
+    let start = wvt(KernelName::WendlandC4, &target, start, &few, &control()).0;
     let steps = 40;
     let bare = bare(3, steps);
     let friction = AlaricOptions::new(3).friction;

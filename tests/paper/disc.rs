@@ -4,10 +4,8 @@ use super::results::Table;
 use super::{Density, control, target};
 use sph::domain::{Domain, Wall};
 use sph::kernel::KernelName;
-use sph_prep::relaxation::{
-    AfcOptions, AlaricOptions, Bias, SolverOptions, StageReport, Weight, WvtOptions, alaric, away_from_closest, relax,
-    solve_density,
-};
+use crate::support::{alaric, away_from_closest, solve_density, wvt};
+use sph_prep::relaxation::{AfcOptions, AlaricOptions, Bias, SolverOptions, StageReport, Weight, WvtOptions};
 use sph_prep::seeding::{Seeding, seed};
 
 fn disc() -> Domain<2> {
@@ -44,7 +42,7 @@ fn spirals() {
         let target = target(&domain, &density, 10_000, 0.5 * domain.volume());
         let start = seed(&target, Seeding::MassBisection, 0).unwrap().positions;
         let few = WvtOptions { iterations: 20, ..WvtOptions::new(2) };
-        let (x, wvt) = relax(KernelName::WendlandC4, &target, start, &few, &control());
+        let (x, wvt) = wvt(KernelName::WendlandC4, &target, start, &few, &control());
         let options = AlaricOptions { steps: 1000, ..AlaricOptions::new(2) };
         let (_, report) = alaric::<2, f32>(KernelName::WendlandC4, &target, x.clone(), &options, &control());
         let (_, solved) =
@@ -75,7 +73,7 @@ fn uniform_disc() {
         let kernel = KernelName::WendlandC4;
         let wvt = |weight: Weight| {
             let options = WvtOptions { weight, bias: Bias::Plain, iterations: 1000, ..WvtOptions::new(2) };
-            relax(kernel, &target, start(), &options, &control()).1
+            wvt(kernel, &target, start(), &options, &control()).1
         };
         let afc = AfcOptions { steps: 10_000, ..AfcOptions::new(2) };
         let damped = AlaricOptions { rate_tolerance: 0.0, ..AlaricOptions::new(2) };

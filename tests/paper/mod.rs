@@ -17,7 +17,7 @@ static NOT_INTERRUPTED: AtomicBool = AtomicBool::new(false);
 
 /// No deadline, no observer.
 pub fn control() -> Control<'static> {
-    Control { deadline: None, interrupted: &NOT_INTERRUPTED, observer: &|_, _, _, _| {} }
+    Control { deadline: None, interrupted: &NOT_INTERRUPTED, observer: &|_| {} }
 }
 
 /// A density given as a function.

@@ -3,7 +3,8 @@
 use super::results::Table;
 use super::{Density, control, integral, interval, target, uniform, well};
 use sph::kernel::KernelName;
-use sph_prep::relaxation::{AlaricOptions, StopReason, alaric};
+use crate::support::alaric;
+use sph_prep::relaxation::{AlaricOptions, StopReason};
 
 /// What a run comes to.
 struct Outcome {
