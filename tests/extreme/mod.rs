@@ -74,7 +74,7 @@ fn check(case: &Case, expected: Expected, methods: &[&str], count: usize, table:
 fn scenes_in(dimension: usize, methods: &[&str], count: usize) -> Table {
     let mut table = Table::default();
     for scene in scenes::all().iter().filter(|s| s.dimensions.contains(&dimension)) {
-        check(&scene.in_dimension(dimension), scene.expected_in(dimension), methods, count, &mut table);
+        check(&scene.in_dimension(dimension), scene.expected(dimension, count), methods, count, &mut table);
     }
     table
 }

@@ -7,7 +7,8 @@ use sph_formats::{Coordinates, Geometry, GridAxis, Location, RawField, Unit, Val
 pub struct Scene {
     pub case: Case,
     pub dimensions: &'static [usize],
-    unresolved: &'static [usize],
+    /// Dimensions, and the number of particles from which on there are enough of them.
+    unresolved: &'static [(usize, usize)],
     refused: &'static [usize],
 }
 
@@ -35,19 +36,22 @@ fn scene(name: &str, expression: &str, domain: &str, dimensions: &'static [usize
 }
 
 impl Scene {
-    fn unresolved_in(self, dimensions: &'static [usize]) -> Self {
-        Self { unresolved: dimensions, ..self }
+    fn unresolved_below(self, counts: &'static [(usize, usize)]) -> Self {
+        Self { unresolved: counts, ..self }
     }
 
     fn refused_in(self, dimensions: &'static [usize]) -> Self {
         Self { refused: dimensions, ..self }
     }
 
-    pub fn expected_in(&self, d: usize) -> Expected {
-        match (self.refused.contains(&d), self.unresolved.contains(&d)) {
-            (true, _) => Expected::Refused,
-            (_, true) => Expected::Unresolved,
-            _ => Expected::Placed,
+    pub fn expected(&self, dimension: usize, count: usize) -> Expected {
+        let unresolved = |&(d, enough): &(usize, usize)| d == dimension && count < enough;
+        if self.refused.contains(&dimension) {
+            Expected::Refused
+        } else if self.unresolved.iter().any(unresolved) {
+            Expected::Unresolved
+        } else {
+            Expected::Placed
         }
     }
 
@@ -100,9 +104,11 @@ fn contrasts() -> Vec<Scene> {
 fn jumps() -> Vec<Scene> {
     vec![
         scene("two-layer planet", "if(r < 0.5, 10, 3.5)", BALL, ALL),
-        // On a line a layer of 0.2 and density 1 out of 17.5 has one particle of 100, and the next 15: over a support
-        // radius of five spacings all are near a jump or the surface.
-        scene("three-layer planet", "if(r < 0.5, 12, if(r < 0.8, 4.5, 1))", BALL, ALL).unresolved_in(&[1]),
+        // The outer layer is 0.2 thick and has a 38th of the mass on a line, a 14th in the plane. With 100 particles the
+        // support radius there, of 2.5 spacings, is 0.4 and 1: wider than the layer, so that all particles are near a jump
+        // or the surface. With 1000 on the line it is 0.04, with 3000 in the plane 0.18.
+        scene("three-layer planet", "if(r < 0.5, 12, if(r < 0.8, 4.5, 1))", BALL, ALL)
+            .unresolved_below(&[(1, 1000), (2, 3000)]),
         scene("shock tube 8:1", "if(x < 0.5, 8, 1)", WALLS, ALL),
         scene("shock tube 8:1 periodic", "if(x < 0.5, 8, 1)", PERIODIC, ALL),
         scene("top hat 1e3", "if(abs(x - 0.5) < 0.2, 1000, 1)", PERIODIC, ALL),
@@ -142,10 +148,11 @@ fn domains() -> Vec<Scene> {
         scene("pancake 1:1000", "2 + sin(pi*y/500)", "box: [LO, PANCAKE], boundary: [periodic]", &[2, 3]),
         scene("pancake 1:1000, open", "2 + y/1000", "box: [LO, PANCAKE]", &[2, 3]),
         scene("shell", "1", "ball: {center: CENTER, radius: 1, inner_radius: 0.8}", ALL),
-        // Some hundred particles over the circle or the sphere have spacings of 7 and 27 thicknesses; on a line, two
-        // pieces 1e-3 long are filled like any other.
+        // Its spacing is less than the thickness with 2 pi 1e3 particles on the circle and 4 pi 1e6 on the sphere. On a line
+        // it is two pieces 2 apart; with 100 particles one batch holds both, and single precision has 1e-7 of that
+        // distance, 1/200 of the spacing.
         scene("shell 1e-3 thick", "1", "ball: {center: CENTER, radius: 1, inner_radius: 0.999}", ALL)
-            .unresolved_in(&[2, 3]),
+            .unresolved_below(&[(1, 1000), (2, 6300), (3, 12_600_000)]),
         scene("far from the origin", "1 + 0.5*sin(2*pi*(x - 1e6))", "box: [FAR, AWAY], boundary: [periodic]", &[1]),
     ]
 }

@@ -1,11 +1,11 @@
-//! ALARIC with its terms switched on one by one: a term that is off is not looked at, and what each costs.
+//! ALARIC with its terms switched on one by one: what each does, and what it costs.
 
 use super::results::Table;
-use super::{Density, control, target};
+use super::{Density, control, interval, target};
 use sph::domain::{Axis, Domain, Region};
 use sph::kernel::KernelName;
 use crate::support::{alaric, wvt};
-use sph_prep::relaxation::{AlaricOptions, WvtOptions};
+use sph_prep::relaxation::{AlaricOptions, WvtOptions, conservation};
 use sph_prep::seeding::{Seeding, seed};
 
 /// Everything that can be switched off.
@@ -21,9 +21,23 @@ fn bare(d: usize, steps: usize) -> AlaricOptions {
     }
 }
 
-/// What belongs to a term changes no bit of a run without it, and each term changes a run.
+/// With friction, viscosity and stops switched off nothing of them is left: the fluid keeps its energy. The leap-frog's
+/// error is quadratic in the step; a tenth is left at half the default step, while friction alone takes all of the kinetic
+/// energy within its time of 1/4 of a crossing.
 #[test]
-fn a_term_that_is_off_is_not_looked_at() {
+fn terms_that_are_off_leave_the_fluid_its_energy_and_momentum() {
+    let domain = interval();
+    let target = target(&domain, &Density(|_: &[f64; 1]| 1.0), 100, 1.0);
+    let start = seed(&target, Seeding::Random, 1).unwrap().positions;
+    let default = AlaricOptions::new(1);
+    let options = AlaricOptions { courant: 0.5 * default.courant, steps: 400, ..default };
+    let drift = conservation::<1, f64>(KernelName::WendlandC4, &target, start, &options, &control());
+    assert!(drift.time > 0.25 && drift.energy < 0.1 && drift.momentum < 1e-6, "{drift:?}");
+}
+
+/// Each changes a run; what is resolved everywhere is held nowhere.
+#[test]
+fn each_term_does_something_and_holding_nothing_does_not() {
     let domain = Domain::new([0.0; 2], [1.0; 2], [Axis::Periodic; 2], Region::Box).unwrap();
     let density = Density(|x: &[f64; 2]| 1.0 + 0.5 * (std::f64::consts::TAU * x[0]).sin());
     let target = target(&domain, &density, 300, 1.0);
@@ -34,18 +48,15 @@ fn a_term_that_is_off_is_not_looked_at() {
     };
     let bare = bare(2, 40);
     let plain = run(bare);
-    // The growth of the time between stops.
-    assert!(run(AlaricOptions { growth: 5.0, ..bare }) == plain);
-    let stops = AlaricOptions { velocity_stops: true, ..bare };
-    assert!(run(AlaricOptions { growth: 5.0, ..stops }) != run(stops));
     for (name, with) in [
         ("friction", AlaricOptions { friction: 4.0, ..bare }),
         ("viscosity", AlaricOptions { viscosity: true, ..bare }),
-        ("velocity stops", stops),
+        ("velocity stops", AlaricOptions { velocity_stops: true, ..bare }),
         ("grad-h terms", AlaricOptions { grad_h: true, ..bare }),
     ] {
         assert!(run(with) != plain, "{name} does nothing");
     }
+    assert!(run(AlaricOptions { hold_unresolved: true, ..bare }) == plain);
 }
 
 /// Only viscosity has a pass over pairs of its own.
