@@ -132,6 +132,26 @@ mod tests {
     }
 
     #[test]
+    fn a_branch_is_not_its_last_number() {
+        for (text, at_0, at_1) in [
+            ("-if(x, 1, 2)", -2.0, -1.0),
+            ("if(x, 1, 2) + 3", 5.0, 4.0),
+            ("2*if(x, 1 + 1, 3*4)", 24.0, 4.0),
+            ("if(if(x, 0, 1), if(x, 5, 6), if(x, 7, 8))", 6.0, 7.0),
+            ("max(if(x, 1, 2), 1.5, if(x, 4, 0))", 2.0, 4.0),
+        ] {
+            assert_eq!((value(text, [0.0; 3]), value(text, [1.0, 0.0, 0.0])), (at_0, at_1), "{text}");
+        }
+    }
+
+    #[test]
+    fn long_and_deep_expressions_are_evaluated() {
+        assert_eq!(value(&["x"; 4000].join("+"), [2.0, 0.0, 0.0]), 8000.0);
+        let deep = format!("{}x{}", "(x + x*(".repeat(30), "))".repeat(30));
+        assert_eq!(value(&deep, [1.0, 0.0, 0.0]), 31.0);
+    }
+
+    #[test]
     fn errors_name_the_column() {
         for (text, dimension, parts) in [
             ("1 + ", 3, vec!["column 5", "ends"]),
