@@ -1,12 +1,12 @@
 //! The relaxation stages: better than they began, the same bits for any number of threads, and what each
 //! promises beyond that.
 
+use crate::support::{alaric, solve_density, trim_masses, wvt};
 use kiddo::{ImmutableKdTree, SquaredEuclidean};
 use sph::domain::{Axis, Domain, Region, Wall};
 use sph::kernel::{KernelName, default_kernel_neighbors, support_over_spacing};
 use sph_prep::field::ScalarField;
 use sph_prep::metrics::{DensityError, Measured, NoiseFigures};
-use crate::support::{alaric, solve_density, trim_masses, wvt};
 use sph_prep::relaxation::{AlaricOptions, Bias, Control, SolverOptions, TrimOptions, WvtOptions};
 use sph_prep::seeding::{Seeding, seed};
 use sph_prep::target::{Positions, Resolution, Target};

@@ -1,6 +1,7 @@
 //! The core against simpler code: neighbor sums against all pairs, figures against plain formulas, and equal
 //! bytes for any number of threads.
 
+use crate::support::wvt;
 use rand::{RngExt, SeedableRng};
 use rand_xoshiro::Xoshiro256PlusPlus;
 use sph::domain::{Axis, Domain, Region, Wall};
@@ -9,7 +10,6 @@ use sph::neighbors::{Reach, Sources, Tree, brute_force};
 use sph::sums::{Actors, density, scatter_gradient, solve_support_radii};
 use sph_prep::field::ScalarField;
 use sph_prep::metrics::{DensityError, Measured, NoiseFigures};
-use crate::support::wvt;
 use sph_prep::relaxation::{Control, WvtOptions};
 use sph_prep::seeding::{Seeding, seed};
 use sph_prep::target::{Positions, Resolution, Target, at};

@@ -87,8 +87,7 @@ pub fn trim_masses<const D: usize>(
     control: &Control<'_>,
 ) -> StageReport {
     let stage = MassTrimming { kernel, target: *target, options: *options };
-    let particles =
-        Particles { positions: positions.clone(), masses: Some(masses.clone()), internal_energy: None };
+    let particles = Particles { positions: positions.clone(), masses: Some(masses.clone()), internal_energy: None };
     let relaxed = relax(&stage, Start::New(particles), control, &mut |_, _| {}).unwrap();
     let report = relaxed.report().clone();
     *masses = relaxed.particles.masses.unwrap();

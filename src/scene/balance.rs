@@ -1,6 +1,5 @@
 //! The `balance` section of a scene.
 
-use super::Scene;
 use crate::error::{Error, Result};
 use crate::relaxation::BalanceOptions;
 use serde::{Deserialize, Serialize};
@@ -51,7 +50,7 @@ pub enum EquationOfState {
 }
 
 impl BalanceInput {
-    pub(super) fn validate(&self, scene: &Scene) -> Result<()> {
+    pub(super) fn validate(&self) -> Result<()> {
         let (constant, gamma) = match self.equation_of_state {
             Some(EquationOfState::Polytrope { constant, gamma }) => (constant, gamma),
             Some(EquationOfState::Isothermal { sound_speed }) => (sound_speed, 1.0),
@@ -66,22 +65,6 @@ impl BalanceInput {
                 return Err(Error::scene(key, format!("is {value}, expected a positive number")));
             }
         }
-        let against = [
-            (
-                "resolution",
-                scene.has_own_resolution(),
-                "masses vary then, and codes differ in how their correction terms see them",
-            ),
-            ("trim_masses", scene.trim_masses.is_some(), "trimmed masses would undo the balance"),
-            (
-                "thermal.internal_energy",
-                scene.thermal.internal_energy.is_some(),
-                "the balance needs an energy of its own at each particle",
-            ),
-        ];
-        match against.iter().find(|a| a.1) {
-            Some((key, _, why)) => Err(Error::scene("balance", format!("cannot go with {key}: {why}; leave one out"))),
-            None => Ok(()),
-        }
+        Ok(())
     }
 }

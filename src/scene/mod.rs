@@ -446,7 +446,8 @@ impl Scene {
             ));
         }
         if let Some(balance) = &self.balance {
-            balance.validate(self)?;
+            balance.validate()?;
+            self.check_what_balance_excludes()?;
         }
         Ok(())
     }
@@ -487,6 +488,27 @@ impl Scene {
             return Err(Error::scene("domain", "names more than one of `box`, `ball` and `cylinder`; give one"));
         }
         self.resolution.as_ref().map_or(Ok(()), ResolutionInput::validate)
+    }
+
+    /// What cannot go with a balance.
+    fn check_what_balance_excludes(&self) -> Result<()> {
+        let excluded = [
+            (
+                "resolution",
+                self.has_own_resolution(),
+                "masses vary then, and codes differ in how their correction terms see them",
+            ),
+            ("trim_masses", self.trim_masses.is_some(), "trimmed masses would undo the balance"),
+            (
+                "thermal.internal_energy",
+                self.thermal.internal_energy.is_some(),
+                "the balance needs an energy of its own at each particle",
+            ),
+        ];
+        match excluded.iter().find(|e| e.1) {
+            Some((key, _, why)) => Err(Error::scene("balance", format!("cannot go with {key}: {why}; leave one out"))),
+            None => Ok(()),
+        }
     }
 }
 

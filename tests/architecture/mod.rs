@@ -20,11 +20,13 @@ const CRATES: [(&str, &[&str]); 3] =
     [("sph/src", &["sph_formats", "sph_prep"]), ("formats/src", &["sph_core", "sph_prep"]), ("src", &[])];
 
 /// Parts of `field` that turn what was read into fields; the rest of it knows no files either.
-const FROM_FILES: [&str; 12] = [
+const FROM_FILES: [&str; 14] = [
     "build.rs",
     "build_grid.rs",
+    "build_input.rs",
     "build_radial.rs",
     "build_tests.rs",
+    "carried.rs",
     "categorical.rs",
     "check.rs",
     "cloud.rs",

@@ -2,12 +2,12 @@
 //! well the solver's equations are conditioned, what single precision costs, and the order at which the error falls
 //! with N.
 
+use crate::support::{alaric, solve_density, wvt};
 use sph::domain::{Axis, Domain, Region};
 use sph::kernel::{Kernel, KernelName, WendlandC4, default_kernel_neighbors, evaluate, support_over_spacing};
 use sph::lanes::Real;
 use sph_prep::field::ScalarField;
 use sph_prep::metrics::{DensityError, Measured};
-use crate::support::{alaric, solve_density, wvt};
 use sph_prep::relaxation::{AlaricOptions, Control, Drift, SolverOptions, WvtOptions, conservation};
 use sph_prep::seeding::{Seeding, seed};
 use sph_prep::target::{Positions, Resolution, Target, at};

@@ -2,11 +2,11 @@
 //! equal coordinates, particles on the boundary, all on one plane, line or point; and options far off.
 
 use super::harness::Case;
+use crate::support::{alaric, solve_density, wvt};
 use sph::domain::{Axis, Domain, Region, Wall};
 use sph::kernel::{KernelName, default_kernel_neighbors, support_over_spacing};
 use sph_prep::field::ScalarField;
 use sph_prep::metrics::Measured;
-use crate::support::{alaric, solve_density, wvt};
 use sph_prep::relaxation::{AlaricOptions, Control, PAIRED, SolverOptions, StopReason, WvtOptions, part_pairs};
 use sph_prep::target::{Positions, Resolution, Target, at};
 use std::sync::atomic::AtomicBool;

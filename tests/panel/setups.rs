@@ -1,11 +1,11 @@
 //! The methods, the two targets and what is measured of them.
 
+use crate::support::{self, alaric, solve_density};
 use sph::domain::{Axis, Domain, Region, Wall};
 use sph::kernel::{CubicSpline, Kernel, KernelName, evaluate, support_over_spacing};
 use sph::neighbors::brute_force;
 use sph_prep::field::ScalarField;
 use sph_prep::metrics::{BondOrder, DensityError, Measured, NoiseFigures};
-use crate::support::{self, alaric, solve_density};
 use sph_prep::relaxation::{AlaricOptions, Control, SolverOptions, WvtOptions};
 use sph_prep::seeding::{Seeding, is_radial, seed};
 use sph_prep::target::{Positions, Resolution, Target, at};

@@ -2,9 +2,9 @@
 
 use super::results::Table;
 use super::{Density, control, interval, target};
+use crate::support::{alaric, wvt};
 use sph::domain::{Axis, Domain, Region};
 use sph::kernel::KernelName;
-use crate::support::{alaric, wvt};
 use sph_prep::relaxation::{AlaricOptions, WvtOptions, conservation};
 use sph_prep::seeding::{Seeding, seed};
 

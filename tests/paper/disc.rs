@@ -2,9 +2,9 @@
 
 use super::results::Table;
 use super::{Density, control, target};
+use crate::support::{alaric, away_from_closest, solve_density, wvt};
 use sph::domain::{Domain, Wall};
 use sph::kernel::KernelName;
-use crate::support::{alaric, away_from_closest, solve_density, wvt};
 use sph_prep::relaxation::{AfcOptions, AlaricOptions, Bias, SolverOptions, StageReport, Weight, WvtOptions};
 use sph_prep::seeding::{Seeding, seed};
 

@@ -2,9 +2,9 @@
 
 use super::results::Table;
 use super::{Density, control, integral, interval, target, uniform, well};
+use crate::support::alaric_by_splitting;
 use sph::kernel::KernelName;
 use sph_prep::metrics::lowest_epsilon;
-use crate::support::alaric_by_splitting;
 use sph_prep::relaxation::{AlaricOptions, StageReport, coarse_count};
 
 fn run(delta: f64, count: usize, splittings: usize) -> Vec<StageReport> {

@@ -2,8 +2,8 @@
 
 use super::results::Table;
 use super::{Density, control, integral, interval, target, uniform, well};
-use sph::kernel::KernelName;
 use crate::support::alaric;
+use sph::kernel::KernelName;
 use sph_prep::relaxation::{AlaricOptions, StopReason};
 
 /// What a run comes to.
