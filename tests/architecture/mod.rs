@@ -20,7 +20,7 @@ const CRATES: [(&str, &[&str]); 3] =
     [("sph/src", &["sph_formats", "sph_prep"]), ("formats/src", &["sph_core", "sph_prep"]), ("src", &[])];
 
 /// Parts of `field` that turn what was read into fields; the rest of it knows no files either.
-const FROM_FILES: [&str; 14] = [
+const FROM_FILES: [&str; 13] = [
     "build.rs",
     "build_grid.rs",
     "build_input.rs",
@@ -33,7 +33,6 @@ const FROM_FILES: [&str; 14] = [
     "geographic.rs",
     "grid.rs",
     "mesh.rs",
-    "mod.rs",
     "sampled.rs",
 ];
 
