@@ -60,7 +60,7 @@ impl Crate {
                 this.exported.extend(names.map(|t| (name(t), place.clone())));
             }
             let module = parse(&without_tests(tokens(text)));
-            open.extend(module.children.iter().map(|child| [&place[..], &[child.clone()]].concat()));
+            open.extend(module.children.iter().map(|child| [&place[..], std::slice::from_ref(child)].concat()));
             this.modules.insert(place, module);
         }
         this
@@ -97,10 +97,11 @@ impl Crate {
             // `use super::f as f` of a name of its own would come back here.
             return self.resolve(at, &[&import[..], rest].concat(), depth + 1);
         }
-        if at.is_empty() && !module.defined.contains(first) {
-            if let Some(home) = self.exported.get(first) {
-                return Some(home.clone());
-            }
+        if at.is_empty()
+            && !module.defined.contains(first)
+            && let Some(home) = self.exported.get(first)
+        {
+            return Some(home.clone());
         }
         if !module.defined.contains(first) && depth < 20 {
             for glob in &module.globs {
@@ -212,7 +213,8 @@ fn parse(tokens: &[String]) -> Module {
             }
             "macro_rules" => module.defined.extend(tokens.get(i + 2).cloned()),
             _ if is_name(token) && tokens.get(i + 1).is_some_and(|t| t == "::") => {
-                if i == 0 || tokens[i - 1] != "::" {
+                let begins = i == 0 || tokens[i - 1] != "::";
+                if begins {
                     let mut path = vec![token.to_string()];
                     while tokens.get(i + 1).is_some_and(|t| t == "::") && tokens.get(i + 2).is_some_and(|t| is_name(t))
                     {
