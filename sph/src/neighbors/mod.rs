@@ -3,7 +3,7 @@
 //! Particles are kept in leaves of a k-d tree of nearly equal size. A pass takes one leaf at a time, gathers
 //! every particle (and image) that any target of the leaf can see into structure-of-arrays buffers relative
 //! to the leaf's center, and lets each target run over the buffer with vector instructions chosen at run time.
-//! The tree adapts to any spacing ratio; a pass costs O(N). See [`batch`] for the precision of the buffers.
+//! The tree adapts to any spacing ratio; a pass costs O(N). Buffers in single precision resolve about 1e-7 of a support radius.
 //!
 //! Targets only gather: each writes to itself alone, and sources are visited in tree order, so results do not
 //! depend on the number of threads.

@@ -60,7 +60,7 @@ pub struct Actors<'a, const D: usize> {
 }
 
 /// sum_b A_b grad_a W(r_ab, H_b) at every particle a of `actors[0]`: what the particles that see a add to a
-/// gradient. With [`DensitySums::gradient`], what a itself sees, it makes up every conservative SPH force.
+/// gradient. With [`super::DensitySums::gradient`], what a itself sees, it makes up every conservative SPH force.
 pub fn scatter_gradient<const D: usize, R: Real>(
     kernel: KernelName,
     domain: &Domain<D>,

@@ -8,7 +8,7 @@ use crate::neighbors::{Batch, Compiled, LeafPass, Shape, Sources, compiled, in_s
 use pulp::Simd;
 use std::any::Any;
 
-/// Channels of [`ViscosityPass`]: the velocity (padded to three components), alpha, 1/H and n.
+/// Channels of [`shear`]: the velocity (padded to three components), alpha, 1/H and n.
 pub const CHANNELS: usize = 6;
 const ALPHA: usize = 3;
 const INVERSE_SUPPORT: usize = 4;
