@@ -118,16 +118,18 @@ pub fn mantle_mass() -> f64 {
     4e9 * PI * ((3300.0 + 0.8 * outer) * power(3) - 0.8 * power(4))
 }
 
-/// 1 + x on a rectilinear grid with uneven lines over the box of 1 x 2 x 4.
-fn rectilinear(cells_too: bool) -> String {
+/// 1 + x on a rectilinear grid with uneven lines over the box of 1 x 2 x 4; on its cells there may be something else of
+/// the same name.
+fn rectilinear(name: &str, cells_too: bool) -> String {
     let xs = [0.0, 0.1, 0.4, 1.0];
-    let mut text = "# vtk DataFile Version 3.0\nbox\nASCII\nDATASET RECTILINEAR_GRID\nDIMENSIONS 4 2 2\n\
-                    X_COORDINATES 4 double\n0 0.1 0.4 1\nY_COORDINATES 2 double\n0 2\nZ_COORDINATES 2 double\n0 4\n\
-                    POINT_DATA 16\nSCALARS rho double 1\nLOOKUP_TABLE default\n"
-        .to_owned();
+    let mut text = format!(
+        "# vtk DataFile Version 3.0\nbox\nASCII\nDATASET RECTILINEAR_GRID\nDIMENSIONS 4 2 2\n\
+         X_COORDINATES 4 double\n0 0.1 0.4 1\nY_COORDINATES 2 double\n0 2\nZ_COORDINATES 2 double\n0 4\n\
+         POINT_DATA 16\nSCALARS {name} double 1\nLOOKUP_TABLE default\n"
+    );
     text += &(0..16).map(|i| format!("{}\n", 1.0 + xs[i % 4])).collect::<String>();
     if cells_too {
-        text += "CELL_DATA 3\nSCALARS rho double 1\nLOOKUP_TABLE default\n1\n-1\n1\n";
+        text += &format!("CELL_DATA 3\nSCALARS {name} double 1\nLOOKUP_TABLE default\n1\n-1\n1\n");
     }
     text
 }
@@ -143,8 +145,8 @@ pub fn write(folder: &Path) {
         ("kepler.data", kepler()),
         ("star.tab", plain()),
         ("planet.txt", planet()),
-        ("box.vtk", rectilinear(false)),
-        ("points_and_cells.vtk", rectilinear(true)),
+        ("box.vtk", rectilinear("rho", false)),
+        ("points_and_cells.vtk", rectilinear("scalars", true)),
         ("no_variables.vtu", NO_VARIABLES.into()),
     ] {
         std::fs::write(folder.join(name), content).unwrap();

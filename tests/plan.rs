@@ -5,11 +5,13 @@ use sph_formats::common::particle_names as names;
 use sph_formats::{FieldRequest, FileContent, ParticleFile};
 use sph_prep::relaxation::{Control, Event, StopReason};
 use sph_prep::run::pipeline;
+use sph_prep::run::plan::Plan;
 use sph_prep::run::report::Report;
 use sph_prep::scene::Scene;
 use std::collections::BTreeMap;
 use std::sync::Mutex;
 use std::sync::atomic::AtomicBool;
+use std::time::Instant;
 
 /// The report, and how often each stage called its observer.
 fn run(yaml: &str) -> (Report, BTreeMap<&'static str, usize>) {
@@ -17,8 +19,17 @@ fn run(yaml: &str) -> (Report, BTreeMap<&'static str, usize>) {
     (report, calls)
 }
 
+/// The plan alone: stages end as soon as they begin.
+fn planned(yaml: &str) -> Plan {
+    run_until(Some(Instant::now()), yaml).0.plan
+}
+
 /// And what came to be in the file.
 fn run_and_read(yaml: &str) -> (Report, BTreeMap<&'static str, usize>, ParticleFile) {
+    run_until(None, yaml)
+}
+
+fn run_until(deadline: Option<Instant>, yaml: &str) -> (Report, BTreeMap<&'static str, usize>, ParticleFile) {
     let folder = tempfile::tempdir().unwrap();
     let mut scene = Scene::parse(yaml).unwrap();
     scene.output.file = Some(folder.path().join("ic.vtu"));
@@ -29,7 +40,7 @@ fn run_and_read(yaml: &str) -> (Report, BTreeMap<&'static str, usize>, ParticleF
             *calls.lock().unwrap().entry(stage.name).or_insert(0) += 1;
         }
     };
-    let control = Control { deadline: None, interrupted: &never, observer: &observer };
+    let control = Control { deadline, interrupted: &never, observer: &observer };
     let report = pipeline::run(&scene, sph_formats::FORMATS, &control).unwrap();
     let file = scene.output.file.unwrap();
     match sph_formats::read(sph_formats::FORMATS, &file, None, &FieldRequest::default()).unwrap() {
@@ -167,9 +178,12 @@ fn a_tolerance_chooses_a_weight_that_reaches_it_and_stops_there() {
 
 #[test]
 fn few_particles_get_more_evaluations_and_a_scene_has_its_own() {
-    let planned = |rest: &str| run(&format!("{BOX}{rest}\nsolver: {{quietness: 0.5}}\n")).0.plan.evaluations;
-    assert_eq!((planned("particles: 400"), planned("particles: 40000")), (240, 158));
-    assert_eq!(run(&format!("{BOX}particles: 400\nsolver: {{evaluations: 7}}\n")).0.plan.evaluations, 7);
+    let evaluations = |rest: &str| planned(&format!("{BOX}{rest}\n")).evaluations;
+    let quiet = "solver: {quietness: 0.5}";
+    let few = evaluations(&format!("particles: 400\n{quiet}"));
+    let many = evaluations(&format!("particles: 40000\n{quiet}"));
+    assert_eq!((few, many), (240, 158));
+    assert_eq!(evaluations("particles: 400\nsolver: {evaluations: 7}"), 7);
 }
 
 #[test]
@@ -194,20 +208,20 @@ fn splines_with_many_neighbors_end_without_pairs() {
 }
 
 /// The bundled planet with other keys.
-fn planet(rest: &str) -> Report {
+fn planet(rest: &str) -> String {
     let text = std::fs::read_to_string(concat!(env!("CARGO_MANIFEST_DIR"), "/profiles/planet.yaml")).unwrap();
-    run(&format!("{}\nparticles: 2000\n{rest}", text.replace("particles:", "# particles:"))).0
+    format!("{}\nparticles: 2000\n{rest}", text.replace("particles:", "# particles:"))
 }
 
 #[test]
 fn shells_beside_a_jump_are_relaxed_for_a_tight_tolerance() {
-    let planned = |rest: &str| {
-        let report = planet(rest);
-        (report.plan.seeding.method().name, report.plan.wvt_iterations)
+    let begins = |rest: &str| {
+        let plan = planned(&planet(rest));
+        (plan.seeding.method().name, plan.wvt_iterations)
     };
-    assert_eq!(planned("tolerance: 1e-5\n"), ("equal-area-shells", 0));
-    assert_eq!(planned("tolerance: 1e-6\n"), ("equal-area-shells", 20));
-    assert_eq!(planned(""), ("equal-area-shells", 0));
+    assert_eq!(begins("tolerance: 1e-5\n"), ("equal-area-shells", 0));
+    assert_eq!(begins("tolerance: 1e-6\n"), ("equal-area-shells", 20));
+    assert_eq!(begins(""), ("equal-area-shells", 0));
 }
 
 /// Stages watch epsilon at the target's support radii, which about a jump differ from those that are measured with.
@@ -220,7 +234,7 @@ fn whether_a_tolerance_is_met_is_what_the_measured_error_says() {
         (1e-3, "polish: alaric\nalaric: {steps: 30}"),
         (1e-3, "resolution: {number_density: '2 - r'}"),
     ] {
-        let report = planet(&format!("{rest}\ntolerance: {tolerance:e}\n"));
+        let report = run(&planet(&format!("{rest}\ntolerance: {tolerance:e}\n"))).0;
         let met = report.density_error.interior_refitted.unwrap().epsilon <= tolerance;
         let stages_met = report.stages.last().unwrap().stop == StopReason::ToleranceReached;
         let expected = match (met, stages_met) {

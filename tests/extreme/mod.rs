@@ -13,7 +13,7 @@ mod table;
 
 use harness::{Case, Placed, Verdict, run};
 use scenes::{Expected, Scene};
-use sph_prep::seeding::{METHODS, Method, Targets};
+use sph_prep::seeding::{METHODS, Method, Seeding, Targets};
 use table::{Row, Table};
 
 /// Methods that relax; each starts from the bisection seed.
@@ -113,6 +113,13 @@ fn admits(method: &Method, scene: &Scene, dimension: usize) -> bool {
         }
 }
 
+/// Glasses take long to make, and are the same for all scenes of a dimension: what differs is how they are stretched.
+const FOR_GLASSES: [&str; 3] = ["contrast 1e2", "shock tube 8:1", "hole"];
+
+fn is_glass(method: &Method) -> bool {
+    matches!(method.seeding, Seeding::Glass | Seeding::GravitationalGlass)
+}
+
 /// Every seed on scenes that many of them admit, and on some that few do: it places where it can, and refuses the rest.
 fn seeds_on(dimension: usize, count: usize) -> Table {
     let mut table = Table::default();
@@ -123,7 +130,7 @@ fn seeds_on(dimension: usize, count: usize) -> Table {
         let Some(scene) = scenes.iter().find(|s| s.case.name == name && s.dimensions.contains(&dimension)) else {
             continue;
         };
-        for method in METHODS {
+        for method in METHODS.iter().filter(|m| !is_glass(m) || FOR_GLASSES.contains(&name)) {
             let name = format!("seed:{}", method.name);
             let verdict = run(&scene.in_dimension(dimension), &name, count);
             let wrong = match &verdict {
@@ -184,7 +191,7 @@ fn ends(counts: &[usize]) -> Table {
 
 #[test]
 fn few_particles_many_neighbors_and_options_far_off() {
-    ends(&[1, 2, 3, 5, 30, 10_000]).finish("ends");
+    ends(&[1, 2, 3, 5, 30, 3000]).finish("ends");
 }
 
 /// Lengths and densities scaled by powers of two give the same bits; other units the same to rounding, which the

@@ -21,23 +21,22 @@ fn bare(d: usize, steps: usize) -> AlaricOptions {
     }
 }
 
-/// With friction, viscosity and stops switched off nothing of them is left: the fluid keeps its energy. The leap-frog's
-/// error is quadratic in the step; a tenth is left at half the default step, while friction alone takes all of the kinetic
-/// energy within its time of 1/4 of a crossing.
+/// With friction, viscosity and stops switched off nothing of them is left: the fluid keeps its energy and momentum, to the
+/// leap-frog's error of second order in the step. Friction of 4 alone would take 1 - exp(-2 * 4 * 0.3), nine tenths of the
+/// kinetic energy in that time.
 #[test]
 fn terms_that_are_off_leave_the_fluid_its_energy_and_momentum() {
     let domain = interval();
     let target = target(&domain, &Density(|_: &[f64; 1]| 1.0), 100, 1.0);
     let start = seed(&target, Seeding::Random, 1).unwrap().positions;
     let default = AlaricOptions::new(1);
-    let options = AlaricOptions { courant: 0.5 * default.courant, steps: 400, ..default };
+    let options = AlaricOptions { courant: 0.5 * default.courant, steps: 2000, ..default };
     let drift = conservation::<1, f64>(KernelName::WendlandC4, &target, start, &options, &control());
-    assert!(drift.time > 0.25 && drift.energy < 0.1 && drift.momentum < 1e-6, "{drift:?}");
+    assert!(drift.time > 0.3 && drift.energy < 0.1 && drift.momentum < 1e-6, "{drift:?}");
 }
 
-/// Each changes a run; what is resolved everywhere is held nowhere.
 #[test]
-fn each_term_does_something_and_holding_nothing_does_not() {
+fn each_term_that_is_on_changes_the_run() {
     let domain = Domain::new([0.0; 2], [1.0; 2], [Axis::Periodic; 2], Region::Box).unwrap();
     let density = Density(|x: &[f64; 2]| 1.0 + 0.5 * (std::f64::consts::TAU * x[0]).sin());
     let target = target(&domain, &density, 300, 1.0);
@@ -53,10 +52,10 @@ fn each_term_does_something_and_holding_nothing_does_not() {
         ("viscosity", AlaricOptions { viscosity: true, ..bare }),
         ("velocity stops", AlaricOptions { velocity_stops: true, ..bare }),
         ("grad-h terms", AlaricOptions { grad_h: true, ..bare }),
+        ("held particles", AlaricOptions { hold_unresolved: true, ..bare }),
     ] {
         assert!(run(with) != plain, "{name} does nothing");
     }
-    assert!(run(AlaricOptions { hold_unresolved: true, ..bare }) == plain);
 }
 
 /// Only viscosity has a pass over pairs of its own.

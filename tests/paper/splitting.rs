@@ -34,22 +34,13 @@ fn ends(reports: &[StageReport]) -> String {
 /// The paper's residuals from above: where the target is positive everywhere it stops at 1e-8. The estimate of
 /// the lowest epsilon is no bound for our states, which also re-fit the mass and sum over supports wider than
 /// lambda. At Delta = 0.1 and 0.5 we stay above the paper, 8 and 4 times: the steps run out while epsilon falls.
-#[test]
-fn table2() {
+fn table2_of(rows: &[(f64, f64, f64, f64)]) -> Table {
     let mut page = Table::new(
         "Table 2: one splitting, 101 to 303 particles in 1-D",
         "Lowest epsilon of the well of eq. 46 for six depths; the minimum is the paper's estimate, computed here.",
         &["Delta", "epsilon, paper", "here", "minimum, paper", "here", "stages"],
     );
-    let rows = [
-        (0.0, 2e-4, 1e-4, 3.0),
-        (0.01, 1e-4, 7e-5, 3.0),
-        (0.05, 2e-5, 9e-6, 10.0),
-        (0.1, 2e-6, 8e-7, 20.0),
-        (0.5, 1e-8, 1e-9, 5.0),
-        (1.0, 1e-8, 8e-11, 3.0),
-    ];
-    let outcomes = rows.map(|(delta, paper, minimum, _)| {
+    let outcomes = rows.iter().map(|&(delta, paper, minimum, _)| {
         let reports = run(delta, 303, 1);
         let (epsilon, ours) = (last(&reports), bound(delta, 303));
         page.row(&[
@@ -63,16 +54,39 @@ fn table2() {
         assert!((0.8..1.45).contains(&(ours / minimum)), "Delta {delta}: {ours:e}");
         epsilon
     });
+    let outcomes: Vec<f64> = outcomes.collect();
     page.note(
         "Delta = 0.05 comes to rest in one of several states, from 1.9e-7 to 1.7e-4, and rounding decides in which. \
          Not reached: Delta = 0.1 and 0.5 end 8 and 4 times above the paper, with epsilon still falling when the 10 000 \
          steps are used up. The estimate of the minimum is no bound here: it takes the error of one particle of \
          radius lambda at the bottom for all, while the states here re-fit the mass and sum over wider supports.",
     );
-    page.publish("table2");
     for ((delta, paper, _, within), epsilon) in rows.iter().zip(outcomes) {
         assert!(epsilon < within * paper, "Delta {delta}: {epsilon:e}");
     }
+    page
+}
+
+/// Delta, epsilon of the paper, its minimum, and within which factor of its epsilon we end.
+const TABLE_2: [(f64, f64, f64, f64); 6] = [
+    (0.0, 2e-4, 1e-4, 3.0),
+    (0.01, 1e-4, 7e-5, 3.0),
+    (0.05, 2e-5, 9e-6, 10.0),
+    (0.1, 2e-6, 8e-7, 20.0),
+    (0.5, 1e-8, 1e-9, 5.0),
+    (1.0, 1e-8, 8e-11, 3.0),
+];
+
+/// The deepest well, and the shallowest.
+#[test]
+fn table2() {
+    table2_of(&[TABLE_2[0], TABLE_2[5]]);
+}
+
+#[test]
+#[ignore = "half a minute"]
+fn table2_to_the_end() {
+    table2_of(&TABLE_2).publish("table2");
 }
 
 fn fig16_up_to(most: usize, publish: bool) {
@@ -119,8 +133,9 @@ fn fig16_to_the_end() {
     fig16_up_to(4, true);
 }
 
-/// 909 particles in the end: where one splitting is after 4000 fine steps, none has not come.
+/// 909 particles in the end. (That splitting leaves an error below 3e-4 is what the short form of Fig. 16 checks.)
 #[test]
+#[ignore = "half a minute"]
 fn fig6() {
     let mut page = Table::new(
         "Fig. 6: zero to two splittings to 909 particles",
