@@ -272,3 +272,43 @@ fn an_interrupt_leaves_nothing() {
     assert!(stderr.contains("interrupted"), "{stderr}");
     assert!(folder.outputs().is_empty(), "{:?}", folder.outputs());
 }
+
+/// Whatever a run without stages is at (reading, seeding, measuring, writing): it ends, or it had come to its end before.
+#[cfg(unix)]
+#[test]
+fn an_interrupt_ends_every_step_between_the_stages() {
+    use std::process::{Command, Stdio};
+    let folder = Folder::new();
+    let scene = scenes(&folder).swap_remove(6);
+    let start = || {
+        Command::new(env!("CARGO_BIN_EXE_sph-prep"))
+            .args(["--scene", &text(&scene), "--out", &text(&folder.path("out/ic.hdf5")), "-n", "200000"])
+            .args(["--iterations", "0", "--polish", "none", "--quiet"])
+            .stderr(Stdio::piped())
+            .spawn()
+            .unwrap()
+    };
+    let begin = std::time::Instant::now();
+    assert!(start().wait().unwrap().success());
+    let whole = begin.elapsed();
+    let mut interrupted = 0;
+    for share in [0.02, 0.1, 0.2, 0.35, 0.5, 0.65, 0.8] {
+        folder.outputs().iter().for_each(|file| std::fs::remove_file(folder.path("out").join(file)).unwrap());
+        let child = start();
+        std::thread::sleep(whole.mul_f64(share));
+        assert!(Command::new("kill").args(["-INT", &child.id().to_string()]).status().unwrap().success());
+        let output = child.wait_with_output().unwrap();
+        let stderr = String::from_utf8(output.stderr).unwrap();
+        match output.status.code() {
+            Some(0) => assert_eq!(folder.outputs().len(), 1, "at {share}"),
+            Some(1) => {
+                assert!(stderr.contains("interrupted") && folder.outputs().is_empty(), "at {share}: {stderr}");
+                interrupted += 1;
+            }
+            // Before the program listens, the signal ends it as it ends any other.
+            None => assert!(folder.outputs().is_empty(), "at {share}: {stderr}"),
+            code => panic!("at {share}: exit code {code:?}, {stderr}"),
+        }
+    }
+    assert!(interrupted > 2, "only {interrupted} of 7 interrupts came in time");
+}
