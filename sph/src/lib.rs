@@ -11,9 +11,10 @@
 //! use sph_core::sums::solve_support_radii;
 //!
 //! // A cubic lattice in a periodic box.
-//! let n = 10;
+//! let n = 10_usize;
 //! let position = |i: usize| (i as f64 + 0.5) / n as f64;
-//! let positions: [Vec<f64>; 3] = std::array::from_fn(|k| (0..n * n * n).map(|i| position(i / n.pow(k as u32) % n)).collect());
+//! let along = |k: u32| (0..n * n * n).map(|i| position(i / n.pow(k) % n)).collect();
+//! let positions: [Vec<f64>; 3] = [along(0), along(1), along(2)];
 //! let domain = Domain::new([0.0; 3], [1.0; 3], [Axis::Periodic; 3], Region::Box)?;
 //!
 //! // Support radii with 64 kernel neighbors, and the number density at them, in the order of the tree.
