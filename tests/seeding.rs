@@ -163,7 +163,7 @@ fn error<const D: usize>(target: &Target<'_, D>, x: &Positions<D>, neighbors: f6
     let ratio = support_over_spacing(D, neighbors);
     let guess: Vec<f64> = target.number_densities(x).iter().map(|&n| ratio * target.spacing(n)).collect();
     let measured = Measured::new(KernelName::WendlandC4, target.domain, x, &masses, &guess, neighbors);
-    DensityError::new(&measured, &target.densities(x))
+    DensityError::new(&measured, &target.densities(x), None)
 }
 
 const LATTICES: [Seeding; 3] = [Seeding::Cubic, Seeding::CubicClosePacked, Seeding::HexagonalClosePacked];
@@ -441,7 +441,7 @@ fn error_of_shells<const D: usize>(shells: Seeding, count: usize, kernel: Kernel
     let x = seed(&target, shells, 3).unwrap().positions;
     let support = support_over_spacing(D, neighbors) * target.spacing(count as f64 * value);
     let measured = Measured::new(kernel, &domain, &x, &target.masses(&x), &vec![support; count], neighbors);
-    let inside = DensityError::new(&measured, &target.densities(&x)).interior_refitted.unwrap();
+    let inside = DensityError::new(&measured, &target.densities(&x), None).interior_refitted.unwrap();
     (inside.max, inside.mean)
 }
 

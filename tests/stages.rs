@@ -52,7 +52,7 @@ fn measured<const D: usize>(target: &Target<'_, D>, x: &Positions<D>, masses: &[
 }
 
 fn error<const D: usize>(target: &Target<'_, D>, x: &Positions<D>) -> DensityError {
-    DensityError::new(&measured(target, x, &target.masses(x)), &target.densities(x))
+    DensityError::new(&measured(target, x, &target.masses(x)), &target.densities(x), None)
 }
 
 fn solved<const D: usize>(target: &Target<'_, D>, evaluations: usize) -> Positions<D> {
@@ -111,9 +111,9 @@ fn quiet_forces_cost_exactness_and_the_other_way_round() {
         let x = solve_density::<3, f32>(KernelName::WendlandC4, &target, start.clone(), &options, &control()).0;
         let masses = target.masses(&x);
         let mut measured = measured(&target, &x, &masses);
-        measured.leave_out_unresolved(&target, &x);
+        measured.leave_out_unresolved(&target, &x, default_kernel_neighbors(3));
         let noise = NoiseFigures::new(KernelName::WendlandC4, &measured, &domain, &masses, default_kernel_neighbors(3));
-        let error = DensityError::new(&measured, &target.densities(&x));
+        let error = DensityError::new(&measured, &target.densities(&x), None);
         (error.interior_refitted.unwrap().epsilon, noise.interior.unwrap())
     };
     let (exact, quiet) = (run(0.1), run(0.9));

@@ -133,7 +133,7 @@ fn place(threads: usize) -> (Positions<3>, DensityError, NoiseFigures) {
         assert!(best < 0.1 * first, "{best} after {first}");
         let masses = target.masses(&x);
         let measured = Measured::new(KernelName::WendlandC4, &domain, &x, &masses, &vec![0.15; 5000], 64.0);
-        let error = DensityError::new(&measured, &target.densities(&x));
+        let error = DensityError::new(&measured, &target.densities(&x), None);
         let noise = NoiseFigures::new(KernelName::WendlandC4, &measured, &domain, &masses, 64.0);
         (x, error, noise)
     })

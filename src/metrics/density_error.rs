@@ -2,7 +2,7 @@
 
 use super::Measured;
 use serde::Serialize;
-use sph::reduce;
+use sph::{parallel, reduce};
 
 /// Figures over one set of particles.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
@@ -13,15 +13,24 @@ pub struct ErrorFigures {
     pub epsilon: f64,
     /// Mean |rho/rho* - 1|.
     pub mean: f64,
+    /// What 99 % of the particles stay below in |rho/rho* - 1|.
+    pub most: f64,
     /// Largest |rho/rho* - 1|.
     pub max: f64,
 }
 
 /// Density error with the mass as given (so that the total is right) and with the mass re-fitted
 /// (m <- m mean(rho*/rho), which removes a constant factor such as the bias of the self-contribution), over all particles
-/// and over the interior, see [`Measured::interior`].
+/// and over the interior, see [`Measured::interior`]. The mean leaves out what differs from the median by more than a
+/// factor of two, so that a few particles do not make it.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct DensityError {
+    /// Over all particles, the mass as given, against the target as the kernel sees it: what surfaces, cusps and jumps do to
+    /// any arrangement is not counted, what this one does wrong is.
+    pub smoothed: Option<ErrorFigures>,
+    /// What the kernel alone does at this resolution: the target as it sees it against the target itself, over all
+    /// particles.
+    pub kernel_limit: Option<ErrorFigures>,
     pub all: ErrorFigures,
     pub all_refitted: ErrorFigures,
     pub interior: Option<ErrorFigures>,
@@ -37,16 +46,20 @@ pub struct DensityError {
 
 impl DensityError {
     /// Compares the density summed in `measured` with `target`, which is rho* at the particles, in the unit of mass
-    /// over volume of the measurement.
-    pub fn new<const D: usize>(measured: &Measured<D>, target: &[f64]) -> Self {
-        let everywhere = vec![true; target.len()];
-        let refit_all = refit(measured, target, &everywhere);
+    /// over volume of the measurement, and with `smoothed`, the target as the kernel sees it, where it is known.
+    pub fn new<const D: usize>(measured: &Measured<D>, target: &[f64], smoothed: Option<&[f64]>) -> Self {
+        let n = target.len();
+        let density: Vec<f64> = measured.sums.iter().map(|s| s.weighted).collect();
+        let volume: Vec<f64> = measured.sums.iter().map(|s| 1.0 / s.number_density).collect();
+        let everywhere = vec![true; n];
         let inside = &measured.interior;
-        let refit_interior = refit(measured, target, inside);
-        let figures = |set: &[bool], factor: f64| figures(measured, target, set, factor);
+        let (refit_all, refit_interior) = (refit(&density, target, &everywhere), refit(&density, target, inside));
+        let figures = |set: &[bool], factor: f64| figures((&density, factor), target, &volume, set);
         let any = inside.iter().any(|&i| i);
         let edge: Vec<bool> = inside.iter().map(|i| !i).collect();
         Self {
+            smoothed: smoothed.map(|s| self::figures((&density, 1.0), s, &volume, &everywhere)),
+            kernel_limit: smoothed.map(|s| self::figures((s, 1.0), target, &volume, &everywhere)),
             all: figures(&everywhere, 1.0),
             all_refitted: figures(&everywhere, refit_all),
             interior: any.then(|| figures(inside, 1.0)),
@@ -57,6 +70,16 @@ impl DensityError {
         }
     }
 
+    /// Against `smoothed`, the target as the kernel sees it, over all particles, with the mass re-fitted by no more than the
+    /// bias of the self-contribution can be.
+    pub(super) fn within_bias<const D: usize>(measured: &Measured<D>, smoothed: &[f64]) -> ErrorFigures {
+        let density: Vec<f64> = measured.sums.iter().map(|s| s.weighted).collect();
+        let volume: Vec<f64> = measured.sums.iter().map(|s| 1.0 / s.number_density).collect();
+        let everywhere = vec![true; smoothed.len()];
+        let factor = refit(&density, smoothed, &everywhere).clamp(1.0 - MOST_BIAS, 1.0 + MOST_BIAS);
+        figures((&density, factor), smoothed, &volume, &everywhere)
+    }
+
     /// The figures that a tolerance bounds and by which methods are compared: with the mass re-fitted, over the interior
     /// where there is one.
     pub fn stated(&self) -> &ErrorFigures {
@@ -64,24 +87,49 @@ impl DensityError {
     }
 }
 
-/// mean(rho*/rho) over a set.
-fn refit<const D: usize>(measured: &Measured<D>, target: &[f64], set: &[bool]) -> f64 {
-    let count = set.iter().filter(|&&s| s).count().max(1);
-    reduce::sum(target.len(), |i| if set[i] { target[i] / measured.sums[i].weighted } else { 0.0 }) / count as f64
+/// mean(rho*/rho) over those of a set that are within a factor of two of their median.
+fn refit(density: &[f64], target: &[f64], set: &[bool]) -> f64 {
+    let ratio = |i: usize| target[i] / density[i];
+    let mut ratios: Vec<f64> = (0..set.len()).filter(|&i| set[i]).map(ratio).collect();
+    if ratios.is_empty() {
+        return 1.0;
+    }
+    let middle = ratios.len() / 2;
+    let median = *ratios.select_nth_unstable_by(middle, f64::total_cmp).1;
+    let counts = |i: usize| set[i] && ratio(i) > 0.5 * median && ratio(i) < 2.0 * median;
+    let count = parallel::count(set.len(), counts);
+    if count == 0 {
+        return median;
+    }
+    reduce::sum(set.len(), |i| if counts(i) { ratio(i) } else { 0.0 }) / count as f64
 }
 
-fn figures<const D: usize>(measured: &Measured<D>, target: &[f64], set: &[bool], factor: f64) -> ErrorFigures {
+/// What a self-contribution can do to a density.
+const MOST_BIAS: f64 = 0.03;
+
+/// The share of particles that [`ErrorFigures::most`] leaves out.
+const FEW: f64 = 0.01;
+
+/// Of `density` times `factor` against `target`.
+fn figures((density, factor): (&[f64], f64), target: &[f64], volume: &[f64], set: &[bool]) -> ErrorFigures {
     let n = target.len();
-    let density = |i: usize| factor * measured.sums[i].weighted;
+    let density = |i: usize| factor * density[i];
     let over = |f: &(dyn Fn(usize) -> f64 + Sync)| reduce::sum(n, |i| if set[i] { f(i) } else { 0.0 });
     let particles = set.iter().filter(|&&s| s).count();
-    let volume = |i: usize| 1.0 / measured.sums[i].number_density;
-    let squares = over(&|i| (density(i) - target[i]).powi(2) * volume(i));
-    let norm = over(&|i| target[i].powi(2) * volume(i));
+    let squares = over(&|i| (density(i) - target[i]).powi(2) * volume[i]);
+    let norm = over(&|i| target[i].powi(2) * volume[i]);
+    let deviation = |i: usize| (density(i) / target[i] - 1.0).abs();
+    let mut deviations: Vec<f64> = (0..n).filter(|&i| set[i]).map(deviation).collect();
+    let most = ((1.0 - FEW) * particles as f64) as usize;
     ErrorFigures {
         particles,
         epsilon: squares / norm,
-        mean: over(&|i| (density(i) / target[i] - 1.0).abs()) / particles as f64,
-        max: reduce::max(n, |i| if set[i] { (density(i) / target[i] - 1.0).abs() } else { 0.0 }),
+        mean: over(&deviation) / particles as f64,
+        max: deviations.iter().fold(f64::NEG_INFINITY, |m, d| m.max(*d)),
+        most: if particles > 0 {
+            *deviations.select_nth_unstable_by(most.min(particles - 1), f64::total_cmp).1
+        } else {
+            0.0
+        },
     }
 }

@@ -2,7 +2,7 @@
 
 use crate::target::{Positions, Target, at};
 use sph::domain::{Domain, Wall};
-use sph::kernel::KernelName;
+use sph::kernel::{KernelName, support_over_spacing};
 use sph::neighbors::{GhostTree, Reach, Sources, Tree};
 use sph::parallel;
 use sph::sums::{Actors, DensitySums, largest_support, scatter_gradient, solve_support_radii};
@@ -96,12 +96,15 @@ impl<const D: usize> Measured<D> {
     }
 
     /// Takes particles out of the interior about which the target is too sharp to be followed (steep surfaces,
-    /// discontinuities, vanishing density), see [`Target::sharpness`].
-    pub fn leave_out_unresolved(&mut self, target: &Target<'_, D>, positions: &Positions<D>) {
-        let support = &self.support;
+    /// discontinuities, vanishing density), see [`Target::sharpness`], and goes by the target's own support radii with
+    /// `kernel_neighbors`: what is interior depends on places, not on where particles have gathered.
+    pub fn leave_out_unresolved(&mut self, target: &Target<'_, D>, positions: &Positions<D>, kernel_neighbors: f64) {
+        let ratio = support_over_spacing(D, kernel_neighbors);
         parallel::update(&mut self.interior, |i, inside| {
             let x = at(positions, i);
-            *inside = *inside && target.sharpness(&x, target.number_density(&x), support[i]) < 1.0;
+            let wanted = target.number_density(&x);
+            let support = target.support(wanted, ratio);
+            *inside = target.domain.distance_to_edge(&x) >= support && target.sharpness(&x, wanted, support) < 1.0;
         });
     }
 }

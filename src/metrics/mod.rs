@@ -1,21 +1,26 @@
-//! Measures of the result: density error, force noise, neighbor numbers, isotropy.
+//! Measures of the result: density error, mass ledger, force noise, neighbor numbers, isotropy.
 //!
 //! Measures use the domain as it is: open faces are vacuum, reflecting ones and reflecting surfaces mirror.
 
 mod balance;
 mod density_error;
 mod isotropy;
+mod ledger;
 mod measured;
 mod minimum;
 mod neighbors;
 mod noise;
 mod outcome;
+mod quality;
+mod smoothed;
 
 pub use balance::{BalanceFigures, Thermodynamics};
 pub use density_error::{DensityError, ErrorFigures};
 pub use isotropy::BondOrder;
+pub use ledger::{IN_PLACE, Ledger, LedgerFigures, LedgerLevel, RegionFigures};
 pub use measured::Measured;
 pub use minimum::lowest_epsilon;
 pub use neighbors::NeighborFigures;
 pub use noise::{NoiseFigures, poisson_force};
 pub use outcome::Outcome;
+pub use quality::Quality;

@@ -1,6 +1,9 @@
 //! All measures of one arrangement of particles.
 
-use super::{BalanceFigures, DensityError, Measured, NeighborFigures, NoiseFigures, Thermodynamics};
+use super::smoothed::smoothed_densities;
+use super::{
+    BalanceFigures, DensityError, Ledger, LedgerFigures, Measured, NeighborFigures, NoiseFigures, Thermodynamics,
+};
 use crate::target::{Positions, Target};
 use sph::kernel::KernelName;
 use sph::sums::support_guess;
@@ -15,6 +18,7 @@ pub struct Outcome {
     /// Target density.
     pub target_density: Vec<f64>,
     pub density_error: DensityError,
+    pub ledger: LedgerFigures,
     pub noise: NoiseFigures,
     pub neighbors: NeighborFigures,
     /// Where pressure and gravity are known.
@@ -36,15 +40,17 @@ impl Outcome {
         let guess = support_guess::<D>(kernel_neighbors, number_density.len(), spacing);
         let mut measured = Measured::new(kernel, target.domain, positions, &masses, &guess, kernel_neighbors);
         drop((guess, number_density));
-        measured.leave_out_unresolved(target, positions);
+        measured.leave_out_unresolved(target, positions, kernel_neighbors);
         let target_density = target.densities(positions);
-        let density_error = DensityError::new(&measured, &target_density);
+        let smoothed = smoothed_densities(kernel, target, positions, &measured.support);
+        let density_error = DensityError::new(&measured, &target_density, Some(&smoothed));
+        let ledger = Ledger::new(target).figures(&measured, target, positions, &masses);
         let noise = NoiseFigures::new(kernel, &measured, target.domain, &masses, kernel_neighbors);
         let balance = thermodynamics.and_then(|t| {
             BalanceFigures::new(kernel, &measured, target.domain, positions, (&masses, &target_density), t)
         });
         let neighbors = measured.neighbors(target.domain, kernel_neighbors);
         let (support, density) = measured.support.iter().zip(&measured.sums).map(|(&h, s)| (h, s.weighted)).unzip();
-        Self { masses, support, density, target_density, density_error, noise, neighbors, balance }
+        Self { masses, support, density, target_density, density_error, ledger, noise, neighbors, balance }
     }
 }

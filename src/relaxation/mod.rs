@@ -2,6 +2,7 @@
 //!
 //! Each stage is a file with its options, its name and its implementation of [`Stage`]; [`relax`] runs any of them.
 
+mod acceptance;
 mod afc;
 #[cfg(test)]
 mod afc_tests;
@@ -28,6 +29,7 @@ mod stiffness;
 mod trimming;
 mod wvt;
 
+pub use acceptance::{Accepted, Judge};
 pub use afc::{AfcOptions, AwayFromClosest, NAME as AFC};
 pub use alaric::{Alaric, DAMPED as DAMPED_RELAXATION, NAME as ALARIC};
 pub use balance::{BalanceOptions, NAME as BALANCE, PressureBalance};

@@ -175,8 +175,17 @@ impl Run<'_> {
             hydrostatics.map(|h| Thermodynamics { equilibrium: h, internal_energy: internal_energy.as_deref() });
         let masses = masses.unwrap_or_else(|| target.masses(&positions));
         let outcome = Outcome::new(kernel, target, &positions, masses, neighbors, thermodynamics.as_ref());
-        let Outcome { masses, support, density, target_density, density_error, noise, neighbors: near, balance } =
-            outcome;
+        let Outcome {
+            masses,
+            support,
+            density,
+            target_density,
+            density_error,
+            ledger,
+            noise,
+            neighbors: near,
+            balance,
+        } = outcome;
         if !density_error.all.epsilon.is_finite() {
             return Err(Error::Numeric {
                 stage: "measure",
@@ -220,6 +229,7 @@ impl Run<'_> {
             mass,
             stop,
             density_error,
+            ledger,
             noise,
             balance,
             neighbors: near,

@@ -1,6 +1,8 @@
 //! The run report: one value, printed for people or as JSON.
 
-use crate::metrics::{BalanceFigures, DensityError, ErrorFigures, NeighborFigures, NoiseFigures};
+use crate::metrics::{
+    BalanceFigures, DensityError, ErrorFigures, IN_PLACE, LedgerFigures, NeighborFigures, NoiseFigures,
+};
 use crate::relaxation::{StageReport, StopReason};
 use crate::run::plan::Plan;
 use serde::Serialize;
@@ -19,6 +21,8 @@ pub struct Report {
     pub mass: MassReport,
     pub stop: StopReason,
     pub density_error: DensityError,
+    /// Where the mass is, against where it should be.
+    pub ledger: LedgerFigures,
     pub noise: NoiseFigures,
     /// How well pressure cancels gravity, where both are known.
     pub balance: Option<BalanceFigures>,
@@ -66,6 +70,30 @@ impl Report {
         out
     }
 
+    /// The headline: whether the mass is where it should be.
+    fn write_ledger(&self, out: &mut String) -> std::fmt::Result {
+        if let Some(smallest) = self.ledger.levels.last() {
+            writeln!(
+                out,
+                "  mass in place    {:.2} % of it, to {:.0} % in {} boxes of equal mass; largest deviation {:.2} %",
+                100.0 * self.ledger.in_place,
+                100.0 * IN_PLACE,
+                smallest.boxes,
+                100.0 * smallest.largest_deviation,
+            )?;
+        }
+        if let Some(worst) = self.ledger.worst_region() {
+            writeln!(
+                out,
+                "  regions          {} apart; the one that is farthest off has {:.1} of {:.1} particles",
+                self.ledger.regions.len(),
+                worst.found,
+                worst.wanted
+            )?;
+        }
+        Ok(())
+    }
+
     fn write_text(&self, out: &mut String) -> std::fmt::Result {
         writeln!(out, "{} -> {} ({})", self.input, self.output, self.format)?;
         match self.stop {
@@ -92,9 +120,12 @@ impl Report {
         } else {
             writeln!(out, "  particle masses  {:.4e} to {:.4e}", m.smallest, m.largest)?;
         }
-        writeln!(out, "  density error    {:<28} epsilon     mean |e|    max |e|", "")?;
+        self.write_ledger(out)?;
+        writeln!(out, "  density error    {:<28} epsilon     mean |e|    99 %        max |e|", "")?;
         let e = &self.density_error;
         let rows = [
+            ("all, against smoothed target", e.smoothed),
+            ("the kernel's own smoothing", e.kernel_limit),
             ("all, mass as given", Some(e.all)),
             ("all, mass re-fitted", Some(e.all_refitted)),
             ("interior, mass as given", e.interior),
@@ -102,17 +133,17 @@ impl Report {
             ("surfaces and jumps apart", e.edge_refitted),
         ];
         for (name, figures) in rows {
-            if let Some(ErrorFigures { epsilon, mean, max, particles }) = figures {
+            if let Some(ErrorFigures { epsilon, mean, most, max, particles }) = figures {
+                let [mean, most, max] = [mean, most, max].map(|share| 100.0 * share);
                 writeln!(
                     out,
-                    "    {name:<28} {particles:>10}   {epsilon:.3e}   {:.3} %     {:.2} %",
-                    100.0 * mean,
-                    100.0 * max
+                    "    {name:<28} {particles:>10}   {epsilon:.3e}   {mean:.3} %     {most:.2} %     {max:.2} %"
                 )?;
             }
         }
         let inside = self.noise.interior.map(|n| format!(", interior {:.2} %", 100.0 * n)).unwrap_or_default();
-        writeln!(out, "  force noise      {:.2} % of a random set's{inside}", 100.0 * self.noise.all)?;
+        let noise = [self.noise.all, self.noise.median].map(|share| 100.0 * share);
+        writeln!(out, "  force noise      {:.2} % of a random set's, median {:.2} %{inside}", noise[0], noise[1])?;
         if let Some(balance) = &self.balance {
             let inside = balance.interior.map(|b| format!(", interior {:.2} %", 100.0 * b)).unwrap_or_default();
             writeln!(

@@ -4,16 +4,17 @@ use super::checkpoint::{Checkpoints, Kept, Meta};
 use super::plan::Plan;
 use super::report::Timing;
 use crate::error::{Error, Result};
+use crate::metrics::{Ledger, Quality};
 use crate::relaxation::{
-    self, AFC, ALARIC, AfcOptions, Alaric, AlaricOptions, AwayFromClosest, BALANCE, BalanceOptions, Control,
-    DAMPED_RELAXATION, DensitySolver, Event, MassTrimming, PAIRED, Particles, PressureBalance, SOLVER, SolverOptions,
+    self, AFC, ALARIC, Accepted, AfcOptions, Alaric, AlaricOptions, AwayFromClosest, BALANCE, BalanceOptions, Control,
+    DAMPED_RELAXATION, DensitySolver, Event, Judge, MassTrimming, Particles, PressureBalance, SOLVER, SolverOptions,
     Stage, StageName, StageReport, Start, Step, StopReason, TRIMMING, TrimOptions, WVT, Wvt, WvtOptions, coarse_count,
-    part_pairs,
 };
 use crate::scene::{OnInterrupt, Scene};
 use crate::seeding::{self, Seeded};
 use crate::target::{Equilibrium, Positions, Target};
 use sph::kernel::{most_neighbors_without_pairs, own_count};
+use std::sync::LazyLock;
 use std::time::Instant;
 
 /// Placed particles, and how they came there.
@@ -187,6 +188,9 @@ impl<const D: usize> Setting<'_, D> {
         };
         let mut dropped = Vec::new();
         let stages = plan.stages.clone();
+        let ledger = LazyLock::new(|| Ledger::new(&self.target));
+        let measure = |particles: &Particles<D>| self.quality(&ledger, particles);
+        let judge = Judge::new(&measure);
         for (index, &name) in stages.iter().enumerate().skip(first) {
             let resumed = matches!(start, Start::Kept(_));
             if let Some(why) = skip(name, &past, plan).filter(|_| !resumed) {
@@ -194,17 +198,16 @@ impl<const D: usize> Setting<'_, D> {
                 plan.drop(name.title, why);
                 continue;
             }
-            let Some(stage) = stage(name, self, plan) else { continue };
+            let Some(mut stage) = stage(name, self, plan) else { continue };
+            if name != BALANCE {
+                stage = Box::new(Accepted { stage, target: self.target, judge: &judge });
+            }
             self.control.tell(Event::Begin(Step::Relax(name)));
             let meta = past.meta(index, name.name, true);
             let mut keep = |stopping: bool, state: relaxation::Snapshot<'_>| checkpoints.offer(stopping, &meta, state);
             let relaxed = relaxation::relax(&*stage, start, self.control, &mut keep)?;
-            let mut particles = relaxed.particles;
+            let particles = relaxed.particles;
             past.notes.extend(relaxed.notes);
-            if name != BALANCE && name != TRIMMING {
-                let target = self.target.with_count(particles.len());
-                part(&target, &mut particles.positions, &mut past.notes);
-            }
             watch(name.name, &particles.positions);
             past.reports.extend(relaxed.reports);
             start = Start::New(particles);
@@ -218,6 +221,12 @@ impl<const D: usize> Setting<'_, D> {
             checkpoints.finish(&past.meta(stages.len(), "", false), &particles);
         }
         Ok(past.placed(particles))
+    }
+
+    fn quality(&self, ledger: &Ledger<D>, particles: &Particles<D>) -> Quality {
+        let (kernel, neighbors) = (self.scene.kernel, self.scene.kernel_neighbors(D));
+        let target = self.target.with_count(particles.len());
+        Quality::new(kernel, &target, ledger, (&particles.positions, particles.masses.as_deref()), neighbors)
     }
 
     fn wvt(&self, plan: &Plan) -> WvtOptions {
@@ -330,16 +339,6 @@ fn check_neighbors<const D: usize>(scene: &Scene, plan: &Plan) -> Result<()> {
             ),
         )),
         _ => Ok(()),
-    }
-}
-
-/// Moves what a stage left paired apart, and says so.
-fn part<const D: usize>(target: &Target<'_, D>, positions: &mut Positions<D>, notes: &mut Vec<String>) {
-    let paired = part_pairs(target, positions, PAIRED);
-    if paired > 0 {
-        notes.push(format!(
-            "{paired} particles were within {PAIRED} spacings of another and were moved apart: the density changes there by more than N particles resolve"
-        ));
     }
 }
 

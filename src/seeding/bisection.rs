@@ -3,11 +3,11 @@
 //!
 //! O(N log N). Parts refine their cells as they shrink, so memory stays a small multiple of the output.
 
-use super::cells::{Cell, partition};
 use super::kronecker;
 use super::seeded::to_positions;
 use crate::error::Result;
 use crate::random::{Purpose, keyed};
+use crate::target::cells::{Cell, Cut, cut, partition, refine};
 use crate::target::{Positions, Target};
 use rand::RngExt;
 use sph::geometry::distance;
@@ -59,7 +59,7 @@ fn bisect<const D: usize>(target: &Target<'_, D>, mut cells: Vec<Cell<D>>, out: 
         return;
     }
     let left_count = n / 2;
-    let (_, left, right) = cut(cells, left_count as f64 / n as f64);
+    let Cut { left, right, .. } = cut(cells, left_count as f64 / n as f64);
     let (left_out, right_out) = out.split_at_mut(left_count);
     if n > PARALLEL {
         parallel::join(|| bisect(target, left, left_out), || bisect(target, right, right_out));
@@ -67,101 +67,6 @@ fn bisect<const D: usize>(target: &Target<'_, D>, mut cells: Vec<Cell<D>>, out: 
         bisect(target, left, left_out);
         bisect(target, right, right_out);
     }
-}
-
-/// Halves the heavy cells until there are `least` or none is much heavier than the rest.
-pub(super) fn refine<const D: usize>(target: &Target<'_, D>, cells: &mut Vec<Cell<D>>, least: usize) {
-    for _ in 0..MAX_REFINEMENTS {
-        if cells.len() >= least {
-            return;
-        }
-        let total: f64 = cells.iter().map(|c| c.mass).sum();
-        let limit = 1.5 * total / least as f64;
-        let before = cells.len();
-        for i in 0..before {
-            if cells[i].mass > limit {
-                let [left, right] = cells[i].halves(target);
-                // A cell whose halves miss its mass (a spike at its center) is kept as it is.
-                if left.mass + right.mass > 0.0 {
-                    cells[i] = left;
-                    cells.push(right);
-                }
-            }
-        }
-        cells.retain(|c| c.mass > 0.0);
-        if cells.len() == before {
-            return;
-        }
-    }
-}
-
-const MAX_REFINEMENTS: usize = 64;
-
-/// Splits cells by a plane across the longest edge of what they cover, with `fraction` of the mass on the
-/// left; that edge's axis first. Cells that the plane crosses are divided.
-pub(super) fn cut<const D: usize>(cells: Vec<Cell<D>>, fraction: f64) -> (usize, Vec<Cell<D>>, Vec<Cell<D>>) {
-    let (mut lo, mut hi) = ([f64::INFINITY; D], [f64::NEG_INFINITY; D]);
-    for cell in &cells {
-        for k in 0..D {
-            lo[k] = lo[k].min(cell.lo[k]);
-            hi[k] = hi[k].max(cell.hi[k]);
-        }
-    }
-    let axis = (0..D).fold(0, |best, k| if hi[k] - lo[k] > hi[best] - lo[best] { k } else { best });
-    let plane = quantile(&cells, axis, fraction, lo[axis], hi[axis]);
-    let mut left = Vec::with_capacity(cells.len() / 2 + 8);
-    let mut right = Vec::with_capacity(cells.len() / 2 + 8);
-    for cell in cells {
-        if cell.hi[axis] <= plane {
-            left.push(cell);
-        } else if cell.lo[axis] >= plane {
-            right.push(cell);
-        } else {
-            let share = (plane - cell.lo[axis]) / (cell.hi[axis] - cell.lo[axis]);
-            let (mut a, mut b) = (cell, cell);
-            a.hi[axis] = plane;
-            b.lo[axis] = plane;
-            a.mass *= share;
-            b.mass *= 1.0 - share;
-            left.push(a);
-            right.push(b);
-        }
-    }
-    (axis, left, right)
-}
-
-/// Where `fraction` of the mass lies to the left: Newton on the piecewise linear cumulative mass, bracketed.
-fn quantile<const D: usize>(cells: &[Cell<D>], axis: usize, fraction: f64, lo: f64, hi: f64) -> f64 {
-    let total: f64 = cells.iter().map(|c| c.mass).sum();
-    let left = fraction * total;
-    let (mut a, mut b) = (lo, hi);
-    let mut x = lo + fraction * (hi - lo);
-    for _ in 0..100 {
-        let (mut mass, mut slope) = (0.0, 0.0);
-        for c in cells {
-            if c.hi[axis] <= x {
-                mass += c.mass;
-            } else if c.lo[axis] < x {
-                let rate = c.mass / (c.hi[axis] - c.lo[axis]);
-                mass += rate * (x - c.lo[axis]);
-                slope += rate;
-            }
-        }
-        if (mass - left).abs() <= 1e-12 * total {
-            break;
-        }
-        if mass > left {
-            b = x
-        } else {
-            a = x
-        }
-        if b - a <= 1e-14 * (hi - lo) {
-            break;
-        }
-        let newton = x + (left - mass) / slope;
-        x = if newton > a && newton < b { newton } else { 0.5 * (a + b) };
-    }
-    x
 }
 
 /// Center of mass, or, where that lies outside (a part that bends around a hole), a point in the heaviest cell whose

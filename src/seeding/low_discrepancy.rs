@@ -4,10 +4,10 @@
 //! cut falls on its side (the inverse of the conditional distributions, coordinate by coordinate). No point is
 //! rejected, so N is exact, and a uniform box keeps the sequence as it is.
 
-use super::bisection::{cut, refine, representative};
-use super::cells::{Cell, partition};
+use super::bisection::representative;
 use super::kronecker;
 use crate::error::Result;
+use crate::target::cells::{Cell, Cut, cut, partition, refine};
 use crate::target::{Positions, Target};
 use sph::parallel;
 
@@ -55,7 +55,7 @@ fn descend<const D: usize>(
     if n == 1 || cuts == 0 {
         return travelers.iter().map(|t| (t.index, settle(target, &cells, &t.u))).collect();
     }
-    let (axis, left, right) = cut(cells, 0.5);
+    let Cut { axis, left, right, .. } = cut(cells, 0.5);
     let (mut below, mut above) = (Vec::with_capacity(n / 2 + 1), Vec::with_capacity(n / 2 + 1));
     for mut t in travelers {
         let side = if t.u[axis] < 0.5 { &mut below } else { &mut above };

@@ -1,7 +1,6 @@
 //! Initial positions: exactly N of them, all where the target admits particles. [`METHODS`] lists the methods.
 
 mod bisection;
-mod cells;
 mod cumulative;
 mod glass;
 mod gravity;

@@ -1,9 +1,9 @@
 //! Independent random positions: a cell by its share of the mass, a point in it by rejection.
 
-use super::cells::partition;
 use super::seeded::to_positions;
 use crate::error::Result;
 use crate::random::{Purpose, keyed};
+use crate::target::cells::partition;
 use crate::target::{Positions, Target};
 use rand::RngExt;
 use sph::parallel;

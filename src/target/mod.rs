@@ -3,6 +3,7 @@
 //! Inside placement lengths are in units of the domain's size and the total mass is 1, so nothing depends on
 //! the units of the input.
 
+pub(crate) mod cells;
 mod edges;
 
 use crate::field::ScalarField;

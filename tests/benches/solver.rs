@@ -30,7 +30,7 @@ fn report(name: &str, target: &Target<'_, 3>, positions: &Positions<3>, evaluati
     let ratio = support_over_spacing(3, neighbors);
     let guess: Vec<f64> = target.number_densities(positions).iter().map(|&n| ratio * target.spacing(n)).collect();
     let measured = Measured::new(KernelName::WendlandC4, target.domain, positions, &masses, &guess, neighbors);
-    let error = DensityError::new(&measured, &target.densities(positions)).all_refitted;
+    let error = DensityError::new(&measured, &target.densities(positions), None).all_refitted;
     let noise = NoiseFigures::new(KernelName::WendlandC4, &measured, target.domain, &masses, neighbors).all;
     let closest = measured.neighbors(target.domain, neighbors).closest_pair;
     println!(

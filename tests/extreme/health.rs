@@ -92,7 +92,7 @@ fn mean_error<const D: usize>(target: &Target<'_, D>, x: &Positions<D>) -> f64 {
     let ratio = support_over_spacing(D, neighbors);
     let guess: Vec<f64> = target.number_densities(x).iter().map(|&n| ratio * target.spacing(n)).collect();
     let measured = Measured::new(KERNEL, target.domain, x, &target.masses(x), &guess, neighbors);
-    DensityError::new(&measured, &target.densities(x)).all_refitted.mean
+    DensityError::new(&measured, &target.densities(x), None).all_refitted.mean
 }
 
 fn solved<const D: usize, R: Real>(count: usize, evaluations: usize) -> f64 {

@@ -181,7 +181,7 @@ pub fn measure(setup: &Setup, problem: &dyn Problem, count: usize) -> Result<Mea
         let noise = NoiseFigures::new(kernel, &measured, &domain, &masses, NOISE_NEIGHBORS);
         (measured, noise.interior.unwrap_or(noise.all))
     });
-    let errors = DensityError::new(&noisy, &target.densities(&x));
+    let errors = DensityError::new(&noisy, &target.densities(&x), None);
     let at_particles = errors.stated().mean;
     let order = BondOrder::new(&noisy, &domain).ok_or("no bonds")?;
     let (corner, edge) = problem.window();

@@ -1,12 +1,12 @@
 //! The target as boxes of constant density, refined where mass is.
 
+use super::Target;
 use crate::error::{Error, Result};
-use crate::target::Target;
 use sph::domain::Domain;
 
 /// A box with the integral of n* over it.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Cell<const D: usize> {
+pub(crate) struct Cell<const D: usize> {
     pub lo: [f64; D],
     pub hi: [f64; D],
     pub mass: f64,
@@ -88,7 +88,7 @@ const NEGLIGIBLE: f64 = 1e-7;
 ///
 /// # Errors
 /// A target that is zero at the midpoints of all cells.
-pub(super) fn partition<const D: usize>(target: &Target<'_, D>) -> Result<Vec<Cell<D>>> {
+pub(crate) fn partition<const D: usize>(target: &Target<'_, D>) -> Result<Vec<Cell<D>>> {
     let cells = refined(target);
     if cells.iter().map(|c| c.mass).sum::<f64>() > 0.0 {
         return Ok(cells);
@@ -132,4 +132,115 @@ fn is_rough<const D: usize>(cell: &Cell<D>, target: &Target<'_, D>, floor: f64) 
     let corner_mass = corners * cell.volume() / (1_usize << D) as f64;
     let larger = corner_mass.max(cell.mass);
     larger > floor && (corner_mass - cell.mass).abs() > DISAGREEMENT * larger
+}
+
+/// Halves the heavy cells until there are `least` or none is much heavier than the rest.
+pub(crate) fn refine<const D: usize>(target: &Target<'_, D>, cells: &mut Vec<Cell<D>>, least: usize) {
+    for _ in 0..MAX_REFINEMENTS {
+        if cells.len() >= least {
+            return;
+        }
+        let total: f64 = cells.iter().map(|c| c.mass).sum();
+        let limit = 1.5 * total / least as f64;
+        let before = cells.len();
+        for i in 0..before {
+            if cells[i].mass > limit {
+                let [left, right] = cells[i].halves(target);
+                // A cell whose halves miss its mass (a spike at its center) is kept as it is.
+                if left.mass + right.mass > 0.0 {
+                    cells[i] = left;
+                    cells.push(right);
+                }
+            }
+        }
+        cells.retain(|c| c.mass > 0.0);
+        if cells.len() == before {
+            return;
+        }
+    }
+}
+
+const MAX_REFINEMENTS: usize = 64;
+
+/// Cells on both sides of a plane.
+pub(crate) struct Cut<const D: usize> {
+    pub axis: usize,
+    pub plane: f64,
+    pub left: Vec<Cell<D>>,
+    pub right: Vec<Cell<D>>,
+}
+
+/// Splits cells by a plane across the axis along which their mass is spread most, with `fraction` of the mass on the
+/// left. Cells that the plane crosses are divided.
+pub(crate) fn cut<const D: usize>(cells: Vec<Cell<D>>, fraction: f64) -> Cut<D> {
+    let axis = widest_axis(&cells);
+    let lo = cells.iter().map(|c| c.lo[axis]).fold(f64::INFINITY, f64::min);
+    let hi = cells.iter().map(|c| c.hi[axis]).fold(f64::NEG_INFINITY, f64::max);
+    let plane = quantile(&cells, axis, fraction, lo, hi);
+    let mut left = Vec::with_capacity(cells.len() / 2 + 8);
+    let mut right = Vec::with_capacity(cells.len() / 2 + 8);
+    for cell in cells {
+        if cell.hi[axis] <= plane {
+            left.push(cell);
+        } else if cell.lo[axis] >= plane {
+            right.push(cell);
+        } else {
+            let share = (plane - cell.lo[axis]) / (cell.hi[axis] - cell.lo[axis]);
+            let (mut a, mut b) = (cell, cell);
+            a.hi[axis] = plane;
+            b.lo[axis] = plane;
+            a.mass *= share;
+            b.mass *= 1.0 - share;
+            left.push(a);
+            right.push(b);
+        }
+    }
+    Cut { axis, plane, left, right }
+}
+
+/// The axis of the largest standard deviation of the mass. Of a uniform box it is the longest edge's; what a thin tail
+/// covers says little about where the mass is.
+fn widest_axis<const D: usize>(cells: &[Cell<D>]) -> usize {
+    let total: f64 = cells.iter().map(|c| c.mass).sum();
+    let variance: [f64; D] = std::array::from_fn(|k| {
+        let mean = cells.iter().map(|c| c.mass * c.center()[k]).sum::<f64>() / total;
+        let about = |c: &Cell<D>| (c.center()[k] - mean).powi(2) + (c.hi[k] - c.lo[k]).powi(2) / 12.0;
+        cells.iter().map(|c| c.mass * about(c)).sum::<f64>() / total
+    });
+    // Equal but for rounding is equal.
+    (0..D).fold(0, |best, k| if variance[k] > variance[best] * (1.0 + 1e-9) { k } else { best })
+}
+
+/// Where `fraction` of the mass lies to the left: Newton on the piecewise linear cumulative mass, bracketed.
+fn quantile<const D: usize>(cells: &[Cell<D>], axis: usize, fraction: f64, lo: f64, hi: f64) -> f64 {
+    let total: f64 = cells.iter().map(|c| c.mass).sum();
+    let left = fraction * total;
+    let (mut a, mut b) = (lo, hi);
+    let mut x = lo + fraction * (hi - lo);
+    for _ in 0..100 {
+        let (mut mass, mut slope) = (0.0, 0.0);
+        for c in cells {
+            if c.hi[axis] <= x {
+                mass += c.mass;
+            } else if c.lo[axis] < x {
+                let rate = c.mass / (c.hi[axis] - c.lo[axis]);
+                mass += rate * (x - c.lo[axis]);
+                slope += rate;
+            }
+        }
+        if (mass - left).abs() <= 1e-12 * total {
+            break;
+        }
+        if mass > left {
+            b = x
+        } else {
+            a = x
+        }
+        if b - a <= 1e-14 * (hi - lo) {
+            break;
+        }
+        let newton = x + (left - mass) / slope;
+        x = if newton > a && newton < b { newton } else { 0.5 * (a + b) };
+    }
+    x
 }

@@ -1,0 +1,276 @@
+//! The mass ledger: what mass the target has in nested boxes and in each of its regions, and what the particles have there.
+//!
+//! Boxes come from halving the target's mass again and again, down to some hundred particles, so that each of a level
+//! should hold the same mass. A particle counts as a cube of its own volume: one that a box cuts in two belongs to both
+//! sides in proportion, so that an even arrangement fills boxes evenly wherever their faces lie.
+
+use super::Measured;
+use crate::target::cells::{Cell, Cut, cut, partition, refine};
+use crate::target::{Positions, Target, at};
+use serde::Serialize;
+use sph::domain::{Axis, Domain};
+use sph::parallel;
+
+/// How well particles keep to the ledger.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct LedgerFigures {
+    /// From halves of the whole to the smallest boxes.
+    pub levels: Vec<LedgerLevel>,
+    /// Share of the mass in the smallest boxes that hold what they should to [`IN_PLACE`].
+    pub in_place: f64,
+    /// Of pieces of the target that discontinuities or vacuum separate; empty where there is but one.
+    pub regions: Vec<RegionFigures>,
+}
+
+/// Deviation of a box within which its mass counts as being where it should be.
+pub const IN_PLACE: f64 = 0.01;
+
+/// All boxes of one level.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct LedgerLevel {
+    pub boxes: usize,
+    /// Largest |found / wanted - 1|, the mass as given.
+    pub largest_deviation: f64,
+    /// Root mean square of found / wanted - 1.
+    pub rms_deviation: f64,
+}
+
+/// One region of the target.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct RegionFigures {
+    /// Particles (in shares of the mass, where masses vary) that belong there, and that are there.
+    pub wanted: f64,
+    pub found: f64,
+}
+
+impl RegionFigures {
+    /// Whether what is there is within `share` of what should be, or within one particle.
+    pub fn is_kept(&self, share: f64) -> bool {
+        (self.found - self.wanted).abs() <= (share * self.wanted).max(1.0)
+    }
+}
+
+impl LedgerFigures {
+    /// Largest deviation of any level.
+    pub fn largest_deviation(&self) -> f64 {
+        self.levels.iter().map(|l| l.largest_deviation).fold(0.0, f64::max)
+    }
+
+    /// The region that is farthest from what it should hold, in particles.
+    pub fn worst_region(&self) -> Option<&RegionFigures> {
+        let off = |r: &RegionFigures| (r.found - r.wanted).abs();
+        self.regions.iter().max_by(|a, b| off(a).total_cmp(&off(b)))
+    }
+}
+
+/// The mass that a target has in nested boxes.
+pub struct Ledger<const D: usize> {
+    domain: Domain<D>,
+    nodes: Vec<Node>,
+    levels: usize,
+}
+
+/// A box: a cut one, or the smallest.
+#[derive(Debug, Clone, Copy)]
+struct Node {
+    axis: usize,
+    plane: f64,
+    /// Places of the halves; those of the smallest boxes are [`NONE`].
+    halves: [usize; 2],
+    level: usize,
+}
+
+const NONE: usize = usize::MAX;
+
+/// Particles in the smallest boxes, at least.
+const SMALLEST: usize = 128;
+/// Halvings, at most.
+const MOST_LEVELS: usize = 12;
+/// Cells by which a box's mass is known, at least.
+const CELLS: usize = 1 << 12;
+
+impl<const D: usize> Ledger<D> {
+    /// The boxes of `target`; none where it is zero wherever it is looked at, or has too few particles.
+    pub fn new(target: &Target<'_, D>) -> Self {
+        let levels = ((target.count / SMALLEST).max(1)).ilog2() as usize;
+        let mut ledger = Self { domain: target.domain.clone(), nodes: Vec::new(), levels: levels.min(MOST_LEVELS) };
+        if let Ok(cells) = partition(target) {
+            ledger.divide(target, cells, 0);
+        }
+        ledger
+    }
+
+    fn divide(&mut self, target: &Target<'_, D>, mut cells: Vec<Cell<D>>, level: usize) -> usize {
+        let place = self.nodes.len();
+        self.nodes.push(Node { axis: 0, plane: 0.0, halves: [NONE; 2], level });
+        if level < self.levels {
+            refine(target, &mut cells, CELLS);
+            let Cut { axis, plane, left, right } = cut(cells, 0.5);
+            let halves = [self.divide(target, left, level + 1), self.divide(target, right, level + 1)];
+            self.nodes[place] = Node { axis, plane, halves, level };
+        }
+        place
+    }
+
+    /// What `target.count` particles with these masses have in each box and region.
+    pub fn figures(
+        &self,
+        measured: &Measured<D>,
+        target: &Target<'_, D>,
+        positions: &Positions<D>,
+        masses: &[f64],
+    ) -> LedgerFigures {
+        let edge = |i: usize| measured.sums[i].number_density.powf(-1.0 / D as f64);
+        let (levels, in_place) = self.compare_cubes(positions, masses, &edge);
+        LedgerFigures { levels, in_place, regions: Vec::new() }
+    }
+
+    fn compare_cubes(
+        &self,
+        positions: &Positions<D>,
+        masses: &[f64],
+        edge: &(dyn Fn(usize) -> f64 + Sync),
+    ) -> (Vec<LedgerLevel>, f64) {
+        let found = parallel::pieces(masses.len(), masses.len().div_ceil(PIECES).max(SMALLEST), |range| {
+            let mut found = vec![0.0; self.nodes.len()];
+            range.for_each(|i| self.enter(&mut found, &at(positions, i), edge(i), masses[i]));
+            found
+        });
+        let found: Vec<f64> = (0..self.nodes.len()).map(|k| found.iter().map(|f| f[k]).sum()).collect();
+        let total = found.first().copied().unwrap_or(0.0);
+        let deviations = |level: usize| {
+            let of_level = self.nodes.iter().zip(&found).filter(move |(node, _)| node.level == level);
+            of_level.map(move |(_, found)| found / total * (1_usize << level) as f64 - 1.0)
+        };
+        let levels = (1..=self.levels).map(|level| {
+            let (largest, squares) = deviations(level).fold((0.0_f64, 0.0), |(m, s), d| (m.max(d.abs()), s + d * d));
+            let boxes = 1_usize << level;
+            LedgerLevel { boxes, largest_deviation: largest, rms_deviation: (squares / boxes as f64).sqrt() }
+        });
+        let smallest = (1_usize << self.levels) as f64;
+        let in_place = deviations(self.levels).filter(|d| d.abs() <= IN_PLACE).count() as f64 / smallest;
+        (levels.collect(), in_place)
+    }
+
+    /// Adds a cube of mass `m` to the boxes that it is in.
+    fn enter(&self, found: &mut [f64], x: &[f64; D], edge: f64, m: f64) {
+        if self.nodes.is_empty() {
+            return;
+        }
+        let half = 0.5 * edge;
+        self.enter_wrapped(found, x.map(|v| v - half), x.map(|v| v + half), m, 0);
+    }
+
+    /// Divides what reaches beyond a periodic face, from `axis` on.
+    fn enter_wrapped(&self, found: &mut [f64], lo: [f64; D], hi: [f64; D], m: f64, axis: usize) {
+        let Some(axis) = (axis..D).find(|&k| self.domain.axes[k] == Axis::Periodic) else {
+            return self.descend(found, 0, lo, hi, m);
+        };
+        let (first, last) = (self.domain.lo[axis], self.domain.hi[axis]);
+        let (width, length) = (hi[axis] - lo[axis], last - first);
+        let mut part = |from: f64, to: f64, shift: f64| {
+            if to > from {
+                let (mut a, mut b) = (lo, hi);
+                (a[axis], b[axis]) = (from + shift, to + shift);
+                self.enter_wrapped(found, a, b, m * (to - from) / width, axis + 1);
+            }
+        };
+        if width >= length {
+            return self.enter_wrapped(found, lo, hi, m, axis + 1);
+        }
+        part(lo[axis], hi[axis].min(first), length);
+        part(lo[axis].max(first), hi[axis].min(last), 0.0);
+        part(lo[axis].max(last), hi[axis], -length);
+    }
+
+    fn descend(&self, found: &mut [f64], place: usize, lo: [f64; D], hi: [f64; D], m: f64) {
+        found[place] += m;
+        let Node { axis, plane, halves, .. } = self.nodes[place];
+        if halves[0] == NONE {
+            return;
+        }
+        if hi[axis] <= plane {
+            self.descend(found, halves[0], lo, hi, m);
+        } else if lo[axis] >= plane {
+            self.descend(found, halves[1], lo, hi, m);
+        } else {
+            let share = (plane - lo[axis]) / (hi[axis] - lo[axis]);
+            let (mut left, mut right) = (hi, lo);
+            (left[axis], right[axis]) = (plane, plane);
+            self.descend(found, halves[0], lo, left, share * m);
+            self.descend(found, halves[1], right, hi, (1.0 - share) * m);
+        }
+    }
+}
+
+/// Parts of the particles that are summed by themselves: as many for any number of threads.
+const PIECES: usize = 64;
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::field::{AnalyticField, ScalarField};
+    use crate::target::Resolution;
+    use sph::domain::Region;
+
+    fn target<'a, const D: usize>(
+        domain: &'a Domain<D>,
+        density: &'a dyn ScalarField<D>,
+        count: usize,
+    ) -> Target<'a, D> {
+        let mass = crate::field::total_mass(density, domain, 1e-6).unwrap().value;
+        let resolution = Resolution::EqualMass;
+        Target { domain, density, resolution, count, mass, resolution_integral: mass, largest_spacing: f64::INFINITY }
+    }
+
+    fn lattice<const D: usize>(edge: usize) -> Positions<D> {
+        let place = |i: usize, k: usize| ((i / edge.pow(k as u32) % edge) as f64 + 0.3) / edge as f64;
+        std::array::from_fn(|k| (0..edge.pow(D as u32)).map(|i| place(i, k)).collect())
+    }
+
+    /// The plain count of one half against the ledger's first level.
+    #[test]
+    fn a_shift_of_mass_is_found_at_every_level() {
+        fn check<const D: usize>(edge: usize) {
+            for axis in [Axis::Periodic, Axis::REFLECTING] {
+                let domain = Domain::new([0.0; D], [1.0; D], [axis; D], Region::Box).unwrap();
+                let field = AnalyticField::<D>::new("density", "1", [0.0; D]).unwrap();
+                let mut x = lattice::<D>(edge);
+                let n = x[0].len();
+                let ledger = Ledger::new(&target(&domain, &field, n));
+                let spacing = 1.0 / edge as f64;
+                let masses = vec![1.0 / n as f64; n];
+                let (levels, in_place) = ledger.compare_cubes(&x, &masses, &|_| spacing);
+                let even = levels.iter().map(|l| l.largest_deviation).fold(0.0, f64::max);
+                if axis == Axis::Periodic {
+                    assert!(even < 1e-9 && in_place == 1.0, "{D}-D: {even:e}");
+                }
+                // Everything moves toward the origin: x -> x^1.1 along the first axis.
+                x[0].iter_mut().for_each(|v| *v = v.powf(1.1));
+                let (levels, in_place) = ledger.compare_cubes(&x, &masses, &|_| spacing);
+                let left = x[0].iter().filter(|v| **v < 0.5).count() as f64 / n as f64;
+                let found = levels[0].largest_deviation;
+                assert!((found - (2.0 * left - 1.0).abs()).abs() < 1.5 * spacing, "{D}-D: {found} {left}");
+                assert!(in_place < 0.5, "{D}-D: {in_place}");
+            }
+        }
+        check::<1>(1000);
+        check::<2>(40);
+        check::<3>(12);
+    }
+
+    #[test]
+    fn boxes_follow_the_mass_of_a_steep_target() {
+        let domain = Domain::new([0.0; 2], [1.0; 2], [Axis::OPEN; 2], Region::Box).unwrap();
+        let field = AnalyticField::<2>::new("density", "exp(-x/0.01)", [0.0; 2]).unwrap();
+        let n = 1600;
+        let target = target(&domain, &field, n);
+        // Quantiles of the exponential in x, even in y.
+        let u = |i: usize| (i as f64 + 0.5) / 40.0;
+        let x = [(0..n).map(|i| -0.01 * (1.0 - u(i % 40)).ln()).collect(), (0..n).map(|i| u(i / 40)).collect()];
+        let ledger = Ledger::new(&target);
+        let (levels, in_place) = ledger.compare_cubes(&x, &vec![1.0 / n as f64; n], &|_| 1e-6);
+        assert!(levels[0].largest_deviation < 0.06, "{levels:?}");
+        assert!(in_place <= 1.0);
+    }
+}

@@ -1,0 +1,112 @@
+//! A stage whose result counts only if it is no worse than what the stage was given.
+//!
+//! Stages watch figures that are cheap, and that some targets deceive: contrasts within a support radius, layers thinner
+//! than a spacing, vacuum. What decides is the measure that ends a run, taken of all particles.
+
+use super::pairs::{PAIRED, part_pairs};
+use super::report::{Progress, StageName, StopReason};
+use super::stage::{Particles, Relaxed, Running, Stage};
+use crate::metrics::Quality;
+use crate::target::{Positions, Target};
+use serde::Serialize;
+use serde::de::DeserializeOwned;
+use std::sync::{Mutex, PoisonError};
+
+/// Measures the particles that stages make, and remembers the figures of the last that were accepted.
+pub struct Judge<'a, const D: usize> {
+    measure: &'a (dyn Fn(&Particles<D>) -> Quality + Sync),
+    accepted: Mutex<Option<Quality>>,
+}
+
+impl<'a, const D: usize> Judge<'a, D> {
+    pub fn new(measure: &'a (dyn Fn(&Particles<D>) -> Quality + Sync)) -> Self {
+        Self { measure, accepted: Mutex::new(None) }
+    }
+
+    /// In what `after` is worse than `before`, if it is; else its figures are those to be kept from now on. More particles
+    /// than before, from splitting, are not compared.
+    fn loss(&self, before: &Particles<D>, after: &Particles<D>) -> Option<String> {
+        if before.len() != after.len() {
+            return None;
+        }
+        let mut accepted = self.accepted.lock().unwrap_or_else(PoisonError::into_inner);
+        let earlier = accepted.take().unwrap_or_else(|| (self.measure)(before));
+        let now = (self.measure)(after);
+        let loss = now.loss_against(&earlier);
+        *accepted = Some(if loss.is_some() { earlier } else { now });
+        loss
+    }
+}
+
+/// A stage under a judge.
+pub struct Accepted<'a, const D: usize> {
+    pub stage: Box<dyn Stage<D> + 'a>,
+    pub target: Target<'a, D>,
+    pub judge: &'a Judge<'a, D>,
+}
+
+impl<const D: usize> Stage<D> for Accepted<'_, D>
+where
+    Particles<D>: Serialize + DeserializeOwned,
+{
+    fn name(&self) -> StageName {
+        self.stage.name()
+    }
+
+    fn begin(&self, particles: Particles<D>) -> Box<dyn Running<D> + '_> {
+        let before = particles.clone();
+        Box::new(Watched { inner: self.stage.begin(particles), before, stage: self })
+    }
+
+    fn resume(&self, kept: &[u8]) -> Result<Box<dyn Running<D> + '_>, String> {
+        let (before, inner) = postcard::take_from_bytes::<Particles<D>>(kept)
+            .map_err(|e| format!("its content cannot be read ({e}); start without it"))?;
+        Ok(Box::new(Watched { inner: self.stage.resume(inner)?, before, stage: self }))
+    }
+}
+
+/// A judged stage under way, with what it was given.
+struct Watched<'a, const D: usize> {
+    inner: Box<dyn Running<D> + 'a>,
+    before: Particles<D>,
+    stage: &'a Accepted<'a, D>,
+}
+
+impl<const D: usize> Running<D> for Watched<'_, D> {
+    fn advance(&mut self, outside: Option<StopReason>) -> Option<StopReason> {
+        self.inner.advance(outside)
+    }
+
+    fn progress(&self) -> (&[Progress], usize) {
+        self.inner.progress()
+    }
+
+    fn snapshot(&self, to: Vec<u8>) -> Result<Vec<u8>, String> {
+        self.inner.snapshot(postcard::to_extend(&self.before, to).map_err(|e| e.to_string())?)
+    }
+
+    fn finish(self: Box<Self>, stop: StopReason) -> Relaxed<D> {
+        let Self { inner, before, stage } = *self;
+        let mut relaxed = inner.finish(stop);
+        let target = stage.target.with_count(relaxed.particles.len());
+        relaxed.notes.extend(part(&target, &mut relaxed.particles.positions));
+        if let Some(loss) = stage.judge.loss(&before, &relaxed.particles) {
+            relaxed.notes.push(format!("the result of {} is not used: {loss}", stage.name().title));
+            relaxed.particles = before;
+            for report in &mut relaxed.reports {
+                report.best_iteration = report.history.first().map_or(0, |p| p.iteration);
+            }
+        }
+        relaxed
+    }
+}
+
+/// Moves what a stage left paired apart; a note if there was anything.
+fn part<const D: usize>(target: &Target<'_, D>, positions: &mut Positions<D>) -> Option<String> {
+    let paired = part_pairs(target, positions, PAIRED);
+    (paired > 0).then(|| {
+        format!(
+            "{paired} particles were within {PAIRED} spacings of another and were moved apart: the density changes there by more than N particles resolve"
+        )
+    })
+}
