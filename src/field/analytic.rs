@@ -68,6 +68,16 @@ impl<const D: usize> ScalarField<D> for AnalyticField<D> {
         if v > 0.0 && v.is_finite() { v } else { 0.0 }
     }
 
+    /// By the outcomes of all that is discontinuous in the expression, as far as it is evaluated at `x`.
+    fn piece(&self, x: &[f64; D]) -> u64 {
+        let (v, piece) = self.expression.trace(x, &self.center);
+        if v > 0.0 && v.is_finite() { piece.max(1) } else { 0 }
+    }
+
+    fn is_piecewise(&self) -> bool {
+        self.expression.is_piecewise()
+    }
+
     fn center(&self) -> Option<[f64; D]> {
         self.expression.is_radial().then_some(self.center)
     }
@@ -156,6 +166,21 @@ mod tests {
         assert!(text.contains("negative") && text.contains("max(x, 0)"), "{text}");
         assert!(check("1/(r - r)").unwrap_err().to_string().contains("not finite"));
         assert!(check("0").unwrap_err().to_string().contains("zero at all"));
+    }
+
+    #[test]
+    fn pieces_end_at_discontinuities_and_vacuum_is_the_piece_0() {
+        let field = AnalyticField::<2>::new("density", "if(r < 1, 2 - r, if(x > 3, 0, 0.1))", [1.0, 0.0]).unwrap();
+        assert!(field.is_piecewise());
+        assert_eq!(field.piece(&[1.0, 0.9]), field.piece(&[0.2, 0.0]));
+        assert_eq!(field.piece(&[1.0, 1.1]), field.piece(&[-7.0, 0.0]));
+        assert_ne!(field.piece(&[1.0, 0.9]), field.piece(&[1.0, 1.1]));
+        assert_eq!(field.piece(&[4.0, 0.0]), 0);
+        let smooth = AnalyticField::<2>::new("density", "max(1 - r^2, 0)", [0.0; 2]).unwrap();
+        assert!(!smooth.is_piecewise());
+        assert_eq!([[0.5, 0.0], [0.0, 0.0], [1.0, 1.0]].map(|x| smooth.piece(&x)), [1, 1, 0]);
+        let pole = AnalyticField::<1>::new("density", "1/r", [0.0]).unwrap();
+        assert_eq!((pole.piece(&[0.0]), pole.piece(&[0.1])), (0, 1));
     }
 
     #[test]

@@ -16,6 +16,8 @@ use sph::geometry::unit_ball_volume;
 
 /// Radii up to this much beyond the surface count as the surface: they come from rounding.
 const SLACK: f64 = 1e-12;
+/// Relative step of the density at a node given twice that makes it a discontinuity.
+const DISCONTINUITY: f64 = 1e-6;
 
 #[derive(Debug, Clone, Copy)]
 enum Density {
@@ -41,6 +43,8 @@ pub struct RadialProfile {
     /// Mass within the start of each segment, and the total: scaled.
     cumulative: Vec<f64>,
     error: f64,
+    /// Scaled radii at which the density is discontinuous, ascending.
+    discontinuities: Vec<f64>,
     radius_unit: f64,
     density_unit: f64,
 }
@@ -59,7 +63,7 @@ impl RadialProfile {
             r1,
             density: Density::Radius(shape),
         }));
-        Self::assemble(dimension, segments, units)
+        Self { discontinuities: discontinuities(&r, &y), ..Self::assemble(dimension, segments, units) }
     }
 
     /// From averages over the cells between neighboring nodes (`values` has one entry less). Cells without
@@ -99,6 +103,7 @@ impl RadialProfile {
             segments,
             cumulative,
             error: error.value() + 4.0 * f64::EPSILON * sum.value(),
+            discontinuities: Vec::new(),
             radius_unit,
             density_unit,
         }
@@ -118,6 +123,17 @@ impl RadialProfile {
     /// Radius of the last node.
     pub fn outer_radius(&self) -> f64 {
         self.segments.last().map_or(0.0, |s| s.r1) * self.radius_unit
+    }
+
+    /// Radii at which the density is discontinuous, ascending: those given twice with densities that differ.
+    pub fn discontinuities(&self) -> Vec<f64> {
+        self.discontinuities.iter().map(|r| r * self.radius_unit).collect()
+    }
+
+    /// How many discontinuities lie at or within the radius `r`.
+    pub fn layer(&self, r: f64) -> usize {
+        let r = r.abs() / self.radius_unit;
+        self.discontinuities.partition_point(|d| *d <= r)
     }
 
     /// Density at the radius `r`, in the units of the nodes and values; 0 beyond the last node.
@@ -182,6 +198,23 @@ fn normalized(nodes: &[f64], values: &[f64]) -> (Vec<f64>, Vec<f64>, Units) {
     let peak = values.iter().fold(0.0, |a: f64, &b| a.max(b));
     let units = (binade(nodes[nodes.len() - 1]), binade(peak));
     (nodes.iter().map(|r| r / units.0).collect(), values.iter().map(|v| v / units.1).collect(), units)
+}
+
+/// Nodes given more than once between the center and the last, where the first and the last of their values differ.
+fn discontinuities(nodes: &[f64], values: &[f64]) -> Vec<f64> {
+    let mut found = Vec::new();
+    let mut first = 0;
+    for i in 1..nodes.len() {
+        if nodes[i] != nodes[i - 1] {
+            first = i;
+        }
+        let is_last = nodes.get(i + 1).is_some_and(|next| *next != nodes[i]);
+        let (a, b) = (values[first], values[i]);
+        if is_last && first < i && nodes[i] > 0.0 && (a - b).abs() > DISCONTINUITY * a.max(b) {
+            found.push(nodes[i]);
+        }
+    }
+    found
 }
 
 /// `b^d - a^d` without cancellation.

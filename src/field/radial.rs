@@ -16,6 +16,16 @@ impl<const D: usize> ScalarField<D> for RadialDensity<D> {
         self.profile.density(distance(x, &self.center))
     }
 
+    /// The profile's layer: 1 from the center to the first discontinuity, 2 beyond it; 0 outside and where it is empty.
+    fn piece(&self, x: &[f64; D]) -> u64 {
+        let r = distance(x, &self.center);
+        if self.profile.density(r) > 0.0 { self.profile.layer(r) as u64 + 1 } else { 0 }
+    }
+
+    fn is_piecewise(&self) -> bool {
+        !self.profile.discontinuities().is_empty()
+    }
+
     fn center(&self) -> Option<[f64; D]> {
         Some(self.center)
     }
@@ -108,6 +118,21 @@ mod tests {
             assert!((m[1].powi(p) - 0.5 * (1.0 + 2f64.powi(p))).abs() < 1e-13);
             assert_eq!(m[2], 2.0);
         }
+    }
+
+    #[test]
+    fn layers_are_pieces() {
+        let field = |nodes: &[f64], values: &[f64]| {
+            let profile = Arc::new(RadialProfile::from_nodes(3, nodes, values).scaled(10.0, 2.0));
+            RadialDensity::<3> { profile, center: [1.0, 0.0, 0.0] }
+        };
+        let nodes = [0.0, 1.0, 1.0, 1.5, 1.5, 2.0, 2.0, 3.0, 3.0, 4.0];
+        let layered = field(&nodes, &[9.0, 8.0, 3.0, 2.5, 2.5, 2.0, 0.0, 0.0, 1.0, 1.0]);
+        assert!(layered.is_piecewise());
+        let pieces = [0.0, 9.9, 10.1, 14.9, 15.1, 19.9, 25.0, 30.1, 39.9, 40.1].map(|r| layered.piece(&[1.0, r, 0.0]));
+        assert_eq!(pieces, [1, 1, 2, 2, 2, 2, 0, 4, 4, 0]);
+        assert!(!field(&[0.0, 1.0, 1.0, 2.0], &[4.0, 3.0, 3.0, 1.0]).is_piecewise(), "a node given twice");
+        assert!(!field(&[0.0, 0.0, 1.0, 1.0], &[4.0, 3.0, 1.0, 0.0]).is_piecewise(), "center and surface");
     }
 
     #[test]

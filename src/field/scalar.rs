@@ -21,6 +21,19 @@ pub trait ScalarField<const D: usize>: Send + Sync {
         None
     }
 
+    /// A number for the piece of a piecewise smooth field that `x` lies in: the same at two points that no discontinuity
+    /// known to the field separates (pieces need not be connected). 0 everywhere by default; fields that know their
+    /// discontinuities keep 0 for where they vanish.
+    fn piece(&self, x: &[f64; D]) -> u64 {
+        let _ = x;
+        0
+    }
+
+    /// Whether [`Self::piece`] can differ between points at which the field does not vanish.
+    fn is_piecewise(&self) -> bool {
+        false
+    }
+
     /// The integral over `domain`, where the interpolant has a better one than sampling gives.
     fn integral(&self, domain: &Domain<D>) -> Option<MassEstimate> {
         let _ = domain;

@@ -77,6 +77,14 @@ impl<const D: usize> ScalarField<D> for ScaledField<D> {
         self.value * self.inner.value(&self.coordinates.to_inner(x))
     }
 
+    fn piece(&self, x: &[f64; D]) -> u64 {
+        self.inner.piece(&self.coordinates.to_inner(x))
+    }
+
+    fn is_piecewise(&self) -> bool {
+        self.inner.is_piecewise()
+    }
+
     fn center(&self) -> Option<[f64; D]> {
         self.inner.center().map(|c| self.coordinates.to_outer(&c))
     }

@@ -377,6 +377,14 @@ impl<const D: usize> ScalarField<D> for FromSpacing<D> {
         if spacing > 0.0 { spacing.powi(-(D as i32)) } else { 0.0 }
     }
 
+    fn piece(&self, x: &[f64; D]) -> u64 {
+        self.0.piece(x)
+    }
+
+    fn is_piecewise(&self) -> bool {
+        self.0.is_piecewise()
+    }
+
     fn center(&self) -> Option<[f64; D]> {
         self.0.center()
     }

@@ -1,19 +1,19 @@
 //! Functions, operators and constants by their names.
 
-use super::program::{Binary, Step, Unary};
+use super::program::{Binary, Outcome, Step, Unary};
 
 /// What a name before parentheses stands for.
 #[derive(Clone, Copy)]
 pub(super) enum Function {
-    Unary(Unary),
-    Binary(Binary),
+    Unary(Unary, Outcome),
+    Binary(Binary, Outcome),
     If,
 }
 
 impl Function {
     pub fn named(name: &str) -> Option<Self> {
-        let unary = || UNARY.iter().find(|u| u.0 == name).map(|u| Self::Unary(u.1));
-        let binary = || BINARY.iter().find(|b| b.0 == name).map(|b| Self::Binary(b.1));
+        let unary = || UNARY.iter().find(|u| u.0 == name).map(|u| Self::Unary(u.1, u.2));
+        let binary = || BINARY.iter().find(|b| b.0 == name).map(|b| Self::Binary(b.1, b.2));
         if name == "if" { Some(Self::If) } else { unary().or_else(binary) }
     }
 
@@ -41,51 +41,51 @@ pub(super) fn infix(symbol: &str) -> Step {
         "-" => Step::Subtract,
         "*" => Step::Multiply,
         "/" => Step::Divide,
-        "<" => Step::Binary(|a, b| f64::from(a < b)),
-        "<=" => Step::Binary(|a, b| f64::from(a <= b)),
-        ">" => Step::Binary(|a, b| f64::from(a > b)),
-        ">=" => Step::Binary(|a, b| f64::from(a >= b)),
-        "==" => Step::Binary(|a, b| f64::from(a == b)),
-        "!=" => Step::Binary(|a, b| f64::from(a != b)),
-        _ => Step::Binary(f64::powf),
+        "<" => Step::Binary(|a, b| f64::from(a < b), Outcome::Value),
+        "<=" => Step::Binary(|a, b| f64::from(a <= b), Outcome::Value),
+        ">" => Step::Binary(|a, b| f64::from(a > b), Outcome::Value),
+        ">=" => Step::Binary(|a, b| f64::from(a >= b), Outcome::Value),
+        "==" => Step::Binary(|a, b| f64::from(a == b), Outcome::Value),
+        "!=" => Step::Binary(|a, b| f64::from(a != b), Outcome::Value),
+        _ => Step::Binary(f64::powf, Outcome::Smooth),
     }
 }
 
-const UNARY: &[(&str, Unary)] = &[
-    ("sqrt", f64::sqrt),
-    ("cbrt", f64::cbrt),
-    ("exp", f64::exp),
-    ("ln", f64::ln),
-    ("log", f64::ln),
-    ("log10", f64::log10),
-    ("log2", f64::log2),
-    ("sin", f64::sin),
-    ("cos", f64::cos),
-    ("tan", f64::tan),
-    ("asin", f64::asin),
-    ("acos", f64::acos),
-    ("atan", f64::atan),
-    ("sinh", f64::sinh),
-    ("cosh", f64::cosh),
-    ("tanh", f64::tanh),
-    ("abs", f64::abs),
-    ("sign", |a| if a == 0.0 { 0.0 } else { a.signum() }),
-    ("floor", f64::floor),
-    ("ceil", f64::ceil),
-    ("round", f64::round),
-    ("step", step),
-    ("heaviside", step),
+const UNARY: &[(&str, Unary, Outcome)] = &[
+    ("sqrt", f64::sqrt, Outcome::Smooth),
+    ("cbrt", f64::cbrt, Outcome::Smooth),
+    ("exp", f64::exp, Outcome::Smooth),
+    ("ln", f64::ln, Outcome::Smooth),
+    ("log", f64::ln, Outcome::Smooth),
+    ("log10", f64::log10, Outcome::Smooth),
+    ("log2", f64::log2, Outcome::Smooth),
+    ("sin", f64::sin, Outcome::Smooth),
+    ("cos", f64::cos, Outcome::Smooth),
+    ("tan", f64::tan, Outcome::Smooth),
+    ("asin", f64::asin, Outcome::Smooth),
+    ("acos", f64::acos, Outcome::Smooth),
+    ("atan", f64::atan, Outcome::Smooth),
+    ("sinh", f64::sinh, Outcome::Smooth),
+    ("cosh", f64::cosh, Outcome::Smooth),
+    ("tanh", f64::tanh, Outcome::Smooth),
+    ("abs", f64::abs, Outcome::Smooth),
+    ("sign", |a| if a == 0.0 { 0.0 } else { a.signum() }, Outcome::Value),
+    ("floor", f64::floor, Outcome::Value),
+    ("ceil", f64::ceil, Outcome::Value),
+    ("round", f64::round, Outcome::Value),
+    ("step", step, Outcome::Value),
+    ("heaviside", step, Outcome::Value),
 ];
 
 /// Named functions of two arguments; those that take more are folded from the left.
-const BINARY: &[(&str, Binary)] = &[
+const BINARY: &[(&str, Binary, Outcome)] = &[
     // Unlike f64::min and max, these pass a NaN on.
-    ("min", |a, b| if b < a || b.is_nan() { b } else { a }),
-    ("max", |a, b| if b > a || b.is_nan() { b } else { a }),
-    ("pow", f64::powf),
-    ("atan2", f64::atan2),
-    ("hypot", f64::hypot),
-    ("mod", f64::rem_euclid),
+    ("min", |a, b| if b < a || b.is_nan() { b } else { a }, Outcome::Smooth),
+    ("max", |a, b| if b > a || b.is_nan() { b } else { a }, Outcome::Smooth),
+    ("pow", f64::powf, Outcome::Smooth),
+    ("atan2", f64::atan2, Outcome::Smooth),
+    ("hypot", f64::hypot, Outcome::Smooth),
+    ("mod", f64::rem_euclid, Outcome::Quotient),
 ];
 
 fn step(x: f64) -> f64 {

@@ -63,12 +63,28 @@ impl Expression {
 
     /// Value at `x`, with `r` measured from `center`. NaN where the expression is not defined.
     pub fn evaluate<const D: usize>(&self, x: &[f64; D], center: &[f64; D]) -> f64 {
+        self.program.run(&self.variables(x, center))
+    }
+
+    /// The value as [`Self::evaluate`] gives it, with a number for the piece that `x` lies in: for the branch of each `if`
+    /// that was taken, and the outcomes of comparisons, of sign, step and heaviside, and the integer parts of floor, ceil,
+    /// round and mod, as far as they were evaluated.
+    pub(crate) fn trace<const D: usize>(&self, x: &[f64; D], center: &[f64; D]) -> (f64, u64) {
+        self.program.trace(&self.variables(x, center))
+    }
+
+    /// Whether the piece that [`Self::trace`] gives can differ between points.
+    pub(crate) fn is_piecewise(&self) -> bool {
+        self.program.is_piecewise()
+    }
+
+    fn variables<const D: usize>(&self, x: &[f64; D], center: &[f64; D]) -> [f64; VARIABLES.len()] {
         let mut variables = [0.0; VARIABLES.len()];
         variables[..D].copy_from_slice(x);
         if self.has_radius {
             variables[RADIUS] = distance(x, center);
         }
-        self.program.run(&variables)
+        variables
     }
 }
 
@@ -142,6 +158,38 @@ mod tests {
         ] {
             assert_eq!((value(text, [0.0; 3]), value(text, [1.0, 0.0, 0.0])), (at_0, at_1), "{text}");
         }
+    }
+
+    #[test]
+    fn pieces_are_told_by_what_was_evaluated() {
+        let piece = |text: &str, x: f64| {
+            let (value, piece) = Expression::parse("density", text, 3).unwrap().trace(&[x, 0.0, 0.0], &[0.0; 3]);
+            assert_eq!(value.to_bits(), self::value(text, [x, 0.0, 0.0]).to_bits(), "{text}");
+            piece
+        };
+        // Each has its discontinuities at the integers, and nothing else between -0.9 and 1.9.
+        for text in [
+            "floor(x)",
+            "ceil(x)",
+            "round(x - 0.5)",
+            "mod(x, 1)",
+            "1 + mod(3*x, -3)",
+            "step(x) + heaviside(x - 1)",
+            "sign(x) + sign(x - 1)",
+            "(x < 0) + 2*(x >= 1)",
+            "if(x < 0, 1, if(x < 1, 2, 3))",
+            "if(x > 0, if(x > 1, exp(x), x), -x)",
+        ] {
+            assert_eq!(piece(text, -0.9), piece(text, -0.1), "{text}");
+            assert_eq!(piece(text, 0.1), piece(text, 0.9), "{text}");
+            assert_eq!(piece(text, 1.1), piece(text, 1.9), "{text}");
+            let all = [-0.5, 0.5, 1.5].map(|x| piece(text, x));
+            assert!(all[0] != all[1] && all[1] != all[2] && all[0] != all[2], "{text}: {all:?}");
+        }
+        let hidden = "if(x < 0, 1 + (x < -1), 2)";
+        assert_eq!(piece(hidden, 1.0), piece(hidden, 2.0));
+        assert_ne!(piece(hidden, -0.5), piece(hidden, -1.5));
+        assert_eq!(piece("sin(x) + abs(x)*max(x, 0) + floor(2.5)", -1.0), 0);
     }
 
     #[test]

@@ -192,9 +192,9 @@ impl Parser<'_> {
             self.comparison()?;
             count += 1;
             match (function, count) {
-                (Some(Function::Unary(f)), 1) => self.program.push(Step::Unary(f)),
+                (Some(Function::Unary(f, outcome)), 1) => self.program.push(Step::Unary(f, outcome)),
                 // More than two arguments are taken from the left.
-                (Some(Function::Binary(f)), 2..) => self.program.push(Step::Binary(f)),
+                (Some(Function::Binary(f, outcome)), 2..) => self.program.push(Step::Binary(f, outcome)),
                 (Some(Function::If), 1) => unless = self.program.unless(),
                 (Some(Function::If), 2) => jump = self.program.otherwise(unless),
                 (Some(Function::If), 3) => self.program.end(jump),
@@ -210,9 +210,9 @@ impl Parser<'_> {
                 let known = Function::names().join(", ");
                 return Err((start, format!("unknown function '{name}'; known are {known}")));
             }
-            Some(Function::Unary(_)) if count != 1 => "one argument",
-            Some(Function::Binary(_)) if count < 2 && takes_many(name) => "two arguments or more",
-            Some(Function::Binary(_)) if count != 2 && !takes_many(name) => "two arguments",
+            Some(Function::Unary(..)) if count != 1 => "one argument",
+            Some(Function::Binary(..)) if count < 2 && takes_many(name) => "two arguments or more",
+            Some(Function::Binary(..)) if count != 2 && !takes_many(name) => "two arguments",
             Some(Function::If) if count != 3 => "three arguments",
             _ => return Ok(()),
         };
