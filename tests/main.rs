@@ -21,6 +21,7 @@ mod paper;
 mod parity;
 mod pipeline;
 mod plan;
+mod random_scenes;
 mod real_inputs;
 mod resample;
 mod resume;

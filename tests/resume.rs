@@ -121,6 +121,15 @@ fn the_solver_goes_on() {
     goes_on(&format!("{BOX}{scene}"), &[("solver", 12)]);
 }
 
+/// Bodies apart, one after the other: the first and the second of each stage are interrupted.
+#[test]
+fn bodies_that_are_relaxed_one_by_one_go_on() {
+    let scene = "input: {expression: 'if((x - 0.4)^2 + y^2 < 0.04, 50, if(x < 0.9, 1, 0))'}\n\
+        domain: {box: [[0, -0.5], [1, 0.5]], boundary: [reflecting, periodic]}\nparticles: 400\n\
+        polish: solver\nwvt: {iterations: 12}\nsolver: {evaluations: 30}\n";
+    goes_on(scene, &[("wvt", 4), ("wvt", 17), ("solver", 9), ("solver", 40)]);
+}
+
 #[test]
 fn the_solver_with_another_kernel_to_come_to_rest_goes_on() {
     let scene = format!("{BOX}kernel: cubic-spline\nsolver: {{evaluations: 40}}\n");

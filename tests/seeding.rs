@@ -26,6 +26,7 @@ fn target<'a, const D: usize>(domain: &'a Domain<D>, density: &'a dyn ScalarFiel
         mass: 1.0,
         resolution_integral: 1.0,
         largest_spacing: f64::INFINITY,
+        part: None,
     }
 }
 

@@ -41,6 +41,7 @@ fn target<const D: usize>(domain: &Domain<D>, count: usize) -> Target<'_, D> {
         mass: domain.volume(),
         resolution_integral: domain.volume(),
         largest_spacing: f64::INFINITY,
+        part: None,
     }
 }
 

@@ -111,7 +111,8 @@ fn run_method<const D: usize>(
 ) -> Result<MethodRun> {
     let scene = method.apply(scene);
     scene.validate()?;
-    let target = prepared.target();
+    let regions = prepared.target().find_regions();
+    let target = prepared.target().with_regions(regions.as_ref());
     let mut plan = Plan::new(&scene, &target, prepared.source.radial.is_some());
     // Each method has the scene's whole time; states are measured afterwards, so that measuring takes none of it.
     let limit = scene.time_limit.and_then(|s| Instant::now().checked_add(Duration::try_from_secs_f64(s).ok()?));

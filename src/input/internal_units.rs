@@ -70,6 +70,7 @@ impl<const D: usize> Prepared<D> {
             mass: 1.0,
             resolution_integral: self.resolution_integral,
             largest_spacing: self.largest_spacing,
+            part: None,
         }
     }
 }

@@ -70,14 +70,21 @@ impl DensityError {
         }
     }
 
-    /// Against `smoothed`, the target as the kernel sees it, over all particles, with the mass re-fitted by no more than the
-    /// bias of the self-contribution can be.
-    pub(super) fn within_bias<const D: usize>(measured: &Measured<D>, smoothed: &[f64]) -> ErrorFigures {
-        let density: Vec<f64> = measured.sums.iter().map(|s| s.weighted).collect();
-        let volume: Vec<f64> = measured.sums.iter().map(|s| 1.0 / s.number_density).collect();
+    /// Against the target or `smoothed`, the target as the kernel sees it, whichever is nearer to what each particle has:
+    /// stages make the density that of the target wherever an arrangement can have it. Over all particles, with the mass
+    /// re-fitted by no more than the bias of the self-contribution can be.
+    pub(super) fn against_either(
+        (density, volume): (&[f64], &[f64]),
+        target: &[f64],
+        smoothed: &[f64],
+    ) -> ErrorFigures {
         let everywhere = vec![true; smoothed.len()];
-        let factor = refit(&density, smoothed, &everywhere).clamp(1.0 - MOST_BIAS, 1.0 + MOST_BIAS);
-        figures((&density, factor), smoothed, &volume, &everywhere)
+        let factor = refit(density, smoothed, &everywhere).clamp(1.0 - MOST_BIAS, 1.0 + MOST_BIAS);
+        let nearer = |i: usize| {
+            let off = |wanted: f64| (factor * density[i] / wanted - 1.0).abs();
+            if off(target[i]) < off(smoothed[i]) { target[i] } else { smoothed[i] }
+        };
+        figures((density, factor), &parallel::map(target.len(), nearer), volume, &everywhere)
     }
 
     /// The figures that a tolerance bounds and by which methods are compared: with the mass re-fitted, over the interior

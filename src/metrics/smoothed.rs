@@ -210,6 +210,7 @@ mod tests {
             mass,
             resolution_integral: mass,
             largest_spacing: f64::INFINITY,
+            part: None,
         };
         smoothed_densities(KernelName::WendlandC4, &target, &x.map(|v| vec![v]), &[support])[0]
     }

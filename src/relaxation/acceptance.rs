@@ -11,16 +11,33 @@ use crate::target::{Positions, Target};
 use serde::Serialize;
 use serde::de::DeserializeOwned;
 use std::sync::{Mutex, PoisonError};
+use std::time::{Duration, Instant};
 
 /// Measures the particles that stages make, and remembers the figures of the last that were accepted.
 pub struct Judge<'a, const D: usize> {
     measure: &'a (dyn Fn(&Particles<D>) -> Quality + Sync),
     accepted: Mutex<Option<Quality>>,
+    /// What measuring takes.
+    cost: Mutex<Duration>,
 }
 
 impl<'a, const D: usize> Judge<'a, D> {
     pub fn new(measure: &'a (dyn Fn(&Particles<D>) -> Quality + Sync)) -> Self {
-        Self { measure, accepted: Mutex::new(None) }
+        Self { measure, accepted: Mutex::new(None), cost: Mutex::new(Duration::ZERO) }
+    }
+
+    /// Measures what the first stage is given. Returns the time to be kept for measuring its result, and the run's.
+    pub fn look_at(&self, particles: &Particles<D>) -> Duration {
+        let mut accepted = self.accepted.lock().unwrap_or_else(PoisonError::into_inner);
+        accepted.get_or_insert_with(|| self.timed(particles));
+        2 * *self.cost.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    fn timed(&self, particles: &Particles<D>) -> Quality {
+        let start = Instant::now();
+        let quality = (self.measure)(particles);
+        *self.cost.lock().unwrap_or_else(PoisonError::into_inner) = start.elapsed();
+        quality
     }
 
     /// In what `after` is worse than `before`, if it is; else its figures are those to be kept from now on. More particles
@@ -30,8 +47,8 @@ impl<'a, const D: usize> Judge<'a, D> {
             return None;
         }
         let mut accepted = self.accepted.lock().unwrap_or_else(PoisonError::into_inner);
-        let earlier = accepted.take().unwrap_or_else(|| (self.measure)(before));
-        let now = (self.measure)(after);
+        let earlier = accepted.take().unwrap_or_else(|| self.timed(before));
+        let now = self.timed(after);
         let loss = now.loss_against(&earlier);
         *accepted = Some(if loss.is_some() { earlier } else { now });
         loss

@@ -26,6 +26,7 @@ fn target<const D: usize>(domain: &Domain<D>, count: usize) -> Target<'_, D> {
         mass: 1.25 * domain.volume(),
         resolution_integral: 1.25 * domain.volume(),
         largest_spacing: f64::INFINITY,
+        part: None,
     }
 }
 

@@ -1,5 +1,6 @@
 //! Particles in a domain with what every force on them needs: tree, ghosts, sums and their gradients.
 
+use super::interfaces::{Beyond, Interfaces, Missing};
 use crate::target::{Positions, Target, at};
 use sph::domain::{Domain, Round};
 use sph::kernel::{KernelName, support_over_spacing};
@@ -79,6 +80,11 @@ pub(super) struct Arrangement<'a, const D: usize, R> {
     moves: usize,
     /// n* at the particles, where the last move has told it.
     target_density: Option<Vec<f64>>,
+    /// Of a region that is relaxed by itself.
+    interfaces: Option<(Interfaces, Beyond)>,
+    /// n* over the number density that support radii stand for. Summed densities are larger than what is there by what
+    /// particles count themselves; a medium does not count itself.
+    pub medium: f64,
     precision: PhantomData<R>,
 }
 
@@ -140,6 +146,8 @@ impl<'a, const D: usize, R: Real> Arrangement<'a, D, R> {
             ghosts: None,
             moves,
             target_density: None,
+            interfaces: None,
+            medium: 1.0,
             precision: PhantomData,
         }
     }
@@ -179,7 +187,42 @@ impl<'a, const D: usize, R: Real> Arrangement<'a, D, R> {
         self.tree.forget_order();
         self.moves = 0;
         self.target_density = None;
+        if let Some((interfaces, _)) = &mut self.interfaces {
+            interfaces.reorder(&order);
+        }
         order
+    }
+
+    /// Lets the particles of a region feel a medium that goes on beyond its surfaces, which are `known` or looked for;
+    /// `weight` is that of pushes by the distance in support radii. Of no effect for a target without regions.
+    pub fn see_interfaces(&mut self, known: Option<Interfaces>, weight: &dyn Fn(f64) -> f64) {
+        if self.target.part.is_none_or(|part| !part.is_cut()) {
+            return;
+        }
+        let beyond = Beyond::new::<D>(self.kernel, weight);
+        let find = || Interfaces::find(&self.target, &beyond, &self.positions, &self.target_supports());
+        self.interfaces = known.or_else(find).map(|found| (found, beyond));
+    }
+
+    /// Looks for surfaces anew about particles that have moved far; whether there were any.
+    pub fn refresh_interfaces(&mut self) -> bool {
+        let Some((mut interfaces, beyond)) = self.interfaces.take() else { return false };
+        let changed = interfaces.refresh(&self.target, &beyond, &self.positions, &self.target_supports());
+        self.interfaces = Some((interfaces, beyond));
+        changed
+    }
+
+    /// The surfaces that were found.
+    pub fn interfaces(&self) -> Option<&Interfaces> {
+        self.interfaces.as_ref().map(|(interfaces, _)| interfaces)
+    }
+
+    /// What a particle with this support radius lacks beyond the surfaces of its region, with the number density of the medium
+    /// there. `None` where there is no surface.
+    pub fn missing(&self, i: usize, support: f64) -> Option<(Missing<D>, f64)> {
+        let (interfaces, beyond) = self.interfaces.as_ref()?;
+        let medium = self.medium * (self.ratio() / support).powi(D as i32);
+        Some((interfaces.missing(&self.domain, beyond, i, (&at(&self.positions, i), support)), medium))
     }
 
     /// Takes over that `positions` have changed.
@@ -212,7 +255,8 @@ impl<'a, const D: usize, R: Real> Arrangement<'a, D, R> {
             let limited = t * if length > max_step { max_step / length } else { 1.0 };
             let mut x: [f64; D] = std::array::from_fn(|k| x0[k] + limited * unit[i] * d[k]);
             domain.confine(&x0, &mut x);
-            let mut density = if target.domain.contains(&x) { target.number_density(&x) } else { 0.0 };
+            let allowed = target.domain.contains(&x) && target.keeps_region(&x0, &x);
+            let mut density = if allowed { target.number_density(&x) } else { 0.0 };
             if !(density > 0.0) {
                 x = x0;
                 density = target.number_density(&x);
@@ -232,7 +276,7 @@ impl<'a, const D: usize, R: Real> Arrangement<'a, D, R> {
             let from = at(positions, i);
             let (mut x, length) = step(i, from);
             domain.confine(&from, &mut x);
-            if target.admits(&x) { (x, length) } else { (from, 0.0) }
+            if target.admits(&x) && target.keeps_region(&from, &x) { (x, length) } else { (from, 0.0) }
         });
         self.place(|i| moved[i].0);
         reduce::max(moved.len(), |i| moved[i].1)
@@ -251,9 +295,19 @@ impl<'a, const D: usize, R: Real> Arrangement<'a, D, R> {
         self.ghosts = GhostLayer::new(&self.domain, &self.positions, support);
     }
 
-    /// Number density sums at given support radii.
+    /// Number density sums at given support radii, with what lies beyond the surfaces of a region.
     pub fn densities(&self, support: &[f64]) -> Vec<DensitySums<D>> {
-        density::<D, 0, R>(self.kernel, &self.domain, &self.sources(support))
+        let mut sums = density::<D, 0, R>(self.kernel, &self.domain, &self.sources(support));
+        if self.interfaces.is_some() {
+            parallel::update(&mut sums, |i, sums| {
+                if let Some((missing, medium)) = self.missing(i, support[i]) {
+                    sums.number_density += medium * missing.share;
+                    sums.slope += medium * (missing.slope - D as f64 * missing.share);
+                    (0..D).for_each(|k| sums.gradient[k] += medium * missing.gradient[k]);
+                }
+            });
+        }
+        sums
     }
 
     /// sum_b w_b W(r_ab, H_a) for weights per particle.

@@ -297,7 +297,7 @@ impl<'a, const D: usize, R: Real> Fluid<'a, D, R> {
             domain.wrap(&mut straight);
             let mut x = straight;
             domain.confine(&from, &mut x);
-            if !target.admits(&x) {
+            if !(target.admits(&x) && target.keeps_region(&from, &x)) {
                 return (from, [0.0; D], 0.0);
             }
             (x, bounce(v, &straight, &x), limited * length / spacing)

@@ -54,6 +54,7 @@ fn check<const D: usize>(count: usize, viscosity: bool) {
         mass: 1.5,
         resolution_integral: 1.5,
         largest_spacing: f64::INFINITY,
+        part: None,
     };
     let start = seed(&target, Seeding::Random, 11).unwrap().positions;
     let options = AlaricOptions { viscosity, ..AlaricOptions::new(D) };

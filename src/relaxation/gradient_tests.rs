@@ -59,6 +59,7 @@ fn target<'a, const D: usize>(domain: &'a Domain<D>, count: usize) -> Target<'a,
         mass: 1.5 * domain.volume(),
         resolution_integral: 1.5 * domain.volume(),
         largest_spacing: f64::INFINITY,
+        part: None,
     }
 }
 
@@ -79,7 +80,8 @@ fn check_solver<const D: usize>(count: usize, density: &dyn ScalarField<D>, doma
         let now = solver.evaluate(&frame);
         let gradient = solver.gradient(&frame, &now);
         let size = gradient.iter().flatten().fold(0.0_f64, |m, g| m.max(g.abs()));
-        for i in (0..count).step_by(count / 40 + 1) {
+        // Those that are held have none.
+        for i in (0..count).step_by(count / 40 + 1).filter(|&i| frame.held.get(i) != Some(&true)) {
             for k in 0..D {
                 let h = 1e-5;
                 let mut energy = |sign: f64| {

@@ -47,7 +47,7 @@ pub fn part_pairs<const D: usize>(target: &Target<'_, D>, positions: &mut Positi
             let scale = if size > *limit { limit / size } else { 1.0 };
             let mut x = std::array::from_fn(|k| from[k] + scale * parting.shift[k]);
             domain.confine(&from, &mut x);
-            if target.admits(&x) {
+            if target.admits(&x) && target.keeps_region(&from, &x) {
                 (0..D).for_each(|k| positions[k][i as usize] = x[k]);
             }
         }
@@ -80,6 +80,7 @@ mod tests {
             mass: 1.0,
             resolution_integral: 1.0,
             largest_spacing: f64::INFINITY,
+            part: None,
         };
         let mut positions = start;
         let found = part_pairs(&target, &mut positions, threshold);

@@ -25,6 +25,7 @@
 //! stay where seed and WVT have put them.
 
 use super::arrangement::Arrangement;
+use super::interfaces::Interfaces;
 use super::lbfgs::{Lbfgs, product};
 use super::objective::{Evaluation, Frame, Objective};
 use super::pairs::{COINCIDENT, part_pairs};
@@ -151,6 +152,7 @@ impl<const D: usize, R: Real> Stage<D> for DensitySolver<'_, D, R> {
         let schedule = self.options.schedule(self.kernel, D);
         let before = positions.clone();
         let mut solver = Solver::<D, R>::new(self.arrangement(positions), &self.options);
+        solver.objective.see_interfaces(None);
         if schedule[0].kernel != self.kernel {
             // What the end is compared with.
             let frame = solver.objective.frame(0.0);
@@ -165,11 +167,13 @@ impl<const D: usize, R: Real> Stage<D> for DensitySolver<'_, D, R> {
         let kept: Snapshot<D> = decode(kept)?;
         let schedule = self.options.schedule(self.kernel, D);
         kept.check(self.target.count, schedule.len())?;
-        let Snapshot { index, positions, moves, before, descent, kappa, evaluations, trace } = kept;
+        let Snapshot { index, positions, moves, before, descent, kappa, evaluations, interfaces, trace } = kept;
         let Stretch { kernel, kernel_neighbors, .. } = schedule[index];
         let mirrored = self.target.domain.mirrored();
         let arrangement = Arrangement::of_sorted(kernel, self.target, mirrored, positions, moves, kernel_neighbors);
-        let objective = Objective { arrangement, kappa: Some(kappa), evaluations };
+        let settled = self.options.settled;
+        let mut objective = Objective { arrangement, kappa: Some(kappa), settled, evaluations };
+        objective.see_interfaces(interfaces);
         let solver = Solver::<D, R> { objective, options: &self.options, trace: trace.resumed() };
         Ok(Box::new(Run { solver, schedule, index, descent, before }))
     }
@@ -214,6 +218,8 @@ struct Snapshot<const D: usize> {
     descent: Descent<D>,
     kappa: f64,
     evaluations: usize,
+    /// Of a region that is relaxed by itself.
+    interfaces: Option<Interfaces>,
     trace: Trace,
 }
 
@@ -231,6 +237,10 @@ impl<const D: usize> Snapshot<D> {
             .holds(
                 [0, count].contains(&self.descent.frame.held.len()),
                 "says of another number of particles which are held",
+            )
+            .holds(
+                self.interfaces.as_ref().is_none_or(|i| i.is_of::<D>(count)),
+                "has surfaces of another number of particles",
             )
             .holds(self.descent.memory.is_of(count), "has another number of gradients than of particles")
             .result()
@@ -253,6 +263,9 @@ impl<const D: usize, R: Real> Running<D> for Run<'_, D, R> {
         if solver.objective.arrangement.is_stale(SORT_INTERVAL) {
             let order = solver.objective.arrangement.sort();
             descent.reorder(&order);
+            if outside.is_none() && solver.objective.arrangement.refresh_interfaces() {
+                solver.look_again(descent);
+            }
         }
         if outside.is_some() {
             return outside;
@@ -283,6 +296,7 @@ impl<const D: usize, R: Real> Running<D> for Run<'_, D, R> {
                 descent: self.descent.clone(),
                 kappa: self.solver.objective.kappa.unwrap_or(1.0),
                 evaluations: self.solver.objective.evaluations,
+                interfaces: self.solver.objective.arrangement.interfaces().cloned(),
                 trace: self.solver.trace.kept(),
             },
             to,
@@ -358,7 +372,8 @@ impl<const D: usize> Descent<D> {
 
 impl<'a, const D: usize, R: Real> Solver<'a, D, R> {
     fn new(arrangement: Arrangement<'a, D, R>, options: &'a SolverOptions) -> Self {
-        Self { objective: Objective::new(arrangement), options, trace: Trace::new() }
+        let objective = Objective { settled: options.settled, ..Objective::new(arrangement) };
+        Self { objective, options, trace: Trace::new() }
     }
 
     /// One step of a descent that may make evaluations up to `end`; why it ends, if it does.
@@ -368,7 +383,7 @@ impl<'a, const D: usize, R: Real> Solver<'a, D, R> {
             if !may_finish {
                 return Some(StopReason::IterationLimit);
             }
-            let measured = self.objective.measured();
+            let measured = self.measured(descent.epsilon);
             if measured <= self.options.tolerance {
                 return Some(StopReason::ToleranceReached);
             }
@@ -380,6 +395,12 @@ impl<'a, const D: usize, R: Real> Solver<'a, D, R> {
         let in_vain = self.objective.evaluations > descent.lowest.1 + PATIENCE;
         let stagnated = may_finish && in_vain && !(self.options.tolerance > 0.0);
         (stagnated || !self.step(descent)).then_some(StopReason::Stagnated)
+    }
+
+    /// Epsilon as it is measured in the end. At the surfaces of a region that is relaxed by itself it cannot be, and up to
+    /// a sixth is added.
+    fn measured(&mut self, epsilon: f64) -> f64 {
+        if self.objective.arrangement.interfaces().is_some() { 1.2 * epsilon } else { self.objective.measured() }
     }
 
     /// Begins a stretch of the schedule.
@@ -399,6 +420,14 @@ impl<'a, const D: usize, R: Real> Solver<'a, D, R> {
         let lowest = (epsilon, self.objective.evaluations);
         let aim = self.options.tolerance;
         Descent { frame, memory: Lbfgs::new(), gradient, energy: now.energy, epsilon, aim, lowest }
+    }
+
+    /// Takes up what the objective is now that surfaces were looked for anew.
+    fn look_again(&mut self, descent: &mut Descent<D>) {
+        let now = self.objective.evaluate(&descent.frame);
+        descent.gradient = self.objective.gradient(&descent.frame, &now);
+        descent.memory.clear();
+        descent.take(&now, self.objective.evaluations);
     }
 
     /// One step downhill; false where there is no way down.

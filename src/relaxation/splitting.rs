@@ -100,6 +100,7 @@ mod tests {
             mass: 1.0,
             resolution_integral: domain.volume(),
             largest_spacing: f64::INFINITY,
+            part: None,
         };
         let at_corner: Positions<D> = std::array::from_fn(|k| vec![domain.lo[k] + 0.4 * domain.extent()[k]; parents]);
         let out = split(&target, &at_corner, 30.0, count);
@@ -142,6 +143,7 @@ mod tests {
             mass: 1.0,
             resolution_integral: 1.0,
             largest_spacing: f64::INFINITY,
+            part: None,
         };
         let parents = [(0..10).map(|i| (i as f64 + 0.5) / 10.0).collect()];
         let mut x = split(&target, &parents, 8.0, 30)[0].clone();

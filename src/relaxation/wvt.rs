@@ -19,15 +19,17 @@
 
 use super::arrangement::{Arrangement, SORT_INTERVAL};
 use super::fit::{fit, interior, resolved};
+use super::interfaces::Interfaces;
+use super::objective::STEEP;
 use super::pairs::{COINCIDENT, part_pairs};
 use super::report::{Progress, StageName, StageReport, StopReason};
 use super::snapshot::{Best, Check, Trace, axes, decode, encode};
 use super::stage::{Particles, Relaxed, Running, Stage};
 use super::stiffness::stiffness;
-use crate::target::{Positions, Target};
+use crate::target::{Positions, Target, at};
 use serde::{Deserialize, Serialize};
 use sph::kernel::{KernelName, default_kernel_neighbors, support_over_spacing};
-use sph::sums::{Bias, Push, Pushes, Weight, pushes};
+use sph::sums::{self, Bias, Push, Pushes, Weight, push_weight};
 use sph::{parallel, reduce};
 
 pub const NAME: StageName = StageName { name: "wvt", title: "WVT" };
@@ -112,10 +114,16 @@ impl<const D: usize> Stage<D> for Wvt<'_, D> {
         let density = self.target.number_densities(&positions);
         let ratio = support_over_spacing(D, neighbors);
         let sharpness = self.target.sharpnesses(&positions, &density, ratio);
-        let (state, order) = Arrangement::with_order(self.kernel, self.target, mirrored, positions, neighbors);
+        let (mut state, order) = Arrangement::with_order(self.kernel, self.target, mirrored, positions, neighbors);
+        self.see_interfaces(&mut state, None);
         let count = state.len();
         Box::new(Relaxation {
-            weights: parallel::map(count, |i| resolved(sharpness[order[i] as usize])),
+            weights: parallel::map(count, |i| {
+                let old = order[i] as usize;
+                let support = self.target.support(density[old], ratio);
+                let steep = sharpness[old] > STEEP && self.target.steepness(&at(&state.positions, i), support) > STEEP;
+                if steep { 0.0 } else { resolved(sharpness[old]) }
+            }),
             options: &self.options,
             first_step: self.first_step(),
             iteration: 0,
@@ -130,15 +138,20 @@ impl<const D: usize> Stage<D> for Wvt<'_, D> {
     fn resume(&self, kept: &[u8]) -> Result<Box<dyn Running<D> + '_>, String> {
         let kept: Snapshot<D> = decode(kept)?;
         kept.check(self.target.count)?;
-        let Snapshot { iteration, positions, moves, excess, memory, weights, best, trace } = kept;
+        let Snapshot { iteration, positions, moves, excess, memory, weights, best, interfaces, trace } = kept;
         let (neighbors, mirrored) = (self.options.kernel_neighbors, self.target.domain.mirrored());
-        let state = Arrangement::of_sorted(self.kernel, self.target, mirrored, positions, moves, neighbors);
+        let mut state = Arrangement::of_sorted(self.kernel, self.target, mirrored, positions, moves, neighbors);
+        self.see_interfaces(&mut state, interfaces);
         let (options, first_step, trace) = (&self.options, self.first_step(), trace.resumed());
         Ok(Box::new(Relaxation { options, first_step, state, iteration, excess, memory, weights, best, trace }))
     }
 }
 
 impl<const D: usize> Wvt<'_, D> {
+    fn see_interfaces(&self, state: &mut Arrangement<'_, D, f32>, known: Option<Interfaces>) {
+        state.see_interfaces(known, &|q| push_weight::<D>(self.options.weight, self.kernel, q));
+    }
+
     fn first_step(&self) -> f64 {
         self.options.step * step_scale(self.options.weight, self.kernel, D, self.options.kernel_neighbors)
     }
@@ -155,6 +168,8 @@ struct Snapshot<const D: usize> {
     memory: Vec<f64>,
     weights: Vec<f64>,
     best: Best<D>,
+    /// Of a region that is relaxed by itself.
+    interfaces: Option<Interfaces>,
     trace: Trace,
 }
 
@@ -168,6 +183,10 @@ impl<const D: usize> Snapshot<D> {
             .scalars("the density excess", &self.excess)
             .scalars("the memory of it", &self.memory)
             .scalars("weights", &self.weights)
+            .holds(
+                self.interfaces.as_ref().is_none_or(|i| i.is_of::<D>(count)),
+                "has surfaces of another number of particles",
+            )
             .result()
     }
 }
@@ -183,7 +202,7 @@ struct Relaxation<'a, const D: usize> {
     excess: Vec<f64>,
     /// What the corrected volumes remember of it.
     memory: Vec<f64>,
-    /// Whether a particle could have the target's density where it began.
+    /// Whether a particle could have the target's density where it began; 0 for those that stay there.
     weights: Vec<f64>,
     best: Best<D>,
     trace: Trace,
@@ -228,6 +247,7 @@ impl<const D: usize> Running<D> for Relaxation<'_, D> {
                 memory: self.memory.clone(),
                 weights: self.weights.clone(),
                 best: self.best.clone(),
+                interfaces: self.state.interfaces().cloned(),
                 trace: self.trace.kept(),
             },
             to,
@@ -263,6 +283,7 @@ impl<const D: usize> Relaxation<'_, D> {
         for values in [&mut self.excess, &mut self.memory, &mut self.weights] {
             *values = parallel::reordered(values, &order);
         }
+        self.state.refresh_interfaces();
     }
 
     fn pushes(&mut self, density: &[f64], support: &[f64]) -> Vec<Push<D>> {
@@ -270,19 +291,37 @@ impl<const D: usize> Relaxation<'_, D> {
         let options = Pushes { weight, bias, kernel_neighbors };
         let volume = parallel::map(density.len(), |i| 1.0 / density[i]);
         self.state.mirror(support);
-        match bias {
+        let mut pushes = match bias {
             Bias::Corrected => {
                 let channels = [self.corrected_volumes(density), volume];
                 let channels = channels.each_ref().map(Vec::as_slice);
                 let state = &self.state;
-                state.with_channels(support, channels, [1.0, 1.0], |s| pushes(state.kernel, &state.domain, s, options))
+                state.with_channels(support, channels, [1.0, 1.0], |s| {
+                    sums::pushes(state.kernel, &state.domain, s, options)
+                })
             }
             Bias::Plain => {
                 let (channels, powers) = ([support, &volume], [1.0 / D as f64, 1.0]);
                 let state = &self.state;
-                state.with_pairs(support, channels, powers, |s| pushes(state.kernel, &state.domain, s, options))
+                state.with_pairs(support, channels, powers, |s| sums::pushes(state.kernel, &state.domain, s, options))
             }
+        };
+        self.add_beyond(&mut pushes, support);
+        pushes
+    }
+
+    /// What lies beyond the surfaces of a region pushes, and counts.
+    fn add_beyond(&self, pushes: &mut [Push<D>], support: &[f64]) {
+        if self.state.interfaces().is_none() {
+            return;
         }
+        let per_volume = self.state.ratio().powi(D as i32);
+        parallel::update(pushes, |i, push| {
+            if let Some((missing, medium)) = self.state.missing(i, support[i]) {
+                push.number_density += medium * missing.share;
+                (0..D).for_each(|k| push.shift[k] += per_volume * missing.push[k]);
+            }
+        });
     }
 
     /// Target volumes, raised where the density was above the target at the last pass and lowered where below.
@@ -310,7 +349,11 @@ impl<const D: usize> Relaxation<'_, D> {
     /// Moves all particles; returns the largest displacement in spacings.
     fn displace(&mut self, pushes: &[Push<D>], support: &[f64], step: f64) -> f64 {
         let ratio = self.state.ratio();
+        let weights = &self.weights;
         self.state.shift(|i, from| {
+            if weights[i] == 0.0 {
+                return (from, 0.0);
+            }
             let spacing = support[i] / ratio;
             let shift = pushes[i].shift;
             let size = step * shift.iter().map(|s| s * s).sum::<f64>().sqrt();

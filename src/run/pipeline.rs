@@ -143,7 +143,8 @@ impl Run<'_> {
         let prepared = Prepared::<D>::new(self.scene, self.formats, raw, count)?;
         self.notes.extend(prepared.notes.iter().cloned());
         self.lap(Step::Interpolate, lap, None);
-        let target = prepared.target();
+        let regions = prepared.target().find_regions();
+        let target = prepared.target().with_regions(regions.as_ref());
         let mut plan = Plan::new(self.scene, &target, prepared.source.radial.is_some());
         let hydrostatics = Hydrostatics::new(self.scene, &prepared, self.units)?;
         if let Some(h) = hydrostatics.as_ref().filter(|_| plan.stages.contains(&BALANCE)) {

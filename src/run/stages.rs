@@ -6,9 +6,10 @@ use super::report::Timing;
 use crate::error::{Error, Result};
 use crate::metrics::{Ledger, Quality};
 use crate::relaxation::{
-    self, AFC, ALARIC, Accepted, AfcOptions, Alaric, AlaricOptions, AwayFromClosest, BALANCE, BalanceOptions, Control,
-    DAMPED_RELAXATION, DensitySolver, Event, Judge, MassTrimming, Particles, PressureBalance, SOLVER, SolverOptions,
-    Stage, StageName, StageReport, Start, Step, StopReason, TRIMMING, TrimOptions, WVT, Wvt, WvtOptions, coarse_count,
+    self, AFC, ALARIC, Accepted, AfcOptions, Alaric, AlaricOptions, AwayFromClosest, BALANCE, BalanceOptions, ByBody,
+    Control, DAMPED_RELAXATION, DensitySolver, Event, Judge, MassTrimming, Particles, PressureBalance, SOLVER,
+    SolverOptions, Stage, StageName, StageReport, Start, Step, StopReason, TRIMMING, TrimOptions, WVT, Wvt, WvtOptions,
+    coarse_count,
 };
 use crate::scene::{OnInterrupt, Scene};
 use crate::seeding::{self, Seeded};
@@ -39,8 +40,16 @@ pub struct Setting<'a, const D: usize> {
 fn stage<'a, const D: usize>(name: StageName, setting: &Setting<'a, D>, plan: &Plan) -> Option<Box<dyn Stage<D> + 'a>> {
     let (kernel, target) = (setting.scene.kernel, setting.target);
     Some(match name {
-        WVT => Box::new(Wvt { kernel, target: coarse(&target, plan), options: setting.wvt(plan) }),
-        SOLVER => Box::new(DensitySolver::<D>::new(kernel, target, setting.solver(plan))),
+        WVT => {
+            let options = setting.wvt(plan);
+            by_body(name, coarse(&target, plan), plan, move |target| Box::new(Wvt { kernel, target, options }))
+        }
+        SOLVER => {
+            let options = setting.solver(plan);
+            let make =
+                move |target| Box::new(DensitySolver::<D>::new(kernel, target, options)) as Box<dyn Stage<D> + 'a>;
+            by_body(name, target, plan, make)
+        }
         ALARIC | DAMPED_RELAXATION => {
             Box::new(Alaric::<D>::new(name, kernel, target, setting.alaric(name), plan.splittings))
         }
@@ -52,6 +61,21 @@ fn stage<'a, const D: usize>(name: StageName, setting: &Setting<'a, D>, plan: &P
         TRIMMING => Box::new(MassTrimming { kernel, target, options: setting.trimming()? }),
         _ => return None,
     })
+}
+
+/// A stage over all of a target, or over its bodies by themselves where the seeding has put the right number in each.
+fn by_body<'a, const D: usize>(
+    name: StageName,
+    target: Target<'a, D>,
+    plan: &Plan,
+    make: impl Fn(Target<'a, D>) -> Box<dyn Stage<D> + 'a>,
+) -> Box<dyn Stage<D> + 'a> {
+    if plan.seeding.goes_by_region()
+        && let Some(stage) = ByBody::new(name, target, &make)
+    {
+        return Box::new(stage);
+    }
+    make(target)
 }
 
 /// The target for the particles that splitting begins with.
@@ -199,13 +223,18 @@ impl<const D: usize> Setting<'_, D> {
                 continue;
             }
             let Some(mut stage) = stage(name, self, plan) else { continue };
+            let mut control = *self.control;
             if name != BALANCE {
                 stage = Box::new(Accepted { stage, target: self.target, judge: &judge });
+                if let (Start::New(particles), Some(deadline)) = (&start, control.deadline) {
+                    // What measuring takes counts against the limit.
+                    control.deadline = deadline.checked_sub(judge.look_at(particles)).or(Some(deadline));
+                }
             }
             self.control.tell(Event::Begin(Step::Relax(name)));
             let meta = past.meta(index, name.name, true);
             let mut keep = |stopping: bool, state: relaxation::Snapshot<'_>| checkpoints.offer(stopping, &meta, state);
-            let relaxed = relaxation::relax(&*stage, start, self.control, &mut keep)?;
+            let relaxed = relaxation::relax(&*stage, start, &control, &mut keep)?;
             let particles = relaxed.particles;
             past.notes.extend(relaxed.notes);
             watch(name.name, &particles.positions);

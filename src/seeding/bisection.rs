@@ -7,18 +7,21 @@ use super::kronecker;
 use super::seeded::to_positions;
 use crate::error::Result;
 use crate::random::{Purpose, keyed};
-use crate::target::cells::{Cell, Cut, cut, partition, refine};
+use crate::target::cells::{Cell, Cut, Rule, cut, partition, refine};
 use crate::target::{Positions, Target};
 use rand::RngExt;
 use sph::geometry::distance;
 use sph::parallel;
 
 /// Cells of a part with `n` particles, at least: enough for the cut to fall right, no more than the part needs.
-fn least_cells(n: usize) -> usize {
-    (CELLS_PER_PARTICLE * n).min(MOST_CELLS)
+fn least_cells(n: usize, rule: Rule) -> usize {
+    let per_particle = match rule {
+        Rule::Midpoint => 24,
+        Rule::Gauss => 8,
+    };
+    (per_particle * n).min(MOST_CELLS)
 }
 
-const CELLS_PER_PARTICLE: usize = 24;
 const MOST_CELLS: usize = 1 << 14;
 /// Parts above this many particles go on in parallel.
 const PARALLEL: usize = 512;
@@ -29,7 +32,7 @@ const PARALLEL: usize = 512;
 /// A target without mass in its domain.
 pub(super) fn place<const D: usize>(target: &Target<'_, D>, seed: u64) -> Result<Positions<D>> {
     let mut points = vec![[0.0; D]; target.count];
-    bisect(target, partition(target)?, &mut points);
+    bisect(target, partition(target, target.cell_rule())?, &mut points);
     Ok(to_positions(&jittered(target, &points, seed)))
 }
 
@@ -53,7 +56,7 @@ fn bisect<const D: usize>(target: &Target<'_, D>, mut cells: Vec<Cell<D>>, out: 
     if n == 0 {
         return;
     }
-    refine(target, &mut cells, least_cells(n));
+    refine(target, &mut cells, least_cells(n, target.cell_rule()), target.cell_rule());
     if n == 1 {
         out[0] = representative(target, &cells);
         return;

@@ -114,6 +114,7 @@ fn relaxed_sites<const D: usize>(
         mass: 1.0,
         resolution_integral: 1.0,
         largest_spacing: f64::INFINITY,
+        part: None,
     };
     let positions = match repulsion {
         Repulsion::Short => short_range(&target, seed)?,

@@ -29,7 +29,7 @@ struct Traveler<const D: usize> {
 /// # Errors
 /// A target without mass in its domain.
 pub(super) fn place<const D: usize>(target: &Target<'_, D>) -> Result<Positions<D>> {
-    let cells = partition(target)?;
+    let cells = partition(target, target.cell_rule())?;
     let generator = kronecker::generator::<D>();
     let travelers = (0..target.count).map(|index| Traveler { index, u: kronecker::point(&generator, index) }).collect();
     let mut positions: Positions<D> = std::array::from_fn(|_| vec![0.0; target.count]);
@@ -51,7 +51,7 @@ fn descend<const D: usize>(
     if n == 0 {
         return Vec::new();
     }
-    refine(target, &mut cells, (CELLS_PER_POINT * n).min(MOST_CELLS));
+    refine(target, &mut cells, (CELLS_PER_POINT * n).min(MOST_CELLS), target.cell_rule());
     if n == 1 || cuts == 0 {
         return travelers.iter().map(|t| (t.index, settle(target, &cells, &t.u))).collect();
     }

@@ -38,4 +38,10 @@ impl Seeding {
     pub fn is_in_order(self) -> bool {
         !matches!(self, Self::MassBisection | Self::Random | Self::LowDiscrepancy | Self::Quaquaversal)
     }
+
+    /// Whether it fills each region of a target by itself, with the whole number of particles that is due to it. Patterns
+    /// that cover all of space do not.
+    pub fn goes_by_region(self) -> bool {
+        matches!(self, Self::MassBisection | Self::Random | Self::LowDiscrepancy | Self::Shells | Self::EqualAreaShells)
+    }
 }

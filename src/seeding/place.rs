@@ -10,7 +10,7 @@ use super::shells::{self, Covering};
 use super::symmetry::{self, Symmetry};
 use super::{bisection, low_discrepancy, pattern, random, stretch};
 use crate::error::{Error, Result};
-use crate::target::{Target, at};
+use crate::target::{Regions, Selected, Target, at};
 use sph::domain::Axis;
 use sph::parallel;
 
@@ -21,13 +21,39 @@ use sph::parallel;
 pub fn seed<const D: usize>(target: &Target<'_, D>, seeding: Seeding, seed: u64) -> Result<Seeded<D>> {
     let method = seeding.method();
     method.check_dimension(D)?;
+    match target.regions().filter(|_| seeding.goes_by_region()) {
+        Some(regions) => by_region(target, regions, seeding, seed),
+        None => check(target, method, in_one(target, seeding, seed)?),
+    }
+}
+
+/// Seeds each region by itself, the whole number of particles that is due to it.
+fn by_region<const D: usize>(
+    target: &Target<'_, D>,
+    regions: &Regions<'_, D>,
+    seeding: Seeding,
+    seed: u64,
+) -> Result<Seeded<D>> {
+    let mut all = Seeded { positions: std::array::from_fn(|_| Vec::with_capacity(target.count)), notes: Vec::new() };
+    for (region, count) in regions.counts(target.count).into_iter().enumerate().filter(|(_, count)| *count > 0) {
+        let target = target.selected(regions, Selected::Region(region), count);
+        let Seeded { positions, notes } = check(&target, seeding.method(), in_one(&target, seeding, seed)?)?;
+        all.positions.iter_mut().zip(positions).for_each(|(all, one)| all.extend(one));
+        all.notes.extend(notes);
+    }
+    Ok(all)
+}
+
+/// Places the particles of a target that is one body.
+fn in_one<const D: usize>(target: &Target<'_, D>, seeding: Seeding, seed: u64) -> Result<Seeded<D>> {
+    let method = seeding.method();
     let lattice = |kind: Lattice| {
         let symmetry = symmetry::detect(target, method.name)?;
         stretch::place_lattice(target, &symmetry, &kind.cell())
     };
     let a_glass = |repulsion| glass::place(target, &symmetry::detect(target, method.name)?, repulsion, seed);
     let on_shells = |covering: Covering| shells::place(target, covering, method, seed);
-    let seeded = match seeding {
+    Ok(match seeding {
         Seeding::MassBisection => bisection::place(target, seed)?.into(),
         Seeding::Random => random::place(target, seed)?.into(),
         Seeding::LowDiscrepancy => low_discrepancy::place(target)?.into(),
@@ -50,8 +76,7 @@ pub fn seed<const D: usize>(target: &Target<'_, D>, seeding: Seeding, seed: u64)
         Seeding::Cubic => lattice(Lattice::Cubic)?,
         Seeding::CubicClosePacked => lattice(Lattice::CubicClosePacked)?,
         Seeding::HexagonalClosePacked => lattice(Lattice::HexagonalClosePacked)?,
-    };
-    check(target, method, seeded)
+    })
 }
 
 /// Refuses a resolution that varies, which a lattice of one spacing cannot follow.

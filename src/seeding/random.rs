@@ -14,7 +14,7 @@ const MAX_PROPOSALS: usize = 1000;
 /// # Errors
 /// A target without mass in its domain.
 pub(super) fn place<const D: usize>(target: &Target<'_, D>, seed: u64) -> Result<Positions<D>> {
-    let cells = partition(target)?;
+    let cells = partition(target, target.cell_rule())?;
     let mut cumulative = Vec::with_capacity(cells.len());
     let mut total = 0.0;
     for cell in &cells {

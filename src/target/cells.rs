@@ -1,8 +1,20 @@
 //! The target as boxes of constant density, refined where mass is.
 
-use super::Target;
 use crate::error::{Error, Result};
 use sph::domain::Domain;
+
+/// What is divided into cells: a number density over a domain.
+pub(crate) trait Matter<const D: usize>: Sync {
+    fn domain(&self) -> &Domain<D>;
+    /// The box that holds all of it.
+    fn bounds(&self) -> ([f64; D], [f64; D]);
+    /// The integral of its density.
+    fn count(&self) -> usize;
+    /// n*; 0 where no particle belongs.
+    fn number_density(&self, x: &[f64; D]) -> f64;
+    /// n* at `x`; none outside.
+    fn density_inside(&self, x: &[f64; D]) -> Option<f64>;
+}
 
 /// A box with the integral of n* over it.
 #[derive(Debug, Clone, Copy)]
@@ -26,23 +38,98 @@ impl<const D: usize> Cell<D> {
         (0..D).map(|k| self.hi[k] - self.lo[k]).product()
     }
 
+    fn longest(&self) -> usize {
+        let edge = |k: usize| self.hi[k] - self.lo[k];
+        (0..D).fold(0, |best, k| if edge(k) > edge(best) { k } else { best })
+    }
+
+    /// The axis along which the target changes most between the middle and the faces; the longest of those along which it
+    /// changes as much.
+    fn roughest(&self, target: &dyn Matter<D>) -> usize {
+        let center = self.center();
+        let density = |x: &[f64; D]| target.density_inside(x).unwrap_or(0.0);
+        let here = density(&center);
+        let change = |k: usize| {
+            let off = (0.5 - HAIR) * (self.hi[k] - self.lo[k]);
+            let side = |sign: f64| {
+                let mut x = center;
+                x[k] += sign * off;
+                (density(&x) - here).abs()
+            };
+            side(1.0) + side(-1.0)
+        };
+        let changes: [f64; D] = std::array::from_fn(change);
+        let most = changes.iter().fold(0.0_f64, |m, c| m.max(*c));
+        if !(most > 0.0) {
+            return self.longest();
+        }
+        let edge = |k: usize| if changes[k] > 0.5 * most { self.hi[k] - self.lo[k] } else { 0.0 };
+        (0..D).fold(0, |best, k| if edge(k) > edge(best) { k } else { best })
+    }
+
     /// Halves across the longest edge, with masses anew from the target.
-    pub fn halves(&self, target: &Target<'_, D>) -> [Self; 2] {
-        let axis =
-            (0..D).fold(0, |best, k| if self.hi[k] - self.lo[k] > self.hi[best] - self.lo[best] { k } else { best });
+    pub fn halves(&self, target: &dyn Matter<D>, rule: Rule) -> [Self; 2] {
+        self.halves_along(self.longest(), target, rule)
+    }
+
+    /// Halves along an axis.
+    fn halves_along(&self, axis: usize, target: &dyn Matter<D>, rule: Rule) -> [Self; 2] {
         let middle = self.center()[axis];
         let (mut left, mut right) = (*self, *self);
         left.hi[axis] = middle;
         right.lo[axis] = middle;
-        left.mass = midpoint_mass(&left, target);
-        right.mass = midpoint_mass(&right, target);
+        let mass = |half: &Self| match rule {
+            Rule::Midpoint => midpoint_mass(half, target),
+            Rule::Gauss => gauss_mass(target, &half.lo, &half.hi, DIVISIONS),
+        };
+        (left.mass, right.mass) = (mass(&left), mass(&right));
         [left, right]
     }
 }
 
+/// How far inside of a cell its faces are looked at, in edges: a discontinuity at a face is on one side of it.
+const HAIR: f64 = 1e-6;
+
+/// How the mass of a cell is found.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Rule {
+    /// From its middle: enough for what relaxation evens out.
+    Midpoint,
+    /// By Gauss's rule of two points along each edge, finer where the target jumps or ends: for what is to be right.
+    Gauss,
+}
+
+/// Divisions of a cell across which the target jumps.
+const DIVISIONS: usize = 1;
+/// Ratio of densities within a cell that is divided.
+const JUMP: f64 = 1.5;
+
+fn gauss_mass<const D: usize>(target: &dyn Matter<D>, lo: &[f64; D], hi: &[f64; D], divisions: usize) -> f64 {
+    let node = 0.5 * (1.0 - 3_f64.sqrt().recip());
+    let side = |corner: usize, k: usize| corner >> k & 1 == 0;
+    let (mut least, mut most, mut sum) = (f64::INFINITY, 0.0_f64, 0.0);
+    for corner in 0..1_usize << D {
+        let t = |k: usize| if side(corner, k) { node } else { 1.0 - node };
+        let x = std::array::from_fn(|k| lo[k] + t(k) * (hi[k] - lo[k]));
+        let density = target.density_inside(&x).unwrap_or(0.0);
+        (least, most, sum) = (least.min(density), most.max(density), sum + density);
+    }
+    if divisions == 0 || most <= JUMP * least {
+        return sum * (0..D).map(|k| hi[k] - lo[k]).product::<f64>() / (1_usize << D) as f64;
+    }
+    (0..1_usize << D)
+        .map(|corner| {
+            let middle = |k: usize| 0.5 * (lo[k] + hi[k]);
+            let lo = std::array::from_fn(|k| if side(corner, k) { lo[k] } else { middle(k) });
+            let hi = std::array::from_fn(|k| if side(corner, k) { middle(k) } else { hi[k] });
+            gauss_mass(target, &lo, &hi, divisions - 1)
+        })
+        .sum()
+}
+
 /// Midpoint rule, with the part of the cell that lies inside a curved surface.
-fn midpoint_mass<const D: usize>(cell: &Cell<D>, target: &Target<'_, D>) -> f64 {
-    let (fraction, point) = inside(cell, target.domain);
+fn midpoint_mass<const D: usize>(cell: &Cell<D>, target: &dyn Matter<D>) -> f64 {
+    let (fraction, point) = inside(cell, target.domain());
     if fraction > 0.0 { fraction * cell.volume() * target.number_density(&point) } else { 0.0 }
 }
 
@@ -88,21 +175,22 @@ const NEGLIGIBLE: f64 = 1e-7;
 ///
 /// # Errors
 /// A target that is zero at the midpoints of all cells.
-pub(crate) fn partition<const D: usize>(target: &Target<'_, D>) -> Result<Vec<Cell<D>>> {
-    let cells = refined(target);
+pub(crate) fn partition<const D: usize>(target: &dyn Matter<D>, rule: Rule) -> Result<Vec<Cell<D>>> {
+    let cells = refined(target, rule);
     if cells.iter().map(|c| c.mass).sum::<f64>() > 0.0 {
         return Ok(cells);
     }
     Err(Error::Numeric { stage: "seed", problem: "the target is zero everywhere in the domain".into() })
 }
 
-fn refined<const D: usize>(target: &Target<'_, D>) -> Vec<Cell<D>> {
-    let whole = Cell { lo: target.domain.lo, hi: target.domain.hi, mass: 0.0 };
+fn refined<const D: usize>(target: &dyn Matter<D>, rule: Rule) -> Vec<Cell<D>> {
+    let (lo, hi) = target.bounds();
+    let whole = Cell { lo, hi, mass: 0.0 };
     let mut cells = vec![whole];
     while cells.len() < first_cells(D) {
-        cells = cells.iter().flat_map(|c| c.halves(target)).collect();
+        cells = cells.iter().flat_map(|c| c.halves(target, rule)).collect();
     }
-    let floor = NEGLIGIBLE * target.count as f64;
+    let floor = NEGLIGIBLE * target.count() as f64;
     let mut pending = cells;
     let mut done = Vec::new();
     for _ in 0..MAX_SWEEPS {
@@ -111,21 +199,21 @@ fn refined<const D: usize>(target: &Target<'_, D>) -> Vec<Cell<D>> {
         }
         let (rough, smooth): (Vec<_>, Vec<_>) = pending.into_iter().partition(|c| is_rough(c, target, floor));
         done.extend(smooth);
-        pending = rough.iter().flat_map(|c| c.halves(target)).collect();
+        pending = rough.iter().flat_map(|c| c.halves_along(c.roughest(target), target, rule)).collect();
     }
     done.extend(pending);
     done
 }
 
-fn is_rough<const D: usize>(cell: &Cell<D>, target: &Target<'_, D>, floor: f64) -> bool {
+fn is_rough<const D: usize>(cell: &Cell<D>, target: &dyn Matter<D>, floor: f64) -> bool {
     let mut corners = 0.0;
     for corner in 0..1_usize << D {
         // A hair inside, so that a shared corner is judged by both sides of a discontinuity.
         let x: [f64; D] = std::array::from_fn(|k| {
             let (a, b) = if corner >> k & 1 == 0 { (cell.lo[k], cell.hi[k]) } else { (cell.hi[k], cell.lo[k]) };
-            a + 1e-6 * (b - a)
+            a + HAIR * (b - a)
         });
-        if target.domain.contains(&x) {
+        if target.domain().contains(&x) {
             corners += target.number_density(&x);
         }
     }
@@ -134,18 +222,15 @@ fn is_rough<const D: usize>(cell: &Cell<D>, target: &Target<'_, D>, floor: f64) 
     larger > floor && (corner_mass - cell.mass).abs() > DISAGREEMENT * larger
 }
 
-/// Halves the heavy cells until there are `least` or none is much heavier than the rest.
-pub(crate) fn refine<const D: usize>(target: &Target<'_, D>, cells: &mut Vec<Cell<D>>, least: usize) {
+/// Halves the heavy cells until none has much more than one part in `least` of the mass.
+pub(crate) fn refine<const D: usize>(target: &dyn Matter<D>, cells: &mut Vec<Cell<D>>, least: usize, rule: Rule) {
     for _ in 0..MAX_REFINEMENTS {
-        if cells.len() >= least {
-            return;
-        }
         let total: f64 = cells.iter().map(|c| c.mass).sum();
         let limit = 1.5 * total / least as f64;
         let before = cells.len();
         for i in 0..before {
             if cells[i].mass > limit {
-                let [left, right] = cells[i].halves(target);
+                let [left, right] = cells[i].halves(target, rule);
                 // A cell whose halves miss its mass (a spike at its center) is kept as it is.
                 if left.mass + right.mass > 0.0 {
                     cells[i] = left;
@@ -198,18 +283,53 @@ pub(crate) fn cut<const D: usize>(cells: Vec<Cell<D>>, fraction: f64) -> Cut<D> 
     Cut { axis, plane, left, right }
 }
 
-/// The axis of the largest standard deviation of the mass. Of a uniform box it is the longest edge's; what a thin tail
-/// covers says little about where the mass is.
+/// The axis along which halves of the mass are thickest: of a uniform box that of its longest edge. What a thin tail covers
+/// says little about where the mass is, and a cut across a steep slope leaves one half thin.
 fn widest_axis<const D: usize>(cells: &[Cell<D>]) -> usize {
     let total: f64 = cells.iter().map(|c| c.mass).sum();
-    let variance: [f64; D] = std::array::from_fn(|k| {
+    let width: [f64; D] = std::array::from_fn(|k| {
         let mean = cells.iter().map(|c| c.mass * c.center()[k]).sum::<f64>() / total;
         let about = |c: &Cell<D>| (c.center()[k] - mean).powi(2) + (c.hi[k] - c.lo[k]).powi(2) / 12.0;
-        cells.iter().map(|c| c.mass * about(c)).sum::<f64>() / total
+        let width = (12.0 * cells.iter().map(|c| c.mass * about(c)).sum::<f64>() / total).sqrt();
+        width * evenness(cells, k, mean, width, total)
     });
     // Equal but for rounding is equal.
-    (0..D).fold(0, |best, k| if variance[k] > variance[best] * (1.0 + 1e-9) { k } else { best })
+    (0..D).fold(0, |best, k| if width[k] > width[best] * (1.0 + 1e-9) { k } else { best })
 }
+
+/// Thickness of the thinner half of the mass along an axis over that of half a uniform layer as wide; 1 where it is
+/// nearly as much.
+fn evenness<const D: usize>(cells: &[Cell<D>], axis: usize, mean: f64, width: f64, total: f64) -> f64 {
+    let (start, step) = (mean - 0.5 * REACH * width, REACH * width / BINS as f64);
+    if !(step > 0.0) {
+        return 1.0;
+    }
+    let mut bins = [0.0; BINS];
+    for cell in cells {
+        // What is equal but for rounding falls into the same bin.
+        let place = ((cell.center()[axis] - start) / step + 1e-6).clamp(0.0, (BINS - 1) as f64);
+        bins[place as usize] += cell.mass / total;
+    }
+    let quantile = |share: f64| {
+        let mut before = 0.0;
+        for (i, bin) in bins.iter().enumerate() {
+            if before + bin >= share - 1e-9 {
+                return i as f64 + (share - before) / bin;
+            }
+            before += bin;
+        }
+        BINS as f64
+    };
+    let [first, middle, third] = [0.25, 0.5, 0.75].map(quantile);
+    let thinner = 4.0 * step * (middle - first).min(third - middle) / width;
+    if thinner > NEARLY { 1.0 } else { thinner }
+}
+
+/// Bins about the mean, and how far they reach in widths.
+const BINS: usize = 48;
+const REACH: f64 = 2.0;
+/// Evenness from which on it counts as even.
+const NEARLY: f64 = 0.75;
 
 /// Where `fraction` of the mass lies to the left: Newton on the piecewise linear cumulative mass, bracketed.
 fn quantile<const D: usize>(cells: &[Cell<D>], axis: usize, fraction: f64, lo: f64, hi: f64) -> f64 {

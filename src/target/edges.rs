@@ -1,5 +1,6 @@
 //! Where the target changes faster than a sum over neighbors can follow, and where it is discontinuous.
 
+use super::cells::Matter;
 use super::{Positions, Target, at};
 use sph::domain::Axis;
 use sph::geometry::distance;
@@ -33,6 +34,11 @@ impl<const D: usize> Target<'_, D> {
         ways::<D>().filter_map(|way| edge(&way, reach)).fold(steepness, worse)
     }
 
+    /// |grad ln n*| times `support`: the logarithm of the change over a support radius.
+    pub fn steepness(&self, x: &[f64; D], support: f64) -> f64 {
+        support * self.log_gradient(x, GRADIENT_STEP * support).iter().map(|g| g * g).sum::<f64>().sqrt()
+    }
+
     /// The direction in which a radial target changes; at its center any. None where images of it meet.
     fn outward(&self, x: &[f64; D]) -> Option<[f64; D]> {
         let center = self.center().filter(|_| !self.domain.axes.contains(&Axis::Periodic))?;
@@ -55,11 +61,11 @@ impl<const D: usize> Target<'_, D> {
         ways::<D>().any(|way| is_discontinuous(&|h| self.logarithm_along(x, &way, h), reach))
     }
 
-    /// ln n* at a distance `h` from `x`; `None` outside of the domain.
+    /// ln n* at a distance `h` from `x`; `None` outside of the domain, or of the region that this is the target of.
     fn logarithm_along(&self, x: &[f64; D], way: &[f64; D], h: f64) -> Option<f64> {
         let mut y: [f64; D] = std::array::from_fn(|k| x[k] + h * way[k]);
         self.domain.wrap(&mut y);
-        self.domain.contains(&y).then(|| self.number_density(&y).ln())
+        self.density_inside(&y).map(f64::ln)
     }
 
     /// [`Self::is_discontinuous_near`] at every particle, for `ratio` = H n*^(1/d); empty where no particle is near a
@@ -173,6 +179,7 @@ mod tests {
             mass: 1.0,
             resolution_integral: 1.0,
             largest_spacing: f64::INFINITY,
+            part: None,
         };
         for i in 0..900 {
             let radius = f64::from(i) / 1000.0;

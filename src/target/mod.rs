@@ -5,8 +5,11 @@
 
 pub(crate) mod cells;
 mod edges;
+mod regions;
 
 use crate::field::ScalarField;
+use cells::Matter;
+pub use regions::{Part, Region, Regions, Selected};
 use sph::domain::Domain;
 use sph::geometry::distance;
 pub use sph::geometry::{Positions, at};
@@ -47,16 +50,65 @@ pub struct Target<'a, const D: usize> {
     pub resolution_integral: f64,
     /// Spacings beyond this are not resolved by any neighborhood: supports grow no further.
     pub largest_spacing: f64,
+    /// Where particles are bound to regions.
+    pub part: Option<Part<'a, D>>,
 }
 
-impl<const D: usize> Target<'_, D> {
+impl<'a, const D: usize> Target<'a, D> {
+    /// What n* follows up to a factor.
+    pub fn resolution_field(&self) -> &'a dyn ScalarField<D> {
+        match self.resolution {
+            Resolution::EqualMass => self.density,
+            Resolution::NumberDensity(field) => field,
+        }
+    }
+
+    /// Its regions; `None` where nothing separates it.
+    pub fn find_regions(&self) -> Option<Regions<'a, D>> {
+        Regions::new(self.resolution_field(), self.domain, self)
+    }
+
+    /// The same target with particles that stay in the regions in which they are.
+    #[must_use]
+    pub fn with_regions(&self, regions: Option<&'a Regions<'a, D>>) -> Self {
+        Self { part: regions.map(|regions| Part { regions, of: Selected::All, is_one: false }), ..*self }
+    }
+
+    /// A part of the regions as a target of its own, for `count` particles; 0 elsewhere.
+    #[must_use]
+    pub fn selected(&self, regions: &'a Regions<'a, D>, of: Selected, count: usize) -> Self {
+        let share = regions.extent(of).share;
+        Self {
+            count,
+            mass: self.mass * share,
+            resolution_integral: self.resolution_integral * share,
+            part: Some(Part { regions, of, is_one: regions.selected(of).nth(1).is_none() }),
+            ..*self
+        }
+    }
+
+    /// The regions, where this is the target of all of them.
+    pub fn regions(&self) -> Option<&'a Regions<'a, D>> {
+        self.part.filter(|part| !part.is_cut()).map(|part| part.regions)
+    }
+
+    /// How the masses of its cells are found: with care where surfaces divide it.
+    pub(crate) fn cell_rule(&self) -> cells::Rule {
+        if self.part.is_some() { cells::Rule::Gauss } else { cells::Rule::Midpoint }
+    }
+
+    /// Whether a particle may go from one place to another as far as regions are concerned.
+    pub fn keeps_region(&self, from: &[f64; D], to: &[f64; D]) -> bool {
+        // A target of one region is zero elsewhere.
+        self.part.filter(|part| !part.is_one).is_none_or(|part| part.regions.of(from) == part.regions.of(to))
+    }
+
     /// n*(x), normalized to N particles in the domain; 0 where no particle belongs.
     pub fn number_density(&self, x: &[f64; D]) -> f64 {
-        let density = match &self.resolution {
-            Resolution::EqualMass => self.density.value(x),
-            Resolution::NumberDensity(field) => field.value(x),
-        };
-        density * (self.count as f64 / self.resolution_integral)
+        if self.part.is_some_and(|part| !part.holds(x)) {
+            return 0.0;
+        }
+        self.resolution_field().value(x) * (self.count as f64 / self.resolution_integral)
     }
 
     /// The same target for another number of particles.
@@ -85,7 +137,7 @@ impl<const D: usize> Target<'_, D> {
         let rise = |way: &[f64; D], h: f64| {
             let mut y: [f64; D] = std::array::from_fn(|k| x[k] + h * way[k]);
             self.domain.wrap(&mut y);
-            self.domain.contains(&y).then(|| (self.number_density(&y) - here) / (h * here))
+            self.density_inside(&y).map(|density| (density - here) / (h * here))
         };
         let along = |way: &[f64; D]| {
             if here > 0.0 { rise(way, step).or_else(|| rise(way, -step)).unwrap_or(0.0) } else { 0.0 }
@@ -124,7 +176,7 @@ impl<const D: usize> Target<'_, D> {
         let value = |h: f64| {
             let mut y: [f64; D] = std::array::from_fn(|k| x[k] + h * way[k]);
             self.domain.wrap(&mut y);
-            if self.domain.contains(&y) { (self.number_density(&y), h) } else { (here, 0.0) }
+            self.density_inside(&y).map_or((here, 0.0), |density| (density, h))
         };
         let (up, down) = (value(step), value(-step));
         let span = up.1 - down.1;
@@ -165,6 +217,37 @@ impl<const D: usize> Target<'_, D> {
     /// Whether all particles have the same mass.
     pub fn has_equal_masses(&self) -> bool {
         matches!(self.resolution, Resolution::EqualMass)
+    }
+}
+
+impl<const D: usize> Matter<D> for Target<'_, D> {
+    fn domain(&self) -> &Domain<D> {
+        self.domain
+    }
+
+    fn bounds(&self) -> ([f64; D], [f64; D]) {
+        match self.part {
+            Some(part) if part.is_cut() => {
+                let Region { lo, hi, .. } = part.regions.extent(part.of);
+                (lo, hi)
+            }
+            _ => (self.domain.lo, self.domain.hi),
+        }
+    }
+
+    fn count(&self) -> usize {
+        self.count
+    }
+
+    fn number_density(&self, x: &[f64; D]) -> f64 {
+        self.number_density(x)
+    }
+
+    /// None outside of the domain, or of the region that this is the target of.
+    fn density_inside(&self, x: &[f64; D]) -> Option<f64> {
+        let density = self.domain.contains(x).then(|| self.number_density(x))?;
+        let ends = self.part.is_some_and(|part| part.is_cut());
+        (density > 0.0 || !ends).then_some(density)
     }
 }
 

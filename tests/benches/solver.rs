@@ -74,6 +74,7 @@ fn scene(name: &str, density: fn(&[f64; 3]) -> f64, count: usize, evaluations: u
         mass: mean,
         resolution_integral: mean,
         largest_spacing: f64::INFINITY,
+        part: None,
     };
     let (kernel, control) = (KernelName::WendlandC4, Control::default());
     let wvt = |iterations| Wvt { kernel, target, options: WvtOptions { iterations, ..WvtOptions::new(3) } };

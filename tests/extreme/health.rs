@@ -57,6 +57,7 @@ fn with_density<const D: usize, T>(
         mass: 1.0,
         resolution_integral: 1.0,
         largest_spacing: f64::INFINITY,
+        part: None,
     };
     let control = Control { deadline: None, interrupted: &NEVER, observer: &|_| {} };
     let start = seed(&target, Seeding::MassBisection, 1).unwrap().positions;

@@ -88,6 +88,7 @@ pub fn all<const D: usize>(count: usize) -> (String, Vec<String>) {
             mass,
             resolution_integral: mass,
             largest_spacing: f64::INFINITY,
+            part: None,
         };
         for (name, start) in STARTS {
             let mut x: Positions<D> = std::array::from_fn(|k| (0..count).map(|i| start(i, k, count)).collect());

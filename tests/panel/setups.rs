@@ -168,6 +168,7 @@ pub fn measure(setup: &Setup, problem: &dyn Problem, count: usize) -> Result<Mea
         mass,
         resolution_integral: mass,
         largest_spacing: f64::INFINITY,
+        part: None,
     };
     let x = place(setup, &target).map_err(|e| e.to_string())?;
     let masses = target.masses(&x);

@@ -56,6 +56,7 @@ pub fn target<'a, const D: usize>(
         mass,
         resolution_integral: mass,
         largest_spacing: f64::INFINITY,
+        part: None,
     }
 }
 

@@ -17,7 +17,7 @@ pub use closest::{Away, away_from_closest};
 pub use density::{DensitySums, density};
 pub use nearest::{Near, nearest};
 pub use parting::{Parting, partings};
-pub use push::{Bias, Push, Pushes, Weight, pushes};
+pub use push::{Bias, Push, Pushes, Weight, push_weight, pushes};
 pub use scatter::{Actors, Vector, scatter_gradient};
 pub use support::{Solved, largest_support, solve_support_radii, support_guess};
 pub use viscosity::{CHANNELS as SHEAR_CHANNELS, Shear, shear};

@@ -55,6 +55,14 @@ pub fn pushes<const D: usize>(
     compiled::<D, 2, f32, Push<D>>(|shape| push_pass(kernel, pushes, shape)).drive(domain, sources, 1.0)
 }
 
+/// The weight f of a neighbor at the distance `q` in support radii.
+pub fn push_weight<const D: usize>(weight: Weight, kernel: KernelName, q: f64) -> f64 {
+    match weight {
+        Weight::Kernel => with_kernel!(kernel, kernel => evaluate::<_, D>(kernel, q).0),
+        Weight::InverseSquare => ((2.0 * q + SOFTENING).powi(-2) - (2.0 + SOFTENING).powi(-2)).max(0.0),
+    }
+}
+
 /// Sums of one particle.
 #[derive(Debug, Clone, Copy)]
 pub struct Push<const D: usize> {

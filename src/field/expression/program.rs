@@ -127,11 +127,16 @@ impl Program {
     /// The value, and a number for the outcomes on the way to it: branches taken, comparisons, steps, integer parts.
     pub fn trace(&self, variables: &[f64; 4]) -> (f64, u64) {
         let mut piece = 0;
-        let value = run(&self.steps, variables, &mut vec![0.0; self.most], |outcome, operands, value| {
+        let watch = |outcome: Outcome, operands, value| {
             if let Some(number) = outcome.number(operands, value) {
                 piece = chained(piece, number);
             }
-        });
+        };
+        let value = if self.most <= SHALLOW {
+            run(&self.steps, variables, &mut [0.0; SHALLOW], watch)
+        } else {
+            run(&self.steps, variables, &mut vec![0.0; self.most], watch)
+        };
         (value, piece)
     }
 }

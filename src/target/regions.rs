@@ -1,0 +1,553 @@
+//! Regions of a target: what discontinuities and vacuum separate.
+//!
+//! A field that knows its pieces ([`ScalarField::piece`]) is looked at in cells that are fine where it changes. Neighboring
+//! cells of one piece belong together, and so do pieces between which the field is continuous. What is left apart are
+//! regions, each with its share of the particles, which no stage may move to another. Neighbors whose densities do not
+//! differ by much make a body: sums over particles reach across from one to the other.
+
+use super::cells::{Cell, Matter, Rule, partition};
+use crate::field::ScalarField;
+use kiddo::{ImmutableKdTree, SquaredEuclidean};
+use sph::domain::{Axis, Domain};
+use sph::parallel;
+use std::collections::{BTreeMap, BTreeSet};
+
+/// Regions of a target, by number.
+pub struct Regions<'a, const D: usize> {
+    field: &'a dyn ScalarField<D>,
+    domain: &'a Domain<D>,
+    /// What each piece number belongs to.
+    pieces: BTreeMap<u64, usize>,
+    classes: Vec<Class<D>>,
+    regions: Vec<Region<D>>,
+    /// The body of each region.
+    bodies: Vec<usize>,
+}
+
+/// Regions that particles are bound to.
+#[derive(Clone, Copy)]
+pub struct Part<'a, const D: usize> {
+    pub regions: &'a Regions<'a, D>,
+    pub of: Selected,
+    /// Whether that is a single one.
+    pub is_one: bool,
+}
+
+/// Which of the regions a target has.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Selected {
+    All,
+    Region(usize),
+    Body(usize),
+}
+
+impl<const D: usize> Part<'_, D> {
+    /// Whether it is not all of the target.
+    pub fn is_cut(&self) -> bool {
+        self.of != Selected::All
+    }
+
+    /// Whether it is there at `x`.
+    pub fn holds(&self, x: &[f64; D]) -> bool {
+        match self.of {
+            Selected::All => true,
+            Selected::Region(region) => self.regions.of(x) == Some(region),
+            Selected::Body(body) => self.regions.of(x).is_some_and(|region| self.regions.body_of(region) == body),
+        }
+    }
+}
+
+/// A region: its share of the particles, and a box around it.
+#[derive(Debug, Clone, Copy)]
+pub struct Region<const D: usize> {
+    pub share: f64,
+    pub lo: [f64; D],
+    pub hi: [f64; D],
+}
+
+/// Pieces between which the field is continuous.
+enum Class<const D: usize> {
+    /// None of the particles.
+    Empty,
+    One(usize),
+    /// Apart from each other: the nearest cell says which.
+    Several(Box<ImmutableKdTree<f64, D>>, Vec<usize>),
+}
+
+/// The piece number of cells outside of the domain.
+const OUTSIDE: u64 = u64::MAX;
+/// Change of ln n* across an interface from which on it separates regions.
+const JUMP: f64 = 0.2;
+/// Change of ln n* across an interface up to which the two sides are one body.
+const APART: f64 = 2.0;
+/// A region that should have fewer particles has none.
+const LEAST_PARTICLES: f64 = 0.5;
+/// Regions beyond this number are not told apart.
+const MOST_REGIONS: usize = 4096;
+/// Pairs of cells by which the change across an interface is judged.
+const PAIRS: usize = 1000;
+/// Points along each edge of a cell that an interface divides.
+const SAMPLES: usize = 4;
+/// Halvings that lead to an interface.
+const HALVINGS: usize = 40;
+
+impl<'a, const D: usize> Regions<'a, D> {
+    /// The regions of `target`, whose density follows `field`; `None` where nothing separates it, or too much.
+    pub(super) fn new(field: &'a dyn ScalarField<D>, domain: &'a Domain<D>, target: &dyn Matter<D>) -> Option<Self> {
+        if !field.is_piecewise() {
+            return None;
+        }
+        let cells = partition(target, Rule::Midpoint).ok()?;
+        let piece = |x: [f64; D]| if domain.contains(&x) { field.piece(&x) } else { OUTSIDE };
+        let pieces = parallel::map(cells.len(), |i| piece(cells[i].point_inside(domain)));
+        let map = Map { field, domain, locator: Locator::new(domain, &cells), cells, pieces };
+        let of_piece = map.classes();
+        let number = of_piece.values().max().map_or(0, |m| m + 1);
+        if of_piece
+            .iter()
+            .filter(|(piece, _)| **piece != OUTSIDE)
+            .map(|(_, class)| class)
+            .collect::<BTreeSet<_>>()
+            .len()
+            < 2
+        {
+            return None;
+        }
+        let components = map.components(&of_piece);
+        let shares = map.shares(&of_piece, &components, target);
+        Self::assemble(map, of_piece, number, &components, &shares, target.count())
+    }
+
+    fn assemble(
+        map: Map<'a, D>,
+        pieces: BTreeMap<u64, usize>,
+        number: usize,
+        components: &[usize],
+        shares: &BTreeMap<usize, f64>,
+        count: usize,
+    ) -> Option<Self> {
+        let least = LEAST_PARTICLES / count as f64;
+        let class_of = |i: usize| pieces[&map.pieces[i]];
+        let (mut regions, mut classes) = (Vec::new(), Vec::new());
+        for class in 0..number {
+            let parts: Vec<(usize, f64)> = shares
+                .iter()
+                .filter(|(component, _)| class_of(**component) == class)
+                .map(|(component, share)| (*component, *share))
+                .collect();
+            let whole: f64 = parts.iter().map(|p| p.1).sum();
+            let mut kept: Vec<usize> = parts.iter().filter(|p| p.1 >= least).map(|p| p.0).collect();
+            if kept.is_empty() && whole >= least {
+                kept.push(parts.iter().fold(parts[0], |best, p| if p.1 > best.1 { *p } else { best }).0);
+            }
+            let known: f64 = parts.iter().filter(|p| kept.contains(&p.0)).map(|p| p.1).sum();
+            let first = regions.len();
+            for component in &kept {
+                let cells = (0..components.len()).filter(|&i| components[i] == *component).map(|i| &map.cells[i]);
+                let (lo, hi) = bounds(cells);
+                // What is too small to be a region of its own counts with those of its class.
+                regions.push(Region { share: shares[component] * whole / known, lo, hi });
+            }
+            classes.push(match kept.len() {
+                0 => Class::Empty,
+                1 => Class::One(first),
+                _ => {
+                    let place = |i: usize| kept.iter().position(|k| *k == components[i]).map(|k| (i, first + k));
+                    let members: Vec<(usize, usize)> = (0..components.len()).filter_map(place).collect();
+                    let centers: Vec<[f64; D]> = members.iter().map(|m| map.cells[m.0].center()).collect();
+                    let tree = ImmutableKdTree::new_from_slice(&centers).ok()?;
+                    Class::Several(Box::new(tree), members.iter().map(|m| m.1).collect())
+                }
+            });
+        }
+        let total: f64 = regions.iter().map(|r: &Region<D>| r.share).sum();
+        regions.iter_mut().for_each(|r| r.share /= total);
+        let fits = !regions.is_empty() && regions.len() <= MOST_REGIONS;
+        let bodies = (0..regions.len()).collect();
+        let mut all =
+            fits.then_some(Self { field: map.field, domain: map.domain, pieces, classes, regions, bodies })?;
+        all.bodies = all.joined(&map);
+        Some(all)
+    }
+
+    /// The body of each region: those with an interface across which the density changes little are one.
+    fn joined(&self, map: &Map<'a, D>) -> Vec<usize> {
+        let of = parallel::map(map.cells.len(), |i| match map.pieces[i] {
+            OUTSIDE => None,
+            _ => self.of(&map.cells[i].point_inside(map.domain)),
+        });
+        let mut jumps: BTreeMap<(usize, usize), (usize, f64)> = BTreeMap::new();
+        for i in 0..map.cells.len() {
+            for j in map.neighbors(i) {
+                let (Some(a), Some(b)) = (of[i], of[j]) else { continue };
+                let (pairs, jump) = jumps.entry((a.min(b), a.max(b))).or_insert((0, 0.0));
+                if a != b && *pairs < PAIRS {
+                    *pairs += 1;
+                    *jump = jump.max(map.jump(i, j));
+                }
+            }
+        }
+        let mut groups = Groups::new(self.regions.len());
+        jumps.iter().filter(|(_, (_, jump))| *jump < APART).for_each(|((a, b), _)| groups.join(*a, *b));
+        let mut order = BTreeMap::new();
+        (0..self.regions.len())
+            .map(|region| {
+                let next = order.len();
+                *order.entry(groups.find(region)).or_insert(next)
+            })
+            .collect()
+    }
+
+    pub fn len(&self) -> usize {
+        self.regions.len()
+    }
+
+    pub fn get(&self, region: usize) -> &Region<D> {
+        &self.regions[region]
+    }
+
+    /// The body that a region belongs to.
+    pub fn body_of(&self, region: usize) -> usize {
+        self.bodies[region]
+    }
+
+    /// The numbers of the regions that are selected.
+    pub fn selected(&self, of: Selected) -> impl Iterator<Item = usize> + '_ {
+        (0..self.len()).filter(move |&region| match of {
+            Selected::All => true,
+            Selected::Region(one) => region == one,
+            Selected::Body(body) => self.bodies[region] == body,
+        })
+    }
+
+    /// The number of bodies.
+    pub fn bodies(&self) -> usize {
+        self.bodies.iter().max().map_or(0, |last| last + 1)
+    }
+
+    /// The box around what is selected, and its share of the particles.
+    pub fn extent(&self, of: Selected) -> Region<D> {
+        let all = Region { share: 0.0, lo: [f64::INFINITY; D], hi: [f64::NEG_INFINITY; D] };
+        self.selected(of).map(|region| self.regions[region]).fold(all, |all, one| Region {
+            share: all.share + one.share,
+            lo: std::array::from_fn(|k| all.lo[k].min(one.lo[k])),
+            hi: std::array::from_fn(|k| all.hi[k].max(one.hi[k])),
+        })
+    }
+
+    /// The region that `x` is in; `None` where no particle belongs.
+    pub fn of(&self, x: &[f64; D]) -> Option<usize> {
+        let x = self.domain.wrapped(x);
+        if !self.domain.contains(&x) {
+            return None;
+        }
+        match &self.classes[*self.pieces.get(&self.field.piece(&x))?] {
+            Class::Empty => None,
+            Class::One(region) => Some(*region),
+            Class::Several(tree, regions) => {
+                let nearest = tree.query(&x).nearest_one::<SquaredEuclidean<f64>>().execute();
+                Some(regions[nearest.item as usize])
+            }
+        }
+    }
+
+    /// Whole particles for each region, `count` in all: shares rounded so that the largest remainders go up.
+    pub fn counts(&self, count: usize) -> Vec<usize> {
+        let wanted: Vec<f64> = self.regions.iter().map(|r| r.share * count as f64).collect();
+        let mut counts: Vec<usize> = wanted.iter().map(|w| w.floor() as usize).collect();
+        let mut order: Vec<usize> = (0..wanted.len()).collect();
+        order.sort_by(|&a, &b| wanted[b].fract().total_cmp(&wanted[a].fract()).then(a.cmp(&b)));
+        let left = count.saturating_sub(counts.iter().sum());
+        order.iter().cycle().take(left).for_each(|&i| counts[i] += 1);
+        counts
+    }
+}
+
+fn bounds<'c, const D: usize>(cells: impl Iterator<Item = &'c Cell<D>>) -> ([f64; D], [f64; D]) {
+    cells.fold(([f64::INFINITY; D], [f64::NEG_INFINITY; D]), |(lo, hi), cell| {
+        (std::array::from_fn(|k| lo[k].min(cell.lo[k])), std::array::from_fn(|k| hi[k].max(cell.hi[k])))
+    })
+}
+
+/// Cells with the pieces at their middles.
+struct Map<'a, const D: usize> {
+    field: &'a dyn ScalarField<D>,
+    domain: &'a Domain<D>,
+    cells: Vec<Cell<D>>,
+    pieces: Vec<u64>,
+    locator: Locator,
+}
+
+impl<const D: usize> Map<'_, D> {
+    /// The cells next to a cell, one at the middle of each face. Smaller ones find a larger one in turn.
+    fn neighbors(&self, i: usize) -> impl Iterator<Item = usize> + '_ {
+        let cell = self.cells[i];
+        let center = cell.center();
+        (0..2 * D).filter_map(move |face| {
+            let (k, up) = (face / 2, face % 2 == 1);
+            let mut x = center;
+            let beyond = NEXT * (cell.hi[k] - cell.lo[k]);
+            x[k] = if up { cell.hi[k] + beyond } else { cell.lo[k] - beyond };
+            if self.domain.axes[k] != Axis::Periodic && !(x[k] > self.domain.lo[k] && x[k] < self.domain.hi[k]) {
+                return None;
+            }
+            self.domain.wrap(&mut x);
+            Some(self.locator.find(&x))
+        })
+    }
+
+    /// Piece numbers with those between which the field is continuous taken together, in the order in which cells show
+    /// them.
+    fn classes(&self) -> BTreeMap<u64, usize> {
+        let mut numbers = BTreeMap::new();
+        for piece in &self.pieces {
+            let next = numbers.len();
+            numbers.entry(*piece).or_insert(next);
+        }
+        let mut jumps: BTreeMap<(usize, usize), (usize, f64)> = BTreeMap::new();
+        for i in 0..self.cells.len() {
+            for j in self.neighbors(i).filter(|&j| self.pieces[j] != self.pieces[i]) {
+                let (a, b) = (numbers[&self.pieces[i]], numbers[&self.pieces[j]]);
+                let outside = if self.pieces[i] == OUTSIDE || self.pieces[j] == OUTSIDE { f64::INFINITY } else { 0.0 };
+                let (pairs, jump) = jumps.entry((a.min(b), a.max(b))).or_insert((0, outside));
+                if *pairs < PAIRS && self.pieces[i] != OUTSIDE && self.pieces[j] != OUTSIDE {
+                    *pairs += 1;
+                    *jump = jump.max(self.jump(i, j));
+                }
+            }
+        }
+        let mut groups = Groups::new(numbers.len());
+        jumps.iter().filter(|(_, (_, jump))| *jump < JUMP).for_each(|((a, b), _)| groups.join(*a, *b));
+        let mut order = BTreeMap::new();
+        let mut class = |group: usize| {
+            let next = order.len();
+            *order.entry(group).or_insert(next)
+        };
+        numbers.into_iter().map(|(piece, number)| (piece, class(groups.find(number)))).collect()
+    }
+
+    /// Change of ln n* across the interface on the way from one cell to another.
+    fn jump(&self, i: usize, j: usize) -> f64 {
+        let (from, piece) = (self.cells[i].center(), self.pieces[i]);
+        let way = self.domain.displacement(&from, &self.cells[j].center());
+        let at = |t: f64| self.domain.wrapped(&std::array::from_fn(|k| from[k] + t * way[k]));
+        let (mut a, mut b) = (0.0, 1.0);
+        for _ in 0..HALVINGS {
+            let middle = 0.5 * (a + b);
+            if self.field.piece(&at(middle)) == piece { a = middle } else { b = middle }
+        }
+        let (here, there) = (self.field.value(&at(a)), self.field.value(&at(b)));
+        if here == there { 0.0 } else { (here / there).ln().abs() }
+    }
+
+    /// For each cell the first cell of its class that it is connected with.
+    fn components(&self, classes: &BTreeMap<u64, usize>) -> Vec<usize> {
+        let class = parallel::map(self.cells.len(), |i| classes[&self.pieces[i]]);
+        let mut groups = Groups::new(self.cells.len());
+        for i in 0..self.cells.len() {
+            self.neighbors(i).filter(|&j| class[j] == class[i]).for_each(|j| groups.join(i, j));
+        }
+        (0..self.cells.len()).map(|i| groups.find(i)).collect()
+    }
+
+    /// The share of the particles in each component.
+    fn shares(
+        &self,
+        classes: &BTreeMap<u64, usize>,
+        components: &[usize],
+        target: &dyn Matter<D>,
+    ) -> BTreeMap<usize, f64> {
+        let samples = parallel::map(self.cells.len(), |i| self.divided(i, classes, target));
+        let mut shares: BTreeMap<usize, f64> = components.iter().map(|c| (*c, 0.0)).collect();
+        let mut add = |component: usize, mass: f64| *shares.entry(component).or_default() += mass;
+        for (i, parts) in samples.iter().enumerate() {
+            let own = classes[&self.pieces[i]];
+            for &(class, mass) in parts {
+                let same = self.neighbors(i).find(|&j| classes[&self.pieces[j]] == class);
+                add(components[if class == own { i } else { same.unwrap_or(i) }], mass);
+            }
+        }
+        let total: f64 = shares.values().sum();
+        shares.values_mut().for_each(|s| *s /= total);
+        shares
+    }
+
+    /// The mass in a cell by class: from its middle, or from samples where an interface divides it.
+    fn divided(&self, i: usize, classes: &BTreeMap<u64, usize>, target: &dyn Matter<D>) -> Vec<(usize, f64)> {
+        let cell = &self.cells[i];
+        let own = classes[&self.pieces[i]];
+        let others = self.neighbors(i).any(|j| classes[&self.pieces[j]] != own);
+        if !others {
+            return vec![(own, cell.mass)];
+        }
+        let mut parts: Vec<(usize, f64)> = Vec::new();
+        let number = SAMPLES.pow(D as u32);
+        let weight = (0..D).map(|k| cell.hi[k] - cell.lo[k]).product::<f64>() / number as f64;
+        for s in 0..number {
+            let t = |k: usize| ((s / SAMPLES.pow(k as u32) % SAMPLES) as f64 + 0.5) / SAMPLES as f64;
+            let x: [f64; D] = std::array::from_fn(|k| cell.lo[k] + t(k) * (cell.hi[k] - cell.lo[k]));
+            if !self.domain.contains(&x) {
+                continue;
+            }
+            let Some(&class) = classes.get(&self.field.piece(&x)) else { continue };
+            let mass = weight * target.number_density(&x);
+            match parts.iter_mut().find(|p| p.0 == class) {
+                Some(part) => part.1 += mass,
+                None => parts.push((class, mass)),
+            }
+        }
+        parts
+    }
+}
+
+/// Where the next cell is looked for, in edges of a cell.
+const NEXT: f64 = 1e-6;
+
+/// Disjoint sets.
+struct Groups(Vec<usize>);
+
+impl Groups {
+    fn new(count: usize) -> Self {
+        Self((0..count).collect())
+    }
+
+    /// The least member of the set that `i` is in.
+    fn find(&mut self, mut i: usize) -> usize {
+        while self.0[i] != i {
+            self.0[i] = self.0[self.0[i]];
+            i = self.0[i];
+        }
+        i
+    }
+
+    fn join(&mut self, a: usize, b: usize) {
+        let (a, b) = (self.find(a), self.find(b));
+        self.0[a.max(b)] = a.min(b);
+    }
+}
+
+/// Finds the cell at a place: cells come from halving the domain's box.
+struct Locator {
+    nodes: Vec<Halved>,
+}
+
+#[derive(Clone, Copy)]
+enum Halved {
+    Cell(usize),
+    At { axis: usize, middle: f64, halves: [usize; 2] },
+}
+
+impl Locator {
+    fn new<const D: usize>(domain: &Domain<D>, cells: &[Cell<D>]) -> Self {
+        let mut locator = Self { nodes: Vec::new() };
+        locator.divide(domain.lo, domain.hi, cells, (0..cells.len()).collect());
+        locator
+    }
+
+    fn divide<const D: usize>(&mut self, lo: [f64; D], hi: [f64; D], cells: &[Cell<D>], within: Vec<usize>) -> usize {
+        let place = self.nodes.len();
+        self.nodes.push(Halved::Cell(within.first().copied().unwrap_or(0)));
+        if within.len() > 1 {
+            // The axis that was halved is one that no cell reaches across.
+            let middle = |k: usize| 0.5 * (lo[k] + hi[k]);
+            let is_whole =
+                |k: &usize| within.iter().all(|&i| cells[i].hi[*k] <= middle(*k) || cells[i].lo[*k] >= middle(*k));
+            let Some(axis) = (0..D).find(is_whole) else { return place };
+            let middle = middle(axis);
+            let (mut left, mut right) = (hi, lo);
+            (left[axis], right[axis]) = (middle, middle);
+            let (below, above) = within.into_iter().partition(|&i| cells[i].center()[axis] < middle);
+            let halves = [self.divide(lo, left, cells, below), self.divide(right, hi, cells, above)];
+            self.nodes[place] = Halved::At { axis, middle, halves };
+        }
+        place
+    }
+
+    fn find<const D: usize>(&self, x: &[f64; D]) -> usize {
+        let mut place = 0;
+        loop {
+            match self.nodes[place] {
+                Halved::Cell(cell) => return cell,
+                Halved::At { axis, middle, halves } => place = halves[usize::from(x[axis] >= middle)],
+            }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::field::AnalyticField;
+    use crate::target::{Resolution, Target};
+    use sph::domain::Region as Extent;
+
+    fn with_regions<const D: usize>(text: &str, count: usize, check: impl Fn(Option<&Regions<'_, D>>)) {
+        let domain = Domain::new([0.0; D], [1.0; D], [Axis::Periodic; D], Extent::Box).unwrap();
+        let field = AnalyticField::<D>::new("density", text, [0.5; D]).unwrap();
+        let mass = crate::field::total_mass(&field, &domain, 1e-4).unwrap().value;
+        let target = Target {
+            domain: &domain,
+            density: &field,
+            resolution: Resolution::EqualMass,
+            count,
+            mass,
+            resolution_integral: mass,
+            largest_spacing: f64::INFINITY,
+            part: None,
+        };
+        check(target.find_regions().as_ref());
+    }
+
+    #[test]
+    fn a_cloud_and_its_surroundings_are_two_regions_of_two_bodies() {
+        with_regions::<3>("if(r < 0.1, 1000, 1)", 20_000, |regions| {
+            let regions = regions.unwrap();
+            let ball = 4.0 / 3.0 * std::f64::consts::PI * 1e-3;
+            let wanted = 1000.0 * ball / (1.0 + 999.0 * ball);
+            let cloud = regions.of(&[0.5; 3]).unwrap();
+            assert!((regions.len(), regions.bodies()) == (2, 2));
+            assert!((regions.get(cloud).share - wanted).abs() < 1e-3, "{} {wanted}", regions.get(cloud).share);
+            assert!((0..3).all(|k| (regions.get(cloud).lo[k] - 0.4).abs() < 0.05));
+            assert_ne!(regions.of(&[0.1; 3]), Some(cloud));
+            assert_eq!(regions.counts(20_000).iter().sum::<usize>(), 20_000);
+        });
+    }
+
+    #[test]
+    fn islands_of_one_piece_are_told_apart_and_near_vacuum_has_no_particles() {
+        let islands = "if((x - 0.25)^2 + (y - 0.5)^2 < 0.01, 2, if((x - 0.75)^2 + (y - 0.5)^2 < 0.02, 2, 1e-10))";
+        with_regions::<2>(islands, 1000, |regions| {
+            let regions = regions.unwrap();
+            let at = |x: [f64; 2]| regions.of(&x);
+            assert_eq!(regions.len(), 2);
+            assert_eq!(at([0.5, 0.1]), None);
+            let share = |x: [f64; 2]| regions.get(at(x).unwrap()).share;
+            assert!((share([0.25, 0.5]) - 1.0 / 3.0).abs() < 2e-3, "{}", share([0.25, 0.5]));
+            assert_eq!(at([0.25, 0.58]), at([0.25, 0.5]));
+        });
+        // The same condition for both: one piece, two islands.
+        with_regions::<2>("if((abs(x - 0.5) - 0.25)^2 + (y - 0.5)^2 < 0.01, 1, 0)", 1000, |regions| {
+            let regions = regions.unwrap();
+            assert_eq!((regions.len(), regions.bodies()), (2, 2));
+            assert_ne!(regions.of(&[0.25, 0.5]), regions.of(&[0.75, 0.5]));
+        });
+    }
+
+    #[test]
+    fn what_is_continuous_is_one_and_small_jumps_leave_one_body() {
+        with_regions::<1>("if(x < 0.5, 1 + x, 2 - x)", 100, |regions| {
+            assert!(regions.is_some_and(|r| r.bodies() == 1))
+        });
+        with_regions::<2>("1 + x*(1 - x)", 100, |regions| assert!(regions.is_none()));
+        with_regions::<2>("if(r < 0.2, 3, 1)", 1000, |regions| {
+            let regions = regions.unwrap();
+            assert_eq!((regions.len(), regions.bodies()), (2, 1));
+        });
+        with_regions::<1>("if(abs(x - 0.5) < 0.2, 100, 1)", 1000, |regions| {
+            let regions = regions.unwrap();
+            // Through the periodic face the outside is one.
+            assert_eq!((regions.len(), regions.bodies()), (2, 2));
+            assert_eq!(regions.of(&[0.05]), regions.of(&[0.95]));
+        });
+    }
+}

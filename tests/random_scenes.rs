@@ -1,0 +1,202 @@
+//! Scenes drawn at random: expressions with jumps, layers, holes, vacuum and slopes, in boxes and balls of one to three
+//! dimensions. Whatever comes, each region must have the particles that are due to it, by a count of its own, the end must
+//! not be worse than the seeding, and a refusal must say why.
+
+use rand::{RngExt, SeedableRng};
+use rand_xoshiro::Xoshiro256PlusPlus;
+use sph_formats::common::particle_names as names;
+use sph_prep::{Control, FORMATS, Report, Scene, place};
+use std::panic::{AssertUnwindSafe, catch_unwind};
+use std::time::Instant;
+
+/// A shape whose inside has another density than what it is put into.
+enum Shape {
+    /// Center and radius.
+    Ball([f64; 3], f64),
+    /// Normal and offset.
+    HalfSpace([f64; 3], f64),
+    /// Axis, middle and half thickness.
+    Layer(usize, f64, f64),
+}
+
+impl Shape {
+    fn draw(rng: &mut Xoshiro256PlusPlus, d: usize) -> Self {
+        let mut place = || std::array::from_fn(|k| if k < d { 0.2 + 0.6 * rng.random::<f64>() } else { 0.0 });
+        let center: [f64; 3] = place();
+        match rng.random_range(0..3) {
+            0 => Self::Ball(center, 0.08 + 0.25 * rng.random::<f64>()),
+            1 => {
+                let n: [f64; 3] = std::array::from_fn(|k| if k < d { rng.random::<f64>() - 0.3 } else { 0.0 });
+                Self::HalfSpace(n, (0..3).map(|k| n[k] * center[k]).sum())
+            }
+            _ => Self::Layer(rng.random_range(0..d), center[0], 10_f64.powf(-2.5 + 2.0 * rng.random::<f64>())),
+        }
+    }
+
+    fn contains(&self, x: &[f64; 3]) -> bool {
+        match self {
+            Self::Ball(c, r) => (0..3).map(|k| (x[k] - c[k]).powi(2)).sum::<f64>() < r * r,
+            Self::HalfSpace(n, offset) => (0..3).map(|k| n[k] * x[k]).sum::<f64>() < *offset,
+            Self::Layer(axis, middle, half) => (x[*axis] - middle).abs() < *half,
+        }
+    }
+
+    fn condition(&self, d: usize) -> String {
+        let names = ["x", "y", "z"];
+        let sum = |terms: Vec<String>| terms.join(" + ");
+        match self {
+            Self::Ball(c, r) => {
+                let terms = (0..d).map(|k| format!("({} - {:?})^2", names[k], c[k])).collect();
+                format!("{} < {:?}", sum(terms), r * r)
+            }
+            Self::HalfSpace(n, offset) => {
+                format!("{} < {offset:?}", sum((0..d).map(|k| format!("{:?}*{}", n[k], names[k])).collect()))
+            }
+            Self::Layer(axis, middle, half) => format!("abs({} - {middle:?}) < {half:?}", names[*axis]),
+        }
+    }
+}
+
+struct Drawn {
+    yaml: String,
+    d: usize,
+    shapes: Vec<(Shape, f64)>,
+    background: f64,
+    count: usize,
+}
+
+impl Drawn {
+    fn new(number: u64) -> Self {
+        let mut rng = Xoshiro256PlusPlus::seed_from_u64(number);
+        let d = [1, 2, 2, 3][rng.random_range(0..4)];
+        let shapes: Vec<(Shape, f64)> = (0..rng.random_range(1..4))
+            .map(|_| (Shape::draw(&mut rng, d), 10_f64.powf(4.0 * rng.random::<f64>() - 1.0)))
+            .collect();
+        let background = [1.0, 1.0, 1e-10, 0.0][rng.random_range(0..4)];
+        let count = 30 + (570.0 * rng.random::<f64>().powi(2)) as usize;
+        let boundary = ["periodic", "reflecting", "open"][rng.random_range(0..3)];
+        let expression = shapes.iter().rev().fold(format!("{background:?}"), |inner, (shape, density)| {
+            format!("if({}, {density:?}, {inner})", shape.condition(d))
+        });
+        let corner = |v: &str| vec![v; d].join(", ");
+        let yaml = format!(
+            "input: {{expression: '{expression}'}}\ndomain: {{box: [[{}], [{}]], boundary: [{}]}}\nparticles: {count}\nseed: {number}\n",
+            corner("0"),
+            corner("1"),
+            corner(boundary)
+        );
+        Self { yaml, d, shapes, background, count }
+    }
+
+    /// The shape that `x` is in first.
+    fn region(&self, x: &[f64; 3]) -> usize {
+        self.shapes.iter().position(|(shape, _)| shape.contains(x)).unwrap_or(self.shapes.len())
+    }
+
+    fn density(&self, region: usize) -> f64 {
+        self.shapes.get(region).map_or(self.background, |(_, density)| *density)
+    }
+
+    /// Share of the mass in each shape, by points of a sequence of low discrepancy.
+    fn shares(&self) -> Vec<f64> {
+        let steps = match self.d {
+            1 => [0.618_033_988_749_895, 0.0, 0.0],
+            2 => [0.754_877_666_246_693, 0.569_840_290_998_053, 0.0],
+            _ => [0.819_172_513_396_164, 0.671_043_606_703_789, 0.549_700_477_901_970],
+        };
+        let mut mass = vec![0.0; self.shapes.len() + 1];
+        for i in 0..SAMPLES {
+            let x = steps.map(|s| (0.5 + s * i as f64).fract());
+            let x = std::array::from_fn(|k| if k < self.d { x[k] } else { 0.0 });
+            let region = self.region(&x);
+            mass[region] += self.density(region);
+        }
+        let total: f64 = mass.iter().sum();
+        mass.iter().map(|m| m / total).collect()
+    }
+}
+
+const SAMPLES: usize = 400_000;
+
+fn run(yaml: &str) -> Result<(Vec<[f64; 3]>, Report), String> {
+    let scene = Scene::parse(yaml).map_err(|e| e.to_string())?;
+    let (file, report) = place(&scene, FORMATS, &Control::default()).map_err(|e| e.to_string())?;
+    let (d, edges) = (file.header.dimension, file.header.box_size);
+    let values = file.species[0].table.column(names::COORDINATES).expect("particles have coordinates").values.to_f64();
+    // In a larger box the unit cube is in the middle.
+    let place = |x: &[f64]| std::array::from_fn(|k| if k < d { x[k] - 0.5 * (edges[k] - 1.0) } else { 0.0 });
+    let positions = values.chunks(d).map(place).collect();
+    Ok((positions, report))
+}
+
+/// What is wrong with the outcome of a scene; empty where nothing is.
+fn faults(drawn: &Drawn) -> Vec<String> {
+    let start = Instant::now();
+    let outcome = catch_unwind(AssertUnwindSafe(|| {
+        (run(&drawn.yaml), run(&format!("{}wvt: {{iterations: 0}}\npolish: none\n", drawn.yaml)))
+    }));
+    let mut faults = Vec::new();
+    let (end, seeded) = match outcome {
+        Err(_) => return vec!["a panic".into()],
+        Ok((Err(refusal), _)) => {
+            let is_plain = refusal.len() > 20 && !refusal.contains("internal");
+            return if is_plain { faults } else { vec![format!("refused with '{refusal}'")] };
+        }
+        Ok((Ok(end), seeded)) => (end, seeded),
+    };
+    let (positions, report) = end;
+    if positions.len() != drawn.count {
+        faults.push(format!("{} particles in place of {}", positions.len(), drawn.count));
+    }
+    let shares = drawn.shares();
+    for (region, share) in shares.iter().enumerate() {
+        let found = positions.iter().filter(|x| drawn.region(x) == region).count() as f64;
+        let wanted = share * drawn.count as f64;
+        // Samples know a thin layer to some percent.
+        let known = 3.0 * drawn.count as f64 * (share / SAMPLES as f64).sqrt();
+        let pieces = shares.len() as f64;
+        if (found - wanted).abs() > pieces + 0.002 * wanted + known {
+            faults.push(format!("region {region} has {found} of {wanted:.2} particles"));
+        }
+    }
+    if report.ledger.regions.iter().any(|r| !r.is_kept(2e-3)) {
+        faults.push(format!("the ledger says {:?}", report.ledger.regions));
+    }
+    if let Ok((_, seeded)) = seeded {
+        let mean = |r: &Report| r.density_error.smoothed.map_or(0.0, |e| e.mean);
+        if mean(&report) > 1.5 * mean(&seeded) + 0.03 {
+            faults.push(format!("mean error {:.4} after {:.4} of the seeding", mean(&report), mean(&seeded)));
+        }
+        let (now, before) = (report.neighbors.closest_pair, seeded.neighbors.closest_pair);
+        if now < 0.45 * before && now < 0.4 {
+            faults.push(format!("closest pair {now:.2} after {before:.2} of the seeding"));
+        }
+    }
+    if start.elapsed().as_secs() > 60 {
+        faults.push(format!("{:.0} s", start.elapsed().as_secs_f64()));
+    }
+    faults
+}
+
+fn check(numbers: std::ops::Range<u64>) {
+    let wrong: Vec<String> = numbers
+        .map(Drawn::new)
+        .filter_map(|drawn| {
+            let faults = faults(&drawn);
+            (!faults.is_empty()).then(|| format!("{}{}\n", drawn.yaml, faults.join("\n")))
+        })
+        .collect();
+    assert!(wrong.is_empty(), "{} scenes went wrong:\n{}", wrong.len(), wrong.join("\n"));
+}
+
+#[test]
+fn random_scenes_keep_their_mass_where_it_belongs() {
+    check(0..200);
+}
+
+/// Some ten minutes.
+#[test]
+#[ignore = "ten minutes"]
+fn many_random_scenes_keep_their_mass_where_it_belongs() {
+    check(200..5200);
+}
