@@ -79,8 +79,9 @@ impl Quality {
         }
     }
 
-    /// In what it is worse than an earlier arrangement, if it is.
-    pub fn loss_against(&self, earlier: &Self) -> Option<String> {
+    /// In what it is worse than an earlier arrangement, if it is. One that has met a tolerance that was asked for `has_met` what
+    /// counts for the density.
+    pub fn loss_against(&self, earlier: &Self, has_met: bool) -> Option<String> {
         let region = self.ledger.regions.iter().zip(&earlier.ledger.regions).find(|(now, before)| {
             !now.is_kept(REGION_SHARE) && (now.found - now.wanted).abs() > (before.found - before.wanted).abs()
         });
@@ -91,10 +92,10 @@ impl Quality {
                 now.wanted, before.found, now.found
             ));
         }
-        if !(self.mean <= LOSS * earlier.mean + LITTLE) {
+        if !has_met && !(self.mean <= LOSS * earlier.mean + LITTLE) {
             return Some(format!("the mean density error went {}", percent(self.mean, earlier.mean)));
         }
-        if !(self.epsilon <= EPSILON_LOSS * earlier.epsilon + LITTLE_EPSILON) {
+        if !has_met && !(self.epsilon <= EPSILON_LOSS * earlier.epsilon + LITTLE_EPSILON) {
             return Some(format!(
                 "epsilon over all particles went from {:.2e} to {:.2e}",
                 earlier.epsilon, self.epsilon

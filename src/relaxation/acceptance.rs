@@ -42,14 +42,15 @@ impl<'a, const D: usize> Judge<'a, D> {
 
     /// In what `after` is worse than `before`, if it is; else its figures are those to be kept from now on. More particles
     /// than before, from splitting, are not compared.
-    fn loss(&self, before: &Particles<D>, after: &Particles<D>) -> Option<String> {
+    fn loss(&self, before: &Particles<D>, after: &Particles<D>, has_met: bool) -> Option<String> {
+        let mut accepted = self.accepted.lock().unwrap_or_else(PoisonError::into_inner);
         if before.len() != after.len() {
+            *accepted = None;
             return None;
         }
-        let mut accepted = self.accepted.lock().unwrap_or_else(PoisonError::into_inner);
         let earlier = accepted.take().unwrap_or_else(|| self.timed(before));
         let now = self.timed(after);
-        let loss = now.loss_against(&earlier);
+        let loss = now.loss_against(&earlier, has_met);
         *accepted = Some(if loss.is_some() { earlier } else { now });
         loss
     }
@@ -107,7 +108,7 @@ impl<const D: usize> Running<D> for Watched<'_, D> {
         let mut relaxed = inner.finish(stop);
         let target = stage.target.with_count(relaxed.particles.len());
         relaxed.notes.extend(part(&target, &mut relaxed.particles.positions));
-        if let Some(loss) = stage.judge.loss(&before, &relaxed.particles) {
+        if let Some(loss) = stage.judge.loss(&before, &relaxed.particles, stop == StopReason::ToleranceReached) {
             relaxed.notes.push(format!("the result of {} is not used: {loss}", stage.name().title));
             relaxed.particles = before;
             for report in &mut relaxed.reports {

@@ -2,6 +2,7 @@
 
 use crate::error::{Error, Result};
 use sph::domain::Domain;
+use sph::parallel;
 
 /// What is divided into cells: a number density over a domain.
 pub(crate) trait Matter<const D: usize>: Sync {
@@ -14,6 +15,8 @@ pub(crate) trait Matter<const D: usize>: Sync {
     fn number_density(&self, x: &[f64; D]) -> f64;
     /// n* at `x`; none outside.
     fn density_inside(&self, x: &[f64; D]) -> Option<f64>;
+    /// Whether it may be discontinuous.
+    fn is_piecewise(&self) -> bool;
 }
 
 /// A box with the integral of n* over it.
@@ -58,7 +61,10 @@ impl<const D: usize> Cell<D> {
             };
             side(1.0) + side(-1.0)
         };
-        let changes: [f64; D] = std::array::from_fn(change);
+        let mut changes: [f64; D] = std::array::from_fn(change);
+        if target.is_piecewise() {
+            (0..D).for_each(|k| changes[k] = changes[k].max(self.hidden_change(k, target)));
+        }
         let most = changes.iter().fold(0.0_f64, |m, c| m.max(*c));
         if !(most > 0.0) {
             return self.longest();
@@ -86,6 +92,23 @@ impl<const D: usize> Cell<D> {
         [left, right]
     }
 }
+
+impl<const D: usize> Cell<D> {
+    /// Largest change of the density between the middle and places on the line through it along an axis: a thin layer may
+    /// hide between the middle and the faces.
+    fn hidden_change(&self, axis: usize, target: &dyn Matter<D>) -> f64 {
+        let mut x = self.center();
+        let here = target.density_inside(&x).unwrap_or(0.0);
+        let place = |i: usize| self.lo[axis] + (i as f64 + 0.5) / LOOKS as f64 * (self.hi[axis] - self.lo[axis]);
+        (0..LOOKS).fold(0.0, |most: f64, i| {
+            x[axis] = place(i);
+            most.max((target.density_inside(&x).unwrap_or(0.0) - here).abs())
+        })
+    }
+}
+
+/// Places along a line at which a layer is looked for.
+const LOOKS: usize = 16;
 
 /// How far inside of a cell its faces are looked at, in edges: a discontinuity at a face is on one side of it.
 const HAIR: f64 = 1e-6;
@@ -162,8 +185,10 @@ fn first_cells(d: usize) -> usize {
     }
 }
 
-/// Most cells after refinement.
+/// Most cells after refinement, for few and for many particles.
+const FEW_CELLS: usize = 1 << 16;
 const MAX_CELLS: usize = 1 << 18;
+const CELLS_PER_PARTICLE: usize = 32;
 /// Halvings of a cell, at most: f64 resolves no more.
 const MAX_SWEEPS: usize = 120;
 /// A cell is refined while midpoint and corner rule differ by more than this fraction ...
@@ -193,13 +218,17 @@ fn refined<const D: usize>(target: &dyn Matter<D>, rule: Rule) -> Vec<Cell<D>> {
     let floor = NEGLIGIBLE * target.count() as f64;
     let mut pending = cells;
     let mut done = Vec::new();
+    let most = (CELLS_PER_PARTICLE * target.count()).clamp(FEW_CELLS, MAX_CELLS);
     for _ in 0..MAX_SWEEPS {
-        if pending.is_empty() || done.len() + 2 * pending.len() > MAX_CELLS {
+        if pending.is_empty() || done.len() + 2 * pending.len() > most {
             break;
         }
-        let (rough, smooth): (Vec<_>, Vec<_>) = pending.into_iter().partition(|c| is_rough(c, target, floor));
-        done.extend(smooth);
-        pending = rough.iter().flat_map(|c| c.halves_along(c.roughest(target), target, rule)).collect();
+        let halved = parallel::map(pending.len(), |i| {
+            let cell = &pending[i];
+            is_rough(cell, target, floor).then(|| cell.halves_along(cell.roughest(target), target, rule))
+        });
+        done.extend(pending.iter().zip(&halved).filter(|(_, halves)| halves.is_none()).map(|(cell, _)| *cell));
+        pending = halved.into_iter().flatten().flatten().collect();
     }
     done.extend(pending);
     done
@@ -219,7 +248,14 @@ fn is_rough<const D: usize>(cell: &Cell<D>, target: &dyn Matter<D>, floor: f64) 
     }
     let corner_mass = corners * cell.volume() / (1_usize << D) as f64;
     let larger = corner_mass.max(cell.mass);
-    larger > floor && (corner_mass - cell.mass).abs() > DISAGREEMENT * larger
+    if larger > floor && (corner_mass - cell.mass).abs() > DISAGREEMENT * larger {
+        return true;
+    }
+    // A discontinuity may pass between the middle and the corners.
+    target.is_piecewise() && {
+        let change = (0..D).map(|k| cell.hidden_change(k, target)).fold(0.0, f64::max) * cell.volume();
+        change > floor && change > DISAGREEMENT * larger
+    }
 }
 
 /// Halves the heavy cells until none has much more than one part in `least` of the mass.

@@ -243,6 +243,10 @@ impl<const D: usize> Matter<D> for Target<'_, D> {
         self.number_density(x)
     }
 
+    fn is_piecewise(&self) -> bool {
+        self.resolution_field().is_piecewise()
+    }
+
     /// None outside of the domain, or of the region that this is the target of.
     fn density_inside(&self, x: &[f64; D]) -> Option<f64> {
         let density = self.domain.contains(x).then(|| self.number_density(x))?;

@@ -100,7 +100,9 @@ impl<'a, const D: usize> Regions<'a, D> {
         let cells = partition(target, Rule::Midpoint).ok()?;
         let piece = |x: [f64; D]| if domain.contains(&x) { field.piece(&x) } else { OUTSIDE };
         let pieces = parallel::map(cells.len(), |i| piece(cells[i].point_inside(domain)));
-        let map = Map { field, domain, locator: Locator::new(domain, &cells), cells, pieces };
+        let locator = Locator::new(domain, &cells);
+        let beside = parallel::map(cells.len(), |i| beside(domain, &locator, &cells[i]));
+        let map = Map { field, domain, cells, pieces, beside };
         let of_piece = map.classes();
         let number = of_piece.values().max().map_or(0, |m| m + 1);
         if of_piece
@@ -275,25 +277,30 @@ struct Map<'a, const D: usize> {
     domain: &'a Domain<D>,
     cells: Vec<Cell<D>>,
     pieces: Vec<u64>,
-    locator: Locator,
+    /// The cells next to each.
+    beside: Vec<[[Option<u32>; 2]; D]>,
+}
+
+/// The cells next to a cell, one at the middle of each face. Smaller ones find a larger one in turn.
+fn beside<const D: usize>(domain: &Domain<D>, locator: &Locator, cell: &Cell<D>) -> [[Option<u32>; 2]; D] {
+    let center = cell.center();
+    std::array::from_fn(|k| {
+        let beyond = NEXT * (cell.hi[k] - cell.lo[k]);
+        [cell.lo[k] - beyond, cell.hi[k] + beyond].map(|place| {
+            let mut x = center;
+            x[k] = place;
+            if domain.axes[k] != Axis::Periodic && !(x[k] > domain.lo[k] && x[k] < domain.hi[k]) {
+                return None;
+            }
+            domain.wrap(&mut x);
+            u32::try_from(locator.find(&x)).ok()
+        })
+    })
 }
 
 impl<const D: usize> Map<'_, D> {
-    /// The cells next to a cell, one at the middle of each face. Smaller ones find a larger one in turn.
     fn neighbors(&self, i: usize) -> impl Iterator<Item = usize> + '_ {
-        let cell = self.cells[i];
-        let center = cell.center();
-        (0..2 * D).filter_map(move |face| {
-            let (k, up) = (face / 2, face % 2 == 1);
-            let mut x = center;
-            let beyond = NEXT * (cell.hi[k] - cell.lo[k]);
-            x[k] = if up { cell.hi[k] + beyond } else { cell.lo[k] - beyond };
-            if self.domain.axes[k] != Axis::Periodic && !(x[k] > self.domain.lo[k] && x[k] < self.domain.hi[k]) {
-                return None;
-            }
-            self.domain.wrap(&mut x);
-            Some(self.locator.find(&x))
-        })
+        self.beside[i].as_flattened().iter().flatten().map(|&j| j as usize)
     }
 
     /// Piece numbers with those between which the field is continuous taken together, in the order in which cells show
