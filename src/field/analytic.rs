@@ -1,7 +1,7 @@
 //! Fields stated as expressions.
 
 use super::check::point_text;
-use super::{CarriedField, CarriedInfo, Expression, ScalarField};
+use super::{CarriedField, CarriedInfo, Expression, ScalarField, Trace};
 use crate::error::{Error, Result};
 use sph::domain::Domain;
 
@@ -70,12 +70,23 @@ impl<const D: usize> ScalarField<D> for AnalyticField<D> {
 
     /// By the outcomes of all that is discontinuous in the expression, as far as it is evaluated at `x`.
     fn piece(&self, x: &[f64; D]) -> u64 {
-        let (v, piece) = self.expression.trace(x, &self.center);
-        if v > 0.0 && v.is_finite() { piece.max(1) } else { 0 }
+        self.trace(x).piece
+    }
+
+    fn trace(&self, x: &[f64; D]) -> Trace {
+        let (v, mut trace) = self.expression.trace(x, &self.center);
+        let is_empty = !(v > 0.0 && v.is_finite());
+        trace.kink(f64::from(is_empty));
+        trace.piece = if is_empty { 0 } else { trace.piece.max(1) };
+        trace
     }
 
     fn is_piecewise(&self) -> bool {
         self.expression.is_piecewise()
+    }
+
+    fn has_parts(&self) -> bool {
+        self.expression.has_parts()
     }
 
     fn center(&self) -> Option<[f64; D]> {

@@ -48,7 +48,8 @@ pub(crate) fn integrate_unit_box<const D: usize>(
         let chosen = if error <= tolerance * value.abs() || evaluations >= max_evaluations {
             vec![]
         } else {
-            worst(&cells, error, (max_evaluations - evaluations) / (2 * points::<D>()))
+            let errors: Vec<f64> = cells.iter().map(|c| if can_halve(c) { c.error } else { 0.0 }).collect();
+            worst(&errors, error, (max_evaluations - evaluations) / (2 * points::<D>()))
         };
         if chosen.is_empty() {
             let rounding = 64.0 * f64::EPSILON * value.abs();
@@ -73,16 +74,16 @@ fn start_cell<const D: usize>(mut i: usize, per_axis: usize) -> Cell<D> {
     Cell { lo, hi, value: 0.0, error: 0.0, axis: 0 }
 }
 
-/// Numbers of the cells with most of the error, ascending; those too narrow to halve are left as they are.
-fn worst<const D: usize>(cells: &[Cell<D>], error: f64, limit: usize) -> Vec<usize> {
-    let mut order: Vec<usize> = (0..cells.len()).filter(|&i| cells[i].error > 0.0 && can_halve(&cells[i])).collect();
-    order.sort_unstable_by(|&i, &j| cells[j].error.total_cmp(&cells[i].error).then(i.cmp(&j)));
+/// Numbers of the cells with most of the error, ascending, from the errors of those that can be halved and 0 for others.
+pub(crate) fn worst(errors: &[f64], error: f64, limit: usize) -> Vec<usize> {
+    let mut order: Vec<usize> = (0..errors.len()).filter(|&i| errors[i] > 0.0).collect();
+    order.sort_unstable_by(|&i, &j| errors[j].total_cmp(&errors[i]).then(i.cmp(&j)));
     let mut covered = 0.0;
     let count = order
         .iter()
         .take_while(|&&i| {
             let more = covered < SHARE * error;
-            covered += cells[i].error;
+            covered += errors[i];
             more
         })
         .count();
@@ -121,11 +122,21 @@ const fn points<const D: usize>() -> usize {
 }
 
 fn evaluate<const D: usize>(f: &(dyn Fn(&[f64; D]) -> f64 + Sync), cell: Cell<D>) -> Cell<D> {
-    let (value, error, axis) = if D == 1 { gauss_pair(f, &cell) } else { genz_malik(f, &cell) };
+    let (value, error, axis) = smooth_rule(f, cell.lo, cell.hi);
     Cell { value, error, axis, ..cell }
 }
 
-fn gauss_pair<const D: usize>(f: &(dyn Fn(&[f64; D]) -> f64 + Sync), cell: &Cell<D>) -> (f64, f64, usize) {
+/// Integral over the box `lo` to `hi`, its error and the axis along which to halve it.
+pub(crate) fn smooth_rule<const D: usize>(
+    f: &dyn Fn(&[f64; D]) -> f64,
+    lo: [f64; D],
+    hi: [f64; D],
+) -> (f64, f64, usize) {
+    let cell = Cell { lo, hi, value: 0.0, error: 0.0, axis: 0 };
+    if D == 1 { gauss_pair(f, &cell) } else { genz_malik(f, &cell) }
+}
+
+fn gauss_pair<const D: usize>(f: &dyn Fn(&[f64; D]) -> f64, cell: &Cell<D>) -> (f64, f64, usize) {
     let width = cell.hi[0] - cell.lo[0];
     let [coarse, fine] =
         [6, 9].map(|order| width * rule(order).iter().map(|&(t, w)| w * f(&[cell.lo[0] + t * width; D])).sum::<f64>());
@@ -158,7 +169,7 @@ fn end_residual<const N: usize>(nodes: &[f64; N], values: &[f64; N], at: &dyn Fn
 }
 
 /// Value, error and the axis along which to halve.
-fn genz_malik<const D: usize>(f: &(dyn Fn(&[f64; D]) -> f64 + Sync), cell: &Cell<D>) -> (f64, f64, usize) {
+fn genz_malik<const D: usize>(f: &dyn Fn(&[f64; D]) -> f64, cell: &Cell<D>) -> (f64, f64, usize) {
     let n = D as f64;
     let lambda2 = (9.0_f64 / 70.0).sqrt();
     let lambda4 = (9.0_f64 / 10.0).sqrt();

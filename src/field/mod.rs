@@ -7,7 +7,7 @@
 //! | grid | multilinear, constant per cell, or limited cubic | closed form; cells for cubic |
 //! | mesh | isoparametric shape functions, constant per cell | exact per cell |
 //! | point cloud | Shepard's weights over the nearest points | adaptive cubature |
-//! | expression | [`Expression`] | adaptive cubature |
+//! | expression | [`Expression`] | adaptive cubature, across discontinuities and kinks |
 //!
 //! Numbers stay in the file's units and precision. [`Source::scaled`] changes units without copying data.
 
@@ -35,6 +35,7 @@ mod intervals;
 mod mass;
 mod mesh;
 mod options;
+mod piecewise;
 mod profile;
 pub(crate) mod quadrature;
 mod radial;
@@ -46,15 +47,17 @@ mod skin;
 mod source;
 #[cfg(test)]
 pub(crate) mod testing;
+mod trace;
 
 pub use analytic::{AnalyticCarried, AnalyticField};
 pub use build::{from_raw, natural_dimension};
 pub use carried::{CarriedField, CarriedInfo};
 pub use expression::Expression;
 pub use hull::MeshHull;
-pub use mass::total_mass;
+pub use mass::{piece_masses, total_mass};
 pub use options::{FieldOptions, Interpolation, Missing, Period};
 pub use profile::RadialProfile;
 pub use scalar::{MassEstimate, ScalarField};
 pub(crate) use scaled::in_units_of;
 pub use source::{RadialSource, Source};
+pub use trace::{Level, Trace};

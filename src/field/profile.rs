@@ -136,6 +136,19 @@ impl RadialProfile {
         self.discontinuities.partition_point(|d| *d <= r)
     }
 
+    /// The layer at the radius `r`, and the radii that bound it: negative infinity within the innermost, and beyond the last
+    /// node one more layer without end.
+    pub(crate) fn layer_within(&self, r: f64) -> (usize, [f64; 2]) {
+        let layer = self.layer(r);
+        let outer = self.outer_radius();
+        if r > outer {
+            return (self.discontinuities.len() + 1, [outer, f64::INFINITY]);
+        }
+        let radius = |d: &f64| d * self.radius_unit;
+        let inner = layer.checked_sub(1).and_then(|i| self.discontinuities.get(i)).map_or(f64::NEG_INFINITY, radius);
+        (layer, [inner, self.discontinuities.get(layer).map_or(outer, radius)])
+    }
+
     /// Density at the radius `r`, in the units of the nodes and values; 0 beyond the last node.
     pub fn density(&self, r: f64) -> f64 {
         let r = r.abs() / self.radius_unit;

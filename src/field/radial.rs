@@ -1,7 +1,7 @@
 //! Radial profiles as fields of 1 (sheets), 2 (rings) or 3 (shells) dimensions.
 
 use super::curve::Curve;
-use super::{CarriedField, CarriedInfo, MassEstimate, RadialProfile, ScalarField};
+use super::{CarriedField, CarriedInfo, Level, MassEstimate, RadialProfile, ScalarField, Trace};
 use sph::domain::{Axis, Domain, Region};
 use sph::geometry::distance;
 use std::sync::Arc;
@@ -22,6 +22,18 @@ impl<const D: usize> ScalarField<D> for RadialDensity<D> {
         if self.profile.density(r) > 0.0 { self.profile.layer(r) as u64 + 1 } else { 0 }
     }
 
+    fn trace(&self, x: &[f64; D]) -> Trace {
+        let value = distance(x, &self.center);
+        let (layer, [lo, hi]) = self.profile.layer_within(value);
+        let mut trace = Trace::new(self.piece(x), layer as u64);
+        trace.push(Level { value, lo, hi });
+        trace
+    }
+
+    fn has_parts(&self) -> bool {
+        true
+    }
+
     fn is_piecewise(&self) -> bool {
         !self.profile.discontinuities().is_empty()
     }
@@ -32,15 +44,41 @@ impl<const D: usize> ScalarField<D> for RadialDensity<D> {
 
     fn integral(&self, domain: &Domain<D>) -> Option<MassEstimate> {
         let total = self.profile.total_mass();
+        let [inner, outer] = self.radii_within(domain)?;
+        if inner == 0.0 && outer.is_infinite() {
+            return Some(total);
+        }
+        let value = self.profile.enclosed_mass(outer) - self.profile.enclosed_mass(inner);
+        Some(MassEstimate { value, error: total.error })
+    }
+
+    fn piece_integrals(&self, domain: &Domain<D>) -> Option<Vec<(u64, MassEstimate)>> {
+        let [inner, outer] = self.radii_within(domain)?;
+        let error = self.profile.total_mass().error;
+        let mut ends = self.profile.discontinuities();
+        ends.push(f64::INFINITY);
+        let mut from = 0.0;
+        let mut pieces = Vec::new();
+        for (layer, to) in ends.into_iter().enumerate() {
+            let enclosed = |r: f64| self.profile.enclosed_mass(r.clamp(inner, outer));
+            let value = enclosed(to) - enclosed(from);
+            if value > 0.0 {
+                pieces.push((layer as u64 + 1, MassEstimate { value, error }));
+            }
+            from = to;
+        }
+        Some(pieces)
+    }
+}
+
+impl<const D: usize> RadialDensity<D> {
+    /// The radii between which `domain` holds all of the profile; `None` where it cuts shells.
+    fn radii_within(&self, domain: &Domain<D>) -> Option<[f64; 2]> {
         let outer = self.profile.outer_radius();
         let tiny = 1e-12 * outer;
         match &domain.region {
             Region::Ball { center, inner_radius, radius, .. } => {
-                if distance(center, &self.center) > tiny {
-                    return None;
-                }
-                let value = self.profile.enclosed_mass(*radius) - self.profile.enclosed_mass(*inner_radius);
-                Some(MassEstimate { value, error: total.error })
+                (distance(center, &self.center) <= tiny).then_some([*inner_radius, *radius])
             }
             Region::Box => {
                 let holds_all = (0..D).all(|k| {
@@ -48,7 +86,7 @@ impl<const D: usize> ScalarField<D> for RadialDensity<D> {
                         && domain.lo[k] <= self.center[k] - outer + tiny
                         && domain.hi[k] >= self.center[k] + outer - tiny
                 });
-                holds_all.then_some(total)
+                holds_all.then_some([0.0, f64::INFINITY])
             }
             Region::Cylinder { .. } | Region::Hull(..) => None,
         }
@@ -131,6 +169,22 @@ mod tests {
         assert!(layered.is_piecewise());
         let pieces = [0.0, 9.9, 10.1, 14.9, 15.1, 19.9, 25.0, 30.1, 39.9, 40.1].map(|r| layered.piece(&[1.0, r, 0.0]));
         assert_eq!(pieces, [1, 1, 2, 2, 2, 2, 0, 4, 4, 0]);
+        let sphere = |r: f64| 4.0 / 3.0 * std::f64::consts::PI * r.powi(3);
+        let shells = field(&[0.0, 1.0, 1.0, 2.0, 2.0, 3.0], &[9.0, 9.0, 3.0, 3.0, 1.0, 1.0]);
+        let mut domain = Domain::ball([1.0, 0.0, 0.0], 40.0, sph::domain::Wall::Open).unwrap();
+        let masses = |domain: &Domain<3>| -> Vec<(u64, f64)> {
+            shells.piece_integrals(domain).unwrap().into_iter().map(|p| (p.0, p.1.value)).collect()
+        };
+        let close = |found: &[(u64, f64)], expected: &[(u64, f64)]| {
+            found.len() == expected.len()
+                && found.iter().zip(expected).all(|(a, b)| a.0 == b.0 && (a.1 / b.1 - 1.0).abs() < 1e-12)
+        };
+        let [one, two, three] = [10.0, 20.0, 30.0].map(sphere);
+        assert!(close(&masses(&domain), &[(1, 18.0 * one), (2, 6.0 * (two - one)), (3, 2.0 * (three - two))]));
+        if let Region::Ball { inner_radius, radius, .. } = &mut domain.region {
+            (*inner_radius, *radius) = (12.0, 18.0);
+        }
+        assert!(close(&masses(&domain), &[(2, 6.0 * (sphere(18.0) - sphere(12.0)))]));
         assert!(!field(&[0.0, 1.0, 1.0, 2.0], &[4.0, 3.0, 3.0, 1.0]).is_piecewise(), "a node given twice");
         assert!(!field(&[0.0, 0.0, 1.0, 1.0], &[4.0, 3.0, 1.0, 0.0]).is_piecewise(), "center and surface");
     }

@@ -1,5 +1,6 @@
 //! Scalar fields: a mass density, a spacing, a number density.
 
+use super::Trace;
 use sph::domain::Domain;
 
 /// A mass with the error of its quadrature (same unit, absolute).
@@ -34,8 +35,24 @@ pub trait ScalarField<const D: usize>: Send + Sync {
         false
     }
 
+    /// What an integral needs to know of `x`: the piece by default, and kinks and levels where the field has them.
+    fn trace(&self, x: &[f64; D]) -> Trace {
+        Trace::of_piece(self.piece(x))
+    }
+
+    /// Whether the part that [`Self::trace`] tells can differ between points.
+    fn has_parts(&self) -> bool {
+        self.is_piecewise()
+    }
+
     /// The integral over `domain`, where the interpolant has a better one than sampling gives.
     fn integral(&self, domain: &Domain<D>) -> Option<MassEstimate> {
+        let _ = domain;
+        None
+    }
+
+    /// The integral over each piece within `domain`, by the piece's number, where it is known without sampling.
+    fn piece_integrals(&self, domain: &Domain<D>) -> Option<Vec<(u64, MassEstimate)>> {
         let _ = domain;
         None
     }

@@ -1,6 +1,6 @@
 //! Change of units by linear factors, without copying data.
 
-use super::{CarriedField, CarriedInfo, MassEstimate, RadialSource, ScalarField, Source};
+use super::{CarriedField, CarriedInfo, MassEstimate, RadialSource, ScalarField, Source, Trace};
 use sph::domain::Domain;
 use std::sync::Arc;
 
@@ -85,6 +85,14 @@ impl<const D: usize> ScalarField<D> for ScaledField<D> {
         self.inner.is_piecewise()
     }
 
+    fn trace(&self, x: &[f64; D]) -> Trace {
+        self.inner.trace(&self.coordinates.to_inner(x))
+    }
+
+    fn has_parts(&self) -> bool {
+        self.inner.has_parts()
+    }
+
     fn center(&self) -> Option<[f64; D]> {
         self.inner.center().map(|c| self.coordinates.to_outer(&c))
     }
@@ -94,6 +102,14 @@ impl<const D: usize> ScalarField<D> for ScaledField<D> {
         let m = self.inner.integral(&domain.scaled(1.0 / length))?;
         let factor = self.value * length.powi(D as i32);
         Some(MassEstimate { value: m.value * factor, error: m.error * factor })
+    }
+
+    fn piece_integrals(&self, domain: &Domain<D>) -> Option<Vec<(u64, MassEstimate)>> {
+        let Coordinates::Times(length) = self.coordinates else { return None };
+        let pieces = self.inner.piece_integrals(&domain.scaled(1.0 / length))?;
+        let factor = self.value * length.powi(D as i32);
+        let scaled = |m: MassEstimate| MassEstimate { value: m.value * factor, error: m.error * factor };
+        Some(pieces.into_iter().map(|(piece, m)| (piece, scaled(m))).collect())
     }
 }
 

@@ -2,7 +2,7 @@
 
 use crate::error::{Error, Result};
 use crate::field::{
-    AnalyticField, FieldOptions, Interpolation, MassEstimate, Missing, Period, ScalarField, Source, from_raw,
+    AnalyticField, FieldOptions, Interpolation, MassEstimate, Missing, Period, ScalarField, Source, Trace, from_raw,
     natural_dimension,
 };
 use crate::input::particles::Snapshot;
@@ -383,6 +383,14 @@ impl<const D: usize> ScalarField<D> for FromSpacing<D> {
 
     fn is_piecewise(&self) -> bool {
         self.0.is_piecewise()
+    }
+
+    fn trace(&self, x: &[f64; D]) -> Trace {
+        self.0.trace(x)
+    }
+
+    fn has_parts(&self) -> bool {
+        self.0.has_parts()
     }
 
     fn center(&self) -> Option<[f64; D]> {

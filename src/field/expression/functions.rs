@@ -41,19 +41,19 @@ pub(super) fn infix(symbol: &str) -> Step {
         "-" => Step::Subtract,
         "*" => Step::Multiply,
         "/" => Step::Divide,
-        "<" => Step::Binary(|a, b| f64::from(a < b), Outcome::Value),
-        "<=" => Step::Binary(|a, b| f64::from(a <= b), Outcome::Value),
-        ">" => Step::Binary(|a, b| f64::from(a > b), Outcome::Value),
-        ">=" => Step::Binary(|a, b| f64::from(a >= b), Outcome::Value),
-        "==" => Step::Binary(|a, b| f64::from(a == b), Outcome::Value),
-        "!=" => Step::Binary(|a, b| f64::from(a != b), Outcome::Value),
+        "<" => Step::Binary(|a, b| f64::from(a < b), Outcome::Less),
+        "<=" => Step::Binary(|a, b| f64::from(a <= b), Outcome::Less),
+        ">" => Step::Binary(|a, b| f64::from(a > b), Outcome::More),
+        ">=" => Step::Binary(|a, b| f64::from(a >= b), Outcome::More),
+        "==" => Step::Binary(|a, b| f64::from(a == b), Outcome::Truth),
+        "!=" => Step::Binary(|a, b| f64::from(a != b), Outcome::Truth),
         _ => Step::Binary(f64::powf, Outcome::Smooth),
     }
 }
 
 const UNARY: &[(&str, Unary, Outcome)] = &[
     ("sqrt", f64::sqrt, Outcome::Smooth),
-    ("cbrt", f64::cbrt, Outcome::Smooth),
+    ("cbrt", f64::cbrt, Outcome::Side),
     ("exp", f64::exp, Outcome::Smooth),
     ("ln", f64::ln, Outcome::Smooth),
     ("log", f64::ln, Outcome::Smooth),
@@ -68,22 +68,22 @@ const UNARY: &[(&str, Unary, Outcome)] = &[
     ("sinh", f64::sinh, Outcome::Smooth),
     ("cosh", f64::cosh, Outcome::Smooth),
     ("tanh", f64::tanh, Outcome::Smooth),
-    ("abs", f64::abs, Outcome::Smooth),
-    ("sign", |a| if a == 0.0 { 0.0 } else { a.signum() }, Outcome::Value),
-    ("floor", f64::floor, Outcome::Value),
-    ("ceil", f64::ceil, Outcome::Value),
-    ("round", f64::round, Outcome::Value),
-    ("step", step, Outcome::Value),
-    ("heaviside", step, Outcome::Value),
+    ("abs", f64::abs, Outcome::Side),
+    ("sign", |a| if a == 0.0 { 0.0 } else { a.signum() }, Outcome::Sign),
+    ("floor", f64::floor, Outcome::Floor),
+    ("ceil", f64::ceil, Outcome::Ceil),
+    ("round", f64::round, Outcome::Round),
+    ("step", step, Outcome::Sign),
+    ("heaviside", step, Outcome::Sign),
 ];
 
 /// Named functions of two arguments; those that take more are folded from the left.
 const BINARY: &[(&str, Binary, Outcome)] = &[
     // Unlike f64::min and max, these pass a NaN on.
-    ("min", |a, b| if b < a || b.is_nan() { b } else { a }, Outcome::Smooth),
-    ("max", |a, b| if b > a || b.is_nan() { b } else { a }, Outcome::Smooth),
+    ("min", |a, b| if b < a || b.is_nan() { b } else { a }, Outcome::Choice),
+    ("max", |a, b| if b > a || b.is_nan() { b } else { a }, Outcome::Choice),
     ("pow", f64::powf, Outcome::Smooth),
-    ("atan2", f64::atan2, Outcome::Smooth),
+    ("atan2", f64::atan2, Outcome::Cut),
     ("hypot", f64::hypot, Outcome::Smooth),
     ("mod", f64::rem_euclid, Outcome::Quotient),
 ];

@@ -19,6 +19,7 @@ mod parser;
 mod program;
 
 use crate::error::{Error, Result};
+use crate::field::Trace;
 use parser::{RADIUS, VARIABLES};
 use program::Program;
 use sph::geometry::distance;
@@ -66,16 +67,21 @@ impl Expression {
         self.program.run(&self.variables(x, center))
     }
 
-    /// The value as [`Self::evaluate`] gives it, with a number for the piece that `x` lies in: for the branch of each `if`
+    /// The value as [`Self::evaluate`] gives it, with numbers for the piece that `x` lies in: for the branch of each `if`
     /// that was taken, and the outcomes of comparisons, of sign, step and heaviside, and the integer parts of floor, ceil,
-    /// round and mod, as far as they were evaluated.
-    pub(crate) fn trace<const D: usize>(&self, x: &[f64; D], center: &[f64; D]) -> (f64, u64) {
+    /// round and mod, as far as they were evaluated; and for the smooth part of it, which kinks end too.
+    pub(crate) fn trace<const D: usize>(&self, x: &[f64; D], center: &[f64; D]) -> (f64, Trace) {
         self.program.trace(&self.variables(x, center))
     }
 
     /// Whether the piece that [`Self::trace`] gives can differ between points.
     pub(crate) fn is_piecewise(&self) -> bool {
         self.program.is_piecewise()
+    }
+
+    /// Whether the part that [`Self::trace`] gives can differ between points.
+    pub(crate) fn has_parts(&self) -> bool {
+        self.program.has_parts()
     }
 
     fn variables<const D: usize>(&self, x: &[f64; D], center: &[f64; D]) -> [f64; VARIABLES.len()] {
@@ -163,9 +169,9 @@ mod tests {
     #[test]
     fn pieces_are_told_by_what_was_evaluated() {
         let piece = |text: &str, x: f64| {
-            let (value, piece) = Expression::parse("density", text, 3).unwrap().trace(&[x, 0.0, 0.0], &[0.0; 3]);
+            let (value, trace) = Expression::parse("density", text, 3).unwrap().trace(&[x, 0.0, 0.0], &[0.0; 3]);
             assert_eq!(value.to_bits(), self::value(text, [x, 0.0, 0.0]).to_bits(), "{text}");
-            piece
+            trace.piece
         };
         // Each has its discontinuities at the integers, and nothing else between -0.9 and 1.9.
         for text in [

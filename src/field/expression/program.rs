@@ -1,27 +1,66 @@
 //! An expression as steps over a stack of values.
 
+use crate::field::{Level, Trace};
+
 pub(super) type Unary = fn(f64) -> f64;
 pub(super) type Binary = fn(f64, f64) -> f64;
 
-/// What tells the pieces of a function that is smooth but for discontinuities.
+/// What tells the parts of a function that is smooth but for discontinuities and kinks.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Outcome {
-    /// Nothing: the function is continuous.
+    /// Nothing: the function is smooth.
     Smooth,
-    /// Its value, which is constant between discontinuities.
-    Value,
-    /// How many times the second operand goes into the first.
+    /// Whether the first operand is less than the second, or more. Discontinuous.
+    Less,
+    More,
+    /// Whether something is so that comparisons have told, or that ends at single points. Discontinuous.
+    Truth,
+    /// The sign of the operand. Discontinuous.
+    Sign,
+    /// The value: the integer at or below the operand, at or above it, next to it. Discontinuous.
+    Floor,
+    Ceil,
+    Round,
+    /// How many times the second operand goes into the first. Discontinuous.
     Quotient,
+    /// Which of the operands is the value. A kink.
+    Choice,
+    /// On which side of 0 the operand lies. A kink.
+    Side,
+    /// On which side of 0 the first operand lies where the second is negative. Discontinuous, but not between points to
+    /// which ways lead that go around.
+    Cut,
 }
 
 impl Outcome {
-    /// The number of the piece; `None` where there is but one.
-    fn number(self, [a, b]: [f64; 2], value: f64) -> Option<f64> {
-        match self {
-            Self::Smooth => None,
-            Self::Value => Some(value),
-            Self::Quotient => Some(((a - value) / b).round()),
+    fn is_discontinuous(self) -> bool {
+        !matches!(self, Self::Smooth | Self::Choice | Self::Side | Self::Cut)
+    }
+
+    /// Tells `trace` of operands and value.
+    fn record(self, [a, b]: [f64; 2], value: f64, trace: &mut Trace) {
+        let side = |x: f64| if x < 0.0 { (f64::NEG_INFINITY, 0.0) } else { (0.0, f64::INFINITY) };
+        let quotient = |v: f64| ((a - v) / b).round();
+        let (number, level, (lo, hi)) = match self {
+            Self::Smooth => return,
+            Self::Cut if !(b < 0.0) => return,
+            Self::Truth => return trace.discontinuity(value),
+            Self::Less => (value, a - b, side(0.5 - value)),
+            Self::More => (value, a - b, side(value - 0.5)),
+            Self::Sign => (value, a, side(a)),
+            Self::Floor => (value, a, (value, value + 1.0)),
+            Self::Ceil => (value, a, (value - 1.0, value)),
+            Self::Round => (value, a, (value - 0.5, value + 0.5)),
+            Self::Quotient => (quotient(value), a / b, (quotient(value), quotient(value) + 1.0)),
+            Self::Choice => (f64::from(a < b), a - b, side(a - b)),
+            Self::Side | Self::Cut => (f64::from(a < 0.0), a, side(a)),
+        };
+        if self.is_discontinuous() {
+            trace.discontinuity(number)
+        } else {
+            trace.kink(number)
         }
+        trace.push(Level { value: level, lo, hi });
     }
 }
 
@@ -111,9 +150,15 @@ impl Program {
     pub fn is_piecewise(&self) -> bool {
         self.steps.iter().any(|step| match step {
             Step::Unless(_) => true,
-            Step::Unary(_, outcome) | Step::Binary(_, outcome) => *outcome != Outcome::Smooth,
+            Step::Unary(_, outcome) | Step::Binary(_, outcome) => outcome.is_discontinuous(),
             _ => false,
         })
+    }
+
+    /// Whether a step can make the value or its slope discontinuous.
+    pub fn has_parts(&self) -> bool {
+        let is_kinked = |step: &Step| matches!(step, Step::Unary(_, o) | Step::Binary(_, o) if *o != Outcome::Smooth);
+        self.is_piecewise() || self.steps.iter().any(is_kinked)
     }
 
     pub fn run(&self, variables: &[f64; 4]) -> f64 {
@@ -124,31 +169,17 @@ impl Program {
         }
     }
 
-    /// The value, and a number for the outcomes on the way to it: branches taken, comparisons, steps, integer parts.
-    pub fn trace(&self, variables: &[f64; 4]) -> (f64, u64) {
-        let mut piece = 0;
-        let watch = |outcome: Outcome, operands, value| {
-            if let Some(number) = outcome.number(operands, value) {
-                piece = chained(piece, number);
-            }
-        };
+    /// The value, and the outcomes on the way to it: branches taken, comparisons, steps, integer parts, kinks.
+    pub fn trace(&self, variables: &[f64; 4]) -> (f64, Trace) {
+        let mut trace = Trace::new(0, 0);
+        let watch = |outcome: Outcome, operands: [f64; 2], value: f64| outcome.record(operands, value, &mut trace);
         let value = if self.most <= SHALLOW {
             run(&self.steps, variables, &mut [0.0; SHALLOW], watch)
         } else {
             run(&self.steps, variables, &mut vec![0.0; self.most], watch)
         };
-        (value, piece)
+        (value, trace)
     }
-}
-
-/// A number for what `piece` stands for, and `outcome` after it: FNV-1a over words, then SplitMix64's finalizer.
-fn chained(piece: u64, outcome: f64) -> u64 {
-    // One zero, and one NaN.
-    let bits = if outcome.is_nan() { u64::MAX } else { (outcome + 0.0).to_bits() };
-    let mut z = (piece ^ bits).wrapping_mul(0x0100_0000_01b3).wrapping_add(0x9e37_79b9_7f4a_7c15);
-    z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-    z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
-    z ^ (z >> 31)
 }
 
 const fn unwatched(_: Outcome, _: [f64; 2], _: f64) {}
@@ -170,7 +201,7 @@ fn run(steps: &[Step], variables: &[f64; 4], below: &mut [f64], mut watch: impl 
             }
             Step::Jump(place) => at = place,
             Step::Unless(place) => {
-                watch(Outcome::Value, [top, 0.0], f64::from(top != 0.0));
+                watch(Outcome::Truth, [top, 0.0], f64::from(top != 0.0));
                 if top == 0.0 {
                     at = place;
                 }

@@ -1,0 +1,217 @@
+//! One cell of a piecewise smooth field: of one part, of few, or of many.
+
+use super::hidden::hidden_end;
+use super::integrand::Integrand;
+use super::lattice::{axes_across, index, part_count, shares};
+use super::nest::{MOST_EVALUATIONS, Nest};
+use super::orders::{Masses, SAME, add, by_orders, orders, total};
+use super::window::Window;
+use crate::field::cubature::smooth_rule;
+use crate::field::quadrature::rule;
+use crate::field::{Level, Trace};
+
+/// Parts that the lattice of a cell shows, beyond which it is better halved.
+const MOST_LATTICE_PARTS: usize = 5;
+/// How much more the rules of high order cost than those of low order.
+const HIGHER_COST: usize = 8;
+/// Relative step of the density that is reckoned with where none has been seen.
+const UNSEEN: f64 = 0.1;
+
+/// A box within the unit cube, with what it holds.
+#[derive(Debug, Clone)]
+pub(super) struct Cell<const D: usize> {
+    pub lo: [f64; D],
+    pub hi: [f64; D],
+    pub masses: Masses,
+    pub error: f64,
+    /// How often the field was evaluated.
+    pub evaluations: usize,
+    /// The axis along which to halve it.
+    axis: usize,
+    rule: Rule,
+    /// Whether it is of one part, and a better rule is worth a try.
+    is_smooth: bool,
+}
+
+/// What is spent on a cell.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Rule {
+    /// Parts are told apart at the lattice alone.
+    Crude,
+    /// A rule of low degree within a part.
+    Low,
+    /// One of high degree.
+    High,
+}
+
+impl<const D: usize> Cell<D> {
+    pub fn value(&self) -> f64 {
+        total(&self.masses)
+    }
+
+    pub fn can_halve(&self) -> bool {
+        self.hi[self.axis] - self.lo[self.axis] > 1e-12
+    }
+
+    /// The cell by a better rule, or its halves.
+    pub fn refined(&self, integrand: &dyn Integrand<D>) -> Vec<Self> {
+        if self.is_smooth && self.rule == Rule::Low {
+            return vec![integrated(integrand, self.lo, self.hi, Rule::High)];
+        }
+        let rule = if self.is_smooth { Rule::High } else { Rule::Low };
+        let middle = 0.5 * (self.lo[self.axis] + self.hi[self.axis]);
+        let (mut left, mut right) = (self.hi, self.lo);
+        left[self.axis] = middle;
+        right[self.axis] = middle;
+        let mut halves = vec![integrated(integrand, self.lo, left, rule), integrated(integrand, right, self.hi, rule)];
+        // If they differ from the whole by more than its error, theirs are no better known.
+        let step = (halves[0].value() + halves[1].value() - self.value()).abs();
+        if step > self.error {
+            halves.iter_mut().for_each(|half| half.error = half.error.max(0.5 * step));
+        }
+        halves
+    }
+}
+
+/// The box with what it holds of `integrand`.
+pub(super) fn integrated<const D: usize>(
+    integrand: &dyn Integrand<D>,
+    lo: [f64; D],
+    hi: [f64; D],
+    rule: Rule,
+) -> Cell<D> {
+    let window = Window::new(integrand, lo, hi);
+    let lattice = lattice(&window);
+    let is_one_part = lattice.iter().all(|t| t.part == lattice[0].part);
+    let outcome = if rule == Rule::Crude {
+        crude(&window, &lattice)
+    } else if is_one_part {
+        smooth(&window, &lattice, rule)
+    } else {
+        nested(&window, &lattice).unwrap_or_else(|| crude(&window, &lattice))
+    };
+    let Outcome { masses, error, axis, is_smooth } = outcome;
+    Cell { lo, hi, masses, error, axis, rule, is_smooth, evaluations: window.evaluations() }
+}
+
+struct Outcome {
+    masses: Masses,
+    error: f64,
+    axis: usize,
+    is_smooth: bool,
+}
+
+/// Traces at the 3^D points at faces and middles; the first coordinate runs fastest.
+fn lattice<const D: usize>(window: &Window<D>) -> Vec<Trace> {
+    (0..3_usize.pow(D as u32)).map(|i| window.trace(&window.place(shares(i)))).collect()
+}
+
+fn longest_axis<const D: usize>(window: &Window<D>) -> usize {
+    (1..D).fold(0, |longest, k| {
+        let width = |k: usize| window.hi[k] - window.lo[k];
+        if width(k) > 1.000_001 * width(longest) { k } else { longest }
+    })
+}
+
+/// A cell of one part as far as the lattice shows. Where the end of the part may hide between its points, the error
+/// grows by what may be beyond it.
+fn smooth<const D: usize>(window: &Window<D>, lattice: &[Trace], rule: Rule) -> Outcome {
+    let (mut value, mut error, axis) = smooth_rule(&|u: &[f64; D]| window.value(u), window.lo, window.hi);
+    if rule == Rule::High {
+        let of_order = |order: usize| vec![(0, product_rule(window, order))];
+        let better = by_orders::<D>(of_order(orders::<D>()[0]), |order| Some(of_order(order)));
+        (value, error) = better.filter(|b| b.1 < error).map_or((value, error), |b| (total(&b.0), b.1));
+    }
+    let middle = &lattice[lattice.len() / 2];
+    let levels = |j: usize| lattice.iter().map(|t| t.levels().get(j).copied()).collect::<Option<Vec<Level>>>();
+    let hidden = (0..middle.levels().len())
+        .filter_map(|j| hidden_end(&levels(j)?))
+        .map(|(share, at)| share * step_to(window, at))
+        .fold(0.0, f64::max)
+        * window.volume();
+    let is_smooth = hidden <= error;
+    let axis = if is_smooth { axis } else { longest_axis(window) };
+    Outcome { masses: vec![(middle.piece, value)], error: error + hidden, axis, is_smooth }
+}
+
+/// The integral of a smooth function by the rule of `order` along each axis.
+fn product_rule<const D: usize>(window: &Window<D>, order: usize) -> f64 {
+    let points = rule(order);
+    let terms = (0..order.pow(D as u32)).map(|i| {
+        let at = |k: usize| points[i / order.pow(k as u32) % order];
+        let u = std::array::from_fn(|k| window.lo[k] + at(k).0 * (window.hi[k] - window.lo[k]));
+        window.value(&u) * (0..D).map(|k| at(k).1).product::<f64>()
+    });
+    terms.sum::<f64>() * window.volume()
+}
+
+/// How much the density may differ beyond the end of a part, which is nearest at the shares `at`.
+fn step_to<const D: usize>(window: &Window<D>, at: [f64; D]) -> f64 {
+    let [here, there] = [[0.0; D], at].map(|s| window.value(&window.place(s)));
+    (here - there).abs().max(UNSEEN * here.abs())
+}
+
+/// A cell with too many parts: an estimate to have it halved.
+fn crude<const D: usize>(window: &Window<D>, lattice: &[Trace]) -> Outcome {
+    let values: Vec<f64> = (0..lattice.len()).map(|i| window.value(&window.place(shares(i)))).collect();
+    let (least, most) = values.iter().fold((f64::INFINITY, 0.0_f64), |(a, b), &v| (a.min(v), b.max(v)));
+    let share = window.volume() / lattice.len() as f64;
+    let mut masses = Masses::new();
+    lattice.iter().zip(&values).for_each(|(t, v)| add(&mut masses, t.piece, v * share));
+    // What lies between the points is not known even where they agree.
+    let error = (most - least).max(UNSEEN * most) * window.volume();
+    Outcome { masses, error, axis: longest_axis(window), is_smooth: false }
+}
+
+/// A cell with few parts; `None` if they are too many.
+fn nested<const D: usize>(window: &Window<D>, lattice: &[Trace]) -> Option<Outcome> {
+    if part_count(lattice) > MOST_LATTICE_PARTS {
+        return None;
+    }
+    let (masses, error) = across_ends(window, axes_across::<D>(lattice))?;
+    let hidden = hidden_in_faces(window, lattice) * window.volume();
+    Some(Outcome { masses, error: error + hidden, axis: longest_axis(window), is_smooth: false })
+}
+
+/// The integral across the ends of parts, and its error.
+///
+/// Where two rules agree, as they do of polynomials, no higher ones are tried, nor where those cost more than halving
+/// the cell.
+fn across_ends<const D: usize>(window: &Window<D>, axes: [usize; D]) -> Option<(Masses, f64)> {
+    let nest = Nest::new(window, axes)?;
+    let lowest = nest.integral(orders::<D>()[0] - 1)?;
+    let first = nest.integral(orders::<D>()[0])?;
+    let step = (total(&first) - total(&lowest)).abs();
+    if step > SAME * total(&first) && window.evaluations() <= MOST_EVALUATIONS / HIGHER_COST {
+        return by_orders::<D>(first, |order| nest.integral(order));
+    }
+    Some((first, step))
+}
+
+/// How much the density may differ where the end of a part may hide in a face that has one part as far as the lattice
+/// shows, times the share of the cell that this concerns.
+fn hidden_in_faces<const D: usize>(window: &Window<D>, lattice: &[Trace]) -> f64 {
+    let mut most = 0.0_f64;
+    for (k, side) in (0..D).flat_map(|k| [(k, -1.0), (k, 1.0)]) {
+        let is_on = |i: &usize| shares::<D>(*i)[k] == side;
+        let face: Vec<usize> = (0..lattice.len()).filter(is_on).collect();
+        let first = &lattice[face[0]];
+        if face.iter().any(|&i| lattice[i].part != first.part) {
+            continue;
+        }
+        for j in 0..first.levels().len() {
+            // The face as a cell without extent along k.
+            let level = |i: usize| {
+                let mut on_face = shares::<D>(i);
+                on_face[k] = side;
+                lattice[index(on_face)].levels().get(j).copied()
+            };
+            let levels: Option<Vec<Level>> = (0..lattice.len()).map(level).collect();
+            if let Some((share, mut at)) = levels.and_then(|levels| hidden_end(&levels)) {
+                at[k] = side;
+                most = most.max(share * step_to(window, at));
+            }
+        }
+    }
+    most
+}

@@ -1,0 +1,85 @@
+//! Ends of parts that may hide between the points of a cell's lattice.
+
+use super::lattice::shares;
+use crate::field::Level;
+
+/// Share of the range of a level by which it may exceed a bound that it meets right at a face.
+const AT_FACE: f64 = 4e-11;
+
+/// Whether a level may leave its interval within a cell, from its values at the lattice: by how much, as a share of its
+/// range, and where next to.
+pub(super) fn hidden_end<const D: usize>(lattice: &[Level]) -> Option<(f64, [f64; D])> {
+    let middle = lattice[lattice.len() / 2];
+    let values: Vec<f64> = lattice.iter().map(|l| l.value).collect();
+    let above = excess(&values, middle.hi);
+    above.or_else(|| excess(&values.iter().map(|v| -v).collect::<Vec<_>>(), -middle.lo))
+}
+
+/// How far a function may exceed `bound` within a cell, from its values at the lattice, as a share of its range, and
+/// where next to.
+///
+/// Of the parabola through the lattice, plus twice what its corners show beyond: bounded axis by axis, which is exact
+/// without mixed terms, or as a function linear along each axis, the largest at a corner, less its downward bends.
+fn excess<const D: usize>(values: &[f64], bound: f64) -> Option<(f64, [f64; D])> {
+    if bound.is_infinite() {
+        return None;
+    }
+    let q = Parabola::<D>::through(values);
+    let place: [f64; D] = std::array::from_fn(|k| {
+        if -2.0 * q.bend[k] > q.slope[k].abs() { -0.5 * q.slope[k] / q.bend[k] } else { q.slope[k].signum() }
+    });
+    let by_axes = q.middle + (0..D).map(|k| q.along(k, place[k])).sum::<f64>() + q.mixed_sum();
+    let corner = (0..values.len())
+        .filter(|&i| shares::<D>(i).iter().all(|s| *s != 0.0))
+        .fold(f64::NEG_INFINITY, |most, i| most.max(values[i]));
+    let by_corners = corner + q.bend.iter().map(|b| (-b).max(0.0)).sum::<f64>();
+    let blur = 2.0 * (0..values.len()).map(|i| (values[i] - q.at(&shares(i))).abs()).fold(0.0, f64::max);
+    let range = q.range() + blur;
+    let excess = by_axes.min(by_corners) + blur - bound;
+    // Not a number where the level is not one: then anything may be.
+    let is_within = excess <= AT_FACE * range;
+    (!is_within).then(|| (if excess.is_nan() { 1.0 } else { (excess / range).min(1.0) }, place))
+}
+
+/// A function of degree 2 of coordinates that run from -1 to 1.
+struct Parabola<const D: usize> {
+    middle: f64,
+    slope: [f64; D],
+    bend: [f64; D],
+    mixed: [[f64; D]; D],
+}
+
+impl<const D: usize> Parabola<D> {
+    /// From values at the lattice: through those at the center, the faces' centers and, on average, the edges' middles.
+    fn through(values: &[f64]) -> Self {
+        let center = values.len() / 2;
+        let middle = values[center];
+        let step = |k: usize| 3_usize.pow(k as u32);
+        let pair = |step: usize| [values[center + step], values[center - step]];
+        let slope = std::array::from_fn(|k| 0.5 * (pair(step(k))[0] - pair(step(k))[1]));
+        let bend = std::array::from_fn(|k| 0.5 * (pair(step(k))[0] + pair(step(k))[1]) - middle);
+        let mixed = |k: usize, l: usize| {
+            let (p, q) = (step(k.max(l)), step(k.min(l)));
+            0.25 * (pair(p + q).iter().sum::<f64>() - pair(p - q).iter().sum::<f64>())
+        };
+        let mixed = std::array::from_fn(|k| std::array::from_fn(|l| if k == l { 0.0 } else { mixed(k, l) }));
+        Self { middle, slope, bend, mixed }
+    }
+
+    fn along(&self, k: usize, s: f64) -> f64 {
+        self.slope[k] * s + self.bend[k] * s * s
+    }
+
+    fn at(&self, s: &[f64; D]) -> f64 {
+        let mixed = |k: usize| (0..k).map(|l| self.mixed[k][l] * s[k] * s[l]).sum::<f64>();
+        self.middle + (0..D).map(|k| self.along(k, s[k]) + mixed(k)).sum::<f64>()
+    }
+
+    fn mixed_sum(&self) -> f64 {
+        0.5 * self.mixed.iter().flatten().map(|m| m.abs()).sum::<f64>()
+    }
+
+    fn range(&self) -> f64 {
+        self.slope.iter().chain(&self.bend).map(|c| c.abs()).sum::<f64>() + self.mixed_sum()
+    }
+}

@@ -1,0 +1,148 @@
+//! Parts of a piecewise smooth field along a line.
+
+use crate::field::Trace;
+
+/// Parts of a line, at most: where there are more, cells are halved instead.
+const MOST_PARTS: usize = 8;
+/// Points of a line at which hidden ends of parts are sought, at most.
+const MOST_SAMPLES: usize = 48;
+/// How well ends of parts are placed, as a share of the domain.
+const ACCURACY: f64 = 1e-14;
+/// Stretches without levels are halved this often.
+const BLIND_HALVINGS: u32 = 1;
+
+/// One part along a line.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Stretch {
+    pub from: f64,
+    pub to: f64,
+    pub piece: u64,
+    pub part: u64,
+}
+
+#[derive(Clone, Copy)]
+struct Sample {
+    t: f64,
+    trace: Trace,
+}
+
+impl Sample {
+    fn is_with(&self, other: &Self) -> bool {
+        self.trace.part == other.trace.part
+    }
+}
+
+/// The parts of the line `at` from `lo` to `hi`, in their order; `None` if there are too many.
+pub(super) fn stretches(at: &dyn Fn(f64) -> Trace, lo: f64, hi: f64) -> Option<Vec<Stretch>> {
+    let mut line = Line { at, samples: 0, found: Vec::with_capacity(4), start: lo };
+    let [left, middle, right] = [lo, 0.5 * (lo + hi), hi].map(|t| line.sample(t));
+    line.walk(left, middle, 0)?;
+    line.walk(middle, right, 0)?;
+    line.end(hi, &right)?;
+    Some(line.found)
+}
+
+struct Line<'a> {
+    at: &'a dyn Fn(f64) -> Trace,
+    samples: usize,
+    found: Vec<Stretch>,
+    /// Where the stretch begins that is not ended yet.
+    start: f64,
+}
+
+impl Line<'_> {
+    fn sample(&mut self, t: f64) -> Sample {
+        self.samples += 1;
+        Sample { t, trace: (self.at)(t) }
+    }
+
+    fn end(&mut self, to: f64, within: &Sample) -> Option<()> {
+        self.found.push(Stretch { from: self.start, to, piece: within.trace.piece, part: within.trace.part });
+        self.start = to;
+        (self.found.len() <= MOST_PARTS).then_some(())
+    }
+
+    /// Ends the stretches that end between two points.
+    fn walk(&mut self, mut left: Sample, right: Sample, halvings: u32) -> Option<()> {
+        while !left.is_with(&right) {
+            let (a, b) = self.bracket(left, right);
+            self.search(left, a, halvings)?;
+            self.end(0.5 * (a.t + b.t), &a)?;
+            left = b;
+        }
+        self.search(left, right, halvings)
+    }
+
+    /// Ends the stretches that hide between two points of the same part.
+    fn search(&mut self, left: Sample, right: Sample, halvings: u32) -> Option<()> {
+        if right.t - left.t < 4.0 * ACCURACY || self.samples >= MOST_SAMPLES {
+            return Some(());
+        }
+        let middle = self.sample(0.5 * (left.t + right.t));
+        let is_clear = if left.trace.is_complete() {
+            middle.is_with(&left) && is_clear(&left.trace, &middle.trace, &right.trace)
+        } else {
+            middle.is_with(&left) && halvings >= BLIND_HALVINGS
+        };
+        if is_clear {
+            return Some(());
+        }
+        self.walk(left, middle, halvings + 1)?;
+        self.walk(middle, right, halvings + 1)
+    }
+
+    /// Neighboring points on both sides of the first end of `left`'s part that is found: the ITP method of Oliveira and
+    /// Takahashi (2020, doi 10.1145/3423597) on the level that is left, halving where none is known.
+    fn bracket(&mut self, left: Sample, right: Sample) -> (Sample, Sample) {
+        let (mut a, mut b) = (left, right);
+        let width = b.t - a.t;
+        let most = (width / ACCURACY).log2().ceil().max(0.0) as i32 + 1;
+        for step in 0..=most + 2 {
+            if b.t - a.t <= ACCURACY {
+                break;
+            }
+            let half = 0.5 * (a.t + b.t);
+            let t = match crossing(&a.trace, &b.trace) {
+                Some(share) => {
+                    let root = a.t + share * (b.t - a.t);
+                    let toward = (half - root).signum();
+                    let truncated = root + toward * (0.2 * (b.t - a.t).powi(2) / width).min((half - root).abs());
+                    let radius = (0.5 * ACCURACY * 2f64.powi(most - step) - 0.5 * (b.t - a.t)).max(0.0);
+                    // At least as far from the secant's root as the root is accurate, so that it is bracketed.
+                    let nudged = truncated + toward * 0.4 * ACCURACY;
+                    nudged.clamp(half - radius, half + radius).clamp(a.t + 0.1 * ACCURACY, b.t - 0.1 * ACCURACY)
+                }
+                None => half,
+            };
+            let middle = self.sample(t);
+            self.samples -= 1;
+            if middle.is_with(&a) {
+                a = middle;
+            } else {
+                b = middle;
+            }
+        }
+        (a, b)
+    }
+}
+
+/// Where the level that ends `a`'s part does so, as a share of the way to `b`, by linear interpolation.
+fn crossing(a: &Trace, b: &Trace) -> Option<f64> {
+    let (from, to) = a.levels().iter().zip(b.levels()).find(|(p, q)| p.lo != q.lo || p.hi != q.hi)?;
+    let bound = if to.value >= from.hi { from.hi } else { from.lo };
+    let share = (bound - from.value) / (to.value - from.value);
+    (0.0..=1.0).contains(&share).then_some(share)
+}
+
+/// Whether parabolas through the levels of three equidistant points of a part stay within the part.
+fn is_clear(left: &Trace, middle: &Trace, right: &Trace) -> bool {
+    let levels = left.levels().iter().zip(middle.levels()).zip(right.levels());
+    levels.into_iter().all(|((l, m), r)| {
+        let (rise, bend) = (0.5 * (r.value - l.value), 0.5 * (r.value + l.value) - m.value);
+        if rise.abs() >= 2.4 * bend.abs() {
+            return true;
+        }
+        let extreme = m.value - rise * rise / (4.0 * bend) - 0.1 * bend;
+        if bend > 0.0 { extreme >= m.lo } else { !(bend < 0.0) || extreme <= m.hi }
+    })
+}
