@@ -239,6 +239,17 @@ fn a_cloud_and_its_surroundings_have_their_mass_and_density() {
     assert!(report.ledger.in_place > 0.8 && report.neighbors.closest_pair > 0.4, "{:?}", report.ledger);
 }
 
+/// A layer a thousandth of the box thick, which holds three quarters of the mass.
+#[test]
+fn a_thin_layer_is_seen_and_has_its_mass() {
+    let scene = "input: {expression: 'if(abs(z - 0.5) < 0.0005, 3000, 1)'}\n\
+        domain: {box: [[0, 0, 0], [1, 1, 1]], boundary: [periodic]}\nparticles: 2000\n";
+    let (positions, report) = run(scene).unwrap();
+    assert!((report.mass.total - 3.999).abs() < 1e-6, "{:?}", report.mass);
+    let within = positions.iter().filter(|x| (x[2] - 0.5).abs() < 0.0005).count() as f64;
+    assert!((within - 2000.0 * 3.0 / 3.999).abs() <= 1.0, "{within}");
+}
+
 /// Particles of a torus in near-vacuum stay in it, and are as even as those of a box.
 #[test]
 fn a_torus_in_near_vacuum_is_as_good_as_any_body() {

@@ -243,8 +243,9 @@ impl<const D: usize> Matter<D> for Target<'_, D> {
         self.number_density(x)
     }
 
+    /// A part of the target is looked for no more: it is known where it is.
     fn is_piecewise(&self) -> bool {
-        self.resolution_field().is_piecewise()
+        self.resolution_field().is_piecewise() && self.part.is_none()
     }
 
     /// None outside of the domain, or of the region that this is the target of.

@@ -6,7 +6,7 @@
 //! differ by much make a body: sums over particles reach across from one to the other.
 
 use super::cells::{Cell, Matter, Rule, partition};
-use crate::field::ScalarField;
+use crate::field::{ScalarField, piece_masses};
 use kiddo::{ImmutableKdTree, SquaredEuclidean};
 use sph::domain::{Axis, Domain};
 use sph::parallel;
@@ -88,6 +88,8 @@ const MOST_REGIONS: usize = 4096;
 const PAIRS: usize = 1000;
 /// Points along each edge of a cell that an interface divides.
 const SAMPLES: usize = 4;
+/// To which the masses of pieces are found.
+const MASS_TOLERANCE: f64 = 1e-6;
 /// Halvings that lead to an interface.
 const HALVINGS: usize = 40;
 
@@ -374,6 +376,7 @@ impl<const D: usize> Map<'_, D> {
                 add(components[if class == own { i } else { same.unwrap_or(i) }], mass);
             }
         }
+        self.correct(&mut shares, classes);
         let total: f64 = shares.values().sum();
         shares.values_mut().for_each(|s| *s /= total);
         shares
@@ -404,6 +407,26 @@ impl<const D: usize> Map<'_, D> {
             }
         }
         parts
+    }
+
+    /// Scales the masses of a class to what quadrature along its surfaces gives.
+    fn correct(&self, shares: &mut BTreeMap<usize, f64>, classes: &BTreeMap<u64, usize>) {
+        let Some(exact) = piece_masses(self.field, self.domain, MASS_TOLERANCE) else { return };
+        let mut wanted: BTreeMap<usize, f64> = BTreeMap::new();
+        for (piece, mass) in exact {
+            if let Some(class) = classes.get(&piece) {
+                *wanted.entry(*class).or_default() += mass.value;
+            }
+        }
+        let class_of = |component: usize| classes[&self.pieces[component]];
+        let mut found: BTreeMap<usize, f64> = BTreeMap::new();
+        shares.iter().for_each(|(component, share)| *found.entry(class_of(*component)).or_default() += share);
+        for (component, share) in shares.iter_mut() {
+            let class = class_of(*component);
+            if let Some(mass) = wanted.get(&class).filter(|_| found[&class] > 0.0) {
+                *share *= mass / found[&class];
+            }
+        }
     }
 }
 
