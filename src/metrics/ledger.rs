@@ -208,7 +208,7 @@ fn divided<const D: usize>(target: &Target<'_, D>, mut cells: Vec<Cell<D>>, leve
 fn region_figures<const D: usize>(target: &Target<'_, D>, positions: &Positions<D>) -> Vec<RegionFigures> {
     let Some(regions) = target.regions() else { return Vec::new() };
     let n = positions[0].len();
-    let mut found = vec![0.0; regions.len()];
+    let mut found = vec![0.0; regions.number()];
     parallel::map(n, |i| regions.of(&at(positions, i))).into_iter().flatten().for_each(|region| found[region] += 1.0);
     let wanted = |region: usize| regions.get(region).share * n as f64;
     found.iter().enumerate().map(|(region, &found)| RegionFigures { wanted: wanted(region), found }).collect()

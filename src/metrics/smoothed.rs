@@ -152,9 +152,9 @@ fn in_all_directions<const D: usize>(kernel: KernelName, level: usize) -> Rule<D
     let directions: Vec<([f64; 3], f64)> = match D {
         1 => vec![([1.0, 0.0, 0.0], 0.5), ([-1.0, 0.0, 0.0], 0.5)],
         2 => {
-            let count = [12, 24, 64][level];
-            let unit = |a: usize| (TAU * (a as f64 + 0.5) / f64::from(count)).sin_cos();
-            (0..count as usize).map(|a| unit(a)).map(|(s, c)| ([c, s, 0.0], 1.0 / f64::from(count))).collect()
+            let count: u32 = [12, 24, 64][level];
+            let unit = |a: u32| (TAU * (f64::from(a) + 0.5) / f64::from(count)).sin_cos();
+            (0..count).map(unit).map(|(s, c)| ([c, s, 0.0], 1.0 / f64::from(count))).collect()
         }
         _ => match level {
             0 => lebedev(&[1.0 / 15.0, 0.0, 3.0 / 40.0]),

@@ -202,7 +202,8 @@ impl<'a, const D: usize> Regions<'a, D> {
             .collect()
     }
 
-    pub fn len(&self) -> usize {
+    /// How many there are, one at least.
+    pub fn number(&self) -> usize {
         self.regions.len()
     }
 
@@ -217,7 +218,7 @@ impl<'a, const D: usize> Regions<'a, D> {
 
     /// The numbers of the regions that are selected.
     pub fn selected(&self, of: Selected) -> impl Iterator<Item = usize> + '_ {
-        (0..self.len()).filter(move |&region| match of {
+        (0..self.number()).filter(move |&region| match of {
             Selected::All => true,
             Selected::Region(one) => region == one,
             Selected::Body(body) => self.bodies[region] == body,
@@ -535,7 +536,7 @@ mod tests {
             let ball = 4.0 / 3.0 * std::f64::consts::PI * 1e-3;
             let wanted = 1000.0 * ball / (1.0 + 999.0 * ball);
             let cloud = regions.of(&[0.5; 3]).unwrap();
-            assert!((regions.len(), regions.bodies()) == (2, 2));
+            assert!((regions.number(), regions.bodies()) == (2, 2));
             assert!((regions.get(cloud).share - wanted).abs() < 1e-3, "{} {wanted}", regions.get(cloud).share);
             assert!((0..3).all(|k| (regions.get(cloud).lo[k] - 0.4).abs() < 0.05));
             assert_ne!(regions.of(&[0.1; 3]), Some(cloud));
@@ -549,7 +550,7 @@ mod tests {
         with_regions::<2>(islands, 1000, |regions| {
             let regions = regions.unwrap();
             let at = |x: [f64; 2]| regions.of(&x);
-            assert_eq!(regions.len(), 2);
+            assert_eq!(regions.number(), 2);
             assert_eq!(at([0.5, 0.1]), None);
             let share = |x: [f64; 2]| regions.get(at(x).unwrap()).share;
             assert!((share([0.25, 0.5]) - 1.0 / 3.0).abs() < 2e-3, "{}", share([0.25, 0.5]));
@@ -558,7 +559,7 @@ mod tests {
         // The same condition for both: one piece, two islands.
         with_regions::<2>("if((abs(x - 0.5) - 0.25)^2 + (y - 0.5)^2 < 0.01, 1, 0)", 1000, |regions| {
             let regions = regions.unwrap();
-            assert_eq!((regions.len(), regions.bodies()), (2, 2));
+            assert_eq!((regions.number(), regions.bodies()), (2, 2));
             assert_ne!(regions.of(&[0.25, 0.5]), regions.of(&[0.75, 0.5]));
         });
     }
@@ -569,12 +570,12 @@ mod tests {
         with_regions::<2>("1 + x*(1 - x)", 100, |regions| assert!(regions.is_none()));
         with_regions::<2>("if(r < 0.2, 3, 1)", 1000, |regions| {
             let regions = regions.unwrap();
-            assert_eq!((regions.len(), regions.bodies()), (2, 1));
+            assert_eq!((regions.number(), regions.bodies()), (2, 1));
         });
         with_regions::<1>("if(abs(x - 0.5) < 0.2, 100, 1)", 1000, |regions| {
             let regions = regions.unwrap();
             // Through the periodic face the outside is one.
-            assert_eq!((regions.len(), regions.bodies()), (2, 2));
+            assert_eq!((regions.number(), regions.bodies()), (2, 2));
             assert_eq!(regions.of(&[0.05]), regions.of(&[0.95]));
         });
     }
