@@ -120,7 +120,7 @@ fn run_method<const D: usize>(
     let mut seen: Vec<(&'static str, Positions<D>)> = Vec::new();
     // Methods are compared by density: what comes after it is for one run.
     plan.stages.retain(|stage| *stage != BALANCE && *stage != TRIMMING);
-    let setting = Setting { scene: &scene, target, equilibrium: None, control: &control };
+    let setting = Setting::new(&scene, target, None, &control);
     let Placed { stages, timing, stop, .. } = stages::place_watched(&setting, &mut plan, &mut |stage, positions| {
         seen.push((stage, positions.clone()));
     })?;
@@ -131,7 +131,8 @@ fn run_method<const D: usize>(
     let mut picture = Picture::default();
     for (stage, positions) in &seen {
         let target = target.with_count(positions[0].len());
-        let outcome = Outcome::new(scene.kernel, &target, positions, target.masses(positions), neighbors, None);
+        let particles = (positions, target.masses(positions));
+        let outcome = Outcome::new(scene.kernel, (&target, setting.ledger()), particles, neighbors, None);
         #[cfg(feature = "plots")]
         if states.len() + 1 == seen.len() {
             picture = Picture::new(prepared, &target, positions, &outcome);

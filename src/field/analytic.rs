@@ -70,7 +70,12 @@ impl<const D: usize> ScalarField<D> for AnalyticField<D> {
 
     /// By the outcomes of all that is discontinuous in the expression, as far as it is evaluated at `x`.
     fn piece(&self, x: &[f64; D]) -> u64 {
-        self.trace(x).piece
+        self.value_and_piece(x).1
+    }
+
+    fn value_and_piece(&self, x: &[f64; D]) -> (f64, u64) {
+        let (v, piece) = self.expression.value_and_piece(x, &self.center);
+        if v > 0.0 && v.is_finite() { (v, piece.max(1)) } else { (0.0, 0) }
     }
 
     fn trace(&self, x: &[f64; D]) -> Trace {

@@ -30,6 +30,11 @@ pub trait ScalarField<const D: usize>: Send + Sync {
         0
     }
 
+    /// [`Self::value`] and [`Self::piece`] at once, for fields that get both from one evaluation.
+    fn value_and_piece(&self, x: &[f64; D]) -> (f64, u64) {
+        (self.value(x), self.piece(x))
+    }
+
     /// Whether [`Self::piece`] can differ between points at which the field does not vanish.
     fn is_piecewise(&self) -> bool {
         false

@@ -81,6 +81,11 @@ impl<const D: usize> ScalarField<D> for ScaledField<D> {
         self.inner.piece(&self.coordinates.to_inner(x))
     }
 
+    fn value_and_piece(&self, x: &[f64; D]) -> (f64, u64) {
+        let (value, piece) = self.inner.value_and_piece(&self.coordinates.to_inner(x));
+        (self.value * value, piece)
+    }
+
     fn is_piecewise(&self) -> bool {
         self.inner.is_piecewise()
     }

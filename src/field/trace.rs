@@ -4,7 +4,7 @@
 const MOST: usize = 6;
 
 /// A number for what `all` stands for, and `outcome` after it: FNV-1a over words, then SplitMix64's finalizer.
-fn chained(all: u64, outcome: f64) -> u64 {
+pub(super) fn chained(all: u64, outcome: f64) -> u64 {
     // One zero, and one NaN.
     let bits = if outcome.is_nan() { u64::MAX } else { (outcome + 0.0).to_bits() };
     let mut z = (all ^ bits).wrapping_mul(0x0100_0000_01b3).wrapping_add(0x9e37_79b9_7f4a_7c15);

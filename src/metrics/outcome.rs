@@ -29,9 +29,8 @@ impl Outcome {
     /// Measures `positions`, of which there are `target.count`.
     pub fn new<const D: usize>(
         kernel: KernelName,
-        target: &Target<'_, D>,
-        positions: &Positions<D>,
-        masses: Vec<f64>,
+        (target, ledger): (&Target<'_, D>, &Ledger<D>),
+        (positions, masses): (&Positions<D>, Vec<f64>),
         kernel_neighbors: f64,
         thermodynamics: Option<&Thermodynamics<'_, D>>,
     ) -> Self {
@@ -42,9 +41,9 @@ impl Outcome {
         drop((guess, number_density));
         measured.leave_out_unresolved(target, positions, kernel_neighbors);
         let target_density = target.densities(positions);
-        let smoothed = smoothed_densities(kernel, target, positions, &measured.support);
+        let smoothed = smoothed_densities(kernel, target, positions, &measured.support, Some(&measured.interior));
         let density_error = DensityError::new(&measured, &target_density, Some(&smoothed));
-        let ledger = Ledger::new(target).figures(&measured, target, positions, &masses);
+        let ledger = ledger.figures(&measured, target, positions, &masses);
         let noise = NoiseFigures::new(kernel, &measured, target.domain, &masses, kernel_neighbors);
         let balance = thermodynamics.and_then(|t| {
             BalanceFigures::new(kernel, &measured, target.domain, positions, (&masses, &target_density), t)

@@ -49,7 +49,7 @@ fn sampled_error<const D: usize>(
     let count = positions[0].len().div_ceil(every);
     let sample: Positions<D> = positions.each_ref().map(|x| (0..count).map(|i| x[taken(i)]).collect());
     let support: Vec<f64> = (0..count).map(|i| measured.support[taken(i)]).collect();
-    let smoothed = smoothed_densities(kernel, target, &sample, &support);
+    let smoothed = smoothed_densities(kernel, target, &sample, &support, None);
     let density = (0..count).map(|i| measured.sums[taken(i)].weighted).collect::<Vec<_>>();
     let volume = (0..count).map(|i| 1.0 / measured.sums[taken(i)].number_density).collect::<Vec<_>>();
     DensityError::against_either((&density, &volume), &target.densities(&sample), &smoothed)

@@ -9,6 +9,7 @@
 
 use crate::field::quadrature::rule;
 use crate::target::{Positions, Target, at};
+use nalgebra::{DMatrix, SymmetricEigen};
 use sph::domain::{Axis, Region, Wall};
 use sph::geometry::distance;
 use sph::kernel::{KernelName, evaluate, with_kernel};
@@ -21,12 +22,14 @@ const AGREEMENT: f64 = 1e-3;
 /// Offsets in units of the support radius with weights that add up to 1.
 type Rule<const D: usize> = Vec<([f64; D], f64)>;
 
-/// The target's mass density smoothed by `kernel` with the radii `support`, at each particle.
+/// The target's mass density smoothed by `kernel` with the radii `support`, at each particle. About those in the `interior`
+/// the target is smooth, so that two rules of few points tell enough.
 pub(super) fn smoothed_densities<const D: usize>(
     kernel: KernelName,
     target: &Target<'_, D>,
     positions: &Positions<D>,
     support: &[f64],
+    interior: Option<&[bool]>,
 ) -> Vec<f64> {
     let center = radial_center(target);
     let rules: Vec<Rule<D>> = match center {
@@ -43,8 +46,9 @@ pub(super) fn smoothed_densities<const D: usize>(
             };
             rule.iter().map(value).sum()
         };
-        let mut last = by(&rules[0]);
-        for rule in &rules[1..] {
+        let first = if interior.is_some_and(|inside| inside[i]) { 0 } else { WITH_CARE };
+        let mut last = by(&rules[first]);
+        for rule in &rules[first + 1..] {
             let next = by(rule);
             if (next - last).abs() <= AGREEMENT * next {
                 return next;
@@ -107,8 +111,12 @@ fn turned<const D: usize>(frame: &[[f64; D]; 2], offset: &[f64; D]) -> [f64; D] 
     std::array::from_fn(|k| offset[0] * frame[0][k] + offset[1] * frame[1][k])
 }
 
-/// Distances with weights of the kernel's mass: Gauss-Legendre in `panels` parts.
+/// Distances with weights of the kernel's mass: the rule that is exact for the most powers of a distance if there are few,
+/// else Gauss-Legendre in panels.
 fn radii<const D: usize>(kernel: KernelName, count: usize) -> Vec<(f64, f64)> {
+    if count <= FEW {
+        return few_radii::<D>(kernel, count);
+    }
     let order = count.min(16);
     let panels = count / order;
     let shape = |q: f64| with_kernel!(kernel, kernel => evaluate::<_, D>(kernel, q).0) * q.powi(D as i32 - 1);
@@ -121,8 +129,35 @@ fn radii<const D: usize>(kernel: KernelName, count: usize) -> Vec<(f64, f64)> {
     all.into_iter().map(|(q, w)| (q, w / total)).collect()
 }
 
+/// Radii of a rule made for the kernel, at most.
+const FEW: usize = 4;
+
+/// The Gauss rule for W(q) q^(d-1) (Golub and Welsch 1969), from the three-term recurrence by Stieltjes' sums over a fine rule.
+fn few_radii<const D: usize>(kernel: KernelName, count: usize) -> Vec<(f64, f64)> {
+    let fine = radii::<D>(kernel, FINE);
+    let (mut now, mut before) = (vec![1.0; fine.len()], vec![0.0; fine.len()]);
+    let (mut jacobi, mut norm, mut beta) = (DMatrix::zeros(count, count), 1.0, 0.0);
+    for n in 0..count {
+        let alpha = fine.iter().zip(&now).map(|((q, w), p)| w * q * p * p).sum::<f64>() / norm;
+        jacobi[(n, n)] = alpha;
+        let step = |i: usize| (fine[i].0 - alpha) * now[i] - beta * before[i];
+        let next: Vec<f64> = (0..fine.len()).map(step).collect();
+        let length: f64 = fine.iter().zip(&next).map(|((_, w), p)| w * p * p).sum();
+        (before, now) = (now, next);
+        (beta, norm) = (length / norm, length);
+        if n + 1 < count {
+            (jacobi[(n, n + 1)], jacobi[(n + 1, n)]) = (beta.sqrt(), beta.sqrt());
+        }
+    }
+    let SymmetricEigen { eigenvalues, eigenvectors } = SymmetricEigen::new(jacobi);
+    (0..count).map(|k| (eigenvalues[k], eigenvectors[(0, k)].powi(2))).collect()
+}
+
+/// Radii of the rule from which those for few radii are made.
+const FINE: usize = 64;
+
 /// Numbers of radii and angles of the rules about a radial target.
-const RADIAL_LEVELS: [(usize, usize); 5] = [(6, 8), (12, 16), (16, 32), (32, 64), (64, 128)];
+const RADIAL_LEVELS: [(usize, usize); 7] = [(2, 3), (3, 5), (6, 8), (12, 16), (16, 32), (32, 64), (64, 128)];
 
 /// Offsets (outward, across) for a target that does not change around the outward direction.
 fn about_an_axis<const D: usize>(kernel: KernelName, count: usize, angles: usize) -> Rule<D> {
@@ -145,30 +180,34 @@ fn about_an_axis<const D: usize>(kernel: KernelName, count: usize, angles: usize
     radii.iter().flat_map(|&(q, w)| polar.iter().map(move |&(a, b, v)| (at(q, a, b), w * v))).collect()
 }
 
+/// The first rule whose points lie close enough together to find something thin.
+const WITH_CARE: usize = 2;
+
 /// Rules without symmetry.
-const LEVELS: usize = 3;
+const LEVELS: usize = 5;
 
 fn in_all_directions<const D: usize>(kernel: KernelName, level: usize) -> Rule<D> {
     let directions: Vec<([f64; 3], f64)> = match D {
         1 => vec![([1.0, 0.0, 0.0], 0.5), ([-1.0, 0.0, 0.0], 0.5)],
         2 => {
-            let count: u32 = [12, 24, 64][level];
+            let count: u32 = [5, 8, 12, 24, 64][level];
             let unit = |a: u32| (TAU * (f64::from(a) + 0.5) / f64::from(count)).sin_cos();
             (0..count).map(unit).map(|(s, c)| ([c, s, 0.0], 1.0 / f64::from(count))).collect()
         }
         _ => match level {
-            0 => lebedev(&[1.0 / 15.0, 0.0, 3.0 / 40.0]),
-            1 => lebedev(&[1.0 / 21.0, 4.0 / 105.0, 9.0 / 280.0]),
+            0 => lebedev(&[1.0 / 6.0, 0.0, 0.0]),
+            1 | 2 => lebedev(&[1.0 / 15.0, 0.0, 3.0 / 40.0]),
+            3 => lebedev(&[1.0 / 21.0, 4.0 / 105.0, 9.0 / 280.0]),
             _ => product_of_angles(8, 16),
         },
     };
-    let count = if D == 1 { [8, 16, 128][level] } else { [6, 8, 8][level] };
+    let count = if D == 1 { [2, 3, 8, 16, 128][level] } else { [2, 3, 6, 8, 8][level] };
     let at = |q: f64, u: &[f64; 3]| std::array::from_fn(|k| q * u[k]);
     let radii = radii::<D>(kernel, count);
     radii.iter().flat_map(|&(q, w)| directions.iter().map(move |(u, v)| (at(q, u), w * v))).collect()
 }
 
-/// Lebedev's rules of degree 5 and 7 (1976): weights of the directions to the faces, edges and corners of a cube.
+/// Lebedev's rules of degree 3, 5 and 7 (1976): weights of the directions to the faces, edges and corners of a cube.
 fn lebedev(weights: &[f64; 3]) -> Vec<([f64; 3], f64)> {
     let digit = |code: usize, k: u32| (code / 3_usize.pow(k) % 3) as f64 - 1.0;
     let steps = (0..27).map(|code| [digit(code, 0), digit(code, 1), digit(code, 2)]);
@@ -199,20 +238,24 @@ mod tests {
     use crate::target::Resolution;
     use sph::domain::Domain;
 
-    fn smoothed<const D: usize>(text: &str, domain: &Domain<D>, x: [f64; D], support: f64) -> f64 {
-        let density = AnalyticField::<D>::new("density", text, [0.0; D]).unwrap();
+    fn target_of<'a, const D: usize>(domain: &'a Domain<D>, density: &'a dyn ScalarField<D>) -> Target<'a, D> {
         let (resolution, mass) = (Resolution::EqualMass, 1.0);
-        let target = Target {
+        Target {
             domain,
-            density: &density as &dyn ScalarField<D>,
+            density,
             resolution,
             count: 1000,
             mass,
             resolution_integral: mass,
             largest_spacing: f64::INFINITY,
             part: None,
-        };
-        smoothed_densities(KernelName::WendlandC4, &target, &x.map(|v| vec![v]), &[support])[0]
+        }
+    }
+
+    fn smoothed<const D: usize>(text: &str, domain: &Domain<D>, x: [f64; D], support: f64) -> f64 {
+        let density = AnalyticField::<D>::new("density", text, [0.0; D]).unwrap();
+        let target = target_of(domain, &density);
+        smoothed_densities(KernelName::WendlandC4, &target, &x.map(|v| vec![v]), &[support], None)[0]
     }
 
     /// Smoothing of exp(x) is a factor; of a step in the middle, the mean; of r^2, r^2 plus the kernel's second moment.
@@ -238,6 +281,39 @@ mod tests {
         check::<1>();
         check::<2>();
         check::<3>();
+    }
+
+    /// With n radii it integrates q^(2n-1), as the fine rule does.
+    #[test]
+    fn rules_of_few_radii_are_exact_for_powers() {
+        fn check<const D: usize>() {
+            for kernel in [KernelName::CubicSpline, KernelName::WendlandC4] {
+                let fine = radii::<D>(kernel, FINE);
+                for count in 1..=FEW {
+                    let few = radii::<D>(kernel, count);
+                    assert!(few.len() == count && few.iter().all(|&(q, w)| q > 0.0 && q < 1.0 && w > 0.0));
+                    for power in 0..2 * count as i32 {
+                        let moment = |rule: &[(f64, f64)]| rule.iter().map(|(q, w)| w * q.powi(power)).sum::<f64>();
+                        assert!((moment(&few) / moment(&fine) - 1.0).abs() < 1e-12, "{D}-D {count} {power}");
+                    }
+                }
+            }
+        }
+        check::<1>();
+        check::<2>();
+        check::<3>();
+    }
+
+    /// Where the target is smooth, few points agree with many.
+    #[test]
+    fn the_interior_takes_few_points() {
+        let cube = Domain::new([-1.0; 3], [1.0; 3], [Axis::OPEN; 3], Region::Box).unwrap();
+        let field = AnalyticField::<3>::new("density", "exp(x) + y^4 + z^3*x", [0.0; 3]).unwrap();
+        let target = target_of(&cube, &field);
+        let at = [vec![0.3], vec![-0.2], vec![0.4]];
+        let by =
+            |interior: Option<&[bool]>| smoothed_densities(KernelName::WendlandC4, &target, &at, &[0.3], interior)[0];
+        assert!((by(Some(&[true])) / by(None) - 1.0).abs() < 1e-4);
     }
 
     #[test]

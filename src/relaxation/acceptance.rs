@@ -17,27 +17,34 @@ use std::time::{Duration, Instant};
 pub struct Judge<'a, const D: usize> {
     measure: &'a (dyn Fn(&Particles<D>) -> Quality + Sync),
     accepted: Mutex<Option<Quality>>,
-    /// What measuring takes.
-    cost: Mutex<Duration>,
+    /// What measuring once takes, and what it took in all.
+    cost: Mutex<[Duration; 2]>,
 }
 
 impl<'a, const D: usize> Judge<'a, D> {
     pub fn new(measure: &'a (dyn Fn(&Particles<D>) -> Quality + Sync)) -> Self {
-        Self { measure, accepted: Mutex::new(None), cost: Mutex::new(Duration::ZERO) }
+        Self { measure, accepted: Mutex::new(None), cost: Mutex::new([Duration::ZERO; 2]) }
     }
 
-    /// Measures what the first stage is given. Returns the time to be kept for measuring its result, and the run's.
+    /// Measures what the first stage is given. Returns the time to be kept for measuring its result, and the run's: that of
+    /// all particles against the smoothed target takes as long again.
     pub fn look_at(&self, particles: &Particles<D>) -> Duration {
         let mut accepted = self.accepted.lock().unwrap_or_else(PoisonError::into_inner);
         accepted.get_or_insert_with(|| self.timed(particles));
-        2 * *self.cost.lock().unwrap_or_else(PoisonError::into_inner)
+        3 * self.cost.lock().unwrap_or_else(PoisonError::into_inner)[0]
     }
 
     fn timed(&self, particles: &Particles<D>) -> Quality {
         let start = Instant::now();
         let quality = (self.measure)(particles);
-        *self.cost.lock().unwrap_or_else(PoisonError::into_inner) = start.elapsed();
+        let mut cost = self.cost.lock().unwrap_or_else(PoisonError::into_inner);
+        *cost = [start.elapsed(), cost[1] + start.elapsed()];
         quality
+    }
+
+    /// What measuring took in all.
+    pub fn seconds(&self) -> f64 {
+        self.cost.lock().unwrap_or_else(PoisonError::into_inner)[1].as_secs_f64()
     }
 
     /// In what `after` is worse than `before`, if it is; else its figures are those to be kept from now on. More particles
@@ -46,6 +53,9 @@ impl<'a, const D: usize> Judge<'a, D> {
         let mut accepted = self.accepted.lock().unwrap_or_else(PoisonError::into_inner);
         if before.len() != after.len() {
             *accepted = None;
+            return None;
+        }
+        if before.positions == after.positions && before.masses == after.masses {
             return None;
         }
         let earlier = accepted.take().unwrap_or_else(|| self.timed(before));

@@ -11,6 +11,8 @@ pub enum Step {
     Interpolate,
     Seed,
     Relax(StageName),
+    /// What stages are given and what they make is measured, see [`super::acceptance`].
+    Accept,
     Measure,
     Write,
 }
@@ -23,6 +25,7 @@ impl Step {
             Self::Interpolate => "interpolate",
             Self::Seed => "seed",
             Self::Relax(stage) => stage.name,
+            Self::Accept => "accept",
             Self::Measure => "measure",
             Self::Write => "write",
         }

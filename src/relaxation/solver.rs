@@ -147,11 +147,13 @@ impl<const D: usize, R: Real> Stage<D> for DensitySolver<'_, D, R> {
     }
 
     fn begin(&self, particles: Particles<D>) -> Box<dyn Running<D> + '_> {
+        let trace = Trace::new();
         let mut positions = particles.positions;
         part_pairs(&self.target, &mut positions, COINCIDENT);
         let schedule = self.options.schedule(self.kernel, D);
         let before = positions.clone();
         let mut solver = Solver::<D, R>::new(self.arrangement(positions), &self.options);
+        solver.trace = trace;
         solver.objective.see_interfaces(None);
         if schedule[0].kernel != self.kernel {
             // What the end is compared with.

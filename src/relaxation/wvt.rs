@@ -108,6 +108,7 @@ impl<const D: usize> Stage<D> for Wvt<'_, D> {
     }
 
     fn begin(&self, particles: Particles<D>) -> Box<dyn Running<D> + '_> {
+        let trace = Trace::new();
         let mut positions = particles.positions;
         part_pairs(&self.target, &mut positions, COINCIDENT);
         let (neighbors, mirrored) = (self.options.kernel_neighbors, self.target.domain.mirrored());
@@ -130,7 +131,7 @@ impl<const D: usize> Stage<D> for Wvt<'_, D> {
             excess: vec![0.0; count],
             memory: vec![0.0; count],
             best: Best { epsilon: f64::INFINITY, iteration: 0, positions: state.positions.clone() },
-            trace: Trace::new(),
+            trace,
             state,
         })
     }

@@ -13,7 +13,7 @@ use crate::output::frame::{Factors, output_units};
 use crate::output::particle_file::{Made, Making, RawColumns, particle_file};
 use crate::relaxation::{BALANCE, Control, Event, Particles, Step, StopReason};
 use crate::scene::{DEFAULT_PARTICLES, OnInterrupt, Scene};
-use crate::target::{Equilibrium, Target};
+use crate::target::Equilibrium;
 use sph::reduce;
 use sph_formats::common::particle_names as names;
 use sph_formats::{FormatSpec, ParticleFile, UnitSystem, WriteOptions, registry};
@@ -142,9 +142,9 @@ impl Run<'_> {
         let count = self.scene.particles.unwrap_or(DEFAULT_PARTICLES);
         let prepared = Prepared::<D>::new(self.scene, self.formats, raw, count)?;
         self.notes.extend(prepared.notes.iter().cloned());
-        self.lap(Step::Interpolate, lap, None);
         let regions = prepared.target().find_regions();
         let target = prepared.target().with_regions(regions.as_ref());
+        self.lap(Step::Interpolate, lap, None);
         let mut plan = Plan::new(self.scene, &target, prepared.source.radial.is_some());
         let hydrostatics = Hydrostatics::new(self.scene, &prepared, self.units)?;
         if let Some(h) = hydrostatics.as_ref().filter(|_| plan.stages.contains(&BALANCE)) {
@@ -152,14 +152,14 @@ impl Run<'_> {
         }
         self.check()?;
         let equilibrium = hydrostatics.as_ref().map(|h| h as &dyn Equilibrium<D>);
-        let setting = Setting { scene: self.scene, target, equilibrium, control: self.control };
+        let setting = Setting::new(self.scene, target, equilibrium, self.control);
         let placed = stages::place(&setting, &mut plan)?;
-        self.measure(&target, &prepared, hydrostatics.as_ref(), placed, plan)
+        self.measure(&setting, &prepared, hydrostatics.as_ref(), placed, plan)
     }
 
     fn measure<const D: usize>(
         mut self,
-        target: &Target<'_, D>,
+        setting: &Setting<'_, D>,
         prepared: &Prepared<D>,
         hydrostatics: Option<&Hydrostatics<'_, D>>,
         placed: Placed<D>,
@@ -174,8 +174,10 @@ impl Run<'_> {
         let (kernel, neighbors) = (self.scene.kernel, self.scene.kernel_neighbors(D));
         let thermodynamics =
             hydrostatics.map(|h| Thermodynamics { equilibrium: h, internal_energy: internal_energy.as_deref() });
+        let target = &setting.target;
         let masses = masses.unwrap_or_else(|| target.masses(&positions));
-        let outcome = Outcome::new(kernel, target, &positions, masses, neighbors, thermodynamics.as_ref());
+        let by = (target, setting.ledger());
+        let outcome = Outcome::new(kernel, by, (&positions, masses), neighbors, thermodynamics.as_ref());
         let Outcome {
             masses,
             support,

@@ -15,7 +15,7 @@ use crate::scene::{OnInterrupt, Scene};
 use crate::seeding::{self, Seeded};
 use crate::target::{Equilibrium, Positions, Target};
 use sph::kernel::{most_neighbors_without_pairs, own_count};
-use std::sync::LazyLock;
+use std::sync::OnceLock;
 use std::time::Instant;
 
 /// Placed particles, and how they came there.
@@ -34,6 +34,7 @@ pub struct Setting<'a, const D: usize> {
     /// What a balance needs.
     pub equilibrium: Option<&'a dyn Equilibrium<D>>,
     pub control: &'a Control<'a>,
+    ledger: OnceLock<Ledger<D>>,
 }
 
 /// The table of stages: each with its options from the scene.
@@ -181,7 +182,21 @@ impl Past {
     }
 }
 
-impl<const D: usize> Setting<'_, D> {
+impl<'a, const D: usize> Setting<'a, D> {
+    pub fn new(
+        scene: &'a Scene,
+        target: Target<'a, D>,
+        equilibrium: Option<&'a dyn Equilibrium<D>>,
+        control: &'a Control<'a>,
+    ) -> Self {
+        Self { scene, target, equilibrium, control, ledger: OnceLock::new() }
+    }
+
+    /// The target's masses in boxes: found once, at the first measure.
+    pub fn ledger(&self) -> &Ledger<D> {
+        self.ledger.get_or_init(|| Ledger::new(&self.target))
+    }
+
     /// Runs all stages.
     fn run_new(
         &self,
@@ -212,8 +227,7 @@ impl<const D: usize> Setting<'_, D> {
         };
         let mut dropped = Vec::new();
         let stages = plan.stages.clone();
-        let ledger = LazyLock::new(|| Ledger::new(&self.target));
-        let measure = |particles: &Particles<D>| self.quality(&ledger, particles);
+        let measure = |particles: &Particles<D>| self.quality(particles);
         let judge = Judge::new(&measure);
         for (index, &name) in stages.iter().enumerate().skip(first) {
             let resumed = matches!(start, Start::Kept(_));
@@ -225,11 +239,12 @@ impl<const D: usize> Setting<'_, D> {
             let Some(mut stage) = stage(name, self, plan) else { continue };
             let mut control = *self.control;
             if name != BALANCE {
-                stage = Box::new(Accepted { stage, target: self.target, judge: &judge });
-                if let (Start::New(particles), Some(deadline)) = (&start, control.deadline) {
+                let limit = control.deadline.filter(|_| control.stop_reason().is_none());
+                if let (Start::New(particles), Some(deadline)) = (&start, limit) {
                     // What measuring takes counts against the limit.
                     control.deadline = deadline.checked_sub(judge.look_at(particles)).or(Some(deadline));
                 }
+                stage = Box::new(Accepted { stage, target: self.target, judge: &judge });
             }
             self.control.tell(Event::Begin(Step::Relax(name)));
             let meta = past.meta(index, name.name, true);
@@ -249,13 +264,13 @@ impl<const D: usize> Setting<'_, D> {
         if !past.is_cut() {
             checkpoints.finish(&past.meta(stages.len(), "", false), &particles);
         }
-        Ok(past.placed(particles))
+        Ok(past.placed(particles, judge.seconds()))
     }
 
-    fn quality(&self, ledger: &Ledger<D>, particles: &Particles<D>) -> Quality {
+    fn quality(&self, particles: &Particles<D>) -> Quality {
         let (kernel, neighbors) = (self.scene.kernel, self.scene.kernel_neighbors(D));
         let target = self.target.with_count(particles.len());
-        Quality::new(kernel, &target, ledger, (&particles.positions, particles.masses.as_deref()), neighbors)
+        Quality::new(kernel, &target, self.ledger(), (&particles.positions, particles.masses.as_deref()), neighbors)
     }
 
     fn wvt(&self, plan: &Plan) -> WvtOptions {
@@ -328,11 +343,13 @@ impl<const D: usize> Setting<'_, D> {
 }
 
 impl Past {
-    fn placed<const D: usize>(self, particles: Particles<D>) -> Placed<D> {
+    fn placed<const D: usize>(self, particles: Particles<D>, accept_seconds: f64) -> Placed<D> {
         let stop = self.stop();
         let seed = Timing { step: Step::Seed.name(), seconds: self.seed_seconds, epsilon: None };
         let lap = |s: &StageReport| Timing { step: s.stage.name, seconds: s.seconds, epsilon: s.epsilon() };
-        let timing = std::iter::once(seed).chain(self.reports.iter().map(lap)).collect();
+        let accept = Timing { step: Step::Accept.name(), seconds: accept_seconds, epsilon: None };
+        let accept = (accept_seconds > 0.0).then_some(accept);
+        let timing = std::iter::once(seed).chain(self.reports.iter().map(lap)).chain(accept).collect();
         Placed { particles, stages: self.reports, timing, notes: self.notes, stop }
     }
 }

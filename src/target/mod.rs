@@ -105,10 +105,11 @@ impl<'a, const D: usize> Target<'a, D> {
 
     /// n*(x), normalized to N particles in the domain; 0 where no particle belongs.
     pub fn number_density(&self, x: &[f64; D]) -> f64 {
-        if self.part.is_some_and(|part| !part.holds(x)) {
-            return 0.0;
-        }
-        self.resolution_field().value(x) * (self.count as f64 / self.resolution_integral)
+        let value = match self.part {
+            Some(part) => part.value(x),
+            None => self.resolution_field().value(x),
+        };
+        value * (self.count as f64 / self.resolution_integral)
     }
 
     /// The same target for another number of particles.

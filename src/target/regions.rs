@@ -17,7 +17,7 @@ pub struct Regions<'a, const D: usize> {
     field: &'a dyn ScalarField<D>,
     domain: &'a Domain<D>,
     /// What each piece number belongs to.
-    pieces: BTreeMap<u64, usize>,
+    pieces: Vec<(u64, usize)>,
     classes: Vec<Class<D>>,
     regions: Vec<Region<D>>,
     /// The body of each region.
@@ -47,12 +47,30 @@ impl<const D: usize> Part<'_, D> {
         self.of != Selected::All
     }
 
+    /// The field at `x` where that is in the part; 0 elsewhere.
+    pub fn value(&self, x: &[f64; D]) -> f64 {
+        let (field, domain) = (self.regions.field, self.regions.domain);
+        if self.of == Selected::All {
+            return field.value(x);
+        }
+        let x = domain.wrapped(x);
+        if !domain.contains(&x) {
+            return 0.0;
+        }
+        let (value, piece) = field.value_and_piece(&x);
+        if value > 0.0 && self.has(self.regions.of_piece(&x, piece)) { value } else { 0.0 }
+    }
+
     /// Whether it is there at `x`.
     pub fn holds(&self, x: &[f64; D]) -> bool {
+        self.of == Selected::All || self.has(self.regions.of(x))
+    }
+
+    fn has(&self, region: Option<usize>) -> bool {
         match self.of {
             Selected::All => true,
-            Selected::Region(region) => self.regions.of(x) == Some(region),
-            Selected::Body(body) => self.regions.of(x).is_some_and(|region| self.regions.body_of(region) == body),
+            Selected::Region(one) => region == Some(one),
+            Selected::Body(body) => region.is_some_and(|region| self.regions.body_of(region) == body),
         }
     }
 }
@@ -168,8 +186,14 @@ impl<'a, const D: usize> Regions<'a, D> {
         regions.iter_mut().for_each(|r| r.share /= total);
         let fits = !regions.is_empty() && regions.len() <= MOST_REGIONS;
         let bodies = (0..regions.len()).collect();
-        let mut all =
-            fits.then_some(Self { field: map.field, domain: map.domain, pieces, classes, regions, bodies })?;
+        let mut all = fits.then_some(Self {
+            field: map.field,
+            domain: map.domain,
+            pieces: pieces.into_iter().collect(),
+            classes,
+            regions,
+            bodies,
+        })?;
         all.bodies = all.joined(&map);
         Some(all)
     }
@@ -246,11 +270,17 @@ impl<'a, const D: usize> Regions<'a, D> {
         if !self.domain.contains(&x) {
             return None;
         }
-        match &self.classes[*self.pieces.get(&self.field.piece(&x))?] {
+        self.of_piece(&x, self.field.piece(&x))
+    }
+
+    /// The same at a point of the domain that lies in `piece`.
+    fn of_piece(&self, x: &[f64; D], piece: u64) -> Option<usize> {
+        let place = self.pieces.binary_search_by_key(&piece, |p| p.0).ok()?;
+        match &self.classes[self.pieces[place].1] {
             Class::Empty => None,
             Class::One(region) => Some(*region),
             Class::Several(tree, regions) => {
-                let nearest = tree.query(&x).nearest_one::<SquaredEuclidean<f64>>().execute();
+                let nearest = tree.query(x).nearest_one::<SquaredEuclidean<f64>>().execute();
                 Some(regions[nearest.item as usize])
             }
         }

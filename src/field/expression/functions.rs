@@ -7,6 +7,7 @@ use super::program::{Binary, Outcome, Step, Unary};
 pub(super) enum Function {
     Unary(Unary, Outcome),
     Binary(Binary, Outcome),
+    Power,
     If,
 }
 
@@ -14,12 +15,17 @@ impl Function {
     pub fn named(name: &str) -> Option<Self> {
         let unary = || UNARY.iter().find(|u| u.0 == name).map(|u| Self::Unary(u.1, u.2));
         let binary = || BINARY.iter().find(|b| b.0 == name).map(|b| Self::Binary(b.1, b.2));
-        if name == "if" { Some(Self::If) } else { unary().or_else(binary) }
+        match name {
+            "if" => Some(Self::If),
+            "pow" => Some(Self::Power),
+            _ => unary().or_else(binary),
+        }
     }
 
     /// All names, sorted.
     pub fn names() -> Vec<&'static str> {
-        let mut all: Vec<&str> = UNARY.iter().map(|u| u.0).chain(BINARY.iter().map(|b| b.0)).chain(["if"]).collect();
+        let mut all: Vec<&str> =
+            UNARY.iter().map(|u| u.0).chain(BINARY.iter().map(|b| b.0)).chain(["if", "pow"]).collect();
         all.sort_unstable();
         all
     }
@@ -47,7 +53,7 @@ pub(super) fn infix(symbol: &str) -> Step {
         ">=" => Step::Binary(|a, b| f64::from(a >= b), Outcome::More),
         "==" => Step::Binary(|a, b| f64::from(a == b), Outcome::Truth),
         "!=" => Step::Binary(|a, b| f64::from(a != b), Outcome::Truth),
-        _ => Step::Binary(f64::powf, Outcome::Smooth),
+        _ => Step::Power,
     }
 }
 
@@ -82,7 +88,6 @@ const BINARY: &[(&str, Binary, Outcome)] = &[
     // Unlike f64::min and max, these pass a NaN on.
     ("min", |a, b| if b < a || b.is_nan() { b } else { a }, Outcome::Choice),
     ("max", |a, b| if b > a || b.is_nan() { b } else { a }, Outcome::Choice),
-    ("pow", f64::powf, Outcome::Smooth),
     ("atan2", f64::atan2, Outcome::Cut),
     ("hypot", f64::hypot, Outcome::Smooth),
     ("mod", f64::rem_euclid, Outcome::Quotient),

@@ -67,6 +67,11 @@ impl Expression {
         self.program.run(&self.variables(x, center))
     }
 
+    /// The value, and the piece alone of what [`Self::trace`] tells.
+    pub(crate) fn value_and_piece<const D: usize>(&self, x: &[f64; D], center: &[f64; D]) -> (f64, u64) {
+        self.program.value_and_piece(&self.variables(x, center))
+    }
+
     /// The value as [`Self::evaluate`] gives it, with numbers for the piece that `x` lies in: for the branch of each `if`
     /// that was taken, and the outcomes of comparisons, of sign, step and heaviside, and the integer parts of floor, ceil,
     /// round and mod, as far as they were evaluated; and for the smooth part of it, which kinks end too.

@@ -195,6 +195,7 @@ impl Parser<'_> {
                 (Some(Function::Unary(f, outcome)), 1) => self.program.push(Step::Unary(f, outcome)),
                 // More than two arguments are taken from the left.
                 (Some(Function::Binary(f, outcome)), 2..) => self.program.push(Step::Binary(f, outcome)),
+                (Some(Function::Power), 2) => self.program.push(Step::Power),
                 (Some(Function::If), 1) => unless = self.program.unless(),
                 (Some(Function::If), 2) => jump = self.program.otherwise(unless),
                 (Some(Function::If), 3) => self.program.end(jump),
@@ -213,6 +214,7 @@ impl Parser<'_> {
             Some(Function::Unary(..)) if count != 1 => "one argument",
             Some(Function::Binary(..)) if count < 2 && takes_many(name) => "two arguments or more",
             Some(Function::Binary(..)) if count != 2 && !takes_many(name) => "two arguments",
+            Some(Function::Power) if count != 2 => "two arguments",
             Some(Function::If) if count != 3 => "three arguments",
             _ => return Ok(()),
         };

@@ -1,6 +1,6 @@
 //! An expression as steps over a stack of values.
 
-use crate::field::{Level, Trace};
+use crate::field::trace::{Level, Trace, chained};
 
 pub(super) type Unary = fn(f64) -> f64;
 pub(super) type Binary = fn(f64, f64) -> f64;
@@ -37,6 +37,15 @@ impl Outcome {
         !matches!(self, Self::Smooth | Self::Choice | Self::Side | Self::Cut)
     }
 
+    /// Adds what became of operands and value to the number of a piece, as [`Self::record`] does.
+    fn number(self, [a, b]: [f64; 2], value: f64, piece: &mut u64) {
+        match self {
+            Self::Quotient => *piece = chained(*piece, ((a - value) / b).round()),
+            _ if self.is_discontinuous() => *piece = chained(*piece, value),
+            _ => {}
+        }
+    }
+
     /// Tells `trace` of operands and value.
     fn record(self, [a, b]: [f64; 2], value: f64, trace: &mut Trace) {
         let side = |x: f64| if x < 0.0 { (f64::NEG_INFINITY, 0.0) } else { (0.0, f64::INFINITY) };
@@ -64,8 +73,11 @@ impl Outcome {
     }
 }
 
-/// Stacks up to here need no allocation.
+/// Stacks up to here need no allocation, and up to `FLAT` hardly any clearing.
 const SHALLOW: usize = 32;
+const FLAT: usize = 6;
+/// Exponents up to here, if whole, are multiplications.
+const LARGEST_WHOLE: f64 = 64.0;
 
 /// Takes its operands from the top of the stack and puts its value there.
 #[derive(Debug, Clone, Copy)]
@@ -78,8 +90,15 @@ pub(super) enum Step {
     Subtract,
     Multiply,
     Divide,
+    Power,
     Unary(Unary, Outcome),
     Binary(Binary, Outcome),
+    /// An operator whose second operand is a number.
+    PlusNumber(f64),
+    TimesNumber(f64),
+    OverNumber(f64),
+    /// Multiplied with itself, which is exact to the last digits and ten times as fast as a power of any other exponent.
+    Whole(i32),
     /// To the other branch of an `if` whose condition, which it takes, is 0.
     Unless(usize),
     /// Over the other branch.
@@ -97,13 +116,31 @@ pub(super) struct Program {
     settled: usize,
 }
 
+impl Step {
+    fn operands(self) -> usize {
+        match self {
+            Self::Number(_) | Self::Variable(_) | Self::Jump(_) => 0,
+            Self::Add | Self::Subtract | Self::Multiply | Self::Divide | Self::Power | Self::Binary(..) => 2,
+            _ => 1,
+        }
+    }
+
+    /// The same with the number `k` as its second operand.
+    fn with_number(self, k: f64) -> Option<Self> {
+        match self {
+            Self::Add => Some(Self::PlusNumber(k)),
+            Self::Subtract => Some(Self::PlusNumber(-k)),
+            Self::Multiply => Some(Self::TimesNumber(k)),
+            Self::Divide => Some(Self::OverNumber(k)),
+            Self::Power if k.fract() == 0.0 && k.abs() <= LARGEST_WHOLE => Some(Self::Whole(k as i32)),
+            _ => None,
+        }
+    }
+}
+
 impl Program {
     pub fn push(&mut self, step: Step) {
-        let operands = match step {
-            Step::Number(_) | Step::Variable(_) | Step::Jump(_) => 0,
-            Step::Negate | Step::Unary(..) | Step::Unless(_) => 1,
-            _ => 2,
-        };
+        let operands = step.operands();
         let before = self.height - operands;
         self.height = before + usize::from(!matches!(step, Step::Unless(_) | Step::Jump(_)));
         self.most = self.most.max(self.height);
@@ -115,9 +152,16 @@ impl Program {
             let value = run(&self.steps[first..], &[0.0; 4], &mut [0.0; 2], unwatched);
             self.steps.truncate(first);
             self.steps.push(Step::Number(value));
-        } else {
-            self.steps.push(step);
+            return;
         }
+        if let (true, Some(&Step::Number(k))) = (operands == 2 && self.steps.len() > self.settled, self.steps.last())
+            && let Some(short) = step.with_number(k)
+        {
+            self.steps.pop();
+            self.steps.push(short);
+            return;
+        }
+        self.steps.push(step);
     }
 
     /// Begins the branch for a condition that holds; its place is for [`Self::otherwise`].
@@ -162,10 +206,23 @@ impl Program {
     }
 
     pub fn run(&self, variables: &[f64; 4]) -> f64 {
-        if self.most <= SHALLOW {
-            run(&self.steps, variables, &mut [0.0; SHALLOW], unwatched)
+        self.watched(variables, unwatched)
+    }
+
+    /// The value, and a number for the outcomes on the way to it that can be discontinuous, as in [`Self::trace`].
+    pub fn value_and_piece(&self, variables: &[f64; 4]) -> (f64, u64) {
+        let mut piece = 0;
+        let value = self.watched(variables, |outcome, operands, value| outcome.number(operands, value, &mut piece));
+        (value, piece)
+    }
+
+    fn watched(&self, variables: &[f64; 4], watch: impl FnMut(Outcome, [f64; 2], f64)) -> f64 {
+        if self.most <= FLAT {
+            run(&self.steps, variables, &mut [0.0; FLAT], watch)
+        } else if self.most <= SHALLOW {
+            run(&self.steps, variables, &mut [0.0; SHALLOW], watch)
         } else {
-            run(&self.steps, variables, &mut vec![0.0; self.most], unwatched)
+            run(&self.steps, variables, &mut vec![0.0; self.most], watch)
         }
     }
 
@@ -173,11 +230,7 @@ impl Program {
     pub fn trace(&self, variables: &[f64; 4]) -> (f64, Trace) {
         let mut trace = Trace::new(0, 0);
         let watch = |outcome: Outcome, operands: [f64; 2], value: f64| outcome.record(operands, value, &mut trace);
-        let value = if self.most <= SHALLOW {
-            run(&self.steps, variables, &mut [0.0; SHALLOW], watch)
-        } else {
-            run(&self.steps, variables, &mut vec![0.0; self.most], watch)
-        };
+        let value = self.watched(variables, watch);
         (value, trace)
     }
 }
@@ -212,6 +265,12 @@ fn run(steps: &[Step], variables: &[f64; 4], below: &mut [f64], mut watch: impl 
             Step::Subtract => (top, height) = (below[height - 1] - top, height - 1),
             Step::Multiply => (top, height) = (below[height - 1] * top, height - 1),
             Step::Divide => (top, height) = (below[height - 1] / top, height - 1),
+            Step::Power => (top, height) = (below[height - 1].powf(top), height - 1),
+            Step::PlusNumber(k) => top += k,
+            Step::TimesNumber(k) => top *= k,
+            Step::OverNumber(k) => top /= k,
+            Step::Whole(2) => top *= top,
+            Step::Whole(k) => top = top.powi(k),
             Step::Binary(f, outcome) => {
                 let operands = [below[height - 1], top];
                 (top, height) = (f(operands[0], operands[1]), height - 1);
