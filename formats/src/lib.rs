@@ -44,7 +44,7 @@ pub use model::{
     Cells, Column, Coordinates, Geometry, GridAxis, Location, ParticleFile, ParticleTable, RawField, RunHeader,
     Species, Values, Variable,
 };
-pub use registry::{Capabilities, FieldRequest, FileContent, FormatSpec, Match, WriteOptions, read, write};
+pub use registry::{Capabilities, FieldRequest, FileContent, FormatSpec, Match, WriteOptions, plain_name, read, write};
 pub use units::{Unit, UnitDimension, UnitSystem};
 
 /// Every format of this crate, sorted by name. A format left out of the build is still listed, without its

@@ -40,10 +40,29 @@ pub struct FieldRequest {
     pub density: Option<String>,
     /// Variables to read in addition to the density: `None` is all of them.
     pub carry: Option<Vec<String>>,
+    /// Variables to read as well where the file has them, whatever is carried: by the letters and digits of their names.
+    pub optional: Vec<String>,
     /// Record of a time axis: a value of the time coordinate (the nearest record is taken and named in a note).
     pub time: Option<f64>,
     /// Radius of the planet from whose surface depth or height counts, in the unit of that axis; over the file's own.
     pub planet_radius: Option<f64>,
+}
+
+impl FieldRequest {
+    /// Whether a variable that is not the density is to be read.
+    pub fn takes(&self, name: &str) -> bool {
+        self.carry.as_ref().is_none_or(|names| names.iter().any(|n| n == name)) || self.takes_if_there(name)
+    }
+
+    /// Whether it is one of the optional ones.
+    pub fn takes_if_there(&self, name: &str) -> bool {
+        !self.optional.is_empty() && self.optional.iter().any(|n| plain_name(n) == plain_name(name))
+    }
+}
+
+/// The letters and digits of a name, in lower case: `M_r`, `m(r)` and `mr` are one.
+pub fn plain_name(name: &str) -> String {
+    name.chars().filter(char::is_ascii_alphanumeric).map(|c| c.to_ascii_lowercase()).collect()
 }
 
 /// What a file holds.

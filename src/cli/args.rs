@@ -150,6 +150,10 @@ pub struct RunArgs {
     /// Variable that is the mass density.
     #[arg(long, value_name = "NAME")]
     density: Option<String>,
+    /// Where the rows of a radial table lie: nodes, outer-faces, inner-faces, centers, or auto (where a column of masses
+    /// says).
+    #[arg(long, value_name = "WHERE", value_parser = staggering)]
+    staggering: Option<crate::scene::StaggeringName>,
     /// Value of the input's time coordinate.
     #[arg(long, value_name = "T")]
     time: Option<f64>,
@@ -233,6 +237,18 @@ fn boundary(text: &str) -> std::result::Result<crate::scene::BoundaryName, Strin
     }
 }
 
+fn staggering(text: &str) -> std::result::Result<crate::scene::StaggeringName, String> {
+    use crate::scene::StaggeringName::{Auto, Centers, InnerFaces, Nodes, OuterFaces};
+    match text {
+        "auto" => Ok(Auto),
+        "nodes" => Ok(Nodes),
+        "outer-faces" => Ok(OuterFaces),
+        "inner-faces" => Ok(InnerFaces),
+        "centers" => Ok(Centers),
+        _ => Err("expected nodes, outer-faces, inner-faces, centers or auto".into()),
+    }
+}
+
 fn polish(text: &str) -> std::result::Result<crate::scene::Polish, String> {
     use crate::scene::Polish::{Afc, Alaric, DampedRelaxation, None, Solver};
     match text {
@@ -267,6 +283,7 @@ impl RunArgs {
         overlay(&mut scene.input.file, &self.input);
         overlay(&mut scene.input.format, &self.format);
         overlay(&mut scene.input.density, &self.density);
+        scene.input.staggering = self.staggering.unwrap_or(scene.input.staggering);
         overlay(&mut scene.input.time, &self.time);
         overlay(&mut scene.output.file, &self.output);
         overlay(&mut scene.output.format, &self.to);

@@ -7,6 +7,7 @@ use super::check::{point_text, replace_missing};
 use super::cloud::Cloud;
 use super::hull::MeshHull;
 use super::mesh::{Mesh, MeshSampler};
+use super::rows::budget;
 use super::{FieldOptions, Missing, Source};
 use crate::error::{Error, Result};
 use sph::domain::{Axis, Domain, Region, Wall};
@@ -58,10 +59,16 @@ fn build<const D: usize>(mut raw: RawField, options: &FieldOptions<D>) -> Result
         }
     }
     let mut notes = Vec::new();
+    let stated = match &raw.geometry {
+        Geometry::Radial { nodes, unit } if options.has_mass => {
+            budget(&raw.variables, &density, nodes, unit.as_ref().map(|u| u.to_cgs), &mut notes)
+        }
+        _ => None,
+    };
     let others = select_carried(raw.variables, options, &mut notes)?;
     let input = Input { density, others, options, notes };
     match raw.geometry {
-        Geometry::Radial { nodes, unit } => radial(input, &nodes, unit.map(|u| u.to_cgs)),
+        Geometry::Radial { nodes, unit } => radial(input, nodes, unit.map(|u| u.to_cgs), stated.as_ref()),
         Geometry::Grid { coordinates: Coordinates::Cartesian, axes } => cartesian(input, &axes),
         Geometry::Grid { coordinates: Coordinates::Geographic, axes } => geographic(input, &axes),
         Geometry::Mesh { points, cells, .. } => mesh(input, &points, cells),

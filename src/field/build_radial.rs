@@ -8,19 +8,23 @@ use super::categorical::carried_field;
 use super::curve::Curve;
 use super::mass::check_mass;
 use super::radial::{Direction, RadialCarried, RadialDensity, volume_midpoints};
+use super::rows::placed;
+use super::staggering::Budget;
 use super::{CarriedField, CarriedInfo, RadialProfile, RadialSource, Source};
 use crate::error::{Error, Result};
 use sph::domain::{Domain, Wall};
 use sph_formats::{Location, UnitDimension, Variable};
 use std::sync::Arc;
 
+/// `budget` is the mass that the file states, by which the rows are placed.
 pub(crate) fn radial<const D: usize>(
     mut input: Input<'_, D>,
-    nodes: &[f64],
+    nodes: Vec<f64>,
     length_cgs: Option<f64>,
+    budget: Option<&Budget>,
 ) -> Result<Source<D>> {
     let name = input.density.name.clone();
-    check_ascending(&name, "radius", nodes, Repeats::Allowed)?;
+    check_ascending(&name, "radius", &nodes, Repeats::Allowed)?;
     if nodes[0] < 0.0 {
         return Err(Error::field(name, format!("the first radius is {}; radii must not be negative", nodes[0])));
     }
@@ -29,8 +33,9 @@ pub(crate) fn radial<const D: usize>(
         Location::Node => format!("node {i}, radius {:e}", nodes[i]),
         Location::Cell => format!("cell {i}, radius {:e} to {:e}", nodes[i], nodes[i + 1]),
     })?;
+    let nodes = &placed(&mut input, nodes, budget)?;
     let values = input.density.values.to_f64();
-    let profile = match location {
+    let profile = match input.density.location {
         Location::Node => RadialProfile::from_nodes(D, nodes, &values),
         Location::Cell => RadialProfile::from_cells(D, nodes, &values),
     };

@@ -33,6 +33,33 @@ pub enum Period {
     Length(f64),
 }
 
+/// Where the rows of a radial table lie.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Staggering {
+    /// Radius, density and enclosed mass belong to points.
+    Nodes,
+    /// Radius and enclosed mass belong to the outer face of a zone, the density to its inside.
+    OuterFaces,
+    /// The same with the inner face.
+    InnerFaces,
+    /// The radius is that of a zone's middle, the density that of its inside; the mass ends at its outer face.
+    Centers,
+}
+
+impl Staggering {
+    pub const ALL: [Self; 4] = [Self::Nodes, Self::OuterFaces, Self::InnerFaces, Self::Centers];
+
+    /// As scenes and arguments write it.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Nodes => "nodes",
+            Self::OuterFaces => "outer-faces",
+            Self::InnerFaces => "inner-faces",
+            Self::Centers => "centers",
+        }
+    }
+}
+
 /// Choices of the scene that shape an interpolant. Lengths in the file's units.
 #[derive(Debug, Clone)]
 pub struct FieldOptions<const D: usize> {
@@ -47,6 +74,10 @@ pub struct FieldOptions<const D: usize> {
     pub periodic: [Option<Period>; D],
     /// Names of the variables to carry; `None`: all that can be carried.
     pub carried: Option<Vec<String>>,
+    /// Where the rows of a radial table lie; `None`: where the mass that it states says, else as the reader has it.
+    pub staggering: Option<Staggering>,
+    /// Whether the density is the one that the mass in a radial file belongs to.
+    pub has_mass: bool,
     /// The domain of a point cloud, across whose periodic axes it repeats; `None`: its bounding box.
     pub cloud_domain: Option<Domain<D>>,
 }
@@ -60,6 +91,8 @@ impl<const D: usize> Default for FieldOptions<D> {
             center: [0.0; D],
             periodic: [None; D],
             carried: None,
+            staggering: None,
+            has_mass: true,
             cloud_domain: None,
         }
     }

@@ -2,12 +2,12 @@
 
 use crate::error::{Error, Result};
 use crate::field::{
-    AnalyticField, FieldOptions, Interpolation, MassEstimate, Missing, Period, ScalarField, Source, Trace, from_raw,
-    natural_dimension,
+    AnalyticField, FieldOptions, Interpolation, MassEstimate, Missing, Period, ScalarField, Source, Staggering, Trace,
+    from_raw, mass_columns, natural_dimension,
 };
 use crate::input::particles::Snapshot;
 use crate::scene::{
-    BoundaryName, CylinderInput, DomainInput, InterpolationName, MissingValues, ResolutionInput, Scene,
+    BoundaryName, CylinderInput, DomainInput, InterpolationName, MissingValues, ResolutionInput, Scene, StaggeringName,
 };
 use sph::domain::{Axis, Domain, Region, Wall};
 use sph_formats::{FieldRequest, FileContent, FormatSpec, Geometry, RawField, Unit, UnitDimension};
@@ -52,6 +52,7 @@ pub fn read(scene: &Scene, formats: &[FormatSpec]) -> Result<RawInput> {
     let request = FieldRequest {
         density: input.density.clone(),
         carry: variables_to_read(scene),
+        optional: mass_columns().map(str::to_owned).collect(),
         time: input.time,
         planet_radius: input.planet_radius,
     };
@@ -220,6 +221,13 @@ fn field_options<const D: usize>(scene: &Scene, walls: &[Option<BoundaryName>; D
         },
         periodic,
         carried: scene.input.carry.clone(),
+        staggering: match scene.input.staggering {
+            StaggeringName::Auto => None,
+            StaggeringName::Nodes => Some(Staggering::Nodes),
+            StaggeringName::OuterFaces => Some(Staggering::OuterFaces),
+            StaggeringName::InnerFaces => Some(Staggering::InnerFaces),
+            StaggeringName::Centers => Some(Staggering::Centers),
+        },
         ..FieldOptions::default()
     })
 }
@@ -353,6 +361,7 @@ pub fn resolution<const D: usize>(
             let request = FieldRequest {
                 density: Some(name.into()),
                 carry: Some(Vec::new()),
+                optional: Vec::new(),
                 time: scene.input.time,
                 planet_radius: scene.input.planet_radius,
             };
@@ -360,7 +369,8 @@ pub fn resolution<const D: usize>(
             let mut raw = read_field(formats, path, format, &request)?;
             raw.density = Some(name.into());
             let walls = boundaries::<D>(&scene.domain)?;
-            let options = FieldOptions { density_name: Some(name.into()), ..field_options(scene, &walls)? };
+            let options =
+                FieldOptions { density_name: Some(name.into()), has_mass: false, ..field_options(scene, &walls)? };
             (from_raw(raw, &options)?.density, asked.spacing_variable.is_some())
         }
         (None, None) => return Ok(None),

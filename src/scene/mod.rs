@@ -89,6 +89,9 @@ pub struct Input {
     #[serde(skip_serializing_if = "Option::is_none")]
     pub interpolation: Option<InterpolationName>,
     pub missing: MissingValues,
+    /// Where the rows of a radial table lie; without the statement the mass that the table states decides.
+    #[serde(skip_serializing_if = "StaggeringName::is_auto")]
+    pub staggering: StaggeringName,
     /// Dimension in which a radial profile is used (3), and of an expression.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub dimension: Option<usize>,
@@ -121,6 +124,29 @@ pub enum MissingValues {
     Error,
     /// No matter there.
     Zero,
+}
+
+/// Where the rows of a radial table lie.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum StaggeringName {
+    /// Where each zone has the mass that a column states; without such a column as the columns' names say.
+    #[default]
+    Auto,
+    /// At points, to which radius, density and mass belong.
+    Nodes,
+    /// Radius and mass at the outer faces of zones, the density within.
+    OuterFaces,
+    /// Radius and mass at the inner faces.
+    InnerFaces,
+    /// The radius in the middle of zones, the mass at their outer faces.
+    Centers,
+}
+
+impl StaggeringName {
+    fn is_auto(&self) -> bool {
+        *self == Self::Auto
+    }
 }
 
 /// The thin outer layer of a radial profile.

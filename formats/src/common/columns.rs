@@ -52,9 +52,7 @@ pub fn select(
     if let Some(name) = request.carry.iter().flatten().find(absent) {
         return Err(missing(text, &candidates, name));
     }
-    let wanted = |v: &Variable| {
-        density.as_ref() == Some(&v.name) || request.carry.as_ref().is_none_or(|names| names.contains(&v.name))
-    };
+    let wanted = |v: &Variable| density.as_ref() == Some(&v.name) || request.takes(&v.name);
     let chosen = candidates.into_iter().map(|c| c.variable).filter(wanted).collect();
     Ok((chosen, density))
 }

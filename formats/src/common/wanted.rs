@@ -22,7 +22,6 @@ pub fn wanted(
     }
     let by_name = || densities.iter().find_map(|d| names.iter().find(|n| n.eq_ignore_ascii_case(d)));
     let density = request.density.clone().or_else(|| by_name().cloned());
-    let is_wanted =
-        |n: &&String| density.as_ref() == Some(*n) || request.carry.as_ref().is_none_or(|carry| carry.contains(n));
+    let is_wanted = |n: &&String| density.as_ref() == Some(*n) || request.takes(n);
     Ok((names.iter().filter(is_wanted).cloned().collect(), density))
 }

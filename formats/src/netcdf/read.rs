@@ -128,6 +128,10 @@ fn wanted<'f>(file: &'f File, density: &'f NcVariable, request: &FieldRequest) -
                 })?;
                 found.push(v);
             }
+            if axes.len() == 1 {
+                let is_new = |v: &&&NcVariable| !names.iter().any(|n| n == v.name());
+                found.extend(others.iter().filter(is_new).filter(|v| fits(v) && request.takes_if_there(v.name())));
+            }
         }
     }
     Ok(found)

@@ -2,6 +2,7 @@
 
 use crate::common::text::{Text, parse_number};
 use crate::error::Result;
+use crate::registry::plain_name;
 use crate::units::{Unit, UnitDimension};
 
 /// What stands between two fields.
@@ -148,7 +149,7 @@ fn header(above: &[&str], delimiter: Delimiter, width: usize, row: &str) -> Opti
         if is_unit_line(&names) {
             continue;
         }
-        let known = |wanted: fn(&str) -> bool| names.iter().any(|n| wanted(&normalized(&heading(n).name)));
+        let known = |wanted: fn(&str) -> bool| names.iter().any(|n| wanted(&plain_name(&heading(n).name)));
         if is_comment.is_none() || known(is_density) && known(is_coordinate) {
             return Some((i, names));
         }
@@ -272,7 +273,7 @@ fn heading(column: &str) -> Heading {
         }
     }
     if let Some((name, unit)) = column.split_once('_') {
-        let base = normalized(name);
+        let base = plain_name(name);
         let dimension = Unit::parse(unit).filter(|_| !unit.is_empty()).map(|u| u.dimension);
         let length = is_coordinate(&base) && dimension == Some(UnitDimension::LENGTH);
         if length || is_density(&base) && dimension == Some(UnitDimension::mass_density(3)) {
@@ -282,32 +283,27 @@ fn heading(column: &str) -> Heading {
     plain
 }
 
-/// Letters and digits of a name in lower case.
-pub fn normalized(name: &str) -> String {
-    name.chars().filter(char::is_ascii_alphanumeric).map(|c| c.to_ascii_lowercase()).collect()
-}
-
-/// Whether a normalized name means the mass density.
+/// Whether a plain name means the mass density.
 pub fn is_density(name: &str) -> bool {
     matches!(name, "density" | "rho" | "massdensity" | "gasdensity" | "celldensity" | "dens")
 }
 
-/// Whether a normalized name means a radius.
+/// Whether a plain name means a radius.
 pub fn is_radius(name: &str) -> bool {
     matches!(name, "r" | "radius" | "rad" | "radialcoordinate" | "radialdistance") || is_outer_radius(name)
 }
 
-/// Whether a normalized name means the radius of a cell's middle (MESA's `rmid`).
+/// Whether a plain name means the radius of a cell's middle (MESA's `rmid`).
 pub fn is_middle_radius(name: &str) -> bool {
     matches!(name, "rmid" | "radiusmid" | "rcenter" | "midradius" | "centerradius")
 }
 
-/// Whether a normalized name means the outer radius of a cell.
+/// Whether a plain name means the outer radius of a cell.
 pub fn is_outer_radius(name: &str) -> bool {
     matches!(name, "outerradius" | "cellouterradius" | "router" | "radiusouter" | "cellradius")
 }
 
-/// The axis (0, 1, 2) that a normalized name means.
+/// The axis (0, 1, 2) that a plain name means.
 pub fn cartesian_axis(name: &str) -> Option<usize> {
     let axes = [
         ["x", "xpos", "posx", "xcoord", "xcoordinate", "coordinatesx", "points0"],

@@ -1,6 +1,6 @@
 //! Particles as a table: one row each, the header's facts in comments.
 
-use super::layout::{is_middle_radius, is_radius, normalized};
+use super::layout::{is_middle_radius, is_radius};
 use super::schema::NAME;
 use super::sheet::Sheet;
 use crate::common::assemble::{self, Named};
@@ -9,7 +9,7 @@ use crate::common::text::Text;
 use crate::error::{FormatError, Result};
 use crate::model::{Column, ParticleFile, Species, Values};
 use crate::particle_names as names;
-use crate::registry::WriteOptions;
+use crate::registry::{WriteOptions, plain_name};
 use crate::units::Unit;
 use std::fmt::Write as _;
 use std::fs::File;
@@ -26,7 +26,7 @@ const MAX_WHOLE: i64 = 1 << 53;
 /// Whether a table holds particles: coordinates and masses, and no radius, beside which a lone x is something else.
 pub fn are_particles(sheet: &Sheet) -> bool {
     let columns = || sheet.columns.iter().map(|c| c.heading.name.as_str());
-    assemble::are_particles(columns()) && !columns().map(normalized).any(|n| is_radius(&n) || is_middle_radius(&n))
+    assemble::are_particles(columns()) && !columns().map(plain_name).any(|n| is_radius(&n) || is_middle_radius(&n))
 }
 
 /// # Errors

@@ -1,10 +1,11 @@
 //! Tables over a radius: profiles of points, or of cells with outer radii.
 
-use super::layout::{Heading, normalized};
+use super::layout::Heading;
 use super::sheet::{NumberColumn, Sheet};
 use crate::common::text::Text;
 use crate::error::Result;
 use crate::model::{Location, Variable};
+use crate::registry::plain_name;
 use crate::units::{Unit, UnitDimension};
 
 /// A radial geometry and its columns, ascending.
@@ -105,7 +106,7 @@ fn drop_inner_repeats(nodes: &mut Vec<f64>, columns: &mut [NumberColumn]) -> usi
 /// for what vanishes there.
 fn staggered(column: NumberColumn) -> (Heading, Location, Vec<f64>) {
     let NumberColumn { heading, mut values } = column;
-    let name = normalized(&heading.name);
+    let name = plain_name(&heading.name);
     if !name.contains("outer") {
         return (heading, Location::Cell, values);
     }

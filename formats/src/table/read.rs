@@ -1,9 +1,7 @@
 //! Reader of tables: from named columns to a geometry and variables.
 
 use super::fractions::{Beside, beside_radius};
-use super::layout::{
-    Heading, Layout, cartesian_axis, is_density, is_middle_radius, is_outer_radius, is_radius, normalized,
-};
+use super::layout::{Heading, Layout, cartesian_axis, is_density, is_middle_radius, is_outer_radius, is_radius};
 use super::points::{arrange, distinct};
 use super::schema::NAME;
 use super::sheet::Sheet;
@@ -12,7 +10,7 @@ use crate::common::columns::{Candidate, select};
 use crate::common::text::Text;
 use crate::error::{FormatError, Result};
 use crate::model::{Coordinates, Geometry, GridAxis, Location, RawField};
-use crate::registry::{FieldRequest, FileContent};
+use crate::registry::{FieldRequest, FileContent, plain_name};
 use crate::units::{Unit, UnitDimension};
 use std::path::Path;
 
@@ -41,7 +39,7 @@ pub fn read(path: &Path, request: &FieldRequest) -> Result<FileContent> {
         .into_iter()
         .map(|(heading, location, values)| candidate(heading, location, values, &mut notes))
         .collect();
-    let mut densities = candidates.iter().filter(|c| is_density(&normalized(&c.variable.name)));
+    let mut densities = candidates.iter().filter(|c| is_density(&plain_name(&c.variable.name)));
     let guess = match (densities.next(), densities.next()) {
         (Some(one), None) => Some(one.variable.name.clone()),
         _ => None,
@@ -67,7 +65,7 @@ fn candidate(heading: Heading, location: Location, values: Vec<f64>, notes: &mut
 
 /// The usual name of a quantity that has an unusual one in KEPLER's and Phantom's files, or its own.
 fn variable_name(column: &str) -> &str {
-    match normalized(column).as_str() {
+    match plain_name(column).as_str() {
         "celldensity" => "density",
         "celltemperature" => "temperature",
         "cellpressure" => "pressure",
@@ -82,7 +80,7 @@ fn variable_name(column: &str) -> &str {
 
 /// Finds the coordinates among the columns.
 fn place(text: &Text, path: &Path, sheet: Sheet, notes: &mut Vec<String>) -> Result<Placed> {
-    let find = |wanted: &dyn Fn(&str) -> bool| sheet.columns.iter().position(|c| wanted(&normalized(&c.heading.name)));
+    let find = |wanted: &dyn Fn(&str) -> bool| sheet.columns.iter().position(|c| wanted(&plain_name(&c.heading.name)));
     let axes: Vec<Option<usize>> = (0..3).map(|axis| find(&|n| cartesian_axis(n) == Some(axis))).collect();
     let radius = find(&|n| is_radius(n) && !is_outer_radius(n)).or_else(|| find(&is_middle_radius));
     let outer = find(&is_outer_radius);
