@@ -30,6 +30,7 @@
 
 pub mod domain;
 pub mod geometry;
+pub mod gravity;
 pub mod kernel;
 pub mod lanes;
 pub mod neighbors;

@@ -12,7 +12,7 @@ const PARALLEL_BUILD: usize = 8192;
 /// A node covers `first .. first + count` in tree order. Its first child, if any, is the next node; `skip` is
 /// the node after its whole subtree.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Node<const D: usize> {
+pub(crate) struct Node<const D: usize> {
     pub lo: [f64; D],
     pub hi: [f64; D],
     pub first: u32,
@@ -25,9 +25,9 @@ pub(super) struct Node<const D: usize> {
 pub struct Tree<const D: usize> {
     /// Tree position -> index in the arrays that the tree was built from.
     order: Vec<u32>,
-    pub(super) positions: [Vec<f64>; D],
-    pub(super) nodes: Vec<Node<D>>,
-    pub(super) leaves: Vec<u32>,
+    pub(crate) positions: [Vec<f64>; D],
+    pub(crate) nodes: Vec<Node<D>>,
+    pub(crate) leaves: Vec<u32>,
 }
 
 #[derive(Clone, Copy)]
