@@ -73,7 +73,7 @@ fn only_planned_stages_run() {
     ] {
         let (report, calls) = run(&format!("{BOX}{rest}\n"));
         assert_eq!(stages(&calls), wanted, "{rest}");
-        let fixed = ["read", "interpolate", "seed", "measure", "write"];
+        let fixed = ["read", "interpolate", "seed", "accept", "measure", "write"];
         let timed = report.timing.iter().filter(|t| !fixed.contains(&t.step)).count();
         assert_eq!(timed, wanted.len(), "{rest}: {:?}", report.timing);
     }

@@ -11,6 +11,14 @@ use pulp::Arch;
 /// Nodes that seem larger than this from the nearest place in a leaf, in radians, are opened.
 pub const OPENING_ANGLE: f64 = 0.4;
 
+/// Softening radius in the smallest spacing: three times a Plummer-equivalent length of half of it.
+const SOFTENING: f64 = 1.5;
+
+/// The softening radius that suits particles of these number densities.
+pub fn softening_radius<const D: usize>(number_density: impl Iterator<Item = f64>) -> f64 {
+    SOFTENING * number_density.fold(0.0_f64, f64::max).powf(-1.0 / D as f64)
+}
+
 /// S_d.
 pub fn strength(d: usize) -> f64 {
     [std::f64::consts::TAU, 2.0, 1.0][d - 1]
@@ -285,96 +293,5 @@ fn scaled_potential<const D: usize>(potential: f64, radius: f64) -> f64 {
         1 => potential * radius,
         2 => potential + radius.ln(),
         _ => potential / radius,
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::random::keyed;
-    use rand::RngExt;
-
-    fn cloud<const D: usize>(n: usize) -> ([Vec<f64>; D], Vec<f64>) {
-        let mut random = keyed(7, 0, n as u64);
-        let positions = std::array::from_fn(|_| (0..n).map(|_| random.random::<f64>().powi(2)).collect());
-        (positions, (0..n).map(|i| 1.0 + (i % 3) as f64).collect())
-    }
-
-    /// The tree against a sum over all pairs that knows nothing of nodes or lanes.
-    #[test]
-    fn the_tree_agrees_with_all_pairs() {
-        fn check<const D: usize>() {
-            for (n, softening) in [(1, 0.1), (2, 0.0), (3000, 0.0), (3000, 0.05)] {
-                let (positions, masses) = cloud::<D>(n);
-                let tree = Tree::build(&positions);
-                let pulls = gravity(&tree, &tree.to_tree_order(&masses), softening, OPENING_ANGLE);
-                let (mut squares, mut all) = (0.0, 0.0);
-                for place in (0..n).step_by(17) {
-                    let i = tree.order()[place] as usize;
-                    let mut size = 0.0;
-                    let mut wanted = Pull { acceleration: [0.0; D], potential: 0.0 };
-                    for j in (0..n).filter(|&j| j != i) {
-                        let d: [f64; D] = std::array::from_fn(|k| positions[k][j] - positions[k][i]);
-                        let r = d.iter().map(|v| v * v).sum::<f64>().sqrt();
-                        let (force, potential) = if r < softening {
-                            let (force, potential) = softened::<D>(r / softening);
-                            (force / softening.powi(D as i32), scaled_potential::<D>(potential, softening))
-                        } else {
-                            (
-                                r.powi(-(D as i32)),
-                                if D == 3 {
-                                    -1.0 / r
-                                } else if D == 2 {
-                                    r.ln()
-                                } else {
-                                    r
-                                },
-                            )
-                        };
-                        let m = strength(D) * masses[j];
-                        (0..D).for_each(|k| wanted.acceleration[k] += m * force * d[k]);
-                        wanted.potential += m * potential;
-                        size += m * force * r;
-                    }
-                    let found = &pulls[place];
-                    for k in 0..D {
-                        squares += (found.acceleration[k] - wanted.acceleration[k]).powi(2);
-                        all += wanted.acceleration[k].powi(2);
-                    }
-                    assert!((found.potential - wanted.potential).abs() <= 1e-3 * wanted.potential.abs().max(1e-9));
-                    let direct = &direct_gravity(&positions, &masses, softening, &[i])[0];
-                    for k in 0..D {
-                        assert!(
-                            (direct.acceleration[k] - wanted.acceleration[k]).abs() <= 1e-13 * size,
-                            "{D}-D {n} {softening} {k}: {:?} {:?} {size}",
-                            direct.acceleration,
-                            wanted.acceleration
-                        );
-                    }
-                }
-                assert!(squares.sqrt() <= 1e-3 * all.sqrt(), "{D}-D {n}: {:e}", (squares / all).sqrt());
-            }
-        }
-        check::<1>();
-        check::<2>();
-        check::<3>();
-    }
-
-    /// Force is minus the slope of the potential, and both go over into those of a point.
-    #[test]
-    fn softening_is_smooth() {
-        fn check<const D: usize>() {
-            let step = 1e-5;
-            for u in [0.1, 0.4, 0.7, 0.99] {
-                let slope = (softened::<D>(u + step).1 - softened::<D>(u - step).1) / (2.0 * step);
-                assert!((slope - softened::<D>(u).0 * u).abs() < 1e-6, "{D}-D {u}");
-            }
-            let (force, potential) = softened::<D>(1.0);
-            let (bare_force, bare_potential) = bare::<D>(1.0);
-            assert!((force - bare_force).abs() < 1e-12 && (potential - bare_potential).abs() < 1e-12, "{D}-D");
-        }
-        check::<1>();
-        check::<2>();
-        check::<3>();
     }
 }

@@ -12,7 +12,7 @@ use crate::input::internal_units::Prepared;
 use crate::input::roles::standard_name;
 use crate::scene::{BalanceInput, EquationOfState, GravityName, Scene};
 use crate::target::Equilibrium;
-use sph::domain::Domain;
+use sph::domain::{Domain, Region};
 use sph::geometry::distance;
 use sph_formats::common::particle_names as names;
 use sph_formats::{Unit, UnitDimension};
@@ -148,6 +148,18 @@ impl<const D: usize> Equilibrium<D> for Hydrostatics<'_, D> {
 
     fn has_gravity(&self) -> bool {
         !matches!(self.gravity, Gravity::None)
+    }
+
+    fn own_center(&self) -> Option<[f64; D]> {
+        let Gravity::Enclosed(radial) = &self.gravity else { return None };
+        // What a hollow domain leaves out attracts too.
+        let is_whole = match &self.domain.region {
+            Region::Ball { center, inner_radius, .. } => {
+                *inner_radius == 0.0 && distance(center, &radial.center) <= 1e-9 * self.domain.size()
+            }
+            _ => false,
+        };
+        is_whole.then_some(radial.center)
     }
 
     fn gamma(&self) -> f64 {

@@ -7,7 +7,9 @@ use super::Measured;
 use crate::target::{Equilibrium, Positions, at};
 use serde::Serialize;
 use sph::domain::Domain;
+use sph::gravity::{OPENING_ANGLE, gravity, softening_radius};
 use sph::kernel::KernelName;
+use sph::neighbors::Tree;
 use sph::{parallel, reduce};
 
 /// |a + g| / |g| of the pressure's acceleration a and gravity g.
@@ -28,6 +30,16 @@ pub struct Thermodynamics<'a, const D: usize> {
 
 /// Step of the differences of a field that holds the pressure, in support radii.
 const GRADIENT_STEP: f64 = 1e-3;
+
+/// What the particles attract each other with.
+fn own_gravity<const D: usize>(measured: &Measured<D>, positions: &Positions<D>, masses: &[f64]) -> Vec<[f64; D]> {
+    let tree = Tree::build(positions);
+    let softening = softening_radius::<D>(measured.sums.iter().map(|s| s.number_density));
+    let pulls = gravity(&tree, &tree.to_tree_order(masses), softening, OPENING_ANGLE);
+    let mut own = vec![[0.0; D]; masses.len()];
+    tree.order().iter().zip(pulls).for_each(|(&i, pull)| own[i as usize] = pull.acceleration);
+    own
+}
 
 impl BalanceFigures {
     /// `target_density` is rho* at the particles, in internal units as all else. `None` without gravity.
@@ -55,8 +67,10 @@ impl BalanceFigures {
             temperature / (sums.weighted * grad_h)
         });
         let force = measured.pressure_force(kernel, domain, masses, &strength);
+        let own = equilibrium.own_center().map(|_| own_gravity(measured, positions, masses));
         let error = parallel::map(n, |i| {
-            let gravity = equilibrium.gravity(&at(positions, i), GRADIENT_STEP * measured.support[i]);
+            let step = GRADIENT_STEP * measured.support[i];
+            let gravity = own.as_ref().map_or_else(|| equilibrium.gravity(&at(positions, i), step), |own| own[i]);
             let pull: f64 = gravity.iter().map(|g| g * g).sum();
             let net: f64 = gravity.iter().zip(&force[i]).map(|(g, a)| (g + a).powi(2)).sum();
             if pull > 0.0 { (net / pull).sqrt() } else { 0.0 }

@@ -51,14 +51,18 @@ impl DensityError {
         let n = target.len();
         let density: Vec<f64> = measured.sums.iter().map(|s| s.weighted).collect();
         let volume: Vec<f64> = measured.sums.iter().map(|s| 1.0 / s.number_density).collect();
-        let everywhere = vec![true; n];
+        // Beyond a surface, where a balance may leave particles, there is no target.
+        let everywhere: Vec<bool> = target.iter().map(|rho| *rho > 0.0).collect();
         let inside = &measured.interior;
         let (refit_all, refit_interior) = (refit(&density, target, &everywhere), refit(&density, target, inside));
         let figures = |set: &[bool], factor: f64| figures((&density, factor), target, &volume, set);
         let any = inside.iter().any(|&i| i);
-        let edge: Vec<bool> = inside.iter().map(|i| !i).collect();
+        let edge: Vec<bool> = (0..n).map(|i| everywhere[i] && !inside[i]).collect();
         Self {
-            smoothed: smoothed.map(|s| self::figures((&density, 1.0), s, &volume, &everywhere)),
+            smoothed: smoothed.map(|s| {
+                let seen: Vec<bool> = s.iter().map(|rho| *rho > 0.0).collect();
+                self::figures((&density, 1.0), s, &volume, &seen)
+            }),
             kernel_limit: smoothed.map(|s| self::figures((s, 1.0), target, &volume, &everywhere)),
             all: figures(&everywhere, 1.0),
             all_refitted: figures(&everywhere, refit_all),

@@ -35,7 +35,7 @@ impl Outcome {
         thermodynamics: Option<&Thermodynamics<'_, D>>,
     ) -> Self {
         let number_density = target.number_densities(positions);
-        let spacing = |i: usize| target.spacing(number_density[i]);
+        let spacing = |i: usize| target.spacing(number_density[i]).min(target.domain.size());
         let guess = support_guess::<D>(kernel_neighbors, number_density.len(), spacing);
         let mut measured = Measured::new(kernel, target.domain, positions, &masses, &guess, kernel_neighbors);
         drop((guess, number_density));

@@ -75,6 +75,8 @@ pub(super) struct Arrangement<'a, const D: usize, R> {
     pub domain: Domain<D>,
     pub kernel_neighbors: f64,
     pub positions: Positions<D>,
+    /// Whether particles may go where the target has nothing.
+    pub leaves_target: bool,
     tree: Tree<D>,
     ghosts: Option<GhostLayer<D>>,
     moves: usize,
@@ -141,6 +143,7 @@ impl<'a, const D: usize, R: Real> Arrangement<'a, D, R> {
             target,
             domain,
             kernel_neighbors,
+            leaves_target: false,
             tree,
             positions,
             ghosts: None,
@@ -150,6 +153,10 @@ impl<'a, const D: usize, R: Real> Arrangement<'a, D, R> {
             medium: 1.0,
             precision: PhantomData,
         }
+    }
+
+    pub fn tree(&self) -> &Tree<D> {
+        &self.tree
     }
 
     /// Moves since the last sorting.
@@ -238,7 +245,7 @@ impl<'a, const D: usize, R: Real> Arrangement<'a, D, R> {
     }
 
     /// Moves all particles from `from` by `t` times `direction` (in units of `unit`), each by at most
-    /// `max_step` of its spacing, and none out of the domain. Returns the moves made, in units of `unit`.
+    /// `max_step` of its spacing, and none out of the domain (of forces where they may leave the target's). Returns the moves made, in units of `unit`.
     pub fn displace(
         &mut self,
         from: &Positions<D>,
@@ -248,16 +255,17 @@ impl<'a, const D: usize, R: Real> Arrangement<'a, D, R> {
         spacing: &[f64],
         max_step: f64,
     ) -> Vec<[f64; D]> {
-        let (target, domain) = (&self.target, &self.domain);
+        let (target, domain, leaves) = (&self.target, &self.domain, self.leaves_target);
         let moved = parallel::map(direction.len(), |i| {
             let (x0, d) = (at(from, i), &direction[i]);
             let length = t * unit[i] / spacing[i] * d.iter().map(|v| v * v).sum::<f64>().sqrt();
             let limited = t * if length > max_step { max_step / length } else { 1.0 };
             let mut x: [f64; D] = std::array::from_fn(|k| x0[k] + limited * unit[i] * d[k]);
             domain.confine(&x0, &mut x);
-            let allowed = target.domain.contains(&x) && target.keeps_region(&x0, &x);
-            let mut density = if allowed { target.number_density(&x) } else { 0.0 };
-            if !(density > 0.0) {
+            let inside = target.domain.contains(&x);
+            let allowed = (inside || leaves) && target.keeps_region(&x0, &x);
+            let mut density = if allowed && inside { target.number_density(&x) } else { 0.0 };
+            if !(density > 0.0 || allowed && leaves) {
                 x = x0;
                 density = target.number_density(&x);
             }

@@ -11,11 +11,14 @@
 //! out, u_i = A_i rho_i^(gamma-1)/(gamma-1) with the summed density, gives the target code the very pressures
 //! that were balanced, and each particle then keeps its A_i there too, so that what is at rest stays at rest.
 //!
-//! A summed density is off by a constant factor (self-term, about 1 %), and so is the force: one common factor on
-//! all A_i, fitted to gravity over the interior, takes that out instead of letting the body swell or shrink.
+//! Gravity is what the particles attract each other with where the body holds itself, as in the target code, else the
+//! target's. Summed densities are off by the self-contribution, about 1 %, and so is the force; the mass within a particle's
+//! radius is not quite the target's. A factor on A_i that depends smoothly on the enclosed mass (one common factor where nothing
+//! is radial), fitted to gravity over the interior, takes that out instead of letting the body swell or shrink.
 //!
 //! Line searches use slopes alone (no potential is needed, so any field may be balanced). At an open edge there
-//! is vacuum, as in the target code; particles do not leave the domain.
+//! is vacuum, as in the target code; particles leave the domain only where the body holds itself, and find their places
+//! beyond its surface as they would in the code.
 
 use super::arrangement::Arrangement;
 use super::fit::{fit, interior};
@@ -23,9 +26,11 @@ use super::lbfgs::{Lbfgs, product};
 use super::report::{Progress, StageName, StageReport, StopReason};
 use super::snapshot::{Check, Trace, axes, decode, encode, rows};
 use super::stage::{Particles, Relaxed, Running, Stage};
+use super::thermal::{Basis, Factor, enclosed_fractions};
 use crate::target::{Equilibrium, Positions, Target, at};
 use serde::{Deserialize, Serialize};
-use sph::domain::Wall;
+use sph::domain::{Domain, Region, Wall};
+use sph::gravity::{OPENING_ANGLE, gravity, softening_radius};
 use sph::kernel::KernelName;
 use sph::lanes::Real;
 use sph::sums::DensitySums;
@@ -49,8 +54,8 @@ impl BalanceOptions {
     }
 }
 
-/// Share of the evaluations after which A_i is taken anew.
-const SHARES: [f64; 3] = [0.25, 0.5, 1.0];
+/// Shares of the evaluations after which A_i, and gravity, are taken anew.
+const SHARES: [f64; 5] = [0.1, 0.2, 0.4, 0.7, 1.0];
 /// No particle moves farther in a step, in its own spacing.
 const MAX_STEP: f64 = 0.2;
 /// Largest move of the first step of a stage, along the force.
@@ -60,6 +65,10 @@ const CURVATURE: f64 = 0.5;
 const MAX_TRIALS: usize = 5;
 /// Within this many spacings of an open edge no force pushes outward: there is nowhere to go.
 const EDGE: f64 = 0.1;
+/// Radius of what is there for a body that holds itself, in the body's own.
+const SPACE: f64 = 2.0;
+/// What is nearer to the surface of a body than this part of its radius takes its state from there.
+const SKIN: f64 = 1e-3;
 /// A factor on A_i farther from 1 is no bias of the sums, but a pressure that does not hold the body.
 const LARGEST_BIAS: f64 = 0.1;
 /// Pressures below this fraction of the largest P/n do not stretch steps further.
@@ -83,8 +92,8 @@ impl<const D: usize> Stage<D> for PressureBalance<'_, D> {
 
     fn begin(&self, particles: Particles<D>) -> Box<dyn Running<D> + '_> {
         let (positions, neighbors) = (particles.positions, self.options.kernel_neighbors);
-        let arrangement =
-            Arrangement::<D, f32>::new(self.kernel, self.target, self.target.domain.clone(), positions, neighbors);
+        let space = self.space();
+        let arrangement = Arrangement::<D, f32>::new(self.kernel, self.target, space, positions, neighbors);
         let mut balance = Balance::new(arrangement, self.equilibrium);
         let descent = balance.descend();
         Box::new(Run { options: &self.options, balance, share: 0, descent })
@@ -94,12 +103,26 @@ impl<const D: usize> Stage<D> for PressureBalance<'_, D> {
         let kept: Snapshot<D> = decode(kept)?;
         kept.check(self.target.count)?;
         let Snapshot { share, positions, moves, descent, factor, fitted_factor, evaluations, best, trace } = kept;
-        let (open, neighbors) = (self.target.domain.clone(), self.options.kernel_neighbors);
-        let arrangement = Arrangement::<D, f32>::of_sorted(self.kernel, self.target, open, positions, moves, neighbors);
+        let (space, neighbors) = (self.space(), self.options.kernel_neighbors);
+        let arrangement =
+            Arrangement::<D, f32>::of_sorted(self.kernel, self.target, space, positions, moves, neighbors);
         let trace = trace.resumed();
         let balance =
             Balance { factor, fitted_factor, evaluations, best, trace, ..Balance::new(arrangement, self.equilibrium) };
         Ok(Box::new(Run { options: &self.options, balance, share, descent }))
+    }
+}
+
+impl<const D: usize> PressureBalance<'_, D> {
+    /// Where particles may go: as far as they like from a body that holds itself in vacuum, else not out of the domain.
+    fn space(&self) -> Domain<D> {
+        let domain = self.target.domain;
+        match &domain.region {
+            Region::Ball { center, radius, wall: Wall::Open, .. } if self.equilibrium.own_center().is_some() => {
+                Domain::ball(*center, SPACE * radius, Wall::Open).unwrap_or_else(|_| domain.clone())
+            }
+            _ => domain.clone(),
+        }
     }
 }
 
@@ -112,8 +135,8 @@ struct Snapshot<const D: usize> {
     positions: Positions<D>,
     moves: usize,
     descent: Descent<D>,
-    factor: f64,
-    fitted_factor: f64,
+    factor: Factor,
+    fitted_factor: Factor,
     evaluations: usize,
     best: Best<D>,
     trace: Trace,
@@ -130,6 +153,11 @@ impl<const D: usize> Snapshot<D> {
             .positions("the best positions", &self.best.positions)
             .scalars("the best internal energies", &self.best.internal_energy)
             .scalars("entropies", &frame.entropy)
+            .scalars("factors", &frame.factor)
+            .holds(
+                frame.own.as_ref().is_none_or(|g| g.len() == count * D),
+                "has gravity of another number of particles",
+            )
             .scalars("spacings", &frame.spacing)
             .scalars("units", &frame.unit)
             .scalars("support radii", support)
@@ -175,8 +203,8 @@ impl<const D: usize> Running<D> for Run<'_, D> {
                 positions: balance.arrangement.positions.clone(),
                 moves: balance.arrangement.moves(),
                 descent: self.descent.clone(),
-                factor: balance.factor,
-                fitted_factor: balance.fitted_factor,
+                factor: balance.factor.clone(),
+                fitted_factor: balance.fitted_factor.clone(),
                 evaluations: balance.evaluations,
                 best: balance.best.clone(),
                 trace: balance.trace.kept(),
@@ -191,18 +219,16 @@ impl<const D: usize> Running<D> for Run<'_, D> {
         let report = StageReport { stage: NAME, stop, best_iteration, history: trace.history, seconds };
         let particles =
             Particles { positions: best.positions, masses: None, internal_energy: Some(best.internal_energy) };
-        Relaxed { particles, reports: vec![report], notes: vec![factor_note(factor, fitted_factor)] }
+        Relaxed { particles, reports: vec![report], notes: vec![factor_note(&factor, &fitted_factor)] }
     }
 }
 
-fn factor_note(factor: f64, fitted: f64) -> String {
+fn factor_note(factor: &Factor, fitted: &Factor) -> String {
     if factor == fitted {
-        return format!(
-            "internal energies are the target's times {factor:.4}: with it the pressure force holds gravity"
-        );
+        return format!("internal energies are the target's times {factor}: with it the pressure force holds gravity");
     }
     format!(
-        "the pressure would have to be {fitted:.3} times the target's to hold gravity; it is left as it is, \
+        "the pressure would have to be {fitted} times the target's to hold gravity; it is left as it is, \
          and what comes out is a body that settles: check the input's pressure, units and balance.constant"
     )
 }
@@ -212,10 +238,10 @@ pub(super) struct Balance<'a, const D: usize, R> {
     pub arrangement: Arrangement<'a, D, R>,
     equilibrium: &'a dyn Equilibrium<D>,
     mass: f64,
-    /// The common factor on A_i; 1 where it is no matter of a few percent.
-    factor: f64,
+    /// The factor on A_i; 1 where it is no matter of a few percent.
+    factor: Factor,
     /// The factor that gravity asks for.
-    fitted_factor: f64,
+    fitted_factor: Factor,
     evaluations: usize,
     best: Best<D>,
     trace: Trace,
@@ -234,8 +260,13 @@ struct Best<const D: usize> {
 /// What is held until A_i is taken anew.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub(super) struct Frame {
-    /// A_i with the common factor.
+    /// A_i with the factor, and the factor.
     pub entropy: Vec<f64>,
+    factor: Vec<f64>,
+    /// Share of the mass nearer to the center of a body that its own gravity holds.
+    fraction: Option<Vec<f64>>,
+    /// Per particle, what all others attract it with beyond the target's g: it changes little as particles move.
+    own: Option<Vec<f64>>,
     spacing: Vec<f64>,
     /// Unit of each particle's moves: longer where the fluid is cold, so that all respond alike.
     pub unit: Vec<f64>,
@@ -257,6 +288,7 @@ struct Descent<const D: usize> {
 pub(super) struct Evaluation<const D: usize> {
     support: Vec<f64>,
     sums: Vec<DensitySums<D>>,
+    strength: Vec<f64>,
     /// Acceleration of the pressure.
     pub pressure_force: Vec<[f64; D]>,
     gravity: Vec<[f64; D]>,
@@ -266,7 +298,8 @@ pub(super) struct Evaluation<const D: usize> {
 }
 
 impl<'a, const D: usize, R: Real> Balance<'a, D, R> {
-    pub fn new(arrangement: Arrangement<'a, D, R>, equilibrium: &'a dyn Equilibrium<D>) -> Self {
+    pub fn new(mut arrangement: Arrangement<'a, D, R>, equilibrium: &'a dyn Equilibrium<D>) -> Self {
+        arrangement.leaves_target = arrangement.domain.size() > arrangement.target.domain.size();
         let best = Best {
             positions: arrangement.positions.clone(),
             internal_energy: Vec::new(),
@@ -277,8 +310,8 @@ impl<'a, const D: usize, R: Real> Balance<'a, D, R> {
             mass: arrangement.target.mass / arrangement.target.count as f64,
             arrangement,
             equilibrium,
-            factor: 1.0,
-            fitted_factor: 1.0,
+            factor: Factor::one(),
+            fitted_factor: Factor::one(),
             evaluations: 0,
             best,
             trace: Trace::new(),
@@ -362,30 +395,83 @@ impl<'a, const D: usize, R: Real> Balance<'a, D, R> {
     pub fn frame(&self) -> Frame {
         let (target, positions, gamma) =
             (&self.arrangement.target, &self.arrangement.positions, self.equilibrium.gamma());
-        let density = target.number_densities(positions);
-        let n = density.len();
-        let spacing = parallel::map(n, |i| target.spacing(density[i]).min(self.arrangement.domain.size()));
-        let pressure = parallel::map(n, |i| self.equilibrium.pressure(&at(positions, i)));
+        let n = self.arrangement.len();
+        let place = parallel::map(n, |i| self.inside(&at(positions, i)));
+        let density = parallel::map(n, |i| target.number_density(&place[i]));
+        let spacing = parallel::map(n, |i| target.spacing(density[i]).min(target.domain.size()));
+        let pressure = parallel::map(n, |i| self.equilibrium.pressure(&place[i]));
         let temperature = reduce::max(n, |i| pressure[i] / density[i]);
         let unit = parallel::map(n, |i| spacing[i] * (pressure[i] / density[i] / temperature).max(COLDEST).powf(-0.5));
-        let entropy = parallel::map(n, |i| self.factor * pressure[i] / (self.mass * density[i]).powf(gamma));
-        Frame { entropy, spacing, unit, temperature }
+        let fraction = self.equilibrium.own_center().map(|center| enclosed_fractions(positions, &center));
+        let basis = Basis::new(fraction.as_deref());
+        let factor = parallel::map(n, |i| basis.sum(&self.factor, i));
+        let entropy = parallel::map(n, |i| factor[i] * pressure[i] / (self.mass * density[i]).powf(gamma));
+        let own = self.own_gravity(&spacing);
+        Frame { entropy, factor, fraction, own, spacing, unit, temperature }
     }
 
-    /// The common factor on A_i with which the pressure holds gravity over the interior.
+    /// Where the target says what a particle at `x` is like: `x`, or a place within the surface that it is beyond.
+    fn inside(&self, x: &[f64; D]) -> [f64; D] {
+        let Some(center) = self.equilibrium.own_center().filter(|_| self.arrangement.leaves_target) else { return *x };
+        let depth = self.arrangement.target.domain.distance_to_edge(x);
+        let radius = 0.5 * self.arrangement.target.domain.size();
+        if depth >= SKIN * radius {
+            return *x;
+        }
+        let share = (1.0 - SKIN) * radius / (radius - depth);
+        std::array::from_fn(|k| center[k] + share * (x[k] - center[k]))
+    }
+
+    /// The factor on A_i with which the pressure holds gravity over the interior: one for all, or a smooth function of the
+    /// enclosed mass for a body that its own gravity holds.
     fn refit(&mut self, frame: &mut Frame, now: &Evaluation<D>) {
         let set = self.interior(now);
-        let over = |f: &(dyn Fn(usize) -> f64 + Sync)| {
-            reduce::sum(now.gravity.len(), |i| if set.as_ref().is_none_or(|s| s[i]) { f(i) } else { 0.0 })
-        };
-        let pull = over(&|i| dot(&now.gravity[i], &now.gravity[i]));
-        let push = over(&|i| -dot(&now.gravity[i], &now.pressure_force[i]));
-        let change = pull / push;
-        self.fitted_factor = self.factor * change;
-        if change.is_finite() && (self.fitted_factor - 1.0).abs() < LARGEST_BIAS {
-            self.factor = self.fitted_factor;
-            parallel::update(&mut frame.entropy, |_, a| *a *= change);
+        let basis = Basis::new(frame.fraction.as_deref());
+        let forces: Vec<Vec<[f64; D]>> = (0..basis.len())
+            .map(|k| {
+                let strength = parallel::map(now.sums.len(), |i| basis.value(k, i) * now.strength[i] / frame.factor[i]);
+                self.pressure_force(&now.support, &strength, &now.sums)
+            })
+            .collect();
+        let Some(fitted) = basis.fitted(&forces, &now.gravity, set.as_deref()) else { return };
+        self.fitted_factor = fitted;
+        if self.fitted_factor.bias() < LARGEST_BIAS {
+            self.factor = self.fitted_factor.clone();
+            let factor = parallel::map(now.sums.len(), |i| basis.sum(&self.factor, i));
+            parallel::update(&mut frame.entropy, |i, a| *a *= factor[i] / frame.factor[i]);
+            frame.factor = factor;
         }
+    }
+
+    /// Accelerations from A_i rho_i^gamma / (Omega_i n_i^2).
+    fn pressure_force(&self, support: &[f64], strength: &[f64], sums: &[DensitySums<D>]) -> Vec<[f64; D]> {
+        let mut force = self.arrangement.gradient(support, strength, sums);
+        parallel::update(&mut force, |_, g| *g = g.map(|v| -v / self.mass));
+        force
+    }
+
+    /// g at the particles.
+    fn gravity(&self, frame: &Frame) -> Vec<[f64; D]> {
+        let positions = &self.arrangement.positions;
+        parallel::map(self.arrangement.len(), |i| {
+            let step = GRADIENT_STEP * frame.spacing[i];
+            let wanted = self.equilibrium.gravity(&at(positions, i), step);
+            frame.own.as_ref().map_or(wanted, |own| std::array::from_fn(|k| wanted[k] + own[i * D + k]))
+        })
+    }
+
+    /// What the particles attract each other with beyond the target's g, where that is their own.
+    fn own_gravity(&self, spacing: &[f64]) -> Option<Vec<f64>> {
+        self.equilibrium.own_center()?;
+        let Arrangement { positions, .. } = &self.arrangement;
+        let softening = softening_radius::<D>(spacing.iter().map(|s| s.powi(-(D as i32))));
+        let masses = vec![self.mass; spacing.len()];
+        let pulls = gravity(self.arrangement.tree(), &masses, softening, OPENING_ANGLE);
+        let beyond = parallel::map(pulls.len(), |i| {
+            let wanted = self.equilibrium.gravity(&at(positions, i), GRADIENT_STEP * spacing[i]);
+            std::array::from_fn::<f64, D, _>(|k| pulls[i].acceleration[k] - wanted[k])
+        });
+        Some(beyond.into_iter().flatten().collect())
     }
 
     fn interior(&self, now: &Evaluation<D>) -> Option<Vec<bool>> {
@@ -406,18 +492,15 @@ impl<'a, const D: usize, R: Real> Balance<'a, D, R> {
             let grad_h = 1.0 + s.slope / (d * s.number_density);
             frame.entropy[i] * (mass * s.number_density).powf(gamma) / (s.number_density.powi(2) * grad_h)
         });
-        let mut pressure_force = self.arrangement.gradient(&support, &strength, &sums);
-        parallel::update(&mut pressure_force, |_, g| *g = g.map(|v| -v / mass));
+        let pressure_force = self.pressure_force(&support, &strength, &sums);
+        let gravity = self.gravity(frame);
         let positions = &self.arrangement.positions;
-        let gravity = parallel::map(sums.len(), |i| {
-            self.equilibrium.gravity(&at(positions, i), GRADIENT_STEP * frame.spacing[i])
-        });
         let gradient = parallel::map(sums.len(), |i| {
             let net: [f64; D] = std::array::from_fn(|k| pressure_force[i][k] + gravity[i][k]);
             let scale = -mass * frame.unit[i] / frame.temperature;
             if self.is_held(&at(positions, i), &net, frame.spacing[i]) { [0.0; D] } else { net.map(|f| scale * f) }
         });
-        let mut now = Evaluation { support, sums, pressure_force, gravity, gradient, error: 0.0 };
+        let mut now = Evaluation { support, sums, strength, pressure_force, gravity, gradient, error: 0.0 };
         now.error = self.error(frame, &now);
         now
     }
@@ -426,7 +509,7 @@ impl<'a, const D: usize, R: Real> Balance<'a, D, R> {
     fn is_held(&self, x: &[f64; D], force: &[f64; D], spacing: f64) -> bool {
         let domain = &self.arrangement.domain;
         let depth = domain.distance_to_edge(x);
-        if depth >= EDGE * spacing {
+        if self.arrangement.leaves_target || depth >= EDGE * spacing {
             return false;
         }
         let length = force.iter().map(|f| f * f).sum::<f64>().sqrt();

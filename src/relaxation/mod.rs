@@ -28,6 +28,7 @@ mod solver;
 mod splitting;
 mod stage;
 mod stiffness;
+mod thermal;
 mod trimming;
 mod wvt;
 

@@ -23,6 +23,11 @@ pub trait Equilibrium<const D: usize>: Sync {
     fn gravity(&self, x: &[f64; D], step: f64) -> [f64; D];
     /// Whether g is anything but zero.
     fn has_gravity(&self) -> bool;
+    /// The center of a body that its own gravity holds, about which all depends on the distance alone: g is then what the
+    /// particles attract each other with, rather than [`Self::gravity`].
+    fn own_center(&self) -> Option<[f64; D]> {
+        None
+    }
     /// Adiabatic index: P = A rho^gamma, with A held by each particle.
     fn gamma(&self) -> f64;
 }

@@ -1,0 +1,121 @@
+//! The smooth factor on the thermal state with which pressure holds gravity on average.
+
+use nalgebra::{DMatrix, DVector};
+use serde::{Deserialize, Serialize};
+use sph::geometry::distance;
+use sph::{parallel, reduce};
+
+use crate::target::{Positions, at};
+
+/// A factor by its coefficients: one, or those of uniform cubic B-splines over the cube root of the enclosed mass.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub(super) struct Factor(Vec<f64>);
+
+impl Factor {
+    /// No change.
+    pub fn one() -> Self {
+        Self(Vec::new())
+    }
+
+    /// Largest difference from 1.
+    pub fn bias(&self) -> f64 {
+        self.0.iter().map(|c| (c - 1.0).abs()).fold(0.0, f64::max)
+    }
+}
+
+impl std::fmt::Display for Factor {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        let least = self.0.iter().copied().fold(f64::INFINITY, f64::min);
+        let most = self.0.iter().copied().fold(0.0, f64::max);
+        match self.0.len() {
+            0 => write!(f, "1"),
+            1 => write!(f, "{most:.4}"),
+            _ => write!(f, "{least:.4} to {most:.4} (a smooth function of the enclosed mass)"),
+        }
+    }
+}
+
+/// Functions of which a factor is made, at particles.
+pub(super) struct Basis<'a> {
+    /// Share of the mass nearer to the center; one function that is 1 everywhere where there is none.
+    fraction: Option<&'a [f64]>,
+}
+
+/// Intervals of the splines.
+const INTERVALS: usize = 6;
+/// Weight of the coefficients' second differences against the mean square of the relative force.
+const STIFFNESS: f64 = 1.0;
+/// Gravity below this share of the largest counts no more than it.
+const LEAST_GRAVITY: f64 = 0.1;
+
+impl<'a> Basis<'a> {
+    pub fn new(fraction: Option<&'a [f64]>) -> Self {
+        Self { fraction }
+    }
+
+    pub fn len(&self) -> usize {
+        if self.fraction.is_some() { INTERVALS + 3 } else { 1 }
+    }
+
+    /// The `k`-th function at particle `i`.
+    pub fn value(&self, k: usize, i: usize) -> f64 {
+        let Some(fraction) = self.fraction else { return 1.0 };
+        let t = fraction[i].cbrt().clamp(0.0, 1.0) * INTERVALS as f64;
+        // Distance from the spline's middle, in intervals.
+        let s = (t - (k as f64 - 1.0)).abs();
+        if s < 1.0 { (4.0 - 6.0 * s * s + 3.0 * s * s * s) / 6.0 } else { (2.0 - s).max(0.0).powi(3) / 6.0 }
+    }
+
+    /// `factor` at particle `i`.
+    pub fn sum(&self, factor: &Factor, i: usize) -> f64 {
+        if factor.0.is_empty() {
+            return 1.0;
+        }
+        factor.0.iter().enumerate().map(|(k, c)| c * self.value(k, i)).sum()
+    }
+
+    /// The factor with which `forces`, those of the single functions, cancel gravity best over `set`. `None` where they do
+    /// not determine it.
+    pub fn fitted<const D: usize>(
+        &self,
+        forces: &[Vec<[f64; D]>],
+        gravity: &[[f64; D]],
+        set: Option<&[bool]>,
+    ) -> Option<Factor> {
+        let n = gravity.len();
+        let square = |g: &[f64; D]| g.iter().map(|v| v * v).sum::<f64>();
+        let least = LEAST_GRAVITY.powi(2) * reduce::max(n, |i| square(&gravity[i]));
+        let weight = parallel::map(n, |i| match set.is_none_or(|s| s[i]) {
+            true => 1.0 / square(&gravity[i]).max(least),
+            false => 0.0,
+        });
+        let over = |a: &[[f64; D]], b: &[[f64; D]]| {
+            reduce::sum(n, |i| weight[i] * (0..D).map(|k| a[i][k] * b[i][k]).sum::<f64>())
+        };
+        let len = forces.len();
+        let mut matrix = DMatrix::from_fn(len, len, |a, b| if a <= b { over(&forces[a], &forces[b]) } else { 0.0 });
+        matrix.fill_lower_triangle_with_upper_triangle();
+        let stiffness = STIFFNESS * parallel::count(n, |i| weight[i] > 0.0) as f64;
+        for row in 0..len.saturating_sub(2) {
+            for (a, x) in [1.0, -2.0, 1.0].into_iter().enumerate() {
+                for (b, y) in [1.0, -2.0, 1.0].into_iter().enumerate() {
+                    matrix[(row + a, row + b)] += stiffness * x * y;
+                }
+            }
+        }
+        let right = DVector::from_fn(len, |a, _| -over(&forces[a], gravity));
+        let found = matrix.cholesky()?.solve(&right);
+        found.iter().all(|c| c.is_finite()).then(|| Factor(found.iter().copied().collect()))
+    }
+}
+
+/// For each particle the share of all that is nearer to `center`, and half of itself.
+pub(super) fn enclosed_fractions<const D: usize>(positions: &Positions<D>, center: &[f64; D]) -> Vec<f64> {
+    let n = positions[0].len();
+    let radius = parallel::map(n, |i| distance(&at(positions, i), center));
+    let mut order: Vec<usize> = (0..n).collect();
+    order.sort_by(|&a, &b| radius[a].total_cmp(&radius[b]).then(a.cmp(&b)));
+    let mut fraction = vec![0.0; n];
+    order.iter().enumerate().for_each(|(rank, &i)| fraction[i] = (rank as f64 + 0.5) / n as f64);
+    fraction
+}

@@ -1,0 +1,98 @@
+//! The `input` section of a scene.
+
+use serde::{Deserialize, Serialize};
+use std::path::PathBuf;
+
+/// The density field.
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct Input {
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub file: Option<PathBuf>,
+    /// Density as an expression in x, y, z and r (distance from the domain's center), instead of a file.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub expression: Option<String>,
+    /// Name of the format where it cannot be told from the file.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub format: Option<String>,
+    /// Variable that is the mass density.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub density: Option<String>,
+    /// Variables to carry onto the particles; all by default.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub carry: Option<Vec<String>>,
+    /// Value of the time coordinate to read.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub time: Option<f64>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub interpolation: Option<InterpolationName>,
+    pub missing: MissingValues,
+    /// Where the rows of a radial table lie; without the statement the mass that the table states decides.
+    #[serde(skip_serializing_if = "StaggeringName::is_auto")]
+    pub staggering: StaggeringName,
+    /// Dimension in which a radial profile is used (3), and of an expression.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub dimension: Option<usize>,
+    /// Unit of length of the input, over the file's own statement.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub length_unit: Option<String>,
+    /// Unit of the density, over the file's own statement.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub density_unit: Option<String>,
+    pub atmosphere: Atmosphere,
+    /// Radius of the planet from whose surface a grid's depth or height counts, in the unit of that axis.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub planet_radius: Option<f64>,
+}
+
+/// Interpolation on grids.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum InterpolationName {
+    Linear,
+    Cubic,
+}
+
+/// What NaN and masked values of the density mean.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum MissingValues {
+    /// They are refused.
+    #[default]
+    Error,
+    /// No matter there.
+    Zero,
+}
+
+/// Where the rows of a radial table lie.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum StaggeringName {
+    /// Where each zone has the mass that a column states; without such a column as the columns' names say.
+    #[default]
+    Auto,
+    /// At points, to which radius, density and mass belong.
+    Nodes,
+    /// Radius and mass at the outer faces of zones, the density within.
+    OuterFaces,
+    /// Radius and mass at the inner faces.
+    InnerFaces,
+    /// The radius in the middle of zones, the mass at their outer faces.
+    Centers,
+}
+
+impl StaggeringName {
+    pub(super) fn is_auto(&self) -> bool {
+        *self == Self::Auto
+    }
+}
+
+/// The thin outer layer of a radial profile.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Atmosphere {
+    /// Cut where N particles no longer resolve it; the report states the mass left out.
+    #[default]
+    Cut,
+    Keep,
+}

@@ -1,0 +1,74 @@
+//! Regions of targets whose pieces are known.
+
+use super::*;
+use crate::field::AnalyticField;
+use crate::target::{Resolution, Target};
+use sph::domain::Region as Extent;
+
+fn with_regions<const D: usize>(text: &str, count: usize, check: impl Fn(Option<&Regions<'_, D>>)) {
+    let domain = Domain::new([0.0; D], [1.0; D], [Axis::Periodic; D], Extent::Box).unwrap();
+    let field = AnalyticField::<D>::new("density", text, [0.5; D]).unwrap();
+    let mass = crate::field::total_mass(&field, &domain, 1e-4).unwrap().value;
+    let target = Target {
+        domain: &domain,
+        density: &field,
+        resolution: Resolution::EqualMass,
+        count,
+        mass,
+        resolution_integral: mass,
+        largest_spacing: f64::INFINITY,
+        part: None,
+    };
+    check(target.find_regions().as_ref());
+}
+
+#[test]
+fn a_cloud_and_its_surroundings_are_two_regions_of_two_bodies() {
+    with_regions::<3>("if(r < 0.1, 1000, 1)", 20_000, |regions| {
+        let regions = regions.unwrap();
+        let ball = 4.0 / 3.0 * std::f64::consts::PI * 1e-3;
+        let wanted = 1000.0 * ball / (1.0 + 999.0 * ball);
+        let cloud = regions.of(&[0.5; 3]).unwrap();
+        assert!((regions.number(), regions.bodies()) == (2, 2));
+        assert!((regions.get(cloud).share - wanted).abs() < 1e-3, "{} {wanted}", regions.get(cloud).share);
+        assert!((0..3).all(|k| (regions.get(cloud).lo[k] - 0.4).abs() < 0.05));
+        assert_ne!(regions.of(&[0.1; 3]), Some(cloud));
+        assert_eq!(regions.counts(20_000).iter().sum::<usize>(), 20_000);
+    });
+}
+
+#[test]
+fn islands_of_one_piece_are_told_apart_and_near_vacuum_has_no_particles() {
+    let islands = "if((x - 0.25)^2 + (y - 0.5)^2 < 0.01, 2, if((x - 0.75)^2 + (y - 0.5)^2 < 0.02, 2, 1e-10))";
+    with_regions::<2>(islands, 1000, |regions| {
+        let regions = regions.unwrap();
+        let at = |x: [f64; 2]| regions.of(&x);
+        assert_eq!(regions.number(), 2);
+        assert_eq!(at([0.5, 0.1]), None);
+        let share = |x: [f64; 2]| regions.get(at(x).unwrap()).share;
+        assert!((share([0.25, 0.5]) - 1.0 / 3.0).abs() < 2e-3, "{}", share([0.25, 0.5]));
+        assert_eq!(at([0.25, 0.58]), at([0.25, 0.5]));
+    });
+    // The same condition for both: one piece, two islands.
+    with_regions::<2>("if((abs(x - 0.5) - 0.25)^2 + (y - 0.5)^2 < 0.01, 1, 0)", 1000, |regions| {
+        let regions = regions.unwrap();
+        assert_eq!((regions.number(), regions.bodies()), (2, 2));
+        assert_ne!(regions.of(&[0.25, 0.5]), regions.of(&[0.75, 0.5]));
+    });
+}
+
+#[test]
+fn what_is_continuous_is_one_and_small_jumps_leave_one_body() {
+    with_regions::<1>("if(x < 0.5, 1 + x, 2 - x)", 100, |regions| assert!(regions.is_none()));
+    with_regions::<2>("1 + x*(1 - x)", 100, |regions| assert!(regions.is_none()));
+    with_regions::<2>("if(r < 0.2, 3, 1)", 1000, |regions| {
+        let regions = regions.unwrap();
+        assert_eq!((regions.number(), regions.bodies()), (2, 1));
+    });
+    with_regions::<1>("if(abs(x - 0.5) < 0.2, 100, 1)", 1000, |regions| {
+        let regions = regions.unwrap();
+        // Through the periodic face the outside is one.
+        assert_eq!((regions.number(), regions.bodies()), (2, 2));
+        assert_eq!(regions.of(&[0.05]), regions.of(&[0.95]));
+    });
+}
