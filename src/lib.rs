@@ -30,6 +30,7 @@
 
 #[cfg(feature = "cli")]
 pub mod cli;
+pub mod codes;
 pub mod compare;
 pub mod error;
 pub mod field;

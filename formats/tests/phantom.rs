@@ -67,12 +67,19 @@ fn lengths_are_phantoms_and_the_time_unit_makes_gravity_one() {
     write(&path, &particles(units, vec![species(0, 0.5)])).unwrap();
     let p = read(&path).unwrap();
     let u = p.header.units;
-    let g = GRAVITATIONAL_CONSTANT_CGS * u.mass * u.time.powi(2) / u.length.powi(3);
+    let g = 6.672041e-8 * u.mass * u.time.powi(2) / u.length.powi(3);
     assert!((g - 1.0).abs() < 1e-12, "{g}");
     let close = |a: &[f64], b: &[f64]| a.iter().zip(b).all(|(a, b)| (a - b).abs() <= 1e-12 * b.abs());
-    assert!(close(&values(&p, 0, names::VELOCITIES), &[0.1, 0.0, 0.0, 0.0, -0.2, 0.0]));
-    assert!(close(&values(&p, 0, names::INTERNAL_ENERGY), &[0.015, 0.06]));
-    assert!((p.header.time - 2.5).abs() < 1e-12);
+    // Phantom's G is smaller than that of the units, and its unit of time longer.
+    let longer = (GRAVITATIONAL_CONSTANT_CGS / 6.672041e-8_f64).sqrt();
+    assert!(close(&values(&p, 0, names::VELOCITIES), &[0.1, 0.0, 0.0, 0.0, -0.2, 0.0].map(|v| v * longer)));
+    assert!(close(&values(&p, 0, names::INTERNAL_ENERGY), &[0.015, 0.06].map(|u| u * longer * longer)));
+    assert!((p.header.time * longer - 2.5).abs() < 1e-12);
+    // In the file the middle of the box is the origin.
+    let bytes = std::fs::read(&path).unwrap();
+    let record = [-1.5, -1.75].map(f64::to_le_bytes).concat();
+    assert!(bytes.windows(16).any(|w| w == record));
+    assert_eq!(values(&p, 0, names::COORDINATES), [0.5, -1.0, 1.5, 0.25, 0.75, 2.5]);
     assert_eq!((p.header.box_size, p.header.periodic), ([4.0; 3], [false; 3]));
     // h = 1.2 (m/rho)^(1/3) in f4; the kernel's support is 2 h.
     let support: Vec<f64> = [1.2f32, 0.6].iter().map(|h| 2.0 * f64::from(*h)).collect();

@@ -3,6 +3,7 @@
 use sph_core::geometry::unit_ball_volume;
 use sph_core::kernel::{
     CubicSpline, Kernel, KernelName, Quartic, Quintic, WendlandC2, WendlandC4, WendlandC6, evaluate, makes_pairs,
+    support_over_smoothing_length,
 };
 
 /// Surface of the unit sphere: 2, 2 pi, 4 pi.
@@ -52,6 +53,19 @@ fn kernels_have_unit_integral_the_published_width_and_the_right_slope() {
     check_all(WendlandC2, [1.620185, 1.897367, 1.936492]);
     check_all(WendlandC4, [1.936492, 2.171239, 2.207940]);
     check_all(WendlandC6, [2.207940, 2.415230, 2.449490]);
+}
+
+#[test]
+fn names_have_the_published_widths_too() {
+    for (name, d, expected) in [
+        (KernelName::CubicSpline, 3, 1.825742),
+        (KernelName::CubicSpline, 1, 1.732051),
+        (KernelName::Quintic, 2, 2.158131),
+        (KernelName::WendlandC4, 3, 2.207940),
+    ] {
+        let found = support_over_smoothing_length(name, d);
+        assert!((found - expected).abs() < 1e-6, "{name:?} in {d}-D: {found}");
+    }
 }
 
 #[test]

@@ -147,6 +147,10 @@ pub struct RunArgs {
     /// Flavor of the output, where the extension does not settle it.
     #[arg(long, value_name = "NAME")]
     to: Option<String>,
+    /// The code, and its build, that the particles are for: swift, gadget4, gadget2, phantom, with options as in
+    /// swift:wendland-c4,eta=1.2348,scheme=planetary. Sets kernel, neighbors and flavor, and balances stars for it.
+    #[arg(long = "for", value_name = "CODE")]
+    target_code: Option<String>,
     /// Variable that is the mass density.
     #[arg(long, value_name = "NAME")]
     density: Option<String>,
@@ -166,6 +170,9 @@ pub struct RunArgs {
     /// Write f64 where the format's default is f32.
     #[arg(long)]
     double: bool,
+    /// Write parameter files beside the output with which the code of --for starts and runs it as they are.
+    #[arg(long)]
+    parameters: bool,
     /// Deflate level of the output, 0 (none) to 9 [default: 4].
     #[arg(long, value_name = "LEVEL", value_parser = clap::value_parser!(u8).range(0..=9))]
     compression: Option<u8>,
@@ -282,6 +289,8 @@ impl RunArgs {
         }
         overlay(&mut scene.input.file, &self.input);
         overlay(&mut scene.input.format, &self.format);
+        overlay(&mut scene.target_code, &self.target_code);
+        scene.output.parameters |= self.parameters;
         overlay(&mut scene.input.density, &self.density);
         scene.input.staggering = self.staggering.unwrap_or(scene.input.staggering);
         overlay(&mut scene.input.time, &self.time);

@@ -9,7 +9,7 @@ use crate::input::ingest;
 use crate::input::internal_units::Prepared;
 use crate::metrics::Outcome;
 use crate::relaxation::{BALANCE, Control, StageReport, TRIMMING};
-use crate::run::plan::Plan;
+use crate::run::plan::{Held, Plan};
 use crate::run::stages::{self, Placed, Setting};
 use crate::scene::Scene;
 use crate::target::Positions;
@@ -51,7 +51,7 @@ fn in_dimension<const D: usize>(
         input: scene.input_name(),
         dimension: D,
         seed: scene.seed,
-        kernel: scene.kernel.title(),
+        kernel: scene.kernel().title(),
         kernel_neighbors: scene.kernel_neighbors(D),
         methods: request.methods.iter().map(sheet).collect(),
         runs: Vec::new(),
@@ -113,7 +113,7 @@ fn run_method<const D: usize>(
     scene.validate()?;
     let regions = prepared.target().find_regions();
     let target = prepared.target().with_regions(regions.as_ref());
-    let mut plan = Plan::new(&scene, &target, prepared.source.radial.is_some());
+    let mut plan = Plan::new(&scene, &target, prepared.source.radial.is_some(), &Held::Not);
     // Each method has the scene's whole time; states are measured afterwards, so that measuring takes none of it.
     let limit = scene.time_limit.and_then(|s| Instant::now().checked_add(Duration::try_from_secs_f64(s).ok()?));
     let control = Control { deadline: limit.or(control.deadline), ..*control };
@@ -132,7 +132,7 @@ fn run_method<const D: usize>(
     for (stage, positions) in &seen {
         let target = target.with_count(positions[0].len());
         let particles = (positions, target.masses(positions));
-        let outcome = Outcome::new(scene.kernel, (&target, setting.ledger()), particles, neighbors, None);
+        let outcome = Outcome::new(scene.kernel(), (&target, setting.ledger()), particles, neighbors, None);
         #[cfg(feature = "plots")]
         if states.len() + 1 == seen.len() {
             picture = Picture::new(prepared, &target, positions, &outcome);

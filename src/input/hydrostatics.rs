@@ -20,6 +20,11 @@ use sph_formats::{Unit, UnitDimension};
 /// Newton's constant in cm^3 g^-1 s^-2 (CODATA 2022).
 pub const GRAVITATIONAL_CONSTANT: f64 = 6.674_30e-8;
 
+/// A carried energy may be this far from that of an ideal gas at the pressure that holds the body.
+const LARGEST_CONTRADICTION: f64 = 0.2;
+/// Shares of the mass at which that is tried.
+const CONTRADICTION_SAMPLES: i32 = 40;
+
 /// Pressure and gravity as functions of position.
 pub struct Hydrostatics<'a, const D: usize> {
     pressure: Pressure<'a, D>,
@@ -52,23 +57,82 @@ enum Gravity<'a, const D: usize> {
 
 impl<'a, const D: usize> Hydrostatics<'a, D> {
     /// What the scene says of pressure and gravity. `None` where no balance is asked for and the input does not
-    /// tell both, for whatever reason: it is then only a figure of the report that is missing.
+    /// tell both: it is then only a figure of the report that is missing. Beside it, why a body should not be balanced
+    /// unless that is asked for.
     ///
     /// # Errors
-    /// A balance is asked for that the input does not determine.
-    pub(crate) fn new(scene: &Scene, prepared: &'a Prepared<D>, units: Option<InputUnits>) -> Result<Option<Self>> {
+    /// A balance is asked for that the input does not determine, or an energy is carried that is none of an ideal gas.
+    pub(crate) fn new(
+        scene: &Scene,
+        prepared: &'a Prepared<D>,
+        units: Option<InputUnits>,
+    ) -> Result<(Option<Self>, Option<String>)> {
         if scene.balance.is_some() {
-            return Self::known(scene, prepared, units)?.map_or_else(|| Err(no_pressure()), |known| Ok(Some(known)));
+            let known = Self::known(scene, prepared, units)?.ok_or_else(no_pressure)?;
+            return match known.contradiction(scene, prepared, units)? {
+                Some(why) => Err(Error::scene("balance", why)),
+                None => Ok((Some(known), None)),
+            };
         }
         if units.is_none() || D < 3 || prepared.source.radial.is_none() {
+            return Ok((None, None));
+        }
+        let checked = Self::known(scene, prepared, units).and_then(|known| match known {
+            Some(known) => Ok((known.contradiction(scene, prepared, units)?, Some(known))),
+            None => Ok((None, None)),
+        });
+        Ok(match checked {
+            Ok((None, known)) => (known, None),
+            Ok((why, _)) => (None, why),
+            Err(error) => (None, Some(error.to_string())),
+        })
+    }
+
+    /// What a carried internal energy says against the pressure that is balanced: the balance would replace it.
+    fn contradiction(
+        &self,
+        scene: &Scene,
+        prepared: &Prepared<D>,
+        units: Option<InputUnits>,
+    ) -> Result<Option<String>> {
+        let options = scene.balance.clone().unwrap_or_default();
+        let (Some(energy), None) = (carried(prepared, names::INTERNAL_ENERGY), options.equation_of_state) else {
+            return Ok(None);
+        };
+        let Some(radial) = prepared.source.radial.as_ref().filter(|_| self.own_center().is_some()) else {
+            return Ok(None);
+        };
+        let scale = Scale::new::<D>(prepared, units, scene, &options);
+        let unit = to_cgs(energy, UnitDimension::SPECIFIC_ENERGY, units.is_some())? / scale.specific_energy;
+        let by_energy = Pressure::Energy(energy, unit);
+        let body = AtRest::new(radial);
+        let mut ratios: Vec<f64> = (1..CONTRADICTION_SAMPLES)
+            .map(|i| {
+                let r = radial.profile.radius_of_fraction(f64::from(i) / f64::from(CONTRADICTION_SAMPLES));
+                let x = std::array::from_fn(|k| radial.center[k] + if k == 0 { r } else { 0.0 });
+                let holding = match &self.pressure {
+                    Pressure::Energy(..) => body.pressure(radial, r),
+                    _ => self.pressure(&x),
+                };
+                self.pressure_by(&by_energy, &x) / holding
+            })
+            .collect();
+        ratios.sort_unstable_by(f64::total_cmp);
+        let median = ratios[ratios.len() / 2];
+        if (median - 1.0).abs() <= LARGEST_CONTRADICTION {
             return Ok(None);
         }
-        Ok(Self::known(scene, prepared, units).unwrap_or_default())
+        let gamma = self.gamma;
+        Ok(Some(format!(
+            "the carried '{}' is {median:.3} times (in the median over the mass) what an ideal gas of thermal.gamma = {gamma:.4} has at the pressure that holds the body, \
+             and would be replaced: set thermal.gamma, leave it out with input.carry, or name the pressure with balance.equation_of_state",
+            energy.info().name
+        )))
     }
 
     fn known(scene: &Scene, prepared: &'a Prepared<D>, units: Option<InputUnits>) -> Result<Option<Self>> {
         let options = scene.balance.clone().unwrap_or_default();
-        let scale = Scale::new::<D>(prepared, units, &options);
+        let scale = Scale::new::<D>(prepared, units, scene, &options);
         let gravity = gravity(&options, prepared)?;
         let Some(pressure) = pressure(scene, &options, prepared, &scale, &gravity, units.is_some())? else {
             return Ok(None);
@@ -81,6 +145,23 @@ impl<'a, const D: usize> Hydrostatics<'a, D> {
             gamma: scene.thermal.gamma,
             specific_energy: scale.specific_energy,
         }))
+    }
+
+    fn pressure_by(&self, pressure: &Pressure<'_, D>, x: &[f64; D]) -> f64 {
+        let scalar = |field: &dyn CarriedField<D>| {
+            let mut out = [0.0];
+            field.evaluate(x, &mut out);
+            out[0]
+        };
+        match pressure {
+            Pressure::Carried(field, factor) => factor * scalar(*field),
+            Pressure::Energy(field, factor) => (self.gamma - 1.0) * self.density.value(x) * factor * scalar(*field),
+            Pressure::Power { constant, gamma } => constant * self.density.value(x).powf(*gamma),
+            Pressure::AtRest(body) => match &self.gravity {
+                Gravity::Enclosed(radial) => body.pressure(radial, distance(x, &radial.center)),
+                _ => 0.0,
+            },
+        }
     }
 
     /// Where the pressure comes from and what it holds, for the report.
@@ -102,20 +183,7 @@ impl<'a, const D: usize> Hydrostatics<'a, D> {
 
 impl<const D: usize> Equilibrium<D> for Hydrostatics<'_, D> {
     fn pressure(&self, x: &[f64; D]) -> f64 {
-        let scalar = |field: &dyn CarriedField<D>| {
-            let mut out = [0.0];
-            field.evaluate(x, &mut out);
-            out[0]
-        };
-        match &self.pressure {
-            Pressure::Carried(field, factor) => factor * scalar(*field),
-            Pressure::Energy(field, factor) => (self.gamma - 1.0) * self.density.value(x) * factor * scalar(*field),
-            Pressure::Power { constant, gamma } => constant * self.density.value(x).powf(*gamma),
-            Pressure::AtRest(body) => match &self.gravity {
-                Gravity::Enclosed(radial) => body.pressure(radial, distance(x, &radial.center)),
-                _ => 0.0,
-            },
-        }
+        self.pressure_by(&self.pressure, x)
     }
 
     fn gravity(&self, x: &[f64; D], step: f64) -> [f64; D] {
@@ -181,9 +249,14 @@ struct Scale {
 }
 
 impl Scale {
-    fn new<const D: usize>(prepared: &Prepared<D>, units: Option<InputUnits>, options: &BalanceInput) -> Self {
-        let (length, density, constant) =
-            units.map_or((1.0, 1.0, options.constant), |u| (u.length, u.density, GRAVITATIONAL_CONSTANT));
+    fn new<const D: usize>(
+        prepared: &Prepared<D>,
+        units: Option<InputUnits>,
+        scene: &Scene,
+        options: &BalanceInput,
+    ) -> Self {
+        let in_cgs = scene.code().map_or(GRAVITATIONAL_CONSTANT, |code| code.sheet.gravity);
+        let (length, density, constant) = units.map_or((1.0, 1.0, options.constant), |u| (u.length, u.density, in_cgs));
         let size = prepared.length * length;
         let mass = prepared.mass.value * density * length.powi(D as i32);
         let specific_energy = constant * mass / size.powi(D as i32 - 2);
@@ -240,19 +313,11 @@ fn pressure<'a, const D: usize>(
         }
         None => {}
     }
-    let carried = |name: &str| {
-        prepared
-            .source
-            .carried
-            .iter()
-            .map(AsRef::as_ref)
-            .find(|f: &&dyn CarriedField<D>| f.info().components == 1 && standard_name(&f.info().name) == name)
-    };
-    if let Some(field) = carried(names::PRESSURE) {
+    if let Some(field) = carried(prepared, names::PRESSURE) {
         let unit = to_cgs(field, UnitDimension::PRESSURE, units_known)?;
         return Ok(Some(Pressure::Carried(field, unit / scale.pressure)));
     }
-    if let Some(field) = carried(names::INTERNAL_ENERGY) {
+    if let Some(field) = carried(prepared, names::INTERNAL_ENERGY) {
         let unit = to_cgs(field, UnitDimension::SPECIFIC_ENERGY, units_known)?;
         return Ok(Some(Pressure::Energy(field, unit / scale.specific_energy)));
     }
@@ -260,6 +325,13 @@ fn pressure<'a, const D: usize>(
         Gravity::Enclosed(radial) if scene.balance.is_some() => Some(Pressure::AtRest(AtRest::new(radial))),
         _ => None,
     })
+}
+
+fn carried<'a, const D: usize>(prepared: &'a Prepared<D>, name: &str) -> Option<&'a dyn CarriedField<D>> {
+    let fields = prepared.source.carried.iter().map(AsRef::as_ref);
+    fields
+        .into_iter()
+        .find(|f: &&dyn CarriedField<D>| f.info().components == 1 && standard_name(&f.info().name) == name)
 }
 
 fn to_cgs<const D: usize>(field: &dyn CarriedField<D>, dimension: UnitDimension, units_known: bool) -> Result<f64> {

@@ -2,4 +2,5 @@
 
 pub mod columns;
 pub mod frame;
+pub(crate) mod parameters;
 pub mod particle_file;

@@ -12,6 +12,7 @@ mod balance;
 mod by_body;
 mod conservation;
 mod control;
+mod equilibrium;
 mod fit;
 mod fluid;
 #[cfg(test)]

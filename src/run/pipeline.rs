@@ -1,22 +1,24 @@
 //! A scene from its input to placed particles, and to a file: input -> source -> target -> seeding -> relaxation -> carried
 //! fields -> measures -> particle file. The only place where the run-time dimension becomes a type.
 
-use super::plan::Plan;
+use super::plan::{Held, Plan};
 use super::report::{MassReport, Report, Timing};
 use super::stages::{self, Placed, Setting};
+use crate::codes::TargetCode;
 use crate::error::{Error, Result};
 use crate::input::hydrostatics::Hydrostatics;
 use crate::input::ingest::{self, InputUnits, RawInput};
 use crate::input::internal_units::Prepared;
 use crate::metrics::{DensityError, Outcome, Thermodynamics};
 use crate::output::frame::{Factors, output_units};
+use crate::output::parameters;
 use crate::output::particle_file::{Made, Making, RawColumns, particle_file};
 use crate::relaxation::{BALANCE, Control, Event, Particles, Step, StopReason};
 use crate::scene::{DEFAULT_PARTICLES, OnInterrupt, Scene};
 use crate::target::Equilibrium;
 use sph::reduce;
 use sph_formats::common::particle_names as names;
-use sph_formats::{FormatSpec, ParticleFile, UnitSystem, WriteOptions, registry};
+use sph_formats::{FormatError, FormatSpec, ParticleFile, UnitSystem, WriteOptions, registry};
 use std::path::Path;
 use std::time::Instant;
 
@@ -29,7 +31,7 @@ use std::time::Instant;
 pub fn place(scene: &Scene, formats: &[FormatSpec], control: &Control<'_>) -> Result<(ParticleFile, Report)> {
     scene.validate()?;
     let format = match scene.output.file.as_deref() {
-        Some(output) => Some(registry::detect_output(formats, output, scene.output.format.as_deref())?),
+        Some(output) => Some(output_format(scene, formats, output)?),
         None => None,
     };
     let start = Instant::now();
@@ -60,7 +62,7 @@ pub fn place(scene: &Scene, formats: &[FormatSpec], control: &Control<'_>) -> Re
 /// Any of [`Error`]; nothing is left half-written.
 pub fn run(scene: &Scene, formats: &[FormatSpec], control: &Control<'_>) -> Result<Report> {
     let output = scene.output.file.as_deref().ok_or_else(|| Error::scene("output.file", "is missing (--out FILE)"))?;
-    let format = registry::detect_output(formats, output, scene.output.format.as_deref())?;
+    let format = output_format(scene, formats, output)?;
     registry::writer(format, output)?;
     refuse_overwriting_inputs(scene, output)?;
     sph_formats::output::probe(output)?;
@@ -71,10 +73,30 @@ pub fn run(scene: &Scene, formats: &[FormatSpec], control: &Control<'_>) -> Resu
     let options =
         WriteOptions { compression: scene.output.compression, double_precision: scene.output.double_precision };
     sph_formats::write(formats, output, Some(format.name), &file, options)?;
+    if let Some(code) = scene.code().filter(|_| scene.output.parameters) {
+        for (path, text) in parameters::files(code, output, &file)? {
+            write_text(&path, &text)?;
+            report.notes.push(format!("parameters for {} are in '{}'", code.sheet.title, path.display()));
+        }
+    }
     report.timing.push(Timing { step: Step::Write.name(), seconds: lap.elapsed().as_secs_f64(), epsilon: None });
     report.notes.extend(remove_checkpoint(scene, report.stop));
     report.seconds = start.elapsed().as_secs_f64();
     Ok(report)
+}
+
+fn write_text(path: &Path, text: &str) -> Result<()> {
+    let written = |temporary: &Path| std::fs::write(temporary, text).map_err(|e| FormatError::io(path, "write", e));
+    Ok(sph_formats::output::atomically(path, written)?)
+}
+
+/// The format of the output: as given, else as the target code reads it where the file's name leaves that open.
+fn output_format<'f>(scene: &Scene, formats: &'f [FormatSpec], output: &Path) -> Result<&'f FormatSpec> {
+    let given = scene.output.format.as_deref();
+    let by_name = registry::detect_output(formats, output, given);
+    let Some(code) = scene.code().filter(|_| given.is_none()) else { return Ok(by_name?) };
+    let is_open = by_name.as_ref().map_or(true, |f| TargetCode::of_format(f.name).is_some());
+    if is_open { Ok(registry::detect_output(formats, output, Some(code.sheet.format))?) } else { Ok(by_name?) }
 }
 
 /// Renaming the output, or a checkpoint, onto an input would destroy it, so that the run could not be repeated.
@@ -145,8 +167,14 @@ impl Run<'_> {
         let regions = prepared.target().find_regions();
         let target = prepared.target().with_regions(regions.as_ref());
         self.lap(Step::Interpolate, lap, None);
-        let mut plan = Plan::new(self.scene, &target, prepared.source.radial.is_some());
-        let hydrostatics = Hydrostatics::new(self.scene, &prepared, self.units)?;
+        let (hydrostatics, unsure) = Hydrostatics::new(self.scene, &prepared, self.units)?;
+        let own = hydrostatics.as_ref().is_some_and(|h| h.own_center().is_some());
+        let held = match unsure.or_else(|| self.scene.excludes_balance()) {
+            Some(why) => Held::Unsure(why),
+            None if own => Held::ByItself,
+            None => Held::Not,
+        };
+        let mut plan = Plan::new(self.scene, &target, prepared.source.radial.is_some(), &held);
         if let Some(h) = hydrostatics.as_ref().filter(|_| plan.stages.contains(&BALANCE)) {
             self.notes.push(format!("balanced {}", h.describe()));
         }
@@ -171,7 +199,7 @@ impl Run<'_> {
         self.notes.extend(notes);
         let lap = Instant::now();
         self.control.tell(Event::Begin(Step::Measure));
-        let (kernel, neighbors) = (self.scene.kernel, self.scene.kernel_neighbors(D));
+        let (kernel, neighbors) = (self.scene.kernel(), self.scene.kernel_neighbors(D));
         let thermodynamics =
             hydrostatics.map(|h| Thermodynamics { equilibrium: h, internal_energy: internal_energy.as_deref() });
         let target = &setting.target;
@@ -203,6 +231,10 @@ impl Run<'_> {
             self.check()?;
         }
         let stop = verdict(self.scene, stop, &density_error);
+        self.notes.extend(match self.scene.code() {
+            Some(code) => Some(format!("made for {}", code.describe(D))),
+            None => self.format.and_then(|f| TargetCode::of_format(f.name)?.mismatch(kernel, D, neighbors)),
+        });
         let (units, note) = output_units(self.scene.output.units.as_deref(), self.units, prepared.mass.value, D)?;
         self.notes.extend(note);
         let factors = Factors::new::<D>(self.units, prepared, &units);

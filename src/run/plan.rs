@@ -33,9 +33,19 @@ pub struct Plan {
     pub balance: usize,
 }
 
+/// What is known of the forces on a body.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum Held {
+    /// Pressure against its own gravity.
+    ByItself,
+    /// Why it is not balanced unless that is asked for.
+    Unsure(String),
+    Not,
+}
+
 impl Plan {
-    /// Decides from the scene, the target that it came to, and whether that is from a radial profile.
-    pub fn new<const D: usize>(scene: &Scene, target: &Target<'_, D>, has_profile: bool) -> Self {
+    /// Decides from the scene, the target that it came to, whether that is from a radial profile, and what holds it.
+    pub fn new<const D: usize>(scene: &Scene, target: &Target<'_, D>, has_profile: bool, held: &Held) -> Self {
         let (domain, count) = (target.domain, target.count);
         let mut plan = Self {
             seeding: scene.seeding.unwrap_or_default(),
@@ -60,7 +70,7 @@ impl Plan {
             let jumps = if plan.polish == Polish::Solver { discontinuity_share(target, neighbors) } else { 0.0 };
             plan.choose_seeding(scene, target, jumps);
             plan.choose_wvt(scene, D, jumps, thin);
-            plan.choose_balance(scene);
+            plan.choose_balance(scene, count, held);
         }
         match scene.trim_masses {
             Some(_) => plan.stages.push(TRIMMING),
@@ -183,20 +193,38 @@ impl Plan {
         });
     }
 
-    fn choose_balance(&mut self, scene: &Scene) {
-        match &scene.balance {
-            Some(balance) => {
-                self.balance = balance.evaluations;
-                self.stages.push(BALANCE);
+    /// By itself for a body that its own gravity holds, where the code is known that it is for.
+    fn choose_balance(&mut self, scene: &Scene, count: usize, held: &Held) {
+        let asked = scene.balance.as_ref();
+        let why = match held {
+            _ if asked.is_some() => None,
+            Held::Not => Some("balance is not set (--balance)"),
+            Held::Unsure(why) => Some(why.as_str()),
+            Held::ByItself if scene.target_code.is_none() => {
+                Some("neither balance (--balance) nor a target code (--for) is set")
             }
-            None => self.drop("balance of pressure and gravity", "balance is not set (--balance)"),
+            Held::ByItself if count < MIN_BALANCED => Some("there are too few particles"),
+            Held::ByItself => None,
+        };
+        if let Some(why) = why {
+            return self.drop("balance of pressure and gravity", why);
         }
+        let usual = (MOST_BALANCE * (USUAL_BALANCE / count as f64).cbrt()).clamp(LEAST_BALANCE, 1.5 * MOST_BALANCE);
+        self.balance = asked.and_then(|b| b.evaluations).unwrap_or(usual as usize);
+        self.stages.push(BALANCE);
     }
 
     pub fn drop(&mut self, what: impl Into<String>, why: impl Into<String>) {
         self.left_out.push(LeftOut { what: what.into(), why: why.into() });
     }
 }
+
+/// Evaluations of a balance: those for the usual number of particles, and at least.
+const MOST_BALANCE: f64 = 400.0;
+const USUAL_BALANCE: f64 = 3e4;
+const LEAST_BALANCE: f64 = 120.0;
+/// Bodies of fewer particles are not balanced unless asked for.
+const MIN_BALANCED: usize = 1000;
 
 const THIN: &str = "the domain is thinner than the particles' spacing: its faces are all they see";
 

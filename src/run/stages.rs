@@ -14,7 +14,7 @@ use crate::relaxation::{
 use crate::scene::{OnInterrupt, Scene};
 use crate::seeding::{self, Seeded};
 use crate::target::{Equilibrium, Positions, Target};
-use sph::kernel::{most_neighbors_without_pairs, own_count};
+use sph::kernel::own_count;
 use std::sync::OnceLock;
 use std::time::Instant;
 
@@ -39,7 +39,7 @@ pub struct Setting<'a, const D: usize> {
 
 /// The table of stages: each with its options from the scene.
 fn stage<'a, const D: usize>(name: StageName, setting: &Setting<'a, D>, plan: &Plan) -> Option<Box<dyn Stage<D> + 'a>> {
-    let (kernel, target) = (setting.scene.kernel, setting.target);
+    let (kernel, target) = (setting.scene.kernel(), setting.target);
     Some(match name {
         WVT => {
             let options = setting.wvt(plan);
@@ -138,7 +138,7 @@ pub fn place_watched<const D: usize>(
 
 /// The seeding, of as many particles as splitting begins with.
 fn seeded<const D: usize>(setting: &Setting<'_, D>, plan: &Plan) -> Result<(Past, Particles<D>)> {
-    check_neighbors::<D>(setting.scene, plan)?;
+    check_neighbors::<D>(setting.scene)?;
     setting.control.tell(Event::Begin(Step::Seed));
     let start = Instant::now();
     let Seeded { positions, notes } = seeding::seed(&coarse(&setting.target, plan), plan.seeding, setting.scene.seed)?;
@@ -268,7 +268,7 @@ impl<'a, const D: usize> Setting<'a, D> {
     }
 
     fn quality(&self, particles: &Particles<D>) -> Quality {
-        let (kernel, neighbors) = (self.scene.kernel, self.scene.kernel_neighbors(D));
+        let (kernel, neighbors) = (self.scene.kernel(), self.scene.kernel_neighbors(D));
         let target = self.target.with_count(particles.len());
         Quality::new(kernel, &target, self.ledger(), (&particles.positions, particles.masses.as_deref()), neighbors)
     }
@@ -365,27 +365,17 @@ fn skip(name: StageName, past: &Past, plan: &Plan) -> Option<&'static str> {
     (met && polish && !splits).then_some("WVT met the tolerance")
 }
 
-/// n_i V H^d of a particle counts its own kernel at least; no support radius has fewer neighbors than that. In balance,
-/// the forces of a kernel that makes pairs do so.
-fn check_neighbors<const D: usize>(scene: &Scene, plan: &Plan) -> Result<()> {
+/// n_i V H^d of a particle counts its own kernel at least; no support radius has fewer neighbors than that.
+fn check_neighbors<const D: usize>(scene: &Scene) -> Result<()> {
     let neighbors = scene.kernel_neighbors(D);
-    let (own, title) = (own_count(scene.kernel, D), scene.kernel.title());
+    let (own, title) = (own_count(scene.kernel(), D), scene.kernel().title());
     if !(neighbors > own) {
         let problem = format!(
             "is {neighbors}, but {title} counts a particle itself as {own:.1} in {D}-D; expected more than that"
         );
         return Err(Error::scene("neighbors", problem));
     }
-    match most_neighbors_without_pairs(scene.kernel, D) {
-        Some(most) if neighbors > most && plan.balance > 0 => Err(Error::scene(
-            "balance",
-            format!(
-                "would end in pairs of particles, since the forces of {title} with {neighbors:.0} neighbors vanish there; \
-                 expected at most {most:.1} neighbors, or one of Wendland's kernels"
-            ),
-        )),
-        _ => Ok(()),
-    }
+    Ok(())
 }
 
 /// Enough for rounding; each costs a density pass in double precision.

@@ -1,15 +1,15 @@
 //! The `balance` section of a scene.
 
 use crate::error::{Error, Result};
-use crate::relaxation::BalanceOptions;
 use serde::{Deserialize, Serialize};
 
 /// The balance of pressure and gravity that comes after the polish.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct BalanceInput {
-    /// Evaluations of the force, at most.
-    pub evaluations: usize,
+    /// Evaluations of the force, at most; by default 400 for 30 000 particles, fewer for more of them.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub evaluations: Option<usize>,
     /// By default the input's own where it is a radial profile, else a field that holds the pressure.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub gravity: Option<GravityName>,
@@ -22,7 +22,7 @@ pub struct BalanceInput {
 
 impl Default for BalanceInput {
     fn default() -> Self {
-        Self { evaluations: BalanceOptions::new(3).evaluations, gravity: None, constant: 1.0, equation_of_state: None }
+        Self { evaluations: None, gravity: None, constant: 1.0, equation_of_state: None }
     }
 }
 

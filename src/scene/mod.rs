@@ -11,6 +11,7 @@ pub use balance::{BalanceInput, EquationOfState, GravityName};
 pub use input::{Atmosphere, Input, InterpolationName, MissingValues, StaggeringName};
 pub use stages::{AfcInput, AlaricInput, CheckpointInput, Polish, SolverInput, WvtInput};
 
+use crate::codes::TargetCode;
 use crate::error::{Error, Result};
 use crate::seeding::Seeding;
 use serde::{Deserialize, Serialize};
@@ -34,8 +35,16 @@ pub struct Scene {
     /// bisection.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub seeding: Option<Seeding>,
-    pub kernel: KernelName,
-    /// Kernel neighbors V_d n H^d; by default 64 in 3-D and the same H per spacing below (19.3, 4.96).
+    /// The code, and its build, that the particles are for: `swift`, `swift:wendland-c4,eta=1.2348,scheme=planetary`,
+    /// `gadget4:neighbors=64`, `gadget2`, `phantom:hfact=1.2`. Sets kernel, neighbors and format where they are left out, the
+    /// constant of gravity, and balances bodies that their own gravity holds.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub target_code: Option<String>,
+    /// By default that of the target code, else Wendland C4.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub kernel: Option<KernelName>,
+    /// Kernel neighbors V_d n H^d; by default those of the target code, else 64 in 3-D and the same H per spacing below (19.3,
+    /// 4.96).
     #[serde(skip_serializing_if = "Option::is_none")]
     pub neighbors: Option<f64>,
     pub wvt: WvtInput,
@@ -236,6 +245,8 @@ pub struct Output {
     /// Deflate level, 0 to 9.
     pub compression: u8,
     pub double_precision: bool,
+    /// Parameter files of the target code beside the output, with which it starts and runs as they are.
+    pub parameters: bool,
     pub on_interrupt: OnInterrupt,
 }
 
@@ -259,6 +270,7 @@ impl Default for Output {
             box_factor: 4.0,
             compression: 4,
             double_precision: false,
+            parameters: false,
             on_interrupt: OnInterrupt::default(),
         }
     }
@@ -304,7 +316,18 @@ impl Scene {
 
     /// N_H in `d` dimensions, as given or customary.
     pub fn kernel_neighbors(&self, d: usize) -> f64 {
-        self.neighbors.unwrap_or_else(|| default_kernel_neighbors(d))
+        let by_code = || self.code().map(|code| code.kernel_neighbors(d));
+        self.neighbors.or_else(by_code).unwrap_or_else(|| default_kernel_neighbors(d))
+    }
+
+    /// The kernel, as given, that of the target code, or the default.
+    pub fn kernel(&self) -> KernelName {
+        self.kernel.or_else(|| Some(self.code()?.kernel)).unwrap_or_default()
+    }
+
+    /// The target code; `None` where there is none, or none that [`Self::validate`] admits.
+    pub fn code(&self) -> Option<TargetCode> {
+        TargetCode::parse(self.target_code.as_deref()?).ok()
     }
 
     /// Whether the particles' number density follows something else than the density, so that masses vary.
@@ -325,6 +348,7 @@ impl Scene {
     /// # Errors
     /// [`Error::Scene`] naming key, value and what was expected.
     pub fn validate(&self) -> Result<()> {
+        self.target_code.as_deref().map_or(Ok(()), |code| TargetCode::parse(code).map(|_| ()))?;
         self.check_input()?;
         self.check_stages()?;
         self.check_physics()?;
@@ -414,6 +438,12 @@ impl Scene {
                 format!("is {}, expected at least 1", self.output.box_factor),
             ));
         }
+        if self.output.parameters && self.target_code.is_none() {
+            return Err(Error::scene(
+                "output.parameters",
+                "needs a target_code (--for CODE) whose parameters to write",
+            ));
+        }
         if self.output.compression > 9 {
             return Err(Error::scene("output.compression", format!("is {}, expected 0 to 9", self.output.compression)));
         }
@@ -426,6 +456,12 @@ impl Scene {
 
     /// What cannot go with a balance.
     fn check_what_balance_excludes(&self) -> Result<()> {
+        self.excludes_balance()
+            .map_or(Ok(()), |why| Err(Error::scene("balance", format!("cannot go with {why}; leave one out"))))
+    }
+
+    /// The key that a balance cannot go with, if there is one, and why.
+    pub(crate) fn excludes_balance(&self) -> Option<String> {
         let excluded = [
             (
                 "resolution",
@@ -438,11 +474,9 @@ impl Scene {
                 self.thermal.internal_energy.is_some(),
                 "the balance needs an energy of its own at each particle",
             ),
+            ("material", !self.material.is_empty(), "the balance knows the pressure of an ideal gas alone"),
         ];
-        match excluded.iter().find(|e| e.1) {
-            Some((key, _, why)) => Err(Error::scene("balance", format!("cannot go with {key}: {why}; leave one out"))),
-            None => Ok(()),
-        }
+        excluded.iter().find(|e| e.1).map(|(key, _, why)| format!("{key}: {why}"))
     }
 }
 

@@ -36,7 +36,7 @@ fn figures(report: &Report) -> String {
 fn row(kernel: KernelName, neighbors: f64, count: usize) -> Result<String, String> {
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("profiles/uniform-3d.yaml");
     let mut scene = Scene::load(&path).map_err(|e| e.to_string())?;
-    (scene.kernel, scene.neighbors, scene.particles) = (kernel, Some(neighbors), Some(count));
+    (scene.kernel, scene.neighbors, scene.particles) = (Some(kernel), Some(neighbors), Some(count));
     let solved = support::run(&scene)?;
     scene.polish = Some(Polish::None);
     let wvt = support::run(&scene)?;

@@ -122,6 +122,8 @@ pub struct Flavor {
 pub(crate) struct Component {
     pub(crate) index: usize,
     pub(crate) factor: f64,
+    /// Added before the factor.
+    pub(crate) shift: f64,
     /// Values that f32 rounds to zero are no loss.
     pub(crate) may_vanish: bool,
 }
@@ -376,7 +378,7 @@ impl<'a> Job<'a> {
         range: Range<usize>,
         out: &mut Vec<f64>,
     ) -> Result<()> {
-        let scaled = |x: Number, i| self.double(planned, x.float(), i).map(|x| part.factor * x);
+        let scaled = |x: Number, i| self.double(planned, x.float(), i).map(|x| part.factor * (x + part.shift));
         self.fill(planned, range, part.index..part.index + 1, 0, out, scaled)
     }
 
@@ -390,7 +392,7 @@ impl<'a> Job<'a> {
         out: &mut Vec<f32>,
     ) -> Result<()> {
         let strict = planned.strict && !part.may_vanish;
-        let scaled = |x: Number, i| single(strict, part.factor * x.float()).ok_or(i);
+        let scaled = |x: Number, i| single(strict, part.factor * (x.float() + part.shift)).ok_or(i);
         self.fill(planned, range, part.index..part.index + 1, 0, out, scaled)
     }
 

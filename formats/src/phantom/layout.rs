@@ -7,6 +7,8 @@ use crate::particle_names as names;
 /// Characters of the identity and of a tag.
 pub const IDENTITY: usize = 100;
 pub const TAG: usize = 16;
+/// Edges of an open box about the origin, beside what Phantom reads.
+pub const CENTERED_BOX: [&str; 3] = ["centered_box_x", "centered_box_y", "centered_box_z"];
 /// Second integer, which is also the real number, and the last one of the capture pattern.
 pub const CAPTURE_REAL: i32 = 60878;
 pub const CAPTURE_END: i32 = 690_706;

@@ -1,6 +1,6 @@
 //! Reads full and small dumps, of one or several MPI processes.
 
-use super::layout::{CAPTURE_END, CAPTURE_REAL, HFACT, IDENTITY, KINDS, Kind, SUPPORT, TAG, part_type};
+use super::layout::{CAPTURE_END, CAPTURE_REAL, CENTERED_BOX, HFACT, IDENTITY, KINDS, Kind, SUPPORT, TAG, part_type};
 use super::records::Records;
 use super::schema::{CAPTURE, NAME};
 use crate::common::assemble::{self, Named};
@@ -234,6 +234,9 @@ impl Dump<'_> {
             named.push(array(names::PARTICLE_TYPE, values));
         }
         for (tag, values) in std::mem::take(&mut self.arrays) {
+            let axis = ["x", "y", "z"].iter().position(|axis| *axis == tag);
+            let edge = axis.and_then(|k| self.header.number(CENTERED_BOX[k])).filter(|edge| *edge > 0.0);
+            let values = edge.map_or_else(|| values.clone(), |edge| shifted(&values, 0.5 * edge));
             match tag.as_str() {
                 "h" | "itype" => {}
                 "iorig" => named.push(array(names::PARTICLE_IDS, values)),
@@ -283,7 +286,7 @@ impl Dump<'_> {
         let span = |axis: &str| Some(number(&format!("{axis}max"))? - number(&format!("{axis}min"))?);
         let spans = ["x", "y", "z"].map(|axis| span(axis).filter(|l| *l > 0.0));
         let periodic = spans.iter().all(Option::is_some);
-        let open = ["open_box_x", "open_box_y", "open_box_z"].map(|tag| number(tag).filter(|l| *l >= 0.0));
+        let open = CENTERED_BOX.map(|tag| number(tag).filter(|l| *l >= 0.0));
         let edges = if periodic { spans } else { open };
         let mut provenance = vec![("Dump".to_owned(), identity)];
         provenance.extend(self.notes.iter().map(|note| ("not read".to_owned(), note.clone())));
@@ -301,6 +304,10 @@ impl Dump<'_> {
 
 fn array(name: &str, values: Values) -> Named {
     Named { name: name.into(), components: 1, values, unit: None }
+}
+
+fn shifted(values: &Values, by: f64) -> Values {
+    Values::F64((0..values.len()).map(|i| values.get(i) + by).collect())
 }
 
 fn append(to: &mut Values, more: Values) -> bool {

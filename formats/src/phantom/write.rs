@@ -1,6 +1,8 @@
 //! Writes a full dump.
 
-use super::layout::{CAPTURE_END, CAPTURE_REAL, FLAVOR, GAMMA, HFACT, IDENTITY, KINDS, Kind, TAG, TYPES, itype};
+use super::layout::{
+    CAPTURE_END, CAPTURE_REAL, CENTERED_BOX, FLAVOR, GAMMA, HFACT, IDENTITY, KINDS, Kind, TAG, TYPES, itype,
+};
 use super::records;
 use super::schema::CAPTURE;
 use crate::common::flavor::{Component, Job, Planned, Storage};
@@ -8,7 +10,7 @@ use crate::error::{FormatError, Result};
 use crate::model::{ParticleFile, Species};
 use crate::particle_names as names;
 use crate::registry::WriteOptions;
-use crate::units::{GRAVITATIONAL_CONSTANT_CGS, UnitDimension, UnitSystem};
+use crate::units::{UnitDimension, UnitSystem};
 use std::fs::File;
 use std::io::{BufWriter, Write};
 use std::path::Path;
@@ -77,13 +79,17 @@ fn one_mass(job: &Job, species: &Species) -> Result<f64> {
     )))
 }
 
-/// Phantom's units: those of the header with the time that makes G = 1. Pure numbers stay what they are.
+/// The constant of gravity in cgs as Phantom has it (physcon.f90). Units in which it is 1 to nine digits are Phantom's; in
+/// others it leaves the dump's units and takes its own.
+const PHANTOMS_GRAVITY: f64 = 6.672_041e-8;
+
+/// Phantom's units: those of the header with the time that makes its G = 1. Pure numbers stay what they are.
 fn units(from: &UnitSystem) -> UnitSystem {
     if *from == UnitSystem::CODE {
         return *from;
     }
-    let time = (from.length.powi(3) / (GRAVITATIONAL_CONSTANT_CGS * from.mass)).sqrt();
-    // Units that are meant to have G = 1 keep their last digits.
+    let time = (from.length.powi(3) / (PHANTOMS_GRAVITY * from.mass)).sqrt();
+    // Units of an earlier dump keep their last digits.
     let same = (time / from.time - 1.0).abs() < 1e-9;
     UnitSystem { time: if same { from.time } else { time }, ..*from }
 }
@@ -122,7 +128,7 @@ fn header(job: &Job, kindred: &[Kindred], periodic: bool) -> Result<Vec<Items>> 
         reals.extend([("zmin", 0.0), ("zmax", edge(2))]);
     } else {
         let [x, y, z] = h.box_size;
-        reals.extend([("open_box_x", x), ("open_box_y", y), ("open_box_z", z)]);
+        reals.extend(CENTERED_BOX.into_iter().zip([x, y, z]));
     }
     let u = units(&h.units);
     // The field's unit in Gauss: B^2 / 4 pi has that of pressure.
@@ -279,7 +285,10 @@ impl Array {
             return Ok(vec![0; range.len() * width]);
         };
         let factor = factor(job, planned.dimension);
-        let component = Component { index: *component, factor, may_vanish: false };
+        // In vacuum the body is about the origin, to which Phantom resets centers of mass.
+        let isolated = planned.name == "Coordinates" && job.header.periodic == [false; 3];
+        let shift = if isolated { -0.5 * job.header.box_size[*component] } else { 0.0 };
+        let component = Component { index: *component, factor, shift, may_vanish: false };
         match self.kind {
             Kind::Int8 => {
                 let mut ids = Vec::new();

@@ -104,7 +104,7 @@ fn write_part(job: &Job, step: &Group, count: usize, column: &Planned, part: &Pa
         Factor::Step => dt,
         Factor::Temperature => 1.0 / schema::heat_capacity(GAMMA, MUI),
     };
-    let component = Component { index: part.component, factor, may_vanish: part.factor == Factor::Step };
+    let component = Component { index: part.component, factor, shift: 0.0, may_vanish: part.factor == Factor::Step };
     let (name, level) = (part.name, job.options.compression);
     let dataset = if part.double || job.options.double_precision {
         step.dataset(name, count, 1, level, |range, out| job.component_doubles(column, component, range, out))?

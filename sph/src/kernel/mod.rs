@@ -11,7 +11,8 @@ mod shapes;
 pub use crate::with_kernel;
 pub use name::KernelName;
 pub use neighbors::{
-    default_kernel_neighbors, makes_pairs, most_neighbors_without_pairs, own_count, support_over_spacing,
+    default_kernel_neighbors, makes_pairs, most_neighbors_without_pairs, own_count, support_over_smoothing_length,
+    support_over_spacing,
 };
 pub use shape::{Kernel, evaluate};
 pub use shapes::{CubicSpline, Quartic, Quintic, WendlandC2, WendlandC4, WendlandC6};

@@ -18,6 +18,21 @@ pub enum KernelName {
 }
 
 impl KernelName {
+    pub const ALL: [Self; 6] =
+        [Self::CubicSpline, Self::Quartic, Self::Quintic, Self::WendlandC2, Self::WendlandC4, Self::WendlandC6];
+
+    /// As scenes and options write it.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::CubicSpline => "cubic-spline",
+            Self::Quartic => "quartic",
+            Self::Quintic => "quintic",
+            Self::WendlandC2 => "wendland-c2",
+            Self::WendlandC4 => "wendland-c4",
+            Self::WendlandC6 => "wendland-c6",
+        }
+    }
+
     /// The kernel's name in prose.
     pub fn title(self) -> &'static str {
         fn title<K: Kernel>(_: K) -> &'static str {

@@ -38,6 +38,28 @@ pub fn own_count(kernel: KernelName, d: usize) -> f64 {
     with_kernel!(kernel, kernel => peak(kernel, d)) * unit_ball_volume(d)
 }
 
+/// Support radius over smoothing length h, which is twice the kernel's standard deviation (Dehnen & Aly 2012, eq. 8 and table
+/// 1), in `d` dimensions.
+pub fn support_over_smoothing_length(kernel: KernelName, d: usize) -> f64 {
+    fn moments<K: Kernel, const D: usize>(kernel: K) -> f64 {
+        // Simpson's rule; its error of 1e-12 comes from the knots, which lie at its nodes.
+        const INTERVALS: u32 = 3000;
+        let term = |i: u32| {
+            let q = f64::from(i) / f64::from(INTERVALS);
+            let weight = if i == 0 || i == INTERVALS { 1.0 } else { f64::from(2 + 2 * (i % 2)) };
+            let mass = weight * evaluate::<K, D>(kernel, q).0 * q.powi(D as i32 - 1);
+            [mass, mass * q * q]
+        };
+        let [mass, second] = (0..=INTERVALS).map(term).fold([0.0; 2], |[a, b], [x, y]| [a + x, b + y]);
+        0.5 * (D as f64 * mass / second).sqrt()
+    }
+    with_kernel!(kernel, kernel => match d {
+        1 => moments::<_, 1>(kernel),
+        2 => moments::<_, 2>(kernel),
+        _ => moments::<_, 3>(kernel),
+    })
+}
+
 /// Kernel neighbors V_d n H^d that are customary with 64 in 3-D: the same ratio of support to spacing in
 /// fewer dimensions (4.96, 19.3, 64).
 pub fn default_kernel_neighbors(d: usize) -> f64 {

@@ -1,0 +1,268 @@
+//! Simulation codes as targets: what each sums and with which constants, as far as an initial condition depends on it.
+
+use crate::error::{Error, Result};
+use sph::geometry::unit_ball_volume;
+use sph::kernel::{KernelName, support_over_smoothing_length};
+
+/// How a code says how many neighbors a particle has.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Neighbors {
+    /// Smoothing length (twice the kernel's standard deviation, Dehnen & Aly 2012) over the spacing.
+    Eta(f64),
+    /// Half the support radius over the spacing.
+    HalfSupport(f64),
+    /// V_d n H^d itself in three dimensions; in fewer, as many as belong to the same H.
+    Count(f64),
+}
+
+/// The default build of a code.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Sheet {
+    /// As it is asked for.
+    pub name: &'static str,
+    pub title: &'static str,
+    /// Format of its initial conditions.
+    pub format: &'static str,
+    pub kernel: KernelName,
+    pub neighbors: Neighbors,
+    /// The constant of gravity in cgs that it is compiled with.
+    pub gravity: f64,
+    /// Key under which options say how many neighbors, and what it is called in the code.
+    pub key: &'static str,
+    pub parameter: &'static str,
+    /// Schemes with the force of `relaxation::balance`, the default first.
+    pub schemes: &'static [&'static str],
+    /// Whether the kernel can be chosen when the code is built.
+    pub has_kernels: bool,
+    /// Where the figures are from.
+    pub reference: &'static str,
+}
+
+/// Known codes.
+pub const SHEETS: &[Sheet] = &[
+    Sheet {
+        name: "swift",
+        title: "SWIFT",
+        format: "swift",
+        kernel: KernelName::CubicSpline,
+        neighbors: Neighbors::Eta(1.2348),
+        gravity: 6.674_30e-8,
+        key: "eta",
+        parameter: "SPH:resolution_eta",
+        schemes: &["sphenix", "minimal", "planetary"],
+        has_kernels: true,
+        reference: "SWIFT 2026.04: configure --with-kernel, examples' resolution_eta, src/physical_constants_cgs.h",
+    },
+    Sheet {
+        name: "gadget4",
+        title: "GADGET-4",
+        format: "gadget",
+        kernel: KernelName::CubicSpline,
+        neighbors: Neighbors::Count(64.0),
+        gravity: 6.6738e-8,
+        key: "neighbors",
+        parameter: "DesNumNgb",
+        schemes: &["density-entropy"],
+        has_kernels: true,
+        reference: "GADGET-4 226f62e: Config.sh CUBIC_SPLINE_KERNEL, DesNumNgb of its examples, src/data/constants.h",
+    },
+    Sheet {
+        name: "gadget2",
+        title: "GADGET-2",
+        format: "gadget-binary",
+        kernel: KernelName::CubicSpline,
+        neighbors: Neighbors::Count(50.0),
+        gravity: 6.672e-8,
+        key: "neighbors",
+        parameter: "DesNumNgb",
+        schemes: &["density-entropy"],
+        has_kernels: false,
+        reference: "GADGET-2.0.7: parameterfiles' DesNumNgb, allvars.h",
+    },
+    Sheet {
+        name: "phantom",
+        title: "Phantom",
+        format: "phantom",
+        kernel: KernelName::CubicSpline,
+        neighbors: Neighbors::HalfSupport(1.2),
+        gravity: 6.672_041e-8,
+        key: "hfact",
+        parameter: "hfact",
+        schemes: &["density-energy"],
+        has_kernels: true,
+        reference: "Phantom v2026.0.1: kernel_cubic.f90 (hfact_default, radkern 2), physcon.f90",
+    },
+];
+
+/// A code with its build's options.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct TargetCode {
+    pub sheet: &'static Sheet,
+    pub kernel: KernelName,
+    pub neighbors: Neighbors,
+    pub scheme: &'static str,
+}
+
+impl TargetCode {
+    /// `NAME` or `NAME:OPTION,...`; an option is a kernel's name or `key=value`.
+    ///
+    /// # Errors
+    /// A name, option or value that is not known, with those that are.
+    pub fn parse(text: &str) -> Result<Self> {
+        let refuse = |problem: String| Error::scene("target_code", format!("is '{text}': {problem}"));
+        let (name, options) = text.split_once(':').unwrap_or((text, ""));
+        let known = || SHEETS.iter().map(|s| s.name).collect::<Vec<_>>().join(", ");
+        let sheet = SHEETS
+            .iter()
+            .find(|s| s.name == name)
+            .ok_or_else(|| refuse(format!("no code of the name '{name}' is known, expected one of {}", known())))?;
+        let mut code = Self { sheet, kernel: sheet.kernel, neighbors: sheet.neighbors, scheme: sheet.schemes[0] };
+        for option in options.split(',').filter(|o| !o.is_empty()) {
+            match option.split_once('=') {
+                None => code.kernel = kernel(sheet, option).map_err(refuse)?,
+                Some(("kernel", value)) => code.kernel = kernel(sheet, value).map_err(refuse)?,
+                Some(("scheme", value)) => {
+                    let known = sheet.schemes.join(", ");
+                    code.scheme = sheet.schemes.iter().find(|s| **s == value).ok_or_else(|| {
+                        refuse(format!("the forces of scheme '{value}' are not known here, expected {known}"))
+                    })?;
+                }
+                Some((key, value)) if key == sheet.key => {
+                    let number = value.parse::<f64>().ok().filter(|v| v.is_finite() && *v > 0.0);
+                    let number =
+                        number.ok_or_else(|| refuse(format!("{key} is '{value}', expected a positive number")))?;
+                    code.neighbors = match sheet.neighbors {
+                        Neighbors::Eta(_) => Neighbors::Eta(number),
+                        Neighbors::HalfSupport(_) => Neighbors::HalfSupport(number),
+                        Neighbors::Count(_) => Neighbors::Count(number),
+                    };
+                }
+                Some((key, _)) => {
+                    let problem =
+                        format!("'{key}' is no option, expected a kernel's name, {}=NUMBER or scheme=NAME", sheet.key);
+                    return Err(refuse(problem));
+                }
+            }
+        }
+        Ok(code)
+    }
+
+    /// The default build of the code that reads a format.
+    pub fn of_format(format: &str) -> Option<Self> {
+        let sheet = SHEETS.iter().find(|s| s.format == format)?;
+        Some(Self { sheet, kernel: sheet.kernel, neighbors: sheet.neighbors, scheme: sheet.schemes[0] })
+    }
+
+    /// V_d n H^d in `d` dimensions.
+    pub fn kernel_neighbors(&self, d: usize) -> f64 {
+        let of_ratio = |ratio: f64| unit_ball_volume(d) * ratio.powi(d as i32);
+        match self.neighbors {
+            Neighbors::Eta(eta) => of_ratio(eta * support_over_smoothing_length(self.kernel, d)),
+            Neighbors::HalfSupport(ratio) => of_ratio(2.0 * ratio),
+            Neighbors::Count(count) => of_ratio((count / unit_ball_volume(3)).cbrt()),
+        }
+    }
+
+    /// What it says in the code's own parameter.
+    pub fn setting(&self) -> f64 {
+        match self.neighbors {
+            Neighbors::Eta(v) | Neighbors::HalfSupport(v) | Neighbors::Count(v) => v,
+        }
+    }
+
+    /// The value of the code's parameter with which it has so many neighbors with a kernel.
+    fn setting_for(&self, kernel: KernelName, d: usize, kernel_neighbors: f64) -> f64 {
+        let ratio = (kernel_neighbors / unit_ball_volume(d)).powf(1.0 / d as f64);
+        match self.neighbors {
+            Neighbors::Eta(_) => ratio / support_over_smoothing_length(kernel, d),
+            Neighbors::HalfSupport(_) => 0.5 * ratio,
+            Neighbors::Count(_) => unit_ball_volume(3) * ratio.powi(3),
+        }
+    }
+
+    /// In one line: what it sums with.
+    pub fn describe(&self, d: usize) -> String {
+        let Sheet { title, parameter, .. } = self.sheet;
+        let (kernel, count) = (self.kernel.title(), self.kernel_neighbors(d));
+        format!("{title} ({}) with {kernel}, {parameter} {}: {count:.1} neighbors", self.scheme, self.setting())
+    }
+
+    /// What to change where particles were placed with another kernel or number of neighbors; `None` where they agree.
+    pub fn mismatch(&self, kernel: KernelName, d: usize, kernel_neighbors: f64) -> Option<String> {
+        let off = kernel_neighbors / self.kernel_neighbors(d) - 1.0;
+        if kernel == self.kernel && off.abs() < 0.01 {
+            return None;
+        }
+        let Sheet { name, parameter, .. } = self.sheet;
+        let setting = self.setting_for(kernel, d, kernel_neighbors);
+        let build = match (kernel == self.kernel, self.sheet.has_kernels) {
+            (true, _) => format!("set {parameter} to {setting:.4}"),
+            (_, true) => format!("build it with {} and set {parameter} to {setting:.4}", kernel.title()),
+            (_, false) => "it has no other kernel".to_owned(),
+        };
+        Some(format!(
+            "particles are placed for {} with {kernel_neighbors:.1} neighbors, but the default build is {}: --for {name} places them for it, or {build}",
+            kernel.title(),
+            self.describe(d),
+        ))
+    }
+}
+
+fn kernel(sheet: &Sheet, name: &str) -> std::result::Result<KernelName, String> {
+    let known = KernelName::ALL.iter().map(|k| k.name()).collect::<Vec<_>>().join(", ");
+    let found = KernelName::ALL.into_iter().find(|k| k.name() == name);
+    let found = found.ok_or_else(|| format!("'{name}' is no kernel, expected one of {known}"))?;
+    if found != sheet.kernel && !sheet.has_kernels {
+        return Err(format!("{} has no kernel but {}", sheet.title, sheet.kernel.title()));
+    }
+    Ok(found)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn codes_have_the_neighbors_that_they_say() {
+        for (text, d, expected) in [
+            ("swift", 3, 48.0),
+            ("swift:wendland-c4", 3, 84.9),
+            ("swift:wendland-c4,eta=1.1239", 3, 64.0),
+            ("gadget4", 3, 64.0),
+            ("phantom", 3, 57.9),
+            ("phantom:hfact=1.0", 3, 33.5),
+            ("swift", 2, 15.1),
+        ] {
+            let found = TargetCode::parse(text).unwrap().kernel_neighbors(d);
+            assert!((found - expected).abs() < 0.06, "{text} in {d}-D: {found}");
+        }
+    }
+
+    #[test]
+    fn what_is_not_known_is_refused_with_what_is() {
+        for (text, parts) in [
+            ("swfit", vec!["no code of the name 'swfit'", "swift, gadget4"]),
+            ("swift:wendland", vec!["'wendland' is no kernel", "wendland-c4"]),
+            ("swift:eta=0", vec!["eta is '0'", "positive"]),
+            ("swift:hfact=1.2", vec!["'hfact' is no option", "eta=NUMBER"]),
+            ("swift:scheme=gizmo", vec!["scheme 'gizmo'", "sphenix"]),
+            ("gadget2:wendland-c2", vec!["no kernel but cubic spline"]),
+            ("", vec!["no code of the name ''"]),
+        ] {
+            let error = TargetCode::parse(text).unwrap_err().to_string();
+            for part in parts {
+                assert!(error.contains(part), "{text}: {error}");
+            }
+        }
+    }
+
+    #[test]
+    fn another_kernel_is_named_with_the_remedy() {
+        let swift = TargetCode::of_format("swift").unwrap();
+        assert_eq!(swift.mismatch(KernelName::CubicSpline, 3, 48.0), None);
+        let text = swift.mismatch(KernelName::WendlandC4, 3, 64.0).unwrap();
+        for part in ["Wendland C4 with 64.0", "cubic spline", "--for swift", "resolution_eta to 1.1239"] {
+            assert!(text.contains(part), "{text}");
+        }
+    }
+}
