@@ -189,6 +189,9 @@ pub struct RunArgs {
     /// Then move the particles until the pressure force of the target code cancels gravity: a star that stays still.
     #[arg(long)]
     balance: bool,
+    /// Follow the result forward for so many dynamical times and say whether it stays still: energies, drifts, a verdict.
+    #[arg(long, value_name = "T_DYN", num_args = 0..=1, default_missing_value = "3")]
+    certify: Option<f64>,
     /// What matters more to the solver: 0 the exact density, 1 quiet forces [default: 0.5, or the most that a
     /// tolerance admits].
     #[arg(long, value_name = "0..1")]
@@ -290,6 +293,7 @@ impl RunArgs {
         overlay(&mut scene.input.file, &self.input);
         overlay(&mut scene.input.format, &self.format);
         overlay(&mut scene.target_code, &self.target_code);
+        overlay(&mut scene.certify, &self.certify);
         scene.output.parameters |= self.parameters;
         overlay(&mut scene.input.density, &self.density);
         scene.input.staggering = self.staggering.unwrap_or(scene.input.staggering);

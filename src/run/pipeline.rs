@@ -13,10 +13,10 @@ use crate::metrics::{DensityError, Outcome, Thermodynamics};
 use crate::output::frame::{Factors, output_units};
 use crate::output::parameters;
 use crate::output::particle_file::{Made, Making, RawColumns, particle_file};
-use crate::relaxation::{BALANCE, Control, Event, Particles, Step, StopReason};
+use crate::relaxation::{BALANCE, CERTIFICATE, Certificate, Control, Event, Particles, Step, StopReason, certify};
 use crate::scene::{DEFAULT_PARTICLES, OnInterrupt, Scene};
-use crate::target::Equilibrium;
-use sph::reduce;
+use crate::target::{Equilibrium, Positions, at};
+use sph::{parallel, reduce};
 use sph_formats::common::particle_names as names;
 use sph_formats::{FormatError, FormatSpec, ParticleFile, UnitSystem, WriteOptions, registry};
 use std::path::Path;
@@ -230,6 +230,7 @@ impl Run<'_> {
         if self.scene.output.on_interrupt == OnInterrupt::Discard {
             self.check()?;
         }
+        let certificate = self.certificate(setting, hydrostatics, (&positions, internal_energy.as_deref()))?;
         let stop = verdict(self.scene, stop, &density_error);
         self.notes.extend(match self.scene.code() {
             Some(code) => Some(format!("made for {}", code.describe(D))),
@@ -267,6 +268,7 @@ impl Run<'_> {
             ledger,
             noise,
             balance,
+            certificate,
             neighbors: near,
             stages,
             timing: self.timing,
@@ -275,6 +277,34 @@ impl Run<'_> {
             notes: self.notes,
         };
         Ok((file, report))
+    }
+
+    /// The body followed forward, where that is asked for.
+    fn certificate<const D: usize>(
+        &mut self,
+        setting: &Setting<'_, D>,
+        hydrostatics: Option<&Hydrostatics<'_, D>>,
+        (positions, internal_energy): (&Positions<D>, Option<&[f64]>),
+    ) -> Result<Option<Certificate>> {
+        let Some(duration) = self.scene.certify else { return Ok(None) };
+        let target = &setting.target;
+        let held = hydrostatics.and_then(|h| Some((h, h.own_center()?))).filter(|_| target.has_equal_masses());
+        let Some((equilibrium, center)) = held else {
+            let problem = "follows a body of equal masses that its own gravity holds, with a pressure that is known; leave it out";
+            return Err(Error::scene("certify", problem));
+        };
+        let lap = Instant::now();
+        self.control.tell(Event::Begin(Step::Relax(CERTIFICATE)));
+        let own = |i: usize| {
+            let x = at(positions, i);
+            equilibrium.pressure(&x) / ((equilibrium.gamma() - 1.0) * target.density.value(&x).max(f64::MIN_POSITIVE))
+        };
+        let energy = internal_energy.map_or_else(|| parallel::map(positions[0].len(), own), <[f64]>::to_vec);
+        let sums = (self.scene.kernel(), self.scene.kernel_neighbors(D));
+        let state = (equilibrium.gamma(), center);
+        let certificate = certify(sums, *target, (positions, &energy), state, duration, self.control);
+        self.lap(Step::Relax(CERTIFICATE), lap, None);
+        Ok(Some(certificate))
     }
 
     fn mass_report<const D: usize>(

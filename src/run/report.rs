@@ -3,7 +3,7 @@
 use crate::metrics::{
     BalanceFigures, DensityError, ErrorFigures, IN_PLACE, LedgerFigures, NeighborFigures, NoiseFigures,
 };
-use crate::relaxation::{StageReport, StopReason};
+use crate::relaxation::{Certificate, StageReport, StopReason};
 use crate::run::plan::Plan;
 use serde::Serialize;
 use std::fmt::Write;
@@ -26,6 +26,8 @@ pub struct Report {
     pub noise: NoiseFigures,
     /// How well pressure cancels gravity, where both are known.
     pub balance: Option<BalanceFigures>,
+    /// What became of the body when it was followed forward.
+    pub certificate: Option<Certificate>,
     pub neighbors: NeighborFigures,
     pub stages: Vec<StageReport>,
     pub timing: Vec<Timing>,
@@ -94,6 +96,27 @@ impl Report {
         Ok(())
     }
 
+    /// Whether it stays still.
+    fn write_certificate(&self, out: &mut String) -> std::fmt::Result {
+        let Some(c) = &self.certificate else { return Ok(()) };
+        let end = c.states.last().map_or(0.0, |s| s.time);
+        let energy = c.states.iter().map(|s| s.energy.abs()).fold(0.0, f64::max);
+        writeln!(
+            out,
+            "  certificate      {}: kinetic energy {:.1e} of |W| on average up to {end:.1} dynamical times ({} steps)",
+            c.verdict(),
+            c.kinetic,
+            c.steps
+        )?;
+        writeln!(
+            out,
+            "                   central density changes by {:.2} %, half-mass radius by {:.2} %, energy by {energy:.0e} of |W|",
+            100.0 * c.central_density_drift,
+            100.0 * c.half_mass_radius_drift
+        )?;
+        if c.is_whole { Ok(()) } else { writeln!(out, "                   it was ended early") }
+    }
+
     fn write_text(&self, out: &mut String) -> std::fmt::Result {
         writeln!(out, "{} -> {} ({})", self.input, self.output, self.format)?;
         match self.stop {
@@ -120,6 +143,7 @@ impl Report {
         } else {
             writeln!(out, "  particle masses  {:.4e} to {:.4e}", m.smallest, m.largest)?;
         }
+        self.write_certificate(out)?;
         self.write_ledger(out)?;
         writeln!(out, "  density error    {:<28} epsilon     mean |e|    99 %        max |e|", "")?;
         let e = &self.density_error;

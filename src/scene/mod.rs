@@ -57,6 +57,10 @@ pub struct Scene {
     /// Moves the particles until the pressure force of the target code cancels gravity; off by default.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub balance: Option<BalanceInput>,
+    /// Dynamical times for which the result is followed forward, to see whether it stays still; for a body that its own gravity
+    /// holds.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub certify: Option<f64>,
     /// Lets masses move by at most this fraction until the density is exact; equal masses otherwise.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub trim_masses: Option<f64>,
@@ -414,6 +418,7 @@ impl Scene {
         for (key, value) in [
             ("input.planet_radius", self.input.planet_radius),
             ("tolerance", self.tolerance),
+            ("certify", self.certify),
             ("thermal.internal_energy", self.thermal.internal_energy),
         ] {
             value.map_or(Ok(()), |v| positive(key, v))?;
