@@ -50,7 +50,7 @@ impl BalanceOptions {
 }
 
 /// Shares of the evaluations after which A_i, and gravity, are taken anew.
-const SHARES: [f64; 5] = [0.1, 0.2, 0.4, 0.7, 1.0];
+const SHARES: [f64; 4] = [0.06, 0.15, 0.35, 1.0];
 /// Radius of what is there for a body that holds itself, in the body's own.
 const SPACE: f64 = 2.0;
 

@@ -362,9 +362,9 @@ impl<'a, const D: usize, R: Real> Balance<'a, D, R> {
         !(domain.distance_to_edge(&ahead) > depth)
     }
 
-    /// Mean |a + g| / |g| over the interior; without gravity mean |a| rho spacing / P.
+    /// Mean |a + g| / |g| over the interior, or over all particles where those at the surface are free; without gravity mean |a| rho spacing / P.
     fn error(&self, frame: &Frame, now: &Evaluation<D>) -> f64 {
-        let set = self.interior(now);
+        let set = self.interior(now).filter(|_| !self.arrangement.leaves_target);
         let counts = |i: usize| set.as_ref().is_none_or(|s| s[i]);
         let gravity = self.equilibrium.has_gravity();
         let gamma = self.equilibrium.gamma();
