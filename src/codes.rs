@@ -34,6 +34,8 @@ pub struct Sheet {
     pub schemes: &'static [&'static str],
     /// Whether the kernel can be chosen when the code is built.
     pub has_kernels: bool,
+    /// Whether `output::parameters` knows its parameter files.
+    pub has_parameters: bool,
     /// Where the figures are from.
     pub reference: &'static str,
 }
@@ -51,6 +53,7 @@ pub const SHEETS: &[Sheet] = &[
         parameter: "SPH:resolution_eta",
         schemes: &["sphenix", "minimal", "planetary"],
         has_kernels: true,
+        has_parameters: true,
         reference: "SWIFT 2026.04: configure --with-kernel, examples' resolution_eta, src/physical_constants_cgs.h",
     },
     Sheet {
@@ -64,6 +67,7 @@ pub const SHEETS: &[Sheet] = &[
         parameter: "DesNumNgb",
         schemes: &["density-entropy"],
         has_kernels: true,
+        has_parameters: true,
         reference: "GADGET-4 226f62e: Config.sh CUBIC_SPLINE_KERNEL, DesNumNgb of its examples, src/data/constants.h",
     },
     Sheet {
@@ -77,6 +81,7 @@ pub const SHEETS: &[Sheet] = &[
         parameter: "DesNumNgb",
         schemes: &["density-entropy"],
         has_kernels: false,
+        has_parameters: false,
         reference: "GADGET-2.0.7: parameterfiles' DesNumNgb, allvars.h",
     },
     Sheet {
@@ -90,6 +95,7 @@ pub const SHEETS: &[Sheet] = &[
         parameter: "hfact",
         schemes: &["density-energy"],
         has_kernels: true,
+        has_parameters: true,
         reference: "Phantom v2026.0.1: kernel_cubic.f90 (hfact_default, radkern 2), physcon.f90",
     },
 ];
@@ -160,6 +166,15 @@ impl TargetCode {
             Neighbors::Eta(eta) => of_ratio(eta * support_over_smoothing_length(self.kernel, d)),
             Neighbors::HalfSupport(ratio) => of_ratio(2.0 * ratio),
             Neighbors::Count(count) => of_ratio((count / unit_ball_volume(3)).cbrt()),
+        }
+    }
+
+    /// The kernel's support radius over what the code calls smoothing length.
+    pub fn support_over_length(&self, d: usize) -> f64 {
+        match self.neighbors {
+            Neighbors::Eta(_) => support_over_smoothing_length(self.kernel, d),
+            Neighbors::HalfSupport(_) => 2.0,
+            Neighbors::Count(_) => 1.0,
         }
     }
 

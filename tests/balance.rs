@@ -232,3 +232,58 @@ fn a_star_for_a_code_is_balanced_with_what_that_code_sums() {
     assert!(other.plan.left_out.iter().any(|l| l.what.contains("balance") && l.why.contains("--for")));
     assert!(other.notes.iter().any(|n| n.contains("--for swift")), "{:?}", other.notes);
 }
+
+/// A polytrope of index 1 as a table: radius, density, specific internal energy times `factor`, in numbers with G = 1.
+fn polytrope_table(folder: &std::path::Path, factor: f64) -> std::path::PathBuf {
+    let pi = std::f64::consts::PI;
+    let mut text = String::from("# radius density internal_energy\n");
+    for i in 0..=400 {
+        let r = f64::from(i) / 400.0;
+        let rho = if i == 0 { 1.0 } else { ((pi * r).sin() / (pi * r)).max(0.0) };
+        // P = (2/pi) rho^2, u = P / ((gamma - 1) rho).
+        text += &format!("{r:.12e} {rho:.12e} {:.12e}\n", factor * 1.5 * 2.0 / pi * rho);
+    }
+    let path = folder.join("star.txt");
+    std::fs::write(&path, text).unwrap();
+    path
+}
+
+#[test]
+fn an_energy_that_does_not_hold_the_body_is_not_replaced_silently() {
+    let folder = tempfile::tempdir().unwrap();
+    let scene = |factor: f64, rest: &str| {
+        let path = polytrope_table(folder.path(), factor);
+        format!("input: {{file: '{}'}}\nparticles: 1000\nbalance: {{evaluations: 20{rest}}}\n", path.display())
+    };
+    assert!(attempt(&scene(1.0, "")).is_ok());
+    for factor in [0.1, 5.0] {
+        let text = attempt(&scene(factor, "")).unwrap_err().to_string();
+        for part in ["'internal_energy' is", "times (in the median", "thermal.gamma", "input.carry"] {
+            assert!(text.contains(part), "{factor}: {text}");
+        }
+        assert!(attempt(&scene(factor, ", equation_of_state: at-rest")).is_ok());
+    }
+}
+
+/// Energy and angular momentum are conserved, a balanced star is far quieter than a bare one, and what one and the other do
+/// is what the forces in the report say: a star whose net force is a tenth of gravity moves.
+#[test]
+fn the_certificate_tells_a_quiet_star_from_one_that_moves() {
+    let scene = "input: {file: profiles/polytrope-1.5.nc}\nparticles: 3000\ncertify: 1\n";
+    let of = |rest: &str| run(&format!("{scene}{rest}")).certificate.unwrap();
+    let balanced = of("target_code: swift\n");
+    let bare = of("kernel: cubic-spline\nneighbors: 48\npolish: none\n");
+    assert!(balanced.kinetic < 0.1 * bare.kinetic, "{:e} {:e}", balanced.kinetic, bare.kinetic);
+    for c in [&balanced, &bare] {
+        assert!(c.is_whole && c.states.len() == 11);
+        assert!((c.states[10].time - 1.0).abs() < 1e-12);
+        for s in &c.states {
+            assert!(s.energy.abs() < 2e-4 && s.angular_momentum < 2e-3, "{s:?}");
+        }
+    }
+    assert!(balanced.central_density_drift < 0.01 && balanced.half_mass_radius_drift < 0.01, "{balanced:?}");
+    let first = balanced.states[0];
+    assert!(first.kinetic == 0.0 && first.virial.abs() < 0.02, "{first:?}");
+    let text = attempt("input: {expression: '1'}\ndomain: {box: [[0, 0], [1, 1]]}\nparticles: 100\ncertify: 1\n");
+    assert!(text.unwrap_err().to_string().contains("its own gravity holds"));
+}

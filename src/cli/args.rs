@@ -14,6 +14,7 @@ Examples:
   sph-prep --in grid.nc --density rho --print-scene  what would be run, as a scene
   sph-prep inspect grid.nc                           what a file holds
   sph-prep convert ic.hdf5 ic.vtu                    particles to another format
+  sph-prep check ic.hdf5 --for swift                 whether a code takes it, and what it will sum
   sph-prep formats                                   what can be read and written
   sph-prep compare --scene box.yaml --out methods    which method suits a scene
 
@@ -50,6 +51,8 @@ pub struct Args {
 pub enum Command {
     /// Show what a file holds: variables, shapes, units, ranges, and what would be taken for the density.
     Inspect(InspectArgs),
+    /// Check whether a code takes a particle file, whoever wrote it, and what it will sum.
+    Check(CheckArgs),
     /// Convert a particle file to another format; what that cannot hold is listed.
     Convert(ConvertArgs),
     /// List the formats that can be read and written.
@@ -72,6 +75,21 @@ pub struct InspectArgs {
     /// Value of the time coordinate to read.
     #[arg(long)]
     pub time: Option<f64>,
+}
+
+#[derive(Debug, clap::Args)]
+pub struct CheckArgs {
+    /// Particle file.
+    pub file: PathBuf,
+    /// The code, and its build, as in the main command.
+    #[arg(long = "for", value_name = "CODE")]
+    pub target_code: String,
+    /// Name of the format, where it cannot be told from the file.
+    #[arg(long)]
+    pub format: Option<String>,
+    /// Print the findings as JSON.
+    #[arg(long)]
+    pub json: bool,
 }
 
 #[derive(Debug, clap::Args)]

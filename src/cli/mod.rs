@@ -4,6 +4,7 @@
 //! interrupt was to leave the best state (which is written all the same).
 
 mod args;
+mod check;
 mod compare;
 mod convert;
 mod exit;
@@ -35,6 +36,10 @@ pub fn main() -> ExitCode {
         Some(Command::Methods) => print(&(methods::table() + &compare::table())),
         Some(Command::Inspect(inspect)) => inspect::inspect(FORMATS, inspect).and_then(|text| print(&text)),
         Some(Command::Compare(arguments)) => compare(arguments),
+        Some(Command::Check(arguments)) => check::run(FORMATS, arguments).and_then(|(text, code)| {
+            print(&text)?;
+            Ok(code)
+        }),
         Some(Command::Convert(convert)) => convert::convert(FORMATS, convert).map(|notes| {
             notes.iter().for_each(|note| eprintln!("note: {note}"));
             ExitCode::SUCCESS

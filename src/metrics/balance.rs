@@ -41,6 +41,33 @@ fn own_gravity<const D: usize>(measured: &Measured<D>, positions: &Positions<D>,
     own
 }
 
+/// Mean of |a + g| / |g| over the interior, g being what the particles attract each other with, for specific internal energies
+/// in units of G M/L, positions and masses in those of L and M. `None` where there is no interior.
+pub fn mean_net_force<const D: usize>(
+    kernel: KernelName,
+    measured: &Measured<D>,
+    domain: &Domain<D>,
+    positions: &Positions<D>,
+    masses: &[f64],
+    (internal_energy, gamma): (&[f64], f64),
+) -> Option<f64> {
+    let strength = parallel::map(masses.len(), |i| {
+        let sums = &measured.sums[i];
+        let grad_h = 1.0 + sums.slope / (D as f64 * sums.number_density);
+        (gamma - 1.0) * internal_energy[i] / (sums.weighted * grad_h)
+    });
+    let force = measured.pressure_force(kernel, domain, masses, &strength);
+    let own = own_gravity(measured, positions, masses);
+    let inside = |i: usize| measured.interior[i];
+    let error = |i: usize| {
+        let pull: f64 = own[i].iter().map(|g| g * g).sum();
+        let net: f64 = own[i].iter().zip(&force[i]).map(|(g, a)| (g + a).powi(2)).sum();
+        if pull > 0.0 { (net / pull).sqrt() } else { 0.0 }
+    };
+    let count = parallel::count(masses.len(), inside);
+    (count > 0).then(|| reduce::sum(masses.len(), |i| if inside(i) { error(i) } else { 0.0 }) / count as f64)
+}
+
 impl BalanceFigures {
     /// `target_density` is rho* at the particles, in internal units as all else. `None` without gravity.
     pub fn new<const D: usize>(

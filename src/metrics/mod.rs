@@ -14,7 +14,7 @@ mod outcome;
 mod quality;
 mod smoothed;
 
-pub use balance::{BalanceFigures, Thermodynamics};
+pub use balance::{BalanceFigures, Thermodynamics, mean_net_force};
 pub use density_error::{DensityError, ErrorFigures};
 pub use isotropy::BondOrder;
 pub use ledger::{IN_PLACE, Ledger, LedgerFigures, LedgerLevel, RegionFigures};

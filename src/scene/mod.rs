@@ -11,7 +11,7 @@ pub use balance::{BalanceInput, EquationOfState, GravityName};
 pub use input::{Atmosphere, Input, InterpolationName, MissingValues, StaggeringName};
 pub use stages::{AfcInput, AlaricInput, CheckpointInput, Polish, SolverInput, WvtInput};
 
-use crate::codes::TargetCode;
+use crate::codes::{SHEETS, TargetCode};
 use crate::error::{Error, Result};
 use crate::seeding::Seeding;
 use serde::{Deserialize, Serialize};
@@ -443,11 +443,10 @@ impl Scene {
                 format!("is {}, expected at least 1", self.output.box_factor),
             ));
         }
-        if self.output.parameters && self.target_code.is_none() {
-            return Err(Error::scene(
-                "output.parameters",
-                "needs a target_code (--for CODE) whose parameters to write",
-            ));
+        if self.output.parameters && !self.code().is_some_and(|code| code.sheet.has_parameters) {
+            let known: Vec<&str> = SHEETS.iter().filter(|s| s.has_parameters).map(|s| s.name).collect();
+            let problem = format!("needs a target_code (--for CODE) whose parameters are known: {}", known.join(", "));
+            return Err(Error::scene("output.parameters", problem));
         }
         if self.output.compression > 9 {
             return Err(Error::scene("output.compression", format!("is {}, expected 0 to 9", self.output.compression)));

@@ -3,5 +3,7 @@
 mod bad_grids;
 mod bad_output;
 mod bad_tables;
+mod check;
+mod codes;
 mod runs;
 mod support;

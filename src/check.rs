@@ -1,0 +1,391 @@
+//! Whether a code takes a particle file, and what it will make of it.
+//!
+//! Everything that a code would stumble over, whoever wrote the file: missing and impossible values, numbers that are used
+//! twice, places outside of the box, pairs; then what it sums with its own kernel: densities against those in the file,
+//! smoothing lengths, and the net force of a body that its own gravity holds.
+
+use crate::codes::{Neighbors, TargetCode};
+use crate::error::{Error, Result};
+use crate::metrics::{Measured, mean_net_force};
+use serde::Serialize;
+use sph::domain::{Axis, Domain, Region};
+use sph::sums::support_guess;
+use sph_formats::common::particle_names as names;
+use sph_formats::{ParticleFile, ParticleTable, UnitSystem};
+
+/// Smoothing lengths whose convention the file does not state.
+const SMOOTHING: &str = "SmoothingLength";
+
+/// How much something matters.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Level {
+    /// As it should be, or a figure to know.
+    Good,
+    /// The code runs, but not on what was meant.
+    Warning,
+    /// The code stops, or runs on nonsense.
+    Error,
+}
+
+/// One thing that was looked at.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Finding {
+    pub level: Level,
+    pub what: String,
+    /// What was found, what is expected, and the remedy.
+    pub text: String,
+}
+
+/// Adiabatic index of the codes' default builds.
+const GAMMA: f64 = 5.0 / 3.0;
+/// Particles nearer than this many spacings are one to a code, or a pair.
+const COINCIDENT: f64 = 1e-6;
+const PAIRED: f64 = 0.3;
+/// Smoothing lengths may be off by this factor: a code finds its own, but from afar slowly or not at all.
+const NEAR: f64 = 1.25;
+const FAR: f64 = 3.0;
+/// Masses beyond this contrast fail in codes.
+const CONTRAST: f64 = 1e3;
+/// A density column may be off by this much: it may be the sum with another kernel.
+const OTHER_DENSITY: f64 = 0.05;
+/// Net forces over gravity that let a body stay still, and that move it.
+const STILL: f64 = 0.01;
+const MOVES: f64 = 0.1;
+
+/// Checks a file for a code.
+///
+/// # Errors
+/// A file without gas or without coordinates: there is nothing to check.
+pub fn check(file: &ParticleFile, code: &TargetCode) -> Result<Vec<Finding>> {
+    let mut findings = Vec::new();
+    let gas = file.species.iter().find(|s| s.part_type == 0 && s.table.count > 0);
+    let table =
+        &gas.ok_or_else(|| Error::field("PartType0", "the file has no gas particles; nothing can be checked"))?.table;
+    if table.column(names::COORDINATES).is_none() {
+        return Err(Error::field(names::COORDINATES, "is missing; expected three numbers for each particle"));
+    }
+    values(table, code, &mut findings);
+    numbers(file, code, &mut findings);
+    frame(file, code, &mut findings);
+    if findings.iter().all(|f| f.level != Level::Error) {
+        match file.header.dimension {
+            1 => sums::<1>(file, table, code, &mut findings)?,
+            2 => sums::<2>(file, table, code, &mut findings)?,
+            _ => sums::<3>(file, table, code, &mut findings)?,
+        }
+    }
+    Ok(findings)
+}
+
+fn add(findings: &mut Vec<Finding>, level: Level, what: &str, text: impl Into<String>) {
+    findings.push(Finding { level, what: what.to_owned(), text: text.into() });
+}
+
+/// Values of the columns that the code reads.
+fn values(table: &ParticleTable, code: &TargetCode, findings: &mut Vec<Finding>) {
+    let title = code.sheet.title;
+    let positive = [names::MASSES, names::INTERNAL_ENERGY, names::SUPPORT_RADIUS, SMOOTHING, names::DENSITY];
+    let needed: &[&str] = match code.sheet.name {
+        "swift" => &[
+            names::COORDINATES,
+            names::VELOCITIES,
+            names::MASSES,
+            names::INTERNAL_ENERGY,
+            names::SUPPORT_RADIUS,
+            names::PARTICLE_IDS,
+        ],
+        "phantom" => &[names::COORDINATES, names::MASSES, names::INTERNAL_ENERGY, names::SUPPORT_RADIUS],
+        _ => &[names::COORDINATES, names::VELOCITIES, names::MASSES, names::INTERNAL_ENERGY, names::PARTICLE_IDS],
+    };
+    let has =
+        |name: &str| table.column(name).is_some() || name == names::SUPPORT_RADIUS && table.column(SMOOTHING).is_some();
+    for name in needed.iter().filter(|name| !has(name)) {
+        let text = format!("is missing, but {title} needs it: it would stop, or take zeros; write it");
+        add(findings, Level::Error, name, text);
+    }
+    for column in &table.columns {
+        let count = column.values.len();
+        let Some(bad) = (0..count).find(|&i| !column.values.get(i).is_finite()) else { continue };
+        let particle = bad / column.components.max(1);
+        let text = format!("is {} at particle {particle}, expected finite numbers", column.values.get(bad));
+        add(findings, Level::Error, &column.name, text);
+    }
+    for name in positive {
+        let Some(column) = table.column(name) else { continue };
+        let bad = (0..column.values.len()).find(|&i| !(column.values.get(i) > 0.0));
+        if let Some(i) = bad {
+            let text = format!(
+                "is {} at particle {i}, expected positive numbers; codes end in NaN or hang",
+                column.values.get(i)
+            );
+            add(findings, Level::Error, name, text);
+        }
+    }
+    if let Some(masses) = table.column(names::MASSES) {
+        let (least, most, _) = masses.values.range();
+        if least > 0.0 && most > CONTRAST * least {
+            let text = format!(
+                "go from {least:e} to {most:e}; codes crash or hang at such contrasts, expected nearly equal ones"
+            );
+            add(findings, Level::Error, names::MASSES, text);
+        }
+    }
+}
+
+/// Numbers of particles, over all types.
+fn numbers(file: &ParticleFile, code: &TargetCode, findings: &mut Vec<Finding>) {
+    let columns = file.species.iter().filter_map(|s| s.table.column(names::PARTICLE_IDS));
+    let mut ids: Vec<i64> = columns.flat_map(|c| (0..c.values.len()).map(|i| c.values.get(i) as i64)).collect();
+    let count = ids.len();
+    ids.sort_unstable();
+    let (first, last) = (ids.first().copied().unwrap_or(1), ids.last().copied().unwrap_or(1));
+    ids.dedup();
+    if ids.len() < count {
+        let text = format!(
+            "{} of {count} are used twice, expected different ones; number the particles 1, 2, 3 ...",
+            count - ids.len()
+        );
+        add(findings, Level::Error, names::PARTICLE_IDS, text);
+    }
+    if first < 1 {
+        add(
+            findings,
+            Level::Warning,
+            names::PARTICLE_IDS,
+            format!("begin at {first}, which has a meaning of its own in some builds; expected 1 or more"),
+        );
+    }
+    if last > i64::from(i32::MAX) && code.sheet.name != "swift" {
+        add(
+            findings,
+            Level::Error,
+            names::PARTICLE_IDS,
+            format!("go to {last}, but {} counts to 2^31 - 1 by default", code.sheet.title),
+        );
+    }
+}
+
+/// Dimension, box and units.
+fn frame(file: &ParticleFile, code: &TargetCode, findings: &mut Vec<Finding>) {
+    let header = &file.header;
+    if header.dimension != 3 {
+        let text = format!("is {}; the default build of {} is for 3", header.dimension, code.sheet.title);
+        add(findings, Level::Error, "dimension", text);
+    }
+    let edges = &header.box_size[..header.dimension];
+    let is_cube = edges.iter().all(|e| (e / edges[0] - 1.0).abs() < 1e-9);
+    if !is_cube && code.sheet.format.starts_with("gadget") {
+        add(
+            findings,
+            Level::Error,
+            "box",
+            format!(
+                "has the edges {edges:?}, but {} reads one; build it with LONG_X and the like, or make a cube",
+                code.sheet.title
+            ),
+        );
+    }
+    let isolated = header.periodic == [false; 3];
+    if edges.contains(&0.0) && isolated && code.sheet.name == "swift" {
+        add(
+            findings,
+            Level::Error,
+            "box",
+            "has no edges, but SWIFT needs BoxSize; write the edge of a box around the body",
+        );
+        return;
+    }
+    if isolated && code.sheet.name == "swift" {
+        let Some(x) = file.species[0].table.column(names::COORDINATES) else { return };
+        let outside = (0..x.values.len()).find(|&i| {
+            let edge = edges[i % header.dimension];
+            !(x.values.get(i) >= 0.0 && x.values.get(i) < edge)
+        });
+        if let Some(i) = outside {
+            let text = format!(
+                "particle {} is at {}, outside of the box; SWIFT stops there: shift the body to the middle of a larger box",
+                i / header.dimension,
+                x.values.get(i)
+            );
+            add(findings, Level::Error, names::COORDINATES, text);
+        }
+    }
+    if header.units == UnitSystem::CODE {
+        add(
+            findings,
+            Level::Warning,
+            "units",
+            "are pure numbers: those of the parameter file count, and gravity and cooling follow from those",
+        );
+    }
+    if let Some(masses) = file.species[0].table.column(names::MASSES) {
+        let most = masses.values.range().1;
+        if most > 1e19 {
+            add(
+                findings,
+                Level::Warning,
+                "units",
+                format!(
+                    "masses of {most:e} overflow single precision where codes square them; write units that suit the body"
+                ),
+            );
+        }
+    }
+}
+
+/// What the code sums.
+fn sums<const D: usize>(
+    file: &ParticleFile,
+    table: &ParticleTable,
+    code: &TargetCode,
+    findings: &mut Vec<Finding>,
+) -> Result<()> {
+    let header = &file.header;
+    let (Some(x), Some(m)) = (table.column(names::COORDINATES), table.column(names::MASSES)) else { return Ok(()) };
+    let n = table.count;
+    let coordinate = |k: usize| (0..n).map(move |i| x.values.get(D * i + k));
+    let lo: [f64; D] = std::array::from_fn(|k| coordinate(k).fold(f64::INFINITY, f64::min));
+    let hi: [f64; D] = std::array::from_fn(|k| coordinate(k).fold(f64::NEG_INFINITY, f64::max));
+    let periodic = |k: usize| header.periodic[k] && header.box_size[k] > 0.0;
+    let edge = |k: usize| if periodic(k) { header.box_size[k] } else { (hi[k] - lo[k]).max(f64::MIN_POSITIVE) };
+    // In units of the body and its mass.
+    let size = (0..D).map(edge).fold(0.0, f64::max);
+    let total: f64 = (0..n).map(|i| m.values.get(i)).sum();
+    let start: [f64; D] = std::array::from_fn(|k| if periodic(k) { 0.0 } else { lo[k] });
+    let positions: [Vec<f64>; D] = std::array::from_fn(|k| coordinate(k).map(|v| (v - start[k]) / size).collect());
+    let masses: Vec<f64> = (0..n).map(|i| m.values.get(i) / total).collect();
+    let axes = std::array::from_fn(|k| if periodic(k) { Axis::Periodic } else { Axis::OPEN });
+    let extent: [f64; D] = std::array::from_fn(|k| (edge(k) / size).max(1e-6));
+    let domain = Domain::new([0.0; D], extent, axes, Region::Box)
+        .map_err(|e| Error::field(names::COORDINATES, format!("make no box: {e}")))?;
+    let neighbors = code.kernel_neighbors(D);
+    let mean = (domain.volume() / n as f64).powf(1.0 / D as f64);
+    let density = table.column(names::DENSITY);
+    let spacing = |i: usize| {
+        let by_column = density.map(|d| (m.values.get(i) / d.values.get(i)).powf(1.0 / D as f64) / size);
+        by_column.filter(|s| s.is_finite() && *s > 0.0).unwrap_or(mean).min(1.0)
+    };
+    let guess = support_guess::<D>(neighbors, n, spacing);
+    let measured = Measured::new(code.kernel, &domain, &positions, &masses, &guess, neighbors);
+    pairs(&measured, &domain, neighbors, findings);
+    smoothing(&measured, table, (code, size), (&header.box_size, header.periodic), findings);
+    let interior: Vec<usize> = (0..n).filter(|&i| measured.interior[i]).collect();
+    if let Some(column) = density {
+        let summed = |i: usize| measured.sums[i].weighted * total / size.powi(D as i32);
+        let mut ratios: Vec<f64> = interior.iter().map(|&i| summed(i) / column.values.get(i)).collect();
+        ratios.sort_unstable_by(f64::total_cmp);
+        if let Some(median) = ratios.get(ratios.len() / 2) {
+            let spread = ratios[(ratios.len() as f64 * 0.84) as usize % ratios.len()] / median - 1.0;
+            let level = if (median - 1.0).abs() > OTHER_DENSITY { Level::Warning } else { Level::Good };
+            let text = format!(
+                "{} sums {:.3} times the file's in the median of the interior, with a scatter of {:.2} %",
+                code.sheet.title,
+                median,
+                100.0 * spread
+            );
+            add(findings, level, names::DENSITY, text);
+        }
+    }
+    net_force(file, table, code, (&measured, &domain, &positions, &masses), (size, total), findings);
+    Ok(())
+}
+
+fn pairs<const D: usize>(measured: &Measured<D>, domain: &Domain<D>, neighbors: f64, findings: &mut Vec<Finding>) {
+    let closest = measured.neighbors(domain, neighbors).closest_pair;
+    let (level, text) = if closest < COINCIDENT {
+        (
+            Level::Error,
+            format!(
+                "two are {closest:.1e} spacings apart, which codes refuse or cannot part; expected different places"
+            ),
+        )
+    } else if closest < PAIRED {
+        (
+            Level::Warning,
+            format!("are {closest:.2} spacings apart at least: pairs see one density where two particles are"),
+        )
+    } else {
+        (Level::Good, format!("are {closest:.2} spacings apart at least"))
+    };
+    add(findings, level, "particles", text);
+}
+
+/// Smoothing lengths, if the code reads them.
+fn smoothing<const D: usize>(
+    measured: &Measured<D>,
+    table: &ParticleTable,
+    (code, size): (&TargetCode, f64),
+    (box_size, periodic): (&[f64; 3], [bool; 3]),
+    findings: &mut Vec<Finding>,
+) {
+    // Where the file does not say which convention it follows, it is the code's.
+    let own = table.column(names::SUPPORT_RADIUS).map(|c| (c, 1.0));
+    let by_code = || table.column(SMOOTHING).map(|c| (c, code.support_over_length(D)));
+    let Some((column, factor)) = own.or_else(by_code) else { return };
+    let radius = |i: usize| factor * column.values.get(i);
+    let mut ratios: Vec<f64> = (0..table.count).map(|i| radius(i) / (measured.support[i] * size)).collect();
+    ratios.sort_unstable_by(f64::total_cmp);
+    let median = ratios[ratios.len() / 2];
+    let largest = factor * column.values.range().1;
+    let least_edge = (0..D).filter(|&k| periodic[k]).map(|k| box_size[k]).fold(f64::INFINITY, f64::min);
+    if code.sheet.name == "swift" && largest > least_edge / 3.0 {
+        add(
+            findings,
+            Level::Error,
+            "smoothing lengths",
+            format!(
+                "kernels reach {largest:e}, more than a third of the box: SWIFT stops (it asks for at least 3 cells); check the convention, expected h = eta (m/rho)^(1/3)"
+            ),
+        );
+    }
+    let off = median.max(1.0 / median);
+    let level = match off {
+        o if o > FAR => Level::Error,
+        o if o > NEAR => Level::Warning,
+        _ => Level::Good,
+    };
+    let expected = match code.neighbors {
+        Neighbors::Eta(eta) => format!("h = {eta} (m/rho)^(1/3)"),
+        Neighbors::HalfSupport(hfact) => format!("h = {hfact} (m/rho)^(1/3)"),
+        Neighbors::Count(count) => format!("the kernel's radius with {count} neighbors"),
+    };
+    let text =
+        format!("are {median:.3} times those that {} will find in the median; expected {expected}", code.sheet.title);
+    add(findings, level, "smoothing lengths", text);
+}
+
+/// The net force on a body that its own gravity holds.
+fn net_force<const D: usize>(
+    file: &ParticleFile,
+    table: &ParticleTable,
+    code: &TargetCode,
+    (measured, domain, positions, masses): (&Measured<D>, &Domain<D>, &[Vec<f64>; D], &[f64]),
+    (size, total): (f64, f64),
+    findings: &mut Vec<Finding>,
+) {
+    let header = &file.header;
+    let Some(energy) = table.column(names::INTERNAL_ENERGY) else { return };
+    let other_materials = table.column(names::MATERIAL_IDS).is_some_and(|c| c.values.range() != (0.0, 0.0, 0));
+    if D < 3 || header.periodic != [false; 3] || header.units == UnitSystem::CODE || other_materials {
+        return;
+    }
+    let u = &header.units;
+    let constant = code.sheet.gravity * u.mass * u.time.powi(2) / u.length.powi(3);
+    let unit = constant * total / size;
+    let energies: Vec<f64> = (0..table.count).map(|i| energy.values.get(i) / unit).collect();
+    let Some(mean) = mean_net_force(code.kernel, measured, domain, positions, masses, (&energies, GAMMA)) else {
+        return;
+    };
+    let (level, advice) = match mean {
+        m if m < STILL => (Level::Good, "it stays still"),
+        m if m < MOVES => (Level::Warning, "it settles with some motion: place it with --for, or relax it in the code"),
+        _ => (Level::Warning, "it moves at once: check pressure, units and kernel, or relax it in the code"),
+    };
+    let text = format!(
+        "is {:.2} % of gravity in the interior on average, as {} sums it; {advice}",
+        100.0 * mean,
+        code.describe(3)
+    );
+    add(findings, level, "net force", text);
+}

@@ -1,0 +1,64 @@
+//! Runs for a named code: what it sets, and the parameter files beside the output.
+
+use super::support::{Folder, faults, sph_prep, succeed};
+
+const STAR: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/profiles/polytrope-1.5.nc");
+
+/// The number after a key.
+fn number(text: &str, key: &str) -> f64 {
+    let line = text.lines().find(|l| l.trim_start().starts_with(key)).unwrap_or_else(|| panic!("no {key}"));
+    line.trim_start()[key.len()..]
+        .trim_start_matches([' ', ':', '='])
+        .split_whitespace()
+        .next()
+        .unwrap()
+        .parse()
+        .unwrap()
+}
+
+#[test]
+fn parameter_files_say_what_the_codes_need() {
+    let folder = Folder::new();
+    let read = |name: &str| std::fs::read_to_string(folder.path("out").join(name)).unwrap();
+    let start = |code: &str, out: &str| {
+        let out = folder.path("out").join(out).display().to_string();
+        succeed(&["--in", STAR, "-n", "500", "--for", code, "--parameters", "--out", &out, "--quiet"]);
+    };
+    start("swift", "ic.hdf5");
+    let yml = read("ic.yml");
+    assert!(yml.contains("file_name: ic.hdf5") && yml.contains("periodic: 0") && yml.contains("diffusion_beta: 0"));
+    assert_eq!(number(&yml, "resolution_eta"), 1.2348);
+    // In solar units G = 1, M = 1, R = 1 less an atmosphere that so few particles do not resolve: ten dynamical times.
+    let end = number(&yml, "time_end");
+    assert!(end > 5.0 && end < 10.1, "{end}");
+    assert!((number(&yml, "dt_max") / end - 0.005).abs() < 1e-6);
+    let softening = number(&yml, "max_physical_baryon_softening");
+    assert!(softening > 0.01 && softening < 0.2, "{softening}");
+    start("gadget4:neighbors=50", "g.hdf5");
+    let param = read("g.param");
+    assert_eq!(number(&param, "DesNumNgb"), 50.0);
+    assert!(param.contains("InitCondFile g\n") && read("g.Config.sh").contains("SELFGRAVITY\n"));
+    start("phantom", "star_00000.tmp");
+    let options = read("star.in");
+    assert_eq!(number(&options, "hfact"), 1.2);
+    assert!(options.contains("star_00000.tmp") && options.contains("ieos"));
+}
+
+#[test]
+fn codes_that_are_not_known_are_refused_at_once() {
+    let folder = Folder::new();
+    let out = folder.path("out/ic.hdf5").display().to_string();
+    for (arguments, parts) in [
+        (vec!["--for", "swfit"], vec!["target_code", "'swfit'", "swift"]),
+        (vec!["--for", "swift:eta=-1"], vec!["eta is '-1'"]),
+        (vec!["--parameters"], vec!["output.parameters", "--for"]),
+        (
+            vec!["--for", "gadget2", "--to", "gadget", "--parameters"],
+            vec!["output.parameters", "swift, gadget4, phantom"],
+        ),
+    ] {
+        let mut all = vec!["--in", STAR, "-n", "200", "--out", &out];
+        all.extend(arguments);
+        assert_eq!(faults(&sph_prep(&all), &folder, 2, &parts), Vec::<String>::new(), "{all:?}");
+    }
+}
