@@ -196,19 +196,22 @@ fn frame(file: &ParticleFile, code: &TargetCode, findings: &mut Vec<Finding>) {
         );
         return;
     }
-    if isolated && code.sheet.name == "swift" {
-        let Some(x) = file.species[0].table.column(names::COORDINATES) else { return };
-        let outside = (0..x.values.len()).find(|&i| {
+    if code.sheet.name == "swift"
+        && let Some(x) = file.species[0].table.column(names::COORDINATES)
+    {
+        let is_outside = |i: usize| {
             let edge = edges[i % header.dimension];
             !(x.values.get(i) >= 0.0 && x.values.get(i) < edge)
-        });
-        if let Some(i) = outside {
+        };
+        if let Some(i) = (0..x.values.len()).find(|&i| is_outside(i)) {
+            let level = if isolated { Level::Error } else { Level::Warning };
             let text = format!(
-                "particle {} is at {}, outside of the box; SWIFT stops there: shift the body to the middle of a larger box",
+                "particle {} is at {}, outside of the box from 0 to {}; SWIFT stops there unless it runs periodic: shift the body to the middle of a larger box",
                 i / header.dimension,
-                x.values.get(i)
+                x.values.get(i),
+                edges[i % header.dimension]
             );
-            add(findings, Level::Error, names::COORDINATES, text);
+            add(findings, level, names::COORDINATES, text);
         }
     }
     if header.units == UnitSystem::CODE {

@@ -23,8 +23,8 @@ pub const NAME: StageName = StageName { name: "certificate", title: "certificate
 const COURANT: f64 = 0.11;
 /// Largest time step in dynamical times.
 const LARGEST_STEP: f64 = 0.02;
-/// Steps at most.
-const MOST_STEPS: usize = 1_000_000;
+/// Steps at most: a giant with its core takes more, and is followed as far as they go.
+const MOST_STEPS: usize = 5000;
 /// Rows of the table per dynamical time.
 const ROWS: f64 = 10.0;
 /// Steps for which the tree's part of gravity is held.

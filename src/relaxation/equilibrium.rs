@@ -248,7 +248,7 @@ impl<'a, const D: usize, R: Real> Balance<'a, D, R> {
         let temperature = reduce::max(n, |i| pressure[i] / density[i]);
         let unit = parallel::map(n, |i| spacing[i] * (pressure[i] / density[i] / temperature).max(COLDEST).powf(-0.5));
         let fraction = self.equilibrium.own_center().map(|center| enclosed_fractions(positions, &center));
-        let basis = Basis::new(fraction.as_deref());
+        let basis = Basis::new(fraction.as_deref(), self.factor.last);
         let factor = parallel::map(n, |i| basis.sum(&self.factor, i));
         let entropy = parallel::map(n, |i| factor[i] * pressure[i] / (self.mass * density[i]).powf(gamma));
         let own = self.own_gravity(&spacing);
@@ -271,7 +271,7 @@ impl<'a, const D: usize, R: Real> Balance<'a, D, R> {
     /// enclosed mass for a body that its own gravity holds.
     fn refit(&mut self, frame: &mut Frame, now: &Evaluation<D>) {
         let set = self.interior(now);
-        let basis = Basis::new(frame.fraction.as_deref());
+        let basis = Basis::over(frame.fraction.as_deref(), set.as_deref());
         let forces: Vec<Vec<[f64; D]>> = (0..basis.len())
             .map(|k| {
                 let strength = parallel::map(now.sums.len(), |i| basis.value(k, i) * now.strength[i] / frame.factor[i]);

@@ -7,27 +7,31 @@ use sph::{parallel, reduce};
 
 use crate::target::{Positions, at};
 
-/// A factor by its coefficients: one, or those of uniform cubic B-splines over the cube root of the enclosed mass.
+/// A factor by its coefficients: one, or those of uniform cubic B-splines over the cube root of the enclosed mass, up to where
+/// it was fitted; beyond it is what it is there.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub(super) struct Factor(Vec<f64>);
+pub(super) struct Factor {
+    coefficients: Vec<f64>,
+    pub last: f64,
+}
 
 impl Factor {
     /// No change.
     pub fn one() -> Self {
-        Self(Vec::new())
+        Self { coefficients: Vec::new(), last: 1.0 }
     }
 
     /// Largest difference from 1.
     pub fn bias(&self) -> f64 {
-        self.0.iter().map(|c| (c - 1.0).abs()).fold(0.0, f64::max)
+        self.coefficients.iter().map(|c| (c - 1.0).abs()).fold(0.0, f64::max)
     }
 }
 
 impl std::fmt::Display for Factor {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        let least = self.0.iter().copied().fold(f64::INFINITY, f64::min);
-        let most = self.0.iter().copied().fold(0.0, f64::max);
-        match self.0.len() {
+        let least = self.coefficients.iter().copied().fold(f64::INFINITY, f64::min);
+        let most = self.coefficients.iter().copied().fold(0.0, f64::max);
+        match self.coefficients.len() {
             0 => write!(f, "1"),
             1 => write!(f, "{most:.4}"),
             _ => write!(f, "{least:.4} to {most:.4} (a smooth function of the enclosed mass)"),
@@ -39,6 +43,8 @@ impl std::fmt::Display for Factor {
 pub(super) struct Basis<'a> {
     /// Share of the mass nearer to the center; one function that is 1 everywhere where there is none.
     fraction: Option<&'a [f64]>,
+    /// The share up to which it is fitted.
+    last: f64,
 }
 
 /// Intervals of the splines.
@@ -49,8 +55,15 @@ const STIFFNESS: f64 = 1.0;
 const LEAST_GRAVITY: f64 = 0.1;
 
 impl<'a> Basis<'a> {
-    pub fn new(fraction: Option<&'a [f64]>) -> Self {
-        Self { fraction }
+    pub fn new(fraction: Option<&'a [f64]>, last: f64) -> Self {
+        Self { fraction, last }
+    }
+
+    /// The functions that are to be fitted over `set`.
+    pub fn over(fraction: Option<&'a [f64]>, set: Option<&[bool]>) -> Self {
+        let counts = |i: usize| set.is_none_or(|s| s[i]);
+        let share = |f: &[f64]| reduce::max(f.len(), |i| if counts(i) { f[i] } else { 0.0 });
+        Self { fraction, last: fraction.map(share).filter(|last| *last > 0.0).unwrap_or(1.0) }
     }
 
     pub fn len(&self) -> usize {
@@ -60,7 +73,7 @@ impl<'a> Basis<'a> {
     /// The `k`-th function at particle `i`.
     pub fn value(&self, k: usize, i: usize) -> f64 {
         let Some(fraction) = self.fraction else { return 1.0 };
-        let t = fraction[i].cbrt().clamp(0.0, 1.0) * INTERVALS as f64;
+        let t = (fraction[i] / self.last).min(1.0).cbrt() * INTERVALS as f64;
         // Distance from the spline's middle, in intervals.
         let s = (t - (k as f64 - 1.0)).abs();
         if s < 1.0 { (4.0 - 6.0 * s * s + 3.0 * s * s * s) / 6.0 } else { (2.0 - s).max(0.0).powi(3) / 6.0 }
@@ -68,10 +81,10 @@ impl<'a> Basis<'a> {
 
     /// `factor` at particle `i`.
     pub fn sum(&self, factor: &Factor, i: usize) -> f64 {
-        if factor.0.is_empty() {
+        if factor.coefficients.is_empty() {
             return 1.0;
         }
-        factor.0.iter().enumerate().map(|(k, c)| c * self.value(k, i)).sum()
+        factor.coefficients.iter().enumerate().map(|(k, c)| c * self.value(k, i)).sum()
     }
 
     /// The factor with which `forces`, those of the single functions, cancel gravity best over `set`. `None` where they do
@@ -105,7 +118,10 @@ impl<'a> Basis<'a> {
         }
         let right = DVector::from_fn(len, |a, _| -over(&forces[a], gravity));
         let found = matrix.cholesky()?.solve(&right);
-        found.iter().all(|c| c.is_finite()).then(|| Factor(found.iter().copied().collect()))
+        found
+            .iter()
+            .all(|c| c.is_finite())
+            .then(|| Factor { coefficients: found.iter().copied().collect(), last: self.last })
     }
 }
 

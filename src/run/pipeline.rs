@@ -169,7 +169,7 @@ impl Run<'_> {
         self.lap(Step::Interpolate, lap, None);
         let (hydrostatics, unsure) = Hydrostatics::new(self.scene, &prepared, self.units)?;
         let own = hydrostatics.as_ref().is_some_and(|h| h.own_center().is_some());
-        let held = match unsure.or_else(|| self.scene.excludes_balance()) {
+        let held = match unsure.or_else(|| self.scene.excludes_balance().filter(|_| own)) {
             Some(why) => Held::Unsure(why),
             None if own => Held::ByItself,
             None => Held::Not,

@@ -114,7 +114,14 @@ impl Report {
             100.0 * c.central_density_drift,
             100.0 * c.half_mass_radius_drift
         )?;
-        if c.is_whole { Ok(()) } else { writeln!(out, "                   it was ended early") }
+        if c.is_whole {
+            Ok(())
+        } else {
+            writeln!(
+                out,
+                "                   it was ended early: by time, an interrupt, or after as many steps as a giant would take"
+            )
+        }
     }
 
     fn write_text(&self, out: &mut String) -> std::fmt::Result {
