@@ -25,6 +25,9 @@ const LARGEST_CONTRADICTION: f64 = 0.2;
 /// Shares of the mass at which that is tried.
 const CONTRADICTION_SAMPLES: i32 = 40;
 
+/// Entropy may fall outwards by this much: tables and their interpolation are no better.
+const LARGEST_FALL: f64 = 0.03;
+
 /// Pressure and gravity as functions of position.
 pub struct Hydrostatics<'a, const D: usize> {
     pressure: Pressure<'a, D>,
@@ -86,6 +89,21 @@ impl<'a, const D: usize> Hydrostatics<'a, D> {
             Ok((why, _)) => (None, why),
             Err(error) => (None, Some(error.to_string())),
         })
+    }
+
+    /// How far the entropy P/rho^gamma of a body that its own gravity holds falls outwards, as a fraction of its largest value
+    /// farther in, where that is much: such a body overturns.
+    pub fn entropy_falls(&self) -> Option<f64> {
+        let (Gravity::Enclosed(radial), Some(center)) = (&self.gravity, self.own_center()) else { return None };
+        let (mut most, mut fall) = (0.0_f64, 0.0_f64);
+        for i in 1..CONTRADICTION_SAMPLES {
+            let r = radial.profile.radius_of_fraction(f64::from(i) / f64::from(CONTRADICTION_SAMPLES));
+            let x = std::array::from_fn(|k| center[k] + if k == 0 { r } else { 0.0 });
+            let entropy = self.pressure(&x) / self.density.value(&x).powf(self.gamma);
+            most = most.max(entropy);
+            fall = fall.max(1.0 - entropy / most);
+        }
+        (fall > LARGEST_FALL).then_some(fall)
     }
 
     /// What a carried internal energy says against the pressure that is balanced: the balance would replace it.

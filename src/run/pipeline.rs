@@ -177,6 +177,13 @@ impl Run<'_> {
         let mut plan = Plan::new(self.scene, &target, prepared.source.radial.is_some(), &held);
         if let Some(h) = hydrostatics.as_ref().filter(|_| plan.stages.contains(&BALANCE)) {
             self.notes.push(format!("balanced {}", h.describe()));
+            self.notes.extend(h.entropy_falls().map(|fall| {
+                format!(
+                    "entropy falls outwards by {:.0} %: with thermal.gamma = {:.3} the body is convectively unstable and overturns, in the code too",
+                    100.0 * fall,
+                    h.gamma()
+                )
+            }));
         }
         self.check()?;
         let equilibrium = hydrostatics.as_ref().map(|h| h as &dyn Equilibrium<D>);

@@ -1,7 +1,8 @@
 //! `sph-prep check` on files that it wrote, and on the same with one thing wrong.
 
 use super::support::{Folder, Outcome, sph_prep, succeed};
-use sph_formats::{Column, FORMATS, FieldRequest, FileContent, ParticleFile, Values, WriteOptions};
+use sph_formats::{Column, FORMATS, FieldRequest, FileContent, ParticleFile, Values};
+use sph_prep::check::Level;
 
 const STAR: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/profiles/polytrope-1.5.nc");
 
@@ -26,31 +27,30 @@ fn a_file_for_a_code_is_taken_and_one_for_another_is_told_apart() {
     for part in ["smoothing lengths: are 1.000 times", "Density: SWIFT sums 1.000 times", "it stays still"] {
         assert!(own.stdout.contains(part), "{part}: {}", own.stdout);
     }
-    let other = check(&folder, "ic.hdf5", "swift:wendland-c4");
+    let other = check(&folder, "ic.hdf5", "swift:eta=2");
     assert_eq!(other.code, Some(0), "{other:?}");
-    assert!(other.stdout.contains("WARNING  net force") && other.stdout.contains("WARNING  smoothing lengths"));
+    for part in ["WARNING  net force", "WARNING  smoothing lengths", "SPH:resolution_eta 2: 203.9 neighbors"] {
+        assert!(other.stdout.contains(part), "{part}: {}", other.stdout);
+    }
 }
 
 /// Each of these stops a code, or makes it run on nonsense.
 #[test]
 fn what_a_code_would_stumble_over_is_an_error_with_its_place() {
     let folder = Folder::new();
-    let out = folder.path("ic.vtu").display().to_string();
-    succeed(&[
-        "--in",
-        STAR,
-        "-n",
-        "300",
-        "--iterations",
-        "0",
-        "--polish",
-        "none",
-        "--out",
-        &out,
-        "--double",
-        "--quiet",
-    ]);
-    let good = read(&folder, "ic.vtu");
+    let out = folder.path("ic.hdf5").display().to_string();
+    succeed(&["--in", STAR, "-n", "300", "--iterations", "0", "--polish", "none", "--out", &out, "--quiet"]);
+    let good = read(&folder, "ic.hdf5");
+    let code = sph_prep::codes::TargetCode::parse("swift").unwrap();
+    let worst = |file: &ParticleFile| {
+        let found = sph_prep::check::check(file, &code).unwrap();
+        found
+            .into_iter()
+            .filter(|f| f.level == Level::Error)
+            .map(|f| format!("{}: {}", f.what, f.text))
+            .collect::<Vec<_>>()
+    };
+    assert_eq!(worst(&good), Vec::<String>::new());
     let set = |name: &'static str, index: usize, value: f64| {
         move |file: &mut ParticleFile| {
             let column = column(file, name);
@@ -93,24 +93,20 @@ fn what_a_code_would_stumble_over_is_an_error_with_its_place() {
             "outside of the box",
         ),
     ];
-    let options = WriteOptions { compression: 0, double_precision: true };
     for (change, text) in changes {
         let mut file = good.clone();
         change(&mut file);
-        let name = "changed.npz";
-        let path = folder.path(name);
-        if sph_formats::write(FORMATS, &path, None, &file, options).is_err() {
-            // What no format of ours holds is looked at as it is.
-            let code = sph_prep::codes::TargetCode::parse("swift").unwrap();
-            let found = sph_prep::check::check(&file, &code).unwrap();
-            let told = found.iter().any(|f| format!("{}: {}", f.what, f.text).contains(text));
-            assert!(told, "{text}: {found:?}");
-            continue;
-        }
-        let outcome = check(&folder, name, "swift");
-        assert_eq!(outcome.code, Some(1), "{text}: {outcome:?}");
-        assert!(outcome.stdout.contains("ERROR") && outcome.stdout.contains(text), "{text}: {}", outcome.stdout);
+        let found = worst(&file);
+        assert!(found.iter().any(|f| f.contains(text)), "{text}: {found:?}");
     }
+    // A table without velocities, as a file.
+    let table = folder.path("ic.csv").display().to_string();
+    succeed(&["convert", &out, &table]);
+    let text = std::fs::read_to_string(&table).unwrap().replace("Velocities", "Speeds");
+    std::fs::write(&table, text).unwrap();
+    let outcome = check(&folder, "ic.csv", "swift");
+    assert_eq!(outcome.code, Some(1), "{outcome:?}");
+    assert!(outcome.stdout.contains("ERROR    Velocities: is missing"), "{outcome:?}");
 }
 
 fn column<'a>(file: &'a mut ParticleFile, name: &str) -> &'a mut Column {
