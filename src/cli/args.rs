@@ -18,8 +18,8 @@ Examples:
   sph-prep formats                                   what can be read and written
   sph-prep compare --scene box.yaml --out methods    which method suits a scene
 
-Exit codes: 0 success, 1 failure, 2 wrong usage, 3 not converged: the tolerance was not reached, or the run was
-interrupted with --on-interrupt write (the best state is written).";
+Exit codes: 0 success, 1 failure, 2 wrong usage, 3 not converged: the tolerance was not reached, a region of the target
+has not its mass, or the run was interrupted with --on-interrupt write (the best state is written).";
 
 const COMPARE: &str = "\
 Each METHOD is a variation of the scene, with another seeding as METHOD:SEEDING (solver:shells, seed:random).

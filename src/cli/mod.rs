@@ -77,6 +77,11 @@ fn run(args: &RunArgs) -> crate::Result<ExitCode> {
     } else if !args.quiet {
         print(&report.text())?;
     }
+    if let Some(region) = report.misplaced() {
+        let (found, wanted) = (region.found, region.wanted);
+        eprintln!("mass misplaced: a region of the target has {found:.0} of its {wanted:.1} particles; it was written");
+        return Ok(ExitCode::from(NOT_CONVERGED));
+    }
     Ok(exit_code(&scene, report.stop))
 }
 

@@ -1,7 +1,7 @@
 //! The run report: one value, printed for people or as JSON.
 
 use crate::metrics::{
-    BalanceFigures, DensityError, ErrorFigures, IN_PLACE, LedgerFigures, NeighborFigures, NoiseFigures,
+    BalanceFigures, DensityError, ErrorFigures, IN_PLACE, LedgerFigures, NeighborFigures, NoiseFigures, RegionFigures,
 };
 use crate::relaxation::{Certificate, StageReport, StopReason};
 use crate::run::plan::Plan;
@@ -59,10 +59,18 @@ pub struct Timing {
     pub epsilon: Option<f64>,
 }
 
+/// A region may be off by this share of its particles.
+const REGION_SHARE: f64 = 1e-3;
+
 impl Report {
     /// As JSON.
     pub fn json(&self) -> String {
         serde_json::to_string_pretty(self).unwrap_or_else(|e| format!("{{\"error\": \"{e}\"}}"))
+    }
+
+    /// The region that is farthest off, if its particles are not those that belong there, to a thousandth or one particle.
+    pub fn misplaced(&self) -> Option<&RegionFigures> {
+        self.ledger.worst_region().filter(|region| !region.is_kept(REGION_SHARE))
     }
 
     /// As text for a terminal.
@@ -130,6 +138,10 @@ impl Report {
             StopReason::Interrupted => writeln!(out, "  UNCONVERGED      interrupted: this is the best state so far")?,
             StopReason::TimeLimit => writeln!(out, "  UNCONVERGED      time limit: this is the best state so far")?,
             _ => {}
+        }
+        if let Some(region) = self.misplaced() {
+            let (found, wanted) = (region.found, region.wanted);
+            writeln!(out, "  MISPLACED        a region of the target has {found:.0} of its {wanted:.1} particles")?;
         }
         writeln!(
             out,

@@ -288,7 +288,10 @@ impl<'a, const D: usize> Setting<'a, D> {
 
     fn solver(&self, plan: &Plan) -> SolverOptions {
         let (scene, default) = (self.scene, SolverOptions::new(D));
-        let quietness = scene.solver.quietness.or(scene.tolerance.map(SolverOptions::quietness_for));
+        // A code sees forces: what it starts from without a balance should have the least noise in them.
+        let for_code = (scene.target_code.is_some() && plan.balance == 0).then_some(1.0);
+        let by_tolerance = scene.tolerance.map(SolverOptions::quietness_for);
+        let quietness = scene.solver.quietness.or(by_tolerance).or(for_code);
         SolverOptions {
             kernel_neighbors: scene.kernel_neighbors(D),
             evaluations: plan.evaluations,

@@ -99,14 +99,14 @@ fn what_a_code_would_stumble_over_is_an_error_with_its_place() {
         let found = worst(&file);
         assert!(found.iter().any(|f| f.contains(text)), "{text}: {found:?}");
     }
-    // A table without velocities, as a file.
+    // A table without energies, as a file.
     let table = folder.path("ic.csv").display().to_string();
     succeed(&["convert", &out, &table]);
-    let text = std::fs::read_to_string(&table).unwrap().replace("Velocities", "Speeds");
+    let text = std::fs::read_to_string(&table).unwrap().replace("InternalEnergy", "Warmth");
     std::fs::write(&table, text).unwrap();
     let outcome = check(&folder, "ic.csv", "swift");
     assert_eq!(outcome.code, Some(1), "{outcome:?}");
-    assert!(outcome.stdout.contains("ERROR    Velocities: is missing"), "{outcome:?}");
+    assert!(outcome.stdout.contains("ERROR    InternalEnergy: is missing"), "{outcome:?}");
 }
 
 fn column<'a>(file: &'a mut ParticleFile, name: &str) -> &'a mut Column {
