@@ -2,7 +2,7 @@
 
 use crate::error::{Error, Result};
 use sph::geometry::unit_ball_volume;
-use sph::kernel::{KernelName, support_over_smoothing_length};
+use sph::kernel::{KernelName, most_neighbors_without_pairs, support_over_smoothing_length};
 
 /// How a code says how many neighbors a particle has.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -99,6 +99,9 @@ pub const SHEETS: &[Sheet] = &[
         reference: "Phantom v2026.0.1: kernel_cubic.f90 (hfact_default, radkern 2), physcon.f90",
     },
 ];
+
+/// Part of the most neighbors that make no pairs which is advised.
+const FEWER: f64 = 0.95;
 
 /// A code with its build's options.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -202,6 +205,19 @@ impl TargetCode {
         format!("{title} ({}) with {kernel}, {parameter} {}: {count:.1} neighbors", self.scheme, self.setting())
     }
 
+    /// What to change where the code's forces make pairs, so that no arrangement is at rest; `None` where they do not.
+    pub fn pairing(&self, d: usize) -> Option<String> {
+        let most = most_neighbors_without_pairs(self.kernel, d).filter(|most| self.kernel_neighbors(d) > *most)?;
+        let Sheet { name, title, parameter, key, .. } = self.sheet;
+        let setting = (self.setting_for(self.kernel, d, FEWER * most) * 100.0).floor() / 100.0;
+        Some(format!(
+            "{title} with {} and {:.1} neighbors has the pairing instability, and no arrangement stays at rest in it: \
+             --for {name}:{key}={setting}, with {parameter} {setting} in the code, is ten times as quiet",
+            self.kernel.title(),
+            self.kernel_neighbors(d),
+        ))
+    }
+
     /// What to change where particles were placed with another kernel or number of neighbors; `None` where they agree.
     pub fn mismatch(&self, kernel: KernelName, d: usize, kernel_neighbors: f64) -> Option<String> {
         let off = kernel_neighbors / self.kernel_neighbors(d) - 1.0;
@@ -269,6 +285,14 @@ mod tests {
                 assert!(error.contains(part), "{text}: {error}");
             }
         }
+    }
+
+    #[test]
+    fn builds_that_make_pairs_are_told_how_not_to() {
+        let of = |text: &str| TargetCode::parse(text).unwrap().pairing(3);
+        assert!(of("gadget4").unwrap().contains("--for gadget4:neighbors=48.41, with DesNumNgb 48.41"));
+        assert!(of("phantom").unwrap().contains("--for phantom:hfact=1.13"));
+        assert_eq!((of("swift"), of("gadget4:neighbors=48.41"), of("gadget4:wendland-c2")), (None, None, None));
     }
 
     #[test]

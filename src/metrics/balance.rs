@@ -51,21 +51,39 @@ pub fn mean_net_force<const D: usize>(
     masses: &[f64],
     (internal_energy, gamma): (&[f64], f64),
 ) -> Option<f64> {
+    let temperature = |i: usize| (gamma - 1.0) * internal_energy[i];
+    let own = own_gravity(measured, positions, masses);
+    let errors = errors(kernel, measured, domain, masses, &temperature, &|i| own[i]);
+    mean(&errors, &|i| measured.interior[i])
+}
+
+/// |a + g| / |g| of each particle, from (gamma - 1) u and g; 0 where there is no gravity.
+fn errors<const D: usize>(
+    kernel: KernelName,
+    measured: &Measured<D>,
+    domain: &Domain<D>,
+    masses: &[f64],
+    temperature: &(dyn Fn(usize) -> f64 + Sync),
+    gravity: &(dyn Fn(usize) -> [f64; D] + Sync),
+) -> Vec<f64> {
     let strength = parallel::map(masses.len(), |i| {
         let sums = &measured.sums[i];
         let grad_h = 1.0 + sums.slope / (D as f64 * sums.number_density);
-        (gamma - 1.0) * internal_energy[i] / (sums.weighted * grad_h)
+        temperature(i) / (sums.weighted * grad_h)
     });
     let force = measured.pressure_force(kernel, domain, masses, &strength);
-    let own = own_gravity(measured, positions, masses);
-    let inside = |i: usize| measured.interior[i];
-    let error = |i: usize| {
-        let pull: f64 = own[i].iter().map(|g| g * g).sum();
-        let net: f64 = own[i].iter().zip(&force[i]).map(|(g, a)| (g + a).powi(2)).sum();
+    parallel::map(masses.len(), |i| {
+        let gravity = gravity(i);
+        let pull: f64 = gravity.iter().map(|g| g * g).sum();
+        let net: f64 = gravity.iter().zip(&force[i]).map(|(g, a)| (g + a).powi(2)).sum();
         if pull > 0.0 { (net / pull).sqrt() } else { 0.0 }
-    };
-    let count = parallel::count(masses.len(), inside);
-    (count > 0).then(|| reduce::sum(masses.len(), |i| if inside(i) { error(i) } else { 0.0 }) / count as f64)
+    })
+}
+
+/// Mean over a set; `None` where it is empty.
+fn mean(errors: &[f64], set: &(dyn Fn(usize) -> bool + Sync)) -> Option<f64> {
+    let count = parallel::count(errors.len(), set);
+    (count > 0).then(|| reduce::sum(errors.len(), |i| if set(i) { errors[i] } else { 0.0 }) / count as f64)
 }
 
 impl BalanceFigures {
@@ -82,30 +100,20 @@ impl BalanceFigures {
         if !equilibrium.has_gravity() {
             return None;
         }
-        let n = masses.len();
-        let strength = parallel::map(n, |i| {
-            let sums = &measured.sums[i];
-            // (gamma - 1) u = P*/rho* needs no gamma.
-            let temperature = internal_energy.map_or_else(
+        // (gamma - 1) u = P*/rho* needs no gamma.
+        let temperature = |i: usize| {
+            internal_energy.map_or_else(
                 || equilibrium.pressure(&at(positions, i)) / target_density[i],
                 |u| (equilibrium.gamma() - 1.0) * u[i],
-            );
-            let grad_h = 1.0 + sums.slope / (D as f64 * sums.number_density);
-            temperature / (sums.weighted * grad_h)
-        });
-        let force = measured.pressure_force(kernel, domain, masses, &strength);
-        let own = equilibrium.own_center().map(|_| own_gravity(measured, positions, masses));
-        let error = parallel::map(n, |i| {
-            let step = GRADIENT_STEP * measured.support[i];
-            let gravity = own.as_ref().map_or_else(|| equilibrium.gravity(&at(positions, i), step), |own| own[i]);
-            let pull: f64 = gravity.iter().map(|g| g * g).sum();
-            let net: f64 = gravity.iter().zip(&force[i]).map(|(g, a)| (g + a).powi(2)).sum();
-            if pull > 0.0 { (net / pull).sqrt() } else { 0.0 }
-        });
-        let mean = |set: &(dyn Fn(usize) -> bool + Sync)| {
-            let count = (0..n).filter(|&i| set(i)).count();
-            (count > 0).then(|| reduce::sum(n, |i| if set(i) { error[i] } else { 0.0 }) / count as f64)
+            )
         };
-        Some(Self { interior: mean(&|i| measured.interior[i]), all: mean(&|_| true).unwrap_or(0.0) })
+        let own = equilibrium.own_center().map(|_| own_gravity(measured, positions, masses));
+        let pull = |i: usize| {
+            let step = GRADIENT_STEP * measured.support[i];
+            own.as_ref().map_or_else(|| equilibrium.gravity(&at(positions, i), step), |own| own[i])
+        };
+        let errors = errors(kernel, measured, domain, masses, &temperature, &pull);
+        let interior = mean(&errors, &|i| measured.interior[i]);
+        Some(Self { interior, all: mean(&errors, &|_| true).unwrap_or(0.0) })
     }
 }

@@ -239,6 +239,7 @@ impl Run<'_> {
         }
         let certificate = self.certificate(setting, hydrostatics, (&positions, internal_energy.as_deref()))?;
         let stop = verdict(self.scene, stop, &density_error);
+        self.notes.extend(self.scene.code().and_then(|code| code.pairing(D)));
         self.notes.extend(match self.scene.code() {
             Some(code) => Some(format!("made for {}", code.describe(D))),
             None => self.format.and_then(|f| TargetCode::of_format(f.name)?.mismatch(kernel, D, neighbors)),
