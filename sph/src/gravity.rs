@@ -61,13 +61,26 @@ impl Attracting {
 /// What the particles of `tree`, with `masses` in its order, feel of each other; `softening` is the radius H beyond which a
 /// mass is a point (2.8 to 3 times the Plummer-equivalent length).
 pub fn gravity<const D: usize>(tree: &Tree<D>, masses: &[f64], softening: f64, opening_angle: f64) -> Vec<Pull<D>> {
+    let sampled = sampled_gravity(tree, masses, softening, opening_angle, 1);
+    parallel::map(sampled.len(), |i| sampled[i].1)
+}
+
+/// [`gravity`] of the particles in every so many leaves, with their places in the tree's order.
+pub fn sampled_gravity<const D: usize>(
+    tree: &Tree<D>,
+    masses: &[f64],
+    softening: f64,
+    opening_angle: f64,
+    every: usize,
+) -> Vec<(usize, Pull<D>)> {
     let moments = moments(tree, masses);
-    let by_leaf = parallel::tasks(tree.leaves.len(), |leaf| {
+    let by_leaf = parallel::tasks(tree.leaves.len().div_ceil(every), |sample| {
+        let leaf = sample * every;
         let mut near = Attracting::default();
         collect(tree, masses, &moments, tree.leaves[leaf] as usize, opening_angle, softening, &mut near);
         let node = &tree.nodes[tree.leaves[leaf] as usize];
         let range = node.first as usize..(node.first + node.count) as usize;
-        range.map(|i| attraction::<D>(&tree.position(i), &near, softening)).collect::<Vec<_>>()
+        range.map(|i| (i, attraction::<D>(&tree.position(i), &near, softening))).collect::<Vec<_>>()
     });
     by_leaf.concat()
 }

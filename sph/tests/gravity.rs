@@ -1,7 +1,7 @@
 //! Gravity by the tree against sums over all pairs, and its softening.
 
 use rand::RngExt;
-use sph_core::gravity::{OPENING_ANGLE, direct_gravity, gravity, strength};
+use sph_core::gravity::{OPENING_ANGLE, direct_gravity, gravity, sampled_gravity, strength};
 use sph_core::neighbors::Tree;
 use sph_core::random::keyed;
 
@@ -66,6 +66,18 @@ fn the_tree_agrees_with_all_pairs() {
     check::<1>();
     check::<2>();
     check::<3>();
+}
+
+/// A sample of leaves has what they have among all.
+#[test]
+fn a_sample_has_the_gravity_of_all() {
+    let (positions, masses) = cloud::<3>(2000);
+    let tree = Tree::build(&positions);
+    let masses = tree.to_tree_order(&masses);
+    let all = gravity(&tree, &masses, 0.01, OPENING_ANGLE);
+    let some = sampled_gravity(&tree, &masses, 0.01, OPENING_ANGLE, 7);
+    assert!(some.len() > 200 && some.len() < 400, "{}", some.len());
+    assert!(some.iter().all(|(place, pull)| *pull == all[*place]));
 }
 
 /// The slope of the potential of two masses is their force, within the softening radius, at its edge and beyond.

@@ -7,7 +7,7 @@ use super::Measured;
 use crate::target::{Equilibrium, Positions, at};
 use serde::Serialize;
 use sph::domain::Domain;
-use sph::gravity::{OPENING_ANGLE, gravity, softening_radius};
+use sph::gravity::{OPENING_ANGLE, sampled_gravity, softening_radius};
 use sph::kernel::KernelName;
 use sph::neighbors::Tree;
 use sph::{parallel, reduce};
@@ -31,13 +31,22 @@ pub struct Thermodynamics<'a, const D: usize> {
 /// Step of the differences of a field that holds the pressure, in support radii.
 const GRADIENT_STEP: f64 = 1e-3;
 
-/// What the particles attract each other with.
-fn own_gravity<const D: usize>(measured: &Measured<D>, positions: &Positions<D>, masses: &[f64]) -> Vec<[f64; D]> {
+/// Particles whose gravity is found from all others, about: a mean needs no more.
+const SAMPLES: usize = 20_000;
+
+/// What the particles attract each other with, of as many as are sampled.
+fn own_gravity<const D: usize>(
+    measured: &Measured<D>,
+    positions: &Positions<D>,
+    masses: &[f64],
+) -> Vec<Option<[f64; D]>> {
     let tree = Tree::build(positions);
     let softening = softening_radius::<D>(measured.sums.iter().map(|s| s.number_density));
-    let pulls = gravity(&tree, &tree.to_tree_order(masses), softening, OPENING_ANGLE);
-    let mut own = vec![[0.0; D]; masses.len()];
-    tree.order().iter().zip(pulls).for_each(|(&i, pull)| own[i as usize] = pull.acceleration);
+    let every = masses.len().div_ceil(SAMPLES);
+    let mut own = vec![None; masses.len()];
+    for (place, pull) in sampled_gravity(&tree, &tree.to_tree_order(masses), softening, OPENING_ANGLE, every) {
+        own[tree.order()[place] as usize] = Some(pull.acceleration);
+    }
     own
 }
 
@@ -57,15 +66,15 @@ pub fn mean_net_force<const D: usize>(
     mean(&errors, &|i| measured.interior[i])
 }
 
-/// |a + g| / |g| of each particle, from (gamma - 1) u and g; 0 where there is no gravity.
+/// |a + g| / |g| of each particle, from (gamma - 1) u and g; 0 where there is no gravity, `None` where it is not known.
 fn errors<const D: usize>(
     kernel: KernelName,
     measured: &Measured<D>,
     domain: &Domain<D>,
     masses: &[f64],
     temperature: &(dyn Fn(usize) -> f64 + Sync),
-    gravity: &(dyn Fn(usize) -> [f64; D] + Sync),
-) -> Vec<f64> {
+    gravity: &(dyn Fn(usize) -> Option<[f64; D]> + Sync),
+) -> Vec<Option<f64>> {
     let strength = parallel::map(masses.len(), |i| {
         let sums = &measured.sums[i];
         let grad_h = 1.0 + sums.slope / (D as f64 * sums.number_density);
@@ -73,17 +82,18 @@ fn errors<const D: usize>(
     });
     let force = measured.pressure_force(kernel, domain, masses, &strength);
     parallel::map(masses.len(), |i| {
-        let gravity = gravity(i);
+        let gravity = gravity(i)?;
         let pull: f64 = gravity.iter().map(|g| g * g).sum();
         let net: f64 = gravity.iter().zip(&force[i]).map(|(g, a)| (g + a).powi(2)).sum();
-        if pull > 0.0 { (net / pull).sqrt() } else { 0.0 }
+        Some(if pull > 0.0 { (net / pull).sqrt() } else { 0.0 })
     })
 }
 
-/// Mean over a set; `None` where it is empty.
-fn mean(errors: &[f64], set: &(dyn Fn(usize) -> bool + Sync)) -> Option<f64> {
-    let count = parallel::count(errors.len(), set);
-    (count > 0).then(|| reduce::sum(errors.len(), |i| if set(i) { errors[i] } else { 0.0 }) / count as f64)
+/// Mean over those of a set that are known; `None` where there are none.
+fn mean(errors: &[Option<f64>], set: &(dyn Fn(usize) -> bool + Sync)) -> Option<f64> {
+    let known = |i: usize| errors[i].filter(|_| set(i));
+    let count = parallel::count(errors.len(), |i| known(i).is_some());
+    (count > 0).then(|| reduce::sum(errors.len(), |i| known(i).unwrap_or(0.0)) / count as f64)
 }
 
 impl BalanceFigures {
@@ -110,7 +120,7 @@ impl BalanceFigures {
         let own = equilibrium.own_center().map(|_| own_gravity(measured, positions, masses));
         let pull = |i: usize| {
             let step = GRADIENT_STEP * measured.support[i];
-            own.as_ref().map_or_else(|| equilibrium.gravity(&at(positions, i), step), |own| own[i])
+            own.as_ref().map_or_else(|| Some(equilibrium.gravity(&at(positions, i), step)), |own| own[i])
         };
         let errors = errors(kernel, measured, domain, masses, &temperature, &pull);
         let interior = mean(&errors, &|i| measured.interior[i]);

@@ -11,7 +11,7 @@ pub enum Step {
     Interpolate,
     Seed,
     Relax(StageName),
-    /// What stages are given and what they make is measured, see [`super::acceptance`].
+    /// What stages are given and what they make is measured, by the measure that ends a run.
     Accept,
     Measure,
     Write,
