@@ -35,7 +35,7 @@ const REGION_SHARE: f64 = 1e-3;
 const MISPLACED: f64 = 0.01;
 
 /// Particles whose surroundings are compared with the target as the kernel sees it, at most.
-const SAMPLES: usize = 10_000;
+const SAMPLES: usize = 4_000;
 
 /// The error of every so many particles: the target's smoothing takes longer than all else.
 fn sampled_error<const D: usize>(
