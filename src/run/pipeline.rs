@@ -174,6 +174,13 @@ impl Run<'_> {
             None if own => Held::ByItself,
             None => Held::Not,
         };
+        if self.scene.certify.is_some() && held != Held::ByItself {
+            let why = if let Held::Unsure(why) = &held { format!(" ({why})") } else { String::new() };
+            let problem = format!(
+                "follows a body of equal masses that its own gravity holds, with a pressure that is known{why}; leave it out"
+            );
+            return Err(Error::scene("certify", problem));
+        }
         let mut plan = Plan::new(self.scene, &target, prepared.source.radial.is_some(), &held);
         if let Some(h) = hydrostatics.as_ref().filter(|_| plan.stages.contains(&BALANCE)) {
             self.notes.push(format!("balanced {}", h.describe()));
@@ -234,10 +241,10 @@ impl Run<'_> {
             });
         }
         self.lap(Step::Measure, lap, Some(density_error.all_refitted.epsilon));
+        let certificate = self.certificate(setting, hydrostatics, (&positions, internal_energy.as_deref()))?;
         if self.scene.output.on_interrupt == OnInterrupt::Discard {
             self.check()?;
         }
-        let certificate = self.certificate(setting, hydrostatics, (&positions, internal_energy.as_deref()))?;
         let stop = verdict(self.scene, stop, &density_error);
         self.notes.extend(self.scene.code().and_then(|code| code.pairing(D)));
         self.notes.extend(match self.scene.code() {
@@ -294,13 +301,9 @@ impl Run<'_> {
         hydrostatics: Option<&Hydrostatics<'_, D>>,
         (positions, internal_energy): (&Positions<D>, Option<&[f64]>),
     ) -> Result<Option<Certificate>> {
-        let Some(duration) = self.scene.certify else { return Ok(None) };
+        let held = hydrostatics.and_then(|h| Some((h, h.own_center()?)));
+        let Some((duration, (equilibrium, center))) = self.scene.certify.zip(held) else { return Ok(None) };
         let target = &setting.target;
-        let held = hydrostatics.and_then(|h| Some((h, h.own_center()?))).filter(|_| target.has_equal_masses());
-        let Some((equilibrium, center)) = held else {
-            let problem = "follows a body of equal masses that its own gravity holds, with a pressure that is known; leave it out";
-            return Err(Error::scene("certify", problem));
-        };
         let lap = Instant::now();
         self.control.tell(Event::Begin(Step::Relax(CERTIFICATE)));
         let own = |i: usize| {
