@@ -34,25 +34,61 @@ struct Facts<'a> {
     softening: f64,
 }
 
-/// The files beside `path`, each with its text: none is written, and there are none for codes whose sheet knows none.
+/// In the first line of each file.
+const WRITTEN_BY: &str = "written by sph-prep";
+
+/// Where the files are to be, beside `path`; none for codes whose sheet knows none.
+fn places(code: TargetCode, path: &Path) -> Vec<PathBuf> {
+    let stem = stem(path);
+    let names = match code.sheet.name {
+        "swift" => vec![format!("{stem}.yml")],
+        "gadget4" => vec![format!("{stem}.param"), format!("{stem}.Config.sh")],
+        "phantom" => vec![format!("{}.in", prefix(&stem))],
+        _ => Vec::new(),
+    };
+    names.into_iter().map(|name| path.with_file_name(name)).collect()
+}
+
+fn stem(path: &Path) -> String {
+    path.file_stem().map(|s| s.to_string_lossy().into_owned()).unwrap_or_default()
+}
+
+/// What Phantom calls the run of a dump `PREFIX_00000.tmp`.
+fn prefix(stem: &str) -> &str {
+    stem.split('_').next().unwrap_or(stem)
+}
+
+/// Before the work: a file that is there already, and that was not written here, is somebody's scene or setup.
+///
+/// # Errors
+/// Its name.
+pub(crate) fn refuse_overwriting(code: TargetCode, path: &Path) -> Result<()> {
+    let is_foreign = |place: &&PathBuf| {
+        let first = std::fs::read(place).ok().map(|bytes| bytes.split(|b| *b == b'\n').next().map(<[u8]>::to_vec));
+        first.is_some_and(|line| !String::from_utf8_lossy(&line.unwrap_or_default()).contains(WRITTEN_BY))
+    };
+    match places(code, path).iter().find(is_foreign) {
+        None => Ok(()),
+        Some(place) => Err(Error::scene(
+            "output.parameters",
+            format!("would replace '{}', which was not {WRITTEN_BY}; move it, or name another output", place.display()),
+        )),
+    }
+}
+
+/// The files beside `path`, each with its text: none is written.
 ///
 /// # Errors
 /// A file without gas.
 pub(crate) fn files(code: TargetCode, path: &Path, file: &ParticleFile) -> Result<Vec<(PathBuf, String)>> {
     let facts = Facts::new(code, path, file)?;
-    let beside = |name: String, text: String| (path.with_file_name(name), text);
-    Ok(match code.sheet.name {
-        "swift" => vec![beside(format!("{}.yml", facts.stem), facts.swift())],
-        "gadget4" => vec![
-            beside(format!("{}.param", facts.stem), facts.gadget4()),
-            beside(format!("{}.Config.sh", facts.stem), facts.gadget4_config()),
-        ],
-        "phantom" => {
-            let prefix = facts.stem.split('_').next().unwrap_or(&facts.stem);
-            vec![beside(format!("{prefix}.in"), facts.phantom(prefix))]
-        }
+    let texts = match code.sheet.name {
+        "swift" => vec![facts.swift()],
+        "gadget4" => vec![facts.gadget4(), facts.gadget4_config()],
+        "phantom" => vec![facts.phantom()],
         _ => Vec::new(),
-    })
+    };
+    Ok(places(code, path).into_iter().zip(texts).collect())
 }
 
 impl<'a> Facts<'a> {
@@ -60,8 +96,8 @@ impl<'a> Facts<'a> {
         let missing =
             |what: &str| Error::scene("output.parameters", format!("need {what}, which the file does not have"));
         let gas = file.species.iter().find(|s| s.part_type == 0).ok_or_else(|| missing("gas particles"))?;
-        let text = |part: Option<&std::ffi::OsStr>| part.map(|p| p.to_string_lossy().into_owned());
-        let [name, stem] = [text(path.file_name()), text(path.file_stem())].map(Option::unwrap_or_default);
+        let name = path.file_name().map(|s| s.to_string_lossy().into_owned()).unwrap_or_default();
+        let stem = stem(path);
         let column = |name: &str| gas.table.column(name).ok_or_else(|| missing(name));
         let (masses, density) = (column(names::MASSES)?, column(names::DENSITY)?);
         let spacing =
@@ -80,7 +116,7 @@ impl<'a> Facts<'a> {
         let mut text = String::new();
         let code = self.code.describe(self.file.header.dimension);
         for line in [
-            format!("{} for {code}", self.name),
+            format!("{} for {code} ({WRITTEN_BY})", self.name),
             format!("run it by: {run}"),
             format!("units and box are those of the file; the end is at {END} {}", self.time_is),
             format!(
@@ -145,7 +181,7 @@ SPH:
         if self.gravity {
             if self.code.scheme == "sphenix" {
                 text += "  # A body at rest has steep gradients of energy at its surface, which artificial conduction would smooth:
-  # it heats the surface by a tenth in a dynamical time. Leave these out where mixing matters.
+  # it raises the entropy there by nearly a half in a dynamical time. Leave these out where mixing matters.
   diffusion_beta: 0
   diffusion_alpha: 0
   diffusion_alpha_max: 0
@@ -283,7 +319,8 @@ InitGasTemp 0
         text
     }
 
-    fn phantom(&self, prefix: &str) -> String {
+    fn phantom(&self) -> String {
+        let prefix = prefix(&self.stem);
         let mut text = self.head("#", &format!("phantom {prefix}.in"));
         let row = |text: &mut String, key: &str, value: String, what: &str| {
             let _ = writeln!(text, "{key:>20} = {value:>12}    ! {what}");

@@ -65,6 +65,9 @@ pub fn run(scene: &Scene, formats: &[FormatSpec], control: &Control<'_>) -> Resu
     let format = output_format(scene, formats, output)?;
     registry::writer(format, output)?;
     refuse_overwriting_inputs(scene, output)?;
+    if let Some(code) = scene.code().filter(|_| scene.output.parameters) {
+        parameters::refuse_overwriting(code, output)?;
+    }
     sph_formats::output::probe(output)?;
     let start = Instant::now();
     let (file, mut report) = place(scene, formats, control)?;
@@ -179,6 +182,12 @@ impl Run<'_> {
             let problem = format!(
                 "follows a body of equal masses that its own gravity holds, with a pressure that is known{why}; leave it out"
             );
+            return Err(Error::scene("certify", problem));
+        }
+        let neighbors = self.scene.kernel_neighbors(D);
+        if self.scene.certify.is_some() && count as f64 <= neighbors {
+            let problem =
+                format!("follows more particles than each has neighbors: {count} of {neighbors:.0}; leave it out");
             return Err(Error::scene("certify", problem));
         }
         let mut plan = Plan::new(self.scene, &target, prepared.source.radial.is_some(), &held);

@@ -44,6 +44,24 @@ fn parameter_files_say_what_the_codes_need() {
     assert!(options.contains("star_00000.tmp") && options.contains("ieos"));
 }
 
+/// A scene often has the name of its output.
+#[test]
+fn a_parameter_file_replaces_its_like_and_nothing_else() {
+    let folder = Folder::new();
+    let out = folder.path("ic.hdf5").display().to_string();
+    let scene = folder.file("ic.yml", format!("input: {{file: '{STAR}'}}\nparticles: 200\n"));
+    let name = scene.display().to_string();
+    let arguments = ["--scene", &name, "--for", "swift", "--parameters", "--out", &out, "--quiet"];
+    let words = ["output.parameters", "would replace", "ic.yml", "another output"];
+    assert_eq!(faults(&sph_prep(&arguments), &folder, 2, &words), Vec::<String>::new());
+    assert!(std::fs::read_to_string(&scene).unwrap().starts_with("input:") && !folder.path("ic.hdf5").exists());
+    std::fs::rename(&scene, folder.path("scene.yaml")).unwrap();
+    let name = folder.path("scene.yaml").display().to_string();
+    let arguments = ["--scene", &name, "--for", "swift", "--parameters", "--out", &out, "--quiet"];
+    succeed(&arguments);
+    succeed(&arguments);
+}
+
 #[test]
 fn codes_that_are_not_known_are_refused_at_once() {
     let folder = Folder::new();
