@@ -67,7 +67,7 @@ pub fn check(file: &ParticleFile, code: &TargetCode) -> Result<Vec<Finding>> {
     }
     values(table, code, &mut findings);
     numbers(file, code, &mut findings);
-    frame(file, code, &mut findings);
+    frame(file, table, code, &mut findings);
     if findings.iter().all(|f| f.level != Level::Error) {
         match file.header.dimension {
             1 => sums::<1>(file, table, code, &mut findings)?,
@@ -167,14 +167,14 @@ fn numbers(file: &ParticleFile, code: &TargetCode, findings: &mut Vec<Finding>) 
 }
 
 /// Dimension, box and units.
-fn frame(file: &ParticleFile, code: &TargetCode, findings: &mut Vec<Finding>) {
+fn frame(file: &ParticleFile, table: &ParticleTable, code: &TargetCode, findings: &mut Vec<Finding>) {
     let header = &file.header;
     if header.dimension != 3 {
         let text = format!("is {}; the default build of {} is for 3", header.dimension, code.sheet.title);
         add(findings, Level::Error, "dimension", text);
     }
     let edges = &header.box_size[..header.dimension];
-    let is_cube = edges.iter().all(|e| (e / edges[0] - 1.0).abs() < 1e-9);
+    let is_cube = edges.iter().all(|e| (e - edges[0]).abs() <= 1e-9 * edges[0]);
     if !is_cube && code.sheet.format.starts_with("gadget") {
         add(
             findings,
@@ -197,7 +197,7 @@ fn frame(file: &ParticleFile, code: &TargetCode, findings: &mut Vec<Finding>) {
         return;
     }
     if code.sheet.name == "swift"
-        && let Some(x) = file.species[0].table.column(names::COORDINATES)
+        && let Some(x) = table.column(names::COORDINATES)
     {
         let is_outside = |i: usize| {
             let edge = edges[i % header.dimension];
@@ -222,7 +222,7 @@ fn frame(file: &ParticleFile, code: &TargetCode, findings: &mut Vec<Finding>) {
             "are pure numbers: those of the parameter file count, and gravity and cooling follow from those",
         );
     }
-    if let Some(masses) = file.species[0].table.column(names::MASSES) {
+    if let Some(masses) = table.column(names::MASSES) {
         let most = masses.values.range().1;
         if most > 1e19 {
             add(
