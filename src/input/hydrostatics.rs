@@ -22,8 +22,8 @@ pub const GRAVITATIONAL_CONSTANT: f64 = 6.674_30e-8;
 
 /// A carried energy may be this far from that of an ideal gas at the pressure that holds the body.
 const LARGEST_CONTRADICTION: f64 = 0.2;
-/// Shares of the mass at which that is tried.
-const CONTRADICTION_SAMPLES: i32 = 40;
+/// Places outwards, at even steps of the mass, where the state of a body is looked at.
+const SAMPLES: i32 = 40;
 
 /// Entropy may fall outwards by this much: tables and their interpolation are no better.
 const LARGEST_FALL: f64 = 0.03;
@@ -94,11 +94,10 @@ impl<'a, const D: usize> Hydrostatics<'a, D> {
     /// How far the entropy P/rho^gamma of a body that its own gravity holds falls outwards, as a fraction of its largest value
     /// farther in, where that is much: such a body overturns.
     pub fn entropy_falls(&self) -> Option<f64> {
-        let (Gravity::Enclosed(radial), Some(center)) = (&self.gravity, self.own_center()) else { return None };
+        let Gravity::Enclosed(radial) = &self.gravity else { return None };
+        self.own_center()?;
         let (mut most, mut fall) = (0.0_f64, 0.0_f64);
-        for i in 1..CONTRADICTION_SAMPLES {
-            let r = radial.profile.radius_of_fraction(f64::from(i) / f64::from(CONTRADICTION_SAMPLES));
-            let x = std::array::from_fn(|k| center[k] + if k == 0 { r } else { 0.0 });
+        for (_, x) in through(radial) {
             let entropy = self.pressure(&x) / self.density.value(&x).powf(self.gamma);
             most = most.max(entropy);
             fall = fall.max(1.0 - entropy / most);
@@ -124,10 +123,8 @@ impl<'a, const D: usize> Hydrostatics<'a, D> {
         let unit = to_cgs(energy, UnitDimension::SPECIFIC_ENERGY, units.is_some())? / scale.specific_energy;
         let by_energy = Pressure::Energy(energy, unit);
         let body = AtRest::new(radial);
-        let mut ratios: Vec<f64> = (1..CONTRADICTION_SAMPLES)
-            .map(|i| {
-                let r = radial.profile.radius_of_fraction(f64::from(i) / f64::from(CONTRADICTION_SAMPLES));
-                let x = std::array::from_fn(|k| radial.center[k] + if k == 0 { r } else { 0.0 });
+        let mut ratios: Vec<f64> = through(radial)
+            .map(|(r, x)| {
                 let holding = match &self.pressure {
                     Pressure::Energy(..) => body.pressure(radial, r),
                     _ => self.pressure(&x),
@@ -342,6 +339,14 @@ fn pressure<'a, const D: usize>(
     Ok(match gravity {
         Gravity::Enclosed(radial) if scene.balance.is_some() => Some(Pressure::AtRest(AtRest::new(radial))),
         _ => None,
+    })
+}
+
+/// Radii and places outwards through a body, at even steps of its mass.
+fn through<const D: usize>(radial: &RadialSource<D>) -> impl Iterator<Item = (f64, [f64; D])> + '_ {
+    (1..SAMPLES).map(|i| {
+        let r = radial.profile.radius_of_fraction(f64::from(i) / f64::from(SAMPLES));
+        (r, std::array::from_fn(|k| radial.center[k] + if k == 0 { r } else { 0.0 }))
     })
 }
 
