@@ -1,8 +1,6 @@
 //! What a scene needs, and what it does without, with the reasons: nothing is run that a scene has no use for.
 
-use crate::relaxation::{
-    AFC, ALARIC, BALANCE, DAMPED_RELAXATION, SOLVER, SolverOptions, StageName, TRIMMING, WVT, WvtOptions,
-};
+use crate::relaxation::{BALANCE, SolverOptions, StageName, TRIMMING, WVT, WvtOptions};
 use crate::scene::{Atmosphere, Polish, Scene};
 use crate::seeding::{Seeding, discontinuity_share, is_radial};
 use crate::target::Target;
@@ -184,13 +182,7 @@ impl Plan {
         } else {
             self.stages.push(WVT);
         }
-        self.stages.extend(match self.polish {
-            Polish::Solver => Some(SOLVER),
-            Polish::Alaric => Some(ALARIC),
-            Polish::DampedRelaxation => Some(DAMPED_RELAXATION),
-            Polish::Afc => Some(AFC),
-            Polish::None => None,
-        });
+        self.stages.extend(self.polish.stage());
     }
 
     /// By itself for a body that its own gravity holds, where the code is known that it is for.

@@ -1,7 +1,9 @@
 //! What a scene says of the stages, and of what is kept of them on the way.
 
 use crate::error::{Error, Result};
-use crate::relaxation::{AfcOptions, AlaricOptions, Bias, Weight, WvtOptions};
+use crate::relaxation::{
+    AFC, ALARIC, AfcOptions, AlaricOptions, Bias, DAMPED_RELAXATION, SOLVER, StageName, Weight, WvtOptions,
+};
 use serde::{Deserialize, Serialize};
 use std::path::PathBuf;
 
@@ -41,6 +43,19 @@ pub enum Polish {
     Afc,
     /// Nothing.
     None,
+}
+
+impl Polish {
+    /// The stage that does it.
+    pub fn stage(self) -> Option<StageName> {
+        match self {
+            Self::Solver => Some(SOLVER),
+            Self::Alaric => Some(ALARIC),
+            Self::DampedRelaxation => Some(DAMPED_RELAXATION),
+            Self::Afc => Some(AFC),
+            Self::None => None,
+        }
+    }
 }
 
 /// The ALARIC stage.
