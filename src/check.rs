@@ -370,7 +370,12 @@ fn net_force<const D: usize>(
     let header = &file.header;
     let Some(energy) = table.column(names::INTERNAL_ENERGY) else { return };
     let other_materials = table.column(names::MATERIAL_IDS).is_some_and(|c| c.values.range() != (0.0, 0.0, 0));
-    if D < 3 || header.periodic != [false; 3] || header.units == UnitSystem::CODE || other_materials {
+    if D < 3
+        || header.periodic != [false; 3]
+        || header.units == UnitSystem::CODE
+        || other_materials
+        || !code.scheme.has_our_force
+    {
         return;
     }
     let u = &header.units;

@@ -15,6 +15,23 @@ pub enum Neighbors {
     Count(f64),
 }
 
+/// A way in which a code finds forces.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Scheme {
+    pub name: &'static str,
+    /// Whether its force on gas at rest is that of `relaxation::balance`, from densities and pressures with grad-h terms: nothing
+    /// else can be balanced, though densities are the same.
+    pub has_our_force: bool,
+}
+
+const fn ours(name: &'static str) -> Scheme {
+    Scheme { name, has_our_force: true }
+}
+
+const fn other(name: &'static str) -> Scheme {
+    Scheme { name, has_our_force: false }
+}
+
 /// The default build of a code.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Sheet {
@@ -30,8 +47,8 @@ pub struct Sheet {
     /// Key under which options say how many neighbors, and what it is called in the code.
     pub key: &'static str,
     pub parameter: &'static str,
-    /// Schemes with the force of `relaxation::balance`, the default first.
-    pub schemes: &'static [&'static str],
+    /// The default first.
+    pub schemes: &'static [Scheme],
     /// Whether the kernel can be chosen when the code is built.
     pub has_kernels: bool,
     /// Whether `output::parameters` knows its parameter files.
@@ -51,7 +68,15 @@ pub const SHEETS: &[Sheet] = &[
         gravity: 6.674_30e-8,
         key: "eta",
         parameter: "SPH:resolution_eta",
-        schemes: &["sphenix", "minimal", "planetary"],
+        schemes: &[
+            ours("sphenix"),
+            ours("minimal"),
+            ours("planetary"),
+            other("gasoline"),
+            other("pressure-entropy"),
+            other("pressure-energy"),
+            other("remix"),
+        ],
         has_kernels: true,
         has_parameters: true,
         reference: "SWIFT 2026.04: configure --with-kernel, examples' resolution_eta, src/physical_constants_cgs.h",
@@ -65,7 +90,7 @@ pub const SHEETS: &[Sheet] = &[
         gravity: 6.6738e-8,
         key: "neighbors",
         parameter: "DesNumNgb",
-        schemes: &["density-entropy"],
+        schemes: &[ours("density-entropy"), other("pressure-entropy")],
         has_kernels: true,
         has_parameters: true,
         reference: "GADGET-4 226f62e: Config.sh CUBIC_SPLINE_KERNEL, DesNumNgb of its examples, src/data/constants.h",
@@ -79,10 +104,24 @@ pub const SHEETS: &[Sheet] = &[
         gravity: 6.672e-8,
         key: "neighbors",
         parameter: "DesNumNgb",
-        schemes: &["density-entropy"],
+        schemes: &[ours("density-entropy")],
         has_kernels: false,
         has_parameters: false,
         reference: "GADGET-2.0.7: parameterfiles' DesNumNgb, allvars.h",
+    },
+    Sheet {
+        name: "gizmo",
+        title: "GIZMO",
+        format: "gizmo",
+        kernel: KernelName::CubicSpline,
+        neighbors: Neighbors::Count(32.0),
+        gravity: 6.672e-8,
+        key: "neighbors",
+        parameter: "DesNumNgb",
+        schemes: &[other("mfm"), other("mfv"), ours("density-sph"), other("pressure-sph")],
+        has_kernels: false,
+        has_parameters: false,
+        reference: "GIZMO's public version: kernel.h (KERNEL_FUNCTION 3), users' guide (DesNumNgb 32 for it), allvars.h",
     },
     Sheet {
         name: "phantom",
@@ -93,7 +132,7 @@ pub const SHEETS: &[Sheet] = &[
         gravity: 6.672_041e-8,
         key: "hfact",
         parameter: "hfact",
-        schemes: &["density-energy"],
+        schemes: &[ours("density-energy")],
         has_kernels: true,
         has_parameters: true,
         reference: "Phantom v2026.0.1: kernel_cubic.f90 (hfact_default, radkern 2), physcon.f90",
@@ -109,7 +148,7 @@ pub struct TargetCode {
     pub sheet: &'static Sheet,
     pub kernel: KernelName,
     pub neighbors: Neighbors,
-    pub scheme: &'static str,
+    pub scheme: Scheme,
 }
 
 impl TargetCode {
@@ -131,9 +170,9 @@ impl TargetCode {
                 None => code.kernel = kernel(sheet, option).map_err(refuse)?,
                 Some(("kernel", value)) => code.kernel = kernel(sheet, value).map_err(refuse)?,
                 Some(("scheme", value)) => {
-                    let known = sheet.schemes.join(", ");
-                    code.scheme = sheet.schemes.iter().find(|s| **s == value).ok_or_else(|| {
-                        refuse(format!("the forces of scheme '{value}' are not known here, expected {known}"))
+                    let known = sheet.schemes.iter().map(|s| s.name).collect::<Vec<_>>().join(", ");
+                    code.scheme = *sheet.schemes.iter().find(|s| s.name == value).ok_or_else(|| {
+                        refuse(format!("scheme '{value}' is not known here, expected one of {known}"))
                     })?;
                 }
                 Some((key, value)) if key == sheet.key => {
@@ -202,7 +241,20 @@ impl TargetCode {
     pub fn describe(&self, d: usize) -> String {
         let Sheet { title, parameter, .. } = self.sheet;
         let (kernel, count) = (self.kernel.title(), self.kernel_neighbors(d));
-        format!("{title} ({}) with {kernel}, {parameter} {}: {count:.1} neighbors", self.scheme, self.setting())
+        format!("{title} ({}) with {kernel}, {parameter} {}: {count:.1} neighbors", self.scheme.name, self.setting())
+    }
+
+    /// Why its forces cannot be balanced; `None` where they can.
+    pub fn unknown_force(&self) -> Option<String> {
+        let schemes = self.sheet.schemes.iter().filter(|s| s.has_our_force).map(|s| s.name).collect::<Vec<_>>();
+        (!self.scheme.has_our_force).then(|| {
+            format!(
+                "the forces of {} with {} are not those that are balanced here, which are those of its {}",
+                self.sheet.title,
+                self.scheme.name,
+                schemes.join(", ")
+            )
+        })
     }
 
     /// What to change where the code's forces make pairs, so that no arrangement is at rest; `None` where they do not.
@@ -260,6 +312,7 @@ mod tests {
             ("swift:wendland-c4", 3, 84.9),
             ("swift:wendland-c4,eta=1.1239", 3, 64.0),
             ("gadget4", 3, 64.0),
+            ("gizmo", 3, 32.0),
             ("phantom", 3, 57.9),
             ("phantom:hfact=1.0", 3, 33.5),
             ("swift", 2, 15.1),
@@ -277,6 +330,7 @@ mod tests {
             ("swift:eta=0", vec!["eta is '0'", "positive"]),
             ("swift:hfact=1.2", vec!["'hfact' is no option", "eta=NUMBER"]),
             ("swift:scheme=gizmo", vec!["scheme 'gizmo'", "sphenix"]),
+            ("gizmo:wendland-c2", vec!["no kernel but cubic spline"]),
             ("gadget2:wendland-c2", vec!["no kernel but cubic spline"]),
             ("", vec!["no code of the name ''"]),
         ] {
@@ -285,6 +339,14 @@ mod tests {
                 assert!(error.contains(part), "{text}: {error}");
             }
         }
+    }
+
+    #[test]
+    fn forces_that_differ_are_not_balanced() {
+        let of = |text: &str| TargetCode::parse(text).unwrap().unknown_force();
+        assert!(of("gizmo").unwrap().contains("GIZMO with mfm"));
+        assert!(of("swift:scheme=gasoline").unwrap().contains("sphenix, minimal, planetary"));
+        assert_eq!((of("swift"), of("gizmo:scheme=density-sph"), of("phantom")), (None, None, None));
     }
 
     #[test]

@@ -249,3 +249,25 @@ fn materials_are_carried_without_mixing_or_given_by_layers() {
         }
     });
 }
+
+/// What is written beside the density tells how it was summed, and what it should be.
+#[test]
+fn the_file_says_what_its_density_is_and_on_demand_what_it_should_be() {
+    let yaml = "input: {expression: '3 + sin(2*pi*x)'}
+domain: {box: [[0, 0], [1, 1]], boundary: [periodic]}
+particles: 300
+output: {units: code, target_density: true}";
+    let place =
+        |yaml: &str| sph_prep::place(&Scene::parse(yaml).unwrap(), sph_prep::FORMATS, &Control::default()).unwrap().0;
+    let file = place(yaml);
+    let table = &file.species[0].table;
+    let (x, target) = (table.column(names::COORDINATES).unwrap(), table.column("TargetDensity").unwrap());
+    for i in 0..300 {
+        let expected = 3.0 + (std::f64::consts::TAU * x.values.get(2 * i)).sin();
+        assert!((target.values.get(i) / expected - 1.0).abs() < 1e-12, "{i}");
+    }
+    let said = file.header.provenance.iter().find(|(key, _)| key == "DensityDefinition").unwrap();
+    assert!(said.1.contains("Wendland C4") && said.1.contains("itself included"), "{}", said.1);
+    let without = place(&yaml.replace(", target_density: true", ""));
+    assert!(without.species[0].table.column("TargetDensity").is_none());
+}

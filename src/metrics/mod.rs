@@ -23,4 +23,4 @@ pub use minimum::lowest_epsilon;
 pub use neighbors::NeighborFigures;
 pub use noise::{NoiseFigures, poisson_force};
 pub use outcome::Outcome;
-pub use quality::Quality;
+pub use quality::{Aim, Quality};

@@ -179,7 +179,7 @@ SPH:
             LARGEST_SMOOTHING * largest_box,
         );
         if self.gravity {
-            if self.code.scheme == "sphenix" {
+            if self.code.scheme.name == "sphenix" {
                 text += "  # A body at rest has steep gradients of energy at its surface, which artificial conduction would smooth:
   # it raises the entropy there by nearly a half in a dynamical time. Leave these out where mixing matters.
   diffusion_beta: 0

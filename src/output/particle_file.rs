@@ -11,6 +11,9 @@ use sph::parallel;
 use sph_formats::common::particle_names as names;
 use sph_formats::{Column, ParticleFile, ParticleTable, RunHeader, Species, UnitDimension, UnitSystem, Values};
 
+/// Name of the column with the target's density.
+const TARGET_DENSITY: &str = "TargetDensity";
+
 /// Columns in internal units.
 pub struct RawColumns<'a, const D: usize> {
     pub positions: &'a Positions<D>,
@@ -81,7 +84,6 @@ pub(crate) fn particle_file<const D: usize>(
         )),
         EnergySource::Carried | EnergySource::Given | EnergySource::Balanced => {}
     }
-    drop(target_density);
     if velocities.is_none() {
         left_out.push(("velocities", "nothing moves"));
     }
@@ -100,6 +102,10 @@ pub(crate) fn particle_file<const D: usize>(
         column(names::DENSITY, 1, scaled(raw.density, factors.density), UnitDimension::mass_density(3)),
         column(names::PARTICLE_IDS, 1, Values::I64((1..=n as i64).collect()), UnitDimension::NONE),
     ];
+    if scene.output.target_density {
+        let values = Values::F64(target_density);
+        all.push(column(TARGET_DENSITY, 1, values, UnitDimension::mass_density(3)));
+    }
     all.extend(velocities.map(|v| column(names::VELOCITIES, D, Values::F64(v), UnitDimension::VELOCITY)));
     carried.retain(|c| !all.iter().any(|own| own.name == c.name));
     all.extend(carried);
@@ -111,7 +117,7 @@ pub(crate) fn particle_file<const D: usize>(
         time: 0.0,
         kernel: making.kernel.into(),
         kernel_neighbors: making.kernel_neighbors,
-        provenance: provenance(scene, &making.stop),
+        provenance: provenance(scene, making),
     };
     let species = vec![Species { part_type: 0, table: ParticleTable { count: n, columns: all } }];
     Ok(Made { file: ParticleFile { header, species }, notes, left_out })
@@ -136,7 +142,7 @@ fn placed_columns<const D: usize>(
     Ok(velocities)
 }
 
-fn provenance(scene: &Scene, stop: &str) -> Vec<(String, String)> {
+fn provenance(scene: &Scene, making: &Making<'_>) -> Vec<(String, String)> {
     // The recipe must not depend on where the output goes.
     let mut recipe = scene.clone();
     recipe.output.file = None;
@@ -144,7 +150,14 @@ fn provenance(scene: &Scene, stop: &str) -> Vec<(String, String)> {
     vec![
         ("Version".into(), format!("sph-prep {}", env!("CARGO_PKG_VERSION"))),
         ("Seed".into(), scene.seed.to_string()),
-        ("StopReason".into(), stop.into()),
+        ("StopReason".into(), making.stop.clone()),
+        (
+            "DensityDefinition".into(),
+            format!(
+                "sum over particles of m_j W(|r_i - r_j|, H_i), itself included, with {} and {:.1} neighbors",
+                making.kernel, making.kernel_neighbors
+            ),
+        ),
         ("Scene".into(), recipe.to_yaml()),
     ]
 }

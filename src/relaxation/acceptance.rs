@@ -6,7 +6,7 @@
 use super::pairs::{PAIRED, part_pairs};
 use super::report::{Progress, StageName, StopReason};
 use super::stage::{Particles, Relaxed, Running, Stage};
-use crate::metrics::Quality;
+use crate::metrics::{Aim, Quality};
 use crate::target::{Positions, Target};
 use serde::Serialize;
 use serde::de::DeserializeOwned;
@@ -49,7 +49,7 @@ impl<'a, const D: usize> Judge<'a, D> {
 
     /// In what `after` is worse than `before`, if it is; else its figures are those to be kept from now on. More particles
     /// than before, from splitting, are not compared.
-    fn loss(&self, before: &Particles<D>, after: &Particles<D>, has_met: bool) -> Option<String> {
+    fn loss(&self, before: &Particles<D>, after: &Particles<D>, aim: Aim) -> Option<String> {
         let mut accepted = self.accepted.lock().unwrap_or_else(PoisonError::into_inner);
         if before.len() != after.len() {
             *accepted = None;
@@ -60,7 +60,7 @@ impl<'a, const D: usize> Judge<'a, D> {
         }
         let earlier = accepted.take().unwrap_or_else(|| self.timed(before));
         let now = self.timed(after);
-        let loss = now.loss_against(&earlier, has_met);
+        let loss = now.loss_against(&earlier, aim);
         *accepted = Some(if loss.is_some() { earlier } else { now });
         loss
     }
@@ -71,6 +71,7 @@ pub struct Accepted<'a, const D: usize> {
     pub stage: Box<dyn Stage<D> + 'a>,
     pub target: Target<'a, D>,
     pub judge: &'a Judge<'a, D>,
+    pub aim: Aim,
 }
 
 impl<const D: usize> Stage<D> for Accepted<'_, D>
@@ -118,7 +119,9 @@ impl<const D: usize> Running<D> for Watched<'_, D> {
         let mut relaxed = inner.finish(stop);
         let target = stage.target.with_count(relaxed.particles.len());
         relaxed.notes.extend(part(&target, &mut relaxed.particles.positions));
-        if let Some(loss) = stage.judge.loss(&before, &relaxed.particles, stop == StopReason::ToleranceReached) {
+        let met = stage.aim == Aim::Density && stop == StopReason::ToleranceReached;
+        let aim = if met { Aim::DensityMet } else { stage.aim };
+        if let Some(loss) = stage.judge.loss(&before, &relaxed.particles, aim) {
             relaxed.notes.push(format!("the result of {} is not used: {loss}", stage.name().title));
             relaxed.particles = before;
             for report in &mut relaxed.reports {

@@ -4,7 +4,7 @@ use super::checkpoint::{Checkpoints, Kept, Meta};
 use super::plan::Plan;
 use super::report::Timing;
 use crate::error::{Error, Result};
-use crate::metrics::{Ledger, Quality};
+use crate::metrics::{Aim, Ledger, Quality};
 use crate::relaxation::{
     self, AFC, ALARIC, Accepted, AfcOptions, Alaric, AlaricOptions, AwayFromClosest, BALANCE, BalanceOptions, ByBody,
     Control, DAMPED_RELAXATION, DensitySolver, Event, Judge, MassTrimming, Particles, PressureBalance, SOLVER,
@@ -238,14 +238,13 @@ impl<'a, const D: usize> Setting<'a, D> {
             }
             let Some(mut stage) = stage(name, self, plan) else { continue };
             let mut control = *self.control;
-            if name != BALANCE {
-                let limit = control.deadline.filter(|_| control.stop_reason().is_none());
-                if let (Start::New(particles), Some(deadline)) = (&start, limit) {
-                    // What measuring takes counts against the limit.
-                    control.deadline = deadline.checked_sub(judge.look_at(particles)).or(Some(deadline));
-                }
-                stage = Box::new(Accepted { stage, target: self.target, judge: &judge });
+            let limit = control.deadline.filter(|_| control.stop_reason().is_none());
+            if let (Start::New(particles), Some(deadline)) = (&start, limit) {
+                // What measuring takes counts against the limit.
+                control.deadline = deadline.checked_sub(judge.look_at(particles)).or(Some(deadline));
             }
+            let aim = if name == BALANCE { Aim::Forces } else { Aim::Density };
+            stage = Box::new(Accepted { stage, target: self.target, judge: &judge, aim });
             self.control.tell(Event::Begin(Step::Relax(name)));
             let meta = past.meta(index, name.name, true);
             let mut keep = |stopping: bool, state: relaxation::Snapshot<'_>| checkpoints.offer(stopping, &meta, state);

@@ -249,6 +249,8 @@ pub struct Output {
     /// Deflate level, 0 to 9.
     pub compression: u8,
     pub double_precision: bool,
+    /// A column `TargetDensity` with what the density should be at each particle.
+    pub target_density: bool,
     /// Parameter files of the target code beside the output, with which it starts and runs as they are.
     pub parameters: bool,
     pub on_interrupt: OnInterrupt,
@@ -274,6 +276,7 @@ impl Default for Output {
             box_factor: 4.0,
             compression: 4,
             double_precision: false,
+            target_density: false,
             parameters: false,
             on_interrupt: OnInterrupt::default(),
         }
@@ -480,7 +483,8 @@ impl Scene {
             ),
             ("material", !self.material.is_empty(), "the balance knows the pressure of an ideal gas alone"),
         ];
-        excluded.iter().find(|e| e.1).map(|(key, _, why)| format!("{key}: {why}"))
+        let force = || self.code().and_then(|code| code.unknown_force()).map(|why| format!("target_code: {why}"));
+        excluded.iter().find(|e| e.1).map(|(key, _, why)| format!("{key}: {why}")).or_else(force)
     }
 }
 

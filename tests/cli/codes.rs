@@ -80,3 +80,17 @@ fn codes_that_are_not_known_are_refused_at_once() {
         assert_eq!(faults(&sph_prep(&all), &folder, 2, &parts), Vec::<String>::new(), "{all:?}");
     }
 }
+
+/// GIZMO's own method has other forces: what it sums is set, and nothing is balanced for it.
+#[test]
+fn a_code_of_other_forces_is_not_balanced_for() {
+    let folder = Folder::new();
+    let out = folder.path("ic.hdf5").display().to_string();
+    let text = succeed(&["--in", STAR, "-n", "1000", "--for", "gizmo", "--out", &out]).stdout;
+    for part in ["GIZMO (mfm) with cubic spline, DesNumNgb 32", "balance of pressure", "the forces of GIZMO with mfm"] {
+        assert!(text.contains(part), "{part}: {text}");
+    }
+    let arguments = ["--in", STAR, "-n", "1000", "--for", "gizmo", "--balance", "--out", &out];
+    let words = ["balance", "cannot go with target_code", "mfm", "density-sph"];
+    assert_eq!(faults(&sph_prep(&arguments), &folder, 2, &words), Vec::<String>::new());
+}
