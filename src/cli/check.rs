@@ -1,19 +1,18 @@
 //! `sph-prep check`: whether a code takes a file.
 
 use super::args::CheckArgs;
-use super::exit::FAILURE;
+use super::exit::{FAILURE, SUCCESS};
 use crate::check::{Level, check};
 use crate::codes::TargetCode;
 use crate::error::{Error, Result};
 use sph_formats::{FieldRequest, FileContent, FormatSpec};
 use std::fmt::Write;
-use std::process::ExitCode;
 
 /// The findings as text or JSON, and the exit code: 1 where the code would stop or run on nonsense.
 ///
 /// # Errors
 /// A file that cannot be read, holds no particles, or a code that is not known.
-pub fn run(formats: &[FormatSpec], args: &CheckArgs) -> Result<(String, ExitCode)> {
+pub fn run(formats: &[FormatSpec], args: &CheckArgs) -> Result<(String, u8)> {
     let code = TargetCode::parse(&args.target_code)?;
     let content = sph_formats::read(formats, &args.file, args.format.as_deref(), &FieldRequest::default())?;
     let path = args.file.display().to_string();
@@ -22,7 +21,7 @@ pub fn run(formats: &[FormatSpec], args: &CheckArgs) -> Result<(String, ExitCode
     };
     let findings = check(&file, &code)?;
     let worst = findings.iter().map(|f| f.level).max().unwrap_or(Level::Good);
-    let exit = if worst == Level::Error { ExitCode::from(FAILURE) } else { ExitCode::SUCCESS };
+    let exit = if worst == Level::Error { FAILURE } else { SUCCESS };
     if args.json {
         let text = serde_json::to_string_pretty(&findings).unwrap_or_else(|e| format!("{{\"error\": \"{e}\"}}"));
         return Ok((text + "\n", exit));

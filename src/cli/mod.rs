@@ -20,9 +20,10 @@ use crate::run::pipeline;
 use crate::scene::Scene;
 use args::{Args, Command, CompareArgs, RunArgs};
 use clap::Parser;
-use exit::{FAILURE, NOT_CONVERGED, USAGE};
+use exit::{FAILURE, NOT_CONVERGED, SUCCESS, USAGE};
 use interrupt::Interrupts;
 use sph_formats::{FORMATS, FormatError};
+use std::ffi::OsString;
 use std::io::{ErrorKind, Write};
 use std::path::Path;
 use std::process::ExitCode;
@@ -30,7 +31,13 @@ use std::time::{Duration, Instant};
 
 /// Parses the process's arguments, runs, prints, and returns the exit code.
 pub fn main() -> ExitCode {
-    let args = Args::parse();
+    ExitCode::from(main_with(std::env::args_os()))
+}
+
+/// [`main`] with given arguments, the first of which is the program's name. Where they are no arguments, or ask for help, the
+/// process ends.
+pub fn main_with<T: Into<OsString> + Clone>(arguments: impl IntoIterator<Item = T>) -> u8 {
+    let args = Args::parse_from(arguments);
     let result = match &args.command {
         Some(Command::Formats) => print(&formats::table(FORMATS)),
         Some(Command::Methods) => print(&(methods::table() + &compare::table())),
@@ -42,17 +49,17 @@ pub fn main() -> ExitCode {
         }),
         Some(Command::Convert(convert)) => convert::convert(FORMATS, convert).map(|notes| {
             notes.iter().for_each(|note| eprintln!("note: {note}"));
-            ExitCode::SUCCESS
+            SUCCESS
         }),
         None => run(&args.run),
     };
     result.unwrap_or_else(|error| {
         eprintln!("error: {error}");
-        ExitCode::from(if matches!(error, Error::Scene { .. }) { USAGE } else { FAILURE })
+        if matches!(error, Error::Scene { .. }) { USAGE } else { FAILURE }
     })
 }
 
-fn run(args: &RunArgs) -> crate::Result<ExitCode> {
+fn run(args: &RunArgs) -> crate::Result<u8> {
     let scene = args.scene()?;
     if args.print_scene {
         return print(&scene.to_yaml());
@@ -80,12 +87,12 @@ fn run(args: &RunArgs) -> crate::Result<ExitCode> {
     if let Some(region) = report.misplaced() {
         let (found, wanted) = (region.found, region.wanted);
         eprintln!("mass misplaced: a region of the target has {found:.0} of its {wanted:.1} particles; it was written");
-        return Ok(ExitCode::from(NOT_CONVERGED));
+        return Ok(NOT_CONVERGED);
     }
     Ok(exit_code(&scene, report.stop))
 }
 
-fn compare(args: &CompareArgs) -> crate::Result<ExitCode> {
+fn compare(args: &CompareArgs) -> crate::Result<u8> {
     set_threads(args.threads)?;
     compare::run(args, FORMATS, Interrupts::of_other_work().requested()).and_then(|text| print(&text))
 }
@@ -99,24 +106,24 @@ fn set_threads(threads: Option<usize>) -> crate::Result<()> {
 }
 
 /// Prints to standard output. A reader that has seen enough (`| head`) is no failure.
-fn print(text: &str) -> crate::Result<ExitCode> {
+fn print(text: &str) -> crate::Result<u8> {
     let mut out = std::io::stdout().lock();
     match out.write_all(text.as_bytes()).and_then(|()| out.flush()) {
         Err(e) if e.kind() != ErrorKind::BrokenPipe => {
             Err(FormatError::io(Path::new("standard output"), "write to", e).into())
         }
-        _ => Ok(ExitCode::SUCCESS),
+        _ => Ok(SUCCESS),
     }
 }
 
-fn exit_code(scene: &Scene, stop: StopReason) -> ExitCode {
+fn exit_code(scene: &Scene, stop: StopReason) -> u8 {
     if stop == StopReason::Interrupted {
         eprintln!("not converged: interrupted; the best state so far was written");
-        return ExitCode::from(NOT_CONVERGED);
+        return NOT_CONVERGED;
     }
     if scene.tolerance.is_some() && stop != StopReason::ToleranceReached {
         eprintln!("not converged: the tolerance was not reached ({stop:?}); the best state was written");
-        return ExitCode::from(NOT_CONVERGED);
+        return NOT_CONVERGED;
     }
-    ExitCode::SUCCESS
+    SUCCESS
 }

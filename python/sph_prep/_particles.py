@@ -1,0 +1,235 @@
+"""Particles: arrays by name, with their units, the report of how they were placed, and ways to other packages."""
+
+from __future__ import annotations
+
+import html
+import json
+import os
+from collections.abc import Iterator
+from typing import Any
+
+import numpy as np
+
+from . import _core
+from ._picture import picture
+
+#: Dimensions as exponents of length, mass, time and temperature.
+_NONE = (0, 0, 0, 0)
+
+
+class Particles:
+    """Particles of one or several types, the gas first.
+
+    ``particles["Masses"]`` is the gas's column of that name; what is changed in it is what is written. Columns of further types are
+    in ``particles.species``.
+    """
+
+    def __init__(self, header: dict[str, Any], species: list[Any], report: dict[str, Any] | None, scene: str | None) -> None:
+        self.header = header
+        """Box, units in cgs, kernel, and how the file was made."""
+        self.report: dict[str, Any] = report or {}
+        """What the program reports, as its ``--json`` does; empty for particles that were read."""
+        self.scene = scene
+        """The scene as YAML."""
+        self.species = {kind: {name: array for name, array, _ in columns} for kind, columns in species}
+        """Columns of each type: 0 is gas, 1 dark matter, 2 to 5 others."""
+        self._exponents = {(kind, name): tuple(e) for kind, columns in species for name, _, e in columns}
+
+    # -- columns
+
+    @property
+    def gas(self) -> dict[str, np.ndarray]:
+        """Columns of the gas, or of the first type where there is none."""
+        if 0 in self.species or not self.species:
+            return self.species.setdefault(0, {})
+        return next(iter(self.species.values()))
+
+    def __getitem__(self, name: str) -> np.ndarray:
+        try:
+            return self.gas[name]
+        except KeyError:
+            raise KeyError(f"there is no column '{name}', but {', '.join(self.gas)}") from None
+
+    def __setitem__(self, name: str, values: Any) -> None:
+        array = np.asarray(values)
+        if array.dtype not in (np.float32, np.int64):
+            array = array.astype(np.int64 if array.dtype.kind in "iu" else np.float64)
+        if array.ndim == 0 or len(array) != len(self):
+            raise ValueError(f"'{name}' has the shape {array.shape}, expected {len(self)} rows")
+        self.gas[name] = array
+
+    def __contains__(self, name: object) -> bool:
+        return name in self.gas
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self.gas)
+
+    def keys(self) -> list[str]:
+        """Names of the gas's columns."""
+        return list(self.gas)
+
+    def __len__(self) -> int:
+        return len(next(iter(self.gas.values()), ()))
+
+    @property
+    def positions(self) -> np.ndarray:
+        """(N, D), within the box whose lowest corner is the origin."""
+        return self["Coordinates"]
+
+    @property
+    def masses(self) -> np.ndarray:
+        return self["Masses"]
+
+    @property
+    def density(self) -> np.ndarray:
+        """The sum over neighbors, as the kernel sees it."""
+        return self["Density"]
+
+    @property
+    def support_radius(self) -> np.ndarray:
+        """The radius beyond which the kernel is zero."""
+        return self["SupportRadius"]
+
+    @property
+    def velocities(self) -> np.ndarray:
+        """(N, D); zero where nothing moves."""
+        return self.gas["Velocities"] if "Velocities" in self else np.zeros_like(self.positions)
+
+    @property
+    def dimension(self) -> int:
+        return int(self.header["dimension"])
+
+    @property
+    def box_size(self) -> np.ndarray:
+        return np.array(self.header["box_size"][: self.dimension])
+
+    # -- units
+
+    def exponents(self, name: str, kind: int = 0) -> tuple[int, int, int, int]:
+        """Exponents of length, mass, time and temperature in a column's unit; of what was added, none."""
+        return self._exponents.get((kind, name), _NONE)  # type: ignore[return-value]
+
+    def to_cgs(self, name: str) -> float:
+        """What one of the column's numbers is in cgs."""
+        units = self.header["units"]
+        scales = (units["length"], units["mass"], units["time"], units["temperature"])
+        return float(np.prod([scale**e for scale, e in zip(scales, self.exponents(name))]))
+
+    def unyt(self, name: str) -> Any:
+        """A column as an array of ``unyt``, in cgs."""
+        import unyt
+
+        length, mass, time, temperature = self.exponents(name)
+        unit = unyt.cm**length * unyt.g**mass * unyt.s**time * unyt.K**temperature
+        return unyt.unyt_array(self[name] * self.to_cgs(name), unit)
+
+    def astropy(self, name: str) -> Any:
+        """A column as a quantity of ``astropy``, in cgs."""
+        from astropy import units
+
+        length, mass, time, temperature = self.exponents(name)
+        unit = units.cm**length * units.g**mass * units.s**time * units.K**temperature
+        return units.Quantity(self[name] * self.to_cgs(name), unit)
+
+    # -- files and codes
+
+    def _data(self) -> list[tuple[int, list[tuple[str, np.ndarray, tuple[int, ...]]]]]:
+        return [
+            (kind, [(name, array, self._exponents.get((kind, name), _NONE)) for name, array in columns.items()])
+            for kind, columns in self.species.items()
+        ]
+
+    def write(
+        self, path: str | os.PathLike[str], format: str | None = None, *, double: bool = False, compression: int = 4
+    ) -> None:
+        """Writes a file in the format of its extension, or in the one named (``sph-prep formats`` lists them)."""
+        _core.write(os.fspath(path), self.header, self._data(), format, double, compression)
+
+    def check(self, code: str) -> list[dict[str, str]]:
+        """What a simulation code will make of the particles: a list of ``level``, ``what`` and ``text``."""
+        data = self._data()
+        for kind, columns in data:
+            # As the writers do it.
+            if kind == 0 and "Velocities" not in self:
+                columns.append(("Velocities", np.zeros_like(self.positions, dtype=float), (1, 0, -1, 0)))
+        return json.loads(_core.check(self.header, data, code))
+
+    # -- other packages
+
+    def to_yt(self) -> Any:
+        """The gas as a data set of ``yt``."""
+        import yt
+
+        columns = {"Coordinates": None, "Velocities": None}
+        data: dict[Any, Any] = {}
+        places = np.zeros((len(self), 3))
+        places[:, : self.dimension] = self.positions
+        speeds = np.zeros((len(self), 3))
+        speeds[:, : self.dimension] = self.velocities
+        for k, axis in enumerate("xyz"):
+            data["io", f"particle_position_{axis}"] = places[:, k]
+            data["io", f"particle_velocity_{axis}"] = speeds[:, k]
+        names = {"Masses": "particle_mass", "Density": "density", "SupportRadius": "smoothing_length"}
+        for name, array in self.gas.items():
+            if name not in columns and array.ndim == 1:
+                data["io", names.get(name, name)] = array.astype(float)
+        units = self.header["units"]
+        edges = [[0.0, size if size > 0.0 else 1.0] for size in self.header["box_size"]]
+        return yt.load_particles(
+            data,
+            length_unit=units["length"],
+            mass_unit=units["mass"],
+            time_unit=units["time"],
+            bbox=np.array(edges),
+            periodicity=tuple(self.header["periodic"]),
+        )
+
+    def to_pynbody(self) -> Any:
+        """The gas as a snapshot of ``pynbody``."""
+        import pynbody
+
+        units = self.header["units"]
+        snapshot = pynbody.new(gas=len(self))
+        snapshot["pos"][:, : self.dimension] = self.positions
+        snapshot["vel"][:, : self.dimension] = self.velocities
+        snapshot["mass"] = self.masses
+        snapshot["pos"].units = pynbody.units.Unit(f"{units['length']:.15e} cm")
+        snapshot["vel"].units = pynbody.units.Unit(f"{units['length'] / units['time']:.15e} cm s^-1")
+        snapshot["mass"].units = pynbody.units.Unit(f"{units['mass']:.15e} g")
+        if "Density" in self:
+            snapshot.gas["rho"] = self.density
+            unit = f"{units['mass'] / units['length'] ** self.dimension:.15e} g cm^-{self.dimension}"
+            snapshot.gas["rho"].units = pynbody.units.Unit(unit)
+        return snapshot
+
+    def to_sarracen(self) -> Any:
+        """The gas as a data frame of ``sarracen``."""
+        import sarracen
+
+        data = {axis: self.positions[:, k] for k, axis in enumerate("xyz"[: self.dimension])}
+        data.update({f"v{axis}": self.velocities[:, k] for k, axis in enumerate("xyz"[: self.dimension])})
+        data.update({"m": self.masses, "rho": self.density, "h": 0.5 * self.support_radius})
+        own = ("Masses", "Density", "SupportRadius")
+        data.update({name: a for name, a in self.gas.items() if a.ndim == 1 and name not in own})
+        return sarracen.SarracenDataFrame(data)
+
+    # -- in words and pictures
+
+    def __repr__(self) -> str:
+        words = [f"{len(self)} particles in {self.dimension}-D"]
+        if "Masses" in self:
+            words.append(f"mass {self.masses.sum(dtype=float):.6g}")
+        error = self.report.get("density_error", {}).get("all")
+        if error:
+            words.append(f"mean density error {100 * error['mean']:.2g} %")
+        return f"<sph_prep.Particles: {', '.join(words)}; {', '.join(self.keys())}>"
+
+    def _repr_html_(self) -> str:
+        notes = "".join(f"<li>{html.escape(note)}</li>" for note in self.report.get("notes", []))
+        return f"<p>{html.escape(repr(self)[1:-1])}</p>{picture(self)}<ul>{notes}</ul>"
+
+
+def read(path: str | os.PathLike[str], format: str | None = None) -> Particles:
+    """Particles of a file in any format that the program reads."""
+    header, species = _core.read(os.fspath(path), format)
+    return Particles(header, species, None, None)

@@ -1,0 +1,249 @@
+"""Scenes: what to place particles in, as Python objects."""
+
+from __future__ import annotations
+
+import contextlib
+import json
+import os
+import tempfile
+import warnings
+from collections.abc import Callable, Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from . import _core
+from ._particles import Particles
+from ._sampling import sampled
+
+#: Mean error of a function's samples above which a warning says so.
+ROUGH = 0.01
+
+#: Names of arguments that are keys of a scene under another name.
+_KEYS = {"n": "particles"}
+
+
+class Scene:
+    """A scene: the keys of the program's YAML files, checked as they are set.
+
+    Arguments:
+        source: a dictionary of keys, YAML as a text, or the path of a YAML file.
+        keys: further keys, which win over those of ``source``.
+
+    >>> scene = Scene({"input": {"expression": "1 + x"}}, domain={"box": [[0], [1]]}, particles=50)
+    >>> len(scene.place())
+    50
+    """
+
+    def __init__(self, source: Mapping[str, Any] | str | os.PathLike[str] | None = None, **keys: Any) -> None:
+        keys = {_KEYS.get(key, key): value for key, value in keys.items()}
+        if source is None or isinstance(source, Mapping):
+            text = _to_json({**(source or {}), **keys})
+        else:
+            is_path = isinstance(source, os.PathLike) or str(source).endswith((".yaml", ".yml"))
+            text = Path(source).read_text() if is_path else str(source)
+            if keys:
+                # Keys that follow win; the core knows them all.
+                text = _core.scene_with(text, _to_json(keys))
+        self._text = text
+        self.yaml = _core.scene_yaml(text)
+        """The scene with all that it sets."""
+
+    def place(self, progress: Callable[[str], Any] | None = None) -> Particles:
+        """Places the particles. ``progress`` is called with a line of text several times a second.
+
+        Raises:
+            SceneError: the scene asks for something impossible or contradictory.
+            OSError: an input cannot be read.
+            SphPrepError: anything else that keeps particles from being placed.
+        """
+        header, species, report, scene = _core.place(self._text, progress)
+        return Particles(header, species, json.loads(report), scene)
+
+    def __repr__(self) -> str:
+        return self.yaml
+
+    def __eq__(self, other: object) -> bool:
+        return isinstance(other, Scene) and self.yaml == other.yaml
+
+    __hash__ = None  # type: ignore[assignment]
+
+
+def place(
+    density: Any = None,
+    *,
+    n: int | None = None,
+    box: Any = None,
+    ball: Mapping[str, Any] | None = None,
+    periodic: bool | list[bool] | None = None,
+    kernel: str | None = None,
+    neighbors: float | None = None,
+    target_code: str | None = None,
+    samples: int | None = None,
+    progress: Callable[[str], Any] | None = None,
+    **keys: Any,
+) -> Particles:
+    """Places particles in a density.
+
+    Arguments:
+        density: one of
+
+            - an expression of x, y, z and r (``"1 + 0.5*sin(2*pi*x)"``), or the path of a file that the program reads;
+            - an array of one to three axes: averages of equal cells of ``box`` (by default from 0 to 1);
+            - a function of as many arrays as the box has axes, which returns the density there: it is sampled on a grid that is
+              refined until linear interpolation meets it to 0.1 % on average; ``report["sampling"]`` has what was reached,
+              and a warning says so above 1 %;
+            - a dictionary with ``radius``, ``density`` and further columns (``pressure``, ``temperature``...): a radial profile.
+        n: number of particles.
+        box: lowest and highest corner, ``[[0, 0], [1, 1]]``.
+        ball: ``{"center": [...], "radius": ...}`` in place of a box.
+        periodic: of all axes, or one by one.
+        kernel, neighbors: name of the kernel and V n H^d, its number of neighbors.
+        target_code: the code that the particles are for, as ``"swift"``.
+        samples: points along an axis of a function's grid, in place of refinement.
+        progress: called with a line of text several times a second.
+        keys: further keys of a scene, as ``balance={}`` or ``output={"units": "cgs"}``.
+
+    Arrays with units (unyt, astropy) are taken as cgs.
+
+    >>> import numpy as np
+    >>> particles = place(lambda x, y: 1 + 0.5 * np.cos(2 * np.pi * x), n=500, box=[[0, 0], [1, 1]], periodic=True)
+    >>> bool(abs(particles.masses.sum() - 1) < 1e-5)
+    True
+    """
+    with contextlib.ExitStack() as stack:
+        scene = dict(keys)
+        domain = dict(scene.pop("domain", {}))
+        if box is not None:
+            domain["box"] = _plain(box)
+        if ball is not None:
+            domain["ball"] = _plain(ball)
+        if periodic is not None:
+            flags = periodic if isinstance(periodic, (list, tuple)) else [periodic]
+            domain["boundary"] = ["periodic" if flag else "open" for flag in flags]
+        given = dict(scene.pop("input", {}))
+        made, sampling = _input(density, domain, samples, stack)
+        given.update(made)
+        if given:
+            scene["input"] = given
+        if domain:
+            scene["domain"] = domain
+        named = {"particles": n, "kernel": kernel, "neighbors": neighbors, "target_code": target_code}
+        scene.update({key: value for key, value in named.items() if value is not None})
+        particles = Scene(scene).place(progress)
+        if sampling is not None:
+            particles.report["sampling"] = sampling
+        return particles
+
+
+def _input(
+    density: Any, domain: dict[str, Any], samples: int | None, stack: contextlib.ExitStack
+) -> tuple[dict[str, Any], dict[str, Any] | None]:
+    """The scene's ``input`` for a density, and how well a function was sampled. What is no file becomes one in a folder that
+    ``stack`` removes."""
+    if density is None:
+        return {}, None
+    if isinstance(density, str):
+        return ({"file": density} if os.path.exists(density) else {"expression": density}), None
+    if isinstance(density, os.PathLike):
+        return {"file": os.fspath(density)}, None
+    folder = Path(stack.enter_context(tempfile.TemporaryDirectory(prefix="sph-prep-")))
+    if isinstance(density, Mapping):
+        return {"file": str(_write_profile(density, folder / "profile.csv"))}, None
+    sampling = None
+    if callable(density):
+        grid, edges, sampling = sampled(density, _corners(domain), samples, _periodic(domain))
+        if sampling["mean_error"] > ROUGH:
+            warnings.warn(
+                f"the function is sampled on {sampling['cells']} cells, from which linear interpolation misses it by "
+                f"{100 * sampling['mean_error']:.1f} % on average; more samples, or an expression, follow it better",
+                stacklevel=4,
+            )
+    else:
+        grid = np.asarray(_plain_array(density), dtype=float)
+        if grid.ndim not in (1, 2, 3) or 0 in grid.shape:
+            raise _core.SceneError(f"density: an array of shape {grid.shape}; expected one to three axes, none of them empty")
+        low, high = _corners(domain) if "box" in domain else ([0.0] * grid.ndim, [1.0] * grid.ndim)
+        if len(low) != grid.ndim:
+            raise _core.SceneError(f"density: an array of {grid.ndim} axes in a box of {len(low)}; expected as many")
+        edges = [np.linspace(a, b, cells + 1) for a, b, cells in zip(low, high, grid.shape)]
+    file = folder / "density.npz"
+    np.savez(file, density=grid, **dict(zip("xyz", edges)))
+    return {"file": str(file)}, sampling
+
+
+def _corners(domain: Mapping[str, Any]) -> tuple[list[float], list[float]]:
+    if "ball" in domain:
+        center, radius = domain["ball"]["center"], domain["ball"]["radius"]
+        return [c - radius for c in center], [c + radius for c in center]
+    if "box" not in domain:
+        raise _core.SceneError("density: a function needs to know where it is defined; set box or ball")
+    low, high = domain["box"]
+    return list(low), list(high)
+
+
+def _periodic(domain: Mapping[str, Any]) -> bool:
+    boundary = domain.get("boundary", [])
+    return bool(boundary) and all(wall == "periodic" for wall in boundary)
+
+
+def _write_profile(columns: Mapping[str, Any], file: Path) -> Path:
+    """A radial profile as a table; every digit is kept."""
+    arrays = {name: np.asarray(_plain_array(values), dtype=float) for name, values in columns.items()}
+    for name in ("radius", "density"):
+        if name not in arrays:
+            raise _core.SceneError(f"density: a profile without '{name}'; its columns are {', '.join(arrays)}")
+    shapes = {array.shape for array in arrays.values()}
+    if len(shapes) != 1 or len(next(iter(shapes))) != 1:
+        raise _core.SceneError(f"density: columns of shapes {sorted(shapes)}; expected one length for all")
+    rows = np.column_stack(list(arrays.values()))
+    header = ",".join(_with_unit(name, columns[name]) for name in arrays)
+    with file.open("w") as out:
+        out.write(header + "\n")
+        out.writelines(",".join(repr(float(v)) for v in row) + "\n" for row in rows)
+    return file
+
+
+#: Units in which arrays with units are written.
+_CGS = {"radius": "cm", "density": "g/cm^3", "pressure": "dyn/cm^2", "temperature": "K", "internal_energy": "erg/g"}
+
+
+def _with_unit(name: str, values: Any) -> str:
+    return f"{name} [{_CGS[name]}]" if _has_unit(values) and name in _CGS else name
+
+
+def _has_unit(values: Any) -> bool:
+    return hasattr(values, "in_cgs") or hasattr(values, "cgs")
+
+
+def _plain_array(values: Any) -> Any:
+    """Numbers without their unit, in cgs."""
+    if hasattr(values, "in_cgs"):
+        return values.in_cgs().value
+    if hasattr(values, "cgs"):
+        return values.cgs.value
+    return values
+
+
+def _plain(value: Any) -> Any:
+    """Numbers and lists in place of NumPy's."""
+    value = _plain_array(value)
+    if isinstance(value, np.ndarray):
+        return value.tolist()
+    if isinstance(value, np.generic):
+        return value.item()
+    if isinstance(value, Mapping):
+        return {str(key): _plain(item) for key, item in value.items()}
+    if isinstance(value, (list, tuple)):
+        return [_plain(item) for item in value]
+    if isinstance(value, os.PathLike):
+        return os.fspath(value)
+    return value
+
+
+def _to_json(scene: Mapping[str, Any]) -> str:
+    try:
+        return json.dumps(_plain(scene), allow_nan=False)
+    except ValueError as error:
+        raise _core.SceneError(f"scene: {error}; expected finite numbers, texts, lists and dictionaries") from None
