@@ -13,6 +13,7 @@ mod compare;
 mod convert;
 mod domain;
 mod extreme;
+mod fields;
 mod figures;
 mod marks;
 mod mass_in_place;

@@ -307,6 +307,7 @@ impl RunArgs {
         let mut scene = self.scene.as_deref().map_or_else(|| Ok(Scene::default()), Scene::load)?;
         if self.input.is_some() {
             scene.input.expression = None;
+            scene.input.profile = None;
         }
         overlay(&mut scene.input.file, &self.input);
         overlay(&mut scene.input.format, &self.format);

@@ -21,6 +21,7 @@ pub fn run(args: &CompareArgs, formats: &[FormatSpec], interrupted: &AtomicBool)
     if let Some(input) = &args.input {
         scene.input.file = Some(input.clone());
         scene.input.expression = None;
+        scene.input.profile = None;
     }
     let methods = Compared::parse_list(&args.methods)?;
     let mut counts = if args.particles.is_empty() {

@@ -6,6 +6,7 @@ use crate::field::{
     from_raw, mass_columns, natural_dimension,
 };
 use crate::input::particles::Snapshot;
+use crate::input::profile;
 use crate::scene::{
     BoundaryName, CylinderInput, DomainInput, InterpolationName, MissingValues, ResolutionInput, Scene, StaggeringName,
 };
@@ -47,6 +48,9 @@ pub fn read(scene: &Scene, formats: &[FormatSpec]) -> Result<RawInput> {
     let input = &scene.input;
     if let Some(expression) = &input.expression {
         return Ok(RawInput::Expression(expression.clone()));
+    }
+    if let Some(model) = &input.profile {
+        return Ok(RawInput::File(Box::new(profile::field(scene, model)?)));
     }
     let path = input.file.as_deref().unwrap_or(Path::new(""));
     let request = FieldRequest {

@@ -3,6 +3,7 @@
 use crate::error::{Error, Result};
 use crate::field::{MassEstimate, ScalarField, Source, in_units_of, total_mass};
 use crate::input::atmosphere;
+use crate::input::fields;
 use crate::input::ingest::{self, RawInput};
 use crate::scene::{Atmosphere, Scene};
 use crate::target::{Resolution, Target};
@@ -32,7 +33,9 @@ impl<const D: usize> Prepared<D> {
     /// # Errors
     /// A field that is no density, or one without a positive finite mass.
     pub fn new(scene: &Scene, formats: &[FormatSpec], raw: RawInput, count: usize) -> Result<Self> {
-        let mut source = ingest::source::<D>(scene, raw)?;
+        // What there is to note of units has been noted when the input was read.
+        let units = ingest::units(scene, &raw, &mut Vec::new())?;
+        let mut source = fields::attach(scene, ingest::source::<D>(scene, raw)?, units)?;
         let keep = scene.input.atmosphere == Atmosphere::Keep || scene.has_own_resolution();
         let atmosphere = atmosphere::cut(&mut source, count, keep);
         let largest_spacing = atmosphere.as_ref().map_or(f64::INFINITY, |a| a.largest_spacing);

@@ -27,15 +27,34 @@ pub enum EnergySource {
 /// Evaluates one carried variable on all particles, in the output's units.
 pub fn column<const D: usize>(field: &dyn CarriedField<D>, positions: &Positions<D>, units: &UnitSystem) -> Column {
     let info = field.info();
-    let dimension = info.unit.as_ref().map_or(UnitDimension::NONE, |u| u.dimension);
-    let factor = info.unit.as_ref().map_or(1.0, |u| u.to_cgs / units.to_cgs(dimension));
+    let name = standard_name(&info.name).to_owned();
+    let stated = info.unit.as_ref().map_or(UnitDimension::NONE, |u| u.dimension);
+    let factor = info.unit.as_ref().map_or(1.0, |u| u.to_cgs / units.to_cgs(stated));
+    // A magnetic field's unit is the root of a pressure's, which has no whole exponents.
+    let is_magnetic = name == names::MAGNETIC_FIELD && stated == UnitDimension::PRESSURE;
+    let (dimension, factor) = if is_magnetic { (UnitDimension::NONE, factor.sqrt()) } else { (stated, factor) };
     let mut values = vec![0.0; info.components * positions[0].len()];
     parallel::update_rows(&mut values, info.components, |i, out| {
         field.evaluate(&at(positions, i), out);
         out.iter_mut().for_each(|v| *v *= factor);
     });
-    let name = standard_name(&info.name).to_owned();
     Column { name, components: info.components, values: Values::F64(values), dimension }
+}
+
+/// Refuses carried values that are no numbers: expressions may have such where nobody looked before.
+///
+/// # Errors
+/// The first column with one.
+pub fn check_finite(columns: &[Column]) -> Result<()> {
+    for column in columns {
+        let Values::F64(values) = &column.values else { continue };
+        if let Some(i) = values.iter().position(|v| !v.is_finite()) {
+            let (particle, value) = (i / column.components.max(1), values[i]);
+            let problem = format!("is {value} at particle {particle}, expected a finite number at each");
+            return Err(Error::field(&column.name, problem));
+        }
+    }
+    Ok(())
 }
 
 /// Material numbers by distance from the center, in the units of `positions`; `layers` go from the center outward.

@@ -66,6 +66,7 @@ pub(crate) fn particle_file<const D: usize>(
     }
     let mut carried: Vec<Column> =
         prepared.source.carried.iter().map(|f| columns::column(f.as_ref(), raw.positions, &units)).collect();
+    columns::check_finite(&carried)?;
     let velocities = placed_columns(scene, prepared, raw.positions, factors.length, &mut carried)?;
     let target_density = parallel::map(n, |i| raw.target_density[i] * factors.density);
     let energy_unit = if making.units_known { 1.0 / units.to_cgs(UnitDimension::SPECIFIC_ENERGY) } else { 1.0 };

@@ -1,5 +1,6 @@
 //! The `input` section of a scene.
 
+use super::ProfileInput;
 use serde::{Deserialize, Serialize};
 use std::path::PathBuf;
 
@@ -12,6 +13,9 @@ pub struct Input {
     /// Density as an expression in x, y, z and r (distance from the domain's center), instead of a file.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub expression: Option<String>,
+    /// A body from its physics, instead of a file.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub profile: Option<ProfileInput>,
     /// Name of the format where it cannot be told from the file.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub format: Option<String>,

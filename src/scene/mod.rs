@@ -4,11 +4,15 @@
 //! what is left out takes the default that `--print-scene` shows.
 
 mod balance;
+mod fields;
 mod input;
+mod profile;
 mod stages;
 
 pub use balance::{BalanceInput, EquationOfState, GravityName};
+pub use fields::{FieldValue, FieldsInput, Term};
 pub use input::{Atmosphere, Input, InterpolationName, MissingValues, StaggeringName};
+pub use profile::ProfileInput;
 pub use stages::{AfcInput, AlaricInput, CheckpointInput, Polish, SolverInput, WvtInput};
 
 use crate::codes::{SHEETS, TargetCode};
@@ -72,6 +76,9 @@ pub struct Scene {
     pub time_limit: Option<f64>,
     #[serde(skip_serializing_if = "CheckpointInput::is_default")]
     pub checkpoint: CheckpointInput,
+    /// What particles carry beside their mass, as expressions: beside a file's columns, or in their place.
+    #[serde(skip_serializing_if = "FieldsInput::is_empty")]
+    pub fields: FieldsInput,
     pub motion: Motion,
     pub thermal: Thermal,
     /// Materials by distance from the center, from the inside outward; over carried ones.
@@ -341,9 +348,10 @@ impl Scene {
 
     /// The input as reports name it.
     pub fn input_name(&self) -> String {
-        match (&self.input.file, &self.input.expression) {
-            (Some(file), _) => file.display().to_string(),
-            (None, expression) => format!("expression '{}'", expression.as_deref().unwrap_or("")),
+        match (&self.input.file, &self.input.profile, &self.input.expression) {
+            (Some(file), ..) => file.display().to_string(),
+            (None, Some(profile), _) => format!("profile '{}'", profile.name()),
+            (None, None, expression) => format!("expression '{}'", expression.as_deref().unwrap_or("")),
         }
     }
 
@@ -360,14 +368,17 @@ impl Scene {
     }
 
     fn check_input(&self) -> Result<()> {
-        match (&self.input.file, &self.input.expression) {
-            (None, None) => {
-                return Err(Error::scene("input", "names neither a `file` nor an `expression`; give one (--in FILE)"));
+        let Input { file, expression, profile, .. } = &self.input;
+        match [file.is_some(), expression.is_some(), profile.is_some()].into_iter().filter(|given| *given).count() {
+            1 => {}
+            0 => {
+                let problem = "names neither a `file` nor an `expression` nor a `profile`; give one (--in FILE)";
+                return Err(Error::scene("input", problem));
             }
-            (Some(_), Some(_)) => {
-                return Err(Error::scene("input", "names both a `file` and an `expression`; give one"));
+            _ => {
+                let problem = "names more than one of `file`, `expression` and `profile`; give one";
+                return Err(Error::scene("input", problem));
             }
-            _ => {}
         }
         if self.particles == Some(0) {
             return Err(Error::scene("particles", "is 0, expected at least 1"));
@@ -433,6 +444,7 @@ impl Scene {
         if !(self.thermal.gamma.is_finite() && self.thermal.gamma > 1.0) {
             return Err(Error::scene("thermal.gamma", format!("is {}, expected more than 1", self.thermal.gamma)));
         }
+        self.fields.validate()?;
         check_layers(&self.material)
     }
 
