@@ -29,3 +29,4 @@ mod seeding;
 mod stages;
 mod sums;
 mod support;
+mod units;

@@ -7,3 +7,4 @@ pub mod ingest;
 pub(crate) mod internal_units;
 pub mod particles;
 pub(crate) mod roles;
+pub mod units;
