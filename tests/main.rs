@@ -30,3 +30,4 @@ mod seeding;
 mod stages;
 mod sums;
 mod support;
+mod units;

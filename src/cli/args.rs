@@ -2,7 +2,7 @@
 
 use crate::compare::DEFAULT;
 use crate::error::Result;
-use crate::scene::Scene;
+use crate::scene::{Scene, parse_count};
 use clap::{Parser, Subcommand};
 use std::path::PathBuf;
 
@@ -244,14 +244,11 @@ pub struct RunArgs {
     pub json: bool,
 }
 
-/// Accepts 100000, 1e5 and 100_000.
+/// Accepts 100000, 1e5, 100_000 and 100k.
 fn count(text: &str) -> std::result::Result<usize, String> {
-    let plain = text.replace('_', "");
-    let value: f64 = plain.parse().map_err(|_| format!("'{text}' is no number"))?;
-    if value >= 1.0 && value.fract() == 0.0 && value <= f64::from(u32::MAX) {
-        Ok(value as usize)
-    } else {
-        Err(format!("expected a whole number from 1 to {}", u32::MAX))
+    match parse_count(text)? {
+        value if value >= 1 && value <= u32::MAX as usize => Ok(value),
+        _ => Err(format!("expected a whole number from 1 to {}", u32::MAX)),
     }
 }
 

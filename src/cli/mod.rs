@@ -55,7 +55,7 @@ pub fn main() -> ExitCode {
 fn run(args: &RunArgs) -> crate::Result<ExitCode> {
     let scene = args.scene()?;
     if args.print_scene {
-        return print(&scene.to_yaml());
+        return print(&scene.to_commented_yaml()?);
     }
     set_threads(args.threads)?;
     let interrupts = Interrupts::of_run(&scene);

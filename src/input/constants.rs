@@ -2,7 +2,6 @@
 //!
 //! Values are those of CODATA 2022, in cgs; `mH` is the hydrogen atom of 1.007 825 032 u (AME2020).
 
-use super::ingest::InputUnits;
 use sph_formats::{Unit, UnitDimension, UnitSystem};
 
 /// Name, value in cgs and dimension; the constant of gravity is the scene's.
@@ -19,13 +18,6 @@ const CONSTANTS: &[(&str, f64, UnitDimension)] = &[
 
 const GRAVITY: UnitDimension = UnitDimension::new(3, -1, -2, 0);
 
-/// The units in which a scene states numbers: its lengths, its densities, seconds and kelvins; `None` where numbers have no
-/// units.
-pub(crate) fn system(units: Option<InputUnits>) -> Option<UnitSystem> {
-    let InputUnits { length, density } = units?;
-    Some(UnitSystem { length, mass: density * length.powi(3), time: 1.0, temperature: 1.0 })
-}
-
 /// The number that `name` stands for in `system`, with `gravity` the constant of gravity in cgs, or in numbers without
 /// units. An error where it needs units that there are not; `None` for a name that is no constant.
 pub(crate) fn constant(name: &str, system: Option<&UnitSystem>, gravity: f64) -> Option<Result<f64, String>> {
@@ -41,7 +33,7 @@ pub(crate) fn constant(name: &str, system: Option<&UnitSystem>, gravity: f64) ->
         Some(system) => Ok(cgs / system.to_cgs(dimension)),
         None if dimension == UnitDimension::NONE => Ok(cgs),
         None => Err(format!(
-            "'{name}' has a unit, but the input has none: set input.length_unit and input.density_unit, or write a number"
+            "'{name}' has a unit, but the input has none: state `units`, as in `units: solar`, or write a number"
         )),
     })
 }
@@ -52,8 +44,7 @@ mod tests {
 
     #[test]
     fn constants_follow_the_units_of_the_scene() {
-        let units = InputUnits { length: 1e2, density: 1e-3 };
-        let si = system(Some(units)).unwrap();
+        let si = UnitSystem::si();
         let value = |name: &str| constant(name, Some(&si), 6.674_30e-8).unwrap().unwrap();
         for (name, expected) in
             [("G", 6.674_30e-11), ("kB", 1.380_649e-23), ("c", 2.997_924_58e8), ("km", 1e3), ("aR", 7.565_733_25e-16)]
@@ -67,7 +58,7 @@ mod tests {
     #[test]
     fn without_units_only_gravity_has_a_number() {
         assert_eq!(constant("G", None, 2.0), Some(Ok(2.0)));
-        assert!(constant("kB", None, 1.0).unwrap().unwrap_err().contains("length_unit"));
+        assert!(constant("kB", None, 1.0).unwrap().unwrap_err().contains("units: solar"));
         assert_eq!(constant("furlong", None, 1.0), None);
         assert_eq!(constant("m2", None, 1.0), None);
     }

@@ -1,8 +1,7 @@
 //! What particles carry by the scene's own expressions, beside the columns of a file or in their place.
 //!
 //! Expressions know x, y, z, r (from the center), R, phi and theta (about the axis), the density `rho`, each other, the file's
-//! scalars, constants and units. Numbers are in the input's unit of length and of density, seconds and kelvins; without units
-//! they are plain numbers. Magnetic fields are in the square root of the unit of pressure.
+//! scalars, constants and units. All numbers are in the scene's units, plain numbers where there are none. Magnetic fields are in the square root of the unit of pressure.
 //!
 //! | fields | meaning |
 //! |---|---|
@@ -17,12 +16,11 @@ use crate::error::{Error, Result};
 use crate::field::{
     CarriedField, CarriedInfo, Expression, Names, ScalarField, SharedCarried, SharedDensity, Source, probes,
 };
-use crate::input::constants::{constant, system};
+use crate::input::constants::constant;
 use crate::input::hydrostatics::GRAVITATIONAL_CONSTANT;
-use crate::input::ingest::InputUnits;
 use crate::input::roles::standard_name;
 use crate::input::thermal;
-use crate::scene::{FieldValue, Scene};
+use crate::scene::{Conversion, FieldValue, Scene};
 use sph::domain::Domain;
 use sph_formats::common::particle_names as names;
 use sph_formats::{Unit, UnitDimension, UnitSystem};
@@ -38,12 +36,12 @@ const VECTOR_POTENTIAL: &str = "vector_potential";
 /// for waves of a fifth of the domain truncation and rounding both leave ten digits.
 const CURL_STEP: f64 = 1e-3;
 
-/// Adds the scene's fields to what `source` carries; those of the same meaning are left out of the file's.
+/// Adds the scene's fields to what `source` carries; `conversion` leads from the scene's numbers to those of the source; those of the same meaning are left out of the file's.
 ///
 /// # Errors
 /// Expressions that cannot be read or have no finite value, fields that depend on themselves, thermal fields that contradict
 /// each other.
-pub(crate) fn attach<const D: usize>(scene: &Scene, source: Source<D>, units: Option<InputUnits>) -> Result<Source<D>> {
+pub(crate) fn attach<const D: usize>(scene: &Scene, source: Source<D>, conversion: &Conversion) -> Result<Source<D>> {
     if scene.fields.is_empty() {
         return Ok(source);
     }
@@ -51,9 +49,15 @@ pub(crate) fn attach<const D: usize>(scene: &Scene, source: Source<D>, units: Op
     let Source { density, carried, domain, mass, radial, mut notes } = source;
     let density: Arc<dyn ScalarField<D>> = Arc::from(density);
     let carried: Vec<Arc<dyn CarriedField<D>>> = carried.into_iter().map(Arc::from).collect();
-    let system = system(units);
-    let base =
-        Base { density: Arc::clone(&density), center, axis: scene.fields.axis()?, step: CURL_STEP * domain.size() };
+    let system = conversion.from;
+    let base = Base {
+        density: Arc::clone(&density),
+        center,
+        axis: scene.fields.axis()?,
+        step: CURL_STEP * domain.size(),
+        length: 1.0 / conversion.factor(UnitDimension::LENGTH),
+        density_unit: 1.0 / conversion.factor(UnitDimension::mass_density(3)),
+    };
     let maker = Maker::new(scene, system, base, &carried)?;
     let made = maker.fields(scene)?;
     let stated: Vec<&str> = made.iter().map(|f| standard_name(&f.info.name)).collect();
@@ -74,6 +78,9 @@ pub(crate) fn attach<const D: usize>(scene: &Scene, source: Source<D>, units: Op
 
 /// What coordinates and the density are, in the input's units.
 struct Base<const D: usize> {
+    /// The scene's units per one of the input's.
+    length: f64,
+    density_unit: f64,
     density: Arc<dyn ScalarField<D>>,
     center: [f64; D],
     axis: [f64; 3],
@@ -143,14 +150,15 @@ impl<const D: usize> Variables<D> {
         let [along, first, second] = self.components(d);
         let radius = d.iter().map(|v| v * v).sum::<f64>().sqrt();
         let distance = first.hypot(second);
-        values[..D].copy_from_slice(x);
-        values[COORDINATES - 1] = radius;
+        let length = self.base.length;
+        (0..D).for_each(|k| values[k] = length * x[k]);
+        values[COORDINATES - 1] = length * radius;
         values[COORDINATES..COORDINATES + RHO].copy_from_slice(&[
-            if D == 1 { radius } else { distance },
+            length * if D == 1 { radius } else { distance },
             second.atan2(first),
             distance.atan2(along),
         ]);
-        values[COORDINATES + RHO] = self.base.density.value(x);
+        values[COORDINATES + RHO] = self.base.density_unit * self.base.density.value(x);
         for &place in needs {
             values[COORDINATES + place] = match &self.scalars[place] {
                 Scalar::Place => values[COORDINATES + place],
@@ -210,7 +218,7 @@ impl<const D: usize> Variables<D> {
             };
             at(1.0) - at(-1.0)
         };
-        (45.0 * rise(1.0) - 9.0 * rise(2.0) + rise(3.0)) / (60.0 * h)
+        (45.0 * rise(1.0) - 9.0 * rise(2.0) + rise(3.0)) / (60.0 * h * self.base.length)
     }
 }
 
@@ -386,7 +394,7 @@ impl<const D: usize> Maker<D> {
             made.push(self.field(name, dimension, components, Rule::Each(terms)));
         }
         let known = self.thermal(scene);
-        if let (Some(name), Some(_)) = (known.stated(), scene.thermal.internal_energy) {
+        if let (Some(name), Some(_)) = (known.stated(), &scene.thermal.internal_energy) {
             let problem = "and thermal.internal_energy are both given; leave one out";
             return Err(Error::scene(key_of(name), problem));
         }

@@ -11,3 +11,4 @@ pub mod particles;
 pub(crate) mod profile;
 pub(crate) mod roles;
 pub(crate) mod thermal;
+pub mod units;

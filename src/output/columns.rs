@@ -3,7 +3,6 @@
 use crate::error::{Error, Result};
 use crate::field::{CarriedField, RadialSource};
 use crate::input::roles::standard_name;
-use crate::scene::{MaterialLayer, Motion, Thermal};
 use crate::target::{Positions, at};
 use sph::domain::Domain;
 use sph::parallel;
@@ -57,13 +56,30 @@ pub fn check_finite(columns: &[Column]) -> Result<()> {
     Ok(())
 }
 
-/// Material numbers by distance from the center, in the units of `positions`; `layers` go from the center outward.
-pub fn materials<const D: usize>(positions: &Positions<D>, center: &[f64; D], layers: &[MaterialLayer]) -> Column {
+/// Velocities that the scene sets, in the units of the columns.
+pub struct SetMotion {
+    pub bulk: Vec<f64>,
+    pub rotation: Vec<f64>,
+}
+
+/// What is known of the internal energy beside columns, in the units of the columns.
+pub struct KnownEnergy {
+    /// One at each particle, over all others.
+    pub balanced: Option<Vec<f64>>,
+    /// The same at all.
+    pub given: Option<f64>,
+    /// With which a pressure becomes an energy.
+    pub gamma: f64,
+}
+
+/// Material numbers by distance from the center; `layers` go from the center outward, with their outer radii in the units
+/// of `positions`.
+pub fn materials<const D: usize>(positions: &Positions<D>, center: &[f64; D], layers: &[(i32, Option<f64>)]) -> Column {
     let material = |i: usize| {
         let x = at(positions, i);
         let r = (0..D).map(|k| (x[k] - center[k]).powi(2)).sum::<f64>().sqrt();
-        let layer = layers.iter().find(|l| l.radius.is_none_or(|outer| r < outer)).or(layers.last());
-        layer.map_or(0, |l| i64::from(l.id))
+        let layer = layers.iter().find(|(_, radius)| radius.is_none_or(|outer| r < outer)).or(layers.last());
+        layer.map_or(0, |(id, _)| i64::from(*id))
     };
     let values = Values::I64(parallel::map(positions[0].len(), material));
     Column { name: names::MATERIAL_IDS.into(), components: 1, values, dimension: UnitDimension::NONE }
@@ -86,7 +102,7 @@ pub fn velocities<const D: usize>(
     positions: &Positions<D>,
     domain: &Domain<D>,
     radial: Option<&RadialSource<D>>,
-    motion: &Motion,
+    motion: &SetMotion,
 ) -> Result<Option<Vec<f64>>> {
     let n = positions[0].len();
     let mut v = vec![0.0; n * D];
@@ -125,7 +141,7 @@ fn add_motion<const D: usize>(
     v: &mut [f64],
     positions: &Positions<D>,
     domain: &Domain<D>,
-    motion: &Motion,
+    motion: &SetMotion,
 ) -> Result<bool> {
     let bulk = components::<D>("motion.bulk", &motion.bulk, D)?;
     let about = match D {
@@ -158,16 +174,14 @@ fn components<const N: usize>(key: &str, given: &[f64], expected: usize) -> Resu
 }
 
 /// Adds the internal energy where it is not carried: from a carried pressure, as given, or as a placeholder
-/// where the format insists (`required`). `density` is rho* in the output's units; `balanced` are energies that
-/// override all others.
+/// where the format insists (`required`). `density` is rho* in the output's units.
 ///
 /// # Errors
 /// A carried pressure without which there is no energy: not positive.
 pub fn internal_energy(
     columns: &mut Vec<Column>,
     density: &[f64],
-    thermal: &Thermal,
-    balanced: Option<Vec<f64>>,
+    known: KnownEnergy,
     required: bool,
 ) -> Result<EnergySource> {
     let push = |columns: &mut Vec<Column>, values: Vec<f64>| {
@@ -178,12 +192,12 @@ pub fn internal_energy(
             dimension: UnitDimension::SPECIFIC_ENERGY,
         });
     };
-    if let Some(u) = balanced {
+    if let Some(u) = known.balanced {
         columns.retain(|c| c.name != names::INTERNAL_ENERGY);
         push(columns, u);
         return Ok(EnergySource::Balanced);
     }
-    if let Some(u) = thermal.internal_energy {
+    if let Some(u) = known.given {
         columns.retain(|c| c.name != names::INTERNAL_ENERGY);
         push(columns, vec![u; density.len()]);
         return Ok(EnergySource::Given);
@@ -204,7 +218,7 @@ pub fn internal_energy(
             ));
         }
         let u =
-            density.iter().enumerate().map(|(i, rho)| pressure.values.get(i) / ((thermal.gamma - 1.0) * rho)).collect();
+            density.iter().enumerate().map(|(i, rho)| pressure.values.get(i) / ((known.gamma - 1.0) * rho)).collect();
         push(columns, u);
         return Ok(EnergySource::Pressure);
     }

@@ -7,8 +7,9 @@ use super::stages::{self, Placed, Setting};
 use crate::codes::TargetCode;
 use crate::error::{Error, Result};
 use crate::input::hydrostatics::Hydrostatics;
-use crate::input::ingest::{self, InputUnits, RawInput};
+use crate::input::ingest::{self, RawInput};
 use crate::input::internal_units::Prepared;
+use crate::input::units::RunUnits;
 use crate::metrics::{DensityError, Outcome, Thermodynamics};
 use crate::output::frame::{Factors, output_units};
 use crate::output::parameters;
@@ -38,7 +39,8 @@ pub fn place(scene: &Scene, formats: &[FormatSpec], control: &Control<'_>) -> Re
     control.tell(Event::Begin(Step::Read));
     let raw = ingest::read(scene, formats)?;
     let mut notes = Vec::new();
-    let units = ingest::units(scene, &raw, &mut notes)?;
+    let units = RunUnits::new(scene, ingest::units(scene, &raw, &mut notes)?)?;
+    scene.check_units(&units.into_input())?;
     if let Some(field) = raw.field() {
         notes.extend(field.notes.iter().cloned());
     }
@@ -145,7 +147,7 @@ struct Run<'a> {
     formats: &'a [FormatSpec],
     format: Option<&'a FormatSpec>,
     control: &'a Control<'a>,
-    units: Option<InputUnits>,
+    units: RunUnits,
     start: Instant,
     timing: Vec<Timing>,
     notes: Vec<String>,
@@ -165,12 +167,12 @@ impl Run<'_> {
         let lap = Instant::now();
         self.control.tell(Event::Begin(Step::Interpolate));
         let count = self.scene.particles.unwrap_or(DEFAULT_PARTICLES);
-        let prepared = Prepared::<D>::new(self.scene, self.formats, raw, count)?;
+        let prepared = Prepared::<D>::new(self.scene, self.formats, (raw, &self.units.into_input()), count)?;
         self.notes.extend(prepared.notes.iter().cloned());
         let regions = prepared.target().find_regions();
         let target = prepared.target().with_regions(regions.as_ref());
         self.lap(Step::Interpolate, lap, None);
-        let (hydrostatics, unsure) = Hydrostatics::new(self.scene, &prepared, self.units)?;
+        let (hydrostatics, unsure) = Hydrostatics::new(self.scene, &prepared, &self.units)?;
         let own = hydrostatics.as_ref().is_some_and(|h| h.own_center().is_some());
         let held = match unsure.or_else(|| self.scene.excludes_balance().filter(|_| own)) {
             Some(why) => Held::Unsure(why),
@@ -260,9 +262,9 @@ impl Run<'_> {
             Some(code) => Some(format!("made for {}", code.describe(D))),
             None => self.format.and_then(|f| TargetCode::of_format(f.name)?.mismatch(kernel, D, neighbors)),
         });
-        let (units, note) = output_units(self.scene.output.units.as_deref(), self.units, prepared.mass.value, D)?;
+        let (units, note) = output_units(self.scene.output.units.as_deref(), self.units.input, prepared.mass.value, D)?;
         self.notes.extend(note);
-        let factors = Factors::new::<D>(self.units, prepared, &units);
+        let factors = Factors::new::<D>(self.units.input, prepared, &units);
         let mass = self.mass_report(&masses, prepared, (&factors, &units));
         let balanced = internal_energy.zip(hydrostatics).map(|(u, h)| (u, h.specific_energy));
         let raw = RawColumns { positions: &positions, masses, support, density, target_density, balanced };
@@ -272,7 +274,8 @@ impl Run<'_> {
             kernel_neighbors: neighbors,
             stop: format!("{stop:?}"),
             requires_energy: requires.contains(&names::INTERNAL_ENERGY),
-            units_known: self.units.is_some(),
+            units_known: self.units.input.is_some(),
+            conversion: self.units.into_output(&units),
         };
         let Made { file, notes, left_out } = particle_file(self.scene, prepared, raw, (units, &factors), &making)?;
         self.notes.extend(notes);
@@ -342,7 +345,7 @@ impl Run<'_> {
             smallest: fold(f64::min, f64::INFINITY),
             largest: fold(f64::max, 0.0),
             defect: (summed - total) / total,
-            total_cgs: (self.units.is_some() && D == 3).then_some(total * out.mass),
+            total_cgs: (self.units.input.is_some() && D == 3).then_some(total * out.mass),
         }
     }
 }

@@ -1,6 +1,6 @@
 //! The `input` section of a scene.
 
-use super::ProfileInput;
+use super::{ProfileInput, Quantity};
 use serde::{Deserialize, Serialize};
 use std::path::PathBuf;
 
@@ -44,9 +44,9 @@ pub struct Input {
     #[serde(skip_serializing_if = "Option::is_none")]
     pub density_unit: Option<String>,
     pub atmosphere: Atmosphere,
-    /// Radius of the planet from whose surface a grid's depth or height counts, in the unit of that axis.
+    /// Radius of the planet from whose surface a grid's depth or height counts; a plain number is in the unit of that axis.
     #[serde(skip_serializing_if = "Option::is_none")]
-    pub planet_radius: Option<f64>,
+    pub planet_radius: Option<Quantity>,
 }
 
 /// Interpolation on grids.

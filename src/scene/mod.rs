@@ -1,19 +1,26 @@
 //! The scene: everything that a run needs to know, as one YAML document.
 //!
-//! Unknown keys are errors with line and column. Lengths, densities and centers are in the input's own units;
-//! what is left out takes the default that `--print-scene` shows.
+//! Unknown keys are errors with line and column. Numbers that have a dimension are [`Quantity`]s: with a unit, or in the
+//! scene's `units`, which are those of the input by default. What is left out takes the default that `--print-scene` shows.
 
 mod balance;
+mod count;
+mod dimensions;
 mod fields;
 mod input;
 mod profile;
+mod quantity;
 mod stages;
+mod units;
 
 pub use balance::{BalanceInput, EquationOfState, GravityName};
+pub use count::parse_count;
 pub use fields::{FieldValue, FieldsInput, Term};
 pub use input::{Atmosphere, Input, InterpolationName, MissingValues, StaggeringName};
 pub use profile::ProfileInput;
+pub use quantity::{Conversion, Quantity, check_all, values};
 pub use stages::{AfcInput, AlaricInput, CheckpointInput, Polish, SolverInput, WvtInput};
+pub use units::system_of;
 
 use crate::codes::{SHEETS, TargetCode};
 use crate::error::{Error, Result};
@@ -27,12 +34,16 @@ use std::path::{Path, PathBuf};
 #[serde(deny_unknown_fields, default)]
 pub struct Scene {
     pub input: Input,
+    /// Units of all numbers of the scene that are written without one: cgs, si, solar, planetary or galactic; by default
+    /// those of the input. They are also those of an expression, and of a file that states none.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub units: Option<String>,
     /// Where the particle number density follows a field of its own; masses then vary.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub resolution: Option<ResolutionInput>,
     pub domain: DomainInput,
-    /// Number of particles N, met exactly.
-    #[serde(skip_serializing_if = "Option::is_none")]
+    /// Number of particles N, met exactly: 100000, 1e5 or 100k.
+    #[serde(skip_serializing_if = "Option::is_none", deserialize_with = "count::optional_count")]
     pub particles: Option<usize>,
     pub seed: u64,
     /// By default equal-area shells for radial targets in a 3-D ball that the density solver follows, else mass
@@ -114,7 +125,7 @@ pub struct ResolutionInput {
 pub struct DomainInput {
     /// Lower and upper corner.
     #[serde(rename = "box", skip_serializing_if = "Option::is_none")]
-    pub bounds: Option<[Vec<f64>; 2]>,
+    pub bounds: Option<[Vec<Quantity>; 2]>,
     #[serde(skip_serializing_if = "Option::is_none")]
     pub ball: Option<BallInput>,
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -125,31 +136,31 @@ pub struct DomainInput {
     pub boundary: Vec<BoundaryName>,
 }
 
-/// A ball, disc or interval, or a shell; in the input's unit of length.
+/// A ball, disc or interval, or a shell.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct BallInput {
     /// The origin by default.
     #[serde(default)]
-    pub center: Vec<f64>,
-    pub radius: f64,
+    pub center: Vec<Quantity>,
+    pub radius: Quantity,
     #[serde(default)]
-    pub inner_radius: f64,
+    pub inner_radius: Quantity,
 }
 
-/// A cylinder or a tube, in three dimensions; in the input's unit of length.
+/// A cylinder or a tube, in three dimensions.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct CylinderInput {
     /// The middle of its axis; the origin by default.
     #[serde(default)]
-    pub center: Vec<f64>,
+    pub center: Vec<Quantity>,
     #[serde(default)]
     pub axis: AxisName,
-    pub radius: f64,
+    pub radius: Quantity,
     #[serde(default)]
-    pub inner_radius: f64,
-    pub length: f64,
+    pub inner_radius: Quantity,
+    pub length: Quantity,
 }
 
 /// A coordinate axis.
@@ -174,15 +185,15 @@ pub enum BoundaryName {
     Open,
 }
 
-/// Velocities given to the particles, on top of carried ones, in the output's units.
+/// Velocities given to the particles, on top of carried ones.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct Motion {
     #[serde(skip_serializing_if = "Vec::is_empty")]
-    pub bulk: Vec<f64>,
+    pub bulk: Vec<Quantity>,
     /// Angular velocity about the domain's center: three components, or one in 2-D.
     #[serde(skip_serializing_if = "Vec::is_empty")]
-    pub rotation: Vec<f64>,
+    pub rotation: Vec<Quantity>,
 }
 
 /// Where the internal energy comes from when the input does not carry it.
@@ -191,9 +202,9 @@ pub struct Motion {
 pub struct Thermal {
     /// Adiabatic index, used to turn a carried pressure into u = P/((gamma - 1) rho).
     pub gamma: f64,
-    /// Specific internal energy of all particles, in the output's units.
+    /// Specific internal energy of all particles.
     #[serde(skip_serializing_if = "Option::is_none")]
-    pub internal_energy: Option<f64>,
+    pub internal_energy: Option<Quantity>,
 }
 
 impl Default for Thermal {
@@ -207,9 +218,9 @@ impl Default for Thermal {
 #[serde(deny_unknown_fields)]
 pub struct MaterialLayer {
     pub id: i32,
-    /// Outer radius, in the output's units of length. The last layer has none.
+    /// Outer radius. The last layer has none.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub radius: Option<f64>,
+    pub radius: Option<Quantity>,
 }
 
 fn positive(key: &str, v: f64) -> Result<()> {
@@ -217,26 +228,6 @@ fn positive(key: &str, v: f64) -> Result<()> {
         true => Ok(()),
         false => Err(Error::scene(key, format!("is {v}, expected a positive number"))),
     }
-}
-
-fn check_layers(layers: &[MaterialLayer]) -> Result<()> {
-    let mut inner = 0.0;
-    for (i, layer) in layers.iter().enumerate() {
-        let last = i + 1 == layers.len();
-        match layer.radius {
-            None if last => {}
-            Some(r) if !last && r.is_finite() && r > inner => inner = r,
-            found => {
-                let found = found.map_or("no radius".to_owned(), |r| format!("radius {r}"));
-                let problem = format!(
-                    "layer {} has {found}, expected outer radii that ascend from the center, and none for the last layer",
-                    i + 1
-                );
-                return Err(Error::scene("material", problem));
-            }
-        }
-    }
-    Ok(())
 }
 
 /// The file that comes out.
@@ -363,6 +354,8 @@ impl Scene {
         self.target_code.as_deref().map_or(Ok(()), |code| TargetCode::parse(code).map(|_| ()))?;
         self.check_input()?;
         self.check_stages()?;
+        self.stated_units()?;
+        self.check_quantities()?;
         self.check_physics()?;
         self.check_output()
     }
@@ -427,10 +420,10 @@ impl Scene {
 
     fn check_physics(&self) -> Result<()> {
         for (key, value) in [
-            ("input.planet_radius", self.input.planet_radius),
             ("tolerance", self.tolerance),
             ("certify", self.certify),
-            ("thermal.internal_energy", self.thermal.internal_energy),
+            ("input.planet_radius", self.input.planet_radius.as_ref().map(Quantity::number)),
+            ("thermal.internal_energy", self.thermal.internal_energy.as_ref().map(Quantity::number)),
         ] {
             value.map_or(Ok(()), |v| positive(key, v))?;
         }
@@ -444,8 +437,7 @@ impl Scene {
         if !(self.thermal.gamma.is_finite() && self.thermal.gamma > 1.0) {
             return Err(Error::scene("thermal.gamma", format!("is {}, expected more than 1", self.thermal.gamma)));
         }
-        self.fields.validate()?;
-        check_layers(&self.material)
+        self.fields.validate()
     }
 
     fn check_output(&self) -> Result<()> {

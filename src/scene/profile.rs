@@ -1,9 +1,8 @@
 //! The `profile` of a scene's input: a body from its physics, in place of a file.
 
+use super::Quantity;
 use serde::{Deserialize, Serialize};
-
-/// Numbers are plain ones of the input until it has units.
-pub type Quantity = f64;
+use sph_formats::UnitDimension;
 
 /// A model with what determines it. Masses are those within the outer radius; in fewer than three dimensions they are per
 /// length or per area.
@@ -75,6 +74,34 @@ fn two() -> f64 {
 }
 
 impl ProfileInput {
+    /// Names, values and dimensions of what has one, in a body of `d` dimensions.
+    pub(crate) fn quantities(&self, d: usize) -> Vec<(&'static str, &Quantity, UnitDimension)> {
+        let of_mass = |q| ("mass", q, UnitDimension::new(d as i8 - 3, 1, 0, 0));
+        let length = |name, q| (name, q, UnitDimension::LENGTH);
+        match self {
+            Self::Polytrope { mass, radius, .. }
+            | Self::BonnorEbert { mass, radius, .. }
+            | Self::Evrard { mass, radius, .. }
+            | Self::PowerLaw { mass, radius, .. }
+            | Self::ToyStar { mass, radius, .. } => vec![of_mass(mass), length("radius", radius)],
+            Self::Isothermal { mass, radius, sound_speed } => {
+                vec![of_mass(mass), length("radius", radius), ("sound_speed", sound_speed, UnitDimension::VELOCITY)]
+            }
+            Self::Plummer { mass, scale_radius, outer_radius }
+            | Self::Hernquist { mass, scale_radius, outer_radius }
+            | Self::Nfw { mass, scale_radius, outer_radius } => {
+                vec![of_mass(mass), length("scale_radius", scale_radius), length("outer_radius", outer_radius)]
+            }
+            Self::King { mass, core_radius, tidal_radius } => {
+                vec![of_mass(mass), length("core_radius", core_radius), length("tidal_radius", tidal_radius)]
+            }
+            Self::BetaModel { mass, core_radius, outer_radius, .. } => {
+                vec![of_mass(mass), length("core_radius", core_radius), length("outer_radius", outer_radius)]
+            }
+            Self::WhiteDwarf { mass, .. } => vec![of_mass(mass)],
+        }
+    }
+
     /// As in a scene.
     pub fn name(&self) -> &'static str {
         match self {

@@ -14,22 +14,26 @@ mod white_dwarf;
 
 use crate::error::{Error, Result};
 use crate::input::hydrostatics::GRAVITATIONAL_CONSTANT;
-use crate::scene::{ProfileInput, Scene};
-use sph_formats::{Geometry, Location, RawField, Unit, Values, Variable};
+use crate::scene::{Conversion, ProfileInput, Quantity, Scene};
+use sph_formats::{Geometry, Location, RawField, Unit, UnitDimension, UnitSystem, Values, Variable};
 use spheres::{Cut, key};
 use table::Table;
 
-/// The field of a scene's profile.
+/// The field of a scene's profile: in cgs where the scene has units or its numbers have, else in its plain numbers.
 ///
 /// # Errors
 /// Numbers that make no body.
 pub(crate) fn field(scene: &Scene, profile: &ProfileInput) -> Result<RawField> {
     let d = scene.input.dimension.unwrap_or(3);
-    let has_units = matches!(profile, ProfileInput::WhiteDwarf { .. });
+    let has_text = profile.quantities(d).iter().any(|(_, q, _)| matches!(q, Quantity::Text(_)));
+    let is_of_nature = matches!(profile, ProfileInput::WhiteDwarf { .. });
+    let own = (has_text || is_of_nature).then(UnitSystem::cgs);
+    let conversion = Conversion { from: scene.stated_units()?.or(own), to: UnitSystem::cgs() };
+    let has_units = conversion.from.is_some();
     let in_cgs = scene.code().map_or(GRAVITATIONAL_CONSTANT, |code| code.sheet.gravity);
     let plain = scene.balance.clone().unwrap_or_default().constant;
     let gravity = if has_units { in_cgs } else { plain };
-    let table = table(profile, d, gravity)?;
+    let table = Model { profile, d, gravity, conversion }.table()?;
     let name = profile.name();
     let worst = table.density.iter().chain(&table.radii).find(|v| !v.is_finite());
     if let Some(v) = worst {
@@ -59,76 +63,94 @@ pub(crate) fn field(scene: &Scene, profile: &ProfileInput) -> Result<RawField> {
     })
 }
 
-fn table(profile: &ProfileInput, d: usize, gravity: f64) -> Result<Table> {
-    let model = profile.name();
-    let is_of_any_dimension = matches!(
-        profile,
-        ProfileInput::Polytrope { .. }
-            | ProfileInput::BonnorEbert { .. }
-            | ProfileInput::PowerLaw { .. }
-            | ProfileInput::ToyStar { .. }
-    );
-    if d != 3 && !is_of_any_dimension {
-        return Err(Error::scene(
-            "input.dimension",
-            format!("is {d}, but the profile '{model}' is one in 3 dimensions"),
-        ));
+/// A profile with all that its numbers depend on.
+struct Model<'a> {
+    profile: &'a ProfileInput,
+    d: usize,
+    gravity: f64,
+    conversion: Conversion,
+}
+
+impl Model<'_> {
+    fn positive(&self, name: &str, value: f64) -> Result<f64> {
+        match value.is_finite() && value > 0.0 {
+            true => Ok(value),
+            false => {
+                Err(Error::scene(key(self.profile.name(), name), format!("is {value}, expected a positive number")))
+            }
+        }
     }
-    let positive = |name: &str, value: f64| match value.is_finite() && value > 0.0 {
-        true => Ok(value),
-        false => Err(Error::scene(key(model, name), format!("is {value}, expected a positive number"))),
-    };
-    let cut = |mass: f64, (scale_name, scale): (&str, f64), (outer_name, outer): (&str, f64)| {
-        let (mass, scale, outer) =
-            (positive("mass", mass)?, positive(scale_name, scale)?, positive(outer_name, outer)?);
-        Ok::<_, Error>(Cut { mass, scale, outer })
-    };
-    match *profile {
-        ProfileInput::Polytrope { n, mass, radius } => {
-            spheres::polytrope(d, n, positive("mass", mass)?, positive("radius", radius)?, gravity)
+
+    /// One of the profile's quantities.
+    fn value(&self, name: &str) -> Result<f64> {
+        let key = key(self.profile.name(), name);
+        let missing = || Error::scene(&key, "is missing");
+        let (_, quantity, dimension) =
+            self.profile.quantities(self.d).into_iter().find(|q| q.0 == name).ok_or_else(missing)?;
+        self.positive(name, quantity.value(&key, dimension, &self.conversion)?)
+    }
+
+    fn cut(&self, scale: &str, outer: &str) -> Result<Cut> {
+        Ok(Cut { mass: self.value("mass")?, scale: self.value(scale)?, outer: self.value(outer)? })
+    }
+
+    fn table(&self) -> Result<Table> {
+        let (profile, d, gravity) = (self.profile, self.d, self.gravity);
+        let is_of_any_dimension = matches!(
+            profile,
+            ProfileInput::Polytrope { .. }
+                | ProfileInput::BonnorEbert { .. }
+                | ProfileInput::PowerLaw { .. }
+                | ProfileInput::ToyStar { .. }
+        );
+        if d != 3 && !is_of_any_dimension {
+            let problem = format!("is {d}, but the profile '{}' is one in 3 dimensions", profile.name());
+            return Err(Error::scene("input.dimension", problem));
         }
-        ProfileInput::Isothermal { mass, radius, sound_speed } => {
-            let (mass, radius) = (positive("mass", mass)?, positive("radius", radius)?);
-            spheres::isothermal(mass, radius, positive("sound_speed", sound_speed)?, gravity)
-        }
-        ProfileInput::BonnorEbert { mass, radius, xi } => {
-            let (mass, radius) = (positive("mass", mass)?, positive("radius", radius)?);
-            spheres::bonnor_ebert(d, positive("xi", xi)?, mass, radius, gravity)
-        }
-        ProfileInput::Plummer { mass, scale_radius, outer_radius } => {
-            let cut = cut(mass, ("scale_radius", scale_radius), ("outer_radius", outer_radius))?;
-            Ok(spheres::cored(cut, gravity, &|x| (1.0 + x * x).powf(-2.5)))
-        }
-        ProfileInput::Hernquist { mass, scale_radius, outer_radius } => {
-            let cut = cut(mass, ("scale_radius", scale_radius), ("outer_radius", outer_radius))?;
-            Ok(spheres::cusped(cut, gravity, &|x| 1.0 / (x * (1.0 + x).powi(3))))
-        }
-        ProfileInput::Nfw { mass, scale_radius, outer_radius } => {
-            let cut = cut(mass, ("scale_radius", scale_radius), ("outer_radius", outer_radius))?;
-            Ok(spheres::cusped(cut, gravity, &|x| 1.0 / (x * (1.0 + x).powi(2))))
-        }
-        ProfileInput::King { mass, core_radius, tidal_radius } => {
-            let cut = cut(mass, ("core_radius", core_radius), ("tidal_radius", tidal_radius))?;
-            Ok(spheres::cored(cut, gravity, &spheres::king(cut.outer / cut.scale)))
-        }
-        ProfileInput::BetaModel { mass, core_radius, beta, outer_radius } => {
-            let cut = cut(mass, ("core_radius", core_radius), ("outer_radius", outer_radius))?;
-            let power = -1.5 * positive("beta", beta)?;
-            Ok(spheres::cored(cut, gravity, &|x| (1.0 + x * x).powf(power)))
-        }
-        ProfileInput::Evrard { mass, radius, energy } => {
-            let (mass, radius) = (positive("mass", mass)?, positive("radius", radius)?);
-            Ok(spheres::evrard(mass, radius, positive("energy", energy)?, gravity))
-        }
-        ProfileInput::PowerLaw { mass, radius, slope } => {
-            spheres::power_law(d, slope, positive("mass", mass)?, positive("radius", radius)?, gravity)
-        }
-        ProfileInput::ToyStar { mass, radius, k } => {
-            Ok(spheres::toy_star(d, positive("mass", mass)?, positive("radius", radius)?, positive("k", k)?))
-        }
-        ProfileInput::WhiteDwarf { mass, nucleons_per_electron } => {
-            let per_electron = positive("nucleons_per_electron", nucleons_per_electron)?;
-            white_dwarf::white_dwarf(positive("mass", mass)?, per_electron, gravity)
+        let mass = self.value("mass")?;
+        match *profile {
+            ProfileInput::Polytrope { n, .. } => spheres::polytrope(d, n, mass, self.value("radius")?, gravity),
+            ProfileInput::Isothermal { .. } => {
+                spheres::isothermal(mass, self.value("radius")?, self.value("sound_speed")?, gravity)
+            }
+            ProfileInput::BonnorEbert { xi, .. } => {
+                spheres::bonnor_ebert(d, self.positive("xi", xi)?, mass, self.value("radius")?, gravity)
+            }
+            ProfileInput::Plummer { .. } => {
+                let cut = self.cut("scale_radius", "outer_radius")?;
+                Ok(spheres::cored(cut, gravity, &|x| (1.0 + x * x).powf(-2.5)))
+            }
+            ProfileInput::Hernquist { .. } => {
+                let cut = self.cut("scale_radius", "outer_radius")?;
+                Ok(spheres::cusped(cut, gravity, &|x| 1.0 / (x * (1.0 + x).powi(3))))
+            }
+            ProfileInput::Nfw { .. } => {
+                let cut = self.cut("scale_radius", "outer_radius")?;
+                Ok(spheres::cusped(cut, gravity, &|x| 1.0 / (x * (1.0 + x).powi(2))))
+            }
+            ProfileInput::King { .. } => {
+                let cut = self.cut("core_radius", "tidal_radius")?;
+                Ok(spheres::cored(cut, gravity, &spheres::king(cut.outer / cut.scale)))
+            }
+            ProfileInput::BetaModel { beta, .. } => {
+                let cut = self.cut("core_radius", "outer_radius")?;
+                let power = -1.5 * self.positive("beta", beta)?;
+                Ok(spheres::cored(cut, gravity, &|x| (1.0 + x * x).powf(power)))
+            }
+            ProfileInput::Evrard { energy, .. } => {
+                Ok(spheres::evrard(mass, self.value("radius")?, self.positive("energy", energy)?, gravity))
+            }
+            ProfileInput::PowerLaw { slope, .. } => spheres::power_law(d, slope, mass, self.value("radius")?, gravity),
+            ProfileInput::ToyStar { k, .. } => {
+                let [pressure, density] =
+                    [UnitDimension::PRESSURE, UnitDimension::mass_density(3)].map(|d| self.conversion.factor(d));
+                let k = self.positive("k", k)? * pressure / (density * density);
+                Ok(spheres::toy_star(d, mass, self.value("radius")?, k))
+            }
+            ProfileInput::WhiteDwarf { nucleons_per_electron, .. } => {
+                let per_electron = self.positive("nucleons_per_electron", nucleons_per_electron)?;
+                white_dwarf::white_dwarf(mass, per_electron, gravity)
+            }
         }
     }
 }
