@@ -8,6 +8,7 @@
 
 mod architecture;
 mod balance;
+mod bodies;
 mod cli;
 mod compare;
 mod convert;
@@ -23,9 +24,11 @@ mod paper;
 mod parity;
 mod pipeline;
 mod plan;
+mod profile_inputs;
 mod real_inputs;
 mod resample;
 mod resume;
+mod scenes;
 mod seeding;
 mod stages;
 mod sums;

@@ -154,7 +154,8 @@ fn placed_columns<const D: usize>(
     Ok(velocities)
 }
 
-fn provenance(scene: &Scene, stop: &str) -> Vec<(String, String)> {
+/// What a file says of its making.
+pub(crate) fn provenance(scene: &Scene, stop: &str) -> Vec<(String, String)> {
     // The recipe must not depend on where the output goes.
     let mut recipe = scene.clone();
     recipe.output.file = None;

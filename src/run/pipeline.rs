@@ -1,6 +1,7 @@
 //! A scene from its input to placed particles, and to a file: input -> source -> target -> seeding -> relaxation -> carried
 //! fields -> measures -> particle file. The only place where the run-time dimension becomes a type.
 
+use super::destination::{Destination, output_format};
 use super::plan::{Held, Plan};
 use super::report::{MassReport, Report, Timing};
 use super::stages::{self, Placed, Setting};
@@ -12,15 +13,13 @@ use crate::input::internal_units::Prepared;
 use crate::input::units::RunUnits;
 use crate::metrics::{DensityError, Outcome, Thermodynamics};
 use crate::output::frame::{Factors, output_units};
-use crate::output::parameters;
 use crate::output::particle_file::{Made, Making, RawColumns, particle_file};
 use crate::relaxation::{BALANCE, CERTIFICATE, Certificate, Control, Event, Particles, Step, StopReason, certify};
 use crate::scene::{DEFAULT_PARTICLES, OnInterrupt, Scene};
 use crate::target::{Equilibrium, Positions, at};
 use sph::{parallel, reduce};
 use sph_formats::common::particle_names as names;
-use sph_formats::{FormatError, FormatSpec, ParticleFile, UnitSystem, WriteOptions, registry};
-use std::path::Path;
+use sph_formats::{FormatSpec, ParticleFile, UnitSystem};
 use std::time::Instant;
 
 /// Places the particles of a scene. They are in the output's units, in the box of the output; nothing is written.
@@ -31,6 +30,9 @@ use std::time::Instant;
 /// Any of [`Error`].
 pub fn place(scene: &Scene, formats: &[FormatSpec], control: &Control<'_>) -> Result<(ParticleFile, Report)> {
     scene.validate()?;
+    if !scene.bodies.is_empty() {
+        return Err(Error::scene("bodies", "are several; place_bodies places them, and run_bodies writes the file"));
+    }
     let format = match scene.output.file.as_deref() {
         Some(output) => Some(output_format(scene, formats, output)?),
         None => None,
@@ -63,64 +65,17 @@ pub fn place(scene: &Scene, formats: &[FormatSpec], control: &Control<'_>) -> Re
 /// # Errors
 /// Any of [`Error`]; nothing is left half-written.
 pub fn run(scene: &Scene, formats: &[FormatSpec], control: &Control<'_>) -> Result<Report> {
-    let output = scene.output.file.as_deref().ok_or_else(|| Error::scene("output.file", "is missing (--out FILE)"))?;
-    let format = output_format(scene, formats, output)?;
-    registry::writer(format, output)?;
-    refuse_overwriting_inputs(scene, output)?;
-    if let Some(code) = scene.code().filter(|_| scene.output.parameters) {
-        parameters::refuse_overwriting(code, output)?;
-    }
-    sph_formats::output::probe(output)?;
+    let destination = Destination::new(scene, formats)?;
+    destination.refuse_overwriting_inputs(scene)?;
     let start = Instant::now();
     let (file, mut report) = place(scene, formats, control)?;
     let lap = Instant::now();
     control.tell(Event::Begin(Step::Write));
-    let options =
-        WriteOptions { compression: scene.output.compression, double_precision: scene.output.double_precision };
-    sph_formats::write(formats, output, Some(format.name), &file, options)?;
-    if let Some(code) = scene.code().filter(|_| scene.output.parameters) {
-        for (path, text) in parameters::files(code, output, &file)? {
-            write_text(&path, &text)?;
-            report.notes.push(format!("parameters for {} are in '{}'", code.sheet.title, path.display()));
-        }
-    }
+    report.notes.extend(destination.write(scene, formats, &file)?);
     report.timing.push(Timing { step: Step::Write.name(), seconds: lap.elapsed().as_secs_f64(), epsilon: None });
     report.notes.extend(remove_checkpoint(scene, report.stop));
     report.seconds = start.elapsed().as_secs_f64();
     Ok(report)
-}
-
-fn write_text(path: &Path, text: &str) -> Result<()> {
-    let written = |temporary: &Path| std::fs::write(temporary, text).map_err(|e| FormatError::io(path, "write", e));
-    Ok(sph_formats::output::atomically(path, written)?)
-}
-
-/// The format of the output: as given, else as the target code reads it where the file's name leaves that open.
-fn output_format<'f>(scene: &Scene, formats: &'f [FormatSpec], output: &Path) -> Result<&'f FormatSpec> {
-    let given = scene.output.format.as_deref();
-    let by_name = registry::detect_output(formats, output, given);
-    let Some(code) = scene.code().filter(|_| given.is_none()) else { return Ok(by_name?) };
-    let is_open = by_name.as_ref().map_or(true, |f| TargetCode::of_format(f.name).is_some());
-    if is_open { Ok(registry::detect_output(formats, output, Some(code.sheet.format))?) } else { Ok(by_name?) }
-}
-
-/// Renaming the output, or a checkpoint, onto an input would destroy it, so that the run could not be repeated.
-fn refuse_overwriting_inputs(scene: &Scene, output: &Path) -> Result<()> {
-    let checkpoint = scene.checkpoint.file.as_deref();
-    if checkpoint == Some(output) {
-        return Err(Error::scene("checkpoint.file", "is the output file as well; name another"));
-    }
-    for (key, written) in [("output.file", Some(output)), ("checkpoint.file", checkpoint)] {
-        let Some(written) = written.and_then(|w| w.canonicalize().ok()) else { continue };
-        let inputs = [&scene.input.file, scene.resolution.as_ref().map_or(&None, |r| &r.file)];
-        for input in inputs.into_iter().flatten() {
-            if input.canonicalize().is_ok_and(|i| i == written) {
-                let problem = format!("is the input file '{}', which it would replace; name another", input.display());
-                return Err(Error::scene(key, problem));
-            }
-        }
-    }
-    Ok(())
 }
 
 /// Before the long work: what the writer would refuse at its end.

@@ -42,6 +42,8 @@ impl Scene {
             all.extend(one("domain.cylinder.inner_radius", &cylinder.inner_radius, length));
             all.extend(one("domain.cylinder.length", &cylinder.length, length));
         }
+        all.extend(self.orbit.iter().flat_map(|o| o.quantities()).map(|(key, q, d)| (key.to_owned(), q, d)));
+        all.extend(one("particle_mass", self.particle_mass.as_ref(), UnitDimension::MASS));
         all.extend(each("motion.bulk", &self.motion.bulk, speed));
         all.extend(each("motion.rotation", &self.motion.rotation, UnitDimension::RATE));
         let energy = self.thermal.internal_energy.as_ref();

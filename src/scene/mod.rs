@@ -4,6 +4,7 @@
 //! scene's `units`, which are those of the input by default. What is left out takes the default that `--print-scene` shows.
 
 mod balance;
+mod bodies;
 mod count;
 mod dimensions;
 mod fields;
@@ -14,6 +15,8 @@ mod stages;
 mod units;
 
 pub use balance::{BalanceInput, EquationOfState, GravityName};
+pub(crate) use bodies::in_body;
+pub use bodies::{BodyInput, OrbitInput};
 pub use count::parse_count;
 pub use fields::{FieldValue, FieldsInput, Term};
 pub use input::{Atmosphere, Input, InterpolationName, MissingValues, StaggeringName};
@@ -95,6 +98,15 @@ pub struct Scene {
     /// Materials by distance from the center, from the inside outward; over carried ones.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub material: Vec<MaterialLayer>,
+    /// Several bodies, each a scene of its own, in place of `input` and what goes with it.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub bodies: Vec<BodyInput>,
+    /// Of two bodies.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub orbit: Option<OrbitInput>,
+    /// One for all bodies, in place of a number of particles.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub particle_mass: Option<Quantity>,
     pub output: Output,
 }
 
@@ -294,8 +306,10 @@ impl Scene {
             other => other,
         })?;
         let folder = path.parent().unwrap_or(Path::new(""));
-        let inputs = [Some(&mut scene.input.file), scene.resolution.as_mut().map(|r| &mut r.file)];
-        for file in inputs.into_iter().flatten().flatten() {
+        let own = [Some(&mut scene.input.file), scene.resolution.as_mut().map(|r| &mut r.file)];
+        let of_bodies =
+            scene.bodies.iter_mut().flat_map(|b| [Some(&mut b.input.file), b.resolution.as_mut().map(|r| &mut r.file)]);
+        for file in own.into_iter().chain(of_bodies).flatten().flatten() {
             if file.is_relative() {
                 *file = folder.join(&*file);
             }
@@ -356,6 +370,7 @@ impl Scene {
         self.check_stages()?;
         self.stated_units()?;
         self.check_quantities()?;
+        self.check_bodies()?;
         self.check_physics()?;
         self.check_output()
     }
@@ -364,6 +379,7 @@ impl Scene {
         let Input { file, expression, profile, .. } = &self.input;
         match [file.is_some(), expression.is_some(), profile.is_some()].into_iter().filter(|given| *given).count() {
             1 => {}
+            0 if !self.bodies.is_empty() => {}
             0 => {
                 let problem = "names neither a `file` nor an `expression` nor a `profile`; give one (--in FILE)";
                 return Err(Error::scene("input", problem));
