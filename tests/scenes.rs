@@ -215,7 +215,7 @@ fn the_stars_of_the_binary_go_around_each_other() {
     assert!((orbit.distance - 4.0).abs() < 1e-9 && (orbit.speed - (report.mass / 4.0).sqrt()).abs() < 1e-6);
     assert!((report.mass - 1.6).abs() < 0.02);
     assert_eq!(report.bodies[0].ids[1] as f64, 1000.0);
-    assert!(report.bodies.iter().all(|b| b.report.balance.is_some()));
+    assert!(report.bodies.iter().all(|b| b.figures.net_force.is_some()));
     let momentum: Vec<f64> = (0..3)
         .map(|k| rows(&file, "Masses").iter().zip(rows(&file, "Velocities")).map(|(m, v)| m[0] * v[k]).sum())
         .collect();

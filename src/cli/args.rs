@@ -226,6 +226,9 @@ pub struct RunArgs {
     /// Keep what a long run can go on from in FILE, every few minutes, on Ctrl-C and at the time limit.
     #[arg(long, value_name = "FILE")]
     checkpoint: Option<PathBuf>,
+    /// Keep placed bodies in FOLDER, and take them from there: another orbit of the same bodies takes no time.
+    #[arg(long, value_name = "FOLDER")]
+    cache: Option<PathBuf>,
     /// Go on from a checkpoint of the same scene, to the same bytes; FILE is also the next one's, unless
     /// --checkpoint names another.
     #[arg(long, value_name = "FILE")]
@@ -329,6 +332,7 @@ impl RunArgs {
         overlay(&mut scene.wvt.iterations, &self.iterations);
         overlay(&mut scene.polish, &self.polish);
         scene.output.on_interrupt = self.on_interrupt.unwrap_or(scene.output.on_interrupt);
+        overlay(&mut scene.cache, &self.cache);
         overlay(&mut scene.checkpoint.file, &self.resume);
         overlay(&mut scene.checkpoint.file, &self.checkpoint);
         overlay(&mut scene.checkpoint.resume, &self.resume);

@@ -97,8 +97,7 @@ fn tell_of_bodies(args: &RunArgs, scene: &Scene, report: &BodiesReport) -> crate
     } else if !args.quiet {
         print(&report.text())?;
     }
-    if let Some((body, region)) = report.misplaced() {
-        let (found, wanted) = (region.found, region.wanted);
+    if let Some((body, (found, wanted))) = report.misplaced() {
         eprintln!(
             "mass misplaced: a region of body {body} has {found:.0} of its {wanted:.1} particles; it was written"
         );

@@ -5,11 +5,11 @@
 //! orbit have their center of mass at rest in the middle of the box.
 
 use super::assembly::{self, Body, Frame, Origin, State};
-use super::bodies_report::{BodiesReport, BodyReport, OrbitFigures};
+use super::bodies_report::{BodiesReport, BodyFigures, BodyReport, OrbitFigures};
+use super::cache::{PlacedBody, Recipe};
 use super::destination::{Destination, output_format};
 use super::orbit::{self, Relative};
 use super::pipeline;
-use super::report::Report;
 use crate::error::{Error, Result};
 use crate::input::hydrostatics::GRAVITATIONAL_CONSTANT;
 use crate::input::ingest::{self, InputUnits};
@@ -54,30 +54,24 @@ pub fn place_bodies(
         .collect::<Result<Vec<_>>>()?;
     let common = Common::new(scene, &estimates)?;
     let counts = common.counts(scene, &estimates)?;
-    let (mut bodies, mut reports) = (Vec::new(), Vec::<Report>::new());
-    let mut header = None;
-    let mut placed: Vec<(Scene, ParticleFile)> = Vec::new();
+    let mut placed: Vec<Placed> = Vec::new();
     for (i, count) in counts.iter().enumerate() {
         let mut alone = scene.of_body(i, Some(*count));
         alone.output.units = Some(common.name.clone());
         // A body that is the same as another comes out the same.
-        let file = match placed.iter().position(|(other, _)| *other == alone) {
-            Some(same) => {
-                reports.push(reports[same].clone());
-                placed[same].1.clone()
-            }
-            None => {
-                let (file, report) = pipeline::place(&alone, formats, control).map_err(|e| in_body(&title(i), e))?;
-                reports.push(report);
-                file
-            }
+        let same = placed.iter().find(|other| other.alone == alone);
+        let next = match same {
+            Some(same) => same.clone(),
+            None => Placed::new(alone, formats, control).map_err(|e| in_body(&title(i), e))?,
         };
-        header.get_or_insert_with(|| file.header.clone());
-        bodies.push(Body::new(title(i), file.clone())?);
-        placed.push((alone, file));
+        placed.push(next);
     }
-    drop(placed);
-    let header = header.ok_or_else(|| Error::scene("bodies", "are none"))?;
+    let header = placed[0].body.file.header.clone();
+    let (mut bodies, mut reports) = (Vec::new(), Vec::new());
+    for (i, Placed { body, is_cached, .. }) in placed.into_iter().enumerate() {
+        bodies.push(Body::new(title(i), body.file)?);
+        reports.push((body.figures, body.report, is_cached));
+    }
     let mut notes = Vec::from_iter(common.equalize(scene, formats, &mut bodies)?);
     let conversion = common.conversion(&header.units);
     let relative =
@@ -107,7 +101,7 @@ pub fn place_bodies(
             relative.pericenter
         ));
     }
-    let stop = worst(reports.iter().map(|r| r.stop));
+    let stop = worst(reports.iter().map(|r| r.0.stop));
     let figures = figures(&bodies, &states, reports);
     let particles = bodies.iter().map(Body::count).sum();
     let mass = bodies.iter().map(|b| b.mass).sum();
@@ -153,6 +147,35 @@ pub fn run_bodies(scene: &Scene, formats: &[FormatSpec], control: &Control<'_>) 
     report.notes.extend(notes);
     report.seconds = start.elapsed().as_secs_f64();
     Ok(report)
+}
+
+/// A body as it was placed by itself.
+#[derive(Clone)]
+struct Placed {
+    alone: Scene,
+    body: PlacedBody,
+    is_cached: bool,
+}
+
+impl Placed {
+    /// From the scene's cache, or anew.
+    fn new(alone: Scene, formats: &[FormatSpec], control: &Control<'_>) -> Result<Self> {
+        let format = match alone.output.file.as_deref() {
+            Some(output) => output_format(&alone, formats, output)?.name,
+            None => "",
+        };
+        let recipe = alone.cache.as_deref().map(|folder| Ok::<_, Error>((Recipe::new(&alone, format)?, folder)));
+        let recipe = recipe.transpose()?;
+        if let Some(body) = recipe.as_ref().and_then(|(recipe, folder)| recipe.find(folder)) {
+            return Ok(Self { alone, body, is_cached: true });
+        }
+        let (file, report) = pipeline::place(&alone, formats, control)?;
+        let body = PlacedBody { file, report: report.json(), figures: BodyFigures::new(&report) };
+        if let Some((recipe, folder)) = recipe.filter(|_| !report.stop.is_cut()) {
+            recipe.keep(folder, &body)?;
+        }
+        Ok(Self { alone, body, is_cached: false })
+    }
 }
 
 /// The mass of a body by itself.
@@ -453,10 +476,10 @@ fn worst(stops: impl Iterator<Item = StopReason>) -> StopReason {
     stops.max_by_key(rank).unwrap_or(StopReason::NotNeeded)
 }
 
-fn figures(bodies: &[Body], states: &[State], reports: Vec<Report>) -> Vec<BodyReport> {
+fn figures(bodies: &[Body], states: &[State], reports: Vec<(BodyFigures, String, bool)>) -> Vec<BodyReport> {
     let mut first = 1;
     let mut all = Vec::new();
-    for ((body, state), report) in bodies.iter().zip(states).zip(reports) {
+    for ((body, state), (figures, report, cached)) in bodies.iter().zip(states).zip(reports) {
         let ids = [first, first + body.count() - 1];
         first += body.count();
         all.push(BodyReport {
@@ -468,7 +491,9 @@ fn figures(bodies: &[Body], states: &[State], reports: Vec<Report>) -> Vec<BodyR
             position: state.position,
             velocity: state.velocity,
             spin: state.spin,
-            report,
+            figures,
+            report: serde_json::from_str(&report).unwrap_or_default(),
+            cached,
         });
     }
     all

@@ -2,9 +2,8 @@
 
 use super::orbit::Relative;
 use super::report::Report;
-use crate::metrics::RegionFigures;
 use crate::relaxation::StopReason;
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 use std::fmt::Write;
 
 /// Everything that a run says of a scene of bodies, in the output's units.
@@ -49,8 +48,44 @@ pub struct BodyReport {
     pub position: [f64; 3],
     pub velocity: [f64; 3],
     pub spin: [f64; 3],
-    /// How it was placed by itself.
-    pub report: Report,
+    pub figures: BodyFigures,
+    /// How it was placed by itself: the whole report.
+    pub report: serde_json::Value,
+    /// Whether it was taken from the cache.
+    pub cached: bool,
+}
+
+/// What the text says of a body.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct BodyFigures {
+    pub input: String,
+    pub stop: StopReason,
+    /// Of the density, with the mass as it is stated.
+    pub epsilon: f64,
+    pub mean_error: f64,
+    /// Share of a random set's.
+    pub force_noise: f64,
+    /// Share of gravity, where the body is balanced.
+    pub net_force: Option<f64>,
+    /// Found and wanted particles of a region that is off, as [`Report::misplaced`] has it.
+    pub misplaced: Option<(f64, f64)>,
+    pub notes: Vec<String>,
+}
+
+impl BodyFigures {
+    pub fn new(report: &Report) -> Self {
+        let error = report.density_error.stated();
+        Self {
+            input: report.input.clone(),
+            stop: report.stop,
+            epsilon: error.epsilon,
+            mean_error: error.mean,
+            force_noise: report.noise.all,
+            net_force: report.balance.as_ref().map(|b| b.all),
+            misplaced: report.misplaced().map(|r| (r.found, r.wanted)),
+            notes: report.notes.clone(),
+        }
+    }
 }
 
 impl OrbitFigures {
@@ -71,9 +106,9 @@ impl BodiesReport {
         serde_json::to_string_pretty(self).unwrap_or_else(|e| format!("{{\"error\": \"{e}\"}}"))
     }
 
-    /// The first body with a region that is off, as [`Report::misplaced`] has it.
-    pub fn misplaced(&self) -> Option<(&str, &RegionFigures)> {
-        self.bodies.iter().find_map(|b| Some((b.name.as_str(), b.report.misplaced()?)))
+    /// The first body with a region that is off, with how many particles that has and should have.
+    pub fn misplaced(&self) -> Option<(&str, (f64, f64))> {
+        self.bodies.iter().find_map(|b| Some((b.name.as_str(), b.figures.misplaced?)))
     }
 
     /// As text for a terminal.
@@ -122,8 +157,9 @@ impl BodiesReport {
 
     fn write_body(&self, out: &mut String, body: &BodyReport) -> std::fmt::Result {
         let d = self.dimension;
-        let report = &body.report;
-        writeln!(out, "  body {}: {}", body.name, report.input)?;
+        let figures = &body.figures;
+        let cached = if body.cached { " (from the cache)" } else { "" };
+        writeln!(out, "  body {}: {}{cached}", body.name, figures.input)?;
         let [first, last] = body.ids;
         writeln!(
             out,
@@ -137,18 +173,17 @@ impl BodiesReport {
         if body.spin.iter().any(|s| *s != 0.0) {
             writeln!(out, "    spin           {}", vector(&body.spin))?;
         }
-        let error = report.density_error.stated();
-        let noise = 100.0 * report.noise.all;
         writeln!(
             out,
-            "    density error  epsilon {:.3e}, mean {:.3} %; force noise {noise:.2} % of a random set's",
-            error.epsilon,
-            100.0 * error.mean
+            "    density error  epsilon {:.3e}, mean {:.3} %; force noise {:.2} % of a random set's",
+            figures.epsilon,
+            100.0 * figures.mean_error,
+            100.0 * figures.force_noise
         )?;
-        if let Some(balance) = &report.balance {
-            writeln!(out, "    force balance  net force is {:.2} % of gravity on average", 100.0 * balance.all)?;
+        if let Some(net) = figures.net_force {
+            writeln!(out, "    force balance  net force is {:.2} % of gravity on average", 100.0 * net)?;
         }
-        for note in &report.notes {
+        for note in &figures.notes {
             writeln!(out, "    note           {note}")?;
         }
         Ok(())

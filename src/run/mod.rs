@@ -3,8 +3,10 @@
 pub mod assembly;
 pub mod bodies;
 pub mod bodies_report;
+pub mod cache;
 pub mod checkpoint;
 pub mod destination;
+pub(crate) mod fingerprint;
 pub mod orbit;
 pub mod pipeline;
 pub mod plan;

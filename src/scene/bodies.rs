@@ -189,10 +189,14 @@ impl Scene {
     /// Checks bodies, each as a scene of its own, and what says where they go.
     pub(super) fn check_bodies(&self) -> Result<()> {
         if self.bodies.is_empty() {
-            let key = if self.orbit.is_some() { "orbit" } else { "particle_mass" };
-            return match self.orbit.is_some() || self.particle_mass.is_some() {
-                true => Err(Error::scene(key, "is of scenes with `bodies`; leave it out")),
-                false => Ok(()),
+            let of_bodies = [
+                ("orbit", self.orbit.is_some()),
+                ("particle_mass", self.particle_mass.is_some()),
+                ("cache", self.cache.is_some()),
+            ];
+            return match of_bodies.iter().find(|(_, is_given)| *is_given) {
+                Some((key, _)) => Err(Error::scene(*key, "is of scenes with `bodies`; leave it out")),
+                None => Ok(()),
             };
         }
         if self.input != Input::default() {

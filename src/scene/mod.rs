@@ -104,6 +104,9 @@ pub struct Scene {
     /// Of two bodies.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub orbit: Option<OrbitInput>,
+    /// A folder in which placed bodies are kept, so that another orbit of the same takes no time.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub cache: Option<PathBuf>,
     /// One for all bodies, in place of a number of particles.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub particle_mass: Option<Quantity>,
@@ -309,7 +312,8 @@ impl Scene {
         let own = [Some(&mut scene.input.file), scene.resolution.as_mut().map(|r| &mut r.file)];
         let of_bodies =
             scene.bodies.iter_mut().flat_map(|b| [Some(&mut b.input.file), b.resolution.as_mut().map(|r| &mut r.file)]);
-        for file in own.into_iter().chain(of_bodies).flatten().flatten() {
+        let files = own.into_iter().chain(of_bodies).flatten().chain([&mut scene.cache]);
+        for file in files.flatten() {
             if file.is_relative() {
                 *file = folder.join(&*file);
             }
