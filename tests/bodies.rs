@@ -47,7 +47,7 @@ fn a_binary_is_on_its_orbit_about_a_center_of_mass_at_rest() {
     let total: f64 = masses.iter().sum();
     // The atmosphere that few particles do not resolve is cut.
     assert!((total - 3.0).abs() < 0.02 && (total / report.mass - 1.0).abs() < 1e-12, "{total}");
-    assert!(masses.iter().all(|m| (m / masses[0] - 1.0).abs() < 2e-3));
+    assert!(masses.iter().all(|m| (m / masses[0] - 1.0).abs() < 1.5e-3));
     let middle = 0.5 * file.header.box_size[0];
     for (k, x) in mean(&file, "Coordinates", None).iter().enumerate() {
         assert!((x - middle).abs() < 1e-12 * middle, "center of mass {k}: {x}");
@@ -115,7 +115,7 @@ fn positions_velocities_and_spins_are_as_stated_and_materials_stay() {
     assert_eq!(file.header.periodic, [true, true, false]);
     let masses = rows(&file, "Masses").concat();
     assert_eq!(report.bodies.iter().map(|b| b.ids[1] + 1 - b.ids[0]).collect::<Vec<_>>(), [314, 200]);
-    assert!(masses.iter().all(|m| (m / 0.01 - 1.0).abs() < 1e-3));
+    assert!(masses.iter().all(|m| (m / 0.01 - 1.0).abs() < 1.5e-3));
     let close = |found: Vec<f64>, expected: [f64; 2]| {
         assert!(found.iter().zip(expected).all(|(a, b)| (a - b).abs() < 1e-12), "{found:?} {expected:?}");
     };
@@ -188,6 +188,7 @@ fn scenes_that_cannot_be_get_one_clear_line() {
         (two("", "", "orbit: {}\n"), &["orbit", "neither"]),
         (two("", "", "orbit: {semi_major_axis: 5, eccentricity: 1}\n"), &["orbit.eccentricity", "less than 1"]),
         (two("", ", position: [9, 0, 0]", "orbit: {semi_major_axis: 5}\n"), &["bodies[2]", "orbit settles"]),
+        (two("", ", position: [1e300, 0, 0]", ""), &["bodies[1].position", "nearer"]),
         (two("", ", position: [9, 0]", ""), &["bodies[2].position", "2 components", "expected 3"]),
         (two("", ", position: [9, 0, 0], spin: [1]", ""), &["bodies[2].spin", "1 components", "expected 3"]),
         (two("", ", position: [9, 0, 1 kg]", ""), &["bodies[2].position[2]", "a mass", "a length"]),
@@ -204,6 +205,10 @@ fn scenes_that_cannot_be_get_one_clear_line() {
         ),
         (two("", ", position: [9, 0, 0]", "input: {expression: '1'}\n"), &["input", "beside `bodies`"]),
         (two("", ", input: {file: nothing.nc}", ""), &["line"]),
+        (
+            "bodies:\n- {input: {expression: '1'}, domain: {box: [[0], [1]], boundary: [periodic]}}\n".into(),
+            &["bodies[1].domain.boundary", "periodic"],
+        ),
         ("bodies:\n- {name: moon}\n".into(), &["bodies[moon].input", "neither"]),
         ("orbit: {semi_major_axis: 3}\ninput: {expression: '1', dimension: 3}\n".into(), &["orbit", "bodies"]),
         (

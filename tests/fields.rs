@@ -90,6 +90,15 @@ fn velocities_about_an_axis_add_up_and_point_the_right_way() {
         vec![d[0] * across, d[1] * across, -big * big / r]
     };
     assert!(deviation(&file, "Velocities", v) < 1e-12);
+    // Kepler's rotation has its pole in the center, where no particle is.
+    let file = placed(&format!("{ball}fields: {{v_phi: sqrt(2/R)}}\n"));
+    let v = |x: &[f64]| {
+        let d = [x[0] - 4.0, x[1] - 4.0];
+        let big = d[0].hypot(d[1]);
+        let v = (2.0 / big).sqrt() / big;
+        vec![-v * d[1], v * d[0], 0.0]
+    };
+    assert!(deviation(&file, "Velocities", v) < 1e-9);
     let file = placed("input: {expression: '1'}\ndomain: {box: [[-1], [1]]}\nparticles: 50\nfields: {v_r: 2}\n");
     assert_eq!(deviation(&file, "Velocities", |x| vec![if x[0] > 4.0 { 2.0 } else { -2.0 }]), 0.0);
     assert!(refused(&format!("{SQUARE}input: {{expression: '1'}}\nfields: {{v_theta: 1}}\n")).contains("2 dimension"));
@@ -183,6 +192,20 @@ fn fields_that_make_no_sense_are_refused_with_their_names() {
         }
         assert!(!error.contains('\n'), "{error}");
     }
+    for (turbulence, words) in [
+        ("{}", &["turbulence", "one of the two"][..]),
+        ("{mach: 1, rms_velocity: 1}", &["turbulence", "one of the two"]),
+        ("{mach: 1}", &["turbulence.mach", "sound speed"]),
+        ("{rms_velocity: 1 km}", &["turbulence.rms_velocity", "a velocity"]),
+        ("{rms_velocity: 1, wavenumbers: [3, 2]}", &["turbulence.wavenumbers", "ascend"]),
+        ("{rms_velocity: 1, wavenumbers: [1.1, 1.2]}", &["turbulence.wavenumbers", "no wave"]),
+        ("{rms_velocity: 1, compressive: 2}", &["turbulence.compressive", "0 to 1"]),
+    ] {
+        let error = refused(&format!("{head}turbulence: {turbulence}\n"));
+        for word in words {
+            assert!(error.contains(word), "{turbulence}: {error} lacks {word:?}");
+        }
+    }
     let both = refused(&format!("{head}thermal: {{internal_energy: 2}}\nfields: {{pressure: 1}}\n"));
     assert!(both.contains("both given"), "{both}");
 }
@@ -194,4 +217,22 @@ fn a_scene_with_fields_prints_and_reads_back() {
     );
     let scene = Scene::parse(&text).unwrap();
     assert_eq!(Scene::parse(&scene.to_yaml()).unwrap(), scene, "{}", scene.to_yaml());
+}
+
+/// A grid of cells whose velocity turns around in the middle: no particle gets one in between.
+#[test]
+fn cells_of_a_grid_keep_their_velocities_to_their_faces() {
+    let folder = tempfile::tempdir().unwrap();
+    let grid = folder.path().join("cells.vtk");
+    let row = "-1 0 0\n-1 0 0\n1 0 0\n1 0 0\n";
+    let head = "# vtk DataFile Version 3.0\ncells\nASCII\nDATASET STRUCTURED_POINTS\nDIMENSIONS 5 3 1\nORIGIN 0 0 0\nSPACING 0.25 0.5 1\n";
+    let ones = "1 1 1 1 1 1 1 1\n";
+    let text = format!(
+        "{head}CELL_DATA 8\nSCALARS density double 1\nLOOKUP_TABLE default\n{ones}VECTORS velocity double\n{row}{row}"
+    );
+    std::fs::write(&grid, text).unwrap();
+    let file =
+        placed(&format!("input: {{file: {}}}\ndomain: {{boundary: [reflecting]}}\nparticles: 300\n", grid.display()));
+    assert_eq!(file.header.dimension, 2);
+    assert_eq!(deviation(&file, "Velocities", |x| vec![if x[0] < 0.5 { -1.0 } else { 1.0 }, 0.0]), 0.0);
 }

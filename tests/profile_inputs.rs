@@ -108,6 +108,8 @@ fn bodies_that_cannot_be_are_refused_with_their_keys() {
         ("polytrope: {n: 1, mass: 1, radius: 0}", &["polytrope.radius", "positive"]),
         ("polytrope: {n: 1, mass: 1 km, radius: 1}", &["polytrope.mass", "length"]),
         ("polytrope: {n: 1, mass: 1e300, radius: 1e-300}", &["polytrope"]),
+        ("polytrope: {n: 1, mass: 1 Msun, radius: 1}", &["polytrope.radius", "units: solar"]),
+        ("bonnor-ebert: {mass: 1, radius: 1, xi: 1e300}", &["bonnor-ebert.xi", "1e300"]),
         ("power-law: {mass: 1, radius: 1, slope: 3}", &["power-law.slope", "3"]),
         ("isothermal: {mass: 5, radius: 2, sound_speed: 0.1}", &["sound_speed", "too low"]),
         ("white-dwarf: {mass: 1.6 Msun}", &["white-dwarf.mass", "Chandrasekhar"]),

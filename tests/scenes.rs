@@ -231,3 +231,39 @@ fn the_stars_of_the_collision_meet() {
     assert!((square.sqrt() / (1.05 * (2.0 * report.mass / contact).sqrt()) - 1.0).abs() < 1e-5);
     assert!(orbit.pericenter < contact);
 }
+
+/// c^2 = gamma P / rho = 1.001; the mean over 2000 particles of a velocity with waves of the box's size is as good as they sample it.
+#[test]
+fn the_turbulent_box_has_its_mach_number() {
+    let (file, _) = placed("turbulence.yaml", 2000);
+    let v = rows(&file, "Velocities");
+    let mean = v.iter().map(|v| v.iter().map(|c| c * c).sum::<f64>()).sum::<f64>() / 2000.0;
+    assert!((mean.sqrt() / (5.0 * 1.001_f64.sqrt()) - 1.0).abs() < 0.02, "{}", mean.sqrt());
+    for k in 0..3 {
+        let drift = v.iter().map(|v| v[k]).sum::<f64>() / 2000.0;
+        assert!(drift.abs() < 0.02 * mean.sqrt(), "{drift}");
+    }
+}
+
+/// Particles within one spacing of a contact see the other side; none are in each other's way, and farther off the density is that of
+/// the layers to 2 %, beside the kernel's own sum over a lattice.
+#[test]
+fn contacts_are_clean_on_both_sides() {
+    let (file, report) = {
+        let scene = Scene { wvt: WvtInput::default(), ..scene("kelvin-helmholtz-2d.yaml", 4000) };
+        place(&scene, FORMATS, &Control::default()).unwrap()
+    };
+    assert!(report.neighbors.closest_pair > 0.65, "{}", report.neighbors.closest_pair);
+    let mass = 1.5 / 4000.0_f64;
+    let (places, density) = (places(&file, [0.0; 3]), rows(&file, "Density"));
+    let support = rows(&file, "SupportRadius");
+    for ((x, rho), support) in places.iter().zip(&density).zip(&support) {
+        let is_inner = (x[1] - 0.5).abs() < 0.25;
+        let target = if is_inner { 2.0 } else { 1.0 };
+        let from = ((x[1] - 0.5).abs() - 0.25).abs();
+        // Beyond the support of the kernel the other side has no weight.
+        if from > support[0] && from > (mass / target).sqrt() {
+            assert!((rho[0] / target - 1.0).abs() < 0.02, "{x:?}: {rho:?}");
+        }
+    }
+}

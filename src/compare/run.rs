@@ -111,7 +111,7 @@ fn run_method<const D: usize>(
 ) -> Result<MethodRun> {
     let scene = method.apply(scene);
     scene.validate()?;
-    let regions = prepared.target().find_regions();
+    let regions = prepared.target().find_regions(scene.region_contrast);
     let target = prepared.target().with_regions(regions.as_ref());
     let mut plan = Plan::new(&scene, &target, prepared.source.radial.is_some(), &Held::Not);
     // Each method has the scene's whole time; states are measured afterwards, so that measuring takes none of it.

@@ -20,7 +20,8 @@ use crate::input::constants::constant;
 use crate::input::hydrostatics::GRAVITATIONAL_CONSTANT;
 use crate::input::roles::standard_name;
 use crate::input::thermal;
-use crate::scene::{Conversion, FieldValue, Scene};
+use crate::input::turbulence::Turbulence;
+use crate::scene::{Conversion, FieldValue, Scene, TurbulenceInput};
 use sph::domain::Domain;
 use sph_formats::common::particle_names as names;
 use sph_formats::{Unit, UnitDimension, UnitSystem};
@@ -42,7 +43,7 @@ const CURL_STEP: f64 = 1e-3;
 /// Expressions that cannot be read or have no finite value, fields that depend on themselves, thermal fields that contradict
 /// each other.
 pub(crate) fn attach<const D: usize>(scene: &Scene, source: Source<D>, conversion: &Conversion) -> Result<Source<D>> {
-    if scene.fields.is_empty() {
+    if scene.fields.is_empty() && scene.turbulence.is_none() {
         return Ok(source);
     }
     let center = source.center();
@@ -59,7 +60,7 @@ pub(crate) fn attach<const D: usize>(scene: &Scene, source: Source<D>, conversio
         density_unit: 1.0 / conversion.factor(UnitDimension::mass_density(3)),
     };
     let maker = Maker::new(scene, system, base, &carried)?;
-    let made = maker.fields(scene)?;
+    let made = maker.fields(scene, &domain)?;
     let stated: Vec<&str> = made.iter().map(|f| standard_name(&f.info.name)).collect();
     let mut kept: Vec<Box<dyn CarriedField<D>>> = Vec::new();
     for field in carried {
@@ -110,10 +111,13 @@ enum Scalar<const D: usize> {
     Stated(Expression),
 }
 
+/// Turbulence, and its root mean square in the scene's units.
+type Stirred<const D: usize> = (Turbulence<D>, f64);
+
 /// How components come from terms.
-enum Rule {
+enum Rule<const D: usize> {
     Each(Vec<Term>),
-    Velocity(Vec<(Way, Term)>),
+    Velocity(Vec<(Way, Term)>, Option<Stirred<D>>),
     Curl(Vec<Term>),
 }
 
@@ -130,7 +134,7 @@ enum Way {
 struct StatedField<const D: usize> {
     info: CarriedInfo,
     variables: Arc<Variables<D>>,
-    rule: Rule,
+    rule: Rule<D>,
 }
 
 struct Maker<const D: usize> {
@@ -233,7 +237,10 @@ impl<const D: usize> CarriedField<D> for StatedField<D> {
         match &self.rule {
             // Components beyond the stated ones are 0.
             Rule::Each(terms) => out.iter_mut().zip(terms).for_each(|(v, term)| *v = variables.value(x, term)),
-            Rule::Velocity(parts) => {
+            Rule::Velocity(parts, turbulence) => {
+                if let Some((turbulence, speed)) = turbulence {
+                    turbulence.add(x, *speed, out);
+                }
                 for (way, term) in parts {
                     let (value, way) = (variables.value(x, term), variables.way(x, *way));
                     out.iter_mut().zip(way).for_each(|(v, w)| *v += value * w);
@@ -360,7 +367,7 @@ impl<const D: usize> Maker<D> {
         Ok(Term { expression, needs })
     }
 
-    fn field(&self, name: &str, dimension: UnitDimension, components: usize, rule: Rule) -> StatedField<D> {
+    fn field(&self, name: &str, dimension: UnitDimension, components: usize, rule: Rule<D>) -> StatedField<D> {
         let unit = |s: UnitSystem| Unit { symbol: s.symbol(dimension), to_cgs: s.to_cgs(dimension), dimension };
         let unit = self.system.filter(|_| dimension != UnitDimension::NONE).map(unit);
         let info = CarriedInfo { name: name.to_owned(), unit, components };
@@ -368,8 +375,8 @@ impl<const D: usize> Maker<D> {
     }
 
     /// All fields that particles carry.
-    fn fields(&self, scene: &Scene) -> Result<Vec<StatedField<D>>> {
-        let mut made = Vec::from_iter(self.velocity(scene)?);
+    fn fields(&self, scene: &Scene, domain: &Domain<D>) -> Result<Vec<StatedField<D>>> {
+        let mut made = Vec::from_iter(self.velocity(scene, domain)?);
         made.extend(self.magnetic_field(scene)?);
         for (name, value) in scene.fields.stated() {
             let standard = standard_name(name);
@@ -405,7 +412,7 @@ impl<const D: usize> Maker<D> {
         Ok(made)
     }
 
-    fn velocity(&self, scene: &Scene) -> Result<Option<StatedField<D>>> {
+    fn velocity(&self, scene: &Scene, domain: &Domain<D>) -> Result<Option<StatedField<D>>> {
         let mut parts = Vec::new();
         for (name, value) in scene.fields.stated() {
             let texts = value.texts();
@@ -433,8 +440,44 @@ impl<const D: usize> Maker<D> {
                 parts.push((way, self.term(name, text)?));
             }
         }
-        let field = |parts| self.field("velocity", UnitDimension::VELOCITY, D, Rule::Velocity(parts));
-        Ok((!parts.is_empty()).then(|| field(parts)))
+        let stirred = scene.turbulence.as_ref().map(|t| self.stirred(scene, t, domain)).transpose()?;
+        if parts.is_empty() && stirred.is_none() {
+            return Ok(None);
+        }
+        Ok(Some(self.field("velocity", UnitDimension::VELOCITY, D, Rule::Velocity(parts, stirred))))
+    }
+
+    fn stirred(&self, scene: &Scene, input: &TurbulenceInput, domain: &Domain<D>) -> Result<Stirred<D>> {
+        let turbulence = Turbulence::new(input, input.seed.unwrap_or(scene.seed), domain)?;
+        let own = Conversion { from: self.system, to: self.system.unwrap_or(UnitSystem::CODE) };
+        let speed = match (&input.rms_velocity, input.mach) {
+            (Some(speed), _) => speed.value("turbulence.rms_velocity", UnitDimension::VELOCITY, &own)?,
+            (None, mach) => mach.unwrap_or(0.0) * self.sound_speed(scene, domain, &own)?,
+        };
+        Ok((turbulence, speed))
+    }
+
+    /// Root mean square over the mass, by samples: c^2 = gamma (gamma - 1) u.
+    fn sound_speed(&self, scene: &Scene, domain: &Domain<D>, own: &Conversion) -> Result<f64> {
+        let gamma = scene.thermal.gamma;
+        if let Some(energy) = &scene.thermal.internal_energy {
+            let energy = energy.value("thermal.internal_energy", UnitDimension::SPECIFIC_ENERGY, own)?;
+            return Ok((gamma * (gamma - 1.0) * energy).sqrt());
+        }
+        let Some((name, text)) = self.thermal(scene).energy(gamma) else {
+            let problem = "needs a sound speed, but nothing thermal is given; set rms_velocity, or a thermal field";
+            return Err(Error::scene("turbulence.mach", problem));
+        };
+        let term = self.term(name, &text)?;
+        let (mut mass, mut sum) = (0.0, 0.0);
+        for x in probes(domain) {
+            let density = self.variables.base.density.value(&x);
+            if density > 0.0 {
+                mass += density;
+                sum += density * self.variables.value(&x, &term);
+            }
+        }
+        Ok((gamma * (gamma - 1.0) * sum / mass).sqrt())
     }
 
     /// Of three components, in 2-D and 1-D too: no symmetry of the flow keeps a field from pointing out of it.
@@ -478,6 +521,8 @@ impl<const D: usize> Maker<D> {
             for x in &places {
                 field.evaluate(x, &mut out);
                 let problem = match out.iter().find(|v| !v.is_finite()) {
+                    // A pole right in the center is let pass, as for densities: no particle is there.
+                    Some(_) if *x == self.variables.base.center => continue,
                     Some(v) => format!("is {v} at {x:?}, expected a finite number wherever there is matter"),
                     None if standard_name(name) == names::MATERIAL_IDS && out[0].fract() != 0.0 => {
                         format!("is {} at {x:?}, expected whole numbers", out[0])

@@ -11,4 +11,5 @@ pub mod particles;
 pub(crate) mod profile;
 pub(crate) mod roles;
 pub(crate) mod thermal;
+pub(crate) mod turbulence;
 pub mod units;

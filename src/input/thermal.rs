@@ -42,6 +42,16 @@ impl Known {
         Self { fields, has_weight: is_known(MEAN_MOLECULAR_WEIGHT) }
     }
 
+    /// The first by which there is an energy, and its expression.
+    pub fn energy(&self, gamma: f64) -> Option<(&'static str, String)> {
+        self.comparable().next().map(|name| (name, energy(name, gamma)))
+    }
+
+    /// Those that give an energy.
+    fn comparable(&self) -> impl Iterator<Item = &'static str> + '_ {
+        self.fields.iter().map(|f| f.0).filter(|name| *name != TEMPERATURE || self.has_weight)
+    }
+
     /// The first that the scene states.
     pub fn stated(&self) -> Option<&'static str> {
         self.fields.iter().find(|f| f.1).map(|f| f.0)
@@ -87,8 +97,7 @@ pub(crate) fn energies(known: &Known, gamma: f64) -> Vec<(&'static str, String)>
     if !known.fields.iter().any(|f| f.1) {
         return Vec::new();
     }
-    let comparable = known.fields.iter().filter(|f| f.0 != TEMPERATURE || known.has_weight);
-    comparable.map(|f| (f.0, energy(f.0, gamma))).collect()
+    known.comparable().map(|name| (name, energy(name, gamma))).collect()
 }
 
 /// Compares the energies that two fields give.

@@ -11,6 +11,9 @@ use sph::parallel;
 use sph_formats::common::particle_names as names;
 use sph_formats::{Column, ParticleFile, ParticleTable, RunHeader, Species, UnitDimension, UnitSystem, Values};
 
+/// How the note begins that says where a body alone has been moved.
+pub const MOVED: &str = "the body is moved to the middle";
+
 /// Columns in internal units.
 pub struct RawColumns<'a, const D: usize> {
     pub positions: &'a Positions<D>,
@@ -61,7 +64,7 @@ pub(crate) fn particle_file<const D: usize>(
     let (mut notes, mut left_out) = (Vec::new(), Vec::new());
     if frame.isolated {
         notes.push(format!(
-            "the body is moved to the middle of a box of edge {:.6e} (output.box_factor {})",
+            "{MOVED} of a box of edge {:.6e} (output.box_factor {})",
             frame.box_size[0] * factors.length,
             scene.output.box_factor
         ));

@@ -166,11 +166,11 @@ fn nearest_pair(a: (&Body, &State), b: (&Body, &State)) -> Option<f64> {
         all
     };
     let (a, b) = (listed(a), listed(b));
-    let reach = b.iter().map(|p| p.1).fold(0.0, f64::max);
+    // Nearer than half of the smaller spacing of two is nearer than half of the largest here.
+    let window = NEAREST * b.iter().map(|p| p.1).fold(0.0, f64::max);
     let mut first = 0;
     for (x, spacing) in &a {
-        let window = NEAREST * spacing.max(reach);
-        while first < b.len() && b[first].0[0] < x[0] - NEAREST * reach.max(*spacing) - window {
+        while first < b.len() && b[first].0[0] < x[0] - window {
             first += 1;
         }
         for (y, other) in b[first..].iter().take_while(|p| p.0[0] <= x[0] + window) {
@@ -213,6 +213,24 @@ pub fn frame(bodies: &[Body], states: &[State], center: Option<[f64; 3]>, factor
     }
 }
 
+/// Coordinates have to tell particles apart, by this part of their spacing.
+const RESOLVED: f64 = 1e-3;
+
+/// Refuses bodies so far away that rounding moves their particles.
+fn refuse_unresolved(bodies: &[Body], states: &[State], frame: &Frame) -> Result<()> {
+    for (body, state) in bodies.iter().zip(states) {
+        let reach = state.position.iter().chain(&frame.edges).fold(0.0_f64, |m, v| m.max(v.abs()));
+        let spacing = body.spacings().into_iter().filter(|s| *s > 0.0).fold(f64::INFINITY, f64::min);
+        if !(reach * f64::EPSILON < RESOLVED * spacing) {
+            let problem = format!(
+                "has particles {spacing:.3e} apart, which coordinates of {reach:.3e} do not tell apart; bring the bodies nearer"
+            );
+            return Err(Error::scene(format!("bodies[{}].position", body.title), problem));
+        }
+    }
+    Ok(())
+}
+
 /// What a file says of how it came about.
 pub struct Origin {
     pub units: UnitSystem,
@@ -231,6 +249,7 @@ pub fn assemble(
     frame: &Frame,
     origin: Origin,
 ) -> Result<(ParticleFile, Vec<String>)> {
+    refuse_unresolved(&bodies, states, frame)?;
     let d = bodies.first().map_or(3, |b| b.dimension);
     let (mut places, mut speeds, mut ids) = (Vec::new(), Vec::new(), Vec::new());
     for (index, (body, state)) in bodies.iter().zip(states).enumerate() {

@@ -20,6 +20,7 @@ use crate::output::particle_file::provenance;
 use crate::relaxation::{Control, StopReason};
 use crate::scene::{BoundaryName, Conversion, DEFAULT_PARTICLES, OrbitInput, Quantity, Scene, in_body, values};
 use sph_formats::{FormatSpec, ParticleFile, UnitDimension, UnitSystem};
+use std::path::Path;
 use std::time::Instant;
 
 const GRAVITY: UnitDimension = UnitDimension::new(3, -1, -2, 0);
@@ -31,6 +32,7 @@ struct Estimate {
     /// In cgs where there are units.
     mass: f64,
     dimension: usize,
+    is_radial: bool,
     units: RunUnits,
 }
 
@@ -49,11 +51,20 @@ pub fn place_bodies(
         return Err(Error::scene("bodies", "are none; a scene without them is placed by itself"));
     }
     let title = |i: usize| scene.bodies[i].title(i);
-    let estimates = (0..scene.bodies.len())
-        .map(|i| estimate(&scene.of_body(i, None), formats).map_err(|e| in_body(&title(i), e)))
-        .collect::<Result<Vec<_>>>()?;
+    let estimated = |counts: &[Option<usize>]| -> Result<Vec<Estimate>> {
+        let one = |(i, n): (usize, &Option<usize>)| {
+            estimate(&scene.of_body(i, *n), formats).map_err(|e| in_body(&title(i), e))
+        };
+        counts.iter().enumerate().map(one).collect()
+    };
+    let estimates = estimated(&vec![None; scene.bodies.len()])?;
     let common = Common::new(scene, &estimates)?;
-    let counts = common.counts(scene, &estimates)?;
+    let mut counts = common.counts(scene, &estimates)?;
+    if estimates.iter().any(|e| e.is_radial) {
+        // How much of an atmosphere is cut depends on the number of particles.
+        let again = estimated(&counts.iter().map(|n| Some(*n)).collect::<Vec<_>>())?;
+        counts = common.counts(scene, &again)?;
+    }
     let mut placed: Vec<Placed> = Vec::new();
     for (i, count) in counts.iter().enumerate() {
         let mut alone = scene.of_body(i, Some(*count));
@@ -62,7 +73,9 @@ pub fn place_bodies(
         let same = placed.iter().find(|other| other.alone == alone);
         let next = match same {
             Some(same) => same.clone(),
-            None => Placed::new(alone, formats, control).map_err(|e| in_body(&title(i), e))?,
+            None => {
+                Placed::new(alone, scene.cache.as_deref(), (formats, control)).map_err(|e| in_body(&title(i), e))?
+            }
         };
         placed.push(next);
     }
@@ -158,13 +171,13 @@ struct Placed {
 }
 
 impl Placed {
-    /// From the scene's cache, or anew.
-    fn new(alone: Scene, formats: &[FormatSpec], control: &Control<'_>) -> Result<Self> {
+    /// From the folder `cache`, or anew.
+    fn new(alone: Scene, cache: Option<&Path>, (formats, control): (&[FormatSpec], &Control<'_>)) -> Result<Self> {
         let format = match alone.output.file.as_deref() {
             Some(output) => output_format(&alone, formats, output)?.name,
             None => "",
         };
-        let recipe = alone.cache.as_deref().map(|folder| Ok::<_, Error>((Recipe::new(&alone, format)?, folder)));
+        let recipe = cache.map(|folder| Ok::<_, Error>((Recipe::new(&alone, format)?, folder)));
         let recipe = recipe.transpose()?;
         if let Some(body) = recipe.as_ref().and_then(|(recipe, folder)| recipe.find(folder)) {
             return Ok(Self { alone, body, is_cached: true });
@@ -185,13 +198,17 @@ fn estimate(scene: &Scene, formats: &[FormatSpec]) -> Result<Estimate> {
     let dimension = ingest::dimension(scene, &raw)?;
     let count = scene.particles.unwrap_or(DEFAULT_PARTICLES);
     let conversion = units.into_input();
-    let mass = match dimension {
-        1 => Prepared::<1>::new(scene, formats, (raw, &conversion), count)?.mass.value,
-        2 => Prepared::<2>::new(scene, formats, (raw, &conversion), count)?.mass.value,
-        _ => Prepared::<3>::new(scene, formats, (raw, &conversion), count)?.mass.value,
+    let (mass, is_radial) = match dimension {
+        1 => weighed(&Prepared::<1>::new(scene, formats, (raw, &conversion), count)?),
+        2 => weighed(&Prepared::<2>::new(scene, formats, (raw, &conversion), count)?),
+        _ => weighed(&Prepared::<3>::new(scene, formats, (raw, &conversion), count)?),
     };
     let unit = units.input.map_or(1.0, |u| u.density * u.length.powi(dimension as i32));
-    Ok(Estimate { mass: mass * unit, dimension, units })
+    Ok(Estimate { mass: mass * unit, dimension, is_radial, units })
+}
+
+fn weighed<const D: usize>(prepared: &Prepared<D>) -> (f64, bool) {
+    (prepared.mass.value, prepared.source.radial.is_some())
 }
 
 /// What all bodies have in common.

@@ -2,6 +2,7 @@
 
 use super::orbit::Relative;
 use super::report::Report;
+use crate::output::particle_file::MOVED;
 use crate::relaxation::StopReason;
 use serde::{Deserialize, Serialize};
 use std::fmt::Write;
@@ -83,7 +84,8 @@ impl BodyFigures {
             force_noise: report.noise.all,
             net_force: report.balance.as_ref().map(|b| b.all),
             misplaced: report.misplaced().map(|r| (r.found, r.wanted)),
-            notes: report.notes.clone(),
+            // Among others it is moved again.
+            notes: report.notes.iter().filter(|note| !note.starts_with(MOVED)).cloned().collect(),
         }
     }
 }

@@ -73,7 +73,7 @@ impl Recipe {
     /// # Errors
     /// An input that cannot be read.
     pub fn new(alone: &Scene, format: &str) -> Result<Self> {
-        let mut scene = Scene { cache: None, ..alone.clone() };
+        let mut scene = alone.clone();
         // What only says how the file of all bodies is written.
         let written = std::mem::take(&mut scene.output);
         (scene.output.units, scene.output.box_factor) = (written.units, written.box_factor);

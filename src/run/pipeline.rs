@@ -124,7 +124,7 @@ impl Run<'_> {
         let count = self.scene.particles.unwrap_or(DEFAULT_PARTICLES);
         let prepared = Prepared::<D>::new(self.scene, self.formats, (raw, &self.units.into_input()), count)?;
         self.notes.extend(prepared.notes.iter().cloned());
-        let regions = prepared.target().find_regions();
+        let regions = prepared.target().find_regions(self.scene.region_contrast);
         let target = prepared.target().with_regions(regions.as_ref());
         self.lap(Step::Interpolate, lap, None);
         let (hydrostatics, unsure) = Hydrostatics::new(self.scene, &prepared, &self.units)?;

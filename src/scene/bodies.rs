@@ -1,7 +1,8 @@
 //! Several bodies in one scene, and the orbit of two of them.
 
 use super::{
-    BalanceInput, DomainInput, FieldsInput, Input, MaterialLayer, Polish, Quantity, ResolutionInput, Scene, Thermal,
+    BalanceInput, BoundaryName, DomainInput, FieldsInput, Input, MaterialLayer, Polish, Quantity, ResolutionInput,
+    Scene, Thermal, TurbulenceInput,
 };
 use crate::error::{Error, Result};
 use crate::seeding::Seeding;
@@ -30,6 +31,8 @@ pub struct BodyInput {
     pub balance: Option<BalanceInput>,
     #[serde(skip_serializing_if = "FieldsInput::is_empty")]
     pub fields: FieldsInput,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub turbulence: Option<TurbulenceInput>,
     #[serde(skip_serializing_if = "Option::is_none")]
     pub thermal: Option<Thermal>,
     #[serde(skip_serializing_if = "Vec::is_empty")]
@@ -175,11 +178,13 @@ impl Scene {
             polish: body.polish.or(self.polish),
             balance: body.balance.clone().or_else(|| self.balance.clone()),
             fields: body.fields.clone(),
+            turbulence: body.turbulence.clone(),
             thermal: body.thermal.clone().unwrap_or_else(|| self.thermal.clone()),
             material: body.material.clone(),
             bodies: Vec::new(),
             orbit: None,
             particle_mass: None,
+            cache: None,
             ..self.clone()
         };
         alone.output.parameters = false;
@@ -205,6 +210,7 @@ impl Scene {
         for (key, is_given) in [
             ("resolution", self.resolution.is_some()),
             ("fields", !self.fields.is_empty()),
+            ("turbulence", self.turbulence.is_some()),
             ("material", !self.material.is_empty()),
             ("motion", self.motion != super::Motion::default()),
             ("checkpoint", !self.checkpoint.is_default()),
@@ -219,6 +225,10 @@ impl Scene {
         for (i, body) in self.bodies.iter().enumerate() {
             self.of_body(i, None).validate().map_err(|e| in_body(&body.title(i), e))?;
             let key = |name: &str| format!("bodies[{}].{name}", body.title(i));
+            if body.domain.boundary.contains(&BoundaryName::Periodic) {
+                let problem = "is periodic, but a body ends somewhere; the box of all of them is the scene's `domain`";
+                return Err(Error::scene(key("domain.boundary"), problem));
+            }
             super::check_all(&key("position"), &body.position, UnitDimension::LENGTH)?;
             super::check_all(&key("velocity"), &body.velocity, UnitDimension::VELOCITY)?;
             super::check_all(&key("spin"), &body.spin, UnitDimension::RATE)?;

@@ -44,6 +44,8 @@ impl Scene {
         }
         all.extend(self.orbit.iter().flat_map(|o| o.quantities()).map(|(key, q, d)| (key.to_owned(), q, d)));
         all.extend(one("particle_mass", self.particle_mass.as_ref(), UnitDimension::MASS));
+        let turbulent = self.turbulence.as_ref().and_then(|t| t.rms_velocity.as_ref());
+        all.extend(one("turbulence.rms_velocity", turbulent, speed));
         all.extend(each("motion.bulk", &self.motion.bulk, speed));
         all.extend(each("motion.rotation", &self.motion.rotation, UnitDimension::RATE));
         let energy = self.thermal.internal_energy.as_ref();

@@ -12,6 +12,7 @@ mod input;
 mod profile;
 mod quantity;
 mod stages;
+mod turbulence;
 mod units;
 
 pub use balance::{BalanceInput, EquationOfState, GravityName};
@@ -23,6 +24,7 @@ pub use input::{Atmosphere, Input, InterpolationName, MissingValues, StaggeringN
 pub use profile::ProfileInput;
 pub use quantity::{Conversion, Quantity, check_all, values};
 pub use stages::{AfcInput, AlaricInput, CheckpointInput, Polish, SolverInput, WvtInput};
+pub use turbulence::TurbulenceInput;
 pub use units::system_of;
 
 use crate::codes::{SHEETS, TargetCode};
@@ -65,6 +67,10 @@ pub struct Scene {
     /// 4.96).
     #[serde(skip_serializing_if = "Option::is_none")]
     pub neighbors: Option<f64>,
+    /// Ratio of densities across a discontinuity from which the regions on its sides are relaxed one by one, each as if it went
+    /// on beyond: 7.4 by default. Less, as 1.5, for contact discontinuities.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub region_contrast: Option<f64>,
     pub wvt: WvtInput,
     /// What follows WVT; by default the density solver where time and memory allow.
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -93,6 +99,8 @@ pub struct Scene {
     /// What particles carry beside their mass, as expressions: beside a file's columns, or in their place.
     #[serde(skip_serializing_if = "FieldsInput::is_empty")]
     pub fields: FieldsInput,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub turbulence: Option<TurbulenceInput>,
     pub motion: Motion,
     pub thermal: Thermal,
     /// Materials by distance from the center, from the inside outward; over carried ones.
@@ -420,6 +428,9 @@ impl Scene {
                 format!("is {}, expected at most 1: steps shrink", self.wvt.final_step),
             ));
         }
+        if let Some(ratio) = self.region_contrast.filter(|r| !(r.is_finite() && *r > 1.0)) {
+            return Err(Error::scene("region_contrast", format!("is {ratio}, expected a ratio of densities above 1")));
+        }
         self.alaric.validate()?;
         self.afc.validate()?;
         if let Some(t) = self.trim_masses.filter(|t| !(*t > 0.0 && *t < 1.0)) {
@@ -457,6 +468,7 @@ impl Scene {
         if !(self.thermal.gamma.is_finite() && self.thermal.gamma > 1.0) {
             return Err(Error::scene("thermal.gamma", format!("is {}, expected more than 1", self.thermal.gamma)));
         }
+        self.turbulence.as_ref().map_or(Ok(()), TurbulenceInput::validate)?;
         self.fields.validate()
     }
 

@@ -121,13 +121,13 @@ mod tests {
         *Emden { dimension: d, source: &source, center: 1.0, end: End::Surface(0.0) }.solve().unwrap().last().unwrap()
     }
 
-    /// Chandrasekhar (1939), table 4: xi_1 and -xi_1^2 theta'(xi_1); n = 0 and 1 in closed form.
+    /// Chandrasekhar (1939), table 4: xi_1 and -xi_1^2 theta'(xi_1); n = 0 and 1 in closed form, 0.5 as in Horedt (1986, Ap&SS 126, 357).
     #[test]
     fn polytropes_end_where_tables_say() {
         let pi = std::f64::consts::PI;
         for (n, surface, mass) in [
             (0.0, 6f64.sqrt(), 2.0 * 6f64.sqrt()),
-            (0.5, 2.7527, 3.7871),
+            (0.5, 2.752_70, 3.788_65),
             (1.0, pi, pi),
             (1.5, 3.65375, 2.71406),
             (2.0, 4.35287, 2.41105),

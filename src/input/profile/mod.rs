@@ -25,7 +25,14 @@ use table::Table;
 /// Numbers that make no body.
 pub(crate) fn field(scene: &Scene, profile: &ProfileInput) -> Result<RawField> {
     let d = scene.input.dimension.unwrap_or(3);
-    let has_text = profile.quantities(d).iter().any(|(_, q, _)| matches!(q, Quantity::Text(_)));
+    let quantities = profile.quantities(d);
+    let has_text = quantities.iter().any(|(_, q, _)| matches!(q, Quantity::Text(_)));
+    let plain = quantities.iter().find(|(_, q, _)| matches!(q, Quantity::Plain(_)));
+    if let (true, Some((name, value, _)), None) = (has_text, plain, scene.stated_units()?) {
+        let problem =
+            format!("is {value} beside numbers with units; write its unit, or state `units`, as in `units: solar`");
+        return Err(Error::scene(key(profile.name(), name), problem));
+    }
     let is_of_nature = matches!(profile, ProfileInput::WhiteDwarf { .. });
     let own = (has_text || is_of_nature).then(UnitSystem::cgs);
     let conversion = Conversion { from: scene.stated_units()?.or(own), to: UnitSystem::cgs() };
