@@ -8,11 +8,13 @@
 
 mod architecture;
 mod balance;
+mod bodies;
 mod cli;
 mod compare;
 mod convert;
 mod domain;
 mod extreme;
+mod fields;
 mod figures;
 mod marks;
 mod mass_in_place;
@@ -22,10 +24,13 @@ mod paper;
 mod parity;
 mod pipeline;
 mod plan;
+mod profile_inputs;
 mod real_inputs;
 mod resample;
 mod resume;
+mod scenes;
 mod seeding;
 mod stages;
 mod sums;
 mod support;
+mod units;

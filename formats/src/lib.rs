@@ -16,6 +16,7 @@
 pub mod error;
 mod limits;
 pub mod model;
+pub mod nearest;
 pub mod output;
 pub mod particle_names;
 pub mod registry;
@@ -44,6 +45,7 @@ pub use model::{
     Cells, Column, Coordinates, Geometry, GridAxis, Location, ParticleFile, ParticleTable, RawField, RunHeader,
     Species, Values, Variable,
 };
+pub use nearest::{did_you_mean, nearest};
 pub use registry::{Capabilities, FieldRequest, FileContent, FormatSpec, Match, WriteOptions, plain_name, read, write};
 pub use units::{Unit, UnitDimension, UnitSystem};
 

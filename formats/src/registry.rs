@@ -2,6 +2,8 @@
 
 use crate::error::{FormatError, Result};
 use crate::model::{ParticleFile, RawField};
+use crate::nearest::did_you_mean;
+use crate::units::Unit;
 use std::fs::File;
 use std::io::{Read, Seek, SeekFrom};
 use std::path::Path;
@@ -44,8 +46,10 @@ pub struct FieldRequest {
     pub optional: Vec<String>,
     /// Record of a time axis: a value of the time coordinate (the nearest record is taken and named in a note).
     pub time: Option<f64>,
-    /// Radius of the planet from whose surface depth or height counts, in the unit of that axis; over the file's own.
+    /// Radius of the planet from whose surface depth or height counts, over the file's own.
     pub planet_radius: Option<f64>,
+    /// Its unit; `None` is that of the axis.
+    pub planet_radius_unit: Option<Unit>,
 }
 
 impl FieldRequest {
@@ -316,10 +320,10 @@ fn read_tail(path: &Path, bytes: usize, skip: usize) -> Result<Vec<u8>> {
 }
 
 fn by_name<'a>(formats: &'a [FormatSpec], path: &Path, name: &str) -> Result<&'a FormatSpec> {
-    formats
-        .iter()
-        .find(|f| f.name == name)
-        .ok_or_else(|| detection(path, format!("there is no format '{name}'; known are {}", names(formats.iter()))))
+    formats.iter().find(|f| f.name == name).ok_or_else(|| {
+        let hint = did_you_mean(name, formats.iter().map(|f| f.name));
+        detection(path, format!("there is no format '{name}'; known are {}{hint}", names(formats.iter())))
+    })
 }
 
 fn extension(path: &Path) -> Option<String> {

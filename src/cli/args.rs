@@ -2,7 +2,7 @@
 
 use crate::compare::DEFAULT;
 use crate::error::Result;
-use crate::scene::Scene;
+use crate::scene::{Scene, parse_count};
 use clap::{Parser, Subcommand};
 use std::path::PathBuf;
 
@@ -226,6 +226,9 @@ pub struct RunArgs {
     /// Keep what a long run can go on from in FILE, every few minutes, on Ctrl-C and at the time limit.
     #[arg(long, value_name = "FILE")]
     checkpoint: Option<PathBuf>,
+    /// Keep placed bodies in FOLDER, and take them from there: another orbit of the same bodies takes no time.
+    #[arg(long, value_name = "FOLDER")]
+    cache: Option<PathBuf>,
     /// Go on from a checkpoint of the same scene, to the same bytes; FILE is also the next one's, unless
     /// --checkpoint names another.
     #[arg(long, value_name = "FILE")]
@@ -244,14 +247,11 @@ pub struct RunArgs {
     pub json: bool,
 }
 
-/// Accepts 100000, 1e5 and 100_000.
+/// Accepts 100000, 1e5, 100_000 and 100k.
 fn count(text: &str) -> std::result::Result<usize, String> {
-    let plain = text.replace('_', "");
-    let value: f64 = plain.parse().map_err(|_| format!("'{text}' is no number"))?;
-    if value >= 1.0 && value.fract() == 0.0 && value <= f64::from(u32::MAX) {
-        Ok(value as usize)
-    } else {
-        Err(format!("expected a whole number from 1 to {}", u32::MAX))
+    match parse_count(text)? {
+        value if value >= 1 && value <= u32::MAX as usize => Ok(value),
+        _ => Err(format!("expected a whole number from 1 to {}", u32::MAX)),
     }
 }
 
@@ -307,6 +307,7 @@ impl RunArgs {
         let mut scene = self.scene.as_deref().map_or_else(|| Ok(Scene::default()), Scene::load)?;
         if self.input.is_some() {
             scene.input.expression = None;
+            scene.input.profile = None;
         }
         overlay(&mut scene.input.file, &self.input);
         overlay(&mut scene.input.format, &self.format);
@@ -331,6 +332,7 @@ impl RunArgs {
         overlay(&mut scene.wvt.iterations, &self.iterations);
         overlay(&mut scene.polish, &self.polish);
         scene.output.on_interrupt = self.on_interrupt.unwrap_or(scene.output.on_interrupt);
+        overlay(&mut scene.cache, &self.cache);
         overlay(&mut scene.checkpoint.file, &self.resume);
         overlay(&mut scene.checkpoint.file, &self.checkpoint);
         overlay(&mut scene.checkpoint.resume, &self.resume);

@@ -10,7 +10,8 @@ use crate::field::{CarriedField, RadialSource, ScalarField};
 use crate::input::ingest::InputUnits;
 use crate::input::internal_units::Prepared;
 use crate::input::roles::standard_name;
-use crate::scene::{BalanceInput, EquationOfState, GravityName, Scene};
+use crate::input::units::RunUnits;
+use crate::scene::{BalanceInput, GravityName, Scene};
 use crate::target::Equilibrium;
 use sph::domain::{Domain, Region};
 use sph::geometry::distance;
@@ -68,20 +69,20 @@ impl<'a, const D: usize> Hydrostatics<'a, D> {
     pub(crate) fn new(
         scene: &Scene,
         prepared: &'a Prepared<D>,
-        units: Option<InputUnits>,
+        units: &RunUnits,
     ) -> Result<(Option<Self>, Option<String>)> {
         if scene.balance.is_some() {
             let known = Self::known(scene, prepared, units)?.ok_or_else(no_pressure)?;
-            return match known.contradiction(scene, prepared, units)? {
+            return match known.contradiction(scene, prepared, units.input)? {
                 Some(why) => Err(Error::scene("balance", why)),
                 None => Ok((Some(known), None)),
             };
         }
-        if units.is_none() || D < 3 || prepared.source.radial.is_none() {
+        if units.input.is_none() || D < 3 || prepared.source.radial.is_none() {
             return Ok((None, None));
         }
         let checked = Self::known(scene, prepared, units).and_then(|known| match known {
-            Some(known) => Ok((known.contradiction(scene, prepared, units)?, Some(known))),
+            Some(known) => Ok((known.contradiction(scene, prepared, units.input)?, Some(known))),
             None => Ok((None, None)),
         });
         Ok(match checked {
@@ -113,7 +114,7 @@ impl<'a, const D: usize> Hydrostatics<'a, D> {
         units: Option<InputUnits>,
     ) -> Result<Option<String>> {
         let options = scene.balance.clone().unwrap_or_default();
-        let (Some(energy), None) = (carried(prepared, names::INTERNAL_ENERGY), options.equation_of_state) else {
+        let (Some(energy), None) = (carried(prepared, names::INTERNAL_ENERGY), &options.equation_of_state) else {
             return Ok(None);
         };
         let Some(radial) = prepared.source.radial.as_ref().filter(|_| self.own_center().is_some()) else {
@@ -145,11 +146,11 @@ impl<'a, const D: usize> Hydrostatics<'a, D> {
         )))
     }
 
-    fn known(scene: &Scene, prepared: &'a Prepared<D>, units: Option<InputUnits>) -> Result<Option<Self>> {
+    fn known(scene: &Scene, prepared: &'a Prepared<D>, units: &RunUnits) -> Result<Option<Self>> {
         let options = scene.balance.clone().unwrap_or_default();
-        let scale = Scale::new::<D>(prepared, units, scene, &options);
+        let scale = Scale::new::<D>(prepared, units.input, scene, &options);
         let gravity = gravity(&options, prepared)?;
-        let Some(pressure) = pressure(scene, &options, prepared, &scale, &gravity, units.is_some())? else {
+        let Some(pressure) = pressure(scene, &options, prepared, &scale, &gravity, units)? else {
             return Ok(None);
         };
         Ok(Some(Self {
@@ -306,27 +307,21 @@ fn pressure<'a, const D: usize>(
     prepared: &'a Prepared<D>,
     scale: &Scale,
     gravity: &Gravity<'_, D>,
-    units_known: bool,
+    units: &RunUnits,
 ) -> Result<Option<Pressure<'a, D>>> {
-    match options.equation_of_state {
-        Some(EquationOfState::Polytrope { constant, gamma }) => {
+    let units_known = units.input.is_some();
+    if let Some(state) = &options.equation_of_state {
+        if let Some((constant, gamma)) = state.power_law(&units.into_cgs())? {
             let constant = constant * scale.density.powf(gamma) / scale.pressure;
             return Ok(Some(Pressure::Power { constant, gamma }));
         }
-        Some(EquationOfState::Isothermal { sound_speed }) => {
-            let constant = sound_speed * sound_speed / scale.specific_energy;
-            return Ok(Some(Pressure::Power { constant, gamma: 1.0 }));
-        }
-        Some(EquationOfState::AtRest) => {
-            return match gravity {
-                Gravity::Enclosed(radial) => Ok(Some(Pressure::AtRest(AtRest::new(radial)))),
-                _ => Err(Error::scene(
-                    "balance.equation_of_state",
-                    "is at-rest, which integrates the weight of a radial profile under its own gravity",
-                )),
-            };
-        }
-        None => {}
+        return match gravity {
+            Gravity::Enclosed(radial) => Ok(Some(Pressure::AtRest(AtRest::new(radial)))),
+            _ => Err(Error::scene(
+                "balance.equation_of_state",
+                "is at-rest, which integrates the weight of a radial profile under its own gravity",
+            )),
+        };
     }
     if let Some(field) = carried(prepared, names::PRESSURE) {
         let unit = to_cgs(field, UnitDimension::PRESSURE, units_known)?;

@@ -3,8 +3,10 @@
 use crate::error::{Error, Result};
 use crate::field::{MassEstimate, ScalarField, Source, in_units_of, total_mass};
 use crate::input::atmosphere;
+use crate::input::fields;
 use crate::input::ingest::{self, RawInput};
-use crate::scene::{Atmosphere, Scene};
+use crate::input::units::RunUnits;
+use crate::scene::{Atmosphere, Conversion, Scene};
 use crate::target::{Resolution, Target};
 use sph_formats::FormatSpec;
 
@@ -27,12 +29,29 @@ pub(crate) struct Prepared<const D: usize> {
 }
 
 impl<const D: usize> Prepared<D> {
-    /// Source, atmosphere cut for `count` particles, mass, and the change to internal units.
+    /// [`Prepared::new`] of the scene's input, read now.
+    ///
+    /// # Errors
+    /// What the reader says, and as for [`Prepared::new`].
+    pub fn read(scene: &Scene, formats: &[FormatSpec], count: usize) -> Result<Self> {
+        let raw = ingest::read(scene, formats)?;
+        let units = RunUnits::new(scene, ingest::units(scene, &raw, &mut Vec::new())?)?;
+        Self::new(scene, formats, (raw, &units.into_input()), count)
+    }
+
+    /// Source, atmosphere cut for `count` particles, mass, and the change to internal units. `conversion` leads from the
+    /// scene's plain numbers to those of the input.
     ///
     /// # Errors
     /// A field that is no density, or one without a positive finite mass.
-    pub fn new(scene: &Scene, formats: &[FormatSpec], raw: RawInput, count: usize) -> Result<Self> {
-        let mut source = ingest::source::<D>(scene, raw)?;
+    pub fn new(
+        scene: &Scene,
+        formats: &[FormatSpec],
+        (raw, conversion): (RawInput, &Conversion),
+        count: usize,
+    ) -> Result<Self> {
+        let source = ingest::source::<D>(scene, raw, conversion)?;
+        let mut source = fields::attach(scene, source, conversion)?;
         let keep = scene.input.atmosphere == Atmosphere::Keep || scene.has_own_resolution();
         let atmosphere = atmosphere::cut(&mut source, count, keep);
         let largest_spacing = atmosphere.as_ref().map_or(f64::INFINITY, |a| a.largest_spacing);
@@ -43,7 +62,8 @@ impl<const D: usize> Prepared<D> {
         };
         let length = source.domain.size();
         let density = density_factor::<D>(mass.value, length)?;
-        let resolution = ingest::resolution(scene, formats, &source.domain)?.map(|field| in_units_of(length, field));
+        let resolution = ingest::resolution(scene, formats, &source.domain, conversion)?;
+        let resolution = resolution.map(|field| in_units_of(length, field));
         let source = source.scaled(1.0 / length, density);
         let resolution_integral = match &resolution {
             None => 1.0,

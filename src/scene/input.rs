@@ -1,5 +1,6 @@
 //! The `input` section of a scene.
 
+use super::{ProfileInput, Quantity};
 use serde::{Deserialize, Serialize};
 use std::path::PathBuf;
 
@@ -12,6 +13,9 @@ pub struct Input {
     /// Density as an expression in x, y, z and r (distance from the domain's center), instead of a file.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub expression: Option<String>,
+    /// A body from its physics, instead of a file.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub profile: Option<ProfileInput>,
     /// Name of the format where it cannot be told from the file.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub format: Option<String>,
@@ -40,9 +44,9 @@ pub struct Input {
     #[serde(skip_serializing_if = "Option::is_none")]
     pub density_unit: Option<String>,
     pub atmosphere: Atmosphere,
-    /// Radius of the planet from whose surface a grid's depth or height counts, in the unit of that axis.
+    /// Radius of the planet from whose surface a grid's depth or height counts; a plain number is in the unit of that axis.
     #[serde(skip_serializing_if = "Option::is_none")]
-    pub planet_radius: Option<f64>,
+    pub planet_radius: Option<Quantity>,
 }
 
 /// Interpolation on grids.

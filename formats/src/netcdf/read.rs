@@ -166,7 +166,7 @@ impl Layout {
                 }
             }
         }
-        let geometry = geometry(file, density, &mut axes, request.planet_radius, notes)?;
+        let geometry = geometry(file, density, &mut axes, request, notes)?;
         let record = match time {
             Some((name, length)) => Some(find_record(file, &name, length, request, notes)?),
             None if request.time.is_some() => {
