@@ -12,6 +12,8 @@ pub const DENSITY: &str = "Density";
 /// Internal energy per mass.
 pub const INTERNAL_ENERGY: &str = "InternalEnergy";
 pub const PRESSURE: &str = "Pressure";
+/// Three components, in the units of the input.
+pub const MAGNETIC_FIELD: &str = "MagneticField";
 pub const TEMPERATURE: &str = "Temperature";
 /// 1 ... N, in output order.
 pub const PARTICLE_IDS: &str = "ParticleIDs";
