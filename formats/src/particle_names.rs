@@ -12,7 +12,7 @@ pub const DENSITY: &str = "Density";
 /// Internal energy per mass.
 pub const INTERNAL_ENERGY: &str = "InternalEnergy";
 pub const PRESSURE: &str = "Pressure";
-/// Magnetic flux density, three components.
+/// Magnetic flux density, three components, in the units of the input.
 pub const MAGNETIC_FIELD: &str = "MagneticField";
 pub const TEMPERATURE: &str = "Temperature";
 /// 1 ... N, in output order.

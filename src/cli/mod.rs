@@ -78,6 +78,9 @@ fn run(args: &RunArgs) -> crate::Result<ExitCode> {
     let result = pipeline::run(&scene, FORMATS, &control);
     progress.finish();
     let report = result?;
+    if args.json || args.quiet {
+        report.warnings.iter().for_each(|warning| eprintln!("warning: {warning}"));
+    }
     if args.json {
         print(&format!("{}\n", report.json()))?;
     } else if !args.quiet {

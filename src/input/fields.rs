@@ -370,7 +370,7 @@ impl<const D: usize> Maker<D> {
     fn field(&self, name: &str, dimension: UnitDimension, components: usize, rule: Rule<D>) -> StatedField<D> {
         let unit = |s: UnitSystem| Unit { symbol: s.symbol(dimension), to_cgs: s.to_cgs(dimension), dimension };
         let unit = self.system.filter(|_| dimension != UnitDimension::NONE).map(unit);
-        let info = CarriedInfo { name: name.to_owned(), unit, components };
+        let info = CarriedInfo { name: standard_name(name).to_owned(), unit, components };
         StatedField { info, variables: Arc::clone(&self.variables), rule }
     }
 

@@ -11,6 +11,8 @@ use std::path::Path;
 pub struct Destination<'a> {
     path: &'a Path,
     format: &'a FormatSpec,
+    /// Whether an older file is there.
+    replaces: bool,
 }
 
 impl<'a> Destination<'a> {
@@ -26,7 +28,12 @@ impl<'a> Destination<'a> {
         if let Some(code) = scene.code().filter(|_| scene.output.parameters) {
             parameters::refuse_overwriting(code, path)?;
         }
-        Ok(Self { path, format })
+        let replaces = path.exists();
+        if replaces && scene.output.no_clobber {
+            let problem = format!("'{}' is there already, and --no-clobber is set; name another", path.display());
+            return Err(Error::scene("output.file", problem));
+        }
+        Ok(Self { path, format, replaces })
     }
 
     /// Refuses to write over what `scene` reads.
@@ -47,6 +54,9 @@ impl<'a> Destination<'a> {
             WriteOptions { compression: scene.output.compression, double_precision: scene.output.double_precision };
         sph_formats::write(formats, self.path, Some(self.format.name), file, options)?;
         let mut notes = Vec::new();
+        if self.replaces {
+            notes.push(format!("an older '{}' was replaced (--no-clobber refuses that)", self.path.display()));
+        }
         if let Some(code) = scene.code().filter(|_| scene.output.parameters) {
             for (path, text) in parameters::files(code, self.path, file)? {
                 write_text(&path, &text)?;

@@ -11,27 +11,32 @@ mod fields;
 mod input;
 mod profile;
 mod quantity;
+mod role;
 mod stages;
+mod systems;
 mod turbulence;
 mod units;
+mod yaml;
 
 pub use balance::{BalanceInput, EquationOfState, GravityName};
 pub(crate) use bodies::in_body;
 pub use bodies::{BodyInput, OrbitInput};
 pub use count::parse_count;
 pub use fields::{FieldValue, FieldsInput, Term};
-pub use input::{Atmosphere, Input, InterpolationName, MissingValues, StaggeringName};
+pub use input::{Atmosphere, CenteringName, Input, InterpolationName, MissingValues, StaggeringName};
 pub use profile::ProfileInput;
 pub use quantity::{Conversion, Quantity, check_all, values};
+pub use role::{Part, Role, Vector, parse_mapping};
 pub use stages::{AfcInput, AlaricInput, CheckpointInput, Polish, SolverInput, WvtInput};
+pub use systems::system_of;
 pub use turbulence::TurbulenceInput;
-pub use units::system_of;
 
 use crate::codes::{SHEETS, TargetCode};
 use crate::error::{Error, Result};
 use crate::seeding::Seeding;
 use serde::{Deserialize, Serialize};
 use sph::kernel::{KernelName, default_kernel_neighbors};
+use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
 /// One run.
@@ -43,6 +48,9 @@ pub struct Scene {
     /// those of the input. They are also those of an expression, and of a file that states none.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub units: Option<String>,
+    /// What variables of the input are, where their names do not say it: `{vel1: velocity-x, E: none}`.
+    #[serde(skip_serializing_if = "BTreeMap::is_empty")]
+    pub map: BTreeMap<String, Role>,
     /// Where the particle number density follows a field of its own; masses then vary.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub resolution: Option<ResolutionInput>,
@@ -78,8 +86,8 @@ pub struct Scene {
     pub alaric: AlaricInput,
     pub solver: SolverInput,
     pub afc: AfcInput,
-    /// Moves the particles until the pressure force of the target code cancels gravity; off by default.
-    #[serde(skip_serializing_if = "Option::is_none")]
+    /// Moves the particles until the pressure force of the target code cancels gravity; off by default. `true`, or its keys.
+    #[serde(skip_serializing_if = "Option::is_none", deserialize_with = "yaml::switch_or_keys")]
     pub balance: Option<BalanceInput>,
     /// Dynamical times for which the result is followed forward, to see whether it stays still; for a body that its own gravity
     /// holds.
@@ -155,7 +163,7 @@ pub struct DomainInput {
     pub cylinder: Option<CylinderInput>,
     /// One for all axes, or one each; the surface of a ball or hull takes the first, that of a cylinder the first across
     /// its axis. By default open.
-    #[serde(skip_serializing_if = "Vec::is_empty")]
+    #[serde(skip_serializing_if = "Vec::is_empty", deserialize_with = "yaml::one_or_many")]
     pub boundary: Vec<BoundaryName>,
 }
 
@@ -267,6 +275,9 @@ pub struct Output {
     pub units: Option<String>,
     /// Edge of the box of an isolated body over the body's own.
     pub box_factor: f64,
+    /// Whether a file that is there already is refused instead of replaced.
+    #[serde(skip_serializing_if = "std::ops::Not::not")]
+    pub no_clobber: bool,
     /// Deflate level, 0 to 9.
     pub compression: u8,
     pub double_precision: bool,
@@ -294,6 +305,7 @@ impl Default for Output {
             file: None,
             format: None,
             units: None,
+            no_clobber: false,
             box_factor: 4.0,
             compression: 4,
             double_precision: false,
@@ -315,10 +327,7 @@ impl Scene {
     pub fn load(path: &Path) -> Result<Self> {
         let text = std::fs::read_to_string(path)
             .map_err(|e| Error::scene(format!("file '{}'", path.display()), format!("cannot be read: {e}")))?;
-        let mut scene: Self = Self::parse(&text).map_err(|e| match e {
-            Error::Scene { problem, .. } => Error::scene(format!("file '{}'", path.display()), problem),
-            other => other,
-        })?;
+        let mut scene: Self = yaml::parse(&text, &format!("file '{}'", path.display()))?;
         let folder = path.parent().unwrap_or(Path::new(""));
         let own = [Some(&mut scene.input.file), scene.resolution.as_mut().map(|r| &mut r.file)];
         let of_bodies =
@@ -337,7 +346,7 @@ impl Scene {
     /// # Errors
     /// [`Error::Scene`] with line and column.
     pub fn parse(text: &str) -> Result<Self> {
-        serde_saphyr::from_str(text).map_err(|e| Error::scene("document", e.to_string()))
+        yaml::parse(text, "document")
     }
 
     /// The scene as YAML.
@@ -476,6 +485,7 @@ impl Scene {
     }
 
     fn check_output(&self) -> Result<()> {
+        self.output.units.as_deref().map_or(Ok(()), |name| system_of("output.units", name).map(|_| ()))?;
         if !(self.output.box_factor.is_finite() && self.output.box_factor >= 1.0) {
             return Err(Error::scene(
                 "output.box_factor",
