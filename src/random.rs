@@ -10,6 +10,7 @@ pub enum Purpose {
     Measure = 3,
     ShellRotation = 4,
     Parting = 5,
+    Turbulence = 6,
 }
 
 /// The generator of one particle for one purpose.

@@ -13,9 +13,11 @@
 
 #![forbid(unsafe_code)]
 
+mod compressed;
 pub mod error;
 mod limits;
 pub mod model;
+pub mod nearest;
 pub mod output;
 pub mod particle_names;
 pub mod registry;
@@ -44,7 +46,10 @@ pub use model::{
     Cells, Column, Coordinates, Geometry, GridAxis, Location, ParticleFile, ParticleTable, RawField, RunHeader,
     Species, Values, Variable,
 };
-pub use registry::{Capabilities, FieldRequest, FileContent, FormatSpec, Match, WriteOptions, plain_name, read, write};
+pub use nearest::{did_you_mean, nearest};
+pub use registry::{
+    Capabilities, Columns, FieldRequest, FileContent, FormatSpec, Match, WriteOptions, plain_name, read, write,
+};
 pub use units::{Unit, UnitDimension, UnitSystem};
 
 /// Every format of this crate, sorted by name. A format left out of the build is still listed, without its

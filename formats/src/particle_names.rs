@@ -12,6 +12,8 @@ pub const DENSITY: &str = "Density";
 /// Internal energy per mass.
 pub const INTERNAL_ENERGY: &str = "InternalEnergy";
 pub const PRESSURE: &str = "Pressure";
+/// Magnetic flux density, three components, in the units of the input.
+pub const MAGNETIC_FIELD: &str = "MagneticField";
 pub const TEMPERATURE: &str = "Temperature";
 /// 1 ... N, in output order.
 pub const PARTICLE_IDS: &str = "ParticleIDs";
@@ -32,6 +34,7 @@ pub fn standard(name: &str) -> Option<&'static str> {
         "density" | "densities" | "rho" | "massdensity" => DENSITY,
         "internalenergy" | "internalenergies" | "specificenergy" | "specificinternalenergy" | "u" => INTERNAL_ENERGY,
         "pressure" | "pressures" => PRESSURE,
+        "magneticfield" | "bfield" => MAGNETIC_FIELD,
         "temperature" | "temperatures" | "temp" => TEMPERATURE,
         "particleids" | "particleid" | "ids" | "id" => PARTICLE_IDS,
         "materialids" | "materialid" | "material" | "materials" | "matid" => MATERIAL_IDS,

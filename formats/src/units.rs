@@ -3,6 +3,8 @@
 //! Solar and terrestrial values are the nominal ones of IAU 2015 resolution B3 (GM and radii) over the CODATA
 //! 2018 constant of gravity; astronomical unit and parsec are exact (IAU 2012 B2, 2015 B2).
 
+use crate::nearest::nearest;
+
 /// Newton's constant, cm^3 g^-1 s^-2 (CODATA 2018).
 pub const GRAVITATIONAL_CONSTANT_CGS: f64 = 6.674_30e-8;
 /// g.
@@ -13,6 +15,12 @@ pub const SOLAR_RADIUS_CGS: f64 = 6.957e10;
 pub const EARTH_MASS_CGS: f64 = 3.986_004e20 / GRAVITATIONAL_CONSTANT_CGS;
 /// cm, equatorial.
 pub const EARTH_RADIUS_CGS: f64 = 6.378_1e8;
+/// g.
+const JUPITER_MASS_CGS: f64 = 1.266_865_3e23 / GRAVITATIONAL_CONSTANT_CGS;
+/// cm, equatorial.
+const JUPITER_RADIUS_CGS: f64 = 7.149_2e9;
+/// erg/s.
+const SOLAR_LUMINOSITY_CGS: f64 = 3.828e33;
 const AU_CGS: f64 = 1.495_978_707e13;
 const PARSEC_CGS: f64 = 3.085_677_581_491_367_3e18;
 /// CODATA 2018.
@@ -37,6 +45,8 @@ impl UnitDimension {
     pub const VELOCITY: Self = Self::new(1, 0, -1, 0);
     pub const SPECIFIC_ENERGY: Self = Self::new(2, 0, -2, 0);
     pub const PRESSURE: Self = Self::new(-1, 1, -2, 0);
+    /// Per time: an angular velocity.
+    pub const RATE: Self = Self::new(0, 0, -1, 0);
 
     pub const fn new(length: i8, mass: i8, time: i8, temperature: i8) -> Self {
         Self { length, mass, time, temperature }
@@ -45,6 +55,27 @@ impl UnitDimension {
     /// Mass per unit volume in `d` dimensions.
     pub const fn mass_density(d: usize) -> Self {
         Self::new(-(d as i8), 1, 0, 0)
+    }
+
+    /// What is measured so, with its article; `None` for what has no usual name.
+    pub fn name(self) -> Option<&'static str> {
+        Some(match self {
+            Self::NONE => "a pure number",
+            Self::LENGTH => "a length",
+            Self::MASS => "a mass",
+            Self::TIME => "a time",
+            Self::TEMPERATURE => "a temperature",
+            Self::VELOCITY => "a velocity",
+            Self::SPECIFIC_ENERGY => "a specific energy",
+            Self::PRESSURE => "a pressure",
+            Self::RATE => "an angular velocity",
+            ENERGY => "an energy",
+            FORCE => "a force",
+            POWER => "a power",
+            d if d == Self::mass_density(3) => "a density",
+            d if d == Self::mass_density(2) => "a surface density",
+            _ => return None,
+        })
     }
 
     fn raised(self, n: i8) -> Option<Self> {
@@ -153,38 +184,101 @@ fn symbol_value(name: &str) -> Option<(f64, UnitDimension)> {
 }
 
 fn plain_symbol(name: &str) -> Option<(f64, UnitDimension)> {
-    use UnitDimension as D;
-    let energy = D::new(2, 1, -2, 0);
-    let force = D::new(1, 1, -2, 0);
-    Some(match name {
-        "1" | "rad" => (1.0, D::NONE),
-        "m" | "meter" | "meters" | "metre" | "metres" => (1e2, D::LENGTH),
-        "km" | "kilometer" | "kilometers" => (1e5, D::LENGTH),
-        "cm" | "centimeter" | "centimeters" => (1.0, D::LENGTH),
-        "Rsun" | "R_sun" | "Rsol" | "rsun" | "solRad" | "R☉" | "R⊙" => (SOLAR_RADIUS_CGS, D::LENGTH),
-        "Rearth" | "R_earth" | "earthRad" | "R⊕" => (EARTH_RADIUS_CGS, D::LENGTH),
-        "au" | "AU" => (AU_CGS, D::LENGTH),
-        "pc" | "parsec" => (PARSEC_CGS, D::LENGTH),
-        "ly" => (9.460_730_472_580_8e17, D::LENGTH),
-        "g" | "gram" | "grams" | "gm" => (1.0, D::MASS),
-        "kg" | "kilogram" | "kilograms" => (1e3, D::MASS),
-        "Msun" | "M_sun" | "Msol" | "msun" | "solMass" | "M☉" | "M⊙" => (SOLAR_MASS_CGS, D::MASS),
-        "Mearth" | "M_earth" | "earthMass" | "M⊕" => (EARTH_MASS_CGS, D::MASS),
-        "amu" => (ATOMIC_MASS_CGS, D::MASS),
-        "cc" => (1.0, D::new(3, 0, 0, 0)),
-        "s" | "sec" | "second" | "seconds" => (1.0, D::TIME),
-        "day" | "days" => (86_400.0, D::TIME),
-        "yr" | "year" | "years" => (YEAR_CGS, D::TIME),
-        "K" | "kelvin" | "Kelvin" => (1.0, D::TEMPERATURE),
-        "erg" | "ergs" => (1.0, energy),
-        "J" | "joule" | "joules" => (1e7, energy),
-        "dyn" | "dyne" | "dynes" => (1.0, force),
-        "N" => (1e5, force),
-        "Pa" | "pascal" => (10.0, D::PRESSURE),
-        "bar" => (1e6, D::PRESSURE),
-        "Ba" | "barye" => (1.0, D::PRESSURE),
-        _ => return None,
-    })
+    SYMBOLS.iter().find(|s| s.spellings.contains(&name)).map(|s| (s.to_cgs, s.dimension))
+}
+
+/// A unit with a name of its own.
+struct Symbol {
+    /// The first is the one to be recommended.
+    spellings: &'static [&'static str],
+    to_cgs: f64,
+    dimension: UnitDimension,
+}
+
+const fn symbol(spellings: &'static [&'static str], to_cgs: f64, dimension: UnitDimension) -> Symbol {
+    Symbol { spellings, to_cgs, dimension }
+}
+
+const ENERGY: UnitDimension = UnitDimension::new(2, 1, -2, 0);
+const FORCE: UnitDimension = UnitDimension::new(1, 1, -2, 0);
+const POWER: UnitDimension = UnitDimension::new(2, 1, -3, 0);
+
+/// Everything that [`Unit::parse`] knows without a prefix.
+const SYMBOLS: &[Symbol] = &[
+    symbol(&["1", "rad"], 1.0, UnitDimension::NONE),
+    symbol(&["cm", "centimeter", "centimeters"], 1.0, UnitDimension::LENGTH),
+    symbol(&["m", "meter", "meters", "metre", "metres"], 1e2, UnitDimension::LENGTH),
+    symbol(&["km", "kilometer", "kilometers"], 1e5, UnitDimension::LENGTH),
+    symbol(&["Rearth", "R_earth", "earthRad", "R⊕"], EARTH_RADIUS_CGS, UnitDimension::LENGTH),
+    symbol(&["Rjup", "R_jup", "jupiterRad", "RJ"], JUPITER_RADIUS_CGS, UnitDimension::LENGTH),
+    symbol(&["Rsun", "R_sun", "Rsol", "rsun", "solRad", "R☉", "R⊙"], SOLAR_RADIUS_CGS, UnitDimension::LENGTH),
+    symbol(&["au", "AU"], AU_CGS, UnitDimension::LENGTH),
+    symbol(&["ly"], 9.460_730_472_580_8e17, UnitDimension::LENGTH),
+    symbol(&["pc", "parsec"], PARSEC_CGS, UnitDimension::LENGTH),
+    symbol(&["kpc"], 1e3 * PARSEC_CGS, UnitDimension::LENGTH),
+    symbol(&["Mpc"], 1e6 * PARSEC_CGS, UnitDimension::LENGTH),
+    symbol(&["g", "gram", "grams", "gm"], 1.0, UnitDimension::MASS),
+    symbol(&["kg", "kilogram", "kilograms"], 1e3, UnitDimension::MASS),
+    symbol(&["Mearth", "M_earth", "earthMass", "M⊕"], EARTH_MASS_CGS, UnitDimension::MASS),
+    symbol(&["Mjup", "M_jup", "jupiterMass", "MJ"], JUPITER_MASS_CGS, UnitDimension::MASS),
+    symbol(&["Msun", "M_sun", "Msol", "msun", "solMass", "M☉", "M⊙"], SOLAR_MASS_CGS, UnitDimension::MASS),
+    symbol(&["amu"], ATOMIC_MASS_CGS, UnitDimension::MASS),
+    symbol(&["cc"], 1.0, UnitDimension::new(3, 0, 0, 0)),
+    symbol(&["s", "sec", "second", "seconds"], 1.0, UnitDimension::TIME),
+    symbol(&["min", "minute", "minutes"], 60.0, UnitDimension::TIME),
+    // Not `h`, which in `kpc/h` is the Hubble parameter.
+    symbol(&["hr", "hour", "hours"], 3_600.0, UnitDimension::TIME),
+    symbol(&["day", "days"], 86_400.0, UnitDimension::TIME),
+    symbol(&["yr", "year", "years"], YEAR_CGS, UnitDimension::TIME),
+    symbol(&["kyr"], 1e3 * YEAR_CGS, UnitDimension::TIME),
+    symbol(&["Myr"], 1e6 * YEAR_CGS, UnitDimension::TIME),
+    symbol(&["Gyr"], 1e9 * YEAR_CGS, UnitDimension::TIME),
+    symbol(&["K", "kelvin", "Kelvin"], 1.0, UnitDimension::TEMPERATURE),
+    symbol(&["erg", "ergs"], 1.0, ENERGY),
+    symbol(&["J", "joule", "joules"], 1e7, ENERGY),
+    symbol(&["Lsun", "L_sun", "solLum", "L☉", "L⊙"], SOLAR_LUMINOSITY_CGS, POWER),
+    symbol(&["W", "watt", "watts"], 1e7, POWER),
+    symbol(&["dyn", "dyne", "dynes"], 1.0, FORCE),
+    symbol(&["N"], 1e5, FORCE),
+    symbol(&["Pa", "pascal"], 10.0, UnitDimension::PRESSURE),
+    symbol(&["bar"], 1e6, UnitDimension::PRESSURE),
+    symbol(&["Ba", "barye"], 1.0, UnitDimension::PRESSURE),
+];
+
+/// Usual units that are made of several, by what they measure.
+const COMPOSED: &[(&str, UnitDimension)] = &[
+    ("cm/s", UnitDimension::VELOCITY),
+    ("m/s", UnitDimension::VELOCITY),
+    ("km/s", UnitDimension::VELOCITY),
+    ("g/cm^3", UnitDimension::mass_density(3)),
+    ("kg/m^3", UnitDimension::mass_density(3)),
+    ("Msun/pc^3", UnitDimension::mass_density(3)),
+    ("erg/g", UnitDimension::SPECIFIC_ENERGY),
+    ("J/kg", UnitDimension::SPECIFIC_ENERGY),
+    ("km^2/s^2", UnitDimension::SPECIFIC_ENERGY),
+    ("rad/s", UnitDimension::RATE),
+    ("rad/day", UnitDimension::RATE),
+    ("km/s/pc", UnitDimension::RATE),
+    ("g/cm^2", UnitDimension::new(-2, 1, 0, 0)),
+    ("cm^2/s", UnitDimension::new(2, 0, -1, 0)),
+];
+
+impl Unit {
+    /// Units of one dimension, as examples for messages; each is read by [`Unit::parse`].
+    pub fn known(dimension: UnitDimension) -> Vec<&'static str> {
+        let simple = SYMBOLS.iter().filter(|s| s.dimension == dimension).map(|s| s.spellings[0]);
+        simple.chain(COMPOSED.iter().filter(|c| c.1 == dimension).map(|c| c.0)).collect()
+    }
+
+    /// `text` with the one symbol in it that is not understood replaced by the known one that is most like it.
+    pub fn nearest(text: &str) -> Option<String> {
+        let is_letter = |c: char| c.is_alphabetic() || c == '_';
+        let mut words = text.split(|c: char| !is_letter(c)).filter(|w| !w.is_empty());
+        let wrong = words.find(|word| symbol_value(word).is_none())?;
+        let all = SYMBOLS.iter().flat_map(|s| s.spellings.iter().copied());
+        let better = text.replacen(wrong, nearest(wrong, all)?, 1);
+        Unit::parse(&better).map(|_| better)
+    }
 }
 
 /// The units of a set of particles, in cgs.
@@ -276,6 +370,33 @@ mod tests {
         let unit = Unit::parse(text).unwrap_or_else(|| panic!("'{text}' is not understood"));
         assert!((unit.to_cgs / to_cgs - 1.0).abs() < 1e-12, "{text}: {}", unit.to_cgs);
         assert_eq!(unit.dimension, dimension, "{text}");
+    }
+
+    #[test]
+    fn units_for_messages_are_understood_and_of_their_dimension() {
+        for (text, dimension) in COMPOSED.iter().copied() {
+            assert_eq!(Unit::parse(text).map(|u| u.dimension), Some(dimension), "{text}");
+        }
+        for symbol in SYMBOLS {
+            for spelling in symbol.spellings {
+                check(spelling, symbol.to_cgs, symbol.dimension);
+            }
+            assert!(Unit::known(symbol.dimension).contains(&symbol.spellings[0]));
+        }
+    }
+
+    #[test]
+    fn misspelled_units_are_led_to_the_nearest() {
+        for (text, better) in [
+            ("Rsn", Some("Rsun")),
+            ("MSUN", Some("Msun")),
+            ("kms", Some("km")),
+            ("Km/s", Some("km/s")),
+            ("solar_radii", None),
+            ("km/s", None),
+        ] {
+            assert_eq!(Unit::nearest(text).as_deref(), better, "{text}");
+        }
     }
 
     #[test]

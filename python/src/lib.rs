@@ -11,7 +11,7 @@ use pyo3::types::{PyDict, PyList};
 use serde_json::Value;
 use sph_formats::{FORMATS, FieldRequest, FileContent, WriteOptions};
 use sph_prep::codes::TargetCode;
-use sph_prep::{Error, Scene};
+use sph_prep::{Control, Error, Scene};
 use std::path::PathBuf;
 
 create_exception!(sph_prep, SphPrepError, PyRuntimeError, "Particles could not be placed, read or written.");
@@ -38,12 +38,17 @@ fn place(
     progress: Option<Py<PyAny>>,
 ) -> PyResult<(Py<PyDict>, Py<PyList>, String, String)> {
     let scene = Scene::parse(scene).map_err(|e| raise(&e))?;
-    let yaml = scene.to_yaml();
-    let (file, report) =
-        work::watched(py, scene.time_limit, progress, move |control| sph_prep::place(&scene, FORMATS, control))?
-            .map_err(|e| raise(&e))?;
+    let (yaml, limit) = (scene.to_yaml(), scene.time_limit);
+    let place = move |control: &Control<'_>| {
+        if scene.bodies.is_empty() {
+            sph_prep::place(&scene, FORMATS, control).map(|(file, report)| (file, report.json()))
+        } else {
+            sph_prep::place_bodies(&scene, FORMATS, control).map(|(file, report)| (file, report.json()))
+        }
+    };
+    let (file, report) = work::watched(py, limit, progress, place)?.map_err(|e| raise(&e))?;
     let (header, species) = to_python(py, file)?;
-    Ok((header, species, report.json(), yaml))
+    Ok((header, species, report, yaml))
 }
 
 /// The scene with all that it sets, as YAML.

@@ -114,6 +114,18 @@ def test_mistakes_are_named(make, error, words):
     assert words in str(raised.value)
 
 
+def test_bodies_are_put_together():
+    star = {"profile": {"polytrope": {"n": 1.5, "mass": "1 Msun", "radius": "1 Rsun"}}}
+    scene = {
+        "bodies": [{"name": "one", "input": star}, {"name": "two", "input": star}],
+        "orbit": {"semi_major_axis": "4 Rsun", "eccentricity": 0.0},
+    }
+    p = sph_prep.Scene(scene, n=600).place()
+    assert sorted(set(p["BodyID"])) == [1, 2] and len(p) == 600
+    momentum = (p.masses[:, None] * p.velocities).sum(axis=0, dtype=float)
+    assert np.abs(momentum).max() < 1e-5 * (p.masses[:, None] * np.abs(p.velocities)).sum(dtype=float)
+
+
 def test_a_function_says_how_well_it_is_sampled():
     p = sph_prep.place(lambda x, y: 1 + 0.1 * x, n=100, box=box(2))
     assert p.report["sampling"]["mean_error"] < 1e-12

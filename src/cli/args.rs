@@ -2,8 +2,9 @@
 
 use crate::compare::DEFAULT;
 use crate::error::Result;
-use crate::scene::Scene;
+use crate::scene::{Scene, parse_count, parse_mapping};
 use clap::{Parser, Subcommand};
+use sph_formats::did_you_mean;
 use std::path::PathBuf;
 
 const EXAMPLES: &str = "\
@@ -75,6 +76,9 @@ pub struct InspectArgs {
     /// Value of the time coordinate to read.
     #[arg(long)]
     pub time: Option<f64>,
+    /// What a variable is, where its name does not say it: vel1=velocity-x; may be repeated.
+    #[arg(long, value_name = "NAME=ROLE")]
+    pub map: Vec<String>,
 }
 
 #[derive(Debug, clap::Args)]
@@ -172,6 +176,9 @@ pub struct RunArgs {
     /// Variable that is the mass density.
     #[arg(long, value_name = "NAME")]
     density: Option<String>,
+    /// What a variable is, where its name does not say it: vel1=velocity-x, E=none; may be repeated.
+    #[arg(long, value_name = "NAME=ROLE")]
+    map: Vec<String>,
     /// Where the rows of a radial table lie: nodes, outer-faces, inner-faces, centers, or auto (where a column of masses
     /// says).
     #[arg(long, value_name = "WHERE", value_parser = staggering)]
@@ -185,6 +192,9 @@ pub struct RunArgs {
     /// Units of the output: cgs, si, solar, planetary, galactic, code.
     #[arg(long, value_name = "NAME")]
     units: Option<String>,
+    /// Refuse to replace an output that is there already.
+    #[arg(long)]
+    no_clobber: bool,
     /// Write f64 where the format's default is f32.
     #[arg(long)]
     double: bool,
@@ -226,6 +236,9 @@ pub struct RunArgs {
     /// Keep what a long run can go on from in FILE, every few minutes, on Ctrl-C and at the time limit.
     #[arg(long, value_name = "FILE")]
     checkpoint: Option<PathBuf>,
+    /// Keep placed bodies in FOLDER, and take them from there: another orbit of the same bodies takes no time.
+    #[arg(long, value_name = "FOLDER")]
+    cache: Option<PathBuf>,
     /// Go on from a checkpoint of the same scene, to the same bytes; FILE is also the next one's, unless
     /// --checkpoint names another.
     #[arg(long, value_name = "FILE")]
@@ -244,58 +257,49 @@ pub struct RunArgs {
     pub json: bool,
 }
 
-/// Accepts 100000, 1e5 and 100_000.
+/// Accepts 100000, 1e5, 100_000 and 100k.
 fn count(text: &str) -> std::result::Result<usize, String> {
-    let plain = text.replace('_', "");
-    let value: f64 = plain.parse().map_err(|_| format!("'{text}' is no number"))?;
-    if value >= 1.0 && value.fract() == 0.0 && value <= f64::from(u32::MAX) {
-        Ok(value as usize)
-    } else {
-        Err(format!("expected a whole number from 1 to {}", u32::MAX))
+    match parse_count(text)? {
+        value if value >= 1 && value <= u32::MAX as usize => Ok(value),
+        _ => Err(format!("expected a whole number from 1 to {}", u32::MAX)),
     }
+}
+
+/// One of several words, as the scene has them.
+fn choice<T: Copy>(text: &str, known: &[(&str, T)]) -> std::result::Result<T, String> {
+    known.iter().find(|(name, _)| *name == text).map(|(_, value)| *value).ok_or_else(|| {
+        let names = || known.iter().map(|(name, _)| *name);
+        format!("expected {}{}", names().collect::<Vec<_>>().join(", "), did_you_mean(text, names()))
+    })
 }
 
 fn boundary(text: &str) -> std::result::Result<crate::scene::BoundaryName, String> {
     use crate::scene::BoundaryName::{Open, Periodic, Reflecting};
-    match text {
-        "periodic" => Ok(Periodic),
-        "reflecting" => Ok(Reflecting),
-        "open" => Ok(Open),
-        _ => Err("expected periodic, reflecting or open".into()),
-    }
+    choice(text, &[("periodic", Periodic), ("reflecting", Reflecting), ("open", Open)])
 }
 
 fn staggering(text: &str) -> std::result::Result<crate::scene::StaggeringName, String> {
     use crate::scene::StaggeringName::{Auto, Centers, InnerFaces, Nodes, OuterFaces};
-    match text {
-        "auto" => Ok(Auto),
-        "nodes" => Ok(Nodes),
-        "outer-faces" => Ok(OuterFaces),
-        "inner-faces" => Ok(InnerFaces),
-        "centers" => Ok(Centers),
-        _ => Err("expected nodes, outer-faces, inner-faces, centers or auto".into()),
-    }
+    let known = [
+        ("nodes", Nodes),
+        ("outer-faces", OuterFaces),
+        ("inner-faces", InnerFaces),
+        ("centers", Centers),
+        ("auto", Auto),
+    ];
+    choice(text, &known)
 }
 
 fn polish(text: &str) -> std::result::Result<crate::scene::Polish, String> {
     use crate::scene::Polish::{Afc, Alaric, DampedRelaxation, None, Solver};
-    match text {
-        "solver" => Ok(Solver),
-        "alaric" => Ok(Alaric),
-        "damped-relaxation" => Ok(DampedRelaxation),
-        "afc" => Ok(Afc),
-        "none" => Ok(None),
-        _ => Err("expected solver, alaric, damped-relaxation, afc or none".into()),
-    }
+    let known =
+        [("solver", Solver), ("alaric", Alaric), ("damped-relaxation", DampedRelaxation), ("afc", Afc), ("none", None)];
+    choice(text, &known)
 }
 
 fn on_interrupt(text: &str) -> std::result::Result<crate::scene::OnInterrupt, String> {
     use crate::scene::OnInterrupt::{Discard, Write};
-    match text {
-        "discard" => Ok(Discard),
-        "write" => Ok(Write),
-        _ => Err("expected discard or write".into()),
-    }
+    choice(text, &[("discard", Discard), ("write", Write)])
 }
 
 impl RunArgs {
@@ -307,6 +311,7 @@ impl RunArgs {
         let mut scene = self.scene.as_deref().map_or_else(|| Ok(Scene::default()), Scene::load)?;
         if self.input.is_some() {
             scene.input.expression = None;
+            scene.input.profile = None;
         }
         overlay(&mut scene.input.file, &self.input);
         overlay(&mut scene.input.format, &self.format);
@@ -314,11 +319,16 @@ impl RunArgs {
         overlay(&mut scene.certify, &self.certify);
         scene.output.parameters |= self.parameters;
         overlay(&mut scene.input.density, &self.density);
+        for text in &self.map {
+            let (name, role) = parse_mapping(text)?;
+            scene.map.insert(name, role);
+        }
         scene.input.staggering = self.staggering.unwrap_or(scene.input.staggering);
         overlay(&mut scene.input.time, &self.time);
         overlay(&mut scene.output.file, &self.output);
         overlay(&mut scene.output.format, &self.to);
         overlay(&mut scene.output.units, &self.units);
+        scene.output.no_clobber |= self.no_clobber;
         scene.output.double_precision |= self.double;
         scene.output.compression = self.compression.unwrap_or(scene.output.compression);
         overlay(&mut scene.particles, &self.particles);
@@ -331,6 +341,7 @@ impl RunArgs {
         overlay(&mut scene.wvt.iterations, &self.iterations);
         overlay(&mut scene.polish, &self.polish);
         scene.output.on_interrupt = self.on_interrupt.unwrap_or(scene.output.on_interrupt);
+        overlay(&mut scene.cache, &self.cache);
         overlay(&mut scene.checkpoint.file, &self.resume);
         overlay(&mut scene.checkpoint.file, &self.checkpoint);
         overlay(&mut scene.checkpoint.resume, &self.resume);

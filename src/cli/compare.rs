@@ -21,6 +21,10 @@ pub fn run(args: &CompareArgs, formats: &[FormatSpec], interrupted: &AtomicBool)
     if let Some(input) = &args.input {
         scene.input.file = Some(input.clone());
         scene.input.expression = None;
+        scene.input.profile = None;
+    }
+    if !scene.bodies.is_empty() {
+        return Err(Error::scene("bodies", "cannot be compared all at once; compare the scene of one of them"));
     }
     let methods = Compared::parse_list(&args.methods)?;
     let mut counts = if args.particles.is_empty() {

@@ -4,6 +4,7 @@
 use super::args::ConvertArgs;
 use crate::error::{Error, Result};
 use crate::input::particles::Snapshot;
+use crate::scene::system_of;
 use sph::kernel::{default_kernel_neighbors, support_over_spacing};
 use sph_formats::common::particle_names as names;
 use sph_formats::{
@@ -28,10 +29,7 @@ pub fn convert(formats: &[FormatSpec], args: &ConvertArgs) -> Result<Vec<String>
     let mut file = particles(formats, &args.from, args.format.as_deref())?;
     let mut notes = Vec::new();
     if let Some(name) = &args.units {
-        let units = UnitSystem::by_name(name).ok_or_else(|| {
-            Error::scene("--units", format!("is '{name}', expected cgs, si, solar, planetary, galactic or code"))
-        })?;
-        change_units(&mut file, units);
+        change_units(&mut file, system_of("--units", name)?);
     }
     if let Some(edge) = args.box_size {
         if !(edge.is_finite() && edge > 0.0) {

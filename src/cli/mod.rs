@@ -16,7 +16,8 @@ mod progress;
 
 use crate::error::Error;
 use crate::relaxation::{Control, Event, StopReason};
-use crate::run::pipeline;
+use crate::run::bodies_report::BodiesReport;
+use crate::run::{bodies, pipeline};
 use crate::scene::Scene;
 use args::{Args, Command, CompareArgs, RunArgs};
 use clap::Parser;
@@ -62,7 +63,7 @@ pub fn main_with<T: Into<OsString> + Clone>(arguments: impl IntoIterator<Item = 
 fn run(args: &RunArgs) -> crate::Result<u8> {
     let scene = args.scene()?;
     if args.print_scene {
-        return print(&scene.to_yaml());
+        return print(&scene.to_commented_yaml()?);
     }
     set_threads(args.threads)?;
     let interrupts = Interrupts::of_run(&scene);
@@ -76,9 +77,17 @@ fn run(args: &RunArgs) -> crate::Result<u8> {
         interrupted: interrupts.requested(),
         observer: &observer,
     };
+    if !scene.bodies.is_empty() {
+        let result = bodies::run_bodies(&scene, FORMATS, &control);
+        progress.finish();
+        return tell_of_bodies(args, &scene, &result?);
+    }
     let result = pipeline::run(&scene, FORMATS, &control);
     progress.finish();
     let report = result?;
+    if args.json || args.quiet {
+        report.warnings.iter().for_each(|warning| eprintln!("warning: {warning}"));
+    }
     if args.json {
         print(&format!("{}\n", report.json()))?;
     } else if !args.quiet {
@@ -90,6 +99,21 @@ fn run(args: &RunArgs) -> crate::Result<u8> {
         return Ok(NOT_CONVERGED);
     }
     Ok(exit_code(&scene, report.stop))
+}
+
+fn tell_of_bodies(args: &RunArgs, scene: &Scene, report: &BodiesReport) -> crate::Result<u8> {
+    if args.json {
+        print(&format!("{}\n", report.json()))?;
+    } else if !args.quiet {
+        print(&report.text())?;
+    }
+    if let Some((body, (found, wanted))) = report.misplaced() {
+        eprintln!(
+            "mass misplaced: a region of body {body} has {found:.0} of its {wanted:.1} particles; it was written"
+        );
+        return Ok(NOT_CONVERGED);
+    }
+    Ok(exit_code(scene, report.stop))
 }
 
 fn compare(args: &CompareArgs) -> crate::Result<u8> {

@@ -61,7 +61,7 @@ fn in_dimension<const D: usize>(
     let mut refusal = None;
     for &count in request.counts {
         // The cut of the atmosphere depends on the number, so that each starts from the file.
-        let prepared = Prepared::<D>::new(scene, formats, ingest::read(scene, formats)?, count)?;
+        let prepared = Prepared::<D>::read(scene, formats, count)?;
         let fresh: Vec<String> = prepared.notes.iter().filter(|n| !out.notes.contains(n)).cloned().collect();
         out.notes.extend(fresh);
         for method in request.methods {
@@ -69,7 +69,7 @@ fn in_dimension<const D: usize>(
             let other = if own.has_own_resolution() == scene.has_own_resolution() {
                 None
             } else {
-                Some(Prepared::<D>::new(&own, formats, ingest::read(&own, formats)?, count)?)
+                Some(Prepared::<D>::read(&own, formats, count)?)
             };
             match run_method(method, scene, other.as_ref().unwrap_or(&prepared), out.kernel_neighbors, control) {
                 Ok(run) => out.runs.push(run),
@@ -111,7 +111,7 @@ fn run_method<const D: usize>(
 ) -> Result<MethodRun> {
     let scene = method.apply(scene);
     scene.validate()?;
-    let regions = prepared.target().find_regions();
+    let regions = prepared.target().find_regions(scene.region_contrast);
     let target = prepared.target().with_regions(regions.as_ref());
     let mut plan = Plan::new(&scene, &target, prepared.source.radial.is_some(), &Held::Not);
     // Each method has the scene's whole time; states are measured afterwards, so that measuring takes none of it.

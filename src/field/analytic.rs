@@ -136,7 +136,7 @@ impl<const D: usize> CarriedField<D> for AnalyticCarried<D> {
 }
 
 /// Halton points of the bounding box that lie in the region, the box's corners and the region's center.
-fn probes<const D: usize>(domain: &Domain<D>) -> Vec<[f64; D]> {
+pub(crate) fn probes<const D: usize>(domain: &Domain<D>) -> Vec<[f64; D]> {
     let extent = domain.extent();
     let place = |u: [f64; D]| -> [f64; D] { std::array::from_fn(|k| domain.lo[k] + u[k] * extent[k]) };
     let mut all: Vec<[f64; D]> =

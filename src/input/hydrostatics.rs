@@ -7,10 +7,9 @@
 use crate::error::{Error, Result};
 use crate::field::quadrature::integrate;
 use crate::field::{CarriedField, RadialSource, ScalarField};
-use crate::input::ingest::InputUnits;
 use crate::input::internal_units::Prepared;
-use crate::input::roles::standard_name;
-use crate::scene::{BalanceInput, EquationOfState, GravityName, Scene};
+use crate::input::units::{InputUnits, RunUnits};
+use crate::scene::{BalanceInput, GravityName, Scene};
 use crate::target::Equilibrium;
 use sph::domain::{Domain, Region};
 use sph::geometry::distance;
@@ -68,20 +67,20 @@ impl<'a, const D: usize> Hydrostatics<'a, D> {
     pub(crate) fn new(
         scene: &Scene,
         prepared: &'a Prepared<D>,
-        units: Option<InputUnits>,
+        units: &RunUnits,
     ) -> Result<(Option<Self>, Option<String>)> {
         if scene.balance.is_some() {
             let known = Self::known(scene, prepared, units)?.ok_or_else(no_pressure)?;
-            return match known.contradiction(scene, prepared, units)? {
+            return match known.contradiction(scene, prepared, units.input)? {
                 Some(why) => Err(Error::scene("balance", why)),
                 None => Ok((Some(known), None)),
             };
         }
-        if units.is_none() || D < 3 || prepared.source.radial.is_none() {
+        if units.input.is_none() || D < 3 || prepared.source.radial.is_none() {
             return Ok((None, None));
         }
         let checked = Self::known(scene, prepared, units).and_then(|known| match known {
-            Some(known) => Ok((known.contradiction(scene, prepared, units)?, Some(known))),
+            Some(known) => Ok((known.contradiction(scene, prepared, units.input)?, Some(known))),
             None => Ok((None, None)),
         });
         Ok(match checked {
@@ -113,14 +112,14 @@ impl<'a, const D: usize> Hydrostatics<'a, D> {
         units: Option<InputUnits>,
     ) -> Result<Option<String>> {
         let options = scene.balance.clone().unwrap_or_default();
-        let (Some(energy), None) = (carried(prepared, names::INTERNAL_ENERGY), options.equation_of_state) else {
+        let (Some(energy), None) = (carried(prepared, names::INTERNAL_ENERGY), &options.equation_of_state) else {
             return Ok(None);
         };
         let Some(radial) = prepared.source.radial.as_ref().filter(|_| self.own_center().is_some()) else {
             return Ok(None);
         };
         let scale = Scale::new::<D>(prepared, units, scene, &options);
-        let unit = to_cgs(energy, UnitDimension::SPECIFIC_ENERGY, units.is_some())? / scale.specific_energy;
+        let unit = to_cgs(prepared, energy, UnitDimension::SPECIFIC_ENERGY, units.is_some())? / scale.specific_energy;
         let by_energy = Pressure::Energy(energy, unit);
         let body = AtRest::new(radial);
         let mut ratios: Vec<f64> = through(radial)
@@ -141,15 +140,15 @@ impl<'a, const D: usize> Hydrostatics<'a, D> {
         Ok(Some(format!(
             "the carried '{}' is {median:.3} times (in the median over the mass) what an ideal gas of thermal.gamma = {gamma:.4} has at the pressure that holds the body, \
              and would be replaced: set thermal.gamma, leave it out with input.carry, or name the pressure with balance.equation_of_state",
-            energy.info().name
+            prepared.name_of(energy.info())
         )))
     }
 
-    fn known(scene: &Scene, prepared: &'a Prepared<D>, units: Option<InputUnits>) -> Result<Option<Self>> {
+    fn known(scene: &Scene, prepared: &'a Prepared<D>, units: &RunUnits) -> Result<Option<Self>> {
         let options = scene.balance.clone().unwrap_or_default();
-        let scale = Scale::new::<D>(prepared, units, scene, &options);
+        let scale = Scale::new::<D>(prepared, units.input, scene, &options);
         let gravity = gravity(&options, prepared)?;
-        let Some(pressure) = pressure(scene, &options, prepared, &scale, &gravity, units.is_some())? else {
+        let Some(pressure) = pressure(scene, &options, prepared, &scale, &gravity, units)? else {
             return Ok(None);
         };
         Ok(Some(Self {
@@ -306,34 +305,28 @@ fn pressure<'a, const D: usize>(
     prepared: &'a Prepared<D>,
     scale: &Scale,
     gravity: &Gravity<'_, D>,
-    units_known: bool,
+    units: &RunUnits,
 ) -> Result<Option<Pressure<'a, D>>> {
-    match options.equation_of_state {
-        Some(EquationOfState::Polytrope { constant, gamma }) => {
+    let units_known = units.input.is_some();
+    if let Some(state) = &options.equation_of_state {
+        if let Some((constant, gamma)) = state.power_law(&units.into_cgs())? {
             let constant = constant * scale.density.powf(gamma) / scale.pressure;
             return Ok(Some(Pressure::Power { constant, gamma }));
         }
-        Some(EquationOfState::Isothermal { sound_speed }) => {
-            let constant = sound_speed * sound_speed / scale.specific_energy;
-            return Ok(Some(Pressure::Power { constant, gamma: 1.0 }));
-        }
-        Some(EquationOfState::AtRest) => {
-            return match gravity {
-                Gravity::Enclosed(radial) => Ok(Some(Pressure::AtRest(AtRest::new(radial)))),
-                _ => Err(Error::scene(
-                    "balance.equation_of_state",
-                    "is at-rest, which integrates the weight of a radial profile under its own gravity",
-                )),
-            };
-        }
-        None => {}
+        return match gravity {
+            Gravity::Enclosed(radial) => Ok(Some(Pressure::AtRest(AtRest::new(radial)))),
+            _ => Err(Error::scene(
+                "balance.equation_of_state",
+                "is at-rest, which integrates the weight of a radial profile under its own gravity",
+            )),
+        };
     }
     if let Some(field) = carried(prepared, names::PRESSURE) {
-        let unit = to_cgs(field, UnitDimension::PRESSURE, units_known)?;
+        let unit = to_cgs(prepared, field, UnitDimension::PRESSURE, units_known)?;
         return Ok(Some(Pressure::Carried(field, unit / scale.pressure)));
     }
     if let Some(field) = carried(prepared, names::INTERNAL_ENERGY) {
-        let unit = to_cgs(field, UnitDimension::SPECIFIC_ENERGY, units_known)?;
+        let unit = to_cgs(prepared, field, UnitDimension::SPECIFIC_ENERGY, units_known)?;
         return Ok(Some(Pressure::Energy(field, unit / scale.specific_energy)));
     }
     Ok(match gravity {
@@ -352,19 +345,22 @@ fn through<const D: usize>(radial: &RadialSource<D>) -> impl Iterator<Item = (f6
 
 fn carried<'a, const D: usize>(prepared: &'a Prepared<D>, name: &str) -> Option<&'a dyn CarriedField<D>> {
     let fields = prepared.source.carried.iter().map(AsRef::as_ref);
-    fields
-        .into_iter()
-        .find(|f: &&dyn CarriedField<D>| f.info().components == 1 && standard_name(&f.info().name) == name)
+    fields.into_iter().find(|f: &&dyn CarriedField<D>| f.info().components == 1 && f.info().name == name)
 }
 
-fn to_cgs<const D: usize>(field: &dyn CarriedField<D>, dimension: UnitDimension, units_known: bool) -> Result<f64> {
-    let info = field.info();
+fn to_cgs<const D: usize>(
+    prepared: &Prepared<D>,
+    field: &dyn CarriedField<D>,
+    dimension: UnitDimension,
+    units_known: bool,
+) -> Result<f64> {
+    let (info, name) = (field.info(), prepared.name_of(field.info()));
     match &info.unit {
         Some(Unit { dimension: d, to_cgs, .. }) if *d == dimension && units_known => Ok(*to_cgs),
         _ if !units_known => Ok(1.0),
-        Some(_) => Err(Error::field(&info.name, "has a unit of another quantity, so that its force is unknown")),
+        Some(_) => Err(Error::field(name, "has a unit of another quantity, so that its force is unknown")),
         None => Err(Error::field(
-            &info.name,
+            name,
             "has no unit while length and density have one; give it one, or leave it out with input.carry",
         )),
     }

@@ -2,24 +2,20 @@
 
 use crate::error::{Error, Result};
 use crate::field::{
-    AnalyticField, FieldOptions, Interpolation, MassEstimate, Missing, Period, ScalarField, Source, Staggering, Trace,
-    from_raw, mass_columns, natural_dimension,
+    AnalyticField, Centering, FieldOptions, Interpolation, MassEstimate, Missing, Period, ScalarField, Source,
+    Staggering, Trace, from_raw, in_units_of, mass_columns, natural_dimension,
 };
 use crate::input::particles::Snapshot;
+use crate::input::profile;
+use crate::input::roles::{Assignment, adopt_units, apply, assign};
+use crate::input::units::{InputUnits, RunUnits};
 use crate::scene::{
-    BoundaryName, CylinderInput, DomainInput, InterpolationName, MissingValues, ResolutionInput, Scene, StaggeringName,
+    BoundaryName, CenteringName, Conversion, CylinderInput, DomainInput, InterpolationName, MissingValues, Quantity,
+    ResolutionInput, Role, Scene, StaggeringName, values,
 };
 use sph::domain::{Axis, Domain, Region, Wall};
-use sph_formats::{FieldRequest, FileContent, FormatSpec, Geometry, RawField, Unit, UnitDimension};
+use sph_formats::{FieldRequest, FileContent, FormatSpec, Geometry, RawField, Unit, UnitDimension, UnitSystem};
 use std::path::Path;
-
-/// Factors from the input's numbers to cgs, where both are known.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct InputUnits {
-    pub length: f64,
-    /// Mass per volume in 3-D.
-    pub density: f64,
-}
 
 /// A raw field, particles of another run, or the fact that the density is an expression.
 pub enum RawInput {
@@ -48,30 +44,52 @@ pub fn read(scene: &Scene, formats: &[FormatSpec]) -> Result<RawInput> {
     if let Some(expression) = &input.expression {
         return Ok(RawInput::Expression(expression.clone()));
     }
+    if let Some(model) = &input.profile {
+        return Ok(RawInput::File(Box::new(profile::field(scene, model)?)));
+    }
     let path = input.file.as_deref().unwrap_or(Path::new(""));
     let request = FieldRequest {
-        density: input.density.clone(),
+        density: scene.density_name()?,
         carry: variables_to_read(scene),
         optional: mass_columns().map(str::to_owned).collect(),
         time: input.time,
-        planet_radius: input.planet_radius,
+        ..planet(scene)?
     };
     match sph_formats::read(formats, path, input.format.as_deref(), &request)? {
         FileContent::Field(mut field) => {
-            if input.density.is_some() {
-                field.density = input.density.clone();
+            if request.density.is_some() {
+                field.density.clone_from(&request.density);
             }
             Ok(RawInput::File(Box::new(field)))
         }
         FileContent::Particles(particles) => {
-            Snapshot::new(path, &particles, input.density.as_deref()).map(|s| RawInput::Snapshot(Box::new(s)))
+            Snapshot::new(path, &particles, request.density.as_deref()).map(|s| RawInput::Snapshot(Box::new(s)))
         }
     }
+}
+
+/// What depths count from. A plain number is in the unit of their axis, unless the scene states its units.
+fn planet(scene: &Scene) -> Result<FieldRequest> {
+    let Some(radius) = &scene.input.planet_radius else { return Ok(FieldRequest::default()) };
+    let system = scene.stated_units()?;
+    let planet_radius = match (radius, system) {
+        (Quantity::Plain(number), None) => return Ok(request_of(*number, None)),
+        _ => {
+            let conversion = Conversion { from: system.or(Some(UnitSystem::cgs())), to: UnitSystem::cgs() };
+            radius.value("input.planet_radius", UnitDimension::LENGTH, &conversion)?
+        }
+    };
+    Ok(request_of(planet_radius, Unit::parse("cm")))
+}
+
+fn request_of(planet_radius: f64, planet_radius_unit: Option<Unit>) -> FieldRequest {
+    FieldRequest { planet_radius: Some(planet_radius), planet_radius_unit, ..FieldRequest::default() }
 }
 
 /// The carried variables with those that the resolution needs from the same file.
 fn variables_to_read(scene: &Scene) -> Option<Vec<String>> {
     let mut names = scene.input.carry.clone()?;
+    names.extend(scene.map.iter().filter(|(_, role)| **role != Role::Density).map(|(name, _)| name.clone()));
     if let Some(resolution) = scene.resolution.as_ref().filter(|r| r.file.is_none()) {
         names.extend(resolution.variable().map(str::to_owned));
     }
@@ -136,8 +154,23 @@ pub fn units(scene: &Scene, raw: &RawInput, notes: &mut Vec<String>) -> Result<O
         .or(length.filter(|u| u.dimension == UnitDimension::LENGTH));
     density = named_unit("input.density_unit", scene.input.density_unit.as_deref(), UnitDimension::mass_density(3))?
         .or(density.filter(|u| u.dimension == UnitDimension::mass_density(3)));
+    let time = if let RawInput::Snapshot(snapshot) = raw { snapshot.time_unit } else { 1.0 };
+    let (length, density) = match scene.stated_units()? {
+        Some(system) if length.is_none() || density.is_none() => {
+            if raw.field().is_some() {
+                notes.push(format!(
+                    "what the input does not state the units of is taken to be in the scene's ({})",
+                    scene.units.as_deref().unwrap_or("")
+                ));
+            }
+            let length = length.map_or(system.length, |l| l.to_cgs);
+            let density = density.map_or(system.to_cgs(UnitDimension::mass_density(3)), |d| d.to_cgs);
+            return Ok(Some(InputUnits { length, density, time: system.time }));
+        }
+        _ => (length, density),
+    };
     match (length, density) {
-        (Some(l), Some(d)) => Ok(Some(InputUnits { length: l.to_cgs, density: d.to_cgs })),
+        (Some(l), Some(d)) => Ok(Some(InputUnits { length: l.to_cgs, density: d.to_cgs, time })),
         (None, None) => Ok(None),
         (Some(_), None) => {
             notes
@@ -160,17 +193,32 @@ fn named_unit(key: &str, name: Option<&str>, dimension: UnitDimension) -> Result
     }
 }
 
+/// A source, with what there is to say of where it is from.
+pub struct Ingested<const D: usize> {
+    pub source: Source<D>,
+    pub variables: Vec<Assignment>,
+    /// Mass of the whole input, where the scene's domain is another than the input's and the input tells.
+    pub input_mass: Option<f64>,
+}
+
 /// The source, over the scene's domain, in the input's units.
 ///
 /// # Errors
 /// A field that is no density, or a domain that does not fit it.
-pub fn source<const D: usize>(scene: &Scene, raw: RawInput) -> Result<Source<D>> {
+pub fn source<const D: usize>(scene: &Scene, mut raw: RawInput, units: &RunUnits) -> Result<Ingested<D>> {
+    let conversion = &units.into_input();
     let walls = boundaries::<D>(&scene.domain)?;
+    let mut options = field_options(scene, &walls, conversion)?;
+    let variables = match &mut raw {
+        RawInput::File(field) => give_roles(scene, field, &mut options, units)?,
+        RawInput::Snapshot(snapshot) => give_roles(scene, &mut snapshot.field, &mut options, units)?,
+        RawInput::Expression(_) => Vec::new(),
+    };
     let mut source = match raw {
-        RawInput::File(field) => from_raw(*field, &field_options(scene, &walls)?)?,
-        RawInput::Snapshot(snapshot) => resampled(*snapshot, field_options(scene, &walls)?)?,
+        RawInput::File(field) => from_raw(*field, &options)?,
+        RawInput::Snapshot(snapshot) => resampled(*snapshot, options)?,
         RawInput::Expression(text) => {
-            let domain = scene_domain::<D>(&scene.domain, &walls)?.ok_or_else(|| {
+            let domain = scene_domain::<D>(&scene.domain, &walls, conversion)?.ok_or_else(|| {
                 Error::scene(
                     "domain",
                     "is missing: an expression needs a `box`, a `ball` or a `cylinder` to be evaluated in",
@@ -188,14 +236,49 @@ pub fn source<const D: usize>(scene: &Scene, raw: RawInput) -> Result<Source<D>>
             }
         }
     };
-    match scene_domain::<D>(&scene.domain, &walls)? {
+    let mut input_mass = None;
+    match scene_domain::<D>(&scene.domain, &walls, conversion)? {
         Some(domain) => {
             source.domain = domain;
-            source.mass = None;
+            input_mass = source.mass.take().map(|mass| mass.value);
         }
         None => apply_walls(&mut source.domain, &walls),
     }
-    Ok(source)
+    Ok(Ingested { source, variables, input_mass })
+}
+
+/// A format that tells data of points from those of cells.
+const VTK: &str = "vtk";
+
+/// Decides what the variables of a field are, and makes them so.
+fn give_roles<const D: usize>(
+    scene: &Scene,
+    field: &mut RawField,
+    options: &mut FieldOptions<D>,
+    units: &RunUnits,
+) -> Result<Vec<Assignment>> {
+    if let Some(name) = &options.density_name {
+        field.density = Some(name.clone());
+    }
+    if field.format == VTK && options.centering == Centering::Unknown {
+        options.centering = Centering::Points;
+    }
+    let mut variables = assign(field, D, &scene.map)?;
+    if let Some(input) = &units.input {
+        adopt_units(field, &mut variables, input);
+    }
+    apply(field, &variables, D)?;
+    if let Some(carried) = &mut options.carried {
+        let mut columns = Vec::new();
+        for name in carried.iter().chain(scene.map.keys()).filter(|n| Some(*n) != field.density.as_ref()) {
+            let column = variables.iter().find(|v| v.variable == *name).map_or(name, |v| &v.column);
+            if !columns.contains(column) {
+                columns.push(column.clone());
+            }
+        }
+        *carried = columns;
+    }
+    Ok(variables)
 }
 
 /// The particles of another run, with their box and their mass.
@@ -207,19 +290,33 @@ fn resampled<const D: usize>(snapshot: Snapshot, options: FieldOptions<D>) -> Re
     Ok(Source { mass: Some(mass), ..source })
 }
 
-fn field_options<const D: usize>(scene: &Scene, walls: &[Option<BoundaryName>; D]) -> Result<FieldOptions<D>> {
+fn field_options<const D: usize>(
+    scene: &Scene,
+    walls: &[Option<BoundaryName>; D],
+    conversion: &Conversion,
+) -> Result<FieldOptions<D>> {
+    let stated_box = match &scene.domain.bounds {
+        Some(_) => scene_domain::<D>(&scene.domain, walls, conversion)?.map(|domain| [domain.lo, domain.hi]),
+        None => None,
+    };
     let periodic = walls.map(|w| (w == Some(BoundaryName::Periodic)).then_some(Period::Auto));
     Ok(FieldOptions {
         interpolation: scene.input.interpolation.map(|i| match i {
             InterpolationName::Linear => Interpolation::Linear,
             InterpolationName::Cubic => Interpolation::Cubic,
         }),
-        density_name: scene.input.density.clone(),
+        density_name: scene.density_name()?,
         missing: match scene.input.missing {
             MissingValues::Error => Missing::Error,
             MissingValues::Zero => Missing::Zero,
         },
         periodic,
+        centering: match scene.input.centering {
+            Some(CenteringName::Cells) => Centering::Cells,
+            Some(CenteringName::Nodes) => Centering::Nodes,
+            None => Centering::Unknown,
+        },
+        stated_box,
         carried: scene.input.carry.clone(),
         staggering: match scene.input.staggering {
             StaggeringName::Auto => None,
@@ -254,27 +351,34 @@ fn surface(boundary: Option<BoundaryName>) -> Wall {
     if boundary == Some(BoundaryName::Reflecting) { Wall::Reflecting } else { Wall::Open }
 }
 
-fn scene_domain<const D: usize>(input: &DomainInput, walls: &[Option<BoundaryName>; D]) -> Result<Option<Domain<D>>> {
+fn scene_domain<const D: usize>(
+    input: &DomainInput,
+    walls: &[Option<BoundaryName>; D],
+    conversion: &Conversion,
+) -> Result<Option<Domain<D>>> {
     if let Some([lo, hi]) = &input.bounds {
-        let corner = |v: &Vec<f64>| {
-            <[f64; D]>::try_from(v.clone()).map_err(|v| {
+        let corner = |v: &[Quantity]| {
+            <[f64; D]>::try_from(values("domain.box", v, UnitDimension::LENGTH, conversion)?).map_err(|v| {
                 Error::scene("domain.box", format!("has a corner of {} coordinates, expected {D}", v.len()))
             })
         };
         return Ok(Some(Domain::new(corner(lo)?, corner(hi)?, walls.map(axis), Region::Box)?));
     }
     if let Some(cylinder) = &input.cylinder {
-        return scene_cylinder(cylinder, walls).map(Some);
+        return scene_cylinder(cylinder, walls, conversion).map(Some);
     }
     let Some(ball) = &input.ball else { return Ok(None) };
     if walls.contains(&Some(BoundaryName::Periodic)) {
         return Err(Error::scene("domain.boundary", "is periodic, which a ball cannot be; use a box"));
     }
-    check_radii("domain.ball", ball.inner_radius, ball.radius)?;
-    let center = scene_center("domain.ball.center", &ball.center)?;
-    let mut domain = Domain::ball(center, ball.radius, surface(walls[0]))?;
+    let length = |key: &str, quantity: &Quantity| quantity.value(key, UnitDimension::LENGTH, conversion);
+    let inner = length("domain.ball.inner_radius", &ball.inner_radius)?;
+    let outer = length("domain.ball.radius", &ball.radius)?;
+    check_radii("domain.ball", inner, outer)?;
+    let center = scene_center("domain.ball.center", &ball.center, conversion)?;
+    let mut domain = Domain::ball(center, outer, surface(walls[0]))?;
     if let Region::Ball { inner_radius, .. } = &mut domain.region {
-        *inner_radius = ball.inner_radius;
+        *inner_radius = inner;
     }
     Ok(Some(domain))
 }
@@ -287,7 +391,8 @@ fn check_radii(key: &str, inner: f64, outer: f64) -> Result<()> {
 }
 
 /// As many coordinates as dimensions; 0 where there are none.
-fn scene_center<const D: usize>(key: &str, center: &[f64]) -> Result<[f64; D]> {
+fn scene_center<const D: usize>(key: &str, center: &[Quantity], conversion: &Conversion) -> Result<[f64; D]> {
+    let center = values(key, center, UnitDimension::LENGTH, conversion)?;
     match center.len() {
         0 => Ok([0.0; D]),
         n if n == D => Ok(std::array::from_fn(|k| center[k])),
@@ -295,11 +400,17 @@ fn scene_center<const D: usize>(key: &str, center: &[f64]) -> Result<[f64; D]> {
     }
 }
 
-fn scene_cylinder<const D: usize>(input: &CylinderInput, walls: &[Option<BoundaryName>; D]) -> Result<Domain<D>> {
-    check_radii("domain.cylinder", input.inner_radius, input.radius)?;
-    if !(input.length > 0.0) {
-        return Err(Error::scene("domain.cylinder.length", format!("is {}, expected more than 0", input.length)));
-    }
+fn scene_cylinder<const D: usize>(
+    input: &CylinderInput,
+    walls: &[Option<BoundaryName>; D],
+    conversion: &Conversion,
+) -> Result<Domain<D>> {
+    let length = |key: &str, quantity: &Quantity| quantity.value(key, UnitDimension::LENGTH, conversion);
+    let inner = length("domain.cylinder.inner_radius", &input.inner_radius)?;
+    let outer = length("domain.cylinder.radius", &input.radius)?;
+    check_radii("domain.cylinder", inner, outer)?;
+    input.length.check_positive("domain.cylinder.length", UnitDimension::LENGTH)?;
+    let height = length("domain.cylinder.length", &input.length)?;
     let along = input.axis as usize;
     let around: Vec<_> = (0..D).filter(|&k| k != along).map(|k| walls[k]).collect();
     if around.contains(&Some(BoundaryName::Periodic)) {
@@ -310,8 +421,8 @@ fn scene_cylinder<const D: usize>(input: &CylinderInput, walls: &[Option<Boundar
     }
     let ends = axis(walls.get(along).copied().flatten());
     let wall = surface(around.first().copied().flatten());
-    let center = scene_center("domain.cylinder.center", &input.center)?;
-    Ok(Domain::cylinder(center, along, [input.inner_radius, input.radius], input.length, (wall, ends))?)
+    let center = scene_center("domain.cylinder.center", &input.center, conversion)?;
+    Ok(Domain::cylinder(center, along, [inner, outer], height, (wall, ends))?)
 }
 
 /// Boundary names on the input's own domain.
@@ -340,6 +451,7 @@ pub fn resolution<const D: usize>(
     scene: &Scene,
     formats: &[FormatSpec],
     domain: &Domain<D>,
+    conversion: &Conversion,
 ) -> Result<Option<Box<dyn ScalarField<D>>>> {
     let even = ResolutionInput { number_density: Some("1".into()), ..ResolutionInput::default() };
     let asked = match &scene.resolution {
@@ -349,9 +461,13 @@ pub fn resolution<const D: usize>(
     };
     let (field, is_spacing): (Box<dyn ScalarField<D>>, bool) = match (asked.expression(), asked.variable()) {
         (Some(text), _) => {
-            let field = AnalyticField::<D>::new("resolution", text, domain.center())?;
-            field.check(domain)?;
-            (Box::new(field), asked.spacing.is_some())
+            // The expression counts in the scene's units, the domain in the input's.
+            let unit = conversion.factor(UnitDimension::LENGTH);
+            let own = domain.scaled(1.0 / unit);
+            let field = AnalyticField::<D>::new("resolution", text, own.center())?;
+            field.check(&own)?;
+            let field: Box<dyn ScalarField<D>> = Box::new(field);
+            (if unit == 1.0 { field } else { in_units_of(1.0 / unit, field) }, asked.spacing.is_some())
         }
         (None, Some(name)) => {
             let own = scene.input.file.as_deref();
@@ -363,14 +479,17 @@ pub fn resolution<const D: usize>(
                 carry: Some(Vec::new()),
                 optional: Vec::new(),
                 time: scene.input.time,
-                planet_radius: scene.input.planet_radius,
+                ..planet(scene)?
             };
             let format = if asked.file.is_none() { scene.input.format.as_deref() } else { None };
             let mut raw = read_field(formats, path, format, &request)?;
             raw.density = Some(name.into());
             let walls = boundaries::<D>(&scene.domain)?;
-            let options =
-                FieldOptions { density_name: Some(name.into()), has_mass: false, ..field_options(scene, &walls)? };
+            let options = FieldOptions {
+                density_name: Some(name.into()),
+                has_mass: false,
+                ..field_options(scene, &walls, conversion)?
+            };
             (from_raw(raw, &options)?.density, asked.spacing_variable.is_some())
         }
         (None, None) => return Ok(None),

@@ -2,8 +2,14 @@
 //! atmosphere that is cut, and the hydrostatics of the body.
 
 pub mod atmosphere;
+pub(crate) mod constants;
+pub(crate) mod fields;
 pub mod hydrostatics;
 pub mod ingest;
 pub(crate) mod internal_units;
 pub mod particles;
+pub(crate) mod profile;
 pub(crate) mod roles;
+pub(crate) mod thermal;
+pub(crate) mod turbulence;
+pub mod units;

@@ -27,6 +27,8 @@ pub struct Snapshot {
     pub periodic: [bool; 3],
     /// Of all gas, in the file's units.
     pub mass: f64,
+    /// The file's unit of time, in s.
+    pub time_unit: f64,
 }
 
 /// Columns that mean nothing at another place.
@@ -89,6 +91,7 @@ impl Snapshot {
             },
             box_size: header.box_size,
             periodic: header.periodic,
+            time_unit: header.units.time,
         };
         if snapshot.field.variable(name).is_none() {
             if density.is_some_and(|d| d != particle_names::DENSITY) {

@@ -1,9 +1,7 @@
 //! Particle columns beside positions and masses: what the input carries, set motion, internal energy.
 
 use crate::error::{Error, Result};
-use crate::field::{CarriedField, RadialSource};
-use crate::input::roles::standard_name;
-use crate::scene::{MaterialLayer, Motion, Thermal};
+use crate::field::CarriedField;
 use crate::target::{Positions, at};
 use sph::domain::Domain;
 use sph::parallel;
@@ -27,38 +25,65 @@ pub enum EnergySource {
 /// Evaluates one carried variable on all particles, in the output's units.
 pub fn column<const D: usize>(field: &dyn CarriedField<D>, positions: &Positions<D>, units: &UnitSystem) -> Column {
     let info = field.info();
-    let dimension = info.unit.as_ref().map_or(UnitDimension::NONE, |u| u.dimension);
-    let factor = info.unit.as_ref().map_or(1.0, |u| u.to_cgs / units.to_cgs(dimension));
+    let stated = info.unit.as_ref().map_or(UnitDimension::NONE, |u| u.dimension);
+    let factor = info.unit.as_ref().map_or(1.0, |u| u.to_cgs / units.to_cgs(stated));
+    // A magnetic field's unit is the root of a pressure's, which has no whole exponents.
+    let is_magnetic = info.name == names::MAGNETIC_FIELD && stated == UnitDimension::PRESSURE;
+    let (dimension, factor) = if is_magnetic { (UnitDimension::NONE, factor.sqrt()) } else { (stated, factor) };
     let mut values = vec![0.0; info.components * positions[0].len()];
     parallel::update_rows(&mut values, info.components, |i, out| {
         field.evaluate(&at(positions, i), out);
         out.iter_mut().for_each(|v| *v *= factor);
     });
-    let name = standard_name(&info.name).to_owned();
-    Column { name, components: info.components, values: Values::F64(values), dimension }
+    Column { name: info.name.clone(), components: info.components, values: Values::F64(values), dimension }
 }
 
-/// Material numbers by distance from the center, in the units of `positions`; `layers` go from the center outward.
-pub fn materials<const D: usize>(positions: &Positions<D>, center: &[f64; D], layers: &[MaterialLayer]) -> Column {
+/// Refuses carried values that are no numbers: expressions may have such where nobody looked before.
+///
+/// # Errors
+/// The first column with one.
+pub fn check_finite(columns: &[Column]) -> Result<()> {
+    for column in columns {
+        let Values::F64(values) = &column.values else { continue };
+        if let Some(i) = values.iter().position(|v| !v.is_finite()) {
+            let (particle, value) = (i / column.components.max(1), values[i]);
+            let problem = format!("is {value} at particle {particle}, expected a finite number at each");
+            return Err(Error::field(&column.name, problem));
+        }
+    }
+    Ok(())
+}
+
+/// Velocities that the scene sets, in the units of the columns.
+pub struct SetMotion {
+    pub bulk: Vec<f64>,
+    pub rotation: Vec<f64>,
+}
+
+/// What is known of the internal energy beside columns, in the units of the columns.
+pub struct KnownEnergy {
+    /// One at each particle, over all others.
+    pub balanced: Option<Vec<f64>>,
+    /// The same at all.
+    pub given: Option<f64>,
+    /// With which a pressure becomes an energy.
+    pub gamma: f64,
+}
+
+/// Material numbers by distance from the center; `layers` go from the center outward, with their outer radii in the units
+/// of `positions`.
+pub fn materials<const D: usize>(positions: &Positions<D>, center: &[f64; D], layers: &[(i32, Option<f64>)]) -> Column {
     let material = |i: usize| {
         let x = at(positions, i);
         let r = (0..D).map(|k| (x[k] - center[k]).powi(2)).sum::<f64>().sqrt();
-        let layer = layers.iter().find(|l| l.radius.is_none_or(|outer| r < outer)).or(layers.last());
-        layer.map_or(0, |l| i64::from(l.id))
+        let layer = layers.iter().find(|(_, radius)| radius.is_none_or(|outer| r < outer)).or(layers.last());
+        layer.map_or(0, |(id, _)| i64::from(*id))
     };
     let values = Values::I64(parallel::map(positions[0].len(), material));
     Column { name: names::MATERIAL_IDS.into(), components: 1, values, dimension: UnitDimension::NONE }
 }
 
-/// Names that mean a radial velocity in a profile.
-fn is_radial_velocity(column: &Column) -> bool {
-    let lower = column.name.to_ascii_lowercase();
-    column.components == 1
-        && (lower == "velocities" || matches!(lower.as_str(), "v" | "vr" | "v_r" | "vel_r" | "radial_velocity"))
-}
-
-/// Velocities from carried columns (a vector, components, or a profile's radial velocity), which are taken
-/// out of `columns`, plus the scene's motion. `None` where everything is at rest.
+/// Carried velocities, which are taken out of `columns`, plus the scene's motion. `None` where everything is at rest.
 ///
 /// # Errors
 /// Motion with the wrong number of components.
@@ -66,38 +91,12 @@ pub fn velocities<const D: usize>(
     columns: &mut Vec<Column>,
     positions: &Positions<D>,
     domain: &Domain<D>,
-    radial: Option<&RadialSource<D>>,
-    motion: &Motion,
+    motion: &SetMotion,
 ) -> Result<Option<Vec<f64>>> {
-    let n = positions[0].len();
-    let mut v = vec![0.0; n * D];
-    let mut moving = false;
-    let take = |columns: &mut Vec<Column>, found: &dyn Fn(&Column) -> bool| {
-        columns.iter().position(found).map(|i| columns.remove(i))
-    };
-    if let Some(column) = take(columns, &|c| c.name == names::VELOCITIES && c.components == D) {
-        (0..n * D).for_each(|i| v[i] = column.values.get(i));
-        moving = true;
-    } else if let Some(radial) = radial {
-        if let Some(column) = take(columns, &is_radial_velocity) {
-            for i in 0..n {
-                let d: [f64; D] = std::array::from_fn(|k| positions[k][i] - radial.center[k]);
-                let r = d.iter().map(|c| c * c).sum::<f64>().sqrt();
-                (0..D).for_each(|k| v[i * D + k] = if r > 0.0 { column.values.get(i) * d[k] / r } else { 0.0 });
-            }
-            moving = true;
-        }
-    } else {
-        for (k, letter) in ["x", "y", "z"].iter().enumerate().take(D) {
-            let spellings =
-                [format!("v{letter}"), format!("v_{letter}"), format!("velocity_{letter}"), format!("vel_{letter}")];
-            let found = take(columns, &|c| c.components == 1 && spellings.contains(&c.name.to_ascii_lowercase()));
-            if let Some(column) = found {
-                (0..n).for_each(|i| v[i * D + k] = column.values.get(i));
-                moving = true;
-            }
-        }
-    }
+    let carried = columns.iter().position(|c| c.name == names::VELOCITIES && c.components == D);
+    let carried = carried.map(|i| columns.remove(i).values.to_f64());
+    let mut moving = carried.is_some();
+    let mut v = carried.unwrap_or_else(|| vec![0.0; positions[0].len() * D]);
     moving |= add_motion(&mut v, positions, domain, motion)?;
     Ok(moving.then_some(v))
 }
@@ -106,7 +105,7 @@ fn add_motion<const D: usize>(
     v: &mut [f64],
     positions: &Positions<D>,
     domain: &Domain<D>,
-    motion: &Motion,
+    motion: &SetMotion,
 ) -> Result<bool> {
     let bulk = components::<D>("motion.bulk", &motion.bulk, D)?;
     let about = match D {
@@ -139,16 +138,14 @@ fn components<const N: usize>(key: &str, given: &[f64], expected: usize) -> Resu
 }
 
 /// Adds the internal energy where it is not carried: from a carried pressure, as given, or as a placeholder
-/// where the format insists (`required`). `density` is rho* in the output's units; `balanced` are energies that
-/// override all others.
+/// where the format insists (`required`). `density` is rho* in the output's units.
 ///
 /// # Errors
 /// A carried pressure without which there is no energy: not positive.
 pub fn internal_energy(
     columns: &mut Vec<Column>,
     density: &[f64],
-    thermal: &Thermal,
-    balanced: Option<Vec<f64>>,
+    known: KnownEnergy,
     required: bool,
 ) -> Result<EnergySource> {
     let push = |columns: &mut Vec<Column>, values: Vec<f64>| {
@@ -159,12 +156,12 @@ pub fn internal_energy(
             dimension: UnitDimension::SPECIFIC_ENERGY,
         });
     };
-    if let Some(u) = balanced {
+    if let Some(u) = known.balanced {
         columns.retain(|c| c.name != names::INTERNAL_ENERGY);
         push(columns, u);
         return Ok(EnergySource::Balanced);
     }
-    if let Some(u) = thermal.internal_energy {
+    if let Some(u) = known.given {
         columns.retain(|c| c.name != names::INTERNAL_ENERGY);
         push(columns, vec![u; density.len()]);
         return Ok(EnergySource::Given);
@@ -185,7 +182,7 @@ pub fn internal_energy(
             ));
         }
         let u =
-            density.iter().enumerate().map(|(i, rho)| pressure.values.get(i) / ((thermal.gamma - 1.0) * rho)).collect();
+            density.iter().enumerate().map(|(i, rho)| pressure.values.get(i) / ((known.gamma - 1.0) * rho)).collect();
         push(columns, u);
         return Ok(EnergySource::Pressure);
     }

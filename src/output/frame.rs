@@ -1,9 +1,10 @@
 //! Where the result lies and in which units: the box of the output, and factors from internal units to those of the file.
 
-use crate::error::{Error, Result};
+use crate::error::Result;
 use crate::field::RadialSource;
-use crate::input::ingest::InputUnits;
 use crate::input::internal_units::Prepared;
+use crate::input::units::InputUnits;
+use crate::scene::system_of;
 use crate::target::Positions;
 use sph::domain::{Axis, Domain};
 use sph::parallel;
@@ -42,10 +43,7 @@ pub fn output_units(
     d: usize,
 ) -> Result<(UnitSystem, Option<String>)> {
     if let Some(name) = named {
-        let unknown = || {
-            Error::scene("output.units", format!("is '{name}', expected cgs, si, solar, planetary, galactic or code"))
-        };
-        return Ok((UnitSystem::by_name(name).ok_or_else(unknown)?, None));
+        return Ok((system_of("output.units", name)?, None));
     }
     let Some(units) = units else { return Ok((UnitSystem::CODE, None)) };
     if d < 3 {

@@ -1,10 +1,10 @@
 //! The particle file that placed particles become.
 
-use super::columns::{self, EnergySource};
+use super::columns::{self, EnergySource, KnownEnergy};
 use super::frame::{Factors, Frame, radial_in};
 use crate::error::Result;
 use crate::input::internal_units::Prepared;
-use crate::scene::{CheckpointInput, Scene};
+use crate::scene::{CheckpointInput, Conversion, Quantity, Scene, values};
 use crate::target::Positions;
 use sph::domain::Axis;
 use sph::parallel;
@@ -13,6 +13,8 @@ use sph_formats::{Column, ParticleFile, ParticleTable, RunHeader, Species, UnitD
 
 /// Name of the column with the target's density.
 const TARGET_DENSITY: &str = "TargetDensity";
+/// How the note begins that says where a body alone has been moved.
+pub const MOVED: &str = "the body is moved to the middle";
 
 /// Columns in internal units.
 pub struct RawColumns<'a, const D: usize> {
@@ -35,6 +37,8 @@ pub struct Making<'a> {
     pub requires_energy: bool,
     /// Whether `units` have a meaning: the input's are known.
     pub units_known: bool,
+    /// From the scene's plain numbers to those of the file.
+    pub conversion: Conversion,
 }
 
 /// A file, with what there is to be said of it.
@@ -62,19 +66,28 @@ pub(crate) fn particle_file<const D: usize>(
     let (mut notes, mut left_out) = (Vec::new(), Vec::new());
     if frame.isolated {
         notes.push(format!(
-            "the body is moved to the middle of a box of edge {:.6e} (output.box_factor {})",
+            "{MOVED} of a box of edge {:.6e} (output.box_factor {})",
             frame.box_size[0] * factors.length,
             scene.output.box_factor
         ));
     }
     let mut carried: Vec<Column> =
         prepared.source.carried.iter().map(|f| columns::column(f.as_ref(), raw.positions, &units)).collect();
-    let velocities = placed_columns(scene, prepared, raw.positions, factors.length, &mut carried)?;
+    columns::check_finite(&carried)?;
+    let velocities =
+        placed_columns(scene, prepared, raw.positions, (factors.length, &making.conversion), &mut carried)?;
     let target_density = parallel::map(n, |i| raw.target_density[i] * factors.density);
     let energy_unit = if making.units_known { 1.0 / units.to_cgs(UnitDimension::SPECIFIC_ENERGY) } else { 1.0 };
     let balanced = raw.balanced.map(|(u, unit)| parallel::map(n, |i| u[i] * unit * energy_unit));
     let thermal = &scene.thermal;
-    match columns::internal_energy(&mut carried, &target_density, thermal, balanced, making.requires_energy)? {
+    let energy = || {
+        let energy = thermal.internal_energy.as_ref();
+        let value =
+            |u: &Quantity| u.value("thermal.internal_energy", UnitDimension::SPECIFIC_ENERGY, &making.conversion);
+        energy.map(value).transpose()
+    };
+    let known = KnownEnergy { balanced, given: energy()?, gamma: thermal.gamma };
+    match columns::internal_energy(&mut carried, &target_density, known, making.requires_energy)? {
         EnergySource::Placeholder => notes.push(
             "nothing thermal came in, but the format needs InternalEnergy: it is set to 1 everywhere; set thermal.internal_energy".into(),
         ),
@@ -117,7 +130,7 @@ pub(crate) fn particle_file<const D: usize>(
         time: 0.0,
         kernel: making.kernel.into(),
         kernel_neighbors: making.kernel_neighbors,
-        provenance: provenance(scene, making),
+        provenance: provenance(scene, &making.stop, (making.kernel, making.kernel_neighbors)),
     };
     let species = vec![Species { part_type: 0, table: ParticleTable { count: n, columns: all } }];
     Ok(Made { file: ParticleFile { header, species }, notes, left_out })
@@ -128,21 +141,29 @@ fn placed_columns<const D: usize>(
     scene: &Scene,
     prepared: &Prepared<D>,
     positions: &Positions<D>,
-    length: f64,
+    (length, conversion): (f64, &Conversion),
     carried: &mut Vec<Column>,
 ) -> Result<Option<Vec<f64>>> {
     let placed: Positions<D> = std::array::from_fn(|k| parallel::map(positions[k].len(), |i| positions[k][i] * length));
     let (domain, radial) = (prepared.source.domain.scaled(length), radial_in(prepared.source.radial.as_ref(), length));
-    let velocities = columns::velocities(carried, &placed, &domain, radial.as_ref(), &scene.motion)?;
+    let motion = columns::SetMotion {
+        bulk: values("motion.bulk", &scene.motion.bulk, UnitDimension::VELOCITY, conversion)?,
+        rotation: values("motion.rotation", &scene.motion.rotation, UnitDimension::RATE, conversion)?,
+    };
+    let velocities = columns::velocities(carried, &placed, &domain, &motion)?;
     if !scene.material.is_empty() {
         let middle = radial.map_or_else(|| domain.center(), |r| r.center);
         carried.retain(|c| c.name != names::MATERIAL_IDS);
-        carried.push(columns::materials(&placed, &middle, &scene.material));
+        let radius = |r: &Quantity| r.value("material.radius", UnitDimension::LENGTH, conversion);
+        let layers = scene.material.iter().map(|layer| Ok((layer.id, layer.radius.as_ref().map(radius).transpose()?)));
+        let layers: Vec<(i32, Option<f64>)> = layers.collect::<Result<_>>()?;
+        carried.push(columns::materials(&placed, &middle, &layers));
     }
     Ok(velocities)
 }
 
-fn provenance(scene: &Scene, making: &Making<'_>) -> Vec<(String, String)> {
+/// What a file says of its making; the kernel with its number of neighbors is that of the densities.
+pub(crate) fn provenance(scene: &Scene, stop: &str, (kernel, neighbors): (&str, f64)) -> Vec<(String, String)> {
     // The recipe must not depend on where the output goes.
     let mut recipe = scene.clone();
     recipe.output.file = None;
@@ -150,12 +171,11 @@ fn provenance(scene: &Scene, making: &Making<'_>) -> Vec<(String, String)> {
     vec![
         ("Version".into(), format!("sph-prep {}", env!("CARGO_PKG_VERSION"))),
         ("Seed".into(), scene.seed.to_string()),
-        ("StopReason".into(), making.stop.clone()),
+        ("StopReason".into(), stop.into()),
         (
             "DensityDefinition".into(),
             format!(
-                "sum over particles of m_j W(|r_i - r_j|, H_i), itself included, with {} and {:.1} neighbors",
-                making.kernel, making.kernel_neighbors
+                "sum over particles of m_j W(|r_i - r_j|, H_i), itself included, with {kernel} and {neighbors:.1} neighbors"
             ),
         ),
         ("Scene".into(), recipe.to_yaml()),

@@ -4,6 +4,7 @@
 //! target, what came out so far, and the state of the stage under way, as [`postcard`] writes them: floating-point numbers bit by bit.
 //! It is replaced as a whole, so that whenever the run ends there is the last one or none.
 
+use super::fingerprint::Hash;
 use crate::error::{Error, Result};
 use crate::relaxation::{Particles, Snapshot, StageName, StageReport};
 use crate::scene::{CheckpointInput, Scene};
@@ -304,26 +305,5 @@ impl Origin {
             return Err("belongs to another run: the input's density has changed since; start without it".into());
         }
         Ok(())
-    }
-}
-
-/// FNV-1a in 64 bits: against accidents, not against malice.
-struct Hash(u64);
-
-impl Default for Hash {
-    fn default() -> Self {
-        Self(0xcbf2_9ce4_8422_2325)
-    }
-}
-
-impl Hash {
-    fn add(&mut self, bytes: &[u8]) {
-        self.0 = bytes.iter().fold(self.0, |h, &b| (h ^ u64::from(b)).wrapping_mul(0x0100_0000_01b3));
-    }
-
-    fn of(bytes: &[u8]) -> u64 {
-        let mut hash = Self::default();
-        hash.add(bytes);
-        hash.0
     }
 }

@@ -1,7 +1,19 @@
 //! The order of a run: the plan, the stages as planned, checkpoints on the way, and the report at the end. No physics.
 
+pub mod assembly;
+pub mod bodies;
+pub mod bodies_report;
+pub mod cache;
 pub mod checkpoint;
+pub mod destination;
+mod doubts;
+pub(crate) mod fingerprint;
+mod grading;
+mod memory;
+pub mod orbit;
 pub mod pipeline;
 pub mod plan;
 pub mod report;
 pub mod stages;
+pub mod variables;
+pub mod verdict;

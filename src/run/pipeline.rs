@@ -1,44 +1,49 @@
 //! A scene from its input to placed particles, and to a file: input -> source -> target -> seeding -> relaxation -> carried
 //! fields -> measures -> particle file. The only place where the run-time dimension becomes a type.
 
+use super::destination::{Destination, intended_format};
+use super::grading::verdict as verdict_on;
 use super::plan::{Held, Plan};
 use super::report::{MassReport, Report, Timing};
 use super::stages::{self, Placed, Setting};
+use super::variables::variables;
+use super::{doubts, memory};
 use crate::codes::TargetCode;
 use crate::error::{Error, Result};
 use crate::input::hydrostatics::Hydrostatics;
-use crate::input::ingest::{self, InputUnits, RawInput};
+use crate::input::ingest::{self, RawInput};
 use crate::input::internal_units::Prepared;
+use crate::input::units::RunUnits;
 use crate::metrics::{DensityError, Outcome, Thermodynamics};
-use crate::output::frame::{Factors, output_units};
-use crate::output::parameters;
+use crate::output::frame::{Factors, Frame, output_units};
 use crate::output::particle_file::{Made, Making, RawColumns, particle_file};
 use crate::relaxation::{BALANCE, CERTIFICATE, Certificate, Control, Event, Particles, Step, StopReason, certify};
 use crate::scene::{DEFAULT_PARTICLES, OnInterrupt, Scene};
 use crate::target::{Equilibrium, Positions, at};
 use sph::{parallel, reduce};
 use sph_formats::common::particle_names as names;
-use sph_formats::{FormatError, FormatSpec, ParticleFile, UnitSystem, WriteOptions, registry};
-use std::path::Path;
+use sph_formats::{FormatSpec, ParticleFile, UnitSystem};
 use std::time::Instant;
 
 /// Places the particles of a scene. They are in the output's units, in the box of the output; nothing is written.
 ///
-/// The scene's output file may be missing. Where there is one, what its format cannot hold is refused before the work.
+/// The scene's output file may be missing. Where it, its format or a target code is stated, what the format cannot hold is refused
+/// before the work.
 ///
 /// # Errors
 /// Any of [`Error`].
 pub fn place(scene: &Scene, formats: &[FormatSpec], control: &Control<'_>) -> Result<(ParticleFile, Report)> {
     scene.validate()?;
-    let format = match scene.output.file.as_deref() {
-        Some(output) => Some(output_format(scene, formats, output)?),
-        None => None,
-    };
+    if !scene.bodies.is_empty() {
+        return Err(Error::scene("bodies", "are several; place_bodies places them, and run_bodies writes the file"));
+    }
+    let format = intended_format(scene, formats)?;
     let start = Instant::now();
     control.tell(Event::Begin(Step::Read));
     let raw = ingest::read(scene, formats)?;
     let mut notes = Vec::new();
-    let units = ingest::units(scene, &raw, &mut notes)?;
+    let units = RunUnits::new(scene, ingest::units(scene, &raw, &mut notes)?)?;
+    scene.check_units(&units.into_input())?;
     if let Some(field) = raw.field() {
         notes.extend(field.notes.iter().cloned());
     }
@@ -46,7 +51,8 @@ pub fn place(scene: &Scene, formats: &[FormatSpec], control: &Control<'_>) -> Re
     if let Some(format) = format {
         refuse_what_the_format_cannot_hold(scene, format, dimension)?;
     }
-    let mut run = Run { scene, formats, format, control, units, start, timing: Vec::new(), notes };
+    let mut run =
+        Run { scene, formats, format, control, units, start, timing: Vec::new(), notes, warnings: Vec::new() };
     run.lap(Step::Read, start, None);
     run.check()?;
     match dimension {
@@ -61,64 +67,17 @@ pub fn place(scene: &Scene, formats: &[FormatSpec], control: &Control<'_>) -> Re
 /// # Errors
 /// Any of [`Error`]; nothing is left half-written.
 pub fn run(scene: &Scene, formats: &[FormatSpec], control: &Control<'_>) -> Result<Report> {
-    let output = scene.output.file.as_deref().ok_or_else(|| Error::scene("output.file", "is missing (--out FILE)"))?;
-    let format = output_format(scene, formats, output)?;
-    registry::writer(format, output)?;
-    refuse_overwriting_inputs(scene, output)?;
-    if let Some(code) = scene.code().filter(|_| scene.output.parameters) {
-        parameters::refuse_overwriting(code, output)?;
-    }
-    sph_formats::output::probe(output)?;
+    let destination = Destination::new(scene, formats)?;
+    destination.refuse_overwriting_inputs(scene)?;
     let start = Instant::now();
     let (file, mut report) = place(scene, formats, control)?;
     let lap = Instant::now();
     control.tell(Event::Begin(Step::Write));
-    let options =
-        WriteOptions { compression: scene.output.compression, double_precision: scene.output.double_precision };
-    sph_formats::write(formats, output, Some(format.name), &file, options)?;
-    if let Some(code) = scene.code().filter(|_| scene.output.parameters) {
-        for (path, text) in parameters::files(code, output, &file)? {
-            write_text(&path, &text)?;
-            report.notes.push(format!("parameters for {} are in '{}'", code.sheet.title, path.display()));
-        }
-    }
+    report.notes.extend(destination.write(scene, formats, &file)?);
     report.timing.push(Timing { step: Step::Write.name(), seconds: lap.elapsed().as_secs_f64(), epsilon: None });
     report.notes.extend(remove_checkpoint(scene, report.stop));
     report.seconds = start.elapsed().as_secs_f64();
     Ok(report)
-}
-
-fn write_text(path: &Path, text: &str) -> Result<()> {
-    let written = |temporary: &Path| std::fs::write(temporary, text).map_err(|e| FormatError::io(path, "write", e));
-    Ok(sph_formats::output::atomically(path, written)?)
-}
-
-/// The format of the output: as given, else as the target code reads it where the file's name leaves that open.
-fn output_format<'f>(scene: &Scene, formats: &'f [FormatSpec], output: &Path) -> Result<&'f FormatSpec> {
-    let given = scene.output.format.as_deref();
-    let by_name = registry::detect_output(formats, output, given);
-    let Some(code) = scene.code().filter(|_| given.is_none()) else { return Ok(by_name?) };
-    let is_open = by_name.as_ref().map_or(true, |f| TargetCode::of_format(f.name).is_some());
-    if is_open { Ok(registry::detect_output(formats, output, Some(code.sheet.format))?) } else { Ok(by_name?) }
-}
-
-/// Renaming the output, or a checkpoint, onto an input would destroy it, so that the run could not be repeated.
-fn refuse_overwriting_inputs(scene: &Scene, output: &Path) -> Result<()> {
-    let checkpoint = scene.checkpoint.file.as_deref();
-    if checkpoint == Some(output) {
-        return Err(Error::scene("checkpoint.file", "is the output file as well; name another"));
-    }
-    for (key, written) in [("output.file", Some(output)), ("checkpoint.file", checkpoint)] {
-        let Some(written) = written.and_then(|w| w.canonicalize().ok()) else { continue };
-        let inputs = [&scene.input.file, scene.resolution.as_ref().map_or(&None, |r| &r.file)];
-        for input in inputs.into_iter().flatten() {
-            if input.canonicalize().is_ok_and(|i| i == written) {
-                let problem = format!("is the input file '{}', which it would replace; name another", input.display());
-                return Err(Error::scene(key, problem));
-            }
-        }
-    }
-    Ok(())
 }
 
 /// Before the long work: what the writer would refuse at its end.
@@ -145,10 +104,11 @@ struct Run<'a> {
     formats: &'a [FormatSpec],
     format: Option<&'a FormatSpec>,
     control: &'a Control<'a>,
-    units: Option<InputUnits>,
+    units: RunUnits,
     start: Instant,
     timing: Vec<Timing>,
     notes: Vec<String>,
+    warnings: Vec<String>,
 }
 
 impl Run<'_> {
@@ -165,12 +125,12 @@ impl Run<'_> {
         let lap = Instant::now();
         self.control.tell(Event::Begin(Step::Interpolate));
         let count = self.scene.particles.unwrap_or(DEFAULT_PARTICLES);
-        let prepared = Prepared::<D>::new(self.scene, self.formats, raw, count)?;
+        let prepared = Prepared::<D>::new(self.scene, self.formats, (raw, &self.units), count)?;
         self.notes.extend(prepared.notes.iter().cloned());
-        let regions = prepared.target().find_regions();
+        let regions = prepared.target().find_regions(self.scene.region_contrast);
         let target = prepared.target().with_regions(regions.as_ref());
         self.lap(Step::Interpolate, lap, None);
-        let (hydrostatics, unsure) = Hydrostatics::new(self.scene, &prepared, self.units)?;
+        let (hydrostatics, unsure) = Hydrostatics::new(self.scene, &prepared, &self.units)?;
         let own = hydrostatics.as_ref().is_some_and(|h| h.own_center().is_some());
         let held = match unsure.or_else(|| self.scene.excludes_balance().filter(|_| own)) {
             Some(why) => Held::Unsure(why),
@@ -201,6 +161,9 @@ impl Run<'_> {
                 )
             }));
         }
+        memory::check(count, &plan.stages)?;
+        self.warnings.extend(doubts::before(self.scene, &prepared, count));
+        self.refuse_box(&prepared)?;
         self.check()?;
         let equilibrium = hydrostatics.as_ref().map(|h| h as &dyn Equilibrium<D>);
         let setting = Setting::new(self.scene, target, equilibrium, self.control);
@@ -260,10 +223,11 @@ impl Run<'_> {
             Some(code) => Some(format!("made for {}", code.describe(D))),
             None => self.format.and_then(|f| TargetCode::of_format(f.name)?.mismatch(kernel, D, neighbors)),
         });
-        let (units, note) = output_units(self.scene.output.units.as_deref(), self.units, prepared.mass.value, D)?;
+        let (units, note) = output_units(self.scene.output.units.as_deref(), self.units.input, prepared.mass.value, D)?;
         self.notes.extend(note);
-        let factors = Factors::new::<D>(self.units, prepared, &units);
+        let factors = Factors::new::<D>(self.units.input, prepared, &units);
         let mass = self.mass_report(&masses, prepared, (&factors, &units));
+        self.warnings.extend(doubts::after(target, &positions));
         let balanced = internal_energy.zip(hydrostatics).map(|(u, h)| (u, h.specific_energy));
         let raw = RawColumns { positions: &positions, masses, support, density, target_density, balanced };
         let requires = self.format.map_or(&[][..], |f| f.capabilities.requires);
@@ -272,13 +236,17 @@ impl Run<'_> {
             kernel_neighbors: neighbors,
             stop: format!("{stop:?}"),
             requires_energy: requires.contains(&names::INTERNAL_ENERGY),
-            units_known: self.units.is_some(),
+            units_known: self.units.input.is_some(),
+            conversion: self.units.into_output(&units),
         };
         let Made { file, notes, left_out } = particle_file(self.scene, prepared, raw, (units, &factors), &making)?;
         self.notes.extend(notes);
         left_out.into_iter().for_each(|(what, why)| plan.drop(what, why));
+        let format = self.format.map(|f| (f.name, f.capabilities.columns));
+        let (variables, warnings) = variables(&prepared.variables, &file.species[0].table, format);
+        self.warnings.extend(warnings);
         let output = self.scene.output.file.as_ref();
-        let report = Report {
+        let mut report = Report {
             input: self.scene.input_name(),
             output: output.map_or_else(String::new, |file| file.display().to_string()),
             format: self.format.map_or("", |f| f.name),
@@ -298,9 +266,32 @@ impl Run<'_> {
             timing: self.timing,
             seconds: self.start.elapsed().as_secs_f64(),
             plan,
+            variables,
+            atmosphere: prepared.cut,
+            verdict: Vec::new(),
+            warnings: self.warnings,
             notes: self.notes,
         };
+        report.verdict = verdict_on(&report);
         Ok((file, report))
+    }
+
+    /// What the format says of the box of the output.
+    fn refuse_box<const D: usize>(&self, prepared: &Prepared<D>) -> Result<()> {
+        let Some(format) = self.format.filter(|f| f.capabilities.cubic_box) else { return Ok(()) };
+        let frame = Frame::new(&prepared.source.domain, self.scene.output.box_factor);
+        let used = &frame.box_size[..D];
+        let unit = prepared.length;
+        if used.iter().all(|edge| *edge == used[0]) {
+            return Ok(());
+        }
+        let edges: Vec<String> = used.iter().map(|edge| format!("{:.6e}", edge * unit)).collect();
+        let problem = format!(
+            "'{}' has one number for the box, but its edges are {} in the input's units; write swift instead (--to swift), or use equal edges",
+            format.name,
+            edges.join(", ")
+        );
+        Err(Error::scene("output.format", problem))
     }
 
     /// The body followed forward, where that is asked for.
@@ -342,7 +333,7 @@ impl Run<'_> {
             smallest: fold(f64::min, f64::INFINITY),
             largest: fold(f64::max, 0.0),
             defect: (summed - total) / total,
-            total_cgs: (self.units.is_some() && D == 3).then_some(total * out.mass),
+            total_cgs: (self.units.input.is_some() && D == 3).then_some(total * out.mass),
         }
     }
 }

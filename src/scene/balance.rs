@@ -1,14 +1,16 @@
 //! The `balance` section of a scene.
 
+use super::{Conversion, Quantity};
 use crate::error::{Error, Result};
 use serde::{Deserialize, Serialize};
+use sph_formats::UnitDimension;
 
 /// The balance of pressure and gravity that comes after the polish.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct BalanceInput {
     /// Evaluations of the force, at most; by default 400 for 30 000 particles, fewer for more of them.
-    #[serde(skip_serializing_if = "Option::is_none")]
+    #[serde(skip_serializing_if = "Option::is_none", deserialize_with = "super::count::optional_count")]
     pub evaluations: Option<usize>,
     /// By default the input's own where it is a radial profile, else a field that holds the pressure.
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -38,22 +40,44 @@ pub enum GravityName {
 }
 
 /// Pressure as a function of density, or of the weight above.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case", deny_unknown_fields)]
 pub enum EquationOfState {
-    /// P = constant rho^gamma, in the input's numbers (cgs where it has units).
+    /// P = constant rho^gamma, all in the scene's units.
     Polytrope { constant: f64, gamma: f64 },
-    /// P = sound_speed^2 rho, in the input's numbers (cgs where it has units).
-    Isothermal { sound_speed: f64 },
+    /// P = sound_speed^2 rho.
+    Isothermal { sound_speed: Quantity },
     /// That of a self-gravitating body at rest.
     AtRest,
 }
 
+impl EquationOfState {
+    /// K and gamma of P = K rho^gamma in the units of `conversion.to`; `None` where it is no such law.
+    ///
+    /// # Errors
+    /// A sound speed that is none.
+    pub(crate) fn power_law(&self, conversion: &Conversion) -> Result<Option<(f64, f64)>> {
+        Ok(match self {
+            Self::Polytrope { constant, gamma } => {
+                let [pressure, density] =
+                    [UnitDimension::PRESSURE, UnitDimension::mass_density(3)].map(|d| conversion.factor(d));
+                Some((constant * pressure / density.powf(*gamma), *gamma))
+            }
+            Self::Isothermal { sound_speed } => {
+                let key = "balance.equation_of_state.sound_speed";
+                let speed = sound_speed.value(key, UnitDimension::VELOCITY, conversion)?;
+                Some((speed * speed, 1.0))
+            }
+            Self::AtRest => None,
+        })
+    }
+}
+
 impl BalanceInput {
     pub(super) fn validate(&self) -> Result<()> {
-        let (constant, gamma) = match self.equation_of_state {
-            Some(EquationOfState::Polytrope { constant, gamma }) => (constant, gamma),
-            Some(EquationOfState::Isothermal { sound_speed }) => (sound_speed, 1.0),
+        let (constant, gamma) = match &self.equation_of_state {
+            Some(EquationOfState::Polytrope { constant, gamma }) => (*constant, *gamma),
+            Some(EquationOfState::Isothermal { sound_speed }) => (sound_speed.number(), 1.0),
             Some(EquationOfState::AtRest) | None => (1.0, 1.0),
         };
         for (key, value) in [

@@ -1,5 +1,6 @@
 //! The `input` section of a scene.
 
+use super::{ProfileInput, Quantity};
 use serde::{Deserialize, Serialize};
 use std::path::PathBuf;
 
@@ -12,6 +13,9 @@ pub struct Input {
     /// Density as an expression in x, y, z and r (distance from the domain's center), instead of a file.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub expression: Option<String>,
+    /// A body from its physics, instead of a file.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub profile: Option<ProfileInput>,
     /// Name of the format where it cannot be told from the file.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub format: Option<String>,
@@ -30,6 +34,10 @@ pub struct Input {
     /// Where the rows of a radial table lie; without the statement the mass that the table states decides.
     #[serde(skip_serializing_if = "StaggeringName::is_auto")]
     pub staggering: StaggeringName,
+    /// What the values of a grid belong to, where the file gives no bounds of cells; without the statement a periodic axis is
+    /// decided by where its nodes lie, or refused.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub centering: Option<CenteringName>,
     /// Dimension in which a radial profile is used (3), and of an expression.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub dimension: Option<usize>,
@@ -40,9 +48,9 @@ pub struct Input {
     #[serde(skip_serializing_if = "Option::is_none")]
     pub density_unit: Option<String>,
     pub atmosphere: Atmosphere,
-    /// Radius of the planet from whose surface a grid's depth or height counts, in the unit of that axis.
+    /// Radius of the planet from whose surface a grid's depth or height counts; a plain number is in the unit of that axis.
     #[serde(skip_serializing_if = "Option::is_none")]
-    pub planet_radius: Option<f64>,
+    pub planet_radius: Option<Quantity>,
 }
 
 /// Interpolation on grids.
@@ -79,6 +87,16 @@ pub enum StaggeringName {
     InnerFaces,
     /// The radius in the middle of zones, the mass at their outer faces.
     Centers,
+}
+
+/// What the values of a grid belong to.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum CenteringName {
+    /// Cells around the nodes: N of them are N steps long.
+    Cells,
+    /// The nodes: N of them are N - 1 steps long, and the last of a periodic axis is the first again.
+    Nodes,
 }
 
 impl StaggeringName {

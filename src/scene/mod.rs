@@ -1,21 +1,42 @@
 //! The scene: everything that a run needs to know, as one YAML document.
 //!
-//! Unknown keys are errors with line and column. Lengths, densities and centers are in the input's own units;
-//! what is left out takes the default that `--print-scene` shows.
+//! Unknown keys are errors with line and column. Numbers that have a dimension are [`Quantity`]s: with a unit, or in the
+//! scene's `units`, which are those of the input by default. What is left out takes the default that `--print-scene` shows.
 
 mod balance;
+mod bodies;
+mod count;
+mod dimensions;
+mod fields;
 mod input;
+mod profile;
+mod quantity;
+mod role;
 mod stages;
+mod systems;
+mod turbulence;
+mod units;
+mod yaml;
 
 pub use balance::{BalanceInput, EquationOfState, GravityName};
-pub use input::{Atmosphere, Input, InterpolationName, MissingValues, StaggeringName};
+pub(crate) use bodies::in_body;
+pub use bodies::{BodyInput, OrbitInput};
+pub use count::parse_count;
+pub use fields::{FieldValue, FieldsInput, Term};
+pub use input::{Atmosphere, CenteringName, Input, InterpolationName, MissingValues, StaggeringName};
+pub use profile::ProfileInput;
+pub use quantity::{Conversion, Quantity, check_all, values};
+pub use role::{Part, Role, Vector, parse_mapping};
 pub use stages::{AfcInput, AlaricInput, CheckpointInput, Polish, SolverInput, WvtInput};
+pub use systems::system_of;
+pub use turbulence::TurbulenceInput;
 
 use crate::codes::{SHEETS, TargetCode};
 use crate::error::{Error, Result};
 use crate::seeding::Seeding;
 use serde::{Deserialize, Serialize};
 use sph::kernel::{KernelName, default_kernel_neighbors};
+use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
 /// One run.
@@ -23,12 +44,19 @@ use std::path::{Path, PathBuf};
 #[serde(deny_unknown_fields, default)]
 pub struct Scene {
     pub input: Input,
+    /// Units of all numbers of the scene that are written without one: cgs, si, solar, planetary or galactic; by default
+    /// those of the input. They are also those of an expression, and of a file that states none.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub units: Option<String>,
+    /// What variables of the input are, where their names do not say it: `{vel1: velocity-x, E: none}`.
+    #[serde(skip_serializing_if = "BTreeMap::is_empty")]
+    pub map: BTreeMap<String, Role>,
     /// Where the particle number density follows a field of its own; masses then vary.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub resolution: Option<ResolutionInput>,
     pub domain: DomainInput,
-    /// Number of particles N, met exactly.
-    #[serde(skip_serializing_if = "Option::is_none")]
+    /// Number of particles N, met exactly: 100000, 1e5 or 100k.
+    #[serde(skip_serializing_if = "Option::is_none", deserialize_with = "count::optional_count")]
     pub particles: Option<usize>,
     pub seed: u64,
     /// By default equal-area shells for radial targets in a 3-D ball that the density solver follows, else mass
@@ -47,6 +75,10 @@ pub struct Scene {
     /// 4.96).
     #[serde(skip_serializing_if = "Option::is_none")]
     pub neighbors: Option<f64>,
+    /// Ratio of densities across a discontinuity from which the regions on its sides are relaxed one by one, each as if it went
+    /// on beyond: 7.4 by default. Less, as 1.5, for contact discontinuities.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub region_contrast: Option<f64>,
     pub wvt: WvtInput,
     /// What follows WVT; by default the density solver where time and memory allow.
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -54,8 +86,8 @@ pub struct Scene {
     pub alaric: AlaricInput,
     pub solver: SolverInput,
     pub afc: AfcInput,
-    /// Moves the particles until the pressure force of the target code cancels gravity; off by default.
-    #[serde(skip_serializing_if = "Option::is_none")]
+    /// Moves the particles until the pressure force of the target code cancels gravity; off by default. `true`, or its keys.
+    #[serde(skip_serializing_if = "Option::is_none", deserialize_with = "yaml::switch_or_keys")]
     pub balance: Option<BalanceInput>,
     /// Dynamical times for which the result is followed forward, to see whether it stays still; for a body that its own gravity
     /// holds.
@@ -72,11 +104,28 @@ pub struct Scene {
     pub time_limit: Option<f64>,
     #[serde(skip_serializing_if = "CheckpointInput::is_default")]
     pub checkpoint: CheckpointInput,
+    /// What particles carry beside their mass, as expressions: beside a file's columns, or in their place.
+    #[serde(skip_serializing_if = "FieldsInput::is_empty")]
+    pub fields: FieldsInput,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub turbulence: Option<TurbulenceInput>,
     pub motion: Motion,
     pub thermal: Thermal,
     /// Materials by distance from the center, from the inside outward; over carried ones.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub material: Vec<MaterialLayer>,
+    /// Several bodies, each a scene of its own, in place of `input` and what goes with it.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub bodies: Vec<BodyInput>,
+    /// Of two bodies.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub orbit: Option<OrbitInput>,
+    /// A folder in which placed bodies are kept, so that another orbit of the same takes no time.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub cache: Option<PathBuf>,
+    /// One for all bodies, in place of a number of particles.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub particle_mass: Option<Quantity>,
     pub output: Output,
 }
 
@@ -107,42 +156,42 @@ pub struct ResolutionInput {
 pub struct DomainInput {
     /// Lower and upper corner.
     #[serde(rename = "box", skip_serializing_if = "Option::is_none")]
-    pub bounds: Option<[Vec<f64>; 2]>,
+    pub bounds: Option<[Vec<Quantity>; 2]>,
     #[serde(skip_serializing_if = "Option::is_none")]
     pub ball: Option<BallInput>,
     #[serde(skip_serializing_if = "Option::is_none")]
     pub cylinder: Option<CylinderInput>,
     /// One for all axes, or one each; the surface of a ball or hull takes the first, that of a cylinder the first across
     /// its axis. By default open.
-    #[serde(skip_serializing_if = "Vec::is_empty")]
+    #[serde(skip_serializing_if = "Vec::is_empty", deserialize_with = "yaml::one_or_many")]
     pub boundary: Vec<BoundaryName>,
 }
 
-/// A ball, disc or interval, or a shell; in the input's unit of length.
+/// A ball, disc or interval, or a shell.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct BallInput {
     /// The origin by default.
     #[serde(default)]
-    pub center: Vec<f64>,
-    pub radius: f64,
+    pub center: Vec<Quantity>,
+    pub radius: Quantity,
     #[serde(default)]
-    pub inner_radius: f64,
+    pub inner_radius: Quantity,
 }
 
-/// A cylinder or a tube, in three dimensions; in the input's unit of length.
+/// A cylinder or a tube, in three dimensions.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct CylinderInput {
     /// The middle of its axis; the origin by default.
     #[serde(default)]
-    pub center: Vec<f64>,
+    pub center: Vec<Quantity>,
     #[serde(default)]
     pub axis: AxisName,
-    pub radius: f64,
+    pub radius: Quantity,
     #[serde(default)]
-    pub inner_radius: f64,
-    pub length: f64,
+    pub inner_radius: Quantity,
+    pub length: Quantity,
 }
 
 /// A coordinate axis.
@@ -167,15 +216,15 @@ pub enum BoundaryName {
     Open,
 }
 
-/// Velocities given to the particles, on top of carried ones, in the output's units.
+/// Velocities given to the particles, on top of carried ones.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct Motion {
     #[serde(skip_serializing_if = "Vec::is_empty")]
-    pub bulk: Vec<f64>,
+    pub bulk: Vec<Quantity>,
     /// Angular velocity about the domain's center: three components, or one in 2-D.
     #[serde(skip_serializing_if = "Vec::is_empty")]
-    pub rotation: Vec<f64>,
+    pub rotation: Vec<Quantity>,
 }
 
 /// Where the internal energy comes from when the input does not carry it.
@@ -184,9 +233,9 @@ pub struct Motion {
 pub struct Thermal {
     /// Adiabatic index, used to turn a carried pressure into u = P/((gamma - 1) rho).
     pub gamma: f64,
-    /// Specific internal energy of all particles, in the output's units.
+    /// Specific internal energy of all particles.
     #[serde(skip_serializing_if = "Option::is_none")]
-    pub internal_energy: Option<f64>,
+    pub internal_energy: Option<Quantity>,
 }
 
 impl Default for Thermal {
@@ -200,9 +249,9 @@ impl Default for Thermal {
 #[serde(deny_unknown_fields)]
 pub struct MaterialLayer {
     pub id: i32,
-    /// Outer radius, in the output's units of length. The last layer has none.
+    /// Outer radius. The last layer has none.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub radius: Option<f64>,
+    pub radius: Option<Quantity>,
 }
 
 fn positive(key: &str, v: f64) -> Result<()> {
@@ -210,26 +259,6 @@ fn positive(key: &str, v: f64) -> Result<()> {
         true => Ok(()),
         false => Err(Error::scene(key, format!("is {v}, expected a positive number"))),
     }
-}
-
-fn check_layers(layers: &[MaterialLayer]) -> Result<()> {
-    let mut inner = 0.0;
-    for (i, layer) in layers.iter().enumerate() {
-        let last = i + 1 == layers.len();
-        match layer.radius {
-            None if last => {}
-            Some(r) if !last && r.is_finite() && r > inner => inner = r,
-            found => {
-                let found = found.map_or("no radius".to_owned(), |r| format!("radius {r}"));
-                let problem = format!(
-                    "layer {} has {found}, expected outer radii that ascend from the center, and none for the last layer",
-                    i + 1
-                );
-                return Err(Error::scene("material", problem));
-            }
-        }
-    }
-    Ok(())
 }
 
 /// The file that comes out.
@@ -246,6 +275,9 @@ pub struct Output {
     pub units: Option<String>,
     /// Edge of the box of an isolated body over the body's own.
     pub box_factor: f64,
+    /// Whether a file that is there already is refused instead of replaced.
+    #[serde(skip_serializing_if = "std::ops::Not::not")]
+    pub no_clobber: bool,
     /// Deflate level, 0 to 9.
     pub compression: u8,
     pub double_precision: bool,
@@ -273,6 +305,7 @@ impl Default for Output {
             file: None,
             format: None,
             units: None,
+            no_clobber: false,
             box_factor: 4.0,
             compression: 4,
             double_precision: false,
@@ -294,13 +327,13 @@ impl Scene {
     pub fn load(path: &Path) -> Result<Self> {
         let text = std::fs::read_to_string(path)
             .map_err(|e| Error::scene(format!("file '{}'", path.display()), format!("cannot be read: {e}")))?;
-        let mut scene: Self = Self::parse(&text).map_err(|e| match e {
-            Error::Scene { problem, .. } => Error::scene(format!("file '{}'", path.display()), problem),
-            other => other,
-        })?;
+        let mut scene: Self = yaml::parse(&text, &format!("file '{}'", path.display()))?;
         let folder = path.parent().unwrap_or(Path::new(""));
-        let inputs = [Some(&mut scene.input.file), scene.resolution.as_mut().map(|r| &mut r.file)];
-        for file in inputs.into_iter().flatten().flatten() {
+        let own = [Some(&mut scene.input.file), scene.resolution.as_mut().map(|r| &mut r.file)];
+        let of_bodies =
+            scene.bodies.iter_mut().flat_map(|b| [Some(&mut b.input.file), b.resolution.as_mut().map(|r| &mut r.file)]);
+        let files = own.into_iter().chain(of_bodies).flatten().chain([&mut scene.cache]);
+        for file in files.flatten() {
             if file.is_relative() {
                 *file = folder.join(&*file);
             }
@@ -313,7 +346,7 @@ impl Scene {
     /// # Errors
     /// [`Error::Scene`] with line and column.
     pub fn parse(text: &str) -> Result<Self> {
-        serde_saphyr::from_str(text).map_err(|e| Error::scene("document", e.to_string()))
+        yaml::parse(text, "document")
     }
 
     /// The scene as YAML.
@@ -344,9 +377,10 @@ impl Scene {
 
     /// The input as reports name it.
     pub fn input_name(&self) -> String {
-        match (&self.input.file, &self.input.expression) {
-            (Some(file), _) => file.display().to_string(),
-            (None, expression) => format!("expression '{}'", expression.as_deref().unwrap_or("")),
+        match (&self.input.file, &self.input.profile, &self.input.expression) {
+            (Some(file), ..) => file.display().to_string(),
+            (None, Some(profile), _) => format!("profile '{}'", profile.name()),
+            (None, None, expression) => format!("expression '{}'", expression.as_deref().unwrap_or("")),
         }
     }
 
@@ -358,19 +392,26 @@ impl Scene {
         self.target_code.as_deref().map_or(Ok(()), |code| TargetCode::parse(code).map(|_| ()))?;
         self.check_input()?;
         self.check_stages()?;
+        self.stated_units()?;
+        self.check_quantities()?;
+        self.check_bodies()?;
         self.check_physics()?;
         self.check_output()
     }
 
     fn check_input(&self) -> Result<()> {
-        match (&self.input.file, &self.input.expression) {
-            (None, None) => {
-                return Err(Error::scene("input", "names neither a `file` nor an `expression`; give one (--in FILE)"));
+        let Input { file, expression, profile, .. } = &self.input;
+        match [file.is_some(), expression.is_some(), profile.is_some()].into_iter().filter(|given| *given).count() {
+            1 => {}
+            0 if !self.bodies.is_empty() => {}
+            0 => {
+                let problem = "names neither a `file` nor an `expression` nor a `profile`; give one (--in FILE)";
+                return Err(Error::scene("input", problem));
             }
-            (Some(_), Some(_)) => {
-                return Err(Error::scene("input", "names both a `file` and an `expression`; give one"));
+            _ => {
+                let problem = "names more than one of `file`, `expression` and `profile`; give one";
+                return Err(Error::scene("input", problem));
             }
-            _ => {}
         }
         if self.particles == Some(0) {
             return Err(Error::scene("particles", "is 0, expected at least 1"));
@@ -399,6 +440,9 @@ impl Scene {
                 format!("is {}, expected at most 1: steps shrink", self.wvt.final_step),
             ));
         }
+        if let Some(ratio) = self.region_contrast.filter(|r| !(r.is_finite() && *r > 1.0)) {
+            return Err(Error::scene("region_contrast", format!("is {ratio}, expected a ratio of densities above 1")));
+        }
         self.alaric.validate()?;
         self.afc.validate()?;
         if let Some(t) = self.trim_masses.filter(|t| !(*t > 0.0 && *t < 1.0)) {
@@ -419,10 +463,10 @@ impl Scene {
 
     fn check_physics(&self) -> Result<()> {
         for (key, value) in [
-            ("input.planet_radius", self.input.planet_radius),
             ("tolerance", self.tolerance),
             ("certify", self.certify),
-            ("thermal.internal_energy", self.thermal.internal_energy),
+            ("input.planet_radius", self.input.planet_radius.as_ref().map(Quantity::number)),
+            ("thermal.internal_energy", self.thermal.internal_energy.as_ref().map(Quantity::number)),
         ] {
             value.map_or(Ok(()), |v| positive(key, v))?;
         }
@@ -436,10 +480,12 @@ impl Scene {
         if !(self.thermal.gamma.is_finite() && self.thermal.gamma > 1.0) {
             return Err(Error::scene("thermal.gamma", format!("is {}, expected more than 1", self.thermal.gamma)));
         }
-        check_layers(&self.material)
+        self.turbulence.as_ref().map_or(Ok(()), TurbulenceInput::validate)?;
+        self.fields.validate()
     }
 
     fn check_output(&self) -> Result<()> {
+        self.output.units.as_deref().map_or(Ok(()), |name| system_of("output.units", name).map(|_| ()))?;
         if !(self.output.box_factor.is_finite() && self.output.box_factor >= 1.0) {
             return Err(Error::scene(
                 "output.box_factor",

@@ -12,7 +12,7 @@ use std::path::PathBuf;
 #[serde(deny_unknown_fields, default)]
 pub struct WvtInput {
     /// By default what the seed and the polish that follows need: 60 without a polish, few before one.
-    #[serde(skip_serializing_if = "Option::is_none")]
+    #[serde(skip_serializing_if = "Option::is_none", deserialize_with = "super::count::optional_count")]
     pub iterations: Option<usize>,
     pub weight: Weight,
     pub bias: Bias,
@@ -63,6 +63,7 @@ impl Polish {
 #[serde(deny_unknown_fields, default)]
 pub struct AlaricInput {
     /// Time steps per stage of splitting, at most.
+    #[serde(deserialize_with = "super::count::count")]
     pub steps: usize,
     /// Stages of particle splitting; by default the plan decides.
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -104,6 +105,7 @@ impl Default for AlaricInput {
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct AfcInput {
+    #[serde(deserialize_with = "super::count::count")]
     pub steps: usize,
     /// First displacement, in spacings.
     pub step: f64,
@@ -131,7 +133,7 @@ impl AfcInput {
 pub struct SolverInput {
     /// Evaluations of density and forces, at most; by default 100 with 100 000 particles, more with fewer
     /// particles (240) and fewer with more (30).
-    #[serde(skip_serializing_if = "Option::is_none")]
+    #[serde(skip_serializing_if = "Option::is_none", deserialize_with = "super::count::optional_count")]
     pub evaluations: Option<usize>,
     /// What matters more: 0 the exact density, 1 quiet forces; by default 0.5, or what a tolerance leaves.
     #[serde(skip_serializing_if = "Option::is_none")]

@@ -68,9 +68,10 @@ impl<'a, const D: usize> Target<'a, D> {
         }
     }
 
-    /// Its regions; `None` where nothing separates it.
-    pub fn find_regions(&self) -> Option<Regions<'a, D>> {
-        Regions::new(self.resolution_field(), self.domain, self)
+    /// Its regions; `None` where nothing separates it. Those whose densities differ by a factor of more than `contrast`, by
+    /// default e^2, are bodies of their own.
+    pub fn find_regions(&self, contrast: Option<f64>) -> Option<Regions<'a, D>> {
+        Regions::new(self.resolution_field(), self.domain, self, contrast)
     }
 
     /// The same target with particles that stay in the regions in which they are.

@@ -96,7 +96,7 @@ enum Class<const D: usize> {
 const OUTSIDE: u64 = u64::MAX;
 /// Change of ln n* across an interface from which on it separates regions.
 const JUMP: f64 = 0.2;
-/// Change of ln n* across an interface up to which the two sides are one body.
+/// Change of ln n* across an interface up to which the two sides are one body, where nothing else is said.
 const APART: f64 = 2.0;
 /// A region that should have fewer particles has none.
 const LEAST_PARTICLES: f64 = 0.5;
@@ -112,8 +112,14 @@ const MASS_TOLERANCE: f64 = 1e-6;
 const HALVINGS: usize = 40;
 
 impl<'a, const D: usize> Regions<'a, D> {
-    /// The regions of `target`, whose density follows `field`; `None` where nothing separates it, or too much.
-    pub(super) fn new(field: &'a dyn ScalarField<D>, domain: &'a Domain<D>, target: &dyn Matter<D>) -> Option<Self> {
+    /// The regions of `target`, whose density follows `field`; `None` where nothing separates it, or too much. Those whose
+    /// densities differ by less than the factor `contrast` are one body.
+    pub(super) fn new(
+        field: &'a dyn ScalarField<D>,
+        domain: &'a Domain<D>,
+        target: &dyn Matter<D>,
+        contrast: Option<f64>,
+    ) -> Option<Self> {
         if !field.is_piecewise() {
             return None;
         }
@@ -122,7 +128,8 @@ impl<'a, const D: usize> Regions<'a, D> {
         let pieces = parallel::map(cells.len(), |i| piece(cells[i].point_inside(domain)));
         let locator = Locator::new(domain, &cells);
         let beside = parallel::map(cells.len(), |i| beside(domain, &locator, &cells[i]));
-        let map = Map { field, domain, cells, pieces, beside };
+        let apart = contrast.map_or(APART, f64::ln);
+        let map = Map { field, domain, cells, pieces, beside, apart };
         let of_piece = map.classes();
         let number = of_piece.values().max().map_or(0, |m| m + 1);
         if of_piece
@@ -216,7 +223,7 @@ impl<'a, const D: usize> Regions<'a, D> {
             }
         }
         let mut groups = Groups::new(self.regions.len());
-        jumps.iter().filter(|(_, (_, jump))| *jump < APART).for_each(|((a, b), _)| groups.join(*a, *b));
+        jumps.iter().filter(|(_, (_, jump))| *jump < map.apart).for_each(|((a, b), _)| groups.join(*a, *b));
         let mut order = BTreeMap::new();
         (0..self.regions.len())
             .map(|region| {
@@ -312,6 +319,8 @@ struct Map<'a, const D: usize> {
     pieces: Vec<u64>,
     /// The cells next to each.
     beside: Vec<[[Option<u32>; 2]; D]>,
+    /// Change of ln n* up to which two regions are one body.
+    apart: f64,
 }
 
 /// The cells next to a cell, one at the middle of each face. Smaller ones find a larger one in turn.

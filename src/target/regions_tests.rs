@@ -19,7 +19,7 @@ fn with_regions<const D: usize>(text: &str, count: usize, check: impl Fn(Option<
         largest_spacing: f64::INFINITY,
         part: None,
     };
-    check(target.find_regions().as_ref());
+    check(target.find_regions(None).as_ref());
 }
 
 #[test]

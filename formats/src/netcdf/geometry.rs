@@ -5,6 +5,8 @@ use super::decode;
 use super::file::{File, unit};
 use crate::error::Result;
 use crate::model::{Coordinates, Geometry, GridAxis, Values};
+use crate::registry::FieldRequest;
+use crate::units::Unit;
 use netcdf_reader::NcVariable;
 
 /// Global attributes that may state the radius from which depth or height counts, in that axis's unit.
@@ -95,14 +97,14 @@ pub fn geometry(
     file: &File,
     density: &NcVariable,
     axes: &mut [Axis],
-    planet: Option<f64>,
+    asked: &FieldRequest,
     notes: &mut Vec<String>,
 ) -> Result<Geometry> {
     let has = |axes: &[Axis], role: Role| axes.iter().any(|a| a.role == role);
     let spherical = has(axes, Role::Longitude) && has(axes, Role::Latitude);
     for axis in axes.iter_mut() {
         match axis.role {
-            Role::Depth | Role::Height => outward(file, axis, planet, spherical, notes)?,
+            Role::Depth | Role::Height => outward(file, axis, asked, spherical, notes)?,
             _ => {}
         }
     }
@@ -152,10 +154,29 @@ pub fn geometry(
     }
 }
 
+/// A radius that is asked for, in the unit of the axis.
+fn in_unit_of(file: &File, axis: &Axis, planet: f64, unit: Option<&Unit>) -> Result<f64> {
+    let Some(unit) = unit else { return Ok(planet) };
+    match axis.grid.unit.as_ref().filter(|own| own.dimension == unit.dimension) {
+        Some(own) => Ok(planet * (unit.to_cgs / own.to_cgs)),
+        None => Err(file.input(
+            &format!("axis '{}'", axis.dimension),
+            format!(
+                "states no unit of length, so that a planet's radius in {} cannot be used; give input.planet_radius as a plain number, in what the axis counts",
+                unit.symbol
+            ),
+        )),
+    }
+}
+
 /// Turns depth or height into a radius, where the planet's is given or stated in the file.
-fn outward(file: &File, axis: &mut Axis, given: Option<f64>, spherical: bool, notes: &mut Vec<String>) -> Result<()> {
+fn outward(file: &File, axis: &mut Axis, asked: &FieldRequest, spherical: bool, notes: &mut Vec<String>) -> Result<()> {
     let global =
         |name: &&str| file.nc.global_attribute(name).ok().and_then(|a| Some((a.name.clone(), a.value.as_f64()?)));
+    let given = match asked.planet_radius {
+        Some(planet) => Some(in_unit_of(file, axis, planet, asked.planet_radius_unit.as_ref())?),
+        None => None,
+    };
     let given = given.map(|planet| ("input.planet_radius".to_owned(), planet));
     let stated = || PLANET_RADIUS.iter().find_map(global).map(|(n, v)| (format!("the global attribute {n}"), v));
     let Some((name, planet)) = given.or_else(stated) else {

@@ -20,13 +20,14 @@ mod program;
 
 use crate::error::{Error, Result};
 use crate::field::Trace;
+pub(crate) use parser::Names;
 use parser::{RADIUS, VARIABLES};
 use program::Program;
 use sph::geometry::distance;
 
 const MAX_LENGTH: usize = 10_000;
 
-/// A parsed expression of x, y, z and r. Cheap to evaluate, from any thread.
+/// A parsed expression of x, y, z, r and, where it is one of fields, of others by name. Cheap to evaluate, from any thread.
 #[derive(Debug, Clone)]
 pub struct Expression {
     text: String,
@@ -41,13 +42,18 @@ impl Expression {
     /// # Errors
     /// Anything that is no expression, with the column.
     pub fn parse(key: &str, text: &str, dimension: usize) -> Result<Self> {
+        Self::parse_with(key, text, Names { dimension, others: &[], constants: &|_| None })
+    }
+
+    /// [`Self::parse`] with more variables and constants. Such an expression is for [`Self::evaluate_with`].
+    pub(crate) fn parse_with(key: &str, text: &str, names: Names<'_>) -> Result<Self> {
         if text.len() > MAX_LENGTH {
             return Err(Error::scene(
                 key,
                 format!("the expression has {} bytes, at most {MAX_LENGTH} are allowed", text.len()),
             ));
         }
-        let program = parser::parse(text, dimension).map_err(|(at, problem)| {
+        let program = parser::parse(text, names).map_err(|(at, problem)| {
             Error::scene(key, format!("'{text}', column {}: {problem}", text[..at.min(text.len())].chars().count() + 1))
         })?;
         Ok(Self { text: text.to_owned(), has_radius: program.has_variable(|k| k == RADIUS), program })
@@ -65,6 +71,17 @@ impl Expression {
     /// Value at `x`, with `r` measured from `center`. NaN where the expression is not defined.
     pub fn evaluate<const D: usize>(&self, x: &[f64; D], center: &[f64; D]) -> f64 {
         self.program.run(&self.variables(x, center))
+    }
+
+    /// Value where the variables have `values`: x, y, z (as many as were parsed for, else anything), r, and the others in
+    /// their order.
+    pub(crate) fn evaluate_with(&self, values: &[f64]) -> f64 {
+        self.program.run(values)
+    }
+
+    /// Whether the variable occurs that is at this place of the others.
+    pub(crate) fn has_other(&self, place: usize) -> bool {
+        self.program.has_variable(|k| k == VARIABLES.len() + place)
     }
 
     /// The value, and the piece alone of what [`Self::trace`] tells.

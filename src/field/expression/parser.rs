@@ -14,9 +14,22 @@ pub(super) const RADIUS: usize = 3;
 pub(super) type Failure = (usize, String);
 type Parsed = std::result::Result<(), Failure>;
 
-/// The steps of `text`, in which the first `dimension` of x, y, z and r may occur.
-pub(super) fn parse(text: &str, dimension: usize) -> std::result::Result<Program, Failure> {
-    let mut parser = Parser { text, at: 0, depth: 0, dimension, program: Program::default() };
+/// What a name stands for that is none of the coordinates: its number, or why it has none here.
+pub(crate) type Constants<'a> = &'a dyn Fn(&str) -> Option<std::result::Result<f64, String>>;
+
+/// What names there are.
+#[derive(Clone, Copy)]
+pub(crate) struct Names<'a> {
+    /// How many of x, y and z there are.
+    pub dimension: usize,
+    /// Variables whose values follow those of x, y, z and r.
+    pub others: &'a [&'a str],
+    pub constants: Constants<'a>,
+}
+
+/// The steps of `text`, in which the first `dimension` of x, y, z, and r and the others may occur.
+pub(super) fn parse(text: &str, names: Names<'_>) -> std::result::Result<Program, Failure> {
+    let mut parser = Parser { text, at: 0, depth: 0, names, program: Program::default() };
     parser.comparison()?;
     match parser.peek() {
         None => Ok(parser.program),
@@ -29,7 +42,7 @@ struct Parser<'a> {
     text: &'a str,
     at: usize,
     depth: usize,
-    dimension: usize,
+    names: Names<'a>,
     program: Program,
 }
 
@@ -169,15 +182,27 @@ impl Parser<'_> {
             self.program.push(Step::Number(value));
             return Ok(());
         }
-        match VARIABLES.iter().position(|v| *v == name) {
-            Some(k) if k == RADIUS || k < self.dimension => {
-                self.program.push(Step::Variable(k));
-                Ok(())
-            }
-            Some(_) => Err((start, format!("'{name}' does not exist in {} dimension(s)", self.dimension))),
+        let dimension = self.names.dimension;
+        let step = match VARIABLES.iter().position(|v| *v == name) {
+            Some(k) if k == RADIUS || k < dimension => Step::Variable(k),
+            Some(_) => return Err((start, format!("'{name}' does not exist in {dimension} dimension(s)"))),
+            None => match self.names.others.iter().position(|v| *v == name) {
+                Some(k) => Step::Variable(VARIABLES.len() + k),
+                None => Step::Number(self.other_constant(name, start)?),
+            },
+        };
+        self.program.push(step);
+        Ok(())
+    }
+
+    fn other_constant(&self, name: &str, start: usize) -> std::result::Result<f64, Failure> {
+        match (self.names.constants)(name) {
+            Some(value) => value.map_err(|problem| (start, problem)),
             None => {
-                let known = VARIABLES[..self.dimension].join(", ");
-                Err((start, format!("unknown name '{name}'; known are {known}, r, pi, tau, e and functions")))
+                let coordinates = VARIABLES[..self.names.dimension].iter().chain(&VARIABLES[RADIUS..]);
+                let known: Vec<&str> = coordinates.chain(self.names.others).copied().collect();
+                let known = known.join(", ");
+                Err((start, format!("unknown name '{name}'; known are {known}, pi, tau, e and functions")))
             }
         }
     }

@@ -205,18 +205,18 @@ impl Program {
         self.is_piecewise() || self.steps.iter().any(is_kinked)
     }
 
-    pub fn run(&self, variables: &[f64; 4]) -> f64 {
+    pub fn run(&self, variables: &[f64]) -> f64 {
         self.watched(variables, unwatched)
     }
 
     /// The value, and a number for the outcomes on the way to it that can be discontinuous, as in [`Self::trace`].
-    pub fn value_and_piece(&self, variables: &[f64; 4]) -> (f64, u64) {
+    pub fn value_and_piece(&self, variables: &[f64]) -> (f64, u64) {
         let mut piece = 0;
         let value = self.watched(variables, |outcome, operands, value| outcome.number(operands, value, &mut piece));
         (value, piece)
     }
 
-    fn watched(&self, variables: &[f64; 4], watch: impl FnMut(Outcome, [f64; 2], f64)) -> f64 {
+    fn watched(&self, variables: &[f64], watch: impl FnMut(Outcome, [f64; 2], f64)) -> f64 {
         if self.most <= FLAT {
             run(&self.steps, variables, &mut [0.0; FLAT], watch)
         } else if self.most <= SHALLOW {
@@ -227,7 +227,7 @@ impl Program {
     }
 
     /// The value, and the outcomes on the way to it: branches taken, comparisons, steps, integer parts, kinks.
-    pub fn trace(&self, variables: &[f64; 4]) -> (f64, Trace) {
+    pub fn trace(&self, variables: &[f64]) -> (f64, Trace) {
         let mut trace = Trace::new(0, 0);
         let watch = |outcome: Outcome, operands: [f64; 2], value: f64| outcome.record(operands, value, &mut trace);
         let value = self.watched(variables, watch);
@@ -239,7 +239,7 @@ const fn unwatched(_: Outcome, _: [f64; 2], _: f64) {}
 
 /// The topmost value is kept apart from those `below` it. `watch` is told what can be discontinuous, its operands and
 /// its value.
-fn run(steps: &[Step], variables: &[f64; 4], below: &mut [f64], mut watch: impl FnMut(Outcome, [f64; 2], f64)) -> f64 {
+fn run(steps: &[Step], variables: &[f64], below: &mut [f64], mut watch: impl FnMut(Outcome, [f64; 2], f64)) -> f64 {
     let (mut top, mut height, mut at) = (0.0, 0, 0);
     while let Some(&step) = steps.get(at) {
         at += 1;

@@ -1,0 +1,59 @@
+//! A density and carried variables that fields of their own refer to as well.
+
+use super::{CarriedField, CarriedInfo, MassEstimate, ScalarField, Trace};
+use sph::domain::Domain;
+use std::sync::Arc;
+
+/// A density with other owners.
+pub(crate) struct SharedDensity<const D: usize>(pub Arc<dyn ScalarField<D>>);
+
+impl<const D: usize> ScalarField<D> for SharedDensity<D> {
+    fn value(&self, x: &[f64; D]) -> f64 {
+        self.0.value(x)
+    }
+
+    fn center(&self) -> Option<[f64; D]> {
+        self.0.center()
+    }
+
+    fn piece(&self, x: &[f64; D]) -> u64 {
+        self.0.piece(x)
+    }
+
+    fn value_and_piece(&self, x: &[f64; D]) -> (f64, u64) {
+        self.0.value_and_piece(x)
+    }
+
+    fn is_piecewise(&self) -> bool {
+        self.0.is_piecewise()
+    }
+
+    fn trace(&self, x: &[f64; D]) -> Trace {
+        self.0.trace(x)
+    }
+
+    fn has_parts(&self) -> bool {
+        self.0.has_parts()
+    }
+
+    fn integral(&self, domain: &Domain<D>) -> Option<MassEstimate> {
+        self.0.integral(domain)
+    }
+
+    fn piece_integrals(&self, domain: &Domain<D>) -> Option<Vec<(u64, MassEstimate)>> {
+        self.0.piece_integrals(domain)
+    }
+}
+
+/// A carried variable with other owners.
+pub(crate) struct SharedCarried<const D: usize>(pub Arc<dyn CarriedField<D>>);
+
+impl<const D: usize> CarriedField<D> for SharedCarried<D> {
+    fn info(&self) -> &CarriedInfo {
+        self.0.info()
+    }
+
+    fn evaluate(&self, x: &[f64; D], out: &mut [f64]) {
+        self.0.evaluate(x, out);
+    }
+}

@@ -1,0 +1,584 @@
+//! What particles carry by the scene's own expressions, beside the columns of a file or in their place.
+//!
+//! Expressions know x, y, z, r (from the center), R, phi and theta (about the axis), the density `rho`, each other, the file's
+//! scalars, constants and units. All numbers are in the scene's units, plain numbers where there are none. Magnetic fields are in the square root of the unit of pressure.
+//!
+//! | fields | meaning |
+//! |---|---|
+//! | `velocity`; `v_x` `v_y` `v_z`; `v_R` `v_r` `v_theta` `v_phi` | Cartesian; along the axes; about the axis. They add up |
+//! | `pressure`, `temperature`, `internal_energy`, `entropy` | of an ideal gas: P = (gamma - 1) rho u = A rho^gamma, u = kB T / ((gamma - 1) mu mH) |
+//! | `mean_molecular_weight` | mu, which a temperature needs |
+//! | `magnetic_field`; `vector_potential` | B; or its curl, by central differences of sixth order, which commute: div B = 0 |
+//! | `material` | whole numbers |
+//! | any other name | a column of that name |
+
+use crate::error::{Error, Result};
+use crate::field::{
+    CarriedField, CarriedInfo, Expression, Names, ScalarField, SharedCarried, SharedDensity, Source, probes,
+};
+use crate::input::constants::constant;
+use crate::input::hydrostatics::GRAVITATIONAL_CONSTANT;
+use crate::input::roles::standard_name;
+use crate::input::thermal;
+use crate::input::turbulence::Turbulence;
+use crate::scene::{Conversion, FieldValue, Scene, TurbulenceInput};
+use sph::domain::Domain;
+use sph_formats::common::particle_names as names;
+use sph_formats::{Unit, UnitDimension, UnitSystem};
+use std::sync::Arc;
+
+/// Variables of every expression beside x, y, z and r.
+const PLACES: [&str; 4] = ["R", "phi", "theta", "rho"];
+const RHO: usize = 3;
+/// Values of x, y, z and r come before those of the others.
+const COORDINATES: usize = 4;
+const VECTOR_POTENTIAL: &str = "vector_potential";
+/// Half of the width over which a vector potential is differenced has three of these steps, in units of the domain's size:
+/// for waves of a fifth of the domain truncation and rounding both leave ten digits.
+const CURL_STEP: f64 = 1e-3;
+
+/// Adds the scene's fields to what `source` carries; `conversion` leads from the scene's numbers to those of the source; those of the same meaning are left out of the file's.
+///
+/// # Errors
+/// Expressions that cannot be read or have no finite value, fields that depend on themselves, thermal fields that contradict
+/// each other.
+pub(crate) fn attach<const D: usize>(scene: &Scene, source: Source<D>, conversion: &Conversion) -> Result<Source<D>> {
+    if scene.fields.is_empty() && scene.turbulence.is_none() {
+        return Ok(source);
+    }
+    let center = source.center();
+    let Source { density, carried, domain, mass, radial, mut notes } = source;
+    let density: Arc<dyn ScalarField<D>> = Arc::from(density);
+    let carried: Vec<Arc<dyn CarriedField<D>>> = carried.into_iter().map(Arc::from).collect();
+    let system = conversion.from;
+    let base = Base {
+        density: Arc::clone(&density),
+        center,
+        axis: scene.fields.axis()?,
+        step: CURL_STEP * domain.size(),
+        length: 1.0 / conversion.factor(UnitDimension::LENGTH),
+        density_unit: 1.0 / conversion.factor(UnitDimension::mass_density(3)),
+    };
+    let maker = Maker::new(scene, system, base, &carried)?;
+    let made = maker.fields(scene, &domain)?;
+    let stated: Vec<&str> = made.iter().map(|f| standard_name(&f.info.name)).collect();
+    let mut kept: Vec<Box<dyn CarriedField<D>>> = Vec::new();
+    for field in carried {
+        let name = &field.info().name;
+        if stated.contains(&standard_name(name)) {
+            notes.push(format!("'{name}' is that of the scene's fields, not that of the file"));
+        } else {
+            kept.push(Box::new(SharedCarried(field)));
+        }
+    }
+    maker.check(scene, &domain, &made)?;
+    notes.extend(maker.notes);
+    kept.extend(made.into_iter().map(|f| Box::new(f) as Box<dyn CarriedField<D>>));
+    Ok(Source { density: Box::new(SharedDensity(density)), carried: kept, domain, mass, radial, notes })
+}
+
+/// What coordinates and the density are, in the input's units.
+struct Base<const D: usize> {
+    /// The scene's units per one of the input's.
+    length: f64,
+    density_unit: f64,
+    density: Arc<dyn ScalarField<D>>,
+    center: [f64; D],
+    axis: [f64; 3],
+    step: f64,
+}
+
+/// An expression, and the places of the scalars that come before it.
+#[derive(Clone)]
+struct Term {
+    expression: Expression,
+    needs: Vec<usize>,
+}
+
+/// All that expressions can refer to.
+struct Variables<const D: usize> {
+    base: Base<D>,
+    /// First axis of the azimuth, and the second.
+    across: [[f64; 3]; 2],
+    /// By place; the first are none.
+    scalars: Vec<Scalar<D>>,
+}
+
+enum Scalar<const D: usize> {
+    Place,
+    /// Times a factor.
+    File(Arc<dyn CarriedField<D>>, f64),
+    Stated(Expression),
+}
+
+/// Turbulence, and its root mean square in the scene's units.
+type Stirred<const D: usize> = (Turbulence<D>, f64);
+
+/// How components come from terms.
+enum Rule<const D: usize> {
+    Each(Vec<Term>),
+    Velocity(Vec<(Way, Term)>, Option<Stirred<D>>),
+    Curl(Vec<Term>),
+}
+
+/// Along what a component of a velocity points.
+#[derive(Clone, Copy, PartialEq)]
+enum Way {
+    Axis(usize),
+    Outward,
+    FromAxis,
+    Polar,
+    Azimuthal,
+}
+
+struct StatedField<const D: usize> {
+    info: CarriedInfo,
+    variables: Arc<Variables<D>>,
+    rule: Rule<D>,
+}
+
+struct Maker<const D: usize> {
+    variables: Arc<Variables<D>>,
+    /// Names by place.
+    names: Vec<String>,
+    system: Option<UnitSystem>,
+    gravity: f64,
+    notes: Vec<String>,
+}
+
+impl<const D: usize> Variables<D> {
+    /// Values of x, y, z, r, then of the places, as far as `needs` says beyond the first.
+    fn at(&self, x: &[f64; D], needs: &[usize]) -> Vec<f64> {
+        let mut values = vec![0.0; COORDINATES + self.scalars.len()];
+        let d = self.from_center(x);
+        let [along, first, second] = self.components(d);
+        let radius = d.iter().map(|v| v * v).sum::<f64>().sqrt();
+        let distance = first.hypot(second);
+        let length = self.base.length;
+        (0..D).for_each(|k| values[k] = length * x[k]);
+        values[COORDINATES - 1] = length * radius;
+        values[COORDINATES..COORDINATES + RHO].copy_from_slice(&[
+            length * if D == 1 { radius } else { distance },
+            second.atan2(first),
+            distance.atan2(along),
+        ]);
+        values[COORDINATES + RHO] = self.base.density_unit * self.base.density.value(x);
+        for &place in needs {
+            values[COORDINATES + place] = match &self.scalars[place] {
+                Scalar::Place => values[COORDINATES + place],
+                Scalar::File(field, factor) => {
+                    let mut out = [0.0];
+                    field.evaluate(x, &mut out);
+                    factor * out[0]
+                }
+                Scalar::Stated(expression) => expression.evaluate_with(&values),
+            };
+        }
+        values
+    }
+
+    fn from_center(&self, x: &[f64; D]) -> [f64; 3] {
+        std::array::from_fn(|k| if k < D { x[k] - self.base.center[k] } else { 0.0 })
+    }
+
+    /// Along the axis, and along the two directions across it.
+    fn components(&self, d: [f64; 3]) -> [f64; 3] {
+        [self.base.axis, self.across[0], self.across[1]].map(|way| (0..3).map(|k| way[k] * d[k]).sum())
+    }
+
+    /// A vector of length 1, or of none on the axis or in the center.
+    fn way(&self, x: &[f64; D], way: Way) -> [f64; 3] {
+        let d = self.from_center(x);
+        let [along, first, second] = self.components(d);
+        let distance = first.hypot(second);
+        let radius = along.hypot(distance);
+        let unit = |parts: [f64; 3], length: f64| -> [f64; 3] {
+            let all = [self.base.axis, self.across[0], self.across[1]];
+            std::array::from_fn(|k| {
+                if length > 0.0 { (0..3).map(|j| all[j][k] * parts[j]).sum::<f64>() / length } else { 0.0 }
+            })
+        };
+        match way {
+            Way::Axis(axis) => std::array::from_fn(|k| f64::from(u8::from(k == axis))),
+            Way::Outward => unit([along, first, second], radius),
+            Way::FromAxis => unit([0.0, first, second], distance),
+            Way::Azimuthal => unit([0.0, -second, first], distance),
+            Way::Polar => unit([-distance * distance, along * first, along * second], radius * distance),
+        }
+    }
+
+    fn value(&self, x: &[f64; D], term: &Term) -> f64 {
+        term.expression.evaluate_with(&self.at(x, &term.needs))
+    }
+
+    /// d term / dx_k by central differences of sixth order.
+    fn slope(&self, x: &[f64; D], term: &Term, k: usize) -> f64 {
+        let h = self.base.step;
+        let rise = |steps: f64| {
+            let at = |way: f64| {
+                let mut y = *x;
+                y[k] += way * steps * h;
+                self.value(&y, term)
+            };
+            at(1.0) - at(-1.0)
+        };
+        (45.0 * rise(1.0) - 9.0 * rise(2.0) + rise(3.0)) / (60.0 * h * self.base.length)
+    }
+}
+
+impl<const D: usize> CarriedField<D> for StatedField<D> {
+    fn info(&self) -> &CarriedInfo {
+        &self.info
+    }
+
+    fn evaluate(&self, x: &[f64; D], out: &mut [f64]) {
+        let variables = &self.variables;
+        out.fill(0.0);
+        match &self.rule {
+            // Components beyond the stated ones are 0.
+            Rule::Each(terms) => out.iter_mut().zip(terms).for_each(|(v, term)| *v = variables.value(x, term)),
+            Rule::Velocity(parts, turbulence) => {
+                if let Some((turbulence, speed)) = turbulence {
+                    turbulence.add(x, *speed, out);
+                }
+                for (way, term) in parts {
+                    let (value, way) = (variables.value(x, term), variables.way(x, *way));
+                    out.iter_mut().zip(way).for_each(|(v, w)| *v += value * w);
+                }
+            }
+            // In 2-D the potential has a component along z alone.
+            Rule::Curl(terms) => {
+                let slope = |component: usize, k: usize| match terms.len() {
+                    1 if component == 2 && k < D => variables.slope(x, &terms[0], k),
+                    3 if k < D => variables.slope(x, &terms[component], k),
+                    _ => 0.0,
+                };
+                let curl = [(2, 1, 1, 2), (0, 2, 2, 0), (1, 0, 0, 1)];
+                out.iter_mut().zip(curl).for_each(|(v, (a, da, b, db))| *v = slope(a, da) - slope(b, db));
+            }
+        }
+    }
+}
+
+/// Whether a field is a scalar that others can refer to.
+fn is_scalar(name: &str, value: &FieldValue) -> bool {
+    matches!(value, FieldValue::One(_)) && way_of(name).is_none() && name != VECTOR_POTENTIAL
+}
+
+fn way_of(name: &str) -> Option<Way> {
+    Some(match name {
+        "v_x" => Way::Axis(0),
+        "v_y" => Way::Axis(1),
+        "v_z" => Way::Axis(2),
+        "v_r" => Way::Outward,
+        "v_R" => Way::FromAxis,
+        "v_theta" => Way::Polar,
+        "v_phi" => Way::Azimuthal,
+        _ => return None,
+    })
+}
+
+fn key_of(name: &str) -> String {
+    format!("fields.{name}")
+}
+
+impl<const D: usize> Maker<D> {
+    fn new(
+        scene: &Scene,
+        system: Option<UnitSystem>,
+        base: Base<D>,
+        carried: &[Arc<dyn CarriedField<D>>],
+    ) -> Result<Self> {
+        let in_cgs = scene.code().map_or(GRAVITATIONAL_CONSTANT, |code| code.sheet.gravity);
+        let plain = scene.balance.clone().unwrap_or_default().constant;
+        let gravity = if system.is_some() { in_cgs } else { plain };
+        let mut names: Vec<String> = PLACES.map(str::to_owned).to_vec();
+        let mut texts = Vec::new();
+        for (name, value) in scene.fields.stated().filter(|(name, value)| is_scalar(name, value)) {
+            let name = thermal::name_of(name).unwrap_or(name);
+            let is_taken = names.iter().any(|n| n == name)
+                || ["x", "y", "z", "r", "pi", "tau", "e", "G"].contains(&name)
+                || constant(name, Some(&UnitSystem::CODE), 1.0).is_some();
+            if is_taken {
+                return Err(Error::scene(
+                    key_of(name),
+                    "has the name of a coordinate, a constant, a unit or another field",
+                ));
+            }
+            names.push(name.to_owned());
+            texts.push((name.to_owned(), value.texts().concat()));
+        }
+        let mut scalars: Vec<Scalar<D>> = PLACES.map(|_| Scalar::Place).into_iter().collect();
+        let files: Vec<(String, Scalar<D>)> = carried.iter().filter_map(|f| of_file(f, system.as_ref())).collect();
+        let stated = texts.len();
+        for (name, _) in &files {
+            let is_new = !names.contains(name);
+            names.push(if is_new { name.clone() } else { format!("{name} of the file") });
+        }
+        let all: Vec<&str> = names.iter().map(String::as_str).collect();
+        for (name, text) in &texts {
+            let constants = |name: &str| constant(name, system.as_ref(), gravity);
+            let known = Names { dimension: D, others: &all, constants: &constants };
+            scalars.push(Scalar::Stated(Expression::parse_with(&key_of(name), text, known)?));
+        }
+        debug_assert_eq!(scalars.len(), PLACES.len() + stated);
+        scalars.extend(files.into_iter().map(|(_, field)| field));
+        let across = across(base.axis);
+        let variables = Arc::new(Variables { base, across, scalars });
+        let maker = Self { variables, names, system, gravity, notes: Vec::new() };
+        for place in PLACES.len()..PLACES.len() + stated {
+            maker.order(place, &mut Vec::new(), &mut Vec::new())?;
+        }
+        Ok(maker)
+    }
+
+    /// Appends the scalars that the one at `place` needs, and itself, to `done`. `open` are those that need it.
+    fn order(&self, place: usize, open: &mut Vec<usize>, done: &mut Vec<usize>) -> Result<()> {
+        if done.contains(&place) || matches!(self.variables.scalars[place], Scalar::Place) {
+            return Ok(());
+        }
+        if let Some(start) = open.iter().position(|p| *p == place) {
+            let circle: Vec<&str> = open[start..].iter().chain([&place]).map(|p| self.names[*p].as_str()).collect();
+            return Err(Error::scene(
+                key_of(circle[0]),
+                format!("depends on itself: {}; leave one of them out", circle.join(" -> ")),
+            ));
+        }
+        open.push(place);
+        if let Scalar::Stated(expression) = &self.variables.scalars[place] {
+            for other in (0..self.names.len()).filter(|p| expression.has_other(*p)) {
+                self.order(other, open, done)?;
+            }
+        }
+        open.pop();
+        done.push(place);
+        Ok(())
+    }
+
+    fn term(&self, name: &str, text: &str) -> Result<Term> {
+        let all: Vec<&str> = self.names.iter().map(String::as_str).collect();
+        let constants = |name: &str| constant(name, self.system.as_ref(), self.gravity);
+        let known = Names { dimension: D, others: &all, constants: &constants };
+        let expression = Expression::parse_with(&key_of(name), text, known)?;
+        let mut needs = Vec::new();
+        for place in (0..self.names.len()).filter(|p| expression.has_other(*p)) {
+            self.order(place, &mut Vec::new(), &mut needs)?;
+        }
+        Ok(Term { expression, needs })
+    }
+
+    fn field(&self, name: &str, dimension: UnitDimension, components: usize, rule: Rule<D>) -> StatedField<D> {
+        let unit = |s: UnitSystem| Unit { symbol: s.symbol(dimension), to_cgs: s.to_cgs(dimension), dimension };
+        let unit = self.system.filter(|_| dimension != UnitDimension::NONE).map(unit);
+        let info = CarriedInfo { name: standard_name(name).to_owned(), unit, components };
+        StatedField { info, variables: Arc::clone(&self.variables), rule }
+    }
+
+    /// All fields that particles carry.
+    fn fields(&self, scene: &Scene, domain: &Domain<D>) -> Result<Vec<StatedField<D>>> {
+        let mut made = Vec::from_iter(self.velocity(scene, domain)?);
+        made.extend(self.magnetic_field(scene)?);
+        for (name, value) in scene.fields.stated() {
+            let standard = standard_name(name);
+            if way_of(name).is_some() || standard == names::VELOCITIES || is_magnetic(name) {
+                continue;
+            }
+            // An entropy of an ideal gas has a unit that no file can state; its energy is written in its place.
+            if thermal::name_of(name) == Some(thermal::ENTROPY) {
+                continue;
+            }
+            let dimension = match thermal::name_of(name) {
+                Some(thermal::PRESSURE) => UnitDimension::PRESSURE,
+                Some(thermal::TEMPERATURE) => UnitDimension::TEMPERATURE,
+                Some(thermal::INTERNAL_ENERGY) => UnitDimension::SPECIFIC_ENERGY,
+                _ => UnitDimension::NONE,
+            };
+            let terms = value.texts().iter().map(|t| self.term(name, t)).collect::<Result<Vec<_>>>()?;
+            let components = terms.len();
+            if components == 0 || (components > 1 && dimension != UnitDimension::NONE) {
+                return Err(Error::scene(key_of(name), format!("has {components} components, expected one")));
+            }
+            made.push(self.field(name, dimension, components, Rule::Each(terms)));
+        }
+        let known = self.thermal(scene);
+        if let (Some(name), Some(_)) = (known.stated(), &scene.thermal.internal_energy) {
+            let problem = "and thermal.internal_energy are both given; leave one out";
+            return Err(Error::scene(key_of(name), problem));
+        }
+        if let Some(text) = thermal::derived_energy(&known, scene.thermal.gamma)? {
+            let rule = Rule::Each(vec![self.term(thermal::INTERNAL_ENERGY, &text)?]);
+            made.push(self.field(thermal::INTERNAL_ENERGY, UnitDimension::SPECIFIC_ENERGY, 1, rule));
+        }
+        Ok(made)
+    }
+
+    fn velocity(&self, scene: &Scene, domain: &Domain<D>) -> Result<Option<StatedField<D>>> {
+        let mut parts = Vec::new();
+        for (name, value) in scene.fields.stated() {
+            let texts = value.texts();
+            if standard_name(name) == names::VELOCITIES {
+                if texts.len() != D {
+                    let problem = format!("has {} components, expected {D}", texts.len());
+                    return Err(Error::scene(key_of(name), problem));
+                }
+                for (axis, text) in texts.iter().enumerate() {
+                    parts.push((Way::Axis(axis), self.term(name, text)?));
+                }
+            } else if let Some(way) = way_of(name) {
+                let [text] = texts.as_slice() else {
+                    return Err(Error::scene(key_of(name), format!("has {} components, expected one", texts.len())));
+                };
+                let needed = match way {
+                    Way::Axis(axis) => axis + 1,
+                    Way::Outward => 1,
+                    Way::FromAxis | Way::Azimuthal => 2,
+                    Way::Polar => 3,
+                };
+                if D < needed {
+                    return Err(Error::scene(key_of(name), format!("does not exist in {D} dimension(s)")));
+                }
+                parts.push((way, self.term(name, text)?));
+            }
+        }
+        let stirred = scene.turbulence.as_ref().map(|t| self.stirred(scene, t, domain)).transpose()?;
+        if parts.is_empty() && stirred.is_none() {
+            return Ok(None);
+        }
+        Ok(Some(self.field("velocity", UnitDimension::VELOCITY, D, Rule::Velocity(parts, stirred))))
+    }
+
+    fn stirred(&self, scene: &Scene, input: &TurbulenceInput, domain: &Domain<D>) -> Result<Stirred<D>> {
+        let turbulence = Turbulence::new(input, input.seed.unwrap_or(scene.seed), domain)?;
+        let own = Conversion { from: self.system, to: self.system.unwrap_or(UnitSystem::CODE) };
+        let speed = match (&input.rms_velocity, input.mach) {
+            (Some(speed), _) => speed.value("turbulence.rms_velocity", UnitDimension::VELOCITY, &own)?,
+            (None, mach) => mach.unwrap_or(0.0) * self.sound_speed(scene, domain, &own)?,
+        };
+        Ok((turbulence, speed))
+    }
+
+    /// Root mean square over the mass, by samples: c^2 = gamma (gamma - 1) u.
+    fn sound_speed(&self, scene: &Scene, domain: &Domain<D>, own: &Conversion) -> Result<f64> {
+        let gamma = scene.thermal.gamma;
+        if let Some(energy) = &scene.thermal.internal_energy {
+            let energy = energy.value("thermal.internal_energy", UnitDimension::SPECIFIC_ENERGY, own)?;
+            return Ok((gamma * (gamma - 1.0) * energy).sqrt());
+        }
+        let Some((name, text)) = self.thermal(scene).energy(gamma) else {
+            let problem = "needs a sound speed, but nothing thermal is given; set rms_velocity, or a thermal field";
+            return Err(Error::scene("turbulence.mach", problem));
+        };
+        let term = self.term(name, &text)?;
+        let (mut mass, mut sum) = (0.0, 0.0);
+        for x in probes(domain) {
+            let density = self.variables.base.density.value(&x);
+            if density > 0.0 {
+                mass += density;
+                sum += density * self.variables.value(&x, &term);
+            }
+        }
+        Ok((gamma * (gamma - 1.0) * sum / mass).sqrt())
+    }
+
+    /// Of three components, in 2-D and 1-D too: no symmetry of the flow keeps a field from pointing out of it.
+    fn magnetic_field(&self, scene: &Scene) -> Result<Option<StatedField<D>>> {
+        let mut found = scene.fields.stated().filter(|(name, _)| is_magnetic(name));
+        let Some((name, value)) = found.next() else { return Ok(None) };
+        if let Some((other, _)) = found.next() {
+            return Err(Error::scene(key_of(name), format!("and {} are both given; leave one out", key_of(other))));
+        }
+        let texts = value.texts();
+        let terms = texts.iter().map(|t| self.term(name, t)).collect::<Result<Vec<_>>>()?;
+        let rule = match (name, terms.len()) {
+            (VECTOR_POTENTIAL, 3) => Rule::Curl(terms),
+            (VECTOR_POTENTIAL, 1) if D == 2 => Rule::Curl(terms),
+            (VECTOR_POTENTIAL, n) => {
+                let expected = if D == 2 { "3, or 1 along z" } else { "3" };
+                return Err(Error::scene(key_of(name), format!("has {n} components, expected {expected}")));
+            }
+            (_, 3) => Rule::Each(terms),
+            (_, n) if n == D => Rule::Each(terms),
+            (_, n) => return Err(Error::scene(key_of(name), format!("has {n} components, expected 3"))),
+        };
+        Ok(Some(self.field(names::MAGNETIC_FIELD, UnitDimension::PRESSURE, 3, rule)))
+    }
+
+    /// What is known of the thermal state: names of the scene's fields and of the file's.
+    fn thermal(&self, scene: &Scene) -> thermal::Known {
+        let is_stated =
+            |wanted: &str| scene.fields.stated().any(|(name, _)| thermal::name_of(name).unwrap_or(name) == wanted);
+        let is_known = |wanted: &str| self.names.iter().any(|n| n == wanted);
+        thermal::Known::new(is_stated, is_known)
+    }
+
+    /// Tries all fields where there is matter.
+    fn check(&self, scene: &Scene, domain: &Domain<D>, made: &[StatedField<D>]) -> Result<()> {
+        let density = &self.variables.base.density;
+        let places: Vec<[f64; D]> = probes(domain).into_iter().filter(|x| density.value(x) > 0.0).collect();
+        for field in made {
+            let mut out = vec![0.0; field.info.components];
+            let name = &field.info.name;
+            for x in &places {
+                field.evaluate(x, &mut out);
+                let problem = match out.iter().find(|v| !v.is_finite()) {
+                    // A pole right in the center is let pass, as for densities: no particle is there.
+                    Some(_) if *x == self.variables.base.center => continue,
+                    Some(v) => format!("is {v} at {x:?}, expected a finite number wherever there is matter"),
+                    None if standard_name(name) == names::MATERIAL_IDS && out[0].fract() != 0.0 => {
+                        format!("is {} at {x:?}, expected whole numbers", out[0])
+                    }
+                    None if thermal::name_of(name).is_some() && out[0] < 0.0 => {
+                        format!("is {} at {x:?}, expected none below 0", out[0])
+                    }
+                    None => continue,
+                };
+                return Err(Error::scene(key_of(name), problem));
+            }
+        }
+        let energies = thermal::energies(&self.thermal(scene), scene.thermal.gamma);
+        let Some(((first, text), others)) = energies.split_first() else { return Ok(()) };
+        let own = self.term(first, text)?;
+        for (other, text) in others {
+            let term = self.term(other, text)?;
+            for x in &places {
+                let (a, b) = (self.variables.value(x, &own), self.variables.value(x, &term));
+                thermal::compare((first, a), (other, b), scene.thermal.gamma)
+                    .map_err(|problem| Error::scene(key_of(first), format!("{problem} at {x:?}")))?;
+            }
+        }
+        Ok(())
+    }
+}
+
+fn is_magnetic(name: &str) -> bool {
+    name == VECTOR_POTENTIAL || names::standard(name) == Some(names::MAGNETIC_FIELD)
+}
+
+/// A scalar of the file by the name that expressions use, in the scene's units.
+fn of_file<const D: usize>(
+    field: &Arc<dyn CarriedField<D>>,
+    system: Option<&UnitSystem>,
+) -> Option<(String, Scalar<D>)> {
+    let info = field.info();
+    if info.components != 1 {
+        return None;
+    }
+    let factor = info.unit.as_ref().zip(system).map_or(1.0, |(u, s)| u.to_cgs / s.to_cgs(u.dimension));
+    let name = thermal::name_of(&info.name).unwrap_or(&info.name).to_owned();
+    Some((name, Scalar::File(Arc::clone(field), factor)))
+}
+
+/// Two directions across `axis` that make a right-handed system with it: x and y across z.
+fn across(axis: [f64; 3]) -> [[f64; 3]; 2] {
+    // The coordinate axis that follows the one that the axis is nearest to: x follows z.
+    let nearest = (0..3).max_by(|a, b| axis[*a].abs().total_cmp(&axis[*b].abs())).unwrap_or(2);
+    let next = (nearest + 1) % 3;
+    let mut first: [f64; 3] = std::array::from_fn(|k| f64::from(u8::from(k == next)) - axis[next] * axis[k]);
+    let length = first.iter().map(|v| v * v).sum::<f64>().sqrt();
+    first = first.map(|v| v / length);
+    let second = std::array::from_fn(|k| {
+        let (a, b) = ((k + 1) % 3, (k + 2) % 3);
+        axis[a] * first[b] - axis[b] * first[a]
+    });
+    [first, second]
+}

@@ -1,0 +1,163 @@
+//! Inputs made from physics: the tables of [`ProfileInput`], as if they had been read from a file.
+//!
+//! | model | density | pressure |
+//! |---|---|---|
+//! | polytrope, isothermal, bonnor-ebert, white-dwarf | solution under its own gravity | of the equation of state |
+//! | plummer, hernquist, nfw, king, beta-model, power-law | closed form, cut at the outer radius | that carries the weight, 0 at the outer radius |
+//! | evrard | closed form | of one specific internal energy |
+//! | toy-star | closed form | k rho^2 |
+
+mod emden;
+mod spheres;
+mod table;
+mod white_dwarf;
+
+use crate::error::{Error, Result};
+use crate::input::hydrostatics::GRAVITATIONAL_CONSTANT;
+use crate::scene::{Conversion, ProfileInput, Quantity, Scene};
+use sph_formats::{Geometry, Location, RawField, Unit, UnitDimension, UnitSystem, Values, Variable};
+use spheres::{Cut, key};
+use table::Table;
+
+/// The field of a scene's profile: in cgs where the scene has units or its numbers have, else in its plain numbers.
+///
+/// # Errors
+/// Numbers that make no body.
+pub(crate) fn field(scene: &Scene, profile: &ProfileInput) -> Result<RawField> {
+    let d = scene.input.dimension.unwrap_or(3);
+    let quantities = profile.quantities(d);
+    let has_text = quantities.iter().any(|(_, q, _)| matches!(q, Quantity::Text(_)));
+    let plain = quantities.iter().find(|(_, q, _)| matches!(q, Quantity::Plain(_)));
+    if let (true, Some((name, value, _)), None) = (has_text, plain, scene.stated_units()?) {
+        let problem =
+            format!("is {value} beside numbers with units; write its unit, or state `units`, as in `units: solar`");
+        return Err(Error::scene(key(profile.name(), name), problem));
+    }
+    let is_of_nature = matches!(profile, ProfileInput::WhiteDwarf { .. });
+    let own = (has_text || is_of_nature).then(UnitSystem::cgs);
+    let conversion = Conversion { from: scene.stated_units()?.or(own), to: UnitSystem::cgs() };
+    let has_units = conversion.from.is_some();
+    let in_cgs = scene.code().map_or(GRAVITATIONAL_CONSTANT, |code| code.sheet.gravity);
+    let plain = scene.balance.clone().unwrap_or_default().constant;
+    let gravity = if has_units { in_cgs } else { plain };
+    let table = Model { profile, d, gravity, conversion }.table()?;
+    let name = profile.name();
+    let worst = table.density.iter().chain(&table.radii).find(|v| !v.is_finite());
+    if let Some(v) = worst {
+        let problem = format!("has a density or radius of {v}: its mass and radii are beyond f64; choose other units");
+        return Err(Error::scene(format!("input.profile.{name}"), problem));
+    }
+    let unit = |symbol: &str| Unit::parse(symbol).filter(|_| has_units);
+    let variable = |name: &str, symbol: &str, values: Vec<f64>| Variable {
+        name: name.into(),
+        description: None,
+        unit: unit(symbol),
+        location: Location::Node,
+        components: 1,
+        values: Values::F64(values),
+    };
+    let mut variables = vec![variable("density", "g/cm^3", table.density)];
+    variables.extend(table.pressure.map(|p| variable("pressure", "dyn/cm^2", p)));
+    variables.extend(table.internal_energy.map(|u| variable("internal_energy", "erg/g", u)));
+    Ok(RawField {
+        path: format!("profile {name}").into(),
+        format: "profile",
+        geometry: Geometry::Radial { nodes: table.radii, unit: unit("cm") },
+        variables,
+        density: Some("density".into()),
+        metadata: Vec::new(),
+        notes: Vec::new(),
+    })
+}
+
+/// A profile with all that its numbers depend on.
+struct Model<'a> {
+    profile: &'a ProfileInput,
+    d: usize,
+    gravity: f64,
+    conversion: Conversion,
+}
+
+impl Model<'_> {
+    fn positive(&self, name: &str, value: f64) -> Result<f64> {
+        match value.is_finite() && value > 0.0 {
+            true => Ok(value),
+            false => {
+                Err(Error::scene(key(self.profile.name(), name), format!("is {value}, expected a positive number")))
+            }
+        }
+    }
+
+    /// One of the profile's quantities.
+    fn value(&self, name: &str) -> Result<f64> {
+        let key = key(self.profile.name(), name);
+        let missing = || Error::scene(&key, "is missing");
+        let (_, quantity, dimension) =
+            self.profile.quantities(self.d).into_iter().find(|q| q.0 == name).ok_or_else(missing)?;
+        self.positive(name, quantity.value(&key, dimension, &self.conversion)?)
+    }
+
+    fn cut(&self, scale: &str, outer: &str) -> Result<Cut> {
+        Ok(Cut { mass: self.value("mass")?, scale: self.value(scale)?, outer: self.value(outer)? })
+    }
+
+    fn table(&self) -> Result<Table> {
+        let (profile, d, gravity) = (self.profile, self.d, self.gravity);
+        let is_of_any_dimension = matches!(
+            profile,
+            ProfileInput::Polytrope { .. }
+                | ProfileInput::BonnorEbert { .. }
+                | ProfileInput::PowerLaw { .. }
+                | ProfileInput::ToyStar { .. }
+        );
+        if d != 3 && !is_of_any_dimension {
+            let problem = format!("is {d}, but the profile '{}' is one in 3 dimensions", profile.name());
+            return Err(Error::scene("input.dimension", problem));
+        }
+        let mass = self.value("mass")?;
+        match *profile {
+            ProfileInput::Polytrope { n, .. } => spheres::polytrope(d, n, mass, self.value("radius")?, gravity),
+            ProfileInput::Isothermal { .. } => {
+                spheres::isothermal(mass, self.value("radius")?, self.value("sound_speed")?, gravity)
+            }
+            ProfileInput::BonnorEbert { xi, .. } => {
+                spheres::bonnor_ebert(d, self.positive("xi", xi)?, mass, self.value("radius")?, gravity)
+            }
+            ProfileInput::Plummer { .. } => {
+                let cut = self.cut("scale_radius", "outer_radius")?;
+                Ok(spheres::cored(cut, gravity, &|x| (1.0 + x * x).powf(-2.5)))
+            }
+            ProfileInput::Hernquist { .. } => {
+                let cut = self.cut("scale_radius", "outer_radius")?;
+                Ok(spheres::cusped(cut, gravity, &|x| 1.0 / (x * (1.0 + x).powi(3))))
+            }
+            ProfileInput::Nfw { .. } => {
+                let cut = self.cut("scale_radius", "outer_radius")?;
+                Ok(spheres::cusped(cut, gravity, &|x| 1.0 / (x * (1.0 + x).powi(2))))
+            }
+            ProfileInput::King { .. } => {
+                let cut = self.cut("core_radius", "tidal_radius")?;
+                Ok(spheres::cored(cut, gravity, &spheres::king(cut.outer / cut.scale)))
+            }
+            ProfileInput::BetaModel { beta, .. } => {
+                let cut = self.cut("core_radius", "outer_radius")?;
+                let power = -1.5 * self.positive("beta", beta)?;
+                Ok(spheres::cored(cut, gravity, &|x| (1.0 + x * x).powf(power)))
+            }
+            ProfileInput::Evrard { energy, .. } => {
+                Ok(spheres::evrard(mass, self.value("radius")?, self.positive("energy", energy)?, gravity))
+            }
+            ProfileInput::PowerLaw { slope, .. } => spheres::power_law(d, slope, mass, self.value("radius")?, gravity),
+            ProfileInput::ToyStar { k, .. } => {
+                let [pressure, density] =
+                    [UnitDimension::PRESSURE, UnitDimension::mass_density(3)].map(|d| self.conversion.factor(d));
+                let k = self.positive("k", k)? * pressure / (density * density);
+                Ok(spheres::toy_star(d, mass, self.value("radius")?, k))
+            }
+            ProfileInput::WhiteDwarf { nucleons_per_electron, .. } => {
+                let per_electron = self.positive("nucleons_per_electron", nucleons_per_electron)?;
+                white_dwarf::white_dwarf(mass, per_electron, gravity)
+            }
+        }
+    }
+}

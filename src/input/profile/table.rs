@@ -1,0 +1,92 @@
+//! Radii, densities and pressures of a model, before it becomes an input.
+
+use crate::field::quadrature::integrate;
+use sph::geometry::unit_ball_volume;
+
+/// Rows of a table made from a density in closed form.
+const ROWS: usize = 4000;
+/// Gauss points between two rows.
+const ORDER: usize = 6;
+
+/// A model by rows, outwards.
+pub(super) struct Table {
+    pub radii: Vec<f64>,
+    pub density: Vec<f64>,
+    pub pressure: Option<Vec<f64>>,
+    pub internal_energy: Option<Vec<f64>>,
+}
+
+/// S_d, the surface of the unit ball in `d` dimensions.
+pub(super) fn unit_sphere(d: usize) -> f64 {
+    d as f64 * unit_ball_volume(d)
+}
+
+/// The pull per enclosed mass, times r^(d-1): Gauss's law with the mass of whole sheets, rings and shells.
+pub(super) fn pull(d: usize, gravity: f64) -> f64 {
+    [std::f64::consts::TAU, 2.0, 1.0][d - 1] * gravity
+}
+
+/// Radii from the center to `outer`, even within `scale` and by equal factors beyond.
+pub(super) fn radii_beyond_core(scale: f64, outer: f64) -> Vec<f64> {
+    let end = (outer / scale).asinh();
+    let mut radii: Vec<f64> = (0..ROWS).map(|i| scale * (end * i as f64 / (ROWS - 1) as f64).sinh()).collect();
+    radii[ROWS - 1] = outer;
+    radii
+}
+
+/// Radii by equal factors.
+pub(super) fn radii_of_cusp(inner: f64, outer: f64) -> Vec<f64> {
+    let span = (outer / inner).ln();
+    let mut radii: Vec<f64> = (0..ROWS).map(|i| inner * (span * i as f64 / (ROWS - 1) as f64).exp()).collect();
+    radii[ROWS - 1] = outer;
+    radii
+}
+
+/// Masses within the radii, of a density in `d` dimensions that is constant within the first of them.
+fn enclosed(d: usize, radii: &[f64], density: &dyn Fn(f64) -> f64) -> Vec<f64> {
+    let volume = |r: f64| unit_ball_volume(d) * r.powi(d as i32);
+    let shell = |r: f64| unit_sphere(d) * r.powi(d as i32 - 1) * density(r);
+    let mut mass = if radii[0] > 0.0 { density(radii[0]) * volume(radii[0]) } else { 0.0 };
+    let mut masses = vec![mass];
+    for pair in radii.windows(2) {
+        mass += integrate(ORDER, pair[0], pair[1], &shell);
+        masses.push(mass);
+    }
+    masses
+}
+
+/// The table of a density of any scale, scaled to `mass`; the pressure carries its weight and is 0 at the outer radius.
+pub(super) fn hydrostatic(d: usize, radii: Vec<f64>, mass: f64, gravity: f64, density: &dyn Fn(f64) -> f64) -> Table {
+    let masses = enclosed(d, &radii, density);
+    let scale = mass / masses[masses.len() - 1];
+    let mut pressure = vec![0.0; radii.len()];
+    for i in (0..radii.len() - 1).rev() {
+        let (a, b) = (radii[i], radii[i + 1]);
+        // The mass between is the integral up to the radius.
+        let weight = |r: f64| {
+            let within = masses[i] + integrate(ORDER, a, r, &|s| unit_sphere(d) * s.powi(d as i32 - 1) * density(s));
+            if r > 0.0 { density(r) * pull(d, gravity) * within / r.powi(d as i32 - 1) } else { 0.0 }
+        };
+        pressure[i] = pressure[i + 1] + scale * scale * integrate(ORDER, a, b, &weight);
+    }
+    let density = radii.iter().map(|r| scale * density(*r)).collect();
+    Table { radii, density, pressure: Some(pressure), internal_energy: None }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A uniform sphere: P = (2 pi/3) G rho^2 (R^2 - r^2).
+    #[test]
+    fn weights_are_those_of_closed_forms() {
+        let table = hydrostatic(3, radii_beyond_core(0.5, 2.0), 10.0, 3.0, &|_| 7.0);
+        let rho = 10.0 / (unit_ball_volume(3) * 8.0);
+        for i in (0..table.radii.len()).step_by(500) {
+            let expected = std::f64::consts::TAU / 3.0 * 3.0 * rho * rho * (4.0 - table.radii[i].powi(2));
+            let found = table.pressure.as_ref().unwrap()[i];
+            assert!((found - expected).abs() < 1e-10 * rho * rho * 30.0, "{found} {expected}");
+            assert!((table.density[i] / rho - 1.0).abs() < 1e-12);
+        }
+    }
+}

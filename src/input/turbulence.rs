@@ -1,0 +1,202 @@
+//! Random velocities of a given spectrum: a sum of waves,
+//!
+//! v(x) = sum_k a_k cos(k x) + b_k sin(k x),
+//!
+//! over all k of whole waves across the box with a length in the range asked for, one of each pair k and -k. The components of
+//! a_k and b_k are normal numbers whose variance is that of the spectrum, E(k) ~ k^-p over k^(d-1); what lies along k carries
+//! the compressive share of the energy (Helmholtz's decomposition wave by wave; Federrath et al. 2010, A&A 512, A81). The sum
+//! is scaled so that the mean square over the box is exact.
+
+use crate::error::{Error, Result};
+use crate::random::{Purpose, keyed};
+use crate::scene::TurbulenceInput;
+use rand::RngExt;
+use sph::domain::Domain;
+
+/// A wave of velocities.
+struct Wave<const D: usize> {
+    k: [f64; D],
+    cosine: [f64; D],
+    sine: [f64; D],
+}
+
+/// Waves that repeat over a box.
+pub(crate) struct Turbulence<const D: usize> {
+    corner: [f64; D],
+    waves: Vec<Wave<D>>,
+}
+
+impl<const D: usize> Turbulence<D> {
+    /// With the root mean square 1 over the box around `domain`.
+    ///
+    /// # Errors
+    /// No waves in the range, or motion across the waves in 1-D.
+    pub fn new(input: &TurbulenceInput, seed: u64, domain: &Domain<D>) -> Result<Self> {
+        let share = input.compressive.unwrap_or(if D == 1 { 1.0 } else { 0.0 });
+        if D == 1 && share != 1.0 {
+            return Err(Error::scene(
+                "turbulence.compressive",
+                format!("is {share}, but in 1-D all motion is along the waves: 1"),
+            ));
+        }
+        let extent = domain.extent();
+        // Lengths of k count in waves across the longest edge.
+        let longest = extent.iter().fold(0.0_f64, |m, e| m.max(*e));
+        let [least, most] = input.wavenumbers;
+        let reach = extent.map(|e| (most * e / longest).floor() as i64);
+        let mut waves = Vec::new();
+        let mut n: [i64; D] = reach.map(|r| -r);
+        let mut index = 0;
+        loop {
+            let length = (0..D).map(|d| (n[d] as f64 * longest / extent[d]).powi(2)).sum::<f64>().sqrt();
+            // One of k and -k: the first component that is not 0 is positive.
+            let is_first = n.iter().find(|v| **v != 0).is_some_and(|v| *v > 0);
+            if is_first && length >= least && length <= most {
+                let amplitude = (length.powf(-input.slope) / length.powi(D as i32 - 1)).sqrt();
+                let k = std::array::from_fn(|d| std::f64::consts::TAU * n[d] as f64 / extent[d]);
+                waves.push(wave(k, amplitude, share, (seed, index)));
+            }
+            index += 1;
+            let Some(d) = (0..D).find(|&d| n[d] < reach[d]) else { break };
+            n[d] += 1;
+            n[..d].iter_mut().zip(reach).for_each(|(v, r)| *v = -r);
+        }
+        let square = |v: &[f64; D]| v.iter().map(|c| c * c).sum::<f64>();
+        let mean: f64 = waves.iter().map(|w| 0.5 * (square(&w.cosine) + square(&w.sine))).sum();
+        if !(mean > 0.0 && mean.is_finite()) {
+            let problem = format!("are {least} to {most}, in which no wave fits the box a whole number of times");
+            return Err(Error::scene("turbulence.wavenumbers", problem));
+        }
+        let factor = mean.sqrt().recip();
+        for w in &mut waves {
+            w.cosine = w.cosine.map(|v| v * factor);
+            w.sine = w.sine.map(|v| v * factor);
+        }
+        Ok(Self { corner: domain.lo, waves })
+    }
+
+    /// Adds the velocity at `x`, times `scale`.
+    pub fn add(&self, x: &[f64; D], scale: f64, out: &mut [f64]) {
+        for wave in &self.waves {
+            let phase = (0..D).map(|d| wave.k[d] * (x[d] - self.corner[d])).sum::<f64>();
+            let (sin, cos) = phase.sin_cos();
+            (0..D).for_each(|d| out[d] += scale * (wave.cosine[d] * cos + wave.sine[d] * sin));
+        }
+    }
+}
+
+fn wave<const D: usize>(k: [f64; D], amplitude: f64, share: f64, (seed, index): (u64, u64)) -> Wave<D> {
+    let mut random = keyed(seed, Purpose::Turbulence, index);
+    let length = k.iter().map(|v| v * v).sum::<f64>().sqrt();
+    let way = k.map(|v| v / length);
+    let across = if D > 1 { ((1.0 - share) / (D as f64 - 1.0)).sqrt() } else { 0.0 };
+    let mut vector = || {
+        // Box and Muller: 1 - u is never 0.
+        let normal: [f64; D] = std::array::from_fn(|_| {
+            let [u, v]: [f64; 2] = [random.random(), random.random()];
+            (-2.0 * (1.0 - u).ln()).sqrt() * (std::f64::consts::TAU * v).cos()
+        });
+        let along: f64 = (0..D).map(|d| normal[d] * way[d]).sum();
+        std::array::from_fn(|d| amplitude * (across * (normal[d] - along * way[d]) + share.sqrt() * along * way[d]))
+    };
+    let cosine = vector();
+    Wave { k, cosine, sine: vector() }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use sph::domain::{Axis, Region};
+
+    fn domain() -> Domain<3> {
+        Domain::new([1.0, 0.0, -1.0], [3.0, 1.0, 1.0], [Axis::Periodic; 3], Region::Box).unwrap()
+    }
+
+    fn field(compressive: f64) -> Turbulence<3> {
+        let input = TurbulenceInput { compressive: Some(compressive), wavenumbers: [1.0, 5.0], ..Default::default() };
+        Turbulence::new(&input, 3, &domain()).unwrap()
+    }
+
+    fn at(field: &Turbulence<3>, x: [f64; 3]) -> [f64; 3] {
+        let mut out = [0.0; 3];
+        field.add(&x, 1.0, &mut out);
+        out
+    }
+
+    /// Slopes d v_i / d x_j by central differences.
+    fn slopes(field: &Turbulence<3>, x: [f64; 3]) -> [[f64; 3]; 3] {
+        let h = 1e-5;
+        let mut slopes = [[0.0; 3]; 3];
+        for j in 0..3 {
+            let moved = |way: f64| {
+                let mut y = x;
+                y[j] += way * h;
+                at(field, y)
+            };
+            let (a, b) = (moved(-1.0), moved(1.0));
+            (0..3).for_each(|i| slopes[i][j] = (b[i] - a[i]) / (2.0 * h));
+        }
+        slopes
+    }
+
+    #[test]
+    fn motion_is_without_divergence_or_without_curl_as_asked_for() {
+        let (solenoidal, compressive) = (field(0.0), field(1.0));
+        for x in [[1.3, 0.2, 0.5], [2.9, 0.9, -0.9], [1.0, 0.0, -1.0]] {
+            let s = slopes(&solenoidal, x);
+            let size = s.iter().flatten().map(|v| v.abs()).fold(0.0, f64::max);
+            assert!((s[0][0] + s[1][1] + s[2][2]).abs() < 1e-7 * size, "{s:?}");
+            let s = slopes(&compressive, x);
+            for (i, j) in [(0, 1), (1, 2), (2, 0)] {
+                assert!((s[i][j] - s[j][i]).abs() < 1e-7 * size, "{s:?}");
+            }
+        }
+    }
+
+    /// On a lattice with more points than waves the mean square of a sum of waves is exact, and means vanish.
+    #[test]
+    fn the_mean_square_is_one_and_the_field_repeats() {
+        let field = field(0.3);
+        let n = 12;
+        let (mut square, mut mean) = (0.0, [0.0; 3]);
+        for i in 0..n * n * n {
+            let u = [i % n, i / n % n, i / n / n].map(|v| v as f64 / n as f64);
+            let v = at(&field, [1.0 + 2.0 * u[0], u[1], -1.0 + 2.0 * u[2]]);
+            square += v.iter().map(|c| c * c).sum::<f64>() / f64::from((n * n * n) as u32);
+            (0..3).for_each(|k| mean[k] += v[k]);
+        }
+        assert!((square - 1.0).abs() < 1e-12, "{square}");
+        assert!(mean.iter().all(|m| m.abs() < 1e-9), "{mean:?}");
+        let (a, b) = (at(&field, [1.1, 0.3, 0.2]), at(&field, [3.1, -0.7, -1.8]));
+        (0..3).for_each(|k| assert!((a[k] - b[k]).abs() < 1e-12));
+    }
+
+    /// Energies of shells of k fall as k^-p, within what the random numbers of some hundred waves leave: 1/sqrt(100).
+    #[test]
+    fn the_spectrum_has_its_slope() {
+        let domain = Domain::new([0.0; 3], [1.0; 3], [Axis::Periodic; 3], Region::Box).unwrap();
+        let input = TurbulenceInput { slope: 2.0, wavenumbers: [1.0, 16.0], ..Default::default() };
+        let field = Turbulence::<3>::new(&input, 5, &domain).unwrap();
+        let energy = |lo: f64, hi: f64| {
+            let within = |w: &&Wave<3>| {
+                let n = w.k.iter().map(|v| v * v).sum::<f64>().sqrt() / std::f64::consts::TAU;
+                n >= lo && n < hi
+            };
+            let square = |v: &[f64; 3]| v.iter().map(|c| c * c).sum::<f64>();
+            field.waves.iter().filter(within).map(|w| square(&w.cosine) + square(&w.sine)).sum::<f64>()
+        };
+        // The integral of k^-2 from 4 to 8 is twice that from 8 to 16.
+        let ratio = energy(4.0, 8.0) / energy(8.0, 16.0);
+        assert!((ratio / 2.0 - 1.0).abs() < 0.15, "{ratio}");
+    }
+
+    #[test]
+    fn in_one_dimension_all_motion_is_along_the_waves() {
+        let domain = Domain::new([0.0], [1.0], [Axis::Periodic], Region::Box).unwrap();
+        assert!(Turbulence::<1>::new(&TurbulenceInput::default(), 1, &domain).is_ok());
+        let input = TurbulenceInput { compressive: Some(0.0), ..Default::default() };
+        assert!(Turbulence::<1>::new(&input, 1, &domain).err().unwrap().to_string().contains("1-D"));
+        let none = TurbulenceInput { wavenumbers: [1.2, 1.3], ..Default::default() };
+        assert!(Turbulence::<1>::new(&none, 1, &domain).err().unwrap().to_string().contains("no wave"));
+    }
+}

@@ -1,0 +1,124 @@
+//! What the numbers of an input and of its scene are measured in.
+//!
+//! Plain numbers of a scene are in its `units`, by default those of the input: its unit of length, the mass in a cube of
+//! that length at its unit of density, and the second, or for particle files their unit of time. Where neither states any,
+//! they are the input's numbers and those of the output, whatever `output.units` calls them.
+
+use crate::error::Result;
+use crate::scene::{Conversion, Scene, system_of};
+use sph_formats::UnitSystem;
+
+/// Factors from the input's numbers to cgs, where both are known.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct InputUnits {
+    pub length: f64,
+    /// Mass per volume in 3-D.
+    pub density: f64,
+    /// Particle files state one; for others it is the second.
+    pub time: f64,
+}
+
+impl InputUnits {
+    /// The system of which these are units.
+    pub fn system(&self) -> UnitSystem {
+        UnitSystem { length: self.length, mass: self.density * self.length.powi(3), time: self.time, temperature: 1.0 }
+    }
+}
+
+/// Units of a run, where they are known.
+#[derive(Debug, Clone, Copy)]
+pub struct RunUnits {
+    pub input: Option<InputUnits>,
+    /// Of plain numbers in the scene.
+    scene: Option<UnitSystem>,
+}
+
+impl RunUnits {
+    /// The scene's statement over the input's.
+    ///
+    /// # Errors
+    /// A name that is none.
+    pub fn new(scene: &Scene, input: Option<InputUnits>) -> Result<Self> {
+        let written = scene.output.units.as_deref().filter(|name| input.is_none() && *name != "code");
+        let own = match (scene.stated_units()?, written) {
+            (Some(system), _) => Some(system),
+            (None, Some(name)) => Some(system_of("output.units", name)?),
+            (None, None) => input.map(|units| units.system()),
+        };
+        Ok(Self { input, scene: own })
+    }
+
+    /// To the input's numbers, in which domains are.
+    pub fn into_input(&self) -> Conversion {
+        let to = self.input.map(|units| units.system()).or(self.scene);
+        Conversion { from: self.scene, to: to.unwrap_or(UnitSystem::CODE) }
+    }
+
+    /// To the numbers of the output.
+    pub fn into_output(&self, out: &UnitSystem) -> Conversion {
+        Conversion { from: self.scene, to: *out }
+    }
+
+    /// To cgs, or to the input's numbers where it has no units.
+    pub fn into_cgs(&self) -> Conversion {
+        match self.input {
+            Some(_) => Conversion { from: self.scene, to: UnitSystem::cgs() },
+            None => self.into_input(),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use sph_formats::UnitDimension;
+
+    fn units(text: &str, input: Option<InputUnits>) -> RunUnits {
+        RunUnits::new(&Scene::parse(text).unwrap(), input).unwrap()
+    }
+
+    const CGS: InputUnits = InputUnits { length: 1.0, density: 1.0, time: 1.0 };
+
+    #[test]
+    fn plain_numbers_are_the_inputs_for_all_keys_alike() {
+        let run = units("output: {units: solar}", Some(CGS));
+        assert_eq!(run.into_input().factor(UnitDimension::LENGTH), 1.0);
+        let out = run.into_output(&UnitSystem::solar());
+        assert!((out.factor(UnitDimension::LENGTH) * 6.957e10 - 1.0).abs() < 1e-14);
+        // One cm/s in units of sqrt(G Msun / Rsun) = 436.8 km/s.
+        let speed = 1.0 / out.factor(UnitDimension::VELOCITY);
+        assert!((speed / 4.3683e7 - 1.0).abs() < 1e-4, "{speed:e}");
+    }
+
+    #[test]
+    fn the_scene_may_state_others() {
+        let run = units("units: solar", Some(CGS));
+        assert_eq!(run.into_input().factor(UnitDimension::LENGTH), 6.957e10);
+        assert_eq!(run.into_output(&UnitSystem::solar()).factor(UnitDimension::VELOCITY), 1.0);
+    }
+
+    #[test]
+    fn numbers_without_units_stay_as_they_are() {
+        for text in ["seed: 1", "output: {units: code}", "output: {units: solar}"] {
+            let run = units(text, None);
+            for conversion in [run.into_input(), run.into_cgs()] {
+                assert_eq!(conversion.factor(UnitDimension::VELOCITY), 1.0, "{text}");
+            }
+        }
+        let named = units("output: {units: solar}", None);
+        assert_eq!(named.into_output(&UnitSystem::solar()).factor(UnitDimension::VELOCITY), 1.0);
+        // What the output calls its numbers says what a unit in the scene is worth.
+        assert!(named.into_input().from.is_some());
+        assert!(units("output: {units: code}", None).into_input().from.is_none());
+    }
+
+    #[test]
+    fn unknown_names_are_refused_with_a_guess() {
+        for (name, part) in [("sollar", "did you mean 'solar'"), ("code", "says nothing"), ("imperial", "expected cgs")]
+        {
+            let scene = Scene::parse(&format!("units: {name}")).unwrap();
+            let error = RunUnits::new(&scene, None).unwrap_err().to_string();
+            assert!(error.starts_with("scene, units: ") && error.contains(part), "{error}");
+        }
+    }
+}

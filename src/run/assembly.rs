@@ -1,0 +1,352 @@
+//! Placed bodies put together: where each is, how it moves, and one file of all of them.
+
+use crate::error::{Error, Result};
+use sph_formats::common::particle_names as names;
+use sph_formats::{Column, ParticleFile, ParticleTable, RunHeader, Species, UnitDimension, UnitSystem, Values};
+
+/// Number of the body that a particle is of, from 1.
+pub const BODY_ID: &str = "BodyID";
+/// Particles of two bodies that are nearer than this many spacings are in each other's way.
+const NEAREST: f64 = 0.5;
+
+/// A body in the units of the output, about its center of mass.
+pub struct Body {
+    pub title: String,
+    /// Coordinates, masses and velocities are in here until they are put together; coordinates from the center of mass.
+    table: ParticleTable,
+    dimension: usize,
+    pub mass: f64,
+    /// Distance of the outermost particle.
+    pub radius: f64,
+}
+
+/// Where a body is and how it moves.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub struct State {
+    pub position: [f64; 3],
+    pub velocity: [f64; 3],
+    /// Angular velocity.
+    pub spin: [f64; 3],
+}
+
+/// The box of the whole.
+#[derive(Debug, Clone, Copy)]
+pub struct Frame {
+    pub lo: [f64; 3],
+    pub edges: [f64; 3],
+    pub periodic: [bool; 3],
+}
+
+fn cross(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
+    [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
+}
+
+fn length(v: [f64; 3]) -> f64 {
+    v.iter().map(|c| c * c).sum::<f64>().sqrt()
+}
+
+/// Row `i` of a column of vectors, with zeros for what it lacks.
+fn row(column: &Column, i: usize) -> [f64; 3] {
+    let d = column.components;
+    std::array::from_fn(|k| if k < d { column.values.get(i * d + k) } else { 0.0 })
+}
+
+/// Mean of rows by mass.
+fn mean(rows: impl Iterator<Item = (f64, [f64; 3])>) -> [f64; 3] {
+    let (mut mass, mut sum) = (0.0, [0.0; 3]);
+    for (m, x) in rows {
+        mass += m;
+        (0..3).for_each(|k| sum[k] += m * x[k]);
+    }
+    sum.map(|s| s / mass)
+}
+
+impl Body {
+    /// Takes the gas of a placed file.
+    ///
+    /// # Errors
+    /// A file without particles.
+    pub fn new(title: String, file: ParticleFile) -> Result<Self> {
+        let dimension = file.header.dimension;
+        let none = || Error::scene(format!("bodies[{title}]"), "came out without particles");
+        let mut table = file.species.into_iter().next().filter(|s| s.table.count > 0).ok_or_else(none)?.table;
+        let (x, m) = (table.column(names::COORDINATES), table.column(names::MASSES));
+        let (Some(x), Some(m)) = (x, m) else { return Err(none()) };
+        let n = table.count;
+        let center = mean((0..n).map(|i| (m.values.get(i), row(x, i))));
+        let mass = (0..n).map(|i| m.values.get(i)).sum();
+        let moved: Vec<[f64; 3]> = (0..n)
+            .map(|i| {
+                let x = row(x, i);
+                std::array::from_fn(|k| x[k] - center[k])
+            })
+            .collect();
+        let radius = moved.iter().map(|x| length(*x)).fold(0.0, f64::max);
+        let flat = moved.iter().flat_map(|x| x[..dimension].to_vec()).collect();
+        if let Some(column) = table.columns.iter_mut().find(|c| c.name == names::COORDINATES) {
+            column.values = Values::F64(flat);
+        }
+        Ok(Self { title, table, dimension, mass, radius })
+    }
+
+    pub fn count(&self) -> usize {
+        self.table.count
+    }
+
+    /// One mass for all particles.
+    pub fn set_particle_mass(&mut self, mass: f64) {
+        let n = self.table.count;
+        if let Some(column) = self.table.columns.iter_mut().find(|c| c.name == names::MASSES) {
+            column.values = Values::F64(vec![mass; n]);
+        }
+        self.mass = mass * n as f64;
+    }
+
+    pub fn masses(&self) -> impl Iterator<Item = f64> + '_ {
+        let column = self.table.column(names::MASSES);
+        column.into_iter().flat_map(|c| (0..c.values.len()).map(|i| c.values.get(i)))
+    }
+
+    /// Places and velocities of all particles in a state.
+    fn moved(&self, state: &State) -> Vec<([f64; 3], [f64; 3])> {
+        let velocities = self.table.column(names::VELOCITIES);
+        let Some(x) = self.table.column(names::COORDINATES) else { return Vec::new() };
+        let moved = |i: usize| {
+            let from_center = row(x, i);
+            let swirl = cross(state.spin, from_center);
+            let own = velocities.map_or([0.0; 3], |v| row(v, i));
+            let place = std::array::from_fn(|k| from_center[k] + state.position[k]);
+            (place, std::array::from_fn(|k| own[k] + swirl[k] + state.velocity[k]))
+        };
+        (0..self.table.count).map(moved).collect()
+    }
+
+    /// (m / rho)^(1/d) of each particle, where the density is known.
+    fn spacings(&self) -> Vec<f64> {
+        let density = self.table.column(names::DENSITY);
+        let at = |(i, m): (usize, f64)| {
+            let rho = density.map_or(0.0, |c| c.values.get(i));
+            if rho > 0.0 { (m / rho).powf(1.0 / self.dimension as f64) } else { 0.0 }
+        };
+        self.masses().enumerate().map(at).collect()
+    }
+}
+
+/// Refuses bodies that are in each other's way.
+///
+/// # Errors
+/// The first pair that is, with how near they are.
+pub fn refuse_overlap(bodies: &[Body], states: &[State]) -> Result<()> {
+    for (i, a) in bodies.iter().enumerate() {
+        for (j, b) in bodies.iter().enumerate().skip(i + 1) {
+            let apart = length(std::array::from_fn(|k| states[j].position[k] - states[i].position[k]));
+            if apart >= a.radius + b.radius {
+                continue;
+            }
+            if let Some(near) = nearest_pair((a, &states[i]), (b, &states[j])) {
+                let problem = format!(
+                    "and {} overlap: their centers are {apart:.6e} apart and their radii {:.6e} and {:.6e}, with particles at {near:.2} \
+                     spacings from each other; move them apart",
+                    b.title, a.radius, b.radius
+                );
+                return Err(Error::scene(format!("bodies[{}]", a.title), problem));
+            }
+        }
+    }
+    Ok(())
+}
+
+/// The smallest distance of particles of two bodies in units of their spacing, where it is too small. Sorted by x, only
+/// particles within a spacing along it are looked at.
+fn nearest_pair(a: (&Body, &State), b: (&Body, &State)) -> Option<f64> {
+    let listed = |(body, state): (&Body, &State)| -> Vec<([f64; 3], f64)> {
+        let places = body.moved(state).into_iter().map(|p| p.0);
+        let mut all: Vec<_> = places.zip(body.spacings()).collect();
+        all.sort_by(|p, q| p.0[0].total_cmp(&q.0[0]));
+        all
+    };
+    let (a, b) = (listed(a), listed(b));
+    // Nearer than half of the smaller spacing of two is nearer than half of the largest here.
+    let window = NEAREST * b.iter().map(|p| p.1).fold(0.0, f64::max);
+    let mut first = 0;
+    for (x, spacing) in &a {
+        while first < b.len() && b[first].0[0] < x[0] - window {
+            first += 1;
+        }
+        for (y, other) in b[first..].iter().take_while(|p| p.0[0] <= x[0] + window) {
+            let distance = length(std::array::from_fn(|k| y[k] - x[k]));
+            let common = spacing.min(*other);
+            if distance < NEAREST * common {
+                return Some(distance / common);
+            }
+        }
+    }
+    None
+}
+
+/// Center of mass and its velocity.
+pub fn center_of_mass(bodies: &[Body], states: &[State]) -> ([f64; 3], [f64; 3]) {
+    let of = |pick: fn(([f64; 3], [f64; 3])) -> [f64; 3]| {
+        let pairs = bodies.iter().zip(states);
+        mean(pairs.flat_map(|(b, s)| b.masses().collect::<Vec<_>>().into_iter().zip(b.moved(s).into_iter().map(pick))))
+    };
+    (of(|p| p.0), of(|p| p.1))
+}
+
+/// A cube around all particles, `factor` times as large as they need, with `center` in its middle, or the middle of them.
+pub fn frame(bodies: &[Body], states: &[State], center: Option<[f64; 3]>, factor: f64) -> Frame {
+    let d = bodies.first().map_or(3, |b| b.dimension);
+    let (mut lo, mut hi) = ([f64::INFINITY; 3], [f64::NEG_INFINITY; 3]);
+    for (x, _) in bodies.iter().zip(states).flat_map(|(b, s)| b.moved(s)) {
+        for k in 0..3 {
+            lo[k] = lo[k].min(x[k]);
+            hi[k] = hi[k].max(x[k]);
+        }
+    }
+    let middle = center.unwrap_or_else(|| std::array::from_fn(|k| 0.5 * (lo[k] + hi[k])));
+    let reach = (0..d).map(|k| (hi[k] - middle[k]).max(middle[k] - lo[k])).fold(0.0, f64::max);
+    let edge = 2.0 * factor * reach;
+    Frame {
+        lo: std::array::from_fn(|k| if k < d { middle[k] - 0.5 * edge } else { 0.0 }),
+        edges: std::array::from_fn(|k| if k < d { edge } else { 0.0 }),
+        periodic: [false; 3],
+    }
+}
+
+/// Coordinates have to tell particles apart, by this part of their spacing.
+const RESOLVED: f64 = 1e-3;
+
+/// Refuses bodies so far away that rounding moves their particles.
+fn refuse_unresolved(bodies: &[Body], states: &[State], frame: &Frame) -> Result<()> {
+    for (body, state) in bodies.iter().zip(states) {
+        let reach = state.position.iter().chain(&frame.edges).fold(0.0_f64, |m, v| m.max(v.abs()));
+        let spacing = body.spacings().into_iter().filter(|s| *s > 0.0).fold(f64::INFINITY, f64::min);
+        if !(reach * f64::EPSILON < RESOLVED * spacing) {
+            let problem = format!(
+                "has particles {spacing:.3e} apart, which coordinates of {reach:.3e} do not tell apart; bring the bodies nearer"
+            );
+            return Err(Error::scene(format!("bodies[{}].position", body.title), problem));
+        }
+    }
+    Ok(())
+}
+
+/// What a file says of how it came about.
+pub struct Origin {
+    pub units: UnitSystem,
+    pub kernel: String,
+    pub kernel_neighbors: f64,
+    pub provenance: Vec<(String, String)>,
+}
+
+/// The file of all bodies, and what there is to note.
+///
+/// # Errors
+/// Particles outside of the box, bodies of which some lack energies or materials that others have.
+pub fn assemble(
+    bodies: Vec<Body>,
+    states: &[State],
+    frame: &Frame,
+    origin: Origin,
+) -> Result<(ParticleFile, Vec<String>)> {
+    refuse_unresolved(&bodies, states, frame)?;
+    let d = bodies.first().map_or(3, |b| b.dimension);
+    let (mut places, mut speeds, mut ids) = (Vec::new(), Vec::new(), Vec::new());
+    for (index, (body, state)) in bodies.iter().zip(states).enumerate() {
+        for (x, v) in body.moved(state) {
+            for k in 0..d {
+                places.push(inside(x[k] - frame.lo[k], frame.edges[k], frame.periodic[k]).ok_or_else(|| {
+                    let problem = format!(
+                        "reaches {:.6e} on axis {k}, out of the box from {:.6e} to {:.6e}; make domain.box larger, or leave it out",
+                        x[k],
+                        frame.lo[k],
+                        frame.lo[k] + frame.edges[k]
+                    );
+                    Error::scene(format!("bodies[{}]", body.title), problem)
+                })?);
+                speeds.push(v[k]);
+            }
+            ids.push(index as i64 + 1);
+        }
+    }
+    let n = ids.len();
+    let column = |name: &str, components: usize, values: Values, dimension: UnitDimension| Column {
+        name: name.into(),
+        components,
+        values,
+        dimension,
+    };
+    let mut columns = vec![column(names::COORDINATES, d, Values::F64(places), UnitDimension::LENGTH)];
+    let mut all: Vec<&str> = Vec::new();
+    for name in bodies.iter().flat_map(|b| &b.table.columns).map(|c| c.name.as_str()) {
+        let is_own = [names::COORDINATES, names::VELOCITIES, names::PARTICLE_IDS, BODY_ID].contains(&name);
+        if !is_own && !all.contains(&name) {
+            all.push(name);
+        }
+    }
+    let mut notes = Vec::new();
+    for name in all {
+        columns.push(joined(&bodies, name, &mut notes)?);
+    }
+    columns.push(column(names::PARTICLE_IDS, 1, Values::I64((1..=n as i64).collect()), UnitDimension::NONE));
+    columns.push(column(BODY_ID, 1, Values::I64(ids), UnitDimension::NONE));
+    if speeds.iter().any(|v| *v != 0.0) {
+        columns.push(column(names::VELOCITIES, d, Values::F64(speeds), UnitDimension::VELOCITY));
+    }
+    let Origin { units, kernel, kernel_neighbors, provenance } = origin;
+    let header = RunHeader {
+        dimension: d,
+        box_size: frame.edges,
+        periodic: frame.periodic,
+        units,
+        time: 0.0,
+        kernel,
+        kernel_neighbors,
+        provenance,
+    };
+    let species = vec![Species { part_type: 0, table: ParticleTable { count: n, columns } }];
+    Ok((ParticleFile { header, species }, notes))
+}
+
+/// A coordinate in [0, edge); `None` where it is out of a box that does not repeat.
+fn inside(x: f64, edge: f64, is_periodic: bool) -> Option<f64> {
+    if is_periodic {
+        let wrapped = x.rem_euclid(edge);
+        return Some(if wrapped < edge { wrapped } else { 0.0 });
+    }
+    (x >= 0.0 && x < edge).then_some(x)
+}
+
+/// One column of all bodies, one after the other.
+fn joined(bodies: &[Body], name: &str, notes: &mut Vec<String>) -> Result<Column> {
+    let having = |body: &&Body| body.table.column(name).is_some();
+    let Some((owner, model)) = bodies.iter().find(having).and_then(|b| Some((b, b.table.column(name)?))) else {
+        return Err(Error::scene("bodies", format!("have no column '{name}'")));
+    };
+    let without: Vec<&str> = bodies.iter().filter(|b| !having(b)).map(|b| b.title.as_str()).collect();
+    if let Some(first) = without.first() {
+        if name == names::INTERNAL_ENERGY || name == names::MATERIAL_IDS {
+            let remedy = if name == names::MATERIAL_IDS {
+                "set its material, or that of none"
+            } else {
+                "set its fields or thermal.internal_energy, or those of none"
+            };
+            let problem = format!("has no {name}, which body {} has; {remedy}", owner.title);
+            return Err(Error::scene(format!("bodies[{first}]"), problem));
+        }
+        notes.push(format!("'{name}' is 0 in bodies that do not have it: {}", without.join(", ")));
+    }
+    if let Some(other) = bodies.iter().find(|b| b.table.column(name).is_some_and(|c| c.components != model.components))
+    {
+        let problem = format!("has a '{name}' of another number of components than body {}", owner.title);
+        return Err(Error::scene(format!("bodies[{}]", other.title), problem));
+    }
+    let are_whole = bodies.iter().all(|b| b.table.column(name).is_none_or(|c| matches!(c.values, Values::I64(_))));
+    let values = |body: &Body| {
+        let zeros = vec![0.0; body.table.count * model.components];
+        body.table.column(name).map_or(zeros, |c| c.values.to_f64())
+    };
+    let flat: Vec<f64> = bodies.iter().flat_map(values).collect();
+    let values = if are_whole { Values::I64(flat.iter().map(|v| *v as i64).collect()) } else { Values::F64(flat) };
+    Ok(Column { name: name.to_owned(), components: model.components, values, dimension: model.dimension })
+}

@@ -1,0 +1,530 @@
+//! A scene of several bodies: each is placed, and balanced, by itself as a scene of its own; then they are moved to where they
+//! begin and put together in one file.
+//!
+//! Particles are shared out by mass, so that all have the same up to half a particle's worth in each body. Two bodies on an
+//! orbit have their center of mass at rest in the middle of the box.
+
+use super::assembly::{self, Body, Frame, Origin, State};
+use super::bodies_report::{BodiesReport, BodyFigures, BodyReport, OrbitFigures};
+use super::cache::{PlacedBody, Recipe};
+use super::destination::{Destination, output_format};
+use super::orbit::{self, Relative};
+use super::pipeline;
+use crate::error::{Error, Result};
+use crate::input::hydrostatics::GRAVITATIONAL_CONSTANT;
+use crate::input::ingest;
+use crate::input::internal_units::Prepared;
+use crate::input::units::{InputUnits, RunUnits};
+use crate::output::frame::output_units;
+use crate::output::particle_file::provenance;
+use crate::relaxation::{Control, StopReason};
+use crate::scene::{BoundaryName, Conversion, DEFAULT_PARTICLES, OrbitInput, Quantity, Scene, in_body, values};
+use sph_formats::{FormatSpec, ParticleFile, UnitDimension, UnitSystem};
+use std::path::Path;
+use std::time::Instant;
+
+const GRAVITY: UnitDimension = UnitDimension::new(3, -1, -2, 0);
+/// Names of unit systems, by mass.
+const SYSTEMS: [&str; 4] = ["cgs", "planetary", "solar", "galactic"];
+
+/// What a body is before it is placed.
+struct Estimate {
+    /// In cgs where there are units.
+    mass: f64,
+    dimension: usize,
+    is_radial: bool,
+    units: RunUnits,
+}
+
+/// Places the bodies of a scene, in the output's units; nothing is written.
+///
+/// # Errors
+/// Any of [`Error`]; those of one body name it.
+pub fn place_bodies(
+    scene: &Scene,
+    formats: &[FormatSpec],
+    control: &Control<'_>,
+) -> Result<(ParticleFile, BodiesReport)> {
+    let start = Instant::now();
+    scene.validate()?;
+    if scene.bodies.is_empty() {
+        return Err(Error::scene("bodies", "are none; a scene without them is placed by itself"));
+    }
+    let title = |i: usize| scene.bodies[i].title(i);
+    let estimated = |counts: &[Option<usize>]| -> Result<Vec<Estimate>> {
+        let one = |(i, n): (usize, &Option<usize>)| {
+            estimate(&scene.of_body(i, *n), formats).map_err(|e| in_body(&title(i), e))
+        };
+        counts.iter().enumerate().map(one).collect()
+    };
+    let estimates = estimated(&vec![None; scene.bodies.len()])?;
+    let common = Common::new(scene, &estimates)?;
+    let mut counts = common.counts(scene, &estimates)?;
+    if estimates.iter().any(|e| e.is_radial) {
+        // How much of an atmosphere is cut depends on the number of particles.
+        let again = estimated(&counts.iter().map(|n| Some(*n)).collect::<Vec<_>>())?;
+        counts = common.counts(scene, &again)?;
+    }
+    let mut placed: Vec<Placed> = Vec::new();
+    for (i, count) in counts.iter().enumerate() {
+        let mut alone = scene.of_body(i, Some(*count));
+        alone.output.units = Some(common.name.clone());
+        // A body that is the same as another comes out the same.
+        let same = placed.iter().find(|other| other.alone == alone);
+        let next = match same {
+            Some(same) => same.clone(),
+            None => {
+                Placed::new(alone, scene.cache.as_deref(), (formats, control)).map_err(|e| in_body(&title(i), e))?
+            }
+        };
+        placed.push(next);
+    }
+    let header = placed[0].body.file.header.clone();
+    let (mut bodies, mut reports) = (Vec::new(), Vec::new());
+    for (i, Placed { body, is_cached, .. }) in placed.into_iter().enumerate() {
+        bodies.push(Body::new(title(i), body.file)?);
+        reports.push((body.figures, body.report, is_cached));
+    }
+    let mut notes = Vec::from_iter(common.equalize(scene, formats, &mut bodies)?);
+    let conversion = common.conversion(&header.units);
+    let relative =
+        scene.orbit.as_ref().map(|o| common.relative(o, &bodies, (&header.units, &conversion))).transpose()?;
+    let mut states = common.states(scene, &bodies, relative.as_ref(), &conversion)?;
+    assembly::refuse_overlap(&bodies, &states)?;
+    if relative.is_some() {
+        let (center, velocity) = assembly::center_of_mass(&bodies, &states);
+        for state in &mut states {
+            (0..3).for_each(|k| {
+                state.position[k] -= center[k];
+                state.velocity[k] -= velocity[k];
+            });
+        }
+    }
+    let (center, velocity) = assembly::center_of_mass(&bodies, &states);
+    let frame = match box_of(scene, common.dimension, &conversion)? {
+        Some(frame) => frame,
+        None => assembly::frame(&bodies, &states, relative.map(|_| center), scene.output.box_factor),
+    };
+    notes.push(format!("the origin of the scene is at {:?} in the box", frame.lo.map(|v| 0.0 - v)));
+    if let Some((relative, contact)) = relative.zip(bodies.first().zip(bodies.get(1)).map(|(a, b)| a.radius + b.radius))
+        && relative.pericenter < contact
+    {
+        notes.push(format!(
+            "the bodies meet: as points they would pass each other at {:.6e}, and they touch at {contact:.6e}",
+            relative.pericenter
+        ));
+    }
+    let stop = worst(reports.iter().map(|r| r.0.stop));
+    let figures = figures(&bodies, &states, reports);
+    let particles = bodies.iter().map(Body::count).sum();
+    let mass = bodies.iter().map(|b| b.mass).sum();
+    let sums = (header.kernel.as_str(), header.kernel_neighbors);
+    let origin = Origin {
+        units: header.units,
+        provenance: provenance(scene, &format!("{stop:?}"), sums),
+        kernel: header.kernel,
+        kernel_neighbors: header.kernel_neighbors,
+    };
+    let (file, more) = assembly::assemble(bodies, &states, &frame, origin)?;
+    notes.extend(more);
+    let orbit = relative.map(|r| OrbitFigures::new(&r));
+    let report = BodiesReport {
+        output: scene.output.file.as_ref().map_or_else(String::new, |f| f.display().to_string()),
+        units: common.name,
+        dimension: common.dimension,
+        particles,
+        mass,
+        stop,
+        center_of_mass: center,
+        momentum: velocity.map(|v| v * mass),
+        orbit,
+        bodies: figures,
+        notes,
+        seconds: start.elapsed().as_secs_f64(),
+    };
+    Ok((file, report))
+}
+
+/// Runs a scene of bodies from inputs to the output file.
+///
+/// # Errors
+/// Any of [`Error`]; nothing is left half-written.
+pub fn run_bodies(scene: &Scene, formats: &[FormatSpec], control: &Control<'_>) -> Result<BodiesReport> {
+    scene.validate()?;
+    let start = Instant::now();
+    let destination = Destination::new(scene, formats)?;
+    for i in 0..scene.bodies.len() {
+        destination.refuse_overwriting_inputs(&scene.of_body(i, None))?;
+    }
+    let (file, mut report) = place_bodies(scene, formats, control)?;
+    let notes = destination.write(scene, formats, &file)?;
+    report.notes.extend(notes);
+    report.seconds = start.elapsed().as_secs_f64();
+    Ok(report)
+}
+
+/// A body as it was placed by itself.
+#[derive(Clone)]
+struct Placed {
+    alone: Scene,
+    body: PlacedBody,
+    is_cached: bool,
+}
+
+impl Placed {
+    /// From the folder `cache`, or anew.
+    fn new(alone: Scene, cache: Option<&Path>, (formats, control): (&[FormatSpec], &Control<'_>)) -> Result<Self> {
+        let format = match alone.output.file.as_deref() {
+            Some(output) => output_format(&alone, formats, output)?.name,
+            None => "",
+        };
+        let recipe = cache.map(|folder| Ok::<_, Error>((Recipe::new(&alone, format)?, folder)));
+        let recipe = recipe.transpose()?;
+        if let Some(body) = recipe.as_ref().and_then(|(recipe, folder)| recipe.find(folder)) {
+            return Ok(Self { alone, body, is_cached: true });
+        }
+        let (file, report) = pipeline::place(&alone, formats, control)?;
+        let body = PlacedBody { file, report: report.json(), figures: BodyFigures::new(&report) };
+        if let Some((recipe, folder)) = recipe.filter(|_| !report.stop.is_cut()) {
+            recipe.keep(folder, &body)?;
+        }
+        Ok(Self { alone, body, is_cached: false })
+    }
+}
+
+/// The mass of a body by itself.
+fn estimate(scene: &Scene, formats: &[FormatSpec]) -> Result<Estimate> {
+    let raw = ingest::read(scene, formats)?;
+    let units = RunUnits::new(scene, ingest::units(scene, &raw, &mut Vec::new())?)?;
+    let dimension = ingest::dimension(scene, &raw)?;
+    let count = scene.particles.unwrap_or(DEFAULT_PARTICLES);
+    let (mass, is_radial) = match dimension {
+        1 => weighed(&Prepared::<1>::new(scene, formats, (raw, &units), count)?),
+        2 => weighed(&Prepared::<2>::new(scene, formats, (raw, &units), count)?),
+        _ => weighed(&Prepared::<3>::new(scene, formats, (raw, &units), count)?),
+    };
+    let unit = units.input.map_or(1.0, |u| u.density * u.length.powi(dimension as i32));
+    Ok(Estimate { mass: mass * unit, dimension, is_radial, units })
+}
+
+fn weighed<const D: usize>(prepared: &Prepared<D>) -> (f64, bool) {
+    (prepared.mass.value, prepared.source.radial.is_some())
+}
+
+/// What all bodies have in common.
+struct Common {
+    dimension: usize,
+    units: RunUnits,
+    /// Of the output's system of units.
+    name: String,
+    /// Constant of gravity in cgs, or in numbers without units.
+    gravity: f64,
+}
+
+impl Common {
+    fn new(scene: &Scene, estimates: &[Estimate]) -> Result<Self> {
+        let title = |i: usize| scene.bodies[i].title(i);
+        let first = &estimates[0];
+        for (i, other) in estimates.iter().enumerate() {
+            let key = || format!("bodies[{}]", title(i));
+            if other.dimension != first.dimension {
+                let problem = format!("is in {}-D, but body {} in {}-D", other.dimension, title(0), first.dimension);
+                return Err(Error::scene(key(), problem));
+            }
+            if other.units.input.is_some() != first.units.input.is_some() {
+                let (with, without) = if first.units.input.is_some() { (0, i) } else { (i, 0) };
+                let problem = format!(
+                    "has no units, but body {} has; state them by input.length_unit and input.density_unit",
+                    title(with)
+                );
+                return Err(Error::scene(format!("bodies[{}].input", title(without)), problem));
+            }
+            if other.units.into_cgs().from != first.units.into_cgs().from && has_plain_numbers(scene) {
+                let problem = format!(
+                    "is in other units than body {}, so that plain numbers of the scene could mean either; state `units`, as in \
+                     `units: solar`, or write numbers with their units",
+                    title(0)
+                );
+                return Err(Error::scene(key(), problem));
+            }
+        }
+        let is_known = first.units.input.is_some();
+        let name = match (&scene.output.units, is_known) {
+            (Some(name), _) => name.clone(),
+            (None, false) => "code".into(),
+            (None, true) => {
+                let total = estimates.iter().map(|e| e.mass).sum();
+                let cgs = InputUnits { length: 1.0, density: 1.0, time: 1.0 };
+                let (system, _) = output_units(None, Some(cgs), total, first.dimension)?;
+                let suits = |name: &&&str| UnitSystem::by_name(name) == Some(system);
+                SYSTEMS.iter().find(suits).map_or("cgs", |name| name).to_owned()
+            }
+        };
+        let in_cgs = scene.code().map_or(GRAVITATIONAL_CONSTANT, |code| code.sheet.gravity);
+        let plain = scene.balance.clone().unwrap_or_default().constant;
+        Ok(Self {
+            dimension: first.dimension,
+            units: first.units,
+            name,
+            gravity: if is_known { in_cgs } else { plain },
+        })
+    }
+
+    fn has_units(&self) -> bool {
+        self.units.input.is_some()
+    }
+
+    fn conversion(&self, out: &UnitSystem) -> Conversion {
+        self.units.into_output(out)
+    }
+
+    /// Particles of each body.
+    fn counts(&self, scene: &Scene, estimates: &[Estimate]) -> Result<Vec<usize>> {
+        let masses: Vec<f64> = estimates.iter().map(|e| e.mass).collect();
+        if let Some(particle) = &scene.particle_mass {
+            let dimension = UnitDimension::new(self.dimension as i8 - 3, 1, 0, 0);
+            let mass = particle.value("particle_mass", dimension, &self.units.into_cgs())?;
+            return by_particle_mass(scene, &masses, mass);
+        }
+        let stated: Vec<Option<usize>> = scene.bodies.iter().map(|b| b.particles).collect();
+        let total = scene.particles.unwrap_or(DEFAULT_PARTICLES);
+        let taken: usize = stated.iter().flatten().sum();
+        let open: Vec<usize> = (0..masses.len()).filter(|i| stated[*i].is_none()).collect();
+        if taken + open.len() > total && !open.is_empty() {
+            let problem =
+                format!("are {total}, of which bodies take {taken}, which leaves too few for the other {}", open.len());
+            return Err(Error::scene("particles", problem));
+        }
+        let shares = shared(total.saturating_sub(taken), &open.iter().map(|i| masses[*i]).collect::<Vec<_>>());
+        let mut counts: Vec<usize> = stated.iter().map(|n| n.unwrap_or(0)).collect();
+        open.iter().zip(shares).for_each(|(i, n)| counts[*i] = n);
+        if let Some(i) = counts.iter().position(|n| *n == 0) {
+            let problem =
+                format!("is too light for one of {total} particles of the same mass; state more, or its own number");
+            return Err(Error::scene(format!("bodies[{}].particles", scene.bodies[i].title(i)), problem));
+        }
+        Ok(counts)
+    }
+
+    /// One particle mass to the last bit where the format has no place for more.
+    fn equalize(&self, scene: &Scene, formats: &[FormatSpec], bodies: &mut [Body]) -> Result<Option<String>> {
+        let Some(output) = scene.output.file.as_deref() else { return Ok(None) };
+        if !output_format(scene, formats, output)?.capabilities.equal_masses {
+            return Ok(None);
+        }
+        let total: f64 = bodies.iter().map(|b| b.mass).sum();
+        let particle = total / bodies.iter().map(Body::count).sum::<usize>() as f64;
+        let change = bodies.iter().map(|b| (particle * b.count() as f64 / b.mass - 1.0).abs()).fold(0.0, f64::max);
+        // More than rounding to whole particles makes.
+        let most = bodies.iter().map(|b| 1.0 / b.count() as f64).fold(0.0, f64::max);
+        if change > most {
+            let problem = "has one mass for all particles; leave `particles` of the bodies to their masses";
+            return Err(Error::scene("output.format", problem));
+        }
+        bodies.iter_mut().for_each(|b| b.set_particle_mass(particle));
+        Ok(Some(format!(
+            "the format has one mass for all particles: the masses of bodies are rounded to whole particles, by {change:.1e} at most"
+        )))
+    }
+
+    /// The second body as the first sees it.
+    fn relative(
+        &self,
+        orbit: &OrbitInput,
+        bodies: &[Body],
+        (out, conversion): (&UnitSystem, &Conversion),
+    ) -> Result<Relative> {
+        if self.dimension != 3 {
+            return Err(Error::scene("orbit", format!("is one in 3-D, but the bodies are in {}-D", self.dimension)));
+        }
+        let gravity = if self.has_units() { self.gravity / out.to_cgs(GRAVITY) } else { self.gravity };
+        let [a, b] = bodies else { return Err(Error::scene("orbit", "is of two bodies")) };
+        let (strength, contact) = (gravity * (a.mass + b.mass), a.radius + b.radius);
+        let speed = |key: &str, q: &Quantity| q.value(key, UnitDimension::VELOCITY, conversion);
+        let length = |key: &str, q: &Quantity| q.value(key, UnitDimension::LENGTH, conversion);
+        if let Some(axis) = &orbit.semi_major_axis {
+            let axis = length("orbit.semi_major_axis", axis)?;
+            let relative = orbit::ellipse(strength, axis, orbit.eccentricity, orbit.phase);
+            let apart = relative.position[0].hypot(relative.position[1]);
+            if !(apart > contact) {
+                let problem = format!(
+                    "is {axis:.6e}, inside of contact: in the beginning the centers are {apart:.6e} apart, and the bodies touch at \
+                     {contact:.6e}; choose more, or another phase"
+                );
+                return Err(Error::scene("orbit.semi_major_axis", problem));
+            }
+            return Ok(relative);
+        }
+        let escape = orbit::escape_velocity(strength, contact);
+        let at_contact = match (&orbit.velocity_at_contact, orbit.velocity_over_escape, &orbit.velocity_at_infinity) {
+            (Some(v), ..) => speed("orbit.velocity_at_contact", v)?,
+            (None, Some(ratio), _) => ratio * escape,
+            (None, None, Some(v)) => speed("orbit.velocity_at_infinity", v)?.hypot(escape),
+            _ => escape,
+        };
+        let distance = orbit.distance.as_ref().map_or(Ok(0.0), |q| length("orbit.distance", q))?;
+        orbit::encounter(strength, contact, at_contact, orbit.impact_parameter.unwrap_or(0.0), distance)
+    }
+
+    fn states(
+        &self,
+        scene: &Scene,
+        bodies: &[Body],
+        relative: Option<&Relative>,
+        conversion: &Conversion,
+    ) -> Result<Vec<State>> {
+        let total: f64 = bodies.iter().map(|b| b.mass).sum();
+        let mut states = Vec::new();
+        for (i, (input, body)) in scene.bodies.iter().zip(bodies).enumerate() {
+            let key = |name: &str| format!("bodies[{}].{name}", input.title(i));
+            let vector = |name: &str, quantities: &[Quantity], dimension: UnitDimension| {
+                let d = self.dimension;
+                let given = values(&key(name), quantities, dimension, conversion)?;
+                if !given.is_empty() && given.len() != d {
+                    return Err(Error::scene(key(name), format!("has {} components, expected {d}", given.len())));
+                }
+                Ok(std::array::from_fn::<f64, 3, _>(|k| given.get(k).copied().unwrap_or(0.0)))
+            };
+            let mut state = State {
+                position: vector("position", &input.position, UnitDimension::LENGTH)?,
+                velocity: vector("velocity", &input.velocity, UnitDimension::VELOCITY)?,
+                spin: self.spin(&key("spin"), &input.spin, conversion)?,
+            };
+            if let Some(relative) = relative {
+                // The second is at its share of the separation, the first at the other end.
+                let share = if i == 0 { body.mass / total - 1.0 } else { 1.0 - body.mass / total };
+                for k in 0..2 {
+                    state.position[k] = share * relative.position[k];
+                    state.velocity[k] = share * relative.velocity[k];
+                }
+                if scene.orbit.as_ref().is_some_and(|o| o.corotation) {
+                    state.spin = [0.0, 0.0, relative.mean_motion];
+                }
+            }
+            states.push(state);
+        }
+        Ok(states)
+    }
+
+    fn spin(&self, key: &str, quantities: &[Quantity], conversion: &Conversion) -> Result<[f64; 3]> {
+        let given = values(key, quantities, UnitDimension::RATE, conversion)?;
+        match (self.dimension, given.as_slice()) {
+            (_, []) => Ok([0.0; 3]),
+            (3, [x, y, z]) => Ok([*x, *y, *z]),
+            (2, [z]) => Ok([0.0, 0.0, *z]),
+            (1, _) => Err(Error::scene(key, "means nothing in 1-D")),
+            (d, found) => {
+                let expected = if d == 3 { 3 } else { 1 };
+                Err(Error::scene(key, format!("has {} components, expected {expected}", found.len())))
+            }
+        }
+    }
+}
+
+/// Whether a number with a dimension is written without its unit.
+fn has_plain_numbers(scene: &Scene) -> bool {
+    let is_plain = |q: &Quantity| matches!(q, Quantity::Plain(v) if *v != 0.0);
+    let in_bodies = scene.bodies.iter().flat_map(|b| b.position.iter().chain(&b.velocity).chain(&b.spin));
+    let orbit = scene.orbit.iter().flat_map(|o| {
+        [&o.semi_major_axis, &o.velocity_at_contact, &o.velocity_at_infinity, &o.distance].into_iter().flatten()
+    });
+    in_bodies.chain(orbit).chain(&scene.particle_mass).any(is_plain)
+}
+
+fn by_particle_mass(scene: &Scene, masses: &[f64], particle: f64) -> Result<Vec<usize>> {
+    let counts = masses.iter().enumerate().map(|(i, mass)| {
+        let count = (mass / particle).round();
+        match count >= 1.0 && count <= f64::from(u32::MAX) {
+            true => Ok(count as usize),
+            false => {
+                let problem = format!(
+                    "makes {count:.3e} particles of body {}, expected 1 to {}",
+                    scene.bodies[i].title(i),
+                    u32::MAX
+                );
+                Err(Error::scene("particle_mass", problem))
+            }
+        }
+    });
+    counts.collect()
+}
+
+/// `total` shared by mass: whole numbers, and what is left to those with the largest remainders.
+fn shared(total: usize, masses: &[f64]) -> Vec<usize> {
+    let sum: f64 = masses.iter().sum();
+    let exact: Vec<f64> = masses.iter().map(|m| total as f64 * m / sum).collect();
+    let mut counts: Vec<usize> = exact.iter().map(|n| n.floor() as usize).collect();
+    let mut order: Vec<usize> = (0..masses.len()).collect();
+    order.sort_by(|a, b| exact[*b].fract().total_cmp(&exact[*a].fract()).then(a.cmp(b)));
+    let left = total.saturating_sub(counts.iter().sum());
+    order.iter().take(left).for_each(|i| counts[*i] += 1);
+    counts
+}
+
+/// The scene's own box.
+fn box_of(scene: &Scene, d: usize, conversion: &Conversion) -> Result<Option<Frame>> {
+    let Some([lo, hi]) = &scene.domain.bounds else { return Ok(None) };
+    let corner = |key: &str, q: &[Quantity]| match values(key, q, UnitDimension::LENGTH, conversion)? {
+        v if v.len() == d => Ok(std::array::from_fn::<f64, 3, _>(|k| v.get(k).copied().unwrap_or(0.0))),
+        v => Err(Error::scene("domain.box", format!("has a corner of {} coordinates, expected {d}", v.len()))),
+    };
+    let (lo, hi) = (corner("domain.box[0]", lo)?, corner("domain.box[1]", hi)?);
+    if let Some(k) = (0..d).find(|&k| !(lo[k] < hi[k])) {
+        return Err(Error::scene("domain.box", format!("runs from {} to {} on axis {k}", lo[k], hi[k])));
+    }
+    let is_periodic = |k: usize| {
+        let stated = scene.domain.boundary.get(k).or(scene.domain.boundary.first());
+        k < d && stated == Some(&BoundaryName::Periodic)
+    };
+    Ok(Some(Frame { lo, edges: std::array::from_fn(|k| hi[k] - lo[k]), periodic: std::array::from_fn(is_periodic) }))
+}
+
+/// What is said of the whole: that of the body that came off worst.
+fn worst(stops: impl Iterator<Item = StopReason>) -> StopReason {
+    let rank = |stop: &StopReason| match stop {
+        StopReason::NotNeeded => 0,
+        StopReason::ToleranceReached => 1,
+        StopReason::Stagnated => 2,
+        StopReason::IterationLimit => 3,
+        StopReason::ToleranceMissed => 4,
+        StopReason::TimeLimit => 5,
+        StopReason::Interrupted => 6,
+    };
+    stops.max_by_key(rank).unwrap_or(StopReason::NotNeeded)
+}
+
+fn figures(bodies: &[Body], states: &[State], reports: Vec<(BodyFigures, String, bool)>) -> Vec<BodyReport> {
+    let mut first = 1;
+    let mut all = Vec::new();
+    for ((body, state), (figures, report, cached)) in bodies.iter().zip(states).zip(reports) {
+        let ids = [first, first + body.count() - 1];
+        first += body.count();
+        all.push(BodyReport {
+            name: body.title.clone(),
+            ids,
+            mass: body.mass,
+            particle_mass: body.mass / body.count() as f64,
+            radius: body.radius,
+            position: state.position,
+            velocity: state.velocity,
+            spin: state.spin,
+            figures,
+            report: serde_json::from_str(&report).unwrap_or_default(),
+            cached,
+        });
+    }
+    all
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn particles_are_shared_by_mass_and_add_up() {
+        assert_eq!(shared(10, &[1.0, 1.0, 1.0]), [4, 3, 3]);
+        assert_eq!(shared(100, &[0.333, 0.667]), [33, 67]);
+        assert_eq!(shared(1000, &[2e33, 1e33, 1e27]), [667, 333, 0]);
+        assert_eq!(shared(0, &[1.0, 2.0]), [0, 0]);
+    }
+}

@@ -1,0 +1,198 @@
+//! The report of a scene of several bodies, for people or as JSON.
+
+use super::orbit::Relative;
+use super::report::Report;
+use crate::output::particle_file::MOVED;
+use crate::relaxation::StopReason;
+use serde::{Deserialize, Serialize};
+use std::fmt::Write;
+
+/// Everything that a run says of a scene of bodies, in the output's units.
+#[derive(Debug, Clone, Serialize)]
+pub struct BodiesReport {
+    pub output: String,
+    pub units: String,
+    pub dimension: usize,
+    pub particles: usize,
+    pub mass: f64,
+    /// Of the body that came off worst.
+    pub stop: StopReason,
+    /// In the scene's coordinates.
+    pub center_of_mass: [f64; 3],
+    pub momentum: [f64; 3],
+    pub orbit: Option<OrbitFigures>,
+    pub bodies: Vec<BodyReport>,
+    pub notes: Vec<String>,
+    pub seconds: f64,
+}
+
+/// The orbit of two bodies as points.
+#[derive(Debug, Clone, Copy, Serialize)]
+pub struct OrbitFigures {
+    pub distance: f64,
+    pub speed: f64,
+    pub pericenter: f64,
+    /// Of an ellipse.
+    pub period: Option<f64>,
+}
+
+/// One body.
+#[derive(Debug, Clone, Serialize)]
+pub struct BodyReport {
+    pub name: String,
+    /// First and last.
+    pub ids: [usize; 2],
+    pub mass: f64,
+    pub particle_mass: f64,
+    /// Distance of the outermost particle from the center of mass.
+    pub radius: f64,
+    pub position: [f64; 3],
+    pub velocity: [f64; 3],
+    pub spin: [f64; 3],
+    pub figures: BodyFigures,
+    /// How it was placed by itself: the whole report.
+    pub report: serde_json::Value,
+    /// Whether it was taken from the cache.
+    pub cached: bool,
+}
+
+/// What the text says of a body.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct BodyFigures {
+    pub input: String,
+    pub stop: StopReason,
+    /// Of the density, with the mass as it is stated.
+    pub epsilon: f64,
+    pub mean_error: f64,
+    /// Share of a random set's.
+    pub force_noise: f64,
+    /// Share of gravity, where the body is balanced.
+    pub net_force: Option<f64>,
+    /// Found and wanted particles of a region that is off, as [`Report::misplaced`] has it.
+    pub misplaced: Option<(f64, f64)>,
+    pub notes: Vec<String>,
+}
+
+impl BodyFigures {
+    pub fn new(report: &Report) -> Self {
+        let error = report.density_error.stated();
+        Self {
+            input: report.input.clone(),
+            stop: report.stop,
+            epsilon: error.epsilon,
+            mean_error: error.mean,
+            force_noise: report.noise.all,
+            net_force: report.balance.as_ref().map(|b| b.all),
+            misplaced: report.misplaced().map(|r| (r.found, r.wanted)),
+            // Among others it is moved again.
+            notes: report.notes.iter().filter(|note| !note.starts_with(MOVED)).cloned().collect(),
+        }
+    }
+}
+
+impl OrbitFigures {
+    pub fn new(relative: &Relative) -> Self {
+        let period = std::f64::consts::TAU / relative.mean_motion;
+        Self {
+            distance: relative.position[0].hypot(relative.position[1]),
+            speed: relative.velocity[0].hypot(relative.velocity[1]),
+            pericenter: relative.pericenter,
+            period: period.is_finite().then_some(period),
+        }
+    }
+}
+
+impl BodiesReport {
+    /// As JSON.
+    pub fn json(&self) -> String {
+        serde_json::to_string_pretty(self).unwrap_or_else(|e| format!("{{\"error\": \"{e}\"}}"))
+    }
+
+    /// The first body with a region that is off, with how many particles that has and should have.
+    pub fn misplaced(&self) -> Option<(&str, (f64, f64))> {
+        self.bodies.iter().find_map(|b| Some((b.name.as_str(), b.figures.misplaced?)))
+    }
+
+    /// As text for a terminal.
+    pub fn text(&self) -> String {
+        let mut out = String::new();
+        self.write_text(&mut out).expect("writing to a string cannot fail");
+        out
+    }
+
+    fn write_text(&self, out: &mut String) -> std::fmt::Result {
+        let d = self.dimension;
+        writeln!(out, "{} bodies -> {}", self.bodies.len(), self.output)?;
+        match self.stop {
+            StopReason::Interrupted => writeln!(out, "  UNCONVERGED      interrupted: this is the best state so far")?,
+            StopReason::TimeLimit => writeln!(out, "  UNCONVERGED      time limit: this is the best state so far")?,
+            _ => {}
+        }
+        writeln!(
+            out,
+            "  particles        {} in {d}-D, mass {:.12e} in {} units",
+            self.particles, self.mass, self.units
+        )?;
+        writeln!(
+            out,
+            "  center of mass   {}, momentum {}",
+            vector(&self.center_of_mass[..d]),
+            vector(&self.momentum[..d])
+        )?;
+        if let Some(orbit) = &self.orbit {
+            let period = orbit.period.map(|p| format!(", period {p:.6e}")).unwrap_or_default();
+            writeln!(
+                out,
+                "  orbit            {:.6e} apart at the speed {:.6e}, pericenter {:.6e}{period}",
+                orbit.distance, orbit.speed, orbit.pericenter
+            )?;
+        }
+        for body in &self.bodies {
+            self.write_body(out, body)?;
+        }
+        writeln!(out, "  time             {:.2} s", self.seconds)?;
+        for note in &self.notes {
+            writeln!(out, "  note             {note}")?;
+        }
+        Ok(())
+    }
+
+    fn write_body(&self, out: &mut String, body: &BodyReport) -> std::fmt::Result {
+        let d = self.dimension;
+        let figures = &body.figures;
+        let cached = if body.cached { " (from the cache)" } else { "" };
+        writeln!(out, "  body {}: {}{cached}", body.name, figures.input)?;
+        let [first, last] = body.ids;
+        writeln!(
+            out,
+            "    particles      {} (IDs {first} to {last}) of {:.6e}, mass {:.6e}, radius {:.6e}",
+            last + 1 - first,
+            body.particle_mass,
+            body.mass,
+            body.radius
+        )?;
+        writeln!(out, "    center         {}, velocity {}", vector(&body.position[..d]), vector(&body.velocity[..d]))?;
+        if body.spin.iter().any(|s| *s != 0.0) {
+            writeln!(out, "    spin           {}", vector(&body.spin))?;
+        }
+        writeln!(
+            out,
+            "    density error  epsilon {:.3e}, mean {:.3} %; force noise {:.2} % of a random set's",
+            figures.epsilon,
+            100.0 * figures.mean_error,
+            100.0 * figures.force_noise
+        )?;
+        if let Some(net) = figures.net_force {
+            writeln!(out, "    force balance  net force is {:.2} % of gravity on average", 100.0 * net)?;
+        }
+        for note in &figures.notes {
+            writeln!(out, "    note           {note}")?;
+        }
+        Ok(())
+    }
+}
+
+fn vector(components: &[f64]) -> String {
+    let all: Vec<String> = components.iter().map(|v| format!("{v:.6e}")).collect();
+    format!("[{}]", all.join(", "))
+}

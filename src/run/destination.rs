@@ -1,0 +1,111 @@
+//! Where the result of a run goes: its format, what is refused before the work, and writing it.
+
+use crate::codes::TargetCode;
+use crate::error::{Error, Result};
+use crate::output::parameters;
+use crate::scene::Scene;
+use sph_formats::{FormatError, FormatSpec, ParticleFile, WriteOptions, registry};
+use std::path::Path;
+
+/// The output file of a scene, of which is known that it can be written.
+pub struct Destination<'a> {
+    path: &'a Path,
+    format: &'a FormatSpec,
+    /// Whether an older file is there.
+    replaces: bool,
+}
+
+impl<'a> Destination<'a> {
+    /// Tries the place and the format.
+    ///
+    /// # Errors
+    /// No output file, no format that can be written, or a place that cannot.
+    pub fn new(scene: &'a Scene, formats: &'a [FormatSpec]) -> Result<Self> {
+        let missing = || Error::scene("output.file", "is missing (--out FILE)");
+        let path = scene.output.file.as_deref().ok_or_else(missing)?;
+        let format = output_format(scene, formats, path)?;
+        registry::writer(format, path)?;
+        if let Some(code) = scene.code().filter(|_| scene.output.parameters) {
+            parameters::refuse_overwriting(code, path)?;
+        }
+        let replaces = path.exists();
+        if replaces && scene.output.no_clobber {
+            let problem = format!("'{}' is there already, and --no-clobber is set; name another", path.display());
+            return Err(Error::scene("output.file", problem));
+        }
+        Ok(Self { path, format, replaces })
+    }
+
+    /// Refuses to write over what `scene` reads.
+    ///
+    /// # Errors
+    /// An input that is the output or the checkpoint.
+    pub fn refuse_overwriting_inputs(&self, scene: &Scene) -> Result<()> {
+        refuse_overwriting_inputs(scene, self.path)?;
+        Ok(sph_formats::output::probe(self.path)?)
+    }
+
+    /// Writes the file, and parameters beside it where the scene asks for them; returns what there is to note.
+    ///
+    /// # Errors
+    /// What the writer says.
+    pub fn write(&self, scene: &Scene, formats: &[FormatSpec], file: &ParticleFile) -> Result<Vec<String>> {
+        let options =
+            WriteOptions { compression: scene.output.compression, double_precision: scene.output.double_precision };
+        sph_formats::write(formats, self.path, Some(self.format.name), file, options)?;
+        let mut notes = Vec::new();
+        if self.replaces {
+            notes.push(format!("an older '{}' was replaced (--no-clobber refuses that)", self.path.display()));
+        }
+        if let Some(code) = scene.code().filter(|_| scene.output.parameters) {
+            for (path, text) in parameters::files(code, self.path, file)? {
+                write_text(&path, &text)?;
+                notes.push(format!("parameters for {} are in '{}'", code.sheet.title, path.display()));
+            }
+        }
+        Ok(notes)
+    }
+}
+
+fn write_text(path: &Path, text: &str) -> Result<()> {
+    let written = |temporary: &Path| std::fs::write(temporary, text).map_err(|e| FormatError::io(path, "write", e));
+    Ok(sph_formats::output::atomically(path, written)?)
+}
+
+/// The format that a scene is for: of its output file, else the one it names, else that of its target code.
+pub fn intended_format<'f>(scene: &Scene, formats: &'f [FormatSpec]) -> Result<Option<&'f FormatSpec>> {
+    if let Some(output) = scene.output.file.as_deref() {
+        return output_format(scene, formats, output).map(Some);
+    }
+    let code = scene.code().map(|code| code.sheet.format);
+    let Some(name) = scene.output.format.as_deref().or(code) else { return Ok(None) };
+    Ok(Some(registry::detect_output(formats, Path::new(""), Some(name))?))
+}
+
+/// The format of the output: as given, else as the target code reads it where the file's name leaves that open.
+pub fn output_format<'f>(scene: &Scene, formats: &'f [FormatSpec], output: &Path) -> Result<&'f FormatSpec> {
+    let given = scene.output.format.as_deref();
+    let by_name = registry::detect_output(formats, output, given);
+    let Some(code) = scene.code().filter(|_| given.is_none()) else { return Ok(by_name?) };
+    let is_open = by_name.as_ref().map_or(true, |f| TargetCode::of_format(f.name).is_some());
+    if is_open { Ok(registry::detect_output(formats, output, Some(code.sheet.format))?) } else { Ok(by_name?) }
+}
+
+/// Renaming the output, or a checkpoint, onto an input would destroy it, so that the run could not be repeated.
+fn refuse_overwriting_inputs(scene: &Scene, output: &Path) -> Result<()> {
+    let checkpoint = scene.checkpoint.file.as_deref();
+    if checkpoint == Some(output) {
+        return Err(Error::scene("checkpoint.file", "is the output file as well; name another"));
+    }
+    for (key, written) in [("output.file", Some(output)), ("checkpoint.file", checkpoint)] {
+        let Some(written) = written.and_then(|w| w.canonicalize().ok()) else { continue };
+        let inputs = [&scene.input.file, scene.resolution.as_ref().map_or(&None, |r| &r.file)];
+        for input in inputs.into_iter().flatten() {
+            if input.canonicalize().is_ok_and(|i| i == written) {
+                let problem = format!("is the input file '{}', which it would replace; name another", input.display());
+                return Err(Error::scene(key, problem));
+            }
+        }
+    }
+    Ok(())
+}

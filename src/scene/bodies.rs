@@ -1,0 +1,269 @@
+//! Several bodies in one scene, and the orbit of two of them.
+
+use super::{
+    BalanceInput, BoundaryName, DomainInput, FieldsInput, Input, MaterialLayer, Polish, Quantity, ResolutionInput,
+    Scene, Thermal, TurbulenceInput,
+};
+use crate::error::{Error, Result};
+use crate::seeding::Seeding;
+use serde::{Deserialize, Serialize};
+use sph_formats::UnitDimension;
+
+/// A body: what a scene of its own would say of it, and where it goes. What is left out is as in the scene that it is part of.
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct BodyInput {
+    /// For messages and the report; by default its number, from 1.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub name: Option<String>,
+    pub input: Input,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub resolution: Option<ResolutionInput>,
+    pub domain: DomainInput,
+    /// By default its share of the scene's particles, so that all have the same mass.
+    #[serde(skip_serializing_if = "Option::is_none", deserialize_with = "super::count::optional_count")]
+    pub particles: Option<usize>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub seeding: Option<Seeding>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub polish: Option<Polish>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub balance: Option<BalanceInput>,
+    #[serde(skip_serializing_if = "FieldsInput::is_empty")]
+    pub fields: FieldsInput,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub turbulence: Option<TurbulenceInput>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub thermal: Option<Thermal>,
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub material: Vec<MaterialLayer>,
+    /// Of the center of mass; the origin by default.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub position: Vec<Quantity>,
+    /// Of the body as a whole, on top of its own velocities.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub velocity: Vec<Quantity>,
+    /// Angular velocity about the center of mass: three components, or one in 2-D.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub spin: Vec<Quantity>,
+}
+
+/// The orbit of two bodies about their center of mass, which is at rest in the origin; in the plane of x and y, counterclockwise.
+///
+/// Either an ellipse (`semi_major_axis`) or an encounter (`impact_parameter`).
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct OrbitInput {
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub semi_major_axis: Option<Quantity>,
+    pub eccentricity: f64,
+    /// Time since the pericenter in units of the period.
+    pub phase: f64,
+    /// Whether both turn once in the period, like one solid body where the orbit is a circle.
+    pub corotation: bool,
+    /// Sine of the angle between the line of centers and the velocity when the bodies touch.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub impact_parameter: Option<f64>,
+    /// Relative speed when the bodies touch.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub velocity_at_contact: Option<Quantity>,
+    /// The same in units of the mutual escape velocity there.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub velocity_over_escape: Option<f64>,
+    /// Relative speed before they felt each other.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub velocity_at_infinity: Option<Quantity>,
+    /// Between the centers in the beginning.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub distance: Option<Quantity>,
+}
+
+impl BodyInput {
+    /// As messages name it; `index` counts from 0.
+    pub fn title(&self, index: usize) -> String {
+        self.name.clone().unwrap_or_else(|| (index + 1).to_string())
+    }
+}
+
+impl OrbitInput {
+    /// Keys, values and dimensions of what has one.
+    pub(super) fn quantities(&self) -> Vec<(&'static str, &Quantity, UnitDimension)> {
+        let (length, speed) = (UnitDimension::LENGTH, UnitDimension::VELOCITY);
+        [
+            ("orbit.semi_major_axis", &self.semi_major_axis, length),
+            ("orbit.velocity_at_contact", &self.velocity_at_contact, speed),
+            ("orbit.velocity_at_infinity", &self.velocity_at_infinity, speed),
+            ("orbit.distance", &self.distance, length),
+        ]
+        .into_iter()
+        .filter_map(|(key, quantity, dimension)| Some((key, quantity.as_ref()?, dimension)))
+        .collect()
+    }
+
+    fn validate(&self) -> Result<()> {
+        for (key, quantity, dimension) in self.quantities() {
+            if key == "orbit.velocity_at_infinity" {
+                quantity.check(key, dimension)?;
+                if quantity.number() < 0.0 {
+                    return Err(Error::scene(key, format!("is {quantity}, expected none below 0")));
+                }
+            } else {
+                quantity.check_positive(key, dimension)?;
+            }
+        }
+        if !(0.0..1.0).contains(&self.eccentricity) {
+            let problem = format!("is {}, expected 0 to less than 1", self.eccentricity);
+            return Err(Error::scene("orbit.eccentricity", problem));
+        }
+        if !self.phase.is_finite() {
+            return Err(Error::scene("orbit.phase", format!("is {}, expected a fraction of the period", self.phase)));
+        }
+        let speeds = [
+            self.velocity_at_contact.is_some(),
+            self.velocity_over_escape.is_some(),
+            self.velocity_at_infinity.is_some(),
+        ];
+        let speeds = speeds.into_iter().filter(|given| *given).count();
+        match (&self.semi_major_axis, self.impact_parameter) {
+            (Some(_), Some(_)) => {
+                return Err(Error::scene("orbit", "has both a semi_major_axis and an impact_parameter; give one"));
+            }
+            (None, None) => {
+                return Err(Error::scene("orbit", "has neither a semi_major_axis nor an impact_parameter; give one"));
+            }
+            (Some(_), None) if speeds > 0 || self.distance.is_some() => {
+                let problem = "has a semi_major_axis, which settles velocities and distance; leave these out";
+                return Err(Error::scene("orbit", problem));
+            }
+            (None, Some(b)) => {
+                if !(0.0..=1.0).contains(&b) {
+                    return Err(Error::scene(
+                        "orbit.impact_parameter",
+                        format!("is {b}, expected 0 (head-on) to 1 (grazing)"),
+                    ));
+                }
+                if speeds != 1 {
+                    let problem = format!(
+                        "has {speeds} of velocity_at_contact, velocity_over_escape and velocity_at_infinity; expected one"
+                    );
+                    return Err(Error::scene("orbit", problem));
+                }
+                if let Some(v) = self.velocity_over_escape.filter(|v| !(v.is_finite() && *v >= 1.0)) {
+                    let problem = format!("is {v}, expected at least 1: slower bodies come from no infinity");
+                    return Err(Error::scene("orbit.velocity_over_escape", problem));
+                }
+                if self.distance.is_none() {
+                    return Err(Error::scene("orbit.distance", "is missing: where the encounter begins"));
+                }
+                if self.corotation {
+                    return Err(Error::scene("orbit.corotation", "means nothing in an encounter; leave it out"));
+                }
+            }
+            _ => {}
+        }
+        Ok(())
+    }
+}
+
+impl Scene {
+    /// The scene of one body by itself, for as many particles as it is to have; without any before that is known.
+    pub(crate) fn of_body(&self, index: usize, particles: Option<usize>) -> Self {
+        let body = &self.bodies[index];
+        let mut alone = Self {
+            input: body.input.clone(),
+            resolution: body.resolution.clone(),
+            domain: body.domain.clone(),
+            particles: particles.or(body.particles),
+            seeding: body.seeding.or(self.seeding),
+            polish: body.polish.or(self.polish),
+            balance: body.balance.clone().or_else(|| self.balance.clone()),
+            fields: body.fields.clone(),
+            turbulence: body.turbulence.clone(),
+            thermal: body.thermal.clone().unwrap_or_else(|| self.thermal.clone()),
+            material: body.material.clone(),
+            bodies: Vec::new(),
+            orbit: None,
+            particle_mass: None,
+            cache: None,
+            ..self.clone()
+        };
+        alone.output.parameters = false;
+        alone
+    }
+
+    /// Checks bodies, each as a scene of its own, and what says where they go.
+    pub(super) fn check_bodies(&self) -> Result<()> {
+        if self.bodies.is_empty() {
+            let of_bodies = [
+                ("orbit", self.orbit.is_some()),
+                ("particle_mass", self.particle_mass.is_some()),
+                ("cache", self.cache.is_some()),
+            ];
+            return match of_bodies.iter().find(|(_, is_given)| *is_given) {
+                Some((key, _)) => Err(Error::scene(*key, "is of scenes with `bodies`; leave it out")),
+                None => Ok(()),
+            };
+        }
+        if self.input != Input::default() {
+            return Err(Error::scene("input", "stands beside `bodies`, which have their own; leave one out"));
+        }
+        for (key, is_given) in [
+            ("resolution", self.resolution.is_some()),
+            ("fields", !self.fields.is_empty()),
+            ("turbulence", self.turbulence.is_some()),
+            ("material", !self.material.is_empty()),
+            ("motion", self.motion != super::Motion::default()),
+            ("checkpoint", !self.checkpoint.is_default()),
+        ] {
+            if is_given {
+                return Err(Error::scene(key, "cannot stand beside `bodies`; state it for each of them"));
+            }
+        }
+        if self.domain.ball.is_some() || self.domain.cylinder.is_some() {
+            return Err(Error::scene("domain", "of a scene with `bodies` is a `box`, or left out"));
+        }
+        for (i, body) in self.bodies.iter().enumerate() {
+            self.of_body(i, None).validate().map_err(|e| in_body(&body.title(i), e))?;
+            let key = |name: &str| format!("bodies[{}].{name}", body.title(i));
+            if body.domain.boundary.contains(&BoundaryName::Periodic) {
+                let problem = "is periodic, but a body ends somewhere; the box of all of them is the scene's `domain`";
+                return Err(Error::scene(key("domain.boundary"), problem));
+            }
+            super::check_all(&key("position"), &body.position, UnitDimension::LENGTH)?;
+            super::check_all(&key("velocity"), &body.velocity, UnitDimension::VELOCITY)?;
+            super::check_all(&key("spin"), &body.spin, UnitDimension::RATE)?;
+            if self.particle_mass.is_some() && body.particles.is_some() {
+                return Err(Error::scene(key("particles"), "and particle_mass are both given; leave one out"));
+            }
+        }
+        if let (Some(_), Some(_)) = (&self.particle_mass, self.particles) {
+            return Err(Error::scene("particle_mass", "and particles are both given; leave one out"));
+        }
+        if let Some(orbit) = &self.orbit {
+            orbit.validate()?;
+            if self.bodies.len() != 2 {
+                return Err(Error::scene("orbit", format!("is of two bodies, but there are {}", self.bodies.len())));
+            }
+            if let Some((i, _)) =
+                self.bodies.iter().enumerate().find(|(_, b)| !(b.position.is_empty() && b.velocity.is_empty()))
+            {
+                let key = format!("bodies[{}]", self.bodies[i].title(i));
+                return Err(Error::scene(key, "has a position or velocity, which the orbit settles; leave one out"));
+            }
+            if let Some((i, _)) = self.bodies.iter().enumerate().find(|(_, b)| orbit.corotation && !b.spin.is_empty()) {
+                let key = format!("bodies[{}].spin", self.bodies[i].title(i));
+                return Err(Error::scene(key, "and orbit.corotation are both given; leave one out"));
+            }
+        }
+        Ok(())
+    }
+}
+
+/// An error of one body's scene, with its name.
+pub(crate) fn in_body(title: &str, error: Error) -> Error {
+    match error {
+        Error::Scene { key, problem } => Error::Scene { key: format!("bodies[{title}].{key}"), problem },
+        Error::Field { name, problem } => Error::Field { name, problem: format!("{problem} (body {title})") },
+        other => other,
+    }
+}

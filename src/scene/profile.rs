@@ -1,0 +1,122 @@
+//! The `profile` of a scene's input: a body from its physics, in place of a file.
+
+use super::Quantity;
+use serde::{Deserialize, Serialize};
+use sph_formats::UnitDimension;
+
+/// A model with what determines it. Masses are those within the outer radius; in fewer than three dimensions they are per
+/// length or per area.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case", deny_unknown_fields)]
+pub enum ProfileInput {
+    /// P = K rho^(1 + 1/n) under its own gravity, 0 <= n < 4.99; in 1, 2 or 3 dimensions.
+    Polytrope { n: f64, mass: Quantity, radius: Quantity },
+    /// P = c^2 rho under its own gravity, cut at the radius; the solution that is stable, or nearest to that.
+    Isothermal { mass: Quantity, radius: Quantity, sound_speed: Quantity },
+    /// An isothermal sphere cut at xi = r sqrt(4 pi G rho_c) / c; by default the largest stable one.
+    BonnorEbert {
+        mass: Quantity,
+        radius: Quantity,
+        #[serde(default = "critical")]
+        xi: f64,
+    },
+    /// (1 + r^2/a^2)^(-5/2).
+    Plummer { mass: Quantity, scale_radius: Quantity, outer_radius: Quantity },
+    /// a / (r (r + a)^3).
+    Hernquist { mass: Quantity, scale_radius: Quantity, outer_radius: Quantity },
+    /// 1 / (r (r + a)^2).
+    Nfw { mass: Quantity, scale_radius: Quantity, outer_radius: Quantity },
+    /// King's (1962) density with a core and a tidal radius.
+    King { mass: Quantity, core_radius: Quantity, tidal_radius: Quantity },
+    /// (1 + r^2/r_c^2)^(-3 beta/2).
+    BetaModel {
+        mass: Quantity,
+        core_radius: Quantity,
+        #[serde(default = "two_thirds")]
+        beta: f64,
+        outer_radius: Quantity,
+    },
+    /// 1/r with u = 0.05 G M/R (Evrard 1988): it collapses.
+    Evrard {
+        mass: Quantity,
+        radius: Quantity,
+        /// u in units of G M/R.
+        #[serde(default = "twentieth")]
+        energy: f64,
+    },
+    /// r^-slope, in 1, 2 or 3 dimensions.
+    PowerLaw { mass: Quantity, radius: Quantity, slope: f64 },
+    /// P = k rho^2 in the force -Omega^2 r: rho_c (1 - r^2/R^2), in 1, 2 or 3 dimensions.
+    ToyStar { mass: Quantity, radius: Quantity, k: f64 },
+    /// Degenerate electrons of any speed.
+    WhiteDwarf {
+        mass: Quantity,
+        /// mu_e.
+        #[serde(default = "two")]
+        nucleons_per_electron: f64,
+    },
+}
+
+fn critical() -> f64 {
+    6.451_05
+}
+
+fn two_thirds() -> f64 {
+    2.0 / 3.0
+}
+
+fn twentieth() -> f64 {
+    0.05
+}
+
+fn two() -> f64 {
+    2.0
+}
+
+impl ProfileInput {
+    /// Names, values and dimensions of what has one, in a body of `d` dimensions.
+    pub(crate) fn quantities(&self, d: usize) -> Vec<(&'static str, &Quantity, UnitDimension)> {
+        let of_mass = |q| ("mass", q, UnitDimension::new(d as i8 - 3, 1, 0, 0));
+        let length = |name, q| (name, q, UnitDimension::LENGTH);
+        match self {
+            Self::Polytrope { mass, radius, .. }
+            | Self::BonnorEbert { mass, radius, .. }
+            | Self::Evrard { mass, radius, .. }
+            | Self::PowerLaw { mass, radius, .. }
+            | Self::ToyStar { mass, radius, .. } => vec![of_mass(mass), length("radius", radius)],
+            Self::Isothermal { mass, radius, sound_speed } => {
+                vec![of_mass(mass), length("radius", radius), ("sound_speed", sound_speed, UnitDimension::VELOCITY)]
+            }
+            Self::Plummer { mass, scale_radius, outer_radius }
+            | Self::Hernquist { mass, scale_radius, outer_radius }
+            | Self::Nfw { mass, scale_radius, outer_radius } => {
+                vec![of_mass(mass), length("scale_radius", scale_radius), length("outer_radius", outer_radius)]
+            }
+            Self::King { mass, core_radius, tidal_radius } => {
+                vec![of_mass(mass), length("core_radius", core_radius), length("tidal_radius", tidal_radius)]
+            }
+            Self::BetaModel { mass, core_radius, outer_radius, .. } => {
+                vec![of_mass(mass), length("core_radius", core_radius), length("outer_radius", outer_radius)]
+            }
+            Self::WhiteDwarf { mass, .. } => vec![of_mass(mass)],
+        }
+    }
+
+    /// As in a scene.
+    pub fn name(&self) -> &'static str {
+        match self {
+            Self::Polytrope { .. } => "polytrope",
+            Self::Isothermal { .. } => "isothermal",
+            Self::BonnorEbert { .. } => "bonnor-ebert",
+            Self::Plummer { .. } => "plummer",
+            Self::Hernquist { .. } => "hernquist",
+            Self::Nfw { .. } => "nfw",
+            Self::King { .. } => "king",
+            Self::BetaModel { .. } => "beta-model",
+            Self::Evrard { .. } => "evrard",
+            Self::PowerLaw { .. } => "power-law",
+            Self::ToyStar { .. } => "toy-star",
+            Self::WhiteDwarf { .. } => "white-dwarf",
+        }
+    }
+}

@@ -1,0 +1,277 @@
+//! Scenes of several bodies: what is conserved, who is who, and what is refused.
+
+use sph_prep::{BodiesReport, Control, FORMATS, ParticleFile, Scene, place_bodies};
+
+fn placed(scene: &str) -> (ParticleFile, BodiesReport) {
+    place_bodies(&Scene::parse(scene).unwrap(), FORMATS, &Control::default()).unwrap_or_else(|e| panic!("{e}"))
+}
+
+fn refused(scene: &str) -> String {
+    let scene = Scene::parse(scene).unwrap();
+    place_bodies(&scene, FORMATS, &Control::default()).err().unwrap().to_string()
+}
+
+/// Rows of a column, and masses.
+fn rows(file: &ParticleFile, name: &str) -> Vec<Vec<f64>> {
+    let table = &file.species[0].table;
+    let c = table.column(name).unwrap_or_else(|| panic!("no '{name}'"));
+    (0..table.count).map(|i| (0..c.components).map(|k| c.values.get(i * c.components + k)).collect()).collect()
+}
+
+/// Sum of m x over the rows of one body, or of all, over that of m.
+fn mean(file: &ParticleFile, name: &str, body: Option<f64>) -> Vec<f64> {
+    let (values, masses, ids) = (rows(file, name), rows(file, "Masses"), rows(file, "BodyID"));
+    let (mut sum, mut total) = (vec![0.0; values[0].len()], 0.0);
+    for ((v, m), id) in values.iter().zip(&masses).zip(&ids) {
+        if body.is_none_or(|b| b == id[0]) {
+            total += m[0];
+            sum.iter_mut().zip(v).for_each(|(s, v)| *s += m[0] * v);
+        }
+    }
+    sum.iter().map(|s| s / total).collect()
+}
+
+const STARS: &str = "bodies:\n- {name: big, input: {profile: {polytrope: {n: 1.5, mass: 2, radius: 1}}}}\n\
+                     - {name: small, input: {profile: {polytrope: {n: 1.5, mass: 1, radius: 0.5}}}}\n\
+                     particles: 1500\nwvt: {iterations: 2}\nsolver: {evaluations: 3}\n";
+
+#[test]
+fn a_binary_is_on_its_orbit_about_a_center_of_mass_at_rest() {
+    let (file, report) = placed(&format!("{STARS}orbit: {{semi_major_axis: 4, eccentricity: 0.25, phase: 0.3}}\n"));
+    let count = |id: f64| rows(&file, "BodyID").iter().filter(|b| b[0] == id).count();
+    assert_eq!([count(1.0), count(2.0)], [1000, 500]);
+    let ids: Vec<f64> = rows(&file, "ParticleIDs").concat();
+    assert!(ids.iter().enumerate().all(|(i, id)| *id == i as f64 + 1.0));
+    assert_eq!([report.bodies[0].ids, report.bodies[1].ids], [[1, 1000], [1001, 1500]]);
+    let masses = rows(&file, "Masses").concat();
+    let total: f64 = masses.iter().sum();
+    // The atmosphere that few particles do not resolve is cut.
+    assert!((total - 3.0).abs() < 0.02 && (total / report.mass - 1.0).abs() < 1e-12, "{total}");
+    assert!(masses.iter().all(|m| (m / masses[0] - 1.0).abs() < 1.5e-3));
+    let middle = 0.5 * file.header.box_size[0];
+    for (k, x) in mean(&file, "Coordinates", None).iter().enumerate() {
+        assert!((x - middle).abs() < 1e-12 * middle, "center of mass {k}: {x}");
+    }
+    assert!(mean(&file, "Velocities", None).iter().all(|v| v.abs() < 1e-14), "momentum");
+    // Energy and angular momentum of two points.
+    let [a, b] = [1.0, 2.0].map(|id| (mean(&file, "Coordinates", Some(id)), mean(&file, "Velocities", Some(id))));
+    let x: Vec<f64> = (0..3).map(|k| b.0[k] - a.0[k]).collect();
+    let v: Vec<f64> = (0..3).map(|k| b.1[k] - a.1[k]).collect();
+    let length = |v: &[f64]| v.iter().map(|c| c * c).sum::<f64>().sqrt();
+    let energy = 0.5 * length(&v).powi(2) - total / length(&x);
+    assert!((energy / (-total / 8.0) - 1.0).abs() < 1e-9, "{energy}");
+    let momentum = x[0] * v[1] - x[1] * v[0];
+    assert!((momentum / (total * 4.0 * (1.0 - 0.0625)).sqrt() - 1.0).abs() < 1e-9, "{momentum}");
+    assert!(x[2] == 0.0 || x[2].abs() < 1e-12);
+    let period = report.orbit.unwrap().period.unwrap();
+    assert!((period / (std::f64::consts::TAU * (64.0 / total).sqrt()) - 1.0).abs() < 1e-12);
+    let text = report.text();
+    for word in ["body big", "body small", "orbit", "center of mass", "IDs 1001 to 1500", "period"] {
+        assert!(text.contains(word), "{text} lacks {word}");
+    }
+    assert!(report.json().contains("\"momentum\""));
+}
+
+#[test]
+fn stars_that_corotate_turn_with_their_orbit() {
+    let (file, report) = placed(&format!("{STARS}orbit: {{semi_major_axis: 4, corotation: true}}\n"));
+    let omega = std::f64::consts::TAU / report.orbit.unwrap().period.unwrap();
+    let middle = 0.5 * file.header.box_size[0];
+    for (x, v) in rows(&file, "Coordinates").iter().zip(&rows(&file, "Velocities")) {
+        let solid = [-omega * (x[1] - middle), omega * (x[0] - middle), 0.0];
+        (0..3).for_each(|k| assert!((v[k] - solid[k]).abs() < 1e-10, "{v:?} {solid:?}"));
+    }
+}
+
+#[test]
+fn an_impact_touches_with_the_speed_and_angle_asked_for() {
+    let orbit = "{impact_parameter: 0.7, velocity_over_escape: 1.1, distance: 5}";
+    let (file, report) = placed(&format!("{STARS}orbit: {orbit}\n"));
+    let contact = report.bodies[0].radius + report.bodies[1].radius;
+    let [a, b] = [1.0, 2.0].map(|id| (mean(&file, "Coordinates", Some(id)), mean(&file, "Velocities", Some(id))));
+    let (x, v): (Vec<f64>, Vec<f64>) =
+        ((0..3).map(|k| b.0[k] - a.0[k]).collect(), (0..3).map(|k| b.1[k] - a.1[k]).collect());
+    let (r, v2) = (x[0].hypot(x[1]), v[0] * v[0] + v[1] * v[1]);
+    assert!((r - 5.0).abs() < 1e-10 && v[0] < 0.0);
+    let escape = (2.0 * report.mass / contact).sqrt();
+    let at_contact = (v2 - 2.0 * report.mass / r + 2.0 * report.mass / contact).sqrt();
+    assert!((at_contact / (1.1 * escape) - 1.0).abs() < 1e-9);
+    let momentum = x[0] * v[1] - x[1] * v[0];
+    assert!((momentum / (0.7 * contact * at_contact) - 1.0).abs() < 1e-9);
+    assert!(report.notes.iter().any(|n| n.contains("the bodies meet")), "{:?}", report.notes);
+}
+
+#[test]
+fn positions_velocities_and_spins_are_as_stated_and_materials_stay() {
+    let (file, report) = placed(
+        "bodies:\n\
+         - {input: {expression: '1'}, domain: {ball: {center: [7, 0], radius: 1}}, position: [-2, 0], velocity: [1, 0.5], spin: [3],\n   \
+            material: [{id: 5}], thermal: {internal_energy: 2}}\n\
+         - {input: {expression: '2'}, domain: {box: [[0, 0], [1, 1]]}, position: [2, 1], material: [{id: 9}], thermal: {internal_energy: 1}}\n\
+         particle_mass: 0.01\ndomain: {box: [[-5, -5], [5, 5]], boundary: [periodic]}\nwvt: {iterations: 2}\nsolver: {evaluations: 3}\n",
+    );
+    assert_eq!(file.header.dimension, 2);
+    assert_eq!(file.header.box_size, [10.0, 10.0, 0.0]);
+    assert_eq!(file.header.periodic, [true, true, false]);
+    let masses = rows(&file, "Masses").concat();
+    assert_eq!(report.bodies.iter().map(|b| b.ids[1] + 1 - b.ids[0]).collect::<Vec<_>>(), [314, 200]);
+    assert!(masses.iter().all(|m| (m / 0.01 - 1.0).abs() < 1.5e-3));
+    let close = |found: Vec<f64>, expected: [f64; 2]| {
+        assert!(found.iter().zip(expected).all(|(a, b)| (a - b).abs() < 1e-12), "{found:?} {expected:?}");
+    };
+    close(mean(&file, "Coordinates", Some(1.0)), [3.0, 5.0]);
+    close(mean(&file, "Coordinates", Some(2.0)), [7.0, 6.0]);
+    close(mean(&file, "Velocities", Some(1.0)), [1.0, 0.5]);
+    close(mean(&file, "Velocities", Some(2.0)), [0.0, 0.0]);
+    let momentum = 1.0 * report.bodies[0].mass;
+    assert!((report.momentum[0] / momentum - 1.0).abs() < 1e-12);
+    for (((x, v), id), m) in rows(&file, "Coordinates")
+        .iter()
+        .zip(rows(&file, "Velocities"))
+        .zip(rows(&file, "BodyID"))
+        .zip(rows(&file, "MaterialIDs"))
+    {
+        if id[0] == 1.0 {
+            close(v, [1.0 - 3.0 * (x[1] - 5.0), 0.5 + 3.0 * (x[0] - 3.0)]);
+        }
+        assert_eq!(m[0], if id[0] == 1.0 { 5.0 } else { 9.0 });
+    }
+    let energies = rows(&file, "InternalEnergy");
+    assert_eq!([energies[0][0], energies[513][0]], [2.0, 1.0]);
+}
+
+#[test]
+fn units_are_the_same_whatever_the_numbers_are_written_in() {
+    let scene = |mass: &str, radius: &str, axis: &str, units: &str| {
+        format!(
+            "{units}bodies:\n- input: {{profile: {{polytrope: {{n: 1, mass: {mass}, radius: {radius}}}}}}}\n\
+             - input: {{profile: {{polytrope: {{n: 1, mass: {mass}, radius: {radius}}}}}}}\n\
+             orbit: {{semi_major_axis: {axis}}}\nparticles: 400\nwvt: {{iterations: 2}}\npolish: none\noutput: {{units: solar}}\n"
+        )
+    };
+    let (plain, _) = placed(&scene("1", "1", "5", "units: solar\n"));
+    let (units, report) = placed(&scene("1 Msun", "6.957e5 km", "5 Rsun", ""));
+    for name in ["Coordinates", "Velocities", "Masses", "InternalEnergy"] {
+        for (a, b) in rows(&plain, name).concat().iter().zip(rows(&units, name).concat()) {
+            assert!((a - b).abs() < 1e-9 * (a.abs() + 1.0), "{name}: {a} {b}");
+        }
+    }
+    assert_eq!(report.units, "solar");
+    // G is 1 in solar units: two solar masses 5 solar radii apart.
+    let period = report.orbit.unwrap().period.unwrap();
+    assert!((period / (std::f64::consts::TAU * (125.0 / report.mass).sqrt()) - 1.0).abs() < 1e-9);
+    // The same body twice is placed once.
+    let [a, b] = [&report.bodies[0].report["seconds"], &report.bodies[1].report["seconds"]];
+    assert!(a.is_number() && a == b);
+}
+
+#[test]
+fn scenes_that_cannot_be_get_one_clear_line() {
+    let ball = |extra: &str| {
+        format!("{{input: {{expression: '1'}}, domain: {{ball: {{center: [0, 0, 0], radius: 1}}}}{extra}}}")
+    };
+    let two = |a: &str, b: &str, rest: &str| {
+        format!("bodies:\n- {}\n- {}\nparticles: 200\nwvt: {{iterations: 1}}\npolish: none\n{rest}", ball(a), ball(b))
+    };
+    for (scene, words) in [
+        (two("", ", position: [0.5, 0, 0]", ""), &["bodies[1]", "and 2 overlap", "move them apart"][..]),
+        (two("", "", "orbit: {semi_major_axis: 1.5}\n"), &["orbit.semi_major_axis", "inside of contact"]),
+        (
+            two("", "", "orbit: {impact_parameter: 0.5, velocity_over_escape: 1, distance: 1.5}\n"),
+            &["orbit.distance", "inside of contact"],
+        ),
+        (
+            two("", "", "orbit: {impact_parameter: 0.5, distance: 5}\n"),
+            &["orbit", "velocity_at_contact", "expected one"],
+        ),
+        (two("", "", "orbit: {semi_major_axis: 5, impact_parameter: 0.5}\n"), &["orbit", "both"]),
+        (two("", "", "orbit: {}\n"), &["orbit", "neither"]),
+        (two("", "", "orbit: {semi_major_axis: 5, eccentricity: 1}\n"), &["orbit.eccentricity", "less than 1"]),
+        (two("", ", position: [9, 0, 0]", "orbit: {semi_major_axis: 5}\n"), &["bodies[2]", "orbit settles"]),
+        (two("", ", position: [1e300, 0, 0]", ""), &["bodies[1].position", "nearer"]),
+        (two("", ", position: [9, 0]", ""), &["bodies[2].position", "2 components", "expected 3"]),
+        (two("", ", position: [9, 0, 0], spin: [1]", ""), &["bodies[2].spin", "1 components", "expected 3"]),
+        (two("", ", position: [9, 0, 1 kg]", ""), &["bodies[2].position[2]", "a mass", "a length"]),
+        (two("", ", position: [9, 0, 0], material: [{id: 3}]", ""), &["bodies[1]", "MaterialIDs", "body 2 has"]),
+        (
+            two("", ", position: [9, 0, 0], thermal: {internal_energy: 3}", ""),
+            &["bodies[1]", "InternalEnergy", "body 2 has"],
+        ),
+        (two("", ", position: [9, 0, 0], fields: {a: b}", ""), &["bodies[2].fields.a", "unknown name"]),
+        (two("", ", position: [9, 0, 0]", "particle_mass: 1\n"), &["particle_mass", "particles", "both"]),
+        (
+            two("", ", position: [9, 0, 0]", "domain: {box: [[-2, -2, -2], [2, 2, 2]]}\n"),
+            &["bodies[2]", "out of the box"],
+        ),
+        (two("", ", position: [9, 0, 0]", "input: {expression: '1'}\n"), &["input", "beside `bodies`"]),
+        (two("", ", input: {file: nothing.nc}", ""), &["line"]),
+        (
+            "bodies:\n- {input: {expression: '1'}, domain: {box: [[0], [1]], boundary: [periodic]}}\n".into(),
+            &["bodies[1].domain.boundary", "periodic"],
+        ),
+        ("bodies:\n- {name: moon}\n".into(), &["bodies[moon].input", "neither"]),
+        ("orbit: {semi_major_axis: 3}\ninput: {expression: '1', dimension: 3}\n".into(), &["orbit", "bodies"]),
+        (
+            format!(
+                "bodies:\n- {}\n- {{input: {{expression: '1'}}, domain: {{ball: {{center: [0, 0], radius: 1}}}}}}\n",
+                ball("")
+            ),
+            &["bodies[2]", "2-D", "3-D"],
+        ),
+        (
+            format!("bodies:\n- {}\n- {{input: {{profile: {{white-dwarf: {{mass: 1 Msun}}}}}}}}\n", ball("")),
+            &["bodies[1].input", "no units", "length_unit"],
+        ),
+    ] {
+        let error = match Scene::parse(&scene) {
+            Ok(scene) => place_bodies(&scene, FORMATS, &Control::default()).err().unwrap().to_string(),
+            Err(error) => error.to_string(),
+        };
+        for word in words {
+            assert!(error.contains(word), "{scene}\n{error} lacks {word:?}");
+        }
+    }
+    assert!(refused("bodies: []\ninput: {expression: '1', dimension: 1}\n").contains("none"));
+}
+
+#[test]
+fn another_orbit_of_the_same_bodies_takes_them_from_the_cache() {
+    let folder = tempfile::tempdir().unwrap();
+    let kept = folder.path().join("kept");
+    let scene =
+        |axis: f64, rest: &str| format!("{STARS}cache: {}\norbit: {{semi_major_axis: {axis}}}\n{rest}", kept.display());
+    let (first, report) = placed(&scene(4.0, ""));
+    assert!(report.bodies.iter().all(|b| !b.cached));
+    let (again, report) = placed(&scene(4.0, ""));
+    assert!(report.bodies.iter().all(|b| b.cached) && report.text().contains("from the cache"));
+    assert!(report.bodies[0].report["density_error"].is_object());
+    let (wide, report) = placed(&scene(6.0, ""));
+    assert!(report.bodies.iter().all(|b| b.cached) && (report.orbit.unwrap().distance - 6.0).abs() < 1e-12);
+    for name in ["Coordinates", "Velocities", "Masses", "InternalEnergy", "SupportRadius"] {
+        assert_eq!(rows(&first, name), rows(&again, name), "{name}");
+    }
+    assert_ne!(rows(&first, "Coordinates"), rows(&wide, "Coordinates"));
+    assert_eq!(rows(&first, "InternalEnergy"), rows(&wide, "InternalEnergy"));
+    // Another seed is another body, and a damaged file is made anew.
+    assert!(placed(&scene(4.0, "seed: 7\n")).1.bodies.iter().all(|b| !b.cached));
+    for entry in std::fs::read_dir(&kept).unwrap() {
+        let path = entry.unwrap().path();
+        let mut bytes = std::fs::read(&path).unwrap();
+        let middle = bytes.len() / 2;
+        bytes[middle] ^= 1;
+        std::fs::write(&path, bytes).unwrap();
+    }
+    let (mended, report) = placed(&scene(4.0, ""));
+    assert!(report.bodies.iter().all(|b| !b.cached));
+    assert_eq!(rows(&first, "Coordinates"), rows(&mended, "Coordinates"));
+    assert!(
+        refused(&format!("input: {{expression: '1', dimension: 1}}\ncache: {}\n", kept.display())).contains("cache")
+    );
+}
+
+#[test]
+fn a_scene_of_bodies_prints_and_reads_back() {
+    let text = format!("{STARS}orbit: {{semi_major_axis: 4 Rsun, corotation: true}}\n");
+    let scene = Scene::parse(&text).unwrap();
+    assert_eq!(Scene::parse(&scene.to_yaml()).unwrap(), scene, "{}", scene.to_yaml());
+}

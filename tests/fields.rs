@@ -1,0 +1,238 @@
+//! What particles carry by a scene's expressions, against the expressions at the particles.
+
+use sph_prep::{Control, FORMATS, ParticleFile, Scene, place};
+use std::f64::consts::{PI, TAU};
+
+/// Places a scene.
+fn placed(scene: &str) -> ParticleFile {
+    let scene = Scene::parse(scene).unwrap();
+    let scene = Scene { wvt: sph_prep::scene::WvtInput { iterations: Some(2), ..scene.wvt.clone() }, ..scene };
+    place(&scene, FORMATS, &Control::default()).unwrap_or_else(|e| panic!("{e}")).0
+}
+
+fn refused(scene: &str) -> String {
+    place(&Scene::parse(scene).unwrap(), FORMATS, &Control::default()).err().unwrap().to_string()
+}
+
+/// Rows of a column.
+fn column(file: &ParticleFile, name: &str) -> Vec<Vec<f64>> {
+    let table = &file.species[0].table;
+    let names = || table.columns.iter().map(|c| c.name.as_str()).collect::<Vec<_>>();
+    let column = table.column(name).unwrap_or_else(|| panic!("no '{name}' among {:?}", names()));
+    let row = |i: usize| (0..column.components).map(|k| column.values.get(i * column.components + k)).collect();
+    (0..table.count).map(row).collect()
+}
+
+/// The largest deviation of a column from what it should be at the coordinates.
+fn deviation(file: &ParticleFile, name: &str, expected: impl Fn(&[f64]) -> Vec<f64>) -> f64 {
+    let rows = column(file, name);
+    let places = column(file, "Coordinates");
+    let pairs = rows.iter().zip(&places);
+    pairs
+        .flat_map(|(row, x)| row.iter().zip(expected(x)).map(|(a, b)| (a - b).abs()).collect::<Vec<_>>())
+        .fold(0.0, f64::max)
+}
+
+const SQUARE: &str = "domain: {box: [[0, 0], [1, 1]], boundary: [periodic]}\nparticles: 400\n";
+const CUBE: &str = "domain: {box: [[0, 0, 0], [1, 1, 1]], boundary: [periodic]}\nparticles: 600\n";
+
+#[test]
+fn the_vortex_of_orszag_and_tang_is_what_its_expressions_say() {
+    let file = placed(&format!(
+        "input: {{expression: '25/(36*pi)'}}\n{SQUARE}fields:\n  velocity: ['-sin(2*pi*y)', 'sin(2*pi*x)']\n  \
+         vector_potential: ['(cos(2*pi*y)/(2*pi) + cos(4*pi*x)/(4*pi))/sqrt(4*pi)']\n  pressure: 5/(12*pi)\n"
+    ));
+    let v = |x: &[f64]| vec![-(TAU * x[1]).sin(), (TAU * x[0]).sin()];
+    assert_eq!(deviation(&file, "Velocities", v), 0.0);
+    let b = |x: &[f64]| [-(TAU * x[1]).sin(), (2.0 * TAU * x[0]).sin(), 0.0].map(|c| c / (4.0 * PI).sqrt()).to_vec();
+    // Truncation: k^7 h^6 / 140 with k = 4 pi and h = 1e-3 is 3e-13 of the potential; rounding 1e-16 / h as much.
+    assert!(deviation(&file, "MagneticField", b) < 1e-11);
+    let u = 5.0 / (12.0 * PI) / (2.0 / 3.0) / (25.0 / (36.0 * PI));
+    assert!(deviation(&file, "InternalEnergy", |_| vec![u]) < 1e-14);
+}
+
+/// A Beltrami flow is its own curl up to a factor: A = (sin z + cos y, sin x + cos z, sin y + cos x) with waves of 2 pi.
+#[test]
+fn the_curl_of_a_potential_in_three_dimensions_has_all_components() {
+    let file = placed(&format!(
+        "input: {{expression: '1'}}\n{CUBE}fields:\n  vector_potential: ['sin(2*pi*z) + cos(2*pi*y)', 'sin(2*pi*x) + cos(2*pi*z)', \
+         'sin(2*pi*y) + cos(2*pi*x)']\n"
+    ));
+    let b = |x: &[f64]| {
+        let [x, y, z] = [x[0], x[1], x[2]].map(|v| TAU * v);
+        [z.sin() + y.cos(), x.sin() + z.cos(), y.sin() + x.cos()].map(|c| TAU * c).to_vec()
+    };
+    assert!(deviation(&file, "MagneticField", b) < 1e-10);
+}
+
+#[test]
+fn velocities_about_an_axis_add_up_and_point_the_right_way() {
+    let ball = "input: {expression: '1'}\ndomain: {ball: {center: [0, 0, 0], radius: 1}}\nparticles: 300\n";
+    let file = placed(&format!("{ball}fields: {{v_phi: 3*R, v_r: -r, v_z: 2, axis: [0, 0, 1]}}\n"));
+    // The ball is in the middle of a box of 8.
+    let v = |x: &[f64]| {
+        let d = [x[0] - 4.0, x[1] - 4.0, x[2] - 4.0];
+        vec![-3.0 * d[1] - d[0], 3.0 * d[0] - d[1], 2.0 - d[2]]
+    };
+    assert!(deviation(&file, "Velocities", v) < 1e-12);
+    // About a tilted axis a rigid rotation is omega x d, and the polar way is phi x r.
+    let file = placed(&format!("{ball}fields: {{v_phi: 'r*sin(theta)', axis: [0, 3, 4]}}\n"));
+    let v = |x: &[f64]| {
+        let (d, o) = ([x[0] - 4.0, x[1] - 4.0, x[2] - 4.0], [0.0, 0.6, 0.8]);
+        vec![o[1] * d[2] - o[2] * d[1], o[2] * d[0] - o[0] * d[2], o[0] * d[1] - o[1] * d[0]]
+    };
+    assert!(deviation(&file, "Velocities", v) < 1e-12);
+    let file = placed(&format!("{ball}fields: {{v_theta: R, v_R: z}}\n"));
+    let v = |x: &[f64]| {
+        let d = [x[0] - 4.0, x[1] - 4.0, x[2] - 4.0];
+        let (big, r) = (d[0].hypot(d[1]), (d[0] * d[0] + d[1] * d[1] + d[2] * d[2]).sqrt());
+        let across = d[2] / r + d[2] / big;
+        vec![d[0] * across, d[1] * across, -big * big / r]
+    };
+    assert!(deviation(&file, "Velocities", v) < 1e-12);
+    // Kepler's rotation has its pole in the center, where no particle is.
+    let file = placed(&format!("{ball}fields: {{v_phi: sqrt(2/R)}}\n"));
+    let v = |x: &[f64]| {
+        let d = [x[0] - 4.0, x[1] - 4.0];
+        let big = d[0].hypot(d[1]);
+        let v = (2.0 / big).sqrt() / big;
+        vec![-v * d[1], v * d[0], 0.0]
+    };
+    assert!(deviation(&file, "Velocities", v) < 1e-9);
+    let file = placed("input: {expression: '1'}\ndomain: {box: [[-1], [1]]}\nparticles: 50\nfields: {v_r: 2}\n");
+    assert_eq!(deviation(&file, "Velocities", |x| vec![if x[0] > 4.0 { 2.0 } else { -2.0 }]), 0.0);
+    assert!(refused(&format!("{SQUARE}input: {{expression: '1'}}\nfields: {{v_theta: 1}}\n")).contains("2 dimension"));
+}
+
+#[test]
+fn thermal_fields_become_energies_of_an_ideal_gas() {
+    let head = format!("input: {{expression: '1 + 0.5*sin(2*pi*x)'}}\n{SQUARE}thermal: {{gamma: 1.4}}\n");
+    let rho = |x: &[f64]| 1.0 + 0.5 * (TAU * x[0]).sin();
+    let file = placed(&format!("{head}fields: {{entropy: 1 + y}}\n"));
+    let u = |x: &[f64]| vec![(1.0 + x[1]) * rho(x).powf(0.4) / 0.4];
+    assert!(deviation(&file, "InternalEnergy", u) < 1e-12);
+    let file = placed(&format!("{head}fields: {{pressure: 3*rho^1.4 + extra, extra: x, u: pressure/(0.4*rho)}}\n"));
+    let u = |x: &[f64]| vec![(3.0 * rho(x).powf(1.4) + x[0]) / (0.4 * rho(x))];
+    assert!(deviation(&file, "InternalEnergy", u) < 1e-12);
+    assert!(deviation(&file, "extra", |x| vec![x[0]]) < 1e-15);
+    // k T / ((gamma - 1) mu m_H) of 1e4 K and 0.6 is 2.06e8 J/kg for gamma = 5/3; lengths in pc.
+    let file = placed(
+        "input: {expression: '1e-22', dimension: 3, length_unit: pc, density_unit: g/cm^3}\ndomain: {ball: {radius: 1}}\n\
+         particles: 200\noutput: {units: cgs}\nfields: {temperature: 1e4, mean_molecular_weight: 0.6, velocity: [10*km/s, 0, 0]}\n",
+    );
+    let u = 1.5 * 1.380_649e-16 * 1e4 / (0.6 * 1.673_532_84e-24);
+    assert!(deviation(&file, "InternalEnergy", |_| vec![u]) < 1e-9 * u);
+    assert!(deviation(&file, "Velocities", |_| vec![1e6, 0.0, 0.0]) < 1e-6);
+    assert!(deviation(&file, "Temperature", |_| vec![1e4]) < 1e-9);
+}
+
+#[test]
+fn fields_stand_beside_the_columns_of_a_file_and_in_their_place() {
+    let star = concat!(env!("CARGO_MANIFEST_DIR"), "/profiles/star.nc");
+    let scene = format!(
+        "input: {{file: {star}, carry: [pressure]}}\nparticles: 800\noutput: {{units: cgs}}\n\
+         fields: {{hydrogen: 0.7, material: 'if(r < 0.3*Rsun, 2, 1)', sound: sqrt(5/3*pressure/rho), v_phi: sqrt(G*Msun/Rsun^3)*R}}\n"
+    );
+    let file = placed(&scene);
+    let (pressure, density) = (column(&file, "Pressure"), column(&file, "sound"));
+    assert_eq!(deviation(&file, "hydrogen", |_| vec![0.7]), 0.0);
+    let edge = file.header.box_size[0] / 2.0;
+    let distance = |x: &[f64]| x.iter().map(|v| (v - edge) * (v - edge)).sum::<f64>().sqrt();
+    let material = column(&file, "MaterialIDs");
+    let places = column(&file, "Coordinates");
+    for i in 0..places.len() {
+        let inside = distance(&places[i]) < 0.3 * 6.957e10;
+        assert_eq!(material[i][0], if inside { 2.0 } else { 1.0 });
+        // u = P / ((gamma - 1) rho): c^2 = gamma (gamma - 1) u.
+        let u = column_value(&file, "InternalEnergy", i);
+        assert!((density[i][0].powi(2) / (5.0 / 3.0 * 2.0 / 3.0 * u) - 1.0).abs() < 1e-9, "{}", pressure[i][0]);
+    }
+    let omega = (6.674_30e-8 * 1.988_409_87e33 / 6.957e10_f64.powi(3)).sqrt();
+    let v = |x: &[f64]| vec![-omega * (x[1] - edge), omega * (x[0] - edge), 0.0];
+    assert!(deviation(&file, "Velocities", v) < 1e-6 * omega * 6.957e10);
+    let replaced =
+        placed(&format!("input: {{file: {star}, carry: []}}\nparticles: 300\nfields: {{u: 3*G*Msun/Rsun}}\n"));
+    let u = column(&replaced, "InternalEnergy");
+    assert!(u.iter().all(|v| (v[0] / 3.0 - 1.0).abs() < 1e-6), "in solar units: {:?}", u[0]);
+}
+
+fn column_value(file: &ParticleFile, name: &str, i: usize) -> f64 {
+    file.species[0].table.column(name).unwrap().values.get(i)
+}
+
+#[test]
+fn fields_that_make_no_sense_are_refused_with_their_names() {
+    let head = format!("input: {{expression: '1 + x'}}\n{SQUARE}");
+    for (fields, words) in [
+        ("{pressure: 1, internal_energy: 1}", &["fields.", "pressure", "internal_energy", "disagrees", "gamma"][..]),
+        ("{entropy: 1, pressure: 2}", &["entropy", "pressure", "disagrees"]),
+        ("{a: b, b: c2 + 1, c2: a}", &["depends on itself", "a -> b -> c2 -> a"]),
+        ("{a: a + 1}", &["depends on itself", "fields.a"]),
+        ("{a: ln(x - 0.5)}", &["fields.a", "inf", "finite"]),
+        ("{a: furlongs}", &["fields.a", "column 1", "'furlongs'", "rho"]),
+        ("{a: 3*kB}", &["fields.a", "kB", "units: solar"]),
+        ("{temperature: 100}", &["mean_molecular_weight"]),
+        ("{temperature: 100, mean_molecular_weight: 1}", &["kB", "units: solar"]),
+        ("{velocity: [1, 2, 3]}", &["fields.velocity", "3 components", "expected 2"]),
+        ("{velocity: 1}", &["fields.velocity", "1 components", "expected 2"]),
+        ("{vector_potential: [1, 2]}", &["fields.vector_potential", "expected 3, or 1"]),
+        ("{vector_potential: [1], magnetic_field: [1, 2]}", &["both given"]),
+        ("{pressure: [1, 2]}", &["fields.pressure", "expected one"]),
+        ("{pressure: x - 1}", &["fields.pressure", "below 0"]),
+        ("{material: 1 + x}", &["fields.material", "whole"]),
+        ("{rho: 1}", &["fields.rho", "name of a coordinate"]),
+        ("{Msun: 1}", &["fields.Msun", "unit"]),
+        ("{axis: [0, 0, 0], v_phi: 1}", &["fields.axis", "direction"]),
+        ("{axis: 3}", &["fields.axis", "direction"]),
+        ("{'a b': 1}", &["'a b'", "letters"]),
+    ] {
+        let error = refused(&format!("{head}fields: {fields}\n"));
+        for word in words {
+            assert!(error.contains(word), "{fields}: {error} lacks {word:?}");
+        }
+        assert!(!error.contains('\n'), "{error}");
+    }
+    for (turbulence, words) in [
+        ("{}", &["turbulence", "one of the two"][..]),
+        ("{mach: 1, rms_velocity: 1}", &["turbulence", "one of the two"]),
+        ("{mach: 1}", &["turbulence.mach", "sound speed"]),
+        ("{rms_velocity: 1 km}", &["turbulence.rms_velocity", "a velocity"]),
+        ("{rms_velocity: 1, wavenumbers: [3, 2]}", &["turbulence.wavenumbers", "ascend"]),
+        ("{rms_velocity: 1, wavenumbers: [1.1, 1.2]}", &["turbulence.wavenumbers", "no wave"]),
+        ("{rms_velocity: 1, compressive: 2}", &["turbulence.compressive", "0 to 1"]),
+    ] {
+        let error = refused(&format!("{head}turbulence: {turbulence}\n"));
+        for word in words {
+            assert!(error.contains(word), "{turbulence}: {error} lacks {word:?}");
+        }
+    }
+    let both = refused(&format!("{head}thermal: {{internal_energy: 2}}\nfields: {{pressure: 1}}\n"));
+    assert!(both.contains("both given"), "{both}");
+}
+
+#[test]
+fn a_scene_with_fields_prints_and_reads_back() {
+    let text = format!(
+        "input: {{expression: '1'}}\n{SQUARE}fields: {{velocity: [-1, '2*x'], entropy: 2.5, axis: [0, 0, 1]}}\n"
+    );
+    let scene = Scene::parse(&text).unwrap();
+    assert_eq!(Scene::parse(&scene.to_yaml()).unwrap(), scene, "{}", scene.to_yaml());
+}
+
+/// A grid of cells whose velocity turns around in the middle: no particle gets one in between.
+#[test]
+fn cells_of_a_grid_keep_their_velocities_to_their_faces() {
+    let folder = tempfile::tempdir().unwrap();
+    let grid = folder.path().join("cells.vtk");
+    let row = "-1 0 0\n-1 0 0\n1 0 0\n1 0 0\n";
+    let head = "# vtk DataFile Version 3.0\ncells\nASCII\nDATASET STRUCTURED_POINTS\nDIMENSIONS 5 3 1\nORIGIN 0 0 0\nSPACING 0.25 0.5 1\n";
+    let ones = "1 1 1 1 1 1 1 1\n";
+    let text = format!(
+        "{head}CELL_DATA 8\nSCALARS density double 1\nLOOKUP_TABLE default\n{ones}VECTORS velocity double\n{row}{row}"
+    );
+    std::fs::write(&grid, text).unwrap();
+    let file =
+        placed(&format!("input: {{file: {}}}\ndomain: {{boundary: [reflecting]}}\nparticles: 300\n", grid.display()));
+    assert_eq!(file.header.dimension, 2);
+    assert_eq!(deviation(&file, "Velocities", |x| vec![if x[0] < 0.5 { -1.0 } else { 1.0 }, 0.0]), 0.0);
+}
