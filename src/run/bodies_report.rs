@@ -49,7 +49,8 @@ pub struct BodyReport {
     pub position: [f64; 3],
     pub velocity: [f64; 3],
     pub spin: [f64; 3],
-    pub figures: BodyFigures,
+    /// None of a point.
+    pub figures: Option<BodyFigures>,
     /// How it was placed by itself: the whole report.
     pub report: serde_json::Value,
     /// Whether it was taken from the cache.
@@ -110,7 +111,7 @@ impl BodiesReport {
 
     /// The first body with a region that is off, with how many particles that has and should have.
     pub fn misplaced(&self) -> Option<(&str, (f64, f64))> {
-        self.bodies.iter().find_map(|b| Some((b.name.as_str(), b.figures.misplaced?)))
+        self.bodies.iter().find_map(|b| Some((b.name.as_str(), b.figures.as_ref()?.misplaced?)))
     }
 
     /// As text for a terminal.
@@ -159,9 +160,8 @@ impl BodiesReport {
 
     fn write_body(&self, out: &mut String, body: &BodyReport) -> std::fmt::Result {
         let d = self.dimension;
-        let figures = &body.figures;
         let cached = if body.cached { " (from the cache)" } else { "" };
-        writeln!(out, "  body {}: {}{cached}", body.name, figures.input)?;
+        writeln!(out, "  body {}: {}{cached}", body.name, body.figures.as_ref().map_or("a point", |f| &f.input))?;
         let [first, last] = body.ids;
         writeln!(
             out,
@@ -175,6 +175,7 @@ impl BodiesReport {
         if body.spin.iter().any(|s| *s != 0.0) {
             writeln!(out, "    spin           {}", vector(&body.spin))?;
         }
+        let Some(figures) = &body.figures else { return Ok(()) };
         writeln!(
             out,
             "    density error  epsilon {:.3e}, mean {:.3} %; force noise {:.2} % of a random set's",

@@ -17,6 +17,12 @@ pub struct BodyInput {
     #[serde(skip_serializing_if = "Option::is_none")]
     pub name: Option<String>,
     pub input: Input,
+    /// A single particle of this mass in place of an input: a companion, a core, a black hole.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub point_mass: Option<Quantity>,
+    /// Particle type of a point mass in files of GADGET's kind, 1 to 5; 1 (dark matter) by default.
+    #[serde(rename = "type", skip_serializing_if = "Option::is_none")]
+    pub part_type: Option<u8>,
     #[serde(skip_serializing_if = "Option::is_none")]
     pub resolution: Option<ResolutionInput>,
     pub domain: DomainInput,
@@ -82,6 +88,31 @@ impl BodyInput {
     /// As messages name it; `index` counts from 0.
     pub fn title(&self, index: usize) -> String {
         self.name.clone().unwrap_or_else(|| (index + 1).to_string())
+    }
+
+    /// Checks a body that is a point.
+    fn validate_point(&self, mass: &Quantity, title: &str) -> Result<()> {
+        let key = |name: &str| format!("bodies[{title}].{name}");
+        mass.check_positive(&key("point_mass"), UnitDimension::MASS)?;
+        let allowed = Self {
+            name: self.name.clone(),
+            point_mass: self.point_mass.clone(),
+            part_type: self.part_type,
+            position: self.position.clone(),
+            velocity: self.velocity.clone(),
+            ..Self::default()
+        };
+        if *self != allowed {
+            let problem =
+                "is that of a single particle, which has a name, a type, a position and a velocity; leave the rest out";
+            return Err(Error::scene(key("point_mass"), problem));
+        }
+        match self.part_type {
+            Some(t) if !(1..=5).contains(&t) => {
+                Err(Error::scene(key("type"), format!("is {t}, expected 1 to 5; 0 is gas")))
+            }
+            _ => Ok(()),
+        }
     }
 }
 
@@ -223,8 +254,14 @@ impl Scene {
             return Err(Error::scene("domain", "of a scene with `bodies` is a `box`, or left out"));
         }
         for (i, body) in self.bodies.iter().enumerate() {
-            self.of_body(i, None).validate().map_err(|e| in_body(&body.title(i), e))?;
             let key = |name: &str| format!("bodies[{}].{name}", body.title(i));
+            match &body.point_mass {
+                Some(mass) => body.validate_point(mass, &body.title(i))?,
+                None if body.part_type.is_some() => {
+                    return Err(Error::scene(key("type"), "is of a point_mass; gas has type 0"));
+                }
+                None => self.of_body(i, None).validate().map_err(|e| in_body(&body.title(i), e))?,
+            }
             if body.domain.boundary.contains(&BoundaryName::Periodic) {
                 let problem = "is periodic, but a body ends somewhere; the box of all of them is the scene's `domain`";
                 return Err(Error::scene(key("domain.boundary"), problem));
@@ -235,6 +272,9 @@ impl Scene {
             if self.particle_mass.is_some() && body.particles.is_some() {
                 return Err(Error::scene(key("particles"), "and particle_mass are both given; leave one out"));
             }
+        }
+        if self.bodies.iter().all(|b| b.point_mass.is_some()) {
+            return Err(Error::scene("bodies", "are points all of them; a scene has gas in one at least"));
         }
         if let (Some(_), Some(_)) = (&self.particle_mass, self.particles) {
             return Err(Error::scene("particle_mass", "and particles are both given; leave one out"));
