@@ -16,8 +16,7 @@ use crate::error::{Error, Result};
 use crate::field::{
     CarriedField, CarriedInfo, Expression, Names, ScalarField, SharedCarried, SharedDensity, Source, probes,
 };
-use crate::input::constants::constant;
-use crate::input::hydrostatics::GRAVITATIONAL_CONSTANT;
+use crate::input::constants::{GRAVITATIONAL_CONSTANT, constant};
 use crate::input::roles::standard_name;
 use crate::input::thermal;
 use crate::input::turbulence::Turbulence;

@@ -11,7 +11,7 @@ use super::destination::{Destination, output_format};
 use super::orbit::{self, Relative};
 use super::pipeline;
 use crate::error::{Error, Result};
-use crate::input::hydrostatics::GRAVITATIONAL_CONSTANT;
+use crate::input::constants::GRAVITATIONAL_CONSTANT;
 use crate::input::ingest::{self, InputUnits};
 use crate::input::internal_units::Prepared;
 use crate::input::units::RunUnits;
