@@ -3,6 +3,7 @@
 use crate::error::{Error, Result};
 use sph::geometry::unit_ball_volume;
 use sph::kernel::{KernelName, most_neighbors_without_pairs, support_over_smoothing_length};
+use sph_formats::did_you_mean;
 
 /// How a code says how many neighbors a particle has.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -121,10 +122,10 @@ impl TargetCode {
         let refuse = |problem: String| Error::scene("target_code", format!("is '{text}': {problem}"));
         let (name, options) = text.split_once(':').unwrap_or((text, ""));
         let known = || SHEETS.iter().map(|s| s.name).collect::<Vec<_>>().join(", ");
-        let sheet = SHEETS
-            .iter()
-            .find(|s| s.name == name)
-            .ok_or_else(|| refuse(format!("no code of the name '{name}' is known, expected one of {}", known())))?;
+        let sheet = SHEETS.iter().find(|s| s.name == name).ok_or_else(|| {
+            let hint = did_you_mean(name, SHEETS.iter().map(|s| s.name));
+            refuse(format!("no code of the name '{name}' is known, expected one of {}{hint}", known()))
+        })?;
         let mut code = Self { sheet, kernel: sheet.kernel, neighbors: sheet.neighbors, scheme: sheet.schemes[0] };
         for option in options.split(',').filter(|o| !o.is_empty()) {
             match option.split_once('=') {
@@ -242,7 +243,10 @@ impl TargetCode {
 fn kernel(sheet: &Sheet, name: &str) -> std::result::Result<KernelName, String> {
     let known = KernelName::ALL.iter().map(|k| k.name()).collect::<Vec<_>>().join(", ");
     let found = KernelName::ALL.into_iter().find(|k| k.name() == name);
-    let found = found.ok_or_else(|| format!("'{name}' is no kernel, expected one of {known}"))?;
+    let found = found.ok_or_else(|| {
+        let hint = did_you_mean(name, KernelName::ALL.iter().map(|k| k.name()));
+        format!("'{name}' is no kernel, expected one of {known}{hint}")
+    })?;
     if found != sheet.kernel && !sheet.has_kernels {
         return Err(format!("{} has no kernel but {}", sheet.title, sheet.kernel.title()));
     }

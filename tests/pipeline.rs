@@ -3,7 +3,7 @@
 
 use sph_formats::common::particle_names as names;
 use sph_formats::{
-    Capabilities, FieldRequest, FileContent, FormatError, FormatSpec, Geometry, Location, Match, ParticleFile,
+    Capabilities, Columns, FieldRequest, FileContent, FormatError, FormatSpec, Geometry, Location, Match, ParticleFile,
     RawField, Unit, Values, Variable, WriteOptions,
 };
 use sph_prep::relaxation::Control;
@@ -80,6 +80,8 @@ const FORMATS: &[FormatSpec] = &[
             dimensions: &[1, 2, 3],
             requires: &[],
             equal_masses: false,
+            columns: Columns::Any,
+            cubic_box: false,
         },
         sniff: no_sniff,
         read: None,
@@ -99,6 +101,8 @@ const FORMATS: &[FormatSpec] = &[
             dimensions: &[3],
             requires: &[],
             equal_masses: false,
+            columns: Columns::Any,
+            cubic_box: false,
         },
         sniff: sniff_profile,
         read: Some(read_profile),

@@ -3,7 +3,9 @@
 //! host's own list, next to formats of the crate.
 
 use sph_formats::common::particle_names as names;
-use sph_formats::registry::{Capabilities, FieldRequest, FileContent, FormatSpec, Match, WriteOptions, detect};
+use sph_formats::registry::{
+    Capabilities, Columns, FieldRequest, FileContent, FormatSpec, Match, WriteOptions, detect,
+};
 use sph_formats::{Column, FormatError, ParticleFile, ParticleTable, Result, RunHeader, Species, UnitDimension};
 use sph_formats::{UnitSystem, Values};
 use std::io::{BufRead, BufReader, BufWriter, Write};
@@ -24,6 +26,8 @@ pub const XYZ: FormatSpec = FormatSpec {
         geometries: &[],
         dimensions: &[3],
         equal_masses: false,
+        columns: Columns::Any,
+        cubic_box: false,
     },
     // Text has no signature: the extension decides.
     sniff: |_| Match::No,

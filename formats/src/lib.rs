@@ -13,6 +13,7 @@
 
 #![forbid(unsafe_code)]
 
+mod compressed;
 pub mod error;
 mod limits;
 pub mod model;
@@ -46,7 +47,9 @@ pub use model::{
     Species, Values, Variable,
 };
 pub use nearest::{did_you_mean, nearest};
-pub use registry::{Capabilities, FieldRequest, FileContent, FormatSpec, Match, WriteOptions, plain_name, read, write};
+pub use registry::{
+    Capabilities, Columns, FieldRequest, FileContent, FormatSpec, Match, WriteOptions, plain_name, read, write,
+};
 pub use units::{Unit, UnitDimension, UnitSystem};
 
 /// Every format of this crate, sorted by name. A format left out of the build is still listed, without its

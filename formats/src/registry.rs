@@ -1,5 +1,6 @@
 //! What a format is, and how the right one is found for a file.
 
+use crate::compressed;
 use crate::error::{FormatError, Result};
 use crate::model::{ParticleFile, RawField};
 use crate::nearest::did_you_mean;
@@ -33,6 +34,38 @@ pub struct Capabilities {
     pub dimensions: &'static [usize],
     /// All particles of a type must have one mass.
     pub equal_masses: bool,
+    /// Columns besides those that every placement has.
+    pub columns: Columns,
+    /// The box has one edge.
+    pub cubic_box: bool,
+}
+
+/// Which columns of particles a format holds.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub enum Columns {
+    #[default]
+    Any,
+    /// These, and the placement's own.
+    Only(&'static [&'static str]),
+    /// Scalars of names of at most so many ASCII characters, and these vectors.
+    Scalars { longest_name: usize, vectors: &'static [&'static str] },
+}
+
+impl Columns {
+    /// Why a column would be lost; `None` where it is kept.
+    pub fn loses(&self, name: &str, components: usize) -> Option<String> {
+        match self {
+            Self::Any => None,
+            Self::Only(names) if names.contains(&name) => None,
+            Self::Only(_) => Some("the format has no place for it".into()),
+            Self::Scalars { vectors, .. } if vectors.contains(&name) => None,
+            Self::Scalars { .. } if components > 1 => Some("the format holds no vectors but velocities".into()),
+            Self::Scalars { longest_name, .. } if name.len() > *longest_name || !name.is_ascii() => {
+                Some(format!("the format holds names of at most {longest_name} ASCII characters"))
+            }
+            Self::Scalars { .. } => None,
+        }
+    }
 }
 
 /// What to read from a field file. What is left empty is for the reader to decide.
@@ -229,6 +262,14 @@ pub fn read(
     explicit: Option<&str>,
     request: &FieldRequest,
 ) -> Result<FileContent> {
+    if let Some(packing) = compressed::packing(path) {
+        let unpacked = compressed::unpack(path, packing)?;
+        let mut content = read(formats, &unpacked.path, explicit, request).map_err(|e| e.renamed(path))?;
+        if let FileContent::Field(field) = &mut content {
+            field.path = path.into();
+        }
+        return Ok(content);
+    }
     let spec = detect(formats, path, explicit)?;
     let content = reader(spec, path)?(path, request)?;
     let checked = match &content {

@@ -27,6 +27,8 @@ const BOTH: Capabilities = Capabilities {
     geometries: &["radial"],
     dimensions: &[3],
     equal_masses: false,
+    columns: Columns::Any,
+    cubic_box: false,
 };
 
 const fn spec(name: &'static str, extensions: &'static [&'static str], sniff: fn(&[u8]) -> Match) -> FormatSpec {

@@ -2,8 +2,9 @@
 
 use crate::compare::DEFAULT;
 use crate::error::Result;
-use crate::scene::{Scene, parse_count};
+use crate::scene::{Scene, parse_count, parse_mapping};
 use clap::{Parser, Subcommand};
+use sph_formats::did_you_mean;
 use std::path::PathBuf;
 
 const EXAMPLES: &str = "\
@@ -75,6 +76,9 @@ pub struct InspectArgs {
     /// Value of the time coordinate to read.
     #[arg(long)]
     pub time: Option<f64>,
+    /// What a variable is, where its name does not say it: vel1=velocity-x; may be repeated.
+    #[arg(long, value_name = "NAME=ROLE")]
+    pub map: Vec<String>,
 }
 
 #[derive(Debug, clap::Args)]
@@ -172,6 +176,9 @@ pub struct RunArgs {
     /// Variable that is the mass density.
     #[arg(long, value_name = "NAME")]
     density: Option<String>,
+    /// What a variable is, where its name does not say it: vel1=velocity-x, E=none; may be repeated.
+    #[arg(long, value_name = "NAME=ROLE")]
+    map: Vec<String>,
     /// Where the rows of a radial table lie: nodes, outer-faces, inner-faces, centers, or auto (where a column of masses
     /// says).
     #[arg(long, value_name = "WHERE", value_parser = staggering)]
@@ -185,6 +192,9 @@ pub struct RunArgs {
     /// Units of the output: cgs, si, solar, planetary, galactic, code.
     #[arg(long, value_name = "NAME")]
     units: Option<String>,
+    /// Refuse to replace an output that is there already.
+    #[arg(long)]
+    no_clobber: bool,
     /// Write f64 where the format's default is f32.
     #[arg(long)]
     double: bool,
@@ -255,47 +265,41 @@ fn count(text: &str) -> std::result::Result<usize, String> {
     }
 }
 
+/// One of several words, as the scene has them.
+fn choice<T: Copy>(text: &str, known: &[(&str, T)]) -> std::result::Result<T, String> {
+    known.iter().find(|(name, _)| *name == text).map(|(_, value)| *value).ok_or_else(|| {
+        let names = || known.iter().map(|(name, _)| *name);
+        format!("expected {}{}", names().collect::<Vec<_>>().join(", "), did_you_mean(text, names()))
+    })
+}
+
 fn boundary(text: &str) -> std::result::Result<crate::scene::BoundaryName, String> {
     use crate::scene::BoundaryName::{Open, Periodic, Reflecting};
-    match text {
-        "periodic" => Ok(Periodic),
-        "reflecting" => Ok(Reflecting),
-        "open" => Ok(Open),
-        _ => Err("expected periodic, reflecting or open".into()),
-    }
+    choice(text, &[("periodic", Periodic), ("reflecting", Reflecting), ("open", Open)])
 }
 
 fn staggering(text: &str) -> std::result::Result<crate::scene::StaggeringName, String> {
     use crate::scene::StaggeringName::{Auto, Centers, InnerFaces, Nodes, OuterFaces};
-    match text {
-        "auto" => Ok(Auto),
-        "nodes" => Ok(Nodes),
-        "outer-faces" => Ok(OuterFaces),
-        "inner-faces" => Ok(InnerFaces),
-        "centers" => Ok(Centers),
-        _ => Err("expected nodes, outer-faces, inner-faces, centers or auto".into()),
-    }
+    let known = [
+        ("nodes", Nodes),
+        ("outer-faces", OuterFaces),
+        ("inner-faces", InnerFaces),
+        ("centers", Centers),
+        ("auto", Auto),
+    ];
+    choice(text, &known)
 }
 
 fn polish(text: &str) -> std::result::Result<crate::scene::Polish, String> {
     use crate::scene::Polish::{Afc, Alaric, DampedRelaxation, None, Solver};
-    match text {
-        "solver" => Ok(Solver),
-        "alaric" => Ok(Alaric),
-        "damped-relaxation" => Ok(DampedRelaxation),
-        "afc" => Ok(Afc),
-        "none" => Ok(None),
-        _ => Err("expected solver, alaric, damped-relaxation, afc or none".into()),
-    }
+    let known =
+        [("solver", Solver), ("alaric", Alaric), ("damped-relaxation", DampedRelaxation), ("afc", Afc), ("none", None)];
+    choice(text, &known)
 }
 
 fn on_interrupt(text: &str) -> std::result::Result<crate::scene::OnInterrupt, String> {
     use crate::scene::OnInterrupt::{Discard, Write};
-    match text {
-        "discard" => Ok(Discard),
-        "write" => Ok(Write),
-        _ => Err("expected discard or write".into()),
-    }
+    choice(text, &[("discard", Discard), ("write", Write)])
 }
 
 impl RunArgs {
@@ -315,11 +319,16 @@ impl RunArgs {
         overlay(&mut scene.certify, &self.certify);
         scene.output.parameters |= self.parameters;
         overlay(&mut scene.input.density, &self.density);
+        for text in &self.map {
+            let (name, role) = parse_mapping(text)?;
+            scene.map.insert(name, role);
+        }
         scene.input.staggering = self.staggering.unwrap_or(scene.input.staggering);
         overlay(&mut scene.input.time, &self.time);
         overlay(&mut scene.output.file, &self.output);
         overlay(&mut scene.output.format, &self.to);
         overlay(&mut scene.output.units, &self.units);
+        scene.output.no_clobber |= self.no_clobber;
         scene.output.double_precision |= self.double;
         scene.output.compression = self.compression.unwrap_or(scene.output.compression);
         overlay(&mut scene.particles, &self.particles);

@@ -2,6 +2,9 @@
 
 use super::args::InspectArgs;
 use crate::error::Result;
+use crate::field::natural_dimension;
+use crate::input::roles::{Assignment, assign};
+use crate::scene::{Role, parse_mapping};
 use sph_formats::{
     Column, FieldRequest, FileContent, FormatSpec, Geometry, GridAxis, Location, ParticleFile, RawField, Unit, Values,
 };
@@ -16,15 +19,19 @@ pub fn inspect(formats: &[FormatSpec], args: &InspectArgs) -> Result<String> {
         FieldRequest { density: args.density.clone(), carry: None, time: args.time, ..FieldRequest::default() };
     let content = sph_formats::read(formats, &args.file, args.format.as_deref(), &request)?;
     let mut out = String::new();
+    let map = args.map.iter().map(|text| parse_mapping(text)).collect::<Result<_>>()?;
     match &content {
-        FileContent::Field(field) => describe_field(&mut out, field),
+        FileContent::Field(field) => {
+            let roles = assign(field, natural_dimension(field), &map)?;
+            describe_field(&mut out, field, &roles)
+        }
         FileContent::Particles(file) => describe_particles(&mut out, &args.file.display().to_string(), file),
     }
     .expect("writing to a string cannot fail");
     Ok(out)
 }
 
-fn describe_field(out: &mut String, field: &RawField) -> std::fmt::Result {
+fn describe_field(out: &mut String, field: &RawField, roles: &[Assignment]) -> std::fmt::Result {
     writeln!(out, "{}: {}, {}", field.path.display(), field.format, field.geometry.kind())?;
     match &field.geometry {
         Geometry::Radial { nodes, unit } => {
@@ -66,9 +73,19 @@ fn describe_field(out: &mut String, field: &RawField) -> std::fmt::Result {
     }
     for v in &field.variables {
         let place = if v.location == Location::Node { "node" } else { "cell" };
-        let mark = if field.density.as_deref() == Some(v.name.as_str()) { "  <- density" } else { "" };
+        let mark = match roles.iter().find(|a| a.variable == v.name) {
+            Some(Assignment { role: Some(Role::Density), .. }) => "  <- density".to_owned(),
+            Some(Assignment { role: Some(role), column, .. }) => format!("  <- {}, written as {column}", role.name()),
+            _ => String::new(),
+        };
         let values = describe_values(&v.values);
         writeln!(out, "  {:<24} {place}, {} component(s), {values}{}{mark}", v.name, v.components, named(&v.unit))?;
+    }
+    for a in roles {
+        if let Some(note) = &a.note {
+            let kind = if a.is_warning { "warning" } else { "note" };
+            writeln!(out, "  {kind}: variable '{}' {note}", a.variable)?;
+        }
     }
     if field.density.is_none() {
         writeln!(out, "  no variable is taken for the density: name one with --density")?;

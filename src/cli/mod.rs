@@ -78,6 +78,9 @@ fn run(args: &RunArgs) -> crate::Result<ExitCode> {
     let result = pipeline::run(&scene, FORMATS, &control);
     progress.finish();
     let report = result?;
+    if args.json || args.quiet {
+        report.warnings.iter().for_each(|warning| eprintln!("warning: {warning}"));
+    }
     if args.json {
         print(&format!("{}\n", report.json()))?;
     } else if !args.quiet {
@@ -92,6 +95,11 @@ fn run(args: &RunArgs) -> crate::Result<ExitCode> {
 }
 
 fn tell_of_bodies(args: &RunArgs, scene: &Scene, report: &BodiesReport) -> crate::Result<ExitCode> {
+    if args.json || args.quiet {
+        for (body, figures) in report.bodies.iter().filter_map(|b| Some((&b.name, b.figures.as_ref()?))) {
+            figures.warnings.iter().for_each(|warning| eprintln!("warning: body {body}: {warning}"));
+        }
+    }
     if args.json {
         print(&format!("{}\n", report.json()))?;
     } else if !args.quiet {

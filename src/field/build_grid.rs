@@ -1,35 +1,78 @@
 //! Sources from rectilinear grids.
 
 use super::build_input::{Input, Repeats, check_ascending};
+use super::centering::{Known, cell_axis, periodic_axis};
 use super::check::point_text;
 use super::geographic::Geographic;
 use super::grid::Grid;
 use super::grid_axis::AxisTable;
-use super::{Interpolation, Period, Source};
+use super::{Centering, Interpolation, Period, Source};
 use crate::error::{Error, Result};
-use sph_formats::{GridAxis, Location, Values};
+use sph_formats::common::particle_names as names;
+use sph_formats::{GridAxis, Location, Values, Variable};
 use std::sync::Arc;
 
 pub(crate) fn cartesian<const D: usize>(mut input: Input<'_, D>, axes: &[GridAxis]) -> Result<Source<D>> {
     check_grid(&mut input, axes)?;
     let name = input.density.name.clone();
     let options = input.options;
-    let density = &input.density;
-    let repeats: [bool; D] = std::array::from_fn(|k| {
-        options.periodic[k] == Some(Period::Auto)
-            && density.location == Location::Node
-            && axes[k].bounds.is_none()
-            && last_plane_repeats(&density.values, axes, k)
-    });
-    let tables = |location: Location| -> Result<Arc<Grid<D>>> {
+    let centering = centering(&input, axes)?;
+    let mut notes = Vec::new();
+    let tables = |location: Location, notes: &mut Vec<String>| -> Result<Arc<Grid<D>>> {
         let tables: Vec<AxisTable> = (0..D)
-            .map(|k| axis_table(&name, &axes[k], location, options.periodic[k], repeats[k]))
+            .map(|k| {
+                let axis = &axes[k];
+                let is_open_question = location == Location::Node && axis.bounds.is_none();
+                match (options.periodic[k], centering) {
+                    // Nodes between cells end where these do.
+                    (Some(Period::Auto), _) if is_open_question && input.density.location == Location::Cell => {
+                        AxisTable::nodes(&axis.name, axis.nodes.clone(), Some(Period::Auto), true)
+                    }
+                    (Some(Period::Auto), centering) if is_open_question => {
+                        let ends_agree = || ends_agree(&input.density, &input.others, axes, k);
+                        let stated = options.stated_box.map(|[lo, hi]| [lo[k], hi[k]]);
+                        let known = Known { centering, stated, ends_agree: &ends_agree };
+                        let (table, note) = periodic_axis(&name, (&axis.name, &axis.nodes), &known)?;
+                        notes.extend(note);
+                        Ok(table)
+                    }
+                    (period, Centering::Cells) if is_open_question => cell_axis((&axis.name, &axis.nodes), period),
+                    (period, _) => axis_table(&name, axis, location, period),
+                }
+            })
             .collect::<Result<_>>()?;
         Ok(Arc::new(grid(&name, tables, options.interpolation)?))
     };
-    let sampler = tables(density.location)?;
+    let sampler = tables(input.density.location, &mut notes)?;
     let domain = sampler.domain()?;
-    input.finish(sampler, domain, &|location| Ok(tables(location)?))
+    let other = [Location::Node, Location::Cell].into_iter().find(|l| *l != input.density.location);
+    let other = match other.filter(|l| input.others.iter().any(|v| v.location == *l)) {
+        Some(location) => Some(tables(location, &mut Vec::new())?),
+        None => None,
+    };
+    input.notes.extend(notes);
+    let own = Arc::clone(&sampler);
+    input.finish(sampler, domain, &|_| Ok(other.clone().unwrap_or_else(|| Arc::clone(&own))))
+}
+
+/// What the scene and the file say of the values at nodes.
+fn centering<const D: usize>(input: &Input<'_, D>, axes: &[GridAxis]) -> Result<Centering> {
+    let has_cells = |v: &Variable| v.location == Location::Cell;
+    let states_cells = has_cells(&input.density) || axes.iter().any(|axis| axis.bounds.is_some());
+    match input.options.centering {
+        Centering::Nodes if states_cells => Err(Error::scene(
+            "input.centering",
+            format!(
+                "is nodes, but the file says that the values of '{}' belong to cells; leave it out",
+                input.density.name
+            ),
+        )),
+        // The nodes are the corners of the cells of other variables.
+        Centering::Unknown | Centering::Points if !states_cells && input.others.iter().any(has_cells) => {
+            Ok(Centering::Nodes)
+        }
+        stated => Ok(stated),
+    }
 }
 
 pub(crate) fn geographic<const D: usize>(mut input: Input<'_, D>, axes: &[GridAxis]) -> Result<Source<D>> {
@@ -43,15 +86,18 @@ pub(crate) fn geographic<const D: usize>(mut input: Input<'_, D>, axes: &[GridAx
     let tables = |location: Location| -> Result<Arc<Geographic>> {
         let circle = Some(Period::Length(360.0));
         let tables = vec![
-            axis_table(&name, &axes[0], location, circle, false)?,
-            axis_table(&name, &axes[1], location, None, false)?,
-            axis_table(&name, &axes[2], location, None, false)?,
+            axis_table(&name, &axes[0], location, circle)?,
+            axis_table(&name, &axes[1], location, None)?,
+            axis_table(&name, &axes[2], location, None)?,
         ];
         Ok(Arc::new(Geographic::new(&name, grid(&name, tables, interpolation)?)?))
     };
-    let vectors = input.others.iter().filter(|v| v.components > 1).map(|v| v.name.clone()).collect::<Vec<_>>();
+    // Those that are known by their names have Cartesian components.
+    let is_known = |v: &Variable| matches!(v.name.as_str(), names::VELOCITIES | names::MAGNETIC_FIELD);
+    let is_unknown = |v: &Variable| v.components > 1 && !is_known(v);
+    let vectors = input.others.iter().filter(|v| is_unknown(v)).map(|v| v.name.clone()).collect::<Vec<_>>();
     if !vectors.is_empty() {
-        input.others.retain(|v| v.components == 1);
+        input.others.retain(|v| !is_unknown(v));
         input.notes.push(format!("vectors on a geographic grid were left out: {}", vectors.join(", ")));
     }
     let sampler = tables(input.density.location)?;
@@ -124,15 +170,9 @@ fn check_grid<const D: usize>(input: &mut Input<'_, D>, axes: &[GridAxis]) -> Re
     })
 }
 
-fn axis_table(
-    name: &str,
-    axis: &GridAxis,
-    location: Location,
-    period: Option<Period>,
-    repeats: bool,
-) -> Result<AxisTable> {
+fn axis_table(name: &str, axis: &GridAxis, location: Location, period: Option<Period>) -> Result<AxisTable> {
     match (location, &axis.bounds) {
-        (Location::Node, None) => AxisTable::nodes(&axis.name, axis.nodes.clone(), period, repeats),
+        (Location::Node, None) => AxisTable::nodes(&axis.name, axis.nodes.clone(), period, false),
         (Location::Node, Some(bounds)) => AxisTable::cells(&axis.name, bounds.clone(), axis.nodes.clone(), period),
         (Location::Cell, _) => {
             if axis.nodes.windows(2).any(|w| w[0] >= w[1]) || axis.nodes.len() < 2 {
@@ -144,12 +184,19 @@ fn axis_table(
     }
 }
 
+/// Whether the last slice across axis `k` has the values of the first, in every variable at the nodes.
+fn ends_agree(density: &Variable, others: &[Variable], axes: &[GridAxis], k: usize) -> bool {
+    let all = std::iter::once(density).chain(others);
+    all.filter(|v| v.location == Location::Node).all(|v| last_plane_repeats(&v.values, v.components, axes, k))
+}
+
 /// Whether the values of the last plane of axis `k` are those of the first, to a millionth of the largest.
-fn last_plane_repeats(values: &Values, axes: &[GridAxis], k: usize) -> bool {
-    let stride: usize = axes[..k].iter().map(|a| a.nodes.len()).product();
+fn last_plane_repeats(values: &Values, components: usize, axes: &[GridAxis], k: usize) -> bool {
+    let stride: usize = components * axes[..k].iter().map(|a| a.nodes.len()).product::<usize>();
     let n = axes[k].nodes.len();
     let outer: usize = axes[k + 1..].iter().map(|a| a.nodes.len()).product();
-    let tolerance = 1e-6 * values.range().1.abs();
+    let (low, high, _) = values.range();
+    let tolerance = 1e-6 * low.abs().max(high.abs());
     (0..outer).all(|o| {
         (0..stride).all(|i| {
             let first = values.get(i + stride * n * o);

@@ -65,8 +65,8 @@ pub(crate) fn radial<const D: usize>(
 }
 
 /// Names under which a velocity along the radius is known.
-const RADIAL_VELOCITIES: [&str; 9] =
-    ["v", "velocity", "vel", "v_r", "vr", "vel_r", "velr", "radial_velocity", "velocity_r"];
+const RADIAL_VELOCITIES: [&str; 10] =
+    ["velocities", "v", "velocity", "vel", "v_r", "vr", "vel_r", "velr", "radial_velocity", "velocity_r"];
 
 fn radial_carried<const D: usize>(
     variable: Variable,

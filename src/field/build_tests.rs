@@ -1,7 +1,7 @@
 //! Whole sources from hand-made raw fields.
 
 use super::*;
-use crate::field::{Period, ScalarField, total_mass};
+use crate::field::{Centering, Period, ScalarField, total_mass};
 use sph_formats::{GridAxis, Unit, UnitDimension, Values};
 use std::f64::consts::PI;
 
@@ -159,16 +159,19 @@ fn grids_take_nodes_cells_and_vectors() {
 }
 
 #[test]
-fn periodic_nodes_find_out_whether_the_end_repeats() {
+fn periodic_nodes_lie_in_cells_or_end_where_they_begin() {
     let options = FieldOptions { periodic: [Some(Period::Auto)], ..FieldOptions::default() };
-    let open =
-        grid_raw(vec![axis("x", vec![0.0, 1.0, 2.0])], vec![variable("rho", Location::Node, 1, vec![1.0, 2.0, 3.0])]);
-    let source = from_raw::<1>(open, &options).unwrap();
-    assert_eq!((source.domain.hi, source.mass.unwrap().value), ([3.0], 6.0));
-    let closed =
-        grid_raw(vec![axis("x", vec![0.0, 1.0, 2.0])], vec![variable("rho", Location::Node, 1, vec![1.0, 2.0, 1.0])]);
-    let source = from_raw::<1>(closed, &options).unwrap();
-    assert_eq!((source.domain.hi, source.mass.unwrap().value), ([2.0], 3.0));
+    let build = |x: Vec<f64>, rho: Vec<f64>, options: &FieldOptions<1>| {
+        let raw = grid_raw(vec![axis("x", x)], vec![variable("rho", Location::Node, 1, rho)]);
+        from_raw::<1>(raw, options).map(|s| (s.domain.lo[0], s.domain.hi[0], s.mass.unwrap().value))
+    };
+    assert_eq!(build(vec![0.5, 1.5, 2.5], vec![1.0, 2.0, 3.0], &options).unwrap(), (0.0, 3.0, 6.0));
+    assert_eq!(build(vec![0.5, 1.5, 2.5], vec![1.0, 2.0, 1.0], &options).unwrap(), (0.0, 3.0, 4.0));
+    assert_eq!(build(vec![0.0, 1.0, 2.0], vec![1.0, 2.0, 1.0], &options).unwrap(), (0.0, 2.0, 3.0));
+    let error = build(vec![0.0, 1.0, 2.0], vec![1.0, 2.0, 3.0], &options).unwrap_err().to_string();
+    assert!(error.contains("input.centering") && error.contains("neither"), "{error}");
+    let cells = FieldOptions { centering: Centering::Cells, ..options };
+    assert_eq!(build(vec![0.0, 1.0, 2.0], vec![1.0, 2.0, 3.0], &cells).unwrap(), (-0.5, 2.5, 6.0));
 }
 
 #[test]

@@ -64,6 +64,11 @@ impl AxisTable {
         Ok(Self { lo: first, hi, points: Intervals::new(points), edges: None, cycle, period })
     }
 
+    /// The same repetition, counted from `lo`.
+    pub(crate) fn starting_at(self, lo: f64) -> Self {
+        Self { lo, hi: self.period.map_or(self.hi, |period| lo + period), ..self }
+    }
+
     /// Averages over cells between `edges`, placed at `centers`.
     ///
     /// # Errors

@@ -33,6 +33,19 @@ pub enum Period {
     Length(f64),
 }
 
+/// What the values at the nodes of a grid belong to, where the file gives no bounds.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Centering {
+    #[default]
+    Unknown,
+    /// The format says that they belong to points.
+    Points,
+    /// The scene says that nodes are the middles of cells.
+    Cells,
+    /// The scene says that they belong to nodes, of which the last of a periodic axis is the first again.
+    Nodes,
+}
+
 /// Where the rows of a radial table lie.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Staggering {
@@ -72,6 +85,9 @@ pub struct FieldOptions<const D: usize> {
     pub center: [f64; D],
     /// Axes of a grid that repeat.
     pub periodic: [Option<Period>; D],
+    pub centering: Centering,
+    /// Corners of the scene's box.
+    pub stated_box: Option<[[f64; D]; 2]>,
     /// Names of the variables to carry; `None`: all that can be carried.
     pub carried: Option<Vec<String>>,
     /// Where the rows of a radial table lie; `None`: where the mass that it states says, else as the reader has it.
@@ -90,6 +106,8 @@ impl<const D: usize> Default for FieldOptions<D> {
             missing: Missing::Error,
             center: [0.0; D],
             periodic: [None; D],
+            centering: Centering::Unknown,
+            stated_box: None,
             carried: None,
             staggering: None,
             has_mass: true,

@@ -1,14 +1,25 @@
 //! The outer layer of a star that particles cannot resolve.
 
 use crate::field::{MassEstimate, Source};
+use serde::Serialize;
 use sph::domain::{Region, Wall};
 
 /// What is done about an atmosphere.
 pub struct Atmosphere {
     /// For the report, where something was cut.
     pub note: Option<String>,
+    pub cut: Option<Cut>,
     /// The spacing at which one layer of particles spans what is left to the surface: larger ones mean nothing.
     pub largest_spacing: f64,
+}
+
+/// What was cut.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct Cut {
+    /// Of the mass.
+    pub share: f64,
+    /// Where, as a fraction of the radius.
+    pub radius: f64,
 }
 
 /// The cut is where the target spacing reaches this many times the depth below the surface. What lies beyond
@@ -53,7 +64,7 @@ pub fn cut<const D: usize>(source: &mut Source<D>, count: usize, keep: bool) -> 
     }
     let largest_spacing = spacing(layer);
     if keep {
-        return Some(Atmosphere { note: None, largest_spacing });
+        return Some(Atmosphere { note: None, cut: None, largest_spacing });
     }
     let domain = sph::domain::Domain::ball(center, edge, Wall::Open).ok()?;
     let error = source.mass.map_or(0.0, |m| m.error);
@@ -64,5 +75,6 @@ pub fn cut<const D: usize>(source: &mut Source<D>, count: usize, keep: bool) -> 
         edge / radius,
         kept / total,
     );
-    Some(Atmosphere { note: Some(note), largest_spacing })
+    let cut = Cut { share: 1.0 - kept / total, radius: edge / radius };
+    Some(Atmosphere { note: Some(note), cut: Some(cut), largest_spacing })
 }

@@ -17,7 +17,6 @@ use crate::field::{
     CarriedField, CarriedInfo, Expression, Names, ScalarField, SharedCarried, SharedDensity, Source, probes,
 };
 use crate::input::constants::{GRAVITATIONAL_CONSTANT, constant};
-use crate::input::roles::standard_name;
 use crate::input::thermal;
 use crate::input::turbulence::Turbulence;
 use crate::scene::{Conversion, FieldValue, Scene, TurbulenceInput};
@@ -131,6 +130,8 @@ enum Way {
 }
 
 struct StatedField<const D: usize> {
+    /// As in the scene.
+    key: String,
     info: CarriedInfo,
     variables: Arc<Variables<D>>,
     rule: Rule<D>,
@@ -259,6 +260,14 @@ impl<const D: usize> CarriedField<D> for StatedField<D> {
     }
 }
 
+/// The name of a column, where what it means has one.
+fn standard_name(name: &str) -> &str {
+    names::standard(name).unwrap_or(name)
+}
+
+/// Columns that placement itself makes.
+const MADE: [&str; 5] = [names::COORDINATES, names::MASSES, names::SUPPORT_RADIUS, names::DENSITY, names::PARTICLE_IDS];
+
 /// Whether a field is a scalar that others can refer to.
 fn is_scalar(name: &str, value: &FieldValue) -> bool {
     matches!(value, FieldValue::One(_)) && way_of(name).is_none() && name != VECTOR_POTENTIAL
@@ -295,6 +304,9 @@ impl<const D: usize> Maker<D> {
         let mut texts = Vec::new();
         for (name, value) in scene.fields.stated().filter(|(name, value)| is_scalar(name, value)) {
             let name = thermal::name_of(name).unwrap_or(name);
+            if MADE.contains(&standard_name(name)) {
+                return Err(Error::scene(key_of(name), "is what the placement itself makes; choose another name"));
+            }
             let is_taken = names.iter().any(|n| n == name)
                 || ["x", "y", "z", "r", "pi", "tau", "e", "G"].contains(&name)
                 || constant(name, Some(&UnitSystem::CODE), 1.0).is_some();
@@ -369,8 +381,8 @@ impl<const D: usize> Maker<D> {
     fn field(&self, name: &str, dimension: UnitDimension, components: usize, rule: Rule<D>) -> StatedField<D> {
         let unit = |s: UnitSystem| Unit { symbol: s.symbol(dimension), to_cgs: s.to_cgs(dimension), dimension };
         let unit = self.system.filter(|_| dimension != UnitDimension::NONE).map(unit);
-        let info = CarriedInfo { name: name.to_owned(), unit, components };
-        StatedField { info, variables: Arc::clone(&self.variables), rule }
+        let info = CarriedInfo { name: standard_name(name).to_owned(), unit, components };
+        StatedField { key: key_of(name), info, variables: Arc::clone(&self.variables), rule }
     }
 
     /// All fields that particles carry.
@@ -516,7 +528,7 @@ impl<const D: usize> Maker<D> {
         let places: Vec<[f64; D]> = probes(domain).into_iter().filter(|x| density.value(x) > 0.0).collect();
         for field in made {
             let mut out = vec![0.0; field.info.components];
-            let name = &field.info.name;
+            let name = field.info.name.as_str();
             for x in &places {
                 field.evaluate(x, &mut out);
                 let problem = match out.iter().find(|v| !v.is_finite()) {
@@ -531,7 +543,7 @@ impl<const D: usize> Maker<D> {
                     }
                     None => continue,
                 };
-                return Err(Error::scene(key_of(name), problem));
+                return Err(Error::scene(&field.key, problem));
             }
         }
         let energies = thermal::energies(&self.thermal(scene), scene.thermal.gamma);

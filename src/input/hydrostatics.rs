@@ -8,10 +8,8 @@ use crate::error::{Error, Result};
 use crate::field::quadrature::integrate;
 use crate::field::{CarriedField, RadialSource, ScalarField};
 pub use crate::input::constants::GRAVITATIONAL_CONSTANT;
-use crate::input::ingest::InputUnits;
 use crate::input::internal_units::Prepared;
-use crate::input::roles::standard_name;
-use crate::input::units::RunUnits;
+use crate::input::units::{InputUnits, RunUnits};
 use crate::scene::{BalanceInput, GravityName, Scene};
 use crate::target::Equilibrium;
 use sph::domain::{Domain, Region};
@@ -119,7 +117,7 @@ impl<'a, const D: usize> Hydrostatics<'a, D> {
             return Ok(None);
         };
         let scale = Scale::new::<D>(prepared, units, scene, &options);
-        let unit = to_cgs(energy, UnitDimension::SPECIFIC_ENERGY, units.is_some())? / scale.specific_energy;
+        let unit = to_cgs(prepared, energy, UnitDimension::SPECIFIC_ENERGY, units.is_some())? / scale.specific_energy;
         let by_energy = Pressure::Energy(energy, unit);
         let body = AtRest::new(radial);
         let mut ratios: Vec<f64> = through(radial)
@@ -140,7 +138,7 @@ impl<'a, const D: usize> Hydrostatics<'a, D> {
         Ok(Some(format!(
             "the carried '{}' is {median:.3} times (in the median over the mass) what an ideal gas of thermal.gamma = {gamma:.4} has at the pressure that holds the body, \
              and would be replaced: set thermal.gamma, leave it out with input.carry, or name the pressure with balance.equation_of_state",
-            energy.info().name
+            prepared.name_of(energy.info())
         )))
     }
 
@@ -322,11 +320,11 @@ fn pressure<'a, const D: usize>(
         };
     }
     if let Some(field) = carried(prepared, names::PRESSURE) {
-        let unit = to_cgs(field, UnitDimension::PRESSURE, units_known)?;
+        let unit = to_cgs(prepared, field, UnitDimension::PRESSURE, units_known)?;
         return Ok(Some(Pressure::Carried(field, unit / scale.pressure)));
     }
     if let Some(field) = carried(prepared, names::INTERNAL_ENERGY) {
-        let unit = to_cgs(field, UnitDimension::SPECIFIC_ENERGY, units_known)?;
+        let unit = to_cgs(prepared, field, UnitDimension::SPECIFIC_ENERGY, units_known)?;
         return Ok(Some(Pressure::Energy(field, unit / scale.specific_energy)));
     }
     Ok(match gravity {
@@ -345,19 +343,22 @@ fn through<const D: usize>(radial: &RadialSource<D>) -> impl Iterator<Item = (f6
 
 fn carried<'a, const D: usize>(prepared: &'a Prepared<D>, name: &str) -> Option<&'a dyn CarriedField<D>> {
     let fields = prepared.source.carried.iter().map(AsRef::as_ref);
-    fields
-        .into_iter()
-        .find(|f: &&dyn CarriedField<D>| f.info().components == 1 && standard_name(&f.info().name) == name)
+    fields.into_iter().find(|f: &&dyn CarriedField<D>| f.info().components == 1 && f.info().name == name)
 }
 
-fn to_cgs<const D: usize>(field: &dyn CarriedField<D>, dimension: UnitDimension, units_known: bool) -> Result<f64> {
-    let info = field.info();
+fn to_cgs<const D: usize>(
+    prepared: &Prepared<D>,
+    field: &dyn CarriedField<D>,
+    dimension: UnitDimension,
+    units_known: bool,
+) -> Result<f64> {
+    let (info, name) = (field.info(), prepared.name_of(field.info()));
     match &info.unit {
         Some(Unit { dimension: d, to_cgs, .. }) if *d == dimension && units_known => Ok(*to_cgs),
         _ if !units_known => Ok(1.0),
-        Some(_) => Err(Error::field(&info.name, "has a unit of another quantity, so that its force is unknown")),
+        Some(_) => Err(Error::field(name, "has a unit of another quantity, so that its force is unknown")),
         None => Err(Error::field(
-            &info.name,
+            name,
             "has no unit while length and density have one; give it one, or leave it out with input.carry",
         )),
     }

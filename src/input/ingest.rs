@@ -2,35 +2,20 @@
 
 use crate::error::{Error, Result};
 use crate::field::{
-    AnalyticField, FieldOptions, Interpolation, MassEstimate, Missing, Period, ScalarField, Source, Staggering, Trace,
-    from_raw, in_units_of, mass_columns, natural_dimension,
+    AnalyticField, Centering, FieldOptions, Interpolation, MassEstimate, Missing, Period, ScalarField, Source,
+    Staggering, Trace, from_raw, in_units_of, mass_columns, natural_dimension,
 };
 use crate::input::particles::Snapshot;
 use crate::input::profile;
+use crate::input::roles::{Assignment, adopt_units, apply, assign};
+use crate::input::units::{InputUnits, RunUnits};
 use crate::scene::{
-    BoundaryName, Conversion, CylinderInput, DomainInput, InterpolationName, MissingValues, Quantity, ResolutionInput,
-    Scene, StaggeringName, values,
+    BoundaryName, CenteringName, Conversion, CylinderInput, DomainInput, InterpolationName, MissingValues, Quantity,
+    ResolutionInput, Role, Scene, StaggeringName, values,
 };
 use sph::domain::{Axis, Domain, Region, Wall};
 use sph_formats::{FieldRequest, FileContent, FormatSpec, Geometry, RawField, Unit, UnitDimension, UnitSystem};
 use std::path::Path;
-
-/// Factors from the input's numbers to cgs, where both are known.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct InputUnits {
-    pub length: f64,
-    /// Mass per volume in 3-D.
-    pub density: f64,
-    /// Particle files state one; for others it is the second.
-    pub time: f64,
-}
-
-impl InputUnits {
-    /// The system of which these are units.
-    pub fn system(&self) -> UnitSystem {
-        UnitSystem { length: self.length, mass: self.density * self.length.powi(3), time: self.time, temperature: 1.0 }
-    }
-}
 
 /// A raw field, particles of another run, or the fact that the density is an expression.
 pub enum RawInput {
@@ -64,7 +49,7 @@ pub fn read(scene: &Scene, formats: &[FormatSpec]) -> Result<RawInput> {
     }
     let path = input.file.as_deref().unwrap_or(Path::new(""));
     let request = FieldRequest {
-        density: input.density.clone(),
+        density: scene.density_name()?,
         carry: variables_to_read(scene),
         optional: mass_columns().map(str::to_owned).collect(),
         time: input.time,
@@ -72,13 +57,13 @@ pub fn read(scene: &Scene, formats: &[FormatSpec]) -> Result<RawInput> {
     };
     match sph_formats::read(formats, path, input.format.as_deref(), &request)? {
         FileContent::Field(mut field) => {
-            if input.density.is_some() {
-                field.density = input.density.clone();
+            if request.density.is_some() {
+                field.density.clone_from(&request.density);
             }
             Ok(RawInput::File(Box::new(field)))
         }
         FileContent::Particles(particles) => {
-            Snapshot::new(path, &particles, input.density.as_deref()).map(|s| RawInput::Snapshot(Box::new(s)))
+            Snapshot::new(path, &particles, request.density.as_deref()).map(|s| RawInput::Snapshot(Box::new(s)))
         }
     }
 }
@@ -104,6 +89,7 @@ fn request_of(planet_radius: f64, planet_radius_unit: Option<Unit>) -> FieldRequ
 /// The carried variables with those that the resolution needs from the same file.
 fn variables_to_read(scene: &Scene) -> Option<Vec<String>> {
     let mut names = scene.input.carry.clone()?;
+    names.extend(scene.map.iter().filter(|(_, role)| **role != Role::Density).map(|(name, _)| name.clone()));
     if let Some(resolution) = scene.resolution.as_ref().filter(|r| r.file.is_none()) {
         names.extend(resolution.variable().map(str::to_owned));
     }
@@ -207,15 +193,30 @@ fn named_unit(key: &str, name: Option<&str>, dimension: UnitDimension) -> Result
     }
 }
 
+/// A source, with what there is to say of where it is from.
+pub struct Ingested<const D: usize> {
+    pub source: Source<D>,
+    pub variables: Vec<Assignment>,
+    /// Mass of the whole input, where the scene's domain is another than the input's and the input tells.
+    pub input_mass: Option<f64>,
+}
+
 /// The source, over the scene's domain, in the input's units.
 ///
 /// # Errors
 /// A field that is no density, or a domain that does not fit it.
-pub fn source<const D: usize>(scene: &Scene, raw: RawInput, conversion: &Conversion) -> Result<Source<D>> {
+pub fn source<const D: usize>(scene: &Scene, mut raw: RawInput, units: &RunUnits) -> Result<Ingested<D>> {
+    let conversion = &units.into_input();
     let walls = boundaries::<D>(&scene.domain)?;
+    let mut options = field_options(scene, &walls, conversion)?;
+    let variables = match &mut raw {
+        RawInput::File(field) => give_roles(scene, field, &mut options, units)?,
+        RawInput::Snapshot(snapshot) => give_roles(scene, &mut snapshot.field, &mut options, units)?,
+        RawInput::Expression(_) => Vec::new(),
+    };
     let mut source = match raw {
-        RawInput::File(field) => from_raw(*field, &field_options(scene, &walls)?)?,
-        RawInput::Snapshot(snapshot) => resampled(*snapshot, field_options(scene, &walls)?)?,
+        RawInput::File(field) => from_raw(*field, &options)?,
+        RawInput::Snapshot(snapshot) => resampled(*snapshot, options)?,
         RawInput::Expression(text) => {
             let domain = scene_domain::<D>(&scene.domain, &walls, conversion)?.ok_or_else(|| {
                 Error::scene(
@@ -235,14 +236,49 @@ pub fn source<const D: usize>(scene: &Scene, raw: RawInput, conversion: &Convers
             }
         }
     };
+    let mut input_mass = None;
     match scene_domain::<D>(&scene.domain, &walls, conversion)? {
         Some(domain) => {
             source.domain = domain;
-            source.mass = None;
+            input_mass = source.mass.take().map(|mass| mass.value);
         }
         None => apply_walls(&mut source.domain, &walls),
     }
-    Ok(source)
+    Ok(Ingested { source, variables, input_mass })
+}
+
+/// A format that tells data of points from those of cells.
+const VTK: &str = "vtk";
+
+/// Decides what the variables of a field are, and makes them so.
+fn give_roles<const D: usize>(
+    scene: &Scene,
+    field: &mut RawField,
+    options: &mut FieldOptions<D>,
+    units: &RunUnits,
+) -> Result<Vec<Assignment>> {
+    if let Some(name) = &options.density_name {
+        field.density = Some(name.clone());
+    }
+    if field.format == VTK && options.centering == Centering::Unknown {
+        options.centering = Centering::Points;
+    }
+    let mut variables = assign(field, D, &scene.map)?;
+    if let Some(input) = &units.input {
+        adopt_units(field, &mut variables, input);
+    }
+    apply(field, &variables, D)?;
+    if let Some(carried) = &mut options.carried {
+        let mut columns = Vec::new();
+        for name in carried.iter().chain(scene.map.keys()).filter(|n| Some(*n) != field.density.as_ref()) {
+            let column = variables.iter().find(|v| v.variable == *name).map_or(name, |v| &v.column);
+            if !columns.contains(column) {
+                columns.push(column.clone());
+            }
+        }
+        *carried = columns;
+    }
+    Ok(variables)
 }
 
 /// The particles of another run, with their box and their mass.
@@ -254,19 +290,33 @@ fn resampled<const D: usize>(snapshot: Snapshot, options: FieldOptions<D>) -> Re
     Ok(Source { mass: Some(mass), ..source })
 }
 
-fn field_options<const D: usize>(scene: &Scene, walls: &[Option<BoundaryName>; D]) -> Result<FieldOptions<D>> {
+fn field_options<const D: usize>(
+    scene: &Scene,
+    walls: &[Option<BoundaryName>; D],
+    conversion: &Conversion,
+) -> Result<FieldOptions<D>> {
+    let stated_box = match &scene.domain.bounds {
+        Some(_) => scene_domain::<D>(&scene.domain, walls, conversion)?.map(|domain| [domain.lo, domain.hi]),
+        None => None,
+    };
     let periodic = walls.map(|w| (w == Some(BoundaryName::Periodic)).then_some(Period::Auto));
     Ok(FieldOptions {
         interpolation: scene.input.interpolation.map(|i| match i {
             InterpolationName::Linear => Interpolation::Linear,
             InterpolationName::Cubic => Interpolation::Cubic,
         }),
-        density_name: scene.input.density.clone(),
+        density_name: scene.density_name()?,
         missing: match scene.input.missing {
             MissingValues::Error => Missing::Error,
             MissingValues::Zero => Missing::Zero,
         },
         periodic,
+        centering: match scene.input.centering {
+            Some(CenteringName::Cells) => Centering::Cells,
+            Some(CenteringName::Nodes) => Centering::Nodes,
+            None => Centering::Unknown,
+        },
+        stated_box,
         carried: scene.input.carry.clone(),
         staggering: match scene.input.staggering {
             StaggeringName::Auto => None,
@@ -435,8 +485,11 @@ pub fn resolution<const D: usize>(
             let mut raw = read_field(formats, path, format, &request)?;
             raw.density = Some(name.into());
             let walls = boundaries::<D>(&scene.domain)?;
-            let options =
-                FieldOptions { density_name: Some(name.into()), has_mass: false, ..field_options(scene, &walls)? };
+            let options = FieldOptions {
+                density_name: Some(name.into()),
+                has_mass: false,
+                ..field_options(scene, &walls, conversion)?
+            };
             (from_raw(raw, &options)?.density, asked.spacing_variable.is_some())
         }
         (None, None) => return Ok(None),

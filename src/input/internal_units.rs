@@ -1,12 +1,13 @@
 //! A scene's input as relaxation sees it: in units of its own size and mass, with the thin atmosphere cut.
 
 use crate::error::{Error, Result};
-use crate::field::{MassEstimate, ScalarField, Source, in_units_of, total_mass};
-use crate::input::atmosphere;
+use crate::field::{CarriedInfo, MassEstimate, ScalarField, Source, in_units_of, total_mass};
+use crate::input::atmosphere::{self, Cut};
 use crate::input::fields;
-use crate::input::ingest::{self, RawInput};
+use crate::input::ingest::{self, Ingested, RawInput};
+use crate::input::roles::Assignment;
 use crate::input::units::RunUnits;
-use crate::scene::{Atmosphere, Conversion, Scene};
+use crate::scene::{Atmosphere, Scene};
 use crate::target::{Resolution, Target};
 use sph_formats::FormatSpec;
 
@@ -26,6 +27,12 @@ pub(crate) struct Prepared<const D: usize> {
     pub length: f64,
     pub mass: MassEstimate,
     pub notes: Vec<String>,
+    /// What was cut of an atmosphere.
+    pub cut: Option<Cut>,
+    /// Mass of all of the input, in its units, where the scene's domain is another.
+    pub input_mass: Option<f64>,
+    /// What the variables of the input are taken for.
+    pub variables: Vec<Assignment>,
 }
 
 impl<const D: usize> Prepared<D> {
@@ -36,33 +43,40 @@ impl<const D: usize> Prepared<D> {
     pub fn read(scene: &Scene, formats: &[FormatSpec], count: usize) -> Result<Self> {
         let raw = ingest::read(scene, formats)?;
         let units = RunUnits::new(scene, ingest::units(scene, &raw, &mut Vec::new())?)?;
-        Self::new(scene, formats, (raw, &units.into_input()), count)
+        Self::new(scene, formats, (raw, &units), count)
     }
 
-    /// Source, atmosphere cut for `count` particles, mass, and the change to internal units. `conversion` leads from the
-    /// scene's plain numbers to those of the input.
+    /// Source, atmosphere cut for `count` particles, mass, and the change to internal units. `units` are
+    /// those of the scene and of the input.
     ///
     /// # Errors
     /// A field that is no density, or one without a positive finite mass.
     pub fn new(
         scene: &Scene,
         formats: &[FormatSpec],
-        (raw, conversion): (RawInput, &Conversion),
+        (raw, units): (RawInput, &RunUnits),
         count: usize,
     ) -> Result<Self> {
-        let source = ingest::source::<D>(scene, raw, conversion)?;
-        let mut source = fields::attach(scene, source, conversion)?;
+        let Ingested { source, variables, input_mass } = ingest::source::<D>(scene, raw, units)?;
+        let mut source = fields::attach(scene, source, &units.into_input())?;
         let keep = scene.input.atmosphere == Atmosphere::Keep || scene.has_own_resolution();
         let atmosphere = atmosphere::cut(&mut source, count, keep);
         let largest_spacing = atmosphere.as_ref().map_or(f64::INFINITY, |a| a.largest_spacing);
+        let cut = atmosphere.as_ref().and_then(|a| a.cut);
         let mut notes = Vec::from_iter(atmosphere.and_then(|a| a.note));
         let mass = match source.mass {
             Some(mass) => mass,
             None => total_mass(source.density.as_ref(), &source.domain, MASS_TOLERANCE)?,
         };
+        if !(mass.value > 0.0) && input_mass.is_some() {
+            return Err(Error::scene(
+                "domain",
+                "holds none of the input's mass: check its place and its units (plain numbers are in the scene's `units`)",
+            ));
+        }
         let length = source.domain.size();
         let density = density_factor::<D>(mass.value, length)?;
-        let resolution = ingest::resolution(scene, formats, &source.domain, conversion)?;
+        let resolution = ingest::resolution(scene, formats, &source.domain, &units.into_input())?;
         let resolution = resolution.map(|field| in_units_of(length, field));
         let source = source.scaled(1.0 / length, density);
         let resolution_integral = match &resolution {
@@ -74,7 +88,25 @@ impl<const D: usize> Prepared<D> {
         }
         let largest_spacing = (largest_spacing / length).min(1.0);
         notes.extend(source.notes.iter().cloned());
-        Ok(Self { source, resolution, resolution_integral, largest_spacing, count, length, mass, notes })
+        Ok(Self {
+            source,
+            resolution,
+            resolution_integral,
+            largest_spacing,
+            count,
+            length,
+            mass,
+            notes,
+            cut,
+            input_mass,
+            variables,
+        })
+    }
+
+    /// What a carried field is called in the input.
+    pub fn name_of<'a>(&'a self, carried: &'a CarriedInfo) -> &'a str {
+        let own = self.variables.iter().find(|v| v.column == carried.name);
+        own.map_or(carried.name.as_str(), |v| v.variable.as_str())
     }
 
     /// What placement aims at.

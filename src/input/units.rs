@@ -4,10 +4,26 @@
 //! that length at its unit of density, and the second, or for particle files their unit of time. Where neither states any,
 //! they are the input's numbers and those of the output, whatever `output.units` calls them.
 
-use super::ingest::InputUnits;
 use crate::error::Result;
 use crate::scene::{Conversion, Scene, system_of};
 use sph_formats::UnitSystem;
+
+/// Factors from the input's numbers to cgs, where both are known.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct InputUnits {
+    pub length: f64,
+    /// Mass per volume in 3-D.
+    pub density: f64,
+    /// Particle files state one; for others it is the second.
+    pub time: f64,
+}
+
+impl InputUnits {
+    /// The system of which these are units.
+    pub fn system(&self) -> UnitSystem {
+        UnitSystem { length: self.length, mass: self.density * self.length.powi(3), time: self.time, temperature: 1.0 }
+    }
+}
 
 /// Units of a run, where they are known.
 #[derive(Debug, Clone, Copy)]

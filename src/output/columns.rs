@@ -1,8 +1,7 @@
 //! Particle columns beside positions and masses: what the input carries, set motion, internal energy.
 
 use crate::error::{Error, Result};
-use crate::field::{CarriedField, RadialSource};
-use crate::input::roles::standard_name;
+use crate::field::CarriedField;
 use crate::target::{Positions, at};
 use sph::domain::Domain;
 use sph::parallel;
@@ -26,7 +25,7 @@ pub enum EnergySource {
 /// Evaluates one carried variable on all particles, in the output's units.
 pub fn column<const D: usize>(field: &dyn CarriedField<D>, positions: &Positions<D>, units: &UnitSystem) -> Column {
     let info = field.info();
-    let name = standard_name(&info.name).to_owned();
+    let name = info.name.clone();
     let stated = info.unit.as_ref().map_or(UnitDimension::NONE, |u| u.dimension);
     let factor = info.unit.as_ref().map_or(1.0, |u| u.to_cgs / units.to_cgs(stated));
     // A magnetic field's unit is the root of a pressure's, which has no whole exponents.
@@ -85,15 +84,7 @@ pub fn materials<const D: usize>(positions: &Positions<D>, center: &[f64; D], la
     Column { name: names::MATERIAL_IDS.into(), components: 1, values, dimension: UnitDimension::NONE }
 }
 
-/// Names that mean a radial velocity in a profile.
-fn is_radial_velocity(column: &Column) -> bool {
-    let lower = column.name.to_ascii_lowercase();
-    column.components == 1
-        && (lower == "velocities" || matches!(lower.as_str(), "v" | "vr" | "v_r" | "vel_r" | "radial_velocity"))
-}
-
-/// Velocities from carried columns (a vector, components, or a profile's radial velocity), which are taken
-/// out of `columns`, plus the scene's motion. `None` where everything is at rest.
+/// Carried velocities, which are taken out of `columns`, plus the scene's motion. `None` where everything is at rest.
 ///
 /// # Errors
 /// Motion with the wrong number of components.
@@ -101,38 +92,12 @@ pub fn velocities<const D: usize>(
     columns: &mut Vec<Column>,
     positions: &Positions<D>,
     domain: &Domain<D>,
-    radial: Option<&RadialSource<D>>,
     motion: &SetMotion,
 ) -> Result<Option<Vec<f64>>> {
-    let n = positions[0].len();
-    let mut v = vec![0.0; n * D];
-    let mut moving = false;
-    let take = |columns: &mut Vec<Column>, found: &dyn Fn(&Column) -> bool| {
-        columns.iter().position(found).map(|i| columns.remove(i))
-    };
-    if let Some(column) = take(columns, &|c| c.name == names::VELOCITIES && c.components == D) {
-        (0..n * D).for_each(|i| v[i] = column.values.get(i));
-        moving = true;
-    } else if let Some(radial) = radial {
-        if let Some(column) = take(columns, &is_radial_velocity) {
-            for i in 0..n {
-                let d: [f64; D] = std::array::from_fn(|k| positions[k][i] - radial.center[k]);
-                let r = d.iter().map(|c| c * c).sum::<f64>().sqrt();
-                (0..D).for_each(|k| v[i * D + k] = if r > 0.0 { column.values.get(i) * d[k] / r } else { 0.0 });
-            }
-            moving = true;
-        }
-    } else {
-        for (k, letter) in ["x", "y", "z"].iter().enumerate().take(D) {
-            let spellings =
-                [format!("v{letter}"), format!("v_{letter}"), format!("velocity_{letter}"), format!("vel_{letter}")];
-            let found = take(columns, &|c| c.components == 1 && spellings.contains(&c.name.to_ascii_lowercase()));
-            if let Some(column) = found {
-                (0..n).for_each(|i| v[i * D + k] = column.values.get(i));
-                moving = true;
-            }
-        }
-    }
+    let carried = columns.iter().position(|c| c.name == names::VELOCITIES && c.components == D);
+    let carried = carried.map(|i| columns.remove(i).values.to_f64());
+    let mut moving = carried.is_some();
+    let mut v = carried.unwrap_or_else(|| vec![0.0; positions[0].len() * D]);
     moving |= add_motion(&mut v, positions, domain, motion)?;
     Ok(moving.then_some(v))
 }

@@ -2,8 +2,8 @@
 
 use crate::error::Result;
 use crate::field::RadialSource;
-use crate::input::ingest::InputUnits;
 use crate::input::internal_units::Prepared;
+use crate::input::units::InputUnits;
 use crate::scene::system_of;
 use crate::target::Positions;
 use sph::domain::{Axis, Domain};

@@ -145,7 +145,7 @@ fn placed_columns<const D: usize>(
         bulk: values("motion.bulk", &scene.motion.bulk, UnitDimension::VELOCITY, conversion)?,
         rotation: values("motion.rotation", &scene.motion.rotation, UnitDimension::RATE, conversion)?,
     };
-    let velocities = columns::velocities(carried, &placed, &domain, radial.as_ref(), &motion)?;
+    let velocities = columns::velocities(carried, &placed, &domain, &motion)?;
     if !scene.material.is_empty() {
         let middle = radial.map_or_else(|| domain.center(), |r| r.center);
         carried.retain(|c| c.name != names::MATERIAL_IDS);

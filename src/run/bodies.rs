@@ -12,9 +12,9 @@ use super::orbit::{self, Relative};
 use super::pipeline;
 use crate::error::{Error, Result};
 use crate::input::constants::GRAVITATIONAL_CONSTANT;
-use crate::input::ingest::{self, InputUnits};
+use crate::input::ingest;
 use crate::input::internal_units::Prepared;
-use crate::input::units::RunUnits;
+use crate::input::units::{InputUnits, RunUnits};
 use crate::output::frame::output_units;
 use crate::output::particle_file::provenance;
 use crate::relaxation::{Control, StopReason};
@@ -207,11 +207,10 @@ fn estimate(scene: &Scene, index: usize, count: Option<usize>, formats: &[Format
     let units = RunUnits::new(scene, ingest::units(scene, &raw, &mut Vec::new())?)?;
     let dimension = ingest::dimension(scene, &raw)?;
     let count = scene.particles.unwrap_or(DEFAULT_PARTICLES);
-    let conversion = units.into_input();
     let (mass, is_radial) = match dimension {
-        1 => weighed(&Prepared::<1>::new(scene, formats, (raw, &conversion), count)?),
-        2 => weighed(&Prepared::<2>::new(scene, formats, (raw, &conversion), count)?),
-        _ => weighed(&Prepared::<3>::new(scene, formats, (raw, &conversion), count)?),
+        1 => weighed(&Prepared::<1>::new(scene, formats, (raw, &units), count)?),
+        2 => weighed(&Prepared::<2>::new(scene, formats, (raw, &units), count)?),
+        _ => weighed(&Prepared::<3>::new(scene, formats, (raw, &units), count)?),
     };
     let unit = units.input.map_or(1.0, |u| u.density * u.length.powi(dimension as i32));
     Ok(Estimate { index, mass: mass * unit, dimension, is_radial, units })

@@ -71,6 +71,7 @@ pub struct BodyFigures {
     pub net_force: Option<f64>,
     /// Found and wanted particles of a region that is off, as [`Report::misplaced`] has it.
     pub misplaced: Option<(f64, f64)>,
+    pub warnings: Vec<String>,
     pub notes: Vec<String>,
 }
 
@@ -85,6 +86,7 @@ impl BodyFigures {
             force_noise: report.noise.all,
             net_force: report.balance.as_ref().map(|b| b.all),
             misplaced: report.misplaced().map(|r| (r.found, r.wanted)),
+            warnings: report.warnings.clone(),
             // Among others it is moved again.
             notes: report.notes.iter().filter(|note| !note.starts_with(MOVED)).cloned().collect(),
         }
@@ -185,6 +187,9 @@ impl BodiesReport {
         )?;
         if let Some(net) = figures.net_force {
             writeln!(out, "    force balance  net force is {:.2} % of gravity on average", 100.0 * net)?;
+        }
+        for warning in &figures.warnings {
+            writeln!(out, "    warning        {warning}")?;
         }
         for note in &figures.notes {
             writeln!(out, "    note           {note}")?;

@@ -35,6 +35,10 @@ impl<'a> Destination<'a> {
     /// An input that is the output or the checkpoint.
     pub fn refuse_overwriting_inputs(&self, scene: &Scene) -> Result<()> {
         refuse_overwriting_inputs(scene, self.path)?;
+        if self.path.exists() && scene.output.no_clobber {
+            let problem = format!("'{}' is there already, and --no-clobber is set; name another", self.path.display());
+            return Err(Error::scene("output.file", problem));
+        }
         Ok(sph_formats::output::probe(self.path)?)
     }
 
@@ -45,8 +49,12 @@ impl<'a> Destination<'a> {
     pub fn write(&self, scene: &Scene, formats: &[FormatSpec], file: &ParticleFile) -> Result<Vec<String>> {
         let options =
             WriteOptions { compression: scene.output.compression, double_precision: scene.output.double_precision };
+        let replaces = self.path.exists();
         sph_formats::write(formats, self.path, Some(self.format.name), file, options)?;
         let mut notes = Vec::new();
+        if replaces {
+            notes.push(format!("an older '{}' was replaced (--no-clobber refuses that)", self.path.display()));
+        }
         if let Some(code) = scene.code().filter(|_| scene.output.parameters) {
             for (path, text) in parameters::files(code, self.path, file)? {
                 write_text(&path, &text)?;

@@ -2,9 +2,12 @@
 //! fields -> measures -> particle file. The only place where the run-time dimension becomes a type.
 
 use super::destination::{Destination, output_format};
+use super::grading::verdict as verdict_on;
 use super::plan::{Held, Plan};
 use super::report::{MassReport, Report, Timing};
 use super::stages::{self, Placed, Setting};
+use super::variables::variables;
+use super::{doubts, memory};
 use crate::codes::TargetCode;
 use crate::error::{Error, Result};
 use crate::input::hydrostatics::Hydrostatics;
@@ -12,7 +15,7 @@ use crate::input::ingest::{self, RawInput};
 use crate::input::internal_units::Prepared;
 use crate::input::units::RunUnits;
 use crate::metrics::{DensityError, Outcome, Thermodynamics};
-use crate::output::frame::{Factors, output_units};
+use crate::output::frame::{Factors, Frame, output_units};
 use crate::output::particle_file::{Made, Making, RawColumns, particle_file};
 use crate::relaxation::{BALANCE, CERTIFICATE, Certificate, Control, Event, Particles, Step, StopReason, certify};
 use crate::scene::{DEFAULT_PARTICLES, OnInterrupt, Scene};
@@ -50,7 +53,8 @@ pub fn place(scene: &Scene, formats: &[FormatSpec], control: &Control<'_>) -> Re
     if let Some(format) = format {
         refuse_what_the_format_cannot_hold(scene, format, dimension)?;
     }
-    let mut run = Run { scene, formats, format, control, units, start, timing: Vec::new(), notes };
+    let mut run =
+        Run { scene, formats, format, control, units, start, timing: Vec::new(), notes, warnings: Vec::new() };
     run.lap(Step::Read, start, None);
     run.check()?;
     match dimension {
@@ -106,6 +110,7 @@ struct Run<'a> {
     start: Instant,
     timing: Vec<Timing>,
     notes: Vec<String>,
+    warnings: Vec<String>,
 }
 
 impl Run<'_> {
@@ -122,7 +127,7 @@ impl Run<'_> {
         let lap = Instant::now();
         self.control.tell(Event::Begin(Step::Interpolate));
         let count = self.scene.particles.unwrap_or(DEFAULT_PARTICLES);
-        let prepared = Prepared::<D>::new(self.scene, self.formats, (raw, &self.units.into_input()), count)?;
+        let prepared = Prepared::<D>::new(self.scene, self.formats, (raw, &self.units), count)?;
         self.notes.extend(prepared.notes.iter().cloned());
         let regions = prepared.target().find_regions(self.scene.region_contrast);
         let target = prepared.target().with_regions(regions.as_ref());
@@ -158,6 +163,9 @@ impl Run<'_> {
                 )
             }));
         }
+        memory::check(count, &plan.stages)?;
+        self.warnings.extend(doubts::before(self.scene, &prepared, count));
+        self.refuse_box(&prepared)?;
         self.check()?;
         let equilibrium = hydrostatics.as_ref().map(|h| h as &dyn Equilibrium<D>);
         let setting = Setting::new(self.scene, target, equilibrium, self.control);
@@ -221,6 +229,7 @@ impl Run<'_> {
         self.notes.extend(note);
         let factors = Factors::new::<D>(self.units.input, prepared, &units);
         let mass = self.mass_report(&masses, prepared, (&factors, &units));
+        self.warnings.extend(doubts::after(target, &positions));
         let balanced = internal_energy.zip(hydrostatics).map(|(u, h)| (u, h.specific_energy));
         let raw = RawColumns { positions: &positions, masses, support, density, target_density, balanced };
         let requires = self.format.map_or(&[][..], |f| f.capabilities.requires);
@@ -235,8 +244,11 @@ impl Run<'_> {
         let Made { file, notes, left_out } = particle_file(self.scene, prepared, raw, (units, &factors), &making)?;
         self.notes.extend(notes);
         left_out.into_iter().for_each(|(what, why)| plan.drop(what, why));
+        let format = self.format.map(|f| (f.name, f.capabilities.columns));
+        let (variables, warnings) = variables(&prepared.variables, &file.species[0].table, format);
+        self.warnings.extend(warnings);
         let output = self.scene.output.file.as_ref();
-        let report = Report {
+        let mut report = Report {
             input: self.scene.input_name(),
             output: output.map_or_else(String::new, |file| file.display().to_string()),
             format: self.format.map_or("", |f| f.name),
@@ -256,9 +268,32 @@ impl Run<'_> {
             timing: self.timing,
             seconds: self.start.elapsed().as_secs_f64(),
             plan,
+            variables,
+            atmosphere: prepared.cut,
+            verdict: Vec::new(),
+            warnings: self.warnings,
             notes: self.notes,
         };
+        report.verdict = verdict_on(&report);
         Ok((file, report))
+    }
+
+    /// What the format says of the box of the output.
+    fn refuse_box<const D: usize>(&self, prepared: &Prepared<D>) -> Result<()> {
+        let Some(format) = self.format.filter(|f| f.capabilities.cubic_box) else { return Ok(()) };
+        let frame = Frame::new(&prepared.source.domain, self.scene.output.box_factor);
+        let used = &frame.box_size[..D];
+        let unit = prepared.length;
+        if used.iter().all(|edge| *edge == used[0]) {
+            return Ok(());
+        }
+        let edges: Vec<String> = used.iter().map(|edge| format!("{:.6e}", edge * unit)).collect();
+        let problem = format!(
+            "'{}' has one number for the box, but its edges are {} in the input's units; write swift instead (--to swift), or use equal edges",
+            format.name,
+            edges.join(", ")
+        );
+        Err(Error::scene("output.format", problem))
     }
 
     /// The body followed forward, where that is asked for.

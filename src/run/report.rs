@@ -1,10 +1,13 @@
 //! The run report: one value, printed for people or as JSON.
 
+use crate::input::atmosphere::Cut;
 use crate::metrics::{
     BalanceFigures, DensityError, ErrorFigures, IN_PLACE, LedgerFigures, NeighborFigures, NoiseFigures, RegionFigures,
 };
 use crate::relaxation::{Certificate, StageReport, StopReason};
 use crate::run::plan::Plan;
+use crate::run::variables::{VariableReport, write_variables};
+use crate::run::verdict::{Finding, ending, write_verdict};
 use serde::Serialize;
 use std::fmt::Write;
 
@@ -33,6 +36,14 @@ pub struct Report {
     pub timing: Vec<Timing>,
     pub seconds: f64,
     pub plan: Plan,
+    /// What the variables of the input are taken for, and where they are written.
+    pub variables: Vec<VariableReport>,
+    /// What was cut of an atmosphere that particles cannot resolve.
+    pub atmosphere: Option<Cut>,
+    /// What may be wrong, with the remedy.
+    pub warnings: Vec<String>,
+    /// What is good, what to look at.
+    pub verdict: Vec<Finding>,
     pub notes: Vec<String>,
 }
 
@@ -203,9 +214,9 @@ impl Report {
         for stage in &self.stages {
             writeln!(
                 out,
-                "  {:<16} {:?} after {} iterations, best is {}",
+                "  {:<16} {} after {} iterations, best is {}",
                 stage.stage.name,
-                stage.stop,
+                ending(stage.stop),
                 stage.history.last().map_or(0, |p| p.iteration),
                 stage.best_iteration
             )?;
@@ -215,12 +226,16 @@ impl Report {
             let epsilon = t.epsilon.map(|e| format!("  epsilon {e:.2e}")).unwrap_or_default();
             writeln!(out, "    {:<14} {:>8.2} s{epsilon}", t.step, t.seconds)?;
         }
+        write_variables(out, &self.variables)?;
+        for warning in &self.warnings {
+            writeln!(out, "  WARNING          {warning}")?;
+        }
         for note in &self.notes {
             writeln!(out, "  note             {note}")?;
         }
         for left in &self.plan.left_out {
-            writeln!(out, "  left out         {}: {}", left.what, left.why)?;
+            writeln!(out, "  not needed       {}: {}", left.what, left.why)?;
         }
-        Ok(())
+        write_verdict(out, &self.verdict)
     }
 }

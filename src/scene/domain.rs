@@ -16,7 +16,7 @@ pub struct DomainInput {
     pub cylinder: Option<CylinderInput>,
     /// One for all axes, or one each; the surface of a ball or hull takes the first, that of a cylinder the first across
     /// its axis. By default open.
-    #[serde(skip_serializing_if = "Vec::is_empty")]
+    #[serde(skip_serializing_if = "Vec::is_empty", deserialize_with = "super::yaml::one_or_many")]
     pub boundary: Vec<BoundaryName>,
 }
 

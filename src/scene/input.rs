@@ -34,6 +34,10 @@ pub struct Input {
     /// Where the rows of a radial table lie; without the statement the mass that the table states decides.
     #[serde(skip_serializing_if = "StaggeringName::is_auto")]
     pub staggering: StaggeringName,
+    /// What the values of a grid belong to, where the file gives no bounds of cells; without the statement a periodic axis is
+    /// decided by where its nodes lie, or refused.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub centering: Option<CenteringName>,
     /// Dimension in which a radial profile is used (3), and of an expression.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub dimension: Option<usize>,
@@ -83,6 +87,16 @@ pub enum StaggeringName {
     InnerFaces,
     /// The radius in the middle of zones, the mass at their outer faces.
     Centers,
+}
+
+/// What the values of a grid belong to.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum CenteringName {
+    /// Cells around the nodes: N of them are N steps long.
+    Cells,
+    /// The nodes: N of them are N - 1 steps long, and the last of a periodic axis is the first again.
+    Nodes,
 }
 
 impl StaggeringName {

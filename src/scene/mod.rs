@@ -15,9 +15,12 @@ mod physics;
 mod profile;
 mod quantity;
 mod resolution;
+mod role;
 mod stages;
+mod systems;
 mod turbulence;
 mod units;
+mod yaml;
 
 pub use balance::{BalanceInput, EquationOfState, GravityName};
 pub(crate) use bodies::in_body;
@@ -25,20 +28,22 @@ pub use bodies::{BodyInput, OrbitInput};
 pub use count::parse_count;
 pub use domain::{AxisName, BallInput, BoundaryName, CylinderInput, DomainInput};
 pub use fields::{FieldValue, FieldsInput, Term};
-pub use input::{Atmosphere, Input, InterpolationName, MissingValues, StaggeringName};
+pub use input::{Atmosphere, CenteringName, Input, InterpolationName, MissingValues, StaggeringName};
 pub use physics::{MaterialLayer, Motion, Thermal};
 pub use profile::ProfileInput;
 pub use quantity::{Conversion, Quantity, check_all, values};
 pub use resolution::ResolutionInput;
+pub use role::{Part, Role, Vector, parse_mapping};
 pub use stages::{AfcInput, AlaricInput, CheckpointInput, Polish, SolverInput, WvtInput};
+pub use systems::system_of;
 pub use turbulence::TurbulenceInput;
-pub use units::system_of;
 
 use crate::codes::{SHEETS, TargetCode};
 use crate::error::{Error, Result};
 use crate::seeding::Seeding;
 use serde::{Deserialize, Serialize};
 use sph::kernel::{KernelName, default_kernel_neighbors};
+use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
 /// One run.
@@ -50,6 +55,9 @@ pub struct Scene {
     /// those of the input. They are also those of an expression, and of a file that states none.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub units: Option<String>,
+    /// What variables of the input are, where their names do not say it: `{vel1: velocity-x, E: none}`.
+    #[serde(skip_serializing_if = "BTreeMap::is_empty")]
+    pub map: BTreeMap<String, Role>,
     /// Where the particle number density follows a field of its own; masses then vary.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub resolution: Option<ResolutionInput>,
@@ -85,8 +93,8 @@ pub struct Scene {
     pub alaric: AlaricInput,
     pub solver: SolverInput,
     pub afc: AfcInput,
-    /// Moves the particles until the pressure force of the target code cancels gravity; off by default.
-    #[serde(skip_serializing_if = "Option::is_none")]
+    /// Moves the particles until the pressure force of the target code cancels gravity; off by default. `true`, or its keys.
+    #[serde(skip_serializing_if = "Option::is_none", deserialize_with = "yaml::switch_or_keys")]
     pub balance: Option<BalanceInput>,
     /// Dynamical times for which the result is followed forward, to see whether it stays still; for a body that its own gravity
     /// holds.
@@ -149,6 +157,9 @@ pub struct Output {
     pub units: Option<String>,
     /// Edge of the box of an isolated body over the body's own.
     pub box_factor: f64,
+    /// Whether a file that is there already is refused instead of replaced.
+    #[serde(skip_serializing_if = "std::ops::Not::not")]
+    pub no_clobber: bool,
     /// Deflate level, 0 to 9.
     pub compression: u8,
     pub double_precision: bool,
@@ -174,6 +185,7 @@ impl Default for Output {
             file: None,
             format: None,
             units: None,
+            no_clobber: false,
             box_factor: 4.0,
             compression: 4,
             double_precision: false,
@@ -194,10 +206,7 @@ impl Scene {
     pub fn load(path: &Path) -> Result<Self> {
         let text = std::fs::read_to_string(path)
             .map_err(|e| Error::scene(format!("file '{}'", path.display()), format!("cannot be read: {e}")))?;
-        let mut scene: Self = Self::parse(&text).map_err(|e| match e {
-            Error::Scene { problem, .. } => Error::scene(format!("file '{}'", path.display()), problem),
-            other => other,
-        })?;
+        let mut scene: Self = yaml::parse(&text, &format!("file '{}'", path.display()))?;
         let folder = path.parent().unwrap_or(Path::new(""));
         let own = [Some(&mut scene.input.file), scene.resolution.as_mut().map(|r| &mut r.file)];
         let of_bodies =
@@ -216,7 +225,7 @@ impl Scene {
     /// # Errors
     /// [`Error::Scene`] with line and column.
     pub fn parse(text: &str) -> Result<Self> {
-        serde_saphyr::from_str(text).map_err(|e| Error::scene("document", e.to_string()))
+        yaml::parse(text, "document")
     }
 
     /// The scene as YAML.
@@ -355,6 +364,7 @@ impl Scene {
     }
 
     fn check_output(&self) -> Result<()> {
+        self.output.units.as_deref().map_or(Ok(()), |name| system_of("output.units", name).map(|_| ()))?;
         if !(self.output.box_factor.is_finite() && self.output.box_factor >= 1.0) {
             return Err(Error::scene(
                 "output.box_factor",

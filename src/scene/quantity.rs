@@ -132,7 +132,7 @@ impl Quantity {
         self.check(key, dimension)?;
         match self.number() > 0.0 {
             true => Ok(()),
-            false => Err(Error::scene(key, format!("is {self}, expected {} above 0", named(dimension)))),
+            false => Err(Error::scene(key, format!("is {self}, expected {} of more than 0", named(dimension)))),
         }
     }
 

@@ -1,11 +1,8 @@
-//! The systems of units that a scene can name.
+//! What a scene says of the units of its numbers, and of its density.
 
-use super::Scene;
+use super::{Role, Scene, system_of};
 use crate::error::{Error, Result};
-use sph_formats::{UnitDimension, UnitSystem, did_you_mean};
-
-/// Names for `units` of a scene and of its output.
-const NAMES: [&str; 6] = ["cgs", "si", "solar", "planetary", "galactic", "code"];
+use sph_formats::{UnitDimension, UnitSystem};
 
 impl Scene {
     /// The system that `units` names; `None` for that of the input.
@@ -54,13 +51,19 @@ impl Scene {
     }
 }
 
-/// A system of units by its name.
-///
-/// # Errors
-/// A name that is none, with those that are.
-pub fn system_of(key: &str, name: &str) -> Result<UnitSystem> {
-    UnitSystem::by_name(name).ok_or_else(|| {
-        let hint = did_you_mean(name, NAMES);
-        Error::scene(key, format!("is '{name}', expected cgs, si, solar, planetary, galactic or code{hint}"))
-    })
+impl Scene {
+    /// The variable that is the density, as `input.density` or `map` say.
+    ///
+    /// # Errors
+    /// Where they differ.
+    pub fn density_name(&self) -> Result<Option<String>> {
+        let mapped = self.map.iter().find(|(_, role)| **role == Role::Density).map(|(name, _)| name);
+        match (&self.input.density, mapped) {
+            (Some(given), Some(mapped)) if given != mapped => Err(Error::scene(
+                "map",
+                format!("gives '{mapped}' the role density, but input.density is '{given}'; leave one out"),
+            )),
+            (given, mapped) => Ok(given.as_ref().or(mapped).cloned()),
+        }
+    }
 }

@@ -7,3 +7,4 @@ mod check;
 mod codes;
 mod runs;
 mod support;
+mod wrong;

@@ -3,7 +3,8 @@
 
 use sph_formats::common::particle_names as names;
 use sph_formats::{
-    Capabilities, FieldRequest, FileContent, FormatError, FormatSpec, Match, ParticleFile, RawField, WriteOptions,
+    Capabilities, Columns, FieldRequest, FileContent, FormatError, FormatSpec, Match, ParticleFile, RawField,
+    WriteOptions,
 };
 use sph_prep::compare::Compared;
 use sph_prep::metrics::ErrorFigures;
@@ -50,6 +51,8 @@ const NOTHING: Capabilities = Capabilities {
     dimensions: &[1, 2, 3],
     requires: &[],
     equal_masses: false,
+    columns: Columns::Any,
+    cubic_box: false,
 };
 
 const FORMATS: &[FormatSpec] = &[

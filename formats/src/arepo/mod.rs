@@ -13,7 +13,7 @@
 //! opens even where it does not use them. BoxSize is one number (`LONG_X` and its like make the box other than cubic).
 //! See [`crate::common::snapshot`] for the rest. AREPO itself was not at hand to try the files.
 
-use crate::registry::{Capabilities, FormatSpec, WriteFn};
+use crate::registry::{Capabilities, Columns, FormatSpec, WriteFn};
 
 #[cfg(feature = "arepo")]
 mod schema;
@@ -40,6 +40,8 @@ pub const SPEC: FormatSpec = FormatSpec {
         geometries: &[],
         dimensions: &[1, 2, 3],
         equal_masses: false,
+        columns: Columns::Any,
+        cubic_box: false,
     },
     sniff: crate::registry::sniff_hdf5,
     read: None,

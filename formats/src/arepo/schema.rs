@@ -21,5 +21,6 @@ pub const FLAVOR: Flavor = Flavor {
     box_vector: false,
     inside_box: true,
     extra_columns: true,
+    unit_parameters: true,
     dropped: &[names::SUPPORT_RADIUS],
 };

@@ -3,6 +3,7 @@
 use crate::common::text::Text;
 use crate::error::{FormatError, Result};
 use crate::model::{Location, Values, Variable};
+use crate::nearest::did_you_mean;
 use crate::registry::FieldRequest;
 use crate::units::Unit;
 
@@ -62,7 +63,8 @@ fn missing(text: &Text, candidates: &[Candidate], name: &str) -> FormatError {
         Some(c) => format!("the column of this name is read as '{}'; ask for that", c.variable.name),
         None => {
             let known: Vec<_> = candidates.iter().map(|c| c.variable.name.as_str()).collect();
-            format!("there is no such column; the file has {}", known.join(", "))
+            let hint = did_you_mean(name, known.iter().copied());
+            format!("there is no such column; the file has {}{hint}", known.join(", "))
         }
     };
     text.error(format!("variable '{name}'"), problem)

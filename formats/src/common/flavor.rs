@@ -112,6 +112,8 @@ pub struct Flavor {
     pub inside_box: bool,
     /// Whether columns beyond the rules become datasets of their own names; else they are left out.
     pub extra_columns: bool,
+    /// Whether units are also stated as GADGET's parameters have them, for pynbody and yt.
+    pub unit_parameters: bool,
     /// Columns of the placement that the flavor has no use for.
     pub dropped: &'static [&'static str],
 }

@@ -3,7 +3,8 @@
 //! | object           | content                                                                                     |
 //! |------------------|---------------------------------------------------------------------------------------------|
 //! | `/Header`        | BoxSize, NumPart_* and MassTable of length 6, Time, flags; numbers of all flavors have shape (1,) |
-//! | `/Units`         | the five `Unit ... in cgs (U_x)` attributes and nothing else (more breaks swiftsimio)       |
+//! | `/Units`         | the five `Unit ... in cgs (U_x)` attributes and, for SWIFT, nothing else (more breaks swiftsimio) |
+//! | `/Parameters`    | `UnitLength_in_cm`, `UnitMass_in_g`, `UnitVelocity_in_cm_per_s`, also in `/Units`; not for SWIFT |
 //! | `/PartType<n>`   | the flavor's datasets, then every other column under its own name (`/` becomes `_`)         |
 //! | dataset attributes | `U_x exponent`, `a-scale exponent`, `h-scale exponent`, and SWIFT's factor to cgs units   |
 //! | `/SphPrep`       | provenance as text; flavor, kernel, its neighbor number, periodic axes                      |
@@ -17,7 +18,7 @@ use crate::common::hdf5::{Dataset, Group, Writer};
 use crate::error::Result;
 use crate::model::{ParticleFile, Species};
 use crate::registry::WriteOptions;
-use crate::units::UnitDimension;
+use crate::units::{UnitDimension, UnitSystem};
 use std::path::Path;
 
 /// The attribute of a dataset that says how many cgs units one of its own is, as SWIFT's snapshots have it.
@@ -97,7 +98,17 @@ impl Job<'_> {
         group.numbers("Unit length in cgs (U_L)", &[u.length])?;
         group.numbers("Unit time in cgs (U_t)", &[u.time])?;
         group.numbers("Unit current in cgs (U_I)", &[1.0f64])?;
-        group.numbers("Unit temperature in cgs (U_T)", &[u.temperature])
+        group.numbers("Unit temperature in cgs (U_T)", &[u.temperature])?;
+        if !self.flavor.unit_parameters {
+            return Ok(());
+        }
+        // pynbody looks for GADGET's names in /Units where there is such a group, else in /Parameters.
+        let parameters = writer.group("Parameters")?;
+        for (name, value) in unit_parameters(u) {
+            group.scalar(name, value)?;
+            parameters.scalar(name, value)?;
+        }
+        Ok(())
     }
 
     fn write_own(&self, writer: &Writer) -> Result<()> {
@@ -127,6 +138,11 @@ impl Job<'_> {
         write_exponents(&dataset, planned.dimension)?;
         dataset.numbers(CGS_FACTOR, &[self.header.units.to_cgs(planned.dimension)])
     }
+}
+
+/// Units under the names of GADGET's parameter files.
+pub(crate) fn unit_parameters(u: &UnitSystem) -> [(&'static str, f64); 3] {
+    [("UnitLength_in_cm", u.length), ("UnitMass_in_g", u.mass), ("UnitVelocity_in_cm_per_s", u.length / u.time)]
 }
 
 /// Low and high words of particle numbers, as headers have them since GADGET-2.

@@ -1,5 +1,6 @@
 //! Which of a file's variables are read.
 
+use crate::nearest::did_you_mean;
 use crate::registry::FieldRequest;
 
 /// Location and problem of a variable that is not there.
@@ -17,7 +18,8 @@ pub fn wanted(
 ) -> Result<(Vec<String>, Option<String>), Missing> {
     let asked = request.density.iter().chain(request.carry.iter().flatten());
     if let Some(name) = asked.into_iter().find(|name| !names.contains(name)) {
-        let problem = format!("there is no such variable; the file has {}", names.join(", "));
+        let hint = did_you_mean(name, names.iter().map(String::as_str));
+        let problem = format!("there is no such variable; the file has {}{hint}", names.join(", "));
         return Err((format!("variable '{name}'"), problem));
     }
     let by_name = || densities.iter().find_map(|d| names.iter().find(|n| n.eq_ignore_ascii_case(d)));

@@ -23,5 +23,6 @@ pub const FLAVOR: Flavor = Flavor {
     box_vector: false,
     inside_box: false,
     extra_columns: true,
+    unit_parameters: true,
     dropped: &[],
 };

@@ -79,6 +79,7 @@ pub const FLAVOR: Flavor = Flavor {
     box_vector: false,
     inside_box: false,
     extra_columns: false,
+    unit_parameters: false,
     dropped: &[],
 };
 

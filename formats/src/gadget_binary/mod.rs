@@ -21,7 +21,8 @@
 //!
 //! Layout after the GADGET-2 user guide, section 6, and its `allvars.h` and `io.c` (version 2.0.7).
 
-use crate::registry::{Capabilities, FormatSpec, Match, ReadFn, WriteFn};
+use crate::particle_names as names;
+use crate::registry::{Capabilities, Columns, FormatSpec, Match, ReadFn, WriteFn};
 use schema::{HEADER_BYTES, NAME, NAME_BYTES};
 
 #[cfg(feature = "gadget-binary")]
@@ -55,6 +56,8 @@ pub const SPEC: FormatSpec = FormatSpec {
         geometries: &[],
         dimensions: &[1, 2, 3],
         equal_masses: false,
+        columns: Columns::Only(&[names::INTERNAL_ENERGY]),
+        cubic_box: true,
     },
     sniff,
     read: CODE.0,

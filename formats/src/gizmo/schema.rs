@@ -22,5 +22,6 @@ pub const FLAVOR: Flavor = Flavor {
     box_vector: false,
     inside_box: false,
     extra_columns: true,
+    unit_parameters: true,
     dropped: &[],
 };

@@ -26,7 +26,7 @@
 //! `grid.out` in the same folder does, unless x is negative somewhere. Read are Cartesian grids, and spherical ones in one
 //! dimension (a radial profile). Chombo's files of refined grids and FLASH's trees of blocks are refused.
 
-use crate::registry::{Capabilities, FormatSpec, HDF5_SIGNATURE, Match, ReadFn, contains};
+use crate::registry::{Capabilities, Columns, FormatSpec, HDF5_SIGNATURE, Match, ReadFn, contains};
 
 #[cfg(feature = "grid-hdf5")]
 mod athena;
@@ -58,6 +58,8 @@ pub const SPEC: FormatSpec = FormatSpec {
         geometries: &["radial", "grid"],
         dimensions: &[1, 2, 3],
         equal_masses: false,
+        columns: Columns::Any,
+        cubic_box: false,
     },
     sniff,
     read: READ,

@@ -21,7 +21,7 @@
 mod read;
 mod schema;
 
-use crate::registry::{Capabilities, FormatSpec, Match, ReadFn};
+use crate::registry::{Capabilities, Columns, FormatSpec, Match, ReadFn};
 use schema::{NAME, column_count, header_version};
 
 /// Data sheet of the format.
@@ -39,6 +39,8 @@ pub const SPEC: FormatSpec = FormatSpec {
         geometries: &["radial"],
         dimensions: &[1, 2, 3],
         equal_masses: false,
+        columns: Columns::Any,
+        cubic_box: false,
     },
     sniff,
     read: READ,

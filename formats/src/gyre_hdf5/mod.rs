@@ -21,7 +21,7 @@
 //! 2012, Stellar Structure and Evolution, equations 19.5 to 19.10). `input.length_unit` and `input.density_unit` of a
 //! scene give it a size. Quirk: a repeated radius is a jump.
 
-use crate::registry::{Capabilities, FormatSpec, HDF5_SIGNATURE, Match, ReadFn, contains};
+use crate::registry::{Capabilities, Columns, FormatSpec, HDF5_SIGNATURE, Match, ReadFn, contains};
 
 #[cfg(feature = "gyre-hdf5")]
 mod read;
@@ -47,6 +47,8 @@ pub const SPEC: FormatSpec = FormatSpec {
         geometries: &["radial"],
         dimensions: &[1, 2, 3],
         equal_masses: false,
+        columns: Columns::Any,
+        cubic_box: false,
     },
     sniff,
     read: READ,

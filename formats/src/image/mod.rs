@@ -13,7 +13,7 @@
 //! an image of one row or column is one-dimensional; of several images in a TIFF file the first is read, and of an
 //! animated PNG the still one; in TIFF, deflate, LZW and PackBits are read.
 
-use crate::registry::{Capabilities, FormatSpec, Match, ReadFn};
+use crate::registry::{Capabilities, Columns, FormatSpec, Match, ReadFn};
 use schema::{NAME, PNG, TIFF};
 
 #[cfg(feature = "image")]
@@ -46,6 +46,8 @@ pub const SPEC: FormatSpec = FormatSpec {
         geometries: &["grid"],
         dimensions: &[1, 2],
         equal_masses: false,
+        columns: Columns::Any,
+        cubic_box: false,
     },
     sniff,
     read: READ,

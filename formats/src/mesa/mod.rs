@@ -29,7 +29,7 @@ mod schema;
 #[cfg(feature = "mesa")]
 mod sheet;
 
-use crate::registry::{Capabilities, FormatSpec, Match, ReadFn};
+use crate::registry::{Capabilities, Columns, FormatSpec, Match, ReadFn};
 use schema::{HEADER_NAMES, NAME, is_numbering};
 
 /// Data sheet of the format.
@@ -47,6 +47,8 @@ pub const SPEC: FormatSpec = FormatSpec {
         geometries: &["radial"],
         dimensions: &[1, 2, 3],
         equal_masses: false,
+        columns: Columns::Any,
+        cubic_box: false,
     },
     sniff,
     read: READ,

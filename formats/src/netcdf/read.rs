@@ -8,6 +8,7 @@ use super::particles;
 use super::schema::{DENSITY_NAMES, NAME};
 use crate::error::Result;
 use crate::model::{Geometry, Location, RawField, Values, Variable};
+use crate::nearest::did_you_mean;
 use crate::registry::{FieldRequest, FileContent};
 use netcdf_reader::NcVariable;
 use std::path::Path;
@@ -62,7 +63,11 @@ fn find_density<'f>(file: &'f File, request: &FieldRequest, notes: &mut Vec<Stri
         return candidates.iter().find(|v| v.name() == name).copied().ok_or_else(|| {
             file.input(
                 &format!("variable '{name}'"),
-                format!("there is no such field in space; the file has {}", list()),
+                format!(
+                    "there is no such field in space; the file has {}{}",
+                    list(),
+                    did_you_mean(name, candidates.iter().map(|v| v.name()))
+                ),
             )
         });
     }

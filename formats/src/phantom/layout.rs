@@ -93,5 +93,6 @@ pub const FLAVOR: Flavor = Flavor {
     box_vector: true,
     inside_box: false,
     extra_columns: true,
+    unit_parameters: false,
     dropped: &[names::SUPPORT_RADIUS, names::DENSITY],
 };

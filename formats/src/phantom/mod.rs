@@ -28,7 +28,8 @@
 //! Layout after Phantom's `src/main/readwrite_dumps_fortran.f90`, `readwrite_dumps_common.f90` and `utils_dumpfiles.f90`.
 //! Records of 2 GiB and more are split as gfortran does it: a negative length says that more follows or came before.
 
-use crate::registry::{Capabilities, FormatSpec, Match, ReadFn, WriteFn};
+use crate::particle_names as names;
+use crate::registry::{Capabilities, Columns, FormatSpec, Match, ReadFn, WriteFn};
 use schema::{CAPTURE, NAME};
 
 #[cfg(feature = "phantom")]
@@ -61,6 +62,8 @@ pub const SPEC: FormatSpec = FormatSpec {
         geometries: &[],
         dimensions: &[3],
         equal_masses: true,
+        columns: Columns::Scalars { longest_name: 16, vectors: &[names::MAGNETIC_FIELD] },
+        cubic_box: false,
     },
     sniff,
     read: CODE.0,

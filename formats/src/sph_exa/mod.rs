@@ -30,7 +30,7 @@
 //!
 //! Layout after SPH-EXA's `main/src/init/file_init.hpp`, `main/src/io/ifile_io_hdf5.cpp`, `sph/particles_data.hpp`.
 
-use crate::registry::{Capabilities, FormatSpec, Match, ReadFn, WriteFn, contains};
+use crate::registry::{Capabilities, Columns, FormatSpec, Match, ReadFn, WriteFn, contains};
 
 #[cfg(feature = "sph-exa")]
 mod read;
@@ -59,6 +59,8 @@ pub const SPEC: FormatSpec = FormatSpec {
         geometries: &[],
         dimensions: &[3],
         equal_masses: false,
+        columns: Columns::Any,
+        cubic_box: false,
     },
     sniff,
     read: CODE.0,

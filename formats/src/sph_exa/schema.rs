@@ -88,5 +88,6 @@ pub const FLAVOR: Flavor = Flavor {
     box_vector: true,
     inside_box: true,
     extra_columns: true,
+    unit_parameters: false,
     dropped: &[],
 };

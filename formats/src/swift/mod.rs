@@ -14,7 +14,7 @@
 //! BoxSize has three elements where the box is not cubic. See [`crate::common::snapshot`] for the rest.
 //! Dataset names after SWIFT commit 8a8f0d794 (`src/hydro/SPHENIX/hydro_io.h`, `src/single_io.c`).
 
-use crate::registry::{Capabilities, FormatSpec};
+use crate::registry::{Capabilities, Columns, FormatSpec};
 
 #[cfg(feature = "swift")]
 mod schema;
@@ -41,6 +41,8 @@ pub const SPEC: FormatSpec = FormatSpec {
         geometries: &[],
         dimensions: &[1, 2, 3],
         equal_masses: false,
+        columns: Columns::Any,
+        cubic_box: false,
     },
     sniff: crate::registry::sniff_hdf5,
     read: None,

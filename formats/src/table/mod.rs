@@ -37,7 +37,7 @@ mod schema;
 #[cfg(feature = "table")]
 mod sheet;
 
-use crate::registry::{Capabilities, FormatSpec, Match, ReadFn, WriteFn};
+use crate::registry::{Capabilities, Columns, FormatSpec, Match, ReadFn, WriteFn};
 
 /// Data sheet of the format.
 pub const SPEC: FormatSpec = FormatSpec {
@@ -54,6 +54,8 @@ pub const SPEC: FormatSpec = FormatSpec {
         geometries: &["radial", "grid", "cloud"],
         dimensions: &[1, 2, 3],
         equal_masses: false,
+        columns: Columns::Any,
+        cubic_box: false,
     },
     sniff,
     read: READ,

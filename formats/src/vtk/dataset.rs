@@ -3,6 +3,7 @@
 use super::schema::NAME;
 use crate::error::{FormatError, Result};
 use crate::model::{Cells, Coordinates, Geometry, GridAxis, Location, RawField, Values, Variable};
+use crate::nearest::did_you_mean;
 use crate::registry::FieldRequest;
 use std::path::Path;
 
@@ -108,7 +109,11 @@ fn density(
             path,
             NAME,
             format!("array '{name}'"),
-            format!("is not a scalar of the file, which has {}", known.join(", ")),
+            format!(
+                "is not a scalar of the file, which has {}{}",
+                known.join(", "),
+                did_you_mean(name, known.iter().copied())
+            ),
         ));
     }
     const NAMES: [&str; 4] = ["density", "rho", "mass_density", "dens"];

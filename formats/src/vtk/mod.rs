@@ -26,7 +26,7 @@ mod write;
 #[cfg(feature = "vtk")]
 mod xml;
 
-use crate::registry::{Capabilities, FormatSpec, Match};
+use crate::registry::{Capabilities, Columns, FormatSpec, Match};
 
 /// Data sheet of the format.
 pub const SPEC: FormatSpec = FormatSpec {
@@ -43,6 +43,8 @@ pub const SPEC: FormatSpec = FormatSpec {
         geometries: &["grid", "mesh", "cloud"],
         dimensions: &[1, 2, 3],
         equal_masses: false,
+        columns: Columns::Any,
+        cubic_box: false,
     },
     sniff,
     #[cfg(feature = "vtk")]

@@ -188,7 +188,9 @@ fn xml(
     {
         writeln!(out, "{comment}")?;
     }
-    writeln!(out, "<{kind}><Piece {piece}>")?;
+    writeln!(out, "<{kind}>")?;
+    field_data(&mut out, file)?;
+    writeln!(out, "<Piece {piece}>")?;
     let scalars = if arrays.iter().any(|a| a.name == names::DENSITY) { " Scalars=\"Density\"" } else { "" };
     writeln!(out, "<PointData{scalars}>")?;
     for a in arrays {
@@ -211,6 +213,43 @@ fn xml(
     }
     writeln!(out, "\n</AppendedData>\n</VTKFile>")?;
     out.flush()
+}
+
+/// Units, kernel and provenance as ParaView shows them (View, Information), apart from the comments that are read back.
+fn field_data(out: &mut impl Write, file: &ParticleFile) -> std::io::Result<()> {
+    writeln!(out, "<FieldData>")?;
+    for (name, value) in numbers(file) {
+        writeln!(
+            out,
+            "<DataArray type=\"Float64\" Name=\"{name}\" NumberOfTuples=\"1\" format=\"ascii\">{value:e}</DataArray>"
+        )?;
+    }
+    let kernel = std::iter::once(("Kernel", file.header.kernel.as_str()));
+    let provenance = file.header.provenance.iter().map(|(key, value)| (key.as_str(), value.as_str()));
+    for (name, text) in kernel.chain(provenance) {
+        // Texts are the codes of their bytes, with a zero at the end.
+        let codes: Vec<String> = text.bytes().chain([0]).map(|byte| byte.to_string()).collect();
+        writeln!(
+            out,
+            "<DataArray type=\"String\" Name=\"{}\" NumberOfTuples=\"1\" format=\"ascii\">{}</DataArray>",
+            quick_xml::escape::escape(name),
+            codes.join(" ")
+        )?;
+    }
+    writeln!(out, "</FieldData>")
+}
+
+/// Facts of the header that are one number.
+fn numbers(file: &ParticleFile) -> [(&'static str, f64); 6] {
+    let u = &file.header.units;
+    [
+        ("TimeValue", file.header.time),
+        ("UnitLength_in_cm", u.length),
+        ("UnitMass_in_g", u.mass),
+        ("UnitVelocity_in_cm_per_s", u.length / u.time),
+        ("UnitTemperature_in_K", u.temperature),
+        ("KernelNeighbors", file.header.kernel_neighbors),
+    ]
 }
 
 fn declare<'a, 'b>(
@@ -309,7 +348,14 @@ fn legacy(mut out: impl Write, points: &Array<'_>, arrays: &[Array<'_>], file: &
     let version = file.header.provenance.iter().find(|(k, _)| k == "Version").map_or("sph-prep", |(_, v)| v.as_str());
     // The title is one line of at most 255 characters.
     writeln!(out, "# vtk DataFile Version 4.2\n{}", version.lines().next().unwrap_or(""))?;
-    writeln!(out, "BINARY\nDATASET UNSTRUCTURED_GRID\nPOINTS {n} double")?;
+    let numbers = numbers(file);
+    writeln!(out, "BINARY\nDATASET UNSTRUCTURED_GRID\nFIELD FieldData {}", numbers.len())?;
+    for (name, value) in numbers {
+        writeln!(out, "{name} 1 1 double")?;
+        out.write_all(&value.to_be_bytes())?;
+        writeln!(out)?;
+    }
+    writeln!(out, "POINTS {n} double")?;
     big_endian(&mut out, points)?;
     writeln!(out, "\nCELLS {n} {}", 2 * n)?;
     for i in 0..n {

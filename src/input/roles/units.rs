@@ -1,0 +1,43 @@
+//! Units of variables that state none, in a file that states those of length and density.
+
+use super::assign::Assignment;
+use crate::input::units::InputUnits;
+use crate::scene::{Role, Vector};
+use sph_formats::{RawField, Unit};
+
+/// Gives variables without a unit that of cgs or SI where the file's length and density are in one of these, and says so of
+/// all others that are written as they stand.
+pub fn adopt_units(field: &mut RawField, assignments: &mut [Assignment], input: &InputUnits) {
+    let system = input.system();
+    let name = coherent(input);
+    for a in assignments {
+        let Some(variable) = field.variables.iter_mut().find(|v| v.name == a.variable && v.unit.is_none()) else {
+            continue;
+        };
+        let warning = match (a.role, a.role.and_then(Role::dimension), name) {
+            (Some(Role::Density), ..) | (None, ..) => continue,
+            (Some(_), Some(dimension), Some(name)) => {
+                let symbol = system.symbol(dimension);
+                variable.unit = Some(Unit { symbol, to_cgs: system.to_cgs(dimension), dimension });
+                format!("states no unit, and is taken to be in {name} as the input's length and density are")
+            }
+            (Some(_), Some(_), None) => "states no unit, and its numbers are written as they stand".to_owned(),
+            (Some(Role::Vector(Vector::MagneticField, _)), None, _) => {
+                "is written in the numbers of the input: units of magnetic fields are not converted".to_owned()
+            }
+            _ => continue,
+        };
+        a.note = Some(a.note.take().map_or(warning.clone(), |note| format!("{note}; {warning}")));
+        a.is_warning = true;
+    }
+}
+
+/// The system of which the units of length and density are units, and in which the others are then taken to be.
+fn coherent(input: &InputUnits) -> Option<&'static str> {
+    let near = |a: f64, b: f64| (a / b - 1.0).abs() < 1e-12;
+    match (input.length, input.density) {
+        (l, d) if near(l, 1.0) && near(d, 1.0) => Some("cgs"),
+        (l, d) if near(l, 1e2) && near(d, 1e-3) => Some("SI"),
+        _ => None,
+    }
+}

@@ -1,0 +1,106 @@
+//! What is probably not meant, with the remedy: it is done all the same.
+
+use crate::input::internal_units::Prepared;
+use crate::scene::{BoundaryName, Scene};
+use crate::target::{Positions, Target, at};
+use sph::domain::{Axis, Domain, Region};
+
+/// A domain that holds less than this share of the input is probably in the wrong place, or in other units.
+const LITTLE: f64 = 1e-3;
+/// Bodies under so many spacings across are not resolved.
+const THIN: f64 = 2.0;
+/// Share of the particles in layers that thin from which on it is worth a word.
+const SHARE: f64 = 0.1;
+/// Particles that are looked at.
+const SAMPLES: usize = 2000;
+
+/// Doubts that need no particles.
+pub(crate) fn before<const D: usize>(scene: &Scene, prepared: &Prepared<D>, count: usize) -> Vec<String> {
+    let mut doubts = Vec::new();
+    let domain = &prepared.source.domain;
+    let share = prepared.input_mass.map(|input| prepared.mass.value / input);
+    if let Some(share) = share.filter(|share| *share < LITTLE) {
+        doubts.push(format!(
+            "the domain holds {share:.1e} of the input's mass: check its place and units (plain numbers are in the scene's `units`)"
+        ));
+    }
+    if scene.domain.boundary.contains(&BoundaryName::Periodic) && prepared.source.radial.is_some() {
+        doubts.push(match domain.region {
+            Region::Box => "the boundary is periodic, but the input is a star: its images are around it; `boundary: open` has none".into(),
+            _ => "the boundary is periodic, which the surface of a star cannot be: it is left open; give a `domain.box` for a box \
+                  around it, or leave the boundary out"
+                .to_owned(),
+        });
+    }
+    let spacing = (domain.volume() / count as f64).powf(1.0 / D as f64);
+    for (what, extent) in extents(domain) {
+        let spacings = extent / spacing;
+        if spacings < THIN {
+            let factor = (THIN / spacings).powi(D as i32);
+            doubts.push(format!(
+                "the domain is {spacings:.2} spacings thick {what}, too little for a density to be summed across (at least {THIN}): \
+                 use some {:.0e} particles, or fewer dimensions",
+                count as f64 * factor
+            ));
+        }
+    }
+    doubts
+}
+
+/// Widths of a domain that end at surfaces, and where.
+fn extents<const D: usize>(domain: &Domain<D>) -> Vec<(String, f64)> {
+    let extent = domain.extent();
+    let along = |k: usize| (format!("along {}", ["x", "y", "z"][k]), extent[k]);
+    match &domain.region {
+        Region::Box => (0..D).filter(|k| domain.axes[*k] != Axis::Periodic).map(along).collect(),
+        Region::Ball { inner_radius, radius, .. } => {
+            vec![("from surface to surface".to_owned(), shell(*inner_radius, *radius))]
+        }
+        Region::Cylinder { axis, inner_radius, radius, .. } => {
+            let mut all = vec![("across its axis".to_owned(), shell(*inner_radius, *radius))];
+            if domain.axes[*axis] != Axis::Periodic {
+                all.push(along(*axis));
+            }
+            all
+        }
+        Region::Hull(..) => Vec::new(),
+    }
+}
+
+fn shell(inner: f64, outer: f64) -> f64 {
+    if inner > 0.0 { outer - inner } else { 2.0 * outer }
+}
+
+/// Doubts about a body that is thin somewhere: about a particle the target falls by more than a factor e within a spacing on
+/// both sides.
+pub(crate) fn after<const D: usize>(target: &Target<'_, D>, positions: &Positions<D>) -> Option<String> {
+    let n = positions[0].len();
+    let step = n.div_ceil(SAMPLES).max(1);
+    let thin = |i: usize| -> Option<usize> {
+        let x = at(positions, i);
+        let here = target.density.value(&x);
+        let spacing = target.spacing(target.number_density(&x));
+        (0..D).find(|&k| {
+            [-1.0, 1.0].into_iter().all(|side| {
+                let mut y = x;
+                y[k] += side * spacing;
+                target.domain.wrap(&mut y);
+                let there = if target.domain.contains(&y) { target.density.value(&y) } else { 0.0 };
+                there < here / std::f64::consts::E
+            })
+        })
+    };
+    let mut along = [0_usize; 3];
+    let samples: Vec<usize> = (0..n).step_by(step).collect();
+    samples.iter().filter_map(|&i| thin(i)).for_each(|k| along[k] += 1);
+    let (k, found) = along.iter().copied().enumerate().max_by_key(|(_, found)| *found)?;
+    let share = found as f64 / samples.len() as f64;
+    let axis = ["x", "y", "z"][k];
+    (share > SHARE && D > 1).then(|| {
+        format!(
+            "{:.0} % of the particles are in layers under two spacings thick along {axis}, whose height cannot be resolved: use {} times as many particles",
+            100.0 * share,
+            1 << D
+        )
+    })
+}

@@ -1,0 +1,95 @@
+//! The verdict on a report, figure by figure.
+
+use super::report::Report;
+use super::verdict::{Finding, Grade};
+use crate::relaxation::StopReason;
+
+/// Good up to the first, bad from the second on.
+fn grade(value: f64, good: f64, bad: f64) -> Grade {
+    match value {
+        v if v <= good => Grade::Good,
+        v if v < bad => Grade::Look,
+        _ => Grade::Bad,
+    }
+}
+
+/// The verdict on a report.
+pub fn verdict(report: &Report) -> Vec<Finding> {
+    let mut all = Vec::new();
+    let mut say = |grade, topic, text: String| all.push(Finding { grade, topic, text });
+    let in_place = report.ledger.in_place;
+    if !report.ledger.levels.is_empty() {
+        let (grade, remedy) = match in_place {
+            v if v >= 0.95 => (Grade::Good, ""),
+            v if v >= 0.5 => (Grade::Look, "; more particles or `polish: solver` place more of it"),
+            _ => (Grade::Bad, "; the body is not the input's: use more particles, or another seeding"),
+        };
+        say(grade, "mass in place", format!("{:.1} % (95 % is good){remedy}", 100.0 * in_place));
+    }
+    let error = report.density_error.smoothed.unwrap_or(report.density_error.all);
+    let graded = grade(error.mean, 0.01, 0.05);
+    let remedy = if graded == Grade::Good { "" } else { "; more particles, or `polish: solver`, bring it down" };
+    say(graded, "density", format!("{:.2} % off on average (1 % is good, 5 % is much){remedy}", 100.0 * error.mean));
+    if report.particles > 1 {
+        let pair = report.neighbors.closest_pair;
+        let graded = grade(-pair, -0.5, -0.25);
+        let remedy =
+            if graded == Grade::Good { "" } else { "; fewer neighbors or a Wendland kernel keep particles apart" };
+        say(graded, "pairs", format!("the closest are {pair:.2} spacings apart (0.5 is good){remedy}"));
+    }
+    if let Some(noise) = report.noise.interior {
+        let graded = grade(noise, 0.05, 0.5);
+        let remedy = match graded {
+            Grade::Good => "",
+            Grade::Look => "; `--quietness 0.7` or more particles are quieter",
+            Grade::Bad => "; the profile changes within a spacing there: particles are too few to resolve it",
+        };
+        say(
+            graded,
+            "force noise",
+            format!(
+                "{:.1} % of a random set's in the interior (5 % is good, 50 % is unresolved){remedy}",
+                100.0 * noise
+            ),
+        );
+    }
+    if let Some(balance) = &report.balance {
+        let net = balance.interior.unwrap_or(balance.all);
+        let graded = grade(net, 0.01, 0.1);
+        let remedy = if graded == Grade::Good { "" } else { "; `--balance`, or `--for CODE`, lets it stay still" };
+        say(
+            graded,
+            "balance",
+            format!("net force of {:.1} % of gravity (1 % is good, 10 % is much){remedy}", 100.0 * net),
+        );
+    }
+    let spread = report.mass.largest / report.mass.smallest - 1.0;
+    if spread > 1e-9 {
+        let text = format!(
+            "masses differ by {:.3} %: regions have whole numbers of particles, or a resolution is set",
+            100.0 * spread
+        );
+        say(grade(spread, 0.01, f64::INFINITY), "masses", text);
+    }
+    if let Some(cut) = &report.atmosphere {
+        say(
+            grade(cut.share, 1e-3, 0.05),
+            "atmosphere",
+            format!(
+                "{:.2e} of the mass, beyond {:.4} of the radius, is left out (1e-3 is good); more particles reach farther out, and `input.atmosphere: keep` cuts nothing",
+                cut.share, cut.radius
+            ),
+        );
+    }
+    match report.stop {
+        StopReason::Interrupted | StopReason::TimeLimit => {
+            say(Grade::Look, "end", "it was ended early; more time brings it nearer".into());
+        }
+        StopReason::ToleranceMissed => say(Grade::Bad, "end", "the tolerance was not reached".into()),
+        _ => {}
+    }
+    if !report.warnings.is_empty() {
+        say(Grade::Look, "warnings", format!("{}, above", report.warnings.len()));
+    }
+    all
+}

@@ -1,0 +1,97 @@
+//! Whether a run fits into the machine's memory, before it begins.
+
+use crate::error::{Error, Result};
+use crate::relaxation::{BALANCE, SOLVER, StageName};
+use std::path::Path;
+
+/// Bytes per particle at the peak of runs with WVT alone, measured with 1e7 particles in 3-D.
+const PLAIN: f64 = 215.0;
+/// The same with the density solver, measured with 1e6.
+const SOLVED: f64 = 700.0;
+
+/// Bytes that a run of `count` particles takes at its peak.
+pub fn needed(count: usize, stages: &[StageName]) -> f64 {
+    let is_solved = stages.iter().any(|stage| *stage == SOLVER || *stage == BALANCE);
+    count as f64 * if is_solved { SOLVED } else { PLAIN }
+}
+
+/// Refuses what cannot fit, with the number of particles that does.
+///
+/// # Errors
+/// [`Error::Scene`] where more memory is needed than the machine has.
+pub fn check(count: usize, stages: &[StageName]) -> Result<()> {
+    check_against(count, stages, total())
+}
+
+fn check_against(count: usize, stages: &[StageName], total: Option<f64>) -> Result<()> {
+    let needs = needed(count, stages);
+    let Some(total) = total.filter(|total| needs > *total) else { return Ok(()) };
+    let fits = |stages: &[StageName]| rounded_down(total * count as f64 / needed(count, stages));
+    let solved = if needed(count, stages) > needed(count, &[]) {
+        format!(", or -n {} with --polish none and no balance", fits(&[]))
+    } else {
+        String::new()
+    };
+    let problem = format!(
+        "is {count}, which takes some {:.0} GiB of memory at {:.0} bytes a particle, more than the {:.1} GiB that there are: -n {} fits{solved}",
+        needs / GIB,
+        needs / count as f64,
+        total / GIB,
+        fits(stages)
+    );
+    Err(Error::scene("particles", problem))
+}
+
+const GIB: f64 = (1_u64 << 30) as f64;
+
+/// Two digits, so that it is no promise.
+fn rounded_down(count: f64) -> String {
+    let power = count.max(1.0).log10().floor() - 1.0;
+    format!("{:e}", (count / 10_f64.powf(power)).floor() * 10_f64.powf(power))
+}
+
+/// Bytes of memory that the machine, or the container, has; `None` where the system does not tell.
+fn total() -> Option<f64> {
+    let machine = std::fs::read_to_string("/proc/meminfo").ok().and_then(|text| mem_total(&text));
+    let limits = ["/sys/fs/cgroup/memory.max", "/sys/fs/cgroup/memory/memory.limit_in_bytes"];
+    let container = limits.iter().find_map(|path| std::fs::read_to_string(Path::new(path)).ok()?.trim().parse().ok());
+    match (machine, container) {
+        (Some(a), Some(b)) => Some(f64::min(a, b)),
+        (a, b) => a.or(b),
+    }
+}
+
+fn mem_total(meminfo: &str) -> Option<f64> {
+    let line = meminfo.lines().find_map(|line| line.strip_prefix("MemTotal:"))?;
+    let kib: f64 = line.trim().strip_suffix("kB")?.trim().parse().ok()?;
+    Some(1024.0 * kib)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::relaxation::WVT;
+
+    #[test]
+    fn what_does_not_fit_is_refused_with_what_does() {
+        let check = |count, stages: &[StageName]| check_against(count, stages, Some(24.0 * GIB));
+        check(100_000_000, &[WVT]).unwrap();
+        check(30_000_000, &[WVT, SOLVER]).unwrap();
+        let error = check(1_000_000_000, &[WVT]).unwrap_err().to_string();
+        for part in ["scene, particles", "1000000000", "200 GiB", "24.0 GiB", "-n 1.1e8 fits"] {
+            assert!(error.contains(part), "{error}");
+        }
+        let error = check(100_000_000, &[WVT, SOLVER]).unwrap_err().to_string();
+        assert!(error.contains("-n 3.6e7 fits, or -n 1.1e8 with --polish none"), "{error}");
+        check_against(1_000_000_000, &[WVT], None).unwrap();
+    }
+
+    #[test]
+    fn the_machines_memory_is_read() {
+        assert_eq!(mem_total("MemTotal:       24576 kB\nMemFree: 1 kB\n"), Some(24576.0 * 1024.0));
+        assert_eq!(mem_total("nothing"), None);
+        if cfg!(target_os = "linux") {
+            assert!(total().is_some_and(|bytes| bytes > 1e8));
+        }
+    }
+}

@@ -1,0 +1,79 @@
+//! What became of each variable of the input, for the report: what it is taken for, and where it is written.
+
+use crate::input::roles::Assignment;
+use crate::scene::Role;
+use serde::Serialize;
+use sph_formats::common::particle_names as names;
+use sph_formats::{Columns, ParticleTable};
+use std::fmt::Write;
+
+/// One variable of the input.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize)]
+pub struct VariableReport {
+    /// As the file has it.
+    pub name: String,
+    /// What it is taken for.
+    pub role: Option<Role>,
+    /// The column of the output that it is, or is a part of.
+    pub written_as: Option<String>,
+    /// What was assumed, or why it is not written.
+    pub note: Option<String>,
+}
+
+/// The variables with what became of them, and what a user should be warned of.
+pub fn variables(
+    assignments: &[Assignment],
+    table: &ParticleTable,
+    format: Option<(&str, Columns)>,
+) -> (Vec<VariableReport>, Vec<String>) {
+    let mut warnings = Vec::new();
+    let mut reports = Vec::new();
+    for a in assignments {
+        let mut report =
+            VariableReport { name: a.variable.clone(), role: a.role, written_as: None, note: a.note.clone() };
+        if a.is_warning {
+            warnings.extend(a.note.as_ref().map(|note| format!("variable '{}' {note}", a.variable)));
+        }
+        let column = if a.role == Some(Role::Density) { names::DENSITY } else { a.column.as_str() };
+        match (table.column(column), format) {
+            (None, _) if report.note.is_none() => report.note = Some("is not carried".into()),
+            (None, _) => {}
+            (Some(found), Some((format, columns))) => match columns.loses(column, found.components) {
+                Some(why) => {
+                    let note = format!("is not written: {why} ({format})");
+                    warnings.push(format!("variable '{}' {note}", a.variable));
+                    report.note = Some(report.note.map_or(note.clone(), |before| format!("{before}; {note}")));
+                }
+                None => report.written_as = Some(column.to_owned()),
+            },
+            (Some(_), None) => report.written_as = Some(column.to_owned()),
+        }
+        reports.push(report);
+    }
+    (reports, warnings)
+}
+
+/// The variables as lines of a report: those that are taken for something, and the names of the others.
+///
+/// # Errors
+/// Those of `out`.
+pub fn write_variables(out: &mut String, variables: &[VariableReport]) -> std::fmt::Result {
+    let mut label = "variables";
+    let mut plain = Vec::new();
+    for v in variables {
+        let written = v.written_as.as_ref().map_or_else(|| "not written".to_owned(), |column| format!("-> {column}"));
+        match (v.role, &v.written_as) {
+            (None, Some(column)) if v.note.is_none() && *column == v.name => plain.push(v.name.as_str()),
+            (role, _) => {
+                let role = role.map_or_else(|| "no role".to_owned(), |role| role.name().to_owned());
+                let note = v.note.as_ref().map_or_else(String::new, |note| format!("; {note}"));
+                writeln!(out, "  {label:<16} {} {written} ({role}){note}", v.name)?;
+                label = "";
+            }
+        }
+    }
+    if !plain.is_empty() {
+        writeln!(out, "  {label:<16} carried as they are: {}", plain.join(", "))?;
+    }
+    Ok(())
+}

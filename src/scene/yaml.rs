@@ -1,0 +1,212 @@
+//! A scene's text, and its errors in the words of who wrote it: where, what, and what to write instead.
+
+use crate::error::{Error, Result};
+use serde::de::value::{MapAccessDeserializer, SeqAccessDeserializer, StrDeserializer};
+use serde::de::{self, DeserializeOwned, IntoDeserializer, MapAccess, SeqAccess, Visitor};
+use serde::{Deserialize, Deserializer};
+use serde_saphyr::Error as YamlError;
+use sph_formats::nearest;
+use std::marker::PhantomData;
+
+/// Reads a scene; `name` is what messages call it.
+///
+/// # Errors
+/// [`Error::Scene`] with line and column.
+pub(super) fn parse<T: DeserializeOwned>(text: &str, name: &str) -> Result<T> {
+    serde_saphyr::from_str(text).map_err(|error| {
+        let error = error.without_snippet();
+        let problem = describe(error);
+        match error.location().filter(|place| place.line() > 0) {
+            Some(place) => {
+                let (line, column) = (place.line(), place.column());
+                let shown = quoted(text, line, column);
+                Error::scene(format!("{name}, line {line}, column {column}"), format!("{problem}{shown}"))
+            }
+            None => Error::scene(name, problem),
+        }
+    })
+}
+
+/// The line, with a mark below the column.
+fn quoted(text: &str, line: u64, column: u64) -> String {
+    let found = usize::try_from(line.saturating_sub(1)).ok().and_then(|at| text.lines().nth(at));
+    let Some(found) = found.filter(|l| l.chars().count() <= 200) else { return String::new() };
+    let margin = format!("{line:>5} | ");
+    let gap: String =
+        found.chars().take(column.saturating_sub(1) as usize).map(|c| if c == '\t' { c } else { ' ' }).collect();
+    format!("\n{margin}{found}\n{:>width$}{gap}^", "| ", width = margin.len())
+}
+
+fn describe(error: &YamlError) -> String {
+    let one_of = |what: &str, word: &str, known: &[&'static str]| {
+        let hint = nearest(word, known.iter().copied()).map_or_else(String::new, |n| format!("; did you mean '{n}'?"));
+        let known = known.join(", ");
+        if hint.is_empty() {
+            format!("{what}; expected one of {known}")
+        } else {
+            format!("{what}{hint} Known are {known}")
+        }
+    };
+    match error {
+        YamlError::SerdeUnknownField { field, expected, .. } => {
+            one_of(&format!("there is no key '{field}' here"), field, expected)
+        }
+        YamlError::SerdeUnknownVariant { variant, expected, .. } => {
+            one_of(&format!("'{variant}' is no choice here"), variant, expected)
+        }
+        YamlError::SerdeMissingField { field, .. } => format!("the key '{field}' is missing"),
+        YamlError::DuplicateMappingKey { key: Some(key), .. } => format!("the key '{key}' comes twice; keep one"),
+        YamlError::Unexpected { expected, .. } => match *expected {
+            "sequence start" => "expected a list, as in [1, 2, 3]".to_owned(),
+            "mapping start" => "expected keys with values, as in {key: value}".to_owned(),
+            "string scalar" => "expected one word or text".to_owned(),
+            "scalar" => "expected one value".to_owned(),
+            other => format!("expected {other}"),
+        },
+        YamlError::InvalidScalar { ty, .. } => match *ty {
+            "u64" | "u32" | "u8" | "usize" => "expected a whole number, at least 0".to_owned(),
+            "i64" | "i32" => "expected a whole number".to_owned(),
+            "f64" | "f32" | "floating point" => "expected a number".to_owned(),
+            "bool" | "boolean" => "expected true or false".to_owned(),
+            other => format!("expected a value of type {other}"),
+        },
+        YamlError::SerdeInvalidType { unexpected, expected, .. }
+        | YamlError::SerdeInvalidValue { unexpected, expected, .. } => {
+            format!("found {unexpected}, expected {expected}")
+        }
+        YamlError::SerdeInvalidLength { len, expected, .. } => format!("found {len} values, expected {expected}"),
+        YamlError::Eof { .. } => "the scene is empty, or ends where a value is expected".to_owned(),
+        YamlError::MultipleDocuments { .. } => "a second document begins here (---); expected one scene".to_owned(),
+        YamlError::Message { msg, .. } => msg.clone(),
+        other => {
+            // The place is said already.
+            let text = other.to_string();
+            let rest = text.split_once(": ").filter(|(place, _)| place.contains("line"));
+            let rest = rest.map_or(text.as_str(), |(_, rest)| rest);
+            let rest = rest.split(" at line ").next().unwrap_or(rest);
+            match rest.contains("did not find expected key") {
+                true => {
+                    "this line does not belong where it stands: check its indentation against the lines above".into()
+                }
+                false => rest.to_owned(),
+            }
+        }
+    }
+}
+
+/// One choice as a plain word, or a list of them.
+pub(super) fn one_or_many<'de, D, T>(deserializer: D) -> std::result::Result<Vec<T>, D::Error>
+where
+    D: Deserializer<'de>,
+    T: Deserialize<'de>,
+{
+    struct OneOrMany<T>(PhantomData<T>);
+    impl<'de, T: Deserialize<'de>> Visitor<'de> for OneOrMany<T> {
+        type Value = Vec<T>;
+
+        fn expecting(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+            f.write_str("one word, or a list of one for each axis")
+        }
+
+        fn visit_str<E: de::Error>(self, word: &str) -> std::result::Result<Self::Value, E> {
+            let one: StrDeserializer<'_, E> = word.into_deserializer();
+            T::deserialize(one).map(|name| vec![name])
+        }
+
+        fn visit_seq<A: SeqAccess<'de>>(self, list: A) -> std::result::Result<Self::Value, A::Error> {
+            Vec::deserialize(SeqAccessDeserializer::new(list))
+        }
+    }
+    deserializer.deserialize_any(OneOrMany(PhantomData))
+}
+
+/// `true`, `false`, or the keys of a section.
+pub(super) fn switch_or_keys<'de, D, T>(deserializer: D) -> std::result::Result<Option<T>, D::Error>
+where
+    D: Deserializer<'de>,
+    T: Deserialize<'de> + Default,
+{
+    struct SwitchOrKeys<T>(PhantomData<T>);
+    impl<'de, T: Deserialize<'de> + Default> Visitor<'de> for SwitchOrKeys<T> {
+        type Value = Option<T>;
+
+        fn expecting(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+            f.write_str("true, false, or keys as in {evaluations: 200}")
+        }
+
+        fn visit_bool<E: de::Error>(self, on: bool) -> std::result::Result<Self::Value, E> {
+            Ok(on.then(T::default))
+        }
+
+        fn visit_unit<E: de::Error>(self) -> std::result::Result<Self::Value, E> {
+            Ok(None)
+        }
+
+        fn visit_map<A: MapAccess<'de>>(self, keys: A) -> std::result::Result<Self::Value, A::Error> {
+            T::deserialize(MapAccessDeserializer::new(keys)).map(Some)
+        }
+    }
+    deserializer.deserialize_any(SwitchOrKeys(PhantomData))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::scene::BalanceInput;
+    use crate::scene::BoundaryName::{Open, Periodic};
+    use crate::scene::Scene;
+
+    #[test]
+    fn plain_words_stand_for_lists_and_sections() {
+        let boundary = |text: &str| Scene::parse(&format!("domain: {{boundary: {text}}}")).unwrap().domain.boundary;
+        assert_eq!(boundary("periodic"), [Periodic]);
+        assert_eq!(boundary("[periodic]"), [Periodic]);
+        assert_eq!(boundary("[open, open, periodic]"), [Open, Open, Periodic]);
+        let balance = |text: &str| Scene::parse(&format!("balance: {text}")).unwrap().balance;
+        assert_eq!(balance("true"), Some(BalanceInput::default()));
+        assert_eq!(balance("{}"), Some(BalanceInput::default()));
+        assert_eq!(balance("{evaluations: 200}").unwrap().evaluations, Some(200));
+        assert_eq!((balance("false"), balance("null")), (None, None));
+    }
+
+    #[test]
+    fn errors_say_where_what_and_what_instead() {
+        for (text, parts) in [
+            (
+                "input:\n  file: a\n  densty: rho\n",
+                &[
+                    "line 3, column 3",
+                    "no key 'densty'",
+                    "did you mean 'density'?",
+                    "    3 |   densty: rho\n      |   ^",
+                ][..],
+            ),
+            ("polish: Solver", &["line 1, column 9", "'Solver' is no choice", "did you mean 'solver'?", "alaric"]),
+            ("domain: {boundary: Periodic}", &["'Periodic' is no choice", "did you mean 'periodic'?"]),
+            ("domain: {boundary: [perodic]}", &["did you mean 'periodic'?"]),
+            ("balance: {evalutions: 3}", &["line 1", "no key 'evalutions'", "did you mean 'evaluations'?"]),
+            ("balance: yess", &["line 1", "true, false, or keys"]),
+            ("motion: {bulk: 3}", &["expected a list, as in [1, 2, 3]"]),
+            ("domain: 3", &["expected keys with values"]),
+            ("seed: -1", &["expected a whole number, at least 0"]),
+            ("wvt: {step: big}", &["expected a number"]),
+            ("output: {double_precision: 3}", &["expected true or false"]),
+            ("seed: 1\nseed: 2", &["the key 'seed' comes twice"]),
+            ("material: [{radius: 1}]", &["the key 'id' is missing"]),
+            ("domain: {ball: {center: [0]}}", &["the key 'radius' is missing"]),
+            ("xyz: 1", &["no key 'xyz'", "expected one of input"]),
+        ] {
+            let error = parse::<Scene>(text, "document").unwrap_err().to_string();
+            for part in parts.iter().chain(&["scene, document"]) {
+                assert!(error.contains(part), "{text}: {error}\nlacks {part}");
+            }
+            assert!(!error.contains("<input>") && !error.contains("serde"), "{error}");
+        }
+    }
+
+    #[test]
+    fn known_keys_are_listed_once() {
+        let error = parse::<Scene>("xyz: 1", "document").unwrap_err().to_string();
+        assert_eq!(error.matches("particles").count(), 1, "{error}");
+    }
+}

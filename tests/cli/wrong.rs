@@ -1,0 +1,268 @@
+//! Wrong scenes and command lines, and what is said to them: what is wrong, where, and what to write instead.
+
+use super::support::{Folder, command, sph_prep};
+use sph_formats::common::netcdf_classic::{ClassicFile, Data};
+
+const STAR: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/profiles/star.nc");
+
+/// A scene's text and what the message has to hold.
+type Wrong<'a> = (&'a str, &'a [&'a str]);
+
+const SCENES: &[Wrong<'_>] = &[
+    // Keys.
+    ("inptu: {file: a}", &["line 1, column 1", "no key 'inptu'", "did you mean 'input'?"]),
+    ("input: {fil: a}", &["no key 'fil'", "did you mean 'file'?"]),
+    ("input: {file: STAR}\nparticels: 10", &["line 2", "did you mean 'particles'?"]),
+    ("input: {file: STAR}\nParticles: 10", &["no key 'Particles'", "did you mean 'particles'?"]),
+    ("input: {file: STAR}\nwvt: {iteration: 3}", &["did you mean 'iterations'?"]),
+    ("input: {file: STAR}\noutput: {unit: si}", &["did you mean 'units'?"]),
+    ("input: {file: STAR}\ndomain: {sphere: {radius: 1}}", &["no key 'sphere'", "ball"]),
+    ("input: {file: STAR}\nseed: 1\nseed: 2", &["line 3", "'seed' comes twice"]),
+    ("input: {file: STAR}\n  particles: 3", &["line 2", "check its indentation"]),
+    ("input: {file: STAR", &["line 1", "bracket"]),
+    ("", &["input", "--in FILE"]),
+    ("- input", &["expected keys with values"]),
+    // Choices.
+    ("input: {file: STAR}\npolish: Solver", &["did you mean 'solver'?"]),
+    ("input: {file: STAR}\npolish: relax", &["'relax' is no choice", "solver, alaric"]),
+    ("input: {file: STAR}\nkernel: wendland-C2", &["did you mean 'wendland-c2'?"]),
+    ("input: {file: STAR}\nkernel: m4", &["expected one of cubic-spline"]),
+    ("input: {file: STAR}\nseeding: mass_bisection", &["did you mean 'mass-bisection'?"]),
+    ("input: {file: STAR}\ndomain: {boundary: Periodic}", &["did you mean 'periodic'?"]),
+    ("input: {file: STAR}\ndomain: {boundary: [open, closed]}", &["'closed' is no choice", "reflecting"]),
+    ("input: {file: STAR, interpolation: cubik}", &["did you mean 'cubic'?"]),
+    ("input: {file: STAR, centering: node}", &["did you mean 'nodes'?"]),
+    ("input: {file: STAR}\nunits: sloar", &["units", "did you mean 'solar'?"]),
+    ("input: {file: STAR}\noutput: {units: SI}", &["output.units", "did you mean 'si'?"]),
+    ("input: {file: STAR}\ntarget_code: swfit", &["did you mean 'swift'?"]),
+    ("input: {file: STAR}\ntarget_code: 'swift:wendland-c7'", &["did you mean 'wendland-c"]),
+    ("input: {file: STAR}\nmap: {density: rho}", &["'rho' is no role", "density, velocity"]),
+    ("input: {file: STAR}\nmap: {denisty: temperature}", &["names 'denisty'", "did you mean 'density'?"]),
+    // Numbers.
+    ("input: {file: STAR}\nparticles: many", &["line 2", "100000, 1e5 or 100k"]),
+    ("input: {file: STAR}\nparticles: 0", &["particles", "at least 1"]),
+    ("input: {file: STAR}\nparticles: 1.5", &["1.5 is no count"]),
+    ("input: {file: STAR}\nparticles: -5", &["-5 is no count"]),
+    ("input: {file: STAR}\nparticles: 5e9", &["4294967295"]),
+    ("input: {file: STAR}\nseed: -1", &["whole number, at least 0"]),
+    ("input: {file: STAR}\nwvt: {step: big}", &["expected a number"]),
+    ("input: {file: STAR}\nneighbors: 1", &["neighbors", "2 to 1000"]),
+    ("input: {file: STAR}\nthermal: {gamma: 1}", &["thermal.gamma", "more than 1"]),
+    ("input: {file: STAR}\noutput: {compression: 12}", &["output.compression", "0 to 9"]),
+    ("input: {file: STAR}\noutput: {double_precision: 3}", &["true or false"]),
+    ("input: {file: STAR}\nbalance: on please", &["true, false, or keys"]),
+    // Quantities.
+    ("input: {file: STAR}\ndomain: {ball: {radius: 1 Rsn}}", &["domain.ball.radius", "did you mean '1 Rsun'?"]),
+    ("input: {file: STAR}\ndomain: {ball: {radius: 30 km/s}}", &["which is a velocity", "expected a length", "Rsun"]),
+    ("input: {file: STAR}\ndomain: {ball: {radius: big}}", &["domain.ball.radius", "'1 Rsun'"]),
+    ("input: {file: STAR}\ndomain: {ball: {center: [0, 0, 0]}}", &["'radius' is missing"]),
+    ("input: {file: STAR}\ndomain: {ball: {radius: 1, inner_radius: 2}}", &["inner_radius < radius"]),
+    (
+        "input: {file: STAR}\ndomain: {ball: {radius: 1, center: [1 km, 2]}}",
+        &["domain.ball.center", "2 coordinates, expected 3"],
+    ),
+    ("input: {file: STAR}\nmotion: {bulk: 3}", &["expected a list"]),
+    ("input: {file: STAR}\nmotion: {bulk: [1, 2 K, 3]}", &["motion.bulk[1]", "which is a temperature", "km/s"]),
+    ("input: {expression: '1'}\ndomain: {box: [[0, 0], [1, 1 pc]]}", &["states no units", "units: solar"]),
+    // What cannot be.
+    ("input: {file: STAR, expression: '1'}", &["both a `file` and an `expression`"]),
+    ("input: {file: absent.nc}", &["absent.nc"]),
+    ("input: {expression: '1 +'}\ndomain: {box: [[0], [1]]}", &["input.expression"]),
+    ("input: {expression: '1'}", &["domain with 1 to 3 coordinates"]),
+    ("input: {file: STAR}\ndomain: {ball: {radius: 1}, boundary: periodic}", &["a ball cannot be; use a box"]),
+    (
+        "input: {file: STAR}\ndomain: {box: [[1e12, 1e12, 1e12], [2e12, 2e12, 2e12]]}",
+        &["the mass within the domain is 0", "check domain and units"],
+    ),
+    ("input: {file: STAR}\nparticles: 1e9\npolish: none", &["particles", "GiB of memory", "fits"]),
+    ("input: {file: STAR, density: desnity}", &["desnity", "did you mean 'density'?"]),
+];
+
+/// Arguments beside an output, and what the message has to hold.
+const LINES: &[(&[&str], &[&str])] = &[
+    (&["--in", STAR, "--polish", "slover"], &["did you mean 'solver'?"]),
+    (&["--in", STAR, "--boundary", "periodc"], &["did you mean 'periodic'?"]),
+    (&["--in", STAR, "-n", "lots"], &["100000, 1e5 or 100k"]),
+    (&["--in", STAR, "--for", "gadget"], &["did you mean 'gadget4'?"]),
+    (&["--in", STAR, "--to", "swfit"], &["did you mean 'swift'?"]),
+    (&["--in", STAR, "--map", "density"], &["--map", "NAME=ROLE"]),
+    (&["--in", STAR, "--map", "density=velocty"], &["did you mean 'velocity'?"]),
+    (&["--in", STAR, "--units", "solr"], &["did you mean 'solar'?"]),
+    (&["--in", STAR, "--polsh", "none"], &["--polish"]),
+];
+
+#[test]
+fn wrong_scenes_and_command_lines_are_told_what_to_write() {
+    let folder = Folder::new();
+    let out = folder.path("out/ic.hdf5").display().to_string();
+    let mut faults = Vec::new();
+    let mut page = String::new();
+    let mut check = |what: &str, args: &[&str], parts: &[&str]| {
+        let outcome = sph_prep(args);
+        page += &format!("{what}\n{}\n", outcome.stderr);
+        let lacking: Vec<&&str> = parts.iter().filter(|part| !outcome.stderr.contains(**part)).collect();
+        let bad = outcome.code == Some(0) || outcome.stderr.contains("panicked") || outcome.stderr.contains("<input>");
+        if !lacking.is_empty() || bad {
+            faults.push(format!("{what}\n{} lacks {lacking:?}", outcome.stderr));
+        }
+    };
+    for (text, parts) in SCENES {
+        let path = folder.file("wrong.yaml", text.replace("STAR", STAR)).display().to_string();
+        check(text, &["--scene", &path, "--out", &out], parts);
+    }
+    for (arguments, parts) in LINES {
+        let mut args = arguments.to_vec();
+        args.extend(["--out", &out]);
+        check(&arguments[2..].join(" "), &args, parts);
+    }
+    // The page of all messages, to be read.
+    if let Ok(results) = std::env::var("SPH_PREP_MESSAGES") {
+        std::fs::write(results, page).unwrap();
+    }
+    assert!(faults.is_empty(), "{} of {}:\n{}", faults.len(), SCENES.len() + LINES.len(), faults.join("\n"));
+    assert!(folder.outputs().is_empty());
+}
+
+#[test]
+fn an_output_that_is_there_is_replaced_with_a_word_or_refused() {
+    let folder = Folder::new();
+    let out = folder.path("out/ic.hdf5").display().to_string();
+    let args = ["--in", STAR, "--out", &out, "-n", "100", "--polish", "none", "--iterations", "1"];
+    assert!(!super::support::succeed(&args).stdout.contains("was replaced"));
+    assert!(super::support::succeed(&args).stdout.contains("an older '"));
+    let before = std::fs::read(&out).unwrap();
+    let refused = command().args(args).arg("--no-clobber").output().unwrap();
+    assert_eq!(refused.status.code(), Some(2));
+    let text = String::from_utf8_lossy(&refused.stderr).into_owned();
+    assert!(text.contains("is there already") && text.contains("--no-clobber"), "{text}");
+    assert!(std::fs::read(&out).unwrap() == before);
+}
+
+#[test]
+fn doubts_come_as_warnings_with_the_remedy() {
+    let folder = Folder::new();
+    let warned = |scene: &str, part: &str| {
+        let text = scene.replace("STAR", STAR)
+            + "\nparticles: 300\npolish: none\nwvt: {iterations: 1}\nthermal: {internal_energy: 1}";
+        let path = folder.file("doubt.yaml", text).display().to_string();
+        let outcome =
+            sph_prep(&["--scene", &path, "--out", &folder.path("out/ic.hdf5").display().to_string(), "--json"]);
+        assert_eq!(outcome.code, Some(0), "{scene}: {outcome:?}");
+        let report: serde_json::Value = serde_json::from_str(&outcome.stdout).unwrap();
+        let warnings = report["warnings"].to_string();
+        assert!(warnings.contains(part), "{scene}: {warnings}");
+        assert!(outcome.stderr.contains("warning: ") && outcome.stderr.contains(part), "{outcome:?}");
+        assert!(report["verdict"].to_string().contains("warnings"), "{report}");
+    };
+    warned("input: {file: STAR}\ndomain: {boundary: periodic}", "it is left open");
+    warned("input: {file: STAR}\ndomain: {ball: {radius: 1e9}}", "of the input's mass");
+    warned("input: {expression: '1'}\ndomain: {cylinder: {radius: 1, length: 0.05}}", "spacings thick along z");
+    warned(
+        "input: {expression: 'exp(-(z/0.01)^2)'}\ndomain: {box: [[0, 0, -0.2], [1, 1, 0.2]], boundary: [periodic, periodic, open]}",
+        "two spacings thick along z",
+    );
+}
+
+#[test]
+fn a_box_that_the_format_cannot_hold_is_refused_before_the_work() {
+    let folder = Folder::new();
+    for format in ["gadget", "gizmo", "gadget-binary"] {
+        let scene = folder.file(
+            "box.yaml",
+            "input: {expression: '1'}\ndomain: {box: [[0, 0, 0], [1, 1, 2]], boundary: periodic}\nparticles: 2M\nthermal: {internal_energy: 1}",
+        );
+        let start = std::time::Instant::now();
+        let outcome = sph_prep(&[
+            "--scene",
+            &scene.display().to_string(),
+            "--out",
+            &folder.path("out/ic.hdf5").display().to_string(),
+            "--to",
+            format,
+        ]);
+        assert_eq!(outcome.code, Some(2), "{outcome:?}");
+        assert!(
+            outcome.stderr.contains("edges are 1.000000e0, 1.000000e0, 2.000000e0") && outcome.stderr.contains("swift"),
+            "{outcome:?}"
+        );
+        assert!(start.elapsed().as_secs_f64() < 20.0, "it took {:?}", start.elapsed());
+    }
+}
+
+fn gzip(bytes: &[u8]) -> Vec<u8> {
+    use std::io::Write;
+    let mut out = flate2::write::GzEncoder::new(Vec::new(), flate2::Compression::default());
+    out.write_all(bytes).unwrap();
+    out.finish().unwrap()
+}
+
+fn xz(bytes: &[u8]) -> Vec<u8> {
+    let mut out = Vec::new();
+    lzma_rs::xz_compress(&mut std::io::BufReader::new(bytes), &mut out).unwrap();
+    out
+}
+
+fn zstandard(bytes: &[u8]) -> Vec<u8> {
+    ruzstd::encoding::compress_to_vec(bytes, ruzstd::encoding::CompressionLevel::Fastest)
+}
+
+#[test]
+fn packed_inputs_are_read() {
+    let folder = Folder::new();
+    let mut star = ClassicFile::new();
+    let (r, rho) = ([0.0, 0.5, 1.0], [2.0, 1.5, 0.5]);
+    let axis = star.dimension("r", 3);
+    star.variable("r", &[axis], Data::F64(&r), &[]);
+    star.variable("density", &[axis], Data::F64(&rho), &[]);
+    star.write(&folder.path("star.nc")).unwrap();
+    folder.file("star.txt", "# r density\n0 2\n0.5 1.5\n1 0.5\n");
+    let run = |name: &str| {
+        let (input, out) = (folder.path(name).display().to_string(), folder.path("out/ic.vtu").display().to_string());
+        sph_prep(&["--in", &input, "--out", &out, "-n", "50", "--iterations", "1", "--polish", "none", "--json"])
+    };
+    let mass = |name: &str| -> f64 {
+        let outcome = run(name);
+        assert_eq!(outcome.code, Some(0), "{name}: {outcome:?}");
+        serde_json::from_str::<serde_json::Value>(&outcome.stdout).unwrap()["mass"]["total"].as_f64().unwrap()
+    };
+    for inner in ["star.nc", "star.txt"] {
+        let (bytes, expected) = (std::fs::read(folder.path(inner)).unwrap(), mass(inner));
+        for (extension, packed) in [("gz", gzip(&bytes)), ("xz", xz(&bytes)), ("zst", zstandard(&bytes))] {
+            let name = format!("{inner}.{extension}");
+            folder.file(&name, &packed);
+            assert_eq!(mass(&name), expected, "{name}");
+            // Damaged streams are refused by their own name.
+            folder.file(&name, &packed[..packed.len() / 2]);
+            let outcome = run(&name);
+            assert!(outcome.code == Some(1) && outcome.stderr.contains(&name), "{name}: {outcome:?}");
+            assert!(!outcome.stderr.contains("panicked"), "{outcome:?}");
+        }
+    }
+    // A stream that bursts is stopped.
+    folder.file("star.txt.gz", gzip(&vec![b'0'; 40 << 20]));
+    let outcome = run("star.txt.gz");
+    assert!(outcome.code == Some(1), "{outcome:?}");
+}
+
+#[test]
+fn the_report_ends_with_a_verdict() {
+    let folder = Folder::new();
+    let out = folder.path("out/ic.hdf5").display().to_string();
+    let args = ["--in", STAR, "--out", &out, "-n", "2000", "--polish", "none", "--iterations", "5"];
+    let text = super::support::succeed(&args).stdout;
+    let verdict = text.split("  verdict          ").nth(1).unwrap_or_else(|| panic!("{text}"));
+    for part in [
+        "README.md#",
+        "mass in place",
+        "(95 % is good)",
+        "density",
+        "(1 % is good, 5 % is much)",
+        "pairs",
+        "force noise",
+        "atmosphere",
+    ] {
+        assert!(verdict.contains(part), "{part}: {verdict}");
+    }
+    assert!(!text.contains("Stagnated") && !text.contains("left out  "), "{text}");
+    assert!(text.contains("not needed       periodic images"), "{text}");
+}
