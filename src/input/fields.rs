@@ -150,7 +150,7 @@ impl<const D: usize> Variables<D> {
     /// Values of x, y, z, r, then of the places, as far as `needs` says beyond the first.
     fn at(&self, x: &[f64; D], needs: &[usize]) -> Vec<f64> {
         let mut values = vec![0.0; COORDINATES + self.scalars.len()];
-        let d = self.from_center(x);
+        let d = self.offset(x);
         let [along, first, second] = self.components(d);
         let radius = d.iter().map(|v| v * v).sum::<f64>().sqrt();
         let distance = first.hypot(second);
@@ -177,7 +177,7 @@ impl<const D: usize> Variables<D> {
         values
     }
 
-    fn from_center(&self, x: &[f64; D]) -> [f64; 3] {
+    fn offset(&self, x: &[f64; D]) -> [f64; 3] {
         std::array::from_fn(|k| if k < D { x[k] - self.base.center[k] } else { 0.0 })
     }
 
@@ -188,7 +188,7 @@ impl<const D: usize> Variables<D> {
 
     /// A vector of length 1, or of none on the axis or in the center.
     fn way(&self, x: &[f64; D], way: Way) -> [f64; 3] {
-        let d = self.from_center(x);
+        let d = self.offset(x);
         let [along, first, second] = self.components(d);
         let distance = first.hypot(second);
         let radius = along.hypot(distance);
