@@ -6,7 +6,7 @@ use std::f64::consts::{PI, TAU};
 /// Places a scene.
 fn placed(scene: &str) -> ParticleFile {
     let scene = Scene::parse(scene).unwrap();
-    let scene = Scene { wvt: sph_prep::scene::WvtInput { iterations: Some(2), ..scene.wvt.clone() }, ..scene };
+    let scene = Scene { wvt: sph_prep::scene::WvtInput { iterations: Some(2), ..scene.wvt }, ..scene };
     place(&scene, FORMATS, &Control::default()).unwrap_or_else(|e| panic!("{e}")).0
 }
 

@@ -11,7 +11,7 @@ fn folder() -> PathBuf {
 
 fn scene(name: &str, particles: usize) -> Scene {
     let scene = Scene::load(&folder().join(name)).unwrap_or_else(|e| panic!("{e}"));
-    Scene { particles: Some(particles), wvt: WvtInput { iterations: Some(3), ..scene.wvt.clone() }, ..scene }
+    Scene { particles: Some(particles), wvt: WvtInput { iterations: Some(3), ..scene.wvt }, ..scene }
 }
 
 fn placed(name: &str, particles: usize) -> (ParticleFile, Report) {
