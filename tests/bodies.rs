@@ -235,6 +235,46 @@ fn scenes_that_cannot_be_get_one_clear_line() {
 }
 
 #[test]
+fn a_star_goes_around_a_point() {
+    let scene = "bodies:\n- {name: hole, point_mass: 10, type: 5}\n\
+                 - {name: star, input: {profile: {polytrope: {n: 1.5, mass: 1, radius: 1}}}}\n\
+                 orbit: {semi_major_axis: 9}\nparticles: 500\nwvt: {iterations: 2}\npolish: none\n";
+    let (file, report) = placed(scene);
+    assert_eq!(file.species.iter().map(|s| (s.part_type, s.table.count)).collect::<Vec<_>>(), [(0, 500), (5, 1)]);
+    let hole = &file.species[1].table;
+    let value = |name: &str, k: usize| hole.column(name).unwrap().values.get(k);
+    assert_eq!([value("Masses", 0), value("ParticleIDs", 0), value("BodyID", 0)], [10.0, 1.0, 1.0]);
+    assert_eq!(rows(&file, "ParticleIDs")[0], [2.0]);
+    // The center of mass of both is at rest in the middle.
+    let (x, v) = (mean(&file, "Coordinates", None), mean(&file, "Velocities", None));
+    let gas = report.bodies[1].mass;
+    let middle = 0.5 * file.header.box_size[0];
+    for k in 0..3 {
+        assert!((gas * (x[k] - middle) + 10.0 * (value("Coordinates", k) - middle)).abs() < 1e-10);
+        assert!((gas * v[k] + 10.0 * value("Velocities", k)).abs() < 1e-12);
+    }
+    let speed = (v[1] - value("Velocities", 1)).abs();
+    assert!((speed / ((10.0 + gas) / 9.0).sqrt() - 1.0).abs() < 1e-9, "{speed}");
+    assert!(report.text().contains("body hole: a point"), "{}", report.text());
+    for (points, words) in [
+        ("- {point_mass: 10}\n- {point_mass: 1}\n", &["bodies", "points all"][..]),
+        ("- {point_mass: -10}\n", &["bodies[1].point_mass", "above 0"]),
+        ("- {point_mass: 10 km}\n", &["bodies[1].point_mass", "a length", "a mass"]),
+        ("- {point_mass: 10, type: 0}\n", &["bodies[1].type", "1 to 5"]),
+        ("- {point_mass: 10, spin: [0, 0, 1]}\n", &["bodies[1].point_mass", "leave the rest out"]),
+        (
+            "- {input: {expression: '1', dimension: 3}, domain: {ball: {radius: 1}}, type: 1}\n",
+            &["bodies[1].type", "gas has type 0"],
+        ),
+    ] {
+        let error = refused(&format!("bodies:\n{points}"));
+        for word in words {
+            assert!(error.contains(word), "{points}: {error} lacks {word:?}");
+        }
+    }
+}
+
+#[test]
 fn another_orbit_of_the_same_bodies_takes_them_from_the_cache() {
     let folder = tempfile::tempdir().unwrap();
     let kept = folder.path().join("kept");

@@ -6,7 +6,7 @@ use std::f64::consts::{PI, TAU};
 /// Places a scene.
 fn placed(scene: &str) -> ParticleFile {
     let scene = Scene::parse(scene).unwrap();
-    let scene = Scene { wvt: sph_prep::scene::WvtInput { iterations: Some(2), ..scene.wvt.clone() }, ..scene };
+    let scene = Scene { wvt: sph_prep::scene::WvtInput { iterations: Some(2), ..scene.wvt }, ..scene };
     place(&scene, FORMATS, &Control::default()).unwrap_or_else(|e| panic!("{e}")).0
 }
 
@@ -182,6 +182,7 @@ fn fields_that_make_no_sense_are_refused_with_their_names() {
         ("{material: 1 + x}", &["fields.material", "whole"]),
         ("{rho: 1}", &["fields.rho", "name of a coordinate"]),
         ("{Msun: 1}", &["fields.Msun", "unit"]),
+        ("{Masses: 1}", &["fields.Masses", "placement itself"]),
         ("{axis: [0, 0, 0], v_phi: 1}", &["fields.axis", "direction"]),
         ("{axis: 3}", &["fields.axis", "direction"]),
         ("{'a b': 1}", &["'a b'", "letters"]),

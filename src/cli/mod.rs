@@ -102,6 +102,11 @@ fn run(args: &RunArgs) -> crate::Result<u8> {
 }
 
 fn tell_of_bodies(args: &RunArgs, scene: &Scene, report: &BodiesReport) -> crate::Result<u8> {
+    if args.json || args.quiet {
+        for (body, figures) in report.bodies.iter().filter_map(|b| Some((&b.name, b.figures.as_ref()?))) {
+            figures.warnings.iter().for_each(|warning| eprintln!("warning: body {body}: {warning}"));
+        }
+    }
     if args.json {
         print(&format!("{}\n", report.json()))?;
     } else if !args.quiet {

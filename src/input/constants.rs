@@ -4,6 +4,9 @@
 
 use sph_formats::{Unit, UnitDimension, UnitSystem};
 
+/// Newton's constant in cm^3 g^-1 s^-2 (CODATA 2022).
+pub const GRAVITATIONAL_CONSTANT: f64 = 6.674_30e-8;
+
 /// Name, value in cgs and dimension; the constant of gravity is the scene's.
 const CONSTANTS: &[(&str, f64, UnitDimension)] = &[
     ("kB", 1.380_649e-16, UnitDimension::new(2, 1, -2, -1)),

@@ -16,9 +16,7 @@ use crate::error::{Error, Result};
 use crate::field::{
     CarriedField, CarriedInfo, Expression, Names, ScalarField, SharedCarried, SharedDensity, Source, probes,
 };
-use crate::input::constants::constant;
-use crate::input::hydrostatics::GRAVITATIONAL_CONSTANT;
-use crate::input::roles::standard_name;
+use crate::input::constants::{GRAVITATIONAL_CONSTANT, constant};
 use crate::input::thermal;
 use crate::input::turbulence::Turbulence;
 use crate::scene::{Conversion, FieldValue, Scene, TurbulenceInput};
@@ -132,6 +130,8 @@ enum Way {
 }
 
 struct StatedField<const D: usize> {
+    /// As in the scene.
+    key: String,
     info: CarriedInfo,
     variables: Arc<Variables<D>>,
     rule: Rule<D>,
@@ -150,7 +150,7 @@ impl<const D: usize> Variables<D> {
     /// Values of x, y, z, r, then of the places, as far as `needs` says beyond the first.
     fn at(&self, x: &[f64; D], needs: &[usize]) -> Vec<f64> {
         let mut values = vec![0.0; COORDINATES + self.scalars.len()];
-        let d = self.from_center(x);
+        let d = self.offset(x);
         let [along, first, second] = self.components(d);
         let radius = d.iter().map(|v| v * v).sum::<f64>().sqrt();
         let distance = first.hypot(second);
@@ -177,7 +177,7 @@ impl<const D: usize> Variables<D> {
         values
     }
 
-    fn from_center(&self, x: &[f64; D]) -> [f64; 3] {
+    fn offset(&self, x: &[f64; D]) -> [f64; 3] {
         std::array::from_fn(|k| if k < D { x[k] - self.base.center[k] } else { 0.0 })
     }
 
@@ -188,7 +188,7 @@ impl<const D: usize> Variables<D> {
 
     /// A vector of length 1, or of none on the axis or in the center.
     fn way(&self, x: &[f64; D], way: Way) -> [f64; 3] {
-        let d = self.from_center(x);
+        let d = self.offset(x);
         let [along, first, second] = self.components(d);
         let distance = first.hypot(second);
         let radius = along.hypot(distance);
@@ -260,6 +260,14 @@ impl<const D: usize> CarriedField<D> for StatedField<D> {
     }
 }
 
+/// The name of a column, where what it means has one.
+fn standard_name(name: &str) -> &str {
+    names::standard(name).unwrap_or(name)
+}
+
+/// Columns that placement itself makes.
+const MADE: [&str; 5] = [names::COORDINATES, names::MASSES, names::SUPPORT_RADIUS, names::DENSITY, names::PARTICLE_IDS];
+
 /// Whether a field is a scalar that others can refer to.
 fn is_scalar(name: &str, value: &FieldValue) -> bool {
     matches!(value, FieldValue::One(_)) && way_of(name).is_none() && name != VECTOR_POTENTIAL
@@ -296,6 +304,9 @@ impl<const D: usize> Maker<D> {
         let mut texts = Vec::new();
         for (name, value) in scene.fields.stated().filter(|(name, value)| is_scalar(name, value)) {
             let name = thermal::name_of(name).unwrap_or(name);
+            if MADE.contains(&standard_name(name)) {
+                return Err(Error::scene(key_of(name), "is what the placement itself makes; choose another name"));
+            }
             let is_taken = names.iter().any(|n| n == name)
                 || ["x", "y", "z", "r", "pi", "tau", "e", "G"].contains(&name)
                 || constant(name, Some(&UnitSystem::CODE), 1.0).is_some();
@@ -371,7 +382,7 @@ impl<const D: usize> Maker<D> {
         let unit = |s: UnitSystem| Unit { symbol: s.symbol(dimension), to_cgs: s.to_cgs(dimension), dimension };
         let unit = self.system.filter(|_| dimension != UnitDimension::NONE).map(unit);
         let info = CarriedInfo { name: standard_name(name).to_owned(), unit, components };
-        StatedField { info, variables: Arc::clone(&self.variables), rule }
+        StatedField { key: key_of(name), info, variables: Arc::clone(&self.variables), rule }
     }
 
     /// All fields that particles carry.
@@ -517,7 +528,7 @@ impl<const D: usize> Maker<D> {
         let places: Vec<[f64; D]> = probes(domain).into_iter().filter(|x| density.value(x) > 0.0).collect();
         for field in made {
             let mut out = vec![0.0; field.info.components];
-            let name = &field.info.name;
+            let name = field.info.name.as_str();
             for x in &places {
                 field.evaluate(x, &mut out);
                 let problem = match out.iter().find(|v| !v.is_finite()) {
@@ -532,7 +543,7 @@ impl<const D: usize> Maker<D> {
                     }
                     None => continue,
                 };
-                return Err(Error::scene(key_of(name), problem));
+                return Err(Error::scene(&field.key, problem));
             }
         }
         let energies = thermal::energies(&self.thermal(scene), scene.thermal.gamma);

@@ -7,6 +7,7 @@
 use crate::error::{Error, Result};
 use crate::field::quadrature::integrate;
 use crate::field::{CarriedField, RadialSource, ScalarField};
+pub use crate::input::constants::GRAVITATIONAL_CONSTANT;
 use crate::input::internal_units::Prepared;
 use crate::input::units::{InputUnits, RunUnits};
 use crate::scene::{BalanceInput, GravityName, Scene};
@@ -15,9 +16,6 @@ use sph::domain::{Domain, Region};
 use sph::geometry::distance;
 use sph_formats::common::particle_names as names;
 use sph_formats::{Unit, UnitDimension};
-
-/// Newton's constant in cm^3 g^-1 s^-2 (CODATA 2022).
-pub const GRAVITATIONAL_CONSTANT: f64 = 6.674_30e-8;
 
 /// A carried energy may be this far from that of an ideal gas at the pressure that holds the body.
 const LARGEST_CONTRADICTION: f64 = 0.2;

@@ -3,7 +3,6 @@
 //! P = (gamma - 1) rho u = A rho^gamma, and u = kB T / ((gamma - 1) mu mH), where A is the entropic function.
 
 use crate::error::{Error, Result};
-use crate::input::roles::standard_name;
 use sph_formats::common::particle_names as names;
 
 pub(crate) const PRESSURE: &str = "pressure";
@@ -17,7 +16,7 @@ const AGREEMENT: f64 = 1e-3;
 
 /// The name by which expressions know a thermal field.
 pub(crate) fn name_of(name: &str) -> Option<&'static str> {
-    Some(match standard_name(name) {
+    Some(match names::standard(name).unwrap_or(name) {
         names::PRESSURE => PRESSURE,
         names::TEMPERATURE => TEMPERATURE,
         names::INTERNAL_ENERGY => INTERNAL_ENERGY,

@@ -3,6 +3,7 @@
 use crate::error::{Error, Result};
 use sph_formats::common::particle_names as names;
 use sph_formats::{Column, ParticleFile, ParticleTable, RunHeader, Species, UnitDimension, UnitSystem, Values};
+use std::collections::BTreeMap;
 
 /// Number of the body that a particle is of, from 1.
 pub const BODY_ID: &str = "BodyID";
@@ -15,6 +16,7 @@ pub struct Body {
     /// Coordinates, masses and velocities are in here until they are put together; coordinates from the center of mass.
     table: ParticleTable,
     dimension: usize,
+    part_type: u8,
     pub mass: f64,
     /// Distance of the outermost particle.
     pub radius: f64,
@@ -86,7 +88,26 @@ impl Body {
         if let Some(column) = table.columns.iter_mut().find(|c| c.name == names::COORDINATES) {
             column.values = Values::F64(flat);
         }
-        Ok(Self { title, table, dimension, mass, radius })
+        Ok(Self { title, table, dimension, part_type: 0, mass, radius })
+    }
+
+    /// A single particle, in as many dimensions, of a type that is not gas.
+    pub fn point(title: String, mass: f64, (dimension, part_type): (usize, u8)) -> Self {
+        let column = |name: &str, components: usize, values: Vec<f64>, dimension: UnitDimension| Column {
+            name: name.into(),
+            components,
+            values: Values::F64(values),
+            dimension,
+        };
+        let columns = vec![
+            column(names::COORDINATES, dimension, vec![0.0; dimension], UnitDimension::LENGTH),
+            column(names::MASSES, 1, vec![mass], UnitDimension::new(dimension as i8 - 3, 1, 0, 0)),
+        ];
+        Self { title, table: ParticleTable { count: 1, columns }, dimension, part_type, mass, radius: 0.0 }
+    }
+
+    pub fn is_gas(&self) -> bool {
+        self.part_type == 0
     }
 
     pub fn count(&self) -> usize {
@@ -250,10 +271,48 @@ pub fn assemble(
     origin: Origin,
 ) -> Result<(ParticleFile, Vec<String>)> {
     refuse_unresolved(&bodies, states, frame)?;
-    let d = bodies.first().map_or(3, |b| b.dimension);
-    let (mut places, mut speeds, mut ids) = (Vec::new(), Vec::new(), Vec::new());
+    let moves = bodies.iter().zip(states).any(|(b, s)| b.moved(s).iter().any(|(_, v)| v.iter().any(|c| *c != 0.0)));
+    let mut first = 1;
+    let mut members: BTreeMap<u8, Vec<Member<'_>>> = BTreeMap::new();
     for (index, (body, state)) in bodies.iter().zip(states).enumerate() {
-        for (x, v) in body.moved(state) {
+        members.entry(body.part_type).or_default().push(Member { body, state, number: index as i64 + 1, first });
+        first += body.count() as i64;
+    }
+    let mut notes = Vec::new();
+    let mut species = Vec::new();
+    for (part_type, members) in members {
+        let table = table(&members, frame, moves, &mut notes)?;
+        species.push(Species { part_type, table });
+    }
+    let Origin { units, kernel, kernel_neighbors, provenance } = origin;
+    let header = RunHeader {
+        dimension: bodies.first().map_or(3, |b| b.dimension),
+        box_size: frame.edges,
+        periodic: frame.periodic,
+        units,
+        time: 0.0,
+        kernel,
+        kernel_neighbors,
+        provenance,
+    };
+    Ok((ParticleFile { header, species }, notes))
+}
+
+/// A body among those of its type.
+struct Member<'a> {
+    body: &'a Body,
+    state: &'a State,
+    number: i64,
+    /// ID of its first particle.
+    first: i64,
+}
+
+/// The particles of one type.
+fn table(members: &[Member<'_>], frame: &Frame, moves: bool, notes: &mut Vec<String>) -> Result<ParticleTable> {
+    let d = members.first().map_or(3, |m| m.body.dimension);
+    let (mut places, mut speeds, mut ids, mut numbers) = (Vec::new(), Vec::new(), Vec::new(), Vec::new());
+    for Member { body, state, number, first } in members {
+        for (i, (x, v)) in body.moved(state).into_iter().enumerate() {
             for k in 0..d {
                 places.push(inside(x[k] - frame.lo[k], frame.edges[k], frame.periodic[k]).ok_or_else(|| {
                     let problem = format!(
@@ -266,10 +325,10 @@ pub fn assemble(
                 })?);
                 speeds.push(v[k]);
             }
-            ids.push(index as i64 + 1);
+            ids.push(first + i as i64);
+            numbers.push(*number);
         }
     }
-    let n = ids.len();
     let column = |name: &str, components: usize, values: Values, dimension: UnitDimension| Column {
         name: name.into(),
         components,
@@ -277,6 +336,7 @@ pub fn assemble(
         dimension,
     };
     let mut columns = vec![column(names::COORDINATES, d, Values::F64(places), UnitDimension::LENGTH)];
+    let bodies: Vec<&Body> = members.iter().map(|m| m.body).collect();
     let mut all: Vec<&str> = Vec::new();
     for name in bodies.iter().flat_map(|b| &b.table.columns).map(|c| c.name.as_str()) {
         let is_own = [names::COORDINATES, names::VELOCITIES, names::PARTICLE_IDS, BODY_ID].contains(&name);
@@ -284,28 +344,16 @@ pub fn assemble(
             all.push(name);
         }
     }
-    let mut notes = Vec::new();
     for name in all {
-        columns.push(joined(&bodies, name, &mut notes)?);
+        columns.push(joined(&bodies, name, notes)?);
     }
-    columns.push(column(names::PARTICLE_IDS, 1, Values::I64((1..=n as i64).collect()), UnitDimension::NONE));
-    columns.push(column(BODY_ID, 1, Values::I64(ids), UnitDimension::NONE));
-    if speeds.iter().any(|v| *v != 0.0) {
+    let count = ids.len();
+    columns.push(column(names::PARTICLE_IDS, 1, Values::I64(ids), UnitDimension::NONE));
+    columns.push(column(BODY_ID, 1, Values::I64(numbers), UnitDimension::NONE));
+    if moves {
         columns.push(column(names::VELOCITIES, d, Values::F64(speeds), UnitDimension::VELOCITY));
     }
-    let Origin { units, kernel, kernel_neighbors, provenance } = origin;
-    let header = RunHeader {
-        dimension: d,
-        box_size: frame.edges,
-        periodic: frame.periodic,
-        units,
-        time: 0.0,
-        kernel,
-        kernel_neighbors,
-        provenance,
-    };
-    let species = vec![Species { part_type: 0, table: ParticleTable { count: n, columns } }];
-    Ok((ParticleFile { header, species }, notes))
+    Ok(ParticleTable { count, columns })
 }
 
 /// A coordinate in [0, edge); `None` where it is out of a box that does not repeat.
@@ -318,8 +366,8 @@ fn inside(x: f64, edge: f64, is_periodic: bool) -> Option<f64> {
 }
 
 /// One column of all bodies, one after the other.
-fn joined(bodies: &[Body], name: &str, notes: &mut Vec<String>) -> Result<Column> {
-    let having = |body: &&Body| body.table.column(name).is_some();
+fn joined(bodies: &[&Body], name: &str, notes: &mut Vec<String>) -> Result<Column> {
+    let having = |body: &&&Body| body.table.column(name).is_some();
     let Some((owner, model)) = bodies.iter().find(having).and_then(|b| Some((b, b.table.column(name)?))) else {
         return Err(Error::scene("bodies", format!("have no column '{name}'")));
     };
@@ -342,7 +390,7 @@ fn joined(bodies: &[Body], name: &str, notes: &mut Vec<String>) -> Result<Column
         return Err(Error::scene(format!("bodies[{}]", other.title), problem));
     }
     let are_whole = bodies.iter().all(|b| b.table.column(name).is_none_or(|c| matches!(c.values, Values::I64(_))));
-    let values = |body: &Body| {
+    let values = |body: &&Body| {
         let zeros = vec![0.0; body.table.count * model.components];
         body.table.column(name).map_or(zeros, |c| c.values.to_f64())
     };

@@ -11,7 +11,7 @@ use super::destination::{Destination, output_format};
 use super::orbit::{self, Relative};
 use super::pipeline;
 use crate::error::{Error, Result};
-use crate::input::hydrostatics::GRAVITATIONAL_CONSTANT;
+use crate::input::constants::GRAVITATIONAL_CONSTANT;
 use crate::input::ingest;
 use crate::input::internal_units::Prepared;
 use crate::input::units::{InputUnits, RunUnits};
@@ -29,6 +29,8 @@ const SYSTEMS: [&str; 4] = ["cgs", "planetary", "solar", "galactic"];
 
 /// What a body is before it is placed.
 struct Estimate {
+    /// Among the scene's bodies.
+    index: usize,
     /// In cgs where there are units.
     mass: f64,
     dimension: usize,
@@ -51,13 +53,13 @@ pub fn place_bodies(
         return Err(Error::scene("bodies", "are none; a scene without them is placed by itself"));
     }
     let title = |i: usize| scene.bodies[i].title(i);
+    let gas: Vec<usize> = (0..scene.bodies.len()).filter(|i| scene.bodies[*i].point_mass.is_none()).collect();
     let estimated = |counts: &[Option<usize>]| -> Result<Vec<Estimate>> {
-        let one = |(i, n): (usize, &Option<usize>)| {
-            estimate(&scene.of_body(i, *n), formats).map_err(|e| in_body(&title(i), e))
-        };
-        counts.iter().enumerate().map(one).collect()
+        let one =
+            |(i, n): (&usize, &Option<usize>)| estimate(scene, *i, *n, formats).map_err(|e| in_body(&title(*i), e));
+        gas.iter().zip(counts).map(one).collect()
     };
-    let estimates = estimated(&vec![None; scene.bodies.len()])?;
+    let estimates = estimated(&vec![None; gas.len()])?;
     let common = Common::new(scene, &estimates)?;
     let mut counts = common.counts(scene, &estimates)?;
     if estimates.iter().any(|e| e.is_radial) {
@@ -66,7 +68,7 @@ pub fn place_bodies(
         counts = common.counts(scene, &again)?;
     }
     let mut placed: Vec<Placed> = Vec::new();
-    for (i, count) in counts.iter().enumerate() {
+    for (&i, count) in gas.iter().zip(&counts) {
         let mut alone = scene.of_body(i, Some(*count));
         alone.output.units = Some(common.name.clone());
         // A body that is the same as another comes out the same.
@@ -80,13 +82,20 @@ pub fn place_bodies(
         placed.push(next);
     }
     let header = placed[0].body.file.header.clone();
+    let conversion = common.conversion(&header.units);
     let (mut bodies, mut reports) = (Vec::new(), Vec::new());
-    for (i, Placed { body, is_cached, .. }) in placed.into_iter().enumerate() {
-        bodies.push(Body::new(title(i), body.file)?);
-        reports.push((body.figures, body.report, is_cached));
+    let mut placed = placed.into_iter();
+    for (i, input) in scene.bodies.iter().enumerate() {
+        if let Some(mass) = &input.point_mass {
+            let mass = mass.value(&format!("bodies[{}].point_mass", title(i)), UnitDimension::MASS, &conversion)?;
+            bodies.push(Body::point(title(i), mass, (common.dimension, input.part_type.unwrap_or(1))));
+            reports.push(None);
+        } else if let Some(Placed { body, is_cached, .. }) = placed.next() {
+            bodies.push(Body::new(title(i), body.file)?);
+            reports.push(Some((body.figures, body.report, is_cached)));
+        }
     }
     let mut notes = Vec::from_iter(common.equalize(scene, formats, &mut bodies)?);
-    let conversion = common.conversion(&header.units);
     let relative =
         scene.orbit.as_ref().map(|o| common.relative(o, &bodies, (&header.units, &conversion))).transpose()?;
     let mut states = common.states(scene, &bodies, relative.as_ref(), &conversion)?;
@@ -114,7 +123,7 @@ pub fn place_bodies(
             relative.pericenter
         ));
     }
-    let stop = worst(reports.iter().map(|r| r.0.stop));
+    let stop = worst(reports.iter().flatten().map(|r| r.0.stop));
     let figures = figures(&bodies, &states, reports);
     let particles = bodies.iter().map(Body::count).sum();
     let mass = bodies.iter().map(|b| b.mass).sum();
@@ -153,7 +162,7 @@ pub fn run_bodies(scene: &Scene, formats: &[FormatSpec], control: &Control<'_>) 
     scene.validate()?;
     let start = Instant::now();
     let destination = Destination::new(scene, formats)?;
-    for i in 0..scene.bodies.len() {
+    for i in (0..scene.bodies.len()).filter(|i| scene.bodies[*i].point_mass.is_none()) {
         destination.refuse_overwriting_inputs(&scene.of_body(i, None))?;
     }
     let (file, mut report) = place_bodies(scene, formats, control)?;
@@ -193,7 +202,8 @@ impl Placed {
 }
 
 /// The mass of a body by itself.
-fn estimate(scene: &Scene, formats: &[FormatSpec]) -> Result<Estimate> {
+fn estimate(scene: &Scene, index: usize, count: Option<usize>, formats: &[FormatSpec]) -> Result<Estimate> {
+    let scene = &scene.of_body(index, count);
     let raw = ingest::read(scene, formats)?;
     let units = RunUnits::new(scene, ingest::units(scene, &raw, &mut Vec::new())?)?;
     let dimension = ingest::dimension(scene, &raw)?;
@@ -204,7 +214,7 @@ fn estimate(scene: &Scene, formats: &[FormatSpec]) -> Result<Estimate> {
         _ => weighed(&Prepared::<3>::new(scene, formats, (raw, &units), count)?),
     };
     let unit = units.input.map_or(1.0, |u| u.density * u.length.powi(dimension as i32));
-    Ok(Estimate { mass: mass * unit, dimension, is_radial, units })
+    Ok(Estimate { index, mass: mass * unit, dimension, is_radial, units })
 }
 
 fn weighed<const D: usize>(prepared: &Prepared<D>) -> (f64, bool) {
@@ -225,14 +235,16 @@ impl Common {
     fn new(scene: &Scene, estimates: &[Estimate]) -> Result<Self> {
         let title = |i: usize| scene.bodies[i].title(i);
         let first = &estimates[0];
-        for (i, other) in estimates.iter().enumerate() {
-            let key = || format!("bodies[{}]", title(i));
+        for other in estimates {
+            let key = || format!("bodies[{}]", title(other.index));
             if other.dimension != first.dimension {
-                let problem = format!("is in {}-D, but body {} in {}-D", other.dimension, title(0), first.dimension);
+                let problem =
+                    format!("is in {}-D, but body {} in {}-D", other.dimension, title(first.index), first.dimension);
                 return Err(Error::scene(key(), problem));
             }
             if other.units.input.is_some() != first.units.input.is_some() {
-                let (with, without) = if first.units.input.is_some() { (0, i) } else { (i, 0) };
+                let (with, without) =
+                    if first.units.input.is_some() { (first.index, other.index) } else { (other.index, first.index) };
                 let problem = format!(
                     "has no units, but body {} has; state them by input.length_unit and input.density_unit",
                     title(with)
@@ -243,7 +255,7 @@ impl Common {
                 let problem = format!(
                     "is in other units than body {}, so that plain numbers of the scene could mean either; state `units`, as in \
                      `units: solar`, or write numbers with their units",
-                    title(0)
+                    title(first.index)
                 );
                 return Err(Error::scene(key(), problem));
             }
@@ -284,9 +296,9 @@ impl Common {
         if let Some(particle) = &scene.particle_mass {
             let dimension = UnitDimension::new(self.dimension as i8 - 3, 1, 0, 0);
             let mass = particle.value("particle_mass", dimension, &self.units.into_cgs())?;
-            return by_particle_mass(scene, &masses, mass);
+            return by_particle_mass(scene, estimates, mass);
         }
-        let stated: Vec<Option<usize>> = scene.bodies.iter().map(|b| b.particles).collect();
+        let stated: Vec<Option<usize>> = estimates.iter().map(|e| scene.bodies[e.index].particles).collect();
         let total = scene.particles.unwrap_or(DEFAULT_PARTICLES);
         let taken: usize = stated.iter().flatten().sum();
         let open: Vec<usize> = (0..masses.len()).filter(|i| stated[*i].is_none()).collect();
@@ -301,7 +313,10 @@ impl Common {
         if let Some(i) = counts.iter().position(|n| *n == 0) {
             let problem =
                 format!("is too light for one of {total} particles of the same mass; state more, or its own number");
-            return Err(Error::scene(format!("bodies[{}].particles", scene.bodies[i].title(i)), problem));
+            return Err(Error::scene(
+                format!("bodies[{}].particles", scene.bodies[estimates[i].index].title(estimates[i].index)),
+                problem,
+            ));
         }
         Ok(counts)
     }
@@ -312,16 +327,17 @@ impl Common {
         if !output_format(scene, formats, output)?.capabilities.equal_masses {
             return Ok(None);
         }
-        let total: f64 = bodies.iter().map(|b| b.mass).sum();
-        let particle = total / bodies.iter().map(Body::count).sum::<usize>() as f64;
-        let change = bodies.iter().map(|b| (particle * b.count() as f64 / b.mass - 1.0).abs()).fold(0.0, f64::max);
+        let mut gas: Vec<&mut Body> = bodies.iter_mut().filter(|b| b.is_gas()).collect();
+        let total: f64 = gas.iter().map(|b| b.mass).sum();
+        let particle = total / gas.iter().map(|b| b.count()).sum::<usize>() as f64;
+        let change = gas.iter().map(|b| (particle * b.count() as f64 / b.mass - 1.0).abs()).fold(0.0, f64::max);
         // More than rounding to whole particles makes.
-        let most = bodies.iter().map(|b| 1.0 / b.count() as f64).fold(0.0, f64::max);
+        let most = gas.iter().map(|b| 1.0 / b.count() as f64).fold(0.0, f64::max);
         if change > most {
             let problem = "has one mass for all particles; leave `particles` of the bodies to their masses";
             return Err(Error::scene("output.format", problem));
         }
-        bodies.iter_mut().for_each(|b| b.set_particle_mass(particle));
+        gas.iter_mut().for_each(|b| b.set_particle_mass(particle));
         Ok(Some(format!(
             "the format has one mass for all particles: the masses of bodies are rounded to whole particles, by {change:.1e} at most"
         )))
@@ -428,20 +444,18 @@ fn has_plain_numbers(scene: &Scene) -> bool {
     let orbit = scene.orbit.iter().flat_map(|o| {
         [&o.semi_major_axis, &o.velocity_at_contact, &o.velocity_at_infinity, &o.distance].into_iter().flatten()
     });
-    in_bodies.chain(orbit).chain(&scene.particle_mass).any(is_plain)
+    let points = scene.bodies.iter().flat_map(|b| &b.point_mass);
+    in_bodies.chain(orbit).chain(points).chain(&scene.particle_mass).any(is_plain)
 }
 
-fn by_particle_mass(scene: &Scene, masses: &[f64], particle: f64) -> Result<Vec<usize>> {
-    let counts = masses.iter().enumerate().map(|(i, mass)| {
+fn by_particle_mass(scene: &Scene, estimates: &[Estimate], particle: f64) -> Result<Vec<usize>> {
+    let counts = estimates.iter().map(|Estimate { index, mass, .. }| {
         let count = (mass / particle).round();
         match count >= 1.0 && count <= f64::from(u32::MAX) {
             true => Ok(count as usize),
             false => {
-                let problem = format!(
-                    "makes {count:.3e} particles of body {}, expected 1 to {}",
-                    scene.bodies[i].title(i),
-                    u32::MAX
-                );
+                let (title, most) = (scene.bodies[*index].title(*index), u32::MAX);
+                let problem = format!("makes {count:.3e} particles of body {title}, expected 1 to {most}");
                 Err(Error::scene("particle_mass", problem))
             }
         }
@@ -493,12 +507,16 @@ fn worst(stops: impl Iterator<Item = StopReason>) -> StopReason {
     stops.max_by_key(rank).unwrap_or(StopReason::NotNeeded)
 }
 
-fn figures(bodies: &[Body], states: &[State], reports: Vec<(BodyFigures, String, bool)>) -> Vec<BodyReport> {
+fn figures(bodies: &[Body], states: &[State], reports: Vec<Option<(BodyFigures, String, bool)>>) -> Vec<BodyReport> {
     let mut first = 1;
     let mut all = Vec::new();
-    for ((body, state), (figures, report, cached)) in bodies.iter().zip(states).zip(reports) {
+    for ((body, state), report) in bodies.iter().zip(states).zip(reports) {
         let ids = [first, first + body.count() - 1];
         first += body.count();
+        let (figures, report, cached) = match report {
+            Some((figures, report, cached)) => (Some(figures), report, cached),
+            None => (None, String::new(), false),
+        };
         all.push(BodyReport {
             name: body.title.clone(),
             ids,

@@ -49,7 +49,8 @@ pub struct BodyReport {
     pub position: [f64; 3],
     pub velocity: [f64; 3],
     pub spin: [f64; 3],
-    pub figures: BodyFigures,
+    /// None of a point.
+    pub figures: Option<BodyFigures>,
     /// How it was placed by itself: the whole report.
     pub report: serde_json::Value,
     /// Whether it was taken from the cache.
@@ -70,6 +71,7 @@ pub struct BodyFigures {
     pub net_force: Option<f64>,
     /// Found and wanted particles of a region that is off, as [`Report::misplaced`] has it.
     pub misplaced: Option<(f64, f64)>,
+    pub warnings: Vec<String>,
     pub notes: Vec<String>,
 }
 
@@ -84,6 +86,7 @@ impl BodyFigures {
             force_noise: report.noise.all,
             net_force: report.balance.as_ref().map(|b| b.all),
             misplaced: report.misplaced().map(|r| (r.found, r.wanted)),
+            warnings: report.warnings.clone(),
             // Among others it is moved again.
             notes: report.notes.iter().filter(|note| !note.starts_with(MOVED)).cloned().collect(),
         }
@@ -110,7 +113,7 @@ impl BodiesReport {
 
     /// The first body with a region that is off, with how many particles that has and should have.
     pub fn misplaced(&self) -> Option<(&str, (f64, f64))> {
-        self.bodies.iter().find_map(|b| Some((b.name.as_str(), b.figures.misplaced?)))
+        self.bodies.iter().find_map(|b| Some((b.name.as_str(), b.figures.as_ref()?.misplaced?)))
     }
 
     /// As text for a terminal.
@@ -159,9 +162,8 @@ impl BodiesReport {
 
     fn write_body(&self, out: &mut String, body: &BodyReport) -> std::fmt::Result {
         let d = self.dimension;
-        let figures = &body.figures;
         let cached = if body.cached { " (from the cache)" } else { "" };
-        writeln!(out, "  body {}: {}{cached}", body.name, figures.input)?;
+        writeln!(out, "  body {}: {}{cached}", body.name, body.figures.as_ref().map_or("a point", |f| &f.input))?;
         let [first, last] = body.ids;
         writeln!(
             out,
@@ -175,6 +177,7 @@ impl BodiesReport {
         if body.spin.iter().any(|s| *s != 0.0) {
             writeln!(out, "    spin           {}", vector(&body.spin))?;
         }
+        let Some(figures) = &body.figures else { return Ok(()) };
         writeln!(
             out,
             "    density error  epsilon {:.3e}, mean {:.3} %; force noise {:.2} % of a random set's",
@@ -184,6 +187,9 @@ impl BodiesReport {
         )?;
         if let Some(net) = figures.net_force {
             writeln!(out, "    force balance  net force is {:.2} % of gravity on average", 100.0 * net)?;
+        }
+        for warning in &figures.warnings {
+            writeln!(out, "    warning        {warning}")?;
         }
         for note in &figures.notes {
             writeln!(out, "    note           {note}")?;

@@ -11,8 +11,6 @@ use std::path::Path;
 pub struct Destination<'a> {
     path: &'a Path,
     format: &'a FormatSpec,
-    /// Whether an older file is there.
-    replaces: bool,
 }
 
 impl<'a> Destination<'a> {
@@ -28,12 +26,7 @@ impl<'a> Destination<'a> {
         if let Some(code) = scene.code().filter(|_| scene.output.parameters) {
             parameters::refuse_overwriting(code, path)?;
         }
-        let replaces = path.exists();
-        if replaces && scene.output.no_clobber {
-            let problem = format!("'{}' is there already, and --no-clobber is set; name another", path.display());
-            return Err(Error::scene("output.file", problem));
-        }
-        Ok(Self { path, format, replaces })
+        Ok(Self { path, format })
     }
 
     /// Refuses to write over what `scene` reads.
@@ -42,6 +35,10 @@ impl<'a> Destination<'a> {
     /// An input that is the output or the checkpoint.
     pub fn refuse_overwriting_inputs(&self, scene: &Scene) -> Result<()> {
         refuse_overwriting_inputs(scene, self.path)?;
+        if self.path.exists() && scene.output.no_clobber {
+            let problem = format!("'{}' is there already, and --no-clobber is set; name another", self.path.display());
+            return Err(Error::scene("output.file", problem));
+        }
         Ok(sph_formats::output::probe(self.path)?)
     }
 
@@ -52,9 +49,10 @@ impl<'a> Destination<'a> {
     pub fn write(&self, scene: &Scene, formats: &[FormatSpec], file: &ParticleFile) -> Result<Vec<String>> {
         let options =
             WriteOptions { compression: scene.output.compression, double_precision: scene.output.double_precision };
+        let replaces = self.path.exists();
         sph_formats::write(formats, self.path, Some(self.format.name), file, options)?;
         let mut notes = Vec::new();
-        if self.replaces {
+        if replaces {
             notes.push(format!("an older '{}' was replaced (--no-clobber refuses that)", self.path.display()));
         }
         if let Some(code) = scene.code().filter(|_| scene.output.parameters) {

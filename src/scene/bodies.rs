@@ -1,8 +1,8 @@
 //! Several bodies in one scene, and the orbit of two of them.
 
 use super::{
-    BalanceInput, BoundaryName, DomainInput, FieldsInput, Input, MaterialLayer, Polish, Quantity, ResolutionInput,
-    Scene, Thermal, TurbulenceInput,
+    BalanceInput, DomainInput, FieldsInput, Input, MaterialLayer, Polish, Quantity, ResolutionInput, Thermal,
+    TurbulenceInput,
 };
 use crate::error::{Error, Result};
 use crate::seeding::Seeding;
@@ -17,6 +17,12 @@ pub struct BodyInput {
     #[serde(skip_serializing_if = "Option::is_none")]
     pub name: Option<String>,
     pub input: Input,
+    /// A single particle of this mass in place of an input: a companion, a core, a black hole.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub point_mass: Option<Quantity>,
+    /// Particle type of a point mass in files of GADGET's kind, 1 to 5; 1 (dark matter) by default.
+    #[serde(rename = "type", skip_serializing_if = "Option::is_none")]
+    pub part_type: Option<u8>,
     #[serde(skip_serializing_if = "Option::is_none")]
     pub resolution: Option<ResolutionInput>,
     pub domain: DomainInput,
@@ -83,6 +89,31 @@ impl BodyInput {
     pub fn title(&self, index: usize) -> String {
         self.name.clone().unwrap_or_else(|| (index + 1).to_string())
     }
+
+    /// Checks a body that is a point.
+    pub(super) fn validate_point(&self, mass: &Quantity, title: &str) -> Result<()> {
+        let key = |name: &str| format!("bodies[{title}].{name}");
+        mass.check_positive(&key("point_mass"), UnitDimension::MASS)?;
+        let allowed = Self {
+            name: self.name.clone(),
+            point_mass: self.point_mass.clone(),
+            part_type: self.part_type,
+            position: self.position.clone(),
+            velocity: self.velocity.clone(),
+            ..Self::default()
+        };
+        if *self != allowed {
+            let problem =
+                "is that of a single particle, which has a name, a type, a position and a velocity; leave the rest out";
+            return Err(Error::scene(key("point_mass"), problem));
+        }
+        match self.part_type {
+            Some(t) if !(1..=5).contains(&t) => {
+                Err(Error::scene(key("type"), format!("is {t}, expected 1 to 5; 0 is gas")))
+            }
+            _ => Ok(()),
+        }
+    }
 }
 
 impl OrbitInput {
@@ -100,7 +131,7 @@ impl OrbitInput {
         .collect()
     }
 
-    fn validate(&self) -> Result<()> {
+    pub(super) fn validate(&self) -> Result<()> {
         for (key, quantity, dimension) in self.quantities() {
             if key == "orbit.velocity_at_infinity" {
                 quantity.check(key, dimension)?;
@@ -160,100 +191,6 @@ impl OrbitInput {
                 }
             }
             _ => {}
-        }
-        Ok(())
-    }
-}
-
-impl Scene {
-    /// The scene of one body by itself, for as many particles as it is to have; without any before that is known.
-    pub(crate) fn of_body(&self, index: usize, particles: Option<usize>) -> Self {
-        let body = &self.bodies[index];
-        let mut alone = Self {
-            input: body.input.clone(),
-            resolution: body.resolution.clone(),
-            domain: body.domain.clone(),
-            particles: particles.or(body.particles),
-            seeding: body.seeding.or(self.seeding),
-            polish: body.polish.or(self.polish),
-            balance: body.balance.clone().or_else(|| self.balance.clone()),
-            fields: body.fields.clone(),
-            turbulence: body.turbulence.clone(),
-            thermal: body.thermal.clone().unwrap_or_else(|| self.thermal.clone()),
-            material: body.material.clone(),
-            bodies: Vec::new(),
-            orbit: None,
-            particle_mass: None,
-            cache: None,
-            ..self.clone()
-        };
-        alone.output.parameters = false;
-        alone
-    }
-
-    /// Checks bodies, each as a scene of its own, and what says where they go.
-    pub(super) fn check_bodies(&self) -> Result<()> {
-        if self.bodies.is_empty() {
-            let of_bodies = [
-                ("orbit", self.orbit.is_some()),
-                ("particle_mass", self.particle_mass.is_some()),
-                ("cache", self.cache.is_some()),
-            ];
-            return match of_bodies.iter().find(|(_, is_given)| *is_given) {
-                Some((key, _)) => Err(Error::scene(*key, "is of scenes with `bodies`; leave it out")),
-                None => Ok(()),
-            };
-        }
-        if self.input != Input::default() {
-            return Err(Error::scene("input", "stands beside `bodies`, which have their own; leave one out"));
-        }
-        for (key, is_given) in [
-            ("resolution", self.resolution.is_some()),
-            ("fields", !self.fields.is_empty()),
-            ("turbulence", self.turbulence.is_some()),
-            ("material", !self.material.is_empty()),
-            ("motion", self.motion != super::Motion::default()),
-            ("checkpoint", !self.checkpoint.is_default()),
-        ] {
-            if is_given {
-                return Err(Error::scene(key, "cannot stand beside `bodies`; state it for each of them"));
-            }
-        }
-        if self.domain.ball.is_some() || self.domain.cylinder.is_some() {
-            return Err(Error::scene("domain", "of a scene with `bodies` is a `box`, or left out"));
-        }
-        for (i, body) in self.bodies.iter().enumerate() {
-            self.of_body(i, None).validate().map_err(|e| in_body(&body.title(i), e))?;
-            let key = |name: &str| format!("bodies[{}].{name}", body.title(i));
-            if body.domain.boundary.contains(&BoundaryName::Periodic) {
-                let problem = "is periodic, but a body ends somewhere; the box of all of them is the scene's `domain`";
-                return Err(Error::scene(key("domain.boundary"), problem));
-            }
-            super::check_all(&key("position"), &body.position, UnitDimension::LENGTH)?;
-            super::check_all(&key("velocity"), &body.velocity, UnitDimension::VELOCITY)?;
-            super::check_all(&key("spin"), &body.spin, UnitDimension::RATE)?;
-            if self.particle_mass.is_some() && body.particles.is_some() {
-                return Err(Error::scene(key("particles"), "and particle_mass are both given; leave one out"));
-            }
-        }
-        if let (Some(_), Some(_)) = (&self.particle_mass, self.particles) {
-            return Err(Error::scene("particle_mass", "and particles are both given; leave one out"));
-        }
-        if let Some(orbit) = &self.orbit {
-            orbit.validate()?;
-            if self.bodies.len() != 2 {
-                return Err(Error::scene("orbit", format!("is of two bodies, but there are {}", self.bodies.len())));
-            }
-            if let Some((i, _)) =
-                self.bodies.iter().enumerate().find(|(_, b)| !(b.position.is_empty() && b.velocity.is_empty()))
-            {
-                let key = format!("bodies[{}]", self.bodies[i].title(i));
-                return Err(Error::scene(key, "has a position or velocity, which the orbit settles; leave one out"));
-            }
-            if let Some((i, _)) = self.bodies.iter().enumerate().find(|(_, b)| orbit.corotation && !b.spin.is_empty()) {
-                let key = format!("bodies[{}].spin", self.bodies[i].title(i));
-                return Err(Error::scene(key, "and orbit.corotation are both given; leave one out"));
-            }
         }
         Ok(())
     }

@@ -7,10 +7,14 @@ mod balance;
 mod bodies;
 mod count;
 mod dimensions;
+mod domain;
 mod fields;
 mod input;
+mod of_body;
+mod physics;
 mod profile;
 mod quantity;
+mod resolution;
 mod role;
 mod stages;
 mod systems;
@@ -22,10 +26,13 @@ pub use balance::{BalanceInput, EquationOfState, GravityName};
 pub(crate) use bodies::in_body;
 pub use bodies::{BodyInput, OrbitInput};
 pub use count::parse_count;
+pub use domain::{AxisName, BallInput, BoundaryName, CylinderInput, DomainInput};
 pub use fields::{FieldValue, FieldsInput, Term};
 pub use input::{Atmosphere, CenteringName, Input, InterpolationName, MissingValues, StaggeringName};
+pub use physics::{MaterialLayer, Motion, Thermal};
 pub use profile::ProfileInput;
 pub use quantity::{Conversion, Quantity, check_all, values};
+pub use resolution::ResolutionInput;
 pub use role::{Part, Role, Vector, parse_mapping};
 pub use stages::{AfcInput, AlaricInput, CheckpointInput, Polish, SolverInput, WvtInput};
 pub use systems::system_of;
@@ -127,131 +134,6 @@ pub struct Scene {
     #[serde(skip_serializing_if = "Option::is_none")]
     pub particle_mass: Option<Quantity>,
     pub output: Output,
-}
-
-/// A resolution field: one of the four.
-#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
-#[serde(deny_unknown_fields, default)]
-pub struct ResolutionInput {
-    /// Expression for the spacing, up to a factor.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub spacing: Option<String>,
-    /// Expression for the number density, up to a factor.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub number_density: Option<String>,
-    /// Variable for the spacing, up to a factor.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub spacing_variable: Option<String>,
-    /// Variable for the number density, up to a factor.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub number_density_variable: Option<String>,
-    /// File of the variable, where it is not the input.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub file: Option<PathBuf>,
-}
-
-/// Where particles may be. By default all of the input; expressions need a box or a ball.
-#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
-#[serde(deny_unknown_fields, default)]
-pub struct DomainInput {
-    /// Lower and upper corner.
-    #[serde(rename = "box", skip_serializing_if = "Option::is_none")]
-    pub bounds: Option<[Vec<Quantity>; 2]>,
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub ball: Option<BallInput>,
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub cylinder: Option<CylinderInput>,
-    /// One for all axes, or one each; the surface of a ball or hull takes the first, that of a cylinder the first across
-    /// its axis. By default open.
-    #[serde(skip_serializing_if = "Vec::is_empty", deserialize_with = "yaml::one_or_many")]
-    pub boundary: Vec<BoundaryName>,
-}
-
-/// A ball, disc or interval, or a shell.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct BallInput {
-    /// The origin by default.
-    #[serde(default)]
-    pub center: Vec<Quantity>,
-    pub radius: Quantity,
-    #[serde(default)]
-    pub inner_radius: Quantity,
-}
-
-/// A cylinder or a tube, in three dimensions.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct CylinderInput {
-    /// The middle of its axis; the origin by default.
-    #[serde(default)]
-    pub center: Vec<Quantity>,
-    #[serde(default)]
-    pub axis: AxisName,
-    pub radius: Quantity,
-    #[serde(default)]
-    pub inner_radius: Quantity,
-    pub length: Quantity,
-}
-
-/// A coordinate axis.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
-#[serde(rename_all = "kebab-case")]
-pub enum AxisName {
-    X,
-    Y,
-    #[default]
-    Z,
-}
-
-/// What lies beyond a face or a surface.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "kebab-case")]
-pub enum BoundaryName {
-    /// The opposite face.
-    Periodic,
-    /// A mirror image of the matter within.
-    Reflecting,
-    /// Vacuum.
-    Open,
-}
-
-/// Velocities given to the particles, on top of carried ones.
-#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
-#[serde(deny_unknown_fields, default)]
-pub struct Motion {
-    #[serde(skip_serializing_if = "Vec::is_empty")]
-    pub bulk: Vec<Quantity>,
-    /// Angular velocity about the domain's center: three components, or one in 2-D.
-    #[serde(skip_serializing_if = "Vec::is_empty")]
-    pub rotation: Vec<Quantity>,
-}
-
-/// Where the internal energy comes from when the input does not carry it.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields, default)]
-pub struct Thermal {
-    /// Adiabatic index, used to turn a carried pressure into u = P/((gamma - 1) rho).
-    pub gamma: f64,
-    /// Specific internal energy of all particles.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub internal_energy: Option<Quantity>,
-}
-
-impl Default for Thermal {
-    fn default() -> Self {
-        Self { gamma: 5.0 / 3.0, internal_energy: None }
-    }
-}
-
-/// A shell of one material, as SWIFT's planetary schemes number them (`MaterialIDs`).
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct MaterialLayer {
-    pub id: i32,
-    /// Outer radius. The last layer has none.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub radius: Option<Quantity>,
 }
 
 fn positive(key: &str, v: f64) -> Result<()> {
@@ -531,31 +413,6 @@ impl Scene {
         ];
         let force = || self.code().and_then(|code| code.unknown_force()).map(|why| format!("target_code: {why}"));
         excluded.iter().find(|e| e.1).map(|(key, _, why)| format!("{key}: {why}")).or_else(force)
-    }
-}
-
-impl ResolutionInput {
-    /// The expression, if it is one.
-    pub fn expression(&self) -> Option<&str> {
-        self.spacing.as_deref().or(self.number_density.as_deref())
-    }
-
-    /// The variable, if it is one.
-    pub fn variable(&self) -> Option<&str> {
-        self.spacing_variable.as_deref().or(self.number_density_variable.as_deref())
-    }
-
-    fn validate(&self) -> Result<()> {
-        let given = [&self.spacing, &self.number_density, &self.spacing_variable, &self.number_density_variable];
-        match given.iter().filter(|g| g.is_some()).count() {
-            1 => Ok(()),
-            n => Err(Error::scene(
-                "resolution",
-                format!(
-                    "has {n} of `spacing`, `number_density`, `spacing_variable`, `number_density_variable`; expected exactly one"
-                ),
-            )),
-        }
     }
 }
 

@@ -13,7 +13,7 @@ mod table;
 mod white_dwarf;
 
 use crate::error::{Error, Result};
-use crate::input::hydrostatics::GRAVITATIONAL_CONSTANT;
+use crate::input::constants::GRAVITATIONAL_CONSTANT;
 use crate::scene::{Conversion, ProfileInput, Quantity, Scene};
 use sph_formats::{Geometry, Location, RawField, Unit, UnitDimension, UnitSystem, Values, Variable};
 use spheres::{Cut, key};

@@ -57,17 +57,6 @@ fn column_of(role: Role) -> Option<&'static str> {
     })
 }
 
-/// The column that a name by itself is taken for, or the name: components of vectors keep theirs.
-pub fn standard_name(name: &str) -> &str {
-    match spelling(name) {
-        Spelling::Role(Role::Vector(_, part)) if part != Part::Whole => name,
-        // An energy by itself, since nothing else is called `v` or `w` beside it.
-        Spelling::Wind(0) => names::INTERNAL_ENERGY,
-        Spelling::Role(role) => column_of(role).unwrap_or(name),
-        _ => name,
-    }
-}
-
 /// Kinds of space, by the directions that components in it can have.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Space {

@@ -7,5 +7,5 @@ mod spelling;
 mod units;
 
 pub use apply::apply;
-pub use assign::{Assignment, assign, standard_name};
+pub use assign::{Assignment, assign};
 pub use units::adopt_units;

@@ -1,0 +1,108 @@
+//! The scenes of bodies by themselves, and what cannot stand beside them.
+
+use super::{BoundaryName, Input, Motion, Scene, check_all, in_body};
+use crate::error::{Error, Result};
+use sph_formats::UnitDimension;
+
+impl Scene {
+    /// The scene of one body by itself, for as many particles as it is to have; without any before that is known.
+    pub(crate) fn of_body(&self, index: usize, particles: Option<usize>) -> Self {
+        let body = &self.bodies[index];
+        let mut alone = Self {
+            input: body.input.clone(),
+            resolution: body.resolution.clone(),
+            domain: body.domain.clone(),
+            particles: particles.or(body.particles),
+            seeding: body.seeding.or(self.seeding),
+            polish: body.polish.or(self.polish),
+            balance: body.balance.clone().or_else(|| self.balance.clone()),
+            fields: body.fields.clone(),
+            turbulence: body.turbulence.clone(),
+            thermal: body.thermal.clone().unwrap_or_else(|| self.thermal.clone()),
+            material: body.material.clone(),
+            bodies: Vec::new(),
+            orbit: None,
+            particle_mass: None,
+            cache: None,
+            ..self.clone()
+        };
+        alone.output.parameters = false;
+        alone
+    }
+
+    /// Checks bodies, each as a scene of its own, and what says where they go.
+    pub(super) fn check_bodies(&self) -> Result<()> {
+        if self.bodies.is_empty() {
+            let of_bodies = [
+                ("orbit", self.orbit.is_some()),
+                ("particle_mass", self.particle_mass.is_some()),
+                ("cache", self.cache.is_some()),
+            ];
+            return match of_bodies.iter().find(|(_, is_given)| *is_given) {
+                Some((key, _)) => Err(Error::scene(*key, "is of scenes with `bodies`; leave it out")),
+                None => Ok(()),
+            };
+        }
+        if self.input != Input::default() {
+            return Err(Error::scene("input", "stands beside `bodies`, which have their own; leave one out"));
+        }
+        for (key, is_given) in [
+            ("resolution", self.resolution.is_some()),
+            ("fields", !self.fields.is_empty()),
+            ("turbulence", self.turbulence.is_some()),
+            ("material", !self.material.is_empty()),
+            ("motion", self.motion != Motion::default()),
+            ("checkpoint", !self.checkpoint.is_default()),
+        ] {
+            if is_given {
+                return Err(Error::scene(key, "cannot stand beside `bodies`; state it for each of them"));
+            }
+        }
+        if self.domain.ball.is_some() || self.domain.cylinder.is_some() {
+            return Err(Error::scene("domain", "of a scene with `bodies` is a `box`, or left out"));
+        }
+        for (i, body) in self.bodies.iter().enumerate() {
+            let key = |name: &str| format!("bodies[{}].{name}", body.title(i));
+            match &body.point_mass {
+                Some(mass) => body.validate_point(mass, &body.title(i))?,
+                None if body.part_type.is_some() => {
+                    return Err(Error::scene(key("type"), "is of a point_mass; gas has type 0"));
+                }
+                None => self.of_body(i, None).validate().map_err(|e| in_body(&body.title(i), e))?,
+            }
+            if body.domain.boundary.contains(&BoundaryName::Periodic) {
+                let problem = "is periodic, but a body ends somewhere; the box of all of them is the scene's `domain`";
+                return Err(Error::scene(key("domain.boundary"), problem));
+            }
+            check_all(&key("position"), &body.position, UnitDimension::LENGTH)?;
+            check_all(&key("velocity"), &body.velocity, UnitDimension::VELOCITY)?;
+            check_all(&key("spin"), &body.spin, UnitDimension::RATE)?;
+            if self.particle_mass.is_some() && body.particles.is_some() {
+                return Err(Error::scene(key("particles"), "and particle_mass are both given; leave one out"));
+            }
+        }
+        if self.bodies.iter().all(|b| b.point_mass.is_some()) {
+            return Err(Error::scene("bodies", "are points all of them; a scene has gas in one at least"));
+        }
+        if let (Some(_), Some(_)) = (&self.particle_mass, self.particles) {
+            return Err(Error::scene("particle_mass", "and particles are both given; leave one out"));
+        }
+        if let Some(orbit) = &self.orbit {
+            orbit.validate()?;
+            if self.bodies.len() != 2 {
+                return Err(Error::scene("orbit", format!("is of two bodies, but there are {}", self.bodies.len())));
+            }
+            if let Some((i, _)) =
+                self.bodies.iter().enumerate().find(|(_, b)| !(b.position.is_empty() && b.velocity.is_empty()))
+            {
+                let key = format!("bodies[{}]", self.bodies[i].title(i));
+                return Err(Error::scene(key, "has a position or velocity, which the orbit settles; leave one out"));
+            }
+            if let Some((i, _)) = self.bodies.iter().enumerate().find(|(_, b)| orbit.corotation && !b.spin.is_empty()) {
+                let key = format!("bodies[{}].spin", self.bodies[i].title(i));
+                return Err(Error::scene(key, "and orbit.corotation are both given; leave one out"));
+            }
+        }
+        Ok(())
+    }
+}

@@ -1,0 +1,42 @@
+//! What a scene says of motion, energies and materials.
+
+use super::Quantity;
+use serde::{Deserialize, Serialize};
+
+/// Velocities given to the particles, on top of carried ones.
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct Motion {
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub bulk: Vec<Quantity>,
+    /// Angular velocity about the domain's center: three components, or one in 2-D.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub rotation: Vec<Quantity>,
+}
+
+/// Where the internal energy comes from when the input does not carry it.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct Thermal {
+    /// Adiabatic index, used to turn a carried pressure into u = P/((gamma - 1) rho).
+    pub gamma: f64,
+    /// Specific internal energy of all particles.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub internal_energy: Option<Quantity>,
+}
+
+impl Default for Thermal {
+    fn default() -> Self {
+        Self { gamma: 5.0 / 3.0, internal_energy: None }
+    }
+}
+
+/// A shell of one material, as SWIFT's planetary schemes number them (`MaterialIDs`).
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct MaterialLayer {
+    pub id: i32,
+    /// Outer radius. The last layer has none.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub radius: Option<Quantity>,
+}
