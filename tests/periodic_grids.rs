@@ -24,7 +24,7 @@ fn run(container: &Container, grid: &Grid, density: crate::grids::Field, more: &
     let path = folder.path().join(container.file);
     (container.write)(&path, grid, &[("density", density)]);
     let text = format!(
-        "input: {{file: '{}', density: density{more}}}\ndomain: {{boundary: [periodic]}}\nparticles: 20\npolish: none\nwvt: {{iterations: 0}}",
+        "input: {{file: '{}', density: density{more}}}\ndomain: {{boundary: [periodic]}}\nparticles: 4\npolish: none\nwvt: {{iterations: 0}}",
         path.display()
     );
     place(&Scene::parse(&text).unwrap(), FORMATS, &Control::default()).map(|(file, report)| {
@@ -78,8 +78,8 @@ fn nodes_that_end_where_they_begin_span_their_box_in_every_format() {
 #[test]
 fn what_may_be_either_is_asked_for_and_taken_as_told() {
     for container in CONTAINERS.iter().filter(|c| !c.states_cells) {
-        for (counts, edges) in BOXES {
-            let (cells, nodes) = (symmetric(counts, edges, true), symmetric(counts, edges, false));
+        for (counts, edges) in &BOXES[2..] {
+            let (cells, nodes) = (symmetric(*counts, *edges, true), symmetric(*counts, *edges, false));
             let shifted =
                 |grid: &Grid| Grid { low: grid.low.map(|x| x + 7.3), high: grid.high.map(|x| x + 7.3), ..*grid };
             // Point data are VTK's word for nodes.
@@ -114,7 +114,7 @@ fn a_box_of_the_scene_says_what_the_period_is() {
     (container.write)(&path, &grid, &[("density", even)]);
     let run = |edge: f64| {
         let text = format!(
-            "input: {{file: '{}'}}\ndomain: {{box: [[0, 0, 0], [{edge}, {edge}, {edge}]], boundary: [periodic]}}\nparticles: 20\npolish: none\nwvt: {{iterations: 0}}",
+            "input: {{file: '{}'}}\ndomain: {{box: [[0, 0, 0], [{edge}, {edge}, {edge}]], boundary: [periodic]}}\nparticles: 4\npolish: none\nwvt: {{iterations: 0}}",
             path.display()
         );
         place(&Scene::parse(&text).unwrap(), FORMATS, &Control::default()).map(|(_, report)| report.mass.total)
@@ -131,7 +131,7 @@ fn the_report_says_how_it_was_decided() {
     let path = folder.path().join(container.file);
     (container.write)(&path, &from_zero([4; 3], [1.0; 3], true), &[("density", wave)]);
     let text = format!(
-        "input: {{file: '{}'}}\ndomain: {{boundary: [periodic]}}\nparticles: 20\npolish: none\nwvt: {{iterations: 0}}",
+        "input: {{file: '{}'}}\ndomain: {{boundary: [periodic]}}\nparticles: 4\npolish: none\nwvt: {{iterations: 0}}",
         path.display()
     );
     let (_, report) = place(&Scene::parse(&text).unwrap(), FORMATS, &Control::default()).unwrap();

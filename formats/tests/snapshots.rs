@@ -388,3 +388,28 @@ fn gizmo_and_arepo_get_the_headers_and_lengths_of_their_own() {
     assert!(refusal("arepo", &outside).contains("upper faces excluded"));
     write("gizmo", &folder.path().join("b.hdf5"), &outside, 0).unwrap();
 }
+
+#[test]
+fn gadgets_units_are_stated_for_the_readers_that_look_for_them() {
+    let folder = tempfile::tempdir().unwrap();
+    let file = particles(5, 3);
+    let u = file.header.units;
+    let speed = u.length / u.time;
+    for format in ["gadget", "gizmo", "arepo", "swift"] {
+        let path = folder.path().join(format!("{format}.hdf5"));
+        write(format, &path, &file, 4).unwrap();
+        let reader = Reader::open(&path, "gadget").unwrap();
+        let stated = |group: &str, name: &str| reader.group_attributes(group).ok().and_then(|a| a.number(name));
+        for (name, value) in [
+            ("UnitLength_in_cm", u.length),
+            ("UnitMass_in_g", u.mass),
+            ("UnitVelocity_in_cm_per_s", speed),
+            ("UnitEnergy_in_cgs", u.mass * speed * speed),
+        ] {
+            // More than its own five in SWIFT's group is more than swiftsimio takes.
+            let expected = (format != "swift").then_some(value);
+            assert_eq!(stated("Units", name), expected, "{format}, {name}");
+            assert_eq!(stated("Parameters", name), expected, "{format}, {name}");
+        }
+    }
+}

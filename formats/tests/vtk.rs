@@ -111,6 +111,29 @@ fn a_legacy_mesh_keeps_its_cells() {
 }
 
 #[test]
+fn units_and_kernel_are_field_data() {
+    let folder = tempfile::tempdir().unwrap();
+    let file = particles(5);
+    for (extension, has_texts) in [("vtu", false), ("vtp", true), ("vtk", false)] {
+        let path = folder.path().join(format!("a.{extension}"));
+        write(FORMATS, &path, None, &file, WriteOptions::default()).unwrap();
+        let bytes = std::fs::read(&path).unwrap();
+        let text = String::from_utf8_lossy(&bytes);
+        for name in ["UnitLength_in_cm", "UnitMass_in_g", "UnitVelocity_in_cm_per_s", "KernelNeighbors"] {
+            assert!(text.contains(name), "{extension}: {name}");
+        }
+        if extension != "vtk" {
+            let length = format!(
+                "Name=\"UnitLength_in_cm\" NumberOfTuples=\"1\" format=\"ascii\">{:e}<",
+                file.header.units.length
+            );
+            assert!(text.contains(&length), "{extension}");
+        }
+        assert_eq!(text.contains("type=\"String\" Name=\"Kernel\""), has_texts, "{extension}");
+    }
+}
+
+#[test]
 fn damaged_files_are_errors_and_never_panics() {
     let folder = tempfile::tempdir().unwrap();
     let mut originals = vec![(IMAGE.as_bytes().to_vec(), "vti"), (TETRAHEDRON.as_bytes().to_vec(), "vtk")];

@@ -234,7 +234,7 @@ impl Report {
             writeln!(out, "  note             {note}")?;
         }
         for left in &self.plan.left_out {
-            writeln!(out, "  not needed       {}: {}", left.what, left.why)?;
+            writeln!(out, "  without          {}: {}", left.what, left.why)?;
         }
         write_verdict(out, &self.verdict)
     }

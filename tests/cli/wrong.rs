@@ -264,5 +264,5 @@ fn the_report_ends_with_a_verdict() {
         assert!(verdict.contains(part), "{part}: {verdict}");
     }
     assert!(!text.contains("Stagnated") && !text.contains("left out  "), "{text}");
-    assert!(text.contains("not needed       periodic images"), "{text}");
+    assert!(text.contains("without          periodic images"), "{text}");
 }

@@ -104,6 +104,31 @@ def by_pynbody(name):
     return {"Coordinates": gas["pos"], "Velocities": gas["vel"], "Masses": gas["mass"], "ParticleIDs": gas["iord"]}
 
 
+def in_cgs():
+    """Mass, extent and velocity, energy per mass in cgs, by the units that SWIFT's file states."""
+    with h5py.File(path("star.hdf5")) as f:
+        length, mass, time = (float(f["Units"].attrs[f"Unit {n} in cgs (U_{k})"][0]) for n, k in (("length", "L"), ("mass", "M"), ("time", "t")))
+        gas = f["PartType0"]
+        speed = length / time
+        return {"Coordinates": gas["Coordinates"][:] * length, "Masses": gas["Masses"][:] * mass,
+                "InternalEnergy": gas["InternalEnergy"][:].astype("f8") * speed**2}
+
+
+def cgs_by_pynbody(name):
+    gas = pynbody.load(path(name)).g
+    return {"Coordinates": gas["pos"].in_units("cm"), "Masses": gas["mass"].in_units("g"),
+            "InternalEnergy": gas["u"].in_units("cm**2 s**-2")}
+
+
+def cgs_by_yt(name):
+    with h5py.File(path(name)) as f:
+        base = {k: float(v) for k, v in f["Parameters"].attrs.items()}
+    data = yt.load(path(name), unit_base=base).all_data()
+    order = np.argsort(data["PartType0", "ParticleIDs"].value)
+    units = {"Coordinates": "cm", "Masses": "g", "InternalEnergy": "cm**2/s**2"}
+    return {n: data["PartType0", n].in_units(u).value[order] for n, u in units.items()}
+
+
 truth = hdf5("star.hdf5")
 assert set(truth) == set(NAMES), truth.keys()
 readings = {f"h5py {f}": lambda f=f: hdf5(f) for f in ("gadget.hdf5", "gizmo.hdf5", "arepo.hdf5")}
@@ -113,12 +138,15 @@ readings |= {"swiftsimio star.hdf5": by_swiftsimio}
 readings |= {f"yt {f}": lambda f=f: by_yt(f) for f in ("star.hdf5", "gadget.hdf5")}
 readings |= {f"pynbody {f}": lambda f=f: by_pynbody(f) for f in ("gadget.hdf5", "gizmo.hdf5", "star.gdt", "star.gadget1")}
 readings |= {"netCDF4 star.nc": by_netcdf4, "xarray star.nc": by_xarray}
+readings |= {f"pynbody {f} in cgs": lambda f=f: cgs_by_pynbody(f) for f in ("gadget.hdf5", "gizmo.hdf5", "arepo.hdf5")}
+readings |= {f"yt {f} in cgs": lambda f=f: cgs_by_yt(f) for f in ("gadget.hdf5", "gizmo.hdf5", "arepo.hdf5")}
+physical = in_cgs()
 wrong = 0
 for label, reading in readings.items():
     try:
         found = reading()
         for name, values in found.items():
-            values, expected = np.asarray(values, "f8"), truth[name].astype("f8")
+            values, expected = np.asarray(values, "f8"), (physical if label.endswith("cgs") else truth)[name].astype("f8")
             assert values.shape == expected.shape, f"{name} has shape {values.shape}, not {expected.shape}"
             scale = np.abs(expected).max() or 1.0
             difference = np.abs(values - expected).max() / scale

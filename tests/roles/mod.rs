@@ -66,7 +66,7 @@ fn helium(x: [f64; 3]) -> f64 {
 fn run(folder: &std::path::Path, (file, density): (&str, &str), more: &str) -> (ParticleFile, Report) {
     let path = folder.join(file);
     let scene = format!(
-        "input: {{file: '{}', interpolation: linear, density: {density}}}\nparticles: 60\npolish: none\nwvt: {{iterations: 0}}\n{more}",
+        "input: {{file: '{}', interpolation: linear, density: {density}}}\nparticles: 24\npolish: none\nwvt: {{iterations: 0}}\n{more}",
         path.display()
     );
     let mut scene = Scene::parse(&scene).unwrap();
@@ -93,7 +93,7 @@ fn check(file: &ParticleFile, container: &Container, column: &str, expected: &[F
     let found = found.unwrap_or_else(|| panic!("{label}: no column {column}"));
     assert_eq!(found.components, expected.len(), "{label}, {column}");
     let places = places(file, container);
-    assert!(places.len() > 12, "{label}: {} particles to compare", places.len());
+    assert!(places.len() > 4, "{label}: {} particles to compare", places.len());
     for (i, x) in places {
         for (k, f) in expected.iter().enumerate() {
             let value = found.values.get(i * expected.len() + k);

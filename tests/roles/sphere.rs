@@ -123,3 +123,28 @@ fn a_velocity_without_a_unit_is_in_the_coherent_units_of_the_input_or_warned_of(
         report.warnings
     );
 }
+
+#[test]
+fn components_out_of_the_plane_are_warned_of_unless_they_are_zero() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("plane.nc");
+    let line = [0.0, 1.0, 2.0];
+    for (out_of_plane, is_warned) in [(0.0, false), (3.0, true)] {
+        let mut file = ClassicFile::new();
+        let ids = ["x", "y"].map(|name| {
+            let id = file.dimension(name, 3);
+            file.variable(name, &[id], Data::F64(&line), &[("axis", name.to_uppercase().as_str().into())]);
+            id
+        });
+        let along = [out_of_plane; 9];
+        for (name, values) in [("density", &[1.0; 9]), ("vel1", &[5.0; 9]), ("vel2", &[7.0; 9]), ("vel3", &along)] {
+            file.variable(name, &[ids[1], ids[0]], Data::F64(values), &[]);
+        }
+        file.write(&path).unwrap();
+        let (file, report) = run(&path, "");
+        let v = file.species[0].table.column(columns::VELOCITIES).unwrap();
+        assert_eq!((v.components, v.values.get(0), v.values.get(1)), (2, 5.0, 7.0));
+        let warned = report.warnings.iter().any(|w| w.contains("'vel3'") && w.contains("out of the 2-D space"));
+        assert_eq!(warned, is_warned, "{:?}", report.warnings);
+    }
+}

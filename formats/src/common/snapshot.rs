@@ -4,7 +4,7 @@
 //! |------------------|---------------------------------------------------------------------------------------------|
 //! | `/Header`        | BoxSize, NumPart_* and MassTable of length 6, Time, flags; numbers of all flavors have shape (1,) |
 //! | `/Units`         | the five `Unit ... in cgs (U_x)` attributes and, for SWIFT, nothing else (more breaks swiftsimio) |
-//! | `/Parameters`    | `UnitLength_in_cm`, `UnitMass_in_g`, `UnitVelocity_in_cm_per_s`, also in `/Units`; not for SWIFT |
+//! | `/Parameters`    | `UnitLength_in_cm`, `UnitMass_in_g`, `UnitVelocity_in_cm_per_s`, `UnitEnergy_in_cgs`, also in `/Units`; not for SWIFT |
 //! | `/PartType<n>`   | the flavor's datasets, then every other column under its own name (`/` becomes `_`)         |
 //! | dataset attributes | `U_x exponent`, `a-scale exponent`, `h-scale exponent`, and SWIFT's factor to cgs units   |
 //! | `/SphPrep`       | provenance as text; flavor, kernel, its neighbor number, periodic axes                      |
@@ -141,8 +141,15 @@ impl Job<'_> {
 }
 
 /// Units under the names of GADGET's parameter files.
-pub(crate) fn unit_parameters(u: &UnitSystem) -> [(&'static str, f64); 3] {
-    [("UnitLength_in_cm", u.length), ("UnitMass_in_g", u.mass), ("UnitVelocity_in_cm_per_s", u.length / u.time)]
+fn unit_parameters(u: &UnitSystem) -> [(&'static str, f64); 4] {
+    let speed = u.length / u.time;
+    [
+        ("UnitLength_in_cm", u.length),
+        ("UnitMass_in_g", u.mass),
+        ("UnitVelocity_in_cm_per_s", speed),
+        // Without it yt takes energies for (km/s)^2.
+        ("UnitEnergy_in_cgs", u.mass * speed * speed),
+    ]
 }
 
 /// Low and high words of particle numbers, as headers have them since GADGET-2.

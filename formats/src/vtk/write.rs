@@ -189,7 +189,7 @@ fn xml(
         writeln!(out, "{comment}")?;
     }
     writeln!(out, "<{kind}>")?;
-    field_data(&mut out, file)?;
+    field_data(&mut out, dataset, file)?;
     writeln!(out, "<Piece {piece}>")?;
     let scalars = if arrays.iter().any(|a| a.name == names::DENSITY) { " Scalars=\"Density\"" } else { "" };
     writeln!(out, "<PointData{scalars}>")?;
@@ -216,13 +216,17 @@ fn xml(
 }
 
 /// Units, kernel and provenance as ParaView shows them (View, Information), apart from the comments that are read back.
-fn field_data(out: &mut impl Write, file: &ParticleFile) -> std::io::Result<()> {
+/// Texts are in `.vtp` files alone: meshio 5 reads no `.vtu` that has any.
+fn field_data(out: &mut impl Write, dataset: Dataset, file: &ParticleFile) -> std::io::Result<()> {
     writeln!(out, "<FieldData>")?;
     for (name, value) in numbers(file) {
         writeln!(
             out,
             "<DataArray type=\"Float64\" Name=\"{name}\" NumberOfTuples=\"1\" format=\"ascii\">{value:e}</DataArray>"
         )?;
+    }
+    if dataset == Dataset::Unstructured {
+        return writeln!(out, "</FieldData>");
     }
     let kernel = std::iter::once(("Kernel", file.header.kernel.as_str()));
     let provenance = file.header.provenance.iter().map(|(key, value)| (key.as_str(), value.as_str()));

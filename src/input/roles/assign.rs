@@ -237,11 +237,12 @@ fn judge(assignment: &mut Assignment, role: Role, variable: &Variable, space: Sp
                 assignment.leave(format!("is {}, whose directions are not known {}", article(role), space.name()));
             } else if matches!((role, space), (Role::Vector(Vector::MagneticField, _), Space::Radial)) {
                 assignment.leave("a magnetic field has no direction in a radial profile");
+            } else if let (Space::Cartesian(d), Part::Y | Part::Z, false) = (space, part, space.admits(part)) {
+                assignment.leave(format!("is named like {}, but points out of the {d}-D space", article(role)));
+                // Codes write three components in fewer dimensions, too.
+                assignment.is_warning = variable.values.range() != (0.0, 0.0, 0);
             } else if !space.admits(part) && !is_mapped {
                 let remedy = match space {
-                    Space::Cartesian(d) if matches!(part, Part::Y | Part::Z) => {
-                        format!("it points out of the {d}-D space")
-                    }
                     Space::Cartesian(_) => format!(
                         "the center is a guess; --map {}={} takes it about the origin of coordinates",
                         variable.name,
