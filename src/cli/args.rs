@@ -3,7 +3,9 @@
 use crate::compare::DEFAULT;
 use crate::error::Result;
 use crate::scene::{Scene, parse_count, parse_mapping};
+use crate::seeding::{METHODS, Seeding};
 use clap::{Parser, Subcommand};
+use sph::kernel::KernelName;
 use sph_formats::did_you_mean;
 use std::path::PathBuf;
 
@@ -62,6 +64,13 @@ pub enum Command {
     Methods,
     /// Run a scene through several methods: error, noise and time as tables, JSON and a page of figures.
     Compare(CompareArgs),
+    /// Print a script that completes commands, options and their values in a shell.
+    Completions {
+        #[arg(value_enum)]
+        shell: clap_complete::Shell,
+    },
+    /// Print the manual page (roff), as for `man -l`.
+    Man,
 }
 
 #[derive(Debug, clap::Args)]
@@ -204,6 +213,16 @@ pub struct RunArgs {
     /// Deflate level of the output, 0 (none) to 9 [default: 4].
     #[arg(long, value_name = "LEVEL", value_parser = clap::value_parser!(u8).range(0..=9))]
     compression: Option<u8>,
+    /// Kernel of the sums: cubic-spline, quartic, quintic, wendland-c2, wendland-c4, wendland-c6 [default: that of the code of
+    /// --for, else wendland-c4].
+    #[arg(long, value_name = "NAME", value_parser = kernel)]
+    kernel: Option<KernelName>,
+    /// V n H^d, the number of neighbors [default: that of the code of --for, else 64 in 3-D].
+    #[arg(long, value_name = "NUMBER")]
+    neighbors: Option<f64>,
+    /// How particles are seeded; `sph-prep methods` lists the names.
+    #[arg(long, value_name = "NAME", value_parser = seeding)]
+    seeding: Option<Seeding>,
     /// Seed of all random numbers.
     #[arg(long)]
     seed: Option<u64>,
@@ -273,6 +292,14 @@ fn choice<T: Copy>(text: &str, known: &[(&str, T)]) -> std::result::Result<T, St
     })
 }
 
+fn kernel(text: &str) -> std::result::Result<KernelName, String> {
+    choice(text, &KernelName::ALL.map(|kernel| (kernel.name(), kernel)))
+}
+
+fn seeding(text: &str) -> std::result::Result<Seeding, String> {
+    choice(text, &METHODS.iter().map(|m| (m.name, m.seeding)).collect::<Vec<_>>())
+}
+
 fn boundary(text: &str) -> std::result::Result<crate::scene::BoundaryName, String> {
     use crate::scene::BoundaryName::{Open, Periodic, Reflecting};
     choice(text, &[("periodic", Periodic), ("reflecting", Reflecting), ("open", Open)])
@@ -338,6 +365,9 @@ impl RunArgs {
             scene.domain.boundary = vec![boundary];
         }
         scene.seed = self.seed.unwrap_or(scene.seed);
+        overlay(&mut scene.kernel, &self.kernel);
+        overlay(&mut scene.neighbors, &self.neighbors);
+        overlay(&mut scene.seeding, &self.seeding);
         overlay(&mut scene.wvt.iterations, &self.iterations);
         overlay(&mut scene.polish, &self.polish);
         scene.output.on_interrupt = self.on_interrupt.unwrap_or(scene.output.on_interrupt);

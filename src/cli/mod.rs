@@ -20,7 +20,7 @@ use crate::run::bodies_report::BodiesReport;
 use crate::run::{bodies, pipeline};
 use crate::scene::Scene;
 use args::{Args, Command, CompareArgs, RunArgs};
-use clap::Parser;
+use clap::{CommandFactory, Parser};
 use exit::{FAILURE, NOT_CONVERGED, SUCCESS, USAGE};
 use interrupt::Interrupts;
 use sph_formats::{FORMATS, FormatError};
@@ -44,6 +44,8 @@ pub fn main_with<T: Into<OsString> + Clone>(arguments: impl IntoIterator<Item = 
         Some(Command::Methods) => print(&(methods::table() + &compare::table())),
         Some(Command::Inspect(inspect)) => inspect::inspect(FORMATS, inspect).and_then(|text| print(&text)),
         Some(Command::Compare(arguments)) => compare(arguments),
+        Some(Command::Completions { shell }) => print(&completions(*shell)),
+        Some(Command::Man) => print(&manual()),
         Some(Command::Check(arguments)) => check::run(FORMATS, arguments).and_then(|(text, code)| {
             print(&text)?;
             Ok(code)
@@ -124,6 +126,19 @@ fn tell_of_bodies(args: &RunArgs, scene: &Scene, report: &BodiesReport) -> crate
 fn compare(args: &CompareArgs) -> crate::Result<u8> {
     set_threads(args.threads)?;
     compare::run(args, FORMATS, Interrupts::of_other_work().requested()).and_then(|text| print(&text))
+}
+
+fn completions(shell: clap_complete::Shell) -> String {
+    let mut script = Vec::new();
+    clap_complete::generate(shell, &mut Args::command(), "sph-prep", &mut script);
+    String::from_utf8_lossy(&script).into_owned()
+}
+
+fn manual() -> String {
+    let mut page = Vec::new();
+    // Writing to memory does not fail.
+    let _ = clap_mangen::Man::new(Args::command()).render(&mut page);
+    String::from_utf8_lossy(&page).into_owned()
 }
 
 fn set_threads(threads: Option<usize>) -> crate::Result<()> {

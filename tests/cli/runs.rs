@@ -312,3 +312,40 @@ fn an_interrupt_ends_every_step_between_the_stages() {
     }
     assert!(interrupted > 2, "only {interrupted} of 7 interrupts came in time");
 }
+
+/// What people look for as options is the scene's own key.
+#[test]
+fn kernel_neighbors_and_seeding_are_options() {
+    let options = ["--kernel", "quintic", "--neighbors", "80", "--seeding", "glass"];
+    let scene = succeed(&[&["--in", "star.nc", "--print-scene"], &options[..]].concat()).stdout;
+    for line in ["kernel: quintic", "neighbors: 80", "seeding: glass"] {
+        assert!(scene.lines().any(|l| l.starts_with(line)), "{line}: {scene}");
+    }
+    let wrong = sph_prep(&["--in", "star.nc", "--kernel", "wendland-c3"]);
+    assert_eq!(wrong.code, Some(2));
+    assert!(wrong.stderr.contains("did you mean") && wrong.stderr.contains("quintic"), "{}", wrong.stderr);
+}
+
+/// Every option stands in the manual page and in the completions of each shell.
+#[test]
+fn shells_and_the_manual_know_every_option() {
+    let help = succeed(&["--help"]).stdout;
+    let options: Vec<&str> = help
+        .lines()
+        .filter_map(|l| l.trim_start().split_whitespace().find(|w| w.starts_with("--")))
+        .map(|w| w.trim_end_matches(','))
+        .filter(|w| help.contains(&format!("{w} ")) && w.len() > 4)
+        .collect();
+    assert!(options.len() > 20, "{options:?}");
+    let manual = succeed(&["man"]).stdout.replace('\\', "");
+    assert!(manual.contains(".TH sph-prep"));
+    for shell in ["bash", "zsh", "fish"] {
+        let script = succeed(&["completions", shell]).stdout;
+        for option in ["in", "out", "for", "kernel", "seeding", "balance", "time-limit"] {
+            assert!(script.contains(option), "{shell}: {option}");
+        }
+    }
+    for option in ["--in", "--out", "--for", "--kernel", "--seeding", "--balance", "--time-limit"] {
+        assert!(help.contains(option) && manual.contains(option), "{option}");
+    }
+}
