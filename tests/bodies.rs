@@ -258,7 +258,7 @@ fn a_star_goes_around_a_point() {
     assert!(report.text().contains("body hole: a point"), "{}", report.text());
     for (points, words) in [
         ("- {point_mass: 10}\n- {point_mass: 1}\n", &["bodies", "points all"][..]),
-        ("- {point_mass: -10}\n", &["bodies[1].point_mass", "above 0"]),
+        ("- {point_mass: -10}\n", &["bodies[1].point_mass", "-10", "more than 0"]),
         ("- {point_mass: 10 km}\n", &["bodies[1].point_mass", "a length", "a mass"]),
         ("- {point_mass: 10, type: 0}\n", &["bodies[1].type", "1 to 5"]),
         ("- {point_mass: 10, spin: [0, 0, 1]}\n", &["bodies[1].point_mass", "leave the rest out"]),
