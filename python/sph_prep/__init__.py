@@ -4,7 +4,7 @@
 >>> particles = sph_prep.place("1 + 0.5*sin(2*pi*x)", n=400, box=[[0, 0], [1, 1]], periodic=True)
 >>> particles.positions.shape
 (400, 2)
->>> particles.report["density_error"]["all"]["mean"] < 0.01
+>>> particles.report["density_error"]["all"]["mean"] < 0.02
 True
 >>> particles.write("ic.npz")
 """

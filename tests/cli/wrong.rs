@@ -65,7 +65,7 @@ const SCENES: &[Wrong<'_>] = &[
     ("input: {file: STAR}\nmotion: {bulk: [1, 2 K, 3]}", &["motion.bulk[1]", "which is a temperature", "km/s"]),
     ("input: {expression: '1'}\ndomain: {box: [[0, 0], [1, 1 pc]]}", &["states no units", "units: solar"]),
     // What cannot be.
-    ("input: {file: STAR, expression: '1'}", &["both a `file` and an `expression`"]),
+    ("input: {file: STAR, expression: '1'}", &["names more than one of `file`, `expression` and `profile`"]),
     ("input: {file: absent.nc}", &["absent.nc"]),
     ("input: {expression: '1 +'}\ndomain: {box: [[0], [1]]}", &["input.expression"]),
     ("input: {expression: '1'}", &["domain with 1 to 3 coordinates"]),
