@@ -330,22 +330,16 @@ fn kernel_neighbors_and_seeding_are_options() {
 #[test]
 fn shells_and_the_manual_know_every_option() {
     let help = succeed(&["--help"]).stdout;
-    let options: Vec<&str> = help
-        .lines()
-        .filter_map(|l| l.trim_start().split_whitespace().find(|w| w.starts_with("--")))
-        .map(|w| w.trim_end_matches(','))
-        .filter(|w| help.contains(&format!("{w} ")) && w.len() > 4)
-        .collect();
-    assert!(options.len() > 20, "{options:?}");
     let manual = succeed(&["man"]).stdout.replace('\\', "");
     assert!(manual.contains(".TH sph-prep"));
-    for shell in ["bash", "zsh", "fish"] {
-        let script = succeed(&["completions", shell]).stdout;
-        for option in ["in", "out", "for", "kernel", "seeding", "balance", "time-limit"] {
-            assert!(script.contains(option), "{shell}: {option}");
+    let scripts = ["bash", "zsh", "fish"].map(|shell| (shell, succeed(&["completions", shell]).stdout));
+    let named = |w: &&str| w.len() > 1 && w.chars().all(|c| c.is_ascii_lowercase() || c == '-');
+    let options: Vec<&str> = help.split_whitespace().filter_map(|w| w.strip_prefix("--")).filter(named).collect();
+    assert!(options.len() > 20, "{options:?}");
+    for option in options {
+        assert!(manual.contains(&format!("--{option}")), "the manual lacks --{option}");
+        for (shell, script) in &scripts {
+            assert!(script.contains(option), "{shell} lacks --{option}");
         }
-    }
-    for option in ["--in", "--out", "--for", "--kernel", "--seeding", "--balance", "--time-limit"] {
-        assert!(help.contains(option) && manual.contains(option), "{option}");
     }
 }
