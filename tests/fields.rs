@@ -238,3 +238,26 @@ fn cells_of_a_grid_keep_their_velocities_to_their_faces() {
     assert_eq!(file.header.dimension, 2);
     assert_eq!(deviation(&file, "Velocities", |x| vec![if x[0] < 0.5 { -1.0 } else { 1.0 }, 0.0]), 0.0);
 }
+
+#[test]
+fn a_temperature_of_a_file_gives_an_energy_with_a_mean_molecular_weight_and_says_so_without_one() {
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join("star.csv");
+    let row = |i: i32| format!("{},{},{}\n", 1e10 * f64::from(i) / 50.0, 2.0 - f64::from(i) / 40.0, 1e6 - 1e4 * f64::from(i));
+    let rows: String = (1..=50).map(row).collect();
+    std::fs::write(&file, format!("radius [cm],density [g/cm^3],temperature [K]\n{rows}")).unwrap();
+    let scene = |fields: &str| {
+        let input = serde_json::to_string(&file).unwrap();
+        format!("input: {{file: {input}}}\nparticles: 200\noutput: {{units: cgs, format: swift}}\n{fields}")
+    };
+    let made = |fields: &str| place(&Scene::parse(&scene(fields)).unwrap(), FORMATS, &Control::default()).unwrap();
+    let (_, report) = made("");
+    let note = report.notes.iter().find(|n| n.contains("temperature came in")).expect("a note on the temperature");
+    assert!(note.contains("fields.mean_molecular_weight"), "{note}");
+    let (with, _) = made("fields: {mean_molecular_weight: 0.6}\n");
+    let (energies, temperatures) = (column(&with, "InternalEnergy"), column(&with, "Temperature"));
+    for (u, t) in energies.iter().zip(&temperatures) {
+        let expected = 1.380649e-16 * t[0] / (2.0 / 3.0 * 0.6 * 1.673_532_838e-24);
+        assert!((u[0] / expected - 1.0).abs() < 1e-3, "{u:?} in place of {expected}");
+    }
+}

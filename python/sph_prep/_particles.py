@@ -219,8 +219,10 @@ class Particles:
         words = [f"{len(self)} particles in {self.dimension}-D"]
         if "Masses" in self:
             words.append(f"mass {self.masses.sum(dtype=float):.6g}")
-        error = self.report.get("density_error", {}).get("all")
+        errors = self.report.get("density_error", {})
+        error = errors.get("smoothed") or errors.get("all")
         if error:
+            # Against the target as the kernel can follow it: at a jump, the other is as large as the jump.
             words.append(f"mean density error {100 * error['mean']:.2g} %")
         return f"<sph_prep.Particles: {', '.join(words)}; {', '.join(self.keys())}>"
 

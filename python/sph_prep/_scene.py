@@ -131,7 +131,12 @@ def place(
             scene["domain"] = domain
         named = {"particles": n, "kernel": kernel, "neighbors": neighbors, "target_code": target_code}
         scene.update({key: value for key, value in named.items() if value is not None})
-        particles = Scene(scene).place(progress)
+        try:
+            particles = Scene(scene).place(progress)
+        except (_core.SceneError, _core.SphPrepError, OSError) as error:
+            if isinstance(density, (str, os.PathLike)) or "file" not in made:
+                raise
+            raise type(error)(str(error).replace(made["file"], "density")) from None
         if sampling is not None:
             particles.report["sampling"] = sampling
         return particles

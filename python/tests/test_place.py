@@ -114,6 +114,18 @@ def test_mistakes_are_named(make, error, words):
     assert words in str(raised.value)
 
 
+def test_an_array_that_is_refused_is_called_density():
+    with pytest.raises(Exception) as raised:
+        sph_prep.place(-np.ones((4, 4)), n=10)
+    assert str(raised.value).startswith("density") and "sph-prep-" not in str(raised.value)
+
+
+def test_a_jump_is_judged_by_what_the_kernel_can_follow():
+    p = sph_prep.place("if(x < 0.5, 1e6, 1)", n=500, box=box(2))
+    error = p.report["density_error"]["smoothed"]["mean"]
+    assert f"mean density error {100 * error:.2g} %" in repr(p)
+
+
 def test_bodies_are_put_together():
     star = {"profile": {"polytrope": {"n": 1.5, "mass": "1 Msun", "radius": "1 Rsun"}}}
     scene = {

@@ -68,13 +68,18 @@ fn energy(name: &str, gamma: f64) -> String {
 }
 
 /// The energy of an entropy or a temperature that the scene states, where it states none itself and no pressure, from which
-/// the energy follows without this.
+/// the energy follows without this. A file's temperature gives one where nothing else does and the mean molecular weight is
+/// known.
 ///
 /// # Errors
 /// A temperature without a mean molecular weight.
 pub(crate) fn derived_energy(known: &Known, gamma: f64) -> Result<Option<String>> {
     let stated: Vec<&str> = known.fields.iter().filter(|f| f.1).map(|f| f.0).collect();
-    if stated.is_empty() || stated.contains(&INTERNAL_ENERGY) || stated.contains(&PRESSURE) {
+    if stated.is_empty() {
+        let only_temperature = known.fields.iter().all(|f| f.0 == TEMPERATURE) && !known.fields.is_empty();
+        return Ok((only_temperature && known.has_weight).then(|| energy(TEMPERATURE, gamma)));
+    }
+    if stated.contains(&INTERNAL_ENERGY) || stated.contains(&PRESSURE) {
         return Ok(None);
     }
     if stated.contains(&ENTROPY) {

@@ -87,10 +87,12 @@ pub(crate) fn particle_file<const D: usize>(
         energy.map(value).transpose()
     };
     let known = KnownEnergy { balanced, given: energy()?, gamma: thermal.gamma };
+    let has_temperature = carried.iter().any(|c| c.name == names::TEMPERATURE);
     match columns::internal_energy(&mut carried, &target_density, known, making.requires_energy)? {
-        EnergySource::Placeholder => notes.push(
-            "nothing thermal came in, but the format needs InternalEnergy: it is set to 1 everywhere; set thermal.internal_energy".into(),
-        ),
+        EnergySource::Placeholder => notes.push(placeholder_note(has_temperature)),
+        EnergySource::NotWritten if has_temperature => {
+            left_out.push(("InternalEnergy", "a temperature gives none without fields.mean_molecular_weight"));
+        }
         EnergySource::NotWritten => left_out.push(("InternalEnergy", "nothing thermal came in")),
         EnergySource::Pressure => notes.push(format!(
             "InternalEnergy is P/((gamma - 1) rho) from the carried pressure, gamma = {}", thermal.gamma
@@ -180,4 +182,17 @@ pub(crate) fn provenance(scene: &Scene, stop: &str, (kernel, neighbors): (&str, 
         ),
         ("Scene".into(), recipe.to_yaml()),
     ]
+}
+
+/// Why the internal energy is a placeholder, and what would give one.
+fn placeholder_note(has_temperature: bool) -> String {
+    let (came, remedy) = if has_temperature {
+        (
+            "a temperature came in, which gives no energy without a mean molecular weight,",
+            "fields.mean_molecular_weight (0.6 for ionized gas of solar composition, 2.3 for molecular gas) or thermal.internal_energy",
+        )
+    } else {
+        ("nothing thermal came in,", "thermal.internal_energy")
+    };
+    format!("{came} but the format needs InternalEnergy: it is set to 1 everywhere; set {remedy}")
 }
