@@ -264,8 +264,8 @@ impl TargetCode {
         let Sheet { name, title, parameter, key, .. } = self.sheet;
         let setting = (self.setting_for(self.kernel, d, FEWER * most) * 100.0).floor() / 100.0;
         Some(format!(
-            "{title} with {} and {:.1} neighbors has the pairing instability, and no arrangement stays at rest in it: \
-             --for {name}:{key}={setting}, with {parameter} {setting} in the code, is ten times as quiet",
+            "{title} with {} and {:.1} neighbors has the pairing instability, and particles leave any arrangement at rest: \
+             --for {name}:{key}={setting}, with {parameter} {setting} in the code, stays quieter",
             self.kernel.title(),
             self.kernel_neighbors(d),
         ))

@@ -211,12 +211,15 @@ fn what_cannot_be_balanced_is_refused_with_the_remedy() {
     assert!(refused(&format!("{square}trim_masses: 0.1\nbalance: {{}}")).contains("trim_masses"));
 }
 
+/// Past the pairing instability no arrangement of particles apart is a minimum, but some are free of forces.
 #[test]
-fn forces_that_make_pairs_leave_particles_apart() {
-    let scene = "input: {file: profiles/polytrope-1.5.nc}\nparticles: 2000\nbalance: {evaluations: 60}\nkernel: cubic-spline\nneighbors: 64\n";
-    let report = run(scene);
-    assert!(report.neighbors.closest_pair > 0.5, "{:?}", report.neighbors);
-    // The systematic part of the force is balanced all the same.
+fn forces_that_make_pairs_vanish_with_particles_apart() {
+    let scene = "input: {file: profiles/polytrope-1.5.nc}\nparticles: 2000\nkernel: cubic-spline\nneighbors: 64\n";
+    let report = run(&format!("{scene}balance: {{evaluations: 500}}\n"));
+    assert!(report.neighbors.closest_pair > 0.4, "{:?}", report.neighbors);
+    assert!(interior(&report) < 0.015, "{}", interior(&report));
+    // Few evaluations take the systematic part all the same.
+    let report = run(&format!("{scene}balance: {{evaluations: 60}}\n"));
     assert!(interior(&report) < 0.1, "{}", interior(&report));
 }
 

@@ -243,7 +243,8 @@ fn cells_of_a_grid_keep_their_velocities_to_their_faces() {
 fn a_temperature_of_a_file_gives_an_energy_with_a_mean_molecular_weight_and_says_so_without_one() {
     let folder = tempfile::tempdir().unwrap();
     let file = folder.path().join("star.csv");
-    let row = |i: i32| format!("{},{},{}\n", 1e10 * f64::from(i) / 50.0, 2.0 - f64::from(i) / 40.0, 1e6 - 1e4 * f64::from(i));
+    let row =
+        |i: i32| format!("{},{},{}\n", 1e10 * f64::from(i) / 50.0, 2.0 - f64::from(i) / 40.0, 1e6 - 1e4 * f64::from(i));
     let rows: String = (1..=50).map(row).collect();
     std::fs::write(&file, format!("radius [cm],density [g/cm^3],temperature [K]\n{rows}")).unwrap();
     let scene = |fields: &str| {

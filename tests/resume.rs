@@ -173,6 +173,9 @@ fn an_interrupt_after_splitting_goes_on_too() {
 fn balance_goes_on() {
     let (scene, _) = &every_stage()[5];
     goes_on(scene, &[("balance", 3), ("balance", 14), ("balance", 33)]);
+    // Newton's method from the start, in the middle of its first step and of its second.
+    let newton = scene.replace("evaluations: 40", "evaluations: 70");
+    goes_on(&format!("{newton}kernel: cubic-spline\nneighbors: 60\n"), &[("balance", 7), ("balance", 55)]);
 }
 
 #[test]

@@ -95,7 +95,8 @@ pub(crate) fn particle_file<const D: usize>(
         }
         EnergySource::NotWritten => left_out.push(("InternalEnergy", "nothing thermal came in")),
         EnergySource::Pressure => notes.push(format!(
-            "InternalEnergy is P/((gamma - 1) rho) from the carried pressure, gamma = {}", thermal.gamma
+            "InternalEnergy is P/((gamma - 1) rho) from the carried pressure, gamma = {}",
+            thermal.gamma
         )),
         EnergySource::Carried | EnergySource::Given | EnergySource::Balanced => {}
     }

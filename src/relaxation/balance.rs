@@ -7,7 +7,10 @@
 //!
 //! With P_i = A_i rho_i^gamma and A_i held by the particle it is minus the gradient of the internal energy, and
 //! an arrangement at rest is a minimum of that energy and the potential together, found by L-BFGS over the
-//! positions. A_i = P*/rho*^gamma is taken anew from the target between stages. The internal energy that comes
+//! positions, and in its last steps, where that is slow, by Newton's method. Past the neighbor number at which a B-spline's
+//! pairing instability sets in, the energy is lowest where particles pair, and Newton's method alone leads from the order in
+//! which particles come to the force-free arrangement nearby, a saddle in which they lie apart.
+//! A_i = P*/rho*^gamma is taken anew from the target between stages. The internal energy that comes
 //! out, u_i = A_i rho_i^(gamma-1)/(gamma-1) with the summed density, gives the target code the very pressures
 //! that were balanced, and each particle then keeps its A_i there too, so that what is at rest stays at rest.
 //!
@@ -21,7 +24,7 @@
 //! beyond its surface as they would in the code.
 
 use super::arrangement::Arrangement;
-use super::equilibrium::{Balance, Best, Descent};
+use super::equilibrium::{Balance, Best, Descent, Newton};
 use super::report::{Progress, StageName, StageReport, StopReason};
 use super::snapshot::{Check, Trace, axes, decode, encode};
 use super::stage::{Particles, Relaxed, Running, Stage};
@@ -74,20 +77,21 @@ impl<const D: usize> Stage<D> for PressureBalance<'_, D> {
         let arrangement = Arrangement::<D, f32>::new(self.kernel, self.target, space, positions, neighbors);
         let mut balance = Balance::new(arrangement, self.equilibrium);
         let descent = balance.descend();
-        Box::new(Run { options: &self.options, balance, share: 0, descent })
+        let way = if balance.makes_pairs() { Way::Newton(None) } else { Way::Descent(descent) };
+        Box::new(Run { options: &self.options, balance, share: 0, way })
     }
 
     fn resume(&self, kept: &[u8]) -> Result<Box<dyn Running<D> + '_>, String> {
         let kept: Snapshot<D> = decode(kept)?;
         kept.check(self.target.count)?;
-        let Snapshot { share, positions, moves, descent, factor, fitted_factor, evaluations, best, trace } = kept;
+        let Snapshot { share, positions, moves, way, factor, fitted_factor, evaluations, best, trace } = kept;
         let (space, neighbors) = (self.space(), self.options.kernel_neighbors);
         let arrangement =
             Arrangement::<D, f32>::of_sorted(self.kernel, self.target, space, positions, moves, neighbors);
         let trace = trace.resumed();
         let balance =
             Balance { factor, fitted_factor, evaluations, best, trace, ..Balance::new(arrangement, self.equilibrium) };
-        Ok(Box::new(Run { options: &self.options, balance, share, descent }))
+        Ok(Box::new(Run { options: &self.options, balance, share, way }))
     }
 }
 
@@ -104,6 +108,13 @@ impl<const D: usize> PressureBalance<'_, D> {
     }
 }
 
+/// How particles are moved at present.
+#[derive(Clone, Serialize, Deserialize)]
+enum Way<const D: usize> {
+    Descent(Descent<D>),
+    Newton(Option<Newton<D>>),
+}
+
 /// What goes on after an interrupt.
 #[derive(Serialize, Deserialize)]
 struct Snapshot<const D: usize> {
@@ -112,7 +123,7 @@ struct Snapshot<const D: usize> {
     #[serde(with = "axes")]
     positions: Positions<D>,
     moves: usize,
-    descent: Descent<D>,
+    way: Way<D>,
     factor: Factor,
     fitted_factor: Factor,
     evaluations: usize,
@@ -124,24 +135,27 @@ impl<const D: usize> Snapshot<D> {
     /// # Errors
     /// What is wrong with it for `count` particles.
     fn check(&self, count: usize) -> Result<(), String> {
-        let Descent { frame, support, gradient, memory } = &self.descent;
-        Check::new(count)
+        let check = Check::new(count)
             .holds(self.share < SHARES.len(), "is of a part of the balance that this run does not have")
             .positions("positions", &self.positions)
             .positions("the best positions", &self.best.positions)
-            .scalars("the best internal energies", &self.best.internal_energy)
-            .scalars("entropies", &frame.entropy)
-            .scalars("factors", &frame.factor)
-            .holds(
-                frame.own.as_ref().is_none_or(|g| g.len() == count * D),
-                "has gravity of another number of particles",
-            )
-            .scalars("spacings", &frame.spacing)
-            .scalars("units", &frame.unit)
-            .scalars("support radii", support)
-            .vectors("the gradient", gradient)
-            .holds(memory.is_of(count), "has another number of gradients than of particles")
-            .result()
+            .scalars("the best internal energies", &self.best.internal_energy);
+        let other = "has another number of gradients than of particles";
+        match &self.way {
+            Way::Descent(Descent { frame, support, gradient, memory }) => frame
+                .check::<D>(check, count)
+                .scalars("support radii", support)
+                .vectors("the gradient", gradient)
+                .holds(memory.is_of(count), other),
+            Way::Newton(Some(Newton { frame, from, support, gradient, solver, .. })) => frame
+                .check::<D>(check, count)
+                .positions("the first positions", from)
+                .scalars("support radii", support)
+                .vectors("the gradient", gradient)
+                .holds(solver.is_of(count), other),
+            Way::Newton(None) => check,
+        }
+        .result()
     }
 }
 
@@ -151,7 +165,7 @@ struct Run<'a, const D: usize> {
     balance: Balance<'a, D, f32>,
     /// In [`SHARES`].
     share: usize,
-    descent: Descent<D>,
+    way: Way<D>,
 }
 
 impl<const D: usize> Running<D> for Run<'_, D> {
@@ -159,13 +173,23 @@ impl<const D: usize> Running<D> for Run<'_, D> {
         if outside.is_some() {
             return outside;
         }
-        let end = (SHARES[self.share] * self.options.evaluations as f64).ceil() as usize;
-        let stop = self.balance.advance(&mut self.descent, end)?;
-        self.share += 1;
-        if self.share == SHARES.len() {
-            return Some(stop);
+        let all = self.options.evaluations;
+        let descent = match &mut self.way {
+            Way::Descent(descent) => descent,
+            Way::Newton(newton) => return self.balance.advance_newton(newton, all),
+        };
+        let descents = self.balance.share_of_descents();
+        let end = (descents * SHARES[self.share] * all as f64).ceil() as usize;
+        let stop = self.balance.advance(descent, end)?;
+        if self.share + 1 == SHARES.len() {
+            if descents == 1.0 {
+                return Some(stop);
+            }
+            self.way = Way::Newton(None);
+        } else {
+            self.share += 1;
+            self.way = Way::Descent(self.balance.descend());
         }
-        self.descent = self.balance.descend();
         None
     }
 
@@ -180,7 +204,7 @@ impl<const D: usize> Running<D> for Run<'_, D> {
                 share: self.share,
                 positions: balance.arrangement.positions.clone(),
                 moves: balance.arrangement.moves(),
-                descent: self.descent.clone(),
+                way: self.way.clone(),
                 factor: balance.factor.clone(),
                 fitted_factor: balance.fitted_factor.clone(),
                 evaluations: balance.evaluations,
@@ -191,10 +215,7 @@ impl<const D: usize> Running<D> for Run<'_, D> {
         )
     }
 
-    fn finish(mut self: Box<Self>, stop: StopReason) -> Relaxed<D> {
-        if self.balance.arrangement.kernel_neighbors != self.balance.moving_neighbors {
-            self.balance.judge();
-        }
+    fn finish(self: Box<Self>, stop: StopReason) -> Relaxed<D> {
         let Balance { best, trace, factor, fitted_factor, .. } = self.balance;
         let (best_iteration, seconds) = (best.iteration, trace.seconds());
         let report = StageReport { stage: NAME, stop, best_iteration, history: trace.history, seconds };

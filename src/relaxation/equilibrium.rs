@@ -3,8 +3,10 @@
 use super::arrangement::Arrangement;
 use super::fit::{fit, interior};
 use super::lbfgs::{Lbfgs, product};
+use super::newton::MinimalResidual;
+use super::pairs::closer_than;
 use super::report::{Progress, StopReason};
-use super::snapshot::{Trace, axes, rows};
+use super::snapshot::{Check, Trace, axes, rows};
 use super::thermal::{Basis, Factor, enclosed_fractions};
 use crate::target::{Equilibrium, Positions, at};
 use serde::{Deserialize, Serialize};
@@ -24,8 +26,16 @@ const CURVATURE: f64 = 0.5;
 const MAX_TRIALS: usize = 5;
 /// Within this many spacings of an open edge no force pushes outward: there is nowhere to go.
 const EDGE: f64 = 0.1;
-/// Part of the neighbors that just make no pairs with which particles are moved where the kernel's own would.
-const APART: f64 = 0.85;
+/// Part of the evaluations for descents; the rest is Newton's.
+const DESCENTS: f64 = 0.6;
+/// Products with the forces' derivatives for a Newton step, and part of the forces that may be left.
+const PRODUCTS: usize = 40;
+const LEFT: f64 = 0.1;
+/// Particles that would come closer than this, in spacings, are held in a Newton step, in so many rounds at most.
+const TOO_CLOSE: f64 = 0.5;
+const ROUNDS: usize = 4;
+/// Largest move over which forces are differenced, in spacings.
+const DIFFERENCE: f64 = 0.02;
 /// What is nearer to the surface of a body than this part of its radius takes its state from there.
 const SKIN: f64 = 1e-3;
 /// A factor on A_i farther from 1 is no bias of the sums, but a pressure that does not hold the body.
@@ -39,8 +49,6 @@ const GRADIENT_STEP: f64 = 1e-3;
 pub(super) struct Balance<'a, const D: usize, R> {
     pub arrangement: Arrangement<'a, D, R>,
     pub equilibrium: &'a dyn Equilibrium<D>,
-    /// N_H of the forces that move particles: fewer than the kernel's own where those would make pairs.
-    pub moving_neighbors: f64,
     pub mass: f64,
     /// The factor on A_i; 1 where it is no matter of a few percent.
     pub factor: Factor,
@@ -78,6 +86,18 @@ pub(super) struct Frame {
     pub temperature: f64,
 }
 
+impl Frame {
+    /// What of it is not of `D` dimensions and as many particles as `check` counts.
+    pub fn check<const D: usize>(&self, check: Check, count: usize) -> Check {
+        check
+            .scalars("entropies", &self.entropy)
+            .scalars("factors", &self.factor)
+            .holds(self.own.as_ref().is_none_or(|g| g.len() == count * D), "has gravity of another number of particles")
+            .scalars("spacings", &self.spacing)
+            .scalars("units", &self.unit)
+    }
+}
+
 /// A descent under way.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub(super) struct Descent<const D: usize> {
@@ -86,6 +106,20 @@ pub(super) struct Descent<const D: usize> {
     pub support: Vec<f64>,
     #[serde(with = "rows")]
     pub gradient: Vec<[f64; D]>,
+}
+
+/// A step of Newton's method under way.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub(super) struct Newton<const D: usize> {
+    pub frame: Frame,
+    /// Where it begins, with support radii and minus the force there.
+    #[serde(with = "axes")]
+    pub from: Positions<D>,
+    pub support: Vec<f64>,
+    #[serde(with = "rows")]
+    pub gradient: Vec<[f64; D]>,
+    pub solver: MinimalResidual<D>,
+    products: usize,
 }
 
 /// Forces at one arrangement.
@@ -111,10 +145,6 @@ impl<'a, const D: usize, R: Real> Balance<'a, D, R> {
             error: f64::INFINITY,
         };
         Self {
-            moving_neighbors: match most_neighbors_without_pairs(arrangement.kernel, D) {
-                Some(most) if arrangement.kernel_neighbors > most => APART * most,
-                _ => arrangement.kernel_neighbors,
-            },
             mass: arrangement.target.mass / arrangement.target.count as f64,
             arrangement,
             equilibrium,
@@ -126,32 +156,28 @@ impl<'a, const D: usize, R: Real> Balance<'a, D, R> {
         }
     }
 
+    /// Number of neighbors from which on particles pair when they come to rest, if the kernel has one.
+    fn most_neighbors(&self) -> Option<f64> {
+        most_neighbors_without_pairs(self.arrangement.kernel, D)
+    }
+
+    /// Whether any arrangement in which particles lie apart is a saddle, from which they would pair.
+    pub fn makes_pairs(&self) -> bool {
+        self.most_neighbors().is_some_and(|most| self.arrangement.kernel_neighbors > most)
+    }
+
+    /// Part of the evaluations that descents take. Where a kernel could pair particles, Newton's method would end in other
+    /// saddles than the minimum that a descent approaches.
+    pub fn share_of_descents(&self) -> f64 {
+        if self.most_neighbors().is_some() { 1.0 } else { DESCENTS }
+    }
+
     /// Takes A_i anew and begins a descent with it.
     pub fn descend(&mut self) -> Descent<D> {
         self.arrangement.sort();
-        if self.arrangement.kernel_neighbors != self.moving_neighbors {
-            return self.begin_elsewhere();
-        }
         let (frame, now) = self.fitted();
         self.note(&frame, &now, 0.0);
         Descent { frame, memory: Lbfgs::new(), support: now.support, gradient: now.gradient }
-    }
-
-    /// The same where the forces of the kernel's own number of neighbors would make pairs: particles are moved by those of
-    /// fewer, and the thermal factor is fitted with the number itself.
-    fn begin_elsewhere(&mut self) -> Descent<D> {
-        self.judge();
-        let kept = (self.factor.clone(), self.fitted_factor.clone(), self.arrangement.kernel_neighbors);
-        self.arrangement.kernel_neighbors = self.moving_neighbors;
-        let (frame, now) = self.fitted();
-        (self.factor, self.fitted_factor, self.arrangement.kernel_neighbors) = kept;
-        Descent { frame, memory: Lbfgs::new(), support: now.support, gradient: now.gradient }
-    }
-
-    /// Notes how good the present arrangement is with the kernel's own number of neighbors.
-    pub fn judge(&mut self) {
-        let (frame, now) = self.fitted();
-        self.note(&frame, &now, 0.0);
     }
 
     /// A_i at the present places, with the factor that gravity asks for, and the forces.
@@ -171,13 +197,6 @@ impl<'a, const D: usize, R: Real> Balance<'a, D, R> {
         if self.evaluations >= end {
             return Some(StopReason::IterationLimit);
         }
-        let own = std::mem::replace(&mut self.arrangement.kernel_neighbors, self.moving_neighbors);
-        let stop = self.descend_once(descent, end, own != self.moving_neighbors);
-        self.arrangement.kernel_neighbors = own;
-        stop
-    }
-
-    fn descend_once(&mut self, descent: &mut Descent<D>, end: usize, elsewhere: bool) -> Option<StopReason> {
         loop {
             let Descent { frame, memory, support, gradient } = descent;
             let mut direction = memory.direction(gradient);
@@ -202,14 +221,79 @@ impl<'a, const D: usize, R: Real> Balance<'a, D, R> {
             };
             memory.push(&step, gradient, &next.gradient);
             let length = self.longest(frame, &step);
-            if elsewhere {
-                self.tell(&next, length);
-            } else {
-                self.note(frame, &next, length);
-            }
+            self.note(frame, &next, length);
             (*support, *gradient) = (next.support, next.gradient);
             return None;
         }
+    }
+
+    /// Goes on by a product or by a step towards the force-free arrangement nearby, whether it is a minimum or a saddle, by
+    /// up to `end` evaluations; why it ends, if it does.
+    pub fn advance_newton(&mut self, newton: &mut Option<Newton<D>>, end: usize) -> Option<StopReason> {
+        let Some(mut under_way) = newton.take() else {
+            self.arrangement.sort();
+            let (frame, now) = self.fitted();
+            self.note(&frame, &now, 0.0);
+            let solver = MinimalResidual::new(&now.gradient);
+            let from = self.arrangement.positions.clone();
+            let Evaluation { support, gradient, .. } = now;
+            *newton = Some(Newton { frame, from, support, gradient, solver, products: 0 });
+            return (self.evaluations >= end).then_some(StopReason::IterationLimit);
+        };
+        let is_over = under_way.products == PRODUCTS || under_way.solver.is_below(LEFT) || self.evaluations >= end;
+        if is_over {
+            return self.step_newton(under_way);
+        }
+        let Newton { frame, from, support, gradient, solver, products } = &mut under_way;
+        let v = solver.asks_for();
+        let t = DIFFERENCE / self.longest(frame, v);
+        self.arrangement.displace(from, v, t, &frame.unit, &frame.spacing, MAX_STEP);
+        let there = self.evaluate(frame, support);
+        let change = |i: usize| std::array::from_fn(|k| (there.gradient[i][k] - gradient[i][k]) / t);
+        solver.take(parallel::map(gradient.len(), change));
+        *products += 1;
+        *newton = Some(under_way);
+        None
+    }
+
+    /// Takes Newton's step, or a part of it that leaves less force.
+    fn step_newton(&mut self, newton: Newton<D>) -> Option<StopReason> {
+        let Newton { frame, from, support, gradient, solver, .. } = newton;
+        let mut direction = solver.step();
+        let (norm, longest) = (product(&gradient, &gradient), self.longest(&frame, &direction));
+        let mut t = if longest > 0.0 { (MAX_STEP / longest).min(1.0) } else { 0.0 };
+        for _ in 0..MAX_TRIALS {
+            let step = self.step_apart(&frame, &from, &mut direction, t);
+            let next = self.evaluate(&frame, &support);
+            if product(&next.gradient, &next.gradient) < norm {
+                let length = self.longest(&frame, &step);
+                self.note(&frame, &next, length);
+                return None;
+            }
+            t *= 0.4;
+        }
+        self.arrangement.positions = from;
+        self.arrangement.moved();
+        Some(StopReason::Stagnated)
+    }
+
+    /// Goes along `direction`, of which it takes what would bring two particles too close.
+    fn step_apart(&mut self, frame: &Frame, from: &Positions<D>, direction: &mut [[f64; D]], t: f64) -> Vec<[f64; D]> {
+        for _ in 0..ROUNDS {
+            self.arrangement.displace(from, direction, t, &frame.unit, &frame.spacing, MAX_STEP);
+            let positions = &self.arrangement.positions;
+            let close = closer_than(&self.arrangement.domain, positions, &frame.spacing, TOO_CLOSE);
+            let moves = |i: usize| close[i] && direction[i] != [0.0; D];
+            if !(0..close.len()).any(moves) {
+                break;
+            }
+            parallel::update(direction, |i, d| {
+                if close[i] {
+                    *d = [0.0; D];
+                }
+            });
+        }
+        self.arrangement.displace(from, direction, t, &frame.unit, &frame.spacing, MAX_STEP)
     }
 
     /// Goes along `direction` and back until the slope behind the step is small or still descends.
@@ -400,10 +484,6 @@ impl<'a, const D: usize, R: Real> Balance<'a, D, R> {
                 error: now.error,
             };
         }
-        self.tell(now, length);
-    }
-
-    fn tell(&mut self, now: &Evaluation<D>, length: f64) {
         let wanted = self.arrangement.target.number_densities(&self.arrangement.positions);
         let epsilon = fit(self.interior(now).as_deref(), &wanted, |i| now.sums[i].number_density).epsilon;
         self.trace.history.push(Progress {

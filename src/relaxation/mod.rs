@@ -22,6 +22,7 @@ mod force_tests;
 mod gradient_tests;
 mod interfaces;
 mod lbfgs;
+mod newton;
 mod objective;
 mod pairs;
 mod report;

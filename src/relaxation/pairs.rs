@@ -6,6 +6,7 @@
 
 use crate::random::Purpose;
 use crate::target::{Positions, Target, at};
+use sph::domain::Domain;
 use sph::neighbors::{Reach, Sources, Tree};
 use sph::parallel;
 use sph::sums::partings;
@@ -55,12 +56,29 @@ pub fn part_pairs<const D: usize>(target: &Target<'_, D>, positions: &mut Positi
     found
 }
 
+/// Which particles are closer to another than `distance` of the smaller of their spacings.
+pub(super) fn closer_than<const D: usize>(
+    domain: &Domain<D>,
+    positions: &Positions<D>,
+    spacing: &[f64],
+    distance: f64,
+) -> Vec<bool> {
+    let tree = Tree::build(positions);
+    let reach = parallel::map(spacing.len(), |place| distance * spacing[tree.order()[place] as usize]);
+    let sources = [Sources::<D, 1>::new(&tree, &reach, [&reach], Reach::Target)];
+    let mut out = vec![false; spacing.len()];
+    for (parting, &i) in partings(domain, &sources, 1.0, (0, Purpose::Parting as u64)).iter().zip(tree.order()) {
+        out[i as usize] = parting.paired;
+    }
+    out
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
     use crate::field::ScalarField;
     use crate::target::Resolution;
-    use sph::domain::{Axis, Domain, Region};
+    use sph::domain::{Axis, Region};
 
     struct One;
 
@@ -106,6 +124,14 @@ mod tests {
         assert!(closest(&in_box(corner, PAIRED).0) > PAIRED * 50_f64.powf(-0.5));
         let line: Positions<1> = [vec![0.0; 20]];
         assert!(closest(&in_box(line, PAIRED).0) > PAIRED / 20.0);
+    }
+
+    #[test]
+    fn those_that_are_too_close_are_found_across_a_seam_and_by_the_smaller_spacing() {
+        let line = Domain::new([0.0], [1.0], [Axis::Periodic], Region::Box).unwrap();
+        let found = |x: &[f64], spacing: &[f64]| closer_than(&line, &[x.to_vec()], spacing, 0.5);
+        assert_eq!(found(&[0.02, 0.4, 0.5, 0.98], &[0.1; 4]), [true, false, false, true]);
+        assert_eq!(found(&[0.1, 0.14, 0.5, 0.58], &[0.1, 0.1, 0.1, 0.2]), [true, true, false, false]);
     }
 
     #[test]
