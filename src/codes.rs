@@ -153,7 +153,7 @@ pub struct TargetCode {
 }
 
 impl TargetCode {
-    /// `NAME` or `NAME:OPTION,...`; an option is a kernel's name or `key=value`.
+    /// `NAME` or `NAME:OPTION,...`; an option is a kernel's or a scheme's name, or `key=value`.
     ///
     /// # Errors
     /// A name, option or value that is not known, with those that are.
@@ -167,12 +167,14 @@ impl TargetCode {
         })?;
         let mut code = Self { sheet, kernel: sheet.kernel, neighbors: sheet.neighbors, scheme: sheet.schemes[0] };
         for option in options.split(',').filter(|o| !o.is_empty()) {
+            let scheme = |name: &str| sheet.schemes.iter().find(|s| s.name == name).copied();
             match option.split_once('=') {
+                None if scheme(option).is_some() => code.scheme = scheme(option).unwrap_or(code.scheme),
                 None => code.kernel = kernel(sheet, option).map_err(refuse)?,
                 Some(("kernel", value)) => code.kernel = kernel(sheet, value).map_err(refuse)?,
                 Some(("scheme", value)) => {
                     let known = sheet.schemes.iter().map(|s| s.name).collect::<Vec<_>>().join(", ");
-                    code.scheme = *sheet.schemes.iter().find(|s| s.name == value).ok_or_else(|| {
+                    code.scheme = scheme(value).ok_or_else(|| {
                         refuse(format!("scheme '{value}' is not known here, expected one of {known}"))
                     })?;
                 }
@@ -313,6 +315,7 @@ mod tests {
     fn codes_have_the_neighbors_that_they_say() {
         for (text, d, expected) in [
             ("swift", 3, 48.0),
+            ("swift:planetary", 3, 48.0),
             ("swift:wendland-c4", 3, 84.9),
             ("swift:wendland-c4,eta=1.1239", 3, 64.0),
             ("gadget4", 3, 64.0),
