@@ -273,6 +273,20 @@ impl TargetCode {
         ))
     }
 
+    /// What to change where solids with a free surface, or liquids, are to rest in it; `None` where its kernel keeps particles apart.
+    pub fn pairing_of_solids(&self, d: usize) -> Option<String> {
+        most_neighbors_without_pairs(self.kernel, d)?;
+        let Sheet { name, title, has_kernels, .. } = self.sheet;
+        let scheme = self.scheme.name;
+        has_kernels.then(|| {
+            format!(
+                "with {} nothing keeps particles apart where a solid has little pressure: those of its surface go on moving along it. --for \
+                 {name}:scheme={scheme},wendland-c4, with {title} built with that kernel, is some ten times as quiet",
+                self.kernel.title()
+            )
+        })
+    }
+
     /// What to change where particles were placed with another kernel or number of neighbors; `None` where they agree.
     pub fn mismatch(&self, kernel: KernelName, d: usize, kernel_neighbors: f64) -> Option<String> {
         let off = kernel_neighbors / self.kernel_neighbors(d) - 1.0;
@@ -359,6 +373,9 @@ mod tests {
     #[test]
     fn builds_that_make_pairs_are_told_how_not_to() {
         let of = |text: &str| TargetCode::parse(text).unwrap().pairing(3);
+        let solid = |text: &str| TargetCode::parse(text).unwrap().pairing_of_solids(3);
+        assert!(solid("swift:planetary").unwrap().contains("--for swift:scheme=planetary,wendland-c4"));
+        assert_eq!(solid("swift:planetary,wendland-c2"), None);
         assert!(of("gadget4").unwrap().contains("--for gadget4:neighbors=48.41, with DesNumNgb 48.41"));
         assert!(of("phantom").unwrap().contains("--for phantom:hfact=1.13"));
         assert_eq!((of("swift"), of("gadget4:neighbors=48.41"), of("gadget4:wendland-c2")), (None, None, None));
