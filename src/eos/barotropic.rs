@@ -1,6 +1,7 @@
 //! Pressures that depend on the density alone. Their energy is that of the compression, du = P/rho^2 drho.
 
-use super::{EosError, Response, positive};
+use super::error::{EosError, positive};
+use super::response::Response;
 
 /// P(rho).
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -1,6 +1,7 @@
 //! Materials by the numbers of SWIFT's planetary schemes and by name.
 
-use super::{EquationOfState, Tillotson};
+use super::equation::EquationOfState;
+use super::tillotson::Tillotson;
 
 /// A material of a body: its equation of state, and its number in files (`MaterialIDs`), where it has one.
 #[derive(Debug, Clone, PartialEq)]

@@ -1,32 +1,7 @@
 //! What an equation of state says the other way round: densities, energies and adiabats.
 
-use super::{Barotropic, EosError, EquationOfState};
-use std::fmt;
-
-/// What is known beside a pressure.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Warmth {
-    Energy(f64),
-    Temperature(f64),
-    /// T = temperature (rho/density)^exponent.
-    Power {
-        temperature: f64,
-        density: f64,
-        exponent: f64,
-    },
-}
-
-impl fmt::Display for Warmth {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Self::Energy(u) => write!(f, "with {u:.4e} erg/g"),
-            Self::Temperature(t) => write!(f, "at {t:.4e} K"),
-            Self::Power { temperature, density, exponent } => {
-                write!(f, "at {temperature:.4e} K (rho / {density:.4e} g/cm^3)^{exponent}")
-            }
-        }
-    }
-}
+use super::equation::EquationOfState;
+use super::error::{EosError, Warmth};
 
 /// Brackets grow by this factor, at most so often.
 const GROWTH: f64 = 1.08;
@@ -148,17 +123,6 @@ impl EquationOfState {
             x += h;
         }
         u
-    }
-}
-
-impl Barotropic {
-    /// Whether it is an ideal gas of one entropy: then K and gamma.
-    pub fn power_law(&self) -> Option<(f64, f64)> {
-        match *self {
-            Self::Isothermal { sound_speed } => Some((sound_speed * sound_speed, 1.0)),
-            Self::Polytrope { constant, gamma } => Some((constant, gamma)),
-            Self::Murnaghan { .. } => None,
-        }
     }
 }
 

@@ -5,7 +5,8 @@
 //! Between the nodes ln u is linear in ln rho and ln T, and ln P in ln u at each of two densities and then in ln rho, as SWIFT
 //! interpolates. Energies that do not grow with temperature, and pressures that are not positive, are raised to the least that do.
 
-use super::{EosError, Response};
+use super::error::EosError;
+use super::response::Response;
 use std::path::{Path, PathBuf};
 
 /// Rows of a table by density, each by temperature: natural logarithms in cgs.

@@ -9,7 +9,7 @@
 //! 0 from `eta_min` to `eta_zero` where these are given, and T = (u - u_cold)/C_V. The constants are Melosh's table AII.3, those
 //! of ice (and the pairs of eta) as in SWIFT's `tillotson.h`.
 
-use super::Response;
+use super::response::Response;
 use std::sync::OnceLock;
 
 /// Constants of one material, in cgs.
