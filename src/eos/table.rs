@@ -23,6 +23,8 @@ pub struct Table {
 const LARGEST: u64 = 1 << 30;
 /// Least growth of ln u from one temperature to the next.
 const LEAST_GROWTH: f64 = 1e-9;
+/// A first density or temperature of 0 becomes this part of the second.
+const NEARLY_ZERO: f64 = 1e-5;
 /// Pressures that are not positive become this part of the least that is.
 const VACUUM: f64 = 1e-3;
 
@@ -55,27 +57,22 @@ impl Table {
         };
         let (densities, temperatures) = (length("number of densities")?, length("number of temperatures")?);
         let mut axis = |count: usize, what: &str, unit: f64| -> Result<Vec<f64>, String> {
-            let mut values = Vec::new();
+            let mut values = Vec::with_capacity(count);
             for _ in 0..count {
-                let value = next(what)? * unit;
-                if !(value > 0.0 && value.is_finite()) || values.last().is_some_and(|last| value.ln() <= *last) {
-                    return Err(format!("has {what} that are not positive and growing, at {value:e}"));
-                }
-                values.push(value.ln());
+                values.push(next(what)? * unit);
             }
-            Ok(values)
+            if values[0] == 0.0 {
+                // Zero has no logarithm.
+                values[0] = NEARLY_ZERO * values[1];
+            }
+            let grows = values.windows(2).all(|pair| pair[0] < pair[1]);
+            match grows && values[0] > 0.0 && values[count - 1].is_finite() {
+                true => Ok(values.into_iter().map(f64::ln).collect()),
+                false => Err(format!("has {what} that are not positive and growing")),
+            }
         };
         let rho = axis(densities, "densities", 1e-3)?;
-        // Some begin with 0 K, which has no logarithm.
-        let first = |t: f64| if t == 0.0 { 1e-3 } else { t };
-        let mut kelvin: Vec<f64> = Vec::new();
-        for _ in 0..temperatures {
-            let value = first(next("temperatures")?);
-            if !(value > 0.0 && value.is_finite()) || kelvin.last().is_some_and(|last| value.ln() <= *last) {
-                return Err(format!("has temperatures that are not positive and growing, at {value:e}"));
-            }
-            kelvin.push(value.ln());
-        }
+        let kelvin = axis(temperatures, "temperatures", 1.0)?;
         let mut energies = vec![Vec::with_capacity(temperatures); densities];
         let mut pressures = vec![Vec::with_capacity(temperatures); densities];
         for _ in 0..temperatures {
