@@ -5,6 +5,7 @@
 //! smoothing lengths, and the net force of a body that its own gravity holds.
 
 use crate::codes::{Neighbors, TargetCode};
+use crate::eos::Material;
 use crate::error::{Error, Result};
 use crate::metrics::{Measured, mean_net_force};
 use serde::Serialize;
@@ -39,6 +40,8 @@ pub struct Finding {
 
 /// Adiabatic index of the codes' default builds.
 const GAMMA: f64 = 5.0 / 3.0;
+/// The scheme with equations of state by material.
+const PLANETARY: &str = "planetary";
 /// Particles nearer than this many spacings are one to a code, or a pair.
 const COINCIDENT: f64 = 1e-6;
 const PAIRED: f64 = 0.3;
@@ -369,11 +372,12 @@ fn net_force<const D: usize>(
 ) {
     let header = &file.header;
     let Some(energy) = table.column(names::INTERNAL_ENERGY) else { return };
-    let other_materials = table.column(names::MATERIAL_IDS).is_some_and(|c| c.values.range() != (0.0, 0.0, 0));
+    let other_materials = table.column(names::MATERIAL_IDS).filter(|c| c.values.range() != (0.0, 0.0, 0));
+    let is_other_matter = other_materials.is_some() && code.scheme.name != PLANETARY;
     if D < 3
         || header.periodic != [false; 3]
         || header.units == UnitSystem::CODE
-        || other_materials
+        || is_other_matter
         || !code.scheme.has_our_force
     {
         return;
@@ -381,7 +385,21 @@ fn net_force<const D: usize>(
     let u = &header.units;
     let constant = code.sheet.gravity * u.mass * u.time.powi(2) / u.length.powi(3);
     let unit = constant * total / size;
-    let energies: Vec<f64> = (0..table.count).map(|i| energy.values.get(i) / unit).collect();
+    let density = |i: usize| measured.sums[i].weighted * total / size.powi(3) * u.mass / u.length.powi(3);
+    let specific = (u.length / u.time).powi(2);
+    // That of an ideal gas with the pressure that the material has at the density summed here.
+    let of_material = |i: usize, id: f64| {
+        let matter = Material::of_id(id as i32)?.equation;
+        let pressure = matter.pressure(density(i), energy.values.get(i) * specific);
+        Some(pressure / (density(i) * specific * (GAMMA - 1.0)))
+    };
+    let energies: Option<Vec<f64>> = (0..table.count)
+        .map(|i| match other_materials {
+            None => Some(energy.values.get(i) / unit),
+            Some(ids) => Some(of_material(i, ids.values.get(i))? / unit),
+        })
+        .collect();
+    let Some(energies) = energies else { return };
     let Some(mean) = mean_net_force(code.kernel, measured, domain, positions, masses, (&energies, GAMMA)) else {
         return;
     };

@@ -153,7 +153,7 @@ pub struct TargetCode {
 }
 
 impl TargetCode {
-    /// `NAME` or `NAME:OPTION,...`; an option is a kernel's name or `key=value`.
+    /// `NAME` or `NAME:OPTION,...`; an option is a kernel's or a scheme's name, or `key=value`.
     ///
     /// # Errors
     /// A name, option or value that is not known, with those that are.
@@ -167,12 +167,14 @@ impl TargetCode {
         })?;
         let mut code = Self { sheet, kernel: sheet.kernel, neighbors: sheet.neighbors, scheme: sheet.schemes[0] };
         for option in options.split(',').filter(|o| !o.is_empty()) {
+            let scheme = |name: &str| sheet.schemes.iter().find(|s| s.name == name).copied();
             match option.split_once('=') {
+                None if scheme(option).is_some() => code.scheme = scheme(option).unwrap_or(code.scheme),
                 None => code.kernel = kernel(sheet, option).map_err(refuse)?,
                 Some(("kernel", value)) => code.kernel = kernel(sheet, value).map_err(refuse)?,
                 Some(("scheme", value)) => {
                     let known = sheet.schemes.iter().map(|s| s.name).collect::<Vec<_>>().join(", ");
-                    code.scheme = *sheet.schemes.iter().find(|s| s.name == value).ok_or_else(|| {
+                    code.scheme = scheme(value).ok_or_else(|| {
                         refuse(format!("scheme '{value}' is not known here, expected one of {known}"))
                     })?;
                 }
@@ -271,6 +273,20 @@ impl TargetCode {
         ))
     }
 
+    /// What to change where solids with a free surface, or liquids, are to rest in it; `None` where its kernel keeps particles apart.
+    pub fn pairing_of_solids(&self, d: usize) -> Option<String> {
+        most_neighbors_without_pairs(self.kernel, d)?;
+        let Sheet { name, title, has_kernels, .. } = self.sheet;
+        let scheme = self.scheme.name;
+        has_kernels.then(|| {
+            format!(
+                "with {} nothing keeps particles apart where a solid has little pressure: those of its surface go on moving along it. --for \
+                 {name}:scheme={scheme},wendland-c4, with {title} built with that kernel, is some ten times as quiet",
+                self.kernel.title()
+            )
+        })
+    }
+
     /// What to change where particles were placed with another kernel or number of neighbors; `None` where they agree.
     pub fn mismatch(&self, kernel: KernelName, d: usize, kernel_neighbors: f64) -> Option<String> {
         let off = kernel_neighbors / self.kernel_neighbors(d) - 1.0;
@@ -313,6 +329,7 @@ mod tests {
     fn codes_have_the_neighbors_that_they_say() {
         for (text, d, expected) in [
             ("swift", 3, 48.0),
+            ("swift:planetary", 3, 48.0),
             ("swift:wendland-c4", 3, 84.9),
             ("swift:wendland-c4,eta=1.1239", 3, 64.0),
             ("gadget4", 3, 64.0),
@@ -356,6 +373,9 @@ mod tests {
     #[test]
     fn builds_that_make_pairs_are_told_how_not_to() {
         let of = |text: &str| TargetCode::parse(text).unwrap().pairing(3);
+        let solid = |text: &str| TargetCode::parse(text).unwrap().pairing_of_solids(3);
+        assert!(solid("swift:planetary").unwrap().contains("--for swift:scheme=planetary,wendland-c4"));
+        assert_eq!(solid("swift:planetary,wendland-c2"), None);
         assert!(of("gadget4").unwrap().contains("--for gadget4:neighbors=48.41, with DesNumNgb 48.41"));
         assert!(of("phantom").unwrap().contains("--for phantom:hfact=1.13"));
         assert_eq!((of("swift"), of("gadget4:neighbors=48.41"), of("gadget4:wendland-c2")), (None, None, None));

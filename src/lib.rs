@@ -33,6 +33,7 @@ pub mod check;
 pub mod cli;
 pub mod codes;
 pub mod compare;
+pub mod eos;
 pub mod error;
 pub mod field;
 pub mod input;

@@ -26,6 +26,7 @@ mod parity;
 mod periodic_grids;
 mod pipeline;
 mod plan;
+mod planets;
 mod profile_inputs;
 mod real_inputs;
 mod resample;

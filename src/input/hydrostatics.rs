@@ -7,11 +7,12 @@
 use crate::error::{Error, Result};
 use crate::field::quadrature::integrate;
 use crate::field::{CarriedField, RadialSource, ScalarField};
+use crate::input::body_materials::BodyMaterials;
 pub use crate::input::constants::GRAVITATIONAL_CONSTANT;
 use crate::input::internal_units::Prepared;
 use crate::input::units::{InputUnits, RunUnits};
 use crate::scene::{BalanceInput, GravityName, Scene};
-use crate::target::Equilibrium;
+use crate::target::{Equilibrium, MaterialState, Materials};
 use sph::domain::{Domain, Region};
 use sph::geometry::distance;
 use sph_formats::common::particle_names as names;
@@ -32,6 +33,8 @@ pub struct Hydrostatics<'a, const D: usize> {
     density: &'a dyn ScalarField<D>,
     domain: &'a Domain<D>,
     gamma: f64,
+    /// Over the pressure above.
+    materials: Option<BodyMaterials<'a, D>>,
     /// Input units (cgs where units are known) of specific energy per internal one.
     pub specific_energy: f64,
 }
@@ -92,7 +95,7 @@ impl<'a, const D: usize> Hydrostatics<'a, D> {
     /// farther in, where that is much: such a body overturns.
     pub fn entropy_falls(&self) -> Option<f64> {
         let Gravity::Enclosed(radial) = &self.gravity else { return None };
-        self.own_center()?;
+        self.own_center().filter(|_| self.materials.is_none())?;
         let (mut most, mut fall) = (0.0_f64, 0.0_f64);
         for (_, x) in through(radial) {
             let entropy = self.pressure(&x) / self.density.value(&x).powf(self.gamma);
@@ -109,6 +112,9 @@ impl<'a, const D: usize> Hydrostatics<'a, D> {
         prepared: &Prepared<D>,
         units: Option<InputUnits>,
     ) -> Result<Option<String>> {
+        if let Some(materials) = &self.materials {
+            return Ok(self.contradiction_of(materials, prepared));
+        }
         let options = scene.balance.clone().unwrap_or_default();
         let (Some(energy), None) = (carried(prepared, names::INTERNAL_ENERGY), &options.equation_of_state) else {
             return Ok(None);
@@ -142,6 +148,23 @@ impl<'a, const D: usize> Hydrostatics<'a, D> {
         )))
     }
 
+    /// The same for materials: their pressure by density and energy against the weight that it has to hold.
+    fn contradiction_of(&self, materials: &BodyMaterials<'a, D>, prepared: &Prepared<D>) -> Option<String> {
+        let radial = prepared.source.radial.as_ref().filter(|_| self.own_center().is_some())?;
+        let body = AtRest::new(radial);
+        let mut ratios: Vec<f64> =
+            through(radial).map(|(r, x)| materials.pressure(&x) / body.pressure(radial, r)).collect();
+        ratios.sort_unstable_by(f64::total_cmp);
+        let median = ratios[ratios.len() / 2];
+        ((median - 1.0).abs() > LARGEST_CONTRADICTION).then(|| {
+            format!(
+                "the carried density and '{}' give a pressure {median:.3} times (in the median over the mass) that which holds the body, by the                  equation of state of {}: check the energy and the materials, or leave the energy out with input.carry",
+                names::INTERNAL_ENERGY,
+                materials.materials.names()
+            )
+        })
+    }
+
     fn known(scene: &Scene, prepared: &'a Prepared<D>, units: &RunUnits) -> Result<Option<Self>> {
         let options = scene.balance.clone().unwrap_or_default();
         let scale = Scale::new::<D>(prepared, units.input, scene, &options);
@@ -149,8 +172,16 @@ impl<'a, const D: usize> Hydrostatics<'a, D> {
         let Some(pressure) = pressure(scene, &options, prepared, &scale, &gravity, units)? else {
             return Ok(None);
         };
+        let samples: Vec<[f64; D]> =
+            prepared.source.radial.as_ref().map_or_else(Vec::new, |radial| through(radial).map(|(_, x)| x).collect());
+        let scales = (units.input.is_some(), [scale.density, scale.specific_energy]);
+        let materials = match options.equation_of_state {
+            None if !samples.is_empty() => BodyMaterials::new(scene, prepared, scales, &samples)?,
+            _ => None,
+        };
         Ok(Some(Self {
             pressure,
+            materials,
             gravity,
             density: prepared.source.density.as_ref(),
             domain: &prepared.source.domain,
@@ -178,7 +209,9 @@ impl<'a, const D: usize> Hydrostatics<'a, D> {
 
     /// Where the pressure comes from and what it holds, for the report.
     pub fn describe(&self) -> String {
+        let by_materials = self.materials.as_ref().map(|m| format!("the pressure of {}", m.materials.names()));
         let pressure = match &self.pressure {
+            _ if by_materials.is_some() => by_materials.as_deref().unwrap_or_default(),
             Pressure::Carried(..) => "the carried pressure",
             Pressure::Energy(..) => "the carried internal energy",
             Pressure::Power { .. } => "the equation of state",
@@ -195,7 +228,7 @@ impl<'a, const D: usize> Hydrostatics<'a, D> {
 
 impl<const D: usize> Equilibrium<D> for Hydrostatics<'_, D> {
     fn pressure(&self, x: &[f64; D]) -> f64 {
-        self.pressure_by(&self.pressure, x)
+        self.materials.as_ref().map_or_else(|| self.pressure_by(&self.pressure, x), |m| m.pressure(x))
     }
 
     fn gravity(&self, x: &[f64; D], step: f64) -> [f64; D] {
@@ -244,6 +277,14 @@ impl<const D: usize> Equilibrium<D> for Hydrostatics<'_, D> {
 
     fn gamma(&self) -> f64 {
         self.gamma
+    }
+
+    fn materials(&self) -> Option<&Materials> {
+        self.materials.as_ref().map(|m| &m.materials)
+    }
+
+    fn material(&self, x: &[f64; D]) -> Option<MaterialState> {
+        self.materials.as_ref().map(|m| m.state(x))
     }
 }
 

@@ -4,7 +4,7 @@
 //! pressure (gamma - 1) rho u that a code makes of the energies in the file and its own summed density.
 
 use super::Measured;
-use crate::target::{Equilibrium, Positions, at};
+use crate::target::{Equilibrium, MaterialState, Positions, at};
 use serde::Serialize;
 use sph::domain::Domain;
 use sph::gravity::{OPENING_ANGLE, sampled_gravity, softening_radius};
@@ -112,6 +112,11 @@ impl BalanceFigures {
         }
         // (gamma - 1) u = P*/rho* needs no gamma.
         let temperature = |i: usize| {
+            if let Some((materials, state)) = equilibrium.materials().zip(equilibrium.material(&at(positions, i))) {
+                let density = measured.sums[i].weighted;
+                let energy = internal_energy.map_or(state.energy, |u| u[i]);
+                return materials.pressure(&MaterialState { density, energy, ..state }) / density;
+            }
             internal_energy.map_or_else(
                 || equilibrium.pressure(&at(positions, i)) / target_density[i],
                 |u| (equilibrium.gamma() - 1.0) * u[i],

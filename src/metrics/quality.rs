@@ -29,6 +29,9 @@ pub enum Aim {
     /// A balance moves particles off the target's density on purpose, by as much as gravity, free surfaces and the scatter of
     /// forces ask for: a percent or two.
     Forces,
+    /// The same of solids and liquids. Where these have little pressure for their stiffness, as at a free surface, nothing but
+    /// their density keeps particles apart, in a code either: pairs and noise there are no loss.
+    ForcesOfSolids,
 }
 
 /// What an arrangement may lose, in each figure, before it counts as worse: factors on errors and what is too little to
@@ -105,7 +108,7 @@ impl Quality {
             ));
         }
         let (little, misplaced) = match aim {
-            Aim::Forces => (FORCES_LITTLE, FORCES_LITTLE),
+            Aim::Forces | Aim::ForcesOfSolids => (FORCES_LITTLE, FORCES_LITTLE),
             _ => (LITTLE, MISPLACED),
         };
         if aim != Aim::DensityMet && !(self.mean <= LOSS * earlier.mean + little) {
@@ -117,11 +120,12 @@ impl Quality {
                 earlier.epsilon, self.epsilon
             ));
         }
-        if self.closest_pair < CLOSE.min(0.5 * earlier.closest_pair) {
+        let is_solid = aim == Aim::ForcesOfSolids;
+        if !is_solid && self.closest_pair < CLOSE.min(0.5 * earlier.closest_pair) {
             let (now, before) = (self.closest_pair, earlier.closest_pair);
             return Some(format!("the closest pair went from {before:.2} to {now:.2} spacings"));
         }
-        if self.noise > earlier.noise + MUCH_NOISE {
+        if !is_solid && self.noise > earlier.noise + MUCH_NOISE {
             return Some(format!("the force noise went {}", percent(self.noise, earlier.noise)));
         }
         let level = self.ledger.levels.iter().zip(&earlier.ledger.levels);

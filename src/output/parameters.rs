@@ -218,6 +218,7 @@ SPH:
             101 => Some("Til_granite"),
             102 => Some("Til_water"),
             103 => Some("Til_basalt"),
+            104 => Some("Til_ice"),
             _ => None,
         };
         if ids.is_empty() {

@@ -19,6 +19,10 @@
 //! radius is not quite the target's. A factor on A_i that depends smoothly on the enclosed mass (one common factor where nothing
 //! is radial), fitted to gravity over the interior, takes that out instead of letting the body swell or shrink.
 //!
+//! Materials with equations of state of their own keep their adiabat in place of A_i: P_i = P(rho_i, u_i), u_i following du = P/rho^2 drho
+//! from the target's density and energy. What makes their pressure is the density rather than the heat, so that no factor on
+//! the thermal state is fitted; moves alone bring the summed densities to where the pressures hold gravity.
+//!
 //! Line searches use slopes alone (no potential is needed, so any field may be balanced). At an open edge there
 //! is vacuum, as in the target code; particles leave the domain only where the body holds itself, and find their places
 //! beyond its surface as they would in the code.
@@ -216,12 +220,19 @@ impl<const D: usize> Running<D> for Run<'_, D> {
     }
 
     fn finish(self: Box<Self>, stop: StopReason) -> Relaxed<D> {
-        let Balance { best, trace, factor, fitted_factor, .. } = self.balance;
+        let Balance { best, trace, factor, fitted_factor, equilibrium, .. } = self.balance;
         let (best_iteration, seconds) = (best.iteration, trace.seconds());
         let report = StageReport { stage: NAME, stop, best_iteration, history: trace.history, seconds };
+        let note = match equilibrium.materials() {
+            Some(materials) => format!(
+                "internal energies are the target's, compressed to the summed densities without exchange of heat by {}",
+                materials.names()
+            ),
+            None => factor_note(&factor, &fitted_factor),
+        };
         let particles =
             Particles { positions: best.positions, masses: None, internal_energy: Some(best.internal_energy) };
-        Relaxed { particles, reports: vec![report], notes: vec![factor_note(&factor, &fitted_factor)] }
+        Relaxed { particles, reports: vec![report], notes: vec![note] }
     }
 }
 

@@ -1,14 +1,15 @@
 //! A body followed forward in time, as a simulation code would: does it stay still?
 //!
-//! The equations are those of [`super::balance`]: density-entropy SPH with grad-h terms, each particle keeping its A_i, and
-//! what the particles attract each other with. They are integrated by kick, drift, kick with one time step for all and without
+//! The equations are those of [`super::balance`]: density-entropy SPH with grad-h terms, each particle keeping its A_i or its
+//! material's adiabat, and what the particles attract each other with. They are integrated by kick, drift, kick with one time step for all and without
 //! viscosity, so that total energy is conserved, and what moves is not damped. Of gravity, the part that follows from the
 //! enclosed mass is taken at every step; what is left, which changes little, from the tree every few steps.
 
 use super::arrangement::{Arrangement, SORT_INTERVAL};
 use super::control::{Control, Event};
 use super::report::StageName;
-use crate::target::{Positions, Target, at};
+use super::states::{Law, States};
+use crate::target::{MaterialState, Materials, Positions, Target, at};
 use serde::Serialize;
 use sph::domain::{Domain, Wall};
 use sph::geometry::distance;
@@ -46,7 +47,7 @@ pub struct State {
     pub time: f64,
     /// Kinetic energy over |W|.
     pub kinetic: f64,
-    /// (2 K + d (gamma - 1) U)/|W| - 1 in three dimensions; 0 in equilibrium.
+    /// (2 K + d int P dV)/|W| - 1 in three dimensions; 0 in equilibrium.
     pub virial: f64,
     /// Mean density of the innermost 2 %, and radius of half the mass, over those at the start.
     pub central_density: f64,
@@ -98,18 +99,27 @@ impl Certificate {
     }
 }
 
+/// The equation of state of a body, and its center.
+#[derive(Debug, Clone, Copy)]
+pub struct Matter<'a, const D: usize> {
+    pub gamma: f64,
+    /// Materials, and which each particle is of, in place of an ideal gas.
+    pub materials: Option<(&'a Materials, &'a [usize])>,
+    pub center: [f64; D],
+}
+
 /// Follows particles of equal mass with these specific internal energies (in units of G M/R^(d-2)) for `duration` dynamical
 /// times, or until `control` ends it.
 pub fn certify<const D: usize>(
     (kernel, kernel_neighbors): (KernelName, f64),
     target: Target<'_, D>,
     (positions, internal_energy): (&Positions<D>, &[f64]),
-    (gamma, center): (f64, [f64; D]),
+    matter: &Matter<'_, D>,
     duration: f64,
     control: &Control<'_>,
 ) -> Certificate {
     let start = std::time::Instant::now();
-    let mut body = Body::new((kernel, kernel_neighbors), target, positions, internal_energy, (gamma, center));
+    let mut body = Body::new((kernel, kernel_neighbors), target, positions, internal_energy, matter);
     let mut states: Vec<State> = Vec::new();
     let rows = (duration * ROWS).ceil().max(1.0) as usize;
     let first = body.totals();
@@ -137,13 +147,13 @@ pub fn certify<const D: usize>(
 struct Body<'a, const D: usize> {
     arrangement: Arrangement<'a, D, f32>,
     mass: f64,
-    gamma: f64,
+    law: Law<'a>,
     center: [f64; D],
     radius: f64,
     dynamical_time: f64,
     time: f64,
     velocities: Vec<[f64; D]>,
-    entropy: Vec<f64>,
+    states: States,
     support: Vec<f64>,
     sums: Vec<DensitySums<D>>,
     accelerations: Vec<[f64; D]>,
@@ -157,6 +167,8 @@ struct Body<'a, const D: usize> {
 struct Totals {
     kinetic: f64,
     internal: f64,
+    /// Integral of the pressure over the volume.
+    pressure: f64,
     potential: f64,
     central_density: f64,
     half_mass_radius: f64,
@@ -168,11 +180,11 @@ impl Totals {
         let unit = self.potential.abs();
         let energy = |t: &Self| t.kinetic + t.internal + t.potential;
         let turned: f64 = (0..3).map(|k| (self.angular_momentum[k] - first.angular_momentum[k]).powi(2)).sum();
-        let total = body.mass * body.entropy.len() as f64;
+        let total = body.mass * body.velocities.len() as f64;
         State {
             time: body.time / body.dynamical_time,
             kinetic: self.kinetic / unit,
-            virial: (2.0 * self.kinetic + D as f64 * (body.gamma - 1.0) * self.internal) / unit - 1.0,
+            virial: (2.0 * self.kinetic + D as f64 * self.pressure) / unit - 1.0,
             central_density: self.central_density / first.central_density,
             half_mass_radius: self.half_mass_radius / first.half_mass_radius,
             energy: (energy(self) - energy(first)) / unit,
@@ -187,8 +199,9 @@ impl<'a, const D: usize> Body<'a, D> {
         target: Target<'a, D>,
         positions: &Positions<D>,
         internal_energy: &[f64],
-        (gamma, center): (f64, [f64; D]),
+        matter: &Matter<'a, D>,
     ) -> Self {
+        let Matter { gamma, materials, center } = *matter;
         let n = internal_energy.len();
         let radius = reduce::max(n, |i| distance(&at(positions, i), &center));
         let space = Domain::ball(center, SPACE * radius, Wall::Open).unwrap_or_else(|_| target.domain.clone());
@@ -201,13 +214,13 @@ impl<'a, const D: usize> Body<'a, D> {
         let mut body = Self {
             arrangement,
             mass,
-            gamma,
+            law: Law { gamma, materials: materials.map(|(m, _)| m) },
             center,
             radius,
             dynamical_time: (radius.powi(D as i32) / (strength(D) * target.mass)).sqrt(),
             time: 0.0,
             velocities: vec![[0.0; D]; n],
-            entropy: parallel::reordered(internal_energy, &order),
+            states: States::Gas(Vec::new()),
             support,
             sums: Vec::new(),
             accelerations: Vec::new(),
@@ -215,10 +228,16 @@ impl<'a, const D: usize> Body<'a, D> {
             held: HELD,
         };
         body.sum();
-        body.entropy = parallel::map(n, |i| {
-            let density = mass * body.sums[i].number_density;
-            body.entropy[i] * (gamma - 1.0) * density.powf(1.0 - gamma)
-        });
+        let energy = parallel::reordered(internal_energy, &order);
+        let density = parallel::map(n, |i| mass * body.sums[i].number_density);
+        body.states = match materials {
+            None => States::Gas(parallel::map(n, |i| energy[i] * (gamma - 1.0) * density[i].powf(1.0 - gamma))),
+            Some((_, kinds)) => {
+                let state =
+                    |i: usize| MaterialState { kind: kinds[order[i] as usize], density: density[i], energy: energy[i] };
+                States::of_materials(&parallel::map(n, state))
+            }
+        };
         body.accelerate();
         body
     }
@@ -231,11 +250,11 @@ impl<'a, const D: usize> Body<'a, D> {
     }
 
     fn accelerate(&mut self) {
-        let (gamma, mass) = (self.gamma, self.mass);
+        let mass = self.mass;
         let strength = parallel::map(self.sums.len(), |i| {
             let s = &self.sums[i];
             let grad_h = 1.0 + s.slope / (D as f64 * s.number_density);
-            self.entropy[i] * (mass * s.number_density).powf(gamma) / (s.number_density.powi(2) * grad_h)
+            self.law.pressure(&self.states, i, mass * s.number_density) / (s.number_density.powi(2) * grad_h)
         });
         let force = self.arrangement.gradient(&self.support, &strength, &self.sums);
         let enclosed = self.enclosed_gravity();
@@ -275,10 +294,7 @@ impl<'a, const D: usize> Body<'a, D> {
 
     /// One step, of `most` at most.
     fn advance(&mut self, most: f64) {
-        let sound = |i: usize| {
-            let density = self.mass * self.sums[i].number_density;
-            (self.gamma * self.entropy[i] * density.powf(self.gamma - 1.0)).sqrt()
-        };
+        let sound = |i: usize| self.law.sound_speed(&self.states, i, self.mass * self.sums[i].number_density);
         let speed = |i: usize| self.velocities[i].iter().map(|v| v * v).sum::<f64>().sqrt();
         let fastest = reduce::max(self.sums.len(), |i| (sound(i) + speed(i)) / self.support[i]);
         let free = (COURANT / fastest).min(LARGEST_STEP * self.dynamical_time);
@@ -308,14 +324,13 @@ impl<'a, const D: usize> Body<'a, D> {
         for rows in [&mut self.velocities, &mut self.beyond] {
             *rows = parallel::reordered(rows, &order);
         }
-        for values in [&mut self.entropy, &mut self.support] {
-            *values = parallel::reordered(values, &order);
-        }
+        self.support = parallel::reordered(&self.support, &order);
+        self.states.reorder(&order);
     }
 
     fn totals(&mut self) -> Totals {
         let pulls = self.pulls();
-        let (n, mass, gamma) = (pulls.len(), self.mass, self.gamma);
+        let (n, mass) = (pulls.len(), self.mass);
         let density = |i: usize| mass * self.sums[i].number_density;
         let place = |i: usize| at(&self.arrangement.positions, i);
         let mut order: Vec<(f64, usize)> = (0..n).map(|i| (distance(&place(i), &self.center), i)).collect();
@@ -330,7 +345,8 @@ impl<'a, const D: usize> Body<'a, D> {
         };
         Totals {
             kinetic: reduce::sum(n, |i| 0.5 * mass * self.velocities[i].iter().map(|v| v * v).sum::<f64>()),
-            internal: reduce::sum(n, |i| mass * self.entropy[i] * density(i).powf(gamma - 1.0) / (gamma - 1.0)),
+            internal: reduce::sum(n, |i| mass * self.law.energy(&self.states, i, density(i))),
+            pressure: reduce::sum(n, |i| mass / density(i) * self.law.pressure(&self.states, i, density(i))),
             potential: reduce::sum(n, |i| 0.5 * mass * pulls[i].potential),
             central_density: order[..central].iter().map(|&(_, i)| density(i)).sum::<f64>() / central as f64,
             half_mass_radius: order[n / 2].0,

@@ -7,6 +7,7 @@ use super::newton::MinimalResidual;
 use super::pairs::closer_than;
 use super::report::{Progress, StopReason};
 use super::snapshot::{Check, Trace, axes, rows};
+use super::states::{Law, States};
 use super::thermal::{Basis, Factor, enclosed_fractions};
 use crate::target::{Equilibrium, Positions, at};
 use serde::{Deserialize, Serialize};
@@ -72,8 +73,8 @@ pub(super) struct Best<const D: usize> {
 /// What is held until A_i is taken anew.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub(super) struct Frame {
-    /// A_i with the factor, and the factor.
-    pub entropy: Vec<f64>,
+    /// A_i with the factor, and the factor; or points of the adiabats of materials.
+    pub states: States,
     pub factor: Vec<f64>,
     /// Share of the mass nearer to the center of a body that its own gravity holds.
     pub fraction: Option<Vec<f64>>,
@@ -90,7 +91,7 @@ impl Frame {
     /// What of it is not of `D` dimensions and as many particles as `check` counts.
     pub fn check<const D: usize>(&self, check: Check, count: usize) -> Check {
         check
-            .scalars("entropies", &self.entropy)
+            .holds(self.states.is_of(count), "has thermal states of another number of particles")
             .scalars("factors", &self.factor)
             .holds(self.own.as_ref().is_none_or(|g| g.len() == count * D), "has gravity of another number of particles")
             .scalars("spacings", &self.spacing)
@@ -185,7 +186,7 @@ impl<'a, const D: usize, R: Real> Balance<'a, D, R> {
         let mut frame = self.frame();
         let guess = self.arrangement.target_supports();
         let mut now = self.evaluate(&frame, &guess);
-        if self.equilibrium.has_gravity() {
+        if self.equilibrium.has_gravity() && self.law().materials.is_none() {
             self.refit(&mut frame, &now);
             now = self.evaluate(&frame, &guess);
         }
@@ -320,23 +321,39 @@ impl<'a, const D: usize, R: Real> Balance<'a, D, R> {
         None
     }
 
-    /// Takes A_i from the target at the particles' positions.
+    /// The equation of state.
+    fn law(&self) -> Law<'a> {
+        Law { gamma: self.equilibrium.gamma(), materials: self.equilibrium.materials() }
+    }
+
+    /// Takes A_i, or the state of the material, from the target at the particles' positions.
     pub fn frame(&self) -> Frame {
-        let (target, positions, gamma) =
-            (&self.arrangement.target, &self.arrangement.positions, self.equilibrium.gamma());
+        let (target, positions, law) = (&self.arrangement.target, &self.arrangement.positions, self.law());
         let n = self.arrangement.len();
         let place = parallel::map(n, |i| self.inside(&at(positions, i)));
         let density = parallel::map(n, |i| target.number_density(&place[i]));
         let spacing = parallel::map(n, |i| target.spacing(density[i]).min(target.domain.size()));
         let pressure = parallel::map(n, |i| self.equilibrium.pressure(&place[i]));
-        let temperature = reduce::max(n, |i| pressure[i] / density[i]);
-        let unit = parallel::map(n, |i| spacing[i] * (pressure[i] / density[i] / temperature).max(COLDEST).powf(-0.5));
+        let materials = law.materials.map(|m| (m, parallel::map(n, |i| self.equilibrium.material(&place[i]))));
+        // What resists compression: P/n of a gas, the bulk modulus over n of a solid.
+        let stiffness = parallel::map(n, |i| match &materials {
+            Some((m, states)) => self.mass * states[i].map_or(0.0, |s| m.sound_speed(&s).powi(2)),
+            None => pressure[i] / density[i],
+        });
+        let temperature = reduce::max(n, |i| stiffness[i]);
+        let unit = parallel::map(n, |i| spacing[i] * (stiffness[i] / temperature).max(COLDEST).powf(-0.5));
         let fraction = self.equilibrium.own_center().map(|center| enclosed_fractions(positions, &center));
         let basis = Basis::new(fraction.as_deref(), self.factor.last);
         let factor = parallel::map(n, |i| basis.sum(&self.factor, i));
-        let entropy = parallel::map(n, |i| factor[i] * pressure[i] / (self.mass * density[i]).powf(gamma));
+        let states = match materials {
+            Some((_, states)) => States::of_materials(&states.into_iter().flatten().collect::<Vec<_>>()),
+            None => {
+                let entropy = |i: usize| factor[i] * pressure[i] / (self.mass * density[i]).powf(law.gamma);
+                States::Gas(parallel::map(n, entropy))
+            }
+        };
         let own = self.own_gravity(&spacing);
-        Frame { entropy, factor, fraction, own, spacing, unit, temperature }
+        Frame { states, factor, fraction, own, spacing, unit, temperature }
     }
 
     /// Where the target says what a particle at `x` is like: `x`, or a place within the surface that it is beyond.
@@ -367,7 +384,9 @@ impl<'a, const D: usize, R: Real> Balance<'a, D, R> {
         if self.fitted_factor.bias() < LARGEST_BIAS {
             self.factor = self.fitted_factor.clone();
             let factor = parallel::map(now.sums.len(), |i| basis.sum(&self.factor, i));
-            parallel::update(&mut frame.entropy, |i, a| *a *= factor[i] / frame.factor[i]);
+            if let States::Gas(entropy) = &mut frame.states {
+                parallel::update(entropy, |i, a| *a *= factor[i] / frame.factor[i]);
+            }
             frame.factor = factor;
         }
     }
@@ -409,7 +428,7 @@ impl<'a, const D: usize, R: Real> Balance<'a, D, R> {
 
     pub fn evaluate(&mut self, frame: &Frame, guess: &[f64]) -> Evaluation<D> {
         self.evaluations += 1;
-        let (d, gamma, mass) = (D as f64, self.equilibrium.gamma(), self.mass);
+        let (d, law, mass) = (D as f64, self.law(), self.mass);
         if self.arrangement.domain.region.wall() == Some(Wall::Reflecting) {
             self.arrangement.mirror(guess);
         }
@@ -419,7 +438,7 @@ impl<'a, const D: usize, R: Real> Balance<'a, D, R> {
         let strength = parallel::map(sums.len(), |i| {
             let s = &sums[i];
             let grad_h = 1.0 + s.slope / (d * s.number_density);
-            frame.entropy[i] * (mass * s.number_density).powf(gamma) / (s.number_density.powi(2) * grad_h)
+            law.pressure(&frame.states, i, mass * s.number_density) / (s.number_density.powi(2) * grad_h)
         });
         let pressure_force = self.pressure_force(&support, &strength, &sums);
         let gravity = self.gravity(frame);
@@ -451,14 +470,14 @@ impl<'a, const D: usize, R: Real> Balance<'a, D, R> {
         let set = self.interior(now).filter(|_| !self.arrangement.leaves_target);
         let counts = |i: usize| set.as_ref().is_none_or(|s| s[i]);
         let gravity = self.equilibrium.has_gravity();
-        let gamma = self.equilibrium.gamma();
+        let law = self.law();
         let error = |i: usize| {
             let net: [f64; D] = std::array::from_fn(|k| now.pressure_force[i][k] + now.gravity[i][k]);
             let density = self.mass * now.sums[i].number_density;
             let unit = if gravity {
                 dot(&now.gravity[i], &now.gravity[i]).sqrt()
             } else {
-                frame.entropy[i] * density.powf(gamma - 1.0) / frame.spacing[i]
+                law.temperature(&frame.states, i, density) / frame.spacing[i]
             };
             if unit > 0.0 { dot(&net, &net).sqrt() / unit } else { 0.0 }
         };
@@ -472,13 +491,12 @@ impl<'a, const D: usize, R: Real> Balance<'a, D, R> {
     }
 
     fn note(&mut self, frame: &Frame, now: &Evaluation<D>, length: f64) {
-        let gamma = self.equilibrium.gamma();
+        let law = self.law();
         if now.error < self.best.error {
             self.best = Best {
                 positions: self.arrangement.positions.clone(),
                 internal_energy: parallel::map(now.sums.len(), |i| {
-                    let density = self.mass * now.sums[i].number_density;
-                    frame.entropy[i] * density.powf(gamma - 1.0) / (gamma - 1.0)
+                    law.energy(&frame.states, i, self.mass * now.sums[i].number_density)
                 }),
                 iteration: self.evaluations,
                 error: now.error,

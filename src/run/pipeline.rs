@@ -17,7 +17,9 @@ use crate::input::units::RunUnits;
 use crate::metrics::{DensityError, Outcome, Thermodynamics};
 use crate::output::frame::{Factors, Frame, output_units};
 use crate::output::particle_file::{Made, Making, RawColumns, particle_file};
-use crate::relaxation::{BALANCE, CERTIFICATE, Certificate, Control, Event, Particles, Step, StopReason, certify};
+use crate::relaxation::{
+    BALANCE, CERTIFICATE, Certificate, Control, Event, Matter, Particles, Step, StopReason, certify,
+};
 use crate::scene::{DEFAULT_PARTICLES, OnInterrupt, Scene};
 use crate::target::{Equilibrium, Positions, at};
 use sph::{parallel, reduce};
@@ -219,6 +221,8 @@ impl Run<'_> {
         }
         let stop = verdict(self.scene, stop, &density_error);
         self.notes.extend(self.scene.code().and_then(|code| code.pairing(D)));
+        let is_solid = hydrostatics.is_some_and(|h| h.materials().is_some());
+        self.notes.extend(self.scene.code().filter(|_| is_solid).and_then(|code| code.pairing_of_solids(D)));
         self.notes.extend(match self.scene.code() {
             Some(code) => Some(format!("made for {}", code.describe(D))),
             None => self.format.and_then(|f| TargetCode::of_format(f.name)?.mismatch(kernel, D, neighbors)),
@@ -308,12 +312,18 @@ impl Run<'_> {
         self.control.tell(Event::Begin(Step::Relax(CERTIFICATE)));
         let own = |i: usize| {
             let x = at(positions, i);
+            if let Some(state) = equilibrium.material(&x) {
+                return state.energy;
+            }
             equilibrium.pressure(&x) / ((equilibrium.gamma() - 1.0) * target.density.value(&x).max(f64::MIN_POSITIVE))
         };
         let energy = internal_energy.map_or_else(|| parallel::map(positions[0].len(), own), <[f64]>::to_vec);
         let sums = (self.scene.kernel(), self.scene.kernel_neighbors(D));
-        let state = (equilibrium.gamma(), center);
-        let certificate = certify(sums, *target, (positions, &energy), state, duration, self.control);
+        let kind = |i: usize| equilibrium.material(&at(positions, i)).map_or(0, |s| s.kind);
+        let kinds = parallel::map(positions[0].len(), kind);
+        let materials = equilibrium.materials().map(|m| (m, kinds.as_slice()));
+        let matter = Matter { gamma: equilibrium.gamma(), materials, center };
+        let certificate = certify(sums, *target, (positions, &energy), &matter, duration, self.control);
         self.lap(Step::Relax(CERTIFICATE), lap, None);
         Ok(Some(certificate))
     }

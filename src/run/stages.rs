@@ -243,7 +243,12 @@ impl<'a, const D: usize> Setting<'a, D> {
                 // What measuring takes counts against the limit.
                 control.deadline = deadline.checked_sub(judge.look_at(particles)).or(Some(deadline));
             }
-            let aim = if name == BALANCE { Aim::Forces } else { Aim::Density };
+            let is_solid = self.equilibrium.is_some_and(|e| e.materials().is_some());
+            let aim = match name == BALANCE {
+                true if is_solid => Aim::ForcesOfSolids,
+                true => Aim::Forces,
+                false => Aim::Density,
+            };
             stage = Box::new(Accepted { stage, target: self.target, judge: &judge, aim });
             self.control.tell(Event::Begin(Step::Relax(name)));
             let meta = past.meta(index, name.name, true);

@@ -12,6 +12,7 @@ mod fields;
 mod input;
 mod of_body;
 mod physics;
+mod planet;
 mod profile;
 mod quantity;
 mod resolution;
@@ -30,6 +31,7 @@ pub use domain::{AxisName, BallInput, BoundaryName, CylinderInput, DomainInput};
 pub use fields::{FieldValue, FieldsInput, Term};
 pub use input::{Atmosphere, CenteringName, Input, InterpolationName, MissingValues, StaggeringName};
 pub use physics::{MaterialLayer, Motion, Thermal};
+pub use planet::{LayerInput, MaterialInput, PlanetInput, ThermalState};
 pub use profile::ProfileInput;
 pub use quantity::{Conversion, Quantity, check_all, values};
 pub use resolution::ResolutionInput;
@@ -215,11 +217,14 @@ impl Scene {
         let of_bodies =
             scene.bodies.iter_mut().flat_map(|b| [Some(&mut b.input.file), b.resolution.as_mut().map(|r| &mut r.file)]);
         let files = own.into_iter().chain(of_bodies).flatten().chain([&mut scene.cache]);
-        for file in files.flatten() {
+        let join = |file: &mut PathBuf| {
             if file.is_relative() {
                 *file = folder.join(&*file);
             }
-        }
+        };
+        files.flatten().for_each(join);
+        let inputs = std::iter::once(&mut scene.input).chain(scene.bodies.iter_mut().map(|b| &mut b.input));
+        inputs.filter_map(|input| input.profile.as_mut()).flat_map(ProfileInput::files_mut).for_each(join);
         Ok(scene)
     }
 

@@ -1,8 +1,11 @@
 //! The `profile` of a scene's input: a body from its physics, in place of a file.
 
 use super::Quantity;
+use super::planet::PlanetInput;
 use serde::{Deserialize, Serialize};
 use sph_formats::UnitDimension;
+use std::borrow::Cow;
+use std::path::PathBuf;
 
 /// A model with what determines it. Masses are those within the outer radius; in fewer than three dimensions they are per
 /// length or per area.
@@ -55,6 +58,8 @@ pub enum ProfileInput {
         #[serde(default = "two")]
         nucleons_per_electron: f64,
     },
+    /// Layers of materials with their equations of state, under their own gravity.
+    Planet(PlanetInput),
 }
 
 fn critical() -> f64 {
@@ -75,10 +80,11 @@ fn two() -> f64 {
 
 impl ProfileInput {
     /// Names, values and dimensions of what has one, in a body of `d` dimensions.
-    pub(crate) fn quantities(&self, d: usize) -> Vec<(&'static str, &Quantity, UnitDimension)> {
+    pub(crate) fn quantities(&self, d: usize) -> Vec<(Cow<'static, str>, &Quantity, UnitDimension)> {
         let of_mass = |q| ("mass", q, UnitDimension::new(d as i8 - 3, 1, 0, 0));
         let length = |name, q| (name, q, UnitDimension::LENGTH);
-        match self {
+        let all: Vec<(&'static str, &Quantity, UnitDimension)> = match self {
+            Self::Planet(planet) => return planet.quantities(),
             Self::Polytrope { mass, radius, .. }
             | Self::BonnorEbert { mass, radius, .. }
             | Self::Evrard { mass, radius, .. }
@@ -99,7 +105,13 @@ impl ProfileInput {
                 vec![of_mass(mass), length("core_radius", core_radius), length("outer_radius", outer_radius)]
             }
             Self::WhiteDwarf { mass, .. } => vec![of_mass(mass)],
-        }
+        };
+        all.into_iter().map(|(name, q, d)| (name.into(), q, d)).collect()
+    }
+
+    /// Files that it names.
+    pub(super) fn files_mut(&mut self) -> Vec<&mut PathBuf> {
+        if let Self::Planet(planet) = self { planet.files_mut() } else { Vec::new() }
     }
 
     /// As in a scene.
@@ -117,6 +129,7 @@ impl ProfileInput {
             Self::PowerLaw { .. } => "power-law",
             Self::ToyStar { .. } => "toy-star",
             Self::WhiteDwarf { .. } => "white-dwarf",
+            Self::Planet(_) => "planet",
         }
     }
 }

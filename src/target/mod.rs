@@ -5,10 +5,12 @@
 
 pub(crate) mod cells;
 mod edges;
+mod materials;
 mod regions;
 
 use crate::field::ScalarField;
 use cells::Matter;
+pub use materials::{MaterialState, Materials};
 pub use regions::{Part, Region, Regions, Selected};
 use sph::domain::Domain;
 use sph::geometry::distance;
@@ -30,6 +32,14 @@ pub trait Equilibrium<const D: usize>: Sync {
     }
     /// Adiabatic index: P = A rho^gamma, with A held by each particle.
     fn gamma(&self) -> f64;
+    /// What the body is made of, in place of an ideal gas.
+    fn materials(&self) -> Option<&Materials> {
+        None
+    }
+    /// The material at a place with its density and energy; `None` for an ideal gas.
+    fn material(&self, _x: &[f64; D]) -> Option<MaterialState> {
+        None
+    }
 }
 
 /// How the particles' number density follows from the input.

@@ -6,12 +6,18 @@
 //! | plummer, hernquist, nfw, king, beta-model, power-law | closed form, cut at the outer radius | that carries the weight, 0 at the outer radius |
 //! | evrard | closed form | of one specific internal energy |
 //! | toy-star | closed form | k rho^2 |
+//! | planet | of layers of materials under their own gravity | of their equations of state |
 
 mod emden;
+mod layers;
+mod planet;
+#[cfg(test)]
+mod planet_tests;
 mod spheres;
 mod table;
 mod white_dwarf;
 
+use crate::eos::Material;
 use crate::error::{Error, Result};
 use crate::input::constants::GRAVITATIONAL_CONSTANT;
 use crate::scene::{Conversion, ProfileInput, Quantity, Scene};
@@ -33,7 +39,7 @@ pub(crate) fn field(scene: &Scene, profile: &ProfileInput) -> Result<RawField> {
             format!("is {value} beside numbers with units; write its unit, or state `units`, as in `units: solar`");
         return Err(Error::scene(key(profile.name(), name), problem));
     }
-    let is_of_nature = matches!(profile, ProfileInput::WhiteDwarf { .. });
+    let is_of_nature = matches!(profile, ProfileInput::WhiteDwarf { .. } | ProfileInput::Planet(_));
     let own = (has_text || is_of_nature).then(UnitSystem::cgs);
     let conversion = Conversion { from: scene.stated_units()?.or(own), to: UnitSystem::cgs() };
     let has_units = conversion.from.is_some();
@@ -59,6 +65,8 @@ pub(crate) fn field(scene: &Scene, profile: &ProfileInput) -> Result<RawField> {
     let mut variables = vec![variable("density", "g/cm^3", table.density)];
     variables.extend(table.pressure.map(|p| variable("pressure", "dyn/cm^2", p)));
     variables.extend(table.internal_energy.map(|u| variable("internal_energy", "erg/g", u)));
+    variables.extend(table.temperature.map(|t| variable("temperature", "K", t)));
+    variables.extend(table.material.map(|m| Variable { unit: None, ..variable("material_id", "", m) }));
     Ok(RawField {
         path: format!("profile {name}").into(),
         format: "profile",
@@ -68,6 +76,16 @@ pub(crate) fn field(scene: &Scene, profile: &ProfileInput) -> Result<RawField> {
         metadata: Vec::new(),
         notes: Vec::new(),
     })
+}
+
+/// The materials of a planet's layers, from the inside outward; none for other profiles.
+///
+/// # Errors
+/// As for [`field`].
+pub(crate) fn materials(scene: &Scene) -> Result<Vec<Material>> {
+    let Some(ProfileInput::Planet(planet)) = &scene.input.profile else { return Ok(Vec::new()) };
+    let conversion = Conversion { from: scene.stated_units()?.or(Some(UnitSystem::cgs())), to: UnitSystem::cgs() };
+    planet.layers.iter().map(|layer| layers::material(layer, &conversion)).collect()
 }
 
 /// A profile with all that its numbers depend on.
@@ -114,8 +132,12 @@ impl Model<'_> {
             let problem = format!("is {d}, but the profile '{}' is one in 3 dimensions", profile.name());
             return Err(Error::scene("input.dimension", problem));
         }
+        if let ProfileInput::Planet(input) = profile {
+            return layers::planet(input, &self.conversion, gravity)?.table();
+        }
         let mass = self.value("mass")?;
         match *profile {
+            ProfileInput::Planet(_) => Err(Error::scene("input.profile", "is a planet")),
             ProfileInput::Polytrope { n, .. } => spheres::polytrope(d, n, mass, self.value("radius")?, gravity),
             ProfileInput::Isothermal { .. } => {
                 spheres::isothermal(mass, self.value("radius")?, self.value("sound_speed")?, gravity)

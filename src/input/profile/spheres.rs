@@ -90,7 +90,7 @@ fn scaled(
         radii,
         density: points.iter().map(|p| center * state(p).0).collect(),
         pressure: Some(points.iter().map(|p| pressure * state(p).1).collect()),
-        internal_energy: None,
+        ..Table::default()
     }
 }
 
@@ -153,7 +153,7 @@ pub(super) fn toy_star(d: usize, mass: f64, radius: f64, k: f64) -> Table {
     let radii = radii_beyond_core(radius, radius);
     let density: Vec<f64> = radii.iter().map(|r| center * (1.0 - (r / radius).powi(2)).max(0.0)).collect();
     let pressure = density.iter().map(|rho| k * rho * rho).collect();
-    Table { radii, density, pressure: Some(pressure), internal_energy: None }
+    Table { radii, density, pressure: Some(pressure), ..Table::default() }
 }
 
 #[cfg(test)]

@@ -9,11 +9,15 @@ const ROWS: usize = 4000;
 const ORDER: usize = 6;
 
 /// A model by rows, outwards.
+#[derive(Default)]
 pub(super) struct Table {
     pub radii: Vec<f64>,
     pub density: Vec<f64>,
     pub pressure: Option<Vec<f64>>,
     pub internal_energy: Option<Vec<f64>>,
+    pub temperature: Option<Vec<f64>>,
+    /// Numbers of materials.
+    pub material: Option<Vec<f64>>,
 }
 
 /// S_d, the surface of the unit ball in `d` dimensions.
@@ -70,7 +74,7 @@ pub(super) fn hydrostatic(d: usize, radii: Vec<f64>, mass: f64, gravity: f64, de
         pressure[i] = pressure[i + 1] + scale * scale * integrate(ORDER, a, b, &weight);
     }
     let density = radii.iter().map(|r| scale * density(*r)).collect();
-    Table { radii, density, pressure: Some(pressure), internal_energy: None }
+    Table { radii, density, pressure: Some(pressure), ..Table::default() }
 }
 
 #[cfg(test)]

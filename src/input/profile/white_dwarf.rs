@@ -100,7 +100,7 @@ pub(super) fn white_dwarf(mass: f64, nucleons_per_electron: f64, gravity: f64) -
         radii: points.iter().map(|p| p.xi * length).collect(),
         density: points.iter().map(|p| electrons.density * momentum(p.phi).powi(3)).collect(),
         pressure: Some(points.iter().map(|p| electrons.pressure(momentum(p.phi))).collect()),
-        internal_energy: None,
+        ..Table::default()
     })
 }
 

@@ -1,0 +1,141 @@
+//! The `planet` of an input's profile: layers of materials in hydrostatic equilibrium.
+
+use super::Quantity;
+use serde::{Deserialize, Serialize};
+use sph_formats::UnitDimension;
+use std::borrow::Cow;
+use std::path::PathBuf;
+
+/// A planet. Of its mass, its radius and the boundaries between its layers all but one are stated; that one follows.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct PlanetInput {
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub mass: Option<Quantity>,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub radius: Option<Quantity>,
+    /// From the inside outward.
+    pub layers: Vec<LayerInput>,
+    /// Needed where a layer's pressure depends on it.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub surface_temperature: Option<Quantity>,
+    /// 0 by default.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub surface_pressure: Option<Quantity>,
+    /// Of all layers that state none; adiabatic by default.
+    #[serde(default)]
+    pub state: ThermalState,
+}
+
+/// One material, up to a radius, a mass within, or the mass of the layer as a part of the planet's.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct LayerInput {
+    pub material: MaterialInput,
+    /// Outer radius.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub radius: Option<Quantity>,
+    /// Mass of the layer.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub mass: Option<Quantity>,
+    /// The same over the mass of the planet.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub mass_fraction: Option<f64>,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub state: Option<ThermalState>,
+    /// Number in files (`MaterialIDs`), where the material has none of its own or is to have another.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub id: Option<i32>,
+}
+
+/// How temperature follows depth within a layer; between layers it is continuous.
+#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum ThermalState {
+    #[default]
+    Adiabatic,
+    Isothermal,
+    /// T grows as this power of the density.
+    Power(f64),
+}
+
+/// A material by name, or by an equation of state with its constants.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case", deny_unknown_fields)]
+pub enum MaterialInput {
+    #[serde(alias = "tillotson_iron", alias = "Til_iron")]
+    TillotsonIron,
+    #[serde(alias = "tillotson_granite", alias = "Til_granite")]
+    TillotsonGranite,
+    #[serde(alias = "tillotson_water", alias = "Til_water")]
+    TillotsonWater,
+    #[serde(alias = "tillotson_basalt", alias = "Til_basalt")]
+    TillotsonBasalt,
+    #[serde(alias = "tillotson_ice", alias = "Til_ice")]
+    TillotsonIce,
+    #[serde(alias = "ideal_gas")]
+    IdealGas {
+        #[serde(default = "five_thirds")]
+        gamma: f64,
+        mean_molecular_weight: f64,
+    },
+    /// P = sound_speed^2 rho.
+    Isothermal { sound_speed: Quantity },
+    /// P = constant rho^gamma, in the scene's units.
+    Polytrope { constant: f64, gamma: f64 },
+    /// P = bulk_modulus/exponent ((rho/density)^exponent - 1); Cole's water has the exponent 7.
+    Murnaghan {
+        density: Quantity,
+        bulk_modulus: Quantity,
+        #[serde(default = "seven")]
+        exponent: f64,
+    },
+    /// A table in SWIFT's and WoMa's format for SESAME and ANEOS.
+    Table { file: PathBuf },
+}
+
+fn five_thirds() -> f64 {
+    5.0 / 3.0
+}
+
+fn seven() -> f64 {
+    7.0
+}
+
+impl PlanetInput {
+    /// Tables of materials.
+    pub(super) fn files_mut(&mut self) -> Vec<&mut PathBuf> {
+        let tables = self.layers.iter_mut().map(|layer| &mut layer.material);
+        tables.filter_map(|m| if let MaterialInput::Table { file } = m { Some(file) } else { None }).collect()
+    }
+
+    /// Names, values and dimensions of what has one.
+    pub(super) fn quantities(&self) -> Vec<(Cow<'static, str>, &Quantity, UnitDimension)> {
+        let own = [
+            ("mass", &self.mass, UnitDimension::MASS),
+            ("radius", &self.radius, UnitDimension::LENGTH),
+            ("surface_temperature", &self.surface_temperature, UnitDimension::TEMPERATURE),
+            ("surface_pressure", &self.surface_pressure, UnitDimension::PRESSURE),
+        ];
+        let mut all: Vec<_> = own.into_iter().filter_map(|(name, q, d)| Some((name.into(), q.as_ref()?, d))).collect();
+        for (i, layer) in self.layers.iter().enumerate() {
+            let of_material: Vec<(&str, Option<&Quantity>, UnitDimension)> = match &layer.material {
+                MaterialInput::Isothermal { sound_speed } => {
+                    vec![("material.sound_speed", Some(sound_speed), UnitDimension::VELOCITY)]
+                }
+                MaterialInput::Murnaghan { density, bulk_modulus, .. } => vec![
+                    ("material.density", Some(density), UnitDimension::mass_density(3)),
+                    ("material.bulk_modulus", Some(bulk_modulus), UnitDimension::PRESSURE),
+                ],
+                _ => Vec::new(),
+            };
+            let ends = [
+                ("radius", layer.radius.as_ref(), UnitDimension::LENGTH),
+                ("mass", layer.mass.as_ref(), UnitDimension::MASS),
+            ];
+            let stated = ends.into_iter().chain(of_material);
+            all.extend(stated.filter_map(|(name, q, d)| Some((format!("layers[{i}].{name}").into(), q?, d))));
+        }
+        all
+    }
+}

@@ -1,0 +1,50 @@
+//! Materials with equations of state of their own, in internal units.
+
+use crate::eos::EquationOfState;
+
+/// The materials of a body.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Materials {
+    equations: Vec<EquationOfState>,
+    /// Internal units of density and specific energy in cgs.
+    density: f64,
+    energy: f64,
+}
+
+/// Which of the materials is somewhere, with its density and specific energy.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct MaterialState {
+    pub kind: usize,
+    pub density: f64,
+    pub energy: f64,
+}
+
+impl Materials {
+    /// `density` and `energy` are cgs per internal unit.
+    pub fn new(equations: Vec<EquationOfState>, density: f64, energy: f64) -> Self {
+        Self { equations, density, energy }
+    }
+
+    /// P of a material.
+    pub fn pressure(&self, s: &MaterialState) -> f64 {
+        self.equations[s.kind].pressure(s.density * self.density, s.energy * self.energy) / (self.density * self.energy)
+    }
+
+    /// c of a material.
+    pub fn sound_speed(&self, s: &MaterialState) -> f64 {
+        self.equations[s.kind].sound_speed(s.density * self.density, s.energy * self.energy) / self.energy.sqrt()
+    }
+
+    /// The state at another density, without exchange of heat.
+    #[must_use]
+    pub fn compressed(&self, s: &MaterialState, density: f64) -> MaterialState {
+        let from = [s.density * self.density, s.energy * self.energy];
+        let energy = self.equations[s.kind].adiabat(from, density * self.density) / self.energy;
+        MaterialState { density, energy, ..*s }
+    }
+
+    /// Names of the materials.
+    pub fn names(&self) -> String {
+        self.equations.iter().map(EquationOfState::name).collect::<Vec<_>>().join(", ")
+    }
+}
