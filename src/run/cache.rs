@@ -6,7 +6,7 @@
 use super::bodies_report::BodyFigures;
 use super::fingerprint::Hash;
 use crate::error::{Error, Result};
-use crate::scene::Scene;
+use crate::scene::{ProfileInput, Scene};
 use serde::{Deserialize, Serialize};
 use sph_formats::{
     Column, FormatError, ParticleFile, ParticleTable, RunHeader, Species, UnitDimension, UnitSystem, Values,
@@ -84,6 +84,11 @@ impl Recipe {
                 let bytes = std::fs::read(&path).map_err(|e| FormatError::io(&path, "read", e))?;
                 inputs.push(Hash::of(&bytes));
             }
+        }
+        for file in scene.input.profile.iter_mut().flat_map(ProfileInput::files_mut) {
+            let path = std::mem::take(file);
+            let bytes = std::fs::read(&path).map_err(|e| FormatError::io(&path, "read", e))?;
+            inputs.push(Hash::of(&bytes));
         }
         Ok(Self { version: env!("CARGO_PKG_VERSION").into(), scene: scene.to_yaml(), format: format.into(), inputs })
     }

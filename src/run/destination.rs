@@ -3,7 +3,7 @@
 use crate::codes::TargetCode;
 use crate::error::{Error, Result};
 use crate::output::parameters;
-use crate::scene::Scene;
+use crate::scene::{ProfileInput, Scene};
 use sph_formats::{FormatError, FormatSpec, ParticleFile, WriteOptions, registry};
 use std::path::Path;
 
@@ -98,7 +98,8 @@ fn refuse_overwriting_inputs(scene: &Scene, output: &Path) -> Result<()> {
     for (key, written) in [("output.file", Some(output)), ("checkpoint.file", checkpoint)] {
         let Some(written) = written.and_then(|w| w.canonicalize().ok()) else { continue };
         let inputs = [&scene.input.file, scene.resolution.as_ref().map_or(&None, |r| &r.file)];
-        for input in inputs.into_iter().flatten() {
+        let tables = scene.input.profile.clone().map_or_else(Vec::new, ProfileInput::into_files);
+        for input in inputs.into_iter().flatten().chain(&tables) {
             if input.canonicalize().is_ok_and(|i| i == written) {
                 let problem = format!("is the input file '{}', which it would replace; name another", input.display());
                 return Err(Error::scene(key, problem));

@@ -110,8 +110,13 @@ impl ProfileInput {
     }
 
     /// Files that it names.
-    pub(super) fn files_mut(&mut self) -> Vec<&mut PathBuf> {
+    pub(crate) fn files_mut(&mut self) -> Vec<&mut PathBuf> {
         if let Self::Planet(planet) = self { planet.files_mut() } else { Vec::new() }
+    }
+
+    /// The same.
+    pub(crate) fn into_files(mut self) -> Vec<PathBuf> {
+        self.files_mut().into_iter().map(std::mem::take).collect()
     }
 
     /// As in a scene.

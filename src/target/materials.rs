@@ -20,26 +20,31 @@ pub struct MaterialState {
 }
 
 impl Materials {
-    /// `density` and `energy` are cgs per internal unit.
+    /// Of one or more; `density` and `energy` are cgs per internal unit.
     pub fn new(equations: Vec<EquationOfState>, density: f64, energy: f64) -> Self {
         Self { equations, density, energy }
     }
 
+    /// Its equation of state; a kind that there is none of, as from a checkpoint of others, is the last.
+    fn equation(&self, s: &MaterialState) -> &EquationOfState {
+        &self.equations[s.kind.min(self.equations.len() - 1)]
+    }
+
     /// P of a material.
     pub fn pressure(&self, s: &MaterialState) -> f64 {
-        self.equations[s.kind].pressure(s.density * self.density, s.energy * self.energy) / (self.density * self.energy)
+        self.equation(s).pressure(s.density * self.density, s.energy * self.energy) / (self.density * self.energy)
     }
 
     /// c of a material.
     pub fn sound_speed(&self, s: &MaterialState) -> f64 {
-        self.equations[s.kind].sound_speed(s.density * self.density, s.energy * self.energy) / self.energy.sqrt()
+        self.equation(s).sound_speed(s.density * self.density, s.energy * self.energy) / self.energy.sqrt()
     }
 
     /// The state at another density, without exchange of heat.
     #[must_use]
     pub fn compressed(&self, s: &MaterialState, density: f64) -> MaterialState {
         let from = [s.density * self.density, s.energy * self.energy];
-        let energy = self.equations[s.kind].adiabat(from, density * self.density) / self.energy;
+        let energy = self.equation(s).adiabat(from, density * self.density) / self.energy;
         MaterialState { density, energy, ..*s }
     }
 

@@ -326,7 +326,7 @@ impl Planet {
         let is_empty = |i: &usize| {
             let mut radii = states.iter().filter(|s| s.0 == *i).map(|s| s.1.r);
             let first = radii.next();
-            radii.last().or(first) == first
+            radii.next_back().or(first) == first
         };
         if let Some(missing) = (0..self.layers.len()).find(is_empty) {
             let problem = "has no room: the layers about it fill the planet";
