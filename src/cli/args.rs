@@ -297,7 +297,8 @@ fn kernel(text: &str) -> std::result::Result<KernelName, String> {
 }
 
 fn seeding(text: &str) -> std::result::Result<Seeding, String> {
-    choice(text, &METHODS.iter().map(|m| (m.name, m.seeding)).collect::<Vec<_>>())
+    Seeding::by_name(text)
+        .map_or_else(|| choice(text, &METHODS.iter().map(|m| (m.name, m.seeding)).collect::<Vec<_>>()), Ok)
 }
 
 fn boundary(text: &str) -> std::result::Result<crate::scene::BoundaryName, String> {

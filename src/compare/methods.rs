@@ -130,7 +130,7 @@ impl Compared {
             Error::scene("methods", problem)
         })?;
         let seeding = seeding.map(|name| {
-            METHODS.iter().find(|m| m.name == name).map(|m| m.seeding).ok_or_else(|| {
+            Seeding::by_name(name).ok_or_else(|| {
                 let names: Vec<&str> = METHODS.iter().map(|m| m.name).collect();
                 Error::scene("methods", format!("seeding '{name}' is unknown, expected {}", names.join(", ")))
             })
