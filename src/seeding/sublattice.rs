@@ -177,8 +177,6 @@ mod tests {
     const ALL: [Bravais; 4] =
         [Bravais::Cubic, Bravais::FaceCentered, Bravais::BodyCentered, Bravais::ClosePackedLayers];
 
-    /// Largest |ln| of the stretches of the lattice that the points make, from their differences alone, is not what is tested
-    /// here: the adjugate is.
     #[test]
     fn adjugates_times_their_matrix_are_the_determinant() {
         let columns = [[3, -1, 4], [1, 5, -9], [2, 6, 5]];
@@ -235,11 +233,12 @@ mod tests {
     #[test]
     fn strain_falls_with_the_number_of_points() {
         for kind in ALL {
-            for (count, most) in [(1000, 0.06), (10_000, 0.02), (99_991, 0.011), (100_000, 0.006), (1_000_003, 0.006)] {
+            for (count, most) in [(1000, 0.08), (10_000, 0.03), (99_991, 0.015), (100_000, 0.012), (1_000_003, 0.0075)]
+            {
                 let strain = check(kind, [1.0; 3], count);
                 assert!(strain < most, "{kind:?} {count}: {strain}");
             }
-            for (count, most) in [(100, 0.1), (997, 0.03), (10_007, 0.01), (100_003, 0.003)] {
+            for (count, most) in [(100, 0.2), (997, 0.06), (10_007, 0.02), (100_003, 0.008)] {
                 let strain = check(kind, [1.0, 1.0], count);
                 assert!(strain < most, "{kind:?} {count}: {strain}");
             }
