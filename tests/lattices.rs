@@ -191,6 +191,32 @@ fn between_walls_a_lattice_has_columns_of_one_site_less() {
     assert!(kept < left_empty && kept > 0.0, "{kept} {left_empty}");
 }
 
+/// Where a lattice is stretched, neighbors share the force that grad H and the kernel's bias leave; what random points feel
+/// differs from one to the next.
+#[test]
+fn the_noise_of_a_stretched_lattice_is_systematic_and_that_of_random_points_is_not() {
+    let domain = unit_box::<3>(Axis::Periodic);
+    let tau = std::f64::consts::TAU;
+    let wave = Density(move |x: &[f64; 3]| 1.0 + 0.5 * (tau * x[0]).sin());
+    let parts = |seeding: Seeding| {
+        let target = target(&domain, &wave, 8000);
+        let x = seed(&target, seeding, 3).unwrap().positions;
+        let masses = target.masses(&x);
+        let measured = Measured::new(KernelName::WendlandC4, &domain, &x, &masses, &vec![0.12; 8000], 64.0);
+        let figures = NoiseFigures::with_parts(KernelName::WendlandC4, &measured, &domain, &masses, 64.0);
+        let parts = figures.parts.unwrap();
+        // All particles are taken, and all are in the interior.
+        let whole = parts.systematic.hypot(parts.scatter);
+        assert!((whole / figures.interior.unwrap() - 1.0).abs() < 1e-9, "{seeding:?}: {figures:?}");
+        parts
+    };
+    let lattice = parts(Seeding::Cubic);
+    // Of a wave of 20 spacings a mean over a support radius of 2.5 keeps most.
+    assert!(lattice.systematic > 1.5 * lattice.scatter, "{lattice:?}");
+    let random = parts(Seeding::Random);
+    assert!(random.systematic < 0.35 * random.scatter, "{random:?}");
+}
+
 #[test]
 fn short_names_are_taken_for_the_long_ones() {
     for (short, name) in [
