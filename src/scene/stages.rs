@@ -4,6 +4,7 @@ use crate::error::{Error, Result};
 use crate::relaxation::{
     AFC, ALARIC, AfcOptions, AlaricOptions, Bias, DAMPED_RELAXATION, SOLVER, StageName, Weight, WvtOptions,
 };
+use crate::seeding::Seeding;
 use serde::{Deserialize, Serialize};
 use std::path::PathBuf;
 
@@ -55,6 +56,37 @@ impl Polish {
             Self::Afc => Some(AFC),
             Self::None => None,
         }
+    }
+}
+
+/// How regular the arrangement is to be.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Order {
+    /// A lattice: the same surroundings for every particle where the target is uniform, stretched elsewhere; preferred directions.
+    Crystal,
+    /// No preferred directions: shells or mass bisection, relaxed. (In the plane, relaxed particles come to form grains of the
+    /// hexagonal lattice by themselves.)
+    Isotropic,
+}
+
+impl Order {
+    /// Refuses a seeding of the other kind.
+    pub(super) fn check(self, seeding: Option<Seeding>) -> Result<()> {
+        let Some(seeding) = seeding else { return Ok(()) };
+        let name = seeding.method().name;
+        let (is, other) = match self {
+            Self::Crystal => ("crystal", !seeding.is_lattice()),
+            Self::Isotropic => ("isotropic", seeding.is_lattice() || seeding == Seeding::VariableMasses),
+        };
+        let kind = if self == Self::Crystal { "is no lattice" } else { "is a lattice" };
+        if other {
+            return Err(Error::scene(
+                "order",
+                format!("is {is}, but seeding '{name}' {kind}; leave one of the two out"),
+            ));
+        }
+        Ok(())
     }
 }
 
