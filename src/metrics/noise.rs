@@ -152,7 +152,7 @@ fn parts<const D: usize>(
     let tree = &measured.tree;
     let inside = tree.to_tree_order(&measured.interior);
     let every = forces.len().div_ceil(SAMPLED);
-    let is_taken = |i: usize| inside[i] && (i / ROW) % every == 0;
+    let is_taken = |i: usize| inside[i] && (i / ROW).is_multiple_of(every);
     let mut support = tree.to_tree_order(&measured.support);
     for (i, h) in support.iter_mut().enumerate() {
         if !is_taken(i) {

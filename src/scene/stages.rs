@@ -60,6 +60,12 @@ impl Polish {
 }
 
 /// How regular the arrangement is to be.
+///
+/// What isotropic particles start from hardly matters for where they end: in a periodic box of 30 000, with 182 evaluations at quietness
+/// 0.72, mass bisection (epsilon 5.9e-7, 0.78 % noise), random points (5.5e-7, 0.76 %), a glass (5.7e-7, 0.76 %) and a
+/// low-discrepancy sequence (6.3e-7, 0.81 %) differ by a few percent; quietness 1 trades density for noise (3.9e-6, 0.28 %). A
+/// crystal ends at 1e-14 without noise, and where the density follows a sine of 3:1 at 4e-9 with 0.6 % (face-centered; body-centered
+/// 8e-9 with 0.9 %, isotropic 1.6e-8 with 1.3 %).
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Order {

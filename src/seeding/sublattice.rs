@@ -77,7 +77,7 @@ impl Bravais {
     /// number.
     pub fn fit<const D: usize>(self, extent: &[f64; D], count: usize) -> Option<Sublattice<D>> {
         let mut per_cell = self.points_per_cell(D);
-        if count == 0 || count % per_cell != 0 {
+        if count == 0 || !count.is_multiple_of(per_cell) {
             return None;
         }
         let cells = (count / per_cell) as i64;
