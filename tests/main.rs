@@ -17,6 +17,7 @@ mod extreme;
 mod fields;
 mod figures;
 mod grids;
+mod lattices;
 mod marks;
 mod mass_in_place;
 mod own_files;

@@ -272,3 +272,106 @@ fn cylinders_are_filled_between_open_reflecting_and_periodic_ends() {
     assert!(refused("cylinder: {radius: 1, length: 1}, ball: {radius: 1}").contains("more than one"));
     assert!(refused("cylinder: {radius: 1, length: 1, center: [0, 0]}").contains("2 coordinates"));
 }
+
+/// A ball in which the density falls by e^3 to its surface.
+const BALL: &str = "input: {expression: 'exp(-3*r^2)'}\ndomain: {ball: {center: [0, 0, 0], radius: 1}}\n";
+
+/// WVT takes many times as long as seeding and leaves twice the mean error of bare shells, and has nothing to do on a lattice.
+#[test]
+fn seeds_that_are_better_than_wvt_are_left_to_themselves() {
+    const CUBE: &str = "input: {expression: '1'}\ndomain: {box: [[0, 0, 0], [1, 1, 1]], boundary: [periodic]}\n";
+    const WAVE: &str =
+        "input: {expression: '1 + 0.5*sin(2*pi*x)'}\ndomain: {box: [[0, 0, 0], [1, 1, 1]], boundary: [periodic]}\n";
+    for (scene, count, rest, iterations) in [
+        (BALL, 30_000, "seeding: equal-area-shells", 0),
+        (BALL, 30_000, "seeding: shells", 0),
+        (BALL, 2000, "seeding: shells", 60),
+        (BALL, 2000, "seeding: mass-bisection", 60),
+        (BALL, 2000, "seeding: fcc", 60),
+        (BALL, 2000, "", 60),
+        (CUBE, 2000, "seeding: fcc", 0),
+        (CUBE, 2000, "order: crystal", 0),
+        (CUBE, 2000, "order: isotropic", 60),
+        (WAVE, 2000, "seeding: bcc", 60),
+    ] {
+        let plan = planned(&format!("{scene}particles: {count}\npolish: none\n{rest}\n"));
+        assert_eq!(plan.wvt_iterations, iterations, "{scene}{rest}");
+        let why = plan.left_out.iter().find(|left| left.what == "WVT").map(|left| left.why.as_str());
+        assert_eq!(why.is_some(), iterations == 0, "{why:?}");
+    }
+    assert_eq!(planned(&format!("{CUBE}particles: 2000\norder: crystal\n")).wvt_iterations, 0);
+    let error = |rest: &str| {
+        let (report, _) = run(&format!("{BALL}particles: 30000\npolish: none\n{rest}\n"));
+        report.density_error.interior_refitted.unwrap().mean
+    };
+    let (bare, relaxed) = (error("seeding: equal-area-shells"), error("seeding: mass-bisection"));
+    println!("mean error: bare shells {bare:.2e}, mass bisection after WVT {relaxed:.2e}");
+    assert!(bare < 0.7 * relaxed, "{bare} {relaxed}");
+}
+
+/// Beyond what the solver is asked for by itself, a star is left on its shells.
+#[test]
+fn more_particles_than_the_solver_takes_stay_on_shells() {
+    use sph_prep::field::ScalarField;
+    use sph_prep::run::plan::Held;
+    use sph_prep::target::{Resolution, Target};
+    struct Profile(f64);
+    impl ScalarField<3> for Profile {
+        fn value(&self, x: &[f64; 3]) -> f64 {
+            let r = x.iter().map(|v| v * v).sum::<f64>().sqrt();
+            if r > self.0 { 4.0 * (-3.0 * r * r).exp() } else { (-3.0 * r * r).exp() }
+        }
+    }
+    let domain = Domain::ball([0.0; 3], 1.0, Wall::Open).unwrap();
+    let plan = |text: &str, density: &Profile, count| {
+        let target = Target {
+            domain: &domain,
+            density,
+            resolution: Resolution::EqualMass,
+            count,
+            mass: 1.0,
+            resolution_integral: 1.0,
+            largest_spacing: f64::INFINITY,
+            part: None,
+        };
+        let plan = Plan::new(&Scene::parse(text).unwrap(), &target, true, &Held::Not);
+        (plan.seeding.method().name, plan.wvt_iterations, plan.evaluations > 0)
+    };
+    let smooth = Profile(2.0);
+    assert_eq!(plan("seed: 1", &smooth, 100_000), ("equal-area-shells", 0, true));
+    assert_eq!(plan("seed: 1", &smooth, 10_000_000), ("equal-area-shells", 0, false));
+    assert_eq!(plan("seeding: mass-bisection", &smooth, 10_000_000), ("mass-bisection", 60, false));
+    assert_eq!(plan("polish: none", &smooth, 10_000_000), ("mass-bisection", 60, false));
+}
+
+/// A crystal stays one in the solver, and is as even and quiet as f32 sums can tell.
+#[test]
+fn a_crystal_stays_one_and_says_so() {
+    for (corner, count, least) in [("[1, 1, 1]", 3001, 0.5), ("[1, 1]", 997, 0.9)] {
+        let low = corner.replace('1', "0");
+        let scene = format!(
+            "input: {{expression: '1'}}\ndomain: {{box: [{low}, {corner}], boundary: [periodic]}}\nparticles: {count}\n"
+        );
+        let (crystal, _) = run(&format!("{scene}order: crystal\n"));
+        let order = crystal.order.unwrap();
+        assert!(order.q6 > least, "{order:?}");
+        let error = crystal.density_error.all_refitted.epsilon;
+        assert!(error < 1e-8 && crystal.noise.all < 5e-4, "{error:e} {}", crystal.noise.all);
+        assert!(crystal.text().contains("bond order") && crystal.json().contains("\"q6\""));
+        assert!(
+            crystal.notes.iter().any(|note| note.contains(&format!("exactly {count} points fit"))),
+            "{:?}",
+            crystal.notes
+        );
+        // In the plane relaxed particles order themselves into grains of the hexagonal lattice, one of them in a small box.
+        if corner == "[1, 1, 1]" {
+            let (isotropic, _) = run(&format!("{scene}order: isotropic\n"));
+            assert!(isotropic.order.unwrap().largest() < 0.1, "{:?}", isotropic.order);
+        }
+    }
+    for (order, seeding) in [("crystal", "random"), ("isotropic", "bcc")] {
+        let error = Scene::parse(&format!("input: {{expression: '1'}}\norder: {order}\nseeding: {seeding}\n"));
+        let error = error.unwrap().validate().unwrap_err().to_string();
+        assert!(error.contains(order) && error.contains("leave one of the two out"), "{error}");
+    }
+}

@@ -223,6 +223,10 @@ pub struct RunArgs {
     /// How particles are seeded; `sph-prep methods` lists the names.
     #[arg(long, value_name = "NAME", value_parser = seeding)]
     seeding: Option<Seeding>,
+    /// crystal: a lattice of exactly N points, relaxed, with the least noise and preferred directions; isotropic: none of
+    /// these [default: isotropic, unless the seeding is a lattice].
+    #[arg(long, value_name = "KIND", value_parser = order)]
+    order: Option<crate::scene::Order>,
     /// Seed of all random numbers.
     #[arg(long)]
     seed: Option<u64>,
@@ -297,7 +301,13 @@ fn kernel(text: &str) -> std::result::Result<KernelName, String> {
 }
 
 fn seeding(text: &str) -> std::result::Result<Seeding, String> {
-    choice(text, &METHODS.iter().map(|m| (m.name, m.seeding)).collect::<Vec<_>>())
+    Seeding::by_name(text)
+        .map_or_else(|| choice(text, &METHODS.iter().map(|m| (m.name, m.seeding)).collect::<Vec<_>>()), Ok)
+}
+
+fn order(text: &str) -> std::result::Result<crate::scene::Order, String> {
+    use crate::scene::Order::{Crystal, Isotropic};
+    choice(text, &[("crystal", Crystal), ("isotropic", Isotropic)])
 }
 
 fn boundary(text: &str) -> std::result::Result<crate::scene::BoundaryName, String> {
@@ -368,6 +378,7 @@ impl RunArgs {
         overlay(&mut scene.kernel, &self.kernel);
         overlay(&mut scene.neighbors, &self.neighbors);
         overlay(&mut scene.seeding, &self.seeding);
+        overlay(&mut scene.order, &self.order);
         overlay(&mut scene.wvt.iterations, &self.iterations);
         overlay(&mut scene.polish, &self.polish);
         scene.output.on_interrupt = self.on_interrupt.unwrap_or(scene.output.on_interrupt);

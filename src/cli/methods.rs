@@ -4,11 +4,11 @@ use crate::seeding::METHODS;
 
 /// Some lines per method, the default first.
 pub fn table() -> String {
-    let mut out = format!("{:<23} {:<12} {}\n", "seeding", "dimensions", "targets");
+    let mut out = format!("{:<29} {:<12} {}\n", "seeding", "dimensions", "targets");
     for m in METHODS {
         out += &format!(
-            "{:<23} {:<12} {}\n  {}\n  limits: {}\n  {}\n",
-            m.name,
+            "{:<29} {:<12} {}\n  {}\n  limits: {}\n  {}\n",
+            if m.short.is_empty() { m.name.to_string() } else { format!("{} ({})", m.name, m.short) },
             m.dimension_text(),
             m.targets.text(),
             m.summary,

@@ -1,7 +1,7 @@
 //! What can be compared: named variations of a scene, each over any seeding.
 
 use crate::error::{Error, Result};
-use crate::relaxation::{Bias, Weight};
+use crate::relaxation::{Bias, Weight, WvtOptions};
 use crate::scene::{Polish, Scene};
 use crate::seeding::{METHODS, Seeding};
 
@@ -98,6 +98,8 @@ fn wvt(scene: &mut Scene, weight: Weight, bias: Bias) {
     scene.wvt.weight = weight;
     scene.wvt.bias = bias;
     scene.polish = Some(Polish::None);
+    // From any seed, also from those that are better without it.
+    scene.wvt.iterations = scene.wvt.iterations.or(Some(WvtOptions::new(3).iterations));
 }
 
 fn alaric(scene: &mut Scene, splittings: usize) {
@@ -130,7 +132,7 @@ impl Compared {
             Error::scene("methods", problem)
         })?;
         let seeding = seeding.map(|name| {
-            METHODS.iter().find(|m| m.name == name).map(|m| m.seeding).ok_or_else(|| {
+            Seeding::by_name(name).ok_or_else(|| {
                 let names: Vec<&str> = METHODS.iter().map(|m| m.name).collect();
                 Error::scene("methods", format!("seeding '{name}' is unknown, expected {}", names.join(", ")))
             })

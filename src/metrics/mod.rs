@@ -21,6 +21,6 @@ pub use ledger::{IN_PLACE, Ledger, LedgerFigures, LedgerLevel, RegionFigures};
 pub use measured::Measured;
 pub use minimum::lowest_epsilon;
 pub use neighbors::NeighborFigures;
-pub use noise::{NoiseFigures, poisson_force};
+pub use noise::{NoiseFigures, NoiseParts, poisson_force};
 pub use outcome::Outcome;
 pub use quality::{Aim, Quality};

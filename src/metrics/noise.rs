@@ -3,14 +3,21 @@
 //! The force a_i of a constant pressure should vanish. It is made dimensionless as |a_i| rho_i H_i and set
 //! against its root mean square in a random (Poisson) set of points, summed by the same code with the same
 //! kernel and neighbor number.
+//!
+//! Part of it is systematic: where the target varies, the kernel's bias and the gradient of H leave a force that neighbors share.
+//! More order does not help against that part, nor does a better density against the other. They are told apart by how forces
+//! f of neighbors go together: the mean of f_i . <f_j> over the neighbors j of i, without i itself, is the mean square of what
+//! varies slowly over a support radius, and zero for what varies from particle to particle.
 
 use super::Measured;
 use crate::random::{Purpose, keyed};
 use crate::target::Positions;
+use pulp::Simd;
 use rand::RngExt;
 use serde::Serialize;
 use sph::domain::{Axis, Domain, Region};
 use sph::kernel::KernelName;
+use sph::neighbors::{Batch, LeafPass, Reach, Sources, for_each_target};
 use sph::reduce;
 use sph::sums::support_guess;
 
@@ -24,6 +31,17 @@ pub struct NoiseFigures {
     pub median: f64,
     /// Over particles whose support lies inside the domain.
     pub interior: Option<f64>,
+    /// What the interior's is made of, where that is asked for.
+    pub parts: Option<NoiseParts>,
+}
+
+/// The two parts of the noise of the interior, whose squares add up to its square (over a sample of the particles).
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct NoiseParts {
+    /// What neighbors share: it varies slowly over a support radius.
+    pub systematic: f64,
+    /// What differs from particle to particle.
+    pub scatter: f64,
 }
 
 impl NoiseFigures {
@@ -35,34 +53,139 @@ impl NoiseFigures {
         masses: &[f64],
         kernel_neighbors: f64,
     ) -> Self {
-        let squares = force_squares(kernel, measured, domain, masses);
+        let forces = measured.constant_pressure_force(kernel, domain, masses);
+        Self::of_forces(&forces, measured, kernel, kernel_neighbors).0
+    }
+
+    /// The same, with the parts of the interior's.
+    pub fn with_parts<const D: usize>(
+        kernel: KernelName,
+        measured: &Measured<D>,
+        domain: &Domain<D>,
+        masses: &[f64],
+        kernel_neighbors: f64,
+    ) -> Self {
+        let forces = measured.constant_pressure_force(kernel, domain, masses);
+        let (figures, poisson) = Self::of_forces(&forces, measured, kernel, kernel_neighbors);
+        Self { parts: parts(&forces, measured, domain, poisson), ..figures }
+    }
+
+    /// And the root mean square of a Poisson set.
+    fn of_forces<const D: usize>(
+        forces: &[[f64; D]],
+        measured: &Measured<D>,
+        kernel: KernelName,
+        kernel_neighbors: f64,
+    ) -> (Self, f64) {
+        let squares = squares(forces, measured);
         let random = poisson_squares::<D>(kernel, kernel_neighbors);
         let poisson = (reduce::sum(random.len(), |i| random[i]) / random.len() as f64).sqrt();
         let half = (median(&squares) / median(&random)).sqrt();
-        let n = masses.len();
+        let n = forces.len();
         let rms = |set: &(dyn Fn(usize) -> bool + Sync)| {
             let count = (0..n).filter(|&i| set(i)).count();
             let mean = reduce::sum(n, |i| if set(i) { squares[i] } else { 0.0 }) / count as f64;
             (count > 0).then(|| mean.sqrt() / poisson)
         };
-        Self { all: rms(&|_| true).unwrap_or(0.0), median: half, interior: rms(&|i| measured.interior[i]) }
+        let interior = rms(&|i| measured.interior[i]);
+        (Self { all: rms(&|_| true).unwrap_or(0.0), median: half, interior, parts: None }, poisson)
     }
 }
 
-/// (|a_i| rho_i H_i)^2 of every particle.
-fn force_squares<const D: usize>(
-    kernel: KernelName,
+/// Particles whose neighbors' forces are compared with their own, about: a mean needs no more.
+const SAMPLED: usize = 50_000;
+/// That many in a row: neighbors of one are mostly those of the next.
+const ROW: usize = 64;
+
+/// Forces along three axes, and whether a particle is in the interior.
+const CHANNELS: usize = 4;
+
+/// f_i . <f_j> and |f_i|^2.
+#[derive(Debug, Clone, Copy, Default)]
+struct Shared {
+    product: f64,
+    square: f64,
+    is_known: bool,
+}
+
+struct SharedPass;
+
+impl<const D: usize> LeafPass<D, CHANNELS, f64> for SharedPass {
+    type Output = Shared;
+
+    #[inline(always)]
+    fn leaf<S: Simd>(&self, _: S, batch: &mut Batch<'_, D, CHANNELS, f64>, out: &mut [Shared]) {
+        let (length, scale) = (batch.unit().length, batch.unit().channels);
+        let targets = batch.targets();
+        for (i, out) in targets.zip(out) {
+            *out = Shared::default();
+            let limit = (batch.support(i) / length).powi(2);
+            let at = batch.target(i);
+            let own: [f64; 3] = std::array::from_fn(|k| scale[k] * batch.target_channel(k, i));
+            let (mut mean, mut weights) = ([0.0; 3], 0.0);
+            for j in 0..batch.len() {
+                let x = batch.position(j);
+                let r2: f64 = (0..D).map(|k| (x[k] - at[k]).powi(2)).sum();
+                // Not itself, nor what lies in the same place.
+                if r2 >= limit || r2 < 1e-24 {
+                    continue;
+                }
+                let weight = (1.0 - r2 / limit).powi(2) * batch.channel(3, j);
+                weights += weight;
+                (0..3).for_each(|k| mean[k] += weight * scale[k] * batch.channel(k, j));
+            }
+            if weights > 0.0 {
+                let product = own.iter().zip(mean).map(|(f, m)| f * m).sum::<f64>() / weights;
+                *out = Shared { product, square: own.iter().map(|f| f * f).sum(), is_known: true };
+            }
+        }
+    }
+}
+
+/// The parts of the noise of the interior; none where there is no interior.
+fn parts<const D: usize>(
+    forces: &[[f64; D]],
     measured: &Measured<D>,
     domain: &Domain<D>,
-    masses: &[f64],
-) -> Vec<f64> {
-    let forces = measured.constant_pressure_force(kernel, domain, masses);
-    forces
-        .iter()
-        .zip(&measured.sums)
-        .zip(&measured.support)
-        .map(|((force, sums), support)| force.iter().map(|f| f * f).sum::<f64>() * (sums.weighted * support).powi(2))
-        .collect()
+    poisson: f64,
+) -> Option<NoiseParts> {
+    let tree = &measured.tree;
+    let inside = tree.to_tree_order(&measured.interior);
+    let every = forces.len().div_ceil(SAMPLED);
+    let is_taken = |i: usize| inside[i] && (i / ROW).is_multiple_of(every);
+    let mut support = tree.to_tree_order(&measured.support);
+    for (i, h) in support.iter_mut().enumerate() {
+        if !is_taken(i) {
+            *h = 0.0;
+        }
+    }
+    let channels: [Vec<f64>; CHANNELS] = std::array::from_fn(|c| {
+        let value = |i: usize| match c {
+            3 => f64::from(u8::from(measured.interior[i])),
+            // As a fraction of what one neighbor does.
+            c if c < D => forces[i][c] * measured.sums[i].weighted * measured.support[i],
+            _ => 0.0,
+        };
+        tree.order().iter().map(|&i| value(i as usize)).collect()
+    });
+    let sources = [Sources::new(tree, &support, channels.each_ref().map(Vec::as_slice), Reach::Target)];
+    let found = for_each_target::<D, CHANNELS, f64, _>(domain, &sources, 1.0, &SharedPass);
+    let count = found.iter().filter(|s| s.is_known).count();
+    let mean = |of: &(dyn Fn(&Shared) -> f64 + Sync)| reduce::sum(found.len(), |i| of(&found[i])) / count as f64;
+    let square = mean(&|s| s.square);
+    // Of none, and of sums beyond f64, nothing can be said.
+    if !square.is_finite() {
+        return None;
+    }
+    let shared = mean(&|s| s.product).max(0.0).min(square);
+    Some(NoiseParts { systematic: shared.sqrt() / poisson, scatter: (square - shared).sqrt() / poisson })
+}
+
+/// (|a_i| rho_i H_i)^2 of every particle.
+fn squares<const D: usize>(forces: &[[f64; D]], measured: &Measured<D>) -> Vec<f64> {
+    let own = measured.sums.iter().zip(&measured.support);
+    let square = |force: &[f64; D]| force.iter().map(|f| f * f).sum::<f64>();
+    forces.iter().zip(own).map(|(force, (sums, support))| square(force) * (sums.weighted * support).powi(2)).collect()
 }
 
 /// Points of the reference set: its force is known to about 1 %.
@@ -92,5 +215,5 @@ fn poisson_squares<const D: usize>(kernel: KernelName, kernel_neighbors: f64) ->
     let spacing = (POISSON_POINTS as f64).powf(-1.0 / D as f64);
     let guess = support_guess::<D>(kernel_neighbors, POISSON_POINTS, |_| spacing);
     let measured = Measured::new(kernel, &domain, &positions, &masses, &guess, kernel_neighbors);
-    force_squares(kernel, &measured, &domain, &masses)
+    squares(&measured.constant_pressure_force(kernel, &domain, &masses), &measured)
 }

@@ -2,7 +2,8 @@
 
 use super::smoothed::smoothed_densities;
 use super::{
-    BalanceFigures, DensityError, Ledger, LedgerFigures, Measured, NeighborFigures, NoiseFigures, Thermodynamics,
+    BalanceFigures, BondOrder, DensityError, Ledger, LedgerFigures, Measured, NeighborFigures, NoiseFigures,
+    Thermodynamics,
 };
 use crate::target::{Positions, Target};
 use sph::kernel::KernelName;
@@ -21,6 +22,8 @@ pub struct Outcome {
     pub ledger: LedgerFigures,
     pub noise: NoiseFigures,
     pub neighbors: NeighborFigures,
+    /// Whether neighbors lie in preferred directions; none in one dimension.
+    pub order: Option<BondOrder>,
     /// Where pressure and gravity are known.
     pub balance: Option<BalanceFigures>,
 }
@@ -44,12 +47,13 @@ impl Outcome {
         let smoothed = smoothed_densities(kernel, target, positions, &measured.support, Some(&measured.interior));
         let density_error = DensityError::new(&measured, &target_density, Some(&smoothed));
         let ledger = ledger.figures(&measured, target, positions, &masses);
-        let noise = NoiseFigures::new(kernel, &measured, target.domain, &masses, kernel_neighbors);
+        let noise = NoiseFigures::with_parts(kernel, &measured, target.domain, &masses, kernel_neighbors);
         let balance = thermodynamics.and_then(|t| {
             BalanceFigures::new(kernel, &measured, target.domain, positions, (&masses, &target_density), t)
         });
         let neighbors = measured.neighbors(target.domain, kernel_neighbors);
+        let order = BondOrder::sampled(&measured, target.domain);
         let (support, density) = measured.support.iter().zip(&measured.sums).map(|(&h, s)| (h, s.weighted)).unzip();
-        Self { masses, support, density, target_density, density_error, ledger, noise, neighbors, balance }
+        Self { masses, support, density, target_density, density_error, ledger, noise, neighbors, order, balance }
     }
 }

@@ -455,11 +455,14 @@ impl<'a, const D: usize, R: Real> Solver<'a, D, R> {
                 memory.clear();
                 continue;
             };
+            // What is not needed any more makes room for the new pair.
+            drop(direction);
             let next_gradient = self.objective.gradient(frame, &next);
-            memory.push(&step, gradient, &next_gradient);
-            *gradient = next_gradient;
             descent.take(&next, self.objective.evaluations);
             self.note(&next, length);
+            drop(next);
+            descent.memory.push(&step, &descent.gradient, &next_gradient);
+            descent.gradient = next_gradient;
             return true;
         }
     }

@@ -203,6 +203,7 @@ impl Run<'_> {
             ledger,
             noise,
             neighbors: near,
+            order,
             balance,
         } = outcome;
         if !density_error.all.epsilon.is_finite() {
@@ -263,6 +264,7 @@ impl Run<'_> {
             density_error,
             ledger,
             noise,
+            order,
             balance,
             certificate,
             neighbors: near,

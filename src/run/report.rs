@@ -2,7 +2,8 @@
 
 use crate::input::atmosphere::Cut;
 use crate::metrics::{
-    BalanceFigures, DensityError, ErrorFigures, IN_PLACE, LedgerFigures, NeighborFigures, NoiseFigures, RegionFigures,
+    BalanceFigures, BondOrder, DensityError, ErrorFigures, IN_PLACE, LedgerFigures, NeighborFigures, NoiseFigures,
+    RegionFigures,
 };
 use crate::relaxation::{Certificate, StageReport, StopReason};
 use crate::run::plan::Plan;
@@ -27,6 +28,8 @@ pub struct Report {
     /// Where the mass is, against where it should be.
     pub ledger: LedgerFigures,
     pub noise: NoiseFigures,
+    /// Whether neighbors lie in preferred directions, as in a crystal; none in one dimension.
+    pub order: Option<BondOrder>,
     /// How well pressure cancels gravity, where both are known.
     pub balance: Option<BalanceFigures>,
     /// What became of the body when it was followed forward.
@@ -115,6 +118,19 @@ impl Report {
         Ok(())
     }
 
+    /// Whether it is a crystal.
+    fn write_order(&self, out: &mut String) -> std::fmt::Result {
+        let Some(order) = &self.order else { return Ok(()) };
+        writeln!(
+            out,
+            "  bond order       Q4 {:.3}, Q6 {:.3}; random directions {:.3}, {}",
+            order.q4,
+            order.q6,
+            order.random,
+            BondOrder::yardsticks(self.dimension)
+        )
+    }
+
     /// Whether it stays still.
     fn write_certificate(&self, out: &mut String) -> std::fmt::Result {
         let Some(c) = &self.certificate else { return Ok(()) };
@@ -198,6 +214,15 @@ impl Report {
         let inside = self.noise.interior.map(|n| format!(", interior {:.2} %", 100.0 * n)).unwrap_or_default();
         let noise = [self.noise.all, self.noise.median].map(|share| 100.0 * share);
         writeln!(out, "  force noise      {:.2} % of a random set's, median {:.2} %{inside}", noise[0], noise[1])?;
+        if let Some(parts) = self.noise.parts {
+            writeln!(
+                out,
+                "                   of the interior's, {:.2} % vary slowly over a support radius, {:.2} % from particle to particle",
+                100.0 * parts.systematic,
+                100.0 * parts.scatter
+            )?;
+        }
+        self.write_order(out)?;
         if let Some(balance) = &self.balance {
             let inside = balance.interior.map(|b| format!(", interior {:.2} %", 100.0 * b)).unwrap_or_default();
             writeln!(

@@ -36,7 +36,7 @@ pub use profile::ProfileInput;
 pub use quantity::{Conversion, Quantity, check_all, values};
 pub use resolution::ResolutionInput;
 pub use role::{Part, Role, Vector, parse_mapping};
-pub use stages::{AfcInput, AlaricInput, CheckpointInput, Polish, SolverInput, WvtInput};
+pub use stages::{AfcInput, AlaricInput, CheckpointInput, Order, Polish, SolverInput, WvtInput};
 pub use systems::system_of;
 pub use turbulence::TurbulenceInput;
 
@@ -72,6 +72,10 @@ pub struct Scene {
     /// bisection.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub seeding: Option<Seeding>,
+    /// Whether particles make a crystal, for the least noise (a face-centered cubic lattice unless `seeding` names another), or lie
+    /// alike in all directions; by default the latter, unless `seeding` names a lattice.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub order: Option<Order>,
     /// The code, and its build, that the particles are for: `swift`, `swift:wendland-c4,eta=1.2348,scheme=planetary`,
     /// `gadget4:neighbors=64`, `gadget2`, `phantom:hfact=1.2`. Sets kernel, neighbors and format where they are left out, the
     /// constant of gravity, and balances bodies that their own gravity holds.
@@ -320,6 +324,7 @@ impl Scene {
 
     fn check_stages(&self) -> Result<()> {
         positive("wvt.step", self.wvt.step)?;
+        self.order.map_or(Ok(()), |order| order.check(self.seeding))?;
         positive("wvt.final_step", self.wvt.final_step)?;
         if self.wvt.final_step > 1.0 {
             return Err(Error::scene(

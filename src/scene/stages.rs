@@ -4,6 +4,7 @@ use crate::error::{Error, Result};
 use crate::relaxation::{
     AFC, ALARIC, AfcOptions, AlaricOptions, Bias, DAMPED_RELAXATION, SOLVER, StageName, Weight, WvtOptions,
 };
+use crate::seeding::Seeding;
 use serde::{Deserialize, Serialize};
 use std::path::PathBuf;
 
@@ -55,6 +56,43 @@ impl Polish {
             Self::Afc => Some(AFC),
             Self::None => None,
         }
+    }
+}
+
+/// How regular the arrangement is to be.
+///
+/// What isotropic particles start from hardly matters for where they end: in a periodic box of 30 000, with 182 evaluations at quietness
+/// 0.72, mass bisection (epsilon 5.9e-7, 0.78 % noise), random points (5.5e-7, 0.76 %), a glass (5.7e-7, 0.76 %) and a
+/// low-discrepancy sequence (6.3e-7, 0.81 %) differ by a few percent; quietness 1 trades density for noise (3.9e-6, 0.28 %). A
+/// crystal ends at 1e-14 without noise, and where the density follows a sine of 3:1 at 4e-9 with 0.6 % (face-centered; body-centered
+/// 8e-9 with 0.9 %, isotropic 1.6e-8 with 1.3 %).
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Order {
+    /// A lattice: the same surroundings for every particle where the target is uniform, stretched elsewhere; preferred directions.
+    Crystal,
+    /// No preferred directions: shells or mass bisection, relaxed. (In the plane, relaxed particles come to form grains of the
+    /// hexagonal lattice by themselves.)
+    Isotropic,
+}
+
+impl Order {
+    /// Refuses a seeding of the other kind.
+    pub(super) fn check(self, seeding: Option<Seeding>) -> Result<()> {
+        let Some(seeding) = seeding else { return Ok(()) };
+        let name = seeding.method().name;
+        let (is, other) = match self {
+            Self::Crystal => ("crystal", !seeding.is_lattice()),
+            Self::Isotropic => ("isotropic", seeding.is_lattice() || seeding == Seeding::VariableMasses),
+        };
+        let kind = if self == Self::Crystal { "is no lattice" } else { "is a lattice" };
+        if other {
+            return Err(Error::scene(
+                "order",
+                format!("is {is}, but seeding '{name}' {kind}; leave one of the two out"),
+            ));
+        }
+        Ok(())
     }
 }
 

@@ -74,7 +74,7 @@ pub(super) fn place<const D: usize>(
     let shape = std::array::from_fn(|k| extent[k] / cells[k] as f64);
     let edge = (per_tile as f64 / shape.iter().product::<f64>()).powf(1.0 / D as f64);
     let tile = UnitCell { edges: shape.map(|s| s * edge), sites: relaxed_sites(&shape, per_tile, repulsion, seed)? };
-    let fit = Fit { cells, distortion: 1.0 };
+    let fit = Fit { cells, distortion: 1.0, free: 0 };
     let points = tile.fill(&target.domain.lo, &extent, &fit, target.count);
     let mut notes = Vec::new();
     if number > 1 {

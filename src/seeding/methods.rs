@@ -37,6 +37,8 @@ pub struct Method {
     pub seeding: Seeding,
     /// As in a scene file.
     pub name: &'static str,
+    /// Another name for it there; empty where it has none.
+    pub short: &'static str,
     /// As the plan calls it.
     pub stage: &'static str,
     /// Dimensions for which it is made.
@@ -55,6 +57,7 @@ pub const METHODS: &[Method] = &[
     Method {
         seeding: Seeding::MassBisection,
         name: "mass-bisection",
+        short: "",
         stage: "seed: mass bisection",
         dimensions: &[1, 2, 3],
         targets: Targets::Any,
@@ -65,6 +68,7 @@ pub const METHODS: &[Method] = &[
     Method {
         seeding: Seeding::Random,
         name: "random",
+        short: "",
         stage: "seed: random",
         dimensions: &[1, 2, 3],
         targets: Targets::Any,
@@ -75,36 +79,51 @@ pub const METHODS: &[Method] = &[
     Method {
         seeding: Seeding::Cubic,
         name: "cubic",
+        short: "",
         stage: "seed: cubic lattice",
         dimensions: &[1, 2, 3],
         targets: Targets::Symmetric,
         summary: "square or simple cubic lattice; equidistant in 1-D",
-        limits: "preferred directions; unstable under pressure; empty sites where N does not fit the box",
+        limits: "preferred directions; unstable under pressure; turned and strained where N does not fit the box; columns of fewer points between walls",
         reference: "Diehl et al. 2015, sec. 3.1.1; stretched: sec. 3.2.2",
     },
     Method {
         seeding: Seeding::CubicClosePacked,
         name: "cubic-close-packed",
+        short: "fcc",
         stage: "seed: cubic close packing",
         dimensions: &[1, 2, 3],
         targets: Targets::Symmetric,
         summary: "face-centered cubic lattice; hexagonal in 2-D, equidistant in 1-D",
-        limits: "preferred directions; empty sites where N does not fit the box",
+        limits: "preferred directions; turned and strained where N does not fit the box; columns of fewer points between walls",
         reference: "Diehl et al. 2015, sec. 3.1.2; stretched: sec. 3.2.2",
     },
     Method {
         seeding: Seeding::HexagonalClosePacked,
         name: "hexagonal-close-packed",
+        short: "hcp",
         stage: "seed: hexagonal close packing",
         dimensions: &[1, 2, 3],
         targets: Targets::Symmetric,
         summary: "close packing in layers ABAB; hexagonal in 2-D, equidistant in 1-D",
-        limits: "preferred directions; empty sites where N does not fit the box",
+        limits: "as cubic-close-packed; two points per cell: an odd N in a periodic box is packed in layers ABCABC",
         reference: "Diehl et al. 2015, sec. 3.1.3; stretched: sec. 3.2.2",
+    },
+    Method {
+        seeding: Seeding::BodyCenteredCubic,
+        name: "body-centered-cubic",
+        short: "bcc",
+        stage: "seed: body-centered cubic lattice",
+        dimensions: &[1, 2, 3],
+        targets: Targets::Symmetric,
+        summary: "body-centered cubic lattice; hexagonal in 2-D, equidistant in 1-D",
+        limits: "as cubic-close-packed; unstable under pressure where few neighbors are summed",
+        reference: "sublattices of exactly N points: this program; stretched: Diehl et al. 2015, sec. 3.2.2",
     },
     Method {
         seeding: Seeding::LowDiscrepancy,
         name: "low-discrepancy",
+        short: "",
         stage: "seed: low-discrepancy sequence",
         dimensions: &[1, 2, 3],
         targets: Targets::Any,
@@ -115,6 +134,7 @@ pub const METHODS: &[Method] = &[
     Method {
         seeding: Seeding::Quaquaversal,
         name: "quaquaversal",
+        short: "",
         stage: "seed: quaquaversal tiling",
         dimensions: &[3],
         targets: Targets::Symmetric,
@@ -125,6 +145,7 @@ pub const METHODS: &[Method] = &[
     Method {
         seeding: Seeding::Shells,
         name: "shells",
+        short: "",
         stage: "seed: concentric shells",
         dimensions: &[2, 3],
         targets: Targets::Radial,
@@ -135,6 +156,7 @@ pub const METHODS: &[Method] = &[
     Method {
         seeding: Seeding::EqualAreaShells,
         name: "equal-area-shells",
+        short: "",
         stage: "seed: equal-area shells",
         dimensions: &[3],
         targets: Targets::Radial,
@@ -145,6 +167,7 @@ pub const METHODS: &[Method] = &[
     Method {
         seeding: Seeding::Glass,
         name: "glass",
+        short: "",
         stage: "seed: glass",
         dimensions: &[2, 3],
         targets: Targets::Symmetric,
@@ -155,6 +178,7 @@ pub const METHODS: &[Method] = &[
     Method {
         seeding: Seeding::GravitationalGlass,
         name: "gravitational-glass",
+        short: "",
         stage: "seed: gravitational glass",
         dimensions: &[2, 3],
         targets: Targets::Symmetric,
@@ -165,11 +189,12 @@ pub const METHODS: &[Method] = &[
     Method {
         seeding: Seeding::VariableMasses,
         name: "variable-masses",
+        short: "",
         stage: "seed: lattice of variable masses",
         dimensions: &[1, 2, 3],
         targets: Targets::Massive,
         summary: "cubic lattice of one spacing everywhere, with masses rho* V; not relaxed unless asked for",
-        limits: "resolution does not follow the density; preferred directions; empty sites where N does not fit the box",
+        limits: "resolution does not follow the density; preferred directions; turned and strained where N does not fit the box",
         reference: "the ALARIC paper, sec. 1.4.1",
     },
 ];
@@ -179,6 +204,11 @@ impl Seeding {
     pub fn method(self) -> &'static Method {
         // Each variant has an entry (tested).
         METHODS.iter().find(|m| m.seeding == self).unwrap_or(&METHODS[0])
+    }
+
+    /// The method of this name, or of this short one.
+    pub fn by_name(name: &str) -> Option<Self> {
+        METHODS.iter().find(|m| m.name == name || !m.short.is_empty() && m.short == name).map(|m| m.seeding)
     }
 }
 

@@ -14,9 +14,14 @@ pub enum Seeding {
     /// Simple cubic (square) lattice.
     Cubic,
     /// Face-centered cubic (hexagonal) lattice.
+    #[serde(alias = "fcc")]
     CubicClosePacked,
     /// Hexagonal close packing: layers in the order ABAB.
+    #[serde(alias = "hcp")]
     HexagonalClosePacked,
+    /// Body-centered cubic (hexagonal) lattice.
+    #[serde(alias = "bcc")]
+    BodyCenteredCubic,
     /// Points of a Kronecker sequence, carried over by mass: more even than random ones.
     LowDiscrepancy,
     /// Centroids of the tiles of an aperiodic tiling by prisms.
@@ -37,6 +42,11 @@ impl Seeding {
     /// Whether neighbors are evenly spaced in its arrangement.
     pub fn is_in_order(self) -> bool {
         !matches!(self, Self::MassBisection | Self::Random | Self::LowDiscrepancy | Self::Quaquaversal)
+    }
+
+    /// Whether it is a lattice, perfect where the target is uniform and stretched elsewhere.
+    pub fn is_lattice(self) -> bool {
+        matches!(self, Self::Cubic | Self::CubicClosePacked | Self::HexagonalClosePacked | Self::BodyCenteredCubic)
     }
 
     /// Whether it fills each region of a target by itself, with the whole number of particles that is due to it. Patterns

@@ -49,7 +49,7 @@ fn in_one<const D: usize>(target: &Target<'_, D>, seeding: Seeding, seed: u64) -
     let method = seeding.method();
     let lattice = |kind: Lattice| {
         let symmetry = symmetry::detect(target, method.name)?;
-        stretch::place_lattice(target, &symmetry, &kind.cell())
+        stretch::place_lattice(target, &symmetry, kind)
     };
     let a_glass = |repulsion| glass::place(target, &symmetry::detect(target, method.name)?, repulsion, seed);
     let on_shells = |covering: Covering| shells::place(target, covering, method, seed);
@@ -71,11 +71,12 @@ fn in_one<const D: usize>(target: &Target<'_, D>, seeding: Seeding, seed: u64) -
         Seeding::GravitationalGlass => a_glass(Repulsion::Gravity)?,
         Seeding::VariableMasses => {
             check_evenness(target)?;
-            stretch::place_lattice(target, &Symmetry::Uniform, &Lattice::Cubic.cell())?
+            stretch::place_lattice(target, &Symmetry::Uniform, Lattice::Cubic)?
         }
         Seeding::Cubic => lattice(Lattice::Cubic)?,
         Seeding::CubicClosePacked => lattice(Lattice::CubicClosePacked)?,
         Seeding::HexagonalClosePacked => lattice(Lattice::HexagonalClosePacked)?,
+        Seeding::BodyCenteredCubic => lattice(Lattice::BodyCenteredCubic)?,
     })
 }
 

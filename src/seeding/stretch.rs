@@ -8,12 +8,14 @@
 //! two and three dimensions makes its spacings uneven where the stretch varies much.
 
 use super::cumulative::Cumulative;
-use super::lattice::UnitCell;
+use super::lattice::{Fit, Lattice, UnitCell};
 use super::pattern::{self, Pattern};
 use super::seeded::{Seeded, to_positions};
+use super::sublattice::Sublattice;
 use super::symmetry::{self, Symmetry};
 use crate::error::Result;
 use crate::target::Target;
+use sph::domain::Axis;
 use sph::geometry::distance;
 use sph::parallel;
 
@@ -31,16 +33,74 @@ pub(super) fn place<const D: usize>(
 pub(super) fn place_lattice<const D: usize>(
     target: &Target<'_, D>,
     symmetry: &Symmetry<D>,
-    cell: &UnitCell<D>,
+    lattice: Lattice,
 ) -> Result<Seeded<D>> {
-    if !symmetry::fills_box(target.domain) {
-        return place(target, symmetry, cell);
+    let cell = lattice.cell::<D>();
+    let (domain, count) = (target.domain, target.count);
+    if !symmetry::fills_box(domain) {
+        let mut seeded = place(target, symmetry, &cell)?;
+        if domain.axes.contains(&Axis::Periodic) {
+            seeded.notes.push("the lattice is cut to the region: at its periodic ends there is a seam".into());
+        }
+        return Ok(seeded);
     }
-    let extent = target.domain.extent();
-    let fit = cell.fit(&extent, target.count);
-    let points = cell.fill(&target.domain.lo, &extent, &fit, target.count);
-    let notes = fit.note(cell.sites.len(), target.count).into_iter().collect();
+    let extent = domain.extent();
+    let fit = cell.fit(&extent, count);
+    let periodic = domain.axes.iter().all(|axis| *axis == Axis::Periodic);
+    let upright = fit.is_exact(cell.sites.len(), count);
+    let (points, notes) = if periodic && !(upright && fit.distortion.ln() <= SLIGHT) {
+        let (askew, note) = askew(lattice, &extent, count);
+        match askew {
+            Some(askew) if !(upright && fit.distortion.ln() <= askew.strain) => {
+                let edge = |f: f64, k: usize| domain.lo[k] + extent[k] * f;
+                let fractions = askew.fractions();
+                let note = note.into_iter().chain(strain_note(count, askew.strain)).collect();
+                (parallel::map(count, |i| std::array::from_fn(|k| edge(fractions[i][k], k))), note)
+            }
+            _ => upright_points(&cell, target, &extent, &fit),
+        }
+    } else {
+        upright_points(&cell, target, &extent, &fit)
+    };
     Ok(Seeded { positions: to_positions(&map(target, symmetry, points)), notes })
+}
+
+/// A lattice whose axes are those of the box is kept if it is distorted by no more.
+const SLIGHT: f64 = 0.01;
+
+fn upright_points<const D: usize>(
+    cell: &UnitCell<D>,
+    target: &Target<'_, D>,
+    extent: &[f64; D],
+    fit: &Fit<D>,
+) -> (Vec<[f64; D]>, Vec<String>) {
+    let (lo, count, per_cell) = (&target.domain.lo, target.count, cell.sites.len());
+    let exact = fit.is_exact(per_cell, count);
+    let points = if exact { cell.fill(lo, extent, fit, count) } else { cell.columns(lo, extent, fit, count) };
+    (points, fit.note(per_cell, count).into_iter().collect())
+}
+
+/// The lattice of exactly `count` points in a periodic box, and what is different about it.
+fn askew<const D: usize>(lattice: Lattice, extent: &[f64; D], count: usize) -> (Option<Sublattice<D>>, Option<String>) {
+    let wanted = lattice.bravais().fit(extent, count);
+    if wanted.is_some() || count == 0 {
+        return (wanted, None);
+    }
+    let note = format!(
+        "hexagonal close packing has two points per cell, and {count} is odd: the layers are stacked ABCABC (cubic close packing)"
+    );
+    (Lattice::CubicClosePacked.bravais().fit(extent, count), Some(note))
+}
+
+fn strain_note(count: usize, strain: f64) -> Option<String> {
+    /// What rounding leaves of none.
+    const ROUNDING: f64 = 1e-9;
+    let percent = 100.0 * strain.exp_m1();
+    (strain > ROUNDING).then(|| {
+        format!(
+            "the lattice is turned and strained by {percent:.2} %, so that exactly {count} points fit the periodic box"
+        )
+    })
 }
 
 /// Moves points of uniform density to the target.

@@ -130,6 +130,11 @@ pub fn is_radial<const D: usize>(target: &Target<'_, D>) -> bool {
     D == 3 && matches!(target.domain.region, Region::Ball { .. }) && detect(target, "shells").is_ok()
 }
 
+/// Whether the target is the same everywhere.
+pub fn is_uniform<const D: usize>(target: &Target<'_, D>) -> bool {
+    matches!(detect(target, "cubic"), Ok(Symmetry::Uniform))
+}
+
 fn refusal<const D: usize>(method: &str, needed: &str, deviation: f64, x: &[f64; D]) -> Error {
     Error::scene(
         "seeding",

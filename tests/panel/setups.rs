@@ -41,10 +41,11 @@ const fn setup(name: &'static str, seeding: Seeding, then: Then) -> Setup {
     Setup { name, seeding, then }
 }
 
-pub const SETUPS: [Setup; 14] = [
+pub const SETUPS: [Setup; 15] = [
     setup("cubic", Seeding::Cubic, Then::Nothing),
     setup("cubic-close-packed", Seeding::CubicClosePacked, Then::Nothing),
     setup("hexagonal-close-packed", Seeding::HexagonalClosePacked, Then::Nothing),
+    setup("body-centered-cubic", Seeding::BodyCenteredCubic, Then::Nothing),
     setup("quaquaversal", Seeding::Quaquaversal, Then::Nothing),
     setup("random", Seeding::Random, Then::Nothing),
     setup("low-discrepancy", Seeding::LowDiscrepancy, Then::Nothing),
