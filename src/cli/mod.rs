@@ -12,6 +12,7 @@ mod formats;
 mod inspect;
 mod interrupt;
 mod methods;
+mod plot;
 mod progress;
 
 use crate::error::Error;
@@ -38,7 +39,9 @@ pub fn main() -> ExitCode {
 /// [`main`] with given arguments, the first of which is the program's name. Where they are no arguments, or ask for help, the
 /// process ends.
 pub fn main_with<T: Into<OsString> + Clone>(arguments: impl IntoIterator<Item = T>) -> u8 {
-    let args = Args::parse_from(arguments);
+    let arguments: Vec<OsString> = arguments.into_iter().map(Into::into).collect();
+    let args = Args::parse_from(&arguments);
+    let command = command_line(&arguments);
     let result = match &args.command {
         Some(Command::Formats) => print(&formats::table(FORMATS)),
         Some(Command::Methods) => print(&(methods::table() + &compare::table())),
@@ -54,7 +57,8 @@ pub fn main_with<T: Into<OsString> + Clone>(arguments: impl IntoIterator<Item = 
             notes.iter().for_each(|note| eprintln!("note: {note}"));
             SUCCESS
         }),
-        None => run(&args.run),
+        Some(Command::Plot(plot)) => plot::run(FORMATS, plot, &command).and_then(|text| print(&text)),
+        None => run(&args.run, &command),
     };
     result.unwrap_or_else(|error| {
         eprintln!("error: {error}");
@@ -62,7 +66,7 @@ pub fn main_with<T: Into<OsString> + Clone>(arguments: impl IntoIterator<Item = 
     })
 }
 
-fn run(args: &RunArgs) -> crate::Result<u8> {
+fn run(args: &RunArgs, command: &str) -> crate::Result<u8> {
     let scene = args.scene()?;
     if args.print_scene {
         return print(&scene.to_commented_yaml()?);
@@ -80,11 +84,11 @@ fn run(args: &RunArgs) -> crate::Result<u8> {
         observer: &observer,
     };
     if !scene.bodies.is_empty() {
-        let result = bodies::run_bodies(&scene, FORMATS, &control);
+        let result = bodies::run_bodies_as(&scene, FORMATS, &control, command);
         progress.finish();
         return tell_of_bodies(args, &scene, &result?);
     }
-    let result = pipeline::run(&scene, FORMATS, &control);
+    let result = pipeline::run_as(&scene, FORMATS, &control, command);
     progress.finish();
     let report = result?;
     if args.json || args.quiet {
@@ -101,6 +105,20 @@ fn run(args: &RunArgs) -> crate::Result<u8> {
         return Ok(NOT_CONVERGED);
     }
     Ok(exit_code(&scene, report.stop))
+}
+
+/// What was called, as a shell takes it.
+fn command_line(arguments: &[OsString]) -> String {
+    let quoted = |text: &str| {
+        let plain = |c: char| c.is_alphanumeric() || "-_./=:,+@%~".contains(c);
+        if !text.is_empty() && text.chars().all(plain) {
+            text.to_owned()
+        } else {
+            format!("'{}'", text.replace('\'', "'\\''"))
+        }
+    };
+    let rest = arguments.iter().skip(1).map(|a| quoted(&a.to_string_lossy()));
+    std::iter::once("sph-prep".to_owned()).chain(rest).collect::<Vec<_>>().join(" ")
 }
 
 fn tell_of_bodies(args: &RunArgs, scene: &Scene, report: &BodiesReport) -> crate::Result<u8> {

@@ -50,7 +50,7 @@ impl NoiseFigures {
 }
 
 /// (|a_i| rho_i H_i)^2 of every particle.
-fn force_squares<const D: usize>(
+pub(super) fn force_squares<const D: usize>(
     kernel: KernelName,
     measured: &Measured<D>,
     domain: &Domain<D>,

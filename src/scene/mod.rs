@@ -149,6 +149,9 @@ fn positive(key: &str, v: f64) -> Result<()> {
 pub struct Output {
     #[serde(skip_serializing_if = "Option::is_none")]
     pub file: Option<PathBuf>,
+    /// A page of the run beside the particles: verdict, pictures, figures, plan and scene, as HTML that needs nothing else.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub report: Option<PathBuf>,
     /// Flavor where the extension does not settle it.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub format: Option<String>,
@@ -185,6 +188,7 @@ impl Default for Output {
     fn default() -> Self {
         Self {
             file: None,
+            report: None,
             format: None,
             units: None,
             no_clobber: false,

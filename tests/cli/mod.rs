@@ -5,6 +5,7 @@ mod bad_output;
 mod bad_tables;
 mod check;
 mod codes;
+mod pages;
 mod runs;
 mod support;
 mod wrong;
