@@ -15,6 +15,7 @@ Examples:
   sph-prep --in profile8.data --out star.vtu         a MESA model, to look at in ParaView
   sph-prep --scene box.yaml --out box.hdf5           everything from a scene file
   sph-prep --in grid.nc --density rho --print-scene  what would be run, as a scene
+  sph-prep help scene.domain                         what a scene can say
   sph-prep inspect grid.nc                           what a file holds
   sph-prep convert ic.hdf5 ic.vtu                    particles to another format
   sph-prep check ic.hdf5 --for swift                 whether a code takes it, and what it will sum
@@ -43,7 +44,7 @@ const COMPARE_EXAMPLE: &str =
 
 /// Low-noise initial conditions for SPH codes from tabulated or mesh-sampled fields.
 #[derive(Debug, Parser)]
-#[command(name = "sph-prep", version, after_help = EXAMPLES, args_conflicts_with_subcommands = true, arg_required_else_help = true)]
+#[command(name = "sph-prep", version, after_help = EXAMPLES, args_conflicts_with_subcommands = true, arg_required_else_help = true, disable_help_subcommand = true)]
 pub struct Args {
     #[command(subcommand)]
     pub command: Option<Command>,
@@ -61,6 +62,13 @@ pub enum Command {
     Convert(ConvertArgs),
     /// Draw a particle file, whoever wrote it: a page of pictures and figures, or a small picture.
     Plot(PlotArgs),
+    /// Print the help of a command, or of a scene's keys: scene, scene.domain, scene.domain.ball.radius.
+    Help {
+        /// A command, or scene.KEY.
+        topic: Vec<String>,
+    },
+    /// Print the JSON Schema of scenes, with which editors complete and check them.
+    Schema,
     /// List the formats that can be read and written.
     Formats,
     /// List the methods that make initial positions (`seeding` in a scene file), and those that can be compared.
@@ -283,6 +291,9 @@ pub struct RunArgs {
     /// Print the resolved scene and stop.
     #[arg(long)]
     pub print_scene: bool,
+    /// With --print-scene: every key there is, with what it means; unset ones as comments.
+    #[arg(long, requires = "print_scene")]
+    pub all: bool,
     /// Threads to use [default: all cores]. The result does not depend on it.
     #[arg(long)]
     pub threads: Option<usize>,

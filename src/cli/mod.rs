@@ -19,12 +19,12 @@ use crate::error::Error;
 use crate::relaxation::{Control, Event, StopReason};
 use crate::run::bodies_report::BodiesReport;
 use crate::run::{bodies, pipeline};
-use crate::scene::Scene;
+use crate::scene::{Scene, reference};
 use args::{Args, Command, CompareArgs, RunArgs};
 use clap::{CommandFactory, Parser};
 use exit::{FAILURE, NOT_CONVERGED, SUCCESS, USAGE};
 use interrupt::Interrupts;
-use sph_formats::{FORMATS, FormatError};
+use sph_formats::{FORMATS, FormatError, did_you_mean};
 use std::ffi::OsString;
 use std::io::{ErrorKind, Write};
 use std::path::Path;
@@ -48,6 +48,8 @@ pub fn main_with<T: Into<OsString> + Clone>(arguments: impl IntoIterator<Item = 
         Some(Command::Inspect(inspect)) => inspect::inspect(FORMATS, inspect).and_then(|text| print(&text)),
         Some(Command::Compare(arguments)) => compare(arguments),
         Some(Command::Completions { shell }) => print(&completions(*shell)),
+        Some(Command::Help { topic }) => help(topic).and_then(|text| print(&text)),
+        Some(Command::Schema) => print(&format!("{:#}\n", Scene::schema())),
         Some(Command::Man) => print(&manual()),
         Some(Command::Check(arguments)) => check::run(FORMATS, arguments).and_then(|(text, code)| {
             print(&text)?;
@@ -69,7 +71,7 @@ pub fn main_with<T: Into<OsString> + Clone>(arguments: impl IntoIterator<Item = 
 fn run(args: &RunArgs, command: &str) -> crate::Result<u8> {
     let scene = args.scene()?;
     if args.print_scene {
-        return print(&scene.to_commented_yaml()?);
+        return print(&if args.all { scene.to_full_yaml()? } else { scene.to_commented_yaml()? });
     }
     set_threads(args.threads)?;
     let interrupts = Interrupts::of_run(&scene);
@@ -144,6 +146,32 @@ fn tell_of_bodies(args: &RunArgs, scene: &Scene, report: &BodiesReport) -> crate
 fn compare(args: &CompareArgs) -> crate::Result<u8> {
     set_threads(args.threads)?;
     compare::run(args, FORMATS, Interrupts::of_other_work().requested()).and_then(|text| print(&text))
+}
+
+/// Of the program, a command, or keys of a scene.
+fn help(topic: &[String]) -> crate::Result<String> {
+    let mut command = Args::command();
+    command.build();
+    if let [scene] = topic
+        && let Some(path) = scene.strip_prefix("scene").filter(|rest| rest.is_empty() || rest.starts_with('.'))
+    {
+        return reference::help(path);
+    }
+    if let [scene, keys @ ..] = topic
+        && scene == "scene"
+    {
+        return reference::help(&keys.join("."));
+    }
+    let mut found = &mut command;
+    for name in topic {
+        let known: Vec<String> =
+            found.get_subcommands().map(|c| c.get_name().to_owned()).chain(["scene".into()]).collect();
+        found = found.find_subcommand_mut(name).ok_or_else(|| {
+            let hint = did_you_mean(name, known.iter().map(String::as_str));
+            Error::scene("help", format!("knows nothing of '{name}'{hint}; it has {}", known.join(", ")))
+        })?;
+    }
+    Ok(found.render_long_help().to_string())
 }
 
 fn completions(shell: clap_complete::Shell) -> String {

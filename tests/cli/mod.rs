@@ -6,6 +6,7 @@ mod bad_tables;
 mod check;
 mod codes;
 mod pages;
+mod reference;
 mod runs;
 mod support;
 mod wrong;
