@@ -32,7 +32,7 @@ impl Scale {
         let place = |v: f64| axis.place(v).unwrap_or(0.0);
         let (from, to) = (place(*lo), place(*hi));
         // Even densities are not blown up into a pattern.
-        let least = if axis.logarithmic { 0.05 } else { 0.02 * to.abs() }.max(f64::MIN_POSITIVE);
+        let least = if axis.logarithmic { 0.05 } else { 0.1 * to.abs() }.max(f64::MIN_POSITIVE);
         let widen = 0.5 * (least - (to - from)).max(0.0);
         Self::Sequential(axis, (from - widen, to + widen))
     }
@@ -96,6 +96,8 @@ const TOP: f64 = 28.0;
 const BOTTOM: f64 = 44.0;
 /// Of the bar with its ticks and label.
 const BAR: f64 = 56.0;
+/// Letters of a title that is written smaller.
+const LONG: usize = 46;
 /// Flattest and tallest picture, in its width.
 const SHAPES: (f64, f64) = (0.25, 1.25);
 
@@ -123,8 +125,10 @@ impl Map<'_> {
         let total = bottom + BOTTOM + BAR;
         let mut out = format!(
             "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 {WIDTH} {total:.0}\" role=\"img\">\
-             <title>{0}</title>\n<text class=\"title\" x=\"{LEFT}\" y=\"18\">{0}</text>\n",
-            escape(&self.title)
+             <title>{0}</title>\n<text class=\"title\"{1} x=\"{LEFT}\" y=\"18\">{0}</text>\n",
+            escape(&self.title),
+            // As long as the line it stands on.
+            if self.title.chars().count() > LONG { " style=\"font-size:11px\"" } else { "" }
         );
         let _ = writeln!(
             out,

@@ -138,7 +138,8 @@ fn errors(portrait: &Portrait, view: &View, title: String, range: Option<f64>) -
     let resolved = (0..portrait.count()).filter(|i| portrait.is_resolved(*i) == Some(true));
     let mut followed: Vec<f64> = resolved.filter_map(|i| Some(100.0 * portrait.error(i)?.abs())).collect();
     followed.sort_unstable_by(f64::total_cmp);
-    let usual = quantile(&followed, 0.99).map(|e| 1.5 * e).or(quantile(&sizes, 0.95)).unwrap_or(0.0);
+    let followed = quantile(&followed, 0.99).map_or(0.0, |e| 1.5 * e);
+    let usual = quantile(&sizes, 0.75).unwrap_or(0.0).max(followed);
     let most = range.unwrap_or(usual.max(100.0 * LEAST_ERROR));
     let beyond = sizes.iter().filter(|v| **v > most).count();
     let axis = Axis::linear("\u{3c1}/\u{3c1}* \u{2212} 1 [%]");

@@ -77,8 +77,9 @@ impl Portrait {
         let (table, mut notes) = shown(file)?;
         let coordinates = numbers(table, names::COORDINATES, |v| v.is_finite(), "finite numbers")?;
         let masses = numbers(table, names::MASSES, |v| v.is_finite() && v >= 0.0, "numbers from 0 on")?;
-        if !(masses.iter().sum::<f64>() > 0.0) {
-            return Err(Error::field(names::MASSES, "are 0 in all, or no number; expected a mass for each particle"));
+        let total = masses.iter().sum::<f64>();
+        if !(total > 0.0 && total.is_finite()) {
+            return Err(Error::field(names::MASSES, format!("add up to {total}; expected a finite number above 0")));
         }
         let d = header.dimension;
         if !(1..=3).contains(&d) || coordinates.len() != d * table.count || masses.len() != table.count {
@@ -95,9 +96,8 @@ impl Portrait {
         }
         let (mut lo, mut hi) = ([0.0; 3], [0.0; 3]);
         for k in 0..d {
-            let fold = |f: fn(f64, f64) -> f64, start| positions.iter().map(|x: &[f64; 3]| x[k]).fold(start, f);
-            let spanned = (fold(f64::min, f64::INFINITY), fold(f64::max, f64::NEG_INFINITY));
-            (lo[k], hi[k]) = if is_periodic(k) { (0.0, header.box_size[k]) } else { spanned };
+            let spanned = || shown_range(positions.iter().map(|x| x[k]).collect());
+            (lo[k], hi[k]) = if is_periodic(k) { (0.0, header.box_size[k]) } else { spanned() };
         }
         let velocities =
             table.column(names::VELOCITIES).filter(|c| c.components == d && c.values.len() == d * table.count);
@@ -193,7 +193,16 @@ impl Portrait {
     pub fn middle(&self) -> [f64; 3] {
         match self.side {
             Side::Radius(center) => center,
-            Side::Axis => std::array::from_fn(|k| self.lo[k] + 0.5 * (self.hi[k] - self.lo[k])),
+            Side::Axis => std::array::from_fn(|k| {
+                let middle = self.lo[k] + 0.5 * (self.hi[k] - self.lo[k]);
+                let mut all: Vec<f64> = self.positions.iter().map(|x| x[k]).collect();
+                if all.iter().zip(&self.detail.support).any(|(x, reach)| (x - middle).abs() < 0.5 * reach) {
+                    return middle;
+                }
+                // A layer elsewhere in its box.
+                let half = all.len() / 2;
+                *all.select_nth_unstable_by(half, f64::total_cmp).1
+            }),
         }
     }
 
@@ -261,6 +270,32 @@ impl Labels {
             velocity_factor: units.to_cgs(UnitDimension::VELOCITY) / 1e5,
         }
     }
+}
+
+/// Share of particles at either end that may be far from all others, and how much farther than these.
+const FEW: f64 = 1e-3;
+const FAR: f64 = 3.0;
+
+/// From the least to the largest coordinate, without the few that are far away from all others.
+fn shown_range(mut all: Vec<f64>) -> (f64, f64) {
+    all.sort_unstable_by(f64::total_cmp);
+    let (Some(&least), Some(&largest)) = (all.first(), all.last()) else { return (0.0, 0.0) };
+    let few = ((all.len() as f64 * FEW).ceil() as usize).min(all.len() - 1);
+    let (lo, hi) = (all[few], all[all.len() - 1 - few]);
+    let margin = 0.05 * (hi - lo);
+    if hi > lo && largest - least > FAR * (hi - lo) {
+        ((lo - margin).max(least), (hi + margin).min(largest))
+    } else {
+        (least, largest)
+    }
+}
+
+/// The largest of values from 0 on, without the few that are far beyond all others.
+pub(super) fn shown_end(mut all: Vec<f64>) -> f64 {
+    all.sort_unstable_by(f64::total_cmp);
+    let Some(&largest) = all.last() else { return 0.0 };
+    let usual = all[all.len() - 1 - ((all.len() as f64 * FEW).ceil() as usize).min(all.len() - 1)];
+    if usual > 0.0 && largest > FAR * usual { 1.05 * usual } else { largest }
 }
 
 /// The particles that figures show, with a note where they are not all.

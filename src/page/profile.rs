@@ -2,7 +2,7 @@
 
 use super::axis::Axis;
 use super::figure::{Band, Curve, Figure};
-use super::portrait::{Portrait, Side};
+use super::portrait::{Portrait, Side, shown_end};
 use super::statistics::quantile;
 
 /// Bins of a profile, at most, and particles in each on average, at least.
@@ -67,7 +67,7 @@ fn places(portrait: &Portrait) -> (Vec<f64>, (f64, f64), String) {
                 f64::hypot(f64::hypot(a, b), c)
             };
             let places: Vec<f64> = portrait.positions.iter().map(radius).collect();
-            let end = places.iter().copied().fold(0.0, f64::max);
+            let end = shown_end(places.clone());
             (places, (0.0, end), portrait.length_label("distance from the center"))
         }
         Side::Axis => {
@@ -91,7 +91,9 @@ fn in_bins(portrait: &Portrait, places: &[f64], (lo, hi): (f64, f64), count: usi
     let width = (hi - lo) / count as f64;
     let bin_of = |x: f64| if width > 0.0 { (((x - lo) / width) as usize).min(count - 1) } else { 0 };
     let mut members: Vec<Vec<usize>> = vec![Vec::new(); count];
-    places.iter().enumerate().for_each(|(i, x)| members[bin_of(*x)].push(i));
+    // What is beyond the ends is not in the figure.
+    let inside = places.iter().enumerate().filter(|(_, x)| (lo..=hi).contains(*x));
+    inside.for_each(|(i, x)| members[bin_of(*x)].push(i));
     let least = (IN_BIN / 2).min(n);
     let (mut out, mut from, mut open) = (Vec::new(), lo, Vec::new());
     for (b, here) in members.into_iter().enumerate() {

@@ -4,7 +4,7 @@ use super::bodies_report::{BodiesReport, BodyReport};
 use super::page::lead_of;
 use super::verdict::Grade;
 use crate::error::Result;
-use crate::page::{Page, Portrait, escape, histograms, list, pictures, profiles, table};
+use crate::page::{Page, Portrait, Side, escape, histograms, list, pictures, profiles, table};
 use crate::scene::Scene;
 use sph_formats::ParticleFile;
 
@@ -13,7 +13,9 @@ use sph_formats::ParticleFile;
 /// # Errors
 /// Values that cannot be drawn.
 pub fn page(scene: &Scene, file: &ParticleFile, report: &BodiesReport, command: &str) -> Result<String> {
-    let portrait = Portrait::new(file, None)?;
+    let mut portrait = Portrait::new(file, None)?;
+    // Distances from a center between them say nothing.
+    portrait.side = Side::Axis;
     let mut page = Page::new(&format!("{} bodies \u{2192} {}", report.bodies.len(), report.output));
     report.bodies.iter().for_each(|body| page.add(&lead(body)));
     page.section("Pictures", &pictures(&portrait)?);

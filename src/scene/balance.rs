@@ -14,7 +14,7 @@ pub struct BalanceInput {
     #[schemars(schema_with = "super::schema::optional_count", example = 200)]
     #[serde(skip_serializing_if = "Option::is_none", deserialize_with = "super::count::optional_count")]
     pub evaluations: Option<usize>,
-    /// By default the input's own where it is a radial profile, else a field that holds the pressure.
+    /// What the pressure is to cancel: by default the input's own where it is a radial profile, else a field that holds the pressure.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub gravity: Option<GravityName>,
     /// Constant of gravity in the input's numbers, where these have no units.

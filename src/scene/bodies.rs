@@ -30,7 +30,7 @@ pub struct BodyInput {
     #[serde(skip_serializing_if = "Option::is_none")]
     pub resolution: Option<ResolutionInput>,
     pub domain: DomainInput,
-    /// By default its share of the scene's particles, so that all have the same mass.
+    /// Number of its particles: by default its share of the scene's particles, so that all have the same mass.
     #[schemars(schema_with = "super::schema::optional_count", example = &"50k")]
     #[serde(skip_serializing_if = "Option::is_none", deserialize_with = "super::count::optional_count")]
     pub particles: Option<usize>,
@@ -52,11 +52,11 @@ pub struct BodyInput {
     #[schemars(example = serde_json::json!([{"id": 402, "radius": 0.5}, {"id": 400}]))]
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub material: Vec<MaterialLayer>,
-    /// Of the center of mass; the origin by default.
+    /// Where its center of mass is; the origin by default.
     #[schemars(extend("x-unit" = "length"))]
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub position: Vec<Quantity>,
-    /// Of the body as a whole, on top of its own velocities.
+    /// That of the body as a whole, on top of its own velocities.
     #[schemars(extend("x-unit" = "velocity"))]
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub velocity: Vec<Quantity>,
@@ -72,11 +72,11 @@ pub struct BodyInput {
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct OrbitInput {
-    /// Of an ellipse.
+    /// That of an ellipse.
     #[schemars(extend("x-unit" = "length"))]
     #[serde(skip_serializing_if = "Option::is_none")]
     pub semi_major_axis: Option<Quantity>,
-    /// Of an ellipse, from 0 (a circle) to less than 1.
+    /// That of an ellipse, from 0 (a circle) to less than 1.
     #[schemars(range(min = 0.0, max = 1.0))]
     pub eccentricity: f64,
     /// Time since the pericenter in units of the period.
@@ -99,7 +99,7 @@ pub struct OrbitInput {
     #[schemars(extend("x-unit" = "velocity"))]
     #[serde(skip_serializing_if = "Option::is_none")]
     pub velocity_at_infinity: Option<Quantity>,
-    /// Between the centers in the beginning.
+    /// That between the centers in the beginning.
     #[schemars(extend("x-unit" = "length"))]
     #[serde(skip_serializing_if = "Option::is_none")]
     pub distance: Option<Quantity>,

@@ -73,7 +73,7 @@ pub struct Scene {
     pub particles: Option<usize>,
     /// Of all random numbers: another one gives another arrangement that is as good.
     pub seed: u64,
-    /// By default equal-area shells for radial targets in a 3-D ball that the density solver follows, else mass
+    /// How the positions begin: by default equal-area shells for radial targets in a 3-D ball that the density solver follows, else mass
     /// bisection.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub seeding: Option<Seeding>,
@@ -83,7 +83,7 @@ pub struct Scene {
     #[schemars(example = &"swift:wendland-c4,eta=1.2348")]
     #[serde(skip_serializing_if = "Option::is_none")]
     pub target_code: Option<String>,
-    /// By default that of the target code, else Wendland C4.
+    /// Of all sums: by default that of the target code, else Wendland C4.
     #[schemars(schema_with = "schema::optional_kernel")]
     #[serde(skip_serializing_if = "Option::is_none")]
     pub kernel: Option<KernelName>,
@@ -143,14 +143,14 @@ pub struct Scene {
     #[schemars(example = serde_json::json!([{"input": {"file": "star.nc"}, "position": [0, 0, 0]}]))]
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub bodies: Vec<BodyInput>,
-    /// Of two bodies.
+    /// That of two bodies about each other.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub orbit: Option<OrbitInput>,
     /// A folder in which placed bodies are kept, so that another orbit of the same takes no time.
     #[schemars(example = &"placed")]
     #[serde(skip_serializing_if = "Option::is_none")]
     pub cache: Option<PathBuf>,
-    /// One for all bodies, in place of a number of particles.
+    /// That of each particle, the same in all bodies, in place of a number of particles.
     #[schemars(extend("x-unit" = "mass"))]
     #[serde(skip_serializing_if = "Option::is_none")]
     pub particle_mass: Option<Quantity>,
