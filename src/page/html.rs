@@ -14,7 +14,7 @@ pre{white-space:pre-wrap;background:var(--soft);padding:.75rem;border-radius:6px
 .scroll{overflow-x:auto}table{border-collapse:collapse;margin:.5rem 0;font-size:.92rem}\
 th{font-weight:600}td,th{padding:.3rem .8rem .3rem 0;border-bottom:1px solid var(--line);text-align:left;vertical-align:top}\
 .numbers td:first-child{min-width:9em}.numbers td+td,.numbers th+th{text-align:right;font-variant-numeric:tabular-nums}.numbers td+td{white-space:nowrap}\
-.lead{border-left:6px solid var(--mark);background:var(--soft);padding:.75rem 1rem;border-radius:0 6px 6px 0;margin:1rem 0}\
+.lead{--mark:var(--faint);border-left:6px solid var(--mark);background:var(--soft);padding:.75rem 1rem;border-radius:0 6px 6px 0;margin:1rem 0}\
 .lead p{margin:0 0 .5rem;font-size:1.1rem;font-weight:600}.lead ul{list-style:none;margin:0;padding:0}\
 .lead li{margin:.35rem 0}.tag{display:inline-block;min-width:3.4em;padding:0 .45em;margin-right:.5em;border-radius:4px;\
 font-size:.8rem;font-weight:700;text-align:center;color:#fff;background:var(--tag)}\

@@ -67,7 +67,7 @@ fn lead(portrait: &Portrait) -> String {
         None => "The file does not say which density was wanted, so that there is no error to show (output.target_density writes it).".into(),
     });
     lines.extend(portrait.notes.iter().map(|n| format!("Note: {n}.")));
-    let mut out = String::from("<div class=\"lead good\">\n");
+    let mut out = String::from("<div class=\"lead\">\n");
     let _ = write!(out, "<p>{} particles in {}-D</p>\n{}</div>\n", portrait.count(), portrait.dimension, list(lines));
     out
 }
