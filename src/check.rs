@@ -7,9 +7,9 @@
 use crate::codes::{Neighbors, TargetCode};
 use crate::eos::Material;
 use crate::error::{Error, Result};
-use crate::metrics::{Measured, mean_net_force};
+use crate::metrics::{InOwnUnits, Measured, mean_net_force};
 use serde::Serialize;
-use sph::domain::{Axis, Domain, Region};
+use sph::domain::Domain;
 use sph::sums::support_guess;
 use sph_formats::common::particle_names as names;
 use sph_formats::{ParticleFile, ParticleTable, UnitSystem};
@@ -250,21 +250,10 @@ fn sums<const D: usize>(
     let header = &file.header;
     let (Some(x), Some(m)) = (table.column(names::COORDINATES), table.column(names::MASSES)) else { return Ok(()) };
     let n = table.count;
-    let coordinate = |k: usize| (0..n).map(move |i| x.values.get(D * i + k));
-    let lo: [f64; D] = std::array::from_fn(|k| coordinate(k).fold(f64::INFINITY, f64::min));
-    let hi: [f64; D] = std::array::from_fn(|k| coordinate(k).fold(f64::NEG_INFINITY, f64::max));
-    let periodic = |k: usize| header.periodic[k] && header.box_size[k] > 0.0;
-    let edge = |k: usize| if periodic(k) { header.box_size[k] } else { (hi[k] - lo[k]).max(f64::MIN_POSITIVE) };
-    // In units of the body and its mass.
-    let size = (0..D).map(edge).fold(0.0, f64::max);
-    let total: f64 = (0..n).map(|i| m.values.get(i)).sum();
-    let start: [f64; D] = std::array::from_fn(|k| if periodic(k) { 0.0 } else { lo[k] });
-    let positions: [Vec<f64>; D] = std::array::from_fn(|k| coordinate(k).map(|v| (v - start[k]) / size).collect());
-    let masses: Vec<f64> = (0..n).map(|i| m.values.get(i) / total).collect();
-    let axes = std::array::from_fn(|k| if periodic(k) { Axis::Periodic } else { Axis::OPEN });
-    let extent: [f64; D] = std::array::from_fn(|k| (edge(k) / size).max(1e-6));
-    let domain = Domain::new([0.0; D], extent, axes, Region::Box)
+    let (coordinates, masses) = (x.values.to_f64(), m.values.to_f64());
+    let own = InOwnUnits::<D>::new(&coordinates, &masses, (&header.box_size, header.periodic))
         .map_err(|e| Error::field(names::COORDINATES, format!("make no box: {e}")))?;
+    let InOwnUnits { positions, masses, domain, size, total } = own;
     let neighbors = code.kernel_neighbors(D);
     let mean = (domain.volume() / n as f64).powf(1.0 / D as f64);
     let density = table.column(names::DENSITY);

@@ -39,6 +39,8 @@ pub mod field;
 pub mod input;
 pub mod metrics;
 pub mod output;
+#[cfg(feature = "plots")]
+pub mod page;
 mod random;
 pub mod relaxation;
 pub mod run;

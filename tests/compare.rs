@@ -1,7 +1,7 @@
 //! The comparison of methods: its files agree with each other and with runs of the same scenes.
 
 use sph_formats::FORMATS;
-use sph_prep::compare::{CSV_COLUMNS, Compared, Comparison, FILES, Request, compare, csv, json, probe, write};
+use sph_prep::compare::{CSV_COLUMNS, Compared, Comparison, FILES, Request, advice, compare, csv, json, probe, write};
 use sph_prep::relaxation::Control;
 use sph_prep::run::pipeline;
 use sph_prep::run::report::Report;
@@ -125,16 +125,28 @@ fn the_page_needs_nothing_else_and_names_all_methods() {
     assert_eq!(names, expected, "and nothing temporary");
     let page = std::fs::read_to_string(out.join("report.html")).unwrap();
     // Namespaces of SVG are names, not addresses to fetch.
-    let fetched = page.replace("xmlns=\"http://www.w3.org/2000/svg\"", "");
+    // Pictures are within, and their letters may spell anything.
+    let parts: Vec<&str> = page.split("href=\"data:image/png;base64,").collect();
+    let rest = parts[1..].iter().map(|part| part.split_once('"').unwrap().1);
+    let drawn: String = [parts[0]].into_iter().chain(rest).collect();
+    let fetched = drawn.replace("xmlns=\"http://www.w3.org/2000/svg\"", "");
     for mark in ["http", "src=", "href", "url(", "@import", "<script", "<link"] {
         assert!(!fetched.contains(mark), "{mark}");
     }
     for name in ["seed", "seed:shells", "solver", "seed:quaquaversal"] {
-        assert!(page.contains(&format!("<tr><td>{name}<td>")), "{name}");
+        assert!(page.contains(&format!("<tr><td>{name}</td><td>")), "{name}");
     }
     // Two figures per N, three against N; particles, density and profile of the three methods that ran.
     assert_eq!(page.matches("<svg").count(), 2 * 2 + 3 + 3 * 3);
-    assert!(!page.contains("NaN") && page.len() < 1_000_000, "{} bytes", page.len());
+    // Which to take comes first, in a sentence.
+    let advice = advice(&comparison).unwrap();
+    let method = advice.strip_prefix("Take ").unwrap().split(": with 160 particles").next().unwrap();
+    let error = |run: &sph_prep::compare::MethodRun| run.last().unwrap().density_error.stated().mean;
+    let ran: Vec<_> = comparison.runs.iter().filter(|r| r.particles == 160).collect();
+    let least = ran.iter().map(|r| error(r)).fold(f64::INFINITY, f64::min);
+    assert!(ran.iter().any(|r| r.method == method && error(r) <= 1.5 * least), "{advice}");
+    assert!(page.find("Take ") < page.find("<h2>"), "{page:.2000}");
+    assert!(!drawn.contains("NaN") && page.len() < 1_000_000, "{} bytes", page.len());
     // The tiling is no method for two dimensions: told, and no reason to give up the others.
     assert_eq!(comparison.left_out.len(), 2);
     assert!(comparison.left_out[0].why.contains("3-D only"), "{}", comparison.left_out[0].why);

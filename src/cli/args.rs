@@ -15,9 +15,11 @@ Examples:
   sph-prep --in profile8.data --out star.vtu         a MESA model, to look at in ParaView
   sph-prep --scene box.yaml --out box.hdf5           everything from a scene file
   sph-prep --in grid.nc --density rho --print-scene  what would be run, as a scene
+  sph-prep help scene.domain                         what a scene can say
   sph-prep inspect grid.nc                           what a file holds
   sph-prep convert ic.hdf5 ic.vtu                    particles to another format
   sph-prep check ic.hdf5 --for swift                 whether a code takes it, and what it will sum
+  sph-prep plot ic.hdf5                              a page of pictures and figures: ic.html
   sph-prep formats                                   what can be read and written
   sph-prep compare --scene box.yaml --out methods    which method suits a scene
 
@@ -42,7 +44,7 @@ const COMPARE_EXAMPLE: &str =
 
 /// Low-noise initial conditions for SPH codes from tabulated or mesh-sampled fields.
 #[derive(Debug, Parser)]
-#[command(name = "sph-prep", version, after_help = EXAMPLES, args_conflicts_with_subcommands = true, arg_required_else_help = true)]
+#[command(name = "sph-prep", version, after_help = EXAMPLES, args_conflicts_with_subcommands = true, arg_required_else_help = true, disable_help_subcommand = true)]
 pub struct Args {
     #[command(subcommand)]
     pub command: Option<Command>,
@@ -58,6 +60,15 @@ pub enum Command {
     Check(CheckArgs),
     /// Convert a particle file to another format; what that cannot hold is listed.
     Convert(ConvertArgs),
+    /// Draw a particle file, whoever wrote it: a page of pictures and figures, or a small picture.
+    Plot(PlotArgs),
+    /// Print the help of a command, or of a scene's keys: scene, scene.domain, scene.domain.ball.radius.
+    Help {
+        /// A command, or scene.KEY.
+        topic: Vec<String>,
+    },
+    /// Print the JSON Schema of scenes, with which editors complete and check them.
+    Schema,
     /// List the formats that can be read and written.
     Formats,
     /// List the methods that make initial positions (`seeding` in a scene file), and those that can be compared.
@@ -103,6 +114,18 @@ pub struct CheckArgs {
     /// Print the findings as JSON.
     #[arg(long)]
     pub json: bool,
+}
+
+#[derive(Debug, clap::Args)]
+pub struct PlotArgs {
+    /// Particle file.
+    pub file: PathBuf,
+    /// File to write: a page (.html) or a small picture of the density (.png) [default: the particle file's name with .html].
+    #[arg(long = "out", value_name = "FILE")]
+    pub output: Option<PathBuf>,
+    /// Name of the format, where it cannot be told from the file.
+    #[arg(long)]
+    pub format: Option<String>,
 }
 
 #[derive(Debug, clap::Args)]
@@ -163,9 +186,12 @@ pub struct RunArgs {
     /// Density field: a stellar profile, grid, mesh, table or point cloud.
     #[arg(long = "in", value_name = "FILE")]
     input: Option<PathBuf>,
-    /// Particle file to write; the extension chooses the flavor (.hdf5, .vtu, ...).
+    /// Particle file to write; the extension chooses the flavor (.hdf5, .vtu, ...), and .png a small picture instead.
     #[arg(long = "out", value_name = "FILE")]
     output: Option<PathBuf>,
+    /// Write a page of the run: verdict, pictures, figures, plan and scene, as HTML that needs nothing else.
+    #[arg(long, value_name = "FILE.html")]
+    report: Option<PathBuf>,
     /// Number of particles, met exactly [default: 100000].
     #[arg(short = 'n', long, value_name = "N", value_parser = count)]
     particles: Option<usize>,
@@ -269,6 +295,9 @@ pub struct RunArgs {
     /// Print the resolved scene and stop.
     #[arg(long)]
     pub print_scene: bool,
+    /// With --print-scene: every key there is, with what it means; unset ones as comments.
+    #[arg(long, requires = "print_scene")]
+    pub all: bool,
     /// Threads to use [default: all cores]. The result does not depend on it.
     #[arg(long)]
     pub threads: Option<usize>,
@@ -363,6 +392,7 @@ impl RunArgs {
         scene.input.staggering = self.staggering.unwrap_or(scene.input.staggering);
         overlay(&mut scene.input.time, &self.time);
         overlay(&mut scene.output.file, &self.output);
+        overlay(&mut scene.output.report, &self.report);
         overlay(&mut scene.output.format, &self.to);
         overlay(&mut scene.output.units, &self.units);
         scene.output.no_clobber |= self.no_clobber;

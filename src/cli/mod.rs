@@ -12,18 +12,19 @@ mod formats;
 mod inspect;
 mod interrupt;
 mod methods;
+mod plot;
 mod progress;
 
 use crate::error::Error;
 use crate::relaxation::{Control, Event, StopReason};
 use crate::run::bodies_report::BodiesReport;
 use crate::run::{bodies, pipeline};
-use crate::scene::Scene;
+use crate::scene::{Scene, reference};
 use args::{Args, Command, CompareArgs, RunArgs};
 use clap::{CommandFactory, Parser};
 use exit::{FAILURE, NOT_CONVERGED, SUCCESS, USAGE};
 use interrupt::Interrupts;
-use sph_formats::{FORMATS, FormatError};
+use sph_formats::{FORMATS, FormatError, did_you_mean};
 use std::ffi::OsString;
 use std::io::{ErrorKind, Write};
 use std::path::Path;
@@ -38,13 +39,17 @@ pub fn main() -> ExitCode {
 /// [`main`] with given arguments, the first of which is the program's name. Where they are no arguments, or ask for help, the
 /// process ends.
 pub fn main_with<T: Into<OsString> + Clone>(arguments: impl IntoIterator<Item = T>) -> u8 {
-    let args = Args::parse_from(arguments);
+    let arguments: Vec<OsString> = arguments.into_iter().map(Into::into).collect();
+    let args = Args::parse_from(&arguments);
+    let command = command_line(&arguments);
     let result = match &args.command {
         Some(Command::Formats) => print(&formats::table(FORMATS)),
         Some(Command::Methods) => print(&(methods::table() + &compare::table())),
         Some(Command::Inspect(inspect)) => inspect::inspect(FORMATS, inspect).and_then(|text| print(&text)),
         Some(Command::Compare(arguments)) => compare(arguments),
         Some(Command::Completions { shell }) => print(&completions(*shell)),
+        Some(Command::Help { topic }) => help(topic).and_then(|text| print(&text)),
+        Some(Command::Schema) => print(&format!("{:#}\n", Scene::schema())),
         Some(Command::Man) => print(&manual()),
         Some(Command::Check(arguments)) => check::run(FORMATS, arguments).and_then(|(text, code)| {
             print(&text)?;
@@ -54,7 +59,8 @@ pub fn main_with<T: Into<OsString> + Clone>(arguments: impl IntoIterator<Item = 
             notes.iter().for_each(|note| eprintln!("note: {note}"));
             SUCCESS
         }),
-        None => run(&args.run),
+        Some(Command::Plot(plot)) => plot::run(FORMATS, plot, &command).and_then(|text| print(&text)),
+        None => run(&args.run, &command),
     };
     result.unwrap_or_else(|error| {
         eprintln!("error: {error}");
@@ -62,10 +68,10 @@ pub fn main_with<T: Into<OsString> + Clone>(arguments: impl IntoIterator<Item = 
     })
 }
 
-fn run(args: &RunArgs) -> crate::Result<u8> {
+fn run(args: &RunArgs, command: &str) -> crate::Result<u8> {
     let scene = args.scene()?;
     if args.print_scene {
-        return print(&scene.to_commented_yaml()?);
+        return print(&if args.all { scene.to_full_yaml()? } else { scene.to_commented_yaml()? });
     }
     set_threads(args.threads)?;
     let interrupts = Interrupts::of_run(&scene);
@@ -80,11 +86,11 @@ fn run(args: &RunArgs) -> crate::Result<u8> {
         observer: &observer,
     };
     if !scene.bodies.is_empty() {
-        let result = bodies::run_bodies(&scene, FORMATS, &control);
+        let result = bodies::run_bodies_as(&scene, FORMATS, &control, command);
         progress.finish();
         return tell_of_bodies(args, &scene, &result?);
     }
-    let result = pipeline::run(&scene, FORMATS, &control);
+    let result = pipeline::run_as(&scene, FORMATS, &control, command);
     progress.finish();
     let report = result?;
     if args.json || args.quiet {
@@ -101,6 +107,20 @@ fn run(args: &RunArgs) -> crate::Result<u8> {
         return Ok(NOT_CONVERGED);
     }
     Ok(exit_code(&scene, report.stop))
+}
+
+/// What was called, as a shell takes it.
+fn command_line(arguments: &[OsString]) -> String {
+    let quoted = |text: &str| {
+        let plain = |c: char| c.is_alphanumeric() || "-_./=:,+@%~".contains(c);
+        if !text.is_empty() && text.chars().all(plain) {
+            text.to_owned()
+        } else {
+            format!("'{}'", text.replace('\'', "'\\''"))
+        }
+    };
+    let rest = arguments.iter().skip(1).map(|a| quoted(&a.to_string_lossy()));
+    std::iter::once("sph-prep".to_owned()).chain(rest).collect::<Vec<_>>().join(" ")
 }
 
 fn tell_of_bodies(args: &RunArgs, scene: &Scene, report: &BodiesReport) -> crate::Result<u8> {
@@ -126,6 +146,32 @@ fn tell_of_bodies(args: &RunArgs, scene: &Scene, report: &BodiesReport) -> crate
 fn compare(args: &CompareArgs) -> crate::Result<u8> {
     set_threads(args.threads)?;
     compare::run(args, FORMATS, Interrupts::of_other_work().requested()).and_then(|text| print(&text))
+}
+
+/// Of the program, a command, or keys of a scene.
+fn help(topic: &[String]) -> crate::Result<String> {
+    let mut command = Args::command();
+    command.build();
+    if let [scene] = topic
+        && let Some(path) = scene.strip_prefix("scene").filter(|rest| rest.is_empty() || rest.starts_with('.'))
+    {
+        return reference::help(path);
+    }
+    if let [scene, keys @ ..] = topic
+        && scene == "scene"
+    {
+        return reference::help(&keys.join("."));
+    }
+    let mut found = &mut command;
+    for name in topic {
+        let known: Vec<String> =
+            found.get_subcommands().map(|c| c.get_name().to_owned()).chain(["scene".into()]).collect();
+        found = found.find_subcommand_mut(name).ok_or_else(|| {
+            let hint = did_you_mean(name, known.iter().map(String::as_str));
+            Error::scene("help", format!("knows nothing of '{name}'{hint}; it has {}", known.join(", ")))
+        })?;
+    }
+    Ok(found.render_long_help().to_string())
 }
 
 fn completions(shell: clap_complete::Shell) -> String {

@@ -1,8 +1,8 @@
 //! What a comparison says: methods, their runs, and the states that seed and stages leave.
 
-#[cfg(feature = "plots")]
-use super::picture::Picture;
 use crate::metrics::{DensityError, ErrorFigures, NeighborFigures, NoiseFigures};
+#[cfg(feature = "plots")]
+use crate::page::Portrait;
 use crate::relaxation::StopReason;
 use serde::Serialize;
 
@@ -48,10 +48,10 @@ pub struct MethodRun {
     pub seconds: f64,
     pub steps: Vec<Step>,
     pub states: Vec<State>,
-    /// Too many numbers for the JSON.
+    /// Its particles, where the page shows them; too many numbers for the JSON.
     #[cfg(feature = "plots")]
     #[serde(skip)]
-    pub(super) picture: Picture,
+    pub(super) portrait: Option<Portrait>,
 }
 
 impl MethodRun {

@@ -45,9 +45,9 @@ pub fn write(comparison: &Comparison, folder: &Path) -> Result<()> {
 #[cfg(feature = "plots")]
 fn drawings(comparison: &Comparison) -> Result<Vec<String>> {
     let most = comparison.counts().last().copied().unwrap_or(0);
-    let figure = figures::error_against_time(comparison, most).svg()?;
+    let figure = figures::error_against_time(comparison, most).file();
     let last = comparison.runs.iter().rfind(|r| r.particles == most);
-    let profile = last.map_or(Ok(String::new()), |run| figures::profile(run).svg())?;
+    let profile = last.and_then(figures::profile).map_or_else(String::new, |figure| figure.file());
     Ok(vec![page::page(comparison)?, figure, profile])
 }
 

@@ -5,6 +5,7 @@
 //!
 //! The page and its figures are drawn with the feature `plots`; without it there are the table and the JSON.
 
+mod advice;
 mod comparison;
 #[cfg(feature = "plots")]
 mod figures;
@@ -14,11 +15,10 @@ mod methods;
 mod page;
 #[cfg(feature = "plots")]
 mod picture;
-#[cfg(feature = "plots")]
-mod plots;
 mod run;
 mod table;
 
+pub use advice::advice;
 pub use comparison::{Comparison, MethodRun, MethodSheet, Omitted, State, Step};
 pub use files::{FILES, json, probe, write};
 pub use methods::{Compared, DEFAULT, VARIATIONS, Variation};

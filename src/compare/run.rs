@@ -3,7 +3,7 @@
 use super::comparison::{Comparison, MethodRun, MethodSheet, Omitted, State, Step};
 use super::methods::{Compared, Variation};
 #[cfg(feature = "plots")]
-use super::picture::Picture;
+use super::picture::portrait;
 use crate::error::{Error, Result};
 use crate::input::ingest;
 use crate::input::internal_units::Prepared;
@@ -59,6 +59,8 @@ fn in_dimension<const D: usize>(
         notes: Vec::new(),
     };
     let mut refusal = None;
+    // Pictures are of the most particles.
+    let is_shown = |count: usize| request.counts.iter().all(|other| *other <= count);
     for &count in request.counts {
         // The cut of the atmosphere depends on the number, so that each starts from the file.
         let prepared = Prepared::<D>::read(scene, formats, count)?;
@@ -71,7 +73,8 @@ fn in_dimension<const D: usize>(
             } else {
                 Some(Prepared::<D>::read(&own, formats, count)?)
             };
-            match run_method(method, scene, other.as_ref().unwrap_or(&prepared), out.kernel_neighbors, control) {
+            let prepared = other.as_ref().unwrap_or(&prepared);
+            match run_method(method, scene, (prepared, out.kernel_neighbors), is_shown(count), control) {
                 Ok(run) => out.runs.push(run),
                 Err(error @ (Error::Scene { .. } | Error::Numeric { .. } | Error::Field { .. })) => {
                     out.left_out.push(Omitted { method: method.name(), particles: count, why: error.to_string() });
@@ -105,10 +108,12 @@ fn sheet(method: &Compared) -> MethodSheet {
 fn run_method<const D: usize>(
     method: &Compared,
     scene: &Scene,
-    prepared: &Prepared<D>,
-    neighbors: f64,
+    (prepared, neighbors): (&Prepared<D>, f64),
+    is_shown: bool,
     control: &Control<'_>,
 ) -> Result<MethodRun> {
+    #[cfg(not(feature = "plots"))]
+    let _ = is_shown;
     let scene = method.apply(scene);
     scene.validate()?;
     let regions = prepared.target().find_regions(scene.region_contrast);
@@ -128,14 +133,14 @@ fn run_method<const D: usize>(
     let (steps, ends) = steps(&stages, seed_seconds);
     let mut states = Vec::with_capacity(seen.len());
     #[cfg(feature = "plots")]
-    let mut picture = Picture::default();
+    let mut shown = None;
     for (stage, positions) in &seen {
         let target = target.with_count(positions[0].len());
         let particles = (positions, target.masses(positions));
         let outcome = Outcome::new(scene.kernel(), (&target, setting.ledger()), particles, neighbors, None);
         #[cfg(feature = "plots")]
-        if states.len() + 1 == seen.len() {
-            picture = Picture::new(prepared, &target, positions, &outcome);
+        if is_shown && states.len() + 1 == seen.len() {
+            shown = Some(portrait(&scene, prepared, &target, positions, &outcome));
         }
         let seconds = ends.iter().rev().find(|(name, _)| name == stage).map_or(seed_seconds, |(_, s)| *s);
         let Outcome { density_error, noise, neighbors, .. } = outcome;
@@ -149,7 +154,7 @@ fn run_method<const D: usize>(
         steps,
         states,
         #[cfg(feature = "plots")]
-        picture,
+        portrait: shown,
     })
 }
 

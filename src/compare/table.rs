@@ -1,5 +1,6 @@
 //! A comparison as one CSV table, and as text for a terminal.
 
+use super::advice::advice;
 use super::comparison::{Comparison, MethodRun, State, Step};
 use crate::metrics::ErrorFigures;
 use std::fmt::Write;
@@ -124,6 +125,9 @@ impl Comparison {
         }
         for note in &self.notes {
             let _ = writeln!(out, "  note      {note}");
+        }
+        if let Some(advice) = advice(self) {
+            let _ = writeln!(out, "  {advice}");
         }
         out
     }

@@ -4,6 +4,7 @@
 
 mod balance;
 mod density_error;
+mod detail;
 mod isotropy;
 mod ledger;
 mod measured;
@@ -11,11 +12,13 @@ mod minimum;
 mod neighbors;
 mod noise;
 mod outcome;
+mod own_units;
 mod quality;
 mod smoothed;
 
 pub use balance::{BalanceFigures, Thermodynamics, mean_net_force};
 pub use density_error::{DensityError, ErrorFigures};
+pub use detail::{Detail, Wanted};
 pub use isotropy::BondOrder;
 pub use ledger::{IN_PLACE, Ledger, LedgerFigures, LedgerLevel, RegionFigures};
 pub use measured::Measured;
@@ -23,4 +26,5 @@ pub use minimum::lowest_epsilon;
 pub use neighbors::NeighborFigures;
 pub use noise::{NoiseFigures, NoiseParts, poisson_force};
 pub use outcome::Outcome;
+pub use own_units::InOwnUnits;
 pub use quality::{Aim, Quality};

@@ -19,6 +19,18 @@ pub struct NeighborFigures {
 }
 
 impl<const D: usize> Measured<D> {
+    /// Distance of each particle to the nearest other over the spacing n^(-1/d) there, in the particles' order; infinite where
+    /// that is beyond the support.
+    pub fn nearest_over_spacing(&self, domain: &Domain<D>) -> Vec<f64> {
+        let support = self.tree.to_tree_order(&self.support);
+        let found = nearest(domain, &[Sources::<D, 0>::new(&self.tree, &support, [], Reach::Target)]);
+        let mut out = vec![f64::INFINITY; found.len()];
+        for (near, &i) in found.iter().zip(self.tree.order()) {
+            out[i as usize] = near.nearest / self.sums[i as usize].number_density.powf(-1.0 / D as f64);
+        }
+        out
+    }
+
     /// Counts and closest pair over all particles.
     pub fn neighbors(&self, domain: &Domain<D>, kernel_neighbors: f64) -> NeighborFigures {
         let support = self.tree.to_tree_order(&self.support);

@@ -188,6 +188,16 @@ fn squares<const D: usize>(forces: &[[f64; D]], measured: &Measured<D>) -> Vec<f
     forces.iter().zip(own).map(|(force, (sums, support))| square(force) * (sums.weighted * support).powi(2)).collect()
 }
 
+/// The same from particles that are measured.
+pub(super) fn force_squares<const D: usize>(
+    kernel: KernelName,
+    measured: &Measured<D>,
+    domain: &Domain<D>,
+    masses: &[f64],
+) -> Vec<f64> {
+    squares(&measured.constant_pressure_force(kernel, domain, masses), measured)
+}
+
 /// Points of the reference set: its force is known to about 1 %.
 const POISSON_POINTS: usize = 10_000;
 

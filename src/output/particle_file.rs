@@ -170,6 +170,7 @@ pub(crate) fn provenance(scene: &Scene, stop: &str, (kernel, neighbors): (&str, 
     // The recipe must not depend on where the output goes.
     let mut recipe = scene.clone();
     recipe.output.file = None;
+    recipe.output.report = None;
     recipe.checkpoint = CheckpointInput::default();
     vec![
         ("Version".into(), format!("sph-prep {}", env!("CARGO_PKG_VERSION"))),

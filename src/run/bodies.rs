@@ -7,7 +7,8 @@
 use super::assembly::{self, Body, Frame, Origin, State};
 use super::bodies_report::{BodiesReport, BodyFigures, BodyReport, OrbitFigures};
 use super::cache::{PlacedBody, Recipe};
-use super::destination::{Destination, output_format};
+use super::destination::{Destination, intended_format};
+use super::drawings::Drawing;
 use super::orbit::{self, Relative};
 use super::pipeline;
 use crate::error::{Error, Result};
@@ -159,6 +160,19 @@ pub fn place_bodies(
 /// # Errors
 /// Any of [`Error`]; nothing is left half-written.
 pub fn run_bodies(scene: &Scene, formats: &[FormatSpec], control: &Control<'_>) -> Result<BodiesReport> {
+    run_bodies_as(scene, formats, control, "")
+}
+
+/// [`run_bodies`], with the command for a page of the run.
+///
+/// # Errors
+/// Those of [`run_bodies`].
+pub fn run_bodies_as(
+    scene: &Scene,
+    formats: &[FormatSpec],
+    control: &Control<'_>,
+    command: &str,
+) -> Result<BodiesReport> {
     scene.validate()?;
     let start = Instant::now();
     let destination = Destination::new(scene, formats)?;
@@ -166,9 +180,15 @@ pub fn run_bodies(scene: &Scene, formats: &[FormatSpec], control: &Control<'_>) 
         destination.refuse_overwriting_inputs(&scene.of_body(i, None))?;
     }
     let (file, mut report) = place_bodies(scene, formats, control)?;
-    let notes = destination.write(scene, formats, &file)?;
+    let notes = destination.write(scene, formats, (&file, &Drawing::default()))?;
     report.notes.extend(notes);
     report.seconds = start.elapsed().as_secs_f64();
+    #[cfg(feature = "plots")]
+    if let Some(path) = &scene.output.report {
+        crate::page::write(path, super::page_of_bodies::page(scene, &file, &report, command)?.as_bytes())?;
+    }
+    #[cfg(not(feature = "plots"))]
+    let _ = command;
     Ok(report)
 }
 
@@ -184,7 +204,7 @@ impl Placed {
     /// From the folder `cache`, or anew.
     fn new(alone: Scene, cache: Option<&Path>, (formats, control): (&[FormatSpec], &Control<'_>)) -> Result<Self> {
         let format = match alone.output.file.as_deref() {
-            Some(output) => output_format(&alone, formats, output)?.name,
+            Some(_) => intended_format(&alone, formats)?.map_or("", |f| f.name),
             None => "",
         };
         let recipe = cache.map(|folder| Ok::<_, Error>((Recipe::new(&alone, format)?, folder)));
@@ -323,8 +343,8 @@ impl Common {
 
     /// One particle mass to the last bit where the format has no place for more.
     fn equalize(&self, scene: &Scene, formats: &[FormatSpec], bodies: &mut [Body]) -> Result<Option<String>> {
-        let Some(output) = scene.output.file.as_deref() else { return Ok(None) };
-        if !output_format(scene, formats, output)?.capabilities.equal_masses {
+        let format = scene.output.file.as_ref().map_or(Ok(None), |_| intended_format(scene, formats))?;
+        if !format.is_some_and(|f| f.capabilities.equal_masses) {
             return Ok(None);
         }
         let mut gas: Vec<&mut Body> = bodies.iter_mut().filter(|b| b.is_gas()).collect();

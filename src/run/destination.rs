@@ -1,5 +1,6 @@
 //! Where the result of a run goes: its format, what is refused before the work, and writing it.
 
+use super::drawings::{self, Drawing};
 use crate::codes::TargetCode;
 use crate::error::{Error, Result};
 use crate::output::parameters;
@@ -10,7 +11,8 @@ use std::path::Path;
 /// The output file of a scene, of which is known that it can be written.
 pub struct Destination<'a> {
     path: &'a Path,
-    format: &'a FormatSpec,
+    /// None of a picture.
+    format: Option<&'a FormatSpec>,
 }
 
 impl<'a> Destination<'a> {
@@ -21,10 +23,21 @@ impl<'a> Destination<'a> {
     pub fn new(scene: &'a Scene, formats: &'a [FormatSpec]) -> Result<Self> {
         let missing = || Error::scene("output.file", "is missing (--out FILE)");
         let path = scene.output.file.as_deref().ok_or_else(missing)?;
-        let format = output_format(scene, formats, path)?;
-        registry::writer(format, path)?;
+        drawings::refuse(scene)?;
+        let format = intended_format(scene, formats)?;
+        format.map_or(Ok(()), |format| registry::writer(format, path).map(|_| ()))?;
         if let Some(code) = scene.code().filter(|_| scene.output.parameters) {
             parameters::refuse_overwriting(code, path)?;
+        }
+        if let Some(page) = scene.output.report.as_deref() {
+            if page == path {
+                return Err(Error::scene("output.report", "is the output file as well; name another"));
+            }
+            if page.exists() && scene.output.no_clobber {
+                let problem = format!("'{}' is there already, and --no-clobber is set; name another", page.display());
+                return Err(Error::scene("output.report", problem));
+            }
+            sph_formats::output::probe(page)?;
         }
         Ok(Self { path, format })
     }
@@ -42,15 +55,24 @@ impl<'a> Destination<'a> {
         Ok(sph_formats::output::probe(self.path)?)
     }
 
-    /// Writes the file, and parameters beside it where the scene asks for them; returns what there is to note.
+    /// Writes the file, and parameters beside it where the scene asks for them; returns what there is to note. `drawing` is
+    /// what pictures show beside the file.
     ///
     /// # Errors
     /// What the writer says.
-    pub fn write(&self, scene: &Scene, formats: &[FormatSpec], file: &ParticleFile) -> Result<Vec<String>> {
+    pub fn write(
+        &self,
+        scene: &Scene,
+        formats: &[FormatSpec],
+        (file, drawing): (&ParticleFile, &Drawing),
+    ) -> Result<Vec<String>> {
         let options =
             WriteOptions { compression: scene.output.compression, double_precision: scene.output.double_precision };
         let replaces = self.path.exists();
-        sph_formats::write(formats, self.path, Some(self.format.name), file, options)?;
+        match self.format {
+            Some(format) => sph_formats::write(formats, self.path, Some(format.name), file, options)?,
+            None => drawing.write_picture(file, self.path)?,
+        }
         let mut notes = Vec::new();
         if replaces {
             notes.push(format!("an older '{}' was replaced (--no-clobber refuses that)", self.path.display()));
@@ -70,8 +92,11 @@ fn write_text(path: &Path, text: &str) -> Result<()> {
     Ok(sph_formats::output::atomically(path, written)?)
 }
 
-/// The format that a scene is for: of its output file, else the one it names, else that of its target code.
+/// The format that a scene is for: of its output file, else the one it names, else that of its target code. None for a picture.
 pub fn intended_format<'f>(scene: &Scene, formats: &'f [FormatSpec]) -> Result<Option<&'f FormatSpec>> {
+    if drawings::is_picture(scene) {
+        return Ok(None);
+    }
     if let Some(output) = scene.output.file.as_deref() {
         return output_format(scene, formats, output).map(Some);
     }
@@ -81,7 +106,7 @@ pub fn intended_format<'f>(scene: &Scene, formats: &'f [FormatSpec]) -> Result<O
 }
 
 /// The format of the output: as given, else as the target code reads it where the file's name leaves that open.
-pub fn output_format<'f>(scene: &Scene, formats: &'f [FormatSpec], output: &Path) -> Result<&'f FormatSpec> {
+fn output_format<'f>(scene: &Scene, formats: &'f [FormatSpec], output: &Path) -> Result<&'f FormatSpec> {
     let given = scene.output.format.as_deref();
     let by_name = registry::detect_output(formats, output, given);
     let Some(code) = scene.code().filter(|_| given.is_none()) else { return Ok(by_name?) };
@@ -95,7 +120,8 @@ fn refuse_overwriting_inputs(scene: &Scene, output: &Path) -> Result<()> {
     if checkpoint == Some(output) {
         return Err(Error::scene("checkpoint.file", "is the output file as well; name another"));
     }
-    for (key, written) in [("output.file", Some(output)), ("checkpoint.file", checkpoint)] {
+    let report = scene.output.report.as_deref();
+    for (key, written) in [("output.file", Some(output)), ("output.report", report), ("checkpoint.file", checkpoint)] {
         let Some(written) = written.and_then(|w| w.canonicalize().ok()) else { continue };
         let inputs = [&scene.input.file, scene.resolution.as_ref().map_or(&None, |r| &r.file)];
         let tables = scene.input.profile.clone().map_or_else(Vec::new, ProfileInput::into_files);

@@ -7,10 +7,15 @@ pub mod cache;
 pub mod checkpoint;
 pub mod destination;
 mod doubts;
+pub mod drawings;
 pub(crate) mod fingerprint;
 mod grading;
 mod memory;
 pub mod orbit;
+#[cfg(feature = "plots")]
+mod page;
+#[cfg(feature = "plots")]
+mod page_of_bodies;
 pub mod pipeline;
 pub mod plan;
 pub mod report;

@@ -2,6 +2,9 @@
 //! fields -> measures -> particle file. The only place where the run-time dimension becomes a type.
 
 use super::destination::{Destination, intended_format};
+#[cfg(feature = "plots")]
+use super::drawings::is_drawn;
+use super::drawings::{Drawing, is_picture};
 use super::grading::verdict as verdict_on;
 use super::plan::{Held, Plan};
 use super::report::{MassReport, Report, Timing};
@@ -14,14 +17,20 @@ use crate::input::hydrostatics::Hydrostatics;
 use crate::input::ingest::{self, RawInput};
 use crate::input::internal_units::Prepared;
 use crate::input::units::RunUnits;
+#[cfg(feature = "plots")]
+use crate::metrics::Detail;
 use crate::metrics::{DensityError, Outcome, Thermodynamics};
 use crate::output::frame::{Factors, Frame, output_units};
 use crate::output::particle_file::{Made, Making, RawColumns, particle_file};
+#[cfg(feature = "plots")]
+use crate::page::{Seen, Side};
 use crate::relaxation::{
     BALANCE, CERTIFICATE, Certificate, Control, Event, Matter, Particles, Step, StopReason, certify,
 };
 use crate::scene::{DEFAULT_PARTICLES, OnInterrupt, Scene};
 use crate::target::{Equilibrium, Positions, at};
+#[cfg(feature = "plots")]
+use sph::domain::Region;
 use sph::{parallel, reduce};
 use sph_formats::common::particle_names as names;
 use sph_formats::{FormatSpec, ParticleFile, UnitSystem};
@@ -69,16 +78,30 @@ pub fn place(scene: &Scene, formats: &[FormatSpec], control: &Control<'_>) -> Re
 /// # Errors
 /// Any of [`Error`]; nothing is left half-written.
 pub fn run(scene: &Scene, formats: &[FormatSpec], control: &Control<'_>) -> Result<Report> {
+    run_as(scene, formats, control, "")
+}
+
+/// [`run`], with the command for a page of the run.
+///
+/// # Errors
+/// Those of [`run`].
+pub fn run_as(scene: &Scene, formats: &[FormatSpec], control: &Control<'_>, command: &str) -> Result<Report> {
     let destination = Destination::new(scene, formats)?;
     destination.refuse_overwriting_inputs(scene)?;
     let start = Instant::now();
     let (file, mut report) = place(scene, formats, control)?;
     let lap = Instant::now();
     control.tell(Event::Begin(Step::Write));
-    report.notes.extend(destination.write(scene, formats, &file)?);
+    report.notes.extend(destination.write(scene, formats, (&file, &Drawing::of(&report)))?);
     report.timing.push(Timing { step: Step::Write.name(), seconds: lap.elapsed().as_secs_f64(), epsilon: None });
     report.notes.extend(remove_checkpoint(scene, report.stop));
     report.seconds = start.elapsed().as_secs_f64();
+    #[cfg(feature = "plots")]
+    if let Some(path) = &scene.output.report {
+        crate::page::write(path, super::page::page(scene, &file, &report, command)?.as_bytes())?;
+    }
+    #[cfg(not(feature = "plots"))]
+    let _ = command;
     Ok(report)
 }
 
@@ -194,6 +217,9 @@ impl Run<'_> {
         let masses = masses.unwrap_or_else(|| target.masses(&positions));
         let by = (target, setting.ledger());
         let outcome = Outcome::new(kernel, by, (&positions, masses), neighbors, thermodynamics.as_ref());
+        #[cfg(feature = "plots")]
+        let detail =
+            is_drawn(self.scene).then(|| Detail::of_outcome((kernel, neighbors), target, &positions, &outcome));
         let Outcome {
             masses,
             support,
@@ -232,6 +258,8 @@ impl Run<'_> {
         self.notes.extend(note);
         let factors = Factors::new::<D>(self.units.input, prepared, &units);
         let mass = self.mass_report(&masses, prepared, (&factors, &units));
+        #[cfg(feature = "plots")]
+        let seen = detail.map(|detail| self.seen(detail, prepared, &factors));
         self.warnings.extend(doubts::after(target, &positions));
         let balanced = internal_energy.zip(hydrostatics).map(|(u, h)| (u, h.specific_energy));
         let raw = RawColumns { positions: &positions, masses, support, density, target_density, balanced };
@@ -254,7 +282,7 @@ impl Run<'_> {
         let mut report = Report {
             input: self.scene.input_name(),
             output: output.map_or_else(String::new, |file| file.display().to_string()),
-            format: self.format.map_or("", |f| f.name),
+            format: self.format.map_or(if is_picture(self.scene) { "picture" } else { "" }, |f| f.name),
             dimension: D,
             particles: target.count,
             seed: self.scene.seed,
@@ -277,9 +305,26 @@ impl Run<'_> {
             verdict: Vec::new(),
             warnings: self.warnings,
             notes: self.notes,
+            #[cfg(feature = "plots")]
+            seen,
         };
         report.verdict = verdict_on(&report);
         Ok((file, report))
+    }
+
+    /// What pictures show, in the output's units and in its box.
+    #[cfg(feature = "plots")]
+    fn seen<const D: usize>(&self, detail: Detail, prepared: &Prepared<D>, factors: &Factors) -> Seen {
+        let domain = &prepared.source.domain;
+        let frame = Frame::new(domain, self.scene.output.box_factor);
+        let center = frame.coordinates(&prepared.source.center().map(|x| vec![x]), factors.length);
+        let is_radial = prepared.source.radial.is_some() || !matches!(domain.region, Region::Box);
+        let filled = std::array::from_fn(|k| center.get(k).copied().unwrap_or(0.0));
+        Seen {
+            detail: detail.scaled(factors.length, factors.density),
+            side: if is_radial { Side::Radius(filled) } else { Side::Axis },
+            has_units: self.units.input.is_some(),
+        }
     }
 
     /// What the format says of the box of the output.

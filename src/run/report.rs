@@ -48,6 +48,10 @@ pub struct Report {
     /// What is good, what to look at.
     pub verdict: Vec<Finding>,
     pub notes: Vec<String>,
+    /// What pictures show beside the file, where the scene asks for some; too many numbers for the JSON.
+    #[cfg(feature = "plots")]
+    #[serde(skip)]
+    pub seen: Option<crate::page::Seen>,
 }
 
 /// Masses in the output's units.
@@ -85,6 +89,36 @@ impl Report {
     /// The region that is farthest off, if its particles are not those that belong there, to a thousandth or one particle.
     pub fn misplaced(&self) -> Option<&RegionFigures> {
         self.ledger.worst_region().filter(|region| !region.is_kept(REGION_SHARE))
+    }
+
+    /// What comes before everything else: a word in capitals, and what happened.
+    pub fn alarms(&self) -> Vec<(&'static str, String)> {
+        let mut out = Vec::new();
+        match self.stop {
+            StopReason::Interrupted => out.push(("UNCONVERGED", "interrupted: this is the best state so far".into())),
+            StopReason::TimeLimit => out.push(("UNCONVERGED", "time limit: this is the best state so far".into())),
+            _ => {}
+        }
+        if let Some(region) = self.misplaced() {
+            let (found, wanted) = (region.found, region.wanted);
+            out.push(("MISPLACED", format!("a region of the target has {found:.0} of its {wanted:.1} particles")));
+        }
+        out
+    }
+
+    /// The density error over each set of particles.
+    pub fn error_rows(&self) -> Vec<(&'static str, ErrorFigures)> {
+        let e = &self.density_error;
+        let rows = [
+            ("all, against smoothed target", e.smoothed),
+            ("the kernel's own smoothing", e.kernel_limit),
+            ("all, mass as given", Some(e.all)),
+            ("all, mass re-fitted", Some(e.all_refitted)),
+            ("interior, mass as given", e.interior),
+            ("interior, mass re-fitted", e.interior_refitted),
+            ("surfaces and jumps apart", e.edge_refitted),
+        ];
+        rows.into_iter().filter_map(|(name, figures)| Some((name, figures?))).collect()
     }
 
     /// As text for a terminal.
@@ -161,14 +195,8 @@ impl Report {
 
     fn write_text(&self, out: &mut String) -> std::fmt::Result {
         writeln!(out, "{} -> {} ({})", self.input, self.output, self.format)?;
-        match self.stop {
-            StopReason::Interrupted => writeln!(out, "  UNCONVERGED      interrupted: this is the best state so far")?,
-            StopReason::TimeLimit => writeln!(out, "  UNCONVERGED      time limit: this is the best state so far")?,
-            _ => {}
-        }
-        if let Some(region) = self.misplaced() {
-            let (found, wanted) = (region.found, region.wanted);
-            writeln!(out, "  MISPLACED        a region of the target has {found:.0} of its {wanted:.1} particles")?;
+        for (alarm, text) in self.alarms() {
+            writeln!(out, "  {alarm:<16} {text}")?;
         }
         writeln!(
             out,
@@ -192,24 +220,13 @@ impl Report {
         self.write_certificate(out)?;
         self.write_ledger(out)?;
         writeln!(out, "  density error    {:<28} epsilon     mean |e|    99 %        max |e|", "")?;
-        let e = &self.density_error;
-        let rows = [
-            ("all, against smoothed target", e.smoothed),
-            ("the kernel's own smoothing", e.kernel_limit),
-            ("all, mass as given", Some(e.all)),
-            ("all, mass re-fitted", Some(e.all_refitted)),
-            ("interior, mass as given", e.interior),
-            ("interior, mass re-fitted", e.interior_refitted),
-            ("surfaces and jumps apart", e.edge_refitted),
-        ];
-        for (name, figures) in rows {
-            if let Some(ErrorFigures { epsilon, mean, most, max, particles }) = figures {
-                let [mean, most, max] = [mean, most, max].map(|share| 100.0 * share);
-                writeln!(
-                    out,
-                    "    {name:<28} {particles:>10}   {epsilon:.3e}   {mean:.3} %     {most:.2} %     {max:.2} %"
-                )?;
-            }
+        for (name, figures) in self.error_rows() {
+            let ErrorFigures { epsilon, mean, most, max, particles } = figures;
+            let [mean, most, max] = [mean, most, max].map(|share| 100.0 * share);
+            writeln!(
+                out,
+                "    {name:<28} {particles:>10}   {epsilon:.3e}   {mean:.3} %     {most:.2} %     {max:.2} %"
+            )?;
         }
         let inside = self.noise.interior.map(|n| format!(", interior {:.2} %", 100.0 * n)).unwrap_or_default();
         let noise = [self.noise.all, self.noise.median].map(|share| 100.0 * share);

@@ -13,6 +13,31 @@ pub enum Grade {
     Bad,
 }
 
+impl Grade {
+    /// What a result is good for whose worst figure has this grade.
+    pub fn summary(self) -> &'static str {
+        match self {
+            Self::Good => "good",
+            Self::Look => "usable; look at what is marked",
+            Self::Bad => "do not use it before what is marked is seen to",
+        }
+    }
+
+    /// In front of a figure.
+    pub fn mark(self) -> &'static str {
+        match self {
+            Self::Good => "good",
+            Self::Look => "LOOK",
+            Self::Bad => "BAD",
+        }
+    }
+}
+
+/// The worst grade of a verdict.
+pub fn worst(findings: &[Finding]) -> Grade {
+    findings.iter().map(|f| f.grade).max().unwrap_or(Grade::Good)
+}
+
 /// One line of the verdict.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Finding {
@@ -29,20 +54,9 @@ const PAGE: &str = "README.md#what-the-numbers-mean";
 /// # Errors
 /// Those of `out`.
 pub fn write_verdict(out: &mut String, findings: &[Finding]) -> std::fmt::Result {
-    let worst = findings.iter().map(|f| f.grade).max().unwrap_or(Grade::Good);
-    let summary = match worst {
-        Grade::Good => "good",
-        Grade::Look => "usable; look at what is marked",
-        Grade::Bad => "do not use it before what is marked is seen to",
-    };
-    writeln!(out, "  verdict          {summary} ({PAGE})")?;
+    writeln!(out, "  verdict          {} ({PAGE})", worst(findings).summary())?;
     for Finding { grade, topic, text } in findings {
-        let mark = match grade {
-            Grade::Good => "good",
-            Grade::Look => "LOOK",
-            Grade::Bad => "BAD",
-        };
-        writeln!(out, "    {mark:<6} {topic:<14} {text}")?;
+        writeln!(out, "    {:<6} {topic:<14} {text}", grade.mark())?;
     }
     Ok(())
 }

@@ -2,22 +2,25 @@
 
 use super::{Conversion, Quantity};
 use crate::error::{Error, Result};
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use sph_formats::UnitDimension;
 
 /// The balance of pressure and gravity that comes after the polish.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct BalanceInput {
     /// Evaluations of the force, at most; by default 400 for 30 000 particles, fewer for more of them.
+    #[schemars(schema_with = "super::schema::optional_count", example = 200)]
     #[serde(skip_serializing_if = "Option::is_none", deserialize_with = "super::count::optional_count")]
     pub evaluations: Option<usize>,
-    /// By default the input's own where it is a radial profile, else a field that holds the pressure.
+    /// What the pressure is to cancel: by default the input's own where it is a radial profile, else a field that holds the pressure.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub gravity: Option<GravityName>,
     /// Constant of gravity in the input's numbers, where these have no units.
     pub constant: f64,
     /// Pressure where the input carries neither it nor an internal energy, or over what it carries.
+    #[schemars(example = serde_json::json!({"polytrope": {"constant": 1.0, "gamma": 1.5}}))]
     #[serde(skip_serializing_if = "Option::is_none")]
     pub equation_of_state: Option<EquationOfState>,
 }
@@ -29,24 +32,36 @@ impl Default for BalanceInput {
 }
 
 /// What the pressure force is to cancel.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum GravityName {
     /// The gravity of the enclosed mass of a radial profile.
     Own,
     /// An external field: grad P / rho of the target.
     Field,
+    /// Nothing: the pressure is to be even.
     None,
 }
 
 /// Pressure as a function of density, or of the weight above.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case", deny_unknown_fields)]
 pub enum EquationOfState {
     /// P = constant rho^gamma, all in the scene's units.
-    Polytrope { constant: f64, gamma: f64 },
+    Polytrope {
+        /// K of P = K rho^gamma.
+        #[schemars(example = 1.0)]
+        constant: f64,
+        /// 1 + 1/n of a polytrope of index n.
+        #[schemars(example = 1.5)]
+        gamma: f64,
+    },
     /// P = sound_speed^2 rho.
-    Isothermal { sound_speed: Quantity },
+    Isothermal {
+        /// Of the gas, the same everywhere.
+        #[schemars(extend("x-unit" = "velocity"))]
+        sound_speed: Quantity,
+    },
     /// That of a self-gravitating body at rest.
     AtRest,
 }

@@ -6,27 +6,32 @@ use super::{
 };
 use crate::error::{Error, Result};
 use crate::seeding::Seeding;
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use sph_formats::UnitDimension;
 
 /// A body: what a scene of its own would say of it, and where it goes. What is left out is as in the scene that it is part of.
-#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct BodyInput {
     /// For messages and the report; by default its number, from 1.
+    #[schemars(example = &"primary")]
     #[serde(skip_serializing_if = "Option::is_none")]
     pub name: Option<String>,
     pub input: Input,
     /// A single particle of this mass in place of an input: a companion, a core, a black hole.
+    #[schemars(extend("x-unit" = "mass"))]
     #[serde(skip_serializing_if = "Option::is_none")]
     pub point_mass: Option<Quantity>,
     /// Particle type of a point mass in files of GADGET's kind, 1 to 5; 1 (dark matter) by default.
+    #[schemars(range(min = 1, max = 5), example = 1)]
     #[serde(rename = "type", skip_serializing_if = "Option::is_none")]
     pub part_type: Option<u8>,
     #[serde(skip_serializing_if = "Option::is_none")]
     pub resolution: Option<ResolutionInput>,
     pub domain: DomainInput,
-    /// By default its share of the scene's particles, so that all have the same mass.
+    /// Number of its particles: by default its share of the scene's particles, so that all have the same mass.
+    #[schemars(schema_with = "super::schema::optional_count", example = &"50k")]
     #[serde(skip_serializing_if = "Option::is_none", deserialize_with = "super::count::optional_count")]
     pub particles: Option<usize>,
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -35,21 +40,28 @@ pub struct BodyInput {
     pub polish: Option<Polish>,
     #[serde(skip_serializing_if = "Option::is_none")]
     pub balance: Option<BalanceInput>,
+    /// What its particles carry beside their mass, as expressions.
+    #[schemars(example = serde_json::json!({"velocity": ["-y", "x", 0]}))]
     #[serde(skip_serializing_if = "FieldsInput::is_empty")]
     pub fields: FieldsInput,
     #[serde(skip_serializing_if = "Option::is_none")]
     pub turbulence: Option<TurbulenceInput>,
     #[serde(skip_serializing_if = "Option::is_none")]
     pub thermal: Option<Thermal>,
+    /// Its materials by distance from its center.
+    #[schemars(example = serde_json::json!([{"id": 402, "radius": 0.5}, {"id": 400}]))]
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub material: Vec<MaterialLayer>,
-    /// Of the center of mass; the origin by default.
+    /// Where its center of mass is; the origin by default.
+    #[schemars(extend("x-unit" = "length"))]
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub position: Vec<Quantity>,
-    /// Of the body as a whole, on top of its own velocities.
+    /// That of the body as a whole, on top of its own velocities.
+    #[schemars(extend("x-unit" = "velocity"))]
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub velocity: Vec<Quantity>,
     /// Angular velocity about the center of mass: three components, or one in 2-D.
+    #[schemars(extend("x-unit" = "angular velocity"))]
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub spin: Vec<Quantity>,
 }
@@ -57,29 +69,38 @@ pub struct BodyInput {
 /// The orbit of two bodies about their center of mass, which is at rest in the origin; in the plane of x and y, counterclockwise.
 ///
 /// Either an ellipse (`semi_major_axis`) or an encounter (`impact_parameter`).
-#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct OrbitInput {
+    /// That of an ellipse.
+    #[schemars(extend("x-unit" = "length"))]
     #[serde(skip_serializing_if = "Option::is_none")]
     pub semi_major_axis: Option<Quantity>,
+    /// That of an ellipse, from 0 (a circle) to less than 1.
+    #[schemars(range(min = 0.0, max = 1.0))]
     pub eccentricity: f64,
     /// Time since the pericenter in units of the period.
     pub phase: f64,
     /// Whether both turn once in the period, like one solid body where the orbit is a circle.
     pub corotation: bool,
     /// Sine of the angle between the line of centers and the velocity when the bodies touch.
+    #[schemars(example = 0.5)]
     #[serde(skip_serializing_if = "Option::is_none")]
     pub impact_parameter: Option<f64>,
     /// Relative speed when the bodies touch.
+    #[schemars(extend("x-unit" = "velocity"))]
     #[serde(skip_serializing_if = "Option::is_none")]
     pub velocity_at_contact: Option<Quantity>,
     /// The same in units of the mutual escape velocity there.
+    #[schemars(example = 1.0)]
     #[serde(skip_serializing_if = "Option::is_none")]
     pub velocity_over_escape: Option<f64>,
     /// Relative speed before they felt each other.
+    #[schemars(extend("x-unit" = "velocity"))]
     #[serde(skip_serializing_if = "Option::is_none")]
     pub velocity_at_infinity: Option<Quantity>,
-    /// Between the centers in the beginning.
+    /// That between the centers in the beginning.
+    #[schemars(extend("x-unit" = "length"))]
     #[serde(skip_serializing_if = "Option::is_none")]
     pub distance: Option<Quantity>,
 }

@@ -1,6 +1,7 @@
 //! The `fields` section of a scene: what particles carry beside their mass, as expressions.
 
 use crate::error::{Error, Result};
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 
@@ -8,12 +9,12 @@ use std::collections::BTreeMap;
 pub const AXIS: &str = "axis";
 
 /// Expressions by the names of what they are of.
-#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize, JsonSchema)]
 #[serde(transparent)]
 pub struct FieldsInput(pub BTreeMap<String, FieldValue>);
 
 /// A number or an expression, or one for each component.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(untagged, expecting = "expected a number, an expression, or a list of them, one for each component")]
 pub enum FieldValue {
     One(Term),
@@ -21,7 +22,7 @@ pub enum FieldValue {
 }
 
 /// A number or an expression.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(untagged, expecting = "expected a number or an expression")]
 pub enum Term {
     Number(f64),

@@ -1,31 +1,40 @@
 //! The `input` section of a scene.
 
 use super::{ProfileInput, Quantity};
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use std::path::PathBuf;
 
 /// The density field.
-#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct Input {
+    /// A stellar profile, grid, mesh, table, point cloud or particle file.
+    #[schemars(example = &"star.nc")]
     #[serde(skip_serializing_if = "Option::is_none")]
     pub file: Option<PathBuf>,
     /// Density as an expression in x, y, z and r (distance from the domain's center), instead of a file.
+    #[schemars(example = &"1 + 0.5*sin(2*pi*x)")]
     #[serde(skip_serializing_if = "Option::is_none")]
     pub expression: Option<String>,
     /// A body from its physics, instead of a file.
+    #[schemars(example = serde_json::json!({"polytrope": {"n": 1.5, "mass": "1 Msun", "radius": "1 Rsun"}}))]
     #[serde(skip_serializing_if = "Option::is_none")]
     pub profile: Option<ProfileInput>,
     /// Name of the format where it cannot be told from the file.
+    #[schemars(example = &"mesa")]
     #[serde(skip_serializing_if = "Option::is_none")]
     pub format: Option<String>,
     /// Variable that is the mass density.
+    #[schemars(example = &"rho")]
     #[serde(skip_serializing_if = "Option::is_none")]
     pub density: Option<String>,
     /// Variables to carry onto the particles; all by default.
+    #[schemars(example = serde_json::json!(["temperature", "velocity"]))]
     #[serde(skip_serializing_if = "Option::is_none")]
     pub carry: Option<Vec<String>>,
     /// Value of the time coordinate to read.
+    #[schemars(extend("x-unit" = "of the coordinate"), example = 0.5)]
     #[serde(skip_serializing_if = "Option::is_none")]
     pub time: Option<f64>,
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -39,30 +48,36 @@ pub struct Input {
     #[serde(skip_serializing_if = "Option::is_none")]
     pub centering: Option<CenteringName>,
     /// Dimension in which a radial profile is used (3), and of an expression.
+    #[schemars(range(min = 1, max = 3), example = 3)]
     #[serde(skip_serializing_if = "Option::is_none")]
     pub dimension: Option<usize>,
     /// Unit of length of the input, over the file's own statement.
+    #[schemars(example = &"km")]
     #[serde(skip_serializing_if = "Option::is_none")]
     pub length_unit: Option<String>,
     /// Unit of the density, over the file's own statement.
+    #[schemars(example = &"kg/m^3")]
     #[serde(skip_serializing_if = "Option::is_none")]
     pub density_unit: Option<String>,
     pub atmosphere: Atmosphere,
     /// Radius of the planet from whose surface a grid's depth or height counts; a plain number is in the unit of that axis.
+    #[schemars(extend("x-unit" = "length"), example = &"6371 km")]
     #[serde(skip_serializing_if = "Option::is_none")]
     pub planet_radius: Option<Quantity>,
 }
 
 /// Interpolation on grids.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum InterpolationName {
+    /// Between the nearest nodes, in each direction.
     Linear,
+    /// Limited cubic, without overshoots.
     Cubic,
 }
 
 /// What NaN and masked values of the density mean.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum MissingValues {
     /// They are refused.
@@ -73,7 +88,7 @@ pub enum MissingValues {
 }
 
 /// Where the rows of a radial table lie.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum StaggeringName {
     /// Where each zone has the mass that a column states; without such a column as the columns' names say.
@@ -90,7 +105,7 @@ pub enum StaggeringName {
 }
 
 /// What the values of a grid belong to.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum CenteringName {
     /// Cells around the nodes: N of them are N steps long.
@@ -106,11 +121,12 @@ impl StaggeringName {
 }
 
 /// The thin outer layer of a radial profile.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum Atmosphere {
     /// Cut where N particles no longer resolve it; the report states the mass left out.
     #[default]
     Cut,
+    /// Kept, however few particles it gets.
     Keep,
 }

@@ -15,8 +15,10 @@ mod physics;
 mod planet;
 mod profile;
 mod quantity;
+pub mod reference;
 mod resolution;
 mod role;
+mod schema;
 mod stages;
 mod systems;
 mod turbulence;
@@ -43,21 +45,24 @@ pub use turbulence::TurbulenceInput;
 use crate::codes::{SHEETS, TargetCode};
 use crate::error::{Error, Result};
 use crate::seeding::Seeding;
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use sph::kernel::{KernelName, default_kernel_neighbors};
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
 /// One run.
-#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct Scene {
     pub input: Input,
     /// Units of all numbers of the scene that are written without one: cgs, si, solar, planetary or galactic; by default
     /// those of the input. They are also those of an expression, and of a file that states none.
+    #[schemars(example = &"solar")]
     #[serde(skip_serializing_if = "Option::is_none")]
     pub units: Option<String>,
     /// What variables of the input are, where their names do not say it: `{vel1: velocity-x, E: none}`.
+    #[schemars(example = serde_json::json!({"vel1": "velocity-x", "E": "none"}))]
     #[serde(skip_serializing_if = "BTreeMap::is_empty")]
     pub map: BTreeMap<String, Role>,
     /// Where the particle number density follows a field of its own; masses then vary.
@@ -65,10 +70,12 @@ pub struct Scene {
     pub resolution: Option<ResolutionInput>,
     pub domain: DomainInput,
     /// Number of particles N, met exactly: 100000, 1e5 or 100k.
+    #[schemars(schema_with = "schema::optional_count", example = &"100k")]
     #[serde(skip_serializing_if = "Option::is_none", deserialize_with = "count::optional_count")]
     pub particles: Option<usize>,
+    /// Of all random numbers: another one gives another arrangement that is as good.
     pub seed: u64,
-    /// By default equal-area shells for radial targets in a 3-D ball that the density solver follows, else mass
+    /// How the positions begin: by default equal-area shells for radial targets in a 3-D ball that the density solver follows, else mass
     /// bisection.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub seeding: Option<Seeding>,
@@ -79,17 +86,21 @@ pub struct Scene {
     /// The code, and its build, that the particles are for: `swift`, `swift:wendland-c4,eta=1.2348,scheme=planetary`,
     /// `gadget4:neighbors=64`, `gadget2`, `phantom:hfact=1.2`. Sets kernel, neighbors and format where they are left out, the
     /// constant of gravity, and balances bodies that their own gravity holds.
+    #[schemars(example = &"swift:wendland-c4,eta=1.2348")]
     #[serde(skip_serializing_if = "Option::is_none")]
     pub target_code: Option<String>,
-    /// By default that of the target code, else Wendland C4.
+    /// Of all sums: by default that of the target code, else Wendland C4.
+    #[schemars(schema_with = "schema::optional_kernel")]
     #[serde(skip_serializing_if = "Option::is_none")]
     pub kernel: Option<KernelName>,
     /// Kernel neighbors V_d n H^d; by default those of the target code, else 64 in 3-D and the same H per spacing below (19.3,
     /// 4.96).
+    #[schemars(range(min = 2.0, max = 1000.0), example = 64.0)]
     #[serde(skip_serializing_if = "Option::is_none")]
     pub neighbors: Option<f64>,
     /// Ratio of densities across a discontinuity from which the regions on its sides are relaxed one by one, each as if it went
     /// on beyond: 7.4 by default. Less, as 1.5, for contact discontinuities.
+    #[schemars(example = 1.5)]
     #[serde(skip_serializing_if = "Option::is_none")]
     pub region_contrast: Option<f64>,
     pub wvt: WvtInput,
@@ -100,24 +111,30 @@ pub struct Scene {
     pub solver: SolverInput,
     pub afc: AfcInput,
     /// Moves the particles until the pressure force of the target code cancels gravity; off by default. `true`, or its keys.
+    #[schemars(schema_with = "schema::switch_or_keys::<BalanceInput>", example = true)]
     #[serde(skip_serializing_if = "Option::is_none", deserialize_with = "yaml::switch_or_keys")]
     pub balance: Option<BalanceInput>,
     /// Dynamical times for which the result is followed forward, to see whether it stays still; for a body that its own gravity
     /// holds.
+    #[schemars(extend("x-unit" = "dynamical times"), example = 3.0)]
     #[serde(skip_serializing_if = "Option::is_none")]
     pub certify: Option<f64>,
     /// Lets masses move by at most this fraction until the density is exact; equal masses otherwise.
+    #[schemars(example = 0.05)]
     #[serde(skip_serializing_if = "Option::is_none")]
     pub trim_masses: Option<f64>,
     /// Stop when epsilon (re-fitted) is below; not reaching it is an error of its own.
+    #[schemars(example = 1e-5)]
     #[serde(skip_serializing_if = "Option::is_none")]
     pub tolerance: Option<f64>,
     /// Seconds after which relaxation stops with the best state so far.
+    #[schemars(extend("x-unit" = "s"), range(min = 0.0), example = 3500.0)]
     #[serde(skip_serializing_if = "Option::is_none")]
     pub time_limit: Option<f64>,
     #[serde(skip_serializing_if = "CheckpointInput::is_default")]
     pub checkpoint: CheckpointInput,
     /// What particles carry beside their mass, as expressions: beside a file's columns, or in their place.
+    #[schemars(example = serde_json::json!({"velocity": ["-y", "x", 0]}))]
     #[serde(skip_serializing_if = "FieldsInput::is_empty")]
     pub fields: FieldsInput,
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -125,18 +142,22 @@ pub struct Scene {
     pub motion: Motion,
     pub thermal: Thermal,
     /// Materials by distance from the center, from the inside outward; over carried ones.
+    #[schemars(example = serde_json::json!([{"id": 402, "radius": 0.5}, {"id": 400}]))]
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub material: Vec<MaterialLayer>,
     /// Several bodies, each a scene of its own, in place of `input` and what goes with it.
+    #[schemars(example = serde_json::json!([{"input": {"file": "star.nc"}, "position": [0, 0, 0]}]))]
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub bodies: Vec<BodyInput>,
-    /// Of two bodies.
+    /// That of two bodies about each other.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub orbit: Option<OrbitInput>,
     /// A folder in which placed bodies are kept, so that another orbit of the same takes no time.
+    #[schemars(example = &"placed")]
     #[serde(skip_serializing_if = "Option::is_none")]
     pub cache: Option<PathBuf>,
-    /// One for all bodies, in place of a number of particles.
+    /// That of each particle, the same in all bodies, in place of a number of particles.
+    #[schemars(extend("x-unit" = "mass"))]
     #[serde(skip_serializing_if = "Option::is_none")]
     pub particle_mass: Option<Quantity>,
     pub output: Output,
@@ -150,15 +171,23 @@ fn positive(key: &str, v: f64) -> Result<()> {
 }
 
 /// The file that comes out.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct Output {
+    /// Where the particles go; the extension chooses the flavor, and .png is a picture of them instead.
+    #[schemars(example = &"ic.hdf5")]
     #[serde(skip_serializing_if = "Option::is_none")]
     pub file: Option<PathBuf>,
+    /// A page of the run beside the particles: verdict, pictures, figures, plan and scene, as HTML that needs nothing else.
+    #[schemars(example = &"ic.html")]
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub report: Option<PathBuf>,
     /// Flavor where the extension does not settle it.
+    #[schemars(example = &"swift")]
     #[serde(skip_serializing_if = "Option::is_none")]
     pub format: Option<String>,
     /// cgs, si, solar, planetary, galactic or code; by default the one that suits the input.
+    #[schemars(example = &"cgs")]
     #[serde(skip_serializing_if = "Option::is_none")]
     pub units: Option<String>,
     /// Edge of the box of an isolated body over the body's own.
@@ -167,7 +196,9 @@ pub struct Output {
     #[serde(skip_serializing_if = "std::ops::Not::not")]
     pub no_clobber: bool,
     /// Deflate level, 0 to 9.
+    #[schemars(range(max = 9))]
     pub compression: u8,
+    /// Whether f64 is written where the format's default is f32.
     pub double_precision: bool,
     /// A column `TargetDensity` with what the density should be at each particle.
     pub target_density: bool,
@@ -177,7 +208,7 @@ pub struct Output {
 }
 
 /// What an interrupt (Ctrl-C) leaves.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum OnInterrupt {
     /// Nothing: who interrupts wants no result, and an earlier one may be in its place.
@@ -191,6 +222,7 @@ impl Default for Output {
     fn default() -> Self {
         Self {
             file: None,
+            report: None,
             format: None,
             units: None,
             no_clobber: false,

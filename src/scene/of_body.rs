@@ -27,6 +27,7 @@ impl Scene {
             ..self.clone()
         };
         alone.output.parameters = false;
+        alone.output.report = None;
         alone
     }
 

@@ -1,97 +1,146 @@
 //! The `planet` of an input's profile: layers of materials in hydrostatic equilibrium.
 
 use super::Quantity;
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use sph_formats::UnitDimension;
 use std::borrow::Cow;
 use std::path::PathBuf;
 
 /// A planet. Of its mass, its radius and the boundaries between its layers all but one are stated; that one follows.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct PlanetInput {
+    /// Of the whole planet.
+    #[schemars(extend("x-unit" = "mass"))]
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub mass: Option<Quantity>,
+    /// Of its surface.
+    #[schemars(extend("x-unit" = "length"))]
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub radius: Option<Quantity>,
     /// From the inside outward.
+    #[schemars(example = serde_json::json!([{"material": "tillotson-iron", "mass_fraction": 0.3}, {"material": "tillotson-granite"}]))]
     pub layers: Vec<LayerInput>,
     /// Needed where a layer's pressure depends on it.
+    #[schemars(extend("x-unit" = "temperature"))]
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub surface_temperature: Option<Quantity>,
     /// 0 by default.
+    #[schemars(extend("x-unit" = "pressure"))]
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub surface_pressure: Option<Quantity>,
     /// Of all layers that state none; adiabatic by default.
+    #[schemars(example = &"adiabatic")]
     #[serde(default)]
     pub state: ThermalState,
 }
 
 /// One material, up to a radius, a mass within, or the mass of the layer as a part of the planet's.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct LayerInput {
+    /// What it is made of: a name, or an equation of state with its constants.
+    #[schemars(example = &"tillotson-iron")]
     pub material: MaterialInput,
     /// Outer radius.
+    #[schemars(extend("x-unit" = "length"))]
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub radius: Option<Quantity>,
     /// Mass of the layer.
+    #[schemars(extend("x-unit" = "mass"))]
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub mass: Option<Quantity>,
     /// The same over the mass of the planet.
+    #[schemars(range(min = 0.0, max = 1.0), example = 0.3)]
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub mass_fraction: Option<f64>,
+    /// How temperature follows depth in it, where it differs from the planet's `state`.
+    #[schemars(example = &"isothermal")]
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub state: Option<ThermalState>,
     /// Number in files (`MaterialIDs`), where the material has none of its own or is to have another.
+    #[schemars(example = 402)]
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub id: Option<i32>,
 }
 
 /// How temperature follows depth within a layer; between layers it is continuous.
-#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum ThermalState {
+    /// Constant entropy.
     #[default]
     Adiabatic,
+    /// One temperature.
     Isothermal,
     /// T grows as this power of the density.
     Power(f64),
 }
 
 /// A material by name, or by an equation of state with its constants.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case", deny_unknown_fields)]
 pub enum MaterialInput {
+    /// Iron with Tillotson's equation of state.
     #[serde(alias = "tillotson_iron", alias = "Til_iron")]
     TillotsonIron,
+    /// Granite, the same.
     #[serde(alias = "tillotson_granite", alias = "Til_granite")]
     TillotsonGranite,
+    /// Water, the same.
     #[serde(alias = "tillotson_water", alias = "Til_water")]
     TillotsonWater,
+    /// Basalt, the same.
     #[serde(alias = "tillotson_basalt", alias = "Til_basalt")]
     TillotsonBasalt,
+    /// Ice, the same.
     #[serde(alias = "tillotson_ice", alias = "Til_ice")]
     TillotsonIce,
+    /// P = (gamma - 1) rho u, u by temperature and mean molecular weight.
     #[serde(alias = "ideal_gas")]
     IdealGas {
+        /// Adiabatic index.
+        #[schemars(example = 1.4)]
         #[serde(default = "five_thirds")]
         gamma: f64,
+        /// In units of the mass of hydrogen.
+        #[schemars(example = 2.3)]
         mean_molecular_weight: f64,
     },
     /// P = sound_speed^2 rho.
-    Isothermal { sound_speed: Quantity },
+    Isothermal {
+        /// The same everywhere.
+        #[schemars(extend("x-unit" = "velocity"))]
+        sound_speed: Quantity,
+    },
     /// P = constant rho^gamma, in the scene's units.
-    Polytrope { constant: f64, gamma: f64 },
+    Polytrope {
+        /// K, in the scene's units.
+        #[schemars(example = 1.0)]
+        constant: f64,
+        /// 1 + 1/n.
+        #[schemars(example = 2.0)]
+        gamma: f64,
+    },
     /// P = bulk_modulus/exponent ((rho/density)^exponent - 1); Cole's water has the exponent 7.
     Murnaghan {
+        /// At no pressure.
+        #[schemars(extend("x-unit" = "density"))]
         density: Quantity,
+        /// At no pressure.
+        #[schemars(extend("x-unit" = "pressure"))]
         bulk_modulus: Quantity,
+        /// Of the density.
         #[serde(default = "seven")]
         exponent: f64,
     },
     /// A table in SWIFT's and WoMa's format for SESAME and ANEOS.
-    Table { file: PathBuf },
+    Table {
+        /// Path, from the scene's folder.
+        #[schemars(example = &"ANEOS_forsterite_S19.txt")]
+        file: PathBuf,
+    },
 }
 
 fn five_thirds() -> f64 {

@@ -2,6 +2,7 @@
 
 use super::Quantity;
 use super::planet::PlanetInput;
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use sph_formats::UnitDimension;
 use std::borrow::Cow;
@@ -9,50 +10,148 @@ use std::path::PathBuf;
 
 /// A model with what determines it. Masses are those within the outer radius; in fewer than three dimensions they are per
 /// length or per area.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case", deny_unknown_fields)]
 pub enum ProfileInput {
     /// P = K rho^(1 + 1/n) under its own gravity, 0 <= n < 4.99; in 1, 2 or 3 dimensions.
-    Polytrope { n: f64, mass: Quantity, radius: Quantity },
+    Polytrope {
+        /// Index, from 0 to 4.99; 1.5 is a convective star, 3 a radiative one.
+        #[schemars(example = 1.5)]
+        n: f64,
+        /// Within the outer radius.
+        #[schemars(extend("x-unit" = "mass"))]
+        mass: Quantity,
+        /// Outer radius.
+        #[schemars(extend("x-unit" = "length"))]
+        radius: Quantity,
+    },
     /// P = c^2 rho under its own gravity, cut at the radius; the solution that is stable, or nearest to that.
-    Isothermal { mass: Quantity, radius: Quantity, sound_speed: Quantity },
+    Isothermal {
+        /// Within the outer radius.
+        #[schemars(extend("x-unit" = "mass"))]
+        mass: Quantity,
+        /// Outer radius.
+        #[schemars(extend("x-unit" = "length"))]
+        radius: Quantity,
+        /// Of the gas, the same everywhere.
+        #[schemars(extend("x-unit" = "velocity"))]
+        sound_speed: Quantity,
+    },
     /// An isothermal sphere cut at xi = r sqrt(4 pi G rho_c) / c; by default the largest stable one.
     BonnorEbert {
+        /// Within the outer radius.
+        #[schemars(extend("x-unit" = "mass"))]
         mass: Quantity,
+        /// Outer radius.
+        #[schemars(extend("x-unit" = "length"))]
         radius: Quantity,
+        /// Dimensionless outer radius.
         #[serde(default = "critical")]
         xi: f64,
     },
     /// (1 + r^2/a^2)^(-5/2).
-    Plummer { mass: Quantity, scale_radius: Quantity, outer_radius: Quantity },
+    Plummer {
+        /// Within the outer radius.
+        #[schemars(extend("x-unit" = "mass"))]
+        mass: Quantity,
+        /// a of the law.
+        #[schemars(extend("x-unit" = "length"))]
+        scale_radius: Quantity,
+        /// Where the body is cut.
+        #[schemars(extend("x-unit" = "length"))]
+        outer_radius: Quantity,
+    },
     /// a / (r (r + a)^3).
-    Hernquist { mass: Quantity, scale_radius: Quantity, outer_radius: Quantity },
+    Hernquist {
+        /// Within the outer radius.
+        #[schemars(extend("x-unit" = "mass"))]
+        mass: Quantity,
+        /// a of the law.
+        #[schemars(extend("x-unit" = "length"))]
+        scale_radius: Quantity,
+        /// Where the body is cut.
+        #[schemars(extend("x-unit" = "length"))]
+        outer_radius: Quantity,
+    },
     /// 1 / (r (r + a)^2).
-    Nfw { mass: Quantity, scale_radius: Quantity, outer_radius: Quantity },
+    Nfw {
+        /// Within the outer radius.
+        #[schemars(extend("x-unit" = "mass"))]
+        mass: Quantity,
+        /// a of the law.
+        #[schemars(extend("x-unit" = "length"))]
+        scale_radius: Quantity,
+        /// Where the body is cut.
+        #[schemars(extend("x-unit" = "length"))]
+        outer_radius: Quantity,
+    },
     /// King's (1962) density with a core and a tidal radius.
-    King { mass: Quantity, core_radius: Quantity, tidal_radius: Quantity },
+    King {
+        /// Within the outer radius.
+        #[schemars(extend("x-unit" = "mass"))]
+        mass: Quantity,
+        /// Of the core.
+        #[schemars(extend("x-unit" = "length"))]
+        core_radius: Quantity,
+        /// Where the density vanishes.
+        #[schemars(extend("x-unit" = "length"))]
+        tidal_radius: Quantity,
+    },
     /// (1 + r^2/r_c^2)^(-3 beta/2).
     BetaModel {
+        /// Within the outer radius.
+        #[schemars(extend("x-unit" = "mass"))]
         mass: Quantity,
+        /// Of the core.
+        #[schemars(extend("x-unit" = "length"))]
         core_radius: Quantity,
+        /// beta of the law.
         #[serde(default = "two_thirds")]
         beta: f64,
+        /// Where the body is cut.
+        #[schemars(extend("x-unit" = "length"))]
         outer_radius: Quantity,
     },
     /// 1/r with u = 0.05 G M/R (Evrard 1988): it collapses.
     Evrard {
+        /// Within the outer radius.
+        #[schemars(extend("x-unit" = "mass"))]
         mass: Quantity,
+        /// Outer radius.
+        #[schemars(extend("x-unit" = "length"))]
         radius: Quantity,
         /// u in units of G M/R.
         #[serde(default = "twentieth")]
         energy: f64,
     },
     /// r^-slope, in 1, 2 or 3 dimensions.
-    PowerLaw { mass: Quantity, radius: Quantity, slope: f64 },
+    PowerLaw {
+        /// Within the outer radius.
+        #[schemars(extend("x-unit" = "mass"))]
+        mass: Quantity,
+        /// Outer radius.
+        #[schemars(extend("x-unit" = "length"))]
+        radius: Quantity,
+        /// Of the power law.
+        #[schemars(example = 2.0)]
+        slope: f64,
+    },
     /// P = k rho^2 in the force -Omega^2 r: rho_c (1 - r^2/R^2), in 1, 2 or 3 dimensions.
-    ToyStar { mass: Quantity, radius: Quantity, k: f64 },
+    ToyStar {
+        /// Within the outer radius.
+        #[schemars(extend("x-unit" = "mass"))]
+        mass: Quantity,
+        /// Outer radius.
+        #[schemars(extend("x-unit" = "length"))]
+        radius: Quantity,
+        /// k of P = k rho^2, in the scene's units.
+        #[schemars(example = 0.25)]
+        k: f64,
+    },
     /// Degenerate electrons of any speed.
     WhiteDwarf {
+        /// Within the outer radius.
+        #[schemars(extend("x-unit" = "mass"))]
         mass: Quantity,
         /// mu_e.
         #[serde(default = "two")]

@@ -2,10 +2,13 @@
 //!
 //! A plain number is in the scene's `units`, which by default are those of the input. The rule is the same for every key.
 
+use super::schema::NUMBER;
 use crate::error::{Error, Result};
+use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
 use serde::de::{self, Visitor};
 use serde::{Deserialize, Deserializer, Serialize};
 use sph_formats::{Unit, UnitDimension, UnitSystem};
+use std::borrow::Cow;
 
 /// A number, with its unit where one is written.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -68,6 +71,19 @@ impl Visitor<'_> for AnyNumber {
     fn visit_str<E: de::Error>(self, v: &str) -> std::result::Result<Quantity, E> {
         let text = v.trim();
         Ok(text.parse().map_or_else(|_| Quantity::Text(text.to_owned()), Quantity::Plain))
+    }
+}
+
+impl JsonSchema for Quantity {
+    fn schema_name() -> Cow<'static, str> {
+        "Quantity".into()
+    }
+
+    fn json_schema(_: &mut SchemaGenerator) -> Schema {
+        json_schema!({
+            "description": "A number in the scene's units, or a number with its unit, such as '1 Rsun' or '30 km/s'.",
+            "anyOf": [{ "type": "number" }, { "type": "string", "pattern": NUMBER }]
+        })
     }
 }
 
@@ -204,6 +220,19 @@ fn split(text: &str) -> Option<(f64, &str)> {
 
 fn named(dimension: UnitDimension) -> &'static str {
     dimension.name().unwrap_or("a number")
+}
+
+/// An example of what the schema calls so; `None` for what is a plain number.
+pub(super) fn example_of(unit: &str) -> Option<String> {
+    let dimension = match unit {
+        "length" => UnitDimension::LENGTH,
+        "mass" => UnitDimension::MASS,
+        "velocity" => UnitDimension::VELOCITY,
+        "angular velocity" => UnitDimension::RATE,
+        "specific energy" => UnitDimension::SPECIFIC_ENERGY,
+        _ => return None,
+    };
+    Some(example(dimension).trim_matches('\'').to_owned())
 }
 
 fn example(dimension: UnitDimension) -> String {

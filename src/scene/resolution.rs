@@ -1,26 +1,32 @@
 //! The `resolution` section of a scene.
 
 use crate::error::{Error, Result};
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use std::path::PathBuf;
 
 /// A resolution field: one of the four.
-#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct ResolutionInput {
     /// Expression for the spacing, up to a factor.
+    #[schemars(example = &"1 + r")]
     #[serde(skip_serializing_if = "Option::is_none")]
     pub spacing: Option<String>,
     /// Expression for the number density, up to a factor.
+    #[schemars(example = &"exp(-r)")]
     #[serde(skip_serializing_if = "Option::is_none")]
     pub number_density: Option<String>,
     /// Variable for the spacing, up to a factor.
+    #[schemars(example = &"dx")]
     #[serde(skip_serializing_if = "Option::is_none")]
     pub spacing_variable: Option<String>,
     /// Variable for the number density, up to a factor.
+    #[schemars(example = &"n")]
     #[serde(skip_serializing_if = "Option::is_none")]
     pub number_density_variable: Option<String>,
     /// File of the variable, where it is not the input.
+    #[schemars(example = &"resolution.nc")]
     #[serde(skip_serializing_if = "Option::is_none")]
     pub file: Option<PathBuf>,
 }

@@ -1,8 +1,10 @@
 //! What a variable of an input is: density, a component of the velocity, a temperature.
 
 use crate::error::{Error, Result};
+use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
 use serde::{Deserialize, Serialize};
 use sph_formats::{UnitDimension, did_you_mean};
+use std::borrow::Cow;
 
 /// Vector quantities that particles have.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
@@ -94,6 +96,11 @@ const NAMES: &[(&str, Role)] = {
 };
 
 impl Role {
+    /// All names.
+    pub(super) fn names() -> impl Iterator<Item = &'static str> {
+        NAMES.iter().map(|(name, _)| *name)
+    }
+
     /// As scenes and `--map` write it.
     pub fn name(self) -> &'static str {
         NAMES.iter().find(|(_, role)| *role == self).map_or("magnetic-field", |(name, _)| name)
@@ -124,6 +131,17 @@ impl Role {
             Self::Density => UnitDimension::mass_density(3),
             _ => return None,
         })
+    }
+}
+
+impl JsonSchema for Role {
+    fn schema_name() -> Cow<'static, str> {
+        "Role".into()
+    }
+
+    fn json_schema(_: &mut SchemaGenerator) -> Schema {
+        let names: Vec<&str> = Self::names().collect();
+        json_schema!({ "description": "What a variable is.", "type": "string", "enum": names })
     }
 }
 

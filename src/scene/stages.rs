@@ -5,17 +5,23 @@ use crate::relaxation::{
     AFC, ALARIC, AfcOptions, AlaricOptions, Bias, DAMPED_RELAXATION, SOLVER, StageName, Weight, WvtOptions,
 };
 use crate::seeding::Seeding;
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use std::path::PathBuf;
 
 /// The WVT stage.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct WvtInput {
     /// By default what the seed and the polish that follows need: 60 without a polish, few before one.
+    #[schemars(schema_with = "super::schema::optional_count", example = 60)]
     #[serde(skip_serializing_if = "Option::is_none", deserialize_with = "super::count::optional_count")]
     pub iterations: Option<usize>,
+    /// How strongly a neighbor pushes, by its distance.
+    #[schemars(schema_with = "super::schema::choice::<Weight>")]
     pub weight: Weight,
+    /// What is done about the kernel's smoothing of the target.
+    #[schemars(schema_with = "super::schema::choice::<Bias>")]
     pub bias: Bias,
     /// First displacement scale.
     pub step: f64,
@@ -31,7 +37,7 @@ impl Default for WvtInput {
 }
 
 /// What follows WVT.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum Polish {
     /// The density solver.
@@ -66,7 +72,7 @@ impl Polish {
 /// low-discrepancy sequence (6.3e-7, 0.81 %) differ by a few percent; quietness 1 trades density for noise (3.9e-6, 0.28 %). A
 /// crystal ends at 1e-14 without noise, and where the density follows a sine of 3:1 at 4e-9 with 0.6 % (face-centered; body-centered
 /// 8e-9 with 0.9 %, isotropic 1.6e-8 with 1.3 %).
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum Order {
     /// A lattice: the same surroundings for every particle where the target is uniform, stretched elsewhere; preferred directions.
@@ -97,23 +103,28 @@ impl Order {
 }
 
 /// The ALARIC stage.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct AlaricInput {
     /// Time steps per stage of splitting, at most.
+    #[schemars(schema_with = "super::schema::count")]
     #[serde(deserialize_with = "super::count::count")]
     pub steps: usize,
     /// Stages of particle splitting; by default the plan decides.
+    #[schemars(range(max = 8), example = 1)]
     #[serde(skip_serializing_if = "Option::is_none")]
     pub splittings: Option<usize>,
     /// Friction in inverse sound crossing times of the domain; 0 switches it off.
     pub friction: f64,
+    /// Whether artificial viscosity acts.
     pub viscosity: bool,
+    /// Whether all particles are brought to rest now and then.
     pub velocity_stops: bool,
     /// Growth of the time between stops.
     pub growth: f64,
     /// Holds particles where the target changes too much over a support radius for any arrangement to follow.
     pub hold_unresolved: bool,
+    /// Whether forces have the terms for support radii that change from place to place.
     pub grad_h: bool,
     /// Time step over the sound crossing time of the smallest support radius.
     pub courant: f64,
@@ -140,12 +151,15 @@ impl Default for AlaricInput {
 }
 
 /// The AFC stage.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct AfcInput {
+    /// Displacements of all particles.
+    #[schemars(schema_with = "super::schema::count")]
     #[serde(deserialize_with = "super::count::count")]
     pub steps: usize,
     /// First displacement, in spacings.
+    #[schemars(extend("x-unit" = "spacings"))]
     pub step: f64,
 }
 
@@ -166,28 +180,33 @@ impl AfcInput {
 }
 
 /// The density solver.
-#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct SolverInput {
     /// Evaluations of density and forces, at most; by default 100 with 100 000 particles, more with fewer
     /// particles (240) and fewer with more (30).
+    #[schemars(schema_with = "super::schema::optional_count", example = 100)]
     #[serde(skip_serializing_if = "Option::is_none", deserialize_with = "super::count::optional_count")]
     pub evaluations: Option<usize>,
     /// What matters more: 0 the exact density, 1 quiet forces; by default 0.5, or what a tolerance leaves.
+    #[schemars(range(min = 0.0, max = 1.0), example = 0.5)]
     #[serde(skip_serializing_if = "Option::is_none")]
     pub quietness: Option<f64>,
 }
 
 /// What is kept of a run on the way, to go on from after an interrupt, a kill or the end of its time.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct CheckpointInput {
     /// Replaced as a whole while particles are relaxed; removed once the result is written.
+    #[schemars(example = &"run.checkpoint")]
     #[serde(skip_serializing_if = "Option::is_none")]
     pub file: Option<PathBuf>,
     /// Minutes between checkpoints: no more is lost.
+    #[schemars(extend("x-unit" = "min"))]
     pub minutes: f64,
     /// Checkpoint to go on from.
+    #[schemars(example = &"run.checkpoint")]
     #[serde(skip_serializing_if = "Option::is_none")]
     pub resume: Option<PathBuf>,
 }

@@ -2,17 +2,20 @@
 
 use super::Quantity;
 use crate::error::{Error, Result};
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use sph_formats::UnitDimension;
 
 /// Random velocities of a spectrum, on top of those of the fields; they repeat over the domain's box.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct TurbulenceInput {
     /// Root mean square over the domain's box.
+    #[schemars(extend("x-unit" = "velocity"))]
     #[serde(skip_serializing_if = "Option::is_none")]
     pub rms_velocity: Option<Quantity>,
     /// The same in units of the sound speed, whose root mean square over the mass counts.
+    #[schemars(example = 1.0)]
     #[serde(skip_serializing_if = "Option::is_none")]
     pub mach: Option<f64>,
     /// p of E(k) ~ k^-p: 5/3 by default, 2 for a gas of shocks.
@@ -20,9 +23,11 @@ pub struct TurbulenceInput {
     /// Least and largest wave number, in waves across the box.
     pub wavenumbers: [f64; 2],
     /// Share of the energy in motion along the waves; 0 by default: without divergence. In 1-D there is no other.
+    #[schemars(range(min = 0.0, max = 1.0), example = 0.3)]
     #[serde(skip_serializing_if = "Option::is_none")]
     pub compressive: Option<f64>,
     /// By default that of the scene.
+    #[schemars(example = 1)]
     #[serde(skip_serializing_if = "Option::is_none")]
     pub seed: Option<u64>,
 }

@@ -27,6 +27,11 @@ impl Scene {
     /// # Errors
     /// As for [`Scene::stated_units`].
     pub fn to_commented_yaml(&self) -> Result<String> {
+        Ok(self.units_comment()? + &self.to_yaml())
+    }
+
+    /// What numbers without a unit are in.
+    pub(super) fn units_comment(&self) -> Result<String> {
         let meaning = match (self.stated_units()?, self.units.as_deref()) {
             (Some(system), Some(name)) => {
                 let of = |d: UnitDimension| system.symbol(d);
@@ -45,8 +50,7 @@ impl Scene {
         };
         Ok(format!(
             "# Numbers without a unit are {meaning}.\n\
-             # `time_limit` is in seconds, `checkpoint.minutes` in minutes, `certify` in dynamical times of the body.\n{}",
-            self.to_yaml()
+             # `time_limit` is in seconds, `checkpoint.minutes` in minutes, `certify` in dynamical times of the body.\n"
         ))
     }
 }

@@ -27,6 +27,15 @@ pub(super) fn parse<T: DeserializeOwned>(text: &str, name: &str) -> Result<T> {
     })
 }
 
+/// The keys that are known where the text has one that is not, in the order in which they are declared.
+pub(super) fn known_keys<T: DeserializeOwned>(text: &str) -> Vec<String> {
+    match serde_saphyr::from_str::<T>(text).err().as_ref().map(YamlError::without_snippet) {
+        Some(YamlError::SerdeUnknownField { expected, .. }) => expected.iter().map(|k| (*k).to_owned()).collect(),
+        Some(YamlError::SerdeUnknownVariant { expected, .. }) => expected.iter().map(|k| (*k).to_owned()).collect(),
+        _ => Vec::new(),
+    }
+}
+
 /// The line, with a mark below the column.
 fn quoted(text: &str, line: u64, column: u64) -> String {
     let found = usize::try_from(line.saturating_sub(1)).ok().and_then(|at| text.lines().nth(at));

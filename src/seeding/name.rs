@@ -1,9 +1,10 @@
 //! The seeding methods by name.
 
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 /// How the initial positions are made; [`METHODS`](super::METHODS) tells what each can do.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum Seeding {
     /// Recursive bisection into equal masses, one particle per part: no long-wave error from the start.

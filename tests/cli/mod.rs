@@ -5,6 +5,8 @@ mod bad_output;
 mod bad_tables;
 mod check;
 mod codes;
+mod pages;
+mod reference;
 mod runs;
 mod support;
 mod wrong;

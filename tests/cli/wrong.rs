@@ -6,9 +6,9 @@ use sph_formats::common::netcdf_classic::{ClassicFile, Data};
 const STAR: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/profiles/star.nc");
 
 /// A scene's text and what the message has to hold.
-type Wrong<'a> = (&'a str, &'a [&'a str]);
+pub type Wrong<'a> = (&'a str, &'a [&'a str]);
 
-const SCENES: &[Wrong<'_>] = &[
+pub const SCENES: &[Wrong<'_>] = &[
     // Keys.
     ("inptu: {file: a}", &["line 1, column 1", "no key 'inptu'", "did you mean 'input'?"]),
     ("input: {fil: a}", &["no key 'fil'", "did you mean 'file'?"]),

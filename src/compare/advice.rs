@@ -1,0 +1,66 @@
+//! Which method to take, and why.
+
+use super::comparison::{Comparison, MethodRun, State};
+use std::fmt::Write;
+
+/// Mean errors within this factor of the least count as the same, and so do noises: which is faster decides.
+const SAME_ERROR: f64 = 1.5;
+const SAME_NOISE: f64 = 1.25;
+
+/// A run with its last state.
+type Result<'a> = (&'a MethodRun, &'a State);
+
+/// In a sentence or two, from the runs with the most particles: of the methods whose mean error is within 1.5 times the least,
+/// those whose force noise is within 1.25 times the least of them, and of these the fastest. `None` where fewer than two ran.
+pub fn advice(comparison: &Comparison) -> Option<String> {
+    let most = comparison.runs.iter().map(|r| r.particles).max()?;
+    let all: Vec<Result<'_>> =
+        comparison.runs.iter().filter(|r| r.particles == most).filter_map(|r| Some((r, r.last()?))).collect();
+    if all.len() < 2 {
+        return None;
+    }
+    let error = |r: &Result<'_>| r.1.shown_error().mean;
+    let noise = |r: &Result<'_>| r.1.shown_noise();
+    let least = |set: &[Result<'_>], value: &dyn Fn(&Result<'_>) -> f64| {
+        set.iter().map(value).filter(|v| v.is_finite()).fold(f64::INFINITY, f64::min)
+    };
+    let exact: Vec<Result<'_>> = {
+        let bound = SAME_ERROR * least(&all, &error);
+        all.iter().copied().filter(|r| error(r) <= bound).collect()
+    };
+    let bound = SAME_NOISE * least(&exact, &noise);
+    let quiet = exact.iter().copied().filter(|r| noise(r) <= bound);
+    let chosen = quiet.min_by(|a, b| a.0.seconds.total_cmp(&b.0.seconds))?;
+    let (run, state) = chosen;
+    let mut out = format!(
+        "Take {}: with {most} particles its density is off by {:.3} % on average, {}, and its force noise is {:.2} % of a random set's, in {:.2} s.",
+        run.method,
+        100.0 * error(&chosen),
+        if error(&chosen) <= least(&all, &error) { "the least of all" } else { "about the least of all" },
+        100.0 * state.shown_noise(),
+        run.seconds
+    );
+    let others = || all.iter().filter(|r| r.0.method != run.method);
+    if let Some(fast) =
+        others().min_by(|a, b| a.0.seconds.total_cmp(&b.0.seconds)).filter(|f| f.0.seconds < run.seconds)
+    {
+        let _ = write!(
+            out,
+            " {} is faster ({:.2} s) and off by {:.3} %.",
+            fast.0.method,
+            fast.0.seconds,
+            100.0 * error(fast)
+        );
+    }
+    let calm = others().min_by(|a, b| noise(a).total_cmp(&noise(b))).filter(|c| SAME_NOISE * noise(c) < noise(&chosen));
+    if let Some(calm) = calm {
+        let _ = write!(
+            out,
+            " {} is quieter ({:.2} %) and off by {:.3} %.",
+            calm.0.method,
+            100.0 * noise(calm),
+            100.0 * error(calm)
+        );
+    }
+    Some(out)
+}

@@ -1,0 +1,58 @@
+//! The page of a run of several bodies: each with its own verdict, and pictures of all together.
+
+use super::bodies_report::{BodiesReport, BodyReport};
+use super::page::lead_of;
+use super::verdict::Grade;
+use crate::error::Result;
+use crate::page::{Page, Portrait, Side, escape, histograms, list, pictures, profiles, table};
+use crate::scene::Scene;
+use sph_formats::ParticleFile;
+
+/// The page; `command` is what was called, empty where no program was.
+///
+/// # Errors
+/// Values that cannot be drawn.
+pub fn page(scene: &Scene, file: &ParticleFile, report: &BodiesReport, command: &str) -> Result<String> {
+    let mut portrait = Portrait::new(file, None)?;
+    // Distances from a center between them say nothing.
+    portrait.side = Side::Axis;
+    let mut page = Page::new(&format!("{} bodies \u{2192} {}", report.bodies.len(), report.output));
+    report.bodies.iter().for_each(|body| page.add(&lead(body)));
+    page.section("Pictures", &pictures(&portrait)?);
+    page.section("Profile", &profiles(&portrait));
+    page.section("Histograms", &histograms(&portrait));
+    page.section("Report", &format!("<pre>{}</pre>\n", escape(&report.text())));
+    page.section("Notes", &list(&report.notes));
+    page.section("Scene", &format!("<pre>{}</pre>\n", escape(&scene.to_yaml())));
+    let mut rows = vec![
+        vec!["units of the output".into(), portrait.labels.system.clone()],
+        vec!["program".into(), format!("sph-prep {}", env!("CARGO_PKG_VERSION"))],
+    ];
+    if !command.is_empty() {
+        rows.push(vec!["command".into(), command.into()]);
+    }
+    page.section("Units and versions", &table("", &[], &rows));
+    Ok(page.finish())
+}
+
+/// The verdict on one body by itself, as its own report has it.
+fn lead(body: &BodyReport) -> String {
+    let findings = body.report["verdict"].as_array().map_or(&[][..], Vec::as_slice);
+    let lines: Vec<(Grade, String)> = findings
+        .iter()
+        .map(|f| {
+            let grade = match f["grade"].as_str() {
+                Some("good") => Grade::Good,
+                Some("look") => Grade::Look,
+                _ => Grade::Bad,
+            };
+            (grade, format!("{}: {}", f["topic"].as_str().unwrap_or(""), f["text"].as_str().unwrap_or("")))
+        })
+        .collect();
+    let worst = lines.iter().map(|l| l.0).max().unwrap_or(Grade::Good);
+    let headline = match body.figures {
+        Some(_) => format!("{}: {}", body.name, worst.summary()),
+        None => format!("{}: a point", body.name),
+    };
+    lead_of(worst, &headline, lines.into_iter().map(|(grade, text)| (grade.mark(), grade, text)))
+}
