@@ -99,6 +99,11 @@ impl Portrait {
             let spanned = || shown_range(positions.iter().map(|x| x[k]).collect());
             (lo[k], hi[k]) = if is_periodic(k) { (0.0, header.box_size[k]) } else { spanned() };
         }
+        let is_beyond = |x: &&[f64; 3]| (0..d).any(|k| x[k] < lo[k] || x[k] > hi[k]);
+        match positions.iter().filter(is_beyond).count() {
+            0 => {}
+            beyond => notes.push(format!("{beyond} of the particles, far from all others, are beyond the pictures")),
+        }
         let velocities =
             table.column(names::VELOCITIES).filter(|c| c.components == d && c.values.len() == d * table.count);
         let velocities = velocities.map(|c| c.values.to_f64()).filter(|v| v.iter().all(|v| v.is_finite()));
