@@ -19,6 +19,8 @@ const BISECTIONS: usize = 100;
 const REACH: f64 = 1e3;
 /// A pressure of so many G M^2/R^4 is that of a mass that is left at the center.
 const MOST_PRESSURE: f64 = 1e5;
+/// What may be left at the center of the mass, in units of it: the ball within the innermost steps.
+const LARGEST_LEFT: f64 = 1e-6;
 /// Secant steps to the mass at which a layer ends.
 const REFINEMENTS: usize = 8;
 
@@ -320,8 +322,13 @@ impl Planet {
 
     fn rows(&self, trial: &Trial) -> Result<Table> {
         let mut states: Vec<(usize, State, f64)> = Vec::new();
-        self.integrate(trial, &mut |index, state, t| states.push((index, *state, t)))
+        let left = self
+            .integrate(trial, &mut |index, state, t| states.push((index, *state, t)))
             .map_err(|e| refuse(e.to_string()))?;
+        if !(left.abs() < LARGEST_LEFT) {
+            let problem = "has no equilibrium: with these materials no radius holds its mass";
+            return Err(refuse(problem));
+        }
         let Some(&(inmost, last, temperature)) = states.last() else { return Err(refuse("has no radius")) };
         let is_empty = |i: &usize| {
             let mut radii = states.iter().filter(|s| s.0 == *i).map(|s| s.1.r);

@@ -155,7 +155,8 @@ fn what_makes_no_planet_is_refused() {
         (Planet { mass: Some(6e27), ..good.clone() }, "leaves 0"),
         (open, "leaves 2"),
         (outside, "reaches beyond"),
-        (Planet { radius: None, mass: Some(1e26), ..good.clone() }, "layers"),
+        (Planet { radius: None, mass: Some(1e26), ..good.clone() }, "planet"),
+        (Planet { radius: None, mass: Some(1e300), ..good.clone() }, "no "),
     ] {
         let error = planet.table().err().unwrap().to_string();
         assert!(error.contains(part), "{error}");
