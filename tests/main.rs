@@ -33,6 +33,7 @@ mod resume;
 mod roles;
 mod scenes;
 mod seeding;
+mod shapes;
 mod stages;
 mod sums;
 mod support;

@@ -10,6 +10,8 @@ pub(crate) mod internal_units;
 pub mod particles;
 pub(crate) mod profile;
 pub(crate) mod roles;
+mod shapes;
+mod surfaces;
 pub(crate) mod thermal;
 pub(crate) mod turbulence;
 pub mod units;

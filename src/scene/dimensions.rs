@@ -60,12 +60,21 @@ impl Scene {
         all
     }
 
+    /// Does something with each quantity of the domain's shapes.
+    fn of_shapes(&self, each: &dyn Fn(&str, &Quantity, UnitDimension) -> Result<()>) -> Result<()> {
+        let own = self.domain.shape();
+        let mut all = Vec::new();
+        own.iter().for_each(|shape| shape.quantities("domain", &mut all));
+        all.iter().try_for_each(|(key, quantity, dimension)| each(key, quantity, *dimension))
+    }
+
     /// Whether all quantities are numbers, with units that fit where they have units.
     ///
     /// # Errors
     /// [`Error::Scene`] with the first that is not.
     pub(super) fn check_quantities(&self) -> Result<()> {
         self.quantities().iter().try_for_each(|(key, quantity, dimension)| quantity.check(key, *dimension))?;
+        self.of_shapes(&|key, quantity, dimension| quantity.check(key, dimension))?;
         // Radii in units alike can be compared at once, others when the input's units are known.
         self.check_layers(&Conversion::NONE).or_else(|error| {
             let radii = || self.material.iter().filter_map(|layer| layer.radius.as_ref());
@@ -83,6 +92,7 @@ impl Scene {
         for (key, quantity, dimension) in self.quantities() {
             quantity.value(&key, dimension, conversion)?;
         }
+        self.of_shapes(&|key, quantity, dimension| quantity.value(key, dimension, conversion).map(|_| ()))?;
         self.check_layers(conversion)
     }
 

@@ -1,9 +1,11 @@
 //! The `domain` section of a scene.
 
-use super::Quantity;
+use super::{BallInput, CylinderInput, EllipsoidInput, Quantity, RotateInput, ShapeInput, SurfaceInput, TorusInput};
+use crate::error::{Error, Result};
 use serde::{Deserialize, Serialize};
+use std::path::PathBuf;
 
-/// Where particles may be. By default all of the input; expressions need a box or a ball.
+/// Where particles may be. By default all of the input; expressions need one of its keys.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct DomainInput {
@@ -14,47 +16,84 @@ pub struct DomainInput {
     pub ball: Option<BallInput>,
     #[serde(skip_serializing_if = "Option::is_none")]
     pub cylinder: Option<CylinderInput>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub torus: Option<TorusInput>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub ellipsoid: Option<EllipsoidInput>,
+    /// What a surface in a file encloses.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub surface: Option<SurfaceInput>,
+    /// A shape turned about a point.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub rotate: Option<RotateInput>,
+    /// All shapes of a list together.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub union: Option<Vec<ShapeInput>>,
+    /// What they have in common.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub intersection: Option<Vec<ShapeInput>>,
+    /// The first without the others.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub difference: Option<Vec<ShapeInput>>,
     /// One for all axes, or one each; the surface of a ball or hull takes the first, that of a cylinder the first across
     /// its axis. By default open.
     #[serde(skip_serializing_if = "Vec::is_empty", deserialize_with = "super::yaml::one_or_many")]
     pub boundary: Vec<BoundaryName>,
 }
 
-/// A ball, disc or interval, or a shell.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct BallInput {
-    /// The origin by default.
-    #[serde(default)]
-    pub center: Vec<Quantity>,
-    pub radius: Quantity,
-    #[serde(default)]
-    pub inner_radius: Quantity,
-}
+impl DomainInput {
+    /// The shape, where the domain is neither a box nor a ball nor a cylinder.
+    pub fn shape(&self) -> Option<ShapeInput> {
+        let some = |parts: &Option<Vec<ShapeInput>>, make: fn(Vec<ShapeInput>) -> ShapeInput| parts.clone().map(make);
+        some(&self.union, ShapeInput::Union)
+            .or_else(|| some(&self.intersection, ShapeInput::Intersection))
+            .or_else(|| some(&self.difference, ShapeInput::Difference))
+            .or_else(|| self.torus.clone().map(ShapeInput::Torus))
+            .or_else(|| self.ellipsoid.clone().map(ShapeInput::Ellipsoid))
+            .or_else(|| self.surface.clone().map(ShapeInput::Surface))
+            .or_else(|| self.rotate.clone().map(ShapeInput::Rotate))
+    }
 
-/// A cylinder or a tube, in three dimensions.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct CylinderInput {
-    /// The middle of its axis; the origin by default.
-    #[serde(default)]
-    pub center: Vec<Quantity>,
-    #[serde(default)]
-    pub axis: AxisName,
-    pub radius: Quantity,
-    #[serde(default)]
-    pub inner_radius: Quantity,
-    pub length: Quantity,
-}
+    /// The files of surfaces in it.
+    pub(super) fn files_mut(&mut self) -> Vec<&mut PathBuf> {
+        let lists = [&mut self.union, &mut self.intersection, &mut self.difference];
+        let mut files: Vec<&mut PathBuf> =
+            lists.into_iter().flatten().flatten().flat_map(ShapeInput::files_mut).collect();
+        files.extend(self.surface.as_mut().map(|s| &mut s.file));
+        files.extend(self.rotate.as_mut().into_iter().flat_map(|r| r.shape.files_mut()));
+        files
+    }
 
-/// A coordinate axis.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
-#[serde(rename_all = "kebab-case")]
-pub enum AxisName {
-    X,
-    Y,
-    #[default]
-    Z,
+    /// How many of the keys that say where particles may be are there.
+    pub(super) fn extents(&self) -> usize {
+        let given = [
+            self.bounds.is_some(),
+            self.ball.is_some(),
+            self.cylinder.is_some(),
+            self.torus.is_some(),
+            self.ellipsoid.is_some(),
+            self.surface.is_some(),
+            self.rotate.is_some(),
+            self.union.is_some(),
+            self.intersection.is_some(),
+            self.difference.is_some(),
+        ];
+        given.into_iter().filter(|given| *given).count()
+    }
+
+    /// Whether it says where particles may be, beside what the boundaries do.
+    pub fn has_extent(&self) -> bool {
+        self.extents() > 0
+    }
+
+    pub(super) fn validate(&self) -> Result<()> {
+        if self.extents() > 1 {
+            let problem = "names more than one of `box`, `ball`, `cylinder` and other shapes; give one, or combine them in `union`, \
+                           `intersection` or `difference`";
+            return Err(Error::scene("domain", problem));
+        }
+        self.shape().map_or(Ok(()), |shape| shape.validate("domain"))
+    }
 }
 
 /// What lies beyond a face or a surface.

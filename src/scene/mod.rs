@@ -16,6 +16,7 @@ mod profile;
 mod quantity;
 mod resolution;
 mod role;
+mod shape;
 mod stages;
 mod systems;
 mod turbulence;
@@ -26,14 +27,19 @@ pub use balance::{BalanceInput, EquationOfState, GravityName};
 pub(crate) use bodies::in_body;
 pub use bodies::{BodyInput, OrbitInput};
 pub use count::parse_count;
-pub use domain::{AxisName, BallInput, BoundaryName, CylinderInput, DomainInput};
+pub use domain::{BoundaryName, DomainInput};
 pub use fields::{FieldValue, FieldsInput, Term};
+pub(crate) use input::orientation;
 pub use input::{Atmosphere, CenteringName, Input, InterpolationName, MissingValues, StaggeringName};
 pub use physics::{MaterialLayer, Motion, Thermal};
 pub use profile::ProfileInput;
 pub use quantity::{Conversion, Quantity, check_all, values};
 pub use resolution::ResolutionInput;
 pub use role::{Part, Role, Vector, parse_mapping};
+pub use shape::{
+    AxisName, BallInput, CylinderInput, EllipsoidInput, HalfSpaceInput, RotateInput, ShapeInput, SurfaceInput,
+    TorusInput,
+};
 pub use stages::{AfcInput, AlaricInput, CheckpointInput, Polish, SolverInput, WvtInput};
 pub use systems::system_of;
 pub use turbulence::TurbulenceInput;
@@ -215,11 +221,14 @@ impl Scene {
         let of_bodies =
             scene.bodies.iter_mut().flat_map(|b| [Some(&mut b.input.file), b.resolution.as_mut().map(|r| &mut r.file)]);
         let files = own.into_iter().chain(of_bodies).flatten().chain([&mut scene.cache]);
-        for file in files.flatten() {
+        let in_folder = |file: &mut PathBuf| {
             if file.is_relative() {
                 *file = folder.join(&*file);
             }
-        }
+        };
+        files.flatten().for_each(in_folder);
+        let domains = scene.bodies.iter_mut().map(|b| &mut b.domain).chain([&mut scene.domain]);
+        domains.flat_map(DomainInput::files_mut).for_each(in_folder);
         Ok(scene)
     }
 
@@ -273,6 +282,7 @@ impl Scene {
     pub fn validate(&self) -> Result<()> {
         self.target_code.as_deref().map_or(Ok(()), |code| TargetCode::parse(code).map(|_| ()))?;
         self.check_input()?;
+        self.input.validate_orientation()?;
         self.check_stages()?;
         self.stated_units()?;
         self.check_quantities()?;
@@ -382,10 +392,7 @@ impl Scene {
         if self.output.compression > 9 {
             return Err(Error::scene("output.compression", format!("is {}, expected 0 to 9", self.output.compression)));
         }
-        let DomainInput { bounds, ball, cylinder, .. } = &self.domain;
-        if [bounds.is_some(), ball.is_some(), cylinder.is_some()].into_iter().filter(|given| *given).count() > 1 {
-            return Err(Error::scene("domain", "names more than one of `box`, `ball` and `cylinder`; give one"));
-        }
+        self.domain.validate()?;
         self.resolution.as_ref().map_or(Ok(()), ResolutionInput::validate)
     }
 

@@ -58,7 +58,7 @@ impl Scene {
                 return Err(Error::scene(key, "cannot stand beside `bodies`; state it for each of them"));
             }
         }
-        if self.domain.ball.is_some() || self.domain.cylinder.is_some() {
+        if self.domain.has_extent() && self.domain.bounds.is_none() {
             return Err(Error::scene("domain", "of a scene with `bodies` is a `box`, or left out"));
         }
         for (i, body) in self.bodies.iter().enumerate() {
