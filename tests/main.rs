@@ -38,3 +38,4 @@ mod stages;
 mod sums;
 mod support;
 mod units;
+mod walls;

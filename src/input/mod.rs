@@ -10,7 +10,7 @@ pub(crate) mod internal_units;
 pub mod particles;
 pub(crate) mod profile;
 pub(crate) mod roles;
-mod shapes;
+pub(crate) mod shapes;
 mod surfaces;
 pub(crate) mod thermal;
 pub(crate) mod turbulence;

@@ -49,6 +49,20 @@ pub(crate) fn domain<const D: usize>(
     Ok(Domain::new(lo, hi, [Axis::OPEN; D], Region::Hull(hull, wall))?)
 }
 
+/// Whether places are in a shape, which may be endless.
+///
+/// # Errors
+/// As for [`solid`], but for those of its extent.
+pub(crate) fn inside<const D: usize>(
+    shape: &ShapeInput,
+    key: &str,
+    formats: &[FormatSpec],
+    conversion: &Conversion,
+) -> Result<impl Fn(&[f64; D]) -> bool + use<D>> {
+    let Made { primitives, tree, .. } = made(shape, key, formats, conversion)?;
+    Ok(move |x: &[f64; D]| tree.contains(&|i| primitives[i].contains(x)))
+}
+
 /// Primitives, what makes one of them, and a box around it.
 struct Made<const D: usize> {
     primitives: Vec<Primitive<D>>,

@@ -42,6 +42,7 @@ impl Scene {
             all.extend(one("domain.cylinder.inner_radius", &cylinder.inner_radius, length));
             all.extend(one("domain.cylinder.length", &cylinder.length, length));
         }
+        all.extend(one("walls.spacing", self.walls.as_ref().and_then(|w| w.spacing.as_ref()), length));
         all.extend(self.orbit.iter().flat_map(|o| o.quantities()).map(|(key, q, d)| (key.to_owned(), q, d)));
         all.extend(one("particle_mass", self.particle_mass.as_ref(), UnitDimension::MASS));
         let turbulent = self.turbulence.as_ref().and_then(|t| t.rms_velocity.as_ref());
@@ -65,6 +66,10 @@ impl Scene {
         let own = self.domain.shape();
         let mut all = Vec::new();
         own.iter().for_each(|shape| shape.quantities("domain", &mut all));
+        if let Some(walls) = &self.walls {
+            walls.around.iter().for_each(|shape| shape.quantities("walls.around", &mut all));
+            walls.without.iter().for_each(|shape| shape.quantities("walls.without", &mut all));
+        }
         all.iter().try_for_each(|(key, quantity, dimension)| each(key, quantity, *dimension))
     }
 

@@ -21,6 +21,7 @@ mod stages;
 mod systems;
 mod turbulence;
 mod units;
+mod walls;
 mod yaml;
 
 pub use balance::{BalanceInput, EquationOfState, GravityName};
@@ -43,6 +44,7 @@ pub use shape::{
 pub use stages::{AfcInput, AlaricInput, CheckpointInput, Polish, SolverInput, WvtInput};
 pub use systems::system_of;
 pub use turbulence::TurbulenceInput;
+pub use walls::WallsInput;
 
 use crate::codes::{SHEETS, TargetCode};
 use crate::error::{Error, Result};
@@ -127,6 +129,9 @@ pub struct Scene {
     /// Materials by distance from the center, from the inside outward; over carried ones.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub material: Vec<MaterialLayer>,
+    /// Particles of solid walls around the fluid.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub walls: Option<WallsInput>,
     /// Several bodies, each a scene of its own, in place of `input` and what goes with it.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub bodies: Vec<BodyInput>,
@@ -229,6 +234,8 @@ impl Scene {
         files.flatten().for_each(in_folder);
         let domains = scene.bodies.iter_mut().map(|b| &mut b.domain).chain([&mut scene.domain]);
         domains.flat_map(DomainInput::files_mut).for_each(in_folder);
+        let shapes = scene.walls.iter_mut().flat_map(|w| [&mut w.around, &mut w.without]).flatten();
+        shapes.flat_map(ShapeInput::files_mut).for_each(in_folder);
         Ok(scene)
     }
 
@@ -393,6 +400,7 @@ impl Scene {
             return Err(Error::scene("output.compression", format!("is {}, expected 0 to 9", self.output.compression)));
         }
         self.domain.validate()?;
+        self.walls.as_ref().map_or(Ok(()), WallsInput::validate)?;
         self.resolution.as_ref().map_or(Ok(()), ResolutionInput::validate)
     }
 

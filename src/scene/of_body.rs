@@ -53,6 +53,7 @@ impl Scene {
             ("material", !self.material.is_empty()),
             ("motion", self.motion != Motion::default()),
             ("checkpoint", !self.checkpoint.is_default()),
+            ("walls", self.walls.is_some()),
         ] {
             if is_given {
                 return Err(Error::scene(key, "cannot stand beside `bodies`; state it for each of them"));
