@@ -216,7 +216,7 @@ fn what_makes_no_domain_is_refused_with_the_reason() {
         (format!("input: {{file: '{file}', density: 1, scale: 1e200}}"), "expected coordinates below"),
         (format!("input: {{file: '{file}', density: 1}}\ndomain: {{ball: {{radius: 1}}}}"), "domain.surface"),
         (format!("input: {{file: '{file}', density: 1, dimension: 2}}"), "input.dimension"),
-        ("input: {expression: '1', scale: 2, dimension: 2}\ndomain: {circle: {radius: 1}}".into(), "input.scale"),
+        ("input: {expression: '1', scale: 2, dimension: 2}\ndomain: {ball: {radius: 1}}".into(), "input.scale"),
         ("input: {expression: '1', dimension: 3}\ndomain: {intersection: [{ball: {radius: 1}}, {ball: {radius: 1, center: [3, 0, 0]}}]}".into(), "empty"),
         ("input: {expression: '1', dimension: 3}\ndomain: {difference: [{ball: {radius: 1}}, {ball: {radius: 2}}]}".into(), "nothing is left"),
         ("input: {expression: '1', dimension: 3}\ndomain: {union: [{half-space: {normal: [1, 0, 0]}}]}".into(), "no end along"),
