@@ -10,15 +10,15 @@ use std::path::PathBuf;
 #[serde(deny_unknown_fields, default)]
 pub struct DomainInput {
     /// Lower and upper corner.
-    #[serde(rename = "box", skip_serializing_if = "Option::is_none")]
+    #[serde(rename = "box", alias = "rectangle", alias = "interval", skip_serializing_if = "Option::is_none")]
     pub bounds: Option<[Vec<Quantity>; 2]>,
-    #[serde(skip_serializing_if = "Option::is_none")]
+    #[serde(alias = "sphere", alias = "circle", skip_serializing_if = "Option::is_none")]
     pub ball: Option<BallInput>,
     #[serde(skip_serializing_if = "Option::is_none")]
     pub cylinder: Option<CylinderInput>,
     #[serde(skip_serializing_if = "Option::is_none")]
     pub torus: Option<TorusInput>,
-    #[serde(skip_serializing_if = "Option::is_none")]
+    #[serde(alias = "ellipse", skip_serializing_if = "Option::is_none")]
     pub ellipsoid: Option<EllipsoidInput>,
     /// What a surface in a file encloses.
     #[serde(skip_serializing_if = "Option::is_none")]
