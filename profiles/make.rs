@@ -2,6 +2,7 @@
 //!
 //! - `star.nc`: n = 3 polytrope of one solar mass and radius (Eddington's standard model of a star), gamma = 5/3.
 //! - `polytrope-1.5.nc`: n = 1.5, a fully convective star of one solar mass and radius.
+//! - `asteroid.stl`: an elongated lump with craters, in units of a kilometer.
 //!
 //! Lane-Emden: theta'' + 2/xi theta' + theta^n = 0, integrated by Runge-Kutta 4; then rho = rho_c theta^n and
 //! P = P_c theta^(n+1), with the central values that belong to mass and radius (Chandrasekhar 1939, ch. IV).
@@ -105,9 +106,72 @@ fn polytrope(index: f64, path: &Path, title: &str) -> Result<(), Box<dyn std::er
     Ok(())
 }
 
+/// Steps around the axis of the asteroid, and from pole to pole.
+const AROUND: usize = 48;
+const ALONG: usize = 24;
+/// Directions of craters with the angle that each spans and its depth, in radians and radii.
+const CRATERS: [([f64; 3], f64, f64); 5] = [
+    ([0.8, 0.6, 0.0], 0.5, 0.12),
+    ([-0.6, 0.48, 0.64], 0.4, 0.1),
+    ([0.0, -0.8, 0.6], 0.6, 0.15),
+    ([0.36, -0.48, -0.8], 0.35, 0.08),
+    ([-0.96, 0.0, -0.28], 0.45, 0.1),
+];
+
+/// A point of the asteroid's surface: an ellipsoid with waves and craters.
+fn asteroid_point(i: usize, j: usize) -> [f64; 3] {
+    let (sin, cos) = (2.0 * PI * (i % AROUND) as f64 / AROUND as f64).sin_cos();
+    let (ring, z) = match j {
+        0 => (0.0, 1.0),
+        ALONG => (0.0, -1.0),
+        _ => (PI * j as f64 / ALONG as f64).sin_cos(),
+    };
+    let way = [ring * cos, ring * sin, z];
+    let waves = 0.06 * (3.0 * way[0]).sin() * (2.0 * way[1]).cos() + 0.05 * (4.0 * way[2] + 1.0).sin();
+    let crater = |(to, span, depth): &([f64; 3], f64, f64)| {
+        let cosine = (0..3).map(|k| to[k] * way[k]).sum::<f64>();
+        let q = cosine.clamp(-1.0, 1.0).acos() / span;
+        if q < 1.0 { -depth * (1.0 - q * q).powi(2) } else { 0.0 }
+    };
+    let radius = 1.0 + waves + CRATERS.iter().map(crater).sum::<f64>();
+    [0.28, 0.16, 0.13]
+        .iter()
+        .zip(way)
+        .map(|(axis, w)| axis * radius * w)
+        .collect::<Vec<_>>()
+        .try_into()
+        .unwrap_or([0.0; 3])
+}
+
+fn asteroid(path: &Path) -> Result<(), Box<dyn std::error::Error>> {
+    let mut triangles: Vec<[[f64; 3]; 3]> = Vec::new();
+    for (i, j) in (0..AROUND).flat_map(|i| (0..ALONG).map(move |j| (i, j))) {
+        let [a, b, c, d] = [(i, j), (i + 1, j), (i + 1, j + 1), (i, j + 1)].map(|(i, j)| asteroid_point(i, j));
+        // At the poles one of the two has no extent.
+        if j > 0 {
+            triangles.push([a, c, b]);
+        }
+        if j + 1 < ALONG {
+            triangles.push([a, d, c]);
+        }
+    }
+    let mut bytes = b"asteroid, km; made by sph-prep's own profiles/make.rs".to_vec();
+    bytes.resize(80, b' ');
+    bytes.extend((triangles.len() as u32).to_le_bytes());
+    for triangle in &triangles {
+        bytes.extend([0; 12]);
+        triangle.iter().flatten().for_each(|v| bytes.extend((*v as f32).to_le_bytes()));
+        bytes.extend([0; 2]);
+    }
+    std::fs::write(path, bytes)?;
+    println!("{}: {} triangles", path.display(), triangles.len());
+    Ok(())
+}
+
 fn main() -> Result<(), Box<dyn std::error::Error>> {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("profiles");
     polytrope(3.0, &folder.join("star.nc"), "n = 3 polytrope of one solar mass and radius")?;
     polytrope(1.5, &folder.join("polytrope-1.5.nc"), "n = 1.5 polytrope of one solar mass and radius")?;
+    asteroid(&folder.join("asteroid.stl"))?;
     Ok(())
 }

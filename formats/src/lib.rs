@@ -35,8 +35,11 @@ pub mod image;
 pub mod mesa;
 pub mod netcdf;
 pub mod numpy;
+pub mod obj;
 pub mod phantom;
+pub mod ply;
 pub mod sph_exa;
+pub mod stl;
 pub mod swift;
 pub mod table;
 pub mod vtk;
@@ -67,8 +70,11 @@ pub static FORMATS: &[FormatSpec] = &[
     mesa::SPEC,
     netcdf::SPEC,
     numpy::SPEC,
+    obj::SPEC,
     phantom::SPEC,
+    ply::SPEC,
     sph_exa::SPEC,
+    stl::SPEC,
     swift::SPEC,
     table::SPEC,
     vtk::SPEC,

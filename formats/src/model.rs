@@ -148,6 +148,9 @@ pub enum Geometry {
     Mesh { dimension: usize, points: Vec<[f64; 3]>, unit: Option<Unit>, cells: Cells },
     /// Bare points (`dimension` 1 to 3; unused components are zero).
     Cloud { dimension: usize, points: Vec<[f64; 3]>, unit: Option<Unit> },
+    /// The surface of a body without anything inside: triangles in 3 dimensions, line segments in 2. `facets` names
+    /// `dimension` points for each, counterclockwise as seen from outside.
+    Surface { dimension: usize, points: Vec<[f64; 3]>, unit: Option<Unit>, facets: Vec<u32> },
 }
 
 impl Geometry {
@@ -160,7 +163,10 @@ impl Geometry {
             (Self::Grid { axes, .. }, Location::Cell) => {
                 axes.iter().map(|a| a.nodes.len().saturating_sub(1).max(1)).product()
             }
-            (Self::Mesh { points, .. } | Self::Cloud { points, .. }, Location::Node) => points.len(),
+            (Self::Mesh { points, .. } | Self::Cloud { points, .. } | Self::Surface { points, .. }, Location::Node) => {
+                points.len()
+            }
+            (Self::Surface { dimension, facets, .. }, Location::Cell) => facets.len() / dimension,
             (Self::Mesh { cells, .. }, Location::Cell) => cells.types.len(),
             (Self::Cloud { .. }, Location::Cell) => 0,
         }
@@ -173,6 +179,7 @@ impl Geometry {
             Self::Grid { .. } => "grid",
             Self::Mesh { .. } => "mesh",
             Self::Cloud { .. } => "point cloud",
+            Self::Surface { .. } => "surface",
         }
     }
 }
@@ -296,6 +303,18 @@ impl Geometry {
             }
             Self::Cloud { dimension, points, .. } => {
                 dimension_within(*dimension, 1).and_then(|()| finite_points(points))
+            }
+            Self::Surface { dimension, points, facets, .. } => {
+                dimension_within(*dimension, 2)?;
+                finite_points(points)?;
+                if facets.is_empty() || !facets.len().is_multiple_of(*dimension) {
+                    let problem = format!("name {} points, expected {dimension} for each", facets.len());
+                    return Err(("facets".into(), problem));
+                }
+                match facets.iter().find(|&&p| p as usize >= points.len()) {
+                    Some(p) => Err(("facets".into(), format!("name point {p}, but there are {}", points.len()))),
+                    None => Ok(()),
+                }
             }
         }
     }

@@ -35,6 +35,7 @@ fn difference(field: &RawField, expected: &str) -> Option<String> {
                 Geometry::Grid { .. } => name == "grid",
                 Geometry::Mesh { .. } => name == "mesh",
                 Geometry::Cloud { .. } => name == "cloud",
+                Geometry::Surface { .. } => name == "surface",
             },
             "axis" => axes.next().is_some_and(|a| a.name == name && close(&a.nodes, &numbers(list))),
             "radii" => matches!(&field.geometry, Geometry::Radial { nodes, .. } if close(nodes, &numbers(rest))),

@@ -46,6 +46,8 @@ mod registry;
 mod snapshots;
 #[cfg(feature = "sph-exa")]
 mod sph_exa;
+#[cfg(all(feature = "stl", feature = "obj", feature = "ply"))]
+mod surfaces;
 mod tables;
 #[cfg(feature = "vtk")]
 mod vtk;

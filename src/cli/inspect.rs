@@ -2,7 +2,7 @@
 
 use super::args::InspectArgs;
 use crate::error::Result;
-use crate::field::natural_dimension;
+use crate::field::{Orientation, natural_dimension, surface_of};
 use crate::input::roles::{Assignment, assign};
 use crate::scene::{Role, parse_mapping};
 use sph_formats::{
@@ -67,6 +67,11 @@ fn describe_field(out: &mut String, field: &RawField, roles: &[Assignment]) -> s
                 named(unit)
             )?;
         }
+        Geometry::Surface { dimension, points, unit, facets } => {
+            let count = facets.len() / dimension;
+            writeln!(out, "  surface          {dimension}-D, {} points, {count} facets{}", points.len(), named(unit))?;
+            describe_surface(out, field, *dimension)?;
+        }
         Geometry::Cloud { dimension, points, unit } => {
             writeln!(out, "  cloud            {dimension}-D, {} points{}", points.len(), named(unit))?;
         }
@@ -87,13 +92,32 @@ fn describe_field(out: &mut String, field: &RawField, roles: &[Assignment]) -> s
             writeln!(out, "  {kind}: variable '{}' {note}", a.variable)?;
         }
     }
-    if field.density.is_none() {
+    if matches!(field.geometry, Geometry::Surface { .. }) {
+        writeln!(out, "  the density inside is for --density to say: a number, or an expression in x, y, z and r")?;
+    } else if field.density.is_none() {
         writeln!(out, "  no variable is taken for the density: name one with --density")?;
     }
     for (key, value) in &field.metadata {
         writeln!(out, "  {key} = {value}")?;
     }
     field.notes.iter().try_for_each(|note| writeln!(out, "  note: {note}"))
+}
+
+/// What the surface encloses, and what is repaired of it.
+fn describe_surface(out: &mut String, field: &RawField, dimension: usize) -> std::fmt::Result {
+    if dimension == 2 { enclosed::<2>(out, field) } else { enclosed::<3>(out, field) }
+}
+
+fn enclosed<const D: usize>(out: &mut String, field: &RawField) -> std::fmt::Result {
+    match surface_of::<D>(&field.path, field.geometry.clone(), &Orientation::default()) {
+        Ok((surface, notes)) => {
+            let ([lo, hi], volume) = (surface.bounds(), surface.volume_estimate());
+            writeln!(out, "  corners          {lo:?} and {hi:?}")?;
+            writeln!(out, "  encloses         {:e}, known to {:.1e}", volume.value, volume.error / volume.value)?;
+            notes.iter().try_for_each(|note| writeln!(out, "  note: {note}"))
+        }
+        Err(error) => writeln!(out, "  warning: {error}"),
+    }
 }
 
 fn describe_particles(out: &mut String, path: &str, file: &ParticleFile) -> std::fmt::Result {

@@ -1,6 +1,7 @@
 //! Fields stated as expressions.
 
 use super::check::point_text;
+use super::quadrature::radical_inverse;
 use super::{CarriedField, CarriedInfo, Expression, ScalarField, Trace};
 use crate::error::{Error, Result};
 use sph::domain::Domain;
@@ -22,6 +23,11 @@ impl<const D: usize> AnalyticField<D> {
     /// See [`Expression::parse`].
     pub fn new(key: &str, text: &str, center: [f64; D]) -> Result<Self> {
         Ok(Self { expression: Expression::parse(key, text, D)?, center })
+    }
+
+    /// The value of an expression without variables.
+    pub(crate) fn constant(&self) -> Option<f64> {
+        self.expression.is_constant().then(|| self.expression.evaluate(&self.center, &self.center))
     }
 
     /// Tries the expression at some thousand points of `domain`, its center and its corners.
@@ -153,16 +159,6 @@ pub(crate) fn probes<const D: usize>(domain: &Domain<D>) -> Vec<[f64; D]> {
     }
     all.retain(|x| domain.region.contains(x));
     all
-}
-
-fn radical_inverse(mut i: usize, base: usize) -> f64 {
-    let (mut value, mut digit) = (0.0, 1.0 / base as f64);
-    while i > 0 {
-        value += digit * (i % base) as f64;
-        i /= base;
-        digit /= base as f64;
-    }
-    value
 }
 
 #[cfg(test)]

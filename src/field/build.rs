@@ -3,6 +3,7 @@
 use super::build_grid::{cartesian, geographic};
 use super::build_input::Input;
 use super::build_radial::radial;
+use super::build_surface::surface;
 use super::check::{point_text, replace_missing};
 use super::cloud::Cloud;
 use super::hull::MeshHull;
@@ -20,7 +21,9 @@ pub fn natural_dimension(raw: &RawField) -> usize {
         Geometry::Radial { .. } => 3,
         Geometry::Grid { coordinates: Coordinates::Geographic, .. } => 3,
         Geometry::Grid { axes, .. } => axes.len(),
-        Geometry::Mesh { dimension, .. } | Geometry::Cloud { dimension, .. } => *dimension,
+        Geometry::Mesh { dimension, .. } | Geometry::Cloud { dimension, .. } | Geometry::Surface { dimension, .. } => {
+            *dimension
+        }
     }
 }
 
@@ -41,6 +44,9 @@ pub fn from_raw<const D: usize>(raw: RawField, options: &FieldOptions<D>) -> Res
 }
 
 fn build<const D: usize>(mut raw: RawField, options: &FieldOptions<D>) -> Result<Source<D>> {
+    if matches!(raw.geometry, Geometry::Surface { .. }) {
+        return surface(&raw.path, raw.geometry, options, Vec::new());
+    }
     let density = take_density(&mut raw, options.density_name.as_deref())?;
     let natural = natural_dimension(&raw);
     if natural != D && !matches!(raw.geometry, Geometry::Radial { .. }) {
@@ -73,6 +79,7 @@ fn build<const D: usize>(mut raw: RawField, options: &FieldOptions<D>) -> Result
         Geometry::Grid { coordinates: Coordinates::Geographic, axes } => geographic(input, &axes),
         Geometry::Mesh { points, cells, .. } => mesh(input, &points, cells),
         Geometry::Cloud { points, .. } => cloud(input, &points),
+        Geometry::Surface { .. } => Err(Error::field("density", "is not that of a surface")),
     }
 }
 

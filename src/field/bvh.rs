@@ -43,6 +43,12 @@ impl<const D: usize> Aabb<D> {
         (0..D).map(|k| (self.hi[k] - self.lo[k]).powi(2)).sum::<f64>().sqrt()
     }
 
+    /// The axis along which it is longest.
+    pub(crate) fn longest(&self) -> usize {
+        let edge = |k: usize| self.hi[k] - self.lo[k];
+        (0..D).fold(0, |best, k| if edge(k) > edge(best) { k } else { best })
+    }
+
     pub(crate) fn contains(&self, x: &[f64; D]) -> bool {
         (0..D).all(|k| x[k] >= self.lo[k] && x[k] <= self.hi[k])
     }
@@ -112,6 +118,45 @@ impl<const D: usize> Bvh<D> {
         self.build(right);
     }
 
+    /// A value for each node: from the items of a leaf, and from the values of both children of the others.
+    pub(crate) fn fold<M>(&self, leaf: impl Fn(&[u32]) -> M, join: impl Fn(&M, &M) -> M) -> Vec<M> {
+        // Children come after their parents.
+        let mut reversed: Vec<M> = Vec::with_capacity(self.nodes.len());
+        let last = self.nodes.len().wrapping_sub(1);
+        for (at, node) in self.nodes.iter().enumerate().rev() {
+            let value = match node.count {
+                0 => join(&reversed[last - at - 1], &reversed[last - node.first as usize]),
+                _ => leaf(&self.items[node.first as usize..(node.first + node.count) as usize]),
+            };
+            reversed.push(value);
+        }
+        reversed.reverse();
+        reversed
+    }
+
+    /// Goes down from the root: `enter` says of a node, by its number and box, whether its items are of interest, which
+    /// `visit` then gets.
+    pub(crate) fn walk(&self, mut enter: impl FnMut(usize, &Aabb<D>) -> bool, mut visit: impl FnMut(u32)) {
+        let mut stack = [0_u32; 64];
+        let mut depth = usize::from(!self.nodes.is_empty());
+        while depth > 0 {
+            depth -= 1;
+            let at = stack[depth] as usize;
+            let node = &self.nodes[at];
+            if !enter(at, &node.bounds) {
+                continue;
+            }
+            if node.count > 0 {
+                let items = &self.items[node.first as usize..(node.first + node.count) as usize];
+                items.iter().for_each(|&item| visit(item));
+            } else {
+                stack[depth] = node.first;
+                stack[depth + 1] = at as u32 + 1;
+                depth += 2;
+            }
+        }
+    }
+
     /// Calls `visit` with the items whose boxes hold `x`, until it returns a value.
     pub(crate) fn find<T>(&self, x: &[f64; D], mut visit: impl FnMut(u32) -> Option<T>) -> Option<T> {
         let mut stack = [0_u32; 64];
@@ -139,12 +184,22 @@ impl<const D: usize> Bvh<D> {
     }
 
     /// The item for which `distance_squared` is smallest, given that no item is nearer than its box.
-    pub(crate) fn nearest(&self, x: &[f64; D], mut distance_squared: impl FnMut(u32) -> f64) -> Option<u32> {
-        let mut best = (f64::INFINITY, None);
-        let mut stack = vec![(0_u32, 0.0)];
+    pub(crate) fn nearest(&self, x: &[f64; D], distance_squared: impl FnMut(u32) -> f64) -> Option<u32> {
+        self.nearest_below(x, f64::INFINITY, distance_squared)
+    }
+
+    /// The same where it is smaller than `limit`.
+    pub(crate) fn nearest_below(
+        &self,
+        x: &[f64; D],
+        limit: f64,
+        mut distance_squared: impl FnMut(u32) -> f64,
+    ) -> Option<u32> {
+        let mut best = (limit, None);
         if self.nodes.is_empty() {
             return None;
         }
+        let mut stack = vec![(0_u32, self.nodes[0].bounds.distance_squared(x))];
         while let Some((at, bound)) = stack.pop() {
             if bound >= best.0 {
                 continue;

@@ -1,7 +1,10 @@
 //! Total mass of any field within any domain.
 
+use super::bvh::Aabb;
+use super::chords::chord_integral;
 use super::cubature::integrate_unit_box;
 use super::piecewise::{Chart, integrate_pieces};
+use super::quadrature::rule;
 use super::{MassEstimate, ScalarField};
 use crate::error::{Error, Result};
 use sph::domain::{Domain, Region};
@@ -13,6 +16,8 @@ const MAX_EVALUATIONS: usize = 6_000_000;
 /// Evaluations that a field of parts is first tried with, and those that its integral by parts takes at most.
 const QUICK_EVALUATIONS: usize = 300_000;
 const MAX_PART_EVALUATIONS: usize = 20_000_000;
+/// Chords of a hull that its integral takes at most.
+const MAX_CHORDS: usize = 60_000;
 /// Pieces whose masses are less well known are of no use.
 const PIECE_TOLERANCE: f64 = 1e-4;
 
@@ -103,6 +108,12 @@ fn by_cubature<const D: usize>(
     let (mean, volume) = match &domain.region {
         Region::Box => (integrate(&|u| field.value(&place(u))), extent.iter().product::<f64>()),
         Region::Hull(hull, _) => {
+            let bounds = Aabb { lo: domain.lo, hi: domain.hi };
+            if let Some(mass) =
+                chord_integral(hull.as_ref(), &bounds, MAX_CHORDS, &|x, chord| along_chord(field, x, &bounds, chord))
+            {
+                return mass;
+            }
             let inside = |u: &[f64; D]| {
                 let x = place(u);
                 if hull.contains(&x) { field.value(&x) } else { 0.0 }
@@ -136,6 +147,34 @@ fn by_cubature<const D: usize>(
     };
     MassEstimate { value: mean.value * volume, error: mean.error * volume }
 }
+
+/// Integral of a field along a chord: Gauss-Legendre, in halves while these change it.
+fn along_chord<const D: usize>(field: &dyn ScalarField<D>, x: &[f64; D], bounds: &Aabb<D>, chord: [f64; 2]) -> f64 {
+    let axis = bounds.longest();
+    let at = |t: f64| {
+        let mut y = *x;
+        y[axis] = t;
+        field.value(&y)
+    };
+    let gauss = |a: f64, b: f64| (b - a) * rule(9).iter().map(|&(t, w)| w * at(a + t * (b - a))).sum::<f64>();
+    let mut open = vec![(chord[0], chord[1], gauss(chord[0], chord[1]), 0)];
+    let mut sum = 0.0;
+    while let Some((a, b, whole, level)) = open.pop() {
+        let middle = 0.5 * (a + b);
+        let halves = [gauss(a, middle), gauss(middle, b)];
+        if level >= MAX_HALVINGS || (halves[0] + halves[1] - whole).abs() <= ALONG * whole.abs() {
+            sum += halves[0] + halves[1];
+        } else {
+            open.push((middle, b, halves[1], level + 1));
+            open.push((a, middle, halves[0], level + 1));
+        }
+    }
+    sum
+}
+
+/// Relative change by which the integral along a chord counts as known, and halvings of it, at most.
+const ALONG: f64 = 1e-10;
+const MAX_HALVINGS: usize = 24;
 
 /// Value at distance `r` from `center` in the direction of `u[1..]`; in one dimension the mean of both sides.
 fn sphere_value<const D: usize>(field: &dyn ScalarField<D>, center: &[f64; D], r: f64, u: &[f64; D]) -> f64 {

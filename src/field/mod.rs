@@ -7,6 +7,7 @@
 //! | grid | multilinear, constant per cell, or limited cubic | closed form; cells for cubic |
 //! | mesh | isoparametric shape functions, constant per cell | exact per cell |
 //! | point cloud | Shepard's weights over the nearest points | adaptive cubature |
+//! | surface | an expression inside | divergence theorem, or chords |
 //! | expression | [`Expression`] | adaptive cubature, across discontinuities and kinks |
 //!
 //! Numbers stay in the file's units and precision. [`Source::scaled`] changes units without copying data.
@@ -19,11 +20,13 @@ mod build;
 mod build_grid;
 mod build_input;
 mod build_radial;
+mod build_surface;
 mod bvh;
 mod carried;
 mod categorical;
 mod centering;
 mod check;
+mod chords;
 mod cloud;
 mod cubature;
 mod curve;
@@ -36,6 +39,7 @@ mod intervals;
 mod mass;
 mod mesh;
 mod options;
+mod orientation;
 mod piecewise;
 mod profile;
 pub(crate) mod quadrature;
@@ -47,8 +51,10 @@ mod scaled;
 mod shapes;
 mod shared;
 mod skin;
+mod solid;
 mod source;
 mod staggering;
+mod surface;
 #[cfg(test)]
 pub(crate) mod testing;
 mod trace;
@@ -56,16 +62,22 @@ mod trace;
 pub(crate) use analytic::probes;
 pub use analytic::{AnalyticCarried, AnalyticField};
 pub use build::{from_raw, natural_dimension};
+pub use build_surface::surface_of;
+pub(crate) use bvh::Aabb;
 pub use carried::{CarriedField, CarriedInfo};
 pub use expression::Expression;
 pub(crate) use expression::Names;
 pub use hull::MeshHull;
 pub use mass::{piece_masses, total_mass};
 pub use options::{Centering, FieldOptions, Interpolation, Missing, Period, Staggering};
+pub use orientation::{Orientation, rotated};
 pub use profile::RadialProfile;
 pub(crate) use rows::mass_columns;
 pub use scalar::{MassEstimate, ScalarField};
 pub(crate) use scaled::in_units_of;
 pub(crate) use shared::{SharedCarried, SharedDensity};
+pub use solid::Solid;
+pub(crate) use solid::{Primitive, Shape, Tree, upright};
 pub use source::{RadialSource, Source};
+pub use surface::Surface;
 pub use trace::{Level, Trace};

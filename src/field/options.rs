@@ -1,5 +1,6 @@
 //! What a scene chooses of an interpolant.
 
+use super::Orientation;
 use sph::domain::Domain;
 
 /// How values between nodes are interpolated.
@@ -96,6 +97,8 @@ pub struct FieldOptions<const D: usize> {
     pub has_mass: bool,
     /// The domain of a point cloud, across whose periodic axes it repeats; `None`: its bounding box.
     pub cloud_domain: Option<Domain<D>>,
+    /// Of the points of a surface.
+    pub orientation: Orientation,
 }
 
 impl<const D: usize> Default for FieldOptions<D> {
@@ -112,6 +115,7 @@ impl<const D: usize> Default for FieldOptions<D> {
             staggering: None,
             has_mass: true,
             cloud_domain: None,
+            orientation: Orientation::default(),
         }
     }
 }

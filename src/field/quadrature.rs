@@ -90,6 +90,17 @@ pub(crate) fn binade(x: f64) -> f64 {
     }
 }
 
+/// Digits of `i` in a base, mirrored at the point: coordinates of Halton's points (1960), from 1 on.
+pub(crate) fn radical_inverse(mut i: usize, base: usize) -> f64 {
+    let (mut value, mut digit) = (0.0, 1.0 / base as f64);
+    while i > 0 {
+        value += digit * (i % base) as f64;
+        i /= base;
+        digit /= base as f64;
+    }
+    value
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

@@ -89,7 +89,7 @@ impl<const D: usize> Skin<D> {
 }
 
 /// One number for all points at the same place.
-fn merge_points<const D: usize>(points: &[[f64; D]]) -> Vec<u32> {
+pub(crate) fn merge_points<const D: usize>(points: &[[f64; D]]) -> Vec<u32> {
     let mut seen: HashMap<[u64; D], u32> = HashMap::with_capacity(points.len());
     points
         .iter()
@@ -140,7 +140,7 @@ fn edge<const D: usize>(from: &[f64; D], to: &[f64; D]) -> SVector<f64, D> {
     SVector::from(*to) - SVector::from(*from)
 }
 
-fn closest_on_facet<const D: usize>(p: &[[f64; D]; D], x: &[f64; D]) -> [f64; D] {
+pub(crate) fn closest_on_facet<const D: usize>(p: &[[f64; D]; D], x: &[f64; D]) -> [f64; D] {
     let at = |k: usize| SVector::from(p[k]);
     match D {
         1 => p[0],

@@ -8,6 +8,8 @@ use crate::field::{
 use crate::input::particles::Snapshot;
 use crate::input::profile;
 use crate::input::roles::{Assignment, adopt_units, apply, assign};
+use crate::input::shapes;
+use crate::input::surfaces::{density_within, refuse_domain_of_a_surface, refuse_orientation};
 use crate::input::units::{InputUnits, RunUnits};
 use crate::scene::{
     BoundaryName, CenteringName, Conversion, CylinderInput, DomainInput, InterpolationName, MissingValues, Quantity,
@@ -126,12 +128,19 @@ pub fn dimension(scene: &Scene, raw: &RawInput) -> Result<usize> {
             let from_domain = scene.domain.bounds.as_ref().map(|b| b[0].len());
             let from_center = scene.domain.ball.as_ref().map(|b| b.center.len()).filter(|&d| d > 0);
             let from_cylinder = scene.domain.cylinder.as_ref().map(|_| 3);
-            asked.or(from_domain).or(from_center).or(from_cylinder).filter(|d| (1..=3).contains(d)).ok_or_else(|| {
-                Error::scene(
-                    "input.dimension",
-                    "is not known: an expression needs `input.dimension`, or a domain with 1 to 3 coordinates",
-                )
-            })
+            let from_shape = scene.domain.shape().and_then(|shape| shape.dimension());
+            asked
+                .or(from_domain)
+                .or(from_center)
+                .or(from_cylinder)
+                .or(from_shape)
+                .filter(|d| (1..=3).contains(d))
+                .ok_or_else(|| {
+                    Error::scene(
+                        "input.dimension",
+                        "is not known: an expression needs `input.dimension`, or a domain with 1 to 3 coordinates",
+                    )
+                })
         }
     }
 }
@@ -144,7 +153,10 @@ pub fn units(scene: &Scene, raw: &RawInput, notes: &mut Vec<String>) -> Result<O
     let (mut length, mut density) = (None, None);
     if let Some(field) = raw.field() {
         length = match &field.geometry {
-            Geometry::Radial { unit, .. } | Geometry::Mesh { unit, .. } | Geometry::Cloud { unit, .. } => unit.clone(),
+            Geometry::Radial { unit, .. }
+            | Geometry::Mesh { unit, .. }
+            | Geometry::Cloud { unit, .. }
+            | Geometry::Surface { unit, .. } => unit.clone(),
             // Longitude and latitude have no unit of length.
             Geometry::Grid { axes, .. } => axes.iter().find_map(|a| a.unit.clone()),
         };
@@ -152,6 +164,7 @@ pub fn units(scene: &Scene, raw: &RawInput, notes: &mut Vec<String>) -> Result<O
     }
     length = named_unit("input.length_unit", scene.input.length_unit.as_deref(), UnitDimension::LENGTH)?
         .or(length.filter(|u| u.dimension == UnitDimension::LENGTH));
+    density = density_within(scene, raw.field()).and_then(|(_, unit)| unit).or(density);
     density = named_unit("input.density_unit", scene.input.density_unit.as_deref(), UnitDimension::mass_density(3))?
         .or(density.filter(|u| u.dimension == UnitDimension::mass_density(3)));
     let time = if let RawInput::Snapshot(snapshot) = raw { snapshot.time_unit } else { 1.0 };
@@ -205,23 +218,48 @@ pub struct Ingested<const D: usize> {
 ///
 /// # Errors
 /// A field that is no density, or a domain that does not fit it.
-pub fn source<const D: usize>(scene: &Scene, mut raw: RawInput, units: &RunUnits) -> Result<Ingested<D>> {
+pub fn source<const D: usize>(
+    scene: &Scene,
+    formats: &[FormatSpec],
+    mut raw: RawInput,
+    units: &RunUnits,
+) -> Result<Ingested<D>> {
     let conversion = &units.into_input();
     let walls = boundaries::<D>(&scene.domain)?;
     let mut options = field_options(scene, &walls, conversion)?;
     let variables = match &mut raw {
+        RawInput::File(field) if matches!(field.geometry, Geometry::Surface { .. }) => {
+            refuse_domain_of_a_surface(&scene.domain)?;
+            Vec::new()
+        }
         RawInput::File(field) => give_roles(scene, field, &mut options, units)?,
         RawInput::Snapshot(snapshot) => give_roles(scene, &mut snapshot.field, &mut options, units)?,
         RawInput::Expression(_) => Vec::new(),
     };
+    let density = density_within(scene, raw.field());
+    let mut notes = Vec::new();
+    let stated = match scene.domain.shape() {
+        Some(_) if walls.contains(&Some(BoundaryName::Periodic)) => {
+            let problem = "is periodic, which only a box and the axis of a cylinder can be";
+            return Err(Error::scene("domain.boundary", problem));
+        }
+        Some(shape) => Some(shapes::domain::<D>(&shape, formats, (surface(walls[0]), conversion), &mut notes)?),
+        None => scene_domain::<D>(&scene.domain, &walls, conversion)?,
+    };
     let mut source = match raw {
-        RawInput::File(field) => from_raw(*field, &options)?,
+        RawInput::File(field) => {
+            refuse_orientation(scene, &field)?;
+            if let Some((number, _)) = density {
+                options.density_name = Some(number);
+            }
+            from_raw(*field, &options)?
+        }
         RawInput::Snapshot(snapshot) => resampled(*snapshot, options)?,
         RawInput::Expression(text) => {
-            let domain = scene_domain::<D>(&scene.domain, &walls, conversion)?.ok_or_else(|| {
+            let domain = stated.clone().ok_or_else(|| {
                 Error::scene(
                     "domain",
-                    "is missing: an expression needs a `box`, a `ball` or a `cylinder` to be evaluated in",
+                    "is missing: an expression needs a `box`, a `ball`, a `cylinder` or another shape to be evaluated in",
                 )
             })?;
             let density = AnalyticField::<D>::new("input.expression", &text, domain.center())?;
@@ -237,7 +275,8 @@ pub fn source<const D: usize>(scene: &Scene, mut raw: RawInput, units: &RunUnits
         }
     };
     let mut input_mass = None;
-    match scene_domain::<D>(&scene.domain, &walls, conversion)? {
+    source.notes.extend(notes);
+    match stated {
         Some(domain) => {
             source.domain = domain;
             input_mass = source.mass.take().map(|mass| mass.value);
@@ -318,6 +357,7 @@ fn field_options<const D: usize>(
         },
         stated_box,
         carried: scene.input.carry.clone(),
+        orientation: scene.input.orientation(),
         staggering: match scene.input.staggering {
             StaggeringName::Auto => None,
             StaggeringName::Nodes => Some(Staggering::Nodes),

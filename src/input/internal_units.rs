@@ -57,7 +57,7 @@ impl<const D: usize> Prepared<D> {
         (raw, units): (RawInput, &RunUnits),
         count: usize,
     ) -> Result<Self> {
-        let Ingested { source, variables, input_mass } = ingest::source::<D>(scene, raw, units)?;
+        let Ingested { source, variables, input_mass } = ingest::source::<D>(scene, formats, raw, units)?;
         let mut source = fields::attach(scene, source, &units.into_input())?;
         let keep = scene.input.atmosphere == Atmosphere::Keep || scene.has_own_resolution();
         let atmosphere = atmosphere::cut(&mut source, count, keep);

@@ -11,6 +11,8 @@ pub(crate) mod internal_units;
 pub mod particles;
 pub(crate) mod profile;
 pub(crate) mod roles;
+pub(crate) mod shapes;
+mod surfaces;
 pub(crate) mod thermal;
 pub(crate) mod turbulence;
 pub mod units;

@@ -53,7 +53,7 @@ impl<const D: usize> Measured<D> {
             support[i as usize] = s.support;
             sums[i as usize] = s.sums;
         }
-        let interior = parallel::map(n, |i| domain.distance_to_edge(&at(positions, i)) >= support[i]);
+        let interior = parallel::map(n, |i| !domain.is_edge_within(&at(positions, i), support[i]));
         Self { support, sums, interior, tree, ghosts }
     }
 
@@ -104,7 +104,7 @@ impl<const D: usize> Measured<D> {
             let x = at(positions, i);
             let wanted = target.number_density(&x);
             let support = target.support(wanted, ratio);
-            *inside = target.domain.distance_to_edge(&x) >= support && target.sharpness(&x, wanted, support) < 1.0;
+            *inside = !target.domain.is_edge_within(&x, support) && target.sharpness(&x, wanted, support) < 1.0;
         });
     }
 }

@@ -4,3 +4,4 @@ pub mod columns;
 pub mod frame;
 pub(crate) mod parameters;
 pub mod particle_file;
+pub(crate) mod walls;

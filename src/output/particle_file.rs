@@ -2,6 +2,7 @@
 
 use super::columns::{self, EnergySource, KnownEnergy};
 use super::frame::{Factors, Frame, radial_in};
+use super::walls::{Fluid, Walls};
 use crate::error::Result;
 use crate::input::internal_units::Prepared;
 use crate::scene::{CheckpointInput, Conversion, Quantity, Scene, values};
@@ -58,11 +59,16 @@ pub(crate) fn particle_file<const D: usize>(
     prepared: &Prepared<D>,
     raw: RawColumns<'_, D>,
     (units, factors): (UnitSystem, &Factors),
+    walls: Option<&Walls<D>>,
     making: &Making<'_>,
 ) -> Result<Made> {
     let domain = &prepared.source.domain;
     let n = raw.masses.len();
-    let frame = Frame::new(domain, scene.output.box_factor);
+    let frame = match walls {
+        Some(walls) => Frame::new(&walls.frame, 1.0),
+        None => Frame::new(domain, scene.output.box_factor),
+    };
+    let fluid = Fluid::of(&raw.density, &raw.support, factors);
     let (mut notes, mut left_out) = (Vec::new(), Vec::new());
     if frame.isolated {
         notes.push(format!(
@@ -135,7 +141,11 @@ pub(crate) fn particle_file<const D: usize>(
         kernel_neighbors: making.kernel_neighbors,
         provenance: provenance(scene, &making.stop, (making.kernel, making.kernel_neighbors)),
     };
-    let species = vec![Species { part_type: 0, table: ParticleTable { count: n, columns: all } }];
+    let mut species = vec![Species { part_type: 0, table: ParticleTable { count: n, columns: all } }];
+    if let Some(walls) = walls {
+        notes.push(walls.describe(factors.length));
+        species.push(walls.species(frame.coordinates(&walls.positions(), factors.length), factors.length, &fluid));
+    }
     Ok(Made { file: ParticleFile { header, species }, notes, left_out })
 }
 

@@ -30,7 +30,7 @@ pub(super) fn interior<const D: usize>(
 ) -> Option<Vec<bool>> {
     let n = support.len();
     let inside = parallel::map(n, |i| {
-        weights.is_none_or(|w| w[i] > 0.5) && domain.distance_to_edge(&at(positions, i)) >= support[i]
+        weights.is_none_or(|w| w[i] > 0.5) && !domain.is_edge_within(&at(positions, i), support[i])
     });
     let count = parallel::count(n, |i| inside[i]);
     (count < n && count > n / 10).then_some(inside)

@@ -22,6 +22,7 @@ use crate::metrics::Detail;
 use crate::metrics::{DensityError, Outcome, Thermodynamics};
 use crate::output::frame::{Factors, Frame, output_units};
 use crate::output::particle_file::{Made, Making, RawColumns, particle_file};
+use crate::output::walls::Walls;
 #[cfg(feature = "plots")]
 use crate::page::{Seen, Side};
 use crate::relaxation::{
@@ -188,18 +189,19 @@ impl Run<'_> {
         }
         memory::check(count, &plan.stages)?;
         self.warnings.extend(doubts::before(self.scene, &prepared, count));
-        self.refuse_box(&prepared)?;
+        let walls = Walls::new(self.scene, self.formats, &prepared, &self.units.into_input())?;
+        self.refuse_box(&prepared, walls.as_ref())?;
         self.check()?;
         let equilibrium = hydrostatics.as_ref().map(|h| h as &dyn Equilibrium<D>);
         let setting = Setting::new(self.scene, target, equilibrium, self.control);
         let placed = stages::place(&setting, &mut plan)?;
-        self.measure(&setting, &prepared, hydrostatics.as_ref(), placed, plan)
+        self.measure(&setting, (&prepared, walls.as_ref()), hydrostatics.as_ref(), placed, plan)
     }
 
     fn measure<const D: usize>(
         mut self,
         setting: &Setting<'_, D>,
-        prepared: &Prepared<D>,
+        (prepared, walls): (&Prepared<D>, Option<&Walls<D>>),
         hydrostatics: Option<&Hydrostatics<'_, D>>,
         placed: Placed<D>,
         mut plan: Plan,
@@ -272,7 +274,8 @@ impl Run<'_> {
             units_known: self.units.input.is_some(),
             conversion: self.units.into_output(&units),
         };
-        let Made { file, notes, left_out } = particle_file(self.scene, prepared, raw, (units, &factors), &making)?;
+        let Made { file, notes, left_out } =
+            particle_file(self.scene, prepared, raw, (units, &factors), walls, &making)?;
         self.notes.extend(notes);
         left_out.into_iter().for_each(|(what, why)| plan.drop(what, why));
         let format = self.format.map(|f| (f.name, f.capabilities.columns));
@@ -328,9 +331,12 @@ impl Run<'_> {
     }
 
     /// What the format says of the box of the output.
-    fn refuse_box<const D: usize>(&self, prepared: &Prepared<D>) -> Result<()> {
+    fn refuse_box<const D: usize>(&self, prepared: &Prepared<D>, walls: Option<&Walls<D>>) -> Result<()> {
         let Some(format) = self.format.filter(|f| f.capabilities.cubic_box) else { return Ok(()) };
-        let frame = Frame::new(&prepared.source.domain, self.scene.output.box_factor);
+        let frame = match walls {
+            Some(walls) => Frame::new(&walls.frame, 1.0),
+            None => Frame::new(&prepared.source.domain, self.scene.output.box_factor),
+        };
         let used = &frame.box_size[..D];
         let unit = prepared.length;
         if used.iter().all(|edge| *edge == used[0]) {

@@ -42,6 +42,7 @@ impl Scene {
             all.extend(one("domain.cylinder.inner_radius", &cylinder.inner_radius, length));
             all.extend(one("domain.cylinder.length", &cylinder.length, length));
         }
+        all.extend(one("walls.spacing", self.walls.as_ref().and_then(|w| w.spacing.as_ref()), length));
         all.extend(self.orbit.iter().flat_map(|o| o.quantities()).map(|(key, q, d)| (key.to_owned(), q, d)));
         all.extend(one("particle_mass", self.particle_mass.as_ref(), UnitDimension::MASS));
         let turbulent = self.turbulence.as_ref().and_then(|t| t.rms_velocity.as_ref());
@@ -60,12 +61,25 @@ impl Scene {
         all
     }
 
+    /// Does something with each quantity of the domain's shapes.
+    fn of_shapes(&self, each: &dyn Fn(&str, &Quantity, UnitDimension) -> Result<()>) -> Result<()> {
+        let own = self.domain.shape();
+        let mut all = Vec::new();
+        own.iter().for_each(|shape| shape.quantities("domain", &mut all));
+        if let Some(walls) = &self.walls {
+            walls.around.iter().for_each(|shape| shape.quantities("walls.around", &mut all));
+            walls.without.iter().for_each(|shape| shape.quantities("walls.without", &mut all));
+        }
+        all.iter().try_for_each(|(key, quantity, dimension)| each(key, quantity, *dimension))
+    }
+
     /// Whether all quantities are numbers, with units that fit where they have units.
     ///
     /// # Errors
     /// [`Error::Scene`] with the first that is not.
     pub(super) fn check_quantities(&self) -> Result<()> {
         self.quantities().iter().try_for_each(|(key, quantity, dimension)| quantity.check(key, *dimension))?;
+        self.of_shapes(&|key, quantity, dimension| quantity.check(key, dimension))?;
         // Radii in units alike can be compared at once, others when the input's units are known.
         self.check_layers(&Conversion::NONE).or_else(|error| {
             let radii = || self.material.iter().filter_map(|layer| layer.radius.as_ref());
@@ -83,6 +97,7 @@ impl Scene {
         for (key, quantity, dimension) in self.quantities() {
             quantity.value(&key, dimension, conversion)?;
         }
+        self.of_shapes(&|key, quantity, dimension| quantity.value(key, dimension, conversion).map(|_| ()))?;
         self.check_layers(conversion)
     }
 

@@ -1,23 +1,51 @@
 //! The `domain` section of a scene.
 
-use super::Quantity;
+use super::{BallInput, CylinderInput, EllipsoidInput, Quantity, RotateInput, ShapeInput, SurfaceInput, TorusInput};
+use crate::error::{Error, Result};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
+use std::path::PathBuf;
 
-/// Where particles may be. By default all of the input; expressions need a box or a ball.
+/// Where particles may be. By default all of the input; expressions need one of its keys.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct DomainInput {
     /// Lower and upper corner.
     #[schemars(extend("x-unit" = "length"), example = serde_json::json!([[0, 0, 0], [1, 1, 1]]))]
-    #[serde(rename = "box", skip_serializing_if = "Option::is_none")]
+    #[serde(rename = "box", alias = "rectangle", alias = "interval", skip_serializing_if = "Option::is_none")]
     pub bounds: Option<[Vec<Quantity>; 2]>,
     #[schemars(example = serde_json::json!({"radius": 1}))]
-    #[serde(skip_serializing_if = "Option::is_none")]
+    #[serde(alias = "sphere", alias = "circle", skip_serializing_if = "Option::is_none")]
     pub ball: Option<BallInput>,
     #[schemars(example = serde_json::json!({"radius": 1, "length": 2}))]
     #[serde(skip_serializing_if = "Option::is_none")]
     pub cylinder: Option<CylinderInput>,
+    #[schemars(example = serde_json::json!({"radius": 1, "tube_radius": 0.3}))]
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub torus: Option<TorusInput>,
+    #[schemars(example = serde_json::json!({"radii": [1, 1, 0.5]}))]
+    #[serde(alias = "ellipse", skip_serializing_if = "Option::is_none")]
+    pub ellipsoid: Option<EllipsoidInput>,
+    /// What a surface in a file encloses.
+    #[schemars(example = serde_json::json!({"file": "tank.stl"}))]
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub surface: Option<SurfaceInput>,
+    /// A shape turned about a point.
+    #[schemars(example = serde_json::json!({"by": [0, 0, 30], "shape": {"box": [[0, 0, 0], [1, 1, 1]]}}))]
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub rotate: Option<RotateInput>,
+    /// All shapes of a list together.
+    #[schemars(example = serde_json::json!([{"ball": {"center": [0, 0, 0], "radius": 1}}, {"box": [[0, 0, 0], [1, 1, 1]]}]))]
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub union: Option<Vec<ShapeInput>>,
+    /// What they have in common.
+    #[schemars(example = serde_json::json!([{"ball": {"center": [0, 0, 0], "radius": 1}}, {"box": [[0, 0, 0], [1, 1, 1]]}]))]
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub intersection: Option<Vec<ShapeInput>>,
+    /// The first without the others.
+    #[schemars(example = serde_json::json!([{"ball": {"center": [0, 0, 0], "radius": 1}}, {"box": [[0, 0, 0], [1, 1, 1]]}]))]
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub difference: Option<Vec<ShapeInput>>,
     /// One for all axes, or one each; the surface of a ball or hull takes the first, that of a cylinder the first across
     /// its axis. By default open.
     #[schemars(schema_with = "super::schema::one_or_many::<BoundaryName>", example = &"periodic")]
@@ -25,54 +53,59 @@ pub struct DomainInput {
     pub boundary: Vec<BoundaryName>,
 }
 
-/// A ball, disc or interval, or a shell.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
-pub struct BallInput {
-    /// The origin by default.
-    #[schemars(extend("x-unit" = "length"))]
-    #[serde(default)]
-    pub center: Vec<Quantity>,
-    /// Half the length of an interval in 1-D.
-    #[schemars(extend("x-unit" = "length"))]
-    pub radius: Quantity,
-    /// What is within is left free: 0 by default.
-    #[schemars(extend("x-unit" = "length"))]
-    #[serde(default)]
-    pub inner_radius: Quantity,
-}
+impl DomainInput {
+    /// The shape, where the domain is neither a box nor a ball nor a cylinder.
+    pub fn shape(&self) -> Option<ShapeInput> {
+        let some = |parts: &Option<Vec<ShapeInput>>, make: fn(Vec<ShapeInput>) -> ShapeInput| parts.clone().map(make);
+        some(&self.union, ShapeInput::Union)
+            .or_else(|| some(&self.intersection, ShapeInput::Intersection))
+            .or_else(|| some(&self.difference, ShapeInput::Difference))
+            .or_else(|| self.torus.clone().map(ShapeInput::Torus))
+            .or_else(|| self.ellipsoid.clone().map(ShapeInput::Ellipsoid))
+            .or_else(|| self.surface.clone().map(ShapeInput::Surface))
+            .or_else(|| self.rotate.clone().map(ShapeInput::Rotate))
+    }
 
-/// A cylinder or a tube, in three dimensions.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
-pub struct CylinderInput {
-    /// The middle of its axis; the origin by default.
-    #[schemars(extend("x-unit" = "length"))]
-    #[serde(default)]
-    pub center: Vec<Quantity>,
-    /// Along which it stands.
-    #[serde(default)]
-    pub axis: AxisName,
-    /// Across its axis.
-    #[schemars(extend("x-unit" = "length"))]
-    pub radius: Quantity,
-    /// That of the hole in a tube; 0 by default.
-    #[schemars(extend("x-unit" = "length"))]
-    #[serde(default)]
-    pub inner_radius: Quantity,
-    /// Along its axis.
-    #[schemars(extend("x-unit" = "length"))]
-    pub length: Quantity,
-}
+    /// The files of surfaces in it.
+    pub(super) fn files_mut(&mut self) -> Vec<&mut PathBuf> {
+        let lists = [&mut self.union, &mut self.intersection, &mut self.difference];
+        let mut files: Vec<&mut PathBuf> =
+            lists.into_iter().flatten().flatten().flat_map(ShapeInput::files_mut).collect();
+        files.extend(self.surface.as_mut().map(|s| &mut s.file));
+        files.extend(self.rotate.as_mut().into_iter().flat_map(|r| r.shape.files_mut()));
+        files
+    }
 
-/// A coordinate axis.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize, JsonSchema)]
-#[serde(rename_all = "kebab-case")]
-pub enum AxisName {
-    X,
-    Y,
-    #[default]
-    Z,
+    /// How many of the keys that say where particles may be are there.
+    pub(super) fn extents(&self) -> usize {
+        let given = [
+            self.bounds.is_some(),
+            self.ball.is_some(),
+            self.cylinder.is_some(),
+            self.torus.is_some(),
+            self.ellipsoid.is_some(),
+            self.surface.is_some(),
+            self.rotate.is_some(),
+            self.union.is_some(),
+            self.intersection.is_some(),
+            self.difference.is_some(),
+        ];
+        given.into_iter().filter(|given| *given).count()
+    }
+
+    /// Whether it says where particles may be, beside what the boundaries do.
+    pub fn has_extent(&self) -> bool {
+        self.extents() > 0
+    }
+
+    pub(super) fn validate(&self) -> Result<()> {
+        if self.extents() > 1 {
+            let problem = "names more than one of `box`, `ball`, `cylinder` and other shapes; give one, or combine them in `union`, \
+                           `intersection` or `difference`";
+            return Err(Error::scene("domain", problem));
+        }
+        self.shape().map_or(Ok(()), |shape| shape.validate("domain"))
+    }
 }
 
 /// What lies beyond a face or a surface.

@@ -1,6 +1,8 @@
 //! The `input` section of a scene.
 
 use super::{ProfileInput, Quantity};
+use crate::error::{Error, Result};
+use crate::field::Orientation;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use std::path::PathBuf;
@@ -25,7 +27,7 @@ pub struct Input {
     #[schemars(example = &"mesa")]
     #[serde(skip_serializing_if = "Option::is_none")]
     pub format: Option<String>,
-    /// Variable that is the mass density.
+    /// Variable that is the mass density; within a surface a number, or an expression in x, y, z and r.
     #[schemars(example = &"rho")]
     #[serde(skip_serializing_if = "Option::is_none")]
     pub density: Option<String>,
@@ -59,11 +61,58 @@ pub struct Input {
     #[schemars(example = &"kg/m^3")]
     #[serde(skip_serializing_if = "Option::is_none")]
     pub density_unit: Option<String>,
+    /// Factor on the coordinates of a surface, or one for each axis.
+    #[schemars(schema_with = "super::schema::one_or_many::<f64>", example = 0.01)]
+    #[serde(skip_serializing_if = "Vec::is_empty", deserialize_with = "super::yaml::one_or_many_numbers")]
+    pub scale: Vec<f64>,
+    /// Degrees by which a surface is turned about the axes x, y and z, in this order; in 2-D one number.
+    #[schemars(schema_with = "super::schema::one_or_many::<f64>", example = serde_json::json!([0, 0, 30]))]
+    #[serde(skip_serializing_if = "Vec::is_empty", deserialize_with = "super::yaml::one_or_many_numbers")]
+    pub rotate: Vec<f64>,
     pub atmosphere: Atmosphere,
     /// Radius of the planet from whose surface a grid's depth or height counts; a plain number is in the unit of that axis.
     #[schemars(extend("x-unit" = "length"), example = &"6371 km")]
     #[serde(skip_serializing_if = "Option::is_none")]
     pub planet_radius: Option<Quantity>,
+}
+
+impl Input {
+    /// How a surface is scaled and turned, where [`Self::validate_orientation`] has no objection.
+    pub(crate) fn orientation(&self) -> Orientation {
+        orientation(&self.scale, &self.rotate)
+    }
+
+    pub(super) fn validate_orientation(&self) -> Result<()> {
+        if self.file.is_none() && !(self.scale.is_empty() && self.rotate.is_empty()) {
+            let key = if self.scale.is_empty() { "input.rotate" } else { "input.scale" };
+            return Err(Error::scene(key, "is of a surface in a `file`; leave it out"));
+        }
+        validate_orientation("input", &self.scale, &self.rotate)
+    }
+}
+
+/// One factor for all axes or one each; angles about x, y and z, or about z alone.
+pub(crate) fn orientation(scale: &[f64], rotate: &[f64]) -> Orientation {
+    let of = |values: &[f64], k: usize| values.get(k).copied();
+    Orientation {
+        scale: std::array::from_fn(|k| if scale.len() == 1 { scale[0] } else { of(scale, k).unwrap_or(1.0) }),
+        rotate: match rotate {
+            [angle] => [0.0, 0.0, *angle],
+            _ => std::array::from_fn(|k| of(rotate, k).unwrap_or(0.0)),
+        },
+    }
+}
+
+pub(super) fn validate_orientation(key: &str, scale: &[f64], rotate: &[f64]) -> Result<()> {
+    if !(scale.len() <= 3 && scale.iter().all(|s| s.is_finite() && *s != 0.0)) {
+        let problem = format!("is {scale:?}, expected a factor that is not 0, or one for each axis");
+        return Err(Error::scene(format!("{key}.scale"), problem));
+    }
+    if !([0, 1, 3].contains(&rotate.len()) && rotate.iter().all(|angle| angle.is_finite())) {
+        let problem = format!("is {rotate:?}, expected three angles in degrees about x, y and z, or in 2-D one");
+        return Err(Error::scene(format!("{key}.rotate"), problem));
+    }
+    Ok(())
 }
 
 /// Interpolation on grids.

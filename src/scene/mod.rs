@@ -19,18 +19,21 @@ pub mod reference;
 mod resolution;
 mod role;
 mod schema;
+mod shape;
 mod stages;
 mod systems;
 mod turbulence;
 mod units;
+mod walls;
 mod yaml;
 
 pub use balance::{BalanceInput, EquationOfState, GravityName};
 pub(crate) use bodies::in_body;
 pub use bodies::{BodyInput, OrbitInput};
 pub use count::parse_count;
-pub use domain::{AxisName, BallInput, BoundaryName, CylinderInput, DomainInput};
+pub use domain::{BoundaryName, DomainInput};
 pub use fields::{FieldValue, FieldsInput, Term};
+pub(crate) use input::orientation;
 pub use input::{Atmosphere, CenteringName, Input, InterpolationName, MissingValues, StaggeringName};
 pub use physics::{MaterialLayer, Motion, Thermal};
 pub use planet::{LayerInput, MaterialInput, PlanetInput, ThermalState};
@@ -38,9 +41,14 @@ pub use profile::ProfileInput;
 pub use quantity::{Conversion, Quantity, check_all, values};
 pub use resolution::ResolutionInput;
 pub use role::{Part, Role, Vector, parse_mapping};
+pub use shape::{
+    AxisName, BallInput, CylinderInput, EllipsoidInput, HalfSpaceInput, RotateInput, ShapeInput, SurfaceInput,
+    TorusInput,
+};
 pub use stages::{AfcInput, AlaricInput, CheckpointInput, Order, Polish, SolverInput, WvtInput};
 pub use systems::system_of;
 pub use turbulence::TurbulenceInput;
+pub use walls::WallsInput;
 
 use crate::codes::{SHEETS, TargetCode};
 use crate::error::{Error, Result};
@@ -145,6 +153,10 @@ pub struct Scene {
     #[schemars(example = serde_json::json!([{"id": 402, "radius": 0.5}, {"id": 400}]))]
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub material: Vec<MaterialLayer>,
+    /// Particles of solid walls around the fluid.
+    #[schemars(example = serde_json::json!({"layers": 3}))]
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub walls: Option<WallsInput>,
     /// Several bodies, each a scene of its own, in place of `input` and what goes with it.
     #[schemars(example = serde_json::json!([{"input": {"file": "star.nc"}, "position": [0, 0, 0]}]))]
     #[serde(skip_serializing_if = "Vec::is_empty")]
@@ -253,14 +265,18 @@ impl Scene {
         let of_bodies =
             scene.bodies.iter_mut().flat_map(|b| [Some(&mut b.input.file), b.resolution.as_mut().map(|r| &mut r.file)]);
         let files = own.into_iter().chain(of_bodies).flatten().chain([&mut scene.cache]);
-        let join = |file: &mut PathBuf| {
+        let in_folder = |file: &mut PathBuf| {
             if file.is_relative() {
                 *file = folder.join(&*file);
             }
         };
-        files.flatten().for_each(join);
+        files.flatten().for_each(in_folder);
+        let domains = scene.bodies.iter_mut().map(|b| &mut b.domain).chain([&mut scene.domain]);
+        domains.flat_map(DomainInput::files_mut).for_each(in_folder);
+        let shapes = scene.walls.iter_mut().flat_map(|w| [&mut w.around, &mut w.without]).flatten();
+        shapes.flat_map(ShapeInput::files_mut).for_each(in_folder);
         let inputs = std::iter::once(&mut scene.input).chain(scene.bodies.iter_mut().map(|b| &mut b.input));
-        inputs.filter_map(|input| input.profile.as_mut()).flat_map(ProfileInput::files_mut).for_each(join);
+        inputs.filter_map(|input| input.profile.as_mut()).flat_map(ProfileInput::files_mut).for_each(in_folder);
         Ok(scene)
     }
 
@@ -314,6 +330,7 @@ impl Scene {
     pub fn validate(&self) -> Result<()> {
         self.target_code.as_deref().map_or(Ok(()), |code| TargetCode::parse(code).map(|_| ()))?;
         self.check_input()?;
+        self.input.validate_orientation()?;
         self.check_stages()?;
         self.stated_units()?;
         self.check_quantities()?;
@@ -424,10 +441,8 @@ impl Scene {
         if self.output.compression > 9 {
             return Err(Error::scene("output.compression", format!("is {}, expected 0 to 9", self.output.compression)));
         }
-        let DomainInput { bounds, ball, cylinder, .. } = &self.domain;
-        if [bounds.is_some(), ball.is_some(), cylinder.is_some()].into_iter().filter(|given| *given).count() > 1 {
-            return Err(Error::scene("domain", "names more than one of `box`, `ball` and `cylinder`; give one"));
-        }
+        self.domain.validate()?;
+        self.walls.as_ref().map_or(Ok(()), WallsInput::validate)?;
         self.resolution.as_ref().map_or(Ok(()), ResolutionInput::validate)
     }
 

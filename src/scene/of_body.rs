@@ -54,12 +54,13 @@ impl Scene {
             ("material", !self.material.is_empty()),
             ("motion", self.motion != Motion::default()),
             ("checkpoint", !self.checkpoint.is_default()),
+            ("walls", self.walls.is_some()),
         ] {
             if is_given {
                 return Err(Error::scene(key, "cannot stand beside `bodies`; state it for each of them"));
             }
         }
-        if self.domain.ball.is_some() || self.domain.cylinder.is_some() {
+        if self.domain.has_extent() && self.domain.bounds.is_none() {
             return Err(Error::scene("domain", "of a scene with `bodies` is a `box`, or left out"));
         }
         for (i, body) in self.bodies.iter().enumerate() {

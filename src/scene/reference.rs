@@ -50,7 +50,7 @@ impl Key {
 pub fn keys() -> Vec<Key> {
     let schema = Scene::schema();
     let reader = Reader { definitions: &schema["$defs"] };
-    reader.keys_of(&schema, &[])
+    reader.keys_of(&schema, &[], &[])
 }
 
 struct Reader<'a> {
@@ -78,11 +78,18 @@ impl<'a> Reader<'a> {
         schema
     }
 
-    fn keys_of(&self, object: &'a Value, path: &Path) -> Vec<Key> {
+    /// `above` are the objects that it is within: a shape of which others are made may hold itself, and is listed once.
+    fn keys_of(&self, object: &'a Value, path: &Path, above: &[&'a Value]) -> Vec<Key> {
+        if above.iter().any(|one| std::ptr::eq(*one, object)) {
+            return Vec::new();
+        }
+        let above: Vec<&'a Value> = above.iter().copied().chain([object]).collect();
         let required = |name: &str| object["required"].as_array().is_some_and(|r| r.iter().any(|n| n == name));
         if let Some(properties) = object["properties"].as_object() {
-            let mut keys: Vec<Key> =
-                properties.iter().map(|(name, schema)| self.key(name, schema, path, required(name))).collect();
+            let mut keys: Vec<Key> = properties
+                .iter()
+                .map(|(name, schema)| self.key(name, schema, path, (required(name), &above)))
+                .collect();
             let order = order(path);
             keys.sort_by_key(|key| order.iter().position(|name| name == key.name()).unwrap_or(usize::MAX));
             return keys;
@@ -92,7 +99,7 @@ impl<'a> Reader<'a> {
         tagged
             .flat_map(|one| one["properties"].as_object().into_iter().flatten().map(move |p| (one, p)))
             .map(|(one, (name, schema))| {
-                let mut key = self.key(name, schema, path, false);
+                let mut key = self.key(name, schema, path, (false, &above));
                 if let Some(text) = one["description"].as_str() {
                     key.description = plain(text);
                 }
@@ -101,13 +108,13 @@ impl<'a> Reader<'a> {
             .collect()
     }
 
-    fn key(&self, name: &str, schema: &'a Value, path: &Path, is_required: bool) -> Key {
+    fn key(&self, name: &str, schema: &'a Value, path: &Path, (is_required, above): (bool, &[&'a Value])) -> Key {
         let inner = self.resolved(schema);
         let items = inner["items"].is_object().then(|| self.resolved(&inner["items"]));
         let is_list = items.is_some_and(|i| i["properties"].is_object());
         let path: Vec<(String, bool)> = path.iter().cloned().chain([(name.to_owned(), is_list)]).collect();
         let with_keys = items.filter(|_| is_list).unwrap_or(inner);
-        let keys = self.keys_of(with_keys, &path);
+        let keys = self.keys_of(with_keys, &path, above);
         let text = schema["description"].as_str().or(inner["description"].as_str());
         let text = text.or(with_keys["description"].as_str()).unwrap_or("");
         let unit = schema["x-unit"].as_str().map(str::to_owned);

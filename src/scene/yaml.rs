@@ -129,6 +129,37 @@ where
     deserializer.deserialize_any(OneOrMany(PhantomData))
 }
 
+/// One number, or a list of them.
+pub(super) fn one_or_many_numbers<'de, D: Deserializer<'de>>(
+    deserializer: D,
+) -> std::result::Result<Vec<f64>, D::Error> {
+    struct Numbers;
+    impl<'de> Visitor<'de> for Numbers {
+        type Value = Vec<f64>;
+
+        fn expecting(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+            f.write_str("a number, or a list of one for each axis")
+        }
+
+        fn visit_f64<E: de::Error>(self, v: f64) -> std::result::Result<Self::Value, E> {
+            Ok(vec![v])
+        }
+
+        fn visit_i64<E: de::Error>(self, v: i64) -> std::result::Result<Self::Value, E> {
+            Ok(vec![v as f64])
+        }
+
+        fn visit_u64<E: de::Error>(self, v: u64) -> std::result::Result<Self::Value, E> {
+            Ok(vec![v as f64])
+        }
+
+        fn visit_seq<A: SeqAccess<'de>>(self, list: A) -> std::result::Result<Self::Value, A::Error> {
+            Vec::deserialize(SeqAccessDeserializer::new(list))
+        }
+    }
+    deserializer.deserialize_any(Numbers)
+}
+
 /// `true`, `false`, or the keys of a section.
 pub(super) fn switch_or_keys<'de, D, T>(deserializer: D) -> std::result::Result<Option<T>, D::Error>
 where

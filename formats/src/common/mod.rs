@@ -22,6 +22,8 @@ pub mod hdf5_read;
 pub mod netcdf_classic;
 #[cfg(feature = "hdf5-layer")]
 pub mod snapshot;
+#[cfg(any(feature = "stl", feature = "obj", feature = "ply"))]
+pub(crate) mod surface;
 pub(crate) mod text;
 #[cfg(feature = "hdf5-layer")]
 pub(crate) mod wanted;

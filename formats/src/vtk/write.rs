@@ -1,12 +1,14 @@
 //! Particles as vertex cells, in XML (`.vtu`, `.vtp`) or legacy binary (`.vtk`).
 
+use crate::common::flatten::flatten;
 use crate::error::{FormatError, Result};
-use crate::model::{Column, ParticleFile, Values};
+use crate::model::{Column, ParticleFile, ParticleTable, Values};
 use crate::particle_names as names;
 use crate::registry::WriteOptions;
 use base64::Engine;
 use base64::write::EncoderWriter;
 use flate2::{Compress, Compression, FlushCompress, Status};
+use std::borrow::Cow;
 use std::io::{BufWriter, Write};
 use std::path::Path;
 
@@ -85,12 +87,25 @@ impl Array<'_> {
     }
 }
 
+/// All particles, with a column `ParticleType` where there are several kinds, and NaN where one lacks a column.
+fn one_table(file: &ParticleFile) -> std::result::Result<Cow<'_, ParticleTable>, String> {
+    if let [species] = file.species.as_slice() {
+        return Ok(Cow::Borrowed(&species.table));
+    }
+    let (count, arrays) = flatten(file)?;
+    let columns = arrays.iter().map(|a| Column {
+        name: a.name.clone(),
+        components: a.components,
+        values: if a.integers { Values::I64(a.whole().collect()) } else { Values::F64(a.floats().collect()) },
+        dimension: a.dimension,
+    });
+    Ok(Cow::Owned(ParticleTable { count, columns: columns.collect() }))
+}
+
 pub(super) fn write(path: &Path, file: &ParticleFile, options: WriteOptions) -> Result<()> {
     let refuse = |problem: String| FormatError::Output { path: path.into(), format: "vtk", problem };
-    let [species] = file.species.as_slice() else {
-        return Err(refuse(format!("holds {} kinds of particles, expected one", file.species.len())));
-    };
-    let table = &species.table;
+    let table = one_table(file).map_err(refuse)?;
+    let table = table.as_ref();
     let positions = table.column(names::COORDINATES).ok_or_else(|| refuse("there are no Coordinates".into()))?;
     let points = array(positions, "Points", Kind::F64, 3, table.count);
     let mut arrays = Vec::new();

@@ -16,6 +16,9 @@ pub fn of(format: &str, folder: &Path) -> Vec<Vec<u8>> {
         }
         "table" => [written(folder, "table", &["csv"]), texts(&[RADIAL, CLOUD, GRID, FRACTIONS])].concat(),
         "mesa" => texts(&[MESA]),
+        "obj" => texts(&[OBJ, OBJ_LINES]),
+        "ply" => vec![PLY.into(), ply_binary("little"), ply_binary("big")],
+        "stl" => vec![STL.into(), stl_binary()],
         "gyre" => texts(&[GYRE]),
         "gadget-binary" => {
             [written(folder, "gadget-binary", &["gadget"]), written(folder, "gadget-binary-1", &["gadget1"])].concat()
@@ -99,6 +102,42 @@ fn written(folder: &Path, format: &str, extensions: &[&str]) -> Vec<Vec<u8>> {
         }
     }
     seeds
+}
+
+/// A tetrahedron.
+const OBJ: &str =
+    "# a\nv 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nvn 0 0 1\no b\nf 1/2/3 3 2\nf 1 2 \\\n 4\nf -4 -1 -2\nf 2//1 3//1 4//1\n";
+const OBJ_LINES: &str = "v 0 0 2\nv 1 0 2\nv 0 1 2\nl 1 2 3 1\ncurv 0 1\n";
+const PLY: &str = "ply\nformat ascii 1.0\ncomment c\nelement vertex 3\nproperty float x\nproperty double y\nproperty float z\nproperty uchar red\n\
+                   element face 1\nproperty list uchar int vertex_indices\nelement tristrips 1\nproperty list int int vertex_index\nend_header\n\
+                   0 0 0 1\n1 0 0 2\n0 1 0 3\n3 0 1 2\n5 0 1 2 -1 0\n";
+const STL: &str = "solid a\nfacet normal 0 0 1\nouter loop\nvertex 0 0 0\nvertex 1 0 0\nvertex 0 1 0\nendloop\nendfacet\nendsolid a\n";
+
+fn ply_binary(order: &str) -> Vec<u8> {
+    let header = format!(
+        "ply\nformat binary_{order}_endian 1.0\nelement vertex 3\nproperty float x\nproperty float y\nproperty float z\nelement face 1\n\
+         property list uchar ushort vertex_indices\nend_header\n"
+    );
+    let mut file = header.into_bytes();
+    for v in [0.0_f32, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0, 0.0] {
+        file.extend(if order == "big" { v.to_be_bytes() } else { v.to_le_bytes() });
+    }
+    file.push(3);
+    for v in 0..3_u16 {
+        file.extend(if order == "big" { v.to_be_bytes() } else { v.to_le_bytes() });
+    }
+    file
+}
+
+fn stl_binary() -> Vec<u8> {
+    let mut file = vec![b' '; 80];
+    file.extend(2_u32.to_le_bytes());
+    for triangle in 0..2_u8 {
+        file.extend([0; 12]);
+        (0..9_u8).for_each(|i| file.extend(f32::from(i % 4 + triangle).to_le_bytes()));
+        file.extend([0; 2]);
+    }
+    file
 }
 
 /// A NumPy array of zeros.

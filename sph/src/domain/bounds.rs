@@ -230,6 +230,13 @@ impl<const D: usize> Domain<D> {
         distance
     }
 
+    /// Whether an edge at which matter may end is nearer than `reach`: [`Self::distance_to_edge`] without looking farther.
+    pub fn is_edge_within(&self, x: &[f64; D], reach: f64) -> bool {
+        let face = |k: usize| x[k] - self.lo[k] < reach || self.hi[k] - x[k] < reach;
+        (0..D).any(|k| self.axes[k] != Axis::Periodic && self.has_faces(k) && face(k))
+            || self.region.is_surface_within(x, reach)
+    }
+
     /// The same space in other units of length: all lengths times `factor`.
     #[must_use]
     pub fn scaled(&self, factor: f64) -> Self {

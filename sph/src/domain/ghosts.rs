@@ -21,7 +21,7 @@ impl<const D: usize> Ghosts<D> {
         }
         let made = parallel::map(positions[0].len(), |i| {
             let x = at(positions, i);
-            let (image, stretch) = domain.region.mirror_with_stretch(&x)?;
+            let (image, stretch) = domain.region.mirror_within(&x, reach(i))?;
             let depth = 0.5 * (0..D).map(|k| (image[k] - x[k]).powi(2)).sum::<f64>().sqrt();
             (depth < reach(i)).then_some((image, i as u32, stretch))
         });

@@ -19,6 +19,18 @@ pub trait Hull<const D: usize>: Send + Sync + Debug {
     /// The nearest point of the surface.
     fn nearest_on_surface(&self, x: &[f64; D]) -> [f64; D];
     fn volume(&self) -> f64;
+
+    /// The nearest point of the surface where one is nearer than `reach`; a search that may stop early.
+    fn nearest_within(&self, x: &[f64; D], reach: f64) -> Option<[f64; D]> {
+        Some(self.nearest_on_surface(x)).filter(|p| distance(p, x) < reach)
+    }
+
+    /// The parts of the line through `x` along `axis` that lie inside, as ascending intervals of that coordinate; `None` where
+    /// containment is only known point by point.
+    fn chords(&self, axis: usize, x: &[f64; D]) -> Option<Vec<[f64; 2]>> {
+        let _ = (axis, x);
+        None
+    }
 }
 
 /// The part of the bounding box that may hold particles.
@@ -130,6 +142,16 @@ impl<const D: usize> Region<D> {
         self.mirror_with_stretch(x).map(|(image, _)| image)
     }
 
+    /// [`Self::mirror_with_stretch`] where the surface is nearer than `reach`, beyond which no image is sought.
+    pub fn mirror_within(&self, x: &[f64; D], reach: f64) -> Option<([f64; D], f64)> {
+        match self {
+            Self::Hull(hull, _) => {
+                hull.nearest_within(x, reach).map(|p| (std::array::from_fn(|k| 2.0 * p[k] - x[k]), 1.0))
+            }
+            _ => self.mirror_with_stretch(x),
+        }
+    }
+
     /// [`Self::mirror`] with the ratio of volumes, (r'/r)^(d-1) in a ball and r'/r in a cylinder, by which mirroring
     /// stretches space; 1 for a hull, whose faces are flat.
     pub fn mirror_with_stretch(&self, x: &[f64; D]) -> Option<([f64; D], f64)> {
@@ -157,6 +179,14 @@ impl<const D: usize> Region<D> {
         match self {
             Self::Box => None,
             Self::Ball { wall, .. } | Self::Cylinder { wall, .. } | Self::Hull(_, wall) => Some(*wall),
+        }
+    }
+
+    /// Whether the curved surface is nearer than `reach`.
+    pub fn is_surface_within(&self, x: &[f64; D], reach: f64) -> bool {
+        match self {
+            Self::Hull(hull, _) => hull.nearest_within(x, reach).is_some(),
+            _ => self.distance_to_surface(x) < reach,
         }
     }
 
@@ -192,5 +222,15 @@ impl<const D: usize> Hull<D> for ScaledHull<D> {
 
     fn volume(&self) -> f64 {
         self.inner.volume() * self.factor.powi(D as i32)
+    }
+
+    fn nearest_within(&self, x: &[f64; D], reach: f64) -> Option<[f64; D]> {
+        let found = self.inner.nearest_within(&x.map(|v| v / self.factor), reach / self.factor)?;
+        Some(found.map(|v| v * self.factor))
+    }
+
+    fn chords(&self, axis: usize, x: &[f64; D]) -> Option<Vec<[f64; 2]>> {
+        let chords = self.inner.chords(axis, &x.map(|v| v / self.factor))?;
+        Some(chords.into_iter().map(|chord| chord.map(|v| v * self.factor)).collect())
     }
 }

@@ -64,6 +64,11 @@ impl Expression {
         !self.program.has_variable(|k| k != RADIUS)
     }
 
+    /// Whether it has no variable at all.
+    pub fn is_constant(&self) -> bool {
+        !self.program.has_variable(|_| true)
+    }
+
     pub fn text(&self) -> &str {
         &self.text
     }

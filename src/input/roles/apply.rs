@@ -160,7 +160,7 @@ impl<'a> Places<'a> {
             Geometry::Mesh { points, .. } | Geometry::Cloud { points, .. } => {
                 points.get(i).copied().unwrap_or_default()
             }
-            Geometry::Radial { .. } => [0.0; 3],
+            Geometry::Radial { .. } | Geometry::Surface { .. } => [0.0; 3],
         };
         std::array::from_fn(|k| if k < dimension { x[k] } else { 0.0 })
     }
