@@ -75,6 +75,7 @@ pub enum ThermalState {
     /// One temperature.
     Isothermal,
     /// T grows as this power of the density.
+    #[schemars(example = serde_json::json!({"power": 0.5}))]
     Power(f64),
 }
 

@@ -230,6 +230,9 @@ pub(super) fn example_of(unit: &str) -> Option<String> {
         "velocity" => UnitDimension::VELOCITY,
         "angular velocity" => UnitDimension::RATE,
         "specific energy" => UnitDimension::SPECIFIC_ENERGY,
+        "pressure" => UnitDimension::PRESSURE,
+        "density" => UnitDimension::mass_density(3),
+        "temperature" => UnitDimension::TEMPERATURE,
         _ => return None,
     };
     Some(example(dimension).trim_matches('\'').to_owned())

@@ -103,6 +103,9 @@ impl<'a> Reader<'a> {
                 if let Some(text) = one["description"].as_str() {
                     key.description = plain(text);
                 }
+                if let Some(example) = one["examples"][0].get(name) {
+                    key.example = Some(example.clone());
+                }
                 key
             })
             .collect()

@@ -12,6 +12,7 @@ use std::path::PathBuf;
 #[serde(rename_all = "kebab-case")]
 pub enum ShapeInput {
     /// Lower and upper corner; in 2-D a rectangle, in 1-D an interval.
+    #[schemars(example = serde_json::json!({"box": [[0, 0, 0], [1, 1, 1]]}))]
     #[serde(alias = "rectangle", alias = "interval")]
     Box([Vec<Quantity>; 2]),
     /// A ball, disc or interval, or a shell.
@@ -30,12 +31,16 @@ pub enum ShapeInput {
     /// What a surface in a file encloses.
     Surface(SurfaceInput),
     /// All of them together.
+    #[schemars(example = serde_json::json!({"union": [{"ball": {"center": [0, 0, 0], "radius": 1}}, {"box": [[0, 0, 0], [1, 1, 1]]}]}))]
     Union(Vec<ShapeInput>),
     /// What all have in common.
+    #[schemars(example = serde_json::json!({"intersection": [{"ball": {"center": [0, 0, 0], "radius": 1}}, {"box": [[0, 0, 0], [1, 1, 1]]}]}))]
     Intersection(Vec<ShapeInput>),
     /// The first without the others.
+    #[schemars(example = serde_json::json!({"difference": [{"ball": {"center": [0, 0, 0], "radius": 1}}, {"box": [[0, 0, 0], [1, 1, 1]]}]}))]
     Difference(Vec<ShapeInput>),
     /// A shape turned about a point.
+    #[schemars(example = serde_json::json!({"rotate": {"by": [0, 0, 30], "shape": {"box": [[0, 0, 0], [1, 1, 1]]}}}))]
     Rotate(RotateInput),
 }
 

@@ -16,7 +16,7 @@ pub const SCENES: &[Wrong<'_>] = &[
     ("input: {file: STAR}\nParticles: 10", &["no key 'Particles'", "did you mean 'particles'?"]),
     ("input: {file: STAR}\nwvt: {iteration: 3}", &["did you mean 'iterations'?"]),
     ("input: {file: STAR}\noutput: {unit: si}", &["did you mean 'units'?"]),
-    ("input: {file: STAR}\ndomain: {sphere: {radius: 1}}", &["no key 'sphere'", "ball"]),
+    ("input: {file: STAR}\ndomain: {sphre: {radius: 1}}", &["no key 'sphre'", "did you mean 'sphere'?"]),
     ("input: {file: STAR}\nseed: 1\nseed: 2", &["line 3", "'seed' comes twice"]),
     ("input: {file: STAR}\n  particles: 3", &["line 2", "check its indentation"]),
     ("input: {file: STAR", &["line 1", "bracket"]),
