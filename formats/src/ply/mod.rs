@@ -18,13 +18,17 @@
 
 #[cfg(feature = "ply")]
 mod read;
+#[cfg(feature = "ply")]
 mod schema;
 
 use crate::registry::{Capabilities, Columns, FormatSpec, Match, ReadFn};
 
+/// Name of the format in messages.
+const NAME: &str = "ply";
+
 /// Data sheet of the format.
 pub const SPEC: FormatSpec = FormatSpec {
-    name: schema::NAME,
+    name: NAME,
     summary: "PLY surfaces, text and binary",
     extensions: &["ply"],
     feature: "ply",

@@ -1,6 +1,7 @@
 //! Points and faces of a file.
 
-use super::schema::{Element, Encoding, Header, NAME, Number, Role, parse};
+use super::NAME;
+use super::schema::{Element, Encoding, Header, Number, Role, parse};
 use crate::common::surface::Surface;
 use crate::common::text::parse_number;
 use crate::error::{FormatError, Result};

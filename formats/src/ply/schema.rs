@@ -1,7 +1,5 @@
 //! The header: encoding, elements and their properties.
 
-pub const NAME: &str = "ply";
-
 /// How numbers are stored.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Encoding {
