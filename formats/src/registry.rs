@@ -40,6 +40,23 @@ pub struct Capabilities {
     pub cubic_box: bool,
 }
 
+impl Capabilities {
+    /// Those of a format that only fields are read from.
+    pub(crate) const fn of_fields(geometries: &'static [&'static str], dimensions: &'static [usize]) -> Self {
+        Self {
+            read_field: true,
+            read_particles: false,
+            write_particles: false,
+            requires: &[],
+            geometries,
+            dimensions,
+            equal_masses: false,
+            columns: Columns::Any,
+            cubic_box: false,
+        }
+    }
+}
+
 /// Which columns of particles a format holds.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub enum Columns {

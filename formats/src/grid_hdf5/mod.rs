@@ -26,7 +26,7 @@
 //! `grid.out` in the same folder does, unless x is negative somewhere. Read are Cartesian grids, and spherical ones in one
 //! dimension (a radial profile). Chombo's files of refined grids and FLASH's trees of blocks are refused.
 
-use crate::registry::{Capabilities, Columns, FormatSpec, HDF5_SIGNATURE, Match, ReadFn, contains};
+use crate::registry::{Capabilities, FormatSpec, HDF5_SIGNATURE, Match, ReadFn, contains};
 
 #[cfg(feature = "grid-hdf5")]
 mod athena;
@@ -50,17 +50,7 @@ pub const SPEC: FormatSpec = FormatSpec {
     extensions: &["athdf", "h5"],
     feature: "grid-hdf5",
     reference: "https://github.com/PrincetonUniversity/athena/wiki/HDF5-Format",
-    capabilities: Capabilities {
-        read_field: true,
-        read_particles: false,
-        write_particles: false,
-        requires: &[],
-        geometries: &["radial", "grid"],
-        dimensions: &[1, 2, 3],
-        equal_masses: false,
-        columns: Columns::Any,
-        cubic_box: false,
-    },
+    capabilities: Capabilities::of_fields(&["radial", "grid"], &[1, 2, 3]),
     sniff,
     read: READ,
     write: None,

@@ -21,7 +21,7 @@
 mod read;
 mod schema;
 
-use crate::registry::{Capabilities, Columns, FormatSpec, Match, ReadFn};
+use crate::registry::{Capabilities, FormatSpec, Match, ReadFn};
 use schema::{NAME, column_count, header_version};
 
 /// Data sheet of the format.
@@ -31,17 +31,7 @@ pub const SPEC: FormatSpec = FormatSpec {
     extensions: &["mesa", "gyre"],
     feature: "gyre",
     reference: "https://gyre.readthedocs.io/en/stable/ref-guide/stellar-models.html",
-    capabilities: Capabilities {
-        read_field: true,
-        read_particles: false,
-        write_particles: false,
-        requires: &[],
-        geometries: &["radial"],
-        dimensions: &[1, 2, 3],
-        equal_masses: false,
-        columns: Columns::Any,
-        cubic_box: false,
-    },
+    capabilities: Capabilities::of_fields(&["radial"], &[1, 2, 3]),
     sniff,
     read: READ,
     write: None,

@@ -21,7 +21,7 @@
 //! 2012, Stellar Structure and Evolution, equations 19.5 to 19.10). `input.length_unit` and `input.density_unit` of a
 //! scene give it a size. Quirk: a repeated radius is a jump.
 
-use crate::registry::{Capabilities, Columns, FormatSpec, HDF5_SIGNATURE, Match, ReadFn, contains};
+use crate::registry::{Capabilities, FormatSpec, HDF5_SIGNATURE, Match, ReadFn, contains};
 
 #[cfg(feature = "gyre-hdf5")]
 mod read;
@@ -39,17 +39,7 @@ pub const SPEC: FormatSpec = FormatSpec {
     extensions: &["gsm", "h5"],
     feature: "gyre-hdf5",
     reference: "https://gyre.readthedocs.io/en/stable/ref-guide/stellar-models.html",
-    capabilities: Capabilities {
-        read_field: true,
-        read_particles: false,
-        write_particles: false,
-        requires: &[],
-        geometries: &["radial"],
-        dimensions: &[1, 2, 3],
-        equal_masses: false,
-        columns: Columns::Any,
-        cubic_box: false,
-    },
+    capabilities: Capabilities::of_fields(&["radial"], &[1, 2, 3]),
     sniff,
     read: READ,
     write: None,

@@ -13,7 +13,7 @@
 //! an image of one row or column is one-dimensional; of several images in a TIFF file the first is read, and of an
 //! animated PNG the still one; in TIFF, deflate, LZW and PackBits are read.
 
-use crate::registry::{Capabilities, Columns, FormatSpec, Match, ReadFn};
+use crate::registry::{Capabilities, FormatSpec, Match, ReadFn};
 use schema::{NAME, PNG, TIFF};
 
 #[cfg(feature = "image")]
@@ -38,17 +38,7 @@ pub const SPEC: FormatSpec = FormatSpec {
     extensions: &["png", "tif", "tiff"],
     feature: "image",
     reference: "https://www.w3.org/TR/png-3/",
-    capabilities: Capabilities {
-        read_field: true,
-        read_particles: false,
-        write_particles: false,
-        requires: &[],
-        geometries: &["grid"],
-        dimensions: &[1, 2],
-        equal_masses: false,
-        columns: Columns::Any,
-        cubic_box: false,
-    },
+    capabilities: Capabilities::of_fields(&["grid"], &[1, 2]),
     sniff,
     read: READ,
     write: None,

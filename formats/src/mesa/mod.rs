@@ -29,7 +29,7 @@ mod schema;
 #[cfg(feature = "mesa")]
 mod sheet;
 
-use crate::registry::{Capabilities, Columns, FormatSpec, Match, ReadFn};
+use crate::registry::{Capabilities, FormatSpec, Match, ReadFn};
 use schema::{HEADER_NAMES, NAME, is_numbering};
 
 /// Data sheet of the format.
@@ -39,17 +39,7 @@ pub const SPEC: FormatSpec = FormatSpec {
     extensions: &["data"],
     feature: "mesa",
     reference: "https://docs.mesastar.org/en/latest/using_mesa/output.html",
-    capabilities: Capabilities {
-        read_field: true,
-        read_particles: false,
-        write_particles: false,
-        requires: &[],
-        geometries: &["radial"],
-        dimensions: &[1, 2, 3],
-        equal_masses: false,
-        columns: Columns::Any,
-        cubic_box: false,
-    },
+    capabilities: Capabilities::of_fields(&["radial"], &[1, 2, 3]),
     sniff,
     read: READ,
     write: None,

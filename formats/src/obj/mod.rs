@@ -14,7 +14,7 @@
 mod read;
 mod schema;
 
-use crate::registry::{Capabilities, Columns, FormatSpec, Match, ReadFn};
+use crate::registry::{Capabilities, FormatSpec, Match, ReadFn};
 
 /// Data sheet of the format.
 pub const SPEC: FormatSpec = FormatSpec {
@@ -23,17 +23,7 @@ pub const SPEC: FormatSpec = FormatSpec {
     extensions: &["obj"],
     feature: "obj",
     reference: "https://www.loc.gov/preservation/digital/formats/fdd/fdd000507.shtml",
-    capabilities: Capabilities {
-        read_field: true,
-        read_particles: false,
-        write_particles: false,
-        requires: &[],
-        geometries: &["surface"],
-        dimensions: &[2, 3],
-        equal_masses: false,
-        columns: Columns::Any,
-        cubic_box: false,
-    },
+    capabilities: Capabilities::of_fields(&["surface"], &[2, 3]),
     sniff,
     read: READ,
     write: None,

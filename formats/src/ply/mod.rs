@@ -17,33 +17,21 @@
 //! end with -1, and turn every other triangle. There are no units.
 
 #[cfg(feature = "ply")]
-mod read;
+mod header;
 #[cfg(feature = "ply")]
+mod read;
 mod schema;
 
-use crate::registry::{Capabilities, Columns, FormatSpec, Match, ReadFn};
-
-/// Name of the format in messages.
-const NAME: &str = "ply";
+use crate::registry::{Capabilities, FormatSpec, Match, ReadFn};
 
 /// Data sheet of the format.
 pub const SPEC: FormatSpec = FormatSpec {
-    name: NAME,
+    name: schema::NAME,
     summary: "PLY surfaces, text and binary",
     extensions: &["ply"],
     feature: "ply",
     reference: "https://gamma.cs.unc.edu/POWERPLANT/papers/ply.pdf",
-    capabilities: Capabilities {
-        read_field: true,
-        read_particles: false,
-        write_particles: false,
-        requires: &[],
-        geometries: &["surface"],
-        dimensions: &[3],
-        equal_masses: false,
-        columns: Columns::Any,
-        cubic_box: false,
-    },
+    capabilities: Capabilities::of_fields(&["surface"], &[3]),
     sniff,
     read: READ,
     write: None,
@@ -55,6 +43,5 @@ const READ: Option<ReadFn> = Some(read::read);
 const READ: Option<ReadFn> = None;
 
 fn sniff(head: &[u8]) -> Match {
-    let first = head.split(|b| *b == b'\n').next().unwrap_or_default();
-    if first == b"ply" || first == b"ply\r" { Match::Certain } else { Match::No }
+    if schema::is_ply(head) { Match::Certain } else { Match::No }
 }

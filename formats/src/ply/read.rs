@@ -1,7 +1,7 @@
 //! Points and faces of a file.
 
-use super::NAME;
-use super::schema::{Element, Encoding, Header, Number, Role, parse};
+use super::header::{Element, Encoding, Header, Number, Role, parse};
+use super::schema::NAME;
 use crate::common::surface::Surface;
 use crate::common::text::parse_number;
 use crate::error::{FormatError, Result};

@@ -18,7 +18,7 @@
 mod read;
 mod schema;
 
-use crate::registry::{Capabilities, Columns, FormatSpec, Match, ReadFn};
+use crate::registry::{Capabilities, FormatSpec, Match, ReadFn};
 
 /// Data sheet of the format.
 pub const SPEC: FormatSpec = FormatSpec {
@@ -27,17 +27,7 @@ pub const SPEC: FormatSpec = FormatSpec {
     extensions: &["stl"],
     feature: "stl",
     reference: "https://www.fabbers.com/tech/STL_Format",
-    capabilities: Capabilities {
-        read_field: true,
-        read_particles: false,
-        write_particles: false,
-        requires: &[],
-        geometries: &["surface"],
-        dimensions: &[3],
-        equal_masses: false,
-        columns: Columns::Any,
-        cubic_box: false,
-    },
+    capabilities: Capabilities::of_fields(&["surface"], &[3]),
     sniff,
     read: READ,
     write: None,
