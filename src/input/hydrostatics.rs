@@ -158,7 +158,7 @@ impl<'a, const D: usize> Hydrostatics<'a, D> {
         let median = ratios[ratios.len() / 2];
         ((median - 1.0).abs() > LARGEST_CONTRADICTION).then(|| {
             format!(
-                "the carried density and '{}' give a pressure {median:.3} times (in the median over the mass) that which holds the body, by the                  equation of state of {}: check the energy and the materials, or leave the energy out with input.carry",
+                "the carried density and '{}' give a pressure {median:.3} times (in the median over the mass) that which holds the body, by the equation of state of {}: check the energy and the materials, or leave the energy out with input.carry",
                 names::INTERNAL_ENERGY,
                 materials.materials.names()
             )

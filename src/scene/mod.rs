@@ -15,6 +15,7 @@ mod physics;
 mod planet;
 mod profile;
 mod quantity;
+mod read;
 pub mod reference;
 mod resolution;
 mod role;
@@ -57,7 +58,7 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use sph::kernel::{KernelName, default_kernel_neighbors};
 use std::collections::BTreeMap;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 /// One run.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize, JsonSchema)]
@@ -252,47 +253,6 @@ impl Default for Output {
 pub const DEFAULT_PARTICLES: usize = 100_000;
 
 impl Scene {
-    /// Reads a scene file. Relative paths in it are relative to its folder.
-    ///
-    /// # Errors
-    /// [`Error::Scene`] with line and column.
-    pub fn load(path: &Path) -> Result<Self> {
-        let text = std::fs::read_to_string(path)
-            .map_err(|e| Error::scene(format!("file '{}'", path.display()), format!("cannot be read: {e}")))?;
-        let mut scene: Self = yaml::parse(&text, &format!("file '{}'", path.display()))?;
-        let folder = path.parent().unwrap_or(Path::new(""));
-        let own = [Some(&mut scene.input.file), scene.resolution.as_mut().map(|r| &mut r.file)];
-        let of_bodies =
-            scene.bodies.iter_mut().flat_map(|b| [Some(&mut b.input.file), b.resolution.as_mut().map(|r| &mut r.file)]);
-        let files = own.into_iter().chain(of_bodies).flatten().chain([&mut scene.cache]);
-        let in_folder = |file: &mut PathBuf| {
-            if file.is_relative() {
-                *file = folder.join(&*file);
-            }
-        };
-        files.flatten().for_each(in_folder);
-        let domains = scene.bodies.iter_mut().map(|b| &mut b.domain).chain([&mut scene.domain]);
-        domains.flat_map(DomainInput::files_mut).for_each(in_folder);
-        let shapes = scene.walls.iter_mut().flat_map(|w| [&mut w.around, &mut w.without]).flatten();
-        shapes.flat_map(ShapeInput::files_mut).for_each(in_folder);
-        let inputs = std::iter::once(&mut scene.input).chain(scene.bodies.iter_mut().map(|b| &mut b.input));
-        inputs.filter_map(|input| input.profile.as_mut()).flat_map(ProfileInput::files_mut).for_each(in_folder);
-        Ok(scene)
-    }
-
-    /// Parses a scene.
-    ///
-    /// # Errors
-    /// [`Error::Scene`] with line and column.
-    pub fn parse(text: &str) -> Result<Self> {
-        yaml::parse(text, "document")
-    }
-
-    /// The scene as YAML.
-    pub fn to_yaml(&self) -> String {
-        serde_saphyr::to_string(self).unwrap_or_else(|e| format!("# the scene cannot be printed: {e}\n"))
-    }
-
     /// N_H in `d` dimensions, as given or customary.
     pub fn kernel_neighbors(&self, d: usize) -> f64 {
         let by_code = || self.code().map(|code| code.kernel_neighbors(d));

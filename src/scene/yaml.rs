@@ -8,14 +8,14 @@ use serde_saphyr::Error as YamlError;
 use sph_formats::nearest;
 use std::marker::PhantomData;
 
-/// Reads a scene; `name` is what messages call it.
+/// Reads a scene; `name` is what messages call it, and `elsewhere` says where a key belongs that is not known where it stands.
 ///
 /// # Errors
 /// [`Error::Scene`] with line and column.
-pub(super) fn parse<T: DeserializeOwned>(text: &str, name: &str) -> Result<T> {
+pub(super) fn parse<T: DeserializeOwned>(text: &str, name: &str, elsewhere: &dyn Fn(&str) -> Vec<String>) -> Result<T> {
     serde_saphyr::from_str(text).map_err(|error| {
         let error = error.without_snippet();
-        let problem = describe(error);
+        let problem = describe(error, elsewhere);
         match error.location().filter(|place| place.line() > 0) {
             Some(place) => {
                 let (line, column) = (place.line(), place.column());
@@ -46,9 +46,13 @@ fn quoted(text: &str, line: u64, column: u64) -> String {
     format!("\n{margin}{found}\n{:>width$}{gap}^", "| ", width = margin.len())
 }
 
-fn describe(error: &YamlError) -> String {
-    let one_of = |what: &str, word: &str, known: &[&'static str]| {
-        let hint = nearest(word, known.iter().copied()).map_or_else(String::new, |n| format!("; did you mean '{n}'?"));
+fn describe(error: &YamlError, elsewhere: &dyn Fn(&str) -> Vec<String>) -> String {
+    let one_of = |what: &str, word: &str, known: &[&'static str], places: &[String]| {
+        let hint = match (nearest(word, known.iter().copied()), places) {
+            (Some(near), _) => format!("; did you mean '{near}'?"),
+            (None, []) => String::new(),
+            (None, places) => format!("; did you mean {}?", places.join(" or ")),
+        };
         let known = known.join(", ");
         if hint.is_empty() {
             format!("{what}; expected one of {known}")
@@ -58,10 +62,14 @@ fn describe(error: &YamlError) -> String {
     };
     match error {
         YamlError::SerdeUnknownField { field, expected, .. } => {
-            one_of(&format!("there is no key '{field}' here"), field, expected)
+            let places: Vec<String> = elsewhere(field)
+                .iter()
+                .map(|path| format!("'{path}'{}", if path.contains('.') { "" } else { " at the top of the scene" }))
+                .collect();
+            one_of(&format!("there is no key '{field}' here"), field, expected, &places)
         }
         YamlError::SerdeUnknownVariant { variant, expected, .. } => {
-            one_of(&format!("'{variant}' is no choice here"), variant, expected)
+            one_of(&format!("'{variant}' is no choice here"), variant, expected, &[])
         }
         YamlError::SerdeMissingField { field, .. } => format!("the key '{field}' is missing"),
         YamlError::DuplicateMappingKey { key: Some(key), .. } => format!("the key '{key}' comes twice; keep one"),

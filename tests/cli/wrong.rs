@@ -22,6 +22,9 @@ pub const SCENES: &[Wrong<'_>] = &[
     ("input: {file: STAR", &["line 1", "bracket"]),
     ("", &["input", "--in FILE"]),
     ("- input", &["expected keys with values"]),
+    ("profile: {polytrope: {n: 1.5}}", &["no key 'profile'", "did you mean 'input.profile'?"]),
+    ("input: {file: STAR}\ngamma: 1.4", &["line 2", "no key 'gamma'", "'thermal.gamma'"]),
+    ("input: {file: STAR, particles: 10}", &["did you mean 'particles' at the top of the scene?"]),
     // Choices.
     ("input: {file: STAR}\npolish: Solver", &["did you mean 'solver'?"]),
     ("input: {file: STAR}\npolish: relax", &["'relax' is no choice", "solver, alaric"]),

@@ -90,7 +90,7 @@ impl Planet {
     pub fn table(&self) -> Result<Table> {
         self.check()?;
         let outer = self.layers.len() - 1;
-        let surface = self.top(outer, self.surface_pressure, self.surface_temperature, None);
+        let surface = self.top(outer, self.surface_pressure, self.surface_temperature);
         let (_, density, _) = surface.map_err(|e| of_layer(outer, &e))?;
         let trial = match (self.mass, self.radius) {
             (Some(mass), Some(radius)) => self.with_boundary(mass, radius)?,
@@ -197,17 +197,10 @@ impl Planet {
     }
 
     /// Energy, density and what keeps the warmth at the top of a layer.
-    fn top(
-        &self,
-        index: usize,
-        pressure: f64,
-        temperature: f64,
-        guess: Option<f64>,
-    ) -> std::result::Result<(f64, f64, Warmth), EosError> {
+    fn top(&self, index: usize, pressure: f64, temperature: f64) -> std::result::Result<(f64, f64, Warmth), EosError> {
         let Layer { material, state, .. } = &self.layers[index];
         let equation = &material.equation;
-        let guess = guess.unwrap_or_else(|| equation.usual_density());
-        let density = equation.density_near(pressure, Warmth::Temperature(temperature), guess)?;
+        let density = equation.density(pressure, Warmth::Temperature(temperature))?;
         let energy = equation.energy_at(density, temperature);
         let warmth = match *state {
             ThermalState::Adiabatic => Warmth::Energy(energy),
@@ -251,7 +244,7 @@ impl Planet {
         let weight = self.gravity * mass * mass / radius.powi(4);
         let most = MOST_PRESSURE * (weight + self.surface_pressure);
         let mut index = self.layers.len() - 1;
-        let (energy, density, mut warmth) = self.top(index, self.surface_pressure, self.surface_temperature, None)?;
+        let (energy, density, mut warmth) = self.top(index, self.surface_pressure, self.surface_temperature)?;
         let mut now = State { r: radius, m: mass, pressure: self.surface_pressure, energy, density };
         let temperature = |index: usize, s: &State| {
             self.layers[index].material.equation.temperature(s.density, s.energy).unwrap_or(self.surface_temperature)
@@ -311,7 +304,7 @@ impl Planet {
             }
             let hot = temperature(index, &now);
             index -= 1;
-            let (energy, density, kept) = self.top(index, now.pressure, hot, None)?;
+            let (energy, density, kept) = self.top(index, now.pressure, hot)?;
             warmth = kept;
             now = State { energy, density, ..now };
             keep(index, &now, hot);
