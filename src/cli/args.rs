@@ -146,6 +146,9 @@ pub struct ConvertArgs {
     /// Edge of the box, in units of the output, where the input has none.
     #[arg(long = "box", value_name = "LENGTH")]
     pub box_size: Option<f64>,
+    /// Write so many files: NAME.0.EXT and so on for GADGET and its kin, pieces of a .pvtu for VTK.
+    #[arg(long, value_name = "K", default_value_t = 1)]
+    pub files: usize,
     /// Write f64 where the format's default is f32.
     #[arg(long)]
     pub double: bool,
@@ -227,6 +230,9 @@ pub struct RunArgs {
     /// Units of the output: cgs, si, solar, planetary, galactic, code.
     #[arg(long, value_name = "NAME")]
     units: Option<String>,
+    /// Write so many files: NAME.0.EXT and so on for GADGET and its kin, pieces of a .pvtu for VTK.
+    #[arg(long, value_name = "K")]
+    files: Option<usize>,
     /// Refuse to replace an output that is there already.
     #[arg(long)]
     no_clobber: bool,
@@ -395,6 +401,7 @@ impl RunArgs {
         overlay(&mut scene.output.report, &self.report);
         overlay(&mut scene.output.format, &self.to);
         overlay(&mut scene.output.units, &self.units);
+        scene.output.files = self.files.unwrap_or(scene.output.files);
         scene.output.no_clobber |= self.no_clobber;
         scene.output.double_precision |= self.double;
         scene.output.compression = self.compression.unwrap_or(scene.output.compression);
