@@ -54,7 +54,7 @@ pub use model::{
 pub use nearest::{did_you_mean, nearest};
 pub use registry::{
     Capabilities, Columns, FieldRequest, FileContent, FormatSpec, Match, WriteOptions, plain_name, read, write,
-    write_files, write_stream,
+    write_files, write_part, write_stream,
 };
 pub use stream::ParticleStream;
 pub use units::{Unit, UnitDimension, UnitSystem};

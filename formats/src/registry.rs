@@ -417,6 +417,37 @@ pub fn write_stream(
 const ONE_FILE: &str = "it is one file for the programs that read it; leave out --files (output.files), or write gadget, \
     gizmo, arepo, gadget-binary or VTK's .pvtu";
 
+/// Writes one of `files` alone, for as many processes that do not know of each other; returns its path.
+///
+/// # Errors
+/// As [`write_stream`]; [`FormatError::Output`] where there is no file of this number, or one lists the others.
+pub fn write_part(
+    formats: &[FormatSpec],
+    path: &Path,
+    explicit: Option<&str>,
+    particles: &dyn ParticleStream,
+    (index, files): (usize, usize),
+    options: WriteOptions,
+) -> Result<PathBuf> {
+    let (spec, streaming) = streaming(formats, path, explicit)?;
+    let refuse = |problem: String| Err(FormatError::Output { path: path.into(), format: spec.name, problem });
+    let totals = particles.counts();
+    if index >= files || files > totals.iter().sum() {
+        return refuse(format!(
+            "there is no part {index} of {files}, expected one of 0 to {}",
+            files.saturating_sub(1)
+        ));
+    }
+    if !matches!(streaming.names, FileNames::Numbered) {
+        return refuse("its parts are not written one by one; write gadget, gizmo, arepo or gadget-binary".into());
+    }
+    let target = output_files(spec, path, files)?.swap_remove(index);
+    let part = Part::new(totals, index, files);
+    let piece = |temporary: &Path| (streaming.write)(&Piece { path: temporary, part, stream: particles }, options);
+    crate::output::atomically(&target, piece).map_err(|e| e.renamed(&target))?;
+    Ok(target)
+}
+
 /// The files that a format writes for `path` where there are to be so many: the first is the one that tells of the others.
 ///
 /// # Errors
