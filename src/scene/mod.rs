@@ -203,7 +203,7 @@ pub struct Output {
     #[serde(skip_serializing_if = "Option::is_none")]
     pub units: Option<String>,
     /// How many files hold the particles: `NAME.0.EXT` and so on for GADGET and its kin, pieces of a `.pvtu` for VTK.
-    #[schemars(range(min = 1))]
+    #[schemars(range(min = 1), example = 8)]
     #[serde(skip_serializing_if = "is_one")]
     pub files: usize,
     /// Edge of the box of an isolated body over the body's own.

@@ -1,6 +1,9 @@
 //! What a flavor of particle file demands of its columns, whatever the container: one table of [`Rule`]s, from which
 //! every dataset is planned and checked before anything is written.
 
+#[cfg(any(feature = "hdf5-layer", feature = "phantom"))]
+use crate::common::number::int;
+use crate::common::number::{Number, id, root, single};
 use crate::error::{FormatError, Result};
 use crate::model::{Column, ParticleFile, ParticleTable, RunHeader, Species, Values};
 use crate::particle_names as names;
@@ -529,46 +532,6 @@ fn unfit(planned: &Planned, i: usize, x: Number) -> String {
     format!("column '{}' of particle {i} is {:e}, expected {expected}", planned.name, x.float())
 }
 
-/// A number on its way into a file; integers keep all their digits.
-#[derive(Clone, Copy)]
-enum Number {
-    Float(f64),
-    Int(i64),
-}
-
-impl Number {
-    fn float(self) -> f64 {
-        match self {
-            Self::Float(x) => x,
-            Self::Int(i) => i as f64,
-        }
-    }
-
-    fn whole(self) -> Option<i64> {
-        match self {
-            Self::Int(i) => Some(i),
-            // 2^53: beyond it a float does not say which integer is meant.
-            Self::Float(x) if x.fract() == 0.0 && x.abs() <= 9_007_199_254_740_992.0 => Some(x as i64),
-            Self::Float(_) => None,
-        }
-    }
-}
-
-fn id(x: Number) -> Option<u64> {
-    u64::try_from(x.whole()?).ok()
-}
-
-#[cfg(any(feature = "hdf5-layer", feature = "phantom"))]
-fn int(x: Number) -> Option<i32> {
-    i32::try_from(x.whole()?).ok()
-}
-
-fn single(strict: bool, x: f64) -> Option<f32> {
-    let y = x as f32;
-    let lost = (x.is_finite() && !y.is_finite()) || (strict && (!x.is_finite() || (x != 0.0 && y == 0.0)));
-    (!lost).then_some(y)
-}
-
 #[cfg(feature = "hdf5-layer")]
 impl<'a> Planned<'a> {
     /// The columns from which the numbers come.
@@ -591,15 +554,6 @@ impl Planned<'_> {
             }
             _ => None,
         }
-    }
-}
-
-/// x^(1/d), which is a root of its own in 1 to 3 dimensions.
-fn root(x: f64, d: usize) -> f64 {
-    match d {
-        1 => x,
-        2 => x.sqrt(),
-        _ => x.cbrt(),
     }
 }
 
