@@ -70,18 +70,6 @@ fn in_dimension<const D: usize>() {
         if r > 0.0 { (r.sin() / r).max(0.0) } else { 1.0 }
     });
     blocks_make_up_the_whole(&target(&ball, &star, 1200));
-    // Two bodies with nothing between them.
-    let domain = unit_box::<D>(Axis::OPEN);
-    let two = Density(|x: &[f64; D]| {
-        let [a, b] =
-            [0.25, 0.75].map(|middle| distance(x, &std::array::from_fn(|k| if k == 0 { middle } else { 0.5 })));
-        f64::from(a < 0.2) + 3.0 * f64::from(b < 0.15)
-    });
-    let alone = target(&domain, &two, 900);
-    let regions = alone.find_regions(None);
-    // Regions are told apart in two and three dimensions.
-    assert!(D == 1 || regions.is_some(), "two bodies in {D}-D");
-    blocks_make_up_the_whole(&alone.with_regions(regions.as_ref()));
 }
 
 fn point<const D: usize>(i: usize) -> [f64; D] {

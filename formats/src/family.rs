@@ -2,7 +2,6 @@
 //! where GADGET's binary files have no extension.
 
 use crate::error::{FormatError, Result};
-use std::ffi::OsString;
 use std::path::{Path, PathBuf};
 
 /// Digits of a file's number, at most.
@@ -130,8 +129,8 @@ impl Family {
     /// Whether `name` is the stem, alone or with the extension.
     fn is_named(&self, name: &std::ffi::OsStr) -> bool {
         let stem = self.before.trim_end_matches('.');
-        name == OsString::from(stem)
-            || (!self.after.is_empty() && name == OsString::from(format!("{stem}{}", self.after)))
+        let has_stem = |name: &str| name == stem || !self.after.is_empty() && name == format!("{stem}{}", self.after);
+        name.to_str().is_some_and(has_stem)
     }
 }
 

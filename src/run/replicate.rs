@@ -127,8 +127,8 @@ impl ParticleStream for Repeated {
         rows: Range<usize>,
         wanted: &dyn Fn(&str) -> bool,
     ) -> std::result::Result<ParticleTable, FormatError> {
-        let tables = self.tile.species.iter().filter(|s| s.part_type == part_type).map(|s| &s.table);
-        let Some(table) = tables.last().filter(|t| t.count > 0) else { return Ok(ParticleTable::default()) };
+        let mut tables = self.tile.species.iter().filter(|s| s.part_type == part_type).map(|s| &s.table);
+        let Some(table) = tables.find(|t| t.count > 0) else { return Ok(ParticleTable::default()) };
         let columns = table.columns.iter().filter(|c| wanted(&c.name));
         let columns =
             columns.map(|c| Column { values: self.values(c, table.count, &rows), name: c.name.clone(), ..*c });

@@ -147,9 +147,9 @@ impl<'a, const D: usize> MassMap<'a, D> {
                 let (lo, hi) = (domain.lo[axis], domain.hi[axis]);
                 let (middle, height) = (round.distance(&through), through[axis]);
                 let (inner, outer) = (round.inner_radius, round.radius);
-                let ring = round.clone();
+                let ring = round;
                 let tubes = Cumulative::new(move |r| r * symmetry::ring_mean(target, &ring, r, height), inner, outer);
-                let ring = round.clone();
+                let ring = round;
                 let layers = Cumulative::new(move |z| symmetry::ring_mean(target, &ring, middle, z), lo, hi);
                 Kind::Tubes { round, axis, ends: (lo, hi), tubes, layers }
             }
@@ -244,7 +244,7 @@ impl<const D: usize> TabulatedMap<D> {
                 Tables::Tubes {
                     across: Table::new(round.inner_radius, round.radius, across),
                     along: Table::new(*lo, *hi, along),
-                    round: round.clone(),
+                    round: *round,
                     axis: *axis,
                 }
             }
