@@ -8,6 +8,7 @@
 
 mod architecture;
 mod balance;
+mod blocks;
 mod bodies;
 mod cli;
 mod compare;

@@ -86,6 +86,7 @@ const FORMATS: &[FormatSpec] = &[
         sniff: no_sniff,
         read: None,
         write: Some(keep),
+        stream: None,
     },
     FormatSpec {
         name: "profile",
@@ -107,6 +108,7 @@ const FORMATS: &[FormatSpec] = &[
         sniff: sniff_profile,
         read: Some(read_profile),
         write: None,
+        stream: None,
     },
 ];
 

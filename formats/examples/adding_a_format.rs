@@ -33,6 +33,7 @@ pub const XYZ: FormatSpec = FormatSpec {
     sniff: |_| Match::No,
     read: Some(read),
     write: Some(write),
+    stream: None,
 };
 
 fn write(path: &Path, file: &ParticleFile, _: WriteOptions) -> Result<()> {

@@ -15,12 +15,14 @@
 
 mod compressed;
 pub mod error;
+mod family;
 mod limits;
 pub mod model;
 pub mod nearest;
 pub mod output;
 pub mod particle_names;
 pub mod registry;
+pub mod stream;
 pub mod units;
 
 pub mod arepo;
@@ -52,7 +54,9 @@ pub use model::{
 pub use nearest::{did_you_mean, nearest};
 pub use registry::{
     Capabilities, Columns, FieldRequest, FileContent, FormatSpec, Match, WriteOptions, plain_name, read, write,
+    write_files, write_part, write_stream,
 };
+pub use stream::ParticleStream;
 pub use units::{Unit, UnitDimension, UnitSystem};
 
 /// Every format of this crate, sorted by name. A format left out of the build is still listed, without its

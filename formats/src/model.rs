@@ -256,6 +256,9 @@ pub struct RunHeader {
     pub provenance: Vec<(String, String)>,
 }
 
+/// The key of the provenance under which readers of snapshots in several files say which ones those were.
+pub const FILES_KEY: &str = "Files";
+
 /// Everything that a particle writer gets and a particle reader gives.
 #[derive(Debug, Clone)]
 pub struct ParticleFile {

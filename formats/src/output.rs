@@ -17,6 +17,15 @@ pub fn atomically(path: &Path, write: impl FnOnce(&Path) -> Result<()>) -> Resul
     atomically_among(&TEMPORARIES, path, write)
 }
 
+/// The same for several files, of which all appear or none: `write` is called with each one's place in `paths`. Older files
+/// there go before the first new one comes, so that what a kill leaves in between is never a mixture of both.
+///
+/// # Errors
+/// What `write` returns, or [`FormatError::Io`]; then the older files are what they were.
+pub fn atomically_all(paths: &[PathBuf], write: impl FnMut(usize, &Path) -> Result<()>) -> Result<()> {
+    atomically_all_among(&TEMPORARIES, paths, write)
+}
+
 /// Removes the temporary files of all writes that have not ended, for a program that ends in the middle of them. If such a
 /// write still comes to its end, it fails; later ones are not affected.
 ///
@@ -34,6 +43,35 @@ fn atomically_among(temporaries: &Temporaries, path: &Path, write: impl FnOnce(&
     write(&temporary.path)?;
     let sync = std::fs::File::open(&temporary.path).and_then(|f| f.sync_all());
     sync.and_then(|()| temporary.persist(&target)).map_err(|e| FormatError::io(path, "write", e))
+}
+
+fn atomically_all_among(
+    temporaries: &Temporaries,
+    paths: &[PathBuf],
+    mut write: impl FnMut(usize, &Path) -> Result<()>,
+) -> Result<()> {
+    let targets = paths.iter().map(|p| replaceable(p)).collect::<Result<Vec<_>>>()?;
+    let create = |k: usize| {
+        let (path, target) = (&paths[k], &targets[k]);
+        let suffix = path.extension().map(|e| format!(".{}", e.to_string_lossy())).unwrap_or_default();
+        let made = temporaries.create(folder_of(target), &suffix);
+        made.map_err(|e| FormatError::io(path, "create a file beside", e))
+    };
+    let mut written = Vec::new();
+    for (k, path) in paths.iter().enumerate() {
+        let temporary = create(k)?;
+        write(k, &temporary.path)?;
+        let sync = std::fs::File::open(&temporary.path).and_then(|f| f.sync_all());
+        sync.map_err(|e| FormatError::io(path, "write", e))?;
+        written.push(temporary);
+    }
+    let older: Vec<usize> = (0..paths.len()).filter(|&k| targets[k].exists()).collect();
+    let kept = older.iter().map(|&k| create(k)).collect::<Result<Vec<_>>>()?;
+    let out = older.iter().zip(&kept).map(|(&k, kept)| (targets[k].as_path(), kept.path.as_path(), k));
+    // The last comes first into its place: a family without its first file is not taken for a whole one.
+    let into = (0..paths.len()).rev().map(|k| (written[k].path.as_path(), targets[k].as_path(), k));
+    let moves: Vec<_> = out.chain(into).collect();
+    temporaries.rename_all(&moves).map_err(|(k, e)| FormatError::io(&paths[k], "write", e))
 }
 
 /// The temporary files in use.
@@ -56,6 +94,26 @@ impl Temporaries {
         let path = file.to_path_buf();
         list.push(path.clone());
         Ok(Temporary { file: Some(file), path, among: self })
+    }
+
+    /// Renames files from the first to the second path of each, or none: what was done is undone after an error, which comes
+    /// with the third. The list stays locked, so that none of them can be removed meanwhile.
+    fn rename_all(&self, moves: &[(&Path, &Path, usize)]) -> std::result::Result<(), (usize, std::io::Error)> {
+        let list = self.lock();
+        let gone = |path: &Path| list.iter().all(|p| p != path);
+        if let Some((.., k)) = moves.iter().find(|(from, to, _)| gone(from) && gone(to)) {
+            return Err((*k, std::io::Error::new(std::io::ErrorKind::Interrupted, "the program is ending")));
+        }
+        for (done, (from, to, k)) in moves.iter().enumerate() {
+            if let Err(error) = std::fs::rename(from, to) {
+                for (from, to, _) in moves.iter().take(done).rev() {
+                    // Nothing better is left to do where this fails, too.
+                    let _ = std::fs::rename(to, from);
+                }
+                return Err((*k, error));
+            }
+        }
+        Ok(())
     }
 
     fn remove_all(&self) {
@@ -181,6 +239,51 @@ mod tests {
         assert!(temporaries.lock().is_empty());
         temporaries.remove_all();
         assert_eq!(names_in(folder.path()), ["ic.a"]);
+    }
+
+    #[test]
+    fn several_files_appear_together_or_not_at_all() {
+        let folder = tempfile::tempdir().unwrap();
+        let temporaries = Temporaries(Mutex::new(Vec::new()));
+        let paths: Vec<PathBuf> = (0..3).map(|k| folder.path().join(format!("ic.{k}.a"))).collect();
+        let contents = |names: &[PathBuf]| names.iter().map(|p| std::fs::read_to_string(p).ok()).collect::<Vec<_>>();
+        let put = |k: usize, path: &Path, text: &str| {
+            std::fs::write(path, format!("{text}{k}")).map_err(|e| FormatError::io(path, "write", e))
+        };
+        // The second is there from before, and the third fails.
+        std::fs::write(&paths[1], "older").unwrap();
+        let fails = |k: usize, path: &Path| match k {
+            2 => Err(FormatError::io(path, "write", std::io::Error::other("full"))),
+            _ => put(k, path, "new"),
+        };
+        assert!(atomically_all_among(&temporaries, &paths, fails).is_err());
+        assert_eq!(contents(&paths), [None, Some("older".into()), None]);
+        assert_eq!(names_in(folder.path()), ["ic.1.a"]);
+
+        // Renaming fails when others are done: a folder has taken the place of the last.
+        let result = atomically_all_among(&temporaries, &paths, |k, path| {
+            if k == 2 {
+                std::fs::write(&paths[0], "older").unwrap();
+                std::fs::create_dir(&paths[2]).unwrap();
+            }
+            put(k, path, "new")
+        });
+        assert!(result.is_err() && temporaries.lock().is_empty());
+        assert_eq!(contents(&paths), [Some("older".into()), Some("older".into()), None]);
+        assert_eq!(names_in(folder.path()).len(), 3);
+
+        std::fs::remove_dir(&paths[2]).unwrap();
+        atomically_all_among(&temporaries, &paths, |k, path| put(k, path, "whole")).unwrap();
+        assert_eq!(contents(&paths), (0..3).map(|k| Some(format!("whole{k}"))).collect::<Vec<_>>());
+        assert_eq!(names_in(folder.path()).len(), 3);
+
+        let interrupted = atomically_all_among(&temporaries, &paths, |k, path| {
+            put(k, path, "late")?;
+            temporaries.remove_all();
+            Ok(())
+        });
+        assert!(interrupted.is_err());
+        assert_eq!(contents(&paths), (0..3).map(|k| Some(format!("whole{k}"))).collect::<Vec<_>>());
     }
 
     #[test]

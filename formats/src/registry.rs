@@ -2,12 +2,14 @@
 
 use crate::compressed;
 use crate::error::{FormatError, Result};
+use crate::family::{self, Family};
 use crate::model::{ParticleFile, RawField};
 use crate::nearest::did_you_mean;
+use crate::stream::{Part, ParticleStream, Piece};
 use crate::units::Unit;
 use std::fs::File;
 use std::io::{Read, Seek, SeekFrom};
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 /// How sure a format is of the first bytes of a file.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
@@ -147,6 +149,31 @@ pub type ReadFn = fn(&Path, &FieldRequest) -> Result<FileContent>;
 /// An existing file at the path is overwritten.
 pub type WriteFn = fn(&Path, &ParticleFile, WriteOptions) -> Result<()>;
 
+/// Writes one of several files, block by block where the format allows, to a path as that of [`WriteFn`].
+pub type StreamFn = fn(&Piece<'_>, WriteOptions) -> Result<()>;
+/// Writes the file that lists others, whose names it gets.
+pub type IndexFn = fn(&Path, &[String], &dyn ParticleStream, WriteOptions) -> Result<()>;
+
+/// How a format writes several files, or particles that are made while they are written.
+#[derive(Debug, Clone, Copy)]
+pub struct Streaming {
+    pub write: StreamFn,
+    pub names: FileNames,
+    /// Whether a file takes no more memory for more particles; else those of one file are held at once.
+    pub in_blocks: bool,
+}
+
+/// Which files hold the particles where there are several.
+#[derive(Debug, Clone, Copy)]
+pub enum FileNames {
+    /// One file, since the code that is written for reads no more.
+    One,
+    /// `NAME.0.EXT`, `NAME.1.EXT` and so on.
+    Numbered,
+    /// `NAME_0.EXT` and so on, and one that lists them, of an extension of its own: pairs of that and theirs.
+    Listed { extensions: &'static [(&'static str, &'static str)], index: IndexFn },
+}
+
 /// Data sheet of one format. Always compiled; the code behind it is under its Cargo feature.
 #[derive(Debug, Clone, Copy)]
 pub struct FormatSpec {
@@ -166,6 +193,8 @@ pub struct FormatSpec {
     pub read: Option<ReadFn>,
     /// `None`: cannot write, or not in this build.
     pub write: Option<WriteFn>,
+    /// `None`: cannot write several files, nor particles that memory does not hold.
+    pub stream: Option<Streaming>,
 }
 
 /// First bytes of an HDF5 file without a user block.
@@ -279,6 +308,7 @@ pub fn read(
     explicit: Option<&str>,
     request: &FieldRequest,
 ) -> Result<FileContent> {
+    let path = &family::resolve(path)?;
     if let Some(packing) = compressed::packing(path) {
         let unpacked = compressed::unpack(path, packing)?;
         let mut content = read(formats, &unpacked.path, explicit, request).map_err(|e| e.renamed(path))?;
@@ -309,17 +339,169 @@ pub fn write(
     file: &ParticleFile,
     options: WriteOptions,
 ) -> Result<()> {
+    write_files(formats, path, explicit, file, 1, options).map(drop)
+}
+
+/// The same to so many `files`, which appear all or none; returns their paths.
+///
+/// # Errors
+/// As [`write`] and [`write_stream`].
+pub fn write_files(
+    formats: &[FormatSpec],
+    path: &Path,
+    explicit: Option<&str>,
+    file: &ParticleFile,
+    files: usize,
+    options: WriteOptions,
+) -> Result<Vec<PathBuf>> {
     let spec = detect_output(formats, path, explicit)?;
     let write = writer(spec, path)?;
-    file.validate().map_err(|(location, problem)| FormatError::Output {
-        path: path.into(),
-        format: spec.name,
-        problem: format!("{location}: {problem}"),
-    })?;
+    let refuse = |problem: String| FormatError::Output { path: path.into(), format: spec.name, problem };
+    file.validate().map_err(|(location, problem)| refuse(format!("{location}: {problem}")))?;
     if let Some(problem) = file.meaningless() {
+        return Err(refuse(problem));
+    }
+    output_files(spec, path, files)?;
+    let is_list = spec.stream.is_some_and(|s| s.names.lists(path).is_some());
+    if files == 1 && !is_list {
+        crate::output::atomically(path, |temporary| write(temporary, file, options)).map_err(|e| e.renamed(path))?;
+        return Ok(vec![path.into()]);
+    }
+    let counted: usize = file.counts().iter().sum();
+    let there: usize = file.species.iter().map(|s| s.table.count).sum();
+    let types = file.species.iter().map(|s| s.part_type);
+    if counted != there || types.clone().any(|t| types.clone().filter(|&u| u == t).count() > 1) {
+        let types: Vec<u8> = types.collect();
+        return Err(refuse(format!("the particles are of types {types:?}, expected each of 0 to 5 once at most")));
+    }
+    write_stream(formats, path, Some(spec.name), file, files, options)
+}
+
+/// Writes particles that are made while they are written, to so many `files`, which appear all or none; returns their paths.
+///
+/// # Errors
+/// [`FormatError::Output`] where the format cannot, or for more files than particles; those of [`detect_output`], the writer,
+/// the stream and the operating system.
+pub fn write_stream(
+    formats: &[FormatSpec],
+    path: &Path,
+    explicit: Option<&str>,
+    particles: &dyn ParticleStream,
+    files: usize,
+    options: WriteOptions,
+) -> Result<Vec<PathBuf>> {
+    let (spec, streaming) = streaming(formats, path, explicit)?;
+    let totals = particles.counts();
+    let count: usize = totals.iter().sum();
+    if files == 0 || files > count.max(1) {
+        let problem = format!("{count} particles do not fill {files} files; expected 1 to {}", count.max(1));
         return Err(FormatError::Output { path: path.into(), format: spec.name, problem });
     }
-    crate::output::atomically(path, |temporary| write(temporary, file, options)).map_err(|e| e.renamed(path))
+    let paths = output_files(spec, path, files)?;
+    let names = || paths.iter().map(|p| p.file_name().unwrap_or_default().to_string_lossy().into_owned());
+    // The one that lists the others goes before them.
+    let listing = streaming.names.lists(path).map(|(_, index)| index);
+    crate::output::atomically_all(&paths, |k, temporary| {
+        let written = match (k, listing) {
+            (0, Some(index)) => index(temporary, &names().skip(1).collect::<Vec<_>>(), particles, options),
+            _ => {
+                let part = Part::new(totals, k - usize::from(listing.is_some()), files);
+                (streaming.write)(&Piece { path: temporary, part, stream: particles }, options)
+            }
+        };
+        written.map_err(|e| e.renamed(&paths[k]))
+    })?;
+    Ok(paths)
+}
+
+const ONE_FILE: &str = "it is one file for the programs that read it; leave out --files (output.files), or write gadget, \
+    gizmo, arepo, gadget-binary or VTK's .pvtu";
+
+/// Writes one of `files` alone, for as many processes that do not know of each other; returns its path.
+///
+/// # Errors
+/// As [`write_stream`]; [`FormatError::Output`] where there is no file of this number, or one lists the others.
+pub fn write_part(
+    formats: &[FormatSpec],
+    path: &Path,
+    explicit: Option<&str>,
+    particles: &dyn ParticleStream,
+    (index, files): (usize, usize),
+    options: WriteOptions,
+) -> Result<PathBuf> {
+    let (spec, streaming) = streaming(formats, path, explicit)?;
+    let refuse = |problem: String| Err(FormatError::Output { path: path.into(), format: spec.name, problem });
+    let totals = particles.counts();
+    if index >= files || files > totals.iter().sum() {
+        return refuse(format!(
+            "there is no part {index} of {files}, expected one of 0 to {}",
+            files.saturating_sub(1)
+        ));
+    }
+    if !matches!(streaming.names, FileNames::Numbered) {
+        return refuse("its parts are not written one by one; write gadget, gizmo, arepo or gadget-binary".into());
+    }
+    let target = output_files(spec, path, files)?.swap_remove(index);
+    let part = Part::new(totals, index, files);
+    let piece = |temporary: &Path| (streaming.write)(&Piece { path: temporary, part, stream: particles }, options);
+    crate::output::atomically(&target, piece).map_err(|e| e.renamed(&target))?;
+    Ok(target)
+}
+
+/// The files that a format writes for `path` where there are to be so many: the first is the one that tells of the others.
+///
+/// # Errors
+/// [`FormatError::Output`] where the format writes no more than one, or none of such a name.
+pub fn output_files(spec: &FormatSpec, path: &Path, files: usize) -> Result<Vec<PathBuf>> {
+    let refuse = |problem: String| Err(FormatError::Output { path: path.into(), format: spec.name, problem });
+    let names = match spec.stream {
+        Some(streaming) => streaming.names,
+        None if files == 1 => return Ok(vec![path.into()]),
+        None => return refuse(ONE_FILE.into()),
+    };
+    if let Some((extension, _)) = names.lists(path) {
+        let stem = path.file_stem().unwrap_or_default().to_string_lossy();
+        let piece = |k| path.with_file_name(format!("{stem}_{k}.{extension}"));
+        return Ok(std::iter::once(path.to_owned()).chain((0..files).map(piece)).collect());
+    }
+    match names {
+        _ if files == 1 => Ok(vec![path.into()]),
+        FileNames::One => refuse(ONE_FILE.into()),
+        FileNames::Numbered => {
+            let family = Family::for_output(path);
+            Ok((0..files).map(|k| family.member(k)).collect())
+        }
+        FileNames::Listed { extensions, .. } => {
+            let known: Vec<String> = extensions.iter().map(|(listing, _)| format!(".{listing}")).collect();
+            refuse(format!("several files are listed by one that ends in {}; name that", known.join(" or ")))
+        }
+    }
+}
+
+impl FileNames {
+    /// The extension of the files that `path` lists by its own, and what writes it.
+    fn lists(&self, path: &Path) -> Option<(&'static str, IndexFn)> {
+        let Self::Listed { extensions, index } = self else { return None };
+        let own = extension(path)?;
+        extensions.iter().find(|(listing, _)| *listing == own).map(|(_, extension)| (*extension, *index))
+    }
+}
+
+fn streaming<'f>(
+    formats: &'f [FormatSpec],
+    path: &Path,
+    explicit: Option<&str>,
+) -> Result<(&'f FormatSpec, Streaming)> {
+    let spec = detect_output(formats, path, explicit)?;
+    writer(spec, path)?;
+    match spec.stream {
+        Some(streaming) => Ok((spec, streaming)),
+        None => {
+            let able = names(formats.iter().filter(|f| f.stream.is_some()));
+            let problem = format!("particles are written to it at once only; write one of {able}");
+            Err(FormatError::Output { path: path.into(), format: spec.name, problem })
+        }
+    }
 }
 
 /// The reader of a format.

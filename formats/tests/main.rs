@@ -11,6 +11,16 @@ mod c_netcdf;
 mod conformance;
 #[cfg(all(feature = "gadget", feature = "sph-exa", feature = "netcdf", feature = "grid-hdf5", feature = "gyre-hdf5"))]
 mod datasets;
+#[cfg(all(
+    feature = "arepo",
+    feature = "gadget",
+    feature = "gadget-binary",
+    feature = "gizmo",
+    feature = "numpy",
+    feature = "swift",
+    feature = "vtk"
+))]
+mod families;
 mod foreign;
 #[cfg(feature = "gadget-binary")]
 mod gadget_binary;

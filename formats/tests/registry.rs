@@ -42,6 +42,7 @@ const fn spec(name: &'static str, extensions: &'static [&'static str], sniff: fn
         sniff,
         read: None,
         write: None,
+        stream: None,
     }
 }
 

@@ -18,6 +18,8 @@ Examples:
   sph-prep help scene.domain                         what a scene can say
   sph-prep inspect grid.nc                           what a file holds
   sph-prep convert ic.hdf5 ic.vtu                    particles to another format
+  sph-prep replicate box.hdf5 --times 8,8,8 --scene star.yaml --out ic.hdf5
+                                                     more particles than memory holds
   sph-prep check ic.hdf5 --for swift                 whether a code takes it, and what it will sum
   sph-prep plot ic.hdf5                              a page of pictures and figures: ic.html
   sph-prep formats                                   what can be read and written
@@ -60,6 +62,10 @@ pub enum Command {
     Check(CheckArgs),
     /// Convert a particle file to another format; what that cannot hold is listed.
     Convert(ConvertArgs),
+    /// Repeat a relaxed periodic box along its axes, and map it to a target: any number of particles in little memory.
+    Replicate(ReplicateArgs),
+    /// Write the seeds of a scene, not relaxed, block by block: any number in little memory, or a part per process.
+    Seed(SeedArgs),
     /// Draw a particle file, whoever wrote it: a page of pictures and figures, or a small picture.
     Plot(PlotArgs),
     /// Print the help of a command, or of a scene's keys: scene, scene.domain, scene.domain.ball.radius.
@@ -146,12 +152,74 @@ pub struct ConvertArgs {
     /// Edge of the box, in units of the output, where the input has none.
     #[arg(long = "box", value_name = "LENGTH")]
     pub box_size: Option<f64>,
+    /// Write so many files: NAME.0.EXT and so on for GADGET and its kin, pieces of a .pvtu for VTK.
+    #[arg(long, value_name = "K", default_value_t = 1)]
+    pub files: usize,
     /// Write f64 where the format's default is f32.
     #[arg(long)]
     pub double: bool,
     /// Deflate level, 0 to 9.
     #[arg(long, default_value_t = 4, value_parser = clap::value_parser!(u8).range(0..=9))]
     pub compression: u8,
+}
+
+/// Where particles go that are made while they are written.
+#[derive(Debug, clap::Args)]
+pub struct StreamArgs {
+    /// Particle file to write.
+    #[arg(long = "out", value_name = "FILE", required_unless_present = "dry_run")]
+    pub output: Option<PathBuf>,
+    /// Flavor of the output, where the extension does not settle it.
+    #[arg(long, value_name = "NAME")]
+    pub to: Option<String>,
+    /// Write so many files: NAME.0.EXT and so on for GADGET and its kin, pieces of a .pvtu for VTK.
+    #[arg(long, value_name = "K", default_value_t = 1)]
+    pub files: usize,
+    /// Write file PART of --files alone, from 0, and leave the others to other processes.
+    #[arg(long, value_name = "PART", conflicts_with = "dry_run")]
+    pub part: Option<usize>,
+    /// Write f64 where the format's default is f32.
+    #[arg(long)]
+    pub double: bool,
+    /// Deflate level, 0 to 9.
+    #[arg(long, default_value_t = 4, value_parser = clap::value_parser!(u8).range(0..=9))]
+    pub compression: u8,
+    /// Make all particles, count them, sum their masses and hash their numbers, but write nothing.
+    #[arg(long)]
+    pub dry_run: bool,
+    /// Threads to use [default: all cores]. The result does not depend on it.
+    #[arg(long)]
+    pub threads: Option<usize>,
+}
+
+#[derive(Debug, clap::Args)]
+pub struct ReplicateArgs {
+    /// Particle file with a periodic box.
+    pub file: PathBuf,
+    /// How often the box is repeated along each axis.
+    #[arg(long, value_name = "NX,NY,NZ", value_delimiter = ',', required = true)]
+    pub times: Vec<usize>,
+    /// Scene whose target the copies are mapped to: a product of functions of x, y and z in a box, or a function of the
+    /// radius in a ball or shell.
+    #[arg(long, value_name = "FILE")]
+    pub scene: Option<PathBuf>,
+    /// Name of the box's format, where it cannot be told from the file.
+    #[arg(long)]
+    pub format: Option<String>,
+    #[command(flatten)]
+    pub stream: StreamArgs,
+}
+
+#[derive(Debug, clap::Args)]
+pub struct SeedArgs {
+    /// Scene file (YAML).
+    #[arg(long, value_name = "FILE")]
+    pub scene: PathBuf,
+    /// Number of particles, over the scene's; it may be more than one process can hold.
+    #[arg(short = 'n', long, value_name = "N", value_parser = parse_count)]
+    pub particles: Option<usize>,
+    #[command(flatten)]
+    pub stream: StreamArgs,
 }
 
 #[derive(Debug, clap::Args)]
@@ -227,6 +295,9 @@ pub struct RunArgs {
     /// Units of the output: cgs, si, solar, planetary, galactic, code.
     #[arg(long, value_name = "NAME")]
     units: Option<String>,
+    /// Write so many files: NAME.0.EXT and so on for GADGET and its kin, pieces of a .pvtu for VTK.
+    #[arg(long, value_name = "K")]
+    files: Option<usize>,
     /// Refuse to replace an output that is there already.
     #[arg(long)]
     no_clobber: bool,
@@ -395,6 +466,7 @@ impl RunArgs {
         overlay(&mut scene.output.report, &self.report);
         overlay(&mut scene.output.format, &self.to);
         overlay(&mut scene.output.units, &self.units);
+        scene.output.files = self.files.unwrap_or(scene.output.files);
         scene.output.no_clobber |= self.no_clobber;
         scene.output.double_precision |= self.double;
         scene.output.compression = self.compression.unwrap_or(scene.output.compression);

@@ -7,6 +7,7 @@ use crate::input::particles::Snapshot;
 use crate::scene::system_of;
 use sph::kernel::{default_kernel_neighbors, support_over_spacing};
 use sph_formats::common::particle_names as names;
+use sph_formats::model::FILES_KEY;
 use sph_formats::{
     Column, FieldRequest, FileContent, FormatSpec, ParticleFile, UnitDimension, UnitSystem, Values, WriteOptions,
     registry,
@@ -25,7 +26,9 @@ const ROUNDING: f64 = 1e-6;
 pub fn convert(formats: &[FormatSpec], args: &ConvertArgs) -> Result<Vec<String>> {
     let target = registry::detect_output(formats, &args.to, args.to_format.as_deref())?;
     registry::writer(target, &args.to)?;
-    sph_formats::output::probe(&args.to)?;
+    for path in registry::output_files(target, &args.to, args.files)? {
+        sph_formats::output::probe(&path)?;
+    }
     let mut file = particles(formats, &args.from, args.format.as_deref())?;
     let mut notes = Vec::new();
     if let Some(name) = &args.units {
@@ -40,9 +43,13 @@ pub fn convert(formats: &[FormatSpec], args: &ConvertArgs) -> Result<Vec<String>
     }
     notes.extend(support_radii(&args.from, &mut file));
     let options = WriteOptions { compression: args.compression, double_precision: args.double };
-    sph_formats::write(formats, &args.to, Some(target.name), &file, options)?;
+    let written = sph_formats::write_files(formats, &args.to, Some(target.name), &file, args.files, options)?;
+    let told = written.first().unwrap_or(&args.to);
+    if let ([first, .., last], true) = (written.as_slice(), written.len() > 1) {
+        notes.push(format!("{} files were written: '{}' to '{}'", written.len(), first.display(), last.display()));
+    }
     let own_reader = (target.capabilities.read_particles && target.read.is_some()).then_some(target.name);
-    match particles(formats, &args.to, own_reader) {
+    match particles(formats, told, own_reader) {
         Ok(back) => notes.extend(losses(target.name, &file, back)),
         Err(e) => notes.push(format!("what '{}' holds could not be checked: {e}", args.to.display())),
     }
@@ -173,7 +180,8 @@ fn losses(format: &str, file: &ParticleFile, mut back: ParticleFile) -> Vec<Stri
         ("the dimension", old.dimension == new.dimension),
         ("the time", close(old.time, new.time)),
         ("the kernel", old.kernel == new.kernel && close(old.kernel_neighbors, new.kernel_neighbors)),
-        ("the provenance", old.provenance.iter().all(|fact| new.provenance.contains(fact))),
+        // Which files the particles came from is no fact of their own.
+        ("the provenance", old.provenance.iter().all(|fact| fact.0 == FILES_KEY || new.provenance.contains(fact))),
     ];
     lost.extend(checks.iter().filter(|(_, kept)| !kept).map(|(what, _)| format!("{format} does not hold {what}")));
     lost

@@ -14,6 +14,7 @@ mod interrupt;
 mod methods;
 mod plot;
 mod progress;
+mod streams;
 
 use crate::error::Error;
 use crate::relaxation::{Control, Event, StopReason};
@@ -59,6 +60,12 @@ pub fn main_with<T: Into<OsString> + Clone>(arguments: impl IntoIterator<Item = 
             notes.iter().for_each(|note| eprintln!("note: {note}"));
             SUCCESS
         }),
+        Some(Command::Replicate(arguments)) => set_threads(arguments.stream.threads)
+            .and_then(|()| streams::replicate(FORMATS, arguments))
+            .and_then(|text| print(&text)),
+        Some(Command::Seed(arguments)) => set_threads(arguments.stream.threads)
+            .and_then(|()| streams::seed(FORMATS, arguments))
+            .and_then(|text| print(&text)),
         Some(Command::Plot(plot)) => plot::run(FORMATS, plot, &command).and_then(|text| print(&text)),
         None => run(&args.run, &command),
     };

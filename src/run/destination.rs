@@ -6,11 +6,13 @@ use crate::error::{Error, Result};
 use crate::output::parameters;
 use crate::scene::{ProfileInput, Scene};
 use sph_formats::{FormatError, FormatSpec, ParticleFile, WriteOptions, registry};
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 /// The output file of a scene, of which is known that it can be written.
 pub struct Destination<'a> {
     path: &'a Path,
+    /// `path`, unless there are several.
+    files: Vec<PathBuf>,
     /// None of a picture.
     format: Option<&'a FormatSpec>,
 }
@@ -26,6 +28,11 @@ impl<'a> Destination<'a> {
         drawings::refuse(scene)?;
         let format = intended_format(scene, formats)?;
         format.map_or(Ok(()), |format| registry::writer(format, path).map(|_| ()))?;
+        let files = match format {
+            Some(format) => registry::output_files(format, path, scene.output.files)?,
+            None if scene.output.files == 1 => vec![path.to_owned()],
+            None => return Err(Error::scene("output.files", "is more than 1, but a picture is one file")),
+        };
         if let Some(code) = scene.code().filter(|_| scene.output.parameters) {
             parameters::refuse_overwriting(code, path)?;
         }
@@ -39,7 +46,7 @@ impl<'a> Destination<'a> {
             }
             sph_formats::output::probe(page)?;
         }
-        Ok(Self { path, format })
+        Ok(Self { path, files, format })
     }
 
     /// Refuses to write over what `scene` reads.
@@ -47,12 +54,15 @@ impl<'a> Destination<'a> {
     /// # Errors
     /// An input that is the output or the checkpoint.
     pub fn refuse_overwriting_inputs(&self, scene: &Scene) -> Result<()> {
-        refuse_overwriting_inputs(scene, self.path)?;
-        if self.path.exists() && scene.output.no_clobber {
-            let problem = format!("'{}' is there already, and --no-clobber is set; name another", self.path.display());
-            return Err(Error::scene("output.file", problem));
+        for path in &self.files {
+            refuse_overwriting_inputs(scene, path)?;
+            if path.exists() && scene.output.no_clobber {
+                let problem = format!("'{}' is there already, and --no-clobber is set; name another", path.display());
+                return Err(Error::scene("output.file", problem));
+            }
+            sph_formats::output::probe(path)?;
         }
-        Ok(sph_formats::output::probe(self.path)?)
+        Ok(())
     }
 
     /// Writes the file, and parameters beside it where the scene asks for them; returns what there is to note. `drawing` is
@@ -68,14 +78,21 @@ impl<'a> Destination<'a> {
     ) -> Result<Vec<String>> {
         let options =
             WriteOptions { compression: scene.output.compression, double_precision: scene.output.double_precision };
-        let replaces = self.path.exists();
+        let replaced: Vec<&PathBuf> = self.files.iter().filter(|path| path.exists()).collect();
+        let mut notes = Vec::new();
         match self.format {
-            Some(format) => sph_formats::write(formats, self.path, Some(format.name), file, options)?,
+            Some(format) => {
+                let (name, count) = (Some(format.name), scene.output.files);
+                let written = sph_formats::write_files(formats, self.path, name, file, count, options)?;
+                if let ([first, .., last], true) = (written.as_slice(), written.len() > 1) {
+                    let (first, last) = (first.display(), last.display());
+                    notes.push(format!("the particles are in {} files: '{first}' to '{last}'", written.len()));
+                }
+            }
             None => drawing.write_picture(file, self.path)?,
         }
-        let mut notes = Vec::new();
-        if replaces {
-            notes.push(format!("an older '{}' was replaced (--no-clobber refuses that)", self.path.display()));
+        for path in replaced {
+            notes.push(format!("an older '{}' was replaced (--no-clobber refuses that)", path.display()));
         }
         if let Some(code) = scene.code().filter(|_| scene.output.parameters) {
             for (path, text) in parameters::files(code, self.path, file)? {

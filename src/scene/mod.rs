@@ -203,6 +203,10 @@ pub struct Output {
     #[schemars(example = &"cgs")]
     #[serde(skip_serializing_if = "Option::is_none")]
     pub units: Option<String>,
+    /// How many files hold the particles: `NAME.0.EXT` and so on for GADGET and its kin, pieces of a `.pvtu` for VTK.
+    #[schemars(range(min = 1), example = 8)]
+    #[serde(skip_serializing_if = "is_one")]
+    pub files: usize,
     /// Edge of the box of an isolated body over the body's own.
     pub box_factor: f64,
     /// Whether a file that is there already is refused instead of replaced.
@@ -231,6 +235,10 @@ pub enum OnInterrupt {
     Write,
 }
 
+fn is_one(count: &usize) -> bool {
+    *count == 1
+}
+
 impl Default for Output {
     fn default() -> Self {
         Self {
@@ -238,6 +246,7 @@ impl Default for Output {
             report: None,
             format: None,
             units: None,
+            files: 1,
             no_clobber: false,
             box_factor: 4.0,
             compression: 4,
@@ -397,6 +406,10 @@ impl Scene {
             let known: Vec<&str> = SHEETS.iter().filter(|s| s.has_parameters).map(|s| s.name).collect();
             let problem = format!("needs a target_code (--for CODE) whose parameters are known: {}", known.join(", "));
             return Err(Error::scene("output.parameters", problem));
+        }
+        if self.output.files == 0 || self.output.files > self.particles.unwrap_or(DEFAULT_PARTICLES) {
+            let problem = format!("is {}, expected at least 1, and no more files than particles", self.output.files);
+            return Err(Error::scene("output.files", problem));
         }
         if self.output.compression > 9 {
             return Err(Error::scene("output.compression", format!("is {}, expected 0 to 9", self.output.compression)));

@@ -12,6 +12,7 @@ use crate::target::{Positions, Target};
 use rand::RngExt;
 use sph::geometry::distance;
 use sph::parallel;
+use std::ops::Range;
 
 /// Cells of a part with `n` particles, at least: enough for the cut to fall right, no more than the part needs.
 fn least_cells(n: usize, rule: Rule) -> usize {
@@ -31,44 +32,103 @@ const PARALLEL: usize = 512;
 /// # Errors
 /// A target without mass in its domain.
 pub(super) fn place<const D: usize>(target: &Target<'_, D>, seed: u64) -> Result<Positions<D>> {
-    let mut points = vec![[0.0; D]; target.count];
-    bisect(target, partition(target, target.cell_rule())?, &mut points);
-    Ok(to_positions(&jittered(target, &points, seed)))
+    place_block(target, seed, 0..target.count)
+}
+
+/// The particles of some numbers alone: to the bit those that [`place`] gives them, since each cut depends on what it
+/// cuts only. Parts without any of them are not entered, so that a block of B particles takes O(log N + B log B).
+///
+/// # Errors
+/// A target without mass in its domain.
+pub(super) fn place_block<const D: usize>(
+    target: &Target<'_, D>,
+    seed: u64,
+    block: Range<usize>,
+) -> Result<Positions<D>> {
+    let mut points = vec![[0.0; D]; block.len()];
+    bisect(target, partition(target, target.cell_rule())?, (0..target.count, &block), &mut points);
+    Ok(to_positions(&jittered(target, &points, block.start, seed)))
+}
+
+/// Boxes that cover the parts whose particles are all in `block`, the largest ones.
+///
+/// # Errors
+/// A target without mass in its domain.
+pub(super) fn cover<const D: usize>(target: &Target<'_, D>, block: &Range<usize>) -> Result<Vec<[[f64; D]; 2]>> {
+    let mut boxes = Vec::new();
+    let mut open = vec![(partition(target, target.cell_rule())?, 0..target.count)];
+    while let Some((mut cells, numbers)) = open.pop() {
+        if overlap(&numbers, block).is_empty() {
+            continue;
+        }
+        if block.start <= numbers.start && numbers.end <= block.end {
+            boxes.push(bounds(&cells));
+            continue;
+        }
+        let n = numbers.len();
+        refine(target, &mut cells, least_cells(n, target.cell_rule()), target.cell_rule());
+        let Cut { left, right, .. } = cut(cells, (n / 2) as f64 / n as f64);
+        let middle = numbers.start + n / 2;
+        open.push((right, middle..numbers.end));
+        open.push((left, numbers.start..middle));
+    }
+    Ok(boxes)
+}
+
+fn overlap(a: &Range<usize>, b: &Range<usize>) -> Range<usize> {
+    let start = a.start.max(b.start);
+    start..a.end.min(b.end).max(start)
+}
+
+fn bounds<const D: usize>(cells: &[Cell<D>]) -> [[f64; D]; 2] {
+    let lo = std::array::from_fn(|k| cells.iter().map(|c| c.lo[k]).fold(f64::INFINITY, f64::min));
+    let hi = std::array::from_fn(|k| cells.iter().map(|c| c.hi[k]).fold(f64::NEG_INFINITY, f64::max));
+    [lo, hi]
 }
 
 /// Jitter as a fraction of the local spacing. Bisection of a symmetric target gives a lattice, an unstable
 /// equilibrium that relaxation leaves late and unevenly; a tenth of the spacing is enough to leave it at once.
 const JITTER: f64 = 0.1;
 
-fn jittered<const D: usize>(target: &Target<'_, D>, points: &[[f64; D]], seed: u64) -> Vec<[f64; D]> {
+/// The points with the numbers from `first` on, jittered.
+fn jittered<const D: usize>(target: &Target<'_, D>, points: &[[f64; D]], first: usize, seed: u64) -> Vec<[f64; D]> {
     parallel::map(points.len(), |i| {
         let x = points[i];
         let spacing = target.spacing(target.number_density(&x));
-        let mut rng = keyed(seed, Purpose::SeedJitter, i as u64);
+        let mut rng = keyed(seed, Purpose::SeedJitter, (first + i) as u64);
         let mut y = x.map(|v| v + JITTER * spacing * (2.0 * rng.random::<f64>() - 1.0));
         target.domain.wrap(&mut y);
         if target.admits(&y) { y } else { x }
     })
 }
 
-fn bisect<const D: usize>(target: &Target<'_, D>, mut cells: Vec<Cell<D>>, out: &mut [[f64; D]]) {
-    let n = out.len();
-    if n == 0 {
-        return;
-    }
+/// Places those of the particles `numbers` of a part that are `wanted`, into `out`.
+fn bisect<const D: usize>(
+    target: &Target<'_, D>,
+    mut cells: Vec<Cell<D>>,
+    (numbers, wanted): (Range<usize>, &Range<usize>),
+    out: &mut [[f64; D]],
+) {
+    let n = numbers.len();
+    let [first, ..] = out else { return };
     refine(target, &mut cells, least_cells(n, target.cell_rule()), target.cell_rule());
     if n == 1 {
-        out[0] = representative(target, &cells);
+        *first = representative(target, &cells);
         return;
     }
     let left_count = n / 2;
     let Cut { left, right, .. } = cut(cells, left_count as f64 / n as f64);
-    let (left_out, right_out) = out.split_at_mut(left_count);
-    if n > PARALLEL {
-        parallel::join(|| bisect(target, left, left_out), || bisect(target, right, right_out));
+    let middle = numbers.start + left_count;
+    let (before, behind) = (numbers.start..middle, middle..numbers.end);
+    let (left_out, right_out) = out.split_at_mut(overlap(&before, wanted).len());
+    if n > PARALLEL && !left_out.is_empty() && !right_out.is_empty() {
+        parallel::join(
+            || bisect(target, left, (before, wanted), left_out),
+            || bisect(target, right, (behind, wanted), right_out),
+        );
     } else {
-        bisect(target, left, left_out);
-        bisect(target, right, right_out);
+        bisect(target, left, (before, wanted), left_out);
+        bisect(target, right, (behind, wanted), right_out);
     }
 }
 

@@ -1,6 +1,7 @@
 //! Initial positions: exactly N of them, all where the target admits particles. [`METHODS`] lists the methods.
 
 mod bisection;
+mod blocks;
 mod cumulative;
 mod glass;
 mod gravity;
@@ -21,8 +22,10 @@ mod sublattice;
 mod sublattice_search;
 mod symmetry;
 
+pub use blocks::{Block, blocks, seed_block};
 pub use methods::{METHODS, Method, Targets};
 pub use name::Seeding;
 pub use place::seed;
 pub use seeded::Seeded;
+pub use stretch::{MassMap, TabulatedMap};
 pub use symmetry::{discontinuity_share, is_radial, is_uniform};

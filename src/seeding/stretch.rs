@@ -15,7 +15,7 @@ use super::sublattice::Sublattice;
 use super::symmetry::{self, Symmetry};
 use crate::error::Result;
 use crate::target::Target;
-use sph::domain::Axis;
+use sph::domain::{Axis, Round};
 use sph::geometry::distance;
 use sph::parallel;
 
@@ -109,48 +109,179 @@ pub(super) fn map<const D: usize>(
     symmetry: &Symmetry<D>,
     mut points: Vec<[f64; D]>,
 ) -> Vec<[f64; D]> {
-    match symmetry {
-        Symmetry::Uniform => {}
-        Symmetry::Separable { through } => {
-            let domain = target.domain;
-            for k in 0..D {
-                let (lo, hi) = (domain.lo[k], domain.hi[k]);
-                let mass = Cumulative::new(|x| symmetry::along(target, through, k, x), lo, hi);
-                parallel::update(&mut points, |_, x| x[k] = mass.inverse((x[k] - lo) / (hi - lo)).clamp(lo, hi));
+    let map = MassMap::with(target, symmetry);
+    parallel::update(&mut points, |_, x| *x = map.apply(*x));
+    points
+}
+
+/// The map from points of uniform density in a domain to a target there.
+pub struct MassMap<'a, const D: usize>(Kind<'a, D>);
+
+enum Kind<'a, const D: usize> {
+    Same,
+    Axes { lo: [f64; D], hi: [f64; D], masses: Vec<Cumulative<'a>> },
+    Tubes { round: Round<D>, axis: usize, ends: (f64, f64), tubes: Cumulative<'a>, layers: Cumulative<'a> },
+    Shells { center: [f64; D], inner: f64, outer: f64, shells: Cumulative<'a> },
+}
+
+impl<'a, const D: usize> MassMap<'a, D> {
+    /// The map that the symmetry of the target allows.
+    ///
+    /// # Errors
+    /// A target without a symmetry by which a uniform pattern can be mapped to it; `what` asks for it.
+    pub fn new(target: &'a Target<'_, D>, what: &str) -> Result<Self> {
+        Ok(Self::with(target, &symmetry::detect(target, what)?))
+    }
+
+    fn with(target: &'a Target<'_, D>, symmetry: &Symmetry<D>) -> Self {
+        let domain = target.domain;
+        Self(match symmetry.clone() {
+            Symmetry::Uniform => Kind::Same,
+            Symmetry::Separable { through } => {
+                let along = |k: usize| {
+                    Cumulative::new(move |x| symmetry::along(target, &through, k, x), domain.lo[k], domain.hi[k])
+                };
+                Kind::Axes { lo: domain.lo, hi: domain.hi, masses: (0..D).map(along).collect() }
             }
-        }
-        Symmetry::Cylindrical { round, axis, through } => {
-            let (lo, hi) = (target.domain.lo[*axis], target.domain.hi[*axis]);
-            let (middle, height) = (round.distance(through), through[*axis]);
-            let tubes = Cumulative::new(
-                |r| r * symmetry::ring_mean(target, round, r, height),
-                round.inner_radius,
-                round.radius,
-            );
-            let layers = Cumulative::new(|z| symmetry::ring_mean(target, round, middle, z), lo, hi);
-            let area = |r: f64| r * r - round.inner_radius.powi(2);
-            parallel::update(&mut points, |_, x| {
-                x[*axis] = layers.inverse((x[*axis] - lo) / (hi - lo)).clamp(lo, hi);
-                let r = round.distance(x);
+            Symmetry::Cylindrical { round, axis, through } => {
+                let (lo, hi) = (domain.lo[axis], domain.hi[axis]);
+                let (middle, height) = (round.distance(&through), through[axis]);
+                let (inner, outer) = (round.inner_radius, round.radius);
+                let ring = round;
+                let tubes = Cumulative::new(move |r| r * symmetry::ring_mean(target, &ring, r, height), inner, outer);
+                let ring = round;
+                let layers = Cumulative::new(move |z| symmetry::ring_mean(target, &ring, middle, z), lo, hi);
+                Kind::Tubes { round, axis, ends: (lo, hi), tubes, layers }
+            }
+            Symmetry::Radial { center, inner, outer } => {
+                let shell = move |r: f64| r.powi(D as i32 - 1) * symmetry::spherical_mean(target, &center, r);
+                Kind::Shells { center, inner, outer, shells: Cumulative::new(shell, inner, outer) }
+            }
+        })
+    }
+
+    /// Where a point of uniform density goes.
+    pub fn apply(&self, mut x: [f64; D]) -> [f64; D] {
+        match &self.0 {
+            Kind::Same => {}
+            Kind::Axes { lo, hi, masses } => {
+                for (k, mass) in masses.iter().enumerate() {
+                    x[k] = mass.inverse((x[k] - lo[k]) / (hi[k] - lo[k])).clamp(lo[k], hi[k]);
+                }
+            }
+            Kind::Tubes { round, axis, ends: (lo, hi), tubes, layers } => {
+                let area = |r: f64| r * r - round.inner_radius.powi(2);
+                x[*axis] = layers.inverse((x[*axis] - lo) / (hi - lo)).clamp(*lo, *hi);
+                let r = round.distance(&x);
                 if r > 0.0 {
                     let mapped = tubes.inverse(area(r) / area(round.radius)).min(round.radius * (1.0 - 1e-12));
-                    *x = round.scaled(x, mapped / r);
+                    x = round.scaled(&x, mapped / r);
                 }
-            });
-        }
-        Symmetry::Radial { center, inner, outer } => {
-            let shells =
-                Cumulative::new(|r| r.powi(D as i32 - 1) * symmetry::spherical_mean(target, center, r), *inner, *outer);
-            let volume = |r: f64| r.powi(D as i32) - inner.powi(D as i32);
-            parallel::update(&mut points, |_, x| {
-                let r = distance(center, x);
+            }
+            Kind::Shells { center, inner, outer, shells } => {
+                let volume = |r: f64| r.powi(D as i32) - inner.powi(D as i32);
+                let r = distance(center, &x);
                 if r > 0.0 {
                     // Rounding must not carry a point beyond the surface.
                     let mapped = shells.inverse(volume(r) / volume(*outer)).min(outer * (1.0 - 1e-12));
-                    *x = std::array::from_fn(|k| center[k] + (x[k] - center[k]) * (mapped / r));
+                    x = std::array::from_fn(|k| center[k] + (x[k] - center[k]) * (mapped / r));
                 }
-            });
+            }
         }
+        x
     }
-    points
+}
+
+/// Intervals of a table: far finer than the spacing of any particles that a machine can hold.
+const INTERVALS: usize = 1 << 16;
+
+/// A map along one line, between its values at equal steps.
+struct Table {
+    lo: f64,
+    step: f64,
+    values: Vec<f64>,
+}
+
+impl Table {
+    fn new(lo: f64, hi: f64, map: impl Fn(f64) -> f64 + Sync) -> Self {
+        let step = (hi - lo) / INTERVALS as f64;
+        let at = |i: usize| if i == INTERVALS { hi } else { lo + step * i as f64 };
+        Self { lo, step, values: parallel::map(INTERVALS + 1, |i| map(at(i))) }
+    }
+
+    fn at(&self, x: f64) -> f64 {
+        let t = ((x - self.lo) / self.step).clamp(0.0, INTERVALS as f64);
+        let i = (t as usize).min(INTERVALS - 1);
+        let (a, b) = (self.values[i], self.values[i + 1]);
+        a + (t - i as f64) * (b - a)
+    }
+}
+
+/// A [`MassMap`] from tables, for many points: each takes nanoseconds, and differs by less than 2^-16 of the domain's size from
+/// where it belongs, even at a jump.
+pub struct TabulatedMap<const D: usize>(Tables<D>);
+
+enum Tables<const D: usize> {
+    Same,
+    Axes(Vec<Table>),
+    Tubes { round: Round<D>, axis: usize, across: Table, along: Table },
+    Shells { center: [f64; D], radius: Table },
+}
+
+impl<const D: usize> TabulatedMap<D> {
+    pub fn new(map: &MassMap<'_, D>) -> Self {
+        Self(match &map.0 {
+            Kind::Same => Tables::Same,
+            Kind::Axes { lo, hi, .. } => {
+                let line = |k: usize| Table::new(lo[k], hi[k], |x| map.apply(on_axis(lo, k, x))[k]);
+                Tables::Axes((0..D).map(line).collect())
+            }
+            Kind::Tubes { round, axis, ends: (lo, hi), tubes, layers } => {
+                let area = |r: f64| r * r - round.inner_radius.powi(2);
+                let outer = round.radius * (1.0 - 1e-12);
+                let across = |r: f64| tubes.inverse(area(r) / area(round.radius)).min(outer);
+                let along = |z: f64| layers.inverse((z - lo) / (hi - lo)).clamp(*lo, *hi);
+                Tables::Tubes {
+                    across: Table::new(round.inner_radius, round.radius, across),
+                    along: Table::new(*lo, *hi, along),
+                    round: *round,
+                    axis: *axis,
+                }
+            }
+            Kind::Shells { center, inner, outer, .. } => {
+                let radius = |r: f64| distance(center, &map.apply(on_axis(center, 0, center[0] + r)));
+                Tables::Shells { center: *center, radius: Table::new(*inner, *outer, radius) }
+            }
+        })
+    }
+
+    /// Where a point of uniform density goes.
+    pub fn apply(&self, mut x: [f64; D]) -> [f64; D] {
+        match &self.0 {
+            Tables::Same => {}
+            Tables::Axes(lines) => lines.iter().enumerate().for_each(|(k, line)| x[k] = line.at(x[k])),
+            Tables::Tubes { round, axis, across, along } => {
+                x[*axis] = along.at(x[*axis]);
+                let r = round.distance(&x);
+                if r > 0.0 {
+                    x = round.scaled(&x, across.at(r) / r);
+                }
+            }
+            Tables::Shells { center, radius } => {
+                let r = distance(center, &x);
+                if r > 0.0 {
+                    let factor = radius.at(r) / r;
+                    x = std::array::from_fn(|k| center[k] + (x[k] - center[k]) * factor);
+                }
+            }
+        }
+        x
+    }
+}
+
+/// A point with another coordinate.
+fn on_axis<const D: usize>(x: &[f64; D], k: usize, value: f64) -> [f64; D] {
+    let mut moved = *x;
+    moved[k] = value;
+    moved
 }

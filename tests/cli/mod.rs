@@ -8,5 +8,5 @@ mod codes;
 mod pages;
 mod reference;
 mod runs;
-mod support;
+pub(crate) mod support;
 mod wrong;

@@ -66,6 +66,7 @@ const FORMATS: &[FormatSpec] = &[
         sniff,
         read: Some(field),
         write: None,
+        stream: None,
     },
     FormatSpec {
         name: "memory",
@@ -77,6 +78,7 @@ const FORMATS: &[FormatSpec] = &[
         sniff: no_sniff,
         read: None,
         write: Some(keep),
+        stream: None,
     },
 ];
 

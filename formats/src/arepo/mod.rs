@@ -13,7 +13,7 @@
 //! opens even where it does not use them. BoxSize is one number (`LONG_X` and its like make the box other than cubic).
 //! See [`crate::common::snapshot`] for the rest. AREPO itself was not at hand to try the files.
 
-use crate::registry::{Capabilities, Columns, FormatSpec, WriteFn};
+use crate::registry::{Capabilities, Columns, FileNames, FormatSpec, Streaming, WriteFn};
 
 #[cfg(feature = "arepo")]
 mod schema;
@@ -24,6 +24,12 @@ mod write;
 const WRITE: Option<WriteFn> = Some(write::write);
 #[cfg(not(feature = "arepo"))]
 const WRITE: Option<WriteFn> = None;
+
+#[cfg(feature = "arepo")]
+const STREAM: Option<Streaming> =
+    Some(Streaming { write: write::write_piece, names: FileNames::Numbered, in_blocks: true });
+#[cfg(not(feature = "arepo"))]
+const STREAM: Option<Streaming> = None;
 
 /// Data sheet of the format.
 pub const SPEC: FormatSpec = FormatSpec {
@@ -46,4 +52,5 @@ pub const SPEC: FormatSpec = FormatSpec {
     sniff: crate::registry::sniff_hdf5,
     read: None,
     write: WRITE,
+    stream: STREAM,
 };

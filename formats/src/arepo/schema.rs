@@ -21,6 +21,8 @@ pub const FLAVOR: Flavor = Flavor {
     box_vector: false,
     inside_box: true,
     extra_columns: true,
+    long_columns: true,
+    wide_totals: false,
     unit_parameters: true,
     dropped: &[names::SUPPORT_RADIUS],
 };

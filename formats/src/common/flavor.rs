@@ -1,6 +1,9 @@
 //! What a flavor of particle file demands of its columns, whatever the container: one table of [`Rule`]s, from which
 //! every dataset is planned and checked before anything is written.
 
+#[cfg(any(feature = "hdf5-layer", feature = "phantom"))]
+use crate::common::number::int;
+use crate::common::number::{Number, id, root, single};
 use crate::error::{FormatError, Result};
 use crate::model::{Column, ParticleFile, ParticleTable, RunHeader, Species, Values};
 use crate::particle_names as names;
@@ -49,6 +52,8 @@ pub enum Storage {
     Float,
     Id,
     Int,
+    /// 64 bits, of columns with numbers that 32 do not hold.
+    Long,
 }
 
 /// What a dataset measures, from which follows the unit of its numbers.
@@ -112,6 +117,11 @@ pub struct Flavor {
     pub inside_box: bool,
     /// Whether columns beyond the rules become datasets of their own names; else they are left out.
     pub extra_columns: bool,
+    /// Whether columns of their own may be 64-bit integers.
+    pub long_columns: bool,
+    /// Whether numbers of particles past 32 bits stand in NumPart_Total as 64-bit numbers, as GADGET-4 reads them, instead of
+    /// with their high words in NumPart_Total_HighWord.
+    pub wide_totals: bool,
     /// Whether units are also stated as GADGET's parameters have them, for pynbody and yt.
     pub unit_parameters: bool,
     /// Columns of the placement that the flavor has no use for.
@@ -137,6 +147,8 @@ pub(crate) struct Job<'a> {
     pub(crate) path: &'a Path,
     pub(crate) header: &'a RunHeader,
     pub(crate) options: WriteOptions,
+    /// Number of the first row of a table, for messages: tables may be parts of larger ones.
+    pub(crate) first_row: usize,
 }
 
 /// A dataset with its source found.
@@ -197,23 +209,14 @@ impl<'a> Job<'a> {
         Ok(plan)
     }
 
-    fn plan_species(&self, species: &'a Species) -> Result<Vec<Planned<'a>>> {
+    /// The datasets of a species.
+    pub(crate) fn plan_species(&self, species: &'a Species) -> Result<Vec<Planned<'a>>> {
         for column in &species.table.columns {
             self.check_column(species, column)?;
         }
         let mut planned = Vec::new();
         for rule in self.flavor.rules {
-            if let Some(numbers) = self.find(species, rule)? {
-                planned.push(Planned {
-                    name: rule.name.to_owned(),
-                    storage: rule.storage,
-                    components: rule.components,
-                    dimension: self.dimension_of(&numbers, rule),
-                    numbers,
-                    strict: rule.need != Need::Optional,
-                    positive: rule.need != Need::Optional && rule.storage == Storage::Float && rule.components == 1,
-                });
-            }
+            planned.extend(self.plan_rule(species, rule)?);
         }
         for column in species.table.columns.iter().filter(|_| self.flavor.extra_columns) {
             let name = column.name.replace('/', "_");
@@ -224,18 +227,66 @@ impl<'a> Job<'a> {
             if name.is_empty() || name == "." || planned.iter().any(|p| p.name == name) {
                 return Err(self.refuse(format!("column '{}' cannot be a dataset of its own; rename it", column.name)));
             }
-            let integers = matches!(column.values, Values::I64(_));
-            planned.push(Planned {
-                name,
-                storage: if integers { Storage::Int } else { Storage::Float },
-                components: column.components,
-                dimension: column.dimension,
-                numbers: Numbers::Column(column),
-                strict: false,
-                positive: false,
-            });
+            planned.push(self.plan_column(name, column));
         }
         Ok(planned)
+    }
+
+    /// The dataset of this name of a species of which only the columns that it needs are there.
+    #[cfg(feature = "hdf5-layer")]
+    pub(crate) fn plan_one(&self, species: &'a Species, name: &str) -> Result<Planned<'a>> {
+        for column in &species.table.columns {
+            self.check_column(species, column)?;
+        }
+        let planned = match self.flavor.rules.iter().find(|rule| rule.name == name) {
+            Some(rule) => self.plan_rule(species, rule)?,
+            None => {
+                let column = species.table.columns.iter().find(|c| c.name.replace('/', "_") == name);
+                column.map(|column| self.plan_column(name.to_owned(), column))
+            }
+        };
+        planned.ok_or_else(|| self.refuse(format!("there is no column for '{name}' in all rows")))
+    }
+
+    /// Whether a dataset is a column of its own.
+    #[cfg(feature = "hdf5-layer")]
+    pub(crate) fn has_no_rule(&self, name: &str) -> bool {
+        self.flavor.rules.iter().all(|rule| rule.name != name)
+    }
+
+    fn plan_rule(&self, species: &'a Species, rule: &Rule) -> Result<Option<Planned<'a>>> {
+        let is_needed = rule.need != Need::Optional;
+        Ok(self.find(species, rule)?.map(|numbers| Planned {
+            name: rule.name.to_owned(),
+            storage: rule.storage,
+            components: rule.components,
+            dimension: self.dimension_of(&numbers, rule),
+            numbers,
+            strict: is_needed,
+            positive: is_needed && rule.storage == Storage::Float && rule.components == 1,
+        }))
+    }
+
+    fn plan_column(&self, name: String, column: &'a Column) -> Planned<'a> {
+        Planned {
+            name,
+            storage: self.own_storage(column),
+            components: column.components,
+            dimension: column.dimension,
+            numbers: Numbers::Column(column),
+            strict: false,
+            positive: false,
+        }
+    }
+
+    /// How a column is stored for which there is no rule.
+    fn own_storage(&self, column: &Column) -> Storage {
+        let short = |v: &[i64]| v.iter().all(|&x| i32::try_from(x).is_ok());
+        match &column.values {
+            Values::I64(v) if self.flavor.long_columns && !short(v) => Storage::Long,
+            Values::I64(_) => Storage::Int,
+            _ => Storage::Float,
+        }
     }
 
     fn check_column(&self, species: &Species, column: &Column) -> Result<()> {
@@ -328,6 +379,11 @@ impl<'a> Job<'a> {
         self.fill(planned, range, 0..planned.components, 0, out, |x, i| int(x).ok_or(i))
     }
 
+    #[cfg(feature = "hdf5-layer")]
+    pub(crate) fn longs(&self, planned: &Planned, range: Range<usize>, out: &mut Vec<i64>) -> Result<()> {
+        self.fill(planned, range, 0..planned.components, 0, out, |x, i| x.whole().ok_or(i))
+    }
+
     #[cfg(any(feature = "hdf5-layer", feature = "gadget-binary"))]
     pub(crate) fn doubles(&self, planned: &Planned, range: Range<usize>, out: &mut Vec<f64>) -> Result<()> {
         if let Some(rows) = planned.rows(&range).filter(|rows| self.all_fit(planned, rows)) {
@@ -412,9 +468,9 @@ impl<'a> Job<'a> {
             for c in components.clone() {
                 let x = planned.numbers.get(i, c, first_id);
                 if planned.positive && x.float() <= 0.0 {
-                    return Err(self.refuse(unfit(planned, i, x)));
+                    return Err(self.refuse(unfit(planned, self.first_row + i, x)));
                 }
-                let stored = convert(x, c).map_err(|_| self.refuse(unfit(planned, i, x)))?;
+                let stored = convert(x, c).map_err(|_| self.refuse(unfit(planned, self.first_row + i, x)))?;
                 out.push(stored);
             }
         }
@@ -465,6 +521,7 @@ fn unfit(planned: &Planned, i: usize, x: Number) -> String {
     let expected = match planned.storage {
         Storage::Id => "a whole number from 0 on",
         Storage::Int => "a whole number of 32 bits",
+        Storage::Long => "a whole number of 64 bits",
         _ if planned.name == names::COORDINATES => "a finite position within the box, its upper faces excluded",
         _ if planned.positive && x.float() <= 0.0 => "a positive value",
         _ if x.float().is_finite() => {
@@ -475,44 +532,16 @@ fn unfit(planned: &Planned, i: usize, x: Number) -> String {
     format!("column '{}' of particle {i} is {:e}, expected {expected}", planned.name, x.float())
 }
 
-/// A number on its way into a file; integers keep all their digits.
-#[derive(Clone, Copy)]
-enum Number {
-    Float(f64),
-    Int(i64),
-}
-
-impl Number {
-    fn float(self) -> f64 {
-        match self {
-            Self::Float(x) => x,
-            Self::Int(i) => i as f64,
+#[cfg(feature = "hdf5-layer")]
+impl<'a> Planned<'a> {
+    /// The columns from which the numbers come.
+    pub(crate) fn columns(&self) -> Vec<&'a str> {
+        match &self.numbers {
+            Numbers::Column(column) | Numbers::Scaled { column, .. } => vec![&column.name],
+            Numbers::Spacing { masses, density, .. } => vec![&masses.name, &density.name],
+            Numbers::Zeros | Numbers::Count => Vec::new(),
         }
     }
-
-    fn whole(self) -> Option<i64> {
-        match self {
-            Self::Int(i) => Some(i),
-            // 2^53: beyond it a float does not say which integer is meant.
-            Self::Float(x) if x.fract() == 0.0 && x.abs() <= 9_007_199_254_740_992.0 => Some(x as i64),
-            Self::Float(_) => None,
-        }
-    }
-}
-
-fn id(x: Number) -> Option<u64> {
-    u64::try_from(x.whole()?).ok()
-}
-
-#[cfg(any(feature = "hdf5-layer", feature = "phantom"))]
-fn int(x: Number) -> Option<i32> {
-    i32::try_from(x.whole()?).ok()
-}
-
-fn single(strict: bool, x: f64) -> Option<f32> {
-    let y = x as f32;
-    let lost = (x.is_finite() && !y.is_finite()) || (strict && (!x.is_finite() || (x != 0.0 && y == 0.0)));
-    (!lost).then_some(y)
 }
 
 #[cfg(any(feature = "hdf5-layer", feature = "gadget-binary"))]
@@ -525,15 +554,6 @@ impl Planned<'_> {
             }
             _ => None,
         }
-    }
-}
-
-/// x^(1/d), which is a root of its own in 1 to 3 dimensions.
-fn root(x: f64, d: usize) -> f64 {
-    match d {
-        1 => x,
-        2 => x.sqrt(),
-        _ => x.cbrt(),
     }
 }
 

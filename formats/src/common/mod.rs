@@ -20,6 +20,10 @@ pub mod hdf5;
 #[doc(hidden)]
 pub mod hdf5_read;
 pub mod netcdf_classic;
+#[cfg(any(feature = "hdf5-layer", feature = "gadget-binary", feature = "phantom"))]
+pub(crate) mod number;
+#[cfg(any(feature = "gadget", feature = "gadget-binary", feature = "vtk"))]
+pub(crate) mod parts;
 #[cfg(feature = "hdf5-layer")]
 pub mod snapshot;
 #[cfg(any(feature = "stl", feature = "obj", feature = "ply"))]

@@ -18,7 +18,9 @@ use crate::common::hdf5::{Dataset, Group, Writer};
 use crate::error::Result;
 use crate::model::{ParticleFile, Species};
 use crate::registry::WriteOptions;
+use crate::stream::{Part, ParticleStream, Piece};
 use crate::units::{UnitDimension, UnitSystem};
+use std::ops::Range;
 use std::path::Path;
 
 /// The attribute of a dataset that says how many cgs units one of its own is, as SWIFT's snapshots have it.
@@ -32,13 +34,10 @@ pub(crate) const OWN_GROUP: &str = "SphPrep";
 /// # Errors
 /// [`crate::FormatError::Output`] where the flavor cannot hold them, [`crate::FormatError::Io`].
 pub(crate) fn write(flavor: &Flavor, path: &Path, particles: &ParticleFile, options: WriteOptions) -> Result<()> {
-    let job = Job { flavor, path, header: &particles.header, options };
+    let job = Job { flavor, path, header: &particles.header, options, first_row: 0 };
     let plan = job.plan(particles)?;
-    let box_size = job.box_size()?;
     let writer = Writer::create(path)?;
-    job.write_header(&writer, particles, &box_size)?;
-    job.write_units(&writer)?;
-    job.write_own(&writer)?;
+    job.write_facts(&writer, &Part::new(particles.counts(), 0, 1))?;
     let mut first_id = 1;
     for (species, datasets) in particles.species.iter().zip(&plan) {
         if species.table.count > 0 {
@@ -52,12 +51,97 @@ pub(crate) fn write(flavor: &Flavor, path: &Path, particles: &ParticleFile, opti
     writer.close()
 }
 
-impl Job<'_> {
-    fn write_header(&self, writer: &Writer, particles: &ParticleFile, box_size: &[f64]) -> Result<()> {
-        let mut counts = [0u64; TYPES];
-        for s in &particles.species {
-            counts[usize::from(s.part_type)] = s.table.count as u64;
+/// Writes one file of particles that are made block by block, of which no more are in memory at once.
+///
+/// # Errors
+/// As [`write`], and those of the stream.
+pub(crate) fn write_piece(flavor: &Flavor, piece: &Piece<'_>, options: WriteOptions) -> Result<()> {
+    let (part, stream, path) = (&piece.part, piece.stream, piece.path);
+    let job = Job { flavor, path, header: stream.header(), options, first_row: 0 };
+    let writer = Writer::create(path)?;
+    job.write_facts(&writer, part)?;
+    for (t, &count) in part.counts.iter().enumerate().filter(|(_, count)| **count > 0) {
+        let group = writer.group(&format!("PartType{t}"))?;
+        let of_stream = OfStream { flavor, piece, options, part_type: t as u8, count };
+        let first = of_stream.rows(0..1, &|_| true)?;
+        let plan = job.plan_species(&first)?;
+        for planned in &plan {
+            of_stream.write(&job, &group, planned)?;
         }
+    }
+    writer.close()
+}
+
+/// Particles of one type in a piece of a stream.
+struct OfStream<'a> {
+    flavor: &'a Flavor,
+    piece: &'a Piece<'a>,
+    options: WriteOptions,
+    part_type: u8,
+    count: usize,
+}
+
+impl OfStream<'_> {
+    fn rows(&self, range: Range<usize>, wanted: &dyn Fn(&str) -> bool) -> Result<Species> {
+        let start = self.piece.part.starts[usize::from(self.part_type)];
+        let table = self.piece.stream.rows(self.part_type, start + range.start..start + range.end, wanted)?;
+        Ok(Species { part_type: self.part_type, table })
+    }
+
+    /// Writes one dataset, whose numbers are made from the columns that it needs.
+    fn write(&self, job: &Job<'_>, group: &Group, first: &Planned<'_>) -> Result<()> {
+        let first_id = self.piece.part.first_id(usize::from(self.part_type));
+        let needed = first.columns();
+        let (rows, columns, level) = (self.count, first.components, self.options.compression);
+        let long = first.storage == Storage::Int && job.has_no_rule(&first.name) && self.flavor.long_columns;
+        let each = |range: Range<usize>, fill: &mut dyn FnMut(&Job<'_>, &Planned<'_>, u64) -> Result<()>| {
+            let species = self.rows(range.clone(), &|name| needed.contains(&name))?;
+            let job = Job {
+                flavor: self.flavor,
+                path: self.piece.path,
+                header: self.piece.stream.header(),
+                options: self.options,
+                first_row: self.piece.part.starts[usize::from(self.part_type)] + range.start,
+            };
+            let planned = job.plan_one(&species, &first.name)?;
+            fill(&job, &planned, first_id + range.start as u64)
+        };
+        let double = first.storage == Storage::Double || self.options.double_precision;
+        let name = &first.name;
+        let dataset = match first.storage {
+            Storage::Id => group.dataset(name, rows, columns, level, |range, out| {
+                each(range.clone(), &mut |job, p, id| job.ids(p, 0..range.len(), id, out))
+            })?,
+            Storage::Long => group.dataset(name, rows, columns, level, |range, out| {
+                each(range.clone(), &mut |job, p, _| job.longs(p, 0..range.len(), out))
+            })?,
+            // Whether later rows need 64 bits is not known.
+            Storage::Int if long => group.dataset(name, rows, columns, level, |range, out| {
+                each(range.clone(), &mut |job, p, _| job.longs(p, 0..range.len(), out))
+            })?,
+            Storage::Int => group.dataset(name, rows, columns, level, |range, out| {
+                each(range.clone(), &mut |job, p, _| job.ints(p, 0..range.len(), out))
+            })?,
+            _ if double => group.dataset(name, rows, columns, level, |range, out| {
+                each(range.clone(), &mut |job, p, _| job.doubles(p, 0..range.len(), out))
+            })?,
+            _ => group.dataset(name, rows, columns, level, |range, out| {
+                each(range.clone(), &mut |job, p, _| job.singles(p, 0..range.len(), out))
+            })?,
+        };
+        job.describe(&dataset, first)
+    }
+}
+
+impl Job<'_> {
+    fn write_facts(&self, writer: &Writer, part: &Part) -> Result<()> {
+        self.write_header(writer, part, &self.box_size()?)?;
+        self.write_units(writer)?;
+        self.write_own(writer)
+    }
+
+    fn write_header(&self, writer: &Writer, part: &Part, box_size: &[f64]) -> Result<()> {
+        let (counts, totals) = (part.counts.map(|n| n as u64), part.totals.map(|n| n as u64));
         let header = writer.group("Header")?;
         header.numbers("BoxSize", box_size)?;
         header.numbers("Dimension", &[self.header.dimension as i32])?;
@@ -66,13 +150,21 @@ impl Job<'_> {
         } else {
             header.numbers("NumPart_ThisFile", &counts)?;
         }
-        let (low, high) = words(counts);
-        header.numbers("NumPart_Total", &low)?;
-        header.numbers("NumPart_Total_HighWord", &high)?;
+        let (low, high) = words(totals);
+        if self.flavor.wide_totals && high != [0; TYPES] {
+            header.numbers("NumPart_Total", &totals)?;
+            header.numbers("NumPart_Total_HighWord", &[0_u32; TYPES])?;
+        } else {
+            header.numbers("NumPart_Total", &low)?;
+            header.numbers("NumPart_Total_HighWord", &high)?;
+        }
         header.numbers("MassTable", &[0.0f64; TYPES])?;
         header.numbers("Time", &[self.header.time])?;
         header.numbers("Redshift", &[0.0f64])?;
-        header.numbers("NumFilesPerSnapshot", &[1i32])?;
+        header.numbers("NumFilesPerSnapshot", &[i32::try_from(part.files).unwrap_or(i32::MAX)])?;
+        if part.files > 1 {
+            header.numbers("ThisFile", &[i32::try_from(part.index).unwrap_or(i32::MAX)])?;
+        }
         // pynbody does arithmetic with these, and NumPy takes no array of one element for a number there.
         for (name, number) in self.flavor.header {
             header.scalar(name, *number)?;
@@ -132,10 +224,15 @@ impl Job<'_> {
                 group.dataset(name, rows, columns, level, |range, out| self.ids(planned, range, first_id, out))?
             }
             Storage::Int => group.dataset(name, rows, columns, level, |range, out| self.ints(planned, range, out))?,
+            Storage::Long => group.dataset(name, rows, columns, level, |range, out| self.longs(planned, range, out))?,
             _ if double => group.dataset(name, rows, columns, level, |range, out| self.doubles(planned, range, out))?,
             _ => group.dataset(name, rows, columns, level, |range, out| self.singles(planned, range, out))?,
         };
-        write_exponents(&dataset, planned.dimension)?;
+        self.describe(&dataset, planned)
+    }
+
+    fn describe(&self, dataset: &Dataset, planned: &Planned) -> Result<()> {
+        write_exponents(dataset, planned.dimension)?;
         dataset.numbers(CGS_FACTOR, &[self.header.units.to_cgs(planned.dimension)])
     }
 }
@@ -157,11 +254,13 @@ fn words(counts: [u64; TYPES]) -> ([u32; TYPES], [u32; TYPES]) {
     (counts.map(|n| n as u32), counts.map(|n| (n >> 32) as u32))
 }
 
-/// Particle numbers from their low and high words; the high ones may be missing.
+/// Particle numbers from their low and high words; the high ones may be missing. Low ones that take more than 32 bits, as
+/// GADGET-4 writes them, are whole numbers already.
 #[cfg_attr(not(feature = "gadget"), allow(dead_code))]
 pub(crate) fn joined(low: &[f64], high: &[f64]) -> Vec<f64> {
     let word = f64::from(u32::MAX) + 1.0;
-    low.iter().enumerate().map(|(i, n)| n + word * high.get(i).copied().unwrap_or(0.0)).collect()
+    let high = |i: usize, low: f64| if low < word { high.get(i).copied().unwrap_or(0.0) } else { 0.0 };
+    low.iter().enumerate().map(|(i, &n)| n + word * high(i, n)).collect()
 }
 
 /// The attributes by which swiftsimio knows a dataset's units.
@@ -187,5 +286,7 @@ mod tests {
         let wide = |v: [u32; TYPES]| v.map(f64::from);
         assert_eq!(joined(&wide(low), &wide(high)), counts.map(|n| n as f64));
         assert_eq!(joined(&[3.0, 4.0], &[]), [3.0, 4.0]);
+        let whole = counts.map(|n| n as f64);
+        assert_eq!(joined(&whole, &wide(high)), whole);
     }
 }

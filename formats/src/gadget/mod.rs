@@ -13,7 +13,7 @@
 //! GADGET-4 reads one BoxSize only, so other than cubic boxes are refused. Its template configuration turns on
 //! `INITIAL_CONDITIONS_CONTAIN_ENTROPY`: turn it off. See [`crate::common::snapshot`] for the rest.
 
-use crate::registry::{Capabilities, Columns, FormatSpec, Match, ReadFn, WriteFn};
+use crate::registry::{Capabilities, Columns, FileNames, FormatSpec, Match, ReadFn, Streaming, WriteFn};
 
 #[cfg(feature = "gadget")]
 mod read;
@@ -26,6 +26,12 @@ mod write;
 const CODE: (Option<ReadFn>, Option<WriteFn>) = (Some(read::read), Some(write::write));
 #[cfg(not(feature = "gadget"))]
 const CODE: (Option<ReadFn>, Option<WriteFn>) = (None, None);
+
+#[cfg(feature = "gadget")]
+const STREAM: Option<Streaming> =
+    Some(Streaming { write: write::write_piece, names: FileNames::Numbered, in_blocks: true });
+#[cfg(not(feature = "gadget"))]
+const STREAM: Option<Streaming> = None;
 
 /// Data sheet of the format.
 pub const SPEC: FormatSpec = FormatSpec {
@@ -48,6 +54,7 @@ pub const SPEC: FormatSpec = FormatSpec {
     sniff,
     read: CODE.0,
     write: CODE.1,
+    stream: STREAM,
 };
 
 /// An HDF5 file that names particle types; the same magic bytes begin many others.

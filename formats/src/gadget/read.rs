@@ -6,13 +6,16 @@
 //! * SmoothingLength becomes SupportRadius where the file is GADGET's (ours, or GADGET-4's and GIZMO's own); where it is SWIFT's
 //!   for the cubic spline it is scaled to that; elsewhere the convention is unknown and the column keeps its name.
 //! * Where Flag_Entropy_ICs is not 0, the entropies of gas become energies ([`crate::common::entropy`]).
+//! * Where NumFilesPerSnapshot says that there are several files, all of them are read, whichever was named.
 //! * Datasets that are not columns of numbers are named in the provenance under `not read`.
 
 use crate::common::entropy;
 use crate::common::flavor::CUBIC_SPLINE_SUPPORT;
 use crate::common::hdf5_read::{Attributes, Reader};
+use crate::common::parts;
 use crate::common::snapshot::{OWN_GROUP, joined};
 use crate::error::{FormatError, Result};
+use crate::family::{self, Family};
 use crate::model::{Column, ParticleFile, ParticleTable, RunHeader, Species, Values};
 use crate::particle_names as names;
 use crate::registry::{FieldRequest, FileContent};
@@ -22,6 +25,8 @@ use std::path::Path;
 const FORMAT: &str = "gadget";
 /// Our flavors whose SmoothingLength is the support radius.
 const SUPPORT_RADIUS_FLAVORS: [&str; 2] = [FORMAT, "gizmo"];
+/// Files of one snapshot, at most.
+const MOST_FILES: f64 = 1e6;
 /// More columns than this in one dataset are not a particle's components.
 const MAX_COMPONENTS: usize = 64;
 
@@ -34,66 +39,130 @@ const PLURALS: &[(&str, &str)] = &[
     ("SmoothingLengths", "SmoothingLength"),
 ];
 
-/// Reads all particles of `path`.
+/// Reads all particles of `path`, and of the other files of its snapshot.
 ///
 /// # Errors
-/// [`FormatError::Input`] where the file is damaged or has no particles' header, [`FormatError::Unsupported`]
-/// for one part of a snapshot in several files and for entropies without densities, [`FormatError::Limit`], [`FormatError::Io`].
+/// [`FormatError::Input`] where the file is damaged, has no particles' header, or lacks others of its snapshot,
+/// [`FormatError::Unsupported`] for entropies without densities, [`FormatError::Limit`], [`FormatError::Io`].
 pub fn read(path: &Path, _request: &FieldRequest) -> Result<FileContent> {
-    let file = Reader::open(path, FORMAT)?;
-    let groups = file.groups()?;
-    if !groups.iter().any(|g| g == "Header") {
-        return Err(file.input(
-            "group '/'",
-            "there is no group Header, expected a GADGET or SWIFT particle file; name another format with --format",
-        ));
+    let opened = Opened::new(path)?;
+    let files = opened.files()?;
+    if files == 1 {
+        return opened.particles().map(FileContent::Particles);
     }
-    let attributes = file.group_attributes("Header")?;
-    let files = attributes.number("NumFilesPerSnapshot").unwrap_or(1.0);
-    if files > 1.0 {
-        return Err(FormatError::Unsupported {
-            path: path.into(),
-            format: FORMAT,
-            what: format!("a snapshot in {files} files; join them into one first"),
-        });
-    }
-    let origin = Origin::of(&file, &groups, &attributes)?;
-    let mut header = read_header(&file, &attributes, &origin)?;
-    let counts = attributes
-        .numbers("NumPart_ThisFile")
-        .or_else(|| {
-            let high = attributes.numbers("NumPart_Total_HighWord").unwrap_or_default();
-            Some(joined(&attributes.numbers("NumPart_Total")?, &high))
-        })
-        .ok_or_else(|| file.input("group 'Header'", "attribute NumPart_ThisFile is missing"))?;
-    let masses = attributes.numbers("MassTable").unwrap_or_default();
-    let mut species = Vec::new();
-    for (part_type, &count) in counts.iter().enumerate().take(usize::from(u8::MAX)) {
-        if count == 0.0 {
-            continue;
+    let members = match opened.attributes.number("Virtual") {
+        // SWIFT's file without particles of its own, which shows those of the others as if they were.
+        Some(flag) if flag != 0.0 => Family::for_output(path).complete(FORMAT, path, files)?,
+        _ => family::members_of(path, FORMAT, files)?,
+    };
+    let totals = opened.totals();
+    drop(opened);
+    let mut sums: Vec<f64> = Vec::new();
+    let particles = parts::joined(FORMAT, &members, |member| {
+        let part = Opened::new(member)?;
+        let found = (part.files()?, part.totals());
+        if found != (files, totals.clone()) {
+            let problem = format!(
+                "it counts {:?} particles in {} files, but '{}' {:?} in {files}; the files are of two snapshots",
+                found.1.unwrap_or_default(),
+                found.0,
+                path.display(),
+                totals.clone().unwrap_or_default(),
+            );
+            return Err(part.file.input("group 'Header'", problem));
         }
-        let reading = SpeciesReading {
-            file: &file,
-            origin: &origin,
-            group: format!("PartType{part_type}"),
-            count: whole(&file, count)?,
-            dimension: header.dimension,
-        };
-        if !groups.contains(&reading.group) {
+        let counts = part.counts()?;
+        sums.resize(counts.len().max(sums.len()), 0.0);
+        sums.iter_mut().zip(counts).for_each(|(sum, n)| *sum += n);
+        part.particles()
+    })?;
+    if let Some(totals) = totals.filter(|t| *t != sums && t.iter().any(|n| *n != 0.0)) {
+        let problem = format!("its files have {sums:?} particles together, but NumPart_Total says {totals:?}");
+        return Err(FormatError::input(path, FORMAT, "group 'Header'", problem));
+    }
+    Ok(FileContent::Particles(particles))
+}
+
+/// One file with its header.
+struct Opened<'p> {
+    path: &'p Path,
+    file: Reader<'p>,
+    groups: Vec<String>,
+    attributes: Attributes,
+}
+
+impl<'p> Opened<'p> {
+    fn new(path: &'p Path) -> Result<Self> {
+        let file = Reader::open(path, FORMAT)?;
+        let groups = file.groups()?;
+        if !groups.iter().any(|g| g == "Header") {
             return Err(file.input(
-                format!("group '{}'", reading.group),
-                format!("it is missing, but the header counts {count} such particles"),
+                "group '/'",
+                "there is no group Header, expected a GADGET or SWIFT particle file; name another format with --format",
             ));
         }
-        let mass = masses.get(part_type).copied().filter(|&m| m > 0.0);
-        let mut table = reading.table(mass, &mut header.provenance)?;
-        if part_type == 0 && attributes.number("Flag_Entropy_ICs").is_some_and(|flag| flag != 0.0) {
-            let done = entropy::to_energies(path, FORMAT, &mut table)?;
-            header.provenance.extend(done.map(|what| ("converted".to_owned(), what)));
-        }
-        species.push(Species { part_type: part_type as u8, table });
+        let attributes = file.group_attributes("Header")?;
+        Ok(Self { path, file, groups, attributes })
     }
-    Ok(FileContent::Particles(ParticleFile { header, species }))
+
+    /// How many files the snapshot has.
+    fn files(&self) -> Result<usize> {
+        let files = self.attributes.number("NumFilesPerSnapshot").unwrap_or(1.0);
+        match files {
+            // Some programs leave it at 0.
+            n if n == 0.0 || n == 1.0 => Ok(1),
+            n if n.fract() == 0.0 && (2.0..=MOST_FILES).contains(&n) => Ok(n as usize),
+            n => Err(self
+                .file
+                .input("group 'Header'", format!("NumFilesPerSnapshot is {n}, expected 1 to {MOST_FILES}"))),
+        }
+    }
+
+    /// Particles of each type in all files.
+    fn totals(&self) -> Option<Vec<f64>> {
+        let high = self.attributes.numbers("NumPart_Total_HighWord").unwrap_or_default();
+        Some(joined(&self.attributes.numbers("NumPart_Total")?, &high))
+    }
+
+    /// Particles of each type in this file.
+    fn counts(&self) -> Result<Vec<f64>> {
+        let counts = self.attributes.numbers("NumPart_ThisFile").or_else(|| self.totals());
+        counts.ok_or_else(|| self.file.input("group 'Header'", "attribute NumPart_ThisFile is missing"))
+    }
+
+    fn particles(&self) -> Result<ParticleFile> {
+        let (file, groups, attributes) = (&self.file, &self.groups, &self.attributes);
+        let origin = Origin::of(file, groups, attributes)?;
+        let mut header = read_header(file, attributes, &origin)?;
+        let masses = attributes.numbers("MassTable").unwrap_or_default();
+        let mut species = Vec::new();
+        for (part_type, &count) in self.counts()?.iter().enumerate().take(usize::from(u8::MAX)) {
+            if count == 0.0 {
+                continue;
+            }
+            let reading = SpeciesReading {
+                file,
+                origin: &origin,
+                group: format!("PartType{part_type}"),
+                count: whole(file, count)?,
+                dimension: header.dimension,
+            };
+            if !groups.contains(&reading.group) {
+                return Err(file.input(
+                    format!("group '{}'", reading.group),
+                    format!("it is missing, but the header counts {count} such particles"),
+                ));
+            }
+            let mass = masses.get(part_type).copied().filter(|&m| m > 0.0);
+            let mut table = reading.table(mass, &mut header.provenance)?;
+            if part_type == 0 && attributes.number("Flag_Entropy_ICs").is_some_and(|flag| flag != 0.0) {
+                let done = entropy::to_energies(self.path, FORMAT, &mut table)?;
+                header.provenance.extend(done.map(|what| ("converted".to_owned(), what)));
+            }
+            species.push(Species { part_type: part_type as u8, table });
+        }
+        Ok(ParticleFile { header, species })
+    }
 }
 
 fn whole(file: &Reader, count: f64) -> Result<usize> {

@@ -23,6 +23,8 @@ pub const FLAVOR: Flavor = Flavor {
     box_vector: false,
     inside_box: false,
     extra_columns: true,
+    long_columns: true,
+    wide_totals: true,
     unit_parameters: true,
     dropped: &[],
 };

@@ -79,6 +79,8 @@ pub const FLAVOR: Flavor = Flavor {
     box_vector: false,
     inside_box: false,
     extra_columns: false,
+    long_columns: false,
+    wide_totals: false,
     unit_parameters: false,
     dropped: &[],
 };
@@ -87,6 +89,7 @@ pub const FLAVOR: Flavor = Flavor {
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub struct Header {
     pub counts: [u32; TYPES],
+    pub totals: [u64; TYPES],
     pub masses: [f64; TYPES],
     pub time: f64,
     pub box_size: f64,

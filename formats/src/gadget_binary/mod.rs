@@ -22,7 +22,7 @@
 //! Layout after the GADGET-2 user guide, section 6, and its `allvars.h` and `io.c` (version 2.0.7).
 
 use crate::particle_names as names;
-use crate::registry::{Capabilities, Columns, FormatSpec, Match, ReadFn, WriteFn};
+use crate::registry::{Capabilities, Columns, FileNames, FormatSpec, Match, ReadFn, StreamFn, Streaming, WriteFn};
 use schema::{HEADER_BYTES, NAME, NAME_BYTES};
 
 #[cfg(feature = "gadget-binary")]
@@ -40,6 +40,17 @@ const CODE: (Option<ReadFn>, Option<WriteFn>, Option<WriteFn>) =
     (Some(read::read), Some(write::format_2), Some(write::format_1));
 #[cfg(not(feature = "gadget-binary"))]
 const CODE: (Option<ReadFn>, Option<WriteFn>, Option<WriteFn>) = (None, None, None);
+
+#[cfg(feature = "gadget-binary")]
+const PIECES: (Option<Streaming>, Option<Streaming>) =
+    (Some(in_files(write::piece_of_format_2)), Some(in_files(write::piece_of_format_1)));
+#[cfg(not(feature = "gadget-binary"))]
+const PIECES: (Option<Streaming>, Option<Streaming>) = (None, None);
+
+#[cfg_attr(not(feature = "gadget-binary"), allow(dead_code))]
+const fn in_files(write: StreamFn) -> Streaming {
+    Streaming { write, names: FileNames::Numbered, in_blocks: false }
+}
 
 /// Data sheet of the format: reads both, writes format 2.
 pub const SPEC: FormatSpec = FormatSpec {
@@ -62,6 +73,7 @@ pub const SPEC: FormatSpec = FormatSpec {
     sniff,
     read: CODE.0,
     write: CODE.1,
+    stream: PIECES.0,
 };
 
 /// Data sheet of the older variant, written only: the reader of [`SPEC`] reads it.
@@ -72,6 +84,7 @@ pub const SPEC_1: FormatSpec = FormatSpec {
     capabilities: Capabilities { read_particles: false, ..SPEC.capabilities },
     read: None,
     write: CODE.2,
+    stream: PIECES.1,
     ..SPEC
 };
 

@@ -5,19 +5,66 @@ use super::records::{Head, Kind, Records};
 use super::schema::NAME;
 use crate::common::entropy;
 use crate::common::flavor::TYPES;
+use crate::common::parts;
 use crate::error::{FormatError, Result};
+use crate::family;
 use crate::model::{Column, ParticleFile, ParticleTable, RunHeader, Species, Values};
 use crate::particle_names as names;
 use crate::registry::{FieldRequest, FileContent};
 use crate::units::{UnitDimension, UnitSystem};
 use std::path::Path;
 
+/// Files of one snapshot, at most.
+const MOST_FILES: u32 = 1_000_000;
+
 pub(super) fn read(path: &Path, _request: &FieldRequest) -> Result<FileContent> {
+    let first = read_header(&mut Records::open(path)?)?;
+    let mut particles = match first.files {
+        0 | 1 => read_one(path, &first)?,
+        files => {
+            let members = family::members_of(path, NAME, files as usize)?;
+            let mut sums = [0_u64; TYPES];
+            let whole = parts::joined(NAME, &members, |member| {
+                let mut records = Records::open(member)?;
+                let header = read_header(&mut records)?;
+                if (header.files, header.totals) != (first.files, first.totals) {
+                    let problem = format!(
+                        "it counts {:?} particles in {} files, but '{}' {:?} in {files}; the files are of two snapshots",
+                        header.totals,
+                        header.files,
+                        path.display(),
+                        first.totals,
+                    );
+                    return Err(records.error("the header", problem));
+                }
+                sums.iter_mut().zip(header.counts).for_each(|(sum, n)| *sum += u64::from(n));
+                read_one(member, &first)
+            })?;
+            if first.totals != [0; TYPES] && first.totals != sums {
+                let problem =
+                    format!("its files have {sums:?} particles together, but the total is {:?}", first.totals);
+                return Err(FormatError::input(path, NAME, "the header", problem));
+            }
+            whole
+        }
+    };
+    let dimension = used_axes(&particles.species);
+    particles.species.iter_mut().for_each(|s| drop_axes(&mut s.table, dimension));
+    let box_size: [f64; 3] = std::array::from_fn(|k| if k < dimension { first.box_size } else { 0.0 });
+    particles.header.dimension = dimension;
+    particles.header.box_size = box_size;
+    particles.header.periodic = box_size.map(|l| l > 0.0);
+    Ok(FileContent::Particles(particles))
+}
+
+/// The particles of one file, with three axes.
+fn read_one(path: &Path, of_snapshot: &Header) -> Result<ParticleFile> {
     let mut records = Records::open(path)?;
-    let header = read_header(path, &mut records)?;
+    let header = read_header(&mut records)?;
+    // Which blocks there are, all files of format 1 must agree about.
+    let cooling = header.cooling || of_snapshot.cooling;
     let mut reading = Reading { header, tables: Default::default(), notes: Vec::new() };
-    let order: Vec<&Block> =
-        BLOCKS.iter().filter(|b| reading.exists(b) && (header.cooling || !is_cooling(b))).collect();
+    let order: Vec<&Block> = BLOCKS.iter().filter(|b| reading.exists(b) && (cooling || !is_cooling(b))).collect();
     let mut order = order.into_iter();
     while let Some(head) = records.next()? {
         let block = match head.label {
@@ -40,10 +87,10 @@ pub(super) fn read(path: &Path, _request: &FieldRequest) -> Result<FileContent> 
             particles.header.provenance.extend(done.map(|what| ("converted".to_owned(), what)));
         }
     }
-    Ok(FileContent::Particles(particles))
+    Ok(particles)
 }
 
-fn read_header(path: &Path, records: &mut Records<'_>) -> Result<Header> {
+fn read_header(records: &mut Records<'_>) -> Result<Header> {
     let head = records.next()?.ok_or_else(|| records.error("the header", "the file is empty"))?;
     if head.label.is_some_and(|l| l != *b"HEAD") {
         return Err(records.error("the header", "the first block is not named HEAD"));
@@ -54,8 +101,13 @@ fn read_header(path: &Path, records: &mut Records<'_>) -> Result<Header> {
     let number = |at: usize| -> f64 {
         bytes.get(at..).and_then(|b| b.first_chunk()).map_or(0.0, |b: &[u8; 8]| f64::from_bits(records.long_word(*b)))
     };
+    let total = |t: usize| {
+        let (low, high) = (word(offset::TOTALS + 4 * t), word(offset::TOTAL_HIGH_WORDS + 4 * t));
+        u64::from(low) | u64::from(high) << 32
+    };
     let header = Header {
         counts: std::array::from_fn(|t| word(offset::COUNTS + 4 * t)),
+        totals: std::array::from_fn(total),
         masses: std::array::from_fn(|t| number(offset::MASSES + 8 * t)),
         time: number(offset::TIME),
         box_size: number(offset::BOX_SIZE),
@@ -63,18 +115,15 @@ fn read_header(path: &Path, records: &mut Records<'_>) -> Result<Header> {
         cooling: word(offset::FLAG_COOLING) != 0,
         entropy: word(offset::FLAG_ENTROPY) != 0,
     };
-    if header.files > 1 {
-        return Err(FormatError::Unsupported {
-            path: path.into(),
-            format: NAME,
-            what: format!("a snapshot in {} files; join them into one first", header.files),
-        });
+    if header.files > MOST_FILES {
+        let problem = format!("it says that there are {} files, expected at most {MOST_FILES}", header.files);
+        return Err(records.error("the header", problem));
     }
-    let totals: [u32; TYPES] = std::array::from_fn(|t| word(offset::TOTALS + 4 * t));
-    // Some programs leave the totals at 0.
-    if totals != [0; TYPES] && totals != header.counts {
+    // Some programs leave the totals at 0, others the high words undefined.
+    let low = header.totals.map(|n| n as u32);
+    if header.files <= 1 && low != [0; TYPES] && low != header.counts {
         let problem = format!(
-            "it counts {:?} particles in this file and {totals:?} in all, but says that there is one file",
+            "it counts {:?} particles in this file and {low:?} in all, but says that there is one file",
             header.counts
         );
         return Err(records.error("the header", problem));
@@ -173,14 +222,11 @@ impl Reading {
             }
             species.push(Species { part_type: t as u8, table: ParticleTable { count, columns } });
         }
-        let dimension = used_axes(&species);
-        species.iter_mut().for_each(|s| drop_axes(&mut s.table, dimension));
-        let box_size: [f64; 3] = std::array::from_fn(|k| if k < dimension { header.box_size } else { 0.0 });
         Ok(ParticleFile {
             header: RunHeader {
-                dimension,
-                box_size,
-                periodic: box_size.map(|l| l > 0.0),
+                dimension: 3,
+                box_size: [header.box_size; 3],
+                periodic: [header.box_size > 0.0; 3],
                 units: UnitSystem::CODE,
                 time: header.time,
                 kernel: String::new(),

@@ -7,6 +7,7 @@ use crate::error::{FormatError, Result};
 use crate::model::{ParticleFile, Species, Values};
 use crate::particle_names as names;
 use crate::registry::WriteOptions;
+use crate::stream::{Part, ParticleStream, Piece};
 use std::fs::File;
 use std::io::{BufWriter, Write};
 use std::path::Path;
@@ -15,17 +16,57 @@ use std::path::Path;
 const ROWS: usize = 1 << 14;
 
 pub(super) fn format_1(path: &Path, particles: &ParticleFile, options: WriteOptions) -> Result<()> {
-    write(&Flavor { format: "gadget-binary-1", ..FLAVOR }, false, path, particles, options)
+    let part = Part::new(particles.counts(), 0, 1);
+    write(&Flavor { format: "gadget-binary-1", ..FLAVOR }, false, (path, particles), options, (&part, false))
 }
 
 pub(super) fn format_2(path: &Path, particles: &ParticleFile, options: WriteOptions) -> Result<()> {
-    write(&FLAVOR, true, path, particles, options)
+    let part = Part::new(particles.counts(), 0, 1);
+    write(&FLAVOR, true, (path, particles), options, (&part, false))
 }
 
-fn write(flavor: &Flavor, named: bool, path: &Path, particles: &ParticleFile, options: WriteOptions) -> Result<()> {
+pub(super) fn piece_of_format_1(piece: &Piece<'_>, options: WriteOptions) -> Result<()> {
+    write_piece(&Flavor { format: "gadget-binary-1", ..FLAVOR }, false, piece, options)
+}
+
+pub(super) fn piece_of_format_2(piece: &Piece<'_>, options: WriteOptions) -> Result<()> {
+    write_piece(&FLAVOR, true, piece, options)
+}
+
+fn write_piece(flavor: &Flavor, named: bool, piece: &Piece<'_>, options: WriteOptions) -> Result<()> {
+    let particles = piece.part.collect(piece.stream)?;
+    let long_ids = piece.part.files > 1 && has_long_ids_anywhere(piece)?;
+    write(flavor, named, (piece.path, &particles), options, (&piece.part, long_ids))
+}
+
+/// Whether a number of any file of the snapshot takes 64 bits.
+fn has_long_ids_anywhere(piece: &Piece<'_>) -> Result<bool> {
+    let totals = piece.part.totals;
+    if totals.iter().sum::<usize>() > i32::MAX as usize {
+        return Ok(true);
+    }
+    for (t, &total) in totals.iter().enumerate() {
+        for start in (0..total).step_by(ROWS) {
+            let table =
+                piece.stream.rows(t as u8, start..total.min(start + ROWS), &|name| name == names::PARTICLE_IDS)?;
+            if has_long_ids(&Species { part_type: t as u8, table }) {
+                return Ok(true);
+            }
+        }
+    }
+    Ok(false)
+}
+
+fn write(
+    flavor: &Flavor,
+    named: bool,
+    (path, particles): (&Path, &ParticleFile),
+    options: WriteOptions,
+    (part, long_ids): (&Part, bool),
+) -> Result<()> {
     let mut sorted: Vec<&Species> = particles.species.iter().filter(|s| s.table.count > 0).collect();
     sorted.sort_by_key(|s| s.part_type);
-    let job = Job { flavor, path, header: &particles.header, options };
+    let job = Job { flavor, path, header: &particles.header, options, first_row: 0 };
     let plan = job.plan(particles)?;
     let box_size = job.box_size()?;
     let planned = |s: &Species, name: &str| {
@@ -33,7 +74,8 @@ fn write(flavor: &Flavor, named: bool, path: &Path, particles: &ParticleFile, op
         found.and_then(|(_, datasets)| datasets.iter().find(|d| d.name == name))
     };
     let file = File::create(path).map_err(|e| FormatError::io(path, "create", e))?;
-    let mut out = Out { job: &job, file: BufWriter::new(file), named, double: options.double_precision };
+    let mut out =
+        Out { job: &job, file: BufWriter::new(file), named, double: options.double_precision, part, long_ids };
     out.header(&sorted, box_size.first().copied().unwrap_or(0.0))?;
     for rule in flavor.rules {
         let parts: Vec<_> = sorted.iter().filter_map(|s| Some((*s, planned(s, rule.name)?))).collect();
@@ -53,6 +95,9 @@ struct Out<'a> {
     file: BufWriter<File>,
     named: bool,
     double: bool,
+    part: &'a Part,
+    /// Whether numbers take 64 bits in this or another file of the snapshot, all of which have one width.
+    long_ids: bool,
 }
 
 impl Out<'_> {
@@ -85,17 +130,19 @@ impl Out<'_> {
         for s in species {
             let count = u32::try_from(s.table.count).ok().filter(|&n| i32::try_from(n).is_ok()).ok_or_else(|| {
                 self.job.refuse(format!(
-                    "{} particles are more than one file holds (2^31); write gadget (HDF5)",
+                    "{} particles are more than one file holds (2^31); write more files, or gadget (HDF5)",
                     s.table.count
                 ))
             })?;
             let at = 4 * usize::from(s.part_type).min(TYPES - 1);
             put(offset::COUNTS + at, &count.to_le_bytes());
-            put(offset::TOTALS + at, &count.to_le_bytes());
-            put(offset::TOTAL_HIGH_WORDS + at, &0_u32.to_le_bytes());
+        }
+        for (t, &total) in self.part.totals.iter().enumerate() {
+            put(offset::TOTALS + 4 * t, &(total as u32).to_le_bytes());
+            put(offset::TOTAL_HIGH_WORDS + 4 * t, &((total as u64 >> 32) as u32).to_le_bytes());
         }
         put(offset::TIME, &self.job.header.time.to_le_bytes());
-        put(offset::FILES, &1_u32.to_le_bytes());
+        put(offset::FILES, &u32::try_from(self.part.files).unwrap_or(u32::MAX).to_le_bytes());
         put(offset::BOX_SIZE, &box_size.to_le_bytes());
         put(offset::FLAG_DOUBLE, &u32::from(self.double).to_le_bytes());
         self.open("HEAD", HEADER_BYTES)?;
@@ -104,7 +151,7 @@ impl Out<'_> {
     }
 
     fn block(&mut self, label: &str, parts: &[(&Species, &Planned<'_>)]) -> Result<()> {
-        let long_ids = parts.iter().any(|(s, _)| has_long_ids(s));
+        let long_ids = self.long_ids || parts.iter().any(|(s, _)| has_long_ids(s));
         let width = |p: &Planned<'_>| match p.storage {
             Storage::Id => 4 + 4 * u64::from(long_ids),
             _ => 4 + 4 * u64::from(self.double),
@@ -113,20 +160,24 @@ impl Out<'_> {
         // Codes hold the length in an int.
         let length = u32::try_from(length).ok().filter(|&n| i32::try_from(n).is_ok()).ok_or_else(|| {
             self.job.refuse(format!(
-                "block {} needs {length} bytes, more than a record holds (2^31); write gadget (HDF5)",
+                "block {} needs {length} bytes, more than a record holds (2^31); write more files, or gadget (HDF5)",
                 label.trim_end()
             ))
         })?;
         self.open(label, length)?;
-        let mut first_id = 1;
         for (species, planned) in parts {
+            let first_id = self.first_id(species);
             for start in (0..species.table.count).step_by(ROWS) {
                 let rows = start..(start + ROWS).min(species.table.count);
                 self.rows(planned, rows, first_id, long_ids)?;
             }
-            first_id += species.table.count as u64;
         }
         self.word(length)
+    }
+
+    /// The number that the first particle of a species gets where there are none.
+    fn first_id(&self, species: &Species) -> u64 {
+        self.part.first_id(usize::from(species.part_type).min(TYPES - 1))
     }
 
     fn rows(

@@ -14,7 +14,7 @@
 //! data, and takes the box from its parameter file (`BOX_LONG_X` and its like make it other than cubic, so BoxSize
 //! is one number). See [`crate::common::snapshot`] for the rest. After GIZMO c70c760, `read_ic.c`.
 
-use crate::registry::{Capabilities, Columns, FormatSpec, WriteFn};
+use crate::registry::{Capabilities, Columns, FileNames, FormatSpec, Streaming, WriteFn};
 
 #[cfg(feature = "gizmo")]
 mod schema;
@@ -25,6 +25,12 @@ mod write;
 const WRITE: Option<WriteFn> = Some(write::write);
 #[cfg(not(feature = "gizmo"))]
 const WRITE: Option<WriteFn> = None;
+
+#[cfg(feature = "gizmo")]
+const STREAM: Option<Streaming> =
+    Some(Streaming { write: write::write_piece, names: FileNames::Numbered, in_blocks: true });
+#[cfg(not(feature = "gizmo"))]
+const STREAM: Option<Streaming> = None;
 
 /// Data sheet of the format.
 pub const SPEC: FormatSpec = FormatSpec {
@@ -47,4 +53,5 @@ pub const SPEC: FormatSpec = FormatSpec {
     sniff: crate::registry::sniff_hdf5,
     read: None,
     write: WRITE,
+    stream: STREAM,
 };

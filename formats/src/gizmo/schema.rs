@@ -22,6 +22,8 @@ pub const FLAVOR: Flavor = Flavor {
     box_vector: false,
     inside_box: false,
     extra_columns: true,
+    long_columns: true,
+    wide_totals: false,
     unit_parameters: true,
     dropped: &[],
 };

@@ -54,6 +54,7 @@ pub const SPEC: FormatSpec = FormatSpec {
     sniff,
     read: READ,
     write: None,
+    stream: None,
 };
 
 /// Names that stand near the beginning of such files and of no others.

@@ -43,6 +43,7 @@ pub const SPEC: FormatSpec = FormatSpec {
     sniff,
     read: READ,
     write: None,
+    stream: None,
 };
 
 /// Names that such files have and no others.

@@ -42,6 +42,7 @@ pub const SPEC: FormatSpec = FormatSpec {
     sniff,
     read: READ,
     write: None,
+    stream: None,
 };
 
 fn sniff(head: &[u8]) -> Match {

@@ -55,6 +55,7 @@ pub const SPEC: FormatSpec = FormatSpec {
     sniff,
     read: CODE.0,
     write: CODE.1,
+    stream: None,
 };
 
 /// Classic files have their own signature; NetCDF-4 files are HDF5, most with an attribute by which to know them.

@@ -48,6 +48,7 @@ pub const SPEC: FormatSpec = FormatSpec {
     sniff,
     read: CODE.0,
     write: CODE.1,
+    stream: None,
 };
 
 fn sniff(head: &[u8]) -> Match {

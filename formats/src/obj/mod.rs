@@ -27,6 +27,7 @@ pub const SPEC: FormatSpec = FormatSpec {
     sniff,
     read: READ,
     write: None,
+    stream: None,
 };
 
 #[cfg(feature = "obj")]

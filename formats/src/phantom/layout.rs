@@ -93,6 +93,8 @@ pub const FLAVOR: Flavor = Flavor {
     box_vector: true,
     inside_box: false,
     extra_columns: true,
+    long_columns: false,
+    wide_totals: false,
     unit_parameters: false,
     dropped: &[names::SUPPORT_RADIUS, names::DENSITY],
 };

@@ -68,6 +68,7 @@ pub const SPEC: FormatSpec = FormatSpec {
     sniff,
     read: CODE.0,
     write: CODE.1,
+    stream: None,
 };
 
 /// The length of the first record and the integer in it, in either byte order.

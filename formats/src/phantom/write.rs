@@ -30,7 +30,7 @@ struct Kindred<'a> {
 }
 
 pub(super) fn write(path: &Path, particles: &ParticleFile, options: WriteOptions) -> Result<()> {
-    let job = Job { flavor: &FLAVOR, path, header: &particles.header, options };
+    let job = Job { flavor: &FLAVOR, path, header: &particles.header, options, first_row: 0 };
     job.only_in_3d()?;
     let plan = job.plan(particles)?;
     let mut kindred = Vec::new();

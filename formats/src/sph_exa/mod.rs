@@ -65,6 +65,7 @@ pub const SPEC: FormatSpec = FormatSpec {
     sniff,
     read: CODE.0,
     write: CODE.1,
+    stream: None,
 };
 
 /// Files that the HDF5 library wrote name a step at their start; ours do not.

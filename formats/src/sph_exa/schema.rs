@@ -88,6 +88,8 @@ pub const FLAVOR: Flavor = Flavor {
     box_vector: true,
     inside_box: true,
     extra_columns: true,
+    long_columns: false,
+    wide_totals: false,
     unit_parameters: false,
     dropped: &[],
 };

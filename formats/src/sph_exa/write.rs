@@ -22,7 +22,7 @@ const COURANT: f64 = 0.2;
 /// # Errors
 /// [`crate::FormatError::Output`] where SPH-EXA could not read them, [`crate::FormatError::Io`].
 pub fn write(path: &Path, particles: &ParticleFile, options: WriteOptions) -> Result<()> {
-    let job = Job { flavor: &FLAVOR, path, header: &particles.header, options };
+    let job = Job { flavor: &FLAVOR, path, header: &particles.header, options, first_row: 0 };
     job.only_in_3d()?;
     let plan = job.plan(particles)?;
     if let Some(other) = particles.species.iter().find(|s| s.part_type != 0 && s.table.count > 0) {

@@ -14,7 +14,7 @@
 //! BoxSize has three elements where the box is not cubic. See [`crate::common::snapshot`] for the rest.
 //! Dataset names after SWIFT commit 8a8f0d794 (`src/hydro/SPHENIX/hydro_io.h`, `src/single_io.c`).
 
-use crate::registry::{Capabilities, Columns, FormatSpec};
+use crate::registry::{Capabilities, Columns, FileNames, FormatSpec, Streaming};
 
 #[cfg(feature = "swift")]
 mod schema;
@@ -25,6 +25,11 @@ mod write;
 const WRITE: Option<crate::registry::WriteFn> = Some(write::write);
 #[cfg(not(feature = "swift"))]
 const WRITE: Option<crate::registry::WriteFn> = None;
+
+#[cfg(feature = "swift")]
+const STREAM: Option<Streaming> = Some(Streaming { write: write::write_piece, names: FileNames::One, in_blocks: true });
+#[cfg(not(feature = "swift"))]
+const STREAM: Option<Streaming> = None;
 
 /// Data sheet of the format.
 pub const SPEC: FormatSpec = FormatSpec {
@@ -47,4 +52,5 @@ pub const SPEC: FormatSpec = FormatSpec {
     sniff: crate::registry::sniff_hdf5,
     read: None,
     write: WRITE,
+    stream: STREAM,
 };

@@ -23,6 +23,8 @@ pub const FLAVOR: Flavor = Flavor {
     box_vector: true,
     inside_box: true,
     extra_columns: true,
+    long_columns: true,
+    wide_totals: false,
     unit_parameters: false,
     dropped: &[names::SUPPORT_RADIUS],
 };

@@ -60,6 +60,7 @@ pub const SPEC: FormatSpec = FormatSpec {
     sniff,
     read: READ,
     write: WRITE,
+    stream: None,
 };
 
 #[cfg(feature = "table")]

@@ -4,6 +4,8 @@
 //! (ASCII and binary). Axes of one node are dropped; curvilinear grids become hexahedra or quadrilaterals; vertex-only
 //! files are point clouds, or particles where there are masses.
 //!
+//! Particles in pieces that a `.pvtu` or `.pvtp` lists are read and written together.
+//!
 //! Writing: `.vtu` and `.vtp` (XML, zlib blocks in appended base64, 64-bit headers, which VTK, ParaView, pyvista and, for
 //! `.vtu`, meshio read) and legacy `.vtk` (version 4.2, binary, big-endian). Every particle is a vertex cell, without
 //! which ParaView draws nothing. `SupportRadius` is the radius at which the placement's kernel vanishes.
@@ -19,6 +21,8 @@ mod legacy;
 #[cfg(feature = "vtk")]
 mod particles;
 #[cfg(feature = "vtk")]
+mod pieces;
+#[cfg(feature = "vtk")]
 mod read;
 mod schema;
 #[cfg(feature = "vtk")]
@@ -26,13 +30,25 @@ mod write;
 #[cfg(feature = "vtk")]
 mod xml;
 
-use crate::registry::{Capabilities, Columns, FormatSpec, Match};
+use crate::registry::{Capabilities, Columns, FormatSpec, Match, Streaming};
+
+#[cfg(feature = "vtk")]
+const STREAM: Option<Streaming> = Some(Streaming {
+    write: pieces::write_piece,
+    names: crate::registry::FileNames::Listed {
+        extensions: &[("pvtu", "vtu"), ("pvtp", "vtp")],
+        index: pieces::write_index,
+    },
+    in_blocks: false,
+});
+#[cfg(not(feature = "vtk"))]
+const STREAM: Option<Streaming> = None;
 
 /// Data sheet of the format.
 pub const SPEC: FormatSpec = FormatSpec {
     name: schema::NAME,
     summary: "VTK XML and legacy files, for ParaView",
-    extensions: &["vtu", "vtp", "vtk", "vti", "vtr", "vts"],
+    extensions: &["vtu", "vtp", "vtk", "vti", "vtr", "vts", "pvtu", "pvtp"],
     feature: "vtk",
     reference: "https://docs.vtk.org/en/latest/design_documents/VTKFileFormats.html",
     capabilities: Capabilities {
@@ -55,6 +71,7 @@ pub const SPEC: FormatSpec = FormatSpec {
     write: Some(write::write),
     #[cfg(not(feature = "vtk"))]
     write: None,
+    stream: STREAM,
 };
 
 fn sniff(head: &[u8]) -> Match {

@@ -2,7 +2,7 @@
 
 use super::dataset::field;
 use super::schema::NAME;
-use super::{legacy, particles, xml};
+use super::{legacy, particles, pieces, xml};
 use crate::error::{FormatError, Result};
 use crate::registry::{FieldRequest, FileContent};
 use std::path::Path;
@@ -12,6 +12,24 @@ pub(super) fn read(path: &Path, request: &FieldRequest) -> Result<FileContent> {
     if bytes.is_empty() {
         return Err(FormatError::input(path, NAME, "file", "is empty"));
     }
+    if let Some(pieces) = pieces::listed(path, &bytes).transpose() {
+        drop(bytes);
+        return pieces::particles(path, &pieces?, |piece| read_one(piece, request)).map(FileContent::Particles);
+    }
+    content(path, bytes, request)
+}
+
+/// Reads a file that lists no others.
+fn read_one(path: &Path, request: &FieldRequest) -> Result<FileContent> {
+    let bytes = std::fs::read(path).map_err(|e| FormatError::io(path, "read", e))?;
+    if pieces::listed(path, &bytes)?.is_some() {
+        let problem = "it is a list itself; expected a file with particles";
+        return Err(FormatError::input(path, NAME, "list of pieces", problem));
+    }
+    content(path, bytes, request)
+}
+
+fn content(path: &Path, bytes: Vec<u8>, request: &FieldRequest) -> Result<FileContent> {
     let dataset = if bytes.starts_with(b"#") { legacy::read(path, &bytes)? } else { xml::read(path, &bytes)? };
     if particles::are_particles(&dataset) {
         return particles::particles(path, dataset, &bytes).map(FileContent::Particles);

@@ -108,17 +108,7 @@ pub(super) fn write(path: &Path, file: &ParticleFile, options: WriteOptions) -> 
     let table = table.as_ref();
     let positions = table.column(names::COORDINATES).ok_or_else(|| refuse("there are no Coordinates".into()))?;
     let points = array(positions, "Points", Kind::F64, 3, table.count);
-    let mut arrays = Vec::new();
-    for column in table.columns.iter().filter(|c| c.name != names::COORDINATES) {
-        let kind = match &column.values {
-            Values::I64(_) => Kind::I64,
-            _ if options.double_precision => Kind::F64,
-            _ => Kind::F32,
-        };
-        // VTK takes two components for no vector.
-        let components = if column.components == 2 || column.name == names::VELOCITIES { 3 } else { column.components };
-        arrays.push(array(column, &column.name, kind, components, table.count));
-    }
+    let arrays = point_data(table, options);
     for a in &arrays {
         let limit = if a.kind == Kind::F32 { f64::from(f32::MAX) } else { f64::MAX };
         if let Some(i) =
@@ -138,10 +128,39 @@ pub(super) fn write(path: &Path, file: &ParticleFile, options: WriteOptions) -> 
         Some("vtp") => create().and_then(|out| xml(out, Dataset::Poly, &points, &arrays, file, options)),
         Some("vtk") => create().and_then(|out| legacy(out, &points, &arrays, file)),
         other => {
-            return Err(refuse(format!("particles go into .vtu, .vtp or .vtk, not into '.{}'", other.unwrap_or(""))));
+            return Err(refuse(format!(
+                "particles go into .vtu, .vtp, .vtk, or .pvtu and .pvtp with pieces, not into '.{}'",
+                other.unwrap_or("")
+            )));
         }
     };
     written.map_err(|e| FormatError::io(path, "write", e))
+}
+
+fn point_data(table: &ParticleTable, options: WriteOptions) -> Vec<Array<'_>> {
+    let mut arrays = Vec::new();
+    for column in table.columns.iter().filter(|c| c.name != names::COORDINATES) {
+        let kind = match &column.values {
+            Values::I64(_) => Kind::I64,
+            _ if options.double_precision => Kind::F64,
+            _ => Kind::F32,
+        };
+        // VTK takes two components for no vector.
+        let components = if column.components == 2 || column.name == names::VELOCITIES { 3 } else { column.components };
+        arrays.push(array(column, &column.name, kind, components, table.count));
+    }
+    arrays
+}
+
+/// Name, type and components of the arrays that are written for each particle of a file like this.
+pub(super) fn declared_arrays(
+    path: &Path,
+    file: &ParticleFile,
+    options: WriteOptions,
+) -> Result<Vec<(String, &'static str, usize)>> {
+    let refuse = |problem: String| FormatError::Output { path: path.into(), format: "vtk", problem };
+    let table = one_table(file).map_err(refuse)?;
+    Ok(point_data(&table, options).into_iter().map(|a| (a.name, a.kind.xml(), a.components)).collect())
 }
 
 fn array<'a>(column: &'a Column, name: &str, kind: Kind, components: usize, count: usize) -> Array<'a> {

@@ -1,0 +1,109 @@
+//! Particles from the files of one snapshot, put together.
+
+use crate::error::{FormatError, Result};
+use crate::model::{Column, ParticleFile, Species, Values};
+use std::path::{Path, PathBuf};
+
+/// The key under which the provenance says which files the particles came from.
+pub(crate) const FILES_KEY: &str = crate::model::FILES_KEY;
+
+/// Reads the files of a snapshot one after the other and joins them, in this order.
+///
+/// # Errors
+/// Those of `read`; headers that differ; a column that some of the files lack.
+pub(crate) fn joined(
+    format: &'static str,
+    members: &[PathBuf],
+    mut read: impl FnMut(&Path) -> Result<ParticleFile>,
+) -> Result<ParticleFile> {
+    let mut whole: Option<ParticleFile> = None;
+    for member in members {
+        let part = read(member)?;
+        match &mut whole {
+            None => whole = Some(part),
+            Some(whole) => {
+                append(whole, part).map_err(|(at, problem)| FormatError::input(member, format, at, problem))?
+            }
+        }
+    }
+    let (Some(mut whole), Some(first), Some(last)) = (whole, members.first(), members.last()) else {
+        return Err(FormatError::input(Path::new(""), format, "snapshot in several files", "there are no files"));
+    };
+    whole.species.sort_by_key(|s| s.part_type);
+    let name = |path: &Path| path.file_name().unwrap_or_default().to_string_lossy().into_owned();
+    let files = format!("{}: {} to {}", members.len(), name(first), name(last));
+    whole.header.provenance.retain(|(key, _)| key != FILES_KEY);
+    whole.header.provenance.push((FILES_KEY.into(), files));
+    Ok(whole)
+}
+
+/// Location and problem.
+type Problem = (String, String);
+
+fn append(whole: &mut ParticleFile, part: ParticleFile) -> std::result::Result<(), Problem> {
+    let (a, b) = (&whole.header, &part.header);
+    let differs = |what: &str, first: String, here: String| {
+        Err((
+            "header".to_owned(),
+            format!("{what} is {here}, but {first} in the first file; the files are of two snapshots"),
+        ))
+    };
+    if a.dimension != b.dimension {
+        return differs("the dimension", a.dimension.to_string(), b.dimension.to_string());
+    }
+    if a.box_size != b.box_size {
+        return differs("the box", format!("{:?}", a.box_size), format!("{:?}", b.box_size));
+    }
+    if a.time != b.time {
+        return differs("the time", a.time.to_string(), b.time.to_string());
+    }
+    if a.units != b.units {
+        return differs("the unit system", format!("{:?}", a.units), format!("{:?}", b.units));
+    }
+    for fact in part.header.provenance {
+        // What could not be read may differ from file to file.
+        if fact.0 == "not read" && !whole.header.provenance.contains(&fact) {
+            whole.header.provenance.push(fact);
+        }
+    }
+    for species in part.species {
+        match whole.species.iter_mut().find(|s| s.part_type == species.part_type) {
+            Some(known) => append_species(known, species)?,
+            None => whole.species.push(species),
+        }
+    }
+    Ok(())
+}
+
+fn append_species(known: &mut Species, part: Species) -> std::result::Result<(), Problem> {
+    let of_type = |name: &str| format!("column '{name}' of type {}", part.part_type);
+    if let Some(c) = part.table.columns.iter().find(|c| known.table.column(&c.name).is_none()) {
+        return Err((of_type(&c.name), "is not in the files before it; the files are of two snapshots".into()));
+    }
+    for column in &mut known.table.columns {
+        let Some(more) = part.table.column(&column.name) else {
+            return Err((of_type(&column.name), "is missing, but the files before it have it".into()));
+        };
+        if more.components != column.components {
+            let problem =
+                format!("has {} components, but {} in the files before it", more.components, column.components);
+            return Err((of_type(&column.name), problem));
+        }
+        extend(column, &more.values);
+    }
+    known.table.count += part.table.count;
+    Ok(())
+}
+
+fn extend(column: &mut Column, more: &Values) {
+    match (&mut column.values, more) {
+        (Values::F32(all), Values::F32(more)) => all.extend_from_slice(more),
+        (Values::F64(all), Values::F64(more)) => all.extend_from_slice(more),
+        (Values::I64(all), Values::I64(more)) => all.extend_from_slice(more),
+        (all, more) => {
+            let mut wide = all.to_f64();
+            wide.extend((0..more.len()).map(|i| more.get(i)));
+            *all = Values::F64(wide);
+        }
+    }
+}

@@ -1,0 +1,141 @@
+//! `sph-prep replicate` and `sph-prep seed`: particles that are made while they are written.
+
+use super::args::{ReplicateArgs, SeedArgs, StreamArgs};
+use crate::error::{Error, Result};
+use crate::run::replicate::{Repeated, mapped};
+use crate::run::seeds::seeds;
+use crate::scene::Scene;
+use sph_formats::common::particle_names as names;
+use sph_formats::registry::detect_output;
+use sph_formats::{
+    Column, FieldRequest, FileContent, FormatSpec, ParticleStream, Values, WriteOptions, write_part, write_stream,
+};
+use std::fmt::Write;
+
+/// Rows that are made at once where nothing is written.
+const ROWS: usize = 1 << 16;
+
+/// Repeats a box; returns what was written.
+///
+/// # Errors
+/// A file that is no box of particles, a target that it cannot be mapped to, and what the writer says.
+pub fn replicate(formats: &[FormatSpec], args: &ReplicateArgs) -> Result<String> {
+    let format = output_format(formats, &args.stream)?;
+    let content = sph_formats::read(formats, &args.file, args.format.as_deref(), &FieldRequest::default())?;
+    let path = args.file.display().to_string();
+    let FileContent::Particles(tile) = content else {
+        return Err(Error::field(path, "holds a field; expected a periodic box of particles"));
+    };
+    let repeated = Repeated::new(tile, &args.times)?;
+    match &args.scene {
+        None => put(formats, &args.stream, &repeated, Vec::new()),
+        Some(scene) => mapped(&repeated, &Scene::load(scene)?, formats, format, |stream, notes| {
+            put(formats, &args.stream, stream, notes)
+        }),
+    }
+}
+
+/// Writes the seeds of a scene; returns what was written.
+///
+/// # Errors
+/// A scene whose seeds are not made block by block, and what the writer says.
+pub fn seed(formats: &[FormatSpec], args: &SeedArgs) -> Result<String> {
+    let format = output_format(formats, &args.stream)?;
+    let mut scene = Scene::load(&args.scene)?;
+    scene.particles = args.particles.or(scene.particles);
+    if scene.particles == Some(0) {
+        return Err(Error::scene("particles", "is 0, expected at least 1"));
+    }
+    seeds(&scene, formats, format, |stream, notes| put(formats, &args.stream, stream, notes))
+}
+
+/// The output's format, and whether it is there, before the work.
+fn output_format<'f>(formats: &'f [FormatSpec], args: &StreamArgs) -> Result<Option<&'f FormatSpec>> {
+    let Some(path) = args.output.as_deref() else { return Ok(None) };
+    let format = detect_output(formats, path, args.to.as_deref())?;
+    // All of them are in one folder.
+    let files = sph_formats::registry::output_files(format, path, args.files)?;
+    files.get(args.part.unwrap_or(0)).map_or(Ok(()), |file| sph_formats::output::probe(file))?;
+    Ok(Some(format))
+}
+
+fn put(formats: &[FormatSpec], args: &StreamArgs, stream: &dyn ParticleStream, notes: Vec<String>) -> Result<String> {
+    let mut out = String::new();
+    let count: usize = stream.counts().iter().sum();
+    let header = stream.header();
+    let edges: Vec<String> = header.box_size.iter().take(header.dimension).map(|l| format!("{l:.6e}")).collect();
+    let _ = writeln!(out, "{count} particles in a box of {}", edges.join(" x "));
+    for note in &notes {
+        let _ = writeln!(out, "note: {note}");
+    }
+    let options = WriteOptions { compression: args.compression, double_precision: args.double };
+    match (&args.output, args.part) {
+        (Some(path), Some(part)) if !args.dry_run => {
+            let to = args.to.as_deref();
+            let file = write_part(formats, path, to, stream, (part, args.files), options)?;
+            let _ = writeln!(out, "part {part} of {} is in '{}'", args.files, file.display());
+        }
+        (Some(path), None) if !args.dry_run => {
+            let files = write_stream(formats, path, args.to.as_deref(), stream, args.files, options)?;
+            let shown = match files.as_slice() {
+                [first, _, .., last] => format!("'{}' to '{}', {} files", first.display(), last.display(), files.len()),
+                few => few.iter().map(|f| format!("'{}'", f.display())).collect::<Vec<_>>().join(" and "),
+            };
+            let _ = writeln!(out, "written to {shown}");
+        }
+        _ => {
+            let Tally { particles, mass, hash } = tally(stream)?;
+            let _ = writeln!(out, "{particles} particles were made, of mass {mass:.9e} together; hash {hash:016x}");
+        }
+    }
+    Ok(out)
+}
+
+/// What is left of particles that nothing is written of.
+struct Tally {
+    particles: usize,
+    mass: f64,
+    hash: u64,
+}
+
+fn tally(stream: &dyn ParticleStream) -> Result<Tally> {
+    let mut all = Tally { particles: 0, mass: 0.0, hash: OFFSET };
+    for (t, total) in stream.counts().into_iter().enumerate() {
+        let blocks = total.div_ceil(ROWS);
+        // A few blocks at once, hashed in their order.
+        for first in (0..blocks).step_by(AT_ONCE) {
+            let made = sph::parallel::tasks(AT_ONCE.min(blocks - first), |k| {
+                let start = (first + k) * ROWS;
+                let table = stream.rows(t as u8, start..total.min(start + ROWS), &|_| true)?;
+                let masses = table.column(names::MASSES);
+                let mass = masses.map_or(0.0, |c| (0..c.values.len()).map(|i| c.values.get(i)).sum::<f64>());
+                Ok::<_, sph_formats::FormatError>((table.count, mass, table.columns.iter().fold(OFFSET, hashed)))
+            });
+            for block in made {
+                let (count, mass, hash) = block?;
+                all.particles += count;
+                all.mass += mass;
+                all.hash = fold(all.hash, hash);
+            }
+        }
+    }
+    Ok(all)
+}
+
+/// Blocks that are made at once.
+const AT_ONCE: usize = 16;
+/// Of the hash by Fowler, Noll and Vo (FNV-1a, 64 bits), here over words instead of bytes.
+const OFFSET: u64 = 0xcbf2_9ce4_8422_2325;
+const PRIME: u64 = 0x0100_0000_01b3;
+
+fn fold(hash: u64, word: u64) -> u64 {
+    (hash ^ word).wrapping_mul(PRIME)
+}
+
+fn hashed(hash: u64, column: &Column) -> u64 {
+    match &column.values {
+        Values::F32(v) => v.iter().fold(hash, |h, x| fold(h, u64::from(x.to_bits()))),
+        Values::F64(v) => v.iter().fold(hash, |h, x| fold(h, x.to_bits())),
+        Values::I64(v) => v.iter().fold(hash, |h, x| fold(h, *x as u64)),
+    }
+}

@@ -1,0 +1,203 @@
+//! Particles of a target that are made while they are written: places come by number, everything else from the target.
+//!
+//! Nothing is relaxed or summed: `Density` is the target's at each place, `SupportRadius` the one that belongs to it.
+
+use crate::error::{Error, Result};
+use crate::input::ingest::{self, RawInput};
+use crate::input::internal_units::Prepared;
+use crate::input::units::RunUnits;
+use crate::output::frame::{Factors, output_units};
+use crate::output::particle_file::{Making, RawColumns, particle_file};
+use crate::scene::Scene;
+use crate::target::{Positions, Target, at};
+use sph::kernel::support_over_spacing;
+use sph::parallel;
+use sph_formats::common::particle_names as names;
+use sph_formats::stream::TYPES;
+use sph_formats::{Column, FormatError, FormatSpec, ParticleStream, ParticleTable, RunHeader, UnitSystem, Values};
+use std::ops::Range;
+use std::path::PathBuf;
+
+/// Where the particles of a target lie, by their numbers, in internal units.
+pub(crate) trait Places<const D: usize>: Sync {
+    /// # Errors
+    /// Places that cannot be found.
+    fn positions(&self, numbers: Range<usize>) -> Result<Positions<D>>;
+}
+
+/// A scene read for streaming.
+pub(crate) struct Read {
+    pub raw: RawInput,
+    pub units: RunUnits,
+    pub dimension: usize,
+}
+
+impl Read {
+    /// # Errors
+    /// What the reader says; a scene with parts that cannot be streamed.
+    pub(crate) fn new(scene: &Scene, formats: &[FormatSpec]) -> Result<Self> {
+        // How many there may be is for one process to hold, not for blocks of them.
+        Scene { particles: None, ..scene.clone() }.validate()?;
+        let lacks = |key: &str| Err(Error::scene(key, "cannot be made block by block; leave it out"));
+        if !scene.bodies.is_empty() {
+            return lacks("bodies");
+        }
+        if scene.walls.is_some() {
+            return lacks("walls");
+        }
+        if scene.has_own_resolution() {
+            return lacks("resolution");
+        }
+        let raw = ingest::read(scene, formats)?;
+        let dimension = ingest::dimension(scene, &raw)?;
+        let units = RunUnits::new(scene, ingest::units(scene, &raw, &mut Vec::new())?)?;
+        Ok(Self { raw, units, dimension })
+    }
+}
+
+/// The particles as a stream.
+pub(crate) struct Streamed<'a, const D: usize> {
+    scene: &'a Scene,
+    prepared: &'a Prepared<D>,
+    target: Target<'a, D>,
+    places: &'a dyn Places<D>,
+    units: (RunUnits, UnitSystem),
+    factors: Factors,
+    requires_energy: bool,
+    stop: &'static str,
+    header: RunHeader,
+    /// The first particle.
+    first: ParticleTable,
+    notes: Vec<String>,
+}
+
+impl<'a, const D: usize> Streamed<'a, D> {
+    /// `target` is the one of `prepared` for as many particles as there are `places`; `stop` says how they were made.
+    ///
+    /// # Errors
+    /// What the first particle's columns say.
+    pub(crate) fn new(
+        scene: &'a Scene,
+        (prepared, units): (&'a Prepared<D>, RunUnits),
+        (target, places): (Target<'a, D>, &'a dyn Places<D>),
+        format: Option<&FormatSpec>,
+        stop: &'static str,
+    ) -> Result<Self> {
+        let (out, note) = output_units(scene.output.units.as_deref(), units.input, prepared.mass.value, D)?;
+        let requires = format.map_or(&[][..], |f| f.capabilities.requires);
+        let mut stream = Self {
+            scene,
+            prepared,
+            target,
+            places,
+            units: (units, out),
+            factors: Factors::new::<D>(units.input, prepared, &out),
+            requires_energy: requires.contains(&names::INTERNAL_ENERGY),
+            stop,
+            header: RunHeader {
+                dimension: D,
+                box_size: [0.0; 3],
+                periodic: [false; 3],
+                units: out,
+                time: 0.0,
+                kernel: String::new(),
+                kernel_neighbors: 0.0,
+                provenance: Vec::new(),
+            },
+            first: ParticleTable::default(),
+            notes: Vec::from_iter(note),
+        };
+        let made = stream.made(0..1)?;
+        stream.header = made.file.header;
+        stream.first = made.file.species.into_iter().next().map(|s| s.table).unwrap_or_default();
+        stream.notes.extend(prepared.notes.iter().cloned().chain(made.notes));
+        Ok(stream)
+    }
+
+    /// What there is to say of the particles.
+    pub(crate) fn notes(&self) -> &[String] {
+        &self.notes
+    }
+
+    fn made(&self, rows: Range<usize>) -> Result<crate::output::particle_file::Made> {
+        let positions = self.places.positions(rows)?;
+        let n = positions[0].len();
+        let number = parallel::map(n, |i| self.target.number_density(&at(&positions, i)));
+        if let Some(i) = number.iter().position(|v| !(*v > 0.0)) {
+            let place = at(&positions, i);
+            let problem =
+                format!("the target is zero at {place:?} in units of the domain's size, where a particle was placed");
+            return Err(Error::Numeric { stage: "seed", problem });
+        }
+        let neighbors = self.scene.kernel_neighbors(D);
+        let ratio = support_over_spacing(D, neighbors);
+        let mass = 1.0 / self.target.count as f64;
+        let support = number.iter().map(|&v| self.target.support(v, ratio)).collect();
+        let density: Vec<f64> = number.iter().map(|v| v * mass).collect();
+        let raw = RawColumns {
+            positions: &positions,
+            masses: vec![mass; n],
+            support,
+            target_density: density.clone(),
+            density,
+            balanced: None,
+        };
+        let (units, out) = self.units;
+        let making = Making {
+            kernel: self.scene.kernel().title(),
+            kernel_neighbors: neighbors,
+            stop: self.stop.to_owned(),
+            requires_energy: self.requires_energy,
+            units_known: units.input.is_some(),
+            conversion: units.into_output(&out),
+        };
+        let mut made = particle_file(self.scene, self.prepared, raw, (out, &self.factors), None, &making)?;
+        // It holds no sums.
+        made.file.header.provenance.retain(|(key, _)| key != "DensityDefinition");
+        made.file.header.provenance.push(("DensityDefinition".into(), "the target's at each particle".into()));
+        Ok(made)
+    }
+}
+
+impl<const D: usize> ParticleStream for Streamed<'_, D> {
+    fn header(&self) -> &RunHeader {
+        &self.header
+    }
+
+    fn counts(&self) -> [usize; TYPES] {
+        std::array::from_fn(|t| if t == 0 { self.target.count } else { 0 })
+    }
+
+    fn rows(
+        &self,
+        _: u8,
+        rows: Range<usize>,
+        wanted: &dyn Fn(&str) -> bool,
+    ) -> std::result::Result<ParticleTable, FormatError> {
+        let (first, n) = (rows.start as i64 + 1, rows.len());
+        let is_alike = |c: &&Column| c.name == names::MASSES || c.name == names::PARTICLE_IDS;
+        let mut wanted_columns = self.first.columns.iter().filter(|c| wanted(&c.name));
+        let mut table = if wanted_columns.all(|c| is_alike(&c)) {
+            // What does not depend on places takes none.
+            let repeated =
+                |c: &Column| Column { name: c.name.clone(), values: Values::F64(vec![c.values.get(0); n]), ..*c };
+            ParticleTable { count: n, columns: self.first.columns.iter().filter(is_alike).map(repeated).collect() }
+        } else {
+            let made = self.made(rows).map_err(into_format_error)?;
+            made.file.species.into_iter().next().map(|s| s.table).unwrap_or_default()
+        };
+        for column in table.columns.iter_mut().filter(|c| c.name == names::PARTICLE_IDS) {
+            column.values = Values::I64((first..first + table.count as i64).collect());
+        }
+        table.columns.retain(|c| wanted(&c.name));
+        Ok(table)
+    }
+}
+
+/// What a writer passes on.
+fn into_format_error(error: Error) -> FormatError {
+    match error {
+        Error::Format(error) => error,
+        other => FormatError::Output { path: PathBuf::new(), format: "particles", problem: other.to_string() },
+    }
+}

@@ -1,0 +1,70 @@
+//! Blocks of particles that are seeded each by itself: in several processes, or one after the other.
+//!
+//! Mass bisection numbers particles along its cuts, so that particles of successive numbers lie together, and places each
+//! from the target alone. A block is a range of numbers; its seeds are to the bit those of a whole run, whatever the other
+//! blocks are.
+
+use super::bisection;
+use crate::error::Result;
+use crate::target::{Positions, Selected, Target};
+use std::ops::Range;
+
+/// A part of the particles.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Block<const D: usize> {
+    /// Their numbers, from 0.
+    pub particles: Range<usize>,
+    /// Boxes that together hold their shares of the mass, in the unit of the domain's size.
+    pub boxes: Vec<[[f64; D]; 2]>,
+}
+
+/// Divides the particles into `count` blocks of equal numbers, but for one particle. O(count log N).
+///
+/// # Errors
+/// A target without mass in its domain.
+pub fn blocks<const D: usize>(target: &Target<'_, D>, count: usize) -> Result<Vec<Block<D>>> {
+    let edge = |k: usize| (target.count as u128 * k as u128 / count.max(1) as u128) as usize;
+    let block = |k: usize| {
+        let particles = edge(k)..edge(k + 1);
+        let mut boxes = Vec::new();
+        each_region(target, &particles, |target, own| {
+            boxes.extend(bisection::cover(target, &own)?);
+            Ok(())
+        })?;
+        Ok(Block { particles, boxes })
+    };
+    (0..count).map(block).collect()
+}
+
+/// The seeds of some particles by mass bisection.
+///
+/// # Errors
+/// A target without mass in its domain.
+pub fn seed_block<const D: usize>(target: &Target<'_, D>, seed: u64, particles: Range<usize>) -> Result<Positions<D>> {
+    let mut all: Positions<D> = std::array::from_fn(|_| Vec::with_capacity(particles.len()));
+    each_region(target, &particles, |target, own| {
+        let positions = bisection::place_block(target, seed, own)?;
+        all.iter_mut().zip(positions).for_each(|(all, one)| all.extend(one));
+        Ok(())
+    })?;
+    Ok(all)
+}
+
+/// Calls `with` for each region that has some of the particles, with their numbers there.
+fn each_region<const D: usize>(
+    target: &Target<'_, D>,
+    particles: &Range<usize>,
+    mut with: impl FnMut(&Target<'_, D>, Range<usize>) -> Result<()>,
+) -> Result<()> {
+    let Some(regions) = target.regions() else { return with(target, particles.clone()) };
+    let mut first = 0;
+    for (region, count) in regions.counts(target.count).into_iter().enumerate() {
+        let clamp = |i: usize| i.clamp(first, first + count) - first;
+        let own = clamp(particles.start)..clamp(particles.end);
+        if !own.is_empty() {
+            with(&target.selected(regions, Selected::Region(region), count), own)?;
+        }
+        first += count;
+    }
+    Ok(())
+}
