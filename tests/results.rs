@@ -136,7 +136,7 @@ fn what_the_readme_says_of_other_tools_is_in_the_page() {
         for (whose, text) in ours.chain(line[3].split("; ").map(|t| ("", t))) {
             let (name, error, seconds) = claim(text);
             let road = format!("{whose}{name}");
-            let is_it = |r: &&Vec<String>| {
+            let is_it = |r: &Vec<String>| {
                 let mean = r[5].parse::<f64>().map(|m| to_digits_of(error, 100.0 * m));
                 let time = r[3].parse::<f64>().map(|t| to_digits_of(seconds, t));
                 r[0] == *problem
@@ -145,7 +145,7 @@ fn what_the_readme_says_of_other_tools_is_in_the_page() {
                     && mean.as_deref() == Ok(error)
                     && time.as_deref() == Ok(seconds)
             };
-            assert!(rows.iter().find(is_it).is_some(), "{problem}, {count}: no row of peers.md says '{text}'");
+            assert!(rows.iter().any(is_it), "{problem}, {count}: no row of peers.md says '{text}'");
             checked += 1;
         }
     }
