@@ -58,7 +58,11 @@ pub use scene::Scene;
 pub use sph;
 pub use sph_formats::{FORMATS, ParticleFile, WriteOptions, write};
 
-/// The README's example, compiled.
+/// Examples of the README and of the manual, run.
 #[cfg(doctest)]
 #[doc = include_str!("../README.md")]
 pub struct Readme;
+
+#[cfg(doctest)]
+#[doc = include_str!("../docs/src/library.md")]
+pub struct Manual;

@@ -5,10 +5,11 @@
 //! ```
 
 use sph_prep::scene::reference::{Key, keys};
+use std::collections::BTreeSet;
 use std::fmt::Write;
 use std::path::{Path, PathBuf};
 
-fn folder() -> PathBuf {
+pub fn folder() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("docs/src")
 }
 
@@ -102,10 +103,12 @@ fn reference_pages_are_what_the_code_says() {
 
 /// Pages with their texts.
 fn pages() -> Vec<(PathBuf, String)> {
-    let mut found = Vec::new();
-    for below in [folder(), folder().join("reference")] {
+    let (mut found, mut open) = (Vec::new(), vec![folder()]);
+    while let Some(below) = open.pop() {
         for path in std::fs::read_dir(below).unwrap().map(|e| e.unwrap().path()) {
-            if path.extension().is_some_and(|e| e == "md") {
+            if path.is_dir() {
+                open.push(path);
+            } else if path.extension().is_some_and(|e| e == "md") {
                 found.push((path.clone(), std::fs::read_to_string(path).unwrap()));
             }
         }
@@ -120,20 +123,78 @@ fn no_link_is_dead_and_every_page_is_two_clicks_away() {
     for (path, text) in pages() {
         let name = path.strip_prefix(folder()).unwrap().display().to_string();
         assert!(name == "SUMMARY.md" || summary.contains(&format!("({name})")), "{name} is not in the summary");
-        for link in text.split("](").skip(1).map(|rest| rest.split(')').next().unwrap()) {
-            let target = path.parent().unwrap().join(link.split('#').next().unwrap());
+        for link in links(&text) {
+            let (file, place) = link.split_once('#').unwrap_or((link, ""));
+            let target = if file.is_empty() { path.clone() } else { path.parent().unwrap().join(file) };
             assert!(link.contains("://") || target.is_file(), "{name}: {link}");
+            // What lies outside of the book is not in what is built of it.
+            let is_within = !link.contains("://") && target.canonicalize().unwrap().starts_with(folder());
+            assert!(is_within || link.contains("://"), "{name}: {link} leaves the book");
+            if !place.is_empty() && !link.contains("://") {
+                let headings = std::fs::read_to_string(&target).unwrap();
+                let mut headings = headings.lines().filter(|l| l.starts_with('#')).map(anchor);
+                assert!(headings.any(|a| a == place), "{name}: {link} has no such heading");
+            }
         }
     }
+    // The front page knows the pages with lists, and these all that is to be done.
+    let reached = |page: &str| -> BTreeSet<PathBuf> {
+        let path = folder().join(page);
+        let text = std::fs::read_to_string(&path).unwrap();
+        let targets = links(&text).into_iter().filter(|l| !l.contains("://") && !l.starts_with('#'));
+        targets.map(|l| path.parent().unwrap().join(l.split('#').next().unwrap())).collect()
+    };
+    let first = reached("index.md");
+    let second: BTreeSet<PathBuf> = first
+        .iter()
+        .filter(|p| p.extension().is_some_and(|e| e == "md"))
+        .flat_map(|p| reached(p.strip_prefix(folder()).unwrap().to_str().unwrap()))
+        .collect();
+    let far: Vec<String> = pages()
+        .into_iter()
+        .map(|(path, _)| path)
+        .filter(|path| !path.ends_with("SUMMARY.md") && !path.ends_with("index.md"))
+        .filter(|path| !first.contains(path) && !second.contains(path))
+        .map(|path| path.display().to_string())
+        .collect();
+    assert!(far.is_empty(), "more than two clicks from the first page: {far:?}");
 }
 
-/// Every command in a block of shell, with few particles, in the order of the page.
+/// Targets of the links of a page, outside of code.
+fn links(text: &str) -> Vec<&str> {
+    let blocks = text.split("```").step_by(2);
+    blocks.flat_map(|b| b.split("](").skip(1)).map(|rest| rest.split(')').next().unwrap()).collect()
+}
+
+/// The name by which a heading is linked to.
+fn anchor(heading: &str) -> String {
+    let text = heading.trim_start_matches('#').trim().to_lowercase();
+    let kept = text.chars().filter(|c| c.is_alphanumeric() || "-_ ".contains(*c));
+    kept.map(|c| if c == ' ' { '-' } else { c }).collect()
+}
+
+/// The words of a command as a shell sees them: quotes hold together, ` #` begins a comment.
+fn words(line: &str) -> Vec<String> {
+    let (mut words, mut word, mut quote) = (Vec::new(), String::new(), false);
+    for c in line.split(" #").next().unwrap().chars() {
+        match c {
+            '\'' => quote = !quote,
+            ' ' if !quote => words.extend((!word.is_empty()).then(|| std::mem::take(&mut word))),
+            _ => word.push(c),
+        }
+    }
+    words.extend((!word.is_empty()).then_some(word));
+    words
+}
+
+/// Every command in a block of shell, with few particles, in the order of the page. Pages of results name the commands that write them,
+/// which are cargo's.
 #[test]
 fn commands_in_the_pages_run() {
     let mut ran = 0;
     for (path, text) in pages() {
         let blocks: Vec<&str> = text.split("```sh\n").skip(1).map(|b| b.split("```").next().unwrap()).collect();
-        if blocks.is_empty() {
+        if blocks.is_empty() || path.starts_with(folder().join("results")) {
             continue;
         }
         let folder = tempfile::tempdir().unwrap();
@@ -146,10 +207,9 @@ fn commands_in_the_pages_run() {
             }
         }
         for line in blocks.iter().flat_map(|b| b.lines()).filter(|l| !l.is_empty()) {
-            let words: Vec<&str> =
-                line.strip_prefix("sph-prep ").unwrap_or_else(|| panic!("{line}")).split(' ').collect();
+            let words = words(line.strip_prefix("sph-prep ").unwrap_or_else(|| panic!("{line}")));
             let is_count = |i: usize| i > 0 && words[i - 1] == "-n";
-            let fewer = |(i, word): (usize, &&str)| if is_count(i) { few(word) } else { (*word).to_owned() };
+            let fewer = |(i, word): (usize, &String)| if is_count(i) { few(word) } else { word.clone() };
             let words: Vec<String> = words.iter().enumerate().map(fewer).collect();
             let output = assert_cmd::Command::new(env!("CARGO_BIN_EXE_sph-prep"))
                 .current_dir(folder.path())
@@ -162,7 +222,7 @@ fn commands_in_the_pages_run() {
             ran += 1;
         }
     }
-    assert!(ran > 15, "only {ran} commands");
+    assert!(ran > 70, "only {ran} commands");
 }
 
 /// Some hundred particles in place of thousands; several numbers stay apart.

@@ -1,4 +1,4 @@
-//! The README's figures, measured again. A nightly run takes them in one command:
+//! The figures of the manual's page `measured.md`, measured again. A nightly run takes them in one command:
 //!
 //! ```sh
 //! cargo test --release --test all -- --ignored --nocapture figures::
@@ -15,7 +15,7 @@ use sph_prep::scene::Scene;
 use std::path::{Path, PathBuf};
 use std::sync::atomic::AtomicBool;
 
-/// Means over 100 000 particles, as noise and balance are too, and the two digits that the README has of them.
+/// Means over 100 000 particles, as noise and balance are too, and the two digits that the page has of them.
 const MEANS: f64 = 1.25;
 /// Its square: epsilon is quadratic in the error.
 const EPSILON: f64 = MEANS * MEANS;
@@ -28,8 +28,8 @@ fn root() -> &'static Path {
 
 /// Cells of the rows below the header that begins so.
 fn table(header: &str) -> Vec<Vec<String>> {
-    let readme = std::fs::read_to_string(root().join("README.md")).unwrap();
-    let below = readme.lines().skip_while(|l| !l.starts_with(header)).skip(2).take_while(|l| l.starts_with('|'));
+    let page = std::fs::read_to_string(root().join("docs/src/measured.md")).unwrap();
+    let below = page.lines().skip_while(|l| !l.starts_with(header)).skip(2).take_while(|l| l.starts_with('|'));
     let cells = |l: &str| l.trim_matches('|').split('|').map(|c| c.trim().to_string()).collect();
     below.map(cells).collect()
 }
@@ -63,7 +63,7 @@ fn file(cell: &str) -> PathBuf {
     match quoted(cell) {
         Some(path) => root().join(path),
         None => {
-            assert!(cell.contains("MESA"), "the README has a row without a file: '{cell}'");
+            assert!(cell.contains("MESA"), "the page has a row without a file: '{cell}'");
             root().join("../shared/data/mesa/mesa2hydro_profile_mainsequence_logE.data")
         }
     }
@@ -74,7 +74,7 @@ fn errors() -> Vec<Row> {
     let mut rows = Vec::new();
     for cells in table("| scene | N | stages |") {
         let [name, count, stages, epsilon, mean, largest, noise, _] = cells.as_slice() else {
-            panic!("the README has a row of {} cells", cells.len())
+            panic!("the page has a row of {} cells", cells.len())
         };
         if !name.is_empty() {
             scene = name.clone();
@@ -84,7 +84,7 @@ fn errors() -> Vec<Row> {
             ("WVT", _) => "polish: none".into(),
             ("WVT, solver" | "shells, solver", _) => String::new(),
             (same, Some(option)) if same.starts_with("the same") => format!("solver: {{{option}}}"),
-            _ => panic!("the README has stages '{stages}'"),
+            _ => panic!("the page has stages '{stages}'"),
         };
         rows.push(Row {
             file: file(&scene),
@@ -137,7 +137,7 @@ fn rows_name_files_that_are_there_and_figures() {
 
 #[test]
 #[ignore = "minutes: every row at full size"]
-fn errors_and_noise_are_those_of_the_readme() {
+fn errors_and_noise_are_those_of_the_manual() {
     let mut wrong = Vec::new();
     for row in errors() {
         let name = row.file.strip_prefix(root()).unwrap_or(&row.file).display().to_string();
@@ -169,7 +169,7 @@ fn errors_and_noise_are_those_of_the_readme() {
 
 #[test]
 #[ignore = "a minute"]
-fn forces_on_stars_at_rest_are_those_of_the_readme() {
+fn forces_on_stars_at_rest_are_those_of_the_manual() {
     let mut wrong = Vec::new();
     for cells in table("| star | N | WVT alone |") {
         let (star, count) = (file(&cells[0]), cells[1].replace(' ', "").parse().unwrap());

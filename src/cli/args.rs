@@ -28,6 +28,15 @@ Examples:
 Exit codes: 0 success, 1 failure, 2 wrong usage, 3 not converged: the tolerance was not reached, a region of the target
 has not its mass, or the run was interrupted with --on-interrupt write (the best state is written).";
 
+/// Version, commit and features, each on a line.
+const LONG_VERSION: &str = concat!(
+    env!("CARGO_PKG_VERSION"),
+    "\nbuilt from ",
+    env!("SPH_PREP_BUILT_FROM"),
+    "\nfeatures: ",
+    env!("SPH_PREP_FEATURES")
+);
+
 const COMPARE: &str = "\
 Each METHOD is a variation of the scene, with another seeding as METHOD:SEEDING (solver:shells, seed:random).
 `sph-prep methods` lists both. FOLDER gets compare.csv (a row per step and per state left by a stage),
@@ -46,7 +55,7 @@ const COMPARE_EXAMPLE: &str =
 
 /// Low-noise initial conditions for SPH codes from tabulated or mesh-sampled fields.
 #[derive(Debug, Parser)]
-#[command(name = "sph-prep", version, after_help = EXAMPLES, args_conflicts_with_subcommands = true, arg_required_else_help = true, disable_help_subcommand = true)]
+#[command(name = "sph-prep", version, long_version = LONG_VERSION, after_help = EXAMPLES, args_conflicts_with_subcommands = true, arg_required_else_help = true, disable_help_subcommand = true)]
 pub struct Args {
     #[command(subcommand)]
     pub command: Option<Command>,

@@ -1,7 +1,7 @@
 //! The default road on every bundled input and, where it is there, every file of `../shared/data`: error and
 //! time with and without the polish.
 //!
-//! `cargo bench --bench inputs [-- N]` prints a table; with SPH_PREP_RESULTS=profiles/results it also writes
+//! `cargo bench --bench inputs [-- N]` prints a table; with SPH_PREP_RESULTS=docs/src/results it also writes
 //! `inputs.md` there.
 
 mod support;
@@ -89,7 +89,7 @@ fn main() {
         print!("{}", without_folders(&table[start..], root));
     }
     let page = format!(
-        "# Every input\n\n`SPH_PREP_RESULTS=profiles/results cargo bench --bench inputs -- {count}` makes this page: {count} particles, density error \
+        "# Every input\n\n`SPH_PREP_RESULTS=docs/src/results cargo bench --bench inputs -- {count}` makes this page: {count} particles, density error \
          (interior, mass re-fitted) and seconds of the whole run, by WVT alone (60 iterations) and by the default road. Files outside \
          `profiles/` are not part of the project.\n\n{}",
         without_folders(&table, root)

@@ -1,6 +1,6 @@
 //! The problems on which other tools were measured, solved here: density error, CPU time and how they compare.
 //!
-//! `cargo bench --bench peers [-- FILTER]` prints a table; with SPH_PREP_RESULTS=profiles/results it also
+//! `cargo bench --bench peers [-- FILTER]` prints a table; with SPH_PREP_RESULTS=docs/src/results it also
 //! writes `peers.md` there. The other tools' figures are measurements of WVTICs (Donnert, Arth), SEAGen
 //! (Kegerreis et al.) and OpenSPH (Sevecek) on a loaded two-core machine, in CPU seconds. Ours run on one thread: seconds
 //! of the whole run, and of them those until the particles are in place, without the measuring that no other tool does
@@ -215,7 +215,7 @@ fn main() {
         print!("{}", &table[start..]);
     }
     let page = format!(
-        "# Against other tools\n\n`SPH_PREP_RESULTS=profiles/results cargo bench --bench peers` makes this page. Mass re-fitted. The other tools' means \
+        "# Against other tools\n\n`SPH_PREP_RESULTS=docs/src/results cargo bench --bench peers` makes this page. Mass re-fitted. The other tools' means \
          are over the interior where the\nproblem has an edge, and their epsilons as stated by whoever measured them, by an independent sum. Ours run on one \
          thread: seconds of the whole\nrun, which measures and writes, and of it those until the particles are in place.\n\n{table}"
     );

@@ -343,3 +343,15 @@ fn shells_and_the_manual_know_every_option() {
         }
     }
 }
+
+#[test]
+fn the_version_comes_with_commit_and_features() {
+    let long = super::support::succeed(&["--version"]).stdout;
+    let lines: Vec<&str> = long.lines().collect();
+    assert_eq!(lines[0], concat!("sph-prep ", env!("CARGO_PKG_VERSION")));
+    assert!(lines[1].starts_with("built from "), "{long}");
+    let features: Vec<&str> = lines[2].strip_prefix("features: ").unwrap().split(' ').collect();
+    assert!(["cli", "plots", "gadget-binary", "netcdf"].iter().all(|f| features.contains(f)), "{long}");
+    assert!(!features.contains(&"default"), "{long}");
+    assert_eq!(super::support::succeed(&["-V"]).stdout.trim(), lines[0]);
+}

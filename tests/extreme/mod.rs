@@ -256,7 +256,7 @@ fn numerical_health() {
 #[ignore = "long: every scene by every method, up to a million particles"]
 fn the_whole_suite() {
     let mut page = String::from(
-        "# Stiff and extreme suite\n\nMade by `SPH_PREP_RESULTS=profiles/results cargo test --release --test all -- --ignored \\\n\
+        "# Stiff and extreme suite\n\nMade by `SPH_PREP_RESULTS=docs/src/results cargo test --release --test all -- --ignored \\\n\
          --nocapture extreme::`. epsilon, mean and max are over the interior with the mass re-fitted, or over all particles where less\n\
          than a tenth are inside; closest pair is in spacings n^(-1/d); noise is a fraction of random points'.\n",
     );

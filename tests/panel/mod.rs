@@ -2,7 +2,7 @@
 //! summed density on a plane, the noise of the pressure force and the directions of neighbors, for every method.
 //!
 //! `cargo test --release --test all -- --ignored --nocapture panel::` prints the tables with 8000 particles; with
-//! SPH_PREP_RESULTS=profiles/results it writes methods.md and the panels as SVG there. What is not ignored checks the
+//! SPH_PREP_RESULTS=docs/src/results it writes methods.md and the panels as SVG there. What is not ignored checks the
 //! ranking with 1728 particles.
 
 mod draw;
@@ -70,7 +70,7 @@ fn lattices_have_directions_glasses_have_none_and_ours_is_best() {
 #[ignore = "long: 8000 particles by every method"]
 fn the_papers_comparison() {
     let mut page = String::from(
-        "# Setup methods compared\n\nMade by `SPH_PREP_RESULTS=profiles/results cargo test --release --test all -- --ignored --nocapture panel::`.\n\
+        "# Setup methods compared\n\nMade by `SPH_PREP_RESULTS=docs/src/results cargo test --release --test all -- --ignored --nocapture panel::`.\n\
          8000 particles. Deviation of the summed density on a plane (cubic spline, 128 neighbors, masses as given; over the\n\
          interior of the sphere), from the target (max, rms) and from the target as that kernel smooths it, the mean taken out\n\
          (smoothed); at the particles as this program measures it (Wendland C4, 64 neighbors, mass re-fitted, interior). Noise: root\n\

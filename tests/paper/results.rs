@@ -1,9 +1,9 @@
-//! The tables that the tests make: printed, and written to `profiles/results/alaric.md` where that is asked for.
+//! The tables that the tests make: printed, and written to `docs/src/results/alaric.md` where that is asked for.
 //!
 //! Each test writes its own section between two marks, so that tests can be run one by one:
 //!
 //! ```sh
-//! SPH_PREP_RESULTS=profiles/results cargo test --release --test all -- --include-ignored --test-threads 1 paper::
+//! SPH_PREP_RESULTS=docs/src/results cargo test --release --test all -- --include-ignored --test-threads 1 paper::
 //! ```
 
 use std::path::{Path, PathBuf};
@@ -20,7 +20,7 @@ const HEAD: &str = "# ALARIC: the paper's tables and figures, and what comes out
 Written by the tests themselves, in one command from the root of the repository (some minutes):
 
 ```sh
-SPH_PREP_RESULTS=profiles/results cargo test --release --test all -- --include-ignored --test-threads 1 paper::
+SPH_PREP_RESULTS=docs/src/results cargo test --release --test all -- --include-ignored --test-threads 1 paper::
 ```
 
 Wendland C4; epsilon is the sum of (rho - rho*)^2/n over that of rho*^2/n with the mass re-fitted, as in the paper.
