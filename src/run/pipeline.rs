@@ -375,7 +375,7 @@ impl Run<'_> {
         let kind = |i: usize| equilibrium.material(&at(positions, i)).map_or(0, |s| s.kind);
         let kinds = parallel::map(positions[0].len(), kind);
         let materials = equilibrium.materials().map(|m| (m, kinds.as_slice()));
-        let matter = Matter { gamma: equilibrium.gamma(), materials, center };
+        let matter = Matter { gamma: equilibrium.gamma(), materials, center, point: equilibrium.point_mass() };
         let certificate = certify(sums, *target, (positions, &energy), &matter, duration, self.control);
         self.lap(Step::Relax(CERTIFICATE), lap, None);
         Ok(Some(certificate))

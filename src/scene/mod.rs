@@ -5,6 +5,7 @@
 
 mod balance;
 mod bodies;
+mod core;
 mod count;
 mod dimensions;
 mod domain;
@@ -30,6 +31,7 @@ mod yaml;
 pub use balance::{BalanceInput, EquationOfState, GravityName};
 pub(crate) use bodies::in_body;
 pub use bodies::{BodyInput, OrbitInput};
+pub use core::{CoreGas, CoreInput, SofteningName};
 pub use count::parse_count;
 pub use domain::{BoundaryName, DomainInput};
 pub use fields::{FieldValue, FieldsInput, Term};
@@ -331,6 +333,7 @@ impl Scene {
         self.target_code.as_deref().map_or(Ok(()), |code| TargetCode::parse(code).map(|_| ()))?;
         self.check_input()?;
         self.input.validate_orientation()?;
+        self.input.validate_core()?;
         self.check_stages()?;
         self.stated_units()?;
         self.check_quantities()?;
