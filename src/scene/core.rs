@@ -1,6 +1,6 @@
 //! The `core` of a scene's input: the inner part of a star as a point mass with a softened potential.
 
-use super::{Input, ProfileInput, Quantity};
+use super::Quantity;
 use crate::error::{Error, Result};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -67,15 +67,15 @@ pub enum SofteningName {
     WendlandC2,
 }
 
-impl Input {
-    pub(super) fn validate_core(&self) -> Result<()> {
-        let Some(core) = &self.core else { return Ok(()) };
-        core.radius.check_positive("input.core.radius", UnitDimension::LENGTH)?;
+impl CoreInput {
+    /// `is_of_gas` is whether the input is a radial profile of gas as far as the scene tells, in so many dimensions.
+    pub(super) fn validate(&self, is_of_gas: bool, dimension: Option<usize>) -> Result<()> {
+        self.radius.check_positive("input.core.radius", UnitDimension::LENGTH)?;
         let refused = |key: &str, problem: &str| Err(Error::scene(format!("input.core{key}"), problem));
-        if let Some(mass) = &core.mass {
+        if let Some(mass) = &self.mass {
             mass.check_positive("input.core.mass", UnitDimension::MASS)?;
         }
-        match (core.gas, &core.mass) {
+        match (self.gas, &self.mass) {
             (CoreGas::ConstantEntropy | CoreGas::LaneEmden, Some(_)) => {
                 return refused(
                     ".mass",
@@ -85,8 +85,8 @@ impl Input {
             (CoreGas::Keep, None) => return refused(".mass", "is missing, which gas that is kept leaves open"),
             _ => {}
         }
-        match core.n {
-            Some(_) if core.gas != CoreGas::LaneEmden => {
+        match self.n {
+            Some(_) if self.gas != CoreGas::LaneEmden => {
                 return refused(".n", "is of the gas lane-emden; leave it out");
             }
             Some(n) if !(n > 0.0 && n < 5.0) => {
@@ -94,13 +94,13 @@ impl Input {
             }
             _ => {}
         }
-        if let Some(t) = core.part_type.filter(|t| !(1..=5).contains(t)) {
+        if let Some(t) = self.part_type.filter(|t| !(1..=5).contains(t)) {
             return refused(".type", &format!("is {t}, expected 1 to 5; 0 is gas"));
         }
-        if self.expression.is_some() || matches!(self.profile, Some(ProfileInput::Planet(_))) {
+        if !is_of_gas {
             return refused("", "is of a radial profile of gas; leave it out beside an expression or a planet");
         }
-        match self.dimension {
+        match dimension {
             Some(d) if d < 3 => refused("", &format!("is of a star in 3 dimensions, but input.dimension is {d}")),
             _ => Ok(()),
         }

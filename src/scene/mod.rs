@@ -333,7 +333,6 @@ impl Scene {
         self.target_code.as_deref().map_or(Ok(()), |code| TargetCode::parse(code).map(|_| ()))?;
         self.check_input()?;
         self.input.validate_orientation()?;
-        self.input.validate_core()?;
         self.check_stages()?;
         self.stated_units()?;
         self.check_quantities()?;
@@ -364,6 +363,10 @@ impl Scene {
                 "particles",
                 format!("is more than {}, the most that one run can place", u32::MAX),
             ));
+        }
+        if let Some(core) = &self.input.core {
+            let is_of_gas = expression.is_none() && !matches!(profile, Some(ProfileInput::Planet(_)));
+            core.validate(is_of_gas, self.input.dimension)?;
         }
         if let Some(d) = self.input.dimension.filter(|d| !(1..=3).contains(d)) {
             return Err(Error::scene("input.dimension", format!("is {d}, expected 1, 2 or 3")));

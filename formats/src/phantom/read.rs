@@ -276,7 +276,7 @@ impl Dump<'_> {
     fn sinks(&mut self) -> Option<ParticleTable> {
         let arrays = std::mem::take(&mut self.sinks);
         let find = |tag: &str| arrays.iter().find(|(t, _)| t == tag).map(|(_, v)| v);
-        let Some(count) = arrays.first().map(|(_, v)| v.len()) else { return None };
+        let count = arrays.first().map(|(_, v)| v.len())?;
         if let Some(tag) = TAGS[..4].iter().find(|tag| find(tag).is_none_or(|v| v.len() != count)) {
             self.notes.push(format!("{count} sink particles, which have no '{tag}'"));
             return None;
