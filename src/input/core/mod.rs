@@ -173,8 +173,8 @@ impl<const D: usize> Model<'_, D> {
 
     /// A scalar at the radius over G, in the input's length, and its density to a power.
     fn carried(&self, name: &str, dimension: UnitDimension, power: i32) -> Result<Option<f64>> {
-        let is_it = |f: &&Box<dyn CarriedField<D>>| f.info().name == name && f.info().components == 1;
-        let Some(field) = self.source.carried.iter().find(is_it) else { return Ok(None) };
+        let is_it = |f: &&dyn CarriedField<D>| f.info().name == name && f.info().components == 1;
+        let Some(field) = self.source.carried.iter().map(AsRef::as_ref).find(is_it) else { return Ok(None) };
         let center = self.radial.center;
         let mut value = [0.0];
         field.evaluate(&std::array::from_fn(|k| center[k] + if k == 0 { self.radius } else { 0.0 }), &mut value);
