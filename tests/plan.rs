@@ -314,7 +314,7 @@ fn seeds_that_are_better_than_wvt_are_left_to_themselves() {
 fn more_particles_than_the_solver_takes_stay_on_shells() {
     use sph_prep::field::ScalarField;
     use sph_prep::run::plan::Held;
-    use sph_prep::target::{Resolution, Target};
+    use sph_prep::target::Target;
     struct Profile(f64);
     impl ScalarField<3> for Profile {
         fn value(&self, x: &[f64; 3]) -> f64 {
@@ -324,16 +324,7 @@ fn more_particles_than_the_solver_takes_stay_on_shells() {
     }
     let domain = Domain::ball([0.0; 3], 1.0, Wall::Open).unwrap();
     let plan = |text: &str, density: &Profile, count| {
-        let target = Target {
-            domain: &domain,
-            density,
-            resolution: Resolution::EqualMass,
-            count,
-            mass: 1.0,
-            resolution_integral: 1.0,
-            largest_spacing: f64::INFINITY,
-            part: None,
-        };
+        let target = Target::of_equal_masses(&domain, density, count, 1.0);
         let plan = Plan::new(&Scene::parse(text).unwrap(), &target, true, &Held::Not);
         (plan.seeding.method().name, plan.wvt_iterations, plan.evaluations > 0)
     };

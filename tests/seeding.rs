@@ -22,16 +22,7 @@ pub(crate) fn target<'a, const D: usize>(
     density: &'a dyn ScalarField<D>,
     count: usize,
 ) -> Target<'a, D> {
-    Target {
-        domain,
-        density,
-        resolution: Resolution::EqualMass,
-        count,
-        mass: 1.0,
-        resolution_integral: 1.0,
-        largest_spacing: f64::INFINITY,
-        part: None,
-    }
+    Target::of_equal_masses(domain, density, count, 1.0)
 }
 
 pub(crate) fn unit_box<const D: usize>(axis: Axis) -> Domain<D> {

@@ -139,8 +139,7 @@ fn the_outermost_particles_lie_half_a_spacing_within() {
     let outermost: Vec<f64> = depths.into_iter().map(|d| d / spacing).filter(|d| *d < 0.9).collect();
     let mean = outermost.iter().sum::<f64>() / outermost.len() as f64;
     println!("{} particles of the outermost layer at {mean:.3} spacings from the surface", outermost.len());
-    // A spacing is an eighth of the radius of the body: mirror images in a curved surface are nearer together on its
-    // outside, which draws the layer outward by as much, and the facets' corners stand for all of them here.
+    // A spacing is an eighth of the radius of the body, and facets' corners stand for all of them here.
     assert!((mean - 0.5).abs() < 0.1, "{mean}");
 }
 

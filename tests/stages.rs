@@ -9,7 +9,7 @@ use sph_prep::field::ScalarField;
 use sph_prep::metrics::{DensityError, Measured, NoiseFigures};
 use sph_prep::relaxation::{AlaricOptions, Bias, Control, SolverOptions, TrimOptions, WvtOptions};
 use sph_prep::seeding::{Seeding, seed};
-use sph_prep::target::{Positions, Resolution, Target};
+use sph_prep::target::{Positions, Target};
 use std::f64::consts::TAU;
 use std::sync::atomic::AtomicBool;
 
@@ -33,16 +33,7 @@ fn unit<const D: usize>(axis: Axis) -> Domain<D> {
 }
 
 fn target<const D: usize>(domain: &Domain<D>, count: usize) -> Target<'_, D> {
-    Target {
-        domain,
-        density: &Wave,
-        resolution: Resolution::EqualMass,
-        count,
-        mass: domain.volume(),
-        resolution_integral: domain.volume(),
-        largest_spacing: f64::INFINITY,
-        part: None,
-    }
+    Target::of_equal_masses(domain, &Wave, count, domain.volume())
 }
 
 fn measured<const D: usize>(target: &Target<'_, D>, x: &Positions<D>, masses: &[f64]) -> Measured<D> {

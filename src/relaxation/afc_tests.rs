@@ -6,7 +6,7 @@ use super::report::StopReason;
 use super::stage::relax_new;
 use crate::field::ScalarField;
 use crate::seeding::{Seeding, seed};
-use crate::target::{Positions, Resolution, Target, at};
+use crate::target::{Positions, Target, at};
 use sph::domain::{Axis, Domain, Region, Wall};
 use sph::kernel::KernelName;
 
@@ -18,16 +18,7 @@ impl<const D: usize> ScalarField<D> for Slope {
 }
 
 fn target<const D: usize>(domain: &Domain<D>, count: usize) -> Target<'_, D> {
-    Target {
-        domain,
-        density: &Slope,
-        resolution: Resolution::EqualMass,
-        count,
-        mass: 1.25 * domain.volume(),
-        resolution_integral: 1.25 * domain.volume(),
-        largest_spacing: f64::INFINITY,
-        part: None,
-    }
+    Target::of_equal_masses(domain, &Slope, count, 1.25 * domain.volume())
 }
 
 fn run<const D: usize>(target: &Target<'_, D>, start: Positions<D>, steps: usize) -> (Positions<D>, [f64; 2]) {

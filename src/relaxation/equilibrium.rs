@@ -8,6 +8,7 @@ use super::pairs::closer_than;
 use super::report::{Progress, StopReason};
 use super::snapshot::{Check, Trace, axes, rows};
 use super::states::{Law, States};
+use super::swelling::shortfall;
 use super::thermal::{Basis, Factor, enclosed_fractions};
 use crate::target::{Equilibrium, Positions, at};
 use serde::{Deserialize, Serialize};
@@ -183,14 +184,40 @@ impl<'a, const D: usize, R: Real> Balance<'a, D, R> {
 
     /// A_i at the present places, with the factor that gravity asks for, and the forces.
     fn fitted(&mut self) -> (Frame, Evaluation<D>) {
+        // Forces between particles on shells, as they may be at first, are not those of the body at rest.
+        let may_be_shells = self.evaluations == 0 && self.equilibrium.own_center().is_some();
+        let is_fitted = self.equilibrium.has_gravity() && self.law().materials.is_none() && !may_be_shells;
+        if is_fitted {
+            self.take_swelling_back();
+        }
         let mut frame = self.frame();
         let guess = self.arrangement.target_supports();
         let mut now = self.evaluate(&frame, &guess);
-        if self.equilibrium.has_gravity() && self.law().materials.is_none() {
+        if is_fitted {
             self.refit(&mut frame, &now);
             now = self.evaluate(&frame, &guess);
         }
         (frame, now)
+    }
+
+    /// Puts the mass of a body that its own gravity holds back to where the target has it, but for what is not smooth.
+    fn take_swelling_back(&mut self) {
+        // A pressure that does not hold the body is left to settle as it will.
+        let Some(center) = self.equilibrium.own_center().filter(|_| self.factor == self.fitted_factor) else { return };
+        let positions = &self.arrangement.positions;
+        let place = parallel::map(self.arrangement.len(), |i| self.inside(&at(positions, i)));
+        let support = self.arrangement.target_supports();
+        let set = interior(self.arrangement.target.domain, positions, &support, None);
+        let found = shortfall(&self.arrangement, self.equilibrium, &center, &place, set.as_deref());
+        let Some(share) = found else { return };
+        let Arrangement { domain, target, .. } = &self.arrangement;
+        let moved = parallel::map(place.len(), |i| {
+            let from = at(positions, i);
+            let mut x = std::array::from_fn(|k| from[k] + share[i] * (from[k] - center[k]));
+            domain.confine(&from, &mut x);
+            if target.keeps_region(&from, &x) { x } else { from }
+        });
+        self.arrangement.place(|i| moved[i]);
     }
 
     /// One step of a descent that may make evaluations up to `end`; why it ends, if it does.
@@ -343,7 +370,7 @@ impl<'a, const D: usize, R: Real> Balance<'a, D, R> {
         let temperature = reduce::max(n, |i| stiffness[i]);
         let unit = parallel::map(n, |i| spacing[i] * (stiffness[i] / temperature).max(COLDEST).powf(-0.5));
         let fraction = self.equilibrium.own_center().map(|center| enclosed_fractions(positions, &center));
-        let basis = Basis::new(fraction.as_deref(), self.factor.last);
+        let basis = Basis::new::<D>(fraction.as_deref(), self.factor.last);
         let factor = parallel::map(n, |i| basis.sum(&self.factor, i));
         let states = match materials {
             Some((_, states)) => States::of_materials(&states.into_iter().flatten().collect::<Vec<_>>()),
@@ -372,7 +399,7 @@ impl<'a, const D: usize, R: Real> Balance<'a, D, R> {
     /// enclosed mass for a body that its own gravity holds.
     fn refit(&mut self, frame: &mut Frame, now: &Evaluation<D>) {
         let set = self.interior(now);
-        let basis = Basis::over(frame.fraction.as_deref(), set.as_deref());
+        let basis = Basis::over::<D>(frame.fraction.as_deref(), set.as_deref());
         let forces: Vec<Vec<[f64; D]>> = (0..basis.len())
             .map(|k| {
                 let strength = parallel::map(now.sums.len(), |i| basis.value(k, i) * now.strength[i] / frame.factor[i]);

@@ -3,7 +3,7 @@
 use super::fluid::{AlaricOptions, Fluid};
 use crate::field::ScalarField;
 use crate::seeding::{Seeding, seed};
-use crate::target::{Resolution, Target, at};
+use crate::target::{Target, at};
 use sph::domain::{Axis, Domain, Region};
 use sph::kernel::KernelName;
 use std::f64::consts::{PI, TAU};
@@ -46,16 +46,7 @@ fn density<const D: usize>(i: usize, support: f64, distance: impl Fn(usize, usiz
 
 fn check<const D: usize>(count: usize, viscosity: bool) {
     let domain = Domain::new([0.0; D], [1.0; D], [Axis::Periodic; D], Region::Box).unwrap();
-    let target = Target {
-        domain: &domain,
-        density: &Bumpy,
-        resolution: Resolution::EqualMass,
-        count,
-        mass: 1.5,
-        resolution_integral: 1.5,
-        largest_spacing: f64::INFINITY,
-        part: None,
-    };
+    let target = Target::of_equal_masses(&domain, &Bumpy, count, 1.5);
     let start = seed(&target, Seeding::Random, 11).unwrap().positions;
     let options = AlaricOptions { viscosity, ..AlaricOptions::new(D) };
     let mut fluid = Fluid::<D, f64>::new(KernelName::WendlandC4, target, start, &options);

@@ -7,7 +7,7 @@ use super::objective::Objective;
 use super::solver::SolverOptions;
 use crate::field::ScalarField;
 use crate::seeding::{Seeding, seed};
-use crate::target::{Resolution, Target};
+use crate::target::Target;
 use sph::domain::{Axis, Domain, Region, Wall};
 use sph::kernel::KernelName;
 
@@ -51,16 +51,7 @@ fn domains<const D: usize>() -> Vec<Domain<D>> {
 }
 
 fn target<'a, const D: usize>(domain: &'a Domain<D>, count: usize) -> Target<'a, D> {
-    Target {
-        domain,
-        density: &Bumpy,
-        resolution: Resolution::EqualMass,
-        count,
-        mass: 1.5 * domain.volume(),
-        resolution_integral: 1.5 * domain.volume(),
-        largest_spacing: f64::INFINITY,
-        part: None,
-    }
+    Target::of_equal_masses(domain, &Bumpy, count, 1.5 * domain.volume())
 }
 
 fn check_solver<const D: usize>(count: usize, density: &dyn ScalarField<D>, domains: &[Domain<D>]) {

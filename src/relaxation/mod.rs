@@ -32,6 +32,7 @@ mod splitting;
 mod stage;
 mod states;
 mod stiffness;
+mod swelling;
 mod thermal;
 mod trimming;
 mod wvt;

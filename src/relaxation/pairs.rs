@@ -77,7 +77,6 @@ pub(super) fn closer_than<const D: usize>(
 mod tests {
     use super::*;
     use crate::field::ScalarField;
-    use crate::target::Resolution;
     use sph::domain::{Axis, Region};
 
     struct One;
@@ -90,16 +89,7 @@ mod tests {
 
     fn in_box<const D: usize>(start: Positions<D>, threshold: f64) -> (Positions<D>, usize) {
         let domain = Domain::new([0.0; D], [1.0; D], [Axis::REFLECTING; D], Region::Box).unwrap();
-        let target = Target {
-            domain: &domain,
-            density: &One,
-            resolution: Resolution::EqualMass,
-            count: start[0].len(),
-            mass: 1.0,
-            resolution_integral: 1.0,
-            largest_spacing: f64::INFINITY,
-            part: None,
-        };
+        let target = Target::of_equal_masses(&domain, &One, start[0].len(), 1.0);
         let mut positions = start;
         let found = part_pairs(&target, &mut positions, threshold);
         assert!((0..target.count).all(|i| domain.contains(&at(&positions, i))));

@@ -135,16 +135,7 @@ mod tests {
     #[test]
     fn children_of_a_line_are_evenly_spaced() {
         let domain = Domain::new([0.0], [1.0], [Axis::Periodic], Region::Box).unwrap();
-        let target = Target {
-            domain: &domain,
-            density: &Uniform,
-            resolution: Resolution::EqualMass,
-            count: 10,
-            mass: 1.0,
-            resolution_integral: 1.0,
-            largest_spacing: f64::INFINITY,
-            part: None,
-        };
+        let target = Target::of_equal_masses(&domain, &Uniform, 10, 1.0);
         let parents = [(0..10).map(|i| (i as f64 + 0.5) / 10.0).collect()];
         let mut x = split(&target, &parents, 8.0, 30)[0].clone();
         x.sort_by(f64::total_cmp);

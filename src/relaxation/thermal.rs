@@ -1,4 +1,4 @@
-//! The smooth factor on the thermal state with which pressure holds gravity on average.
+//! The smooth factor on the thermal state with which pressure holds gravity on average, and smooth functions like it.
 
 use nalgebra::{DMatrix, DVector};
 use serde::{Deserialize, Serialize};
@@ -7,7 +7,7 @@ use sph::{parallel, reduce};
 
 use crate::target::{Positions, at};
 
-/// A factor by its coefficients: one, or those of uniform cubic B-splines over the cube root of the enclosed mass, up to where
+/// A factor by its coefficients: one, or those of uniform cubic B-splines over the d-th root of the enclosed mass, up to where
 /// it was fitted; beyond it is what it is there.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub(super) struct Factor {
@@ -21,17 +21,27 @@ impl Factor {
         Self { coefficients: Vec::new(), last: 1.0 }
     }
 
-    /// Largest difference from 1.
+    /// What it is where intervals meet.
+    fn values(&self) -> Vec<f64> {
+        match self.coefficients.as_slice() {
+            [single] => vec![*single],
+            many => many.windows(3).map(|c| (c[0] + 4.0 * c[1] + c[2]) / 6.0).collect(),
+        }
+    }
+
+    /// Difference from 1, on average over the radius: near a surface of few particles it may be large.
     pub fn bias(&self) -> f64 {
-        self.coefficients.iter().map(|c| (c - 1.0).abs()).fold(0.0, f64::max)
+        let values = self.values();
+        values.iter().map(|v| (v - 1.0).abs()).sum::<f64>() / values.len().max(1) as f64
     }
 }
 
 impl std::fmt::Display for Factor {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        let least = self.coefficients.iter().copied().fold(f64::INFINITY, f64::min);
-        let most = self.coefficients.iter().copied().fold(0.0, f64::max);
-        match self.coefficients.len() {
+        let values = self.values();
+        let least = values.iter().copied().fold(f64::INFINITY, f64::min);
+        let most = values.iter().copied().fold(0.0, f64::max);
+        match values.len() {
             0 => write!(f, "1"),
             1 => write!(f, "{most:.4}"),
             _ => write!(f, "{least:.4} to {most:.4} (a smooth function of the enclosed mass)"),
@@ -45,6 +55,7 @@ pub(super) struct Basis<'a> {
     fraction: Option<&'a [f64]>,
     /// The share up to which it is fitted.
     last: f64,
+    dimension: usize,
 }
 
 /// Intervals of the splines.
@@ -55,15 +66,15 @@ const STIFFNESS: f64 = 1.0;
 const LEAST_GRAVITY: f64 = 0.1;
 
 impl<'a> Basis<'a> {
-    pub fn new(fraction: Option<&'a [f64]>, last: f64) -> Self {
-        Self { fraction, last }
+    pub fn new<const D: usize>(fraction: Option<&'a [f64]>, last: f64) -> Self {
+        Self { fraction, last, dimension: D }
     }
 
     /// The functions that are to be fitted over `set`.
-    pub fn over(fraction: Option<&'a [f64]>, set: Option<&[bool]>) -> Self {
+    pub fn over<const D: usize>(fraction: Option<&'a [f64]>, set: Option<&[bool]>) -> Self {
         let counts = |i: usize| set.is_none_or(|s| s[i]);
         let share = |f: &[f64]| reduce::max(f.len(), |i| if counts(i) { f[i] } else { 0.0 });
-        Self { fraction, last: fraction.map(share).filter(|last| *last > 0.0).unwrap_or(1.0) }
+        Self::new::<D>(fraction, fraction.map(share).filter(|last| *last > 0.0).unwrap_or(1.0))
     }
 
     pub fn len(&self) -> usize {
@@ -73,7 +84,9 @@ impl<'a> Basis<'a> {
     /// The `k`-th function at particle `i`.
     pub fn value(&self, k: usize, i: usize) -> f64 {
         let Some(fraction) = self.fraction else { return 1.0 };
-        let t = (fraction[i] / self.last).min(1.0).cbrt() * INTERVALS as f64;
+        let share = (fraction[i] / self.last).min(1.0);
+        let radius = if self.dimension == 3 { share.cbrt() } else { share.powf(1.0 / self.dimension as f64) };
+        let t = radius * INTERVALS as f64;
         // Distance from the spline's middle, in intervals.
         let s = (t - (k as f64 - 1.0)).abs();
         if s < 1.0 { (4.0 - 6.0 * s * s + 3.0 * s * s * s) / 6.0 } else { (2.0 - s).max(0.0).powi(3) / 6.0 }
@@ -102,11 +115,24 @@ impl<'a> Basis<'a> {
             true => 1.0 / square(&gravity[i]).max(least),
             false => 0.0,
         });
+        let wanted = parallel::map(n, |i| gravity[i].map(|g| -g));
+        self.nearest(forces, &wanted, &weight)
+    }
+
+    /// The factor with which `functions`, one for each of the basis, add up to what is wanted with the least sum of weighted
+    /// squares. `None` where they do not determine it.
+    pub fn nearest<const D: usize>(
+        &self,
+        functions: &[Vec<[f64; D]>],
+        wanted: &[[f64; D]],
+        weight: &[f64],
+    ) -> Option<Factor> {
+        let (n, len) = (wanted.len(), functions.len());
         let over = |a: &[[f64; D]], b: &[[f64; D]]| {
             reduce::sum(n, |i| weight[i] * (0..D).map(|k| a[i][k] * b[i][k]).sum::<f64>())
         };
-        let len = forces.len();
-        let mut matrix = DMatrix::from_fn(len, len, |a, b| if a <= b { over(&forces[a], &forces[b]) } else { 0.0 });
+        let mut matrix =
+            DMatrix::from_fn(len, len, |a, b| if a <= b { over(&functions[a], &functions[b]) } else { 0.0 });
         matrix.fill_lower_triangle_with_upper_triangle();
         let stiffness = STIFFNESS * parallel::count(n, |i| weight[i] > 0.0) as f64;
         for row in 0..len.saturating_sub(2) {
@@ -116,7 +142,7 @@ impl<'a> Basis<'a> {
                 }
             }
         }
-        let right = DVector::from_fn(len, |a, _| -over(&forces[a], gravity));
+        let right = DVector::from_fn(len, |a, _| over(&functions[a], wanted));
         let found = matrix.cholesky()?.solve(&right);
         found
             .iter()

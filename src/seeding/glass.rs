@@ -17,7 +17,7 @@ use super::{bisection, random, stretch};
 use crate::error::Result;
 use crate::field::ScalarField;
 use crate::relaxation::{Control, Wvt, WvtOptions, relax_new};
-use crate::target::{Positions, Resolution, Target, at};
+use crate::target::{Positions, Target, at};
 use sph::domain::{Axis, Domain, Region};
 use sph::kernel::KernelName;
 
@@ -106,16 +106,7 @@ fn relaxed_sites<const D: usize>(
 ) -> Result<Vec<[f64; D]>> {
     let domain = Domain::new([0.0; D], *shape, [Axis::Periodic; D], Region::Box)?;
     let density = One(1.0 / domain.volume());
-    let target = Target {
-        domain: &domain,
-        density: &density,
-        resolution: Resolution::EqualMass,
-        count,
-        mass: 1.0,
-        resolution_integral: 1.0,
-        largest_spacing: f64::INFINITY,
-        part: None,
-    };
+    let target = Target::of_equal_masses(&domain, &density, count, 1.0);
     let positions = match repulsion {
         Repulsion::Short => short_range(&target, seed)?,
         Repulsion::Gravity => gravitational(&target, seed)?,

@@ -171,16 +171,7 @@ mod tests {
     #[test]
     fn a_radial_discontinuity_is_sharp_as_far_as_a_support_reaches() {
         let domain = sph::domain::Domain::ball([0.0; 3], 1.0, sph::domain::Wall::Open).unwrap();
-        let target = Target {
-            domain: &domain,
-            density: &Layers,
-            resolution: crate::target::Resolution::EqualMass,
-            count: 1000,
-            mass: 1.0,
-            resolution_integral: 1.0,
-            largest_spacing: f64::INFINITY,
-            part: None,
-        };
+        let target = Target::of_equal_masses(&domain, &Layers, 1000, 1.0);
         for i in 0..900 {
             let radius = f64::from(i) / 1000.0;
             let (z, angle) = (f64::from(i) / 450.0 - 1.0, 2.4 * f64::from(i));

@@ -75,6 +75,20 @@ pub struct Target<'a, const D: usize> {
 }
 
 impl<'a, const D: usize> Target<'a, D> {
+    /// Particles of equal mass: `count` of them, for a density whose integral over the domain is `mass`.
+    pub fn of_equal_masses(domain: &'a Domain<D>, density: &'a dyn ScalarField<D>, count: usize, mass: f64) -> Self {
+        Self {
+            domain,
+            density,
+            resolution: Resolution::EqualMass,
+            count,
+            mass,
+            resolution_integral: mass,
+            largest_spacing: f64::INFINITY,
+            part: None,
+        }
+    }
+
     /// What n* follows up to a factor.
     pub fn resolution_field(&self) -> &'a dyn ScalarField<D> {
         match self.resolution {

@@ -2,23 +2,14 @@
 
 use super::*;
 use crate::field::AnalyticField;
-use crate::target::{Resolution, Target};
+use crate::target::Target;
 use sph::domain::Region as Extent;
 
 fn with_regions<const D: usize>(text: &str, count: usize, check: impl Fn(Option<&Regions<'_, D>>)) {
     let domain = Domain::new([0.0; D], [1.0; D], [Axis::Periodic; D], Extent::Box).unwrap();
     let field = AnalyticField::<D>::new("density", text, [0.5; D]).unwrap();
     let mass = crate::field::total_mass(&field, &domain, 1e-4).unwrap().value;
-    let target = Target {
-        domain: &domain,
-        density: &field,
-        resolution: Resolution::EqualMass,
-        count,
-        mass,
-        resolution_integral: mass,
-        largest_spacing: f64::INFINITY,
-        part: None,
-    };
+    let target = Target::of_equal_masses(&domain, &field, count, mass);
     check(target.find_regions(None).as_ref());
 }
 

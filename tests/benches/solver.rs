@@ -11,7 +11,7 @@ use sph_prep::field::ScalarField;
 use sph_prep::metrics::{DensityError, Measured, NoiseFigures};
 use sph_prep::relaxation::{Control, DensitySolver, SolverOptions, Wvt, WvtOptions, relax_new};
 use sph_prep::seeding::{Seeding, seed};
-use sph_prep::target::{Positions, Resolution, Target};
+use sph_prep::target::{Positions, Target};
 use std::f64::consts::TAU;
 use std::time::Instant;
 
@@ -66,16 +66,7 @@ fn scene(name: &str, density: fn(&[f64; 3]) -> f64, count: usize, evaluations: u
         .map(|i| density(&[i % side, i / side % side, i / side / side].map(|c| (c as f64 + 0.5) / side as f64)))
         .sum::<f64>()
         / f64::from(side as u32).powi(3);
-    let target = Target {
-        domain: &domain,
-        density: &field,
-        resolution: Resolution::EqualMass,
-        count,
-        mass: mean,
-        resolution_integral: mean,
-        largest_spacing: f64::INFINITY,
-        part: None,
-    };
+    let target = Target::of_equal_masses(&domain, &field, count, mean);
     let (kernel, control) = (KernelName::WendlandC4, Control::default());
     let wvt = |iterations| Wvt { kernel, target, options: WvtOptions { iterations, ..WvtOptions::new(3) } };
     let start = Instant::now();

@@ -10,7 +10,7 @@ use sph_prep::field::ScalarField;
 use sph_prep::metrics::{DensityError, Measured};
 use sph_prep::relaxation::{AlaricOptions, Control, Drift, SolverOptions, WvtOptions, conservation};
 use sph_prep::seeding::{Seeding, seed};
-use sph_prep::target::{Positions, Resolution, Target, at};
+use sph_prep::target::{Positions, Target, at};
 use std::f64::consts::TAU;
 use std::fmt::Write;
 use std::sync::atomic::AtomicBool;
@@ -49,16 +49,7 @@ fn with_density<const D: usize, T>(
     run: impl FnOnce(&Target<'_, D>, Positions<D>, &Control<'_>) -> T,
 ) -> T {
     let domain = Domain::new([0.0; D], [1.0; D], [Axis::Periodic; D], Region::Box).unwrap();
-    let target = Target {
-        domain: &domain,
-        density,
-        resolution: Resolution::EqualMass,
-        count,
-        mass: 1.0,
-        resolution_integral: 1.0,
-        largest_spacing: f64::INFINITY,
-        part: None,
-    };
+    let target = Target::of_equal_masses(&domain, density, count, 1.0);
     let control = Control { deadline: None, interrupted: &NEVER, observer: &|_| {} };
     let start = seed(&target, Seeding::MassBisection, 1).unwrap().positions;
     let options = WvtOptions { iterations: 10, ..WvtOptions::new(D) };

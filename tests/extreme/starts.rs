@@ -8,7 +8,7 @@ use sph::kernel::{KernelName, default_kernel_neighbors, support_over_spacing};
 use sph_prep::field::ScalarField;
 use sph_prep::metrics::Measured;
 use sph_prep::relaxation::{AlaricOptions, Control, PAIRED, SolverOptions, StopReason, WvtOptions, part_pairs};
-use sph_prep::target::{Positions, Resolution, Target, at};
+use sph_prep::target::{Positions, Target, at};
 use std::sync::atomic::AtomicBool;
 
 static NEVER: AtomicBool = AtomicBool::new(false);
@@ -80,16 +80,7 @@ pub fn all<const D: usize>(count: usize) -> (String, Vec<String>) {
         .map(|axis| Domain::new([0.0; D], [1.0; D], [axis; D], Region::Box).unwrap());
     for (place, domain) in ["periodic", "reflecting", "open", "ball"].iter().zip(boxes.iter().chain([&ball])) {
         let mass = 2.5 * domain.volume();
-        let target = Target {
-            domain,
-            density: &Slope,
-            resolution: Resolution::EqualMass,
-            count,
-            mass,
-            resolution_integral: mass,
-            largest_spacing: f64::INFINITY,
-            part: None,
-        };
+        let target = Target::of_equal_masses(domain, &Slope, count, mass);
         for (name, start) in STARTS {
             let mut x: Positions<D> = std::array::from_fn(|k| (0..count).map(|i| start(i, k, count)).collect());
             if *place == "ball" {

@@ -8,7 +8,7 @@ use sph_prep::field::ScalarField;
 use sph_prep::metrics::{BondOrder, DensityError, Measured, NoiseFigures};
 use sph_prep::relaxation::{AlaricOptions, Control, SolverOptions, WvtOptions};
 use sph_prep::seeding::{Seeding, is_radial, seed};
-use sph_prep::target::{Positions, Resolution, Target, at};
+use sph_prep::target::{Positions, Target, at};
 use std::f64::consts::PI;
 use std::sync::atomic::AtomicBool;
 
@@ -161,16 +161,7 @@ pub fn measure(setup: &Setup, problem: &dyn Problem, count: usize) -> Result<Mea
     let domain = problem.domain(setup.seeding);
     let mass = problem.mass(&domain);
     let field = Borrowed(problem);
-    let target = Target {
-        domain: &domain,
-        density: &field,
-        resolution: Resolution::EqualMass,
-        count,
-        mass,
-        resolution_integral: mass,
-        largest_spacing: f64::INFINITY,
-        part: None,
-    };
+    let target = Target::of_equal_masses(&domain, &field, count, mass);
     let x = place(setup, &target).map_err(|e| e.to_string())?;
     let masses = target.masses(&x);
     let guess = |neighbors: f64| -> Vec<f64> {

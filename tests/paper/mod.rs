@@ -10,7 +10,7 @@ mod table1;
 use sph::domain::{Axis, Domain, Region};
 use sph_prep::field::ScalarField;
 use sph_prep::relaxation::Control;
-use sph_prep::target::{Positions, Resolution, Target};
+use sph_prep::target::{Positions, Target};
 use std::sync::atomic::AtomicBool;
 
 static NOT_INTERRUPTED: AtomicBool = AtomicBool::new(false);
@@ -48,16 +48,7 @@ pub fn target<'a, const D: usize>(
     count: usize,
     mass: f64,
 ) -> Target<'a, D> {
-    Target {
-        domain,
-        density,
-        resolution: Resolution::EqualMass,
-        count,
-        mass,
-        resolution_integral: mass,
-        largest_spacing: f64::INFINITY,
-        part: None,
-    }
+    Target::of_equal_masses(domain, density, count, mass)
 }
 
 /// Midpoint rule; the integrands are smooth and periodic or short-ranged.
