@@ -10,6 +10,7 @@ use crate::error::{Error, Result};
 use crate::metrics::{InOwnUnits, Measured, mean_net_force};
 use serde::Serialize;
 use sph::domain::Domain;
+use sph::point_mass::PointMass;
 use sph::sums::support_guess;
 use sph_formats::common::particle_names as names;
 use sph_formats::{ParticleFile, ParticleTable, UnitSystem};
@@ -253,7 +254,7 @@ fn sums<const D: usize>(
     let (coordinates, masses) = (x.values.to_f64(), m.values.to_f64());
     let own = InOwnUnits::<D>::new(&coordinates, &masses, (&header.box_size, header.periodic))
         .map_err(|e| Error::field(names::COORDINATES, format!("make no box: {e}")))?;
-    let InOwnUnits { positions, masses, domain, size, total } = own;
+    let InOwnUnits { positions, masses, domain, start, size, total } = own;
     let neighbors = code.kernel_neighbors(D);
     let mean = (domain.volume() / n as f64).powf(1.0 / D as f64);
     let density = table.column(names::DENSITY);
@@ -282,7 +283,8 @@ fn sums<const D: usize>(
             add(findings, level, names::DENSITY, text);
         }
     }
-    net_force(file, table, code, (&measured, &domain, &positions, &masses), (size, total), findings);
+    let points = points::<D>(file, code, (start, size, total));
+    net_force(file, table, code, (&measured, &domain, &positions, (&masses, &points)), (size, total), findings);
     Ok(())
 }
 
@@ -350,12 +352,36 @@ fn smoothing<const D: usize>(
     add(findings, level, "smoothing lengths", text);
 }
 
+/// Point masses with a softening radius, softened as the code does it, in units of a length from a corner and of a mass.
+fn points<const D: usize>(
+    file: &ParticleFile,
+    code: &TargetCode,
+    (start, size, total): ([f64; D], f64, f64),
+) -> Vec<PointMass<D>> {
+    let softening = code.softening();
+    let mut points = Vec::new();
+    for table in file.species.iter().map(|s| &s.table) {
+        let column = |name: &str| table.column(name);
+        let radius = column(names::SOFTENING_RADIUS).or_else(|| column(names::ACCRETION_RADIUS));
+        let (Some(radius), Some(x), Some(m)) = (radius, column(names::COORDINATES), column(names::MASSES)) else {
+            continue;
+        };
+        points.extend((0..table.count).map(|i| PointMass {
+            center: std::array::from_fn(|k| (x.values.get(i * x.components + k) - start[k]) / size),
+            mass: m.values.get(i) / total,
+            radius: radius.values.get(i) / size,
+            softening,
+        }));
+    }
+    points
+}
+
 /// The net force on a body that its own gravity holds.
 fn net_force<const D: usize>(
     file: &ParticleFile,
     table: &ParticleTable,
     code: &TargetCode,
-    (measured, domain, positions, masses): (&Measured<D>, &Domain<D>, &[Vec<f64>; D], &[f64]),
+    (measured, domain, positions, attracting): (&Measured<D>, &Domain<D>, &[Vec<f64>; D], (&[f64], &[PointMass<D>])),
     (size, total): (f64, f64),
     findings: &mut Vec<Finding>,
 ) {
@@ -389,7 +415,7 @@ fn net_force<const D: usize>(
         })
         .collect();
     let Some(energies) = energies else { return };
-    let Some(mean) = mean_net_force(code.kernel, measured, domain, positions, masses, (&energies, GAMMA)) else {
+    let Some(mean) = mean_net_force(code.kernel, measured, domain, positions, attracting, (&energies, GAMMA)) else {
         return;
     };
     let (level, advice) = match mean {

@@ -3,6 +3,7 @@
 use crate::error::{Error, Result};
 use sph::geometry::unit_ball_volume;
 use sph::kernel::{KernelName, most_neighbors_without_pairs, support_over_smoothing_length};
+use sph::point_mass::Softening;
 use sph_formats::did_you_mean;
 
 /// How a code says how many neighbors a particle has.
@@ -153,6 +154,11 @@ pub struct TargetCode {
 }
 
 impl TargetCode {
+    /// How it spreads a softened point mass.
+    pub fn softening(&self) -> Softening {
+        if self.sheet.name == "swift" { Softening::WendlandC2 } else { Softening::CubicSpline }
+    }
+
     /// `NAME` or `NAME:OPTION,...`; an option is a kernel's or a scheme's name, or `key=value`.
     ///
     /// # Errors

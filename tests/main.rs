@@ -13,6 +13,7 @@ mod bodies;
 mod cli;
 mod compare;
 mod convert;
+mod cores;
 mod docs;
 mod domain;
 mod extreme;

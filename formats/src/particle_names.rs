@@ -15,6 +15,10 @@ pub const PRESSURE: &str = "Pressure";
 /// Magnetic flux density, three components, in the units of the input.
 pub const MAGNETIC_FIELD: &str = "MagneticField";
 pub const TEMPERATURE: &str = "Temperature";
+/// Of a point mass: the distance at which its softened attraction becomes that of a point.
+pub const SOFTENING_RADIUS: &str = "SofteningRadius";
+/// Of a point mass: within it takes up matter, where the code has such particles.
+pub const ACCRETION_RADIUS: &str = "AccretionRadius";
 /// 1 ... N, in output order.
 pub const PARTICLE_IDS: &str = "ParticleIDs";
 /// SWIFT planetary material numbers.

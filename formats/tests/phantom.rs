@@ -218,3 +218,67 @@ fn both_byte_orders_small_dumps_and_mpi_blocks_are_read() {
         assert!(notes.contains("1 sink") && notes.contains("1 particles with h <= 0"), "{notes}");
     }
 }
+
+fn sinks(part_type: u8, radii: &[(&str, [f64; 2])]) -> Species {
+    let mut points = species(part_type, 3.0);
+    points.table.columns.retain(|c| [names::COORDINATES, names::VELOCITIES, names::MASSES].contains(&c.name.as_str()));
+    for (name, values) in radii {
+        points.table.columns.push(Column {
+            name: (*name).into(),
+            components: 1,
+            values: Values::F64(values.to_vec()),
+            dimension: UnitDimension::LENGTH,
+        });
+    }
+    points
+}
+
+#[test]
+fn point_masses_are_sinks_in_arrays_of_their_own() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("a.phantom");
+    let radii = [(names::SOFTENING_RADIUS, [0.5, 0.0]), (names::ACCRETION_RADIUS, [0.0, 0.25])];
+    let p = particles(UnitSystem::CODE, vec![species(0, 0.5), sinks(1, &radii)]);
+    write(&path, &p).unwrap();
+    let bytes = std::fs::read(&path).unwrap();
+    let has = |values: [f64; 2]| bytes.windows(16).any(|w| w == values.map(f64::to_le_bytes).concat());
+    // About the middle of the box; hsoft is half of the softening radius.
+    assert!(has([-1.5, -1.75]) && has([0.25, 0.0]) && has([3.0, 3.0]));
+    let back = read(&path).unwrap();
+    assert_eq!(back.species.iter().map(|s| (s.part_type, s.table.count)).collect::<Vec<_>>(), [(0, 2), (1, 2)]);
+    for name in [names::COORDINATES, names::VELOCITIES, names::MASSES, names::SOFTENING_RADIUS, names::ACCRETION_RADIUS]
+    {
+        assert_eq!(values(&back, 1, name), p.species[1].table.column(name).unwrap().values.to_f64(), "{name}");
+    }
+    assert_eq!(values(&back, 0, names::MASSES), [0.5; 2]);
+    // Beside dark matter they get a type of their own.
+    let mut dark = species(1, 2.0);
+    dark.table.columns.retain(|c| c.name != names::INTERNAL_ENERGY);
+    write(&path, &particles(UnitSystem::solar(), vec![species(0, 0.5), dark, sinks(5, &radii)])).unwrap();
+    let back = read(&path).unwrap();
+    assert_eq!(back.species.iter().map(|s| s.part_type).collect::<Vec<_>>(), [0, 1, 5]);
+    let longer = (GRAVITATIONAL_CONSTANT_CGS / 6.672041e-8_f64).sqrt();
+    assert!((values(&back, 2, names::VELOCITIES)[0] / longer - 1.0).abs() < 1e-12);
+    for cut in (0..bytes.len()).step_by(7) {
+        std::fs::write(&path, &bytes[..cut]).unwrap();
+        assert!(read(&path).is_err(), "cut at {cut} of {}", bytes.len());
+    }
+}
+
+#[test]
+fn sinks_that_cannot_be_are_refused() {
+    let folder = tempfile::tempdir().unwrap();
+    let refusal = |species: Species| {
+        let p = particles(UnitSystem::CODE, vec![self::species(0, 0.5), species]);
+        write(&folder.path().join("a.phantom"), &p).unwrap_err().to_string()
+    };
+    let text = refusal(sinks(1, &[(names::ACCRETION_RADIUS, [0.0, 0.5])]));
+    assert!(text.contains("point mass 1") && text.contains("softening_radius"), "{text}");
+    let text = refusal(sinks(1, &[(names::SOFTENING_RADIUS, [0.5, f64::NAN])]));
+    assert!(text.contains("hsoft") && text.contains("NaN"), "{text}");
+    let text = refusal(sinks(1, &[(names::SOFTENING_RADIUS, [0.5, -0.5])]));
+    assert!(text.contains("point mass 2") && text.contains("-0.5"), "{text}");
+    let mut light = sinks(1, &[(names::SOFTENING_RADIUS, [0.5, 0.5])]);
+    light.table.columns[2].values = Values::F64(vec![1.0, 0.0]);
+    assert!(refusal(light).contains("weighs 0"));
+}

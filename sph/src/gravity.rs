@@ -283,7 +283,7 @@ fn bare<const D: usize>(r2: f64) -> (f64, f64) {
 
 /// The mass within u over u^d of a unit mass that is spread over u < 1, and its potential in units of the radius (in 2-D
 /// less the logarithm of it).
-fn softened<const D: usize>(u: f64) -> (f64, f64) {
+pub(crate) fn softened<const D: usize>(u: f64) -> (f64, f64) {
     let polynomial = |c: &[f64]| c.iter().rev().fold(0.0, |sum, c| sum * u + c);
     match D {
         1 => (

@@ -35,6 +35,7 @@ pub mod kernel;
 pub mod lanes;
 pub mod neighbors;
 pub mod parallel;
+pub mod point_mass;
 pub mod random;
 pub mod reduce;
 pub mod sums;

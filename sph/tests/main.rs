@@ -4,4 +4,5 @@
 mod gravity;
 mod kernels;
 mod parallel;
+mod point_mass;
 mod reduce;

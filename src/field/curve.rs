@@ -88,10 +88,33 @@ impl Shape {
     }
 }
 
+impl Shape {
+    /// The same over [t, 1] as a shape of its own.
+    pub(crate) fn rest(&self, t: f64) -> Self {
+        let width = 1.0 - t;
+        match *self {
+            Self::Constant(y) => Self::Constant(y),
+            Self::Cubic { y0, y1, m0, m1 } => {
+                Self::Cubic { y0: self.evaluate(t), y1, m0: width * hermite_slope(y1 - y0, m0, m1, t), m1: width * m1 }
+            }
+            Self::Log { y1, rise, m0, m1, .. } => {
+                let y0 = self.evaluate(t);
+                Self::Log { y0, y1, rise: (y1 / y0).ln(), m0: width * hermite_slope(rise, m0, m1, t), m1: width * m1 }
+            }
+        }
+    }
+}
+
 /// Hermite cubic from (0, 0) to (1, `rise`).
 fn hermite(rise: f64, m0: f64, m1: f64, t: f64) -> f64 {
     let u = 1.0 - t;
     rise * t * t * (3.0 - 2.0 * t) + m0 * t * u * u - m1 * t * t * u
+}
+
+/// Its derivative.
+fn hermite_slope(rise: f64, m0: f64, m1: f64, t: f64) -> f64 {
+    let u = 1.0 - t;
+    6.0 * rise * t * u + m0 * u * (1.0 - 3.0 * t) + m1 * t * (3.0 * t - 2.0)
 }
 
 /// A function of one variable, constant beyond its ends.

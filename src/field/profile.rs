@@ -109,6 +109,22 @@ impl RadialProfile {
         }
     }
 
+    /// The same profile with another density within `radius`: through `values` at `nodes`, which ascend from 0 to the radius.
+    pub(crate) fn with_interior(&self, radius: f64, nodes: &[f64], values: &[f64]) -> Self {
+        let cut = radius / self.radius_unit;
+        let mut r: Vec<f64> = nodes.iter().map(|r| r / self.radius_unit).collect();
+        r.iter_mut().last().into_iter().for_each(|last| *last = cut);
+        let y: Vec<f64> = values.iter().map(|v| v / self.density_unit).collect();
+        let inner = Curve::through(&r, &y);
+        let inner = inner.segments().map(|(r0, r1, shape)| Segment { r0, r1, density: Density::Radius(shape) });
+        let outer = self.segments.iter().filter(|s| s.r1 > cut).map(|s| s.beyond(self.dimension, cut));
+        let units = (self.radius_unit, self.density_unit);
+        Self {
+            discontinuities: self.discontinuities.iter().copied().filter(|d| *d > cut).collect(),
+            ..Self::assemble(self.dimension, inner.chain(outer).collect(), units)
+        }
+    }
+
     /// The same profile with radii multiplied by `length` and densities by `density`.
     #[must_use]
     pub fn scaled(&self, length: f64, density: f64) -> Self {
@@ -256,6 +272,22 @@ impl Segment {
         (volume_step(d, self.r0, r) / volume_step(d, self.r0, self.r1)).clamp(0.0, 1.0)
     }
 
+    /// The part beyond `r`, with the same densities.
+    fn beyond(&self, d: usize, r: f64) -> Self {
+        if r <= self.r0 {
+            return *self;
+        }
+        let density = match self.density {
+            Density::Radius(shape) => Density::Radius(shape.rest((r - self.r0) / (self.r1 - self.r0))),
+            Density::Volume { outer, .. } => {
+                let mass = self.mass(d, self.r1).value - self.mass(d, r).value;
+                let volume = unit_ball_volume(d) * volume_step(d, r, self.r1);
+                Density::Volume { mean: mass / volume, inner: self.evaluate(d, r), outer }
+            }
+        };
+        Self { r0: r, r1: self.r1, density }
+    }
+
     /// Mass between the segment's start and `r`.
     fn mass(&self, d: usize, r: f64) -> MassEstimate {
         let exact = |value| MassEstimate { value, error: 0.0 };
@@ -324,6 +356,32 @@ mod tests {
 
     fn nodes(n: usize, radius: f64) -> Vec<f64> {
         (0..=n).map(|i| radius * i as f64 / n as f64).collect()
+    }
+
+    /// Outside the densities and masses stay what they are, wherever within a segment the radius lies.
+    #[test]
+    fn an_interior_can_be_replaced() {
+        let r = nodes(7, 3.0);
+        let y: Vec<f64> = r.iter().map(|r| (-2.5 * r).exp()).collect();
+        let steep = RadialProfile::from_nodes(3, &r, &y);
+        let flat = RadialProfile::from_nodes(3, &r, &r.iter().map(|r| 4.0 - r).collect::<Vec<_>>());
+        let cells = RadialProfile::from_cells(3, &r, &y[..7]);
+        for profile in [steep, flat, cells] {
+            for radius in [0.2, 1.0, 3.0 / 7.0, 2.9] {
+                let edge = profile.density(radius);
+                let other = profile.with_interior(radius, &[0.0, radius], &[edge; 2]);
+                let ball = 4.0 / 3.0 * PI * radius.powi(3) * edge;
+                assert!((other.enclosed_mass(radius) / ball - 1.0).abs() < 1e-12);
+                for i in 0..50 {
+                    let x = radius + (3.0 - radius) * f64::from(i) / 49.0;
+                    let near = |a: f64, b: f64| (a - b).abs() <= 1e-12 * profile.total_mass().value.max(1.0);
+                    assert!(near(other.density(x), profile.density(x)), "{radius} {x}");
+                    let beyond = |p: &RadialProfile| p.enclosed_mass(x) - p.enclosed_mass(radius);
+                    assert!(near(beyond(&other), beyond(&profile)), "{radius} {x}");
+                }
+                assert_eq!(other.density(0.5 * radius), edge);
+            }
+        }
     }
 
     #[test]

@@ -108,6 +108,13 @@ pub(crate) struct RadialCarried<const D: usize> {
     pub(crate) direction: Direction,
 }
 
+impl<const D: usize> RadialCarried<D> {
+    /// A scalar through values at radii.
+    pub(crate) fn scalar(info: CarriedInfo, (nodes, values): (&[f64], &[f64]), center: [f64; D]) -> Self {
+        Self { info, curve: Curve::through(nodes, values), center, direction: Direction::Scalar }
+    }
+}
+
 impl<const D: usize> CarriedField<D> for RadialCarried<D> {
     fn info(&self) -> &CarriedInfo {
         &self.info

@@ -5,16 +5,17 @@
 //! in 2-D and 1-D masses are per length and per area (cylinders and sheets).
 
 use crate::error::{Error, Result};
-use crate::field::quadrature::integrate;
 use crate::field::{CarriedField, RadialSource, ScalarField};
 use crate::input::body_materials::BodyMaterials;
 pub use crate::input::constants::GRAVITATIONAL_CONSTANT;
 use crate::input::internal_units::Prepared;
 use crate::input::units::{InputUnits, RunUnits};
+use crate::input::weight::{AtRest, attraction};
 use crate::scene::{BalanceInput, GravityName, Scene};
 use crate::target::{Equilibrium, MaterialState, Materials};
 use sph::domain::{Domain, Region};
 use sph::geometry::distance;
+use sph::point_mass::PointMass;
 use sph_formats::common::particle_names as names;
 use sph_formats::{Unit, UnitDimension};
 
@@ -30,6 +31,8 @@ const LARGEST_FALL: f64 = 0.03;
 pub struct Hydrostatics<'a, const D: usize> {
     pressure: Pressure<'a, D>,
     gravity: Gravity<'a, D>,
+    /// A point mass in the center, beside the gas.
+    core: Option<PointMass<D>>,
     density: &'a dyn ScalarField<D>,
     domain: &'a Domain<D>,
     gamma: f64,
@@ -47,7 +50,7 @@ enum Pressure<'a, const D: usize> {
     /// K rho^gamma.
     Power { constant: f64, gamma: f64 },
     /// That of a self-gravitating body at rest.
-    AtRest(AtRest),
+    AtRest(AtRest<D>),
 }
 
 enum Gravity<'a, const D: usize> {
@@ -125,11 +128,11 @@ impl<'a, const D: usize> Hydrostatics<'a, D> {
         let scale = Scale::new::<D>(prepared, units, scene, &options);
         let unit = to_cgs(prepared, energy, UnitDimension::SPECIFIC_ENERGY, units.is_some())? / scale.specific_energy;
         let by_energy = Pressure::Energy(energy, unit);
-        let body = AtRest::new(radial);
+        let body = AtRest::new(radial, self.core);
         let mut ratios: Vec<f64> = through(radial)
             .map(|(r, x)| {
                 let holding = match &self.pressure {
-                    Pressure::Energy(..) => body.pressure(radial, r),
+                    Pressure::Energy(..) => body.pressure(r),
                     _ => self.pressure(&x),
                 };
                 self.pressure_by(&by_energy, &x) / holding
@@ -151,9 +154,8 @@ impl<'a, const D: usize> Hydrostatics<'a, D> {
     /// The same for materials: their pressure by density and energy against the weight that it has to hold.
     fn contradiction_of(&self, materials: &BodyMaterials<'a, D>, prepared: &Prepared<D>) -> Option<String> {
         let radial = prepared.source.radial.as_ref().filter(|_| self.own_center().is_some())?;
-        let body = AtRest::new(radial);
-        let mut ratios: Vec<f64> =
-            through(radial).map(|(r, x)| materials.pressure(&x) / body.pressure(radial, r)).collect();
+        let body = AtRest::new(radial, prepared.point_mass());
+        let mut ratios: Vec<f64> = through(radial).map(|(r, x)| materials.pressure(&x) / body.pressure(r)).collect();
         ratios.sort_unstable_by(f64::total_cmp);
         let median = ratios[ratios.len() / 2];
         ((median - 1.0).abs() > LARGEST_CONTRADICTION).then(|| {
@@ -183,6 +185,7 @@ impl<'a, const D: usize> Hydrostatics<'a, D> {
             pressure,
             materials,
             gravity,
+            core: prepared.point_mass(),
             density: prepared.source.density.as_ref(),
             domain: &prepared.source.domain,
             gamma: scene.thermal.gamma,
@@ -201,7 +204,7 @@ impl<'a, const D: usize> Hydrostatics<'a, D> {
             Pressure::Energy(field, factor) => (self.gamma - 1.0) * self.density.value(x) * factor * scalar(*field),
             Pressure::Power { constant, gamma } => constant * self.density.value(x).powf(*gamma),
             Pressure::AtRest(body) => match &self.gravity {
-                Gravity::Enclosed(radial) => body.pressure(radial, distance(x, &radial.center)),
+                Gravity::Enclosed(radial) => body.pressure(distance(x, &radial.center)),
                 _ => 0.0,
             },
         }
@@ -219,6 +222,7 @@ impl<'a, const D: usize> Hydrostatics<'a, D> {
         };
         let gravity = match &self.gravity {
             Gravity::None => "no gravity",
+            Gravity::Enclosed(_) if self.core.is_some() => "its own gravity and that of the point mass in its center",
             Gravity::Enclosed(_) => "its own gravity",
             Gravity::Holding => "an external field that holds it",
         };
@@ -239,7 +243,7 @@ impl<const D: usize> Equilibrium<D> for Hydrostatics<'_, D> {
                 if !(r > 0.0) {
                     return [0.0; D];
                 }
-                let strength = attraction(radial, r) / r;
+                let strength = attraction(radial, self.core.as_ref(), r) / r;
                 std::array::from_fn(|k| -strength * (x[k] - radial.center[k]))
             }
             Gravity::Holding => {
@@ -275,6 +279,10 @@ impl<const D: usize> Equilibrium<D> for Hydrostatics<'_, D> {
         is_whole.then_some(radial.center)
     }
 
+    fn point_mass(&self) -> Option<PointMass<D>> {
+        self.core.filter(|_| matches!(self.gravity, Gravity::Enclosed(_)))
+    }
+
     fn gamma(&self) -> f64 {
         self.gamma
     }
@@ -286,12 +294,6 @@ impl<const D: usize> Equilibrium<D> for Hydrostatics<'_, D> {
     fn material(&self, x: &[f64; D]) -> Option<MaterialState> {
         self.materials.as_ref().map(|m| m.state(x))
     }
-}
-
-/// S_d G M(r) / r^(d-1): Gauss's law with M counted over full sheets, rings and shells (G = 1).
-fn attraction<const D: usize>(radial: &RadialSource<D>, r: f64) -> f64 {
-    let strength = [std::f64::consts::TAU, 2.0, 1.0][D - 1];
-    strength * radial.profile.enclosed_mass(r) / r.powi(D as i32 - 1)
 }
 
 /// Internal units in those of the input (cgs where these are known).
@@ -353,7 +355,7 @@ fn pressure<'a, const D: usize>(
             return Ok(Some(Pressure::Power { constant, gamma }));
         }
         return match gravity {
-            Gravity::Enclosed(radial) => Ok(Some(Pressure::AtRest(AtRest::new(radial)))),
+            Gravity::Enclosed(radial) => Ok(Some(Pressure::AtRest(AtRest::new(radial, prepared.point_mass())))),
             _ => Err(Error::scene(
                 "balance.equation_of_state",
                 "is at-rest, which integrates the weight of a radial profile under its own gravity",
@@ -369,7 +371,9 @@ fn pressure<'a, const D: usize>(
         return Ok(Some(Pressure::Energy(field, unit / scale.specific_energy)));
     }
     Ok(match gravity {
-        Gravity::Enclosed(radial) if scene.balance.is_some() => Some(Pressure::AtRest(AtRest::new(radial))),
+        Gravity::Enclosed(radial) if scene.balance.is_some() => {
+            Some(Pressure::AtRest(AtRest::new(radial, prepared.point_mass())))
+        }
         _ => None,
     })
 }
@@ -402,73 +406,5 @@ fn to_cgs<const D: usize>(
             name,
             "has no unit while length and density have one; give it one, or leave it out with input.carry",
         )),
-    }
-}
-
-/// P(r) = int_r^R rho g dr from the surface inward, zero there.
-struct AtRest {
-    radii: Vec<f64>,
-    pressure: Vec<f64>,
-}
-
-/// Cells of the table; within one, density and gravity are integrated anew.
-const CELLS: usize = 2048;
-/// Gauss points per cell.
-const ORDER: usize = 4;
-
-impl AtRest {
-    fn new<const D: usize>(radial: &RadialSource<D>) -> Self {
-        let outer = radial.profile.outer_radius();
-        // Half of the cells count radius, half of them mass: neither a core nor an envelope is missed.
-        let mass = radial.profile.total_mass().value;
-        let mut radii: Vec<f64> = (0..=CELLS / 2).map(|i| outer * i as f64 / (CELLS / 2) as f64).collect();
-        radii.extend((1..CELLS / 2).map(|i| radial.profile.radius_of_mass(mass * i as f64 / (CELLS / 2) as f64)));
-        radii.sort_by(f64::total_cmp);
-        radii.dedup();
-        let mut pressure = vec![0.0; radii.len()];
-        for i in (0..radii.len() - 1).rev() {
-            pressure[i] = pressure[i + 1] + weight(radial, radii[i], radii[i + 1]);
-        }
-        Self { radii, pressure }
-    }
-
-    fn pressure<const D: usize>(&self, radial: &RadialSource<D>, r: f64) -> f64 {
-        let above = self.radii.partition_point(|&e| e <= r);
-        if above >= self.radii.len() {
-            return 0.0;
-        }
-        self.pressure[above] + weight(radial, r, self.radii[above])
-    }
-}
-
-/// Weight per area of the layer between two radii.
-fn weight<const D: usize>(radial: &RadialSource<D>, a: f64, b: f64) -> f64 {
-    integrate(ORDER, a, b, &|r| if r > 0.0 { radial.profile.density(r) * attraction(radial, r) } else { 0.0 })
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::field::RadialProfile;
-    use std::sync::Arc;
-
-    /// Central pressure of a uniform body with M = 1, R = 1 under its own gravity.
-    fn central_pressure<const D: usize>() -> f64 {
-        let density = 1.0 / sph::geometry::unit_ball_volume(D);
-        let profile = Arc::new(RadialProfile::from_nodes(D, &[0.0, 0.3, 1.0], &[density; 3]));
-        let radial = RadialSource { profile, center: [0.0; D] };
-        let body = AtRest::new(&radial);
-        assert_eq!(body.pressure(&radial, 1.0), 0.0);
-        let half = body.pressure(&radial, 0.5) / body.pressure(&radial, 0.0);
-        assert!((half - 0.75).abs() < 1e-12, "the pressure falls as 1 - r^2: {half}");
-        body.pressure(&radial, 0.0)
-    }
-
-    #[test]
-    fn uniform_bodies_at_rest_have_the_known_central_pressure() {
-        let pi = std::f64::consts::PI;
-        assert!((central_pressure::<1>() / (0.5 * pi) - 1.0).abs() < 1e-12);
-        assert!((central_pressure::<2>() * pi - 1.0).abs() < 1e-12);
-        assert!((central_pressure::<3>() / (3.0 / (8.0 * pi)) - 1.0).abs() < 1e-12);
     }
 }

@@ -3,12 +3,14 @@
 use crate::error::{Error, Result};
 use crate::field::{CarriedInfo, MassEstimate, ScalarField, Source, in_units_of, total_mass};
 use crate::input::atmosphere::{self, Cut};
+use crate::input::core::{self, Core};
 use crate::input::fields;
 use crate::input::ingest::{self, Ingested, RawInput};
 use crate::input::roles::Assignment;
 use crate::input::units::RunUnits;
-use crate::scene::{Atmosphere, Scene};
+use crate::scene::{Atmosphere, CoreGas, Scene};
 use crate::target::{Resolution, Target};
+use sph::point_mass::PointMass;
 use sph_formats::FormatSpec;
 
 /// Quadrature of the total mass aims at this relative error.
@@ -33,6 +35,8 @@ pub(crate) struct Prepared<const D: usize> {
     pub input_mass: Option<f64>,
     /// What the variables of the input are taken for.
     pub variables: Vec<Assignment>,
+    /// A point mass in the center, in the input's units.
+    pub core: Option<Core<D>>,
 }
 
 impl<const D: usize> Prepared<D> {
@@ -58,7 +62,11 @@ impl<const D: usize> Prepared<D> {
         count: usize,
     ) -> Result<Self> {
         let Ingested { source, variables, input_mass } = ingest::source::<D>(scene, formats, raw, units)?;
-        let mut source = fields::attach(scene, source, &units.into_input())?;
+        let source = fields::attach(scene, source, &units.into_input())?;
+        let (mut source, core) = core::attach(scene, source, units)?;
+        // What the point takes is no gas.
+        let replaced = core.filter(|_| scene.input.core.as_ref().is_some_and(|c| c.gas != CoreGas::Keep));
+        let input_mass = input_mass.map(|m| m - replaced.map_or(0.0, |c| c.point.mass));
         let keep = scene.input.atmosphere == Atmosphere::Keep || scene.has_own_resolution();
         let atmosphere = atmosphere::cut(&mut source, count, keep);
         let largest_spacing = atmosphere.as_ref().map_or(f64::INFINITY, |a| a.largest_spacing);
@@ -100,7 +108,13 @@ impl<const D: usize> Prepared<D> {
             cut,
             input_mass,
             variables,
+            core,
         })
+    }
+
+    /// The point mass in the center, in internal units.
+    pub fn point_mass(&self) -> Option<PointMass<D>> {
+        self.core.map(|core| core.scaled(self.length, self.mass.value))
     }
 
     /// What a carried field is called in the input.

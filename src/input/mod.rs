@@ -4,6 +4,7 @@
 pub mod atmosphere;
 pub(crate) mod body_materials;
 pub(crate) mod constants;
+pub(crate) mod core;
 pub(crate) mod fields;
 pub mod hydrostatics;
 pub mod ingest;
@@ -16,3 +17,4 @@ mod surfaces;
 pub(crate) mod thermal;
 pub(crate) mod turbulence;
 pub mod units;
+mod weight;

@@ -10,6 +10,7 @@ use sph::domain::Domain;
 use sph::gravity::{OPENING_ANGLE, sampled_gravity, softening_radius};
 use sph::kernel::KernelName;
 use sph::neighbors::Tree;
+use sph::point_mass::PointMass;
 use sph::{parallel, reduce};
 
 /// |a + g| / |g| of the pressure's acceleration a and gravity g.
@@ -34,34 +35,38 @@ const GRADIENT_STEP: f64 = 1e-3;
 /// Particles whose gravity is found from all others, about: a mean needs no more.
 const SAMPLES: usize = 20_000;
 
-/// What the particles attract each other with, of as many as are sampled.
+/// What the particles attract each other with, and points beside them, of as many as are sampled.
 fn own_gravity<const D: usize>(
     measured: &Measured<D>,
     positions: &Positions<D>,
     masses: &[f64],
+    points: &[PointMass<D>],
 ) -> Vec<Option<[f64; D]>> {
     let tree = Tree::build(positions);
     let softening = softening_radius::<D>(measured.sums.iter().map(|s| s.number_density));
     let every = masses.len().div_ceil(SAMPLES);
     let mut own = vec![None; masses.len()];
     for (place, pull) in sampled_gravity(&tree, &tree.to_tree_order(masses), softening, OPENING_ANGLE, every) {
-        own[tree.order()[place] as usize] = Some(pull.acceleration);
+        let i = tree.order()[place] as usize;
+        let x = at(positions, i);
+        let others = points.iter().map(|point| point.pull(&x).acceleration);
+        own[i] = Some(others.fold(pull.acceleration, |sum, g| std::array::from_fn(|k| sum[k] + g[k])));
     }
     own
 }
 
-/// Mean of |a + g| / |g| over the interior, g being what the particles attract each other with, for specific internal energies
+/// Mean of |a + g| / |g| over the interior, g being what the particles and `points` attract each with, for specific internal energies
 /// in units of G M/L, positions and masses in those of L and M. `None` where there is no interior.
 pub fn mean_net_force<const D: usize>(
     kernel: KernelName,
     measured: &Measured<D>,
     domain: &Domain<D>,
     positions: &Positions<D>,
-    masses: &[f64],
+    (masses, points): (&[f64], &[PointMass<D>]),
     (internal_energy, gamma): (&[f64], f64),
 ) -> Option<f64> {
     let temperature = |i: usize| (gamma - 1.0) * internal_energy[i];
-    let own = own_gravity(measured, positions, masses);
+    let own = own_gravity(measured, positions, masses, points);
     let errors = errors(kernel, measured, domain, masses, &temperature, &|i| own[i]);
     mean(&errors, &|i| measured.interior[i])
 }
@@ -122,7 +127,10 @@ impl BalanceFigures {
                 |u| (equilibrium.gamma() - 1.0) * u[i],
             )
         };
-        let own = equilibrium.own_center().map(|_| own_gravity(measured, positions, masses));
+        let own = equilibrium.own_center().map(|_| {
+            let point = Vec::from_iter(equilibrium.point_mass());
+            own_gravity(measured, positions, masses, &point)
+        });
         let pull = |i: usize| {
             let step = GRADIENT_STEP * measured.support[i];
             own.as_ref().map_or_else(|| Some(equilibrium.gravity(&at(positions, i), step)), |own| own[i])

@@ -9,6 +9,8 @@ pub struct InOwnUnits<const D: usize> {
     pub masses: Vec<f64>,
     /// The box along periodic axes, elsewhere as far as there are particles, with vacuum beyond.
     pub domain: Domain<D>,
+    /// The lower corner in the file's units.
+    pub start: [f64; D],
     /// The longest edge, and the total mass, in the file's units.
     pub size: f64,
     pub total: f64,
@@ -44,6 +46,6 @@ impl<const D: usize> InOwnUnits<D> {
             let inside = domain.wrapped(&std::array::from_fn(|k| positions[k][i]));
             (0..D).for_each(|k| positions[k][i] = inside[k]);
         }
-        Ok(Self { positions, masses: masses.iter().map(|m| m / total).collect(), domain, size, total })
+        Ok(Self { positions, masses: masses.iter().map(|m| m / total).collect(), domain, start, size, total })
     }
 }

@@ -32,6 +32,8 @@ struct Facts<'a> {
     time: f64,
     time_is: &'static str,
     softening: f64,
+    /// Type and softening radius of a point mass.
+    point: Option<(u8, f64)>,
 }
 
 /// In the first line of each file.
@@ -109,7 +111,12 @@ impl<'a> Facts<'a> {
         } else {
             (crossing_time(file, &gas.table), "times in which sound crosses the box")
         };
-        Ok(Self { code, file, name, stem, gravity, time, time_is, softening: SOFTENING * smallest })
+        let softened = |s: &sph_formats::Species| {
+            let radius = s.table.column(names::SOFTENING_RADIUS)?.values.range().1;
+            (radius > 0.0).then_some((s.part_type, radius))
+        };
+        let point = file.species.iter().find_map(softened);
+        Ok(Self { code, file, name, stem, gravity, time, time_is, softening: SOFTENING * smallest, point })
     }
 
     fn head(&self, comment: &str, run: &str) -> String {
@@ -200,6 +207,10 @@ SPH:
 ",
                 self.softening
             );
+            if self.file.species.iter().any(|s| s.part_type == 1) {
+                let own = self.point.filter(|p| p.0 == 1).map_or(self.softening, |(_, radius)| radius / 3.0);
+                let _ = writeln!(text, "  max_physical_DM_softening: {own:e}");
+            }
         }
         text += &self.swift_materials();
         text
@@ -299,9 +310,13 @@ InitGasTemp 0
             u.length / u.time,
         );
         for class in 0..6 {
-            let _ = writeln!(text, "SofteningComovingClass{class} {:e}", self.softening);
-            let _ = writeln!(text, "SofteningMaxPhysClass{class} {:e}", self.softening);
-            let _ = writeln!(text, "SofteningClassOfPartType{class} 0");
+            let (own, of_type) = match self.point {
+                Some((t, radius)) if class == t => (radius / 2.8, class),
+                _ => (self.softening, 0),
+            };
+            let _ = writeln!(text, "SofteningComovingClass{class} {own:e}");
+            let _ = writeln!(text, "SofteningMaxPhysClass{class} {own:e}");
+            let _ = writeln!(text, "SofteningClassOfPartType{class} {of_type}");
         }
         text
     }

@@ -3,7 +3,7 @@
 use super::columns::{self, EnergySource, KnownEnergy};
 use super::frame::{Factors, Frame, radial_in};
 use super::walls::{Fluid, Walls};
-use crate::error::Result;
+use crate::error::{Error, Result};
 use crate::input::internal_units::Prepared;
 use crate::scene::{CheckpointInput, Conversion, Quantity, Scene, values};
 use crate::target::Positions;
@@ -146,7 +146,66 @@ pub(crate) fn particle_file<const D: usize>(
         notes.push(walls.describe(factors.length));
         species.push(walls.species(frame.coordinates(&walls.positions(), factors.length), factors.length, &fluid));
     }
+    if let Some(core) = &prepared.core {
+        let first = species.iter().map(|s| s.table.count as i64).sum::<i64>() + 1;
+        let moves = species[0].table.column(names::VELOCITIES).is_some();
+        let center = core.scaled(prepared.length, 1.0).center;
+        let velocity = if moves { velocity_at(scene, prepared, (center, factors), (&units, making))? } else { None };
+        let place = frame.coordinates(&center.map(|c| vec![c]), factors.length);
+        let mass = core.point.mass * factors.input_mass;
+        let radii = [
+            (names::SOFTENING_RADIUS, core.point.radius * factors.length / prepared.length),
+            (names::ACCRETION_RADIUS, 0.0),
+        ];
+        let table = point_table((place, mass, velocity), &radii, Some(first));
+        species.push(Species { part_type: core.part_type, table });
+    }
     Ok(Made { file: ParticleFile { header, species }, notes, left_out })
+}
+
+/// The velocity of a particle at `center`, in internal units.
+fn velocity_at<const D: usize>(
+    scene: &Scene,
+    prepared: &Prepared<D>,
+    (center, factors): ([f64; D], &Factors),
+    (units, making): (&UnitSystem, &Making<'_>),
+) -> Result<Option<Vec<f64>>> {
+    let place: Positions<D> = center.map(|c| vec![c]);
+    let mut carried: Vec<Column> =
+        prepared.source.carried.iter().map(|f| columns::column(f.as_ref(), &place, units)).collect();
+    carried.retain(|c| c.name == names::VELOCITIES);
+    let found = placed_columns(scene, prepared, &place, (factors.length, &making.conversion), &mut carried)?;
+    match found.iter().flatten().find(|v| !v.is_finite()) {
+        None => Ok(found),
+        Some(v) => {
+            let problem = format!("is {v} in the center, where the point mass of input.core is; expected a finite one");
+            Err(Error::scene("fields.velocity", problem))
+        }
+    }
+}
+
+/// A single particle that is no gas: its place, mass and perhaps velocity, and radii by their names.
+pub(crate) fn point_table(
+    (place, mass, velocity): (Vec<f64>, f64, Option<Vec<f64>>),
+    radii: &[(&str, f64)],
+    id: Option<i64>,
+) -> ParticleTable {
+    let d = place.len();
+    let column = |name: &str, components: usize, values: Values, dimension: UnitDimension| Column {
+        name: name.into(),
+        components,
+        values,
+        dimension,
+    };
+    let mut columns = vec![
+        column(names::COORDINATES, d, Values::F64(place), UnitDimension::LENGTH),
+        column(names::MASSES, 1, Values::F64(vec![mass]), UnitDimension::new(d as i8 - 3, 1, 0, 0)),
+    ];
+    columns.extend(id.map(|id| column(names::PARTICLE_IDS, 1, Values::I64(vec![id]), UnitDimension::NONE)));
+    columns.extend(velocity.map(|v| column(names::VELOCITIES, d, Values::F64(v), UnitDimension::VELOCITY)));
+    let radius = |(name, value): &(&str, f64)| column(name, 1, Values::F64(vec![*value]), UnitDimension::LENGTH);
+    columns.extend(radii.iter().map(radius));
+    ParticleTable { count: 1, columns }
 }
 
 /// What depends on where particles are in the output's units of length: velocities, which are returned, and materials.

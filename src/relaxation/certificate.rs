@@ -3,7 +3,7 @@
 //! The equations are those of [`super::balance`]: density-entropy SPH with grad-h terms, each particle keeping its A_i or its
 //! material's adiabat, and what the particles attract each other with. They are integrated by kick, drift, kick with one time step for all and without
 //! viscosity, so that total energy is conserved, and what moves is not damped. Of gravity, the part that follows from the
-//! enclosed mass is taken at every step; what is left, which changes little, from the tree every few steps.
+//! enclosed mass and of a point mass in the center is taken at every step; what is left, which changes little, from the tree every few steps.
 
 use super::arrangement::{Arrangement, SORT_INTERVAL};
 use super::control::{Control, Event};
@@ -13,8 +13,9 @@ use crate::target::{MaterialState, Materials, Positions, Target, at};
 use serde::Serialize;
 use sph::domain::{Domain, Wall};
 use sph::geometry::distance;
-use sph::gravity::{OPENING_ANGLE, gravity, softening_radius, strength};
+use sph::gravity::{OPENING_ANGLE, Pull, gravity, softening_radius, strength};
 use sph::kernel::KernelName;
+use sph::point_mass::PointMass;
 use sph::sums::DensitySums;
 use sph::{parallel, reduce};
 
@@ -106,6 +107,8 @@ pub struct Matter<'a, const D: usize> {
     /// Materials, and which each particle is of, in place of an ideal gas.
     pub materials: Option<(&'a Materials, &'a [usize])>,
     pub center: [f64; D],
+    /// A point mass that stays in the center.
+    pub point: Option<PointMass<D>>,
 }
 
 /// Follows particles of equal mass with these specific internal energies (in units of G M/R^(d-2)) for `duration` dynamical
@@ -149,6 +152,7 @@ struct Body<'a, const D: usize> {
     mass: f64,
     law: Law<'a>,
     center: [f64; D],
+    point: Option<PointMass<D>>,
     radius: f64,
     dynamical_time: f64,
     time: f64,
@@ -170,6 +174,8 @@ struct Totals {
     /// Integral of the pressure over the volume.
     pressure: f64,
     potential: f64,
+    /// Sum of m x g over what the point mass in the center attracts, less its potential: 0 but for the softening.
+    softened: f64,
     central_density: f64,
     half_mass_radius: f64,
     angular_momentum: [f64; 3],
@@ -184,7 +190,7 @@ impl Totals {
         State {
             time: body.time / body.dynamical_time,
             kinetic: self.kinetic / unit,
-            virial: (2.0 * self.kinetic + D as f64 * self.pressure) / unit - 1.0,
+            virial: (2.0 * self.kinetic + D as f64 * self.pressure + self.softened) / unit - 1.0,
             central_density: self.central_density / first.central_density,
             half_mass_radius: self.half_mass_radius / first.half_mass_radius,
             energy: (energy(self) - energy(first)) / unit,
@@ -201,7 +207,7 @@ impl<'a, const D: usize> Body<'a, D> {
         internal_energy: &[f64],
         matter: &Matter<'a, D>,
     ) -> Self {
-        let Matter { gamma, materials, center } = *matter;
+        let Matter { gamma, materials, center, point } = *matter;
         let n = internal_energy.len();
         let radius = reduce::max(n, |i| distance(&at(positions, i), &center));
         let space = Domain::ball(center, SPACE * radius, Wall::Open).unwrap_or_else(|_| target.domain.clone());
@@ -216,8 +222,10 @@ impl<'a, const D: usize> Body<'a, D> {
             mass,
             law: Law { gamma, materials: materials.map(|(m, _)| m) },
             center,
+            point,
             radius,
-            dynamical_time: (radius.powi(D as i32) / (strength(D) * target.mass)).sqrt(),
+            dynamical_time: (radius.powi(D as i32) / (strength(D) * (target.mass + point.map_or(0.0, |p| p.mass))))
+                .sqrt(),
             time: 0.0,
             velocities: vec![[0.0; D]; n],
             states: States::Gas(Vec::new()),
@@ -264,7 +272,8 @@ impl<'a, const D: usize> Body<'a, D> {
         self.held += 1;
         let (beyond, enclosed) = (&self.beyond, &enclosed);
         self.accelerations = parallel::map(force.len(), |i| {
-            std::array::from_fn(|k| -force[i][k] / mass + enclosed[i][k] + beyond[i][k])
+            let point = self.point_pull(i);
+            std::array::from_fn(|k| -force[i][k] / mass + enclosed[i][k] + beyond[i][k] + point.acceleration[k])
         });
     }
 
@@ -280,7 +289,13 @@ impl<'a, const D: usize> Body<'a, D> {
         })
     }
 
-    fn pulls(&self) -> Vec<sph::gravity::Pull<D>> {
+    /// What the point mass in the center does to a particle.
+    fn point_pull(&self, i: usize) -> Pull<D> {
+        let none = Pull { acceleration: [0.0; D], potential: 0.0 };
+        self.point.map_or(none, |point| point.pull(&at(&self.arrangement.positions, i)))
+    }
+
+    fn pulls(&self) -> Vec<Pull<D>> {
         let softening = softening_radius::<D>(self.sums.iter().map(|s| s.number_density));
         gravity(self.arrangement.tree(), &vec![self.mass; self.sums.len()], softening, OPENING_ANGLE)
     }
@@ -347,7 +362,12 @@ impl<'a, const D: usize> Body<'a, D> {
             kinetic: reduce::sum(n, |i| 0.5 * mass * self.velocities[i].iter().map(|v| v * v).sum::<f64>()),
             internal: reduce::sum(n, |i| mass * self.law.energy(&self.states, i, density(i))),
             pressure: reduce::sum(n, |i| mass / density(i) * self.law.pressure(&self.states, i, density(i))),
-            potential: reduce::sum(n, |i| 0.5 * mass * pulls[i].potential),
+            potential: reduce::sum(n, |i| mass * (0.5 * pulls[i].potential + self.point_pull(i).potential)),
+            softened: reduce::sum(n, |i| {
+                let (x, point) = (place(i), self.point_pull(i));
+                let along: f64 = (0..D).map(|k| (x[k] - self.center[k]) * point.acceleration[k]).sum();
+                mass * (along - point.potential)
+            }),
             central_density: order[..central].iter().map(|&(_, i)| density(i)).sum::<f64>() / central as f64,
             half_mass_radius: order[n / 2].0,
             angular_momentum: [turn(1, 2), turn(2, 0), turn(0, 1)],

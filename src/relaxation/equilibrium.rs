@@ -442,9 +442,12 @@ impl<'a, const D: usize, R: Real> Balance<'a, D, R> {
         let softening = softening_radius::<D>(spacing.iter().map(|s| s.powi(-(D as i32))));
         let masses = vec![self.mass; spacing.len()];
         let pulls = gravity(self.arrangement.tree(), &masses, softening, OPENING_ANGLE);
+        let point = self.equilibrium.point_mass();
         let beyond = parallel::map(pulls.len(), |i| {
-            let wanted = self.equilibrium.gravity(&at(positions, i), GRADIENT_STEP * spacing[i]);
-            std::array::from_fn::<f64, D, _>(|k| pulls[i].acceleration[k] - wanted[k])
+            let x = at(positions, i);
+            let wanted = self.equilibrium.gravity(&x, GRADIENT_STEP * spacing[i]);
+            let others = point.map_or([0.0; D], |p| p.pull(&x).acceleration);
+            std::array::from_fn::<f64, D, _>(|k| pulls[i].acceleration[k] + others[k] - wanted[k])
         });
         Some(beyond.into_iter().flatten().collect())
     }

@@ -39,7 +39,9 @@ pub(super) fn shortfall<const D: usize, R: Real>(
         let r = distance(&at(positions, i), center);
         let there = distance(&place[i], center);
         let pull = equilibrium.gravity(&place[i], 0.0).iter().map(|g| g * g).sum::<f64>().sqrt();
-        let wanted = pull * there.powi(D as i32 - 1) / strength(D);
+        // A point mass in the center attracts, too, but is no mass of particles.
+        let point = equilibrium.point_mass().map_or(0.0, |point| point.enclosed_mass(there));
+        let wanted = pull * there.powi(D as i32 - 1) / strength(D) - point;
         let within = fraction[i] * target.mass;
         let brings = SURFACE[D - 1] * r.powi(D as i32) * particle * target.number_density(&place[i]);
         [(within - wanted) / within, brings / within]

@@ -1,6 +1,7 @@
 //! Placed bodies put together: where each is, how it moves, and one file of all of them.
 
 use crate::error::{Error, Result};
+use crate::output::particle_file::point_table;
 use sph_formats::common::particle_names as names;
 use sph_formats::{Column, ParticleFile, ParticleTable, RunHeader, Species, UnitDimension, UnitSystem, Values};
 use std::collections::BTreeMap;
@@ -13,10 +14,10 @@ const NEAREST: f64 = 0.5;
 /// A body in the units of the output, about its center of mass.
 pub struct Body {
     pub title: String,
-    /// Coordinates, masses and velocities are in here until they are put together; coordinates from the center of mass.
-    table: ParticleTable,
+    /// Gas, or a point, and a point in the center of gas. Coordinates, masses and velocities are in here until they are put
+    /// together; coordinates from the center of mass.
+    parts: Vec<Species>,
     dimension: usize,
-    part_type: u8,
     pub mass: f64,
     /// Distance of the outermost particle.
     pub radius: f64,
@@ -64,93 +65,109 @@ fn mean(rows: impl Iterator<Item = (f64, [f64; 3])>) -> [f64; 3] {
 }
 
 impl Body {
-    /// Takes the gas of a placed file.
+    /// Takes the gas of a placed file, and a point mass with it.
     ///
     /// # Errors
     /// A file without particles.
     pub fn new(title: String, file: ParticleFile) -> Result<Self> {
         let dimension = file.header.dimension;
         let none = || Error::scene(format!("bodies[{title}]"), "came out without particles");
-        let mut table = file.species.into_iter().next().filter(|s| s.table.count > 0).ok_or_else(none)?.table;
-        let (x, m) = (table.column(names::COORDINATES), table.column(names::MASSES));
-        let (Some(x), Some(m)) = (x, m) else { return Err(none()) };
-        let n = table.count;
-        let center = mean((0..n).map(|i| (m.values.get(i), row(x, i))));
-        let mass = (0..n).map(|i| m.values.get(i)).sum();
-        let moved: Vec<[f64; 3]> = (0..n)
-            .map(|i| {
-                let x = row(x, i);
-                std::array::from_fn(|k| x[k] - center[k])
-            })
-            .collect();
-        let radius = moved.iter().map(|x| length(*x)).fold(0.0, f64::max);
-        let flat = moved.iter().flat_map(|x| x[..dimension].to_vec()).collect();
-        if let Some(column) = table.columns.iter_mut().find(|c| c.name == names::COORDINATES) {
-            column.values = Values::F64(flat);
+        let mut parts: Vec<Species> = file.species.into_iter().filter(|s| s.table.count > 0).collect();
+        let mut all: Vec<(f64, [f64; 3])> = Vec::new();
+        for Species { table, .. } in &parts {
+            let (x, m) = (table.column(names::COORDINATES), table.column(names::MASSES));
+            let (Some(x), Some(m)) = (x, m) else { return Err(none()) };
+            all.extend((0..table.count).map(|i| (m.values.get(i), row(x, i))));
         }
-        Ok(Self { title, table, dimension, part_type: 0, mass, radius })
+        if all.is_empty() {
+            return Err(none());
+        }
+        let center = mean(all.iter().copied());
+        let mass = all.iter().map(|p| p.0).sum();
+        let moved: Vec<[f64; 3]> = all.iter().map(|(_, x)| std::array::from_fn(|k| x[k] - center[k])).collect();
+        let radius = moved.iter().map(|x| length(*x)).fold(0.0, f64::max);
+        let mut rest = moved.as_slice();
+        for table in parts.iter_mut().map(|p| &mut p.table) {
+            let (own, others) = rest.split_at(table.count);
+            rest = others;
+            if let Some(column) = table.columns.iter_mut().find(|c| c.name == names::COORDINATES) {
+                column.values = Values::F64(own.iter().flat_map(|x| x[..dimension].to_vec()).collect());
+            }
+        }
+        Ok(Self { title, parts, dimension, mass, radius })
     }
 
     /// A single particle, in as many dimensions, of a type that is not gas.
-    pub fn point(title: String, mass: f64, (dimension, part_type): (usize, u8)) -> Self {
-        let column = |name: &str, components: usize, values: Vec<f64>, dimension: UnitDimension| Column {
-            name: name.into(),
-            components,
-            values: Values::F64(values),
-            dimension,
-        };
-        let columns = vec![
-            column(names::COORDINATES, dimension, vec![0.0; dimension], UnitDimension::LENGTH),
-            column(names::MASSES, 1, vec![mass], UnitDimension::new(dimension as i8 - 3, 1, 0, 0)),
-        ];
-        Self { title, table: ParticleTable { count: 1, columns }, dimension, part_type, mass, radius: 0.0 }
+    pub fn point(title: String, mass: f64, radii: &[(&str, f64)], (dimension, part_type): (usize, u8)) -> Self {
+        let table = point_table((vec![0.0; dimension], mass, None), radii, None);
+        Self { title, parts: vec![Species { part_type, table }], dimension, mass, radius: 0.0 }
     }
 
     pub fn is_gas(&self) -> bool {
-        self.part_type == 0
+        self.parts.iter().any(|p| p.part_type == 0)
     }
 
+    /// Particles of all kinds.
     pub fn count(&self) -> usize {
-        self.table.count
+        self.parts.iter().map(|p| p.table.count).sum()
     }
 
-    /// One mass for all particles.
+    /// Particles of the first kind, gas or a point, and their mass.
+    pub fn first(&self) -> (usize, f64) {
+        self.parts.first().map_or((0, 0.0), |p| (p.table.count, masses_of(&p.table).sum()))
+    }
+
+    /// One mass for all particles of the first kind.
     pub fn set_particle_mass(&mut self, mass: f64) {
-        let n = self.table.count;
-        if let Some(column) = self.table.columns.iter_mut().find(|c| c.name == names::MASSES) {
+        let Some(table) = self.parts.first_mut().map(|p| &mut p.table) else { return };
+        let n = table.count;
+        if let Some(column) = table.columns.iter_mut().find(|c| c.name == names::MASSES) {
             column.values = Values::F64(vec![mass; n]);
         }
-        self.mass = mass * n as f64;
+        let others: f64 = self.parts.iter().skip(1).flat_map(|p| masses_of(&p.table)).sum();
+        self.mass = mass * n as f64 + others;
     }
 
     pub fn masses(&self) -> impl Iterator<Item = f64> + '_ {
-        let column = self.table.column(names::MASSES);
-        column.into_iter().flat_map(|c| (0..c.values.len()).map(|i| c.values.get(i)))
+        self.parts.iter().flat_map(|p| masses_of(&p.table))
     }
 
     /// Places and velocities of all particles in a state.
     fn moved(&self, state: &State) -> Vec<([f64; 3], [f64; 3])> {
-        let velocities = self.table.column(names::VELOCITIES);
-        let Some(x) = self.table.column(names::COORDINATES) else { return Vec::new() };
-        let moved = |i: usize| {
-            let from_center = row(x, i);
-            let swirl = cross(state.spin, from_center);
-            let own = velocities.map_or([0.0; 3], |v| row(v, i));
-            let place = std::array::from_fn(|k| from_center[k] + state.position[k]);
-            (place, std::array::from_fn(|k| own[k] + swirl[k] + state.velocity[k]))
-        };
-        (0..self.table.count).map(moved).collect()
+        self.parts.iter().flat_map(|p| moved(&p.table, state)).collect()
     }
 
     /// (m / rho)^(1/d) of each particle, where the density is known.
     fn spacings(&self) -> Vec<f64> {
-        let density = self.table.column(names::DENSITY);
-        let at = |(i, m): (usize, f64)| {
-            let rho = density.map_or(0.0, |c| c.values.get(i));
-            if rho > 0.0 { (m / rho).powf(1.0 / self.dimension as f64) } else { 0.0 }
+        let of_part = |table: &ParticleTable| -> Vec<f64> {
+            let density = table.column(names::DENSITY);
+            let at = |(i, m): (usize, f64)| {
+                let rho = density.map_or(0.0, |c| c.values.get(i));
+                if rho > 0.0 { (m / rho).powf(1.0 / self.dimension as f64) } else { 0.0 }
+            };
+            masses_of(table).enumerate().map(at).collect()
         };
-        self.masses().enumerate().map(at).collect()
+        self.parts.iter().flat_map(|p| of_part(&p.table)).collect()
     }
+}
+
+fn masses_of(table: &ParticleTable) -> impl Iterator<Item = f64> + '_ {
+    let column = table.column(names::MASSES);
+    column.into_iter().flat_map(|c| (0..c.values.len()).map(|i| c.values.get(i)))
+}
+
+/// Places and velocities of particles in a state.
+fn moved(table: &ParticleTable, state: &State) -> Vec<([f64; 3], [f64; 3])> {
+    let velocities = table.column(names::VELOCITIES);
+    let Some(x) = table.column(names::COORDINATES) else { return Vec::new() };
+    let moved = |i: usize| {
+        let from_center = row(x, i);
+        let swirl = cross(state.spin, from_center);
+        let own = velocities.map_or([0.0; 3], |v| row(v, i));
+        let place = std::array::from_fn(|k| from_center[k] + state.position[k]);
+        (place, std::array::from_fn(|k| own[k] + swirl[k] + state.velocity[k]))
+    };
+    (0..table.count).map(moved).collect()
 }
 
 /// Refuses bodies that are in each other's way.
@@ -272,21 +289,25 @@ pub fn assemble(
 ) -> Result<(ParticleFile, Vec<String>)> {
     refuse_unresolved(&bodies, states, frame)?;
     let moves = bodies.iter().zip(states).any(|(b, s)| b.moved(s).iter().any(|(_, v)| v.iter().any(|c| *c != 0.0)));
+    let d = bodies.first().map_or(3, |b| b.dimension);
     let mut first = 1;
     let mut members: BTreeMap<u8, Vec<Member<'_>>> = BTreeMap::new();
     for (index, (body, state)) in bodies.iter().zip(states).enumerate() {
-        members.entry(body.part_type).or_default().push(Member { body, state, number: index as i64 + 1, first });
-        first += body.count() as i64;
+        for Species { part_type, table } in &body.parts {
+            let member = Member { title: &body.title, table, state, number: index as i64 + 1, first };
+            members.entry(*part_type).or_default().push(member);
+            first += table.count as i64;
+        }
     }
     let mut notes = Vec::new();
     let mut species = Vec::new();
     for (part_type, members) in members {
-        let table = table(&members, frame, moves, &mut notes)?;
+        let table = joined_table(d, &members, frame, moves, &mut notes)?;
         species.push(Species { part_type, table });
     }
     let Origin { units, kernel, kernel_neighbors, provenance } = origin;
     let header = RunHeader {
-        dimension: bodies.first().map_or(3, |b| b.dimension),
+        dimension: d,
         box_size: frame.edges,
         periodic: frame.periodic,
         units,
@@ -300,7 +321,8 @@ pub fn assemble(
 
 /// A body among those of its type.
 struct Member<'a> {
-    body: &'a Body,
+    title: &'a str,
+    table: &'a ParticleTable,
     state: &'a State,
     number: i64,
     /// ID of its first particle.
@@ -308,11 +330,16 @@ struct Member<'a> {
 }
 
 /// The particles of one type.
-fn table(members: &[Member<'_>], frame: &Frame, moves: bool, notes: &mut Vec<String>) -> Result<ParticleTable> {
-    let d = members.first().map_or(3, |m| m.body.dimension);
+fn joined_table(
+    d: usize,
+    members: &[Member<'_>],
+    frame: &Frame,
+    moves: bool,
+    notes: &mut Vec<String>,
+) -> Result<ParticleTable> {
     let (mut places, mut speeds, mut ids, mut numbers) = (Vec::new(), Vec::new(), Vec::new(), Vec::new());
-    for Member { body, state, number, first } in members {
-        for (i, (x, v)) in body.moved(state).into_iter().enumerate() {
+    for Member { title, table, state, number, first } in members {
+        for (i, (x, v)) in moved(table, state).into_iter().enumerate() {
             for k in 0..d {
                 places.push(inside(x[k] - frame.lo[k], frame.edges[k], frame.periodic[k]).ok_or_else(|| {
                     let problem = format!(
@@ -321,7 +348,7 @@ fn table(members: &[Member<'_>], frame: &Frame, moves: bool, notes: &mut Vec<Str
                         frame.lo[k],
                         frame.lo[k] + frame.edges[k]
                     );
-                    Error::scene(format!("bodies[{}]", body.title), problem)
+                    Error::scene(format!("bodies[{title}]"), problem)
                 })?);
                 speeds.push(v[k]);
             }
@@ -336,16 +363,15 @@ fn table(members: &[Member<'_>], frame: &Frame, moves: bool, notes: &mut Vec<Str
         dimension,
     };
     let mut columns = vec![column(names::COORDINATES, d, Values::F64(places), UnitDimension::LENGTH)];
-    let bodies: Vec<&Body> = members.iter().map(|m| m.body).collect();
     let mut all: Vec<&str> = Vec::new();
-    for name in bodies.iter().flat_map(|b| &b.table.columns).map(|c| c.name.as_str()) {
+    for name in members.iter().flat_map(|m| &m.table.columns).map(|c| c.name.as_str()) {
         let is_own = [names::COORDINATES, names::VELOCITIES, names::PARTICLE_IDS, BODY_ID].contains(&name);
         if !is_own && !all.contains(&name) {
             all.push(name);
         }
     }
     for name in all {
-        columns.push(joined(&bodies, name, notes)?);
+        columns.push(joined(members, name, notes)?);
     }
     let count = ids.len();
     columns.push(column(names::PARTICLE_IDS, 1, Values::I64(ids), UnitDimension::NONE));
@@ -366,12 +392,12 @@ fn inside(x: f64, edge: f64, is_periodic: bool) -> Option<f64> {
 }
 
 /// One column of all bodies, one after the other.
-fn joined(bodies: &[&Body], name: &str, notes: &mut Vec<String>) -> Result<Column> {
-    let having = |body: &&&Body| body.table.column(name).is_some();
+fn joined(bodies: &[Member<'_>], name: &str, notes: &mut Vec<String>) -> Result<Column> {
+    let having = |body: &&Member<'_>| body.table.column(name).is_some();
     let Some((owner, model)) = bodies.iter().find(having).and_then(|b| Some((b, b.table.column(name)?))) else {
         return Err(Error::scene("bodies", format!("have no column '{name}'")));
     };
-    let without: Vec<&str> = bodies.iter().filter(|b| !having(b)).map(|b| b.title.as_str()).collect();
+    let without: Vec<&str> = bodies.iter().filter(|b| !having(b)).map(|b| b.title).collect();
     if let Some(first) = without.first() {
         if name == names::INTERNAL_ENERGY || name == names::MATERIAL_IDS {
             let remedy = if name == names::MATERIAL_IDS {
@@ -390,7 +416,7 @@ fn joined(bodies: &[&Body], name: &str, notes: &mut Vec<String>) -> Result<Colum
         return Err(Error::scene(format!("bodies[{}]", other.title), problem));
     }
     let are_whole = bodies.iter().all(|b| b.table.column(name).is_none_or(|c| matches!(c.values, Values::I64(_))));
-    let values = |body: &&Body| {
+    let values = |body: &Member<'_>| {
         let zeros = vec![0.0; body.table.count * model.components];
         body.table.column(name).map_or(zeros, |c| c.values.to_f64())
     };

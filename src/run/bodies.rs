@@ -13,6 +13,7 @@ use super::orbit::{self, Relative};
 use super::pipeline;
 use crate::error::{Error, Result};
 use crate::input::constants::GRAVITATIONAL_CONSTANT;
+use crate::input::core::PART_TYPE;
 use crate::input::ingest;
 use crate::input::internal_units::Prepared;
 use crate::input::units::{InputUnits, RunUnits};
@@ -89,7 +90,13 @@ pub fn place_bodies(
     for (i, input) in scene.bodies.iter().enumerate() {
         if let Some(mass) = &input.point_mass {
             let mass = mass.value(&format!("bodies[{}].point_mass", title(i)), UnitDimension::MASS, &conversion)?;
-            bodies.push(Body::point(title(i), mass, (common.dimension, input.part_type.unwrap_or(1))));
+            let mut radii = Vec::new();
+            for (name, key, radius) in input.radii() {
+                let key = format!("bodies[{}].{key}", title(i));
+                radii.push((name, radius.value(&key, UnitDimension::LENGTH, &conversion)?));
+            }
+            let part_type = input.part_type.unwrap_or(PART_TYPE);
+            bodies.push(Body::point(title(i), mass, &radii, (common.dimension, part_type)));
             reports.push(None);
         } else if let Some(Placed { body, is_cached, .. }) = placed.next() {
             bodies.push(Body::new(title(i), body.file)?);
@@ -348,11 +355,12 @@ impl Common {
             return Ok(None);
         }
         let mut gas: Vec<&mut Body> = bodies.iter_mut().filter(|b| b.is_gas()).collect();
-        let total: f64 = gas.iter().map(|b| b.mass).sum();
-        let particle = total / gas.iter().map(|b| b.count()).sum::<usize>() as f64;
-        let change = gas.iter().map(|b| (particle * b.count() as f64 / b.mass - 1.0).abs()).fold(0.0, f64::max);
+        let own: Vec<(f64, f64)> = gas.iter().map(|b| b.first()).map(|(n, mass)| (n as f64, mass)).collect();
+        let total: f64 = own.iter().map(|(_, mass)| mass).sum();
+        let particle = total / own.iter().map(|(n, _)| n).sum::<f64>();
+        let change = own.iter().map(|(n, mass)| (particle * n / mass - 1.0).abs()).fold(0.0, f64::max);
         // More than rounding to whole particles makes.
-        let most = gas.iter().map(|b| 1.0 / b.count() as f64).fold(0.0, f64::max);
+        let most = own.iter().map(|(n, _)| 1.0 / n).fold(0.0, f64::max);
         if change > most {
             let problem = "has one mass for all particles; leave `particles` of the bodies to their masses";
             return Err(Error::scene("output.format", problem));
@@ -464,7 +472,7 @@ fn has_plain_numbers(scene: &Scene) -> bool {
     let orbit = scene.orbit.iter().flat_map(|o| {
         [&o.semi_major_axis, &o.velocity_at_contact, &o.velocity_at_infinity, &o.distance].into_iter().flatten()
     });
-    let points = scene.bodies.iter().flat_map(|b| &b.point_mass);
+    let points = scene.bodies.iter().flat_map(|b| b.point_mass.iter().chain(b.radii().map(|r| r.2)));
     in_bodies.chain(orbit).chain(points).chain(&scene.particle_mass).any(is_plain)
 }
 
@@ -541,7 +549,10 @@ fn figures(bodies: &[Body], states: &[State], reports: Vec<Option<(BodyFigures, 
             name: body.title.clone(),
             ids,
             mass: body.mass,
-            particle_mass: body.mass / body.count() as f64,
+            particle_mass: {
+                let (n, mass) = body.first();
+                mass / n as f64
+            },
             radius: body.radius,
             position: state.position,
             velocity: state.velocity,

@@ -14,7 +14,7 @@ use sph_formats::{
 use std::path::{Path, PathBuf};
 
 /// The first bytes of a file, with the version of the layout.
-const MARK: &[u8; 8] = b"SPHBODY1";
+const MARK: &[u8; 8] = b"SPHBODY2";
 /// Mark and checksum.
 const HEADER: usize = 16;
 
@@ -48,6 +48,12 @@ struct Kept {
     units: [f64; 4],
     kernel: String,
     kernel_neighbors: f64,
+    species: Vec<KeptSpecies>,
+}
+
+#[derive(Serialize, Deserialize)]
+struct KeptSpecies {
+    part_type: u8,
     count: usize,
     columns: Vec<KeptColumn>,
 }
@@ -134,7 +140,6 @@ impl Kept {
     fn new(recipe: Recipe, body: &PlacedBody) -> Self {
         let header = &body.file.header;
         let UnitSystem { length, mass, time, temperature } = header.units;
-        let table = body.file.species.first().map(|s| &s.table);
         let column = |c: &Column| {
             let UnitDimension { length, mass, time, temperature } = c.dimension;
             KeptColumn {
@@ -158,8 +163,16 @@ impl Kept {
             units: [length, mass, time, temperature],
             kernel: header.kernel.clone(),
             kernel_neighbors: header.kernel_neighbors,
-            count: table.map_or(0, |t| t.count),
-            columns: table.map_or_else(Vec::new, |t| t.columns.iter().map(column).collect()),
+            species: body
+                .file
+                .species
+                .iter()
+                .map(|s| KeptSpecies {
+                    part_type: s.part_type,
+                    count: s.table.count,
+                    columns: s.table.columns.iter().map(column).collect(),
+                })
+                .collect(),
         }
     }
 
@@ -188,8 +201,11 @@ impl Kept {
             kernel_neighbors: self.kernel_neighbors,
             provenance: Vec::new(),
         };
-        let table = ParticleTable { count: self.count, columns: self.columns.into_iter().map(column).collect() };
-        let file = ParticleFile { header, species: vec![Species { part_type: 0, table }] };
+        let species = self.species.into_iter().map(|KeptSpecies { part_type, count, columns }| Species {
+            part_type,
+            table: ParticleTable { count, columns: columns.into_iter().map(column).collect() },
+        });
+        let file = ParticleFile { header, species: species.collect() };
         PlacedBody { file, report: self.report, figures: self.figures }
     }
 }

@@ -9,6 +9,7 @@ use crate::seeding::Seeding;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use sph_formats::UnitDimension;
+use sph_formats::common::particle_names as names;
 
 /// A body: what a scene of its own would say of it, and where it goes. What is left out is as in the scene that it is part of.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize, JsonSchema)]
@@ -23,6 +24,14 @@ pub struct BodyInput {
     #[schemars(extend("x-unit" = "mass"))]
     #[serde(skip_serializing_if = "Option::is_none")]
     pub point_mass: Option<Quantity>,
+    /// Of a point mass: the distance at which its softened attraction becomes that of a point, as that of a core: 2 hsoft in Phantom.
+    #[schemars(extend("x-unit" = "length"), example = &"5 Rsun")]
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub softening_radius: Option<Quantity>,
+    /// Of a point mass: within it takes up matter, where the code has such particles (Phantom's sinks).
+    #[schemars(extend("x-unit" = "length"), example = &"0.1 Rsun")]
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub accretion_radius: Option<Quantity>,
     /// Particle type of a point mass in files of GADGET's kind, 1 to 5; 1 (dark matter) by default.
     #[schemars(range(min = 1, max = 5), example = 1)]
     #[serde(rename = "type", skip_serializing_if = "Option::is_none")]
@@ -111,21 +120,32 @@ impl BodyInput {
         self.name.clone().unwrap_or_else(|| (index + 1).to_string())
     }
 
+    /// Radii of a point: names of their columns, keys and values.
+    pub(crate) fn radii(&self) -> impl Iterator<Item = (&'static str, &'static str, &Quantity)> {
+        let softening = (names::SOFTENING_RADIUS, "softening_radius", &self.softening_radius);
+        let accretion = (names::ACCRETION_RADIUS, "accretion_radius", &self.accretion_radius);
+        [softening, accretion].into_iter().filter_map(|(column, key, radius)| Some((column, key, radius.as_ref()?)))
+    }
+
     /// Checks a body that is a point.
     pub(super) fn validate_point(&self, mass: &Quantity, title: &str) -> Result<()> {
         let key = |name: &str| format!("bodies[{title}].{name}");
         mass.check_positive(&key("point_mass"), UnitDimension::MASS)?;
+        for (_, name, radius) in self.radii() {
+            radius.check_positive(&key(name), UnitDimension::LENGTH)?;
+        }
         let allowed = Self {
             name: self.name.clone(),
             point_mass: self.point_mass.clone(),
+            softening_radius: self.softening_radius.clone(),
+            accretion_radius: self.accretion_radius.clone(),
             part_type: self.part_type,
             position: self.position.clone(),
             velocity: self.velocity.clone(),
             ..Self::default()
         };
         if *self != allowed {
-            let problem =
-                "is that of a single particle, which has a name, a type, a position and a velocity; leave the rest out";
+            let problem = "is that of a single particle, which has a name, radii, a type, a position and a velocity; leave the rest out";
             return Err(Error::scene(key("point_mass"), problem));
         }
         match self.part_type {

@@ -24,6 +24,10 @@ impl Scene {
         let (length, speed) = (UnitDimension::LENGTH, UnitDimension::VELOCITY);
         let mut all: Vec<Entry<'_>> = Vec::new();
         all.extend(one("input.planet_radius", self.input.planet_radius.as_ref(), length));
+        if let Some(core) = &self.input.core {
+            all.extend(one("input.core.radius", &core.radius, length));
+            all.extend(one("input.core.mass", core.mass.as_ref(), UnitDimension::MASS));
+        }
         if let Some(profile) = &self.input.profile {
             let of = profile.quantities(self.input.dimension.unwrap_or(3)).into_iter();
             all.extend(of.map(|(name, q, d)| (format!("input.profile.{}.{name}", profile.name()), q, d)));

@@ -1,6 +1,6 @@
 //! The `input` section of a scene.
 
-use super::{ProfileInput, Quantity};
+use super::{CoreInput, ProfileInput, Quantity};
 use crate::error::{Error, Result};
 use crate::field::Orientation;
 use schemars::JsonSchema;
@@ -23,6 +23,10 @@ pub struct Input {
     #[schemars(example = serde_json::json!({"polytrope": {"n": 1.5, "mass": "1 Msun", "radius": "1 Rsun"}}))]
     #[serde(skip_serializing_if = "Option::is_none")]
     pub profile: Option<ProfileInput>,
+    /// A point mass with a softened potential in place of the core of a star.
+    #[schemars(example = serde_json::json!({"radius": "5 Rsun"}))]
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub core: Option<CoreInput>,
     /// Name of the format where it cannot be told from the file.
     #[schemars(example = &"mesa")]
     #[serde(skip_serializing_if = "Option::is_none")]

@@ -5,6 +5,7 @@
 
 mod balance;
 mod bodies;
+mod core;
 mod count;
 mod dimensions;
 mod domain;
@@ -31,6 +32,7 @@ mod yaml;
 pub use balance::{BalanceInput, EquationOfState, GravityName};
 pub(crate) use bodies::in_body;
 pub use bodies::{BodyInput, OrbitInput};
+pub use core::{CoreGas, CoreInput, SofteningName};
 pub use count::parse_count;
 pub use domain::{BoundaryName, DomainInput};
 pub use fields::{FieldValue, FieldsInput, Term};
@@ -330,6 +332,10 @@ impl Scene {
                 "particles",
                 format!("is more than {}, the most that one run can place", u32::MAX),
             ));
+        }
+        if let Some(core) = &self.input.core {
+            let is_of_gas = expression.is_none() && !matches!(profile, Some(ProfileInput::Planet(_)));
+            core.validate(is_of_gas, self.input.dimension)?;
         }
         if let Some(d) = self.input.dimension.filter(|d| !(1..=3).contains(d)) {
             return Err(Error::scene("input.dimension", format!("is {d}, expected 1, 2 or 3")));

@@ -67,6 +67,12 @@ impl Scene {
             let key = |name: &str| format!("bodies[{}].{name}", body.title(i));
             match &body.point_mass {
                 Some(mass) => body.validate_point(mass, &body.title(i))?,
+                None if body.radii().next().is_some() => {
+                    return Err(Error::scene(
+                        key("point_mass"),
+                        "is missing, which softening and accretion radii are of",
+                    ));
+                }
                 None if body.part_type.is_some() => {
                     return Err(Error::scene(key("type"), "is of a point_mass; gas has type 0"));
                 }

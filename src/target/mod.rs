@@ -15,6 +15,7 @@ pub use regions::{Part, Region, Regions, Selected};
 use sph::domain::Domain;
 use sph::geometry::distance;
 pub use sph::geometry::{Positions, at};
+use sph::point_mass::PointMass;
 use sph::{parallel, reduce};
 
 /// A pressure and the acceleration that its force is to cancel, in internal units.
@@ -28,6 +29,10 @@ pub trait Equilibrium<const D: usize>: Sync {
     /// The center of a body that its own gravity holds, about which all depends on the distance alone: g is then what the
     /// particles attract each other with, rather than [`Self::gravity`].
     fn own_center(&self) -> Option<[f64; D]> {
+        None
+    }
+    /// A point mass at rest in that center, whose attraction comes on top of the particles' own.
+    fn point_mass(&self) -> Option<PointMass<D>> {
         None
     }
     /// Adiabatic index: P = A rho^gamma, with A held by each particle.

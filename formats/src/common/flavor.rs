@@ -192,9 +192,14 @@ impl<'a> Job<'a> {
         if !(1..=3).contains(&self.header.dimension) {
             return Err(self.refuse(format!("dimension {} is not 1, 2 or 3", self.header.dimension)));
         }
+        self.plan_of(particles.species.iter())
+    }
+
+    /// [`Self::plan`] of some of the species.
+    pub(crate) fn plan_of(&self, all: impl Iterator<Item = &'a Species>) -> Result<Vec<Vec<Planned<'a>>>> {
         let mut seen = [false; TYPES];
         let mut plan = Vec::new();
-        for species in &particles.species {
+        for species in all {
             match seen.get_mut(usize::from(species.part_type)) {
                 Some(s) if !*s => *s = true,
                 Some(_) => {

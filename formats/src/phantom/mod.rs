@@ -22,8 +22,12 @@
 //! The masses are in the header, one per type (`massoftype`): unequal ones are refused. Phantom's gravity has no constant,
 //! so the time unit is chosen to make G = 1 and velocities and energies are converted to it; where all units are 1, numbers
 //! are taken for pure ones and stay. A box is periodic along all axes or none. Reading: h becomes Density (by the
-//! header's `hfact`) and SupportRadius (2 h); particles of h <= 0, which Phantom has accreted, and sinks are left out with
+//! header's `hfact`) and SupportRadius (2 h); particles of h <= 0, which Phantom has accreted, are left out with
 //! a note. f4 are f8 in double precision.
+//!
+//! Particles with a column SofteningRadius or AccretionRadius are sinks, in arrays of their own: x, y, z, m, h (the accretion
+//! radius), hsoft (half of the softening radius, from which on the attraction is that of a point), vx, vy and vz, all f8. Read, they
+//! are of the first type of 1, 5, 4, 3, 2 that no other particles have.
 //!
 //! Layout after Phantom's `src/main/readwrite_dumps_fortran.f90`, `readwrite_dumps_common.f90` and `utils_dumpfiles.f90`.
 //! Records of 2 GiB and more are split as gfortran does it: a negative length says that more follows or came before.
@@ -39,6 +43,8 @@ mod read;
 #[cfg(feature = "phantom")]
 mod records;
 mod schema;
+#[cfg(feature = "phantom")]
+mod sinks;
 #[cfg(feature = "phantom")]
 mod write;
 

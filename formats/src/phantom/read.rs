@@ -3,14 +3,15 @@
 use super::layout::{CAPTURE_END, CAPTURE_REAL, CENTERED_BOX, HFACT, IDENTITY, KINDS, Kind, SUPPORT, TAG, part_type};
 use super::records::Records;
 use super::schema::{CAPTURE, NAME};
+use super::sinks::{SOFTENING, TAGS};
 use crate::common::assemble::{self, Named};
 use crate::common::facts::Facts;
 use crate::error::{FormatError, Result};
 use crate::limits::MAX_VARIABLE_BYTES;
-use crate::model::{Column, ParticleFile, Values};
+use crate::model::{Column, ParticleFile, ParticleTable, Species, Values};
 use crate::particle_names as names;
 use crate::registry::{FieldRequest, FileContent};
-use crate::units::UnitSystem;
+use crate::units::{UnitDimension, UnitSystem};
 use std::path::Path;
 
 /// Most items of a header block, arrays of a type and MPI blocks that are accepted.
@@ -28,7 +29,7 @@ pub(super) fn read(path: &Path, _request: &FieldRequest) -> Result<FileContent> 
         });
     }
     let header = Header::read(&mut records, real)?;
-    let mut dump = Dump { records, real, header, arrays: Vec::new(), notes: Vec::new() };
+    let mut dump = Dump { records, real, header, arrays: Vec::new(), sinks: Vec::new(), notes: Vec::new() };
     dump.arrays()?;
     let identity = String::from_utf8_lossy(&identity).trim_end().to_owned();
     dump.finish(identity).map(FileContent::Particles)
@@ -136,6 +137,8 @@ struct Dump<'a> {
     real: usize,
     header: Header,
     arrays: Vec<(String, Values)>,
+    /// Those of sinks.
+    sinks: Vec<(String, Values)>,
     notes: Vec<String>,
 }
 
@@ -181,20 +184,24 @@ impl Dump<'_> {
 
     /// The arrays of one length: 0 the particles, 1 the sinks, then others.
     fn block(&mut self, number: usize, length: u64, counts: &[i64]) -> Result<()> {
-        if number == 1 && length > 0 {
-            self.notes.push(format!("{length} sink particles"));
-        }
         for (kind, count) in KINDS.into_iter().zip(counts) {
             for _ in 0..*count {
                 let tag = text(&self.records.exactly("an array's tag", TAG as u64)?);
                 let location = format!("array '{tag}'");
                 let bytes = length * kind.width(self.real) as u64;
-                if number > 0 {
+                if number > 1 || (number == 1 && !(length > 0 && TAGS.contains(&tag.as_str()))) {
                     self.records.skip(&location, bytes)?;
                     continue;
                 }
                 let record = self.records.exactly(&location, bytes)?;
                 let values = decode(&record, kind, self.real, self.records.big_endian);
+                if number == 1 {
+                    // Every MPI block has all of them.
+                    if self.sinks.iter().all(|(t, _)| *t != tag) {
+                        self.sinks.push((tag, values));
+                    }
+                    continue;
+                }
                 match self.arrays.iter_mut().find(|(t, _)| *t == tag) {
                     None => self.arrays.push((tag, values)),
                     Some((_, known)) => {
@@ -246,6 +253,7 @@ impl Dump<'_> {
         if alive.len() < count {
             named.iter_mut().for_each(|a| a.values = picked(&a.values, &alive));
         }
+        let sinks = self.sinks();
         let facts = self.facts(identity);
         let mut file = assemble::particles(alive.len(), named, facts)
             .map_err(|(location, problem)| self.records.error(&location, problem))?;
@@ -254,7 +262,47 @@ impl Dump<'_> {
             let empty = |c: &Column| c.name == names::INTERNAL_ENERGY && c.values.range() == (0.0, 0.0, 0);
             species.table.columns.retain(|c| !empty(c));
         }
+        if let Some(table) = sinks {
+            let is_free = |t: &u8| file.species.iter().all(|s| s.part_type != *t);
+            match [1, 5, 4, 3, 2].into_iter().find(is_free) {
+                Some(part_type) => file.species.push(Species { part_type, table }),
+                None => return Err(self.records.error("the sinks", "no particle type is left for them, of 1 to 5")),
+            }
+        }
         Ok(file)
+    }
+
+    /// The sinks.
+    fn sinks(&mut self) -> Option<ParticleTable> {
+        let arrays = std::mem::take(&mut self.sinks);
+        let find = |tag: &str| arrays.iter().find(|(t, _)| t == tag).map(|(_, v)| v);
+        let count = arrays.first().map(|(_, v)| v.len())?;
+        if let Some(tag) = TAGS[..4].iter().find(|tag| find(tag).is_none_or(|v| v.len() != count)) {
+            self.notes.push(format!("{count} sink particles, which have no '{tag}'"));
+            return None;
+        }
+        let scalar = |tag: &str, factor: f64| -> Option<Values> {
+            let found = find(tag).filter(|v| v.len() == count)?;
+            Some(Values::F64((0..count).map(|i| factor * found.get(i)).collect()))
+        };
+        let shift = |k: usize| self.header.number(CENTERED_BOX[k]).filter(|edge| *edge > 0.0).map_or(0.0, |e| 0.5 * e);
+        let vector = |prefix: &str, shift: &dyn Fn(usize) -> f64| -> Option<Values> {
+            let axes = ["x", "y", "z"].map(|axis| find(&format!("{prefix}{axis}")).filter(|v| v.len() == count));
+            let [Some(x), Some(y), Some(z)] = axes else { return None };
+            let row = |i: usize| [x.get(i) + shift(0), y.get(i) + shift(1), z.get(i) + shift(2)];
+            Some(Values::F64((0..count).flat_map(row).collect()))
+        };
+        let found = [
+            (names::COORDINATES, 3, vector("", &shift), UnitDimension::LENGTH),
+            (names::MASSES, 1, scalar("m", 1.0), UnitDimension::MASS),
+            (names::VELOCITIES, 3, vector("v", &|_| 0.0), UnitDimension::VELOCITY),
+            (names::ACCRETION_RADIUS, 1, scalar("h", 1.0), UnitDimension::LENGTH),
+            (names::SOFTENING_RADIUS, 1, scalar("hsoft", SOFTENING), UnitDimension::LENGTH),
+        ];
+        let columns = found.into_iter().filter_map(|(name, components, values, dimension)| {
+            Some(Column { name: name.into(), components, values: values?, dimension })
+        });
+        Some(ParticleTable { count, columns: columns.collect() })
     }
 
     fn masses(&self, types: &[i64]) -> Result<Vec<f64>> {

@@ -1,16 +1,18 @@
 //! Writes a full dump.
 
 use super::layout::{
-    CAPTURE_END, CAPTURE_REAL, CENTERED_BOX, FLAVOR, GAMMA, HFACT, IDENTITY, KINDS, Kind, TAG, TYPES, itype,
+    CAPTURE_END, CAPTURE_REAL, CENTERED_BOX, FLAVOR, GAMMA, HFACT, IDENTITY, KINDS, Kind, TAG, TYPES, factor, itype,
+    units,
 };
-use super::records;
+use super::records::{self, padded, record};
 use super::schema::CAPTURE;
+use super::sinks::{Sinks, is_point};
 use crate::common::flavor::{Component, Job, Planned, Storage};
 use crate::error::{FormatError, Result};
 use crate::model::{ParticleFile, Species};
 use crate::particle_names as names;
 use crate::registry::WriteOptions;
-use crate::units::{UnitDimension, UnitSystem};
+use crate::units::UnitDimension;
 use std::fs::File;
 use std::io::{BufWriter, Write};
 use std::path::Path;
@@ -32,10 +34,12 @@ struct Kindred<'a> {
 pub(super) fn write(path: &Path, particles: &ParticleFile, options: WriteOptions) -> Result<()> {
     let job = Job { flavor: &FLAVOR, path, header: &particles.header, options, first_row: 0 };
     job.only_in_3d()?;
-    let plan = job.plan(particles)?;
+    let (points, others): (Vec<&Species>, Vec<&Species>) = particles.species.iter().partition(|s| is_point(s));
+    let sinks = Sinks::new(&job, &points)?;
+    let plan = job.plan_of(others.iter().copied())?;
     let mut kindred = Vec::new();
     let mut first_id = 1;
-    for (species, planned) in particles.species.iter().zip(&plan).filter(|(s, _)| s.table.count > 0) {
+    for (&species, planned) in others.iter().zip(&plan).filter(|(s, _)| s.table.count > 0) {
         let itype = itype(species.part_type).ok_or_else(|| {
             job.refuse(format!("Phantom has no particles of type {}; leave them out", species.part_type))
         })?;
@@ -57,12 +61,13 @@ pub(super) fn write(path: &Path, particles: &ParticleFile, options: WriteOptions
     let arrays = arrays(&job, &kindred)?;
     let io = |e| FormatError::io(path, "write", e);
     let mut out = BufWriter::with_capacity(1 << 18, File::create(path).map_err(io)?);
-    head(&mut out, &header(&job, &kindred, periodic)?).map_err(io)?;
+    head(&mut out, &header(&job, &kindred, (sinks.count, periodic))?).map_err(io)?;
     let total = kindred.iter().map(|k| k.species.table.count as u64).sum();
-    array_head(&mut out, total, &arrays).map_err(io)?;
+    array_head(&mut out, total, &arrays, &sinks).map_err(io)?;
     for array in &arrays {
         array.write(&job, &kindred, total, &mut out)?;
     }
+    sinks.write(&mut out).map_err(io)?;
     out.flush().map_err(io)
 }
 
@@ -79,43 +84,20 @@ fn one_mass(job: &Job, species: &Species) -> Result<f64> {
     )))
 }
 
-/// The constant of gravity in cgs as Phantom has it (physcon.f90). Units in which it is 1 to nine digits are Phantom's; in
-/// others it leaves the dump's units and takes its own.
-const PHANTOMS_GRAVITY: f64 = 6.672_041e-8;
-
-/// Phantom's units: those of the header with the time that makes its G = 1. Pure numbers stay what they are.
-fn units(from: &UnitSystem) -> UnitSystem {
-    if *from == UnitSystem::CODE {
-        return *from;
-    }
-    let time = (from.length.powi(3) / (PHANTOMS_GRAVITY * from.mass)).sqrt();
-    // Units of an earlier dump keep their last digits.
-    let same = (time / from.time - 1.0).abs() < 1e-9;
-    UnitSystem { time: if same { from.time } else { time }, ..*from }
-}
-
-/// Factor from the header's units to Phantom's.
-fn factor(job: &Job, dimension: UnitDimension) -> f64 {
-    let from = job.header.units;
-    (units(&from).time / from.time).powi(-i32::from(dimension.time))
-}
-
 enum Items {
     Ints(Kind, Vec<(&'static str, i64)>),
     Reals(Kind, Vec<(&'static str, f64)>),
 }
 
 /// The header's blocks that have something in them.
-fn header(job: &Job, kindred: &[Kindred], periodic: bool) -> Result<Vec<Items>> {
+fn header(job: &Job, kindred: &[Kindred], (sinks, periodic): (usize, bool)) -> Result<Vec<Items>> {
     let total: i64 = kindred.iter().map(|k| k.species.table.count as i64).sum();
     let of = |number: usize| kindred.iter().find(|k| usize::try_from(k.itype) == Ok(number));
     let counts = (1..=TYPES).map(|t| ("npartoftype", of(t).map_or(0, |k| k.species.table.count as i64)));
     let mut ints = vec![("nparttot", total), ("ntypes", TYPES as i64)];
     ints.extend(counts);
     let longs = ints.clone();
-    let none = ["nptmass", "ndustlarge", "ndustsmall"].map(|tag| (tag, 0));
-    ints.push(("nblocks", 1));
-    ints.extend(none);
+    ints.extend([("nblocks", 1), ("nptmass", sinks as i64), ("ndustlarge", 0), ("ndustsmall", 0)]);
     ints.extend([("idust", 7), ("idtmax_n", 1), ("idtmax_frac", 0)]);
     let h = job.header;
     let time = h.time * factor(job, UnitDimension::TIME);
@@ -141,12 +123,6 @@ fn header(job: &Job, kindred: &[Kindred], periodic: bool) -> Result<Vec<Items>> 
         Items::Reals(Kind::Real, reals),
         Items::Reals(Kind::Real8, doubles),
     ])
-}
-
-fn padded<const N: usize>(text: &str) -> [u8; N] {
-    let mut bytes = [b' '; N];
-    bytes.iter_mut().zip(text.bytes()).for_each(|(to, from)| *to = from);
-    bytes
 }
 
 /// Everything before the arrays.
@@ -190,14 +166,11 @@ impl Items {
     }
 }
 
-fn record(out: &mut impl Write, bytes: &[u8]) -> std::io::Result<()> {
-    records::write(out, bytes.len() as u64, |parts| parts.put(bytes))
-}
-
 /// The lengths of the particles' and of the sinks' arrays, with how many there are of each type.
-fn array_head(out: &mut impl Write, total: u64, arrays: &[Array]) -> std::io::Result<()> {
+fn array_head(out: &mut impl Write, total: u64, arrays: &[Array], sinks: &Sinks) -> std::io::Result<()> {
     let numbers = KINDS.map(|kind| arrays.iter().filter(|a| a.kind == kind).count() as i32);
-    for (length, numbers) in [(total, numbers), (0, [0; 8])] {
+    let of_sinks = KINDS.map(|kind| if kind == Kind::Real { sinks.arrays.len() as i32 } else { 0 });
+    for (length, numbers) in [(total, numbers), (sinks.count as u64, of_sinks)] {
         let mut bytes = length.to_le_bytes().to_vec();
         bytes.extend(numbers.iter().flat_map(|n| n.to_le_bytes()));
         record(out, &bytes)?;

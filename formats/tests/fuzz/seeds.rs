@@ -27,6 +27,7 @@ pub fn of(format: &str, folder: &Path) -> Vec<Vec<u8>> {
         "numpy" => {
             [written(folder, "numpy", &["npz"]), vec![npy("<f4", "(2, 3)", 24), npy(">i8", "(4,)", 32)]].concat()
         }
+        "phantom" => [written(folder, "phantom", &["hdf5"]), sinks(folder)].concat(),
         other => written(folder, other, &["hdf5"]),
     };
     #[cfg(feature = "image")]
@@ -102,6 +103,24 @@ fn written(folder: &Path, format: &str, extensions: &[&str]) -> Vec<Vec<u8>> {
         }
     }
     seeds
+}
+
+/// A dump with sinks beside gas; nothing where the format is left out.
+fn sinks(folder: &Path) -> Vec<Vec<u8>> {
+    if !FORMATS.iter().any(|f| f.name == "phantom" && f.write.is_some()) {
+        return Vec::new();
+    }
+    let mut file = particles(3, true);
+    let gas = &file.species[0].table;
+    let of_point = |c: &&Column| [names::COORDINATES, names::VELOCITIES, names::MASSES].contains(&c.name.as_str());
+    let mut columns: Vec<Column> = gas.columns.iter().filter(of_point).cloned().collect();
+    let radii = Column { name: names::SOFTENING_RADIUS.into(), dimension: UnitDimension::LENGTH, ..columns[2].clone() };
+    columns.push(radii);
+    let table = ParticleTable { count: gas.count, columns };
+    file.species.push(Species { part_type: 1, table });
+    let path = folder.join("sinks.phantom");
+    write(FORMATS, &path, Some("phantom"), &file, WriteOptions::default()).unwrap();
+    vec![std::fs::read(&path).unwrap()]
 }
 
 /// A tetrahedron.
