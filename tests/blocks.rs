@@ -318,7 +318,7 @@ fn copies_mapped_to_layers_have_their_mass_below_every_height() {
         assert_eq!(count, n * times.split(',').map(|t| t.parse::<usize>().unwrap()).product::<usize>());
         for h in [0.2, 0.5, 1.0, 1.7] {
             let below = (0..count).filter(|i| x.get(i * d + if d == 3 { 2 } else { 0 }) < h).count();
-            let expected = (1.0 - (-2.0 * h as f64).exp()) / (1.0 - (-4.0_f64).exp());
+            let expected = (1.0 - (-2.0 * h).exp()) / (1.0 - (-4.0_f64).exp());
             let spacing = (n as f64).powf(-1.0 / d as f64) / if d == 1 { 7.0 } else { 4.0 };
             let share = below as f64 / count as f64;
             assert!((share - expected).abs() < 0.5 * spacing, "{d}-D below {h}: {share}, not {expected}");

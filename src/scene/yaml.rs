@@ -244,7 +244,7 @@ mod tests {
             ("domain: {ball: {center: [0]}}", &["the key 'radius' is missing"]),
             ("xyz: 1", &["no key 'xyz'", "expected one of input"]),
         ] {
-            let error = parse::<Scene>(text, "document").unwrap_err().to_string();
+            let error = parse::<Scene>(text, "document", &|_| Vec::new()).unwrap_err().to_string();
             for part in parts.iter().chain(&["scene, document"]) {
                 assert!(error.contains(part), "{text}: {error}\nlacks {part}");
             }
@@ -254,7 +254,7 @@ mod tests {
 
     #[test]
     fn known_keys_are_listed_once() {
-        let error = parse::<Scene>("xyz: 1", "document").unwrap_err().to_string();
+        let error = parse::<Scene>("xyz: 1", "document", &|_| Vec::new()).unwrap_err().to_string();
         assert_eq!(error.matches("particles").count(), 1, "{error}");
     }
 }

@@ -171,6 +171,18 @@ impl<W: Write> Parts<'_, W> {
     }
 }
 
+/// Text with blanks behind it.
+pub fn padded<const N: usize>(text: &str) -> [u8; N] {
+    let mut bytes = [b' '; N];
+    bytes.iter_mut().zip(text.bytes()).for_each(|(to, from)| *to = from);
+    bytes
+}
+
+/// Writes a record of these bytes.
+pub fn record(out: &mut impl Write, bytes: &[u8]) -> std::io::Result<()> {
+    write(out, bytes.len() as u64, |parts| parts.put(bytes))
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -208,16 +220,4 @@ mod tests {
         records.skip("a", 2).unwrap();
         assert!(records.exactly("b", 10).unwrap_err().to_string().contains("11 bytes or more, expected 10"));
     }
-}
-
-/// Text with blanks behind it.
-pub fn padded<const N: usize>(text: &str) -> [u8; N] {
-    let mut bytes = [b' '; N];
-    bytes.iter_mut().zip(text.bytes()).for_each(|(to, from)| *to = from);
-    bytes
-}
-
-/// Writes a record of these bytes.
-pub fn record(out: &mut impl Write, bytes: &[u8]) -> std::io::Result<()> {
-    write(out, bytes.len() as u64, |parts| parts.put(bytes))
 }
