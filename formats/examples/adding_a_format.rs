@@ -3,9 +3,7 @@
 //! host's own list, next to formats of the crate.
 
 use sph_formats::common::particle_names as names;
-use sph_formats::registry::{
-    Capabilities, Columns, FieldRequest, FileContent, FormatSpec, Match, WriteOptions, detect,
-};
+use sph_formats::registry::{Capabilities, FieldRequest, FileContent, FormatSpec, Match, WriteOptions, detect};
 use sph_formats::{Column, FormatError, ParticleFile, ParticleTable, Result, RunHeader, Species, UnitDimension};
 use sph_formats::{UnitSystem, Values};
 use std::io::{BufRead, BufReader, BufWriter, Write};
@@ -18,17 +16,7 @@ pub const XYZ: FormatSpec = FormatSpec {
     extensions: &["xyz"],
     feature: "host",
     reference: "https://openbabel.org/docs/FileFormats/XYZ_cartesian_coordinates_format.html",
-    capabilities: Capabilities {
-        read_field: false,
-        read_particles: true,
-        write_particles: true,
-        requires: &[],
-        geometries: &[],
-        dimensions: &[3],
-        equal_masses: false,
-        columns: Columns::Any,
-        cubic_box: false,
-    },
+    capabilities: Capabilities { read_particles: true, write_particles: true, dimensions: &[3], ..Capabilities::NONE },
     // Text has no signature: the extension decides.
     sniff: |_| Match::No,
     read: Some(read),

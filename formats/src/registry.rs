@@ -43,19 +43,22 @@ pub struct Capabilities {
 }
 
 impl Capabilities {
+    /// Those of a format that neither reads nor writes, for data sheets to begin with.
+    pub const NONE: Self = Self {
+        read_field: false,
+        read_particles: false,
+        write_particles: false,
+        requires: &[],
+        geometries: &[],
+        dimensions: &[],
+        equal_masses: false,
+        columns: Columns::Any,
+        cubic_box: false,
+    };
+
     /// Those of a format that only fields are read from.
     pub(crate) const fn of_fields(geometries: &'static [&'static str], dimensions: &'static [usize]) -> Self {
-        Self {
-            read_field: true,
-            read_particles: false,
-            write_particles: false,
-            requires: &[],
-            geometries,
-            dimensions,
-            equal_masses: false,
-            columns: Columns::Any,
-            cubic_box: false,
-        }
+        Self { read_field: true, geometries, dimensions, ..Self::NONE }
     }
 }
 

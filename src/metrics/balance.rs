@@ -55,7 +55,7 @@ fn own_gravity<const D: usize>(
     own
 }
 
-/// Mean of |a + g| / |g| over the interior, g being what the particles and `points` attract each with, for specific internal energies
+/// Mean of |a + g| / |g| over the interior, g being what the particles and `points` attract each of them with, for specific internal energies
 /// in units of G M/L, positions and masses in those of L and M. `None` where there is no interior.
 pub fn mean_net_force<const D: usize>(
     kernel: KernelName,

@@ -27,4 +27,4 @@ pub use neighbors::NeighborFigures;
 pub use noise::{NoiseFigures, NoiseParts, poisson_force};
 pub use outcome::Outcome;
 pub use own_units::InOwnUnits;
-pub use quality::{Aim, Quality};
+pub use quality::{Aim, CLOSE, Quality};

@@ -35,13 +35,14 @@ pub enum Aim {
 }
 
 /// What an arrangement may lose, in each figure, before it counts as worse: factors on errors and what is too little to
-/// matter, the closest pair that is close, the noise that is much.
+/// matter, the noise that is much.
 const LOSS: f64 = 1.1;
 const EPSILON_LOSS: f64 = 1.5;
 const LITTLE: f64 = 1e-3;
 const LITTLE_EPSILON: f64 = 1e-6;
-const CLOSE: f64 = 0.4;
 const MUCH_NOISE: f64 = 0.3;
+/// The closest pair, in spacings, that is close.
+pub const CLOSE: f64 = 0.4;
 /// Mean density error, and deviation of boxes, that a balance may come to: beyond it, it is another body.
 const FORCES_LITTLE: f64 = 0.03;
 /// What a region may gain or lose beside one particle.

@@ -10,6 +10,7 @@ use super::snapshot::{Check, Trace, axes, rows};
 use super::states::{Law, States};
 use super::swelling::shortfall;
 use super::thermal::{Basis, Factor, enclosed_fractions};
+use crate::metrics::CLOSE;
 use crate::target::{Equilibrium, Positions, at};
 use serde::{Deserialize, Serialize};
 use sph::domain::Wall;
@@ -69,6 +70,8 @@ pub(super) struct Best<const D: usize> {
     pub internal_energy: Vec<f64>,
     pub iteration: usize,
     pub error: f64,
+    /// Whether some particles are close to others: any state in which none are is better.
+    pub is_paired: bool,
 }
 
 /// What is held until A_i is taken anew.
@@ -145,6 +148,7 @@ impl<'a, const D: usize, R: Real> Balance<'a, D, R> {
             internal_energy: Vec::new(),
             iteration: 0,
             error: f64::INFINITY,
+            is_paired: true,
         };
         Self {
             mass: arrangement.target.mass / arrangement.target.count as f64,
@@ -520,10 +524,19 @@ impl<'a, const D: usize, R: Real> Balance<'a, D, R> {
         reduce::max(v.len(), |i| (frame.unit[i] / frame.spacing[i]).powi(2) * dot(&v[i], &v[i])).max(0.0).sqrt()
     }
 
+    /// Whether a gas has particles that are close to others, as no stage may leave them.
+    fn is_paired(&self, frame: &Frame) -> bool {
+        let Arrangement { domain, positions, .. } = &self.arrangement;
+        self.law().materials.is_none() && closer_than(domain, positions, &frame.spacing, CLOSE).contains(&true)
+    }
+
     fn note(&mut self, frame: &Frame, now: &Evaluation<D>, length: f64) {
         let law = self.law();
-        if now.error < self.best.error {
+        let may_be_best = now.error < self.best.error || self.best.is_paired;
+        let is_paired = may_be_best && self.is_paired(frame);
+        if may_be_best && (is_paired, now.error) < (self.best.is_paired, self.best.error) {
             self.best = Best {
+                is_paired,
                 positions: self.arrangement.positions.clone(),
                 internal_energy: parallel::map(now.sums.len(), |i| {
                     law.energy(&frame.states, i, self.mass * now.sums[i].number_density)
