@@ -13,6 +13,7 @@
 
 #![forbid(unsafe_code)]
 
+mod capabilities;
 mod compressed;
 pub mod error;
 mod family;

@@ -1,5 +1,6 @@
 //! What a format is, and how the right one is found for a file.
 
+pub use crate::capabilities::{Capabilities, Columns};
 use crate::compressed;
 use crate::error::{FormatError, Result};
 use crate::family::{self, Family};
@@ -19,75 +20,6 @@ pub enum Match {
     Container,
     /// The signature belongs to this format alone.
     Certain,
-}
-
-/// What a format can hold, whether or not it is in this build.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
-pub struct Capabilities {
-    pub read_field: bool,
-    pub read_particles: bool,
-    pub write_particles: bool,
-    /// Columns without which the writer refuses gas particles, in addition to coordinates, masses, density and support radius,
-    /// which every placement has.
-    pub requires: &'static [&'static str],
-    /// Geometries that a field may have: any of `radial`, `grid`, `mesh`, `cloud`.
-    pub geometries: &'static [&'static str],
-    /// Space dimensions of particles and grids.
-    pub dimensions: &'static [usize],
-    /// All particles of a type must have one mass.
-    pub equal_masses: bool,
-    /// Columns besides those that every placement has.
-    pub columns: Columns,
-    /// The box has one edge.
-    pub cubic_box: bool,
-}
-
-impl Capabilities {
-    /// Those of a format that neither reads nor writes, for data sheets to begin with.
-    pub const NONE: Self = Self {
-        read_field: false,
-        read_particles: false,
-        write_particles: false,
-        requires: &[],
-        geometries: &[],
-        dimensions: &[],
-        equal_masses: false,
-        columns: Columns::Any,
-        cubic_box: false,
-    };
-
-    /// Those of a format that only fields are read from.
-    pub(crate) const fn of_fields(geometries: &'static [&'static str], dimensions: &'static [usize]) -> Self {
-        Self { read_field: true, geometries, dimensions, ..Self::NONE }
-    }
-}
-
-/// Which columns of particles a format holds.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
-pub enum Columns {
-    #[default]
-    Any,
-    /// These, and the placement's own.
-    Only(&'static [&'static str]),
-    /// Scalars of names of at most so many ASCII characters, and these vectors.
-    Scalars { longest_name: usize, vectors: &'static [&'static str] },
-}
-
-impl Columns {
-    /// Why a column would be lost; `None` where it is kept.
-    pub fn loses(&self, name: &str, components: usize) -> Option<String> {
-        match self {
-            Self::Any => None,
-            Self::Only(names) if names.contains(&name) => None,
-            Self::Only(_) => Some("the format has no place for it".into()),
-            Self::Scalars { vectors, .. } if vectors.contains(&name) => None,
-            Self::Scalars { .. } if components > 1 => Some("the format holds no vectors but velocities".into()),
-            Self::Scalars { longest_name, .. } if name.len() > *longest_name || !name.is_ascii() => {
-                Some(format!("the format holds names of at most {longest_name} ASCII characters"))
-            }
-            Self::Scalars { .. } => None,
-        }
-    }
 }
 
 /// What to read from a field file. What is left empty is for the reader to decide.

@@ -220,7 +220,7 @@ impl<const D: usize> Running<D> for Run<'_, D> {
     }
 
     fn finish(self: Box<Self>, stop: StopReason) -> Relaxed<D> {
-        let Balance { best, trace, factor, fitted_factor, equilibrium, .. } = self.balance;
+        let Balance { best, trace, equilibrium, .. } = self.balance;
         let (best_iteration, seconds) = (best.iteration, trace.seconds());
         let report = StageReport { stage: NAME, stop, best_iteration, history: trace.history, seconds };
         let note = match equilibrium.materials() {
@@ -228,7 +228,7 @@ impl<const D: usize> Running<D> for Run<'_, D> {
                 "internal energies are the target's, compressed to the summed densities without exchange of heat by {}",
                 materials.names()
             ),
-            None => factor_note(&factor, &fitted_factor),
+            None => factor_note(&best.factors),
         };
         let particles =
             Particles { positions: best.positions, masses: None, internal_energy: Some(best.internal_energy) };
@@ -236,7 +236,7 @@ impl<const D: usize> Running<D> for Run<'_, D> {
     }
 }
 
-fn factor_note(factor: &Factor, fitted: &Factor) -> String {
+fn factor_note([factor, fitted]: &[Factor; 2]) -> String {
     if factor == fitted {
         return format!("internal energies are the target's times {factor}: with it the pressure force holds gravity");
     }

@@ -70,6 +70,8 @@ pub(super) struct Best<const D: usize> {
     pub internal_energy: Vec<f64>,
     pub iteration: usize,
     pub error: f64,
+    /// [`Balance::factor`] and [`Balance::fitted_factor`] there.
+    pub factors: [Factor; 2],
     /// Whether some particles are close to others: any state in which none are is better.
     pub is_paired: bool,
 }
@@ -148,6 +150,7 @@ impl<'a, const D: usize, R: Real> Balance<'a, D, R> {
             internal_energy: Vec::new(),
             iteration: 0,
             error: f64::INFINITY,
+            factors: [Factor::one(), Factor::one()],
             is_paired: true,
         };
         Self {
@@ -537,6 +540,7 @@ impl<'a, const D: usize, R: Real> Balance<'a, D, R> {
         if may_be_best && (is_paired, now.error) < (self.best.is_paired, self.best.error) {
             self.best = Best {
                 is_paired,
+                factors: [self.factor.clone(), self.fitted_factor.clone()],
                 positions: self.arrangement.positions.clone(),
                 internal_energy: parallel::map(now.sums.len(), |i| {
                     law.energy(&frame.states, i, self.mass * now.sums[i].number_density)

@@ -62,6 +62,8 @@ pub(super) struct Basis<'a> {
 const INTERVALS: usize = 6;
 /// Weight of the coefficients' second differences against the mean square of the relative force.
 const STIFFNESS: f64 = 1.0;
+/// Weight of the coefficients' first differences: where hardly a particle is, near the center, the factor stays what it is beside.
+const STEADINESS: f64 = 0.03;
 /// Gravity below this share of the largest counts no more than it.
 const LEAST_GRAVITY: f64 = 0.1;
 
@@ -134,11 +136,13 @@ impl<'a> Basis<'a> {
         let mut matrix =
             DMatrix::from_fn(len, len, |a, b| if a <= b { over(&functions[a], &functions[b]) } else { 0.0 });
         matrix.fill_lower_triangle_with_upper_triangle();
-        let stiffness = STIFFNESS * parallel::count(n, |i| weight[i] > 0.0) as f64;
-        for row in 0..len.saturating_sub(2) {
-            for (a, x) in [1.0, -2.0, 1.0].into_iter().enumerate() {
-                for (b, y) in [1.0, -2.0, 1.0].into_iter().enumerate() {
-                    matrix[(row + a, row + b)] += stiffness * x * y;
+        let count = parallel::count(n, |i| weight[i] > 0.0) as f64;
+        for (penalty, difference) in [(STIFFNESS, &[1.0, -2.0, 1.0][..]), (STEADINESS, &[1.0, -1.0])] {
+            for row in 0..(len + 1).saturating_sub(difference.len()) {
+                for (a, x) in difference.iter().enumerate() {
+                    for (b, y) in difference.iter().enumerate() {
+                        matrix[(row + a, row + b)] += penalty * count * x * y;
+                    }
                 }
             }
         }
