@@ -48,6 +48,7 @@ impl Family {
     ///
     /// # Errors
     /// The first that is missing; `said_by` is the file that says how many there are.
+    #[cfg(any(feature = "gadget", feature = "gadget-binary"))]
     pub(crate) fn complete(&self, format: &'static str, said_by: &Path, count: usize) -> Result<Vec<PathBuf>> {
         let mut members = Vec::new();
         for number in 0..count {
@@ -74,6 +75,7 @@ fn number(text: &str) -> Option<usize> {
 ///
 /// # Errors
 /// A name that is none of a family's, or a member that is missing.
+#[cfg(any(feature = "gadget", feature = "gadget-binary"))]
 pub(crate) fn members_of(path: &Path, format: &'static str, count: usize) -> Result<Vec<PathBuf>> {
     match Family::of_member(path) {
         Some((family, number)) if number < count => family.complete(format, path, count),

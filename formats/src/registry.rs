@@ -280,7 +280,7 @@ pub fn write(
 /// The same to so many `files`, which appear all or none; returns their paths.
 ///
 /// # Errors
-/// As [`write`] and [`write_stream`].
+/// As [`write()`] and [`write_stream`].
 pub fn write_files(
     formats: &[FormatSpec],
     path: &Path,

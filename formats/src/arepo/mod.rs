@@ -13,7 +13,7 @@
 //! opens even where it does not use them. BoxSize is one number (`LONG_X` and its like make the box other than cubic).
 //! See [`crate::common::snapshot`] for the rest. AREPO itself was not at hand to try the files.
 
-use crate::registry::{Capabilities, Columns, FileNames, FormatSpec, Streaming, WriteFn};
+use crate::registry::{Capabilities, Columns, FormatSpec, Streaming, WriteFn};
 
 #[cfg(feature = "arepo")]
 mod schema;
@@ -27,7 +27,7 @@ const WRITE: Option<WriteFn> = None;
 
 #[cfg(feature = "arepo")]
 const STREAM: Option<Streaming> =
-    Some(Streaming { write: write::write_piece, names: FileNames::Numbered, in_blocks: true });
+    Some(Streaming { write: write::write_piece, names: crate::registry::FileNames::Numbered, in_blocks: true });
 #[cfg(not(feature = "arepo"))]
 const STREAM: Option<Streaming> = None;
 

@@ -13,7 +13,7 @@
 //! GADGET-4 reads one BoxSize only, so other than cubic boxes are refused. Its template configuration turns on
 //! `INITIAL_CONDITIONS_CONTAIN_ENTROPY`: turn it off. See [`crate::common::snapshot`] for the rest.
 
-use crate::registry::{Capabilities, Columns, FileNames, FormatSpec, Match, ReadFn, Streaming, WriteFn};
+use crate::registry::{Capabilities, Columns, FormatSpec, Match, ReadFn, Streaming, WriteFn};
 
 #[cfg(feature = "gadget")]
 mod read;
@@ -29,7 +29,7 @@ const CODE: (Option<ReadFn>, Option<WriteFn>) = (None, None);
 
 #[cfg(feature = "gadget")]
 const STREAM: Option<Streaming> =
-    Some(Streaming { write: write::write_piece, names: FileNames::Numbered, in_blocks: true });
+    Some(Streaming { write: write::write_piece, names: crate::registry::FileNames::Numbered, in_blocks: true });
 #[cfg(not(feature = "gadget"))]
 const STREAM: Option<Streaming> = None;
 

@@ -14,7 +14,7 @@
 //! data, and takes the box from its parameter file (`BOX_LONG_X` and its like make it other than cubic, so BoxSize
 //! is one number). See [`crate::common::snapshot`] for the rest. After GIZMO c70c760, `read_ic.c`.
 
-use crate::registry::{Capabilities, Columns, FileNames, FormatSpec, Streaming, WriteFn};
+use crate::registry::{Capabilities, Columns, FormatSpec, Streaming, WriteFn};
 
 #[cfg(feature = "gizmo")]
 mod schema;
@@ -28,7 +28,7 @@ const WRITE: Option<WriteFn> = None;
 
 #[cfg(feature = "gizmo")]
 const STREAM: Option<Streaming> =
-    Some(Streaming { write: write::write_piece, names: FileNames::Numbered, in_blocks: true });
+    Some(Streaming { write: write::write_piece, names: crate::registry::FileNames::Numbered, in_blocks: true });
 #[cfg(not(feature = "gizmo"))]
 const STREAM: Option<Streaming> = None;
 

@@ -14,7 +14,7 @@
 //! BoxSize has three elements where the box is not cubic. See [`crate::common::snapshot`] for the rest.
 //! Dataset names after SWIFT commit 8a8f0d794 (`src/hydro/SPHENIX/hydro_io.h`, `src/single_io.c`).
 
-use crate::registry::{Capabilities, Columns, FileNames, FormatSpec, Streaming};
+use crate::registry::{Capabilities, Columns, FormatSpec, Streaming};
 
 #[cfg(feature = "swift")]
 mod schema;
@@ -27,7 +27,8 @@ const WRITE: Option<crate::registry::WriteFn> = Some(write::write);
 const WRITE: Option<crate::registry::WriteFn> = None;
 
 #[cfg(feature = "swift")]
-const STREAM: Option<Streaming> = Some(Streaming { write: write::write_piece, names: FileNames::One, in_blocks: true });
+const STREAM: Option<Streaming> =
+    Some(Streaming { write: write::write_piece, names: crate::registry::FileNames::One, in_blocks: true });
 #[cfg(not(feature = "swift"))]
 const STREAM: Option<Streaming> = None;
 
