@@ -80,8 +80,7 @@ impl<const D: usize> Stage<D> for PressureBalance<'_, D> {
         let space = self.space();
         let arrangement = Arrangement::<D, f32>::new(self.kernel, self.target, space, positions, neighbors);
         let mut balance = Balance::new(arrangement, self.equilibrium);
-        let descent = balance.descend();
-        let way = if balance.makes_pairs() { Way::Newton(None) } else { Way::Descent(descent) };
+        let way = if balance.makes_pairs() { Way::Newton(None) } else { Way::Descent(balance.descend()) };
         Box::new(Run { options: &self.options, balance, share: 0, way })
     }
 
