@@ -7,7 +7,7 @@ use crate::field::{
 };
 use crate::input::particles::Snapshot;
 use crate::input::profile;
-use crate::input::roles::{Assignment, adopt_units, apply, assign};
+use crate::input::roles::{Assignment, adopt_units, apply, assign, divide_momenta, reduce_energies, restore_names};
 use crate::input::shapes;
 use crate::input::surfaces::{density_within, refuse_domain_of_a_surface, refuse_orientation};
 use crate::input::units::{InputUnits, RunUnits};
@@ -302,11 +302,14 @@ fn give_roles<const D: usize>(
     if field.format == VTK && options.centering == Centering::Unknown {
         options.centering = Centering::Points;
     }
+    let divided = divide_momenta(field, |name| scene.map.contains_key(name));
     let mut variables = assign(field, D, &scene.map)?;
     if let Some(input) = &units.input {
         adopt_units(field, &mut variables, input);
     }
+    reduce_energies(field, &mut variables, units.input.as_ref());
     apply(field, &variables, D)?;
+    restore_names(&mut variables, &divided);
     if let Some(carried) = &mut options.carried {
         let mut columns = Vec::new();
         for name in carried.iter().chain(scene.map.keys()).filter(|n| Some(*n) != field.density.as_ref()) {

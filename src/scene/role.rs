@@ -42,6 +42,10 @@ pub enum Role {
     InternalEnergy,
     /// Internal and kinetic energy per mass.
     TotalEnergy,
+    /// Internal, kinetic and magnetic energy per volume.
+    TotalEnergyDensity,
+    /// Internal energy per volume.
+    InternalEnergyDensity,
     Temperature,
     Pressure,
     Entropy,
@@ -80,6 +84,8 @@ const NAMES: &[(&str, Role)] = {
         ("magnetic-field-cylindrical", Role::Vector(V::MagneticField, P::Cylindrical)),
         ("internal-energy", Role::InternalEnergy),
         ("total-energy", Role::TotalEnergy),
+        ("total-energy-density", Role::TotalEnergyDensity),
+        ("internal-energy-density", Role::InternalEnergyDensity),
         ("temperature", Role::Temperature),
         ("pressure", Role::Pressure),
         ("entropy", Role::Entropy),
@@ -126,7 +132,7 @@ impl Role {
             Self::Vector(Vector::Velocity, _) => UnitDimension::VELOCITY,
             Self::InternalEnergy | Self::TotalEnergy | Self::Potential => UnitDimension::SPECIFIC_ENERGY,
             Self::Temperature => UnitDimension::TEMPERATURE,
-            Self::Pressure => UnitDimension::PRESSURE,
+            Self::Pressure | Self::TotalEnergyDensity | Self::InternalEnergyDensity => UnitDimension::PRESSURE,
             Self::SmoothingLength | Self::Softening => UnitDimension::LENGTH,
             Self::Density => UnitDimension::mass_density(3),
             _ => return None,

@@ -4,6 +4,7 @@
 //! The cloud expands as v = H x, rotates about the z axis, and is magnetized: all its fields are linear in space, so that
 //! interpolation between nodes, or between the middles of cells, is exact.
 
+mod energies;
 mod names;
 mod sphere;
 

@@ -21,17 +21,24 @@ pub struct Assignment {
     pub note: Option<String>,
     /// Whether the note is a warning.
     pub is_warning: bool,
+    /// A component along an axis that the run does not have: no column, but a part of the kinetic energy.
+    pub is_beyond: bool,
 }
 
 impl Assignment {
     fn new(variable: &Variable) -> Self {
         let name = variable.name.clone();
-        Self { variable: name.clone(), role: None, column: name, note: None, is_warning: false }
+        Self { variable: name.clone(), role: None, column: name, note: None, is_warning: false, is_beyond: false }
     }
 
-    fn take(&mut self, role: Role) {
+    pub(super) fn take(&mut self, role: Role) {
         self.role = Some(role);
         self.column = column_of(role).map_or_else(|| self.variable.clone(), str::to_owned);
+    }
+
+    /// Says more of it.
+    pub(super) fn add_note(&mut self, more: String) {
+        self.note = Some(self.note.take().map_or(more.clone(), |note| format!("{note}; {more}")));
     }
 
     /// Carried under its own name, and why.
@@ -239,6 +246,7 @@ fn judge(assignment: &mut Assignment, role: Role, variable: &Variable, space: Sp
                 assignment.leave("a magnetic field has no direction in a radial profile");
             } else if let (Space::Cartesian(d), Part::Y | Part::Z, false) = (space, part, space.admits(part)) {
                 assignment.leave(format!("is named like {}, but points out of the {d}-D space", article(role)));
+                assignment.is_beyond = matches!(role, Role::Vector(Vector::Velocity, _));
                 // Codes write three components in fewer dimensions, too.
                 assignment.is_warning = variable.values.range() != (0.0, 0.0, 0);
             } else if !space.admits(part) && !is_mapped {
@@ -258,12 +266,8 @@ fn judge(assignment: &mut Assignment, role: Role, variable: &Variable, space: Sp
                 assignment.take(role);
             }
         }
-        Role::TotalEnergy => {
-            assignment.role = Some(role);
-            assignment.note =
-                Some("is internal and kinetic energy together and not taken for the internal energy".into());
-            assignment.is_warning = true;
-        }
+        // What else is in it comes off when all variables are known.
+        Role::TotalEnergy | Role::TotalEnergyDensity | Role::InternalEnergyDensity => assignment.role = Some(role),
         Role::SmoothingLength | Role::Softening | Role::Id => {
             assignment.role = Some(role);
             assignment.note = Some("belongs to the particles of the file, not to a place".into());
@@ -285,7 +289,7 @@ fn radial(role: Role) -> Role {
 fn article(role: Role) -> String {
     let name = role.name().replace('-', " ");
     match role {
-        Role::InternalEnergy | Role::Entropy | Role::Id => format!("an {name}"),
+        Role::InternalEnergy | Role::InternalEnergyDensity | Role::Entropy | Role::Id => format!("an {name}"),
         Role::Composition | Role::Metallicity => name,
         _ => format!("a {name}"),
     }

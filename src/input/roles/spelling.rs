@@ -5,10 +5,10 @@
 //! | community | velocity | field | others |
 //! |---|---|---|---|
 //! | CF conventions | `u`, `v`, `w`; `eastward_wind`; `x_wind` | | `air_pressure`, `air_temperature` |
-//! | Athena++ | `vel1` to `vel3` | `Bcc1` to `Bcc3` | `rho`, `press` |
+//! | Athena++ | `vel1` to `vel3`; momenta `mom1` to `mom3` | `Bcc1` to `Bcc3` | `rho`, `press`, `Etot` |
 //! | PLUTO | `vx1` to `vx3` | `Bx1` to `Bx3` | `rho`, `prs` |
 //! | FLASH | `velx` to `velz` | `magx` to `magz` | `dens`, `pres`, `eint`, `ener`, `temp`, `gpot` |
-//! | AMReX (Castro, Nyx) | `x_velocity`, `xvel` | | `Temp`, `eint_e`, `phiGrav` |
+//! | AMReX (Castro, Nyx) | `x_velocity`, `xvel` | | `Temp`, `eint_e`, `rho_e`, `rho_E`, `phiGrav` |
 //! | yt | `velocity_x` | `magnetic_field_x` | `specific_thermal_energy`, `gravitational_potential` |
 //! | MESA, GYRE | `velocity`, `v_r` | | `h1`, `he4`, `x_mass_fraction_H` |
 //! | SWIFT | `Velocities` | `MagneticFluxDensities` | `InternalEnergies`, `Entropies`, `MetalMassFractions` |
@@ -101,10 +101,11 @@ const WORDS: &[(&str, Spelling)] = {
         ("mx2", Other(MOMENTUM)),
         ("mx3", Other(MOMENTUM)),
         ("momentum", Other(MOMENTUM)),
-        ("rhoe", Other(VOLUME)),
-        ("etot", Other(VOLUME)),
+        ("etot", Is(Role::TotalEnergyDensity)),
+        ("totalenergydensity", Is(Role::TotalEnergyDensity)),
+        ("thermalenergydensity", Is(Role::InternalEnergyDensity)),
+        ("internalenergydensity", Is(Role::InternalEnergyDensity)),
         ("energydensity", Other(VOLUME)),
-        ("thermalenergydensity", Other(VOLUME)),
         ("eng", Other(VOLUME)),
         ("energy", Other("an energy, which may be internal or total, per mass or per volume")),
         ("thermalenergy", Other("an energy, which may be per mass or per volume")),
@@ -172,6 +173,12 @@ pub fn spelling(name: &str) -> Spelling {
     if let Some(place) = ["u", "v", "w"].iter().position(|letter| *letter == plain) {
         return Spelling::Wind(place);
     }
+    // AMReX's codes tell the two by the letter's case alone.
+    match name {
+        "rho_E" | "rhoE" => return Spelling::Role(Role::TotalEnergyDensity),
+        "rho_e" | "rhoe" => return Spelling::Role(Role::InternalEnergyDensity),
+        _ => {}
+    }
     // A capital R beside a small v is the distance from the axis: `v_R`, `B_R`.
     if matches!(name, "v_R" | "vR" | "vel_R" | "B_R" | "BR" | "bR") {
         let vector = if name.starts_with('v') { Vector::Velocity } else { Vector::MagneticField };
@@ -195,6 +202,14 @@ fn component(vector: Vector, rest: &str) -> Option<Spelling> {
     }
     let (_, part) = PARTS.iter().find(|(name, _)| *name == rest)?;
     Some(Spelling::Role(Role::Vector(vector, *part)))
+}
+
+/// Which component of a momentum per volume a name is: along an axis of the grid by number, or by name.
+pub fn momentum(name: &str) -> Option<usize> {
+    let plain = plain_name(name);
+    ["mom1 momx xmom mx1 momentumx", "mom2 momy ymom mx2 momentumy", "mom3 momz zmom mx3 momentumz"]
+        .iter()
+        .position(|names| names.split(' ').any(|n| n == plain))
 }
 
 /// Names that particle files use.
@@ -275,6 +290,9 @@ mod tests {
             ("InternalEnergies", Spelling::Role(Role::InternalEnergy)),
             ("specific_thermal_energy", Spelling::Role(Role::InternalEnergy)),
             ("ener", Spelling::Role(Role::TotalEnergy)),
+            ("Etot", Spelling::Role(Role::TotalEnergyDensity)),
+            ("rho_E", Spelling::Role(Role::TotalEnergyDensity)),
+            ("rho_e", Spelling::Role(Role::InternalEnergyDensity)),
             ("prs", Spelling::Role(Role::Pressure)),
             ("pres", Spelling::Role(Role::Pressure)),
             ("press", Spelling::Role(Role::Pressure)),
@@ -302,6 +320,6 @@ mod tests {
         }
         assert_eq!(spelling("vorticity"), Spelling::Unknown);
         assert!(matches!(spelling("mom2"), Spelling::Other(_)));
-        assert!(matches!(spelling("Etot"), Spelling::Other(_)));
+        assert!(matches!(spelling("energy_density"), Spelling::Other(_)));
     }
 }

@@ -27,7 +27,7 @@ pub fn adopt_units(field: &mut RawField, assignments: &mut [Assignment], input: 
             }
             _ => continue,
         };
-        a.note = Some(a.note.take().map_or(warning.clone(), |note| format!("{note}; {warning}")));
+        a.add_note(warning);
         a.is_warning = true;
     }
 }
