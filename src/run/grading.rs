@@ -1,7 +1,7 @@
 //! The verdict on a report, figure by figure.
 
 use super::report::Report;
-use super::verdict::{Finding, Grade};
+use super::verdict::{Finding, Grade, Topic};
 use crate::relaxation::StopReason;
 
 /// Good up to the first, bad from the second on.
@@ -16,7 +16,7 @@ fn grade(value: f64, good: f64, bad: f64) -> Grade {
 /// The verdict on a report.
 pub fn verdict(report: &Report) -> Vec<Finding> {
     let mut all = Vec::new();
-    let mut say = |grade, topic, text: String| all.push(Finding { grade, topic, text });
+    let mut say = |grade, topic: Topic, text: String| all.push(Finding::new(grade, topic, text));
     let in_place = report.ledger.in_place;
     if !report.ledger.levels.is_empty() {
         let (grade, remedy) = match in_place {
@@ -24,18 +24,22 @@ pub fn verdict(report: &Report) -> Vec<Finding> {
             v if v >= 0.5 => (Grade::Look, "; more particles or `polish: solver` place more of it"),
             _ => (Grade::Bad, "; the body is not the input's: use more particles, or another seeding"),
         };
-        say(grade, "mass in place", format!("{:.1} % (95 % is good){remedy}", 100.0 * in_place));
+        say(grade, Topic::MassInPlace, format!("{:.1} % (95 % is good){remedy}", 100.0 * in_place));
     }
     let error = report.density_error.smoothed.unwrap_or(report.density_error.all);
     let graded = grade(error.mean, 0.01, 0.05);
     let remedy = if graded == Grade::Good { "" } else { "; more particles, or `polish: solver`, bring it down" };
-    say(graded, "density", format!("{:.2} % off on average (1 % is good, 5 % is much){remedy}", 100.0 * error.mean));
+    say(
+        graded,
+        Topic::Density,
+        format!("{:.2} % off on average (1 % is good, 5 % is much){remedy}", 100.0 * error.mean),
+    );
     if report.particles > 1 {
         let pair = report.neighbors.closest_pair;
         let graded = grade(-pair, -0.5, -0.25);
         let remedy =
             if graded == Grade::Good { "" } else { "; fewer neighbors or a Wendland kernel keep particles apart" };
-        say(graded, "pairs", format!("the closest are {pair:.2} spacings apart (0.5 is good){remedy}"));
+        say(graded, Topic::Pairs, format!("the closest are {pair:.2} spacings apart (0.5 is good){remedy}"));
     }
     if let Some(noise) = report.noise.interior {
         let graded = grade(noise, 0.05, 0.5);
@@ -46,7 +50,7 @@ pub fn verdict(report: &Report) -> Vec<Finding> {
         };
         say(
             graded,
-            "force noise",
+            Topic::ForceNoise,
             format!(
                 "{:.1} % of a random set's in the interior (5 % is good, 50 % is unresolved){remedy}",
                 100.0 * noise
@@ -59,7 +63,7 @@ pub fn verdict(report: &Report) -> Vec<Finding> {
         let remedy = if graded == Grade::Good { "" } else { "; `--balance`, or `--for CODE`, lets it stay still" };
         say(
             graded,
-            "balance",
+            Topic::Balance,
             format!("net force of {:.1} % of gravity (1 % is good, 10 % is much){remedy}", 100.0 * net),
         );
     }
@@ -69,12 +73,12 @@ pub fn verdict(report: &Report) -> Vec<Finding> {
             "masses differ by {:.3} %: regions have whole numbers of particles, or a resolution is set",
             100.0 * spread
         );
-        say(grade(spread, 0.01, f64::INFINITY), "masses", text);
+        say(grade(spread, 0.01, f64::INFINITY), Topic::Masses, text);
     }
     if let Some(cut) = &report.atmosphere {
         say(
             grade(cut.share, 1e-3, 0.05),
-            "atmosphere",
+            Topic::Atmosphere,
             format!(
                 "{:.2e} of the mass, beyond {:.4} of the radius, is left out (1e-3 is good); more particles reach farther out, and `input.atmosphere: keep` cuts nothing",
                 cut.share, cut.radius
@@ -83,13 +87,13 @@ pub fn verdict(report: &Report) -> Vec<Finding> {
     }
     match report.stop {
         StopReason::Interrupted | StopReason::TimeLimit => {
-            say(Grade::Look, "end", "it was ended early; more time brings it nearer".into());
+            say(Grade::Look, Topic::End, "it was ended early; more time brings it nearer".into());
         }
-        StopReason::ToleranceMissed => say(Grade::Bad, "end", "the tolerance was not reached".into()),
+        StopReason::ToleranceMissed => say(Grade::Bad, Topic::End, "the tolerance was not reached".into()),
         _ => {}
     }
     if !report.warnings.is_empty() {
-        say(Grade::Look, "warnings", format!("{}, above", report.warnings.len()));
+        say(Grade::Look, Topic::Warnings, format!("{}, above", report.warnings.len()));
     }
     all
 }

@@ -2,7 +2,7 @@
 
 use super::drawings::Drawing;
 use super::report::Report;
-use super::verdict::{Grade, ending, worst};
+use super::verdict::{Finding, Grade, Topic, ending, worst};
 use crate::error::Result;
 use crate::metrics::IN_PLACE;
 use crate::page::{Axis, Curve, Figure, Page, Portrait, escape, histograms, list, pictures, profiles, table};
@@ -29,22 +29,48 @@ pub fn page(scene: &Scene, file: &ParticleFile, report: &Report, command: &str) 
     page.section("Variables", &variables(report));
     page.section("Scene", &format!("<pre>{}</pre>\n", escape(&scene.to_yaml())));
     page.section("Units and versions", &origin(&portrait, report, command));
+    page.section("What the numbers mean", &explanations());
     Ok(page.finish())
 }
 
 /// A box with a headline and lines that are marked by their grades.
-pub fn lead_of<'a>(grade: Grade, headline: &str, lines: impl Iterator<Item = (&'a str, Grade, String)>) -> String {
+/// Lines have what they are about where the page explains it.
+pub fn lead_of<'a>(
+    grade: Grade,
+    headline: &str,
+    lines: impl Iterator<Item = (&'a str, Grade, String, Option<Topic>)>,
+) -> String {
     let class = |grade: Grade| match grade {
         Grade::Good => "good",
         Grade::Look => "look",
         Grade::Bad => "bad",
     };
     let mut out = format!("<div class=\"lead {}\">\n<p>{}</p>\n<ul>\n", class(grade), escape(headline));
-    for (mark, grade, text) in lines {
+    for (mark, grade, text, topic) in lines {
         let (mark, text) = (escape(mark), with_code(&text));
-        out += &format!("<li class=\"{}\"><span class=\"tag\">{mark}</span>{text}</li>\n", class(grade));
+        let link = topic.map_or_else(String::new, |t| format!(" (<a href=\"#{}\">what it means</a>)", t.anchor()));
+        out += &format!("<li class=\"{}\"><span class=\"tag\">{mark}</span>{text}{link}</li>\n", class(grade));
     }
     out + "</ul>\n</div>\n"
+}
+
+/// The manual's page on numbers, without its title.
+const EXPLANATIONS: &str = include_str!("../../docs/src/numbers.md");
+
+/// What the lines of a verdict mean: the sections of the manual's page, under the names by which lines link to them.
+pub fn explanations() -> String {
+    let mut out = String::new();
+    for block in EXPLANATIONS.split("\n\n").map(str::trim) {
+        match block.strip_prefix("## ") {
+            Some(heading) => {
+                let anchor = heading.to_lowercase().replace(' ', "-");
+                out += &format!("<h3 id=\"{}\">{}</h3>\n", escape(&anchor), escape(heading));
+            }
+            None if block.is_empty() || block.starts_with("# ") => {}
+            None => out += &format!("<p>{}</p>\n", with_code(&block.replace("**", ""))),
+        }
+    }
+    out
 }
 
 /// Text as HTML, with what is between backticks as code.
@@ -59,8 +85,9 @@ fn with_code(text: &str) -> String {
 }
 
 fn lead(report: &Report) -> String {
-    let alarms = report.alarms().into_iter().map(|(alarm, text)| (alarm, Grade::Bad, text));
-    let findings = report.verdict.iter().map(|f| (f.grade.mark(), f.grade, format!("{}: {}", f.topic, f.text)));
+    let alarms = report.alarms().into_iter().map(|(alarm, text)| (alarm, Grade::Bad, text, None));
+    let told = |f: &Finding| format!("{}: {}", f.topic.name(), f.text);
+    let findings = report.verdict.iter().map(|f| (f.grade.mark(), f.grade, told(f), Some(f.topic)));
     let has_alarm = !report.alarms().is_empty();
     let grade = if has_alarm { Grade::Bad } else { worst(&report.verdict) };
     let headline = format!("Verdict: {}", worst(&report.verdict).summary());

@@ -1,8 +1,8 @@
 //! The page of a run of several bodies: each with its own verdict, and pictures of all together.
 
 use super::bodies_report::{BodiesReport, BodyReport};
-use super::page::lead_of;
-use super::verdict::Grade;
+use super::page::{explanations, lead_of};
+use super::verdict::{Grade, Topic};
 use crate::error::Result;
 use crate::page::{Page, Portrait, Side, escape, histograms, list, pictures, profiles, table};
 use crate::scene::Scene;
@@ -32,13 +32,14 @@ pub fn page(scene: &Scene, file: &ParticleFile, report: &BodiesReport, command: 
         rows.push(vec!["command".into(), command.into()]);
     }
     page.section("Units and versions", &table("", &[], &rows));
+    page.section("What the numbers mean", &explanations());
     Ok(page.finish())
 }
 
 /// The verdict on one body by itself, as its own report has it.
 fn lead(body: &BodyReport) -> String {
     let findings = body.report["verdict"].as_array().map_or(&[][..], Vec::as_slice);
-    let lines: Vec<(Grade, String)> = findings
+    let lines: Vec<(Grade, String, Option<Topic>)> = findings
         .iter()
         .map(|f| {
             let grade = match f["grade"].as_str() {
@@ -46,7 +47,9 @@ fn lead(body: &BodyReport) -> String {
                 Some("look") => Grade::Look,
                 _ => Grade::Bad,
             };
-            (grade, format!("{}: {}", f["topic"].as_str().unwrap_or(""), f["text"].as_str().unwrap_or("")))
+            let name = f["topic"].as_str().unwrap_or("");
+            let topic = Topic::ALL.into_iter().find(|t| t.name() == name);
+            (grade, format!("{name}: {}", f["text"].as_str().unwrap_or("")), topic)
         })
         .collect();
     let worst = lines.iter().map(|l| l.0).max().unwrap_or(Grade::Good);
@@ -54,5 +57,5 @@ fn lead(body: &BodyReport) -> String {
         Some(_) => format!("{}: {}", body.name, worst.summary()),
         None => format!("{}: a point", body.name),
     };
-    lead_of(worst, &headline, lines.into_iter().map(|(grade, text)| (grade.mark(), grade, text)))
+    lead_of(worst, &headline, lines.into_iter().map(|(grade, text, topic)| (grade.mark(), grade, text, topic)))
 }

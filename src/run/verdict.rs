@@ -38,16 +38,81 @@ pub fn worst(findings: &[Finding]) -> Grade {
     findings.iter().map(|f| f.grade).max().unwrap_or(Grade::Good)
 }
 
+/// What a line is about. Each has a section of its own in the manual's page on numbers.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Topic {
+    MassInPlace,
+    Density,
+    Pairs,
+    ForceNoise,
+    Balance,
+    Masses,
+    Atmosphere,
+    End,
+    Warnings,
+}
+
+impl Topic {
+    pub const ALL: [Self; 9] = [
+        Self::MassInPlace,
+        Self::Density,
+        Self::Pairs,
+        Self::ForceNoise,
+        Self::Balance,
+        Self::Masses,
+        Self::Atmosphere,
+        Self::End,
+        Self::Warnings,
+    ];
+
+    /// As reports call it; the heading of its section.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::MassInPlace => "mass in place",
+            Self::Density => "density",
+            Self::Pairs => "pairs",
+            Self::ForceNoise => "force noise",
+            Self::Balance => "balance",
+            Self::Masses => "masses",
+            Self::Atmosphere => "atmosphere",
+            Self::End => "end",
+            Self::Warnings => "warnings",
+        }
+    }
+
+    /// The name of its section within the page.
+    pub fn anchor(self) -> String {
+        self.name().replace(' ', "-")
+    }
+}
+
+impl Serialize for Topic {
+    fn serialize<S: serde::Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        serializer.serialize_str(self.name())
+    }
+}
+
 /// One line of the verdict.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Finding {
     pub grade: Grade,
-    pub topic: &'static str,
+    pub topic: Topic,
     pub text: String,
+    /// The section of the manual that explains it, in the repository.
+    pub link: String,
+}
+
+impl Finding {
+    pub fn new(grade: Grade, topic: Topic, text: String) -> Self {
+        Self { grade, topic, text, link: format!("{FOLDER}{MANUAL}#{}", topic.anchor()) }
+    }
 }
 
 /// Where the figures are explained.
 const PAGE: &str = "README.md#what-the-numbers-mean";
+/// The manual's page on them, and where it is.
+const MANUAL: &str = "numbers.md";
+const FOLDER: &str = "docs/src/";
 
 /// The verdict as lines of a report.
 ///
@@ -55,8 +120,8 @@ const PAGE: &str = "README.md#what-the-numbers-mean";
 /// Those of `out`.
 pub fn write_verdict(out: &mut String, findings: &[Finding]) -> std::fmt::Result {
     writeln!(out, "  verdict          {} ({PAGE})", worst(findings).summary())?;
-    for Finding { grade, topic, text } in findings {
-        writeln!(out, "    {:<6} {topic:<14} {text}", grade.mark())?;
+    for Finding { grade, topic, text, .. } in findings {
+        writeln!(out, "    {:<6} {:<14} {text} [{MANUAL}#{}]", grade.mark(), topic.name(), topic.anchor())?;
     }
     Ok(())
 }
@@ -71,5 +136,27 @@ pub fn ending(stop: StopReason) -> &'static str {
         StopReason::TimeLimit => "ended by the time limit (TimeLimit)",
         StopReason::Interrupted => "interrupted",
         StopReason::NotNeeded => "not needed",
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_line_links_to_a_section_that_is_there() {
+        let page = include_str!("../../docs/src/numbers.md");
+        let sections: Vec<String> = page.lines().filter_map(|l| Some(l.strip_prefix("## ")?.to_lowercase())).collect();
+        for topic in Topic::ALL {
+            assert!(sections.iter().any(|s| s == topic.name()), "{topic:?}");
+            let finding = Finding::new(Grade::Good, topic, "text".into());
+            let link = finding.link.clone();
+            let link = link.split_once('#').unwrap();
+            assert_eq!(link.0, "docs/src/numbers.md");
+            assert!(link.1.chars().all(|c| c.is_ascii_lowercase() || c == '-'), "{link:?}");
+            let mut out = String::new();
+            write_verdict(&mut out, &[finding]).unwrap();
+            assert!(out.lines().nth(1).unwrap().ends_with(&format!("[numbers.md#{}]", link.1)), "{out}");
+        }
     }
 }

@@ -263,6 +263,8 @@ fn the_report_ends_with_a_verdict() {
         "pairs",
         "force noise",
         "atmosphere",
+        "[numbers.md#mass-in-place]",
+        "[numbers.md#force-noise]",
     ] {
         assert!(verdict.contains(part), "{part}: {verdict}");
     }
