@@ -316,17 +316,21 @@ impl<const D: usize, R: Real> Running<D> for Run<'_, D, R> {
         let seconds = trace.seconds();
         let report = StageReport { stage: NAME, stop, best_iteration, seconds, history: trace.history };
         let kernel = schedule.last().map_or(arrangement.kernel, |s| s.kernel);
-        let notes = Vec::from_iter(pairing_note(kernel, D, options.kernel_neighbors));
+        let ends_exact = schedule.last().is_some_and(|s| s.share > 0.0);
+        let notes = Vec::from_iter(pairing_note(kernel, D, options.kernel_neighbors, ends_exact));
         Relaxed { particles: positions.into(), reports: vec![report], notes }
     }
 }
 
 /// What is to be said of a kernel whose particles pair at rest.
-fn pairing_note(kernel: KernelName, d: usize, neighbors: f64) -> Option<String> {
+fn pairing_note(kernel: KernelName, d: usize, neighbors: f64, ends_exact: bool) -> Option<String> {
     makes_pairs(kernel, d, neighbors).then(|| {
+        let end = match ends_exact {
+            true => "the solver ended with the density alone",
+            false => "they stay as it leaves them (solver.quietness below 1 makes the density exact and the forces uneven)",
+        };
         format!(
-            "{} with {neighbors:.0} neighbors has the pairing instability: {} has brought the particles to rest, and the \
-             solver ended with the density alone",
+            "{} with {neighbors:.0} neighbors has the pairing instability: {} has brought the particles to rest, and {end}",
             kernel.title(),
             KernelName::default().title()
         )
