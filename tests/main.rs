@@ -24,6 +24,7 @@ mod grids;
 mod lattices;
 mod marks;
 mod mass_in_place;
+mod origin;
 mod own_files;
 mod panel;
 mod paper;

@@ -82,6 +82,7 @@ const FORMATS: &[FormatSpec] = &[
             equal_masses: false,
             columns: Columns::Any,
             cubic_box: false,
+            ..Capabilities::NONE
         },
         sniff: no_sniff,
         read: None,
@@ -104,6 +105,7 @@ const FORMATS: &[FormatSpec] = &[
             equal_masses: false,
             columns: Columns::Any,
             cubic_box: false,
+            ..Capabilities::NONE
         },
         sniff: sniff_profile,
         read: Some(read_profile),

@@ -48,6 +48,7 @@ fn lattice(with_density: bool) -> ParticleFile {
         header: RunHeader {
             dimension: 3,
             box_size: [EDGE; 3],
+            box_corner: None,
             periodic: [true; 3],
             units: UnitSystem::solar(),
             time: 0.0,

@@ -62,6 +62,7 @@ fn read(path: &Path, _: &FieldRequest) -> Result<FileContent> {
     let header = RunHeader {
         dimension: 3,
         box_size: [0.0; 3],
+        box_corner: None,
         periodic: [false; 3],
         units: UnitSystem::CODE,
         time: 0.0,

@@ -19,6 +19,31 @@ pub struct Capabilities {
     pub columns: Columns,
     /// The box has one edge.
     pub cubic_box: bool,
+    /// The point of a body in vacuum that is at the origin unless another is asked for.
+    pub origin: Origin,
+    /// Where coordinates have to count from the box's lower corner.
+    pub corner: FixedCorner,
+}
+
+/// A point of a body in vacuum.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub enum Origin {
+    /// The lower corner of the box in whose middle the body is.
+    #[default]
+    Corner,
+    CenterOfMass,
+}
+
+/// Where coordinates have to count from the box's lower corner.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub enum FixedCorner {
+    /// The file says where the box is, or its code does not care.
+    #[default]
+    Nowhere,
+    /// Along periodic axes, of which the file states the edge alone.
+    Periodic,
+    /// Along all axes.
+    Everywhere,
 }
 
 impl Capabilities {
@@ -33,6 +58,8 @@ impl Capabilities {
         equal_masses: false,
         columns: Columns::Any,
         cubic_box: false,
+        origin: Origin::Corner,
+        corner: FixedCorner::Nowhere,
     };
 
     /// Those of a format that only fields are read from.

@@ -244,8 +244,11 @@ pub struct Species {
 pub struct RunHeader {
     /// 1, 2 or 3. Coordinates have this many components; writers pad with zeros where their format wants three.
     pub dimension: usize,
-    /// Edge lengths of the box with its corner at the origin; unused axes are 0.
+    /// Edge lengths of the box; unused axes are 0.
     pub box_size: [f64; 3],
+    /// Lower corner of the box in the coordinates of the file, where that was chosen. `None`: coordinates count from the corner,
+    /// and a writer may put the box where its code wants it.
+    pub box_corner: Option<[f64; 3]>,
     pub periodic: [bool; 3],
     pub units: UnitSystem,
     pub time: f64,
@@ -375,6 +378,18 @@ impl ParticleFile {
 }
 
 impl ParticleFile {
+    /// Counts coordinates from the lower corner of the box, where its place was chosen.
+    pub fn move_corner_to_origin(&mut self) {
+        let Some(corner) = self.header.box_corner.take() else { return };
+        for column in self.species.iter_mut().flat_map(|s| &mut s.table.columns) {
+            if column.name == crate::particle_names::COORDINATES {
+                let (d, values) = (column.components.max(1), &column.values);
+                let moved = |i: usize| values.get(i) - corner.get(i % d).copied().unwrap_or(0.0);
+                column.values = Values::F64((0..values.len()).map(moved).collect());
+            }
+        }
+    }
+
     /// The first position or mass that no code could use, in words.
     pub(crate) fn meaningless(&self) -> Option<String> {
         use crate::particle_names::{COORDINATES, MASSES};

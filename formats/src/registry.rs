@@ -1,6 +1,6 @@
 //! What a format is, and how the right one is found for a file.
 
-pub use crate::capabilities::{Capabilities, Columns};
+pub use crate::capabilities::{Capabilities, Columns, FixedCorner, Origin};
 use crate::compressed;
 use crate::error::{FormatError, Result};
 use crate::family::{self, Family};

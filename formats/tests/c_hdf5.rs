@@ -33,6 +33,7 @@ fn ours() -> ParticleFile {
         header: RunHeader {
             dimension: 3,
             box_size: [1.0; 3],
+            box_corner: None,
             periodic: [true; 3],
             units: UnitSystem { length: 7e10, mass: 2e33, time: 1.6e3, temperature: 1.0 },
             time: 0.5,

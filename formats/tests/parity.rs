@@ -36,6 +36,7 @@ fn particles() -> ParticleFile {
         header: RunHeader {
             dimension: 3,
             box_size: [2.0; 3],
+            box_corner: None,
             periodic: [true; 3],
             units: UnitSystem::solar(),
             time: 0.75,

@@ -31,6 +31,7 @@ fn particles(units: UnitSystem, species: Vec<Species>) -> ParticleFile {
         header: RunHeader {
             dimension: 3,
             box_size: [4.0; 3],
+            box_corner: None,
             periodic: [false; 3],
             units,
             time: 0.25,

@@ -29,6 +29,8 @@ const BOTH: Capabilities = Capabilities {
     equal_masses: false,
     columns: Columns::Any,
     cubic_box: false,
+    origin: registry::Origin::Corner,
+    corner: registry::FixedCorner::Nowhere,
 };
 
 const fn spec(name: &'static str, extensions: &'static [&'static str], sniff: fn(&[u8]) -> Match) -> FormatSpec {
@@ -218,6 +220,7 @@ fn particles(count: usize) -> ParticleFile {
         header: RunHeader {
             dimension: 3,
             box_size: [1.0; 3],
+            box_corner: None,
             periodic: [false; 3],
             units: UnitSystem::cgs(),
             time: 0.0,

@@ -34,6 +34,7 @@ fn particles(n: usize, d: usize) -> ParticleFile {
         header: RunHeader {
             dimension: d,
             box_size,
+            box_corner: None,
             periodic: [true, d > 1, false],
             units: UnitSystem { length: 6.957e10, mass: 1.988e33, time: 1.6e3, temperature: 1.0 },
             time: 0.5,

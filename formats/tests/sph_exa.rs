@@ -28,6 +28,7 @@ fn gas() -> ParticleFile {
         header: RunHeader {
             dimension: 3,
             box_size: [1.0, 2.0, 3.0],
+            box_corner: None,
             periodic: [false; 3],
             units: UnitSystem::solar(),
             time: 0.25,

@@ -30,6 +30,7 @@ fn particles(n: usize) -> ParticleFile {
     let header = RunHeader {
         dimension: 3,
         box_size: [1e3; 3],
+        box_corner: None,
         periodic: [false; 3],
         units: UnitSystem::CODE,
         time: 0.0,

@@ -174,7 +174,9 @@ class Particles:
             if name not in columns and array.ndim == 1:
                 data["io", names.get(name, name)] = array.astype(float)
         units = self.header["units"]
-        edges = [[0.0, size if size > 0.0 else 1.0] for size in self.header["box_size"]]
+        corner = self.header.get("box_corner") or (0.0, 0.0, 0.0)
+        sizes = [size if size > 0.0 else 1.0 for size in self.header["box_size"]]
+        edges = [[start, start + size] for start, size in zip(corner, sizes, strict=True)]
         return yt.load_particles(
             data,
             length_unit=units["length"],

@@ -15,6 +15,7 @@ pub fn to_python(py: Python<'_>, file: ParticleFile) -> PyResult<(Py<PyDict>, Py
     let header = PyDict::new(py);
     header.set_item("dimension", h.dimension)?;
     header.set_item("box_size", h.box_size)?;
+    header.set_item("box_corner", h.box_corner)?;
     header.set_item("periodic", h.periodic)?;
     let units = PyDict::new(py);
     units.set_item("length", h.units.length)?;
@@ -72,6 +73,10 @@ pub fn from_python(header: &Bound<'_, PyDict>, species: &Bound<'_, PyList>) -> P
     let run = RunHeader {
         dimension: get(header, "dimension")?,
         box_size: get(header, "box_size")?,
+        box_corner: match header.get_item("box_corner")? {
+            Some(corner) => corner.extract()?,
+            None => None,
+        },
         periodic: get(header, "periodic")?,
         units: UnitSystem {
             length: get(&units, "length")?,

@@ -10,7 +10,7 @@ use sph_formats::common::particle_names as names;
 use sph_formats::model::FILES_KEY;
 use sph_formats::{
     Column, FieldRequest, FileContent, FormatSpec, ParticleFile, UnitDimension, UnitSystem, Values, WriteOptions,
-    registry,
+    registry, registry::FixedCorner,
 };
 use std::path::Path;
 
@@ -41,6 +41,7 @@ pub fn convert(formats: &[FormatSpec], args: &ConvertArgs) -> Result<Vec<String>
         let d = file.header.dimension;
         file.header.box_size.iter_mut().take(d).for_each(|l| *l = edge);
     }
+    notes.extend(moved_into_box(&mut file, target));
     notes.extend(support_radii(&args.from, &mut file));
     let options = WriteOptions { compression: args.compression, double_precision: args.double };
     let written = sph_formats::write_files(formats, &args.to, Some(target.name), &file, args.files, options)?;
@@ -54,6 +55,20 @@ pub fn convert(formats: &[FormatSpec], args: &ConvertArgs) -> Result<Vec<String>
         Err(e) => notes.push(format!("what '{}' holds could not be checked: {e}", args.to.display())),
     }
     Ok(notes)
+}
+
+/// Counts coordinates from the corner of the box where the target demands that; a note where they did not.
+fn moved_into_box(file: &mut ParticleFile, target: &FormatSpec) -> Option<String> {
+    let corner = file.header.box_corner.filter(|corner| *corner != [0.0; 3])?;
+    let is_fixed = match target.capabilities.corner {
+        FixedCorner::Nowhere => false,
+        FixedCorner::Periodic => file.header.periodic.contains(&true),
+        FixedCorner::Everywhere => true,
+    };
+    is_fixed.then(|| {
+        file.move_corner_to_origin();
+        format!("the corner of the box was moved from {corner:?} to the origin, where '{}' has it", target.name)
+    })
 }
 
 fn particles(formats: &[FormatSpec], path: &Path, format: Option<&str>) -> Result<ParticleFile> {
@@ -85,7 +100,8 @@ fn change_units(file: &mut ParticleFile, to: UnitSystem) {
             column.values = Values::F64((0..column.values.len()).map(|i| f * column.values.get(i)).collect());
         }
     }
-    file.header.box_size.iter_mut().for_each(|l| *l *= factor(UnitDimension::LENGTH));
+    let corner = file.header.box_corner.iter_mut().flatten();
+    file.header.box_size.iter_mut().chain(corner).for_each(|l| *l *= factor(UnitDimension::LENGTH));
     file.header.time *= factor(UnitDimension::TIME);
     file.header.units = to;
 }
@@ -176,6 +192,7 @@ fn losses(format: &str, file: &ParticleFile, mut back: ParticleFile) -> Vec<Stri
     let checks = [
         ("the unit system", same_units(&old.units, &new.units)),
         ("the box", same(&old.box_size, &new.box_size)),
+        ("where the box lies", old.box_corner.is_none_or(|c| same(&c, &new.box_corner.unwrap_or_default()))),
         ("which axes are periodic", old.periodic == new.periodic),
         ("the dimension", old.dimension == new.dimension),
         ("the time", close(old.time, new.time)),

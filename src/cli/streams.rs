@@ -23,9 +23,10 @@ pub fn replicate(formats: &[FormatSpec], args: &ReplicateArgs) -> Result<String>
     let format = output_format(formats, &args.stream)?;
     let content = sph_formats::read(formats, &args.file, args.format.as_deref(), &FieldRequest::default())?;
     let path = args.file.display().to_string();
-    let FileContent::Particles(tile) = content else {
+    let FileContent::Particles(mut tile) = content else {
         return Err(Error::field(path, "holds a field; expected a periodic box of particles"));
     };
+    tile.move_corner_to_origin();
     let repeated = Repeated::new(tile, &args.times)?;
     match &args.scene {
         None => put(formats, &args.stream, &repeated, Vec::new()),

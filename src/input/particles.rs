@@ -3,7 +3,7 @@
 //! The gas of a snapshot is a cloud of points whose density is the file's own column or, where it has none, the sum
 //! rho_i = sum_j m_j W(r_ij, H_i) over the neighbors with n V_d H^d = N_H (Price 2012, J. Comput. Phys. 231, 759, equations 7
 //! and 10), with the default kernel and its neighbor number. The mass is that of the particles, not of the interpolated
-//! density. Periodic axes are those of the file's box, with its corner at the origin; other axes end with the particles.
+//! density. Periodic axes are those of the file's box; other axes end with the particles.
 //!
 //! What belongs to a particle and not to its place is not carried: masses, smoothing lengths, numbers and materials.
 
@@ -24,6 +24,8 @@ pub struct Snapshot {
     pub field: RawField,
     /// Edge lengths of the box; unused axes are 0.
     pub box_size: [f64; 3],
+    /// Lower corner of the box.
+    pub box_corner: [f64; 3],
     pub periodic: [bool; 3],
     /// Of all gas, in the file's units.
     pub mass: f64,
@@ -90,6 +92,7 @@ impl Snapshot {
                 notes,
             },
             box_size: header.box_size,
+            box_corner: header.box_corner.unwrap_or_default(),
             periodic: header.periodic,
             time_unit: header.units.time,
         };
@@ -125,11 +128,11 @@ impl Snapshot {
         };
         let is_periodic = |k: usize| self.periodic[k] && self.box_size[k] > 0.0;
         let ends = |k: usize, fold: fn(f64, f64) -> f64, start: f64| points.iter().map(|p| p[k]).fold(start, fold);
-        let lo = std::array::from_fn(|k| if is_periodic(k) { 0.0 } else { ends(k, f64::min, f64::INFINITY) });
-        let hi =
-            std::array::from_fn(
-                |k| if is_periodic(k) { self.box_size[k] } else { ends(k, f64::max, f64::NEG_INFINITY) },
-            );
+        let lo =
+            std::array::from_fn(|k| if is_periodic(k) { self.box_corner[k] } else { ends(k, f64::min, f64::INFINITY) });
+        let hi = std::array::from_fn(|k| {
+            if is_periodic(k) { self.box_corner[k] + self.box_size[k] } else { ends(k, f64::max, f64::NEG_INFINITY) }
+        });
         let axes = std::array::from_fn(|k| if is_periodic(k) { Axis::Periodic } else { Axis::OPEN });
         if let Some(k) = (0..D).find(|&k| !(lo[k] < hi[k])) {
             let problem = format!("run from {} to {} on axis {k}, which spans no volume", lo[k], hi[k]);

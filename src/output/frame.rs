@@ -74,6 +74,8 @@ pub struct Frame<const D: usize> {
     pub box_size: [f64; 3],
     periodic: [bool; D],
     pub isolated: bool,
+    /// The point that is at the origin of the output, where it is chosen.
+    origin: Option<[f64; D]>,
 }
 
 impl<const D: usize> Frame<D> {
@@ -87,6 +89,7 @@ impl<const D: usize> Frame<D> {
             box_size: [0.0; 3],
             periodic: domain.axes.map(|a| a == Axis::Periodic),
             isolated: open.contains(&true),
+            origin: None,
         };
         for k in 0..D {
             let extent = domain.hi[k] - domain.lo[k];
@@ -96,9 +99,39 @@ impl<const D: usize> Frame<D> {
         frame
     }
 
-    /// Interleaved coordinates in `[0, box)`, times `factor`.
+    /// With a point of the input's coordinates at the origin.
+    pub(super) fn with_origin(self, origin: Option<[f64; D]>) -> Self {
+        Self { origin, ..self }
+    }
+
+    /// The lower corner of the box in the coordinates of the input.
+    pub(super) fn lower_corner(&self) -> [f64; D] {
+        self.shift.map(|s| 0.0 - s)
+    }
+
+    /// The same in those of the output times `factor`, where its origin is chosen.
+    pub fn corner(&self, factor: f64) -> Option<[f64; D]> {
+        let origin = self.origin?;
+        Some(std::array::from_fn(|k| (0.0 - self.shift[k] - origin[k]) * factor))
+    }
+
+    /// Interleaved coordinates in the box of the output, times `factor`: from 0 on, unless an origin is chosen.
     pub fn coordinates(&self, positions: &Positions<D>, factor: f64) -> Vec<f64> {
         let mut out = vec![[0.0; D]; positions[0].len()];
+        if let Some((origin, corner)) = self.origin.zip(self.corner(factor)) {
+            parallel::update(&mut out, |i, out| {
+                for k in 0..D {
+                    let end = corner[k] + self.box_size[k] * factor;
+                    let x = (positions[k][i] - origin[k]) * factor;
+                    out[k] = match x < end {
+                        true => x.max(corner[k]),
+                        false if self.periodic[k] => corner[k],
+                        false => end.next_down(),
+                    };
+                }
+            });
+            return out.into_flattened();
+        }
         parallel::update(&mut out, |i, out| {
             for k in 0..D {
                 let edge = self.box_size[k] * factor;

@@ -2,6 +2,7 @@
 
 pub mod columns;
 pub mod frame;
+pub mod origin;
 pub(crate) mod parameters;
 pub mod particle_file;
 pub(crate) mod walls;

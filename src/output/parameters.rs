@@ -397,7 +397,8 @@ fn is_isolated(file: &ParticleFile) -> bool {
 fn dynamical_time(code: TargetCode, file: &ParticleFile, gas: &ParticleTable) -> f64 {
     let u = &file.header.units;
     let constant = code.sheet.gravity * u.mass * u.time.powi(2) / u.length.powi(3);
-    let middle = file.header.box_size.map(|edge| 0.5 * edge);
+    let corner = file.header.box_corner.unwrap_or_default();
+    let middle = std::array::from_fn(|k| corner[k] + 0.5 * file.header.box_size[k]);
     let place = |c: &sph_formats::Column, i: usize| std::array::from_fn(|k| c.values.get(3 * i + k));
     let radius = gas
         .column(names::COORDINATES)

@@ -2,10 +2,11 @@
 
 use super::columns::{self, EnergySource, KnownEnergy};
 use super::frame::{Factors, Frame, radial_in};
+use super::origin;
 use super::walls::{Fluid, Walls};
 use crate::error::{Error, Result};
 use crate::input::internal_units::Prepared;
-use crate::scene::{CheckpointInput, Conversion, Quantity, Scene, values};
+use crate::scene::{CheckpointInput, Conversion, OriginInput, Quantity, Scene, values};
 use crate::target::Positions;
 use sph::domain::Axis;
 use sph::parallel;
@@ -40,6 +41,8 @@ pub struct Making<'a> {
     pub units_known: bool,
     /// From the scene's plain numbers to those of the file.
     pub conversion: Conversion,
+    /// What is at the origin, where that is chosen.
+    pub origin: Option<OriginInput>,
 }
 
 /// A file, with what there is to be said of it.
@@ -70,7 +73,14 @@ pub(crate) fn particle_file<const D: usize>(
     };
     let fluid = Fluid::of(&raw.density, &raw.support, factors);
     let (mut notes, mut left_out) = (Vec::new(), Vec::new());
-    if frame.isolated {
+    let frame = placed(frame, prepared, (raw.positions, &raw.masses), factors, making)?;
+    let corner: Option<[f64; 3]> = frame.corner(factors.length).map(filled);
+    if let Some((origin, corner)) = making.origin.as_ref().zip(corner) {
+        let at: Vec<f64> = frame.lower_corner().iter().map(|c| c * factors.length).collect();
+        let at: Vec<f64> = at.iter().zip(&corner).map(|(lower, corner)| lower - corner).collect();
+        let edges = frame.box_size.map(|b| b * factors.length);
+        notes.push(origin::describe(origin, &at, (&corner[..D], &edges[..D])));
+    } else if frame.isolated {
         notes.push(format!(
             "{MOVED} of a box of edge {:.6e} (output.box_factor {})",
             frame.box_size[0] * factors.length,
@@ -134,6 +144,7 @@ pub(crate) fn particle_file<const D: usize>(
     let header = RunHeader {
         dimension: D,
         box_size: frame.box_size.map(|b| b * factors.length),
+        box_corner: corner,
         periodic: std::array::from_fn(|k| k < D && domain.axes[k] == Axis::Periodic),
         units,
         time: 0.0,
@@ -161,6 +172,27 @@ pub(crate) fn particle_file<const D: usize>(
         species.push(Species { part_type: core.part_type, table });
     }
     Ok(Made { file: ParticleFile { header, species }, notes, left_out })
+}
+
+/// The frame with the point at the origin that is asked for.
+fn placed<const D: usize>(
+    frame: Frame<D>,
+    prepared: &Prepared<D>,
+    (positions, masses): (&Positions<D>, &[f64]),
+    factors: &Factors,
+    making: &Making<'_>,
+) -> Result<Frame<D>> {
+    let Some(origin) = &making.origin else { return Ok(frame) };
+    let core = prepared.point_mass().map(|p| (p.center.map(|c| vec![c]), [p.mass]));
+    let mut all = vec![(positions, masses)];
+    all.extend(core.iter().map(|(place, mass)| (place, &mass[..])));
+    let point = origin::point(origin, &frame, (&making.conversion, factors.length), &all)?;
+    Ok(frame.with_origin(Some(point)))
+}
+
+/// Of all three axes.
+fn filled<const D: usize>(values: [f64; D]) -> [f64; 3] {
+    std::array::from_fn(|k| values.get(k).copied().unwrap_or(0.0))
 }
 
 /// The velocity of a particle at `center`, in internal units.

@@ -88,16 +88,17 @@ impl Portrait {
         }
         let vector = |v: &[f64], i: usize| std::array::from_fn(|k| if k < d { v[i * d + k] } else { 0.0 });
         let mut positions: Vec<[f64; 3]> = (0..table.count).map(|i| vector(&coordinates, i)).collect();
+        let corner = header.box_corner.unwrap_or_default();
         let is_periodic = |k: usize| k < d && header.periodic[k] && header.box_size[k] > 0.0;
         for x in &mut positions {
             for k in (0..d).filter(|&k| is_periodic(k)) {
-                x[k] = x[k].rem_euclid(header.box_size[k]);
+                x[k] = (x[k] - corner[k]).rem_euclid(header.box_size[k]) + corner[k];
             }
         }
         let (mut lo, mut hi) = ([0.0; 3], [0.0; 3]);
         for k in 0..d {
             let spanned = || shown_range(positions.iter().map(|x| x[k]).collect());
-            (lo[k], hi[k]) = if is_periodic(k) { (0.0, header.box_size[k]) } else { spanned() };
+            (lo[k], hi[k]) = if is_periodic(k) { (corner[k], corner[k] + header.box_size[k]) } else { spanned() };
         }
         let is_beyond = |x: &&[f64; 3]| (0..d).any(|k| x[k] < lo[k] || x[k] > hi[k]);
         match positions.iter().filter(is_beyond).count() {

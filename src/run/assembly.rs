@@ -38,6 +38,15 @@ pub struct Frame {
     pub lo: [f64; 3],
     pub edges: [f64; 3],
     pub periodic: [bool; 3],
+    /// The point at the origin of the output, where it is chosen; else that is the corner.
+    pub origin: Option<[f64; 3]>,
+}
+
+impl Frame {
+    /// The lower corner in the output's coordinates, where their origin is chosen.
+    pub fn corner(&self) -> Option<[f64; 3]> {
+        self.origin.map(|origin| std::array::from_fn(|k| self.lo[k] - origin[k]))
+    }
 }
 
 fn cross(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
@@ -248,6 +257,7 @@ pub fn frame(bodies: &[Body], states: &[State], center: Option<[f64; 3]>, factor
         lo: std::array::from_fn(|k| if k < d { middle[k] - 0.5 * edge } else { 0.0 }),
         edges: std::array::from_fn(|k| if k < d { edge } else { 0.0 }),
         periodic: [false; 3],
+        origin: None,
     }
 }
 
@@ -309,6 +319,7 @@ pub fn assemble(
     let header = RunHeader {
         dimension: d,
         box_size: frame.edges,
+        box_corner: frame.corner(),
         periodic: frame.periodic,
         units,
         time: 0.0,
@@ -337,11 +348,12 @@ fn joined_table(
     moves: bool,
     notes: &mut Vec<String>,
 ) -> Result<ParticleTable> {
+    let corner = frame.corner();
     let (mut places, mut speeds, mut ids, mut numbers) = (Vec::new(), Vec::new(), Vec::new(), Vec::new());
     for Member { title, table, state, number, first } in members {
         for (i, (x, v)) in moved(table, state).into_iter().enumerate() {
             for k in 0..d {
-                places.push(inside(x[k] - frame.lo[k], frame.edges[k], frame.periodic[k]).ok_or_else(|| {
+                let place = inside(x[k] - frame.lo[k], frame.edges[k], frame.periodic[k]).ok_or_else(|| {
                     let problem = format!(
                         "reaches {:.6e} on axis {k}, out of the box from {:.6e} to {:.6e}; make domain.box larger, or leave it out",
                         x[k],
@@ -349,7 +361,8 @@ fn joined_table(
                         frame.lo[k] + frame.edges[k]
                     );
                     Error::scene(format!("bodies[{title}]"), problem)
-                })?);
+                })?;
+                places.push(corner.map_or(place, |corner| place + corner[k]));
                 speeds.push(v[k]);
             }
             ids.push(first + i as i64);

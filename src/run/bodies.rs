@@ -18,9 +18,12 @@ use crate::input::ingest;
 use crate::input::internal_units::Prepared;
 use crate::input::units::{InputUnits, RunUnits};
 use crate::output::frame::output_units;
+use crate::output::origin;
 use crate::output::particle_file::provenance;
 use crate::relaxation::{Control, StopReason};
-use crate::scene::{BoundaryName, Conversion, DEFAULT_PARTICLES, OrbitInput, Quantity, Scene, in_body, values};
+use crate::scene::{
+    BoundaryName, Conversion, DEFAULT_PARTICLES, OrbitInput, OriginInput, OriginName, Quantity, Scene, in_body, values,
+};
 use sph_formats::{FormatSpec, ParticleFile, UnitDimension, UnitSystem};
 use std::path::Path;
 use std::time::Instant;
@@ -63,6 +66,8 @@ pub fn place_bodies(
     };
     let estimates = estimated(&vec![None; gas.len()])?;
     let common = Common::new(scene, &estimates)?;
+    let periodic = &periodic_axes(scene, common.dimension)[..common.dimension];
+    origin::refuse(scene, intended_format(scene, formats)?, periodic)?;
     let mut counts = common.counts(scene, &estimates)?;
     if estimates.iter().any(|e| e.is_radial) {
         // How much of an atmosphere is cut depends on the number of particles.
@@ -118,11 +123,15 @@ pub fn place_bodies(
         }
     }
     let (center, velocity) = assembly::center_of_mass(&bodies, &states);
-    let frame = match box_of(scene, common.dimension, &conversion)? {
+    let mut frame = match box_of(scene, common.dimension, &conversion)? {
         Some(frame) => frame,
         None => assembly::frame(&bodies, &states, relative.map(|_| center), scene.output.box_factor),
     };
-    notes.push(format!("the origin of the scene is at {:?} in the box", frame.lo.map(|v| 0.0 - v)));
+    frame.origin = origin_of(scene, formats, &frame, (center, &conversion))?;
+    notes.push(match frame.origin {
+        None => format!("the origin of the scene is at {:?} in the box", frame.lo.map(|v| 0.0 - v)),
+        Some(point) => format!("the origin of the file is at {point:?} in the scene (output.origin)"),
+    });
     if let Some((relative, contact)) = relative.zip(bodies.first().zip(bodies.get(1)).map(|(a, b)| a.radius + b.radius))
         && relative.pericenter < contact
     {
@@ -503,6 +512,13 @@ fn shared(total: usize, masses: &[f64]) -> Vec<usize> {
     counts
 }
 
+/// Which of `d` axes the scene's own box is periodic along.
+fn periodic_axes(scene: &Scene, d: usize) -> [bool; 3] {
+    let stated = |k: usize| scene.domain.boundary.get(k).or(scene.domain.boundary.first());
+    let is_box = scene.domain.bounds.is_some();
+    std::array::from_fn(|k| is_box && k < d && stated(k) == Some(&BoundaryName::Periodic))
+}
+
 /// The scene's own box.
 fn box_of(scene: &Scene, d: usize, conversion: &Conversion) -> Result<Option<Frame>> {
     let Some([lo, hi]) = &scene.domain.bounds else { return Ok(None) };
@@ -514,11 +530,32 @@ fn box_of(scene: &Scene, d: usize, conversion: &Conversion) -> Result<Option<Fra
     if let Some(k) = (0..d).find(|&k| !(lo[k] < hi[k])) {
         return Err(Error::scene("domain.box", format!("runs from {} to {} on axis {k}", lo[k], hi[k])));
     }
-    let is_periodic = |k: usize| {
-        let stated = scene.domain.boundary.get(k).or(scene.domain.boundary.first());
-        k < d && stated == Some(&BoundaryName::Periodic)
-    };
-    Ok(Some(Frame { lo, edges: std::array::from_fn(|k| hi[k] - lo[k]), periodic: std::array::from_fn(is_periodic) }))
+    let (edges, periodic) = (std::array::from_fn(|k| hi[k] - lo[k]), periodic_axes(scene, d));
+    Ok(Some(Frame { lo, edges, periodic, origin: None }))
+}
+
+/// The point of the scene that is at the origin of the file, where that is chosen by the scene or its format.
+fn origin_of(
+    scene: &Scene,
+    formats: &[FormatSpec],
+    frame: &Frame,
+    (center, conversion): ([f64; 3], &Conversion),
+) -> Result<Option<[f64; 3]>> {
+    let format = intended_format(scene, formats)?;
+    let is_periodic = frame.periodic.contains(&true);
+    Ok(match origin::wanted(scene, format, (is_periodic, !is_periodic)) {
+        None => None,
+        Some(OriginInput::Named(OriginName::Corner)) => Some(frame.lo),
+        Some(OriginInput::Named(OriginName::Center)) => {
+            Some(std::array::from_fn(|k| frame.lo[k] + 0.5 * frame.edges[k]))
+        }
+        Some(OriginInput::Named(OriginName::CenterOfMass)) => Some(center),
+        Some(OriginInput::Named(OriginName::Input)) => Some([0.0; 3]),
+        Some(OriginInput::Point(point)) => {
+            let point = values("output.origin", &point, UnitDimension::LENGTH, conversion)?;
+            Some(std::array::from_fn(|k| point.get(k).copied().unwrap_or(0.0)))
+        }
+    })
 }
 
 /// What is said of the whole: that of the body that came off worst.

@@ -2,6 +2,7 @@
 
 use super::orbit::Relative;
 use super::report::Report;
+use crate::output::origin::NOTE;
 use crate::output::particle_file::MOVED;
 use crate::relaxation::StopReason;
 use serde::{Deserialize, Serialize};
@@ -88,9 +89,14 @@ impl BodyFigures {
             misplaced: report.misplaced().map(|r| (r.found, r.wanted)),
             warnings: report.warnings.clone(),
             // Among others it is moved again.
-            notes: report.notes.iter().filter(|note| !note.starts_with(MOVED)).cloned().collect(),
+            notes: report.notes.iter().filter(|note| !is_of_place(note)).cloned().collect(),
         }
     }
+}
+
+/// Whether a note says where a body by itself lies.
+fn is_of_place(note: &str) -> bool {
+    [MOVED, NOTE].iter().any(|start| note.starts_with(start))
 }
 
 impl OrbitFigures {

@@ -194,6 +194,7 @@ impl Kept {
         let header = RunHeader {
             dimension: self.dimension,
             box_size: self.box_size,
+            box_corner: None,
             periodic: self.periodic,
             units: UnitSystem { length, mass, time, temperature },
             time: 0.0,

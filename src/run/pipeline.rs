@@ -21,6 +21,7 @@ use crate::input::units::RunUnits;
 use crate::metrics::Detail;
 use crate::metrics::{DensityError, Outcome, Thermodynamics};
 use crate::output::frame::{Factors, Frame, output_units};
+use crate::output::origin;
 use crate::output::particle_file::{Made, Making, RawColumns, particle_file};
 use crate::output::walls::Walls;
 #[cfg(feature = "plots")]
@@ -32,6 +33,7 @@ use crate::scene::{DEFAULT_PARTICLES, OnInterrupt, Scene};
 use crate::target::{Equilibrium, Positions, at};
 #[cfg(feature = "plots")]
 use sph::domain::Region;
+use sph::domain::{Axis, Domain};
 use sph::{parallel, reduce};
 use sph_formats::common::particle_names as names;
 use sph_formats::{FormatSpec, ParticleFile, UnitSystem};
@@ -63,8 +65,18 @@ pub fn place(scene: &Scene, formats: &[FormatSpec], control: &Control<'_>) -> Re
     if let Some(format) = format {
         refuse_what_the_format_cannot_hold(scene, format, dimension)?;
     }
-    let mut run =
-        Run { scene, formats, format, control, units, start, timing: Vec::new(), notes, warnings: Vec::new() };
+    let mut run = Run {
+        scene,
+        formats,
+        format,
+        control,
+        units,
+        start,
+        timing: Vec::new(),
+       
+        notes,
+        warnings: Vec::new(),
+    };
     run.lap(Step::Read, start, None);
     run.check()?;
     match dimension {
@@ -267,8 +279,6 @@ impl Run<'_> {
         self.notes.extend(note);
         let factors = Factors::new::<D>(self.units.input, prepared, &units);
         let mass = self.mass_report(&masses, prepared, (&factors, &units));
-        #[cfg(feature = "plots")]
-        let seen = detail.map(|detail| self.seen(detail, prepared, &factors));
         self.warnings.extend(doubts::after(target, &positions));
         let balanced = internal_energy.zip(hydrostatics).map(|(u, h)| (u, h.specific_energy));
         let raw = RawColumns { positions: &positions, masses, support, density, target_density, balanced };
@@ -280,9 +290,12 @@ impl Run<'_> {
             requires_energy: requires.contains(&names::INTERNAL_ENERGY),
             units_known: self.units.input.is_some(),
             conversion: self.units.into_output(&units),
+            origin: origin::wanted(self.scene, self.format, closed_and_open(&prepared.source.domain)),
         };
         let Made { file, notes, left_out } =
             particle_file(self.scene, prepared, raw, (units, &factors), walls, &making)?;
+        #[cfg(feature = "plots")]
+        let seen = detail.map(|detail| self.seen(detail, prepared, (&factors, file.header.box_corner)));
         self.notes.extend(notes);
         left_out.into_iter().for_each(|(what, why)| plan.drop(what, why));
         let format = self.format.map(|f| (f.name, f.capabilities.columns));
@@ -324,12 +337,18 @@ impl Run<'_> {
 
     /// What pictures show, in the output's units and in its box.
     #[cfg(feature = "plots")]
-    fn seen<const D: usize>(&self, detail: Detail, prepared: &Prepared<D>, factors: &Factors) -> Seen {
+    fn seen<const D: usize>(
+        &self,
+        detail: Detail,
+        prepared: &Prepared<D>,
+        (factors, corner): (&Factors, Option<[f64; 3]>),
+    ) -> Seen {
         let domain = &prepared.source.domain;
         let frame = Frame::new(domain, self.scene.output.box_factor);
         let center = frame.coordinates(&prepared.source.center().map(|x| vec![x]), factors.length);
         let is_radial = prepared.source.radial.is_some() || !matches!(domain.region, Region::Box);
-        let filled = std::array::from_fn(|k| center.get(k).copied().unwrap_or(0.0));
+        let corner = corner.unwrap_or_default();
+        let filled = std::array::from_fn(|k| corner[k] + center.get(k).copied().unwrap_or(0.0));
         Seen {
             detail: detail.scaled(factors.length, factors.density),
             side: if is_radial { Side::Radius(filled) } else { Side::Axis },
@@ -339,6 +358,7 @@ impl Run<'_> {
 
     /// What the format says of the box of the output.
     fn refuse_box<const D: usize>(&self, prepared: &Prepared<D>, walls: Option<&Walls<D>>) -> Result<()> {
+        origin::refuse(self.scene, self.format, &prepared.source.domain.axes.map(|a| a == Axis::Periodic))?;
         let Some(format) = self.format.filter(|f| f.capabilities.cubic_box) else { return Ok(()) };
         let frame = match walls {
             Some(walls) => Frame::new(&walls.frame, 1.0),
@@ -406,6 +426,12 @@ impl Run<'_> {
             total_cgs: (self.units.input.is_some() && D == 3).then_some(total * out.mass),
         }
     }
+}
+
+/// Whether a domain is periodic along an axis, and whether there is vacuum beyond one.
+pub(super) fn closed_and_open<const D: usize>(domain: &Domain<D>) -> (bool, bool) {
+    let open = |k: usize| !domain.has_faces(k) || domain.axes[k] == Axis::OPEN;
+    (domain.axes.contains(&Axis::Periodic), (0..D).any(open))
 }
 
 /// The report's measured error decides whether a tolerance was met, not the error that stages watch.

@@ -7,9 +7,11 @@ use crate::input::ingest::{self, RawInput};
 use crate::input::internal_units::Prepared;
 use crate::input::units::RunUnits;
 use crate::output::frame::{Factors, output_units};
+use crate::output::origin;
 use crate::output::particle_file::{Making, RawColumns, particle_file};
-use crate::scene::Scene;
+use crate::scene::{OriginInput, OriginName, Scene};
 use crate::target::{Positions, Target, at};
+use sph::domain::Axis;
 use sph::kernel::support_over_spacing;
 use sph::parallel;
 use sph_formats::common::particle_names as names;
@@ -48,6 +50,9 @@ impl Read {
         if scene.has_own_resolution() {
             return lacks("resolution");
         }
+        if scene.output.origin == Some(OriginInput::Named(OriginName::CenterOfMass)) {
+            return lacks("output.origin: center-of-mass");
+        }
         let raw = ingest::read(scene, formats)?;
         let dimension = ingest::dimension(scene, &raw)?;
         let units = RunUnits::new(scene, ingest::units(scene, &raw, &mut Vec::new())?)?;
@@ -83,6 +88,8 @@ impl<'a, const D: usize> Streamed<'a, D> {
         format: Option<&FormatSpec>,
         stop: &'static str,
     ) -> Result<Self> {
+        let periodic = prepared.source.domain.axes.map(|axis| axis == Axis::Periodic);
+        origin::refuse(scene, format, &periodic)?;
         let (out, note) = output_units(scene.output.units.as_deref(), units.input, prepared.mass.value, D)?;
         let requires = format.map_or(&[][..], |f| f.capabilities.requires);
         let mut stream = Self {
@@ -97,6 +104,7 @@ impl<'a, const D: usize> Streamed<'a, D> {
             header: RunHeader {
                 dimension: D,
                 box_size: [0.0; 3],
+                box_corner: None,
                 periodic: [false; 3],
                 units: out,
                 time: 0.0,
@@ -150,6 +158,7 @@ impl<'a, const D: usize> Streamed<'a, D> {
             requires_energy: self.requires_energy,
             units_known: units.input.is_some(),
             conversion: units.into_output(&out),
+            origin: self.scene.output.origin.clone(),
         };
         let mut made = particle_file(self.scene, self.prepared, raw, (out, &self.factors), None, &making)?;
         // It holds no sums.

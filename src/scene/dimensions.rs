@@ -1,6 +1,6 @@
 //! Every quantity of a scene, with its key and what it measures.
 
-use super::{Conversion, EquationOfState, Quantity, Scene};
+use super::{Conversion, EquationOfState, OriginInput, Quantity, Scene};
 use crate::error::{Error, Result};
 use sph_formats::UnitDimension;
 
@@ -48,6 +48,9 @@ impl Scene {
         }
         all.extend(one("walls.spacing", self.walls.as_ref().and_then(|w| w.spacing.as_ref()), length));
         all.extend(self.orbit.iter().flat_map(|o| o.quantities()).map(|(key, q, d)| (key.to_owned(), q, d)));
+        if let Some(OriginInput::Point(point)) = &self.output.origin {
+            all.extend(each("output.origin", point, length));
+        }
         all.extend(one("particle_mass", self.particle_mass.as_ref(), UnitDimension::MASS));
         let turbulent = self.turbulence.as_ref().and_then(|t| t.rms_velocity.as_ref());
         all.extend(one("turbulence.rms_velocity", turbulent, speed));

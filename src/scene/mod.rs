@@ -12,6 +12,7 @@ mod domain;
 mod fields;
 mod input;
 mod of_body;
+mod origin;
 mod physics;
 mod planet;
 mod profile;
@@ -38,6 +39,7 @@ pub use domain::{BoundaryName, DomainInput};
 pub use fields::{FieldValue, FieldsInput, Term};
 pub(crate) use input::orientation;
 pub use input::{Atmosphere, CenteringName, Input, InterpolationName, MissingValues, StaggeringName};
+pub use origin::{OriginInput, OriginName};
 pub use physics::{MaterialLayer, Motion, Thermal};
 pub use planet::{LayerInput, MaterialInput, PlanetInput, ThermalState};
 pub use profile::ProfileInput;
@@ -211,6 +213,11 @@ pub struct Output {
     pub files: usize,
     /// Edge of the box of an isolated body over the body's own.
     pub box_factor: f64,
+    /// Which point of the result is at the origin: `corner` of the box, `center` of the box, `center-of-mass`, that of the `input`,
+    /// or a point of the input. By default the center of mass for Phantom, and the corner for others.
+    #[schemars(extend("x-unit" = "length"), example = &"center-of-mass")]
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub origin: Option<OriginInput>,
     /// Whether a file that is there already is refused instead of replaced.
     #[serde(skip_serializing_if = "std::ops::Not::not")]
     pub no_clobber: bool,
@@ -251,6 +258,7 @@ impl Default for Output {
             files: 1,
             no_clobber: false,
             box_factor: 4.0,
+            origin: None,
             compression: 4,
             double_precision: false,
             target_density: false,
@@ -408,6 +416,7 @@ impl Scene {
                 format!("is {}, expected at least 1", self.output.box_factor),
             ));
         }
+        self.output.origin.as_ref().map_or(Ok(()), OriginInput::validate)?;
         if self.output.parameters && !self.code().is_some_and(|code| code.sheet.has_parameters) {
             let known: Vec<&str> = SHEETS.iter().filter(|s| s.has_parameters).map(|s| s.name).collect();
             let problem = format!("needs a target_code (--for CODE) whose parameters are known: {}", known.join(", "));

@@ -1,6 +1,6 @@
 //! The scenes of bodies by themselves, and what cannot stand beside them.
 
-use super::{BoundaryName, Input, Motion, Scene, check_all, in_body};
+use super::{BoundaryName, Input, Motion, OriginInput, OriginName, Scene, check_all, in_body};
 use crate::error::{Error, Result};
 use sph_formats::UnitDimension;
 
@@ -28,6 +28,8 @@ impl Scene {
         };
         alone.output.parameters = false;
         alone.output.report = None;
+        // Bodies are moved to their places later.
+        alone.output.origin = Some(OriginInput::Named(OriginName::Corner));
         alone
     }
 

@@ -35,6 +35,7 @@ fn particles(n: usize) -> ParticleFile {
         header: RunHeader {
             dimension: 3,
             box_size: [1.0; 3],
+            box_corner: None,
             periodic: [true; 3],
             units: UnitSystem::CODE,
             time: 0.0,

@@ -53,6 +53,7 @@ const NOTHING: Capabilities = Capabilities {
     equal_masses: false,
     columns: Columns::Any,
     cubic_box: false,
+    ..Capabilities::NONE
 };
 
 const FORMATS: &[FormatSpec] = &[

@@ -13,7 +13,7 @@
 //! opens even where it does not use them. BoxSize is one number (`LONG_X` and its like make the box other than cubic).
 //! See [`crate::common::snapshot`] for the rest. AREPO itself was not at hand to try the files.
 
-use crate::registry::{Capabilities, Columns, FormatSpec, Streaming, WriteFn};
+use crate::registry::{Capabilities, Columns, FixedCorner, FormatSpec, Origin, Streaming, WriteFn};
 
 #[cfg(feature = "arepo")]
 mod schema;
@@ -48,6 +48,8 @@ pub const SPEC: FormatSpec = FormatSpec {
         equal_masses: false,
         columns: Columns::Any,
         cubic_box: false,
+        origin: Origin::Corner,
+        corner: FixedCorner::Everywhere,
     },
     sniff: crate::registry::sniff_hdf5,
     read: None,

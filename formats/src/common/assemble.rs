@@ -70,6 +70,7 @@ pub fn particles(count: usize, arrays: Vec<Named>, facts: Facts) -> Result<Parti
         header: RunHeader {
             dimension,
             box_size: std::array::from_fn(|k| if k < dimension { box_size[k] } else { 0.0 }),
+            box_corner: facts.box_corner,
             periodic: facts.periodic.unwrap_or_default(),
             units,
             time: facts.time.unwrap_or(0.0),

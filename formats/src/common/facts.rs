@@ -19,6 +19,9 @@ pub fn texts(header: &RunHeader) -> Vec<(String, String)> {
         ("kernel", header.kernel.clone()),
         ("kernel_neighbors", list(&[header.kernel_neighbors])),
     ];
+    if let Some(corner) = header.box_corner.filter(|corner| *corner != [0.0; 3]) {
+        facts.push(("box_corner", list(&corner)));
+    }
     facts.retain(|(_, value)| !value.is_empty());
     let facts = facts.into_iter().map(|(k, v)| (k.to_owned(), v));
     facts.chain(header.provenance.iter().map(|(k, v)| (format!("{PROVENANCE}{k}"), v.clone()))).collect()
@@ -29,6 +32,7 @@ pub fn texts(header: &RunHeader) -> Vec<(String, String)> {
 pub struct Facts {
     pub dimension: Option<usize>,
     pub box_size: Option<[f64; 3]>,
+    pub box_corner: Option<[f64; 3]>,
     pub periodic: Option<[bool; 3]>,
     pub units: Option<UnitSystem>,
     pub time: Option<f64>,
@@ -48,6 +52,7 @@ impl Facts {
             match key {
                 "dimension" => facts.dimension = value.trim().parse().ok().filter(|d| (1..=3).contains(d)),
                 "box_size" => facts.box_size = three().filter(|b| b.iter().all(|l| l.is_finite() && *l >= 0.0)),
+                "box_corner" => facts.box_corner = three().filter(|c| c.iter().all(|x| x.is_finite())),
                 "periodic" => facts.periodic = three().map(|p| p.map(|p| p != 0.0)),
                 "units_in_cgs" => facts.units = numbers().and_then(|v| system(&v)),
                 "time" => facts.time = one(),
@@ -98,6 +103,7 @@ mod tests {
         let header = RunHeader {
             dimension: 2,
             box_size: [0.1, 1.0 / 3.0, 0.0],
+            box_corner: Some([-0.05, 0.0, 1e-300]),
             periodic: [true, false, false],
             units: UnitSystem::solar(),
             time: 1e-300,
@@ -110,6 +116,7 @@ mod tests {
         assert_eq!(texts, kept);
         let back = Facts::new(kept.iter().map(|(k, v)| (k.as_str(), v.as_str())));
         assert_eq!((back.dimension, back.box_size, back.units), (Some(2), Some(header.box_size), Some(header.units)));
+        assert_eq!(back.box_corner, header.box_corner);
         assert_eq!((back.periodic, back.time), (Some(header.periodic), Some(1e-300)));
         assert_eq!(back.provenance, header.provenance);
     }

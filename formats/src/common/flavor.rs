@@ -417,9 +417,9 @@ impl<'a> Job<'a> {
         let inside = self.flavor.inside_box && planned.name == names::COORDINATES;
         let least = if planned.positive { f64::MIN_POSITIVE } else { f64::MIN };
         // Of each component, the first value that is no longer allowed follows the last.
-        let limits: [(f64, f64); 3] = std::array::from_fn(|axis| match self.header.box_size.get(axis) {
-            Some(edge) if inside && axis < self.header.dimension => (0.0, *edge),
-            _ => (least, f64::INFINITY),
+        let limits: [(f64, f64); 3] = std::array::from_fn(|axis| match inside && axis < self.header.dimension {
+            true => self.within(axis),
+            false => (least, f64::INFINITY),
         });
         let within = |x: f64, (low, high): (f64, f64)| (x >= low) & (x < high);
         match planned.components {
@@ -482,11 +482,18 @@ impl<'a> Job<'a> {
         Ok(())
     }
 
+    /// The box along an axis.
+    fn within(&self, axis: usize) -> (f64, f64) {
+        let along = |numbers: &[f64; 3]| numbers.get(axis).copied().unwrap_or(0.0);
+        let corner = self.header.box_corner.as_ref().map_or(0.0, along);
+        (corner, corner + along(&self.header.box_size))
+    }
+
     /// A number of a dataset in f64; coordinates must also lie in the box where the flavor says so.
     fn double(&self, planned: &Planned, x: f64, axis: usize) -> std::result::Result<f64, usize> {
-        let edge = self.header.box_size.get(axis).copied().unwrap_or(0.0);
         let used = axis < self.header.dimension;
-        let outside = self.flavor.inside_box && planned.name == names::COORDINATES && used && !(0.0..edge).contains(&x);
+        let (low, high) = self.within(axis);
+        let outside = self.flavor.inside_box && planned.name == names::COORDINATES && used && !(low..high).contains(&x);
         if outside || (planned.strict && !x.is_finite()) {
             return Err(axis);
         }

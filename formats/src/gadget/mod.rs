@@ -13,7 +13,7 @@
 //! GADGET-4 reads one BoxSize only, so other than cubic boxes are refused. Its template configuration turns on
 //! `INITIAL_CONDITIONS_CONTAIN_ENTROPY`: turn it off. See [`crate::common::snapshot`] for the rest.
 
-use crate::registry::{Capabilities, Columns, FormatSpec, Match, ReadFn, Streaming, WriteFn};
+use crate::registry::{Capabilities, Columns, FixedCorner, FormatSpec, Match, Origin, ReadFn, Streaming, WriteFn};
 
 #[cfg(feature = "gadget")]
 mod read;
@@ -50,6 +50,8 @@ pub const SPEC: FormatSpec = FormatSpec {
         equal_masses: false,
         columns: Columns::Any,
         cubic_box: true,
+        origin: Origin::Corner,
+        corner: FixedCorner::Periodic,
     },
     sniff,
     read: CODE.0,

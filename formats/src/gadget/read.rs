@@ -256,6 +256,7 @@ fn read_header(file: &Reader, header: &Attributes, origin: &Origin) -> Result<Ru
     Ok(RunHeader {
         dimension,
         box_size,
+        box_corner: None,
         periodic: origin.periodic(box_size.map(|l| l > 0.0)),
         units: origin.units(header),
         time: header.number("Time").unwrap_or(0.0),

@@ -22,7 +22,9 @@
 //! Layout after the GADGET-2 user guide, section 6, and its `allvars.h` and `io.c` (version 2.0.7).
 
 use crate::particle_names as names;
-use crate::registry::{Capabilities, Columns, FileNames, FormatSpec, Match, ReadFn, StreamFn, Streaming, WriteFn};
+use crate::registry::{
+    Capabilities, Columns, FileNames, FixedCorner, FormatSpec, Match, Origin, ReadFn, StreamFn, Streaming, WriteFn,
+};
 use schema::{HEADER_BYTES, NAME, NAME_BYTES};
 
 #[cfg(feature = "gadget-binary")]
@@ -69,6 +71,8 @@ pub const SPEC: FormatSpec = FormatSpec {
         equal_masses: false,
         columns: Columns::Only(&[names::INTERNAL_ENERGY]),
         cubic_box: true,
+        origin: Origin::Corner,
+        corner: FixedCorner::Periodic,
     },
     sniff,
     read: CODE.0,

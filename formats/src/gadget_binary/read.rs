@@ -226,6 +226,7 @@ impl Reading {
             header: RunHeader {
                 dimension: 3,
                 box_size: [header.box_size; 3],
+                box_corner: None,
                 periodic: [header.box_size > 0.0; 3],
                 units: UnitSystem::CODE,
                 time: header.time,

@@ -14,7 +14,7 @@
 //! data, and takes the box from its parameter file (`BOX_LONG_X` and its like make it other than cubic, so BoxSize
 //! is one number). See [`crate::common::snapshot`] for the rest. After GIZMO c70c760, `read_ic.c`.
 
-use crate::registry::{Capabilities, Columns, FormatSpec, Streaming, WriteFn};
+use crate::registry::{Capabilities, Columns, FixedCorner, FormatSpec, Origin, Streaming, WriteFn};
 
 #[cfg(feature = "gizmo")]
 mod schema;
@@ -49,6 +49,8 @@ pub const SPEC: FormatSpec = FormatSpec {
         equal_masses: false,
         columns: Columns::Any,
         cubic_box: true,
+        origin: Origin::Corner,
+        corner: FixedCorner::Periodic,
     },
     sniff: crate::registry::sniff_hdf5,
     read: None,

@@ -13,7 +13,7 @@
 //! values may be of another type than the data, or NaN; units may stand in a title only. Only the root group
 //! is read.
 
-use crate::registry::{Capabilities, Columns, FormatSpec, Match, ReadFn, WriteFn, contains};
+use crate::registry::{Capabilities, Columns, FixedCorner, FormatSpec, Match, Origin, ReadFn, WriteFn, contains};
 
 #[cfg(feature = "netcdf")]
 mod axes;
@@ -51,6 +51,8 @@ pub const SPEC: FormatSpec = FormatSpec {
         equal_masses: false,
         columns: Columns::Any,
         cubic_box: false,
+        origin: Origin::Corner,
+        corner: FixedCorner::Nowhere,
     },
     sniff,
     read: CODE.0,

@@ -12,7 +12,7 @@
 //! for units, box, kernel and provenance. Numbers of 16 bits to 64 bits in both byte orders and both index orders are
 //! read; structured arrays and pickled objects are refused.
 
-use crate::registry::{Capabilities, Columns, FormatSpec, Match, ReadFn, WriteFn};
+use crate::registry::{Capabilities, Columns, FixedCorner, FormatSpec, Match, Origin, ReadFn, WriteFn};
 
 #[cfg(feature = "numpy")]
 mod npy;
@@ -44,6 +44,8 @@ pub const SPEC: FormatSpec = FormatSpec {
         equal_masses: false,
         columns: Columns::Any,
         cubic_box: false,
+        origin: Origin::Corner,
+        corner: FixedCorner::Nowhere,
     },
     sniff,
     read: CODE.0,

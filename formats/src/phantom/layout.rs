@@ -10,6 +10,8 @@ pub const IDENTITY: usize = 100;
 pub const TAG: usize = 16;
 /// Edges of an open box about the origin, beside what Phantom reads.
 pub const CENTERED_BOX: [&str; 3] = ["centered_box_x", "centered_box_y", "centered_box_z"];
+/// Lower corner of an open box that lies elsewhere.
+pub const BOX_CORNER: [&str; 3] = ["box_corner_x", "box_corner_y", "box_corner_z"];
 /// Second integer, which is also the real number, and the last one of the capture pattern.
 pub const CAPTURE_REAL: i32 = 60878;
 pub const CAPTURE_END: i32 = 690_706;
@@ -50,6 +52,14 @@ impl Kind {
             Self::Real => real,
         }
     }
+}
+
+/// What is added to coordinates along an axis: in vacuum a body whose place was not chosen is about the origin, to which Phantom
+/// resets centers of mass.
+pub fn shift(job: &Job, axis: usize) -> f64 {
+    let header = job.header;
+    let is_free = header.periodic == [false; 3] && header.box_corner.is_none();
+    if is_free { -0.5 * header.box_size[axis] } else { 0.0 }
 }
 
 /// Phantom's number of a GADGET-style particle type.

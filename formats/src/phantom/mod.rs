@@ -33,7 +33,7 @@
 //! Records of 2 GiB and more are split as gfortran does it: a negative length says that more follows or came before.
 
 use crate::particle_names as names;
-use crate::registry::{Capabilities, Columns, FormatSpec, Match, ReadFn, WriteFn};
+use crate::registry::{Capabilities, Columns, FixedCorner, FormatSpec, Match, Origin, ReadFn, WriteFn};
 use schema::{CAPTURE, NAME};
 
 #[cfg(feature = "phantom")]
@@ -70,6 +70,8 @@ pub const SPEC: FormatSpec = FormatSpec {
         equal_masses: true,
         columns: Columns::Scalars { longest_name: 16, vectors: &[names::MAGNETIC_FIELD] },
         cubic_box: false,
+        origin: Origin::CenterOfMass,
+        corner: FixedCorner::Nowhere,
     },
     sniff,
     read: CODE.0,

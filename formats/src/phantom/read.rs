@@ -1,6 +1,8 @@
 //! Reads full and small dumps, of one or several MPI processes.
 
-use super::layout::{CAPTURE_END, CAPTURE_REAL, CENTERED_BOX, HFACT, IDENTITY, KINDS, Kind, SUPPORT, TAG, part_type};
+use super::layout::{
+    BOX_CORNER, CAPTURE_END, CAPTURE_REAL, CENTERED_BOX, HFACT, IDENTITY, KINDS, Kind, SUPPORT, TAG, part_type,
+};
 use super::records::Records;
 use super::schema::{CAPTURE, NAME};
 use super::sinks::{SOFTENING, TAGS};
@@ -242,8 +244,8 @@ impl Dump<'_> {
         }
         for (tag, values) in std::mem::take(&mut self.arrays) {
             let axis = ["x", "y", "z"].iter().position(|axis| *axis == tag);
-            let edge = axis.and_then(|k| self.header.number(CENTERED_BOX[k])).filter(|edge| *edge > 0.0);
-            let values = edge.map_or_else(|| values.clone(), |edge| shifted(&values, 0.5 * edge));
+            let shift = axis.map_or(0.0, |k| self.shift(k));
+            let values = if shift == 0.0 { values } else { shifted(&values, shift) };
             match tag.as_str() {
                 "h" | "itype" => {}
                 "iorig" => named.push(array(names::PARTICLE_IDS, values)),
@@ -285,7 +287,6 @@ impl Dump<'_> {
             let found = find(tag).filter(|v| v.len() == count)?;
             Some(Values::F64((0..count).map(|i| factor * found.get(i)).collect()))
         };
-        let shift = |k: usize| self.header.number(CENTERED_BOX[k]).filter(|edge| *edge > 0.0).map_or(0.0, |e| 0.5 * e);
         let vector = |prefix: &str, shift: &dyn Fn(usize) -> f64| -> Option<Values> {
             let axes = ["x", "y", "z"].map(|axis| find(&format!("{prefix}{axis}")).filter(|v| v.len() == count));
             let [Some(x), Some(y), Some(z)] = axes else { return None };
@@ -293,7 +294,7 @@ impl Dump<'_> {
             Some(Values::F64((0..count).flat_map(row).collect()))
         };
         let found = [
-            (names::COORDINATES, 3, vector("", &shift), UnitDimension::LENGTH),
+            (names::COORDINATES, 3, vector("", &|k| self.shift(k)), UnitDimension::LENGTH),
             (names::MASSES, 1, scalar("m", 1.0), UnitDimension::MASS),
             (names::VELOCITIES, 3, vector("v", &|_| 0.0), UnitDimension::VELOCITY),
             (names::ACCRETION_RADIUS, 1, scalar("h", 1.0), UnitDimension::LENGTH),
@@ -329,6 +330,20 @@ impl Dump<'_> {
         ]
     }
 
+    /// From an open box about the origin to one with its corner there, where nothing else is said of its place.
+    fn shift(&self, axis: usize) -> f64 {
+        let edge = self.header.number(CENTERED_BOX[axis]).filter(|edge| *edge > 0.0);
+        edge.filter(|_| self.header.number(BOX_CORNER[axis]).is_none()).map_or(0.0, |edge| 0.5 * edge)
+    }
+
+    /// Where the box lies, unless its corner is the origin.
+    fn corner(&self, periodic: bool) -> Option<[f64; 3]> {
+        let number = |tag: &str| self.header.number(tag).filter(|x| x.is_finite());
+        let tags = if periodic { ["xmin", "ymin", "zmin"] } else { BOX_CORNER };
+        let [Some(x), Some(y), Some(z)] = tags.map(number) else { return None };
+        Some([x, y, z]).filter(|corner| !periodic || *corner != [0.0; 3])
+    }
+
     fn facts(&self, identity: String) -> Facts {
         let number = |tag: &str| self.header.number(tag);
         let span = |axis: &str| Some(number(&format!("{axis}max"))? - number(&format!("{axis}min"))?);
@@ -341,6 +356,7 @@ impl Dump<'_> {
         Facts {
             dimension: Some(3),
             box_size: Some(edges.map(|l| l.unwrap_or(0.0))),
+            box_corner: self.corner(periodic),
             periodic: Some([periodic; 3]),
             units: Some(self.header.units()),
             time: number("time"),

@@ -3,7 +3,7 @@
 //! They are the particles with a column SofteningRadius or AccretionRadius. The softened attraction is that of a point from 2 hsoft
 //! on (the cubic spline's support; `ptmass.F90`).
 
-use super::layout::{TAG, factor};
+use super::layout::{TAG, factor, shift};
 use super::records::{padded, record};
 use crate::common::flavor::Job;
 use crate::error::Result;
@@ -80,10 +80,7 @@ fn column(job: &Job, species: &Species, tag: &str) -> Result<Vec<f64>> {
     let table = &species.table;
     let axis = |prefix: &str| ["x", "y", "z"].iter().position(|axis| tag.strip_prefix(prefix) == Some(*axis));
     let (name, component, shift, scale) = match (tag, axis(""), axis("v")) {
-        (_, Some(k), _) => {
-            let isolated = job.header.periodic == [false; 3];
-            (names::COORDINATES, k, if isolated { -0.5 * job.header.box_size[k] } else { 0.0 }, 1.0)
-        }
+        (_, Some(k), _) => (names::COORDINATES, k, shift(job, k), 1.0),
         (_, _, Some(k)) => (names::VELOCITIES, k, 0.0, factor(job, UnitDimension::VELOCITY)),
         ("m", ..) => (names::MASSES, 0, 0.0, 1.0),
         ("h", ..) => (names::ACCRETION_RADIUS, 0, 0.0, 1.0),

@@ -1,8 +1,8 @@
 //! Writes a full dump.
 
 use super::layout::{
-    CAPTURE_END, CAPTURE_REAL, CENTERED_BOX, FLAVOR, GAMMA, HFACT, IDENTITY, KINDS, Kind, TAG, TYPES, factor, itype,
-    units,
+    BOX_CORNER, CAPTURE_END, CAPTURE_REAL, CENTERED_BOX, FLAVOR, GAMMA, HFACT, IDENTITY, KINDS, Kind, TAG, TYPES,
+    factor, itype, shift, units,
 };
 use super::records::{self, padded, record};
 use super::schema::CAPTURE;
@@ -106,11 +106,13 @@ fn header(job: &Job, kindred: &[Kindred], (sinks, periodic): (usize, bool)) -> R
     if periodic {
         let edges = job.box_size()?;
         let edge = |i: usize| edges.get(i).or(edges.first()).copied().unwrap_or(0.0);
-        reals.extend([("xmin", 0.0), ("xmax", edge(0)), ("ymin", 0.0), ("ymax", edge(1))]);
-        reals.extend([("zmin", 0.0), ("zmax", edge(2))]);
+        let [x, y, z] = h.box_corner.unwrap_or_default();
+        reals.extend([("xmin", x), ("xmax", x + edge(0)), ("ymin", y), ("ymax", y + edge(1))]);
+        reals.extend([("zmin", z), ("zmax", z + edge(2))]);
     } else {
         let [x, y, z] = h.box_size;
         reals.extend(CENTERED_BOX.into_iter().zip([x, y, z]));
+        reals.extend(h.box_corner.into_iter().flat_map(|corner| BOX_CORNER.into_iter().zip(corner)));
     }
     let u = units(&h.units);
     // The field's unit in Gauss: B^2 / 4 pi has that of pressure.
@@ -264,9 +266,7 @@ impl Array {
             return Ok(vec![0; range.len() * width]);
         };
         let factor = factor(job, planned.dimension);
-        // In vacuum the body is about the origin, to which Phantom resets centers of mass.
-        let isolated = planned.name == "Coordinates" && job.header.periodic == [false; 3];
-        let shift = if isolated { -0.5 * job.header.box_size[*component] } else { 0.0 };
+        let shift = if planned.name == "Coordinates" { shift(job, *component) } else { 0.0 };
         let component = Component { index: *component, factor, shift, may_vanish: false };
         match self.kind {
             Kind::Int8 => {

@@ -30,7 +30,7 @@
 //!
 //! Layout after SPH-EXA's `main/src/init/file_init.hpp`, `main/src/io/ifile_io_hdf5.cpp`, `sph/particles_data.hpp`.
 
-use crate::registry::{Capabilities, Columns, FormatSpec, Match, ReadFn, WriteFn, contains};
+use crate::registry::{Capabilities, Columns, FixedCorner, FormatSpec, Match, Origin, ReadFn, WriteFn, contains};
 
 #[cfg(feature = "sph-exa")]
 mod read;
@@ -61,6 +61,8 @@ pub const SPEC: FormatSpec = FormatSpec {
         equal_masses: false,
         columns: Columns::Any,
         cubic_box: false,
+        origin: Origin::Corner,
+        corner: FixedCorner::Nowhere,
     },
     sniff,
     read: CODE.0,

@@ -155,6 +155,7 @@ fn read_box(file: &Reader, group: &str, attributes: &Attributes, facts: &mut Fac
         return Err(file.input(format!("group '{group}'"), format!("its box has an edge of {edge}, expected a length")));
     }
     facts.box_size = Some(edges);
+    facts.box_corner = None;
     let boundaries = attributes.numbers("boundaryType").unwrap_or_default();
     facts.periodic = Some(std::array::from_fn(|i| boundaries.get(i) == Some(&1.0)));
     let corner = [x, y, z];

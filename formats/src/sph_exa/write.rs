@@ -82,8 +82,9 @@ fn first_step(job: &Job, gas: &Species, edges: [f64; 3]) -> f64 {
 
 fn write_attributes(job: &Job, step: &Group, count: usize, edges: [f64; 3], dt: f64) -> Result<()> {
     let header = job.header;
-    let [x, y, z] = edges;
-    step.numbers("box", &[0.0, x, 0.0, y, 0.0, z])?;
+    let corner = header.box_corner.unwrap_or_default();
+    let limits: Vec<f64> = corner.iter().zip(edges).flat_map(|(c, edge)| [*c, c + edge]).collect();
+    step.numbers("box", &limits)?;
     step.numbers("boundaryType", &header.periodic.map(i8::from))?;
     step.numbers("iteration", &[1u64])?;
     step.numbers("numParticlesGlobal", &[count as u64])?;

@@ -14,7 +14,7 @@
 //! BoxSize has three elements where the box is not cubic. See [`crate::common::snapshot`] for the rest.
 //! Dataset names after SWIFT commit 8a8f0d794 (`src/hydro/SPHENIX/hydro_io.h`, `src/single_io.c`).
 
-use crate::registry::{Capabilities, Columns, FormatSpec, Streaming};
+use crate::registry::{Capabilities, Columns, FixedCorner, FormatSpec, Origin, Streaming};
 
 #[cfg(feature = "swift")]
 mod schema;
@@ -49,6 +49,8 @@ pub const SPEC: FormatSpec = FormatSpec {
         equal_masses: false,
         columns: Columns::Any,
         cubic_box: false,
+        origin: Origin::Corner,
+        corner: FixedCorner::Everywhere,
     },
     sniff: crate::registry::sniff_hdf5,
     read: None,

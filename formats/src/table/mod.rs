@@ -37,7 +37,7 @@ mod schema;
 #[cfg(feature = "table")]
 mod sheet;
 
-use crate::registry::{Capabilities, Columns, FormatSpec, Match, ReadFn, WriteFn};
+use crate::registry::{Capabilities, Columns, FixedCorner, FormatSpec, Match, Origin, ReadFn, WriteFn};
 
 /// Data sheet of the format.
 pub const SPEC: FormatSpec = FormatSpec {
@@ -56,6 +56,8 @@ pub const SPEC: FormatSpec = FormatSpec {
         equal_masses: false,
         columns: Columns::Any,
         cubic_box: false,
+        origin: Origin::Corner,
+        corner: FixedCorner::Nowhere,
     },
     sniff,
     read: READ,

@@ -30,7 +30,7 @@ mod write;
 #[cfg(feature = "vtk")]
 mod xml;
 
-use crate::registry::{Capabilities, Columns, FormatSpec, Match, Streaming};
+use crate::registry::{Capabilities, Columns, FixedCorner, FormatSpec, Match, Origin, Streaming};
 
 #[cfg(feature = "vtk")]
 const STREAM: Option<Streaming> = Some(Streaming {
@@ -61,6 +61,8 @@ pub const SPEC: FormatSpec = FormatSpec {
         equal_masses: false,
         columns: Columns::Any,
         cubic_box: false,
+        origin: Origin::Corner,
+        corner: FixedCorner::Nowhere,
     },
     sniff,
     #[cfg(feature = "vtk")]

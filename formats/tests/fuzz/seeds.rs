@@ -76,6 +76,7 @@ fn particles(dimension: usize, equal_masses: bool) -> ParticleFile {
         header: RunHeader {
             dimension,
             box_size: std::array::from_fn(|k| if k < dimension { 3.0 } else { 0.0 }),
+            box_corner: None,
             periodic: std::array::from_fn(|k| k < dimension),
             units: UnitSystem::cgs(),
             time: 0.5,

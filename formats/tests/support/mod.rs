@@ -51,6 +51,7 @@ pub fn particles(n: usize, d: usize) -> ParticleFile {
         header: RunHeader {
             dimension: d,
             box_size,
+            box_corner: None,
             periodic: std::array::from_fn(|k| k < d),
             units: UnitSystem::solar(),
             time: 0.5,

@@ -1,0 +1,102 @@
+//! Which point of the result is at the origin: what the scene asks for, else what the format's data sheet says.
+
+use super::frame::Frame;
+use crate::error::{Error, Result};
+use crate::scene::{Conversion, OriginInput, OriginName, Scene, values};
+use crate::target::Positions;
+use sph::reduce;
+use sph_formats::registry::{FixedCorner, Origin};
+use sph_formats::{FormatSpec, UnitDimension};
+
+/// How the note begins that says where the origin is.
+pub const NOTE: &str = "the origin is";
+
+/// What the scene asks for, else what the format wants of a body in vacuum; `None` where coordinates count from the corner of the
+/// box as they always do.
+pub fn wanted(scene: &Scene, format: Option<&FormatSpec>, (periodic, open): (bool, bool)) -> Option<OriginInput> {
+    let by_format = || match format?.capabilities.origin {
+        Origin::CenterOfMass if open && !periodic => Some(OriginInput::Named(OriginName::CenterOfMass)),
+        _ => None,
+    };
+    scene.output.origin.clone().or_else(by_format)
+}
+
+/// Refuses an origin that the format or the box does not allow; `periodic` says which axes are.
+///
+/// # Errors
+/// [`Error::Scene`] with the reason, and what to write instead.
+pub fn refuse(scene: &Scene, format: Option<&FormatSpec>, periodic: &[bool]) -> Result<()> {
+    let Some(origin) = &scene.output.origin else { return Ok(()) };
+    let wrong = |problem: String| Err(Error::scene("output.origin", format!("is {origin}, {problem}")));
+    if let OriginInput::Point(point) = origin
+        && point.len() != periodic.len()
+    {
+        return wrong(format!("a point of {} coordinates, but the particles have {}", point.len(), periodic.len()));
+    }
+    let is_periodic = periodic.contains(&true);
+    if *origin == OriginInput::Named(OriginName::CenterOfMass) && is_periodic {
+        return wrong(
+            "but matter that repeats along a periodic axis has no center of mass; choose center, corner, input or a point".into(),
+        );
+    }
+    let Some(format) = format.filter(|_| *origin != OriginInput::Named(OriginName::Corner)) else { return Ok(()) };
+    let (name, remedy) = (format.name, "leave it out, or write another format");
+    match format.capabilities.corner {
+        FixedCorner::Everywhere => {
+            wrong(format!("but coordinates of '{name}' go from 0 to the edge of the box; {remedy}"))
+        }
+        FixedCorner::Periodic if is_periodic => {
+            wrong(format!("but '{name}' states of a periodic box its edge alone, so that its corner is at 0; {remedy}"))
+        }
+        _ => Ok(()),
+    }
+}
+
+/// The point in internal units. `conversion` is that of the scene's numbers to the output's, of which `length` are one internal
+/// unit; `all` are lists of places with masses.
+///
+/// # Errors
+/// A point with units that cannot be converted.
+pub(super) fn point<const D: usize>(
+    origin: &OriginInput,
+    frame: &Frame<D>,
+    (conversion, length): (&Conversion, f64),
+    all: &[(&Positions<D>, &[f64])],
+) -> Result<[f64; D]> {
+    Ok(match origin {
+        OriginInput::Named(OriginName::Corner) => frame.lower_corner(),
+        OriginInput::Named(OriginName::Center) => {
+            let corner = frame.lower_corner();
+            std::array::from_fn(|k| corner[k] + 0.5 * frame.box_size[k])
+        }
+        OriginInput::Named(OriginName::Input) => [0.0; D],
+        OriginInput::Named(OriginName::CenterOfMass) => {
+            let total: f64 = all.iter().map(|(_, m)| reduce::sum(m.len(), |i| m[i])).sum();
+            let moment = |k: usize| all.iter().map(|(x, m)| reduce::sum(m.len(), |i| m[i] * x[k][i])).sum::<f64>();
+            std::array::from_fn(|k| moment(k) / total)
+        }
+        OriginInput::Point(point) => {
+            let point = values("output.origin", point, UnitDimension::LENGTH, conversion)?;
+            std::array::from_fn(|k| point.get(k).copied().unwrap_or(0.0) / length)
+        }
+    })
+}
+
+/// What is said of it: `at` is where it is in the coordinates of the input, in the output's units.
+pub(super) fn describe(origin: &OriginInput, at: &[f64], (corner, edges): (&[f64], &[f64])) -> String {
+    let list = |numbers: Vec<f64>| numbers.iter().map(|x| format!("{:.6e}", x + 0.0)).collect::<Vec<_>>().join(", ");
+    let what = match origin {
+        OriginInput::Named(OriginName::Corner) => "the lower corner of the box",
+        OriginInput::Named(OriginName::Center) => "the middle of the box",
+        OriginInput::Named(OriginName::CenterOfMass) => "the center of mass",
+        OriginInput::Named(OriginName::Input) => "that of the input",
+        OriginInput::Point(_) => "the point that output.origin names",
+    };
+    let end = corner.iter().zip(edges).map(|(c, edge)| c + edge).collect();
+    format!(
+        "{NOTE} {what}, [{}] of the input; the box goes from [{}] to [{}] (output.origin)",
+        list(at.to_vec()),
+        list(corner.to_vec()),
+        list(end)
+    )
+}
