@@ -366,3 +366,24 @@ fn a_crystal_stays_one_and_says_so() {
         assert!(error.contains(order) && error.contains("leave one of the two out"), "{error}");
     }
 }
+
+#[test]
+fn the_time_of_stages_is_foreseen_as_it_grows() {
+    let expected = |rest: &str| {
+        let (report, ..) = run_until(Some(Instant::now()), &format!("{BOX}wvt: {{iterations: 10}}\n{rest}\n"));
+        let seconds = |step: &str| report.expected.iter().find(|e| e.step == step).map(|e| e.seconds);
+        (seconds("wvt"), seconds("solver"), report)
+    };
+    let (wvt, solver, report) = expected("particles: 400\nsolver: {evaluations: 40}");
+    let (wvt, solver) = (wvt.unwrap(), solver.unwrap());
+    // In proportion to evaluations, which cost as much as an iteration.
+    assert!(wvt > 0.0 && (solver / wvt / 4.0 - 1.0).abs() < 1e-12, "{wvt} and {solver}");
+    let (more, ..) = expected("particles: 1600\nsolver: {evaluations: 40}");
+    assert!((more.unwrap() / wvt / 4.0 - 1.0).abs() < 1e-12, "{more:?}");
+    let (neighbors, ..) = expected("particles: 400\nneighbors: 60\nsolver: {evaluations: 40}");
+    assert!((1.0..4.0).contains(&(neighbors.unwrap() / wvt)), "{neighbors:?}");
+    let (alone, none, _) = expected("particles: 400\npolish: none");
+    assert_eq!((alone, none), (Some(wvt), None));
+    assert!(report.text().contains("(stages were expected to take under a second)"), "{}", report.text());
+    assert!(report.json().contains("\"expected\""));
+}

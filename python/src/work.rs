@@ -59,6 +59,7 @@ pub fn watched<T: Send + 'static>(
 /// One line.
 fn describe(event: Event) -> String {
     match event {
+        Event::Expect { step, seconds } => format!("{step}: some {seconds:.0} s expected"),
         Event::Begin(step) => step.name().to_owned(),
         Event::Iteration { stage, iteration, last, epsilon } => {
             format!("{} {iteration}/{last}, {epsilon:.2e}", stage.name)

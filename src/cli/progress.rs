@@ -1,6 +1,7 @@
 //! Progress on a terminal; silence when piped or asked for.
 
 use crate::relaxation::Event;
+use crate::run::duration::rounded;
 use indicatif::{ProgressBar, ProgressStyle};
 use std::io::IsTerminal;
 use std::sync::Mutex;
@@ -17,6 +18,12 @@ impl Progress {
     }
 
     pub fn update(&self, event: Event) {
+        if let Event::Expect { step, seconds } = event {
+            if self.shown {
+                eprintln!("{step}: {} on this machine, as an estimate", rounded(seconds));
+            }
+            return;
+        }
         let Event::Iteration { stage, iteration, last, epsilon } = event else { return };
         if !self.shown {
             return;

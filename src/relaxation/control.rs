@@ -35,6 +35,8 @@ impl Step {
 /// What an observer of a run is told.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Event {
+    /// What a stage will take, roughly; told before the first begins.
+    Expect { step: &'static str, seconds: f64 },
     /// A step begins.
     Begin(Step),
     /// A stage has finished an iteration of `last`; epsilon is that of [`super::Progress`].

@@ -8,6 +8,7 @@ pub mod checkpoint;
 pub mod destination;
 mod doubts;
 pub mod drawings;
+pub mod duration;
 pub(crate) mod fingerprint;
 mod grading;
 mod memory;

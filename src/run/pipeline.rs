@@ -5,6 +5,7 @@ use super::destination::{Destination, intended_format};
 #[cfg(feature = "plots")]
 use super::drawings::is_drawn;
 use super::drawings::{Drawing, is_picture};
+use super::duration::{self, Expected};
 use super::grading::verdict as verdict_on;
 use super::plan::{Held, Plan};
 use super::report::{MassReport, Report, Timing};
@@ -73,7 +74,7 @@ pub fn place(scene: &Scene, formats: &[FormatSpec], control: &Control<'_>) -> Re
         units,
         start,
         timing: Vec::new(),
-       
+        expected: Vec::new(),
         notes,
         warnings: Vec::new(),
     };
@@ -152,6 +153,7 @@ struct Run<'a> {
     units: RunUnits,
     start: Instant,
     timing: Vec<Timing>,
+    expected: Vec<Expected>,
     notes: Vec<String>,
     warnings: Vec<String>,
 }
@@ -207,6 +209,10 @@ impl Run<'_> {
             }));
         }
         memory::check(count, &plan.stages)?;
+        self.expected = duration::expected(&plan, count, neighbors, rayon::current_num_threads());
+        for Expected { step, seconds } in &self.expected {
+            self.control.tell(Event::Expect { step, seconds: *seconds });
+        }
         self.warnings.extend(doubts::before(self.scene, &prepared, count));
         let walls = Walls::new(self.scene, self.formats, &prepared, &self.units.into_input())?;
         self.refuse_box(&prepared, walls.as_ref())?;
@@ -320,6 +326,7 @@ impl Run<'_> {
             certificate,
             neighbors: near,
             stages,
+            expected: self.expected,
             timing: self.timing,
             seconds: self.start.elapsed().as_secs_f64(),
             plan,

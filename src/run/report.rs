@@ -6,6 +6,7 @@ use crate::metrics::{
     RegionFigures,
 };
 use crate::relaxation::{Certificate, StageReport, StopReason};
+use crate::run::duration::{self, Expected};
 use crate::run::plan::Plan;
 use crate::run::variables::{VariableReport, write_variables};
 use crate::run::verdict::{Finding, ending, write_verdict};
@@ -36,6 +37,8 @@ pub struct Report {
     pub certificate: Option<Certificate>,
     pub neighbors: NeighborFigures,
     pub stages: Vec<StageReport>,
+    /// What stages were expected to take.
+    pub expected: Vec<Expected>,
     pub timing: Vec<Timing>,
     pub seconds: f64,
     pub plan: Plan,
@@ -263,7 +266,11 @@ impl Report {
                 stage.best_iteration
             )?;
         }
-        writeln!(out, "  time             {:.2} s", self.seconds)?;
+        let expected = match duration::total(&self.expected) {
+            0.0 => String::new(),
+            seconds => format!(" (stages were expected to take {})", duration::rounded(seconds)),
+        };
+        writeln!(out, "  time             {:.2} s{expected}", self.seconds)?;
         for t in &self.timing {
             let epsilon = t.epsilon.map(|e| format!("  epsilon {e:.2e}")).unwrap_or_default();
             writeln!(out, "    {:<14} {:>8.2} s{epsilon}", t.step, t.seconds)?;
