@@ -19,6 +19,8 @@ pub struct Capabilities {
     pub columns: Columns,
     /// The box has one edge.
     pub cubic_box: bool,
+    /// Particles other than gas are refused.
+    pub gas_alone: bool,
     /// The point of a body in vacuum that is at the origin unless another is asked for.
     pub origin: Origin,
     /// Where coordinates have to count from the box's lower corner.
@@ -58,6 +60,7 @@ impl Capabilities {
         equal_masses: false,
         columns: Columns::Any,
         cubic_box: false,
+        gas_alone: false,
         origin: Origin::Corner,
         corner: FixedCorner::Nowhere,
     };

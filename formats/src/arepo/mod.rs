@@ -13,7 +13,7 @@
 //! opens even where it does not use them. BoxSize is one number (`LONG_X` and its like make the box other than cubic).
 //! See [`crate::common::snapshot`] for the rest. AREPO itself was not at hand to try the files.
 
-use crate::registry::{Capabilities, Columns, FixedCorner, FormatSpec, Origin, Streaming, WriteFn};
+use crate::registry::{Capabilities, FixedCorner, FormatSpec, Streaming, WriteFn};
 
 #[cfg(feature = "arepo")]
 mod schema;
@@ -39,17 +39,11 @@ pub const SPEC: FormatSpec = FormatSpec {
     feature: "arepo",
     reference: "https://arepo-code.org/wp-content/userguide/snapshotformat.html",
     capabilities: Capabilities {
-        read_field: false,
-        read_particles: false,
         write_particles: true,
         requires: &[crate::particle_names::INTERNAL_ENERGY],
-        geometries: &[],
         dimensions: &[1, 2, 3],
-        equal_masses: false,
-        columns: Columns::Any,
-        cubic_box: false,
-        origin: Origin::Corner,
         corner: FixedCorner::Everywhere,
+        ..Capabilities::NONE
     },
     sniff: crate::registry::sniff_hdf5,
     read: None,

@@ -23,7 +23,7 @@
 
 use crate::particle_names as names;
 use crate::registry::{
-    Capabilities, Columns, FileNames, FixedCorner, FormatSpec, Match, Origin, ReadFn, StreamFn, Streaming, WriteFn,
+    Capabilities, Columns, FileNames, FixedCorner, FormatSpec, Match, ReadFn, StreamFn, Streaming, WriteFn,
 };
 use schema::{HEADER_BYTES, NAME, NAME_BYTES};
 
@@ -62,17 +62,14 @@ pub const SPEC: FormatSpec = FormatSpec {
     feature: "gadget-binary",
     reference: "https://wwwmpa.mpa-garching.mpg.de/gadget/users-guide.pdf",
     capabilities: Capabilities {
-        read_field: false,
         read_particles: true,
         write_particles: true,
         requires: &[crate::particle_names::INTERNAL_ENERGY],
-        geometries: &[],
         dimensions: &[1, 2, 3],
-        equal_masses: false,
         columns: Columns::Only(&[names::INTERNAL_ENERGY]),
         cubic_box: true,
-        origin: Origin::Corner,
         corner: FixedCorner::Periodic,
+        ..Capabilities::NONE
     },
     sniff,
     read: CODE.0,

@@ -33,7 +33,7 @@
 //! Records of 2 GiB and more are split as gfortran does it: a negative length says that more follows or came before.
 
 use crate::particle_names as names;
-use crate::registry::{Capabilities, Columns, FixedCorner, FormatSpec, Match, Origin, ReadFn, WriteFn};
+use crate::registry::{Capabilities, Columns, FormatSpec, Match, Origin, ReadFn, WriteFn};
 use schema::{CAPTURE, NAME};
 
 #[cfg(feature = "phantom")]
@@ -61,17 +61,14 @@ pub const SPEC: FormatSpec = FormatSpec {
     feature: "phantom",
     reference: "https://phantomsph.readthedocs.io/en/latest/user-guide/dumpfile.html",
     capabilities: Capabilities {
-        read_field: false,
         read_particles: true,
         write_particles: true,
         requires: &[crate::particle_names::INTERNAL_ENERGY],
-        geometries: &[],
         dimensions: &[3],
         equal_masses: true,
         columns: Columns::Scalars { longest_name: 16, vectors: &[names::MAGNETIC_FIELD] },
-        cubic_box: false,
         origin: Origin::CenterOfMass,
-        corner: FixedCorner::Nowhere,
+        ..Capabilities::NONE
     },
     sniff,
     read: CODE.0,
