@@ -194,6 +194,11 @@ fn what_makes_no_sense_is_refused_before_the_work() {
         ),
         (open, "{format: vtk, origin: [1, 2]}", ["is [1, 2]", "a point of 2 coordinates", "the particles have 3"]),
         (open, "{format: vtk, origin: ['1 s', 0, 0]}", ["output.origin[0]", "is '1 s'", "Rsun"]),
+        (
+            open,
+            "{format: vtk, origin: [0, 1e300, 0]}",
+            ["is 1.0e300 times", "times the size of the domain away", "name a nearer point"],
+        ),
         (open, "{format: vtk, origin: []}", ["output.origin", "has 0 coordinates", "one for each"]),
     ] {
         let error = refused(&format!("{scene}output: {output}\n"));

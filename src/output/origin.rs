@@ -4,6 +4,7 @@ use super::frame::Frame;
 use crate::error::{Error, Result};
 use crate::scene::{Conversion, OriginInput, OriginName, Scene, values};
 use crate::target::Positions;
+use sph::domain::Domain;
 use sph::reduce;
 use sph_formats::registry::{FixedCorner, Origin};
 use sph_formats::{FormatSpec, UnitDimension};
@@ -50,6 +51,33 @@ pub fn refuse(scene: &Scene, format: Option<&FormatSpec>, periodic: &[bool]) -> 
         }
         _ => Ok(()),
     }
+}
+
+/// Farthest point from the domain in units of its size: farther away rounding moves particles.
+const FAR: f64 = 1e9;
+
+/// Refuses a point so far away that coordinates would not tell particles apart. `domain` is in internal units, of which `length`
+/// of the input's are one; `conversion` is that of the scene's numbers to the input's.
+///
+/// # Errors
+/// The point, and how far it is.
+pub fn refuse_far<const D: usize>(
+    scene: &Scene,
+    domain: &Domain<D>,
+    (conversion, length): (&Conversion, f64),
+) -> Result<()> {
+    let Some(OriginInput::Point(point)) = &scene.output.origin else { return Ok(()) };
+    let point = values("output.origin", point, UnitDimension::LENGTH, conversion)?;
+    let middle = domain.center();
+    let off = |k: usize| (point.get(k).copied().unwrap_or(0.0) / length - middle[k]).abs() / domain.size();
+    let far = (0..D).map(off).fold(0.0, f64::max);
+    if far <= FAR {
+        return Ok(());
+    }
+    let problem = format!(
+        "is {far:.1e} times the size of the domain away from it: rounding would move the particles; name a nearer point"
+    );
+    Err(Error::scene("output.origin", problem))
 }
 
 /// The point in internal units. `conversion` is that of the scene's numbers to the output's, of which `length` are one internal

@@ -267,7 +267,8 @@ const RESOLVED: f64 = 1e-3;
 /// Refuses bodies so far away that rounding moves their particles.
 fn refuse_unresolved(bodies: &[Body], states: &[State], frame: &Frame) -> Result<()> {
     for (body, state) in bodies.iter().zip(states) {
-        let reach = state.position.iter().chain(&frame.edges).fold(0.0_f64, |m, v| m.max(v.abs()));
+        let corner = frame.corner().unwrap_or_default();
+        let reach = state.position.iter().chain(&frame.edges).chain(&corner).fold(0.0_f64, |m, v| m.max(v.abs()));
         let spacing = body.spacings().into_iter().filter(|s| *s > 0.0).fold(f64::INFINITY, f64::min);
         if !(reach * f64::EPSILON < RESOLVED * spacing) {
             let problem = format!(

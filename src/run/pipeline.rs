@@ -359,6 +359,8 @@ impl Run<'_> {
     /// What the format says of the box of the output.
     fn refuse_box<const D: usize>(&self, prepared: &Prepared<D>, walls: Option<&Walls<D>>) -> Result<()> {
         origin::refuse(self.scene, self.format, &prepared.source.domain.axes.map(|a| a == Axis::Periodic))?;
+        let into_input = self.units.into_input();
+        origin::refuse_far(self.scene, &prepared.source.domain, (&into_input, prepared.length))?;
         let Some(format) = self.format.filter(|f| f.capabilities.cubic_box) else { return Ok(()) };
         let frame = match walls {
             Some(walls) => Frame::new(&walls.frame, 1.0),

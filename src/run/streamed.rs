@@ -90,6 +90,7 @@ impl<'a, const D: usize> Streamed<'a, D> {
     ) -> Result<Self> {
         let periodic = prepared.source.domain.axes.map(|axis| axis == Axis::Periodic);
         origin::refuse(scene, format, &periodic)?;
+        origin::refuse_far(scene, &prepared.source.domain, (&units.into_input(), prepared.length))?;
         let (out, note) = output_units(scene.output.units.as_deref(), units.input, prepared.mass.value, D)?;
         let requires = format.map_or(&[][..], |f| f.capabilities.requires);
         let mut stream = Self {

@@ -20,6 +20,12 @@ fn looked_at(html: &str) -> (Vec<String>, Vec<Vec<String>>) {
     let rest = parts[1..].iter().map(|part| part.split_once('"').unwrap().1);
     let fetched =
         [parts[0]].into_iter().chain(rest).collect::<String>().replace("xmlns=\"http://www.w3.org/2000/svg\"", "");
+    // Links within the page fetch nothing, and lead somewhere.
+    let places: Vec<&str> = fetched.split("href=\"#").skip(1).map(|rest| rest.split('"').next().unwrap()).collect();
+    for place in &places {
+        assert!(fetched.contains(&format!("id=\"{place}\"")), "{place}");
+    }
+    let fetched = fetched.replace("href=\"#", "");
     for mark in ["http:", "https:", "src=", "href", "url(", "@import", "<script", "<link", "onerror=\"", "NaN"] {
         assert!(!fetched.contains(mark), "{mark}");
     }
@@ -121,6 +127,7 @@ fn the_page_of_a_star_has_everything_with_units() {
     let verdict = ran.stdout.lines().find_map(|l| l.trim().strip_prefix("verdict")).unwrap();
     let words = verdict.split(" (").next().unwrap().trim();
     assert!(html.find(&format!("Verdict: {words}")).unwrap() < html.find("<h2>").unwrap(), "{words}");
+    assert!(html.contains("href=\"#mass-in-place\"") && html.contains("<h3 id=\"mass-in-place\">"), "no links");
     assert!(html.contains("sph-prep --scene ") && html.contains(env!("CARGO_PKG_VERSION")));
     assert!(html.contains("polytrope") && html.contains("balance of pressure") || html.contains("mass trimming"));
 }
