@@ -110,6 +110,27 @@ pub(super) fn point<const D: usize>(
     })
 }
 
+/// The same for several bodies, in the output's units: from the corner and edges of their box, and their center of mass.
+///
+/// # Errors
+/// As for a single one.
+pub fn among_bodies(
+    origin: &OriginInput,
+    (lo, edges, center): ([f64; 3], [f64; 3], [f64; 3]),
+    conversion: &Conversion,
+) -> Result<[f64; 3]> {
+    Ok(match origin {
+        OriginInput::Named(OriginName::Corner) => lo,
+        OriginInput::Named(OriginName::Center) => std::array::from_fn(|k| lo[k] + 0.5 * edges[k]),
+        OriginInput::Named(OriginName::CenterOfMass) => center,
+        OriginInput::Named(OriginName::Input) => [0.0; 3],
+        OriginInput::Point(point) => {
+            let point = values("output.origin", point, UnitDimension::LENGTH, conversion)?;
+            std::array::from_fn(|k| point.get(k).copied().unwrap_or(0.0))
+        }
+    })
+}
+
 /// What is said of it: `at` is where it is in the coordinates of the input, in the output's units.
 pub(super) fn describe(origin: &OriginInput, at: &[f64], (corner, edges): (&[f64], &[f64])) -> String {
     let list = |numbers: Vec<f64>| numbers.iter().map(|x| format!("{:.6e}", x + 0.0)).collect::<Vec<_>>().join(", ");

@@ -21,9 +21,7 @@ use crate::output::frame::output_units;
 use crate::output::origin;
 use crate::output::particle_file::provenance;
 use crate::relaxation::{Control, StopReason};
-use crate::scene::{
-    BoundaryName, Conversion, DEFAULT_PARTICLES, OrbitInput, OriginInput, OriginName, Quantity, Scene, in_body, values,
-};
+use crate::scene::{BoundaryName, Conversion, DEFAULT_PARTICLES, OrbitInput, Quantity, Scene, in_body, values};
 use sph_formats::{FormatSpec, ParticleFile, UnitDimension, UnitSystem};
 use std::path::Path;
 use std::time::Instant;
@@ -127,7 +125,10 @@ pub fn place_bodies(
         Some(frame) => frame,
         None => assembly::frame(&bodies, &states, relative.map(|_| center), scene.output.box_factor),
     };
-    frame.origin = origin_of(scene, formats, &frame, (center, &conversion))?;
+    let is_periodic = frame.periodic.contains(&true);
+    let wanted = origin::wanted(scene, intended_format(scene, formats)?, (is_periodic, !is_periodic));
+    let place = (frame.lo, frame.edges, center);
+    frame.origin = wanted.map(|wanted| origin::among_bodies(&wanted, place, &conversion)).transpose()?;
     notes.push(match frame.origin {
         None => format!("the origin of the scene is at {:?} in the box", frame.lo.map(|v| 0.0 - v)),
         Some(point) => format!("the origin of the file is at {point:?} in the scene (output.origin)"),
@@ -532,30 +533,6 @@ fn box_of(scene: &Scene, d: usize, conversion: &Conversion) -> Result<Option<Fra
     }
     let (edges, periodic) = (std::array::from_fn(|k| hi[k] - lo[k]), periodic_axes(scene, d));
     Ok(Some(Frame { lo, edges, periodic, origin: None }))
-}
-
-/// The point of the scene that is at the origin of the file, where that is chosen by the scene or its format.
-fn origin_of(
-    scene: &Scene,
-    formats: &[FormatSpec],
-    frame: &Frame,
-    (center, conversion): ([f64; 3], &Conversion),
-) -> Result<Option<[f64; 3]>> {
-    let format = intended_format(scene, formats)?;
-    let is_periodic = frame.periodic.contains(&true);
-    Ok(match origin::wanted(scene, format, (is_periodic, !is_periodic)) {
-        None => None,
-        Some(OriginInput::Named(OriginName::Corner)) => Some(frame.lo),
-        Some(OriginInput::Named(OriginName::Center)) => {
-            Some(std::array::from_fn(|k| frame.lo[k] + 0.5 * frame.edges[k]))
-        }
-        Some(OriginInput::Named(OriginName::CenterOfMass)) => Some(center),
-        Some(OriginInput::Named(OriginName::Input)) => Some([0.0; 3]),
-        Some(OriginInput::Point(point)) => {
-            let point = values("output.origin", &point, UnitDimension::LENGTH, conversion)?;
-            Some(std::array::from_fn(|k| point.get(k).copied().unwrap_or(0.0)))
-        }
-    })
 }
 
 /// What is said of the whole: that of the body that came off worst.

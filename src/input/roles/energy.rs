@@ -134,7 +134,16 @@ fn internal(
     if role != Role::InternalEnergyDensity {
         let missing = velocity.iter().find_map(|(a, _)| a.note.as_ref().filter(|n| n.contains("taken to be 0")));
         match (velocity.is_empty(), missing) {
-            (true, _) => return Err("there is no velocity whose kinetic energy could come off".into()),
+            (true, _) => {
+                let at_rest = match role {
+                    Role::TotalEnergy => Role::InternalEnergy,
+                    _ => Role::InternalEnergyDensity,
+                };
+                return Err(format!(
+                    "there is no velocity whose kinetic energy could come off (--map {name}={} where nothing moves)",
+                    at_rest.name()
+                ));
+            }
             (_, Some(note)) => return Err(format!("of the velocity {note}")),
             _ => {}
         }
