@@ -346,6 +346,7 @@ fn smoothing<const D: usize>(
         Neighbors::Eta(eta) => format!("h = {eta} (m/rho)^(1/3)"),
         Neighbors::HalfSupport(hfact) => format!("h = {hfact} (m/rho)^(1/3)"),
         Neighbors::Count(count) => format!("the kernel's radius with {count} neighbors"),
+        Neighbors::CountInTwoLengths(count) => format!("half the kernel's radius with {count} neighbors"),
     };
     let text =
         format!("are {median:.3} times those that {} will find in the median; expected {expected}", code.sheet.title);

@@ -13,8 +13,10 @@ pub enum Neighbors {
     Eta(f64),
     /// Half the support radius over the spacing.
     HalfSupport(f64),
-    /// V_d n H^d itself in three dimensions; in fewer, as many as belong to the same H.
+    /// V_d n H^d itself in three dimensions; in fewer, as many as belong to the same H, which is the smoothing length.
     Count(f64),
+    /// The same where the smoothing length is half the support radius.
+    CountInTwoLengths(f64),
 }
 
 /// A way in which a code finds forces.
@@ -146,6 +148,22 @@ pub const SHEETS: &[Sheet] = &[
         has_parameters: true,
         reference: "Phantom v2026.0.1: kernel_cubic.f90 (hfact_default, radkern 2), physcon.f90",
     },
+    Sheet {
+        name: "sph-exa",
+        title: "SPH-EXA",
+        format: "sph-exa",
+        kernel: KernelName::Sinc6,
+        neighbors: Neighbors::CountInTwoLengths(100.0),
+        // That of the file, which is ours.
+        gravity: 6.674_30e-8,
+        key: "ng0",
+        parameter: "ng0",
+        schemes: &[other("ve"), other("std")],
+        softening: Softening::CubicSpline,
+        has_kernels: false,
+        has_parameters: true,
+        reference: "SPH-EXA b458f57: sph/particles_data.hpp (kernelChoice, sincIndex, ng0), sph_kernel_tables.hpp, update_h.hpp",
+    },
 ];
 
 /// Part of the most neighbors that make no pairs which is advised.
@@ -194,6 +212,7 @@ impl TargetCode {
                         Neighbors::Eta(_) => Neighbors::Eta(number),
                         Neighbors::HalfSupport(_) => Neighbors::HalfSupport(number),
                         Neighbors::Count(_) => Neighbors::Count(number),
+                        Neighbors::CountInTwoLengths(_) => Neighbors::CountInTwoLengths(number),
                     };
                 }
                 Some((key, _)) => {
@@ -218,7 +237,9 @@ impl TargetCode {
         match self.neighbors {
             Neighbors::Eta(eta) => of_ratio(eta * support_over_smoothing_length(self.kernel, d)),
             Neighbors::HalfSupport(ratio) => of_ratio(2.0 * ratio),
-            Neighbors::Count(count) => of_ratio((count / unit_ball_volume(3)).cbrt()),
+            Neighbors::Count(count) | Neighbors::CountInTwoLengths(count) => {
+                of_ratio((count / unit_ball_volume(3)).cbrt())
+            }
         }
     }
 
@@ -226,7 +247,7 @@ impl TargetCode {
     pub fn support_over_length(&self, d: usize) -> f64 {
         match self.neighbors {
             Neighbors::Eta(_) => support_over_smoothing_length(self.kernel, d),
-            Neighbors::HalfSupport(_) => 2.0,
+            Neighbors::HalfSupport(_) | Neighbors::CountInTwoLengths(_) => 2.0,
             Neighbors::Count(_) => 1.0,
         }
     }
@@ -234,7 +255,7 @@ impl TargetCode {
     /// What it says in the code's own parameter.
     pub fn setting(&self) -> f64 {
         match self.neighbors {
-            Neighbors::Eta(v) | Neighbors::HalfSupport(v) | Neighbors::Count(v) => v,
+            Neighbors::Eta(v) | Neighbors::HalfSupport(v) | Neighbors::Count(v) | Neighbors::CountInTwoLengths(v) => v,
         }
     }
 
@@ -244,7 +265,7 @@ impl TargetCode {
         match self.neighbors {
             Neighbors::Eta(_) => ratio / support_over_smoothing_length(kernel, d),
             Neighbors::HalfSupport(_) => 0.5 * ratio,
-            Neighbors::Count(_) => unit_ball_volume(3) * ratio.powi(3),
+            Neighbors::Count(_) | Neighbors::CountInTwoLengths(_) => unit_ball_volume(3) * ratio.powi(3),
         }
     }
 
@@ -258,12 +279,12 @@ impl TargetCode {
     /// Why its forces cannot be balanced; `None` where they can.
     pub fn unknown_force(&self) -> Option<String> {
         let schemes = self.sheet.schemes.iter().filter(|s| s.has_our_force).map(|s| s.name).collect::<Vec<_>>();
+        let others =
+            if schemes.is_empty() { String::new() } else { format!(", which are those of its {}", schemes.join(", ")) };
         (!self.scheme.has_our_force).then(|| {
             format!(
-                "the forces of {} with {} are not those that are balanced here, which are those of its {}",
-                self.sheet.title,
-                self.scheme.name,
-                schemes.join(", ")
+                "the forces of {} with {} are not those that are balanced here{others}",
+                self.sheet.title, self.scheme.name
             )
         })
     }
@@ -344,6 +365,8 @@ mod tests {
             ("gizmo", 3, 32.0),
             ("phantom", 3, 57.9),
             ("phantom:hfact=1.0", 3, 33.5),
+            ("sph-exa", 3, 100.0),
+            ("sph-exa:ng0=150", 3, 150.0),
             ("swift", 2, 15.1),
         ] {
             let found = TargetCode::parse(text).unwrap().kernel_neighbors(d);
@@ -361,6 +384,7 @@ mod tests {
             ("swift:scheme=gizmo", vec!["scheme 'gizmo'", "sphenix"]),
             ("gizmo:wendland-c2", vec!["no kernel but cubic spline"]),
             ("gadget2:wendland-c2", vec!["no kernel but cubic spline"]),
+            ("sph-exa:wendland-c2", vec!["no kernel but sinc^6"]),
             ("", vec!["no code of the name ''"]),
         ] {
             let error = TargetCode::parse(text).unwrap_err().to_string();
@@ -375,6 +399,7 @@ mod tests {
         let of = |text: &str| TargetCode::parse(text).unwrap().unknown_force();
         assert!(of("gizmo").unwrap().contains("GIZMO with mfm"));
         assert!(of("swift:scheme=gasoline").unwrap().contains("sphenix, minimal, planetary"));
+        assert!(of("sph-exa").unwrap().ends_with("SPH-EXA with ve are not those that are balanced here"));
         assert_eq!((of("swift"), of("gizmo:scheme=density-sph"), of("phantom")), (None, None, None));
     }
 

@@ -81,6 +81,35 @@ fn a_step_has_what_the_code_reads() {
     assert_eq!((back.header.box_size, back.header.provenance), ([1.0, 2.0, 3.0], vec![("Seed".into(), "1".into())]));
 }
 
+/// Softening by the smallest spacing, and the neighbors where the sums are of the code's kernel: its own defaults are 0.005 in
+/// whatever units, and 100.
+#[test]
+fn gravity_is_softened_by_the_spacing_and_the_neighbors_are_those_of_the_sums() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("a.sphexa");
+    let step = |p: &ParticleFile| {
+        write(&path, p).unwrap();
+        Reader::open(&path, "sph-exa").unwrap().group_attributes("Step#0").unwrap()
+    };
+    let mut p = gas();
+    assert!(step(&p).number("eps").is_none() && step(&p).number("ng0").is_none());
+    let table = &mut p.species[0].table;
+    let masses = table.column(names::MASSES).unwrap().values.to_f64();
+    let density = Column {
+        name: names::DENSITY.into(),
+        components: 1,
+        values: Values::F64(vec![masses[0] * 64.0, masses[1] * 8.0]),
+        dimension: UnitDimension::mass_density(3),
+    };
+    table.columns.push(density);
+    p.header.kernel = "sinc^6".into();
+    let found = step(&p);
+    assert!((found.number("eps").unwrap() - 0.125).abs() < 1e-12);
+    assert_eq!((found.number("ng0"), found.number("ngmax")), (Some(110.0), Some(165.0)));
+    p.header.periodic = [true; 3];
+    assert!(step(&p).number("eps").is_none());
+}
+
 #[test]
 fn the_last_step_of_an_output_is_read_from_its_temperature_and_shifted_box() {
     let folder = tempfile::tempdir().unwrap();

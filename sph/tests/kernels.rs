@@ -1,15 +1,10 @@
 //! Kernels against their published norms, widths and slopes, and how many neighbors they bear.
 
-use sph_core::geometry::unit_ball_volume;
+use sph_core::geometry::unit_sphere_area;
 use sph_core::kernel::{
-    CubicSpline, Kernel, KernelName, Quartic, Quintic, WendlandC2, WendlandC4, WendlandC6, evaluate, makes_pairs,
-    support_over_smoothing_length,
+    CubicSpline, Kernel, KernelName, Quartic, Quintic, Sinc6, WendlandC2, WendlandC4, WendlandC6, evaluate,
+    makes_pairs, support_over_smoothing_length,
 };
-
-/// Surface of the unit sphere: 2, 2 pi, 4 pi.
-fn unit_sphere_area(d: usize) -> f64 {
-    d as f64 * unit_ball_volume(d)
-}
 
 fn integrate(f: impl Fn(f64) -> f64) -> f64 {
     let n = 20_000;
@@ -53,6 +48,7 @@ fn kernels_have_unit_integral_the_published_width_and_the_right_slope() {
     check_all(WendlandC2, [1.620185, 1.897367, 1.936492]);
     check_all(WendlandC4, [1.936492, 2.171239, 2.207940]);
     check_all(WendlandC6, [2.207940, 2.415230, 2.449490]);
+    check_all(Sinc6, [2.337202, 2.376269, 2.415481]);
 }
 
 #[test]
@@ -83,6 +79,17 @@ fn single_precision_lanes_agree_with_double_scalars() {
     compare::<_, 3>(WendlandC4);
     compare::<_, 2>(CubicSpline);
     compare::<_, 3>(Quintic);
+    compare::<_, 3>(Sinc6);
+}
+
+#[test]
+fn the_sinc_kernel_is_its_formula() {
+    for i in 1..1000 {
+        let q = f64::from(i) / 1000.0;
+        let angle = std::f64::consts::PI * q;
+        let error = evaluate::<_, 3>(Sinc6, q).0 - (angle.sin() / angle).powi(6);
+        assert!(error.abs() < 1e-14, "at {q}: {error:e}");
+    }
 }
 
 #[test]
@@ -92,6 +99,7 @@ fn splines_make_pairs_past_a_number_of_neighbors() {
         (KernelName::CubicSpline, 2, 15.0, 19.6),
         (KernelName::Quartic, 3, 96.0, 128.0),
         (KernelName::Quintic, 3, 170.0, 190.0),
+        (KernelName::Sinc6, 3, 110.0, 150.0),
     ] {
         assert!(!makes_pairs(kernel, d, fewer) && makes_pairs(kernel, d, more), "{kernel:?}");
     }

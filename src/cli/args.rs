@@ -319,8 +319,8 @@ pub struct RunArgs {
     /// Deflate level of the output, 0 (none) to 9 [default: 4].
     #[arg(long, value_name = "LEVEL", value_parser = clap::value_parser!(u8).range(0..=9))]
     compression: Option<u8>,
-    /// Kernel of the sums: cubic-spline, quartic, quintic, wendland-c2, wendland-c4, wendland-c6 [default: that of the code of
-    /// --for, else wendland-c4].
+    /// Kernel of the sums: cubic-spline, quartic, quintic, wendland-c2, wendland-c4, wendland-c6, sinc6 [default: that of the
+    /// code of --for, else wendland-c4].
     #[arg(long, value_name = "NAME", value_parser = kernel)]
     kernel: Option<KernelName>,
     /// V n H^d, the number of neighbors [default: that of the code of --for, else 64 in 3-D].

@@ -46,6 +46,7 @@ fn places(code: TargetCode, path: &Path) -> Vec<PathBuf> {
         "swift" => vec![format!("{stem}.yml")],
         "gadget4" => vec![format!("{stem}.param"), format!("{stem}.Config.sh")],
         "phantom" => vec![format!("{}.in", prefix(&stem))],
+        "sph-exa" => vec![format!("{stem}.sh")],
         _ => Vec::new(),
     };
     names.into_iter().map(|name| path.with_file_name(name)).collect()
@@ -88,6 +89,7 @@ pub(crate) fn files(code: TargetCode, path: &Path, file: &ParticleFile) -> Resul
         "swift" => vec![facts.swift()],
         "gadget4" => vec![facts.gadget4(), facts.gadget4_config()],
         "phantom" => vec![facts.phantom()],
+        "sph-exa" => vec![facts.sph_exa()],
         _ => Vec::new(),
     };
     Ok(places(code, path).into_iter().zip(texts).collect())
@@ -352,6 +354,25 @@ InitGasTemp 0
         row(&mut text, "hfact", number(self.code.setting()), "h in units of particle spacing [h = hfact(m/rho)^(1/3)]");
         text
     }
+
+    /// A command: the code has no parameter file, and reads what else it needs from its input. Times are real numbers, for it
+    /// takes integers as numbers of steps.
+    fn sph_exa(&self) -> String {
+        let head = self.head("#", &format!("sh {}.sh [OPTION ...], where sphexa is on the path", self.stem));
+        format!(
+            "#!/bin/sh\n{head}exec sphexa --init {} --prop {} -s {:e} -w {:e} -f x,y,z,vx,vy,vz,h,m,rho,temp -o {} \"$@\"\n",
+            quoted(&self.name),
+            self.code.scheme.name,
+            END * self.time,
+            SNAPSHOT * self.time,
+            quoted(&format!("{}_snap.h5", self.stem)),
+        )
+    }
+}
+
+/// A word of a shell's command, whatever it holds.
+fn quoted(word: &str) -> String {
+    format!("'{}'", word.replace('\'', r"'\''"))
 }
 
 /// Options without which Phantom writes the file anew and stops, at its defaults.

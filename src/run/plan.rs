@@ -106,7 +106,7 @@ impl Plan {
             }
             Polish::None if scene.polish.is_none() => self.drop(
                 "density solver",
-                format!("over {MAX_AUTOMATIC} particles it takes three times the memory of WVT; ask for it with polish: solver"),
+                format!("over {MAX_AUTOMATIC} particles it takes minutes; ask for it with polish: solver"),
             ),
             Polish::None => self.drop("polish", "polish is none"),
             _ if (count as f64) < 2.0 * neighbors => {

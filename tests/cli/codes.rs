@@ -42,6 +42,17 @@ fn parameter_files_say_what_the_codes_need() {
     let options = read("star.in");
     assert_eq!(number(&options, "hfact"), 1.2);
     assert!(options.contains("star_00000.tmp") && options.contains("ieos"));
+    start("sph-exa:scheme=std", "s.h5");
+    let command = read("s.sh");
+    assert!(
+        command.starts_with("#!/bin/sh\n# s.h5 for SPH-EXA (std) with sinc^6, ng0 100: 100.0 neighbors"),
+        "{command}"
+    );
+    let line = command.lines().last().unwrap();
+    let after = |flag: &str| line.split_whitespace().skip_while(|word| *word != flag).nth(1).unwrap();
+    assert_eq!((after("--init"), after("--prop")), ("'s.h5'", "std"));
+    // Not an integer, which would be a number of steps.
+    assert!(after("-s").contains('e') && (after("-s").parse::<f64>().unwrap() / end - 1.0).abs() < 0.1, "{line}");
 }
 
 /// A scene often has the name of its output.

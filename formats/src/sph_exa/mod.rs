@@ -22,6 +22,8 @@
 //! | iteration, numParticlesGlobal | u8 | 1, N                                                                     |
 //! | time, minDt, minDt_m1 | f8     | the time steps are a tenth of the Courant condition                       |
 //! | gravConstant         | f8      | Newton's constant in the file's units; 0 where an axis is periodic          |
+//! | eps                  | f8      | half the smallest spacing, where there is gravity and the density is known  |
+//! | ng0, ngmax           | u4      | neighbors aimed at and half as many more, where the sums are of its kernel  |
 //! | gamma, muiConst      | f8, f4  | 5/3 and 10, the code's own defaults: with them temp means the u above       |
 //!
 //! Each dataset has an attribute `unit exponents` of length, mass, time and temperature. All attributes are arrays. Quirks: three dimensions and gas only; nothing states units, so they and the header's other

@@ -17,6 +17,12 @@ const CAUTION: f64 = 0.1;
 /// Courant number that the code takes by default.
 const COURANT: f64 = 0.2;
 
+/// Length by which gravity is softened, in the smallest spacing; the code's own default is a number in whatever units.
+const SOFTENING: f64 = 0.5;
+/// The code's kernel, and the most neighbors that it makes room for over those that it aims at, by default.
+const KERNEL: &str = "sinc^6";
+const MOST_NEIGHBORS: f64 = 1.5;
+
 /// Writes `particles` to `path`.
 ///
 /// # Errors
@@ -39,7 +45,7 @@ pub fn write(path: &Path, particles: &ParticleFile, options: WriteOptions) -> Re
     let writer = Writer::create(path)?;
     let step = writer.group(&format!("{STEP}0"))?;
     let dt = first_step(&job, gas, edges);
-    write_attributes(&job, &step, gas.table.count, edges, dt)?;
+    write_attributes(&job, &step, gas, edges, dt)?;
     for part in PARTS {
         if let Some(column) = planned.iter().find(|p| p.name == part.from) {
             write_part(&job, &step, gas.table.count, column, part, dt)?;
@@ -80,22 +86,39 @@ fn first_step(job: &Job, gas: &Species, edges: [f64; 3]) -> f64 {
     CAUTION * COURANT * h / signal
 }
 
-fn write_attributes(job: &Job, step: &Group, count: usize, edges: [f64; 3], dt: f64) -> Result<()> {
+fn write_attributes(job: &Job, step: &Group, gas: &Species, edges: [f64; 3], dt: f64) -> Result<()> {
     let header = job.header;
     let corner = header.box_corner.unwrap_or_default();
     let limits: Vec<f64> = corner.iter().zip(edges).flat_map(|(c, edge)| [*c, c + edge]).collect();
     step.numbers("box", &limits)?;
     step.numbers("boundaryType", &header.periodic.map(i8::from))?;
     step.numbers("iteration", &[1u64])?;
-    step.numbers("numParticlesGlobal", &[count as u64])?;
+    step.numbers("numParticlesGlobal", &[gas.table.count as u64])?;
     step.numbers("time", &[header.time])?;
     step.numbers("minDt", &[dt])?;
     step.numbers("minDt_m1", &[dt])?;
     let unit = header.units.to_cgs(UnitDimension::new(3, -1, -2, 0));
     let gravity = if header.periodic.contains(&true) { 0.0 } else { GRAVITATIONAL_CONSTANT_CGS / unit };
     step.numbers("gravConstant", &[gravity])?;
+    if gravity > 0.0
+        && let Some(spacing) = smallest_spacing(gas)
+    {
+        step.numbers("eps", &[SOFTENING * spacing])?;
+    }
+    if header.kernel == KERNEL {
+        let neighbors = header.kernel_neighbors.round();
+        step.numbers("ng0", &[neighbors as u32])?;
+        step.numbers("ngmax", &[(MOST_NEIGHBORS * neighbors) as u32])?;
+    }
     step.numbers("gamma", &[GAMMA])?;
     step.numbers("muiConst", &[MUI as f32])
+}
+
+/// (m/rho)^(1/3) where it is least; `None` without densities.
+fn smallest_spacing(gas: &Species) -> Option<f64> {
+    let (mass, density) = (gas.table.column(names::MASSES)?, gas.table.column(names::DENSITY)?);
+    let spacing = |i: usize| (mass.values.get(i) / density.values.get(i)).cbrt();
+    Some((0..gas.table.count).map(spacing).fold(f64::INFINITY, f64::min)).filter(|s| s.is_finite() && *s > 0.0)
 }
 
 fn write_part(job: &Job, step: &Group, count: usize, column: &Planned, part: &Part, dt: f64) -> Result<()> {

@@ -15,4 +15,4 @@ pub use neighbors::{
     support_over_spacing,
 };
 pub use shape::{Kernel, evaluate};
-pub use shapes::{CubicSpline, Quartic, Quintic, WendlandC2, WendlandC4, WendlandC6};
+pub use shapes::{CubicSpline, Quartic, Quintic, Sinc6, WendlandC2, WendlandC4, WendlandC6};

@@ -15,11 +15,19 @@ pub enum KernelName {
     #[default]
     WendlandC4,
     WendlandC6,
+    Sinc6,
 }
 
 impl KernelName {
-    pub const ALL: [Self; 6] =
-        [Self::CubicSpline, Self::Quartic, Self::Quintic, Self::WendlandC2, Self::WendlandC4, Self::WendlandC6];
+    pub const ALL: [Self; 7] = [
+        Self::CubicSpline,
+        Self::Quartic,
+        Self::Quintic,
+        Self::WendlandC2,
+        Self::WendlandC4,
+        Self::WendlandC6,
+        Self::Sinc6,
+    ];
 
     /// As scenes and options write it.
     pub fn name(self) -> &'static str {
@@ -30,6 +38,7 @@ impl KernelName {
             Self::WendlandC2 => "wendland-c2",
             Self::WendlandC4 => "wendland-c4",
             Self::WendlandC6 => "wendland-c6",
+            Self::Sinc6 => "sinc6",
         }
     }
 
@@ -78,6 +87,10 @@ macro_rules! with_kernel {
             }
             $crate::kernel::KernelName::WendlandC6 => {
                 let $k = $crate::kernel::WendlandC6;
+                $body
+            }
+            $crate::kernel::KernelName::Sinc6 => {
+                let $k = $crate::kernel::Sinc6;
                 $body
             }
         }

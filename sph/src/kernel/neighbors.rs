@@ -8,13 +8,15 @@ use crate::with_kernel;
 /// The most neighbors with which particles that come to rest in a constant pressure stay apart; `None` where any number
 /// does. B-splines make pairs where their knots are farther apart than the particles by more than a measured ratio (with
 /// 4000 particles and 240 evaluations: the cubic one from 55 neighbors in 3-D on, the quartic from 100, the quintic from 180).
-/// Their Fourier transform is negative there, which that of Wendland's kernels never is (Dehnen & Aly 2012, sec. 2.4).
+/// Their Fourier transform is negative there, which that of Wendland's kernels never is (Dehnen & Aly 2012, sec. 2.4). The sinc
+/// kernel, which has no knots, pairs as a spline would whose knots are this far apart: from 130 on.
 pub fn most_neighbors_without_pairs(kernel: KernelName, d: usize) -> Option<f64> {
     const WIDEST_KNOTS: f64 = 1.15;
     let knots = match kernel {
         KernelName::CubicSpline => 2.0,
         KernelName::Quartic => 2.5,
         KernelName::Quintic => 3.0,
+        KernelName::Sinc6 => 2.75,
         KernelName::WendlandC2 | KernelName::WendlandC4 | KernelName::WendlandC6 => return None,
     };
     Some(unit_ball_volume(d) * f64::powi(WIDEST_KNOTS * knots, d as i32))

@@ -119,3 +119,53 @@ spline!(Quartic, "quartic spline", 4, [3125.0 / 768.0, 46875.0 / (2398.0 * PI), 
     [1.0 => 1.0, 0.6 => -5.0, 0.2 => 10.0]);
 spline!(Quintic, "quintic spline", 5, [243.0 / 40.0, 15309.0 / (478.0 * PI), 2187.0 / (40.0 * PI)],
     [1.0 => 1.0, 2.0 / 3.0 => -6.0, 1.0 / 3.0 => 15.0]);
+
+/// sinc(pi u)^6 over (1 - u^2)^6, as the sixth root of it in powers of u^2, highest first: the product over k > 1 of 1 - u^2/k^2, right to 3e-17.
+const SINC: [f64; 12] = [
+    -5.430_959_336_924_064e-14,
+    3.293_823_941_674_825_8e-12,
+    -1.683_600_235_565_395e-10,
+    7.136_351_798_661_236e-9,
+    -2.459_853_886_150_415_3e-7,
+    6.729_888_273_041_339e-6,
+    -1.416_989_047_580_296_6e-4,
+    2.204_382_130_697_794e-3,
+    -2.394_346_568_695_700_6e-2,
+    1.668_083_584_351_272_1e-1,
+    -6.449_340_668_482_264e-1,
+    1.0,
+];
+
+/// Coefficients of the derivative of a polynomial, highest first.
+const fn derivative<const N: usize, const M: usize>(of: [f64; N]) -> [f64; M] {
+    let mut out = [0.0; M];
+    let mut i = 0;
+    while i < M {
+        out[i] = of[i] * (N - 1 - i) as f64;
+        i += 1;
+    }
+    out
+}
+
+/// The kernel sinc(pi q)^6 of SPH-EXA and SPHYNX (Cabezón, García-Senz & Relaño 2008, J. Comput. Phys. 227, 8523).
+#[derive(Debug, Clone, Copy)]
+pub struct Sinc6;
+
+impl Kernel for Sinc6 {
+    const NAME: &'static str = "sinc^6";
+    const SIGMA: [f64; 3] = [1.818_409_602_299_74, 3.362_839_966_994_05, 6.323_596_715_458_423];
+
+    #[inline(always)]
+    fn shape<const D: usize, R: Real, S: Simd>(self, simd: S, q: R::Vector<S>) -> (R::Vector<S>, R::Vector<S>) {
+        const SLOPE: [f64; 11] = derivative(SINC);
+        let rest = ramp::<R, S>(simd, 1.0, R::mul(simd, q, q));
+        // q^2, and 1 beyond the support, where powers of it could overflow.
+        let square = R::sub(simd, R::splat(simd, R::from_f64(1.0)), rest);
+        let factor = polynomial::<R, S, _>(simd, square, SINC);
+        let root = R::mul(simd, rest, factor);
+        let fifth = power::<R, S>(simd, root, 5);
+        let change = R::sub(simd, factor, R::mul(simd, rest, polynomial::<R, S, _>(simd, square, SLOPE)));
+        let slope = R::mul(simd, R::mul(simd, fifth, change), R::splat(simd, R::from_f64(12.0)));
+        (R::mul(simd, fifth, root), slope)
+    }
+}
