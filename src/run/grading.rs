@@ -2,7 +2,12 @@
 
 use super::report::Report;
 use super::verdict::{Finding, Grade, Topic};
-use crate::relaxation::StopReason;
+use crate::relaxation::{BALANCE, StopReason};
+
+/// Net force over gravity that leaves a body almost still.
+const LITTLE_FORCE: f64 = 0.01;
+/// Force noise of an interior whose profile changes within a spacing.
+const UNRESOLVED: f64 = 0.5;
 
 /// Good up to the first, bad from the second on.
 fn grade(value: f64, good: f64, bad: f64) -> Grade {
@@ -41,9 +46,14 @@ pub fn verdict(report: &Report) -> Vec<Finding> {
             if graded == Grade::Good { "" } else { "; fewer neighbors or a Wendland kernel keep particles apart" };
         say(graded, Topic::Pairs, format!("the closest are {pair:.2} spacings apart (0.5 is good){remedy}"));
     }
+    let is_balanced = report.plan.stages.contains(&BALANCE);
+    let net_force = report.balance.as_ref().map(|balance| balance.interior.unwrap_or(balance.all));
     if let Some(noise) = report.noise.interior {
-        let graded = grade(noise, 0.05, 0.5);
+        // What is left of a pressure that is the same everywhere says little of particles that rest in their own.
+        let is_at_rest = is_balanced && net_force.is_some_and(|net| net <= LITTLE_FORCE);
+        let graded = grade(noise, if is_at_rest { UNRESOLVED } else { 0.05 }, UNRESOLVED);
         let remedy = match graded {
+            Grade::Good if is_at_rest && noise > 0.05 => "; forces of the body's own pressure are balanced",
             Grade::Good => "",
             Grade::Look => "; `--quietness 0.7` or more particles are quieter",
             Grade::Bad => "; the profile changes within a spacing there: particles are too few to resolve it",
@@ -57,10 +67,14 @@ pub fn verdict(report: &Report) -> Vec<Finding> {
             ),
         );
     }
-    if let Some(balance) = &report.balance {
-        let net = balance.interior.unwrap_or(balance.all);
-        let graded = grade(net, 0.01, 0.1);
-        let remedy = if graded == Grade::Good { "" } else { "; `--balance`, or `--for CODE`, lets it stay still" };
+    if let Some(net) = net_force {
+        let graded = grade(net, LITTLE_FORCE, 0.1);
+        let remedy = match (graded, report.plan.why_unbalanced()) {
+            (Grade::Good, _) => String::new(),
+            (_, Some(why)) => format!("; it is not balanced: {why}"),
+            _ if is_balanced => "; more particles, or a kernel that keeps them apart, leave less".into(),
+            _ => "; `--balance`, or `--for CODE`, lets it stay still".into(),
+        };
         say(
             graded,
             Topic::Balance,

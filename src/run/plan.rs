@@ -220,20 +220,24 @@ impl Plan {
         let asked = scene.balance.as_ref();
         let why = match held {
             _ if asked.is_some() => None,
-            Held::Not => Some("balance is not set (--balance)"),
+            Held::Not => Some(UNASKED[0]),
             Held::Unsure(why) => Some(why.as_str()),
-            Held::ByItself if scene.target_code.is_none() => {
-                Some("neither balance (--balance) nor a target code (--for) is set")
-            }
+            Held::ByItself if scene.target_code.is_none() => Some(UNASKED[1]),
             Held::ByItself if count < MIN_BALANCED => Some("there are too few particles"),
             Held::ByItself => None,
         };
         if let Some(why) = why {
-            return self.drop("balance of pressure and gravity", why);
+            return self.drop(PRESSURE_AND_GRAVITY, why);
         }
         let usual = (MOST_BALANCE * (USUAL_BALANCE / count as f64).cbrt()).clamp(LEAST_BALANCE, 1.5 * MOST_BALANCE);
         self.balance = asked.and_then(|b| b.evaluations).unwrap_or(usual as usize);
         self.stages.push(BALANCE);
+    }
+
+    /// Why there is no balance, where it would take more than asking for it.
+    pub fn why_unbalanced(&self) -> Option<&str> {
+        let dropped = self.left_out.iter().find(|l| l.what == PRESSURE_AND_GRAVITY)?;
+        (!UNASKED.contains(&dropped.why.as_str())).then_some(&dropped.why)
     }
 
     pub fn drop(&mut self, what: impl Into<String>, why: impl Into<String>) {
@@ -241,6 +245,9 @@ impl Plan {
     }
 }
 
+const PRESSURE_AND_GRAVITY: &str = "balance of pressure and gravity";
+const UNASKED: [&str; 2] =
+    ["balance is not set (--balance)", "neither balance (--balance) nor a target code (--for) is set"];
 /// Evaluations of a balance: those for the usual number of particles, and at least.
 const MOST_BALANCE: f64 = 400.0;
 const USUAL_BALANCE: f64 = 3e4;

@@ -101,6 +101,9 @@ fn a_code_of_other_forces_is_not_balanced_for() {
     for part in ["GIZMO (mfm) with cubic spline, DesNumNgb 32", "balance of pressure", "the forces of GIZMO with mfm"] {
         assert!(text.contains(part), "{part}: {text}");
     }
+    // The remedy is not what cannot be.
+    let line = text.lines().find(|l| l.contains("net force of") && l.contains("is much")).unwrap();
+    assert!(line.contains("it is not balanced: target_code") && !line.contains("--for"), "{line}");
     let arguments = ["--in", STAR, "-n", "1000", "--for", "gizmo", "--balance", "--out", &out];
     let words = ["balance", "cannot go with target_code", "mfm", "density-sph"];
     assert_eq!(faults(&sph_prep(&arguments), &folder, 2, &words), Vec::<String>::new());
