@@ -33,6 +33,7 @@ mod pipeline;
 mod plan;
 mod planets;
 mod profile_inputs;
+mod random;
 mod real_inputs;
 mod resample;
 mod results;
