@@ -358,7 +358,7 @@ fn points<const D: usize>(
     code: &TargetCode,
     (start, size, total): ([f64; D], f64, f64),
 ) -> Vec<PointMass<D>> {
-    let softening = code.softening();
+    let softening = code.sheet.softening;
     let mut points = Vec::new();
     for table in file.species.iter().map(|s| &s.table) {
         let column = |name: &str| table.column(name);

@@ -51,6 +51,8 @@ pub struct Sheet {
     pub parameter: &'static str,
     /// The default first.
     pub schemes: &'static [Scheme],
+    /// How it spreads a softened point mass.
+    pub softening: Softening,
     /// Whether the kernel can be chosen when the code is built.
     pub has_kernels: bool,
     /// Whether `output::parameters` knows its parameter files.
@@ -79,6 +81,7 @@ pub const SHEETS: &[Sheet] = &[
             other("pressure-energy"),
             other("remix"),
         ],
+        softening: Softening::WendlandC2,
         has_kernels: true,
         has_parameters: true,
         reference: "SWIFT 2026.04: configure --with-kernel, examples' resolution_eta, src/physical_constants_cgs.h",
@@ -93,6 +96,7 @@ pub const SHEETS: &[Sheet] = &[
         key: "neighbors",
         parameter: "DesNumNgb",
         schemes: &[ours("density-entropy"), other("pressure-entropy")],
+        softening: Softening::CubicSpline,
         has_kernels: true,
         has_parameters: true,
         reference: "GADGET-4 226f62e: Config.sh CUBIC_SPLINE_KERNEL, DesNumNgb of its examples, src/data/constants.h",
@@ -107,6 +111,7 @@ pub const SHEETS: &[Sheet] = &[
         key: "neighbors",
         parameter: "DesNumNgb",
         schemes: &[ours("density-entropy")],
+        softening: Softening::CubicSpline,
         has_kernels: false,
         has_parameters: false,
         reference: "GADGET-2.0.7: parameterfiles' DesNumNgb, allvars.h",
@@ -121,6 +126,7 @@ pub const SHEETS: &[Sheet] = &[
         key: "neighbors",
         parameter: "DesNumNgb",
         schemes: &[other("mfm"), other("mfv"), ours("density-sph"), other("pressure-sph")],
+        softening: Softening::CubicSpline,
         has_kernels: false,
         has_parameters: false,
         reference: "GIZMO's public version: kernel.h (KERNEL_FUNCTION 3), users' guide (DesNumNgb 32 for it), allvars.h",
@@ -135,6 +141,7 @@ pub const SHEETS: &[Sheet] = &[
         key: "hfact",
         parameter: "hfact",
         schemes: &[ours("density-energy")],
+        softening: Softening::CubicSpline,
         has_kernels: true,
         has_parameters: true,
         reference: "Phantom v2026.0.1: kernel_cubic.f90 (hfact_default, radkern 2), physcon.f90",
@@ -154,11 +161,6 @@ pub struct TargetCode {
 }
 
 impl TargetCode {
-    /// How it spreads a softened point mass.
-    pub fn softening(&self) -> Softening {
-        if self.sheet.name == "swift" { Softening::WendlandC2 } else { Softening::CubicSpline }
-    }
-
     /// `NAME` or `NAME:OPTION,...`; an option is a kernel's or a scheme's name, or `key=value`.
     ///
     /// # Errors

@@ -3,7 +3,7 @@
 
 use sph_formats::common::particle_names as names;
 use sph_formats::{
-    Capabilities, Columns, FieldRequest, FileContent, FormatError, FormatSpec, Geometry, Location, Match, ParticleFile,
+    Capabilities, FieldRequest, FileContent, FormatError, FormatSpec, Geometry, Location, Match, ParticleFile,
     RawField, Unit, Values, Variable, WriteOptions,
 };
 use sph_prep::relaxation::Control;
@@ -72,17 +72,7 @@ const FORMATS: &[FormatSpec] = &[
         extensions: &["t1", "t2", "t3", "t4", "t5", "t6", "t7", "t8", "t9", "t10", "t11"],
         feature: "none",
         reference: "none",
-        capabilities: Capabilities {
-            read_field: false,
-            read_particles: false,
-            write_particles: true,
-            geometries: &[],
-            dimensions: &[1, 2, 3],
-            requires: &[],
-            equal_masses: false,
-            columns: Columns::Any,
-            cubic_box: false,
-        },
+        capabilities: Capabilities { write_particles: true, dimensions: &[1, 2, 3], ..Capabilities::NONE },
         sniff: no_sniff,
         read: None,
         write: Some(keep),
@@ -96,14 +86,9 @@ const FORMATS: &[FormatSpec] = &[
         reference: "none",
         capabilities: Capabilities {
             read_field: true,
-            read_particles: false,
-            write_particles: false,
             geometries: &["radial"],
             dimensions: &[3],
-            requires: &[],
-            equal_masses: false,
-            columns: Columns::Any,
-            cubic_box: false,
+            ..Capabilities::NONE
         },
         sniff: sniff_profile,
         read: Some(read_profile),

@@ -19,6 +19,8 @@ pub struct Capabilities {
     pub columns: Columns,
     /// The box has one edge.
     pub cubic_box: bool,
+    /// Particles other than gas are refused.
+    pub gas_alone: bool,
 }
 
 impl Capabilities {
@@ -33,6 +35,7 @@ impl Capabilities {
         equal_masses: false,
         columns: Columns::Any,
         cubic_box: false,
+        gas_alone: false,
     };
 
     /// Those of a format that only fields are read from.

@@ -23,12 +23,9 @@ const BOTH: Capabilities = Capabilities {
     read_field: true,
     read_particles: true,
     write_particles: true,
-    requires: &[],
     geometries: &["radial"],
     dimensions: &[3],
-    equal_masses: false,
-    columns: Columns::Any,
-    cubic_box: false,
+    ..Capabilities::NONE
 };
 
 const fn spec(name: &'static str, extensions: &'static [&'static str], sniff: fn(&[u8]) -> Match) -> FormatSpec {

@@ -17,6 +17,11 @@ pub fn unit_ball_volume(d: usize) -> f64 {
     }
 }
 
+/// Surface of the unit ball: 2, 2 pi, 4 pi.
+pub fn unit_sphere_area(d: usize) -> f64 {
+    d as f64 * unit_ball_volume(d)
+}
+
 /// |a - b|, without images.
 pub fn distance<const D: usize>(a: &[f64; D], b: &[f64; D]) -> f64 {
     (0..D).map(|k| (a[k] - b[k]).powi(2)).sum::<f64>().sqrt()

@@ -29,6 +29,15 @@ impl Softening {
         }
     }
 
+    /// H over the Plummer-equivalent length, with which codes state it: at the center the potential is that of a Plummer sphere of
+    /// that length.
+    pub const fn radius_over_plummer(self) -> f64 {
+        match self {
+            Self::CubicSpline => 2.8,
+            Self::WendlandC2 => 3.0,
+        }
+    }
+
     /// The part of the mass that attracts at r = u H.
     pub fn enclosed(self, u: f64) -> f64 {
         if u < 1.0 { u.powi(3) * self.within(u).0 } else { 1.0 }

@@ -31,7 +31,7 @@ impl<const D: usize> Source<D> {
                 return field;
             }
             let mut value = [0.0];
-            field.evaluate(&std::array::from_fn(|k| center[k] + if k == 0 { radius } else { 0.0 }), &mut value);
+            field.evaluate(&radial.at(radius), &mut value);
             let values: Vec<f64> = match inside(field.info()) {
                 Inside::AtRadius => vec![value[0]; nodes.len()],
                 Inside::Times(factors) => factors.iter().map(|f| f * value[0]).collect(),

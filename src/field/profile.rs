@@ -12,7 +12,7 @@ use super::MassEstimate;
 use super::curve::{Curve, Shape, monotone_slopes};
 use super::intervals::Intervals;
 use super::quadrature::{Sum, binade, integrate};
-use sph::geometry::unit_ball_volume;
+use sph::geometry::{unit_ball_volume, unit_sphere_area};
 
 /// Radii up to this much beyond the surface count as the surface: they come from rounding.
 const SLACK: f64 = 1e-12;
@@ -309,7 +309,7 @@ impl Segment {
     }
 
     fn shells(&self, d: usize, order: usize, a: f64, b: f64) -> f64 {
-        let surface = d as f64 * unit_ball_volume(d);
+        let surface = unit_sphere_area(d);
         surface * integrate(order, a, b, &|r| self.evaluate(d, r) * r.powi(d as i32 - 1))
     }
 
@@ -326,7 +326,7 @@ impl Segment {
 
     /// Inverse of [`Self::mass`] by Newton's method within a shrinking bracket.
     fn radius_of_mass(&self, d: usize, mass: f64) -> f64 {
-        let surface = d as f64 * unit_ball_volume(d);
+        let surface = unit_sphere_area(d);
         let (mut lo, mut hi) = (self.r0, self.r1);
         let mut r = 0.5 * (lo + hi);
         for _ in 0..100 {

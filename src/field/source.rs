@@ -12,6 +12,13 @@ pub struct RadialSource<const D: usize> {
     pub center: [f64; D],
 }
 
+impl<const D: usize> RadialSource<D> {
+    /// A place at the radius `r`.
+    pub fn at(&self, r: f64) -> [f64; D] {
+        std::array::from_fn(|k| self.center[k] + if k == 0 { r } else { 0.0 })
+    }
+}
+
 /// What placement needs of an input.
 pub struct Source<const D: usize> {
     /// Mass density, in the input's own units.

@@ -382,7 +382,7 @@ fn pressure<'a, const D: usize>(
 fn through<const D: usize>(radial: &RadialSource<D>) -> impl Iterator<Item = (f64, [f64; D])> + '_ {
     (1..SAMPLES).map(|i| {
         let r = radial.profile.radius_of_fraction(f64::from(i) / f64::from(SAMPLES));
-        (r, std::array::from_fn(|k| radial.center[k] + if k == 0 { r } else { 0.0 }))
+        (r, radial.at(r))
     })
 }
 

@@ -3,7 +3,7 @@
 //! density at the center.
 
 use crate::field::quadrature::integrate;
-use sph::geometry::unit_ball_volume;
+use sph::geometry::{unit_ball_volume, unit_sphere_area};
 
 /// Points of the Gauss rule per panel, and panels.
 const ORDER: usize = 8;
@@ -15,7 +15,7 @@ const BISECTIONS: usize = 200;
 /// of a particle and lambda the radius that encloses it. `density` is rho*(r) for r in [0, 1], symmetric
 /// about a minimum at r = 0.
 pub fn lowest_epsilon(d: usize, count: usize, density: impl Fn(f64) -> f64) -> f64 {
-    let area = d as f64 * unit_ball_volume(d);
+    let area = unit_sphere_area(d);
     let ball = |to: f64, power: i32| {
         let step = to / PANELS as f64;
         let shell = |r: f64| density(r).powi(power) * r.powi(d as i32 - 1);

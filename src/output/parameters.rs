@@ -32,7 +32,7 @@ struct Facts<'a> {
     time: f64,
     time_is: &'static str,
     softening: f64,
-    /// Type and softening radius of a point mass.
+    /// Type of a point mass, and its Plummer-equivalent length.
     point: Option<(u8, f64)>,
 }
 
@@ -113,7 +113,7 @@ impl<'a> Facts<'a> {
         };
         let softened = |s: &sph_formats::Species| {
             let radius = s.table.column(names::SOFTENING_RADIUS)?.values.range().1;
-            (radius > 0.0).then_some((s.part_type, radius))
+            (radius > 0.0).then_some((s.part_type, radius / code.sheet.softening.radius_over_plummer()))
         };
         let point = file.species.iter().find_map(softened);
         Ok(Self { code, file, name, stem, gravity, time, time_is, softening: SOFTENING * smallest, point })
@@ -208,7 +208,7 @@ SPH:
                 self.softening
             );
             if self.file.species.iter().any(|s| s.part_type == 1) {
-                let own = self.point.filter(|p| p.0 == 1).map_or(self.softening, |(_, radius)| radius / 3.0);
+                let own = self.point.filter(|p| p.0 == 1).map_or(self.softening, |(_, length)| length);
                 let _ = writeln!(text, "  max_physical_DM_softening: {own:e}");
             }
         }
@@ -311,7 +311,7 @@ InitGasTemp 0
         );
         for class in 0..6 {
             let (own, of_type) = match self.point {
-                Some((t, radius)) if class == t => (radius / 2.8, class),
+                Some((t, length)) if class == t => (length, class),
                 _ => (self.softening, 0),
             };
             let _ = writeln!(text, "SofteningComovingClass{class} {own:e}");

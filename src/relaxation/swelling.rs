@@ -8,14 +8,11 @@
 use super::arrangement::Arrangement;
 use super::thermal::{Basis, enclosed_fractions};
 use crate::target::{Equilibrium, at};
-use sph::geometry::distance;
+use sph::geometry::{distance, unit_sphere_area};
 use sph::gravity::strength;
 use sph::lanes::Real;
 use sph::{parallel, reduce};
-use std::f64::consts::PI;
 
-/// Surface of the unit ball.
-const SURFACE: [f64; 3] = [2.0, 2.0 * PI, 4.0 * PI];
 /// A body displaced by more, as a fraction of the radius, is no neighbor of its target, and is left as it is.
 const LARGEST: f64 = 0.2;
 
@@ -43,7 +40,7 @@ pub(super) fn shortfall<const D: usize, R: Real>(
         let point = equilibrium.point_mass().map_or(0.0, |point| point.enclosed_mass(there));
         let wanted = pull * there.powi(D as i32 - 1) / strength(D) - point;
         let within = fraction[i] * target.mass;
-        let brings = SURFACE[D - 1] * r.powi(D as i32) * particle * target.number_density(&place[i]);
+        let brings = unit_sphere_area(D) * r.powi(D as i32) * particle * target.number_density(&place[i]);
         [(within - wanted) / within, brings / within]
     });
     let functions: Vec<Vec<[f64; 1]>> =
@@ -68,6 +65,7 @@ mod tests {
     use crate::seeding::{Seeding, seed};
     use crate::target::{Positions, Target};
     use sph::domain::{Domain, Wall};
+    use sph::geometry::unit_ball_volume;
     use sph::kernel::{KernelName, default_kernel_neighbors};
 
     struct Even;
@@ -83,7 +81,7 @@ mod tests {
             1.0
         }
         fn gravity(&self, x: &[f64; D], _: f64) -> [f64; D] {
-            x.map(|v| -strength(D) * SURFACE[D - 1] / D as f64 * v)
+            x.map(|v| -strength(D) * unit_ball_volume(D) * v)
         }
         fn has_gravity(&self) -> bool {
             true
@@ -97,7 +95,7 @@ mod tests {
     /// beyond three spacings from the center.
     fn before_and_after<const D: usize>(count: usize) -> [f64; 2] {
         let domain = Domain::ball([0.0; D], 1.0, Wall::Open).unwrap();
-        let mass = SURFACE[D - 1] / D as f64;
+        let mass = unit_ball_volume(D);
         let target = Target::of_equal_masses(&domain, &Even, count, mass);
         let at_rest = seed(&target, Seeding::MassBisection, 1).unwrap().positions;
         let radius = |p: &Positions<D>, i: usize| distance(&at(p, i), &[0.0; D]);

@@ -110,16 +110,21 @@ fn write_text(path: &Path, text: &str) -> Result<()> {
 }
 
 /// The format that a scene is for: of its output file, else the one it names, else that of its target code. None for a picture.
+///
+/// # Errors
+/// No such format, or one of gas alone where the scene makes other particles.
 pub fn intended_format<'f>(scene: &Scene, formats: &'f [FormatSpec]) -> Result<Option<&'f FormatSpec>> {
     if drawings::is_picture(scene) {
         return Ok(None);
     }
-    if let Some(output) = scene.output.file.as_deref() {
-        return output_format(scene, formats, output).map(Some);
-    }
     let code = scene.code().map(|code| code.sheet.format);
-    let Some(name) = scene.output.format.as_deref().or(code) else { return Ok(None) };
-    Ok(Some(registry::detect_output(formats, Path::new(""), Some(name))?))
+    let format = match (scene.output.file.as_deref(), scene.output.format.as_deref().or(code)) {
+        (Some(output), _) => output_format(scene, formats, output)?,
+        (None, Some(name)) => registry::detect_output(formats, Path::new(""), Some(name))?,
+        (None, None) => return Ok(None),
+    };
+    refuse_what_is_no_gas(scene, format)?;
+    Ok(Some(format))
 }
 
 /// The format of the output: as given, else as the target code reads it where the file's name leaves that open.
@@ -129,6 +134,21 @@ fn output_format<'f>(scene: &Scene, formats: &'f [FormatSpec], output: &Path) ->
     let Some(code) = scene.code().filter(|_| given.is_none()) else { return Ok(by_name?) };
     let is_open = by_name.as_ref().map_or(true, |f| TargetCode::of_format(f.name).is_some());
     if is_open { Ok(registry::detect_output(formats, output, Some(code.sheet.format))?) } else { Ok(by_name?) }
+}
+
+fn refuse_what_is_no_gas(scene: &Scene, format: &FormatSpec) -> Result<()> {
+    let made = [
+        (scene.input.core.is_some(), "input.core makes a point mass"),
+        (scene.bodies.iter().any(|body| body.point_mass.is_some()), "bodies has a point_mass"),
+        (scene.walls.is_some(), "walls are particles of another type"),
+    ];
+    match made.iter().find(|(is_made, _)| *is_made) {
+        Some((_, what)) if format.capabilities.gas_alone => {
+            let problem = format!("'{}' holds gas alone, but {what}; choose another, or leave that out", format.name);
+            Err(Error::scene("output.format", problem))
+        }
+        _ => Ok(()),
+    }
 }
 
 /// Renaming the output, or a checkpoint, onto an input would destroy it, so that the run could not be repeated.

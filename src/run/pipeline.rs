@@ -106,19 +106,12 @@ pub fn run_as(scene: &Scene, formats: &[FormatSpec], control: &Control<'_>, comm
     Ok(report)
 }
 
-/// The format of a code that has no particles beside gas.
-const GAS_ALONE: &str = "sph-exa";
-
 /// Before the long work: what the writer would refuse at its end.
 fn refuse_what_the_format_cannot_hold(scene: &Scene, format: &FormatSpec, dimension: usize) -> Result<()> {
     let can = format.capabilities;
     if !can.dimensions.contains(&dimension) {
         let known = can.dimensions.iter().map(usize::to_string).collect::<Vec<_>>().join(", ");
         let problem = format!("'{}' holds particles in {known} dimensions, but these are in {dimension}", format.name);
-        return Err(Error::scene("output.format", problem));
-    }
-    if scene.input.core.is_some() && format.name == GAS_ALONE {
-        let problem = format!("'{}' holds gas alone, but input.core makes a point mass; choose another", format.name);
         return Err(Error::scene("output.format", problem));
     }
     if can.equal_masses && (scene.has_own_resolution() || scene.trim_masses.is_some()) {

@@ -6,7 +6,7 @@ use super::streamed::{Places, Read, Streamed};
 use crate::error::{Error, Result};
 use crate::input::internal_units::Prepared;
 use crate::scene::Scene;
-use crate::seeding::{MassMap, TabulatedMap};
+use crate::seeding::MassMap;
 use crate::target::{Positions, Target};
 use sph::domain::{Domain, Region};
 use sph::parallel;
@@ -291,7 +291,7 @@ fn refuse_uneven(table: &ParticleTable) -> Result<()> {
 
 struct Mapped<'a, const D: usize> {
     tiles: &'a Tiles<'a, D>,
-    map: TabulatedMap<D>,
+    map: MassMap<'static, D>,
 }
 
 impl<const D: usize> Places<D> for Mapped<'_, D> {
@@ -340,7 +340,7 @@ fn mapped_in<const D: usize, R>(
     let prepared = Prepared::<D>::new(scene, formats, (raw, &units), all)?;
     let tiles = Tiles::new(repeated, &prepared.source.domain)?;
     let target: Target<'_, D> = prepared.target().with_count(tiles.count());
-    let mapped = Mapped { tiles: &tiles, map: TabulatedMap::new(&MassMap::new(&target, "replicate")?) };
+    let mapped = Mapped { tiles: &tiles, map: MassMap::new(&target, "replicate")?.tabulated() };
     let stream = Streamed::new(scene, (&prepared, units), (target, &mapped), format, "Replicated")?;
     let notes = tiles.notes().into_iter().chain(stream.notes().iter().cloned()).collect();
     with(&stream, notes)

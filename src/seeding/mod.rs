@@ -27,5 +27,5 @@ pub use methods::{METHODS, Method, Targets};
 pub use name::Seeding;
 pub use place::seed;
 pub use seeded::Seeded;
-pub use stretch::{MassMap, TabulatedMap};
+pub use stretch::MassMap;
 pub use symmetry::{discontinuity_share, is_radial, is_uniform};

@@ -77,6 +77,14 @@ pub const SCENES: &[Wrong<'_>] = &[
         "input: {file: STAR}\ndomain: {box: [[1e12, 1e12, 1e12], [2e12, 2e12, 2e12]]}",
         &["the mass within the domain is 0", "check domain and units"],
     ),
+    (
+        "input: {expression: '1'}\ndomain: {box: [[0, 0, 0], [1, 1, 1]]}\nwalls: {}\noutput: {format: sph-exa}",
+        &["output.format", "gas alone", "walls"],
+    ),
+    (
+        "bodies: [{input: {file: STAR}}, {point_mass: 1 Msun}]\noutput: {format: sph-exa}",
+        &["output.format", "gas alone", "point_mass"],
+    ),
     ("input: {file: STAR}\nparticles: 1e9\npolish: none", &["particles", "GiB of memory", "fits"]),
     ("input: {file: STAR, density: desnity}", &["desnity", "did you mean 'density'?"]),
 ];

@@ -3,8 +3,7 @@
 
 use sph_formats::common::particle_names as names;
 use sph_formats::{
-    Capabilities, Columns, FieldRequest, FileContent, FormatError, FormatSpec, Match, ParticleFile, RawField,
-    WriteOptions,
+    Capabilities, FieldRequest, FileContent, FormatError, FormatSpec, Match, ParticleFile, RawField, WriteOptions,
 };
 use sph_prep::compare::Compared;
 use sph_prep::metrics::ErrorFigures;
@@ -43,17 +42,7 @@ fn field(path: &Path, _: &FieldRequest) -> Result<FileContent, FormatError> {
     Ok(FileContent::Field(field.clone()))
 }
 
-const NOTHING: Capabilities = Capabilities {
-    read_field: false,
-    read_particles: false,
-    write_particles: false,
-    geometries: &[],
-    dimensions: &[1, 2, 3],
-    requires: &[],
-    equal_masses: false,
-    columns: Columns::Any,
-    cubic_box: false,
-};
+const NOTHING: Capabilities = Capabilities { dimensions: &[1, 2, 3], ..Capabilities::NONE };
 
 const FORMATS: &[FormatSpec] = &[
     FormatSpec {

@@ -13,7 +13,7 @@
 //! opens even where it does not use them. BoxSize is one number (`LONG_X` and its like make the box other than cubic).
 //! See [`crate::common::snapshot`] for the rest. AREPO itself was not at hand to try the files.
 
-use crate::registry::{Capabilities, Columns, FormatSpec, Streaming, WriteFn};
+use crate::registry::{Capabilities, FormatSpec, Streaming, WriteFn};
 
 #[cfg(feature = "arepo")]
 mod schema;
@@ -39,15 +39,10 @@ pub const SPEC: FormatSpec = FormatSpec {
     feature: "arepo",
     reference: "https://arepo-code.org/wp-content/userguide/snapshotformat.html",
     capabilities: Capabilities {
-        read_field: false,
-        read_particles: false,
         write_particles: true,
         requires: &[crate::particle_names::INTERNAL_ENERGY],
-        geometries: &[],
         dimensions: &[1, 2, 3],
-        equal_masses: false,
-        columns: Columns::Any,
-        cubic_box: false,
+        ..Capabilities::NONE
     },
     sniff: crate::registry::sniff_hdf5,
     read: None,

@@ -1,11 +1,8 @@
 //! Particles from the files of one snapshot, put together.
 
 use crate::error::{FormatError, Result};
-use crate::model::{Column, ParticleFile, Species, Values};
+use crate::model::{Column, FILES_KEY, ParticleFile, Species, Values};
 use std::path::{Path, PathBuf};
-
-/// The key under which the provenance says which files the particles came from.
-pub(crate) const FILES_KEY: &str = crate::model::FILES_KEY;
 
 /// Reads the files of a snapshot one after the other and joins them, in this order.
 ///

@@ -13,7 +13,7 @@
 //! GADGET-4 reads one BoxSize only, so other than cubic boxes are refused. Its template configuration turns on
 //! `INITIAL_CONDITIONS_CONTAIN_ENTROPY`: turn it off. See [`crate::common::snapshot`] for the rest.
 
-use crate::registry::{Capabilities, Columns, FormatSpec, Match, ReadFn, Streaming, WriteFn};
+use crate::registry::{Capabilities, FormatSpec, Match, ReadFn, Streaming, WriteFn};
 
 #[cfg(feature = "gadget")]
 mod read;
@@ -41,15 +41,12 @@ pub const SPEC: FormatSpec = FormatSpec {
     feature: "gadget",
     reference: "https://wwwmpa.mpa-garching.mpg.de/gadget4/",
     capabilities: Capabilities {
-        read_field: false,
         read_particles: true,
         write_particles: true,
         requires: &[crate::particle_names::INTERNAL_ENERGY],
-        geometries: &[],
         dimensions: &[1, 2, 3],
-        equal_masses: false,
-        columns: Columns::Any,
         cubic_box: true,
+        ..Capabilities::NONE
     },
     sniff,
     read: CODE.0,

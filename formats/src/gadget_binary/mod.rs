@@ -60,15 +60,13 @@ pub const SPEC: FormatSpec = FormatSpec {
     feature: "gadget-binary",
     reference: "https://wwwmpa.mpa-garching.mpg.de/gadget/users-guide.pdf",
     capabilities: Capabilities {
-        read_field: false,
         read_particles: true,
         write_particles: true,
         requires: &[crate::particle_names::INTERNAL_ENERGY],
-        geometries: &[],
         dimensions: &[1, 2, 3],
-        equal_masses: false,
         columns: Columns::Only(&[names::INTERNAL_ENERGY]),
         cubic_box: true,
+        ..Capabilities::NONE
     },
     sniff,
     read: CODE.0,

@@ -14,7 +14,7 @@
 //! data, and takes the box from its parameter file (`BOX_LONG_X` and its like make it other than cubic, so BoxSize
 //! is one number). See [`crate::common::snapshot`] for the rest. After GIZMO c70c760, `read_ic.c`.
 
-use crate::registry::{Capabilities, Columns, FormatSpec, Streaming, WriteFn};
+use crate::registry::{Capabilities, FormatSpec, Streaming, WriteFn};
 
 #[cfg(feature = "gizmo")]
 mod schema;
@@ -40,15 +40,11 @@ pub const SPEC: FormatSpec = FormatSpec {
     feature: "gizmo",
     reference: "https://www.tapir.caltech.edu/~phopkins/Site/GIZMO_files/gizmo_documentation.html",
     capabilities: Capabilities {
-        read_field: false,
-        read_particles: false,
         write_particles: true,
         requires: &[crate::particle_names::INTERNAL_ENERGY],
-        geometries: &[],
         dimensions: &[1, 2, 3],
-        equal_masses: false,
-        columns: Columns::Any,
         cubic_box: true,
+        ..Capabilities::NONE
     },
     sniff: crate::registry::sniff_hdf5,
     read: None,

@@ -13,7 +13,7 @@
 //! values may be of another type than the data, or NaN; units may stand in a title only. Only the root group
 //! is read.
 
-use crate::registry::{Capabilities, Columns, FormatSpec, Match, ReadFn, WriteFn, contains};
+use crate::registry::{Capabilities, FormatSpec, Match, ReadFn, WriteFn, contains};
 
 #[cfg(feature = "netcdf")]
 mod axes;
@@ -45,12 +45,9 @@ pub const SPEC: FormatSpec = FormatSpec {
         read_field: true,
         read_particles: true,
         write_particles: true,
-        requires: &[],
         geometries: &["radial", "grid"],
         dimensions: &[1, 2, 3],
-        equal_masses: false,
-        columns: Columns::Any,
-        cubic_box: false,
+        ..Capabilities::NONE
     },
     sniff,
     read: CODE.0,

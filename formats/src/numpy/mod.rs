@@ -12,7 +12,7 @@
 //! for units, box, kernel and provenance. Numbers of 16 bits to 64 bits in both byte orders and both index orders are
 //! read; structured arrays and pickled objects are refused.
 
-use crate::registry::{Capabilities, Columns, FormatSpec, Match, ReadFn, WriteFn};
+use crate::registry::{Capabilities, FormatSpec, Match, ReadFn, WriteFn};
 
 #[cfg(feature = "numpy")]
 mod npy;
@@ -38,12 +38,9 @@ pub const SPEC: FormatSpec = FormatSpec {
         read_field: true,
         read_particles: true,
         write_particles: true,
-        requires: &[],
         geometries: &["grid"],
         dimensions: &[1, 2, 3],
-        equal_masses: false,
-        columns: Columns::Any,
-        cubic_box: false,
+        ..Capabilities::NONE
     },
     sniff,
     read: CODE.0,

@@ -61,15 +61,13 @@ pub const SPEC: FormatSpec = FormatSpec {
     feature: "phantom",
     reference: "https://phantomsph.readthedocs.io/en/latest/user-guide/dumpfile.html",
     capabilities: Capabilities {
-        read_field: false,
         read_particles: true,
         write_particles: true,
         requires: &[crate::particle_names::INTERNAL_ENERGY],
-        geometries: &[],
         dimensions: &[3],
         equal_masses: true,
         columns: Columns::Scalars { longest_name: 16, vectors: &[names::MAGNETIC_FIELD] },
-        cubic_box: false,
+        ..Capabilities::NONE
     },
     sniff,
     read: CODE.0,

@@ -30,7 +30,7 @@
 //!
 //! Layout after SPH-EXA's `main/src/init/file_init.hpp`, `main/src/io/ifile_io_hdf5.cpp`, `sph/particles_data.hpp`.
 
-use crate::registry::{Capabilities, Columns, FormatSpec, Match, ReadFn, WriteFn, contains};
+use crate::registry::{Capabilities, FormatSpec, Match, ReadFn, WriteFn, contains};
 
 #[cfg(feature = "sph-exa")]
 mod read;
@@ -52,15 +52,12 @@ pub const SPEC: FormatSpec = FormatSpec {
     feature: "sph-exa",
     reference: "https://github.com/sphexa-org/sphexa",
     capabilities: Capabilities {
-        read_field: false,
         read_particles: true,
         write_particles: true,
         requires: &[crate::particle_names::INTERNAL_ENERGY],
-        geometries: &[],
         dimensions: &[3],
-        equal_masses: false,
-        columns: Columns::Any,
-        cubic_box: false,
+        gas_alone: true,
+        ..Capabilities::NONE
     },
     sniff,
     read: CODE.0,

@@ -14,7 +14,7 @@
 //! BoxSize has three elements where the box is not cubic. See [`crate::common::snapshot`] for the rest.
 //! Dataset names after SWIFT commit 8a8f0d794 (`src/hydro/SPHENIX/hydro_io.h`, `src/single_io.c`).
 
-use crate::registry::{Capabilities, Columns, FormatSpec, Streaming};
+use crate::registry::{Capabilities, FormatSpec, Streaming};
 
 #[cfg(feature = "swift")]
 mod schema;
@@ -40,15 +40,10 @@ pub const SPEC: FormatSpec = FormatSpec {
     feature: "swift",
     reference: "https://swift.strw.leidenuniv.nl/docs/InitialConditions/index.html",
     capabilities: Capabilities {
-        read_field: false,
-        read_particles: false,
         write_particles: true,
         requires: &[crate::particle_names::INTERNAL_ENERGY],
-        geometries: &[],
         dimensions: &[1, 2, 3],
-        equal_masses: false,
-        columns: Columns::Any,
-        cubic_box: false,
+        ..Capabilities::NONE
     },
     sniff: crate::registry::sniff_hdf5,
     read: None,

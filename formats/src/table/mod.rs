@@ -37,7 +37,7 @@ mod schema;
 #[cfg(feature = "table")]
 mod sheet;
 
-use crate::registry::{Capabilities, Columns, FormatSpec, Match, ReadFn, WriteFn};
+use crate::registry::{Capabilities, FormatSpec, Match, ReadFn, WriteFn};
 
 /// Data sheet of the format.
 pub const SPEC: FormatSpec = FormatSpec {
@@ -50,12 +50,9 @@ pub const SPEC: FormatSpec = FormatSpec {
         read_field: true,
         read_particles: true,
         write_particles: true,
-        requires: &[],
         geometries: &["radial", "grid", "cloud"],
         dimensions: &[1, 2, 3],
-        equal_masses: false,
-        columns: Columns::Any,
-        cubic_box: false,
+        ..Capabilities::NONE
     },
     sniff,
     read: READ,

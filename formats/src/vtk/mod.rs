@@ -30,7 +30,7 @@ mod write;
 #[cfg(feature = "vtk")]
 mod xml;
 
-use crate::registry::{Capabilities, Columns, FormatSpec, Match, Streaming};
+use crate::registry::{Capabilities, FormatSpec, Match, Streaming};
 
 #[cfg(feature = "vtk")]
 const STREAM: Option<Streaming> = Some(Streaming {
@@ -55,12 +55,9 @@ pub const SPEC: FormatSpec = FormatSpec {
         read_field: true,
         read_particles: true,
         write_particles: true,
-        requires: &[],
         geometries: &["grid", "mesh", "cloud"],
         dimensions: &[1, 2, 3],
-        equal_masses: false,
-        columns: Columns::Any,
-        cubic_box: false,
+        ..Capabilities::NONE
     },
     sniff,
     #[cfg(feature = "vtk")]

@@ -66,7 +66,7 @@ pub(crate) fn attach<const D: usize>(
     let softening = match input.softening {
         Some(SofteningName::CubicSpline) => Softening::CubicSpline,
         Some(SofteningName::WendlandC2) => Softening::WendlandC2,
-        None => scene.code().map_or(Softening::CubicSpline, |code| code.softening()),
+        None => scene.code().map_or(Softening::CubicSpline, |code| code.sheet.softening),
     };
     let mass = input.mass.as_ref();
     let mass = mass.map(|m| m.value("input.core.mass", UnitDimension::MASS, &conversion)).transpose()?;
@@ -111,8 +111,8 @@ fn describe<const D: usize>(core: &Core<D>, gas: f64, kind: CoreGas) -> String {
         "the core is a point mass of {mass:.6e} in gas of {gas:.6e} with {law}, in the input's units; it is softened by {kernel} that ends at \
          {radius:.6e}: hsoft {:.6e} in Phantom, a Plummer-equivalent length of {:.6e} in GADGET and AREPO, {:.6e} in SWIFT",
         radius / 2.0,
-        radius / 2.8,
-        radius / 3.0
+        radius / Softening::CubicSpline.radius_over_plummer(),
+        radius / Softening::WendlandC2.radius_over_plummer()
     )
 }
 
@@ -175,9 +175,8 @@ impl<const D: usize> Model<'_, D> {
     fn carried(&self, name: &str, dimension: UnitDimension, power: i32) -> Result<Option<f64>> {
         let is_it = |f: &&dyn CarriedField<D>| f.info().name == name && f.info().components == 1;
         let Some(field) = self.source.carried.iter().map(AsRef::as_ref).find(is_it) else { return Ok(None) };
-        let center = self.radial.center;
         let mut value = [0.0];
-        field.evaluate(&std::array::from_fn(|k| center[k] + if k == 0 { self.radius } else { 0.0 }), &mut value);
+        field.evaluate(&self.radial.at(self.radius), &mut value);
         let Some(units) = self.units else {
             let constant = self.scene.balance.clone().unwrap_or_default().constant;
             return Ok(Some(value[0] / constant));

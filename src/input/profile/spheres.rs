@@ -1,8 +1,9 @@
 //! Bodies whose density is known in closed form, or as a solution of the equation of [`super::emden`].
 
 use super::emden::{Emden, End, Point};
-use super::table::{Table, hydrostatic, radii_beyond_core, radii_of_cusp, unit_sphere};
+use super::table::{Table, hydrostatic, radii_beyond_core, radii_of_cusp};
 use crate::error::{Error, Result};
+use sph::geometry::unit_sphere_area;
 use std::f64::consts::PI;
 
 /// Polytropes of a larger index have hardly a surface any more.
@@ -82,7 +83,7 @@ fn scaled(
 ) -> Table {
     let end = points.last().copied().unwrap_or(Point { xi: 1.0, phi: 0.0, slope: 1.0 });
     let length = radius / end.xi;
-    let center = mass / (unit_sphere(d) * length.powi(d as i32) * end.mass(d));
+    let center = mass / (unit_sphere_area(d) * length.powi(d as i32) * end.mass(d));
     let pressure = 4.0 * PI * gravity * (center * length).powi(2);
     let mut radii: Vec<f64> = points.iter().map(|p| p.xi * length).collect();
     radii.iter_mut().last().into_iter().for_each(|r| *r = radius);
@@ -149,7 +150,7 @@ pub(super) fn toy_star(d: usize, mass: f64, radius: f64, k: f64) -> Table {
     let dimension = d as f64;
     // int_0^1 (1 - x^2) x^(d-1) dx.
     let integral = 2.0 / (dimension * (dimension + 2.0));
-    let center = mass / (unit_sphere(d) * radius.powi(d as i32) * integral);
+    let center = mass / (unit_sphere_area(d) * radius.powi(d as i32) * integral);
     let radii = radii_beyond_core(radius, radius);
     let density: Vec<f64> = radii.iter().map(|r| center * (1.0 - (r / radius).powi(2)).max(0.0)).collect();
     let pressure = density.iter().map(|rho| k * rho * rho).collect();

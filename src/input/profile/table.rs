@@ -1,7 +1,8 @@
 //! Radii, densities and pressures of a model, before it becomes an input.
 
 use crate::field::quadrature::integrate;
-use sph::geometry::unit_ball_volume;
+use sph::geometry::{unit_ball_volume, unit_sphere_area};
+use sph::gravity::strength;
 
 /// Rows of a table made from a density in closed form.
 const ROWS: usize = 4000;
@@ -18,16 +19,6 @@ pub(super) struct Table {
     pub temperature: Option<Vec<f64>>,
     /// Numbers of materials.
     pub material: Option<Vec<f64>>,
-}
-
-/// S_d, the surface of the unit ball in `d` dimensions.
-pub(super) fn unit_sphere(d: usize) -> f64 {
-    d as f64 * unit_ball_volume(d)
-}
-
-/// The pull per enclosed mass, times r^(d-1): Gauss's law with the mass of whole sheets, rings and shells.
-pub(super) fn pull(d: usize, gravity: f64) -> f64 {
-    [std::f64::consts::TAU, 2.0, 1.0][d - 1] * gravity
 }
 
 /// Radii from the center to `outer`, even within `scale` and by equal factors beyond.
@@ -49,7 +40,7 @@ pub(super) fn radii_of_cusp(inner: f64, outer: f64) -> Vec<f64> {
 /// Masses within the radii, of a density in `d` dimensions that is constant within the first of them.
 fn enclosed(d: usize, radii: &[f64], density: &dyn Fn(f64) -> f64) -> Vec<f64> {
     let volume = |r: f64| unit_ball_volume(d) * r.powi(d as i32);
-    let shell = |r: f64| unit_sphere(d) * r.powi(d as i32 - 1) * density(r);
+    let shell = |r: f64| unit_sphere_area(d) * r.powi(d as i32 - 1) * density(r);
     let mut mass = if radii[0] > 0.0 { density(radii[0]) * volume(radii[0]) } else { 0.0 };
     let mut masses = vec![mass];
     for pair in radii.windows(2) {
@@ -68,8 +59,9 @@ pub(super) fn hydrostatic(d: usize, radii: Vec<f64>, mass: f64, gravity: f64, de
         let (a, b) = (radii[i], radii[i + 1]);
         // The mass between is the integral up to the radius.
         let weight = |r: f64| {
-            let within = masses[i] + integrate(ORDER, a, r, &|s| unit_sphere(d) * s.powi(d as i32 - 1) * density(s));
-            if r > 0.0 { density(r) * pull(d, gravity) * within / r.powi(d as i32 - 1) } else { 0.0 }
+            let within =
+                masses[i] + integrate(ORDER, a, r, &|s| unit_sphere_area(d) * s.powi(d as i32 - 1) * density(s));
+            if r > 0.0 { density(r) * strength(d) * gravity * within / r.powi(d as i32 - 1) } else { 0.0 }
         };
         pressure[i] = pressure[i + 1] + scale * scale * integrate(ORDER, a, b, &weight);
     }
