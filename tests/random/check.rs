@@ -6,6 +6,7 @@ use super::quadrature::Masses;
 use super::scene::Drawn;
 use sph_formats::ParticleFile;
 use sph_formats::common::particle_names as names;
+use sph_prep::seeding::Seeding;
 use sph_prep::sph::kernel::{KernelName, default_kernel_neighbors};
 use sph_prep::{Control, Error, FORMATS, Report, Scene, place};
 use std::f64::consts::PI;
@@ -215,7 +216,10 @@ fn wrong_masses(drawn: &Drawn, placed: &Placed, masses: &Masses) -> Vec<String> 
             placed.total
         ));
     }
-    if drawn.density.is_stepped(1.5) || drawn.density.regions() > 1 && drawn.is_table {
+    let is_apart = drawn.density.is_stepped(1.5) || drawn.density.regions() > 1 && drawn.is_table;
+    // Lattices and glasses cover all of space and know no regions.
+    let goes_by_region = drawn.seeding.and_then(Seeding::by_name).is_none_or(Seeding::goes_by_region);
+    if is_apart && goes_by_region {
         let pieces = drawn.density.regions() as f64;
         for region in 0..drawn.density.regions() {
             let share = masses.regions[region] / masses.total;

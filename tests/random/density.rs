@@ -173,11 +173,10 @@ pub struct Matter {
 }
 
 impl Matter {
+    /// 0 right in a pole, as in the program.
     pub fn value(&self, x: &Point, d: usize) -> f64 {
-        if self.factor == 0.0 {
-            return 0.0;
-        }
-        self.factor * self.law.value(x, d) + self.floor
+        let value = self.factor * self.law.value(x, d) + self.floor;
+        if self.factor == 0.0 || !value.is_finite() { 0.0 } else { value }
     }
 
     fn text(&self, names: &[String]) -> String {

@@ -253,7 +253,7 @@ impl Drawn {
         let is_plain = match self.domain.kind {
             Kind::Box | Kind::Ball { .. } | Kind::Cylinder { .. } => true,
             Kind::Torus { .. } | Kind::Ellipsoid { .. } | Kind::Less { .. } | Kind::Two { .. } => {
-                self.density.solids.is_empty()
+                self.density.solids.is_empty() && is_smooth(&self.density.around)
             }
         };
         let solids = [3, 1, 0][self.d - 1];
