@@ -34,6 +34,7 @@ mod pipeline;
 mod plan;
 mod planets;
 mod profile_inputs;
+mod random;
 mod real_inputs;
 mod resample;
 mod results;

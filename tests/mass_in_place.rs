@@ -261,3 +261,19 @@ fn a_torus_in_near_vacuum_is_as_good_as_any_body() {
     assert!(interior.mean < 1e-3 && report.neighbors.closest_pair > 0.6, "{interior:?} {:?}", report.neighbors);
     assert!(report.ledger.regions.iter().all(|r| r.is_kept(0.0)), "{:?}", report.ledger);
 }
+
+/// Splitting that does not come to rest leaves pairs where seeds of as many particles have none.
+#[test]
+fn particles_from_splitting_are_no_worse_than_seeds_of_as_many() {
+    for (corner, expression) in [("[[0], [1]]", "1 + 0.97*sin(2*pi*x)"), ("[[0, 0], [1, 1]]", "1 + 30*exp(-80*r^2)")] {
+        let scene = format!(
+            "input: {{expression: '{expression}'}}\ndomain: {{box: {corner}, boundary: [reflecting]}}\nparticles: 450\nneighbors: 9\n\
+             kernel: cubic-spline\n"
+        );
+        let (_, seeded) = run(&format!("{scene}wvt: {{iterations: 0}}\npolish: none\n")).unwrap();
+        let (_, end) = run(&format!("{scene}polish: alaric\nalaric: {{steps: 10, splittings: 3}}\n")).unwrap();
+        let ((now, pair), (before, first_pair)) = (figures(&end), figures(&seeded));
+        assert!(now < 1.2 * before + 0.01, "{corner}: mean error {now} after {before}");
+        assert!(pair > 0.45 * first_pair, "{corner}: pair {pair} after {first_pair}");
+    }
+}

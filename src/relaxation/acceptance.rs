@@ -16,14 +16,19 @@ use std::time::{Duration, Instant};
 /// Measures the particles that stages make, and remembers the figures of the last that were accepted.
 pub struct Judge<'a, const D: usize> {
     measure: &'a (dyn Fn(&Particles<D>) -> Quality + Sync),
+    /// Seeds of the full number, with which particles from splitting are compared.
+    seeds: &'a (dyn Fn() -> Option<Particles<D>> + Sync),
     accepted: Mutex<Option<Quality>>,
     /// What measuring once takes, and what it took in all.
     cost: Mutex<[Duration; 2]>,
 }
 
 impl<'a, const D: usize> Judge<'a, D> {
-    pub fn new(measure: &'a (dyn Fn(&Particles<D>) -> Quality + Sync)) -> Self {
-        Self { measure, accepted: Mutex::new(None), cost: Mutex::new([Duration::ZERO; 2]) }
+    pub fn new(
+        measure: &'a (dyn Fn(&Particles<D>) -> Quality + Sync),
+        seeds: &'a (dyn Fn() -> Option<Particles<D>> + Sync),
+    ) -> Self {
+        Self { measure, seeds, accepted: Mutex::new(None), cost: Mutex::new([Duration::ZERO; 2]) }
     }
 
     /// Measures what the first stage is given. Returns the time to be kept for measuring its result, and the run's: that of
@@ -47,14 +52,17 @@ impl<'a, const D: usize> Judge<'a, D> {
         self.cost.lock().unwrap_or_else(PoisonError::into_inner)[1].as_secs_f64()
     }
 
-    /// In what `after` is worse than `before`, if it is; else its figures are those to be kept from now on. More particles
-    /// than before, from splitting, are not compared.
-    fn loss(&self, before: &Particles<D>, after: &Particles<D>, aim: Aim) -> Option<String> {
+    /// In what `after` is worse than `before`, if it is, and what is to be used instead; else its figures are those to be kept
+    /// from now on. More particles than before, from splitting, are compared with seeds of as many.
+    fn loss(&self, before: &Particles<D>, after: &Particles<D>, aim: Aim) -> Option<(String, Particles<D>)> {
         let mut accepted = self.accepted.lock().unwrap_or_else(PoisonError::into_inner);
-        if before.len() != after.len() {
+        let is_split = before.len() != after.len();
+        let seeds = if is_split { (self.seeds)().filter(|seeds| seeds.len() == after.len()) } else { None };
+        if is_split {
             *accepted = None;
-            return None;
+            seeds.as_ref()?;
         }
+        let before = seeds.as_ref().unwrap_or(before);
         if before.positions == after.positions && before.masses == after.masses {
             return None;
         }
@@ -62,7 +70,8 @@ impl<'a, const D: usize> Judge<'a, D> {
         let now = self.timed(after);
         let loss = now.loss_against(&earlier, aim);
         *accepted = Some(if loss.is_some() { earlier } else { now });
-        loss
+        let of = if is_split { ", in place of seeds of as many particles" } else { "" };
+        loss.map(|loss| (format!("{loss}{of}"), before.clone()))
     }
 }
 
@@ -121,9 +130,9 @@ impl<const D: usize> Running<D> for Watched<'_, D> {
         relaxed.notes.extend(part(&target, &mut relaxed.particles.positions));
         let met = stage.aim == Aim::Density && stop == StopReason::ToleranceReached;
         let aim = if met { Aim::DensityMet } else { stage.aim };
-        if let Some(loss) = stage.judge.loss(&before, &relaxed.particles, aim) {
+        if let Some((loss, better)) = stage.judge.loss(&before, &relaxed.particles, aim) {
             relaxed.notes.push(format!("the result of {} is not used: {loss}", stage.name().title));
-            relaxed.particles = before;
+            relaxed.particles = better;
             for report in &mut relaxed.reports {
                 report.best_iteration = report.history.first().map_or(0, |p| p.iteration);
             }

@@ -228,7 +228,9 @@ impl<'a, const D: usize> Setting<'a, D> {
         let mut dropped = Vec::new();
         let stages = plan.stages.clone();
         let measure = |particles: &Particles<D>| self.quality(particles);
-        let judge = Judge::new(&measure);
+        let (seeding, number) = (plan.seeding, self.scene.seed);
+        let seeds = || seeding::seed(&self.target, seeding, number).ok().map(|seeded| seeded.positions.into());
+        let judge = Judge::new(&measure, &seeds);
         for (index, &name) in stages.iter().enumerate().skip(first) {
             let resumed = matches!(start, Start::Kept(_));
             if let Some(why) = skip(name, &past, plan).filter(|_| !resumed) {

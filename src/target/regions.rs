@@ -509,28 +509,30 @@ enum Halved {
 
 impl Locator {
     fn new<const D: usize>(domain: &Domain<D>, cells: &[Cell<D>]) -> Self {
-        let mut locator = Self { nodes: Vec::new() };
-        locator.divide(domain.lo, domain.hi, cells, (0..cells.len()).collect());
-        locator
-    }
-
-    fn divide<const D: usize>(&mut self, lo: [f64; D], hi: [f64; D], cells: &[Cell<D>], within: Vec<usize>) -> usize {
-        let place = self.nodes.len();
-        self.nodes.push(Halved::Cell(within.first().copied().unwrap_or(0)));
-        if within.len() > 1 {
+        let leaf = |within: &[usize]| Halved::Cell(within.first().copied().unwrap_or(0));
+        let all: Vec<usize> = (0..cells.len()).collect();
+        let mut nodes = vec![leaf(&all)];
+        // No recursion: beside a pole halves go down to rounding.
+        let mut open = vec![(0, domain.lo, domain.hi, all)];
+        while let Some((place, lo, hi, within)) = open.pop() {
             // The axis that was halved is one that no cell reaches across.
             let middle = |k: usize| 0.5 * (lo[k] + hi[k]);
-            let is_whole =
-                |k: &usize| within.iter().all(|&i| cells[i].hi[*k] <= middle(*k) || cells[i].lo[*k] >= middle(*k));
-            let Some(axis) = (0..D).find(is_whole) else { return place };
+            let is_whole = |k: &usize| {
+                let is_apart = |&i: &usize| cells[i].hi[*k] <= middle(*k) || cells[i].lo[*k] >= middle(*k);
+                lo[*k] < middle(*k) && middle(*k) < hi[*k] && within.iter().all(is_apart)
+            };
+            let Some(axis) = (0..D).find(is_whole).filter(|_| within.len() > 1) else { continue };
             let middle = middle(axis);
             let (mut left, mut right) = (hi, lo);
             (left[axis], right[axis]) = (middle, middle);
-            let (below, above) = within.into_iter().partition(|&i| cells[i].center()[axis] < middle);
-            let halves = [self.divide(lo, left, cells, below), self.divide(right, hi, cells, above)];
-            self.nodes[place] = Halved::At { axis, middle, halves };
+            let (below, above): (Vec<usize>, Vec<usize>) =
+                within.into_iter().partition(|&i| cells[i].center()[axis] < middle);
+            let halves = [nodes.len(), nodes.len() + 1];
+            nodes.extend([leaf(&below), leaf(&above)]);
+            nodes[place] = Halved::At { axis, middle, halves };
+            open.extend([(halves[0], lo, left, below), (halves[1], right, hi, above)]);
         }
-        place
+        Self { nodes }
     }
 
     fn find<const D: usize>(&self, x: &[f64; D]) -> usize {

@@ -63,3 +63,14 @@ fn what_is_continuous_is_one_and_small_jumps_leave_one_body() {
         assert_eq!(regions.of(&[0.05]), regions.of(&[0.95]));
     });
 }
+
+/// Beside a pole cells are halved until they have no extent.
+#[test]
+fn cells_without_extent_are_found_all_the_same() {
+    let cell = |lo: f64, hi: f64| Cell { lo: [lo], hi: [hi], mass: hi - lo };
+    let domain = Domain::new([0.0], [1.0], [Axis::OPEN], Extent::Box).unwrap();
+    let cells = [cell(0.0, 0.5), cell(0.5, 0.5), cell(0.5, 0.5)];
+    let locator = Locator::new(&domain, &cells);
+    assert_eq!(locator.find(&[0.2]), 0);
+    assert_eq!(cells[locator.find(&[0.5])].lo, [0.5]);
+}

@@ -1,5 +1,6 @@
 //! Smooth surfaces from which solids are put together, each in a frame of its own: nearest points, and where lines are inside.
 
+use super::super::quadrature::binade;
 use super::super::surface::Surface;
 use super::roots::roots;
 use sph::domain::Hull;
@@ -121,17 +122,29 @@ impl<const D: usize> Primitive<D> {
         let mut start = *x;
         start[axis] = 0.0;
         let (y, way) = (self.own(&start), std::array::from_fn::<_, D, _>(|i| self.frame[i][axis]));
+        // Coefficients of one size, whatever the unit of length: a power of two, so that no digit is lost.
+        let unit = binade(y.iter().fold(self.size(), |m, c| m.max(c.abs())));
+        let y = y.map(|c| c / unit);
         let polynomial = match &self.shape {
             Shape::HalfSpace { normal } => vec![dot(normal, &y), dot(normal, &way)],
             Shape::Ellipsoid { radii } => {
-                let (y, way) = (std::array::from_fn(|k| y[k] / radii[k]), std::array::from_fn(|k| way[k] / radii[k]));
-                square::<D>(&y, &way, D, 1.0).to_vec()
+                let over = |v: [f64; D]| std::array::from_fn(|k| v[k] / (radii[k] / unit));
+                square::<D>(&over(y), &over(way), D, 1.0).to_vec()
             }
-            Shape::Cylinder { radius } => square(&y, &way, D - 1, radius * radius).to_vec(),
-            Shape::Torus { radius, tube } => torus(&y, &way, *radius, *tube),
+            Shape::Cylinder { radius } => square(&y, &way, D - 1, (radius / unit).powi(2)).to_vec(),
+            Shape::Torus { radius, tube } => torus(&y, &way, radius / unit, tube / unit),
             Shape::Surface(_) => Vec::new(),
         };
-        negative(&polynomial)
+        negative(&polynomial).into_iter().map(|ends| ends.map(|t| t * unit)).collect()
+    }
+
+    /// Some length of the shape; that of a half-space is as good as any.
+    fn size(&self) -> f64 {
+        match &self.shape {
+            Shape::Ellipsoid { radii } => radii.iter().fold(0.0, |m, r| m.max(*r)),
+            Shape::Cylinder { radius } | Shape::Torus { radius, .. } => *radius,
+            Shape::HalfSpace { .. } | Shape::Surface(_) => f64::MIN_POSITIVE,
+        }
     }
 }
 

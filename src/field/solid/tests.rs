@@ -143,3 +143,28 @@ fn the_middle_of_an_ellipsoid_has_its_nearest_point_on_the_shortest_axis() {
         assert!((along - distance(&p, &x)).abs() < 1e-7 && p[2] > 0.15, "{x:?} {p:?}");
     }
 }
+
+/// Volumes over that of the unit of length, which may be a light year in kilometers or a nanometer in light years.
+#[test]
+fn volumes_do_not_depend_on_the_unit_of_length() {
+    let volume = |unit: f64| {
+        let (mut primitives, block) =
+            cuboid(0, [-0.6 * unit, -1.1 * unit, -0.25 * unit], [0.5 * unit, unit, 0.3 * unit]);
+        let shapes = [
+            Shape::Ellipsoid { radii: [0.7 * unit, 0.4 * unit, 0.9 * unit] },
+            Shape::Cylinder { radius: 0.1 * unit },
+            Shape::Torus { radius: 0.8 * unit, tube: 0.15 * unit },
+        ];
+        let turned = [[0.0, 0.6, 0.8], [1.0, 0.0, 0.0], [0.0, 0.8, -0.6]];
+        let center = [0.1 * unit, -0.2 * unit, 0.0];
+        primitives.extend(shapes.into_iter().map(|shape| Primitive { shape, center, frame: turned }));
+        let tree = Tree::Less(Box::new(block), (6..9).map(Tree::Leaf).collect());
+        solid(primitives, tree, 2.0 * unit).volume() / unit.powi(3)
+    };
+    let expected = volume(1.0);
+    assert!(expected > 0.1, "{expected}");
+    for exponent in [-90, -40, 40, 90] {
+        let unit = 2_f64.powi(exponent);
+        assert!(off(volume(unit), expected) < 1e-9, "{} in units of {unit:e}, expected {expected}", volume(unit));
+    }
+}
