@@ -10,6 +10,7 @@ use crate::input::roles::Assignment;
 use crate::input::units::RunUnits;
 use crate::scene::{Atmosphere, CoreGas, Scene};
 use crate::target::{Resolution, Target};
+use sph::domain::Domain;
 use sph::point_mass::PointMass;
 use sph_formats::FormatSpec;
 
@@ -94,7 +95,7 @@ impl<const D: usize> Prepared<D> {
         if !(resolution_integral > 0.0 && resolution_integral.is_finite()) {
             return Err(Error::field("resolution", "its number density has no positive integral over the domain"));
         }
-        let largest_spacing = (largest_spacing / length).min(1.0);
+        let largest_spacing = (largest_spacing / length).min(spacing_of_one(&source.domain));
         notes.extend(source.notes.iter().cloned());
         Ok(Self {
             source,
@@ -139,6 +140,12 @@ impl<const D: usize> Prepared<D> {
             part: None,
         }
     }
+}
+
+/// The spacing of a single particle in the box about a domain. A larger one means nothing, and in a thin box its support would
+/// reach through all the images of the box.
+fn spacing_of_one<const D: usize>(domain: &Domain<D>) -> f64 {
+    domain.extent().iter().product::<f64>().powf(1.0 / D as f64).min(domain.size())
 }
 
 /// Internal units of density per input unit.
