@@ -19,7 +19,7 @@ pub enum Law {
         width: f64,
     },
     /// (r^2 + core^2)^(-slope/2).
-    PowerLaw {
+    Power {
         center: Point,
         core: f64,
         slope: f64,
@@ -70,7 +70,7 @@ impl Law {
             4 => Self::Gaussian { center: somewhere(draw), width: least * draw.decades(-1.6, -0.2) },
             5 => {
                 let (center, core) = (somewhere(draw), least * draw.decades(-2.3, -0.3));
-                Self::PowerLaw { center, core, slope: draw.between(0.5, 4.0) }
+                Self::Power { center, core, slope: draw.between(0.5, 4.0) }
             }
             6 => Self::Cusp { center: somewhere(draw), slope: d as f64 * draw.between(0.2, 0.8) },
             7 => {
@@ -96,7 +96,7 @@ impl Law {
                 1.0 + strength * ((0..3).map(|k| wavevector[k] * x[k]).sum::<f64>() + phase).sin()
             }
             Self::Gaussian { center, width } => (-0.5 * (distance(x, center) / width).powi(2)).exp(),
-            Self::PowerLaw { center, core, slope } => (distance(x, center).powi(2) + core * core).powf(-0.5 * slope),
+            Self::Power { center, core, slope } => (distance(x, center).powi(2) + core * core).powf(-0.5 * slope),
             Self::Cusp { center, slope } => distance(x, center).powf(-slope),
             Self::Atmosphere { normal, foot, height } => {
                 (-((0..3).map(|k| normal[k] * x[k]).sum::<f64>() - foot) / height).exp()
@@ -127,7 +127,7 @@ impl Law {
                 format!("(1 + {strength:?}*sin({} + {phase:?}))", along(wavevector))
             }
             Self::Gaussian { center, width } => format!("exp(-0.5*({}/{width:?})^2)", r(center, d)),
-            Self::PowerLaw { center, core, slope } => {
+            Self::Power { center, core, slope } => {
                 format!("({}^2 + {:?})^{:?}", r(center, d), core * core, -0.5 * slope)
             }
             Self::Cusp { center, slope } => format!("{}^{:?}", r(center, d), -slope),
@@ -152,7 +152,7 @@ impl Law {
         };
         match self {
             Self::Gaussian { center, width } => around(center, *width),
-            Self::PowerLaw { center, core, .. } | Self::Giant { center, core, .. } => around(center, *core),
+            Self::Power { center, core, .. } | Self::Giant { center, core, .. } => around(center, *core),
             Self::Cusp { center, .. } => around(center, 0.01),
             Self::Disc { center, height, .. } => around(center, *height),
             Self::Uniform | Self::Wave { .. } | Self::Atmosphere { .. } => Vec::new(),

@@ -174,10 +174,8 @@ impl Masses {
         for i in 0..HALVINGS {
             let Some(worst) = heap.pop() else { break };
             heap.extend(halves(density, domain, &worst));
-            if i % 1024 == 0 {
-                if known(&heap) < ENOUGH * total(&heap) {
-                    break;
-                }
+            if i % 1024 == 0 && known(&heap) < ENOUGH * total(&heap) {
+                break;
             }
         }
         let mut cells = heap.into_vec();

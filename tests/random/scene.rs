@@ -201,12 +201,12 @@ fn profile(draw: &mut Draw, d: usize, domain: &Domain) -> Density {
             radius: 1.01 * radius,
         },
         1 => Law::Gaussian { center, width: radius * draw.between(0.2, 1.0) },
-        2 => Law::PowerLaw { center, core: radius * draw.decades(-2.3, -0.3), slope: draw.between(0.5, 6.0) },
+        2 => Law::Power { center, core: radius * draw.decades(-2.3, -0.3), slope: draw.between(0.5, 6.0) },
         3 => Law::Atmosphere { normal: [1.0, 0.0, 0.0], foot: 0.0, height: radius * draw.between(0.08, 0.5) },
         _ => Law::Uniform,
     };
     let law =
-        if let Law::Atmosphere { height, .. } = law { Law::PowerLaw { center, core: height, slope: 5.0 } } else { law };
+        if let Law::Atmosphere { height, .. } = law { Law::Power { center, core: height, slope: 5.0 } } else { law };
     let solids = if draw.percent(40) {
         let core = Matter { factor: draw.decades(-1.0, 3.0), law: law.clone(), floor: 0.0 };
         vec![(Solid::Ball { center, radius: radius * draw.between(0.1, 0.9) }, core)]
