@@ -9,6 +9,7 @@ use sph_formats::{
 };
 use sph_prep::relaxation::Control;
 use sph_prep::run::pipeline;
+use sph_prep::run::verdict::Topic;
 use sph_prep::scene::Scene;
 use std::f64::consts::PI;
 use std::path::{Path, PathBuf};
@@ -129,6 +130,134 @@ fn summed_densities_reach_across_the_box() {
         assert!((rho / expected - 1.0).abs() < 0.03, "{i}: {rho} against {expected}");
     }
     assert!((snapshot.mass / EDGE.powi(3) - 1.0).abs() < 1e-12);
+}
+
+/// Momentum, spin about z, kinetic and internal energy, and mass, by plain sums.
+fn totals(file: &ParticleFile) -> ([f64; 3], f64, f64, f64, f64) {
+    let [x, v, m, u] =
+        [names::COORDINATES, names::VELOCITIES, names::MASSES, names::INTERNAL_ENERGY].map(|name| numbers(file, name));
+    let total: f64 = m.iter().sum();
+    let sum = |of: &dyn Fn(usize) -> f64| m.iter().enumerate().map(|(i, m)| m * of(i)).sum::<f64>();
+    let momentum: [f64; 3] = std::array::from_fn(|k| sum(&|i| v[3 * i + k]));
+    let center: [f64; 3] = std::array::from_fn(|k| sum(&|i| x[3 * i + k]) / total);
+    let drift = momentum.map(|p| p / total);
+    let spin = sum(&|i| {
+        let [a, b] = [0, 1].map(|k| (x[3 * i + k] - center[k], v[3 * i + k] - drift[k]));
+        a.0 * b.1 - b.0 * a.1
+    });
+    let kinetic = sum(&|i| 0.5 * v[3 * i..3 * i + 3].iter().map(|v| v * v).sum::<f64>());
+    (momentum, spin, kinetic, sum(&|i| u[i]), total)
+}
+
+/// Eight times and an eighth of a rotating, moving ball, whose density and velocities are noisy.
+#[test]
+fn mass_momentum_spin_and_energy_are_kept_at_any_resolution() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut file = lattice(true);
+    let n = SIDE.pow(3);
+    let noise = |i: usize| ((i * 7919 % 1009) as f64 / 1009.0 - 0.5) * 12_f64.sqrt();
+    let Values::F64(x) = file.species[0].table.columns[0].values.clone() else { panic!() };
+    file.header.periodic = [false; 3];
+    let v = (0..n).flat_map(|i| {
+        let [x, y] = [x[3 * i] - 1.0, x[3 * i + 1] - 1.0];
+        [10.0 - y + 0.01 * noise(3 * i), x + 0.01 * noise(3 * i + 1), x * y + 0.01 * noise(3 * i + 2)]
+    });
+    file.species[0].table.columns[1].values = Values::F64(v.collect());
+    file.species[0].table.columns[3].values = Values::F64((0..n).map(|i| 1.5 + x[3 * i + 2]).collect());
+    file.species[0].table.columns[5].values =
+        Values::F64((0..n).map(|i| density(x[3 * i]) * (1.0 + 0.03 * noise(i))).collect());
+    let before = totals(&file);
+    let input = written(folder.path(), "ball.hdf5", &file);
+    for count in [8 * n, n / 8] {
+        let scene =
+            format!("particles: {count}\nwvt: {{iterations: 3}}\npolish: none\noutput: {{double_precision: true}}");
+        let after = totals(&resampled(&input, &scene).unwrap());
+        let off = |a: f64, b: f64, unit: f64| ((a - b) / unit).abs();
+        assert!(off(after.4, before.4, before.4) < 1e-12, "mass {after:?} {before:?}");
+        for k in 0..3 {
+            assert!(off(after.0[k], before.0[k], before.0[0]) < 1e-12, "momentum {after:?} {before:?}");
+        }
+        assert!(off(after.1, before.1, before.1) < 1e-12, "spin {after:?} {before:?}");
+        let energy = before.2 + before.3;
+        assert!(off(after.2 + after.3, energy, energy) < 1e-12, "energy {after:?} {before:?}");
+    }
+}
+
+/// The report tells the noise of the snapshot, and the new particles do not have it.
+#[test]
+fn noise_of_the_snapshot_is_told_from_its_field() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut file = lattice(true);
+    let noise = |i: usize| ((i * 7919 % 1009) as f64 / 1009.0 - 0.5) * 12_f64.sqrt();
+    let Values::F64(rho) = &mut file.species[0].table.columns[5].values else { panic!() };
+    rho.iter_mut().enumerate().for_each(|(i, rho)| *rho *= 1.0 + 0.03 * noise(i));
+    let input = written(folder.path(), "noisy.hdf5", &file);
+    let mut scene = Scene::parse("particles: 12000").unwrap();
+    scene.input.file = Some(input);
+    let stop = AtomicBool::new(false);
+    let control = Control { deadline: None, interrupted: &stop, observer: &|_| {} };
+    let (made, report) = sph_prep::place(&scene, FORMATS, &control).unwrap();
+    let scatter = report.snapshot.as_ref().unwrap().scatter.unwrap();
+    assert!((scatter.values / 0.03 - 1.0).abs() < 0.15 && scatter.field < 0.012, "{scatter:?}");
+    assert!(report.verdict.iter().any(|f| f.topic == Topic::Snapshot && f.text.contains("about a smooth field")));
+    let (x, rho) = (numbers(&made, names::COORDINATES), numbers(&made, names::DENSITY));
+    let ratios: Vec<f64> = rho.iter().enumerate().map(|(i, rho)| rho / density(x[3 * i])).collect();
+    let mean = ratios.iter().sum::<f64>() / ratios.len() as f64;
+    let rms = (ratios.iter().map(|r| (r / mean - 1.0).powi(2)).sum::<f64>() / ratios.len() as f64).sqrt();
+    assert!(rms < 0.015, "{rms} after 0.03");
+}
+
+/// Dark matter beside the gas, some of it beyond.
+#[test]
+fn particles_that_are_no_gas_go_into_the_new_file() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut file = lattice(true);
+    file.header.periodic = [false; 3];
+    let places = vec![1.0, 1.0, 1.0, -3.0, 1.0, 1.0, 1.0, 1.0, 5.5];
+    let column = |name: &str, components: usize, values: Values, dimension| Column {
+        name: name.into(),
+        components,
+        values,
+        dimension,
+    };
+    let columns = vec![
+        column(names::COORDINATES, 3, Values::F64(places.clone()), UnitDimension::LENGTH),
+        column(names::VELOCITIES, 3, Values::F64(places.clone()), UnitDimension::VELOCITY),
+        column(names::MASSES, 1, Values::F64(vec![1.0, 2.0, 3.0]), UnitDimension::MASS),
+        column(names::PARTICLE_IDS, 1, Values::I64(vec![1, 2, 3]), UnitDimension::NONE),
+    ];
+    file.species.push(Species { part_type: 1, table: ParticleTable { count: 3, columns } });
+    let input = written(folder.path(), "halo.hdf5", &file);
+    let scene = "particles: 1000\nwvt: {iterations: 3}\npolish: none\noutput: {double_precision: true, units: cgs}";
+    let made = resampled(&input, scene).unwrap();
+    let halo = made.species.iter().find(|s| s.part_type == 1).unwrap();
+    let of = |name: &str| halo.table.column(name).unwrap().values.to_f64();
+    let (length, mass) = (UnitSystem::solar().length, UnitSystem::solar().mass);
+    for (i, m) in of(names::MASSES).iter().enumerate() {
+        assert!((m / mass - 1.0 - i as f64).abs() < 1e-12);
+    }
+    let speed = UnitSystem::solar().to_cgs(UnitDimension::VELOCITY);
+    assert!(of(names::VELOCITIES).iter().zip(&places).all(|(v, x)| (v / speed - x).abs() < 1e-9));
+    // Where they were, as seen from each other and from the gas, whose center of mass is 1 along y and z.
+    let x = of(names::COORDINATES);
+    for k in 0..9 {
+        assert!(((x[k] - x[k % 3]) / length - (places[k] - places[k % 3])).abs() < 1e-9, "{x:?}");
+    }
+    let gas = numbers(&made, names::COORDINATES);
+    let mean = |k: usize| gas.iter().skip(k).step_by(3).sum::<f64>() / (gas.len() / 3) as f64;
+    assert!([1, 2].iter().all(|&k| ((mean(k) - x[k]) / length).abs() < 0.01), "{x:?}");
+    assert!(x.chunks(3).all(|p| (0..3).all(|k| p[k] >= 0.0 && p[k] <= made.header.box_size[k])));
+    let mut ids: Vec<f64> = of(names::PARTICLE_IDS);
+    ids.extend(numbers(&made, names::PARTICLE_IDS));
+    ids.sort_by(f64::total_cmp);
+    assert_eq!(ids, (1..=1003).map(f64::from).collect::<Vec<f64>>());
+    let made = resampled(&input, &format!("{scene}\ninput: {{other_types: drop}}")).unwrap();
+    assert_eq!(made.species.len(), 1);
+    let refused = resampled(
+        &input,
+        &format!("{scene}\ninput: {{other_types: keep}}").replace("units: cgs", "units: cgs, format: sph-exa"),
+    );
+    assert!(refused.unwrap_err().contains("other_types: drop"));
 }
 
 #[test]

@@ -6,13 +6,16 @@ use super::build_radial::radial;
 use super::build_surface::surface;
 use super::check::{point_text, replace_missing};
 use super::cloud::Cloud;
+use super::fitted::{self, FromParticles, Scatter};
 use super::hull::MeshHull;
 use super::mesh::{Mesh, MeshSampler};
 use super::rows::budget;
+use super::staggering::Budget;
 use super::{FieldOptions, Missing, Source};
 use crate::error::{Error, Result};
 use sph::domain::{Axis, Domain, Region, Wall};
 use sph_formats::{Cells, Coordinates, Geometry, Location, RawField, Variable};
+use std::path::Path;
 use std::sync::Arc;
 
 /// The dimension that an input has of itself: 3 for a radial profile.
@@ -35,18 +38,51 @@ pub fn natural_dimension(raw: &RawField) -> usize {
 /// `D`, or damaged coordinates.
 pub fn from_raw<const D: usize>(raw: RawField, options: &FieldOptions<D>) -> Result<Source<D>> {
     let path = raw.path.clone();
-    build(raw, options).map_err(|error| match error {
+    build(raw, options).map_err(|error| in_file(error, &path))
+}
+
+/// Makes the source of particles in their `domain`, with the scatter of their densities about it, where these are positive.
+///
+/// # Errors
+/// As [`from_raw`].
+pub fn from_particles<const D: usize>(
+    raw: RawField,
+    domain: &Domain<D>,
+    options: &FieldOptions<D>,
+) -> Result<(Source<D>, Option<Scatter>)> {
+    let path = raw.path.clone();
+    particles(raw, domain, options).map_err(|error| in_file(error, &path))
+}
+
+fn in_file(error: Error, path: &Path) -> Error {
+    match error {
         Error::Field { name, problem } => {
             Error::Field { name, problem: format!("{problem} (file '{}')", path.display()) }
         }
         other => other,
-    })
+    }
 }
 
-fn build<const D: usize>(mut raw: RawField, options: &FieldOptions<D>) -> Result<Source<D>> {
+fn build<const D: usize>(raw: RawField, options: &FieldOptions<D>) -> Result<Source<D>> {
     if matches!(raw.geometry, Geometry::Surface { .. }) {
         return surface(&raw.path, raw.geometry, options, Vec::new());
     }
+    let (input, geometry, stated) = opened(raw, options)?;
+    match geometry {
+        Geometry::Radial { nodes, unit } => radial(input, nodes, unit.map(|u| u.to_cgs), stated.as_ref()),
+        Geometry::Grid { coordinates: Coordinates::Cartesian, axes } => cartesian(input, &axes),
+        Geometry::Grid { coordinates: Coordinates::Geographic, axes } => geographic(input, &axes),
+        Geometry::Mesh { points, cells, .. } => mesh(input, &points, cells),
+        Geometry::Cloud { points, .. } => cloud(input, &points),
+        Geometry::Surface { .. } => Err(Error::field("density", "is not that of a surface")),
+    }
+}
+
+/// The density and what is carried beside it, less their geometry, and the mass that a radial file states.
+type Opened<'a, const D: usize> = (Input<'a, D>, Geometry, Option<Budget>);
+
+/// Chooses and checks the variables.
+fn opened<const D: usize>(mut raw: RawField, options: &FieldOptions<D>) -> Result<Opened<'_, D>> {
     let density = take_density(&mut raw, options.density_name.as_deref())?;
     let natural = natural_dimension(&raw);
     if natural != D && !matches!(raw.geometry, Geometry::Radial { .. }) {
@@ -72,15 +108,7 @@ fn build<const D: usize>(mut raw: RawField, options: &FieldOptions<D>) -> Result
         _ => None,
     };
     let others = select_carried(raw.variables, options, &mut notes)?;
-    let input = Input { density, others, options, notes };
-    match raw.geometry {
-        Geometry::Radial { nodes, unit } => radial(input, nodes, unit.map(|u| u.to_cgs), stated.as_ref()),
-        Geometry::Grid { coordinates: Coordinates::Cartesian, axes } => cartesian(input, &axes),
-        Geometry::Grid { coordinates: Coordinates::Geographic, axes } => geographic(input, &axes),
-        Geometry::Mesh { points, cells, .. } => mesh(input, &points, cells),
-        Geometry::Cloud { points, .. } => cloud(input, &points),
-        Geometry::Surface { .. } => Err(Error::field("density", "is not that of a surface")),
-    }
+    Ok((Input { density, others, options, notes }, raw.geometry, stated))
 }
 
 fn take_density(raw: &mut RawField, asked: Option<&str>) -> Result<Variable> {
@@ -170,15 +198,30 @@ fn cloud<const D: usize>(mut input: Input<'_, D>, points: &[[f64; 3]]) -> Result
     let name = input.density.name.clone();
     let flat = flatten::<D>(&name, points)?;
     input.check(&|i| format!("point {i}, position {}", point_text(&flat[i])))?;
-    let sampler = Arc::new(Cloud::new(&name, &flat, input.options.cloud_domain.as_ref())?);
+    let sampler = Arc::new(Cloud::new(&name, &flat, None)?);
     let domain = sampler.domain();
-    if input.options.cloud_domain.is_none() {
-        input.notes.push(format!(
-            "the cloud of {} points fills its bounding box where a point is near; set the domain in the scene if it is another",
-            flat.len()
-        ));
-    }
+    input.notes.push(format!(
+        "the cloud of {} points fills its bounding box where a point is near; set the domain in the scene if it is another",
+        flat.len()
+    ));
     input.finish(sampler, domain, &|_| Err(Error::field(&name, "a point cloud has no cells".to_owned())))
+}
+
+fn particles<const D: usize>(
+    raw: RawField,
+    domain: &Domain<D>,
+    options: &FieldOptions<D>,
+) -> Result<(Source<D>, Option<Scatter>)> {
+    let (mut input, geometry, _) = opened(raw, options)?;
+    let Geometry::Cloud { points, .. } = geometry else {
+        return Err(Error::field(&input.density.name, "is not that of particles"));
+    };
+    let points = flatten::<D>(&input.density.name, &points)?;
+    input.check(&|i| format!("particle {i}, position {}", point_text(&points[i])))?;
+    let FromParticles { density, carried, scatter } =
+        fitted::from_particles(&input.density, input.others, &points, domain)?;
+    let notes = input.notes;
+    Ok((Source { density, carried, domain: domain.clone(), mass: None, radial: None, notes }, scatter))
 }
 
 /// The first D components, which must be finite.

@@ -10,7 +10,7 @@ use sph_formats::common::particle_names as names;
 use sph_formats::{Values, Variable};
 
 /// A variable with more values than this does not name kinds.
-const MAX_KINDS: usize = 32;
+pub(super) const MAX_KINDS: usize = 32;
 
 struct Categorical<const D: usize> {
     info: CarriedInfo,
@@ -37,7 +37,7 @@ pub(crate) fn carried_field<const D: usize>(
 
 /// The kinds that a variable names, in ascending order; `None` where it names none, too many, or numbers that are not
 /// whole.
-fn kinds(variable: &Variable) -> Option<Vec<f64>> {
+pub(super) fn kinds(variable: &Variable) -> Option<Vec<f64>> {
     if variable.components != 1 || names::standard(&variable.name) != Some(names::MATERIAL_IDS) {
         return None;
     }

@@ -66,7 +66,7 @@ impl<const D: usize> Cloud<D> {
     }
 
     /// The nearest `n` points or images of points, and their distances, ascending.
-    fn nearest(&self, x: &[f64; D], n: usize) -> Vec<(usize, f64)> {
+    pub(super) fn nearest(&self, x: &[f64; D], n: usize) -> Vec<(usize, f64)> {
         let n = n.min(self.count);
         let x = self.domain.wrapped(x);
         let mut found = self.query(&x, n);
@@ -105,8 +105,8 @@ impl<const D: usize> Cloud<D> {
     }
 }
 
-/// Weights that sum to 1.
-fn weigh(found: &mut [(usize, f64)], all: bool) {
+/// Turns distances, ascending, into weights that sum to 1; `all` says whether there are no other points.
+pub(super) fn weigh(found: &mut [(usize, f64)], all: bool) {
     let farthest = found.last().map_or(0.0, |f| f.1);
     // Where every point of the cloud takes part, the farthest keeps a weight too.
     let radius = if all { 2.0 * farthest } else { farthest };
@@ -123,19 +123,32 @@ fn weigh(found: &mut [(usize, f64)], all: bool) {
     found.iter_mut().for_each(|f| f.1 /= sum);
 }
 
+impl<const D: usize> Cloud<D> {
+    pub(super) fn len(&self) -> usize {
+        self.count
+    }
+
+    /// Whether there is matter at `x`, whose nearest point, and the distance from it, is `nearest`.
+    pub(super) fn holds(&self, x: &[f64; D], nearest: (usize, f64)) -> bool {
+        let (lo, hi) = (&self.domain.lo, &self.domain.hi);
+        let slack = |k: usize| 1e-12 * (hi[k] - lo[k]);
+        let inside = |k: usize| x[k] >= lo[k] - slack(k) && x[k] <= hi[k] + slack(k);
+        let boxed = (0..D).all(|k| self.domain.axes[k] == Axis::Periodic || inside(k));
+        boxed && nearest.1 <= self.reach[nearest.0]
+    }
+
+    /// A point near `x`, in the box: the nearest, where that is not an image.
+    pub(super) fn near(&self, x: &[f64; D]) -> usize {
+        self.tree.query(x).nearest_one::<SquaredEuclidean<f64>>().execute().item as usize
+    }
+}
+
 impl<const D: usize> Sampler<D> for Cloud<D> {
     fn sample(&self, values: &Values, stride: usize, x: &[f64; D], outside: Outside, out: &mut [f64]) -> bool {
         let n = 4 * (D + 1);
         let mut found = self.nearest(x, n);
-        if outside == Outside::Reject {
-            let (lo, hi) = (&self.domain.lo, &self.domain.hi);
-            let slack = |k: usize| 1e-12 * (hi[k] - lo[k]);
-            let inside = |k: usize| x[k] >= lo[k] - slack(k) && x[k] <= hi[k] + slack(k);
-            let boxed = (0..D).all(|k| self.domain.axes[k] == Axis::Periodic || inside(k));
-            let reached = found.first().is_some_and(|&(i, d)| d <= self.reach[i]);
-            if !boxed || !reached {
-                return false;
-            }
+        if outside == Outside::Reject && !found.first().is_some_and(|&nearest| self.holds(x, nearest)) {
+            return false;
         }
         weigh(&mut found, self.count <= n);
         out.fill(0.0);

@@ -1,7 +1,6 @@
 //! What a scene chooses of an interpolant.
 
 use super::Orientation;
-use sph::domain::Domain;
 
 /// How values between nodes are interpolated.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -95,8 +94,6 @@ pub struct FieldOptions<const D: usize> {
     pub staggering: Option<Staggering>,
     /// Whether the density is the one that the mass in a radial file belongs to.
     pub has_mass: bool,
-    /// The domain of a point cloud, across whose periodic axes it repeats; `None`: its bounding box.
-    pub cloud_domain: Option<Domain<D>>,
     /// Of the points of a surface.
     pub orientation: Orientation,
 }
@@ -114,7 +111,6 @@ impl<const D: usize> Default for FieldOptions<D> {
             carried: None,
             staggering: None,
             has_mass: true,
-            cloud_domain: None,
             orientation: Orientation::default(),
         }
     }

@@ -22,6 +22,12 @@ pub trait ScalarField<const D: usize>: Send + Sync {
         None
     }
 
+    /// The gradient of the logarithm at `x`, where it takes less than differences of values.
+    fn log_slope(&self, x: &[f64; D]) -> Option<[f64; D]> {
+        let _ = x;
+        None
+    }
+
     /// A number for the piece of a piecewise smooth field that `x` lies in: the same at two points that no discontinuity
     /// known to the field separates (pieces need not be connected). 0 everywhere by default; fields that know their
     /// discontinuities keep 0 for where they vanish.

@@ -77,6 +77,12 @@ impl<const D: usize> ScalarField<D> for ScaledField<D> {
         self.value * self.inner.value(&self.coordinates.to_inner(x))
     }
 
+    fn log_slope(&self, x: &[f64; D]) -> Option<[f64; D]> {
+        // Lengths of the slope are inverse ones.
+        let slope = self.inner.log_slope(&self.coordinates.to_inner(x))?;
+        Some(self.coordinates.to_inner(&slope))
+    }
+
     fn piece(&self, x: &[f64; D]) -> u64 {
         self.inner.piece(&self.coordinates.to_inner(x))
     }

@@ -16,6 +16,10 @@ impl<const D: usize> ScalarField<D> for SharedDensity<D> {
         self.0.center()
     }
 
+    fn log_slope(&self, x: &[f64; D]) -> Option<[f64; D]> {
+        self.0.log_slope(x)
+    }
+
     fn piece(&self, x: &[f64; D]) -> u64 {
         self.0.piece(x)
     }

@@ -2,18 +2,18 @@
 
 use crate::error::{Error, Result};
 use crate::field::{
-    AnalyticField, Centering, FieldOptions, Interpolation, MassEstimate, Missing, Period, ScalarField, Source,
-    Staggering, Trace, from_raw, in_units_of, mass_columns, natural_dimension,
+    AnalyticField, Centering, FieldOptions, Interpolation, Missing, Period, ScalarField, Source, Staggering, Trace,
+    from_raw, in_units_of, mass_columns, natural_dimension,
 };
-use crate::input::particles::Snapshot;
+use crate::input::particles::{OfSnapshot, Snapshot};
 use crate::input::profile;
 use crate::input::roles::{Assignment, adopt_units, apply, assign, divide_momenta, reduce_energies, restore_names};
 use crate::input::shapes;
 use crate::input::surfaces::{density_within, refuse_domain_of_a_surface, refuse_orientation};
 use crate::input::units::{InputUnits, RunUnits};
 use crate::scene::{
-    BoundaryName, CenteringName, Conversion, CylinderInput, DomainInput, InterpolationName, MissingValues, Quantity,
-    ResolutionInput, Role, Scene, StaggeringName, values,
+    BoundaryName, CenteringName, Conversion, CylinderInput, DomainInput, InterpolationName, MissingValues, OtherTypes,
+    Quantity, ResolutionInput, Role, Scene, StaggeringName, values,
 };
 use sph::domain::{Axis, Domain, Region, Wall};
 use sph_formats::{FieldRequest, FileContent, FormatSpec, Geometry, RawField, Unit, UnitDimension, UnitSystem};
@@ -212,6 +212,7 @@ pub struct Ingested<const D: usize> {
     pub variables: Vec<Assignment>,
     /// Mass of the whole input, where the scene's domain is another than the input's and the input tells.
     pub input_mass: Option<f64>,
+    pub(crate) of_snapshot: Option<OfSnapshot>,
 }
 
 /// The source, over the scene's domain, in the input's units.
@@ -246,6 +247,7 @@ pub fn source<const D: usize>(
         Some(shape) => Some(shapes::domain::<D>(&shape, formats, (surface(walls[0]), conversion), &mut notes)?),
         None => scene_domain::<D>(&scene.domain, &walls, conversion)?,
     };
+    let mut of_snapshot = None;
     let mut source = match raw {
         RawInput::File(field) => {
             refuse_orientation(scene, &field)?;
@@ -254,7 +256,14 @@ pub fn source<const D: usize>(
             }
             from_raw(*field, &options)?
         }
-        RawInput::Snapshot(snapshot) => resampled(*snapshot, options)?,
+        RawInput::Snapshot(snapshot) => {
+            let (mut source, mut found) = snapshot.into_source(&options)?;
+            if scene.input.other_types == OtherTypes::Drop {
+                source.notes.extend(found.leave_others("input.other_types is drop"));
+            }
+            of_snapshot = Some(found);
+            source
+        }
         RawInput::Expression(text) => {
             let domain = stated.clone().ok_or_else(|| {
                 Error::scene(
@@ -280,10 +289,15 @@ pub fn source<const D: usize>(
         Some(domain) => {
             source.domain = domain;
             input_mass = source.mass.take().map(|mass| mass.value);
+            if let Some(of_snapshot) = &mut of_snapshot {
+                // Totals are those of all particles.
+                of_snapshot.totals = Default::default();
+                source.notes.extend(of_snapshot.leave_others("the scene has a domain of its own"));
+            }
         }
         None => apply_walls(&mut source.domain, &walls),
     }
-    Ok(Ingested { source, variables, input_mass })
+    Ok(Ingested { source, variables, input_mass, of_snapshot })
 }
 
 /// A format that tells data of points from those of cells.
@@ -321,15 +335,6 @@ fn give_roles<const D: usize>(
         *carried = columns;
     }
     Ok(variables)
-}
-
-/// The particles of another run, with their box and their mass.
-fn resampled<const D: usize>(snapshot: Snapshot, options: FieldOptions<D>) -> Result<Source<D>> {
-    let domain = snapshot.domain::<D>()?;
-    let mass = MassEstimate { value: snapshot.mass, error: 0.0 };
-    let options = FieldOptions { cloud_domain: Some(domain), ..options };
-    let source = from_raw(snapshot.field, &options)?;
-    Ok(Source { mass: Some(mass), ..source })
 }
 
 fn field_options<const D: usize>(

@@ -6,6 +6,7 @@ use crate::input::atmosphere::{self, Cut};
 use crate::input::core::{self, Core};
 use crate::input::fields;
 use crate::input::ingest::{self, Ingested, RawInput};
+use crate::input::particles::OfSnapshot;
 use crate::input::roles::Assignment;
 use crate::input::units::RunUnits;
 use crate::scene::{Atmosphere, CoreGas, Scene};
@@ -38,6 +39,8 @@ pub(crate) struct Prepared<const D: usize> {
     pub variables: Vec<Assignment>,
     /// A point mass in the center, in the input's units.
     pub core: Option<Core<D>>,
+    /// Where the input is particles.
+    pub of_snapshot: Option<OfSnapshot>,
 }
 
 impl<const D: usize> Prepared<D> {
@@ -62,7 +65,7 @@ impl<const D: usize> Prepared<D> {
         (raw, units): (RawInput, &RunUnits),
         count: usize,
     ) -> Result<Self> {
-        let Ingested { source, variables, input_mass } = ingest::source::<D>(scene, formats, raw, units)?;
+        let Ingested { source, variables, input_mass, of_snapshot } = ingest::source::<D>(scene, formats, raw, units)?;
         let source = fields::attach(scene, source, &units.into_input())?;
         let (mut source, core) = core::attach(scene, source, units)?;
         // What the point takes is no gas.
@@ -110,6 +113,7 @@ impl<const D: usize> Prepared<D> {
             input_mass,
             variables,
             core,
+            of_snapshot: of_snapshot.map(|s| OfSnapshot { totals: s.totals.less_stated(scene), ..s }),
         })
     }
 

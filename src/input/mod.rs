@@ -15,6 +15,7 @@ pub(crate) mod roles;
 pub(crate) mod shapes;
 mod surfaces;
 pub(crate) mod thermal;
+pub(crate) mod totals;
 pub(crate) mod turbulence;
 pub mod units;
 mod weight;

@@ -5,16 +5,18 @@
 //! and 10), with the default kernel and its neighbor number. The mass is that of the particles, not of the interpolated
 //! density. Periodic axes are those of the file's box; other axes end with the particles.
 //!
-//! What belongs to a particle and not to its place is not carried: masses, smoothing lengths, numbers and materials.
+//! What belongs to a particle and not to its place is not carried: masses, smoothing lengths, numbers.
 
 use crate::error::{Error, Result};
+use crate::field::{FieldOptions, MassEstimate, Scatter, Source, from_particles};
+use crate::input::totals::Totals;
 use crate::metrics::Measured;
 use sph::domain::{Axis, Domain, Region};
 use sph::kernel::{KernelName, default_kernel_neighbors};
 use sph::sums::support_guess;
 use sph_formats::{
-    Geometry, Location, ParticleFile, ParticleTable, RawField, Unit, UnitDimension, Values, Variable,
-    common::particle_names,
+    Geometry, Location, ParticleFile, ParticleTable, RawField, Species, Unit, UnitDimension, UnitSystem, Values,
+    Variable, common::particle_names,
 };
 use std::path::Path;
 
@@ -29,6 +31,10 @@ pub struct Snapshot {
     pub periodic: [bool; 3],
     /// Of all gas, in the file's units.
     pub mass: f64,
+    pub masses: Vec<f64>,
+    /// Particles that are no gas.
+    pub others: Vec<Species>,
+    pub units: UnitSystem,
     /// The file's unit of time, in s.
     pub time_unit: f64,
 }
@@ -54,10 +60,7 @@ impl Snapshot {
             return Err(wrong(format!("particle {i} has mass {}; masses must be finite and not negative", masses[i])));
         }
         let mut notes = vec![format!("{} gas particles are read as samples of their own density", table.count)];
-        let others = file.species.iter().filter(|s| s.part_type != 0).map(|s| s.table.count).sum::<usize>();
-        if others > 0 {
-            notes.push(format!("{others} particles of other types than gas were left aside"));
-        }
+        let others = file.species.iter().filter(|s| s.part_type != 0 && s.table.count > 0).cloned().collect();
         let unit = |d: UnitDimension| {
             Some(Unit { symbol: "of the file".into(), to_cgs: header.units.to_cgs(d), dimension: d })
         };
@@ -67,7 +70,8 @@ impl Snapshot {
             if OF_PARTICLES.contains(&c.name.as_str()) || (c.name == name && is_empty(&c.values)) {
                 continue;
             }
-            if matches!(c.values, Values::I64(_)) {
+            let is_material = particle_names::standard(&c.name) == Some(particle_names::MATERIAL_IDS);
+            if matches!(c.values, Values::I64(_)) && !is_material {
                 notes.push(format!("'{}' belongs to the particles and was left out", c.name));
                 continue;
             }
@@ -82,6 +86,9 @@ impl Snapshot {
         }
         let mut snapshot = Self {
             mass: masses.iter().sum(),
+            masses,
+            others,
+            units: header.units,
             field: RawField {
                 path: path.into(),
                 format: "particles",
@@ -101,9 +108,9 @@ impl Snapshot {
                 return Err(wrong(format!("there is no column '{name}' with densities")));
             }
             let values = match header.dimension {
-                1 => snapshot.summed::<1>(&masses),
-                2 => snapshot.summed::<2>(&masses),
-                _ => snapshot.summed::<3>(&masses),
+                1 => snapshot.summed::<1>(),
+                2 => snapshot.summed::<2>(),
+                _ => snapshot.summed::<3>(),
             }?;
             snapshot.field.notes.push("the particles have no density; it was summed over their neighbors".into());
             snapshot.field.variables.push(Variable {
@@ -118,6 +125,31 @@ impl Snapshot {
         Ok(snapshot)
     }
 
+    /// What its particles have together.
+    pub(crate) fn totals(&self) -> Totals {
+        let Geometry::Cloud { dimension, points, .. } = &self.field.geometry else {
+            return Totals::default();
+        };
+        let periodic = std::array::from_fn(|k| self.is_periodic(k));
+        Totals::new(&self.field, points, &self.masses, *dimension, periodic)
+    }
+
+    fn is_periodic(&self, axis: usize) -> bool {
+        self.periodic[axis] && self.box_size[axis] > 0.0
+    }
+
+    /// Its fields, with its mass, and what else is known of it.
+    ///
+    /// # Errors
+    /// Particles that span no volume, or values that are no densities.
+    pub(crate) fn into_source<const D: usize>(self, options: &FieldOptions<D>) -> Result<(Source<D>, OfSnapshot)> {
+        let domain = self.domain::<D>()?;
+        let mass = MassEstimate { value: self.mass, error: 0.0 };
+        let (totals, others, units) = (self.totals(), self.others, self.units);
+        let (source, scatter) = from_particles(self.field, &domain, options)?;
+        Ok((Source { mass: Some(mass), ..source }, OfSnapshot { totals, scatter, others, units }))
+    }
+
     /// The box where it is periodic, else as far as there are particles.
     ///
     /// # Errors
@@ -126,7 +158,7 @@ impl Snapshot {
         let Geometry::Cloud { points, .. } = &self.field.geometry else {
             return Err(Error::field("Coordinates", "are no points".to_owned()));
         };
-        let is_periodic = |k: usize| self.periodic[k] && self.box_size[k] > 0.0;
+        let is_periodic = |k: usize| self.is_periodic(k);
         let ends = |k: usize, fold: fn(f64, f64) -> f64, start: f64| points.iter().map(|p| p[k]).fold(start, fold);
         let lo =
             std::array::from_fn(|k| if is_periodic(k) { self.box_corner[k] } else { ends(k, f64::min, f64::INFINITY) });
@@ -142,9 +174,12 @@ impl Snapshot {
     }
 
     /// Mass densities by summation over the neighbors.
-    fn summed<const D: usize>(&self, masses: &[f64]) -> Result<Vec<f64>> {
+    fn summed<const D: usize>(&self) -> Result<Vec<f64>> {
+        let masses = &self.masses;
         let domain = self.domain::<D>()?;
-        let Geometry::Cloud { points, .. } = &self.field.geometry else { return Ok(Vec::new()) };
+        let Geometry::Cloud { points, .. } = &self.field.geometry else {
+            return Err(Error::field("Coordinates", "are no points".to_owned()));
+        };
         if let Some(i) = points.iter().position(|p| p.iter().any(|x| !x.is_finite())) {
             return Err(Error::field(
                 "Coordinates",
@@ -158,6 +193,25 @@ impl Snapshot {
         let guess = support_guess::<D>(neighbors, masses.len(), |_| spacing);
         let measured = Measured::new(KernelName::default(), &domain, &positions, masses, &guess, neighbors);
         Ok(measured.sums.iter().map(|s| s.weighted).collect())
+    }
+}
+
+/// What is known of a snapshot beside its fields.
+#[derive(Debug, Clone)]
+pub(crate) struct OfSnapshot {
+    /// Of all its gas; empty where only a part of it is taken.
+    pub totals: Totals,
+    pub scatter: Option<Scatter>,
+    /// Particles that are no gas, in the file's units; none where only a part of the gas is taken.
+    pub others: Vec<Species>,
+    pub units: UnitSystem,
+}
+
+impl OfSnapshot {
+    /// Leaves out what is no gas, and says `why` where there is some.
+    pub(crate) fn leave_others(&mut self, why: &str) -> Option<String> {
+        let count: usize = std::mem::take(&mut self.others).iter().map(|s| s.table.count).sum();
+        (count > 0).then(|| format!("{count} particles of other types than gas are left out: {why}"))
     }
 }
 

@@ -1,13 +1,15 @@
 //! The particle file that placed particles become.
 
 use super::columns::{self, EnergySource, KnownEnergy};
+use super::conservation::{Conserved, New, conserve};
 use super::frame::{Factors, Frame, radial_in};
 use super::origin;
+use super::others::Others;
 use super::walls::{Fluid, Walls};
 use crate::error::{Error, Result};
 use crate::input::internal_units::Prepared;
 use crate::scene::{CheckpointInput, Conversion, OriginInput, Quantity, Scene, values};
-use crate::target::Positions;
+use crate::target::{Positions, at};
 use sph::domain::Axis;
 use sph::parallel;
 use sph_formats::common::particle_names as names;
@@ -51,6 +53,8 @@ pub struct Made {
     pub notes: Vec<String>,
     /// Columns that it does without, and why.
     pub left_out: Vec<(&'static str, &'static str)>,
+    /// Of a snapshot.
+    pub conserved: Option<Conserved>,
 }
 
 /// Makes the file of `raw`, in `units`.
@@ -67,9 +71,12 @@ pub(crate) fn particle_file<const D: usize>(
 ) -> Result<Made> {
     let domain = &prepared.source.domain;
     let n = raw.masses.len();
-    let frame = match walls {
-        Some(walls) => Frame::new(&walls.frame, 1.0),
-        None => Frame::new(domain, scene.output.box_factor),
+    let others = Others::of(prepared)?;
+    let frame = match (walls, &others) {
+        (Some(walls), Some(others)) => Frame::new(&others.around(&walls.frame)?, 1.0),
+        (Some(walls), None) => Frame::new(&walls.frame, 1.0),
+        (None, Some(others)) => Frame::new(&others.around(domain)?, scene.output.box_factor),
+        (None, None) => Frame::new(domain, scene.output.box_factor),
     };
     let fluid = Fluid::of(&raw.density, &raw.support, factors);
     let (mut notes, mut left_out) = (Vec::new(), Vec::new());
@@ -88,6 +95,8 @@ pub(crate) fn particle_file<const D: usize>(
     let mut carried: Vec<Column> =
         prepared.source.carried.iter().map(|f| columns::column(f.as_ref(), raw.positions, &units)).collect();
     columns::check_finite(&carried)?;
+    let conserved = kept_totals(prepared, (raw.positions, &raw.masses), raw.balanced.is_some(), &units, &mut carried);
+    notes.extend(conserved.as_ref().map(Conserved::describe));
     let velocities =
         placed_columns(scene, prepared, raw.positions, (factors.length, &making.conversion), &mut carried)?;
     let target_density = parallel::map(n, |i| raw.target_density[i] * factors.density);
@@ -155,6 +164,14 @@ pub(crate) fn particle_file<const D: usize>(
         notes.push(walls.describe(factors.length));
         species.push(walls.species(frame.coordinates(&walls.positions(), factors.length), factors.length, &fluid));
     }
+    if let Some(others) = &others {
+        let first = species.iter().map(|s| s.table.count as i64).sum::<i64>() + 1;
+        notes.push(others.describe());
+        let moved = |places: &Positions<D>, mut own: Vec<Column>| {
+            placed_columns(scene, prepared, places, (factors.length, &making.conversion), &mut own)
+        };
+        species.extend(others.species(&frame, (factors.length, &units), first, &moved)?);
+    }
     if let Some(core) = &prepared.core {
         let first = species.iter().map(|s| s.table.count as i64).sum::<i64>() + 1;
         let moves = species[0].table.column(names::VELOCITIES).is_some();
@@ -169,7 +186,29 @@ pub(crate) fn particle_file<const D: usize>(
         let table = point_table((place, mass, velocity), &radii, Some(first));
         species.push(Species { part_type: core.part_type, table });
     }
-    Ok(Made { file: ParticleFile { header, species }, notes, left_out })
+    Ok(Made { file: ParticleFile { header, species }, notes, left_out, conserved })
+}
+
+/// Gives carried columns the totals of a snapshot, where the input is one.
+fn kept_totals<const D: usize>(
+    prepared: &Prepared<D>,
+    (positions, masses): (&Positions<D>, &[f64]),
+    is_balanced: bool,
+    units: &UnitSystem,
+    carried: &mut [Column],
+) -> Option<Conserved> {
+    let mut totals = prepared.of_snapshot.as_ref()?.totals.in_units(units);
+    if is_balanced {
+        totals.thermal = None;
+    }
+    let axes = &prepared.source.domain.axes;
+    let new = New {
+        positions: &(0..masses.len()).flat_map(|i| at(positions, i).map(|x| x * prepared.length)).collect::<Vec<f64>>(),
+        masses,
+        dimension: D,
+        periodic: std::array::from_fn(|k| k < D && axes[k] == Axis::Periodic),
+    };
+    conserve(carried, &new, &totals)
 }
 
 /// The frame with the point at the origin that is asked for.

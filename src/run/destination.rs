@@ -5,7 +5,7 @@ use crate::codes::TargetCode;
 use crate::error::{Error, Result};
 use crate::output::parameters;
 use crate::scene::{ProfileInput, Scene};
-use sph_formats::{FormatError, FormatSpec, ParticleFile, WriteOptions, registry};
+use sph_formats::{FormatError, FormatSpec, ParticleFile, Species, WriteOptions, registry};
 use std::path::{Path, PathBuf};
 
 /// The output file of a scene, of which is known that it can be written.
@@ -145,6 +145,23 @@ fn refuse_what_is_no_gas(scene: &Scene, format: &FormatSpec) -> Result<()> {
     match made.iter().find(|(is_made, _)| *is_made) {
         Some((_, what)) if format.capabilities.gas_alone => {
             let problem = format!("'{}' holds gas alone, but {what}; choose another, or leave that out", format.name);
+            Err(Error::scene("output.format", problem))
+        }
+        _ => Ok(()),
+    }
+}
+
+/// Refuses a format that holds gas alone where a snapshot has `others`.
+///
+/// # Errors
+/// Of the format, with what the scene can do about it.
+pub(crate) fn refuse_other_types(format: Option<&FormatSpec>, others: &[Species]) -> Result<()> {
+    match (format.filter(|f| f.capabilities.gas_alone), others.first()) {
+        (Some(format), Some(other)) => {
+            let (name, count, part_type) = (format.name, other.table.count, other.part_type);
+            let problem = format!(
+                "'{name}' holds gas alone, but the snapshot has {count} particles of type {part_type}; choose another, or leave them out with input.other_types: drop"
+            );
             Err(Error::scene("output.format", problem))
         }
         _ => Ok(()),

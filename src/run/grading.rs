@@ -1,11 +1,14 @@
 //! The verdict on a report, figure by figure.
 
-use super::report::Report;
+use super::report::{Report, SnapshotReport};
 use super::verdict::{Finding, Grade, Topic};
+use crate::field::Scatter;
 use crate::relaxation::{BALANCE, StopReason};
 
 /// Net force over gravity that leaves a body almost still.
 const LITTLE_FORCE: f64 = 0.01;
+/// Share of internal energies whose change leaves a body as it is.
+const LITTLE_HEAT: f64 = 0.01;
 /// Force noise of an interior whose profile changes within a spacing.
 const UNRESOLVED: f64 = 0.5;
 
@@ -16,6 +19,38 @@ fn grade(value: f64, good: f64, bad: f64) -> Grade {
         v if v < bad => Grade::Look,
         _ => Grade::Bad,
     }
+}
+
+/// On what a snapshot is good for.
+fn of_snapshot(snapshot: &SnapshotReport) -> Vec<Finding> {
+    let mut all = Vec::new();
+    if let Some(Scatter { values, field }) = snapshot.scatter {
+        let graded = grade(field, 0.01, 0.05);
+        let remedy = match graded {
+            Grade::Good => "",
+            _ => "; no number of particles mends it, but a quieter snapshot does",
+        };
+        let text = format!(
+            "its densities scatter by {:.2} % about a smooth field, which is known to {:.2} % (1 % is good, 5 % is much){remedy}",
+            100.0 * values,
+            100.0 * field
+        );
+        all.push(Finding::new(graded, Topic::Snapshot, text));
+    }
+    if let Some(change) = snapshot.conserved.as_ref().and_then(|c| c.energy_factor).map(|f| (f - 1.0).abs())
+        && change > LITTLE_HEAT
+    {
+        let text = format!(
+            "internal energies were changed by {:.1} % to keep the energy (1 % is good): mass is not where it was, as beside sharp surfaces, or motions were not resolved",
+            100.0 * change
+        );
+        all.push(Finding::new(grade(change, LITTLE_HEAT, 0.1), Topic::Snapshot, text));
+    }
+    if snapshot.conserved.as_ref().is_some_and(|c| !c.is_energy_kept) {
+        let text = "kinetic and internal energy together are not those of the snapshot; it has motions that these particles do not resolve, and no internal energy that could take them up";
+        all.push(Finding::new(Grade::Look, Topic::Snapshot, text.into()));
+    }
+    all
 }
 
 /// The verdict on a report.
@@ -99,6 +134,8 @@ pub fn verdict(report: &Report) -> Vec<Finding> {
             ),
         );
     }
+    all.extend(report.snapshot.iter().flat_map(of_snapshot));
+    let mut say = |grade, topic: Topic, text: String| all.push(Finding::new(grade, topic, text));
     match report.stop {
         StopReason::Interrupted | StopReason::TimeLimit => {
             say(Grade::Look, Topic::End, "it was ended early; more time brings it nearer".into());

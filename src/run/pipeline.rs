@@ -1,14 +1,14 @@
 //! A scene from its input to placed particles, and to a file: input -> source -> target -> seeding -> relaxation -> carried
 //! fields -> measures -> particle file. The only place where the run-time dimension becomes a type.
 
-use super::destination::{Destination, intended_format};
+use super::destination::{Destination, intended_format, refuse_other_types};
 #[cfg(feature = "plots")]
 use super::drawings::is_drawn;
 use super::drawings::{Drawing, is_picture};
 use super::duration::{self, Expected};
 use super::grading::verdict as verdict_on;
 use super::plan::{Held, Plan};
-use super::report::{MassReport, Report, Timing};
+use super::report::{MassReport, Report, SnapshotReport, Timing};
 use super::stages::{self, Placed, Setting};
 use super::variables::variables;
 use super::{doubts, memory};
@@ -166,6 +166,7 @@ impl Run<'_> {
         self.control.tell(Event::Begin(Step::Interpolate));
         let count = self.scene.particles.unwrap_or(DEFAULT_PARTICLES);
         let prepared = Prepared::<D>::new(self.scene, self.formats, (raw, &self.units), count)?;
+        refuse_other_types(self.format, prepared.of_snapshot.as_ref().map_or(&[], |s| &s.others))?;
         self.notes.extend(prepared.notes.iter().cloned());
         let regions = prepared.target().find_regions(self.scene.region_contrast);
         let target = prepared.target().with_regions(regions.as_ref());
@@ -291,7 +292,7 @@ impl Run<'_> {
             conversion: self.units.into_output(&units),
             origin: origin::wanted(self.scene, self.format, closed_and_open(&prepared.source.domain)),
         };
-        let Made { file, notes, left_out } =
+        let Made { file, notes, left_out, conserved } =
             particle_file(self.scene, prepared, raw, (units, &factors), walls, &making)?;
         #[cfg(feature = "plots")]
         let seen = detail.map(|detail| self.seen(detail, prepared, (&factors, file.header.box_corner)));
@@ -325,6 +326,7 @@ impl Run<'_> {
             plan,
             variables,
             atmosphere: prepared.cut,
+            snapshot: prepared.of_snapshot.as_ref().map(|s| SnapshotReport { scatter: s.scatter, conserved }),
             verdict: Vec::new(),
             warnings: self.warnings,
             notes: self.notes,

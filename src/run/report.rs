@@ -1,10 +1,12 @@
 //! The run report: one value, printed for people or as JSON.
 
+use crate::field::Scatter;
 use crate::input::atmosphere::Cut;
 use crate::metrics::{
     BalanceFigures, BondOrder, DensityError, ErrorFigures, IN_PLACE, LedgerFigures, NeighborFigures, NoiseFigures,
     RegionFigures,
 };
+use crate::output::conservation::Conserved;
 use crate::relaxation::{Certificate, StageReport, StopReason};
 use crate::run::duration::{self, Expected};
 use crate::run::plan::Plan;
@@ -46,6 +48,8 @@ pub struct Report {
     pub variables: Vec<VariableReport>,
     /// What was cut of an atmosphere that particles cannot resolve.
     pub atmosphere: Option<Cut>,
+    /// What is known of the snapshot that the input is, and kept of it.
+    pub snapshot: Option<SnapshotReport>,
     /// What may be wrong, with the remedy.
     pub warnings: Vec<String>,
     /// What is good, what to look at.
@@ -55,6 +59,15 @@ pub struct Report {
     #[cfg(feature = "plots")]
     #[serde(skip)]
     pub seen: Option<crate::page::Seen>,
+}
+
+/// Of particles that were the input.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct SnapshotReport {
+    /// Of their densities about the field that they are samples of, where all are positive.
+    pub scatter: Option<Scatter>,
+    /// Totals that the new particles have from them.
+    pub conserved: Option<Conserved>,
 }
 
 /// Masses in the output's units.

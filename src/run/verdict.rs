@@ -48,12 +48,13 @@ pub enum Topic {
     Balance,
     Masses,
     Atmosphere,
+    Snapshot,
     End,
     Warnings,
 }
 
 impl Topic {
-    pub const ALL: [Self; 9] = [
+    pub const ALL: [Self; 10] = [
         Self::MassInPlace,
         Self::Density,
         Self::Pairs,
@@ -61,6 +62,7 @@ impl Topic {
         Self::Balance,
         Self::Masses,
         Self::Atmosphere,
+        Self::Snapshot,
         Self::End,
         Self::Warnings,
     ];
@@ -75,6 +77,7 @@ impl Topic {
             Self::Balance => "balance",
             Self::Masses => "masses",
             Self::Atmosphere => "atmosphere",
+            Self::Snapshot => "snapshot",
             Self::End => "end",
             Self::Warnings => "warnings",
         }

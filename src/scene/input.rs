@@ -78,6 +78,9 @@ pub struct Input {
     #[schemars(extend("x-unit" = "length"), example = &"6371 km")]
     #[serde(skip_serializing_if = "Option::is_none")]
     pub planet_radius: Option<Quantity>,
+    /// Particles of a snapshot that are no gas: dark matter, stars, sinks.
+    #[serde(skip_serializing_if = "OtherTypes::is_default")]
+    pub other_types: OtherTypes,
 }
 
 impl Input {
@@ -170,6 +173,23 @@ pub enum CenteringName {
 impl StaggeringName {
     pub(super) fn is_auto(&self) -> bool {
         *self == Self::Auto
+    }
+}
+
+/// Particles of a snapshot that are no gas.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum OtherTypes {
+    /// They go into the output as they are.
+    #[default]
+    Keep,
+    /// They are left out.
+    Drop,
+}
+
+impl OtherTypes {
+    fn is_default(&self) -> bool {
+        *self == Self::default()
     }
 }
 

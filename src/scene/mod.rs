@@ -38,7 +38,7 @@ pub use count::parse_count;
 pub use domain::{BoundaryName, DomainInput};
 pub use fields::{FieldValue, FieldsInput, Term};
 pub(crate) use input::orientation;
-pub use input::{Atmosphere, CenteringName, Input, InterpolationName, MissingValues, StaggeringName};
+pub use input::{Atmosphere, CenteringName, Input, InterpolationName, MissingValues, OtherTypes, StaggeringName};
 pub use origin::{OriginInput, OriginName};
 pub use physics::{MaterialLayer, Motion, Thermal};
 pub use planet::{LayerInput, MaterialInput, PlanetInput, ThermalState};

@@ -168,8 +168,14 @@ impl<'a, const D: usize> Target<'a, D> {
         self.largest_spacing == f64::INFINITY || spacing_of::<D>(number_density) < self.largest_spacing
     }
 
-    /// grad ln n* by forward differences over `step` (backward at the domain's edge); `here` is n* at `x`.
+    /// grad ln n* as the field has it, else by forward differences over `step` (backward at the domain's edge); `here` is
+    /// n* at `x`.
     pub fn log_slope(&self, x: &[f64; D], here: f64, step: f64) -> [f64; D] {
+        if here > 0.0
+            && let Some(slope) = self.resolution_field().log_slope(x)
+        {
+            return slope;
+        }
         let rise = |way: &[f64; D], h: f64| {
             let mut y: [f64; D] = std::array::from_fn(|k| x[k] + h * way[k]);
             self.domain.wrap(&mut y);

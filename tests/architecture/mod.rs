@@ -20,7 +20,7 @@ const CRATES: [(&str, &[&str]); 3] =
     [("sph/src", &["sph_formats", "sph_prep"]), ("formats/src", &["sph_core", "sph_prep"]), ("src", &[])];
 
 /// Parts of `field` that turn what was read into fields; the rest of it knows no files either.
-const FROM_FILES: [&str; 16] = [
+const FROM_FILES: [&str; 18] = [
     "build.rs",
     "build_grid.rs",
     "build_input.rs",
@@ -33,6 +33,8 @@ const FROM_FILES: [&str; 16] = [
     "categorical.rs",
     "check.rs",
     "cloud.rs",
+    "fitted.rs",
+    "fitted_tests.rs",
     "geographic.rs",
     "grid.rs",
     "mesh.rs",

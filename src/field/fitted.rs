@@ -1,0 +1,537 @@
+//! Particles of another run as a field: about each particle a polynomial of second degree, fitted to the values around it; between particles their
+//! mean with Shepard's weights (Renka 1988, ACM Trans. Math. Softw. 14, 139, doi 10.1145/45054.45055).
+//!
+//! The values of particles are noisy. How far around a particle the fit reaches is decided by the data: the
+//! intervals in which fits of growing reach have the value at the particle must meet (Goldenshluger & Nemirovski 1997, Math. Methods
+//! Stat. 6, 135; Katkovnik 1999, IEEE Trans. Signal Process. 47, 2567), so that it is long in a smooth region and short at a jump. Noise is what the
+//! shortest fit leaves, in the median of a particle's surroundings.
+//!
+//! Scalars that are positive everywhere are fitted in their logarithm. Values never leave the range of those of the
+//! particles. Fits do not reach from one material into another.
+
+use super::categorical::{MAX_KINDS, kinds};
+use super::cloud::{Cloud, weigh};
+use super::local_fit::{Design, MOST_TERMS, monomials, terms};
+use super::sampled::Outside;
+use super::{CarriedField, CarriedInfo, ScalarField};
+use crate::error::Result;
+use serde::Serialize;
+use sph::domain::{Axis, Domain};
+use sph::parallel;
+use sph_formats::Variable;
+use std::ops::Range;
+use std::sync::Arc;
+
+/// Points of the shortest fit for each of its terms, and how often they are doubled.
+const POINTS_PER_TERM: usize = 3;
+const REACHES: usize = 4;
+/// Half width of an interval in standard deviations.
+const INTERVAL: f64 = 1.0;
+/// Differences for a slope, in the distance of the farthest particle with a weight: half of the digits.
+const SLOPE_STEP: f64 = 1e-7;
+/// Particles whose noise is taken for that of one.
+const SURROUNDINGS: usize = 16;
+
+/// What is known of values that particles are samples of.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct Scatter {
+    /// Standard deviation of the particles' values about the field, relative; the median over the particles.
+    pub values: f64,
+    /// What it leaves in the field.
+    pub field: f64,
+}
+
+/// The particles with their polynomials.
+struct Fitted<const D: usize> {
+    cloud: Cloud<D>,
+    domain: Domain<D>,
+    points: Vec<[f64; D]>,
+    /// The particles about each one, itself first, and how far they reach.
+    lists: Vec<u32>,
+    list_reach: Vec<f64>,
+    /// Unit of each particle's offsets.
+    scales: Vec<f64>,
+    /// Place of each particle's material among them; empty where there is but one.
+    materials: Vec<usize>,
+    /// Coefficients: a row for each particle.
+    rows: Vec<f64>,
+    width: usize,
+}
+
+/// Where a variable's coefficients are, and what they are of.
+#[derive(Debug, Clone)]
+struct Place {
+    first: usize,
+    components: usize,
+    is_log: bool,
+    ranges: Vec<(f64, f64)>,
+}
+
+/// A variable's values as they are fitted.
+struct Series {
+    place: Place,
+    /// Interleaved.
+    values: Vec<f64>,
+}
+
+impl Series {
+    fn new<const D: usize>(variable: &Variable, first: usize) -> Self {
+        let (stride, n) = (variable.components, variable.values.len() / variable.components);
+        let components = if stride > 1 { D } else { 1 };
+        let raw = (0..n).flat_map(|i| (0..components).map(move |c| variable.values.get(i * stride + c)));
+        let mut values: Vec<f64> = raw.collect();
+        let is_log = components == 1 && values.iter().all(|v| *v > 0.0);
+        if is_log {
+            values.iter_mut().for_each(|v| *v = v.ln());
+        }
+        let range = |c: usize| {
+            let of_component = values.iter().skip(c).step_by(components);
+            of_component.fold((f64::INFINITY, f64::NEG_INFINITY), |(lo, hi), v| (v.min(lo), v.max(hi)))
+        };
+        let ranges = (0..components).map(range).collect();
+        Self { place: Place { first, components, is_log, ranges }, values }
+    }
+
+    fn at(&self, i: usize, component: usize) -> f64 {
+        self.values[i * self.place.components + component]
+    }
+}
+
+/// The density, what else particles carry, and the scatter of the densities, where they are positive everywhere.
+pub(crate) struct FromParticles<const D: usize> {
+    pub(crate) density: Box<dyn ScalarField<D>>,
+    pub(crate) carried: Vec<Box<dyn CarriedField<D>>>,
+    pub(crate) scatter: Option<Scatter>,
+}
+
+/// The fields of particles: of `density`, and of `others`, whose values must be finite.
+///
+/// # Errors
+/// Those of a cloud: too many points, or points that span no volume.
+pub(crate) fn from_particles<const D: usize>(
+    density: &Variable,
+    others: Vec<Variable>,
+    points: &[[f64; D]],
+    domain: &Domain<D>,
+) -> Result<FromParticles<D>> {
+    let mut fitted = Fitted::at(&density.name, points, domain)?;
+    let mut numbers = others;
+    let named = numbers.iter().position(|v| kinds(v).is_some()).map(|i| numbers.remove(i));
+    let materials = named.and_then(|v| Some((kinds(&v)?, v)));
+    if let Some((kinds, variable)) = materials.as_ref().filter(|(kinds, _)| kinds.len() > 1) {
+        let kind = |i: usize| kinds.iter().position(|k| *k == variable.values.get(i)).unwrap_or(0);
+        fitted.materials = (0..points.len()).map(kind).collect();
+    }
+    let mut series: Vec<Series> = Vec::new();
+    for variable in std::iter::once(density).chain(&numbers) {
+        let first = series.last().map_or(0, |s| s.place.first + s.place.components * terms(D));
+        series.push(Series::new::<D>(variable, first));
+    }
+    fitted.width = series.last().map_or(0, |s| s.place.first + s.place.components * terms(D));
+    let noise = fitted.noise(&series);
+    let left = fitted.fit(&series, &noise);
+    let columns = series.iter().map(|s| s.place.components).sum();
+    let scatter = series[0].place.is_log.then(|| Scatter {
+        values: median(noise.chunks(columns).map(|row| row[0].sqrt()).collect()),
+        field: median(left),
+    });
+    let fitted = Arc::new(fitted);
+    let mut places = series.into_iter().map(|s| s.place);
+    let field = |place: Place, variable: &Variable| FittedField {
+        fitted: Arc::clone(&fitted),
+        info: CarriedInfo { name: variable.name.clone(), unit: variable.unit.clone(), components: place.components },
+        place,
+    };
+    let density: Box<dyn ScalarField<D>> = match places.next() {
+        Some(place) => Box::new(field(place, density)),
+        None => return Err(crate::error::Error::field(&density.name, "has no values")),
+    };
+    let mut carried: Vec<Box<dyn CarriedField<D>>> = Vec::new();
+    for (place, variable) in places.zip(&numbers) {
+        carried.push(Box::new(field(place, variable)));
+    }
+    if let Some((kinds, variable)) = materials {
+        let info = CarriedInfo { name: variable.name, unit: None, components: 1 };
+        carried.push(Box::new(MaterialField { fitted, info, kinds }));
+    }
+    Ok(FromParticles { density, carried, scatter })
+}
+
+impl<const D: usize> Fitted<D> {
+    /// Particles of a mean, and of a list.
+    const MEANT: usize = 2 * (D + 1);
+    const LISTED: usize = 3 * Self::MEANT;
+
+    /// Particles without values.
+    fn at(name: &str, points: &[[f64; D]], domain: &Domain<D>) -> Result<Self> {
+        let mut fitted = Self {
+            cloud: Cloud::new(name, points, Some(domain))?,
+            domain: domain.clone(),
+            points: points.iter().map(|p| domain.wrapped(p)).collect(),
+            lists: Vec::new(),
+            list_reach: Vec::new(),
+            scales: Vec::new(),
+            materials: Vec::new(),
+            rows: Vec::new(),
+            width: 0,
+        };
+        fitted.list();
+        Ok(fitted)
+    }
+
+    /// Makes the lists, where there are particles enough for them.
+    fn list(&mut self) {
+        if self.cloud.len() <= Self::LISTED {
+            return;
+        }
+        let found = parallel::map(self.points.len(), |i| {
+            let found = self.cloud.nearest(&self.points[i], Self::LISTED);
+            let reach = found.last().map_or(0.0, |f| f.1);
+            // Beyond half of the box the nearest image of a particle is not the only one.
+            let reach = if 2.0 * reach < self.shortest_period() { reach } else { 0.0 };
+            (found.into_iter().map(|f| f.0 as u32).collect::<Vec<u32>>(), reach)
+        });
+        self.list_reach = found.iter().map(|f| f.1).collect();
+        self.lists = found.into_iter().flat_map(|f| f.0).collect();
+    }
+
+    fn shortest_period(&self) -> f64 {
+        let extent = self.domain.extent();
+        let periods = (0..D).filter(|&k| self.domain.axes[k] == Axis::Periodic).map(|k| extent[k]);
+        periods.fold(f64::INFINITY, f64::min)
+    }
+
+    /// The particles of the mean at `x`, and their distances, ascending; `None` where `x` is outside and `outside` says so.
+    fn meant(&self, x: &[f64; D], outside: Outside) -> Option<Vec<(usize, f64)>> {
+        let found = self.listed(x).unwrap_or_else(|| self.cloud.nearest(x, Self::MEANT));
+        let is_held = |&nearest: &(usize, f64)| self.cloud.holds(x, nearest) && !self.is_beyond(x, nearest.0);
+        (outside == Outside::Clamp || found.first().is_some_and(is_held)).then_some(found)
+    }
+
+    /// Whether `x` is farther out than half a spacing beyond all particles about `near`. Within the particles some of them are on the far
+    /// side.
+    fn is_beyond(&self, x: &[f64; D], near: usize) -> bool {
+        let Some(list) = self.lists.get(near * Self::LISTED..(near + 1) * Self::LISTED) else { return false };
+        let offset = |&i: &u32| self.domain.displacement(x, &self.points[i as usize]);
+        let mut inward = [0.0; D];
+        for i in list {
+            let offset = offset(i);
+            (0..D).for_each(|k| inward[k] += offset[k]);
+        }
+        let length = inward.iter().map(|v| v * v).sum::<f64>().sqrt();
+        let height = |i: &u32| (0..D).map(|k| offset(i)[k] * inward[k]).sum::<f64>() / length;
+        let spacing = self.distance(list[1] as usize, &self.points[near]);
+        length > 0.0 && list.iter().all(|i| height(i) > 0.5 * spacing)
+    }
+
+    /// The same from the list of a particle near `x`, which a search among all takes longer for; `None` where the list does
+    /// not reach far enough to be sure.
+    fn listed(&self, x: &[f64; D]) -> Option<Vec<(usize, f64)>> {
+        if self.lists.is_empty() {
+            return None;
+        }
+        let near = self.cloud.near(&self.domain.wrapped(x));
+        let list = &self.lists[near * Self::LISTED..][..Self::LISTED];
+        let mut found: Vec<(usize, f64)> = list.iter().map(|&i| (i as usize, self.distance(i as usize, x))).collect();
+        found.select_nth_unstable_by(Self::MEANT - 1, nearer);
+        found.truncate(Self::MEANT);
+        found.sort_unstable_by(nearer);
+        // What the list lacks is farther from its middle than all of it.
+        let is_sure = found.last()?.1 + self.distance(near, x) <= self.list_reach[near];
+        is_sure.then_some(found)
+    }
+
+    fn distance(&self, i: usize, x: &[f64; D]) -> f64 {
+        self.domain.displacement(&self.points[i], x).iter().map(|d| d * d).sum::<f64>().sqrt()
+    }
+
+    /// The particles of one material nearest to particle `i`, itself first, `n` or fewer, and how far they reach.
+    fn around(&self, i: usize, n: usize) -> (Vec<usize>, f64) {
+        let mut found = self.cloud.nearest(&self.points[i], n + 1);
+        let reach = found.last().map_or(0.0, |f| f.1);
+        if !self.materials.is_empty() {
+            found.retain(|f| self.materials[f.0] == self.materials[i]);
+        }
+        (found.into_iter().map(|f| f.0).collect(), reach)
+    }
+
+    /// The equations of the fit about particle `i` to the `n` nearest ones.
+    fn design(&self, i: usize, n: usize) -> Option<(Vec<usize>, f64, Design)> {
+        let (found, reach) = self.around(i, n);
+        let offset = |&j: &usize| self.domain.displacement(&self.points[i], &self.points[j]).map(|d| d / reach);
+        let offsets: Vec<[f64; D]> = found.iter().map(offset).collect();
+        Some((found, reach, Design::new(&offsets)?)).filter(|_| reach > 0.0)
+    }
+
+    /// Variances of the values of each particle's surroundings: a row of all components for each particle.
+    fn noise(&self, series: &[Series]) -> Vec<f64> {
+        let columns: usize = series.iter().map(|s| s.place.components).sum();
+        let mut own = vec![0.0; columns * self.points.len()];
+        parallel::update_rows(&mut own, columns, |i, out| {
+            let Some((found, _, design)) = self.design(i, POINTS_PER_TERM * terms(D)) else { return };
+            let components = series.iter().flat_map(|s| (0..s.place.components).map(move |c| (s, c)));
+            for (out, (series, c)) in out.iter_mut().zip(components) {
+                *out = design.fit(|j| series.at(found[j], c)).variance.unwrap_or(0.0);
+            }
+        });
+        let mut around = vec![0.0; own.len()];
+        parallel::update_rows(&mut around, columns, |i, out| {
+            let (found, _) = self.around(i, SURROUNDINGS);
+            for (c, out) in out.iter_mut().enumerate() {
+                *out = median(found.iter().map(|&j| own[j * columns + c]).collect());
+            }
+        });
+        around
+    }
+
+    /// Makes the polynomials; returns the standard deviation that is left in the first series at each particle.
+    fn fit(&mut self, series: &[Series], noise: &[f64]) -> Vec<f64> {
+        let columns: usize = series.iter().map(|s| s.place.components).sum();
+        let count = self.points.len();
+        // The unit of the offsets and what is left, behind the coefficients.
+        let width = self.width + 2;
+        let mut rows = vec![0.0; width * count];
+        parallel::update_rows(&mut rows, width, |i, out| {
+            let (coefficients, rest) = out.split_at_mut(self.width);
+            let (scale, left) = self.fit_one(i, series, &noise[i * columns..(i + 1) * columns], coefficients);
+            rest.copy_from_slice(&[scale, left]);
+        });
+        self.scales = rows.chunks(width).map(|row| row[width - 2]).collect();
+        let left = rows.chunks(width).map(|row| row[width - 1]).collect();
+        for i in 0..count {
+            rows.copy_within(i * width..i * width + self.width, i * self.width);
+        }
+        rows.truncate(self.width * count);
+        self.rows = rows;
+        left
+    }
+
+    /// The polynomials about particle `i`. Returns the unit of offsets, and what noise leaves in the first series.
+    fn fit_one(&self, i: usize, series: &[Series], noise: &[f64], out: &mut [f64]) -> (f64, f64) {
+        let mut tries: Vec<Try> = Vec::new();
+        let mut first = 0;
+        for s in series {
+            tries.push(Try::new(s, i, &noise[first..first + s.place.components]));
+            first += s.place.components;
+        }
+        let (mut scale, shortest) = (None, POINTS_PER_TERM * terms(D));
+        for reach in 0..REACHES {
+            let n = shortest << reach;
+            if reach > 0 && n >= self.cloud.len() || tries.iter().all(|t| t.is_settled) {
+                break;
+            }
+            let Some((found, distance, design)) = self.design(i, n) else { continue };
+            let unit = *scale.get_or_insert(distance);
+            for (t, s) in tries.iter_mut().zip(series).filter(|(t, _)| !t.is_settled) {
+                t.offer::<D>(s, &found, &design, unit / distance);
+            }
+        }
+        for (t, s) in tries.iter().zip(series) {
+            for (c, coefficients) in t.coefficients.iter().enumerate() {
+                let at = s.place.first + c * terms(D);
+                out[at..at + terms(D)].copy_from_slice(&coefficients[..terms(D)]);
+            }
+        }
+        (scale.unwrap_or(1.0), tries[0].left)
+    }
+
+    /// Particles about `x` of the material there, with weights that sum to 1.
+    fn weights(&self, x: &[f64; D], outside: Outside) -> Option<Vec<(usize, f64)>> {
+        let mut found = self.meant(x, outside)?;
+        self.weigh(&mut found);
+        Some(found)
+    }
+
+    /// Turns distances into weights of those of the material that weighs most.
+    fn weigh(&self, found: &mut Vec<(usize, f64)>) {
+        weigh(found, self.points.len() <= Self::MEANT);
+        let Some(material) = self.material(found) else { return };
+        found.retain(|f| self.materials[f.0] == material);
+        let sum: f64 = found.iter().map(|f| f.1).sum();
+        found.iter_mut().for_each(|f| f.1 /= sum);
+    }
+
+    /// The slope of the scalar at `place` about `x`, as it is fitted, and its value, from one search of particles: a little
+    /// farther on they are the same, but for those without weight.
+    fn slope(&self, place: &Place, x: &[f64; D]) -> Option<(f64, [f64; D])> {
+        let around = self.meant(x, Outside::Reject)?;
+        let step = SLOPE_STEP * around.last()?.1;
+        let value = |x: &[f64; D]| {
+            let mut found: Vec<(usize, f64)> = around.iter().map(|&(i, _)| (i, self.distance(i, x))).collect();
+            found.sort_unstable_by(nearer);
+            self.weigh(&mut found);
+            self.blend(place, 0, &found, x)
+        };
+        let here = value(x);
+        let along = |k: usize| {
+            let mut y = *x;
+            y[k] += step;
+            (value(&y) - here) / step
+        };
+        Some((here, std::array::from_fn(along)))
+    }
+
+    /// That of the largest weight; `None` where there is but one.
+    fn material(&self, found: &[(usize, f64)]) -> Option<usize> {
+        let mut weights = [0.0; MAX_KINDS];
+        for (i, w) in found {
+            weights[*self.materials.get(*i)?] += w;
+        }
+        // Of equal weights the first.
+        (0..MAX_KINDS).rev().max_by(|&a, &b| weights[a].total_cmp(&weights[b]))
+    }
+
+    /// Component `c` of the variable at `place` about `x`, as it is fitted.
+    fn blend(&self, place: &Place, c: usize, found: &[(usize, f64)], x: &[f64; D]) -> f64 {
+        let (mut sum, mut lo, mut hi) = (0.0, f64::INFINITY, f64::NEG_INFINITY);
+        for &(i, w) in found {
+            let offset = self.domain.displacement(&self.points[i], x).map(|d| d / self.scales[i]);
+            let row = &self.rows[i * self.width + place.first + c * terms(D)..][..terms(D)];
+            sum += w * row.iter().zip(monomials(&offset)).map(|(c, m)| c * m).sum::<f64>();
+            (lo, hi) = (lo.min(row[0]), hi.max(row[0]));
+        }
+        // A polynomial is not trusted farther from the values around than they are from each other.
+        let margin = 0.5 * (hi - lo);
+        let (least, most) = place.ranges[c];
+        sum.clamp((lo - margin).max(least), (hi + margin).min(most).max((lo - margin).max(least)))
+    }
+}
+
+/// The best polynomials of a variable about one particle so far.
+struct Try {
+    coefficients: Vec<[f64; MOST_TERMS]>,
+    /// Standard deviations of the components, and where their intervals meet.
+    noise: Vec<f64>,
+    intervals: Vec<Range<f64>>,
+    /// Standard deviation that is left in the first component.
+    left: f64,
+    /// Whether longer fits are of no use.
+    is_settled: bool,
+    /// Whether no fit has been taken.
+    is_raw: bool,
+}
+
+impl Try {
+    /// The value of the particle itself.
+    fn new(series: &Series, i: usize, variance: &[f64]) -> Self {
+        let mut coefficients = vec![[0.0; MOST_TERMS]; series.place.components];
+        let noise: Vec<f64> = variance.iter().map(|v| v.sqrt()).collect();
+        let mut intervals = Vec::new();
+        for (c, row) in coefficients.iter_mut().enumerate() {
+            row[0] = series.at(i, c);
+            intervals.push(row[0] - INTERVAL * noise[c]..row[0] + INTERVAL * noise[c]);
+        }
+        Self { left: noise[0], coefficients, noise, intervals, is_settled: false, is_raw: true }
+    }
+
+    /// Takes the fit of `design` if its intervals meet the earlier ones; `ratio` turns its offsets into those of the
+    /// particle's unit.
+    fn offer<const D: usize>(&mut self, series: &Series, found: &[usize], design: &Design, ratio: f64) {
+        let of_degree = |t: usize| {
+            if t == 0 {
+                1.0
+            } else if t <= D {
+                ratio
+            } else {
+                ratio * ratio
+            }
+        };
+        let fit = |c: usize| design.fit(|j| series.at(found[j], c)).coefficients;
+        let scaled = |fit: [f64; MOST_TERMS]| std::array::from_fn(|t| fit[t] * of_degree(t));
+        let fits: Vec<[f64; MOST_TERMS]> = (0..self.coefficients.len()).map(|c| scaled(fit(c))).collect();
+        let left = design.variance.sqrt();
+        let mut met = self.intervals.clone();
+        for (c, interval) in met.iter_mut().enumerate() {
+            let half = INTERVAL * self.noise[c] * left;
+            interval.start = interval.start.max(fits[c][0] - half);
+            interval.end = interval.end.min(fits[c][0] + half);
+        }
+        if met.iter().all(|m| m.start <= m.end) {
+            (self.intervals, self.coefficients, self.is_raw) = (met, fits, false);
+            self.left = self.noise[0] * left;
+        } else {
+            if self.is_raw {
+                // Through the particle's own value, with the slopes of the fit.
+                for (own, fit) in self.coefficients.iter_mut().zip(&fits) {
+                    own[1..].copy_from_slice(&fit[1..]);
+                }
+            }
+            self.is_settled = true;
+        }
+    }
+}
+
+/// A variable of the particles.
+struct FittedField<const D: usize> {
+    fitted: Arc<Fitted<D>>,
+    info: CarriedInfo,
+    place: Place,
+}
+
+impl<const D: usize> FittedField<D> {
+    fn component(&self, c: usize, found: &[(usize, f64)], x: &[f64; D]) -> f64 {
+        let value = self.fitted.blend(&self.place, c, found, x);
+        if self.place.is_log { value.exp() } else { value }
+    }
+}
+
+impl<const D: usize> ScalarField<D> for FittedField<D> {
+    fn value(&self, x: &[f64; D]) -> f64 {
+        self.fitted.weights(x, Outside::Reject).map_or(0.0, |found| self.component(0, &found, x).max(0.0))
+    }
+
+    fn log_slope(&self, x: &[f64; D]) -> Option<[f64; D]> {
+        let (value, slope) = self.fitted.slope(&self.place, x)?;
+        Some(if self.place.is_log { slope } else { slope.map(|s| s / value) })
+            .filter(|s| s.iter().all(|s| s.is_finite()))
+    }
+}
+
+impl<const D: usize> CarriedField<D> for FittedField<D> {
+    fn info(&self) -> &CarriedInfo {
+        &self.info
+    }
+
+    fn evaluate(&self, x: &[f64; D], out: &mut [f64]) {
+        let Some(found) = self.fitted.weights(x, Outside::Clamp) else { return };
+        for (c, out) in out.iter_mut().enumerate().take(self.place.components) {
+            *out = self.component(c, &found, x);
+        }
+    }
+}
+
+/// The material of the particles around.
+struct MaterialField<const D: usize> {
+    fitted: Arc<Fitted<D>>,
+    info: CarriedInfo,
+    kinds: Vec<f64>,
+}
+
+impl<const D: usize> CarriedField<D> for MaterialField<D> {
+    fn info(&self) -> &CarriedInfo {
+        &self.info
+    }
+
+    fn evaluate(&self, x: &[f64; D], out: &mut [f64]) {
+        let found = self.fitted.weights(x, Outside::Clamp).unwrap_or_default();
+        let kind = found.first().and_then(|f| self.fitted.materials.get(f.0)).copied().unwrap_or(0);
+        out[0] = self.kinds.get(kind).copied().unwrap_or(0.0);
+    }
+}
+
+fn nearer(a: &(usize, f64), b: &(usize, f64)) -> std::cmp::Ordering {
+    a.1.total_cmp(&b.1).then(a.0.cmp(&b.0))
+}
+
+/// 0 of none.
+fn median(mut values: Vec<f64>) -> f64 {
+    let middle = values.len() / 2;
+    match values.is_empty() {
+        true => 0.0,
+        false => *values.select_nth_unstable_by(middle, f64::total_cmp).1,
+    }
+}
+
+#[cfg(test)]
+#[path = "fitted_tests.rs"]
+mod tests;

@@ -1,0 +1,123 @@
+//! What particles have together, for each unit of their mass: velocity, spin, kinetic and thermal energy.
+//!
+//! The spin is the angular momentum about the center of mass, in its rest frame, so that it depends on neither origin nor frame. It
+//! is defined about those axes across which nothing is periodic.
+
+use crate::scene::Scene;
+use nalgebra::{Matrix3, Vector3};
+use sph_formats::common::particle_names as names;
+use sph_formats::{RawField, UnitSystem};
+
+/// Particles and how they move; components beyond the dimension are 0.
+pub(crate) struct Moving<'a> {
+    /// Interleaved, `dimension` for each particle, as velocities are.
+    pub positions: &'a [f64],
+    pub velocities: &'a [f64],
+    pub masses: &'a [f64],
+    pub dimension: usize,
+    pub periodic: [bool; 3],
+}
+
+/// Sums over particles, per unit of mass.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Motion {
+    pub center: Vector3<f64>,
+    pub velocity: Vector3<f64>,
+    pub spin: Vector3<f64>,
+    /// Of the spin about each axis.
+    pub is_defined: [bool; 3],
+    /// With that of the center of mass.
+    pub kinetic: f64,
+    pub inertia: Matrix3<f64>,
+}
+
+impl Moving<'_> {
+    /// Place and velocity of particle `i`.
+    pub fn at(&self, i: usize) -> (Vector3<f64>, Vector3<f64>) {
+        let d = self.dimension;
+        let vector = |of: &[f64]| Vector3::from_fn(|k, _| if k < d { of[i * d + k] } else { 0.0 });
+        (vector(self.positions), vector(self.velocities))
+    }
+
+    /// The sums, in the particles' order.
+    pub fn sums(&self) -> Motion {
+        let total: f64 = self.masses.iter().sum();
+        let mean = |of: &dyn Fn(usize) -> Vector3<f64>| {
+            let sum: Vector3<f64> = (0..self.masses.len()).map(|i| of(i) * self.masses[i]).sum();
+            sum / total
+        };
+        let center = mean(&|i| self.at(i).0);
+        let velocity = mean(&|i| self.at(i).1);
+        let mut spin = mean(&|i| {
+            let (x, v) = self.at(i);
+            (x - center).cross(&(v - velocity))
+        });
+        let is_defined = self.is_spin_defined();
+        (0..3).filter(|&k| !is_defined[k]).for_each(|k| spin[k] = 0.0);
+        let (mut kinetic, mut inertia) = (0.0, Matrix3::zeros());
+        for (i, m) in self.masses.iter().enumerate() {
+            let (x, v) = self.at(i);
+            let x = x - center;
+            kinetic += 0.5 * m / total * v.norm_squared();
+            inertia += (Matrix3::from_diagonal_element(x.norm_squared()) - x * x.transpose()) * (m / total);
+        }
+        Motion { center, velocity, spin, is_defined, kinetic, inertia }
+    }
+
+    fn is_spin_defined(&self) -> [bool; 3] {
+        let is_open = |k: usize| k < self.dimension && !self.periodic[k];
+        std::array::from_fn(|k| is_open((k + 1) % 3) && is_open((k + 2) % 3))
+    }
+}
+
+/// What the particles of a snapshot have together, in cgs but for the spin, whose lengths are the input's.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub(crate) struct Totals {
+    /// Of those that have velocities.
+    pub motion: Option<Motion>,
+    /// Internal energy per unit of mass, of those that have one.
+    pub thermal: Option<f64>,
+}
+
+impl Totals {
+    /// Of particles at `points`, with the velocities and internal energies of `field`, where these have units.
+    pub fn new(field: &RawField, points: &[[f64; 3]], masses: &[f64], dimension: usize, periodic: [bool; 3]) -> Self {
+        let column = |name: &str, components: usize| {
+            let variable =
+                field.variable(name).filter(|v| v.components == components || v.components == 3 && components > 1)?;
+            let (unit, stride) = (variable.unit.as_ref()?.to_cgs, variable.components);
+            let at = |i: usize| (0..components).map(move |c| variable.values.get(i * stride + c) * unit);
+            Some((0..masses.len()).flat_map(at).collect::<Vec<f64>>())
+        };
+        let positions: Vec<f64> = points.iter().flat_map(|p| p[..dimension].to_vec()).collect();
+        let motion = column(names::VELOCITIES, dimension).map(|velocities| {
+            Moving { positions: &positions, velocities: &velocities, masses, dimension, periodic }.sums()
+        });
+        let thermal = column(names::INTERNAL_ENERGY, 1)
+            .map(|u| u.iter().zip(masses).map(|(u, m)| u * m).sum::<f64>() / masses.iter().sum::<f64>());
+        let is_finite = |m: &Motion| m.kinetic.is_finite() && m.spin.iter().all(|s| s.is_finite());
+        Self { motion: motion.filter(is_finite), thermal: thermal.filter(|u| u.is_finite()) }
+    }
+
+    /// Less what the scene states in place of the snapshot's.
+    pub fn less_stated(self, scene: &Scene) -> Self {
+        let stated = |is: &dyn Fn(&str) -> bool| scene.fields.stated().any(|(name, _)| is(name));
+        let moves = scene.turbulence.is_some() || stated(&|name| name == "velocity" || name.starts_with("v_"));
+        let heats = scene.thermal.internal_energy.is_some()
+            || stated(&|name| matches!(name, "pressure" | "temperature" | "internal_energy" | "entropy"));
+        Self { motion: self.motion.filter(|_| !moves), thermal: self.thermal.filter(|_| !heats) }
+    }
+
+    /// The same with velocities and energies in `units`.
+    pub fn in_units(self, units: &UnitSystem) -> Self {
+        let velocity = 1.0 / units.to_cgs(sph_formats::UnitDimension::VELOCITY);
+        let energy = 1.0 / units.to_cgs(sph_formats::UnitDimension::SPECIFIC_ENERGY);
+        let motion = |m: Motion| Motion {
+            velocity: m.velocity * velocity,
+            spin: m.spin * velocity,
+            kinetic: m.kinetic * velocity * velocity,
+            ..m
+        };
+        Self { motion: self.motion.map(motion), thermal: self.thermal.map(|u| u * energy) }
+    }
+}
