@@ -392,4 +392,4 @@ fn check_neighbors<const D: usize>(scene: &Scene) -> Result<()> {
 }
 
 /// Enough for rounding; each costs a density pass in double precision.
-const TRIM_ITERATIONS: usize = 60;
+pub(super) const TRIM_ITERATIONS: usize = 60;

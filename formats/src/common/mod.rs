@@ -19,11 +19,14 @@ pub mod hdf5;
 #[cfg(feature = "hdf5-layer")]
 #[doc(hidden)]
 pub mod hdf5_read;
+pub mod magnetic;
 pub mod netcdf_classic;
 #[cfg(any(feature = "hdf5-layer", feature = "gadget-binary", feature = "phantom"))]
 pub(crate) mod number;
 #[cfg(any(feature = "gadget", feature = "gadget-binary", feature = "vtk"))]
 pub(crate) mod parts;
+#[cfg(any(feature = "hdf5-layer", feature = "gadget-binary", feature = "phantom"))]
+pub(crate) mod quantity;
 #[cfg(feature = "hdf5-layer")]
 pub mod snapshot;
 #[cfg(any(feature = "stl", feature = "obj", feature = "ply"))]

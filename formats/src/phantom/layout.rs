@@ -1,7 +1,9 @@
 //! Tags, particle types and constants of a dump.
 
 use super::schema::NAME;
-use crate::common::flavor::{Flavor, Job, Need, Quantity, Rule, Source, Storage};
+use crate::common::flavor::{Flavor, Job, Need, Rule, Source, Storage};
+use crate::common::magnetic::MagneticUnit;
+use crate::common::quantity::Quantity;
 use crate::particle_names as names;
 use crate::units::{UnitDimension, UnitSystem};
 
@@ -128,5 +130,6 @@ pub const FLAVOR: Flavor = Flavor {
     long_columns: false,
     wide_totals: false,
     unit_parameters: false,
+    magnetic: MagneticUnit::HeavisideLorentz,
     dropped: &[names::SUPPORT_RADIUS, names::DENSITY],
 };

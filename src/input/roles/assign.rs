@@ -148,6 +148,7 @@ pub(super) fn along(coordinates: Coordinates) -> [Part; 3] {
 pub fn assign(field: &RawField, dimension: usize, map: &BTreeMap<String, Role>) -> Result<Vec<Assignment>> {
     let mut all: Vec<Assignment> = field.variables.iter().map(Assignment::new).collect();
     let space = Space::of(&field.geometry, dimension);
+    let is_mesh = matches!(field.geometry, Geometry::Mesh { .. });
     let mapped = check_map(field, map)?;
     let spellings: Vec<Spelling> = field
         .variables
@@ -163,6 +164,8 @@ pub fn assign(field: &RawField, dimension: usize, map: &BTreeMap<String, Role>) 
         }
         let found = match spellings[i] {
             Spelling::Role(role) => Some(role),
+            // Codes on curved grids write their meshes in x, y, z, but components along the grid.
+            Spelling::Numbered(..) if is_mesh => None,
             Spelling::Numbered(vector, place) => space.numbered(place).map(|part| Role::Vector(vector, part)),
             Spelling::Wind(place) => wind(space, place, variable, field),
             Spelling::Other(what) => {
@@ -173,6 +176,13 @@ pub fn assign(field: &RawField, dimension: usize, map: &BTreeMap<String, Role>) 
         };
         match (found, spellings[i]) {
             (Some(role), _) => judge(&mut all[i], role, variable, space, mapped[i].is_some()),
+            (None, Spelling::Numbered(vector, place)) if is_mesh => {
+                let axis = Role::Vector(vector, [Part::X, Part::Y, Part::Z][place.min(2)]).name();
+                all[i].leave(format!(
+                    "is Cartesian or along a curved grid, which a mesh does not say: --map {}={axis} takes it for the former",
+                    variable.name
+                ));
+            }
             (None, Spelling::Numbered(..)) => {
                 all[i].leave(format!("numbered components have no known direction {}", space.name()));
             }
