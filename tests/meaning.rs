@@ -58,7 +58,8 @@ fn follow(folder: &Path, block: &str) -> usize {
         } else {
             let mut rest = printed.as_str();
             for part in line.split("...").map(plain).filter(|part| !part.is_empty()) {
-                let at = rest.find(&part).unwrap_or_else(|| panic!("{command}\nlacks '{part}' of '{line}' in\n{printed}"));
+                let at =
+                    rest.find(&part).unwrap_or_else(|| panic!("{command}\nlacks '{part}' of '{line}' in\n{printed}"));
                 rest = &rest[at + part.len()..];
             }
         }

@@ -1,6 +1,6 @@
 //! What a format can hold.
 
-use crate::common::magnetic::MagneticUnit;
+use crate::magnetic::MagneticUnit;
 
 /// What a format can hold, whether or not it is in this build.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]

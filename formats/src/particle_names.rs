@@ -12,7 +12,7 @@ pub const DENSITY: &str = "Density";
 /// Internal energy per mass.
 pub const INTERNAL_ENERGY: &str = "InternalEnergy";
 pub const PRESSURE: &str = "Pressure";
-/// Magnetic flux density, three components, in units whose pressure is B^2/2; [`crate::common::magnetic`] has what codes take it in.
+/// Magnetic flux density, three components, in units whose pressure is B^2/2; [`crate::magnetic`] has what codes take it in.
 pub const MAGNETIC_FIELD: &str = "MagneticField";
 pub const TEMPERATURE: &str = "Temperature";
 /// Of a point mass: the distance at which its softened attraction becomes that of a point.

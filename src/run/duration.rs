@@ -4,7 +4,7 @@
 //! core of 2.9 GHz in processor time, for 5000 to 20 000 particles with 19 to 200 neighbors in 2-D and 3-D, and holds within a factor of
 //! some two there. Stages that end by themselves are foreseen with all their steps, which they may not take.
 
-use super::plan::Plan;
+use super::plan::{Plan, TRIM_ITERATIONS};
 use crate::relaxation::{AFC, ALARIC, BALANCE, DAMPED_RELAXATION, SOLVER, StageName, TRIMMING, WVT};
 use crate::scene::Scene;
 use serde::Serialize;
@@ -43,7 +43,7 @@ pub fn expected(plan: &Plan, scene: &Scene, count: usize, kernel_neighbors: f64,
             BALANCE => BALANCED * plan.balance as f64,
             ALARIC | DAMPED_RELAXATION => ALARIC_STEP * scene.alaric.steps as f64 * splittings,
             AFC => AFC_STEP * scene.afc.steps as f64,
-            TRIMMING => super::stages::TRIM_ITERATIONS as f64,
+            TRIMMING => TRIM_ITERATIONS as f64,
             _ => return None,
         })
     };

@@ -1,7 +1,7 @@
 //! What a run would do, without doing it: its stages with the time and memory that each is expected to take.
 //!
 //! The times of stages are those of [`duration`](super::duration), times how much slower this machine is, now, than the one whose
-//! figures those are: the densities of a few thousand particles are summed, which takes milliseconds.
+//! figures those are: the densities of a few thousand particles are summed for a fifth of a second.
 
 use super::duration::{Expected, total};
 use super::memory;
@@ -46,11 +46,12 @@ pub struct Foreseen {
     pub memory: f64,
 }
 
-/// Particles whose densities are summed, and how often.
+/// Particles whose densities are summed, and for how long: long enough to feel what else the machine does.
 const SAMPLE: usize = 4000;
-const REPETITIONS: usize = 3;
-/// Evaluations that the sums of a sample are: radii are solved for.
-const PASSES: f64 = 6.0;
+const SECONDS: f64 = 0.2;
+const REPETITIONS: usize = 200;
+/// Evaluations that the sums of a sample cost, in which radii are solved for.
+const PASSES: f64 = 1.5;
 
 impl Forecast {
     /// Stages of a plan with what they take.
@@ -123,14 +124,14 @@ pub fn slowness<const D: usize>(kernel: KernelName, neighbors: f64) -> f64 {
     let masses = vec![1.0; SAMPLE];
     let spacing = (1.0 / SAMPLE as f64).powf(1.0 / D as f64);
     let guess = support_guess::<D>(neighbors, SAMPLE, |_| spacing);
-    let seconds = (0..REPETITIONS).map(|_| {
-        let start = Instant::now();
-        let measured = Measured::new(kernel, &domain, &positions, &masses, &guess, neighbors);
-        let seconds = start.elapsed().as_secs_f64();
-        if measured.sums.is_empty() { f64::INFINITY } else { seconds }
-    });
+    let start = Instant::now();
+    let mut sums = 0;
+    while sums < REPETITIONS * SAMPLE && (sums == 0 || start.elapsed().as_secs_f64() < SECONDS) {
+        sums += Measured::new(kernel, &domain, &positions, &masses, &guess, neighbors).sums.len();
+    }
+    let seconds = start.elapsed().as_secs_f64() * SAMPLE as f64 / sums as f64;
     let threads = rayon::current_num_threads();
     let expected = PASSES * super::duration::evaluation(SAMPLE, neighbors, threads);
-    let ratio = seconds.fold(f64::INFINITY, f64::min) / expected;
+    let ratio = seconds / expected;
     if ratio.is_finite() && ratio > 0.0 { ratio } else { 1.0 }
 }

@@ -1,8 +1,8 @@
 //! The datasets of an AREPO initial-conditions file.
 
 use crate::common::flavor::{Flavor, Need, Rule, Source, Storage};
-use crate::common::magnetic::MagneticUnit;
 use crate::common::quantity::Quantity;
+use crate::magnetic::MagneticUnit;
 use crate::particle_names as names;
 
 #[rustfmt::skip]

@@ -1,12 +1,12 @@
 //! What a flavor of particle file demands of its columns, whatever the container: one table of [`Rule`]s, from which
 //! every dataset is planned and checked before anything is written.
 
-use crate::common::magnetic::MagneticUnit;
 #[cfg(any(feature = "hdf5-layer", feature = "phantom"))]
 use crate::common::number::int;
 use crate::common::number::{Number, id, root, single};
 use crate::common::quantity::Quantity;
 use crate::error::{FormatError, Result};
+use crate::magnetic::MagneticUnit;
 use crate::model::{Column, ParticleFile, ParticleTable, RunHeader, Species, Values};
 use crate::particle_names as names;
 use crate::registry::WriteOptions;

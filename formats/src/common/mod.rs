@@ -19,7 +19,6 @@ pub mod hdf5;
 #[cfg(feature = "hdf5-layer")]
 #[doc(hidden)]
 pub mod hdf5_read;
-pub mod magnetic;
 pub mod netcdf_classic;
 #[cfg(any(feature = "hdf5-layer", feature = "gadget-binary", feature = "phantom"))]
 pub(crate) mod number;

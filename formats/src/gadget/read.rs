@@ -12,11 +12,11 @@
 use crate::common::entropy;
 use crate::common::flavor::CUBIC_SPLINE_SUPPORT;
 use crate::common::hdf5_read::{Attributes, Reader};
-use crate::common::magnetic::MagneticUnit;
 use crate::common::parts;
 use crate::common::snapshot::{OWN_GROUP, joined};
 use crate::error::{FormatError, Result};
 use crate::family::{self, Family};
+use crate::magnetic::MagneticUnit;
 use crate::model::{Column, ParticleFile, ParticleTable, RunHeader, Species, Values};
 use crate::particle_names as names;
 use crate::registry::{FieldRequest, FileContent};

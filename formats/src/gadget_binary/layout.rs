@@ -2,8 +2,8 @@
 
 use super::schema::NAME;
 use crate::common::flavor::{Flavor, Need, Rule, Source, Storage, TYPES};
-use crate::common::magnetic::MagneticUnit;
 use crate::common::quantity::Quantity;
+use crate::magnetic::MagneticUnit;
 use crate::particle_names as names;
 
 /// Byte offsets in the header.

@@ -45,7 +45,7 @@ pub const SPEC: FormatSpec = FormatSpec {
         dimensions: &[1, 2, 3],
         cubic_box: true,
         corner: FixedCorner::Periodic,
-        magnetic: crate::common::magnetic::MagneticUnit::Gauss,
+        magnetic: crate::magnetic::MagneticUnit::Gauss,
         ..Capabilities::NONE
     },
     sniff: crate::registry::sniff_hdf5,

@@ -1,8 +1,8 @@
 //! The columns of SPH-EXA and its constants.
 
 use crate::common::flavor::{Flavor, Need, Rule, Source, Storage};
-use crate::common::magnetic::MagneticUnit;
 use crate::common::quantity::Quantity;
+use crate::magnetic::MagneticUnit;
 use crate::particle_names as names;
 
 /// Prefix of the group of one point in time.

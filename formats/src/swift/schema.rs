@@ -1,9 +1,9 @@
 //! The datasets of a SWIFT initial-conditions file, as its hydro schemes' `hydro_io.h` lists them.
 
 use crate::common::flavor::{CUBIC_SPLINE_ETA, Flavor, Need, Rule, Source, Storage};
-use crate::common::magnetic::MagneticUnit;
 use crate::common::quantity::Quantity;
 use crate::common::snapshot::FLUX_DENSITIES;
+use crate::magnetic::MagneticUnit;
 use crate::particle_names as names;
 
 #[rustfmt::skip]
