@@ -60,6 +60,7 @@ impl MagneticUnit {
     }
 
     /// Numbers of a file as they are in memory.
+    #[cfg_attr(not(feature = "gadget"), allow(dead_code))]
     pub(crate) fn read(self, table: &mut ParticleTable, units: &UnitSystem) {
         let factor = self.factor(units);
         if factor == 1.0 || !(factor.is_finite() && factor > 0.0) {
