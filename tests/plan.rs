@@ -7,6 +7,7 @@ use sph_prep::relaxation::{Control, Event, StopReason};
 use sph_prep::run::pipeline;
 use sph_prep::run::plan::Plan;
 use sph_prep::run::report::Report;
+use sph_prep::run::verdict::{Grade, Topic};
 use sph_prep::scene::Scene;
 use std::collections::BTreeMap;
 use std::sync::Mutex;
@@ -386,4 +387,32 @@ fn the_time_of_stages_is_foreseen_as_it_grows() {
     assert_eq!((alone, none), (Some(wvt), None));
     assert!(report.text().contains("(stages were expected to take under a second)"), "{}", report.text());
     assert!(report.json().contains("\"expected\""));
+}
+
+/// Masses that are not those asked for are in the verdict, not in a note.
+#[test]
+fn masses_that_differ_from_what_was_asked_are_in_the_verdict() {
+    let scene = |more: &str| {
+        format!(
+            "input: {{expression: '1 + 0.5*sin(2*pi*x)'}}\ndomain: {{box: [[0, 0], [1, 1]], boundary: periodic}}\nparticles: 300\n\
+             polish: none\nseeding: random\nwvt: {{iterations: 3}}\n{more}"
+        )
+    };
+    let masses = |more: &str| {
+        let (report, _) = run(&scene(more));
+        let found: Vec<_> = report.verdict.iter().filter(|f| f.topic == Topic::Masses).cloned().collect();
+        assert!(found.len() < 2, "{more}: {found:?}");
+        (report.mass, found.first().map(|f| (f.grade, f.text.clone())))
+    };
+    let (mass, found) = masses("");
+    assert!(mass.off < 1e-12 && found.is_none(), "{mass:?} {found:?}");
+    // By a tenth, as trimming may, before all add up to the mass again.
+    let (mass, found) = masses("trim_masses: 0.1");
+    let (grade, text) = found.unwrap();
+    assert!((0.02..=0.15).contains(&mass.off) && grade == Grade::Look, "{mass:?} {text}");
+    assert!(text.contains("from those asked for") && text.contains("trim_masses"), "{text}");
+    // A resolution asks for them.
+    let (mass, found) = masses("resolution: {spacing: '1 + x'}");
+    let (grade, text) = found.unwrap();
+    assert!(mass.off < 1e-12 && mass.largest > 1.5 * mass.smallest && grade == Grade::Good, "{mass:?} {text}");
 }

@@ -1,7 +1,9 @@
 //! What a format can hold.
 
+use crate::magnetic::MagneticUnit;
+
 /// What a format can hold, whether or not it is in this build.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub struct Capabilities {
     pub read_field: bool,
     pub read_particles: bool,
@@ -25,6 +27,8 @@ pub struct Capabilities {
     pub origin: Origin,
     /// Where coordinates have to count from the box's lower corner.
     pub corner: FixedCorner,
+    /// What its code takes a magnetic field in.
+    pub magnetic: MagneticUnit,
 }
 
 /// A point of a body in vacuum.
@@ -63,6 +67,7 @@ impl Capabilities {
         gas_alone: false,
         origin: Origin::Corner,
         corner: FixedCorner::Nowhere,
+        magnetic: MagneticUnit::HeavisideLorentz,
     };
 
     /// Those of a format that only fields are read from.

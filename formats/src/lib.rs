@@ -18,6 +18,7 @@ mod compressed;
 pub mod error;
 mod family;
 mod limits;
+pub mod magnetic;
 pub mod model;
 pub mod nearest;
 pub mod output;

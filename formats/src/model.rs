@@ -111,6 +111,29 @@ pub enum Coordinates {
     Cartesian,
     /// Longitude (degrees), latitude (degrees), radius, in this order of axes.
     Geographic,
+    /// Radius r, colatitude theta and azimuth phi (radians).
+    Spherical,
+    /// Distance R from the z axis, azimuth phi (radians) and z.
+    Polar,
+    /// Distance R from the z axis, z and azimuth phi (radians).
+    Cylindrical,
+}
+
+impl Coordinates {
+    /// Whether the grid is one of cells along r, theta, phi or R, phi, z: always three axes, all of them with bounds. One cell along
+    /// the azimuth stands for symmetry about the axis, one along z for a plane. Vectors have their components along the directions of
+    /// the axes at each place, in the order of the axes.
+    pub fn is_curvilinear(self) -> bool {
+        matches!(self, Self::Spherical | Self::Polar | Self::Cylindrical)
+    }
+
+    /// Which axis is theta or z, and which is phi, of curvilinear coordinates; the first one is the radius.
+    pub fn height_and_azimuth(self) -> [usize; 2] {
+        match self {
+            Self::Polar => [2, 1],
+            _ => [1, 2],
+        }
+    }
 }
 
 /// One axis of a rectilinear grid.

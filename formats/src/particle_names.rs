@@ -12,7 +12,7 @@ pub const DENSITY: &str = "Density";
 /// Internal energy per mass.
 pub const INTERNAL_ENERGY: &str = "InternalEnergy";
 pub const PRESSURE: &str = "Pressure";
-/// Magnetic flux density, three components, in the units of the input.
+/// Magnetic flux density, three components, in units whose pressure is B^2/2; [`crate::magnetic`] has what codes take it in.
 pub const MAGNETIC_FIELD: &str = "MagneticField";
 pub const TEMPERATURE: &str = "Temperature";
 /// Of a point mass: the distance at which its softened attraction becomes that of a point.
@@ -38,7 +38,7 @@ pub fn standard(name: &str) -> Option<&'static str> {
         "density" | "densities" | "rho" | "massdensity" => DENSITY,
         "internalenergy" | "internalenergies" | "specificenergy" | "specificinternalenergy" | "u" => INTERNAL_ENERGY,
         "pressure" | "pressures" => PRESSURE,
-        "magneticfield" | "bfield" => MAGNETIC_FIELD,
+        "magneticfield" | "bfield" | "magneticfluxdensities" | "magneticfluxdensity" => MAGNETIC_FIELD,
         "temperature" | "temperatures" | "temp" => TEMPERATURE,
         "particleids" | "particleid" | "ids" | "id" => PARTICLE_IDS,
         "materialids" | "materialid" | "material" | "materials" | "matid" => MATERIAL_IDS,

@@ -27,13 +27,15 @@ const PARSEC_CGS: f64 = 3.085_677_581_491_367_3e18;
 const ATOMIC_MASS_CGS: f64 = 1.660_539_066_60e-24;
 const YEAR_CGS: f64 = 3.155_76e7;
 
-/// Exponents of length, mass, time and temperature.
+/// Exponents of length, mass, time, temperature and magnetic field.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub struct UnitDimension {
     pub length: i8,
     pub mass: i8,
     pub time: i8,
     pub temperature: i8,
+    /// A dimension of its own: the gauss is the root of a unit of pressure, which has no whole exponents.
+    pub magnetic: i8,
 }
 
 impl UnitDimension {
@@ -45,11 +47,13 @@ impl UnitDimension {
     pub const VELOCITY: Self = Self::new(1, 0, -1, 0);
     pub const SPECIFIC_ENERGY: Self = Self::new(2, 0, -2, 0);
     pub const PRESSURE: Self = Self::new(-1, 1, -2, 0);
+    /// Magnetic flux density.
+    pub const MAGNETIC_FIELD: Self = Self { magnetic: 1, ..Self::new(0, 0, 0, 0) };
     /// Per time: an angular velocity.
     pub const RATE: Self = Self::new(0, 0, -1, 0);
 
     pub const fn new(length: i8, mass: i8, time: i8, temperature: i8) -> Self {
-        Self { length, mass, time, temperature }
+        Self { length, mass, time, temperature, magnetic: 0 }
     }
 
     /// Mass per unit volume in `d` dimensions.
@@ -69,6 +73,7 @@ impl UnitDimension {
             Self::SPECIFIC_ENERGY => "a specific energy",
             Self::PRESSURE => "a pressure",
             Self::RATE => "an angular velocity",
+            Self::MAGNETIC_FIELD => "a magnetic field",
             ENERGY => "an energy",
             FORCE => "a force",
             POWER => "a power",
@@ -84,6 +89,7 @@ impl UnitDimension {
             mass: self.mass.checked_mul(n)?,
             time: self.time.checked_mul(n)?,
             temperature: self.temperature.checked_mul(n)?,
+            magnetic: self.magnetic.checked_mul(n)?,
         })
     }
 
@@ -93,6 +99,7 @@ impl UnitDimension {
             mass: self.mass.checked_add(other.mass)?,
             time: self.time.checked_add(other.time)?,
             temperature: self.temperature.checked_add(other.temperature)?,
+            magnetic: self.magnetic.checked_add(other.magnetic)?,
         })
     }
 }
@@ -165,7 +172,7 @@ fn symbol_value(name: &str) -> Option<(f64, UnitDimension)> {
     if let Some(found) = plain_symbol(name) {
         return Some(found);
     }
-    const PREFIXES: [(&str, f64); 9] = [
+    const PREFIXES: [(&str, f64); 11] = [
         ("k", 1e3),
         ("M", 1e6),
         ("G", 1e9),
@@ -173,10 +180,13 @@ fn symbol_value(name: &str) -> Option<(f64, UnitDimension)> {
         ("c", 1e-2),
         ("m", 1e-3),
         ("u", 1e-6),
+        ("µ", 1e-6),
+        ("μ", 1e-6),
         ("n", 1e-9),
         ("d", 1e-1),
     ];
-    const PREFIXED: [&str; 11] = ["m", "g", "s", "Pa", "J", "N", "pc", "yr", "K", "meter", "metre"];
+    const PREFIXED: [&str; 15] =
+        ["m", "g", "s", "Pa", "J", "N", "pc", "yr", "K", "meter", "metre", "G", "T", "gauss", "tesla"];
     PREFIXES.iter().find_map(|(prefix, factor)| {
         let base = name.strip_prefix(prefix).filter(|b| PREFIXED.contains(b))?;
         plain_symbol(base).map(|(value, dimension)| (factor * value, dimension))
@@ -243,6 +253,8 @@ const SYMBOLS: &[Symbol] = &[
     symbol(&["Pa", "pascal"], 10.0, UnitDimension::PRESSURE),
     symbol(&["bar"], 1e6, UnitDimension::PRESSURE),
     symbol(&["Ba", "barye"], 1.0, UnitDimension::PRESSURE),
+    symbol(&["G", "gauss", "Gauss"], 1.0, UnitDimension::MAGNETIC_FIELD),
+    symbol(&["T", "tesla", "Tesla"], 1e4, UnitDimension::MAGNETIC_FIELD),
 ];
 
 /// Usual units that are made of several, by what they measure.
@@ -340,7 +352,7 @@ impl UnitSystem {
 
     /// The unit of a quantity of dimension `d`, as [`Unit::parse`] reads it; empty for a pure number.
     pub fn symbol(&self, d: UnitDimension) -> String {
-        let bases = [("g", d.mass), ("cm", d.length), ("s", d.time), ("K", d.temperature)];
+        let bases = [("g", d.mass), ("cm", d.length), ("s", d.time), ("K", d.temperature), ("gauss", d.magnetic)];
         let mut parts: Vec<String> = Vec::new();
         let factor = self.to_cgs(d);
         if factor != 1.0 {
@@ -353,12 +365,19 @@ impl UnitSystem {
         parts.join(" ")
     }
 
-    /// The factor from this system to cgs for a quantity of dimension `d`.
+    /// The factor from this system to cgs for a quantity of dimension `d`; magnetic fields of the system are those whose pressure is
+    /// B^2/2 (Lorentz and Heaviside's), so that their unit is sqrt(4 pi) roots of that of pressure in gauss.
     pub fn to_cgs(&self, d: UnitDimension) -> f64 {
         self.length.powi(d.length.into())
             * self.mass.powi(d.mass.into())
             * self.time.powi(d.time.into())
             * self.temperature.powi(d.temperature.into())
+            * if d.magnetic == 0 { 1.0 } else { self.gauss().powi(d.magnetic.into()) }
+    }
+
+    /// The field, in gauss, whose pressure B^2/(8 pi) is half a unit of pressure.
+    fn gauss(&self) -> f64 {
+        (4.0 * std::f64::consts::PI * self.to_cgs(UnitDimension::PRESSURE)).sqrt()
     }
 }
 
@@ -424,6 +443,10 @@ mod tests {
         check("rad/sec", 1.0, UnitDimension::new(0, 0, -1, 0));
         check("cm/sec", 1.0, UnitDimension::VELOCITY);
         check("Gyr", 3.155_76e16, UnitDimension::TIME);
+        check("1e-6 G", 1e-6, UnitDimension::MAGNETIC_FIELD);
+        check("uG", 1e-6, UnitDimension::MAGNETIC_FIELD);
+        check("nT", 1e-5, UnitDimension::MAGNETIC_FIELD);
+        check("T", 1e4, UnitDimension::MAGNETIC_FIELD);
         check("1/s", 1.0, UnitDimension::new(0, 0, -1, 0));
     }
 
@@ -441,6 +464,7 @@ mod tests {
                 UnitDimension::LENGTH,
                 UnitDimension::SPECIFIC_ENERGY,
                 UnitDimension::mass_density(3),
+                UnitDimension::MAGNETIC_FIELD,
                 UnitDimension::NONE,
             ] {
                 check(&system.symbol(d), system.to_cgs(d), d);

@@ -105,8 +105,8 @@ fn what_is_no_uniform_grid_of_athena_is_refused() {
     };
     let text = refusal(PLACES, 2, "cartesian");
     assert!(text.contains("refined to level 2"), "{text}");
-    let text = refusal(PLACES, 0, "spherical_polar");
-    assert!(text.contains("coordinates 'spherical_polar'"), "{text}");
+    let text = refusal(PLACES, 0, "schwarzschild");
+    assert!(text.contains("coordinates 'schwarzschild'"), "{text}");
     let text = refusal([[1, 1, 0], [0, 0, 0], [1, 1, 0], [0, 1, 0]], 0, "cartesian");
     assert!(text.contains("two blocks are at [1, 1, 0]"), "{text}");
     let text = refusal([[1, 1, 0], [0, 0, 0], [2, 1, 0], [-1, 1, 0]], 0, "cartesian");
@@ -190,11 +190,15 @@ fn radii_of_pluto_are_not_taken_for_x() {
         let refused = text(cells).unwrap_err();
         assert!(refused.contains("may be x or a radius") && refused.contains("grid.out"), "{refused}");
     }
+    // Coordinates that are known, but not where their cells are.
     for geometry in ["CYLINDRICAL", "POLAR", "SPHERICAL"] {
         grid_out(folder.path(), geometry);
         let refused = text(&[6, 2]).unwrap_err();
-        assert!(refused.contains(&format!("coordinates '{geometry}'")), "{refused}");
+        assert!(refused.contains("grid.out") && refused.contains("before its number of cells"), "{refused}");
     }
+    grid_out(folder.path(), "TOROIDAL");
+    assert!(text(&[6, 2]).unwrap_err().contains("coordinates 'TOROIDAL'"));
+    grid_out(folder.path(), "SPHERICAL");
     assert_eq!(text(&[9]), Ok("radial profile"));
     let field = attempt(&path).unwrap();
     assert_eq!(field.variable("rho").map(|v| (v.location, v.values.len())), Some((Location::Cell, 9)));

@@ -375,6 +375,9 @@ pub struct RunArgs {
     /// Print the resolved scene and stop.
     #[arg(long)]
     pub print_scene: bool,
+    /// Read the input, plan, and print what the stages will take, but place and write nothing.
+    #[arg(long, conflicts_with = "print_scene")]
+    pub dry_run: bool,
     /// With --print-scene: every key there is, with what it means; unset ones as comments.
     #[arg(long, requires = "print_scene")]
     pub all: bool,

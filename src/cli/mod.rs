@@ -92,6 +92,12 @@ fn run(args: &RunArgs, command: &str) -> crate::Result<u8> {
         interrupted: interrupts.requested(),
         observer: &observer,
     };
+    if args.dry_run {
+        let forecast = pipeline::forecast(&scene, FORMATS, &control);
+        progress.finish();
+        let forecast = forecast?;
+        return print(&if args.json { forecast.json() } else { forecast.text() });
+    }
     if !scene.bodies.is_empty() {
         let result = bodies::run_bodies_as(&scene, FORMATS, &control, command);
         progress.finish();

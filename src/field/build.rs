@@ -1,6 +1,6 @@
 //! From a file's numbers to a [`Source`].
 
-use super::build_grid::{cartesian, geographic};
+use super::build_grid::{cartesian, curvilinear, geographic};
 use super::build_input::Input;
 use super::build_radial::radial;
 use super::build_surface::surface;
@@ -22,7 +22,12 @@ use std::sync::Arc;
 pub fn natural_dimension(raw: &RawField) -> usize {
     match &raw.geometry {
         Geometry::Radial { .. } => 3,
-        Geometry::Grid { coordinates: Coordinates::Geographic, .. } => 3,
+        Geometry::Grid { coordinates: Coordinates::Geographic | Coordinates::Spherical, .. } => 3,
+        // One cell along z is a plane.
+        Geometry::Grid { coordinates, axes } if coordinates.is_curvilinear() => {
+            let [z, _] = coordinates.height_and_azimuth();
+            if axes.get(z).is_some_and(|axis| axis.nodes.len() == 1) { 2 } else { 3 }
+        }
         Geometry::Grid { axes, .. } => axes.len(),
         Geometry::Mesh { dimension, .. } | Geometry::Cloud { dimension, .. } | Geometry::Surface { dimension, .. } => {
             *dimension
@@ -72,6 +77,7 @@ fn build<const D: usize>(raw: RawField, options: &FieldOptions<D>) -> Result<Sou
         Geometry::Radial { nodes, unit } => radial(input, nodes, unit.map(|u| u.to_cgs), stated.as_ref()),
         Geometry::Grid { coordinates: Coordinates::Cartesian, axes } => cartesian(input, &axes),
         Geometry::Grid { coordinates: Coordinates::Geographic, axes } => geographic(input, &axes),
+        Geometry::Grid { coordinates, axes } => curvilinear(input, coordinates, &axes),
         Geometry::Mesh { points, cells, .. } => mesh(input, &points, cells),
         Geometry::Cloud { points, .. } => cloud(input, &points),
         Geometry::Surface { .. } => Err(Error::field("density", "is not that of a surface")),

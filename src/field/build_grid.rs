@@ -3,17 +3,18 @@
 use super::build_input::{Input, Repeats, check_ascending};
 use super::centering::{Known, cell_axis, periodic_axis};
 use super::check::point_text;
+use super::curvilinear::{Curvilinear, check_faces};
 use super::geographic::Geographic;
 use super::grid::Grid;
 use super::grid_axis::AxisTable;
 use super::{Centering, Interpolation, Period, Source};
 use crate::error::{Error, Result};
 use sph_formats::common::particle_names as names;
-use sph_formats::{GridAxis, Location, Values, Variable};
+use sph_formats::{Coordinates, GridAxis, Location, Values, Variable};
 use std::sync::Arc;
 
 pub(crate) fn cartesian<const D: usize>(mut input: Input<'_, D>, axes: &[GridAxis]) -> Result<Source<D>> {
-    check_grid(&mut input, axes)?;
+    check_grid(&mut input, axes, D)?;
     let name = input.density.name.clone();
     let options = input.options;
     let centering = centering(&input, axes)?;
@@ -76,7 +77,7 @@ fn centering<const D: usize>(input: &Input<'_, D>, axes: &[GridAxis]) -> Result<
 }
 
 pub(crate) fn geographic<const D: usize>(mut input: Input<'_, D>, axes: &[GridAxis]) -> Result<Source<D>> {
-    check_grid(&mut input, axes)?;
+    check_grid(&mut input, axes, D)?;
     let name = input.density.name.clone();
     let interpolation = input.options.interpolation;
     let longitudes = &axes[0].nodes;
@@ -105,6 +106,40 @@ pub(crate) fn geographic<const D: usize>(mut input: Input<'_, D>, axes: &[GridAx
     input.finish(sampler, domain, &|location| Ok(tables(location)?))
 }
 
+pub(crate) fn curvilinear<const D: usize>(
+    mut input: Input<'_, D>,
+    coordinates: Coordinates,
+    axes: &[GridAxis],
+) -> Result<Source<D>> {
+    check_grid(&mut input, axes, 3)?;
+    let name = input.density.name.clone();
+    let faces: Vec<Vec<f64>> = axes.iter().filter_map(|axis| axis.bounds.clone()).collect();
+    let at_cells = std::iter::once(&input.density).chain(&input.others).all(|v| v.location == Location::Node);
+    let (Ok(faces), true) = (<[Vec<f64>; 3]>::try_from(faces), at_cells) else {
+        let problem =
+            format!("is on a grid of kind {coordinates:?}, which needs the faces of its cells along three axes");
+        return Err(Error::field(name, problem));
+    };
+    let (faces, is_round) = check_faces(&name, coordinates, faces)?;
+    let along_z = input.options.periodic.get(2).copied().flatten();
+    let [height, azimuth] = coordinates.height_and_azimuth();
+    let tables = faces.into_iter().zip(axes).enumerate().map(|(k, (faces, axis))| {
+        let centers = faces.windows(2).map(|w| 0.5 * (w[0] + w[1])).collect();
+        let period = match k {
+            _ if k == azimuth => is_round.then_some(Period::Auto),
+            _ if k == height && coordinates != Coordinates::Spherical => along_z,
+            _ => None,
+        };
+        AxisTable::cells(&axis.name, faces, centers, period)
+    });
+    let tables = tables.collect::<Result<Vec<_>>>()?;
+    let sampler = Arc::new(Curvilinear::new(coordinates, grid(&name, tables, input.options.interpolation)?));
+    input.notes.extend(sampler.notes::<D>());
+    let domain = sampler.domain()?;
+    let own = Arc::clone(&sampler);
+    input.finish(sampler, domain, &|_| Ok(Arc::clone(&own) as Arc<dyn super::sampled::Sampler<D>>))
+}
+
 fn grid<const K: usize>(name: &str, tables: Vec<AxisTable>, interpolation: Option<Interpolation>) -> Result<Grid<K>> {
     let default = if tables.iter().any(AxisTable::is_cells) { Interpolation::Constant } else { Interpolation::Linear };
     let axes = tables
@@ -114,10 +149,10 @@ fn grid<const K: usize>(name: &str, tables: Vec<AxisTable>, interpolation: Optio
 }
 
 /// Axes in order, and the density's values with a place for each.
-fn check_grid<const D: usize>(input: &mut Input<'_, D>, axes: &[GridAxis]) -> Result<()> {
+fn check_grid<const D: usize>(input: &mut Input<'_, D>, axes: &[GridAxis], count: usize) -> Result<()> {
     let name = input.density.name.clone();
-    if axes.len() != D {
-        return Err(Error::field(name, format!("the grid has {} axes, expected {D}", axes.len())));
+    if axes.len() != count {
+        return Err(Error::field(name, format!("the grid has {} axes, expected {count}", axes.len())));
     }
     for axis in axes {
         if axis.nodes.len() < 2 && axis.bounds.is_none() {

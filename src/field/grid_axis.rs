@@ -90,6 +90,11 @@ impl AxisTable {
         self.points.len()
     }
 
+    /// Positions of the first and the last value.
+    pub(crate) fn outermost(&self) -> [f64; 2] {
+        [self.points[0], self.points[self.points.len() - 1]]
+    }
+
     pub(crate) fn is_periodic(&self) -> bool {
         self.period.is_some()
     }
@@ -277,6 +282,11 @@ impl AxisTable {
         all.sort_by(f64::total_cmp);
         all.dedup();
         all
+    }
+
+    #[cfg(test)]
+    pub(crate) fn points(&self) -> &[f64] {
+        &self.points
     }
 
     #[cfg(test)]

@@ -5,6 +5,7 @@
 //! | radial profile, nodes | monotone cubic in `ln rho` or `rho` ([`RadialProfile`]) | quadrature per segment |
 //! | radial profile, cells | monotone cubic of the enclosed mass | exact per cell |
 //! | grid | multilinear, constant per cell, or limited cubic | closed form; cells for cubic |
+//! | grid of r, theta, phi or R, phi, z | multilinear, constant per cell | closed form |
 //! | mesh | isoparametric shape functions, constant per cell | exact per cell |
 //! | point cloud | Shepard's weights over the nearest points | adaptive cubature |
 //! | surface | an expression inside | divergence theorem, or chords |
@@ -30,6 +31,7 @@ mod chords;
 mod cloud;
 mod cubature;
 mod curve;
+mod curvilinear;
 mod expression;
 mod fitted;
 mod geographic;
@@ -51,6 +53,7 @@ mod rows;
 mod sampled;
 mod scalar;
 mod scaled;
+mod sector;
 mod shapes;
 mod shared;
 mod skin;

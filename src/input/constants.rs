@@ -2,6 +2,8 @@
 //!
 //! Values are those of CODATA 2022, in cgs; `mH` is the hydrogen atom of 1.007 825 032 u (AME2020).
 
+use crate::error::Result as Outcome;
+use crate::scene::{Conversion, Quantity};
 use sph_formats::{Unit, UnitDimension, UnitSystem};
 
 /// Newton's constant in cm^3 g^-1 s^-2 (CODATA 2022).
@@ -39,6 +41,24 @@ pub(crate) fn constant(name: &str, system: Option<&UnitSystem>, gravity: f64) ->
             "'{name}' has a unit, but the input has none: state `units`, as in `units: solar`, or write a number"
         )),
     })
+}
+
+/// A number with a unit, such as `1e-6 G`, as the text of a number in `system`; `None` for what is no such quantity but an expression.
+///
+/// # Errors
+/// A unit of another dimension, or one where there are none.
+pub(crate) fn with_unit(
+    key: &str,
+    text: &str,
+    dimension: UnitDimension,
+    system: Option<&UnitSystem>,
+) -> Outcome<Option<String>> {
+    let quantity = Quantity::Text(text.trim().to_owned());
+    if !quantity.has_unit() {
+        return Ok(None);
+    }
+    let conversion = Conversion { from: system.copied(), to: system.copied().unwrap_or(UnitSystem::CODE) };
+    Ok(Some(format!("{:e}", quantity.value(key, dimension, &conversion)?)))
 }
 
 #[cfg(test)]

@@ -1,7 +1,8 @@
 //! What particles carry by the scene's own expressions, beside the columns of a file or in their place.
 //!
 //! Expressions know x, y, z, r (from the center), R, phi and theta (about the axis), the density `rho`, each other, the file's
-//! scalars, constants and units. All numbers are in the scene's units, plain numbers where there are none. Magnetic fields are in the square root of the unit of pressure.
+//! scalars, constants and units. All numbers are in the scene's units, plain numbers where there are none. Magnetic fields are in units whose
+//! magnetic pressure is B^2/2.
 //!
 //! | fields | meaning |
 //! |---|---|
@@ -16,7 +17,7 @@ use crate::error::{Error, Result};
 use crate::field::{
     CarriedField, CarriedInfo, Expression, Names, ScalarField, SharedCarried, SharedDensity, Source, probes,
 };
-use crate::input::constants::{GRAVITATIONAL_CONSTANT, constant};
+use crate::input::constants::{GRAVITATIONAL_CONSTANT, constant, with_unit};
 use crate::input::thermal;
 use crate::input::turbulence::Turbulence;
 use crate::scene::{Conversion, FieldValue, Scene, TurbulenceInput};
@@ -499,7 +500,9 @@ impl<const D: usize> Maker<D> {
             return Err(Error::scene(key_of(name), format!("and {} are both given; leave one out", key_of(other))));
         }
         let texts = value.texts();
-        let terms = texts.iter().map(|t| self.term(name, t)).collect::<Result<Vec<_>>>()?;
+        let number = |t: &String| with_unit(&key_of(name), t, UnitDimension::MAGNETIC_FIELD, self.system.as_ref());
+        let terms = texts.iter().map(|t| self.term(name, number(t)?.as_ref().unwrap_or(t)));
+        let terms = terms.collect::<Result<Vec<_>>>()?;
         let rule = match (name, terms.len()) {
             (VECTOR_POTENTIAL, 3) => Rule::Curl(terms),
             (VECTOR_POTENTIAL, 1) if D == 2 => Rule::Curl(terms),
@@ -511,7 +514,7 @@ impl<const D: usize> Maker<D> {
             (_, n) if n == D => Rule::Each(terms),
             (_, n) => return Err(Error::scene(key_of(name), format!("has {n} components, expected 3"))),
         };
-        Ok(Some(self.field(names::MAGNETIC_FIELD, UnitDimension::PRESSURE, 3, rule)))
+        Ok(Some(self.field(names::MAGNETIC_FIELD, UnitDimension::MAGNETIC_FIELD, 3, rule)))
     }
 
     /// What is known of the thermal state: names of the scene's fields and of the file's.

@@ -202,7 +202,10 @@ fn named_unit(key: &str, name: Option<&str>, dimension: UnitDimension) -> Result
     match Unit::parse(name) {
         Some(unit) if unit.dimension == dimension => Ok(Some(unit)),
         Some(_) => Err(Error::scene(key, format!("'{name}' is a unit of another quantity"))),
-        None => Err(Error::scene(key, format!("'{name}' is not a known unit; write for example cm, Rsun, kg/m^3"))),
+        None => Err(Error::scene(
+            key,
+            format!("'{name}' is not a known unit; write for example {}", Unit::known(dimension).join(", ")),
+        )),
     }
 }
 
@@ -300,6 +303,7 @@ pub fn source<const D: usize>(
     Ok(Ingested { source, variables, input_mass, of_snapshot })
 }
 
+const MAGNETIC_UNIT: &str = "input.magnetic_field_unit";
 /// A format that tells data of points from those of cells.
 const VTK: &str = "vtk";
 
@@ -318,8 +322,15 @@ fn give_roles<const D: usize>(
     }
     let divided = divide_momenta(field, |name| scene.map.contains_key(name));
     let mut variables = assign(field, D, &scene.map)?;
+    let magnetic = scene.input.magnetic_field_unit.as_deref();
+    let magnetic = named_unit(MAGNETIC_UNIT, magnetic, UnitDimension::MAGNETIC_FIELD)?;
+    if magnetic.is_some() && units.input.is_none() {
+        let problem = "cannot be converted, as the units of length and density are not known: state input.length_unit and \
+                       input.density_unit, too";
+        return Err(Error::scene(MAGNETIC_UNIT, problem));
+    }
     if let Some(input) = &units.input {
-        adopt_units(field, &mut variables, input);
+        adopt_units(field, &mut variables, input, magnetic.as_ref());
     }
     reduce_energies(field, &mut variables, units.input.as_ref());
     apply(field, &variables, D)?;

@@ -78,7 +78,10 @@ impl Snapshot {
             variables.push(Variable {
                 name: c.name.clone(),
                 description: None,
-                unit: unit(c.dimension),
+                unit: match c.name.as_str() {
+                    particle_names::MAGNETIC_FIELD => unit(UnitDimension::MAGNETIC_FIELD),
+                    _ => unit(c.dimension),
+                },
                 location: Location::Node,
                 components: c.components,
                 values: c.values.clone(),

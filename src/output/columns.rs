@@ -27,15 +27,12 @@ pub fn column<const D: usize>(field: &dyn CarriedField<D>, positions: &Positions
     let info = field.info();
     let stated = info.unit.as_ref().map_or(UnitDimension::NONE, |u| u.dimension);
     let factor = info.unit.as_ref().map_or(1.0, |u| u.to_cgs / units.to_cgs(stated));
-    // A magnetic field's unit is the root of a pressure's, which has no whole exponents.
-    let is_magnetic = info.name == names::MAGNETIC_FIELD && stated == UnitDimension::PRESSURE;
-    let (dimension, factor) = if is_magnetic { (UnitDimension::NONE, factor.sqrt()) } else { (stated, factor) };
     let mut values = vec![0.0; info.components * positions[0].len()];
     parallel::update_rows(&mut values, info.components, |i, out| {
         field.evaluate(&at(positions, i), out);
         out.iter_mut().for_each(|v| *v *= factor);
     });
-    Column { name: info.name.clone(), components: info.components, values: Values::F64(values), dimension }
+    Column { name: info.name.clone(), components: info.components, values: Values::F64(values), dimension: stated }
 }
 
 /// Refuses carried values that are no numbers: expressions may have such where nobody looked before.

@@ -8,6 +8,7 @@ use super::fingerprint::Hash;
 use crate::error::{Error, Result};
 use crate::scene::{ProfileInput, Scene};
 use serde::{Deserialize, Serialize};
+use sph_formats::common::particle_names as names;
 use sph_formats::{
     Column, FormatError, ParticleFile, ParticleTable, RunHeader, Species, UnitDimension, UnitSystem, Values,
 };
@@ -141,7 +142,7 @@ impl Kept {
         let header = &body.file.header;
         let UnitSystem { length, mass, time, temperature } = header.units;
         let column = |c: &Column| {
-            let UnitDimension { length, mass, time, temperature } = c.dimension;
+            let UnitDimension { length, mass, time, temperature, .. } = c.dimension;
             KeptColumn {
                 name: c.name.clone(),
                 components: c.components,
@@ -180,6 +181,10 @@ impl Kept {
         let [length, mass, time, temperature] = self.units;
         let column = |c: KeptColumn| {
             let [length, mass, time, temperature] = c.dimension;
+            let dimension = match c.name.as_str() {
+                names::MAGNETIC_FIELD => UnitDimension::MAGNETIC_FIELD,
+                _ => UnitDimension::new(length, mass, time, temperature),
+            };
             Column {
                 name: c.name,
                 components: c.components,
@@ -188,7 +193,7 @@ impl Kept {
                     KeptValues::F64(v) => Values::F64(v),
                     KeptValues::I64(v) => Values::I64(v),
                 },
-                dimension: UnitDimension::new(length, mass, time, temperature),
+                dimension,
             }
         };
         let header = RunHeader {

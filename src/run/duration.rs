@@ -2,10 +2,11 @@
 //!
 //! An evaluation costs each particle a fixed time and one for each of its neighbors on a core; what is stated was measured on one
 //! core of 2.9 GHz in processor time, for 5000 to 20 000 particles with 19 to 200 neighbors in 2-D and 3-D, and holds within a factor of
-//! some two there. Stages without a known number of evaluations are not foreseen.
+//! some two there. Stages that end by themselves are foreseen with all their steps, which they may not take.
 
-use super::plan::Plan;
-use crate::relaxation::{BALANCE, SOLVER, StageName, WVT};
+use super::plan::{Plan, TRIM_ITERATIONS};
+use crate::relaxation::{AFC, ALARIC, BALANCE, DAMPED_RELAXATION, SOLVER, StageName, TRIMMING, WVT};
+use crate::scene::Scene;
 use serde::Serialize;
 
 /// Seconds of an evaluation per particle, and per neighbor of each.
@@ -14,6 +15,10 @@ const NEIGHBOR: f64 = 8e-9;
 /// An evaluation of a balance in those of a density.
 const BALANCED: f64 = 2.5;
 
+/// A step of ALARIC, with its forces, and one of AFC, in evaluations of a density.
+const ALARIC_STEP: f64 = 2.0;
+const AFC_STEP: f64 = 2.0;
+
 /// A stage and the seconds that it is expected to take.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct Expected {
@@ -21,14 +26,24 @@ pub struct Expected {
     pub seconds: f64,
 }
 
-/// What the stages of a plan are expected to take with so many particles, kernel neighbors and threads.
-pub fn expected(plan: &Plan, count: usize, kernel_neighbors: f64, threads: usize) -> Vec<Expected> {
-    let evaluation = count as f64 * (PARTICLE + NEIGHBOR * kernel_neighbors) / threads.max(1) as f64;
+/// Seconds of one evaluation of so many particles.
+pub fn evaluation(count: usize, kernel_neighbors: f64, threads: usize) -> f64 {
+    count as f64 * (PARTICLE + NEIGHBOR * kernel_neighbors) / threads.max(1) as f64
+}
+
+/// What the stages of a plan are expected to take, at most, with so many particles, kernel neighbors and threads.
+pub fn expected(plan: &Plan, scene: &Scene, count: usize, kernel_neighbors: f64, threads: usize) -> Vec<Expected> {
+    let evaluation = evaluation(count, kernel_neighbors, threads);
+    // Each splitting begins with half of the particles.
+    let splittings: f64 = (0..=plan.splittings).map(|k| 0.5_f64.powi(k as i32)).sum();
     let evaluations = |stage: &StageName| {
         Some(match *stage {
             WVT => plan.wvt_iterations as f64,
             SOLVER => plan.evaluations as f64,
             BALANCE => BALANCED * plan.balance as f64,
+            ALARIC | DAMPED_RELAXATION => ALARIC_STEP * scene.alaric.steps as f64 * splittings,
+            AFC => AFC_STEP * scene.afc.steps as f64,
+            TRIMMING => TRIM_ITERATIONS as f64,
             _ => return None,
         })
     };

@@ -9,6 +9,10 @@ use crate::relaxation::{BALANCE, StopReason};
 const LITTLE_FORCE: f64 = 0.01;
 /// Share of internal energies whose change leaves a body as it is.
 const LITTLE_HEAT: f64 = 0.01;
+/// Relative differences of masses that are rounding.
+const SAME_MASS: f64 = 1e-9;
+/// Relative difference of all particles' mass from the input's.
+const LOST_MASS: f64 = 1e-6;
 /// Force noise of an interior whose profile changes within a spacing.
 const UNRESOLVED: f64 = 0.5;
 
@@ -51,6 +55,33 @@ fn of_snapshot(snapshot: &SnapshotReport) -> Vec<Finding> {
         all.push(Finding::new(Grade::Look, Topic::Snapshot, text.into()));
     }
     all
+}
+
+/// Whether particles have the masses that were asked for; nothing where all have the same, as by default.
+fn masses(report: &Report) -> Option<(Grade, String)> {
+    let mass = &report.mass;
+    if mass.defect.abs() > LOST_MASS {
+        let text = format!(
+            "particles add up to {:.3e} more than the input's mass (1e-6 is good); it is not the input's body",
+            mass.defect
+        );
+        return Some((Grade::Bad, text));
+    }
+    let spread = mass.largest / mass.smallest - 1.0;
+    match (mass.off, spread) {
+        (off, _) if off > SAME_MASS => {
+            let text = format!(
+                "masses differ by up to {:.2} % from those asked for (1 % is good); leave out `trim_masses` for the masses themselves",
+                100.0 * off
+            );
+            Some((grade(off, 0.01, f64::INFINITY), text))
+        }
+        (_, spread) if spread > SAME_MASS => {
+            let text = format!("the largest is {:.3} times the smallest, as the resolution asks", 1.0 + spread);
+            Some((Grade::Good, text))
+        }
+        _ => None,
+    }
 }
 
 /// The verdict on a report.
@@ -116,13 +147,8 @@ pub fn verdict(report: &Report) -> Vec<Finding> {
             format!("net force of {:.1} % of gravity (1 % is good, 10 % is much){remedy}", 100.0 * net),
         );
     }
-    let spread = report.mass.largest / report.mass.smallest - 1.0;
-    if spread > 1e-9 {
-        let text = format!(
-            "masses differ by {:.3} %: regions have whole numbers of particles, or a resolution is set",
-            100.0 * spread
-        );
-        say(grade(spread, 0.01, f64::INFINITY), Topic::Masses, text);
+    if let Some((grade, text)) = masses(report) {
+        say(grade, Topic::Masses, text);
     }
     if let Some(cut) = &report.atmosphere {
         say(

@@ -52,7 +52,7 @@ fn rounded_down(count: f64) -> String {
 }
 
 /// Bytes of memory that the machine, or the container, has; `None` where the system does not tell.
-fn total() -> Option<f64> {
+pub fn total() -> Option<f64> {
     let machine = std::fs::read_to_string("/proc/meminfo").ok().and_then(|text| mem_total(&text));
     let limits = ["/sys/fs/cgroup/memory.max", "/sys/fs/cgroup/memory/memory.limit_in_bytes"];
     let container = limits.iter().find_map(|path| std::fs::read_to_string(Path::new(path)).ok()?.trim().parse().ok());

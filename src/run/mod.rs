@@ -10,6 +10,7 @@ mod doubts;
 pub mod drawings;
 pub mod duration;
 pub(crate) mod fingerprint;
+pub mod forecast;
 mod grading;
 mod memory;
 pub mod orbit;

@@ -6,6 +6,7 @@ use super::destination::{Destination, intended_format, refuse_other_types};
 use super::drawings::is_drawn;
 use super::drawings::{Drawing, is_picture};
 use super::duration::{self, Expected};
+use super::forecast::{self, Forecast};
 use super::grading::verdict as verdict_on;
 use super::plan::{Held, Plan};
 use super::report::{MassReport, Report, SnapshotReport, Timing};
@@ -48,6 +49,36 @@ use std::time::Instant;
 /// # Errors
 /// Any of [`Error`].
 pub fn place(scene: &Scene, formats: &[FormatSpec], control: &Control<'_>) -> Result<(ParticleFile, Report)> {
+    match done(scene, formats, control, false)? {
+        Done::Placed(placed) => Ok(*placed),
+        Done::Foreseen(_) => Err(Error::Interrupted),
+    }
+}
+
+/// What [`run`] would do: all that it does before it places particles, with what the stages will take.
+///
+/// # Errors
+/// Those of [`run`] up to there.
+pub fn forecast(scene: &Scene, formats: &[FormatSpec], control: &Control<'_>) -> Result<Forecast> {
+    if !scene.bodies.is_empty() {
+        return Err(Error::scene("--dry-run", "foresees one body; ask for each of the bodies by itself"));
+    }
+    if scene.output.file.is_some() {
+        Destination::new(scene, formats)?.refuse_overwriting_inputs(scene)?;
+    }
+    match done(scene, formats, control, true)? {
+        Done::Foreseen(forecast) => Ok(*forecast),
+        Done::Placed(_) => Err(Error::Interrupted),
+    }
+}
+
+/// What came of a run.
+enum Done {
+    Placed(Box<(ParticleFile, Report)>),
+    Foreseen(Box<Forecast>),
+}
+
+fn done(scene: &Scene, formats: &[FormatSpec], control: &Control<'_>, is_dry: bool) -> Result<Done> {
     scene.validate()?;
     if !scene.bodies.is_empty() {
         return Err(Error::scene("bodies", "are several; place_bodies places them, and run_bodies writes the file"));
@@ -77,6 +108,7 @@ pub fn place(scene: &Scene, formats: &[FormatSpec], control: &Control<'_>) -> Re
         expected: Vec::new(),
         notes,
         warnings: Vec::new(),
+        is_dry,
     };
     run.lap(Step::Read, start, None);
     run.check()?;
@@ -149,6 +181,8 @@ struct Run<'a> {
     expected: Vec<Expected>,
     notes: Vec<String>,
     warnings: Vec<String>,
+    /// Whether to end before particles are placed.
+    is_dry: bool,
 }
 
 impl Run<'_> {
@@ -161,7 +195,7 @@ impl Run<'_> {
         if self.control.is_interrupted() { Err(Error::Interrupted) } else { Ok(()) }
     }
 
-    fn in_dimension<const D: usize>(mut self, raw: RawInput) -> Result<(ParticleFile, Report)> {
+    fn in_dimension<const D: usize>(mut self, raw: RawInput) -> Result<Done> {
         let lap = Instant::now();
         self.control.tell(Event::Begin(Step::Interpolate));
         let count = self.scene.particles.unwrap_or(DEFAULT_PARTICLES);
@@ -203,7 +237,7 @@ impl Run<'_> {
             }));
         }
         memory::check(count, &plan.stages)?;
-        self.expected = duration::expected(&plan, count, neighbors, rayon::current_num_threads());
+        self.expected = duration::expected(&plan, self.scene, count, neighbors, rayon::current_num_threads());
         for Expected { step, seconds } in &self.expected {
             self.control.tell(Event::Expect { step, seconds: *seconds });
         }
@@ -211,10 +245,32 @@ impl Run<'_> {
         let walls = Walls::new(self.scene, self.formats, &prepared, &self.units.into_input())?;
         self.refuse_box(&prepared, walls.as_ref())?;
         self.check()?;
+        if self.is_dry {
+            return Ok(Done::Foreseen(Box::new(self.foreseen(&prepared, plan, count))));
+        }
         let equilibrium = hydrostatics.as_ref().map(|h| h as &dyn Equilibrium<D>);
         let setting = Setting::new(self.scene, target, equilibrium, self.control);
         let placed = stages::place(&setting, &mut plan)?;
-        self.measure(&setting, (&prepared, walls.as_ref()), hydrostatics.as_ref(), placed, plan)
+        let made = self.measure(&setting, (&prepared, walls.as_ref()), hydrostatics.as_ref(), placed, plan)?;
+        Ok(Done::Placed(Box::new(made)))
+    }
+
+    fn foreseen<const D: usize>(self, prepared: &Prepared<D>, plan: Plan, count: usize) -> Forecast {
+        let slowness = forecast::slowness::<D>(self.scene.kernel(), self.scene.kernel_neighbors(D));
+        Forecast {
+            input: self.scene.input_name(),
+            dimension: D,
+            particles: count,
+            mass: prepared.mass.value,
+            seeding: plan.seeding,
+            stages: Forecast::stages(&plan, &self.expected, count, slowness),
+            left_out: plan.left_out,
+            slowness,
+            seconds_so_far: self.start.elapsed().as_secs_f64(),
+            memory: memory::total(),
+            warnings: self.warnings,
+            notes: self.notes,
+        }
     }
 
     fn measure<const D: usize>(
@@ -278,7 +334,7 @@ impl Run<'_> {
         let (units, note) = output_units(self.scene.output.units.as_deref(), self.units.input, prepared.mass.value, D)?;
         self.notes.extend(note);
         let factors = Factors::new::<D>(self.units.input, prepared, &units);
-        let mass = self.mass_report(&masses, prepared, (&factors, &units));
+        let mass = self.mass_report(&masses, &target.masses(&positions), prepared, (&factors, &units));
         self.warnings.extend(doubts::after(target, &positions));
         let balanced = internal_energy.zip(hydrostatics).map(|(u, h)| (u, h.specific_energy));
         let raw = RawColumns { positions: &positions, masses, support, density, target_density, balanced };
@@ -297,6 +353,10 @@ impl Run<'_> {
         #[cfg(feature = "plots")]
         let seen = detail.map(|detail| self.seen(detail, prepared, (&factors, file.header.box_corner)));
         self.notes.extend(notes);
+        if file.species.iter().any(|s| s.table.column(names::MAGNETIC_FIELD).is_some()) {
+            let magnetic = self.format.map(|f| f.capabilities.magnetic).unwrap_or_default();
+            self.notes.push(format!("the magnetic field is in {}", magnetic.describe(&units)));
+        }
         left_out.into_iter().for_each(|(what, why)| plan.drop(what, why));
         let format = self.format.map(|f| (f.name, f.capabilities.columns));
         let (variables, warnings) = variables(&prepared.variables, &file.species[0].table, format);
@@ -415,6 +475,7 @@ impl Run<'_> {
     fn mass_report<const D: usize>(
         &self,
         masses: &[f64],
+        asked: &[f64],
         prepared: &Prepared<D>,
         (factors, out): (&Factors, &UnitSystem),
     ) -> MassReport {
@@ -427,6 +488,7 @@ impl Run<'_> {
             smallest: fold(f64::min, f64::INFINITY),
             largest: fold(f64::max, 0.0),
             defect: (summed - total) / total,
+            off: masses.iter().zip(asked).fold(0.0, |off, (m, asked)| f64::max(off, (m / asked - 1.0).abs())),
             total_cgs: (self.units.input.is_some() && D == 3).then_some(total * out.mass),
         }
     }

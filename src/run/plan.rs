@@ -14,6 +14,9 @@ pub struct LeftOut {
     pub why: String,
 }
 
+/// Of trimming, enough for rounding; each costs a density pass in double precision.
+pub(super) const TRIM_ITERATIONS: usize = 60;
+
 /// Seeding and stages in order, and what is dropped.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize)]
 pub struct Plan {

@@ -80,6 +80,8 @@ pub struct MassReport {
     pub largest: f64,
     /// (sum of the particles' masses - total) / total.
     pub defect: f64,
+    /// Largest relative difference of a particle's mass from that which was asked for: the same for all, or by the resolution.
+    pub off: f64,
     /// In grams, where the units are known.
     pub total_cgs: Option<f64>,
 }

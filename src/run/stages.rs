@@ -1,7 +1,7 @@
 //! The planned stages in order, from the seeding to the last.
 
 use super::checkpoint::{Checkpoints, Kept, Meta};
-use super::plan::Plan;
+use super::plan::{Plan, TRIM_ITERATIONS};
 use super::report::Timing;
 use crate::error::{Error, Result};
 use crate::metrics::{Aim, Ledger, Quality};
@@ -390,6 +390,3 @@ fn check_neighbors<const D: usize>(scene: &Scene) -> Result<()> {
     }
     Ok(())
 }
-
-/// Enough for rounding; each costs a density pass in double precision.
-const TRIM_ITERATIONS: usize = 60;

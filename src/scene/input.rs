@@ -65,6 +65,10 @@ pub struct Input {
     #[schemars(example = &"kg/m^3")]
     #[serde(skip_serializing_if = "Option::is_none")]
     pub density_unit: Option<String>,
+    /// Unit of a magnetic field in an input that does not state it.
+    #[schemars(example = &"1e-6 G")]
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub magnetic_field_unit: Option<String>,
     /// Factor on the coordinates of a surface, or one for each axis.
     #[schemars(schema_with = "super::schema::one_or_many::<f64>", example = 0.01)]
     #[serde(skip_serializing_if = "Vec::is_empty", deserialize_with = "super::yaml::one_or_many_numbers")]

@@ -106,6 +106,11 @@ impl Conversion {
 }
 
 impl Quantity {
+    /// Whether it is a number before a unit that is known.
+    pub(crate) fn has_unit(&self) -> bool {
+        matches!(self, Self::Text(text) if split(text).is_some_and(|(_, unit)| Unit::parse(unit).is_some()))
+    }
+
     /// The number before the unit, which has the sign of the quantity; NaN where there is none.
     pub fn number(&self) -> f64 {
         match self {
@@ -246,6 +251,7 @@ fn example(dimension: UnitDimension) -> String {
         UnitDimension::VELOCITY => "30 km/s",
         UnitDimension::TEMPERATURE => "5e5 K",
         UnitDimension::RATE => "2 rad/day",
+        UnitDimension::MAGNETIC_FIELD => "1e-6 G",
         other => match Unit::known(other).first() {
             Some(unit) => return format!("'1 {unit}'"),
             None => return "1".into(),

@@ -126,10 +126,11 @@ impl Role {
         })
     }
 
-    /// What its numbers measure; `None` where that is open, or has no place among units of length, mass, time and temperature.
+    /// What its numbers measure; `None` where that is open.
     pub fn dimension(self) -> Option<UnitDimension> {
         Some(match self {
             Self::Vector(Vector::Velocity, _) => UnitDimension::VELOCITY,
+            Self::Vector(Vector::MagneticField, _) => UnitDimension::MAGNETIC_FIELD,
             Self::InternalEnergy | Self::TotalEnergy | Self::Potential => UnitDimension::SPECIFIC_ENERGY,
             Self::Temperature => UnitDimension::TEMPERATURE,
             Self::Pressure | Self::TotalEnergyDensity | Self::InternalEnergyDensity => UnitDimension::PRESSURE,

@@ -94,6 +94,7 @@ fn describe(error: &YamlError, elsewhere: &dyn Fn(&str) -> Vec<String>) -> Strin
         YamlError::SerdeInvalidLength { len, expected, .. } => format!("found {len} values, expected {expected}"),
         YamlError::Eof { .. } => "the scene is empty, or ends where a value is expected".to_owned(),
         YamlError::MultipleDocuments { .. } => "a second document begins here (---); expected one scene".to_owned(),
+        YamlError::NonFiniteFloat { value, .. } => format!("is {value}, expected a finite number"),
         YamlError::Message { msg, .. } => msg.clone(),
         other => {
             // The place is said already.
@@ -236,6 +237,8 @@ mod tests {
             ("balance: yess", &["line 1", "true, false, or keys"]),
             ("motion: {bulk: 3}", &["expected a list, as in [1, 2, 3]"]),
             ("domain: 3", &["expected keys with values"]),
+            ("motion: {bulk: [.nan, 0, 0]}", &["line 1, column 16", "is .nan, expected a finite number"]),
+            ("domain: {box: [[0], [-.inf]]}", &["is -.inf, expected a finite number"]),
             ("seed: -1", &["expected a whole number, at least 0"]),
             ("wvt: {step: big}", &["expected a number"]),
             ("output: {double_precision: 3}", &["expected true or false"]),

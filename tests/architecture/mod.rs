@@ -28,6 +28,8 @@ const FROM_FILES: [&str; 18] = [
     "build_surface.rs",
     "build_tests.rs",
     "carried.rs",
+    "curvilinear.rs",
+    "curvilinear_tests.rs",
     "rows.rs",
     "rows_tests.rs",
     "categorical.rs",

@@ -5,6 +5,7 @@ mod bad_output;
 mod bad_tables;
 mod check;
 mod codes;
+mod dry_run;
 mod pages;
 mod reference;
 mod runs;

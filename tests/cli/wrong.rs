@@ -67,6 +67,16 @@ pub const SCENES: &[Wrong<'_>] = &[
     ("input: {file: STAR}\nmotion: {bulk: 3}", &["expected a list"]),
     ("input: {file: STAR}\nmotion: {bulk: [1, 2 K, 3]}", &["motion.bulk[1]", "which is a temperature", "km/s"]),
     ("input: {expression: '1'}\ndomain: {box: [[0, 0], [1, 1 pc]]}", &["states no units", "units: solar"]),
+    ("input: {expression: '1'}\nmotion: {bulk: [.nan, 0, 0]}", &["line 2, column 17", "is .nan", "a finite number"]),
+    ("input: {expression: '1'}\ndomain: {box: [[0, 0], [1, .inf]]}", &["line 2", "is .inf", "a finite number"]),
+    ("input: {expression: '1'}\nfields: {velocity: [.nan]}\ndomain: {box: [[0], [1]]}", &["line 2", "is .nan"]),
+    ("input: {file: STAR, scale: .nan}", &["line 1", "is .nan", "a finite number"]),
+    ("input: {file: STAR}\nparticles: .nan", &["line 2", "is .nan", "a finite number"]),
+    (
+        "input: {expression: '1'}\nunits: solar\ndomain: {box: [[0], [1]]}\nfields: {magnetic_field: [1 km]}",
+        &["fields.magnetic_field", "which is a length", "1e-6 G"],
+    ),
+    ("input: {file: STAR, magnetic_field_unit: km}", &["input.magnetic_field_unit", "another quantity"]),
     // What cannot be.
     ("input: {file: STAR, expression: '1'}", &["names more than one of `file`, `expression` and `profile`"]),
     ("input: {file: absent.nc}", &["absent.nc"]),

@@ -4,6 +4,7 @@
 //! The cloud expands as v = H x, rotates about the z axis, and is magnetized: all its fields are linear in space, so that
 //! interpolation between nodes, or between the middles of cells, is exact.
 
+mod curvilinear;
 mod energies;
 mod names;
 mod sphere;
@@ -196,6 +197,33 @@ fn components_about_the_origin_are_turned() {
     assert!(file.species[0].table.column(columns::VELOCITIES).is_none());
     let warned = |name: &str| report.warnings.iter().any(|w| w.contains(name) && w.contains("--map"));
     assert!(["v_r", "v_theta", "v_phi"].into_iter().all(warned), "{:?}", report.warnings);
+}
+
+/// PLUTO's VTK files of curved grids have their corners in x, y and z, and components along r, theta and phi.
+#[test]
+fn numbered_components_on_a_mesh_are_not_guessed() {
+    let folder = tempfile::tempdir().unwrap();
+    let corners: String = (0..27).map(|i| format!("{} {} {}\n", i % 3, i / 3 % 3, i / 9)).collect();
+    let mut text = format!(
+        "# vtk DataFile Version 3.0\nPLUTO\nASCII\nDATASET STRUCTURED_GRID\nDIMENSIONS 3 3 3\nPOINTS 27 double\n{corners}CELL_DATA 8\n"
+    );
+    for (name, value) in [("rho", 1), ("vx1", 2), ("vx2", 3), ("vx3", 4)] {
+        text += &format!("SCALARS {name} double 1\nLOOKUP_TABLE default\n{}", format!("{value}\n").repeat(8));
+    }
+    std::fs::write(folder.path().join("data.vtk"), text).unwrap();
+    let scene = |more: &str| {
+        let text = format!(
+            "input: {{file: '{}/data.vtk', density: rho}}\nparticles: 20\npolish: none\nwvt: {{iterations: 0}}\n{more}",
+            folder.path().display()
+        );
+        place(&Scene::parse(&text).unwrap(), FORMATS, &Control::default()).unwrap()
+    };
+    let (file, report) = scene("");
+    assert!(file.species[0].table.column(columns::VELOCITIES).is_none());
+    assert!(report.warnings.iter().any(|w| w.contains("'vx1'") && w.contains("--map vx1=velocity-x")), "{report:?}");
+    let (file, _) = scene("map: {vx1: velocity-x, vx2: velocity-y, vx3: velocity-z}");
+    let v = file.species[0].table.column(columns::VELOCITIES).unwrap();
+    assert_eq!([v.values.get(0), v.values.get(1), v.values.get(2)], [2.0, 3.0, 4.0]);
 }
 
 #[test]

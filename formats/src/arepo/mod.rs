@@ -43,6 +43,7 @@ pub const SPEC: FormatSpec = FormatSpec {
         requires: &[crate::particle_names::INTERNAL_ENERGY],
         dimensions: &[1, 2, 3],
         corner: FixedCorner::Everywhere,
+        magnetic: crate::magnetic::MagneticUnit::Gaussian,
         ..Capabilities::NONE
     },
     sniff: crate::registry::sniff_hdf5,

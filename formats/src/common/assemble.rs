@@ -191,6 +191,7 @@ pub fn meaning(name: &str, dimension: usize) -> UnitDimension {
         names::DENSITY => UnitDimension::mass_density(dimension),
         names::INTERNAL_ENERGY => UnitDimension::SPECIFIC_ENERGY,
         names::TEMPERATURE => UnitDimension::TEMPERATURE,
+        names::MAGNETIC_FIELD => UnitDimension::MAGNETIC_FIELD,
         names::PRESSURE => UnitDimension::new(2 - dimension as i8, 1, -2, 0),
         _ => UnitDimension::NONE,
     }

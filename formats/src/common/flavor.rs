@@ -4,7 +4,9 @@
 #[cfg(any(feature = "hdf5-layer", feature = "phantom"))]
 use crate::common::number::int;
 use crate::common::number::{Number, id, root, single};
+use crate::common::quantity::Quantity;
 use crate::error::{FormatError, Result};
+use crate::magnetic::MagneticUnit;
 use crate::model::{Column, ParticleFile, ParticleTable, RunHeader, Species, Values};
 use crate::particle_names as names;
 use crate::registry::WriteOptions;
@@ -56,34 +58,6 @@ pub enum Storage {
     Long,
 }
 
-/// What a dataset measures, from which follows the unit of its numbers.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Quantity {
-    Length,
-    Velocity,
-    Mass,
-    /// Mass per volume of the particles' dimension.
-    Density,
-    /// Energy per mass.
-    SpecificEnergy,
-    /// Without a unit.
-    Number,
-}
-
-impl Quantity {
-    /// In `d` dimensions.
-    pub fn dimension(self, d: usize) -> UnitDimension {
-        match self {
-            Self::Length => UnitDimension::LENGTH,
-            Self::Velocity => UnitDimension::VELOCITY,
-            Self::Mass => UnitDimension::MASS,
-            Self::Density => UnitDimension::mass_density(d),
-            Self::SpecificEnergy => UnitDimension::SPECIFIC_ENERGY,
-            Self::Number => UnitDimension::NONE,
-        }
-    }
-}
-
 /// Which particles must have a dataset.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Need {
@@ -124,6 +98,8 @@ pub struct Flavor {
     pub wide_totals: bool,
     /// Whether units are also stated as GADGET's parameters have them, for pynbody and yt.
     pub unit_parameters: bool,
+    /// What a magnetic field is in.
+    pub magnetic: MagneticUnit,
     /// Columns of the placement that the flavor has no use for.
     pub dropped: &'static [&'static str],
 }
@@ -277,11 +253,26 @@ impl<'a> Job<'a> {
             name,
             storage: self.own_storage(column),
             components: column.components,
-            dimension: column.dimension,
-            numbers: Numbers::Column(column),
+            dimension: self.own_dimension(column),
+            numbers: self.numbers(column),
             strict: false,
             positive: false,
         }
+    }
+
+    /// The numbers of a column, in the units in which the flavor has them.
+    fn numbers(&self, column: &'a Column) -> Numbers<'a> {
+        let factor = self.flavor.magnetic.factor(&self.header.units);
+        match column.name == names::MAGNETIC_FIELD && factor != 1.0 {
+            true => Numbers::Scaled { column, factor },
+            false => Numbers::Column(column),
+        }
+    }
+
+    /// What a column is in the units of the header; magnetic fields in units of their own are pure numbers there.
+    fn own_dimension(&self, column: &Column) -> UnitDimension {
+        let is_own = column.name == names::MAGNETIC_FIELD && self.flavor.magnetic != MagneticUnit::HeavisideLorentz;
+        if is_own { UnitDimension::NONE } else { column.dimension }
     }
 
     /// How a column is stored for which there is no rule.
@@ -312,7 +303,7 @@ impl<'a> Job<'a> {
         let table = &species.table;
         let needed = rule.need == Need::All || (rule.need == Need::Gas && species.part_type == 0);
         let found = match rule.source {
-            Source::Column(name) => table.column(name).map(Numbers::Column),
+            Source::Column(name) => table.column(name).map(|column| self.numbers(column)),
             Source::ColumnOrZeros(name) => Some(table.column(name).map_or(Numbers::Zeros, Numbers::Column)),
             Source::ColumnOrCount(name) => Some(table.column(name).map_or(Numbers::Count, Numbers::Column)),
             Source::Spacing { eta } => self.spacing(table, eta),
@@ -343,7 +334,7 @@ impl<'a> Job<'a> {
     /// The stated dimension of the numbers, else what the rule says.
     fn dimension_of(&self, numbers: &Numbers, rule: &Rule) -> UnitDimension {
         match numbers {
-            Numbers::Column(column) if column.dimension != UnitDimension::NONE => column.dimension,
+            Numbers::Column(column) if column.dimension != UnitDimension::NONE => self.own_dimension(column),
             _ => rule.unit.dimension(self.header.dimension),
         }
     }
@@ -572,6 +563,10 @@ impl Planned<'_> {
 impl Numbers<'_> {
     fn get(&self, i: usize, component: usize, first_id: u64) -> Number {
         match self {
+            Self::Scaled { column, .. } if component >= column.components => Number::Float(0.0),
+            Self::Scaled { column, factor } => {
+                Number::Float(factor * column.values.get(i * column.components + component))
+            }
             Self::Column(c) if component >= c.components => match c.values {
                 Values::I64(_) => Number::Int(0),
                 _ => Number::Float(0.0),
@@ -580,7 +575,6 @@ impl Numbers<'_> {
                 Values::I64(v) => Number::Int(v[i * c.components + component]),
                 values => Number::Float(values.get(i * c.components + component)),
             },
-            Self::Scaled { column, factor } => Number::Float(factor * column.values.get(i)),
             Self::Zeros => Number::Float(0.0),
             Self::Count => Number::Int((first_id + i as u64) as i64),
             Self::Spacing { masses, density, eta, dimension } => {

@@ -24,6 +24,8 @@ pub mod netcdf_classic;
 pub(crate) mod number;
 #[cfg(any(feature = "gadget", feature = "gadget-binary", feature = "vtk"))]
 pub(crate) mod parts;
+#[cfg(any(feature = "hdf5-layer", feature = "gadget-binary", feature = "phantom"))]
+pub(crate) mod quantity;
 #[cfg(feature = "hdf5-layer")]
 pub mod snapshot;
 #[cfg(any(feature = "stl", feature = "obj", feature = "ply"))]

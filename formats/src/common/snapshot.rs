@@ -26,6 +26,9 @@ use std::path::Path;
 /// The attribute of a dataset that says how many cgs units one of its own is, as SWIFT's snapshots have it.
 const CGS_FACTOR: &str = "Conversion factor to CGS (not including cosmological corrections)";
 
+/// SWIFT's name of the magnetic field, the one quantity that is measured with the help of a current.
+pub(crate) const FLUX_DENSITIES: &str = "MagneticFluxDensities";
+
 /// The group of this program's own facts.
 pub(crate) const OWN_GROUP: &str = "SphPrep";
 
@@ -232,7 +235,8 @@ impl Job<'_> {
     }
 
     fn describe(&self, dataset: &Dataset, planned: &Planned) -> Result<()> {
-        write_exponents(dataset, planned.dimension)?;
+        let current = if planned.name == FLUX_DENSITIES { -1.0 } else { 0.0 };
+        write_exponents(dataset, planned.dimension, current)?;
         dataset.numbers(CGS_FACTOR, &[self.header.units.to_cgs(planned.dimension)])
     }
 }
@@ -264,11 +268,11 @@ pub(crate) fn joined(low: &[f64], high: &[f64]) -> Vec<f64> {
 }
 
 /// The attributes by which swiftsimio knows a dataset's units.
-fn write_exponents(dataset: &Dataset, d: UnitDimension) -> Result<()> {
+fn write_exponents(dataset: &Dataset, d: UnitDimension, current: f32) -> Result<()> {
     dataset.numbers("U_M exponent", &[f32::from(d.mass)])?;
     dataset.numbers("U_L exponent", &[f32::from(d.length)])?;
     dataset.numbers("U_t exponent", &[f32::from(d.time)])?;
-    dataset.numbers("U_I exponent", &[0.0f32])?;
+    dataset.numbers("U_I exponent", &[current])?;
     dataset.numbers("U_T exponent", &[f32::from(d.temperature)])?;
     dataset.numbers("a-scale exponent", &[0.0f32])?;
     dataset.numbers("h-scale exponent", &[0.0f32])

@@ -16,6 +16,7 @@ use crate::common::parts;
 use crate::common::snapshot::{OWN_GROUP, joined};
 use crate::error::{FormatError, Result};
 use crate::family::{self, Family};
+use crate::magnetic::MagneticUnit;
 use crate::model::{Column, ParticleFile, ParticleTable, RunHeader, Species, Values};
 use crate::particle_names as names;
 use crate::registry::{FieldRequest, FileContent};
@@ -34,6 +35,7 @@ const MAX_COMPONENTS: usize = 64;
 const PLURALS: &[(&str, &str)] = &[
     ("Densities", names::DENSITY),
     ("InternalEnergies", names::INTERNAL_ENERGY),
+    ("MagneticFluxDensities", names::MAGNETIC_FIELD),
     ("Pressures", names::PRESSURE),
     ("Temperatures", names::TEMPERATURE),
     ("SmoothingLengths", "SmoothingLength"),
@@ -155,6 +157,7 @@ impl<'p> Opened<'p> {
             }
             let mass = masses.get(part_type).copied().filter(|&m| m > 0.0);
             let mut table = reading.table(mass, &mut header.provenance)?;
+            origin.magnetic.read(&mut table, &header.units);
             if part_type == 0 && attributes.number("Flag_Entropy_ICs").is_some_and(|flag| flag != 0.0) {
                 let done = entropy::to_energies(self.path, FORMAT, &mut table)?;
                 header.provenance.extend(done.map(|what| ("converted".to_owned(), what)));
@@ -182,6 +185,8 @@ struct Origin {
     support_radius: bool,
     /// SmoothingLength is SWIFT's, for the cubic spline.
     swift_length: bool,
+    /// What a magnetic field is in.
+    magnetic: MagneticUnit,
 }
 
 impl Origin {
@@ -194,14 +199,25 @@ impl Origin {
         let swift = file.group_attributes("Code")?.text("Code").is_some();
         let kernel = file.group_attributes("HydroScheme")?.text("Kernel function");
         let cubic_spline = kernel.is_none_or(|k| k.starts_with("Cubic spline"));
+        let units = file.group_attributes("Units")?;
+        let current = units.number("Unit current in cgs (U_I)").unwrap_or(1.0);
+        let magnetic = match flavor.as_deref() {
+            Some("arepo") => MagneticUnit::Gaussian,
+            Some("gizmo") => MagneticUnit::Gauss,
+            None if gizmo => MagneticUnit::Gauss,
+            Some("swift") => MagneticUnit::Current(current),
+            None if swift => MagneticUnit::Current(current),
+            _ => MagneticUnit::HeavisideLorentz,
+        };
         Ok(Self {
+            magnetic,
             swift_length: (swift || flavor.as_deref() == Some("swift")) && cubic_spline,
             support_radius: flavor.as_deref().is_some_and(|f| SUPPORT_RADIUS_FLAVORS.contains(&f))
                 || gizmo
                 || (gadget4 && !swift),
             own,
             parameters: file.group_attributes("Parameters")?,
-            units: file.group_attributes("Units")?,
+            units,
         })
     }
 
@@ -330,7 +346,10 @@ impl SpeciesReading<'_> {
         } else {
             (shape.columns, values)
         };
-        let dimension = self.unit_dimension(path, &name)?;
+        let dimension = match name.as_str() {
+            names::MAGNETIC_FIELD => UnitDimension::MAGNETIC_FIELD,
+            _ => self.unit_dimension(path, &name)?,
+        };
         Ok(Some(Column { name, components, values, dimension }))
     }
 

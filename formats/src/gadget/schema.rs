@@ -1,6 +1,8 @@
 //! The datasets of a GADGET initial-conditions file.
 
-use crate::common::flavor::{Flavor, Need, Quantity, Rule, Source, Storage};
+use crate::common::flavor::{Flavor, Need, Rule, Source, Storage};
+use crate::common::quantity::Quantity;
+use crate::magnetic::MagneticUnit;
 use crate::particle_names as names;
 
 #[rustfmt::skip]
@@ -26,5 +28,6 @@ pub const FLAVOR: Flavor = Flavor {
     long_columns: true,
     wide_totals: true,
     unit_parameters: true,
+    magnetic: MagneticUnit::HeavisideLorentz,
     dropped: &[],
 };

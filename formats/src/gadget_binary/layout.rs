@@ -1,7 +1,9 @@
 //! Blocks by name and order, and the header's bytes.
 
 use super::schema::NAME;
-use crate::common::flavor::{Flavor, Need, Quantity, Rule, Source, Storage, TYPES};
+use crate::common::flavor::{Flavor, Need, Rule, Source, Storage, TYPES};
+use crate::common::quantity::Quantity;
+use crate::magnetic::MagneticUnit;
 use crate::particle_names as names;
 
 /// Byte offsets in the header.
@@ -82,6 +84,7 @@ pub const FLAVOR: Flavor = Flavor {
     long_columns: false,
     wide_totals: false,
     unit_parameters: false,
+    magnetic: MagneticUnit::HeavisideLorentz,
     dropped: &[],
 };
 

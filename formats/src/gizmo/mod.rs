@@ -45,6 +45,7 @@ pub const SPEC: FormatSpec = FormatSpec {
         dimensions: &[1, 2, 3],
         cubic_box: true,
         corner: FixedCorner::Periodic,
+        magnetic: crate::magnetic::MagneticUnit::Gauss,
         ..Capabilities::NONE
     },
     sniff: crate::registry::sniff_hdf5,

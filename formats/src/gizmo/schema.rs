@@ -1,6 +1,8 @@
 //! The datasets of a GIZMO initial-conditions file.
 
-use crate::common::flavor::{Flavor, Need, Quantity, Rule, Source, Storage};
+use crate::common::flavor::{Flavor, Need, Rule, Source, Storage};
+use crate::common::quantity::Quantity;
+use crate::magnetic::MagneticUnit;
 use crate::particle_names as names;
 
 #[rustfmt::skip]
@@ -25,5 +27,6 @@ pub const FLAVOR: Flavor = Flavor {
     long_columns: true,
     wide_totals: false,
     unit_parameters: true,
+    magnetic: MagneticUnit::Gauss,
     dropped: &[],
 };

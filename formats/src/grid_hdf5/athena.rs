@@ -3,12 +3,13 @@
 use super::mesh::{Mesh, gathered, grid, unsupported};
 use crate::common::hdf5_read::{Attributes, Reader};
 use crate::error::Result;
-use crate::model::{Geometry, Location, Values};
+use crate::model::{Coordinates, Geometry, Location, Values};
 use std::path::Path;
 
 /// Coordinates that are Cartesian in space.
 const CARTESIAN: [&str; 2] = ["cartesian", "minkowski"];
 const SPHERICAL: &str = "spherical_polar";
+const CYLINDRICAL: &str = "cylindrical";
 
 /// The mesh blocks of a file.
 pub struct Blocks<'a> {
@@ -88,18 +89,23 @@ impl<'a> Blocks<'a> {
     /// # Errors
     /// Where faces are missing or the coordinates are not supported.
     pub fn mesh(&self) -> Result<Mesh> {
-        let coordinates = self.attributes.text("Coordinates").unwrap_or_default();
-        let radial = coordinates == SPHERICAL && self.grid[1] == 1 && self.grid[2] == 1;
-        if !radial && !CARTESIAN.contains(&coordinates.as_str()) {
-            let what =
-                format!("coordinates '{coordinates}'; known are Cartesian ones, and {SPHERICAL} in one dimension");
-            return Err(unsupported(self.path, what));
-        }
+        let name = self.attributes.text("Coordinates").unwrap_or_default();
+        let coordinates = match name.as_str() {
+            SPHERICAL => Coordinates::Spherical,
+            CYLINDRICAL => Coordinates::Polar,
+            other if CARTESIAN.contains(&other) => Coordinates::Cartesian,
+            other => {
+                let what =
+                    format!("coordinates '{other}'; known are cartesian, minkowski, {SPHERICAL} and {CYLINDRICAL}");
+                return Err(unsupported(self.path, what));
+            }
+        };
+        let radial = coordinates == Coordinates::Spherical && self.grid[1] == 1 && self.grid[2] == 1;
         let mut faces = (0..3).map(|axis| self.faces(axis)).collect::<Result<Vec<_>>>()?;
         let (geometry, location) = if radial {
             (Geometry::Radial { nodes: faces.swap_remove(0), unit: None }, Location::Cell)
         } else {
-            (grid(self.path, faces)?, Location::Node)
+            (grid(self.path, coordinates, faces)?, Location::Node)
         };
         let time = self.attributes.number("Time").map(|t| ("time".to_owned(), t.to_string()));
         Ok(Mesh {

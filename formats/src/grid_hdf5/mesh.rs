@@ -19,13 +19,22 @@ pub fn unsupported(path: &Path, what: impl Into<String>) -> FormatError {
     FormatError::Unsupported { path: path.into(), format: NAME, what: what.into() }
 }
 
-/// A Cartesian grid over the faces of its cells; axes of one cell are left out.
-pub fn grid(path: &Path, faces: Vec<Vec<f64>>) -> Result<Geometry> {
+/// A grid over the faces of its cells; Cartesian axes of one cell are left out.
+pub fn grid(path: &Path, coordinates: Coordinates, faces: Vec<Vec<f64>>) -> Result<Geometry> {
+    let names = match coordinates {
+        Coordinates::Spherical => ["r", "theta", "phi"],
+        Coordinates::Polar => ["R", "phi", "z"],
+        Coordinates::Cylindrical => ["R", "z", "phi"],
+        Coordinates::Cartesian | Coordinates::Geographic => ["x", "y", "z"],
+    };
+    if faces.iter().all(|faces| faces.len() <= 2) {
+        return Err(unsupported(path, "a single cell, in which nothing can be placed"));
+    }
     let middle = |w: &[f64]| 0.5 * (w[0] + w[1]);
     let axes: Vec<GridAxis> = faces
         .into_iter()
-        .zip(["x", "y", "z"])
-        .filter(|(faces, _)| faces.len() > 2)
+        .zip(names)
+        .filter(|(faces, _)| faces.len() > 2 || coordinates.is_curvilinear())
         .map(|(faces, name)| GridAxis {
             name: name.into(),
             nodes: faces.windows(2).map(middle).collect(),
@@ -33,10 +42,7 @@ pub fn grid(path: &Path, faces: Vec<Vec<f64>>) -> Result<Geometry> {
             bounds: Some(faces),
         })
         .collect();
-    if axes.is_empty() {
-        return Err(unsupported(path, "a single cell, in which nothing can be placed"));
-    }
-    Ok(Geometry::Grid { coordinates: Coordinates::Cartesian, axes })
+    Ok(Geometry::Grid { coordinates, axes })
 }
 
 /// The values at `sources`, in this order.

@@ -10,8 +10,8 @@
 //! | `x1f`, `x2f`, `x3f` | faces of the cells, one row per block |
 //! | `prim`, `cons`, ... | values by variable, block, x3, x2, x1 |
 //!
-//! Read where no block is refined (MaxLevel 0) and the coordinates are Cartesian, or spherical in one dimension (a radial
-//! profile).
+//! Read where no block is refined (MaxLevel 0), in coordinates `cartesian`, `minkowski`, `spherical_polar` (r, theta, phi; in one
+//! dimension a radial profile) and `cylindrical` (R, phi, z).
 //!
 //! PLUTO on a static grid (`.dbl.h5`, `.flt.h5`):
 //!
@@ -21,10 +21,12 @@
 //! | `Timestep_<n>/vars/<name>` | values by x3, x2, x1; the density is `rho` |
 //! | `node_coords/X`, `Y`, `Z` | Cartesian corners of the cells, one more than there are cells along each index |
 //!
-//! Read where each coordinate depends on its own index alone. The file does not say whether x and y are the r and z of an
-//! axisymmetric run, or x the radius of a spherical one: in one and two dimensions the line `GEOMETRY:` of PLUTO's
-//! `grid.out` in the same folder does, unless x is negative somewhere. Read are Cartesian grids, and spherical ones in one
-//! dimension (a radial profile). Chombo's files of refined grids and FLASH's trees of blocks are refused.
+//! In curvilinear coordinates the corners are the Cartesian ones of the curved cells, in single precision, and in one and two
+//! dimensions nothing tells whether x and y are the r and z of an axisymmetric run, or x the radius of a spherical one. PLUTO's
+//! `grid.out` in the same folder tells: its line `GEOMETRY:`, and the faces of the cells along each coordinate. Read are CARTESIAN
+//! (also without that file in three dimensions, or where x is negative somewhere), SPHERICAL (r, theta, phi; in one dimension a
+//! radial profile), POLAR (R, phi, z) and CYLINDRICAL (R, z). The corners must be those of `grid.out`.
+//! Chombo's files of refined grids and FLASH's trees of blocks are refused.
 
 use crate::registry::{Capabilities, FormatSpec, HDF5_SIGNATURE, Match, ReadFn, contains};
 
@@ -34,6 +36,8 @@ mod athena;
 mod mesh;
 #[cfg(feature = "grid-hdf5")]
 mod pluto;
+#[cfg(feature = "grid-hdf5")]
+mod pluto_grid;
 #[cfg(feature = "grid-hdf5")]
 mod read;
 mod schema;

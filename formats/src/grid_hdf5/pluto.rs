@@ -1,19 +1,15 @@
 //! PLUTO: one step on a static grid.
 
 use super::mesh::{Mesh, grid, unsupported};
+use super::pluto_grid::{GRID_FILE, PlutoGrid, corner};
 use super::schema::DENSITY_NAMES;
 use crate::common::hdf5_read::Reader;
 use crate::error::Result;
-use crate::model::{Geometry, Location, Values};
-use std::fs::File;
-use std::io::Read;
+use crate::model::{Coordinates, Geometry, Location, Values};
 use std::path::Path;
 
 /// Names of the coordinates.
 const AXES: [&str; 3] = ["X", "Y", "Z"];
-/// What PLUTO writes into the folder of its output, and whose head names the coordinates.
-const GRID_FILE: &str = "grid.out";
-const GRID_HEAD: u64 = 4096;
 /// How far the corners of a line of cells may be apart, relative to the extent: they are stored in f32.
 const STRAIGHT: f64 = 1e-5;
 
@@ -24,9 +20,11 @@ pub struct Step<'a> {
     /// Group of the variables.
     group: String,
     time: Option<f64>,
-    /// Faces along x1, x2, x3, as far as the grid has axes.
+    coordinates: Coordinates,
+    /// Dimensions of the datasets.
+    rank: usize,
+    /// Faces along x1, x2, x3; along as many as the grid has dimensions, or all three in curvilinear coordinates.
     faces: Vec<Vec<f64>>,
-    radial: bool,
 }
 
 impl<'a> Step<'a> {
@@ -39,18 +37,37 @@ impl<'a> Step<'a> {
             return Err(file.input("group '/'", problem));
         };
         let time = file.group_attributes(step)?.number("Time");
-        let faces = faces(file, path)?;
-        let radial = is_radial(path, &faces)?;
-        Ok(Self { file, path, group: format!("{step}/vars"), time, faces, radial })
+        let group = format!("{step}/vars");
+        let stated = PlutoGrid::beside(path)?;
+        let nodes = Nodes::read(file)?;
+        let rank = nodes.shape.len();
+        let coordinates = stated.as_ref().map_or(Coordinates::Cartesian, |s| s.coordinates);
+        let faces = match &stated {
+            // In one dimension the corners are the radii.
+            Some(stated) if coordinates.is_curvilinear() && (rank > 1 || coordinates != Coordinates::Spherical) => {
+                nodes.of_grid(file, stated)?
+            }
+            _ => nodes.straight(path)?,
+        };
+        if stated.is_none() && rank < 3 && faces[0][0] >= 0.0 {
+            let what = format!(
+                "a grid of {rank} dimensions whose first coordinate may be x or a radius, which the file does not say; put \
+                 PLUTO's {GRID_FILE} of the run beside it"
+            );
+            return Err(unsupported(path, what));
+        }
+        Ok(Self { file, path, group, time, coordinates, rank, faces })
     }
 
     /// # Errors
     /// Where the grid is a single cell.
     pub fn mesh(&self) -> Result<Mesh> {
-        let cells: Vec<usize> = self.faces.iter().map(|f| f.len() - 1).collect();
-        let (geometry, location) = match self.faces.as_slice() {
-            [nodes] if self.radial => (Geometry::Radial { nodes: nodes.clone(), unit: None }, Location::Cell),
-            faces => (grid(self.path, faces.to_vec())?, Location::Node),
+        let cells: Vec<usize> = self.faces.iter().map(|f| f.len() - 1).take(self.rank).collect();
+        let (geometry, location) = match (self.coordinates, self.faces.as_slice()) {
+            (Coordinates::Spherical, [nodes]) => {
+                (Geometry::Radial { nodes: nodes.clone(), unit: None }, Location::Cell)
+            }
+            (coordinates, faces) => (grid(self.path, coordinates, faces.to_vec())?, Location::Node),
         };
         let (mut names, mut notes) = (Vec::new(), vec![format!("PLUTO grid of {cells:?} cells")]);
         for name in self.file.datasets(&self.group)? {
@@ -75,7 +92,7 @@ impl<'a> Step<'a> {
     /// Where it is missing or has another shape than the grid.
     pub fn variable(&self, name: &str) -> Result<(String, Values)> {
         let path = format!("{}/{name}", self.group);
-        let expected: Vec<usize> = self.faces.iter().rev().map(|f| f.len() - 1).collect();
+        let expected: Vec<usize> = self.faces[..self.rank].iter().rev().map(|f| f.len() - 1).collect();
         match self.file.array(&path)? {
             // The last index is x1, which runs fastest.
             Some((shape, values)) if shape == expected => Ok((name.to_owned(), values)),
@@ -88,76 +105,96 @@ impl<'a> Step<'a> {
     }
 }
 
-/// Whether the coordinates are radii of a sphere; the alternative are Cartesian ones.
-///
-/// In fewer than three dimensions the corners of cells look alike in all of PLUTO's geometries.
-fn is_radial(path: &Path, faces: &[Vec<f64>]) -> Result<bool> {
-    match (stated_geometry(path).as_deref(), faces) {
-        (Some("CARTESIAN"), _) | (None, [_, _, _]) => Ok(false),
-        (Some("SPHERICAL"), [_]) => Ok(true),
-        (Some(other), _) => {
-            let what = format!(
-                "coordinates '{other}' (by {GRID_FILE}); known are CARTESIAN ones, and SPHERICAL in one dimension: \
-                 resample it to either"
-            );
-            Err(unsupported(path, what))
+/// Corners of the cells, as Cartesian coordinates in space or in a plane.
+struct Nodes {
+    /// Corners along each index, that of x1 last.
+    shape: Vec<usize>,
+    /// One coordinate after the other.
+    values: Vec<Values>,
+}
+
+impl Nodes {
+    /// As many coordinates as the first has indices: flat grids may have a Z nevertheless.
+    fn read(file: &Reader) -> Result<Self> {
+        let present = file.datasets("node_coords")?;
+        let (mut shape, mut values) = (Vec::new(), Vec::new());
+        for (axis, name) in AXES.iter().enumerate() {
+            if axis > 0 && axis >= shape.len() || !present.iter().any(|p| p == name) {
+                break;
+            }
+            let location = format!("dataset 'node_coords/{name}'");
+            let found = file.array(&format!("node_coords/{name}"))?;
+            let Some((own, all)) = found.filter(|(s, _)| (1..=3).contains(&s.len()) && s.iter().all(|n| *n >= 2))
+            else {
+                return Err(
+                    file.input(location, "expected corners of cells in 1 to 3 dimensions, at least 2 along each")
+                );
+            };
+            if axis > 0 && shape != own {
+                return Err(file.input(location, format!("has shape {own:?}, unlike the other coordinates")));
+            }
+            shape = own;
+            values.push(all);
         }
-        (None, faces) if faces.first().and_then(|x| x.first()).is_some_and(|x| *x < 0.0) => Ok(false),
-        (None, faces) => {
-            let what = format!(
-                "a grid of {} dimensions whose first coordinate may be x or a radius, which the file does not say; put \
-                 PLUTO's {GRID_FILE} of the run beside it",
-                faces.len()
-            );
-            Err(unsupported(path, what))
+        if values.is_empty() || values.len() != shape.len() {
+            let problem = format!("has coordinates {present:?} for a grid of {} dimensions", shape.len());
+            return Err(file.input("group 'node_coords'", problem));
         }
+        Ok(Self { shape, values })
     }
-}
 
-/// The coordinates that the head of `grid.out` names, if there is such a file.
-fn stated_geometry(path: &Path) -> Option<String> {
-    let mut head = Vec::new();
-    File::open(path.with_file_name(GRID_FILE)).ok()?.take(GRID_HEAD).read_to_end(&mut head).ok()?;
-    let text = String::from_utf8_lossy(&head);
-    let stated = text.lines().find_map(|line| line.strip_prefix('#')?.trim().strip_prefix("GEOMETRY:"));
-    stated.map(|name| name.trim().to_owned())
-}
-
-fn faces(file: &Reader, path: &Path) -> Result<Vec<Vec<f64>>> {
-    let present = file.datasets("node_coords")?;
-    let mut faces = Vec::new();
-    let mut shape = None;
-    for (axis, name) in AXES.iter().enumerate() {
-        let location = format!("dataset 'node_coords/{name}'");
-        let rank = shape.as_ref().map_or(axis + 1, Vec::len);
-        // Flat grids may have a Z nevertheless.
-        if axis >= rank || !present.iter().any(|p| p == name) {
-            break;
+    /// Faces of cells whose coordinates depend on their own index alone.
+    fn straight(&self, path: &Path) -> Result<Vec<Vec<f64>>> {
+        let mut faces = Vec::new();
+        for (axis, values) in self.values.iter().enumerate() {
+            let (count, stride) = line(&self.shape, axis);
+            let face = |i: usize| values.get(i * stride);
+            let extent = face(count - 1) - face(0);
+            let bent = |flat: usize| !((values.get(flat) - face(flat / stride % count)).abs() <= STRAIGHT * extent);
+            if (0..values.len()).any(bent) {
+                let what = format!(
+                    "a curvilinear grid: {} does not depend on one index alone; put PLUTO's {GRID_FILE} of the run beside it, \
+                     which names the coordinates",
+                    AXES[axis]
+                );
+                return Err(unsupported(path, what));
+            }
+            faces.push((0..count).map(face).collect());
         }
-        let found = file.array(&format!("node_coords/{name}"))?;
-        let Some((own, values)) = found.filter(|(s, _)| (1..=3).contains(&s.len()) && s.iter().all(|n| *n >= 2)) else {
-            return Err(file.input(location, "expected corners of cells in 1 to 3 dimensions, at least 2 along each"));
+        Ok(faces)
+    }
+
+    /// Faces of the grid that `stated` says, if these corners are its.
+    fn of_grid(&self, file: &Reader, stated: &PlutoGrid) -> Result<Vec<Vec<f64>>> {
+        let faces = stated.faces()?;
+        let rank = self.shape.len();
+        let other = |problem: String| {
+            Err(file
+                .input("group 'node_coords'", format!("{problem}: {GRID_FILE} beside the file is that of another run")))
         };
-        if shape.get_or_insert_with(|| own.clone()) != &own {
-            return Err(file.input(location, format!("has shape {own:?}, unlike the other coordinates")));
+        let counts: Vec<usize> = faces.iter().map(Vec::len).collect();
+        if !self.shape.iter().rev().eq(&counts[..rank]) || counts[rank..].iter().any(|n| *n > 2) {
+            let own: Vec<usize> = self.shape.iter().rev().map(|n| n - 1).collect();
+            let theirs: Vec<usize> = counts.iter().map(|n| n - 1).collect();
+            return other(format!("has {own:?} cells, {GRID_FILE} {theirs:?}"));
         }
-        let (count, stride) = line(&own, axis);
-        let face = |i: usize| values.get(i * stride);
-        let line: Vec<f64> = (0..count).map(face).collect();
-        let extent = face(count - 1) - face(0);
-        let bent = |flat: usize| !((values.get(flat) - face(flat / stride % count)).abs() <= STRAIGHT * extent);
-        if (0..values.len()).any(bent) {
-            let what = format!("a curvilinear grid: {name} does not depend on one index alone; resample it first");
-            return Err(unsupported(path, what));
+        let all = self.values.iter().flat_map(|v| (0..v.len()).map(|i| v.get(i).abs()));
+        let largest = all.fold(0.0, f64::max);
+        for flat in 0..self.values[0].len() {
+            let mut rest = flat;
+            let mut u = [0.0; 3];
+            for k in 0..rank {
+                u[k] = faces[k][rest % counts[k]];
+                rest /= counts[k];
+            }
+            let expected = corner(stated.coordinates, rank, u);
+            let found: Vec<f64> = self.values.iter().map(|v| v.get(flat)).collect();
+            if !found.iter().zip(expected).all(|(a, b)| (a - b).abs() <= STRAIGHT * largest) {
+                return other(format!("has a corner at {found:?}, where {GRID_FILE} has {:?}", &expected[..rank]));
+            }
         }
-        faces.push(line);
+        Ok(faces.to_vec())
     }
-    let rank = shape.map_or(0, |s| s.len());
-    if rank == 0 || faces.len() != rank {
-        let problem = format!("has coordinates {present:?} for a grid of {rank} dimensions");
-        return Err(file.input("group 'node_coords'", problem));
-    }
-    Ok(faces)
 }
 
 /// Length and stride of an axis in a shape whose last index is x1.

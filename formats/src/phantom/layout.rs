@@ -1,7 +1,9 @@
 //! Tags, particle types and constants of a dump.
 
 use super::schema::NAME;
-use crate::common::flavor::{Flavor, Job, Need, Quantity, Rule, Source, Storage};
+use crate::common::flavor::{Flavor, Job, Need, Rule, Source, Storage};
+use crate::common::quantity::Quantity;
+use crate::magnetic::MagneticUnit;
 use crate::particle_names as names;
 use crate::units::{UnitDimension, UnitSystem};
 
@@ -104,7 +106,9 @@ pub fn units(from: &UnitSystem) -> UnitSystem {
 /// Factor from the header's units to Phantom's.
 pub fn factor(job: &Job, dimension: UnitDimension) -> f64 {
     let from = job.header.units;
-    (units(&from).time / from.time).powi(-i32::from(dimension.time))
+    // A magnetic field's unit has one time below the line, as a velocity's.
+    let powers = i32::from(dimension.magnetic) - i32::from(dimension.time);
+    (units(&from).time / from.time).powi(powers)
 }
 
 #[rustfmt::skip]
@@ -128,5 +132,6 @@ pub const FLAVOR: Flavor = Flavor {
     long_columns: false,
     wide_totals: false,
     unit_parameters: false,
+    magnetic: MagneticUnit::HeavisideLorentz,
     dropped: &[names::SUPPORT_RADIUS, names::DENSITY],
 };

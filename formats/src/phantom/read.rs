@@ -16,6 +16,8 @@ use crate::registry::{FieldRequest, FileContent};
 use crate::units::{UnitDimension, UnitSystem};
 use std::path::Path;
 
+/// Components of the magnetic field.
+const FIELD: [&str; 3] = ["Bx", "By", "Bz"];
 /// Most items of a header block, arrays of a type and MPI blocks that are accepted.
 const MAX_ITEMS: i64 = 4096;
 
@@ -237,6 +239,16 @@ impl Dump<'_> {
         }
         let masses = self.masses(&types)?;
         let mut named = self.derived(h, masses);
+        let field = match FIELD.map(find) {
+            [Some(x), Some(y), Some(z)] => {
+                let rows = alive.iter().flat_map(|&i| [x.get(i), y.get(i), z.get(i)]);
+                Some(Values::F64(rows.collect()))
+            }
+            _ => None,
+        };
+        if field.is_some() {
+            self.arrays.retain(|(tag, _)| !FIELD.contains(&tag.as_str()));
+        }
         let with_types = types.iter().any(|t| *t != 1);
         if with_types {
             let values = Values::I64(types.iter().map(|t| i64::from(part_type(t.abs()))).collect());
@@ -255,6 +267,8 @@ impl Dump<'_> {
         if alive.len() < count {
             named.iter_mut().for_each(|a| a.values = picked(&a.values, &alive));
         }
+        let whole = |values| Named { name: names::MAGNETIC_FIELD.into(), components: 3, values, unit: None };
+        named.extend(field.map(whole));
         let sinks = self.sinks();
         let facts = self.facts(identity);
         let mut file = assemble::particles(alive.len(), named, facts)

@@ -1,6 +1,8 @@
 //! The columns of SPH-EXA and its constants.
 
-use crate::common::flavor::{Flavor, Need, Quantity, Rule, Source, Storage};
+use crate::common::flavor::{Flavor, Need, Rule, Source, Storage};
+use crate::common::quantity::Quantity;
+use crate::magnetic::MagneticUnit;
 use crate::particle_names as names;
 
 /// Prefix of the group of one point in time.
@@ -91,5 +93,6 @@ pub const FLAVOR: Flavor = Flavor {
     long_columns: false,
     wide_totals: false,
     unit_parameters: false,
+    magnetic: MagneticUnit::HeavisideLorentz,
     dropped: &[],
 };

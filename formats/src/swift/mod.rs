@@ -44,6 +44,7 @@ pub const SPEC: FormatSpec = FormatSpec {
         requires: &[crate::particle_names::INTERNAL_ENERGY],
         dimensions: &[1, 2, 3],
         corner: FixedCorner::Everywhere,
+        magnetic: crate::magnetic::MagneticUnit::Current(1.0),
         ..Capabilities::NONE
     },
     sniff: crate::registry::sniff_hdf5,

@@ -1,6 +1,9 @@
 //! The datasets of a SWIFT initial-conditions file, as its hydro schemes' `hydro_io.h` lists them.
 
-use crate::common::flavor::{CUBIC_SPLINE_ETA, Flavor, Need, Quantity, Rule, Source, Storage};
+use crate::common::flavor::{CUBIC_SPLINE_ETA, Flavor, Need, Rule, Source, Storage};
+use crate::common::quantity::Quantity;
+use crate::common::snapshot::FLUX_DENSITIES;
+use crate::magnetic::MagneticUnit;
 use crate::particle_names as names;
 
 #[rustfmt::skip]
@@ -12,6 +15,7 @@ const RULES: &[Rule] = &[
     Rule { name: "SmoothingLength", source: Source::Spacing { eta: CUBIC_SPLINE_ETA }, storage: Storage::Float, unit: Quantity::Length, components: 1, need: Need::Gas },
     Rule { name: "InternalEnergy", source: Source::Column(names::INTERNAL_ENERGY), storage: Storage::Float, unit: Quantity::SpecificEnergy, components: 1, need: Need::Gas },
     Rule { name: "Density", source: Source::Column(names::DENSITY), storage: Storage::Float, unit: Quantity::Density, components: 1, need: Need::Optional },
+    Rule { name: FLUX_DENSITIES, source: Source::Column(names::MAGNETIC_FIELD), storage: Storage::Float, unit: Quantity::FluxDensity, components: 3, need: Need::Optional },
     Rule { name: "MaterialIDs", source: Source::Column(names::MATERIAL_IDS), storage: Storage::Int, unit: Quantity::Number, components: 1, need: Need::Optional },
 ];
 
@@ -26,5 +30,6 @@ pub const FLAVOR: Flavor = Flavor {
     long_columns: true,
     wide_totals: false,
     unit_parameters: false,
+    magnetic: MagneticUnit::Current(1.0),
     dropped: &[names::SUPPORT_RADIUS],
 };

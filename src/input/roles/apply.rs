@@ -3,8 +3,9 @@
 //! Components along curvilinear directions are turned at each node, before anything is interpolated:
 //! v = v_r e_r + v_theta e_theta + v_phi e_phi with e_r = (sin theta cos phi, sin theta sin phi, cos theta),
 //! e_theta = (cos theta cos phi, cos theta sin phi, -sin theta), e_phi = (-sin phi, cos phi, 0), and e_north = -e_theta.
+//! On grids of r, theta, phi or R, phi, z the components stay along these, as a grid may have one cell in phi: the interpolant turns them.
 
-use super::assign::Assignment;
+use super::assign::{Assignment, along};
 use crate::error::{Error, Result};
 use crate::scene::{Part, Role, Vector};
 use sph_formats::{Coordinates, Geometry, Location, RawField, Values, Variable};
@@ -64,6 +65,17 @@ fn joined(geometry: &Geometry, parts: &[(Part, Variable)], dimension: usize, nam
         _ => 1.0,
     };
     let factors: Vec<f64> = parts.iter().map(|(_, v)| factor(v)).collect();
+    let description = first.description.clone();
+    if let Geometry::Grid { coordinates, .. } = geometry
+        && coordinates.is_curvilinear()
+    {
+        let of = |part: &Part| parts.iter().zip(&factors).find(|((p, _), _)| p == part);
+        let value = |i: usize, part: &Part| of(part).map_or(0.0, |((_, v), factor)| v.values.get(i) * factor);
+        let directions = along(*coordinates);
+        let values = (0..geometry.count(first.location)).flat_map(|i| directions.map(|part| value(i, &part)));
+        let values = Values::F64(values.collect());
+        return Ok(Some(Variable { name, description, unit, location: first.location, components: 3, values }));
+    }
     let count = geometry.count(first.location);
     let is_single = parts.iter().all(|(_, v)| matches!(v.values, Values::F32(_)));
     let places = Places::new(geometry, first.location);
@@ -83,7 +95,6 @@ fn joined(geometry: &Geometry, parts: &[(Part, Variable)], dimension: usize, nam
         if is_single { singles.extend(row.map(|c| *c as f32)) } else { doubles.extend(row) }
     }
     let values = if is_single { Values::F32(singles) } else { Values::F64(doubles) };
-    let description = first.description.clone();
     Ok(Some(Variable { name, description, unit, location: first.location, components: dimension, values }))
 }
 

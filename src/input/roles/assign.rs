@@ -80,6 +80,8 @@ enum Space {
     Cartesian(usize),
     Radial,
     Geographic,
+    /// Cells along r, theta, phi or R, phi, z, in a run of so many dimensions.
+    Curvilinear(Coordinates, usize),
 }
 
 impl Space {
@@ -87,6 +89,9 @@ impl Space {
         match geometry {
             Geometry::Radial { .. } => Self::Radial,
             Geometry::Grid { coordinates: Coordinates::Geographic, .. } => Self::Geographic,
+            Geometry::Grid { coordinates, .. } if coordinates.is_curvilinear() => {
+                Self::Curvilinear(*coordinates, dimension)
+            }
             _ => Self::Cartesian(dimension),
         }
     }
@@ -96,6 +101,8 @@ impl Space {
             Self::Cartesian(_) => "on Cartesian coordinates",
             Self::Radial => "in a radial profile",
             Self::Geographic => "on longitude, latitude and radius",
+            Self::Curvilinear(Coordinates::Spherical, _) => "on r, theta and phi",
+            Self::Curvilinear(..) => "on R, phi and z",
         }
     }
 
@@ -105,6 +112,7 @@ impl Space {
             Self::Cartesian(_) => [Part::X, Part::Y, Part::Z].get(place).copied(),
             Self::Radial => (place == 0).then_some(Part::R),
             Self::Geographic => None,
+            Self::Curvilinear(coordinates, _) => along(coordinates).get(place).copied(),
         }
     }
 
@@ -112,7 +120,7 @@ impl Space {
     fn wind(self, place: usize) -> Option<Part> {
         match self {
             Self::Cartesian(_) => [Part::X, Part::Y, Part::Z].get(place).copied(),
-            Self::Radial => None,
+            Self::Radial | Self::Curvilinear(..) => None,
             Self::Geographic => [Part::Phi, Part::North, Part::R].get(place).copied(),
         }
     }
@@ -128,7 +136,18 @@ impl Space {
             },
             Self::Radial => matches!(part, Part::R | Part::Whole),
             Self::Geographic => !matches!(part, Part::Whole | Part::Cylindrical),
+            Self::Curvilinear(_, 2) if part == Part::Z => false,
+            Self::Curvilinear(coordinates, _) => part == Part::Whole || along(coordinates).contains(&part),
         }
+    }
+}
+
+/// Directions of the axes of curvilinear coordinates, in their order.
+pub(super) fn along(coordinates: Coordinates) -> [Part; 3] {
+    match coordinates {
+        Coordinates::Polar => [Part::Cylindrical, Part::Phi, Part::Z],
+        Coordinates::Cylindrical => [Part::Cylindrical, Part::Z, Part::Phi],
+        _ => [Part::R, Part::Theta, Part::Phi],
     }
 }
 
@@ -139,6 +158,7 @@ impl Space {
 pub fn assign(field: &RawField, dimension: usize, map: &BTreeMap<String, Role>) -> Result<Vec<Assignment>> {
     let mut all: Vec<Assignment> = field.variables.iter().map(Assignment::new).collect();
     let space = Space::of(&field.geometry, dimension);
+    let is_mesh = matches!(field.geometry, Geometry::Mesh { .. });
     let mapped = check_map(field, map)?;
     let spellings: Vec<Spelling> = field
         .variables
@@ -154,6 +174,8 @@ pub fn assign(field: &RawField, dimension: usize, map: &BTreeMap<String, Role>) 
         }
         let found = match spellings[i] {
             Spelling::Role(role) => Some(role),
+            // Codes on curved grids write their meshes in x, y, z, but components along the grid.
+            Spelling::Numbered(..) if is_mesh => None,
             Spelling::Numbered(vector, place) => space.numbered(place).map(|part| Role::Vector(vector, part)),
             Spelling::Wind(place) => wind(space, place, variable, field),
             Spelling::Other(what) => {
@@ -164,6 +186,13 @@ pub fn assign(field: &RawField, dimension: usize, map: &BTreeMap<String, Role>) 
         };
         match (found, spellings[i]) {
             (Some(role), _) => judge(&mut all[i], role, variable, space, mapped[i].is_some()),
+            (None, Spelling::Numbered(vector, place)) if is_mesh => {
+                let axis = Role::Vector(vector, [Part::X, Part::Y, Part::Z][place.min(2)]).name();
+                all[i].leave(format!(
+                    "is Cartesian or along a curved grid, which a mesh does not say: --map {}={axis} takes it for the former",
+                    variable.name
+                ));
+            }
             (None, Spelling::Numbered(..)) => {
                 all[i].leave(format!("numbered components have no known direction {}", space.name()));
             }
@@ -183,7 +212,7 @@ fn wind(space: Space, place: usize, variable: &Variable, field: &RawField) -> Op
     let count = match space {
         Space::Cartesian(d) => d,
         Space::Geographic => 2,
-        Space::Radial => 1,
+        Space::Radial | Space::Curvilinear(..) => 1,
     };
     let has = |letter: &str| field.variables.iter().any(|v| v.name.eq_ignore_ascii_case(letter) && v.components == 1);
     let company = count > 1 && ["u", "v", "w"].iter().take(count).all(|letter| has(letter));
@@ -242,6 +271,12 @@ fn judge(assignment: &mut Assignment, role: Role, variable: &Variable, space: Sp
     }
     match role {
         Role::Density => assignment.leave("is named like a density, but another variable is taken for it"),
+        // The radius of a cylinder's coordinates is the distance from the axis.
+        Role::Vector(vector, Part::R)
+            if matches!(space, Space::Curvilinear(c, _) if c != Coordinates::Spherical) && !is_mapped =>
+        {
+            judge(assignment, Role::Vector(vector, Part::Cylindrical), variable, space, is_mapped);
+        }
         Role::Vector(_, part) => {
             let is_scalar = variable.components == 1;
             if part == Part::Whole && is_scalar && space != Space::Radial {
@@ -254,7 +289,9 @@ fn judge(assignment: &mut Assignment, role: Role, variable: &Variable, space: Sp
                 assignment.leave(format!("is {}, whose directions are not known {}", article(role), space.name()));
             } else if matches!((role, space), (Role::Vector(Vector::MagneticField, _), Space::Radial)) {
                 assignment.leave("a magnetic field has no direction in a radial profile");
-            } else if let (Space::Cartesian(d), Part::Y | Part::Z, false) = (space, part, space.admits(part)) {
+            } else if let (Space::Cartesian(d), Part::Y | Part::Z, false)
+            | (Space::Curvilinear(_, d @ 2), Part::Z, false) = (space, part, space.admits(part))
+            {
                 assignment.leave(format!("is named like {}, but points out of the {d}-D space", article(role)));
                 assignment.is_beyond = matches!(role, Role::Vector(Vector::Velocity, _));
                 // Codes write three components in fewer dimensions, too.
@@ -343,6 +380,9 @@ fn complete(all: &mut [Assignment], space: Space, mapped: &[Option<Role>]) {
                 &[Part::Cylindrical, Part::Phi, Part::Z],
             ],
             Space::Radial => &[&[Part::R]],
+            Space::Curvilinear(Coordinates::Spherical, _) => &[&[Part::R, Part::Theta, Part::Phi]],
+            Space::Curvilinear(_, 2) => &[&[Part::Cylindrical, Part::Phi]],
+            Space::Curvilinear(..) => &[&[Part::Cylindrical, Part::Phi, Part::Z]],
             Space::Geographic => {
                 &[&[Part::X, Part::Y, Part::Z], &[Part::R, Part::Theta, Part::Phi], &[Part::R, Part::North, Part::Phi]]
             }

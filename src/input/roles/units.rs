@@ -7,24 +7,32 @@ use sph_formats::{RawField, Unit};
 
 /// Gives variables without a unit that of cgs or SI where the file's length and density are in one of these, and says so of
 /// all others that are written as they stand.
-pub fn adopt_units(field: &mut RawField, assignments: &mut [Assignment], input: &InputUnits) {
+pub fn adopt_units(field: &mut RawField, assignments: &mut [Assignment], input: &InputUnits, magnetic: Option<&Unit>) {
     let system = input.system();
     let name = coherent(input);
     for a in assignments {
         let Some(variable) = field.variables.iter_mut().find(|v| v.name == a.variable && v.unit.is_none()) else {
             continue;
         };
+        if let (Some(Role::Vector(Vector::MagneticField, _)), Some(unit)) = (a.role, magnetic) {
+            variable.unit = Some(unit.clone());
+            a.add_note(format!("is in {}, as input.magnetic_field_unit says", unit.symbol));
+            continue;
+        }
         let warning = match (a.role, a.role.and_then(Role::dimension), name) {
             (Some(Role::Density), ..) | (None, ..) => continue,
+            // Gauss, or units whose magnetic pressure is B^2/2: they differ by a factor of 3.5.
+            (Some(Role::Vector(Vector::MagneticField, _)), ..) => {
+                "states no unit, and its numbers are taken for those of the output's units in which the magnetic pressure is B^2/2; \
+                 state its unit with input.magnetic_field_unit, as in '1e-6 G' or 'nT'"
+                    .to_owned()
+            }
             (Some(_), Some(dimension), Some(name)) => {
                 let symbol = system.symbol(dimension);
                 variable.unit = Some(Unit { symbol, to_cgs: system.to_cgs(dimension), dimension });
                 format!("states no unit, and is taken to be in {name} as the input's length and density are")
             }
             (Some(_), Some(_), None) => "states no unit, and its numbers are written as they stand".to_owned(),
-            (Some(Role::Vector(Vector::MagneticField, _)), None, _) => {
-                "is written in the numbers of the input: units of magnetic fields are not converted".to_owned()
-            }
             _ => continue,
         };
         a.add_note(warning);

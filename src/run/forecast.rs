@@ -1,0 +1,137 @@
+//! What a run would do, without doing it: its stages with the time and memory that each is expected to take.
+//!
+//! The times of stages are those of [`duration`](super::duration), times how much slower this machine is, now, than the one whose
+//! figures those are: the densities of a few thousand particles are summed for a fifth of a second.
+
+use super::duration::{Expected, total};
+use super::memory;
+use super::plan::{LeftOut, Plan};
+use crate::metrics::Measured;
+use crate::seeding::Seeding;
+use serde::Serialize;
+use sph::domain::{Axis, Domain, Region};
+use sph::kernel::KernelName;
+use sph::sums::support_guess;
+use std::fmt::Write;
+use std::time::Instant;
+
+/// A run that is planned.
+#[derive(Debug, Clone, Serialize)]
+pub struct Forecast {
+    pub input: String,
+    pub dimension: usize,
+    pub particles: usize,
+    /// Of the input within the domain, in the input's units.
+    pub mass: f64,
+    pub seeding: Seeding,
+    pub stages: Vec<Foreseen>,
+    pub left_out: Vec<LeftOut>,
+    /// How many times slower this machine is than the one that the times of stages are from.
+    pub slowness: f64,
+    /// What reading and interpolating have taken, which is done.
+    pub seconds_so_far: f64,
+    /// Bytes that the machine has; none where it does not tell.
+    pub memory: Option<f64>,
+    pub warnings: Vec<String>,
+    pub notes: Vec<String>,
+}
+
+/// A stage with what it takes.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct Foreseen {
+    pub stage: &'static str,
+    /// At most; none where it is not known.
+    pub seconds: Option<f64>,
+    /// Bytes while it runs.
+    pub memory: f64,
+}
+
+/// Particles whose densities are summed, and for how long: long enough to feel what else the machine does.
+const SAMPLE: usize = 4000;
+const SECONDS: f64 = 0.2;
+const REPETITIONS: usize = 200;
+/// Evaluations that the sums of a sample cost, in which radii are solved for.
+const PASSES: f64 = 1.5;
+
+impl Forecast {
+    /// Stages of a plan with what they take.
+    pub fn stages(plan: &Plan, expected: &[Expected], count: usize, slowness: f64) -> Vec<Foreseen> {
+        let of = |name: &'static str| expected.iter().find(|e| e.step == name).map(|e| slowness * e.seconds);
+        let stage = |s: &crate::relaxation::StageName| Foreseen {
+            stage: s.name,
+            seconds: of(s.name),
+            memory: memory::needed(count, std::slice::from_ref(s)),
+        };
+        plan.stages.iter().map(stage).collect()
+    }
+
+    /// As JSON.
+    pub fn json(&self) -> String {
+        serde_json::to_string_pretty(self).map_or_else(|e| format!("{{\"error\": \"{e}\"}}\n"), |text| text + "\n")
+    }
+
+    /// For people.
+    pub fn text(&self) -> String {
+        let mut out = String::new();
+        self.write_text(&mut out).expect("writing to a string cannot fail");
+        out
+    }
+
+    fn write_text(&self, out: &mut String) -> std::fmt::Result {
+        const GIB: f64 = (1_u64 << 30) as f64;
+        writeln!(out, "dry run: nothing is placed, nothing is written")?;
+        writeln!(out, "  input            {}, read in {:.2} s", self.input, self.seconds_so_far)?;
+        writeln!(
+            out,
+            "  particles        {} in {}-D, mass {:.6e} in the input's units",
+            self.particles, self.dimension, self.mass
+        )?;
+        writeln!(out, "  seeds            {}", self.seeding.method().name)?;
+        for Foreseen { stage, seconds, memory } in &self.stages {
+            let time = seconds
+                .map_or_else(|| "time not known".to_owned(), |s| format!("at most {}", super::duration::rounded(s)));
+            writeln!(out, "  stage            {stage:<20} {time}, {:.2} GiB", memory / GIB)?;
+        }
+        let known: Vec<Expected> =
+            self.stages.iter().filter_map(|s| Some(Expected { step: s.stage, seconds: s.seconds? })).collect();
+        let peak = self.stages.iter().map(|s| s.memory).fold(memory::needed(self.particles, &[]), f64::max);
+        let there = self.memory.map_or_else(String::new, |m| format!(" of {:.1} GiB", m / GIB));
+        writeln!(
+            out,
+            "  all stages       at most {}, {:.2} GiB{there}",
+            super::duration::rounded(total(&known)),
+            peak / GIB
+        )?;
+        writeln!(
+            out,
+            "  this machine     takes {:.1} times as long as the one that the estimates were measured on",
+            self.slowness
+        )?;
+        for LeftOut { what, why } in &self.left_out {
+            writeln!(out, "  left out         {what}: {why}")?;
+        }
+        self.warnings.iter().try_for_each(|w| writeln!(out, "  WARNING          {w}"))?;
+        self.notes.iter().try_for_each(|n| writeln!(out, "  note             {n}"))
+    }
+}
+
+/// How many times as long as expected this machine takes for densities, with all its threads as they are used now.
+pub fn slowness<const D: usize>(kernel: KernelName, neighbors: f64) -> f64 {
+    let Ok(domain) = Domain::<D>::new([0.0; D], [1.0; D], [Axis::Periodic; D], Region::Box) else { return 1.0 };
+    // The fractional parts of multiples of irrational numbers are even.
+    let steps = [0.754_877_666_246_692_7, 0.569_840_290_998_053_2, 0.419_725_143_363_985_6];
+    let positions = std::array::from_fn(|k| (1..=SAMPLE).map(|i| (i as f64 * steps[k]).fract()).collect());
+    let masses = vec![1.0; SAMPLE];
+    let spacing = (1.0 / SAMPLE as f64).powf(1.0 / D as f64);
+    let guess = support_guess::<D>(neighbors, SAMPLE, |_| spacing);
+    let start = Instant::now();
+    let mut sums = 0;
+    while sums < REPETITIONS * SAMPLE && (sums == 0 || start.elapsed().as_secs_f64() < SECONDS) {
+        sums += Measured::new(kernel, &domain, &positions, &masses, &guess, neighbors).sums.len();
+    }
+    let seconds = start.elapsed().as_secs_f64() * SAMPLE as f64 / sums as f64;
+    let threads = rayon::current_num_threads();
+    let expected = PASSES * super::duration::evaluation(SAMPLE, neighbors, threads);
+    let ratio = seconds / expected;
+    if ratio.is_finite() && ratio > 0.0 { ratio } else { 1.0 }
+}
