@@ -20,7 +20,7 @@ const CRATES: [(&str, &[&str]); 3] =
     [("sph/src", &["sph_formats", "sph_prep"]), ("formats/src", &["sph_core", "sph_prep"]), ("src", &[])];
 
 /// Parts of `field` that turn what was read into fields; the rest of it knows no files either.
-const FROM_FILES: [&str; 18] = [
+const FROM_FILES: [&str; 20] = [
     "build.rs",
     "build_grid.rs",
     "build_input.rs",
