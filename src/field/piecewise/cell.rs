@@ -7,8 +7,9 @@ use super::nest::{MOST_EVALUATIONS, Nest};
 use super::orders::{Masses, SAME, add, by_orders, orders, total};
 use super::window::Window;
 use crate::field::cubature::smooth_rule;
+use crate::field::patch::about_pole;
 use crate::field::quadrature::rule;
-use crate::field::{Level, Trace};
+use crate::field::{Enclosure, Level, Trace};
 
 /// Parts that the lattice of a cell shows, beyond which it is better halved.
 const MOST_LATTICE_PARTS: usize = 5;
@@ -31,6 +32,22 @@ pub(super) struct Cell<const D: usize> {
     rule: Rule,
     /// Whether it is of one part, and a better rule is worth a try.
     is_smooth: bool,
+    /// Whether its lattice shows one part.
+    is_one_part: bool,
+    /// The least and the largest value met.
+    seen: [f64; 2],
+    /// What may lie between the points, once that was asked.
+    pub unseen: Option<Unseen>,
+    /// What it may hold if there is a pole.
+    about_pole: f64,
+}
+
+/// What a cell may hold that none of its points has met.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Unseen {
+    pub mass: f64,
+    /// Whether there may be a discontinuity or a pole, so that bounds are those of what is there rather than wide.
+    pub may_jump: bool,
 }
 
 /// What is spent on a cell.
@@ -56,8 +73,47 @@ impl<const D: usize> Cell<D> {
     /// The cell by a better rule, or its halves.
     pub fn refined(&self, integrand: &dyn Integrand<D>) -> Vec<Self> {
         if self.is_smooth && self.rule == Rule::Low {
-            return vec![integrated(integrand, self.lo, self.hi, Rule::High)];
+            let better = integrated(integrand, self.lo, self.hi, Rule::High);
+            return vec![Self { about_pole: self.about_pole.max(better.about_pole), ..better }];
         }
+        self.halves(integrand)
+    }
+
+    /// What it may hold that none of its points has met.
+    ///
+    /// A discontinuity may hide where a level's bounds are far apart beside its values at the lattice, and then all of the cell may be
+    /// of another part; else the lattice tells how much may be. Where it shows what is discontinuous, only values are left to be met.
+    pub fn look(&self, integrand: &dyn Integrand<D>) -> Unseen {
+        let window = Window::new(integrand, self.lo, self.hi);
+        let Some(bounds) = integrand.enclosure(&window.place([-1.0; D]), &window.place([1.0; D])) else {
+            return Unseen { mass: 0.0, may_jump: false };
+        };
+        let of_values = |bounds: Enclosure| bounds.unseen(self.seen, window.volume(), self.about_pole);
+        // A pole at a face counts; what is discontinuous there is so outside.
+        let has_pole = || integrand.enclosure(&self.lo, &self.hi).is_some_and(|e| e.has_pole());
+        if bounds.has_pole() || of_values(bounds) > 0.0 && has_pole() {
+            return Unseen { mass: self.about_pole, may_jump: true };
+        }
+        if bounds.is_continuous {
+            return Unseen { mass: of_values(bounds), may_jump: false };
+        }
+        let lattice = lattice(&window);
+        let all = bounds.range() * window.volume();
+        if !has_met_levels(&lattice, &bounds) {
+            return Unseen { mass: all, may_jump: true };
+        }
+        if self.is_one_part {
+            return Unseen { mass: hidden_share::<D>(&lattice, |_| 1.0) * all, may_jump: true };
+        }
+        Unseen { mass: of_values(bounds.with_met_jumps()), may_jump: false }
+    }
+
+    /// What it may hold unseen, where that counts: in cells without discontinuities, and in those that may have some.
+    pub fn doubt(&self, counts: [bool; 2]) -> f64 {
+        self.unseen.filter(|u| counts[usize::from(u.may_jump)]).map_or(0.0, |u| u.mass)
+    }
+
+    pub fn halves(&self, integrand: &dyn Integrand<D>) -> Vec<Self> {
         let rule = if self.is_smooth { Rule::High } else { Rule::Low };
         let middle = 0.5 * (self.lo[self.axis] + self.hi[self.axis]);
         let (mut left, mut right) = (self.hi, self.lo);
@@ -65,7 +121,11 @@ impl<const D: usize> Cell<D> {
         right[self.axis] = middle;
         let mut halves = vec![integrated(integrand, self.lo, left, rule), integrated(integrand, right, self.hi, rule)];
         // If they differ from the whole by more than its error, theirs are no better known.
-        let step = (halves[0].value() + halves[1].value() - self.value()).abs();
+        let [left, right] = [halves[0].value(), halves[1].value()];
+        for (half, other) in halves.iter_mut().zip([right, left]) {
+            half.about_pole = about_pole(self.value(), half.value(), other);
+        }
+        let step = (left + right - self.value()).abs();
         if step > self.error {
             halves.iter_mut().for_each(|half| half.error = half.error.max(0.5 * step));
         }
@@ -91,7 +151,9 @@ pub(super) fn integrated<const D: usize>(
         nested(&window, &lattice).unwrap_or_else(|| crude(&window, &lattice))
     };
     let Outcome { masses, error, axis, is_smooth } = outcome;
-    Cell { lo, hi, masses, error, axis, rule, is_smooth, evaluations: window.evaluations() }
+    let (evaluations, seen) = (window.evaluations(), window.seen());
+    let about_pole = total(&masses).abs();
+    Cell { lo, hi, masses, error, axis, rule, is_smooth, is_one_part, evaluations, seen, unseen: None, about_pole }
 }
 
 struct Outcome {
@@ -123,15 +185,40 @@ fn smooth<const D: usize>(window: &Window<D>, lattice: &[Trace], rule: Rule) -> 
         (value, error) = better.filter(|b| b.1 < error).map_or((value, error), |b| (total(&b.0), b.1));
     }
     let middle = &lattice[lattice.len() / 2];
-    let levels = |j: usize| lattice.iter().map(|t| t.levels().get(j).copied()).collect::<Option<Vec<Level>>>();
-    let hidden = (0..middle.levels().len())
-        .filter_map(|j| hidden_end(&levels(j)?))
-        .map(|(share, at)| share * step_to(window, at))
-        .fold(0.0, f64::max)
-        * window.volume();
+    let hidden = hidden_share(lattice, |at| step_to(window, at)) * window.volume();
     let is_smooth = hidden <= error;
     let axis = if is_smooth { axis } else { longest_axis(window) };
     Outcome { masses: vec![(middle.piece, value)], error: error + hidden, axis, is_smooth }
+}
+
+/// The largest share of the cell of which the lattice's levels show that it may be of another part, times the `weight` of the
+/// place that is nearest to that.
+fn hidden_share<const D: usize>(lattice: &[Trace], weight: impl Fn([f64; D]) -> f64) -> f64 {
+    let count = lattice[lattice.len() / 2].levels().len();
+    let levels = |j: usize| lattice.iter().map(|t| t.levels().get(j).copied()).collect::<Option<Vec<Level>>>();
+    let shares = (0..count).filter_map(|j| hidden_end::<D>(&levels(j)?)).map(|(share, at)| share * weight(at));
+    shares.fold(0.0, f64::max)
+}
+
+/// How much farther apart the bounds of a level may be than its values at the lattice: those of a plane over the box around a turned
+/// cube are 3 times as far apart as over the cube.
+const WIDE: f64 = 4.0;
+
+/// Whether the lattice shows the course of all levels of its middle that may leave their intervals: that they do, or values about as
+/// different as they are in all of the cell.
+fn has_met_levels(lattice: &[Trace], bounds: &Enclosure) -> bool {
+    let middle = &lattice[lattice.len() / 2];
+    let is_as = |a: &Level, b: &Level| a.lo == b.lo && a.hi == b.hi;
+    // The first level at which another point differs: the same is asked there as in the middle.
+    let parting = |t: &Trace| t.levels().iter().zip(middle.levels()).position(|(a, b)| !is_as(a, b));
+    let partings: Vec<usize> = lattice.iter().filter_map(parting).collect();
+    let has_met = |j: usize, level: &Level| {
+        let Some([least, most]) = bounds.levels().get(j) else { return false };
+        let values = || lattice.iter().filter(|t| t.part == middle.part).filter_map(|t| Some(t.levels().get(j)?.value));
+        let met = values().fold(f64::NEG_INFINITY, f64::max) - values().fold(f64::INFINITY, f64::min);
+        level.lo <= *least && *most <= level.hi || partings.contains(&j) || most - least <= WIDE * met
+    };
+    middle.is_complete() && middle.levels().iter().enumerate().all(|(j, level)| has_met(j, level))
 }
 
 /// The integral of a smooth function by the rule of `order` along each axis.
@@ -147,14 +234,15 @@ fn product_rule<const D: usize>(window: &Window<D>, order: usize) -> f64 {
 
 /// How much the density may differ beyond the end of a part, which is nearest at the shares `at`.
 fn step_to<const D: usize>(window: &Window<D>, at: [f64; D]) -> f64 {
-    let [here, there] = [[0.0; D], at].map(|s| window.value(&window.place(s)));
+    let [here, there] = [[0.0; D], at].map(|s| window.value_beside(&window.place(s)));
     (here - there).abs().max(UNSEEN * here.abs())
 }
 
 /// A cell with too many parts: an estimate to have it halved.
 fn crude<const D: usize>(window: &Window<D>, lattice: &[Trace]) -> Outcome {
     let values: Vec<f64> = (0..lattice.len()).map(|i| window.value(&window.place(shares(i)))).collect();
-    let (least, most) = values.iter().fold((f64::INFINITY, 0.0_f64), |(a, b), &v| (a.min(v), b.max(v)));
+    // Rules that were given up have met values too.
+    let [least, most] = window.seen();
     let share = window.volume() / lattice.len() as f64;
     let mut masses = Masses::new();
     lattice.iter().zip(&values).for_each(|(t, v)| add(&mut masses, t.piece, v * share));
