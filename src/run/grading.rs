@@ -6,6 +6,9 @@ use crate::relaxation::{BALANCE, StopReason};
 
 /// Net force over gravity that leaves a body almost still.
 const LITTLE_FORCE: f64 = 0.01;
+/// Relative error of the total mass that is a tenth of what densities may be off by and still be good, and that which is as much.
+const WELL_KNOWN: f64 = 1e-3;
+const HARDLY_KNOWN: f64 = 1e-2;
 /// Force noise of an interior whose profile changes within a spacing.
 const UNRESOLVED: f64 = 0.5;
 
@@ -88,6 +91,18 @@ pub fn verdict(report: &Report) -> Vec<Finding> {
             100.0 * spread
         );
         say(grade(spread, 0.01, f64::INFINITY), Topic::Masses, text);
+    }
+    let known = report.mass.quadrature_error;
+    if !(known <= WELL_KNOWN) {
+        say(
+            grade(known, WELL_KNOWN, HARDLY_KNOWN),
+            Topic::TotalMass,
+            format!(
+                "known to {:.1e} (1e-3 is good, 1e-2 is much), as are the particles' masses; bound poles, as by max(r, 1e-3), and leave out \
+                 structure that is finer than particles",
+                known
+            ),
+        );
     }
     if let Some(cut) = &report.atmosphere {
         say(

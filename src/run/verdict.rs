@@ -47,19 +47,21 @@ pub enum Topic {
     ForceNoise,
     Balance,
     Masses,
+    TotalMass,
     Atmosphere,
     End,
     Warnings,
 }
 
 impl Topic {
-    pub const ALL: [Self; 9] = [
+    pub const ALL: [Self; 10] = [
         Self::MassInPlace,
         Self::Density,
         Self::Pairs,
         Self::ForceNoise,
         Self::Balance,
         Self::Masses,
+        Self::TotalMass,
         Self::Atmosphere,
         Self::End,
         Self::Warnings,
@@ -74,6 +76,7 @@ impl Topic {
             Self::ForceNoise => "force noise",
             Self::Balance => "balance",
             Self::Masses => "masses",
+            Self::TotalMass => "total mass",
             Self::Atmosphere => "atmosphere",
             Self::End => "end",
             Self::Warnings => "warnings",
