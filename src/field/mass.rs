@@ -4,7 +4,7 @@ use super::bvh::Aabb;
 use super::chords::chord_integral;
 use super::cubature::{Enclosing, Seen, integrate_enclosed};
 use super::patch::{ENOUGH, UNSEEN, about_pole};
-use super::piecewise::{Chart, integrate_pieces, stretches};
+use super::piecewise::{Chart, Integrand, integrate_pieces, stretches};
 use super::quadrature::rule;
 use super::{Enclosure, MassEstimate, Patch, ScalarField};
 use crate::error::{Error, Result};
@@ -66,21 +66,28 @@ pub(crate) fn check_mass(name: &str, mass: MassEstimate) -> Result<MassEstimate>
 /// By plain cubature where that is enough, else part by part where the field knows them, else as plain cubature leaves it.
 fn sampled<const D: usize>(field: &dyn ScalarField<D>, domain: &Domain<D>, tolerance: f64) -> MassEstimate {
     let plain = |evaluations| by_cubature(field, domain, tolerance, evaluations);
-    let Some(chart) = Chart::new(field, domain).filter(|_| field.has_parts()) else {
-        return plain(MAX_EVALUATIONS);
+    let chart = Chart::new(field, domain);
+    let Some(chart) = chart.as_ref().filter(|_| field.has_parts()) else {
+        let plain = plain(MAX_EVALUATIONS);
+        // Bounds are for cells, of which chords have none.
+        let is_by_chords = matches!(domain.region, Region::Hull(..));
+        return match chart.filter(|chart| is_by_chords && chart.enclosure(&[0.0; D], &[1.0; D]).is_some()) {
+            Some(chart) => checked(plain, integrate_pieces(&chart, tolerance, MAX_PART_EVALUATIONS).total),
+            None => plain,
+        };
     };
     // The rounding of sums is no reason for another rule.
     let is_enough = |m: &MassEstimate| m.error <= 2.0 * tolerance * m.value;
     let better = |a: MassEstimate, b: MassEstimate| if b.error < a.error { b } else { a };
     // Discontinuities are for the rules that look for them: others agree with themselves where a thin layer lies between their points.
     if field.is_piecewise() {
-        return integrate_pieces(&chart, tolerance, MAX_PART_EVALUATIONS).total;
+        return integrate_pieces(chart, tolerance, MAX_PART_EVALUATIONS).total;
     }
     let quick = plain(QUICK_EVALUATIONS);
     if is_enough(&quick) {
         return quick;
     }
-    let by_parts = integrate_pieces(&chart, tolerance, MAX_PART_EVALUATIONS).total;
+    let by_parts = integrate_pieces(chart, tolerance, MAX_PART_EVALUATIONS).total;
     if is_enough(&by_parts) {
         return by_parts;
     }
@@ -89,6 +96,13 @@ fn sampled<const D: usize>(field: &dyn ScalarField<D>, domain: &Domain<D>, toler
     }
     let best = better(by_parts, better(quick, plain(MAX_EVALUATIONS)));
     MassEstimate { error: best.error.max((best.value - by_parts.value).abs() - by_parts.error), ..best }
+}
+
+/// An integral by chords that is known well enough if one by cells, by which narrow peaks are found, says the same; else that.
+fn checked(by_chords: MassEstimate, by_cells: MassEstimate) -> MassEstimate {
+    let agree = (by_chords.value - by_cells.value).abs() <= by_chords.error + by_cells.error;
+    let is_enough = by_chords.error <= ENOUGH * by_chords.value || by_chords.error <= by_cells.error;
+    if agree && is_enough { by_chords } else { by_cells }
 }
 
 /// Mass of each piece of a piecewise smooth field over `domain`, by the numbers of [`ScalarField::piece`], to the relative
@@ -220,9 +234,9 @@ fn along_part(
     let first = gauss(from, to);
     // What is little beside all of the part is no reason for more steps: next to a pole values are all rounding.
     let scale = first.0.abs();
-    let mut open = vec![(from, to, first, 0)];
+    let mut open = vec![(from, to, first, scale, 0)];
     let (mut sum, mut error) = (0.0, 0.0);
-    while let Some((a, b, (whole, _), level)) = open.pop() {
+    while let Some((a, b, (whole, _), about, level)) = open.pop() {
         let middle = 0.5 * (a + b);
         let halves = [gauss(a, middle), gauss(middle, b)];
         let both = halves[0].0 + halves[1].0;
@@ -230,13 +244,13 @@ fn along_part(
         let is_last = level >= MAX_HALVINGS || !(a < middle && middle < b);
         let seen = [halves[0].1[0].min(halves[1].1[0]), halves[0].1[1].max(halves[1].1[1])];
         if is_last {
-            let [left, right] = [halves[0].0, halves[1].0];
-            (sum, error) = (sum + both, error + about_pole(whole, left, right).max(about_pole(whole, right, left)));
+            (sum, error) = (sum + both, error + about);
         } else if step <= (ALONG * whole.abs()).max(LITTLE * scale) && unseen(a, b, both, seen) <= UNSEEN * scale {
             (sum, error) = (sum + both, error + step);
         } else {
-            open.push((middle, b, halves[1], level + 1));
-            open.push((a, middle, halves[0], level + 1));
+            let [left, right] = [halves[0].0, halves[1].0];
+            open.push((middle, b, halves[1], about_pole(whole, right, left), level + 1));
+            open.push((a, middle, halves[0], about_pole(whole, left, right), level + 1));
         }
     }
     MassEstimate { value: sum, error }

@@ -75,8 +75,8 @@ impl Enclosure {
 
 /// What masses of particles need to be known to, relatively: files with single precision have no more digits.
 pub(crate) const ENOUGH: f64 = 1e-6;
-/// Relative part of an integral that may lie where no point of a rule does.
-pub(crate) const UNSEEN: f64 = 1e-8;
+/// Relative part of an integral that may lie where no point of a rule does: a tenth of that.
+pub(crate) const UNSEEN: f64 = 1e-7;
 
 impl Enclosure {
     /// Whether there may be a pole.

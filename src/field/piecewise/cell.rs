@@ -1,12 +1,12 @@
 //! One cell of a piecewise smooth field: of one part, of few, or of many.
 
-use super::hidden::hidden_end;
+use super::hidden::{hidden_end, hidden_end_beside};
 use super::integrand::Integrand;
 use super::lattice::{axes_across, index, part_count, shares};
 use super::nest::{MOST_EVALUATIONS, Nest};
 use super::orders::{Masses, SAME, add, by_orders, orders, total};
 use super::window::Window;
-use crate::field::cubature::smooth_rule;
+use crate::field::cubature::{Seen, smooth_rule};
 use crate::field::patch::about_pole;
 use crate::field::quadrature::rule;
 use crate::field::{Enclosure, Level, Trace};
@@ -103,7 +103,7 @@ impl<const D: usize> Cell<D> {
             return Unseen { mass: all, may_jump: true };
         }
         if self.is_one_part {
-            return Unseen { mass: hidden_share::<D>(&lattice, |_| 1.0) * all, may_jump: true };
+            return Unseen { mass: share_between(&window, &lattice) * all, may_jump: true };
         }
         Unseen { mass: of_values(bounds.with_met_jumps()), may_jump: false }
     }
@@ -180,9 +180,17 @@ fn longest_axis<const D: usize>(window: &Window<D>) -> usize {
 fn smooth<const D: usize>(window: &Window<D>, lattice: &[Trace], rule: Rule) -> Outcome {
     let (mut value, mut error, axis) = smooth_rule(&|u: &[f64; D]| window.value(u), window.lo, window.hi);
     if rule == Rule::High {
-        let of_order = |order: usize| vec![(0, product_rule(window, order))];
+        let (first, second) = (window.seen(), Seen::default());
+        let of_order = |order: usize| vec![(0, product_rule(window, order, &second))];
         let better = by_orders::<D>(of_order(orders::<D>()[0]), |order| Some(of_order(order)));
-        (value, error) = better.filter(|b| b.1 < error).map_or((value, error), |b| (total(&b.0), b.1));
+        // Rules that have not met what another has are sure of themselves.
+        let all = window.seen();
+        let has_met = |seen: [f64; 2]| all[1] - all[0] <= 2.0 * (seen[1] - seen[0]) + seen[1];
+        (value, error) = match better {
+            Some(b) if !has_met(first) => (total(&b.0), b.1.max(error)),
+            Some(b) if has_met(second.range()) && b.1 < error => (total(&b.0), b.1),
+            _ => (value, error),
+        };
     }
     let middle = &lattice[lattice.len() / 2];
     let hidden = hidden_share(lattice, |at| step_to(window, at)) * window.volume();
@@ -199,6 +207,28 @@ fn hidden_share<const D: usize>(lattice: &[Trace], weight: impl Fn([f64; D]) -> 
     let shares = (0..count).filter_map(|j| hidden_end::<D>(&levels(j)?)).map(|(share, at)| share * weight(at));
     shares.fold(0.0, f64::max)
 }
+
+/// The largest share of the cell of which its levels show that it may be of another part, at the lattice and between its points.
+fn share_between<const D: usize>(window: &Window<D>, lattice: &[Trace]) -> f64 {
+    let middle = &lattice[lattice.len() / 2];
+    let points = 3_usize.pow(D as u32);
+    let places: Vec<[f64; D]> = (0..points).map(|i| shares::<D>(i).map(|s| BETWEEN * s)).collect();
+    let between: Vec<Trace> = places.iter().map(|s| window.trace(&window.place(*s))).collect();
+    if between.iter().any(|t| t.part != middle.part) {
+        return 1.0;
+    }
+    let levels =
+        |all: &[Trace], j: usize| all.iter().map(|t| t.levels().get(j).copied()).collect::<Option<Vec<Level>>>();
+    let share = |j: usize| {
+        let (Some(at), Some(others)) = (levels(lattice, j), levels(&between, j)) else { return 1.0 };
+        let others: Vec<([f64; D], f64)> = places.iter().copied().zip(others.iter().map(|l| l.value)).collect();
+        hidden_end_beside(&at, &others).map_or(0.0, |(share, _)| share)
+    };
+    (0..middle.levels().len()).map(share).fold(0.0, f64::max)
+}
+
+/// Where it is looked between the points of the lattice, as shares of the way from the middle to the faces.
+const BETWEEN: f64 = 0.6;
 
 /// How much farther apart the bounds of a level may be than its values at the lattice: those of a plane over the box around a turned
 /// cube are 3 times as far apart as over the cube.
@@ -222,12 +252,12 @@ fn has_met_levels(lattice: &[Trace], bounds: &Enclosure) -> bool {
 }
 
 /// The integral of a smooth function by the rule of `order` along each axis.
-fn product_rule<const D: usize>(window: &Window<D>, order: usize) -> f64 {
+fn product_rule<const D: usize>(window: &Window<D>, order: usize, seen: &Seen) -> f64 {
     let points = rule(order);
     let terms = (0..order.pow(D as u32)).map(|i| {
         let at = |k: usize| points[i / order.pow(k as u32) % order];
         let u = std::array::from_fn(|k| window.lo[k] + at(k).0 * (window.hi[k] - window.lo[k]));
-        window.value(&u) * (0..D).map(|k| at(k).1).product::<f64>()
+        seen.noted(window.value(&u)) * (0..D).map(|k| at(k).1).product::<f64>()
     });
     terms.sum::<f64>() * window.volume()
 }

@@ -20,6 +20,7 @@ mod window;
 
 pub(crate) use adaptive::integrate_pieces;
 pub(crate) use chart::Chart;
+pub(crate) use integrand::Integrand;
 pub(crate) use line::stretches;
 
 #[cfg(test)]
