@@ -345,8 +345,10 @@ fn smoothing<const D: usize>(
     let expected = match code.neighbors {
         Neighbors::Eta(eta) => format!("h = {eta} (m/rho)^(1/3)"),
         Neighbors::HalfSupport(hfact) => format!("h = {hfact} (m/rho)^(1/3)"),
-        Neighbors::Count(count) => format!("the kernel's radius with {count} neighbors"),
-        Neighbors::CountInTwoLengths(count) => format!("half the kernel's radius with {count} neighbors"),
+        Neighbors::Count { neighbors, lengths: 1.0 } => format!("the kernel's radius with {neighbors} neighbors"),
+        Neighbors::Count { neighbors, lengths } => {
+            format!("the kernel's radius over {lengths} with {neighbors} neighbors")
+        }
     };
     let text =
         format!("are {median:.3} times those that {} will find in the median; expected {expected}", code.sheet.title);

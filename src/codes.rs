@@ -5,6 +5,7 @@ use sph::geometry::unit_ball_volume;
 use sph::kernel::{KernelName, most_neighbors_without_pairs, support_over_smoothing_length};
 use sph::point_mass::Softening;
 use sph_formats::did_you_mean;
+use sph_formats::units::GRAVITATIONAL_CONSTANT_CGS;
 
 /// How a code says how many neighbors a particle has.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -13,10 +14,8 @@ pub enum Neighbors {
     Eta(f64),
     /// Half the support radius over the spacing.
     HalfSupport(f64),
-    /// V_d n H^d itself in three dimensions; in fewer, as many as belong to the same H, which is the smoothing length.
-    Count(f64),
-    /// The same where the smoothing length is half the support radius.
-    CountInTwoLengths(f64),
+    /// V_d n H^d itself in three dimensions; in fewer, as many as belong to the same H, which is so many smoothing lengths.
+    Count { neighbors: f64, lengths: f64 },
 }
 
 /// A way in which a code finds forces.
@@ -93,7 +92,7 @@ pub const SHEETS: &[Sheet] = &[
         title: "GADGET-4",
         format: "gadget",
         kernel: KernelName::CubicSpline,
-        neighbors: Neighbors::Count(64.0),
+        neighbors: Neighbors::Count { neighbors: 64.0, lengths: 1.0 },
         gravity: 6.6738e-8,
         key: "neighbors",
         parameter: "DesNumNgb",
@@ -108,7 +107,7 @@ pub const SHEETS: &[Sheet] = &[
         title: "GADGET-2",
         format: "gadget-binary",
         kernel: KernelName::CubicSpline,
-        neighbors: Neighbors::Count(50.0),
+        neighbors: Neighbors::Count { neighbors: 50.0, lengths: 1.0 },
         gravity: 6.672e-8,
         key: "neighbors",
         parameter: "DesNumNgb",
@@ -123,7 +122,7 @@ pub const SHEETS: &[Sheet] = &[
         title: "GIZMO",
         format: "gizmo",
         kernel: KernelName::CubicSpline,
-        neighbors: Neighbors::Count(32.0),
+        neighbors: Neighbors::Count { neighbors: 32.0, lengths: 1.0 },
         gravity: 6.672e-8,
         key: "neighbors",
         parameter: "DesNumNgb",
@@ -153,9 +152,9 @@ pub const SHEETS: &[Sheet] = &[
         title: "SPH-EXA",
         format: "sph-exa",
         kernel: KernelName::Sinc6,
-        neighbors: Neighbors::CountInTwoLengths(100.0),
+        neighbors: Neighbors::Count { neighbors: 100.0, lengths: 2.0 },
         // That of the file, which is ours.
-        gravity: 6.674_30e-8,
+        gravity: GRAVITATIONAL_CONSTANT_CGS,
         key: "ng0",
         parameter: "ng0",
         schemes: &[other("ve"), other("std")],
@@ -211,8 +210,7 @@ impl TargetCode {
                     code.neighbors = match sheet.neighbors {
                         Neighbors::Eta(_) => Neighbors::Eta(number),
                         Neighbors::HalfSupport(_) => Neighbors::HalfSupport(number),
-                        Neighbors::Count(_) => Neighbors::Count(number),
-                        Neighbors::CountInTwoLengths(_) => Neighbors::CountInTwoLengths(number),
+                        Neighbors::Count { lengths, .. } => Neighbors::Count { neighbors: number, lengths },
                     };
                 }
                 Some((key, _)) => {
@@ -237,9 +235,7 @@ impl TargetCode {
         match self.neighbors {
             Neighbors::Eta(eta) => of_ratio(eta * support_over_smoothing_length(self.kernel, d)),
             Neighbors::HalfSupport(ratio) => of_ratio(2.0 * ratio),
-            Neighbors::Count(count) | Neighbors::CountInTwoLengths(count) => {
-                of_ratio((count / unit_ball_volume(3)).cbrt())
-            }
+            Neighbors::Count { neighbors, .. } => of_ratio((neighbors / unit_ball_volume(3)).cbrt()),
         }
     }
 
@@ -247,15 +243,15 @@ impl TargetCode {
     pub fn support_over_length(&self, d: usize) -> f64 {
         match self.neighbors {
             Neighbors::Eta(_) => support_over_smoothing_length(self.kernel, d),
-            Neighbors::HalfSupport(_) | Neighbors::CountInTwoLengths(_) => 2.0,
-            Neighbors::Count(_) => 1.0,
+            Neighbors::HalfSupport(_) => 2.0,
+            Neighbors::Count { lengths, .. } => lengths,
         }
     }
 
     /// What it says in the code's own parameter.
     pub fn setting(&self) -> f64 {
         match self.neighbors {
-            Neighbors::Eta(v) | Neighbors::HalfSupport(v) | Neighbors::Count(v) | Neighbors::CountInTwoLengths(v) => v,
+            Neighbors::Eta(v) | Neighbors::HalfSupport(v) | Neighbors::Count { neighbors: v, .. } => v,
         }
     }
 
@@ -265,7 +261,7 @@ impl TargetCode {
         match self.neighbors {
             Neighbors::Eta(_) => ratio / support_over_smoothing_length(kernel, d),
             Neighbors::HalfSupport(_) => 0.5 * ratio,
-            Neighbors::Count(_) | Neighbors::CountInTwoLengths(_) => unit_ball_volume(3) * ratio.powi(3),
+            Neighbors::Count { .. } => unit_ball_volume(3) * ratio.powi(3),
         }
     }
 

@@ -229,7 +229,19 @@ impl ParticleTable {
     pub fn column(&self, name: &str) -> Option<&Column> {
         self.columns.iter().find(|c| c.name == name)
     }
+
+    /// (m/rho)^(1/d) where it is least; `None` without masses or densities.
+    pub fn smallest_spacing(&self, dimension: usize) -> Option<f64> {
+        use crate::particle_names::{DENSITY, MASSES};
+        let (mass, density) = (&self.column(MASSES)?.values, &self.column(DENSITY)?.values);
+        let spacing = |i: usize| (mass.get(i) / density.get(i)).powf(1.0 / dimension as f64);
+        Some((0..self.count).map(spacing).fold(f64::INFINITY, f64::min))
+    }
 }
+
+/// Length by which gravity is softened (Plummer-equivalent) in the smallest spacing of the gas: pressure and gravity are then
+/// resolved alike (Bate & Burkert 1997), and a balance assumes it.
+pub const SOFTENING_OVER_SPACING: f64 = 0.5;
 
 /// Particles of one GADGET-style type.
 #[derive(Debug, Clone)]

@@ -5,7 +5,7 @@
 use sph_formats::{Unit, UnitDimension, UnitSystem};
 
 /// Newton's constant in cm^3 g^-1 s^-2 (CODATA 2022).
-pub const GRAVITATIONAL_CONSTANT: f64 = 6.674_30e-8;
+pub use sph_formats::units::GRAVITATIONAL_CONSTANT_CGS as GRAVITATIONAL_CONSTANT;
 
 /// Name, value in cgs and dimension; the constant of gravity is the scene's.
 const CONSTANTS: &[(&str, f64, UnitDimension)] = &[

@@ -109,7 +109,12 @@ impl<const D: usize> Frame<D> {
         self.shift.map(|s| 0.0 - s)
     }
 
-    /// The same in those of the output times `factor`, where its origin is chosen.
+    /// The point that is at the origin of the output, times `factor`, where it is chosen.
+    pub(super) fn origin(&self, factor: f64) -> Option<[f64; D]> {
+        Some(self.origin?.map(|x| x * factor))
+    }
+
+    /// The lower corner of the box in the coordinates of the output times `factor`, where their origin is chosen.
     pub fn corner(&self, factor: f64) -> Option<[f64; D]> {
         let origin = self.origin?;
         Some(std::array::from_fn(|k| (0.0 - self.shift[k] - origin[k]) * factor))
@@ -117,31 +122,17 @@ impl<const D: usize> Frame<D> {
 
     /// Interleaved coordinates in the box of the output, times `factor`: from 0 on, unless an origin is chosen.
     pub fn coordinates(&self, positions: &Positions<D>, factor: f64) -> Vec<f64> {
+        let origin = self.origin.unwrap_or_else(|| self.lower_corner());
+        let corner = self.corner(factor).unwrap_or([0.0; D]);
         let mut out = vec![[0.0; D]; positions[0].len()];
-        if let Some((origin, corner)) = self.origin.zip(self.corner(factor)) {
-            parallel::update(&mut out, |i, out| {
-                for k in 0..D {
-                    let end = corner[k] + self.box_size[k] * factor;
-                    let x = (positions[k][i] - origin[k]) * factor;
-                    out[k] = match x < end {
-                        true => x.max(corner[k]),
-                        false if self.periodic[k] => corner[k],
-                        false => end.next_down(),
-                    };
-                }
-            });
-            return out.into_flattened();
-        }
         parallel::update(&mut out, |i, out| {
             for k in 0..D {
-                let edge = self.box_size[k] * factor;
-                let x = (positions[k][i] + self.shift[k]) * factor;
-                out[k] = if x < edge {
-                    x.max(0.0)
-                } else if self.periodic[k] {
-                    0.0
-                } else {
-                    edge.next_down()
+                let end = corner[k] + self.box_size[k] * factor;
+                let x = (positions[k][i] - origin[k]) * factor;
+                out[k] = match x < end {
+                    true => x.max(corner[k]),
+                    false if self.periodic[k] => corner[k],
+                    false => end.next_down(),
                 };
             }
         });

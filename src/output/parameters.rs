@@ -4,13 +4,11 @@ use crate::codes::TargetCode;
 use crate::error::{Error, Result};
 use sph::geometry::distance;
 use sph_formats::common::particle_names as names;
+use sph_formats::model::SOFTENING_OVER_SPACING;
 use sph_formats::{ParticleFile, ParticleTable};
 use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 
-/// Softening length (Plummer-equivalent) in the smallest spacing of the gas: pressure and gravity are then resolved alike
-/// (Bate & Burkert 1997), and the balance assumes it.
-const SOFTENING: f64 = 0.5;
 /// Dynamical or crossing times that the run takes, and between two snapshots.
 const END: f64 = 10.0;
 const SNAPSHOT: f64 = 1.0;
@@ -102,11 +100,8 @@ impl<'a> Facts<'a> {
         let gas = file.species.iter().find(|s| s.part_type == 0).ok_or_else(|| missing("gas particles"))?;
         let name = path.file_name().map(|s| s.to_string_lossy().into_owned()).unwrap_or_default();
         let stem = stem(path);
-        let column = |name: &str| gas.table.column(name).ok_or_else(|| missing(name));
-        let (masses, density) = (column(names::MASSES)?, column(names::DENSITY)?);
-        let spacing =
-            |i: usize| (masses.values.get(i) / density.values.get(i)).powf(1.0 / file.header.dimension as f64);
-        let smallest = (0..gas.table.count).map(spacing).fold(f64::INFINITY, f64::min);
+        let lacking = || if gas.table.column(names::MASSES).is_none() { names::MASSES } else { names::DENSITY };
+        let smallest = gas.table.smallest_spacing(file.header.dimension).ok_or_else(|| missing(lacking()))?;
         let gravity = is_isolated(file) && file.header.units != sph_formats::UnitSystem::CODE;
         let (time, time_is) = if gravity {
             (dynamical_time(code, file, &gas.table), "dynamical times sqrt(R^3/(G M))")
@@ -118,7 +113,7 @@ impl<'a> Facts<'a> {
             (radius > 0.0).then_some((s.part_type, radius / code.sheet.softening.radius_over_plummer()))
         };
         let point = file.species.iter().find_map(softened);
-        Ok(Self { code, file, name, stem, gravity, time, time_is, softening: SOFTENING * smallest, point })
+        Ok(Self { code, file, name, stem, gravity, time, time_is, softening: SOFTENING_OVER_SPACING * smallest, point })
     }
 
     fn head(&self, comment: &str, run: &str) -> String {
@@ -129,7 +124,7 @@ impl<'a> Facts<'a> {
             format!("run it by: {run}"),
             format!("units and box are those of the file; the end is at {END} {}", self.time_is),
             format!(
-                "softening is {SOFTENING} times the smallest spacing, with which pressure and gravity are resolved alike"
+                "softening is {SOFTENING_OVER_SPACING} times the smallest spacing, with which pressure and gravity are resolved alike"
             ),
         ] {
             let _ = writeln!(text, "{comment} {line}");

@@ -75,9 +75,7 @@ pub(crate) fn particle_file<const D: usize>(
     let (mut notes, mut left_out) = (Vec::new(), Vec::new());
     let frame = placed(frame, prepared, (raw.positions, &raw.masses), factors, making)?;
     let corner: Option<[f64; 3]> = frame.corner(factors.length).map(filled);
-    if let Some((origin, corner)) = making.origin.as_ref().zip(corner) {
-        let at: Vec<f64> = frame.lower_corner().iter().map(|c| c * factors.length).collect();
-        let at: Vec<f64> = at.iter().zip(&corner).map(|(lower, corner)| lower - corner).collect();
+    if let (Some(origin), Some(corner), Some(at)) = (&making.origin, corner, frame.origin(factors.length)) {
         let edges = frame.box_size.map(|b| b * factors.length);
         notes.push(origin::describe(origin, &at, (&corner[..D], &edges[..D])));
     } else if frame.isolated {

@@ -52,16 +52,16 @@ impl<'a, const D: usize> Judge<'a, D> {
         self.cost.lock().unwrap_or_else(PoisonError::into_inner)[1].as_secs_f64()
     }
 
-    /// In what `after` is worse than `before`, if it is, and what is to be used instead; else its figures are those to be kept
-    /// from now on. More particles than before, from splitting, are compared with seeds of as many.
-    fn loss(&self, before: &Particles<D>, after: &Particles<D>, aim: Aim) -> Option<(String, Particles<D>)> {
+    /// In what `after` is worse than `before`, if it is; else its figures are those to be kept from now on. More particles than
+    /// before, from splitting, are compared with seeds of as many, which come with the loss.
+    fn loss(&self, before: &Particles<D>, after: &Particles<D>, aim: Aim) -> Option<(String, Option<Particles<D>>)> {
         let mut accepted = self.accepted.lock().unwrap_or_else(PoisonError::into_inner);
-        let is_split = before.len() != after.len();
-        let seeds = if is_split { (self.seeds)().filter(|seeds| seeds.len() == after.len()) } else { None };
-        if is_split {
+        let seeds = if before.len() == after.len() {
+            None
+        } else {
             *accepted = None;
-            seeds.as_ref()?;
-        }
+            Some((self.seeds)().filter(|seeds| seeds.len() == after.len())?)
+        };
         let before = seeds.as_ref().unwrap_or(before);
         if before.positions == after.positions && before.masses == after.masses {
             return None;
@@ -70,8 +70,8 @@ impl<'a, const D: usize> Judge<'a, D> {
         let now = self.timed(after);
         let loss = now.loss_against(&earlier, aim);
         *accepted = Some(if loss.is_some() { earlier } else { now });
-        let of = if is_split { ", in place of seeds of as many particles" } else { "" };
-        loss.map(|loss| (format!("{loss}{of}"), before.clone()))
+        let of = if seeds.is_some() { ", in place of seeds of as many particles" } else { "" };
+        loss.map(|loss| (format!("{loss}{of}"), seeds))
     }
 }
 
@@ -130,9 +130,9 @@ impl<const D: usize> Running<D> for Watched<'_, D> {
         relaxed.notes.extend(part(&target, &mut relaxed.particles.positions));
         let met = stage.aim == Aim::Density && stop == StopReason::ToleranceReached;
         let aim = if met { Aim::DensityMet } else { stage.aim };
-        if let Some((loss, better)) = stage.judge.loss(&before, &relaxed.particles, aim) {
+        if let Some((loss, seeds)) = stage.judge.loss(&before, &relaxed.particles, aim) {
             relaxed.notes.push(format!("the result of {} is not used: {loss}", stage.name().title));
-            relaxed.particles = better;
+            relaxed.particles = seeds.unwrap_or(before);
             for report in &mut relaxed.reports {
                 report.best_iteration = report.history.first().map_or(0, |p| p.iteration);
             }

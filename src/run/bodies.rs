@@ -65,7 +65,8 @@ pub fn place_bodies(
     let estimates = estimated(&vec![None; gas.len()])?;
     let common = Common::new(scene, &estimates)?;
     let periodic = &periodic_axes(scene, common.dimension)[..common.dimension];
-    origin::refuse(scene, intended_format(scene, formats)?, periodic)?;
+    let format = intended_format(scene, formats)?;
+    origin::refuse(scene, format, periodic)?;
     let mut counts = common.counts(scene, &estimates)?;
     if estimates.iter().any(|e| e.is_radial) {
         // How much of an atmosphere is cut depends on the number of particles.
@@ -126,7 +127,7 @@ pub fn place_bodies(
         None => assembly::frame(&bodies, &states, relative.map(|_| center), scene.output.box_factor),
     };
     let is_periodic = frame.periodic.contains(&true);
-    let wanted = origin::wanted(scene, intended_format(scene, formats)?, (is_periodic, !is_periodic));
+    let wanted = origin::wanted(scene, format, (is_periodic, !is_periodic));
     let place = (frame.lo, frame.edges, center);
     frame.origin = wanted.map(|wanted| origin::among_bodies(&wanted, place, &conversion)).transpose()?;
     notes.push(match frame.origin {

@@ -1,6 +1,7 @@
 //! Runs for a named code: what it sets, and the parameter files beside the output.
 
 use super::support::{Folder, faults, sph_prep, succeed};
+use sph_formats::common::hdf5_read::Reader;
 
 const STAR: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/profiles/polytrope-1.5.nc");
 
@@ -51,6 +52,10 @@ fn parameter_files_say_what_the_codes_need() {
     let line = command.lines().last().unwrap();
     let after = |flag: &str| line.split_whitespace().skip_while(|word| *word != flag).nth(1).unwrap();
     assert_eq!((after("--init"), after("--prop")), ("'s.h5'", "std"));
+    // What the writer takes for the code's kernel is what the target code places for.
+    let path = folder.path("out/s.h5");
+    let written = Reader::open(&path, "sph-exa").unwrap();
+    assert_eq!(written.group_attributes("Step#0").unwrap().number("ng0"), Some(100.0));
     // Not an integer, which would be a number of steps.
     assert!(after("-s").contains('e') && (after("-s").parse::<f64>().unwrap() / end - 1.0).abs() < 0.1, "{line}");
 }

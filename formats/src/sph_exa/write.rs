@@ -6,7 +6,7 @@ use crate::common::flavor::{Component, Job, Planned, Storage};
 use crate::common::hdf5::{Dataset, Group, Writer};
 use crate::common::snapshot::OWN_GROUP;
 use crate::error::Result;
-use crate::model::{ParticleFile, Species};
+use crate::model::{ParticleFile, SOFTENING_OVER_SPACING, Species};
 use crate::particle_names as names;
 use crate::registry::WriteOptions;
 use crate::units::{GRAVITATIONAL_CONSTANT_CGS, UnitDimension};
@@ -17,8 +17,6 @@ const CAUTION: f64 = 0.1;
 /// Courant number that the code takes by default.
 const COURANT: f64 = 0.2;
 
-/// Length by which gravity is softened, in the smallest spacing; the code's own default is a number in whatever units.
-const SOFTENING: f64 = 0.5;
 /// The code's kernel, and the most neighbors that it makes room for over those that it aims at, by default.
 const KERNEL: &str = "sinc^6";
 const MOST_NEIGHBORS: f64 = 1.5;
@@ -100,10 +98,10 @@ fn write_attributes(job: &Job, step: &Group, gas: &Species, edges: [f64; 3], dt:
     let unit = header.units.to_cgs(UnitDimension::new(3, -1, -2, 0));
     let gravity = if header.periodic.contains(&true) { 0.0 } else { GRAVITATIONAL_CONSTANT_CGS / unit };
     step.numbers("gravConstant", &[gravity])?;
-    if gravity > 0.0
-        && let Some(spacing) = smallest_spacing(gas)
-    {
-        step.numbers("eps", &[SOFTENING * spacing])?;
+    let spacing = gas.table.smallest_spacing(3).filter(|s| gravity > 0.0 && s.is_finite() && *s > 0.0);
+    if let Some(spacing) = spacing {
+        // The code's own default is a number in whatever units.
+        step.numbers("eps", &[SOFTENING_OVER_SPACING * spacing])?;
     }
     if header.kernel == KERNEL {
         let neighbors = header.kernel_neighbors.round();
@@ -112,13 +110,6 @@ fn write_attributes(job: &Job, step: &Group, gas: &Species, edges: [f64; 3], dt:
     }
     step.numbers("gamma", &[GAMMA])?;
     step.numbers("muiConst", &[MUI as f32])
-}
-
-/// (m/rho)^(1/3) where it is least; `None` without densities.
-fn smallest_spacing(gas: &Species) -> Option<f64> {
-    let (mass, density) = (gas.table.column(names::MASSES)?, gas.table.column(names::DENSITY)?);
-    let spacing = |i: usize| (mass.values.get(i) / density.values.get(i)).cbrt();
-    Some((0..gas.table.count).map(spacing).fold(f64::INFINITY, f64::min)).filter(|s| s.is_finite() && *s > 0.0)
 }
 
 fn write_part(job: &Job, step: &Group, count: usize, column: &Planned, part: &Part, dt: f64) -> Result<()> {

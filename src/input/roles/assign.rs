@@ -23,12 +23,22 @@ pub struct Assignment {
     pub is_warning: bool,
     /// A component along an axis that the run does not have: no column, but a part of the kinetic energy.
     pub is_beyond: bool,
+    /// Whether its vector lacks components, which are taken to be 0.
+    pub is_partial: bool,
 }
 
 impl Assignment {
     fn new(variable: &Variable) -> Self {
         let name = variable.name.clone();
-        Self { variable: name.clone(), role: None, column: name, note: None, is_warning: false, is_beyond: false }
+        Self {
+            variable: name.clone(),
+            role: None,
+            column: name,
+            note: None,
+            is_warning: false,
+            is_beyond: false,
+            is_partial: false,
+        }
     }
 
     pub(super) fn take(&mut self, role: Role) {
@@ -355,6 +365,7 @@ fn complete(all: &mut [Assignment], space: Space, mapped: &[Option<Role>]) {
             } else if !missing.is_empty() && mapped[i].is_none() {
                 all[i].note = Some(format!("there is no {}, which is taken to be 0", missing.join(" nor ")));
                 all[i].is_warning = true;
+                all[i].is_partial = true;
             }
         }
     }

@@ -132,7 +132,7 @@ fn internal(
         _ => (of_vector(Vector::Velocity), of_vector(Vector::MagneticField)),
     };
     if role != Role::InternalEnergyDensity {
-        let missing = velocity.iter().find_map(|(a, _)| a.note.as_ref().filter(|n| n.contains("taken to be 0")));
+        let missing = velocity.iter().find_map(|(a, _)| a.note.as_ref().filter(|_| a.is_partial));
         match (velocity.is_empty(), missing) {
             (true, _) => {
                 let at_rest = match role {
