@@ -199,6 +199,7 @@ fn evaluations_end_where_particles_need_no_more() {
     let e = total_mass(&counted, &cube, 1e-10).unwrap();
     assert!(e.error < ENOUGH * e.value, "{e:?}");
     let count = counted.count.load(Ordering::Relaxed);
+    // Half of them: some seconds at most, where all end at twice that.
     assert!(count < MAX_PART_EVALUATIONS as u64 / 2, "{count}");
 }
 

@@ -13,6 +13,8 @@ use std::collections::BTreeMap;
 const BATCH: usize = 32;
 /// Part of the evaluations after which it is first looked for what no point has met.
 const FIRST_LOOK: usize = 4;
+/// Relative error that is worth some millions of evaluations more.
+const NEARLY: f64 = 1e-8;
 /// Relative error of sums and of the ends of parts by rounding.
 const ROUNDING: f64 = 1e-12;
 
@@ -75,7 +77,7 @@ pub(crate) fn integrate_pieces<const D: usize>(
         let may_search = search.has_found(state.value) || work.evaluations < search.until;
         let [jump, smooth] = [true, false].map(|may_jump| state.matters(hidden(&cells, may_jump)));
         let doubts = [smooth && may_search, jump];
-        let aim = if work.evaluations < max_evaluations / FIRST_LOOK { tolerance } else { tolerance.max(ENOUGH) };
+        let aim = tolerance.max(aim_after(work.evaluations, max_evaluations));
         let is_known = state.error <= aim * state.value.abs() && doubts == [false; 2];
         let chosen = if is_known || work.evaluations >= work.most { Vec::new() } else { most_doubtful(&cells, doubts) };
         if chosen.is_empty() {
@@ -89,6 +91,15 @@ pub(crate) fn integrate_pieces<const D: usize>(
     };
     let stands = search.stands(tolerance, state.value) && doubts == [false; 2];
     if stands { known } else { summed(&cells, unit, doubts) }
+}
+
+/// What is enough once so many evaluations of so many are spent: in the end what particle masses need.
+fn aim_after(evaluations: usize, max_evaluations: usize) -> f64 {
+    match evaluations {
+        few if few < max_evaluations / FIRST_LOOK => 0.0,
+        many if many < max_evaluations / 8 * 3 => NEARLY,
+        _ => ENOUGH,
+    }
 }
 
 /// Puts parts in the place of the first cells of those chosen, as far as there are any.
