@@ -40,6 +40,28 @@ impl<const D: usize> Cell<D> {
     fn new(lo: [f64; D], hi: [f64; D]) -> Self {
         Self { lo, hi, value: 0.0, error: 0.0, axis: 0, seen: [0.0; 2], unseen: None, about_pole: 0.0 }
     }
+
+    fn axis_at_pole(&self, enclosing: Enclosing<D>) -> usize {
+        if !self.unseen.is_some_and(|u| u.1) {
+            return self.axis;
+        }
+        axis_at_pole([&self.lo, &self.hi], self.axis, |a, b| enclosing(a, b).is_some_and(|e| e.has_pole()))
+    }
+}
+
+/// The axis along which to halve a box so that as few halves as can be have a pole: `axis`, where all are alike.
+pub(crate) fn axis_at_pole<const D: usize>(
+    [lo, hi]: [&[f64; D]; 2],
+    axis: usize,
+    has_pole: impl Fn(&[f64; D], &[f64; D]) -> bool,
+) -> usize {
+    let with_pole = |k: usize| {
+        let middle = 0.5 * (lo[k] + hi[k]);
+        let (mut left, mut right) = (*hi, *lo);
+        (left[k], right[k]) = (middle, middle);
+        usize::from(has_pole(lo, &left)) + usize::from(has_pole(&right, hi))
+    };
+    (0..D).fold(axis, |best, k| if with_pole(k) < with_pole(best) { k } else { best })
 }
 
 /// Bounds of an integrand between two corners of a cell, where they are known.
@@ -98,8 +120,15 @@ pub(crate) fn integrate_enclosed<const D: usize>(
             }
             if unseen > error.max(UNSEEN * value.abs()) {
                 let most = if search.has_found(value) { most } else { search.until };
-                let hidden = |c: &Cell<D>| c.unseen.filter(|_| can_halve(c)).map_or(0.0, |u| u.0);
+                // First of all what is about poles, which is part of the error in any case.
+                let at_poles = about_poles > error.max(UNSEEN * value.abs());
+                let is_asked = |c: &Cell<D>, at_pole: bool| can_halve(c) && (at_pole || !at_poles);
+                let hidden = |c: &Cell<D>| c.unseen.filter(|u| is_asked(c, u.1)).map_or(0.0, |u| u.0);
+                let unseen = if at_poles { about_poles } else { unseen };
                 chosen = worst(&cells.iter().map(hidden).collect::<Vec<_>>(), unseen, left(most));
+                for &i in &chosen {
+                    cells[i].axis = cells[i].axis_at_pole(enclosing);
+                }
             }
             if chosen.is_empty() {
                 let (value, error) = search.outcome(tolerance, (value, error), [between, about_poles]);

@@ -243,10 +243,11 @@ fn along_part(
         let step = (both - whole).abs();
         let is_last = level >= MAX_HALVINGS || !(a < middle && middle < b);
         let seen = [halves[0].1[0].min(halves[1].1[0]), halves[0].1[1].max(halves[1].1[1])];
+        let hidden = unseen(a, b, both, seen);
         if is_last {
             (sum, error) = (sum + both, error + about);
-        } else if step <= (ALONG * whole.abs()).max(LITTLE * scale) && unseen(a, b, both, seen) <= UNSEEN * scale {
-            (sum, error) = (sum + both, error + step);
+        } else if step <= (ALONG * whole.abs()).max(LITTLE * scale) && hidden <= UNSEEN * scale {
+            (sum, error) = (sum + both, error + step + hidden);
         } else {
             let [left, right] = [halves[0].0, halves[1].0];
             open.push((middle, b, halves[1], about_pole(whole, right, left), level + 1));

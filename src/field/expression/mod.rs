@@ -16,7 +16,7 @@
 
 mod enclosure;
 mod functions;
-pub(super) mod interval;
+mod interval;
 mod parser;
 mod program;
 

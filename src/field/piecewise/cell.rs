@@ -6,7 +6,7 @@ use super::lattice::{axes_across, index, part_count, shares};
 use super::nest::{MOST_EVALUATIONS, Nest};
 use super::orders::{Masses, SAME, add, by_orders, orders, total};
 use super::window::Window;
-use crate::field::cubature::{Seen, smooth_rule};
+use crate::field::cubature::{Seen, axis_at_pole, smooth_rule};
 use crate::field::patch::about_pole;
 use crate::field::quadrature::rule;
 use crate::field::{Enclosure, Level, Trace};
@@ -48,6 +48,8 @@ pub(super) struct Unseen {
     pub mass: f64,
     /// Whether there may be a discontinuity or a pole, so that bounds are those of what is there rather than wide.
     pub may_jump: bool,
+    /// Along which a pole is parted from the most of the cell.
+    axis: Option<usize>,
 }
 
 /// What is spent on a cell.
@@ -86,26 +88,28 @@ impl<const D: usize> Cell<D> {
     pub fn look(&self, integrand: &dyn Integrand<D>) -> Unseen {
         let window = Window::new(integrand, self.lo, self.hi);
         let Some(bounds) = integrand.enclosure(&window.place([-1.0; D]), &window.place([1.0; D])) else {
-            return Unseen { mass: 0.0, may_jump: false };
+            return Unseen { mass: 0.0, may_jump: false, axis: None };
         };
         let of_values = |bounds: Enclosure| bounds.unseen(self.seen, window.volume(), self.about_pole);
         // A pole at a face counts; what is discontinuous there is so outside.
         let has_pole = || integrand.enclosure(&self.lo, &self.hi).is_some_and(|e| e.has_pole());
         if bounds.has_pole() || of_values(bounds) > 0.0 && has_pole() {
-            return Unseen { mass: self.about_pole, may_jump: true };
+            let at = |a: &[f64; D], b: &[f64; D]| integrand.enclosure(a, b).is_some_and(|e| e.has_pole());
+            let axis = Some(axis_at_pole([&self.lo, &self.hi], self.axis, at));
+            return Unseen { mass: self.about_pole, may_jump: true, axis };
         }
         if bounds.is_continuous {
-            return Unseen { mass: of_values(bounds), may_jump: false };
+            return Unseen { mass: of_values(bounds), may_jump: false, axis: None };
         }
         let lattice = lattice(&window);
         let all = bounds.range() * window.volume();
         if !has_met_levels(&lattice, &bounds) {
-            return Unseen { mass: all, may_jump: true };
+            return Unseen { mass: all, may_jump: true, axis: None };
         }
         if self.is_one_part {
-            return Unseen { mass: share_between(&window, &lattice) * all, may_jump: true };
+            return Unseen { mass: share_between(&window, &lattice) * all, may_jump: true, axis: None };
         }
-        Unseen { mass: of_values(bounds.with_met_jumps()), may_jump: false }
+        Unseen { mass: of_values(bounds.with_met_jumps()), may_jump: false, axis: None }
     }
 
     /// What it may hold unseen, where that counts: in cells without discontinuities, and in those that may have some.
@@ -115,10 +119,11 @@ impl<const D: usize> Cell<D> {
 
     pub fn halves(&self, integrand: &dyn Integrand<D>) -> Vec<Self> {
         let rule = if self.is_smooth { Rule::High } else { Rule::Low };
-        let middle = 0.5 * (self.lo[self.axis] + self.hi[self.axis]);
+        let axis = self.unseen.and_then(|u| u.axis).unwrap_or(self.axis);
+        let middle = 0.5 * (self.lo[axis] + self.hi[axis]);
         let (mut left, mut right) = (self.hi, self.lo);
-        left[self.axis] = middle;
-        right[self.axis] = middle;
+        left[axis] = middle;
+        right[axis] = middle;
         let mut halves = vec![integrated(integrand, self.lo, left, rule), integrated(integrand, right, self.hi, rule)];
         // If they differ from the whole by more than its error, theirs are no better known.
         let [left, right] = [halves[0].value(), halves[1].value()];
