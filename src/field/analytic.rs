@@ -2,7 +2,7 @@
 
 use super::check::point_text;
 use super::quadrature::radical_inverse;
-use super::{CarriedField, CarriedInfo, Expression, ScalarField, Trace};
+use super::{CarriedField, CarriedInfo, Enclosure, Expression, Patch, ScalarField, Trace};
 use crate::error::{Error, Result};
 use sph::domain::Domain;
 
@@ -90,6 +90,11 @@ impl<const D: usize> ScalarField<D> for AnalyticField<D> {
         trace.kink(f64::from(is_empty));
         trace.piece = if is_empty { 0 } else { trace.piece.max(1) };
         trace
+    }
+
+    fn enclosure(&self, patch: &Patch<D>) -> Option<Enclosure> {
+        let found = self.expression.enclosure(patch, &self.center);
+        Some(found.within(found.least.max(0.0), found.most.max(0.0)))
     }
 
     fn is_piecewise(&self) -> bool {

@@ -4,11 +4,20 @@
 //! in two and three dimensions, Gauss-Legendre of 9 and 6 points in one. The cells that hold most of the error
 //! are halved along the axis of the largest fourth difference, round by round; rounds run in parallel, sums
 //! in cell order, so that the result is the same for any number of threads.
+//!
+//! A rule that has not met a feature is sure of itself. Where bounds of the integrand over whole cells are known, cells that may
+//! hold what none of their points has met are halved until they hold next to nothing, and what they may hold still is part of the error.
 
-use super::MassEstimate;
+use super::patch::{UNSEEN, about_pole};
 use super::quadrature::{Sum, binade, rule};
+use super::{Enclosure, MassEstimate};
 use sph::{parallel, reduce};
+use std::cell::Cell as Counter;
 
+/// Evaluations that a search takes that finds nothing, at most.
+pub(crate) const MAX_SEARCH: usize = 400_000;
+/// Share of the error that is not worth a round.
+const LITTLE: f64 = 0.01;
 /// Share of the error that each round tackles.
 const SHARE: f64 = 0.75;
 
@@ -19,11 +28,59 @@ struct Cell<const D: usize> {
     value: f64,
     error: f64,
     axis: usize,
+    /// The least and the largest value at the points of the rule.
+    seen: [f64; 2],
+    /// What may lie between them, once that was asked, and whether that is about a pole.
+    unseen: Option<(f64, bool)>,
+    /// What it may hold if there is a pole.
+    about_pole: f64,
 }
+
+impl<const D: usize> Cell<D> {
+    fn new(lo: [f64; D], hi: [f64; D]) -> Self {
+        Self { lo, hi, value: 0.0, error: 0.0, axis: 0, seen: [0.0; 2], unseen: None, about_pole: 0.0 }
+    }
+
+    fn axis_at_pole(&self, enclosing: Enclosing<D>) -> usize {
+        if !self.unseen.is_some_and(|u| u.1) {
+            return self.axis;
+        }
+        axis_at_pole([&self.lo, &self.hi], self.axis, |a, b| enclosing(a, b).is_some_and(|e| e.has_pole()))
+    }
+}
+
+/// The axis along which to halve a box so that as few halves as can be have a pole: `axis`, where all are alike.
+pub(crate) fn axis_at_pole<const D: usize>(
+    [lo, hi]: [&[f64; D]; 2],
+    axis: usize,
+    has_pole: impl Fn(&[f64; D], &[f64; D]) -> bool,
+) -> usize {
+    let with_pole = |k: usize| {
+        let middle = 0.5 * (lo[k] + hi[k]);
+        let (mut left, mut right) = (*hi, *lo);
+        (left[k], right[k]) = (middle, middle);
+        usize::from(has_pole(lo, &left)) + usize::from(has_pole(&right, hi))
+    };
+    (0..D).fold(axis, |best, k| if with_pole(k) < with_pole(best) { k } else { best })
+}
+
+/// Bounds of an integrand between two corners of a cell, where they are known.
+pub(crate) type Enclosing<'a, const D: usize> = &'a (dyn Fn(&[f64; D], &[f64; D]) -> Option<Enclosure> + Sync);
 
 /// Integral of `f` over `[0, 1]^D` to a relative `tolerance`, or to the error that `max_evaluations` leave.
 pub(crate) fn integrate_unit_box<const D: usize>(
     f: &(dyn Fn(&[f64; D]) -> f64 + Sync),
+    tolerance: f64,
+    max_evaluations: usize,
+) -> MassEstimate {
+    integrate_enclosed(f, &|_, _| None, tolerance, max_evaluations)
+}
+
+/// [`integrate_unit_box`] of a function without discontinuities that has bounds. Where these show that something may be hidden it
+/// is looked for; bounds that are wide rather than right cost a few more evaluations and leave the integral as it was.
+pub(crate) fn integrate_enclosed<const D: usize>(
+    f: &(dyn Fn(&[f64; D]) -> f64 + Sync),
+    enclosing: Enclosing<D>,
     tolerance: f64,
     max_evaluations: usize,
 ) -> MassEstimate {
@@ -41,19 +98,43 @@ pub(crate) fn integrate_unit_box<const D: usize>(
         cells = halves(&scaled, &cells).into_iter().flatten().collect();
         evaluations += cells.len() * points::<D>();
     }
+    let mut search: Option<Search> = None;
+    let mut most = max_evaluations;
     loop {
         let value: Sum = cells.iter().map(|c| c.value).collect();
         let error: Sum = cells.iter().map(|c| c.error).collect();
         let (value, error) = (value.value(), error.value());
-        let chosen = if error <= tolerance * value.abs() || evaluations >= max_evaluations {
+        let left = |limit: usize| limit.saturating_sub(evaluations).div_ceil(2 * points::<D>());
+        let mut chosen = if error <= tolerance * value.abs() || evaluations >= most {
             vec![]
         } else {
             let errors: Vec<f64> = cells.iter().map(|c| if can_halve(c) { c.error } else { 0.0 }).collect();
-            worst(&errors, error, (max_evaluations - evaluations) / (2 * points::<D>()))
+            worst(&errors, error, left(most))
         };
         if chosen.is_empty() {
-            let rounding = 64.0 * f64::EPSILON * value.abs();
-            return MassEstimate { value: value * unit, error: (error + rounding) * unit };
+            let [between, about_poles] = look(&mut cells, enclosing, unit);
+            let unseen = between + about_poles;
+            let search = search.get_or_insert(Search { value, error, until: evaluations + MAX_SEARCH });
+            if search.has_found(value) {
+                most = 2 * max_evaluations;
+            }
+            if unseen > error.max(UNSEEN * value.abs()) {
+                let most = if search.has_found(value) { most } else { search.until };
+                // First of all what is about poles, which is part of the error in any case.
+                let at_poles = about_poles > error.max(UNSEEN * value.abs());
+                let is_asked = |c: &Cell<D>, at_pole: bool| can_halve(c) && (at_pole || !at_poles);
+                let hidden = |c: &Cell<D>| c.unseen.filter(|u| is_asked(c, u.1)).map_or(0.0, |u| u.0);
+                let unseen = if at_poles { about_poles } else { unseen };
+                chosen = worst(&cells.iter().map(hidden).collect::<Vec<_>>(), unseen, left(most));
+                for &i in &chosen {
+                    cells[i].axis = cells[i].axis_at_pole(enclosing);
+                }
+            }
+            if chosen.is_empty() {
+                let (value, error) = search.outcome(tolerance, (value, error), [between, about_poles]);
+                let rounding = 64.0 * f64::EPSILON * value.abs();
+                return MassEstimate { value: value * unit, error: (error + rounding) * unit };
+            }
         }
         let whole: Vec<Cell<D>> = chosen.iter().map(|&i| cells[i]).collect();
         evaluations += 2 * whole.len() * points::<D>();
@@ -64,6 +145,51 @@ pub(crate) fn integrate_unit_box<const D: usize>(
     }
 }
 
+/// An integral before it was looked for what is hidden.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Search {
+    pub value: f64,
+    pub error: f64,
+    /// Evaluations until which it is looked where nothing is found.
+    pub until: usize,
+}
+
+impl Search {
+    /// Whether the integral changed by more than it should.
+    pub fn has_found(&self, value: f64) -> bool {
+        (value - self.value).abs() > self.error
+    }
+
+    /// Whether it was good enough as it was, and still is.
+    pub fn stands(&self, tolerance: f64, value: f64) -> bool {
+        !self.has_found(value) && self.error <= tolerance * self.value.abs()
+    }
+
+    /// The integral and its error, with what may be about poles, and between points where something was.
+    fn outcome(&self, tolerance: f64, (value, error): (f64, f64), [between, about_poles]: [f64; 2]) -> (f64, f64) {
+        let about_poles = if about_poles > UNSEEN * value.abs() { about_poles } else { 0.0 };
+        match self.has_found(value) {
+            true => (value, error + between + about_poles),
+            false if self.stands(tolerance, value) => (self.value, self.error + about_poles),
+            false => (value, error + about_poles),
+        }
+    }
+}
+
+/// What all cells may hold that their points have not met, where there is no pole and where there is one; cells that were not asked yet are.
+fn look<const D: usize>(cells: &mut [Cell<D>], enclosing: Enclosing<D>, unit: f64) -> [f64; 2] {
+    let new: Vec<usize> = (0..cells.len()).filter(|&i| cells[i].unseen.is_none()).collect();
+    let found = parallel::tasks(new.len(), |i| {
+        let c = &cells[new[i]];
+        let volume = (0..D).map(|k| c.hi[k] - c.lo[k]).product();
+        let bounds = enclosing(&c.lo, &c.hi).map(|e| e.times([1.0 / unit; 2]));
+        bounds.map_or((0.0, false), |e| (e.unseen(c.seen, volume, c.about_pole), e.has_pole()))
+    });
+    new.into_iter().zip(found).for_each(|(i, unseen)| cells[i].unseen = Some(unseen));
+    [false, true]
+        .map(|pole| cells.iter().filter_map(|c| c.unseen).filter(|u| u.1 == pole).map(|u| u.0).collect::<Sum>().value())
+}
+
 fn start_cell<const D: usize>(mut i: usize, per_axis: usize) -> Cell<D> {
     let (mut lo, mut hi) = ([0.0; D], [0.0; D]);
     for k in 0..D {
@@ -71,11 +197,15 @@ fn start_cell<const D: usize>(mut i: usize, per_axis: usize) -> Cell<D> {
         i /= per_axis;
         (lo[k], hi[k]) = (j as f64 / per_axis as f64, (j + 1) as f64 / per_axis as f64);
     }
-    Cell { lo, hi, value: 0.0, error: 0.0, axis: 0 }
+    Cell::new(lo, hi)
 }
 
 /// Numbers of the cells with most of the error, ascending, from the errors of those that can be halved and 0 for others.
 pub(crate) fn worst(errors: &[f64], error: f64, limit: usize) -> Vec<usize> {
+    // Where nearly all of it is in cells that are as small as can be, the rest does not matter.
+    if errors.iter().copied().collect::<Sum>().value() < LITTLE * error {
+        return Vec::new();
+    }
     let mut order: Vec<usize> = (0..errors.len()).filter(|&i| errors[i] > 0.0).collect();
     order.sort_unstable_by(|&i, &j| errors[j].total_cmp(&errors[i]).then(i.cmp(&j)));
     let mut covered = 0.0;
@@ -109,7 +239,11 @@ fn split<const D: usize>(f: &(dyn Fn(&[f64; D]) -> f64 + Sync), c: &Cell<D>) -> 
     right.lo[c.axis] = mid;
     let mut halves = [left, right].map(|half| evaluate(f, half));
     let step = (halves[0].value + halves[1].value - c.value).abs();
-    halves.iter_mut().for_each(|half| half.error = half.error.max(0.5 * step));
+    let [left, right] = halves.map(|half| half.value);
+    for (half, other) in halves.iter_mut().zip([right, left]) {
+        half.error = half.error.max(0.5 * step);
+        half.about_pole = about_pole(c.value, half.value, other);
+    }
     halves
 }
 
@@ -122,8 +256,32 @@ const fn points<const D: usize>() -> usize {
 }
 
 fn evaluate<const D: usize>(f: &(dyn Fn(&[f64; D]) -> f64 + Sync), cell: Cell<D>) -> Cell<D> {
-    let (value, error, axis) = smooth_rule(f, cell.lo, cell.hi);
-    Cell { value, error, axis, ..cell }
+    let seen = Seen::default();
+    let (value, error, axis) = smooth_rule(&|x| seen.noted(f(x)), cell.lo, cell.hi);
+    Cell { value, error, axis, seen: seen.range(), unseen: None, about_pole: value.abs(), ..cell }
+}
+
+/// The values that a rule has met.
+#[derive(Debug)]
+pub(crate) struct Seen(Counter<[f64; 2]>);
+
+impl Default for Seen {
+    fn default() -> Self {
+        Self(Counter::new([f64::INFINITY, f64::NEG_INFINITY]))
+    }
+}
+
+impl Seen {
+    pub(crate) fn noted(&self, value: f64) -> f64 {
+        let [least, most] = self.0.get();
+        self.0.set([least.min(value), most.max(value)]);
+        value
+    }
+
+    /// The least and the largest.
+    pub(crate) fn range(&self) -> [f64; 2] {
+        self.0.get()
+    }
 }
 
 /// Integral over the box `lo` to `hi`, its error and the axis along which to halve it.
@@ -132,7 +290,7 @@ pub(crate) fn smooth_rule<const D: usize>(
     lo: [f64; D],
     hi: [f64; D],
 ) -> (f64, f64, usize) {
-    let cell = Cell { lo, hi, value: 0.0, error: 0.0, axis: 0 };
+    let cell = Cell::new(lo, hi);
     if D == 1 { gauss_pair(f, &cell) } else { genz_malik(f, &cell) }
 }
 
@@ -233,11 +391,11 @@ mod tests {
         for degree in 0..=7 {
             let f = |x: &[f64; D]| (0..D).map(|k| (x[k] * (1.0 + k as f64)).powi(degree)).sum::<f64>();
             let expected: f64 = (0..D).map(|k| (1.0 + k as f64).powi(degree) / (f64::from(degree) + 1.0)).sum();
-            let cell = evaluate(&f, Cell { lo: [0.0; D], hi: [1.0; D], value: 0.0, error: 0.0, axis: 0 });
+            let cell = evaluate(&f, Cell::new([0.0; D], [1.0; D]));
             assert!((cell.value / expected - 1.0).abs() < 1e-12, "{D} {degree}: {}", cell.value);
         }
         let mixed = |x: &[f64; D]| x.iter().map(|v| v * v).product::<f64>();
-        let cell = evaluate(&mixed, Cell { lo: [0.0; D], hi: [1.0; D], value: 0.0, error: 0.0, axis: 0 });
+        let cell = evaluate(&mixed, Cell::new([0.0; D], [1.0; D]));
         assert!((cell.value * 3f64.powi(D as i32) - 1.0).abs() < 1e-12);
     }
 

@@ -1,6 +1,6 @@
 //! Scalar fields: a mass density, a spacing, a number density.
 
-use super::Trace;
+use super::{Enclosure, Patch, Trace};
 use sph::domain::Domain;
 
 /// A mass with the error of its quadrature (same unit, absolute).
@@ -54,6 +54,13 @@ pub trait ScalarField<const D: usize>: Send + Sync {
     /// Whether the part that [`Self::trace`] tells can differ between points.
     fn has_parts(&self) -> bool {
         self.is_piecewise()
+    }
+
+    /// Bounds of the value over all of a patch, where the field knows them; they need not be narrow. By these an integral finds
+    /// what lies between the points at which it looks.
+    fn enclosure(&self, patch: &Patch<D>) -> Option<Enclosure> {
+        let _ = patch;
+        None
     }
 
     /// The integral over `domain`, where the interpolant has a better one than sampling gives.

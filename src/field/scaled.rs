@@ -1,6 +1,6 @@
 //! Change of units by linear factors, without copying data.
 
-use super::{CarriedField, CarriedInfo, MassEstimate, RadialSource, ScalarField, Source, Trace};
+use super::{CarriedField, CarriedInfo, Enclosure, MassEstimate, Patch, RadialSource, ScalarField, Source, Trace};
 use sph::domain::Domain;
 use std::sync::Arc;
 
@@ -106,6 +106,16 @@ impl<const D: usize> ScalarField<D> for ScaledField<D> {
 
     fn center(&self) -> Option<[f64; D]> {
         self.inner.center().map(|c| self.coordinates.to_outer(&c))
+    }
+
+    fn enclosure(&self, patch: &Patch<D>) -> Option<Enclosure> {
+        let inner = |x: &[f64; D]| self.coordinates.to_inner(x);
+        let distance = patch.distance.map(|(center, ends)| {
+            let [a, b] = ends.map(|r| self.coordinates.to_inner(&[r; D])[0]);
+            (inner(&center), [a, b])
+        });
+        let [lo, hi, middle] = [patch.lo, patch.hi, patch.middle].map(|x| inner(&x));
+        Some(self.inner.enclosure(&Patch { lo, hi, middle, distance })?.times([self.value; 2]))
     }
 
     fn integral(&self, domain: &Domain<D>) -> Option<MassEstimate> {

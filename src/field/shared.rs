@@ -1,6 +1,6 @@
 //! A density and carried variables that fields of their own refer to as well.
 
-use super::{CarriedField, CarriedInfo, MassEstimate, ScalarField, Trace};
+use super::{CarriedField, CarriedInfo, Enclosure, MassEstimate, Patch, ScalarField, Trace};
 use sph::domain::Domain;
 use std::sync::Arc;
 
@@ -38,6 +38,10 @@ impl<const D: usize> ScalarField<D> for SharedDensity<D> {
 
     fn has_parts(&self) -> bool {
         self.0.has_parts()
+    }
+
+    fn enclosure(&self, patch: &Patch<D>) -> Option<Enclosure> {
+        self.0.enclosure(patch)
     }
 
     fn integral(&self, domain: &Domain<D>) -> Option<MassEstimate> {

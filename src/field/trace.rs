@@ -1,7 +1,7 @@
 //! Where a point lies in a piecewise smooth field.
 
 /// Levels that are kept; of more, a field's first.
-const MOST: usize = 6;
+pub(super) const MOST_LEVELS: usize = 8;
 
 /// A number for what `all` stands for, and `outcome` after it: FNV-1a over words, then SplitMix64's finalizer.
 pub(super) fn chained(all: u64, outcome: f64) -> u64 {
@@ -28,7 +28,7 @@ pub struct Trace {
     pub piece: u64,
     /// As the piece, but different beyond kinks too: within a part the field is smooth.
     pub part: u64,
-    levels: [Level; MOST],
+    levels: [Level; MOST_LEVELS],
     count: usize,
     is_complete: bool,
 }
@@ -41,7 +41,7 @@ impl Trace {
 
     /// A point without levels as yet.
     pub fn new(piece: u64, part: u64) -> Self {
-        Self { piece, part, levels: [Level { value: 0.0, lo: 0.0, hi: 0.0 }; MOST], count: 0, is_complete: true }
+        Self { piece, part, levels: [Level { value: 0.0, lo: 0.0, hi: 0.0 }; MOST_LEVELS], count: 0, is_complete: true }
     }
 
     /// Adds what became of a step that can be discontinuous.
@@ -61,6 +61,14 @@ impl Trace {
             Some(place) => (*place, self.count) = (level, self.count + 1),
             None => self.is_complete = false,
         }
+    }
+
+    /// Adds all that another field tells of the point.
+    pub(crate) fn append(&mut self, other: &Self) {
+        self.piece = other.piece;
+        self.part = chained(self.part, f64::from_bits(other.part >> 2));
+        other.levels().iter().for_each(|level| self.push(*level));
+        self.is_complete &= other.is_complete;
     }
 
     pub fn levels(&self) -> &[Level] {

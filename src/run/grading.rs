@@ -13,6 +13,9 @@ const LITTLE_HEAT: f64 = 0.01;
 const SAME_MASS: f64 = 1e-9;
 /// Relative difference of all particles' mass from the input's.
 const LOST_MASS: f64 = 1e-6;
+/// Relative error of the total mass that is a tenth of what densities may be off by and still be good, and that which is as much.
+const WELL_KNOWN: f64 = 1e-3;
+const HARDLY_KNOWN: f64 = 1e-2;
 /// Force noise of an interior whose profile changes within a spacing.
 const UNRESOLVED: f64 = 0.5;
 
@@ -149,6 +152,18 @@ pub fn verdict(report: &Report) -> Vec<Finding> {
     }
     if let Some((grade, text)) = masses(report) {
         say(grade, Topic::Masses, text);
+    }
+    let known = report.mass.quadrature_error;
+    if !(known <= WELL_KNOWN) {
+        say(
+            grade(known, WELL_KNOWN, HARDLY_KNOWN),
+            Topic::TotalMass,
+            format!(
+                "known to {:.1e} (1e-3 is good, 1e-2 is much), as are the particles' masses; bound poles, as by max(r, 1e-3), and leave out \
+                 structure that is finer than particles",
+                known
+            ),
+        );
     }
     if let Some(cut) = &report.atmosphere {
         say(

@@ -47,6 +47,7 @@ pub enum Topic {
     ForceNoise,
     Balance,
     Masses,
+    TotalMass,
     Atmosphere,
     Snapshot,
     End,
@@ -54,13 +55,14 @@ pub enum Topic {
 }
 
 impl Topic {
-    pub const ALL: [Self; 10] = [
+    pub const ALL: [Self; 11] = [
         Self::MassInPlace,
         Self::Density,
         Self::Pairs,
         Self::ForceNoise,
         Self::Balance,
         Self::Masses,
+        Self::TotalMass,
         Self::Atmosphere,
         Self::Snapshot,
         Self::End,
@@ -76,6 +78,7 @@ impl Topic {
             Self::ForceNoise => "force noise",
             Self::Balance => "balance",
             Self::Masses => "masses",
+            Self::TotalMass => "total mass",
             Self::Atmosphere => "atmosphere",
             Self::Snapshot => "snapshot",
             Self::End => "end",

@@ -289,3 +289,29 @@ fn the_report_ends_with_a_verdict() {
     assert!(!text.contains("Stagnated") && !text.contains("left out  "), "{text}");
     assert!(text.contains("without          periodic images"), "{text}");
 }
+
+/// Waves that are thousands of times as short as particles are apart.
+#[test]
+fn a_mass_that_is_hardly_known_is_in_the_verdict() {
+    let verdict = |expression: &str| {
+        let folder = Folder::new();
+        let text = format!(
+            "input: {{expression: '{expression}'}}\ndomain: {{box: [[0, 0], [1, 1]]}}\nparticles: 60\npolish: none\n"
+        );
+        let scene = folder.file("scene.yaml", text).display().to_string();
+        let out = folder.path("ic.hdf5").display().to_string();
+        let printed = super::support::succeed(&["--scene", &scene, "--out", &out, "--json"]).stdout;
+        let report: serde_json::Value = serde_json::from_str(&printed).unwrap();
+        let known = report["mass"]["quadrature_error"].as_f64().unwrap();
+        let lines = report["verdict"].as_array().unwrap();
+        (known, lines.iter().find(|line| line["topic"] == "total mass").cloned())
+    };
+    let (known, line) = verdict("1 + 0.9*sin(1e5*x*y)");
+    let line = line.unwrap_or_else(|| panic!("{known}"));
+    assert!(known > 1e-2 && line["grade"] == "bad", "{line}");
+    let text = line["text"].as_str().unwrap();
+    assert!(text.contains("1e-3 is good") && text.contains("max(r, 1e-3)"), "{text}");
+    assert!(line["link"].as_str().unwrap().ends_with("numbers.md#total-mass"), "{line}");
+    let (known, line) = verdict("1 + 0.9*sin(2*x*y)");
+    assert!(known < 1e-3 && line.is_none(), "{known} {line:?}");
+}

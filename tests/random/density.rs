@@ -145,6 +145,10 @@ impl Law {
         }
     }
 
+    fn pole(&self) -> Option<&Point> {
+        if let Self::Cusp { center, .. } = self { Some(center) } else { None }
+    }
+
     /// Where along an axis a quadrature should have faces.
     fn faces(&self, axis: usize) -> Vec<f64> {
         let around = |center: &Point, width: f64| {
@@ -225,6 +229,12 @@ impl Density {
         let of_solids =
             self.solids.iter().flat_map(|(solid, matter)| solid.faces(axis).into_iter().chain(matter.law.faces(axis)));
         of_solids.chain(self.around.law.faces(axis)).collect()
+    }
+
+    /// Whether a law is infinite somewhere in a box or on its faces.
+    pub fn has_pole_within(&self, lo: &Point, hi: &Point) -> bool {
+        let laws = self.solids.iter().map(|(_, matter)| &matter.law).chain([&self.around.law]);
+        laws.filter_map(Law::pole).any(|pole| (0..self.d).all(|k| (lo[k]..=hi[k]).contains(&pole[k])))
     }
 
     /// Whether solids stand out by more than a factor wherever they end.

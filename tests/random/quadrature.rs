@@ -139,7 +139,11 @@ fn halves(density: &Density, domain: &Domain, whole: &Cell) -> [Cell; 2] {
     let mut parts = [cell(density, domain, whole.lo, left), cell(density, domain, right, whole.hi)];
     let change = |r: usize| (parts[0].regions[r] + parts[1].regions[r] - whole.regions[r]).abs();
     let error = 0.5 * (0..whole.regions.len()).map(change).sum::<f64>();
-    parts.iter_mut().for_each(|part| part.error = error.max(part.jump));
+    for part in &mut parts {
+        // Points next to a pole say little of what is nearer.
+        let is_unknown = density.has_pole_within(&part.lo, &part.hi);
+        part.error = error.max(part.jump).max(if is_unknown { part.mass() } else { 0.0 });
+    }
     parts
 }
 

@@ -31,6 +31,13 @@ pub trait Hull<const D: usize>: Send + Sync + Debug {
         let _ = (axis, x);
         None
     }
+
+    /// Whether the region is put together from shapes that smooth functions tell; if so `each` gets the value of every one at
+    /// `x`, not positive within its shape, always in the same order.
+    fn levels(&self, x: &[f64; D], each: &mut dyn FnMut(f64)) -> bool {
+        let _ = (x, each);
+        false
+    }
 }
 
 /// The part of the bounding box that may hold particles.

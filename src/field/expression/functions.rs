@@ -1,11 +1,11 @@
 //! Functions, operators and constants by their names.
 
-use super::program::{Binary, Outcome, Step, Unary};
+use super::program::{Binary, Course, Outcome, Step, Unary};
 
 /// What a name before parentheses stands for.
 #[derive(Clone, Copy)]
 pub(super) enum Function {
-    Unary(Unary, Outcome),
+    Unary(Unary, Outcome, Course),
     Binary(Binary, Outcome),
     Power,
     If,
@@ -13,7 +13,7 @@ pub(super) enum Function {
 
 impl Function {
     pub fn named(name: &str) -> Option<Self> {
-        let unary = || UNARY.iter().find(|u| u.0 == name).map(|u| Self::Unary(u.1, u.2));
+        let unary = || UNARY.iter().find(|u| u.0 == name).map(|u| Self::Unary(u.1, u.2, u.3));
         let binary = || BINARY.iter().find(|b| b.0 == name).map(|b| Self::Binary(b.1, b.2));
         match name {
             "if" => Some(Self::If),
@@ -57,30 +57,30 @@ pub(super) fn infix(symbol: &str) -> Step {
     }
 }
 
-const UNARY: &[(&str, Unary, Outcome)] = &[
-    ("sqrt", f64::sqrt, Outcome::Smooth),
-    ("cbrt", f64::cbrt, Outcome::Side),
-    ("exp", f64::exp, Outcome::Smooth),
-    ("ln", f64::ln, Outcome::Smooth),
-    ("log", f64::ln, Outcome::Smooth),
-    ("log10", f64::log10, Outcome::Smooth),
-    ("log2", f64::log2, Outcome::Smooth),
-    ("sin", f64::sin, Outcome::Smooth),
-    ("cos", f64::cos, Outcome::Smooth),
-    ("tan", f64::tan, Outcome::Smooth),
-    ("asin", f64::asin, Outcome::Smooth),
-    ("acos", f64::acos, Outcome::Smooth),
-    ("atan", f64::atan, Outcome::Smooth),
-    ("sinh", f64::sinh, Outcome::Smooth),
-    ("cosh", f64::cosh, Outcome::Smooth),
-    ("tanh", f64::tanh, Outcome::Smooth),
-    ("abs", f64::abs, Outcome::Side),
-    ("sign", |a| if a == 0.0 { 0.0 } else { a.signum() }, Outcome::Sign),
-    ("floor", f64::floor, Outcome::Floor),
-    ("ceil", f64::ceil, Outcome::Ceil),
-    ("round", f64::round, Outcome::Round),
-    ("step", step, Outcome::Sign),
-    ("heaviside", step, Outcome::Sign),
+const UNARY: &[(&str, Unary, Outcome, Course)] = &[
+    ("sqrt", f64::sqrt, Outcome::Smooth, Course::Monotone),
+    ("cbrt", f64::cbrt, Outcome::Side, Course::Monotone),
+    ("exp", f64::exp, Outcome::Smooth, Course::Monotone),
+    ("ln", f64::ln, Outcome::Smooth, Course::Monotone),
+    ("log", f64::ln, Outcome::Smooth, Course::Monotone),
+    ("log10", f64::log10, Outcome::Smooth, Course::Monotone),
+    ("log2", f64::log2, Outcome::Smooth, Course::Monotone),
+    ("sin", f64::sin, Outcome::Smooth, Course::Sine),
+    ("cos", f64::cos, Outcome::Smooth, Course::Cosine),
+    ("tan", f64::tan, Outcome::Smooth, Course::Tangent),
+    ("asin", f64::asin, Outcome::Smooth, Course::Monotone),
+    ("acos", f64::acos, Outcome::Smooth, Course::Monotone),
+    ("atan", f64::atan, Outcome::Smooth, Course::Monotone),
+    ("sinh", f64::sinh, Outcome::Smooth, Course::Monotone),
+    ("cosh", f64::cosh, Outcome::Smooth, Course::Even),
+    ("tanh", f64::tanh, Outcome::Smooth, Course::Monotone),
+    ("abs", f64::abs, Outcome::Side, Course::Even),
+    ("sign", |a| if a == 0.0 { 0.0 } else { a.signum() }, Outcome::Sign, Course::Monotone),
+    ("floor", f64::floor, Outcome::Floor, Course::Monotone),
+    ("ceil", f64::ceil, Outcome::Ceil, Course::Monotone),
+    ("round", f64::round, Outcome::Round, Course::Monotone),
+    ("step", step, Outcome::Sign, Course::Monotone),
+    ("heaviside", step, Outcome::Sign, Course::Monotone),
 ];
 
 /// Named functions of two arguments; those that take more are folded from the left.

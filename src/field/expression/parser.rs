@@ -217,7 +217,7 @@ impl Parser<'_> {
             self.comparison()?;
             count += 1;
             match (function, count) {
-                (Some(Function::Unary(f, outcome)), 1) => self.program.push(Step::Unary(f, outcome)),
+                (Some(Function::Unary(f, outcome, course)), 1) => self.program.push(Step::Unary(f, outcome, course)),
                 // More than two arguments are taken from the left.
                 (Some(Function::Binary(f, outcome)), 2..) => self.program.push(Step::Binary(f, outcome)),
                 (Some(Function::Power), 2) => self.program.push(Step::Power),

@@ -73,6 +73,18 @@ impl Outcome {
     }
 }
 
+/// How a function of one argument goes on.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Course {
+    /// Rising throughout, or falling.
+    Monotone,
+    /// The same on both sides of 0, and rising beyond.
+    Even,
+    Sine,
+    Cosine,
+    Tangent,
+}
+
 /// Stacks up to here need no allocation, and up to `FLAT` hardly any clearing.
 const SHALLOW: usize = 32;
 const FLAT: usize = 6;
@@ -91,7 +103,7 @@ pub(super) enum Step {
     Multiply,
     Divide,
     Power,
-    Unary(Unary, Outcome),
+    Unary(Unary, Outcome, Course),
     Binary(Binary, Outcome),
     /// An operator whose second operand is a number.
     PlusNumber(f64),
@@ -185,6 +197,10 @@ impl Program {
         self.steps[jump] = Step::Jump(self.settled);
     }
 
+    pub fn steps(&self) -> &[Step] {
+        &self.steps
+    }
+
     /// Whether `is_wanted` for a variable that occurs.
     pub fn has_variable(&self, is_wanted: impl Fn(usize) -> bool) -> bool {
         self.steps.iter().any(|step| matches!(step, Step::Variable(k) if is_wanted(*k)))
@@ -194,14 +210,15 @@ impl Program {
     pub fn is_piecewise(&self) -> bool {
         self.steps.iter().any(|step| match step {
             Step::Unless(_) => true,
-            Step::Unary(_, outcome) | Step::Binary(_, outcome) => outcome.is_discontinuous(),
+            Step::Unary(_, outcome, _) | Step::Binary(_, outcome) => outcome.is_discontinuous(),
             _ => false,
         })
     }
 
     /// Whether a step can make the value or its slope discontinuous.
     pub fn has_parts(&self) -> bool {
-        let is_kinked = |step: &Step| matches!(step, Step::Unary(_, o) | Step::Binary(_, o) if *o != Outcome::Smooth);
+        let is_kinked =
+            |step: &Step| matches!(step, Step::Unary(_, o, _) | Step::Binary(_, o) if *o != Outcome::Smooth);
         self.is_piecewise() || self.steps.iter().any(is_kinked)
     }
 
@@ -247,7 +264,7 @@ fn run(steps: &[Step], variables: &[f64], below: &mut [f64], mut watch: impl FnM
             Step::Number(value) => (below[height], top, height) = (top, value, height + 1),
             Step::Variable(k) => (below[height], top, height) = (top, variables[k], height + 1),
             Step::Negate => top = -top,
-            Step::Unary(f, outcome) => {
+            Step::Unary(f, outcome, _) => {
                 let value = f(top);
                 watch(outcome, [top, 0.0], value);
                 top = value;

@@ -9,18 +9,29 @@ const AT_FACE: f64 = 4e-11;
 /// Whether a level may leave its interval within a cell, from its values at the lattice: by how much, as a share of its
 /// range, and where next to.
 pub(super) fn hidden_end<const D: usize>(lattice: &[Level]) -> Option<(f64, [f64; D])> {
+    hidden_end_beside(lattice, &[])
+}
+
+/// [`hidden_end`] with values at other places.
+pub(super) fn hidden_end_beside<const D: usize>(
+    lattice: &[Level],
+    others: &[([f64; D], f64)],
+) -> Option<(f64, [f64; D])> {
     let middle = lattice[lattice.len() / 2];
     let values: Vec<f64> = lattice.iter().map(|l| l.value).collect();
-    let above = excess(&values, middle.hi);
-    above.or_else(|| excess(&values.iter().map(|v| -v).collect::<Vec<_>>(), -middle.lo))
+    let below = || {
+        let others: Vec<([f64; D], f64)> = others.iter().map(|(s, v)| (*s, -v)).collect();
+        excess(&values.iter().map(|v| -v).collect::<Vec<_>>(), &others, -middle.lo)
+    };
+    excess(&values, others, middle.hi).or_else(below)
 }
 
 /// How far a function may exceed `bound` within a cell, from its values at the lattice, as a share of its range, and
 /// where next to.
 ///
-/// Of the parabola through the lattice, plus twice what its corners show beyond: bounded axis by axis, which is exact
+/// Of the parabola through the lattice, plus twice what its corners and other places show beyond: bounded axis by axis, which is exact
 /// without mixed terms, or as a function linear along each axis, the largest at a corner, less its downward bends.
-fn excess<const D: usize>(values: &[f64], bound: f64) -> Option<(f64, [f64; D])> {
+fn excess<const D: usize>(values: &[f64], others: &[([f64; D], f64)], bound: f64) -> Option<(f64, [f64; D])> {
     if bound.is_infinite() {
         return None;
     }
@@ -33,7 +44,9 @@ fn excess<const D: usize>(values: &[f64], bound: f64) -> Option<(f64, [f64; D])>
         .filter(|&i| shares::<D>(i).iter().all(|s| *s != 0.0))
         .fold(f64::NEG_INFINITY, |most, i| most.max(values[i]));
     let by_corners = corner + q.bend.iter().map(|b| (-b).max(0.0)).sum::<f64>();
-    let blur = 2.0 * (0..values.len()).map(|i| (values[i] - q.at(&shares(i))).abs()).fold(0.0, f64::max);
+    let at_lattice = (0..values.len()).map(|i| (values[i] - q.at(&shares(i))).abs());
+    let between = others.iter().map(|(s, v)| (v - q.at(s)).abs());
+    let blur = 2.0 * at_lattice.chain(between).fold(0.0, f64::max);
     let range = q.range() + blur;
     let excess = by_axes.min(by_corners) + blur - bound;
     // Not a number where the level is not one: then anything may be.

@@ -13,7 +13,7 @@ const BLIND_HALVINGS: u32 = 1;
 
 /// One part along a line.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct Stretch {
+pub(crate) struct Stretch {
     pub from: f64,
     pub to: f64,
     pub piece: u64,
@@ -33,7 +33,7 @@ impl Sample {
 }
 
 /// The parts of the line `at` from `lo` to `hi`, in their order; `None` if there are too many.
-pub(super) fn stretches(at: &dyn Fn(f64) -> Trace, lo: f64, hi: f64) -> Option<Vec<Stretch>> {
+pub(crate) fn stretches(at: &dyn Fn(f64) -> Trace, lo: f64, hi: f64) -> Option<Vec<Stretch>> {
     let mut line = Line { at, samples: 0, found: Vec::with_capacity(4), start: lo };
     let [left, middle, right] = [lo, 0.5 * (lo + hi), hi].map(|t| line.sample(t));
     line.walk(left, middle, 0)?;

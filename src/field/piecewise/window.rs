@@ -2,6 +2,7 @@
 
 use super::integrand::Integrand;
 use crate::field::Trace;
+use crate::field::cubature::Seen;
 use std::cell::Cell as Counter;
 
 /// Distance from the faces at which parts are told apart, as a share of the box: what ends right at a face does so
@@ -14,14 +15,21 @@ pub(super) struct Window<'a, const D: usize> {
     pub lo: [f64; D],
     pub hi: [f64; D],
     evaluations: Counter<usize>,
+    seen: Seen,
 }
 
 impl<'a, const D: usize> Window<'a, D> {
     pub fn new(integrand: &'a dyn Integrand<D>, lo: [f64; D], hi: [f64; D]) -> Self {
-        Self { integrand, lo, hi, evaluations: Counter::new(0) }
+        Self { integrand, lo, hi, evaluations: Counter::new(0), seen: Seen::default() }
     }
 
     pub fn value(&self, u: &[f64; D]) -> f64 {
+        self.evaluations.set(self.evaluations.get() + 1);
+        self.seen.noted(self.integrand.value(u))
+    }
+
+    /// A value that is no part of a rule.
+    pub fn value_beside(&self, u: &[f64; D]) -> f64 {
         self.evaluations.set(self.evaluations.get() + 1);
         self.integrand.value(u)
     }
@@ -33,6 +41,11 @@ impl<'a, const D: usize> Window<'a, D> {
 
     pub fn evaluations(&self) -> usize {
         self.evaluations.get()
+    }
+
+    /// The least and the largest value met.
+    pub fn seen(&self) -> [f64; 2] {
+        self.seen.range()
     }
 
     pub fn volume(&self) -> f64 {

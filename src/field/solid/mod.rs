@@ -32,6 +32,8 @@ pub struct Solid<const D: usize> {
     tree: Tree,
     bounds: Aabb<D>,
     volume: MassEstimate,
+    /// Primitives that do not hold all of the bounding box.
+    telling: Vec<usize>,
 }
 
 /// Chords that the volume takes, at most.
@@ -90,6 +92,14 @@ fn gaps(taken: &[[f64; 2]]) -> Vec<[f64; 2]> {
     starts.zip(ends).map(|(a, b)| [a, b]).filter(|p| p[1] > p[0]).collect()
 }
 
+/// Whether a half-space holds all of a box, but for rounding.
+fn holds<const D: usize>(primitive: &Primitive<D>, bounds: &Aabb<D>) -> bool {
+    let corner = |c: usize| std::array::from_fn(|k| if c >> k & 1 == 1 { bounds.hi[k] } else { bounds.lo[k] });
+    let height = |c: usize| primitive.level(&corner(c)).unwrap_or(f64::INFINITY);
+    let reach = ON * bounds.diagonal();
+    matches!(primitive.shape, Shape::HalfSpace { .. }) && (0..1 << D).all(|c| height(c) < reach)
+}
+
 impl<const D: usize> Solid<D> {
     /// `bounds` hold all of it.
     ///
@@ -97,7 +107,8 @@ impl<const D: usize> Solid<D> {
     /// A solid without a volume, as a sentence.
     pub(crate) fn new(primitives: Vec<Primitive<D>>, tree: Tree, bounds: Aabb<D>) -> Result<Self, String> {
         let volume = MassEstimate { value: 0.0, error: 0.0 };
-        let mut solid = Self { primitives, tree, bounds, volume };
+        let telling = (0..primitives.len()).filter(|&i| !holds(&primitives[i], &bounds)).collect();
+        let mut solid = Self { primitives, tree, bounds, volume, telling };
         let found = chord_integral(&solid, &bounds, CHORDS, &|_, chord| chord[1] - chord[0]);
         solid.volume =
             found.filter(|v| v.value > 0.0).ok_or("nothing is left of it: its parts do not overlap, or take all")?;
@@ -212,6 +223,10 @@ impl<const D: usize> Hull<D> for Solid<D> {
 
     fn volume(&self) -> f64 {
         self.volume.value
+    }
+
+    fn levels(&self, x: &[f64; D], each: &mut dyn FnMut(f64)) -> bool {
+        self.telling.iter().map(|&i| self.primitives[i].level(x)).all(|level| level.map(&mut *each).is_some())
     }
 
     fn chords(&self, axis: usize, x: &[f64; D]) -> Option<Vec<[f64; 2]>> {

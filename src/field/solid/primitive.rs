@@ -68,6 +68,18 @@ impl<const D: usize> Primitive<D> {
         }
     }
 
+    /// A smooth function that is not positive inside; none of a surface of facets.
+    pub(crate) fn level(&self, x: &[f64; D]) -> Option<f64> {
+        let y = self.own(x);
+        match &self.shape {
+            Shape::HalfSpace { normal } => Some(dot(normal, &y)),
+            Shape::Ellipsoid { radii } => Some((0..D).map(|k| (y[k] / radii[k]).powi(2)).sum::<f64>() - 1.0),
+            Shape::Cylinder { radius } => Some((across(&y) / radius).powi(2) - 1.0),
+            Shape::Torus { radius, tube } => Some((across(&y) - radius).hypot(y[D - 1]) / tube - 1.0),
+            Shape::Surface(_) => None,
+        }
+    }
+
     /// The nearest point of the surface; one of them where several are as near.
     pub(crate) fn nearest(&self, x: &[f64; D]) -> [f64; D] {
         let y = self.own(x);
