@@ -208,8 +208,8 @@ impl<const D: usize> Fitted<D> {
         (outside == Outside::Clamp || found.first().is_some_and(is_held)).then_some(found)
     }
 
-    /// Whether `x` is farther out than half a spacing beyond all particles about `near`. Within the particles some of them are on the far
-    /// side.
+    /// Whether `x` is farther out than half a spacing beyond the particles about `near`, but for D - 1 that stand out. Within the particles there are
+    /// always some on the far side.
     fn is_beyond(&self, x: &[f64; D], near: usize) -> bool {
         let Some(list) = self.lists.get(near * Self::LISTED..(near + 1) * Self::LISTED) else { return false };
         let offset = |&i: &u32| self.domain.displacement(x, &self.points[i as usize]);
@@ -221,7 +221,7 @@ impl<const D: usize> Fitted<D> {
         let length = inward.iter().map(|v| v * v).sum::<f64>().sqrt();
         let height = |i: &u32| (0..D).map(|k| offset(i)[k] * inward[k]).sum::<f64>() / length;
         let spacing = self.distance(list[1] as usize, &self.points[near]);
-        length > 0.0 && list.iter().all(|i| height(i) > 0.5 * spacing)
+        length > 0.0 && list.iter().filter(|i| height(i) <= 0.5 * spacing).nth(D - 1).is_none()
     }
 
     /// The same from the list of a particle near `x`, which a search among all takes longer for; `None` where the list does

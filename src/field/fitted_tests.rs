@@ -201,29 +201,34 @@ fn lists_find_the_nearest_particles() {
             let all: Vec<usize> = fitted.cloud.nearest(&x, found.len()).iter().map(|f| f.0).collect();
             assert_eq!(found.iter().map(|f| f.0).collect::<Vec<usize>>(), all, "{x:?}");
         }
-        assert!(sure > 1800, "{axis:?}: {sure}");
+        // Beside periodic faces the list is that of a particle on the same side.
+        assert!(sure > 1000, "{axis:?}: {sure}");
     }
 }
 
 /// A ball of particles ends half a spacing beyond the outermost, and has no holes.
-#[test]
-fn matter_ends_half_a_spacing_beyond_the_particles() {
-    let mut random = Random::new(3);
-    let side = 24;
-    let inside = |p: &[f64; 3]| p.iter().map(|x| (x - 0.5).powi(2)).sum::<f64>() < 0.16;
-    let ball: Vec<[f64; 3]> = points::<3>(side, &mut random).into_iter().filter(inside).collect();
+fn matter_ends_half_a_spacing_beyond<const D: usize>(side: usize) {
+    let (mut random, spacing) = (Random::new(3), 1.0 / side as f64);
+    let radius = |p: &[f64; D]| p.iter().map(|x| (x - 0.5).powi(2)).sum::<f64>().sqrt();
+    let ball: Vec<[f64; D]> = points::<D>(side, &mut random).into_iter().filter(|p| radius(p) < 0.4).collect();
     let rho = variable("rho", 1, vec![1.0; ball.len()]);
     let found = from_particles(&rho, Vec::new(), &ball, &unit_box(Axis::OPEN)).unwrap();
-    let (mut within, mut beyond) = (0, 0);
-    for _ in 0..20_000 {
-        let x = random.point::<3>();
-        let radius = x.iter().map(|x| (x - 0.5).powi(2)).sum::<f64>().sqrt();
+    let (mut within, count) = (0, 20_000);
+    for _ in 0..count {
+        let x = random.point::<D>();
         let is_matter = found.density.value(&x) > 0.0;
-        assert!(is_matter || radius > 0.4 - 0.5 / side as f64, "a hole at {x:?}");
+        assert!(is_matter || radius(&x) > 0.4 - spacing, "{D}-D: a hole at {x:?}");
+        assert!(!is_matter || radius(&x) < 0.4 + spacing, "{D}-D: matter at {x:?}");
         within += usize::from(is_matter);
-        beyond += usize::from(is_matter && radius > 0.4 + 1.0 / side as f64);
     }
     // The volume is that of as many cells as there are particles.
-    let volume = within as f64 / 20_000.0 * (side as f64).powi(3) / ball.len() as f64;
-    assert!((volume - 1.0).abs() < 0.05 && beyond < 20, "{volume} {beyond}");
+    let volume = within as f64 / f64::from(count) * (side as f64).powi(D as i32) / ball.len() as f64;
+    assert!((volume - 1.0).abs() < 0.1, "{D}-D: {volume}");
+}
+
+#[test]
+fn matter_ends_half_a_spacing_beyond_the_particles() {
+    matter_ends_half_a_spacing_beyond::<1>(100);
+    matter_ends_half_a_spacing_beyond::<2>(50);
+    matter_ends_half_a_spacing_beyond::<3>(24);
 }

@@ -10,8 +10,8 @@ use serde::Serialize;
 use sph_formats::common::particle_names as names;
 use sph_formats::{Column, Values};
 
-/// Flows that would have to grow by more are mostly noise.
-const LARGEST_STRETCH: f64 = 0.1;
+/// Flows and internal energies that would have to change by more are not those of the snapshot.
+const LARGEST_CHANGE: f64 = 0.1;
 
 /// What keeping the snapshot's totals has changed.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -95,22 +95,22 @@ pub(crate) fn conserve(columns: &mut [Column], new: &New<'_>, totals: &Totals) -
         let lost = wanted.kinetic - found.kinetic;
         kept.kinetic_lost = (wanted.kinetic > 0.0).then(|| lost / wanted.kinetic);
         let heat = thermal.map_or(f64::INFINITY, |(_, u, _)| lost.abs() / u);
+        kept.is_energy_kept = true;
         match stretch(new, v, &found, lost) {
-            Some((factor, stretched)) if (factor - 1.0).abs() < heat.min(LARGEST_STRETCH) => *v = stretched,
-            _ => missing = lost,
+            Some((factor, stretched)) if (factor - 1.0).abs() < heat.min(LARGEST_CHANGE) => *v = stretched,
+            _ if heat <= LARGEST_CHANGE => missing = lost,
+            _ => kept.is_energy_kept = lost == 0.0,
         }
         kept.velocity_change = Some(change(new, &before, v));
         kept.spin_kept = wanted.is_defined;
-        kept.is_energy_kept = missing == 0.0;
     }
     if let Some((at, wanted, found)) = thermal
-        && wanted + missing > 0.0
         && let Values::F64(u) = &mut columns[at].values
     {
         let factor = (wanted + missing) / found;
         u.iter_mut().for_each(|u| *u *= factor);
         kept.energy_factor = Some(factor);
-        kept.is_energy_kept = true;
+        kept.is_energy_kept |= totals.motion.is_none();
     }
     (kept.velocity_change.is_some() || kept.energy_factor.is_some()).then_some(kept)
 }
@@ -209,15 +209,15 @@ mod tests {
         (momentum, spin / total, kinetic / total, thermal / total)
     }
 
-    /// Rotating particles in `d` dimensions, with noise of `noise` in their velocities, give their totals to others that rotate
+    /// Rotating, expanding particles in `d` dimensions, with noise of `noise` in their velocities, give their totals to others that rotate
     /// a little too slowly. With the internal energy that these have then, over the snapshot's.
     fn kept(d: usize, periodic: [bool; 3], noise: f64, heat: Option<f64>) -> (Conserved, f64) {
         let rotating = |x: &[f64], rate: f64| -> Vec<f64> {
             x.chunks(d)
                 .flat_map(|x| match d {
-                    1 => vec![rate + x[0]],
-                    2 => vec![3.0 - rate * x[1], rate * x[0]],
-                    _ => vec![3.0 - rate * x[1], rate * x[0] + x[2], -x[1] + x[0] * x[2]],
+                    1 => vec![rate + 2.0 * x[0]],
+                    2 => vec![3.0 - rate * x[1] + 2.0 * x[0], rate * x[0]],
+                    _ => vec![3.0 - rate * x[1] + 2.0 * x[0], rate * x[0] + x[2], -x[1] + x[0] * x[2]],
                 })
                 .collect()
         };
@@ -269,7 +269,8 @@ mod tests {
         let (cold, heat) = kept(3, [false; 3], 0.05, Some(1e-6));
         assert!(cold.is_energy_kept && (heat - 1.0).abs() < 1e-12, "{cold:?} {heat}");
         assert!(kept(2, [false; 3], 0.05, None).0.is_energy_kept);
-        // A flow that is mostly noise, and nothing that could take it up.
+        // Flows that are mostly noise, and nothing, or too little, that could take it up.
+        assert!(!kept(3, [false; 3], 20.0, Some(1e-6)).0.is_energy_kept);
         assert!(!kept(2, [false; 3], 20.0, None).0.is_energy_kept);
     }
 }

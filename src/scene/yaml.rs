@@ -237,7 +237,7 @@ mod tests {
             ("balance: yess", &["line 1", "true, false, or keys"]),
             ("motion: {bulk: 3}", &["expected a list, as in [1, 2, 3]"]),
             ("domain: 3", &["expected keys with values"]),
-            ("motion: {bulk: [.nan, 0, 0]}", &["line 1, column 16", "is .nan, expected a finite number"]),
+            ("motion: {bulk: [.nan, 0, 0]}", &["line 1, column 17", "is .nan, expected a finite number"]),
             ("domain: {box: [[0], [-.inf]]}", &["is -.inf, expected a finite number"]),
             ("seed: -1", &["expected a whole number, at least 0"]),
             ("wvt: {step: big}", &["expected a number"]),
