@@ -132,6 +132,14 @@ fn summed_densities_reach_across_the_box() {
     assert!((snapshot.mass / EDGE.powi(3) - 1.0).abs() < 1e-12);
 }
 
+/// Of variance 1, uniform.
+fn noise(i: usize) -> f64 {
+    let mut z = (i as u64 + 1).wrapping_mul(0x9e37_79b9_7f4a_7c15);
+    z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+    z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
+    (((z ^ (z >> 31)) >> 11) as f64 / (1_u64 << 53) as f64 - 0.5) * 12_f64.sqrt()
+}
+
 /// Momentum, spin about z, kinetic and internal energy, and mass, by plain sums.
 fn totals(file: &ParticleFile) -> ([f64; 3], f64, f64, f64, f64) {
     let [x, v, m, u] =
@@ -155,7 +163,6 @@ fn mass_momentum_spin_and_energy_are_kept_at_any_resolution() {
     let folder = tempfile::tempdir().unwrap();
     let mut file = lattice(true);
     let n = SIDE.pow(3);
-    let noise = |i: usize| ((i * 7919 % 1009) as f64 / 1009.0 - 0.5) * 12_f64.sqrt();
     let Values::F64(x) = file.species[0].table.columns[0].values.clone() else { panic!() };
     file.header.periodic = [false; 3];
     let v = (0..n).flat_map(|i| {
@@ -188,7 +195,6 @@ fn mass_momentum_spin_and_energy_are_kept_at_any_resolution() {
 fn noise_of_the_snapshot_is_told_from_its_field() {
     let folder = tempfile::tempdir().unwrap();
     let mut file = lattice(true);
-    let noise = |i: usize| ((i * 7919 % 1009) as f64 / 1009.0 - 0.5) * 12_f64.sqrt();
     let Values::F64(rho) = &mut file.species[0].table.columns[5].values else { panic!() };
     rho.iter_mut().enumerate().for_each(|(i, rho)| *rho *= 1.0 + 0.03 * noise(i));
     let input = written(folder.path(), "noisy.hdf5", &file);
@@ -212,8 +218,8 @@ fn noise_of_the_snapshot_is_told_from_its_field() {
 fn particles_that_are_no_gas_go_into_the_new_file() {
     let folder = tempfile::tempdir().unwrap();
     let mut file = lattice(true);
-    file.header.periodic = [false; 3];
-    let places = vec![1.0, 1.0, 1.0, -3.0, 1.0, 1.0, 1.0, 1.0, 5.5];
+    (file.header.periodic, file.header.box_size) = ([false; 3], [10.0; 3]);
+    let places = vec![1.0, 1.0, 1.0, 9.0, 1.0, 1.0, 1.0, 1.0, 5.5];
     let column = |name: &str, components: usize, values: Values, dimension| Column {
         name: name.into(),
         components,
