@@ -45,11 +45,11 @@ impl Conserved {
             kept.push("kinetic with internal energy".into());
         }
         let mut how = Vec::new();
-        how.extend(self.velocity_change.map(|v| format!("velocities changed by up to {v:.1e} of their spread")));
+        how.extend(self.velocity_change.map(|v| format!("velocities were changed by up to {v:.1e} of their spread")));
         how.extend(self.energy_factor.map(|f| format!("internal energies by {:.1e}", f - 1.0)));
         match kept.is_empty() {
             true => "no totals of the snapshot could be kept".into(),
-            false => format!("the snapshot's {} are kept: {}", kept.join(" and "), how.join(", ")),
+            false => format!("kept of the snapshot: {}; for this {}", kept.join(" and "), how.join(", ")),
         }
     }
 }
