@@ -8,7 +8,7 @@
 //! What belongs to a particle and not to its place is not carried: masses, smoothing lengths, numbers.
 
 use crate::error::{Error, Result};
-use crate::field::{FieldOptions, MassEstimate, Scatter, Source, from_particles};
+use crate::field::{FieldOptions, MassEstimate, Missing, Scatter, Source, from_particles};
 use crate::input::totals::Totals;
 use crate::metrics::Measured;
 use sph::domain::{Axis, Domain, Region};
@@ -146,11 +146,32 @@ impl Snapshot {
     /// # Errors
     /// Particles that span no volume, or values that are no densities.
     pub(crate) fn into_source<const D: usize>(self, options: &FieldOptions<D>) -> Result<(Source<D>, OfSnapshot)> {
+        self.refuse_unfinished(options)?;
         let domain = self.domain::<D>()?;
         let mass = MassEstimate { value: self.mass, error: 0.0 };
         let (totals, others, units) = (self.totals(), self.others, self.units);
         let (source, scatter) = from_particles(self.field, &domain, options)?;
         Ok((Source { mass: Some(mass), ..source }, OfSnapshot { totals, scatter, others, units }))
+    }
+
+    /// Refuses velocities and energies that are no numbers: without them the particles would be at rest, or cold.
+    fn refuse_unfinished<const D: usize>(&self, options: &FieldOptions<D>) -> Result<()> {
+        let is_wanted = |name: &str| options.carried.as_ref().is_none_or(|names| names.iter().any(|n| n == name));
+        for name in [particle_names::VELOCITIES, particle_names::INTERNAL_ENERGY] {
+            let Some(variable) = self.field.variable(name).filter(|_| is_wanted(name)) else { continue };
+            let values = &variable.values;
+            if let Some(i) = (0..values.len()).find(|&i| !values.get(i).is_finite())
+                && options.missing == Missing::Error
+            {
+                let problem = format!(
+                    "is {} at particle {}, expected finite numbers; correct the file, set input.missing: zero, or leave it out with input.carry",
+                    values.get(i),
+                    i / variable.components.max(1)
+                );
+                return Err(Error::field(name, problem));
+            }
+        }
+        Ok(())
     }
 
     /// The box where it is periodic, else as far as there are particles.
@@ -227,4 +248,55 @@ fn points(table: &ParticleTable) -> Option<Vec<[f64; 3]>> {
 /// Whether a column holds nothing: initial conditions often come with densities of 0.
 fn is_empty(values: &Values) -> bool {
     (0..values.len()).all(|i| values.get(i) == 0.0)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use sph_formats::{Column, RunHeader, Species};
+
+    fn file(velocity: f64) -> ParticleFile {
+        let column = |name: &str, components: usize, values: Vec<f64>, dimension| Column {
+            name: name.into(),
+            components,
+            values: Values::F64(values),
+            dimension,
+        };
+        let columns = vec![
+            column(particle_names::COORDINATES, 1, (0..9).map(f64::from).collect(), UnitDimension::LENGTH),
+            column(
+                particle_names::VELOCITIES,
+                1,
+                (0..9).map(|i| if i == 4 { velocity } else { 1.0 }).collect(),
+                UnitDimension::VELOCITY,
+            ),
+            column(particle_names::MASSES, 1, vec![1.0; 9], UnitDimension::MASS),
+        ];
+        let header = RunHeader {
+            dimension: 1,
+            box_size: [9.0, 0.0, 0.0],
+            box_corner: None,
+            periodic: [false; 3],
+            units: UnitSystem::CODE,
+            time: 0.0,
+            kernel: String::new(),
+            kernel_neighbors: 0.0,
+            provenance: Vec::new(),
+        };
+        ParticleFile { header, species: vec![Species { part_type: 0, table: ParticleTable { count: 9, columns } }] }
+    }
+
+    /// One velocity that is no number must not put all particles at rest.
+    #[test]
+    fn velocities_that_are_no_numbers_are_refused_unless_they_are_left_out() {
+        let source = |velocity: f64, options: FieldOptions<1>| {
+            let snapshot = Snapshot::new(Path::new("made.hdf5"), &file(velocity), None).unwrap();
+            snapshot.into_source::<1>(&options).map(|(source, _)| source.carried.len()).map_err(|e| e.to_string())
+        };
+        assert_eq!(source(2.0, FieldOptions::default()), Ok(1));
+        let refusal = source(f64::NAN, FieldOptions::default()).unwrap_err();
+        assert!(["Velocities", "NaN", "particle 4", "input.carry"].iter().all(|w| refusal.contains(w)), "{refusal}");
+        assert_eq!(source(f64::NAN, FieldOptions { carried: Some(Vec::new()), ..FieldOptions::default() }), Ok(0));
+        assert_eq!(source(f64::NAN, FieldOptions { missing: Missing::Zero, ..FieldOptions::default() }), Ok(1));
+    }
 }
