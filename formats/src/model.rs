@@ -241,6 +241,12 @@ pub struct Column {
     pub dimension: UnitDimension,
 }
 
+impl Column {
+    pub fn new(name: &str, components: usize, values: Values, dimension: UnitDimension) -> Self {
+        Self { name: name.into(), components, values, dimension }
+    }
+}
+
 /// Particles of one kind, column by column.
 #[derive(Debug, Clone, Default)]
 pub struct ParticleTable {

@@ -97,6 +97,11 @@ impl Series {
     }
 }
 
+/// Components of all series.
+fn components(series: &[Series]) -> usize {
+    series.iter().map(|s| s.place.components).sum()
+}
+
 /// The density, what else particles carry, and the scatter of the densities, where they are positive everywhere.
 pub(crate) struct FromParticles<const D: usize> {
     pub(crate) density: Box<dyn ScalarField<D>>,
@@ -130,7 +135,7 @@ pub(crate) fn from_particles<const D: usize>(
     fitted.width = series.last().map_or(0, |s| s.place.first + s.place.components * terms(D));
     let noise = fitted.noise(&series);
     let left = fitted.fit(&series, &noise);
-    let columns = series.iter().map(|s| s.place.components).sum();
+    let columns = components(&series);
     let scatter = series[0].place.is_log.then(|| Scatter {
         values: median(noise.chunks(columns).map(|row| row[0].sqrt()).collect()),
         field: median(left),
@@ -213,15 +218,13 @@ impl<const D: usize> Fitted<D> {
     fn is_beyond(&self, x: &[f64; D], near: usize) -> bool {
         let Some(list) = self.lists.get(near * Self::LISTED..(near + 1) * Self::LISTED) else { return false };
         let offset = |&i: &u32| self.domain.displacement(x, &self.points[i as usize]);
+        let offsets: Vec<[f64; D]> = list.iter().map(offset).collect();
         let mut inward = [0.0; D];
-        for i in list {
-            let offset = offset(i);
-            (0..D).for_each(|k| inward[k] += offset[k]);
-        }
+        offsets.iter().for_each(|offset| (0..D).for_each(|k| inward[k] += offset[k]));
         let length = inward.iter().map(|v| v * v).sum::<f64>().sqrt();
-        let height = |i: &u32| (0..D).map(|k| offset(i)[k] * inward[k]).sum::<f64>() / length;
+        let height = |offset: &[f64; D]| (0..D).map(|k| offset[k] * inward[k]).sum::<f64>() / length;
         let spacing = self.distance(list[1] as usize, &self.points[near]);
-        length > 0.0 && list.iter().filter(|i| height(i) <= 0.5 * spacing).nth(D - 1).is_none()
+        length > 0.0 && offsets.iter().filter(|offset| height(offset) <= 0.5 * spacing).nth(D - 1).is_none()
     }
 
     /// The same from the list of a particle near `x`, which a search among all takes longer for; `None` where the list does
@@ -265,7 +268,7 @@ impl<const D: usize> Fitted<D> {
 
     /// Variances of the values of each particle's surroundings: a row of all components for each particle.
     fn noise(&self, series: &[Series]) -> Vec<f64> {
-        let columns: usize = series.iter().map(|s| s.place.components).sum();
+        let columns = components(series);
         let mut own = vec![0.0; columns * self.points.len()];
         parallel::update_rows(&mut own, columns, |i, out| {
             let Some((found, _, design)) = self.design(i, POINTS_PER_TERM * terms(D)) else { return };
@@ -286,23 +289,16 @@ impl<const D: usize> Fitted<D> {
 
     /// Makes the polynomials; returns the standard deviation that is left in the first series at each particle.
     fn fit(&mut self, series: &[Series], noise: &[f64]) -> Vec<f64> {
-        let columns: usize = series.iter().map(|s| s.place.components).sum();
-        let count = self.points.len();
-        // The unit of the offsets and what is left, behind the coefficients.
-        let width = self.width + 2;
-        let mut rows = vec![0.0; width * count];
-        parallel::update_rows(&mut rows, width, |i, out| {
-            let (coefficients, rest) = out.split_at_mut(self.width);
-            let (scale, left) = self.fit_one(i, series, &noise[i * columns..(i + 1) * columns], coefficients);
-            rest.copy_from_slice(&[scale, left]);
+        let columns = components(series);
+        let found = parallel::map(self.points.len(), |i| {
+            let mut coefficients = vec![0.0; self.width];
+            let (scale, left) = self.fit_one(i, series, &noise[i * columns..(i + 1) * columns], &mut coefficients);
+            (coefficients, scale, left)
         });
-        self.scales = rows.chunks(width).map(|row| row[width - 2]).collect();
-        let left = rows.chunks(width).map(|row| row[width - 1]).collect();
-        for i in 0..count {
-            rows.copy_within(i * width..i * width + self.width, i * self.width);
-        }
-        rows.truncate(self.width * count);
-        self.rows = rows;
+        let left = found.iter().map(|f| f.2).collect();
+        self.scales = found.iter().map(|f| f.1).collect();
+        self.rows = Vec::with_capacity(self.width * found.len());
+        found.into_iter().for_each(|f| self.rows.extend(f.0));
         left
     }
 

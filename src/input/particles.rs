@@ -256,21 +256,15 @@ mod tests {
     use sph_formats::{Column, RunHeader, Species};
 
     fn file(velocity: f64) -> ParticleFile {
-        let column = |name: &str, components: usize, values: Vec<f64>, dimension| Column {
-            name: name.into(),
-            components,
-            values: Values::F64(values),
-            dimension,
-        };
+        let column = |name, values, dimension| Column::new(name, 1, Values::F64(values), dimension);
         let columns = vec![
-            column(particle_names::COORDINATES, 1, (0..9).map(f64::from).collect(), UnitDimension::LENGTH),
+            column(particle_names::COORDINATES, (0..9).map(f64::from).collect(), UnitDimension::LENGTH),
             column(
                 particle_names::VELOCITIES,
-                1,
                 (0..9).map(|i| if i == 4 { velocity } else { 1.0 }).collect(),
                 UnitDimension::VELOCITY,
             ),
-            column(particle_names::MASSES, 1, vec![1.0; 9], UnitDimension::MASS),
+            column(particle_names::MASSES, vec![1.0; 9], UnitDimension::MASS),
         ];
         let header = RunHeader {
             dimension: 1,

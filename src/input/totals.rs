@@ -8,11 +8,10 @@ use nalgebra::{Matrix3, Vector3};
 use sph_formats::common::particle_names as names;
 use sph_formats::{RawField, UnitSystem};
 
-/// Particles and how they move; components beyond the dimension are 0.
-pub(crate) struct Moving<'a> {
+/// Particles that may move; components beyond the dimension are 0.
+pub(crate) struct MassPoints<'a> {
     /// Interleaved, `dimension` for each particle, as velocities are.
     pub positions: &'a [f64],
-    pub velocities: &'a [f64],
     pub masses: &'a [f64],
     pub dimension: usize,
     pub periodic: [bool; 3],
@@ -31,32 +30,32 @@ pub(crate) struct Motion {
     pub inertia: Matrix3<f64>,
 }
 
-impl Moving<'_> {
-    /// Place and velocity of particle `i`.
-    pub fn at(&self, i: usize) -> (Vector3<f64>, Vector3<f64>) {
+impl MassPoints<'_> {
+    /// Place of particle `i`, and its velocity among `velocities`.
+    pub fn at(&self, velocities: &[f64], i: usize) -> (Vector3<f64>, Vector3<f64>) {
         let d = self.dimension;
         let vector = |of: &[f64]| Vector3::from_fn(|k, _| if k < d { of[i * d + k] } else { 0.0 });
-        (vector(self.positions), vector(self.velocities))
+        (vector(self.positions), vector(velocities))
     }
 
     /// The sums, in the particles' order.
-    pub fn sums(&self) -> Motion {
+    pub fn sums(&self, velocities: &[f64]) -> Motion {
         let total: f64 = self.masses.iter().sum();
         let mean = |of: &dyn Fn(usize) -> Vector3<f64>| {
             let sum: Vector3<f64> = (0..self.masses.len()).map(|i| of(i) * self.masses[i]).sum();
             sum / total
         };
-        let center = mean(&|i| self.at(i).0);
-        let velocity = mean(&|i| self.at(i).1);
+        let center = mean(&|i| self.at(velocities, i).0);
+        let velocity = mean(&|i| self.at(velocities, i).1);
         let mut spin = mean(&|i| {
-            let (x, v) = self.at(i);
+            let (x, v) = self.at(velocities, i);
             (x - center).cross(&(v - velocity))
         });
         let is_defined = self.is_spin_defined();
         (0..3).filter(|&k| !is_defined[k]).for_each(|k| spin[k] = 0.0);
         let (mut kinetic, mut inertia) = (0.0, Matrix3::zeros());
         for (i, m) in self.masses.iter().enumerate() {
-            let (x, v) = self.at(i);
+            let (x, v) = self.at(velocities, i);
             let x = x - center;
             kinetic += 0.5 * m / total * v.norm_squared();
             inertia += (Matrix3::from_diagonal_element(x.norm_squared()) - x * x.transpose()) * (m / total);
@@ -89,10 +88,9 @@ impl Totals {
             let at = |i: usize| (0..components).map(move |c| variable.values.get(i * stride + c) * unit);
             Some((0..masses.len()).flat_map(at).collect::<Vec<f64>>())
         };
-        let positions: Vec<f64> = points.iter().flat_map(|p| p[..dimension].to_vec()).collect();
-        let motion = column(names::VELOCITIES, dimension).map(|velocities| {
-            Moving { positions: &positions, velocities: &velocities, masses, dimension, periodic }.sums()
-        });
+        let positions: Vec<f64> = points.iter().flat_map(|p| p[..dimension].iter().copied()).collect();
+        let points_of_mass = MassPoints { positions: &positions, masses, dimension, periodic };
+        let motion = column(names::VELOCITIES, dimension).map(|velocities| points_of_mass.sums(&velocities));
         let thermal = column(names::INTERNAL_ENERGY, 1)
             .map(|u| u.iter().zip(masses).map(|(u, m)| u * m).sum::<f64>() / masses.iter().sum::<f64>());
         let is_finite = |m: &Motion| m.kinetic.is_finite() && m.spin.iter().all(|s| s.is_finite());

@@ -4,7 +4,7 @@
 //! energy of motions that the new particles do not resolve, or that were noise. That becomes heat or a common factor of the flow, whichever changes
 //! the particles less: a star at rest gets the heat, the rotation of a cold disc the factor.
 
-use crate::input::totals::{Motion, Moving, Totals};
+use crate::input::totals::{MassPoints, Motion, Totals};
 use nalgebra::{Matrix3, Vector3};
 use serde::Serialize;
 use sph_formats::common::particle_names as names;
@@ -54,16 +54,8 @@ impl Conserved {
     }
 }
 
-/// Particles that are to have a snapshot's totals. Lengths are the input's.
-pub(crate) struct New<'a> {
-    pub positions: &'a [f64],
-    pub masses: &'a [f64],
-    pub dimension: usize,
-    pub periodic: [bool; 3],
-}
-
-/// Gives `columns` the totals of a snapshot, which are in their units; `None` where there is nothing to keep.
-pub(crate) fn conserve(columns: &mut [Column], new: &New<'_>, totals: &Totals) -> Option<Conserved> {
+/// Gives `columns` of particles the totals of a snapshot, which are in their units (lengths are the input's); `None` where there is nothing to keep.
+pub(crate) fn conserve(columns: &mut [Column], new: &MassPoints<'_>, totals: &Totals) -> Option<Conserved> {
     let mut kept = Conserved {
         velocity_change: None,
         energy_factor: None,
@@ -89,9 +81,9 @@ pub(crate) fn conserve(columns: &mut [Column], new: &New<'_>, totals: &Totals) -
         && let Values::F64(v) = &mut columns[at].values
     {
         let before = v.clone();
-        let found = moving(new, v).sums();
+        let found = new.sums(v);
         add_rigid(new, v, &wanted, &found);
-        let found = moving(new, v).sums();
+        let found = new.sums(v);
         let lost = wanted.kinetic - found.kinetic;
         kept.kinetic_lost = (wanted.kinetic > 0.0).then(|| lost / wanted.kinetic);
         let heat = thermal.map_or(f64::INFINITY, |(_, u, _)| lost.abs() / u);
@@ -115,16 +107,6 @@ pub(crate) fn conserve(columns: &mut [Column], new: &New<'_>, totals: &Totals) -
     (kept.velocity_change.is_some() || kept.energy_factor.is_some()).then_some(kept)
 }
 
-fn moving<'a>(new: &New<'a>, velocities: &'a [f64]) -> Moving<'a> {
-    Moving {
-        positions: new.positions,
-        velocities,
-        masses: new.masses,
-        dimension: new.dimension,
-        periodic: new.periodic,
-    }
-}
-
 /// A rotation about the axes about which there is one: inertia times it is `spin`.
 fn rotation(inertia: &Matrix3<f64>, spin: &Vector3<f64>, is_defined: [bool; 3]) -> Vector3<f64> {
     if is_defined == [true; 3] {
@@ -135,24 +117,23 @@ fn rotation(inertia: &Matrix3<f64>, spin: &Vector3<f64>, is_defined: [bool; 3]) 
 }
 
 /// Adds the common velocity and the rotation that `found` lacks of `wanted`.
-fn add_rigid(new: &New<'_>, v: &mut [f64], wanted: &Motion, found: &Motion) {
+fn add_rigid(new: &MassPoints<'_>, v: &mut [f64], wanted: &Motion, found: &Motion) {
     let (d, shift) = (new.dimension, wanted.velocity - found.velocity);
     let turn = rotation(&found.inertia, &(wanted.spin - found.spin), found.is_defined);
     for i in 0..new.masses.len() {
-        let (x, _) = moving(new, v).at(i);
+        let (x, _) = new.at(v, i);
         let add = shift + turn.cross(&(x - found.center));
         (0..d).for_each(|k| v[i * d + k] += add[k]);
     }
 }
 
 /// The flow but for its rigid part times the factor that gives it `lost` more kinetic energy; `None` where none does.
-fn stretch(new: &New<'_>, v: &[f64], found: &Motion, lost: f64) -> Option<(f64, Vec<f64>)> {
+fn stretch(new: &MassPoints<'_>, v: &[f64], found: &Motion, lost: f64) -> Option<(f64, Vec<f64>)> {
     let (d, turn) = (new.dimension, rotation(&found.inertia, &found.spin, found.is_defined));
-    let rigid = |i: usize| found.velocity + turn.cross(&(moving(new, v).at(i).0 - found.center));
+    let rigid = |i: usize| found.velocity + turn.cross(&(new.at(v, i).0 - found.center));
     let total: f64 = new.masses.iter().sum();
-    let rest: f64 = (0..new.masses.len())
-        .map(|i| 0.5 * new.masses[i] / total * (moving(new, v).at(i).1 - rigid(i)).norm_squared())
-        .sum();
+    let rest: f64 =
+        (0..new.masses.len()).map(|i| 0.5 * new.masses[i] / total * (new.at(v, i).1 - rigid(i)).norm_squared()).sum();
     let square = 1.0 + lost / rest;
     if !(square > 0.0 && square.is_finite()) {
         return None;
@@ -167,8 +148,8 @@ fn stretch(new: &New<'_>, v: &[f64], found: &Motion, lost: f64) -> Option<(f64, 
 }
 
 /// The largest change over the root mean square about the mean; 0 where all is at rest.
-fn change(new: &New<'_>, before: &[f64], after: &[f64]) -> f64 {
-    let sums = moving(new, after).sums();
+fn change(new: &MassPoints<'_>, before: &[f64], after: &[f64]) -> f64 {
+    let sums = new.sums(after);
     let spread = (2.0 * sums.kinetic - sums.velocity.norm_squared()).max(0.0).sqrt();
     let largest = before.iter().zip(after).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
     let scale = if spread > 0.0 { spread } else { sums.velocity.norm() };
@@ -183,7 +164,7 @@ mod tests {
     use sph_formats::UnitDimension;
 
     fn column(name: &str, components: usize, values: Vec<f64>) -> Column {
-        Column { name: name.into(), components, values: Values::F64(values), dimension: UnitDimension::NONE }
+        Column::new(name, components, Values::F64(values), UnitDimension::NONE)
     }
 
     fn random(n: usize, key: u64) -> Vec<f64> {
@@ -224,13 +205,13 @@ mod tests {
         let (x, m) = (random(500 * d, 1), vec![2.0; 500]);
         let v: Vec<f64> = rotating(&x, 1.0).iter().zip(random(500 * d, 2)).map(|(v, r)| v + noise * r).collect();
         let u: Vec<f64> = heat.map_or_else(Vec::new, |u| random(500, 3).iter().map(|r| u * (1.0 + 0.1 * r)).collect());
-        let motion = Moving { positions: &x, velocities: &v, masses: &m, dimension: d, periodic }.sums();
+        let motion = MassPoints { positions: &x, masses: &m, dimension: d, periodic }.sums(&v);
         let wanted = plain(&x, &v, &u, &m, d);
         let totals = Totals { motion: Some(motion), thermal: heat.map(|_| wanted.3) };
         let (y, n) = (random(900 * d, 4), random(900, 5).iter().map(|r| 1.0 + r).collect::<Vec<f64>>());
         let mut columns = vec![column(names::VELOCITIES, d, rotating(&y, 0.99))];
         columns.extend(heat.map(|u| column(names::INTERNAL_ENERGY, 1, vec![u; 900])));
-        let new = New { positions: &y, masses: &n, dimension: d, periodic };
+        let new = MassPoints { positions: &y, masses: &n, dimension: d, periodic };
         let kept = conserve(&mut columns, &new, &totals).unwrap();
         let values = |i: usize| columns.get(i).map_or_else(Vec::new, |c| c.values.to_f64());
         let found = plain(&y, &values(0), &values(1), &n, d);

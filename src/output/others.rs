@@ -35,9 +35,10 @@ impl<'a, const D: usize> Others<'a, D> {
             let all = self.species.iter().flat_map(|(_, places)| places[k].iter());
             all.fold((domain.lo[k], domain.hi[k]), |(lo, hi), &x| (lo.min(x), hi.max(x)))
         };
-        let lo = std::array::from_fn(|k| ends(k).0);
+        let ends: [(f64, f64); D] = std::array::from_fn(ends);
+        let lo = ends.map(|e| e.0);
         // Particles at the upper end are within.
-        let hi = std::array::from_fn(|k| if ends(k).1 > domain.hi[k] { ends(k).1.next_up() } else { domain.hi[k] });
+        let hi = std::array::from_fn(|k| if ends[k].1 > domain.hi[k] { ends[k].1.next_up() } else { domain.hi[k] });
         if lo == domain.lo && hi == domain.hi {
             Ok(domain.clone())
         } else {
@@ -57,24 +58,22 @@ impl<'a, const D: usize> Others<'a, D> {
         let mut all = Vec::new();
         for (species, places) in &self.species {
             let count = species.table.count;
-            let mut columns: Vec<Column> = species.table.columns.iter().map(|c| self.converted(c, units)).collect();
-            let moving = |c: &Column| c.name == names::VELOCITIES;
-            let own: Vec<Column> = columns.extract_if(.., |c| moving(c)).collect();
+            let converted = species.table.columns.iter().map(|c| self.converted(c, units));
+            let (own, mut columns): (Vec<Column>, Vec<Column>) = converted.partition(|c| c.name == names::VELOCITIES);
             columns.retain(|c| c.name != names::COORDINATES && c.name != names::PARTICLE_IDS);
-            let column = |name: &str, components: usize, values: Values, dimension: UnitDimension| Column {
-                name: name.into(),
-                components,
-                values,
-                dimension,
-            };
             columns.insert(
                 0,
-                column(names::COORDINATES, D, Values::F64(frame.coordinates(places, length)), UnitDimension::LENGTH),
+                Column::new(
+                    names::COORDINATES,
+                    D,
+                    Values::F64(frame.coordinates(places, length)),
+                    UnitDimension::LENGTH,
+                ),
             );
             let ids = Values::I64((first..first + count as i64).collect());
-            columns.push(column(names::PARTICLE_IDS, 1, ids, UnitDimension::NONE));
+            columns.push(Column::new(names::PARTICLE_IDS, 1, ids, UnitDimension::NONE));
             let v = velocities(places, own)?;
-            columns.extend(v.map(|v| column(names::VELOCITIES, D, Values::F64(v), UnitDimension::VELOCITY)));
+            columns.extend(v.map(|v| Column::new(names::VELOCITIES, D, Values::F64(v), UnitDimension::VELOCITY)));
             first += count as i64;
             all.push(Species { part_type: species.part_type, table: ParticleTable { count, columns } });
         }

@@ -1,13 +1,14 @@
 //! The particle file that placed particles become.
 
 use super::columns::{self, EnergySource, KnownEnergy};
-use super::conservation::{Conserved, New, conserve};
+use super::conservation::{Conserved, conserve};
 use super::frame::{Factors, Frame, radial_in};
 use super::origin;
 use super::others::Others;
 use super::walls::{Fluid, Walls};
 use crate::error::{Error, Result};
 use crate::input::internal_units::Prepared;
+use crate::input::totals::MassPoints;
 use crate::scene::{CheckpointInput, Conversion, OriginInput, Quantity, Scene, values};
 use crate::target::{Positions, at};
 use sph::domain::Axis;
@@ -126,26 +127,20 @@ pub(crate) fn particle_file<const D: usize>(
     if velocities.is_none() {
         left_out.push(("velocities", "nothing moves"));
     }
-    let column = |name: &str, components: usize, values: Values, dimension: UnitDimension| Column {
-        name: name.into(),
-        components,
-        values,
-        dimension,
-    };
     let scaled = |v: Vec<f64>, factor: f64| Values::F64(parallel::map(v.len(), |i| v[i] * factor));
     let coordinates = Values::F64(frame.coordinates(raw.positions, factors.length));
     let mut all = vec![
-        column(names::COORDINATES, D, coordinates, UnitDimension::LENGTH),
-        column(names::MASSES, 1, scaled(raw.masses, factors.mass), UnitDimension::new(D as i8 - 3, 1, 0, 0)),
-        column(names::SUPPORT_RADIUS, 1, scaled(raw.support, factors.length), UnitDimension::LENGTH),
-        column(names::DENSITY, 1, scaled(raw.density, factors.density), UnitDimension::mass_density(3)),
-        column(names::PARTICLE_IDS, 1, Values::I64((1..=n as i64).collect()), UnitDimension::NONE),
+        Column::new(names::COORDINATES, D, coordinates, UnitDimension::LENGTH),
+        Column::new(names::MASSES, 1, scaled(raw.masses, factors.mass), UnitDimension::new(D as i8 - 3, 1, 0, 0)),
+        Column::new(names::SUPPORT_RADIUS, 1, scaled(raw.support, factors.length), UnitDimension::LENGTH),
+        Column::new(names::DENSITY, 1, scaled(raw.density, factors.density), UnitDimension::mass_density(3)),
+        Column::new(names::PARTICLE_IDS, 1, Values::I64((1..=n as i64).collect()), UnitDimension::NONE),
     ];
     if scene.output.target_density {
         let values = Values::F64(target_density);
-        all.push(column(TARGET_DENSITY, 1, values, UnitDimension::mass_density(3)));
+        all.push(Column::new(TARGET_DENSITY, 1, values, UnitDimension::mass_density(3)));
     }
-    all.extend(velocities.map(|v| column(names::VELOCITIES, D, Values::F64(v), UnitDimension::VELOCITY)));
+    all.extend(velocities.map(|v| Column::new(names::VELOCITIES, D, Values::F64(v), UnitDimension::VELOCITY)));
     carried.retain(|c| !all.iter().any(|own| own.name == c.name));
     all.extend(carried);
     let header = RunHeader {
@@ -202,7 +197,7 @@ fn kept_totals<const D: usize>(
         totals.thermal = None;
     }
     let axes = &prepared.source.domain.axes;
-    let new = New {
+    let new = MassPoints {
         positions: &(0..masses.len()).flat_map(|i| at(positions, i).map(|x| x * prepared.length)).collect::<Vec<f64>>(),
         masses,
         dimension: D,
@@ -260,19 +255,13 @@ pub(crate) fn point_table(
     id: Option<i64>,
 ) -> ParticleTable {
     let d = place.len();
-    let column = |name: &str, components: usize, values: Values, dimension: UnitDimension| Column {
-        name: name.into(),
-        components,
-        values,
-        dimension,
-    };
     let mut columns = vec![
-        column(names::COORDINATES, d, Values::F64(place), UnitDimension::LENGTH),
-        column(names::MASSES, 1, Values::F64(vec![mass]), UnitDimension::new(d as i8 - 3, 1, 0, 0)),
+        Column::new(names::COORDINATES, d, Values::F64(place), UnitDimension::LENGTH),
+        Column::new(names::MASSES, 1, Values::F64(vec![mass]), UnitDimension::new(d as i8 - 3, 1, 0, 0)),
     ];
-    columns.extend(id.map(|id| column(names::PARTICLE_IDS, 1, Values::I64(vec![id]), UnitDimension::NONE)));
-    columns.extend(velocity.map(|v| column(names::VELOCITIES, d, Values::F64(v), UnitDimension::VELOCITY)));
-    let radius = |(name, value): &(&str, f64)| column(name, 1, Values::F64(vec![*value]), UnitDimension::LENGTH);
+    columns.extend(id.map(|id| Column::new(names::PARTICLE_IDS, 1, Values::I64(vec![id]), UnitDimension::NONE)));
+    columns.extend(velocity.map(|v| Column::new(names::VELOCITIES, d, Values::F64(v), UnitDimension::VELOCITY)));
+    let radius = |(name, value): &(&str, f64)| Column::new(name, 1, Values::F64(vec![*value]), UnitDimension::LENGTH);
     columns.extend(radii.iter().map(radius));
     ParticleTable { count: 1, columns }
 }

@@ -154,30 +154,24 @@ impl<const D: usize> Walls<D> {
     /// The particles, whose `coordinates` are in the box of the output; `length` is the output's unit of length.
     pub(crate) fn species(&self, coordinates: Vec<f64>, length: f64, fluid: &Fluid) -> Species {
         let n = self.positions.len();
-        let column = |name: &str, components: usize, values: Values, dimension: UnitDimension| Column {
-            name: name.into(),
-            components,
-            values,
-            dimension,
-        };
         let first = fluid.count as i64 + 1;
         let normals = self.normals.iter().flatten().copied().collect();
         let depths = self.depths.iter().map(|d| d * length).collect();
         // As heavy as fluid of the same spacing.
         let volume = (self.spacing * length).powi(D as i32);
         let columns = vec![
-            column(names::COORDINATES, D, Values::F64(coordinates), UnitDimension::LENGTH),
-            column(
+            Column::new(names::COORDINATES, D, Values::F64(coordinates), UnitDimension::LENGTH),
+            Column::new(
                 names::MASSES,
                 1,
                 Values::F64(vec![fluid.density * volume; n]),
                 UnitDimension::new(D as i8 - 3, 1, 0, 0),
             ),
-            column(names::SUPPORT_RADIUS, 1, Values::F64(vec![fluid.support; n]), UnitDimension::LENGTH),
-            column(names::DENSITY, 1, Values::F64(vec![fluid.density; n]), UnitDimension::mass_density(3)),
-            column(names::PARTICLE_IDS, 1, Values::I64((first..first + n as i64).collect()), UnitDimension::NONE),
-            column(NORMALS, D, Values::F64(normals), UnitDimension::NONE),
-            column(SURFACE_DISTANCE, 1, Values::F64(depths), UnitDimension::LENGTH),
+            Column::new(names::SUPPORT_RADIUS, 1, Values::F64(vec![fluid.support; n]), UnitDimension::LENGTH),
+            Column::new(names::DENSITY, 1, Values::F64(vec![fluid.density; n]), UnitDimension::mass_density(3)),
+            Column::new(names::PARTICLE_IDS, 1, Values::I64((first..first + n as i64).collect()), UnitDimension::NONE),
+            Column::new(NORMALS, D, Values::F64(normals), UnitDimension::NONE),
+            Column::new(SURFACE_DISTANCE, 1, Values::F64(depths), UnitDimension::LENGTH),
         ];
         Species { part_type: self.part_type, table: ParticleTable { count: n, columns } }
     }

@@ -370,13 +370,7 @@ fn joined_table(
             numbers.push(*number);
         }
     }
-    let column = |name: &str, components: usize, values: Values, dimension: UnitDimension| Column {
-        name: name.into(),
-        components,
-        values,
-        dimension,
-    };
-    let mut columns = vec![column(names::COORDINATES, d, Values::F64(places), UnitDimension::LENGTH)];
+    let mut columns = vec![Column::new(names::COORDINATES, d, Values::F64(places), UnitDimension::LENGTH)];
     let mut all: Vec<&str> = Vec::new();
     for name in members.iter().flat_map(|m| &m.table.columns).map(|c| c.name.as_str()) {
         let is_own = [names::COORDINATES, names::VELOCITIES, names::PARTICLE_IDS, BODY_ID].contains(&name);
@@ -388,10 +382,10 @@ fn joined_table(
         columns.push(joined(members, name, notes)?);
     }
     let count = ids.len();
-    columns.push(column(names::PARTICLE_IDS, 1, Values::I64(ids), UnitDimension::NONE));
-    columns.push(column(BODY_ID, 1, Values::I64(numbers), UnitDimension::NONE));
+    columns.push(Column::new(names::PARTICLE_IDS, 1, Values::I64(ids), UnitDimension::NONE));
+    columns.push(Column::new(BODY_ID, 1, Values::I64(numbers), UnitDimension::NONE));
     if moves {
-        columns.push(column(names::VELOCITIES, d, Values::F64(speeds), UnitDimension::VELOCITY));
+        columns.push(Column::new(names::VELOCITIES, d, Values::F64(speeds), UnitDimension::VELOCITY));
     }
     Ok(ParticleTable { count, columns })
 }
