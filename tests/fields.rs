@@ -51,6 +51,38 @@ fn the_vortex_of_orszag_and_tang_is_what_its_expressions_say() {
     assert!(deviation(&file, "InternalEnergy", |_| vec![u]) < 1e-14);
 }
 
+#[test]
+fn numbers_of_fields_may_carry_their_units() {
+    let scene = |fields: &str| {
+        format!("input: {{expression: '1'}}\nunits: si\noutput: {{units: si}}\n{CUBE}fields: {fields}\n")
+    };
+    let file = placed(&scene(
+        "{velocity: [30 km/s, '-2*km/s', 0], v_phi: 1 km/s, axis: [0, 0, 1], pressure: 2 bar, half: '0.5*pressure', reach: [1 km, 1 m]}",
+    ));
+    let v = |x: &[f64]| {
+        let (x, y) = (x[0] - 0.5, x[1] - 0.5);
+        let ring = x.hypot(y);
+        vec![3e4 - 1e3 * y / ring, -2e3 + 1e3 * x / ring, 0.0]
+    };
+    assert!(deviation(&file, "Velocities", v) < 1e-10);
+    // 2e5 Pa; density 1 and gamma 5/3.
+    assert!(deviation(&file, "Pressure", |_| vec![2e5]) < 1e-9);
+    assert!(deviation(&file, "half", |_| vec![1e5]) < 1e-9);
+    assert!(deviation(&file, "InternalEnergy", |_| vec![3e5]) < 1e-9);
+    assert!(deviation(&file, "reach", |_| vec![1e3, 1.0]) < 1e-12);
+    assert_eq!(file.species[0].table.column("reach").unwrap().dimension, sph_formats::UnitDimension::LENGTH);
+    for (fields, words) in [
+        ("{velocity: [30 km, 0, 0]}", &["fields.velocity", "which is a length", "expected a velocity"][..]),
+        ("{temperature: 3 bar, mean_molecular_weight: 1}", &["fields.temperature", "expected a temperature"]),
+        ("{reach: [1 km, 1 s]}", &["fields.reach", "expected a length"]),
+    ] {
+        let error = refused(&scene(fields));
+        assert!(words.iter().all(|word| error.contains(word)), "{fields}: {error}");
+    }
+    let error = refused(&format!("input: {{expression: '1'}}\n{CUBE}fields: {{velocity: [30 km/s, 0, 0]}}\n"));
+    assert!(error.contains("fields.velocity") && error.contains("units: solar"), "{error}");
+}
+
 /// A Beltrami flow is its own curl up to a factor: A = (sin z + cos y, sin x + cos z, sin y + cos x) with waves of 2 pi.
 #[test]
 fn the_curl_of_a_potential_in_three_dimensions_has_all_components() {

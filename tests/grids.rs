@@ -144,7 +144,8 @@ fn table(path: &Path, grid: &Grid, variables: &Variables<'_>) {
     std::fs::write(path, text).unwrap();
 }
 
-fn npy(shape: &str, data: &[f64]) -> Vec<u8> {
+/// An array as NumPy has it in memory of Fortran's order.
+pub fn npy(shape: &str, data: &[f64]) -> Vec<u8> {
     let mut dict = format!("{{'descr': '<f8', 'fortran_order': True, 'shape': {shape}, }}\n");
     while !(10 + dict.len()).is_multiple_of(16) {
         dict.insert(dict.len() - 1, ' ');
@@ -157,18 +158,21 @@ fn npy(shape: &str, data: &[f64]) -> Vec<u8> {
 }
 
 fn npz(path: &Path, grid: &Grid, variables: &Variables<'_>) {
+    let lines = ["x", "y", "z"].into_iter().enumerate().map(|(k, name)| {
+        let nodes = grid.line(k);
+        (name, npy(&format!("({},)", nodes.len()), &nodes))
+    });
+    let [nx, ny, nz] = grid.counts;
+    let shape = format!("({nx}, {ny}, {nz})");
+    archive(path, lines.chain(variables.iter().map(|(name, field)| (*name, npy(&shape, &grid.values(*field))))));
+}
+
+/// An archive of arrays.
+pub fn archive<'a>(path: &Path, arrays: impl Iterator<Item = (&'a str, Vec<u8>)>) {
     let mut zip = zip::ZipWriter::new(std::fs::File::create(path).unwrap());
-    let mut put = |name: &str, bytes: Vec<u8>| {
+    for (name, bytes) in arrays {
         zip.start_file(format!("{name}.npy"), zip::write::SimpleFileOptions::default()).unwrap();
         zip.write_all(&bytes).unwrap();
-    };
-    for (k, name) in ["x", "y", "z"].iter().enumerate() {
-        let nodes = grid.line(k);
-        put(name, npy(&format!("({},)", nodes.len()), &nodes));
-    }
-    let [nx, ny, nz] = grid.counts;
-    for (name, field) in variables {
-        put(name, npy(&format!("({nx}, {ny}, {nz})"), &grid.values(*field)));
     }
     zip.finish().unwrap();
 }

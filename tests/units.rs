@@ -113,6 +113,39 @@ fn an_expression_is_in_the_units_that_the_scene_states() {
 }
 
 #[test]
+fn densities_and_spacings_may_carry_units_and_constants() {
+    let scene = |density: &str, more: &str| {
+        format!(
+            "input: {{expression: '{density}'}}\nunits: galactic\nparticles: 200\n\
+             domain: {{box: [[0, 0, 0], [1, 1, 2]], boundary: periodic}}\n{more}"
+        )
+    };
+    // 2 kpc^3 of 0.02 solar masses per cubic parsec.
+    for density in ["0.02 Msun/pc^3", "0.02*Msun/pc^3", "2e7*Msun/kpc^3*(1 + 0*x)"] {
+        let (_, report) = run(&scene(density, ""));
+        let expected = 2.0 * 2e7 * 1.988_409_870_698_051e33;
+        assert!((report.mass.total_cgs.unwrap() / expected - 1.0).abs() < 1e-8, "{density}: {:?}", report.mass);
+    }
+    let masses = |resolution: &str| cgs(&run(&scene("1 + z", resolution)).0, names::MASSES, UnitDimension::MASS);
+    let plain = masses("resolution: {spacing: '0.1 + z/10'}");
+    let same = |a: &[f64], b: &[f64]| a.iter().zip(b).all(|(a, b)| (a / b - 1.0).abs() < 1e-12);
+    assert!(same(&plain, &masses("resolution: {spacing: '100*pc + z/10'}")));
+    assert!(largest(&plain) > 2.0 * plain.iter().copied().fold(f64::INFINITY, f64::min), "masses should vary");
+    let even = masses("resolution: {spacing: 100 pc}");
+    assert!(same(&even, &masses("resolution: {number_density: 1000 kpc^-3}")));
+    for (density, parts) in [
+        ("1 Msun", &["input.expression", "which is a mass", "expected a density"][..]),
+        ("1 Msum/pc^3", &["input.expression", "Msum"]),
+        ("3*parsecs", &["input.expression", "unknown name 'parsecs'"]),
+    ] {
+        let text = refusal(&scene(density, ""));
+        assert!(parts.iter().all(|part| text.contains(part)), "{density}: {text}");
+    }
+    let text = refusal(&scene("1", "resolution: {spacing: 1 kpc^2}"));
+    assert!(text.contains("resolution") && text.contains("expected a length"), "{text}");
+}
+
+#[test]
 fn a_resolution_counts_in_the_scenes_units_too() {
     let masses = |scene: &str| {
         let (file, _) = run(&format!(

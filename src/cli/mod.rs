@@ -93,10 +93,9 @@ fn run(args: &RunArgs, command: &str) -> crate::Result<u8> {
         observer: &observer,
     };
     if args.dry_run {
-        let forecast = pipeline::forecast(&scene, FORMATS, &control);
+        let told = foresee(&scene, &control, args.json);
         progress.finish();
-        let forecast = forecast?;
-        return print(&if args.json { forecast.json() } else { forecast.text() });
+        return print(&told?);
     }
     if !scene.bodies.is_empty() {
         let result = bodies::run_bodies_as(&scene, FORMATS, &control, command);
@@ -134,6 +133,15 @@ fn command_line(arguments: &[OsString]) -> String {
     };
     let rest = arguments.iter().skip(1).map(|a| quoted(&a.to_string_lossy()));
     std::iter::once("sph-prep".to_owned()).chain(rest).collect::<Vec<_>>().join(" ")
+}
+
+fn foresee(scene: &Scene, control: &Control<'_>, is_json: bool) -> crate::Result<String> {
+    if scene.bodies.is_empty() {
+        let forecast = pipeline::forecast(scene, FORMATS, control)?;
+        return Ok(if is_json { forecast.json() } else { forecast.text() });
+    }
+    let forecast = bodies::forecast_bodies(scene, FORMATS, control)?;
+    Ok(if is_json { forecast.json() } else { forecast.text() })
 }
 
 fn tell_of_bodies(args: &RunArgs, scene: &Scene, report: &BodiesReport) -> crate::Result<u8> {

@@ -22,7 +22,12 @@ impl<const D: usize> AnalyticField<D> {
     /// # Errors
     /// See [`Expression::parse`].
     pub fn new(key: &str, text: &str, center: [f64; D]) -> Result<Self> {
-        Ok(Self { expression: Expression::parse(key, text, D)?, center })
+        Ok(Self::with(Expression::parse(key, text, D)?, center))
+    }
+
+    /// `r` of the expression is the distance from `center`; it has no other variables but x, y and z.
+    pub(crate) fn with(expression: Expression, center: [f64; D]) -> Self {
+        Self { expression, center }
     }
 
     /// The value of an expression without variables.

@@ -3,6 +3,7 @@
 //! Values are those of CODATA 2022, in cgs; `mH` is the hydrogen atom of 1.007 825 032 u (AME2020).
 
 use crate::error::Result as Outcome;
+use crate::field::{AnalyticField, Expression, Names};
 use crate::scene::{Conversion, Quantity};
 use sph_formats::{Unit, UnitDimension, UnitSystem};
 
@@ -43,22 +44,38 @@ pub(crate) fn constant(name: &str, system: Option<&UnitSystem>, gravity: f64) ->
     })
 }
 
-/// A number with a unit, such as `1e-6 G`, as the text of a number in `system`; `None` for what is no such quantity but an expression.
+/// The text of an expression in the numbers of `system`, which is `text` but for a number with a unit, such as `1e-6 G`.
 ///
 /// # Errors
 /// A unit of another dimension, or one where there are none.
-pub(crate) fn with_unit(
+pub(crate) fn in_system(
     key: &str,
     text: &str,
     dimension: UnitDimension,
     system: Option<&UnitSystem>,
-) -> Outcome<Option<String>> {
+) -> Outcome<String> {
     let quantity = Quantity::Text(text.trim().to_owned());
-    if !quantity.has_unit() {
-        return Ok(None);
+    if quantity.dimension().is_none() {
+        return Ok(text.to_owned());
     }
     let conversion = Conversion { from: system.copied(), to: system.copied().unwrap_or(UnitSystem::CODE) };
-    Ok(Some(format!("{:e}", quantity.value(key, dimension, &conversion)?)))
+    Ok(format!("{:e}", quantity.value(key, dimension, &conversion)?))
+}
+
+/// A density or a resolution of a scene as a field: an expression that knows constants and units, or a number of `dimension` with its unit.
+///
+/// # Errors
+/// As for [`Expression::parse`] and [`in_system`].
+pub(crate) fn field<const D: usize>(
+    key: &str,
+    text: &str,
+    (dimension, system): (UnitDimension, Option<&UnitSystem>),
+    center: [f64; D],
+) -> Outcome<AnalyticField<D>> {
+    let constants = |name: &str| constant(name, system, GRAVITATIONAL_CONSTANT);
+    let names = Names { dimension: D, others: &[], constants: &constants };
+    let text = in_system(key, text, dimension, system)?;
+    Ok(AnalyticField::with(Expression::parse_with(key, &text, names)?, center))
 }
 
 #[cfg(test)]

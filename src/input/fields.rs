@@ -17,10 +17,11 @@ use crate::error::{Error, Result};
 use crate::field::{
     CarriedField, CarriedInfo, Expression, Names, ScalarField, SharedCarried, SharedDensity, Source, probes,
 };
-use crate::input::constants::{GRAVITATIONAL_CONSTANT, constant, with_unit};
+use crate::input::constants::{GRAVITATIONAL_CONSTANT, constant, in_system};
 use crate::input::thermal;
 use crate::input::turbulence::Turbulence;
-use crate::scene::{Conversion, FieldValue, Scene, TurbulenceInput};
+use crate::input::way::{Way, across};
+use crate::scene::{Conversion, FieldValue, Quantity, Scene, TurbulenceInput};
 use sph::domain::Domain;
 use sph_formats::common::particle_names as names;
 use sph_formats::{Unit, UnitDimension, UnitSystem};
@@ -118,16 +119,6 @@ enum Rule<const D: usize> {
     Each(Vec<Term>),
     Velocity(Vec<(Way, Term)>, Option<Stirred<D>>),
     Curl(Vec<Term>),
-}
-
-/// Along what a component of a velocity points.
-#[derive(Clone, Copy, PartialEq)]
-enum Way {
-    Axis(usize),
-    Outward,
-    FromAxis,
-    Polar,
-    Azimuthal,
 }
 
 struct StatedField<const D: usize> {
@@ -271,20 +262,7 @@ const MADE: [&str; 5] = [names::COORDINATES, names::MASSES, names::SUPPORT_RADIU
 
 /// Whether a field is a scalar that others can refer to.
 fn is_scalar(name: &str, value: &FieldValue) -> bool {
-    matches!(value, FieldValue::One(_)) && way_of(name).is_none() && name != VECTOR_POTENTIAL
-}
-
-fn way_of(name: &str) -> Option<Way> {
-    Some(match name {
-        "v_x" => Way::Axis(0),
-        "v_y" => Way::Axis(1),
-        "v_z" => Way::Axis(2),
-        "v_r" => Way::Outward,
-        "v_R" => Way::FromAxis,
-        "v_theta" => Way::Polar,
-        "v_phi" => Way::Azimuthal,
-        _ => return None,
-    })
+    matches!(value, FieldValue::One(_)) && Way::named(name).is_none() && name != VECTOR_POTENTIAL
 }
 
 fn key_of(name: &str) -> String {
@@ -318,7 +296,9 @@ impl<const D: usize> Maker<D> {
                 ));
             }
             names.push(name.to_owned());
-            texts.push((name.to_owned(), value.texts().concat()));
+            let dimension = dimension_of(name, value);
+            let text = in_system(&key_of(name), &value.texts().concat(), dimension, system.as_ref())?;
+            texts.push((name.to_owned(), text));
         }
         let mut scalars: Vec<Scalar<D>> = PLACES.map(|_| Scalar::Place).into_iter().collect();
         let files: Vec<(String, Scalar<D>)> = carried.iter().filter_map(|f| of_file(f, system.as_ref())).collect();
@@ -367,6 +347,11 @@ impl<const D: usize> Maker<D> {
         Ok(())
     }
 
+    /// An expression, or a number of `dimension` with its unit.
+    fn quantity(&self, name: &str, text: &str, dimension: UnitDimension) -> Result<Term> {
+        self.term(name, &in_system(&key_of(name), text, dimension, self.system.as_ref())?)
+    }
+
     fn term(&self, name: &str, text: &str) -> Result<Term> {
         let all: Vec<&str> = self.names.iter().map(String::as_str).collect();
         let constants = |name: &str| constant(name, self.system.as_ref(), self.gravity);
@@ -392,22 +377,17 @@ impl<const D: usize> Maker<D> {
         made.extend(self.magnetic_field(scene)?);
         for (name, value) in scene.fields.stated() {
             let standard = standard_name(name);
-            if way_of(name).is_some() || standard == names::VELOCITIES || is_magnetic(name) {
+            if Way::named(name).is_some() || standard == names::VELOCITIES || is_magnetic(name) {
                 continue;
             }
             // An entropy of an ideal gas has a unit that no file can state; its energy is written in its place.
             if thermal::name_of(name) == Some(thermal::ENTROPY) {
                 continue;
             }
-            let dimension = match thermal::name_of(name) {
-                Some(thermal::PRESSURE) => UnitDimension::PRESSURE,
-                Some(thermal::TEMPERATURE) => UnitDimension::TEMPERATURE,
-                Some(thermal::INTERNAL_ENERGY) => UnitDimension::SPECIFIC_ENERGY,
-                _ => UnitDimension::NONE,
-            };
-            let terms = value.texts().iter().map(|t| self.term(name, t)).collect::<Result<Vec<_>>>()?;
+            let dimension = dimension_of(name, value);
+            let terms = value.texts().iter().map(|t| self.quantity(name, t, dimension)).collect::<Result<Vec<_>>>()?;
             let components = terms.len();
-            if components == 0 || (components > 1 && dimension != UnitDimension::NONE) {
+            if components == 0 || (components > 1 && thermal::name_of(name).is_some()) {
                 return Err(Error::scene(key_of(name), format!("has {components} components, expected one")));
             }
             made.push(self.field(name, dimension, components, Rule::Each(terms)));
@@ -434,22 +414,16 @@ impl<const D: usize> Maker<D> {
                     return Err(Error::scene(key_of(name), problem));
                 }
                 for (axis, text) in texts.iter().enumerate() {
-                    parts.push((Way::Axis(axis), self.term(name, text)?));
+                    parts.push((Way::Axis(axis), self.quantity(name, text, UnitDimension::VELOCITY)?));
                 }
-            } else if let Some(way) = way_of(name) {
+            } else if let Some(way) = Way::named(name) {
                 let [text] = texts.as_slice() else {
                     return Err(Error::scene(key_of(name), format!("has {} components, expected one", texts.len())));
                 };
-                let needed = match way {
-                    Way::Axis(axis) => axis + 1,
-                    Way::Outward => 1,
-                    Way::FromAxis | Way::Azimuthal => 2,
-                    Way::Polar => 3,
-                };
-                if D < needed {
+                if D < way.dimensions() {
                     return Err(Error::scene(key_of(name), format!("does not exist in {D} dimension(s)")));
                 }
-                parts.push((way, self.term(name, text)?));
+                parts.push((way, self.quantity(name, text, UnitDimension::VELOCITY)?));
             }
         }
         let stirred = scene.turbulence.as_ref().map(|t| self.stirred(scene, t, domain)).transpose()?;
@@ -500,9 +474,13 @@ impl<const D: usize> Maker<D> {
             return Err(Error::scene(key_of(name), format!("and {} are both given; leave one out", key_of(other))));
         }
         let texts = value.texts();
-        let number = |t: &String| with_unit(&key_of(name), t, UnitDimension::MAGNETIC_FIELD, self.system.as_ref());
-        let terms = texts.iter().map(|t| self.term(name, number(t)?.as_ref().unwrap_or(t)));
-        let terms = terms.collect::<Result<Vec<_>>>()?;
+        let dimension = match name {
+            VECTOR_POTENTIAL => {
+                UnitDimension { length: 1 + UnitDimension::MAGNETIC_FIELD.length, ..UnitDimension::MAGNETIC_FIELD }
+            }
+            _ => UnitDimension::MAGNETIC_FIELD,
+        };
+        let terms = texts.iter().map(|t| self.quantity(name, t, dimension)).collect::<Result<Vec<_>>>()?;
         let rule = match (name, terms.len()) {
             (VECTOR_POTENTIAL, 3) => Rule::Curl(terms),
             (VECTOR_POTENTIAL, 1) if D == 2 => Rule::Curl(terms),
@@ -568,6 +546,12 @@ fn is_magnetic(name: &str) -> bool {
     name == VECTOR_POTENTIAL || names::standard(name) == Some(names::MAGNETIC_FIELD)
 }
 
+/// What a field is measured in: that of its meaning, else that of the units that its own numbers carry.
+fn dimension_of(name: &str, value: &FieldValue) -> UnitDimension {
+    let own = || value.texts().into_iter().find_map(|t| Quantity::Text(t).dimension());
+    thermal::dimension_of(name).or_else(own).unwrap_or(UnitDimension::NONE)
+}
+
 /// A scalar of the file by the name that expressions use, in the scene's units.
 fn of_file<const D: usize>(
     field: &Arc<dyn CarriedField<D>>,
@@ -580,19 +564,4 @@ fn of_file<const D: usize>(
     let factor = info.unit.as_ref().zip(system).map_or(1.0, |(u, s)| u.to_cgs / s.to_cgs(u.dimension));
     let name = thermal::name_of(&info.name).unwrap_or(&info.name).to_owned();
     Some((name, Scalar::File(Arc::clone(field), factor)))
-}
-
-/// Two directions across `axis` that make a right-handed system with it: x and y across z.
-fn across(axis: [f64; 3]) -> [[f64; 3]; 2] {
-    // The coordinate axis that follows the one that the axis is nearest to: x follows z.
-    let nearest = (0..3).max_by(|a, b| axis[*a].abs().total_cmp(&axis[*b].abs())).unwrap_or(2);
-    let next = (nearest + 1) % 3;
-    let mut first: [f64; 3] = std::array::from_fn(|k| f64::from(u8::from(k == next)) - axis[next] * axis[k]);
-    let length = first.iter().map(|v| v * v).sum::<f64>().sqrt();
-    first = first.map(|v| v / length);
-    let second = std::array::from_fn(|k| {
-        let (a, b) = ((k + 1) % 3, (k + 2) % 3);
-        axis[a] * first[b] - axis[b] * first[a]
-    });
-    [first, second]
 }

@@ -2,9 +2,10 @@
 
 use crate::error::{Error, Result};
 use crate::field::{
-    AnalyticField, Centering, FieldOptions, Interpolation, Missing, Period, ScalarField, Source, Staggering, Trace,
-    from_raw, in_units_of, mass_columns, natural_dimension,
+    Centering, FieldOptions, Interpolation, Missing, Period, ScalarField, Source, Staggering, Trace, from_raw,
+    in_units_of, mass_columns, natural_dimension,
 };
+use crate::input::constants;
 use crate::input::particles::{OfSnapshot, Snapshot};
 use crate::input::profile;
 use crate::input::roles::{Assignment, adopt_units, apply, assign, divide_momenta, reduce_energies, restore_names};
@@ -274,7 +275,8 @@ pub fn source<const D: usize>(
                     "is missing: an expression needs a `box`, a `ball`, a `cylinder` or another shape to be evaluated in",
                 )
             })?;
-            let density = AnalyticField::<D>::new("input.expression", &text, domain.center())?;
+            let measured = (UnitDimension::mass_density(3), conversion.from.as_ref());
+            let density = constants::field("input.expression", &text, measured, domain.center())?;
             density.check(&domain)?;
             Source {
                 density: Box::new(density),
@@ -523,7 +525,9 @@ pub fn resolution<const D: usize>(
             // The expression counts in the scene's units, the domain in the input's.
             let unit = conversion.factor(UnitDimension::LENGTH);
             let own = domain.scaled(1.0 / unit);
-            let field = AnalyticField::<D>::new("resolution", text, own.center())?;
+            let length = if asked.spacing.is_some() { 1 } else { -(D as i8) };
+            let measured = (UnitDimension::new(length, 0, 0, 0), conversion.from.as_ref());
+            let field = constants::field("resolution", text, measured, own.center())?;
             field.check(&own)?;
             let field: Box<dyn ScalarField<D>> = Box::new(field);
             (if unit == 1.0 { field } else { in_units_of(1.0 / unit, field) }, asked.spacing.is_some())

@@ -18,4 +18,5 @@ pub(crate) mod thermal;
 pub(crate) mod totals;
 pub(crate) mod turbulence;
 pub mod units;
+mod way;
 mod weight;

@@ -3,6 +3,7 @@
 //! P = (gamma - 1) rho u = A rho^gamma, and u = kB T / ((gamma - 1) mu mH), where A is the entropic function.
 
 use crate::error::{Error, Result};
+use sph_formats::UnitDimension;
 use sph_formats::common::particle_names as names;
 
 pub(crate) const PRESSURE: &str = "pressure";
@@ -22,6 +23,16 @@ pub(crate) fn name_of(name: &str) -> Option<&'static str> {
         names::INTERNAL_ENERGY => INTERNAL_ENERGY,
         ENTROPY => ENTROPY,
         _ => return None,
+    })
+}
+
+/// What a thermal field is measured in; `None` for what is none.
+pub(crate) fn dimension_of(name: &str) -> Option<UnitDimension> {
+    Some(match name_of(name)? {
+        PRESSURE => UnitDimension::PRESSURE,
+        TEMPERATURE => UnitDimension::TEMPERATURE,
+        INTERNAL_ENERGY => UnitDimension::SPECIFIC_ENERGY,
+        _ => UnitDimension::NONE,
     })
 }
 

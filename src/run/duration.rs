@@ -2,12 +2,16 @@
 //!
 //! An evaluation costs each particle a fixed time and one for each of its neighbors on a core; what is stated was measured on one
 //! core of 2.9 GHz in processor time, for 5000 to 20 000 particles with 19 to 200 neighbors in 2-D and 3-D, and holds within a factor of
-//! some two there. Stages that end by themselves are foreseen with all their steps, which they may not take.
+//! some two there. What the target's density costs beside is measured for the target itself: that of a snapshot's particles takes longer than the
+//! sums. Stages that end by themselves are foreseen with all their steps, which they may not take.
 
 use super::plan::{Plan, TRIM_ITERATIONS};
+use crate::field::probes;
 use crate::relaxation::{AFC, ALARIC, BALANCE, DAMPED_RELAXATION, SOLVER, StageName, TRIMMING, WVT};
 use crate::scene::Scene;
+use crate::target::Target;
 use serde::Serialize;
+use std::time::Instant;
 
 /// Seconds of an evaluation per particle, and per neighbor of each.
 const PARTICLE: f64 = 5e-7;
@@ -26,14 +30,45 @@ pub struct Expected {
     pub seconds: f64,
 }
 
+/// How long one particle's part of an evaluation takes on one core.
+#[derive(Debug, Clone, Copy)]
+pub struct Cost {
+    /// Kernel neighbors of the sums.
+    pub kernel_neighbors: f64,
+    /// How many times slower the sums are than what was measured.
+    pub slowness: f64,
+    /// Seconds that the target takes at a particle.
+    pub target: f64,
+}
+
+/// Places at which a target is evaluated, and for how long at most.
+const SAMPLES: usize = 512;
+const SECONDS: f64 = 0.02;
+
+/// Seconds that the value and the slope of a target take at a place on one core.
+pub fn of_target<const D: usize>(target: &Target<'_, D>) -> f64 {
+    let start = Instant::now();
+    let mut done = 0_u32;
+    for x in probes(target.domain).iter().take(SAMPLES) {
+        let here = target.number_density(x);
+        std::hint::black_box(target.log_slope(x, here, 1e-3 * target.spacing(here).min(target.domain.size())));
+        done += 1;
+        if start.elapsed().as_secs_f64() > SECONDS {
+            break;
+        }
+    }
+    start.elapsed().as_secs_f64() / f64::from(done.max(1))
+}
+
 /// Seconds of one evaluation of so many particles.
 pub fn evaluation(count: usize, kernel_neighbors: f64, threads: usize) -> f64 {
     count as f64 * (PARTICLE + NEIGHBOR * kernel_neighbors) / threads.max(1) as f64
 }
 
-/// What the stages of a plan are expected to take, at most, with so many particles, kernel neighbors and threads.
-pub fn expected(plan: &Plan, scene: &Scene, count: usize, kernel_neighbors: f64, threads: usize) -> Vec<Expected> {
-    let evaluation = evaluation(count, kernel_neighbors, threads);
+/// What the stages of a plan are expected to take, at most, with so many particles and threads.
+pub fn expected(plan: &Plan, scene: &Scene, count: usize, cost: &Cost, threads: usize) -> Vec<Expected> {
+    let evaluation = cost.slowness * evaluation(count, cost.kernel_neighbors, threads)
+        + count as f64 * cost.target / threads.max(1) as f64;
     // Each splitting begins with half of the particles.
     let splittings: f64 = (0..=plan.splittings).map(|k| 0.5_f64.powi(k as i32)).sum();
     let evaluations = |stage: &StageName| {

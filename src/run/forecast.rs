@@ -46,6 +46,25 @@ pub struct Foreseen {
     pub memory: f64,
 }
 
+/// Runs of several bodies that are planned.
+#[derive(Debug, Clone, Serialize)]
+pub struct ForecastOfBodies {
+    /// Without point masses.
+    pub bodies: Vec<ForeseenBody>,
+}
+
+/// A body with what is planned for it.
+#[derive(Debug, Clone, Serialize)]
+pub struct ForeseenBody {
+    pub name: String,
+    /// The body before it that it is a copy of.
+    pub same_as: Option<String>,
+    /// Whether it was placed before and kept.
+    pub is_cached: bool,
+    /// None where nothing is to be done.
+    pub forecast: Option<Forecast>,
+}
+
 /// Particles whose densities are summed, and for how long: long enough to feel what else the machine does.
 const SAMPLE: usize = 4000;
 const SECONDS: f64 = 0.2;
@@ -55,8 +74,8 @@ const PASSES: f64 = 1.5;
 
 impl Forecast {
     /// Stages of a plan with what they take.
-    pub fn stages(plan: &Plan, expected: &[Expected], count: usize, slowness: f64) -> Vec<Foreseen> {
-        let of = |name: &'static str| expected.iter().find(|e| e.step == name).map(|e| slowness * e.seconds);
+    pub fn stages(plan: &Plan, expected: &[Expected], count: usize) -> Vec<Foreseen> {
+        let of = |name: &'static str| expected.iter().find(|e| e.step == name).map(|e| e.seconds);
         let stage = |s: &crate::relaxation::StageName| Foreseen {
             stage: s.name,
             seconds: of(s.name),
@@ -67,19 +86,29 @@ impl Forecast {
 
     /// As JSON.
     pub fn json(&self) -> String {
-        serde_json::to_string_pretty(self).map_or_else(|e| format!("{{\"error\": \"{e}\"}}\n"), |text| text + "\n")
+        json(self)
     }
 
     /// For people.
     pub fn text(&self) -> String {
-        let mut out = String::new();
-        self.write_text(&mut out).expect("writing to a string cannot fail");
-        out
+        written(|out| {
+            writeln!(out, "{NOTHING}")?;
+            self.write_text(out)
+        })
+    }
+
+    /// At most, of all stages whose time is known.
+    fn seconds(&self) -> f64 {
+        let known = |s: &Foreseen| Some(Expected { step: s.stage, seconds: s.seconds? });
+        total(&self.stages.iter().filter_map(known).collect::<Vec<_>>())
+    }
+
+    /// Bytes of the stage that needs most.
+    fn peak(&self) -> f64 {
+        self.stages.iter().map(|s| s.memory).fold(memory::needed(self.particles, &[]), f64::max)
     }
 
     fn write_text(&self, out: &mut String) -> std::fmt::Result {
-        const GIB: f64 = (1_u64 << 30) as f64;
-        writeln!(out, "dry run: nothing is placed, nothing is written")?;
         writeln!(out, "  input            {}, read in {:.2} s", self.input, self.seconds_so_far)?;
         writeln!(
             out,
@@ -92,16 +121,7 @@ impl Forecast {
                 .map_or_else(|| "time not known".to_owned(), |s| format!("at most {}", super::duration::rounded(s)));
             writeln!(out, "  stage            {stage:<20} {time}, {:.2} GiB", memory / GIB)?;
         }
-        let known: Vec<Expected> =
-            self.stages.iter().filter_map(|s| Some(Expected { step: s.stage, seconds: s.seconds? })).collect();
-        let peak = self.stages.iter().map(|s| s.memory).fold(memory::needed(self.particles, &[]), f64::max);
-        let there = self.memory.map_or_else(String::new, |m| format!(" of {:.1} GiB", m / GIB));
-        writeln!(
-            out,
-            "  all stages       at most {}, {:.2} GiB{there}",
-            super::duration::rounded(total(&known)),
-            peak / GIB
-        )?;
+        write_all(out, self.seconds(), self.peak(), self.memory)?;
         writeln!(
             out,
             "  this machine     takes {:.1} times as long as the one that the estimates were measured on",
@@ -113,6 +133,53 @@ impl Forecast {
         self.warnings.iter().try_for_each(|w| writeln!(out, "  WARNING          {w}"))?;
         self.notes.iter().try_for_each(|n| writeln!(out, "  note             {n}"))
     }
+}
+
+impl ForecastOfBodies {
+    /// As JSON.
+    pub fn json(&self) -> String {
+        json(self)
+    }
+
+    /// For people.
+    pub fn text(&self) -> String {
+        written(|out| self.write_text(out))
+    }
+
+    fn write_text(&self, out: &mut String) -> std::fmt::Result {
+        writeln!(out, "{NOTHING}")?;
+        for body in &self.bodies {
+            writeln!(out, "body {}", body.name)?;
+            match (&body.forecast, &body.same_as) {
+                (Some(forecast), _) => forecast.write_text(out)?,
+                (None, Some(other)) => writeln!(out, "  a copy of body {other}")?,
+                (None, None) => writeln!(out, "  was placed before, and is taken from the cache")?,
+            }
+        }
+        let all = || self.bodies.iter().filter_map(|b| b.forecast.as_ref());
+        writeln!(out, "all bodies")?;
+        // One after the other.
+        let peak = all().map(Forecast::peak).fold(0.0, f64::max);
+        write_all(out, all().map(Forecast::seconds).sum(), peak, all().find_map(|f| f.memory))
+    }
+}
+
+const GIB: f64 = (1_u64 << 30) as f64;
+const NOTHING: &str = "dry run: nothing is placed, nothing is written";
+
+fn json(forecast: &impl Serialize) -> String {
+    serde_json::to_string_pretty(forecast).map_or_else(|e| format!("{{\"error\": \"{e}\"}}\n"), |text| text + "\n")
+}
+
+fn written(write: impl FnOnce(&mut String) -> std::fmt::Result) -> String {
+    let mut out = String::new();
+    write(&mut out).expect("writing to a string cannot fail");
+    out
+}
+
+fn write_all(out: &mut String, seconds: f64, peak: f64, memory: Option<f64>) -> std::fmt::Result {
+    let there = memory.map_or_else(String::new, |m| format!(" of {:.1} GiB", m / GIB));
+    writeln!(out, "  all stages       at most {}, {:.2} GiB{there}", super::duration::rounded(seconds), peak / GIB)
 }
 
 /// How many times as long as expected this machine takes for densities, with all its threads as they are used now.

@@ -23,6 +23,7 @@ pub mod plan;
 pub mod replicate;
 pub mod report;
 pub mod seeds;
+mod shares;
 pub mod stages;
 pub(crate) mod streamed;
 pub mod variables;

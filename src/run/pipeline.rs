@@ -5,7 +5,7 @@ use super::destination::{Destination, intended_format, refuse_other_types};
 #[cfg(feature = "plots")]
 use super::drawings::is_drawn;
 use super::drawings::{Drawing, is_picture};
-use super::duration::{self, Expected};
+use super::duration::{self, Cost, Expected};
 use super::forecast::{self, Forecast};
 use super::grading::verdict as verdict_on;
 use super::plan::{Held, Plan};
@@ -60,9 +60,6 @@ pub fn place(scene: &Scene, formats: &[FormatSpec], control: &Control<'_>) -> Re
 /// # Errors
 /// Those of [`run`] up to there.
 pub fn forecast(scene: &Scene, formats: &[FormatSpec], control: &Control<'_>) -> Result<Forecast> {
-    if !scene.bodies.is_empty() {
-        return Err(Error::scene("--dry-run", "foresees one body; ask for each of the bodies by itself"));
-    }
     if scene.output.file.is_some() {
         Destination::new(scene, formats)?.refuse_overwriting_inputs(scene)?;
     }
@@ -237,7 +234,12 @@ impl Run<'_> {
             }));
         }
         memory::check(count, &plan.stages)?;
-        self.expected = duration::expected(&plan, self.scene, count, neighbors, rayon::current_num_threads());
+        let cost = Cost {
+            kernel_neighbors: neighbors,
+            slowness: if self.is_dry { forecast::slowness::<D>(self.scene.kernel(), neighbors) } else { 1.0 },
+            target: duration::of_target(&target),
+        };
+        self.expected = duration::expected(&plan, self.scene, count, &cost, rayon::current_num_threads());
         for Expected { step, seconds } in &self.expected {
             self.control.tell(Event::Expect { step, seconds: *seconds });
         }
@@ -246,7 +248,7 @@ impl Run<'_> {
         self.refuse_box(&prepared, walls.as_ref())?;
         self.check()?;
         if self.is_dry {
-            return Ok(Done::Foreseen(Box::new(self.foreseen(&prepared, plan, count))));
+            return Ok(Done::Foreseen(Box::new(self.foreseen(&prepared, plan, (count, cost.slowness)))));
         }
         let equilibrium = hydrostatics.as_ref().map(|h| h as &dyn Equilibrium<D>);
         let setting = Setting::new(self.scene, target, equilibrium, self.control);
@@ -255,15 +257,14 @@ impl Run<'_> {
         Ok(Done::Placed(Box::new(made)))
     }
 
-    fn foreseen<const D: usize>(self, prepared: &Prepared<D>, plan: Plan, count: usize) -> Forecast {
-        let slowness = forecast::slowness::<D>(self.scene.kernel(), self.scene.kernel_neighbors(D));
+    fn foreseen<const D: usize>(self, prepared: &Prepared<D>, plan: Plan, (count, slowness): (usize, f64)) -> Forecast {
         Forecast {
             input: self.scene.input_name(),
             dimension: D,
             particles: count,
             mass: prepared.mass.value,
             seeding: plan.seeding,
-            stages: Forecast::stages(&plan, &self.expected, count, slowness),
+            stages: Forecast::stages(&plan, &self.expected, count),
             left_out: plan.left_out,
             slowness,
             seconds_so_far: self.start.elapsed().as_secs_f64(),

@@ -15,7 +15,7 @@ pub struct Input {
     #[schemars(example = &"star.nc")]
     #[serde(skip_serializing_if = "Option::is_none")]
     pub file: Option<PathBuf>,
-    /// Density as an expression in x, y, z and r (distance from the domain's center), instead of a file.
+    /// Density as an expression in x, y, z and r (distance from the domain's center), constants and units, instead of a file; or a number with its unit.
     #[schemars(example = &"1 + 0.5*sin(2*pi*x)")]
     #[serde(skip_serializing_if = "Option::is_none")]
     pub expression: Option<String>,

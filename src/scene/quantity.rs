@@ -106,9 +106,11 @@ impl Conversion {
 }
 
 impl Quantity {
-    /// Whether it is a number before a unit that is known.
-    pub(crate) fn has_unit(&self) -> bool {
-        matches!(self, Self::Text(text) if split(text).is_some_and(|(_, unit)| Unit::parse(unit).is_some()))
+    /// What its unit measures; `None` where it is no number before the name of a known unit, such as `2.5`, `2*pi` or `1/s`.
+    pub(crate) fn dimension(&self) -> Option<UnitDimension> {
+        let Self::Text(text) = self else { return None };
+        let (_, unit) = split(text).filter(|(_, unit)| unit.starts_with(char::is_alphabetic))?;
+        Some(Unit::parse(unit)?.dimension)
     }
 
     /// The number before the unit, which has the sign of the quantity; NaN where there is none.

@@ -1,10 +1,12 @@
-//! Grids of Athena++ and PLUTO on coordinates of a sphere or a cylinder: masses against closed forms, and vectors in space.
+//! Grids of Athena++, PLUTO, NetCDF and NumPy on coordinates of a sphere or a cylinder: masses against closed forms, and vectors in space.
 //!
 //! The cloud is v = H x + W e_z x x, B = b e_z + t e_z x x, rho = 3 - |x|^2 / 2; files have the values in the middles of cells,
 //! which for the mass is an error of second order in their size.
 
+use crate::grids::{archive, npy};
 use rust_hdf5::H5File;
 use sph_formats::ParticleFile;
+use sph_formats::common::netcdf_classic::{ClassicFile, Data};
 use sph_formats::common::particle_names as columns;
 use sph_prep::relaxation::Control;
 use sph_prep::{FORMATS, Report, Scene, place};
@@ -28,7 +30,12 @@ enum Kind {
 enum Code {
     Athena,
     Pluto,
+    Netcdf,
+    Numpy,
 }
+
+/// Names of the axes, and of the components along them.
+type Names = ([&'static str; 3], [&'static str; 3], [&'static str; 3]);
 
 /// Faces of the cells along the axes, in the order of the file.
 struct Mesh {
@@ -90,7 +97,67 @@ impl Mesh {
         match code {
             Code::Athena => self.athena(&folder.join("cloud.athdf")),
             Code::Pluto => self.pluto(folder),
+            Code::Netcdf => self.netcdf(&folder.join("cloud.nc")),
+            Code::Numpy => self.numpy(&folder.join("cloud.npz")),
         }
+    }
+
+    fn names(&self) -> Names {
+        let (x, v, b) =
+            (["r", "theta", "phi", "z"], ["v_r", "v_theta", "v_phi", "v_z"], ["B_r", "B_theta", "B_phi", "B_z"]);
+        let places = match self.kind {
+            Kind::Spherical => [0, 1, 2],
+            Kind::Polar => [0, 2, 3],
+            Kind::Cylindrical => [0, 3, 2],
+        };
+        let mut names = [x, v, b].map(|all| places.map(|k| all[k]));
+        if self.kind != Kind::Spherical {
+            (names[0][0], names[1][0], names[2][0]) = ("R", "v_rcyl", "B_rcyl");
+        }
+        (names[0], names[1], names[2])
+    }
+
+    /// Axes of a single cell are left out; the others have CF bounds, and angles degrees.
+    fn netcdf(&self, path: &Path) -> String {
+        let (axes, velocity, field) = self.names();
+        let mut file = ClassicFile::new();
+        let counts = self.counts();
+        let turned: [Vec<f64>; 3] = std::array::from_fn(|k| {
+            let degrees = if ["theta", "phi"].contains(&axes[k]) { 180.0 / PI } else { 1.0 };
+            self.faces[k].iter().map(|face| degrees * face).collect()
+        });
+        let middles = turned.each_ref().map(|f| f.windows(2).map(|w| 0.5 * (w[0] + w[1])).collect::<Vec<f64>>());
+        let pairs = turned.each_ref().map(|f| f.windows(2).flat_map(|w| [w[0], w[1]]).collect::<Vec<f64>>());
+        let names = axes.map(|name| format!("{name}_bounds"));
+        let two = file.dimension("two", 2);
+        let mut order = Vec::new();
+        for k in (0..3).filter(|&k| counts[k] > 1) {
+            let own = file.dimension(axes[k], counts[k]);
+            let units = if ["theta", "phi"].contains(&axes[k]) { "degrees" } else { "cm" };
+            let attributes = [("bounds", names[k].as_str().into()), ("units", units.into())];
+            file.variable(&names[k], &[own, two], Data::F64(&pairs[k]), &[]);
+            file.variable(axes[k], &[own], Data::F64(&middles[k]), &attributes);
+            order.insert(0, own);
+        }
+        let variables = self.variables(velocity, field);
+        for (name, values) in &variables {
+            file.variable(name, &order, Data::F64(values), &[]);
+        }
+        file.write(path).unwrap();
+        path.display().to_string()
+    }
+
+    /// Axes are the faces of cells; those of a single cell are left out.
+    fn numpy(&self, path: &Path) -> String {
+        let (axes, velocity, field) = self.names();
+        let counts = self.counts();
+        let kept: Vec<usize> = (0..3).filter(|&k| counts[k] > 1).collect();
+        let line = |k: &usize| (axes[*k], npy(&format!("({},)", counts[*k] + 1), &self.faces[*k]));
+        let shape = kept.iter().map(|k| format!("{}, ", counts[*k])).collect::<String>();
+        let variables = self.variables(velocity, field);
+        let arrays = variables.iter().map(|(name, values)| (*name, npy(&format!("({shape})"), values)));
+        archive(path, kept.iter().map(line).chain(arrays));
+        path.display().to_string()
     }
 
     /// Two blocks along x1.
@@ -223,12 +290,12 @@ struct Case {
 }
 
 fn cases() -> Vec<Case> {
-    use Code::{Athena, Pluto};
+    use Code::{Athena, Netcdf, Numpy, Pluto};
     use Kind::{Cylindrical, Polar, Spherical};
     let one = (1, 0.0, 1.0);
     let plane = (1, -0.5, 0.5);
     let mut all = Vec::new();
-    for code in [Athena, Pluto] {
+    for code in [Athena, Pluto, Netcdf, Numpy] {
         for (kind, axes, mass) in [
             (Spherical, [(12, 0.2, 1.5), (16, 0.0, PI), (16, 0.0, TAU)], sphere([0.2, 1.5], [0.0, PI], TAU)),
             (Spherical, [(12, 0.0, 1.5), (16, 0.0, PI), one], sphere([0.0, 1.5], [0.0, PI], TAU)),
@@ -268,7 +335,7 @@ fn masses_are_those_of_the_closed_forms() {
         let error = |finer: usize, more: &str| {
             let (_, report) = run(&case.mesh(finer).write(case.code, folder.path()), more);
             // In a plane, components along z have no column.
-            let is_meant = |w: &String| w.contains("3' is named like") && w.contains("out of the 2-D space");
+            let is_meant = |w: &String| w.contains("is named like") && w.contains("out of the 2-D space");
             assert!(report.warnings.iter().all(is_meant), "{label}: {:?}", report.warnings);
             report.mass.total / case.mass - 1.0
         };

@@ -9,7 +9,8 @@ mod energies;
 mod names;
 mod sphere;
 
-use crate::grids::{CONTAINERS, Container, Field, Grid, Variables};
+use crate::grids::{CONTAINERS, Container, Field, Grid, Variables, archive, npy};
+use sph_formats::common::netcdf_classic::{ClassicFile, Data};
 use sph_formats::common::particle_names as columns;
 use sph_formats::{FORMATS, ParticleFile};
 use sph_prep::relaxation::Control;
@@ -277,22 +278,80 @@ fn a_mapping_that_cannot_be_is_refused() {
     assert!(error.contains("did you mean 'velocity'") && error.contains("line 1"), "{error}");
 }
 
+/// A profile of 2 - r that expands as 3 r, in a table, a NetCDF file or an archive of NumPy.
+fn write_profile(path: &std::path::Path, name: &str) {
+    let radii: Vec<f64> = (0..20).map(|i| i as f64 / 19.0).collect();
+    let (rho, v): (Vec<f64>, Vec<f64>) = radii.iter().map(|r| (2.0 - r, 3.0 * r)).unzip();
+    match path.extension().unwrap().to_str().unwrap() {
+        "nc" => {
+            let mut file = ClassicFile::new();
+            let r = file.dimension("radius", 20);
+            for (name, values) in [("radius", &radii), ("rho", &rho), (name, &v)] {
+                file.variable(name, &[r], Data::F64(values), &[]);
+            }
+            file.write(path).unwrap();
+        }
+        "npz" => {
+            let all = [("r", &radii), ("rho", &rho), (name, &v)];
+            archive(path, all.into_iter().map(|(name, values)| (name, npy("(20,)", values))));
+        }
+        _ => {
+            let rows: String = (0..20).map(|i| format!("{} {} {}\n", radii[i], rho[i], v[i])).collect();
+            std::fs::write(path, format!("# r rho {name}\n{rows}")).unwrap();
+        }
+    }
+}
+
 #[test]
 fn a_radial_velocity_of_a_profile_points_outward() {
     let folder = tempfile::tempdir().unwrap();
-    for name in ["v_r", "vr", "velocity", "v", "vel1", "u_r", "radial_velocity"] {
-        let rows: String = (0..20).map(|i| i as f64 / 19.0).map(|r| format!("{r} {} {}\n", 2.0 - r, 3.0 * r)).collect();
-        std::fs::write(folder.path().join("star.txt"), format!("# r rho {name}\n{rows}")).unwrap();
-        let (file, report) = run(folder.path(), ("star.txt", "rho"), "");
-        let table = &file.species[0].table;
-        let (x, v) = (table.column(columns::COORDINATES).unwrap(), table.column(columns::VELOCITIES).unwrap());
-        let middle = 0.5 * file.header.box_size[0];
-        for i in 0..3 * table.count {
-            let expected = 3.0 * (x.values.get(i) - middle);
-            assert!((v.values.get(i) - expected).abs() < 1e-9, "{name}: {} and {expected}", v.values.get(i));
+    for container in ["star.txt", "star.nc", "star.npz"] {
+        for name in ["v_r", "vr", "velocity", "v", "vel1", "u_r", "radial_velocity"] {
+            write_profile(&folder.path().join(container), name);
+            let (file, report) = run(folder.path(), (container, "rho"), "");
+            let label = format!("{name} in {container}");
+            let table = &file.species[0].table;
+            let (x, v) = (table.column(columns::COORDINATES).unwrap(), table.column(columns::VELOCITIES));
+            let v = v.unwrap_or_else(|| panic!("{label}: no velocities"));
+            let middle = 0.5 * file.header.box_size[0];
+            for i in 0..3 * table.count {
+                let expected = 3.0 * (x.values.get(i) - middle);
+                assert!((v.values.get(i) - expected).abs() < 1e-9, "{label}: {} and {expected}", v.values.get(i));
+            }
+            assert!(table.column(name).is_none() && report.warnings.is_empty(), "{label}: {:?}", report.warnings);
         }
-        assert!(table.column(name).is_none() && report.warnings.is_empty(), "{name}: {:?}", report.warnings);
     }
+}
+
+/// Arrays that look like axes are not left out in silence.
+#[test]
+fn axes_of_an_archive_are_known_by_their_names() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("cloud.npz");
+    let rho = npy("(4, 3)", &[1.0; 12]);
+    let outcome = |arrays: &[(&str, &[f64])]| {
+        let lines = arrays.iter().map(|(name, values)| (*name, npy(&format!("({},)", values.len()), values)));
+        archive(&path, lines.chain([("rho", rho.clone())]));
+        let scene =
+            format!("input: {{file: '{}'}}\nparticles: 50\npolish: none\nwvt: {{iterations: 1}}", path.display());
+        place(&Scene::parse(&scene).unwrap(), FORMATS, &Control::default()).map_err(|e| e.to_string())
+    };
+    let refused = |arrays: &[(&str, &[f64])]| outcome(arrays).map(|_| ()).unwrap_err();
+    let (four, three) = ([0.5, 1.0, 1.5, 2.0], [0.0, 1.0, 2.0]);
+    let text = refused(&[("a", &four), ("b", &three)]);
+    assert!(text.contains("'a'") && text.contains("as if it were an axis") && text.contains("R, z"), "{text}");
+    let text = refused(&[("x", &four)]);
+    assert!(text.contains("positions along x only"), "{text}");
+    let text = refused(&[("R", &four), ("phi", &[0.0, 3.0, std::f64::consts::TAU])]);
+    assert!(text.contains("'phi'") && text.contains("the same place"), "{text}");
+    // Rings from 0.25 to 2.25 of density 1, and 3 high.
+    let (file, report) = outcome(&[("R", &four), ("z", &[0.0, 1.0, 2.0, 3.0])]).unwrap();
+    let volume = 3.0 * std::f64::consts::PI * (2.25 * 2.25 - 0.25 * 0.25);
+    assert!((report.mass.total / volume - 1.0).abs() < 1e-6, "{} and {volume}", report.mass.total);
+    assert_eq!(file.header.dimension, 3);
+    // An array that no axis is like is a note.
+    let (_, report) = outcome(&[("times", &[3.0, 1.0, 2.0])]).unwrap();
+    assert!(report.notes.iter().any(|n| n.contains("left out") && n.contains("times")), "{:?}", report.notes);
 }
 
 #[test]

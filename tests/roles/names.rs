@@ -72,6 +72,7 @@ pub const COMMUNITIES: &[Community] = &[
         temperature: Some("Temperatures"),
         ..community("SWIFT", "Densities", ["Velocity_x", "Velocity_y", "Velocity_z"])
     },
+    Community { pressure: Some("P"), temperature: Some("T"), ..community("GYRE", "rho", ["v_x", "v_y", "v_z"]) },
     Community {
         energy: Some("InternalEnergy"),
         helium: Some("x_mass_fraction_He"),

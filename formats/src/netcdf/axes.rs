@@ -3,6 +3,7 @@
 //! Roles come from `axis`, `standard_name`, `units` (`degrees_north`, `days since ...`), `positive`, and last
 //! from the name; never from the order of dimensions. CF: <https://cfconventions.org>, chapters 4 and 5.
 
+use crate::common::curvilinear::Along;
 use netcdf_reader::NcVariable;
 
 /// Meaning of one dimension.
@@ -14,6 +15,10 @@ pub enum Role {
     Radius,
     Longitude,
     Latitude,
+    /// From the z axis.
+    Colatitude,
+    /// Around the z axis.
+    Azimuth,
     /// Downward from a surface.
     Depth,
     /// Upward from a surface, where the other axes are longitude and latitude.
@@ -22,6 +27,17 @@ pub enum Role {
 }
 
 impl Role {
+    /// Where a grid is curvilinear.
+    pub fn along(self) -> Option<Along> {
+        Some(match self {
+            Self::Radius => Along::Radius,
+            Self::Colatitude => Along::Colatitude,
+            Self::Azimuth => Along::Azimuth,
+            Self::Z => Along::Z,
+            _ => return None,
+        })
+    }
+
     pub fn name(self) -> &'static str {
         match self {
             Self::X => "x",
@@ -30,6 +46,8 @@ impl Role {
             Self::Radius => "radius",
             Self::Longitude => "longitude",
             Self::Latitude => "latitude",
+            Self::Colatitude => "theta",
+            Self::Azimuth => "phi",
             Self::Depth => "depth",
             Self::Height => "height",
             Self::Time => "time",
@@ -101,8 +119,17 @@ fn by_name(name: &str) -> Option<Role> {
         _ if is(LATITUDE_NAMES) => Role::Latitude,
         _ if is(DEPTH_NAMES) => Role::Depth,
         _ if is(TIME_NAMES) => Role::Time,
-        _ => return None,
+        _ => return by_direction(&name),
     })
+}
+
+fn by_direction(name: &str) -> Option<Role> {
+    match Along::named(name)? {
+        Along::Colatitude => Some(Role::Colatitude),
+        Along::Azimuth => Some(Role::Azimuth),
+        Along::Radius => Some(Role::Radius),
+        Along::Z => Some(Role::Z),
+    }
 }
 
 fn by_positive(positive: &str) -> Option<Role> {

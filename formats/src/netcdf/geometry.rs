@@ -3,6 +3,7 @@
 use super::axes::{self, Role, Steps};
 use super::decode;
 use super::file::{File, unit};
+use crate::common::curvilinear::{Along, complete, coordinates};
 use crate::error::Result;
 use crate::model::{Coordinates, Geometry, GridAxis, Values};
 use crate::registry::FieldRequest;
@@ -46,12 +47,17 @@ pub fn read_axis(file: &File, dimension: &str, role: Role, notes: &mut Vec<Strin
     let (nodes, backward) = axes::ascending(nodes, steps).map_err(|problem| file.input(&location, problem))?;
     let bounds = read_bounds(file, variable, &nodes, backward, notes)?;
     // Degrees are what the role says already, and no unit of the kind that scales a length.
+    let stated = axes::text(variable, "units").unwrap_or_default().to_lowercase();
     let angle = matches!(role, Role::Longitude | Role::Latitude);
-    if angle && axes::text(variable, "units").is_some_and(|u| u.to_lowercase().starts_with("rad")) {
+    if angle && stated.starts_with("rad") {
         return Err(file.unsupported(format!("{location} in radians; convert it to degrees")));
     }
-    let unit = if angle { None } else { unit(file, variable, notes) };
-    let grid = GridAxis { name: dimension.to_owned(), unit, nodes, bounds };
+    let is_turned = role.along().is_some_and(Along::is_angle);
+    let unit = if angle || is_turned { None } else { unit(file, variable, notes) };
+    let mut grid = GridAxis { name: dimension.to_owned(), unit, nodes, bounds };
+    if is_turned && stated.starts_with("deg") {
+        grid.nodes.iter_mut().chain(grid.bounds.iter_mut().flatten()).for_each(|angle| *angle = angle.to_radians());
+    }
     Ok(Axis { dimension: dimension.to_owned(), role, grid, backward })
 }
 
@@ -143,15 +149,28 @@ pub fn geometry(
         [_, ..] if roles.iter().all(|r| *r <= Role::Z) => {
             Ok(Geometry::Grid { coordinates: Coordinates::Cartesian, axes: grids(axes) })
         }
+        [_, ..] if is_curvilinear(&roles) => {
+            let known = |a: &Axis| Some((a.role.along()?, a.grid.clone()));
+            let (coordinates, cells, more) = complete(axes.iter().filter_map(known).collect())
+                .map_err(|(name, problem)| file.input(&format!("axis '{name}'"), problem))?;
+            notes.extend(more);
+            axes.sort_by_key(|a| cells.iter().position(|c| c.name == a.grid.name));
+            Ok(Geometry::Grid { coordinates, axes: cells })
+        }
         _ => {
             let names: Vec<_> = roles.iter().map(|r| r.name()).collect();
             Err(file.unsupported(format!(
-                "variable '{}' on the axes {}; expected a radius, one to three of x, y, z, or longitude, latitude and radius, which fill a volume",
+                "variable '{}' on the axes {}; expected a radius, one to three of x, y, z, radius with theta or phi, radius and z, or longitude, latitude and radius, which fill a volume",
                 density.name(),
                 names.join(", ")
             )))
         }
     }
+}
+
+fn is_curvilinear(roles: &[Role]) -> bool {
+    let along: Option<Vec<Along>> = roles.iter().map(|r| r.along()).collect();
+    along.is_some_and(|along| coordinates(&along).is_some())
 }
 
 /// A radius that is asked for, in the unit of the axis.

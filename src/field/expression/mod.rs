@@ -49,7 +49,7 @@ impl Expression {
         Self::parse_with(key, text, Names { dimension, others: &[], constants: &|_| None })
     }
 
-    /// [`Self::parse`] with more variables and constants. Such an expression is for [`Self::evaluate_with`].
+    /// [`Self::parse`] with more constants, and variables, whose values [`Self::evaluate_with`] takes.
     pub(crate) fn parse_with(key: &str, text: &str, names: Names<'_>) -> Result<Self> {
         if text.len() > MAX_LENGTH {
             return Err(Error::scene(

@@ -1,0 +1,235 @@
+//! Bodies before they are placed: what they have in common, and how many particles each gets.
+//!
+//! Particles are shared out by mass, so that all have the same up to half a particle's worth in each body.
+
+use crate::error::{Error, Result};
+use crate::input::constants::GRAVITATIONAL_CONSTANT;
+use crate::input::ingest;
+use crate::input::internal_units::Prepared;
+use crate::input::units::{InputUnits, RunUnits};
+use crate::output::frame::output_units;
+use crate::scene::{Conversion, DEFAULT_PARTICLES, Quantity, Scene, in_body};
+use sph_formats::{FormatSpec, UnitDimension, UnitSystem};
+
+/// Names of unit systems, by mass.
+const SYSTEMS: [&str; 4] = ["cgs", "planetary", "solar", "galactic"];
+
+/// The bodies that are not points, each as a scene of its own.
+pub(super) struct Shared {
+    pub common: Common,
+    /// Among the scene's bodies.
+    pub gas: Vec<usize>,
+    pub scenes: Vec<Scene>,
+}
+
+/// Reads all bodies, and shares particles out among them.
+///
+/// # Errors
+/// Those of reading a body, with its name, and bodies that do not go together.
+pub(super) fn shared(scene: &Scene, formats: &[FormatSpec]) -> Result<Shared> {
+    let gas: Vec<usize> = (0..scene.bodies.len()).filter(|i| scene.bodies[*i].point_mass.is_none()).collect();
+    let estimated = |counts: &[Option<usize>]| -> Result<Vec<Estimate>> {
+        let one = |(i, n): (&usize, &Option<usize>)| {
+            estimate(scene, *i, *n, formats).map_err(|e| in_body(&scene.bodies[*i].title(*i), e))
+        };
+        gas.iter().zip(counts).map(one).collect()
+    };
+    let estimates = estimated(&vec![None; gas.len()])?;
+    let common = Common::new(scene, &estimates)?;
+    let mut counts = common.counts(scene, &estimates)?;
+    if estimates.iter().any(|e| e.is_radial) {
+        // How much of an atmosphere is cut depends on the number of particles.
+        let again = estimated(&counts.iter().map(|n| Some(*n)).collect::<Vec<_>>())?;
+        counts = common.counts(scene, &again)?;
+    }
+    let alone = |(i, count): (&usize, &usize)| {
+        let mut alone = scene.of_body(*i, Some(*count));
+        alone.output.units = Some(common.name.clone());
+        alone
+    };
+    let scenes = gas.iter().zip(&counts).map(alone).collect();
+    Ok(Shared { common, gas, scenes })
+}
+
+/// What a body is before it is placed.
+struct Estimate {
+    /// Among the scene's bodies.
+    index: usize,
+    /// In cgs where there are units.
+    mass: f64,
+    dimension: usize,
+    is_radial: bool,
+    units: RunUnits,
+}
+
+/// The mass of a body by itself.
+fn estimate(scene: &Scene, index: usize, count: Option<usize>, formats: &[FormatSpec]) -> Result<Estimate> {
+    let scene = &scene.of_body(index, count);
+    let raw = ingest::read(scene, formats)?;
+    let units = RunUnits::new(scene, ingest::units(scene, &raw, &mut Vec::new())?)?;
+    let dimension = ingest::dimension(scene, &raw)?;
+    let count = scene.particles.unwrap_or(DEFAULT_PARTICLES);
+    let (mass, is_radial) = match dimension {
+        1 => weighed(&Prepared::<1>::new(scene, formats, (raw, &units), count)?),
+        2 => weighed(&Prepared::<2>::new(scene, formats, (raw, &units), count)?),
+        _ => weighed(&Prepared::<3>::new(scene, formats, (raw, &units), count)?),
+    };
+    let unit = units.input.map_or(1.0, |u| u.density * u.length.powi(dimension as i32));
+    Ok(Estimate { index, mass: mass * unit, dimension, is_radial, units })
+}
+
+fn weighed<const D: usize>(prepared: &Prepared<D>) -> (f64, bool) {
+    (prepared.mass.value, prepared.source.radial.is_some())
+}
+
+/// What all bodies have in common.
+pub(super) struct Common {
+    pub dimension: usize,
+    units: RunUnits,
+    /// Of the output's system of units.
+    pub name: String,
+    /// Constant of gravity in cgs, or in numbers without units.
+    pub gravity: f64,
+}
+
+impl Common {
+    fn new(scene: &Scene, estimates: &[Estimate]) -> Result<Self> {
+        let title = |i: usize| scene.bodies[i].title(i);
+        let first = &estimates[0];
+        for other in estimates {
+            let key = || format!("bodies[{}]", title(other.index));
+            if other.dimension != first.dimension {
+                let problem =
+                    format!("is in {}-D, but body {} in {}-D", other.dimension, title(first.index), first.dimension);
+                return Err(Error::scene(key(), problem));
+            }
+            if other.units.input.is_some() != first.units.input.is_some() {
+                let (with, without) =
+                    if first.units.input.is_some() { (first.index, other.index) } else { (other.index, first.index) };
+                let problem = format!(
+                    "has no units, but body {} has; state them by input.length_unit and input.density_unit",
+                    title(with)
+                );
+                return Err(Error::scene(format!("bodies[{}].input", title(without)), problem));
+            }
+            if other.units.into_cgs().from != first.units.into_cgs().from && has_plain_numbers(scene) {
+                let problem = format!(
+                    "is in other units than body {}, so that plain numbers of the scene could mean either; state `units`, as in \
+                     `units: solar`, or write numbers with their units",
+                    title(first.index)
+                );
+                return Err(Error::scene(key(), problem));
+            }
+        }
+        let is_known = first.units.input.is_some();
+        let name = match (&scene.output.units, is_known) {
+            (Some(name), _) => name.clone(),
+            (None, false) => "code".into(),
+            (None, true) => {
+                let total = estimates.iter().map(|e| e.mass).sum();
+                let cgs = InputUnits { length: 1.0, density: 1.0, time: 1.0 };
+                let (system, _) = output_units(None, Some(cgs), total, first.dimension)?;
+                let suits = |name: &&&str| UnitSystem::by_name(name) == Some(system);
+                SYSTEMS.iter().find(suits).map_or("cgs", |name| name).to_owned()
+            }
+        };
+        let in_cgs = scene.code().map_or(GRAVITATIONAL_CONSTANT, |code| code.sheet.gravity);
+        let plain = scene.balance.clone().unwrap_or_default().constant;
+        Ok(Self {
+            dimension: first.dimension,
+            units: first.units,
+            name,
+            gravity: if is_known { in_cgs } else { plain },
+        })
+    }
+
+    pub fn has_units(&self) -> bool {
+        self.units.input.is_some()
+    }
+
+    pub fn conversion(&self, out: &UnitSystem) -> Conversion {
+        self.units.into_output(out)
+    }
+
+    /// Particles of each body.
+    fn counts(&self, scene: &Scene, estimates: &[Estimate]) -> Result<Vec<usize>> {
+        let masses: Vec<f64> = estimates.iter().map(|e| e.mass).collect();
+        if let Some(particle) = &scene.particle_mass {
+            let dimension = UnitDimension::new(self.dimension as i8 - 3, 1, 0, 0);
+            let mass = particle.value("particle_mass", dimension, &self.units.into_cgs())?;
+            return by_particle_mass(scene, estimates, mass);
+        }
+        let stated: Vec<Option<usize>> = estimates.iter().map(|e| scene.bodies[e.index].particles).collect();
+        let total = scene.particles.unwrap_or(DEFAULT_PARTICLES);
+        let taken: usize = stated.iter().flatten().sum();
+        let open: Vec<usize> = (0..masses.len()).filter(|i| stated[*i].is_none()).collect();
+        if taken + open.len() > total && !open.is_empty() {
+            let problem =
+                format!("are {total}, of which bodies take {taken}, which leaves too few for the other {}", open.len());
+            return Err(Error::scene("particles", problem));
+        }
+        let shares = shares(total.saturating_sub(taken), &open.iter().map(|i| masses[*i]).collect::<Vec<_>>());
+        let mut counts: Vec<usize> = stated.iter().map(|n| n.unwrap_or(0)).collect();
+        open.iter().zip(shares).for_each(|(i, n)| counts[*i] = n);
+        if let Some(i) = counts.iter().position(|n| *n == 0) {
+            let problem =
+                format!("is too light for one of {total} particles of the same mass; state more, or its own number");
+            return Err(Error::scene(
+                format!("bodies[{}].particles", scene.bodies[estimates[i].index].title(estimates[i].index)),
+                problem,
+            ));
+        }
+        Ok(counts)
+    }
+}
+
+/// Whether a number with a dimension is written without its unit.
+fn has_plain_numbers(scene: &Scene) -> bool {
+    let is_plain = |q: &Quantity| matches!(q, Quantity::Plain(v) if *v != 0.0);
+    let in_bodies = scene.bodies.iter().flat_map(|b| b.position.iter().chain(&b.velocity).chain(&b.spin));
+    let orbit = scene.orbit.iter().flat_map(|o| {
+        [&o.semi_major_axis, &o.velocity_at_contact, &o.velocity_at_infinity, &o.distance].into_iter().flatten()
+    });
+    let points = scene.bodies.iter().flat_map(|b| b.point_mass.iter().chain(b.radii().map(|r| r.2)));
+    in_bodies.chain(orbit).chain(points).chain(&scene.particle_mass).any(is_plain)
+}
+
+fn by_particle_mass(scene: &Scene, estimates: &[Estimate], particle: f64) -> Result<Vec<usize>> {
+    let counts = estimates.iter().map(|Estimate { index, mass, .. }| {
+        let count = (mass / particle).round();
+        match count >= 1.0 && count <= f64::from(u32::MAX) {
+            true => Ok(count as usize),
+            false => {
+                let (title, most) = (scene.bodies[*index].title(*index), u32::MAX);
+                let problem = format!("makes {count:.3e} particles of body {title}, expected 1 to {most}");
+                Err(Error::scene("particle_mass", problem))
+            }
+        }
+    });
+    counts.collect()
+}
+
+/// `total` shared by mass: whole numbers, and what is left to those with the largest remainders.
+fn shares(total: usize, masses: &[f64]) -> Vec<usize> {
+    let sum: f64 = masses.iter().sum();
+    let exact: Vec<f64> = masses.iter().map(|m| total as f64 * m / sum).collect();
+    let mut counts: Vec<usize> = exact.iter().map(|n| n.floor() as usize).collect();
+    let mut order: Vec<usize> = (0..masses.len()).collect();
+    order.sort_by(|a, b| exact[*b].fract().total_cmp(&exact[*a].fract()).then(a.cmp(b)));
+    let left = total.saturating_sub(counts.iter().sum());
+    order.iter().take(left).for_each(|i| counts[*i] += 1);
+    counts
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn particles_are_shared_by_mass_and_add_up() {
+        assert_eq!(shares(10, &[1.0, 1.0, 1.0]), [4, 3, 3]);
+        assert_eq!(shares(100, &[0.333, 0.667]), [33, 67]);
+        assert_eq!(shares(1000, &[2e33, 1e33, 1e27]), [667, 333, 0]);
+        assert_eq!(shares(0, &[1.0, 2.0]), [0, 0]);
+    }
+}
