@@ -49,7 +49,7 @@ impl Grid {
         if self.has_cells { low + extent * (i as f64 + 0.5) / n } else { low + extent * i as f64 / (n - 1.0) }
     }
 
-    fn line(&self, axis: usize) -> Vec<f64> {
+    pub fn line(&self, axis: usize) -> Vec<f64> {
         (0..self.counts[axis]).map(|i| self.at(axis, i)).collect()
     }
 
@@ -68,7 +68,7 @@ impl Grid {
         (0..nx * ny * nz).map(|f| std::array::from_fn(|k| self.at(k, index(f)[k]))).collect()
     }
 
-    fn values(&self, field: Field) -> Vec<f64> {
+    pub fn values(&self, field: Field) -> Vec<f64> {
         self.places().into_iter().map(field).collect()
     }
 }

@@ -323,6 +323,30 @@ fn a_radial_velocity_of_a_profile_points_outward() {
     }
 }
 
+/// The last index of an array is that of components.
+#[test]
+fn vectors_of_an_archive_arrive_whole() {
+    let folder = tempfile::tempdir().unwrap();
+    let container = CONTAINERS.iter().find(|c| c.file == "grid.npz").unwrap();
+    let grid = grid(container);
+    let shape = grid.counts.map(|n| n.to_string()).join(", ");
+    let lines = ["x", "y", "z"].into_iter().enumerate().map(|(k, name)| {
+        let nodes = grid.line(k);
+        (name, npy(&format!("({},)", nodes.len()), &nodes))
+    });
+    let rho = ("rho", npy(&format!("({shape})"), &grid.values(density)));
+    let all = |fields: [Field; 3]| {
+        let data: Vec<f64> = fields.into_iter().flat_map(|f| grid.values(f)).collect();
+        npy(&format!("({shape}, 3)"), &data)
+    };
+    let vectors = [("vel", all([velocity_x, velocity_y, velocity_z])), ("B", all([field_x, field_y, field_z]))];
+    archive(&folder.path().join(container.file), lines.chain([rho]).chain(vectors));
+    let (file, report) = run(folder.path(), (container.file, "rho"), "map: {B: magnetic-field}");
+    check(&file, container, columns::VELOCITIES, &[velocity_x, velocity_y, velocity_z], "vel");
+    check(&file, container, columns::MAGNETIC_FIELD, &[field_x, field_y, field_z], "B");
+    assert!(report.warnings.is_empty(), "{:?}", report.warnings);
+}
+
 /// Arrays that look like axes are not left out in silence.
 #[test]
 fn axes_of_an_archive_are_known_by_their_names() {

@@ -5,6 +5,8 @@
 //! | `.npz` | `Coordinates` (N, D) or `x`, `y`, `z`, with `Masses` or `mass`, and any arrays of N rows | particles |
 //! | `.npz` | arrays of one shape in 1 to 3 dimensions | grid |
 //! | `.npz` | the same with arrays `x`, `y`, `z` of positions, or of edges (one more) | grid on these axes |
+//! | `.npz` | the same with arrays `r`, `theta`, `phi`, or `R`, `phi`, `z`, or `R`, `z`, `phi`, without those of a single cell | grid on these axes, radial profile for `r` alone |
+//! | `.npz` | with those, arrays of one more index of 2 or 3, the last | vectors |
 //! | `.npy` | one array in 1 to 3 dimensions | grid of its density |
 //!
 //! Grids: the first index is x; without axes of their own, the values are averages of equal cells that fill the box from 0
@@ -15,6 +17,7 @@
 use crate::registry::{Capabilities, FormatSpec, Match, ReadFn, WriteFn};
 
 #[cfg(feature = "numpy")]
+mod grid;
 mod npy;
 #[cfg(feature = "numpy")]
 mod read;

@@ -1,0 +1,201 @@
+//! Grids among the arrays of a file, and where their values are.
+
+use super::npy::{Array, Content};
+use super::read::transposed;
+use super::schema::NAME;
+use crate::common::curvilinear::{Along, complete};
+use crate::error::{FormatError, Result};
+use crate::model::{Coordinates, Geometry, GridAxis, Location, RawField, Variable};
+use crate::particle_names;
+use crate::registry::{FieldRequest, FileContent};
+use std::path::Path;
+
+/// Arrays of one shape as a grid in the box from 0 to 1.
+pub(super) fn grid(path: &Path, request: &FieldRequest, arrays: Vec<(String, Array)>) -> Result<FileContent> {
+    let listed: Vec<String> = arrays.iter().map(|(n, a)| format!("{n} {:?}", a.shape)).collect();
+    let error = |problem: String| FormatError::input(path, NAME, "arrays", problem);
+    let is_density = |n: &str| particle_names::standard(n) == Some(particle_names::DENSITY);
+    let fits = |a: &Array| (1..=3).contains(&used(&a.shape).len()) && matches!(a.content, Content::Numbers(_));
+    // Positions along an axis.
+    let is_line = |n: &str| ["x", "y", "z"].contains(&n) || Along::named(n).is_some();
+    let wanted = match &request.density {
+        Some(name) => arrays.iter().find(|(n, _)| n == name),
+        None => arrays
+            .iter()
+            .find(|(n, a)| is_density(n) && fits(a))
+            .or_else(|| arrays.iter().find(|(n, a)| fits(a) && !is_line(n))),
+    };
+    let Some((name, array)) = wanted.filter(|(_, a)| fits(a)) else {
+        let problem = format!(
+            "expected particles (Coordinates or x, y, z, with Masses) or an array of 1 to 3 dimensions; the file has {}",
+            listed.join(", ")
+        );
+        return Err(error(problem));
+    };
+    let shape = array.shape.clone();
+    let candidates = arrays.iter().filter(|(n, a)| a.shape == shape && fits(a) && !is_line(n)).count();
+    let density = (request.density.is_some() || is_density(name) || candidates == 1).then(|| name.clone());
+    let found = axes(path, &arrays, (name, &shape))?;
+    let (geometry, named) = (found.geometry, found.names);
+    let mut notes = vec![match named.as_slice() {
+        [] => "the array is a grid of equal cells in the box from 0 to 1, its first index along x".to_owned(),
+        some => format!("the axes are those of the arrays {}", some.join(", ")),
+    }];
+    notes.extend(found.notes);
+    let is_axis = |n: &String| named.contains(n);
+    let is_other = |(n, a): &&(String, Array)| components(&a.shape, &shape).is_none() && !is_axis(n);
+    let others: Vec<&String> = arrays.iter().filter(is_other).map(|(n, _)| n).collect();
+    if !others.is_empty() {
+        notes.push(format!("arrays of other shapes were left out: {others:?}"));
+    }
+    let mut variables = Vec::new();
+    for (name, array) in arrays.into_iter().filter(|(n, _)| !is_axis(n)) {
+        let Some(components) = components(&array.shape, &shape) else { continue };
+        let carried = request.carry.as_ref().is_none_or(|names| names.contains(&name));
+        let Content::Numbers(values) = array.content else { continue };
+        if !carried && density.as_ref() != Some(&name) {
+            continue;
+        }
+        let values = if array.fortran { values } else { transposed(&values, &reversed(&array.shape)) };
+        // Components, the last index, run slowest now, and are to run fastest.
+        let values = match components {
+            1 => values,
+            n => transposed(&values, &[values.len() / n, n]),
+        };
+        variables.push(Variable { name, description: None, unit: None, location: Location::Node, components, values });
+    }
+    Ok(FileContent::Field(RawField {
+        path: path.into(),
+        format: NAME,
+        geometry,
+        variables,
+        density,
+        metadata: Vec::new(),
+        notes,
+    }))
+}
+
+/// Of an array on a grid of `shape`: those of a vector are along its last index. `None` for what is not on that grid.
+fn components(array: &[usize], shape: &[usize]) -> Option<usize> {
+    match array.strip_prefix(shape)? {
+        [] => Some(1),
+        [n @ (2 | 3)] => Some(*n),
+        _ => None,
+    }
+}
+
+/// In a grid the first axis runs fastest, which is NumPy's order in Fortran's way only.
+fn reversed(shape: &[usize]) -> Vec<usize> {
+    shape.iter().rev().copied().collect()
+}
+
+/// Where the values of a grid are.
+struct Axes {
+    geometry: Geometry,
+    /// Arrays that they come from.
+    names: Vec<String>,
+    notes: Vec<String>,
+}
+
+/// By the arrays `x`, `y`, `z`, or those of other coordinates, where they fit the shape of a grid; else equal cells from 0 to 1.
+fn axes(path: &Path, arrays: &[(String, Array)], (field, shape): (&str, &[usize])) -> Result<Axes> {
+    let counts = used(shape);
+    let wrong = |name: &str, problem: String| FormatError::input(path, NAME, format!("array '{name}'"), problem);
+    let line = |(name, array): &(String, Array)| match (&array.content, array.shape.as_slice()) {
+        (Content::Numbers(values), [n]) if name != field => Some((name.clone(), *n, values.to_f64())),
+        _ => None,
+    };
+    let lines: Vec<(String, usize, Vec<f64>)> = arrays.iter().filter_map(line).collect();
+    let flat = shape.iter().zip(["x", "y", "z"]).filter(|(n, _)| **n > 1).map(|(_, name)| name).collect::<Vec<_>>();
+    let straight: Vec<Option<usize>> = flat.iter().map(|axis| lines.iter().position(|l| l.0 == *axis)).collect();
+    let turned = curved_lines(&lines, &counts);
+    let Some(places) = straight.iter().copied().collect::<Option<Vec<usize>>>().or(turned) else {
+        if let Some(k) = straight.iter().position(Option::is_some) {
+            let problem = format!("there are positions along {} only, expected them along all axes", flat[k]);
+            return Err(FormatError::input(path, NAME, "arrays", problem));
+        }
+        // What looks like the nodes or the faces of an axis.
+        let fits = |(_, n, v): &(String, usize, Vec<f64>)| {
+            counts.len() > 1 && counts.iter().any(|c| n == c || *n == c + 1) && v.is_sorted_by(|a, b| a < b)
+        };
+        if let Some((name, n, _)) = lines.iter().find(|l| fits(l)) {
+            let problem = format!(
+                "has {n} ascending values, as if it were an axis of '{field}' {shape:?}; name the axes x, y, z, or r, theta, phi, or R, phi, z, or R, z, in the \
+                 order of the indices, or leave the array out for equal cells from 0 to 1"
+            );
+            return Err(wrong(name, problem));
+        }
+        let axes = counts.iter().zip(["x", "y", "z"]).map(|(&n, name)| axis(name, n)).collect();
+        let geometry = Geometry::Grid { coordinates: Coordinates::Cartesian, axes };
+        return Ok(Axes { geometry, names: Vec::new(), notes: Vec::new() });
+    };
+    let mut axes = Vec::new();
+    for (&place, &n) in places.iter().zip(&counts) {
+        let (name, length, values) = &lines[place];
+        let (nodes, bounds) = match *length {
+            l if l == n => (values.clone(), None),
+            l if l == n + 1 => (values.windows(2).map(|w| 0.5 * (w[0] + w[1])).collect(), Some(values.clone())),
+            l => {
+                let problem = format!("has shape [{l}], expected {n} positions or {} edges of cells", n + 1);
+                return Err(wrong(name, problem));
+            }
+        };
+        axes.push(GridAxis { name: name.clone(), nodes, unit: None, bounds });
+    }
+    let names: Vec<String> = axes.iter().map(|a| a.name.clone()).collect();
+    let along: Vec<Along> = names.iter().filter_map(|n| Along::named(n)).collect();
+    let (geometry, notes) = match along.as_slice() {
+        [Along::Radius] => {
+            let GridAxis { name, nodes, bounds, .. } = axes.swap_remove(0);
+            if bounds.is_some() {
+                let problem =
+                    format!("has {} radii for {} values, expected a radius for each", nodes.len() + 1, nodes.len());
+                return Err(wrong(&name, problem));
+            }
+            (Geometry::Radial { nodes, unit: None }, Vec::new())
+        }
+        some if some.len() == names.len() && some != [Along::Z] => {
+            let (coordinates, axes, notes) =
+                complete(some.iter().copied().zip(axes).collect()).map_err(|(name, problem)| wrong(&name, problem))?;
+            (Geometry::Grid { coordinates, axes }, notes)
+        }
+        _ => (Geometry::Grid { coordinates: Coordinates::Cartesian, axes }, Vec::new()),
+    };
+    Ok(Axes { geometry, names, notes })
+}
+
+/// Arrays of other coordinates than x, y and z, one for each index, whose order is that of the indices.
+fn curved_lines(lines: &[(String, usize, Vec<f64>)], counts: &[usize]) -> Option<Vec<usize>> {
+    const ORDERS: [&[Along]; 6] = [
+        &[Along::Radius, Along::Colatitude, Along::Azimuth],
+        &[Along::Radius, Along::Azimuth, Along::Z],
+        &[Along::Radius, Along::Z, Along::Azimuth],
+        &[Along::Radius, Along::Colatitude],
+        &[Along::Radius, Along::Azimuth],
+        &[Along::Radius, Along::Z],
+    ];
+    let fits = |n: usize, count: usize| n == count || n == count + 1;
+    let place = |along: Along, count: usize| {
+        lines.iter().position(|(name, n, _)| Along::named(name) == Some(along) && fits(*n, count))
+    };
+    let all = |order: &[Along]| -> Option<Vec<usize>> {
+        (order.len() == counts.len()).then(|| order.iter().zip(counts).map(|(a, n)| place(*a, *n)).collect())?
+    };
+    // In one dimension a radius.
+    if counts.len() == 1 { all(&[Along::Radius]) } else { ORDERS.iter().find_map(|order| all(order)) }
+}
+
+/// The axes that span something.
+fn used(shape: &[usize]) -> Vec<usize> {
+    if shape.contains(&0) { Vec::new() } else { shape.iter().copied().filter(|&n| n > 1).collect() }
+}
+
+fn axis(name: &str, n: usize) -> GridAxis {
+    let cell = 1.0 / n as f64;
+    GridAxis {
+        name: name.into(),
+        nodes: (0..n).map(|i| (i as f64 + 0.5) * cell).collect(),
+        unit: None,
+        bounds: Some((0..=n).map(|i| i as f64 / n as f64).collect()),
+    }
+}
