@@ -295,9 +295,7 @@ pub fn source<const D: usize>(
             source.domain = domain;
             input_mass = source.mass.take().map(|mass| mass.value);
             if let Some(of_snapshot) = &mut of_snapshot {
-                // Totals are those of all particles.
-                of_snapshot.totals = Default::default();
-                source.notes.extend(of_snapshot.leave_others("the scene has a domain of its own"));
+                source.notes.extend(of_snapshot.leave_all_but_fields("the scene has a domain of its own"));
             }
         }
         None => apply_walls(&mut source.domain, &walls),

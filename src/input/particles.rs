@@ -18,6 +18,7 @@ use sph_formats::{
     Geometry, Location, ParticleFile, ParticleTable, RawField, Species, Unit, UnitDimension, UnitSystem, Values,
     Variable, common::particle_names,
 };
+use std::collections::BTreeMap;
 use std::path::Path;
 
 /// A particle file as a field.
@@ -149,9 +150,12 @@ impl Snapshot {
         self.refuse_unfinished(options)?;
         let domain = self.domain::<D>()?;
         let mass = MassEstimate { value: self.mass, error: 0.0 };
+        let is_material = |v: &&Variable| particle_names::standard(&v.name) == Some(particle_names::MATERIAL_IDS);
+        let of_materials = |v: &Variable| material_shares(&v.values, &self.masses);
+        let materials = self.field.variables.iter().find(is_material).map(of_materials).unwrap_or_default();
         let (totals, others, units) = (self.totals(), self.others, self.units);
         let (source, scatter) = from_particles(self.field, &domain, options)?;
-        Ok((Source { mass: Some(mass), ..source }, OfSnapshot { totals, scatter, others, units }))
+        Ok((Source { mass: Some(mass), ..source }, OfSnapshot { totals, scatter, others, units, materials }))
     }
 
     /// Refuses velocities and energies that are no numbers: without them the particles would be at rest, or cold.
@@ -229,14 +233,32 @@ pub(crate) struct OfSnapshot {
     /// Particles that are no gas, in the file's units; none where only a part of the gas is taken.
     pub others: Vec<Species>,
     pub units: UnitSystem,
+    /// Shares of the mass of all its gas by the number of their material; none where only a part of it is taken.
+    pub materials: BTreeMap<i64, f64>,
 }
 
 impl OfSnapshot {
+    /// Forgets what is true of all its particles alone, and says `why` where particles are left out.
+    pub(crate) fn leave_all_but_fields(&mut self, why: &str) -> Option<String> {
+        (self.totals, self.materials) = (Totals::default(), BTreeMap::new());
+        self.leave_others(why)
+    }
+
     /// Leaves out what is no gas, and says `why` where there is some.
     pub(crate) fn leave_others(&mut self, why: &str) -> Option<String> {
         let count: usize = std::mem::take(&mut self.others).iter().map(|s| s.table.count).sum();
         (count > 0).then(|| format!("{count} particles of other types than gas are left out: {why}"))
     }
+}
+
+/// Shares of the mass by the number of the material.
+pub(crate) fn material_shares(materials: &Values, masses: &[f64]) -> BTreeMap<i64, f64> {
+    let total: f64 = masses.iter().sum();
+    let mut shares = BTreeMap::new();
+    for (i, mass) in masses.iter().enumerate().take(materials.len()) {
+        *shares.entry(materials.get(i) as i64).or_insert(0.0) += mass / total;
+    }
+    shares
 }
 
 fn points(table: &ParticleTable) -> Option<Vec<[f64; 3]>> {

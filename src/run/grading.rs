@@ -1,6 +1,6 @@
 //! The verdict on a report, figure by figure.
 
-use super::report::{Report, SnapshotReport};
+use super::report::{MaterialShare, Report, SnapshotReport};
 use super::verdict::{Finding, Grade, Topic};
 use crate::field::Scatter;
 use crate::relaxation::{BALANCE, StopReason};
@@ -52,6 +52,23 @@ fn of_snapshot(snapshot: &SnapshotReport) -> Vec<Finding> {
             100.0 * change
         );
         all.push(Finding::new(grade(change, LITTLE_HEAT, 0.1), Topic::Snapshot, text));
+    }
+    let change = |m: &&MaterialShare| (m.particles - m.snapshot).abs();
+    if let Some(worst) = snapshot.materials.iter().max_by(|a, b| change(a).total_cmp(&change(b))) {
+        let graded = grade(change(&worst), 0.005, 0.02);
+        let remedy = match graded {
+            Grade::Good => "",
+            _ => {
+                "; its densities are smooth across surfaces, so that mass moves over them: take the bodies from their own profiles where you can"
+            }
+        };
+        let text = format!(
+            "material {} has {:.2} % of the mass, and had {:.2} % (a change of 0.5 is good, 2 is much){remedy}",
+            worst.material,
+            100.0 * worst.particles,
+            100.0 * worst.snapshot
+        );
+        all.push(Finding::new(graded, Topic::Snapshot, text));
     }
     if snapshot.conserved.as_ref().is_some_and(|c| !c.is_energy_kept) {
         let text = "kinetic and internal energy together are not those of the snapshot; it has motions that these particles do not resolve, and no internal energy that could take them up";

@@ -387,7 +387,7 @@ impl Run<'_> {
             plan,
             variables,
             atmosphere: prepared.cut,
-            snapshot: prepared.of_snapshot.as_ref().map(|s| SnapshotReport { scatter: s.scatter, conserved }),
+            snapshot: prepared.of_snapshot.as_ref().map(|s| SnapshotReport::new(s, &file.species[0].table, conserved)),
             verdict: Vec::new(),
             warnings: self.warnings,
             notes: self.notes,

@@ -2,6 +2,7 @@
 
 use crate::field::Scatter;
 use crate::input::atmosphere::Cut;
+use crate::input::particles::{OfSnapshot, material_shares};
 use crate::metrics::{
     BalanceFigures, BondOrder, DensityError, ErrorFigures, IN_PLACE, LedgerFigures, NeighborFigures, NoiseFigures,
     RegionFigures,
@@ -13,6 +14,9 @@ use crate::run::plan::Plan;
 use crate::run::variables::{VariableReport, write_variables};
 use crate::run::verdict::{Finding, ending, write_verdict};
 use serde::Serialize;
+use sph_formats::ParticleTable;
+use sph_formats::common::particle_names as names;
+use std::collections::{BTreeMap, BTreeSet};
 use std::fmt::Write;
 
 /// Everything that a run says of its result.
@@ -68,6 +72,37 @@ pub struct SnapshotReport {
     pub scatter: Option<Scatter>,
     /// Totals that the new particles have from them.
     pub conserved: Option<Conserved>,
+    /// What each material has of the mass, where there is more than one.
+    pub materials: Vec<MaterialShare>,
+}
+
+/// Shares of the mass of one material.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct MaterialShare {
+    pub material: i64,
+    /// Of the particles that were the input.
+    pub snapshot: f64,
+    /// Of the new ones.
+    pub particles: f64,
+}
+
+impl SnapshotReport {
+    /// On what was a snapshot, and what gas it has become.
+    pub(crate) fn new(source: &OfSnapshot, gas: &ParticleTable, conserved: Option<Conserved>) -> Self {
+        let columns = gas.column(names::MATERIAL_IDS).zip(gas.column(names::MASSES));
+        let found = columns.map(|(id, mass)| material_shares(&id.values, &mass.values.to_f64())).unwrap_or_default();
+        let of = |shares: &BTreeMap<i64, f64>, id: i64| shares.get(&id).copied().unwrap_or(0.0);
+        let share = |&material: &i64| MaterialShare {
+            material,
+            snapshot: of(&source.materials, material),
+            particles: of(&found, material),
+        };
+        // A material may be lost, and is then the one that matters; fields of the scene may make others.
+        let all = source.materials.keys().chain(found.keys()).collect::<BTreeSet<_>>();
+        let is_told = source.materials.len() > 1 && !found.is_empty();
+        let materials = all.into_iter().filter(|_| is_told).map(share).collect();
+        Self { scatter: source.scatter, conserved, materials }
+    }
 }
 
 /// Masses in the output's units.

@@ -1,7 +1,6 @@
 //! Grids among the arrays of a file, and where their values are.
 
-use super::npy::{Array, Content};
-use super::read::transposed;
+use super::npy::{Array, Content, transposed};
 use super::schema::NAME;
 use crate::common::curvilinear::{Along, complete};
 use crate::error::{FormatError, Result};

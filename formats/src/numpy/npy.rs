@@ -214,6 +214,29 @@ pub fn header(descr: &str, shape: &[usize]) -> Vec<u8> {
     bytes
 }
 
+/// From the order in which the first index of `shape` runs fastest to the one in which the last does.
+pub(super) fn transposed(values: &Values, shape: &[usize]) -> Values {
+    fn reorder<T: Copy>(v: &[T], shape: &[usize]) -> Vec<T> {
+        let source = |mut flat: usize| {
+            // Digits of the target index, the last fastest; strides of the source, the first fastest.
+            let mut index = 0;
+            let mut stride: usize = shape.iter().product();
+            for &n in shape.iter().rev() {
+                stride /= n.max(1);
+                index += flat % n.max(1) * stride;
+                flat /= n.max(1);
+            }
+            index
+        };
+        (0..v.len()).filter_map(|flat| v.get(source(flat)).copied()).collect()
+    }
+    match values {
+        Values::F32(v) => Values::F32(reorder(v, shape)),
+        Values::F64(v) => Values::F64(reorder(v, shape)),
+        Values::I64(v) => Values::I64(reorder(v, shape)),
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

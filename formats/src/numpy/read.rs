@@ -1,13 +1,12 @@
 //! Reads archives and single arrays.
 
 use super::grid::grid;
-use super::npy::{self, Array, Content, Place};
+use super::npy::{self, Array, Content, Place, transposed};
 use super::schema::{HEADER, MAGIC, NAME};
 use crate::common::assemble::{self, Named};
 use crate::common::facts::{Facts, unescaped};
 use crate::error::{FormatError, Result};
 use crate::limits::{Budget, MAX_EXPANSION};
-use crate::model::Values;
 use crate::particle_names;
 use crate::registry::{FieldRequest, FileContent};
 use std::fs::File;
@@ -98,27 +97,4 @@ fn particles(path: &Path, arrays: Vec<(String, Array)>, facts: &str) -> Result<F
     }
     let file = assemble::particles(count, named, facts);
     file.map(FileContent::Particles).map_err(|(at, problem)| FormatError::input(path, NAME, at, problem))
-}
-
-/// From the order in which the first index of `shape` runs fastest to the one in which the last does.
-pub(super) fn transposed(values: &Values, shape: &[usize]) -> Values {
-    fn reorder<T: Copy>(v: &[T], shape: &[usize]) -> Vec<T> {
-        let source = |mut flat: usize| {
-            // Digits of the target index, the last fastest; strides of the source, the first fastest.
-            let mut index = 0;
-            let mut stride: usize = shape.iter().product();
-            for &n in shape.iter().rev() {
-                stride /= n.max(1);
-                index += flat % n.max(1) * stride;
-                flat /= n.max(1);
-            }
-            index
-        };
-        (0..v.len()).filter_map(|flat| v.get(source(flat)).copied()).collect()
-    }
-    match values {
-        Values::F32(v) => Values::F32(reorder(v, shape)),
-        Values::F64(v) => Values::F64(reorder(v, shape)),
-        Values::I64(v) => Values::I64(reorder(v, shape)),
-    }
 }
