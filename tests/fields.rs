@@ -219,6 +219,15 @@ fn fields_that_make_no_sense_are_refused_with_their_names() {
         ("{axis: [0, 0, 0], v_phi: 1}", &["fields.axis", "direction"]),
         ("{axis: 3}", &["fields.axis", "direction"]),
         ("{'a b': 1}", &["'a b'", "letters"]),
+        ("{vx: 1, vy: 2}", &["fields.vx", "named like v_x", "another name"]),
+        ("{v: [1, 2]}", &["fields.v", "fields.velocity"]),
+        ("{v_rad: 1}", &["fields.v_rad", "fields.v_r "]),
+        ("{vphi: 1}", &["fields.vphi", "fields.v_phi"]),
+        ("{vel2: 1}", &["fields.vel2", "fields.v_y"]),
+        ("{Bx: 1}", &["fields.Bx", "fields.magnetic_field"]),
+        ("{B: [1, 0, 0]}", &["fields.B", "fields.magnetic_field"]),
+        ("{press: 1}", &["fields.press", "fields.pressure"]),
+        ("{eint: 1}", &["fields.eint", "fields.internal_energy"]),
     ] {
         let error = refused(&format!("{head}fields: {fields}\n"));
         for word in words {

@@ -18,6 +18,7 @@ use crate::field::{
     CarriedField, CarriedInfo, Expression, Names, ScalarField, SharedCarried, SharedDensity, Source, probes,
 };
 use crate::input::constants::{GRAVITATIONAL_CONSTANT, constant, in_system};
+use crate::input::roles::field_key;
 use crate::input::thermal;
 use crate::input::turbulence::Turbulence;
 use crate::input::way::{Way, across};
@@ -383,6 +384,13 @@ impl<const D: usize> Maker<D> {
             // An entropy of an ideal gas has a unit that no file can state; its energy is written in its place.
             if thermal::name_of(name) == Some(thermal::ENTROPY) {
                 continue;
+            }
+            if let Some(key) =
+                field_key(name).filter(|_| names::standard(name).is_none() && thermal::name_of(name).is_none())
+            {
+                let problem =
+                    format!("is named like {key}, which fields.{key} states; write that, or choose another name");
+                return Err(Error::scene(key_of(name), problem));
             }
             let dimension = dimension_of(name, value);
             let terms = value.texts().iter().map(|t| self.quantity(name, t, dimension)).collect::<Result<Vec<_>>>()?;

@@ -11,4 +11,5 @@ mod units;
 pub use apply::apply;
 pub use assign::{Assignment, assign};
 pub use energy::{divide_momenta, reduce_energies, restore_names};
+pub use spelling::field_key;
 pub use units::adopt_units;

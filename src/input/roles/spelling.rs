@@ -164,6 +164,35 @@ const WORDS: &[(&str, Spelling)] = {
     ]
 };
 
+/// The key of a scene's `fields` that means what a name says; `None` for what has none.
+pub fn field_key(name: &str) -> Option<&'static str> {
+    const VELOCITIES: [&str; 3] = ["v_x", "v_y", "v_z"];
+    Some(match spelling(name) {
+        Spelling::Role(Role::Vector(Vector::MagneticField, _)) | Spelling::Numbered(Vector::MagneticField, _) => {
+            "magnetic_field"
+        }
+        Spelling::Role(Role::VectorPotential) => "vector_potential",
+        Spelling::Role(Role::Vector(Vector::Velocity, part)) => match part {
+            Part::Whole | Part::North => "velocity",
+            Part::X => VELOCITIES[0],
+            Part::Y => VELOCITIES[1],
+            Part::Z => VELOCITIES[2],
+            Part::R => "v_r",
+            Part::Theta => "v_theta",
+            Part::Phi => "v_phi",
+            Part::Cylindrical => "v_R",
+        },
+        Spelling::Numbered(Vector::Velocity, place) => VELOCITIES.get(place)?,
+        Spelling::Wind(_) => "velocity",
+        Spelling::Role(Role::InternalEnergy) => "internal_energy",
+        Spelling::Role(Role::Temperature) => "temperature",
+        Spelling::Role(Role::Pressure) => "pressure",
+        Spelling::Role(Role::Entropy) => "entropy",
+        Spelling::Role(Role::Material) => "material",
+        _ => return None,
+    })
+}
+
 /// What the name says.
 pub fn spelling(name: &str) -> Spelling {
     let plain = plain_name(name);
