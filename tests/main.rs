@@ -38,6 +38,7 @@ mod planets;
 mod profile_inputs;
 mod random;
 mod real_inputs;
+mod refined;
 mod resample;
 mod results;
 mod resume;

@@ -4,6 +4,10 @@
 use crate::error::{FormatError, Result};
 use std::path::{Path, PathBuf};
 
+/// The file by which a folder of several is known: that of plotfiles of AMReX.
+const ENTRY: &str = "Header";
+/// The folders within it that hold the values, by how their names begin.
+const LEVEL: &str = "Level_";
 /// Digits of a file's number, at most.
 const MOST_DIGITS: usize = 9;
 
@@ -89,14 +93,15 @@ pub(crate) fn members_of(path: &Path, format: &'static str, count: usize) -> Res
     }
 }
 
-/// The file to open for a name that may be the common stem of a family, with or without its extension: `path` itself where
-/// there is such a file, else the member with the lowest number.
+/// The file to open for a name that may be that of a folder, or the common stem of a family, with or without its extension: the
+/// file in the folder that says what else is in it, `path` itself where there is such a file, else the member with the lowest number.
 ///
 /// # Errors
 /// [`FormatError::Detection`] where the stem is that of several families.
 pub(crate) fn resolve(path: &Path) -> Result<PathBuf> {
     if path.exists() {
-        return Ok(path.to_owned());
+        let entry = path.join(ENTRY);
+        return Ok(if entry.is_file() { entry } else { path.to_owned() });
     }
     let (Some(name), folder) = (path.file_name(), path.parent().unwrap_or(Path::new(""))) else {
         return Ok(path.to_owned());
@@ -125,6 +130,36 @@ pub(crate) fn resolve(path: &Path) -> Result<PathBuf> {
             Err(FormatError::Detection { path: path.into(), problem })
         }
     }
+}
+
+/// The files whose content an input is: those of a folder of several that is named by itself or by its first file, in the order of
+/// their names, else `path` itself.
+///
+/// # Errors
+/// [`FormatError::Io`] where the folder cannot be listed.
+pub fn files_of(path: &Path) -> Result<Vec<PathBuf>> {
+    let entry = if path.is_dir() { path.join(ENTRY) } else { path.to_owned() };
+    let folder = entry.parent().unwrap_or(Path::new(""));
+    let is_one_of_several = entry.ends_with(ENTRY) && entry.is_file() && folder.join(format!("{LEVEL}0")).is_dir();
+    if !is_one_of_several {
+        return Ok(vec![path.to_owned()]);
+    }
+    let listed = |folder: &Path| -> Result<Vec<PathBuf>> {
+        let entries = std::fs::read_dir(folder).map_err(|e| FormatError::io(folder, "list", e))?;
+        let mut paths: Vec<PathBuf> = entries.flatten().map(|entry| entry.path()).collect();
+        paths.sort();
+        Ok(paths)
+    };
+    let mut files = Vec::new();
+    for own in listed(if folder.as_os_str().is_empty() { Path::new(".") } else { folder })? {
+        let is_level = own.file_name().is_some_and(|name| name.to_string_lossy().starts_with(LEVEL));
+        match own.is_dir() {
+            true if is_level => files.extend(listed(&own)?.into_iter().filter(|path| path.is_file())),
+            true => {}
+            false => files.push(own),
+        }
+    }
+    Ok(files)
 }
 
 impl Family {

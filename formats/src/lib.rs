@@ -23,10 +23,12 @@ pub mod model;
 pub mod nearest;
 pub mod output;
 pub mod particle_names;
+pub mod refined;
 pub mod registry;
 pub mod stream;
 pub mod units;
 
+pub mod amrex;
 pub mod arepo;
 pub mod common;
 pub mod gadget;
@@ -49,11 +51,13 @@ pub mod table;
 pub mod vtk;
 
 pub use error::{FormatError, Result};
+pub use family::files_of;
 pub use model::{
     Cells, Column, Coordinates, Geometry, GridAxis, Location, ParticleFile, ParticleTable, RawField, RunHeader,
     Species, Values, Variable,
 };
 pub use nearest::{did_you_mean, nearest};
+pub use refined::{RefinedAxis, RefinedBlock, RefinedGrid};
 pub use registry::{
     Capabilities, Columns, FieldRequest, FileContent, FormatSpec, Match, WriteOptions, plain_name, read, write,
     write_files, write_part, write_stream,
@@ -64,6 +68,7 @@ pub use units::{Unit, UnitDimension, UnitSystem};
 /// Every format of this crate, sorted by name. A format left out of the build is still listed, without its
 /// reader and writer.
 pub static FORMATS: &[FormatSpec] = &[
+    amrex::SPEC,
     arepo::SPEC,
     gadget::SPEC,
     gadget_binary::SPEC,

@@ -2,6 +2,7 @@
 //!
 //! Numbers are in the units stated by each variable or header; nothing is converted here.
 
+use crate::refined::RefinedGrid;
 use crate::units::{Unit, UnitDimension, UnitSystem};
 use std::path::PathBuf;
 
@@ -167,6 +168,8 @@ pub enum Geometry {
     /// Rectilinear grid of 1 to 3 axes. The first axis runs fastest: index = i + nx (j + ny k). `Cell`
     /// variables have one value less per axis.
     Grid { coordinates: Coordinates, axes: Vec<GridAxis> },
+    /// Cells of several sizes along x, y, z. All variables belong to cells.
+    Refined(RefinedGrid),
     /// Unstructured or curvilinear mesh in 2 or 3 dimensions (2: z is constant), in VTK cell types.
     Mesh { dimension: usize, points: Vec<[f64; 3]>, unit: Option<Unit>, cells: Cells },
     /// Bare points (`dimension` 1 to 3; unused components are zero).
@@ -186,6 +189,8 @@ impl Geometry {
             (Self::Grid { axes, .. }, Location::Cell) => {
                 axes.iter().map(|a| a.nodes.len().saturating_sub(1).max(1)).product()
             }
+            (Self::Refined(grid), Location::Cell) => grid.cell_count(),
+            (Self::Refined(_), Location::Node) => 0,
             (Self::Mesh { points, .. } | Self::Cloud { points, .. } | Self::Surface { points, .. }, Location::Node) => {
                 points.len()
             }
@@ -200,6 +205,7 @@ impl Geometry {
         match self {
             Self::Radial { .. } => "radial profile",
             Self::Grid { .. } => "grid",
+            Self::Refined(_) => "refined grid",
             Self::Mesh { .. } => "mesh",
             Self::Cloud { .. } => "point cloud",
             Self::Surface { .. } => "surface",
@@ -344,6 +350,7 @@ impl Geometry {
                 let layered = |i: usize| *coordinates == Coordinates::Geographic && i + 1 == axes.len();
                 axes.iter().enumerate().try_for_each(|(i, axis)| axis.validate(layered(i)))
             }
+            Self::Refined(grid) => grid.validate(),
             Self::Mesh { dimension, points, cells, .. } => {
                 dimension_within(*dimension, 2)?;
                 finite_points(points).and_then(|()| cells.validate(points.len()))

@@ -471,7 +471,10 @@ fn read_head(path: &Path, bytes: usize) -> Result<Vec<u8>> {
         return Err(FormatError::io(
             path,
             "read",
-            std::io::Error::new(std::io::ErrorKind::IsADirectory, "it is a directory, not a file"),
+            std::io::Error::new(
+                std::io::ErrorKind::IsADirectory,
+                "it is a directory, not a file; the folders that are read have a file named Header (AMReX plotfiles)",
+            ),
         ));
     }
     let file = File::open(path).map_err(|e| FormatError::io(path, "open", e))?;

@@ -365,6 +365,11 @@ impl UnitSystem {
         parts.join(" ")
     }
 
+    /// The system's unit of a quantity.
+    pub fn unit(&self, dimension: UnitDimension) -> Unit {
+        Unit { symbol: self.symbol(dimension), to_cgs: self.to_cgs(dimension), dimension }
+    }
+
     /// The factor from this system to cgs for a quantity of dimension `d`; magnetic fields of the system are those whose pressure is
     /// B^2/2 (Lorentz and Heaviside's), so that their unit is sqrt(4 pi) roots of that of pressure in gauss.
     pub fn to_cgs(&self, d: UnitDimension) -> f64 {

@@ -33,6 +33,7 @@ fn difference(field: &RawField, expected: &str) -> Option<String> {
             "geometry" => match field.geometry {
                 Geometry::Radial { .. } => name == "radial",
                 Geometry::Grid { .. } => name == "grid",
+                Geometry::Refined(_) => name == "refined grid",
                 Geometry::Mesh { .. } => name == "mesh",
                 Geometry::Cloud { .. } => name == "cloud",
                 Geometry::Surface { .. } => name == "surface",

@@ -4,6 +4,8 @@
 mod support;
 
 mod adding_a_format;
+#[cfg(feature = "amrex")]
+mod amrex;
 #[cfg(all(feature = "swift", feature = "gadget", feature = "c-hdf5"))]
 mod c_hdf5;
 #[cfg(all(feature = "netcdf", feature = "c-netcdf"))]
@@ -51,6 +53,8 @@ mod parity;
 mod particles;
 #[cfg(feature = "phantom")]
 mod phantom;
+#[cfg(feature = "grid-hdf5")]
+mod refined_hdf5;
 mod registry;
 #[cfg(all(feature = "swift", feature = "gadget", feature = "gizmo", feature = "arepo"))]
 mod snapshots;

@@ -83,7 +83,11 @@ fn the_list_is_sorted_unique_and_documented() {
         assert!(c.read_field || c.read_particles || c.write_particles, "{}", f.name);
         assert!(f.read.is_none() || !c.read_field || !c.geometries.is_empty(), "{}: geometries of fields", f.name);
         assert!(c.dimensions.iter().all(|d| (1..=3).contains(d)), "{}", f.name);
-        assert!(c.geometries.iter().all(|g| ["radial", "grid", "mesh", "cloud", "surface"].contains(g)), "{}", f.name);
+        assert!(
+            c.geometries.iter().all(|g| ["radial", "grid", "refined grid", "mesh", "cloud", "surface"].contains(g)),
+            "{}",
+            f.name
+        );
         assert!(f.read.is_none() || c.read_field || c.read_particles, "{}", f.name);
         assert!(f.write.is_none() || c.write_particles, "{}", f.name);
         assert_eq!((f.sniff)(b""), Match::No, "{}", f.name);

@@ -6,7 +6,8 @@ use crate::field::{Orientation, natural_dimension, surface_of};
 use crate::input::roles::{Assignment, assign};
 use crate::scene::{Role, parse_mapping};
 use sph_formats::{
-    Column, FieldRequest, FileContent, FormatSpec, Geometry, GridAxis, Location, ParticleFile, RawField, Unit, Values,
+    Column, FieldRequest, FileContent, FormatSpec, Geometry, GridAxis, Location, ParticleFile, RawField, RefinedAxis,
+    RefinedGrid, Unit, Values,
 };
 use std::fmt::Write;
 
@@ -58,6 +59,7 @@ fn describe_field(out: &mut String, field: &RawField, roles: &[Assignment]) -> s
                 )?;
             }
         }
+        Geometry::Refined(grid) => describe_refined(out, grid)?,
         Geometry::Mesh { dimension, points, cells, unit } => {
             writeln!(
                 out,
@@ -101,6 +103,26 @@ fn describe_field(out: &mut String, field: &RawField, roles: &[Assignment]) -> s
         writeln!(out, "  {key} = {value}")?;
     }
     field.notes.iter().try_for_each(|note| writeln!(out, "  note: {note}"))
+}
+
+/// Axes, and what there is of each level.
+fn describe_refined(out: &mut String, grid: &RefinedGrid) -> std::fmt::Result {
+    for RefinedAxis { name, lo, hi, cells, is_periodic } in &grid.axes {
+        let repeats = if *is_periodic { ", periodic" } else { "" };
+        writeln!(out, "  axis {name:<11} {cells} cells of level 0, {lo:e} to {hi:e}{}{repeats}", named(&grid.unit))?;
+    }
+    for (level, [blocks, cells]) in grid.levels().into_iter().enumerate() {
+        let widths = grid.axes.iter().enumerate().map(|(k, axis)| {
+            let width = (axis.hi - axis.lo) / grid.cells_along(k, level as u8) as f64;
+            format!("{width:e}")
+        });
+        let widths = widths.collect::<Vec<_>>().join(" x ");
+        match cells {
+            0 => writeln!(out, "  level {level:<10} none")?,
+            _ => writeln!(out, "  level {level:<10} {cells} cells of {widths} in {blocks} block(s)")?,
+        }
+    }
+    Ok(())
 }
 
 /// What the surface encloses, and what is repaired of it.

@@ -3,6 +3,7 @@
 use super::build_grid::{cartesian, curvilinear, geographic};
 use super::build_input::Input;
 use super::build_radial::radial;
+use super::build_refined::refined;
 use super::build_surface::surface;
 use super::check::{point_text, replace_missing};
 use super::cloud::Cloud;
@@ -29,6 +30,7 @@ pub fn natural_dimension(raw: &RawField) -> usize {
             if axes.get(z).is_some_and(|axis| axis.nodes.len() == 1) { 2 } else { 3 }
         }
         Geometry::Grid { axes, .. } => axes.len(),
+        Geometry::Refined(grid) => grid.dimension(),
         Geometry::Mesh { dimension, .. } | Geometry::Cloud { dimension, .. } | Geometry::Surface { dimension, .. } => {
             *dimension
         }
@@ -78,6 +80,7 @@ fn build<const D: usize>(raw: RawField, options: &FieldOptions<D>) -> Result<Sou
         Geometry::Grid { coordinates: Coordinates::Cartesian, axes } => cartesian(input, &axes),
         Geometry::Grid { coordinates: Coordinates::Geographic, axes } => geographic(input, &axes),
         Geometry::Grid { coordinates, axes } => curvilinear(input, coordinates, &axes),
+        Geometry::Refined(grid) => refined(input, grid),
         Geometry::Mesh { points, cells, .. } => mesh(input, &points, cells),
         Geometry::Cloud { points, .. } => cloud(input, &points),
         Geometry::Surface { .. } => Err(Error::field("density", "is not that of a surface")),

@@ -6,6 +6,7 @@
 //! | radial profile, cells | monotone cubic of the enclosed mass | exact per cell |
 //! | grid | multilinear, constant per cell, or limited cubic | closed form; cells for cubic |
 //! | grid of r, theta, phi or R, phi, z | multilinear, constant per cell | closed form |
+//! | grid of cells of several sizes | constant per cell, or linear with limited slopes | exact per cell |
 //! | mesh | isoparametric shape functions, constant per cell | exact per cell |
 //! | point cloud | Shepard's weights over the nearest points | adaptive cubature |
 //! | surface | an expression inside | divergence theorem, or chords |
@@ -21,6 +22,7 @@ mod build;
 mod build_grid;
 mod build_input;
 mod build_radial;
+mod build_refined;
 mod build_surface;
 mod bvh;
 mod carried;
@@ -50,6 +52,7 @@ mod piecewise;
 mod profile;
 pub(crate) mod quadrature;
 mod radial;
+mod refined;
 mod rows;
 mod sampled;
 mod scalar;

@@ -337,7 +337,7 @@ fn determinant<const D: usize>(m: &SMatrix<f64, D, D>) -> f64 {
 }
 
 /// Solves `m u = b`; `None` for a singular matrix.
-fn solve<const D: usize>(m: SMatrix<f64, D, D>, b: SVector<f64, D>) -> Option<SVector<f64, D>> {
+pub(super) fn solve<const D: usize>(m: SMatrix<f64, D, D>, b: SVector<f64, D>) -> Option<SVector<f64, D>> {
     m.try_inverse().map(|inverse| inverse * b).filter(|u| u.iter().all(|v| v.is_finite()))
 }
 

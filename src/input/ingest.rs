@@ -158,6 +158,7 @@ pub fn units(scene: &Scene, raw: &RawInput, notes: &mut Vec<String>) -> Result<O
             | Geometry::Mesh { unit, .. }
             | Geometry::Cloud { unit, .. }
             | Geometry::Surface { unit, .. } => unit.clone(),
+            Geometry::Refined(grid) => grid.unit.clone(),
             // Longitude and latitude have no unit of length.
             Geometry::Grid { axes, .. } => axes.iter().find_map(|a| a.unit.clone()),
         };

@@ -10,7 +10,7 @@ use crate::scene::{ProfileInput, Scene};
 use serde::{Deserialize, Serialize};
 use sph_formats::common::particle_names as names;
 use sph_formats::{
-    Column, FormatError, ParticleFile, ParticleTable, RunHeader, Species, UnitDimension, UnitSystem, Values,
+    Column, FormatError, ParticleFile, ParticleTable, RunHeader, Species, UnitDimension, UnitSystem, Values, files_of,
 };
 use std::path::{Path, PathBuf};
 
@@ -88,8 +88,10 @@ impl Recipe {
         let files = [Some(&mut scene.input.file), scene.resolution.as_mut().map(|r| &mut r.file)];
         for file in files.into_iter().flatten() {
             if let Some(path) = file.take() {
-                let bytes = std::fs::read(&path).map_err(|e| FormatError::io(&path, "read", e))?;
-                inputs.push(Hash::of(&bytes));
+                for own in files_of(&path)? {
+                    let bytes = std::fs::read(&own).map_err(|e| FormatError::io(&own, "read", e))?;
+                    inputs.push(Hash::of(&bytes));
+                }
             }
         }
         for file in scene.input.profile.iter_mut().flat_map(ProfileInput::files_mut) {

@@ -130,9 +130,9 @@ pub(super) fn validate_orientation(key: &str, scale: &[f64], rotate: &[f64]) -> 
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum InterpolationName {
-    /// Between the nearest nodes, in each direction.
+    /// Between the nearest nodes, in each direction; on refined grids with limited slopes within each cell, which keeps its mass.
     Linear,
-    /// Limited cubic, without overshoots.
+    /// Limited cubic, without overshoots; not on refined grids.
     Cubic,
 }
 

@@ -20,11 +20,12 @@ const CRATES: [(&str, &[&str]); 3] =
     [("sph/src", &["sph_formats", "sph_prep"]), ("formats/src", &["sph_core", "sph_prep"]), ("src", &[])];
 
 /// Parts of `field` that turn what was read into fields; the rest of it knows no files either.
-const FROM_FILES: [&str; 20] = [
+const FROM_FILES: [&str; 23] = [
     "build.rs",
     "build_grid.rs",
     "build_input.rs",
     "build_radial.rs",
+    "build_refined.rs",
     "build_surface.rs",
     "build_tests.rs",
     "carried.rs",
@@ -40,6 +41,8 @@ const FROM_FILES: [&str; 20] = [
     "geographic.rs",
     "grid.rs",
     "mesh.rs",
+    "refined.rs",
+    "refined_tests.rs",
     "sampled.rs",
 ];
 

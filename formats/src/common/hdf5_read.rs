@@ -3,7 +3,9 @@
 use crate::error::{FormatError, Result};
 use crate::limits::{Budget, MAX_VARIABLE_BYTES};
 use crate::model::Values;
-use hdf5_reader::{Attribute, Dataset, Datatype, H5Type, Hdf5File, OpenOptions, SliceInfo, SliceInfoElem};
+use hdf5_reader::{
+    Attribute, CompoundField, Dataset, Datatype, H5Type, Hdf5File, OpenOptions, SliceInfo, SliceInfoElem, StringSize,
+};
 use std::path::Path;
 
 /// Values of a contiguous dataset that are read at once.
@@ -15,6 +17,14 @@ pub struct Reader<'p> {
     path: &'p Path,
     format: &'static str,
     budget: Budget,
+}
+
+/// A member of a record.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Member {
+    Number(f64),
+    /// Without its padding.
+    Text(String),
 }
 
 /// What a dataset holds, before its numbers are read.
@@ -126,6 +136,42 @@ impl<'p> Reader<'p> {
         Ok(self.values(path, &dataset)?.map(|values| (shape, values)))
     }
 
+    /// The records of a dataset of compounds: names and values of members that are numbers or texts of a fixed length. None where
+    /// it is of another type.
+    ///
+    /// # Errors
+    /// As [`Self::numbers`].
+    pub fn records(&self, path: &str) -> Result<Vec<Vec<(String, Member)>>> {
+        let dataset = self.file.dataset(path).map_err(|e| self.at_dataset(path, e))?;
+        let Datatype::Compound { size, fields } = dataset.dtype() else { return Ok(Vec::new()) };
+        let count = dataset.shape().iter().try_fold(1_u64, |n, &d| n.checked_mul(d)).unwrap_or(u64::MAX);
+        self.budget.take(self.path, self.format, &format!("dataset '{path}'"), count.saturating_mul((*size).into()))?;
+        let bytes = dataset.read_native_bytes().map_err(|e| self.at_dataset(path, e))?;
+        let member = |record: &[u8], field: &CompoundField| {
+            let own = record.get(field.byte_offset as usize..).unwrap_or_default();
+            member(own, &field.datatype).map(|value| (field.name.clone(), value))
+        };
+        let records = bytes.chunks_exact((*size as usize).max(1));
+        Ok(records.map(|record| fields.iter().filter_map(|field| member(record, field)).collect()).collect())
+    }
+
+    /// The texts of a dataset without their padding; `None` where it is of another type.
+    ///
+    /// # Errors
+    /// As [`Self::numbers`].
+    pub fn texts(&self, path: &str) -> Result<Option<Vec<String>>> {
+        let dataset = self.file.dataset(path).map_err(|e| self.at_dataset(path, e))?;
+        let width = match dataset.dtype() {
+            Datatype::String { size: StringSize::Fixed(width), .. } => u64::from(*width),
+            _ => return Ok(None),
+        };
+        let count = dataset.shape().iter().try_fold(1_u64, |n, &d| n.checked_mul(d)).unwrap_or(u64::MAX);
+        let bytes = count.saturating_mul(width.saturating_add(size_of::<String>() as u64));
+        self.budget.take(self.path, self.format, &format!("dataset '{path}'"), bytes)?;
+        let texts = dataset.read_strings().map_err(|e| self.at_dataset(path, e))?;
+        Ok(Some(texts.iter().map(|text| text.trim_end_matches(['\0', ' ']).to_owned()).collect()))
+    }
+
     fn values(&self, path: &str, dataset: &Dataset) -> Result<Option<Values>> {
         let width = match dataset.dtype() {
             Datatype::FloatingPoint { size, .. } => u64::from(*size),
@@ -216,6 +262,26 @@ fn input(path: &Path, format: &'static str, location: &str, e: hdf5_reader::erro
             FormatError::input(path, format, location, format!("{other}; the file is damaged, incomplete or not HDF5"))
         }
     }
+}
+
+/// The first value in `bytes`, which are in this machine's order.
+fn member(bytes: &[u8], datatype: &Datatype) -> Option<Member> {
+    fn of<const N: usize>(bytes: &[u8]) -> Option<[u8; N]> {
+        bytes.get(..N)?.try_into().ok()
+    }
+    Some(Member::Number(match datatype {
+        Datatype::FloatingPoint { size: 4, .. } => f32::from_ne_bytes(of(bytes)?).into(),
+        Datatype::FloatingPoint { size: 8, .. } => f64::from_ne_bytes(of(bytes)?),
+        Datatype::FixedPoint { size: 1, .. } => f64::from(*bytes.first()?),
+        Datatype::FixedPoint { size: 4, .. } => i32::from_ne_bytes(of(bytes)?).into(),
+        Datatype::FixedPoint { size: 8, .. } => i64::from_ne_bytes(of(bytes)?) as f64,
+        Datatype::String { size: StringSize::Fixed(width), .. } => {
+            let text = String::from_utf8_lossy(bytes.get(..*width as usize)?).into_owned();
+            let text = text.split('\0').next().unwrap_or_default().trim_end().to_owned();
+            return Some(Member::Text(text));
+        }
+        _ => return None,
+    }))
 }
 
 fn widen<T: Into<i64>>(values: Vec<T>) -> Vec<i64> {

@@ -63,6 +63,11 @@ impl Text {
         Ok(text)
     }
 
+    /// All of it.
+    pub fn content(&self) -> &str {
+        &self.content
+    }
+
     /// Lines with their numbers, from 1, without line ends; blank ones are left out.
     pub fn lines(&self) -> impl Iterator<Item = (usize, &str)> {
         let numbered = self.content.lines().enumerate();

@@ -1,6 +1,8 @@
-//! Athena++: mesh blocks of one level, put together.
+//! Athena++: mesh blocks of one level, put together, and those of several, as they are.
 
+use super::athena_tree;
 use super::mesh::{Mesh, gathered, grid, unsupported};
+use super::tree::{Tree, checked};
 use crate::common::hdf5_read::{Attributes, Reader};
 use crate::error::Result;
 use crate::model::{Coordinates, Geometry, Location, Values};
@@ -19,21 +21,17 @@ pub struct Blocks<'a> {
     /// Cells of the whole grid, and of a block, along x1, x2, x3.
     grid: [usize; 3],
     block: [usize; 3],
-    /// First cell of each block.
+    /// First cell of each block of a grid without refinement.
     starts: Vec<[usize; 3]>,
+    /// The blocks of one with refinement.
+    tree: Option<Tree>,
 }
 
 impl<'a> Blocks<'a> {
     /// # Errors
-    /// Where blocks are refined, or do not fill the grid.
+    /// Where blocks do not fill the grid.
     pub fn open(file: &'a Reader<'a>, path: &'a Path) -> Result<Self> {
         let attributes = file.root_attributes()?;
-        let max_level = attributes.number("MaxLevel").unwrap_or(0.0);
-        if max_level != 0.0 {
-            let what =
-                format!("a grid refined to level {max_level}; write it with 'grid_levels' of one, or resample it");
-            return Err(unsupported(path, what));
-        }
         let sizes = |name: &str| -> Result<[usize; 3]> {
             let found = attributes.numbers(name).unwrap_or_default();
             let valid = |n: &f64| n.fract() == 0.0 && (1.0..1e9).contains(n);
@@ -46,15 +44,21 @@ impl<'a> Blocks<'a> {
             }
         };
         let (grid, block) = (sizes("RootGridSize")?, sizes("MeshBlockSize")?);
-        let mut blocks = Self { file, path, attributes, grid, block, starts: Vec::new() };
-        blocks.place()?;
+        let max_level = attributes.number("MaxLevel").unwrap_or(0.0);
+        let mut blocks = Self { file, path, attributes, grid, block, starts: Vec::new(), tree: None };
+        if max_level == 0.0 {
+            blocks.place()?;
+        } else {
+            blocks.tree = Some(athena_tree::open(file, max_level, grid, block)?);
+        }
         Ok(blocks)
     }
 
     /// Finds where each block lies, and that they fill the grid.
     fn place(&mut self) -> Result<()> {
         let location = "dataset 'LogicalLocations'";
-        let wrong = |problem: String| self.file.input(location, problem);
+        let wrong =
+            |problem: String| self.file.input(location, format!("{problem} (by 'Levels' and 'LogicalLocations')"));
         let Some((shape, values)) = self.file.array("LogicalLocations")? else {
             return Err(wrong("are not numbers".into()));
         };
@@ -100,6 +104,26 @@ impl<'a> Blocks<'a> {
                 return Err(unsupported(self.path, what));
             }
         };
+        if let Some(tree) = &self.tree {
+            if coordinates != Coordinates::Cartesian {
+                let what = format!(
+                    "a refined grid in coordinates '{name}'; refined ones are read in cartesian coordinates: write this one to one \
+                     level, as Athena++'s athena_read.athdf does with level=0, or resample it"
+                );
+                return Err(unsupported(self.path, what));
+            }
+            let (geometry, notes) = checked(tree.grid(self.path)?, "Athena++", |location, problem| {
+                self.file.input(location, format!("{problem} (by 'Levels' and 'LogicalLocations')"))
+            })?;
+            return Ok(Mesh {
+                geometry,
+                location: Location::Cell,
+                names: self.attributes.texts("VariableNames").unwrap_or_default(),
+                units: None,
+                metadata: self.metadata(),
+                notes,
+            });
+        }
         let radial = coordinates == Coordinates::Spherical && self.grid[1] == 1 && self.grid[2] == 1;
         let mut faces = (0..3).map(|axis| self.faces(axis)).collect::<Result<Vec<_>>>()?;
         let (geometry, location) = if radial {
@@ -107,14 +131,18 @@ impl<'a> Blocks<'a> {
         } else {
             (grid(self.path, coordinates, faces)?, Location::Node)
         };
-        let time = self.attributes.number("Time").map(|t| ("time".to_owned(), t.to_string()));
         Ok(Mesh {
             geometry,
             location,
             names: self.attributes.texts("VariableNames").unwrap_or_default(),
-            metadata: time.into_iter().collect(),
+            units: None,
+            metadata: self.metadata(),
             notes: vec![format!("Athena++ grid of {:?} cells in {} blocks", self.grid, self.starts.len())],
         })
+    }
+
+    fn metadata(&self) -> Vec<(String, String)> {
+        self.attributes.number("Time").map(|t| ("time".to_owned(), t.to_string())).into_iter().collect()
     }
 
     fn faces(&self, axis: usize) -> Result<Vec<f64>> {
@@ -165,13 +193,18 @@ impl<'a> Blocks<'a> {
 
     fn slab(&self, set: &str, index: usize, count: usize) -> Result<Values> {
         let [nx, ny, nz] = self.block;
-        let expected = [count, self.starts.len(), nz, ny, nx];
+        let blocks = self.tree.as_ref().map_or(self.starts.len(), |tree| tree.leaves.len());
+        let expected = [count, blocks, nz, ny, nx];
         let found = self.file.array(set)?;
         let Some((_, values)) = found.filter(|(shape, _)| *shape == expected) else {
             let problem = format!("expected numbers of shape {expected:?}");
             return Err(self.file.input(format!("dataset '{set}'"), problem));
         };
         let cells = nx * ny * nz;
+        if self.tree.is_some() {
+            let first = index * blocks * cells;
+            return Ok(gathered(&values, first..first + blocks * cells));
+        }
         let along: [usize; 3] = std::array::from_fn(|k| self.grid[k] / self.block[k]);
         let mut at = vec![0; self.starts.len()];
         for (b, start) in self.starts.iter().enumerate() {

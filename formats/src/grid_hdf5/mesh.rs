@@ -3,6 +3,7 @@
 use super::schema::NAME;
 use crate::error::{FormatError, Result};
 use crate::model::{Coordinates, Geometry, GridAxis, Location, Values};
+use crate::units::UnitSystem;
 use std::path::Path;
 
 /// A grid, its values not yet read.
@@ -12,6 +13,8 @@ pub struct Mesh {
     /// Names of all variables.
     pub names: Vec<String>,
     pub metadata: Vec<(String, String)>,
+    /// In which the numbers are, where the file or its code says so.
+    pub units: Option<UnitSystem>,
     pub notes: Vec<String>,
 }
 

@@ -83,6 +83,7 @@ impl<'a> Step<'a> {
             geometry,
             location,
             names,
+            units: None,
             metadata: self.time.map(|t| ("time".to_owned(), t.to_string())).into_iter().collect(),
             notes,
         })

@@ -2,7 +2,7 @@
 
 use super::mesh::unsupported;
 use super::schema::{DENSITY_NAMES, NAME};
-use super::{athena, pluto};
+use super::{athena, flash, pluto};
 use crate::common::hdf5_read::Reader;
 use crate::common::wanted::wanted;
 use crate::error::Result;
@@ -13,8 +13,8 @@ use std::path::Path;
 /// Reads a grid.
 ///
 /// # Errors
-/// [`FormatError::Input`] where the file is neither code's or contradicts itself, [`FormatError::Unsupported`] for refined
-/// and curvilinear grids, [`FormatError::Limit`], [`FormatError::Io`].
+/// [`FormatError::Input`] where the file is neither code's or contradicts itself, [`FormatError::Unsupported`] for grids of
+/// other kinds, [`FormatError::Limit`], [`FormatError::Io`].
 pub fn read(path: &Path, request: &FieldRequest) -> Result<FileContent> {
     let file = Reader::open(path, NAME)?;
     let (groups, datasets) = (file.groups()?, file.datasets("/")?);
@@ -34,14 +34,15 @@ pub fn read(path: &Path, request: &FieldRequest) -> Result<FileContent> {
     } else if groups.iter().any(|g| g == "level_0") {
         return Err(unsupported(path, "a refined grid in Chombo's layout; resample it to one level first"));
     } else if has("bounding box") && has("refine level") {
-        return Err(unsupported(
-            path,
-            "FLASH's tree of blocks; resample it to one level first, as yt's covering_grid does",
-        ));
+        let tree = flash::Blocks::open(&file, path, datasets)?;
+        let mesh = tree.mesh()?;
+        let (names, density) = chosen(&file, &mesh.names, request)?;
+        let variables = names.iter().map(|name| tree.variable(name)).collect::<Result<Vec<_>>>()?;
+        (mesh, variables, density)
     } else {
         return Err(file.input(
             "group '/'",
-            "there are neither LogicalLocations (Athena++) nor node_coords (PLUTO); name another format with --format",
+            "there are neither LogicalLocations (Athena++) nor node_coords (PLUTO) nor a bounding box and refine level (FLASH); name another format with --format",
         ));
     };
     Ok(FileContent::Field(RawField {
@@ -51,9 +52,9 @@ pub fn read(path: &Path, request: &FieldRequest) -> Result<FileContent> {
         variables: variables
             .into_iter()
             .map(|(name, values)| Variable {
+                unit: mesh.units.as_ref().and_then(|system| flash::unit(system, &name)),
                 name,
                 description: None,
-                unit: None,
                 location: mesh.location,
                 components: 1,
                 values,

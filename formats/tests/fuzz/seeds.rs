@@ -20,6 +20,8 @@ pub fn of(format: &str, folder: &Path) -> Vec<Vec<u8>> {
         "ply" => vec![PLY.into(), ply_binary("little"), ply_binary("big")],
         "stl" => vec![STL.into(), stl_binary()],
         "gyre" => texts(&[GYRE]),
+        // The first of its files; the others are damaged one by one in `amrex.rs`.
+        "amrex" => texts(&[PLOTFILE]),
         "gadget-binary" => {
             [written(folder, "gadget-binary", &["gadget"]), written(folder, "gadget-binary-1", &["gadget1"])].concat()
         }
@@ -234,7 +236,7 @@ mod hdf5 {
     /// Athena++, PLUTO, GSM and POLY in small.
     pub fn all(folder: &Path) -> Vec<Vec<u8>> {
         let path = folder.join("seed.h5");
-        let makers: [fn(&H5File); 5] = [athena, pluto, star, polytrope, chunked];
+        let makers: [fn(&H5File); 7] = [athena, refined, flash, pluto, star, polytrope, chunked];
         let made = makers.iter().map(|make| {
             let file = H5File::create(&path).unwrap();
             make(&file);
@@ -266,6 +268,33 @@ mod hdf5 {
         faces.write_raw(&[0.0_f32, 1.0, 2.0, 0.0, 1.0, 2.0]).unwrap();
         file.new_dataset::<f32>().shape([2, 2]).create("x3f").unwrap().write_raw(&[0.0_f32, 1.0, 0.0, 1.0]).unwrap();
         numbers(file, "prim", &[1, 2, 1, 2, 2]);
+    }
+
+    /// A block, and two of half its width.
+    fn refined(file: &H5File) {
+        let root = file.root_group();
+        root.set_attr_string("Coordinates", "cartesian").unwrap();
+        root.set_attr_array_numeric("RootGridSize", &[4_i32, 1, 1]).unwrap();
+        root.set_attr_array_numeric("MeshBlockSize", &[2_i32, 1, 1]).unwrap();
+        root.set_attr_numeric("MaxLevel", &1_i32).unwrap();
+        root.set_attr_string_array("DatasetNames", &["prim"]).unwrap();
+        root.set_attr_array_numeric("NumVariables", &[1_i32]).unwrap();
+        root.set_attr_string_array("VariableNames", &["rho"]).unwrap();
+        file.new_dataset::<i32>().shape([3]).create("Levels").unwrap().write_raw(&[0_i32, 1, 1]).unwrap();
+        let places = file.new_dataset::<i64>().shape([3, 3]).create("LogicalLocations").unwrap();
+        places.write_raw(&[0_i64, 0, 0, 2, 0, 0, 3, 0, 0]).unwrap();
+        let faces = file.new_dataset::<f32>().shape([3, 3]).create("x1f").unwrap();
+        faces.write_raw(&[0.0_f32, 1.0, 2.0, 2.0, 2.5, 3.0, 3.0, 3.5, 4.0]).unwrap();
+        numbers(file, "prim", &[1, 3, 1, 1, 2]);
+    }
+
+    /// A block that is divided, and its halves.
+    fn flash(file: &H5File) {
+        file.new_dataset::<i32>().shape([3]).create("refine level").unwrap().write_raw(&[1_i32, 2, 2]).unwrap();
+        file.new_dataset::<i32>().shape([3]).create("node type").unwrap().write_raw(&[2_i32, 1, 1]).unwrap();
+        let ends = file.new_dataset::<f64>().shape([3, 1, 2]).create("bounding box").unwrap();
+        ends.write_raw(&[0.0, 2.0, 0.0, 1.0, 1.0, 2.0]).unwrap();
+        numbers(file, "dens", &[3, 1, 1, 2]);
     }
 
     fn pluto(file: &H5File) {
@@ -331,5 +360,7 @@ const GRID: &str = "x,y,\"rho\"\n0,0,1\n0,1,2\n1,0,3\n1,1,4\n";
 const FRACTIONS: &str = "outer radius\tX\tY\tZ\trho\n3\t0.7\t0.28\t0.02\t1\n2\t0.6\t0.38\t0.02\t5\n";
 const MESA: &str = " 1 2 3\n model_number num_zones star_age\n 7 3 1.0E+9\n\n 1 2 3 4 5\n zone mass logR logRho logT\n\
  1 1.0 0.5 0.0 3.0\n 2 0.5 0.3 1.0 4.0\n 3 0.2 0.1 2.0 5.0\n";
+const PLOTFILE: &str = "HyperCLaw-V1.1\n1\ndensity\n1\n0.5\n1\n0 \n1 \n2 \n((0) (3) (0)) ((0) (7) (0)) \n0 0 \n0.25 \n0.125 \n\
+0\n0\n0 1 0.5\n0\n0 1\nLevel_0/Cell\n1 1 0.5\n0\n0.5 1\nLevel_1/Cell\n";
 const GYRE: &str = "2 1.0E33 1.0E10 1.0E33 100\n\
 1 0.0 0.0 0 1 1 100.0 1 1 1 1 1 1 1 1 1 1 1 1\n2 1.0E10 1.0E33 0 1 1 1.0 1 1 1 1 1 1 1 1 1 1 1 1\n";

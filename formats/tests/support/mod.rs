@@ -4,6 +4,9 @@
 #![allow(dead_code)]
 
 mod files;
+pub mod plotfile;
+#[cfg(feature = "hdf5-layer")]
+pub mod trees;
 
 pub use files::replace;
 

@@ -171,7 +171,8 @@ impl<'a> Places<'a> {
             Geometry::Mesh { points, .. } | Geometry::Cloud { points, .. } => {
                 points.get(i).copied().unwrap_or_default()
             }
-            Geometry::Radial { .. } | Geometry::Surface { .. } => [0.0; 3],
+            // Components on refined grids are along x, y and z, whose directions need no place.
+            Geometry::Radial { .. } | Geometry::Refined(_) | Geometry::Surface { .. } => [0.0; 3],
         };
         std::array::from_fn(|k| if k < dimension { x[k] } else { 0.0 })
     }

@@ -9,6 +9,8 @@
 //! | PLUTO | `vx1` to `vx3` | `Bx1` to `Bx3` | `rho`, `prs` |
 //! | FLASH | `velx` to `velz` | `magx` to `magz` | `dens`, `pres`, `eint`, `ener`, `temp`, `gpot` |
 //! | AMReX (Castro, Nyx) | `x_velocity`, `xvel` | | `Temp`, `eint_e`, `rho_e`, `rho_E`, `phiGrav` |
+//! | MAESTROeX | `velx` to `velz` | | `tfromp`, `p0pluspi`, `X(he4)` |
+//! | Quokka | momenta `x-GasMomentum` | | `gasDensity`, `gasEnergy`, `gasInternalEnergy` |
 //! | yt | `velocity_x` | `magnetic_field_x` | `specific_thermal_energy`, `gravitational_potential` |
 //! | MESA, GYRE | `velocity`, `v_r` | | `h1`, `he4`, `x_mass_fraction_H` |
 //! | SWIFT | `Velocities` | `MagneticFluxDensities` | `InternalEnergies`, `Entropies`, `MetalMassFractions` |
@@ -102,6 +104,11 @@ const WORDS: &[(&str, Spelling)] = {
         ("mx3", Other(MOMENTUM)),
         ("momentum", Other(MOMENTUM)),
         ("etot", Is(Role::TotalEnergyDensity)),
+        ("gasenergy", Is(Role::TotalEnergyDensity)),
+        ("gasinternalenergy", Is(Role::InternalEnergyDensity)),
+        ("xgasmomentum", Other(MOMENTUM)),
+        ("ygasmomentum", Other(MOMENTUM)),
+        ("zgasmomentum", Other(MOMENTUM)),
         ("totalenergydensity", Is(Role::TotalEnergyDensity)),
         ("thermalenergydensity", Is(Role::InternalEnergyDensity)),
         ("internalenergydensity", Is(Role::InternalEnergyDensity)),
@@ -124,6 +131,7 @@ const WORDS: &[(&str, Spelling)] = {
         ("tgas", Is(Role::Temperature)),
         ("gastemperature", Is(Role::Temperature)),
         ("airtemperature", Is(Role::Temperature)),
+        ("tfromp", Is(Role::Temperature)),
         ("a1t", Is(Role::Temperature)),
         ("p", Is(Role::Pressure)),
         ("press", Is(Role::Pressure)),
@@ -236,9 +244,13 @@ fn component(vector: Vector, rest: &str) -> Option<Spelling> {
 /// Which component of a momentum per volume a name is: along an axis of the grid by number, or by name.
 pub fn momentum(name: &str) -> Option<usize> {
     let plain = plain_name(name);
-    ["mom1 momx xmom mx1 momentumx", "mom2 momy ymom mx2 momentumy", "mom3 momz zmom mx3 momentumz"]
-        .iter()
-        .position(|names| names.split(' ').any(|n| n == plain))
+    [
+        "mom1 momx xmom mx1 momentumx xgasmomentum",
+        "mom2 momy ymom mx2 momentumy ygasmomentum",
+        "mom3 momz zmom mx3 momentumz zgasmomentum",
+    ]
+    .iter()
+    .position(|names| names.split(' ').any(|n| n == plain))
 }
 
 /// Names that particle files use.
@@ -326,6 +338,9 @@ mod tests {
             ("pres", Spelling::Role(Role::Pressure)),
             ("press", Spelling::Role(Role::Pressure)),
             ("Temp", Spelling::Role(Role::Temperature)),
+            ("tfromp", Spelling::Role(Role::Temperature)),
+            ("X(he4)", Spelling::Role(Role::Composition)),
+            ("gasInternalEnergy", Spelling::Role(Role::InternalEnergyDensity)),
             ("A1_mat_id", Spelling::Role(Role::Material)),
             ("rho", Spelling::Role(Role::Density)),
             ("he4", Spelling::Role(Role::Composition)),

@@ -28,8 +28,7 @@ pub fn adopt_units(field: &mut RawField, assignments: &mut [Assignment], input: 
                     .to_owned()
             }
             (Some(_), Some(dimension), Some(name)) => {
-                let symbol = system.symbol(dimension);
-                variable.unit = Some(Unit { symbol, to_cgs: system.to_cgs(dimension), dimension });
+                variable.unit = Some(system.unit(dimension));
                 format!("states no unit, and is taken to be in {name} as the input's length and density are")
             }
             (Some(_), Some(_), None) => "states no unit, and its numbers are written as they stand".to_owned(),
