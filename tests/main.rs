@@ -50,3 +50,4 @@ mod sums;
 mod support;
 mod units;
 mod walls;
+mod zeldovich;
