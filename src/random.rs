@@ -11,6 +11,7 @@ pub enum Purpose {
     ShellRotation = 4,
     Parting = 5,
     Turbulence = 6,
+    Displacement = 7,
 }
 
 /// The generator of one particle for one purpose.

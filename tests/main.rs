@@ -51,3 +51,4 @@ mod sums;
 mod support;
 mod units;
 mod walls;
+mod zeldovich;

@@ -18,6 +18,7 @@ use crate::field::{
     CarriedField, CarriedInfo, Expression, Names, ScalarField, SharedCarried, SharedDensity, Source, probes,
 };
 use crate::input::constants::{GRAVITATIONAL_CONSTANT, constant, in_system};
+use crate::input::differences;
 use crate::input::roles::field_key;
 use crate::input::thermal;
 use crate::input::turbulence::Turbulence;
@@ -206,16 +207,12 @@ impl<const D: usize> Variables<D> {
 
     /// d term / dx_k by central differences of sixth order.
     fn slope(&self, x: &[f64; D], term: &Term, k: usize) -> f64 {
-        let h = self.base.step;
-        let rise = |steps: f64| {
-            let at = |way: f64| {
-                let mut y = *x;
-                y[k] += way * steps * h;
-                self.value(&y, term)
-            };
-            at(1.0) - at(-1.0)
+        let at = |h: f64| {
+            let mut y = *x;
+            y[k] += h;
+            self.value(&y, term)
         };
-        (45.0 * rise(1.0) - 9.0 * rise(2.0) + rise(3.0)) / (60.0 * h * self.base.length)
+        differences::slope(self.base.step, at) / self.base.length
     }
 }
 

@@ -8,9 +8,9 @@
 //! is scaled so that the mean square over the box is exact.
 
 use crate::error::{Error, Result};
+use crate::input::waves::{normal, whole_waves};
 use crate::random::{Purpose, keyed};
 use crate::scene::TurbulenceInput;
-use rand::RngExt;
 use sph::domain::Domain;
 
 /// A wave of velocities.
@@ -39,28 +39,14 @@ impl<const D: usize> Turbulence<D> {
                 format!("is {share}, but in 1-D all motion is along the waves: 1"),
             ));
         }
-        let extent = domain.extent();
-        // Lengths of k count in waves across the longest edge.
-        let longest = extent.iter().fold(0.0_f64, |m, e| m.max(*e));
         let [least, most] = input.wavenumbers;
-        let reach = extent.map(|e| (most * e / longest).floor() as i64);
-        let mut waves = Vec::new();
-        let mut n: [i64; D] = reach.map(|r| -r);
-        let mut index = 0;
-        loop {
-            let length = (0..D).map(|d| (n[d] as f64 * longest / extent[d]).powi(2)).sum::<f64>().sqrt();
-            // One of k and -k: the first component that is not 0 is positive.
-            let is_first = n.iter().find(|v| **v != 0).is_some_and(|v| *v > 0);
-            if is_first && length >= least && length <= most {
-                let amplitude = (length.powf(-input.slope) / length.powi(D as i32 - 1)).sqrt();
-                let k = std::array::from_fn(|d| std::f64::consts::TAU * n[d] as f64 / extent[d]);
-                waves.push(wave(k, amplitude, share, (seed, index)));
-            }
-            index += 1;
-            let Some(d) = (0..D).find(|&d| n[d] < reach[d]) else { break };
-            n[d] += 1;
-            n[..d].iter_mut().zip(reach).for_each(|(v, r)| *v = -r);
-        }
+        let mut waves: Vec<Wave<D>> = whole_waves(domain, input.wavenumbers)
+            .iter()
+            .map(|w| {
+                let amplitude = (w.length.powf(-input.slope) / w.length.powi(D as i32 - 1)).sqrt();
+                wave(w.k, amplitude, share, (seed, w.index))
+            })
+            .collect();
         let square = |v: &[f64; D]| v.iter().map(|c| c * c).sum::<f64>();
         let mean: f64 = waves.iter().map(|w| 0.5 * (square(&w.cosine) + square(&w.sine))).sum();
         if !(mean > 0.0 && mean.is_finite()) {
@@ -91,11 +77,7 @@ fn wave<const D: usize>(k: [f64; D], amplitude: f64, share: f64, (seed, index): 
     let way = k.map(|v| v / length);
     let across = if D > 1 { ((1.0 - share) / (D as f64 - 1.0)).sqrt() } else { 0.0 };
     let mut vector = || {
-        // Box and Muller: 1 - u is never 0.
-        let normal: [f64; D] = std::array::from_fn(|_| {
-            let [u, v]: [f64; 2] = [random.random(), random.random()];
-            (-2.0 * (1.0 - u).ln()).sqrt() * (std::f64::consts::TAU * v).cos()
-        });
+        let normal: [f64; D] = std::array::from_fn(|_| normal(&mut random));
         let along: f64 = (0..D).map(|d| normal[d] * way[d]).sum();
         std::array::from_fn(|d| amplitude * (across * (normal[d] - along * way[d]) + share.sqrt() * along * way[d]))
     };

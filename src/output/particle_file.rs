@@ -7,6 +7,7 @@ use super::origin;
 use super::others::Others;
 use super::walls::{Fluid, Walls};
 use crate::error::{Error, Result};
+use crate::input::displacement::Displaced;
 use crate::input::internal_units::Prepared;
 use crate::input::totals::MassPoints;
 use crate::scene::{CheckpointInput, Conversion, OriginInput, Quantity, Scene, values};
@@ -30,6 +31,8 @@ pub struct RawColumns<'a, const D: usize> {
     pub target_density: Vec<f64>,
     /// Internal energies, and the unit of them in cgs (or in the input's numbers).
     pub balanced: Option<(Vec<f64>, f64)>,
+    /// Where particles are moved in the end; what they carry is that of `positions`.
+    pub displaced: Option<&'a Displaced<D>>,
 }
 
 /// What the file says of its making.
@@ -81,7 +84,8 @@ pub(crate) fn particle_file<const D: usize>(
     };
     let fluid = Fluid::of(&raw.density, &raw.support, factors);
     let (mut notes, mut left_out) = (Vec::new(), Vec::new());
-    let frame = placed(frame, prepared, (raw.positions, &raw.masses), factors, making)?;
+    let places = raw.displaced.map_or(raw.positions, |d| &d.positions);
+    let frame = placed(frame, prepared, (places, &raw.masses), factors, making)?;
     let corner: Option<[f64; 3]> = frame.corner(factors.length).map(filled);
     if let (Some(origin), Some(corner), Some(at)) = (&making.origin, corner, frame.origin(factors.length)) {
         let edges = frame.box_size.map(|b| b * factors.length);
@@ -98,8 +102,11 @@ pub(crate) fn particle_file<const D: usize>(
     columns::check_finite(&carried)?;
     let conserved = kept_totals(prepared, (raw.positions, &raw.masses), raw.balanced.is_some(), &units, &mut carried);
     notes.extend(conserved.as_ref().map(Conserved::describe));
-    let velocities =
+    let mut velocities =
         placed_columns(scene, prepared, raw.positions, (factors.length, &making.conversion), &mut carried)?;
+    if let Some(displaced) = raw.displaced {
+        add_streams(scene, displaced, (factors.length, &making.conversion), &mut velocities)?;
+    }
     let target_density = parallel::map(n, |i| raw.target_density[i] * factors.density);
     let energy_unit = if making.units_known { 1.0 / units.to_cgs(UnitDimension::SPECIFIC_ENERGY) } else { 1.0 };
     let balanced = raw.balanced.map(|(u, unit)| parallel::map(n, |i| u[i] * unit * energy_unit));
@@ -128,7 +135,7 @@ pub(crate) fn particle_file<const D: usize>(
         left_out.push(("velocities", "nothing moves"));
     }
     let scaled = |v: Vec<f64>, factor: f64| Values::F64(parallel::map(v.len(), |i| v[i] * factor));
-    let coordinates = Values::F64(frame.coordinates(raw.positions, factors.length));
+    let coordinates = Values::F64(frame.coordinates(places, factors.length));
     let mut all = vec![
         Column::new(names::COORDINATES, D, coordinates, UnitDimension::LENGTH),
         Column::new(names::MASSES, 1, scaled(raw.masses, factors.mass), UnitDimension::new(D as i8 - 3, 1, 0, 0)),
@@ -137,7 +144,8 @@ pub(crate) fn particle_file<const D: usize>(
         Column::new(names::PARTICLE_IDS, 1, Values::I64((1..=n as i64).collect()), UnitDimension::NONE),
     ];
     if scene.output.target_density {
-        let values = Values::F64(target_density);
+        let volume = |i: usize| raw.displaced.map_or(1.0, |d| d.volumes[i]);
+        let values = Values::F64(parallel::map(n, |i| target_density[i] / volume(i)));
         all.push(Column::new(TARGET_DENSITY, 1, values, UnitDimension::mass_density(3)));
     }
     all.extend(velocities.map(|v| Column::new(names::VELOCITIES, D, Values::F64(v), UnitDimension::VELOCITY)));
@@ -182,6 +190,20 @@ pub(crate) fn particle_file<const D: usize>(
         species.push(Species { part_type: core.part_type, table });
     }
     Ok(Made { file: ParticleFile { header, species }, notes, left_out, conserved })
+}
+
+/// Adds the velocities that go with displacements, where the scene asks for them.
+fn add_streams<const D: usize>(
+    scene: &Scene,
+    displaced: &Displaced<D>,
+    (length, conversion): (f64, &Conversion),
+    velocities: &mut Option<Vec<f64>>,
+) -> Result<()> {
+    let Some(factor) = scene.displacement.as_ref().and_then(|d| d.velocity_factor.as_ref()) else { return Ok(()) };
+    let factor = length * factor.value("displacement.velocity_factor", UnitDimension::RATE, conversion)?;
+    let own = velocities.get_or_insert_with(|| vec![0.0; D * displaced.moves.len()]);
+    parallel::update_rows(own, D, |i, v| v.iter_mut().zip(displaced.moves[i]).for_each(|(v, psi)| *v += factor * psi));
+    Ok(())
 }
 
 /// Gives carried columns the totals of a snapshot, where the input is one.

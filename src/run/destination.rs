@@ -4,7 +4,7 @@ use super::drawings::{self, Drawing};
 use crate::codes::TargetCode;
 use crate::error::{Error, Result};
 use crate::output::parameters;
-use crate::scene::{ProfileInput, Scene};
+use crate::scene::{DisplacementInput, ProfileInput, Scene};
 use sph_formats::{FormatError, FormatSpec, ParticleFile, Species, WriteOptions, registry};
 use std::path::{Path, PathBuf};
 
@@ -179,7 +179,8 @@ fn refuse_overwriting_inputs(scene: &Scene, output: &Path) -> Result<()> {
         let Some(written) = written.and_then(|w| w.canonicalize().ok()) else { continue };
         let inputs = [&scene.input.file, scene.resolution.as_ref().map_or(&None, |r| &r.file)];
         let tables = scene.input.profile.clone().map_or_else(Vec::new, ProfileInput::into_files);
-        for input in inputs.into_iter().flatten().chain(&tables) {
+        let spectrum = scene.displacement.as_ref().and_then(DisplacementInput::file);
+        for input in inputs.into_iter().flatten().chain(&tables).chain(spectrum) {
             if input.canonicalize().is_ok_and(|i| i == written) {
                 let problem = format!("is the input file '{}', which it would replace; name another", input.display());
                 return Err(Error::scene(key, problem));

@@ -15,13 +15,14 @@ use super::variables::variables;
 use super::{doubts, memory};
 use crate::codes::TargetCode;
 use crate::error::{Error, Result};
+use crate::input::displacement::{Displaced, Displacement};
 use crate::input::hydrostatics::Hydrostatics;
 use crate::input::ingest::{self, RawInput};
 use crate::input::internal_units::Prepared;
 use crate::input::units::RunUnits;
 #[cfg(feature = "plots")]
 use crate::metrics::Detail;
-use crate::metrics::{DensityError, Outcome, Thermodynamics};
+use crate::metrics::{DensityError, Measured, Outcome, Thermodynamics};
 use crate::output::frame::{Factors, Frame, output_units};
 use crate::output::origin;
 use crate::output::particle_file::{Made, Making, RawColumns, particle_file};
@@ -36,6 +37,7 @@ use crate::target::{Equilibrium, Positions, at};
 #[cfg(feature = "plots")]
 use sph::domain::Region;
 use sph::domain::{Axis, Domain};
+use sph::kernel::KernelName;
 use sph::{parallel, reduce};
 use sph_formats::common::particle_names as names;
 use sph_formats::{FormatSpec, ParticleFile, UnitSystem};
@@ -246,6 +248,8 @@ impl Run<'_> {
         self.warnings.extend(doubts::before(self.scene, &prepared, count));
         let walls = Walls::new(self.scene, self.formats, &prepared, &self.units.into_input())?;
         self.refuse_box(&prepared, walls.as_ref())?;
+        let displacement = Displacement::new(self.scene, &prepared, &self.units.into_input())?;
+        self.notes.extend(displacement.iter().flat_map(|d| d.notes().iter().cloned()));
         self.check()?;
         if self.is_dry {
             return Ok(Done::Foreseen(Box::new(self.foreseen(&prepared, plan, (count, cost.slowness)))));
@@ -253,7 +257,13 @@ impl Run<'_> {
         let equilibrium = hydrostatics.as_ref().map(|h| h as &dyn Equilibrium<D>);
         let setting = Setting::new(self.scene, target, equilibrium, self.control);
         let placed = stages::place(&setting, &mut plan)?;
-        let made = self.measure(&setting, (&prepared, walls.as_ref()), hydrostatics.as_ref(), placed, plan)?;
+        let made = self.measure(
+            &setting,
+            (&prepared, walls.as_ref(), displacement.as_ref()),
+            hydrostatics.as_ref(),
+            placed,
+            plan,
+        )?;
         Ok(Done::Placed(Box::new(made)))
     }
 
@@ -277,7 +287,7 @@ impl Run<'_> {
     fn measure<const D: usize>(
         mut self,
         setting: &Setting<'_, D>,
-        (prepared, walls): (&Prepared<D>, Option<&Walls<D>>),
+        (prepared, walls, displacement): (&Prepared<D>, Option<&Walls<D>>, Option<&Displacement<D>>),
         hydrostatics: Option<&Hydrostatics<'_, D>>,
         placed: Placed<D>,
         mut plan: Plan,
@@ -337,8 +347,21 @@ impl Run<'_> {
         let factors = Factors::new::<D>(self.units.input, prepared, &units);
         let mass = self.mass_report(&masses, &target.masses(&positions), prepared, (&factors, &units));
         self.warnings.extend(doubts::after(target, &positions));
+        let displaced = self.displaced(target.domain, displacement, &positions, &mut plan)?;
+        let (support, density) = match &displaced {
+            None => (support, density),
+            Some(d) => sums((kernel, neighbors), target.domain, &d.positions, (&masses, &support)),
+        };
         let balanced = internal_energy.zip(hydrostatics).map(|(u, h)| (u, h.specific_energy));
-        let raw = RawColumns { positions: &positions, masses, support, density, target_density, balanced };
+        let raw = RawColumns {
+            positions: &positions,
+            masses,
+            support,
+            density,
+            target_density,
+            balanced,
+            displaced: displaced.as_ref(),
+        };
         let requires = self.format.map_or(&[][..], |f| f.capabilities.requires);
         let making = Making {
             kernel: kernel.title(),
@@ -396,6 +419,22 @@ impl Run<'_> {
         };
         report.verdict = verdict_on(&report);
         Ok((file, report))
+    }
+
+    /// The particles where a displacement takes them.
+    fn displaced<const D: usize>(
+        &mut self,
+        domain: &Domain<D>,
+        displacement: Option<&Displacement<D>>,
+        positions: &Positions<D>,
+        plan: &mut Plan,
+    ) -> Result<Option<Displaced<D>>> {
+        let Some(displacement) = displacement else { return Ok(None) };
+        let discards = self.scene.output.on_interrupt == OnInterrupt::Discard;
+        let displaced = displacement.displaced(domain, positions, &|| discards && self.control.is_interrupted())?;
+        self.notes.push(displaced.note.clone());
+        plan.drop("relaxation after the displacement", "it would undo the displacement");
+        Ok(Some(displaced))
     }
 
     /// What pictures show, in the output's units and in its box.
@@ -493,6 +532,17 @@ impl Run<'_> {
             total_cgs: (self.units.input.is_some() && D == 3).then_some(total * out.mass),
         }
     }
+}
+
+/// Support radii and densities at other places; `guess` are support radii to start from.
+fn sums<const D: usize>(
+    (kernel, neighbors): (KernelName, f64),
+    domain: &Domain<D>,
+    positions: &Positions<D>,
+    (masses, guess): (&[f64], &[f64]),
+) -> (Vec<f64>, Vec<f64>) {
+    let measured = Measured::new(kernel, domain, positions, masses, guess, neighbors);
+    measured.support.iter().zip(&measured.sums).map(|(&h, s)| (h, s.weighted)).unzip()
 }
 
 /// Whether a domain is periodic along an axis, and whether there is vacuum beyond one.

@@ -47,6 +47,9 @@ impl Read {
         if scene.walls.is_some() {
             return lacks("walls");
         }
+        if scene.displacement.is_some() {
+            return lacks("displacement");
+        }
         if scene.has_own_resolution() {
             return lacks("resolution");
         }
@@ -150,6 +153,7 @@ impl<'a, const D: usize> Streamed<'a, D> {
             target_density: density.clone(),
             density,
             balanced: None,
+            displaced: None,
         };
         let (units, out) = self.units;
         let making = Making {

@@ -54,6 +54,10 @@ impl Scene {
         all.extend(one("particle_mass", self.particle_mass.as_ref(), UnitDimension::MASS));
         let turbulent = self.turbulence.as_ref().and_then(|t| t.rms_velocity.as_ref());
         all.extend(one("turbulence.rms_velocity", turbulent, speed));
+        let displaced = self.displacement.as_ref();
+        all.extend(one("displacement.rms", displaced.and_then(|d| d.rms.as_ref()), length));
+        let factor = displaced.and_then(|d| d.velocity_factor.as_ref());
+        all.extend(one("displacement.velocity_factor", factor, UnitDimension::RATE));
         all.extend(each("motion.bulk", &self.motion.bulk, speed));
         all.extend(each("motion.rotation", &self.motion.rotation, UnitDimension::RATE));
         let energy = self.thermal.internal_energy.as_ref();

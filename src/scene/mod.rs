@@ -8,6 +8,7 @@ mod bodies;
 mod core;
 mod count;
 mod dimensions;
+mod displacement;
 mod domain;
 mod fields;
 mod input;
@@ -35,6 +36,8 @@ pub(crate) use bodies::in_body;
 pub use bodies::{BodyInput, OrbitInput};
 pub use core::{CoreGas, CoreInput, SofteningName};
 pub use count::parse_count;
+pub(crate) use displacement::check_points;
+pub use displacement::{DisplacementInput, SpectrumInput};
 pub use domain::{BoundaryName, DomainInput};
 pub use fields::{FieldValue, FieldsInput, Term};
 pub(crate) use input::orientation;
@@ -152,6 +155,8 @@ pub struct Scene {
     pub fields: FieldsInput,
     #[serde(skip_serializing_if = "Option::is_none")]
     pub turbulence: Option<TurbulenceInput>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub displacement: Option<DisplacementInput>,
     pub motion: Motion,
     pub thermal: Thermal,
     /// Materials by distance from the center, from the inside outward; over carried ones.
@@ -405,6 +410,7 @@ impl Scene {
             return Err(Error::scene("thermal.gamma", format!("is {}, expected more than 1", self.thermal.gamma)));
         }
         self.turbulence.as_ref().map_or(Ok(()), TurbulenceInput::validate)?;
+        self.displacement.as_ref().map_or(Ok(()), DisplacementInput::validate)?;
         self.fields.validate()
     }
 
@@ -454,6 +460,7 @@ impl Scene {
                 self.thermal.internal_energy.is_some(),
                 "the balance needs an energy of its own at each particle",
             ),
+            ("displacement", self.displacement.is_some(), "the balance would undo it, or it the balance"),
             ("material", !self.material.is_empty(), "the balance knows the pressure of an ideal gas alone"),
         ];
         let force = || self.code().and_then(|code| code.unknown_force()).map(|why| format!("target_code: {why}"));

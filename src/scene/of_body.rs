@@ -62,6 +62,12 @@ impl Scene {
                 return Err(Error::scene(key, "cannot stand beside `bodies`; state it for each of them"));
             }
         }
+        if self.displacement.is_some() {
+            return Err(Error::scene(
+                "displacement",
+                "is of one periodic box and cannot stand beside `bodies`; leave it out",
+            ));
+        }
         if self.domain.has_extent() && self.domain.bounds.is_none() {
             return Err(Error::scene("domain", "of a scene with `bodies` is a `box`, or left out"));
         }

@@ -1,7 +1,7 @@
 //! Scenes from text and to text.
 
 use super::reference::keys;
-use super::{DomainInput, ProfileInput, Scene, ShapeInput, yaml};
+use super::{DisplacementInput, DomainInput, ProfileInput, Scene, ShapeInput, yaml};
 use crate::error::{Error, Result};
 use std::path::{Path, PathBuf};
 
@@ -34,6 +34,7 @@ impl Scene {
         shapes.flat_map(ShapeInput::files_mut).for_each(in_folder);
         let inputs = std::iter::once(&mut scene.input).chain(scene.bodies.iter_mut().map(|b| &mut b.input));
         inputs.filter_map(|input| input.profile.as_mut()).flat_map(ProfileInput::files_mut).for_each(in_folder);
+        scene.displacement.as_mut().and_then(DisplacementInput::file_mut).into_iter().for_each(in_folder);
         Ok(scene)
     }
 
