@@ -29,7 +29,8 @@ pub fn read(path: &Path, request: &FieldRequest) -> Result<FileContent> {
         .iter()
         .map(|(patches, data)| Level::read(data, *patches, header.dimension))
         .collect::<Result<_>>()?;
-    for (number, level) in levels.iter().enumerate().filter(|(_, l)| l.components != header.names.len()) {
+    let mut numbered = levels.iter().enumerate();
+    if let Some((number, level)) = numbered.find(|(_, level)| level.components != header.names.len()) {
         let problem = format!("has {} variables, but the file Header names {}", level.components, header.names.len());
         return Err(FormatError::input(path, NAME, format!("level {number}"), problem));
     }

@@ -80,8 +80,10 @@ pub fn checked(
 ) -> Result<(Geometry, Vec<String>)> {
     grid.validate().map_err(|(location, problem)| input(location, problem))?;
     let levels = grid.levels().into_iter().enumerate().filter(|(_, [blocks, _])| *blocks > 0);
-    let levels: Vec<String> =
-        levels.map(|(level, [blocks, cells])| format!("{cells} cells of level {level} in {blocks} blocks")).collect();
+    let of_level = |(level, [blocks, cells]): (usize, [u64; 2])| {
+        format!("{cells} cells of level {level} in {blocks} {}", if blocks == 1 { "block" } else { "blocks" })
+    };
+    let levels: Vec<String> = levels.map(of_level).collect();
     let mut notes = vec![format!("{code} grid of {}", levels.join(", "))];
     notes.extend(grid.absent_levels());
     Ok((Geometry::Refined(grid), notes))
