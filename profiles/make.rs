@@ -3,6 +3,7 @@
 //! - `star.nc`: n = 3 polytrope of one solar mass and radius (Eddington's standard model of a star), gamma = 5/3.
 //! - `polytrope-1.5.nc`: n = 1.5, a fully convective star of one solar mass and radius.
 //! - `asteroid.stl`: an elongated lump with craters, in units of a kilometer.
+//! - `wvt.png`: three letters on a ground of a hundredth of their brightness.
 //!
 //! Lane-Emden: theta'' + 2/xi theta' + theta^n = 0, integrated by Runge-Kutta 4; then rho = rho_c theta^n and
 //! P = P_c theta^(n+1), with the central values that belong to mass and radius (Chandrasekhar 1939, ch. IV).
@@ -168,10 +169,52 @@ fn asteroid(path: &Path) -> Result<(), Box<dyn std::error::Error>> {
     Ok(())
 }
 
+/// Strokes of the letters W, V and T from pixel to pixel, columns and rows from the upper left.
+const STROKES: [[[f64; 2]; 2]; 8] = [
+    [[10.0, 8.0], [22.0, 48.0]],
+    [[22.0, 48.0], [32.0, 20.0]],
+    [[32.0, 20.0], [42.0, 48.0]],
+    [[42.0, 48.0], [54.0, 8.0]],
+    [[62.0, 8.0], [78.0, 48.0]],
+    [[78.0, 48.0], [94.0, 8.0]],
+    [[100.0, 8.0], [136.0, 8.0]],
+    [[118.0, 8.0], [118.0, 48.0]],
+];
+
+/// Half of the width of a stroke, in pixels.
+const STROKE: f64 = 4.0;
+const LOGO: [u32; 2] = [144, 56];
+
+fn letters(path: &Path) -> Result<(), Box<dyn std::error::Error>> {
+    let distance = |x: f64, y: f64, [a, b]: [[f64; 2]; 2]| {
+        let (along, across) = (b[0] - a[0], b[1] - a[1]);
+        let t = ((x - a[0]) * along + (y - a[1]) * across) / (along * along + across * across);
+        let t = t.clamp(0.0, 1.0);
+        (x - a[0] - t * along).hypot(y - a[1] - t * across)
+    };
+    let mut bytes = Vec::new();
+    for row in 0..LOGO[1] {
+        for column in 0..LOGO[0] {
+            let (x, y) = (f64::from(column) + 0.5, f64::from(row) + 0.5);
+            let is_letter = STROKES.iter().any(|stroke| distance(x, y, *stroke) < STROKE);
+            let value: u16 = if is_letter { 65_535 } else { 655 };
+            bytes.extend(value.to_be_bytes());
+        }
+    }
+    let mut encoder = png::Encoder::new(std::fs::File::create(path)?, LOGO[0], LOGO[1]);
+    encoder.set_color(png::ColorType::Grayscale);
+    encoder.set_depth(png::BitDepth::Sixteen);
+    encoder.set_compression(png::Compression::High);
+    encoder.write_header()?.write_image_data(&bytes)?;
+    println!("{}: {} by {} pixels", path.display(), LOGO[0], LOGO[1]);
+    Ok(())
+}
+
 fn main() -> Result<(), Box<dyn std::error::Error>> {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("profiles");
     polytrope(3.0, &folder.join("star.nc"), "n = 3 polytrope of one solar mass and radius")?;
     polytrope(1.5, &folder.join("polytrope-1.5.nc"), "n = 1.5 polytrope of one solar mass and radius")?;
     asteroid(&folder.join("asteroid.stl"))?;
+    letters(&folder.join("wvt.png"))?;
     Ok(())
 }

@@ -45,6 +45,7 @@ mod resume;
 mod roles;
 mod scenes;
 mod seeding;
+mod setups;
 mod shapes;
 mod stages;
 mod sums;

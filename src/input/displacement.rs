@@ -178,9 +178,18 @@ impl<const D: usize> Displacement<D> {
         let spacing = (domain.volume() / n.max(1) as f64).powf(1.0 / D as f64);
         let (thin, dense) =
             all.iter().fold((f64::INFINITY, 0.0_f64), |(a, b), (_, j)| (a.min(1.0 / j), b.max(1.0 / j)));
+        let unsampled = match &self.kind {
+            Kind::Waves(waves) if waves.shortest() < 2.0 * spacing => {
+                format!(
+                    ". The shortest waves are {:.2} spacings long and not sampled: keep displacement.wavenumbers below half of the particles along an edge",
+                    waves.shortest() / spacing
+                )
+            }
+            _ => String::new(),
+        };
         let note = format!(
             "particles are displaced by {:.3} spacings rms, {:.3} at most; their density is {thin:.4} to {dense:.4} of what it was. Figures of density, noise and neighbors are those of \
-             the arrangement before",
+             the arrangement before{unsampled}",
             rms / spacing,
             most / spacing
         );
@@ -407,6 +416,13 @@ impl<const D: usize> Waves<D> {
         }
         let left_out = number - waves.coefficients.len();
         Ok((waves, left_out))
+    }
+
+    /// Length of the shortest along any edge.
+    fn shortest(&self) -> f64 {
+        (0..D)
+            .map(|d| std::f64::consts::TAU / (self.lowest[d] * self.reach[d].max(1) as f64))
+            .fold(f64::INFINITY, f64::min)
     }
 
     fn push(&mut self, wave: &Whole<D>, c: [f64; 2]) {

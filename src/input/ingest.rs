@@ -5,6 +5,7 @@ use crate::field::{
     Centering, FieldOptions, Interpolation, Missing, Period, ScalarField, Source, Staggering, Trace, from_raw,
     in_units_of, mass_columns, natural_dimension,
 };
+use crate::input::beside;
 use crate::input::constants;
 use crate::input::particles::{OfSnapshot, Snapshot};
 use crate::input::profile;
@@ -300,6 +301,14 @@ pub fn source<const D: usize>(
             }
         }
         None => apply_walls(&mut source.domain, &walls),
+    }
+    if let Some((found, said)) = beside::others(scene, formats, units)? {
+        if of_snapshot.is_some() {
+            let problem = "stands beside a snapshot, whose own particles of other types are kept; leave it out";
+            return Err(Error::scene("input.others", problem));
+        }
+        source.notes.extend(said);
+        of_snapshot = Some(found);
     }
     Ok(Ingested { source, variables, input_mass, of_snapshot })
 }

@@ -2,6 +2,7 @@
 //! atmosphere that is cut, and the hydrostatics of the body.
 
 pub mod atmosphere;
+mod beside;
 pub(crate) mod body_materials;
 pub(crate) mod constants;
 pub(crate) mod core;

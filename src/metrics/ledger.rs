@@ -6,7 +6,7 @@
 
 use super::Measured;
 use crate::target::cells::{Cell, Cut, Rule, cut, partition, refine};
-use crate::target::{Positions, Target, at};
+use crate::target::{Positions, Resolution, Target, at};
 use serde::Serialize;
 use sph::domain::{Axis, Domain};
 use sph::parallel;
@@ -97,7 +97,8 @@ impl<const D: usize> Ledger<D> {
         Self { domain: target.domain.clone(), nodes, levels }
     }
 
-    /// What `target.count` particles with these masses have in each box and region.
+    /// What `target.count` particles with these masses have in each box and region; where the resolution is one of its own, they count
+    /// alike, and the mass of each is what the target says.
     pub fn figures(
         &self,
         measured: &Measured<D>,
@@ -106,6 +107,9 @@ impl<const D: usize> Ledger<D> {
         masses: &[f64],
     ) -> LedgerFigures {
         let edge = |i: usize| measured.sums[i].number_density.powf(-1.0 / D as f64);
+        // Boxes are of equal numbers of particles where these do not go by mass.
+        let alike = matches!(target.resolution, Resolution::NumberDensity(_)).then(|| vec![1.0; masses.len()]);
+        let masses = alike.as_deref().unwrap_or(masses);
         let (levels, in_place) = self.compare_cubes(positions, masses, &edge);
         LedgerFigures { levels, in_place, regions: region_figures(target, positions) }
     }
@@ -221,7 +225,6 @@ const PIECES: usize = 64;
 mod tests {
     use super::*;
     use crate::field::{AnalyticField, ScalarField};
-    use crate::target::Resolution;
     use sph::domain::Region;
 
     fn target<'a, const D: usize>(

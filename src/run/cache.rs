@@ -85,7 +85,11 @@ impl Recipe {
         let written = std::mem::take(&mut scene.output);
         (scene.output.units, scene.output.box_factor) = (written.units, written.box_factor);
         let mut inputs = Vec::new();
-        let files = [Some(&mut scene.input.file), scene.resolution.as_mut().map(|r| &mut r.file)];
+        let files = [
+            Some(&mut scene.input.file),
+            Some(&mut scene.input.others),
+            scene.resolution.as_mut().map(|r| &mut r.file),
+        ];
         for file in files.into_iter().flatten() {
             if let Some(path) = file.take() {
                 for own in files_of(&path)? {

@@ -177,7 +177,7 @@ fn refuse_overwriting_inputs(scene: &Scene, output: &Path) -> Result<()> {
     let report = scene.output.report.as_deref();
     for (key, written) in [("output.file", Some(output)), ("output.report", report), ("checkpoint.file", checkpoint)] {
         let Some(written) = written.and_then(|w| w.canonicalize().ok()) else { continue };
-        let inputs = [&scene.input.file, scene.resolution.as_ref().map_or(&None, |r| &r.file)];
+        let inputs = [&scene.input.file, &scene.input.others, scene.resolution.as_ref().map_or(&None, |r| &r.file)];
         let tables = scene.input.profile.clone().map_or_else(Vec::new, ProfileInput::into_files);
         let spectrum = scene.displacement.as_ref().and_then(DisplacementInput::file);
         for input in inputs.into_iter().flatten().chain(&tables).chain(spectrum) {

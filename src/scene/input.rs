@@ -82,6 +82,11 @@ pub struct Input {
     #[schemars(extend("x-unit" = "length"), example = &"6371 km")]
     #[serde(skip_serializing_if = "Option::is_none")]
     pub planet_radius: Option<Quantity>,
+    /// A particle file, made by another tool, whose dark matter, stars and other particles that are no gas go into the output beside the
+    /// gas as they are, in the coordinates of the input.
+    #[schemars(example = &"halo.hdf5")]
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub others: Option<PathBuf>,
     /// Particles of a snapshot that are no gas: dark matter, stars, sinks.
     #[serde(skip_serializing_if = "OtherTypes::is_default")]
     pub other_types: OtherTypes,

@@ -18,9 +18,14 @@ impl Scene {
             .map_err(|e| Error::scene(format!("file '{}'", path.display()), format!("cannot be read: {e}")))?;
         let mut scene: Self = yaml::parse(&text, &format!("file '{}'", path.display()), &elsewhere)?;
         let folder = path.parent().unwrap_or(Path::new(""));
-        let own = [Some(&mut scene.input.file), scene.resolution.as_mut().map(|r| &mut r.file)];
-        let of_bodies =
-            scene.bodies.iter_mut().flat_map(|b| [Some(&mut b.input.file), b.resolution.as_mut().map(|r| &mut r.file)]);
+        let own = [
+            Some(&mut scene.input.file),
+            Some(&mut scene.input.others),
+            scene.resolution.as_mut().map(|r| &mut r.file),
+        ];
+        let of_bodies = scene.bodies.iter_mut().flat_map(|b| {
+            [Some(&mut b.input.file), Some(&mut b.input.others), b.resolution.as_mut().map(|r| &mut r.file)]
+        });
         let files = own.into_iter().chain(of_bodies).flatten().chain([&mut scene.cache]);
         let in_folder = |file: &mut PathBuf| {
             if file.is_relative() {
