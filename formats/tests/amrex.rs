@@ -1,23 +1,12 @@
 //! Plotfiles of AMReX. Values are functions of x, y and z at the middle of their cell.
 
 use crate::support::plotfile::{HI, LO, Plot, Variable};
-use crate::support::replace;
+use crate::support::{attempt, refusal, replace};
 use sph_formats::{
-    FORMATS, FieldRequest, FileContent, Geometry, RawField, RefinedGrid, Result, UnitDimension, Values, files_of, read,
+    FORMATS, FieldRequest, FileContent, Geometry, RawField, RefinedGrid, UnitDimension, Values, files_of, read,
 };
 use std::fs;
 use std::path::Path;
-
-fn attempt(path: &Path) -> Result<RawField> {
-    match read(FORMATS, path, None, &FieldRequest::default())? {
-        FileContent::Field(field) => Ok(field),
-        FileContent::Particles(_) => panic!("a grid holds no particles"),
-    }
-}
-
-fn refusal(path: &Path) -> String {
-    attempt(path).map(|f| f.geometry.kind()).unwrap_err().to_string()
-}
 
 const VARIABLES: [Variable; 3] = [("density", f), ("x_velocity", |x| -x[1]), ("X(he4)", |_| 0.25)];
 

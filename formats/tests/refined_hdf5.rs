@@ -1,21 +1,10 @@
 //! Refined grids of Athena++ and FLASH. Values are functions of x, y and z at the middle of their cell, so that a cell in the wrong
 //! place has a wrong value.
 
-use crate::support::replace;
 use crate::support::trees::{self, Block, HI, LO, ROOTS, Run, Variable, run};
-use sph_formats::{FORMATS, FieldRequest, FileContent, Geometry, RawField, RefinedGrid, Result, UnitDimension, read};
+use crate::support::{attempt, refusal, replace};
+use sph_formats::{FORMATS, FieldRequest, Geometry, RawField, RefinedGrid, UnitDimension, read};
 use std::path::Path;
-
-fn attempt(path: &Path) -> Result<RawField> {
-    match read(FORMATS, path, None, &FieldRequest::default())? {
-        FileContent::Field(field) => Ok(field),
-        FileContent::Particles(_) => panic!("a grid holds no particles"),
-    }
-}
-
-fn refusal(path: &Path) -> String {
-    attempt(path).map(|f| f.geometry.kind()).unwrap_err().to_string()
-}
 
 fn f(x: [f64; 3]) -> f64 {
     1000.0 + x[0] + 10.0 * x[1] + 100.0 * x[2]

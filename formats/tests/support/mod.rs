@@ -13,10 +13,23 @@ pub use files::replace;
 use sph_formats::common::particle_names as names;
 use sph_formats::registry::read;
 use sph_formats::{
-    Column, FORMATS, FieldRequest, FileContent, FormatError, FormatSpec, ParticleFile, ParticleTable, RunHeader,
-    Species, UnitDimension, UnitSystem, Values, WriteOptions,
+    Column, FORMATS, FieldRequest, FileContent, FormatError, FormatSpec, ParticleFile, ParticleTable, RawField,
+    RunHeader, Species, UnitDimension, UnitSystem, Values, WriteOptions,
 };
 use std::path::Path;
+
+/// The field of a file.
+pub fn attempt(path: &Path) -> Result<RawField, FormatError> {
+    match read(FORMATS, path, None, &FieldRequest::default())? {
+        FileContent::Field(field) => Ok(field),
+        FileContent::Particles(_) => panic!("a grid holds no particles"),
+    }
+}
+
+/// What is said of a file that is no field.
+pub fn refusal(path: &Path) -> String {
+    attempt(path).map(|f| f.geometry.kind()).unwrap_err().to_string()
+}
 
 pub fn column(name: &str, components: usize, values: Values, dimension: UnitDimension) -> Column {
     Column { name: name.into(), components, values, dimension }
