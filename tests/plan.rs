@@ -379,12 +379,14 @@ fn the_time_of_stages_is_foreseen_as_it_grows() {
     let (wvt, solver) = (wvt.unwrap(), solver.unwrap());
     // In proportion to evaluations, which cost as much as an iteration.
     assert!(wvt > 0.0 && (solver / wvt / 4.0 - 1.0).abs() < 1e-12, "{wvt} and {solver}");
+    // What the target costs is measured in each run, and is little here: a tenth of the sums.
+    let is_near = |a: f64, b: f64| (0.5..2.0).contains(&(a / b));
     let (more, ..) = expected("particles: 1600\nsolver: {evaluations: 40}");
-    assert!((more.unwrap() / wvt / 4.0 - 1.0).abs() < 1e-12, "{more:?}");
+    assert!(is_near(more.unwrap(), 4.0 * wvt), "{more:?} and {wvt}");
     let (neighbors, ..) = expected("particles: 400\nneighbors: 60\nsolver: {evaluations: 40}");
     assert!((1.0..4.0).contains(&(neighbors.unwrap() / wvt)), "{neighbors:?}");
     let (alone, none, _) = expected("particles: 400\npolish: none");
-    assert_eq!((alone, none), (Some(wvt), None));
+    assert!(is_near(alone.unwrap(), wvt) && none.is_none(), "{alone:?} and {wvt}, {none:?}");
     assert!(report.text().contains("(stages were expected to take under a second)"), "{}", report.text());
     assert!(report.json().contains("\"expected\""));
 }

@@ -385,8 +385,7 @@ impl<const D: usize> Maker<D> {
             if let Some(key) =
                 field_key(name).filter(|_| names::standard(name).is_none() && thermal::name_of(name).is_none())
             {
-                let problem =
-                    format!("is named like {key}, which fields.{key} states; write that, or choose another name");
+                let problem = format!("is another spelling of fields.{key}; write that, or choose another name");
                 return Err(Error::scene(key_of(name), problem));
             }
             let dimension = dimension_of(name, value);

@@ -341,7 +341,7 @@ fn vectors_of_an_archive_arrive_whole() {
     };
     let vectors = [("vel", all([velocity_x, velocity_y, velocity_z])), ("B", all([field_x, field_y, field_z]))];
     archive(&folder.path().join(container.file), lines.chain([rho]).chain(vectors));
-    let (file, report) = run(folder.path(), (container.file, "rho"), "map: {B: magnetic-field}");
+    let (file, report) = run(folder.path(), (container.file, "rho"), "");
     check(&file, container, columns::VELOCITIES, &[velocity_x, velocity_y, velocity_z], "vel");
     check(&file, container, columns::MAGNETIC_FIELD, &[field_x, field_y, field_z], "B");
     assert!(report.warnings.is_empty(), "{:?}", report.warnings);

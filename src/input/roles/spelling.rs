@@ -214,6 +214,8 @@ pub fn spelling(name: &str) -> Spelling {
     match name {
         "rho_E" | "rhoE" => return Spelling::Role(Role::TotalEnergyDensity),
         "rho_e" | "rhoe" => return Spelling::Role(Role::InternalEnergyDensity),
+        // A small b is much else.
+        "B" => return Spelling::Role(Role::Vector(Vector::MagneticField, Part::Whole)),
         _ => {}
     }
     // A capital R beside a small v is the distance from the axis: `v_R`, `B_R`.
