@@ -18,6 +18,7 @@ use crate::registry::{Capabilities, FormatSpec, Match, ReadFn, WriteFn};
 
 #[cfg(feature = "numpy")]
 mod grid;
+#[cfg(feature = "numpy")]
 mod npy;
 #[cfg(feature = "numpy")]
 mod read;
