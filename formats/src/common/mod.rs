@@ -33,7 +33,7 @@ pub mod snapshot;
 #[cfg(any(feature = "stl", feature = "obj", feature = "ply"))]
 pub(crate) mod surface;
 pub(crate) mod text;
-#[cfg(feature = "hdf5-layer")]
+#[cfg(any(feature = "hdf5-layer", feature = "amrex"))]
 pub(crate) mod wanted;
 
 pub use crate::particle_names;
