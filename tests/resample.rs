@@ -13,7 +13,6 @@ use sph_prep::run::verdict::{Grade, Topic};
 use sph_prep::scene::Scene;
 use std::f64::consts::PI;
 use std::path::{Path, PathBuf};
-use std::sync::atomic::AtomicBool;
 
 const EDGE: f64 = 2.0;
 const SIDE: usize = 20;
@@ -70,9 +69,7 @@ fn resampled(input: &Path, scene: &str) -> Result<ParticleFile, String> {
     let output = input.with_extension("out.hdf5");
     scene.input.file = Some(input.into());
     scene.output.file = Some(output.clone());
-    let stop = AtomicBool::new(false);
-    let control = Control { deadline: None, interrupted: &stop, observer: &|_| {} };
-    pipeline::run(&scene, FORMATS, &control).map_err(|e| e.to_string())?;
+    pipeline::run(&scene, FORMATS, &Control::default()).map_err(|e| e.to_string())?;
     match sph_formats::read(FORMATS, &output, None, &FieldRequest::default()).unwrap() {
         FileContent::Particles(file) => Ok(file),
         FileContent::Field(_) => panic!("a field"),
@@ -197,9 +194,7 @@ fn noise_of_the_snapshot_is_told_from_its_field() {
     let input = written(folder.path(), "noisy.hdf5", &file);
     let mut scene = Scene::parse("particles: 12000").unwrap();
     scene.input.file = Some(input);
-    let stop = AtomicBool::new(false);
-    let control = Control { deadline: None, interrupted: &stop, observer: &|_| {} };
-    let (made, report) = sph_prep::place(&scene, FORMATS, &control).unwrap();
+    let (made, report) = sph_prep::place(&scene, FORMATS, &Control::default()).unwrap();
     let scatter = report.snapshot.as_ref().unwrap().scatter.unwrap();
     assert!((scatter.values / 0.03 - 1.0).abs() < 0.15 && scatter.field < 0.012, "{scatter:?}");
     assert!(report.verdict.iter().any(|f| f.topic == Topic::Snapshot && f.text.contains("about a smooth field")));
@@ -226,9 +221,7 @@ fn shares_of_materials_are_compared_with_the_snapshots() {
         let input = written(folder.path(), "materials.hdf5", &file);
         let mut scene = Scene::parse("particles: 3000\nwvt: {iterations: 5}\npolish: none").unwrap();
         scene.input.file = Some(input);
-        let stop = AtomicBool::new(false);
-        let control = Control { deadline: None, interrupted: &stop, observer: &|_| {} };
-        let (made, report) = sph_prep::place(&scene, FORMATS, &control).unwrap();
+        let (made, report) = sph_prep::place(&scene, FORMATS, &Control::default()).unwrap();
         let share = |file: &ParticleFile, id: i64| {
             let (ids, masses) = (numbers(file, names::MATERIAL_IDS), numbers(file, names::MASSES));
             let own: f64 = ids.iter().zip(&masses).filter(|(m, _)| **m == id as f64).map(|(_, mass)| mass).sum();

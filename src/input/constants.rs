@@ -4,7 +4,7 @@
 
 use crate::error::Result as Outcome;
 use crate::field::{AnalyticField, Expression, Names};
-use crate::scene::{Conversion, Quantity};
+use crate::scene::{Conversion, Quantity, Scene};
 use sph_formats::{Unit, UnitDimension, UnitSystem};
 
 /// Newton's constant in cm^3 g^-1 s^-2 (CODATA 2022).
@@ -44,38 +44,63 @@ pub(crate) fn constant(name: &str, system: Option<&UnitSystem>, gravity: f64) ->
     })
 }
 
-/// The text of an expression in the numbers of `system`, which is `text` but for a number with a unit, such as `1e-6 G`.
-///
-/// # Errors
-/// A unit of another dimension, or one where there are none.
-pub(crate) fn in_system(
-    key: &str,
-    text: &str,
-    dimension: UnitDimension,
-    system: Option<&UnitSystem>,
-) -> Outcome<String> {
-    let quantity = Quantity::Text(text.trim().to_owned());
-    if quantity.dimension().is_none() {
-        return Ok(text.to_owned());
-    }
-    let conversion = Conversion { from: system.copied(), to: system.copied().unwrap_or(UnitSystem::CODE) };
-    Ok(format!("{:e}", quantity.value(key, dimension, &conversion)?))
+/// Newton's constant in cgs, as the code that the scene is for has it.
+pub(crate) fn gravity_in_cgs(scene: &Scene) -> f64 {
+    scene.code().map_or(GRAVITATIONAL_CONSTANT, |code| code.sheet.gravity)
 }
 
-/// A density or a resolution of a scene as a field: an expression that knows constants and units, or a number of `dimension` with its unit.
-///
-/// # Errors
-/// As for [`Expression::parse`] and [`in_system`].
-pub(crate) fn field<const D: usize>(
-    key: &str,
-    text: &str,
-    (dimension, system): (UnitDimension, Option<&UnitSystem>),
-    center: [f64; D],
-) -> Outcome<AnalyticField<D>> {
-    let constants = |name: &str| constant(name, system, GRAVITATIONAL_CONSTANT);
-    let names = Names { dimension: D, others: &[], constants: &constants };
-    let text = in_system(key, text, dimension, system)?;
-    Ok(AnalyticField::with(Expression::parse_with(key, &text, names)?, center))
+/// The constant of gravity of a scene: in cgs where there are units, else the number that the scene says.
+pub(crate) fn gravity(scene: &Scene, has_units: bool) -> f64 {
+    if has_units { gravity_in_cgs(scene) } else { scene.balance.clone().unwrap_or_default().constant }
+}
+
+/// What names stand for in the expressions of a scene, whose numbers are in `system`.
+#[derive(Clone, Copy)]
+pub(crate) struct Constants {
+    pub system: Option<UnitSystem>,
+    gravity: f64,
+}
+
+impl Constants {
+    pub fn new(scene: &Scene, system: Option<UnitSystem>) -> Self {
+        Self { system, gravity: gravity(scene, system.is_some()) }
+    }
+
+    /// An expression of the coordinates and of `others`, which knows constants and units.
+    ///
+    /// # Errors
+    /// As for [`Expression::parse`].
+    pub fn expression<const D: usize>(&self, key: &str, text: &str, others: &[&str]) -> Outcome<Expression> {
+        let constants = |name: &str| constant(name, self.system.as_ref(), self.gravity);
+        Expression::parse_with(key, text, Names { dimension: D, others, constants: &constants })
+    }
+
+    /// The text of an expression, which is `text` but for a number of `dimension` with its unit, such as `1e-6 G`.
+    ///
+    /// # Errors
+    /// A unit of another dimension, or one where there are none.
+    pub fn number(&self, key: &str, text: &str, dimension: UnitDimension) -> Outcome<String> {
+        let quantity = Quantity::Text(text.trim().to_owned());
+        if quantity.dimension().is_none() {
+            return Ok(text.to_owned());
+        }
+        let conversion = Conversion { from: self.system, to: self.system.unwrap_or(UnitSystem::CODE) };
+        Ok(format!("{:e}", quantity.value(key, dimension, &conversion)?))
+    }
+
+    /// A density or a resolution as a field: an expression, or a number of `dimension` with its unit.
+    ///
+    /// # Errors
+    /// As for [`Self::expression`] and [`Self::number`].
+    pub fn field<const D: usize>(
+        &self,
+        (key, text): (&str, &str),
+        dimension: UnitDimension,
+        center: [f64; D],
+    ) -> Outcome<AnalyticField<D>> {
+        let text = self.number(key, text, dimension)?;
+        Ok(AnalyticField::with(self.expression::<D>(key, &text, &[])?, center))
+    }
 }
 
 #[cfg(test)]

@@ -13,11 +13,11 @@
 use super::differences;
 use super::waves::{Whole, normal, whole_waves};
 use crate::error::{Error, Result};
-use crate::field::{Expression, Names, probes};
-use crate::input::constants::{GRAVITATIONAL_CONSTANT, constant};
+use crate::field::{Expression, probes};
+use crate::input::constants::Constants;
 use crate::input::internal_units::Prepared;
 use crate::random::{Purpose, keyed};
-use crate::scene::{Conversion, DisplacementInput, Scene, SpectrumInput, check_points};
+use crate::scene::{Conversion, DisplacementInput, Scene, SpectrumInput, Term, check_points};
 use crate::target::{Positions, at};
 use sph::domain::{Axis, Domain, Region};
 use sph::{parallel, reduce};
@@ -108,7 +108,7 @@ impl<const D: usize> Displacement<D> {
         }
         let unit = prepared.length / conversion.factor(UnitDimension::LENGTH);
         if !input.field.is_empty() {
-            let stated = Stated::new(input, domain, unit, conversion)?;
+            let stated = Stated::new(input, domain, unit, &Constants::new(scene, conversion.from))?;
             return Ok(Some(Self { kind: Kind::Stated(Box::new(stated)), notes: Vec::new() }));
         }
         let seed = input.seed.unwrap_or(scene.seed);
@@ -230,16 +230,13 @@ fn minor(order: usize, part: impl Fn(usize, usize) -> f64) -> f64 {
 }
 
 impl<const D: usize> Stated<D> {
-    fn new(input: &DisplacementInput, domain: &Domain<D>, unit: f64, conversion: &Conversion) -> Result<Self> {
+    fn new(input: &DisplacementInput, domain: &Domain<D>, unit: f64, constants: &Constants) -> Result<Self> {
         let key = |k: usize| format!("displacement.field[{k}]");
         if input.field.len() != D {
             let problem = format!("has {} components, expected {D}", input.field.len());
             return Err(Error::scene("displacement.field", problem));
         }
-        let system = conversion.from.as_ref();
-        let constants = |name: &str| constant(name, system, system.map_or(1.0, |_| GRAVITATIONAL_CONSTANT));
-        let known = || Names { dimension: D, others: &[], constants: &constants };
-        let parsed = |(k, term): (usize, &crate::scene::Term)| Expression::parse_with(&key(k), &term.text(), known());
+        let parsed = |(k, term): (usize, &Term)| constants.expression::<D>(&key(k), &term.text(), &[]);
         let components = input.field.iter().enumerate().map(parsed).collect::<Result<Vec<_>>>()?;
         let stated = Self { components, unit, center: domain.center(), step: STEP * domain.size() };
         stated.check(domain)?;

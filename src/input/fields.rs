@@ -14,10 +14,8 @@
 //! | any other name | a column of that name |
 
 use crate::error::{Error, Result};
-use crate::field::{
-    CarriedField, CarriedInfo, Expression, Names, ScalarField, SharedCarried, SharedDensity, Source, probes,
-};
-use crate::input::constants::{GRAVITATIONAL_CONSTANT, constant, in_system};
+use crate::field::{CarriedField, CarriedInfo, Expression, ScalarField, SharedCarried, SharedDensity, Source, probes};
+use crate::input::constants::{Constants, constant};
 use crate::input::differences;
 use crate::input::roles::field_key;
 use crate::input::thermal;
@@ -135,8 +133,7 @@ struct Maker<const D: usize> {
     variables: Arc<Variables<D>>,
     /// Names by place.
     names: Vec<String>,
-    system: Option<UnitSystem>,
-    gravity: f64,
+    constants: Constants,
     notes: Vec<String>,
 }
 
@@ -274,9 +271,7 @@ impl<const D: usize> Maker<D> {
         base: Base<D>,
         carried: &[Arc<dyn CarriedField<D>>],
     ) -> Result<Self> {
-        let in_cgs = scene.code().map_or(GRAVITATIONAL_CONSTANT, |code| code.sheet.gravity);
-        let plain = scene.balance.clone().unwrap_or_default().constant;
-        let gravity = if system.is_some() { in_cgs } else { plain };
+        let constants = Constants::new(scene, system);
         let mut names: Vec<String> = PLACES.map(str::to_owned).to_vec();
         let mut texts = Vec::new();
         for (name, value) in scene.fields.stated().filter(|(name, value)| is_scalar(name, value)) {
@@ -295,8 +290,7 @@ impl<const D: usize> Maker<D> {
             }
             names.push(name.to_owned());
             let dimension = dimension_of(name, value);
-            let text = in_system(&key_of(name), &value.texts().concat(), dimension, system.as_ref())?;
-            texts.push((name.to_owned(), text));
+            texts.push((name.to_owned(), constants.number(&key_of(name), &value.texts().concat(), dimension)?));
         }
         let mut scalars: Vec<Scalar<D>> = PLACES.map(|_| Scalar::Place).into_iter().collect();
         let files: Vec<(String, Scalar<D>)> = carried.iter().filter_map(|f| of_file(f, system.as_ref())).collect();
@@ -307,15 +301,13 @@ impl<const D: usize> Maker<D> {
         }
         let all: Vec<&str> = names.iter().map(String::as_str).collect();
         for (name, text) in &texts {
-            let constants = |name: &str| constant(name, system.as_ref(), gravity);
-            let known = Names { dimension: D, others: &all, constants: &constants };
-            scalars.push(Scalar::Stated(Expression::parse_with(&key_of(name), text, known)?));
+            scalars.push(Scalar::Stated(constants.expression::<D>(&key_of(name), text, &all)?));
         }
         debug_assert_eq!(scalars.len(), PLACES.len() + stated);
         scalars.extend(files.into_iter().map(|(_, field)| field));
         let across = across(base.axis);
         let variables = Arc::new(Variables { base, across, scalars });
-        let maker = Self { variables, names, system, gravity, notes: Vec::new() };
+        let maker = Self { variables, names, constants, notes: Vec::new() };
         for place in PLACES.len()..PLACES.len() + stated {
             maker.order(place, &mut Vec::new(), &mut Vec::new())?;
         }
@@ -347,14 +339,12 @@ impl<const D: usize> Maker<D> {
 
     /// An expression, or a number of `dimension` with its unit.
     fn quantity(&self, name: &str, text: &str, dimension: UnitDimension) -> Result<Term> {
-        self.term(name, &in_system(&key_of(name), text, dimension, self.system.as_ref())?)
+        self.term(name, &self.constants.number(&key_of(name), text, dimension)?)
     }
 
     fn term(&self, name: &str, text: &str) -> Result<Term> {
         let all: Vec<&str> = self.names.iter().map(String::as_str).collect();
-        let constants = |name: &str| constant(name, self.system.as_ref(), self.gravity);
-        let known = Names { dimension: D, others: &all, constants: &constants };
-        let expression = Expression::parse_with(&key_of(name), text, known)?;
+        let expression = self.constants.expression::<D>(&key_of(name), text, &all)?;
         let mut needs = Vec::new();
         for place in (0..self.names.len()).filter(|p| expression.has_other(*p)) {
             self.order(place, &mut Vec::new(), &mut needs)?;
@@ -364,7 +354,7 @@ impl<const D: usize> Maker<D> {
 
     fn field(&self, name: &str, dimension: UnitDimension, components: usize, rule: Rule<D>) -> StatedField<D> {
         let unit = |s: UnitSystem| Unit { symbol: s.symbol(dimension), to_cgs: s.to_cgs(dimension), dimension };
-        let unit = self.system.filter(|_| dimension != UnitDimension::NONE).map(unit);
+        let unit = self.constants.system.filter(|_| dimension != UnitDimension::NONE).map(unit);
         let info = CarriedInfo { name: standard_name(name).to_owned(), unit, components };
         StatedField { key: key_of(name), info, variables: Arc::clone(&self.variables), rule }
     }
@@ -439,7 +429,7 @@ impl<const D: usize> Maker<D> {
 
     fn stirred(&self, scene: &Scene, input: &TurbulenceInput, domain: &Domain<D>) -> Result<Stirred<D>> {
         let turbulence = Turbulence::new(input, input.seed.unwrap_or(scene.seed), domain)?;
-        let own = Conversion { from: self.system, to: self.system.unwrap_or(UnitSystem::CODE) };
+        let own = Conversion { from: self.constants.system, to: self.constants.system.unwrap_or(UnitSystem::CODE) };
         let speed = match (&input.rms_velocity, input.mach) {
             (Some(speed), _) => speed.value("turbulence.rms_velocity", UnitDimension::VELOCITY, &own)?,
             (None, mach) => mach.unwrap_or(0.0) * self.sound_speed(scene, domain, &own)?,

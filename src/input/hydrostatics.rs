@@ -8,6 +8,7 @@ use crate::error::{Error, Result};
 use crate::field::{CarriedField, RadialSource, ScalarField};
 use crate::input::body_materials::BodyMaterials;
 pub use crate::input::constants::GRAVITATIONAL_CONSTANT;
+use crate::input::constants::gravity_in_cgs;
 use crate::input::internal_units::Prepared;
 use crate::input::units::{InputUnits, RunUnits};
 use crate::input::weight::{AtRest, attraction};
@@ -310,7 +311,7 @@ impl Scale {
         scene: &Scene,
         options: &BalanceInput,
     ) -> Self {
-        let in_cgs = scene.code().map_or(GRAVITATIONAL_CONSTANT, |code| code.sheet.gravity);
+        let in_cgs = gravity_in_cgs(scene);
         let (length, density, constant) = units.map_or((1.0, 1.0, options.constant), |u| (u.length, u.density, in_cgs));
         let size = prepared.length * length;
         let mass = prepared.mass.value * density * length.powi(D as i32);

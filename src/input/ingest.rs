@@ -6,7 +6,7 @@ use crate::field::{
     in_units_of, mass_columns, natural_dimension,
 };
 use crate::input::beside;
-use crate::input::constants;
+use crate::input::constants::Constants;
 use crate::input::particles::{OfSnapshot, Snapshot};
 use crate::input::profile;
 use crate::input::roles::{Assignment, adopt_units, apply, assign, divide_momenta, reduce_energies, restore_names};
@@ -277,8 +277,9 @@ pub fn source<const D: usize>(
                     "is missing: an expression needs a `box`, a `ball`, a `cylinder` or another shape to be evaluated in",
                 )
             })?;
-            let measured = (UnitDimension::mass_density(3), conversion.from.as_ref());
-            let density = constants::field("input.expression", &text, measured, domain.center())?;
+            let asked = ("input.expression", text.as_str());
+            let known = Constants::new(scene, conversion.from);
+            let density = known.field(asked, UnitDimension::mass_density(3), domain.center())?;
             density.check(&domain)?;
             Source {
                 density: Box::new(density),
@@ -534,8 +535,8 @@ pub fn resolution<const D: usize>(
             let unit = conversion.factor(UnitDimension::LENGTH);
             let own = domain.scaled(1.0 / unit);
             let length = if asked.spacing.is_some() { 1 } else { -(D as i8) };
-            let measured = (UnitDimension::new(length, 0, 0, 0), conversion.from.as_ref());
-            let field = constants::field("resolution", text, measured, own.center())?;
+            let measured = UnitDimension::new(length, 0, 0, 0);
+            let field = Constants::new(scene, conversion.from).field(("resolution", text), measured, own.center())?;
             field.check(&own)?;
             let field: Box<dyn ScalarField<D>> = Box::new(field);
             (if unit == 1.0 { field } else { in_units_of(1.0 / unit, field) }, asked.spacing.is_some())

@@ -3,7 +3,7 @@
 //! Particles are shared out by mass, so that all have the same up to half a particle's worth in each body.
 
 use crate::error::{Error, Result};
-use crate::input::constants::GRAVITATIONAL_CONSTANT;
+use crate::input::constants::gravity;
 use crate::input::ingest;
 use crate::input::internal_units::Prepared;
 use crate::input::units::{InputUnits, RunUnits};
@@ -133,14 +133,7 @@ impl Common {
                 SYSTEMS.iter().find(suits).map_or("cgs", |name| name).to_owned()
             }
         };
-        let in_cgs = scene.code().map_or(GRAVITATIONAL_CONSTANT, |code| code.sheet.gravity);
-        let plain = scene.balance.clone().unwrap_or_default().constant;
-        Ok(Self {
-            dimension: first.dimension,
-            units: first.units,
-            name,
-            gravity: if is_known { in_cgs } else { plain },
-        })
+        Ok(Self { dimension: first.dimension, units: first.units, name, gravity: gravity(scene, is_known) })
     }
 
     pub fn has_units(&self) -> bool {

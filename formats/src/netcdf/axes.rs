@@ -127,8 +127,8 @@ fn by_direction(name: &str) -> Option<Role> {
     match Along::named(name)? {
         Along::Colatitude => Some(Role::Colatitude),
         Along::Azimuth => Some(Role::Azimuth),
-        Along::Radius => Some(Role::Radius),
-        Along::Z => Some(Role::Z),
+        // Known by name already.
+        Along::Radius | Along::Z => None,
     }
 }
 

@@ -88,6 +88,9 @@ fn reversed(shape: &[usize]) -> Vec<usize> {
     shape.iter().rev().copied().collect()
 }
 
+/// An array of one index: its name, length and values.
+type Line = (String, usize, Vec<f64>);
+
 /// Where the values of a grid are.
 struct Axes {
     geometry: Geometry,
@@ -104,7 +107,7 @@ fn axes(path: &Path, arrays: &[(String, Array)], (field, shape): (&str, &[usize]
         (Content::Numbers(values), [n]) if name != field => Some((name.clone(), *n, values.to_f64())),
         _ => None,
     };
-    let lines: Vec<(String, usize, Vec<f64>)> = arrays.iter().filter_map(line).collect();
+    let lines: Vec<Line> = arrays.iter().filter_map(line).collect();
     let flat = shape.iter().zip(["x", "y", "z"]).filter(|(n, _)| **n > 1).map(|(_, name)| name).collect::<Vec<_>>();
     let straight: Vec<Option<usize>> = flat.iter().map(|axis| lines.iter().position(|l| l.0 == *axis)).collect();
     let turned = curved_lines(&lines, &counts);
@@ -113,20 +116,13 @@ fn axes(path: &Path, arrays: &[(String, Array)], (field, shape): (&str, &[usize]
             let problem = format!("there are positions along {} only, expected them along all axes", flat[k]);
             return Err(FormatError::input(path, NAME, "arrays", problem));
         }
-        // What looks like the nodes or the faces of an axis.
-        let fits = |(_, n, v): &(String, usize, Vec<f64>)| {
-            counts.len() > 1 && counts.iter().any(|c| n == c || *n == c + 1) && v.is_sorted_by(|a, b| a < b)
-        };
-        if let Some((name, n, _)) = lines.iter().find(|l| fits(l)) {
+        return equal_cells(&lines, &counts).map_err(|(name, n)| {
             let problem = format!(
                 "has {n} ascending values, as if it were an axis of '{field}' {shape:?}; name the axes x, y, z, or r, theta, phi, or R, phi, z, or R, z, in the \
                  order of the indices, or leave the array out for equal cells from 0 to 1"
             );
-            return Err(wrong(name, problem));
-        }
-        let axes = counts.iter().zip(["x", "y", "z"]).map(|(&n, name)| axis(name, n)).collect();
-        let geometry = Geometry::Grid { coordinates: Coordinates::Cartesian, axes };
-        return Ok(Axes { geometry, names: Vec::new(), notes: Vec::new() });
+            wrong(name, problem)
+        });
     };
     let mut axes = Vec::new();
     for (&place, &n) in places.iter().zip(&counts) {
@@ -141,30 +137,55 @@ fn axes(path: &Path, arrays: &[(String, Array)], (field, shape): (&str, &[usize]
         };
         axes.push(GridAxis { name: name.clone(), nodes, unit: None, bounds });
     }
-    let names: Vec<String> = axes.iter().map(|a| a.name.clone()).collect();
-    let along: Vec<Along> = names.iter().filter_map(|n| Along::named(n)).collect();
-    let (geometry, notes) = match along.as_slice() {
-        [Along::Radius] => {
-            let GridAxis { name, nodes, bounds, .. } = axes.swap_remove(0);
-            if bounds.is_some() {
-                let problem =
-                    format!("has {} radii for {} values, expected a radius for each", nodes.len() + 1, nodes.len());
-                return Err(wrong(&name, problem));
-            }
-            (Geometry::Radial { nodes, unit: None }, Vec::new())
-        }
-        some if some.len() == names.len() && some != [Along::Z] => {
-            let (coordinates, axes, notes) =
-                complete(some.iter().copied().zip(axes).collect()).map_err(|(name, problem)| wrong(&name, problem))?;
-            (Geometry::Grid { coordinates, axes }, notes)
-        }
-        _ => (Geometry::Grid { coordinates: Coordinates::Cartesian, axes }, Vec::new()),
-    };
+    let names = axes.iter().map(|a| a.name.clone()).collect();
+    let (geometry, notes) = geometry(axes).map_err(|(name, problem)| wrong(&name, problem))?;
     Ok(Axes { geometry, names, notes })
 }
 
+/// From 0 to 1.
+///
+/// # Errors
+/// The name and length of an array that looks like the nodes or the faces of an axis.
+fn equal_cells<'a>(lines: &'a [Line], counts: &[usize]) -> std::result::Result<Axes, (&'a str, usize)> {
+    let fits = |(_, n, v): &&Line| {
+        counts.len() > 1 && counts.iter().any(|c| n == c || *n == c + 1) && v.is_sorted_by(|a, b| a < b)
+    };
+    if let Some((name, n, _)) = lines.iter().find(fits) {
+        return Err((name, *n));
+    }
+    let axes = counts.iter().zip(["x", "y", "z"]).map(|(&n, name)| axis(name, n)).collect();
+    let geometry = Geometry::Grid { coordinates: Coordinates::Cartesian, axes };
+    Ok(Axes { geometry, names: Vec::new(), notes: Vec::new() })
+}
+
+/// What the names of axes make, with notes.
+///
+/// # Errors
+/// The axis and what is wrong with it.
+fn geometry(mut axes: Vec<GridAxis>) -> std::result::Result<(Geometry, Vec<String>), (String, String)> {
+    let along: Vec<Along> = axes.iter().filter_map(|a| Along::named(&a.name)).collect();
+    match along.as_slice() {
+        [Along::Radius] => {
+            let GridAxis { name, nodes, bounds, .. } = axes.swap_remove(0);
+            match bounds {
+                None => Ok((Geometry::Radial { nodes, unit: None }, Vec::new())),
+                Some(radii) => {
+                    let problem =
+                        format!("has {} radii for {} values, expected a radius for each", radii.len(), nodes.len());
+                    Err((name, problem))
+                }
+            }
+        }
+        some if some.len() == axes.len() && some != [Along::Z] => {
+            let (coordinates, axes, notes) = complete(some.iter().copied().zip(axes).collect())?;
+            Ok((Geometry::Grid { coordinates, axes }, notes))
+        }
+        _ => Ok((Geometry::Grid { coordinates: Coordinates::Cartesian, axes }, Vec::new())),
+    }
+}
+
 /// Arrays of other coordinates than x, y and z, one for each index, whose order is that of the indices.
-fn curved_lines(lines: &[(String, usize, Vec<f64>)], counts: &[usize]) -> Option<Vec<usize>> {
+fn curved_lines(lines: &[Line], counts: &[usize]) -> Option<Vec<usize>> {
     const ORDERS: [&[Along]; 6] = [
         &[Along::Radius, Along::Colatitude, Along::Azimuth],
         &[Along::Radius, Along::Azimuth, Along::Z],
