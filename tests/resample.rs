@@ -15,7 +15,7 @@ use std::f64::consts::PI;
 use std::path::{Path, PathBuf};
 
 const EDGE: f64 = 2.0;
-const SIDE: usize = 20;
+const SIDE: usize = 16;
 
 /// 1 + 0.5 sin(pi x), which repeats over the edge of 2.
 fn density(x: f64) -> f64 {
@@ -192,7 +192,7 @@ fn noise_of_the_snapshot_is_told_from_its_field() {
     let Values::F64(rho) = &mut file.species[0].table.columns[5].values else { panic!() };
     rho.iter_mut().enumerate().for_each(|(i, rho)| *rho *= 1.0 + 0.03 * noise(i));
     let input = written(folder.path(), "noisy.hdf5", &file);
-    let mut scene = Scene::parse("particles: 12000").unwrap();
+    let mut scene = Scene::parse("particles: 6000").unwrap();
     scene.input.file = Some(input);
     let (made, report) = sph_prep::place(&scene, FORMATS, &Control::default()).unwrap();
     let scatter = report.snapshot.as_ref().unwrap().scatter.unwrap();

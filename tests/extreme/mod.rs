@@ -91,7 +91,7 @@ fn scenes_in_2_d() {
 
 #[test]
 fn scenes_in_3_d() {
-    scenes_in(3, &["default"], 600).finish("scenes in 3-D");
+    scenes_in(3, &["default"], 400).finish("scenes in 3-D");
 }
 
 #[test]
