@@ -11,6 +11,7 @@ pub(crate) mod curvilinear;
 #[cfg(any(feature = "gadget", feature = "gadget-binary"))]
 pub(crate) mod entropy;
 pub(crate) mod facts;
+pub(crate) mod fixed_width;
 pub(crate) mod flatten;
 #[cfg(any(feature = "hdf5-layer", feature = "gadget-binary", feature = "phantom"))]
 pub(crate) mod flavor;
@@ -26,6 +27,8 @@ pub mod netcdf_classic;
 pub(crate) mod number;
 #[cfg(any(feature = "gadget", feature = "gadget-binary", feature = "vtk"))]
 pub(crate) mod parts;
+#[cfg(any(feature = "fgong", feature = "wdec", feature = "kepler"))]
+pub(crate) mod points;
 #[cfg(any(feature = "hdf5-layer", feature = "gadget-binary", feature = "phantom"))]
 pub(crate) mod quantity;
 #[cfg(feature = "hdf5-layer")]

@@ -12,7 +12,7 @@
 //! | MAESTROeX | `velx` to `velz` | | `tfromp`, `p0pluspi`, `X(he4)` |
 //! | Quokka | momenta `x-GasMomentum` | | `gasDensity`, `gasEnergy`, `gasInternalEnergy` |
 //! | yt | `velocity_x` | `magnetic_field_x` | `specific_thermal_energy`, `gravitational_potential` |
-//! | MESA, GYRE | `velocity`, `v_r` | | `h1`, `he4`, `x_mass_fraction_H` |
+//! | MESA, GYRE, FGONG, KEPLER, WDEC | `velocity`, `v_r` | | `h1`, `he4`, `nt1`, `x_mass_fraction_H`, `z_mass_fraction_metals` |
 //! | SWIFT | `Velocities` | `MagneticFluxDensities` | `InternalEnergies`, `Entropies`, `MetalMassFractions` |
 //! | GADGET, GIZMO, AREPO | `Velocities` | `MagneticField` | `InternalEnergy`, `Metallicity`, `Potential` |
 //! | Phantom | `vx` to `vz` | `Bx` to `Bz` | `u`, `h`, `poten` |
@@ -272,6 +272,10 @@ fn standard(name: &str) -> Option<Role> {
 /// `h1`, `he4`, `x_mass_fraction_H`, `X_He`, `massfrac_c12`.
 fn is_composition(name: &str) -> bool {
     let lower = name.to_ascii_lowercase();
+    // KEPLER's neutrons and protons that no nucleus holds.
+    if ["nt1", "pn1", "neutrons"].contains(&lower.as_str()) {
+        return true;
+    }
     if lower.contains("mass_fraction") || lower.contains("massfraction") || lower.starts_with("massfrac") {
         return true;
     }
@@ -346,6 +350,8 @@ mod tests {
             ("A1_mat_id", Spelling::Role(Role::Material)),
             ("rho", Spelling::Role(Role::Density)),
             ("he4", Spelling::Role(Role::Composition)),
+            ("nt1", Spelling::Role(Role::Composition)),
+            ("y_mass_fraction_He", Spelling::Role(Role::Composition)),
             ("x_mass_fraction_H", Spelling::Role(Role::Composition)),
             ("X_He", Spelling::Role(Role::Composition)),
             ("MetalMassFractions", Spelling::Role(Role::Metallicity)),
