@@ -46,6 +46,7 @@ pub mod numpy;
 pub mod obj;
 pub mod phantom;
 pub mod ply;
+pub mod ramses;
 pub mod sph_exa;
 pub mod stl;
 pub mod swift;
@@ -89,6 +90,7 @@ pub static FORMATS: &[FormatSpec] = &[
     obj::SPEC,
     phantom::SPEC,
     ply::SPEC,
+    ramses::SPEC,
     sph_exa::SPEC,
     stl::SPEC,
     swift::SPEC,

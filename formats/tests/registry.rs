@@ -129,6 +129,7 @@ fn text_formats_are_told_apart_by_their_first_lines() {
         ("s15.txt", "VERSION 1\n grid  cell outer radius  cell density\n 1:  1.0  1.0\n".to_owned(), "kepler"),
         ("b.data", "r  outer radius  cell density\n0 1 1\n1 2 1\n".to_owned(), "table"),
         ("c.data", "a\n\n\n\n 2 3 5 300\n 1.0E+00-1.0E+00 1.0E+00\n".to_owned(), "fgong"),
+        ("info_00001.txt", "ncpu =  1\nndim =  3\nlevelmin =  4\n".to_owned(), "ramses"),
         ("evolved", "7 8\n 2 = 1 + 1\n 1.0 2.0\n".to_owned(), "wdec"),
         ("f.csv", "x,y,rho\n0,0,1\n".to_owned(), "table"),
     ] {

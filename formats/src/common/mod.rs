@@ -16,6 +16,8 @@ pub(crate) mod flatten;
 #[cfg(any(feature = "hdf5-layer", feature = "gadget-binary", feature = "phantom"))]
 pub(crate) mod flavor;
 // Hidden, not private: the tests look into files with them.
+#[cfg(any(feature = "phantom", feature = "ramses"))]
+pub(crate) mod fortran;
 #[cfg(feature = "hdf5-layer")]
 #[doc(hidden)]
 pub mod hdf5;
@@ -36,7 +38,7 @@ pub mod snapshot;
 #[cfg(any(feature = "stl", feature = "obj", feature = "ply"))]
 pub(crate) mod surface;
 pub(crate) mod text;
-#[cfg(any(feature = "hdf5-layer", feature = "amrex"))]
+#[cfg(any(feature = "hdf5-layer", feature = "amrex", feature = "ramses"))]
 pub(crate) mod wanted;
 
 pub use crate::particle_names;

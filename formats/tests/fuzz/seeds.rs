@@ -25,6 +25,8 @@ pub fn of(format: &str, folder: &Path) -> Vec<Vec<u8>> {
         "wdec" => vec![wdec()],
         // The first of its files; the others are damaged one by one in `amrex.rs`.
         "amrex" => texts(&[PLOTFILE]),
+        // The same of `ramses.rs`.
+        "ramses" => texts(&[RAMSES]),
         "gadget-binary" => {
             [written(folder, "gadget-binary", &["gadget"]), written(folder, "gadget-binary-1", &["gadget1"])].concat()
         }
@@ -381,3 +383,5 @@ const FGONG: &str = "a\n\n\n\n         2         6         5      1300\n\
 const KEPLER: &str = "VERSION 1\n  grid  cell outer total mass  cell outer radius  cell mass  cell density  stability  h1\n\
 # unit g cm g/cm**3\n   1:  2.0E+30  1.0E+09  1.0E+30  5.0E+05  rad  ---\n   2:  3.0E+30  2.0E+09  1.0E+30  1.0E+01  rad  0.7\n\
 wind: 1.0\n";
+const RAMSES: &str = "ncpu        =          1\nndim        =          1\nlevelmin    =          1\nlevelmax    =          2\n\
+boxlen      =  0.1000E+01\ntime        =  0.0000E+00\nunit_l      =  0.3000E+19\nunit_d      =  0.1000E-23\nunit_t      =  0.3000E+14\n";

@@ -9,6 +9,7 @@
 //! | PLUTO | `vx1` to `vx3` | `Bx1` to `Bx3` | `rho`, `prs` |
 //! | FLASH | `velx` to `velz` | `magx` to `magz` | `dens`, `pres`, `eint`, `ener`, `temp`, `gpot` |
 //! | AMReX (Castro, Nyx) | `x_velocity`, `xvel` | | `Temp`, `eint_e`, `rho_e`, `rho_E`, `phiGrav` |
+//! | RAMSES | `velocity_x` | `magnetic_field_x` | `pressure`, `thermal_pressure`, `metallicity` |
 //! | MAESTROeX | `velx` to `velz` | | `tfromp`, `p0pluspi`, `X(he4)` |
 //! | Quokka | momenta `x-GasMomentum` | | `gasDensity`, `gasEnergy`, `gasInternalEnergy` |
 //! | yt | `velocity_x` | `magnetic_field_x` | `specific_thermal_energy`, `gravitational_potential` |
@@ -137,6 +138,7 @@ const WORDS: &[(&str, Spelling)] = {
         ("press", Is(Role::Pressure)),
         ("pres", Is(Role::Pressure)),
         ("prs", Is(Role::Pressure)),
+        ("thermalpressure", Is(Role::Pressure)),
         ("airpressure", Is(Role::Pressure)),
         ("a1p", Is(Role::Pressure)),
         ("entropy", Is(Role::Entropy)),
@@ -343,6 +345,7 @@ mod tests {
             ("prs", Spelling::Role(Role::Pressure)),
             ("pres", Spelling::Role(Role::Pressure)),
             ("press", Spelling::Role(Role::Pressure)),
+            ("thermal_pressure", Spelling::Role(Role::Pressure)),
             ("Temp", Spelling::Role(Role::Temperature)),
             ("tfromp", Spelling::Role(Role::Temperature)),
             ("X(he4)", Spelling::Role(Role::Composition)),
