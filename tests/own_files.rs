@@ -55,6 +55,60 @@ fn gyre() -> String {
     text
 }
 
+/// Variables at the same radii from the surface inward, five on a line; a negative number touches the one before it.
+fn fgong() -> String {
+    let block = |values: &[f64]| {
+        let line = |five: &[f64]| five.iter().map(|v| fortran(*v, 16, 9)).collect::<String>() + "\n";
+        values.chunks(5).map(line).collect::<String>()
+    };
+    let mut text = format!("a polytrope\n\n\n\n{ZONES:>10}{:>10}{:>10}{:>10}\n", 5, 6, 300);
+    text += &block(&[star_mass(), RADIUS, 3.8e33, 0.02, 0.7]);
+    for x in rows().collect::<Vec<f64>>().into_iter().rev() {
+        let log = if x > 0.0 { (enclosed(x) / star_mass()).ln() } else { -138.0 };
+        text += &block(&[x * RADIUS, log, 1e6, 1e16 * density(x), density(x), 0.7]);
+    }
+    text
+}
+
+/// A number of so many characters, as Fortran writes it.
+fn fortran(value: f64, width: usize, digits: usize) -> String {
+    let text = format!("{value:.digits$e}");
+    let (mantissa, power) = text.split_once('e').unwrap();
+    let power: i32 = power.parse().unwrap();
+    format!("{:>width$}", format!("{mantissa}E{power:+03}"))
+}
+
+/// Cells from the center outward: faces' radius and mass, the mean density between them.
+fn progenitor() -> String {
+    let names = ["cell outer total mass", "cell outer radius", "cell density", "cell temperature", "stability", "h1"];
+    let mut text = format!("VERSION 1 -- made by hand\n  grid   {}\n", names.join("    "));
+    for cell in 0..ZONES {
+        let (inner, outer) = (cell as f64 / ZONES as f64, (cell + 1) as f64 / ZONES as f64);
+        let volume = 4.0 / 3.0 * PI * RADIUS.powi(3) * (outer.powi(3) - inner.powi(3));
+        let mean = (enclosed(outer) - enclosed(inner)) / volume;
+        text += &format!("{}:  {:e}  {:e}  {mean:e}  1e6  rad  ---\n", cell + 1, enclosed(outer), outer * RADIUS);
+    }
+    text + "wind:  0\n"
+}
+
+/// Arrays at the same radii, four numbers on a line.
+fn wdec() -> String {
+    let mut text = format!("  41  4.8722E+08\n  {ZONES}  =   100  +   {}\n", ZONES - 100);
+    for array in 1..=20 {
+        let value = |x: f64| match array {
+            1 => x * RADIUS,
+            2 => enclosed(x),
+            4 => 1e6,
+            5 => density(x),
+            6 => 1e16 * density(x),
+            _ => 0.0,
+        };
+        let all: Vec<String> = rows().map(|x| fortran(value(x), 22, 15)).collect();
+        all.chunks(4).for_each(|four| text += &(four.concat() + "\n"));
+    }
+    text
+}
+
 /// As KEPLER's models come with Phantom: from the surface inward, names in brackets.
 fn kepler() -> String {
     let mut text = "[    Mass   ]  [  Pressure ]  [   Radius  ]  [  Density  ]\n".to_owned();
@@ -143,6 +197,9 @@ pub fn write(folder: &Path) {
         ("star.data", mesa()),
         ("star.mesa", gyre()),
         ("kepler.data", kepler()),
+        ("star.fgong", fgong()),
+        ("star_presn", progenitor()),
+        ("evolved", wdec()),
         ("star.tab", plain()),
         ("planet.txt", planet()),
         ("box.vtk", rectilinear("rho", false)),

@@ -23,6 +23,9 @@ const OWN: &[(&str, &[&str], Outcome)] = &[
     ("star.data", &[], Particles),
     ("star.mesa", &[], Particles),
     ("kepler.data", &[], Particles),
+    ("star.fgong", &[], Particles),
+    ("star_presn", &[], Particles),
+    ("evolved", &[], Particles),
     ("star.tab", &[], Particles),
     ("planet.txt", &[], Particles),
     ("box.vtk", &[], Particles),
@@ -132,6 +135,10 @@ fn small_files_give_the_mass_of_their_closed_form() {
         // the surface layer, where the density is 1 - x: pi^2/2 h^2, 3e-5.
         ("star.mesa", "total_cgs", star, 1e-4),
         ("kepler.data", "total", star, 1e-4),
+        ("star.fgong", "total_cgs", star, 1e-4),
+        // Densities of cells are differences of masses, which cancel in the center.
+        ("star_presn", "total_cgs", star, 1e-9),
+        ("evolved", "total_cgs", star, 1e-4),
         ("star.tab", "total", 4.0 / std::f64::consts::PI, 1e-4),
         // Layers and the box are exact but for the rounding of the quadrature.
         ("planet.txt", "total_cgs", own_files::planet_mass(), 1e-9),

@@ -110,6 +110,82 @@ fn another_number_of_particles_keeps_mass_box_and_density() {
     }
 }
 
+/// Cells of AREPO in a periodic box: a slab of ten times the density around it, with a jump between two layers of cells. `of_cells`
+/// is a column that nothing but cells has.
+fn slab(of_cells: Option<&str>) -> ParticleFile {
+    let cell = EDGE / SIDE as f64;
+    let mut file = lattice(true);
+    let table = &mut file.species[0].table;
+    let dense = |i: usize| if (i % SIDE) * 2 < SIDE { 1.0 } else { 10.0 };
+    for column in &mut table.columns {
+        let factor = match column.name.as_str() {
+            names::MASSES => cell.powi(3),
+            names::DENSITY => 1.0,
+            _ => continue,
+        };
+        column.values = Values::F64((0..table.count).map(|i| factor * dense(i)).collect());
+    }
+    table.columns.retain(|column| column.name != names::SUPPORT_RADIUS);
+    let volumes = Values::F64(vec![cell.powi(3); table.count]);
+    table.columns.extend(of_cells.map(|name| Column::new(name, 1, volumes, UnitDimension::NONE)));
+    file
+}
+
+/// The run's notes, and the new particles.
+fn noted(input: &Path, scene: &str) -> (String, ParticleFile) {
+    let mut scene = Scene::parse(scene).unwrap();
+    let output = input.with_extension("out.hdf5");
+    (scene.input.file, scene.output.file) = (Some(input.into()), Some(output.clone()));
+    let report = pipeline::run(&scene, FORMATS, &Control::default()).unwrap();
+    match sph_formats::read(FORMATS, &output, None, &FieldRequest::default()).unwrap() {
+        FileContent::Particles(file) => (report.notes.join("\n"), file),
+        FileContent::Field(_) => panic!("a field"),
+    }
+}
+
+#[cfg(feature = "arepo")]
+#[test]
+fn cells_of_a_moving_mesh_keep_their_densities_up_to_their_faces() {
+    use sph_prep::field::{FieldOptions, Interpolation, from_particles};
+    let folder = tempfile::tempdir().unwrap();
+    let scene = "particles: 1500\nwvt: {iterations: 20}\npolish: none\n";
+    let says = "throughout its Voronoi cell";
+    // The mass of the cells: half the box of 8 holds 1, half 10; files hold masses of 4 bytes.
+    let mass = 44.0;
+    for name in ["Volume", "CenterOfMass"] {
+        let input = written(folder.path(), "cells.arepo", &slab(Some(name)));
+        let (notes, file) = noted(&input, scene);
+        assert!(notes.contains(says) && notes.contains(&format!("'{name}' belongs to the cells")), "{notes}");
+        let sum: f64 = numbers(&file, names::MASSES).iter().sum();
+        assert!((sum / mass - 1.0).abs() < 1e-5, "{sum}");
+        // Layers of particles beside the faces of the slab, 1/14 of it apart, may be on either side by half.
+        let x = numbers(&file, names::COORDINATES);
+        let dense = x.chunks_exact(3).filter(|p| p[0] >= 1.0).count() as f64 / 1500.0;
+        assert!((dense - 10.0 / 11.0).abs() < 0.03, "{dense}");
+    }
+    let input = written(folder.path(), "cells.arepo", &slab(Some("Volume")));
+    let (notes, _) = noted(&input, &format!("{scene}input: {{interpolation: linear}}"));
+    assert!(!notes.contains(says), "{notes}");
+    // Others are samples, unless the scene says otherwise.
+    let input = written(folder.path(), "particles.arepo", &slab(None));
+    assert!(!noted(&input, scene).0.contains(says));
+    assert!(noted(&input, &format!("{scene}input: {{interpolation: nearest}}")).0.contains(says));
+
+    // The field itself: the faces between cells are the faces of cubes, and each has its cell's density throughout.
+    let snapshot = sph_prep::input::particles::Snapshot::new(&input, &slab(None), None).unwrap();
+    let domain = snapshot.domain::<3>().unwrap();
+    let options = FieldOptions { interpolation: Some(Interpolation::Constant), ..FieldOptions::default() };
+    let (source, scatter) = from_particles(snapshot.field, &domain, &options).unwrap();
+    assert!(scatter.is_none());
+    for i in 0..4000 {
+        let at = |k: u32| (f64::from(i + 1) * [0.754_877_666, 0.569_840_291, 0.430_159_709][k as usize]).fract() * EDGE;
+        let x = [at(0), at(1), at(2)];
+        assert_eq!(source.density.value(&x), if x[0] < 1.0 { 1.0 } else { 10.0 }, "{x:?}");
+    }
+    assert_eq!(source.density.value(&[1.0 - 1e-9, 0.3, 0.3]), 1.0);
+    assert_eq!(source.density.value(&[EDGE - 1e-9, 0.3, 0.3]), 10.0);
+}
+
 /// Across the faces of a periodic box, too, the summed density is that of the lattice.
 #[test]
 fn summed_densities_reach_across_the_box() {

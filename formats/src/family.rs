@@ -6,6 +6,8 @@ use std::path::{Path, PathBuf};
 
 /// The file by which a folder of several is known: that of plotfiles of AMReX.
 const ENTRY: &str = "Header";
+/// The same of an output of RAMSES, by how its name begins and ends.
+const INFO: [&str; 2] = ["info_", ".txt"];
 /// The folders within it that hold the values, by how their names begin.
 const LEVEL: &str = "Level_";
 /// Digits of a file's number, at most.
@@ -101,7 +103,7 @@ pub(crate) fn members_of(path: &Path, format: &'static str, count: usize) -> Res
 pub(crate) fn resolve(path: &Path) -> Result<PathBuf> {
     if path.exists() {
         let entry = path.join(ENTRY);
-        return Ok(if entry.is_file() { entry } else { path.to_owned() });
+        return Ok(if entry.is_file() { entry } else { info_of(path).unwrap_or(path.to_owned()) });
     }
     let (Some(name), folder) = (path.file_name(), path.parent().unwrap_or(Path::new(""))) else {
         return Ok(path.to_owned());
@@ -132,6 +134,44 @@ pub(crate) fn resolve(path: &Path) -> Result<PathBuf> {
     }
 }
 
+/// The number of an info file's output.
+fn info_number(path: &Path) -> Option<&str> {
+    let digits = path.file_name()?.to_str()?.strip_prefix(INFO[0])?.strip_suffix(INFO[1])?;
+    number(digits).map(|_| digits)
+}
+
+/// The info file of a folder that has one of them.
+fn info_of(folder: &Path) -> Option<PathBuf> {
+    if !folder.is_dir() {
+        return None;
+    }
+    let mut found =
+        std::fs::read_dir(folder).ok()?.flatten().map(|entry| entry.path()).filter(|p| info_number(p).is_some());
+    let info = found.next()?;
+    (found.next().is_none() && info.is_file()).then_some(info)
+}
+
+/// The files of the output of RAMSES that an info file or its folder is; `None` where there is no such output.
+fn output_of(path: &Path) -> Option<Vec<PathBuf>> {
+    let info = if path.is_dir() { info_of(path)? } else { path.to_owned() };
+    let digits = info_number(&info)?;
+    let kinds = [format!("amr_{digits}.out"), format!("hydro_{digits}.out")];
+    let descriptor = info.with_file_name("hydro_file_descriptor.txt");
+    let folder = info.parent().filter(|f| !f.as_os_str().is_empty()).unwrap_or(Path::new("."));
+    let is_part = |path: &PathBuf| {
+        let name = path.file_name().map(|n| n.to_string_lossy().into_owned()).unwrap_or_default();
+        path.is_file() && (*path == descriptor || kinds.iter().any(|kind| name.starts_with(kind)))
+    };
+    let listed = std::fs::read_dir(folder).ok()?.flatten().map(|entry| info.with_file_name(entry.file_name()));
+    let mut files: Vec<PathBuf> = listed.filter(is_part).collect();
+    if files.is_empty() {
+        return None;
+    }
+    files.push(info);
+    files.sort();
+    Some(files)
+}
+
 /// The files whose content an input is: those of a folder of several that is named by itself or by its first file, in the order of
 /// their names, else `path` itself.
 ///
@@ -142,7 +182,7 @@ pub fn files_of(path: &Path) -> Result<Vec<PathBuf>> {
     let folder = entry.parent().unwrap_or(Path::new(""));
     let is_one_of_several = entry.ends_with(ENTRY) && entry.is_file() && folder.join(format!("{LEVEL}0")).is_dir();
     if !is_one_of_several {
-        return Ok(vec![path.to_owned()]);
+        return Ok(output_of(path).unwrap_or_else(|| vec![path.to_owned()]));
     }
     let listed = |folder: &Path| -> Result<Vec<PathBuf>> {
         let entries = std::fs::read_dir(folder).map_err(|e| FormatError::io(folder, "list", e))?;

@@ -31,6 +31,7 @@ pub mod units;
 pub mod amrex;
 pub mod arepo;
 pub mod common;
+pub mod fgong;
 pub mod gadget;
 pub mod gadget_binary;
 pub mod gizmo;
@@ -38,17 +39,20 @@ pub mod grid_hdf5;
 pub mod gyre;
 pub mod gyre_hdf5;
 pub mod image;
+pub mod kepler;
 pub mod mesa;
 pub mod netcdf;
 pub mod numpy;
 pub mod obj;
 pub mod phantom;
 pub mod ply;
+pub mod ramses;
 pub mod sph_exa;
 pub mod stl;
 pub mod swift;
 pub mod table;
 pub mod vtk;
+pub mod wdec;
 
 pub use error::{FormatError, Result};
 pub use family::files_of;
@@ -70,6 +74,7 @@ pub use units::{Unit, UnitDimension, UnitSystem};
 pub static FORMATS: &[FormatSpec] = &[
     amrex::SPEC,
     arepo::SPEC,
+    fgong::SPEC,
     gadget::SPEC,
     gadget_binary::SPEC,
     gadget_binary::SPEC_1,
@@ -78,15 +83,18 @@ pub static FORMATS: &[FormatSpec] = &[
     gyre::SPEC,
     gyre_hdf5::SPEC,
     image::SPEC,
+    kepler::SPEC,
     mesa::SPEC,
     netcdf::SPEC,
     numpy::SPEC,
     obj::SPEC,
     phantom::SPEC,
     ply::SPEC,
+    ramses::SPEC,
     sph_exa::SPEC,
     stl::SPEC,
     swift::SPEC,
     table::SPEC,
     vtk::SPEC,
+    wdec::SPEC,
 ];

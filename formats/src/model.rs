@@ -309,6 +309,11 @@ pub struct RunHeader {
 /// The key of the provenance under which readers of snapshots in several files say which ones those were.
 pub const FILES_KEY: &str = "Files";
 
+/// The key of the provenance under which readers say that the gas is cells of a mesh, and [`VORONOI`] that these are the places
+/// nearest to each position.
+pub const MESH_KEY: &str = "Mesh";
+pub const VORONOI: &str = "Voronoi";
+
 /// Everything that a particle writer gets and a particle reader gives.
 #[derive(Debug, Clone)]
 pub struct ParticleFile {

@@ -53,6 +53,8 @@ mod parity;
 mod particles;
 #[cfg(feature = "phantom")]
 mod phantom;
+#[cfg(feature = "ramses")]
+mod ramses;
 #[cfg(feature = "grid-hdf5")]
 mod refined_hdf5;
 mod registry;

@@ -96,7 +96,7 @@ fn the_list_is_sorted_unique_and_documented() {
 
 #[test]
 fn no_signature_is_claimed_by_two_formats() {
-    let heads: [&[u8]; 9] = [
+    let heads: [&[u8]; 12] = [
         b"CDF\x01\0\0\0\0",
         b"CDF\x02\0\0\0\0",
         b"CDF\x05\0\0\0\0",
@@ -104,6 +104,9 @@ fn no_signature_is_claimed_by_two_formats() {
         b"<?xml version=\"1.0\"?>\n<VTKFile type=\"ImageData\">",
         b"1 2\nmodel_number num_zones\n1 2\n",
         b"# r rho\n0 1\n1 2\n",
+        b"1 2\nmodel_number num_zones\n1 2\n\n1 2 3 4\nzone mass radius rho\n",
+        b"1 2\n2 = 1 + 1\n 1.0 2.0\n",
+        b"# cell outer radius  cell density\n1 2 3\n",
         b"\x89PNG\r\n\x1a\n\0\0",
         b"\xff\xfe\xfd",
     ];
@@ -123,6 +126,11 @@ fn text_formats_are_told_apart_by_their_first_lines() {
         ("c.mesa", format!("2 1.0E33 1.0E10 1.0E33 100\n{}{}", row(1), row(2)), "gyre"),
         ("d", format!("2 1.0E33 1.0E10 1.0E33\n{}", row(1)), "gyre"),
         ("e.txt", "# only comments\n".to_owned(), "table"),
+        ("s15.txt", "VERSION 1\n grid  cell outer radius  cell density\n 1:  1.0  1.0\n".to_owned(), "kepler"),
+        ("b.data", "r  outer radius  cell density\n0 1 1\n1 2 1\n".to_owned(), "table"),
+        ("c.data", "a\n\n\n\n 2 3 5 300\n 1.0E+00-1.0E+00 1.0E+00\n".to_owned(), "fgong"),
+        ("info_00001.txt", "ncpu =  1\nndim =  3\nlevelmin =  4\n".to_owned(), "ramses"),
+        ("evolved", "7 8\n 2 = 1 + 1\n 1.0 2.0\n".to_owned(), "wdec"),
         ("f.csv", "x,y,rho\n0,0,1\n".to_owned(), "table"),
     ] {
         let path = file(&folder, name, content.as_bytes());

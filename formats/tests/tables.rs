@@ -1,8 +1,12 @@
-//! Readers of text: MESA profiles, GYRE models and tables, on real files where they are present and on made ones.
+//! Readers of text: models of stars in the formats of several codes, and tables, on real files where they are present and on
+//! made ones.
 
+mod fgong;
 mod gyre;
+mod kepler;
 mod mesa;
 mod table;
+mod wdec;
 
 use crate::support::replace;
 use sph_formats::{FORMATS, FieldRequest, FileContent, Geometry, Location, RawField, Result};
@@ -99,4 +103,37 @@ pub fn mass(field: &RawField, density: &str) -> f64 {
 #[track_caller]
 pub fn close(found: f64, expected: f64, tolerance: f64) {
     assert!((found / expected - 1.0).abs() <= tolerance, "found {found:e}, expected {expected:e}");
+}
+
+/// The radius (cm) of the star of index 1 and central density 1 that the models are of.
+pub const STAR_RADIUS: f64 = 7e10;
+
+/// Its density at a fraction of the radius.
+pub fn sinc(x: f64) -> f64 {
+    let phase = std::f64::consts::PI * x;
+    if x > 0.0 { phase.sin() / phase } else { 1.0 }
+}
+
+/// Its mass within: 4 pi R^3 times the integral of x^2 sin(pi x)/(pi x); of the first terms where these cancel.
+pub fn enclosed(x: f64) -> f64 {
+    use std::f64::consts::PI;
+    let phase = PI * x;
+    let series = |p: f64| p.powi(3) * (1.0 / 3.0 - p * p / 30.0 + p.powi(4) / 840.0 - p.powi(6) / 45_360.0);
+    let difference = if phase < 0.1 { series(phase) } else { phase.sin() - phase * phase.cos() };
+    4.0 * STAR_RADIUS.powi(3) * difference / (PI * PI)
+}
+
+/// All of it.
+pub fn star_mass() -> f64 {
+    enclosed(1.0)
+}
+
+/// A number as Fortran's `1pEw.dEe` writes it, without the letter where the exponent is longer than `exponent` digits.
+pub fn fortran(value: f64, width: usize, digits: usize, exponent: usize) -> String {
+    let text = format!("{value:.digits$e}");
+    let (mantissa, power) = text.split_once('e').unwrap();
+    let power: i32 = power.parse().unwrap();
+    let letter = if power.abs() < 10_i32.pow(exponent as u32) { "E" } else { "" };
+    let sign = if power < 0 { '-' } else { '+' };
+    format!("{:>width$}", format!("{mantissa}{letter}{sign}{:0exponent$}", power.abs()))
 }

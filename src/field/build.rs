@@ -12,7 +12,8 @@ use super::hull::MeshHull;
 use super::mesh::{Mesh, MeshSampler};
 use super::rows::budget;
 use super::staggering::Budget;
-use super::{FieldOptions, Missing, Source};
+use super::voronoi::Voronoi;
+use super::{FieldOptions, Interpolation, Missing, Source};
 use crate::error::{Error, Result};
 use sph::domain::{Axis, Domain, Region, Wall};
 use sph_formats::{Cells, Coordinates, Geometry, Location, RawField, Variable};
@@ -227,6 +228,15 @@ fn particles<const D: usize>(
     };
     let points = flatten::<D>(&input.density.name, &points)?;
     input.check(&|i| format!("particle {i}, position {}", point_text(&points[i])))?;
+    if options.interpolation == Some(Interpolation::Constant) {
+        let name = input.density.name.clone();
+        input
+            .notes
+            .push(format!("the values of each of the {} particles hold throughout its Voronoi cell", points.len()));
+        let cells = Arc::new(Voronoi::new(&name, &points, domain)?);
+        let nowhere = |_| Err(Error::field(&name, "is not that of particles".to_owned()));
+        return Ok((input.finish(cells, domain.clone(), &nowhere)?, None));
+    }
     let FromParticles { density, carried, scatter } =
         fitted::from_particles(&input.density, input.others, &points, domain)?;
     let notes = input.notes;

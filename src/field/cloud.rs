@@ -128,13 +128,17 @@ impl<const D: usize> Cloud<D> {
         self.count
     }
 
-    /// Whether there is matter at `x`, whose nearest point, and the distance from it, is `nearest`.
-    pub(super) fn holds(&self, x: &[f64; D], nearest: (usize, f64)) -> bool {
+    /// Whether `x` is within the box, along the axes that do not repeat.
+    pub(super) fn is_boxed(&self, x: &[f64; D]) -> bool {
         let (lo, hi) = (&self.domain.lo, &self.domain.hi);
         let slack = |k: usize| 1e-12 * (hi[k] - lo[k]);
         let inside = |k: usize| x[k] >= lo[k] - slack(k) && x[k] <= hi[k] + slack(k);
-        let boxed = (0..D).all(|k| self.domain.axes[k] == Axis::Periodic || inside(k));
-        boxed && nearest.1 <= self.reach[nearest.0]
+        (0..D).all(|k| self.domain.axes[k] == Axis::Periodic || inside(k))
+    }
+
+    /// Whether there is matter at `x`, whose nearest point, and the distance from it, is `nearest`.
+    pub(super) fn holds(&self, x: &[f64; D], nearest: (usize, f64)) -> bool {
+        self.is_boxed(x) && nearest.1 <= self.reach[nearest.0]
     }
 
     /// A point near `x`, in the box: the nearest, where that is not an image.

@@ -9,6 +9,7 @@
 //! | grid of cells of several sizes | constant per cell, or linear with limited slopes | exact per cell |
 //! | mesh | isoparametric shape functions, constant per cell | exact per cell |
 //! | point cloud | Shepard's weights over the nearest points | adaptive cubature |
+//! | particles | a smooth field fitted to them, or constant in their Voronoi cells | that of the particles |
 //! | surface | an expression inside | divergence theorem, or chords |
 //! | expression | [`Expression`] | adaptive cubature, across discontinuities and kinks |
 //!
@@ -68,6 +69,7 @@ mod surface;
 #[cfg(test)]
 pub(crate) mod testing;
 mod trace;
+mod voronoi;
 
 pub(crate) use analytic::probes;
 pub use analytic::{AnalyticCarried, AnalyticField};

@@ -5,14 +5,12 @@ use crate::field::{
     Centering, FieldOptions, Interpolation, Missing, Period, ScalarField, Source, Staggering, Trace, from_raw,
     in_units_of, mass_columns, natural_dimension,
 };
-use crate::input::beside;
 use crate::input::constants::Constants;
 use crate::input::particles::{OfSnapshot, Snapshot};
-use crate::input::profile;
 use crate::input::roles::{Assignment, adopt_units, apply, assign, divide_momenta, reduce_energies, restore_names};
-use crate::input::shapes;
 use crate::input::surfaces::{density_within, refuse_domain_of_a_surface, refuse_orientation};
 use crate::input::units::{InputUnits, RunUnits};
+use crate::input::{beside, profile, shapes};
 use crate::scene::{
     BoundaryName, CenteringName, Conversion, CylinderInput, DomainInput, InterpolationName, MissingValues, OtherTypes,
     Quantity, ResolutionInput, Role, Scene, StaggeringName, values,
@@ -373,6 +371,7 @@ fn field_options<const D: usize>(
         interpolation: scene.input.interpolation.map(|i| match i {
             InterpolationName::Linear => Interpolation::Linear,
             InterpolationName::Cubic => Interpolation::Cubic,
+            InterpolationName::Nearest => Interpolation::Constant,
         }),
         density_name: scene.density_name()?,
         missing: match scene.input.missing {

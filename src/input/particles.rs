@@ -5,10 +5,14 @@
 //! and 10), with the default kernel and its neighbor number. The mass is that of the particles, not of the interpolated
 //! density. Periodic axes are those of the file's box; other axes end with the particles.
 //!
+//! Cells of AREPO are no samples: each has its density throughout, up to the places that are nearer to another one's position
+//! (Springel 2010, MNRAS 401, 791, section 3). They fill the box, and their masses are exact. With `input.interpolation: nearest`
+//! any particles are taken for such cells.
+//!
 //! What belongs to a particle and not to its place is not carried: masses, smoothing lengths, numbers.
 
 use crate::error::{Error, Result};
-use crate::field::{FieldOptions, MassEstimate, Missing, Scatter, Source, from_particles};
+use crate::field::{FieldOptions, Interpolation, MassEstimate, Missing, Scatter, Source, from_particles};
 use crate::input::totals::Totals;
 use crate::metrics::Measured;
 use sph::domain::{Axis, Domain, Region};
@@ -16,7 +20,9 @@ use sph::kernel::{KernelName, default_kernel_neighbors};
 use sph::sums::support_guess;
 use sph_formats::{
     Geometry, Location, ParticleFile, ParticleTable, RawField, Species, Unit, UnitDimension, UnitSystem, Values,
-    Variable, common::particle_names,
+    Variable,
+    common::particle_names,
+    model::{MESH_KEY, VORONOI},
 };
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -30,6 +36,8 @@ pub struct Snapshot {
     /// Lower corner of the box.
     pub box_corner: [f64; 3],
     pub periodic: [bool; 3],
+    /// Whether the gas is cells of a moving mesh.
+    pub is_mesh: bool,
     /// Of all gas, in the file's units.
     pub mass: f64,
     pub masses: Vec<f64>,
@@ -43,6 +51,8 @@ pub struct Snapshot {
 /// Columns that mean nothing at another place.
 const OF_PARTICLES: [&str; 4] =
     [particle_names::MASSES, particle_names::SUPPORT_RADIUS, "SmoothingLength", particle_names::COORDINATES];
+/// The same of cells.
+const OF_CELLS: [&str; 2] = ["Volume", "CenterOfMass"];
 
 impl Snapshot {
     /// Takes the gas of a particle file. `density` names another column than the usual one.
@@ -60,7 +70,11 @@ impl Snapshot {
         if let Some(i) = masses.iter().position(|m| !(m.is_finite() && *m >= 0.0)) {
             return Err(wrong(format!("particle {i} has mass {}; masses must be finite and not negative", masses[i])));
         }
-        let mut notes = vec![format!("{} gas particles are read as samples of their own density", table.count)];
+        let is_mesh = header.provenance.iter().any(|(key, kind)| key == MESH_KEY && kind == VORONOI);
+        let mut notes = vec![match is_mesh {
+            true => format!("the file has {} cells of a moving mesh instead of particles", table.count),
+            false => format!("{} gas particles are read as samples of their own density", table.count),
+        }];
         let others = file.species.iter().filter(|s| s.part_type != 0 && s.table.count > 0).cloned().collect();
         let unit = |d: UnitDimension| {
             Some(Unit { symbol: "of the file".into(), to_cgs: header.units.to_cgs(d), dimension: d })
@@ -69,6 +83,10 @@ impl Snapshot {
         let mut variables = Vec::new();
         for c in &table.columns {
             if OF_PARTICLES.contains(&c.name.as_str()) || (c.name == name && is_empty(&c.values)) {
+                continue;
+            }
+            if is_mesh && OF_CELLS.contains(&c.name.as_str()) {
+                notes.push(format!("'{}' belongs to the cells and was left out", c.name));
                 continue;
             }
             let is_material = particle_names::standard(&c.name) == Some(particle_names::MATERIAL_IDS);
@@ -105,6 +123,7 @@ impl Snapshot {
             box_size: header.box_size,
             box_corner: header.box_corner.unwrap_or_default(),
             periodic: header.periodic,
+            is_mesh,
             time_unit: header.units.time,
         };
         if snapshot.field.variable(name).is_none() {
@@ -148,13 +167,18 @@ impl Snapshot {
     /// Particles that span no volume, or values that are no densities.
     pub(crate) fn into_source<const D: usize>(self, options: &FieldOptions<D>) -> Result<(Source<D>, OfSnapshot)> {
         self.refuse_unfinished(options)?;
-        let domain = self.domain::<D>()?;
+        let mut options = options.clone();
+        if self.is_mesh {
+            options.interpolation.get_or_insert(Interpolation::Constant);
+        }
+        let has_cells = options.interpolation == Some(Interpolation::Constant);
+        let domain = if has_cells { self.filled::<D>()? } else { self.domain::<D>()? };
         let mass = MassEstimate { value: self.mass, error: 0.0 };
         let is_material = |v: &&Variable| particle_names::standard(&v.name) == Some(particle_names::MATERIAL_IDS);
         let of_materials = |v: &Variable| material_shares(&v.values, &self.masses);
         let materials = self.field.variables.iter().find(is_material).map(of_materials).unwrap_or_default();
         let (totals, others, units) = (self.totals(), self.others, self.units);
-        let (source, scatter) = from_particles(self.field, &domain, options)?;
+        let (source, scatter) = from_particles(self.field, &domain, &options)?;
         Ok((Source { mass: Some(mass), ..source }, OfSnapshot { totals, scatter, others, units, materials }))
     }
 
@@ -198,6 +222,16 @@ impl Snapshot {
             let problem = format!("run from {} to {} on axis {k}, which spans no volume", lo[k], hi[k]);
             return Err(Error::field("Coordinates", problem));
         }
+        Ok(Domain::new(lo, hi, axes, Region::Box)?)
+    }
+
+    /// The box that cells fill: that of the file, and as far as there are cells.
+    fn filled<const D: usize>(&self) -> Result<Domain<D>> {
+        let Domain { lo, hi, axes, .. } = self.domain::<D>()?;
+        let has_box = |k: usize| self.box_size[k] > 0.0;
+        let lo = std::array::from_fn(|k| if has_box(k) { lo[k].min(self.box_corner[k]) } else { lo[k] });
+        let end = |k: usize| self.box_corner[k] + self.box_size[k];
+        let hi = std::array::from_fn(|k| if has_box(k) { hi[k].max(end(k)) } else { hi[k] });
         Ok(Domain::new(lo, hi, axes, Region::Box)?)
     }
 

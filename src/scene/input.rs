@@ -131,7 +131,7 @@ pub(super) fn validate_orientation(key: &str, scale: &[f64], rotate: &[f64]) -> 
     Ok(())
 }
 
-/// Interpolation on grids.
+/// Interpolation on grids, and between the particles of a snapshot.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum InterpolationName {
@@ -139,6 +139,9 @@ pub enum InterpolationName {
     Linear,
     /// Limited cubic, without overshoots; not on refined grids.
     Cubic,
+    /// The value of the cell, or of the nearest node. Particles of a snapshot have theirs throughout their Voronoi cells, which is how
+    /// those of AREPO are read unless another one is chosen; `linear` fits a smooth field to them, as to others.
+    Nearest,
 }
 
 /// What NaN and masked values of the density mean.

@@ -11,10 +11,13 @@ pub(crate) mod curvilinear;
 #[cfg(any(feature = "gadget", feature = "gadget-binary"))]
 pub(crate) mod entropy;
 pub(crate) mod facts;
+pub(crate) mod fixed_width;
 pub(crate) mod flatten;
 #[cfg(any(feature = "hdf5-layer", feature = "gadget-binary", feature = "phantom"))]
 pub(crate) mod flavor;
 // Hidden, not private: the tests look into files with them.
+#[cfg(any(feature = "phantom", feature = "ramses"))]
+pub(crate) mod fortran;
 #[cfg(feature = "hdf5-layer")]
 #[doc(hidden)]
 pub mod hdf5;
@@ -26,6 +29,8 @@ pub mod netcdf_classic;
 pub(crate) mod number;
 #[cfg(any(feature = "gadget", feature = "gadget-binary", feature = "vtk"))]
 pub(crate) mod parts;
+#[cfg(any(feature = "fgong", feature = "wdec", feature = "kepler"))]
+pub(crate) mod points;
 #[cfg(any(feature = "hdf5-layer", feature = "gadget-binary", feature = "phantom"))]
 pub(crate) mod quantity;
 #[cfg(feature = "hdf5-layer")]
@@ -33,7 +38,7 @@ pub mod snapshot;
 #[cfg(any(feature = "stl", feature = "obj", feature = "ply"))]
 pub(crate) mod surface;
 pub(crate) mod text;
-#[cfg(any(feature = "hdf5-layer", feature = "amrex"))]
+#[cfg(any(feature = "hdf5-layer", feature = "amrex", feature = "ramses"))]
 pub(crate) mod wanted;
 
 pub use crate::particle_names;

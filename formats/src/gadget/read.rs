@@ -17,7 +17,7 @@ use crate::common::snapshot::{OWN_GROUP, joined};
 use crate::error::{FormatError, Result};
 use crate::family::{self, Family};
 use crate::magnetic::MagneticUnit;
-use crate::model::{Column, ParticleFile, ParticleTable, RunHeader, Species, Values};
+use crate::model::{Column, MESH_KEY, ParticleFile, ParticleTable, RunHeader, Species, VORONOI, Values};
 use crate::particle_names as names;
 use crate::registry::{FieldRequest, FileContent};
 use crate::units::{UnitDimension, UnitSystem};
@@ -136,6 +136,9 @@ impl<'p> Opened<'p> {
         let (file, groups, attributes) = (&self.file, &self.groups, &self.attributes);
         let origin = Origin::of(file, groups, attributes)?;
         let mut header = read_header(file, attributes, &origin)?;
+        if is_voronoi(file, groups)? {
+            header.provenance.push((MESH_KEY.into(), VORONOI.into()));
+        }
         let masses = attributes.numbers("MassTable").unwrap_or_default();
         let mut species = Vec::new();
         for (part_type, &count) in self.counts()?.iter().enumerate().take(usize::from(u8::MAX)) {
@@ -166,6 +169,22 @@ impl<'p> Opened<'p> {
         }
         Ok(ParticleFile { header, species })
     }
+}
+
+/// Whether the gas is cells of AREPO: it has what belongs to such, or was compiled with options of the mesh, and has no kernels.
+fn is_voronoi(file: &Reader, groups: &[String]) -> Result<bool> {
+    const OF_CELLS: [&str; 2] = ["Volume", "CenterOfMass"];
+    const OPTIONS: [&str; 2] = ["VORONOI", "REGULARIZE_MESH"];
+    if !groups.iter().any(|g| g == "PartType0") {
+        return Ok(false);
+    }
+    let datasets = file.datasets("PartType0")?;
+    if datasets.iter().any(|name| ["SmoothingLength", "SmoothingLengths"].contains(&name.as_str())) {
+        return Ok(false);
+    }
+    let options = file.group_attributes("Config")?;
+    let is_mesh = options.names().any(|name| OPTIONS.iter().any(|option| name.starts_with(option)));
+    Ok(is_mesh || datasets.iter().any(|name| OF_CELLS.contains(&name.as_str())))
 }
 
 fn whole(file: &Reader, count: f64) -> Result<usize> {

@@ -40,8 +40,6 @@ use schema::{CAPTURE, NAME};
 mod layout;
 #[cfg(feature = "phantom")]
 mod read;
-#[cfg(feature = "phantom")]
-mod records;
 mod schema;
 #[cfg(feature = "phantom")]
 mod sinks;

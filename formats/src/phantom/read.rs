@@ -3,11 +3,11 @@
 use super::layout::{
     BOX_CORNER, CAPTURE_END, CAPTURE_REAL, CENTERED_BOX, HFACT, IDENTITY, KINDS, Kind, SUPPORT, TAG, part_type,
 };
-use super::records::Records;
 use super::schema::{CAPTURE, NAME};
 use super::sinks::{SOFTENING, TAGS};
 use crate::common::assemble::{self, Named};
 use crate::common::facts::Facts;
+use crate::common::fortran::Records;
 use crate::error::{FormatError, Result};
 use crate::limits::MAX_VARIABLE_BYTES;
 use crate::model::{Column, ParticleFile, ParticleTable, Species, Values};
@@ -22,7 +22,7 @@ const FIELD: [&str; 3] = ["Bx", "By", "Bz"];
 const MAX_ITEMS: i64 = 4096;
 
 pub(super) fn read(path: &Path, _request: &FieldRequest) -> Result<FileContent> {
-    let mut records = Records::open(path)?;
+    let mut records = Records::open(path, NAME)?;
     let real = capture(&mut records)?;
     let identity = records.exactly("the identity", IDENTITY as u64)?;
     if identity.get(1) != Some(&b'T') {

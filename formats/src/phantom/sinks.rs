@@ -4,8 +4,8 @@
 //! on (the cubic spline's support; `ptmass.F90`).
 
 use super::layout::{TAG, factor, shift};
-use super::records::{padded, record};
 use crate::common::flavor::Job;
+use crate::common::fortran::{padded, record};
 use crate::error::Result;
 use crate::model::Species;
 use crate::particle_names as names;

@@ -4,10 +4,10 @@ use super::layout::{
     BOX_CORNER, CAPTURE_END, CAPTURE_REAL, CENTERED_BOX, FLAVOR, GAMMA, HFACT, IDENTITY, KINDS, Kind, TAG, TYPES,
     factor, itype, shift, units,
 };
-use super::records::{self, padded, record};
 use super::schema::CAPTURE;
 use super::sinks::{Sinks, is_point};
 use crate::common::flavor::{Component, Job, Planned, Storage};
+use crate::common::fortran::{self as records, padded, record};
 use crate::error::{FormatError, Result};
 use crate::model::{ParticleFile, Species};
 use crate::particle_names as names;

@@ -20,8 +20,13 @@ pub fn of(format: &str, folder: &Path) -> Vec<Vec<u8>> {
         "ply" => vec![PLY.into(), ply_binary("little"), ply_binary("big")],
         "stl" => vec![STL.into(), stl_binary()],
         "gyre" => texts(&[GYRE]),
+        "fgong" => texts(&[FGONG]),
+        "kepler" => texts(&[KEPLER]),
+        "wdec" => vec![wdec()],
         // The first of its files; the others are damaged one by one in `amrex.rs`.
         "amrex" => texts(&[PLOTFILE]),
+        // The same of `ramses.rs`.
+        "ramses" => texts(&[RAMSES]),
         "gadget-binary" => {
             [written(folder, "gadget-binary", &["gadget"]), written(folder, "gadget-binary-1", &["gadget1"])].concat()
         }
@@ -134,6 +139,13 @@ const PLY: &str = "ply\nformat ascii 1.0\ncomment c\nelement vertex 3\nproperty 
                    element face 1\nproperty list uchar int vertex_indices\nelement tristrips 1\nproperty list int int vertex_index\nend_header\n\
                    0 0 0 1\n1 0 0 2\n0 1 0 3\n3 0 1 2\n5 0 1 2 -1 0\n";
 const STL: &str = "solid a\nfacet normal 0 0 1\nouter loop\nvertex 0 0 0\nvertex 1 0 0\nvertex 0 1 0\nendloop\nendfacet\nendsolid a\n";
+
+/// Two points.
+fn wdec() -> Vec<u8> {
+    let arrays =
+        " 1.000000000000000E+00 2.000000000000000E+00\n 3.000000000000000E+00 4.000000000000000E+00\n".repeat(10);
+    format!("7 8 9\n    2  =    1  +    1  6.310E-05\n{arrays}").into_bytes()
+}
 
 fn ply_binary(order: &str) -> Vec<u8> {
     let header = format!(
@@ -364,3 +376,12 @@ const PLOTFILE: &str = "HyperCLaw-V1.1\n1\ndensity\n1\n0.5\n1\n0 \n1 \n2 \n((0) 
 0\n0\n0 1 0.5\n0\n0 1\nLevel_0/Cell\n1 1 0.5\n0\n0.5 1\nLevel_1/Cell\n";
 const GYRE: &str = "2 1.0E33 1.0E10 1.0E33 100\n\
 1 0.0 0.0 0 1 1 100.0 1 1 1 1 1 1 1 1 1 1 1 1\n2 1.0E10 1.0E33 0 1 1 1.0 1 1 1 1 1 1 1 1 1 1 1 1\n";
+const FGONG: &str = "a\n\n\n\n         2         6         5      1300\n\
+ 2.000000000E+33 7.000000000E+10 4.000000000E+33 2.000000000E-02-7.000000000E-01\n 2.000000000E+00\n\
+ 7.000000000E+10-0.000000000E+00 1.000000000E+03 1.000000000E+02 1.000000000E-07\n\
+ 0.000000000E+00-2.000000000+101 1.000000000E+07 1.000000000E+17 1.000000000E+02\n";
+const KEPLER: &str = "VERSION 1\n  grid  cell outer total mass  cell outer radius  cell mass  cell density  stability  h1\n\
+# unit g cm g/cm**3\n   1:  2.0E+30  1.0E+09  1.0E+30  5.0E+05  rad  ---\n   2:  3.0E+30  2.0E+09  1.0E+30  1.0E+01  rad  0.7\n\
+wind: 1.0\n";
+const RAMSES: &str = "ncpu        =          1\nndim        =          1\nlevelmin    =          1\nlevelmax    =          2\n\
+boxlen      =  0.1000E+01\ntime        =  0.0000E+00\nunit_l      =  0.3000E+19\nunit_d      =  0.1000E-23\nunit_t      =  0.3000E+14\n";

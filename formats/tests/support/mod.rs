@@ -5,6 +5,7 @@
 
 mod files;
 pub mod plotfile;
+pub mod ramses;
 #[cfg(feature = "hdf5-layer")]
 pub mod trees;
 

@@ -19,25 +19,15 @@ fn axes(field: &RawField) -> &[GridAxis] {
 }
 
 #[test]
-fn kepler_dump_has_cells_units_and_its_stated_mass() {
+fn cells_with_outer_radii_have_their_stated_mass() {
     let Some(path) = shared("phantom/kepler_MS.data") else { return };
-    let field = read(&path);
-    assert_eq!((field.format, field.density.as_deref()), ("table", Some("density")));
+    let field = read_as(Some("table"), &path, &FieldRequest::default()).unwrap();
     let density = field.variable("density").unwrap();
     assert_eq!((density.location, density.values.len()), (Location::Cell, 1065));
-    assert_eq!((radii(&field).len(), radii(&field)[0]), (1066, 0.0));
-    close(*radii(&field).last().unwrap(), 5.888_201_189_711_471_6e10, 1e-15);
     // Total mass of the last row.
     close(mass(&field, "density"), 1.990_527_639_487_848_6e33, 1e-6);
     let enclosed = field.variable("enclosed_mass").unwrap();
     assert_eq!((enclosed.location, enclosed.values.get(0)), (Location::Node, 0.0));
-    for name in ["density", "temperature", "pressure", "internal_energy", "velocity", "enclosed_mass"] {
-        assert_eq!(unit_of(&field, name), Some(1.0), "{name}");
-    }
-    assert_eq!(values(&field, "temperature")[0], 1.356_843_249_099_494_7e7);
-    assert_eq!(values(&field, "h1")[0], 0.700_873_167_255_713_2);
-    assert_eq!(unit_of(&field, "cell Y_e"), None);
-    assert!(field.metadata.iter().any(|(_, text)| text.starts_with("VERSION  10202")));
     assert!(field.notes.iter().any(|n| n.contains("text were left out")), "{:?}", field.notes);
 }
 

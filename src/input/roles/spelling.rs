@@ -9,10 +9,11 @@
 //! | PLUTO | `vx1` to `vx3` | `Bx1` to `Bx3` | `rho`, `prs` |
 //! | FLASH | `velx` to `velz` | `magx` to `magz` | `dens`, `pres`, `eint`, `ener`, `temp`, `gpot` |
 //! | AMReX (Castro, Nyx) | `x_velocity`, `xvel` | | `Temp`, `eint_e`, `rho_e`, `rho_E`, `phiGrav` |
+//! | RAMSES | `velocity_x` | `magnetic_field_x` | `pressure`, `thermal_pressure`, `metallicity` |
 //! | MAESTROeX | `velx` to `velz` | | `tfromp`, `p0pluspi`, `X(he4)` |
 //! | Quokka | momenta `x-GasMomentum` | | `gasDensity`, `gasEnergy`, `gasInternalEnergy` |
 //! | yt | `velocity_x` | `magnetic_field_x` | `specific_thermal_energy`, `gravitational_potential` |
-//! | MESA, GYRE | `velocity`, `v_r` | | `h1`, `he4`, `x_mass_fraction_H` |
+//! | MESA, GYRE, FGONG, KEPLER, WDEC | `velocity`, `v_r` | | `h1`, `he4`, `nt1`, `x_mass_fraction_H`, `z_mass_fraction_metals` |
 //! | SWIFT | `Velocities` | `MagneticFluxDensities` | `InternalEnergies`, `Entropies`, `MetalMassFractions` |
 //! | GADGET, GIZMO, AREPO | `Velocities` | `MagneticField` | `InternalEnergy`, `Metallicity`, `Potential` |
 //! | Phantom | `vx` to `vz` | `Bx` to `Bz` | `u`, `h`, `poten` |
@@ -137,6 +138,7 @@ const WORDS: &[(&str, Spelling)] = {
         ("press", Is(Role::Pressure)),
         ("pres", Is(Role::Pressure)),
         ("prs", Is(Role::Pressure)),
+        ("thermalpressure", Is(Role::Pressure)),
         ("airpressure", Is(Role::Pressure)),
         ("a1p", Is(Role::Pressure)),
         ("entropy", Is(Role::Entropy)),
@@ -272,6 +274,10 @@ fn standard(name: &str) -> Option<Role> {
 /// `h1`, `he4`, `x_mass_fraction_H`, `X_He`, `massfrac_c12`.
 fn is_composition(name: &str) -> bool {
     let lower = name.to_ascii_lowercase();
+    // KEPLER's neutrons and protons that no nucleus holds.
+    if ["nt1", "pn1", "neutrons"].contains(&lower.as_str()) {
+        return true;
+    }
     if lower.contains("mass_fraction") || lower.contains("massfraction") || lower.starts_with("massfrac") {
         return true;
     }
@@ -339,6 +345,7 @@ mod tests {
             ("prs", Spelling::Role(Role::Pressure)),
             ("pres", Spelling::Role(Role::Pressure)),
             ("press", Spelling::Role(Role::Pressure)),
+            ("thermal_pressure", Spelling::Role(Role::Pressure)),
             ("Temp", Spelling::Role(Role::Temperature)),
             ("tfromp", Spelling::Role(Role::Temperature)),
             ("X(he4)", Spelling::Role(Role::Composition)),
@@ -346,6 +353,8 @@ mod tests {
             ("A1_mat_id", Spelling::Role(Role::Material)),
             ("rho", Spelling::Role(Role::Density)),
             ("he4", Spelling::Role(Role::Composition)),
+            ("nt1", Spelling::Role(Role::Composition)),
+            ("y_mass_fraction_He", Spelling::Role(Role::Composition)),
             ("x_mass_fraction_H", Spelling::Role(Role::Composition)),
             ("X_He", Spelling::Role(Role::Composition)),
             ("MetalMassFractions", Spelling::Role(Role::Metallicity)),

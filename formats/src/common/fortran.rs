@@ -1,10 +1,9 @@
 //! Fortran records as gfortran writes them, long ones in parts. No length is believed before the file is seen to be
 //! that long.
 
-use super::schema::NAME;
 use crate::error::{FormatError, Result};
 use std::fs::File;
-use std::io::{BufReader, Read, Seek, SeekFrom, Write};
+use std::io::{BufReader, Read, Seek, Write};
 use std::path::Path;
 
 /// Most bytes of one part of a record (gfortran's default).
@@ -13,6 +12,7 @@ const PART: u64 = 2_147_483_639;
 /// Records of a file being read.
 pub struct Records<'a> {
     path: &'a Path,
+    format: &'static str,
     file: BufReader<File>,
     length: u64,
     at: u64,
@@ -20,10 +20,11 @@ pub struct Records<'a> {
 }
 
 impl<'a> Records<'a> {
-    pub fn open(path: &'a Path) -> Result<Self> {
+    /// Opens a file of `format` whose first record is short, by which the order of its bytes is known.
+    pub fn open(path: &'a Path, format: &'static str) -> Result<Self> {
         let file = File::open(path).map_err(|e| FormatError::io(path, "open", e))?;
         let length = file.metadata().map_err(|e| FormatError::io(path, "open", e))?.len();
-        let mut records = Self { path, file: BufReader::new(file), length, at: 0, big_endian: false };
+        let mut records = Self { path, format, file: BufReader::new(file), length, at: 0, big_endian: false };
         let first = records.marker("the first record")?;
         records.big_endian = !(0..=0xffff).contains(&first);
         records.file.rewind().map_err(|e| FormatError::io(path, "read", e))?;
@@ -32,7 +33,7 @@ impl<'a> Records<'a> {
     }
 
     pub fn error(&self, location: &str, problem: impl Into<String>) -> FormatError {
-        FormatError::input(self.path, NAME, format!("{location}, before byte {}", self.at), problem)
+        FormatError::input(self.path, self.format, format!("{location}, before byte {}", self.at), problem)
     }
 
     /// The next record, of any length up to `most` bytes.
@@ -56,11 +57,11 @@ impl<'a> Records<'a> {
         Err(self.error(location, format!("its record has {} bytes, expected {bytes}", record.len())))
     }
 
-    /// Passes over a record of `bytes` bytes.
+    /// Passes over a record of at most `bytes` bytes.
     pub fn skip(&mut self, location: &str, bytes: u64) -> Result<()> {
         self.parts(location, bytes, |records, length| {
-            let to = SeekFrom::Current(length as i64);
-            records.file.seek(to).map(|_| ()).map_err(|e| FormatError::io(records.path, "read", e))
+            // Within what is read ahead where it reaches so far: a file may have millions of short records.
+            records.file.seek_relative(length as i64).map_err(|e| FormatError::io(records.path, "read", e))
         })
     }
 
@@ -79,7 +80,7 @@ impl<'a> Records<'a> {
             if length.saturating_add(4) > left {
                 return Err(FormatError::Limit {
                     path: self.path.into(),
-                    format: NAME,
+                    format: self.format,
                     location: format!("{location}, before byte {}", self.at),
                     declared: format!("{length} bytes"),
                     allowed: format!("the {left} that are left of the file"),
@@ -92,7 +93,7 @@ impl<'a> Records<'a> {
             let expected = if first { i64::from(head.unsigned_abs()) } else { -i64::from(head.unsigned_abs()) };
             if i64::from(tail) != expected {
                 let problem = format!(
-                    "the length behind its record is {tail}, expected {expected}; the file is damaged or not a Phantom dump"
+                    "the length behind its record is {tail}, expected {expected}; the file is damaged or not of this format"
                 );
                 return Err(self.error(location, problem));
             }
@@ -105,7 +106,7 @@ impl<'a> Records<'a> {
 
     fn marker(&mut self, location: &str) -> Result<i32> {
         if self.length.saturating_sub(self.at) < 4 {
-            return Err(self.error(location, "the file ends here; it is truncated or not a Phantom dump"));
+            return Err(self.error(location, "the file ends here; it is truncated or not of this format"));
         }
         let mut bytes = [0; 4];
         self.file.read_exact(&mut bytes).map_err(|e| FormatError::io(self.path, "read", e))?;
@@ -212,11 +213,11 @@ mod tests {
         let path = folder.path().join("a");
         let first = [marks(2), b"ab".to_vec(), marks(2)].concat();
         std::fs::write(&path, [first, out].concat()).unwrap();
-        let mut records = Records::open(&path).unwrap();
+        let mut records = Records::open(&path, "phantom").unwrap();
         assert_eq!(records.record("a", 10).unwrap(), b"ab");
         assert_eq!(records.exactly("b", 11).unwrap(), b"hello world");
         assert!(records.record("c", 1).unwrap_err().to_string().contains("the file ends here"));
-        let mut records = Records::open(&path).unwrap();
+        let mut records = Records::open(&path, "phantom").unwrap();
         records.skip("a", 2).unwrap();
         assert!(records.exactly("b", 10).unwrap_err().to_string().contains("11 bytes or more, expected 10"));
     }
