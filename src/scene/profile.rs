@@ -189,7 +189,7 @@ pub struct PolytropeZone {
     #[schemars(range(min = 0.0, max = 1.0), example = 0.2)]
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub radius_fraction: Option<f64>,
-    /// mu: where it changes the density does in proportion.
+    /// mu, 1 where it is left out: where it changes the density does in proportion.
     #[schemars(example = 0.6)]
     #[serde(default = "one", skip_serializing_if = "is_one")]
     pub mean_molecular_weight: f64,
