@@ -257,6 +257,28 @@ fn what_makes_no_sense_is_refused_by_key() {
     assert!(error.contains("bodies[1].type") && error.contains("black hole"), "{error}");
 }
 
+/// A file of nothing else says of what type they are, too.
+#[test]
+fn a_file_without_gas_tells_the_type() {
+    let folder = tempfile::tempdir().unwrap();
+    for name in ["a.hdf5", "b.vtu", "c.npz", "d.csv"] {
+        let path = folder.path().join(name);
+        let scene = format!(
+            "input: {{profile: {{plummer: {{mass: 1, scale_radius: 1, outer_radius: 9}}}}}}\ncollisionless: {{type: 4}}\nparticles: 200\n\
+             output: {{units: code, file: {}}}\npolish: none\n",
+            path.display()
+        );
+        sph_prep::run(&Scene::parse(&scene).unwrap(), FORMATS, &Control::default())
+            .unwrap_or_else(|e| panic!("{name}: {e}"));
+        let sph_formats::FileContent::Particles(file) =
+            sph_formats::read(FORMATS, &path, None, &sph_formats::FieldRequest::default()).unwrap()
+        else {
+            panic!("{name} is a field")
+        };
+        assert_eq!(file.species.iter().map(|s| (s.part_type, s.table.count)).collect::<Vec<_>>(), [(4, 200)], "{name}");
+    }
+}
+
 /// Files of each kind read back with the type, the velocities and no energies.
 #[test]
 fn files_have_the_particles_as_their_type() {

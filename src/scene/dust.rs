@@ -8,7 +8,7 @@ use serde::{Deserialize, Serialize};
 /// Formats of codes that have dust particles, with the type that they have in files of GADGET's kind.
 const TYPES: [(&str, u8); 2] = [("phantom", 2), ("gizmo", 3)];
 /// Of codes that have none.
-const WITHOUT: [&str; 7] = ["swift", "gadget", "gadget4", "gadget2", "gadget-binary-1", "gadget-binary-2", "arepo"];
+const WITHOUT: [&str; 5] = ["swift", "gadget", "gadget-binary", "gadget-binary-1", "arepo"];
 
 /// Dust as particles of its own, whose density is that of the gas times a ratio.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
