@@ -400,6 +400,13 @@ fn net_force<const D: usize>(
     {
         return;
     }
+    if let Some(other) = file.species.iter().find(|s| s.part_type != 0 && s.table.count > 1) {
+        let text = format!(
+            "is not looked at: {} particles of type {} attract the gas, too",
+            other.table.count, other.part_type
+        );
+        return add(findings, Level::Good, "net force", text);
+    }
     let u = &header.units;
     let constant = code.sheet.gravity * u.mass * u.time.powi(2) / u.length.powi(3);
     let unit = constant * total / size;

@@ -12,6 +12,7 @@ pub enum Purpose {
     Parting = 5,
     Turbulence = 6,
     Displacement = 7,
+    Velocity = 8,
 }
 
 /// The generator of one particle for one purpose.

@@ -315,3 +315,45 @@ fn a_scene_of_bodies_prints_and_reads_back() {
     let scene = Scene::parse(&text).unwrap();
     assert_eq!(Scene::parse(&scene.to_yaml()).unwrap(), scene, "{}", scene.to_yaml());
 }
+
+/// A ball on one side of a box turns: positions about the center of mass, its own velocities and magnetic fields; the velocity of the
+/// whole and its spin do not.
+#[test]
+fn a_body_is_turned_with_its_vectors() {
+    let scene = |turn: &str| {
+        placed(&format!(
+            "bodies:\n- input: {{expression: '1 + x'}}\n  domain: {{box: [[0, 0, 0], [1, 2, 3]]}}\n  fields: {{velocity: [1 + y, 2, 3], magnetic_field: [x, 0.5, 0], tag: x}}\n  \
+             thermal: {{internal_energy: 2}}\n  velocity: [5, 6, 7]\n  spin: [0, 0, 2]\n  {turn}particles: 300\nwvt: {{iterations: 1}}\nsolver: {{evaluations: 1}}\n\
+             domain: {{box: [[-5, -5, -5], [5, 5, 5]]}}\n"
+        ))
+        .0
+    };
+    let (upright, turned) = (scene("\n"), scene("orientation: [90, 0, 30]\n"));
+    // About x by a right angle: y to z, z to -y; then about z.
+    let (sin, cos) = 30f64.to_radians().sin_cos();
+    let turn = |v: &[f64]| [cos * v[0] + sin * v[2], sin * v[0] - cos * v[2], v[1]];
+    let spin = |x: &[f64; 3]| [-2.0 * x[1], 2.0 * x[0], 0.0];
+    let all = |name: &str| rows(&upright, name).into_iter().zip(rows(&turned, name));
+    let near = |a: &[f64], b: &[f64]| a.iter().zip(b).for_each(|(a, b)| assert!((a - b).abs() < 1e-12, "{a} {b}"));
+    for ((x, y), (v, w)) in all("Coordinates").zip(all("Velocities")) {
+        let from: [f64; 3] = std::array::from_fn(|k| x[k] - 5.0);
+        let to = turn(&from);
+        near(&[y[0] - 5.0, y[1] - 5.0, y[2] - 5.0], &to);
+        let (before, after) = (spin(&from), spin(&to));
+        let own: [f64; 3] = std::array::from_fn(|k| v[k] - before[k] - [5.0, 6.0, 7.0][k]);
+        let expected = turn(&own);
+        near(&w, &std::array::from_fn::<f64, 3, _>(|k| expected[k] + after[k] + [5.0, 6.0, 7.0][k]));
+    }
+    all("MagneticField").for_each(|(b, c)| near(&c, &turn(&b)));
+    all("tag").for_each(|(a, b)| assert_eq!(a, b));
+    for (turn, part) in [
+        ("orientation: [1, 2]\n", "three angles"),
+        ("orientation: 30\n", "three angles"),
+        ("orientation: [0, .nan, 0]\n", "three angles"),
+    ] {
+        let error = refused(&format!(
+            "bodies:\n- input: {{expression: '1'}}\n  domain: {{box: [[0, 0, 0], [1, 1, 1]]}}\n  {turn}particles: 50\n"
+        ));
+        assert!(error.contains("bodies[1].orientation") && error.contains(part), "{error}");
+    }
+}

@@ -19,6 +19,10 @@ pub const TEMPERATURE: &str = "Temperature";
 pub const SOFTENING_RADIUS: &str = "SofteningRadius";
 /// Of a point mass: within it takes up matter, where the code has such particles.
 pub const ACCRETION_RADIUS: &str = "AccretionRadius";
+/// Mass of dust over that of dust and gas together, of gas particles that carry dust.
+pub const DUST_FRACTION: &str = "DustFraction";
+/// Mass of dust per mass of gas where a particle of dust is; what has it is dust.
+pub const DUST_TO_GAS_RATIO: &str = "DustToGasRatio";
 /// 1 ... N, in output order.
 pub const PARTICLE_IDS: &str = "ParticleIDs";
 /// SWIFT planetary material numbers.
@@ -40,6 +44,8 @@ pub fn standard(name: &str) -> Option<&'static str> {
         "pressure" | "pressures" => PRESSURE,
         "magneticfield" | "bfield" | "magneticfluxdensities" | "magneticfluxdensity" => MAGNETIC_FIELD,
         "temperature" | "temperatures" | "temp" => TEMPERATURE,
+        "dustfraction" | "dustfrac" => DUST_FRACTION,
+        "dusttogasratio" => DUST_TO_GAS_RATIO,
         "particleids" | "particleid" | "ids" | "id" => PARTICLE_IDS,
         "materialids" | "materialid" | "material" | "materials" | "matid" => MATERIAL_IDS,
         "particletype" | "parttype" => PARTICLE_TYPE,

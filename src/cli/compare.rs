@@ -26,6 +26,11 @@ pub fn run(args: &CompareArgs, formats: &[FormatSpec], interrupted: &AtomicBool)
     if !scene.bodies.is_empty() {
         return Err(Error::scene("bodies", "cannot be compared all at once; compare the scene of one of them"));
     }
+    for (key, is_given) in [("gravity_of", !scene.gravity_of.is_empty()), ("dust", scene.dust.is_some())] {
+        if is_given {
+            return Err(Error::scene(key, "is not part of a comparison; leave it out"));
+        }
+    }
     let methods = Compared::parse_list(&args.methods)?;
     let mut counts = if args.particles.is_empty() {
         scene.particles.map_or_else(|| COUNTS.to_vec(), |n| vec![n])

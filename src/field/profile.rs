@@ -136,6 +136,12 @@ impl RadialProfile {
         self.dimension
     }
 
+    /// Radii above 0 between which the density is interpolated, ascending.
+    pub(crate) fn nodes(&self) -> Vec<f64> {
+        let ends = self.segments.iter().map(|s| s.r1 * self.radius_unit);
+        ends.filter(|r| *r > 0.0).collect()
+    }
+
     /// Radius of the last node.
     pub fn outer_radius(&self) -> f64 {
         self.segments.last().map_or(0.0, |s| s.r1) * self.radius_unit

@@ -11,7 +11,7 @@ pub use crate::input::constants::GRAVITATIONAL_CONSTANT;
 use crate::input::constants::gravity_in_cgs;
 use crate::input::internal_units::Prepared;
 use crate::input::units::{InputUnits, RunUnits};
-use crate::input::weight::{AtRest, attraction};
+use crate::input::weight::{AtRest, Beside, attraction};
 use crate::scene::{BalanceInput, GravityName, Scene};
 use crate::target::{Equilibrium, MaterialState, Materials};
 use sph::domain::{Domain, Region};
@@ -34,6 +34,8 @@ pub struct Hydrostatics<'a, const D: usize> {
     gravity: Gravity<'a, D>,
     /// A point mass in the center, beside the gas.
     core: Option<PointMass<D>>,
+    /// Bodies about the same center that are not among the particles.
+    beside: &'a Beside,
     density: &'a dyn ScalarField<D>,
     domain: &'a Domain<D>,
     gamma: f64,
@@ -89,7 +91,11 @@ impl<'a, const D: usize> Hydrostatics<'a, D> {
             None => Ok((None, None)),
         });
         Ok(match checked {
-            Ok((None, known)) => (known, None),
+            Ok((None, known)) => {
+                let asks =
+                    "other bodies attract it as well (gravity_of): `balance: true` balances it in the gravity of all";
+                (known, (!prepared.beside.is_empty()).then(|| asks.to_owned()))
+            }
             Ok((why, _)) => (None, why),
             Err(error) => (None, Some(error.to_string())),
         })
@@ -129,7 +135,7 @@ impl<'a, const D: usize> Hydrostatics<'a, D> {
         let scale = Scale::new::<D>(prepared, units, scene, &options);
         let unit = to_cgs(prepared, energy, UnitDimension::SPECIFIC_ENERGY, units.is_some())? / scale.specific_energy;
         let by_energy = Pressure::Energy(energy, unit);
-        let body = AtRest::new(radial, self.core);
+        let body = AtRest::new(radial, self.core, self.beside);
         let mut ratios: Vec<f64> = through(radial)
             .map(|(r, x)| {
                 let holding = match &self.pressure {
@@ -155,7 +161,7 @@ impl<'a, const D: usize> Hydrostatics<'a, D> {
     /// The same for materials: their pressure by density and energy against the weight that it has to hold.
     fn contradiction_of(&self, materials: &BodyMaterials<'a, D>, prepared: &Prepared<D>) -> Option<String> {
         let radial = prepared.source.radial.as_ref().filter(|_| self.own_center().is_some())?;
-        let body = AtRest::new(radial, prepared.point_mass());
+        let body = AtRest::new(radial, prepared.point_mass(), &prepared.beside);
         let mut ratios: Vec<f64> = through(radial).map(|(r, x)| materials.pressure(&x) / body.pressure(r)).collect();
         ratios.sort_unstable_by(f64::total_cmp);
         let median = ratios[ratios.len() / 2];
@@ -187,6 +193,7 @@ impl<'a, const D: usize> Hydrostatics<'a, D> {
             materials,
             gravity,
             core: prepared.point_mass(),
+            beside: &prepared.beside,
             density: prepared.source.density.as_ref(),
             domain: &prepared.source.domain,
             gamma: scene.thermal.gamma,
@@ -223,6 +230,7 @@ impl<'a, const D: usize> Hydrostatics<'a, D> {
         };
         let gravity = match &self.gravity {
             Gravity::None => "no gravity",
+            Gravity::Enclosed(_) if !self.beside.is_empty() => "its own gravity and that of gravity_of",
             Gravity::Enclosed(_) if self.core.is_some() => "its own gravity and that of the point mass in its center",
             Gravity::Enclosed(_) => "its own gravity",
             Gravity::Holding => "an external field that holds it",
@@ -244,7 +252,7 @@ impl<const D: usize> Equilibrium<D> for Hydrostatics<'_, D> {
                 if !(r > 0.0) {
                     return [0.0; D];
                 }
-                let strength = attraction(radial, self.core.as_ref(), r) / r;
+                let strength = attraction(radial, (self.core.as_ref(), self.beside), r) / r;
                 std::array::from_fn(|k| -strength * (x[k] - radial.center[k]))
             }
             Gravity::Holding => {
@@ -270,6 +278,10 @@ impl<const D: usize> Equilibrium<D> for Hydrostatics<'_, D> {
 
     fn own_center(&self) -> Option<[f64; D]> {
         let Gravity::Enclosed(radial) = &self.gravity else { return None };
+        // Particles alone do not attract as others do beside them.
+        if !self.beside.is_empty() {
+            return None;
+        }
         // What a hollow domain leaves out attracts too.
         let is_whole = match &self.domain.region {
             Region::Ball { center, inner_radius, .. } => {
@@ -356,7 +368,9 @@ fn pressure<'a, const D: usize>(
             return Ok(Some(Pressure::Power { constant, gamma }));
         }
         return match gravity {
-            Gravity::Enclosed(radial) => Ok(Some(Pressure::AtRest(AtRest::new(radial, prepared.point_mass())))),
+            Gravity::Enclosed(radial) => {
+                Ok(Some(Pressure::AtRest(AtRest::new(radial, prepared.point_mass(), &prepared.beside))))
+            }
             _ => Err(Error::scene(
                 "balance.equation_of_state",
                 "is at-rest, which integrates the weight of a radial profile under its own gravity",
@@ -373,7 +387,7 @@ fn pressure<'a, const D: usize>(
     }
     Ok(match gravity {
         Gravity::Enclosed(radial) if scene.balance.is_some() => {
-            Some(Pressure::AtRest(AtRest::new(radial, prepared.point_mass())))
+            Some(Pressure::AtRest(AtRest::new(radial, prepared.point_mass(), &prepared.beside)))
         }
         _ => None,
     })

@@ -4,11 +4,13 @@ use crate::error::{Error, Result};
 use crate::field::{CarriedInfo, MassEstimate, ScalarField, Source, in_units_of, total_mass};
 use crate::input::atmosphere::{self, Cut};
 use crate::input::core::{self, Core};
+use crate::input::factor;
 use crate::input::fields;
 use crate::input::ingest::{self, Ingested, RawInput};
 use crate::input::particles::OfSnapshot;
 use crate::input::roles::Assignment;
 use crate::input::units::RunUnits;
+use crate::input::weight::Beside;
 use crate::scene::{Atmosphere, CoreGas, Scene};
 use crate::target::{Resolution, Target};
 use sph::domain::Domain;
@@ -39,6 +41,8 @@ pub(crate) struct Prepared<const D: usize> {
     pub variables: Vec<Assignment>,
     /// A point mass in the center, in the input's units.
     pub core: Option<Core<D>>,
+    /// Bodies about the same center that are not among the particles, in internal units; none before they are attached.
+    pub beside: Beside,
     /// Where the input is particles.
     pub of_snapshot: Option<OfSnapshot>,
 }
@@ -67,9 +71,12 @@ impl<const D: usize> Prepared<D> {
     ) -> Result<Self> {
         let Ingested { source, variables, input_mass, of_snapshot } = ingest::source::<D>(scene, formats, raw, units)?;
         let source = fields::attach(scene, source, &units.into_input())?;
+        let source = factor::apply(scene, source, &units.into_input())?;
         let (mut source, core) = core::attach(scene, source, units)?;
         // What the point takes is no gas.
         let replaced = core.filter(|_| scene.input.core.as_ref().is_some_and(|c| c.gas != CoreGas::Keep));
+        // What a factor makes of the whole is not known.
+        let input_mass = input_mass.filter(|_| scene.input.factor.is_none());
         let input_mass = input_mass.map(|m| m - replaced.map_or(0.0, |c| c.point.mass));
         let keep = scene.input.atmosphere == Atmosphere::Keep || scene.has_own_resolution();
         let atmosphere = atmosphere::cut(&mut source, count, keep);
@@ -113,6 +120,7 @@ impl<const D: usize> Prepared<D> {
             input_mass,
             variables,
             core,
+            beside: Beside::default(),
             of_snapshot: of_snapshot.map(|s| OfSnapshot { totals: s.totals.less_stated(scene), ..s }),
         })
     }

@@ -1,21 +1,47 @@
 //! The weight that pressure holds in a radial body at rest, with G = 1.
 
-use crate::field::RadialSource;
 use crate::field::quadrature::integrate;
+use crate::field::{RadialProfile, RadialSource};
 use sph::gravity::strength;
 use sph::point_mass::PointMass;
 
-/// S_d G M(r) / r^(d-1): Gauss's law with M counted over full sheets, rings and shells, and the part of a point mass in the center
-/// that attracts.
-pub(crate) fn attraction<const D: usize>(radial: &RadialSource<D>, core: Option<&PointMass<D>>, r: f64) -> f64 {
+/// Bodies about the same center that attract, but are not among the particles.
+#[derive(Debug, Clone, Default)]
+pub(crate) struct Beside {
+    /// Profiles, and the radii at which they are cut.
+    pub spheres: Vec<(RadialProfile, f64)>,
+    pub points: Vec<PointMass<1>>,
+}
+
+impl Beside {
+    pub fn is_empty(&self) -> bool {
+        self.spheres.is_empty() && self.points.is_empty()
+    }
+
+    /// Their mass that attracts at the radius `r` above 0.
+    pub fn enclosed_mass(&self, r: f64) -> f64 {
+        let spheres: f64 = self.spheres.iter().map(|(profile, end)| profile.enclosed_mass(r.min(*end))).sum();
+        spheres + self.points.iter().map(|point| point.enclosed_mass(r)).sum::<f64>()
+    }
+}
+
+/// S_d G M(r) / r^(d-1): Gauss's law with M counted over full sheets, rings and shells, the part of a point mass in the center
+/// that attracts, and what is `beside`.
+pub(crate) fn attraction<const D: usize>(
+    radial: &RadialSource<D>,
+    (core, beside): (Option<&PointMass<D>>, &Beside),
+    r: f64,
+) -> f64 {
     let core = core.map_or(0.0, |point| point.enclosed_mass(r));
-    strength(D) * (radial.profile.enclosed_mass(r) + core) / r.powi(D as i32 - 1)
+    let others = if beside.is_empty() { 0.0 } else { beside.enclosed_mass(r) };
+    strength(D) * (radial.profile.enclosed_mass(r) + core + others) / r.powi(D as i32 - 1)
 }
 
 /// P(r) = int_r^R rho g dr from the surface inward, zero there.
 pub(crate) struct AtRest<const D: usize> {
     radial: RadialSource<D>,
     core: Option<PointMass<D>>,
+    beside: Beside,
     radii: Vec<f64>,
     pressure: Vec<f64>,
 }
@@ -26,7 +52,7 @@ const CELLS: usize = 2048;
 const ORDER: usize = 4;
 
 impl<const D: usize> AtRest<D> {
-    pub fn new(radial: &RadialSource<D>, core: Option<PointMass<D>>) -> Self {
+    pub fn new(radial: &RadialSource<D>, core: Option<PointMass<D>>, beside: &Beside) -> Self {
         let outer = radial.profile.outer_radius();
         // Half of the cells count radius, half of them mass: neither a core nor an envelope is missed.
         let mass = radial.profile.total_mass().value;
@@ -38,7 +64,8 @@ impl<const D: usize> AtRest<D> {
         }
         radii.sort_by(f64::total_cmp);
         radii.dedup();
-        let mut body = Self { radial: radial.clone(), core, pressure: vec![0.0; radii.len()], radii };
+        let mut body =
+            Self { radial: radial.clone(), core, beside: beside.clone(), pressure: vec![0.0; radii.len()], radii };
         for i in (0..body.radii.len() - 1).rev() {
             body.pressure[i] = body.pressure[i + 1] + body.weight(body.radii[i], body.radii[i + 1]);
         }
@@ -55,7 +82,8 @@ impl<const D: usize> AtRest<D> {
 
     /// Weight per area of the layer between two radii.
     fn weight(&self, a: f64, b: f64) -> f64 {
-        let pull = |r: f64| self.radial.profile.density(r) * attraction(&self.radial, self.core.as_ref(), r);
+        let pull =
+            |r: f64| self.radial.profile.density(r) * attraction(&self.radial, (self.core.as_ref(), &self.beside), r);
         integrate(ORDER, a, b, &|r| if r > 0.0 { pull(r) } else { 0.0 })
     }
 }
@@ -71,7 +99,7 @@ mod tests {
         let density = 1.0 / sph::geometry::unit_ball_volume(D);
         let profile = Arc::new(RadialProfile::from_nodes(D, &[0.0, 0.3, 1.0], &[density; 3]));
         let radial = RadialSource { profile, center: [0.0; D] };
-        let body = AtRest::new(&radial, None);
+        let body = AtRest::new(&radial, None, &Beside::default());
         assert_eq!(body.pressure(1.0), 0.0);
         let half = body.pressure(0.5) / body.pressure(0.0);
         assert!((half - 0.75).abs() < 1e-12, "the pressure falls as 1 - r^2: {half}");

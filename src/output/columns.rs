@@ -35,7 +35,7 @@ pub fn column<const D: usize>(field: &dyn CarriedField<D>, positions: &Positions
     Column { name: info.name.clone(), components: info.components, values: Values::F64(values), dimension: stated }
 }
 
-/// Refuses carried values that are no numbers: expressions may have such where nobody looked before.
+/// Refuses carried values that are no numbers, and parts that are none: expressions may have such where nobody looked before.
 ///
 /// # Errors
 /// The first column with one.
@@ -45,6 +45,11 @@ pub fn check_finite(columns: &[Column]) -> Result<()> {
         if let Some(i) = values.iter().position(|v| !v.is_finite()) {
             let (particle, value) = (i / column.components.max(1), values[i]);
             let problem = format!("is {value} at particle {particle}, expected a finite number at each");
+            return Err(Error::field(&column.name, problem));
+        }
+        if let Some(i) = values.iter().position(|v| column.name == names::DUST_FRACTION && !(0.0..1.0).contains(v)) {
+            let problem =
+                format!("is {} at particle {i}, expected a part of the mass, from 0 to less than 1", values[i]);
             return Err(Error::field(&column.name, problem));
         }
     }

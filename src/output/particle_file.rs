@@ -7,6 +7,7 @@ use super::origin;
 use super::others::Others;
 use super::walls::{Fluid, Walls};
 use crate::error::{Error, Result};
+use crate::input::collisionless::Drawn;
 use crate::input::displacement::Displaced;
 use crate::input::internal_units::Prepared;
 use crate::input::totals::MassPoints;
@@ -31,6 +32,8 @@ pub struct RawColumns<'a, const D: usize> {
     pub target_density: Vec<f64>,
     /// Internal energies, and the unit of them in cgs (or in the input's numbers).
     pub balanced: Option<(Vec<f64>, f64)>,
+    /// Random velocities of collisionless particles.
+    pub(crate) drawn: Option<&'a Drawn>,
     /// Where particles are moved in the end; what they carry is that of `positions`.
     pub displaced: Option<&'a Displaced<D>>,
 }
@@ -104,6 +107,10 @@ pub(crate) fn particle_file<const D: usize>(
     notes.extend(conserved.as_ref().map(Conserved::describe));
     let mut velocities =
         placed_columns(scene, prepared, raw.positions, (factors.length, &making.conversion), &mut carried)?;
+    let collisionless = scene.collisionless.as_ref();
+    if let Some(drawn) = raw.drawn {
+        add_drawn(drawn, (&units, making.units_known), velocities.get_or_insert_with(|| vec![0.0; D * n]));
+    }
     if let Some(displaced) = raw.displaced {
         add_streams(scene, displaced, (factors.length, &making.conversion), &mut velocities)?;
     }
@@ -119,7 +126,15 @@ pub(crate) fn particle_file<const D: usize>(
     };
     let known = KnownEnergy { balanced, given: energy()?, gamma: thermal.gamma };
     let has_temperature = carried.iter().any(|c| c.name == names::TEMPERATURE);
-    match columns::internal_energy(&mut carried, &target_density, known, making.requires_energy)? {
+    if collisionless.is_some() {
+        carried.retain(|c| !OF_GAS.contains(&c.name.as_str()));
+    }
+    let energies = match collisionless {
+        // There is none, and nothing to say of it.
+        Some(_) => EnergySource::Carried,
+        None => columns::internal_energy(&mut carried, &target_density, known, making.requires_energy)?,
+    };
+    match energies {
         EnergySource::Placeholder => notes.push(placeholder_note(has_temperature)),
         EnergySource::NotWritten if has_temperature => {
             left_out.push(("InternalEnergy", "a temperature gives none without fields.mean_molecular_weight"));
@@ -162,7 +177,8 @@ pub(crate) fn particle_file<const D: usize>(
         kernel_neighbors: making.kernel_neighbors,
         provenance: provenance(scene, &making.stop, (making.kernel, making.kernel_neighbors)),
     };
-    let mut species = vec![Species { part_type: 0, table: ParticleTable { count: n, columns: all } }];
+    let part_type = collisionless.map_or(0, |c| c.part_type);
+    let mut species = vec![Species { part_type, table: ParticleTable { count: n, columns: all } }];
     if let Some(walls) = walls {
         notes.push(walls.describe(factors.length));
         species.push(walls.species(frame.coordinates(&walls.positions(), factors.length), factors.length, &fluid));
@@ -190,6 +206,16 @@ pub(crate) fn particle_file<const D: usize>(
         species.push(Species { part_type: core.part_type, table });
     }
     Ok(Made { file: ParticleFile { header, species }, notes, left_out, conserved })
+}
+
+/// What gas alone has.
+const OF_GAS: [&str; 3] = [names::INTERNAL_ENERGY, names::PRESSURE, names::TEMPERATURE];
+
+/// Adds random velocities, in the output's units.
+fn add_drawn(drawn: &Drawn, (units, are_known): (&UnitSystem, bool), velocities: &mut [f64]) {
+    let unit = if are_known { units.to_cgs(UnitDimension::SPECIFIC_ENERGY) } else { 1.0 };
+    let speed = (drawn.specific_energy / unit).sqrt();
+    velocities.iter_mut().zip(&drawn.velocities).for_each(|(v, own)| *v += speed * own);
 }
 
 /// Adds the velocities that go with displacements, where the scene asks for them.

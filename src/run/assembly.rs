@@ -1,6 +1,7 @@
 //! Placed bodies put together: where each is, how it moves, and one file of all of them.
 
 use crate::error::{Error, Result};
+use crate::field::rotated;
 use crate::output::particle_file::point_table;
 use sph_formats::common::particle_names as names;
 use sph_formats::{Column, ParticleFile, ParticleTable, RunHeader, Species, UnitDimension, UnitSystem, Values};
@@ -21,6 +22,8 @@ pub struct Body {
     pub mass: f64,
     /// Distance of the outermost particle.
     pub radius: f64,
+    /// Whether its particles go through those of other bodies.
+    is_collisionless: bool,
 }
 
 /// Where a body is and how it moves.
@@ -103,13 +106,43 @@ impl Body {
                 column.values = Values::F64(own.iter().flat_map(|x| x[..dimension].to_vec()).collect());
             }
         }
-        Ok(Self { title, parts, dimension, mass, radius })
+        let is_collisionless = parts.iter().all(|p| p.part_type != 0);
+        Ok(Self { title, parts, dimension, mass, radius, is_collisionless })
     }
 
     /// A single particle, in as many dimensions, of a type that is not gas.
     pub fn point(title: String, mass: f64, radii: &[(&str, f64)], (dimension, part_type): (usize, u8)) -> Self {
         let table = point_table((vec![0.0; dimension], mass, None), radii, None);
-        Self { title, parts: vec![Species { part_type, table }], dimension, mass, radius: 0.0 }
+        let parts = vec![Species { part_type, table }];
+        Self { title, parts, dimension, mass, radius: 0.0, is_collisionless: false }
+    }
+
+    /// Turned about its center of mass by degrees about the axes x, y and z, in this order; in 2-D by one angle.
+    ///
+    /// # Errors
+    /// Angles for another dimension.
+    pub fn turned(mut self, degrees: &[f64]) -> Result<Self> {
+        let d = self.dimension;
+        let degrees = match (d, degrees) {
+            (_, []) => return Ok(self),
+            (2, [angle]) => [0.0, 0.0, *angle],
+            (3, [x, y, z]) => [*x, *y, *z],
+            _ => {
+                let problem = format!(
+                    "is {degrees:?}, expected {} in {d}-D",
+                    ["none", "one angle", "three angles"][d.clamp(1, 3) - 1]
+                );
+                return Err(Error::scene(format!("bodies[{}].orientation", self.title), problem));
+            }
+        };
+        let columns = self.parts.iter_mut().flat_map(|p| &mut p.table.columns);
+        // A magnetic field has three components in 2-D as well.
+        for column in columns.filter(|c| c.components == d || c.name == names::MAGNETIC_FIELD && c.components == 3) {
+            let k = column.components;
+            let rows = 0..column.values.len() / k;
+            column.values = Values::F64(rows.flat_map(|i| rotated(&degrees, &row(column, i))[..k].to_vec()).collect());
+        }
+        Ok(self)
     }
 
     pub fn is_gas(&self) -> bool {
@@ -179,7 +212,7 @@ fn moved(table: &ParticleTable, state: &State) -> Vec<([f64; 3], [f64; 3])> {
     (0..table.count).map(moved).collect()
 }
 
-/// Refuses bodies that are in each other's way.
+/// Refuses bodies that are in each other's way: collisionless ones never are.
 ///
 /// # Errors
 /// The first pair that is, with how near they are.
@@ -187,7 +220,7 @@ pub fn refuse_overlap(bodies: &[Body], states: &[State]) -> Result<()> {
     for (i, a) in bodies.iter().enumerate() {
         for (j, b) in bodies.iter().enumerate().skip(i + 1) {
             let apart = length(std::array::from_fn(|k| states[j].position[k] - states[i].position[k]));
-            if apart >= a.radius + b.radius {
+            if apart >= a.radius + b.radius || a.is_collisionless || b.is_collisionless {
                 continue;
             }
             if let Some(near) = nearest_pair((a, &states[i]), (b, &states[j])) {

@@ -65,7 +65,7 @@ pub fn place_bodies(
             bodies.push(Body::point(title(i), mass, &radii, (common.dimension, part_type)));
             reports.push(None);
         } else if let Some(Placed { body, is_cached, .. }) = placed.next() {
-            bodies.push(Body::new(title(i), body.file)?);
+            bodies.push(Body::new(title(i), body.file)?.turned(&input.orientation)?);
             reports.push(Some((body.figures, body.report, is_cached)));
         }
     }

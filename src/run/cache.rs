@@ -90,7 +90,8 @@ impl Recipe {
             Some(&mut scene.input.others),
             scene.resolution.as_mut().map(|r| &mut r.file),
         ];
-        for file in files.into_iter().flatten() {
+        let of_others = scene.gravity_of.iter_mut().map(|a| Some(&mut a.input.file));
+        for file in files.into_iter().chain(of_others).flatten() {
             if let Some(path) = file.take() {
                 for own in files_of(&path)? {
                     let bytes = std::fs::read(&own).map_err(|e| FormatError::io(&own, "read", e))?;
@@ -98,7 +99,9 @@ impl Recipe {
                 }
             }
         }
-        for file in scene.input.profile.iter_mut().flat_map(ProfileInput::files_mut) {
+        let profiles =
+            scene.input.profile.iter_mut().chain(scene.gravity_of.iter_mut().flat_map(|a| &mut a.input.profile));
+        for file in profiles.flat_map(ProfileInput::files_mut) {
             let path = std::mem::take(file);
             let bytes = std::fs::read(&path).map_err(|e| FormatError::io(&path, "read", e))?;
             inputs.push(Hash::of(&bytes));

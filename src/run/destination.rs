@@ -137,10 +137,17 @@ fn output_format<'f>(scene: &Scene, formats: &'f [FormatSpec], output: &Path) ->
 }
 
 fn refuse_what_is_no_gas(scene: &Scene, format: &FormatSpec) -> Result<()> {
+    for dust in scene.dust.iter().chain(scene.bodies.iter().filter_map(|body| body.dust.as_ref())) {
+        dust.part_type(Some(format.name))?;
+    }
     let made = [
         (scene.input.core.is_some(), "input.core makes a point mass"),
         (scene.bodies.iter().any(|body| body.point_mass.is_some()), "bodies has a point_mass"),
         (scene.walls.is_some(), "walls are particles of another type"),
+        (scene.dust.is_some(), "dust is particles of another type"),
+        (scene.bodies.iter().any(|body| body.dust.is_some()), "bodies has one with dust"),
+        (scene.collisionless.is_some(), "the particles are collisionless"),
+        (scene.bodies.iter().any(|body| body.collisionless.is_some()), "bodies has a collisionless one"),
     ];
     match made.iter().find(|(is_made, _)| *is_made) {
         Some((_, what)) if format.capabilities.gas_alone => {
@@ -178,9 +185,10 @@ fn refuse_overwriting_inputs(scene: &Scene, output: &Path) -> Result<()> {
     for (key, written) in [("output.file", Some(output)), ("output.report", report), ("checkpoint.file", checkpoint)] {
         let Some(written) = written.and_then(|w| w.canonicalize().ok()) else { continue };
         let inputs = [&scene.input.file, &scene.input.others, scene.resolution.as_ref().map_or(&None, |r| &r.file)];
+        let inputs = inputs.into_iter().chain(scene.gravity_of.iter().map(|a| &a.input.file));
         let tables = scene.input.profile.clone().map_or_else(Vec::new, ProfileInput::into_files);
         let spectrum = scene.displacement.as_ref().and_then(DisplacementInput::file);
-        for input in inputs.into_iter().flatten().chain(&tables).chain(spectrum) {
+        for input in inputs.flatten().chain(&tables).chain(spectrum) {
             if input.canonicalize().is_ok_and(|i| i == written) {
                 let problem = format!("is the input file '{}', which it would replace; name another", input.display());
                 return Err(Error::scene(key, problem));

@@ -9,6 +9,7 @@ pub mod destination;
 mod doubts;
 pub mod drawings;
 pub mod duration;
+mod dust;
 pub(crate) mod fingerprint;
 pub mod forecast;
 mod grading;

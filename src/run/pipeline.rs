@@ -12,13 +12,15 @@ use super::plan::{Held, Plan};
 use super::report::{MassReport, Report, SnapshotReport, Timing};
 use super::stages::{self, Placed, Setting};
 use super::variables::variables;
-use super::{doubts, memory};
+use super::{doubts, dust, memory};
 use crate::codes::TargetCode;
 use crate::error::{Error, Result};
+use crate::input::collisionless;
 use crate::input::displacement::{Displaced, Displacement};
 use crate::input::hydrostatics::Hydrostatics;
 use crate::input::ingest::{self, RawInput};
 use crate::input::internal_units::Prepared;
+use crate::input::surroundings;
 use crate::input::units::RunUnits;
 #[cfg(feature = "plots")]
 use crate::metrics::Detail;
@@ -40,7 +42,7 @@ use sph::domain::{Axis, Domain};
 use sph::kernel::KernelName;
 use sph::{parallel, reduce};
 use sph_formats::common::particle_names as names;
-use sph_formats::{FormatSpec, ParticleFile, UnitSystem};
+use sph_formats::{FormatSpec, ParticleFile, Species, UnitSystem};
 use std::time::Instant;
 
 /// Places the particles of a scene. They are in the output's units, in the box of the output; nothing is written.
@@ -51,10 +53,21 @@ use std::time::Instant;
 /// # Errors
 /// Any of [`Error`].
 pub fn place(scene: &Scene, formats: &[FormatSpec], control: &Control<'_>) -> Result<(ParticleFile, Report)> {
-    match done(scene, formats, control, false)? {
-        Done::Placed(placed) => Ok(*placed),
-        Done::Foreseen(_) => Err(Error::Interrupted),
+    let Done::Placed(placed) = done(scene, formats, control, false)? else { return Err(Error::Interrupted) };
+    let (mut file, mut report) = *placed;
+    let format = intended_format(scene, formats)?.map(|f| f.name);
+    if let Some(alone) = scene.of_dust(report.particles, format, dust::name_of(scene, file.header.units))? {
+        let (own, of_dust) = place(&alone, formats, control).map_err(|error| match error {
+            Error::Scene { key, problem } => Error::Scene { key: format!("dust ({key})"), problem },
+            other => other,
+        })?;
+        report.notes.extend(dust::join(&mut file, own));
+        report
+            .notes
+            .push(format!("its density is {:.2} % off on average", 100.0 * of_dust.density_error.stated().mean));
+        report.warnings.extend(of_dust.warnings.iter().map(|warning| format!("dust: {warning}")));
     }
+    Ok((file, report))
 }
 
 /// What [`run`] would do: all that it does before it places particles, with what the stages will take.
@@ -198,13 +211,19 @@ impl Run<'_> {
         let lap = Instant::now();
         self.control.tell(Event::Begin(Step::Interpolate));
         let count = self.scene.particles.unwrap_or(DEFAULT_PARTICLES);
-        let prepared = Prepared::<D>::new(self.scene, self.formats, (raw, &self.units), count)?;
-        refuse_other_types(self.format, prepared.of_snapshot.as_ref().map_or(&[], |s| &s.others))?;
+        let mut prepared = Prepared::<D>::new(self.scene, self.formats, (raw, &self.units), count)?;
+        self.notes.extend(surroundings::attach(self.scene, self.formats, &mut prepared, &self.units)?);
+        let others: &[Species] = prepared.of_snapshot.as_ref().map_or(&[], |s| s.others.as_slice());
+        refuse_other_types(self.format, others)?;
+        collisionless::refuse_taken_type(self.scene, others)?;
         self.notes.extend(prepared.notes.iter().cloned());
         let regions = prepared.target().find_regions(self.scene.region_contrast);
         let target = prepared.target().with_regions(regions.as_ref());
         self.lap(Step::Interpolate, lap, None);
-        let (hydrostatics, unsure) = Hydrostatics::new(self.scene, &prepared, &self.units)?;
+        let (hydrostatics, unsure) = match self.scene.collisionless {
+            None => Hydrostatics::new(self.scene, &prepared, &self.units)?,
+            Some(_) => (None, Some(NO_GAS.to_owned())),
+        };
         let own = hydrostatics.as_ref().is_some_and(|h| h.own_center().is_some());
         let held = match unsure.or_else(|| self.scene.excludes_balance().filter(|_| own)) {
             Some(why) => Held::Unsure(why),
@@ -353,7 +372,11 @@ impl Run<'_> {
             Some(d) => sums((kernel, neighbors), target.domain, &d.positions, (&masses, &support)),
         };
         let balanced = internal_energy.zip(hydrostatics).map(|(u, h)| (u, h.specific_energy));
+        let drawn = collisionless::velocities(self.scene, prepared, (&positions, &masses), &self.units)?;
+        self.notes.extend(drawn.iter().flat_map(|d| d.notes.iter().cloned()));
+        self.warnings.extend(drawn.iter().flat_map(|d| d.warnings.iter().cloned()));
         let raw = RawColumns {
+            drawn: drawn.as_ref(),
             positions: &positions,
             masses,
             support,
@@ -382,6 +405,9 @@ impl Run<'_> {
             self.notes.push(format!("the magnetic field is in {}", magnetic.describe(&units)));
         }
         left_out.into_iter().for_each(|(what, why)| plan.drop(what, why));
+        if self.scene.collisionless.is_some() {
+            plan.drop("pressure, temperature and internal energy", NO_GAS);
+        }
         let format = self.format.map(|f| (f.name, f.capabilities.columns));
         let (variables, warnings) = variables(&prepared.variables, &file.species[0].table, format);
         self.warnings.extend(warnings);
@@ -533,6 +559,9 @@ impl Run<'_> {
         }
     }
 }
+
+/// Why what is of gas is left out.
+const NO_GAS: &str = "the particles are collisionless";
 
 /// Support radii and densities at other places; `guess` are support radii to start from.
 fn sums<const D: usize>(

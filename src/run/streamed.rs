@@ -47,6 +47,15 @@ impl Read {
         if scene.walls.is_some() {
             return lacks("walls");
         }
+        if scene.collisionless.is_some() {
+            return lacks("collisionless");
+        }
+        if scene.dust.is_some() {
+            return lacks("dust");
+        }
+        if !scene.gravity_of.is_empty() {
+            return lacks("gravity_of");
+        }
         if scene.displacement.is_some() {
             return lacks("displacement");
         }
@@ -147,6 +156,7 @@ impl<'a, const D: usize> Streamed<'a, D> {
         let support = number.iter().map(|&v| self.target.support(v, ratio)).collect();
         let density: Vec<f64> = number.iter().map(|v| v * mass).collect();
         let raw = RawColumns {
+            drawn: None,
             positions: &positions,
             masses: vec![mass; n],
             support,

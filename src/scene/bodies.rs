@@ -1,8 +1,8 @@
 //! Several bodies in one scene, and the orbit of two of them.
 
 use super::{
-    BalanceInput, DomainInput, FieldsInput, Input, MaterialLayer, Polish, Quantity, ResolutionInput, Thermal,
-    TurbulenceInput,
+    BalanceInput, CollisionlessInput, DomainInput, DustInput, FieldsInput, Input, MaterialLayer, Polish, Quantity,
+    ResolutionInput, Thermal, TurbulenceInput,
 };
 use crate::error::{Error, Result};
 use crate::seeding::Seeding;
@@ -57,10 +57,23 @@ pub struct BodyInput {
     pub turbulence: Option<TurbulenceInput>,
     #[serde(skip_serializing_if = "Option::is_none")]
     pub thermal: Option<Thermal>,
+    /// Makes its particles collisionless: `true`, or its keys.
+    #[schemars(schema_with = "super::schema::switch_or_keys::<CollisionlessInput>", example = true)]
+    #[serde(skip_serializing_if = "Option::is_none", deserialize_with = "super::yaml::switch_or_keys")]
+    pub collisionless: Option<CollisionlessInput>,
+    /// Dust as particles of its own beside its gas.
+    #[schemars(example = serde_json::json!({"ratio": 0.01, "particles": "20k"}))]
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub dust: Option<DustInput>,
     /// Its materials by distance from its center.
     #[schemars(example = serde_json::json!([{"id": 402, "radius": 0.5}, {"id": 400}]))]
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub material: Vec<MaterialLayer>,
+    /// Degrees by which it is turned about its center of mass, about the axes x, y and z, in this order; in 2-D one number. Positions,
+    /// velocities and other vectors turn; `velocity` and `spin` are along the axes of the scene.
+    #[schemars(schema_with = "super::schema::one_or_many::<f64>", example = serde_json::json!([0, 0, 30]))]
+    #[serde(skip_serializing_if = "Vec::is_empty", deserialize_with = "super::yaml::one_or_many_numbers")]
+    pub orientation: Vec<f64>,
     /// Where its center of mass is; the origin by default.
     #[schemars(extend("x-unit" = "length"))]
     #[serde(skip_serializing_if = "Vec::is_empty")]

@@ -93,6 +93,11 @@ impl DomainInput {
         given.into_iter().filter(|given| *given).count()
     }
 
+    /// Whether nothing is stated.
+    pub(super) fn is_empty(&self) -> bool {
+        *self == Self::default()
+    }
+
     /// Whether it says where particles may be, beside what the boundaries do.
     pub fn has_extent(&self) -> bool {
         self.extents() > 0

@@ -1,6 +1,6 @@
 //! The `input` section of a scene.
 
-use super::{CoreInput, ProfileInput, Quantity};
+use super::{CoreInput, ProfileInput, Quantity, Term};
 use crate::error::{Error, Result};
 use crate::field::Orientation;
 use schemars::JsonSchema;
@@ -35,6 +35,10 @@ pub struct Input {
     #[schemars(example = &"rho")]
     #[serde(skip_serializing_if = "Option::is_none")]
     pub density: Option<String>,
+    /// Factor on the density: a number, or an expression in x, y, z and r.
+    #[schemars(example = &"0.01*(1 + r)")]
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub factor: Option<Term>,
     /// Variables to carry onto the particles; all by default.
     #[schemars(example = serde_json::json!(["temperature", "velocity"]))]
     #[serde(skip_serializing_if = "Option::is_none")]

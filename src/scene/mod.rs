@@ -4,12 +4,15 @@
 //! scene's `units`, which are those of the input by default. What is left out takes the default that `--print-scene` shows.
 
 mod balance;
+mod beside;
 mod bodies;
+mod collisionless;
 mod core;
 mod count;
 mod dimensions;
 mod displacement;
 mod domain;
+mod dust;
 mod fields;
 mod input;
 mod of_body;
@@ -34,18 +37,20 @@ mod yaml;
 pub use balance::{BalanceInput, EquationOfState, GravityName};
 pub(crate) use bodies::in_body;
 pub use bodies::{BodyInput, OrbitInput};
+pub use collisionless::{AttractorInput, CollisionlessInput, VelocityName};
 pub use core::{CoreGas, CoreInput, SofteningName};
 pub use count::parse_count;
 pub(crate) use displacement::check_points;
 pub use displacement::{DisplacementInput, SpectrumInput};
 pub use domain::{BoundaryName, DomainInput};
+pub use dust::DustInput;
 pub use fields::{FieldValue, FieldsInput, Term};
 pub(crate) use input::orientation;
 pub use input::{Atmosphere, CenteringName, Input, InterpolationName, MissingValues, OtherTypes, StaggeringName};
 pub use origin::{OriginInput, OriginName};
 pub use physics::{MaterialLayer, Motion, Thermal};
 pub use planet::{LayerInput, MaterialInput, PlanetInput, ThermalState};
-pub use profile::ProfileInput;
+pub use profile::{PolytropeZone, ProfileInput};
 pub use quantity::{Conversion, Quantity, check_all, values};
 pub use resolution::ResolutionInput;
 pub use role::{Part, Role, Vector, parse_mapping};
@@ -159,6 +164,18 @@ pub struct Scene {
     pub displacement: Option<DisplacementInput>,
     pub motion: Motion,
     pub thermal: Thermal,
+    /// Makes the particles collisionless, as dark matter and stars are: `true`, or its keys.
+    #[schemars(schema_with = "schema::switch_or_keys::<CollisionlessInput>", example = true)]
+    #[serde(skip_serializing_if = "Option::is_none", deserialize_with = "yaml::switch_or_keys")]
+    pub collisionless: Option<CollisionlessInput>,
+    /// Dust as particles of its own beside the gas.
+    #[schemars(example = serde_json::json!({"ratio": 0.01, "particles": "20k"}))]
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub dust: Option<DustInput>,
+    /// Bodies about the same center that are not among the particles, but whose gravity these feel: inputs, or point masses.
+    #[schemars(example = serde_json::json!([{"input": {"profile": {"nfw": {"mass": "1e12 Msun", "scale_radius": "20 kpc", "outer_radius": "200 kpc"}}}}]))]
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub gravity_of: Vec<AttractorInput>,
     /// Materials by distance from the center, from the inside outward; over carried ones.
     #[schemars(example = serde_json::json!([{"id": 402, "radius": 0.5}, {"id": 400}]))]
     #[serde(skip_serializing_if = "Vec::is_empty")]
@@ -319,6 +336,8 @@ impl Scene {
         self.stated_units()?;
         self.check_quantities()?;
         self.check_bodies()?;
+        self.check_collisionless()?;
+        self.check_dust()?;
         self.check_physics()?;
         self.check_output()
     }

@@ -1,6 +1,8 @@
 //! The scenes of bodies by themselves, and what cannot stand beside them.
 
-use super::{BoundaryName, Input, Motion, OriginInput, OriginName, Scene, check_all, in_body};
+use super::{
+    AttractorInput, BodyInput, BoundaryName, Input, Motion, OriginInput, OriginName, Scene, Thermal, check_all, in_body,
+};
 use crate::error::{Error, Result};
 use sph_formats::UnitDimension;
 
@@ -15,10 +17,17 @@ impl Scene {
             particles: particles.or(body.particles),
             seeding: body.seeding.or(self.seeding),
             polish: body.polish.or(self.polish),
-            balance: body.balance.clone().or_else(|| self.balance.clone()),
+            balance: body.balance.clone().or_else(|| self.balance.clone().filter(|_| body.collisionless.is_none())),
+            certify: self.certify.filter(|_| body.collisionless.is_none()),
             fields: body.fields.clone(),
             turbulence: body.turbulence.clone(),
-            thermal: body.thermal.clone().unwrap_or_else(|| self.thermal.clone()),
+            thermal: body.thermal.clone().unwrap_or_else(|| match body.collisionless {
+                None => self.thermal.clone(),
+                Some(_) => Thermal::default(),
+            }),
+            collisionless: body.collisionless.clone(),
+            dust: body.dust.clone(),
+            gravity_of: self.others_about(index),
             material: body.material.clone(),
             bodies: Vec::new(),
             orbit: None,
@@ -31,6 +40,27 @@ impl Scene {
         // Bodies are moved to their places later.
         alone.output.origin = Some(OriginInput::Named(OriginName::Corner));
         alone
+    }
+
+    /// The bodies about the same center as body `index`, whose gravity it feels: where any body is collisionless. Others are held by what
+    /// their own scenes say.
+    fn others_about(&self, index: usize) -> Vec<AttractorInput> {
+        if self.orbit.is_some() || self.bodies.iter().all(|b| b.collisionless.is_none()) {
+            return Vec::new();
+        }
+        let place = |body: &BodyInput| match body.position.iter().all(|q| q.number() == 0.0) {
+            true => Vec::new(),
+            false => body.position.clone(),
+        };
+        let own = place(&self.bodies[index]);
+        let others = self.bodies.iter().enumerate().filter(|(i, other)| *i != index && place(other) == own);
+        let attracting = others.map(|(_, other)| AttractorInput {
+            input: other.input.clone(),
+            domain: other.domain.clone(),
+            point_mass: other.point_mass.clone(),
+            softening_radius: other.softening_radius.clone(),
+        });
+        attracting.collect()
     }
 
     /// Checks bodies, each as a scene of its own, and what says where they go.
@@ -54,6 +84,9 @@ impl Scene {
             ("fields", !self.fields.is_empty()),
             ("turbulence", self.turbulence.is_some()),
             ("material", !self.material.is_empty()),
+            ("collisionless", self.collisionless.is_some()),
+            ("dust", self.dust.is_some()),
+            ("gravity_of", !self.gravity_of.is_empty()),
             ("motion", self.motion != Motion::default()),
             ("checkpoint", !self.checkpoint.is_default()),
             ("walls", self.walls.is_some()),
@@ -82,13 +115,23 @@ impl Scene {
                     ));
                 }
                 None if body.part_type.is_some() => {
-                    return Err(Error::scene(key("type"), "is of a point_mass; gas has type 0"));
+                    let problem =
+                        "is of a point_mass; gas has type 0, and collisionless particles that of collisionless.type";
+                    return Err(Error::scene(key("type"), problem));
                 }
                 None => self.of_body(i, None).validate().map_err(|e| in_body(&body.title(i), e))?,
             }
             if body.domain.boundary.contains(&BoundaryName::Periodic) {
                 let problem = "is periodic, but a body ends somewhere; the box of all of them is the scene's `domain`";
                 return Err(Error::scene(key("domain.boundary"), problem));
+            }
+            if !([0, 1, 3].contains(&body.orientation.len()) && body.orientation.iter().all(|angle| angle.is_finite()))
+            {
+                let problem = format!(
+                    "is {:?}, expected three angles in degrees about x, y and z, or in 2-D one",
+                    body.orientation
+                );
+                return Err(Error::scene(key("orientation"), problem));
             }
             check_all(&key("position"), &body.position, UnitDimension::LENGTH)?;
             check_all(&key("velocity"), &body.velocity, UnitDimension::VELOCITY)?;
@@ -97,6 +140,7 @@ impl Scene {
                 return Err(Error::scene(key("particles"), "and particle_mass are both given; leave one out"));
             }
         }
+        self.check_types()?;
         if self.bodies.iter().all(|b| b.point_mass.is_some()) {
             return Err(Error::scene("bodies", "are points all of them; a scene has gas in one at least"));
         }
@@ -120,5 +164,20 @@ impl Scene {
             }
         }
         Ok(())
+    }
+    /// Refuses a point of the type that many particles have: files would not tell them apart.
+    fn check_types(&self) -> Result<()> {
+        let taken: Vec<u8> = self.bodies.iter().filter_map(|b| Some(b.collisionless.as_ref()?.part_type)).collect();
+        let is_taken = |body: &BodyInput| body.point_mass.is_some() && taken.contains(&body.part_type.unwrap_or(1));
+        match self.bodies.iter().enumerate().find(|(_, body)| is_taken(body)) {
+            Some((i, body)) => {
+                let problem = format!(
+                    "is {}, as that of collisionless particles; state another, as 5 for a black hole",
+                    body.part_type.unwrap_or(1)
+                );
+                Err(Error::scene(format!("bodies[{}].type", body.title(i)), problem))
+            }
+            None => Ok(()),
+        }
     }
 }

@@ -25,6 +25,19 @@ pub enum ProfileInput {
         #[schemars(extend("x-unit" = "length"))]
         radius: Quantity,
     },
+    /// Zones of polytropes of different indices, as a core and an envelope, under their own gravity: pressure and temperature are
+    /// continuous.
+    CompositePolytrope {
+        /// Within the outer radius.
+        #[schemars(extend("x-unit" = "mass"))]
+        mass: Quantity,
+        /// Outer radius.
+        #[schemars(extend("x-unit" = "length"))]
+        radius: Quantity,
+        /// From the center outward.
+        #[schemars(example = serde_json::json!([{"n": 3, "mass_fraction": 0.3}, {"n": 1.5}]))]
+        zones: Vec<PolytropeZone>,
+    },
     /// P = c^2 rho under its own gravity, cut at the radius; the solution that is stable, or nearest to that.
     Isothermal {
         /// Within the outer radius.
@@ -161,6 +174,35 @@ pub enum ProfileInput {
     Planet(PlanetInput),
 }
 
+/// A zone of a composite polytrope.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct PolytropeZone {
+    /// Index, from 0; that of the outermost zone is below 5.
+    #[schemars(example = 1.5)]
+    pub n: f64,
+    /// Part of the body's mass within its outer boundary; the outermost has none.
+    #[schemars(range(min = 0.0, max = 1.0), example = 0.3)]
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub mass_fraction: Option<f64>,
+    /// Part of the body's radius at its outer boundary, in place of a part of the mass.
+    #[schemars(range(min = 0.0, max = 1.0), example = 0.2)]
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub radius_fraction: Option<f64>,
+    /// mu, 1 where it is left out: where it changes the density does in proportion.
+    #[schemars(example = 0.6)]
+    #[serde(default = "one", skip_serializing_if = "is_one")]
+    pub mean_molecular_weight: f64,
+}
+
+fn one() -> f64 {
+    1.0
+}
+
+fn is_one(value: &f64) -> bool {
+    *value == 1.0
+}
+
 fn critical() -> f64 {
     6.451_05
 }
@@ -185,6 +227,7 @@ impl ProfileInput {
         let all: Vec<(&'static str, &Quantity, UnitDimension)> = match self {
             Self::Planet(planet) => return planet.quantities(),
             Self::Polytrope { mass, radius, .. }
+            | Self::CompositePolytrope { mass, radius, .. }
             | Self::BonnorEbert { mass, radius, .. }
             | Self::Evrard { mass, radius, .. }
             | Self::PowerLaw { mass, radius, .. }
@@ -208,6 +251,19 @@ impl ProfileInput {
         all.into_iter().map(|(name, q, d)| (name.into(), q, d)).collect()
     }
 
+    /// Whether its law is that of the density alone, so that its pressure is what carries the weight.
+    pub(crate) fn carries_weight(&self) -> bool {
+        matches!(
+            self,
+            Self::Plummer { .. }
+                | Self::Hernquist { .. }
+                | Self::Nfw { .. }
+                | Self::King { .. }
+                | Self::BetaModel { .. }
+                | Self::PowerLaw { .. }
+        )
+    }
+
     /// Files that it names.
     pub(crate) fn files_mut(&mut self) -> Vec<&mut PathBuf> {
         if let Self::Planet(planet) = self { planet.files_mut() } else { Vec::new() }
@@ -222,6 +278,7 @@ impl ProfileInput {
     pub fn name(&self) -> &'static str {
         match self {
             Self::Polytrope { .. } => "polytrope",
+            Self::CompositePolytrope { .. } => "composite-polytrope",
             Self::Isothermal { .. } => "isothermal",
             Self::BonnorEbert { .. } => "bonnor-ebert",
             Self::Plummer { .. } => "plummer",

@@ -4,6 +4,7 @@ use super::schema::NAME;
 use crate::common::flavor::{Flavor, Job, Need, Rule, Source, Storage};
 use crate::common::quantity::Quantity;
 use crate::magnetic::MagneticUnit;
+use crate::model::Species;
 use crate::particle_names as names;
 use crate::units::{UnitDimension, UnitSystem};
 
@@ -64,9 +65,15 @@ pub fn shift(job: &Job, axis: usize) -> f64 {
     if is_free { -0.5 * header.box_size[axis] } else { 0.0 }
 }
 
-/// Phantom's number of a GADGET-style particle type.
-pub fn itype(part_type: u8) -> Option<i8> {
-    Some(match part_type {
+/// Phantom's number of its first kind of dust (`idust`).
+pub const DUST: i8 = 7;
+
+/// Phantom's number of the particles of a species.
+pub fn itype(species: &Species) -> Option<i8> {
+    if species.table.column(names::DUST_TO_GAS_RATIO).is_some() {
+        return Some(DUST);
+    }
+    Some(match species.part_type {
         0 => 1,
         1 => 5,
         3 => 6,
@@ -117,6 +124,7 @@ const RULES: &[Rule] = &[
     Rule { name: "Velocities", source: Source::ColumnOrZeros(names::VELOCITIES), storage: Storage::Double, unit: Quantity::Velocity, components: 3, need: Need::All },
     Rule { name: "u", source: Source::Column(names::INTERNAL_ENERGY), storage: Storage::Float, unit: Quantity::SpecificEnergy, components: 1, need: Need::Gas },
     Rule { name: "h", source: Source::Spacing { eta: HFACT }, storage: Storage::Float, unit: Quantity::Length, components: 1, need: Need::All },
+    Rule { name: "dustfrac", source: Source::Column(names::DUST_FRACTION), storage: Storage::Float, unit: Quantity::Number, components: 1, need: Need::Optional },
     Rule { name: "massoftype", source: Source::Column(names::MASSES), storage: Storage::Float, unit: Quantity::Mass, components: 1, need: Need::All },
     Rule { name: "iorig", source: Source::ColumnOrCount(names::PARTICLE_IDS), storage: Storage::Id, unit: Quantity::Number, components: 1, need: Need::All },
 ];
@@ -133,5 +141,5 @@ pub const FLAVOR: Flavor = Flavor {
     wide_totals: false,
     unit_parameters: false,
     magnetic: MagneticUnit::HeavisideLorentz,
-    dropped: &[names::SUPPORT_RADIUS, names::DENSITY],
+    dropped: &[names::SUPPORT_RADIUS, names::DENSITY, names::DUST_TO_GAS_RATIO],
 };

@@ -11,7 +11,7 @@
 //!
 //! | array      | type     | from                                                                              |
 //! |------------|----------|-----------------------------------------------------------------------------------|
-//! | itype      | i1       | written where there is more than gas: 1 gas, 3 boundary, 4 star, 5 dark matter, 6 bulge |
+//! | itype      | i1       | written where there is more than gas: 1 gas, 3 boundary, 4 star, 5 dark matter, 6 bulge, 7 dust |
 //! | x, y, z    | f8       | required                                                                          |
 //! | vx, vy, vz | f8       | zeros where absent                                                                |
 //! | u          | f8       | required for gas, per mass                                                        |

@@ -1,7 +1,7 @@
 //! Writes a full dump.
 
 use super::layout::{
-    BOX_CORNER, CAPTURE_END, CAPTURE_REAL, CENTERED_BOX, FLAVOR, GAMMA, HFACT, IDENTITY, KINDS, Kind, TAG, TYPES,
+    BOX_CORNER, CAPTURE_END, CAPTURE_REAL, CENTERED_BOX, DUST, FLAVOR, GAMMA, HFACT, IDENTITY, KINDS, Kind, TAG, TYPES,
     factor, itype, shift, units,
 };
 use super::schema::CAPTURE;
@@ -40,7 +40,7 @@ pub(super) fn write(path: &Path, particles: &ParticleFile, options: WriteOptions
     let mut kindred = Vec::new();
     let mut first_id = 1;
     for (&species, planned) in others.iter().zip(&plan).filter(|(s, _)| s.table.count > 0) {
-        let itype = itype(species.part_type).ok_or_else(|| {
+        let itype = itype(species).ok_or_else(|| {
             job.refuse(format!("Phantom has no particles of type {}; leave them out", species.part_type))
         })?;
         kindred.push(Kindred { species, planned, itype, mass: one_mass(&job, species)?, first_id });
@@ -84,6 +84,14 @@ fn one_mass(job: &Job, species: &Species) -> Result<f64> {
     )))
 }
 
+/// Phantom's name of the fraction of dust.
+const DUST_FRACTION: &str = "dustfrac";
+
+/// Whether particles carry dust as a fraction of their mass.
+fn has_dust_fraction(kindred: &[Kindred]) -> bool {
+    kindred.iter().flat_map(|k| k.planned).any(|p| p.name == DUST_FRACTION)
+}
+
 enum Items {
     Ints(Kind, Vec<(&'static str, i64)>),
     Reals(Kind, Vec<(&'static str, f64)>),
@@ -97,8 +105,10 @@ fn header(job: &Job, kindred: &[Kindred], (sinks, periodic): (usize, bool)) -> R
     let mut ints = vec![("nparttot", total), ("ntypes", TYPES as i64)];
     ints.extend(counts);
     let longs = ints.clone();
-    ints.extend([("nblocks", 1), ("nptmass", sinks as i64), ("ndustlarge", 0), ("ndustsmall", 0)]);
-    ints.extend([("idust", 7), ("idtmax_n", 1), ("idtmax_frac", 0)]);
+    let large = i64::from(kindred.iter().any(|k| k.itype == DUST));
+    let small = i64::from(has_dust_fraction(kindred));
+    ints.extend([("nblocks", 1), ("nptmass", sinks as i64), ("ndustlarge", large), ("ndustsmall", small)]);
+    ints.extend([("idust", i64::from(DUST)), ("idtmax_n", 1), ("idtmax_frac", 0)]);
     let h = job.header;
     let time = h.time * factor(job, UnitDimension::TIME);
     let mut reals = vec![("time", time), ("hfact", HFACT), ("gamma", GAMMA), ("RK2", 0.0)];
@@ -200,6 +210,9 @@ fn arrays(job: &Job, kindred: &[Kindred]) -> Result<Vec<Array>> {
         add(&format!("v{axis}"), Kind::Real, "Velocities", i);
     }
     add("u", Kind::Real, "u", 0);
+    if has_dust_fraction(kindred) {
+        add(DUST_FRACTION, Kind::Real, DUST_FRACTION, 0);
+    }
     add("h", float, "h", 0);
     add("iorig", Kind::Int8, "iorig", 0);
     let known = FLAVOR.rules.iter().map(|r| r.name);

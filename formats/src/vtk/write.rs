@@ -89,7 +89,9 @@ impl Array<'_> {
 
 /// All particles, with a column `ParticleType` where there are several kinds, and NaN where one lacks a column.
 fn one_table(file: &ParticleFile) -> std::result::Result<Cow<'_, ParticleTable>, String> {
-    if let [species] = file.species.as_slice() {
+    if let [species] = file.species.as_slice()
+        && species.part_type == 0
+    {
         return Ok(Cow::Borrowed(&species.table));
     }
     let (count, arrays) = flatten(file)?;

@@ -10,7 +10,7 @@ use crate::error::{Error, Result};
 use crate::field::{CarriedField, CarriedInfo, Inside, RadialSource, Source};
 use crate::input::constants::GRAVITATIONAL_CONSTANT;
 use crate::input::units::{InputUnits, RunUnits};
-use crate::input::weight::AtRest;
+use crate::input::weight::{AtRest, Beside};
 use crate::scene::{CoreGas, CoreInput, Scene, SofteningName};
 use inner::{Edge, Inner};
 use sph::point_mass::{PointMass, Softening};
@@ -168,7 +168,7 @@ impl<const D: usize> Model<'_, D> {
         if let Some(value) = self.carried(names::INTERNAL_ENERGY, UnitDimension::SPECIFIC_ENERGY, 1)? {
             return Ok(energy_factor * value);
         }
-        Ok(AtRest::new(self.radial, None).pressure(self.radius))
+        Ok(AtRest::new(self.radial, None, &Beside::default()).pressure(self.radius))
     }
 
     /// A scalar at the radius over G, in the input's length, and its density to a power.

@@ -2,12 +2,13 @@
 //!
 //! | model | density | pressure |
 //! |---|---|---|
-//! | polytrope, isothermal, bonnor-ebert, white-dwarf | solution under its own gravity | of the equation of state |
+//! | polytrope, composite-polytrope, isothermal, bonnor-ebert, white-dwarf | solution under its own gravity | of the equation of state |
 //! | plummer, hernquist, nfw, king, beta-model, power-law | closed form, cut at the outer radius | that carries the weight, 0 at the outer radius |
 //! | evrard | closed form | of one specific internal energy |
 //! | toy-star | closed form | k rho^2 |
 //! | planet | of layers of materials under their own gravity | of their equations of state |
 
+mod composite;
 mod emden;
 mod layers;
 mod planet;
@@ -139,6 +140,10 @@ impl Model<'_> {
         match *profile {
             ProfileInput::Planet(_) => Err(Error::scene("input.profile", "is a planet")),
             ProfileInput::Polytrope { n, .. } => spheres::polytrope(d, n, mass, self.value("radius")?, gravity),
+            ProfileInput::CompositePolytrope { ref zones, .. } => {
+                let (zones, bounds) = composite::zones(zones)?;
+                composite::composite(&zones, bounds, mass, self.value("radius")?, gravity)
+            }
             ProfileInput::Isothermal { .. } => {
                 spheres::isothermal(mass, self.value("radius")?, self.value("sound_speed")?, gravity)
             }

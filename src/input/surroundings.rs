@@ -1,0 +1,155 @@
+//! `gravity_of`: bodies about the same center that are not among the particles. Their mass within a radius attracts as that of
+//! the body itself does.
+//!
+//! The pressure of a profile whose law is that of its density alone carries the weight in all of this gravity: it is integrated
+//! inward from 0 at the surface. That of other inputs is what they say.
+
+use crate::error::{Error, Result};
+use crate::field::{CarriedField, CarriedInfo};
+use crate::input::constants::gravity;
+use crate::input::ingest;
+use crate::input::internal_units::Prepared;
+use crate::input::spherical::spherical;
+use crate::input::units::RunUnits;
+use crate::input::weight::AtRest;
+use crate::scene::{Atmosphere, Input, Scene};
+use sph::geometry::distance;
+use sph::point_mass::{PointMass, Softening};
+use sph_formats::common::particle_names as names;
+use sph_formats::{FormatSpec, Unit, UnitDimension};
+
+/// For how many particles others are prepared: none of them is placed.
+const COUNT: usize = 1000;
+
+/// Adds the bodies of `gravity_of` to what attracts, and the weight in their gravity to a pressure that carries it; returns what
+/// there is to note.
+///
+/// # Errors
+/// Those of reading the bodies, with their keys; one in other units or dimensions; a body that they are not about.
+pub(crate) fn attach<const D: usize>(
+    scene: &Scene,
+    formats: &[FormatSpec],
+    prepared: &mut Prepared<D>,
+    units: &RunUnits,
+) -> Result<Vec<String>> {
+    let mut notes = Vec::new();
+    if scene.gravity_of.is_empty() {
+        return Ok(notes);
+    }
+    if D != 3 {
+        return Err(Error::scene(
+            "gravity_of",
+            format!("is of bodies in 3-D, but the scene is in {D}-D; leave it out"),
+        ));
+    }
+    let softening = scene.code().map_or(Softening::CubicSpline, |code| code.sheet.softening);
+    for (i, attractor) in scene.gravity_of.iter().enumerate() {
+        let key = format!("gravity_of[{i}]");
+        if let Some(mass) = &attractor.point_mass {
+            let conversion = units.into_input();
+            let mass = mass.value(&format!("{key}.point_mass"), UnitDimension::MASS, &conversion)?;
+            let radius = attractor.softening_radius.as_ref();
+            let radius = radius
+                .map(|r| r.value(&format!("{key}.softening_radius"), UnitDimension::LENGTH, &conversion))
+                .transpose()?;
+            let mass = mass / prepared.mass.value;
+            let radius = radius.unwrap_or(0.0) / prepared.length;
+            prepared.beside.points.push(PointMass { center: [0.0], mass, radius, softening });
+            notes.push(format!("the gravity of a point mass of {mass:.4} times the body's is felt"));
+            continue;
+        }
+        let alone = scene.of_attractor(attractor);
+        let within = |error: Error| match error {
+            Error::Scene { key: inner, problem } => Error::Scene { key: format!("{key}.{inner}"), problem },
+            other => other,
+        };
+        let (other, own) = read(&alone, formats).map_err(within)?;
+        let Some(sphere) = spherical(&other) else {
+            notes.push(format!(
+                "the gravity of {} is left out: its density is no function of the radius",
+                alone.input_name()
+            ));
+            continue;
+        };
+        let (length, mass) = match (own.input, units.input) {
+            (Some(a), Some(b)) => {
+                let length = a.length / b.length;
+                (length, a.density / b.density * length.powi(3))
+            }
+            (None, None) => (1.0, 1.0),
+            _ => {
+                let problem =
+                    "has units where the body has none, or the other way round; state them in both, or `units`";
+                return Err(Error::scene(format!("{key}.input"), problem));
+            }
+        };
+        let length = length * other.length / prepared.length;
+        let mass = mass * other.mass.value / prepared.mass.value;
+        let profile = sphere.profile.scaled(length, mass / length.powi(3));
+        prepared.beside.spheres.push((profile, sphere.end * length));
+        notes.push(format!("the gravity of {} is felt, {mass:.4} times the body's mass", alone.input_name()));
+    }
+    notes.extend(carry_weight(scene, prepared, units)?);
+    Ok(notes)
+}
+
+fn read(scene: &Scene, formats: &[FormatSpec]) -> Result<(Prepared<3>, RunUnits)> {
+    let raw = ingest::read(scene, formats)?;
+    let units = RunUnits::new(scene, ingest::units(scene, &raw, &mut Vec::new())?)?;
+    let dimension = ingest::dimension(scene, &raw)?;
+    if dimension != 3 {
+        return Err(Error::scene("input.dimension", format!("is {dimension}, expected 3: it attracts a body in 3-D")));
+    }
+    let scene = Scene { input: Input { atmosphere: Atmosphere::Keep, ..scene.input.clone() }, ..scene.clone() };
+    Ok((Prepared::<3>::new(&scene, formats, (raw, &units), COUNT)?, units))
+}
+
+/// The pressure of a body at rest, in cgs or in numbers without units.
+struct Weight<const D: usize> {
+    info: CarriedInfo,
+    body: AtRest<D>,
+    center: [f64; D],
+    unit: f64,
+}
+
+impl<const D: usize> CarriedField<D> for Weight<D> {
+    fn info(&self) -> &CarriedInfo {
+        &self.info
+    }
+
+    fn evaluate(&self, x: &[f64; D], out: &mut [f64]) {
+        out[0] = self.unit * self.body.pressure(distance(x, &self.center));
+    }
+}
+
+/// Replaces the pressure of a profile that carries its own weight alone; says where other gas is not held.
+fn carry_weight<const D: usize>(scene: &Scene, prepared: &mut Prepared<D>, units: &RunUnits) -> Result<Option<String>> {
+    if scene.collisionless.is_some() || prepared.beside.is_empty() {
+        return Ok(None);
+    }
+    let by_law = scene.input.profile.as_ref().is_some_and(|p| !p.carries_weight());
+    let thermal = [names::PRESSURE, names::INTERNAL_ENERGY, names::TEMPERATURE];
+    let is_carried = |name: &str| prepared.source.carried.iter().any(|f| f.info().name == name);
+    let is_stated = scene.input.profile.is_none() && thermal.iter().any(|name| is_carried(name));
+    let is_of_fields = ["pressure", "internal_energy", "temperature", "entropy"];
+    let is_of_fields = scene.fields.stated().any(|(name, _)| is_of_fields.contains(&name));
+    if by_law || is_stated || is_of_fields || scene.thermal.internal_energy.is_some() {
+        let note = "the gas has the pressure that the scene states, whatever the gravity of gravity_of";
+        return Ok(Some(note.into()));
+    }
+    let Some(radial) = prepared.source.radial.clone() else {
+        return Ok(Some(
+            "the input is no radial profile: gravity_of gives it no pressure; state it in `fields`".into(),
+        ));
+    };
+    let body = AtRest::new(&radial, prepared.point_mass(), &prepared.beside);
+    let (length, density) = units.input.map_or((1.0, 1.0), |u| (u.length, u.density));
+    let (size, constant) = (prepared.length * length, gravity(scene, units.input.is_some()));
+    let mass = prepared.mass.value * density * length.powi(3);
+    let unit = Unit::parse("dyn/cm^2").filter(|_| units.input.is_some());
+    let info = CarriedInfo { name: names::PRESSURE.into(), unit, components: 1 };
+    prepared.source.carried.retain(|f| f.info().name != names::PRESSURE);
+    let unit = constant * mass * mass / size.powi(4);
+    prepared.source.carried.push(Box::new(Weight { info, body, center: radial.center, unit }));
+    Ok(Some("the gas is hydrostatic in its own gravity and that of gravity_of: its pressure carries the weight in both, and is 0 at its surface".into()))
+}
