@@ -309,6 +309,28 @@ fn another_orbit_of_the_same_bodies_takes_them_from_the_cache() {
     );
 }
 
+/// A surface is part of a body, though the scene only names its file.
+#[test]
+fn a_body_is_made_anew_when_the_file_of_its_surface_has_changed() {
+    let folder = tempfile::tempdir().unwrap();
+    let surface = folder.path().join("rock.obj");
+    let scene = format!(
+        "bodies:\n  - {{input: {{expression: '1', dimension: 3}}, domain: {{surface: {{file: {}}}}}, particles: 100, polish: none}}\ncache: {}\n",
+        surface.display(),
+        folder.path().join("kept").display()
+    );
+    let of_edge = |edge: f64| {
+        let corners = [[0.0; 3], [edge, 0.0, 0.0], [0.0, edge, 0.0], [0.0, 0.0, edge]];
+        let corners: String = corners.iter().map(|[x, y, z]| format!("v {x} {y} {z}\n")).collect();
+        std::fs::write(&surface, corners + "f 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 4\n").unwrap();
+        let (file, report) = placed(&scene);
+        (rows(&file, "Masses").concat().iter().sum::<f64>(), report.bodies[0].cached)
+    };
+    let (small, large) = (of_edge(1.0), of_edge(2.0));
+    assert!((small.0 * 6.0 - 1.0).abs() < 1e-9 && (large.0 * 6.0 / 8.0 - 1.0).abs() < 1e-9, "{small:?} {large:?}");
+    assert!(!small.1 && !large.1 && of_edge(2.0).1);
+}
+
 #[test]
 fn a_scene_of_bodies_prints_and_reads_back() {
     let text = format!("{STARS}orbit: {{semi_major_axis: 4 Rsun, corotation: true}}\n");

@@ -6,7 +6,7 @@
 use super::bodies_report::BodyFigures;
 use super::fingerprint::Hash;
 use crate::error::{Error, Result};
-use crate::scene::{ProfileInput, Scene};
+use crate::scene::Scene;
 use serde::{Deserialize, Serialize};
 use sph_formats::common::particle_names as names;
 use sph_formats::{
@@ -85,26 +85,11 @@ impl Recipe {
         let written = std::mem::take(&mut scene.output);
         (scene.output.units, scene.output.box_factor) = (written.units, written.box_factor);
         let mut inputs = Vec::new();
-        let files = [
-            Some(&mut scene.input.file),
-            Some(&mut scene.input.others),
-            scene.resolution.as_mut().map(|r| &mut r.file),
-        ];
-        let of_others = scene.gravity_of.iter_mut().map(|a| Some(&mut a.input.file));
-        for file in files.into_iter().chain(of_others).flatten() {
-            if let Some(path) = file.take() {
-                for own in files_of(&path)? {
-                    let bytes = std::fs::read(&own).map_err(|e| FormatError::io(&own, "read", e))?;
-                    inputs.push(Hash::of(&bytes));
-                }
+        for file in scene.inputs_mut() {
+            for own in files_of(&std::mem::take(file))? {
+                let bytes = std::fs::read(&own).map_err(|e| FormatError::io(&own, "read", e))?;
+                inputs.push(Hash::of(&bytes));
             }
-        }
-        let profiles =
-            scene.input.profile.iter_mut().chain(scene.gravity_of.iter_mut().flat_map(|a| &mut a.input.profile));
-        for file in profiles.flat_map(ProfileInput::files_mut) {
-            let path = std::mem::take(file);
-            let bytes = std::fs::read(&path).map_err(|e| FormatError::io(&path, "read", e))?;
-            inputs.push(Hash::of(&bytes));
         }
         Ok(Self { version: env!("CARGO_PKG_VERSION").into(), scene: scene.to_yaml(), format: format.into(), inputs })
     }

@@ -4,7 +4,7 @@ use super::drawings::{self, Drawing};
 use crate::codes::TargetCode;
 use crate::error::{Error, Result};
 use crate::output::parameters;
-use crate::scene::{DisplacementInput, ProfileInput, Scene};
+use crate::scene::Scene;
 use sph_formats::{FormatError, FormatSpec, ParticleFile, Species, WriteOptions, registry};
 use std::path::{Path, PathBuf};
 
@@ -184,11 +184,7 @@ fn refuse_overwriting_inputs(scene: &Scene, output: &Path) -> Result<()> {
     let report = scene.output.report.as_deref();
     for (key, written) in [("output.file", Some(output)), ("output.report", report), ("checkpoint.file", checkpoint)] {
         let Some(written) = written.and_then(|w| w.canonicalize().ok()) else { continue };
-        let inputs = [&scene.input.file, &scene.input.others, scene.resolution.as_ref().map_or(&None, |r| &r.file)];
-        let inputs = inputs.into_iter().chain(scene.gravity_of.iter().map(|a| &a.input.file));
-        let tables = scene.input.profile.clone().map_or_else(Vec::new, ProfileInput::into_files);
-        let spectrum = scene.displacement.as_ref().and_then(DisplacementInput::file);
-        for input in inputs.flatten().chain(&tables).chain(spectrum) {
+        for input in scene.inputs() {
             if input.canonicalize().is_ok_and(|i| i == written) {
                 let problem = format!("is the input file '{}', which it would replace; name another", input.display());
                 return Err(Error::scene(key, problem));

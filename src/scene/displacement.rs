@@ -77,11 +77,6 @@ impl DisplacementInput {
         if let Some(SpectrumInput::File(path)) = &mut self.spectrum { Some(path) } else { None }
     }
 
-    /// The file with its spectrum.
-    pub(crate) fn file(&self) -> Option<&PathBuf> {
-        if let Some(SpectrumInput::File(path)) = &self.spectrum { Some(path) } else { None }
-    }
-
     pub(super) fn validate(&self) -> Result<()> {
         let stated = [!self.field.is_empty(), self.slope.is_some(), self.spectrum.is_some()];
         match stated.into_iter().filter(|s| *s).count() {

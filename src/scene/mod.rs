@@ -14,6 +14,7 @@ mod displacement;
 mod domain;
 mod dust;
 mod fields;
+mod files;
 mod input;
 mod of_body;
 mod origin;

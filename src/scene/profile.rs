@@ -269,11 +269,6 @@ impl ProfileInput {
         if let Self::Planet(planet) = self { planet.files_mut() } else { Vec::new() }
     }
 
-    /// The same.
-    pub(crate) fn into_files(mut self) -> Vec<PathBuf> {
-        self.files_mut().into_iter().map(std::mem::take).collect()
-    }
-
     /// As in a scene.
     pub fn name(&self) -> &'static str {
         match self {

@@ -1,0 +1,36 @@
+//! The files that a scene reads.
+
+use super::{Input, ResolutionInput, Scene, ShapeInput};
+use std::path::PathBuf;
+
+impl Scene {
+    /// All files that it reads, its bodies' among them, for a change of their paths.
+    pub(crate) fn inputs_mut(&mut self) -> Vec<&mut PathBuf> {
+        let mut files = of_input(&mut self.input, self.resolution.as_mut());
+        files.extend(self.domain.files_mut());
+        for body in &mut self.bodies {
+            files.extend(of_input(&mut body.input, body.resolution.as_mut()));
+            files.extend(body.domain.files_mut());
+        }
+        for attraction in &mut self.gravity_of {
+            files.extend(of_input(&mut attraction.input, None));
+            files.extend(attraction.domain.files_mut());
+        }
+        if let Some(walls) = &mut self.walls {
+            files.extend([&mut walls.around, &mut walls.without].into_iter().flatten().flat_map(ShapeInput::files_mut));
+        }
+        files.extend(self.displacement.as_mut().and_then(|d| d.file_mut()));
+        files
+    }
+
+    /// All files that it reads.
+    pub(crate) fn inputs(&self) -> Vec<PathBuf> {
+        self.clone().inputs_mut().into_iter().map(std::mem::take).collect()
+    }
+}
+
+fn of_input<'a>(input: &'a mut Input, resolution: Option<&'a mut ResolutionInput>) -> Vec<&'a mut PathBuf> {
+    let named = [Some(&mut input.file), Some(&mut input.others), resolution.map(|r| &mut r.file)];
+    let named = named.into_iter().flatten().flatten();
+    named.chain(input.profile.iter_mut().flat_map(|p| p.files_mut())).collect()
+}
