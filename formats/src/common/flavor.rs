@@ -506,7 +506,7 @@ fn spacing_over_support(d: usize, neighbors: f64) -> f64 {
 fn missing(rule: &Rule) -> String {
     match rule.source {
         Source::Spacing { .. } => format!(
-            "{} needs the columns {} and {}, or {}",
+            "{} needs the columns {} and {}, or {}; a point mass needs accretion_radius or softening_radius",
             rule.name,
             names::MASSES,
             names::DENSITY,
