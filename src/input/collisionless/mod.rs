@@ -113,7 +113,7 @@ pub(crate) fn velocities<const D: usize>(
     let surplus = kinetic / virial - 1.0;
     let warnings = Vec::from_iter((surplus > SPREADS).then(|| {
         format!(
-            "the edge spreads: 2 K/|W| is {:.3}, as the density is cut where it is no small part; cut it farther out, let it fall before, or draw `velocities: jeans`",
+            "the outer particles will move outward: 2 K/|W| is {:.3}, as much mass would lie beyond the radius where the density is cut; cut it farther out, let it fall before, or draw `velocities: jeans`",
             1.0 + surplus
         )
     }));
