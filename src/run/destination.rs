@@ -182,9 +182,10 @@ fn refuse_overwriting_inputs(scene: &Scene, output: &Path) -> Result<()> {
         return Err(Error::scene("checkpoint.file", "is the output file as well; name another"));
     }
     let report = scene.output.report.as_deref();
+    let inputs = scene.inputs();
     for (key, written) in [("output.file", Some(output)), ("output.report", report), ("checkpoint.file", checkpoint)] {
         let Some(written) = written.and_then(|w| w.canonicalize().ok()) else { continue };
-        for input in scene.inputs() {
+        for input in &inputs {
             if input.canonicalize().is_ok_and(|i| i == written) {
                 let problem = format!("is the input file '{}', which it would replace; name another", input.display());
                 return Err(Error::scene(key, problem));

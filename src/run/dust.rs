@@ -1,17 +1,7 @@
 //! Dust that was placed by itself joins the gas.
 
-use crate::scene::Scene;
 use sph_formats::common::particle_names as names;
-use sph_formats::{Column, ParticleFile, Species, UnitSystem, Values};
-
-/// Names of unit systems that an output can be in.
-const SYSTEMS: [&str; 5] = ["cgs", "si", "planetary", "solar", "galactic"];
-
-/// The name of the units of a file; none of numbers without units.
-pub(super) fn name_of(scene: &Scene, units: UnitSystem) -> Option<String> {
-    let suits = |name: &&&str| UnitSystem::by_name(name) == Some(units);
-    scene.output.units.clone().or_else(|| SYSTEMS.iter().find(suits).map(|name| (*name).to_owned()))
-}
+use sph_formats::{Column, ParticleFile, Species, UnitDimension, Values};
 
 /// Adds the particles of `dust`, which are in the corner of a box with the same middle, to `file`; returns what there is to note.
 pub(super) fn join(file: &mut ParticleFile, dust: ParticleFile) -> Option<String> {
@@ -39,7 +29,7 @@ pub(super) fn join(file: &mut ParticleFile, dust: ParticleFile) -> Option<String
     let gas_moves = file.species.iter().any(|s| s.part_type == 0 && s.table.column(names::VELOCITIES).is_some());
     if gas_moves && table.column(names::VELOCITIES).is_none() {
         let zeros = Values::F64(vec![0.0; d * table.count]);
-        table.columns.push(Column::new(names::VELOCITIES, d, zeros, sph_formats::UnitDimension::VELOCITY));
+        table.columns.push(Column::new(names::VELOCITIES, d, zeros, UnitDimension::VELOCITY));
     }
     let count = table.count;
     let dust = Species { part_type, table };

@@ -34,7 +34,7 @@ use crate::page::{Seen, Side};
 use crate::relaxation::{
     BALANCE, CERTIFICATE, Certificate, Control, Event, Matter, Particles, Step, StopReason, certify,
 };
-use crate::scene::{DEFAULT_PARTICLES, OnInterrupt, Scene};
+use crate::scene::{DEFAULT_PARTICLES, OnInterrupt, Scene, name_of};
 use crate::target::{Equilibrium, Positions, at};
 #[cfg(feature = "plots")]
 use sph::domain::Region;
@@ -56,7 +56,8 @@ pub fn place(scene: &Scene, formats: &[FormatSpec], control: &Control<'_>) -> Re
     let Done::Placed(placed) = done(scene, formats, control, false)? else { return Err(Error::Interrupted) };
     let (mut file, mut report) = *placed;
     let format = intended_format(scene, formats)?.map(|f| f.name);
-    if let Some(alone) = scene.of_dust(report.particles, format, dust::name_of(scene, file.header.units))? {
+    let units = scene.output.units.clone().or_else(|| name_of(file.header.units).map(str::to_owned));
+    if let Some(alone) = scene.of_dust(report.particles, format, units)? {
         let (own, of_dust) = place(&alone, formats, control).map_err(|error| match error {
             Error::Scene { key, problem } => Error::Scene { key: format!("dust ({key})"), problem },
             other => other,

@@ -8,11 +8,8 @@ use crate::input::ingest;
 use crate::input::internal_units::Prepared;
 use crate::input::units::{InputUnits, RunUnits};
 use crate::output::frame::output_units;
-use crate::scene::{Conversion, DEFAULT_PARTICLES, Quantity, Scene, in_body};
+use crate::scene::{Conversion, DEFAULT_PARTICLES, Quantity, Scene, in_body, name_of};
 use sph_formats::{FormatSpec, UnitDimension, UnitSystem};
-
-/// Names of unit systems, by mass.
-const SYSTEMS: [&str; 4] = ["cgs", "planetary", "solar", "galactic"];
 
 /// The bodies that are not points, each as a scene of its own.
 pub(super) struct Shared {
@@ -129,8 +126,7 @@ impl Common {
                 let total = estimates.iter().map(|e| e.mass).sum();
                 let cgs = InputUnits { length: 1.0, density: 1.0, time: 1.0 };
                 let (system, _) = output_units(None, Some(cgs), total, first.dimension)?;
-                let suits = |name: &&&str| UnitSystem::by_name(name) == Some(system);
-                SYSTEMS.iter().find(suits).map_or("cgs", |name| name).to_owned()
+                name_of(system).unwrap_or("cgs").to_owned()
             }
         };
         Ok(Self { dimension: first.dimension, units: first.units, name, gravity: gravity(scene, is_known) })

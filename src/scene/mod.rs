@@ -60,6 +60,7 @@ pub use shape::{
     TorusInput,
 };
 pub use stages::{AfcInput, AlaricInput, CheckpointInput, Order, Polish, SolverInput, WvtInput};
+pub(crate) use systems::name_of;
 pub use systems::system_of;
 pub use turbulence::TurbulenceInput;
 pub use walls::WallsInput;

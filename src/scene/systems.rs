@@ -16,3 +16,8 @@ pub fn system_of(key: &str, name: &str) -> Result<UnitSystem> {
         Error::scene(key, format!("is '{name}', expected cgs, si, solar, planetary, galactic or code{hint}"))
     })
 }
+
+/// The name of a system of units that has one: cgs for numbers without units, whose factors are the same.
+pub(crate) fn name_of(system: UnitSystem) -> Option<&'static str> {
+    NAMES.into_iter().find(|name| UnitSystem::by_name(name) == Some(system))
+}
