@@ -283,7 +283,8 @@ fn sums<const D: usize>(
             add(findings, level, names::DENSITY, text);
         }
     }
-    let points = points::<D>(file, code, (start, size, total));
+    let points: Vec<PointMass<D>> =
+        points::<D>(file, code, (start, size, total)).into_iter().map(|(point, _)| point).collect();
     net_force(file, table, code, (&measured, &domain, &positions, (&masses, &points)), (size, total), findings);
     Ok(())
 }
@@ -355,12 +356,13 @@ fn smoothing<const D: usize>(
     add(findings, level, "smoothing lengths", text);
 }
 
-/// Point masses with a softening radius, softened as the code does it, in units of a length from a corner and of a mass.
-fn points<const D: usize>(
+/// Point masses with a softening radius, softened as the code does it, in units of a length from a corner and of a mass, with
+/// their velocities in the file's units (0 where it has none).
+pub(crate) fn points<const D: usize>(
     file: &ParticleFile,
     code: &TargetCode,
     (start, size, total): ([f64; D], f64, f64),
-) -> Vec<PointMass<D>> {
+) -> Vec<(PointMass<D>, [f64; D])> {
     let softening = code.sheet.softening;
     let mut points = Vec::new();
     for table in file.species.iter().map(|s| &s.table) {
@@ -369,12 +371,16 @@ fn points<const D: usize>(
         let (Some(radius), Some(x), Some(m)) = (radius, column(names::COORDINATES), column(names::MASSES)) else {
             continue;
         };
-        points.extend((0..table.count).map(|i| PointMass {
+        let point = |i: usize| PointMass {
             center: std::array::from_fn(|k| (x.values.get(i * x.components + k) - start[k]) / size),
             mass: m.values.get(i) / total,
             radius: radius.values.get(i) / size,
             softening,
-        }));
+        };
+        let velocity = |i: usize| {
+            column(names::VELOCITIES).map_or([0.0; D], |v| std::array::from_fn(|k| v.values.get(i * v.components + k)))
+        };
+        points.extend((0..table.count).map(|i| (point(i), velocity(i))));
     }
     points
 }

@@ -36,6 +36,7 @@ pub mod compare;
 pub mod eos;
 pub mod error;
 pub mod field;
+pub mod follow;
 pub mod input;
 pub mod metrics;
 pub mod output;

@@ -21,6 +21,7 @@ mod dust;
 mod extreme;
 mod fields;
 mod figures;
+mod follow;
 mod gallery;
 mod grids;
 mod lattices;

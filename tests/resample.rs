@@ -399,3 +399,36 @@ fn what_is_no_gas_is_refused() {
     let input = written(folder.path(), "a.hdf5", &lattice(true));
     assert!(resampled(&input, "particles: 100\ninput: {density: Colour}").is_err());
 }
+
+/// A gas has no negative energy; what a material has counts from a state of its own. No writer here writes one: it is put into the file's
+/// bytes.
+#[test]
+fn negative_energies_of_a_gas_are_refused() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut file = lattice(true);
+    let stand_in = 1.234_567_8_f64;
+    let energies = (0..SIDE.pow(3)).map(|i| if i == 5 { stand_in } else { 1.5 }).collect();
+    file.species[0].table.columns[3].values = Values::F64(energies);
+    let with_negative = |name: &str, file: &ParticleFile| {
+        let path = folder.path().join(name);
+        let options = WriteOptions { double_precision: true, compression: 0 };
+        sph_formats::write(FORMATS, &path, None, file, options).unwrap();
+        let mut bytes = std::fs::read(&path).unwrap();
+        let places: Vec<usize> = (0..bytes.len() - 8).filter(|&i| bytes[i..i + 8] == stand_in.to_le_bytes()).collect();
+        assert_eq!(places.len(), 1);
+        bytes[places[0]..places[0] + 8].copy_from_slice(&(-0.5_f64).to_le_bytes());
+        std::fs::write(&path, bytes).unwrap();
+        path
+    };
+    let input = with_negative("a.hdf5", &file);
+    let scene = "particles: 500\npolish: none\nwvt: {iterations: 1}\n";
+    let refused = resampled(&input, scene).unwrap_err();
+    for part in ["InternalEnergy", "-0.5 at particle 5", "input.carry"] {
+        assert!(refused.contains(part), "{part}: {refused}");
+    }
+    assert!(resampled(&input, &format!("{scene}input: {{carry: [Velocities]}}\n")).is_ok());
+    let materials = Values::I64(vec![101; SIDE.pow(3)]);
+    let dimension = UnitDimension::NONE;
+    file.species[0].table.columns.push(Column::new(names::MATERIAL_IDS, 1, materials, dimension));
+    assert!(resampled(&with_negative("b.hdf5", &file), scene).is_ok());
+}

@@ -21,6 +21,7 @@ Examples:
   sph-prep replicate box.hdf5 --times 8,8,8 --scene star.yaml --out ic.hdf5
                                                      more particles than memory holds
   sph-prep check ic.hdf5 --for swift                 whether a code takes it, and what it will sum
+  sph-prep run ic.hdf5 --for swift                   followed forward in time: does it stay still
   sph-prep plot ic.hdf5                              a page of pictures and figures: ic.html
   sph-prep formats                                   what can be read and written
   sph-prep compare --scene box.yaml --out methods    which method suits a scene
@@ -69,6 +70,8 @@ pub enum Command {
     Inspect(InspectArgs),
     /// Check whether a code takes a particle file, whoever wrote it, and what it will sum.
     Check(CheckArgs),
+    /// Follow the gas of a particle file, whoever wrote it, forward in time: does it stay still?
+    Run(FollowArgs),
     /// Convert a particle file to another format; what that cannot hold is listed.
     Convert(ConvertArgs),
     /// Repeat a relaxed periodic box along its axes, and map it to a target: any number of particles in little memory.
@@ -129,6 +132,51 @@ pub struct CheckArgs {
     /// Print the findings as JSON.
     #[arg(long)]
     pub json: bool,
+}
+
+#[derive(Debug, clap::Args)]
+pub struct FollowArgs {
+    /// Particle file.
+    pub file: PathBuf,
+    /// The code, and its build, as in the main command: its kernel, neighbors, constant of gravity and softening are taken.
+    #[arg(long = "for", value_name = "CODE")]
+    pub target_code: String,
+    /// How long, in dynamical times sqrt(R^3/(G M)); without gravity in times in which sound crosses the domain.
+    #[arg(long, value_name = "T_DYN", default_value_t = 3.0)]
+    pub duration: f64,
+    /// Constant of gravity in the file's units, 0 for none [default: the code's, for a file in 3-D that is not periodic].
+    #[arg(long, value_name = "G", allow_negative_numbers = true)]
+    pub gravity: Option<f64>,
+    /// Adiabatic index of gas without materials [default: 5/3].
+    #[arg(long)]
+    pub gamma: Option<f64>,
+    /// Damp all motion but flight and rotation of the whole for so long before, and write the particles to --out.
+    #[arg(long, value_name = "T_DYN", requires = "output")]
+    pub settle: Option<f64>,
+    /// Particle file for the settled particles.
+    #[arg(long = "out", value_name = "FILE", requires = "settle")]
+    pub output: Option<PathBuf>,
+    /// Format of --out, where its name does not say it.
+    #[arg(long = "to", value_name = "FORMAT")]
+    pub to_format: Option<String>,
+    /// Page with the curves, which needs nothing else.
+    #[arg(long, value_name = "FILE")]
+    pub report: Option<PathBuf>,
+    /// Name of the format, where it cannot be told from the file.
+    #[arg(long)]
+    pub format: Option<String>,
+    /// Seconds after which it ends with what it has.
+    #[arg(long, value_name = "SECONDS")]
+    pub time_limit: Option<f64>,
+    /// Threads to use [default: all cores]. The figures do not depend on it.
+    #[arg(long)]
+    pub threads: Option<usize>,
+    /// Print all states as JSON.
+    #[arg(long)]
+    pub json: bool,
+    /// Print no progress.
+    #[arg(long)]
+    pub quiet: bool,
 }
 
 #[derive(Debug, clap::Args)]

@@ -8,6 +8,7 @@ mod check;
 mod compare;
 mod convert;
 mod exit;
+mod follow;
 mod formats;
 mod inspect;
 mod interrupt;
@@ -56,6 +57,12 @@ pub fn main_with<T: Into<OsString> + Clone>(arguments: impl IntoIterator<Item = 
             print(&text)?;
             Ok(code)
         }),
+        Some(Command::Run(arguments)) => set_threads(arguments.threads)
+            .and_then(|()| follow::run(FORMATS, arguments, &command))
+            .and_then(|(text, code)| {
+                print(&text)?;
+                Ok(code)
+            }),
         Some(Command::Convert(convert)) => convert::convert(FORMATS, convert).map(|notes| {
             notes.iter().for_each(|note| eprintln!("note: {note}"));
             SUCCESS

@@ -3,6 +3,7 @@
 use super::advice::advice;
 use super::comparison::{Comparison, MethodRun, State, Step};
 use crate::metrics::ErrorFigures;
+use crate::run::verdict::ending;
 use std::fmt::Write;
 
 /// Columns of the CSV. A row is a step (an iteration: its `epsilon_watched` alone) or a state (what the seed or a
@@ -109,7 +110,7 @@ impl Comparison {
             // Writing to a string cannot fail.
             let _ = writeln!(
                 out,
-                "  {:<width$} {:>9} {:>10.2e} {:>7.3} % {:>7.2} % {:>6.2} % {:>9.2}  {:?}",
+                "  {:<width$} {:>9} {:>10.2e} {:>7.3} % {:>7.2} % {:>6.2} % {:>9.2}  {}",
                 run.method,
                 run.particles,
                 e.epsilon,
@@ -117,7 +118,7 @@ impl Comparison {
                 100.0 * e.max,
                 100.0 * state.shown_noise(),
                 run.seconds,
-                run.stop
+                ending(run.stop)
             );
         }
         for left in &self.left_out {

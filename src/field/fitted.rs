@@ -46,9 +46,11 @@ struct Fitted<const D: usize> {
     cloud: Cloud<D>,
     domain: Domain<D>,
     points: Vec<[f64; D]>,
-    /// The particles about each one, itself first, and how far they reach.
+    /// The particles about each one by their distance, itself first, how far they reach, and the mean offset of those that
+    /// tell where the surface is.
     lists: Vec<u32>,
     list_reach: Vec<f64>,
+    list_middle: Vec<[f64; D]>,
     /// Unit of each particle's offsets.
     scales: Vec<f64>,
     /// Place of each particle's material among them; empty where there is but one.
@@ -163,9 +165,10 @@ pub(crate) fn from_particles<const D: usize>(
 }
 
 impl<const D: usize> Fitted<D> {
-    /// Particles of a mean, and of a list.
+    /// Particles of a mean, those by which the surface is found, and those of a list.
     const MEANT: usize = 2 * (D + 1);
-    const LISTED: usize = 3 * Self::MEANT;
+    const ABOUT: usize = 3 * Self::MEANT;
+    const LISTED: usize = 4 * Self::MEANT;
 
     /// Particles without values.
     fn at(name: &str, points: &[[f64; D]], domain: &Domain<D>) -> Result<Self> {
@@ -175,6 +178,7 @@ impl<const D: usize> Fitted<D> {
             points: points.iter().map(|p| domain.wrapped(p)).collect(),
             lists: Vec::new(),
             list_reach: Vec::new(),
+            list_middle: Vec::new(),
             scales: Vec::new(),
             materials: Vec::new(),
             rows: Vec::new(),
@@ -192,11 +196,17 @@ impl<const D: usize> Fitted<D> {
         let found = parallel::map(self.points.len(), |i| {
             let found = self.cloud.nearest(&self.points[i], Self::LISTED);
             let reach = found.last().map_or(0.0, |f| f.1);
+            let mut middle = [0.0; D];
+            for (j, _) in &found[..Self::ABOUT] {
+                let offset = self.domain.displacement(&self.points[i], &self.points[*j]);
+                (0..D).for_each(|k| middle[k] += offset[k] / Self::ABOUT as f64);
+            }
             // Beyond half of the box the nearest image of a particle is not the only one.
             let reach = if 2.0 * reach < self.shortest_period() { reach } else { 0.0 };
-            (found.into_iter().map(|f| f.0 as u32).collect::<Vec<u32>>(), reach)
+            (found.into_iter().map(|f| f.0 as u32).collect::<Vec<u32>>(), reach, middle)
         });
         self.list_reach = found.iter().map(|f| f.1).collect();
+        self.list_middle = found.iter().map(|f| f.2).collect();
         self.lists = found.into_iter().flat_map(|f| f.0).collect();
     }
 
@@ -208,39 +218,56 @@ impl<const D: usize> Fitted<D> {
 
     /// The particles of the mean at `x`, and their distances, ascending; `None` where `x` is outside and `outside` says so.
     fn meant(&self, x: &[f64; D], outside: Outside) -> Option<Vec<(usize, f64)>> {
-        let found = self.listed(x).unwrap_or_else(|| self.cloud.nearest(x, Self::MEANT));
-        let is_held = |&nearest: &(usize, f64)| self.cloud.holds(x, nearest) && !self.is_beyond(x, nearest.0);
-        (outside == Outside::Clamp || found.first().is_some_and(is_held)).then_some(found)
+        let is_held = |nearest: (usize, f64)| self.cloud.holds(x, nearest) && !self.is_beyond(x, nearest.0);
+        let found = if self.lists.is_empty() {
+            self.cloud.nearest(x, Self::MEANT)
+        } else {
+            let near = self.cloud.near(&self.domain.wrapped(x));
+            let distance = self.distance(near, x);
+            // Without images it is the nearest of all, so that nobody else need be looked for.
+            if outside == Outside::Reject && self.shortest_period() == f64::INFINITY && !is_held((near, distance)) {
+                return None;
+            }
+            self.listed(x, near, distance).unwrap_or_else(|| self.cloud.nearest(x, Self::MEANT))
+        };
+        (outside == Outside::Clamp || found.first().is_some_and(|&nearest| is_held(nearest))).then_some(found)
     }
 
     /// Whether `x` is farther out than half a spacing beyond the particles about `near`, but for D - 1 that stand out. Within the particles there are
     /// always some on the far side.
     fn is_beyond(&self, x: &[f64; D], near: usize) -> bool {
-        let Some(list) = self.lists.get(near * Self::LISTED..(near + 1) * Self::LISTED) else { return false };
-        let offset = |&i: &u32| self.domain.displacement(x, &self.points[i as usize]);
-        let offsets: Vec<[f64; D]> = list.iter().map(offset).collect();
-        let mut inward = [0.0; D];
-        offsets.iter().for_each(|offset| (0..D).for_each(|k| inward[k] += offset[k]));
+        let Some(list) = self.lists.get(near * Self::LISTED..near * Self::LISTED + Self::ABOUT) else { return false };
+        let back = self.domain.displacement(x, &self.points[near]);
+        let inward: [f64; D] = std::array::from_fn(|k| self.list_middle[near][k] + back[k]);
         let length = inward.iter().map(|v| v * v).sum::<f64>().sqrt();
-        let height = |offset: &[f64; D]| (0..D).map(|k| offset[k] * inward[k]).sum::<f64>() / length;
+        let height = |&i: &u32| {
+            let offset = self.domain.displacement(x, &self.points[i as usize]);
+            (0..D).map(|k| offset[k] * inward[k]).sum::<f64>() / length
+        };
         let spacing = self.distance(list[1] as usize, &self.points[near]);
-        length > 0.0 && offsets.iter().filter(|offset| height(offset) <= 0.5 * spacing).nth(D - 1).is_none()
+        length > 0.0 && list.iter().filter(|i| height(i) <= 0.5 * spacing).nth(D - 1).is_none()
     }
 
-    /// The same from the list of a particle near `x`, which a search among all takes longer for; `None` where the list does
-    /// not reach far enough to be sure.
-    fn listed(&self, x: &[f64; D]) -> Option<Vec<(usize, f64)>> {
-        if self.lists.is_empty() {
-            return None;
-        }
-        let near = self.cloud.near(&self.domain.wrapped(x));
+    /// The particles of the mean from the list of `near`, which is so far from `x`: a search among all takes longer. `None` where the list does not reach
+    /// far enough to be sure.
+    fn listed(&self, x: &[f64; D], near: usize, distance: f64) -> Option<Vec<(usize, f64)>> {
         let list = &self.lists[near * Self::LISTED..][..Self::LISTED];
-        let mut found: Vec<(usize, f64)> = list.iter().map(|&i| (i as usize, self.distance(i as usize, x))).collect();
-        found.select_nth_unstable_by(Self::MEANT - 1, nearer);
-        found.truncate(Self::MEANT);
-        found.sort_unstable_by(nearer);
-        // What the list lacks is farther from its middle than all of it.
-        let is_sure = found.last()?.1 + self.distance(near, x) <= self.list_reach[near];
+        let mut found: Vec<(usize, f64)> = Vec::with_capacity(Self::MEANT + 1);
+        for &i in list {
+            let next = (i as usize, self.distance(i as usize, x));
+            if let Some(last) = found.get(Self::MEANT - 1) {
+                // Those that follow in the list are farther from its middle, so that `x` is no nearer to them either.
+                if self.distance(i as usize, &self.points[near]) >= last.1 + distance {
+                    break;
+                }
+                if nearer(&next, last).is_ge() {
+                    continue;
+                }
+                found.pop();
+            }
+            found.insert(found.partition_point(|f| nearer(f, &next).is_lt()), next);
+        }
+        let is_sure = found.last()?.1 + distance <= self.list_reach[near];
         is_sure.then_some(found)
     }
 

@@ -182,21 +182,35 @@ impl Snapshot {
         Ok((Source { mass: Some(mass), ..source }, OfSnapshot { totals, scatter, others, units, materials }))
     }
 
-    /// Refuses velocities and energies that are no numbers: without them the particles would be at rest, or cold.
+    /// Refuses velocities and energies that are no numbers: without them the particles would be at rest, or cold. Energies of a gas
+    /// are not negative either; those of materials count from a state of their own.
     fn refuse_unfinished<const D: usize>(&self, options: &FieldOptions<D>) -> Result<()> {
         let is_wanted = |name: &str| options.carried.as_ref().is_none_or(|names| names.iter().any(|n| n == name));
+        let is_gas = !self
+            .field
+            .variables
+            .iter()
+            .any(|v| particle_names::standard(&v.name) == Some(particle_names::MATERIAL_IDS));
         for name in [particle_names::VELOCITIES, particle_names::INTERNAL_ENERGY] {
             let Some(variable) = self.field.variable(name).filter(|_| is_wanted(name)) else { continue };
             let values = &variable.values;
-            if let Some(i) = (0..values.len()).find(|&i| !values.get(i).is_finite())
-                && options.missing == Missing::Error
+            let find = |is_bad: &dyn Fn(f64) -> bool| (0..values.len()).find(|&i| is_bad(values.get(i)));
+            let refused = |i: usize, expected: &str| {
+                let (value, particle) = (values.get(i), i / variable.components.max(1));
+                Err(Error::field(name, format!("is {value} at particle {particle}, expected {expected}")))
+            };
+            if options.missing == Missing::Error
+                && let Some(i) = find(&|v| !v.is_finite())
             {
-                let problem = format!(
-                    "is {} at particle {}, expected finite numbers; correct the file, set input.missing: zero, or leave it out with input.carry",
-                    values.get(i),
-                    i / variable.components.max(1)
-                );
-                return Err(Error::field(name, problem));
+                let remedy =
+                    "finite numbers; correct the file, set input.missing: zero, or leave it out with input.carry";
+                return refused(i, remedy);
+            }
+            if name == particle_names::INTERNAL_ENERGY
+                && is_gas
+                && let Some(i) = find(&|v| v < 0.0)
+            {
+                return refused(i, "0 or more; correct the file, or leave it out with input.carry");
             }
         }
         Ok(())

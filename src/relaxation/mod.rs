@@ -16,6 +16,7 @@ mod control;
 mod equilibrium;
 mod fit;
 mod fluid;
+mod followed;
 #[cfg(test)]
 mod force_tests;
 #[cfg(test)]
@@ -42,10 +43,11 @@ pub use afc::{AfcOptions, AwayFromClosest, NAME as AFC};
 pub use alaric::{Alaric, DAMPED as DAMPED_RELAXATION, NAME as ALARIC};
 pub use balance::{BalanceOptions, NAME as BALANCE, PressureBalance};
 pub use by_body::ByBody;
-pub use certificate::{Certificate, Matter, NAME as CERTIFICATE, State, certify};
+pub use certificate::{Certificate, Matter, NAME as CERTIFICATE, State, certify, follow, settle, space};
 pub use conservation::{Drift, conservation};
 pub use control::{Control, Event, Step};
 pub use fluid::AlaricOptions;
+pub use followed::{End, Followed, Point};
 pub use pairs::{COINCIDENT, PAIRED, part_pairs};
 pub use report::{Progress, StageName, StageReport, StopReason};
 pub use solver::{DensitySolver, NAME as SOLVER, SolverOptions};

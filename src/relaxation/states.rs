@@ -2,7 +2,6 @@
 
 use crate::target::{MaterialState, Materials};
 use serde::{Deserialize, Serialize};
-use sph::parallel;
 
 /// What each particle keeps as it is compressed.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -35,17 +34,6 @@ impl States {
         match self {
             Self::Gas(entropy) => entropy.len() == count,
             Self::Materials { kind, density, energy } => [kind.len(), density.len(), energy.len()] == [count; 3],
-        }
-    }
-
-    pub fn reorder(&mut self, order: &[u32]) {
-        match self {
-            Self::Gas(entropy) => *entropy = parallel::reordered(entropy, order),
-            Self::Materials { kind, density, energy } => {
-                *kind = parallel::reordered(kind, order);
-                *density = parallel::reordered(density, order);
-                *energy = parallel::reordered(energy, order);
-            }
         }
     }
 }

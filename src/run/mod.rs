@@ -16,7 +16,7 @@ mod grading;
 mod memory;
 pub mod orbit;
 #[cfg(feature = "plots")]
-mod page;
+pub(crate) mod page;
 #[cfg(feature = "plots")]
 mod page_of_bodies;
 pub mod pipeline;

@@ -124,23 +124,37 @@ fn history(report: &Report, title: &str, label: &str, value: &dyn Fn(&Progress) 
     (!curves.is_empty()).then(|| Figure::new(title, x, Axis::logarithmic(label), curves))
 }
 
+/// The page of a file that was followed forward.
+pub fn page_of_certificate(name: &str, certificate: &Certificate, notes: &[String], command: &str) -> String {
+    let mut page = Page::new(name);
+    let summary = certificate.summary();
+    page.add(&format!("<div class=\"lead\">\n<p>{}</p>\n{}</div>\n", escape(&summary[0]), list(&summary[1..])));
+    let figures: String = certified(certificate).iter().map(Figure::html).collect();
+    page.section("Forward in time", &format!("<div class=\"figures\">\n{figures}</div>\n"));
+    page.section("Notes", &list(notes));
+    let rows = [row("page", format!("sph-prep {}", env!("CARGO_PKG_VERSION"))), row("command", command)];
+    page.section("Versions", &table("", &[], &rows));
+    page.finish()
+}
+
 fn certified(certificate: &Certificate) -> [Figure; 2] {
     let states = &certificate.states;
     let points = |value: &dyn Fn(&crate::relaxation::State) -> f64| {
         states.iter().map(|s| (s.time, value(s))).collect::<Vec<_>>()
     };
-    let x = || Axis::linear("time [dynamical times]");
+    let [unit, times] = certificate.units();
+    let x = || Axis::linear(format!("time [{times}]"));
     let kinetic = Curve::line("kinetic energy", Some(0), points(&|s| s.kinetic));
-    let drifts = vec![
-        Curve::line("central density", Some(1), points(&|s| 100.0 * (s.central_density - 1.0))),
-        Curve::line("half-mass radius", Some(2), points(&|s| 100.0 * (s.half_mass_radius - 1.0))),
-    ];
-    let mut motion =
-        Figure::new("Certificate: motion", x(), Axis::logarithmic("kinetic energy [of |W|]"), vec![kinetic]);
-    motion.caption = format!(
-        "Verdict: {}. The particles were followed forward without friction; W is the potential energy.",
-        certificate.verdict()
-    );
+    let mut drifts = vec![Curve::line("densities (rms)", Some(3), points(&|s| 100.0 * s.density_change))];
+    if certificate.has_gravity {
+        drifts.push(Curve::line("central density", Some(1), points(&|s| 100.0 * (s.central_density - 1.0))));
+        drifts.push(Curve::line("half-mass radius", Some(2), points(&|s| 100.0 * (s.half_mass_radius - 1.0))));
+    }
+    let label = format!("kinetic energy [of {unit}]");
+    let mut motion = Figure::new("Certificate: motion", x(), Axis::logarithmic(label), vec![kinetic]);
+    let potential = if certificate.has_gravity { "; W is the potential energy" } else { "" };
+    motion.caption =
+        format!("Verdict: {}. The particles were followed forward without friction{potential}.", certificate.verdict());
     [motion, Figure::new("Certificate: drifts", x(), Axis::linear("change since the start [%]"), drifts)]
 }
 

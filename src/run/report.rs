@@ -220,30 +220,11 @@ impl Report {
 
     /// Whether it stays still.
     fn write_certificate(&self, out: &mut String) -> std::fmt::Result {
-        let Some(c) = &self.certificate else { return Ok(()) };
-        let end = c.states.last().map_or(0.0, |s| s.time);
-        let energy = c.states.iter().map(|s| s.energy.abs()).fold(0.0, f64::max);
-        writeln!(
-            out,
-            "  certificate      {}: kinetic energy {:.1e} of |W| on average up to {end:.1} dynamical times ({} steps)",
-            c.verdict(),
-            c.kinetic,
-            c.steps
-        )?;
-        writeln!(
-            out,
-            "                   central density changes by {:.2} %, half-mass radius by {:.2} %, energy by {energy:.0e} of |W|",
-            100.0 * c.central_density_drift,
-            100.0 * c.half_mass_radius_drift
-        )?;
-        if c.is_whole {
-            Ok(())
-        } else {
-            writeln!(
-                out,
-                "                   it was ended early: by time, an interrupt, or after as many steps as a giant would take"
-            )
+        let lines = self.certificate.as_ref().map(Certificate::summary).unwrap_or_default();
+        for (i, line) in lines.iter().enumerate() {
+            writeln!(out, "  {:<16} {line}", if i == 0 { "certificate" } else { "" })?;
         }
+        Ok(())
     }
 
     fn write_text(&self, out: &mut String) -> std::fmt::Result {

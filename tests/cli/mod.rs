@@ -6,6 +6,7 @@ mod bad_tables;
 mod check;
 mod codes;
 mod dry_run;
+mod follow;
 mod pages;
 mod reference;
 mod runs;
