@@ -45,7 +45,7 @@ const GAMMA: f64 = 5.0 / 3.0;
 const PLANETARY: &str = "planetary";
 /// Particles nearer than this many spacings are one to a code, or a pair.
 const COINCIDENT: f64 = 1e-6;
-const PAIRED: f64 = 0.3;
+pub(crate) const PAIRED: f64 = 0.3;
 /// Smoothing lengths may be off by this factor: a code finds its own, but from afar slowly or not at all.
 const NEAR: f64 = 1.25;
 const FAR: f64 = 3.0;

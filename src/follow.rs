@@ -3,15 +3,16 @@
 //! Neighbors, kernel, constant of gravity and the softening of point masses are those of the code. What a file cannot say is
 //! stated: the adiabatic index, and gravity where its units are pure numbers.
 
-use crate::check::points;
+use crate::check::{PAIRED, points};
 use crate::codes::TargetCode;
 use crate::eos::Material;
 use crate::error::{Error, Result};
-use crate::metrics::InOwnUnits;
+use crate::metrics::{InOwnUnits, Measured};
 use crate::relaxation::{Certificate, Control, End, Followed, Point, follow, settle, space};
 use crate::target::{Materials, Positions};
 use sph::domain::{Axis, Domain, Region};
 use sph::geometry::distance;
+use sph::kernel::KernelName;
 use sph::sums::support_guess;
 use sph_formats::common::particle_names as names;
 use sph_formats::{ParticleFile, ParticleTable, Species, UnitSystem, Values};
@@ -134,6 +135,7 @@ fn in_dimension<const D: usize>(
         let (certificate, end) = settle(sums, damped, time, control);
         let mut file = file.clone();
         notes.extend(read.put_back(&mut file, code, &end, &whole));
+        notes.extend(paired(sums, &followed, &end));
         settled = Some(Settled { certificate, file });
         let End { positions, velocities, internal_energy, support, points, .. } = end;
         followed = Followed { positions, velocities, internal_energy, support, points, ..followed };
@@ -260,6 +262,21 @@ impl<const D: usize> Read<D> {
         file.header.kernel_neighbors = code.kernel_neighbors(D);
         notes
     }
+}
+
+/// What settling is apt to do with a kernel whose neighbors are more than it keeps apart.
+fn paired<const D: usize>(
+    (kernel, neighbors): (KernelName, f64),
+    start: &Followed<'_, D>,
+    end: &End<D>,
+) -> Option<String> {
+    let measured = Measured::new(kernel, &start.domain, &end.positions, &start.masses, &end.support, neighbors);
+    let closest = measured.neighbors(&start.domain, neighbors).closest_pair;
+    (closest < PAIRED).then(|| {
+        format!(
+            "particles have paired while they settled: the closest are {closest:.2} spacings apart, and it goes on in the code; fewer neighbors or a Wendland kernel keep them apart"
+        )
+    })
 }
 
 /// Replaces the values of a column, if it is there, in its precision; components beyond `D` stay.

@@ -242,6 +242,10 @@ fn swift_gets_its_lengths_from_support_radii_where_there_is_no_density() {
             for i in 0..h.len() {
                 assert!((h.get(i) / expected - 1.0).abs() < 1e-6, "{d}: {} of {expected}", h.get(i));
             }
+            // The radii come back, in single precision.
+            let back = read(&path).unwrap();
+            let radii = &back.species[0].table.column(names::SUPPORT_RADIUS).unwrap().values;
+            assert!((0..radii.len()).all(|i| (radii.get(i) / 0.25 - 1.0).abs() < 1e-6), "{d}: {}", radii.get(0));
         }
     }
     let text = refusal("swift", &without(&particles(9, 3), &[names::DENSITY, names::SUPPORT_RADIUS]));

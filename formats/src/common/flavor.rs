@@ -493,7 +493,7 @@ impl<'a> Job<'a> {
 }
 
 /// Mean spacing over support radius for so many neighbors V_d n H^d; those of SWIFT's cubic spline where they are not known.
-fn spacing_over_support(d: usize, neighbors: f64) -> f64 {
+pub(crate) fn spacing_over_support(d: usize, neighbors: f64) -> f64 {
     let axis = d.clamp(1, 3) - 1;
     let ball = [2.0, std::f64::consts::PI, 4.0 / 3.0 * std::f64::consts::PI][axis];
     if neighbors.is_finite() && neighbors > 0.0 {

@@ -4,13 +4,14 @@
 //!   (GADGET-4, AREPO), else pure numbers.
 //! * Periodic axes: ours, else SWIFT's parameter, else every axis of a box with positive size.
 //! * SmoothingLength becomes SupportRadius where the file is GADGET's (ours, or GADGET-4's and GIZMO's own); where it is SWIFT's
-//!   for the cubic spline it is scaled to that; elsewhere the convention is unknown and the column keeps its name.
+//!   for the cubic spline, or for the neighbors that our own file states, it is scaled to that; elsewhere the convention is unknown and the
+//!   column keeps its name.
 //! * Where Flag_Entropy_ICs is not 0, the entropies of gas become energies ([`crate::common::entropy`]).
 //! * Where NumFilesPerSnapshot says that there are several files, all of them are read, whichever was named.
 //! * Datasets that are not columns of numbers are named in the provenance under `not read`.
 
 use crate::common::entropy;
-use crate::common::flavor::CUBIC_SPLINE_SUPPORT;
+use crate::common::flavor::{CUBIC_SPLINE_ETA, spacing_over_support};
 use crate::common::hdf5_read::{Attributes, Reader};
 use crate::common::parts;
 use crate::common::snapshot::{OWN_GROUP, joined};
@@ -202,7 +203,7 @@ struct Origin {
     units: Attributes,
     /// SmoothingLength is the kernel's support radius.
     support_radius: bool,
-    /// SmoothingLength is SWIFT's, for the cubic spline.
+    /// SmoothingLength is SWIFT's with its default eta, for the cubic spline or the neighbors that the file states.
     swift_length: bool,
     /// What a magnetic field is in.
     magnetic: MagneticUnit,
@@ -375,7 +376,9 @@ impl SpeciesReading<'_> {
     fn renamed(&self, name: &str, values: Values) -> (String, Values) {
         let singular = PLURALS.iter().find(|(plural, _)| *plural == name);
         let name = singular.map_or(name, |(_, singular)| singular);
-        let gamma = CUBIC_SPLINE_SUPPORT.get(self.dimension.saturating_sub(1)).copied().unwrap_or(1.0);
+        // Our own files say for which neighbors they are; all others are for the default build.
+        let neighbors = self.origin.own.number("KernelNeighbors").unwrap_or(0.0);
+        let gamma = 1.0 / (CUBIC_SPLINE_ETA * spacing_over_support(self.dimension, neighbors));
         match name {
             "SmoothingLength" if self.origin.support_radius => (names::SUPPORT_RADIUS.into(), values),
             "SmoothingLength" if self.origin.swift_length => {
