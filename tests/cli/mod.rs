@@ -7,6 +7,7 @@ mod check;
 mod codes;
 mod dry_run;
 mod pages;
+mod parameters;
 mod reference;
 mod runs;
 pub(crate) mod support;
