@@ -4,7 +4,7 @@
 //! twice, places outside of the box, pairs; then what it sums with its own kernel: densities against those in the file,
 //! smoothing lengths, and the net force of a body that its own gravity holds.
 
-use crate::codes::{Neighbors, TargetCode};
+use crate::codes::{AS_PLANETARY, Neighbors, TargetCode};
 use crate::eos::Material;
 use crate::error::{Error, Result};
 use crate::metrics::{InOwnUnits, Measured, mean_net_force};
@@ -41,8 +41,8 @@ pub struct Finding {
 
 /// Adiabatic index of the codes' default builds.
 const GAMMA: f64 = 5.0 / 3.0;
-/// The scheme with equations of state by material.
-const PLANETARY: &str = "planetary";
+/// SWIFT's cells are this much wider than the reach of the widest kernel (`space_stretch` in src/space.h).
+const CELL_OVER_REACH: f64 = 1.1;
 /// Particles nearer than this many spacings are one to a code, or a pair.
 const COINCIDENT: f64 = 1e-6;
 pub(crate) const PAIRED: f64 = 0.3;
@@ -104,9 +104,16 @@ fn values(table: &ParticleTable, code: &TargetCode, findings: &mut Vec<Finding>)
     };
     let has =
         |name: &str| table.column(name).is_some() || name == names::SUPPORT_RADIUS && table.column(SMOOTHING).is_some();
-    for name in needed.iter().filter(|name| !has(name)) {
+    let is_planetary = AS_PLANETARY.contains(&code.scheme.name);
+    let materials: &[&str] = if is_planetary { &[names::MATERIAL_IDS] } else { &[] };
+    for name in needed.iter().chain(materials).filter(|name| !has(name)) {
         let text = format!("is missing, but {title} needs it: it would stop, or take zeros; write it");
         add(findings, Level::Error, name, text);
+    }
+    let numbered = table.column(names::MATERIAL_IDS).filter(|c| c.values.range() != (0.0, 0.0, 0));
+    if numbered.is_some() && !is_planetary {
+        let text = format!("are not read by {title} ({}), which takes all of it for an ideal gas", code.scheme.name);
+        add(findings, Level::Warning, names::MATERIAL_IDS, text);
     }
     for column in &table.columns {
         let count = column.values.len();
@@ -327,13 +334,13 @@ fn smoothing<const D: usize>(
     let median = ratios[ratios.len() / 2];
     let largest = factor * column.values.range().1;
     let least_edge = (0..D).filter(|&k| periodic[k]).map(|k| box_size[k]).fold(f64::INFINITY, f64::min);
-    if code.sheet.name == "swift" && largest > least_edge / 3.0 {
+    if code.sheet.name == "swift" && CELL_OVER_REACH * largest > least_edge / 3.0 {
         add(
             findings,
             Level::Error,
             "smoothing lengths",
             format!(
-                "kernels reach {largest:e}, more than a third of the box: SWIFT stops (it asks for at least 3 cells); check the convention, expected h = eta (m/rho)^(1/3)"
+                "kernels reach {largest:e}, and cells {CELL_OVER_REACH} times as wide are more than a third of the box: SWIFT stops (it asks for at least 3 cells); use more particles, or check the convention, expected h = eta (m/rho)^(1/3)"
             ),
         );
     }
@@ -397,7 +404,7 @@ fn net_force<const D: usize>(
     let header = &file.header;
     let Some(energy) = table.column(names::INTERNAL_ENERGY) else { return };
     let other_materials = table.column(names::MATERIAL_IDS).filter(|c| c.values.range() != (0.0, 0.0, 0));
-    let is_other_matter = other_materials.is_some() && code.scheme.name != PLANETARY;
+    let is_other_matter = other_materials.is_some() && !AS_PLANETARY.contains(&code.scheme.name);
     if D < 3
         || header.periodic != [false; 3]
         || header.units == UnitSystem::CODE

@@ -165,6 +165,9 @@ pub const SHEETS: &[Sheet] = &[
     },
 ];
 
+/// Schemes with equations of state by material.
+pub(crate) const AS_PLANETARY: [&str; 2] = ["planetary", "remix"];
+
 /// Part of the most neighbors that make no pairs which is advised.
 const FEWER: f64 = 0.95;
 
@@ -255,6 +258,14 @@ impl TargetCode {
         }
     }
 
+    /// What the code's own parameter says in `d` dimensions: numbers of neighbors are counted in those.
+    pub fn setting_in(&self, d: usize) -> f64 {
+        match self.neighbors {
+            Neighbors::Count { .. } if d < 3 => self.kernel_neighbors(d),
+            _ => self.setting(),
+        }
+    }
+
     /// The value of the code's parameter with which it has so many neighbors with a kernel.
     fn setting_for(&self, kernel: KernelName, d: usize, kernel_neighbors: f64) -> f64 {
         let ratio = (kernel_neighbors / unit_ball_volume(d)).powf(1.0 / d as f64);
@@ -269,7 +280,9 @@ impl TargetCode {
     pub fn describe(&self, d: usize) -> String {
         let Sheet { title, parameter, .. } = self.sheet;
         let (kernel, count) = (self.kernel.title(), self.kernel_neighbors(d));
-        format!("{title} ({}) with {kernel}, {parameter} {}: {count:.1} neighbors", self.scheme.name, self.setting())
+        // Numbers of neighbors in fewer dimensions are roots of those that were asked for.
+        let setting = if d < 3 { (1e4 * self.setting_in(d)).round() / 1e4 } else { self.setting() };
+        format!("{title} ({}) with {kernel}, {parameter} {setting}: {count:.1} neighbors", self.scheme.name)
     }
 
     /// Why its forces cannot be balanced; `None` where they can.

@@ -314,6 +314,27 @@ pub const FILES_KEY: &str = "Files";
 pub const MESH_KEY: &str = "Mesh";
 pub const VORONOI: &str = "Voronoi";
 
+/// The key of the provenance under which the gas's adiabatic index is, where that is not [`ADIABATIC_INDEX`].
+pub const ADIABATIC_INDEX_KEY: &str = "AdiabaticIndex";
+
+/// Of gas of which nothing is said, as in the default builds of codes.
+pub const ADIABATIC_INDEX: f64 = 5.0 / 3.0;
+
+impl RunHeader {
+    /// The adiabatic index of the gas, more than 1.
+    pub fn adiabatic_index(&self) -> f64 {
+        let stated = self.provenance.iter().find(|(key, _)| key == ADIABATIC_INDEX_KEY);
+        let number = stated.and_then(|(_, text)| text.trim().parse::<f64>().ok());
+        number.filter(|gamma| gamma.is_finite() && *gamma > 1.0).unwrap_or(ADIABATIC_INDEX)
+    }
+}
+
+/// What a header says of a gas with an adiabatic index: nothing, where it is [`ADIABATIC_INDEX`].
+pub fn adiabatic_fact(gamma: f64) -> Option<(String, String)> {
+    let differs = gamma.is_finite() && gamma > 1.0 && (gamma - ADIABATIC_INDEX).abs() > 1e-9;
+    differs.then(|| (ADIABATIC_INDEX_KEY.to_owned(), gamma.to_string()))
+}
+
 /// Everything that a particle writer gets and a particle reader gives.
 #[derive(Debug, Clone)]
 pub struct ParticleFile {

@@ -16,6 +16,7 @@ use crate::target::{Positions, at};
 use sph::domain::Axis;
 use sph::parallel;
 use sph_formats::common::particle_names as names;
+use sph_formats::model::adiabatic_fact;
 use sph_formats::{Column, ParticleFile, ParticleTable, RunHeader, Species, UnitDimension, UnitSystem, Values};
 
 /// Name of the column with the target's density.
@@ -347,7 +348,7 @@ pub(crate) fn provenance(scene: &Scene, stop: &str, (kernel, neighbors): (&str, 
     recipe.output.file = None;
     recipe.output.report = None;
     recipe.checkpoint = CheckpointInput::default();
-    vec![
+    let mut facts = vec![
         ("Version".into(), format!("sph-prep {}", env!("CARGO_PKG_VERSION"))),
         ("Seed".into(), scene.seed.to_string()),
         ("StopReason".into(), stop.into()),
@@ -358,7 +359,9 @@ pub(crate) fn provenance(scene: &Scene, stop: &str, (kernel, neighbors): (&str, 
             ),
         ),
         ("Scene".into(), recipe.to_yaml()),
-    ]
+    ];
+    facts.extend(scene.adiabatic_index().and_then(adiabatic_fact));
+    facts
 }
 
 /// Why the internal energy is a placeholder, and what would give one.

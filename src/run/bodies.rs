@@ -194,7 +194,7 @@ pub fn run_bodies_as(
         destination.refuse_overwriting_inputs(&scene.of_body(i, None))?;
     }
     let (file, mut report) = place_bodies(scene, formats, control)?;
-    let notes = destination.write(scene, formats, (&file, &Drawing::default()))?;
+    let notes = destination.write(scene, formats, (&file, &Drawing::default()), report.units != "code")?;
     report.notes.extend(notes);
     report.seconds = start.elapsed().as_secs_f64();
     #[cfg(feature = "plots")]

@@ -66,7 +66,7 @@ impl<'a> Destination<'a> {
     }
 
     /// Writes the file, and parameters beside it where the scene asks for them; returns what there is to note. `drawing` is
-    /// what pictures show beside the file.
+    /// what pictures show beside the file, and `has_units` whether its units have a meaning.
     ///
     /// # Errors
     /// What the writer says.
@@ -75,6 +75,7 @@ impl<'a> Destination<'a> {
         scene: &Scene,
         formats: &[FormatSpec],
         (file, drawing): (&ParticleFile, &Drawing),
+        has_units: bool,
     ) -> Result<Vec<String>> {
         let options =
             WriteOptions { compression: scene.output.compression, double_precision: scene.output.double_precision };
@@ -95,10 +96,12 @@ impl<'a> Destination<'a> {
             notes.push(format!("an older '{}' was replaced (--no-clobber refuses that)", path.display()));
         }
         if let Some(code) = scene.code().filter(|_| scene.output.parameters) {
-            for (path, text) in parameters::files(code, self.path, file)? {
+            let beside = parameters::beside(code, self.path, file, parameters::Physics::of(scene, has_units))?;
+            for (path, text) in beside.files {
                 write_text(&path, &text)?;
                 notes.push(format!("parameters for {} are in '{}'", code.sheet.title, path.display()));
             }
+            notes.extend(beside.doubts);
         }
         Ok(notes)
     }

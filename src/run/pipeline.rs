@@ -151,7 +151,8 @@ pub fn run_as(scene: &Scene, formats: &[FormatSpec], control: &Control<'_>, comm
     let (file, mut report) = place(scene, formats, control)?;
     let lap = Instant::now();
     control.tell(Event::Begin(Step::Write));
-    report.notes.extend(destination.write(scene, formats, (&file, &Drawing::of(&report)))?);
+    let has_units = report.mass.total_cgs.is_some();
+    report.notes.extend(destination.write(scene, formats, (&file, &Drawing::of(&report)), has_units)?);
     report.timing.push(Timing { step: Step::Write.name(), seconds: lap.elapsed().as_secs_f64(), epsilon: None });
     report.notes.extend(remove_checkpoint(scene, report.stop));
     report.seconds = start.elapsed().as_secs_f64();

@@ -15,6 +15,7 @@ mod domain;
 mod dust;
 mod fields;
 mod files;
+mod gravity;
 mod input;
 mod of_body;
 mod origin;

@@ -6,7 +6,7 @@ use sph_formats::common::hdf5_read::Reader;
 const STAR: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/profiles/polytrope-1.5.nc");
 
 /// The number after a key.
-fn number(text: &str, key: &str) -> f64 {
+pub(super) fn number(text: &str, key: &str) -> f64 {
     let line = text.lines().find(|l| l.trim_start().starts_with(key)).unwrap_or_else(|| panic!("no {key}"));
     line.trim_start()[key.len()..]
         .trim_start_matches([' ', ':', '='])

@@ -8,6 +8,7 @@ mod codes;
 mod dry_run;
 mod follow;
 mod pages;
+mod parameters;
 mod reference;
 mod runs;
 pub(crate) mod support;

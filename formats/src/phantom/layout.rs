@@ -24,8 +24,6 @@ pub const HFACT: f64 = 1.2;
 pub const SUPPORT: f64 = 2.0;
 /// Particle types of an ordinary build (`maxtypes`).
 pub const TYPES: usize = 8;
-/// Phantom's default adiabatic index.
-pub const GAMMA: f64 = 5.0 / 3.0;
 
 /// Data types of header blocks and arrays, in their order.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

@@ -10,6 +10,7 @@ use crate::common::facts::Facts;
 use crate::common::fortran::Records;
 use crate::error::{FormatError, Result};
 use crate::limits::MAX_VARIABLE_BYTES;
+use crate::model::adiabatic_fact;
 use crate::model::{Column, ParticleFile, ParticleTable, Species, Values};
 use crate::particle_names as names;
 use crate::registry::{FieldRequest, FileContent};
@@ -366,6 +367,7 @@ impl Dump<'_> {
         let open = CENTERED_BOX.map(|tag| number(tag).filter(|l| *l >= 0.0));
         let edges = if periodic { spans } else { open };
         let mut provenance = vec![("Dump".to_owned(), identity)];
+        provenance.extend(number("gamma").and_then(adiabatic_fact));
         provenance.extend(self.notes.iter().map(|note| ("not read".to_owned(), note.clone())));
         Facts {
             dimension: Some(3),

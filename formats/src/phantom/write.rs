@@ -1,7 +1,7 @@
 //! Writes a full dump.
 
 use super::layout::{
-    BOX_CORNER, CAPTURE_END, CAPTURE_REAL, CENTERED_BOX, DUST, FLAVOR, GAMMA, HFACT, IDENTITY, KINDS, Kind, TAG, TYPES,
+    BOX_CORNER, CAPTURE_END, CAPTURE_REAL, CENTERED_BOX, DUST, FLAVOR, HFACT, IDENTITY, KINDS, Kind, TAG, TYPES,
     factor, itype, shift, units,
 };
 use super::schema::CAPTURE;
@@ -111,7 +111,7 @@ fn header(job: &Job, kindred: &[Kindred], (sinks, periodic): (usize, bool)) -> R
     ints.extend([("idust", i64::from(DUST)), ("idtmax_n", 1), ("idtmax_frac", 0)]);
     let h = job.header;
     let time = h.time * factor(job, UnitDimension::TIME);
-    let mut reals = vec![("time", time), ("hfact", HFACT), ("gamma", GAMMA), ("RK2", 0.0)];
+    let mut reals = vec![("time", time), ("hfact", HFACT), ("gamma", h.adiabatic_index()), ("RK2", 0.0)];
     reals.extend((1..=TYPES).map(|t| ("massoftype", of(t).map_or(0.0, |k| k.mass))));
     if periodic {
         let edges = job.box_size()?;

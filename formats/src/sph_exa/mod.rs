@@ -24,7 +24,7 @@
 //! | gravConstant         | f8      | Newton's constant in the file's units; 0 where an axis is periodic          |
 //! | eps                  | f8      | half the smallest spacing, where there is gravity and the density is known  |
 //! | ng0, ngmax           | u4      | neighbors aimed at and half as many more, where the sums are of its kernel  |
-//! | gamma, muiConst      | f8, f4  | 5/3 and 10, the code's own defaults: with them temp means the u above       |
+//! | gamma, muiConst      | f8, f4  | the gas's index (5/3 by default) and 10: with them temp means the u above     |
 //!
 //! Each dataset has an attribute `unit exponents` of length, mass, time and temperature. All attributes are arrays. Quirks: three dimensions and gas only; nothing states units, so they and the header's other
 //! facts are texts in the group `/SphPrep`, without which numbers are read as pure ones. A box whose corner is not at the

@@ -6,6 +6,7 @@ use crate::common::facts::Facts;
 use crate::common::hdf5_read::{Attributes, Reader, Shape};
 use crate::common::snapshot::OWN_GROUP;
 use crate::error::Result;
+use crate::model::{ADIABATIC_INDEX_KEY, adiabatic_fact};
 use crate::model::{ParticleFile, Values};
 use crate::particle_names as names;
 use crate::registry::{FieldRequest, FileContent};
@@ -52,6 +53,9 @@ pub fn read(path: &Path, _request: &FieldRequest) -> Result<FileContent> {
     let corner = read_box(&file, &group, &attributes, &mut facts)?;
     facts.dimension = Some(3);
     facts.time = attributes.number("time").filter(|t| t.is_finite()).or(facts.time);
+    // Our own files have it among the texts, too.
+    facts.provenance.retain(|(key, _)| key != ADIABATIC_INDEX_KEY);
+    facts.provenance.extend(attributes.number("gamma").and_then(adiabatic_fact));
     let mut particles = assemble::particles(count, arrays, facts)
         .map_err(|(location, problem)| file.input(format!("group '{group}', {location}"), problem))?;
     shift(&mut particles, corner);

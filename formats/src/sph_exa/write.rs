@@ -1,6 +1,6 @@
 //! Writes one step from which SPH-EXA starts.
 
-use super::schema::{self, CONSTANTS, EXPONENTS, FLAVOR, Factor, GAMMA, MUI, PARTS, Part, STEP, SUPPORT};
+use super::schema::{self, CONSTANTS, EXPONENTS, FLAVOR, Factor, MUI, PARTS, Part, STEP, SUPPORT};
 use crate::common::facts;
 use crate::common::flavor::{Component, Job, Planned, Storage};
 use crate::common::hdf5::{Dataset, Group, Writer};
@@ -80,7 +80,8 @@ fn first_step(job: &Job, gas: &Species, edges: [f64; 3]) -> f64 {
     let h = extreme(names::SUPPORT_RADIUS, f64::min, edges[0]) / SUPPORT;
     let energy = extreme(names::INTERNAL_ENERGY, f64::max, 0.0);
     let flow = column(names::VELOCITIES).map_or(0.0, |v| (0..v.len()).map(|i| v.get(i).abs()).fold(0.0, f64::max));
-    let signal = (GAMMA * (GAMMA - 1.0) * energy).sqrt() + flow * (job.header.dimension as f64).sqrt();
+    let gamma = job.header.adiabatic_index();
+    let signal = (gamma * (gamma - 1.0) * energy).sqrt() + flow * (job.header.dimension as f64).sqrt();
     CAUTION * COURANT * h / signal
 }
 
@@ -108,7 +109,7 @@ fn write_attributes(job: &Job, step: &Group, gas: &Species, edges: [f64; 3], dt:
         step.numbers("ng0", &[neighbors as u32])?;
         step.numbers("ngmax", &[(MOST_NEIGHBORS * neighbors) as u32])?;
     }
-    step.numbers("gamma", &[GAMMA])?;
+    step.numbers("gamma", &[header.adiabatic_index()])?;
     step.numbers("muiConst", &[MUI as f32])
 }
 
@@ -117,7 +118,7 @@ fn write_part(job: &Job, step: &Group, count: usize, column: &Planned, part: &Pa
         Factor::One => 1.0,
         Factor::Half => 1.0 / SUPPORT,
         Factor::Step => dt,
-        Factor::Temperature => 1.0 / schema::heat_capacity(GAMMA, MUI),
+        Factor::Temperature => 1.0 / schema::heat_capacity(job.header.adiabatic_index(), MUI),
     };
     let component = Component { index: part.component, factor, shift: 0.0, may_vanish: part.factor == Factor::Step };
     let (name, level) = (part.name, job.options.compression);

@@ -1,0 +1,60 @@
+//! What a code will not make of a file as the scene means it.
+
+use super::facts::Facts;
+use crate::codes::AS_PLANETARY;
+use sph_formats::common::particle_names as names;
+
+/// Reaches of a kernel in the shortest edge of a periodic box, below which a particle meets two images of another.
+const IMAGES: f64 = 2.0;
+
+/// Each in a sentence, with the remedy where there is one.
+pub(super) fn doubts(facts: &Facts<'_>) -> Vec<String> {
+    let mut doubts = Vec::new();
+    let (header, title) = (&facts.file.header, facts.code.sheet.title);
+    let periodic = &header.periodic[..header.dimension];
+    let by_axis = facts.code.sheet.name == "sph-exa";
+    if periodic.contains(&true) && periodic.contains(&false) && !by_axis {
+        doubts.push(format!(
+            "{title} is periodic along all axes or none, and the box along some: what leaves through its other faces comes in again opposite"
+        ));
+    } else if facts.reflects {
+        doubts.push(format!(
+            "{title} has no reflecting walls: what the scene holds by them flows out, unless walls of particles hold it there"
+        ));
+    }
+    let is_planetary = AS_PLANETARY.contains(&facts.code.scheme.name);
+    if facts.gas.column(names::MATERIAL_IDS).is_some_and(|c| c.values.range() != (0.0, 0.0, 0)) && !is_planetary {
+        let remedy = match facts.code.sheet.schemes.iter().find(|s| AS_PLANETARY.contains(&s.name)) {
+            Some(scheme) => format!("--for {}:scheme={} is for them", facts.code.sheet.name, scheme.name),
+            None => "--for swift:scheme=planetary is for them".into(),
+        };
+        doubts.push(format!(
+            "{title} ({}) takes the materials of the file for an ideal gas, whose pressure is another: {remedy}",
+            facts.code.scheme.name
+        ));
+    }
+    if facts.gas.column(names::MAGNETIC_FIELD).is_some() && ["gadget4", "swift"].contains(&facts.code.sheet.name) {
+        doubts.push(format!(
+            "{title} as it is built by default knows no magnetic field: the gas moves as if there were none"
+        ));
+    }
+    match (facts.code.sheet.name, facts.gravity.and_then(|g| g.stated)) {
+        ("sph-exa", Some(constant)) => doubts.push(format!(
+            "{title} takes the constant of gravity from the file, where it is that of cgs, but the scene's is {constant}: state its units"
+        )),
+        ("phantom", Some(constant)) if constant != 1.0 => doubts.push(format!(
+            "the constant of gravity of {title} is 1 in pure numbers, but the scene's is {constant}: state its units, or scale its masses"
+        )),
+        _ => {}
+    }
+    match facts.code.sheet.name {
+        "swift" => doubts.extend(facts.swift_doubts()),
+        _ => doubts.extend(facts.too_few(IMAGES).map(|(reach, least, enough)| {
+            format!(
+                "{title} pairs a particle with one image of another, but its kernels reach {reach:.3e} in a box whose shortest edge is {least:.3e}; \
+                 use {enough:.0} particles or more"
+            )
+        })),
+    }
+    doubts
+}

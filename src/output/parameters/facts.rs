@@ -1,0 +1,204 @@
+//! What the parameter files of all codes are written from.
+
+use crate::codes::TargetCode;
+use crate::error::{Error, Result};
+use crate::scene::Scene;
+use sph::geometry::distance;
+use sph_formats::common::particle_names as names;
+use sph_formats::model::SOFTENING_OVER_SPACING;
+use sph_formats::{ParticleFile, ParticleTable, UnitSystem};
+use std::fmt::Write as _;
+use std::path::Path;
+
+/// Dynamical or crossing times that the run takes, and between two snapshots.
+pub(super) const END: f64 = 10.0;
+pub(super) const SNAPSHOT: f64 = 1.0;
+/// Largest time step in dynamical times.
+pub(super) const LARGEST_STEP: f64 = 0.05;
+/// Smoothing lengths may grow to this part of the box.
+pub(super) const LARGEST_SMOOTHING: f64 = 0.1;
+
+/// In the first line of each file.
+pub(super) const WRITTEN_BY: &str = "written by sph-prep";
+
+/// What the scene says of the physics beside what is in the file.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Physics {
+    /// Whether the file's units have a meaning: pure numbers are written as if they were in cgs.
+    has_units: bool,
+    /// The constant of gravity of pure numbers, where the scene's matter attracts itself.
+    of_numbers: Option<f64>,
+    reflects: bool,
+}
+
+impl Physics {
+    /// Of `scene`, whose input has units or none.
+    pub fn of(scene: &Scene, has_units: bool) -> Self {
+        Self { has_units, of_numbers: scene.own_gravity(), reflects: scene.has_walls() }
+    }
+}
+
+/// The constant of gravity.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Gravity {
+    /// In the file's units.
+    pub constant: f64,
+    /// What the code is to be told; none where it is the constant that it knows.
+    pub stated: Option<f64>,
+}
+
+/// What the files say.
+pub(super) struct Facts<'a> {
+    pub code: TargetCode,
+    pub file: &'a ParticleFile,
+    pub gas: &'a ParticleTable,
+    /// Name of the initial condition, and without its extension.
+    pub name: String,
+    pub stem: String,
+    /// Of matter that attracts itself.
+    pub gravity: Option<Gravity>,
+    pub reflects: bool,
+    /// Dynamical time of a body that holds itself, else the time in which sound crosses the box, and which it is.
+    pub time: f64,
+    pub time_is: &'static str,
+    pub softening: f64,
+    /// Type of a point mass, and its Plummer-equivalent length.
+    pub point: Option<(u8, f64)>,
+    /// What the code will not make of the file as the scene means it.
+    pub doubts: Vec<String>,
+}
+
+pub(super) fn stem(path: &Path) -> String {
+    path.file_stem().map(|s| s.to_string_lossy().into_owned()).unwrap_or_default()
+}
+
+/// What Phantom calls the run of a dump `PREFIX_00000.tmp`.
+pub(super) fn prefix(stem: &str) -> &str {
+    stem.split('_').next().unwrap_or(stem)
+}
+
+impl<'a> Facts<'a> {
+    /// Of a file; without doubts.
+    ///
+    /// # Errors
+    /// A file without gas.
+    pub fn new(code: TargetCode, path: &Path, file: &'a ParticleFile, physics: Physics) -> Result<Self> {
+        let missing =
+            |what: &str| Error::scene("output.parameters", format!("need {what}, which the file does not have"));
+        let species = file.species.iter().find(|s| s.part_type == 0).ok_or_else(|| missing("gas particles"))?;
+        let gas = &species.table;
+        let name = path.file_name().map(|s| s.to_string_lossy().into_owned()).unwrap_or_default();
+        let lacking = || if gas.column(names::MASSES).is_none() { names::MASSES } else { names::DENSITY };
+        let smallest = gas.smallest_spacing(file.header.dimension).ok_or_else(|| missing(lacking()))?;
+        let gravity = Gravity::of(code, file, physics);
+        let (time, time_is) = match gravity {
+            Some(gravity) => (dynamical_time(gravity.constant, file, gas), "dynamical times sqrt(R^3/(G M))"),
+            None => (crossing_time(file, gas), "times in which sound crosses the box"),
+        };
+        let softened = |s: &sph_formats::Species| {
+            let radius = s.table.column(names::SOFTENING_RADIUS)?.values.range().1;
+            (radius > 0.0).then_some((s.part_type, radius / code.sheet.softening.radius_over_plummer()))
+        };
+        Ok(Self {
+            code,
+            file,
+            gas,
+            name,
+            stem: stem(path),
+            gravity,
+            reflects: physics.reflects,
+            time,
+            time_is,
+            softening: SOFTENING_OVER_SPACING * smallest,
+            point: file.species.iter().find_map(softened),
+            doubts: Vec::new(),
+        })
+    }
+
+    pub fn gamma(&self) -> f64 {
+        self.file.header.adiabatic_index()
+    }
+
+    /// Of the box, along the axes that there are.
+    pub fn edges(&self) -> &[f64] {
+        &self.file.header.box_size[..self.file.header.dimension]
+    }
+
+    /// Comments at the beginning of a file: what it is, and how the code is run.
+    pub fn head(&self, comment: &str, run: &str) -> String {
+        let mut text = String::new();
+        let code = self.code.describe(self.file.header.dimension);
+        for line in [
+            format!("{} for {code} ({WRITTEN_BY})", self.name),
+            format!("run it by: {run}"),
+            format!("units and box are those of the file; the end is at {END} {}", self.time_is),
+            format!(
+                "softening is {SOFTENING_OVER_SPACING} times the smallest spacing, with which pressure and gravity are resolved alike"
+            ),
+        ] {
+            let _ = writeln!(text, "{comment} {line}");
+        }
+        for doubt in &self.doubts {
+            let _ = writeln!(text, "{comment} beware: {doubt}");
+        }
+        text
+    }
+
+    /// The reach of the widest kernel, the shortest edge of a periodic box, and how many particles would do, where the edge is shorter
+    /// than so many reaches.
+    pub fn too_few(&self, reaches: f64) -> Option<(f64, f64, f64)> {
+        let header = &self.file.header;
+        let reach = self.gas.column(names::SUPPORT_RADIUS)?.values.range().1;
+        let least = self.edges().iter().copied().fold(f64::INFINITY, f64::min);
+        let part = reaches * reach / least;
+        let is_short = header.periodic.contains(&true) && part > 1.0 && part.is_finite();
+        is_short.then(|| (reach, least, (self.gas.count as f64 * part.powi(header.dimension as i32)).ceil()))
+    }
+}
+
+impl Gravity {
+    /// `None` of matter that does not attract itself, as far as is known: in fewer than three dimensions, in a box without an
+    /// outside, and of pure numbers whose scene says nothing of it.
+    fn of(code: TargetCode, file: &ParticleFile, physics: Physics) -> Option<Self> {
+        if file.header.periodic != [false; 3] || file.header.dimension < 3 {
+            return None;
+        }
+        let u = &file.header.units;
+        if physics.has_units || *u != UnitSystem::CODE {
+            let constant = code.sheet.gravity * u.mass * u.time.powi(2) / u.length.powi(3);
+            return Some(Self { constant, stated: None });
+        }
+        physics.of_numbers.map(|constant| Self { constant, stated: Some(constant) })
+    }
+}
+
+/// sqrt(R^3/(G M)) in the file's units, R the distance of the farthest gas particle from the middle of the box, and M all mass
+/// within it.
+fn dynamical_time(constant: f64, file: &ParticleFile, gas: &ParticleTable) -> f64 {
+    let corner = file.header.box_corner.unwrap_or_default();
+    let middle = std::array::from_fn(|k| corner[k] + 0.5 * file.header.box_size[k]);
+    let places = |table: &ParticleTable| -> Vec<f64> {
+        let place = |c: &sph_formats::Column, i: usize| std::array::from_fn(|k| c.values.get(3 * i + k));
+        let x = table.column(names::COORDINATES);
+        x.map_or_else(Vec::new, |c| (0..table.count).map(|i| distance::<3>(&place(c, i), &middle)).collect())
+    };
+    let radius = places(gas).into_iter().fold(0.0, f64::max);
+    let within = |table: &ParticleTable| -> f64 {
+        let masses = table.column(names::MASSES);
+        let mass = |i: usize| masses.map_or(0.0, |c| c.values.get(i));
+        places(table).into_iter().enumerate().filter(|(_, r)| *r <= radius).map(|(i, _)| mass(i)).sum()
+    };
+    let mass: f64 = file.species.iter().map(|s| within(&s.table)).sum();
+    (radius.powi(3) / (constant * mass)).sqrt()
+}
+
+/// Longest edge over the median speed of sound.
+fn crossing_time(file: &ParticleFile, gas: &ParticleTable) -> f64 {
+    let mut energy: Vec<f64> =
+        gas.column(names::INTERNAL_ENERGY).map_or_else(Vec::new, |c| (0..gas.count).map(|i| c.values.get(i)).collect());
+    energy.sort_unstable_by(f64::total_cmp);
+    let median = energy.get(energy.len() / 2).copied().filter(|u| *u > 0.0).unwrap_or(1.0);
+    let edge = file.header.box_size.iter().copied().fold(0.0, f64::max);
+    let gamma = file.header.adiabatic_index();
+    edge / (gamma * (gamma - 1.0) * median).sqrt()
+}

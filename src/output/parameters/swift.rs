@@ -1,0 +1,241 @@
+//! SWIFT's parameter file.
+
+use super::facts::{END, Facts, LARGEST_SMOOTHING, LARGEST_STEP, SNAPSHOT};
+use crate::codes::AS_PLANETARY;
+use sph::kernel::KernelName;
+use sph_formats::common::particle_names as names;
+use std::collections::BTreeSet;
+use std::fmt::Write as _;
+
+/// Adiabatic indices that SWIFT can be configured with (configure.ac), as its option has them.
+const ADIABATIC_INDICES: [(f64, &str); 4] = [(5.0 / 3.0, "5/3"), (7.0 / 5.0, "7/5"), (4.0 / 3.0, "4/3"), (2.0, "2")];
+/// Gas with an index below is meant to be isothermal.
+const ISOTHERMAL: f64 = 1.01;
+/// Specific energies that differ by less are one temperature: they are stored in single precision.
+const SAME_ENERGY: f64 = 1e-5;
+/// Cells along the longest edge, unless thin boxes ask for more; and along the shortest one at least.
+const CELLS: f64 = 16.0;
+const LEAST_CELLS: f64 = 3.0;
+/// A cell is this much wider than the reach of the widest kernel (`space_stretch` in src/space.h).
+const CELL_OVER_REACH: f64 = 1.1;
+
+/// What the build makes of the gas.
+enum Gas {
+    /// The option for the adiabatic index; none for the default.
+    Ideal(Option<&'static str>),
+    /// Of one temperature; the internal energy with which (gamma - 1) rho u is the pressure in a build for 5/3.
+    Isothermal(f64),
+    /// No build has this index.
+    Unknown,
+}
+
+impl Facts<'_> {
+    pub(super) fn swift(&self) -> String {
+        let u = &self.file.header.units;
+        let gravity = if self.gravity.is_some() { " --self-gravity" } else { "" };
+        let edges = self.edges();
+        let largest_box = edges.iter().copied().fold(0.0, f64::max);
+        let mut text =
+            self.head("#", &format!("swift --hydro{gravity} --threads=N {}.yml, {}", self.stem, self.swift_build()));
+        let end = END * self.time;
+        let periodic = i32::from(self.file.header.periodic.contains(&true));
+        let _ = write!(
+            text,
+            "InternalUnitSystem:
+  UnitMass_in_cgs: {:e}
+  UnitLength_in_cgs: {:e}
+  UnitVelocity_in_cgs: {:e}
+  UnitCurrent_in_cgs: 1
+  UnitTemp_in_cgs: {:e}
+TimeIntegration:
+  time_begin: 0
+  time_end: {end:e}
+  dt_min: {:e}
+  dt_max: {:e}
+Snapshots:
+  basename: {}_snap
+  time_first: 0
+  delta_time: {:e}
+Statistics:
+  delta_time: {:e}
+  time_first: 0
+Scheduler:
+  max_top_level_cells: {}
+InitialConditions:
+  file_name: {}
+  periodic: {periodic}
+SPH:
+  resolution_eta: {}
+  CFL_condition: 0.2
+  h_max: {:e}
+",
+            u.mass,
+            u.length,
+            u.length / u.time,
+            u.temperature,
+            1e-10 * end,
+            LARGEST_STEP * self.time,
+            self.stem,
+            SNAPSHOT * self.time,
+            0.1 * SNAPSHOT * self.time,
+            self.swift_cells(),
+            self.name,
+            self.code.setting(),
+            LARGEST_SMOOTHING * largest_box,
+        );
+        self.swift_gravity(&mut text);
+        text += &self.swift_materials();
+        if let Gas::Isothermal(energy) = self.swift_gas() {
+            let _ = writeln!(text, "EoS:\n  isothermal_internal_energy: {energy:e}");
+        }
+        text
+    }
+
+    /// Options of `configure`, as far as the file depends on them.
+    fn swift_build(&self) -> String {
+        let scheme = self.code.scheme.name;
+        let mut options = Vec::new();
+        if scheme != self.code.sheet.schemes[0].name {
+            options.push(format!("--with-hydro={scheme}"));
+        }
+        if AS_PLANETARY.contains(&scheme) {
+            options.push("--with-equation-of-state=planetary".into());
+        } else {
+            match self.swift_gas() {
+                Gas::Ideal(Some(index)) => options.push(format!("--with-adiabatic-index={index}")),
+                Gas::Isothermal(_) => options.push("--with-equation-of-state=isothermal-gas".into()),
+                Gas::Ideal(None) | Gas::Unknown => {}
+            }
+        }
+        let kernel = match self.code.kernel {
+            KernelName::Quartic => Some("quartic-spline"),
+            KernelName::Quintic => Some("quintic-spline"),
+            KernelName::WendlandC2 => Some("wendland-C2"),
+            KernelName::WendlandC4 => Some("wendland-C4"),
+            KernelName::WendlandC6 => Some("wendland-C6"),
+            KernelName::CubicSpline | KernelName::Sinc6 => None,
+        };
+        options.extend(kernel.map(|kernel| format!("--with-kernel={kernel}")));
+        if self.file.header.dimension < 3 {
+            options.push(format!("--with-hydro-dimension={}", self.file.header.dimension));
+        }
+        match options.is_empty() {
+            true => "as it is built by default".into(),
+            false => format!("configured with {}", options.join(" ")),
+        }
+    }
+
+    fn swift_gas(&self) -> Gas {
+        let gamma = self.gamma();
+        match ADIABATIC_INDICES.iter().position(|(index, _)| (index - gamma).abs() < 1e-6) {
+            Some(0) => return Gas::Ideal(None),
+            Some(which) => return Gas::Ideal(Some(ADIABATIC_INDICES[which].1)),
+            None => {}
+        }
+        let energies = self.gas.column(names::INTERNAL_ENERGY).map(|c| c.values.range());
+        match energies {
+            Some((least, most, 0)) if gamma < ISOTHERMAL && least > 0.0 && most - least < SAME_ENERGY * most => {
+                Gas::Isothermal((gamma - 1.0) * most / (ADIABATIC_INDICES[0].0 - 1.0))
+            }
+            _ => Gas::Unknown,
+        }
+    }
+
+    /// Top-level cells along the longest edge: at least three must lie along the shortest one.
+    fn swift_cells(&self) -> f64 {
+        let edges = self.edges();
+        let (least, most) = edges.iter().fold((f64::INFINITY, 0.0), |(a, b): (f64, f64), &e| (a.min(e), b.max(e)));
+        let needed = (LEAST_CELLS * most / least).ceil();
+        if needed.is_finite() { needed.max(CELLS) } else { CELLS }
+    }
+
+    fn swift_gravity(&self, text: &mut String) {
+        let Some(constant) = self.gravity else { return };
+        if self.code.scheme.name == "sphenix" {
+            *text += "  # A body at rest has steep gradients of energy at its surface, which artificial conduction would smooth:
+  # it raises the entropy there by nearly a half in a dynamical time. Leave these out where mixing matters.
+  diffusion_beta: 0
+  diffusion_alpha: 0
+  diffusion_alpha_max: 0
+  diffusion_alpha_min: 0
+";
+        }
+        let _ = write!(
+            text,
+            "Gravity:
+  eta: 0.025
+  MAC: geometric
+  theta_cr: 0.7
+  epsilon_fmm: 0.001
+  use_tree_below_softening: 1
+  max_physical_baryon_softening: {:e}
+",
+            self.softening
+        );
+        if self.file.species.iter().any(|s| s.part_type == 1) {
+            let own = self.point.filter(|p| p.0 == 1).map_or(self.softening, |(_, length)| length);
+            let _ = writeln!(text, "  max_physical_DM_softening: {own:e}");
+        }
+        if let Some(stated) = constant.stated {
+            let _ = writeln!(text, "PhysicalConstants:\n  G: {stated:e}");
+        }
+    }
+
+    /// Numbers of the materials that occur.
+    fn materials(&self) -> BTreeSet<i64> {
+        let tables = self.file.species.iter().filter(|s| s.part_type == 0).map(|s| &s.table);
+        let ids = tables
+            .filter_map(|t| t.column(names::MATERIAL_IDS))
+            .flat_map(|c| (0..c.values.len()).map(|i| c.values.get(i)));
+        ids.map(|id| id as i64).collect()
+    }
+
+    /// Equations of state of the materials that occur.
+    fn swift_materials(&self) -> String {
+        let known = |id: &i64| match id {
+            0 => Some("idg_def"),
+            100 => Some("Til_iron"),
+            101 => Some("Til_granite"),
+            102 => Some("Til_water"),
+            103 => Some("Til_basalt"),
+            104 => Some("Til_ice"),
+            _ => None,
+        };
+        let ids = self.materials();
+        if ids.is_empty() || !AS_PLANETARY.contains(&self.code.scheme.name) {
+            return String::new();
+        }
+        let mut text = "EoS:\n".to_owned();
+        for id in &ids {
+            let _ = match known(id) {
+                Some(name) => writeln!(text, "  planetary_use_{name}: 1"),
+                None => {
+                    writeln!(text, "  # material {id} occurs: switch its equation of state on here, with its table")
+                }
+            };
+        }
+        text
+    }
+
+    /// What SWIFT would stop at, or take for something else.
+    pub(super) fn swift_doubts(&self) -> Vec<String> {
+        let mut doubts = Vec::new();
+        if let (Gas::Unknown, false) = (self.swift_gas(), AS_PLANETARY.contains(&self.code.scheme.name)) {
+            doubts.push(format!(
+                "no build of SWIFT has the adiabatic index {}: it would run with 5/3; set thermal.gamma to 5/3, 7/5, 4/3 or 2",
+                self.gamma()
+            ));
+        }
+        doubts.extend(self.swift_thin_box());
+        doubts
+    }
+
+    /// A periodic box that is too thin for the kernels.
+    fn swift_thin_box(&self) -> Option<String> {
+        let (reach, least, enough) = self.too_few(CELL_OVER_REACH * LEAST_CELLS)?;
+        Some(format!(
+            "SWIFT stops at this file: its cells, {CELL_OVER_REACH} times as wide as the reach of the kernels, {reach:.3e}, are to be {LEAST_CELLS} at least along \
+             each edge of a periodic box, the shortest of which is {least:.3e}; use {enough:.0} particles or more"
+        ))
+    }
+}

@@ -1,0 +1,41 @@
+//! What a scene says of the physics that a code has to be told of: whether its matter attracts itself, walls, and its gas.
+
+use super::{BalanceInput, BoundaryName, GravityName, Input, ProfileInput, Scene};
+
+impl Scene {
+    /// The constant of gravity of pure numbers (`balance.constant`, 1 by default) where the scene's matter attracts itself: a model that
+    /// its own gravity holds, a balance with it, point masses, an orbit, and collisionless particles. `None` where nothing says so.
+    pub(crate) fn own_gravity(&self) -> Option<f64> {
+        let attracts = holds_itself(&self.input, self.balance.as_ref())
+            || self.collisionless.is_some()
+            || self.orbit.is_some()
+            || self.bodies.iter().any(|body| {
+                let balance = body.balance.as_ref().or(self.balance.as_ref());
+                body.point_mass.is_some() || body.collisionless.is_some() || holds_itself(&body.input, balance)
+            });
+        attracts.then(|| self.balance.clone().unwrap_or_default().constant)
+    }
+
+    /// Whether walls reflect anything.
+    pub(crate) fn has_walls(&self) -> bool {
+        let mut domains = std::iter::once(&self.domain).chain(self.bodies.iter().map(|body| &body.domain));
+        domains.any(|domain| domain.boundary.contains(&BoundaryName::Reflecting))
+    }
+
+    /// The adiabatic index of the gas; `None` where bodies have different ones.
+    pub(crate) fn adiabatic_index(&self) -> Option<f64> {
+        let own = self.thermal.gamma;
+        let gas = self.bodies.iter().filter(|body| body.point_mass.is_none() && body.collisionless.is_none());
+        let mut indices = gas.map(|body| body.thermal.as_ref().map_or(own, |thermal| thermal.gamma));
+        let Some(first) = indices.next() else { return Some(own) };
+        indices.all(|other| other == first).then_some(first)
+    }
+}
+
+/// Whether an input is a model that its own gravity holds, or is balanced with it.
+fn holds_itself(input: &Input, balance: Option<&BalanceInput>) -> bool {
+    match balance.and_then(|b| b.gravity) {
+        Some(gravity) => gravity == GravityName::Own,
+        None => input.profile.as_ref().is_some_and(|profile| !matches!(profile, ProfileInput::ToyStar { .. })),
+    }
+}

@@ -1,0 +1,237 @@
+//! What parameter files say of scenes other than a star: gravity of pure numbers, adiabatic indices, dimensions, boxes, materials.
+
+use super::codes::number;
+use super::support::{Folder, Outcome, command, succeed};
+use sph_formats::common::hdf5_read::Reader;
+use sph_formats::{FieldRequest, FileContent};
+use sph_prep::FORMATS;
+
+const PROFILES: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/profiles");
+/// A uniform periodic box; `SCENE` stands for what is added.
+const BOX: &str = "input: {expression: '1'}\ndomain: {box: [[0, 0, 0], [1, 1, 1]], boundary: [periodic]}\nparticles: 1000\noutput: {units: code}\n";
+
+/// Places a scene for a code; the report, and how its parameter files begin.
+fn place(folder: &Folder, scene: &str, (code, out): (&str, &str), more: &[&str]) -> Outcome {
+    let (scene, out) = (folder.file("scene.yaml", scene), folder.path("out").join(out));
+    let (scene, out) = (scene.display().to_string(), out.display().to_string());
+    let mut all = vec!["--scene", &scene, "--for", code, "--parameters", "--out", &out];
+    all.extend(more);
+    succeed(&all)
+}
+
+fn profile(name: &str) -> String {
+    std::fs::read_to_string(format!("{PROFILES}/{name}.yaml")).unwrap()
+}
+
+fn text(folder: &Folder, name: &str) -> String {
+    std::fs::read_to_string(folder.path("out").join(name)).unwrap()
+}
+
+/// Lines of a Config.sh file.
+fn lines(text: &str) -> Vec<&str> {
+    text.lines().filter(|line| !line.starts_with('#')).collect()
+}
+
+/// The adiabatic index that a file says.
+fn read_index(folder: &Folder, name: &str) -> f64 {
+    match sph_formats::read(FORMATS, &folder.path("out").join(name), None, &FieldRequest::default()).unwrap() {
+        FileContent::Particles(file) => file.header.adiabatic_index(),
+        FileContent::Field(_) => panic!("{name} is a field"),
+    }
+}
+
+/// G is 1 where the scene's numbers have no units: a code has to be told, for it knows the constant in cgs.
+#[test]
+fn matter_of_pure_numbers_attracts_itself_where_the_scene_says_so() {
+    let folder = Folder::new();
+    let scene = profile("evrard");
+    place(&folder, &scene, ("swift", "ic.hdf5"), &["-n", "500"]);
+    let yml = text(&folder, "ic.yml");
+    assert!(yml.contains("swift --hydro --self-gravity") && number(&yml, "G:") == 1.0, "{yml}");
+    // Mass and radius are 1, less what 500 particles leave of the outermost layer: half a spacing, (4 pi/3/500)^(1/3)/2 = 0.1, or
+    // more where it is thinner; and sqrt(0.8^3) = 0.72.
+    assert!((7.0..=10.0).contains(&number(&yml, "time_end")), "{yml}");
+    place(&folder, &scene, ("gadget4", "ic.hdf5"), &["-n", "500"]);
+    assert_eq!(number(&text(&folder, "ic.param"), "GravityConstantInternal"), 1.0);
+    assert!(lines(&text(&folder, "ic.Config.sh")).contains(&"SELFGRAVITY"));
+    let other = "input: {profile: {polytrope: {n: 1.5, mass: 1, radius: 1}}}\nparticles: 300\nbalance: {constant: 4}\noutput: {units: code}\n";
+    place(&folder, other, ("swift", "ic.hdf5"), &[]);
+    assert_eq!(number(&text(&folder, "ic.yml"), "G:"), 4.0);
+    // Nothing says that a density in pure numbers attracts itself.
+    place(&folder, &profile("planet"), ("swift", "ic.hdf5"), &["-n", "500"]);
+    let yml = text(&folder, "ic.yml");
+    assert!(!yml.contains("--self-gravity") && !yml.contains("Gravity:"), "{yml}");
+}
+
+/// Pure numbers are written as if in cgs, but what is in cgs has a constant of gravity.
+#[test]
+fn a_star_in_cgs_attracts_itself_with_the_constant_that_the_code_knows() {
+    let folder = Folder::new();
+    let scene = format!("input: {{file: '{PROFILES}/polytrope-1.5.nc'}}\nparticles: 300\noutput: {{units: cgs}}\n");
+    place(&folder, &scene, ("gadget4", "ic.hdf5"), &[]);
+    let param = text(&folder, "ic.param");
+    assert_eq!(number(&param, "GravityConstantInternal"), 0.0);
+    assert!(lines(&text(&folder, "ic.Config.sh")).contains(&"SELFGRAVITY"));
+    // sqrt(R^3/(G M)) of the Sun is 1593 s; less what 300 particles leave of the surface.
+    assert!((0.6..1.0).contains(&(number(&param, "TimeMax") / 15930.0)), "{param}");
+}
+
+/// The pull of the star sets the time of a disc: its own mass is a hundredth.
+#[test]
+fn a_disc_has_the_time_of_its_star() {
+    let folder = Folder::new();
+    place(&folder, &profile("protoplanetary-disc"), ("swift", "ic.hdf5"), &["-n", "500"]);
+    let yml = text(&folder, "ic.yml");
+    // From 2 to sqrt(2^2 + 0.6^2) to the 3/2.
+    assert!((25.0..31.0).contains(&number(&yml, "time_end")) && yml.contains("max_physical_DM_softening"), "{yml}");
+    assert_eq!(number(&yml, "G:"), 1.0);
+}
+
+#[test]
+fn the_adiabatic_index_goes_to_each_code() {
+    let folder = Folder::new();
+    let scene = format!("{BOX}thermal: {{gamma: 1.4}}\nfields: {{pressure: 1}}\n");
+    place(&folder, &scene, ("swift", "ic.hdf5"), &[]);
+    let yml = text(&folder, "ic.yml");
+    assert!(yml.contains("ic.yml, configured with --with-adiabatic-index=7/5\n"), "{yml}");
+    // Sound crosses the box ten times in 10/sqrt(1.4); u = 1/0.4 is rounded to single precision.
+    assert!((number(&yml, "time_end") * 1.4_f64.sqrt() / 10.0 - 1.0).abs() < 1e-6);
+    place(&folder, &scene, ("gadget4", "ic.hdf5"), &[]);
+    let config = text(&folder, "ic.Config.sh");
+    assert_eq!(lines(&config), ["NTYPES=6", "DOUBLEPRECISION=1", "CUBIC_SPLINE_KERNEL", "PERIODIC", "GAMMA=1.4"]);
+    place(&folder, &scene, ("phantom", "ic_00000.tmp"), &[]);
+    assert_eq!(read_index(&folder, "ic_00000.tmp"), 1.4);
+    place(&folder, &scene, ("sph-exa", "ic.h5"), &[]);
+    let step = Reader::open(&folder.path("out/ic.h5"), "sph-exa").unwrap().group_attributes("Step#0").unwrap();
+    assert_eq!(step.number("gamma"), Some(1.4));
+    assert_eq!(read_index(&folder, "ic.h5"), 1.4);
+}
+
+/// SWIFT is built for four indices; what is next to 1 at one temperature is isothermal: P = (5/3 - 1) rho u = rho.
+#[test]
+fn swift_runs_isothermal_gas_and_says_which_it_cannot() {
+    let folder = Folder::new();
+    let scene = format!("{BOX}thermal: {{gamma: 1.001}}\nfields: {{pressure: 1}}\n");
+    place(&folder, &scene, ("swift", "ic.hdf5"), &[]);
+    let yml = text(&folder, "ic.yml");
+    assert!(yml.contains("configured with --with-equation-of-state=isothermal-gas\n"), "{yml}");
+    assert!((number(&yml, "isothermal_internal_energy") - 1.5).abs() < 1e-5, "{yml}");
+    for scene in [
+        scene.replace("pressure: 1", "pressure: 1 + 0.1*x"),
+        format!("{BOX}thermal: {{gamma: 1.3}}\nfields: {{pressure: 1}}\n"),
+    ] {
+        let report = place(&folder, &scene, ("swift", "ic.hdf5"), &[]).stdout;
+        assert!(report.contains("no build of SWIFT has the adiabatic index 1."), "{report}");
+        assert!(text(&folder, "ic.yml").contains("# beware: no build of SWIFT"));
+    }
+}
+
+#[test]
+fn fewer_dimensions_are_said_and_an_open_box_is_not_periodic() {
+    let folder = Folder::new();
+    let scene = profile("disc-2d");
+    place(&folder, &scene, ("gadget4", "ic.hdf5"), &["-n", "500"]);
+    assert_eq!(
+        lines(&text(&folder, "ic.Config.sh")),
+        ["NTYPES=6", "DOUBLEPRECISION=1", "CUBIC_SPLINE_KERNEL", "TWODIMS"]
+    );
+    let param = text(&folder, "ic.param");
+    assert_eq!(number(&param, "BoxSize"), 0.0);
+    // As many in the circle of the radius within which 64 are in a sphere.
+    let expected = std::f64::consts::PI * (48.0 / std::f64::consts::PI).powf(2.0 / 3.0);
+    assert!((number(&param, "DesNumNgb") / expected - 1.0).abs() < 1e-12, "{param}");
+    place(&folder, &scene, ("swift", "ic.hdf5"), &["-n", "500"]);
+    assert!(text(&folder, "ic.yml").contains("ic.yml, configured with --with-hydro-dimension=2\n"));
+    place(&folder, &profile("sine-1d"), ("gadget4", "ic.hdf5"), &["-n", "100"]);
+    assert!(lines(&text(&folder, "ic.Config.sh")).ends_with(&["PERIODIC", "ONEDIMS"]));
+}
+
+/// SWIFT asks for three cells along each edge, and for as many times more along the longest as that is longer.
+#[test]
+fn thin_boxes_have_cells_enough_or_are_said_to_be_too_coarse() {
+    let folder = Folder::new();
+    let scene = BOX.replace("[1, 1, 1]", "[1, 0.1, 0.1]") + "thermal: {internal_energy: 1}\n";
+    let report = place(&folder, &scene, ("swift", "ic.hdf5"), &["-n", "1000"]).stdout;
+    let yml = text(&folder, "ic.yml");
+    assert_eq!(number(&yml, "max_top_level_cells"), 30.0);
+    // 48 neighbors reach (48/(4 pi/3)/1000 * 0.01)^(1/3) = 0.0486, and three cells 1.1 times as wide have to go into 0.1: 1000 (0.160/0.1)^3 = 4120
+    // particles; kernels at even places differ by a few percent.
+    let more = report.split(" the shortest of which is 1.000e-1; use ").nth(1).unwrap_or_else(|| panic!("{report}"));
+    let more: f64 = more.split_whitespace().next().unwrap().parse().unwrap();
+    assert!((3700.0..4700.0).contains(&more), "{more}");
+    // The check sees it, too, and what is said helps.
+    let ic = folder.path("out/ic.hdf5").display().to_string();
+    let checked = command().args(["check", &ic, "--for", "swift"]).output().unwrap();
+    assert!(String::from_utf8(checked.stdout).unwrap().contains("ERROR    smoothing lengths"));
+    let enough = format!("{:.0}", 1.1 * more);
+    let report = place(&folder, &scene, ("swift", "ic.hdf5"), &["-n", &enough]).stdout;
+    assert!(!report.contains("particles or more"), "{report}");
+    let checked = command().args(["check", &ic, "--for", "swift"]).output().unwrap();
+    assert!(!String::from_utf8(checked.stdout).unwrap().contains("ERROR"));
+}
+
+/// Nothing is dropped silently: what a code does not know is said in the report and in its parameter file.
+#[test]
+fn what_a_code_does_not_know_is_said() {
+    let folder = Folder::new();
+    let materials = format!("{BOX}thermal: {{internal_energy: 1}}\nmaterial: [{{id: 400}}]\n");
+    let mixed = BOX.replace("[periodic]", "[periodic, periodic, reflecting]") + "thermal: {internal_energy: 1}\n";
+    let walls = BOX.replace("[periodic]", "reflecting") + "thermal: {internal_energy: 1}\n";
+    let magnetic = format!("{BOX}thermal: {{internal_energy: 1}}\nfields: {{magnetic_field: [1, 0, 0]}}\n");
+    for (scene, code, part) in [
+        (
+            &materials,
+            "swift",
+            "takes the materials of the file for an ideal gas, whose pressure is another: --for swift:scheme=planetary",
+        ),
+        (&materials, "gadget4", "takes the materials of the file for an ideal gas"),
+        (&mixed, "swift", "SWIFT is periodic along all axes or none"),
+        (&walls, "gadget4", "GADGET-4 has no reflecting walls"),
+        (&magnetic, "gadget4", "knows no magnetic field"),
+    ] {
+        let report = place(&folder, scene, (code, "ic.hdf5"), &[]).stdout;
+        let file = text(&folder, if code == "swift" { "ic.yml" } else { "ic.param" });
+        assert!(report.contains(part) && file.contains(part), "{part}: {report}");
+    }
+    let report = place(&folder, &materials, ("swift:planetary", "ic.hdf5"), &[]).stdout;
+    assert!(!report.contains("ideal gas, whose"), "{report}");
+    let yml = text(&folder, "ic.yml");
+    assert!(yml.contains("configured with --with-hydro=planetary --with-equation-of-state=planetary\n"), "{yml}");
+}
+
+/// SWIFT's planetary schemes stop without the materials' numbers; others take them for nothing.
+#[test]
+fn the_check_knows_who_reads_materials() {
+    let folder = Folder::new();
+    let own = format!("{BOX}thermal: {{internal_energy: 1}}\n");
+    let check = |code: &str| {
+        let ic = folder.path("out/ic.hdf5").display().to_string();
+        String::from_utf8(command().args(["check", &ic, "--for", code]).output().unwrap().stdout).unwrap()
+    };
+    place(&folder, &own, ("swift", "ic.hdf5"), &[]);
+    assert!(check("swift:planetary").contains("ERROR    MaterialIDs: is missing"), "{}", check("swift:planetary"));
+    assert!(!check("swift").contains("MaterialIDs"));
+    place(&folder, &format!("{own}material: [{{id: 400}}]\n"), ("swift", "ic.hdf5"), &[]);
+    assert!(check("swift").contains("WARNING  MaterialIDs: "), "{}", check("swift"));
+    assert!(!check("swift:planetary").contains("  MaterialIDs: "));
+}
+
+/// Phantom is built for what is in the dump.
+#[test]
+fn phantoms_build_is_named() {
+    let folder = Folder::new();
+    let own = format!("{BOX}thermal: {{internal_energy: 1}}\n");
+    let dust = format!("{own}fields: {{dust_fraction: 0.01}}\n");
+    let magnetic = format!("{own}fields: {{magnetic_field: [1, 0, 0]}}\n");
+    for (scene, code, build) in [
+        (&own, "phantom", "SETUP=empty PERIODIC=yes IND_TIMESTEPS=no"),
+        (&own, "phantom:wendland-c4", "SETUP=empty PERIODIC=yes IND_TIMESTEPS=no KERNEL=WendlandC4"),
+        (&dust, "phantom", "SETUP=empty PERIODIC=yes IND_TIMESTEPS=no DUST=yes"),
+        (&magnetic, "phantom", "SETUP=empty PERIODIC=yes IND_TIMESTEPS=no MHD=yes"),
+        (&profile("evrard"), "phantom", "SETUP=star"),
+    ] {
+        place(&folder, scene, (code, "ic_00000.tmp"), &["-n", "500"]);
+        let line = format!("# run it by: phantom ic.in, built by make {build}\n");
+        assert!(text(&folder, "ic.in").contains(&line), "{line}");
+    }
+}

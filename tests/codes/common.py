@@ -1,0 +1,24 @@
+"""What the scripts beside this file share: running codes, and their parameter files."""
+import os
+import re
+import subprocess
+
+ROOT = os.path.dirname(os.path.dirname(os.path.dirname(os.path.abspath(__file__))))
+SPH_PREP = os.path.join(ROOT, "target", "release", "sph-prep")
+ENVIRONMENT = {**os.environ, "OMPI_ALLOW_RUN_AS_ROOT": "1", "OMPI_ALLOW_RUN_AS_ROOT_CONFIRM": "1", "OMP_NUM_THREADS": "1"}
+
+
+def run(command, folder):
+    with open(os.path.join(folder, "log"), "a", encoding="utf-8") as log:
+        return subprocess.run(command, cwd=folder, stdout=log, stderr=log, env=ENVIRONMENT).returncode
+
+
+def edit(path, key, new):
+    """Replaces the value behind a key; returns the old one."""
+    with open(path, encoding="utf-8") as file:
+        text = file.read()
+    found = re.search(rf"^(\s*{key}\s*[:= ]\s*)(\S+)", text, re.MULTILINE)
+    value = new(float(found.group(2))) if callable(new) else new
+    with open(path, "w", encoding="utf-8") as file:
+        file.write(text[: found.start(2)] + repr(value) + text[found.end(2) :])
+    return float(found.group(2))
