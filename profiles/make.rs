@@ -4,12 +4,16 @@
 //! - `polytrope-1.5.nc`: n = 1.5, a fully convective star of one solar mass and radius.
 //! - `asteroid.stl`: an elongated lump with craters, in units of a kilometer.
 //! - `wvt.png`: three letters on a ground of a hundredth of their brightness.
+//! - `rotating-star.hdf5`: a snapshot of 4000 particles of a toy star, rho = 15/(8 pi) (1 - r^2) and u = rho, that rotates and drifts.
 //!
 //! Lane-Emden: theta'' + 2/xi theta' + theta^n = 0, integrated by Runge-Kutta 4; then rho = rho_c theta^n and
 //! P = P_c theta^(n+1), with the central values that belong to mass and radius (Chandrasekhar 1939, ch. IV).
 
 use sph_formats::common::netcdf_classic::{ClassicFile, Data};
+use sph_formats::common::particle_names as names;
 use sph_formats::units::{GRAVITATIONAL_CONSTANT_CGS, SOLAR_MASS_CGS, SOLAR_RADIUS_CGS};
+use sph_formats::{FORMATS, Values, WriteOptions};
+use sph_prep::{Control, Scene, place};
 use std::f64::consts::PI;
 use std::path::Path;
 
@@ -210,11 +214,41 @@ fn letters(path: &Path) -> Result<(), Box<dyn std::error::Error>> {
     Ok(())
 }
 
+/// Of the snapshot.
+const STAR: &str = "input: {profile: {toy-star: {mass: 1, radius: 1, k: 1}}}
+particles: 4000
+thermal: {gamma: 2}
+fields: {velocity: ['0.1 - 0.3*y', '0.3*x', 0]}
+output: {units: code, origin: center-of-mass}";
+/// Where its center is, along each axis.
+const MIDDLE: f64 = 2.0;
+/// What a snapshot cannot do without.
+const COLUMNS: [&str; 6] =
+    [names::COORDINATES, names::VELOCITIES, names::MASSES, names::PARTICLE_IDS, names::INTERNAL_ENERGY, names::DENSITY];
+
+fn snapshot(path: &Path) -> Result<(), Box<dyn std::error::Error>> {
+    let (mut file, _) = place(&Scene::parse(STAR)?, FORMATS, &Control::default())?;
+    let table = &mut file.species[0].table;
+    table.columns.retain(|c| COLUMNS.contains(&c.name.as_str()));
+    for column in table.columns.iter_mut().filter(|c| c.name != names::PARTICLE_IDS) {
+        let shift = if column.name == names::COORDINATES { MIDDLE } else { 0.0 };
+        column.values = Values::F32(column.values.to_f64().iter().map(|v| (v + shift) as f32).collect());
+    }
+    // In the middle of a box, as codes have it.
+    (file.header.box_size, file.header.box_corner) = ([2.0 * MIDDLE; 3], None);
+    file.header.provenance = vec![("Source".into(), "sph-prep's own profiles/make.rs".into())];
+    let options = WriteOptions { compression: 9, ..WriteOptions::default() };
+    sph_formats::write(FORMATS, path, Some("gadget"), &file, options)?;
+    println!("{}: {} particles", path.display(), file.species[0].table.count);
+    Ok(())
+}
+
 fn main() -> Result<(), Box<dyn std::error::Error>> {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("profiles");
     polytrope(3.0, &folder.join("star.nc"), "n = 3 polytrope of one solar mass and radius")?;
     polytrope(1.5, &folder.join("polytrope-1.5.nc"), "n = 1.5 polytrope of one solar mass and radius")?;
     asteroid(&folder.join("asteroid.stl"))?;
     letters(&folder.join("wvt.png"))?;
+    snapshot(&folder.join("rotating-star.hdf5"))?;
     Ok(())
 }

@@ -145,10 +145,13 @@ fn gas_carries_a_fraction_of_dust() {
 fn dust_that_makes_no_sense_is_refused_by_key() {
     for (rest, words) in [
         ("dust: {ratio: 0}\n", &["dust.ratio", "positive"][..]),
+        ("dust: {ratio: '-0.01'}\n", &["dust.ratio", "negative"][..]),
+        ("dust: {ratio: '0.01*what'}\n", &["dust.ratio", "what"][..]),
+        ("dust: {ratio: '1/(r - r)'}\n", &["dust.ratio", "finite"][..]),
         ("dust: {ratio: 0.01, particles: 0}\n", &["dust.particles"]),
         ("dust: {ratio: 0.01, type: 6}\n", &["dust.type", "1 to 5"]),
-        ("dust: {ratio: x - 0.5}\n", &["factor"]),
-        ("dust: {ratio: 0.01*(}\n", &["dust (", "0.01*("]),
+        ("dust: {ratio: x - 0.5}\n", &["dust.ratio", "negative"]),
+        ("dust: {ratio: 0.01*(}\n", &["dust.ratio", "0.01*("]),
         ("dust: {ratio: 0.01}\nwalls: {layers: 1}\n", &["dust", "walls"]),
         ("dust: {ratio: 0.01}\nturbulence: {rms_velocity: 1}\n", &["dust", "turbulence"]),
         ("dust: {ratio: 0.01}\ncollisionless: {velocities: none}\nthermal: {gamma: 1.4}\n", &["collisionless"]),

@@ -6,6 +6,7 @@
 //! cargo test --release --test all -- --ignored --nocapture extreme::   # the long ones of a module
 //! ```
 
+mod ambient;
 mod architecture;
 mod balance;
 mod blocks;
@@ -41,6 +42,7 @@ mod planets;
 mod profile_inputs;
 mod random;
 mod real_inputs;
+mod refine;
 mod refined;
 mod resample;
 mod results;

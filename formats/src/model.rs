@@ -4,7 +4,7 @@
 
 use crate::refined::RefinedGrid;
 use crate::units::{Unit, UnitDimension, UnitSystem};
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 /// Numbers in the precision in which the file stores them.
 #[derive(Debug, Clone, PartialEq)]
@@ -231,6 +231,18 @@ pub struct RawField {
 }
 
 impl RawField {
+    /// A stellar model: variables by the distance from its center in cm, with the one that is the density, of a file of a `format`.
+    pub(crate) fn stellar(
+        (path, format): (&Path, &'static str),
+        nodes: Vec<f64>,
+        (variables, density): (Vec<Variable>, Option<String>),
+        metadata: Vec<(String, String)>,
+        notes: Vec<String>,
+    ) -> Self {
+        let geometry = Geometry::Radial { nodes, unit: Unit::parse("cm") };
+        Self { path: path.into(), format, geometry, variables, density, metadata, notes }
+    }
+
     pub fn variable(&self, name: &str) -> Option<&Variable> {
         self.variables.iter().find(|v| v.name == name)
     }

@@ -13,8 +13,9 @@ use crate::input::units::{InputUnits, RunUnits};
 use crate::input::{beside, profile, shapes};
 use crate::scene::{
     BoundaryName, CenteringName, Conversion, CylinderInput, DomainInput, InterpolationName, MissingValues, OtherTypes,
-    Quantity, ResolutionInput, Role, Scene, StaggeringName, values,
+    Quantity, ResolutionInput, Role, Scene, StaggeringName, values, vector,
 };
+use crate::seeding::Seeding;
 use sph::domain::{Axis, Domain, Region, Wall};
 use sph_formats::{FieldRequest, FileContent, FormatSpec, Geometry, RawField, Unit, UnitDimension, UnitSystem};
 use std::path::Path;
@@ -444,7 +445,7 @@ fn scene_domain<const D: usize>(
     let inner = length("domain.ball.inner_radius", &ball.inner_radius)?;
     let outer = length("domain.ball.radius", &ball.radius)?;
     check_radii("domain.ball", inner, outer)?;
-    let center = scene_center("domain.ball.center", &ball.center, conversion)?;
+    let center = vector("domain.ball.center", &ball.center, UnitDimension::LENGTH, conversion)?;
     let mut domain = Domain::ball(center, outer, surface(walls[0]))?;
     if let Region::Ball { inner_radius, .. } = &mut domain.region {
         *inner_radius = inner;
@@ -456,16 +457,6 @@ fn check_radii(key: &str, inner: f64, outer: f64) -> Result<()> {
     match inner >= 0.0 && inner < outer {
         true => Ok(()),
         false => Err(Error::scene(key, format!("has radii {inner} to {outer}, expected 0 <= inner_radius < radius"))),
-    }
-}
-
-/// As many coordinates as dimensions; 0 where there are none.
-fn scene_center<const D: usize>(key: &str, center: &[Quantity], conversion: &Conversion) -> Result<[f64; D]> {
-    let center = values(key, center, UnitDimension::LENGTH, conversion)?;
-    match center.len() {
-        0 => Ok([0.0; D]),
-        n if n == D => Ok(std::array::from_fn(|k| center[k])),
-        n => Err(Error::scene(key, format!("has {n} coordinates, expected {D}"))),
     }
 }
 
@@ -490,7 +481,7 @@ fn scene_cylinder<const D: usize>(
     }
     let ends = axis(walls.get(along).copied().flatten());
     let wall = surface(around.first().copied().flatten());
-    let center = scene_center("domain.cylinder.center", &input.center, conversion)?;
+    let center = vector("domain.cylinder.center", &input.center, UnitDimension::LENGTH, conversion)?;
     Ok(Domain::cylinder(center, along, [inner, outer], height, (wall, ends))?)
 }
 
@@ -525,7 +516,7 @@ pub fn resolution<const D: usize>(
     let even = ResolutionInput { number_density: Some("1".into()), ..ResolutionInput::default() };
     let asked = match &scene.resolution {
         Some(asked) => asked,
-        None if scene.has_own_resolution() => &even,
+        None if scene.seeding == Some(Seeding::VariableMasses) => &even,
         None => return Ok(None),
     };
     let (field, is_spacing): (Box<dyn ScalarField<D>>, bool) = match (asked.expression(), asked.variable()) {

@@ -8,6 +8,7 @@ use crate::input::factor;
 use crate::input::fields;
 use crate::input::ingest::{self, Ingested, RawInput};
 use crate::input::particles::OfSnapshot;
+use crate::input::refinement::{Refinement, Sampled};
 use crate::input::roles::Assignment;
 use crate::input::units::RunUnits;
 use crate::input::weight::Beside;
@@ -69,6 +70,7 @@ impl<const D: usize> Prepared<D> {
         (raw, units): (RawInput, &RunUnits),
         count: usize,
     ) -> Result<Self> {
+        let sampled = Sampled::<D>::of(scene, &raw);
         let Ingested { source, variables, input_mass, of_snapshot } = ingest::source::<D>(scene, formats, raw, units)?;
         let source = fields::attach(scene, source, &units.into_input())?;
         let source = factor::apply(scene, source, &units.into_input())?;
@@ -96,11 +98,20 @@ impl<const D: usize> Prepared<D> {
         let length = source.domain.size();
         let density = density_factor::<D>(mass.value, length)?;
         let resolution = ingest::resolution(scene, formats, &source.domain, &units.into_input())?;
-        let resolution = resolution.map(|field| in_units_of(length, field));
-        let source = source.scaled(1.0 / length, density);
-        let resolution_integral = match &resolution {
-            None => 1.0,
-            Some(field) => total_mass(field.as_ref(), &source.domain, MASS_TOLERANCE)?.value,
+        let mut resolution = resolution.map(|field| in_units_of(length, field));
+        let time = sampled.as_ref().map_or(0.0, |s| s.time);
+        let of_scene = |r| Refinement::new(r, &source.domain, &units.into_input(), time);
+        let refinement = scene.refine.as_ref().map(of_scene).transpose()?;
+        let mean_factor = sampled.zip(refinement.as_ref()).filter(|_| resolution.is_none());
+        let mut source = source.scaled(1.0 / length, density);
+        if let Some(refinement) = &refinement {
+            let (shared, finer) = refinement.scaled(1.0 / length).apply(source, resolution);
+            (source, resolution) = (shared, Some(finer));
+        }
+        let resolution_integral = match (&resolution, mean_factor) {
+            (None, _) => 1.0,
+            (Some(_), Some((sampled, refinement))) => sampled.mean_factor(refinement),
+            (Some(field), None) => total_mass(field.as_ref(), &source.domain, MASS_TOLERANCE)?.value,
         };
         if !(resolution_integral > 0.0 && resolution_integral.is_finite()) {
             return Err(Error::field("resolution", "its number density has no positive integral over the domain"));

@@ -16,6 +16,7 @@ pub mod ingest;
 pub(crate) mod internal_units;
 pub mod particles;
 pub(crate) mod profile;
+pub(crate) mod refinement;
 pub(crate) mod roles;
 pub(crate) mod shapes;
 mod spherical;

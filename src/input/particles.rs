@@ -46,6 +46,8 @@ pub struct Snapshot {
     pub units: UnitSystem,
     /// The file's unit of time, in s.
     pub time_unit: f64,
+    /// That of the snapshot, in it.
+    pub time: f64,
 }
 
 /// Columns that mean nothing at another place.
@@ -125,6 +127,7 @@ impl Snapshot {
             periodic: header.periodic,
             is_mesh,
             time_unit: header.units.time,
+            time: header.time,
         };
         if snapshot.field.variable(name).is_none() {
             if density.is_some_and(|d| d != particle_names::DENSITY) {

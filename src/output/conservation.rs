@@ -10,6 +10,8 @@ use serde::Serialize;
 use sph_formats::common::particle_names as names;
 use sph_formats::{Column, Values};
 
+/// How the note begins that says what was kept.
+pub const TOTALS: &str = "kept of the snapshot";
 /// Flows and internal energies that would have to change by more are not those of the snapshot.
 const LARGEST_CHANGE: f64 = 0.1;
 
@@ -49,7 +51,7 @@ impl Conserved {
         how.extend(self.energy_factor.map(|f| format!("internal energies by {:.1e}", f - 1.0)));
         match kept.is_empty() {
             true => "no totals of the snapshot could be kept".into(),
-            false => format!("kept of the snapshot: {}; for this {}", kept.join(" and "), how.join(", ")),
+            false => format!("{TOTALS}: {}; for this {}", kept.join(" and "), how.join(", ")),
         }
     }
 }

@@ -105,7 +105,7 @@ impl<const D: usize> Frame<D> {
     }
 
     /// The lower corner of the box in the coordinates of the input.
-    pub(super) fn lower_corner(&self) -> [f64; D] {
+    pub(crate) fn lower_corner(&self) -> [f64; D] {
         self.shift.map(|s| 0.0 - s)
     }
 

@@ -3,6 +3,7 @@
 pub mod columns;
 pub mod conservation;
 pub mod frame;
+pub(crate) mod kept;
 pub mod origin;
 pub(crate) mod others;
 pub(crate) mod parameters;

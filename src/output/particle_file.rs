@@ -20,7 +20,7 @@ use sph_formats::model::adiabatic_fact;
 use sph_formats::{Column, ParticleFile, ParticleTable, RunHeader, Species, UnitDimension, UnitSystem, Values};
 
 /// Name of the column with the target's density.
-const TARGET_DENSITY: &str = "TargetDensity";
+pub(crate) const TARGET_DENSITY: &str = "TargetDensity";
 /// How the note begins that says where a body alone has been moved.
 pub const MOVED: &str = "the body is moved to the middle";
 

@@ -28,22 +28,50 @@ pub fn split<const D: usize>(
     count: usize,
 ) -> Positions<D> {
     let n = positions[0].len();
-    let corners = simplex::<D>();
-    let ratio = support_over_spacing(D, kernel_neighbors);
-    // Eq. 42: 2 H / (p N_H)^(1/d); with H = (N_H / (V_d n))^(1/d) a fraction of the spacing.
-    let offset = 2.0 * ratio / (children(D) as f64 * kernel_neighbors).powf(1.0 / D as f64);
+    let offset = offset(D, kernel_neighbors);
     let families: Vec<Vec<[f64; D]>> = parallel::map(n, |i| {
         // Bresenham's share of the places that are to be filled.
         let mine = ((i + 1) * count) / n - (i * count) / n;
         let parent = at(positions, i);
         let reach = offset * target.spacing(target.number_density(&parent)).min(target.domain.size());
-        let child = |corner: &[f64; D]| place(target, &parent, corner, reach);
-        // With all children one sits at the center; with fewer the center stays free.
-        let center = (mine == children(D) || mine == 1).then_some(parent);
-        let others = mine - usize::from(center.is_some());
-        center.into_iter().chain(corners.iter().take(others).map(child)).collect()
+        siblings(target, &parent, reach, mine)
     });
     std::array::from_fn(|k| families.iter().flatten().map(|x| x[k]).collect())
+}
+
+/// Distance of children from their parent over its spacing (eq. 42): 2 H / (p N_H)^(1/d); with H = (N_H / (V_d n))^(1/d) a fraction of
+/// the spacing.
+fn offset(d: usize, kernel_neighbors: f64) -> f64 {
+    2.0 * support_over_spacing(d, kernel_neighbors) / (children(d) as f64 * kernel_neighbors).powf(1.0 / d as f64)
+}
+
+/// So many children, up to d + 2, at `reach` from their parent.
+fn siblings<const D: usize>(target: &Target<'_, D>, parent: &[f64; D], reach: f64, count: usize) -> Vec<[f64; D]> {
+    let corners = simplex::<D>();
+    // With all children one sits at the center; with fewer the center stays free.
+    let center = (count == children(D) || count == 1).then_some(*parent);
+    let others = count - usize::from(center.is_some());
+    let child = |corner: &[f64; D]| place(target, parent, corner, reach);
+    center.into_iter().chain(corners.iter().take(others).map(child)).collect()
+}
+
+/// Places for `count` particles where one of a `spacing` is. More than d + 2 are the children of its children, and so on.
+pub fn family<const D: usize>(
+    target: &Target<'_, D>,
+    parent: &[f64; D],
+    spacing: f64,
+    kernel_neighbors: f64,
+    count: usize,
+) -> Vec<[f64; D]> {
+    let reach = offset(D, kernel_neighbors) * spacing.min(target.domain.size());
+    if count <= children(D) {
+        return siblings(target, parent, reach, count);
+    }
+    let heads = siblings(target, parent, reach, children(D));
+    let own = |i: usize| ((i + 1) * count) / children(D) - (i * count) / children(D);
+    let nearer = spacing * (children(D) as f64).powf(-1.0 / D as f64);
+    let families = heads.iter().enumerate().map(|(i, head)| family(target, head, nearer, kernel_neighbors, own(i)));
+    families.flatten().collect()
 }
 
 /// The child at `reach` from its parent towards a corner, nearer where the domain ends.
@@ -115,6 +143,29 @@ mod tests {
             check(&Domain::ball([0.0; 2], 1.0, Wall::Open).unwrap(), count);
             check(&Domain::new([0.0; 3], [1.0; 3], [Axis::Periodic; 3], Region::Box).unwrap(), count);
         }
+    }
+
+    #[test]
+    fn a_family_has_as_many_members_as_asked_for_about_its_parent() {
+        fn check<const D: usize>() {
+            let domain = Domain::new([0.0; D], [1.0; D], [Axis::Periodic; D], Region::Box).unwrap();
+            let target = Target::of_equal_masses(&domain, &Uniform, 1000, 1.0);
+            for count in [1, 2, 3, 5, 8, 27, 64] {
+                let found = family(&target, &[0.5; D], 0.1, 30.0, count);
+                assert_eq!(found.len(), count);
+                // Offsets of generations are a geometric series of ratio (d + 2)^(-1/d), a third to 0.6 of each.
+                let far = |x: &[f64; D]| x.iter().map(|v| (v - 0.5).powi(2)).sum::<f64>().sqrt() > 0.2;
+                assert!(!found.iter().any(far), "{D}-D {count}");
+                let apart =
+                    |a: &[f64; D], b: &[f64; D]| a.iter().zip(b).map(|(a, b)| (a - b).powi(2)).sum::<f64>().sqrt();
+                for (i, a) in found.iter().enumerate() {
+                    assert!(found[..i].iter().all(|b| apart(a, b) > 1e-6), "{D}-D {count}: {found:?}");
+                }
+            }
+        }
+        check::<1>();
+        check::<2>();
+        check::<3>();
     }
 
     #[test]

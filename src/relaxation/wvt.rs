@@ -108,19 +108,76 @@ impl<const D: usize> Stage<D> for Wvt<'_, D> {
     }
 
     fn begin(&self, particles: Particles<D>) -> Box<dyn Running<D> + '_> {
-        let trace = Trace::new();
         let mut positions = particles.positions;
         part_pairs(&self.target, &mut positions, COINCIDENT);
+        Box::new(self.begun(positions, None))
+    }
+
+    fn resume(&self, kept: &[u8]) -> Result<Box<dyn Running<D> + '_>, String> {
+        let kept: Snapshot<D> = decode(kept)?;
+        kept.check(self.target.count)?;
+        let Snapshot { iteration, positions, moves, excess, memory, weights, best, interfaces, trace } = kept;
+        let (neighbors, mirrored) = (self.options.kernel_neighbors, self.target.domain.mirrored());
+        let mut state = Arrangement::of_sorted(self.kernel, self.target, mirrored, positions, moves, neighbors);
+        self.see_interfaces(&mut state, interfaces);
+        let (options, first_step, trace) = (&self.options, self.first_step(), trace.resumed());
+        let running =
+            Relaxation { options, first_step, state, iteration, excess, memory, weights, best, trace, order: None };
+        Ok(Box::new(running))
+    }
+}
+
+/// The same for some of the particles, in the order in which they were given: those that are `held` stay where they are, to the bit.
+pub struct Holding<'a, const D: usize> {
+    pub wvt: Wvt<'a, D>,
+    pub held: &'a [bool],
+    /// Whether densities jump between the two, so that sums across the surface tell nothing: there is no feedback by them then, and the last state
+    /// is the best.
+    pub has_jump: bool,
+}
+
+impl<const D: usize> Stage<D> for Holding<'_, D> {
+    fn name(&self) -> StageName {
+        NAME
+    }
+
+    fn begin(&self, particles: Particles<D>) -> Box<dyn Running<D> + '_> {
+        Box::new(self.wvt.begun(particles.positions, Some((self.held, self.has_jump))))
+    }
+
+    fn resume(&self, _: &[u8]) -> Result<Box<dyn Running<D> + '_>, String> {
+        Err("is of particles of which some are held, and is not kept; start without it".into())
+    }
+}
+
+/// Which particle each place holds, now and in the best state.
+struct Order {
+    now: Vec<u32>,
+    best: Vec<u32>,
+    has_jump: bool,
+}
+
+impl<const D: usize> Wvt<'_, D> {
+    /// At the start; without `held` all particles move.
+    fn begun(&self, positions: Positions<D>, held: Option<(&[bool], bool)>) -> Relaxation<'_, D> {
+        let trace = Trace::new();
         let (neighbors, mirrored) = (self.options.kernel_neighbors, self.target.domain.mirrored());
         let density = self.target.number_densities(&positions);
         let ratio = support_over_spacing(D, neighbors);
-        let sharpness = self.target.sharpnesses(&positions, &density, ratio);
+        // The target of free particles is nothing where others are held, which is no edge of what they sum over.
+        let sharpness = match held {
+            Some(_) => Vec::new(),
+            None => self.target.sharpnesses(&positions, &density, ratio),
+        };
         let (mut state, order) = Arrangement::with_order(self.kernel, self.target, mirrored, positions, neighbors);
         self.see_interfaces(&mut state, None);
         let count = state.len();
-        Box::new(Relaxation {
+        Relaxation {
             weights: parallel::map(count, |i| {
                 let old = order[i] as usize;
+                if let Some((held, _)) = held {
+                    return f64::from(u8::from(!held[old]));
+                }
                 let support = self.target.support(density[old], ratio);
                 let steep = sharpness[old] > STEEP && self.target.steepness(&at(&state.positions, i), support) > STEEP;
                 if steep { 0.0 } else { resolved(sharpness[old]) }
@@ -133,22 +190,10 @@ impl<const D: usize> Stage<D> for Wvt<'_, D> {
             best: Best { epsilon: f64::INFINITY, iteration: 0, positions: state.positions.clone() },
             trace,
             state,
-        })
+            order: held.map(|(_, has_jump)| Order { best: order.clone(), now: order, has_jump }),
+        }
     }
 
-    fn resume(&self, kept: &[u8]) -> Result<Box<dyn Running<D> + '_>, String> {
-        let kept: Snapshot<D> = decode(kept)?;
-        kept.check(self.target.count)?;
-        let Snapshot { iteration, positions, moves, excess, memory, weights, best, interfaces, trace } = kept;
-        let (neighbors, mirrored) = (self.options.kernel_neighbors, self.target.domain.mirrored());
-        let mut state = Arrangement::of_sorted(self.kernel, self.target, mirrored, positions, moves, neighbors);
-        self.see_interfaces(&mut state, interfaces);
-        let (options, first_step, trace) = (&self.options, self.first_step(), trace.resumed());
-        Ok(Box::new(Relaxation { options, first_step, state, iteration, excess, memory, weights, best, trace }))
-    }
-}
-
-impl<const D: usize> Wvt<'_, D> {
     fn see_interfaces(&self, state: &mut Arrangement<'_, D, f32>, known: Option<Interfaces>) {
         state.see_interfaces(known, &|q| push_weight::<D>(self.options.weight, self.kernel, q));
     }
@@ -207,6 +252,8 @@ struct Relaxation<'a, const D: usize> {
     weights: Vec<f64>,
     best: Best<D>,
     trace: Trace,
+    /// Where particles come out as they were given.
+    order: Option<Order>,
 }
 
 impl<const D: usize> Running<D> for Relaxation<'_, D> {
@@ -220,8 +267,15 @@ impl<const D: usize> Running<D> for Relaxation<'_, D> {
         let support = parallel::map(density.len(), |i| ratio * target.spacing(density[i]));
         let pushes = self.pushes(&density, &support);
         let epsilon = self.epsilon(&pushes, &density, &support);
-        self.note_excess(&pushes, &density);
+        if self.order.as_ref().is_some_and(|order| order.has_jump) {
+            self.best.epsilon = f64::INFINITY;
+        } else {
+            self.note_excess(&pushes, &density);
+        }
         self.best.note(epsilon, iteration, &self.state.positions);
+        if let Some(order) = self.order.as_mut().filter(|_| self.best.iteration == iteration) {
+            order.best.clone_from(&order.now);
+        }
         let reason = self.stop_reason().or(outside);
         let mut largest_step = 0.0;
         if reason.is_none() && iteration < options.iterations {
@@ -256,7 +310,13 @@ impl<const D: usize> Running<D> for Relaxation<'_, D> {
     }
 
     fn finish(self: Box<Self>, stop: StopReason) -> Relaxed<D> {
-        let Self { best, trace, .. } = *self;
+        let Self { mut best, trace, order, .. } = *self;
+        if let Some(order) = order {
+            for axis in &mut best.positions {
+                let sorted = axis.clone();
+                order.best.iter().zip(sorted).for_each(|(&i, x)| axis[i as usize] = x);
+            }
+        }
         let report = StageReport {
             stage: NAME,
             stop,
@@ -283,6 +343,9 @@ impl<const D: usize> Relaxation<'_, D> {
         let order = self.state.sort();
         for values in [&mut self.excess, &mut self.memory, &mut self.weights] {
             *values = parallel::reordered(values, &order);
+        }
+        if let Some(own) = &mut self.order {
+            own.now = parallel::reordered(&own.now, &order);
         }
         self.state.refresh_interfaces();
     }
@@ -338,6 +401,14 @@ impl<const D: usize> Relaxation<'_, D> {
     fn note_excess(&mut self, pushes: &[Push<D>], density: &[f64]) {
         let n = pushes.len();
         let ratio = |i: usize| pushes[i].number_density / density[i];
+        if self.order.is_some() {
+            // Those that are held cannot follow: beside finer ones their sums are large, and they would push these away.
+            let moving = self.weights.iter().sum::<f64>().max(1.0);
+            let mean = reduce::sum(n, |i| if self.weights[i] > 0.0 { ratio(i) } else { 0.0 }) / moving;
+            let weights = &self.weights;
+            self.excess = parallel::map(n, |i| if weights[i] > 0.0 { (ratio(i) / mean).ln() } else { 0.0 });
+            return;
+        }
         let mean = reduce::sum(n, ratio) / n as f64;
         self.excess = parallel::map(n, |i| (ratio(i) / mean).ln());
     }

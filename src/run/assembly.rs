@@ -20,6 +20,8 @@ pub struct Body {
     parts: Vec<Species>,
     dimension: usize,
     pub mass: f64,
+    /// The center of mass in the coordinates of the file that it is from.
+    pub center: [f64; 3],
     /// Distance of the outermost particle.
     pub radius: f64,
     /// Whether its particles go through those of other bodies.
@@ -107,14 +109,14 @@ impl Body {
             }
         }
         let is_collisionless = parts.iter().all(|p| p.part_type != 0);
-        Ok(Self { title, parts, dimension, mass, radius, is_collisionless })
+        Ok(Self { title, parts, dimension, mass, center, radius, is_collisionless })
     }
 
     /// A single particle, in as many dimensions, of a type that is not gas.
     pub fn point(title: String, mass: f64, radii: &[(&str, f64)], (dimension, part_type): (usize, u8)) -> Self {
         let table = point_table((vec![0.0; dimension], mass, None), radii, None);
         let parts = vec![Species { part_type, table }];
-        Self { title, parts, dimension, mass, radius: 0.0, is_collisionless: false }
+        Self { title, parts, dimension, mass, center: [0.0; 3], radius: 0.0, is_collisionless: false }
     }
 
     /// Turned about its center of mass by degrees about the axes x, y and z, in this order; in 2-D by one angle.
@@ -143,6 +145,15 @@ impl Body {
             column.values = Values::F64(rows.flat_map(|i| rotated(&degrees, &row(column, i))[..k].to_vec()).collect());
         }
         Ok(self)
+    }
+
+    /// Places of its gas in a state, and their spacings by the density of a column of that name.
+    pub fn gas_spacings(&self, state: &State, density: &str) -> Vec<([f64; 3], f64)> {
+        let of_part = |table: &ParticleTable| -> Vec<([f64; 3], f64)> {
+            let spacings = self.spacings_by(table, density);
+            moved(table, state).into_iter().zip(spacings).map(|((x, _), s)| (x, s)).collect()
+        };
+        self.parts.iter().filter(|p| p.part_type == 0).flat_map(|p| of_part(&p.table)).collect()
     }
 
     pub fn is_gas(&self) -> bool {
@@ -181,15 +192,16 @@ impl Body {
 
     /// (m / rho)^(1/d) of each particle, where the density is known.
     fn spacings(&self) -> Vec<f64> {
-        let of_part = |table: &ParticleTable| -> Vec<f64> {
-            let density = table.column(names::DENSITY);
-            let at = |(i, m): (usize, f64)| {
-                let rho = density.map_or(0.0, |c| c.values.get(i));
-                if rho > 0.0 { (m / rho).powf(1.0 / self.dimension as f64) } else { 0.0 }
-            };
-            masses_of(table).enumerate().map(at).collect()
+        self.parts.iter().flat_map(|p| self.spacings_by(&p.table, names::DENSITY)).collect()
+    }
+
+    fn spacings_by(&self, table: &ParticleTable, density: &str) -> Vec<f64> {
+        let density = table.column(density);
+        let at = |(i, m): (usize, f64)| {
+            let rho = density.map_or(0.0, |c| c.values.get(i));
+            if rho > 0.0 { (m / rho).powf(1.0 / self.dimension as f64) } else { 0.0 }
         };
-        self.parts.iter().flat_map(|p| of_part(&p.table)).collect()
+        masses_of(table).enumerate().map(at).collect()
     }
 }
 

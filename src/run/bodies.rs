@@ -4,6 +4,7 @@
 //! Two bodies on an
 //! orbit have their center of mass at rest in the middle of the box.
 
+use super::ambient;
 use super::assembly::{self, Body, Frame, Origin, State};
 use super::bodies_report::{BodiesReport, BodyFigures, BodyReport, OrbitFigures};
 use super::cache::{PlacedBody, Recipe};
@@ -38,6 +39,7 @@ pub fn place_bodies(
     let (Shared { common, gas, scenes }, format) = before(scene, formats)?;
     let title = |i: usize| scene.bodies[i].title(i);
     let mut placed: Vec<Placed> = Vec::new();
+    let of_gas: Vec<(usize, Scene)> = gas.iter().copied().zip(scenes.iter().cloned()).collect();
     for (&i, alone) in gas.iter().zip(scenes) {
         // A body that is the same as another comes out the same.
         let same = placed.iter().find(|other| other.alone == alone);
@@ -83,8 +85,16 @@ pub fn place_bodies(
             });
         }
     }
+    let out = (header.units, common.name.as_str(), common.has_units());
+    let own = box_of(scene, common.dimension, &conversion)?;
+    let medium = ambient::placed(scene, (formats, control), (&bodies, &states, &of_gas), out, own.as_ref())?;
+    if let Some(medium) = medium {
+        bodies.push(medium.body);
+        states.push(medium.state);
+        reports.push(Some((medium.figures, String::new(), false)));
+    }
     let (center, velocity) = assembly::center_of_mass(&bodies, &states);
-    let mut frame = match box_of(scene, common.dimension, &conversion)? {
+    let mut frame = match own {
         Some(frame) => frame,
         None => assembly::frame(&bodies, &states, relative.map(|_| center), scene.output.box_factor),
     };
@@ -105,7 +115,7 @@ pub fn place_bodies(
         ));
     }
     let stop = worst(reports.iter().flatten().map(|r| r.0.stop));
-    let figures = figures(&bodies, &states, reports);
+    let mut figures = figures(&bodies, &states, reports);
     let particles = bodies.iter().map(Body::count).sum();
     let mass = bodies.iter().map(|b| b.mass).sum();
     let sums = (header.kernel.as_str(), header.kernel_neighbors);
@@ -115,8 +125,13 @@ pub fn place_bodies(
         kernel: header.kernel,
         kernel_neighbors: header.kernel_neighbors,
     };
-    let (file, more) = assembly::assemble(bodies, &states, &frame, origin)?;
+    let (mut file, more) = assembly::assemble(bodies, &states, &frame, origin)?;
     notes.extend(more);
+    if scene.ambient.is_some() {
+        let (mean, square) = ambient::sum_together(scene, &mut file)?;
+        let of_medium = figures.last_mut().and_then(|medium| medium.figures.as_mut());
+        of_medium.into_iter().for_each(|f| (f.mean_error, f.epsilon) = (mean, square));
+    }
     let orbit = relative.map(|r| OrbitFigures::new(&r));
     let report = BodiesReport {
         output: scene.output.file.as_ref().map_or_else(String::new, |f| f.display().to_string()),

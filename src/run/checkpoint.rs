@@ -6,7 +6,7 @@
 
 use super::fingerprint::Hash;
 use crate::error::{Error, Result};
-use crate::relaxation::{Particles, Snapshot, StageName, StageReport};
+use crate::relaxation::{Particles, Snapshot, StageName, StageReport, StopReason};
 use crate::scene::{CheckpointInput, Scene};
 use crate::target::Target;
 use serde::{Deserialize, Serialize};
@@ -21,6 +21,13 @@ const MARK: &[u8; 8] = b"SPHPREPC";
 const LAYOUT: u32 = 4;
 /// Mark, layout and checksum.
 const HEADER: usize = 20;
+
+/// Removes the checkpoint of a run that has come to its end; a note where that fails.
+pub(super) fn remove_checkpoint(scene: &Scene, stop: StopReason) -> Option<String> {
+    let file = scene.checkpoint.file.as_deref().filter(|f| f.is_file() && !stop.is_cut())?;
+    let error = std::fs::remove_file(file).err()?;
+    Some(format!("the checkpoint '{}' is of no more use but cannot be removed: {error}", file.display()))
+}
 
 /// What a checkpoint belongs to.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]

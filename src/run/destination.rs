@@ -3,8 +3,12 @@
 use super::drawings::{self, Drawing};
 use crate::codes::TargetCode;
 use crate::error::{Error, Result};
-use crate::output::parameters;
-use crate::scene::Scene;
+use crate::input::internal_units::Prepared;
+use crate::output::frame::Frame;
+use crate::output::walls::Walls;
+use crate::output::{origin, parameters};
+use crate::scene::{Conversion, Scene};
+use sph::domain::Axis;
 use sph_formats::{FormatError, FormatSpec, ParticleFile, Species, WriteOptions, registry};
 use std::path::{Path, PathBuf};
 
@@ -110,6 +114,55 @@ impl<'a> Destination<'a> {
 fn write_text(path: &Path, text: &str) -> Result<()> {
     let written = |temporary: &Path| std::fs::write(temporary, text).map_err(|e| FormatError::io(path, "write", e));
     Ok(sph_formats::output::atomically(path, written)?)
+}
+
+/// Before the long work: what the writer would refuse at its end.
+pub fn refuse_what_the_format_cannot_hold(scene: &Scene, format: &FormatSpec, dimension: usize) -> Result<()> {
+    let can = format.capabilities;
+    if !can.dimensions.contains(&dimension) {
+        let known = can.dimensions.iter().map(usize::to_string).collect::<Vec<_>>().join(", ");
+        let problem = format!("'{}' holds particles in {known} dimensions, but these are in {dimension}", format.name);
+        return Err(Error::scene("output.format", problem));
+    }
+    if can.equal_masses && (scene.has_own_resolution() || scene.trim_masses.is_some()) {
+        let problem = format!(
+            "'{}' holds one mass for all particles of a type; leave out resolution, refine and trim_masses, or choose another",
+            format.name
+        );
+        return Err(Error::scene("output.format", problem));
+    }
+    Ok(())
+}
+
+/// What the format says of the box of the output.
+///
+/// # Errors
+/// A box or an origin that it cannot hold.
+pub(crate) fn refuse_box<const D: usize>(
+    scene: &Scene,
+    format: Option<&FormatSpec>,
+    (prepared, walls): (&Prepared<D>, Option<&Walls<D>>),
+    into_input: &Conversion,
+) -> Result<()> {
+    origin::refuse(scene, format, &prepared.source.domain.axes.map(|a| a == Axis::Periodic))?;
+    origin::refuse_far(scene, &prepared.source.domain, (into_input, prepared.length))?;
+    let Some(format) = format.filter(|f| f.capabilities.cubic_box) else { return Ok(()) };
+    let frame = match walls {
+        Some(walls) => Frame::new(&walls.frame, 1.0),
+        None => Frame::new(&prepared.source.domain, scene.output.box_factor),
+    };
+    let used = &frame.box_size[..D];
+    let unit = prepared.length;
+    if used.iter().all(|edge| *edge == used[0]) {
+        return Ok(());
+    }
+    let edges: Vec<String> = used.iter().map(|edge| format!("{:.6e}", edge * unit)).collect();
+    let problem = format!(
+        "'{}' has one number for the box, but its edges are {} in the input's units; write swift instead (--to swift), or use equal edges",
+        format.name,
+        edges.join(", ")
+    );
+    Err(Error::scene("output.format", problem))
 }
 
 /// The format that a scene is for: of its output file, else the one it names, else that of its target code. None for a picture.

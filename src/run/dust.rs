@@ -1,7 +1,20 @@
 //! Dust that was placed by itself joins the gas.
 
+use crate::error::Error;
+use crate::scene::DUST_RATIO;
 use sph_formats::common::particle_names as names;
 use sph_formats::{Column, ParticleFile, Species, UnitDimension, Values};
+
+/// An error of the scene of dust by itself, with the keys of the scene that it is of.
+pub(super) fn in_dust(error: Error) -> Error {
+    match error {
+        Error::Scene { key, problem } if key == "input.factor" || key == format!("fields.{DUST_RATIO}") => {
+            Error::scene("dust.ratio", problem)
+        }
+        Error::Scene { key, problem } => Error::Scene { key: format!("dust ({key})"), problem },
+        other => other,
+    }
+}
 
 /// Adds the particles of `dust`, which are in the corner of a box with the same middle, to `file`; returns what there is to note.
 pub(super) fn join(file: &mut ParticleFile, dust: ParticleFile) -> Option<String> {

@@ -1,9 +1,11 @@
 //! The order of a run: the plan, the stages as planned, checkpoints on the way, and the report at the end. No physics.
 
+mod ambient;
 pub mod assembly;
 pub mod bodies;
 pub mod bodies_report;
 pub mod cache;
+mod carving;
 pub mod checkpoint;
 pub mod destination;
 mod doubts;
@@ -21,6 +23,7 @@ pub(crate) mod page;
 mod page_of_bodies;
 pub mod pipeline;
 pub mod plan;
+mod refining;
 pub mod replicate;
 pub mod report;
 pub mod seeds;

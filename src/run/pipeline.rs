@@ -1,7 +1,11 @@
 //! A scene from its input to placed particles, and to a file: input -> source -> target -> seeding -> relaxation -> carried
 //! fields -> measures -> particle file. The only place where the run-time dimension becomes a type.
 
-use super::destination::{Destination, intended_format, refuse_other_types};
+use super::carving::{Carving, Obstacles};
+use super::checkpoint::remove_checkpoint;
+use super::destination::{
+    Destination, intended_format, refuse_box, refuse_other_types, refuse_what_the_format_cannot_hold,
+};
 #[cfg(feature = "plots")]
 use super::drawings::is_drawn;
 use super::drawings::{Drawing, is_picture};
@@ -9,6 +13,7 @@ use super::duration::{self, Cost, Expected};
 use super::forecast::{self, Forecast};
 use super::grading::verdict as verdict_on;
 use super::plan::{Held, Plan};
+use super::refining::{Refining, refines_a_snapshot};
 use super::report::{MassReport, Report, SnapshotReport, Timing};
 use super::stages::{self, Placed, Setting};
 use super::variables::variables;
@@ -25,9 +30,11 @@ use crate::input::units::RunUnits;
 #[cfg(feature = "plots")]
 use crate::metrics::Detail;
 use crate::metrics::{DensityError, Measured, Outcome, Thermodynamics};
+use crate::output::conservation::TOTALS;
 use crate::output::frame::{Factors, Frame, output_units};
+use crate::output::kept::is_double;
 use crate::output::origin;
-use crate::output::particle_file::{Made, Making, RawColumns, particle_file};
+use crate::output::particle_file::{MOVED, Made, Making, RawColumns, particle_file};
 use crate::output::walls::Walls;
 #[cfg(feature = "plots")]
 use crate::page::{Seen, Side};
@@ -40,7 +47,7 @@ use crate::target::{Equilibrium, Positions, at};
 use sph::domain::Region;
 use sph::domain::{Axis, Domain};
 use sph::kernel::KernelName;
-use sph::{parallel, reduce};
+use sph::parallel;
 use sph_formats::common::particle_names as names;
 use sph_formats::{FormatSpec, ParticleFile, Species, UnitSystem};
 use std::time::Instant;
@@ -53,15 +60,13 @@ use std::time::Instant;
 /// # Errors
 /// Any of [`Error`].
 pub fn place(scene: &Scene, formats: &[FormatSpec], control: &Control<'_>) -> Result<(ParticleFile, Report)> {
-    let Done::Placed(placed) = done(scene, formats, control, false)? else { return Err(Error::Interrupted) };
+    refuse_dust(scene, formats)?;
+    let Done::Placed(placed) = done(scene, formats, control, (false, None))? else { return Err(Error::Interrupted) };
     let (mut file, mut report) = *placed;
     let format = intended_format(scene, formats)?.map(|f| f.name);
     let units = scene.output.units.clone().or_else(|| name_of(file.header.units).map(str::to_owned));
     if let Some(alone) = scene.of_dust(report.particles, format, units)? {
-        let (own, of_dust) = place(&alone, formats, control).map_err(|error| match error {
-            Error::Scene { key, problem } => Error::Scene { key: format!("dust ({key})"), problem },
-            other => other,
-        })?;
+        let (own, of_dust) = place(&alone, formats, control).map_err(dust::in_dust)?;
         report.notes.extend(dust::join(&mut file, own));
         report
             .notes
@@ -69,6 +74,34 @@ pub fn place(scene: &Scene, formats: &[FormatSpec], control: &Control<'_>) -> Re
         report.warnings.extend(of_dust.warnings.iter().map(|warning| format!("dust: {warning}")));
     }
     Ok((file, report))
+}
+
+/// Refuses dust that cannot be placed, before the gas is.
+fn refuse_dust(scene: &Scene, formats: &[FormatSpec]) -> Result<()> {
+    if scene.dust.is_none() {
+        return Ok(());
+    }
+    scene.validate()?;
+    let format = intended_format(scene, formats)?.map(|f| f.name);
+    let gas = scene.particles.unwrap_or(DEFAULT_PARTICLES);
+    let Some(alone) = scene.of_dust(gas, format, scene.output.units.clone())? else { return Ok(()) };
+    done(&alone, formats, &Control::default(), (true, None)).map(|_| ()).map_err(dust::in_dust)
+}
+
+/// A medium in a box, less what bodies take of it.
+///
+/// # Errors
+/// Those of [`place`].
+pub(super) fn place_around(
+    scene: &Scene,
+    formats: &[FormatSpec],
+    control: &Control<'_>,
+    around: &Obstacles,
+) -> Result<(ParticleFile, Report)> {
+    match done(scene, formats, control, (false, Some(around)))? {
+        Done::Placed(placed) => Ok(*placed),
+        Done::Foreseen(_) => Err(Error::Interrupted),
+    }
 }
 
 /// What [`run`] would do: all that it does before it places particles, with what the stages will take.
@@ -79,7 +112,7 @@ pub fn forecast(scene: &Scene, formats: &[FormatSpec], control: &Control<'_>) ->
     if scene.output.file.is_some() {
         Destination::new(scene, formats)?.refuse_overwriting_inputs(scene)?;
     }
-    match done(scene, formats, control, true)? {
+    match done(scene, formats, control, (true, None))? {
         Done::Foreseen(forecast) => Ok(*forecast),
         Done::Placed(_) => Err(Error::Interrupted),
     }
@@ -91,7 +124,12 @@ enum Done {
     Foreseen(Box<Forecast>),
 }
 
-fn done(scene: &Scene, formats: &[FormatSpec], control: &Control<'_>, is_dry: bool) -> Result<Done> {
+fn done(
+    scene: &Scene,
+    formats: &[FormatSpec],
+    control: &Control<'_>,
+    (is_dry, around): (bool, Option<&Obstacles>),
+) -> Result<Done> {
     scene.validate()?;
     if !scene.bodies.is_empty() {
         return Err(Error::scene("bodies", "are several; place_bodies places them, and run_bodies writes the file"));
@@ -122,6 +160,8 @@ fn done(scene: &Scene, formats: &[FormatSpec], control: &Control<'_>, is_dry: bo
         notes,
         warnings: Vec::new(),
         is_dry,
+        around,
+        own_units: None,
     };
     run.lap(Step::Read, start, None);
     run.check()?;
@@ -151,8 +191,11 @@ pub fn run_as(scene: &Scene, formats: &[FormatSpec], control: &Control<'_>, comm
     let (file, mut report) = place(scene, formats, control)?;
     let lap = Instant::now();
     control.tell(Event::Begin(Step::Write));
+    let mut written = scene.clone();
+    // What stays of a snapshot stays to the bit.
+    written.output.double_precision |= refines_a_snapshot(scene, &report) && is_double(&file);
     let has_units = report.mass.total_cgs.is_some();
-    report.notes.extend(destination.write(scene, formats, (&file, &Drawing::of(&report)), has_units)?);
+    report.notes.extend(destination.write(&written, formats, (&file, &Drawing::of(&report)), has_units)?);
     report.timing.push(Timing { step: Step::Write.name(), seconds: lap.elapsed().as_secs_f64(), epsilon: None });
     report.notes.extend(remove_checkpoint(scene, report.stop));
     report.seconds = start.elapsed().as_secs_f64();
@@ -163,24 +206,6 @@ pub fn run_as(scene: &Scene, formats: &[FormatSpec], control: &Control<'_>, comm
     #[cfg(not(feature = "plots"))]
     let _ = command;
     Ok(report)
-}
-
-/// Before the long work: what the writer would refuse at its end.
-fn refuse_what_the_format_cannot_hold(scene: &Scene, format: &FormatSpec, dimension: usize) -> Result<()> {
-    let can = format.capabilities;
-    if !can.dimensions.contains(&dimension) {
-        let known = can.dimensions.iter().map(usize::to_string).collect::<Vec<_>>().join(", ");
-        let problem = format!("'{}' holds particles in {known} dimensions, but these are in {dimension}", format.name);
-        return Err(Error::scene("output.format", problem));
-    }
-    if can.equal_masses && (scene.has_own_resolution() || scene.trim_masses.is_some()) {
-        let problem = format!(
-            "'{}' holds one mass for all particles of a type; leave out resolution and trim_masses, or choose another",
-            format.name
-        );
-        return Err(Error::scene("output.format", problem));
-    }
-    Ok(())
 }
 
 /// A run under way.
@@ -197,6 +222,10 @@ struct Run<'a> {
     warnings: Vec<String>,
     /// Whether to end before particles are placed.
     is_dry: bool,
+    /// Bodies that take their place of what is placed.
+    around: Option<&'a Obstacles>,
+    /// Of the output, where these are settled.
+    own_units: Option<UnitSystem>,
 }
 
 impl Run<'_> {
@@ -212,15 +241,21 @@ impl Run<'_> {
     fn in_dimension<const D: usize>(mut self, raw: RawInput) -> Result<Done> {
         let lap = Instant::now();
         self.control.tell(Event::Begin(Step::Interpolate));
-        let count = self.scene.particles.unwrap_or(DEFAULT_PARTICLES);
+        let refining = Refining::<D>::new(self.scene, &raw, &self.units, self.formats)?;
+        self.own_units = refining.as_ref().map(Refining::units);
+        let count = refining.as_ref().map_or(self.scene.particles.unwrap_or(DEFAULT_PARTICLES), Refining::count);
         let mut prepared = Prepared::<D>::new(self.scene, self.formats, (raw, &self.units), count)?;
         self.notes.extend(surroundings::attach(self.scene, self.formats, &mut prepared, &self.units)?);
         let others: &[Species] = prepared.of_snapshot.as_ref().map_or(&[], |s| s.others.as_slice());
         refuse_other_types(self.format, others)?;
         collisionless::refuse_taken_type(self.scene, others)?;
         self.notes.extend(prepared.notes.iter().cloned());
+        let around = self.around.map(|o| Carving::new(o, &prepared, &self.units, self.formats)).transpose()?;
+        let count = around.as_ref().map_or(count, Carving::whole);
         let regions = prepared.target().find_regions(self.scene.region_contrast);
         let target = prepared.target().with_regions(regions.as_ref());
+        let target = refining.as_ref().map_or(target, |r| r.target(target));
+        let target = around.as_ref().map_or(target, |a| a.target(target));
         self.lap(Step::Interpolate, lap, None);
         let (hydrostatics, unsure) = match self.scene.collisionless {
             None => Hydrostatics::new(self.scene, &prepared, &self.units)?,
@@ -246,6 +281,7 @@ impl Run<'_> {
             return Err(Error::scene("certify", problem));
         }
         let mut plan = Plan::new(self.scene, &target, prepared.source.radial.is_some(), &held);
+        refining.iter().for_each(|r| r.change(&mut plan, self.scene));
         if let Some(h) = hydrostatics.as_ref().filter(|_| plan.stages.contains(&BALANCE)) {
             self.notes.push(format!("balanced {}", h.describe()));
             self.notes.extend(h.entropy_falls().map(|fall| {
@@ -268,7 +304,7 @@ impl Run<'_> {
         }
         self.warnings.extend(doubts::before(self.scene, &prepared, count));
         let walls = Walls::new(self.scene, self.formats, &prepared, &self.units.into_input())?;
-        self.refuse_box(&prepared, walls.as_ref())?;
+        refuse_box(self.scene, self.format, (&prepared, walls.as_ref()), &self.units.into_input())?;
         let displacement = Displacement::new(self.scene, &prepared, &self.units.into_input())?;
         self.notes.extend(displacement.iter().flat_map(|d| d.notes().iter().cloned()));
         self.check()?;
@@ -277,15 +313,25 @@ impl Run<'_> {
         }
         let equilibrium = hydrostatics.as_ref().map(|h| h as &dyn Equilibrium<D>);
         let setting = Setting::new(self.scene, target, equilibrium, self.control);
-        let placed = stages::place(&setting, &mut plan)?;
-        let made = self.measure(
+        let placed = match (&refining, &around) {
+            (Some(refining), _) => refining.place(&setting, &plan, prepared.length)?,
+            (None, Some(around)) => around.place(&setting, &mut plan)?,
+            (None, None) => stages::place(&setting, &mut plan)?,
+        };
+        let (places, scene) = (refining.as_ref().map(|_| placed.particles.positions.clone()), self.scene);
+        let (mut file, mut report) = self.measure(
             &setting,
             (&prepared, walls.as_ref(), displacement.as_ref()),
             hydrostatics.as_ref(),
             placed,
             plan,
         )?;
-        Ok(Done::Placed(Box::new(made)))
+        if let Some((refining, places)) = refining.zip(places) {
+            report.notes.retain(|note| !note.starts_with(MOVED) && !note.starts_with(TOTALS));
+            refining.rewrite(scene, &prepared, &places, (&mut file, &mut report))?;
+            report.verdict = verdict_on(&report);
+        }
+        Ok(Done::Placed(Box::new((file, report))))
     }
 
     fn foreseen<const D: usize>(self, prepared: &Prepared<D>, plan: Plan, (count, slowness): (usize, f64)) -> Forecast {
@@ -363,10 +409,14 @@ impl Run<'_> {
             Some(code) => Some(format!("made for {}", code.describe(D))),
             None => self.format.and_then(|f| TargetCode::of_format(f.name)?.mismatch(kernel, D, neighbors)),
         });
-        let (units, note) = output_units(self.scene.output.units.as_deref(), self.units.input, prepared.mass.value, D)?;
+        let (units, note) = match self.own_units {
+            Some(units) => (units, None),
+            None => output_units(self.scene.output.units.as_deref(), self.units.input, prepared.mass.value, D)?,
+        };
         self.notes.extend(note);
         let factors = Factors::new::<D>(self.units.input, prepared, &units);
-        let mass = self.mass_report(&masses, &target.masses(&positions), prepared, (&factors, &units));
+        let known = (self.units.input.is_some() && D == 3).then_some(units.mass);
+        let mass = MassReport::new(&masses, &target.masses(&positions), &prepared.mass, (&factors, known));
         self.warnings.extend(doubts::after(target, &positions));
         let displaced = self.displaced(target.domain, displacement, &positions, &mut plan)?;
         let (support, density) = match &displaced {
@@ -486,30 +536,6 @@ impl Run<'_> {
         }
     }
 
-    /// What the format says of the box of the output.
-    fn refuse_box<const D: usize>(&self, prepared: &Prepared<D>, walls: Option<&Walls<D>>) -> Result<()> {
-        origin::refuse(self.scene, self.format, &prepared.source.domain.axes.map(|a| a == Axis::Periodic))?;
-        let into_input = self.units.into_input();
-        origin::refuse_far(self.scene, &prepared.source.domain, (&into_input, prepared.length))?;
-        let Some(format) = self.format.filter(|f| f.capabilities.cubic_box) else { return Ok(()) };
-        let frame = match walls {
-            Some(walls) => Frame::new(&walls.frame, 1.0),
-            None => Frame::new(&prepared.source.domain, self.scene.output.box_factor),
-        };
-        let used = &frame.box_size[..D];
-        let unit = prepared.length;
-        if used.iter().all(|edge| *edge == used[0]) {
-            return Ok(());
-        }
-        let edges: Vec<String> = used.iter().map(|edge| format!("{:.6e}", edge * unit)).collect();
-        let problem = format!(
-            "'{}' has one number for the box, but its edges are {} in the input's units; write swift instead (--to swift), or use equal edges",
-            format.name,
-            edges.join(", ")
-        );
-        Err(Error::scene("output.format", problem))
-    }
-
     /// The body followed forward, where that is asked for.
     fn certificate<const D: usize>(
         &mut self,
@@ -538,27 +564,6 @@ impl Run<'_> {
         let certificate = certify(sums, *target, (positions, &energy), &matter, duration, self.control);
         self.lap(Step::Relax(CERTIFICATE), lap, None);
         Ok(Some(certificate))
-    }
-
-    fn mass_report<const D: usize>(
-        &self,
-        masses: &[f64],
-        asked: &[f64],
-        prepared: &Prepared<D>,
-        (factors, out): (&Factors, &UnitSystem),
-    ) -> MassReport {
-        let total = prepared.mass.value * factors.input_mass;
-        let summed = reduce::sum(masses.len(), |i| masses[i] * factors.mass);
-        let fold = |f: fn(f64, f64) -> f64, start: f64| masses.iter().fold(start, |m, &v| f(m, v)) * factors.mass;
-        MassReport {
-            total,
-            quadrature_error: prepared.mass.error / prepared.mass.value,
-            smallest: fold(f64::min, f64::INFINITY),
-            largest: fold(f64::max, 0.0),
-            defect: (summed - total) / total,
-            off: masses.iter().zip(asked).fold(0.0, |off, (m, asked)| f64::max(off, (m / asked - 1.0).abs())),
-            total_cgs: (self.units.input.is_some() && D == 3).then_some(total * out.mass),
-        }
     }
 }
 
@@ -590,11 +595,4 @@ fn verdict(scene: &Scene, stop: StopReason, measured: &DensityError) -> StopReas
         (false, StopReason::ToleranceReached) => StopReason::ToleranceMissed,
         (false, _) => stop,
     }
-}
-
-/// Removes the checkpoint of a run that has come to its end; a note where that fails.
-fn remove_checkpoint(scene: &Scene, stop: StopReason) -> Option<String> {
-    let file = scene.checkpoint.file.as_deref().filter(|f| f.is_file() && !stop.is_cut())?;
-    let error = std::fs::remove_file(file).err()?;
-    Some(format!("the checkpoint '{}' is of no more use but cannot be removed: {error}", file.display()))
 }

@@ -1,6 +1,6 @@
 //! The run report: one value, printed for people or as JSON.
 
-use crate::field::Scatter;
+use crate::field::{MassEstimate, Scatter};
 use crate::input::atmosphere::Cut;
 use crate::input::particles::{OfSnapshot, material_shares};
 use crate::metrics::{
@@ -8,12 +8,14 @@ use crate::metrics::{
     RegionFigures,
 };
 use crate::output::conservation::Conserved;
+use crate::output::frame::Factors;
 use crate::relaxation::{Certificate, StageReport, StopReason};
 use crate::run::duration::{self, Expected};
 use crate::run::plan::Plan;
 use crate::run::variables::{VariableReport, write_variables};
 use crate::run::verdict::{Finding, ending, write_verdict};
 use serde::Serialize;
+use sph::reduce;
 use sph_formats::ParticleTable;
 use sph_formats::common::particle_names as names;
 use std::collections::{BTreeMap, BTreeSet};
@@ -119,6 +121,29 @@ pub struct MassReport {
     pub off: f64,
     /// In grams, where the units are known.
     pub total_cgs: Option<f64>,
+}
+
+impl MassReport {
+    /// Of `masses` in internal units, of which `asked` were asked for; `grams` are those of a unit of the output.
+    pub(crate) fn new(
+        masses: &[f64],
+        asked: &[f64],
+        mass: &MassEstimate,
+        (factors, grams): (&Factors, Option<f64>),
+    ) -> Self {
+        let total = mass.value * factors.input_mass;
+        let summed = reduce::sum(masses.len(), |i| masses[i] * factors.mass);
+        let fold = |f: fn(f64, f64) -> f64, start: f64| masses.iter().fold(start, |m, &v| f(m, v)) * factors.mass;
+        Self {
+            total,
+            quadrature_error: mass.error / mass.value,
+            smallest: fold(f64::min, f64::INFINITY),
+            largest: fold(f64::max, 0.0),
+            defect: (summed - total) / total,
+            off: masses.iter().zip(asked).fold(0.0, |off, (m, asked)| f64::max(off, (m / asked - 1.0).abs())),
+            total_cgs: grams.map(|grams| total * grams),
+        }
+    }
 }
 
 /// Wall time of one step of the run.

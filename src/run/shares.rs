@@ -42,6 +42,10 @@ pub(super) fn shared(scene: &Scene, formats: &[FormatSpec]) -> Result<Shared> {
     let alone = |(i, count): (&usize, &usize)| {
         let mut alone = scene.of_body(*i, Some(*count));
         alone.output.units = Some(common.name.clone());
+        if scene.ambient.is_some() {
+            // What neighbors the medium has is told by the density that the body should have.
+            alone.output.target_density = true;
+        }
         alone
     };
     let scenes = gas.iter().zip(&counts).map(alone).collect();

@@ -7,7 +7,7 @@ use crate::error::{Error, Result};
 use crate::metrics::{Aim, Ledger, Quality};
 use crate::relaxation::{
     self, AFC, ALARIC, Accepted, AfcOptions, Alaric, AlaricOptions, AwayFromClosest, BALANCE, BalanceOptions, ByBody,
-    Control, DAMPED_RELAXATION, DensitySolver, Event, Judge, MassTrimming, Particles, PressureBalance, SOLVER,
+    Control, DAMPED_RELAXATION, DensitySolver, Event, Holding, Judge, MassTrimming, Particles, PressureBalance, SOLVER,
     SolverOptions, Stage, StageName, StageReport, Start, Step, StopReason, TRIMMING, TrimOptions, WVT, Wvt, WvtOptions,
     coarse_count,
 };
@@ -195,6 +195,26 @@ impl<'a, const D: usize> Setting<'a, D> {
     /// The target's masses in boxes: found once, at the first measure.
     pub fn ledger(&self) -> &Ledger<D> {
         self.ledger.get_or_init(|| Ledger::new(&self.target))
+    }
+
+    /// Particles that are relaxed by WVT against those that are `held`, with whether densities jump between them, in the order in which they are
+    /// given.
+    ///
+    /// # Errors
+    /// An interrupt that is to leave nothing.
+    pub fn settled(&self, plan: &Plan, positions: Positions<D>, held: (&[bool], bool)) -> Result<Placed<D>> {
+        let mut past = Past { notes: Vec::new(), seed_seconds: 0.0, reports: Vec::new() };
+        if !plan.stages.contains(&WVT) {
+            return Ok(past.placed(positions.into(), 0.0));
+        }
+        self.control.tell(Event::Begin(Step::Relax(WVT)));
+        let wvt = Wvt { kernel: self.scene.kernel(), target: self.target, options: self.wvt(plan) };
+        let relaxed = relaxation::relax_new(&Holding { wvt, held: held.0, has_jump: held.1 }, positions, self.control);
+        past.reports.extend(relaxed.reports);
+        match self.control.is_interrupted() && self.scene.output.on_interrupt == OnInterrupt::Discard {
+            true => Err(Error::Interrupted),
+            false => Ok(past.placed(relaxed.particles, 0.0)),
+        }
     }
 
     /// Runs all stages.

@@ -9,7 +9,7 @@ use crate::error::{Error, Result};
 use sph_formats::UnitDimension;
 
 /// Name of the field that holds the ratio at each particle of dust.
-const RATIO: &str = "dust_to_gas_ratio";
+pub(crate) const RATIO: &str = "dust_to_gas_ratio";
 /// Gas particles for one of dust, where the scene does not say how many there are.
 const GAS_FOR_ONE: usize = 5;
 impl Scene {

@@ -52,6 +52,7 @@ impl Scene {
             all.extend(each("output.origin", point, length));
         }
         all.extend(one("particle_mass", self.particle_mass.as_ref(), UnitDimension::MASS));
+        all.extend(self.refine.iter().flat_map(|r| r.quantities()));
         let turbulent = self.turbulence.as_ref().and_then(|t| t.rms_velocity.as_ref());
         all.extend(one("turbulence.rms_velocity", turbulent, speed));
         let displaced = self.displacement.as_ref();

@@ -3,6 +3,7 @@
 //! Unknown keys are errors with line and column. Numbers that have a dimension are [`Quantity`]s: with a unit, or in the
 //! scene's `units`, which are those of the input by default. What is left out takes the default that `--print-scene` shows.
 
+mod ambient;
 mod balance;
 mod beside;
 mod bodies;
@@ -17,6 +18,7 @@ mod fields;
 mod files;
 mod gravity;
 mod input;
+mod of_ambient;
 mod of_body;
 mod origin;
 mod physics;
@@ -25,6 +27,7 @@ mod profile;
 mod quantity;
 mod read;
 pub mod reference;
+mod refine;
 mod resolution;
 mod role;
 mod schema;
@@ -36,7 +39,9 @@ mod units;
 mod walls;
 mod yaml;
 
+pub use ambient::{AmbientInput, MatchName};
 pub use balance::{BalanceInput, EquationOfState, GravityName};
+pub(crate) use beside::RATIO as DUST_RATIO;
 pub(crate) use bodies::in_body;
 pub use bodies::{BodyInput, OrbitInput};
 pub use collisionless::{AttractorInput, CollisionlessInput, VelocityName};
@@ -53,7 +58,9 @@ pub use origin::{OriginInput, OriginName};
 pub use physics::{MaterialLayer, Motion, Thermal};
 pub use planet::{LayerInput, MaterialInput, PlanetInput, ThermalState};
 pub use profile::{PolytropeZone, ProfileInput};
+pub(crate) use quantity::vector;
 pub use quantity::{Conversion, Quantity, check_all, values};
+pub use refine::RefineInput;
 pub use resolution::ResolutionInput;
 pub use role::{Part, Role, Vector, parse_mapping};
 pub use shape::{
@@ -92,6 +99,9 @@ pub struct Scene {
     /// Where the particle number density follows a field of its own; masses then vary.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub resolution: Option<ResolutionInput>,
+    /// A sphere in which particles are finer or coarser: of a snapshot, all others stay as they are.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub refine: Option<RefineInput>,
     pub domain: DomainInput,
     /// Number of particles N, met exactly: 100000, 1e5 or 100k.
     #[schemars(schema_with = "schema::optional_count", example = &"100k")]
@@ -191,6 +201,10 @@ pub struct Scene {
     #[schemars(example = serde_json::json!([{"input": {"file": "star.nc"}, "position": [0, 0, 0]}]))]
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub bodies: Vec<BodyInput>,
+    /// A medium that fills the rest of the box about the bodies, which is that of the `domain`.
+    #[schemars(example = serde_json::json!({"density": 0.01, "fields": {"pressure": 1, "velocity": [2, 0, 0]}}))]
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub ambient: Option<AmbientInput>,
     /// That of two bodies about each other.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub orbit: Option<OrbitInput>,
@@ -315,7 +329,7 @@ impl Scene {
 
     /// Whether the particles' number density follows something else than the density, so that masses vary.
     pub fn has_own_resolution(&self) -> bool {
-        self.resolution.is_some() || self.seeding == Some(Seeding::VariableMasses)
+        self.resolution.is_some() || self.refine.is_some() || self.seeding == Some(Seeding::VariableMasses)
     }
 
     /// The input as reports name it.
@@ -339,6 +353,7 @@ impl Scene {
         self.stated_units()?;
         self.check_quantities()?;
         self.check_bodies()?;
+        self.check_ambient()?;
         self.check_collisionless()?;
         self.check_dust()?;
         self.check_physics()?;
@@ -459,6 +474,7 @@ impl Scene {
         }
         self.domain.validate()?;
         self.walls.as_ref().map_or(Ok(()), WallsInput::validate)?;
+        self.refine.as_ref().map_or(Ok(()), RefineInput::validate)?;
         self.resolution.as_ref().map_or(Ok(()), ResolutionInput::validate)
     }
 

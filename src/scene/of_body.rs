@@ -31,6 +31,7 @@ impl Scene {
             material: body.material.clone(),
             bodies: Vec::new(),
             orbit: None,
+            ambient: None,
             particle_mass: None,
             cache: None,
             ..self.clone()
@@ -81,6 +82,7 @@ impl Scene {
         }
         for (key, is_given) in [
             ("resolution", self.resolution.is_some()),
+            ("refine", self.refine.is_some()),
             ("fields", !self.fields.is_empty()),
             ("turbulence", self.turbulence.is_some()),
             ("material", !self.material.is_empty()),

@@ -207,6 +207,23 @@ pub fn values(
     quantities.iter().enumerate().map(one).collect()
 }
 
+/// The values of a vector, with as many components as there are dimensions; 0 where there are none.
+///
+/// # Errors
+/// As for [`values`], and for another number of components.
+pub(crate) fn vector<const D: usize>(
+    key: &str,
+    quantities: &[Quantity],
+    dimension: UnitDimension,
+    conversion: &Conversion,
+) -> Result<[f64; D]> {
+    match values(key, quantities, dimension, conversion)?.as_slice() {
+        [] => Ok([0.0; D]),
+        all if all.len() == D => Ok(std::array::from_fn(|k| all[k])),
+        all => Err(Error::scene(key, format!("has {} coordinates, expected {D}", all.len()))),
+    }
+}
+
 /// [`Quantity::check`] of several.
 ///
 /// # Errors

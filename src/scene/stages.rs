@@ -218,7 +218,7 @@ impl Default for CheckpointInput {
 }
 
 impl CheckpointInput {
-    pub(super) fn is_default(&self) -> bool {
+    pub(crate) fn is_default(&self) -> bool {
         *self == Self::default()
     }
 }

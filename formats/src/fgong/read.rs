@@ -6,9 +6,8 @@ use crate::common::fixed_width::Lines;
 use crate::common::points::{self, Series};
 use crate::common::text::Text;
 use crate::error::Result;
-use crate::model::{Geometry, Location, RawField};
+use crate::model::{Location, RawField};
 use crate::registry::{FieldRequest, FileContent};
-use crate::units::Unit;
 use std::path::Path;
 
 const RADIUS: usize = 0;
@@ -67,16 +66,8 @@ pub fn read(path: &Path, request: &FieldRequest) -> Result<FileContent> {
     let node = |name: &str, unit: &str, values| Candidate::new(name, name, Some(unit), Location::Node, values);
     let mut candidates = vec![node("enclosed_mass", "g", enclosed)];
     candidates.extend(model.candidates(&mut notes));
-    let (variables, density) = select(&text, request, candidates, Some("density".into()))?;
-    Ok(FileContent::Field(RawField {
-        path: path.into(),
-        format: NAME,
-        geometry: Geometry::Radial { nodes, unit: Unit::parse("cm") },
-        variables,
-        density,
-        metadata: model.metadata(),
-        notes,
-    }))
+    let selected = select(&text, request, candidates, Some("density".into()))?;
+    Ok(FileContent::Field(RawField::stellar((path, NAME), nodes, selected, model.metadata(), notes)))
 }
 
 impl Model {

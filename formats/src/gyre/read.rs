@@ -4,9 +4,8 @@ use super::schema::{NAME, column_count, header_version};
 use crate::common::columns::{Candidate, select};
 use crate::common::text::Text;
 use crate::error::{FormatError, Result};
-use crate::model::{Geometry, Location, RawField};
+use crate::model::{Location, RawField};
 use crate::registry::{FieldRequest, FileContent};
-use crate::units::Unit;
 use std::path::Path;
 
 /// Name, unit and column (from 0) of what is carried in every version.
@@ -62,22 +61,20 @@ pub fn read(path: &Path, request: &FieldRequest) -> Result<FileContent> {
         candidates.extend(NUMBERED.iter().map(|&(name, unit, i)| node(name, unit, column(i))));
         candidates.push(node("angular_velocity", "rad/s", columns.last().cloned().unwrap_or_default()));
     }
-    let (variables, density) = select(&text, request, candidates, Some("density".into()))?;
+    let selected = select(&text, request, candidates, Some("density".into()))?;
     let [mass, radius, luminosity] = header.scalars;
-    Ok(FileContent::Field(RawField {
-        path: path.into(),
-        format: NAME,
-        geometry: Geometry::Radial { nodes, unit: Unit::parse("cm") },
-        variables,
-        density,
-        metadata: vec![
+    Ok(FileContent::Field(RawField::stellar(
+        (path, NAME),
+        nodes,
+        selected,
+        vec![
             ("mass (g)".into(), mass),
             ("photospheric radius (cm)".into(), radius),
             ("luminosity (erg/s)".into(), luminosity),
             ("version".into(), header.version.to_string()),
         ],
         notes,
-    }))
+    )))
 }
 
 fn read_header(text: &Text, path: &Path) -> Result<Header> {

@@ -6,9 +6,8 @@ use super::sheet::{Column, Sheet};
 use crate::common::columns::{Candidate, select};
 use crate::common::text::Text;
 use crate::error::Result;
-use crate::model::{Geometry, Location, RawField};
+use crate::model::{Location, RawField};
 use crate::registry::{FieldRequest, FileContent};
-use crate::units::Unit;
 use std::path::Path;
 
 /// Plain names of columns, the variables they become, and their units; entropies are in k_B per baryon.
@@ -50,17 +49,15 @@ pub fn read(path: &Path, request: &FieldRequest) -> Result<FileContent> {
         let count = sheet.footer.len();
         notes.push(format!("{count} line(s) below the cells were left out, from '{word}' on"));
     }
-    let (variables, density) = select(&text, request, candidates, Some("density".into()))?;
+    let selected = select(&text, request, candidates, Some("density".into()))?;
     let facts = sheet.header.into_iter().take(MAX_FACTS);
-    Ok(FileContent::Field(RawField {
-        path: path.into(),
-        format: NAME,
-        geometry: Geometry::Radial { nodes: cells.faces, unit: Unit::parse("cm") },
-        variables,
-        density,
-        metadata: facts.map(|fact| ("comment".to_owned(), fact)).collect(),
+    Ok(FileContent::Field(RawField::stellar(
+        (path, NAME),
+        cells.faces,
+        selected,
+        facts.map(|fact| ("comment".to_owned(), fact)).collect(),
         notes,
-    }))
+    )))
 }
 
 /// Every column that is more than bookkeeping.

@@ -7,9 +7,9 @@ use super::sheet::Sheet;
 use crate::common::columns::{Candidate, select};
 use crate::common::text::Text;
 use crate::error::Result;
-use crate::model::{Geometry, Location, RawField};
+use crate::model::{Location, RawField};
 use crate::registry::{FieldRequest, FileContent};
-use crate::units::{SOLAR_MASS_CGS, SOLAR_RADIUS_CGS, Unit};
+use crate::units::{SOLAR_MASS_CGS, SOLAR_RADIUS_CGS};
 use std::path::Path;
 
 /// Nominal solar luminosity of IAU 2015 B3, erg/s.
@@ -38,20 +38,12 @@ pub fn read(path: &Path, request: &FieldRequest) -> Result<FileContent> {
 
     let candidates = candidates(&sheet, solar, center.1);
     let guess = quantity(&sheet, DENSITY).map(|_| DENSITY.to_owned());
-    let (variables, density) = select(&text, request, candidates, guess)?;
+    let selected = select(&text, request, candidates, guess)?;
     notes.push(
         "radius, mass, velocity and luminosity belong to the outer faces of the zones, everything else to their inside"
             .into(),
     );
-    Ok(FileContent::Field(RawField {
-        path: path.into(),
-        format: NAME,
-        geometry: Geometry::Radial { nodes, unit: Unit::parse("cm") },
-        variables,
-        density,
-        metadata: sheet.header,
-        notes,
-    }))
+    Ok(FileContent::Field(RawField::stellar((path, NAME), nodes, selected, sheet.header, notes)))
 }
 
 /// The best column for a variable, and its place among the columns.

@@ -6,9 +6,8 @@ use crate::common::fixed_width::Lines;
 use crate::common::points::{self as profile, Series};
 use crate::common::text::Text;
 use crate::error::Result;
-use crate::model::{Geometry, Location, RawField};
+use crate::model::{Location, RawField};
 use crate::registry::{FieldRequest, FileContent};
-use crate::units::Unit;
 use std::path::Path;
 
 const RADIUS: usize = 0;
@@ -53,16 +52,14 @@ pub fn read(path: &Path, request: &FieldRequest) -> Result<FileContent> {
     let mut candidates = vec![node("enclosed_mass", "g", MASS)];
     let carried = CARRIED.iter().filter(|(_, _, array)| is_there(*array));
     candidates.extend(carried.map(|&(name, unit, array)| node(name, unit, array)));
-    let (variables, density) = select(&text, request, candidates, Some("density".into()))?;
-    Ok(FileContent::Field(RawField {
-        path: path.into(),
-        format: NAME,
-        geometry: Geometry::Radial { nodes: arrays[RADIUS].clone(), unit: Unit::parse("cm") },
-        variables,
-        density,
-        metadata: header.into_iter().map(|line| ("header".to_owned(), line)).collect(),
+    let selected = select(&text, request, candidates, Some("density".into()))?;
+    Ok(FileContent::Field(RawField::stellar(
+        (path, NAME),
+        arrays[RADIUS].clone(),
+        selected,
+        header.into_iter().map(|line| ("header".to_owned(), line)).collect(),
         notes,
-    }))
+    )))
 }
 
 /// Both header lines, and the arrays.

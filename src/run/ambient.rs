@@ -1,0 +1,175 @@
+//! The medium about bodies (`ambient`): a scene of its own in the box of all, with the bodies as obstacles; and the sums over neighbors of all
+//! gas together, which see across surfaces.
+
+use super::assembly::{Body, Frame, State};
+use super::bodies_report::BodyFigures;
+use super::carving::{Obstacle, Obstacles};
+use super::pipeline;
+use crate::error::{Error, Result};
+use crate::field::{FreeSpace, rotated};
+use crate::metrics::Measured;
+use crate::output::particle_file::TARGET_DENSITY;
+use crate::relaxation::Control;
+use crate::scene::{BoundaryName, MatchName, Scene};
+use crate::target::{Positions, at};
+use sph::domain::{Axis, Domain, Region};
+use sph_formats::common::particle_names as names;
+use sph_formats::{FormatSpec, ParticleFile, ParticleTable, UnitSystem, Values};
+
+/// What it is called among bodies.
+pub(super) const TITLE: &str = "ambient";
+
+/// The placed medium.
+pub(super) struct Medium {
+    pub body: Body,
+    pub state: State,
+    pub figures: BodyFigures,
+}
+
+/// Places the medium of a scene, if it has one, about `bodies` in their `states`; `alone` are the bodies of gas as scenes, with their index.
+///
+/// # Errors
+/// Those of placing it, and numbers without units where bodies have some.
+pub(super) fn placed(
+    scene: &Scene,
+    (formats, control): (&[FormatSpec], &Control<'_>),
+    (bodies, states, alone): (&[Body], &[State], &[(usize, Scene)]),
+    (units, name, has_units): (UnitSystem, &str, bool),
+    frame: Option<&Frame>,
+) -> Result<Option<Medium>> {
+    let Some((ambient, frame)) = scene.ambient.as_ref().zip(frame) else { return Ok(None) };
+    let dimension = scene.domain.bounds.as_ref().map_or(3, |b| b[0].len());
+    if has_units && scene.units.is_none() {
+        let problem = "is of plain numbers, whose units are not known beside bodies that have some; state `units`, as in `units: solar`";
+        return Err(Error::scene("ambient", problem));
+    }
+    let obstacles = obstacles(scene, (bodies, states, alone), units, ambient.matching);
+    let mut medium = scene.of_ambient(ambient, dimension, None);
+    (medium.output.units, medium.output.target_density) = (Some(name.to_owned()), true);
+    let in_ambient = |error: Error| match error {
+        Error::Scene { key, problem } if key == "input.expression" => Error::scene("ambient.density", problem),
+        Error::Scene { key, problem } if key.starts_with("fields") => Error::scene(format!("ambient.{key}"), problem),
+        other => other,
+    };
+    let (file, report) = pipeline::place_around(&medium, formats, control, &obstacles).map_err(in_ambient)?;
+    let mut body = Body::new(TITLE.to_owned(), file)?;
+    if ambient.matching == MatchName::Mass {
+        // To the bit as those of the bodies: within half a particle in all.
+        body.set_particle_mass(obstacles.particle_mass);
+    }
+    let corner = corner(scene, frame, dimension);
+    let state = State { position: std::array::from_fn(|k| body.center[k] + corner[k]), ..State::default() };
+    let mut figures = BodyFigures::new(&report);
+    // By itself it has holes; these are found over all gas.
+    (figures.misplaced, figures.warnings) = (None, Vec::new());
+    Ok(Some(Medium { body, state, figures }))
+}
+
+/// The lower corner of the medium's own box: that of all, but for axes with vacuum beyond, along which it is as long as the longest.
+fn corner(scene: &Scene, frame: &Frame, d: usize) -> [f64; 3] {
+    let boundary = |k: usize| scene.domain.boundary.get(k).or(scene.domain.boundary.first());
+    let is_open = |k: usize| boundary(k).is_none_or(|b| *b == BoundaryName::Open);
+    let longest = frame.edges[..d].iter().copied().fold(0.0, f64::max);
+    std::array::from_fn(|k| match k < d && is_open(k) {
+        true => frame.lo[k] - 0.5 * (longest - frame.edges[k]),
+        false => frame.lo[k],
+    })
+}
+
+fn obstacles(
+    scene: &Scene,
+    (bodies, states, alone): (&[Body], &[State], &[(usize, Scene)]),
+    units: UnitSystem,
+    matching: MatchName,
+) -> Obstacles {
+    let gas: Vec<usize> = (0..bodies.len()).filter(|&i| bodies[i].is_gas()).collect();
+    let particles = gas.iter().flat_map(|&i| bodies[i].gas_spacings(&states[i], TARGET_DENSITY)).collect();
+    let sums = gas.iter().map(|&i| bodies[i].first()).fold((0.0, 0.0), |s, (n, m)| (s.0 + n as f64, s.1 + m));
+    let of_gas = alone.iter().filter(|(i, _)| bodies[*i].is_gas());
+    let body = |(i, own): &(usize, Scene)| {
+        let degrees = match scene.bodies[*i].orientation.as_slice() {
+            [angle] => [0.0, 0.0, *angle],
+            [x, y, z] => [*x, *y, *z],
+            _ => [0.0; 3],
+        };
+        let unit = |k: usize| std::array::from_fn(|c| f64::from(u8::from(c == k)));
+        Obstacle {
+            title: bodies[*i].title.clone(),
+            count: bodies[*i].first().0,
+            scene: own.clone(),
+            center: bodies[*i].center,
+            position: states[*i].position,
+            turn: std::array::from_fn(|k| rotated(&degrees, &unit(k))),
+        }
+    };
+    let (mean, first) = (sums.1 / sums.0, gas.first().and_then(|&i| bodies[i].masses().next()));
+    // Where all have one, it is that to the bit.
+    let particle_mass = first.filter(|m| (m / mean - 1.0).abs() < 1e-12).unwrap_or(mean);
+    Obstacles { particles, bodies: of_gas.map(body).collect(), particle_mass, matching, units }
+}
+
+/// Sums densities and support radii over all gas of a `file` together. Returns the mean error of the density, and its mean square, over the last
+/// body, which is the medium, where its kernels do not reach into others.
+///
+/// # Errors
+/// A box that is none.
+pub(super) fn sum_together(scene: &Scene, file: &mut ParticleFile) -> Result<(f64, f64)> {
+    let found = match file.header.dimension {
+        1 => summed::<1>(scene, file),
+        2 => summed::<2>(scene, file),
+        _ => summed::<3>(scene, file),
+    };
+    if !scene.output.target_density {
+        file.species.iter_mut().for_each(|s| s.table.columns.retain(|c| c.name != TARGET_DENSITY));
+    }
+    found
+}
+
+fn summed<const D: usize>(scene: &Scene, file: &mut ParticleFile) -> Result<(f64, f64)> {
+    let header = &file.header;
+    let Some(table) = file.species.iter_mut().find(|s| s.part_type == 0).map(|s| &mut s.table) else {
+        return Ok((0.0, 0.0));
+    };
+    let numbers = |table: &ParticleTable, name: &str| table.column(name).map_or(Vec::new(), |c| c.values.to_f64());
+    let (x, masses, guess) =
+        (numbers(table, names::COORDINATES), numbers(table, names::MASSES), numbers(table, names::SUPPORT_RADIUS));
+    // In units of the box and of all mass: sums are in single precision.
+    let size = header.box_size[..D].iter().copied().fold(0.0, f64::max);
+    let total: f64 = masses.iter().sum();
+    let corner = header.box_corner.unwrap_or_default();
+    let lo: [f64; D] = std::array::from_fn(|k| corner[k] / size);
+    let hi = std::array::from_fn(|k| (corner[k] + header.box_size[k]) / size);
+    let axes = std::array::from_fn(|k| if header.periodic[k] { Axis::Periodic } else { Axis::OPEN });
+    let domain = Domain::new(lo, hi, axes, Region::Box)?;
+    let positions: Positions<D> = std::array::from_fn(|k| x.iter().skip(k).step_by(D).map(|v| v / size).collect());
+    let shares: Vec<f64> = masses.iter().map(|m| m / total).collect();
+    let guess: Vec<f64> = guess.iter().map(|h| h / size).collect();
+    let measured = Measured::new(scene.kernel(), &domain, &positions, &shares, &guess, scene.kernel_neighbors(D));
+    let unit = total / size.powi(D as i32);
+    let density: Vec<f64> = measured.sums.iter().map(|s| s.weighted * unit).collect();
+    let wanted = numbers(table, TARGET_DENSITY);
+    let bodies = numbers(table, super::assembly::BODY_ID);
+    let last = bodies.iter().copied().fold(0.0, f64::max);
+    let place = |i: usize| at(&positions, i);
+    let others: Vec<[f64; D]> = (0..density.len()).filter(|&i| bodies.get(i) != Some(&last)).map(place).collect();
+    let (nothing, free) = (|_: &[f64; D]| 0.0, |_: &[f64; D], _: usize| false);
+    let beside = FreeSpace::new((&others, vec![None; others.len()]), &domain, &nothing, &free)?;
+    // Where kernels reach into a body, sums are of both.
+    let is_apart = |i: usize| beside.distance(&place(i)) > measured.support[i];
+    let errors: Vec<f64> = (0..density.len())
+        .filter(|&i| bodies.get(i) == Some(&last) && wanted.get(i).is_some_and(|w| *w > 0.0) && is_apart(i))
+        .map(|i| (density[i] / wanted[i] - 1.0).abs())
+        .collect();
+    let mean = |of: &dyn Fn(f64) -> f64| errors.iter().map(|e| of(*e)).sum::<f64>() / errors.len().max(1) as f64;
+    let found = (mean(&|e| e), mean(&|e| e * e));
+    for column in &mut table.columns {
+        match column.name.as_str() {
+            names::DENSITY => column.values = Values::F64(density.clone()),
+            names::SUPPORT_RADIUS => {
+                column.values = Values::F64(measured.support.iter().map(|h| h * size).collect());
+            }
+            _ => {}
+        }
+    }
+    Ok(found)
+}

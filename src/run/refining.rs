@@ -1,0 +1,424 @@
+//! A snapshot with other resolution in a sphere: only particles whose masses are not what they should be there give way to others, which
+//! are relaxed against those that stay.
+//!
+//! With the mass m* = m_0 / f(x), f the factor of [`crate::input::refinement`], a particle stands for s = m / m* particles. Where s is near 1 it
+//! stays, to the bit. All others, in the order of a tree, are replaced by as many particles as the running sum of s passes halves
+//! of whole numbers: none, one, or a family about their place (ALARIC sec. 2.4). These move by WVT until their number density is rho / m*, and
+//! have the masses rho / n times one number near 1, which keeps the total; then these change by up to a tenth until the summed
+//! densities are nearer to rho.
+
+use super::plan::{LeftOut, Plan};
+use super::report::Report;
+use super::stages::{Placed, Setting};
+use crate::error::{Error, Result};
+use crate::field::FreeSpace;
+use crate::input::ingest::RawInput;
+use crate::input::internal_units::Prepared;
+use crate::input::refinement::Refinement;
+use crate::input::units::RunUnits;
+use crate::metrics::Measured;
+use crate::output::columns;
+use crate::output::kept::{Replacement, is_double};
+use crate::relaxation::{WVT, family};
+use crate::scene::{Motion, OtherTypes, Polish, Scene, system_of};
+use crate::target::{Positions, Target, at};
+use sph::domain::{Axis, Domain};
+use sph::kernel::support_over_spacing;
+use sph::neighbors::Tree;
+use sph::parallel;
+use sph_formats::{FieldRequest, FileContent, FormatSpec, Geometry, ParticleFile, UnitDimension, UnitSystem};
+use std::path::Path;
+
+/// A particle of so many times the mass that belongs there, or of its inverse, is replaced.
+const TOLERATED: f64 = 1.5;
+/// Iterations of WVT where the scene does not say.
+const ITERATIONS: usize = 60;
+/// Largest change of a new particle's mass for the sake of the density, and how often it is looked for.
+const TRIM: f64 = 0.1;
+const TRIMS: usize = 5;
+
+/// What becomes of the particles of a snapshot.
+pub(super) struct Refining<const D: usize> {
+    file: ParticleFile,
+    /// Of its gas, in its units.
+    points: Vec<[f64; D]>,
+    masses: Vec<f64>,
+    domain: Domain<D>,
+    /// Mass of a particle far from the sphere.
+    particle: f64,
+    kept: Vec<usize>,
+    /// Particles that give way, with how many there are in their place.
+    replaced: Vec<(usize, usize)>,
+    notes: Vec<String>,
+}
+
+impl<const D: usize> Refining<D> {
+    /// Decides which particles give way; `None` where the scene refines no snapshot, or places all particles of it anew.
+    ///
+    /// # Errors
+    /// What such a scene cannot say, and numbers of particles that cannot be placed.
+    pub fn new(scene: &Scene, raw: &RawInput, units: &RunUnits, formats: &[FormatSpec]) -> Result<Option<Self>> {
+        let (Some(input), RawInput::Snapshot(snapshot)) = (&scene.refine, raw) else {
+            return match scene.refine.as_ref().is_some_and(|r| r.particle_mass.is_some()) {
+                false => Ok(None),
+                true => {
+                    let problem = "is that of a snapshot's particles; here their number settles it: leave it out";
+                    Err(Error::scene("refine.particle_mass", problem))
+                }
+            };
+        };
+        if scene.particles.is_some() {
+            return match input.particle_mass {
+                None => Ok(None),
+                Some(_) => Err(Error::scene("refine.particle_mass", "and particles are both given; leave one out")),
+            };
+        }
+        refuse_what_changes_all(scene, &snapshot.units)?;
+        if snapshot.is_mesh {
+            let problem = "is of particles, but the snapshot has cells of a moving mesh; state `particles` to place all of them anew";
+            return Err(Error::scene("refine", problem));
+        }
+        let file = read(scene, formats)?;
+        let Geometry::Cloud { points, .. } = &snapshot.field.geometry else { return Ok(None) };
+        let domain = snapshot.domain::<D>()?;
+        let into_input = units.into_input();
+        let refinement = Refinement::new(input, &domain, &into_input, snapshot.time)?;
+        let masses = snapshot.masses.clone();
+        let points: Vec<[f64; D]> = points.iter().map(|p| domain.wrapped(&std::array::from_fn(|k| p[k]))).collect();
+        let particle = match &input.particle_mass {
+            Some(q) => q.value("refine.particle_mass", UnitDimension::new(D as i8 - 3, 1, 0, 0), &into_input)?,
+            None if input.factor < 1.0 => masses.iter().copied().filter(|m| *m > 0.0).fold(f64::INFINITY, f64::min),
+            None => masses.iter().copied().fold(0.0, f64::max),
+        };
+        let (kept, replaced) = chosen(&points, &masses, |x| particle / refinement.factor(x))?;
+        let mut refining = Self { file, points, masses, domain, particle, kept, replaced, notes: Vec::new() };
+        if scene.input.other_types == OtherTypes::Drop {
+            refining.file.species.retain(|s| s.part_type == 0);
+        }
+        let beyond = refining.replaced.iter().filter(|r| refinement.factor(&refining.points[r.0]) == 1.0).count();
+        refining.notes.push(format!(
+            "refined {}: {} particles, of which {beyond} are beyond the shell, give way to {}; {} stay as they are, to the bit",
+            refinement.describe(),
+            refining.replaced.len(),
+            refining.made(),
+            refining.kept.len()
+        ));
+        Ok(Some(refining))
+    }
+
+    fn made(&self) -> usize {
+        self.replaced.iter().map(|r| r.1).sum()
+    }
+
+    /// Particles of the result.
+    pub fn count(&self) -> usize {
+        self.kept.len() + self.made()
+    }
+
+    pub fn units(&self) -> UnitSystem {
+        self.file.header.units
+    }
+
+    fn total(&self) -> f64 {
+        self.masses.iter().sum()
+    }
+
+    /// n* = rho / m* by itself, not by the number of particles.
+    pub fn target<'a>(&self, target: Target<'a, D>) -> Target<'a, D> {
+        let count = self.count();
+        Target { count, resolution_integral: count as f64 * self.particle / self.total(), ..target }
+    }
+
+    /// What is done to the snapshot, in place of what is done to others.
+    pub fn change(&self, plan: &mut Plan, scene: &Scene) {
+        plan.stages = if self.replaced.is_empty() { Vec::new() } else { vec![WVT] };
+        plan.wvt_iterations = scene.wvt.iterations.unwrap_or(ITERATIONS);
+        (plan.polish, plan.splittings, plan.evaluations, plan.balance) = (Polish::None, 0, 0, 0);
+        let why = "particles far from the sphere stay as they are, and those about it are relaxed against them";
+        plan.left_out = vec![LeftOut { what: "seeding and polish".into(), why: why.into() }];
+    }
+
+    /// Kept particles in their order, and then the others, relaxed.
+    ///
+    /// # Errors
+    /// An interrupt that is to leave nothing.
+    pub fn place(&self, setting: &Setting<'_, D>, plan: &Plan, length: f64) -> Result<Placed<D>> {
+        let (target, neighbors) = (&setting.target, setting.scene.kernel_neighbors(D));
+        let points: Vec<[f64; D]> = self.points.iter().map(|p| p.map(|x| x / length)).collect();
+        let mut densities = vec![None; points.len()];
+        // By what they weigh, which is not quite what they should there.
+        let own = |i: usize| target.density.value(&points[i]) * self.total() / self.masses[i];
+        self.kept.iter().for_each(|&i| densities[i] = Some(own(i)));
+        let stays: Vec<bool> = densities.iter().map(Option::is_some).collect();
+        // New particles are where those were that they replace: in what is nearest to them.
+        let (base, taken) = (|x: &[f64; D]| target.number_density(x), |_: &[f64; D], nearest: usize| stays[nearest]);
+        let free = FreeSpace::new((&points, densities), target.domain, &base, &taken)?;
+        let count = self.count();
+        let among = Target {
+            largest_spacing: target.largest_spacing,
+            ..Target::of_equal_masses(target.domain, &free, count, count as f64)
+        };
+        let mut all: Vec<[f64; D]> = self.kept.iter().map(|&i| points[i]).collect();
+        for &(i, count) in &self.replaced {
+            let spacing = (count as f64).powf(1.0 / D as f64) * target.spacing(target.number_density(&points[i]));
+            all.extend(family(&among, &points[i], spacing, neighbors, count));
+        }
+        let held: Vec<bool> = (0..all.len()).map(|i| i < self.kept.len()).collect();
+        let positions: Positions<D> = std::array::from_fn(|k| all.iter().map(|x| x[k]).collect());
+        let setting = Setting::new(setting.scene, among, None, setting.control);
+        let mut placed = setting.settled(plan, positions, (&held, false))?;
+        let total = self.total();
+        let share = (total - self.kept.iter().map(|&i| self.masses[i]).sum::<f64>()) / total;
+        let new = &placed.particles.positions;
+        let weight = |i: usize| {
+            let (x, parent) = (at(new, i), target.domain.center());
+            let density = target.number_density(&x);
+            if density > 0.0 { target.density.value(&x) / density } else { target.density.value(&parent) }
+        };
+        let weights: Vec<f64> = (self.kept.len()..self.count()).map(weight).collect();
+        let sum: f64 = weights.iter().sum();
+        let made = weights.iter().map(|w| w / sum * share);
+        let masses: Vec<f64> = self.kept.iter().map(|&i| self.masses[i] / total).chain(made).collect();
+        let masses = self.trimmed(&setting, target, &placed.particles.positions, masses);
+        self.center(target, &mut placed.particles.positions, &masses, length);
+        placed.particles.masses = Some(masses);
+        placed.notes.extend(self.notes.iter().cloned());
+        Ok(placed)
+    }
+
+    /// Masses of which those of the new particles are changed a little, with the same total, for the sake of the summed density. Particles that
+    /// see vacuum keep theirs: their sums lack what is not there.
+    fn trimmed(
+        &self,
+        setting: &Setting<'_, D>,
+        target: &Target<'_, D>,
+        positions: &Positions<D>,
+        mut masses: Vec<f64>,
+    ) -> Vec<f64> {
+        if self.replaced.is_empty() {
+            return masses;
+        }
+        let (kernel, neighbors, first) = (setting.scene.kernel(), setting.scene.kernel_neighbors(D), self.kept.len());
+        let support =
+            |i: usize| target.support(target.number_density(&at(positions, i)), support_over_spacing(D, neighbors));
+        let guess = parallel::map(masses.len(), support);
+        let wanted = parallel::map(masses.len() - first, |j| {
+            let (x, reach) = (at(positions, first + j), guess[first + j]);
+            let is_filled = |k: usize, way: f64| {
+                let mut y = x;
+                y[k] += way * reach;
+                target.domain.wrap(&mut y);
+                target.density.value(&y) > 0.0
+            };
+            let is_within = (0..D).all(|k| is_filled(k, 1.0) && is_filled(k, -1.0));
+            is_within.then(|| target.density.value(&x))
+        });
+        let own = masses[first..].to_vec();
+        let share: f64 = own.iter().sum();
+        for _ in 0..TRIMS {
+            let measured = Measured::new(kernel, target.domain, positions, &masses, &guess, neighbors);
+            for (j, wanted) in wanted.iter().enumerate() {
+                let Some(wanted) = wanted else { continue };
+                let ratio = (wanted / measured.sums[first + j].weighted).clamp(1.0 - TRIM, 1.0 + TRIM);
+                masses[first + j] = (masses[first + j] * ratio).clamp((1.0 - TRIM) * own[j], (1.0 + TRIM) * own[j]);
+            }
+            let sum: f64 = masses[first..].iter().sum();
+            masses[first..].iter_mut().for_each(|m| *m *= share / sum);
+        }
+        masses
+    }
+
+    /// Moves the new particles by what their center of mass is off, where that has a meaning: all alike, but for those that would leave the
+    /// matter.
+    fn center(&self, target: &Target<'_, D>, positions: &mut Positions<D>, masses: &[f64], length: f64) {
+        let (total, first) = (self.total(), self.kept.len());
+        let mut stays = vec![false; self.masses.len()];
+        self.kept.iter().for_each(|&i| stays[i] = true);
+        let missing: [f64; D] = std::array::from_fn(|k| {
+            let replaced = (0..self.masses.len()).filter(|i| !stays[*i]);
+            let old: f64 = replaced.map(|i| self.masses[i] / total * self.points[i][k] / length).sum();
+            let new: f64 = (first..masses.len()).map(|i| masses[i] * positions[k][i]).sum();
+            if self.domain.axes[k] == Axis::Periodic { 0.0 } else { old - new }
+        });
+        let mut moving: Vec<usize> = (first..masses.len()).collect();
+        for _ in 0..=moving.len() {
+            let mass: f64 = moving.iter().map(|&i| masses[i]).sum();
+            let moved = |i: usize| std::array::from_fn(|k| positions[k][i] + missing[k] / mass);
+            let left: Vec<usize> = moving.iter().copied().filter(|&i| target.admits(&moved(i))).collect();
+            if left.len() < moving.len() {
+                moving = left;
+                continue;
+            }
+            let places: Vec<[f64; D]> = moving.iter().map(|&i| moved(i)).collect();
+            for (&i, x) in moving.iter().zip(&places) {
+                (0..D).for_each(|k| positions[k][i] = x[k]);
+            }
+            return;
+        }
+    }
+
+    /// Puts the snapshot in the place of the file that was `made` of its field, with the new particles.
+    ///
+    /// # Errors
+    /// Identifiers that go beyond 64 bits.
+    pub fn rewrite(
+        &self,
+        scene: &Scene,
+        prepared: &Prepared<D>,
+        places: &Positions<D>,
+        (made, report): (&mut ParticleFile, &mut Report),
+    ) -> Result<()> {
+        let first = self.kept.len();
+        let own: Positions<D> = std::array::from_fn(|k| places[k][first..].to_vec());
+        let units = self.units();
+        let mut masses = Vec::new();
+        let replaced: f64 = self.total() - self.kept.iter().map(|&i| self.masses[i]).sum::<f64>();
+        if let Some(column) = made.species[0].table.column(sph_formats::common::particle_names::MASSES) {
+            masses = (first..self.count()).map(|i| column.values.get(i)).collect();
+            let sum: f64 = masses.iter().sum();
+            masses.iter_mut().for_each(|m| *m *= replaced / sum);
+        }
+        let carried = prepared.source.carried.iter().map(|f| columns::column(f.as_ref(), &own, &units)).collect();
+        let parents: Vec<usize> = self.replaced.iter().flat_map(|&(i, count)| vec![i; count]).collect();
+        let positions = (0..parents.len()).flat_map(|i| {
+            let x = self.domain.wrapped(&at(&own, i).map(|x| x * prepared.length));
+            x.into_iter().collect::<Vec<f64>>()
+        });
+        let replacement = Replacement {
+            file: &self.file,
+            kept: &self.kept,
+            parents: &parents,
+            positions: positions.collect(),
+            masses,
+            carried,
+            sums: &made.species[0].table,
+            double: scene.output.double_precision || is_double(&self.file),
+        };
+        let (mut file, conserved) = replacement.file()?;
+        self.enclose(&mut file);
+        file.header.provenance = std::mem::take(&mut made.header.provenance);
+        *made = file;
+        let others = conserved
+            .as_ref()
+            .map(|c| format!("the new particles have the totals of those that they replace; {}", c.describe()));
+        report.notes.extend(others);
+        report.snapshot.iter_mut().for_each(|s| s.conserved.clone_from(&conserved));
+        Ok(())
+    }
+}
+
+impl<const D: usize> Refining<D> {
+    /// States the box of a snapshot whose coordinates are not from the corner on, as isolated bodies have them.
+    fn enclose(&self, file: &mut ParticleFile) {
+        let header = &mut file.header;
+        let ends = |k: usize| {
+            self.points.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(lo, hi), x| (x[k].min(lo), x[k].max(hi)))
+        };
+        let is_held = |k: usize| {
+            header.periodic[k] || {
+                let (lo, hi) = ends(k);
+                lo >= 0.0 && hi < header.box_size[k]
+            }
+        };
+        if header.box_corner.is_some() || (0..D).all(is_held) {
+            return;
+        }
+        let mut corner = [0.0; 3];
+        for k in (0..D).filter(|&k| !header.periodic[k]) {
+            let (lo, hi) = ends(k);
+            header.box_size[k] = header.box_size[k].max(2.0 * (hi - lo));
+            // A box about the origin where that holds all.
+            let half = 0.5 * header.box_size[k];
+            corner[k] = if lo > -half && hi < half { -half } else { 0.5 * (lo + hi) - half };
+        }
+        header.box_corner = Some(corner);
+    }
+}
+
+/// Particles that stay, and those that give way with how many there are in the place of each; `mass` is what a particle should have.
+fn chosen<const D: usize>(
+    points: &[[f64; D]],
+    masses: &[f64],
+    mass: impl Fn(&[f64; D]) -> f64,
+) -> Result<(Vec<usize>, Vec<(usize, usize)>)> {
+    let shares: Vec<f64> = points.iter().zip(masses).map(|(x, m)| m / mass(x)).collect();
+    let stays = |s: f64| !(s >= TOLERATED || s <= 1.0 / TOLERATED);
+    let places: Positions<D> = std::array::from_fn(|k| points.iter().map(|x| x[k]).collect());
+    let (mut sum, mut taken, mut replaced) = (0.0_f64, 0.0_f64, Vec::new());
+    for &i in Tree::build(&places).order() {
+        let share = shares[i as usize];
+        if stays(share) {
+            continue;
+        }
+        sum += share;
+        if !(sum < f64::from(u32::MAX) / 2.0) {
+            let problem = format!(
+                "makes {sum:.3e} particles and more; choose a smaller factor or radius, or state refine.particle_mass"
+            );
+            return Err(Error::scene("refine.factor", problem));
+        }
+        let next = (sum + 0.5).floor();
+        replaced.push((i as usize, (next - taken) as usize));
+        taken = next;
+    }
+    if taken == 0.0 {
+        return Ok(((0..points.len()).collect(), Vec::new()));
+    }
+    Ok(((0..points.len()).filter(|&i| stays(shares[i])).collect(), replaced))
+}
+
+fn read(scene: &Scene, formats: &[FormatSpec]) -> Result<ParticleFile> {
+    let path = scene.input.file.as_deref().unwrap_or(Path::new(""));
+    match sph_formats::read(formats, path, scene.input.format.as_deref(), &FieldRequest::default())? {
+        FileContent::Particles(file) => Ok(file),
+        FileContent::Field(_) => Err(Error::scene("input.file", "was a snapshot, and is one no more; run again")),
+    }
+}
+
+/// Refuses what would change particles that are to stay as they are.
+fn refuse_what_changes_all(scene: &Scene, units: &UnitSystem) -> Result<()> {
+    let changing = [
+        ("domain", scene.domain.has_extent() || !scene.domain.boundary.is_empty()),
+        ("resolution", scene.resolution.is_some()),
+        ("seeding", scene.seeding.is_some()),
+        ("order", scene.order.is_some()),
+        ("polish", scene.polish.is_some_and(|p| p != Polish::None)),
+        ("balance", scene.balance.is_some()),
+        ("certify", scene.certify.is_some()),
+        ("trim_masses", scene.trim_masses.is_some()),
+        ("checkpoint", !scene.checkpoint.is_default()),
+        ("fields", !scene.fields.is_empty()),
+        ("turbulence", scene.turbulence.is_some()),
+        ("displacement", scene.displacement.is_some()),
+        ("motion", scene.motion != Motion::default()),
+        ("thermal.internal_energy", scene.thermal.internal_energy.is_some()),
+        ("collisionless", scene.collisionless.is_some()),
+        ("dust", scene.dust.is_some()),
+        ("gravity_of", !scene.gravity_of.is_empty()),
+        ("material", !scene.material.is_empty()),
+        ("walls", scene.walls.is_some()),
+        ("input.factor", scene.input.factor.is_some()),
+        ("input.core", scene.input.core.is_some()),
+        ("input.others", scene.input.others.is_some()),
+        ("output.origin", scene.output.origin.is_some()),
+        ("output.units", !same_units(scene, units)?),
+    ];
+    match changing.iter().find(|(_, is_given)| *is_given) {
+        None => Ok(()),
+        Some((key, _)) => {
+            let problem = "would change particles far from the sphere, which stay as they are; leave it out, or state `particles` to place all of \
+                           the snapshot anew";
+            Err(Error::scene(*key, problem))
+        }
+    }
+}
+
+/// Whether the output is in `units`, as far as the scene says.
+fn same_units(scene: &Scene, units: &UnitSystem) -> Result<bool> {
+    Ok(scene.output.units.as_deref().map_or(Ok(*units), |name| system_of("output.units", name))? == *units)
+}
+
+/// Whether a run has refined a snapshot of which most stays as it is.
+pub(super) fn refines_a_snapshot(scene: &Scene, report: &Report) -> bool {
+    scene.refine.is_some() && scene.particles.is_none() && report.snapshot.is_some()
+}

@@ -1,0 +1,244 @@
+//! A medium about bodies: masses by closed forms, no particle in another's way, no step of the pressure where there is none.
+
+use sph_formats::common::particle_names as names;
+use sph_prep::{BodiesReport, Control, FORMATS, ParticleFile, Scene, place_bodies};
+use std::f64::consts::PI;
+use std::path::Path;
+
+fn placed(scene: &Scene) -> Result<(ParticleFile, BodiesReport), String> {
+    place_bodies(scene, FORMATS, &Control::default()).map_err(|e| e.to_string())
+}
+
+fn rows(file: &ParticleFile, name: &str) -> Vec<Vec<f64>> {
+    let table = &file.species[0].table;
+    let c = table.column(name).unwrap_or_else(|| panic!("no '{name}'"));
+    (0..table.count).map(|i| (0..c.components).map(|k| c.values.get(i * c.components + k)).collect()).collect()
+}
+
+/// Gas of one body, by its number: places, masses.
+struct Gas {
+    places: Vec<Vec<f64>>,
+    masses: Vec<f64>,
+    density: Vec<f64>,
+}
+
+fn gas(file: &ParticleFile, body: f64) -> Gas {
+    let ids = rows(file, "BodyID");
+    let own = |name: &str| -> Vec<Vec<f64>> {
+        rows(file, name).into_iter().zip(&ids).filter(|(_, id)| id[0] == body).map(|p| p.0).collect()
+    };
+    let scalar = |name: &str| own(name).into_iter().map(|v| v[0]).collect();
+    Gas { places: own(names::COORDINATES), masses: scalar(names::MASSES), density: scalar(names::DENSITY) }
+}
+
+/// Distance, across the faces of a periodic box.
+fn apart(file: &ParticleFile, a: &[f64], b: &[f64]) -> f64 {
+    let along = |k: usize| {
+        let (edge, d) = (file.header.box_size[k], a[k] - b[k]);
+        if file.header.periodic[k] { d - edge * (d / edge).round() } else { d }
+    };
+    (0..a.len()).map(|k| along(k).powi(2)).sum::<f64>().sqrt()
+}
+
+/// The closest pair of the two by looking at all.
+fn closest(file: &ParticleFile, a: &Gas, b: &Gas) -> f64 {
+    let from = |x: &Vec<f64>| b.places.iter().map(|y| apart(file, x, y)).fold(f64::INFINITY, f64::min);
+    a.places.iter().map(from).fold(f64::INFINITY, f64::min)
+}
+
+fn ball(d: usize, radius: f64) -> f64 {
+    [2.0 * radius, PI * radius.powi(2), 4.0 / 3.0 * PI * radius.powi(3)][d - 1]
+}
+
+/// A ball of `density` and radius 0.25 at 0.4 along x in a box of edge 1, in a medium of density 1; both have the pressure 1.
+fn bubble(d: usize, density: f64, count: usize, more: &str) -> Scene {
+    let corner = |v: &str| format!("[{}]", vec![v; d].join(", "));
+    let center = ["0.4", "0.5", "0.5"][..d].join(", ");
+    let text = format!(
+        "bodies:\n- {{name: bubble, input: {{expression: '{density}'}}, domain: {{ball: {{center: {}, radius: 0.25}}}}, fields: {{pressure: 1}}, position: [{center}]}}\n\
+         domain: {{box: [{}, {}], {more}}}\nparticles: {count}\noutput: {{units: code}}\n",
+        corner("0"),
+        corner("0"),
+        corner("1")
+    );
+    let (ambient, rest) = if more.contains("match") {
+        ("match: spacing, ", more.replace("match: spacing, ", ""))
+    } else {
+        ("", more.to_owned())
+    };
+    let text = text.replace(more, &rest);
+    Scene::parse(&format!("{text}ambient: {{density: 1, {ambient}fields: {{pressure: 1}}}}\n")).unwrap()
+}
+
+#[test]
+fn a_bubble_and_its_medium_have_their_masses_and_keep_apart_in_every_dimension() {
+    for (d, density, count, boundary) in [
+        (1, 10.0, 60, "boundary: periodic"),
+        (1, 1.0, 30, "boundary: open"),
+        (2, 10.0, 900, "boundary: periodic"),
+        (2, 1.0, 300, "boundary: reflecting"),
+        (3, 10.0, 3000, "boundary: [periodic]"),
+        (3, 1.0, 400, "boundary: [open]"),
+        (2, 10.0, 500, "match: spacing, boundary: periodic"),
+        (3, 5.0, 600, "match: spacing, boundary: periodic"),
+    ] {
+        let scene = bubble(d, density, count, boundary);
+        let (file, report) = placed(&scene).unwrap_or_else(|e| panic!("{d}-D {boundary}: {e}"));
+        let (body, medium) = (gas(&file, 1.0), gas(&file, 2.0));
+        assert_eq!(body.masses.len(), count);
+        let particle = body.masses[0];
+        let mass = |gas: &Gas| gas.masses.iter().sum::<f64>();
+        let expected = (density * ball(d, 0.25), 1.0 - ball(d, 0.25));
+        assert!((mass(&body) / expected.0 - 1.0).abs() < 1e-6, "{d}-D {boundary}: {}", mass(&body));
+        assert!(
+            (mass(&medium) - expected.1).abs() <= particle,
+            "{d}-D {boundary}: {} of {}",
+            mass(&medium),
+            expected.1
+        );
+        let is_spacing = boundary.contains("match");
+        let ratio = if is_spacing { density } else { 1.0 };
+        // The number of particles is rounded: with equal spacing the mass of each takes that up.
+        assert!(
+            medium.masses.iter().all(|m| (particle / m / ratio - 1.0).abs() < 0.05),
+            "{d}-D {boundary}: {particle} {}",
+            medium.masses[0]
+        );
+        // Spacings of the two: the closest pair across the surface against the smaller.
+        let spacing = (particle / density).powf(1.0 / d as f64);
+        let (near, within) = (closest(&file, &body, &medium) / spacing, report.bodies[1].particle_mass);
+        assert!(near > 0.6, "{d}-D {boundary}: {near} spacings");
+        println!(
+            "{d}-D {boundary} 1:{density}: {} + {} particles, {near:.3} spacings apart, {within:.3e}",
+            count,
+            medium.masses.len()
+        );
+        assert!(rows(&file, "Pressure").iter().all(|p| (p[0] - 1.0).abs() < 1e-9), "{d}-D {boundary}");
+        let energies = rows(&file, "InternalEnergy").into_iter().zip(rows(&file, "BodyID"));
+        for (u, id) in energies {
+            let rho = if id[0] == 1.0 { density } else { 1.0 };
+            assert!((u[0] * rho / 1.5 - 1.0).abs() < 1e-9, "{d}-D {boundary}: {u:?} {id:?}");
+        }
+        let center = [0.4, 0.5, 0.5];
+        let wide = (medium.masses[0]).powf(1.0 / d as f64);
+        for (x, rho) in medium.places.iter().zip(&medium.density) {
+            let r = apart(&file, x, &center[..d]);
+            // Not within, and where no kernel reaches the body (2.2 spacings, by its own spacing) or a face the density is 1 to the
+            // noise of a glass.
+            // The ball is about the center of mass of its particles, which is its own to a thousandth.
+            assert!(r > 0.248, "{d}-D {boundary}: {x:?}");
+            let to_face = x.iter().map(|v| v.min(1.0 - v)).fold(f64::INFINITY, f64::min);
+            let far = r > 0.25 + 3.5 * wide && (boundary.contains("periodic") || to_face > 2.5 * wide);
+            assert!(!far || (rho - 1.0).abs() < 0.1, "{d}-D {boundary}: {rho} at {x:?}");
+        }
+        assert_eq!(file.header.periodic[0], boundary.contains("periodic"));
+    }
+}
+
+#[test]
+fn a_turned_body_cuts_out_its_own_shape() {
+    let scene = "bodies:\n- {name: bar, input: {expression: '4*(1 + x)'}, domain: {box: [[-0.3, -0.1], [0.3, 0.1]]}, fields: {pressure: 1},\n   \
+                 orientation: [30], position: [0.5, 0.95]}\n\
+                 ambient: {density: '1 + 0.2*y', fields: {pressure: 1, velocity: [1, 0]}}\n\
+                 domain: {box: [[0, 0], [1, 1]], boundary: periodic}\nparticles: 800\noutput: {units: code}\n";
+    let (file, _) = placed(&Scene::parse(scene).unwrap()).unwrap();
+    let (body, medium) = (gas(&file, 1.0), gas(&file, 2.0));
+    // The bar's mass is 4 times its area of 0.12, and its center of mass is at x = int x (1 + x) / int (1 + x) = 0.03 in it.
+    assert!((body.masses.iter().sum::<f64>() - 0.48).abs() < 1e-6);
+    let (sin, cos) = (0.5, 0.75_f64.sqrt());
+    let mut inside = 0;
+    for x in &medium.places {
+        let offset = [x[0] - 0.5, x[1] - 0.95].map(|v: f64| v - v.round());
+        let own = [cos * offset[0] + sin * offset[1] + 0.03, cos * offset[1] - sin * offset[0]];
+        // Of the center of mass of the particles, which is the bar's to a thousandth.
+        inside += usize::from(own[0].abs() < 0.298 && own[1].abs() < 0.098);
+    }
+    assert_eq!(inside, 0);
+    // int 1 + 0.2 y over the box is 1.1. Of the bar, whose middle is at y = 0.95 - 0.03/2, parts lie beyond the face, at y - 1.
+    let bar = {
+        let n = 400;
+        let cell = |i: i32, j: i32| {
+            let [u, v] = [f64::from(2 * i + 1 - n) * 0.3 / f64::from(n), f64::from(2 * j + 1 - n) * 0.1 / f64::from(n)];
+            let y = (0.95 + sin * (u - 0.03) + cos * v).rem_euclid(1.0);
+            (1.0 + 0.2 * y) * 0.12 / f64::from(n * n)
+        };
+        (0..n).flat_map(|i| (0..n).map(move |j| (i, j))).map(|(i, j)| cell(i, j)).sum::<f64>()
+    };
+    let mass = medium.masses.iter().sum::<f64>();
+    // One particle, and what the jump of the integrand at the face leaves of the sums here, 1/400 of a fifth of the bar.
+    assert!((mass - 1.1 + bar).abs() < body.masses[0] + 1e-4, "{mass} {bar}");
+    assert!(closest(&file, &body, &medium) > 0.6 * (body.masses[0] / 5.2).sqrt());
+    let moving = rows(&file, "Velocities")
+        .iter()
+        .zip(rows(&file, "BodyID"))
+        .all(|(v, id)| v == &[if id[0] == 2.0 { 1.0 } else { 0.0 }, 0.0]);
+    assert!(moving);
+}
+
+#[test]
+fn the_star_stands_in_its_wind() {
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("profiles/star-in-wind.yaml");
+    let scene = Scene { particles: Some(2000), ..Scene::load(&path).unwrap() };
+    let (file, report) = placed(&scene).unwrap();
+    let (star, wind) = (gas(&file, 1.0), gas(&file, 2.0));
+    assert_eq!(report.bodies[1].name, "ambient");
+    let mass = |gas: &Gas| gas.masses.iter().sum::<f64>();
+    // A polytrope of mass 1 less some percent of atmosphere, which 2000 particles do not resolve; particles of the wind have the mass of the
+    // star's to the bit.
+    assert!(mass(&star) > 0.95 && mass(&star) < 1.0 + 1e-9, "{}", mass(&star));
+    assert!(star.masses.iter().chain(&wind.masses).all(|m| *m == star.masses[0]));
+    // The box of 7 x 4 x 4 less the star, of a radius from that of its outermost particle to 1.
+    let outermost = report.bodies[0].radius;
+    let expected = [1.0, outermost].map(|r| 0.01 * (112.0 - ball(3, r)));
+    let particle = star.masses[0];
+    assert!(
+        mass(&wind) > expected[0] - particle && mass(&wind) < expected[1] + particle,
+        "{} {expected:?}",
+        mass(&wind)
+    );
+    assert!(
+        rows(&file, "Velocities")
+            .iter()
+            .zip(rows(&file, "BodyID"))
+            .all(|(v, id)| v[0] == if id[0] == 2.0 { 2.0 } else { 0.0 })
+    );
+    assert!(
+        rows(&file, "Pressure")
+            .iter()
+            .zip(rows(&file, "BodyID"))
+            .all(|(p, id)| id[0] == 1.0 || (p[0] - 0.01).abs() < 1e-12)
+    );
+    // About the star: the spacing of its outermost particles is 0.6 or more of what the wind keeps of it.
+    let spacing = (particle / 0.01).cbrt();
+    let near = closest(&file, &star, &wind) / spacing;
+    println!("star: {} + {}, {near} of the wind's spacings", star.masses.len(), wind.masses.len());
+    assert!(near > 0.3, "{near}");
+}
+
+#[test]
+fn a_medium_without_place_or_bodies_is_refused() {
+    let refused = |text: &str, words: &[&str]| {
+        let error =
+            Scene::parse(text).map_err(|e| e.to_string()).and_then(|scene| placed(&scene)).err().unwrap_or_default();
+        assert!(!error.is_empty() && words.iter().all(|w| error.contains(w)), "{text}: {error}");
+    };
+    let star = "bodies: [{input: {expression: '1'}, domain: {ball: {center: [0, 0, 0], radius: 0.2}}, fields: {pressure: 1}}]\nparticles: 100\n";
+    let cube = "domain: {box: [[-1, -1, -1], [1, 1, 1]]}\n";
+    let medium = "ambient: {density: 1, fields: {pressure: 1}}\n";
+    refused(&format!("{star}{medium}"), &["ambient", "domain.box"]);
+    refused(&format!("input: {{expression: '1'}}\n{cube}{medium}"), &["ambient", "bodies"]);
+    refused(&format!("{star}{cube}ambient: {{density: -1, fields: {{pressure: 1}}}}"), &["-1", "negative"]);
+    refused(&format!("{star}{cube}ambient: {{density: '1 +', fields: {{pressure: 1}}}}"), &["ambient.density"]);
+    refused(
+        &format!("{star}{cube}ambient: {{density: 1e-9, fields: {{pressure: 1}}}}"),
+        &["ambient.density", "expected 1 to"],
+    );
+    refused(
+        &format!("{star}{cube}ambient: {{density: 1e30, fields: {{pressure: 1}}}}"),
+        &["ambient.density", "expected 1 to"],
+    );
+    refused(&format!("{star}{cube}ambient: {{density: 1, fields: {{pressure: 'what'}}}}"), &["pressure", "what"]);
+    refused(&format!("{star}{cube}ambient: {{density: 1}}"), &["InternalEnergy", "ambient"]);
+    refused(&format!("{star}domain: {{box: [[-1, -1], [1, 1]]}}\n{medium}"), &["domain.box", "expected 3"]);
+    refused(&format!("{star}{cube}ambient: {{fields: {{pressure: 1}}}}"), &["density"]);
+}
