@@ -251,6 +251,7 @@ pub(super) fn example_of(unit: &str) -> Option<String> {
     let dimension = match unit {
         "length" => UnitDimension::LENGTH,
         "mass" => UnitDimension::MASS,
+        "time" => UnitDimension::TIME,
         "velocity" => UnitDimension::VELOCITY,
         "angular velocity" => UnitDimension::RATE,
         "specific energy" => UnitDimension::SPECIFIC_ENERGY,
