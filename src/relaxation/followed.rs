@@ -356,7 +356,7 @@ impl<'a, const D: usize> Body<'a, D> {
         }
         let product = |a: usize, b: usize| {
             let of = |x: &[f64; D]| {
-                let x = self.from_center(x);
+                let x = self.about_center(x);
                 let square: f64 = x.iter().map(|v| v * v).sum();
                 if a == b { square - x[a] * x[b] } else { -x[a] * x[b] }
             };
@@ -393,7 +393,7 @@ impl<'a, const D: usize> Body<'a, D> {
     }
 
     /// Place of a particle from the center, with zeros for the dimensions that there are not.
-    fn from_center(&self, x: &[f64; D]) -> [f64; 3] {
+    fn about_center(&self, x: &[f64; D]) -> [f64; 3] {
         std::array::from_fn(|k| match x.get(k) {
             Some(x) => x - self.center.map_or(0.0, |c| c[k]),
             None => 0.0,
@@ -404,7 +404,7 @@ impl<'a, const D: usize> Body<'a, D> {
         let turn = |a: usize, b: usize| {
             let get = |v: &[f64; D], k: usize| v.get(k).copied().unwrap_or(0.0);
             let of = |x: &[f64; D], v: &[f64; D]| {
-                let x = self.from_center(x);
+                let x = self.about_center(x);
                 x[a] * get(v, b) - x[b] * get(v, a)
             };
             let points = self.points.iter().filter_map(|p| Some(p.mass.mass * of(&p.mass.center, &p.velocity?)));
@@ -436,7 +436,7 @@ impl<'a, const D: usize> Body<'a, D> {
     fn disordered(&self) -> f64 {
         let Some(axis) = self.axis else { return self.kinetic() };
         reduce::sum(self.masses.len(), |i| {
-            let around = cross(&axis, &self.from_center(&at(&self.positions, i)));
+            let around = cross(&axis, &self.about_center(&at(&self.positions, i)));
             let length = around.iter().map(|a| a * a).sum::<f64>().sqrt();
             let v = &self.velocities[i];
             let along: f64 = if length > 0.0 { (0..D).map(|k| v[k] * around[k]).sum::<f64>() / length } else { 0.0 };
