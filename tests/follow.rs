@@ -247,13 +247,13 @@ fn a_settled_star_is_quieter_and_the_same() {
 /// A cubic spline with 204 neighbors pairs particles, and a note says so; with its usual 48 random places become even.
 #[test]
 fn pairs_that_settling_makes_are_told() {
-    let scene = "input: {expression: '1'}\ndomain: {box: [[0, 0, 0], [1, 1, 1]], boundary: [periodic, periodic, periodic]}\nparticles: 1000\nseeding: cubic\npolish: none\nwvt: {iterations: 2}\nfields: {internal_energy: '1'}\noutput: {units: code}\n";
+    let scene = "input: {expression: '1'}\ndomain: {box: [[0, 0, 0], [1, 1, 1]], boundary: [periodic, periodic, periodic]}\nparticles: 1000\nseeding: random\npolish: none\nwvt: {iterations: 5}\nfields: {internal_energy: '1'}\noutput: {units: code}\n";
     let file = placed(scene);
     let notes = |code: &str| {
-        let options = Options { duration: 0.1, settle: Some(2.0), ..Options::default() };
+        let options = Options { duration: 0.1, settle: Some(8.0), ..Options::default() };
         follow_file(&file, &TargetCode::parse(code).unwrap(), &options, &Control::default()).unwrap().notes
     };
     let is_told = |notes: &[String]| notes.iter().any(|n| n.contains("have paired"));
-    let (many, usual) = (notes("swift:eta=2"), notes("swift:kernel=wendland-c4,eta=1.2348"));
+    let (many, usual) = (notes("swift:eta=2"), notes("swift:wendland-c4,eta=1.2348"));
     assert!(is_told(&many) && !is_told(&usual), "{many:?} {usual:?}");
 }
