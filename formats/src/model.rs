@@ -4,7 +4,7 @@
 
 use crate::refined::RefinedGrid;
 use crate::units::{Unit, UnitDimension, UnitSystem};
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 /// Numbers in the precision in which the file stores them.
 #[derive(Debug, Clone, PartialEq)]
@@ -232,8 +232,9 @@ pub struct RawField {
 
 impl RawField {
     /// A stellar model: variables by the distance from its center in cm, with the one that is the density, of a file of a `format`.
+    #[cfg(any(feature = "fgong", feature = "gyre", feature = "kepler", feature = "mesa", feature = "wdec"))]
     pub(crate) fn stellar(
-        (path, format): (&Path, &'static str),
+        (path, format): (&std::path::Path, &'static str),
         nodes: Vec<f64>,
         (variables, density): (Vec<Variable>, Option<String>),
         metadata: Vec<(String, String)>,

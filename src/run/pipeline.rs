@@ -31,7 +31,7 @@ use crate::input::units::RunUnits;
 use crate::metrics::Detail;
 use crate::metrics::{DensityError, Measured, Outcome, Thermodynamics};
 use crate::output::conservation::TOTALS;
-use crate::output::frame::{Factors, Frame, output_units};
+use crate::output::frame::{Factors, output_units};
 use crate::output::kept::is_double;
 use crate::output::origin;
 use crate::output::particle_file::{MOVED, Made, Making, RawColumns, particle_file};
@@ -524,7 +524,7 @@ impl Run<'_> {
         (factors, corner): (&Factors, Option<[f64; 3]>),
     ) -> Seen {
         let domain = &prepared.source.domain;
-        let frame = Frame::new(domain, self.scene.output.box_factor);
+        let frame = crate::output::frame::Frame::new(domain, self.scene.output.box_factor);
         let center = frame.coordinates(&prepared.source.center().map(|x| vec![x]), factors.length);
         let is_radial = prepared.source.radial.is_some() || !matches!(domain.region, Region::Box);
         let corner = corner.unwrap_or_default();
