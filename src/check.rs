@@ -4,7 +4,7 @@
 //! twice, places outside of the box, pairs; then what it sums with its own kernel: densities against those in the file,
 //! smoothing lengths, and the net force of a body that its own gravity holds.
 
-use crate::codes::{AS_PLANETARY, Neighbors, TargetCode};
+use crate::codes::{AS_PLANETARY, CELL_OVER_REACH, LEAST_CELLS, Neighbors, TargetCode};
 use crate::eos::Material;
 use crate::error::{Error, Result};
 use crate::metrics::{InOwnUnits, Measured, mean_net_force};
@@ -16,7 +16,7 @@ use sph_formats::common::particle_names as names;
 use sph_formats::{ParticleFile, ParticleTable, UnitSystem};
 
 /// Smoothing lengths whose convention the file does not state.
-const SMOOTHING: &str = "SmoothingLength";
+pub(crate) const SMOOTHING: &str = "SmoothingLength";
 
 /// How much something matters.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize)]
@@ -39,10 +39,6 @@ pub struct Finding {
     pub text: String,
 }
 
-/// Adiabatic index of the codes' default builds.
-const GAMMA: f64 = 5.0 / 3.0;
-/// SWIFT's cells are this much wider than the reach of the widest kernel (`space_stretch` in src/space.h).
-const CELL_OVER_REACH: f64 = 1.1;
 /// Particles nearer than this many spacings are one to a code, or a pair.
 const COINCIDENT: f64 = 1e-6;
 pub(crate) const PAIRED: f64 = 0.3;
@@ -110,8 +106,7 @@ fn values(table: &ParticleTable, code: &TargetCode, findings: &mut Vec<Finding>)
         let text = format!("is missing, but {title} needs it: it would stop, or take zeros; write it");
         add(findings, Level::Error, name, text);
     }
-    let numbered = table.column(names::MATERIAL_IDS).filter(|c| c.values.range() != (0.0, 0.0, 0));
-    if numbered.is_some() && !is_planetary {
+    if table.materials().is_some() && !is_planetary {
         let text = format!("are not read by {title} ({}), which takes all of it for an ideal gas", code.scheme.name);
         add(findings, Level::Warning, names::MATERIAL_IDS, text);
     }
@@ -263,13 +258,8 @@ fn sums<const D: usize>(
         .map_err(|e| Error::field(names::COORDINATES, format!("make no box: {e}")))?;
     let InOwnUnits { positions, masses, domain, start, size, total } = own;
     let neighbors = code.kernel_neighbors(D);
-    let mean = (domain.volume() / n as f64).powf(1.0 / D as f64);
     let density = table.column(names::DENSITY);
-    let spacing = |i: usize| {
-        let by_column = density.map(|d| (m.values.get(i) / d.values.get(i)).powf(1.0 / D as f64) / size);
-        by_column.filter(|s| s.is_finite() && *s > 0.0).unwrap_or(mean).min(1.0)
-    };
-    let guess = support_guess::<D>(neighbors, n, spacing);
+    let guess = support(table, code, size, &domain);
     let measured = Measured::new(code.kernel, &domain, &positions, &masses, &guess, neighbors);
     pairs(&measured, &domain, neighbors, findings);
     smoothing(&measured, table, (code, size), (&header.box_size, header.periodic), findings);
@@ -294,6 +284,22 @@ fn sums<const D: usize>(
         points::<D>(file, code, (start, size, total)).into_iter().map(|(point, _)| point).collect();
     net_force(file, table, code, (&measured, &domain, &positions, (&masses, &points)), (size, total), findings);
     Ok(())
+}
+
+/// About the support radii, from the densities in the file or the mean spacing, in units of `size`.
+pub(crate) fn support<const D: usize>(
+    table: &ParticleTable,
+    code: &TargetCode,
+    size: f64,
+    domain: &Domain<D>,
+) -> Vec<f64> {
+    let mean = (domain.volume() / table.count as f64).powf(1.0 / D as f64);
+    let columns = table.column(names::MASSES).zip(table.column(names::DENSITY));
+    let spacing = |i: usize| {
+        let own = columns.map(|(m, d)| (m.values.get(i) / d.values.get(i)).powf(1.0 / D as f64) / size);
+        own.filter(|s| s.is_finite() && *s > 0.0).unwrap_or(mean).min(1.0)
+    };
+    support_guess::<D>(code.kernel_neighbors(D), table.count, spacing)
 }
 
 fn pairs<const D: usize>(measured: &Measured<D>, domain: &Domain<D>, neighbors: f64, findings: &mut Vec<Finding>) {
@@ -334,7 +340,7 @@ fn smoothing<const D: usize>(
     let median = ratios[ratios.len() / 2];
     let largest = factor * column.values.range().1;
     let least_edge = (0..D).filter(|&k| periodic[k]).map(|k| box_size[k]).fold(f64::INFINITY, f64::min);
-    if code.sheet.name == "swift" && CELL_OVER_REACH * largest > least_edge / 3.0 {
+    if code.sheet.name == "swift" && CELL_OVER_REACH * largest > least_edge / LEAST_CELLS {
         add(
             findings,
             Level::Error,
@@ -403,7 +409,7 @@ fn net_force<const D: usize>(
 ) {
     let header = &file.header;
     let Some(energy) = table.column(names::INTERNAL_ENERGY) else { return };
-    let other_materials = table.column(names::MATERIAL_IDS).filter(|c| c.values.range() != (0.0, 0.0, 0));
+    let other_materials = table.materials();
     let is_other_matter = other_materials.is_some() && !AS_PLANETARY.contains(&code.scheme.name);
     if D < 3
         || header.periodic != [false; 3]
@@ -420,16 +426,15 @@ fn net_force<const D: usize>(
         );
         return add(findings, Level::Good, "net force", text);
     }
-    let u = &header.units;
-    let constant = code.sheet.gravity * u.mass * u.time.powi(2) / u.length.powi(3);
-    let unit = constant * total / size;
+    let (u, gamma) = (&header.units, header.adiabatic_index());
+    let unit = code.gravity_in(u) * total / size;
     let density = |i: usize| measured.sums[i].weighted * total / size.powi(3) * u.mass / u.length.powi(3);
     let specific = (u.length / u.time).powi(2);
     // That of an ideal gas with the pressure that the material has at the density summed here.
     let of_material = |i: usize, id: f64| {
         let matter = Material::of_id(id as i32)?.equation;
         let pressure = matter.pressure(density(i), energy.values.get(i) * specific);
-        Some(pressure / (density(i) * specific * (GAMMA - 1.0)))
+        Some(pressure / (density(i) * specific * (gamma - 1.0)))
     };
     let energies: Option<Vec<f64>> = (0..table.count)
         .map(|i| match other_materials {
@@ -438,7 +443,7 @@ fn net_force<const D: usize>(
         })
         .collect();
     let Some(energies) = energies else { return };
-    let Some(mean) = mean_net_force(code.kernel, measured, domain, positions, attracting, (&energies, GAMMA)) else {
+    let Some(mean) = mean_net_force(code.kernel, measured, domain, positions, attracting, (&energies, gamma)) else {
         return;
     };
     let (level, advice) = match mean {

@@ -4,8 +4,8 @@ use crate::error::{Error, Result};
 use sph::geometry::unit_ball_volume;
 use sph::kernel::{KernelName, most_neighbors_without_pairs, support_over_smoothing_length};
 use sph::point_mass::Softening;
-use sph_formats::did_you_mean;
 use sph_formats::units::GRAVITATIONAL_CONSTANT_CGS;
+use sph_formats::{UnitSystem, did_you_mean};
 
 /// How a code says how many neighbors a particle has.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -168,6 +168,11 @@ pub const SHEETS: &[Sheet] = &[
 /// Schemes with equations of state by material.
 pub(crate) const AS_PLANETARY: [&str; 2] = ["planetary", "remix"];
 
+/// SWIFT's top-level cells are this much wider than the reach of the widest kernel (`space_stretch` in src/space.h), and so many of them
+/// lie along the shortest edge of a periodic box at least.
+pub(crate) const CELL_OVER_REACH: f64 = 1.1;
+pub(crate) const LEAST_CELLS: f64 = 3.0;
+
 /// Part of the most neighbors that make no pairs which is advised.
 const FEWER: f64 = 0.95;
 
@@ -256,6 +261,11 @@ impl TargetCode {
         match self.neighbors {
             Neighbors::Eta(v) | Neighbors::HalfSupport(v) | Neighbors::Count { neighbors: v, .. } => v,
         }
+    }
+
+    /// The constant of gravity that it is compiled with, in `units`.
+    pub fn gravity_in(&self, units: &UnitSystem) -> f64 {
+        self.sheet.gravity * units.mass * units.time.powi(2) / units.length.powi(3)
     }
 
     /// What the code's own parameter says in `d` dimensions: numbers of neighbors are counted in those.

@@ -1,19 +1,18 @@
 //! The gas of a particle file, whoever wrote it, followed forward in time as a code would: does it stay still?
 //!
-//! Neighbors, kernel, constant of gravity and the softening of point masses are those of the code. What a file cannot say is
-//! stated: the adiabatic index, and gravity where its units are pure numbers.
+//! Neighbors, kernel, constant of gravity and the softening of point masses are those of the code, the adiabatic index is the file's. What it
+//! does not say is stated: that index, where it is not 5/3, and gravity where units are pure numbers.
 
-use crate::check::{PAIRED, points};
-use crate::codes::TargetCode;
+use crate::check::{PAIRED, SMOOTHING, points, support};
+use crate::codes::{AS_PLANETARY, TargetCode};
 use crate::eos::Material;
 use crate::error::{Error, Result};
 use crate::metrics::{InOwnUnits, Measured};
-use crate::relaxation::{Certificate, Control, End, Followed, Point, follow, settle, space};
-use crate::target::{Materials, Positions};
+use crate::relaxation::{Certificate, Control, End, Followed, Point, follow, settle, space, too_few};
+use crate::target::{Materials, at};
 use sph::domain::{Axis, Domain, Region};
 use sph::geometry::distance;
 use sph::kernel::KernelName;
-use sph::sums::support_guess;
 use sph_formats::common::particle_names as names;
 use sph_formats::{ParticleFile, ParticleTable, Species, UnitSystem, Values};
 
@@ -25,15 +24,15 @@ pub struct Options {
     /// The constant of gravity in the file's units, 0 for none; by default the code's for a file in three dimensions that is not
     /// periodic, else none.
     pub gravity: Option<f64>,
-    /// Adiabatic index of gas without materials.
-    pub gamma: f64,
+    /// Adiabatic index of gas without materials; by default the file's.
+    pub gamma: Option<f64>,
     /// How long motion is damped before, in the same times.
     pub settle: Option<f64>,
 }
 
 impl Default for Options {
     fn default() -> Self {
-        Self { duration: 3.0, gravity: None, gamma: 5.0 / 3.0, settle: None }
+        Self { duration: 3.0, gravity: None, gamma: None, settle: None }
     }
 }
 
@@ -55,10 +54,6 @@ pub struct Settled {
 
 /// Open space along an axis, in the particles' own extent, on either side.
 const SPACE: f64 = 4.0;
-/// Smoothing lengths in the code's convention.
-const SMOOTHING: &str = "SmoothingLength";
-/// The scheme with equations of state by material.
-const PLANETARY: &str = "planetary";
 /// Time in which motion falls to 1/e while it is damped, in dynamical times: about what the slowest pulsation of a star is damped best by,
 /// whose period is some 2 to 4 of them.
 const DAMPING: f64 = 0.3;
@@ -98,8 +93,8 @@ impl Options {
         if let Some(time) = self.settle.filter(|t| !(*t > 0.0 && *t <= LONGEST)) {
             return bad("--settle", time, "a number above 0, and 10000 at most");
         }
-        if !(self.gamma > 1.0 && self.gamma <= 10.0) {
-            return bad("--gamma", self.gamma, "a number above 1, and 10 at most");
+        if let Some(gamma) = self.gamma.filter(|g| !(*g > 1.0 && *g <= 10.0)) {
+            return bad("--gamma", gamma, "a number above 1, and 10 at most");
         }
         match self.gravity {
             Some(g) if !(g >= 0.0 && g.is_finite()) => bad("--gravity", g, "0 or more, in the file's units"),
@@ -115,12 +110,20 @@ fn in_dimension<const D: usize>(
     options: &Options,
     control: &Control<'_>,
 ) -> Result<Outcome> {
+    let problem = too_few(table.count, code.kernel_neighbors(D)).filter(|_| !file.header.periodic.contains(&true));
+    if let Some(problem) = problem {
+        return Err(Error::scene("run", format!("{problem}; take more particles")));
+    }
     let mut notes = Vec::new();
     let constant = gravity_of::<D>(file, code, options, &mut notes)?;
     let read = Read::<D>::new(file, table, constant)?;
     let kinds = materials(file, table, code, &read)?;
+    let gamma = options.gamma.unwrap_or_else(|| file.header.adiabatic_index());
+    if kinds.is_none() {
+        notes.push(format!("gas with the adiabatic index {gamma:.4}"));
+    }
     let materials = kinds.as_ref().map(|(materials, kinds)| (materials, kinds.as_slice()));
-    let (mut followed, whole) = read.start(file, table, code, (options.gamma, materials))?;
+    let (mut followed, whole) = read.start(file, table, code, (gamma, materials))?;
     if !code.scheme.has_our_force {
         notes.push(format!(
             "forces are those of densities and entropies with grad-h terms, not of the scheme {}",
@@ -195,7 +198,7 @@ impl<const D: usize> Read<D> {
         };
         let mut followed = Followed {
             velocities: velocities(table, unit)?,
-            support: support(table, code, (*size, *total), masses, domain),
+            support: support(table, code, *size, domain),
             domain: with_space(domain)?,
             positions: positions.clone(),
             masses: masses.clone(),
@@ -209,7 +212,7 @@ impl<const D: usize> Read<D> {
         let whole = come_to_rest(&mut followed);
         if self.has_gravity {
             let center = middle(&followed);
-            let radius = (0..masses.len()).map(|i| distance(&place(positions, i), &center)).fold(0.0, f64::max);
+            let radius = (0..masses.len()).map(|i| distance(&at(positions, i), &center)).fold(0.0, f64::max);
             followed.domain = space(center, radius).unwrap_or(followed.domain);
             followed.center = Some(center);
         }
@@ -293,10 +296,6 @@ fn set<const D: usize>(table: &mut ParticleTable, name: &str, values: &[f64]) {
     };
 }
 
-fn place<const D: usize>(positions: &Positions<D>, i: usize) -> [f64; D] {
-    std::array::from_fn(|k| positions[k][i])
-}
-
 /// A column that is there, of so many components, all of them good.
 fn column<const D: usize>(
     table: &ParticleTable,
@@ -351,8 +350,7 @@ fn gravity_of<const D: usize>(
             "are pure numbers, so that the constant of gravity is not known; state it with --gravity, 0 for none";
         return Err(Error::field("units", problem));
     }
-    let u = &header.units;
-    Ok(Some(code.sheet.gravity * u.mass * u.time.powi(2) / u.length.powi(3)))
+    Ok(Some(code.gravity_in(&header.units)))
 }
 
 /// Refuses what attracts but cannot be followed.
@@ -376,10 +374,8 @@ fn materials<const D: usize>(
     code: &TargetCode,
     read: &Read<D>,
 ) -> Result<Option<(Materials, Vec<usize>)>> {
-    let Some(ids) = table.column(names::MATERIAL_IDS).filter(|c| c.values.range() != (0.0, 0.0, 0)) else {
-        return Ok(None);
-    };
-    if code.scheme.name != PLANETARY {
+    let Some(ids) = table.materials() else { return Ok(None) };
+    if !AS_PLANETARY.contains(&code.scheme.name) {
         let problem =
             format!("name materials, which {} does not know; follow it for swift:scheme=planetary", code.describe(3));
         return Err(Error::field(names::MATERIAL_IDS, problem));
@@ -412,27 +408,10 @@ fn velocities<const D: usize>(table: &ParticleTable, unit: f64) -> Result<Vec<[f
     Ok(values.chunks(D).map(|v| std::array::from_fn(|k| v[k] / unit)).collect())
 }
 
-/// About the support radii, from the density in the file or the mean spacing.
-fn support<const D: usize>(
-    table: &ParticleTable,
-    code: &TargetCode,
-    (size, total): (f64, f64),
-    masses: &[f64],
-    domain: &Domain<D>,
-) -> Vec<f64> {
-    let mean = (domain.volume() / masses.len() as f64).powf(1.0 / D as f64);
-    let density = table.column(names::DENSITY);
-    let spacing = |i: usize| {
-        let own = density.map(|d| masses[i] * total / (d.values.get(i) * size.powi(D as i32)));
-        own.map(|v| v.powf(1.0 / D as f64)).filter(|s| s.is_finite() && *s > 0.0).unwrap_or(mean).min(1.0)
-    };
-    support_guess::<D>(code.kernel_neighbors(D), masses.len(), spacing)
-}
-
 /// The center of mass of gas and points.
 fn middle<const D: usize>(followed: &Followed<'_, D>) -> [f64; D] {
     let points = followed.points.iter().map(|p| (p.mass.mass, p.mass.center));
-    let gas = (0..followed.masses.len()).map(|i| (followed.masses[i], place(&followed.positions, i)));
+    let gas = (0..followed.masses.len()).map(|i| (followed.masses[i], at(&followed.positions, i)));
     mean(gas.chain(points))
 }
 

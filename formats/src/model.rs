@@ -278,6 +278,11 @@ impl ParticleTable {
         self.columns.iter().find(|c| c.name == name)
     }
 
+    /// Numbers of materials, where they name more than the ideal gas, which is 0.
+    pub fn materials(&self) -> Option<&Column> {
+        self.column(crate::particle_names::MATERIAL_IDS).filter(|c| c.values.range() != (0.0, 0.0, 0))
+    }
+
     /// (m/rho)^(1/d) where it is least; `None` without masses or densities.
     pub fn smallest_spacing(&self, dimension: usize) -> Option<f64> {
         use crate::particle_names::{DENSITY, MASSES};

@@ -147,7 +147,7 @@ pub struct FollowArgs {
     /// Constant of gravity in the file's units, 0 for none [default: the code's, for a file in 3-D that is not periodic].
     #[arg(long, value_name = "G", allow_negative_numbers = true)]
     pub gravity: Option<f64>,
-    /// Adiabatic index of gas without materials [default: 5/3].
+    /// Adiabatic index of gas without materials [default: that of the file, else 5/3].
     #[arg(long)]
     pub gamma: Option<f64>,
     /// Damp all motion but flight and rotation of the whole for so long before, and write the particles to --out.

@@ -2,10 +2,11 @@
 
 use super::args::CheckArgs;
 use super::exit::{FAILURE, SUCCESS};
+use super::files::particles;
 use crate::check::{Level, check};
 use crate::codes::TargetCode;
-use crate::error::{Error, Result};
-use sph_formats::{FieldRequest, FileContent, FormatSpec};
+use crate::error::Result;
+use sph_formats::FormatSpec;
 use std::fmt::Write;
 
 /// The findings as text or JSON, and the exit code: 1 where the code would stop or run on nonsense.
@@ -14,11 +15,8 @@ use std::fmt::Write;
 /// A file that cannot be read, holds no particles, or a code that is not known.
 pub fn run(formats: &[FormatSpec], args: &CheckArgs) -> Result<(String, u8)> {
     let code = TargetCode::parse(&args.target_code)?;
-    let content = sph_formats::read(formats, &args.file, args.format.as_deref(), &FieldRequest::default())?;
+    let file = particles(formats, &args.file, args.format.as_deref())?;
     let path = args.file.display().to_string();
-    let FileContent::Particles(file) = content else {
-        return Err(Error::field(path, "holds a field; expected particles"));
-    };
     let findings = check(&file, &code)?;
     let worst = findings.iter().map(|f| f.level).max().unwrap_or(Level::Good);
     let exit = if worst == Level::Error { FAILURE } else { SUCCESS };

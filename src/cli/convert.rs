@@ -2,6 +2,7 @@
 //! file back, so that the list is what happened and not what a table says.
 
 use super::args::ConvertArgs;
+use super::files::particles;
 use crate::error::{Error, Result};
 use crate::input::particles::Snapshot;
 use crate::scene::system_of;
@@ -9,8 +10,7 @@ use sph::kernel::{default_kernel_neighbors, support_over_spacing};
 use sph_formats::common::particle_names as names;
 use sph_formats::model::FILES_KEY;
 use sph_formats::{
-    Column, FieldRequest, FileContent, FormatSpec, ParticleFile, UnitDimension, UnitSystem, Values, WriteOptions,
-    registry, registry::FixedCorner,
+    Column, FormatSpec, ParticleFile, UnitDimension, UnitSystem, Values, WriteOptions, registry, registry::FixedCorner,
 };
 use std::path::Path;
 
@@ -69,20 +69,6 @@ fn moved_into_box(file: &mut ParticleFile, target: &FormatSpec) -> Option<String
         file.move_corner_to_origin();
         format!("the corner of the box was moved from {corner:?} to the origin, where '{}' has it", target.name)
     })
-}
-
-fn particles(formats: &[FormatSpec], path: &Path, format: Option<&str>) -> Result<ParticleFile> {
-    match sph_formats::read(formats, path, format, &FieldRequest::default())? {
-        FileContent::Particles(file) => Ok(file),
-        FileContent::Field(field) => Err(Error::field(
-            path.display().to_string(),
-            format!(
-                "it holds a {} read by '{}', expected particles with masses; make particles of it with --in and --out",
-                field.geometry.kind(),
-                field.format
-            ),
-        )),
-    }
 }
 
 fn same_units(a: &UnitSystem, b: &UnitSystem) -> bool {

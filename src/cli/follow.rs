@@ -2,13 +2,14 @@
 
 use super::args::FollowArgs;
 use super::exit::{NOT_CONVERGED, SUCCESS};
+use super::files::{particles, refuse_itself};
 use super::interrupt::Interrupts;
 use super::progress::Progress;
 use crate::codes::TargetCode;
 use crate::error::{Error, Result};
 use crate::follow::{Options, Outcome, follow_file};
 use crate::relaxation::{CERTIFICATE, Certificate, Control, Event, Step};
-use sph_formats::{FieldRequest, FileContent, FormatSpec, WriteOptions, registry};
+use sph_formats::{FormatSpec, WriteOptions, registry};
 use std::fmt::Write;
 use std::path::Path;
 use std::time::{Duration, Instant};
@@ -30,10 +31,7 @@ pub fn run(formats: &[FormatSpec], args: &FollowArgs, command: &str) -> Result<(
     let seconds = seconds.map_err(|(s, e)| Error::scene("--time-limit", format!("is {s}, expected seconds ({e})")))?;
     let begin = Instant::now();
     let path = args.file.display().to_string();
-    let content = sph_formats::read(formats, &args.file, args.format.as_deref(), &FieldRequest::default())?;
-    let FileContent::Particles(file) = content else {
-        return Err(Error::field(path, "holds a field; expected particles"));
-    };
+    let file = particles(formats, &args.file, args.format.as_deref())?;
     let interrupts = Interrupts::of_other_work();
     let progress = Progress::new(args.quiet);
     let observer = |event: Event| progress.update(event);
@@ -43,13 +41,7 @@ pub fn run(formats: &[FormatSpec], args: &FollowArgs, command: &str) -> Result<(
         observer: &observer,
     };
     control.tell(Event::Begin(Step::Relax(CERTIFICATE)));
-    let default = Options::default();
-    let options = Options {
-        duration: args.duration,
-        gravity: args.gravity,
-        gamma: args.gamma.unwrap_or(default.gamma),
-        settle: args.settle,
-    };
+    let options = Options { duration: args.duration, gravity: args.gravity, gamma: args.gamma, settle: args.settle };
     let outcome = follow_file(&file, &code, &options, &control);
     progress.finish();
     let Outcome { certificate, settled, notes } = outcome?;
@@ -62,6 +54,7 @@ pub fn run(formats: &[FormatSpec], args: &FollowArgs, command: &str) -> Result<(
     let is_whole = certificate.is_whole && settled.as_ref().is_none_or(|s| s.certificate.is_whole);
     let exit = if is_whole { SUCCESS } else { NOT_CONVERGED };
     if args.json {
+        notes.iter().for_each(|note| eprintln!("note: {note}"));
         let text = serde_json::to_string_pretty(&certificate).unwrap_or_else(|e| format!("{{\"error\": \"{e}\"}}"));
         return Ok((text + "\n", exit));
     }
@@ -94,7 +87,8 @@ fn table(certificate: &Certificate) -> String {
     let _ = writeln!(out, "  {:>8}{:>10}{:>10}{body}{:>10}", "time", "kinetic", "densities", "energy");
     let last = certificate.states.len().saturating_sub(1);
     let every = last.div_ceil(ROWS).max(1);
-    for (_, s) in certificate.states.iter().enumerate().filter(|(i, _)| i % every == 0 || *i == last) {
+    let is_shown = |i: usize| i.is_multiple_of(every) || i == last;
+    for s in certificate.states.iter().enumerate().filter_map(|(i, s)| is_shown(i).then_some(s)) {
         let percent = |v: f64| format!("{:.2} %", 100.0 * v);
         let body = if certificate.has_gravity {
             let (center, half) = (percent(s.central_density - 1.0), percent(s.half_mass_radius - 1.0));
@@ -112,9 +106,7 @@ fn table(certificate: &Certificate) -> String {
 fn writer<'a>(formats: &'a [FormatSpec], args: &FollowArgs, to: &Path) -> Result<&'a FormatSpec> {
     let target = registry::detect_output(formats, to, args.to_format.as_deref())?;
     registry::writer(target, to)?;
-    if to.canonicalize().is_ok_and(|o| args.file.canonicalize().is_ok_and(|f| o == f)) {
-        return Err(Error::scene("--out", "is the particle file itself, which it would replace; name another"));
-    }
+    refuse_itself("--out", to, &args.file)?;
     sph_formats::output::probe(to)?;
     Ok(target)
 }
@@ -127,9 +119,7 @@ fn probe(page: &Path, file: &Path) -> Result<()> {
             "asks for a page, but this build draws none; build it with the feature 'plots'",
         ));
     }
-    if page.canonicalize().is_ok_and(|p| file.canonicalize().is_ok_and(|f| p == f)) {
-        return Err(Error::scene("--report", "is the particle file itself, which it would replace; name another"));
-    }
+    refuse_itself("--report", page, file)?;
     Ok(sph_formats::output::probe(page)?)
 }
 

@@ -8,6 +8,7 @@ mod check;
 mod compare;
 mod convert;
 mod exit;
+mod files;
 mod follow;
 mod formats;
 mod inspect;

@@ -12,7 +12,7 @@ use sph_formats::FormatSpec;
 /// A file that cannot be read or holds no particles, or an output that is neither a page nor a picture.
 #[cfg(feature = "plots")]
 pub fn run(formats: &[FormatSpec], args: &PlotArgs, command: &str) -> Result<String> {
-    use sph_formats::{FieldRequest, FileContent};
+    use super::files::{particles, refuse_itself};
 
     let output = args.output.clone().unwrap_or_else(|| args.file.with_extension("html"));
     let extension = output.extension().map(|e| e.to_string_lossy().to_lowercase()).unwrap_or_default();
@@ -20,19 +20,10 @@ pub fn run(formats: &[FormatSpec], args: &PlotArgs, command: &str) -> Result<Str
         let problem = format!("is '{}', expected a page (.html) or a picture (.png)", output.display());
         return Err(Error::scene("--out", problem));
     }
-    if output.canonicalize().is_ok_and(|o| args.file.canonicalize().is_ok_and(|f| f == o)) {
-        return Err(Error::scene("--out", "is the particle file itself, which it would replace; name another"));
-    }
+    refuse_itself("--out", &output, &args.file)?;
     sph_formats::output::probe(&output)?;
     let name = args.file.display().to_string();
-    let file = match sph_formats::read(formats, &args.file, args.format.as_deref(), &FieldRequest::default())? {
-        FileContent::Particles(file) => file,
-        FileContent::Field(field) => {
-            let problem =
-                format!("holds a {}, expected particles; make some of it with --in and --out", field.geometry.kind());
-            return Err(Error::field(name, problem));
-        }
-    };
+    let file = particles(formats, &args.file, args.format.as_deref())?;
     let bytes = match extension.as_str() {
         "png" => crate::page::picture(&crate::page::Portrait::new(&file, None)?)?,
         _ => crate::page::page_of_file(&file, &name, command)?.into_bytes(),

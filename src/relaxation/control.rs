@@ -2,7 +2,7 @@
 
 use super::report::{StageName, StopReason};
 use std::sync::atomic::{AtomicBool, Ordering};
-use std::time::Instant;
+use std::time::{Duration, Instant};
 
 /// A step of a run.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -73,9 +73,14 @@ impl Control<'_> {
 
     /// The outside reason to stop now, if there is one.
     pub fn stop_reason(&self) -> Option<StopReason> {
+        self.stop_reason_within(Duration::ZERO)
+    }
+
+    /// The outside reason not to begin with what takes so long.
+    pub fn stop_reason_within(&self, takes: Duration) -> Option<StopReason> {
         if self.is_interrupted() {
             Some(StopReason::Interrupted)
-        } else if self.deadline.is_some_and(|t| Instant::now() >= t) {
+        } else if self.deadline.is_some_and(|t| Instant::now() + takes >= t) {
             Some(StopReason::TimeLimit)
         } else {
             None

@@ -242,19 +242,24 @@ impl<'a, const D: usize> Body<'a, D> {
     /// The attraction of all that is nearer to the center, and of half of each particle itself.
     fn enclosed_gravity(&self, center: &[f64; D]) -> Vec<[f64; D]> {
         let n = self.masses.len();
-        let radius = parallel::map(n, |i| distance(&at(&self.positions, i), center));
-        let mut order: Vec<usize> = (0..n).collect();
-        order.sort_by(|&a, &b| radius[a].total_cmp(&radius[b]).then(a.cmp(&b)));
         let (mut enclosed, mut within) = (vec![0.0; n], 0.0);
-        for i in order {
+        for (_, i) in self.outward(center) {
             enclosed[i] = within + 0.5 * self.masses[i];
             within += self.masses[i];
         }
         parallel::map(n, |i| {
-            let (x, r) = (at(&self.positions, i), radius[i]);
+            let x = at(&self.positions, i);
+            let r = distance(&x, center);
             let pull = if r > 0.0 { strength(D) * enclosed[i] / r.powi(D as i32) } else { 0.0 };
             std::array::from_fn(|k| -pull * (x[k] - center[k]))
         })
+    }
+
+    /// Distances from a center, ascending, with the particles that have them.
+    fn outward(&self, center: &[f64; D]) -> Vec<(f64, usize)> {
+        let mut order = parallel::map(self.masses.len(), |i| (distance(&at(&self.positions, i), center), i));
+        order.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
+        order
     }
 
     /// What all point masses do to what is at `x`.
@@ -460,9 +465,7 @@ impl<'a, const D: usize> Body<'a, D> {
     pub fn totals(&self) -> Totals {
         let n = self.masses.len();
         let potential = if self.has_gravity() { self.potential(&self.pulls()) } else { 0.0 };
-        let middle = self.center.unwrap_or(self.domain.lo);
-        let mut order: Vec<(f64, usize)> = (0..n).map(|i| (distance(&at(&self.positions, i), &middle), i)).collect();
-        order.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
+        let order = self.outward(&self.center.unwrap_or(self.domain.lo));
         let central = ((CENTRAL * n as f64) as usize).clamp(1, n);
         let mut within = 0.0;
         let half = order.iter().find(|&&(_, i)| {

@@ -43,7 +43,7 @@ pub use afc::{AfcOptions, AwayFromClosest, NAME as AFC};
 pub use alaric::{Alaric, DAMPED as DAMPED_RELAXATION, NAME as ALARIC};
 pub use balance::{BalanceOptions, NAME as BALANCE, PressureBalance};
 pub use by_body::ByBody;
-pub use certificate::{Certificate, Matter, NAME as CERTIFICATE, State, certify, follow, settle, space};
+pub use certificate::{Certificate, Matter, NAME as CERTIFICATE, State, certify, follow, settle, space, too_few};
 pub use conservation::{Drift, conservation};
 pub use control::{Control, Event, Step};
 pub use fluid::AlaricOptions;

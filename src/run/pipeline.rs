@@ -31,6 +31,8 @@ use crate::input::units::RunUnits;
 use crate::metrics::Detail;
 use crate::metrics::{DensityError, Measured, Outcome, Thermodynamics};
 use crate::output::conservation::TOTALS;
+#[cfg(feature = "plots")]
+use crate::output::frame::Frame;
 use crate::output::frame::{Factors, output_units};
 use crate::output::kept::is_double;
 use crate::output::origin;
@@ -39,7 +41,7 @@ use crate::output::walls::Walls;
 #[cfg(feature = "plots")]
 use crate::page::{Seen, Side};
 use crate::relaxation::{
-    BALANCE, CERTIFICATE, Certificate, Control, Event, Matter, Particles, Step, StopReason, certify,
+    BALANCE, CERTIFICATE, Certificate, Control, Event, Matter, Particles, Step, StopReason, certify, too_few,
 };
 use crate::scene::{DEFAULT_PARTICLES, OnInterrupt, Scene, name_of};
 use crate::target::{Equilibrium, Positions, at};
@@ -275,10 +277,8 @@ impl Run<'_> {
             return Err(Error::scene("certify", problem));
         }
         let neighbors = self.scene.kernel_neighbors(D);
-        if self.scene.certify.is_some() && count as f64 <= neighbors {
-            let problem =
-                format!("follows more particles than each has neighbors: {count} of {neighbors:.0}; leave it out");
-            return Err(Error::scene("certify", problem));
+        if let Some(problem) = self.scene.certify.and_then(|_| too_few(count, neighbors)) {
+            return Err(Error::scene("certify", format!("{problem}; leave it out")));
         }
         let mut plan = Plan::new(self.scene, &target, prepared.source.radial.is_some(), &held);
         refining.iter().for_each(|r| r.change(&mut plan, self.scene));
@@ -524,7 +524,7 @@ impl Run<'_> {
         (factors, corner): (&Factors, Option<[f64; 3]>),
     ) -> Seen {
         let domain = &prepared.source.domain;
-        let frame = crate::output::frame::Frame::new(domain, self.scene.output.box_factor);
+        let frame = Frame::new(domain, self.scene.output.box_factor);
         let center = frame.coordinates(&prepared.source.center().map(|x| vec![x]), factors.length);
         let is_radial = prepared.source.radial.is_some() || !matches!(domain.region, Region::Box);
         let corner = corner.unwrap_or_default();

@@ -1,6 +1,6 @@
 //! The medium about bodies as a scene by itself, and what cannot stand beside it.
 
-use super::{AmbientInput, DomainInput, Input, MatchName, OriginInput, OriginName, ResolutionInput, Scene};
+use super::{AmbientInput, DomainInput, Input, MatchName, ResolutionInput, Scene};
 use crate::error::{Error, Result};
 
 impl Scene {
@@ -14,16 +14,8 @@ impl Scene {
             fields: ambient.fields.clone(),
             balance: None,
             certify: None,
-            bodies: Vec::new(),
-            orbit: None,
-            ambient: None,
-            particle_mass: None,
-            cache: None,
-            ..self.clone()
+            ..self.without_bodies()
         };
-        alone.output.parameters = false;
-        alone.output.report = None;
-        alone.output.origin = Some(OriginInput::Named(OriginName::Corner));
         alone.output.box_factor = 1.0;
         alone
     }

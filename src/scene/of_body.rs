@@ -10,7 +10,7 @@ impl Scene {
     /// The scene of one body by itself, for as many particles as it is to have; without any before that is known.
     pub(crate) fn of_body(&self, index: usize, particles: Option<usize>) -> Self {
         let body = &self.bodies[index];
-        let mut alone = Self {
+        Self {
             input: body.input.clone(),
             resolution: body.resolution.clone(),
             domain: body.domain.clone(),
@@ -29,13 +29,14 @@ impl Scene {
             dust: body.dust.clone(),
             gravity_of: self.others_about(index),
             material: body.material.clone(),
-            bodies: Vec::new(),
-            orbit: None,
-            ambient: None,
-            particle_mass: None,
-            cache: None,
-            ..self.clone()
-        };
+            ..self.without_bodies()
+        }
+    }
+
+    /// What a body or the medium about bodies has of the scene, whose bodies it is placed without.
+    pub(super) fn without_bodies(&self) -> Self {
+        let mut alone =
+            Self { bodies: Vec::new(), orbit: None, ambient: None, particle_mass: None, cache: None, ..self.clone() };
         alone.output.parameters = false;
         alone.output.report = None;
         // Bodies are moved to their places later.

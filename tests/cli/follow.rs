@@ -25,6 +25,8 @@ fn the_command_prints_a_table_a_verdict_and_a_page() {
     let early = run(&["--duration", "1000", "--time-limit", "1"]);
     assert_eq!(early.code, Some(3), "{early:?}");
     assert!(early.stdout.contains("ended early"));
+    let at_once = run(&["--time-limit", "0"]);
+    assert!(at_once.code == Some(3) && at_once.stdout.contains("unknown"), "{at_once:?}");
     let settled = folder.path("settled.hdf5").display().to_string();
     let quiet = run(&["--duration", "0.2", "--settle", "0.5", "--out", &settled]);
     assert_eq!(quiet.code, Some(0), "{quiet:?}");

@@ -23,7 +23,7 @@ pub(super) fn doubts(facts: &Facts<'_>) -> Vec<String> {
         ));
     }
     let is_planetary = AS_PLANETARY.contains(&facts.code.scheme.name);
-    if facts.gas.column(names::MATERIAL_IDS).is_some_and(|c| c.values.range() != (0.0, 0.0, 0)) && !is_planetary {
+    if facts.gas.materials().is_some() && !is_planetary {
         let remedy = match facts.code.sheet.schemes.iter().find(|s| AS_PLANETARY.contains(&s.name)) {
             Some(scheme) => format!("--for {}:scheme={} is for them", facts.code.sheet.name, scheme.name),
             None => "--for swift:scheme=planetary is for them".into(),

@@ -165,8 +165,7 @@ impl Gravity {
         }
         let u = &file.header.units;
         if physics.has_units || *u != UnitSystem::CODE {
-            let constant = code.sheet.gravity * u.mass * u.time.powi(2) / u.length.powi(3);
-            return Some(Self { constant, stated: None });
+            return Some(Self { constant: code.gravity_in(u), stated: None });
         }
         physics.of_numbers.map(|constant| Self { constant, stated: Some(constant) })
     }

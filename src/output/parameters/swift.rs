@@ -1,7 +1,7 @@
 //! SWIFT's parameter file.
 
 use super::facts::{END, Facts, LARGEST_SMOOTHING, LARGEST_STEP, SNAPSHOT};
-use crate::codes::AS_PLANETARY;
+use crate::codes::{AS_PLANETARY, CELL_OVER_REACH, LEAST_CELLS};
 use sph::kernel::KernelName;
 use sph_formats::common::particle_names as names;
 use std::collections::BTreeSet;
@@ -13,11 +13,8 @@ const ADIABATIC_INDICES: [(f64, &str); 4] = [(5.0 / 3.0, "5/3"), (7.0 / 5.0, "7/
 const ISOTHERMAL: f64 = 1.01;
 /// Specific energies that differ by less are one temperature: they are stored in single precision.
 const SAME_ENERGY: f64 = 1e-5;
-/// Cells along the longest edge, unless thin boxes ask for more; and along the shortest one at least.
+/// Cells along the longest edge, unless thin boxes ask for more.
 const CELLS: f64 = 16.0;
-const LEAST_CELLS: f64 = 3.0;
-/// A cell is this much wider than the reach of the widest kernel (`space_stretch` in src/space.h).
-const CELL_OVER_REACH: f64 = 1.1;
 
 /// What the build makes of the gas.
 enum Gas {

@@ -1,0 +1,34 @@
+//! Particle files that commands are given, and what they must not replace.
+
+use crate::error::{Error, Result};
+use sph_formats::{FieldRequest, FileContent, FormatSpec, ParticleFile};
+use std::path::Path;
+
+/// The particles of a file.
+///
+/// # Errors
+/// A file that cannot be read, or that holds a field.
+pub fn particles(formats: &[FormatSpec], path: &Path, format: Option<&str>) -> Result<ParticleFile> {
+    match sph_formats::read(formats, path, format, &FieldRequest::default())? {
+        FileContent::Particles(file) => Ok(file),
+        FileContent::Field(field) => Err(Error::field(
+            path.display().to_string(),
+            format!(
+                "it holds a {} read by '{}', expected particles with masses; make particles of it with --in and --out",
+                field.geometry.kind(),
+                field.format
+            ),
+        )),
+    }
+}
+
+/// Refuses an output, given under `key`, that is the particle file itself.
+///
+/// # Errors
+/// That it would be replaced.
+pub fn refuse_itself(key: &str, output: &Path, file: &Path) -> Result<()> {
+    if output.canonicalize().is_ok_and(|o| file.canonicalize().is_ok_and(|f| o == f)) {
+        return Err(Error::scene(key, "is the particle file itself, which it would replace; name another"));
+    }
+    Ok(())
+}
