@@ -8,9 +8,8 @@ use crate::codes::{AS_PLANETARY, TargetCode};
 use crate::eos::Material;
 use crate::error::{Error, Result};
 use crate::metrics::{InOwnUnits, Measured};
-use crate::relaxation::{Certificate, Control, End, Followed, Point, follow, settle, space, too_few};
+use crate::relaxation::{Certificate, Control, End, Followed, Point, follow, opened, settle, space, too_few};
 use crate::target::{Materials, at};
-use sph::domain::{Axis, Domain, Region};
 use sph::geometry::distance;
 use sph::kernel::KernelName;
 use sph_formats::common::particle_names as names;
@@ -19,7 +18,7 @@ use sph_formats::{ParticleFile, ParticleTable, Species, UnitSystem, Values};
 /// What is asked for.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Options {
-    /// In dynamical times sqrt(R^3/(G M)); without gravity in those in which sound crosses the domain.
+    /// In dynamical times sqrt(R^3/(G M)); without gravity in those in which sound crosses the domain. 0 follows nothing.
     pub duration: f64,
     /// The constant of gravity in the file's units, 0 for none; by default the code's for a file in three dimensions that is not
     /// periodic, else none.
@@ -52,8 +51,6 @@ pub struct Settled {
     pub file: ParticleFile,
 }
 
-/// Open space along an axis, in the particles' own extent, on either side.
-const SPACE: f64 = 4.0;
 /// Time in which motion falls to 1/e while it is damped, in dynamical times: about what the slowest pulsation of a star is damped best by,
 /// whose period is some 2 to 4 of them.
 const DAMPING: f64 = 0.3;
@@ -87,8 +84,8 @@ impl Options {
         let bad = |name: &str, value: f64, expected: &str| {
             Err(Error::scene(name, format!("is {value}, expected {expected}")))
         };
-        if !(self.duration > 0.0 && self.duration <= LONGEST) {
-            return bad("--duration", self.duration, "a number above 0, and 10000 at most");
+        if !(self.duration >= 0.0 && self.duration <= LONGEST) {
+            return bad("--duration", self.duration, "a number from 0 to 10000");
         }
         if let Some(time) = self.settle.filter(|t| !(*t > 0.0 && *t <= LONGEST)) {
             return bad("--settle", time, "a number above 0, and 10000 at most");
@@ -137,7 +134,8 @@ fn in_dimension<const D: usize>(
         let damped = Followed { damping: Some(DAMPING), ..followed.clone() };
         let (certificate, end) = settle(sums, damped, time, control);
         let mut file = file.clone();
-        notes.extend(read.put_back(&mut file, code, &end, &whole));
+        let is_ideal = materials.is_none();
+        notes.extend(read.put_back(&mut file, code, &end, (&whole, is_ideal.then_some(gamma))));
         notes.extend(paired(sums, &followed, &end));
         settled = Some(Settled { certificate, file });
         let End { positions, velocities, internal_energy, support, points, .. } = end;
@@ -149,7 +147,7 @@ fn in_dimension<const D: usize>(
 
 /// Columns that followed from those which have changed.
 const STALE: [&str; 7] =
-    ["Pressure", "Temperature", "Entropies", "Entropy", "TargetDensity", "Potential", "SoundSpeed"];
+    [names::PRESSURE, names::TEMPERATURE, "Entropies", "Entropy", "TargetDensity", "Potential", "SoundSpeed"];
 
 /// What is read of the gas, in units of its own: the largest extent, the mass, and G M/L or, without gravity, the mean energy.
 struct Read<const D: usize> {
@@ -199,13 +197,14 @@ impl<const D: usize> Read<D> {
         let mut followed = Followed {
             velocities: velocities(table, unit)?,
             support: support(table, code, *size, domain),
-            domain: with_space(domain)?,
+            domain: opened(domain).unwrap_or_else(|| domain.clone()),
             positions: positions.clone(),
             masses: masses.clone(),
             internal_energy: self.energies.clone(),
             gamma,
             materials,
             center: None,
+            field: None,
             points,
             damping: None,
         };
@@ -219,8 +218,15 @@ impl<const D: usize> Read<D> {
         Ok((followed, whole))
     }
 
-    /// Puts settled particles into their file, whose velocity as a whole was `whole`. Returns what there is to say about it.
-    fn put_back(&self, file: &mut ParticleFile, code: &TargetCode, end: &End<D>, whole: &[f64; D]) -> Vec<String> {
+    /// Puts settled particles into their file, whose velocity as a whole was `whole`; the adiabatic index is that of an ideal gas. Returns
+    /// what there is to say about it.
+    fn put_back(
+        &self,
+        file: &mut ParticleFile,
+        code: &TargetCode,
+        end: &End<D>,
+        (whole, gamma): (&[f64; D], Option<f64>),
+    ) -> Vec<String> {
         let InOwnUnits { start, size, total, .. } = &self.own;
         let specific = self.specific;
         let velocity = |v: &[f64; D], k: usize| (v[k] + whole[k]) * specific.sqrt();
@@ -247,14 +253,19 @@ impl<const D: usize> Read<D> {
                 continue;
             }
             let scaled = |values: &[f64], unit: f64| values.iter().map(|v| v * unit).collect::<Vec<_>>();
-            set::<1>(&mut species.table, names::INTERNAL_ENERGY, &scaled(&end.internal_energy, specific));
-            set::<1>(&mut species.table, names::DENSITY, &scaled(&end.density, total / size.powi(D as i32)));
+            let energies = scaled(&end.internal_energy, specific);
+            let densities = scaled(&end.density, total / size.powi(D as i32));
+            let kept = gamma.map_or(Vec::new(), |gamma| of_ideal_gas(&species.table, gamma, &densities, &energies));
+            kept.iter().for_each(|(name, values)| set::<1>(&mut species.table, name, values));
+            set::<1>(&mut species.table, names::INTERNAL_ENERGY, &energies);
+            set::<1>(&mut species.table, names::DENSITY, &densities);
             set::<1>(&mut species.table, names::SUPPORT_RADIUS, &end.support.iter().map(lengths).collect::<Vec<_>>());
             let lengths_of_code: Vec<f64> =
                 end.support.iter().map(|h| h * size / code.support_over_length(D)).collect();
             set::<1>(&mut species.table, SMOOTHING, &lengths_of_code);
             species.table.columns.retain(|c| {
-                let is_stale = STALE.contains(&c.name.as_str());
+                let is_kept = kept.iter().any(|(name, _)| c.name == *name);
+                let is_stale = STALE.contains(&c.name.as_str()) && !is_kept;
                 if is_stale {
                     notes.push(format!("'{}' is no longer that of the particles and was left out", c.name));
                 }
@@ -265,6 +276,25 @@ impl<const D: usize> Read<D> {
         file.header.kernel_neighbors = code.kernel_neighbors(D);
         notes
     }
+}
+
+/// The pressures and temperatures of an ideal gas with other densities and energies than a table has, where it has them.
+fn of_ideal_gas(
+    table: &ParticleTable,
+    gamma: f64,
+    densities: &[f64],
+    energies: &[f64],
+) -> Vec<(&'static str, Vec<f64>)> {
+    let mut all = Vec::new();
+    if table.column(names::PRESSURE).is_some() {
+        let pressures = densities.iter().zip(energies).map(|(rho, u)| (gamma - 1.0) * rho * u);
+        all.push((names::PRESSURE, pressures.collect()));
+    }
+    if let (Some(old), Some(before)) = (table.column(names::TEMPERATURE), table.column(names::INTERNAL_ENERGY)) {
+        let temperatures = energies.iter().enumerate().map(|(i, u)| old.values.get(i) * u / before.values.get(i));
+        all.push((names::TEMPERATURE, temperatures.collect()));
+    }
+    all
 }
 
 /// What settling is apt to do with a kernel whose neighbors are more than it keeps apart.
@@ -434,12 +464,4 @@ fn come_to_rest<const D: usize>(followed: &mut Followed<'_, D>) -> [f64; D] {
         (0..D).for_each(|k| v[k] -= whole[k]);
     }
     whole
-}
-
-/// The domain with vacuum beyond its open faces.
-fn with_space<const D: usize>(domain: &Domain<D>) -> Result<Domain<D>> {
-    let margin = |k: usize| if domain.axes[k] == Axis::Periodic { 0.0 } else { SPACE * domain.size() };
-    let lo = std::array::from_fn(|k| domain.lo[k] - margin(k));
-    let hi = std::array::from_fn(|k| domain.hi[k] + margin(k));
-    Ok(Domain::new(lo, hi, domain.axes, Region::Box)?)
 }

@@ -3,6 +3,8 @@
 //! ```sh
 //! SPH_PREP_DOCS=1 cargo test --release --test all -- --ignored draw_the_gallery   # minutes
 //! ```
+//!
+//! `SPH_PREP_DOCS=binary,tank` draws these alone.
 
 use crate::docs::folder;
 use std::fmt::Write;
@@ -29,8 +31,10 @@ fn the_gallery_has_every_scene_with_its_picture() {
 #[ignore = "minutes: places every scene; writes its picture where SPH_PREP_DOCS is set"]
 fn draw_the_gallery() {
     let scratch = tempfile::tempdir().unwrap();
-    let is_kept = std::env::var_os("SPH_PREP_DOCS").is_some();
-    for name in scene_names() {
+    let kept = std::env::var("SPH_PREP_DOCS").ok();
+    let is_kept = kept.is_some();
+    let only: Option<Vec<&str>> = kept.as_deref().filter(|k| *k != "1").map(|k| k.split(',').collect());
+    for name in scene_names().into_iter().filter(|name| only.as_ref().is_none_or(|o| o.contains(&name.as_str()))) {
         let picture = scratch.path().join(format!("{name}.png"));
         let mut run = assert_cmd::Command::new(env!("CARGO_BIN_EXE_sph-prep"));
         let scene = format!("profiles/{name}.yaml");

@@ -50,6 +50,7 @@ mod resume;
 mod roles;
 mod scenes;
 mod seeding;
+mod settling;
 mod setups;
 mod shapes;
 mod stages;

@@ -397,6 +397,9 @@ pub struct RunArgs {
     /// Follow the result forward for so many dynamical times and say whether it stays still: energies, drifts, a verdict.
     #[arg(long, value_name = "T_DYN", num_args = 0..=1, default_missing_value = "3")]
     certify: Option<f64>,
+    /// Before that, damp the motion that the code's forces make, for so many dynamical times: for what no balance can hold.
+    #[arg(long, value_name = "T_DYN")]
+    settle: Option<f64>,
     /// What matters more to the solver: 0 the exact density, 1 quiet forces [default: 0.5, or the most that a
     /// tolerance admits].
     #[arg(long, value_name = "0..1")]
@@ -514,6 +517,7 @@ impl RunArgs {
         overlay(&mut scene.input.format, &self.format);
         overlay(&mut scene.target_code, &self.target_code);
         overlay(&mut scene.certify, &self.certify);
+        overlay(&mut scene.settle, &self.settle);
         scene.output.parameters |= self.parameters;
         overlay(&mut scene.input.density, &self.density);
         for text in &self.map {

@@ -8,7 +8,7 @@ use super::progress::Progress;
 use crate::codes::TargetCode;
 use crate::error::{Error, Result};
 use crate::follow::{Options, Outcome, follow_file};
-use crate::relaxation::{CERTIFICATE, Certificate, Control, Event, Step};
+use crate::relaxation::{CERTIFICATE, Certificate, Control, Event, SETTLING, Step};
 use sph_formats::{FormatSpec, WriteOptions, registry};
 use std::fmt::Write;
 use std::path::Path;
@@ -40,7 +40,7 @@ pub fn run(formats: &[FormatSpec], args: &FollowArgs, command: &str) -> Result<(
         interrupted: interrupts.requested(),
         observer: &observer,
     };
-    control.tell(Event::Begin(Step::Relax(CERTIFICATE)));
+    control.tell(Event::Begin(Step::Relax(if args.settle.is_some() { SETTLING } else { CERTIFICATE })));
     let options = Options { duration: args.duration, gravity: args.gravity, gamma: args.gamma, settle: args.settle };
     let outcome = follow_file(&file, &code, &options, &control);
     progress.finish();

@@ -5,10 +5,11 @@
 
 use super::control::{Control, Event};
 use super::followed::{Body, End, Followed, Point, Totals};
+use super::outside::Field;
 use super::report::StageName;
 use crate::target::{Materials, Positions, Target, at};
 use serde::Serialize;
-use sph::domain::{Domain, Wall};
+use sph::domain::{Axis, Domain, Region, Wall};
 use sph::geometry::distance;
 use sph::kernel::KernelName;
 use sph::point_mass::PointMass;
@@ -16,8 +17,9 @@ use sph::reduce;
 use sph::sums::support_guess;
 
 pub const NAME: StageName = StageName { name: "certificate", title: "certificate" };
+pub const SETTLING: StageName = StageName { name: "settling", title: "settling" };
 
-/// Steps at most: a giant with its core takes more, and is followed as far as they go.
+/// Steps of a body that is certified, at most: a giant with its core takes more, and is followed as far as they go.
 const MOST_STEPS: usize = 5000;
 /// Rows of the table per unit of time.
 const ROWS: f64 = 10.0;
@@ -134,18 +136,25 @@ impl Certificate {
     }
 }
 
-/// The equation of state of a body, and its center.
+/// The equation of state of what is certified, and what holds it.
 #[derive(Debug, Clone, Copy)]
 pub struct Matter<'a, const D: usize> {
     pub gamma: f64,
     /// Materials, and which each particle is of, in place of an ideal gas.
     pub materials: Option<(&'a Materials, &'a [usize])>,
-    pub center: [f64; D],
-    /// A point mass that stays in the center.
-    pub point: Option<PointMass<D>>,
+    pub held_by: HeldBy<'a, D>,
 }
 
-/// Follows particles of equal mass with these specific internal energies (in units of G M/R^(d-2)) for `duration` dynamical
+/// What holds the gas.
+#[derive(Debug, Clone, Copy)]
+pub enum HeldBy<'a, const D: usize> {
+    /// Its own gravity, and that of a point mass that stays in the center.
+    Own { center: [f64; D], point: Option<PointMass<D>> },
+    /// A field, the walls of the target's domain, or both.
+    Field(Field<'a, D>),
+}
+
+/// Follows the particles of a target with these specific internal energies (in units of G M/R^(d-2)) for `duration` dynamical
 /// times, or until `control` ends it.
 pub fn certify<const D: usize>(
     (kernel, kernel_neighbors): (KernelName, f64),
@@ -155,30 +164,55 @@ pub fn certify<const D: usize>(
     duration: f64,
     control: &Control<'_>,
 ) -> Certificate {
-    let Matter { gamma, materials, center, point } = *matter;
+    let Matter { gamma, materials, held_by } = *matter;
     let n = internal_energy.len();
-    let radius = reduce::max(n, |i| distance(&at(positions, i), &center));
+    let (domain, center, point, field) = match held_by {
+        HeldBy::Own { center, point } => {
+            let radius = reduce::max(n, |i| distance(&at(positions, i), &center));
+            (space(center, radius), Some(center), point, None)
+        }
+        HeldBy::Field(field) => (opened(target.domain), None, None, Some(field)),
+    };
     let wanted = target.number_densities(positions);
     let largest = target.domain.size();
     let start = Followed {
-        domain: space(center, radius).unwrap_or_else(|| target.domain.clone()),
+        domain: domain.unwrap_or_else(|| target.domain.clone()),
         positions: positions.clone(),
         velocities: vec![[0.0; D]; n],
-        masses: vec![target.mass / n as f64; n],
+        masses: target.masses(positions),
         internal_energy: internal_energy.to_vec(),
         support: support_guess::<D>(kernel_neighbors, n, |i| target.spacing(wanted[i]).min(largest)),
         gamma,
         materials,
-        center: Some(center),
+        center,
+        field,
         points: point.map(|mass| Point { mass, velocity: None }).into_iter().collect(),
         damping: None,
     };
-    follow((kernel, kernel_neighbors), start, duration, control)
+    drive(Body::new((kernel, kernel_neighbors), start), (duration, MOST_STEPS), control).0
 }
 
 /// Empty space about a body.
 pub fn space<const D: usize>(center: [f64; D], radius: f64) -> Option<Domain<D>> {
     Domain::ball(center, SPACE * radius, Wall::Open).ok()
+}
+
+/// The same domain with empty space beyond what of it is open; `None` for a hull, beyond which nothing can be followed.
+pub fn opened<const D: usize>(domain: &Domain<D>) -> Option<Domain<D>> {
+    match domain.region {
+        Region::Ball { center, inner_radius, radius, wall: Wall::Open } if inner_radius == 0.0 => space(center, radius),
+        Region::Ball { inner_radius, wall: Wall::Reflecting, .. } if inner_radius == 0.0 => Some(domain.clone()),
+        Region::Box => {
+            let margin = |k: usize, side: usize| match domain.axes[k] {
+                Axis::Walls { lo, hi } if [lo, hi][side] == Wall::Open => SPACE * domain.size(),
+                _ => 0.0,
+            };
+            let lo = std::array::from_fn(|k| domain.lo[k] - margin(k, 0));
+            let hi = std::array::from_fn(|k| domain.hi[k] + margin(k, 1));
+            Domain::new(lo, hi, domain.axes, Region::Box).ok()
+        }
+        _ => None,
+    }
 }
 
 /// Follows particles for `duration` dynamical times (crossing times of sound where there is no gravity), or until `control` ends
@@ -189,7 +223,7 @@ pub fn follow<const D: usize>(
     duration: f64,
     control: &Control<'_>,
 ) -> Certificate {
-    drive(Body::new(sums, start), duration, control).0
+    drive(Body::new(sums, start), (duration, usize::MAX), control).0
 }
 
 /// [`follow`] with the particles as they are in the end, at rest but for the rotation of the whole.
@@ -199,7 +233,7 @@ pub fn settle<const D: usize>(
     duration: f64,
     control: &Control<'_>,
 ) -> (Certificate, End<D>) {
-    let (certificate, mut body) = drive(Body::new(sums, start), duration, control);
+    let (certificate, mut body) = drive(Body::new(sums, start), (duration, usize::MAX), control);
     body.damp(0.0);
     (certificate, body.into_end())
 }
@@ -212,13 +246,14 @@ pub fn too_few(count: usize, kernel_neighbors: f64) -> Option<String> {
 
 fn drive<'a, const D: usize>(
     mut body: Body<'a, D>,
-    duration: f64,
+    (duration, most_steps): (f64, usize),
     control: &Control<'_>,
 ) -> (Certificate, Body<'a, D>) {
     let begin = std::time::Instant::now();
     let mut states: Vec<State> = Vec::new();
     let rows = (duration * ROWS).ceil().max(1.0) as usize;
     let first = body.totals();
+    let stage = if body.is_damped() { SETTLING } else { NAME };
     let mut steps = 0;
     let mut step = std::time::Duration::ZERO;
     let mut is_whole = true;
@@ -226,7 +261,7 @@ fn drive<'a, const D: usize>(
     'rows: for row in 1..=rows {
         let end = duration * row as f64 / rows as f64 * body.unit_time;
         while body.time < end {
-            if control.stop_reason_within(step).is_some() || steps == MOST_STEPS {
+            if control.stop_reason_within(step).is_some() || steps == most_steps {
                 is_whole = false;
                 break 'rows;
             }
@@ -237,7 +272,7 @@ fn drive<'a, const D: usize>(
         }
         let now = body.totals();
         states.push(now.against(&first, &body));
-        control.tell(Event::Iteration { stage: NAME, iteration: row, last: rows, epsilon: states[row].kinetic });
+        control.tell(Event::Iteration { stage, iteration: row, last: rows, epsilon: states[row].kinetic });
     }
     let seconds = begin.elapsed().as_secs_f64();
     (Certificate::new(states, steps, seconds, (body.has_gravity(), is_whole)), body)

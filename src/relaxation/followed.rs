@@ -3,14 +3,16 @@
 //! The equations are those of [`super::balance`]: density-entropy SPH with grad-h terms, each particle keeping its A_i or its
 //! material's adiabat, and what the particles attract each other with. They are integrated by kick, drift, kick with one time step for all and without
 //! viscosity, so that total energy is conserved for equal masses, and what moves is not damped. Of the gravity of a round body, the part that
-//! follows from the enclosed mass is taken at every step; what is left, which changes little, from the tree every few steps. Point
+//! follows from the mass enclosed about the center is taken at every step. What is left, and all of what is not round, comes from the tree, and is held
+//! for a few steps, turning with the whole, where it changes little: in a round body, and in one, or two, at rest in a rotating frame. Point
 //! masses attract and are attracted; those without a velocity stay where they are.
 
+use super::outside::{Field, reflected};
 use super::states::{Law, States};
 use crate::metrics::Measured;
 use crate::target::{MaterialState, Materials, Positions, at};
-use nalgebra::{Matrix3, Vector3};
-use sph::domain::Domain;
+use nalgebra::{Matrix3, Rotation3, Vector3};
+use sph::domain::{Axis, Domain};
 use sph::geometry::distance;
 use sph::gravity::{OPENING_ANGLE, Pull, gravity, softening_radius, strength};
 use sph::kernel::KernelName;
@@ -22,10 +24,12 @@ use sph::{parallel, reduce};
 const COURANT: f64 = 0.11;
 /// Largest time step in units of the time.
 const LARGEST_STEP: f64 = 0.02;
-/// Steps for which the tree's part of a round body's gravity is held.
-const HELD: usize = 10;
 /// Mean of the tree's part over that of the enclosed mass, below which a body is round.
 const ROUND: f64 = 0.1;
+/// Steps for which the tree's part of gravity is held, at most.
+const HELD: usize = 10;
+/// Change of that part while it is held, over all gravity on average, above which it is held for fewer steps.
+const LITTLE: f64 = 1e-3;
 /// Share of the mass whose mean density counts as central.
 const CENTRAL: f64 = 0.02;
 /// Angular momentum over M R v, v^2 = 2 K/M, from which on particles rotate.
@@ -47,6 +51,8 @@ pub struct Followed<'a, const D: usize> {
     pub materials: Option<(&'a Materials, &'a [usize])>,
     /// The center of what its own gravity holds; `None` where there is no gravity.
     pub center: Option<[f64; D]>,
+    /// What acts from outside.
+    pub field: Option<Field<'a, D>>,
     pub points: Vec<Point<D>>,
     /// Time in which motion falls to 1/e, in units of [`super::State::time`]; only the rotation of the whole stays. `None` for free
     /// motion.
@@ -88,6 +94,9 @@ pub(super) struct Body<'a, const D: usize> {
     law: Law<'a>,
     states: States,
     center: Option<[f64; D]>,
+    field: Option<Field<'a, D>>,
+    /// What the field has done so far.
+    work: f64,
     points: Vec<Point<D>>,
     pub radius: f64,
     pub total_mass: f64,
@@ -100,10 +109,12 @@ pub(super) struct Body<'a, const D: usize> {
     measured: Measured<D>,
     accelerations: Vec<[f64; D]>,
     point_accelerations: Vec<[f64; D]>,
-    /// What the tree adds to the gravity of the enclosed mass, and the steps since.
-    beyond: Vec<[f64; D]>,
-    held: usize,
+    /// Whether it is round, so that the gravity of the enclosed mass is most of it.
     is_round: bool,
+    /// What the tree adds to that, or all of it, for how many steps that is held, and the steps since.
+    beyond: Vec<[f64; D]>,
+    hold_for: usize,
+    held: Option<usize>,
     damping: Option<f64>,
 }
 
@@ -137,6 +148,7 @@ impl<'a, const D: usize> Body<'a, D> {
             gamma,
             materials,
             center,
+            field,
             points,
             damping,
         } = start;
@@ -162,7 +174,10 @@ impl<'a, const D: usize> Body<'a, D> {
             (radius.powi(D as i32) / (strength(D) * attracting)).sqrt()
         } else {
             let sound = reduce::sum(n, |i| masses[i] * law.sound_speed(&states, i, density(i)));
-            domain.size() * total_mass / sound
+            // Of the domain, but for empty space about the gas.
+            let is_endless = domain.axes.contains(&Axis::Periodic);
+            let extent = if is_endless { domain.size() } else { domain.size().min(2.0 * radius) };
+            extent * total_mass / sound
         };
         let first_density = parallel::map(n, density);
         let mut body = Self {
@@ -175,6 +190,8 @@ impl<'a, const D: usize> Body<'a, D> {
             law,
             states,
             center,
+            field,
+            work: 0.0,
             points,
             radius,
             total_mass,
@@ -186,8 +203,9 @@ impl<'a, const D: usize> Body<'a, D> {
             accelerations: Vec::new(),
             point_accelerations: Vec::new(),
             beyond: vec![[0.0; D]; n],
-            held: HELD,
             is_round: true,
+            hold_for: 1,
+            held: None,
             damping: damping.map(|time| time * unit_time),
         };
         body.axis = body.rotation();
@@ -197,6 +215,10 @@ impl<'a, const D: usize> Body<'a, D> {
 
     pub fn has_gravity(&self) -> bool {
         self.center.is_some()
+    }
+
+    pub fn is_damped(&self) -> bool {
+        self.damping.is_some()
     }
 
     fn density(&self, i: usize) -> f64 {
@@ -224,17 +246,27 @@ impl<'a, const D: usize> Body<'a, D> {
         let force = self.measured.pressure_force(self.kernel, &self.domain, &self.masses, &strength);
         let Some(center) = self.center else {
             self.accelerations = force;
+            if let Some(field) = &self.field {
+                let positions = &self.positions;
+                parallel::update(&mut self.accelerations, |i, a| {
+                    let g = field.acceleration(&at(positions, i));
+                    (0..D).for_each(|k| a[k] += g[k]);
+                });
+            }
             return;
         };
-        let enclosed = self.enclosed_gravity(&center);
-        if self.held >= HELD || !self.is_round {
-            self.hold(&enclosed);
+        let is_held = self.held.filter(|held| *held < self.hold_for);
+        let enclosed = if self.is_round || is_held.is_none() { self.enclosed_gravity(&center) } else { Vec::new() };
+        match is_held {
+            Some(held) => self.held = Some(held + 1),
+            None => self.hold(&enclosed),
         }
-        self.held += 1;
-        let (beyond, enclosed) = (&self.beyond, &enclosed);
+        let beyond = &self.beyond;
+        let enclosed = |i: usize| if self.is_round { enclosed[i] } else { [0.0; D] };
         self.accelerations = parallel::map(force.len(), |i| {
             let point = self.pull_of_points(&at(&self.positions, i));
-            std::array::from_fn(|k| force[i][k] + enclosed[i][k] + beyond[i][k] + point.acceleration[k])
+            let enclosed = enclosed(i);
+            std::array::from_fn(|k| force[i][k] + enclosed[k] + beyond[i][k] + point.acceleration[k])
         });
         self.point_accelerations = (0..self.points.len()).map(|p| self.pull_on_point(p)).collect();
     }
@@ -301,12 +333,31 @@ impl<'a, const D: usize> Body<'a, D> {
 
     fn hold(&mut self, enclosed: &[[f64; D]]) {
         let pulls = self.pulls();
-        self.beyond =
-            parallel::map(pulls.len(), |i| std::array::from_fn(|k| pulls[i].acceleration[k] - enclosed[i][k]));
-        self.held = 0;
-        let length = |v: &[f64; D]| v.iter().map(|v| v * v).sum::<f64>().sqrt();
-        let beyond = reduce::sum(pulls.len(), |i| length(&self.beyond[i]));
-        self.is_round = beyond < ROUND * reduce::sum(pulls.len(), |i| length(&enclosed[i]));
+        let length = |v: [f64; D]| v.iter().map(|v| v * v).sum::<f64>().sqrt();
+        let left = |i: usize| -> [f64; D] { std::array::from_fn(|k| pulls[i].acceleration[k] - enclosed[i][k]) };
+        let n = pulls.len();
+        let is_round = reduce::sum(n, |i| length(left(i))) < ROUND * reduce::sum(n, |i| length(enclosed[i]));
+        let new = parallel::map(n, |i| if is_round { left(i) } else { pulls[i].acceleration });
+        let changed = |i: usize| length(std::array::from_fn(|k| new[i][k] - self.beyond[i][k]));
+        let change = reduce::sum(n, changed) / reduce::sum(n, |i| length(pulls[i].acceleration));
+        self.hold_for = match self.held {
+            Some(_) if is_round == self.is_round && change <= LITTLE => (2 * self.hold_for).min(HELD),
+            Some(_) => (self.hold_for / 2).max(1),
+            None => 1,
+        };
+        (self.beyond, self.is_round, self.held) = (new, is_round, Some(1));
+    }
+
+    /// Turns what is held by what the whole turns in a step.
+    fn turn(&mut self, step: f64) {
+        if self.axis.is_none() {
+            return;
+        }
+        let rotation = Rotation3::new(Vector3::from(self.spin()) * step);
+        parallel::update(&mut self.beyond, |_, v| {
+            let turned = rotation * Vector3::from_fn(|k, _| v.get(k).copied().unwrap_or(0.0));
+            *v = std::array::from_fn(|k| turned[k]);
+        });
     }
 
     /// One step, of `most` at most.
@@ -320,15 +371,19 @@ impl<'a, const D: usize> Body<'a, D> {
         let (domain, velocities, positions) = (&self.domain, &self.velocities, &self.positions);
         let moved = parallel::map(self.masses.len(), |i| {
             let x = at(positions, i);
-            domain.wrapped(&std::array::from_fn(|k| x[k] + step * velocities[i][k]))
+            let free = std::array::from_fn(|k| x[k] + step * velocities[i][k]);
+            reflected(domain, &x, (&free, &velocities[i]))
         });
+        self.work += self.work_along(&moved);
         for k in 0..D {
-            parallel::update(&mut self.positions[k], |i, value| *value = moved[i][k]);
+            parallel::update(&mut self.positions[k], |i, value| *value = moved[i].0[k]);
         }
+        parallel::update(&mut self.velocities, |i, v| *v = moved[i].1);
         for point in &mut self.points {
             let velocity = point.velocity.unwrap_or([0.0; D]);
             (0..D).for_each(|k| point.mass.center[k] += step * velocity[k]);
         }
+        self.turn(step);
         self.sum();
         self.accelerate();
         self.kick(0.5 * step);
@@ -336,6 +391,18 @@ impl<'a, const D: usize> Body<'a, D> {
             self.damp((-step / time).exp());
         }
         self.time += step;
+    }
+
+    /// What the field does while particles move.
+    fn work_along(&self, moved: &[([f64; D], [f64; D])]) -> f64 {
+        let Some(field) = &self.field else { return 0.0 };
+        reduce::sum(moved.len(), |i| {
+            let from = at(&self.positions, i);
+            let way = self.domain.displacement(&from, &moved[i].0);
+            let middle = std::array::from_fn(|k| from[k] + 0.5 * way[k]);
+            let g = field.acceleration(&self.domain.wrapped(&middle));
+            self.masses[i] * (0..D).map(|k| g[k] * way[k]).sum::<f64>()
+        })
     }
 
     /// Keeps a share of all motion but for the rotation of the whole, which has the angular momentum.
@@ -464,8 +531,8 @@ impl<'a, const D: usize> Body<'a, D> {
 
     pub fn totals(&self) -> Totals {
         let n = self.masses.len();
-        let potential = if self.has_gravity() { self.potential(&self.pulls()) } else { 0.0 };
-        let order = self.outward(&self.center.unwrap_or(self.domain.lo));
+        let potential = if self.has_gravity() { self.potential(&self.pulls()) } else { -self.work };
+        let order = self.outward(&self.center.unwrap_or_else(|| self.domain.center()));
         let central = ((CENTRAL * n as f64) as usize).clamp(1, n);
         let mut within = 0.0;
         let half = order.iter().find(|&&(_, i)| {

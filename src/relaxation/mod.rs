@@ -25,6 +25,7 @@ mod interfaces;
 mod lbfgs;
 mod newton;
 mod objective;
+mod outside;
 mod pairs;
 mod report;
 mod snapshot;
@@ -43,11 +44,14 @@ pub use afc::{AfcOptions, AwayFromClosest, NAME as AFC};
 pub use alaric::{Alaric, DAMPED as DAMPED_RELAXATION, NAME as ALARIC};
 pub use balance::{BalanceOptions, NAME as BALANCE, PressureBalance};
 pub use by_body::ByBody;
-pub use certificate::{Certificate, Matter, NAME as CERTIFICATE, State, certify, follow, settle, space, too_few};
+pub use certificate::{
+    Certificate, HeldBy, Matter, NAME as CERTIFICATE, SETTLING, State, certify, follow, opened, settle, space, too_few,
+};
 pub use conservation::{Drift, conservation};
 pub use control::{Control, Event, Step};
 pub use fluid::AlaricOptions;
 pub use followed::{End, Followed, Point};
+pub use outside::Field;
 pub use pairs::{COINCIDENT, PAIRED, part_pairs};
 pub use report::{Progress, StageName, StageReport, StopReason};
 pub use solver::{DensitySolver, NAME as SOLVER, SolverOptions};

@@ -13,6 +13,7 @@ use super::drawings::Drawing;
 use super::forecast::{ForecastOfBodies, ForeseenBody};
 use super::orbit::{self, Relative};
 use super::pipeline;
+use super::settling;
 use super::shares::{Common, Shared, shared};
 use crate::error::{Error, Result};
 use crate::input::core::PART_TYPE;
@@ -37,6 +38,7 @@ pub fn place_bodies(
 ) -> Result<(ParticleFile, BodiesReport)> {
     let start = Instant::now();
     let (Shared { common, gas, scenes }, format) = before(scene, formats)?;
+    let code = settling::code_of(scene, format)?;
     let title = |i: usize| scene.bodies[i].title(i);
     let mut placed: Vec<Placed> = Vec::new();
     let of_gas: Vec<(usize, Scene)> = gas.iter().copied().zip(scenes.iter().cloned()).collect();
@@ -133,6 +135,12 @@ pub fn place_bodies(
         of_medium.into_iter().for_each(|f| (f.mean_error, f.epsilon) = (mean, square));
     }
     let orbit = relative.map(|r| OrbitFigures::new(&r));
+    let settled = settling::settle(scene, code.as_ref(), &mut file, control)?;
+    let stop = settled.as_ref().and_then(|s| s.stop).unwrap_or(stop);
+    let (settled, certificate) = settled.map_or((None, None), |s| {
+        notes.extend(s.notes);
+        (Some(s.damped), s.free)
+    });
     let report = BodiesReport {
         output: scene.output.file.as_ref().map_or_else(String::new, |f| f.display().to_string()),
         units: common.name,
@@ -144,6 +152,8 @@ pub fn place_bodies(
         momentum: velocity.map(|v| v * mass),
         orbit,
         bodies: figures,
+        settled,
+        certificate,
         notes,
         seconds: start.elapsed().as_secs_f64(),
     };
@@ -168,7 +178,8 @@ fn before<'a>(scene: &Scene, formats: &'a [FormatSpec]) -> Result<(Shared, Optio
 /// # Errors
 /// Those of [`run_bodies`] up to there.
 pub fn forecast_bodies(scene: &Scene, formats: &[FormatSpec], control: &Control<'_>) -> Result<ForecastOfBodies> {
-    let (Shared { gas, scenes, .. }, _) = before(scene, formats)?;
+    let (Shared { gas, scenes, .. }, format) = before(scene, formats)?;
+    settling::code_of(scene, format)?;
     let mut bodies: Vec<ForeseenBody> = Vec::new();
     for (i, &index) in gas.iter().enumerate() {
         let (name, alone) = (scene.bodies[index].title(index), &scenes[i]);

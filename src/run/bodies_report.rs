@@ -1,10 +1,10 @@
 //! The report of a scene of several bodies, for people or as JSON.
 
 use super::orbit::Relative;
-use super::report::Report;
+use super::report::{Report, write_certificates};
 use crate::output::origin::NOTE;
 use crate::output::particle_file::MOVED;
-use crate::relaxation::StopReason;
+use crate::relaxation::{Certificate, StopReason};
 use serde::{Deserialize, Serialize};
 use std::fmt::Write;
 
@@ -23,6 +23,9 @@ pub struct BodiesReport {
     pub momentum: [f64; 3],
     pub orbit: Option<OrbitFigures>,
     pub bodies: Vec<BodyReport>,
+    /// How motion fell while it was damped, and what became of the whole from there.
+    pub settled: Option<Certificate>,
+    pub certificate: Option<Certificate>,
     pub notes: Vec<String>,
     pub seconds: f64,
 }
@@ -159,6 +162,7 @@ impl BodiesReport {
         for body in &self.bodies {
             self.write_body(out, body)?;
         }
+        write_certificates(out, self.settled.as_ref(), self.certificate.as_ref())?;
         writeln!(out, "  time             {:.2} s", self.seconds)?;
         for note in &self.notes {
             writeln!(out, "  note             {note}")?;

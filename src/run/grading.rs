@@ -3,7 +3,7 @@
 use super::report::{MaterialShare, Report, SnapshotReport};
 use super::verdict::{Finding, Grade, Topic};
 use crate::field::Scatter;
-use crate::relaxation::{BALANCE, StopReason};
+use crate::relaxation::{BALANCE, Certificate, StopReason};
 
 /// Net force over gravity that leaves a body almost still.
 const LITTLE_FORCE: f64 = 0.01;
@@ -75,6 +75,31 @@ fn of_snapshot(snapshot: &SnapshotReport) -> Vec<Finding> {
         all.push(Finding::new(Grade::Look, Topic::Snapshot, text.into()));
     }
     all
+}
+
+/// Whether the particles stay still, where they were followed.
+fn of_certificate(certificate: &Certificate) -> (Grade, String) {
+    let (verdict, [unit, _]) = (certificate.verdict(), certificate.units());
+    let graded = match verdict {
+        "quiet" | "flows" => Grade::Good,
+        "moves" => Grade::Bad,
+        _ => Grade::Look,
+    };
+    let does = match verdict {
+        "quiet" => "is quiet",
+        "unknown" => "is not known",
+        other => other,
+    };
+    let remedy = match graded {
+        Grade::Good => "",
+        _ if verdict == "unknown" => "; it was hardly followed, and more time tells",
+        _ => "; a kernel that keeps particles apart, more `balance.evaluations`, or `settle` leaves less",
+    };
+    let kinetic = certificate.kinetic;
+    (
+        graded,
+        format!("it {does}, with a kinetic energy of {kinetic:.1e} of {unit} (1e-5 is good, 1e-3 is much){remedy}"),
+    )
 }
 
 /// Whether particles have the masses that were asked for; nothing where all have the same, as by default.
@@ -166,6 +191,9 @@ pub fn verdict(report: &Report) -> Vec<Finding> {
             Topic::Balance,
             format!("net force of {:.1} % of gravity (1 % is good, 10 % is much){remedy}", 100.0 * net),
         );
+    }
+    if let Some((grade, text)) = report.certificate.as_ref().map(of_certificate) {
+        say(grade, Topic::Certificate, text);
     }
     if let Some((grade, text)) = masses(report) {
         say(grade, Topic::Masses, text);

@@ -17,7 +17,7 @@ use super::refining::{Refining, refines_a_snapshot};
 use super::report::{MassReport, Report, SnapshotReport, Timing};
 use super::stages::{self, Placed, Setting};
 use super::variables::variables;
-use super::{doubts, dust, memory};
+use super::{certifying, doubts, dust, memory, settling};
 use crate::codes::TargetCode;
 use crate::error::{Error, Result};
 use crate::input::collisionless;
@@ -40,16 +40,13 @@ use crate::output::particle_file::{MOVED, Made, Making, RawColumns, particle_fil
 use crate::output::walls::Walls;
 #[cfg(feature = "plots")]
 use crate::page::{Seen, Side};
-use crate::relaxation::{
-    BALANCE, CERTIFICATE, Certificate, Control, Event, Matter, Particles, Step, StopReason, certify, too_few,
-};
+use crate::relaxation::{BALANCE, CERTIFICATE, Control, Event, Particles, Step, StopReason};
 use crate::scene::{DEFAULT_PARTICLES, OnInterrupt, Scene, name_of};
-use crate::target::{Equilibrium, Positions, at};
+use crate::target::{Equilibrium, Positions};
 #[cfg(feature = "plots")]
 use sph::domain::Region;
 use sph::domain::{Axis, Domain};
 use sph::kernel::KernelName;
-use sph::parallel;
 use sph_formats::common::particle_names as names;
 use sph_formats::{FormatSpec, ParticleFile, Species, UnitSystem};
 use std::time::Instant;
@@ -63,6 +60,7 @@ use std::time::Instant;
 /// Any of [`Error`].
 pub fn place(scene: &Scene, formats: &[FormatSpec], control: &Control<'_>) -> Result<(ParticleFile, Report)> {
     refuse_dust(scene, formats)?;
+    let code = settling::code_of(scene, intended_format(scene, formats)?)?;
     let Done::Placed(placed) = done(scene, formats, control, (false, None))? else { return Err(Error::Interrupted) };
     let (mut file, mut report) = *placed;
     let format = intended_format(scene, formats)?.map(|f| f.name);
@@ -74,6 +72,10 @@ pub fn place(scene: &Scene, formats: &[FormatSpec], control: &Control<'_>) -> Re
             .notes
             .push(format!("its density is {:.2} % off on average", 100.0 * of_dust.density_error.stated().mean));
         report.warnings.extend(of_dust.warnings.iter().map(|warning| format!("dust: {warning}")));
+    }
+    if let Some(settled) = settling::settle(scene, code.as_ref(), &mut file, control)? {
+        report.add_settling(settled);
+        report.verdict = verdict_on(&report);
     }
     Ok((file, report))
 }
@@ -114,6 +116,7 @@ pub fn forecast(scene: &Scene, formats: &[FormatSpec], control: &Control<'_>) ->
     if scene.output.file.is_some() {
         Destination::new(scene, formats)?.refuse_overwriting_inputs(scene)?;
     }
+    settling::code_of(scene, intended_format(scene, formats)?)?;
     match done(scene, formats, control, (true, None))? {
         Done::Foreseen(forecast) => Ok(*forecast),
         Done::Placed(_) => Err(Error::Interrupted),
@@ -269,17 +272,8 @@ impl Run<'_> {
             None if own => Held::ByItself,
             None => Held::Not,
         };
-        if self.scene.certify.is_some() && held != Held::ByItself {
-            let why = if let Held::Unsure(why) = &held { format!(" ({why})") } else { String::new() };
-            let problem = format!(
-                "follows a body of equal masses that its own gravity holds, with a pressure that is known{why}; leave it out"
-            );
-            return Err(Error::scene("certify", problem));
-        }
         let neighbors = self.scene.kernel_neighbors(D);
-        if let Some(problem) = self.scene.certify.and_then(|_| too_few(count, neighbors)) {
-            return Err(Error::scene("certify", format!("{problem}; leave it out")));
-        }
+        certifying::refuse_certificate(self.scene, (&target, hydrostatics.is_some()), &held, (count, neighbors))?;
         let mut plan = Plan::new(self.scene, &target, prepared.source.radial.is_some(), &held);
         refining.iter().for_each(|r| r.change(&mut plan, self.scene));
         if let Some(h) = hydrostatics.as_ref().filter(|_| plan.stages.contains(&BALANCE)) {
@@ -397,7 +391,9 @@ impl Run<'_> {
             });
         }
         self.lap(Step::Measure, lap, Some(density_error.all_refitted.epsilon));
-        let certificate = self.certificate(setting, hydrostatics, (&positions, internal_energy.as_deref()))?;
+        let lap = Instant::now();
+        let certificate = certifying::certificate(setting, hydrostatics, (&positions, internal_energy.as_deref()));
+        certificate.iter().for_each(|_| self.lap(Step::Relax(CERTIFICATE), lap, None));
         if self.scene.output.on_interrupt == OnInterrupt::Discard {
             self.check()?;
         }
@@ -480,6 +476,7 @@ impl Run<'_> {
             order,
             balance,
             certificate,
+            settled: None,
             neighbors: near,
             stages,
             expected: self.expected,
@@ -534,36 +531,6 @@ impl Run<'_> {
             side: if is_radial { Side::Radius(filled) } else { Side::Axis },
             has_units: self.units.input.is_some(),
         }
-    }
-
-    /// The body followed forward, where that is asked for.
-    fn certificate<const D: usize>(
-        &mut self,
-        setting: &Setting<'_, D>,
-        hydrostatics: Option<&Hydrostatics<'_, D>>,
-        (positions, internal_energy): (&Positions<D>, Option<&[f64]>),
-    ) -> Result<Option<Certificate>> {
-        let held = hydrostatics.and_then(|h| Some((h, h.own_center()?)));
-        let Some((duration, (equilibrium, center))) = self.scene.certify.zip(held) else { return Ok(None) };
-        let target = &setting.target;
-        let lap = Instant::now();
-        self.control.tell(Event::Begin(Step::Relax(CERTIFICATE)));
-        let own = |i: usize| {
-            let x = at(positions, i);
-            if let Some(state) = equilibrium.material(&x) {
-                return state.energy;
-            }
-            equilibrium.pressure(&x) / ((equilibrium.gamma() - 1.0) * target.density.value(&x).max(f64::MIN_POSITIVE))
-        };
-        let energy = internal_energy.map_or_else(|| parallel::map(positions[0].len(), own), <[f64]>::to_vec);
-        let sums = (self.scene.kernel(), self.scene.kernel_neighbors(D));
-        let kind = |i: usize| equilibrium.material(&at(positions, i)).map_or(0, |s| s.kind);
-        let kinds = parallel::map(positions[0].len(), kind);
-        let materials = equilibrium.materials().map(|m| (m, kinds.as_slice()));
-        let matter = Matter { gamma: equilibrium.gamma(), materials, center, point: equilibrium.point_mass() };
-        let certificate = certify(sums, *target, (positions, &energy), &matter, duration, self.control);
-        self.lap(Step::Relax(CERTIFICATE), lap, None);
-        Ok(Some(certificate))
     }
 }
 

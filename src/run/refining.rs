@@ -385,6 +385,7 @@ fn refuse_what_changes_all(scene: &Scene, units: &UnitSystem) -> Result<()> {
         ("polish", scene.polish.is_some_and(|p| p != Polish::None)),
         ("balance", scene.balance.is_some()),
         ("certify", scene.certify.is_some()),
+        ("settle", scene.settle.is_some()),
         ("trim_masses", scene.trim_masses.is_some()),
         ("checkpoint", !scene.checkpoint.is_default()),
         ("fields", !scene.fields.is_empty()),

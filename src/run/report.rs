@@ -9,9 +9,10 @@ use crate::metrics::{
 };
 use crate::output::conservation::Conserved;
 use crate::output::frame::Factors;
-use crate::relaxation::{Certificate, StageReport, StopReason};
+use crate::relaxation::{Certificate, SETTLING, StageReport, StopReason};
 use crate::run::duration::{self, Expected};
 use crate::run::plan::Plan;
+use crate::run::settling::Settling;
 use crate::run::variables::{VariableReport, write_variables};
 use crate::run::verdict::{Finding, ending, write_verdict};
 use serde::Serialize;
@@ -43,6 +44,8 @@ pub struct Report {
     pub balance: Option<BalanceFigures>,
     /// What became of the body when it was followed forward.
     pub certificate: Option<Certificate>,
+    /// How motion fell before that while it was damped, where the scene asks for it.
+    pub settled: Option<Certificate>,
     pub neighbors: NeighborFigures,
     pub stages: Vec<StageReport>,
     /// What stages were expected to take.
@@ -243,13 +246,19 @@ impl Report {
         )
     }
 
-    /// Whether it stays still.
-    fn write_certificate(&self, out: &mut String) -> std::fmt::Result {
-        let lines = self.certificate.as_ref().map(Certificate::summary).unwrap_or_default();
-        for (i, line) in lines.iter().enumerate() {
-            writeln!(out, "  {:<16} {line}", if i == 0 { "certificate" } else { "" })?;
+    /// What the particles came to after they were placed.
+    pub(super) fn add_settling(&mut self, settling: Settling) {
+        let Settling { damped, free, seconds, stop, notes } = settling;
+        self.settled = Some(damped);
+        self.certificate = free;
+        self.stop = stop.unwrap_or(self.stop);
+        self.notes.extend(notes);
+        self.timing.push(Timing { step: SETTLING.name, seconds, epsilon: None });
+        // It is of the places before.
+        #[cfg(feature = "plots")]
+        {
+            self.seen = None;
         }
-        Ok(())
     }
 
     fn write_text(&self, out: &mut String) -> std::fmt::Result {
@@ -276,7 +285,7 @@ impl Report {
         } else {
             writeln!(out, "  particle masses  {:.4e} to {:.4e}", m.smallest, m.largest)?;
         }
-        self.write_certificate(out)?;
+        write_certificates(out, self.settled.as_ref(), self.certificate.as_ref())?;
         self.write_ledger(out)?;
         writeln!(out, "  density error    {:<28} epsilon     mean |e|    99 %        max |e|", "")?;
         for (name, figures) in self.error_rows() {
@@ -343,4 +352,19 @@ impl Report {
         }
         write_verdict(out, &self.verdict)
     }
+}
+
+/// Whether the particles stay still, after they were settled where they were.
+pub(super) fn write_certificates(
+    out: &mut String,
+    settled: Option<&Certificate>,
+    free: Option<&Certificate>,
+) -> std::fmt::Result {
+    for (name, certificate) in [("settled", settled), ("certificate", free)] {
+        let lines = certificate.map(Certificate::summary).unwrap_or_default();
+        for (i, line) in lines.iter().enumerate() {
+            writeln!(out, "  {:<16} {line}", if i == 0 { name } else { "" })?;
+        }
+    }
+    Ok(())
 }

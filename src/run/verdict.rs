@@ -46,6 +46,7 @@ pub enum Topic {
     Pairs,
     ForceNoise,
     Balance,
+    Certificate,
     Masses,
     TotalMass,
     Atmosphere,
@@ -55,12 +56,13 @@ pub enum Topic {
 }
 
 impl Topic {
-    pub const ALL: [Self; 11] = [
+    pub const ALL: [Self; 12] = [
         Self::MassInPlace,
         Self::Density,
         Self::Pairs,
         Self::ForceNoise,
         Self::Balance,
+        Self::Certificate,
         Self::Masses,
         Self::TotalMass,
         Self::Atmosphere,
@@ -77,6 +79,7 @@ impl Topic {
             Self::Pairs => "pairs",
             Self::ForceNoise => "force noise",
             Self::Balance => "balance",
+            Self::Certificate => "certificate",
             Self::Masses => "masses",
             Self::TotalMass => "total mass",
             Self::Atmosphere => "atmosphere",

@@ -34,6 +34,7 @@ impl Scene {
         let of_gas = [
             ("balance", self.balance.is_some()),
             ("certify", self.certify.is_some()),
+            ("settle", self.settle.is_some()),
             ("thermal.internal_energy", self.thermal.internal_energy.is_some()),
             ("material", !self.material.is_empty()),
             ("input.core", self.input.core.is_some()),
@@ -100,6 +101,7 @@ impl Scene {
             seed: self.seed.wrapping_add(1),
             balance: None,
             certify: None,
+            settle: None,
             thermal: Thermal::default(),
             material: Vec::new(),
             checkpoint: CheckpointInput::default(),

@@ -1,6 +1,7 @@
 //! What a scene says of the physics that a code has to be told of: whether its matter attracts itself, walls, and its gas.
 
 use super::{BalanceInput, BoundaryName, GravityName, Input, ProfileInput, Scene};
+use crate::error::{Error, Result};
 
 impl Scene {
     /// The constant of gravity of pure numbers (`balance.constant`, 1 by default) where the scene's matter attracts itself: a model that
@@ -14,6 +15,35 @@ impl Scene {
                 body.point_mass.is_some() || body.collisionless.is_some() || holds_itself(&body.input, balance)
             });
         attracts.then(|| self.balance.clone().unwrap_or_default().constant)
+    }
+
+    /// For how long the result is followed as it was placed; `None` where it settles first.
+    pub(crate) fn certify_at_once(&self) -> Option<f64> {
+        self.certify.filter(|_| self.settle.is_none())
+    }
+
+    /// Refuses to settle what other forces act on, or more than gas.
+    pub(super) fn check_settling(&self) -> Result<()> {
+        if self.settle.is_none() {
+            return Ok(());
+        }
+        let is_beside = [
+            ("walls", self.walls.is_some()),
+            ("domain.boundary: reflecting", self.has_walls()),
+            ("gravity_of", !self.gravity_of.is_empty()),
+            ("balance.gravity: field", self.balance.as_ref().and_then(|b| b.gravity) == Some(GravityName::Field)),
+            ("dust", self.dust.is_some()),
+            ("bodies with `collisionless`", self.bodies.iter().any(|body| body.collisionless.is_some())),
+        ];
+        match is_beside.iter().find(|(_, is_given)| *is_given) {
+            Some((what, _)) => {
+                let problem = format!(
+                    "knows the forces of gas, its own gravity and point masses, but the scene has {what}; leave one out"
+                );
+                Err(Error::scene("settle", problem))
+            }
+            None => Ok(()),
+        }
     }
 
     /// Whether walls reflect anything.

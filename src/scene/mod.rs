@@ -153,6 +153,12 @@ pub struct Scene {
     #[schemars(extend("x-unit" = "dynamical times"), example = 3.0)]
     #[serde(skip_serializing_if = "Option::is_none")]
     pub certify: Option<f64>,
+    /// Dynamical times of the whole for which the forces of the target code act on the placed particles while their motion is damped, but for
+    /// the rotation of the whole: for bodies that cannot be balanced, such as two in each other's tides and one that rotates. `certify` then
+    /// follows them from there.
+    #[schemars(extend("x-unit" = "dynamical times"), example = 4.0)]
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub settle: Option<f64>,
     /// Lets masses move by at most this fraction until the density is exact; equal masses otherwise.
     #[schemars(example = 0.05)]
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -357,6 +363,7 @@ impl Scene {
         self.check_collisionless()?;
         self.check_dust()?;
         self.check_physics()?;
+        self.check_settling()?;
         self.check_output()
     }
 
@@ -431,6 +438,7 @@ impl Scene {
         for (key, value) in [
             ("tolerance", self.tolerance),
             ("certify", self.certify),
+            ("settle", self.settle),
             ("input.planet_radius", self.input.planet_radius.as_ref().map(Quantity::number)),
             ("thermal.internal_energy", self.thermal.internal_energy.as_ref().map(Quantity::number)),
         ] {

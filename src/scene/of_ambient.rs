@@ -43,6 +43,11 @@ impl Scene {
         if self.certify.is_some() {
             return refuse("stands beside `certify`, which follows bodies by themselves; leave one out");
         }
+        if self.settle.is_some() {
+            return refuse(
+                "stands beside `settle`, whose gravity and open space are not those of a box; leave one out",
+            );
+        }
         let in_ambient = |error: Error| match error {
             Error::Scene { key, problem } if key.starts_with("input") => Error::scene("ambient.density", problem),
             Error::Scene { key, problem } if key.starts_with("fields") => {

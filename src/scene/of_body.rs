@@ -18,7 +18,7 @@ impl Scene {
             seeding: body.seeding.or(self.seeding),
             polish: body.polish.or(self.polish),
             balance: body.balance.clone().or_else(|| self.balance.clone().filter(|_| body.collisionless.is_none())),
-            certify: self.certify.filter(|_| body.collisionless.is_none()),
+            certify: self.certify_at_once().filter(|_| body.collisionless.is_none()),
             fields: body.fields.clone(),
             turbulence: body.turbulence.clone(),
             thermal: body.thermal.clone().unwrap_or_else(|| match body.collisionless {
@@ -35,8 +35,15 @@ impl Scene {
 
     /// What a body or the medium about bodies has of the scene, whose bodies it is placed without.
     pub(super) fn without_bodies(&self) -> Self {
-        let mut alone =
-            Self { bodies: Vec::new(), orbit: None, ambient: None, particle_mass: None, cache: None, ..self.clone() };
+        let mut alone = Self {
+            bodies: Vec::new(),
+            orbit: None,
+            ambient: None,
+            particle_mass: None,
+            cache: None,
+            settle: None,
+            ..self.clone()
+        };
         alone.output.parameters = false;
         alone.output.report = None;
         // Bodies are moved to their places later.

@@ -50,7 +50,7 @@ impl Scene {
         };
         Ok(format!(
             "# Numbers without a unit are {meaning}.\n\
-             # `time_limit` is in seconds, `checkpoint.minutes` in minutes, `certify` in dynamical times of the body.\n"
+             # `time_limit` is in seconds, `checkpoint.minutes` in minutes, `certify` and `settle` in dynamical times.\n"
         ))
     }
 }

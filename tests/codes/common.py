@@ -22,3 +22,20 @@ def edit(path, key, new):
     with open(path, "w", encoding="utf-8") as file:
         file.write(text[: found.start(2)] + repr(value) + text[found.end(2) :])
     return float(found.group(2))
+
+
+def end_at(parameters, end, snapshots):
+    """Sets SWIFT's end of the run and so many snapshots until then; the last is at the end but for rounding."""
+    edit(parameters, "time_end", end * (1 + 1e-6))
+    with open(parameters, encoding="utf-8") as file:
+        head, tail = file.read().split("Snapshots:", 1)
+    section, rest = tail.split("Statistics:", 1)
+    section = re.sub(r"(?m)^(\s*delta_time:\s*)\S+", rf"\g<1>{end / snapshots!r}", section)
+    with open(parameters, "w", encoding="utf-8") as file:
+        file.write(head + "Snapshots:" + section + "Statistics:" + rest)
+
+
+def units_of(file):
+    """Units of mass, length and time of a file of SWIFT's in cgs, by their letters."""
+    names = (("mass", "M"), ("length", "L"), ("time", "t"))
+    return {s: float(file["Units"].attrs[f"Unit {n} in cgs (U_{s})"][()].ravel()[0]) for n, s in names}

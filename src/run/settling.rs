@@ -1,0 +1,120 @@
+//! Motion is damped after particles were placed, where a scene asks for it (`settle`), and they are followed forward from there (`certify`).
+
+use super::assembly::BODY_ID;
+use crate::codes::TargetCode;
+use crate::error::{Error, Result};
+use crate::follow::{Options, Outcome, follow_file};
+use crate::relaxation::{Certificate, Control, Event, SETTLING, Step, StopReason};
+use crate::scene::Scene;
+use serde::Serialize;
+use sph::geometry::distance;
+use sph_formats::common::particle_names as names;
+use sph_formats::{FormatSpec, ParticleFile, UnitSystem};
+use std::time::Instant;
+
+/// What became of particles whose motion was damped.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Settling {
+    /// While it was damped.
+    pub damped: Certificate,
+    /// Free from there, for as long as the scene's `certify` says.
+    pub free: Option<Certificate>,
+    pub seconds: f64,
+    /// Why it ended early, if it did.
+    pub stop: Option<StopReason>,
+    #[serde(skip)]
+    pub notes: Vec<String>,
+}
+
+/// What the figures of a report are of.
+const BEFORE: &str = "density error, noise, distances and balance are those before the particles settled; `sph-prep check` measures the file";
+
+/// The code whose forces settle particles.
+///
+/// # Errors
+/// A scene that settles for no code.
+pub(super) fn code_of(scene: &Scene, format: Option<&FormatSpec>) -> Result<Option<TargetCode>> {
+    if scene.settle.is_none() {
+        return Ok(None);
+    }
+    let known = scene.code().or_else(|| format.and_then(|f| TargetCode::of_format(f.name)));
+    known.map(Some).ok_or_else(|| {
+        Error::scene("settle", "needs to know for which code: state target_code, or write a file in the format of one")
+    })
+}
+
+/// Damps the motion of a scene's particles with the forces of `code`, and follows them on from there.
+///
+/// # Errors
+/// Those of [`follow_file`], and gas that nothing holds.
+pub(super) fn settle(
+    scene: &Scene,
+    code: Option<&TargetCode>,
+    file: &mut ParticleFile,
+    control: &Control<'_>,
+) -> Result<Option<Settling>> {
+    let (Some(code), Some(time)) = (code, scene.settle) else { return Ok(None) };
+    let own = scene.own_gravity().filter(|_| file.header.units == UnitSystem::CODE);
+    let is_held = file.header.periodic == [true; 3]
+        || (file.header.dimension == 3 && (own.is_some() || file.header.units != UnitSystem::CODE));
+    if !is_held {
+        let problem =
+            "would let the gas flow out: neither its own gravity in 3-D nor a periodic box holds it; leave it out";
+        return Err(Error::scene("settle", problem));
+    }
+    let begin = Instant::now();
+    control.tell(Event::Begin(Step::Relax(SETTLING)));
+    let before = centers(file);
+    let options = Options { duration: scene.certify.unwrap_or(0.0), gravity: own, gamma: None, settle: Some(time) };
+    let Outcome { certificate, settled, notes } = follow_file(file, code, &options, control).map_err(in_settle)?;
+    let Some(settled) = settled else { return Ok(None) };
+    *file = settled.file;
+    let mut notes: Vec<String> = notes.into_iter().map(|note| format!("settled: {note}")).collect();
+    notes.push(BEFORE.to_owned());
+    notes.extend(moved(&before, &centers(file)));
+    let is_whole = settled.certificate.is_whole && (scene.certify.is_none() || certificate.is_whole);
+    Ok(Some(Settling {
+        damped: settled.certificate,
+        free: scene.certify.map(|_| certificate),
+        seconds: begin.elapsed().as_secs_f64(),
+        stop: if is_whole { None } else { control.stop_reason() },
+        notes,
+    }))
+}
+
+/// Under the scene's own key.
+fn in_settle(error: Error) -> Error {
+    match error {
+        Error::Field { name, problem } => Error::scene("settle", format!("'{name}' {problem}")),
+        Error::Scene { key, problem } => Error::scene("settle", format!("{key} {problem}")),
+        other => other,
+    }
+}
+
+/// The number and the center of mass of each body of a file that has several.
+fn centers(file: &ParticleFile) -> Vec<(i64, [f64; 3])> {
+    let mut sums: std::collections::BTreeMap<i64, (f64, [f64; 3])> = std::collections::BTreeMap::new();
+    for table in file.species.iter().map(|s| &s.table) {
+        let columns = [BODY_ID, names::COORDINATES, names::MASSES].map(|name| table.column(name));
+        let [Some(body), Some(x), Some(m)] = columns else { continue };
+        let stride = x.components.max(1);
+        for i in 0..table.count {
+            let (mass, place) = sums.entry(body.values.get(i) as i64).or_insert((0.0, [0.0; 3]));
+            let own = m.values.get(i);
+            *mass += own;
+            (0..stride.min(3)).for_each(|k| place[k] += own * x.values.get(i * stride + k));
+        }
+    }
+    sums.into_iter().map(|(body, (mass, place))| (body, place.map(|v| v / mass))).collect()
+}
+
+/// How far apart two bodies are now.
+fn moved(before: &[(i64, [f64; 3])], after: &[(i64, [f64; 3])]) -> Option<String> {
+    let apart = |of: &[(i64, [f64; 3])]| match of {
+        [a, b] => Some(distance(&a.1, &b.1)),
+        _ => None,
+    };
+    let (before, after) = (apart(before)?, apart(after)?);
+    let change = 100.0 * (after / before - 1.0);
+    Some(format!("settled: the centers of the bodies are {after:.6e} apart, {change:+.2} % from where they were"))
+}
