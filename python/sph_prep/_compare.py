@@ -123,12 +123,23 @@ def compare(
     True
     """
     listed = methods if methods is None or isinstance(methods, str) else ",".join(methods)
-    counts = [] if n is None else [n] if isinstance(n, int) else [int(count) for count in n]
+    counts = _counts(n)
     if isinstance(density, Scene):
         return _run(Scene(density._text, **keys) if keys else density, listed, counts, progress)
     given = {name: keys.pop(name) for name in _ARGUMENTS if name in keys}
     with scene_of(density, given, keys) as (scene, _):
         return _run(scene, listed, counts, progress)
+
+
+def _counts(n: Any) -> list[int]:
+    """Whole numbers of one or several, also of ``1e4``."""
+    if n is None:
+        return []
+    listed = list(n) if isinstance(n, Iterable) and not isinstance(n, str) else [n]
+    for count in listed:
+        if isinstance(count, str) or not (0 <= count < 2**32 and count == int(count)):
+            raise _core.SceneError(f"n: is {count!r}; expected whole numbers from 1 to {2**32 - 1}")
+    return [int(count) for count in listed]
 
 
 #: Arguments of ``place`` that are no keys of a scene, or are called otherwise there.

@@ -55,6 +55,7 @@ def test_scenes_and_functions_are_compared_as_well():
     assert {row["particles"] for row in sph_prep.compare(scene, methods="seed").rows} == {100}
     changed = sph_prep.compare(scene, methods="seed", seed=5)
     assert changed.report["seed"] == 5 and changed.advice is None
+    assert sph_prep.compare(scene, methods="seed", n=1e2).rows[0]["particles"] == 100
     own = sph_prep.compare(lambda x: 1 + x, methods="seed,wvt", n=50, box=[[0], [1]], kernel="cubic-spline")
     assert "ubic spline" in own.report["kernel"]
 
@@ -67,6 +68,10 @@ def test_scenes_and_functions_are_compared_as_well():
         (lambda: sph_prep.compare(WAVE, methods=[], n=10, **BOX), "expected"),
         (lambda: sph_prep.compare(WAVE, n=[10, 10], **BOX), "10 twice"),
         (lambda: sph_prep.compare(WAVE, n=0, **BOX), "at least 1"),
+        (lambda: sph_prep.compare(WAVE, n=-5, **BOX), "is -5"),
+        (lambda: sph_prep.compare(WAVE, n=[1.5], **BOX), "is 1.5"),
+        (lambda: sph_prep.compare(WAVE, n=float("nan"), **BOX), "is nan"),
+        (lambda: sph_prep.compare(WAVE, n="many", **BOX), "is 'many'"),
         (lambda: sph_prep.compare(WAVE, n=10, kernle="x", **BOX), "kernle"),
         (lambda: sph_prep.compare(sph_prep.Scene({"bodies": [{"name": "a", "input": {"expression": "1"}}]})), "bodies"),
     ],
