@@ -139,7 +139,7 @@ mod tests {
             "    LOOK   density        1.49 % off on average (1 % is good, 5 % is much); more particles bring it down";
         let lines: Vec<String> = fold(verdict, 80).lines().map(str::to_owned).collect();
         assert_eq!(lines.len(), 2);
-        assert_eq!(lines[1], format!("{}more particles bring it down", " ".repeat(26)));
+        assert_eq!(lines[1], format!("{}particles bring it down", " ".repeat(26)));
         let table = format!("a    b         {}", "c    d ".repeat(10));
         assert!(fold(&table, 60).starts_with("a    b         c    d c    d"), "columns lose their gaps");
         assert_eq!(fold("short", 80), "short");
