@@ -4,8 +4,10 @@
 //! SPH_PREP_DOCS=1 cargo test --test all docs::   # writes the reference pages again
 //! ```
 
+use sph_formats::{Unit, UnitDimension};
+use sph_prep::scene::Role;
 use sph_prep::scene::reference::{Key, keys};
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet, VecDeque};
 use std::fmt::Write;
 use std::path::{Path, PathBuf};
 
@@ -38,6 +40,10 @@ fn entry(out: &mut String, key: &Key, depth: usize) {
     let _ = writeln!(out, "{} `{}`\n", "#".repeat((depth + 2).min(5)), key.path);
     let _ = writeln!(out, "{}\n", cell(&key.description));
     let _ = writeln!(out, "- is: {}", cell(&key.kind));
+    if !key.aliases.is_empty() {
+        let _ =
+            writeln!(out, "- also: {}", key.aliases.iter().map(|a| format!("`{a}`")).collect::<Vec<_>>().join(", "));
+    }
     if let Some(unit) = &key.unit {
         let _ = writeln!(out, "- measures: {unit}");
     }
@@ -67,6 +73,54 @@ fn commands(help: &str) -> Vec<String> {
     list.lines().filter(is_name).filter_map(|l| l.split_whitespace().next()).map(str::to_owned).collect()
 }
 
+/// What units measure, in words, in the order of the page.
+const MEASURES: [(&str, UnitDimension); 11] = [
+    ("length", UnitDimension::LENGTH),
+    ("mass", UnitDimension::MASS),
+    ("time", UnitDimension::TIME),
+    ("temperature", UnitDimension::TEMPERATURE),
+    ("velocity", UnitDimension::VELOCITY),
+    ("rate", UnitDimension::RATE),
+    ("density", UnitDimension::mass_density(3)),
+    ("energy per mass", UnitDimension::SPECIFIC_ENERGY),
+    ("energy", UnitDimension::new(2, 1, -2, 0)),
+    ("pressure", UnitDimension::PRESSURE),
+    ("magnetic field", UnitDimension::MAGNETIC_FIELD),
+];
+
+/// Units with what they are in cgs, roles of variables with what these measure, and the names that communities have for them.
+fn names() -> String {
+    let mut out = String::from(
+        "Numbers of a scene and variables of a file may have these units, SI prefixes before them (`mG`, `kyr`), powers and products (`g/cm^3`, \
+         `km s-1`, `1e-3 kg m-3`).\n\n| measures | units | in cgs |\n|---|---|---|\n",
+    );
+    for (what, dimension) in MEASURES {
+        let units = Unit::known(dimension);
+        assert!(!units.is_empty(), "{what}");
+        let number = |v: f64| if (1e-3..1e5).contains(&v) { format!("{v}") } else { format!("{v:.6e}") };
+        let in_cgs = units.iter().map(|u| number(Unit::parse(u).unwrap().to_cgs)).collect::<Vec<_>>().join(", ");
+        let _ = writeln!(
+            out,
+            "| {what} | {} | {in_cgs} |",
+            units.iter().map(|u| format!("`{u}`")).collect::<Vec<_>>().join(", ")
+        );
+    }
+    out += "\n## Roles of variables\n\n`--map NAME=ROLE`, and `map` in a scene, take these; `sph-prep inspect FILE` says what each variable of a file is taken for.\n\n\
+            | role | measures |\n|---|---|\n";
+    let schema = sph_prep::Scene::schema();
+    for role in schema["$defs"]["Role"]["enum"].as_array().unwrap().iter().map(|r| r.as_str().unwrap()) {
+        let dimension = Role::parse(role).unwrap().dimension();
+        let measured = MEASURES.iter().find(|m| Some(m.1) == dimension).map_or("", |m| m.0);
+        assert!(dimension.is_none() || !measured.is_empty(), "{role}");
+        let _ = writeln!(out, "| `{role}` | {measured} |");
+    }
+    out += "\n## Names that are known\n\nUpper and lower case, underscores, brackets and dots make no difference.\n\n";
+    // The table at the head of the list of names.
+    let source = include_str!("../src/input/roles/spelling.rs");
+    source.lines().filter_map(|l| l.strip_prefix("//! |")).for_each(|row| out += &format!("|{row}\n"));
+    out
+}
+
 /// The reference pages and what they should hold.
 fn reference() -> Vec<(&'static str, String)> {
     let mut scene = String::from("`sph-prep help scene.KEY` says the same in a terminal.\n\n");
@@ -80,6 +134,7 @@ fn reference() -> Vec<(&'static str, String)> {
         ("scene.md", page("Keys of a scene", &scene)),
         ("command-line.md", page("Command line and exit codes", &line)),
         ("formats.md", page("Formats", &block(&printed(&["formats"])))),
+        ("names.md", page("Units, and what variables are", &names())),
         ("methods.md", page("Seeding and methods", &block(&printed(&["methods"])))),
     ]
 }
@@ -138,26 +193,114 @@ fn no_link_is_dead_and_every_page_is_two_clicks_away() {
         }
     }
     // The front page knows the pages with lists, and these all that is to be done.
-    let reached = |page: &str| -> BTreeSet<PathBuf> {
-        let path = folder().join(page);
-        let text = std::fs::read_to_string(&path).unwrap();
-        let targets = links(&text).into_iter().filter(|l| !l.contains("://") && !l.starts_with('#'));
-        targets.map(|l| path.parent().unwrap().join(l.split('#').next().unwrap())).collect()
-    };
-    let first = reached("index.md");
-    let second: BTreeSet<PathBuf> = first
-        .iter()
-        .filter(|p| p.extension().is_some_and(|e| e == "md"))
-        .flat_map(|p| reached(p.strip_prefix(folder()).unwrap().to_str().unwrap()))
-        .collect();
+    let clicks = clicks();
+    let is_far = |path: &PathBuf| clicks.get(path).is_none_or(|n| *n > 2);
     let far: Vec<String> = pages()
         .into_iter()
         .map(|(path, _)| path)
-        .filter(|path| !path.ends_with("SUMMARY.md") && !path.ends_with("index.md"))
-        .filter(|path| !first.contains(path) && !second.contains(path))
+        .filter(|path| !path.ends_with("SUMMARY.md") && is_far(path))
         .map(|path| path.display().to_string())
         .collect();
     assert!(far.is_empty(), "more than two clicks from the first page: {far:?}");
+}
+
+/// What a page of the manual leads to.
+fn reached(path: &Path) -> BTreeSet<PathBuf> {
+    let text = std::fs::read_to_string(path).unwrap();
+    let targets = links(&text).into_iter().filter(|l| !l.contains("://") && !l.starts_with('#'));
+    targets.map(|l| path.parent().unwrap().join(l.split('#').next().unwrap()).canonicalize().unwrap()).collect()
+}
+
+/// Clicks from the first page, of all that is reached.
+fn clicks() -> BTreeMap<PathBuf, usize> {
+    let first = folder().canonicalize().unwrap().join("index.md");
+    let mut known = BTreeMap::from([(first.clone(), 0)]);
+    let mut open = VecDeque::from([first]);
+    while let Some(page) = open.pop_front() {
+        let next = known[&page] + 1;
+        for target in reached(&page).into_iter().filter(|p| p.extension().is_some_and(|e| e == "md")) {
+            if !known.contains_key(&target) {
+                known.insert(target.clone(), next);
+                open.push_back(target);
+            }
+        }
+    }
+    known
+}
+
+/// What people come with, in their words; the page that answers, and the scene that does it.
+const TASKS: [(&str, &str, &str); 24] = [
+    ("a star", "star.md", "star-1.5"),
+    ("a binary", "tasks/binary.md", "binary"),
+    ("impact of planets", "tasks/impact.md", "impact"),
+    ("a collision of stars", "tasks/impact.md", "collision"),
+    ("a planet with core and mantle", "tasks/impact.md", "planet"),
+    ("a giant with its core", "tasks/profiles.md", "common-envelope"),
+    ("a white dwarf", "tasks/profiles.md", "white-dwarf"),
+    ("a disc", "tasks/disc.md", "protoplanetary-disc"),
+    ("gas of a galaxy", "tasks/galaxy.md", "galaxy"),
+    ("dark matter or stars as particles", "tasks/galaxy.md", "cloud-in-halo"),
+    ("a cloud in a wind", "tasks/tests.md", "blob"),
+    ("a star in a wind", "tasks/ambient.md", "star-in-wind"),
+    ("shear", "tasks/tests.md", "kelvin-helmholtz-2d"),
+    ("a shock tube", "tasks/tests.md", "sod"),
+    ("a blast", "tasks/tests.md", "sedov"),
+    ("a vortex", "tasks/tests.md", "gresho"),
+    ("a collapse", "tasks/tests.md", "evrard"),
+    ("a magnetic field", "tasks/fields.md", "orszag-tang"),
+    ("a turbulent box", "tasks/turbulence.md", "turbulence"),
+    ("a cosmological box", "tasks/displacement.md", "zeldovich"),
+    ("a tank", "tasks/tank.md", "tank"),
+    ("an asteroid's shape model", "tasks/shape.md", "asteroid"),
+    ("finer in places", "tasks/resolution.md", "refined-sphere"),
+    ("a snapshot at another resolution", "tasks/re-sampling.md", "resample-finer"),
+];
+
+/// On a page that the first one leads to stands a line with the task's words and its scene, which leads to a page that works on it.
+#[test]
+fn every_task_is_two_clicks_away() {
+    let (root, clicks) = (folder().canonicalize().unwrap(), clicks());
+    let near: Vec<(PathBuf, String)> = clicks
+        .iter()
+        .filter(|(_, n)| **n <= 1)
+        .map(|(page, _)| (page.clone(), std::fs::read_to_string(page).unwrap()))
+        .collect();
+    for (words, page, scene) in TASKS {
+        let target = root.join(page);
+        let leads = |from: &Path, line: &str| {
+            let files = links(line).into_iter().filter_map(|l| l.split('#').next().map(str::to_owned));
+            files
+                .filter(|f| !f.is_empty())
+                .any(|f| from.parent().unwrap().join(f).canonicalize().is_ok_and(|f| f == target))
+        };
+        let line = near.iter().find_map(|(from, text)| {
+            text.lines().find(|l| l.contains(words) && leads(from, l) && l.contains(&format!("`{scene}.yaml`")))
+        });
+        assert!(line.is_some(), "no line within a click says '{words}', names {scene}.yaml and leads to {page}");
+        assert!(clicks.get(&target).is_some_and(|n| *n <= 2), "{page}: {:?}", clicks.get(&target));
+        let text = std::fs::read_to_string(&target).unwrap();
+        assert!(text.contains(&format!("{scene}.yaml")), "{page} does not work on {scene}.yaml");
+        assert!(Path::new(env!("CARGO_MANIFEST_DIR")).join(format!("profiles/{scene}.yaml")).is_file(), "{scene}");
+    }
+}
+
+/// Drawings with axes say at both what is measured in which unit; panels of pictures have none.
+#[test]
+fn no_figure_of_the_manual_is_without_units() {
+    let mut seen = 0;
+    for entry in std::fs::read_dir(folder().join("results")).unwrap() {
+        let path = entry.unwrap().path();
+        let name = path.file_name().unwrap().to_string_lossy().into_owned();
+        if !name.ends_with(".svg") || name.starts_with("methods-") {
+            continue;
+        }
+        let drawing = std::fs::read_to_string(&path).unwrap();
+        let texts = drawing.split("<text").skip(1).map(|t| t.split('>').nth(1).unwrap().split('<').next().unwrap());
+        let labels: Vec<&str> = texts.filter(|t| t.contains('[') && t.contains(']')).collect();
+        assert!(labels.len() >= 2, "{name}: {labels:?}");
+        seen += 1;
+    }
+    assert!(seen > 2, "{seen}");
 }
 
 /// Targets of the links of a page, outside of code.

@@ -63,7 +63,7 @@ fn figure(starts: &[Start]) -> String {
     Figure::new(
         "A star at rest in SWIFT: how much it moves",
         Axis::linear("time [dynamical times]").within(0.0, 5.0),
-        Axis::logarithmic("kinetic energy over |potential energy|").within(1e-6, 1e-1),
+        Axis::logarithmic("kinetic energy over |potential energy| [1]").within(1e-6, 1e-1),
         curves.collect(),
     )
     .file()

@@ -10,7 +10,8 @@ True
 """
 
 from ._core import SceneError, SphPrepError, __version__
+from ._compare import Comparison, compare
 from ._particles import Particles, read
 from ._scene import Scene, place
 
-__all__ = ["Particles", "Scene", "SceneError", "SphPrepError", "__version__", "place", "read"]
+__all__ = ["Comparison", "Particles", "Scene", "SceneError", "SphPrepError", "__version__", "compare", "place", "read"]

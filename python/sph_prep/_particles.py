@@ -5,6 +5,7 @@ from __future__ import annotations
 import html
 import json
 import os
+import tempfile
 from collections.abc import Iterator
 from typing import Any
 
@@ -186,6 +187,18 @@ class Particles:
             periodicity=tuple(self.header["periodic"]),
         )
 
+    def to_swiftsimio(self, path: str | os.PathLike[str] | None = None) -> Any:
+        """The particles as a data set of ``swiftsimio``, which reads files: a SWIFT file is written to ``path``, or to a folder that is removed
+        with the data set. SWIFT's gas has internal energies: carry a pressure or the like, or set ``thermal``."""
+        import swiftsimio
+
+        kept = None if path is not None else tempfile.TemporaryDirectory(prefix="sph-prep-")
+        file = os.fspath(path) if path is not None else os.path.join(kept.name, "particles.hdf5")
+        self.write(file, "swift")
+        data = swiftsimio.load(file)
+        data._sph_prep_folder = kept
+        return data
+
     def to_pynbody(self) -> Any:
         """The gas as a snapshot of ``pynbody``."""
         import pynbody
@@ -228,9 +241,32 @@ class Particles:
             words.append(f"mean density error {100 * error['mean']:.2g} %")
         return f"<sph_prep.Particles: {', '.join(words)}; {', '.join(self.keys())}>"
 
+    @property
+    def verdict(self) -> list[dict[str, str]]:
+        """What is good and what to look at, as the report says it: ``grade`` (good, look or bad), ``topic`` and ``text``, for bodies with their
+        ``body``; empty for particles that were read."""
+        if "bodies" not in self.report:
+            return list(self.report.get("verdict", []))
+        bodies = [body for body in self.report["bodies"] if body.get("report")]
+        return [{**line, "body": body["name"]} for body in bodies for line in body["report"].get("verdict", [])]
+
     def _repr_html_(self) -> str:
+        def cell(text: Any) -> str:
+            return f"<td style='text-align:left'>{html.escape(str(text))}</td>"
+
+        rows = "".join(
+            f"<tr>{cell(_MARKS.get(line['grade'], line['grade']))}"
+            f"{cell(' '.join(filter(None, (line.get('body'), line['topic']))))}{cell(line['text'])}</tr>"
+            for line in self.verdict
+        )
+        verdict = f"<table>{rows}</table>" if rows else ""
         notes = "".join(f"<li>{html.escape(note)}</li>" for note in self.report.get("notes", []))
-        return f"<p>{html.escape(repr(self)[1:-1])}</p>{picture(self)}<ul>{notes}</ul>"
+        notes = f"<details><summary>notes</summary><ul>{notes}</ul></details>" if notes else ""
+        return f"<p>{html.escape(repr(self)[1:-1])}</p>{picture(self)}{verdict}{notes}"
+
+
+#: In front of a line of the verdict; told apart without colors.
+_MARKS = {"good": "good", "look": "LOOK", "bad": "BAD"}
 
 
 def read(path: str | os.PathLike[str], format: str | None = None) -> Particles:

@@ -44,4 +44,22 @@ def picture(particles: Particles) -> str:
         for a, b, (r, g, c) in zip(column, row, colors)
     )
     words = f"{len(shown)} of {len(places)} particles, colored by density from {value.min():.3g} to {value.max():.3g}"
-    return f'<svg width="{_SIZE}" height="{_SIZE}" role="img" aria-label="{words}"><title>{words}</title>{dots}</svg>'
+    drawn = f'<svg width="{_SIZE}" height="{_SIZE}" role="img" aria-label="{words}"><title>{words}</title>{dots}</svg>'
+    caption = f"{words}{_units(particles)}; {_extent(particles, x, y)}"
+    return f"<figure style='margin:0'>{drawn}<figcaption>{caption}</figcaption></figure>"
+
+
+def _units(particles: Particles) -> str:
+    """Of the density, where the particles know it."""
+    unit = particles.to_cgs("Density") if "Density" in particles else 1.0
+    return "" if unit == 1.0 else f" [{unit:.4g} g/cm^{particles.dimension}]"
+
+
+def _extent(particles: Particles, x: np.ndarray, y: np.ndarray) -> str:
+    """What the edges of the picture are."""
+    unit = particles.to_cgs("Coordinates")
+    words = "" if unit == 1.0 else f" [{unit:.4g} cm]"
+    across = f"x from {x.min():.3g} to {x.max():.3g}"
+    if particles.dimension == 1:
+        return f"{across}{words}, upwards the logarithm of the density"
+    return f"{across}, y from {y.min():.3g} to {y.max():.3g}{words}"

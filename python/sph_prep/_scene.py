@@ -7,7 +7,7 @@ import json
 import os
 import tempfile
 import warnings
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
@@ -19,6 +19,9 @@ from ._sampling import sampled
 
 #: Mean error of a function's samples above which a warning says so.
 ROUGH = 0.01
+
+#: Calls between the user and the warning: this module's and those of :mod:`contextlib`.
+_OUTSIDE = 5
 
 #: Names of arguments that are keys of a scene under another name.
 _KEYS = {"n": "particles"}
@@ -51,7 +54,8 @@ class Scene:
         """The scene with all that it sets."""
 
     def place(self, progress: Callable[[str], Any] | None = None) -> Particles:
-        """Places the particles. ``progress`` is called with a line of text several times a second.
+        """Places the particles. ``progress`` is called with a line of text several times a second. The page that ``output.report`` names is
+        written; ``output.file`` is not: :meth:`Particles.write` does that.
 
         Raises:
             SceneError: the scene asks for something impossible or contradictory.
@@ -81,6 +85,7 @@ def place(
     neighbors: float | None = None,
     target_code: str | None = None,
     samples: int | None = None,
+    page: str | os.PathLike[str] | None = None,
     progress: Callable[[str], Any] | None = None,
     **keys: Any,
 ) -> Particles:
@@ -102,6 +107,7 @@ def place(
         kernel, neighbors: name of the kernel and V n H^d, its number of neighbors.
         target_code: the code that the particles are for, as ``"swift"``.
         samples: points along an axis of a function's grid, in place of refinement.
+        page: HTML file for the page of the run: verdict, pictures, figures, plan and scene.
         progress: called with a line of text several times a second.
         keys: further keys of a scene, as ``balance={}`` or ``output={"units": "cgs"}``.
 
@@ -112,34 +118,52 @@ def place(
     >>> bool(abs(particles.masses.sum() - 1) < 1e-5)
     True
     """
+    named = {"n": n, "box": box, "ball": ball, "periodic": periodic, "samples": samples, "page": page}
+    named |= {"kernel": kernel, "neighbors": neighbors, "target_code": target_code}
+    with scene_of(density, named, keys) as (scene, sampling):
+        particles = scene.place(progress)
+    if sampling is not None:
+        particles.report["sampling"] = sampling
+    return particles
+
+
+#: Arguments that are keys at the top of a scene.
+_TOP = {"n": "particles", "kernel": "kernel", "neighbors": "neighbors", "target_code": "target_code"}
+
+
+@contextlib.contextmanager
+def scene_of(
+    density: Any, named: Mapping[str, Any], keys: Mapping[str, Any]
+) -> Iterator[tuple[Scene, dict[str, Any] | None]]:
+    """The scene for arguments of :func:`place`, and how well a function was sampled. What is no file becomes one, which is removed at the
+    end; errors say ``density`` in its place."""
     with contextlib.ExitStack() as stack:
         scene = dict(keys)
         domain = dict(scene.pop("domain", {}))
-        if box is not None:
-            domain["box"] = _plain(box)
-        if ball is not None:
-            domain["ball"] = _plain(ball)
+        if named.get("box") is not None:
+            domain["box"] = _plain(named["box"])
+        if named.get("ball") is not None:
+            domain["ball"] = _plain(named["ball"])
+        periodic = named.get("periodic")
         if periodic is not None:
             flags = periodic if isinstance(periodic, (list, tuple)) else [periodic]
             domain["boundary"] = ["periodic" if flag else "open" for flag in flags]
         given = dict(scene.pop("input", {}))
-        made, sampling = _input(density, domain, samples, stack)
+        made, sampling = _input(density, domain, named.get("samples"), stack)
         given.update(made)
         if given:
             scene["input"] = given
         if domain:
             scene["domain"] = domain
-        named = {"particles": n, "kernel": kernel, "neighbors": neighbors, "target_code": target_code}
-        scene.update({key: value for key, value in named.items() if value is not None})
+        if named.get("page") is not None:
+            scene["output"] = {**scene.get("output", {}), "report": os.fspath(named["page"])}
+        scene.update({key: named[name] for name, key in _TOP.items() if named.get(name) is not None})
         try:
-            particles = Scene(scene).place(progress)
+            yield Scene(scene), sampling
         except (_core.SceneError, _core.SphPrepError, OSError) as error:
             if isinstance(density, (str, os.PathLike)) or "file" not in made:
                 raise
             raise type(error)(str(error).replace(made["file"], "density")) from None
-        if sampling is not None:
-            particles.report["sampling"] = sampling
-        return particles
 
 
 def _input(
@@ -163,7 +187,7 @@ def _input(
             warnings.warn(
                 f"the function is sampled on {sampling['cells']} cells, from which linear interpolation misses it by "
                 f"{100 * sampling['mean_error']:.1f} % on average; more samples, or an expression, follow it better",
-                stacklevel=4,
+                stacklevel=_OUTSIDE,
             )
     else:
         grid = np.asarray(_plain_array(density), dtype=float)

@@ -9,13 +9,17 @@ use pyo3::exceptions::{PyKeyboardInterrupt, PyOSError, PyRuntimeError, PyValueEr
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyList};
 use serde_json::Value;
-use sph_formats::{FORMATS, FieldRequest, FileContent, WriteOptions};
+use sph_formats::{FORMATS, FieldRequest, FileContent, ParticleFile, WriteOptions};
 use sph_prep::codes::TargetCode;
+use sph_prep::compare::{Compared, DEFAULT, Request, advice, numbers};
 use sph_prep::{Control, Error, Scene};
 use std::path::PathBuf;
 
 create_exception!(sph_prep, SphPrepError, PyRuntimeError, "Particles could not be placed, read or written.");
 create_exception!(sph_prep, SceneError, PyValueError, "A scene that asks for something impossible or contradictory.");
+
+/// What a page says it was made by.
+const PAGE: &str = "sph_prep.place";
 
 /// An error of the library as the exception that a Python user expects.
 fn raise(error: &Error) -> PyErr {
@@ -39,16 +43,48 @@ fn place(
 ) -> PyResult<(Py<PyDict>, Py<PyList>, String, String)> {
     let scene = Scene::parse(scene).map_err(|e| raise(&e))?;
     let (yaml, limit) = (scene.to_yaml(), scene.time_limit);
-    let place = move |control: &Control<'_>| {
-        if scene.bodies.is_empty() {
-            sph_prep::place(&scene, FORMATS, control).map(|(file, report)| (file, report.json()))
-        } else {
-            sph_prep::place_bodies(&scene, FORMATS, control).map(|(file, report)| (file, report.json()))
-        }
-    };
+    let place = move |control: &Control<'_>| placed(&scene, control);
     let (file, report) = work::watched(py, limit, progress, place)?.map_err(|e| raise(&e))?;
     let (header, species) = to_python(py, file)?;
     Ok((header, species, report, yaml))
+}
+
+/// The particles of a scene and the report as JSON. The page that the scene asks for is written.
+fn placed(scene: &Scene, control: &Control<'_>) -> sph_prep::Result<(ParticleFile, String)> {
+    if let Some(page) = &scene.output.report {
+        sph_formats::output::probe(page)?;
+    }
+    if scene.bodies.is_empty() {
+        let (file, report) = sph_prep::place(scene, FORMATS, control)?;
+        report.write_page(scene, &file, PAGE)?;
+        return Ok((file, report.json()));
+    }
+    let (file, report) = sph_prep::place_bodies(scene, FORMATS, control)?;
+    report.write_page(scene, &file, PAGE)?;
+    Ok((file, report.json()))
+}
+
+/// Runs a scene through several methods and writes the files of the comparison into a folder. Returns its table, and which method to take.
+#[pyfunction]
+#[pyo3(signature = (scene, methods, counts, folder, progress=None))]
+fn compare(
+    py: Python<'_>,
+    scene: &str,
+    methods: Option<&str>,
+    counts: Vec<usize>,
+    folder: PathBuf,
+    progress: Option<Py<PyAny>>,
+) -> PyResult<(String, Option<String>)> {
+    let scene = Scene::parse(scene).map_err(|e| raise(&e))?;
+    let methods = Compared::parse_list(methods.unwrap_or(DEFAULT)).map_err(|e| raise(&e))?;
+    let counts = numbers(&scene, &counts).map_err(|e| raise(&e))?;
+    let work = move |control: &Control<'_>| {
+        let request = Request { scene: &scene, methods: &methods, counts: &counts };
+        let comparison = sph_prep::compare::compare(&request, FORMATS, control)?;
+        sph_prep::compare::write(&comparison, &folder)?;
+        Ok((comparison.text(), advice(&comparison)))
+    };
+    work::watched(py, None, progress, work)?.map_err(|e| raise(&e))
 }
 
 /// The scene with all that it sets, as YAML.
@@ -134,6 +170,7 @@ fn _core(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add("SphPrepError", py.get_type::<SphPrepError>())?;
     module.add("SceneError", py.get_type::<SceneError>())?;
     module.add_function(wrap_pyfunction!(place, module)?)?;
+    module.add_function(wrap_pyfunction!(compare, module)?)?;
     module.add_function(wrap_pyfunction!(scene_yaml, module)?)?;
     module.add_function(wrap_pyfunction!(scene_with, module)?)?;
     module.add_function(wrap_pyfunction!(read, module)?)?;

@@ -141,9 +141,10 @@ def test_bodies_are_put_together():
 def test_a_function_says_how_well_it_is_sampled():
     p = sph_prep.place(lambda x, y: 1 + 0.1 * x, n=100, box=box(2))
     assert p.report["sampling"]["mean_error"] < 1e-12
-    with pytest.warns(UserWarning, match="sampled on .* cells"):
+    with pytest.warns(UserWarning, match="sampled on .* cells") as warned:
         p = sph_prep.place(lambda x: 1.01 + np.sin(300 * x), n=100, box=box(1), samples=32)
     assert p.report["sampling"]["cells"] == [32]
+    assert warned[0].filename == __file__, "the warning is about the user's line"
 
 
 def test_a_code_says_what_it_makes_of_particles():
@@ -193,6 +194,29 @@ def test_ctrl_c_ends_a_run():
     process.send_signal(signal.SIGINT)
     _, errors = process.communicate(timeout=60)
     assert process.returncode != 0 and "KeyboardInterrupt" in errors
+
+
+def test_a_page_of_the_run_is_written(tmp_path):
+    page = tmp_path / "ic.html"
+    p = sph_prep.place("1 + x", n=200, box=box(2), page=page)
+    text = page.read_text()
+    assert text.startswith("<!DOCTYPE html>") and "Verdict" in text and "<svg" in text
+    assert {line["topic"] for line in p.verdict} >= {"density", "pairs"}
+    star = {"profile": {"polytrope": {"n": 1.5, "mass": 1, "radius": 1}}}
+    scene = {"bodies": [{"name": "one", "input": star}], "output": {"report": str(tmp_path / "bodies.html")}}
+    p = sph_prep.Scene(scene, n=300).place()
+    assert "one" in (tmp_path / "bodies.html").read_text() and {line["body"] for line in p.verdict} == {"one"}
+    with pytest.raises(OSError, match="nowhere"):
+        sph_prep.place("1 + x", n=200, box=box(2), page=tmp_path / "nowhere" / "ic.html")
+
+
+def test_a_notebook_shows_verdict_units_and_notes():
+    r = np.linspace(0.0, 1.0, 100)
+    units = {"length_unit": "Rsun", "density_unit": "g/cm^3"}
+    p = sph_prep.place({"radius": r, "density": 1.5 - r}, n=400, input=units)
+    text = p._repr_html_()
+    assert "g/cm^3]" in text and " cm]" in text and "<td" in text and "density" in text
+    assert all(f"{line['text'][:20]}" in text.replace("&#x27;", "'") for line in p.verdict)
 
 
 def test_pictures_are_drawn_in_every_dimension():

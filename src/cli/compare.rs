@@ -2,15 +2,13 @@
 
 use super::args::CompareArgs;
 use super::progress::Progress;
+use super::written::listed;
 use crate::compare::{self, Compared, Request, VARIATIONS};
-use crate::error::{Error, Result};
+use crate::error::Result;
 use crate::relaxation::{Control, Event};
 use crate::scene::Scene;
 use sph_formats::FormatSpec;
 use std::sync::atomic::AtomicBool;
-
-/// Numbers of particles where neither arguments nor scene have one.
-const COUNTS: [usize; 2] = [1000, 10_000];
 
 /// Compares, writes the files, and returns what to print.
 ///
@@ -23,24 +21,9 @@ pub fn run(args: &CompareArgs, formats: &[FormatSpec], interrupted: &AtomicBool)
         scene.input.expression = None;
         scene.input.profile = None;
     }
-    if !scene.bodies.is_empty() {
-        return Err(Error::scene("bodies", "cannot be compared all at once; compare the scene of one of them"));
-    }
-    for (key, is_given) in [("gravity_of", !scene.gravity_of.is_empty()), ("dust", scene.dust.is_some())] {
-        if is_given {
-            return Err(Error::scene(key, "is not part of a comparison; leave it out"));
-        }
-    }
+    compare::check(&scene)?;
     let methods = Compared::parse_list(&args.methods)?;
-    let mut counts = if args.particles.is_empty() {
-        scene.particles.map_or_else(|| COUNTS.to_vec(), |n| vec![n])
-    } else {
-        args.particles.clone()
-    };
-    counts.sort_unstable();
-    if let Some(twice) = counts.windows(2).find(|w| w[0] == w[1]) {
-        return Err(Error::scene("--particles", format!("has {} twice; name each number once", twice[0])));
-    }
+    let counts = compare::numbers(&scene, &args.particles)?;
     compare::probe(&args.output)?;
     let progress = Progress::new(args.quiet);
     let observer = |event: Event| progress.update(event);
@@ -50,7 +33,7 @@ pub fn run(args: &CompareArgs, formats: &[FormatSpec], interrupted: &AtomicBool)
     progress.finish();
     let comparison = result?;
     compare::write(&comparison, &args.output)?;
-    let files = compare::FILES.map(|name| args.output.join(name).display().to_string()).join(", ");
+    let files = listed(&compare::FILES.map(|name| args.output.join(name)));
     let figures = if cfg!(feature = "plots") { "" } else { "; this build draws no figures (feature 'plots')" };
     Ok(if args.quiet { String::new() } else { format!("{}wrote {files}{figures}\n", comparison.text()) })
 }

@@ -2,12 +2,9 @@
 
 use sph_formats::FormatSpec;
 
-/// One line per format.
+/// A line per format with what can be done with it, and below what it is and where that is written.
 pub fn table(formats: &[FormatSpec]) -> String {
-    let mut out = format!(
-        "{:<9} {:<22} {:<7} {:<15} {:<12} {}\n",
-        "name", "extensions", "field", "particles", "in build", "what it is"
-    );
+    let mut out = format!("{:<16} {:<33} {:<5} {:<11} in build\n", "name", "extensions", "field", "particles");
     for f in formats {
         let c = f.capabilities;
         let particles = match (c.read_particles, c.write_particles) {
@@ -19,12 +16,11 @@ pub fn table(formats: &[FormatSpec]) -> String {
         let built = f.read.is_some() || f.write.is_some();
         let build = if built { "yes".to_owned() } else { format!("--features {}", f.feature) };
         out += &format!(
-            "{:<9} {:<22} {:<7} {particles:<15} {build:<12} {}\n{:<9} {}\n",
+            "{:<16} {:<33} {:<5} {particles:<11} {build}\n  {}\n  {}\n",
             f.name,
             f.extensions.join(" "),
             if c.read_field { "read" } else { "-" },
             f.summary,
-            "",
             f.reference,
         );
     }

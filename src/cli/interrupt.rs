@@ -5,6 +5,7 @@
 //! after the iteration under way. A second signal ends the process in any case.
 
 use super::exit::FAILURE;
+use super::terminal::{clear_line, marked};
 use crate::error::Error;
 use crate::relaxation::{Event, Step};
 use crate::scene::{OnInterrupt, Scene};
@@ -83,7 +84,8 @@ impl Interrupts {
             Some(file) => Error::InterruptedKept(file.clone()),
             None => Error::Interrupted,
         };
-        eprintln!("error: {error}");
+        clear_line();
+        eprintln!("{}: {error}", marked("error"));
         std::process::exit(i32::from(FAILURE));
     }
 }

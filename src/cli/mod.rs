@@ -16,11 +16,16 @@ mod interrupt;
 mod methods;
 mod plot;
 mod progress;
+#[cfg(feature = "plots")]
+mod sketch;
 mod streams;
+mod terminal;
+mod written;
 
 use crate::error::Error;
 use crate::relaxation::{Control, Event, StopReason};
 use crate::run::bodies_report::BodiesReport;
+use crate::run::verdict::{Grade, worst};
 use crate::run::{bodies, pipeline};
 use crate::scene::{Scene, reference};
 use args::{Args, Command, CompareArgs, RunArgs};
@@ -46,22 +51,22 @@ pub fn main_with<T: Into<OsString> + Clone>(arguments: impl IntoIterator<Item = 
     let args = Args::parse_from(&arguments);
     let command = command_line(&arguments);
     let result = match &args.command {
-        Some(Command::Formats) => print(&formats::table(FORMATS)),
-        Some(Command::Methods) => print(&(methods::table() + &compare::table())),
-        Some(Command::Inspect(inspect)) => inspect::inspect(FORMATS, inspect).and_then(|text| print(&text)),
+        Some(Command::Formats) => tell(&formats::table(FORMATS)),
+        Some(Command::Methods) => tell(&(methods::table() + &compare::table())),
+        Some(Command::Inspect(inspect)) => inspect::inspect(FORMATS, inspect).and_then(|text| tell(&text)),
         Some(Command::Compare(arguments)) => compare(arguments),
         Some(Command::Completions { shell }) => print(&completions(*shell)),
         Some(Command::Help { topic }) => help(topic).and_then(|text| print(&text)),
         Some(Command::Schema) => print(&format!("{:#}\n", Scene::schema())),
         Some(Command::Man) => print(&manual()),
         Some(Command::Check(arguments)) => check::run(FORMATS, arguments).and_then(|(text, code)| {
-            print(&text)?;
+            if arguments.json { print(&text) } else { tell(&text) }?;
             Ok(code)
         }),
         Some(Command::Run(arguments)) => set_threads(arguments.threads)
             .and_then(|()| follow::run(FORMATS, arguments, &command))
             .and_then(|(text, code)| {
-                print(&text)?;
+                if arguments.json { print(&text) } else { tell(&text) }?;
                 Ok(code)
             }),
         Some(Command::Convert(convert)) => convert::convert(FORMATS, convert).map(|notes| {
@@ -70,15 +75,15 @@ pub fn main_with<T: Into<OsString> + Clone>(arguments: impl IntoIterator<Item = 
         }),
         Some(Command::Replicate(arguments)) => set_threads(arguments.stream.threads)
             .and_then(|()| streams::replicate(FORMATS, arguments))
-            .and_then(|text| print(&text)),
+            .and_then(|text| tell(&text)),
         Some(Command::Seed(arguments)) => set_threads(arguments.stream.threads)
             .and_then(|()| streams::seed(FORMATS, arguments))
-            .and_then(|text| print(&text)),
-        Some(Command::Plot(plot)) => plot::run(FORMATS, plot, &command).and_then(|text| print(&text)),
+            .and_then(|text| tell(&text)),
+        Some(Command::Plot(plot)) => plot::run(FORMATS, plot, &command).and_then(|text| tell(&text)),
         None => run(&args.run, &command),
     };
     result.unwrap_or_else(|error| {
-        eprintln!("error: {error}");
+        eprintln!("{}: {error}", terminal::marked("error"));
         if matches!(error, Error::Scene { .. }) { USAGE } else { FAILURE }
     })
 }
@@ -103,7 +108,7 @@ fn run(args: &RunArgs, command: &str) -> crate::Result<u8> {
     if args.dry_run {
         let told = foresee(&scene, &control, args.json);
         progress.finish();
-        return print(&told?);
+        return if args.json { print(&told?) } else { tell(&told?) };
     }
     if !scene.bodies.is_empty() {
         let result = bodies::run_bodies_as(&scene, FORMATS, &control, command);
@@ -119,7 +124,7 @@ fn run(args: &RunArgs, command: &str) -> crate::Result<u8> {
     if args.json {
         print(&format!("{}\n", report.json()))?;
     } else if !args.quiet {
-        print(&report.text())?;
+        tell_of_run(&scene, &report.text(), worst(&report.verdict))?;
     }
     if let Some(region) = report.misplaced() {
         let (found, wanted) = (region.found, region.wanted);
@@ -161,7 +166,7 @@ fn tell_of_bodies(args: &RunArgs, scene: &Scene, report: &BodiesReport) -> crate
     if args.json {
         print(&format!("{}\n", report.json()))?;
     } else if !args.quiet {
-        print(&report.text())?;
+        tell_of_run(scene, &report.text(), report.worst())?;
     }
     if let Some((body, (found, wanted))) = report.misplaced() {
         eprintln!(
@@ -174,7 +179,7 @@ fn tell_of_bodies(args: &RunArgs, scene: &Scene, report: &BodiesReport) -> crate
 
 fn compare(args: &CompareArgs) -> crate::Result<u8> {
     set_threads(args.threads)?;
-    compare::run(args, FORMATS, Interrupts::of_other_work().requested()).and_then(|text| print(&text))
+    compare::run(args, FORMATS, Interrupts::of_other_work().requested()).and_then(|text| tell(&text))
 }
 
 /// Of the program, a command, or keys of a scene.
@@ -222,6 +227,21 @@ fn set_threads(threads: Option<usize>) -> crate::Result<()> {
         .num_threads(threads)
         .build_global()
         .map_err(|e| Error::scene("--threads", e.to_string()))
+}
+
+/// Prints the report of a run, with a picture where the terminal shows some, and says at the end what was written.
+fn tell_of_run(scene: &Scene, report: &str, grade: Grade) -> crate::Result<u8> {
+    tell(report)?;
+    #[cfg(feature = "plots")]
+    if let Some(picture) = sketch::of_output(scene) {
+        print(&picture)?;
+    }
+    tell(&written::line(scene, FORMATS, grade))
+}
+
+/// Prints what people read: for a terminal in lines that fit.
+fn tell(text: &str) -> crate::Result<u8> {
+    print(&terminal::shown(text))
 }
 
 /// Prints to standard output. A reader that has seen enough (`| head`) is no failure.

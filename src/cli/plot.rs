@@ -29,7 +29,7 @@ pub fn run(formats: &[FormatSpec], args: &PlotArgs, command: &str) -> Result<Str
         _ => crate::page::page_of_file(&file, &name, command)?.into_bytes(),
     };
     crate::page::write(&output, &bytes)?;
-    Ok(format!("wrote {}\n", output.display()))
+    Ok(format!("wrote {}\n", super::written::listed(&[output])))
 }
 
 /// Says which feature is missing.

@@ -22,5 +22,5 @@ pub use advice::advice;
 pub use comparison::{Comparison, MethodRun, MethodSheet, Omitted, State, Step};
 pub use files::{FILES, json, probe, write};
 pub use methods::{Compared, DEFAULT, VARIATIONS, Variation};
-pub use run::{Request, compare};
+pub use run::{Request, check, compare, numbers};
 pub use table::{CSV_COLUMNS, csv};

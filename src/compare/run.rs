@@ -23,11 +23,48 @@ pub struct Request<'a> {
     pub counts: &'a [usize],
 }
 
+/// Numbers of particles where neither who asks nor the scene has one.
+const COUNTS: [usize; 2] = [1000, 10_000];
+
+/// The numbers of particles to compare with: those `given`, else the scene's, else 1000 and 10000; in order.
+///
+/// # Errors
+/// A number that is named twice, or 0.
+pub fn numbers(scene: &Scene, given: &[usize]) -> Result<Vec<usize>> {
+    let own = || scene.particles.map_or_else(|| COUNTS.to_vec(), |n| vec![n]);
+    let mut counts = if given.is_empty() { own() } else { given.to_vec() };
+    counts.sort_unstable();
+    if let Some(twice) = counts.windows(2).find(|w| w[0] == w[1]) {
+        return Err(Error::scene("particles", format!("has {} twice; name each number once", twice[0])));
+    }
+    if counts.first() == Some(&0) {
+        return Err(Error::scene("particles", "is 0, expected at least 1"));
+    }
+    Ok(counts)
+}
+
+/// Refuses scenes that cannot be compared: comparisons are of one body of gas.
+///
+/// # Errors
+/// The key that makes it another one.
+pub fn check(scene: &Scene) -> Result<()> {
+    if !scene.bodies.is_empty() {
+        return Err(Error::scene("bodies", "cannot be compared all at once; compare the scene of one of them"));
+    }
+    for (key, is_given) in [("gravity_of", !scene.gravity_of.is_empty()), ("dust", scene.dust.is_some())] {
+        if is_given {
+            return Err(Error::scene(key, "is not part of a comparison; leave it out"));
+        }
+    }
+    Ok(())
+}
+
 /// Runs all methods.
 ///
 /// # Errors
 /// An input that cannot be used, an interrupt, or that no method can run on the scene.
 pub fn compare(request: &Request<'_>, formats: &[FormatSpec], control: &Control<'_>) -> Result<Comparison> {
+    check(request.scene)?;
     request.scene.validate()?;
     if request.methods.is_empty() || request.counts.is_empty() {
         return Err(Error::scene("methods", "is empty; name at least one method and one number of particles"));

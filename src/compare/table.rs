@@ -96,12 +96,29 @@ fn number(value: f64) -> String {
 }
 
 impl Comparison {
+    /// Why methods ended, each with the methods that did so.
+    fn endings(&self) -> Vec<(&'static str, Vec<&str>)> {
+        let mut all: Vec<(&str, Vec<&str>)> = Vec::new();
+        for run in &self.runs {
+            let how = ending(run.stop);
+            let known = all.iter().position(|known| known.0 == how);
+            let at = known.unwrap_or_else(|| {
+                all.push((how, Vec::new()));
+                all.len() - 1
+            });
+            if !all[at].1.contains(&run.method.as_str()) {
+                all[at].1.push(&run.method);
+            }
+        }
+        all
+    }
+
     /// As text for a terminal: one line per run.
     pub fn text(&self) -> String {
         let width = self.runs.iter().map(|r| r.method.len()).max().unwrap_or(0).max(6);
         let mut out = format!("{} in {}-D; mass re-fitted, interior\n", self.input, self.dimension);
         out += &format!(
-            "  {:<width$} {:>9} {:>10} {:>9} {:>9} {:>8} {:>9}  stop\n",
+            "  {:<width$} {:>9} {:>8} {:>9} {:>8} {:>8} {:>8}\n",
             "method", "particles", "epsilon", "mean |e|", "max |e|", "noise", "seconds"
         );
         for run in &self.runs {
@@ -110,16 +127,18 @@ impl Comparison {
             // Writing to a string cannot fail.
             let _ = writeln!(
                 out,
-                "  {:<width$} {:>9} {:>10.2e} {:>7.3} % {:>7.2} % {:>6.2} % {:>9.2}  {}",
+                "  {:<width$} {:>9} {:>8.1e} {:>7.3} % {:>6.2} % {:>6.2} % {:>8.2}",
                 run.method,
                 run.particles,
                 e.epsilon,
                 100.0 * e.mean,
                 100.0 * e.max,
                 100.0 * state.shown_noise(),
-                run.seconds,
-                ending(run.stop)
+                run.seconds
             );
+        }
+        for (how, methods) in self.endings() {
+            let _ = writeln!(out, "  ended     {how}: {}", methods.join(", "));
         }
         for left in &self.left_out {
             let _ = writeln!(out, "  left out  {} with {}: {}", left.method, left.particles, left.why);

@@ -61,6 +61,9 @@ impl Axis {
             let every = ((hi - lo) / count as f64).ceil().max(1.0);
             let first = (lo / every - 1e-9).ceil() as i64;
             let last = (hi / every + 1e-9).floor() as i64;
+            if last - first < 2 {
+                return ticks_within_decades(lo, hi);
+            }
             return (first..=last).map(|i| i as f64 * every).map(|p| (p, power_of_ten(p as i32))).collect();
         }
         if self.logarithmic {
@@ -73,6 +76,19 @@ impl Axis {
 
 /// Larger contrasts are shown on a logarithmic axis.
 pub(super) const MOST_LINEAR: f64 = 30.0;
+
+/// Ticks of a logarithmic axis that has few powers of ten: with multiples of them between, some six in all.
+fn ticks_within_decades(lo: f64, hi: f64) -> Vec<(f64, String)> {
+    let multiples: &[f64] = if hi - lo > 2.0 { &[1.0, 3.0] } else { &[1.0, 2.0, 5.0] };
+    let decades = lo.floor() as i32..=hi.floor() as i32;
+    let all = decades.flat_map(|p| multiples.iter().map(move |m| (p, *m)));
+    let tick = |(p, m): (i32, f64)| {
+        let is_plain = (-2..4).contains(&p);
+        let text = if m == 1.0 && !is_plain { power_of_ten(p) } else { rounded(m * 10f64.powi(p)) };
+        (f64::from(p) + m.log10(), text)
+    };
+    all.map(tick).filter(|t| t.0 >= lo - 1e-9 && t.0 <= hi + 1e-9).collect()
+}
 
 /// Multiples of 1, 2 or 5 times a power of ten.
 fn linear_ticks(lo: f64, hi: f64, count: usize) -> Vec<(f64, String)> {
@@ -164,6 +180,12 @@ mod tests {
         assert_eq!(texts(&linear, (-3.0e10, 3.0e10))[0], "\u{2212}2\u{b7}10\u{b9}\u{2070}");
         assert_eq!(texts(&Axis::logarithmic("y"), (-6.0, -1.0))[0], "10\u{207b}\u{2076}");
         assert_eq!(texts(&Axis::logarithmic("y"), (0.0, 1.0)), ["2", "4", "6", "8", "10"]);
+        assert_eq!(texts(&Axis::logarithmic("y"), (-0.6, 0.95)), ["0.5", "1", "2", "5"]);
+        assert_eq!(texts(&Axis::logarithmic("y"), (-7.2, -4.9)).len(), 3);
+        assert_eq!(
+            texts(&Axis::logarithmic("y"), (-7.2, -5.1))[..2],
+            ["10\u{207b}\u{2077}", "3\u{b7}10\u{207b}\u{2077}"]
+        );
         assert_eq!(rounded(0.012_345), "0.0123");
         assert_eq!(rounded(1.5e-7), "1.5\u{b7}10\u{207b}\u{2077}");
         assert_eq!(rounded(1234.0), "1234");

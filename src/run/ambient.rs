@@ -39,19 +39,11 @@ pub(super) fn placed(
 ) -> Result<Option<Medium>> {
     let Some((ambient, frame)) = scene.ambient.as_ref().zip(frame) else { return Ok(None) };
     let dimension = scene.domain.bounds.as_ref().map_or(3, |b| b[0].len());
-    if has_units && scene.units.is_none() {
-        let problem = "is of plain numbers, whose units are not known beside bodies that have some; state `units`, as in `units: solar`";
-        return Err(Error::scene("ambient", problem));
-    }
+    refuse_plain(scene, has_units)?;
     let obstacles = obstacles(scene, (bodies, states, alone), units, ambient.matching);
     let mut medium = scene.of_ambient(ambient, dimension, None);
     (medium.output.units, medium.output.target_density) = (Some(name.to_owned()), true);
-    let in_ambient = |error: Error| match error {
-        Error::Scene { key, problem } if key == "input.expression" => Error::scene("ambient.density", problem),
-        Error::Scene { key, problem } if key.starts_with("fields") => Error::scene(format!("ambient.{key}"), problem),
-        other => other,
-    };
-    let (file, report) = pipeline::place_around(&medium, formats, control, &obstacles).map_err(in_ambient)?;
+    let (file, report) = pipeline::place_around(&medium, formats, control, &obstacles).map_err(of_medium)?;
     let mut body = Body::new(TITLE.to_owned(), file)?;
     if ambient.matching == MatchName::Mass {
         // To the bit as those of the bodies: within half a particle in all.
@@ -63,6 +55,29 @@ pub(super) fn placed(
     // By itself it has holes; these are found over all gas.
     (figures.misplaced, figures.warnings) = (None, Vec::new());
     Ok(Some(Medium { body, state, figures }))
+}
+
+/// Refuses a medium of numbers whose units nobody knows.
+///
+/// # Errors
+/// What to state.
+pub(super) fn refuse_plain(scene: &Scene, has_units: bool) -> Result<()> {
+    match has_units && scene.units.is_none() {
+        true => {
+            let problem = "is of plain numbers, whose units are not known beside bodies that have some; state `units`, as in `units: solar`";
+            Err(Error::scene("ambient", problem))
+        }
+        false => Ok(()),
+    }
+}
+
+/// An error of the medium as a scene by itself, with the key that it has in the scene of all.
+pub(super) fn of_medium(error: Error) -> Error {
+    match error {
+        Error::Scene { key, problem } if key == "input.expression" => Error::scene("ambient.density", problem),
+        Error::Scene { key, problem } if key.starts_with("fields") => Error::scene(format!("ambient.{key}"), problem),
+        other => other,
+    }
 }
 
 /// The lower corner of the medium's own box: that of all, but for axes with vacuum beyond, along which it is as long as the longest.

@@ -10,7 +10,7 @@ use super::bodies_report::{BodiesReport, BodyFigures, BodyReport, OrbitFigures};
 use super::cache::{PlacedBody, Recipe};
 use super::destination::{Destination, intended_format};
 use super::drawings::Drawing;
-use super::forecast::{ForecastOfBodies, ForeseenBody};
+use super::forecast::{ForecastOfBodies, ForeseenBody, ForeseenMedium};
 use super::orbit::{self, Relative};
 use super::pipeline;
 use super::settling;
@@ -37,7 +37,7 @@ pub fn place_bodies(
     control: &Control<'_>,
 ) -> Result<(ParticleFile, BodiesReport)> {
     let start = Instant::now();
-    let (Shared { common, gas, scenes }, format) = before(scene, formats)?;
+    let (Shared { common, gas, scenes, notes, .. }, format) = before(scene, formats)?;
     let code = settling::code_of(scene, format)?;
     let title = |i: usize| scene.bodies[i].title(i);
     let mut placed: Vec<Placed> = Vec::new();
@@ -73,7 +73,8 @@ pub fn place_bodies(
             reports.push(Some((body.figures, body.report, is_cached)));
         }
     }
-    let mut notes = Vec::from_iter(common.equalize(scene, formats, &mut bodies)?);
+    let mut notes = notes;
+    notes.extend(common.equalize(scene, formats, &mut bodies)?);
     let relative =
         scene.orbit.as_ref().map(|o| common.relative(o, &bodies, (&header.units, &conversion))).transpose()?;
     let mut states = common.states(scene, &bodies, relative.as_ref(), &conversion)?;
@@ -178,8 +179,9 @@ fn before<'a>(scene: &Scene, formats: &'a [FormatSpec]) -> Result<(Shared, Optio
 /// # Errors
 /// Those of [`run_bodies`] up to there.
 pub fn forecast_bodies(scene: &Scene, formats: &[FormatSpec], control: &Control<'_>) -> Result<ForecastOfBodies> {
-    let (Shared { gas, scenes, .. }, format) = before(scene, formats)?;
+    let (shared, format) = before(scene, formats)?;
     settling::code_of(scene, format)?;
+    let Shared { gas, scenes, .. } = &shared;
     let mut bodies: Vec<ForeseenBody> = Vec::new();
     for (i, &index) in gas.iter().enumerate() {
         let (name, alone) = (scene.bodies[index].title(index), &scenes[i]);
@@ -192,7 +194,13 @@ pub fn forecast_bodies(scene: &Scene, formats: &[FormatSpec], control: &Control<
         };
         bodies.push(ForeseenBody { name, same_as, is_cached, forecast });
     }
-    Ok(ForecastOfBodies { bodies })
+    let medium = scene.ambient.as_ref().map(|ambient| -> Result<ForeseenMedium> {
+        ambient::refuse_plain(scene, shared.common.has_units())?;
+        let (alone, most) = shared.medium(scene, ambient, formats).map_err(ambient::of_medium)?;
+        let forecast = most.map(|_| pipeline::forecast(&alone, formats, control).map_err(ambient::of_medium));
+        Ok(ForeseenMedium { density: ambient.density.text(), most, forecast: forecast.transpose()? })
+    });
+    Ok(ForecastOfBodies { bodies, ambient: medium.transpose()?, notes: shared.notes })
 }
 
 /// Runs a scene of bodies from inputs to the output file.
@@ -223,12 +231,7 @@ pub fn run_bodies_as(
     let notes = destination.write(scene, formats, (&file, &Drawing::default()), report.units != "code")?;
     report.notes.extend(notes);
     report.seconds = start.elapsed().as_secs_f64();
-    #[cfg(feature = "plots")]
-    if let Some(path) = &scene.output.report {
-        crate::page::write(path, super::page_of_bodies::page(scene, &file, &report, command)?.as_bytes())?;
-    }
-    #[cfg(not(feature = "plots"))]
-    let _ = command;
+    report.write_page(scene, &file, command)?;
     Ok(report)
 }
 

@@ -2,6 +2,7 @@
 
 use super::orbit::Relative;
 use super::report::{Report, write_certificates};
+use super::verdict::Grade;
 use crate::output::origin::NOTE;
 use crate::output::particle_file::MOVED;
 use crate::relaxation::{Certificate, StopReason};
@@ -59,6 +60,31 @@ pub struct BodyReport {
     pub report: serde_json::Value,
     /// Whether it was taken from the cache.
     pub cached: bool,
+}
+
+/// A line of the verdict on a body by itself.
+#[derive(Debug, Clone, PartialEq)]
+pub struct BodyFinding {
+    pub grade: Grade,
+    pub topic: String,
+    pub text: String,
+}
+
+impl BodyReport {
+    /// The verdict on the body by itself, as its own report has it; nothing of a point.
+    pub fn findings(&self) -> Vec<BodyFinding> {
+        let text = |value: &serde_json::Value| value.as_str().unwrap_or("").to_owned();
+        let finding = |f: &serde_json::Value| BodyFinding {
+            grade: match f["grade"].as_str() {
+                Some("good") => Grade::Good,
+                Some("look") => Grade::Look,
+                _ => Grade::Bad,
+            },
+            topic: text(&f["topic"]),
+            text: text(&f["text"]),
+        };
+        self.report["verdict"].as_array().map_or_else(Vec::new, |all| all.iter().map(finding).collect())
+    }
 }
 
 /// What the text says of a body.
@@ -120,6 +146,11 @@ impl BodiesReport {
         serde_json::to_string_pretty(self).unwrap_or_else(|e| format!("{{\"error\": \"{e}\"}}"))
     }
 
+    /// The worst grade of all bodies.
+    pub fn worst(&self) -> Grade {
+        self.bodies.iter().flat_map(BodyReport::findings).map(|f| f.grade).max().unwrap_or(Grade::Good)
+    }
+
     /// The first body with a region that is off, with how many particles that has and should have.
     pub fn misplaced(&self) -> Option<(&str, (f64, f64))> {
         self.bodies.iter().find_map(|b| Some((b.name.as_str(), b.figures.as_ref()?.misplaced?)))
@@ -167,7 +198,7 @@ impl BodiesReport {
         for note in &self.notes {
             writeln!(out, "  note             {note}")?;
         }
-        Ok(())
+        writeln!(out, "  verdict          {}", self.worst().summary())
     }
 
     fn write_body(&self, out: &mut String, body: &BodyReport) -> std::fmt::Result {
@@ -197,6 +228,9 @@ impl BodiesReport {
         )?;
         if let Some(net) = figures.net_force {
             writeln!(out, "    force balance  net force is {:.2} % of gravity on average", 100.0 * net)?;
+        }
+        for BodyFinding { grade, topic, text } in body.findings().iter().filter(|f| f.grade > Grade::Good) {
+            writeln!(out, "    {:<6} {topic:<14} {text}", grade.mark())?;
         }
         for warning in &figures.warnings {
             writeln!(out, "    warning        {warning}")?;

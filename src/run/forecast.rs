@@ -51,6 +51,20 @@ pub struct Foreseen {
 pub struct ForecastOfBodies {
     /// Without point masses.
     pub bodies: Vec<ForeseenBody>,
+    /// What is planned for the medium about them.
+    pub ambient: Option<ForeseenMedium>,
+    pub notes: Vec<String>,
+}
+
+/// A medium with what is planned for it.
+#[derive(Debug, Clone, Serialize)]
+pub struct ForeseenMedium {
+    /// As the scene has it.
+    pub density: String,
+    /// Its particles if it filled the bodies' places too; none where their spacing is that of the bodies, which are not placed yet.
+    pub most: Option<usize>,
+    /// For so many.
+    pub forecast: Option<Forecast>,
 }
 
 /// A body with what is planned for it.
@@ -156,11 +170,29 @@ impl ForecastOfBodies {
                 (None, None) => writeln!(out, "  was placed before, and is taken from the cache")?,
             }
         }
-        let all = || self.bodies.iter().filter_map(|b| b.forecast.as_ref());
-        writeln!(out, "all bodies")?;
+        if let Some(ForeseenMedium { density, most, forecast }) = &self.ambient {
+            writeln!(out, "ambient")?;
+            writeln!(out, "  density          {density}, in what bodies leave of the box")?;
+            match most {
+                Some(most) => writeln!(
+                    out,
+                    "  particles        at most {most}, of the bodies' mass; what follows is for so many"
+                )?,
+                None => writeln!(
+                    out,
+                    "  particles        as many as their spacing makes, which is known when the bodies are placed"
+                )?,
+            }
+            forecast.iter().try_for_each(|f| f.write_text(out))?;
+        }
+        let of_medium = self.ambient.iter().filter_map(|m| m.forecast.as_ref());
+        let all = || self.bodies.iter().filter_map(|b| b.forecast.as_ref()).chain(of_medium.clone());
+        let what = if self.ambient.is_some() { "all bodies and the medium" } else { "all bodies" };
+        writeln!(out, "{what}")?;
         // One after the other.
         let peak = all().map(Forecast::peak).fold(0.0, f64::max);
-        write_all(out, all().map(Forecast::seconds).sum(), peak, all().find_map(|f| f.memory))
+        write_all(out, all().map(Forecast::seconds).sum(), peak, all().find_map(|f| f.memory))?;
+        self.notes.iter().try_for_each(|n| writeln!(out, "  note             {n}"))
     }
 }
 

@@ -22,6 +22,7 @@ pub mod orbit;
 pub(crate) mod page;
 #[cfg(feature = "plots")]
 mod page_of_bodies;
+mod pages;
 pub mod pipeline;
 pub mod plan;
 mod refining;

@@ -1,6 +1,6 @@
 //! The page of a run of several bodies: each with its own verdict, and pictures of all together.
 
-use super::bodies_report::{BodiesReport, BodyReport};
+use super::bodies_report::{BodiesReport, BodyFinding, BodyReport};
 use super::page::{explanations, lead_of};
 use super::verdict::{Grade, Topic};
 use crate::error::Result;
@@ -38,18 +38,12 @@ pub fn page(scene: &Scene, file: &ParticleFile, report: &BodiesReport, command: 
 
 /// The verdict on one body by itself, as its own report has it.
 fn lead(body: &BodyReport) -> String {
-    let findings = body.report["verdict"].as_array().map_or(&[][..], Vec::as_slice);
-    let lines: Vec<(Grade, String, Option<Topic>)> = findings
-        .iter()
-        .map(|f| {
-            let grade = match f["grade"].as_str() {
-                Some("good") => Grade::Good,
-                Some("look") => Grade::Look,
-                _ => Grade::Bad,
-            };
-            let name = f["topic"].as_str().unwrap_or("");
+    let lines: Vec<(Grade, String, Option<Topic>)> = body
+        .findings()
+        .into_iter()
+        .map(|BodyFinding { grade, topic: name, text }| {
             let topic = Topic::ALL.into_iter().find(|t| t.name() == name);
-            (grade, format!("{name}: {}", f["text"].as_str().unwrap_or("")), topic)
+            (grade, format!("{name}: {text}"), topic)
         })
         .collect();
     let worst = lines.iter().map(|l| l.0).max().unwrap_or(Grade::Good);

@@ -204,12 +204,7 @@ pub fn run_as(scene: &Scene, formats: &[FormatSpec], control: &Control<'_>, comm
     report.timing.push(Timing { step: Step::Write.name(), seconds: lap.elapsed().as_secs_f64(), epsilon: None });
     report.notes.extend(remove_checkpoint(scene, report.stop));
     report.seconds = start.elapsed().as_secs_f64();
-    #[cfg(feature = "plots")]
-    if let Some(path) = &scene.output.report {
-        crate::page::write(path, super::page::page(scene, &file, &report, command)?.as_bytes())?;
-    }
-    #[cfg(not(feature = "plots"))]
-    let _ = command;
+    report.write_page(scene, &file, command)?;
     Ok(report)
 }
 
@@ -293,7 +288,8 @@ impl Run<'_> {
             target: duration::of_target(&target),
         };
         self.expected = duration::expected(&plan, self.scene, count, &cost, rayon::current_num_threads());
-        for Expected { step, seconds } in &self.expected {
+        let beside = duration::beside(count, &cost, rayon::current_num_threads());
+        for Expected { step, seconds } in self.expected.iter().chain(&beside) {
             self.control.tell(Event::Expect { step, seconds: *seconds });
         }
         self.warnings.extend(doubts::before(self.scene, &prepared, count));

@@ -287,14 +287,15 @@ impl Report {
         }
         write_certificates(out, self.settled.as_ref(), self.certificate.as_ref())?;
         self.write_ledger(out)?;
-        writeln!(out, "  density error    {:<28} epsilon     mean |e|    99 %        max |e|", "")?;
+        writeln!(
+            out,
+            "  {:<30}{:>9}{:>10}{:>10}{:>9}{:>9}",
+            "density error", "particles", "epsilon", "mean |e|", "99 %", "max |e|"
+        )?;
         for (name, figures) in self.error_rows() {
             let ErrorFigures { epsilon, mean, most, max, particles } = figures;
             let [mean, most, max] = [mean, most, max].map(|share| 100.0 * share);
-            writeln!(
-                out,
-                "    {name:<28} {particles:>10}   {epsilon:.3e}   {mean:.3} %     {most:.2} %     {max:.2} %"
-            )?;
+            writeln!(out, "    {name:<28}{particles:>9}{epsilon:>10.2e}{mean:>8.3} %{most:>7.2} %{max:>7.2} %")?;
         }
         let inside = self.noise.interior.map(|n| format!(", interior {:.2} %", 100.0 * n)).unwrap_or_default();
         let noise = [self.noise.all, self.noise.median].map(|share| 100.0 * share);

@@ -8,7 +8,7 @@ use crate::input::ingest;
 use crate::input::internal_units::Prepared;
 use crate::input::units::{InputUnits, RunUnits};
 use crate::output::frame::output_units;
-use crate::scene::{Conversion, DEFAULT_PARTICLES, Quantity, Scene, in_body, name_of};
+use crate::scene::{AmbientInput, Conversion, DEFAULT_PARTICLES, MatchName, Quantity, Scene, in_body, name_of};
 use sph_formats::{FormatSpec, UnitDimension, UnitSystem};
 
 /// The bodies that are not points, each as a scene of its own.
@@ -17,6 +17,10 @@ pub(super) struct Shared {
     /// Among the scene's bodies.
     pub gas: Vec<usize>,
     pub scenes: Vec<Scene>,
+    /// In cgs where there are units; of a particle of all bodies, on average.
+    particle_mass: f64,
+    /// What of the scene has no effect.
+    pub notes: Vec<String>,
 }
 
 /// Reads all bodies, and shares particles out among them.
@@ -49,7 +53,39 @@ pub(super) fn shared(scene: &Scene, formats: &[FormatSpec]) -> Result<Shared> {
         alone
     };
     let scenes = gas.iter().zip(&counts).map(alone).collect();
-    Ok(Shared { common, gas, scenes })
+    let particle_mass = estimates.iter().map(|e| e.mass).sum::<f64>() / counts.iter().sum::<usize>() as f64;
+    let all_state_theirs = gas.iter().all(|i| scene.bodies[*i].particles.is_some());
+    let unused = scene.particles.filter(|_| all_state_theirs && scene.particle_mass.is_none());
+    let note = |n| {
+        format!(
+            "{n} particles of the whole were asked for, but each of the bodies states its own number, which is what it gets"
+        )
+    };
+    let notes = unused.map(note).into_iter().collect();
+    Ok(Shared { common, gas, scenes, particle_mass, notes })
+}
+
+impl Shared {
+    /// The medium about the bodies as a scene by itself, with as many particles as it would have if it filled the whole box: none where
+    /// that is known only when the bodies are placed.
+    ///
+    /// # Errors
+    /// Those of reading its density.
+    pub fn medium(
+        &self,
+        scene: &Scene,
+        ambient: &AmbientInput,
+        formats: &[FormatSpec],
+    ) -> Result<(Scene, Option<usize>)> {
+        let mut alone = scene.of_ambient(ambient, self.common.dimension, None);
+        alone.output.units = Some(self.common.name.clone());
+        let mass = weigh(&alone, formats)?.1;
+        let count = (mass / self.particle_mass).ceil();
+        let is_known = ambient.matching == MatchName::Mass && count >= 1.0 && count <= f64::from(u32::MAX);
+        let count = is_known.then_some(count as usize);
+        alone.particles = count;
+        Ok((alone, count))
+    }
 }
 
 /// What a body is before it is placed.
@@ -65,7 +101,12 @@ struct Estimate {
 
 /// The mass of a body by itself.
 fn estimate(scene: &Scene, index: usize, count: Option<usize>, formats: &[FormatSpec]) -> Result<Estimate> {
-    let scene = &scene.of_body(index, count);
+    let (units, mass, dimension, is_radial) = weigh(&scene.of_body(index, count), formats)?;
+    Ok(Estimate { index, mass, dimension, is_radial, units })
+}
+
+/// Units, mass (in cgs where there are units), dimension, and whether it is a profile, of what one scene reads.
+fn weigh(scene: &Scene, formats: &[FormatSpec]) -> Result<(RunUnits, f64, usize, bool)> {
     let raw = ingest::read(scene, formats)?;
     let units = RunUnits::new(scene, ingest::units(scene, &raw, &mut Vec::new())?)?;
     let dimension = ingest::dimension(scene, &raw)?;
@@ -76,7 +117,7 @@ fn estimate(scene: &Scene, index: usize, count: Option<usize>, formats: &[Format
         _ => weighed(&Prepared::<3>::new(scene, formats, (raw, &units), count)?),
     };
     let unit = units.input.map_or(1.0, |u| u.density * u.length.powi(dimension as i32));
-    Ok(Estimate { index, mass: mass * unit, dimension, is_radial, units })
+    Ok((units, mass * unit, dimension, is_radial))
 }
 
 fn weighed<const D: usize>(prepared: &Prepared<D>) -> (f64, bool) {

@@ -12,9 +12,11 @@ use std::path::PathBuf;
 pub struct DomainInput {
     /// Lower and upper corner.
     #[schemars(extend("x-unit" = "length"), example = serde_json::json!([[0, 0, 0], [1, 1, 1]]))]
+    #[schemars(extend("x-aliases" = ["rectangle", "interval"]))]
     #[serde(rename = "box", alias = "rectangle", alias = "interval", skip_serializing_if = "Option::is_none")]
     pub bounds: Option<[Vec<Quantity>; 2]>,
     #[schemars(example = serde_json::json!({"radius": 1}))]
+    #[schemars(extend("x-aliases" = ["sphere", "circle"]))]
     #[serde(alias = "sphere", alias = "circle", skip_serializing_if = "Option::is_none")]
     pub ball: Option<BallInput>,
     #[schemars(example = serde_json::json!({"radius": 1, "length": 2}))]
@@ -24,6 +26,7 @@ pub struct DomainInput {
     #[serde(skip_serializing_if = "Option::is_none")]
     pub torus: Option<TorusInput>,
     #[schemars(example = serde_json::json!({"radii": [1, 1, 0.5]}))]
+    #[schemars(extend("x-aliases" = ["ellipse"]))]
     #[serde(alias = "ellipse", skip_serializing_if = "Option::is_none")]
     pub ellipsoid: Option<EllipsoidInput>,
     /// What a surface in a file encloses.

@@ -84,21 +84,27 @@ pub enum ThermalState {
 #[serde(rename_all = "kebab-case", deny_unknown_fields)]
 pub enum MaterialInput {
     /// Iron with Tillotson's equation of state.
+    #[schemars(extend("x-aliases" = ["tillotson_iron", "Til_iron"]))]
     #[serde(alias = "tillotson_iron", alias = "Til_iron")]
     TillotsonIron,
     /// Granite, the same.
+    #[schemars(extend("x-aliases" = ["tillotson_granite", "Til_granite"]))]
     #[serde(alias = "tillotson_granite", alias = "Til_granite")]
     TillotsonGranite,
     /// Water, the same.
+    #[schemars(extend("x-aliases" = ["tillotson_water", "Til_water"]))]
     #[serde(alias = "tillotson_water", alias = "Til_water")]
     TillotsonWater,
     /// Basalt, the same.
+    #[schemars(extend("x-aliases" = ["tillotson_basalt", "Til_basalt"]))]
     #[serde(alias = "tillotson_basalt", alias = "Til_basalt")]
     TillotsonBasalt,
     /// Ice, the same.
+    #[schemars(extend("x-aliases" = ["tillotson_ice", "Til_ice"]))]
     #[serde(alias = "tillotson_ice", alias = "Til_ice")]
     TillotsonIce,
     /// P = (gamma - 1) rho u, u by temperature and mean molecular weight.
+    #[schemars(extend("x-aliases" = ["ideal_gas"]))]
     #[serde(alias = "ideal_gas")]
     IdealGas {
         /// Adiabatic index.

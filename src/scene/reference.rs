@@ -1,7 +1,7 @@
 //! What scenes can say, key by key, as text: `sph-prep help scene` and the comments of a full scene. It is read from the schema,
 //! so that it is what the types and their comments say.
 
-use super::{Scene, yaml};
+use super::{Scene, schema, yaml};
 use crate::error::{Error, Result};
 use schemars::generate::SchemaSettings;
 use serde_json::{Map, Value};
@@ -26,8 +26,13 @@ pub struct Key {
     pub example: Option<Value>,
     /// Words with what they mean.
     pub choices: Vec<(String, String)>,
+    /// Other names that it has.
+    pub aliases: Vec<String>,
     pub keys: Vec<Key>,
 }
+
+/// Values in one line are no longer than this.
+const LONGEST: usize = 110;
 
 /// Width of text.
 const WIDTH: usize = 100;
@@ -48,7 +53,7 @@ impl Key {
 
 /// The keys of a scene, in the order in which scenes are printed.
 pub fn keys() -> Vec<Key> {
-    let schema = Scene::schema();
+    let schema = Scene::schema_of_first_names();
     let reader = Reader { definitions: &schema["$defs"] };
     reader.keys_of(&schema, &[], &[])
 }
@@ -103,6 +108,7 @@ impl<'a> Reader<'a> {
                 if let Some(text) = one["description"].as_str() {
                     key.description = plain(text);
                 }
+                key.aliases = schema::aliases(one);
                 if let Some(example) = one["examples"][0].get(name) {
                     key.example = Some(example.clone());
                 }
@@ -137,6 +143,7 @@ impl<'a> Reader<'a> {
             default,
             is_required,
             choices,
+            aliases: schema::aliases(schema),
             keys,
         }
     }
@@ -332,6 +339,9 @@ fn of_key(key: &Key) -> String {
         let _ = write!(out, "  {name:<9}{}", wrapped(text, "           ").trim_start());
     };
     row("is", &key.kind);
+    if !key.aliases.is_empty() {
+        row("also", &key.aliases.join(", "));
+    }
     if let Some(unit) = &key.unit {
         row("measures", &measure(unit));
     }
@@ -400,6 +410,13 @@ impl Scene {
     /// The JSON Schema (draft 2020-12) of scenes, with which editors complete and check them. Beside the standard's words, `x-unit`
     /// names what a number measures.
     pub fn schema() -> Value {
+        let mut schema = Self::schema_of_first_names();
+        schema::with_aliases(&mut schema);
+        schema
+    }
+
+    /// The schema with keys and choices under the first of their names alone, which note the others.
+    fn schema_of_first_names() -> Value {
         let mut schema = SchemaSettings::draft2020_12().into_generator().into_root_schema_for::<Self>();
         schema.insert("title".into(), "sph-prep scene".into());
         schema.to_value()
@@ -416,6 +433,42 @@ impl Scene {
         let empty = Map::new();
         write_keys(&mut out, &keys(), values.as_object().unwrap_or(&empty), (0, false));
         Ok(out)
+    }
+}
+
+/// A value behind `lead`, in one line if that is not too long, else with a line for each of its items.
+fn write_value(out: &mut String, lead: &str, value: &Value, depth: usize) {
+    let indent = "  ".repeat(depth + 1);
+    let line = format!("{lead} {}", flow(value));
+    match value {
+        Value::Array(items) if line.len() > LONGEST => {
+            let _ = writeln!(out, "{lead}");
+            items.iter().for_each(|item| write_item(out, &indent, item, depth));
+        }
+        Value::Object(keys) if line.len() > LONGEST => {
+            let _ = writeln!(out, "{lead}");
+            let name = |key: &String| flow(&Value::String(key.clone()));
+            keys.iter().for_each(|(key, value)| write_value(out, &format!("{indent}{}:", name(key)), value, depth + 1));
+        }
+        _ => {
+            let _ = writeln!(out, "{line}");
+        }
+    }
+}
+
+/// An item of a list in lines of its own.
+fn write_item(out: &mut String, indent: &str, item: &Value, depth: usize) {
+    match item.as_object().filter(|_| indent.len() + 2 + flow(item).len() > LONGEST) {
+        Some(keys) => {
+            for (i, (key, value)) in keys.iter().enumerate() {
+                let mark = if i == 0 { "- " } else { "  " };
+                let name = flow(&Value::String(key.clone()));
+                write_value(out, &format!("{indent}{mark}{name}:"), value, depth + 2);
+            }
+        }
+        None => {
+            let _ = writeln!(out, "{indent}- {}", flow(item));
+        }
     }
 }
 
@@ -449,9 +502,7 @@ fn write_keys(out: &mut String, keys: &[Key], values: &Map<String, Value>, (dept
                     write_keys(out, &key.keys, inner, (depth + 1, false));
                 }
             }
-            Some(value) => {
-                let _ = writeln!(out, "{indent}{name}: {}", flow(value));
-            }
+            Some(value) => write_value(out, &format!("{indent}{name}:"), value, depth),
             None if key.keys.is_empty() || key.example.is_some() => {
                 let example = key.example.as_ref().map_or_else(|| "...".into(), flow);
                 let _ = writeln!(out, "{indent}#{name}: {example}");

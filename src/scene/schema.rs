@@ -3,7 +3,68 @@
 use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
 use serde::de::{self, Visitor};
 use serde::{Deserialize, Deserializer, forward_to_deserialize_any};
+use serde_json::{Map, Value};
 use sph::kernel::KernelName;
+
+/// By what a schema notes the other names of a key or a choice, until [`with_aliases`] writes them out.
+pub(super) const ALIASES: &str = "x-aliases";
+
+/// The names that a schema notes.
+pub(super) fn aliases(schema: &Value) -> Vec<String> {
+    let names = schema[ALIASES].as_array().into_iter().flatten();
+    names.filter_map(Value::as_str).map(str::to_owned).collect()
+}
+
+/// Writes out the other names that schemas note: as keys beside the first, and as alternatives beside the first.
+pub(super) fn with_aliases(schema: &mut Value) {
+    match schema {
+        Value::Array(items) => items.iter_mut().for_each(with_aliases),
+        Value::Object(words) => {
+            if let Some(Value::Object(keys)) = words.get_mut("properties") {
+                add_keys(keys);
+            }
+            if let Some(Value::Array(all)) = words.get_mut("oneOf") {
+                let more: Vec<Value> = all.iter().flat_map(other_choices).collect();
+                all.extend(more);
+            }
+            words.remove(ALIASES);
+            words.values_mut().for_each(with_aliases);
+        }
+        _ => {}
+    }
+}
+
+fn add_keys(keys: &mut Map<String, Value>) {
+    let mut more = Vec::new();
+    for (name, schema) in keys.iter() {
+        for alias in aliases(schema) {
+            let mut other = schema.clone();
+            other["description"] = Value::String(format!("Another name of `{name}`."));
+            more.push((alias, other));
+        }
+    }
+    keys.extend(more);
+}
+
+/// A choice, a word or a key with its value, under its other names.
+fn other_choices(choice: &Value) -> Vec<Value> {
+    let renamed = |alias: String| {
+        let mut other = choice.clone();
+        if other.get("const").is_some() {
+            other["const"] = Value::String(alias);
+            return other;
+        }
+        let name = choice["required"][0].as_str().unwrap_or("").to_owned();
+        if let Some(value) = other["properties"].as_object_mut().and_then(|p| p.remove(&name)) {
+            other["properties"][&alias] = value;
+            other["required"] = Value::Array(vec![Value::String(alias)]);
+        }
+        // They are of the first name.
+        other.as_object_mut().map(|words| words.remove("examples"));
+        other
+    };
+    aliases(choice).into_iter().map(renamed).collect()
+}
 
 /// A number, perhaps with a unit.
 pub(super) const NUMBER: &str = "^ *[+-]?([0-9]|\\.[0-9]|\\.?inf|\\.?nan)";

@@ -13,9 +13,11 @@ use std::path::PathBuf;
 pub enum ShapeInput {
     /// Lower and upper corner; in 2-D a rectangle, in 1-D an interval.
     #[schemars(example = serde_json::json!({"box": [[0, 0, 0], [1, 1, 1]]}))]
+    #[schemars(extend("x-aliases" = ["rectangle", "interval"]))]
     #[serde(alias = "rectangle", alias = "interval")]
     Box([Vec<Quantity>; 2]),
     /// A ball, disc or interval, or a shell.
+    #[schemars(extend("x-aliases" = ["sphere", "circle"]))]
     #[serde(alias = "sphere", alias = "circle")]
     Ball(BallInput),
     /// A cylinder or a tube, in three dimensions.
@@ -23,9 +25,11 @@ pub enum ShapeInput {
     /// A tube about a circle, in three dimensions.
     Torus(TorusInput),
     /// An ellipsoid or ellipse with axes along the coordinates.
+    #[schemars(extend("x-aliases" = ["ellipse"]))]
     #[serde(alias = "ellipse")]
     Ellipsoid(EllipsoidInput),
     /// All on one side of a plane or line.
+    #[schemars(extend("x-aliases" = ["half-plane"]))]
     #[serde(alias = "half-plane")]
     HalfSpace(HalfSpaceInput),
     /// What a surface in a file encloses.

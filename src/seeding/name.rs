@@ -15,12 +15,15 @@ pub enum Seeding {
     /// Simple cubic (square) lattice.
     Cubic,
     /// Face-centered cubic (hexagonal) lattice.
+    #[schemars(extend("x-aliases" = ["fcc"]))]
     #[serde(alias = "fcc")]
     CubicClosePacked,
     /// Hexagonal close packing: layers in the order ABAB.
+    #[schemars(extend("x-aliases" = ["hcp"]))]
     #[serde(alias = "hcp")]
     HexagonalClosePacked,
     /// Body-centered cubic (hexagonal) lattice.
+    #[schemars(extend("x-aliases" = ["bcc"]))]
     #[serde(alias = "bcc")]
     BodyCenteredCubic,
     /// Points of a Kronecker sequence, carried over by mass: more even than random ones.

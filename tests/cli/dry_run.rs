@@ -91,8 +91,63 @@ fn several_bodies_are_foreseen_one_by_one() {
     assert!(bodies[0]["forecast"]["mass"].as_f64().is_some_and(|m| (m - 3.0).abs() < 0.01), "{json}");
     assert!(bodies[2]["same_as"] == "1" && bodies[2]["forecast"].is_null(), "{json}");
     assert!(folder.outputs().is_empty());
+    assert!(json["ambient"].is_null() && json["notes"].as_array().unwrap().is_empty(), "{json}");
     // What was placed is kept.
     succeed(&args[..4]);
     let json = foreseen(&args);
     assert!(json["bodies"][1]["is_cached"] == true && json["bodies"][1]["forecast"].is_null(), "{json}");
+}
+
+/// A ball of density 3 in a box of volume 64 with density 0.5 around: it would take 32/(4 pi) of the ball's number of particles.
+#[test]
+fn a_medium_is_foreseen_with_the_particles_it_may_have() {
+    let folder = Folder::new();
+    let scene = |matching: &str| {
+        let text = format!(
+            "bodies: [{{input: {{expression: '3'}}, domain: {{ball: {{center: [0, 0, 0], radius: 1}}}}, particles: 1000}}]\n\
+             ambient: {{density: 0.5{matching}}}\ndomain: {{box: [[-2, -2, -2], [2, 2, 2]], boundary: periodic}}\n"
+        );
+        folder.file("ambient.yaml", text).display().to_string()
+    };
+    let file = scene("");
+    let text = succeed(&["--scene", &file, "--dry-run"]).stdout;
+    for part in ["\nambient\n", "density          0.5", "at most 2", "all bodies and the medium"] {
+        assert!(text.contains(part), "{part}: {text}");
+    }
+    let foreseen = |args: &[&str]| -> serde_json::Value {
+        serde_json::from_str(&succeed(&[args, &["--dry-run", "--json"]].concat()).stdout).unwrap()
+    };
+    let json = foreseen(&["--scene", &file]);
+    let exact = 0.5 * 64.0 / (3.0 * 4.0 / 3.0 * std::f64::consts::PI / 1000.0);
+    let most = json["ambient"]["most"].as_f64().unwrap();
+    // The mass of both is found by quadrature.
+    assert!((most / exact - 1.0).abs() < 0.01, "{most} {exact}");
+    assert_eq!(json["ambient"]["forecast"]["particles"], json["ambient"]["most"]);
+    let json = foreseen(&["--scene", &scene(", match: spacing")]);
+    assert!(json["ambient"]["most"].is_null() && json["ambient"]["density"] == "0.5", "{json}");
+}
+
+#[test]
+fn a_number_of_the_whole_that_no_body_takes_is_told() {
+    let folder = Folder::new();
+    let ball = |x: usize, more: &str| {
+        format!(
+            "{{input: {{expression: '1'}}, domain: {{ball: {{center: [0, 0], radius: 1}}}}, position: [{x}, 0]{more}}}"
+        )
+    };
+    let text = format!("bodies: [{}, {}]\npolish: none\n", ball(0, ", particles: 200"), ball(4, ", particles: 300"));
+    let scene = folder.file("two.yaml", text).display().to_string();
+    let out = folder.path("out/ic.vtu").display().to_string();
+    for dry in [&["--dry-run"][..], &[]] {
+        let told = succeed(&[&["--scene", &scene, "--out", &out, "-n", "4000"], dry].concat()).stdout;
+        assert!(told.contains("4000 particles of the whole were asked for, but each"), "{told}");
+        let told = succeed(&[&["--scene", &scene, "--out", &out], dry].concat()).stdout;
+        assert!(!told.contains("of the whole"), "{told}");
+    }
+    // The last line has the file, its size and the verdict.
+    let told = succeed(&["--scene", &scene, "--out", &out]).stdout;
+    let last = told.lines().last().unwrap();
+    let bytes = std::fs::metadata(folder.path("out/ic.vtu")).unwrap().len() as f64;
+    assert!(last.starts_with(&format!("wrote {out} ({:.1} kB): ", bytes / 1000.0)), "{last} {bytes}");
+    assert!(["good", "usable", "do not use it"].iter().any(|v| last.contains(v)), "{last}");
 }

@@ -24,7 +24,7 @@ pub(crate) struct Beside {
 }
 
 /// Where the files are to be, beside `path`; none for codes whose sheet knows none.
-fn places(code: TargetCode, path: &Path) -> Vec<PathBuf> {
+pub(crate) fn places(code: TargetCode, path: &Path) -> Vec<PathBuf> {
     let stem = stem(path);
     let names = match code.sheet.name {
         "swift" => vec![format!("{stem}.yml")],
