@@ -78,6 +78,8 @@ pub enum Command {
     Replicate(ReplicateArgs),
     /// Write the seeds of a scene, not relaxed, block by block: any number in little memory, or a part per process.
     Seed(SeedArgs),
+    /// Foresee a run over ranks, and do nothing of it: memory, time and messages of each, and the file.
+    Plan(PlanArgs),
     /// Draw a particle file, whoever wrote it: a page of pictures and figures, or a small picture.
     Plot(PlotArgs),
     /// Print the help of a command, or of a scene's keys: scene, scene.domain, scene.domain.ball.radius.
@@ -280,6 +282,25 @@ pub struct SeedArgs {
 }
 
 #[derive(Debug, clap::Args)]
+pub struct PlanArgs {
+    /// Scene file (YAML).
+    #[arg(long, value_name = "FILE")]
+    pub scene: PathBuf,
+    /// Number of particles, over the scene's; it may be more than one process can hold.
+    #[arg(short = 'n', long, value_name = "N", value_parser = parse_count)]
+    pub particles: Option<usize>,
+    /// How many ranks there are.
+    #[arg(long, value_name = "COUNT", value_parser = clap::value_parser!(u32).range(1..))]
+    pub ranks: u32,
+    /// Threads of each rank [default: all cores].
+    #[arg(long)]
+    pub threads: Option<usize>,
+    /// Print the plan as JSON.
+    #[arg(long)]
+    pub json: bool,
+}
+
+#[derive(Debug, clap::Args)]
 #[command(after_help = [COMPARE, COMPARE_FIGURES, COMPARE_EXAMPLE].concat())]
 pub struct CompareArgs {
     /// Scene file (YAML); its output is not written.
@@ -429,6 +450,10 @@ pub struct RunArgs {
     /// With --print-scene: every key there is, with what it means; unset ones as comments.
     #[arg(long, requires = "print_scene")]
     pub all: bool,
+    /// Place over so many ranks, each with its part of the particles and of the threads, as over processes that mpirun starts:
+    /// seeds by mass bisection, and WVT.
+    #[arg(long, value_name = "COUNT", value_parser = ranks, conflicts_with = "dry_run")]
+    pub ranks: Option<usize>,
     /// Threads to use [default: all cores]. The result does not depend on it.
     #[arg(long)]
     pub threads: Option<usize>,
@@ -446,6 +471,14 @@ fn count(text: &str) -> std::result::Result<usize, String> {
         value if value >= 1 && value <= u32::MAX as usize => Ok(value),
         _ => Err(format!("expected a whole number from 1 to {}", u32::MAX)),
     }
+}
+
+/// More threads than this are no use in one process.
+const MOST_RANKS: usize = 1024;
+
+fn ranks(text: &str) -> std::result::Result<usize, String> {
+    let expected = || format!("expected a whole number from 1 to {MOST_RANKS}");
+    text.parse().ok().filter(|n| (1..=MOST_RANKS).contains(n)).ok_or_else(expected)
 }
 
 /// One of several words, as the scene has them.

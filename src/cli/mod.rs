@@ -16,11 +16,13 @@ mod interrupt;
 mod methods;
 mod plot;
 mod progress;
+mod ranks;
 mod streams;
 
 use crate::error::Error;
 use crate::relaxation::{Control, Event, StopReason};
 use crate::run::bodies_report::BodiesReport;
+use crate::run::report::Report;
 use crate::run::{bodies, pipeline};
 use crate::scene::{Scene, reference};
 use args::{Args, Command, CompareArgs, RunArgs};
@@ -74,6 +76,7 @@ pub fn main_with<T: Into<OsString> + Clone>(arguments: impl IntoIterator<Item = 
         Some(Command::Seed(arguments)) => set_threads(arguments.stream.threads)
             .and_then(|()| streams::seed(FORMATS, arguments))
             .and_then(|text| print(&text)),
+        Some(Command::Plan(arguments)) => ranks::plan(arguments).and_then(|text| print(&text)),
         Some(Command::Plot(plot)) => plot::run(FORMATS, plot, &command).and_then(|text| print(&text)),
         None => run(&args.run, &command),
     };
@@ -89,17 +92,23 @@ fn run(args: &RunArgs, command: &str) -> crate::Result<u8> {
         return print(&if args.all { scene.to_full_yaml()? } else { scene.to_commented_yaml()? });
     }
     set_threads(args.threads)?;
+    let deadline = scene.time_limit.and_then(|s| Instant::now().checked_add(Duration::try_from_secs_f64(s).ok()?));
+    if let Some(ended) = if args.dry_run { None } else { ranks::run(args, &scene, deadline)? } {
+        return match (ended.report, ended.is_first) {
+            (Ok(report), true) => tell(args, &scene, &report),
+            (Ok(report), false) => Ok(if report.misplaced().is_some() { NOT_CONVERGED } else { SUCCESS }),
+            (Err(error), true) => Err(error),
+            // The first says which rank it was.
+            (Err(_), false) => Ok(FAILURE),
+        };
+    }
     let interrupts = Interrupts::of_run(&scene);
     let progress = progress::Progress::new(args.quiet);
     let observer = |event: Event| {
         interrupts.note(event);
         progress.update(event);
     };
-    let control = Control {
-        deadline: scene.time_limit.and_then(|s| Instant::now().checked_add(Duration::try_from_secs_f64(s).ok()?)),
-        interrupted: interrupts.requested(),
-        observer: &observer,
-    };
+    let control = Control { deadline, interrupted: interrupts.requested(), observer: &observer };
     if args.dry_run {
         let told = foresee(&scene, &control, args.json);
         progress.finish();
@@ -112,7 +121,11 @@ fn run(args: &RunArgs, command: &str) -> crate::Result<u8> {
     }
     let result = pipeline::run_as(&scene, FORMATS, &control, command);
     progress.finish();
-    let report = result?;
+    tell(args, &scene, &result?)
+}
+
+/// Prints a report; returns the exit code.
+fn tell(args: &RunArgs, scene: &Scene, report: &Report) -> crate::Result<u8> {
     if args.json || args.quiet {
         report.warnings.iter().for_each(|warning| eprintln!("warning: {warning}"));
     }
@@ -126,7 +139,7 @@ fn run(args: &RunArgs, command: &str) -> crate::Result<u8> {
         eprintln!("mass misplaced: a region of the target has {found:.0} of its {wanted:.1} particles; it was written");
         return Ok(NOT_CONVERGED);
     }
-    Ok(exit_code(&scene, report.stop))
+    Ok(exit_code(scene, report.stop))
 }
 
 /// What was called, as a shell takes it.

@@ -24,6 +24,14 @@ pub fn check(count: usize, stages: &[StageName]) -> Result<()> {
     check_against(count, stages, total())
 }
 
+/// [`check`] for particles that are shared by `ranks`, so many of which are `here`; other machines are taken for the same.
+///
+/// # Errors
+/// Those of [`check`], with the memory of all machines.
+pub fn check_among(count: usize, stages: &[StageName], (here, ranks): (usize, usize)) -> Result<()> {
+    check_against(count, stages, total().map(|bytes| bytes * ranks as f64 / here.max(1) as f64))
+}
+
 fn check_against(count: usize, stages: &[StageName], total: Option<f64>) -> Result<()> {
     let needs = needed(count, stages);
     let Some(total) = total.filter(|total| needs > *total) else { return Ok(()) };
