@@ -15,8 +15,14 @@ use std::sync::{Mutex, PoisonError};
 /// As large as that of a process's first thread.
 const STACK: usize = 8 << 20;
 
-/// Messages for each rank.
+/// Messages for each rank, or from each.
 type Messages = Vec<Vec<f64>>;
+
+/// What is to be sent.
+enum Sent {
+    Swap(Messages),
+    All(Vec<f64>),
+}
 
 /// This process among the others, for the thread that works.
 struct Process {
@@ -24,7 +30,7 @@ struct Process {
     ranks: usize,
     on_this_machine: usize,
     /// To the thread that calls MPI and back.
-    mail: Mutex<(Sender<Messages>, Receiver<Messages>)>,
+    mail: Mutex<(Sender<Sent>, Receiver<Messages>)>,
     tally: Tally,
 }
 
@@ -46,13 +52,29 @@ impl Exchange for Process {
             return to;
         }
         self.tally.count(self.rank, &to);
-        let (out, back) = &*self.mail.lock().unwrap_or_else(PoisonError::into_inner);
-        // The other thread is there as long as this one is, or the process ends.
-        out.send(to).ok().and_then(|()| back.recv().ok()).unwrap_or_else(|| vec![Vec::new(); self.ranks])
+        self.hand_over(Sent::Swap(to))
+    }
+
+    fn all(&self, own: &[f64]) -> Messages {
+        if self.ranks == 1 {
+            return vec![own.to_vec()];
+        }
+        // MPI does it as it likes; these are the fewest messages.
+        let fewest = self.ranks.next_power_of_two().ilog2();
+        self.tally.add(u64::from(fewest), (self.ranks - 1) * own.len());
+        self.hand_over(Sent::All(own.to_vec()))
     }
 
     fn traffic(&self) -> Traffic {
         self.tally.traffic()
+    }
+}
+
+impl Process {
+    fn hand_over(&self, sent: Sent) -> Messages {
+        let (out, back) = &*self.mail.lock().unwrap_or_else(PoisonError::into_inner);
+        // The other thread is there as long as this one is, or the process ends.
+        out.send(sent).ok().and_then(|()| back.recv().ok()).unwrap_or_else(|| vec![Vec::new(); self.ranks])
     }
 }
 
@@ -73,7 +95,7 @@ pub fn over_processes<T: Send>(work: impl FnOnce(&dyn Exchange) -> T + Send) -> 
     let world = universe.world();
     let (rank, ranks) = (world.rank(), world.size() as usize);
     let on_this_machine = world.split_shared(rank).size() as usize;
-    let (out, taken) = channel::<Messages>();
+    let (out, taken) = channel::<Sent>();
     let (give, back) = channel::<Messages>();
     let mail = Mutex::new((out, back));
     let own = Process { rank: rank as usize, ranks, on_this_machine, mail, tally: Tally::default() };
@@ -85,8 +107,12 @@ pub fn over_processes<T: Send>(work: impl FnOnce(&dyn Exchange) -> T + Send) -> 
         };
         let handle = std::thread::Builder::new().stack_size(STACK).spawn_scoped(scope, body);
         let handle = handle.map_err(|e| format!("rank {rank} of {ranks} cannot start its work: {e}"))?;
-        for to in taken {
-            let received = swapped(&world, &to).unwrap_or_else(|problem| end(&world, &problem));
+        for sent in taken {
+            let received = match &sent {
+                Sent::Swap(to) => swapped(&world, to),
+                Sent::All(own) => gathered(&world, own),
+            };
+            let received = received.unwrap_or_else(|problem| end(&world, &problem));
             if give.send(received).is_err() {
                 break;
             }
@@ -106,22 +132,40 @@ fn end(world: &SimpleCommunicator, problem: &str) -> ! {
     world.abort(1)
 }
 
+/// As MPI counts.
+fn length(n: usize) -> Result<i32, String> {
+    i32::try_from(n).map_err(|_| format!("{n} numbers are too many for a message"))
+}
+
+/// Where each message begins among all.
+fn starts(counts: &[i32]) -> Vec<i32> {
+    let after = |start: &mut i32, n: &i32| {
+        let own = *start;
+        *start += n;
+        Some(own)
+    };
+    counts.iter().scan(0, after).collect()
+}
+
+fn sum(counts: &[i32]) -> usize {
+    counts.iter().map(|&n| n as usize).sum()
+}
+
+fn cut(mut rest: &[f64], counts: &[i32]) -> Messages {
+    let own = |n: &i32| {
+        let (own, after) = rest.split_at(*n as usize);
+        rest = after;
+        own.to_vec()
+    };
+    counts.iter().map(own).collect()
+}
+
 /// Gives each rank its message, and returns theirs.
 fn swapped(world: &SimpleCommunicator, to: &Messages) -> Result<Messages, String> {
-    let length = |n: usize| i32::try_from(n).map_err(|_| format!("{n} numbers are too many for a message"));
     let counts = to.iter().map(|m| length(m.len())).collect::<Result<Vec<i32>, _>>()?;
     let mut theirs = vec![0_i32; counts.len()];
     world.all_to_all_into(&counts[..], &mut theirs[..]);
-    let sum = |counts: &[i32]| counts.iter().map(|&n| n as usize).sum::<usize>();
     length(sum(&counts).max(sum(&theirs)))?;
-    let starts = |counts: &[i32]| {
-        let after = |start: &mut i32, n: &i32| {
-            let own = *start;
-            *start += n;
-            Some(own)
-        };
-        counts.iter().scan(0, after).collect::<Vec<i32>>()
-    };
     let sent = to.concat();
     let mut received = vec![0.0; sum(&theirs)];
     {
@@ -129,11 +173,18 @@ fn swapped(world: &SimpleCommunicator, to: &Messages) -> Result<Messages, String
         let mut into = PartitionMut::new(&mut received[..], &theirs[..], starts(&theirs));
         world.all_to_all_varcount_into(&sent, &mut into);
     }
-    let mut rest = received.as_slice();
-    let cut = |n: &i32| {
-        let (own, after) = rest.split_at(*n as usize);
-        rest = after;
-        own.to_vec()
-    };
-    Ok(theirs.iter().map(cut).collect())
+    Ok(cut(&received, &theirs))
+}
+
+/// Gives all ranks a message, and returns theirs.
+fn gathered(world: &SimpleCommunicator, own: &[f64]) -> Result<Messages, String> {
+    let mut theirs = vec![0_i32; world.size() as usize];
+    world.all_gather_into(&length(own.len())?, &mut theirs[..]);
+    length(sum(&theirs))?;
+    let mut received = vec![0.0; sum(&theirs)];
+    {
+        let mut into = PartitionMut::new(&mut received[..], &theirs[..], starts(&theirs));
+        world.all_gather_varcount_into(own, &mut into);
+    }
+    Ok(cut(&received, &theirs))
 }

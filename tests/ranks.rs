@@ -400,11 +400,11 @@ fn a_run_on_one_rank_is_an_ordinary_one() {
     }
 }
 
-/// Messages are counted: those foreseen are within a fifth of those sent, and bytes within a third (parts are no cubes).
+/// Messages are counted: those foreseen are within a fifth of those sent, and so are bytes where parts are cubes.
 #[test]
 fn what_is_foreseen_is_what_is_sent() {
     let folder = Folder::new();
-    for (n, ranks) in [(64_000, 8), (27_000, 4)] {
+    for (n, ranks) in [(64_000, 8), (8000, 8)] {
         let scene = UNIFORM.replace("8000", &n.to_string());
         let path = folder.file("scene.yaml", &scene).display().to_string();
         let ranks_text = ranks.to_string();
@@ -416,7 +416,7 @@ fn what_is_foreseen_is_what_is_sent() {
         let sent: Vec<f64> = note.split_whitespace().filter_map(|word| word.parse().ok()).collect();
         let foreseen = |key: &str| plan[key].as_f64().unwrap();
         let ratios = [foreseen("messages_of_a_step") / sent[0], foreseen("bytes_of_a_step") / sent[1]];
-        assert!((ratios[0] - 1.0).abs() < 0.2 && (ratios[1] - 1.0).abs() < 0.33, "{ranks} ranks: {ratios:?}, {note}");
+        assert!((ratios[0] - 1.0).abs() < 0.2 && (ratios[1] - 1.0).abs() < 0.2, "{ranks} ranks: {ratios:?}, {note}");
         assert!(foreseen("memory") > 360.0 * n as f64 / ranks as f64);
     }
     let path = folder.file("scene.yaml", UNIFORM).display().to_string();

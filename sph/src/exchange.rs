@@ -25,6 +25,9 @@ pub trait Exchange: Sync {
     /// comes back. `to` has an entry for each rank.
     fn swap(&self, to: Vec<Vec<f64>>) -> Vec<Vec<f64>>;
 
+    /// What each rank has given to all, in the order of ranks.
+    fn all(&self, own: &[f64]) -> Vec<Vec<f64>>;
+
     /// What this rank has sent to others so far.
     fn traffic(&self) -> Traffic;
 }
@@ -46,10 +49,14 @@ pub struct Tally {
 impl Tally {
     /// Counts what `rank` gives to the others.
     pub fn count(&self, rank: usize, to: &[Vec<f64>]) {
-        for message in to.iter().enumerate().filter(|(r, m)| *r != rank && !m.is_empty()).map(|(_, m)| m) {
-            self.messages.fetch_add(1, Ordering::Relaxed);
-            self.bytes.fetch_add(8 * message.len() as u64, Ordering::Relaxed);
-        }
+        let others = to.iter().enumerate().filter(|(r, m)| *r != rank && !m.is_empty());
+        others.for_each(|(_, message)| self.add(1, message.len()));
+    }
+
+    /// Counts so many messages of `numbers` together.
+    pub fn add(&self, messages: u64, numbers: usize) {
+        self.messages.fetch_add(messages, Ordering::Relaxed);
+        self.bytes.fetch_add(8 * numbers as u64, Ordering::Relaxed);
     }
 
     pub fn traffic(&self) -> Traffic {
@@ -61,11 +68,6 @@ impl dyn Exchange + '_ {
     /// Whether there is no other rank.
     pub fn is_alone(&self) -> bool {
         self.ranks() == 1
-    }
-
-    /// What each rank has given to all.
-    pub fn all(&self, own: &[f64]) -> Vec<Vec<f64>> {
-        self.swap(vec![own.to_vec(); self.ranks()])
     }
 
     /// The sum of each entry over all ranks, in their order; all give as many.
@@ -113,18 +115,21 @@ impl dyn Exchange + '_ {
             return *values.select_nth_unstable_by(n, f64::total_cmp).1;
         }
         values.sort_unstable_by(f64::total_cmp);
-        // The smallest key with more than n values up to it, bit by bit.
+        // The smallest key with more than n values up to it, digit by digit.
         let mut key = 0_u64;
-        for bit in (0..u64::BITS).rev() {
-            let tried = key | ((1 << bit) - 1);
-            let below = values.partition_point(|v| ordered(*v) <= tried);
-            if self.count(below) <= n {
-                key |= 1 << bit;
-            }
+        for shift in (0..u64::BITS).step_by(DIGIT).rev() {
+            let last = |digit: u64| key | (digit << shift) | ((1 << shift) - 1);
+            let up_to = |digit: u64| values.partition_point(|v| ordered(*v) <= last(digit)) as f64;
+            let all = self.sums((0..1 << DIGIT).map(up_to).collect());
+            let digit = all.iter().position(|count| *count > n as f64).unwrap_or(all.len() - 1);
+            key |= (digit as u64) << shift;
         }
         unordered(key)
     }
 }
+
+/// Bits of a number that are found at once: few rounds of short messages.
+const DIGIT: usize = 8;
 
 const SIGN: u64 = 1 << 63;
 
@@ -159,6 +164,10 @@ impl Exchange for Alone {
         to
     }
 
+    fn all(&self, own: &[f64]) -> Vec<Vec<f64>> {
+        vec![own.to_vec()]
+    }
+
     fn traffic(&self) -> Traffic {
         Traffic::default()
     }
@@ -179,6 +188,17 @@ fn bereft() -> ! {
     resume_unwind(Box::new(Bereft))
 }
 
+impl Together {
+    fn send(&self, rank: usize, message: Vec<f64>) {
+        self.to[rank].send(message).unwrap_or_else(|_| bereft());
+    }
+
+    fn receive(&self, rank: usize) -> Vec<f64> {
+        let received = self.from[rank].lock().map_or(None, |channel| channel.recv().ok());
+        received.unwrap_or_else(|| bereft())
+    }
+}
+
 impl Exchange for Together {
     fn rank(&self) -> usize {
         self.rank
@@ -195,14 +215,33 @@ impl Exchange for Together {
     /// Unwinds where another rank has ended, as a process ends whose MPI is aborted; [`together`] says which it was.
     fn swap(&self, to: Vec<Vec<f64>>) -> Vec<Vec<f64>> {
         self.tally.count(self.rank, &to);
-        for (channel, message) in self.to.iter().zip(to) {
-            channel.send(message).unwrap_or_else(|_| bereft());
+        to.into_iter().enumerate().for_each(|(rank, message)| self.send(rank, message));
+        (0..self.ranks()).map(|rank| self.receive(rank)).collect()
+    }
+
+    /// After Bruck et al. (1997, IEEE Trans. Parallel Distrib. Syst. 8, 1143): what is known doubles with each of log2(ranks) messages.
+    fn all(&self, own: &[f64]) -> Vec<Vec<f64>> {
+        let ranks = self.ranks();
+        // Of this rank and those after it.
+        let mut known = vec![own.to_vec()];
+        while known.len() < ranks {
+            let far = known.len();
+            let given = &known[..far.min(ranks - far)];
+            let lengths = given.iter().map(|block| block.len() as f64);
+            let message: Vec<f64> = lengths.chain(given.iter().flatten().copied()).collect();
+            self.tally.add(1, message.len());
+            let count = given.len();
+            self.send((self.rank + ranks - far) % ranks, message);
+            let received = self.receive((self.rank + far) % ranks);
+            let (lengths, mut rest) = received.split_at(count);
+            for length in lengths {
+                let (block, after) = rest.split_at(*length as usize);
+                known.push(block.to_vec());
+                rest = after;
+            }
         }
-        let receive = |channel: &Mutex<Receiver<Vec<f64>>>| {
-            let received = channel.lock().map_or(None, |channel| channel.recv().ok());
-            received.unwrap_or_else(|| bereft())
-        };
-        self.from.iter().map(receive).collect()
+        known.rotate_right(self.rank);
+        known
     }
 
     fn traffic(&self) -> Traffic {
