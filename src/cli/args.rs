@@ -1,5 +1,6 @@
 //! Arguments, and how they override the scene.
 
+use super::rank_args::{PlanArgs, ranks};
 use crate::compare::DEFAULT;
 use crate::error::Result;
 use crate::scene::{Scene, parse_count, parse_mapping};
@@ -282,25 +283,6 @@ pub struct SeedArgs {
 }
 
 #[derive(Debug, clap::Args)]
-pub struct PlanArgs {
-    /// Scene file (YAML).
-    #[arg(long, value_name = "FILE")]
-    pub scene: PathBuf,
-    /// Number of particles, over the scene's; it may be more than one process can hold.
-    #[arg(short = 'n', long, value_name = "N", value_parser = parse_count)]
-    pub particles: Option<usize>,
-    /// How many ranks there are.
-    #[arg(long, value_name = "COUNT", value_parser = clap::value_parser!(u32).range(1..))]
-    pub ranks: u32,
-    /// Threads of each rank [default: all cores].
-    #[arg(long)]
-    pub threads: Option<usize>,
-    /// Print the plan as JSON.
-    #[arg(long)]
-    pub json: bool,
-}
-
-#[derive(Debug, clap::Args)]
 #[command(after_help = [COMPARE, COMPARE_FIGURES, COMPARE_EXAMPLE].concat())]
 pub struct CompareArgs {
     /// Scene file (YAML); its output is not written.
@@ -471,14 +453,6 @@ fn count(text: &str) -> std::result::Result<usize, String> {
         value if value >= 1 && value <= u32::MAX as usize => Ok(value),
         _ => Err(format!("expected a whole number from 1 to {}", u32::MAX)),
     }
-}
-
-/// More threads than this are no use in one process.
-const MOST_RANKS: usize = 1024;
-
-fn ranks(text: &str) -> std::result::Result<usize, String> {
-    let expected = || format!("expected a whole number from 1 to {MOST_RANKS}");
-    text.parse().ok().filter(|n| (1..=MOST_RANKS).contains(n)).ok_or_else(expected)
 }
 
 /// One of several words, as the scene has them.

@@ -16,6 +16,7 @@ mod interrupt;
 mod methods;
 mod plot;
 mod progress;
+mod rank_args;
 mod ranks;
 mod streams;
 

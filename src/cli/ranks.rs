@@ -1,8 +1,9 @@
 //! Runs over several ranks: `--ranks`, or processes that `mpirun` or `srun` has started.
 
-use super::args::{PlanArgs, RunArgs};
+use super::args::RunArgs;
 use super::interrupt::Interrupts;
 use super::progress::Progress;
+use super::rank_args::PlanArgs;
 use crate::error::{Error, Result};
 use crate::relaxation::{Control, Event};
 use crate::run::rank_forecast::forecast_on_ranks;
