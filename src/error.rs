@@ -28,6 +28,9 @@ pub enum Error {
     /// Interrupted by the user, with a checkpoint to go on from.
     #[error("interrupted; no particles were written; go on with --resume '{}'", .0.display())]
     InterruptedKept(PathBuf),
+    /// Another rank of the run failed, or ended.
+    #[error("rank {rank} of {ranks}: {problem}")]
+    Rank { rank: usize, ranks: usize, problem: String },
     /// A file that is no checkpoint of this run.
     #[error("checkpoint '{}': {problem}", path.display())]
     Checkpoint { path: PathBuf, problem: String },

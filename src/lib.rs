@@ -42,6 +42,8 @@ pub mod metrics;
 pub mod output;
 #[cfg(feature = "plots")]
 pub mod page;
+#[cfg(feature = "mpi")]
+pub mod processes;
 mod random;
 pub mod relaxation;
 pub mod run;

@@ -41,6 +41,7 @@ mod plan;
 mod planets;
 mod profile_inputs;
 mod random;
+mod ranks;
 mod real_inputs;
 mod refine;
 mod refined;

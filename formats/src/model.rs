@@ -483,7 +483,7 @@ impl ParticleFile {
     }
 
     /// The first position or mass that no code could use, in words.
-    pub(crate) fn meaningless(&self) -> Option<String> {
+    pub fn meaningless(&self) -> Option<String> {
         use crate::particle_names::{COORDINATES, MASSES};
         let needed = |c: &&Column| c.name == COORDINATES || c.name == MASSES;
         for species in &self.species {

@@ -29,6 +29,7 @@
 #![forbid(unsafe_code)]
 
 pub mod domain;
+pub mod exchange;
 pub mod geometry;
 pub mod gravity;
 pub mod kernel;

@@ -1,5 +1,6 @@
 //! Arguments, and how they override the scene.
 
+use super::rank_args::{PlanArgs, ranks};
 use crate::compare::DEFAULT;
 use crate::error::Result;
 use crate::scene::{Scene, parse_count, parse_mapping};
@@ -78,6 +79,8 @@ pub enum Command {
     Replicate(ReplicateArgs),
     /// Write the seeds of a scene, not relaxed, block by block: any number in little memory, or a part per process.
     Seed(SeedArgs),
+    /// Foresee a run over ranks, and do nothing of it: memory, time and messages of each, and the file.
+    Plan(PlanArgs),
     /// Draw a particle file, whoever wrote it: a page of pictures and figures, or a small picture.
     Plot(PlotArgs),
     /// Print the help of a command, or of a scene's keys: scene, scene.domain, scene.domain.ball.radius.
@@ -432,6 +435,10 @@ pub struct RunArgs {
     /// With --print-scene: every key there is, with what it means; unset ones as comments.
     #[arg(long, requires = "print_scene")]
     pub all: bool,
+    /// Place over so many ranks, each with its part of the particles and of the threads, as over processes that mpirun starts:
+    /// seeds by mass bisection, and WVT.
+    #[arg(long, value_name = "COUNT", value_parser = ranks, conflicts_with = "dry_run")]
+    pub ranks: Option<usize>,
     /// Threads to use [default: all cores]. The result does not depend on it.
     #[arg(long)]
     pub threads: Option<usize>,

@@ -16,6 +16,8 @@ mod interrupt;
 mod methods;
 mod plot;
 mod progress;
+mod rank_args;
+mod ranks;
 #[cfg(feature = "plots")]
 mod sketch;
 mod streams;
@@ -25,6 +27,7 @@ mod written;
 use crate::error::Error;
 use crate::relaxation::{Control, Event, StopReason};
 use crate::run::bodies_report::BodiesReport;
+use crate::run::report::Report;
 use crate::run::verdict::{Grade, worst};
 use crate::run::{bodies, pipeline};
 use crate::scene::{Scene, reference};
@@ -79,6 +82,9 @@ pub fn main_with<T: Into<OsString> + Clone>(arguments: impl IntoIterator<Item = 
         Some(Command::Seed(arguments)) => set_threads(arguments.stream.threads)
             .and_then(|()| streams::seed(FORMATS, arguments))
             .and_then(|text| tell(&text)),
+        Some(Command::Plan(arguments)) => {
+            ranks::plan(arguments).and_then(|text| if arguments.json { print(&text) } else { tell(&text) })
+        }
         Some(Command::Plot(plot)) => plot::run(FORMATS, plot, &command).and_then(|text| tell(&text)),
         None => run(&args.run, &command),
     };
@@ -94,17 +100,23 @@ fn run(args: &RunArgs, command: &str) -> crate::Result<u8> {
         return print(&if args.all { scene.to_full_yaml()? } else { scene.to_commented_yaml()? });
     }
     set_threads(args.threads)?;
+    let deadline = scene.time_limit.and_then(|s| Instant::now().checked_add(Duration::try_from_secs_f64(s).ok()?));
+    if let Some(ended) = if args.dry_run { None } else { ranks::run(args, &scene, deadline)? } {
+        return match (ended.report, ended.is_first) {
+            (Ok(report), true) => tell_of_one(args, &scene, &report),
+            (Ok(report), false) => Ok(if report.misplaced().is_some() { NOT_CONVERGED } else { SUCCESS }),
+            (Err(error), true) => Err(error),
+            // The first says which rank it was.
+            (Err(_), false) => Ok(FAILURE),
+        };
+    }
     let interrupts = Interrupts::of_run(&scene);
     let progress = progress::Progress::new(args.quiet);
     let observer = |event: Event| {
         interrupts.note(event);
         progress.update(event);
     };
-    let control = Control {
-        deadline: scene.time_limit.and_then(|s| Instant::now().checked_add(Duration::try_from_secs_f64(s).ok()?)),
-        interrupted: interrupts.requested(),
-        observer: &observer,
-    };
+    let control = Control { deadline, interrupted: interrupts.requested(), observer: &observer };
     if args.dry_run {
         let told = foresee(&scene, &control, args.json);
         progress.finish();
@@ -117,21 +129,25 @@ fn run(args: &RunArgs, command: &str) -> crate::Result<u8> {
     }
     let result = pipeline::run_as(&scene, FORMATS, &control, command);
     progress.finish();
-    let report = result?;
+    tell_of_one(args, &scene, &result?)
+}
+
+/// Prints a report; returns the exit code.
+fn tell_of_one(args: &RunArgs, scene: &Scene, report: &Report) -> crate::Result<u8> {
     if args.json || args.quiet {
         report.warnings.iter().for_each(|warning| eprintln!("warning: {warning}"));
     }
     if args.json {
         print(&format!("{}\n", report.json()))?;
     } else if !args.quiet {
-        tell_of_run(&scene, &report.text(), worst(&report.verdict))?;
+        tell_of_run(scene, &report.text(), worst(&report.verdict))?;
     }
     if let Some(region) = report.misplaced() {
         let (found, wanted) = (region.found, region.wanted);
         eprintln!("mass misplaced: a region of the target has {found:.0} of its {wanted:.1} particles; it was written");
         return Ok(NOT_CONVERGED);
     }
-    Ok(exit_code(&scene, report.stop))
+    Ok(exit_code(scene, report.stop))
 }
 
 /// What was called, as a shell takes it.

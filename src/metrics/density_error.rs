@@ -2,6 +2,7 @@
 
 use super::Measured;
 use serde::Serialize;
+use sph::exchange::{Alone, Exchange};
 use sph::{parallel, reduce};
 
 /// Figures over one set of particles.
@@ -48,27 +49,41 @@ impl DensityError {
     /// Compares the density summed in `measured` with `target`, which is rho* at the particles, in the unit of mass
     /// over volume of the measurement, and with `smoothed`, the target as the kernel sees it, where it is known.
     pub fn new<const D: usize>(measured: &Measured<D>, target: &[f64], smoothed: Option<&[f64]>) -> Self {
+        Self::among(&Alone, measured, target, smoothed)
+    }
+
+    /// [`Self::new`] of particles that are over several ranks.
+    pub fn among<const D: usize>(
+        exchange: &dyn Exchange,
+        measured: &Measured<D>,
+        target: &[f64],
+        smoothed: Option<&[f64]>,
+    ) -> Self {
         let n = target.len();
-        let density: Vec<f64> = measured.sums.iter().map(|s| s.weighted).collect();
-        let volume: Vec<f64> = measured.sums.iter().map(|s| 1.0 / s.number_density).collect();
+        let sums = &measured.sums[..measured.own()];
+        let density: Vec<f64> = sums.iter().map(|s| s.weighted).collect();
+        let volume: Vec<f64> = sums.iter().map(|s| 1.0 / s.number_density).collect();
         // Beyond a surface, where a balance may leave particles, there is no target.
         let everywhere: Vec<bool> = target.iter().map(|rho| *rho > 0.0).collect();
-        let inside = &measured.interior;
-        let (refit_all, refit_interior) = (refit(&density, target, &everywhere), refit(&density, target, inside));
-        let figures = |set: &[bool], factor: f64| figures((&density, factor), target, &volume, set);
-        let any = inside.iter().any(|&i| i);
+        let inside = &measured.interior[..n];
+        let refit = |set: &[bool]| refit(exchange, &density, target, set);
+        let (refit_all, refit_interior) = (refit(&everywhere), refit(inside));
+        let figures_of =
+            |density: (&[f64], f64), target: &[f64], set: &[bool]| figures(exchange, density, target, &volume, set);
+        let figures = |set: &[bool], factor: f64| figures_of((&density, factor), target, set);
+        let any = exchange.any(inside.iter().any(|&i| i));
         let edge: Vec<bool> = (0..n).map(|i| everywhere[i] && !inside[i]).collect();
         Self {
             smoothed: smoothed.map(|s| {
                 let seen: Vec<bool> = s.iter().map(|rho| *rho > 0.0).collect();
-                self::figures((&density, 1.0), s, &volume, &seen)
+                figures_of((&density, 1.0), s, &seen)
             }),
-            kernel_limit: smoothed.map(|s| self::figures((s, 1.0), target, &volume, &everywhere)),
+            kernel_limit: smoothed.map(|s| figures_of((s, 1.0), target, &everywhere)),
             all: figures(&everywhere, 1.0),
             all_refitted: figures(&everywhere, refit_all),
             interior: any.then(|| figures(inside, 1.0)),
             interior_refitted: any.then(|| figures(inside, refit_interior)),
-            edge_refitted: (any && edge.contains(&true)).then(|| figures(&edge, refit_interior)),
+            edge_refitted: (any && exchange.any(edge.contains(&true))).then(|| figures(&edge, refit_interior)),
             refit_all,
             refit_interior,
         }
@@ -83,12 +98,12 @@ impl DensityError {
         smoothed: &[f64],
     ) -> ErrorFigures {
         let everywhere = vec![true; smoothed.len()];
-        let factor = refit(density, smoothed, &everywhere).clamp(1.0 - MOST_BIAS, 1.0 + MOST_BIAS);
+        let factor = refit(&Alone, density, smoothed, &everywhere).clamp(1.0 - MOST_BIAS, 1.0 + MOST_BIAS);
         let nearer = |i: usize| {
             let off = |wanted: f64| (factor * density[i] / wanted - 1.0).abs();
             if off(target[i]) < off(smoothed[i]) { target[i] } else { smoothed[i] }
         };
-        figures((density, factor), &parallel::map(target.len(), nearer), volume, &everywhere)
+        figures(&Alone, (density, factor), &parallel::map(target.len(), nearer), volume, &everywhere)
     }
 
     /// The figures that a tolerance bounds and by which methods are compared: with the mass re-fitted, over the interior
@@ -99,20 +114,20 @@ impl DensityError {
 }
 
 /// mean(rho*/rho) over those of a set that are within a factor of two of their median.
-fn refit(density: &[f64], target: &[f64], set: &[bool]) -> f64 {
+fn refit(exchange: &dyn Exchange, density: &[f64], target: &[f64], set: &[bool]) -> f64 {
     let ratio = |i: usize| target[i] / density[i];
     let mut ratios: Vec<f64> = (0..set.len()).filter(|&i| set[i]).map(ratio).collect();
-    if ratios.is_empty() {
+    let all = exchange.count(ratios.len());
+    if all == 0 {
         return 1.0;
     }
-    let middle = ratios.len() / 2;
-    let median = *ratios.select_nth_unstable_by(middle, f64::total_cmp).1;
+    let median = exchange.nth(&mut ratios, all / 2);
     let counts = |i: usize| set[i] && ratio(i) > 0.5 * median && ratio(i) < 2.0 * median;
-    let count = parallel::count(set.len(), counts);
+    let count = exchange.count(parallel::count(set.len(), counts));
     if count == 0 {
         return median;
     }
-    reduce::sum(set.len(), |i| if counts(i) { ratio(i) } else { 0.0 }) / count as f64
+    exchange.sum(reduce::sum(set.len(), |i| if counts(i) { ratio(i) } else { 0.0 })) / count as f64
 }
 
 /// What a self-contribution can do to a density.
@@ -122,11 +137,17 @@ const MOST_BIAS: f64 = 0.03;
 const FEW: f64 = 0.01;
 
 /// Of `density` times `factor` against `target`.
-fn figures((density, factor): (&[f64], f64), target: &[f64], volume: &[f64], set: &[bool]) -> ErrorFigures {
+fn figures(
+    exchange: &dyn Exchange,
+    (density, factor): (&[f64], f64),
+    target: &[f64],
+    volume: &[f64],
+    set: &[bool],
+) -> ErrorFigures {
     let n = target.len();
     let density = |i: usize| factor * density[i];
-    let over = |f: &(dyn Fn(usize) -> f64 + Sync)| reduce::sum(n, |i| if set[i] { f(i) } else { 0.0 });
-    let particles = set.iter().filter(|&&s| s).count();
+    let over = |f: &(dyn Fn(usize) -> f64 + Sync)| exchange.sum(reduce::sum(n, |i| if set[i] { f(i) } else { 0.0 }));
+    let particles = exchange.count(set.iter().filter(|&&s| s).count());
     let squares = over(&|i| (density(i) - target[i]).powi(2) * volume[i]);
     let norm = over(&|i| target[i].powi(2) * volume[i]);
     let deviation = |i: usize| (density(i) / target[i] - 1.0).abs();
@@ -136,11 +157,7 @@ fn figures((density, factor): (&[f64], f64), target: &[f64], volume: &[f64], set
         particles,
         epsilon: squares / norm,
         mean: over(&deviation) / particles as f64,
-        max: deviations.iter().fold(f64::NEG_INFINITY, |m, d| m.max(*d)),
-        most: if particles > 0 {
-            *deviations.select_nth_unstable_by(most.min(particles - 1), f64::total_cmp).1
-        } else {
-            0.0
-        },
+        max: exchange.max(deviations.iter().fold(f64::NEG_INFINITY, |m, d| m.max(*d))),
+        most: if particles > 0 { exchange.nth(&mut deviations, most.min(particles - 1)) } else { 0.0 },
     }
 }

@@ -11,6 +11,7 @@ use super::Measured;
 use pulp::Simd;
 use serde::Serialize;
 use sph::domain::Domain;
+use sph::exchange::{Alone, Exchange};
 use sph::neighbors::{Batch, LeafPass, Reach, Sources, for_each_target};
 use sph::reduce;
 
@@ -111,12 +112,16 @@ fn legendre(l: i32, m: i32, x: f64) -> f64 {
 impl BondOrder {
     /// The order of all bonds of `measured`; none in one dimension and without bonds.
     pub fn new<const D: usize>(measured: &Measured<D>, domain: &Domain<D>) -> Option<Self> {
-        Self::of_every(1, measured, domain)
+        Self::of_every(&Alone, 1, measured, domain)
     }
 
-    /// The order of the bonds of as many particles as tell it to a thousandth.
-    pub fn sampled<const D: usize>(measured: &Measured<D>, domain: &Domain<D>) -> Option<Self> {
-        Self::of_every(measured.sums.len().div_ceil(SAMPLED), measured, domain)
+    /// The order of the bonds of as many particles, over all ranks, as tell it to a thousandth.
+    pub fn sampled<const D: usize>(
+        exchange: &dyn Exchange,
+        measured: &Measured<D>,
+        domain: &Domain<D>,
+    ) -> Option<Self> {
+        Self::of_every(exchange, exchange.count(measured.own()).div_ceil(SAMPLED), measured, domain)
     }
 
     /// What a reader compares the two with.
@@ -128,7 +133,12 @@ impl BondOrder {
         }
     }
 
-    fn of_every<const D: usize>(every: usize, measured: &Measured<D>, domain: &Domain<D>) -> Option<Self> {
+    fn of_every<const D: usize>(
+        exchange: &dyn Exchange,
+        every: usize,
+        measured: &Measured<D>,
+        domain: &Domain<D>,
+    ) -> Option<Self> {
         if D < 2 {
             return None;
         }
@@ -138,10 +148,15 @@ impl BondOrder {
         for row in reach.chunks_mut(ROW).enumerate().filter(|(row, _)| row % every.max(1) != 0).map(|(_, row)| row) {
             row.fill(0.0);
         }
+        // Those of other ranks are sampled there.
+        let own = measured.own();
+        reach.iter_mut().zip(measured.tree.order()).filter(|(_, i)| **i as usize >= own).for_each(|(r, _)| *r = 0.0);
         let sources = [Sources::<D, 0>::new(&measured.tree, &reach, [], Reach::Target)];
         let found = for_each_target::<D, 0, f64, _>(domain, &sources, 1.0, &BondPass { reach: &reach });
-        let bonds = reduce::sum(found.len(), |i| f64::from(found[i].count));
-        let mean = |term: usize| reduce::sum(found.len(), |i| found[i].sums[term]) / bonds;
+        let bonds = exchange.sum(reduce::sum(found.len(), |i| f64::from(found[i].count)));
+        let sum = |term: usize| reduce::sum(found.len(), |i| found[i].sums[term]);
+        let totals = exchange.sums((0..TERMS).map(sum).collect());
+        let mean = |term: usize| totals[term] / bonds;
         let order = |first: usize, l: usize| {
             // Negative m have the same size; in the plane there is one term.
             let weight = |m: usize| if m > 0 { 2.0 } else { 1.0 };

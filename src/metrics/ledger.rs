@@ -9,6 +9,7 @@ use crate::target::cells::{Cell, Cut, Rule, cut, partition, refine};
 use crate::target::{Positions, Resolution, Target, at};
 use serde::Serialize;
 use sph::domain::{Axis, Domain};
+use sph::exchange::{Alone, Exchange};
 use sph::parallel;
 
 /// How well particles keep to the ledger.
@@ -106,16 +107,29 @@ impl<const D: usize> Ledger<D> {
         positions: &Positions<D>,
         masses: &[f64],
     ) -> LedgerFigures {
+        self.figures_among(&Alone, measured, target, positions, masses)
+    }
+
+    /// [`Self::figures`] of particles that are over several ranks.
+    pub fn figures_among(
+        &self,
+        exchange: &dyn Exchange,
+        measured: &Measured<D>,
+        target: &Target<'_, D>,
+        positions: &Positions<D>,
+        masses: &[f64],
+    ) -> LedgerFigures {
         let edge = |i: usize| measured.sums[i].number_density.powf(-1.0 / D as f64);
         // Boxes are of equal numbers of particles where these do not go by mass.
         let alike = matches!(target.resolution, Resolution::NumberDensity(_)).then(|| vec![1.0; masses.len()]);
         let masses = alike.as_deref().unwrap_or(masses);
-        let (levels, in_place) = self.compare_cubes(positions, masses, &edge);
-        LedgerFigures { levels, in_place, regions: region_figures(target, positions) }
+        let (levels, in_place) = self.compare_cubes(exchange, positions, masses, &edge);
+        LedgerFigures { levels, in_place, regions: region_figures(exchange, target, positions) }
     }
 
     fn compare_cubes(
         &self,
+        exchange: &dyn Exchange,
         positions: &Positions<D>,
         masses: &[f64],
         edge: &(dyn Fn(usize) -> f64 + Sync),
@@ -126,6 +140,7 @@ impl<const D: usize> Ledger<D> {
             found
         });
         let found: Vec<f64> = (0..self.nodes.len()).map(|k| found.iter().map(|f| f[k]).sum()).collect();
+        let found = exchange.sums(found);
         let total = found.first().copied().unwrap_or(0.0);
         let deviations = |level: usize| {
             let of_level = self.nodes.iter().zip(&found).filter(move |(node, _)| node.level == level);
@@ -209,11 +224,16 @@ fn divided<const D: usize>(target: &Target<'_, D>, mut cells: Vec<Cell<D>>, leve
 }
 
 /// Particles in each region of the target.
-fn region_figures<const D: usize>(target: &Target<'_, D>, positions: &Positions<D>) -> Vec<RegionFigures> {
+fn region_figures<const D: usize>(
+    exchange: &dyn Exchange,
+    target: &Target<'_, D>,
+    positions: &Positions<D>,
+) -> Vec<RegionFigures> {
     let Some(regions) = target.regions() else { return Vec::new() };
     let n = positions[0].len();
     let mut found = vec![0.0; regions.number()];
     parallel::map(n, |i| regions.of(&at(positions, i))).into_iter().flatten().for_each(|region| found[region] += 1.0);
+    let (found, n) = (exchange.sums(found), exchange.count(n));
     let wanted = |region: usize| regions.get(region).share * n as f64;
     found.iter().enumerate().map(|(region, &found)| RegionFigures { wanted: wanted(region), found }).collect()
 }
@@ -263,14 +283,14 @@ mod tests {
                 let ledger = Ledger::new(&target(&domain, &field, n));
                 let spacing = 1.0 / edge as f64;
                 let masses = vec![1.0 / n as f64; n];
-                let (levels, in_place) = ledger.compare_cubes(&x, &masses, &|_| spacing);
+                let (levels, in_place) = ledger.compare_cubes(&Alone, &x, &masses, &|_| spacing);
                 let even = levels.iter().map(|l| l.largest_deviation).fold(0.0, f64::max);
                 if axis == Axis::Periodic {
                     assert!(even < 1e-9 && in_place == 1.0, "{D}-D: {even:e}");
                 }
                 // Everything moves toward the origin: x -> x^1.1 along the first axis.
                 x[0].iter_mut().for_each(|v| *v = v.powf(1.1));
-                let (levels, in_place) = ledger.compare_cubes(&x, &masses, &|_| spacing);
+                let (levels, in_place) = ledger.compare_cubes(&Alone, &x, &masses, &|_| spacing);
                 let (found, shifted) = (levels[0].largest_deviation, 2.0 * 0.5_f64.powf(1.0 / 1.1) - 1.0);
                 assert!((found - shifted).abs() < 0.5 * spacing, "{D}-D: {found} {shifted}");
                 assert!(in_place < 0.7, "{D}-D: {in_place}");
@@ -291,7 +311,7 @@ mod tests {
         let u = |i: usize| (i as f64 + 0.5) / 40.0;
         let x = [(0..n).map(|i| -0.01 * (1.0 - u(i % 40)).ln()).collect(), (0..n).map(|i| u(i / 40)).collect()];
         let ledger = Ledger::new(&target);
-        let (levels, in_place) = ledger.compare_cubes(&x, &vec![1.0 / n as f64; n], &|_| 1e-6);
+        let (levels, in_place) = ledger.compare_cubes(&Alone, &x, &vec![1.0 / n as f64; n], &|_| 1e-6);
         assert!(levels[0].largest_deviation < 0.06, "{levels:?}");
         assert!(in_place <= 1.0);
     }

@@ -2,12 +2,20 @@
 
 use crate::target::{Positions, Target, at};
 use sph::domain::{Domain, Wall};
+use sph::exchange::Exchange;
 use sph::kernel::{KernelName, support_over_spacing};
-use sph::neighbors::{GhostTree, Reach, Sources, Tree};
+use sph::neighbors::{GhostTree, Halo, Reach, Sees, Sources, Tree};
 use sph::parallel;
-use sph::sums::{Actors, DensitySums, largest_support, scatter_gradient, solve_support_radii};
+use sph::sums::{Actors, DensitySums, Solved, largest_support, scatter_gradient, solve_support_radii};
+use std::borrow::Cow;
 
-/// Sums of every particle at its own support radius, in the particles' order.
+/// Reach of the first solution over the guessed radii.
+const FIRST_REACH: f64 = 1.3;
+/// The next reach over radii that came out: more than they are solved to.
+const SOLVED: f64 = 1.0 + 1e-4;
+
+/// Sums of every particle at its own support radius, in the particles' order. Of particles over several ranks, those of others that
+/// are seen here follow.
 pub struct Measured<const D: usize> {
     /// Support radii, in the unit of the positions.
     pub support: Vec<f64>,
@@ -18,6 +26,8 @@ pub struct Measured<const D: usize> {
     pub interior: Vec<bool>,
     pub(super) tree: Tree<D>,
     ghosts: Option<GhostTree<D>>,
+    /// Masses of those of other ranks.
+    foreign: Vec<f64>,
 }
 
 impl<const D: usize> Measured<D> {
@@ -54,7 +64,86 @@ impl<const D: usize> Measured<D> {
             sums[i as usize] = s.sums;
         }
         let interior = parallel::map(n, |i| !domain.is_edge_within(&at(positions, i), support[i]));
-        Self { support, sums, interior, tree, ghosts }
+        Self { support, sums, interior, tree, ghosts, foreign: Vec::new() }
+    }
+
+    /// [`Self::new`] of particles that are over several ranks, which all call it together. Curved surfaces that mirror are not
+    /// seen through.
+    ///
+    /// Radii are solved for with what other ranks have within a reach, and once more where a radius came out beyond it: with
+    /// neighbors missing it comes out too large, so that the second reach is enough.
+    pub fn among(
+        exchange: &dyn Exchange,
+        kernel: KernelName,
+        domain: &Domain<D>,
+        positions: &Positions<D>,
+        masses: &[f64],
+        guess: &[f64],
+        kernel_neighbors: f64,
+    ) -> Self {
+        if exchange.is_alone() {
+            return Self::new(kernel, domain, positions, masses, guess, kernel_neighbors);
+        }
+        let tree = Tree::build(positions);
+        let (guess, mass) = (tree.to_tree_order(guess), tree.to_tree_order(masses));
+        let largest = largest_support(domain, exchange.count(masses.len()), kernel_neighbors);
+        let mut reach: Vec<f64> = guess.iter().map(|h| (FIRST_REACH * h).min(largest)).collect();
+        let solved: Vec<Solved<D>> = loop {
+            let halo = Halo::new(exchange, domain, (&tree, &reach), None, Sees::Targets);
+            let [there] = halo.values(exchange, [[&mass, &[]]]);
+            let sources = [
+                Sources::new(&tree, &guess, [mass.as_slice()], Reach::Target),
+                Sources::new(&halo.tree, &[], [there.as_slice()], Reach::Target),
+            ];
+            let solved = solve_support_radii::<D, 1, f32>(kernel, domain, &sources, kernel_neighbors, largest);
+            let is_beyond = |(s, r): (&Solved<D>, &f64)| s.support > *r;
+            if !exchange.any(solved.iter().zip(&reach).any(is_beyond)) {
+                break solved;
+            }
+            reach.iter_mut().zip(&solved).for_each(|(r, s)| *r = r.max(s.support * SOLVED));
+        };
+        Self::joined(exchange, domain, positions, (&tree, &mass), &solved)
+    }
+
+    /// Particles with their sums, followed by those of other ranks that see them or are seen.
+    fn joined(
+        exchange: &dyn Exchange,
+        domain: &Domain<D>,
+        positions: &Positions<D>,
+        (tree, mass): (&Tree<D>, &[f64]),
+        solved: &[Solved<D>],
+    ) -> Self {
+        let column = |of: fn(&Solved<D>) -> f64| solved.iter().map(of).collect::<Vec<f64>>();
+        let (radii, number, weighted) =
+            (column(|s| s.support), column(|s| s.sums.number_density), column(|s| s.sums.weighted));
+        let halo = Halo::new(exchange, domain, (tree, &radii), None, Sees::Either);
+        let channels = [[mass, &[]], [&radii, &[]], [&number, &[]], [&weighted, &[]]];
+        let [foreign, their_radii, their_number, their_weighted] = halo.values(exchange, channels);
+        let mut support = vec![0.0; solved.len()];
+        let mut sums = vec![DensitySums::default(); solved.len()];
+        for (s, &i) in solved.iter().zip(tree.order()) {
+            support[i as usize] = s.support;
+            sums[i as usize] = s.sums;
+        }
+        let own = solved.len();
+        let mut interior = parallel::map(own, |i| !domain.is_edge_within(&at(positions, i), support[i]));
+        interior.resize(own + foreign.len(), false);
+        support.extend(their_radii);
+        sums.extend(their_number.iter().zip(&their_weighted).map(|(&number_density, &weighted)| DensitySums {
+            number_density,
+            weighted,
+            ..DensitySums::default()
+        }));
+        let all = std::array::from_fn(|k| {
+            let theirs = (0..halo.tree.len()).map(|i| halo.tree.position(i)[k]);
+            positions[k].iter().copied().chain(theirs).collect()
+        });
+        Self { support, sums, interior, tree: Tree::build(&all), ghosts: None, foreign }
+    }
+
+    /// How many particles are those of this rank.
+    pub fn own(&self) -> usize {
+        self.sums.len() - self.foreign.len()
     }
 
     /// Acceleration of a constant pressure P = 1, as a standard SPH code sums it:
@@ -72,6 +161,11 @@ impl<const D: usize> Measured<D> {
         masses: &[f64],
         strength: &[f64],
     ) -> Vec<[f64; D]> {
+        let masses = match self.foreign.as_slice() {
+            [] => Cow::Borrowed(masses),
+            foreign => Cow::Owned([masses, foreign].concat()),
+        };
+        let masses = masses.as_ref();
         let n = masses.len();
         let own_strength = strength;
         let strength: Vec<f64> = masses.iter().zip(strength).map(|(m, s)| m * s).collect();
@@ -92,6 +186,7 @@ impl<const D: usize> Measured<D> {
             let own = &self.sums[i as usize].gradient;
             out[i as usize] = std::array::from_fn(|k| -own_strength[i as usize] * own[k] - seen.0[k]);
         }
+        out.truncate(self.own());
         out
     }
 
@@ -100,7 +195,8 @@ impl<const D: usize> Measured<D> {
     /// `kernel_neighbors`: what is interior depends on places, not on where particles have gathered.
     pub fn leave_out_unresolved(&mut self, target: &Target<'_, D>, positions: &Positions<D>, kernel_neighbors: f64) {
         let ratio = support_over_spacing(D, kernel_neighbors);
-        parallel::update(&mut self.interior, |i, inside| {
+        let own = self.own();
+        parallel::update(&mut self.interior[..own], |i, inside| {
             let x = at(positions, i);
             let wanted = target.number_density(&x);
             let support = target.support(wanted, ratio);

@@ -3,6 +3,7 @@
 use super::Measured;
 use serde::Serialize;
 use sph::domain::Domain;
+use sph::exchange::{Alone, Exchange};
 use sph::neighbors::{Reach, Sources};
 use sph::reduce;
 use sph::sums::nearest;
@@ -33,16 +34,29 @@ impl<const D: usize> Measured<D> {
 
     /// Counts and closest pair over all particles.
     pub fn neighbors(&self, domain: &Domain<D>, kernel_neighbors: f64) -> NeighborFigures {
+        self.neighbors_among(&Alone, domain, kernel_neighbors)
+    }
+
+    /// [`Self::neighbors`] of particles that are over several ranks.
+    pub fn neighbors_among(
+        &self,
+        exchange: &dyn Exchange,
+        domain: &Domain<D>,
+        kernel_neighbors: f64,
+    ) -> NeighborFigures {
         let support = self.tree.to_tree_order(&self.support);
         let sources = [Sources::<D, 0>::new(&self.tree, &support, [], Reach::Target)];
         let found = nearest(domain, &sources);
-        let order = self.tree.order();
+        let (order, own) = (self.tree.order(), self.own());
         let spacing = |i: usize| self.sums[order[i] as usize].number_density.powf(-1.0 / D as f64);
+        let counted = |i: usize| (order[i] as usize) < own;
         let n = found.len();
+        let count = exchange.sum(reduce::sum(n, |i| if counted(i) { f64::from(found[i].count) } else { 0.0 }));
+        let closest = reduce::max(n, |i| if counted(i) { -found[i].nearest / spacing(i) } else { f64::NEG_INFINITY });
         NeighborFigures {
             kernel_neighbors,
-            mean_count: reduce::sum(n, |i| f64::from(found[i].count)) / n.max(1) as f64,
-            closest_pair: -reduce::max(n, |i| -found[i].nearest / spacing(i)),
+            mean_count: count / exchange.count(own).max(1) as f64,
+            closest_pair: -exchange.max(closest),
         }
     }
 }

@@ -16,6 +16,7 @@ use pulp::Simd;
 use rand::RngExt;
 use serde::Serialize;
 use sph::domain::{Axis, Domain, Region};
+use sph::exchange::{Alone, Exchange};
 use sph::kernel::KernelName;
 use sph::neighbors::{Batch, LeafPass, Reach, Sources, for_each_target};
 use sph::reduce;
@@ -54,11 +55,12 @@ impl NoiseFigures {
         kernel_neighbors: f64,
     ) -> Self {
         let forces = measured.constant_pressure_force(kernel, domain, masses);
-        Self::of_forces(&forces, measured, kernel, kernel_neighbors).0
+        Self::of_forces(&Alone, &forces, measured, kernel, kernel_neighbors).0
     }
 
-    /// The same, with the parts of the interior's.
+    /// The same of particles over ranks, of which there may be one alone; that one tells the parts of the interior's.
     pub fn with_parts<const D: usize>(
+        exchange: &dyn Exchange,
         kernel: KernelName,
         measured: &Measured<D>,
         domain: &Domain<D>,
@@ -66,12 +68,15 @@ impl NoiseFigures {
         kernel_neighbors: f64,
     ) -> Self {
         let forces = measured.constant_pressure_force(kernel, domain, masses);
-        let (figures, poisson) = Self::of_forces(&forces, measured, kernel, kernel_neighbors);
-        Self { parts: parts(&forces, measured, domain, poisson), ..figures }
+        let (figures, poisson) = Self::of_forces(exchange, &forces, measured, kernel, kernel_neighbors);
+        // Forces of neighbors on other ranks are not known here.
+        let parts = if exchange.is_alone() { parts(&forces, measured, domain, poisson) } else { None };
+        Self { parts, ..figures }
     }
 
     /// And the root mean square of a Poisson set.
     fn of_forces<const D: usize>(
+        exchange: &dyn Exchange,
         forces: &[[f64; D]],
         measured: &Measured<D>,
         kernel: KernelName,
@@ -80,11 +85,11 @@ impl NoiseFigures {
         let squares = squares(forces, measured);
         let random = poisson_squares::<D>(kernel, kernel_neighbors);
         let poisson = (reduce::sum(random.len(), |i| random[i]) / random.len() as f64).sqrt();
-        let half = (median(&squares) / median(&random)).sqrt();
+        let half = (median(exchange, &squares) / median(&Alone, &random)).sqrt();
         let n = forces.len();
         let rms = |set: &(dyn Fn(usize) -> bool + Sync)| {
-            let count = (0..n).filter(|&i| set(i)).count();
-            let mean = reduce::sum(n, |i| if set(i) { squares[i] } else { 0.0 }) / count as f64;
+            let count = exchange.count((0..n).filter(|&i| set(i)).count());
+            let mean = exchange.sum(reduce::sum(n, |i| if set(i) { squares[i] } else { 0.0 })) / count as f64;
             (count > 0).then(|| mean.sqrt() / poisson)
         };
         let interior = rms(&|i| measured.interior[i]);
@@ -207,10 +212,9 @@ pub fn poisson_force<const D: usize>(kernel: KernelName, kernel_neighbors: f64) 
     (reduce::sum(POISSON_POINTS, |i| squares[i]) / POISSON_POINTS as f64).sqrt()
 }
 
-fn median(values: &[f64]) -> f64 {
-    let mut values = values.to_vec();
-    let middle = values.len() / 2;
-    if values.is_empty() { 0.0 } else { *values.select_nth_unstable_by(middle, f64::total_cmp).1 }
+fn median(exchange: &dyn Exchange, values: &[f64]) -> f64 {
+    let count = exchange.count(values.len());
+    if count == 0 { 0.0 } else { exchange.nth(&mut values.to_vec(), count / 2) }
 }
 
 /// (|a| rho H)^2 of random points in a periodic unit box.

@@ -6,6 +6,7 @@ use super::{
     Thermodynamics,
 };
 use crate::target::{Positions, Target};
+use sph::exchange::{Alone, Exchange};
 use sph::kernel::KernelName;
 use sph::sums::support_guess;
 
@@ -37,23 +38,39 @@ impl Outcome {
         kernel_neighbors: f64,
         thermodynamics: Option<&Thermodynamics<'_, D>>,
     ) -> Self {
+        Self::among(&Alone, kernel, (target, ledger), (positions, masses), kernel_neighbors, thermodynamics)
+    }
+
+    /// Measures those of `target.count` particles that this rank has; the figures are over all ranks. The balance is none of theirs.
+    pub fn among<const D: usize>(
+        exchange: &dyn Exchange,
+        kernel: KernelName,
+        (target, ledger): (&Target<'_, D>, &Ledger<D>),
+        (positions, masses): (&Positions<D>, Vec<f64>),
+        kernel_neighbors: f64,
+        thermodynamics: Option<&Thermodynamics<'_, D>>,
+    ) -> Self {
         let number_density = target.number_densities(positions);
         let spacing = |i: usize| target.spacing(number_density[i]).min(target.domain.size());
         let guess = support_guess::<D>(kernel_neighbors, number_density.len(), spacing);
-        let mut measured = Measured::new(kernel, target.domain, positions, &masses, &guess, kernel_neighbors);
+        let mut measured =
+            Measured::among(exchange, kernel, target.domain, positions, &masses, &guess, kernel_neighbors);
         drop((guess, number_density));
         measured.leave_out_unresolved(target, positions, kernel_neighbors);
         let target_density = target.densities(positions);
-        let smoothed = smoothed_densities(kernel, target, positions, &measured.support, Some(&measured.interior));
-        let density_error = DensityError::new(&measured, &target_density, Some(&smoothed));
-        let ledger = ledger.figures(&measured, target, positions, &masses);
-        let noise = NoiseFigures::with_parts(kernel, &measured, target.domain, &masses, kernel_neighbors);
-        let balance = thermodynamics.and_then(|t| {
+        let own = measured.own();
+        let smoothed =
+            smoothed_densities(kernel, target, positions, &measured.support[..own], Some(&measured.interior));
+        let density_error = DensityError::among(exchange, &measured, &target_density, Some(&smoothed));
+        let ledger = ledger.figures_among(exchange, &measured, target, positions, &masses);
+        let noise = NoiseFigures::with_parts(exchange, kernel, &measured, target.domain, &masses, kernel_neighbors);
+        let balance = thermodynamics.filter(|_| exchange.is_alone()).and_then(|t| {
             BalanceFigures::new(kernel, &measured, target.domain, positions, (&masses, &target_density), t)
         });
-        let neighbors = measured.neighbors(target.domain, kernel_neighbors);
-        let order = BondOrder::sampled(&measured, target.domain);
-        let (support, density) = measured.support.iter().zip(&measured.sums).map(|(&h, s)| (h, s.weighted)).unzip();
+        let neighbors = measured.neighbors_among(exchange, target.domain, kernel_neighbors);
+        let order = BondOrder::sampled(exchange, &measured, target.domain);
+        let (support, density) =
+            measured.support.iter().zip(&measured.sums).take(own).map(|(&h, s)| (h, s.weighted)).unzip();
         Self { masses, support, density, target_density, density_error, ledger, noise, neighbors, order, balance }
     }
 }

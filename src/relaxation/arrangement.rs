@@ -3,9 +3,10 @@
 use super::interfaces::{Beyond, Interfaces, Missing};
 use crate::target::{Positions, Target, at};
 use sph::domain::{Domain, Round};
+use sph::exchange::Exchange;
 use sph::kernel::{KernelName, support_over_spacing};
 use sph::lanes::Real;
-use sph::neighbors::{GhostTree, Reach, Sources, Tree};
+use sph::neighbors::{GhostTree, Halo, Reach, Sees, Sources, Tree};
 use sph::sums::{
     Actors, Away, DensitySums, Solved, Vector, away_from_closest, density, largest_support, scatter_gradient,
     solve_support_radii,
@@ -79,6 +80,10 @@ pub(super) struct Arrangement<'a, const D: usize, R> {
     pub leaves_target: bool,
     tree: Tree<D>,
     ghosts: Option<GhostLayer<D>>,
+    /// Over which ranks the particles are, where these are not all.
+    exchange: Option<&'a dyn Exchange>,
+    /// Those of other ranks that are seen here.
+    halo: Option<Halo<D>>,
     moves: usize,
     /// n* at the particles, where the last move has told it.
     target_density: Option<Vec<f64>>,
@@ -147,12 +152,19 @@ impl<'a, const D: usize, R: Real> Arrangement<'a, D, R> {
             tree,
             positions,
             ghosts: None,
+            exchange: None,
+            halo: None,
             moves,
             target_density: None,
             interfaces: None,
             medium: 1.0,
             precision: PhantomData,
         }
+    }
+
+    /// Declares that other ranks have particles of the same arrangement, which are seen in [`Self::with_channels`].
+    pub fn share(&mut self, exchange: &'a dyn Exchange) {
+        self.exchange = Some(exchange).filter(|e| !e.is_alone());
     }
 
     pub fn tree(&self) -> &Tree<D> {
@@ -298,9 +310,14 @@ impl<'a, const D: usize, R: Real> Arrangement<'a, D, R> {
         self.moved();
     }
 
-    /// Mirrors particles at curved surfaces for the sums to come; `support` are the radii to be covered.
+    /// Mirrors particles at curved surfaces, and looks for those of other ranks, for the sums to come; `support` are the radii
+    /// to be covered.
     pub fn mirror(&mut self, support: &[f64]) {
         self.ghosts = GhostLayer::new(&self.domain, &self.positions, support);
+        self.halo = self.exchange.map(|exchange| {
+            let ghosts = self.ghosts.as_ref().map(|g| &g.images.tree);
+            Halo::new(exchange, &self.domain, (&self.tree, support), ghosts, Sees::Targets)
+        });
     }
 
     /// Number density sums at given support radii, with what lies beyond the surfaces of a region.
@@ -340,11 +357,19 @@ impl<'a, const D: usize, R: Real> Arrangement<'a, D, R> {
         powers: [f64; C],
         pass: impl Fn(&[Sources<'_, D, C>]) -> T,
     ) -> T {
-        let real = Sources::new(&self.tree, support, channels, Reach::Target);
-        let Some(ghosts) = &self.ghosts else { return pass(&[real]) };
-        let inherited: [Vec<f64>; C] = std::array::from_fn(|c| ghosts.images.inherit(channels[c], powers[c]));
-        let others = Sources::new(&ghosts.images.tree, &[], inherited.each_ref().map(Vec::as_slice), Reach::Target);
-        pass(&[real, others])
+        let mut all = vec![Sources::new(&self.tree, support, channels, Reach::Target)];
+        let ghosts = self.ghosts.as_ref().map(|g| &g.images);
+        let inherited: [Vec<f64>; C] =
+            std::array::from_fn(|c| ghosts.map_or_else(Vec::new, |g| g.inherit(channels[c], powers[c])));
+        let of_ghosts = inherited.each_ref().map(Vec::as_slice);
+        all.extend(ghosts.map(|g| Sources::new(&g.tree, &[], of_ghosts, Reach::Target)));
+        let seen = self.exchange.zip(self.halo.as_ref()).map(|(exchange, halo)| {
+            (&halo.tree, halo.values(exchange, std::array::from_fn(|c| [channels[c], of_ghosts[c]])))
+        });
+        all.extend(
+            seen.as_ref().map(|(tree, v)| Sources::new(tree, &[], v.each_ref().map(Vec::as_slice), Reach::Target)),
+        );
+        pass(&all)
     }
 
     /// Support radii with n V_d H^d = N_H, and the sums at them.

@@ -18,7 +18,7 @@
 //! multiplied by a power of the summed over the target density at j, and by a slowly forgetting memory of it.
 
 use super::arrangement::{Arrangement, SORT_INTERVAL};
-use super::fit::{fit, interior, resolved};
+use super::fit::{fit_among, interior_among, resolved};
 use super::interfaces::Interfaces;
 use super::objective::STEEP;
 use super::pairs::{COINCIDENT, part_pairs};
@@ -28,6 +28,7 @@ use super::stage::{Particles, Relaxed, Running, Stage};
 use super::stiffness::stiffness;
 use crate::target::{Positions, Target, at};
 use serde::{Deserialize, Serialize};
+use sph::exchange::{Alone, Exchange};
 use sph::kernel::{KernelName, default_kernel_neighbors, support_over_spacing};
 use sph::sums::{self, Bias, Push, Pushes, Weight, push_weight};
 use sph::{parallel, reduce};
@@ -110,7 +111,7 @@ impl<const D: usize> Stage<D> for Wvt<'_, D> {
     fn begin(&self, particles: Particles<D>) -> Box<dyn Running<D> + '_> {
         let mut positions = particles.positions;
         part_pairs(&self.target, &mut positions, COINCIDENT);
-        Box::new(self.begun(positions, None))
+        Box::new(self.begun(positions, None, &Alone))
     }
 
     fn resume(&self, kept: &[u8]) -> Result<Box<dyn Running<D> + '_>, String> {
@@ -121,8 +122,19 @@ impl<const D: usize> Stage<D> for Wvt<'_, D> {
         let mut state = Arrangement::of_sorted(self.kernel, self.target, mirrored, positions, moves, neighbors);
         self.see_interfaces(&mut state, interfaces);
         let (options, first_step, trace) = (&self.options, self.first_step(), trace.resumed());
-        let running =
-            Relaxation { options, first_step, state, iteration, excess, memory, weights, best, trace, order: None };
+        let running = Relaxation {
+            options,
+            first_step,
+            state,
+            exchange: &Alone,
+            iteration,
+            excess,
+            memory,
+            weights,
+            best,
+            trace,
+            order: None,
+        };
         Ok(Box::new(running))
     }
 }
@@ -142,11 +154,34 @@ impl<const D: usize> Stage<D> for Holding<'_, D> {
     }
 
     fn begin(&self, particles: Particles<D>) -> Box<dyn Running<D> + '_> {
-        Box::new(self.wvt.begun(particles.positions, Some((self.held, self.has_jump))))
+        Box::new(self.wvt.begun(particles.positions, Some((self.held, self.has_jump)), &Alone))
     }
 
     fn resume(&self, _: &[u8]) -> Result<Box<dyn Running<D> + '_>, String> {
         Err("is of particles of which some are held, and is not kept; start without it".into())
+    }
+}
+
+/// The same over several ranks, of which each has a part of the particles and keeps it. Without regions that are relaxed by
+/// themselves; all ranks begin and advance together.
+pub struct OnRanks<'a, const D: usize> {
+    pub wvt: Wvt<'a, D>,
+    pub exchange: &'a dyn Exchange,
+}
+
+impl<const D: usize> Stage<D> for OnRanks<'_, D> {
+    fn name(&self) -> StageName {
+        NAME
+    }
+
+    fn begin(&self, particles: Particles<D>) -> Box<dyn Running<D> + '_> {
+        let mut positions = particles.positions;
+        part_pairs(&self.wvt.target, &mut positions, COINCIDENT);
+        Box::new(self.wvt.begun(positions, None, self.exchange))
+    }
+
+    fn resume(&self, _: &[u8]) -> Result<Box<dyn Running<D> + '_>, String> {
+        Err("is of particles over several ranks, and is not kept; start without it".into())
     }
 }
 
@@ -159,7 +194,12 @@ struct Order {
 
 impl<const D: usize> Wvt<'_, D> {
     /// At the start; without `held` all particles move.
-    fn begun(&self, positions: Positions<D>, held: Option<(&[bool], bool)>) -> Relaxation<'_, D> {
+    fn begun<'s>(
+        &'s self,
+        positions: Positions<D>,
+        held: Option<(&[bool], bool)>,
+        exchange: &'s dyn Exchange,
+    ) -> Relaxation<'s, D> {
         let trace = Trace::new();
         let (neighbors, mirrored) = (self.options.kernel_neighbors, self.target.domain.mirrored());
         let density = self.target.number_densities(&positions);
@@ -171,6 +211,7 @@ impl<const D: usize> Wvt<'_, D> {
         };
         let (mut state, order) = Arrangement::with_order(self.kernel, self.target, mirrored, positions, neighbors);
         self.see_interfaces(&mut state, None);
+        state.share(exchange);
         let count = state.len();
         Relaxation {
             weights: parallel::map(count, |i| {
@@ -190,6 +231,7 @@ impl<const D: usize> Wvt<'_, D> {
             best: Best { epsilon: f64::INFINITY, iteration: 0, positions: state.positions.clone() },
             trace,
             state,
+            exchange,
             order: held.map(|(_, has_jump)| Order { best: order.clone(), now: order, has_jump }),
         }
     }
@@ -243,6 +285,7 @@ struct Relaxation<'a, const D: usize> {
     /// mu of the first iteration.
     first_step: f64,
     state: Arrangement<'a, D, f32>,
+    exchange: &'a dyn Exchange,
     iteration: usize,
     /// ln(summed / target density) at the last pass.
     excess: Vec<f64>,
@@ -276,11 +319,12 @@ impl<const D: usize> Running<D> for Relaxation<'_, D> {
         if let Some(order) = self.order.as_mut().filter(|_| self.best.iteration == iteration) {
             order.best.clone_from(&order.now);
         }
-        let reason = self.stop_reason().or(outside);
+        let reason = self.stop_reason().or(self.agreed(outside));
         let mut largest_step = 0.0;
         if reason.is_none() && iteration < options.iterations {
             let t = iteration as f64 / options.iterations.max(1) as f64;
-            largest_step = self.displace(&pushes, &support, self.first_step * options.final_step.powf(t));
+            let largest = self.displace(&pushes, &support, self.first_step * options.final_step.powf(t));
+            largest_step = self.exchange.max(largest);
         }
         let seconds = self.trace.seconds();
         self.trace.history.push(Progress { iteration, epsilon, force_error: None, largest_step, seconds });
@@ -329,6 +373,17 @@ impl<const D: usize> Running<D> for Relaxation<'_, D> {
 }
 
 impl<const D: usize> Relaxation<'_, D> {
+    /// What any rank has as a reason to stop, which all have to stop for.
+    fn agreed(&self, outside: Option<StopReason>) -> Option<StopReason> {
+        if self.exchange.is_alone() {
+            return outside;
+        }
+        let reasons = [StopReason::TimeLimit, StopReason::Interrupted];
+        let own = outside.map_or(0, |own| 1 + reasons.iter().position(|r| *r == own).unwrap_or(1));
+        let all = self.exchange.max(own as f64) as usize;
+        all.checked_sub(1).and_then(|i| reasons.get(i).copied())
+    }
+
     fn stop_reason(&self) -> Option<StopReason> {
         if self.best.epsilon <= self.options.tolerance {
             Some(StopReason::ToleranceReached)
@@ -409,13 +464,15 @@ impl<const D: usize> Relaxation<'_, D> {
             self.excess = parallel::map(n, |i| if weights[i] > 0.0 { (ratio(i) / mean).ln() } else { 0.0 });
             return;
         }
-        let mean = reduce::sum(n, ratio) / n as f64;
+        let [sum, count] = self.exchange.together([reduce::sum(n, ratio), n as f64]);
+        let mean = sum / count;
         self.excess = parallel::map(n, |i| (ratio(i) / mean).ln());
     }
 
     fn epsilon(&self, pushes: &[Push<D>], density: &[f64], support: &[f64]) -> f64 {
-        let set = interior(self.state.target.domain, &self.state.positions, support, Some(&self.weights));
-        fit(set.as_deref(), density, |i| pushes[i].number_density).epsilon
+        let (exchange, state) = (self.exchange, &self.state);
+        let set = interior_among(exchange, state.target.domain, &state.positions, support, Some(&self.weights));
+        fit_among(exchange, set.as_deref(), density, |i| pushes[i].number_density).epsilon
     }
 
     /// Moves all particles; returns the largest displacement in spacings.

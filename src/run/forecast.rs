@@ -199,7 +199,7 @@ impl ForecastOfBodies {
 const GIB: f64 = (1_u64 << 30) as f64;
 const NOTHING: &str = "dry run: nothing is placed, nothing is written";
 
-fn json(forecast: &impl Serialize) -> String {
+pub(super) fn json(forecast: &impl Serialize) -> String {
     serde_json::to_string_pretty(forecast).map_or_else(|e| format!("{{\"error\": \"{e}\"}}\n"), |text| text + "\n")
 }
 

@@ -10,6 +10,14 @@ const PLAIN: f64 = 360.0;
 /// The same with the density solver: 412 before its history was full.
 const SOLVED: f64 = 450.0;
 
+/// The same of a rank among several: 610 with two ranks of 200 000 in a uniform box, where measures hold particles of others, too.
+const OF_A_RANK: f64 = 620.0;
+
+/// Bytes that a rank with `count` particles takes at its peak.
+pub fn needed_by_rank(count: usize) -> f64 {
+    count as f64 * OF_A_RANK
+}
+
 /// Bytes that a run of `count` particles takes at its peak.
 pub fn needed(count: usize, stages: &[StageName]) -> f64 {
     let is_solved = stages.iter().any(|stage| *stage == SOLVER || *stage == BALANCE);
@@ -22,6 +30,30 @@ pub fn needed(count: usize, stages: &[StageName]) -> f64 {
 /// [`Error::Scene`] where more memory is needed than the machine has.
 pub fn check(count: usize, stages: &[StageName]) -> Result<()> {
     check_against(count, stages, total())
+}
+
+/// [`check`] for particles that are shared by `ranks`, so many of which are `here`; other machines are taken for the same.
+///
+/// # Errors
+/// Those of [`check`], with the memory of all machines.
+pub fn check_among(count: usize, stages: &[StageName], (here, ranks): (usize, usize)) -> Result<()> {
+    if ranks == 1 {
+        return check(count, stages);
+    }
+    check_ranks(count, total().map(|bytes| bytes * ranks as f64 / here.max(1) as f64))
+}
+
+fn check_ranks(count: usize, total: Option<f64>) -> Result<()> {
+    let needs = needed_by_rank(count);
+    let Some(total) = total.filter(|total| needs > *total) else { return Ok(()) };
+    let problem = format!(
+        "is {count}, which takes some {:.0} GiB of memory at {OF_A_RANK:.0} bytes a particle over ranks, more than the {:.1} GiB of their machines: \
+         -n {} fits, or ranks on more machines",
+        needs / GIB,
+        total / GIB,
+        rounded_down(total / OF_A_RANK)
+    );
+    Err(Error::scene("particles", problem))
 }
 
 fn check_against(count: usize, stages: &[StageName], total: Option<f64>) -> Result<()> {
@@ -85,6 +117,9 @@ mod tests {
         let error = check(100_000_000, &[WVT, SOLVER]).unwrap_err().to_string();
         assert!(error.contains("-n 5.7e7 fits, or -n 7.1e7 with --polish none"), "{error}");
         check_against(1_000_000_000, &[WVT], None).unwrap();
+        check_ranks(40_000_000, Some(24.0 * GIB)).unwrap();
+        let error = check_ranks(1_000_000_000, Some(24.0 * GIB)).unwrap_err().to_string();
+        assert!(error.contains("577 GiB") && error.contains("-n 4.1e7 fits"), "{error}");
     }
 
     #[test]

@@ -551,7 +551,7 @@ pub(super) fn closed_and_open<const D: usize>(domain: &Domain<D>) -> (bool, bool
 }
 
 /// The report's measured error decides whether a tolerance was met, not the error that stages watch.
-fn verdict(scene: &Scene, stop: StopReason, measured: &DensityError) -> StopReason {
+pub(super) fn verdict(scene: &Scene, stop: StopReason, measured: &DensityError) -> StopReason {
     let Some(tolerance) = scene.tolerance.filter(|_| stop != StopReason::Interrupted) else { return stop };
     match (measured.stated().epsilon <= tolerance, stop) {
         (true, _) => StopReason::ToleranceReached,

@@ -16,6 +16,7 @@ use crate::run::settling::Settling;
 use crate::run::variables::{VariableReport, write_variables};
 use crate::run::verdict::{Finding, ending, write_verdict};
 use serde::Serialize;
+use sph::exchange::{Alone, Exchange};
 use sph::reduce;
 use sph_formats::ParticleTable;
 use sph_formats::common::particle_names as names;
@@ -128,22 +129,29 @@ pub struct MassReport {
 
 impl MassReport {
     /// Of `masses` in internal units, of which `asked` were asked for; `grams` are those of a unit of the output.
-    pub(crate) fn new(
+    pub(crate) fn new(masses: &[f64], asked: &[f64], mass: &MassEstimate, factors: (&Factors, Option<f64>)) -> Self {
+        Self::among(&Alone, masses, asked, mass, factors)
+    }
+
+    /// [`Self::new`] of particles that are over several ranks.
+    pub(crate) fn among(
+        exchange: &dyn Exchange,
         masses: &[f64],
         asked: &[f64],
         mass: &MassEstimate,
         (factors, grams): (&Factors, Option<f64>),
     ) -> Self {
         let total = mass.value * factors.input_mass;
-        let summed = reduce::sum(masses.len(), |i| masses[i] * factors.mass);
+        let summed = exchange.sum(reduce::sum(masses.len(), |i| masses[i] * factors.mass));
         let fold = |f: fn(f64, f64) -> f64, start: f64| masses.iter().fold(start, |m, &v| f(m, v)) * factors.mass;
         Self {
             total,
             quadrature_error: mass.error / mass.value,
-            smallest: fold(f64::min, f64::INFINITY),
-            largest: fold(f64::max, 0.0),
+            smallest: -exchange.max(-fold(f64::min, f64::INFINITY)),
+            largest: exchange.max(fold(f64::max, 0.0)),
             defect: (summed - total) / total,
-            off: masses.iter().zip(asked).fold(0.0, |off, (m, asked)| f64::max(off, (m / asked - 1.0).abs())),
+            off: exchange
+                .max(masses.iter().zip(asked).fold(0.0, |off, (m, asked)| f64::max(off, (m / asked - 1.0).abs()))),
             total_cgs: grams.map(|grams| total * grams),
         }
     }

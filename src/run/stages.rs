@@ -299,7 +299,7 @@ impl<'a, const D: usize> Setting<'a, D> {
         Quality::new(kernel, &target, self.ledger(), (&particles.positions, particles.masses.as_deref()), neighbors)
     }
 
-    fn wvt(&self, plan: &Plan) -> WvtOptions {
+    pub(super) fn wvt(&self, plan: &Plan) -> WvtOptions {
         let w = &self.scene.wvt;
         WvtOptions {
             weight: w.weight,
@@ -399,7 +399,7 @@ fn skip(name: StageName, past: &Past, plan: &Plan) -> Option<&'static str> {
 }
 
 /// n_i V H^d of a particle counts its own kernel at least; no support radius has fewer neighbors than that.
-fn check_neighbors<const D: usize>(scene: &Scene) -> Result<()> {
+pub(super) fn check_neighbors<const D: usize>(scene: &Scene) -> Result<()> {
     let neighbors = scene.kernel_neighbors(D);
     let (own, title) = (own_count(scene.kernel(), D), scene.kernel().title());
     if !(neighbors > own) {

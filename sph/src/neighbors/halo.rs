@@ -1,0 +1,174 @@
+//! Particles of other ranks that those of this rank see, kept in a tree of their own to be gathered from.
+//!
+//! Each rank tells the others where its particles are, as boxes with how far the particles in them see, and is given all
+//! that lie within. The boxes are nodes of its tree: some dozens tell the shape of a block closely enough. A particle that
+//! reaches a box through a periodic face is given once, as it is: the domain makes its images. Mirror images need nothing: an
+//! image in a wall is farther from all that is inside than what it is an image of.
+
+use super::tree::Tree;
+use crate::domain::{Axis, Domain};
+use crate::exchange::Exchange;
+
+/// Boxes by which a rank tells where its particles are, about.
+const BOXES: usize = 64;
+/// A little farther than exact, so that rounding loses no neighbor.
+const SLACK: f64 = 1.0 + 1e-6;
+
+/// A box, and how far the particles in it see.
+#[derive(Debug, Clone, Copy)]
+struct Sight<const D: usize> {
+    lo: [f64; D],
+    hi: [f64; D],
+    reach: f64,
+}
+
+impl<const D: usize> Sight<D> {
+    fn packed(&self) -> impl Iterator<Item = f64> + '_ {
+        self.lo.iter().chain(&self.hi).chain([&self.reach]).copied()
+    }
+
+    fn unpacked(numbers: &[f64]) -> Vec<Self> {
+        let one = |n: &[f64]| Self {
+            lo: std::array::from_fn(|k| n[k]),
+            hi: std::array::from_fn(|k| n[D + k]),
+            reach: n[2 * D],
+        };
+        numbers.chunks_exact(2 * D + 1).map(one).collect()
+    }
+
+    /// Whether anything between `lo` and `hi` is seen, which itself may see `own` far.
+    fn sees(&self, domain: &Domain<D>, lo: &[f64; D], hi: &[f64; D], own: f64) -> bool {
+        let reach = SLACK * self.reach.max(own);
+        let mut gap2 = 0.0;
+        for k in 0..D {
+            let gap = |shift: f64| (self.lo[k] - hi[k] - shift).max(lo[k] + shift - self.hi[k]).max(0.0);
+            let gap = match domain.axes[k] {
+                Axis::Periodic => {
+                    let edge = domain.hi[k] - domain.lo[k];
+                    gap(0.0).min(gap(edge)).min(gap(-edge))
+                }
+                Axis::Walls { .. } => gap(0.0),
+            };
+            gap2 += gap * gap;
+        }
+        gap2 <= reach * reach
+    }
+}
+
+impl<const D: usize> Tree<D> {
+    /// Boxes that hold all particles, with the largest of their `support`, in tree order.
+    fn sights(&self, support: &[f64]) -> Vec<Sight<D>> {
+        let maxima = self.node_maxima(support);
+        let share = self.len().div_ceil(BOXES);
+        let mut sights = Vec::new();
+        let mut at = 0;
+        while at < self.nodes.len() {
+            let node = &self.nodes[at];
+            let is_leaf = node.skip as usize == at + 1;
+            if is_leaf || node.count as usize <= share {
+                sights.push(Sight { lo: node.lo, hi: node.hi, reach: maxima[at] });
+                at = node.skip as usize;
+            } else {
+                at += 1;
+            }
+        }
+        sights
+    }
+
+    /// Tree positions of particles that any of `sights` sees, or that see any of them by their `own` radii, if given.
+    fn seen(&self, domain: &Domain<D>, sights: &[Sight<D>], own: &[f64]) -> Vec<u32> {
+        let maxima = if own.is_empty() { Vec::new() } else { self.node_maxima(own) };
+        let far = |values: &[f64], i: usize| values.get(i).copied().unwrap_or(0.0);
+        let mut seen = Vec::new();
+        if self.nodes.is_empty() {
+            return seen;
+        }
+        let mut open = vec![(0_usize, sights.to_vec())];
+        while let Some((at, mut sights)) = open.pop() {
+            let node = &self.nodes[at];
+            sights.retain(|s| s.sees(domain, &node.lo, &node.hi, far(&maxima, at)));
+            if sights.is_empty() {
+                continue;
+            }
+            if node.skip as usize == at + 1 {
+                let inside = node.first as usize..(node.first + node.count) as usize;
+                let is_seen = |i: &usize| {
+                    let x = self.position(*i);
+                    sights.iter().any(|s| s.sees(domain, &x, &x, far(own, *i)))
+                };
+                seen.extend(inside.filter(is_seen).map(|i| i as u32));
+            } else {
+                open.push((self.nodes[at + 1].skip as usize, sights.clone()));
+                open.push((at + 1, sights));
+            }
+        }
+        seen
+    }
+}
+
+/// Whose support radius decides what a rank is given.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Sees {
+    /// What lies within the radii of the particles that receive.
+    Targets,
+    /// What lies within the larger radius of the two.
+    Either,
+}
+
+/// What other ranks have given.
+#[derive(Debug)]
+pub struct Halo<const D: usize> {
+    pub tree: Tree<D>,
+    /// For each rank, tree positions of the particles here that are given to it, and of their ghosts.
+    given: Vec<[Vec<u32>; 2]>,
+}
+
+impl<const D: usize> Halo<D> {
+    /// Exchanges the particles of `tree`, which see as far as `support` (tree order) says, and their `ghosts`. All ranks call it
+    /// together.
+    pub fn new(
+        exchange: &dyn Exchange,
+        domain: &Domain<D>,
+        (tree, support): (&Tree<D>, &[f64]),
+        ghosts: Option<&Tree<D>>,
+        sees: Sees,
+    ) -> Self {
+        let sights: Vec<f64> = tree.sights(support).iter().flat_map(|s| s.packed().collect::<Vec<_>>()).collect();
+        let others: Vec<Vec<Sight<D>>> = exchange.all(&sights).iter().map(|n| Sight::unpacked(n)).collect();
+        let own = if sees == Sees::Either { support } else { &[] };
+        let given: Vec<[Vec<u32>; 2]> = crate::parallel::tasks(others.len(), |rank| {
+            if rank == exchange.rank() {
+                return [Vec::new(), Vec::new()];
+            }
+            let ghosts = ghosts.map_or_else(Vec::new, |ghosts| ghosts.seen(domain, &others[rank], &[]));
+            [tree.seen(domain, &others[rank], own), ghosts]
+        });
+        let mut halo = Self { tree: Tree::build(&std::array::from_fn(|_| Vec::new())), given };
+        let of_ghosts = |k: usize| ghosts.map_or(&[][..], |g| &g.positions[k]);
+        let channels: [[&[f64]; 2]; D] = std::array::from_fn(|k| [tree.positions[k].as_slice(), of_ghosts(k)]);
+        halo.tree = Tree::build(&halo.swapped(exchange, channels));
+        halo
+    }
+
+    /// Values of the particles that were given, in the order of [`Self::tree`]; `channels` are those of the particles here and of their
+    /// ghosts, each in the order of its tree. All ranks call it together.
+    pub fn values<const C: usize>(&self, exchange: &dyn Exchange, channels: [[&[f64]; 2]; C]) -> [Vec<f64>; C] {
+        self.swapped(exchange, channels).map(|values| self.tree.to_tree_order(&values))
+    }
+
+    /// The same in the order of ranks.
+    fn swapped<const C: usize>(&self, exchange: &dyn Exchange, channels: [[&[f64]; 2]; C]) -> [Vec<f64>; C] {
+        let chosen = |given: &[Vec<u32>; 2]| -> Vec<f64> {
+            let of = |c: usize| (0..2).flat_map(move |s| given[s].iter().map(move |&i| channels[c][s][i as usize]));
+            (0..C).flat_map(of).collect()
+        };
+        let received = exchange.swap(self.given.iter().map(chosen).collect());
+        std::array::from_fn(|c| {
+            let part = |message: &Vec<f64>| {
+                let each = message.len() / C.max(1);
+                message[c * each..(c + 1) * each].to_vec()
+            };
+            received.iter().flat_map(part).collect()
+        })
+    }
+}

@@ -1,0 +1,35 @@
+//! Arguments of runs over several ranks.
+
+use crate::scene::parse_count;
+use std::path::PathBuf;
+
+#[derive(Debug, clap::Args)]
+pub struct PlanArgs {
+    /// Scene file (YAML).
+    #[arg(long, value_name = "FILE")]
+    pub scene: PathBuf,
+    /// Number of particles, over the scene's; it may be more than one process can hold.
+    #[arg(short = 'n', long, value_name = "N", value_parser = parse_count)]
+    pub particles: Option<usize>,
+    /// How many ranks there are.
+    #[arg(long, value_name = "COUNT", value_parser = clap::value_parser!(u32).range(1..))]
+    pub ranks: u32,
+    /// Threads of each rank [default: all cores].
+    #[arg(long)]
+    pub threads: Option<usize>,
+    /// Print the plan as JSON.
+    #[arg(long)]
+    pub json: bool,
+}
+
+/// More threads than this are no use in one process.
+const MOST_RANKS: usize = 1024;
+
+/// A number of ranks within a process.
+///
+/// # Errors
+/// What is expected.
+pub fn ranks(text: &str) -> std::result::Result<usize, String> {
+    let expected = || format!("expected a whole number from 1 to {MOST_RANKS}");
+    text.parse().ok().filter(|n| (1..=MOST_RANKS).contains(n)).ok_or_else(expected)
+}

@@ -1,0 +1,437 @@
+//! A scene placed over several ranks: each seeds a part by mass bisection, keeps it through WVT with what the others have near
+//! by, and measures it with them; the first rank writes one file, for which it fetches rows from the others.
+//!
+//! Seeds are the same for any number of ranks, to the bit. What follows differs by rounding, since sums go over trees of other
+//! particles; for one number of ranks it is the same for any number of threads, processes or threads in the place of ranks.
+
+use super::destination::{Destination, intended_format, refuse_box, refuse_what_the_format_cannot_hold};
+use super::duration::{self, Cost, Expected};
+use super::gathered::{Gathered, agreed};
+use super::grading::verdict as verdict_on;
+use super::pipeline::{closed_and_open, verdict};
+use super::plan::{Held, Plan};
+use super::report::{MassReport, Report, Timing};
+use super::stages::{Setting, check_neighbors};
+use super::streamed::Read;
+use super::variables::variables;
+use super::{doubts, memory};
+use crate::codes::TargetCode;
+use crate::error::{Error, Result};
+use crate::input::internal_units::Prepared;
+use crate::input::units::RunUnits;
+use crate::metrics::Outcome;
+use crate::output::frame::{Factors, output_units};
+use crate::output::origin;
+use crate::output::particle_file::{Made, Making, RawColumns, particle_file};
+use crate::relaxation::{self, Bias, Control, Event, OnRanks, Particles, StageReport, Step, StopReason, WVT, Wvt};
+use crate::scene::{DEFAULT_PARTICLES, OnInterrupt, Order, Polish, Scene};
+use crate::seeding::{Seeding, seed_block};
+use crate::target::{Positions, Target};
+use sph::domain::Wall;
+use sph::exchange::Exchange;
+use sph_formats::common::particle_names as names;
+use sph_formats::stream::Part;
+use sph_formats::{FormatError, FormatSpec, ParticleFile, WriteOptions, write_stream};
+use std::time::Instant;
+
+/// Particles of a rank, at least.
+pub(super) const FEWEST: usize = 3;
+
+/// Runs a scene over the ranks of `exchange`, all of which call it together; the first writes the file. The report is the same on
+/// all of them, but for its times and notes.
+///
+/// # Errors
+/// Those of [`run`](super::pipeline::run); what a run over ranks does not do; [`Error::Rank`] where another rank failed. Nothing is left half-written.
+pub fn run_on_ranks(
+    scene: &Scene,
+    formats: &[FormatSpec],
+    control: &Control<'_>,
+    exchange: &dyn Exchange,
+) -> Result<Report> {
+    agreed(exchange, refuse(scene))?;
+    let (start, asked) = (Instant::now(), scene);
+    let scene = &reduced(scene);
+    control.tell(Event::Begin(Step::Read));
+    let begun = agreed(exchange, begin(scene, formats))?;
+    let mut run = Run {
+        scene,
+        formats,
+        control,
+        exchange,
+        format: begun.1,
+        units: begun.0.units,
+        start,
+        timing: Vec::new(),
+        notes: told(asked, exchange),
+        warnings: Vec::new(),
+    };
+    run.lap(Step::Read, start, None);
+    let (dimension, raw) = (begun.0.dimension, begun.0.raw);
+    let read = Read { raw, units: run.units, dimension };
+    let (file, mut report) = match dimension {
+        1 => run.in_dimension::<1>(read),
+        2 => run.in_dimension::<2>(read),
+        _ => run.in_dimension::<3>(read),
+    }?;
+    let lap = Instant::now();
+    control.tell(Event::Begin(Step::Write));
+    report.notes.extend(write(scene, formats, begun.1, (exchange, &file))?);
+    report.timing.push(Timing { step: Step::Write.name(), seconds: lap.elapsed().as_secs_f64(), epsilon: None });
+    report.seconds = start.elapsed().as_secs_f64();
+    Ok(report)
+}
+
+/// Refuses what a run over ranks does not do and a scene asks for.
+pub(super) fn refuse(scene: &Scene) -> Result<()> {
+    let lacks = |key: &str, what: &str| Err(Error::scene(key, format!("{what} over several ranks; leave it out")));
+    let undone = "is not done";
+    match scene.seeding {
+        None | Some(Seeding::MassBisection) => {}
+        Some(other) => {
+            let problem =
+                format!("is {}, but over several ranks seeds are by mass-bisection; leave it out", other.method().name);
+            return Err(Error::scene("seeding", problem));
+        }
+    }
+    match scene.polish {
+        None | Some(Polish::None) => {}
+        Some(_) => return lacks("polish", undone),
+    }
+    let asked = [
+        (scene.order == Some(Order::Crystal), "order: crystal"),
+        (scene.wvt.bias == Bias::Plain, "wvt.bias: plain"),
+        (scene.balance.is_some(), "balance"),
+        (scene.certify.is_some(), "certify"),
+        (scene.settle.is_some(), "settle"),
+        (scene.trim_masses.is_some(), "trim_masses"),
+        (scene.refine.is_some(), "refine"),
+        (scene.input.core.is_some(), "input.core"),
+        (scene.checkpoint.file.is_some() || scene.checkpoint.resume.is_some(), "checkpoint"),
+        (scene.output.report.is_some(), "output.report"),
+        (scene.output.parameters, "output.parameters"),
+    ];
+    match asked.iter().find(|(is_asked, _)| *is_asked) {
+        Some((_, key)) => lacks(key, undone),
+        None => Ok(()),
+    }
+}
+
+/// The scene with what several ranks do alone: seeds by mass bisection, and WVT.
+pub(super) fn reduced(scene: &Scene) -> Scene {
+    Scene { seeding: Some(Seeding::MassBisection), polish: Some(Polish::None), ..scene.clone() }
+}
+
+/// What is tried before the work, on every rank.
+fn begin<'f>(scene: &Scene, formats: &'f [FormatSpec]) -> Result<(Read, &'f FormatSpec)> {
+    let destination = Destination::new(scene, formats)?;
+    destination.refuse_overwriting_inputs(scene)?;
+    let Some(format) = intended_format(scene, formats)? else {
+        return Err(Error::scene(
+            "output.file",
+            "is a picture, which is not drawn over several ranks; write particles",
+        ));
+    };
+    if format.stream.is_none() {
+        let able: Vec<&str> = formats.iter().filter(|f| f.stream.is_some()).map(|f| f.name).collect();
+        let problem = format!(
+            "'{}' is not written block by block, as several ranks need it; use {}",
+            format.name,
+            able.join(", ")
+        );
+        return Err(Error::scene("output.format", problem));
+    }
+    let read = Read::new(scene, formats)?;
+    scene.check_units(&read.units.into_input())?;
+    refuse_what_the_format_cannot_hold(scene, format, read.dimension)?;
+    Ok((read, format))
+}
+
+/// What is left out because there are ranks, where the scene leaves it open.
+const NOT_DONE: [(&str, &str); 3] = [
+    ("density solver", "it is not done over several ranks"),
+    ("acceptance of what WVT makes", "it is not done over several ranks: the state with the least epsilon is taken"),
+    ("parts of the force noise", "they are not measured over several ranks"),
+];
+
+fn told(scene: &Scene, exchange: &dyn Exchange) -> Vec<String> {
+    let count = scene.particles.unwrap_or(DEFAULT_PARTICLES);
+    let ranks = exchange.ranks();
+    let here = exchange.on_this_machine();
+    vec![format!(
+        "placed over {ranks} ranks, {here} of them on the first one's machine, of {} particles each at most",
+        count.div_ceil(ranks)
+    )]
+}
+
+/// A run under way on one rank.
+struct Run<'a> {
+    scene: &'a Scene,
+    formats: &'a [FormatSpec],
+    control: &'a Control<'a>,
+    exchange: &'a dyn Exchange,
+    format: &'a FormatSpec,
+    units: RunUnits,
+    start: Instant,
+    timing: Vec<Timing>,
+    notes: Vec<String>,
+    warnings: Vec<String>,
+}
+
+/// What WVT came to, or the seeds.
+struct Placed<const D: usize> {
+    positions: Positions<D>,
+    stages: Vec<StageReport>,
+    stop: StopReason,
+}
+
+impl<'a> Run<'a> {
+    fn lap(&mut self, step: Step, since: Instant, epsilon: Option<f64>) {
+        self.timing.push(Timing { step: step.name(), seconds: since.elapsed().as_secs_f64(), epsilon });
+    }
+
+    /// Ends all ranks where any is interrupted between two steps.
+    fn check(&self) -> Result<()> {
+        let is_cut = self.exchange.any(self.control.is_interrupted());
+        if is_cut { Err(Error::Interrupted) } else { Ok(()) }
+    }
+
+    fn in_dimension<const D: usize>(mut self, Read { raw, .. }: Read) -> Result<(ParticleFile, Report)> {
+        let (lap, exchange, scene) = (Instant::now(), self.exchange, self.scene);
+        self.control.tell(Event::Begin(Step::Interpolate));
+        let count = scene.particles.unwrap_or(DEFAULT_PARTICLES);
+        let prepared = agreed(exchange, self.prepared::<D>(raw, count))?;
+        self.notes.extend(prepared.notes.iter().cloned());
+        self.warnings.extend(doubts::before(scene, &prepared, count));
+        let regions = prepared.target().find_regions(scene.region_contrast);
+        let target = prepared.target().with_regions(regions.as_ref());
+        self.lap(Step::Interpolate, lap, None);
+        let held = Held::Unsure("it is not done over several ranks".into());
+        let mut plan = Plan::new(scene, &target, prepared.source.radial.is_some(), &held);
+        plan.left_out.retain(|left| left.what != "polish");
+        NOT_DONE.iter().for_each(|(what, why)| plan.drop(*what, *why));
+        if regions.is_some() {
+            plan.drop(
+                "relaxation of each region by itself",
+                "it is not done over several ranks: WVT goes over all of them",
+            );
+        }
+        let here = (exchange.on_this_machine(), exchange.ranks());
+        agreed(exchange, memory::check_among(count, &plan.stages, here))?;
+        let expected = self.expected(&plan, &target);
+        self.check()?;
+        let placed = self.place(&target, &plan)?;
+        self.measured(&prepared, target, placed, (plan, expected))
+    }
+
+    /// The source, of which ranks can make their parts by themselves.
+    fn prepared<const D: usize>(&self, raw: crate::input::ingest::RawInput, count: usize) -> Result<Prepared<D>> {
+        let ranks = self.exchange.ranks();
+        if count < FEWEST * ranks {
+            let problem = format!("is {count}, too few for {ranks} ranks; expected at least {}", FEWEST * ranks);
+            return Err(Error::scene("particles", problem));
+        }
+        let prepared = Prepared::<D>::new(self.scene, self.formats, (raw, &self.units), count)?;
+        if prepared.of_snapshot.is_some() {
+            return Err(Error::scene("input.file", "is a particle file, which is not taken over several ranks"));
+        }
+        if prepared.source.domain.region.wall() == Some(Wall::Reflecting) {
+            let problem = "has a curved surface that reflects, through which several ranks cannot see; leave it open";
+            return Err(Error::scene("domain", problem));
+        }
+        check_neighbors::<D>(self.scene)?;
+        refuse_box(self.scene, Some(self.format), (&prepared, None), &self.units.into_input())?;
+        Ok(prepared)
+    }
+
+    fn expected<const D: usize>(&self, plan: &Plan, target: &Target<'_, D>) -> Vec<Expected> {
+        let kernel_neighbors = self.scene.kernel_neighbors(D);
+        let cost = Cost { kernel_neighbors, slowness: 1.0, target: duration::of_target(target) };
+        let each = target.count.div_ceil(self.exchange.ranks());
+        let expected = duration::expected(plan, self.scene, each, &cost, rayon::current_num_threads());
+        for Expected { step, seconds } in &expected {
+            self.control.tell(Event::Expect { step, seconds: *seconds });
+        }
+        expected
+    }
+
+    /// Seeds, and relaxes.
+    fn place<const D: usize>(&mut self, target: &Target<'_, D>, plan: &Plan) -> Result<Placed<D>> {
+        let (exchange, lap) = (self.exchange, Instant::now());
+        self.control.tell(Event::Begin(Step::Seed));
+        let totals = std::array::from_fn(|t| if t == 0 { target.count } else { 0 });
+        let Part { starts, counts, .. } = Part::new(totals, exchange.rank(), exchange.ranks());
+        let own = starts[0]..starts[0] + counts[0];
+        let positions = agreed(exchange, seed_block(target, self.scene.seed, own))?;
+        self.lap(Step::Seed, lap, None);
+        self.check()?;
+        if !plan.stages.contains(&WVT) {
+            return Ok(Placed { positions, stages: Vec::new(), stop: StopReason::NotNeeded });
+        }
+        let lap = Instant::now();
+        self.control.tell(Event::Begin(Step::Relax(WVT)));
+        let setting = Setting::new(self.scene, *target, None, self.control);
+        let wvt = Wvt { kernel: self.scene.kernel(), target: *target, options: setting.wvt(plan) };
+        let before = exchange.traffic();
+        let relaxed = relaxation::relax_new(&OnRanks { wvt, exchange }, positions, self.control);
+        let sent = exchange.traffic();
+        let report = relaxed.report();
+        let (stop, epsilon, steps) = (report.stop, report.epsilon(), report.history.len().max(1) as f64);
+        if !exchange.is_alone() {
+            let each = |after: u64, before: u64| exchange.max((after - before) as f64 / steps);
+            self.notes.push(format!(
+                "in each step of WVT the busiest rank sent {:.0} messages and {:.0} bytes to others",
+                each(sent.messages, before.messages),
+                each(sent.bytes, before.bytes)
+            ));
+        }
+        self.lap(Step::Relax(WVT), lap, epsilon);
+        if stop == StopReason::Interrupted && self.scene.output.on_interrupt == OnInterrupt::Discard {
+            return Err(Error::Interrupted);
+        }
+        let Particles { positions, .. } = relaxed.particles;
+        Ok(Placed { positions, stages: relaxed.reports, stop })
+    }
+
+    /// Measures, and makes this rank's part of the file.
+    fn measured<const D: usize>(
+        mut self,
+        prepared: &Prepared<D>,
+        target: Target<'_, D>,
+        placed: Placed<D>,
+        (mut plan, expected): (Plan, Vec<Expected>),
+    ) -> Result<(ParticleFile, Report)> {
+        let (exchange, scene, lap) = (self.exchange, self.scene, Instant::now());
+        self.control.tell(Event::Begin(Step::Measure));
+        let (kernel, neighbors) = (scene.kernel(), scene.kernel_neighbors(D));
+        let Placed { positions, stages, stop } = placed;
+        // All have the same; the target's own are of all particles.
+        let masses = vec![target.mass / target.count as f64; positions[0].len()];
+        let asked = masses.clone();
+        let setting = Setting::new(scene, target, None, self.control);
+        let outcome =
+            Outcome::among(exchange, kernel, (&target, setting.ledger()), (&positions, masses), neighbors, None);
+        let error = outcome.density_error;
+        if !error.all.epsilon.is_finite() {
+            let problem =
+                format!("the summed density of {} particles is beyond f64 where the target is steepest", target.count);
+            return Err(Error::Numeric { stage: "measure", problem });
+        }
+        self.lap(Step::Measure, lap, Some(error.all_refitted.epsilon));
+        if scene.output.on_interrupt == OnInterrupt::Discard {
+            self.check()?;
+        }
+        let stop = verdict(scene, stop, &error);
+        self.notes.extend(scene.code().and_then(|code| code.pairing(D)));
+        self.notes.extend(match scene.code() {
+            Some(code) => Some(format!("made for {}", code.describe(D))),
+            None => TargetCode::of_format(self.format.name).and_then(|code| code.mismatch(kernel, D, neighbors)),
+        });
+        let (units, note) =
+            agreed(exchange, output_units(scene.output.units.as_deref(), self.units.input, prepared.mass.value, D))?;
+        self.notes.extend(note);
+        let factors = Factors::new::<D>(self.units.input, prepared, &units);
+        let known = (self.units.input.is_some() && D == 3).then_some(units.mass);
+        let mass = MassReport::among(exchange, &outcome.masses, &asked, &prepared.mass, (&factors, known));
+        let raw = RawColumns {
+            drawn: None,
+            positions: &positions,
+            masses: outcome.masses,
+            support: outcome.support,
+            density: outcome.density,
+            target_density: outcome.target_density,
+            balanced: None,
+            displaced: None,
+        };
+        let making = Making {
+            kernel: kernel.title(),
+            kernel_neighbors: neighbors,
+            stop: format!("{stop:?}"),
+            requires_energy: self.format.capabilities.requires.contains(&names::INTERNAL_ENERGY),
+            units_known: self.units.input.is_some(),
+            conversion: self.units.into_output(&units),
+            origin: origin::wanted(scene, Some(self.format), closed_and_open(&prepared.source.domain)),
+        };
+        let made = particle_file(scene, prepared, raw, (units, &factors), None, &making);
+        let Made { file, notes, left_out, .. } = agreed(exchange, made)?;
+        self.notes.extend(notes);
+        if file.species.iter().any(|s| s.table.column(names::MAGNETIC_FIELD).is_some()) {
+            self.notes.push(format!("the magnetic field is in {}", self.format.capabilities.magnetic.describe(&units)));
+        }
+        left_out.into_iter().for_each(|(what, why)| plan.drop(what, why));
+        let format = (self.format.name, self.format.capabilities.columns);
+        let (variables, warnings) = variables(&prepared.variables, &file.species[0].table, Some(format));
+        self.warnings.extend(warnings);
+        let mut report = Report {
+            input: scene.input_name(),
+            output: scene.output.file.as_ref().map_or_else(String::new, |file| file.display().to_string()),
+            format: self.format.name,
+            dimension: D,
+            particles: target.count,
+            seed: scene.seed,
+            kernel: kernel.title(),
+            mass,
+            stop,
+            density_error: error,
+            ledger: outcome.ledger,
+            noise: outcome.noise,
+            order: outcome.order,
+            balance: None,
+            certificate: None,
+            settled: None,
+            neighbors: outcome.neighbors,
+            stages,
+            expected,
+            timing: self.timing,
+            seconds: self.start.elapsed().as_secs_f64(),
+            plan,
+            variables,
+            atmosphere: prepared.cut,
+            snapshot: None,
+            verdict: Vec::new(),
+            warnings: self.warnings,
+            notes: self.notes,
+            #[cfg(feature = "plots")]
+            seen: None,
+        };
+        report.verdict = verdict_on(&report);
+        Ok((file, report))
+    }
+}
+
+/// Writes the particles of all ranks from the first; returns what there is to note.
+fn write(
+    scene: &Scene,
+    formats: &[FormatSpec],
+    format: &FormatSpec,
+    (exchange, file): (&dyn Exchange, &ParticleFile),
+) -> Result<Vec<String>> {
+    let Some(path) = scene.output.file.as_deref() else {
+        return Err(Error::scene("output.file", "is missing (--out FILE)"));
+    };
+    let refuse = |problem: String| Error::from(FormatError::Output { path: path.into(), format: format.name, problem });
+    agreed(exchange, file.validate().map_err(|(location, problem)| refuse(format!("{location}: {problem}"))))?;
+    agreed(exchange, file.meaningless().map_or(Ok(()), |problem| Err(refuse(problem))))?;
+    let gathered = agreed(exchange, Gathered::new(exchange, file))?;
+    let mut notes = Vec::new();
+    let written = if exchange.rank() == 0 {
+        let existed = path.exists();
+        let options =
+            WriteOptions { compression: scene.output.compression, double_precision: scene.output.double_precision };
+        let written = write_stream(formats, path, Some(format.name), &gathered, scene.output.files, options);
+        gathered.done();
+        if existed {
+            notes.push(format!("an older '{}' was replaced (--no-clobber refuses that)", path.display()));
+        }
+        written.map_err(Error::from).map(|files| {
+            if let ([first, .., last], true) = (files.as_slice(), files.len() > 1) {
+                let (first, last) = (first.display(), last.display());
+                notes.push(format!("the particles are in {} files: '{first}' to '{last}'", files.len()));
+            }
+        })
+    } else {
+        gathered.serve();
+        Ok(())
+    };
+    agreed(exchange, written)?;
+    Ok(notes)
+}
