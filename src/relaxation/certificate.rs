@@ -200,8 +200,8 @@ pub fn space<const D: usize>(center: [f64; D], radius: f64) -> Option<Domain<D>>
 /// The same domain with empty space beyond what of it is open; `None` for a hull, beyond which nothing can be followed.
 pub fn opened<const D: usize>(domain: &Domain<D>) -> Option<Domain<D>> {
     match domain.region {
-        Region::Ball { center, inner_radius, radius, wall: Wall::Open } if inner_radius == 0.0 => space(center, radius),
-        Region::Ball { inner_radius, wall: Wall::Reflecting, .. } if inner_radius == 0.0 => Some(domain.clone()),
+        Region::Ball { center, inner_radius: 0.0, radius, wall: Wall::Open } => space(center, radius),
+        Region::Ball { inner_radius: 0.0, wall: Wall::Reflecting, .. } => Some(domain.clone()),
         Region::Box => {
             let margin = |k: usize, side: usize| match domain.axes[k] {
                 Axis::Walls { lo, hi } if [lo, hi][side] == Wall::Open => SPACE * domain.size(),
