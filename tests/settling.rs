@@ -180,3 +180,23 @@ fn the_toy_star_is_still_for_ten_periods() {
     let epsilon = report.density_error.all_refitted.epsilon;
     assert!(epsilon < 1e-4, "{epsilon:e}");
 }
+
+/// The page of several bodies shows how motion fell, and what became of them.
+#[test]
+fn the_page_of_bodies_shows_how_they_settled() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut scene = Scene::parse(
+        "bodies:\n- {input: {profile: {polytrope: {n: 1.5, mass: 1 Msun, radius: 1 Rsun}}}}\n- {point_mass: 1 Msun, softening_radius: 0.5 Rsun}\n\
+         orbit: {semi_major_axis: 5 Rsun, corotation: true}\nparticles: 300\npolish: none\ntarget_code: swift\nsettle: 0.1\ncertify: 0.1\n",
+    )
+    .unwrap();
+    let page = folder.path().join("page.html");
+    (scene.output.file, scene.output.report) = (Some(folder.path().join("ic.hdf5")), Some(page.clone()));
+    let report = sph_prep::run::bodies::run_bodies_as(&scene, FORMATS, &Control::default(), "").unwrap();
+    let html = std::fs::read_to_string(page).unwrap();
+    for title in ["While motion is damped: motion", "Certificate: motion", "Certificate: drifts"] {
+        assert!(html.contains(title), "{title}");
+    }
+    let json: serde_json::Value = serde_json::from_str(&report.json()).unwrap();
+    assert!(json["settled"]["states"].as_array().unwrap().len() == 2 && json["certificate"]["kinetic"].is_number());
+}

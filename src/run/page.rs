@@ -101,11 +101,20 @@ fn on_the_way(report: &Report) -> String {
     all.extend(history(report, "Error against time", "epsilon, mass re-fitted [1]", &error));
     let force = |p: &Progress| p.force_error;
     all.extend(history(report, "Balance against time", "net force [of gravity]", &force));
-    if let Some(certificate) = &report.certificate {
-        all.extend(certified(certificate));
-    }
-    let figures: String = all.iter().map(Figure::html).collect();
-    if figures.is_empty() { figures } else { format!("<div class=\"figures\">\n{figures}</div>\n") }
+    all.extend(forward(report.settled.as_ref(), report.certificate.as_ref()));
+    side_by_side(&all)
+}
+
+/// How motion fell while it was damped, and what became of the particles from there.
+pub(super) fn forward(settled: Option<&Certificate>, free: Option<&Certificate>) -> Vec<Figure> {
+    let damped = settled.into_iter().flat_map(|c| certified(c, "While motion is damped"));
+    damped.chain(free.into_iter().flat_map(|c| certified(c, "Certificate"))).collect()
+}
+
+/// Figures next to each other; nothing where there are none.
+pub(super) fn side_by_side(figures: &[Figure]) -> String {
+    let all: String = figures.iter().map(Figure::html).collect();
+    if all.is_empty() { all } else { format!("<div class=\"figures\">\n{all}</div>\n") }
 }
 
 /// A measure that stages watch, one curve for each of them, one after the other.
@@ -129,15 +138,14 @@ pub fn page_of_certificate(name: &str, certificate: &Certificate, notes: &[Strin
     let mut page = Page::new(name);
     let summary = certificate.summary();
     page.add(&format!("<div class=\"lead\">\n<p>{}</p>\n{}</div>\n", escape(&summary[0]), list(&summary[1..])));
-    let figures: String = certified(certificate).iter().map(Figure::html).collect();
-    page.section("Forward in time", &format!("<div class=\"figures\">\n{figures}</div>\n"));
+    page.section("Forward in time", &side_by_side(&forward(None, Some(certificate))));
     page.section("Notes", &list(notes));
     let rows = [row("page", format!("sph-prep {}", env!("CARGO_PKG_VERSION"))), row("command", command)];
     page.section("Versions", &table("", &[], &rows));
     page.finish()
 }
 
-fn certified(certificate: &Certificate) -> [Figure; 2] {
+fn certified(certificate: &Certificate, title: &str) -> [Figure; 2] {
     let states = &certificate.states;
     let points = |value: &dyn Fn(&crate::relaxation::State) -> f64| {
         states.iter().map(|s| (s.time, value(s))).collect::<Vec<_>>()
@@ -151,11 +159,10 @@ fn certified(certificate: &Certificate) -> [Figure; 2] {
         drifts.push(Curve::line("half-mass radius", Some(2), points(&|s| 100.0 * (s.half_mass_radius - 1.0))));
     }
     let label = format!("kinetic energy [of {unit}]");
-    let mut motion = Figure::new("Certificate: motion", x(), Axis::logarithmic(label), vec![kinetic]);
+    let mut motion = Figure::new(format!("{title}: motion"), x(), Axis::logarithmic(label), vec![kinetic]);
     let potential = if certificate.has_gravity { "; W is the potential energy" } else { "" };
-    motion.caption =
-        format!("Verdict: {}. The particles were followed forward without friction{potential}.", certificate.verdict());
-    [motion, Figure::new("Certificate: drifts", x(), Axis::linear("change since the start [%]"), drifts)]
+    motion.caption = format!("Verdict: {}. The particles were followed forward{potential}.", certificate.verdict());
+    [motion, Figure::new(format!("{title}: drifts"), x(), Axis::linear("change since the start [%]"), drifts)]
 }
 
 fn row(name: &str, text: impl Into<String>) -> Vec<String> {

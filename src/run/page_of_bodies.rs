@@ -1,7 +1,7 @@
 //! The page of a run of several bodies: each with its own verdict, and pictures of all together.
 
 use super::bodies_report::{BodiesReport, BodyFinding, BodyReport};
-use super::page::{explanations, lead_of};
+use super::page::{explanations, forward, lead_of, side_by_side};
 use super::verdict::{Grade, Topic};
 use crate::error::Result;
 use crate::page::{Page, Portrait, Side, escape, histograms, list, pictures, profiles, table};
@@ -21,6 +21,7 @@ pub fn page(scene: &Scene, file: &ParticleFile, report: &BodiesReport, command: 
     page.section("Pictures", &pictures(&portrait)?);
     page.section("Profile", &profiles(&portrait));
     page.section("Histograms", &histograms(&portrait));
+    page.section("Forward in time", &side_by_side(&forward(report.settled.as_ref(), report.certificate.as_ref())));
     page.section("Report", &format!("<pre>{}</pre>\n", escape(&report.text())));
     page.section("Notes", &list(&report.notes));
     page.section("Scene", &format!("<pre>{}</pre>\n", escape(&scene.to_yaml())));
