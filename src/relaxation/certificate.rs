@@ -251,7 +251,7 @@ fn drive<'a, const D: usize>(
 ) -> (Certificate, Body<'a, D>) {
     let begin = std::time::Instant::now();
     let mut states: Vec<State> = Vec::new();
-    let rows = (duration * ROWS).ceil().max(1.0) as usize;
+    let rows = (duration * ROWS).ceil() as usize;
     let first = body.totals();
     let stage = if body.is_damped() { SETTLING } else { NAME };
     let mut steps = 0;

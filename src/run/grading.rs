@@ -93,7 +93,10 @@ fn of_certificate(certificate: &Certificate) -> (Grade, String) {
     let remedy = match graded {
         Grade::Good => "",
         _ if verdict == "unknown" => "; it was hardly followed, and more time tells",
-        _ => "; a kernel that keeps particles apart, more `balance.evaluations`, or `settle` leaves less",
+        _ if certificate.has_gravity => {
+            "; a kernel that keeps particles apart, more `balance.evaluations`, or `settle` leaves less"
+        }
+        _ => "; a kernel that keeps particles apart, more of them, or more `balance.evaluations` leaves less",
     };
     let kinetic = certificate.kinetic;
     (

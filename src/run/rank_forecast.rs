@@ -9,9 +9,9 @@ use super::duration::{self, Cost, rounded};
 use super::forecast::slowness;
 use super::memory;
 use super::plan::{Held, Plan};
-use super::ranks::{FEWEST, reduced, refuse};
+use super::ranks::{reduced, refuse, refuse_few};
 use super::streamed::Read;
-use crate::error::{Error, Result};
+use crate::error::Result;
 use crate::input::internal_units::Prepared;
 use crate::relaxation::WVT;
 use crate::scene::{DEFAULT_PARTICLES, Scene};
@@ -97,10 +97,7 @@ fn in_dimension<const D: usize>(
     (ranks, threads): (usize, usize),
 ) -> Result<RankForecast> {
     let particles = scene.particles.unwrap_or(DEFAULT_PARTICLES);
-    if particles < FEWEST * ranks {
-        let problem = format!("is {particles}, too few for {ranks} ranks; expected at least {}", FEWEST * ranks);
-        return Err(Error::scene("particles", problem));
-    }
+    refuse_few(particles, ranks)?;
     let prepared = Prepared::<D>::new(scene, formats, (raw, &units), particles)?;
     let target = prepared.target();
     let plan = Plan::new(scene, &target, prepared.source.radial.is_some(), &Held::Not);

@@ -35,7 +35,7 @@ use sph_formats::{FormatError, FormatSpec, ParticleFile, WriteOptions, write_str
 use std::time::Instant;
 
 /// Particles of a rank, at least.
-pub(super) const FEWEST: usize = 3;
+const FEWEST: usize = 3;
 
 /// Runs a scene over the ranks of `exchange`, all of which call it together; the first writes the file. The report is the same on
 /// all of them, but for its times and notes.
@@ -114,6 +114,15 @@ pub(super) fn refuse(scene: &Scene) -> Result<()> {
         Some((_, key)) => lacks(key, undone),
         None => Ok(()),
     }
+}
+
+/// Refuses fewer particles than ranks can share.
+pub(super) fn refuse_few(particles: usize, ranks: usize) -> Result<()> {
+    if particles < FEWEST * ranks {
+        let problem = format!("is {particles}, too few for {ranks} ranks; expected at least {}", FEWEST * ranks);
+        return Err(Error::scene("particles", problem));
+    }
+    Ok(())
 }
 
 /// The scene with what several ranks do alone: seeds by mass bisection, and WVT.
@@ -226,10 +235,7 @@ impl<'a> Run<'a> {
     /// The source, of which ranks can make their parts by themselves.
     fn prepared<const D: usize>(&self, raw: crate::input::ingest::RawInput, count: usize) -> Result<Prepared<D>> {
         let ranks = self.exchange.ranks();
-        if count < FEWEST * ranks {
-            let problem = format!("is {count}, too few for {ranks} ranks; expected at least {}", FEWEST * ranks);
-            return Err(Error::scene("particles", problem));
-        }
+        refuse_few(count, ranks)?;
         let prepared = Prepared::<D>::new(self.scene, self.formats, (raw, &self.units), count)?;
         if prepared.of_snapshot.is_some() {
             return Err(Error::scene("input.file", "is a particle file, which is not taken over several ranks"));
