@@ -14,6 +14,7 @@ mod bodies;
 mod cli;
 mod collisionless;
 mod compare;
+mod contacts;
 mod convert;
 mod cores;
 mod docs;

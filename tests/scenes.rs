@@ -151,10 +151,9 @@ fn nearest_across(places: &[Vec<f64>], layer: impl Fn(&[f64]) -> f64, mass: f64,
     least
 }
 
-/// Across the contacts particles come as near as 0.59 spacings with 6000 of them, 0.65 with 12 000, 0.58 with 50 000. That is worse than
-/// in 2-D (0.78), and than 0.71, the distance of a point in the middle of a face from the corners of a cubic lattice: each layer is
-/// relaxed by itself against a wall, so that no particle of one knows of those of the other. Bounds are the 0.5 that counts as good
-/// in a report, and 0.75 for a lattice (`order: crystal`: 0.85 to 0.95), which the dense layer strains along y.
+/// Across the contacts particles are 0.87 of the mean spacing apart, or a hundredth less. Each layer is relaxed by itself against a wall, so that no
+/// particle of one knows of those of the other: before they part there they are as near as 0.58. Lattices (`order: crystal`) are 0.85 to 0.95
+/// apart, which the dense layer strains along y.
 #[test]
 fn layers_that_shear_keep_apart_at_their_contacts_in_three_dimensions() {
     let (file, report) = {
@@ -181,7 +180,7 @@ fn layers_that_shear_keep_apart_at_their_contacts_in_three_dimensions() {
     assert!((mass(2.0) - 0.125).abs() < 1e-9 && (mass(1.0) - 0.0625).abs() < 1e-9, "{} {}", mass(2.0), mass(1.0));
     let mass = 0.1875 / 6000.0;
     let across = nearest_across(&places, layer, mass, box_size);
-    assert!(across > 0.5 && report.neighbors.closest_pair > 0.5, "{across} spacings across the contacts");
+    assert!(across > 0.86 && report.neighbors.closest_pair > 0.7, "{across} spacings across the contacts");
     let crystal = Scene { order: Some(Order::Crystal), ..scene("kelvin-helmholtz-3d.yaml", 6000) };
     let (file, _) = place(&crystal, FORMATS, &Control::default()).unwrap();
     let across = nearest_across(&self::places(&file, [0.0; 3]), layer, mass, box_size);

@@ -3,6 +3,7 @@
 //! Stages watch figures that are cheap, and that some targets deceive: contrasts within a support radius, layers thinner
 //! than a spacing, vacuum. What decides is the measure that ends a run, taken of all particles.
 
+use super::contacts::part_contacts;
 use super::pairs::{PAIRED, part_pairs};
 use super::report::{Progress, StageName, StopReason};
 use super::stage::{Particles, Relaxed, Running, Stage};
@@ -128,6 +129,9 @@ impl<const D: usize> Running<D> for Watched<'_, D> {
         let mut relaxed = inner.finish(stop);
         let target = stage.target.with_count(relaxed.particles.len());
         relaxed.notes.extend(part(&target, &mut relaxed.particles.positions));
+        if stage.aim == Aim::Density {
+            part_contacts(&target, &mut relaxed.particles.positions);
+        }
         let met = stage.aim == Aim::Density && stop == StopReason::ToleranceReached;
         let aim = if met { Aim::DensityMet } else { stage.aim };
         if let Some((loss, seeds)) = stage.judge.loss(&before, &relaxed.particles, aim) {

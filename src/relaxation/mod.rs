@@ -12,6 +12,7 @@ mod balance;
 mod by_body;
 mod certificate;
 mod conservation;
+mod contacts;
 mod control;
 mod equilibrium;
 mod fit;

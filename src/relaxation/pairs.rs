@@ -9,7 +9,7 @@ use crate::target::{Positions, Target, at};
 use sph::domain::Domain;
 use sph::neighbors::{Reach, Sources, Tree};
 use sph::parallel;
-use sph::sums::partings;
+use sph::sums::{Apart, partings};
 
 /// Distance over the smaller spacing of the two below which particles are the same one twice.
 pub const COINCIDENT: f64 = 1e-3;
@@ -36,7 +36,8 @@ pub fn part_pairs<const D: usize>(target: &Target<'_, D>, positions: &mut Positi
             APART * target.spacing(density).min(domain.size())
         });
         let sources = [Sources::<D, 1>::new(&tree, &apart, [&apart], Reach::Target)];
-        let partings = partings(&domain, &sources, threshold / APART, (round as u64, Purpose::Parting as u64));
+        let partings =
+            partings(&domain, &sources, (Apart::Smaller, threshold / APART), (round as u64, Purpose::Parting as u64));
         let paired = partings.iter().filter(|p| p.paired).count();
         if paired == 0 {
             break;
@@ -67,7 +68,9 @@ pub(super) fn closer_than<const D: usize>(
     let reach = parallel::map(spacing.len(), |place| distance * spacing[tree.order()[place] as usize]);
     let sources = [Sources::<D, 1>::new(&tree, &reach, [&reach], Reach::Target)];
     let mut out = vec![false; spacing.len()];
-    for (parting, &i) in partings(domain, &sources, 1.0, (0, Purpose::Parting as u64)).iter().zip(tree.order()) {
+    for (parting, &i) in
+        partings(domain, &sources, (Apart::Smaller, 1.0), (0, Purpose::Parting as u64)).iter().zip(tree.order())
+    {
         out[i as usize] = parting.paired;
     }
     out

@@ -4,6 +4,7 @@
 //! the units of the input.
 
 pub(crate) mod cells;
+mod contacts;
 mod edges;
 mod materials;
 mod regions;

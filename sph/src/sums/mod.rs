@@ -16,7 +16,7 @@ mod viscosity;
 pub use closest::{Away, away_from_closest};
 pub use density::{DensitySums, density};
 pub use nearest::{Near, nearest};
-pub use parting::{Parting, partings};
+pub use parting::{Apart, Parting, partings};
 pub use push::{Bias, Push, Pushes, Weight, push_weight, pushes};
 pub use scatter::{Actors, Vector, scatter_gradient};
 pub use support::{Solved, largest_support, solve_support_radii, support_guess};

@@ -26,8 +26,18 @@ impl<const D: usize> Default for Parting<D> {
     }
 }
 
+/// Which distance two particles are to have that want different ones.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Apart {
+    /// The smaller, of which each goes half the way; a little to the side, too.
+    Smaller,
+    /// The mean, of which each goes a part in proportion to its own.
+    Mean,
+}
+
 /// Channel 0: the distance up to which a particle wants to be apart.
 struct PartingPass {
+    apart: Apart,
     /// The distance that makes a pair over that.
     threshold: f64,
     seed: u64,
@@ -45,21 +55,25 @@ impl<const D: usize> LeafPass<D, 1, f64> for PartingPass {
             let (mut shift, mut same, mut paired) = ([0.0; D], 0, false);
             for j in 0..batch.len() {
                 let x = batch.position(j);
-                let apart = batch.support(i).min(batch.channel(0, j) * unit.channels[0]) / unit.length;
+                let (own, other) = (batch.support(i), batch.channel(0, j) * unit.channels[0]);
+                let (apart, share) = match self.apart {
+                    Apart::Smaller => (own.min(other) / unit.length, 0.5),
+                    Apart::Mean => (0.5 * (own + other) / unit.length, own / (own + other)),
+                };
                 let r2 = (0..D).map(|k| (x[k] - target[k]).powi(2)).sum::<f64>();
                 if r2 < NO_DIRECTION * apart * apart {
                     same += 1;
                 } else if r2 < (self.threshold * apart).powi(2) {
                     paired = true;
                     let r = r2.sqrt();
-                    let push = 0.5 * (apart - r) * unit.length / r;
+                    let push = share * (apart - r) * unit.length / r;
                     (0..D).for_each(|k| shift[k] += push * (target[k] - x[k]));
                 }
             }
             // One at distance 0 is the particle itself.
             let coincident = same > 1;
             paired |= coincident;
-            if paired {
+            if coincident || paired && self.apart == Apart::Smaller {
                 // A little to the side, too: along a crowded line there is no room.
                 let size = batch.support(i) * if coincident { 0.5 } else { SIDEWAYS };
                 let way = direction::<D>(i as u64, self.seed, self.stream);
@@ -85,14 +99,15 @@ fn direction<const D: usize>(particle: u64, seed: u64, stream: u64) -> [f64; D] 
 }
 
 /// How every particle of `sources[0]` parts from others within `threshold` of its support radius, which is the distance
-/// that it is to have from them; channel 0 is that of the other. Which way coincident ones go is drawn by `seed` and `stream`.
+/// that it is to have from them; channel 0 is that of the other, and sources reach as far as [`Apart`] asks for. Which way coincident ones go
+/// is drawn by `seed` and `stream`.
 pub fn partings<const D: usize>(
     domain: &Domain<D>,
     sources: &[Sources<'_, D, 1>],
-    threshold: f64,
+    (apart, threshold): (Apart, f64),
     (seed, stream): (u64, u64),
 ) -> Vec<Parting<D>> {
-    compiled::<D, 1, f64, Parting<D>>(|shape| parting_pass(PartingPass { threshold, seed, stream }, shape))
+    compiled::<D, 1, f64, Parting<D>>(|shape| parting_pass(PartingPass { apart, threshold, seed, stream }, shape))
         .drive(domain, sources, 1.0)
 }
 
