@@ -7,7 +7,7 @@
 use crate::codes::{AS_PLANETARY, CELL_OVER_REACH, LEAST_CELLS, Neighbors, TargetCode};
 use crate::eos::Material;
 use crate::error::{Error, Result};
-use crate::metrics::{InOwnUnits, Measured, mean_net_force};
+use crate::metrics::{InOwnUnits, Measured, Moving, NetForce, mean_net_force};
 use serde::Serialize;
 use sph::domain::Domain;
 use sph::point_mass::PointMass;
@@ -52,6 +52,8 @@ const OTHER_DENSITY: f64 = 0.05;
 /// Net forces over gravity that let a body stay still, and that move it.
 const STILL: f64 = 0.01;
 const MOVES: f64 = 0.1;
+/// Share of gravity from which on it is worth a word what bodies need of it as wholes.
+const SEEN: f64 = 1e-3;
 
 /// Checks a file for a code.
 ///
@@ -443,18 +445,50 @@ fn net_force<const D: usize>(
         })
         .collect();
     let Some(energies) = energies else { return };
-    let Some(mean) = mean_net_force(code.kernel, measured, domain, positions, attracting, (&energies, gamma)) else {
-        return;
-    };
-    let (level, advice) = match mean {
+    let velocities = in_units::<D>(table, unit);
+    let bodies = bodies(table);
+    let is_attracted = !attracting.1.is_empty();
+    let moving = Moving { velocities: velocities.as_deref(), bodies: &bodies, is_attracted };
+    let found = mean_net_force(code.kernel, measured, domain, positions, attracting, (&energies, gamma), moving);
+    let Some(NetForce { left, rotation, whole }) = found else { return };
+    let (level, advice) = match left {
         m if m < STILL => (Level::Good, "it stays still"),
         m if m < MOVES => (Level::Warning, "it settles with some motion: place it with --for, or relax it in the code"),
         _ => (Level::Warning, "it moves at once: check pressure, units and kernel, or relax it in the code"),
     };
+    let whose = if bodies.iter().any(|b| *b > 0) { "each body" } else { "the whole" };
+    let taken: Vec<String> = [("rotation", rotation), ("acceleration", whole)]
+        .into_iter()
+        .filter(|(_, share)| *share > SEEN)
+        .map(|(what, share)| format!("{what} ({:.2} % of gravity)", 100.0 * share))
+        .collect();
+    let less = match taken.is_empty() {
+        true => String::new(),
+        false => format!(", less what the {} of {whose} takes", taken.join(" and the ")),
+    };
     let text = format!(
-        "is {:.2} % of gravity in the interior on average, as {} sums it; {advice}",
-        100.0 * mean,
+        "is {:.2} % of gravity in the interior on average, as {} sums it{less}; {advice}",
+        100.0 * left,
         code.describe(3)
     );
     add(findings, level, "net force", text);
+}
+
+/// Velocities of the gas in units of the root of a specific energy, where all are numbers.
+fn in_units<const D: usize>(table: &ParticleTable, specific: f64) -> Option<Vec<[f64; D]>> {
+    let column = table.column(names::VELOCITIES).filter(|c| c.components >= D)?;
+    let unit = specific.sqrt();
+    let row = |i: usize| std::array::from_fn(|k| column.values.get(i * column.components + k) / unit);
+    let all: Vec<[f64; D]> = (0..table.count).map(row).collect();
+    all.iter().flatten().all(|v| v.is_finite()).then_some(all)
+}
+
+/// Which body each particle is of, from 0 on without gaps; nothing where the file does not say it.
+fn bodies(table: &ParticleTable) -> Vec<usize> {
+    let Some(column) = table.column(names::BODY_ID) else { return Vec::new() };
+    let numbers: Vec<i64> = (0..table.count).map(|i| column.values.get(i) as i64).collect();
+    let mut known = numbers.clone();
+    known.sort_unstable();
+    known.dedup();
+    numbers.iter().map(|number| known.partition_point(|k| k < number)).collect()
 }

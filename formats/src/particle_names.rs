@@ -25,6 +25,8 @@ pub const DUST_FRACTION: &str = "DustFraction";
 pub const DUST_TO_GAS_RATIO: &str = "DustToGasRatio";
 /// 1 ... N, in output order.
 pub const PARTICLE_IDS: &str = "ParticleIDs";
+/// Number of the body that a particle is of, from 1.
+pub const BODY_ID: &str = "BodyID";
 /// SWIFT planetary material numbers.
 pub const MATERIAL_IDS: &str = "MaterialIDs";
 /// GADGET-style particle type, where a table holds several.

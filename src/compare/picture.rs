@@ -13,11 +13,11 @@ pub(super) fn portrait<const D: usize>(
     prepared: &Prepared<D>,
     target: &Target<'_, D>,
     positions: &Positions<D>,
-    outcome: &Outcome,
+    (outcome, detail): (&Outcome, Detail),
 ) -> Portrait {
     let sums = (scene.kernel(), scene.kernel_neighbors(D));
     let density = prepared.mass.value / prepared.length.powi(D as i32);
-    let mut detail = Detail::of_outcome(sums, target, positions, outcome).scaled(prepared.length, density);
+    let mut detail = detail.scaled(prepared.length, density);
     // As in the table: methods are compared by what they do to the density beside a constant factor.
     let e = &outcome.density_error;
     let refit = if e.interior_refitted.is_some() { e.refit_interior } else { e.refit_all };

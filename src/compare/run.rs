@@ -174,11 +174,17 @@ fn run_method<const D: usize>(
     for (stage, positions) in &seen {
         let target = target.with_count(positions[0].len());
         let particles = (positions, target.masses(positions));
-        let outcome = Outcome::new(scene.kernel(), (&target, setting.ledger()), particles, neighbors, None);
+        let by = (&target, setting.ledger());
         #[cfg(feature = "plots")]
-        if is_shown && states.len() + 1 == seen.len() {
-            shown = Some(portrait(&scene, prepared, &target, positions, &outcome));
-        }
+        let outcome = if is_shown && states.len() + 1 == seen.len() {
+            let (outcome, detail) = Outcome::with_detail(scene.kernel(), by, particles, neighbors, None);
+            shown = Some(portrait(&scene, prepared, &target, positions, (&outcome, detail)));
+            outcome
+        } else {
+            Outcome::new(scene.kernel(), by, particles, neighbors, None)
+        };
+        #[cfg(not(feature = "plots"))]
+        let outcome = Outcome::new(scene.kernel(), by, particles, neighbors, None);
         let seconds = ends.iter().rev().find(|(name, _)| name == stage).map_or(seed_seconds, |(_, s)| *s);
         let Outcome { density_error, noise, neighbors, .. } = outcome;
         states.push(State { stage, particles: target.count, seconds, density_error, noise, neighbors });

@@ -66,7 +66,9 @@ pub fn read(scene: &Scene, formats: &[FormatSpec]) -> Result<RawInput> {
             Ok(RawInput::File(Box::new(field)))
         }
         FileContent::Particles(particles) => {
-            Snapshot::new(path, &particles, request.density.as_deref()).map(|s| RawInput::Snapshot(Box::new(s)))
+            let snapshot = Snapshot::new(path, &particles, request.density.as_deref())?;
+            let file = (scene.refine.is_some() && scene.particles.is_none()).then_some(particles);
+            Ok(RawInput::Snapshot(Box::new(Snapshot { file, ..snapshot })))
         }
     }
 }

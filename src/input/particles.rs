@@ -48,6 +48,8 @@ pub struct Snapshot {
     pub time_unit: f64,
     /// That of the snapshot, in it.
     pub time: f64,
+    /// As it was read, where most of it stays as it is.
+    pub(crate) file: Option<ParticleFile>,
 }
 
 /// Columns that mean nothing at another place.
@@ -128,6 +130,7 @@ impl Snapshot {
             is_mesh,
             time_unit: header.units.time,
             time: header.time,
+            file: None,
         };
         if snapshot.field.variable(name).is_none() {
             if density.is_some_and(|d| d != particle_names::DENSITY) {

@@ -4,6 +4,7 @@
 //! pressure (gamma - 1) rho u that a code makes of the energies in the file and its own summed density.
 
 use super::Measured;
+use super::wholes::{Moving, Wholes};
 use crate::target::{Equilibrium, MaterialState, Positions, at};
 use serde::Serialize;
 use sph::domain::Domain;
@@ -55,8 +56,19 @@ fn own_gravity<const D: usize>(
     own
 }
 
-/// Mean of |a + g| / |g| over the interior, g being what the particles and `points` attract each of them with, for specific internal energies
-/// in units of G M/L, positions and masses in those of L and M. `None` where there is no interior.
+/// What is left of forces on particles that stay with their bodies, and what was taken off, over gravity: means over the interior.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct NetForce {
+    /// |a + g - c - b| / |g| with the centripetal acceleration c and the acceleration b of the body as a whole.
+    pub left: f64,
+    /// |c| / |g|.
+    pub rotation: f64,
+    /// |b| / |g|.
+    pub whole: f64,
+}
+
+/// The net force over the interior, g being what the particles and `points` attract each of them with, for specific internal energies
+/// in units of G M/L, positions and masses in those of L and M, and velocities in those of (G M/L)^(1/2). `None` where there is no interior.
 pub fn mean_net_force<const D: usize>(
     kernel: KernelName,
     measured: &Measured<D>,
@@ -64,11 +76,52 @@ pub fn mean_net_force<const D: usize>(
     positions: &Positions<D>,
     (masses, points): (&[f64], &[PointMass<D>]),
     (internal_energy, gamma): (&[f64], f64),
-) -> Option<f64> {
+    moving: Moving<'_, D>,
+) -> Option<NetForce> {
     let temperature = |i: usize| (gamma - 1.0) * internal_energy[i];
     let own = own_gravity(measured, positions, masses, points);
-    let errors = errors(kernel, measured, domain, masses, &temperature, &|i| own[i]);
-    mean(&errors, &|i| measured.interior[i])
+    let force = pressure_forces(kernel, measured, domain, masses, &temperature);
+    let all = |i: usize| Some(plus(&own[i]?, &force[i]));
+    let wholes = Wholes::new(moving, positions, masses, &parallel::map(masses.len(), all));
+    let inward = wholes.centripetal(positions);
+    let interior = |i: usize| measured.interior[i];
+    let over_gravity = |of: &(dyn Fn(usize, &[f64; D]) -> [f64; D] + Sync)| {
+        mean(&parallel::map(masses.len(), |i| own[i].map(|g| share(&of(i, &g), &g))), &interior)
+    };
+    let negative = |v: [f64; D]| v.map(|x| -x);
+    let needed = |i: usize| negative(plus(&inward[i], &wholes.acceleration(i)));
+    Some(NetForce {
+        left: over_gravity(&|i, g| plus(&plus(g, &force[i]), &needed(i)))?,
+        rotation: over_gravity(&|i, _| inward[i])?,
+        whole: over_gravity(&|i, _| wholes.acceleration(i))?,
+    })
+}
+
+fn plus<const D: usize>(a: &[f64; D], b: &[f64; D]) -> [f64; D] {
+    std::array::from_fn(|k| a[k] + b[k])
+}
+
+/// |a| / |g|; 0 where there is no gravity.
+fn share<const D: usize>(a: &[f64; D], gravity: &[f64; D]) -> f64 {
+    let pull: f64 = gravity.iter().map(|g| g * g).sum();
+    let net: f64 = a.iter().map(|a| a.powi(2)).sum();
+    if pull > 0.0 { (net / pull).sqrt() } else { 0.0 }
+}
+
+/// Accelerations by pressure, from (gamma - 1) u.
+fn pressure_forces<const D: usize>(
+    kernel: KernelName,
+    measured: &Measured<D>,
+    domain: &Domain<D>,
+    masses: &[f64],
+    temperature: &(dyn Fn(usize) -> f64 + Sync),
+) -> Vec<[f64; D]> {
+    let strength = parallel::map(masses.len(), |i| {
+        let sums = &measured.sums[i];
+        let grad_h = 1.0 + sums.slope / (D as f64 * sums.number_density);
+        temperature(i) / (sums.weighted * grad_h)
+    });
+    measured.pressure_force(kernel, domain, masses, &strength)
 }
 
 /// |a + g| / |g| of each particle, from (gamma - 1) u and g; 0 where there is no gravity, `None` where it is not known.
@@ -80,17 +133,10 @@ fn errors<const D: usize>(
     temperature: &(dyn Fn(usize) -> f64 + Sync),
     gravity: &(dyn Fn(usize) -> Option<[f64; D]> + Sync),
 ) -> Vec<Option<f64>> {
-    let strength = parallel::map(masses.len(), |i| {
-        let sums = &measured.sums[i];
-        let grad_h = 1.0 + sums.slope / (D as f64 * sums.number_density);
-        temperature(i) / (sums.weighted * grad_h)
-    });
-    let force = measured.pressure_force(kernel, domain, masses, &strength);
+    let force = pressure_forces(kernel, measured, domain, masses, temperature);
     parallel::map(masses.len(), |i| {
         let gravity = gravity(i)?;
-        let pull: f64 = gravity.iter().map(|g| g * g).sum();
-        let net: f64 = gravity.iter().zip(&force[i]).map(|(g, a)| (g + a).powi(2)).sum();
-        Some(if pull > 0.0 { (net / pull).sqrt() } else { 0.0 })
+        Some(share(&plus(&gravity, &force[i]), &gravity))
     })
 }
 

@@ -1,9 +1,8 @@
 //! What each particle has, for figures: the measures that reports state as means and extremes, one by one.
 
+use super::Measured;
 use super::noise::{force_squares, poisson_force};
-use super::smoothed::smoothed_densities;
-use super::{Measured, Outcome};
-use crate::target::{Positions, Target};
+use crate::target::Positions;
 use sph::domain::Domain;
 use sph::kernel::KernelName;
 use sph::{parallel, sums::support_guess};
@@ -44,22 +43,6 @@ impl Detail {
         let guess = support_guess::<D>(kernel_neighbors, masses.len(), spacing);
         let measured = Measured::new(kernel, domain, positions, masses, &guess, kernel_neighbors);
         Self::of_measured(&measured, kernel, domain, masses, kernel_neighbors)
-    }
-
-    /// Of the result of a run.
-    pub fn of_outcome<const D: usize>(
-        (kernel, kernel_neighbors): (KernelName, f64),
-        target: &Target<'_, D>,
-        positions: &Positions<D>,
-        outcome: &Outcome,
-    ) -> Self {
-        let (masses, guess) = (&outcome.masses, &outcome.support);
-        let mut measured = Measured::new(kernel, target.domain, positions, masses, guess, kernel_neighbors);
-        measured.leave_out_unresolved(target, positions, kernel_neighbors);
-        let smoothed = smoothed_densities(kernel, target, positions, &measured.support, Some(&measured.interior));
-        let detail = Self::of_measured(&measured, kernel, target.domain, masses, kernel_neighbors);
-        let target = outcome.target_density.clone();
-        Self { wanted: Some(Wanted { target, smoothed, resolved: measured.interior }), ..detail }
     }
 
     fn of_measured<const D: usize>(

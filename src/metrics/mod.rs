@@ -15,8 +15,9 @@ mod outcome;
 mod own_units;
 mod quality;
 mod smoothed;
+mod wholes;
 
-pub use balance::{BalanceFigures, Thermodynamics, mean_net_force};
+pub use balance::{BalanceFigures, NetForce, Thermodynamics, mean_net_force};
 pub use density_error::{DensityError, ErrorFigures};
 pub use detail::{Detail, Wanted};
 pub use isotropy::BondOrder;
@@ -28,3 +29,4 @@ pub use noise::{NoiseFigures, NoiseParts, poisson_force};
 pub use outcome::Outcome;
 pub use own_units::InOwnUnits;
 pub use quality::{Aim, CLOSE, Quality};
+pub use wholes::Moving;

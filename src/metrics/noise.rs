@@ -67,21 +67,34 @@ impl NoiseFigures {
         masses: &[f64],
         kernel_neighbors: f64,
     ) -> Self {
-        let forces = measured.constant_pressure_force(kernel, domain, masses);
-        let (figures, poisson) = Self::of_forces(exchange, &forces, measured, kernel, kernel_neighbors);
-        // Forces of neighbors on other ranks are not known here.
-        let parts = if exchange.is_alone() { parts(&forces, measured, domain, poisson) } else { None };
-        Self { parts, ..figures }
+        Self::with_each(exchange, kernel, measured, domain, masses, kernel_neighbors).0
     }
 
-    /// And the root mean square of a Poisson set.
+    /// And the noise of each of this rank's particles.
+    pub(super) fn with_each<const D: usize>(
+        exchange: &dyn Exchange,
+        kernel: KernelName,
+        measured: &Measured<D>,
+        domain: &Domain<D>,
+        masses: &[f64],
+        kernel_neighbors: f64,
+    ) -> (Self, Vec<f64>) {
+        let forces = measured.constant_pressure_force(kernel, domain, masses);
+        let (figures, mut own, poisson) = Self::of_forces(exchange, &forces, measured, kernel, kernel_neighbors);
+        own.iter_mut().for_each(|square| *square = square.sqrt() / poisson);
+        // Forces of neighbors on other ranks are not known here.
+        let parts = if exchange.is_alone() { parts(&forces, measured, domain, poisson) } else { None };
+        (Self { parts, ..figures }, own)
+    }
+
+    /// And the squares for each particle, with the root mean square of a Poisson set.
     fn of_forces<const D: usize>(
         exchange: &dyn Exchange,
         forces: &[[f64; D]],
         measured: &Measured<D>,
         kernel: KernelName,
         kernel_neighbors: f64,
-    ) -> (Self, f64) {
+    ) -> (Self, Vec<f64>, f64) {
         let squares = squares(forces, measured);
         let random = poisson_squares::<D>(kernel, kernel_neighbors);
         let poisson = (reduce::sum(random.len(), |i| random[i]) / random.len() as f64).sqrt();
@@ -93,7 +106,7 @@ impl NoiseFigures {
             (count > 0).then(|| mean.sqrt() / poisson)
         };
         let interior = rms(&|i| measured.interior[i]);
-        (Self { all: rms(&|_| true).unwrap_or(0.0), median: half, interior, parts: None }, poisson)
+        (Self { all: rms(&|_| true).unwrap_or(0.0), median: half, interior, parts: None }, squares, poisson)
     }
 }
 

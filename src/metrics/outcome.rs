@@ -2,8 +2,8 @@
 
 use super::smoothed::smoothed_densities;
 use super::{
-    BalanceFigures, BondOrder, DensityError, Ledger, LedgerFigures, Measured, NeighborFigures, NoiseFigures,
-    Thermodynamics,
+    BalanceFigures, BondOrder, DensityError, Detail, Ledger, LedgerFigures, Measured, NeighborFigures, NoiseFigures,
+    Thermodynamics, Wanted,
 };
 use crate::target::{Positions, Target};
 use sph::exchange::{Alone, Exchange};
@@ -41,6 +41,22 @@ impl Outcome {
         Self::among(&Alone, kernel, (target, ledger), (positions, masses), kernel_neighbors, thermodynamics)
     }
 
+    /// The same with what each particle has.
+    pub fn with_detail<const D: usize>(
+        kernel: KernelName,
+        by: (&Target<'_, D>, &Ledger<D>),
+        particles: (&Positions<D>, Vec<f64>),
+        kernel_neighbors: f64,
+        thermodynamics: Option<&Thermodynamics<'_, D>>,
+    ) -> (Self, Detail) {
+        let (outcome, Found { measured, smoothed, noise }) =
+            Self::found(&Alone, kernel, by, particles, kernel_neighbors, thermodynamics);
+        let nearest = measured.nearest_over_spacing(by.0.domain);
+        let wanted = Wanted { target: outcome.target_density.clone(), smoothed, resolved: measured.interior };
+        let (support, density) = (outcome.support.clone(), outcome.density.clone());
+        (outcome, Detail { support, density, noise, nearest, wanted: Some(wanted) })
+    }
+
     /// Measures those of `target.count` particles that this rank has; the figures are over all ranks. The balance is none of theirs.
     pub fn among<const D: usize>(
         exchange: &dyn Exchange,
@@ -50,6 +66,17 @@ impl Outcome {
         kernel_neighbors: f64,
         thermodynamics: Option<&Thermodynamics<'_, D>>,
     ) -> Self {
+        Self::found(exchange, kernel, (target, ledger), (positions, masses), kernel_neighbors, thermodynamics).0
+    }
+
+    fn found<const D: usize>(
+        exchange: &dyn Exchange,
+        kernel: KernelName,
+        (target, ledger): (&Target<'_, D>, &Ledger<D>),
+        (positions, masses): (&Positions<D>, Vec<f64>),
+        kernel_neighbors: f64,
+        thermodynamics: Option<&Thermodynamics<'_, D>>,
+    ) -> (Self, Found<D>) {
         let number_density = target.number_densities(positions);
         let spacing = |i: usize| target.spacing(number_density[i]).min(target.domain.size());
         let guess = support_guess::<D>(kernel_neighbors, number_density.len(), spacing);
@@ -63,7 +90,8 @@ impl Outcome {
             smoothed_densities(kernel, target, positions, &measured.support[..own], Some(&measured.interior));
         let density_error = DensityError::among(exchange, &measured, &target_density, Some(&smoothed));
         let ledger = ledger.figures_among(exchange, &measured, target, positions, &masses);
-        let noise = NoiseFigures::with_parts(exchange, kernel, &measured, target.domain, &masses, kernel_neighbors);
+        let (figures, noise) =
+            NoiseFigures::with_each(exchange, kernel, &measured, target.domain, &masses, kernel_neighbors);
         let balance = thermodynamics.filter(|_| exchange.is_alone()).and_then(|t| {
             BalanceFigures::new(kernel, &measured, target.domain, positions, (&masses, &target_density), t)
         });
@@ -71,6 +99,25 @@ impl Outcome {
         let order = BondOrder::sampled(exchange, &measured, target.domain);
         let (support, density) =
             measured.support.iter().zip(&measured.sums).take(own).map(|(&h, s)| (h, s.weighted)).unzip();
-        Self { masses, support, density, target_density, density_error, ledger, noise, neighbors, order, balance }
+        let outcome = Self {
+            masses,
+            support,
+            density,
+            target_density,
+            density_error,
+            ledger,
+            noise: figures,
+            neighbors,
+            order,
+            balance,
+        };
+        (outcome, Found { measured, smoothed, noise })
     }
+}
+
+/// What the figures are of.
+struct Found<const D: usize> {
+    measured: Measured<D>,
+    smoothed: Vec<f64>,
+    noise: Vec<f64>,
 }

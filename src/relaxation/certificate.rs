@@ -53,6 +53,33 @@ pub struct State {
     pub angular_momentum: f64,
 }
 
+/// What became of the particles, in one word.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum CertificateVerdict {
+    /// They stay where they are.
+    Quiet,
+    Settles,
+    Moves,
+    /// They moved from the start on.
+    Flows,
+    /// They were hardly followed.
+    Unknown,
+}
+
+impl CertificateVerdict {
+    /// As reports write it.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Quiet => "quiet",
+            Self::Settles => "settles",
+            Self::Moves => "moves",
+            Self::Flows => "flows",
+            Self::Unknown => "unknown",
+        }
+    }
+}
+
 /// What became of the particles.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Certificate {
@@ -88,13 +115,13 @@ impl Certificate {
     }
 
     /// In one word.
-    pub fn verdict(&self) -> &'static str {
+    pub fn verdict(&self) -> CertificateVerdict {
         match self.kinetic {
-            _ if !self.is_whole && self.end() < KNOWN => "unknown",
-            _ if self.states.first().is_some_and(|s| s.kinetic >= SETTLES) => "flows",
-            k if k < QUIET => "quiet",
-            k if k < SETTLES => "settles",
-            _ => "moves",
+            _ if !self.is_whole && self.end() < KNOWN => CertificateVerdict::Unknown,
+            _ if self.states.first().is_some_and(|s| s.kinetic >= SETTLES) => CertificateVerdict::Flows,
+            k if k < QUIET => CertificateVerdict::Quiet,
+            k if k < SETTLES => CertificateVerdict::Settles,
+            _ => CertificateVerdict::Moves,
         }
     }
 
@@ -113,7 +140,7 @@ impl Certificate {
         let end = self.end();
         let largest = |f: fn(&State) -> f64| self.states.iter().map(|s| f(s).abs()).fold(0.0, f64::max);
         let [unit, times] = self.units();
-        let (verdict, kinetic, steps) = (self.verdict(), self.kinetic, self.steps);
+        let (verdict, kinetic, steps) = (self.verdict().name(), self.kinetic, self.steps);
         let energy = largest(|s| s.energy);
         let mut lines = vec![format!(
             "{verdict}: kinetic energy {kinetic:.1e} of {unit} on average up to {end:.1} {times} ({steps} steps)"

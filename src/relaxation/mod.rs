@@ -46,7 +46,8 @@ pub use alaric::{Alaric, DAMPED as DAMPED_RELAXATION, NAME as ALARIC};
 pub use balance::{BalanceOptions, NAME as BALANCE, PressureBalance};
 pub use by_body::ByBody;
 pub use certificate::{
-    Certificate, HeldBy, Matter, NAME as CERTIFICATE, SETTLING, State, certify, follow, opened, settle, space, too_few,
+    Certificate, CertificateVerdict, HeldBy, Matter, NAME as CERTIFICATE, SETTLING, State, certify, follow, opened,
+    settle, space, too_few,
 };
 pub use conservation::{Drift, conservation};
 pub use control::{Control, Event, Step};

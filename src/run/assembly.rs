@@ -7,8 +7,7 @@ use sph_formats::common::particle_names as names;
 use sph_formats::{Column, ParticleFile, ParticleTable, RunHeader, Species, UnitDimension, UnitSystem, Values};
 use std::collections::BTreeMap;
 
-/// Number of the body that a particle is of, from 1.
-pub const BODY_ID: &str = "BodyID";
+pub use sph_formats::common::particle_names::BODY_ID;
 /// Particles of two bodies that are nearer than this many spacings are in each other's way.
 const NEAREST: f64 = 0.5;
 

@@ -3,7 +3,7 @@
 use super::report::{MaterialShare, Report, SnapshotReport};
 use super::verdict::{Finding, Grade, Topic};
 use crate::field::Scatter;
-use crate::relaxation::{BALANCE, Certificate, StopReason};
+use crate::relaxation::{BALANCE, Certificate, CertificateVerdict, StopReason};
 
 /// Net force over gravity that leaves a body almost still.
 const LITTLE_FORCE: f64 = 0.01;
@@ -81,18 +81,18 @@ fn of_snapshot(snapshot: &SnapshotReport) -> Vec<Finding> {
 fn of_certificate(certificate: &Certificate) -> (Grade, String) {
     let (verdict, [unit, _]) = (certificate.verdict(), certificate.units());
     let graded = match verdict {
-        "quiet" | "flows" => Grade::Good,
-        "moves" => Grade::Bad,
-        _ => Grade::Look,
+        CertificateVerdict::Quiet | CertificateVerdict::Flows => Grade::Good,
+        CertificateVerdict::Settles | CertificateVerdict::Unknown => Grade::Look,
+        CertificateVerdict::Moves => Grade::Bad,
     };
     let does = match verdict {
-        "quiet" => "is quiet",
-        "unknown" => "is not known",
-        other => other,
+        CertificateVerdict::Quiet => "is quiet",
+        CertificateVerdict::Unknown => "is not known",
+        other => other.name(),
     };
     let remedy = match graded {
         Grade::Good => "",
-        _ if verdict == "unknown" => "; it was hardly followed, and more time tells",
+        _ if verdict == CertificateVerdict::Unknown => "; it was hardly followed, and more time tells",
         _ if certificate.has_gravity => {
             "; a kernel that keeps particles apart, more `balance.evaluations`, or `settle` leaves less"
         }

@@ -161,7 +161,8 @@ fn certified(certificate: &Certificate, title: &str) -> [Figure; 2] {
     let label = format!("kinetic energy [of {unit}]");
     let mut motion = Figure::new(format!("{title}: motion"), x(), Axis::logarithmic(label), vec![kinetic]);
     let potential = if certificate.has_gravity { "; W is the potential energy" } else { "" };
-    motion.caption = format!("Verdict: {}. The particles were followed forward{potential}.", certificate.verdict());
+    motion.caption =
+        format!("Verdict: {}. The particles were followed forward{potential}.", certificate.verdict().name());
     [motion, Figure::new(format!("{title}: drifts"), x(), Axis::linear("change since the start [%]"), drifts)]
 }
 

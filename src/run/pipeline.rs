@@ -6,9 +6,7 @@ use super::checkpoint::remove_checkpoint;
 use super::destination::{
     Destination, intended_format, refuse_box, refuse_other_types, refuse_what_the_format_cannot_hold,
 };
-#[cfg(feature = "plots")]
-use super::drawings::is_drawn;
-use super::drawings::{Drawing, is_picture};
+use super::drawings::{Drawing, is_drawn, is_picture};
 use super::duration::{self, Cost, Expected};
 use super::forecast::{self, Forecast};
 use super::grading::verdict as verdict_on;
@@ -238,10 +236,10 @@ impl Run<'_> {
         if self.control.is_interrupted() { Err(Error::Interrupted) } else { Ok(()) }
     }
 
-    fn in_dimension<const D: usize>(mut self, raw: RawInput) -> Result<Done> {
+    fn in_dimension<const D: usize>(mut self, mut raw: RawInput) -> Result<Done> {
         let lap = Instant::now();
         self.control.tell(Event::Begin(Step::Interpolate));
-        let refining = Refining::<D>::new(self.scene, &raw, &self.units, self.formats)?;
+        let refining = Refining::<D>::new(self.scene, &mut raw, &self.units)?;
         self.own_units = refining.as_ref().map(Refining::units);
         let count = refining.as_ref().map_or(self.scene.particles.unwrap_or(DEFAULT_PARTICLES), Refining::count);
         let mut prepared = Prepared::<D>::new(self.scene, self.formats, (raw, &self.units), count)?;
@@ -361,10 +359,16 @@ impl Run<'_> {
         let target = &setting.target;
         let masses = masses.unwrap_or_else(|| target.masses(&positions));
         let by = (target, setting.ledger());
-        let outcome = Outcome::new(kernel, by, (&positions, masses), neighbors, thermodynamics.as_ref());
-        #[cfg(feature = "plots")]
-        let detail =
-            is_drawn(self.scene).then(|| Detail::of_outcome((kernel, neighbors), target, &positions, &outcome));
+        let particles = (&positions, masses);
+        let (outcome, detail) = match is_drawn(self.scene) {
+            true => {
+                let found = Outcome::with_detail(kernel, by, particles, neighbors, thermodynamics.as_ref());
+                (found.0, Some(found.1))
+            }
+            false => (Outcome::new(kernel, by, particles, neighbors, thermodynamics.as_ref()), None),
+        };
+        #[cfg(not(feature = "plots"))]
+        drop(detail);
         let Outcome {
             masses,
             support,

@@ -26,8 +26,7 @@ use sph::domain::{Axis, Domain};
 use sph::kernel::support_over_spacing;
 use sph::neighbors::Tree;
 use sph::parallel;
-use sph_formats::{FieldRequest, FileContent, FormatSpec, Geometry, ParticleFile, UnitDimension, UnitSystem};
-use std::path::Path;
+use sph_formats::{Geometry, ParticleFile, UnitDimension, UnitSystem};
 
 /// A particle of so many times the mass that belongs there, or of its inverse, is replaced.
 const TOLERATED: f64 = 1.5;
@@ -57,7 +56,7 @@ impl<const D: usize> Refining<D> {
     ///
     /// # Errors
     /// What such a scene cannot say, and numbers of particles that cannot be placed.
-    pub fn new(scene: &Scene, raw: &RawInput, units: &RunUnits, formats: &[FormatSpec]) -> Result<Option<Self>> {
+    pub fn new(scene: &Scene, raw: &mut RawInput, units: &RunUnits) -> Result<Option<Self>> {
         let (Some(input), RawInput::Snapshot(snapshot)) = (&scene.refine, raw) else {
             return match scene.refine.as_ref().is_some_and(|r| r.particle_mass.is_some()) {
                 false => Ok(None),
@@ -78,7 +77,7 @@ impl<const D: usize> Refining<D> {
             let problem = "is of particles, but the snapshot has cells of a moving mesh; state `particles` to place all of them anew";
             return Err(Error::scene("refine", problem));
         }
-        let file = read(scene, formats)?;
+        let Some(file) = snapshot.file.take() else { return Ok(None) };
         let Geometry::Cloud { points, .. } = &snapshot.field.geometry else { return Ok(None) };
         let domain = snapshot.domain::<D>()?;
         let into_input = units.into_input();
@@ -365,14 +364,6 @@ fn chosen<const D: usize>(
         return Ok(((0..points.len()).collect(), Vec::new()));
     }
     Ok(((0..points.len()).filter(|&i| stays(shares[i])).collect(), replaced))
-}
-
-fn read(scene: &Scene, formats: &[FormatSpec]) -> Result<ParticleFile> {
-    let path = scene.input.file.as_deref().unwrap_or(Path::new(""));
-    match sph_formats::read(formats, path, scene.input.format.as_deref(), &FieldRequest::default())? {
-        FileContent::Particles(file) => Ok(file),
-        FileContent::Field(_) => Err(Error::scene("input.file", "was a snapshot, and is one no more; run again")),
-    }
 }
 
 /// Refuses what would change particles that are to stay as they are.
