@@ -129,9 +129,6 @@ impl<const D: usize> Running<D> for Watched<'_, D> {
         let mut relaxed = inner.finish(stop);
         let target = stage.target.with_count(relaxed.particles.len());
         relaxed.notes.extend(part(&target, &mut relaxed.particles.positions));
-        if stage.aim == Aim::Density {
-            part_contacts(&target, &mut relaxed.particles.positions);
-        }
         let met = stage.aim == Aim::Density && stop == StopReason::ToleranceReached;
         let aim = if met { Aim::DensityMet } else { stage.aim };
         if let Some((loss, seeds)) = stage.judge.loss(&before, &relaxed.particles, aim) {
@@ -141,7 +138,22 @@ impl<const D: usize> Running<D> for Watched<'_, D> {
                 report.best_iteration = report.history.first().map_or(0, |p| p.iteration);
             }
         }
+        if stage.aim == Aim::Density {
+            stage.part_contacts(&mut relaxed.particles);
+        }
         relaxed
+    }
+}
+
+impl<const D: usize> Accepted<'_, D> {
+    /// Parts particles on both sides of a jump where that costs nothing else: few of them may be all that shows a density. The particles are
+    /// those that were accepted last.
+    fn part_contacts(&self, particles: &mut Particles<D>) {
+        let mut parted = particles.clone();
+        let moved = part_contacts(&self.target.with_count(particles.len()), &mut parted.positions);
+        if moved > 0 && self.judge.loss(particles, &parted, Aim::Contacts).is_none() {
+            *particles = parted;
+        }
     }
 }
 
