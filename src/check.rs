@@ -387,13 +387,13 @@ pub(crate) fn points<const D: usize>(
             continue;
         };
         let point = |i: usize| PointMass {
-            center: std::array::from_fn(|k| (x.values.get(i * x.components + k) - start[k]) / size),
+            center: sph::array(|k| (x.values.get(i * x.components + k) - start[k]) / size),
             mass: m.values.get(i) / total,
             radius: radius.values.get(i) / size,
             softening,
         };
         let velocity = |i: usize| {
-            column(names::VELOCITIES).map_or([0.0; D], |v| std::array::from_fn(|k| v.values.get(i * v.components + k)))
+            column(names::VELOCITIES).map_or([0.0; D], |v| sph::array(|k| v.values.get(i * v.components + k)))
         };
         points.extend((0..table.count).map(|i| (point(i), velocity(i))));
     }
@@ -478,7 +478,7 @@ fn net_force<const D: usize>(
 fn in_units<const D: usize>(table: &ParticleTable, specific: f64) -> Option<Vec<[f64; D]>> {
     let column = table.column(names::VELOCITIES).filter(|c| c.components >= D)?;
     let unit = specific.sqrt();
-    let row = |i: usize| std::array::from_fn(|k| column.values.get(i * column.components + k) / unit);
+    let row = |i: usize| sph::array(|k| column.values.get(i * column.components + k) / unit);
     let all: Vec<[f64; D]> = (0..table.count).map(row).collect();
     all.iter().flatten().all(|v| v.is_finite()).then_some(all)
 }

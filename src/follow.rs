@@ -435,7 +435,7 @@ fn velocities<const D: usize>(table: &ParticleTable, unit: f64) -> Result<Vec<[f
         return Ok(vec![[0.0; D]; table.count]);
     }
     let values = column::<D>(table, names::VELOCITIES, D, f64::is_finite, "finite numbers")?;
-    Ok(values.chunks(D).map(|v| std::array::from_fn(|k| v[k] / unit)).collect())
+    Ok(values.chunks(D).map(|v| sph::array(|k| v[k] / unit)).collect())
 }
 
 /// The center of mass of gas and points.

@@ -86,7 +86,7 @@ impl dyn Exchange + '_ {
             return own;
         }
         let total = self.sums(own.to_vec());
-        std::array::from_fn(|k| total[k])
+        crate::array(|k| total[k])
     }
 
     /// The sum over all ranks, in their order.

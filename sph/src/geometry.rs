@@ -5,7 +5,7 @@ pub type Positions<const D: usize> = [Vec<f64>; D];
 
 /// Position of particle `i`.
 pub fn at<const D: usize>(positions: &Positions<D>, i: usize) -> [f64; D] {
-    std::array::from_fn(|k| positions[k][i])
+    crate::array(|k| positions[k][i])
 }
 
 /// Volume of the unit ball: 2, pi, 4 pi/3.

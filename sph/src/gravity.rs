@@ -98,7 +98,7 @@ pub fn direct_gravity<const D: usize>(
     }
     (D..3).for_each(|k| near.points[k].resize(masses.len(), 0.0));
     near.points[3].extend(masses);
-    parallel::tasks(of.len(), |t| attraction::<D>(&std::array::from_fn(|k| positions[k][of[t]]), &near, softening))
+    parallel::tasks(of.len(), |t| attraction::<D>(&crate::array(|k| positions[k][of[t]]), &near, softening))
 }
 
 fn moments<const D: usize>(tree: &Tree<D>, masses: &[f64]) -> Vec<Moments<D>> {
@@ -119,11 +119,11 @@ fn moments<const D: usize>(tree: &Tree<D>, masses: &[f64]) -> Vec<Moments<D>> {
 
 fn united<const D: usize>(parts: &[Moments<D>]) -> Moments<D> {
     let mass: f64 = parts.iter().map(|p| p.mass).sum();
-    let center: [f64; D] = std::array::from_fn(|k| parts.iter().map(|p| p.mass * p.center[k]).sum::<f64>() / mass);
+    let center: [f64; D] = crate::array(|k| parts.iter().map(|p| p.mass * p.center[k]).sum::<f64>() / mass);
     let mut second = [[0.0; D]; D];
     let mut radius = 0.0_f64;
     for part in parts {
-        let s: [f64; D] = std::array::from_fn(|k| part.center[k] - center[k]);
+        let s: [f64; D] = crate::array(|k| part.center[k] - center[k]);
         for (i, row) in second.iter_mut().enumerate() {
             for (j, value) in row.iter_mut().enumerate() {
                 *value += part.second[i][j] + part.mass * s[i] * s[j];
@@ -177,13 +177,13 @@ fn collect<const D: usize>(
 
 /// What all that attracts adds up to at `x`.
 fn attraction<const D: usize>(x: &[f64; D], near: &Attracting, softening: f64) -> Pull<D> {
-    let place: [f64; 3] = std::array::from_fn(|k| x.get(k).copied().unwrap_or(0.0));
+    let place: [f64; 3] = crate::array(|k| x.get(k).copied().unwrap_or(0.0));
     let [points, nodes] = Arch::new().dispatch(
         #[inline(always)]
         || [of_points::<D>(&place, &near.points, softening), of_nodes::<D>(&place, &near.nodes)],
     );
     let s = strength(D);
-    Pull { acceleration: std::array::from_fn(|k| s * (points[k] + nodes[k])), potential: s * (points[3] + nodes[3]) }
+    Pull { acceleration: crate::array(|k| s * (points[k] + nodes[k])), potential: s * (points[3] + nodes[3]) }
 }
 
 /// Acceleration and potential of points.
@@ -213,7 +213,7 @@ fn of_points<const D: usize>(x: &[f64; 3], points: &[Vec<f64>; 4], softening: f6
     for (lane, i) in (n - n % LANES..n).enumerate() {
         add(lane, i);
     }
-    let mut sum: [f64; 4] = std::array::from_fn(|k| lanes[k].iter().sum());
+    let mut sum: [f64; 4] = crate::array(|k| lanes[k].iter().sum());
     if softening > 0.0 {
         for i in 0..n {
             let d = [px[i] - x[0], py[i] - x[1], pz[i] - x[2]];
@@ -267,7 +267,7 @@ fn of_nodes<const D: usize>(x: &[f64; 3], nodes: &[Vec<f64>; 10]) -> [f64; 4] {
     for (lane, i) in (n - n % LANES..n).enumerate() {
         add(lane, i);
     }
-    std::array::from_fn(|k| lanes[k].iter().sum())
+    crate::array(|k| lanes[k].iter().sum())
 }
 
 /// r^-d and the potential of a unit mass at the squared distance.

@@ -40,3 +40,15 @@ pub mod point_mass;
 pub mod random;
 pub mod reduce;
 pub mod sums;
+
+/// An array of `f(k)`: as `std::array::from_fn`, of which every use is compiled for itself, but a loop that is part of its caller.
+#[inline(always)]
+pub fn array<T: Copy + Default, const N: usize>(mut f: impl FnMut(usize) -> T) -> [T; N] {
+    let mut values = [T::default(); N];
+    let mut k = 0;
+    while k < N {
+        values[k] = f(k);
+        k += 1;
+    }
+    values
+}

@@ -5,6 +5,7 @@
 
 use rayon::prelude::*;
 use std::ops::Range;
+use std::sync::{Mutex, PoisonError};
 
 /// Particles that a thread takes at once, at least: less is not worth handing over.
 const SHARE: usize = 64;
@@ -13,12 +14,25 @@ const PIECE: usize = 1024;
 
 /// `f(i)` for `i` in `0..n`.
 pub fn map<T: Send>(n: usize, f: impl Fn(usize) -> T + Sync) -> Vec<T> {
-    erased_map(n, SHARE, &f)
+    erased_map(n, &f)
 }
 
 /// `f(i)` for `i` in `0..n`, each long enough for a thread.
 pub fn tasks<T: Send>(n: usize, f: impl Fn(usize) -> T + Sync) -> Vec<T> {
-    erased_map(n, 1, &f)
+    let results: Vec<Mutex<Option<T>>> = (0..n).map(|_| Mutex::new(None)).collect();
+    run(n, &|i| put(&results[i], f(i)));
+    results.into_iter().map(taken).collect()
+}
+
+fn put<T>(result: &Mutex<Option<T>>, value: T) {
+    *result.lock().unwrap_or_else(PoisonError::into_inner) = Some(value);
+}
+
+fn taken<T>(result: Mutex<Option<T>>) -> T {
+    match result.into_inner().unwrap_or_else(PoisonError::into_inner) {
+        Some(value) => value,
+        None => unreachable!("each has run"),
+    }
 }
 
 /// `f(range)` for `0..n` in pieces of `size`, each long enough for a thread.
@@ -26,8 +40,16 @@ pub fn pieces<T: Send>(n: usize, size: usize, f: impl Fn(Range<usize>) -> T + Sy
     tasks(n.div_ceil(size), |piece| f(piece * size..((piece + 1) * size).min(n)))
 }
 
-fn erased_map<T: Send>(n: usize, share: usize, f: &(dyn Fn(usize) -> T + Sync)) -> Vec<T> {
-    (0..n).into_par_iter().with_min_len(share).map(f).collect()
+fn erased_map<T: Send>(n: usize, f: &(dyn Fn(usize) -> T + Sync)) -> Vec<T> {
+    let mut results = Vec::new();
+    // `collect` would compile a way for unknown lengths, too.
+    (0..n).into_par_iter().with_min_len(SHARE).map(f).collect_into_vec(&mut results);
+    results
+}
+
+/// Lets `f` see each of `0..n`.
+fn run(n: usize, f: &(dyn Fn(usize) + Sync)) {
+    (0..n).into_par_iter().for_each(f);
 }
 
 /// Lets `f(i, value)` change each of `values`.
@@ -45,12 +67,14 @@ pub fn update_rows<T: Send>(values: &mut [T], width: usize, f: impl Fn(usize, &m
 }
 
 fn erased_update<T: Send>(values: &mut [T], share: usize, f: &(dyn Fn(usize, &mut [T]) + Sync)) {
-    values.par_chunks_mut(share).enumerate().for_each(|(share, values)| f(share, values));
+    // Each is locked once, by the thread that changes it.
+    let shares: Vec<Mutex<&mut [T]>> = values.chunks_mut(share).map(Mutex::new).collect();
+    run(shares.len(), &|i| f(i, &mut shares[i].lock().unwrap_or_else(PoisonError::into_inner)));
 }
 
 /// Values in a new order, which names the old place of each.
 pub fn reordered<T: Copy + Send + Sync>(values: &[T], order: &[u32]) -> Vec<T> {
-    order.par_iter().with_min_len(SHARE).map(|&i| values[i as usize]).collect()
+    map(order.len(), |place| values[order[place] as usize])
 }
 
 /// How many `i` in `0..n` have `f(i)`.

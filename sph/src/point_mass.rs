@@ -70,7 +70,7 @@ impl<const D: usize> PointMass<D> {
             (r.powi(-3), -1.0 / r)
         };
         Pull {
-            acceleration: std::array::from_fn(|k| -self.mass * over_cube * (x[k] - self.center[k])),
+            acceleration: crate::array(|k| -self.mass * over_cube * (x[k] - self.center[k])),
             potential: self.mass * potential,
         }
     }

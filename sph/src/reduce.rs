@@ -38,7 +38,7 @@ pub fn sums<const K: usize>(n: usize, f: impl Fn(usize) -> [f64; K] + Sync) -> [
             let values = f(i);
             (0..K).for_each(|k| lanes[lane][k] += values[k]);
         }
-        std::array::from_fn(|k| lanes.iter().map(|lane| lane[k]).sum())
+        crate::array(|k| lanes.iter().map(|lane| lane[k]).sum())
     })
 }
 
@@ -49,7 +49,7 @@ pub fn chunk_sums<const K: usize>(
     f: impl Fn(std::ops::Range<usize>) -> [f64; K] + Sync,
 ) -> [f64; K] {
     let parts = pieces(n, chunk, f);
-    std::array::from_fn(|k| {
+    crate::array(|k| {
         let mut total = Compensated::default();
         parts.iter().for_each(|p| total.add(p[k]));
         total.value()

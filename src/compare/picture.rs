@@ -24,7 +24,7 @@ pub(super) fn portrait<const D: usize>(
     detail.density.iter_mut().for_each(|rho| *rho *= refit);
     let is_radial = prepared.source.radial.is_some() || !matches!(target.domain.region, Region::Box);
     let center = prepared.source.center();
-    let center = std::array::from_fn(|k| if k < D { center[k] * prepared.length } else { 0.0 });
+    let center = sph::array(|k| if k < D { center[k] * prepared.length } else { 0.0 });
     let side = if is_radial && D > 1 { Side::Radius(center) } else { Side::Axis };
     let masses = outcome.masses.iter().map(|m| m * prepared.mass.value).collect();
     Portrait::of_result(

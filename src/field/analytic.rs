@@ -154,10 +154,10 @@ impl<const D: usize> CarriedField<D> for AnalyticCarried<D> {
 /// Halton points of the bounding box that lie in the region, the box's corners and the region's center.
 pub(crate) fn probes<const D: usize>(domain: &Domain<D>) -> Vec<[f64; D]> {
     let extent = domain.extent();
-    let place = |u: [f64; D]| -> [f64; D] { std::array::from_fn(|k| domain.lo[k] + u[k] * extent[k]) };
+    let place = |u: [f64; D]| -> [f64; D] { sph::array(|k| domain.lo[k] + u[k] * extent[k]) };
     let mut all: Vec<[f64; D]> =
-        (1..=PROBES).map(|i| place(std::array::from_fn(|k| radical_inverse(i, [2, 3, 5][k])))).collect();
-    all.extend((0..1 << D).map(|c: usize| place(std::array::from_fn(|k| (c >> k & 1) as f64))));
+        (1..=PROBES).map(|i| place(sph::array(|k| radical_inverse(i, [2, 3, 5][k])))).collect();
+    all.extend((0..1 << D).map(|c: usize| place(sph::array(|k| (c >> k & 1) as f64))));
     all.push(place([0.5; D]));
     if let Some(round) = domain.region.round() {
         // A thin shell would get few of the box's points.

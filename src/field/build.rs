@@ -248,7 +248,7 @@ fn flatten<const D: usize>(name: &str, points: &[[f64; 3]]) -> Result<Vec<[f64; 
     if let Some((i, p)) = points.iter().enumerate().find(|(_, p)| p.iter().any(|v| !v.is_finite())) {
         return Err(Error::field(name, format!("point {i} lies at {}; coordinates must be finite", point_text(p))));
     }
-    Ok(points.iter().map(|p| std::array::from_fn(|k| p[k])).collect())
+    Ok(points.iter().map(|p| sph::array(|k| p[k])).collect())
 }
 
 #[cfg(test)]

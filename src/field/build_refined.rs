@@ -27,7 +27,7 @@ pub(crate) fn refined<const D: usize>(mut input: Input<'_, D>, grid: RefinedGrid
         return Err(Error::field(&v.name, "is not given in cells, as all variables of a refined grid must be"));
     }
     input.check(&|i| place(&grid, i))?;
-    let periods: [Option<Period>; D] = std::array::from_fn(|k| {
+    let periods: [Option<Period>; D] = sph::array(|k| {
         input.options.periodic[k].or(grid.axes.get(k).filter(|axis| axis.is_periodic).map(|_| Period::Auto))
     });
     for (axis, asked) in grid.axes.iter().zip(&input.options.periodic) {
@@ -90,8 +90,7 @@ fn axes<const D: usize>(grid: &RefinedGrid, level: u8, periods: [Option<Period>;
 
 /// A variable of blocks of one level in the order of a grid of cells.
 fn in_order(grid: &RefinedGrid, level: u8, mut variable: Variable) -> Variable {
-    let total: [usize; 3] =
-        std::array::from_fn(|k| if k < grid.dimension() { grid.cells_along(k, level) as usize } else { 1 });
+    let total: [usize; 3] = sph::array(|k| if k < grid.dimension() { grid.cells_along(k, level) as usize } else { 1 });
     variable.values = match &variable.values {
         Values::F32(v) => Values::F32(reordered(grid, total, variable.components, v)),
         Values::F64(v) => Values::F64(reordered(grid, total, variable.components, v)),

@@ -40,10 +40,10 @@ pub fn surface_of<const D: usize>(
             let problem = format!("has point {i} at {}, expected coordinates below {FARTHEST:e}", point_text(&moved));
             return Err(Error::field(name(), problem));
         }
-        corners.push(std::array::from_fn(|k| moved[k]));
+        corners.push(sph::array(|k| moved[k]));
     }
     drop(points);
-    let facets = facets.chunks_exact(D).map(|f| std::array::from_fn(|k| f[k])).collect();
+    let facets = facets.chunks_exact(D).map(|f| sph::array(|k| f[k])).collect();
     Surface::new(corners, facets).map_err(|problem| Error::field(name(), problem))
 }
 

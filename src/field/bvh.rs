@@ -90,7 +90,7 @@ impl<const D: usize> Bvh<D> {
         let mut centers = Aabb::EMPTY;
         for (_, b) in boxes.iter() {
             bounds.join(b);
-            let c: [f64; D] = std::array::from_fn(|k| 0.5 * (b.lo[k] + b.hi[k]));
+            let c: [f64; D] = sph::array(|k| 0.5 * (b.lo[k] + b.hi[k]));
             centers.join(&Aabb { lo: c, hi: c });
         }
         let here = self.nodes.len();

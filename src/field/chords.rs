@@ -13,14 +13,13 @@ pub(crate) fn chord_integral<const D: usize>(
     most: usize,
     along: &(dyn Fn(&[f64; D], [f64; 2]) -> f64 + Sync),
 ) -> Option<MassEstimate> {
-    let extent: [f64; D] = std::array::from_fn(|k| bounds.hi[k] - bounds.lo[k]);
+    let extent: [f64; D] = sph::array(|k| bounds.hi[k] - bounds.lo[k]);
     let axis = bounds.longest();
     hull.chords(axis, &bounds.lo)?;
     let at = |u: [f64; 2]| {
         let mut u = u.into_iter();
-        let x = std::array::from_fn(|k| {
-            if k == axis { bounds.lo[k] } else { bounds.lo[k] + u.next().unwrap_or(0.0) * extent[k] }
-        });
+        let x =
+            sph::array(|k| if k == axis { bounds.lo[k] } else { bounds.lo[k] + u.next().unwrap_or(0.0) * extent[k] });
         let chords = hull.chords(axis, &x).unwrap_or_default();
         chords.into_iter().map(|chord| along(&x, chord)).sum::<f64>()
     };

@@ -235,12 +235,12 @@ mod tests {
     #[test]
     fn images_across_periodic_faces_are_found() {
         let mut random = Random::new(5);
-        let points: Vec<[f64; 3]> = (0..60).map(|_| std::array::from_fn(|_| random.unit())).collect();
+        let points: Vec<[f64; 3]> = (0..60).map(|_| sph::array(|_| random.unit())).collect();
         let axes = [Axis::Periodic, Axis::OPEN, Axis::Periodic];
         let domain = Domain::new([0.0; 3], [1.0; 3], axes, Region::Box).unwrap();
         let cloud = Cloud::new("rho", &points, Some(&domain)).unwrap();
         for _ in 0..50 {
-            let x: [f64; 3] = std::array::from_fn(|_| random.unit());
+            let x: [f64; 3] = sph::array(|_| random.unit());
             let distance = |p: &[f64; 3], i: i32, k: i32| {
                 let d = [p[0] - x[0] + f64::from(i), p[1] - x[1], p[2] - x[2] + f64::from(k)];
                 d.iter().map(|d| d * d).sum::<f64>().sqrt()

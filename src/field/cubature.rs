@@ -86,7 +86,7 @@ pub(crate) fn integrate_enclosed<const D: usize>(
 ) -> MassEstimate {
     let per_axis = [0_usize, 32, 8, 4][D];
     let starts: Vec<Cell<D>> = (0..per_axis.pow(D as u32)).map(|i| start_cell(i, per_axis)).collect();
-    let center = |c: &Cell<D>| std::array::from_fn(|k| 0.5 * (c.lo[k] + c.hi[k]));
+    let center = |c: &Cell<D>| sph::array(|k| 0.5 * (c.lo[k] + c.hi[k]));
     let peak = reduce::max(starts.len(), |i| f(&center(&starts[i])).abs());
     // Sums of squares and products must neither overflow nor vanish.
     let unit = if peak > 0.0 && peak.is_finite() { binade(peak) } else { 1.0 };
@@ -299,7 +299,7 @@ fn gauss_pair<const D: usize>(f: &dyn Fn(&[f64; D]) -> f64, cell: &Cell<D>) -> (
     let [coarse, fine] =
         [6, 9].map(|order| width * rule(order).iter().map(|&(t, w)| w * f(&[cell.lo[0] + t * width; D])).sum::<f64>());
     let rule = rule(6);
-    let nodes: [f64; 6] = std::array::from_fn(|i| 2.0 * rule[i].0 - 1.0);
+    let nodes: [f64; 6] = sph::array(|i| 2.0 * rule[i].0 - 1.0);
     let at = |u: f64| f(&[cell.lo[0] + 0.5 * (u + 1.0) * width; D]);
     let hidden = END_SHARE * width * end_residual(&nodes, &nodes.map(at), &at);
     (fine, (fine - coarse).abs().max(hidden), 0)
@@ -332,9 +332,9 @@ fn genz_malik<const D: usize>(f: &dyn Fn(&[f64; D]) -> f64, cell: &Cell<D>) -> (
     let lambda2 = (9.0_f64 / 70.0).sqrt();
     let lambda4 = (9.0_f64 / 10.0).sqrt();
     let lambda5 = (9.0_f64 / 19.0).sqrt();
-    let center: [f64; D] = std::array::from_fn(|k| 0.5 * (cell.lo[k] + cell.hi[k]));
-    let half: [f64; D] = std::array::from_fn(|k| 0.5 * (cell.hi[k] - cell.lo[k]));
-    let at = |shift: [f64; D]| f(&std::array::from_fn(|k| center[k] + shift[k] * half[k]));
+    let center: [f64; D] = sph::array(|k| 0.5 * (cell.lo[k] + cell.hi[k]));
+    let half: [f64; D] = sph::array(|k| 0.5 * (cell.hi[k] - cell.lo[k]));
+    let at = |shift: [f64; D]| f(&sph::array(|k| center[k] + shift[k] * half[k]));
     let f1 = at([0.0; D]);
     let (mut f2, mut f3, mut f4, mut f5) = (0.0, 0.0, 0.0, 0.0);
     let mut axis = (0, -1.0);
@@ -368,7 +368,7 @@ fn genz_malik<const D: usize>(f: &dyn Fn(&[f64; D]) -> f64, cell: &Cell<D>) -> (
         }
     }
     for signs in 0..1_usize << D {
-        f5 += at(std::array::from_fn(|k| if signs >> k & 1 == 0 { lambda5 } else { -lambda5 }));
+        f5 += at(sph::array(|k| if signs >> k & 1 == 0 { lambda5 } else { -lambda5 }));
     }
     let volume: f64 = (0..D).map(|k| 2.0 * half[k]).product();
     let seventh = (12824.0 - 9120.0 * n + 400.0 * n * n) / 19683.0 * f1

@@ -69,7 +69,7 @@ impl Curvilinear {
         }
         let [low, high] = self.ends(self.height);
         if self.is_round() && !self.is_spherical {
-            let center = std::array::from_fn(|k| if k == 2 { 0.5 * (low + high) } else { 0.0 });
+            let center = sph::array(|k| if k == 2 { 0.5 * (low + high) } else { 0.0 });
             let along = if self.grid.axes[self.height].is_periodic() { Axis::Periodic } else { Axis::OPEN };
             return Ok(Domain::cylinder(center, 2, [inner, outer], high - low, (Wall::Open, along))?);
         }
@@ -300,7 +300,7 @@ pub(crate) fn check_faces(
 
 impl<const D: usize> Sampler<D> for Curvilinear {
     fn sample(&self, values: &Values, stride: usize, x: &[f64; D], outside: Outside, out: &mut [f64]) -> bool {
-        let x: [f64; 3] = std::array::from_fn(|k| x.get(k).copied().unwrap_or(0.0));
+        let x: [f64; 3] = sph::array(|k| x.get(k).copied().unwrap_or(0.0));
         let mut u = self.coordinates(x);
         if D == 2 {
             // The plane's only cell.

@@ -238,7 +238,7 @@ impl<const D: usize> Fitted<D> {
     fn is_beyond(&self, x: &[f64; D], near: usize) -> bool {
         let Some(list) = self.lists.get(near * Self::LISTED..near * Self::LISTED + Self::ABOUT) else { return false };
         let back = self.domain.displacement(x, &self.points[near]);
-        let inward: [f64; D] = std::array::from_fn(|k| self.list_middle[near][k] + back[k]);
+        let inward: [f64; D] = sph::array(|k| self.list_middle[near][k] + back[k]);
         let length = inward.iter().map(|v| v * v).sum::<f64>().sqrt();
         let height = |&i: &u32| {
             let offset = self.domain.displacement(x, &self.points[i as usize]);
@@ -391,7 +391,7 @@ impl<const D: usize> Fitted<D> {
             y[k] += step;
             (value(&y) - here) / step
         };
-        Some((here, std::array::from_fn(along)))
+        Some((here, sph::array(along)))
     }
 
     /// That of the largest weight; `None` where there is but one.
@@ -460,7 +460,7 @@ impl Try {
             }
         };
         let fit = |c: usize| design.fit(|j| series.at(found[j], c)).coefficients;
-        let scaled = |fit: [f64; MOST_TERMS]| std::array::from_fn(|t| fit[t] * of_degree(t));
+        let scaled = |fit: [f64; MOST_TERMS]| sph::array(|t| fit[t] * of_degree(t));
         let fits: Vec<[f64; MOST_TERMS]> = (0..self.coefficients.len()).map(|c| scaled(fit(c))).collect();
         let left = design.variance.sqrt();
         let mut met = self.intervals.clone();

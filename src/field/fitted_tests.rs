@@ -12,7 +12,7 @@ fn variable(name: &str, components: usize, values: Vec<f64>) -> Variable {
 /// About `side` to the power of D points that keep apart, in the unit box.
 fn points<const D: usize>(side: usize, random: &mut Random) -> Vec<[f64; D]> {
     let place = |mut i: usize| {
-        std::array::from_fn(|_| {
+        sph::array(|_| {
             let k = i % side;
             i /= side;
             k as f64
@@ -170,7 +170,7 @@ fn slopes_are_those_of_values<const D: usize>(side: usize) {
         let x = random.point::<D>();
         let slope = found.density.log_slope(&x).unwrap();
         for k in 0..D {
-            let at = |h: f64| found.density.value(&std::array::from_fn(|c| if c == k { x[c] + h } else { x[c] })).ln();
+            let at = |h: f64| found.density.value(&sph::array(|c| if c == k { x[c] + h } else { x[c] })).ln();
             let expected = (at(h) - at(-h)) / (2.0 * h);
             off += usize::from((slope[k] - expected).abs() > 1e-3 * (1.0 + expected.abs()));
         }

@@ -70,7 +70,7 @@ impl Geographic {
     }
 
     fn coordinates<const D: usize>(x: &[f64; D]) -> [f64; 3] {
-        let [x, y, z]: [f64; 3] = std::array::from_fn(|k| x.get(k).copied().unwrap_or(0.0));
+        let [x, y, z]: [f64; 3] = sph::array(|k| x.get(k).copied().unwrap_or(0.0));
         let ring = x.hypot(y);
         let r = ring.hypot(z);
         [y.atan2(x).to_degrees(), z.atan2(ring).to_degrees(), r]

@@ -21,12 +21,7 @@ impl<const D: usize> Grid<D> {
     /// The box of all axes.
     pub(crate) fn domain(&self) -> crate::Result<Domain<D>> {
         let kinds = std::array::from_fn(|k| if self.axes[k].is_periodic() { Axis::Periodic } else { Axis::OPEN });
-        Ok(Domain::new(
-            std::array::from_fn(|k| self.axes[k].lo),
-            std::array::from_fn(|k| self.axes[k].hi),
-            kinds,
-            Region::Box,
-        )?)
+        Ok(Domain::new(sph::array(|k| self.axes[k].lo), sph::array(|k| self.axes[k].hi), kinds, Region::Box)?)
     }
 
     /// Combines the values around `x`, which lies within the axes.
@@ -79,7 +74,7 @@ impl<const D: usize> Grid<D> {
         });
         let smooth = self.tensor_integral(values, &weights);
         let breaks: [Vec<f64>; D] = std::array::from_fn(|k| self.axes[k].intervals());
-        let counts: [usize; D] = std::array::from_fn(|k| breaks[k].len() - 1);
+        let counts: [usize; D] = sph::array(|k| breaks[k].len() - 1);
         let cells: usize = counts.iter().product();
         let orders: &[usize] = match cells {
             0..=0x1_0000 => &[5, 6],
@@ -113,7 +108,7 @@ impl<const D: usize> Grid<D> {
         for point in 0..order.pow(D as u32) {
             let mut rest = point;
             let mut weight = volume;
-            let x = std::array::from_fn(|k| {
+            let x = sph::array(|k| {
                 let (t, w) = rule[rest % order];
                 rest /= order;
                 weight *= w;
@@ -253,7 +248,7 @@ mod tests {
         Values::F64(
             (0..total)
                 .map(|mut i| {
-                    f(std::array::from_fn(|k| {
+                    f(sph::array(|k| {
                         let x = uneven(n[k])[i % n[k]];
                         i /= n[k];
                         x
@@ -270,11 +265,11 @@ mod tests {
             let mut random = Random::new(7);
             let domain = field.sampler.domain().unwrap();
             for _ in 0..500 {
-                let x = std::array::from_fn(|k| domain.lo[k] + random.unit() * (domain.hi[k] - domain.lo[k]));
+                let x = sph::array(|k| domain.lo[k] + random.unit() * (domain.hi[k] - domain.lo[k]));
                 assert!((field.value(&x) - f(x)).abs() < 1e-12 * f(x), "{x:?}");
             }
             // A linear field's mean is its value in the middle.
-            let middle: [f64; D] = std::array::from_fn(|k| 0.5 * (domain.lo[k] + domain.hi[k]));
+            let middle: [f64; D] = sph::array(|k| 0.5 * (domain.lo[k] + domain.hi[k]));
             let expected = f(middle) * domain.volume();
             let mass = field.integral(&domain).unwrap();
             assert!((mass.value - expected).abs() <= mass.error, "{mass:?} {expected}");

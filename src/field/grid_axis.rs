@@ -188,7 +188,7 @@ impl AxisTable {
     /// Cubic Hermite weights with the slopes of the parabola through three neighbors (Catmull-Rom where the
     /// spacing is even); one-sided at ends and discontinuities.
     fn cubic_weights(&self, i: i64, t: f64) -> AxisWeights {
-        let p: [f64; 4] = std::array::from_fn(|k| self.position(i - 1 + k as i64));
+        let p: [f64; 4] = sph::array(|k| self.position(i - 1 + k as i64));
         let (before, width, after) = (p[1] - p[0], p[2] - p[1], p[3] - p[2]);
         let u = 1.0 - t;
         let (slope0, slope1) = (t * u * u, -t * t * u);
@@ -213,12 +213,7 @@ impl AxisTable {
             w[2] += slope1 * (1.0 - right);
             w[1] -= slope1 * (1.0 - right);
         }
-        AxisWeights {
-            index: std::array::from_fn(|k| self.value_index(i - 1 + k as i64)),
-            weight: w,
-            count: 4,
-            core: [1, 2],
-        }
+        AxisWeights { index: sph::array(|k| self.value_index(i - 1 + k as i64)), weight: w, count: 4, core: [1, 2] }
     }
 
     /// `int w_i(x) measure(x) dx` over `[a, b]` for each value `i`: the integral of the interpolant along this

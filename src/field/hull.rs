@@ -77,7 +77,7 @@ mod tests {
                         0 => push(&mut cells, 12, &h),
                         _ => {
                             let hub = points.len();
-                            points.push(std::array::from_fn(|a| h.iter().map(|&p| points[p][a]).sum::<f64>() / 8.0));
+                            points.push(sph::array(|a| h.iter().map(|&p| points[p][a]).sum::<f64>() / 8.0));
                             for face in CellKind::Hexahedron.faces() {
                                 let f: Vec<usize> = face.iter().map(|&l| h[l]).chain([hub]).collect();
                                 push(&mut cells, 14, &f);

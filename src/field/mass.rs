@@ -130,7 +130,7 @@ fn by_cubature<const D: usize>(
     evaluations: usize,
 ) -> MassEstimate {
     let (lo, extent) = (domain.lo, domain.extent());
-    let place = |u: &[f64; D]| -> [f64; D] { std::array::from_fn(|k| lo[k] + u[k] * extent[k]) };
+    let place = |u: &[f64; D]| -> [f64; D] { sph::array(|k| lo[k] + u[k] * extent[k]) };
     // Discontinuities are found part by part.
     let enclosure = |patch: &Patch<D>| field.enclosure(patch).filter(|_| !field.is_piecewise());
     let integrate = |f: &(dyn Fn(&[f64; D]) -> f64 + Sync), enclosing: Enclosing<D>| {
@@ -161,7 +161,7 @@ fn by_cubature<const D: usize>(
                 let q = inner + u[0] * (1.0 - inner);
                 let (sin, cos) = (TAU * u[1]).sin_cos();
                 let mut around = [cos, sin].into_iter();
-                let x = std::array::from_fn(|k| match k == *axis {
+                let x = sph::array(|k| match k == *axis {
                     true => lo[k] + u[D - 1] * extent[k],
                     false => center[k] + q * radius * around.next().unwrap_or(0.0),
                 });
@@ -285,7 +285,7 @@ impl LargestError {
 
 /// Value at distance `r` from `center` in the direction of `u[1..]`; in one dimension the mean of both sides.
 fn sphere_value<const D: usize>(field: &dyn ScalarField<D>, center: &[f64; D], r: f64, u: &[f64; D]) -> f64 {
-    let at = |direction: [f64; 3]| field.value(&std::array::from_fn(|k| center[k] + r * direction[k]));
+    let at = |direction: [f64; 3]| field.value(&sph::array(|k| center[k] + r * direction[k]));
     match D {
         1 => 0.5 * at([1.0, 0.0, 0.0]) + 0.5 * at([-1.0, 0.0, 0.0]),
         2 => {

@@ -104,8 +104,8 @@ fn solid<const D: usize>(balls: &[([f64; D], f64)]) -> Domain<D> {
         frame: upright(),
     };
     let side = |k: usize, sign: f64| balls.iter().map(|(c, r)| sign * c[k] + r).fold(f64::NEG_INFINITY, f64::max);
-    let lo = std::array::from_fn(|k| -side(k, -1.0));
-    let hi = std::array::from_fn(|k| side(k, 1.0));
+    let lo = sph::array(|k| -side(k, -1.0));
+    let hi = sph::array(|k| side(k, 1.0));
     let tree = Tree::Any((0..balls.len()).map(Tree::Leaf).collect());
     let solid = Solid::new(balls.iter().map(of).collect(), tree, Aabb { lo, hi }).unwrap();
     Domain::new(lo, hi, [Axis::OPEN; D], Region::Hull(Arc::new(solid), Wall::Open)).unwrap()

@@ -18,7 +18,7 @@ impl Default for Orientation {
 impl Orientation {
     /// Where a point comes to be.
     pub fn apply(&self, point: &[f64; 3]) -> [f64; 3] {
-        let scaled = std::array::from_fn(|k| self.scale[k] * point[k]);
+        let scaled = sph::array(|k| self.scale[k] * point[k]);
         rotated(&self.rotate, &scaled)
     }
 }

@@ -125,7 +125,7 @@ const ROUNDING: f64 = 1e-9;
 
 impl<const D: usize> Patch<D> {
     pub(crate) fn of_box(lo: [f64; D], hi: [f64; D]) -> Self {
-        Self { lo, hi, middle: std::array::from_fn(|k| 0.5 * (lo[k] + hi[k])), distance: None }
+        Self { lo, hi, middle: sph::array(|k| 0.5 * (lo[k] + hi[k])), distance: None }
     }
 
     /// Between two distances from `center`, two heights over it per distance (its polar axis is the last one), and two turns about it;
@@ -142,8 +142,8 @@ impl<const D: usize> Patch<D> {
             _ => vec![product(rings, x), product(rings, y), heights],
         };
         let along = |k: usize| sides.get(k).map_or([0.0; 2], |&side| product(radii, side));
-        let lo = std::array::from_fn(|k| center[k] + along(k)[0]);
-        let hi = std::array::from_fn(|k| center[k] + along(k)[1]);
+        let lo = sph::array(|k| center[k] + along(k)[0]);
+        let hi = sph::array(|k| center[k] + along(k)[1]);
         Self { distance: Some((center, radii)), ..Self::of_box(lo, hi) }
     }
 
@@ -155,7 +155,7 @@ impl<const D: usize> Patch<D> {
         turns: [f64; 2],
     ) -> Self {
         let mut across = around(turns).into_iter().map(|side| product(radii, side));
-        let sides: [[f64; 2]; D] = std::array::from_fn(|k| match k == axis {
+        let sides: [[f64; 2]; D] = sph::array(|k| match k == axis {
             true => ends,
             false => across.next().unwrap_or([0.0; 2]).map(|v| center[k] + v),
         });

@@ -83,7 +83,7 @@ impl<const D: usize> Refined<D> {
         let mut first = 0;
         for (b, block) in grid.blocks.iter().enumerate() {
             let end = |k: usize| block.first[k] + block.cells[k] == grid.cells_along(k, block.level);
-            placed.push(Placed { bounds: bounds(&grid, b), ends_box: std::array::from_fn(end), first });
+            placed.push(Placed { bounds: bounds(&grid, b), ends_box: sph::array(end), first });
             first += block.count() as usize;
         }
         let ruler = |level: usize| std::array::from_fn(|k| Ruler::new(&grid, k, level as u8));
@@ -122,7 +122,7 @@ impl<const D: usize> Refined<D> {
     fn cell(&self, (b, at, value): (usize, [u64; D], usize)) -> Cell<D> {
         let block = &self.grid.blocks[b];
         let ends: [[f64; 2]; D] =
-            std::array::from_fn(|k| [0, 1].map(|side| self.grid.face(k, block.level, block.first[k] + at[k] + side)));
+            sph::array(|k| [0, 1].map(|side| self.grid.face(k, block.level, block.first[k] + at[k] + side)));
         Cell { value, center: ends.map(|[lo, hi]| 0.5 * lo + 0.5 * hi), width: ends.map(|[lo, hi]| hi - lo) }
     }
 
@@ -158,7 +158,7 @@ impl<const D: usize> Refined<D> {
             let inside = self.within(x, false)?;
             let found = self.cell(self.locate(&inside)?);
             let center = |k: usize| x[k] + (found.center[k] - inside[k]) - cell.center[k];
-            Some((found, std::array::from_fn(|k| center(k) / cell.width[k])))
+            Some((found, sph::array(|k| center(k) / cell.width[k])))
         };
         let (found, offset) = at(&image)?;
         // Widths of one level differ by rounding alone, those of two by a factor.
@@ -168,7 +168,7 @@ impl<const D: usize> Refined<D> {
         let count = 1 << D;
         let mut neighbor = Neighbor { values: [0; 8], count, offset: [0.0; D] };
         for corner in 0..count {
-            let x = std::array::from_fn(|k| image[k] + (0.5 * (corner >> k & 1) as f64 - 0.25) * cell.width[k]);
+            let x = sph::array(|k| image[k] + (0.5 * (corner >> k & 1) as f64 - 0.25) * cell.width[k]);
             let (found, offset) = at(&x)?;
             neighbor.values[corner] = found.value;
             (0..D).for_each(|k| neighbor.offset[k] += offset[k] / count as f64);
@@ -177,7 +177,7 @@ impl<const D: usize> Refined<D> {
     }
 
     fn neighbors(&self, cell: &Cell<D>) -> Neighbors<D> {
-        std::array::from_fn(|k| [-1.0, 1.0].map(|side| self.neighbor(cell, k, side)))
+        sph::array(|k| [-1.0, 1.0].map(|side| self.neighbor(cell, k, side)))
     }
 }
 
@@ -212,8 +212,8 @@ impl Ruler {
 fn bounds<const D: usize>(grid: &RefinedGrid, b: usize) -> Aabb<D> {
     let block = &grid.blocks[b];
     Aabb {
-        lo: std::array::from_fn(|k| grid.face(k, block.level, block.first[k])),
-        hi: std::array::from_fn(|k| grid.face(k, block.level, block.first[k] + block.cells[k])),
+        lo: sph::array(|k| grid.face(k, block.level, block.first[k])),
+        hi: sph::array(|k| grid.face(k, block.level, block.first[k] + block.cells[k])),
     }
 }
 
@@ -235,7 +235,7 @@ fn slopes<const D: usize>(cell: &Cell<D>, neighbors: &Neighbors<D>, value: &dyn 
     (0..D).filter(|&k| neighbors[k].iter().all(Option::is_none)).for_each(|k| normal[(k, k)] += 1.0);
     let Some(plane) = solve(normal, right) else { return [0.0; D] };
     // Changes over half a cell.
-    let mut changes: [f64; D] = std::array::from_fn(|k| {
+    let mut changes: [f64; D] = sph::array(|k| {
         let room = (most - own).min(own - least);
         (0.5 * plane[k]).clamp(-room, room)
     });
@@ -243,7 +243,7 @@ fn slopes<const D: usize>(cell: &Cell<D>, neighbors: &Neighbors<D>, value: &dyn 
     if keeps_sign && reach > own.abs() {
         changes = changes.map(|c| c * (own.abs() / reach));
     }
-    std::array::from_fn(|k| changes[k] / (0.5 * cell.width[k]))
+    sph::array(|k| changes[k] / (0.5 * cell.width[k]))
 }
 
 /// What a box takes of the cells of a block along one axis.
@@ -315,7 +315,7 @@ impl<const D: usize> Refined<D> {
     fn cut_moment(&self, values: &Values, unit: f64, shares: &[Shares; D], b: usize, within: usize) -> f64 {
         let counts: [usize; D] = shares.each_ref().map(|s| s.lengths.len());
         let at = indices::<D>(within, &counts);
-        let moments: [f64; D] = std::array::from_fn(|k| {
+        let moments: [f64; D] = sph::array(|k| {
             let others = (0..D).filter(|&j| j != k).map(|j| shares[j].lengths[at[j]]).product::<f64>();
             shares[k].moments[at[k]] * others
         });

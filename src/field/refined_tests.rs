@@ -15,7 +15,7 @@ const CELLS: [u64; 3] = [4, 2, 3];
 
 /// A tree of blocks in `d` dimensions: those of which `divides` says so of a level and corners become 2^d of the next.
 fn tree(d: usize, depth: u8, divides: &dyn Fn(u8, [f64; 3], [f64; 3]) -> bool) -> RefinedGrid {
-    let cut = |v: [u64; 3]| std::array::from_fn(|k| if k < d { v[k] } else { 1 });
+    let cut = |v: [u64; 3]| sph::array(|k| if k < d { v[k] } else { 1 });
     let (roots, cells): ([u64; 3], [u64; 3]) = (cut(ROOTS), cut(CELLS));
     let mut blocks = Vec::new();
     let all: u64 = roots.iter().product();
@@ -23,17 +23,14 @@ fn tree(d: usize, depth: u8, divides: &dyn Fn(u8, [f64; 3], [f64; 3]) -> bool) -
         (0..all).map(|i| (0, [i % roots[0], i / roots[0] % roots[1], i / roots[0] / roots[1]])).collect();
     while let Some((level, place)) = open.pop() {
         let corner = |shift: u64| -> [f64; 3] {
-            std::array::from_fn(|k| LO[k] + (HI[k] - LO[k]) * (place[k] + shift) as f64 / (roots[k] << level) as f64)
+            sph::array(|k| LO[k] + (HI[k] - LO[k]) * (place[k] + shift) as f64 / (roots[k] << level) as f64)
         };
         if level < depth && divides(level, corner(0), corner(1)) {
             for child in 0..1_u64 << d {
-                open.push((
-                    level + 1,
-                    std::array::from_fn(|k| if k < d { 2 * place[k] + (child >> k & 1) } else { 0 }),
-                ));
+                open.push((level + 1, sph::array(|k| if k < d { 2 * place[k] + (child >> k & 1) } else { 0 })));
             }
         } else {
-            let first = std::array::from_fn(|k| place[k] * if k < d { cells[k] } else { 0 });
+            let first = sph::array(|k| place[k] * if k < d { cells[k] } else { 0 });
             blocks.push(RefinedBlock { number: blocks.len(), level, first, cells });
         }
     }
@@ -61,7 +58,7 @@ fn cells(grid: &RefinedGrid) -> Vec<[[f64; 3]; 2]> {
             true => grid.face(k, block.level, block.first[k] + at[k] + shift),
             false => shift as f64,
         };
-        [std::array::from_fn(|k| face(k, 0)), std::array::from_fn(|k| face(k, 1))]
+        [sph::array(|k| face(k, 0)), sph::array(|k| face(k, 1))]
     };
     (0..grid.cell_count()).map(corners).collect()
 }
@@ -71,7 +68,7 @@ fn volume([a, b]: &[[f64; 3]; 2]) -> f64 {
 }
 
 fn middle([a, b]: &[[f64; 3]; 2]) -> [f64; 3] {
-    std::array::from_fn(|k| 0.5 * (a[k] + b[k]))
+    sph::array(|k| 0.5 * (a[k] + b[k]))
 }
 
 fn variable(name: &str, components: usize, values: Vec<f64>) -> Variable {
@@ -110,10 +107,10 @@ fn masses_are_exact<const D: usize>() {
     let all = cells(&grid);
     let rho: Vec<f64> = all.iter().map(|c| slanted(D, middle(c))).collect();
     // Means over cells of a linear function are its values in the middle, so that all mass is that of the function.
-    let center: [f64; 3] = std::array::from_fn(|k| 0.5 * (LO[k] + HI[k]));
+    let center: [f64; 3] = sph::array(|k| 0.5 * (LO[k] + HI[k]));
     let expected = slanted(D, center) * (0..D).map(|k| HI[k] - LO[k]).product::<f64>();
     // A box about the place of the smallest cells that cuts those of several levels, by cells alone.
-    let at = |share: f64| -> [f64; D] { std::array::from_fn(|k| LO[k] + share * (HI[k] - LO[k])) };
+    let at = |share: f64| -> [f64; D] { sph::array(|k| LO[k] + share * (HI[k] - LO[k])) };
     let (lo, hi) = (at(0.2031), at(0.3213));
     let part = Domain::new(lo, hi, [Axis::OPEN; D], Region::Box).unwrap();
     let share =
@@ -128,7 +125,7 @@ fn masses_are_exact<const D: usize>() {
             assert!((cut / of_part - 1.0).abs() < 1e-13, "{D}: {cut} {of_part}");
         } else {
             // All slopes of the function are met, also beside larger and smaller cells: cells at the ends of the box are not cut.
-            let middle: [f64; 3] = std::array::from_fn(|k| if k < D { 0.5 * (lo[k] + hi[k]) } else { 0.0 });
+            let middle: [f64; 3] = sph::array(|k| if k < D { 0.5 * (lo[k] + hi[k]) } else { 0.0 });
             let exact = slanted(D, middle) * part.volume();
             assert!((cut / exact - 1.0).abs() < 1e-12, "{D}: {cut} {of_part} {exact}");
         }
@@ -154,7 +151,7 @@ fn cells_keep_their_mass<const D: usize>() {
         let inset = 0.5 - 0.5 / 3.0_f64.sqrt();
         let mut mean = 0.0;
         for corner in 0..1 << D {
-            let x: [f64; D] = std::array::from_fn(|k| {
+            let x: [f64; D] = sph::array(|k| {
                 let [a, b] = [cell[0][k], cell[1][k]];
                 a + (b - a) * if corner >> k & 1 == 1 { 1.0 - inset } else { inset }
             });
@@ -164,7 +161,7 @@ fn cells_keep_their_mass<const D: usize>() {
         }
         assert!((mean - rho).abs() < 1e-14, "{D}: {mean} {rho}");
         // At the corners too, which is why the density need not be cut off at zero.
-        let corner: [f64; D] = std::array::from_fn(|k| cell[0][k] + 1e-9 * (cell[1][k] - cell[0][k]));
+        let corner: [f64; D] = sph::array(|k| cell[0][k] + 1e-9 * (cell[1][k] - cell[0][k]));
         assert!(source.density.value(&corner) >= 0.0);
     }
 }
@@ -188,7 +185,7 @@ fn places_lead_to_their_cells() {
     for _ in 0..2000 {
         // More of them where cells are small.
         let scale = random.unit().powi(3);
-        let x: [f64; 3] = std::array::from_fn(|k| LO[k] + (HI[k] - LO[k]) * (0.3 + (random.unit() - 0.3) * scale));
+        let x: [f64; 3] = sph::array(|k| LO[k] + (HI[k] - LO[k]) * (0.3 + (random.unit() - 0.3) * scale));
         let i = source.density.value(&x) as usize - 1;
         let [a, b] = all[i];
         assert!((0..3).all(|k| a[k] <= x[k] && x[k] <= b[k]), "{x:?} in {a:?} {b:?}");
@@ -238,7 +235,7 @@ fn blocks_of_one_level_are_a_uniform_grid() {
             assert!((one.mass.unwrap().value / other.mass.unwrap().value - 1.0).abs() < 1e-14);
             let mut random = Random::new(3);
             for _ in 0..300 {
-                let x = std::array::from_fn(|k| LO[k] - 0.1 + (HI[k] - LO[k] + 0.2) * random.unit());
+                let x = sph::array(|k| LO[k] - 0.1 + (HI[k] - LO[k] + 0.2) * random.unit());
                 let (a, b) = (one.density.value(&x), other.density.value(&x));
                 assert!((a - b).abs() < 1e-12, "{x:?}: {a} {b}");
             }
@@ -254,7 +251,7 @@ fn blocks_of_one_level_are_a_uniform_grid() {
     assert!((mass.value / other.mass.unwrap().value - 1.0).abs() < 1e-14);
     let mut random = Random::new(8);
     for _ in 0..500 {
-        let x = std::array::from_fn(|k| LO[k] + (HI[k] - LO[k]) * random.unit());
+        let x = sph::array(|k| LO[k] + (HI[k] - LO[k]) * random.unit());
         let mut out = [0.0];
         assert!(sampler.sample(&values, 1, &x, Outside::Reject, &mut out));
         assert_eq!(out[0], other.density.value(&x));
@@ -278,7 +275,7 @@ fn boxes_repeat_where_the_file_or_the_scene_says_so() {
     assert!(source.notes.iter().any(|n| n.contains("repeats along axis 'x'")), "{:?}", source.notes);
     let mut random = Random::new(17);
     for _ in 0..300 {
-        let x: [f64; 2] = std::array::from_fn(|k| LO[k] + (HI[k] - LO[k]) * random.unit());
+        let x: [f64; 2] = sph::array(|k| LO[k] + (HI[k] - LO[k]) * random.unit());
         let value = source.density.value(&x);
         assert_eq!(by_scene.density.value(&x), value);
         let beyond = source.density.value(&[x[0] + 2.0 * (HI[0] - LO[0]), x[1]]);

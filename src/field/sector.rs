@@ -110,7 +110,7 @@ impl<const D: usize> Sector<D> {
             }
         }
         (lo[2], hi[2]) = (low, high);
-        [std::array::from_fn(|k| lo[k]), std::array::from_fn(|k| hi[k])]
+        [sph::array(|k| lo[k]), sph::array(|k| hi[k])]
     }
 
     fn is_swept(&self, x: &[f64; 3]) -> bool {
@@ -120,7 +120,7 @@ impl<const D: usize> Sector<D> {
 }
 
 fn full<const D: usize>(x: &[f64; D]) -> [f64; 3] {
-    std::array::from_fn(|k| x.get(k).copied().unwrap_or(0.0))
+    sph::array(|k| x.get(k).copied().unwrap_or(0.0))
 }
 
 impl<const D: usize> Hull<D> for Sector<D> {
@@ -145,7 +145,7 @@ impl<const D: usize> Hull<D> for Sector<D> {
             all.extend(q.map(|q| [q[0] * cos, q[0] * sin, q[1]]));
         }
         let nearest = all.into_iter().min_by(|a, b| distance(a, &p).total_cmp(&distance(b, &p)));
-        nearest.map_or(*x, |q| std::array::from_fn(|k| q[k]))
+        nearest.map_or(*x, |q| sph::array(|k| q[k]))
     }
 
     fn volume(&self) -> f64 {
@@ -189,7 +189,7 @@ mod tests {
             let count = 40_000;
             let inside = (0..count)
                 .filter(|_| {
-                    let x: [f64; 3] = std::array::from_fn(|k| lo[k] + random.unit() * (hi[k] - lo[k]));
+                    let x: [f64; 3] = sph::array(|k| lo[k] + random.unit() * (hi[k] - lo[k]));
                     shape.contains(&x)
                 })
                 .count();
@@ -206,19 +206,19 @@ mod tests {
         let mut random = Random::new(9);
         for shape in shapes() {
             for _ in 0..60 {
-                let x: [f64; 3] = std::array::from_fn(|_| 5.0 * random.unit() - 2.5);
+                let x: [f64; 3] = sph::array(|_| 5.0 * random.unit() - 2.5);
                 let is_inside = shape.contains(&x);
                 let nearest = shape.nearest_on_surface(&x);
                 let reach = distance(&nearest, &x);
-                let toward = |length: f64, way: [f64; 3]| std::array::from_fn(|k| x[k] + length * way[k]);
+                let toward = |length: f64, way: [f64; 3]| sph::array(|k| x[k] + length * way[k]);
                 for _ in 0..40 {
-                    let way: [f64; 3] = std::array::from_fn(|_| random.unit() - 0.5);
+                    let way: [f64; 3] = sph::array(|_| random.unit() - 0.5);
                     let size = distance(&way, &[0.0; 3]);
                     let near: [f64; 3] = toward(random.unit() * reach * (1.0 - 1e-9) / size, way);
                     assert_eq!(shape.contains(&near), is_inside, "{shape:?}: {x:?}, {near:?} within {reach}");
                 }
                 let changes = (0..200).any(|_| {
-                    let near: [f64; 3] = std::array::from_fn(|k| nearest[k] + 1e-6 * (random.unit() - 0.5));
+                    let near: [f64; 3] = sph::array(|k| nearest[k] + 1e-6 * (random.unit() - 0.5));
                     shape.contains(&near) != is_inside
                 });
                 assert!(changes, "{shape:?}: {x:?}, {nearest:?}");

@@ -314,7 +314,7 @@ fn invert<const D: usize>(kind: CellKind, corners: &[[f64; D]], x: &[f64; D]) ->
 
 /// `sum_i w_i corners_i`.
 pub(crate) fn combine<const D: usize>(w: &Weights, corners: &[[f64; D]]) -> [f64; D] {
-    std::array::from_fn(|k| corners.iter().zip(w).map(|(c, w)| w * c[k]).sum())
+    sph::array(|k| corners.iter().zip(w).map(|(c, w)| w * c[k]).sum())
 }
 
 /// Columns `dx/du_k`.

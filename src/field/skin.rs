@@ -70,8 +70,8 @@ impl<const D: usize> Skin<D> {
             .into_par_iter()
             .filter(|(corners, _)| {
                 let step = normal(corners) * 1e-6;
-                let middle: [f64; D] = std::array::from_fn(|k| corners.iter().map(|c| c[k]).sum::<f64>() / D as f64);
-                ![1.0, -1.0].iter().all(|s| is_inside(&std::array::from_fn(|k| middle[k] + s * step[k])))
+                let middle: [f64; D] = sph::array(|k| corners.iter().map(|c| c[k]).sum::<f64>() / D as f64);
+                ![1.0, -1.0].iter().all(|s| is_inside(&sph::array(|k| middle[k] + s * step[k])))
             })
             .collect();
         Self::over(facets)
@@ -107,7 +107,7 @@ fn add_facets<const D: usize>(p: &[[f64; D]], cell: u32, facets: &mut Vec<Facet<
         push(&[p[0], p[1], p[2]]);
         push(&[p[0], p[2], p[3]]);
     } else {
-        let middle = std::array::from_fn(|k| 0.25 * (p[0][k] + p[1][k] + p[2][k] + p[3][k]));
+        let middle = sph::array(|k| 0.25 * (p[0][k] + p[1][k] + p[2][k] + p[3][k]));
         for k in 0..4 {
             push(&[p[k], p[(k + 1) % 4], middle]);
         }

@@ -15,7 +15,7 @@ pub struct RadialSource<const D: usize> {
 impl<const D: usize> RadialSource<D> {
     /// A place at the radius `r`.
     pub fn at(&self, r: f64) -> [f64; D] {
-        std::array::from_fn(|k| self.center[k] + if k == 0 { r } else { 0.0 })
+        sph::array(|k| self.center[k] + if k == 0 { r } else { 0.0 })
     }
 }
 

@@ -18,6 +18,6 @@ impl Random {
     }
 
     pub(crate) fn point<const D: usize>(&mut self) -> [f64; D] {
-        std::array::from_fn(|_| self.unit())
+        sph::array(|_| self.unit())
     }
 }

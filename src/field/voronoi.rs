@@ -63,7 +63,7 @@ mod tests {
             };
             let nearest = (0..40).min_by(|&a, &b| distance(&points[a]).total_cmp(&distance(&points[b]))).unwrap();
             assert_eq!(sampled(&cells, &values, x), Some(nearest as f64), "{x:?}");
-            let image = std::array::from_fn(|k| if k == 0 { x[k] + 3.0 } else { x[k] });
+            let image = sph::array(|k| if k == 0 { x[k] + 3.0 } else { x[k] });
             assert_eq!(sampled(&cells, &values, image), Some(nearest as f64), "{x:?}");
         }
         if D > 1 {

@@ -196,7 +196,7 @@ impl<const D: usize> Displacement<D> {
         let mut moved: Positions<D> = std::array::from_fn(|_| Vec::with_capacity(n));
         for (i, ((psi, _), _)) in all.iter().enumerate() {
             let q = at(positions, i);
-            let x = domain.wrapped(&std::array::from_fn(|k| q[k] + psi[k]));
+            let x = domain.wrapped(&sph::array(|k| q[k] + psi[k]));
             (0..D).for_each(|k| moved[k].push(x[k]));
         }
         let (moves, volumes) = all.into_iter().map(|((psi, _), volume)| (psi, volume)).unzip();
@@ -254,7 +254,7 @@ impl<const D: usize> Stated<D> {
         let largest = values.iter().flatten().fold(0.0_f64, |m, v| m.max(v.abs()));
         for k in 0..D {
             let jump = |q: &[f64; D]| {
-                let end = |side: f64| self.value(&std::array::from_fn(|j| if j == k { side } else { q[j] }));
+                let end = |side: f64| self.value(&sph::array(|j| if j == k { side } else { q[j] }));
                 let (low, high) = (end(domain.lo[k]), end(domain.hi[k]));
                 (0..D).map(|j| (high[j] - low[j]).abs()).fold(0.0, f64::max)
             };
@@ -276,7 +276,7 @@ impl<const D: usize> Stated<D> {
         let mut values = [0.0; 4];
         (0..D).for_each(|k| values[k] = q[k] * self.unit);
         values[3] = (0..D).map(|k| (q[k] - self.center[k]).powi(2)).sum::<f64>().sqrt() * self.unit;
-        std::array::from_fn(|k| self.components[k].evaluate_with(&values) / self.unit)
+        sph::array(|k| self.components[k].evaluate_with(&values) / self.unit)
     }
 
     fn at(&self, q: &[f64; D]) -> Move<D> {
@@ -466,7 +466,7 @@ impl<const D: usize> Waves<D> {
             });
             let sums = sums.map(|sum| product(lead, sum));
             let k: [f64; D] =
-                std::array::from_fn(|d| if d == 0 { self.lowest[0] } else { self.lowest[d] * row.count[d] as f64 });
+                sph::array(|d| if d == 0 { self.lowest[0] } else { self.lowest[d] * row.count[d] as f64 });
             for i in 0..D {
                 let order = usize::from(i == 0);
                 psi[i] += k[i] * sums[order][0];

@@ -169,7 +169,7 @@ impl<const D: usize> Variables<D> {
     }
 
     fn offset(&self, x: &[f64; D]) -> [f64; 3] {
-        std::array::from_fn(|k| if k < D { x[k] - self.base.center[k] } else { 0.0 })
+        sph::array(|k| if k < D { x[k] - self.base.center[k] } else { 0.0 })
     }
 
     /// Along the axis, and along the two directions across it.
@@ -185,12 +185,10 @@ impl<const D: usize> Variables<D> {
         let radius = along.hypot(distance);
         let unit = |parts: [f64; 3], length: f64| -> [f64; 3] {
             let all = [self.base.axis, self.across[0], self.across[1]];
-            std::array::from_fn(|k| {
-                if length > 0.0 { (0..3).map(|j| all[j][k] * parts[j]).sum::<f64>() / length } else { 0.0 }
-            })
+            sph::array(|k| if length > 0.0 { (0..3).map(|j| all[j][k] * parts[j]).sum::<f64>() / length } else { 0.0 })
         };
         match way {
-            Way::Axis(axis) => std::array::from_fn(|k| f64::from(u8::from(k == axis))),
+            Way::Axis(axis) => sph::array(|k| f64::from(u8::from(k == axis))),
             Way::Outward => unit([along, first, second], radius),
             Way::FromAxis => unit([0.0, first, second], distance),
             Way::Azimuthal => unit([0.0, -second, first], distance),

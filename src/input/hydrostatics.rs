@@ -253,7 +253,7 @@ impl<const D: usize> Equilibrium<D> for Hydrostatics<'_, D> {
                     return [0.0; D];
                 }
                 let strength = attraction(radial, (self.core.as_ref(), self.beside), r) / r;
-                std::array::from_fn(|k| -strength * (x[k] - radial.center[k]))
+                sph::array(|k| -strength * (x[k] - radial.center[k]))
             }
             Gravity::Holding => {
                 let at = |k: usize, h: f64| {
@@ -263,7 +263,7 @@ impl<const D: usize> Equilibrium<D> for Hydrostatics<'_, D> {
                     (self.pressure(if self.domain.contains(&y) { &y } else { x }), self.domain.contains(&y))
                 };
                 let density = self.density.value(x);
-                std::array::from_fn(|k| {
+                sph::array(|k| {
                     let ((low, below), (high, above)) = (at(k, -step), at(k, step));
                     let width = step * (f64::from(below) + f64::from(above));
                     if width > 0.0 && density > 0.0 { (high - low) / (width * density) } else { 0.0 }

@@ -406,7 +406,7 @@ fn boundaries<const D: usize>(input: &DomainInput) -> Result<[Option<BoundaryNam
     match input.boundary.as_slice() {
         [] => Ok([None; D]),
         [one] => Ok([Some(*one); D]),
-        many if many.len() == D => Ok(std::array::from_fn(|k| Some(many[k]))),
+        many if many.len() == D => Ok(sph::array(|k| Some(many[k]))),
         many => Err(Error::scene("domain.boundary", format!("has {} entries, expected 1 or {D}", many.len()))),
     }
 }

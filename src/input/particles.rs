@@ -159,7 +159,7 @@ impl Snapshot {
         let Geometry::Cloud { dimension, points, .. } = &self.field.geometry else {
             return Totals::default();
         };
-        let periodic = std::array::from_fn(|k| self.is_periodic(k));
+        let periodic = sph::array(|k| self.is_periodic(k));
         Totals::new(&self.field, points, &self.masses, *dimension, periodic)
     }
 
@@ -232,9 +232,8 @@ impl Snapshot {
         };
         let is_periodic = |k: usize| self.is_periodic(k);
         let ends = |k: usize, fold: fn(f64, f64) -> f64, start: f64| points.iter().map(|p| p[k]).fold(start, fold);
-        let lo =
-            std::array::from_fn(|k| if is_periodic(k) { self.box_corner[k] } else { ends(k, f64::min, f64::INFINITY) });
-        let hi = std::array::from_fn(|k| {
+        let lo = sph::array(|k| if is_periodic(k) { self.box_corner[k] } else { ends(k, f64::min, f64::INFINITY) });
+        let hi = sph::array(|k| {
             if is_periodic(k) { self.box_corner[k] + self.box_size[k] } else { ends(k, f64::max, f64::NEG_INFINITY) }
         });
         let axes = std::array::from_fn(|k| if is_periodic(k) { Axis::Periodic } else { Axis::OPEN });
@@ -249,9 +248,9 @@ impl Snapshot {
     fn filled<const D: usize>(&self) -> Result<Domain<D>> {
         let Domain { lo, hi, axes, .. } = self.domain::<D>()?;
         let has_box = |k: usize| self.box_size[k] > 0.0;
-        let lo = std::array::from_fn(|k| if has_box(k) { lo[k].min(self.box_corner[k]) } else { lo[k] });
+        let lo = sph::array(|k| if has_box(k) { lo[k].min(self.box_corner[k]) } else { lo[k] });
         let end = |k: usize| self.box_corner[k] + self.box_size[k];
-        let hi = std::array::from_fn(|k| if has_box(k) { hi[k].max(end(k)) } else { hi[k] });
+        let hi = sph::array(|k| if has_box(k) { hi[k].max(end(k)) } else { hi[k] });
         Ok(Domain::new(lo, hi, axes, Region::Box)?)
     }
 
@@ -268,7 +267,7 @@ impl Snapshot {
                 format!("particle {i} lies at {:?}, expected finite ones", points[i]),
             ));
         }
-        let wrapped: Vec<[f64; D]> = points.iter().map(|p| domain.wrapped(&std::array::from_fn(|k| p[k]))).collect();
+        let wrapped: Vec<[f64; D]> = points.iter().map(|p| domain.wrapped(&sph::array(|k| p[k]))).collect();
         let positions = std::array::from_fn(|k| wrapped.iter().map(|p| p[k]).collect());
         let neighbors = default_kernel_neighbors(D);
         let spacing = (domain.volume() / masses.len() as f64).powf(1.0 / D as f64);
@@ -318,7 +317,7 @@ pub(crate) fn material_shares(materials: &Values, masses: &[f64]) -> BTreeMap<i6
 fn points(table: &ParticleTable) -> Option<Vec<[f64; 3]>> {
     let x = table.column(particle_names::COORDINATES)?;
     let component = |i: usize, k: usize| if k < x.components { x.values.get(i * x.components + k) } else { 0.0 };
-    Some((0..table.count).map(|i| std::array::from_fn(|k| component(i, k))).collect())
+    Some((0..table.count).map(|i| sph::array(|k| component(i, k))).collect())
 }
 
 /// Whether a column holds nothing: initial conditions often come with densities of 0.

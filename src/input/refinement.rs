@@ -39,7 +39,7 @@ impl<const D: usize> Refinement<D> {
         let time = stated.unwrap_or(time);
         let radius = length("refine.radius", &input.radius)?;
         let shell = input.shell.as_ref().map_or(Ok(SHELL * radius), |q| length("refine.shell", q))?;
-        let mut center: [f64; D] = std::array::from_fn(|k| center[k] + velocity[k] * time);
+        let mut center: [f64; D] = sph::array(|k| center[k] + velocity[k] * time);
         if !center.iter().all(|x| x.is_finite()) {
             let problem = format!("is at {center:?} at the time {time:e}, expected finite coordinates");
             return Err(Error::scene("refine.center", problem));
@@ -135,7 +135,7 @@ impl<const D: usize> Sampled<D> {
         let RawInput::Snapshot(snapshot) = raw else { return None };
         let Geometry::Cloud { points, .. } = &snapshot.field.geometry else { return None };
         scene.refine.as_ref()?;
-        let points = points.iter().map(|p| std::array::from_fn(|k| p[k])).collect();
+        let points = points.iter().map(|p| sph::array(|k| p[k])).collect();
         Some(Self { points, masses: snapshot.masses.clone(), time: snapshot.time })
     }
 

@@ -95,23 +95,23 @@ impl<const D: usize> Frame<D> {
 
     fn place(&self, x: &[f64; D]) -> [f64; D] {
         let turned = self.direction(x);
-        std::array::from_fn(|k| turned[k] + self.shift[k])
+        sph::array(|k| turned[k] + self.shift[k])
     }
 
     fn direction(&self, x: &[f64; D]) -> [f64; D] {
-        std::array::from_fn(|k| (0..D).map(|i| self.axes[i][k] * x[i]).sum())
+        sph::array(|k| (0..D).map(|i| self.axes[i][k] * x[i]).sum())
     }
 
     /// First turned by `degrees` about a point, then as this.
     fn after(&self, degrees: &[f64; 3], about: &[f64; D]) -> Self {
         let axes: [[f64; D]; D] = std::array::from_fn(|i| {
-            let unit: [f64; 3] = std::array::from_fn(|k| f64::from(u8::from(i == k)));
+            let unit: [f64; 3] = sph::array(|k| f64::from(u8::from(i == k)));
             let turned = rotated(degrees, &unit);
-            self.direction(&std::array::from_fn(|k| turned[k]))
+            self.direction(&sph::array(|k| turned[k]))
         });
         let all = Self { axes, shift: [0.0; D] };
         let (there, here) = (self.place(about), all.place(about));
-        Self { shift: std::array::from_fn(|k| there[k] - here[k]), ..all }
+        Self { shift: sph::array(|k| there[k] - here[k]), ..all }
     }
 }
 
@@ -158,7 +158,7 @@ impl<const D: usize> Maker<'_, D> {
                 }
                 let about = turned_to::<D>(torus.axis as usize);
                 let reach = |k: usize| if k == torus.axis as usize { tube } else { radius + tube };
-                let bounds = self.around(&center, &std::array::from_fn(reach), frame);
+                let bounds = self.around(&center, &sph::array(reach), frame);
                 Ok((self.leaf(Shape::Torus { radius, tube }, &center, &about, frame), bounds))
             }
             ShapeInput::Ellipsoid(ellipsoid) => {
@@ -240,11 +240,11 @@ impl<const D: usize> Maker<'_, D> {
         let axis = cylinder.axis as usize;
         let own = turned_to::<D>(axis);
         let reach = |k: usize| if k == axis { 0.5 * length } else { radius };
-        let bounds = self.around(&center, &std::array::from_fn(reach), frame);
+        let bounds = self.around(&center, &sph::array(reach), frame);
         let mut parts = vec![self.leaf(Shape::Cylinder { radius }, &center, &own, frame)];
         for sign in [1.0, -1.0] {
-            let normal: [f64; D] = std::array::from_fn(|k| if k == axis { sign } else { 0.0 });
-            let end: [f64; D] = std::array::from_fn(|k| center[k] + 0.5 * length * normal[k]);
+            let normal: [f64; D] = sph::array(|k| if k == axis { sign } else { 0.0 });
+            let end: [f64; D] = sph::array(|k| center[k] + 0.5 * length * normal[k]);
             parts.push(self.half_space(&end, &normal, frame).0);
         }
         let whole = Tree::All(parts);
@@ -258,11 +258,11 @@ impl<const D: usize> Maker<'_, D> {
     fn cuboid(&mut self, lo: &[f64; D], hi: &[f64; D], frame: &Frame<D>) -> (Tree, Aabb<D>) {
         let faces = (0..2 * D).map(|face| {
             let (k, corner, sign) = if face < D { (face, lo, -1.0) } else { (face - D, hi, 1.0) };
-            self.half_space(corner, &std::array::from_fn(|i| if i == k { sign } else { 0.0 }), frame).0
+            self.half_space(corner, &sph::array(|i| if i == k { sign } else { 0.0 }), frame).0
         });
         let tree = Tree::All(faces.collect());
-        let middle = std::array::from_fn(|k| 0.5 * (lo[k] + hi[k]));
-        (tree, self.around(&middle, &std::array::from_fn(|k| 0.5 * (hi[k] - lo[k])), frame))
+        let middle = sph::array(|k| 0.5 * (lo[k] + hi[k]));
+        (tree, self.around(&middle, &sph::array(|k| 0.5 * (hi[k] - lo[k])), frame))
     }
 
     fn half_space(&mut self, point: &[f64; D], normal: &[f64; D], frame: &Frame<D>) -> (Tree, Aabb<D>) {
@@ -312,7 +312,7 @@ impl<const D: usize> Maker<'_, D> {
     fn around(&self, center: &[f64; D], half: &[f64; D], frame: &Frame<D>) -> Aabb<D> {
         let middle = frame.place(center);
         let reach = |k: usize| (0..D).map(|i| (frame.axes[i][k] * half[i]).abs()).sum::<f64>();
-        Aabb { lo: std::array::from_fn(|k| middle[k] - reach(k)), hi: std::array::from_fn(|k| middle[k] + reach(k)) }
+        Aabb { lo: sph::array(|k| middle[k] - reach(k)), hi: sph::array(|k| middle[k] + reach(k)) }
     }
 
     fn length(&self, key: &str, quantity: &Quantity) -> Result<f64> {
@@ -347,9 +347,9 @@ fn turned_to<const D: usize>(axis: usize) -> [[f64; D]; D] {
 }
 
 fn joined<const D: usize>(a: Aabb<D>, b: Aabb<D>) -> Aabb<D> {
-    Aabb { lo: std::array::from_fn(|k| a.lo[k].min(b.lo[k])), hi: std::array::from_fn(|k| a.hi[k].max(b.hi[k])) }
+    Aabb { lo: sph::array(|k| a.lo[k].min(b.lo[k])), hi: sph::array(|k| a.hi[k].max(b.hi[k])) }
 }
 
 fn common<const D: usize>(a: Aabb<D>, b: Aabb<D>) -> Aabb<D> {
-    Aabb { lo: std::array::from_fn(|k| a.lo[k].max(b.lo[k])), hi: std::array::from_fn(|k| a.hi[k].min(b.hi[k])) }
+    Aabb { lo: sph::array(|k| a.lo[k].max(b.lo[k])), hi: sph::array(|k| a.hi[k].min(b.hi[k])) }
 }

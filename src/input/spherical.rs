@@ -38,7 +38,7 @@ pub(crate) fn spherical<const D: usize>(prepared: &Prepared<D>) -> Option<Spheri
         return None;
     }
     let source = &prepared.source;
-    let filled = |x: [f64; D]| std::array::from_fn(|k| x.get(k).copied().unwrap_or(0.0));
+    let filled = |x: [f64; D]| sph::array(|k| x.get(k).copied().unwrap_or(0.0));
     let near = 1e-9 * source.domain.size();
     if let Some(radial) = &source.radial {
         let outer = radial.profile.outer_radius();
@@ -60,7 +60,7 @@ pub(crate) fn spherical<const D: usize>(prepared: &Prepared<D>) -> Option<Spheri
 /// The profile of a density that is the same in all directions.
 fn profile_of<const D: usize>(density: &dyn ScalarField<D>, center: &[f64; D], radius: f64) -> Option<RadialProfile> {
     let at = |r: f64, way: &[f64; 3]| {
-        let x: [f64; D] = std::array::from_fn(|k| center[k] + r * way[k]);
+        let x: [f64; D] = sph::array(|k| center[k] + r * way[k]);
         density.value(&x)
     };
     let row = |i: usize| radius * (REACH * i as f64 / ROWS as f64).sinh() / REACH.sinh();

@@ -65,7 +65,7 @@ impl MassPoints<'_> {
 
     fn is_spin_defined(&self) -> [bool; 3] {
         let is_open = |k: usize| k < self.dimension && !self.periodic[k];
-        std::array::from_fn(|k| is_open((k + 1) % 3) && is_open((k + 2) % 3))
+        sph::array(|k| is_open((k + 1) % 3) && is_open((k + 2) % 3))
     }
 }
 

@@ -77,9 +77,9 @@ fn wave<const D: usize>(k: [f64; D], amplitude: f64, share: f64, (seed, index): 
     let way = k.map(|v| v / length);
     let across = if D > 1 { ((1.0 - share) / (D as f64 - 1.0)).sqrt() } else { 0.0 };
     let mut vector = || {
-        let normal: [f64; D] = std::array::from_fn(|_| normal(&mut random));
+        let normal: [f64; D] = sph::array(|_| normal(&mut random));
         let along: f64 = (0..D).map(|d| normal[d] * way[d]).sum();
-        std::array::from_fn(|d| amplitude * (across * (normal[d] - along * way[d]) + share.sqrt() * along * way[d]))
+        sph::array(|d| amplitude * (across * (normal[d] - along * way[d]) + share.sqrt() * along * way[d]))
     };
     let cosine = vector();
     Wave { k, cosine, sine: vector() }

@@ -28,7 +28,7 @@ pub(crate) fn whole_waves<const D: usize>(domain: &Domain<D>, [least, most]: [f6
         let length = (0..D).map(|d| (n[d] as f64 * longest / extent[d]).powi(2)).sum::<f64>().sqrt();
         let is_first = n.iter().find(|v| **v != 0).is_some_and(|v| *v > 0);
         if is_first && length >= least && length <= most {
-            let k = std::array::from_fn(|d| std::f64::consts::TAU * n[d] as f64 / extent[d]);
+            let k = sph::array(|d| std::f64::consts::TAU * n[d] as f64 / extent[d]);
             waves.push(Whole { index, count: n, k, length });
         }
         index += 1;

@@ -41,10 +41,10 @@ pub(super) fn across(axis: [f64; 3]) -> [[f64; 3]; 2] {
     // The coordinate axis that follows the one that the axis is nearest to: x follows z.
     let nearest = (0..3).max_by(|a, b| axis[*a].abs().total_cmp(&axis[*b].abs())).unwrap_or(2);
     let next = (nearest + 1) % 3;
-    let mut first: [f64; 3] = std::array::from_fn(|k| f64::from(u8::from(k == next)) - axis[next] * axis[k]);
+    let mut first: [f64; 3] = sph::array(|k| f64::from(u8::from(k == next)) - axis[next] * axis[k]);
     let length = first.iter().map(|v| v * v).sum::<f64>().sqrt();
     first = first.map(|v| v / length);
-    let second = std::array::from_fn(|k| {
+    let second = sph::array(|k| {
         let (a, b) = ((k + 1) % 3, (k + 2) % 3);
         axis[a] * first[b] - axis[b] * first[a]
     });

@@ -51,7 +51,7 @@ fn own_gravity<const D: usize>(
         let i = tree.order()[place] as usize;
         let x = at(positions, i);
         let others = points.iter().map(|point| point.pull(&x).acceleration);
-        own[i] = Some(others.fold(pull.acceleration, |sum, g| std::array::from_fn(|k| sum[k] + g[k])));
+        own[i] = Some(others.fold(pull.acceleration, |sum, g| sph::array(|k| sum[k] + g[k])));
     }
     own
 }
@@ -98,7 +98,7 @@ pub fn mean_net_force<const D: usize>(
 }
 
 fn plus<const D: usize>(a: &[f64; D], b: &[f64; D]) -> [f64; D] {
-    std::array::from_fn(|k| a[k] + b[k])
+    sph::array(|k| a[k] + b[k])
 }
 
 /// |a| / |g|; 0 where there is no gravity.

@@ -62,7 +62,7 @@ impl<const D: usize> LeafPass<D, 0, f64> for BondPass<'_> {
             *out = Bonds::default();
             for j in 0..batch.len() {
                 let x = batch.position(j);
-                let d: [f64; D] = std::array::from_fn(|k| x[k] - target[k]);
+                let d: [f64; D] = sph::array(|k| x[k] - target[k]);
                 let r2 = d.iter().map(|v| v * v).sum::<f64>();
                 if r2 < limit && r2 > 1e-24 {
                     let r = r2.sqrt();

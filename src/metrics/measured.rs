@@ -184,7 +184,7 @@ impl<const D: usize> Measured<D> {
         let mut out = vec![[0.0; D]; n];
         for (seen, &i) in seen.iter().zip(self.tree.order()) {
             let own = &self.sums[i as usize].gradient;
-            out[i as usize] = std::array::from_fn(|k| -own_strength[i as usize] * own[k] - seen.0[k]);
+            out[i as usize] = sph::array(|k| -own_strength[i as usize] * own[k] - seen.0[k]);
         }
         out.truncate(self.own());
         out

@@ -31,19 +31,19 @@ impl<const D: usize> InOwnUnits<D> {
         (box_size, periodic): (&[f64; 3], [bool; 3]),
     ) -> Result<Self, DomainError> {
         let along = |k: usize| coordinates.iter().skip(k).step_by(D).copied();
-        let lo: [f64; D] = std::array::from_fn(|k| along(k).fold(f64::INFINITY, f64::min));
-        let hi: [f64; D] = std::array::from_fn(|k| along(k).fold(f64::NEG_INFINITY, f64::max));
+        let lo: [f64; D] = sph::array(|k| along(k).fold(f64::INFINITY, f64::min));
+        let hi: [f64; D] = sph::array(|k| along(k).fold(f64::NEG_INFINITY, f64::max));
         let is_periodic = |k: usize| periodic[k] && box_size[k] > 0.0;
         let edge = |k: usize| if is_periodic(k) { box_size[k] } else { (hi[k] - lo[k]).max(f64::MIN_POSITIVE) };
         let size = (0..D).map(edge).fold(0.0, f64::max);
         let total: f64 = masses.iter().sum();
-        let start: [f64; D] = std::array::from_fn(|k| if is_periodic(k) { 0.0 } else { lo[k] });
+        let start: [f64; D] = sph::array(|k| if is_periodic(k) { 0.0 } else { lo[k] });
         let axes = std::array::from_fn(|k| if is_periodic(k) { Axis::Periodic } else { Axis::OPEN });
-        let extent: [f64; D] = std::array::from_fn(|k| (edge(k) / size).max(THINNEST));
+        let extent: [f64; D] = sph::array(|k| (edge(k) / size).max(THINNEST));
         let domain = Domain::new([0.0; D], extent, axes, Region::Box)?;
         let mut positions: Positions<D> = std::array::from_fn(|k| along(k).map(|v| (v - start[k]) / size).collect());
         for i in 0..masses.len() {
-            let inside = domain.wrapped(&std::array::from_fn(|k| positions[k][i]));
+            let inside = domain.wrapped(&sph::array(|k| positions[k][i]));
             (0..D).for_each(|k| positions[k][i] = inside[k]);
         }
         Ok(Self { positions, masses: masses.iter().map(|m| m / total).collect(), domain, start, size, total })

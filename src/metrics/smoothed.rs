@@ -42,7 +42,7 @@ pub(super) fn smoothed_densities<const D: usize>(
         let by = |rule: &Rule<D>| -> f64 {
             let value = |(offset, weight): &([f64; D], f64)| {
                 let u = frame.as_ref().map_or(*offset, |f| turned(f, offset));
-                weight * continued(target, std::array::from_fn(|k| x[k] + support[i] * u[k]))
+                weight * continued(target, sph::array(|k| x[k] + support[i] * u[k]))
             };
             rule.iter().map(value).sum()
         };
@@ -95,20 +95,20 @@ fn continued<const D: usize>(target: &Target<'_, D>, mut x: [f64; D]) -> f64 {
 /// Unit vectors outward from `center` at `x`, and across.
 fn frame<const D: usize>(x: &[f64; D], center: &[f64; D]) -> [[f64; D]; 2] {
     let radius = distance(x, center);
-    let axis = |k: usize| std::array::from_fn(|c| f64::from(u8::from(c == k)));
+    let axis = |k: usize| sph::array(|c| f64::from(u8::from(c == k)));
     if !(radius > 0.0) {
         return [axis(0), axis(1)];
     }
-    let outward: [f64; D] = std::array::from_fn(|k| (x[k] - center[k]) / radius);
+    let outward: [f64; D] = sph::array(|k| (x[k] - center[k]) / radius);
     // Across: the axis that is farthest from outward, less its part along it.
     let least = (0..D).fold(0, |best, k| if outward[k].abs() < outward[best].abs() { k } else { best });
-    let across: [f64; D] = std::array::from_fn(|k| f64::from(u8::from(k == least)) - outward[least] * outward[k]);
+    let across: [f64; D] = sph::array(|k| f64::from(u8::from(k == least)) - outward[least] * outward[k]);
     let length = across.iter().map(|v| v * v).sum::<f64>().sqrt();
     [outward, across.map(|v| v / length)]
 }
 
 fn turned<const D: usize>(frame: &[[f64; D]; 2], offset: &[f64; D]) -> [f64; D] {
-    std::array::from_fn(|k| offset[0] * frame[0][k] + offset[1] * frame[1][k])
+    sph::array(|k| offset[0] * frame[0][k] + offset[1] * frame[1][k])
 }
 
 /// Distances with weights of the kernel's mass: the rule that is exact for the most powers of a distance if there are few,
@@ -175,7 +175,7 @@ fn about_an_axis<const D: usize>(kernel: KernelName, count: usize, angles: usize
             nodes.map(|(mu, w)| (mu, (1.0 - mu * mu).max(0.0).sqrt(), w)).collect()
         }
     };
-    let at = |q: f64, along: f64, across: f64| std::array::from_fn(|k| q * [along, across, 0.0][k]);
+    let at = |q: f64, along: f64, across: f64| sph::array(|k| q * [along, across, 0.0][k]);
     let radii = radii::<D>(kernel, count);
     radii.iter().flat_map(|&(q, w)| polar.iter().map(move |&(a, b, v)| (at(q, a, b), w * v))).collect()
 }
@@ -202,7 +202,7 @@ fn in_all_directions<const D: usize>(kernel: KernelName, level: usize) -> Rule<D
         },
     };
     let count = if D == 1 { [2, 3, 8, 16, 128][level] } else { [2, 3, 6, 8, 8][level] };
-    let at = |q: f64, u: &[f64; 3]| std::array::from_fn(|k| q * u[k]);
+    let at = |q: f64, u: &[f64; 3]| sph::array(|k| q * u[k]);
     let radii = radii::<D>(kernel, count);
     radii.iter().flat_map(|&(q, w)| directions.iter().map(move |(u, v)| (at(q, u), w * v))).collect()
 }

@@ -94,13 +94,13 @@ impl<'a, const D: usize> Wholes<'a, D> {
         parallel::map(positions[0].len(), |i| {
             let Whole { center, spin, .. } = self.of(i);
             let inward = spin.cross(&spin.cross(&(filled(&at(positions, i)) - center)));
-            std::array::from_fn(|k| inward[k])
+            sph::array(|k| inward[k])
         })
     }
 
     /// Acceleration of the body that a particle is of.
     pub fn acceleration(&self, i: usize) -> [f64; D] {
         let own = self.of(i).acceleration;
-        std::array::from_fn(|k| own[k])
+        sph::array(|k| own[k])
     }
 }

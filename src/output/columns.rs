@@ -121,7 +121,7 @@ fn add_motion<const D: usize>(
     let middle = domain.center();
     parallel::update_rows(v, D, |i, v| {
         let x = at(positions, i);
-        let d: [f64; 3] = std::array::from_fn(|k| if k < D { x[k] - middle[k] } else { 0.0 });
+        let d: [f64; 3] = sph::array(|k| if k < D { x[k] - middle[k] } else { 0.0 });
         let swirl =
             [omega[1] * d[2] - omega[2] * d[1], omega[2] * d[0] - omega[0] * d[2], omega[0] * d[1] - omega[1] * d[0]];
         (0..D).for_each(|k| v[k] += bulk[k] + swirl[k]);
@@ -136,7 +136,7 @@ fn components<const N: usize>(key: &str, given: &[f64], expected: usize) -> Resu
     if given.iter().any(|v| !v.is_finite()) {
         return Err(Error::scene(key, "has a component that is not finite"));
     }
-    Ok(std::array::from_fn(|k| given.get(k).copied().unwrap_or(0.0)))
+    Ok(sph::array(|k| given.get(k).copied().unwrap_or(0.0)))
 }
 
 /// Adds the internal energy where it is not carried: from a carried pressure, as given, or as a placeholder

@@ -82,7 +82,7 @@ impl<const D: usize> Frame<D> {
     /// Axes with vacuum beyond get `box_factor` times the body's extent, the same on all of them; others keep
     /// theirs, with the corner at the origin.
     pub fn new(domain: &Domain<D>, box_factor: f64) -> Self {
-        let open: [bool; D] = std::array::from_fn(|k| !domain.has_faces(k) || domain.axes[k] == Axis::OPEN);
+        let open: [bool; D] = sph::array(|k| !domain.has_faces(k) || domain.axes[k] == Axis::OPEN);
         let edge = box_factor * domain.size();
         let mut frame = Self {
             shift: [0.0; D],
@@ -117,7 +117,7 @@ impl<const D: usize> Frame<D> {
     /// The lower corner of the box in the coordinates of the output times `factor`, where their origin is chosen.
     pub fn corner(&self, factor: f64) -> Option<[f64; D]> {
         let origin = self.origin?;
-        Some(std::array::from_fn(|k| (0.0 - self.shift[k] - origin[k]) * factor))
+        Some(sph::array(|k| (0.0 - self.shift[k] - origin[k]) * factor))
     }
 
     /// Interleaved coordinates in the box of the output, times `factor`: from 0 on, unless an origin is chosen.

@@ -95,17 +95,17 @@ pub(super) fn point<const D: usize>(
         OriginInput::Named(OriginName::Corner) => frame.lower_corner(),
         OriginInput::Named(OriginName::Center) => {
             let corner = frame.lower_corner();
-            std::array::from_fn(|k| corner[k] + 0.5 * frame.box_size[k])
+            sph::array(|k| corner[k] + 0.5 * frame.box_size[k])
         }
         OriginInput::Named(OriginName::Input) => [0.0; D],
         OriginInput::Named(OriginName::CenterOfMass) => {
             let total: f64 = all.iter().map(|(_, m)| reduce::sum(m.len(), |i| m[i])).sum();
             let moment = |k: usize| all.iter().map(|(x, m)| reduce::sum(m.len(), |i| m[i] * x[k][i])).sum::<f64>();
-            std::array::from_fn(|k| moment(k) / total)
+            sph::array(|k| moment(k) / total)
         }
         OriginInput::Point(point) => {
             let point = values("output.origin", point, UnitDimension::LENGTH, conversion)?;
-            std::array::from_fn(|k| point.get(k).copied().unwrap_or(0.0) / length)
+            sph::array(|k| point.get(k).copied().unwrap_or(0.0) / length)
         }
     })
 }
@@ -121,12 +121,12 @@ pub fn among_bodies(
 ) -> Result<[f64; 3]> {
     Ok(match origin {
         OriginInput::Named(OriginName::Corner) => lo,
-        OriginInput::Named(OriginName::Center) => std::array::from_fn(|k| lo[k] + 0.5 * edges[k]),
+        OriginInput::Named(OriginName::Center) => sph::array(|k| lo[k] + 0.5 * edges[k]),
         OriginInput::Named(OriginName::CenterOfMass) => center,
         OriginInput::Named(OriginName::Input) => [0.0; 3],
         OriginInput::Point(point) => {
             let point = values("output.origin", point, UnitDimension::LENGTH, conversion)?;
-            std::array::from_fn(|k| point.get(k).copied().unwrap_or(0.0))
+            sph::array(|k| point.get(k).copied().unwrap_or(0.0))
         }
     })
 }

@@ -35,10 +35,10 @@ impl<'a, const D: usize> Others<'a, D> {
             let all = self.species.iter().flat_map(|(_, places)| places[k].iter());
             all.fold((domain.lo[k], domain.hi[k]), |(lo, hi), &x| (lo.min(x), hi.max(x)))
         };
-        let ends: [(f64, f64); D] = std::array::from_fn(ends);
+        let ends: [(f64, f64); D] = sph::array(ends);
         let lo = ends.map(|e| e.0);
         // Particles at the upper end are within.
-        let hi = std::array::from_fn(|k| if ends[k].1 > domain.hi[k] { ends[k].1.next_up() } else { domain.hi[k] });
+        let hi = sph::array(|k| if ends[k].1 > domain.hi[k] { ends[k].1.next_up() } else { domain.hi[k] });
         if lo == domain.lo && hi == domain.hi {
             Ok(domain.clone())
         } else {
@@ -109,7 +109,7 @@ fn places<const D: usize>(species: &Species, prepared: &Prepared<D>) -> Result<P
     let domain = &prepared.source.domain;
     let mut places: Positions<D> = std::array::from_fn(|_| Vec::with_capacity(species.table.count));
     for i in 0..species.table.count {
-        let mut place: [f64; D] = std::array::from_fn(|k| x.values.get(i * x.components + k) / prepared.length);
+        let mut place: [f64; D] = sph::array(|k| x.values.get(i * x.components + k) / prepared.length);
         if let Some(value) = place.iter().find(|v| !v.is_finite()) {
             return Err(wrong(format!("are {value} at particle {i}, expected finite ones")));
         }

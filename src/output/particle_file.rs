@@ -171,7 +171,7 @@ pub(crate) fn particle_file<const D: usize>(
         dimension: D,
         box_size: frame.box_size.map(|b| b * factors.length),
         box_corner: corner,
-        periodic: std::array::from_fn(|k| k < D && domain.axes[k] == Axis::Periodic),
+        periodic: sph::array(|k| k < D && domain.axes[k] == Axis::Periodic),
         units,
         time: 0.0,
         kernel: making.kernel.into(),
@@ -250,7 +250,7 @@ fn kept_totals<const D: usize>(
         positions: &(0..masses.len()).flat_map(|i| at(positions, i).map(|x| x * prepared.length)).collect::<Vec<f64>>(),
         masses,
         dimension: D,
-        periodic: std::array::from_fn(|k| k < D && axes[k] == Axis::Periodic),
+        periodic: sph::array(|k| k < D && axes[k] == Axis::Periodic),
     };
     conserve(carried, &new, &totals)
 }
@@ -273,7 +273,7 @@ fn placed<const D: usize>(
 
 /// Of all three axes.
 fn filled<const D: usize>(values: [f64; D]) -> [f64; 3] {
-    std::array::from_fn(|k| values.get(k).copied().unwrap_or(0.0))
+    sph::array(|k| values.get(k).copied().unwrap_or(0.0))
 }
 
 /// The velocity of a particle at `center`, in internal units.

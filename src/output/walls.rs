@@ -111,7 +111,7 @@ impl<const D: usize> Walls<D> {
             }
             let depth = distance(&x, &surface);
             made.positions.push(x);
-            made.normals.push(std::array::from_fn(|k| (surface[k] - x[k]) / depth));
+            made.normals.push(sph::array(|k| (surface[k] - x[k]) / depth));
             made.depths.push(depth);
         }
         if made.positions.is_empty() {
@@ -272,7 +272,7 @@ impl<const D: usize> Lattice<D> {
     }
 
     fn point(&self, mut i: usize) -> [f64; D] {
-        std::array::from_fn(|k| {
+        sph::array(|k| {
             let place = i % self.counts[k];
             i /= self.counts[k];
             self.start[k] + place as f64 * self.step[k]

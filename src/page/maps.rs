@@ -180,7 +180,7 @@ fn arrows(portrait: &Portrait, view: &View) -> Option<(Vec<Arrow>, String)> {
         let (column, row) = (p % coarse.pixels[0], p / coarse.pixels[0]);
         let by = v.map(|c| c / largest * reach);
         let center = [view.lo[0] + (column as f64 + 0.5) * pixel[0], view.lo[1] + (row as f64 + 0.5) * pixel[1]];
-        out.push(Arrow { from: std::array::from_fn(|k| center[k] - 0.5 * by[k]), by });
+        out.push(Arrow { from: sph::array(|k| center[k] - 0.5 * by[k]), by });
     }
     let speed = rounded(largest * portrait.labels.velocity_factor);
     Some((out, format!("The longest arrow is {speed} {}.", portrait.labels.velocity)))

@@ -86,7 +86,7 @@ impl Portrait {
             let problem = format!("are {} numbers for {} particles in {d}-D", coordinates.len(), table.count);
             return Err(Error::field(names::COORDINATES, problem));
         }
-        let vector = |v: &[f64], i: usize| std::array::from_fn(|k| if k < d { v[i * d + k] } else { 0.0 });
+        let vector = |v: &[f64], i: usize| sph::array(|k| if k < d { v[i * d + k] } else { 0.0 });
         let mut positions: Vec<[f64; 3]> = (0..table.count).map(|i| vector(&coordinates, i)).collect();
         let corner = header.box_corner.unwrap_or_default();
         let is_periodic = |k: usize| k < d && header.periodic[k] && header.box_size[k] > 0.0;
@@ -132,7 +132,7 @@ impl Portrait {
         let isolated = !(0..d).any(is_periodic);
         let mut portrait = Self {
             dimension: d,
-            periodic: std::array::from_fn(is_periodic),
+            periodic: sph::array(is_periodic),
             lo,
             hi,
             side: Side::Axis,
@@ -164,11 +164,11 @@ impl Portrait {
         detail: Detail,
         side: Side,
     ) -> Self {
-        let filled = |v: [f64; D]| std::array::from_fn(|k| if k < D { v[k] } else { 0.0 });
+        let filled = |v: [f64; D]| sph::array(|k| if k < D { v[k] } else { 0.0 });
         let code = || "input's unit".to_owned();
         Self {
             dimension: D,
-            periodic: std::array::from_fn(|k| k < D && domain.axes[k] == Axis::Periodic),
+            periodic: sph::array(|k| k < D && domain.axes[k] == Axis::Periodic),
             lo: filled(domain.lo),
             hi: filled(domain.hi),
             side,
@@ -199,7 +199,7 @@ impl Portrait {
     pub fn middle(&self) -> [f64; 3] {
         match self.side {
             Side::Radius(center) => center,
-            Side::Axis => std::array::from_fn(|k| {
+            Side::Axis => sph::array(|k| {
                 let middle = self.lo[k] + 0.5 * (self.hi[k] - self.lo[k]);
                 let mut all: Vec<f64> = self.positions.iter().map(|x| x[k]).collect();
                 if all.iter().zip(&self.detail.support).any(|(x, reach)| (x - middle).abs() < 0.5 * reach) {
@@ -218,7 +218,7 @@ impl Portrait {
         let along = |k: usize| {
             self.positions.iter().zip(&self.masses).map(|(x, m)| (m / total) * (x[k] - self.lo[k])).sum::<f64>()
         };
-        std::array::from_fn(|k| self.lo[k] + along(k))
+        sph::array(|k| self.lo[k] + along(k))
     }
 
     /// rho/rho* - 1 of particle `i`, where the target is known.

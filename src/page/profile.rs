@@ -63,7 +63,7 @@ fn places(portrait: &Portrait) -> (Vec<f64>, (f64, f64), String) {
     match portrait.side {
         Side::Radius(center) => {
             let radius = |x: &[f64; 3]| {
-                let [a, b, c] = std::array::from_fn(|k| x[k] - center[k]);
+                let [a, b, c] = sph::array(|k| x[k] - center[k]);
                 f64::hypot(f64::hypot(a, b), c)
             };
             let places: Vec<f64> = portrait.positions.iter().map(radius).collect();

@@ -61,7 +61,7 @@ impl View {
     }
 
     pub fn pixel(&self) -> [f64; 2] {
-        std::array::from_fn(|i| (self.hi[i] - self.lo[i]) / self.pixels[i] as f64)
+        sph::array(|i| (self.hi[i] - self.lo[i]) / self.pixels[i] as f64)
     }
 }
 

@@ -159,7 +159,7 @@ impl<const D: usize> Run<'_, D> {
         self.state.shift(|i, from| {
             let direction = away[i].0;
             let length = direction.iter().map(|v| v * v).sum::<f64>().sqrt();
-            (std::array::from_fn(|k| from[k] + step * spacing[i] * direction[k]), step * length)
+            (sph::array(|k| from[k] + step * spacing[i] * direction[k]), step * length)
         })
     }
 }

@@ -43,7 +43,7 @@ impl<const D: usize> GhostLayer<D> {
     /// Unit normal of the mirror between a ghost and its parent, which is where it was mirrored.
     fn normal(&self, g: usize, positions: &Positions<D>) -> [f64; D] {
         let (ghost, parent) = (self.images.tree.position(g), self.parent(g));
-        let away: [f64; D] = std::array::from_fn(|k| ghost[k] - positions[k][parent]);
+        let away: [f64; D] = sph::array(|k| ghost[k] - positions[k][parent]);
         let length = away.iter().map(|a| a * a).sum::<f64>().sqrt();
         away.map(|a| if length > 0.0 { a / length } else { 0.0 })
     }
@@ -55,7 +55,7 @@ impl<const D: usize> GhostLayer<D> {
         let curved = self.round.map_or(0, |round| round.curved());
         let tangential = if curved > 0 { self.images.stretch[g].powf(1.0 / curved as f64) } else { 1.0 };
         let straight = self.round.and_then(|round| round.axis);
-        std::array::from_fn(|k| {
+        sph::array(|k| {
             let stretch = if straight == Some(k) { 1.0 } else { tangential };
             stretch * (gradient[k] - along * n[k]) - along * n[k]
         })
@@ -65,7 +65,7 @@ impl<const D: usize> GhostLayer<D> {
 /// A vector as the mirror with normal `n` shows it.
 fn reflected<const D: usize>(n: &[f64; D], vector: [f64; D]) -> [f64; D] {
     let along: f64 = (0..D).map(|k| vector[k] * n[k]).sum();
-    std::array::from_fn(|k| vector[k] - 2.0 * along * n[k])
+    sph::array(|k| vector[k] - 2.0 * along * n[k])
 }
 
 /// Particles, in tree order, under a kernel with N_H neighbors. `R` is the precision of pair distances.
@@ -272,7 +272,7 @@ impl<'a, const D: usize, R: Real> Arrangement<'a, D, R> {
             let (x0, d) = (at(from, i), &direction[i]);
             let length = t * unit[i] / spacing[i] * d.iter().map(|v| v * v).sum::<f64>().sqrt();
             let limited = t * if length > max_step { max_step / length } else { 1.0 };
-            let mut x: [f64; D] = std::array::from_fn(|k| x0[k] + limited * unit[i] * d[k]);
+            let mut x: [f64; D] = sph::array(|k| x0[k] + limited * unit[i] * d[k]);
             domain.confine(&x0, &mut x);
             let inside = target.domain.contains(&x);
             let allowed = (inside || leaves) && target.keeps_region(&x0, &x);
@@ -363,9 +363,10 @@ impl<'a, const D: usize, R: Real> Arrangement<'a, D, R> {
             std::array::from_fn(|c| ghosts.map_or_else(Vec::new, |g| g.inherit(channels[c], powers[c])));
         let of_ghosts = inherited.each_ref().map(Vec::as_slice);
         all.extend(ghosts.map(|g| Sources::new(&g.tree, &[], of_ghosts, Reach::Target)));
-        let seen = self.exchange.zip(self.halo.as_ref()).map(|(exchange, halo)| {
-            (&halo.tree, halo.values(exchange, std::array::from_fn(|c| [channels[c], of_ghosts[c]])))
-        });
+        let seen = self
+            .exchange
+            .zip(self.halo.as_ref())
+            .map(|(exchange, halo)| (&halo.tree, halo.values(exchange, sph::array(|c| [channels[c], of_ghosts[c]]))));
         all.extend(
             seen.as_ref().map(|(tree, v)| Sources::new(tree, &[], v.each_ref().map(Vec::as_slice), Reach::Target)),
         );
@@ -393,7 +394,7 @@ impl<'a, const D: usize, R: Real> Arrangement<'a, D, R> {
         let real = Actors { tree: &self.tree, support, strength, silent: false };
         let seen = scatter_gradient::<D, R>(self.kernel, &self.domain, &[real]);
         let mut out: Vec<[f64; D]> =
-            parallel::map(seen.len(), |i| std::array::from_fn(|k| seen[i].0[k] + strength[i] * sums[i].gradient[k]));
+            parallel::map(seen.len(), |i| sph::array(|k| seen[i].0[k] + strength[i] * sums[i].gradient[k]));
         if let Some(ghosts) = &self.ghosts {
             for (g, Vector(seen)) in self.seen_of_ghosts(ghosts, support, strength).iter().enumerate() {
                 let pulled = ghosts.pull_back(g, &ghosts.normal(g, &self.positions), seen);
@@ -445,7 +446,7 @@ impl<'a, const D: usize, R: Real> Arrangement<'a, D, R> {
             let p = ghosts.parent(g);
             if c < D {
                 let normal = ghosts.normal(g, &self.positions);
-                reflected(&normal, std::array::from_fn(|k| channels[k][p]))[c]
+                reflected(&normal, sph::array(|k| channels[k][p]))[c]
             } else {
                 channels[c][p]
             }

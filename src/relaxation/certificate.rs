@@ -234,8 +234,8 @@ pub fn opened<const D: usize>(domain: &Domain<D>) -> Option<Domain<D>> {
                 Axis::Walls { lo, hi } if [lo, hi][side] == Wall::Open => SPACE * domain.size(),
                 _ => 0.0,
             };
-            let lo = std::array::from_fn(|k| domain.lo[k] - margin(k, 0));
-            let hi = std::array::from_fn(|k| domain.hi[k] + margin(k, 1));
+            let lo = sph::array(|k| domain.lo[k] - margin(k, 0));
+            let hi = sph::array(|k| domain.hi[k] + margin(k, 1));
             Domain::new(lo, hi, domain.axes, Region::Box).ok()
         }
         _ => None,

@@ -222,7 +222,7 @@ impl<'a, const D: usize, R: Real> Balance<'a, D, R> {
         let Arrangement { domain, target, .. } = &self.arrangement;
         let moved = parallel::map(place.len(), |i| {
             let from = at(positions, i);
-            let mut x = std::array::from_fn(|k| from[k] + share[i] * (from[k] - center[k]));
+            let mut x = sph::array(|k| from[k] + share[i] * (from[k] - center[k]));
             domain.confine(&from, &mut x);
             if target.keeps_region(&from, &x) { x } else { from }
         });
@@ -286,7 +286,7 @@ impl<'a, const D: usize, R: Real> Balance<'a, D, R> {
         let t = DIFFERENCE / self.longest(frame, v);
         self.arrangement.displace(from, v, t, &frame.unit, &frame.spacing, MAX_STEP);
         let there = self.evaluate(frame, support);
-        let change = |i: usize| std::array::from_fn(|k| (there.gradient[i][k] - gradient[i][k]) / t);
+        let change = |i: usize| sph::array(|k| (there.gradient[i][k] - gradient[i][k]) / t);
         solver.take(parallel::map(gradient.len(), change));
         *products += 1;
         *newton = Some(under_way);
@@ -401,7 +401,7 @@ impl<'a, const D: usize, R: Real> Balance<'a, D, R> {
             return *x;
         }
         let share = (1.0 - SKIN) * radius / (radius - depth);
-        std::array::from_fn(|k| center[k] + share * (x[k] - center[k]))
+        sph::array(|k| center[k] + share * (x[k] - center[k]))
     }
 
     /// The factor on A_i with which the pressure holds gravity over the interior: one for all, or a smooth function of the
@@ -440,7 +440,7 @@ impl<'a, const D: usize, R: Real> Balance<'a, D, R> {
         parallel::map(self.arrangement.len(), |i| {
             let step = GRADIENT_STEP * frame.spacing[i];
             let wanted = self.equilibrium.gravity(&at(positions, i), step);
-            frame.own.as_ref().map_or(wanted, |own| std::array::from_fn(|k| wanted[k] + own[i * D + k]))
+            frame.own.as_ref().map_or(wanted, |own| sph::array(|k| wanted[k] + own[i * D + k]))
         })
     }
 
@@ -483,7 +483,7 @@ impl<'a, const D: usize, R: Real> Balance<'a, D, R> {
         let gravity = self.gravity(frame);
         let positions = &self.arrangement.positions;
         let gradient = parallel::map(sums.len(), |i| {
-            let net: [f64; D] = std::array::from_fn(|k| pressure_force[i][k] + gravity[i][k]);
+            let net: [f64; D] = sph::array(|k| pressure_force[i][k] + gravity[i][k]);
             let scale = -mass * frame.unit[i] / frame.temperature;
             if self.is_held(&at(positions, i), &net, frame.spacing[i]) { [0.0; D] } else { net.map(|f| scale * f) }
         });
@@ -500,7 +500,7 @@ impl<'a, const D: usize, R: Real> Balance<'a, D, R> {
             return false;
         }
         let length = force.iter().map(|f| f * f).sum::<f64>().sqrt();
-        let ahead: [f64; D] = std::array::from_fn(|k| x[k] + 0.5 * depth * force[k] / length);
+        let ahead: [f64; D] = sph::array(|k| x[k] + 0.5 * depth * force[k] / length);
         !(domain.distance_to_edge(&ahead) > depth)
     }
 
@@ -511,7 +511,7 @@ impl<'a, const D: usize, R: Real> Balance<'a, D, R> {
         let gravity = self.equilibrium.has_gravity();
         let law = self.law();
         let error = |i: usize| {
-            let net: [f64; D] = std::array::from_fn(|k| now.pressure_force[i][k] + now.gravity[i][k]);
+            let net: [f64; D] = sph::array(|k| now.pressure_force[i][k] + now.gravity[i][k]);
             let density = self.mass * now.sums[i].number_density;
             let unit = if gravity {
                 dot(&now.gravity[i], &now.gravity[i]).sqrt()

@@ -293,7 +293,7 @@ impl<'a, const D: usize, R: Real> Fluid<'a, D, R> {
             let spacing = support[i] / ratio;
             let length = step * v.iter().map(|c| c * c).sum::<f64>().sqrt();
             let limited = if length > MAX_STEP * spacing { MAX_STEP * spacing / length } else { 1.0 };
-            let mut straight: [f64; D] = std::array::from_fn(|k| from[k] + limited * step * v[k]);
+            let mut straight: [f64; D] = sph::array(|k| from[k] + limited * step * v[k]);
             domain.wrap(&mut straight);
             let mut x = straight;
             domain.confine(&from, &mut x);
@@ -355,11 +355,11 @@ impl<'a, const D: usize, R: Real> Fluid<'a, D, R> {
 
 /// The velocity after a wall has turned `straight` into `x`: its component along the correction is reversed.
 fn bounce<const D: usize>(velocity: [f64; D], straight: &[f64; D], x: &[f64; D]) -> [f64; D] {
-    let shift: [f64; D] = std::array::from_fn(|k| x[k] - straight[k]);
+    let shift: [f64; D] = sph::array(|k| x[k] - straight[k]);
     let squared: f64 = shift.iter().map(|s| s * s).sum();
     if squared == 0.0 {
         return velocity;
     }
     let along = (0..D).map(|k| velocity[k] * shift[k]).sum::<f64>() / squared;
-    if along < 0.0 { std::array::from_fn(|k| velocity[k] - 2.0 * along * shift[k]) } else { velocity }
+    if along < 0.0 { sph::array(|k| velocity[k] - 2.0 * along * shift[k]) } else { velocity }
 }

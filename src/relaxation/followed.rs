@@ -68,7 +68,7 @@ pub struct Point<const D: usize> {
 }
 
 fn cross(a: &[f64; 3], b: &[f64; 3]) -> [f64; 3] {
-    std::array::from_fn(|k| a[(k + 1) % 3] * b[(k + 2) % 3] - a[(k + 2) % 3] * b[(k + 1) % 3])
+    sph::array(|k| a[(k + 1) % 3] * b[(k + 2) % 3] - a[(k + 2) % 3] * b[(k + 1) % 3])
 }
 
 /// Particles at the end, in the units of [`Followed`].
@@ -167,7 +167,7 @@ impl<'a, const D: usize> Body<'a, D> {
         };
         let law = Law { gamma, materials: materials.map(|(m, _)| m) };
         let total_mass = masses.iter().sum::<f64>();
-        let middle = center.unwrap_or_else(|| std::array::from_fn(|k| 0.5 * (domain.lo[k] + domain.hi[k])));
+        let middle = center.unwrap_or_else(|| sph::array(|k| 0.5 * (domain.lo[k] + domain.hi[k])));
         let radius = reduce::max(n, |i| distance(&at(&positions, i), &middle));
         let attracting = total_mass + points.iter().map(|p| p.mass.mass).sum::<f64>();
         let unit_time = if center.is_some() {
@@ -266,7 +266,7 @@ impl<'a, const D: usize> Body<'a, D> {
         self.accelerations = parallel::map(force.len(), |i| {
             let point = self.pull_of_points(&at(&self.positions, i));
             let enclosed = enclosed(i);
-            std::array::from_fn(|k| force[i][k] + enclosed[k] + beyond[i][k] + point.acceleration[k])
+            sph::array(|k| force[i][k] + enclosed[k] + beyond[i][k] + point.acceleration[k])
         });
         self.point_accelerations = (0..self.points.len()).map(|p| self.pull_on_point(p)).collect();
     }
@@ -283,7 +283,7 @@ impl<'a, const D: usize> Body<'a, D> {
             let x = at(&self.positions, i);
             let r = distance(&x, center);
             let pull = if r > 0.0 { strength(D) * enclosed[i] / r.powi(D as i32) } else { 0.0 };
-            std::array::from_fn(|k| -pull * (x[k] - center[k]))
+            sph::array(|k| -pull * (x[k] - center[k]))
         })
     }
 
@@ -312,7 +312,7 @@ impl<'a, const D: usize> Body<'a, D> {
             return [0.0; D];
         }
         let pulls = parallel::map(self.masses.len(), |i| point.pull(&at(&self.positions, i)).acceleration);
-        std::array::from_fn(|k| {
+        sph::array(|k| {
             let of_gas = -reduce::sum(pulls.len(), |i| self.masses[i] * pulls[i][k]) / point.mass;
             let others = self.points.iter().enumerate().filter(|(q, _)| *q != p);
             of_gas + others.map(|(_, q)| q.mass.pull(&point.center).acceleration[k]).sum::<f64>()
@@ -334,11 +334,11 @@ impl<'a, const D: usize> Body<'a, D> {
     fn hold(&mut self, enclosed: &[[f64; D]]) {
         let pulls = self.pulls();
         let length = |v: [f64; D]| v.iter().map(|v| v * v).sum::<f64>().sqrt();
-        let left = |i: usize| -> [f64; D] { std::array::from_fn(|k| pulls[i].acceleration[k] - enclosed[i][k]) };
+        let left = |i: usize| -> [f64; D] { sph::array(|k| pulls[i].acceleration[k] - enclosed[i][k]) };
         let n = pulls.len();
         let is_round = reduce::sum(n, |i| length(left(i))) < ROUND * reduce::sum(n, |i| length(enclosed[i]));
         let new = parallel::map(n, |i| if is_round { left(i) } else { pulls[i].acceleration });
-        let changed = |i: usize| length(std::array::from_fn(|k| new[i][k] - self.beyond[i][k]));
+        let changed = |i: usize| length(sph::array(|k| new[i][k] - self.beyond[i][k]));
         let change = reduce::sum(n, changed) / reduce::sum(n, |i| length(pulls[i].acceleration));
         self.hold_for = match self.held {
             Some(_) if is_round == self.is_round && change <= LITTLE => (2 * self.hold_for).min(HELD),
@@ -356,7 +356,7 @@ impl<'a, const D: usize> Body<'a, D> {
         let rotation = Rotation3::new(Vector3::from(self.spin()) * step);
         parallel::update(&mut self.beyond, |_, v| {
             let turned = rotation * Vector3::from_fn(|k, _| v.get(k).copied().unwrap_or(0.0));
-            *v = std::array::from_fn(|k| turned[k]);
+            *v = sph::array(|k| turned[k]);
         });
     }
 
@@ -371,7 +371,7 @@ impl<'a, const D: usize> Body<'a, D> {
         let (domain, velocities, positions) = (&self.domain, &self.velocities, &self.positions);
         let moved = parallel::map(self.masses.len(), |i| {
             let x = at(positions, i);
-            let free = std::array::from_fn(|k| x[k] + step * velocities[i][k]);
+            let free = sph::array(|k| x[k] + step * velocities[i][k]);
             reflected(domain, &x, (&free, &velocities[i]))
         });
         self.work += self.work_along(&moved);
@@ -399,7 +399,7 @@ impl<'a, const D: usize> Body<'a, D> {
         reduce::sum(moved.len(), |i| {
             let from = at(&self.positions, i);
             let way = self.domain.displacement(&from, &moved[i].0);
-            let middle = std::array::from_fn(|k| from[k] + 0.5 * way[k]);
+            let middle = sph::array(|k| from[k] + 0.5 * way[k]);
             let g = field.acceleration(&self.domain.wrapped(&middle));
             self.masses[i] * (0..D).map(|k| g[k] * way[k]).sum::<f64>()
         })
@@ -410,9 +410,9 @@ impl<'a, const D: usize> Body<'a, D> {
         let spin = self.spin();
         let center = self.center.unwrap_or([0.0; D]);
         let damped = |x: &[f64; D], v: &[f64; D]| -> [f64; D] {
-            let x: [f64; 3] = std::array::from_fn(|k| if k < D { x[k] - center[k] } else { 0.0 });
+            let x: [f64; 3] = sph::array(|k| if k < D { x[k] - center[k] } else { 0.0 });
             let around = cross(&spin, &x);
-            std::array::from_fn(|k| around[k] + keep * (v[k] - around[k]))
+            sph::array(|k| around[k] + keep * (v[k] - around[k]))
         };
         let positions = &self.positions;
         parallel::update(&mut self.velocities, |i, v| *v = damped(&at(positions, i), v));
@@ -466,7 +466,7 @@ impl<'a, const D: usize> Body<'a, D> {
 
     /// Place of a particle from the center, with zeros for the dimensions that there are not.
     fn about_center(&self, x: &[f64; D]) -> [f64; 3] {
-        std::array::from_fn(|k| match x.get(k) {
+        sph::array(|k| match x.get(k) {
             Some(x) => x - self.center.map_or(0.0, |c| c[k]),
             None => 0.0,
         })

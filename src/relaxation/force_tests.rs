@@ -51,7 +51,7 @@ fn check<const D: usize>(count: usize, viscosity: bool) {
     let options = AlaricOptions { viscosity, ..AlaricOptions::new(D) };
     let mut fluid = Fluid::<D, f64>::new(KernelName::WendlandC4, target, start, &options);
     for i in 0..count {
-        fluid.velocities[i] = std::array::from_fn(|k| 3.0 * (i as f64 * 1.7 + k as f64).sin());
+        fluid.velocities[i] = sph::array(|k| 3.0 * (i as f64 * 1.7 + k as f64).sin());
         fluid.alpha[i] = 0.3 + 0.2 * (i as f64).cos();
     }
     fluid.evaluate();

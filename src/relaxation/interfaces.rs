@@ -114,7 +114,7 @@ impl Interfaces {
         if self.planes[i].is_empty() {
             return all;
         }
-        let from: [f64; D] = std::array::from_fn(|k| self.found_at[i][k]);
+        let from: [f64; D] = sph::array(|k| self.found_at[i][k]);
         let moved = domain.displacement(&from, x);
         for Plane { normal, distance, part } in &self.planes[i] {
             let along: f64 = (0..D).map(|k| normal[k] * moved[k]).sum();
@@ -164,7 +164,7 @@ fn planes<const D: usize>(
 ) -> Vec<Plane> {
     // Walls of the domain are mirrors: what is beyond them is no surface of the region.
     let is_beyond = |u: &[f64; D], q: f64| {
-        let y = folded(domain, std::array::from_fn(|k| x[k] + q * support * u[k]));
+        let y = folded(domain, sph::array(|k| x[k] + q * support * u[k]));
         domain.contains(&y) && !part.holds(&y)
     };
     let rays: Vec<Ray<D>> = directions::<D>().into_iter().filter_map(|(u, w)| ray(&u, w, beyond, &is_beyond)).collect();
@@ -230,7 +230,7 @@ fn plane<const D: usize>(rays: &[Ray<D>], nearest: Ray<D>) -> (Vec<f64>, f64) {
     let weight = |ray: &Ray<D>| (1.0 - ray.leaves).max(0.0).powi(2) + 1e-3;
     let total: f64 = rays.iter().map(weight).sum();
     let place = |ray: &Ray<D>, k: usize| ray.direction[k] * ray.leaves;
-    let mean: [f64; D] = std::array::from_fn(|k| rays.iter().map(|r| weight(r) * place(r, k)).sum::<f64>() / total);
+    let mean: [f64; D] = sph::array(|k| rays.iter().map(|r| weight(r) * place(r, k)).sum::<f64>() / total);
     let spread = DMatrix::from_fn(D, D, |a, b| {
         rays.iter().map(|r| weight(r) * (place(r, a) - mean[a]) * (place(r, b) - mean[b])).sum::<f64>() / total
     });
@@ -253,12 +253,12 @@ fn directions<const D: usize>() -> Vec<([f64; D], f64)> {
         1 => [1.0, -1.0].into_iter().map(|c| ([c; D], 0.5)).collect(),
         2 => (0..AZIMUTHS)
             .map(|a| std::f64::consts::TAU * (a as f64 + 0.5) / AZIMUTHS as f64)
-            .map(|angle| std::array::from_fn(|k| if k == 0 { angle.cos() } else { angle.sin() }))
+            .map(|angle| sph::array(|k| if k == 0 { angle.cos() } else { angle.sin() }))
             .map(|u| (u, 1.0 / AZIMUTHS as f64))
             .collect(),
         _ => {
             let cube = (0..3_usize.pow(D as u32))
-                .map(|code| std::array::from_fn(|k| (code / 3_usize.pow(k as u32) % 3) as f64 - 1.0))
+                .map(|code| sph::array(|k| (code / 3_usize.pow(k as u32) % 3) as f64 - 1.0))
                 .filter_map(|step: [f64; D]| {
                     let size: f64 = step.iter().map(|s| s * s).sum();
                     let weight = LEBEDEV.get((size as usize).checked_sub(1)?)?;
@@ -267,7 +267,7 @@ fn directions<const D: usize>() -> Vec<([f64; D], f64)> {
             let (short, long) = (11_f64.sqrt().recip(), 3.0 / 11_f64.sqrt());
             let between = (0..3 << D).map(|code: usize| {
                 let sign = |k: usize| if code >> k & 1 == 0 { 1.0 } else { -1.0 };
-                let u: [f64; D] = std::array::from_fn(|k| sign(k) * if k == code >> D { long } else { short });
+                let u: [f64; D] = sph::array(|k| sign(k) * if k == code >> D { long } else { short });
                 (u, LEBEDEV[3])
             });
             cube.chain(between).collect()

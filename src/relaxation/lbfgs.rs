@@ -73,7 +73,7 @@ impl<const D: usize> Lbfgs<D> {
         let mut pair =
             oldest.unwrap_or_else(|| Pair { step: vec![[0.0; D]; step.len()], change: vec![[0.0; D]; step.len()] });
         parallel::update(&mut pair.step, |i, to| *to = step[i].map(|v| v as f32));
-        parallel::update(&mut pair.change, |i, to| *to = std::array::from_fn(|k| (after[i][k] - before[i][k]) as f32));
+        parallel::update(&mut pair.change, |i, to| *to = sph::array(|k| (after[i][k] - before[i][k]) as f32));
         self.pairs.push_back(pair);
         let new = self.pairs.len() - 1;
         let products = self.products_of_newest();
@@ -113,7 +113,7 @@ impl<const D: usize> Lbfgs<D> {
             }
             out
         });
-        std::array::from_fn(|row| std::array::from_fn(|i| sums[row * PAIRS + i]))
+        sph::array(|row| sph::array(|i| sums[row * PAIRS + i]))
     }
 
     /// Minus the inverse Hessian's estimate times `gradient`.
@@ -173,7 +173,7 @@ impl<const D: usize> Lbfgs<D> {
             }
             out
         });
-        (std::array::from_fn(|i| sums[i]), std::array::from_fn(|i| sums[PAIRS + i]))
+        (sph::array(|i| sums[i]), sph::array(|i| sums[PAIRS + i]))
     }
 }
 
@@ -200,7 +200,7 @@ mod tests {
     fn solves_a_quadratic() {
         let stiffness = |i: usize, k: usize| 1.0 + (3 * i + 7 * k) as f64;
         let gradient = |x: &[[f64; 2]]| -> Vec<[f64; 2]> {
-            x.iter().enumerate().map(|(i, v)| std::array::from_fn(|k| stiffness(i, k) * (v[k] - 1.0))).collect()
+            x.iter().enumerate().map(|(i, v)| sph::array(|k| stiffness(i, k) * (v[k] - 1.0))).collect()
         };
         let mut x = vec![[0.0; 2], [3.0, -1.0], [0.5, 2.0]];
         let mut memory = Lbfgs::new();

@@ -187,7 +187,7 @@ impl<'a, const D: usize, R: Real> Objective<'a, D, R> {
                 (0..D).for_each(|k| g[k] += weight * missing.gradient[k]);
                 own -= weight * missing.slope / D as f64;
             }
-            *g = std::array::from_fn(|k| frame.spacing[i] * (g[k] + own * slope[k]));
+            *g = sph::array(|k| frame.spacing[i] * (g[k] + own * slope[k]));
         });
         out
     }

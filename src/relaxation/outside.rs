@@ -42,9 +42,9 @@ pub(super) fn reflected<const D: usize>(
     }
     let before = x;
     domain.confine(from, &mut x);
-    let normal: [f64; D] = std::array::from_fn(|k| x[k] - before[k]);
+    let normal: [f64; D] = sph::array(|k| x[k] - before[k]);
     let length = normal.iter().map(|n| n * n).sum::<f64>();
     let along: f64 = (0..D).map(|k| velocity[k] * normal[k]).sum();
     let back = if along < 0.0 && length > 0.0 { 2.0 * along / length } else { 0.0 };
-    (x, std::array::from_fn(|k| velocity[k] - back * normal[k]))
+    (x, sph::array(|k| velocity[k] - back * normal[k]))
 }

@@ -78,7 +78,7 @@ pub fn family<const D: usize>(
 fn place<const D: usize>(target: &Target<'_, D>, parent: &[f64; D], corner: &[f64; D], reach: f64) -> [f64; D] {
     let mut length = reach;
     for _ in 0..RETREATS {
-        let mut x: [f64; D] = std::array::from_fn(|k| parent[k] + length * corner[k]);
+        let mut x: [f64; D] = sph::array(|k| parent[k] + length * corner[k]);
         target.domain.wrap(&mut x);
         if target.admits(&x) {
             return x;
@@ -101,7 +101,7 @@ fn simplex<const D: usize>() -> Vec<[f64; D]> {
             [-root(2.0) / 3.0, -root(6.0) / 3.0, -1.0 / 3.0],
         ],
     };
-    corners.iter().map(|c| std::array::from_fn(|k| c[k])).collect()
+    corners.iter().map(|c| sph::array(|k| c[k])).collect()
 }
 
 #[cfg(test)]

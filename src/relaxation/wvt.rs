@@ -487,7 +487,7 @@ impl<const D: usize> Relaxation<'_, D> {
             let shift = pushes[i].shift;
             let size = step * shift.iter().map(|s| s * s).sum::<f64>().sqrt();
             let limited = if size > MAX_STEP { MAX_STEP / size } else { 1.0 };
-            (std::array::from_fn(|k| from[k] + limited * step * spacing * shift[k]), size * limited)
+            (sph::array(|k| from[k] + limited * step * spacing * shift[k]), size * limited)
         })
     }
 }

@@ -50,7 +50,7 @@ pub(super) fn placed(
         body.set_particle_mass(obstacles.particle_mass);
     }
     let corner = corner(scene, frame, dimension);
-    let state = State { position: std::array::from_fn(|k| body.center[k] + corner[k]), ..State::default() };
+    let state = State { position: sph::array(|k| body.center[k] + corner[k]), ..State::default() };
     let mut figures = BodyFigures::new(&report);
     // By itself it has holes; these are found over all gas.
     (figures.misplaced, figures.warnings) = (None, Vec::new());
@@ -85,7 +85,7 @@ fn corner(scene: &Scene, frame: &Frame, d: usize) -> [f64; 3] {
     let boundary = |k: usize| scene.domain.boundary.get(k).or(scene.domain.boundary.first());
     let is_open = |k: usize| boundary(k).is_none_or(|b| *b == BoundaryName::Open);
     let longest = frame.edges[..d].iter().copied().fold(0.0, f64::max);
-    std::array::from_fn(|k| match k < d && is_open(k) {
+    sph::array(|k| match k < d && is_open(k) {
         true => frame.lo[k] - 0.5 * (longest - frame.edges[k]),
         false => frame.lo[k],
     })
@@ -107,14 +107,14 @@ fn obstacles(
             [x, y, z] => [*x, *y, *z],
             _ => [0.0; 3],
         };
-        let unit = |k: usize| std::array::from_fn(|c| f64::from(u8::from(c == k)));
+        let unit = |k: usize| sph::array(|c| f64::from(u8::from(c == k)));
         Obstacle {
             title: bodies[*i].title.clone(),
             count: bodies[*i].first().0,
             scene: own.clone(),
             center: bodies[*i].center,
             position: states[*i].position,
-            turn: std::array::from_fn(|k| rotated(&degrees, &unit(k))),
+            turn: sph::array(|k| rotated(&degrees, &unit(k))),
         }
     };
     let (mean, first) = (sums.1 / sums.0, gas.first().and_then(|&i| bodies[i].masses().next()));
@@ -152,8 +152,8 @@ fn summed<const D: usize>(scene: &Scene, file: &mut ParticleFile) -> Result<(f64
     let size = header.box_size[..D].iter().copied().fold(0.0, f64::max);
     let total: f64 = masses.iter().sum();
     let corner = header.box_corner.unwrap_or_default();
-    let lo: [f64; D] = std::array::from_fn(|k| corner[k] / size);
-    let hi = std::array::from_fn(|k| (corner[k] + header.box_size[k]) / size);
+    let lo: [f64; D] = sph::array(|k| corner[k] / size);
+    let hi = sph::array(|k| (corner[k] + header.box_size[k]) / size);
     let axes = std::array::from_fn(|k| if header.periodic[k] { Axis::Periodic } else { Axis::OPEN });
     let domain = Domain::new(lo, hi, axes, Region::Box)?;
     let positions: Positions<D> = std::array::from_fn(|k| x.iter().skip(k).step_by(D).map(|v| v / size).collect());

@@ -49,7 +49,7 @@ pub struct Frame {
 impl Frame {
     /// The lower corner in the output's coordinates, where their origin is chosen.
     pub fn corner(&self) -> Option<[f64; 3]> {
-        self.origin.map(|origin| std::array::from_fn(|k| self.lo[k] - origin[k]))
+        self.origin.map(|origin| sph::array(|k| self.lo[k] - origin[k]))
     }
 }
 
@@ -64,7 +64,7 @@ fn length(v: [f64; 3]) -> f64 {
 /// Row `i` of a column of vectors, with zeros for what it lacks.
 fn row(column: &Column, i: usize) -> [f64; 3] {
     let d = column.components;
-    std::array::from_fn(|k| if k < d { column.values.get(i * d + k) } else { 0.0 })
+    sph::array(|k| if k < d { column.values.get(i * d + k) } else { 0.0 })
 }
 
 /// Mean of rows by mass.
@@ -97,7 +97,7 @@ impl Body {
         }
         let center = mean(all.iter().copied());
         let mass = all.iter().map(|p| p.0).sum();
-        let moved: Vec<[f64; 3]> = all.iter().map(|(_, x)| std::array::from_fn(|k| x[k] - center[k])).collect();
+        let moved: Vec<[f64; 3]> = all.iter().map(|(_, x)| sph::array(|k| x[k] - center[k])).collect();
         let radius = moved.iter().map(|x| length(*x)).fold(0.0, f64::max);
         let mut rest = moved.as_slice();
         for table in parts.iter_mut().map(|p| &mut p.table) {
@@ -217,8 +217,8 @@ fn moved(table: &ParticleTable, state: &State) -> Vec<([f64; 3], [f64; 3])> {
         let from_center = row(x, i);
         let swirl = cross(state.spin, from_center);
         let own = velocities.map_or([0.0; 3], |v| row(v, i));
-        let place = std::array::from_fn(|k| from_center[k] + state.position[k]);
-        (place, std::array::from_fn(|k| own[k] + swirl[k] + state.velocity[k]))
+        let place = sph::array(|k| from_center[k] + state.position[k]);
+        (place, sph::array(|k| own[k] + swirl[k] + state.velocity[k]))
     };
     (0..table.count).map(moved).collect()
 }
@@ -230,7 +230,7 @@ fn moved(table: &ParticleTable, state: &State) -> Vec<([f64; 3], [f64; 3])> {
 pub fn refuse_overlap(bodies: &[Body], states: &[State]) -> Result<()> {
     for (i, a) in bodies.iter().enumerate() {
         for (j, b) in bodies.iter().enumerate().skip(i + 1) {
-            let apart = length(std::array::from_fn(|k| states[j].position[k] - states[i].position[k]));
+            let apart = length(sph::array(|k| states[j].position[k] - states[i].position[k]));
             if apart >= a.radius + b.radius || a.is_collisionless || b.is_collisionless {
                 continue;
             }
@@ -265,7 +265,7 @@ fn nearest_pair(a: (&Body, &State), b: (&Body, &State)) -> Option<f64> {
             first += 1;
         }
         for (y, other) in b[first..].iter().take_while(|p| p.0[0] <= x[0] + window) {
-            let distance = length(std::array::from_fn(|k| y[k] - x[k]));
+            let distance = length(sph::array(|k| y[k] - x[k]));
             let common = spacing.min(*other);
             if distance < NEAREST * common {
                 return Some(distance / common);
@@ -294,12 +294,12 @@ pub fn frame(bodies: &[Body], states: &[State], center: Option<[f64; 3]>, factor
             hi[k] = hi[k].max(x[k]);
         }
     }
-    let middle = center.unwrap_or_else(|| std::array::from_fn(|k| 0.5 * (lo[k] + hi[k])));
+    let middle = center.unwrap_or_else(|| sph::array(|k| 0.5 * (lo[k] + hi[k])));
     let reach = (0..d).map(|k| (hi[k] - middle[k]).max(middle[k] - lo[k])).fold(0.0, f64::max);
     let edge = 2.0 * factor * reach;
     Frame {
-        lo: std::array::from_fn(|k| if k < d { middle[k] - 0.5 * edge } else { 0.0 }),
-        edges: std::array::from_fn(|k| if k < d { edge } else { 0.0 }),
+        lo: sph::array(|k| if k < d { middle[k] - 0.5 * edge } else { 0.0 }),
+        edges: sph::array(|k| if k < d { edge } else { 0.0 }),
         periodic: [false; 3],
         origin: None,
     }

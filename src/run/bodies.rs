@@ -391,7 +391,7 @@ impl Common {
 fn periodic_axes(scene: &Scene, d: usize) -> [bool; 3] {
     let stated = |k: usize| scene.domain.boundary.get(k).or(scene.domain.boundary.first());
     let is_box = scene.domain.bounds.is_some();
-    std::array::from_fn(|k| is_box && k < d && stated(k) == Some(&BoundaryName::Periodic))
+    sph::array(|k| is_box && k < d && stated(k) == Some(&BoundaryName::Periodic))
 }
 
 /// The scene's own box.
@@ -405,7 +405,7 @@ fn box_of(scene: &Scene, d: usize, conversion: &Conversion) -> Result<Option<Fra
     if let Some(k) = (0..d).find(|&k| !(lo[k] < hi[k])) {
         return Err(Error::scene("domain.box", format!("runs from {} to {} on axis {k}", lo[k], hi[k])));
     }
-    let (edges, periodic) = (std::array::from_fn(|k| hi[k] - lo[k]), periodic_axes(scene, d));
+    let (edges, periodic) = (sph::array(|k| hi[k] - lo[k]), periodic_axes(scene, d));
     Ok(Some(Frame { lo, edges, periodic, origin: None }))
 }
 

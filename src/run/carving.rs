@@ -72,21 +72,21 @@ impl<const D: usize> Shape<D> {
             None => Frame::new(domain, body.scene.output.box_factor),
         };
         let corner = frame.lower_corner();
-        let center = std::array::from_fn(|k| body.center[k] + corner[k] * length);
-        let position = std::array::from_fn(|k| body.position[k]);
+        let center = sph::array(|k| body.center[k] + corner[k] * length);
+        let position = sph::array(|k| body.position[k]);
         Ok(Self { domain: prepared.source.domain, length, center, position, turn: body.turn })
     }
 
     /// In its domain, what is `offset` from its center of mass, in the output's units.
     fn own(&self, offset: &[f64; D]) -> [f64; D] {
         let along = |k: usize| (0..D).map(|c| self.turn[k][c] * offset[c]).sum::<f64>();
-        std::array::from_fn(|k| (along(k) + self.center[k]) / self.length)
+        sph::array(|k| (along(k) + self.center[k]) / self.length)
     }
 
     /// Of a place in its domain, in the output's units and the scene's coordinates.
     fn outside(&self, y: &[f64; D]) -> [f64; D] {
         let from = |k: usize| y[k] * self.length - self.center[k];
-        std::array::from_fn(|c| (0..D).map(|k| self.turn[k][c] * from(k)).sum::<f64>() + self.position[c])
+        sph::array(|c| (0..D).map(|k| self.turn[k][c] * from(k)).sum::<f64>() + self.position[c])
     }
 }
 
@@ -164,7 +164,7 @@ impl<'a, const D: usize> Carving<'a, D> {
             return Err(Error::scene("ambient.density", problem));
         }
         let full = target.with_count((whole.round() as usize).max(1));
-        let inside = |(x, _): &([f64; 3], f64)| target.domain.wrapped(&std::array::from_fn(|k| x[k] / scale));
+        let inside = |(x, _): &([f64; 3], f64)| target.domain.wrapped(&sph::array(|k| x[k] / scale));
         let density = |(_, spacing): &([f64; 3], f64)| (scale / spacing).powi(D as i32);
         Ok(Self {
             points: obstacles.particles.iter().map(inside).collect(),
@@ -286,7 +286,7 @@ impl<'a, const D: usize> Carving<'a, D> {
 fn surface_spacing<const D: usize>(obstacles: &Obstacles, shapes: &[Shape<D>]) -> Option<f64> {
     let is_near = |(x, spacing): &&([f64; 3], f64)| {
         shapes.iter().any(|shape| {
-            let y = shape.own(&std::array::from_fn(|k| x[k] - shape.position[k]));
+            let y = shape.own(&sph::array(|k| x[k] - shape.position[k]));
             shape.domain.contains(&y) && shape.domain.is_edge_within(&y, spacing / shape.length)
         })
     };

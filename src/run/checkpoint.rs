@@ -251,7 +251,7 @@ impl Origin {
         let mut hash = Hash::default();
         for i in 1..=PROBES {
             // A sequence that fills the box evenly: multiples of irrational numbers.
-            let x: [f64; D] = std::array::from_fn(|k| {
+            let x: [f64; D] = sph::array(|k| {
                 let share = (f64::from(i)
                     * [0.618_033_988_749_894_9, 0.414_213_562_373_095, 0.732_050_807_568_877_2][k])
                     .fract();

@@ -20,8 +20,7 @@ pub(super) fn in_dust(error: Error) -> Error {
 pub(super) fn join(file: &mut ParticleFile, dust: ParticleFile) -> Option<String> {
     let d = file.header.dimension;
     let corner = file.header.box_corner.unwrap_or_default();
-    let shift: [f64; 3] =
-        std::array::from_fn(|k| corner[k] + 0.5 * (file.header.box_size[k] - dust.header.box_size[k]));
+    let shift: [f64; 3] = sph::array(|k| corner[k] + 0.5 * (file.header.box_size[k] - dust.header.box_size[k]));
     let total = |species: &Species| {
         let masses = species.table.column(names::MASSES);
         masses.map_or(0.0, |c| (0..c.values.len()).map(|i| c.values.get(i)).sum::<f64>())

@@ -131,7 +131,7 @@ impl ParticleStream for Gathered<'_> {
     }
 
     fn counts(&self) -> [usize; TYPES] {
-        std::array::from_fn(|t| if t == 0 { self.total() } else { 0 })
+        sph::array(|t| if t == 0 { self.total() } else { 0 })
     }
 
     fn rows(

@@ -525,7 +525,7 @@ impl Run<'_> {
         let center = frame.coordinates(&prepared.source.center().map(|x| vec![x]), factors.length);
         let is_radial = prepared.source.radial.is_some() || !matches!(domain.region, Region::Box);
         let corner = corner.unwrap_or_default();
-        let filled = std::array::from_fn(|k| corner[k] + center.get(k).copied().unwrap_or(0.0));
+        let filled = sph::array(|k| corner[k] + center.get(k).copied().unwrap_or(0.0));
         Seen {
             detail: detail.scaled(factors.length, factors.density),
             side: if is_radial { Side::Radius(filled) } else { Side::Axis },

@@ -264,7 +264,7 @@ impl<'a> Run<'a> {
     fn place<const D: usize>(&mut self, target: &Target<'_, D>, plan: &Plan) -> Result<Placed<D>> {
         let (exchange, lap) = (self.exchange, Instant::now());
         self.control.tell(Event::Begin(Step::Seed));
-        let totals = std::array::from_fn(|t| if t == 0 { target.count } else { 0 });
+        let totals = sph::array(|t| if t == 0 { target.count } else { 0 });
         let Part { starts, counts, .. } = Part::new(totals, exchange.rank(), exchange.ranks());
         let own = starts[0]..starts[0] + counts[0];
         let positions = agreed(exchange, seed_block(target, self.scene.seed, own))?;

@@ -83,7 +83,7 @@ impl<const D: usize> Refining<D> {
         let into_input = units.into_input();
         let refinement = Refinement::new(input, &domain, &into_input, snapshot.time)?;
         let masses = snapshot.masses.clone();
-        let points: Vec<[f64; D]> = points.iter().map(|p| domain.wrapped(&std::array::from_fn(|k| p[k]))).collect();
+        let points: Vec<[f64; D]> = points.iter().map(|p| domain.wrapped(&sph::array(|k| p[k]))).collect();
         let particle = match &input.particle_mass {
             Some(q) => q.value("refine.particle_mass", UnitDimension::new(D as i8 - 3, 1, 0, 0), &into_input)?,
             None if input.factor < 1.0 => masses.iter().copied().filter(|m| *m > 0.0).fold(f64::INFINITY, f64::min),
@@ -233,7 +233,7 @@ impl<const D: usize> Refining<D> {
         let (total, first) = (self.total(), self.kept.len());
         let mut stays = vec![false; self.masses.len()];
         self.kept.iter().for_each(|&i| stays[i] = true);
-        let missing: [f64; D] = std::array::from_fn(|k| {
+        let missing: [f64; D] = sph::array(|k| {
             let replaced = (0..self.masses.len()).filter(|i| !stays[*i]);
             let old: f64 = replaced.map(|i| self.masses[i] / total * self.points[i][k] / length).sum();
             let new: f64 = (first..masses.len()).map(|i| masses[i] * positions[k][i]).sum();
@@ -242,7 +242,7 @@ impl<const D: usize> Refining<D> {
         let mut moving: Vec<usize> = (first..masses.len()).collect();
         for _ in 0..=moving.len() {
             let mass: f64 = moving.iter().map(|&i| masses[i]).sum();
-            let moved = |i: usize| std::array::from_fn(|k| positions[k][i] + missing[k] / mass);
+            let moved = |i: usize| sph::array(|k| positions[k][i] + missing[k] / mass);
             let left: Vec<usize> = moving.iter().copied().filter(|&i| target.admits(&moved(i))).collect();
             if left.len() < moving.len() {
                 moving = left;

@@ -57,7 +57,7 @@ impl Repeated {
                 ));
             }
         }
-        let all: [usize; 3] = std::array::from_fn(|k| times.get(k).copied().unwrap_or(1));
+        let all: [usize; 3] = sph::array(|k| times.get(k).copied().unwrap_or(1));
         let copies = all.iter().try_fold(1_usize, |n, &t| n.checked_mul(t)).filter(|&n| n <= MOST_COPIES);
         let Some(copies) = copies else {
             return refuse(format!("is {times:?}, more than {MOST_COPIES} copies; relax a larger box"));
@@ -179,9 +179,9 @@ impl<'a, const D: usize> Tiles<'a, D> {
         refuse_uneven(&gas.table)?;
         let column = gas.table.column(names::COORDINATES).map(|c| &c.values);
         let coordinate = |i: usize, k: usize| column.map_or(0.0, |c| c.get(i * D + k));
-        let coordinates = (0..gas.table.count).map(|i| std::array::from_fn(|k| coordinate(i, k))).collect();
+        let coordinates = (0..gas.table.count).map(|i| sph::array(|k| coordinate(i, k))).collect();
         let (extent, size) = (domain.extent(), &repeated.header.box_size);
-        let whole: [f64; D] = std::array::from_fn(|k| extent[k] / size[k]);
+        let whole: [f64; D] = sph::array(|k| extent[k] / size[k]);
         let largest = whole.iter().copied().fold(0.0, f64::max);
         let is_box = matches!(domain.region, Region::Box);
         let mut tiles = Self {
@@ -218,7 +218,7 @@ impl<'a, const D: usize> Tiles<'a, D> {
     fn point(&self, copy: usize, j: usize) -> [f64; D] {
         let (tile, all) = (&self.repeated.tile.header.box_size, &self.repeated.header.box_size);
         let place = self.repeated.place(copy);
-        std::array::from_fn(|k| {
+        sph::array(|k| {
             let x = self.coordinates[j][k] + place[k] as f64 * tile[k];
             let middle = 0.5 * (self.domain.lo[k] + self.domain.hi[k]);
             (middle + (x - 0.5 * all[k]) * self.scale[k]).clamp(self.domain.lo[k], self.domain.hi[k])
@@ -257,7 +257,7 @@ impl<'a, const D: usize> Tiles<'a, D> {
     /// As many copies along the longest axis, and what the domain's shape asks for along the others.
     fn better_times(&self) -> Vec<usize> {
         let (extent, tile) = (self.domain.extent(), &self.repeated.tile.header.box_size);
-        let per: [f64; D] = std::array::from_fn(|k| extent[k] / tile[k]);
+        let per: [f64; D] = sph::array(|k| extent[k] / tile[k]);
         let longest = (0..D).fold(0, |best, k| if per[k] > per[best] { k } else { best });
         let unit = self.repeated.times[longest] as f64 / per[longest];
         per.iter().map(|p| ((p * unit).round() as usize).max(1)).collect()

@@ -189,7 +189,7 @@ impl<const D: usize> ParticleStream for Streamed<'_, D> {
     }
 
     fn counts(&self) -> [usize; TYPES] {
-        std::array::from_fn(|t| if t == 0 { self.target.count } else { 0 })
+        sph::array(|t| if t == 0 { self.target.count } else { 0 })
     }
 
     fn rows(

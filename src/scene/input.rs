@@ -115,10 +115,10 @@ impl Input {
 pub(crate) fn orientation(scale: &[f64], rotate: &[f64]) -> Orientation {
     let of = |values: &[f64], k: usize| values.get(k).copied();
     Orientation {
-        scale: std::array::from_fn(|k| if scale.len() == 1 { scale[0] } else { of(scale, k).unwrap_or(1.0) }),
+        scale: sph::array(|k| if scale.len() == 1 { scale[0] } else { of(scale, k).unwrap_or(1.0) }),
         rotate: match rotate {
             [angle] => [0.0, 0.0, *angle],
-            _ => std::array::from_fn(|k| of(rotate, k).unwrap_or(0.0)),
+            _ => sph::array(|k| of(rotate, k).unwrap_or(0.0)),
         },
     }
 }

@@ -219,7 +219,7 @@ pub(crate) fn vector<const D: usize>(
 ) -> Result<[f64; D]> {
     match values(key, quantities, dimension, conversion)?.as_slice() {
         [] => Ok([0.0; D]),
-        all if all.len() == D => Ok(std::array::from_fn(|k| all[k])),
+        all if all.len() == D => Ok(sph::array(|k| all[k])),
         all => Err(Error::scene(key, format!("has {} coordinates, expected {D}", all.len()))),
     }
 }

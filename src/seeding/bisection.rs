@@ -81,8 +81,8 @@ fn overlap(a: &Range<usize>, b: &Range<usize>) -> Range<usize> {
 }
 
 fn bounds<const D: usize>(cells: &[Cell<D>]) -> [[f64; D]; 2] {
-    let lo = std::array::from_fn(|k| cells.iter().map(|c| c.lo[k]).fold(f64::INFINITY, f64::min));
-    let hi = std::array::from_fn(|k| cells.iter().map(|c| c.hi[k]).fold(f64::NEG_INFINITY, f64::max));
+    let lo = sph::array(|k| cells.iter().map(|c| c.lo[k]).fold(f64::INFINITY, f64::min));
+    let hi = sph::array(|k| cells.iter().map(|c| c.hi[k]).fold(f64::NEG_INFINITY, f64::max));
     [lo, hi]
 }
 
@@ -136,7 +136,7 @@ fn bisect<const D: usize>(
 /// middle is inside, or one nearby.
 pub(super) fn representative<const D: usize>(target: &Target<'_, D>, cells: &[Cell<D>]) -> [f64; D] {
     let total: f64 = cells.iter().map(|c| c.mass).sum();
-    let mean = std::array::from_fn(|k| cells.iter().map(|c| c.mass / total * c.center()[k]).sum());
+    let mean = sph::array(|k| cells.iter().map(|c| c.mass / total * c.center()[k]).sum());
     if target.admits(&mean) {
         return mean;
     }
@@ -154,14 +154,14 @@ pub(super) fn representative<const D: usize>(target: &Target<'_, D>, cells: &[Ce
 /// cuts cells in two, their middles may all lie beside it.
 fn nearby<const D: usize>(target: &Target<'_, D>, cells: &[Cell<D>], mean: &[f64; D]) -> Option<[f64; D]> {
     let domain = target.domain;
-    let lo: [f64; D] = std::array::from_fn(|k| cells.iter().map(|c| c.lo[k]).fold(f64::INFINITY, f64::min));
-    let hi: [f64; D] = std::array::from_fn(|k| cells.iter().map(|c| c.hi[k]).fold(f64::NEG_INFINITY, f64::max));
+    let lo: [f64; D] = sph::array(|k| cells.iter().map(|c| c.lo[k]).fold(f64::INFINITY, f64::min));
+    let hi: [f64; D] = sph::array(|k| cells.iter().map(|c| c.hi[k]).fold(f64::NEG_INFINITY, f64::max));
     let generator = kronecker::generator::<D>();
     (0..WIDENINGS).find_map(|widening| {
         let wider = 0.5 * f64::from((1 << widening) - 1);
         let sample = |i: usize| -> [f64; D] {
             let u = kronecker::point(&generator, i);
-            std::array::from_fn(|k| {
+            sph::array(|k| {
                 let (a, b) = (lo[k] - wider * (hi[k] - lo[k]), hi[k] + wider * (hi[k] - lo[k]));
                 let (a, b) = (a.max(domain.lo[k]), b.min(domain.hi[k]));
                 a + u[k] * (b - a)

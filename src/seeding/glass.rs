@@ -71,7 +71,7 @@ pub(super) fn place<const D: usize>(
     let cells = tiles(&extent, target.count, repulsion.most_in_tile());
     let number: usize = cells.iter().product();
     let per_tile = target.count.div_ceil(number);
-    let shape = std::array::from_fn(|k| extent[k] / cells[k] as f64);
+    let shape = sph::array(|k| extent[k] / cells[k] as f64);
     let edge = (per_tile as f64 / shape.iter().product::<f64>()).powf(1.0 / D as f64);
     let tile = UnitCell { edges: shape.map(|s| s * edge), sites: relaxed_sites(&shape, per_tile, repulsion, seed)? };
     let fit = Fit { cells, distortion: 1.0, free: 0 };
@@ -112,7 +112,7 @@ fn relaxed_sites<const D: usize>(
         Repulsion::Gravity => gravitational(&target, seed)?,
     };
     let fraction = |x: f64, edge: f64| (x / edge).clamp(0.0, 1.0 - f64::EPSILON);
-    Ok((0..count).map(|i| at(&positions, i)).map(|x| std::array::from_fn(|k| fraction(x[k], shape[k]))).collect())
+    Ok((0..count).map(|i| at(&positions, i)).map(|x| sph::array(|k| fraction(x[k], shape[k]))).collect())
 }
 
 fn short_range<const D: usize>(target: &Target<'_, D>, seed: u64) -> Result<Positions<D>> {

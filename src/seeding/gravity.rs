@@ -32,11 +32,11 @@ pub(super) fn repel<const D: usize>(edges: &[f64; D], points: &mut [[f64; D]]) {
     for _ in 0..ITERATIONS {
         let forces = gravity.forces(points);
         last.iter_mut().zip(&forces).zip(points.iter_mut()).for_each(|((step, force), x)| {
-            let free: [f64; D] = std::array::from_fn(|k| RATE * force[k] + MEMORY * step[k]);
+            let free: [f64; D] = sph::array(|k| RATE * force[k] + MEMORY * step[k]);
             let length = free.iter().map(|v| v * v).sum::<f64>().sqrt();
             let part = if length > LONGEST { LONGEST / length } else { 1.0 };
             *step = free.map(|v| part * v);
-            *x = std::array::from_fn(|k| (x[k] + step[k]).rem_euclid(edges[k]));
+            *x = sph::array(|k| (x[k] + step[k]).rem_euclid(edges[k]));
         });
     }
 }
@@ -64,9 +64,7 @@ impl<const D: usize> Gravity<D> {
         let reach = CUTOFF / alpha;
         let waves = waves(edges, alpha);
         Self {
-            most: std::array::from_fn(|k| {
-                waves.iter().map(|w| w.periods[k].unsigned_abs() as usize).max().unwrap_or(0)
-            }),
+            most: sph::array(|k| waves.iter().map(|w| w.periods[k].unsigned_abs() as usize).max().unwrap_or(0)),
             edges: *edges,
             reach,
             images: edges.map(|e| (reach / e - 0.5).ceil().max(0.0) as i32),
@@ -114,7 +112,7 @@ impl<const D: usize> Gravity<D> {
         let mut force = [0.0; D];
         let scale = ENTRIES as f64 / (self.reach * self.reach);
         for y in points {
-            let nearest: [f64; D] = std::array::from_fn(|k| {
+            let nearest: [f64; D] = sph::array(|k| {
                 // Both lie within the box; rounding the quotient would take longer than all the rest.
                 let (d, edge) = (x[k] - y[k], self.edges[k]);
                 if d > 0.5 * edge {
@@ -147,7 +145,7 @@ impl<const D: usize> Gravity<D> {
         }
         let mut turn = self.images.map(|n| -n);
         loop {
-            visit(std::array::from_fn(|k| nearest[k] + self.edges[k] * f64::from(turn[k])));
+            visit(sph::array(|k| nearest[k] + self.edges[k] * f64::from(turn[k])));
             let Some(k) = (0..D).find(|&k| turn[k] < self.images[k]) else { return };
             turn[k] += 1;
             (0..k).for_each(|j| turn[j] = -self.images[j]);
@@ -186,7 +184,7 @@ fn waves<const D: usize>(edges: &[f64; D], alpha: f64) -> Vec<Wave<D>> {
     let mut periods = most.map(|n| -n);
     loop {
         let first = periods.iter().find(|&&n| n != 0);
-        let k: [f64; D] = std::array::from_fn(|k| TAU * f64::from(periods[k]) / edges[k]);
+        let k: [f64; D] = sph::array(|k| TAU * f64::from(periods[k]) / edges[k]);
         let square: f64 = k.iter().map(|v| v * v).sum();
         if first.is_some_and(|&n| n > 0) && square <= longest * longest {
             let weight = 2.0 / (volume * square) * (-square / (4.0 * alpha * alpha)).exp();
@@ -217,7 +215,7 @@ mod tests {
 
     fn random<const D: usize>(edges: &[f64; D], count: usize) -> Vec<[f64; D]> {
         let mut random = Random::new(7);
-        (0..count).map(|_| random.point::<D>()).map(|u| std::array::from_fn(|k| u[k] * edges[k])).collect()
+        (0..count).map(|_| random.point::<D>()).map(|u| sph::array(|k| u[k] * edges[k])).collect()
     }
 
     fn forces_do_not_depend_on_the_split<const D: usize>(edges: [f64; D], count: usize) {

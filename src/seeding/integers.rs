@@ -63,7 +63,7 @@ pub(super) fn hermite_diagonal<const D: usize>(columns: [[i64; D]; D]) -> [i64; 
             }
         }
     }
-    std::array::from_fn(|k| columns[k][k].unsigned_abs() as i64)
+    sph::array(|k| columns[k][k].unsigned_abs() as i64)
 }
 
 #[cfg(test)]

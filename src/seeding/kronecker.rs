@@ -8,7 +8,7 @@ pub(super) fn generator<const D: usize>() -> [f64; D] {
     for _ in 0..60 {
         g = (1.0 + g).powf(1.0 / (D as f64 + 1.0));
     }
-    std::array::from_fn(|k| g.powi(-(k as i32 + 1)))
+    sph::array(|k| g.powi(-(k as i32 + 1)))
 }
 
 /// Point `i`, in [0, 1).

@@ -51,8 +51,8 @@ impl Lattice {
         let volume: f64 = edges[..D].iter().product();
         let scale = (sites.len() as f64 / volume).powf(1.0 / D as f64);
         UnitCell {
-            edges: std::array::from_fn(|k| edges[k] * scale),
-            sites: sites.iter().map(|s| std::array::from_fn(|k| s[k])).collect(),
+            edges: sph::array(|k| edges[k] * scale),
+            sites: sites.iter().map(|s| sph::array(|k| s[k])).collect(),
         }
     }
 }
@@ -123,7 +123,7 @@ impl<const D: usize> UnitCell<D> {
     /// The numbers of cells that hold at least `count` sites with the least distortion and excess.
     pub fn fit(&self, extent: &[f64; D], count: usize) -> Fit<D> {
         let spacing = (extent.iter().product::<f64>() / count as f64).powf(1.0 / D as f64);
-        let ideal: [f64; D] = std::array::from_fn(|k| extent[k] / (spacing * self.edges[k]));
+        let ideal: [f64; D] = sph::array(|k| extent[k] / (spacing * self.edges[k]));
         // The axis with the most cells has the finest choice and takes what the others leave.
         let free = (0..D).fold(0, |best, k| if ideal[k] > ideal[best] { k } else { best });
         let mut best: Option<(f64, Fit<D>)> = None;
@@ -156,7 +156,7 @@ impl<const D: usize> UnitCell<D> {
         for column in 0..columns {
             let site = self.sites[column % per_cell];
             let mut rest = column / per_cell;
-            let foot: [usize; D] = std::array::from_fn(|k| {
+            let foot: [usize; D] = sph::array(|k| {
                 let cells = if k == free { 1 } else { fit.cells[k] };
                 let index = rest % cells;
                 rest /= cells;
@@ -164,7 +164,7 @@ impl<const D: usize> UnitCell<D> {
             });
             let held = before(column + 1) - before(column);
             points.extend((0..held).map(|i| -> [f64; D] {
-                std::array::from_fn(|k| {
+                sph::array(|k| {
                     let (index, cells) = if k == free { (i, held) } else { (foot[k], fit.cells[k]) };
                     lo[k] + extent[k] * (index as f64 + site[k]) / cells as f64
                 })
@@ -182,7 +182,7 @@ impl<const D: usize> UnitCell<D> {
         for i in (0..total).filter(|&i| !empty.get(i).copied().unwrap_or(false)) {
             let site = self.sites[i % per_cell];
             let mut rest = i / per_cell;
-            points.push(std::array::from_fn(|k| {
+            points.push(sph::array(|k| {
                 let index = rest % fit.cells[k];
                 rest /= fit.cells[k];
                 lo[k] + extent[k] * (index as f64 + site[k]) / fit.cells[k] as f64

@@ -74,7 +74,7 @@ fn descend<const D: usize>(
 
 /// The place of `u` in what the cells cover, or, where no particle may be there, their center of mass.
 fn settle<const D: usize>(target: &Target<'_, D>, cells: &[Cell<D>], u: &[f64; D]) -> [f64; D] {
-    let x = std::array::from_fn(|k| {
+    let x = sph::array(|k| {
         let lo = cells.iter().fold(f64::INFINITY, |m, c| m.min(c.lo[k]));
         let hi = cells.iter().fold(f64::NEG_INFINITY, |m, c| m.max(c.hi[k]));
         lo + u[k] * (hi - lo)

@@ -20,12 +20,12 @@ pub(super) fn tile<const D: usize>(
     hi: &[f64; D],
     out: &mut dyn FnMut([f64; D]),
 ) {
-    let first: [i64; D] = std::array::from_fn(|k| (lo[k] / edges[k]).floor() as i64);
-    let last: [i64; D] = std::array::from_fn(|k| (hi[k] / edges[k]).floor() as i64);
+    let first: [i64; D] = sph::array(|k| (lo[k] / edges[k]).floor() as i64);
+    let last: [i64; D] = sph::array(|k| (hi[k] / edges[k]).floor() as i64);
     let mut cell = first;
     loop {
         for site in sites {
-            let x: [f64; D] = std::array::from_fn(|k| (cell[k] as f64 + site[k]) * edges[k]);
+            let x: [f64; D] = sph::array(|k| (cell[k] as f64 + site[k]) * edges[k]);
             if (0..D).all(|k| x[k] >= lo[k] && x[k] < hi[k]) {
                 out(x);
             }
@@ -104,12 +104,12 @@ fn unfilled(count: usize) -> Error {
 
 fn inside<const D: usize>(target: &Target<'_, D>, pattern: &dyn Pattern<D>, scale: f64) -> Vec<[f64; D]> {
     let domain = target.domain;
-    let middle: [f64; D] = std::array::from_fn(|k| 0.5 * (domain.lo[k] + domain.hi[k]));
-    let half: [f64; D] = std::array::from_fn(|k| 0.5 * (domain.hi[k] - domain.lo[k]) / scale);
-    let (lo, hi) = (std::array::from_fn(|k| SKEW[k] - half[k]), std::array::from_fn(|k| SKEW[k] + half[k]));
+    let middle: [f64; D] = sph::array(|k| 0.5 * (domain.lo[k] + domain.hi[k]));
+    let half: [f64; D] = sph::array(|k| 0.5 * (domain.hi[k] - domain.lo[k]) / scale);
+    let (lo, hi) = (sph::array(|k| SKEW[k] - half[k]), sph::array(|k| SKEW[k] + half[k]));
     let mut points = Vec::new();
     pattern.visit(&lo, &hi, &mut |p| {
-        let x = std::array::from_fn(|k| middle[k] + scale * (p[k] - SKEW[k]));
+        let x = sph::array(|k| middle[k] + scale * (p[k] - SKEW[k]));
         if domain.contains(&x) {
             points.push(x);
         }

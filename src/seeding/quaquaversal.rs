@@ -86,7 +86,7 @@ impl<const D: usize> Pattern<D> for Quaquaversal {
         let scale = self.scale();
         let root = Motion { rotation: ONE, shift: -scale * INNER_CENTER };
         divide(&root, scale, self.levels, &mut |centroid, reach| {
-            let x: [f64; D] = std::array::from_fn(|k| centroid[k]);
+            let x: [f64; D] = sph::array(|k| centroid[k]);
             if reach == 0.0 {
                 if (0..D).all(|k| x[k] >= lo[k] && x[k] < hi[k]) {
                     out(x);

@@ -27,7 +27,7 @@ pub(super) fn place<const D: usize>(target: &Target<'_, D>, seed: u64) -> Result
         for _ in 0..MAX_PROPOSALS {
             let pick = rng.random::<f64>() * total;
             let cell = &cells[cumulative.partition_point(|&c| c <= pick).min(cells.len() - 1)];
-            let x: [f64; D] = std::array::from_fn(|k| cell.lo[k] + rng.random::<f64>() * (cell.hi[k] - cell.lo[k]));
+            let x: [f64; D] = sph::array(|k| cell.lo[k] + rng.random::<f64>() * (cell.hi[k] - cell.lo[k]));
             if !target.admits(&x) {
                 continue;
             }

@@ -74,7 +74,7 @@ pub(super) fn place<const D: usize>(
     let number = shells.len();
     let points = parallel::tasks(number, |s| {
         let mut points = directions::<D>(shells[s].count, covering, seed, s as u64);
-        points.iter_mut().for_each(|u| *u = std::array::from_fn(|k| center[k] + shells[s].radius * u[k]));
+        points.iter_mut().for_each(|u| *u = sph::array(|k| center[k] + shells[s].radius * u[k]));
         points
     })
     .concat();
@@ -119,7 +119,7 @@ fn directions<const D: usize>(count: usize, covering: Covering, seed: u64, shell
         return (0..count)
             .map(|i| {
                 let (sin, cos) = (turn + TAU * i as f64 / count as f64).sin_cos();
-                std::array::from_fn(|k| [cos, sin][k])
+                sph::array(|k| [cos, sin][k])
             })
             .collect();
     }
@@ -128,7 +128,7 @@ fn directions<const D: usize>(count: usize, covering: Covering, seed: u64, shell
         Covering::Spiral => spiral(count),
         Covering::EqualArea => equal_area(count),
     };
-    points.into_iter().map(|p| std::array::from_fn(|k| (0..3).map(|j| rotation[k][j] * p[j]).sum())).collect()
+    points.into_iter().map(|p| sph::array(|k| (0..3).map(|j| rotation[k][j] * p[j]).sum())).collect()
 }
 
 /// Uniform in the rotation group (Shoemake 1992): the quaternion from three uniform numbers.

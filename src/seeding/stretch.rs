@@ -55,7 +55,7 @@ pub(super) fn place_lattice<const D: usize>(
                 let edge = |f: f64, k: usize| domain.lo[k] + extent[k] * f;
                 let fractions = askew.fractions();
                 let note = note.into_iter().chain(strain_note(count, askew.strain)).collect();
-                (parallel::map(count, |i| std::array::from_fn(|k| edge(fractions[i][k], k))), note)
+                (parallel::map(count, |i| sph::array(|k| edge(fractions[i][k], k))), note)
             }
             _ => upright_points(&cell, target, &extent, &fit),
         }
@@ -191,7 +191,7 @@ impl<'a, const D: usize> MassMap<'a, D> {
                 let r = distance(center, &x);
                 if r > 0.0 {
                     let factor = radius.at(r) / r;
-                    x = std::array::from_fn(|k| center[k] + (x[k] - center[k]) * factor);
+                    x = sph::array(|k| center[k] + (x[k] - center[k]) * factor);
                 }
             }
         }

@@ -102,7 +102,7 @@ impl Bravais {
         };
         let motif = match per_cell {
             // Where the layers B lie between layers A.
-            2 => vec![[0.0; D], std::array::from_fn(|k| [1.0 / 3.0, 2.0 / 3.0, 0.5][k])],
+            2 => vec![[0.0; D], sph::array(|k| [1.0 / 3.0, 2.0 / 3.0, 0.5][k])],
             _ => vec![[0.0; D]],
         };
         Some(Sublattice::new(&edges, strain, motif))
@@ -135,16 +135,16 @@ impl<const D: usize> Sublattice<D> {
     pub fn fractions(&self) -> Vec<[f64; D]> {
         let (n, per_cell) = (self.cells, self.motif.len());
         // Half of the step between planes across each axis: no plane lies on a face.
-        let half: [f64; D] = std::array::from_fn(|k| 0.5 * self.rows[k].iter().fold(n, |g, &v| gcd(g, v)) as f64);
+        let half: [f64; D] = sph::array(|k| 0.5 * self.rows[k].iter().fold(n, |g, &v| gcd(g, v)) as f64);
         parallel::map(n as usize * per_cell, |i| {
             let mut rest = (i / per_cell) as i64;
-            let m: [i64; D] = std::array::from_fn(|k| {
+            let m: [i64; D] = sph::array(|k| {
                 let index = rest % self.diagonal[k];
                 rest /= self.diagonal[k];
                 index
             });
             let offset = &self.motif[i % per_cell];
-            std::array::from_fn(|k| {
+            sph::array(|k| {
                 let row = &self.rows[k];
                 let whole = (0..D).map(|j| i128::from(row[j]) * i128::from(m[j])).sum::<i128>();
                 let shift: f64 = (0..D).map(|j| row[j] as f64 * offset[j]).sum::<f64>() + half[k];
@@ -162,7 +162,7 @@ fn adjugate<const D: usize>(columns: &[[i64; D]; D]) -> ([[i64; D]; D], i64) {
         1 => [[1; D]; D],
         2 => std::array::from_fn(|i| std::array::from_fn(|j| if i == j { at(i + 1, j + 1) } else { -at(i, j) })),
         _ => std::array::from_fn(|i| {
-            std::array::from_fn(|j| at(j + 1, i + 1) * at(j + 2, i + 2) - at(j + 1, i + 2) * at(j + 2, i + 1))
+            sph::array(|j| at(j + 1, i + 1) * at(j + 2, i + 2) - at(j + 1, i + 2) * at(j + 2, i + 1))
         }),
     };
     let determinant = (0..D).map(|j| rows[0][j] * columns[0][j]).sum();

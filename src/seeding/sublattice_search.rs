@@ -74,7 +74,7 @@ struct Site {
 
 impl Basis {
     fn site(&self, m: Vector) -> Site {
-        Site { m, x: std::array::from_fn(|k| (0..3).map(|i| m[i] as f64 * self.vectors[i][k]).sum()) }
+        Site { m, x: sph::array(|k| (0..3).map(|i| m[i] as f64 * self.vectors[i][k]).sum()) }
     }
 
     /// Rows of the inverse: multiples of the basis from places.
@@ -130,7 +130,7 @@ impl Basis {
 
     /// The site whose multiples of the basis are those of `x`, rounded.
     fn near(&self, dual: &[[f64; 3]; 3], x: &[f64; 3]) -> Site {
-        self.site(std::array::from_fn(|i| dot(&dual[i], x).round() as i64))
+        self.site(sph::array(|i| dot(&dual[i], x).round() as i64))
     }
 
     /// Candidates for the first vector.
@@ -158,17 +158,17 @@ impl Basis {
         let dual = self.dual();
         let axis = first.x.map(|v| v / length(&first.x));
         let least = (0..3).fold(0, |best, k| if axis[k].abs() < axis[best].abs() { k } else { best });
-        let mut u: [f64; 3] = std::array::from_fn(|k| f64::from(u8::from(k == least)) - axis[least] * axis[k]);
+        let mut u: [f64; 3] = sph::array(|k| f64::from(u8::from(k == least)) - axis[least] * axis[k]);
         let size = length(&u);
         u = u.map(|v| v / size);
-        let v: [f64; 3] = std::array::from_fn(|k| {
+        let v: [f64; 3] = sph::array(|k| {
             let (i, j) = ((k + 1) % 3, (k + 2) % 3);
             axis[i] * u[j] - axis[j] * u[i]
         });
         let at = |i: usize| {
             // Half a turn: the opposite vector makes the same lattice.
             let (sin, cos) = (std::f64::consts::PI * (i as f64 + 0.5) / TURNS as f64).sin_cos();
-            self.near(&dual, &std::array::from_fn(|k| radius * (cos * u[k] + sin * v[k])))
+            self.near(&dual, &sph::array(|k| radius * (cos * u[k] + sin * v[k])))
         };
         (0..TURNS).map(at).collect()
     }
@@ -198,7 +198,7 @@ impl Basis {
                 std::mem::swap(&mut p, &mut q);
             }
             let times = (dot(&p.x, &q.x) / dot(&p.x, &p.x)).round() as i64;
-            let shorter = self.site(std::array::from_fn(|k| q.m[k] - times * p.m[k]));
+            let shorter = self.site(sph::array(|k| q.m[k] - times * p.m[k]));
             // Halfway between two of the same length, either is as short as can be.
             if !(length(&shorter.x) < (1.0 - 1e-12) * length(&q.x)) {
                 return [p, q];
@@ -211,13 +211,13 @@ impl Basis {
     fn nearest(&self, m: Vector, [p, q]: [&Site; 2], to: &[f64; 3]) -> Vector {
         let shifted = |m: &Vector| {
             let x = self.site(*m).x;
-            let d: [f64; 3] = std::array::from_fn(|k| x[k] - to[k]);
+            let d: [f64; 3] = sph::array(|k| x[k] - to[k]);
             let (pp, pq, qq) = (dot(&p.x, &p.x), dot(&p.x, &q.x), dot(&q.x, &q.x));
             let (dp, dq) = (dot(&d, &p.x), dot(&d, &q.x));
             let area = pp * qq - pq * pq;
             let (s, t) = ((dp * qq - dq * pq) / area, (dq * pp - dp * pq) / area);
             let (s, t) = (s.round() as i64, t.round() as i64);
-            std::array::from_fn(|k| m[k] - s * p.m[k] - t * q.m[k])
+            sph::array(|k| m[k] - s * p.m[k] - t * q.m[k])
         };
         // Twice: the first time rounding may leave a step of large multiples.
         shifted(&shifted(&m))
@@ -241,7 +241,7 @@ fn strain_of_three(sites: [&Site; 3], edges: &[f64; 3]) -> f64 {
 
 /// Order of the edges from the shortest.
 fn from_shortest<const D: usize>(edges: &[f64; D]) -> [usize; D] {
-    let mut order: [usize; D] = std::array::from_fn(|k| k);
+    let mut order: [usize; D] = sph::array(|k| k);
     order.sort_by(|&i, &j| edges[i].total_cmp(&edges[j]));
     order
 }

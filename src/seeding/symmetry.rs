@@ -46,7 +46,7 @@ fn samples<const D: usize>(domain: &Domain<D>) -> Vec<[f64; D]> {
     let extent = domain.extent();
     (0..32 * SAMPLES)
         .map(|i| kronecker::point(&generator, i))
-        .map(|u| std::array::from_fn(|k| domain.lo[k] + u[k] * extent[k]))
+        .map(|u| sph::array(|k| domain.lo[k] + u[k] * extent[k]))
         .filter(|x| domain.contains(x))
         .take(SAMPLES)
         .collect()

@@ -34,7 +34,7 @@ impl<const D: usize> Cell<D> {
     }
 
     pub fn center(&self) -> [f64; D] {
-        std::array::from_fn(|k| 0.5 * (self.lo[k] + self.hi[k]))
+        sph::array(|k| 0.5 * (self.lo[k] + self.hi[k]))
     }
 
     fn volume(&self) -> f64 {
@@ -61,7 +61,7 @@ impl<const D: usize> Cell<D> {
             };
             side(1.0) + side(-1.0)
         };
-        let mut changes: [f64; D] = std::array::from_fn(change);
+        let mut changes: [f64; D] = sph::array(change);
         if target.is_piecewise() {
             (0..D).for_each(|k| changes[k] = changes[k].max(self.hidden_change(k, target)));
         }
@@ -133,7 +133,7 @@ fn gauss_mass<const D: usize>(target: &dyn Matter<D>, lo: &[f64; D], hi: &[f64; 
     let (mut least, mut most, mut sum) = (f64::INFINITY, 0.0_f64, 0.0);
     for corner in 0..1_usize << D {
         let t = |k: usize| if side(corner, k) { node } else { 1.0 - node };
-        let x = std::array::from_fn(|k| lo[k] + t(k) * (hi[k] - lo[k]));
+        let x = sph::array(|k| lo[k] + t(k) * (hi[k] - lo[k]));
         let density = target.density_inside(&x).unwrap_or(0.0);
         (least, most, sum) = (least.min(density), most.max(density), sum + density);
     }
@@ -143,8 +143,8 @@ fn gauss_mass<const D: usize>(target: &dyn Matter<D>, lo: &[f64; D], hi: &[f64; 
     (0..1_usize << D)
         .map(|corner| {
             let middle = |k: usize| 0.5 * (lo[k] + hi[k]);
-            let lo = std::array::from_fn(|k| if side(corner, k) { lo[k] } else { middle(k) });
-            let hi = std::array::from_fn(|k| if side(corner, k) { middle(k) } else { hi[k] });
+            let lo = sph::array(|k| if side(corner, k) { lo[k] } else { middle(k) });
+            let hi = sph::array(|k| if side(corner, k) { middle(k) } else { hi[k] });
             gauss_mass(target, &lo, &hi, divisions - 1)
         })
         .sum()
@@ -238,7 +238,7 @@ fn is_rough<const D: usize>(cell: &Cell<D>, target: &dyn Matter<D>, floor: f64) 
     let mut corners = 0.0;
     for corner in 0..1_usize << D {
         // A hair inside, so that a shared corner is judged by both sides of a discontinuity.
-        let x: [f64; D] = std::array::from_fn(|k| {
+        let x: [f64; D] = sph::array(|k| {
             let (a, b) = if corner >> k & 1 == 0 { (cell.lo[k], cell.hi[k]) } else { (cell.hi[k], cell.lo[k]) };
             a + HAIR * (b - a)
         });
@@ -323,7 +323,7 @@ pub(crate) fn cut<const D: usize>(cells: Vec<Cell<D>>, fraction: f64) -> Cut<D> 
 /// says little about where the mass is, and a cut across a steep slope leaves one half thin.
 fn widest_axis<const D: usize>(cells: &[Cell<D>]) -> usize {
     let total: f64 = cells.iter().map(|c| c.mass).sum();
-    let width: [f64; D] = std::array::from_fn(|k| {
+    let width: [f64; D] = sph::array(|k| {
         let mean = cells.iter().map(|c| c.mass * c.center()[k]).sum::<f64>() / total;
         let about = |c: &Cell<D>| (c.center()[k] - mean).powi(2) + (c.hi[k] - c.lo[k]).powi(2) / 12.0;
         let width = (12.0 * cells.iter().map(|c| c.mass * about(c)).sum::<f64>() / total).sqrt();

@@ -11,7 +11,7 @@ impl<const D: usize> Target<'_, D> {
         own.is_some()
             && ways::<D>().any(|way| {
                 [-1.0, -0.5, 0.5, 1.0].into_iter().any(|share| {
-                    let there = regions.of(&std::array::from_fn(|k| x[k] + share * reach * way[k]));
+                    let there = regions.of(&sph::array(|k| x[k] + share * reach * way[k]));
                     there.is_some() && there != own
                 })
             })
@@ -33,7 +33,7 @@ mod tests {
         let target = whole.with_regions(Some(&regions));
         for i in 0..90 {
             let place = 0.005 + 0.01 * f64::from(i);
-            let x = std::array::from_fn(|k| if k == 0 { place } else { 0.5 });
+            let x = sph::array(|k| if k == 0 { place } else { 0.5 });
             assert_eq!(target.is_beside_region(&x, 0.1), (place - 0.5).abs() < 0.1, "{D}-D at {place}");
             assert!(!whole.is_beside_region(&x, 0.1), "without regions there is none beside");
         }

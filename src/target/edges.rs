@@ -43,8 +43,8 @@ impl<const D: usize> Target<'_, D> {
     fn outward(&self, x: &[f64; D]) -> Option<[f64; D]> {
         let center = self.center().filter(|_| !self.domain.axes.contains(&Axis::Periodic))?;
         let radius = distance(x, &center);
-        let first = || std::array::from_fn(|k| if k == 0 { 1.0 } else { 0.0 });
-        Some(if radius > 0.0 { std::array::from_fn(|k| (x[k] - center[k]) / radius) } else { first() })
+        let first = || sph::array(|k| if k == 0 { 1.0 } else { 0.0 });
+        Some(if radius > 0.0 { sph::array(|k| (x[k] - center[k]) / radius) } else { first() })
     }
 
     /// [`Self::sharpness`] at every particle, where n* is `number_density`, for `ratio` = H n*^(1/d).
@@ -63,7 +63,7 @@ impl<const D: usize> Target<'_, D> {
 
     /// ln n* at a distance `h` from `x`; `None` outside of the domain, or of the region that this is the target of.
     fn logarithm_along(&self, x: &[f64; D], way: &[f64; D], h: f64) -> Option<f64> {
-        let mut y: [f64; D] = std::array::from_fn(|k| x[k] + h * way[k]);
+        let mut y: [f64; D] = sph::array(|k| x[k] + h * way[k]);
         self.domain.wrap(&mut y);
         self.density_inside(&y).map(f64::ln)
     }
@@ -115,7 +115,7 @@ pub(super) fn ways<const D: usize>() -> impl Iterator<Item = [f64; D]> {
     // The steps -1, 0, 1 along each axis as digits; the second half of the numbers mirrors the first.
     let all = 3usize.pow(D as u32);
     (all / 2 + 1..all).map(|code| {
-        let step: [f64; D] = std::array::from_fn(|k| (code / 3usize.pow(k as u32) % 3) as f64 - 1.0);
+        let step: [f64; D] = sph::array(|k| (code / 3usize.pow(k as u32) % 3) as f64 - 1.0);
         let length = step.iter().map(|s| s * s).sum::<f64>().sqrt();
         step.map(|s| s / length)
     })

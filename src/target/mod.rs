@@ -178,7 +178,7 @@ impl<'a, const D: usize> Target<'a, D> {
             return slope;
         }
         let rise = |way: &[f64; D], h: f64| {
-            let mut y: [f64; D] = std::array::from_fn(|k| x[k] + h * way[k]);
+            let mut y: [f64; D] = sph::array(|k| x[k] + h * way[k]);
             self.domain.wrap(&mut y);
             self.density_inside(&y).map(|density| (density - here) / (h * here))
         };
@@ -186,14 +186,14 @@ impl<'a, const D: usize> Target<'a, D> {
             if here > 0.0 { rise(way, step).or_else(|| rise(way, -step)).unwrap_or(0.0) } else { 0.0 }
         };
         let Some(center) = self.center().filter(|_| D > 1) else {
-            return std::array::from_fn(|k| along(&std::array::from_fn(|c| f64::from(u8::from(c == k)))));
+            return sph::array(|k| along(&sph::array(|c| f64::from(u8::from(c == k)))));
         };
         let radius = distance(x, &center);
         // At the center itself there is no direction in which a smooth field would change.
         if !(radius > step) {
             return [0.0; D];
         }
-        let outward: [f64; D] = std::array::from_fn(|k| (x[k] - center[k]) / radius);
+        let outward: [f64; D] = sph::array(|k| (x[k] - center[k]) / radius);
         let slope = along(&outward);
         outward.map(|e| slope * e)
     }
@@ -209,15 +209,13 @@ impl<'a, const D: usize> Target<'a, D> {
     /// grad ln n* by central differences over `step` to either side, one-sided at the domain's edge.
     pub fn log_gradient(&self, x: &[f64; D], step: f64) -> [f64; D] {
         let here = self.number_density(x);
-        std::array::from_fn(|k| {
-            self.log_derivative(x, here, &std::array::from_fn(|c| if c == k { 1.0 } else { 0.0 }), step)
-        })
+        sph::array(|k| self.log_derivative(x, here, &sph::array(|c| if c == k { 1.0 } else { 0.0 }), step))
     }
 
     /// The part of [`Self::log_gradient`] along the unit vector `way`; `here` is n* at `x`.
     fn log_derivative(&self, x: &[f64; D], here: f64, way: &[f64; D], step: f64) -> f64 {
         let value = |h: f64| {
-            let mut y: [f64; D] = std::array::from_fn(|k| x[k] + h * way[k]);
+            let mut y: [f64; D] = sph::array(|k| x[k] + h * way[k]);
             self.domain.wrap(&mut y);
             self.density_inside(&y).map_or((here, 0.0), |density| (density, h))
         };

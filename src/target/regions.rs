@@ -266,8 +266,8 @@ impl<'a, const D: usize> Regions<'a, D> {
         let all = Region { share: 0.0, lo: [f64::INFINITY; D], hi: [f64::NEG_INFINITY; D] };
         self.selected(of).map(|region| self.regions[region]).fold(all, |all, one| Region {
             share: all.share + one.share,
-            lo: std::array::from_fn(|k| all.lo[k].min(one.lo[k])),
-            hi: std::array::from_fn(|k| all.hi[k].max(one.hi[k])),
+            lo: sph::array(|k| all.lo[k].min(one.lo[k])),
+            hi: sph::array(|k| all.hi[k].max(one.hi[k])),
         })
     }
 
@@ -307,7 +307,7 @@ impl<'a, const D: usize> Regions<'a, D> {
 
 fn bounds<'c, const D: usize>(cells: impl Iterator<Item = &'c Cell<D>>) -> ([f64; D], [f64; D]) {
     cells.fold(([f64::INFINITY; D], [f64::NEG_INFINITY; D]), |(lo, hi), cell| {
-        (std::array::from_fn(|k| lo[k].min(cell.lo[k])), std::array::from_fn(|k| hi[k].max(cell.hi[k])))
+        (sph::array(|k| lo[k].min(cell.lo[k])), sph::array(|k| hi[k].max(cell.hi[k])))
     })
 }
 
@@ -326,7 +326,7 @@ struct Map<'a, const D: usize> {
 /// The cells next to a cell, one at the middle of each face. Smaller ones find a larger one in turn.
 fn beside<const D: usize>(domain: &Domain<D>, locator: &Locator, cell: &Cell<D>) -> [[Option<u32>; 2]; D] {
     let center = cell.center();
-    std::array::from_fn(|k| {
+    sph::array(|k| {
         let beyond = NEXT * (cell.hi[k] - cell.lo[k]);
         [cell.lo[k] - beyond, cell.hi[k] + beyond].map(|place| {
             let mut x = center;
@@ -379,7 +379,7 @@ impl<const D: usize> Map<'_, D> {
     fn jump(&self, i: usize, j: usize) -> f64 {
         let (from, piece) = (self.cells[i].center(), self.pieces[i]);
         let way = self.domain.displacement(&from, &self.cells[j].center());
-        let at = |t: f64| self.domain.wrapped(&std::array::from_fn(|k| from[k] + t * way[k]));
+        let at = |t: f64| self.domain.wrapped(&sph::array(|k| from[k] + t * way[k]));
         let (mut a, mut b) = (0.0, 1.0);
         for _ in 0..HALVINGS {
             let middle = 0.5 * (a + b);
@@ -435,7 +435,7 @@ impl<const D: usize> Map<'_, D> {
         let weight = (0..D).map(|k| cell.hi[k] - cell.lo[k]).product::<f64>() / number as f64;
         for s in 0..number {
             let t = |k: usize| ((s / SAMPLES.pow(k as u32) % SAMPLES) as f64 + 0.5) / SAMPLES as f64;
-            let x: [f64; D] = std::array::from_fn(|k| cell.lo[k] + t(k) * (cell.hi[k] - cell.lo[k]));
+            let x: [f64; D] = sph::array(|k| cell.lo[k] + t(k) * (cell.hi[k] - cell.lo[k]));
             if !self.domain.contains(&x) {
                 continue;
             }

@@ -68,8 +68,8 @@ impl<const D: usize> Domain<D> {
     /// # Errors
     /// A radius that is not positive and finite.
     pub fn ball(center: [f64; D], radius: f64, wall: Wall) -> Result<Self, DomainError> {
-        let lo = std::array::from_fn(|k| center[k] - radius);
-        let hi = std::array::from_fn(|k| center[k] + radius);
+        let lo = crate::array(|k| center[k] - radius);
+        let hi = crate::array(|k| center[k] + radius);
         Self::new(lo, hi, [Axis::OPEN; D], Region::Ball { center, inner_radius: 0.0, radius, wall })
     }
 
@@ -88,14 +88,14 @@ impl<const D: usize> Domain<D> {
             return Err(DomainError::Cylinder { dimension: D });
         }
         let half = |k: usize| if k == axis { 0.5 * length } else { radius };
-        let lo = std::array::from_fn(|k| center[k] - half(k));
-        let hi = std::array::from_fn(|k| center[k] + half(k));
+        let lo = crate::array(|k| center[k] - half(k));
+        let hi = crate::array(|k| center[k] + half(k));
         let axes = std::array::from_fn(|k| if k == axis { ends } else { Axis::OPEN });
         Self::new(lo, hi, axes, Region::Cylinder { center, axis, inner_radius, radius, wall })
     }
 
     pub fn extent(&self) -> [f64; D] {
-        std::array::from_fn(|k| self.hi[k] - self.lo[k])
+        crate::array(|k| self.hi[k] - self.lo[k])
     }
 
     /// Longest edge of the bounding box.
@@ -172,7 +172,7 @@ impl<const D: usize> Domain<D> {
 
     /// Shortest vector `from -> to` through periodic images.
     pub fn displacement(&self, from: &[f64; D], to: &[f64; D]) -> [f64; D] {
-        std::array::from_fn(|k| {
+        crate::array(|k| {
             let d = to[k] - from[k];
             if self.axes[k] == Axis::Periodic {
                 let length = self.hi[k] - self.lo[k];
@@ -266,7 +266,7 @@ impl<const D: usize> Domain<D> {
     pub fn center(&self) -> [f64; D] {
         match &self.region {
             Region::Ball { center, .. } => *center,
-            _ => std::array::from_fn(|k| 0.5 * (self.lo[k] + self.hi[k])),
+            _ => crate::array(|k| 0.5 * (self.lo[k] + self.hi[k])),
         }
     }
 

@@ -76,7 +76,7 @@ pub struct Round<const D: usize> {
 impl<const D: usize> Round<D> {
     /// From the center, or from the line through it, to `x`.
     pub fn offset(&self, x: &[f64; D]) -> [f64; D] {
-        std::array::from_fn(|k| if self.axis == Some(k) { 0.0 } else { x[k] - self.center[k] })
+        crate::array(|k| if self.axis == Some(k) { 0.0 } else { x[k] - self.center[k] })
     }
 
     /// Length of [`Self::offset`].
@@ -86,7 +86,7 @@ impl<const D: usize> Round<D> {
 
     /// `x` moved to `factor` times its distance.
     pub fn scaled(&self, x: &[f64; D], factor: f64) -> [f64; D] {
-        std::array::from_fn(|k| match self.axis == Some(k) {
+        crate::array(|k| match self.axis == Some(k) {
             true => x[k],
             false => self.center[k] + factor * (x[k] - self.center[k]),
         })
@@ -152,9 +152,7 @@ impl<const D: usize> Region<D> {
     /// [`Self::mirror_with_stretch`] where the surface is nearer than `reach`, beyond which no image is sought.
     pub fn mirror_within(&self, x: &[f64; D], reach: f64) -> Option<([f64; D], f64)> {
         match self {
-            Self::Hull(hull, _) => {
-                hull.nearest_within(x, reach).map(|p| (std::array::from_fn(|k| 2.0 * p[k] - x[k]), 1.0))
-            }
+            Self::Hull(hull, _) => hull.nearest_within(x, reach).map(|p| (crate::array(|k| 2.0 * p[k] - x[k]), 1.0)),
             _ => self.mirror_with_stretch(x),
         }
     }
@@ -175,7 +173,7 @@ impl<const D: usize> Region<D> {
             }
             (None, Self::Hull(hull, _)) => {
                 let p = hull.nearest_on_surface(x);
-                Some((std::array::from_fn(|k| 2.0 * p[k] - x[k]), 1.0))
+                Some((crate::array(|k| 2.0 * p[k] - x[k]), 1.0))
             }
             (None, _) => None,
         }

@@ -162,9 +162,9 @@ impl<'a, const D: usize, const C: usize, R: Real> Batch<'a, D, C, R> {
         let node = &tree.nodes[leaf as usize];
         self.first = node.first as usize;
         self.count = node.count as usize;
-        self.center = std::array::from_fn(|k| 0.5 * (node.lo[k] + node.hi[k]));
+        self.center = crate::array(|k| 0.5 * (node.lo[k] + node.hi[k]));
         // A little wider than exact, so that rounding loses no neighbor.
-        self.half = std::array::from_fn(|k| 0.5 * (node.hi[k] - node.lo[k]) * (1.0 + 1e-6));
+        self.half = crate::array(|k| 0.5 * (node.hi[k] - node.lo[k]) * (1.0 + 1e-6));
         for c in 0..C {
             let largest = self.sources[0].channels[c][self.targets()].iter().fold(0.0_f64, |m, v| m.max(v.abs()));
             self.unit.channels[c] = if largest > 0.0 { largest } else { 1.0 };
@@ -213,7 +213,7 @@ impl<'a, const D: usize, const C: usize, R: Real> Batch<'a, D, C, R> {
         let source = &self.sources[s];
         let nodes = &source.tree.nodes;
         // The leaf's box seen from the original: an image is its own inverse up to the sign of the shift.
-        let center: [f64; D] = std::array::from_fn(|k| image[k].sign * (self.center[k] - image[k].shift));
+        let center: [f64; D] = crate::array(|k| image[k].sign * (self.center[k] - image[k].shift));
         let mut at = 0;
         while at < nodes.len() {
             let node = &nodes[at];
@@ -256,7 +256,7 @@ impl<'a, const D: usize, const C: usize, R: Real> Batch<'a, D, C, R> {
             }
         }
         let (limit, scale) = (reach * reach, 1.0 / self.unit.length);
-        let channel_scale: [f64; C] = std::array::from_fn(|c| {
+        let channel_scale: [f64; C] = crate::array(|c| {
             let sign = if source.vector && c < D { image[c].sign } else { 1.0 };
             sign / self.unit.channels[c]
         });
@@ -289,7 +289,7 @@ impl<'a, const D: usize, const C: usize, R: Real> Batch<'a, D, C, R> {
     /// Position of gathered source `j` in buffer units.
     #[inline(always)]
     pub fn position(&self, j: usize) -> [R; D] {
-        std::array::from_fn(|k| self.positions[k][j])
+        crate::array(|k| self.positions[k][j])
     }
 
     /// Channel `c` of gathered source `j` in buffer units.

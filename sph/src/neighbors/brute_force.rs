@@ -14,7 +14,7 @@ pub fn for_each_within<const D: usize>(
     let combinations: usize = images.iter().map(Vec::len).product();
     for j in 0..positions[0].len() {
         for mut combination in 0..combinations {
-            let d: [f64; D] = std::array::from_fn(|k| {
+            let d: [f64; D] = crate::array(|k| {
                 let image = images[k][combination % images[k].len()];
                 combination /= images[k].len();
                 image.apply(positions[k][j]) - x[k]

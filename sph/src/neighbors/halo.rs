@@ -28,11 +28,7 @@ impl<const D: usize> Sight<D> {
     }
 
     fn unpacked(numbers: &[f64]) -> Vec<Self> {
-        let one = |n: &[f64]| Self {
-            lo: std::array::from_fn(|k| n[k]),
-            hi: std::array::from_fn(|k| n[D + k]),
-            reach: n[2 * D],
-        };
+        let one = |n: &[f64]| Self { lo: crate::array(|k| n[k]), hi: crate::array(|k| n[D + k]), reach: n[2 * D] };
         numbers.chunks_exact(2 * D + 1).map(one).collect()
     }
 
@@ -145,7 +141,7 @@ impl<const D: usize> Halo<D> {
         });
         let mut halo = Self { tree: Tree::build(&std::array::from_fn(|_| Vec::new())), given };
         let of_ghosts = |k: usize| ghosts.map_or(&[][..], |g| &g.positions[k]);
-        let channels: [[&[f64]; 2]; D] = std::array::from_fn(|k| [tree.positions[k].as_slice(), of_ghosts(k)]);
+        let channels: [[&[f64]; 2]; D] = crate::array(|k| [tree.positions[k].as_slice(), of_ghosts(k)]);
         halo.tree = Tree::build(&halo.swapped(exchange, channels));
         halo
     }

@@ -41,7 +41,7 @@ impl<const D: usize> Tree<D> {
     pub fn build(positions: &[Vec<f64>; D]) -> Self {
         let n = positions[0].len();
         assert!(u32::try_from(n).is_ok(), "more particles than 32-bit indices");
-        let mut items = parallel::map(n, |i| Item { x: std::array::from_fn(|k| positions[k][i]), index: i as u32 });
+        let mut items = parallel::map(n, |i| Item { x: crate::array(|k| positions[k][i]), index: i as u32 });
         let leaf_count = n.div_ceil(LEAF_SIZE);
         let empty = Node { lo: [0.0; D], hi: [0.0; D], first: 0, count: 0, skip: 0 };
         let mut nodes = vec![empty; (2 * leaf_count).saturating_sub(1)];
@@ -76,7 +76,7 @@ impl<const D: usize> Tree<D> {
 
     /// Position of the particle at tree position `i`.
     pub fn position(&self, i: usize) -> [f64; D] {
-        std::array::from_fn(|k| self.positions[k][i])
+        crate::array(|k| self.positions[k][i])
     }
 
     /// Tree position -> particle index.

@@ -32,7 +32,7 @@ impl<const D: usize> LeafPass<D, 1, f64> for ClosestPass {
             let (mut nearest, mut away) = (f64::INFINITY, [0.0; D]);
             for j in 0..batch.len() {
                 let x = batch.position(j);
-                let d: [f64; D] = std::array::from_fn(|k| target[k] - x[k]);
+                let d: [f64; D] = crate::array(|k| target[k] - x[k]);
                 let r2 = d.iter().map(|v| v * v).sum::<f64>();
                 let scaled = r2 / (own + batch.channel(0, j)).powi(2);
                 if r2 >= COINCIDENT && scaled < nearest {

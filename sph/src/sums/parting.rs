@@ -89,13 +89,13 @@ fn direction<const D: usize>(particle: u64, seed: u64, stream: u64) -> [f64; D] 
     let mut rng = keyed(seed, stream, particle);
     let tries = (32.0 / unit_ball_volume(D)) as usize;
     for _ in 0..tries {
-        let way: [f64; D] = std::array::from_fn(|_| 2.0 * rng.random::<f64>() - 1.0);
+        let way: [f64; D] = crate::array(|_| 2.0 * rng.random::<f64>() - 1.0);
         let size2 = way.iter().map(|v| v * v).sum::<f64>();
         if (0.25..=1.0).contains(&size2) {
             return way;
         }
     }
-    std::array::from_fn(|k| if k == 0 { 1.0 } else { 0.0 })
+    crate::array(|k| if k == 0 { 1.0 } else { 0.0 })
 }
 
 /// How every particle of `sources[0]` parts from others within `threshold` of its support radius, which is the distance

@@ -297,12 +297,12 @@ mod tests {
         for (text, trial) in texts.iter().flat_map(|text| (0..200).map(move |i| (text, i))) {
             let expression = Expression::parse("density", text, 3).unwrap();
             let size = 2.0 * 0.1_f64.powi(trial % 4);
-            let lo: [f64; 3] = std::array::from_fn(|_| 2.0 * random.unit() - 1.0);
+            let lo: [f64; 3] = sph::array(|_| 2.0 * random.unit() - 1.0);
             let hi = lo.map(|v| v + size * random.unit());
             let patch = Patch::of_box(lo, hi);
             let found = expression.enclosure(&patch, &[0.1, 0.0, 0.0]);
             let traces: Vec<(f64, Trace)> = (0..100)
-                .map(|_| std::array::from_fn(|k| lo[k] + (hi[k] - lo[k]) * random.unit()))
+                .map(|_| sph::array(|k| lo[k] + (hi[k] - lo[k]) * random.unit()))
                 .map(|x| expression.trace(&x, &[0.1, 0.0, 0.0]))
                 .collect();
             let (_, middle) = expression.trace(&patch.middle, &[0.1, 0.0, 0.0]);

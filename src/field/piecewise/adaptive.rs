@@ -53,7 +53,7 @@ pub(crate) fn integrate_pieces<const D: usize>(
     max_evaluations: usize,
 ) -> PieceIntegrals {
     let starts = starts::<D>();
-    let center = |(lo, hi): &([f64; D], [f64; D])| std::array::from_fn(|k| 0.5 * (lo[k] + hi[k]));
+    let center = |(lo, hi): &([f64; D], [f64; D])| sph::array(|k| 0.5 * (lo[k] + hi[k]));
     let peak = reduce::max(starts.len(), |i| integrand.value(&center(&starts[i])).abs());
     let unit = if peak > 0.0 && peak.is_finite() { binade(peak) } else { 1.0 };
     let integrand = InUnit { integrand, unit };
@@ -201,7 +201,7 @@ fn starts<const D: usize>() -> Vec<([f64; D], [f64; D])> {
     let per_axis = [0_usize, 32, 16, 8][D];
     let corner = |i: usize, k: usize| i / per_axis.pow(k as u32) % per_axis;
     let face = |j: usize| j as f64 / per_axis as f64;
-    let cell = |i| (std::array::from_fn(|k| face(corner(i, k))), std::array::from_fn(|k| face(corner(i, k) + 1)));
+    let cell = |i| (sph::array(|k| face(corner(i, k))), sph::array(|k| face(corner(i, k) + 1)));
     (0..per_axis.pow(D as u32)).map(cell).collect()
 }
 

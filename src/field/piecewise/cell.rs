@@ -261,7 +261,7 @@ fn product_rule<const D: usize>(window: &Window<D>, order: usize, seen: &Seen) -
     let points = rule(order);
     let terms = (0..order.pow(D as u32)).map(|i| {
         let at = |k: usize| points[i / order.pow(k as u32) % order];
-        let u = std::array::from_fn(|k| window.lo[k] + at(k).0 * (window.hi[k] - window.lo[k]));
+        let u = sph::array(|k| window.lo[k] + at(k).0 * (window.hi[k] - window.lo[k]));
         seen.noted(window.value(&u)) * (0..D).map(|k| at(k).1).product::<f64>()
     });
     terms.sum::<f64>() * window.volume()

@@ -35,20 +35,20 @@ impl<'a, const D: usize> Chart<'a, D> {
         match &self.domain.region {
             Region::Ball { center, inner_radius, radius, .. } => {
                 let (offset, share) = on_spheres(u, inner_radius / radius);
-                (std::array::from_fn(|k| center[k] + radius * offset[k]), share * self.volume)
+                (sph::array(|k| center[k] + radius * offset[k]), share * self.volume)
             }
             Region::Cylinder { center, axis, inner_radius, radius, .. } => {
                 let inner = inner_radius / radius;
                 let q = inner + u[0] * (1.0 - inner);
                 let (sin, cos) = (TAU * u[1]).sin_cos();
                 let mut around = [cos, sin].into_iter();
-                let x = std::array::from_fn(|k| match k == *axis {
+                let x = sph::array(|k| match k == *axis {
                     true => lo[k] + u[D - 1] * extent[k],
                     false => center[k] + q * radius * around.next().unwrap_or(0.0),
                 });
                 (x, 2.0 * q * (1.0 - inner) * self.volume)
             }
-            Region::Box | Region::Hull(..) => (std::array::from_fn(|k| lo[k] + u[k] * extent[k]), self.volume),
+            Region::Box | Region::Hull(..) => (sph::array(|k| lo[k] + u[k] * extent[k]), self.volume),
         }
     }
 }
@@ -97,7 +97,7 @@ impl<const D: usize> Chart<'_, D> {
             _ => Some(TAU * from_center * ring * (hi[2] - lo[2])).filter(|_| is_ball),
         };
         let least = (0..D).filter_map(length).fold(f64::INFINITY, f64::min);
-        std::array::from_fn(|k| length(k).map_or(1, |l| ((l / least).ceil() as usize).clamp(1, MOST_CUTS[D])))
+        sph::array(|k| length(k).map_or(1, |l| ((l / least).ceil() as usize).clamp(1, MOST_CUTS[D])))
     }
 
     /// What holds a cell, with bounds of the volume about its places per volume of the unit cube.
@@ -139,7 +139,7 @@ impl<const D: usize> Chart<'_, D> {
                 (patch, shares.map(|q| 2.0 * q * (1.0 - inner) * self.volume))
             }
             Region::Box | Region::Hull(..) => {
-                let corner = |u: &[f64; D]| std::array::from_fn(|k| lo[k] + u[k] * extent[k]);
+                let corner = |u: &[f64; D]| sph::array(|k| lo[k] + u[k] * extent[k]);
                 (Patch::of_box(corner(a), corner(b)), [self.volume; 2])
             }
         }
@@ -170,7 +170,7 @@ impl<const D: usize> Integrand<D> for Chart<'_, D> {
     }
 
     fn enclosure(&self, lo: &[f64; D], hi: &[f64; D]) -> Option<Enclosure> {
-        let middle = self.place(&std::array::from_fn(|k| 0.5 * (lo[k] + hi[k]))).0;
+        let middle = self.place(&sph::array(|k| 0.5 * (lo[k] + hi[k]))).0;
         let of = |(patch, volume): (Patch<D>, [f64; 2])| {
             let patch = Patch { middle, ..patch };
             let Region::Hull(hull, _) = &self.domain.region else {
@@ -190,7 +190,7 @@ impl<const D: usize> Integrand<D> for Chart<'_, D> {
         let parts = (0..cuts.iter().product::<usize>()).map(|i| {
             let at = |k: usize, j: usize| lo[k] + (hi[k] - lo[k]) * j as f64 / cuts[k] as f64;
             let place = |k: usize| i / cuts[..k].iter().product::<usize>() % cuts[k];
-            of(self.patch(&std::array::from_fn(|k| at(k, place(k))), &std::array::from_fn(|k| at(k, place(k) + 1))))
+            of(self.patch(&sph::array(|k| at(k, place(k))), &sph::array(|k| at(k, place(k) + 1))))
         });
         parts.reduce(|a, b| Some(a?.union(b?))).flatten()
     }

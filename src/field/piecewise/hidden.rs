@@ -36,7 +36,7 @@ fn excess<const D: usize>(values: &[f64], others: &[([f64; D], f64)], bound: f64
         return None;
     }
     let q = Parabola::<D>::through(values);
-    let place: [f64; D] = std::array::from_fn(|k| {
+    let place: [f64; D] = sph::array(|k| {
         if -2.0 * q.bend[k] > q.slope[k].abs() { -0.5 * q.slope[k] / q.bend[k] } else { q.slope[k].signum() }
     });
     let by_axes = q.middle + (0..D).map(|k| q.along(k, place[k])).sum::<f64>() + q.mixed_sum();
@@ -69,8 +69,8 @@ impl<const D: usize> Parabola<D> {
         let middle = values[center];
         let step = |k: usize| 3_usize.pow(k as u32);
         let pair = |step: usize| [values[center + step], values[center - step]];
-        let slope = std::array::from_fn(|k| 0.5 * (pair(step(k))[0] - pair(step(k))[1]));
-        let bend = std::array::from_fn(|k| 0.5 * (pair(step(k))[0] + pair(step(k))[1]) - middle);
+        let slope = sph::array(|k| 0.5 * (pair(step(k))[0] - pair(step(k))[1]));
+        let bend = sph::array(|k| 0.5 * (pair(step(k))[0] + pair(step(k))[1]) - middle);
         let mixed = |k: usize, l: usize| {
             let (p, q) = (step(k.max(l)), step(k.min(l)));
             0.25 * (pair(p + q).iter().sum::<f64>() - pair(p - q).iter().sum::<f64>())

@@ -4,7 +4,7 @@ use crate::field::Trace;
 
 /// Coordinates of the i-th point of the lattice: -1, 0 or 1.
 pub(super) fn shares<const D: usize>(i: usize) -> [f64; D] {
-    std::array::from_fn(|k| (i / 3_usize.pow(k as u32) % 3) as f64 - 1.0)
+    sph::array(|k| (i / 3_usize.pow(k as u32) % 3) as f64 - 1.0)
 }
 
 /// The number of the point at coordinates -1, 0 or 1.
@@ -27,7 +27,7 @@ pub(super) fn axes_across<const D: usize>(lattice: &[Trace]) -> [usize; D] {
         let has_next = |i: &usize| i / step % 3 < 2;
         (0..lattice.len()).filter(has_next).filter(|&i| lattice[i].part != lattice[i + step].part).count()
     };
-    let mut axes: [usize; D] = std::array::from_fn(|k| D - 1 - k);
+    let mut axes: [usize; D] = sph::array(|k| D - 1 - k);
     axes.sort_by_key(|&k| changes(k));
     axes
 }

@@ -112,7 +112,7 @@ impl<'a, 'b, const D: usize> Nest<'a, 'b, D> {
         let mut ends = vec![self.window.lo[axis], self.window.hi[axis]];
         let deeper = &self.axes[depth + 1..];
         for corner in 0..1_usize << deeper.len() {
-            let shares = std::array::from_fn(|k| match deeper.iter().position(|a| *a == k) {
+            let shares = sph::array(|k| match deeper.iter().position(|a| *a == k) {
                 Some(i) if corner >> i & 1 == 1 => 1.0,
                 _ => -1.0,
             });

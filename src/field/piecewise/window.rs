@@ -54,7 +54,7 @@ impl<'a, const D: usize> Window<'a, D> {
 
     /// The place at shares of the way from face to face, -1 to 1, just within the faces.
     pub fn place(&self, shares: [f64; D]) -> [f64; D] {
-        std::array::from_fn(|k| {
+        sph::array(|k| {
             let (middle, half) = (0.5 * (self.lo[k] + self.hi[k]), 0.5 * (self.hi[k] - self.lo[k]));
             middle + shares[k] * half * (1.0 - INSET)
         })

@@ -94,7 +94,7 @@ fn gaps(taken: &[[f64; 2]]) -> Vec<[f64; 2]> {
 
 /// Whether a half-space holds all of a box, but for rounding.
 fn holds<const D: usize>(primitive: &Primitive<D>, bounds: &Aabb<D>) -> bool {
-    let corner = |c: usize| std::array::from_fn(|k| if c >> k & 1 == 1 { bounds.hi[k] } else { bounds.lo[k] });
+    let corner = |c: usize| sph::array(|k| if c >> k & 1 == 1 { bounds.hi[k] } else { bounds.lo[k] });
     let height = |c: usize| primitive.level(&corner(c)).unwrap_or(f64::INFINITY);
     let reach = ON * bounds.diagonal();
     matches!(primitive.shape, Shape::HalfSpace { .. }) && (0..1 << D).all(|c| height(c) < reach)
@@ -163,7 +163,7 @@ impl<const D: usize> Solid<D> {
             let gram = &normals * normals.transpose();
             let weights = gram.lu().solve(&heights)?;
             let step = normals.transpose() * weights;
-            let next: [f64; D] = std::array::from_fn(|k| x[k] + step[k]);
+            let next: [f64; D] = sph::array(|k| x[k] + step[k]);
             let moved = distance(&next, &y);
             y = next;
             if !moved.is_finite() {

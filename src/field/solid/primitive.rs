@@ -49,12 +49,12 @@ pub(crate) fn upright<const D: usize>() -> [[f64; D]; D] {
 
 impl<const D: usize> Primitive<D> {
     fn own(&self, x: &[f64; D]) -> [f64; D] {
-        let offset: [f64; D] = std::array::from_fn(|k| x[k] - self.center[k]);
-        std::array::from_fn(|i| dot(&self.frame[i], &offset))
+        let offset: [f64; D] = sph::array(|k| x[k] - self.center[k]);
+        sph::array(|i| dot(&self.frame[i], &offset))
     }
 
     fn outer(&self, y: &[f64; D]) -> [f64; D] {
-        std::array::from_fn(|k| self.center[k] + (0..D).map(|i| self.frame[i][k] * y[i]).sum::<f64>())
+        sph::array(|k| self.center[k] + (0..D).map(|i| self.frame[i][k] * y[i]).sum::<f64>())
     }
 
     pub(crate) fn contains(&self, x: &[f64; D]) -> bool {
@@ -86,7 +86,7 @@ impl<const D: usize> Primitive<D> {
         let p = match &self.shape {
             Shape::HalfSpace { normal } => {
                 let height = dot(normal, &y);
-                std::array::from_fn(|k| y[k] - height * normal[k])
+                sph::array(|k| y[k] - height * normal[k])
             }
             Shape::Ellipsoid { radii } => nearest_on_ellipsoid(radii, &y),
             Shape::Cylinder { radius } => onto_ring(&y, *radius),
@@ -95,7 +95,7 @@ impl<const D: usize> Primitive<D> {
                 ring[D - 1] = 0.0;
                 let away = distance(&ring, &y);
                 match away > 0.0 {
-                    true => std::array::from_fn(|k| ring[k] + tube / away * (y[k] - ring[k])),
+                    true => sph::array(|k| ring[k] + tube / away * (y[k] - ring[k])),
                     false => {
                         ring[D - 1] = *tube;
                         ring
@@ -112,16 +112,16 @@ impl<const D: usize> Primitive<D> {
         let y = self.own(at);
         let own: [f64; D] = match &self.shape {
             Shape::HalfSpace { normal } => *normal,
-            Shape::Ellipsoid { radii } => std::array::from_fn(|k| y[k] / (radii[k] * radii[k])),
-            Shape::Cylinder { .. } => std::array::from_fn(|k| if k + 1 < D { y[k] } else { 0.0 }),
+            Shape::Ellipsoid { radii } => sph::array(|k| y[k] / (radii[k] * radii[k])),
+            Shape::Cylinder { .. } => sph::array(|k| if k + 1 < D { y[k] } else { 0.0 }),
             Shape::Torus { radius, .. } => {
                 let mut ring = onto_ring(&y, *radius);
                 ring[D - 1] = 0.0;
-                std::array::from_fn(|k| y[k] - ring[k])
+                sph::array(|k| y[k] - ring[k])
             }
-            Shape::Surface(_) => return unit(&std::array::from_fn(|k| at[k] - beside[k])),
+            Shape::Surface(_) => return unit(&sph::array(|k| at[k] - beside[k])),
         };
-        let turned = std::array::from_fn(|k| (0..D).map(|i| self.frame[i][k] * own[i]).sum());
+        let turned = sph::array(|k| (0..D).map(|i| self.frame[i][k] * own[i]).sum());
         unit(&turned)
     }
 
@@ -140,7 +140,7 @@ impl<const D: usize> Primitive<D> {
         let polynomial = match &self.shape {
             Shape::HalfSpace { normal } => vec![dot(normal, &y), dot(normal, &way)],
             Shape::Ellipsoid { radii } => {
-                let over = |v: [f64; D]| std::array::from_fn(|k| v[k] / (radii[k] / unit));
+                let over = |v: [f64; D]| sph::array(|k| v[k] / (radii[k] / unit));
                 square::<D>(&over(y), &over(way), D, 1.0).to_vec()
             }
             Shape::Cylinder { radius } => square(&y, &way, D - 1, (radius / unit).powi(2)).to_vec(),
@@ -162,7 +162,7 @@ impl<const D: usize> Primitive<D> {
 
 fn unit<const D: usize>(v: &[f64; D]) -> [f64; D] {
     let length = dot(v, v).sqrt();
-    if length > 0.0 { v.map(|c| c / length) } else { std::array::from_fn(|k| f64::from(u8::from(k == 0))) }
+    if length > 0.0 { v.map(|c| c / length) } else { sph::array(|k| f64::from(u8::from(k == 0))) }
 }
 
 /// Distance from the last axis.
@@ -231,7 +231,7 @@ fn nearest_on_ellipsoid<const D: usize>(radii: &[f64; D], x: &[f64; D]) -> [f64;
     if radii.iter().all(|r| *r == radii[0]) {
         let away = dot(x, x).sqrt();
         let along = |k: usize| if away > 0.0 { x[k] / away } else { f64::from(u8::from(k == 0)) };
-        return std::array::from_fn(|k| radii[0] * along(k));
+        return sph::array(|k| radii[0] * along(k));
     }
     let excess = |t: f64| (0..D).map(|k| (radii[k] * x[k] / (radii[k] * radii[k] + t)).powi(2)).sum::<f64>() - 1.0;
     let floor = -radii[least] * radii[least];
@@ -239,7 +239,7 @@ fn nearest_on_ellipsoid<const D: usize>(radii: &[f64; D], x: &[f64; D]) -> [f64;
     let mut high = floor + (0..D).map(|k| (radii[k] * x[k]).powi(2)).sum::<f64>().sqrt();
     if x[least] == 0.0 && !(excess(floor * (1.0 - 1e-12)) > 0.0) {
         // In the plane across the shortest axis, near the middle: the nearest point is off that plane.
-        let mut p: [f64; D] = std::array::from_fn(|k| match k == least {
+        let mut p: [f64; D] = sph::array(|k| match k == least {
             true => 0.0,
             false => radii[k] * radii[k] * x[k] / (radii[k] * radii[k] + floor),
         });
@@ -254,7 +254,7 @@ fn nearest_on_ellipsoid<const D: usize>(radii: &[f64; D], x: &[f64; D]) -> [f64;
         if excess(middle) > 0.0 { low = middle } else { high = middle }
     }
     let t = 0.5 * (low + high);
-    std::array::from_fn(|k| radii[k] * radii[k] * x[k] / (radii[k] * radii[k] + t))
+    sph::array(|k| radii[k] * radii[k] * x[k] / (radii[k] * radii[k] + t))
 }
 
 /// After which f64 tells no difference.

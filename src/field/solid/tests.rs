@@ -12,7 +12,7 @@ fn half_space<const D: usize>(center: [f64; D], normal: [f64; D]) -> Primitive<D
 
 /// Primitives of a box, from `first` on, and what makes them one.
 fn cuboid<const D: usize>(first: usize, lo: [f64; D], hi: [f64; D]) -> (Vec<Primitive<D>>, Tree) {
-    let unit = |k: usize, sign: f64| std::array::from_fn(|i| if i == k { sign } else { 0.0 });
+    let unit = |k: usize, sign: f64| sph::array(|i| if i == k { sign } else { 0.0 });
     let faces = (0..D).flat_map(|k| [half_space(lo, unit(k, -1.0)), half_space(hi, unit(k, 1.0))]).collect();
     (faces, Tree::All((first..first + 2 * D).map(Tree::Leaf).collect()))
 }

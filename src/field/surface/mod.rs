@@ -115,7 +115,7 @@ impl<const D: usize> Surface<D> {
         let Aabb { lo, hi } = self.bounds.grown(margin);
         let of = |i: usize| {
             let place = |k: usize| lo[k] + (hi[k] - lo[k]) * radical_inverse(i + 1, [2, 3, 5][k]);
-            self.winding.value(&self.tree, &self.facets, &std::array::from_fn(place))
+            self.winding.value(&self.tree, &self.facets, &sph::array(place))
         };
         let values: Vec<f64> = (0..PROBES).into_par_iter().map(of).collect();
         let inside = values.iter().filter(|w| **w > 0.5).count();

@@ -34,7 +34,7 @@ impl<const D: usize> Octants<D> {
         let mut octants = Self { bounds, nodes: vec![Octant::Mixed] };
         let mut open = vec![(0_usize, bounds, 0)];
         while let Some((node, part, level)) = open.pop() {
-            let center: [f64; D] = std::array::from_fn(|k| 0.5 * (part.lo[k] + part.hi[k]));
+            let center: [f64; D] = sph::array(|k| 0.5 * (part.lo[k] + part.hi[k]));
             // A little more than half of the diagonal: the distance is rounded.
             if is_clear(&center, 0.5001 * part.diagonal()) {
                 octants.nodes[node] = if contains(&center) { Octant::Inside } else { Octant::Outside };

@@ -100,7 +100,7 @@ fn merge_near<const D: usize>(points: &[[f64; D]], mut numbers: Vec<u32>) -> Vec
         let cell = points[i].map(|v| (v / width).floor() as i64);
         let apart = |j: u32| length(&std::array::from_fn::<_, D, _>(|k| points[j as usize][k] - points[i][k]));
         let near = (0..3_usize.pow(D as u32)).find_map(|code| {
-            let beside = std::array::from_fn(|k| cell[k] + (code / 3_usize.pow(k as u32) % 3) as i64 - 1);
+            let beside = sph::array(|k| cell[k] + (code / 3_usize.pow(k as u32) % 3) as i64 - 1);
             seen.get(&beside)?.iter().copied().find(|&j| apart(j) <= width)
         });
         match near {
@@ -154,7 +154,7 @@ impl<const D: usize> Soup<D> {
         let mut facets = given;
         facets.iter_mut().zip(&flips).filter(|(_, flip)| **flip).for_each(|(f, _)| f.swap(0, 1));
         let center = Aabb::around(&self.points);
-        let center = std::array::from_fn(|k| 0.5 * (center.lo[k] + center.hi[k]));
+        let center = sph::array(|k| 0.5 * (center.lo[k] + center.hi[k]));
         if enclosed(&facets, &center) < 0.0 {
             facets.iter_mut().for_each(|f| f.swap(0, 1));
             flips.iter_mut().for_each(|f| *f = !*f);
@@ -205,7 +205,7 @@ impl<const D: usize> Soup<D> {
         let (mut caps, mut seams) = (Vec::new(), Vec::new());
         for rim in groups.values() {
             let cone = self.cone(rim);
-            let total = cone.iter().map(area_vector).fold([0.0; D], |sum, n| std::array::from_fn(|k| sum[k] + n[k]));
+            let total = cone.iter().map(area_vector).fold([0.0; D], |sum, n| sph::array(|k| sum[k] + n[k]));
             let area: f64 = cone.iter().map(|f| length(&area_vector(f))).sum();
             if length(&total) > CRACK * area { caps.push(cone) } else { seams.push(cone) }
         }
@@ -269,7 +269,7 @@ fn inverted<const D: usize>(facets: &[Facet<D>], parts: &[usize], is_bounded: &[
         let (n, c) = (area_vector(facet), centroid(facet));
         // Against the normal it is out of a hollow, and in what the hollow is in.
         let step = OFF * Aabb::around(facet).diagonal() / length(&n);
-        let x = std::array::from_fn(|k| c[k] - step * n[k]);
+        let x = sph::array(|k| c[k] - step * n[k]);
         inverted[part] = winding.value(&tree, facets, &x) < 0.5;
     }
     inverted

@@ -21,7 +21,7 @@ fn sphere(n: usize, radius: f64, center: [f64; 3]) -> Triangles {
         let (ring, z) = if v == 0.0 || v == 1.0 { (0.0, 1.0 - 2.0 * v) } else { (PI * v).sin_cos() };
         [ring * cos, ring * sin, z]
     };
-    let moved = |x: [f64; 3]| std::array::from_fn(|k| center[k] + radius * x[k]);
+    let moved = |x: [f64; 3]| sph::array(|k| center[k] + radius * x[k]);
     turned(n, &at).into_iter().map(|f| f.map(moved)).collect()
 }
 
@@ -41,7 +41,7 @@ fn surface<const D: usize>(facets: &[Facet<D>]) -> (Surface<D>, Vec<String>) {
 /// As files have them: every facet with corners of its own.
 fn built<const D: usize>(facets: &[Facet<D>]) -> Result<(Surface<D>, Vec<String>), String> {
     let points: Vec<[f64; D]> = facets.iter().flatten().copied().collect();
-    let numbers = (0..facets.len() as u32).map(|i| std::array::from_fn(|k| D as u32 * i + k as u32)).collect();
+    let numbers = (0..facets.len() as u32).map(|i| sph::array(|k| D as u32 * i + k as u32)).collect();
     Surface::new(points, numbers)
 }
 

@@ -42,8 +42,8 @@ pub(crate) fn area_vector<const D: usize>(p: &Facet<D>) -> [f64; D] {
     if D == 2 {
         (n[0], n[1]) = (p[1][1] - p[0][1], p[0][0] - p[1][0]);
     } else {
-        let u: [f64; 3] = std::array::from_fn(|k| p[1][k] - p[0][k]);
-        let v: [f64; 3] = std::array::from_fn(|k| p[2][k] - p[0][k]);
+        let u: [f64; 3] = sph::array(|k| p[1][k] - p[0][k]);
+        let v: [f64; 3] = sph::array(|k| p[2][k] - p[0][k]);
         let cross = [u[1] * v[2] - u[2] * v[1], u[2] * v[0] - u[0] * v[2], u[0] * v[1] - u[1] * v[0]];
         n.iter_mut().zip(cross).for_each(|(n, c)| *n = 0.5 * c);
     }
@@ -55,13 +55,13 @@ pub(crate) fn length<const D: usize>(v: &[f64; D]) -> f64 {
 }
 
 pub(crate) fn centroid<const D: usize>(p: &Facet<D>) -> [f64; D] {
-    std::array::from_fn(|k| p.iter().map(|c| c[k]).sum::<f64>() / D as f64)
+    sph::array(|k| p.iter().map(|c| c[k]).sum::<f64>() / D as f64)
 }
 
 /// The share of the whole angle under which a facet is seen from `x` (van Oosterom and Strackee 1983, IEEE Trans. Biomed. Eng. 30,
 /// 125, eq. 8).
 pub(crate) fn share<const D: usize>(p: &Facet<D>, x: &[f64; D]) -> f64 {
-    let at = |k: usize| -> [f64; D] { std::array::from_fn(|c| p[k][c] - x[c]) };
+    let at = |k: usize| -> [f64; D] { sph::array(|c| p[k][c] - x[c]) };
     let dot = |a: &[f64; D], b: &[f64; D]| (0..D).map(|k| a[k] * b[k]).sum::<f64>();
     if D == 2 {
         let (a, b) = (at(0), at(1));
@@ -86,7 +86,7 @@ impl<const D: usize> Winding<D> {
         let (mut far, mut near) = (0.0, 0.0);
         let enter = |node: usize| {
             let m = &self.nodes[node];
-            let r: [f64; D] = std::array::from_fn(|k| m.center[k] - x[k]);
+            let r: [f64; D] = sph::array(|k| m.center[k] - x[k]);
             let square = r.iter().map(|c| c * c).sum::<f64>();
             if !(square > (FAR * m.radius).powi(2)) {
                 return true;
@@ -141,10 +141,10 @@ fn moments<'a, const D: usize>(facets: impl Iterator<Item = &'a Facet<D>> + Clon
 fn joined<const D: usize>(a: &Moments<D>, b: &Moments<D>) -> Moments<D> {
     let area = a.area + b.area;
     let share = if area > 0.0 { a.area / area } else { 0.5 };
-    let center: [f64; D] = std::array::from_fn(|k| share * a.center[k] + (1.0 - share) * b.center[k]);
+    let center: [f64; D] = sph::array(|k| share * a.center[k] + (1.0 - share) * b.center[k]);
     let mut m = Moments { area, center, radius: 0.0, normal: [0.0; D], skew: [[0.0; D]; D] };
     for part in [a, b] {
-        let shift: [f64; D] = std::array::from_fn(|k| part.center[k] - center[k]);
+        let shift: [f64; D] = sph::array(|k| part.center[k] - center[k]);
         for i in 0..D {
             m.normal[i] += part.normal[i];
             for j in 0..D {
@@ -178,9 +178,9 @@ mod tests {
         let facets: Vec<Facet<3>> = (0..3000)
             .map(|_| {
                 let p = random.point::<3>();
-                std::array::from_fn(|_| {
+                sph::array(|_| {
                     let q = random.point::<3>();
-                    std::array::from_fn(|k| p[k] + 0.05 * q[k])
+                    sph::array(|k| p[k] + 0.05 * q[k])
                 })
             })
             .collect();

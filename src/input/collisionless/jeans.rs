@@ -63,7 +63,7 @@ impl Jeans {
         let between = |values: &[f64]| values[i] + share * (values[i + 1] - values[i]);
         let (width, escape) = (between(&self.width), between(&self.escape));
         for _ in 0..MOST_DRAWS {
-            let v: [f64; 3] = std::array::from_fn(|_| width * normal(random));
+            let v: [f64; 3] = sph::array(|_| width * normal(random));
             let speed = v.iter().map(|c| c * c).sum::<f64>().sqrt();
             if speed < escape {
                 return speed;

@@ -66,7 +66,7 @@ pub(crate) fn velocities<const D: usize>(
                        `velocities: none`";
         return Err(Error::scene(KEY, problem));
     };
-    let center: [f64; D] = std::array::from_fn(|k| center[k]);
+    let center: [f64; D] = sph::array(|k| center[k]);
     let beside = &prepared.beside;
     let enclosed = |r: f64| profile.enclosed_mass(r) + if beside.is_empty() { 0.0 } else { beside.enclosed_mass(r) };
     let nodes = profile.nodes();
@@ -91,7 +91,7 @@ pub(crate) fn velocities<const D: usize>(
             Law::Jeans(gaussian) => gaussian.speed(r, &mut random),
         };
         let way = direction(&mut random);
-        *v = std::array::from_fn(|k| speed * way[k]);
+        *v = sph::array(|k| speed * way[k]);
     });
     let total = reduce::sum(n, |i| masses[i]);
     for k in 0..D {

@@ -229,7 +229,7 @@ impl Planet {
         let k2 = at(0.5 * h, k1)?;
         let k3 = at(0.5 * h, k2)?;
         let k4 = at(h, k3)?;
-        let mean: [f64; 3] = std::array::from_fn(|i| (k1[i] + 2.0 * (k2[i] + k3[i]) + k4[i]) / 6.0);
+        let mean: [f64; 3] = sph::array(|i| (k1[i] + 2.0 * (k2[i] + k3[i]) + k4[i]) / 6.0);
         let pressure = pressure + h * mean[1];
         let energy = energy + h * mean[2];
         let density = equation.density_near(pressure, warmth_of(energy), from.density).ok()?;

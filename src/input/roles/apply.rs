@@ -162,10 +162,8 @@ impl<'a> Places<'a> {
             Geometry::Mesh { points, cells, .. } if self.location == Location::Cell => {
                 let ends = cells.offsets.get(i).copied().zip(cells.offsets.get(i + 1).copied());
                 let corners = ends.and_then(|(a, b)| cells.connectivity.get(a..b)).unwrap_or(&[]);
-                let sum = corners
-                    .iter()
-                    .filter_map(|p| points.get(*p))
-                    .fold([0.0; 3], |s, p| std::array::from_fn(|k| s[k] + p[k]));
+                let sum =
+                    corners.iter().filter_map(|p| points.get(*p)).fold([0.0; 3], |s, p| sph::array(|k| s[k] + p[k]));
                 sum.map(|c| c / corners.len().max(1) as f64)
             }
             Geometry::Mesh { points, .. } | Geometry::Cloud { points, .. } => {
@@ -174,6 +172,6 @@ impl<'a> Places<'a> {
             // Components on refined grids are along x, y and z, whose directions need no place.
             Geometry::Radial { .. } | Geometry::Refined(_) | Geometry::Surface { .. } => [0.0; 3],
         };
-        std::array::from_fn(|k| if k < dimension { x[k] } else { 0.0 })
+        sph::array(|k| if k < dimension { x[k] } else { 0.0 })
     }
 }
