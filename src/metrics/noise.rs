@@ -58,20 +58,9 @@ impl NoiseFigures {
         Self::of_forces(&Alone, &forces, measured, kernel, kernel_neighbors).0
     }
 
-    /// The same of particles over ranks, of which there may be one alone; that one tells the parts of the interior's.
-    pub fn with_parts<const D: usize>(
-        exchange: &dyn Exchange,
-        kernel: KernelName,
-        measured: &Measured<D>,
-        domain: &Domain<D>,
-        masses: &[f64],
-        kernel_neighbors: f64,
-    ) -> Self {
-        Self::with_each(exchange, kernel, measured, domain, masses, kernel_neighbors).0
-    }
-
-    /// And the noise of each of this rank's particles.
-    pub(super) fn with_each<const D: usize>(
+    /// The same of particles over ranks, of which there may be one alone; that one tells the parts of the interior's. And the noise of each of
+    /// this rank's particles.
+    pub fn with_each<const D: usize>(
         exchange: &dyn Exchange,
         kernel: KernelName,
         measured: &Measured<D>,
@@ -139,7 +128,7 @@ impl<const D: usize> LeafPass<D, CHANNELS, f64> for SharedPass {
             *out = Shared::default();
             let limit = (batch.support(i) / length).powi(2);
             let at = batch.target(i);
-            let own: [f64; 3] = std::array::from_fn(|k| scale[k] * batch.target_channel(k, i));
+            let own: [f64; 3] = sph::array(|k| scale[k] * batch.target_channel(k, i));
             let (mut mean, mut weights) = ([0.0; 3], 0.0);
             for j in 0..batch.len() {
                 let x = batch.position(j);

@@ -138,7 +138,7 @@ impl<const D: usize> Running<D> for Watched<'_, D> {
                 report.best_iteration = report.history.first().map_or(0, |p| p.iteration);
             }
         }
-        if stage.aim == Aim::Density {
+        if stage.aim == Aim::Density && stop != StopReason::Interrupted {
             stage.part_contacts(&mut relaxed.particles);
         }
         relaxed
@@ -150,8 +150,8 @@ impl<const D: usize> Accepted<'_, D> {
     /// those that were accepted last.
     fn part_contacts(&self, particles: &mut Particles<D>) {
         let mut parted = particles.clone();
-        let moved = part_contacts(&self.target.with_count(particles.len()), &mut parted.positions);
-        if moved > 0 && self.judge.loss(particles, &parted, Aim::Contacts).is_none() {
+        let any = part_contacts(&self.target.with_count(particles.len()), &mut parted.positions);
+        if any && self.judge.loss(particles, &parted, Aim::Contacts).is_none() {
             *particles = parted;
         }
     }

@@ -4,64 +4,111 @@
 //! A layer does not know where the particles of the other lie along the surface, so that some face each other across it. Moves are small parts of a
 //! spacing: spheres of the diameter that is asked for fill a third of the volume, where even random ones jam at two thirds.
 
+use super::pairs::parted;
 use crate::random::Purpose;
 use crate::target::{Positions, Target, at};
+use sph::domain::Domain;
 use sph::neighbors::{Reach, Sources, Tree};
 use sph::parallel;
-use sph::sums::{Apart, partings};
+use sph::sums::{Apart, Parting, partings};
 
-/// Distance over the mean spacing of two particles below which they part.
+/// Distance over the mean spacing of two particles to which they part.
 const CLOSEST: f64 = 0.87;
+/// What may be missing of that: the last moves are as small as the rounding.
+const ENOUGH: f64 = 0.995;
 /// How far from a surface particles part, in spacings.
 const BESIDE: f64 = 1.5;
+/// Distance over the mean spacing within which others may be in the way of those that part: they move by less than a spacing.
+const IN_THE_WAY: f64 = 2.0;
 /// Rounds after which the rest is left.
 const ROUNDS: usize = 60;
 /// No particle moves farther in a round, in its own spacing.
 const MAX_STEP: f64 = 0.1;
 
-/// Parts particles beside the surfaces between regions; returns how many. Without surfaces, and where none are too close, positions stay as they
-/// are, bit for bit.
-pub(super) fn part_contacts<const D: usize>(target: &Target<'_, D>, positions: &mut Positions<D>) -> usize {
+/// Parts particles beside the surfaces between regions; says whether any moved. Without surfaces, and where none are too close, positions stay as
+/// they are, bit for bit.
+pub(super) fn part_contacts<const D: usize>(target: &Target<'_, D>, positions: &mut Positions<D>) -> bool {
     let n = positions[0].len();
     if n < 2 || target.regions().is_none_or(|regions| regions.number() < 2) {
-        return 0;
+        return false;
     }
-    let spacing = |positions: &Positions<D>| {
-        let density = target.number_densities(positions);
-        parallel::map(n, |i| target.spacing(density[i]).min(target.domain.size()))
-    };
-    let first = spacing(positions);
-    let is_beside = parallel::map(n, |i| target.is_beside_region(&at(positions, i), BESIDE * first[i]));
+    let spacing = spacings(target, positions);
+    let is_beside = parallel::map(n, |i| target.is_beside_region(&at(positions, i), BESIDE * spacing[i]));
     if !is_beside.contains(&true) {
-        return 0;
+        return false;
     }
     let domain = target.domain.mirrored();
-    let mut moved = vec![false; n];
+    let near = near(&domain, positions, &spacing, &is_beside);
+    let is_beside: Vec<bool> = near.iter().map(|&i| is_beside[i]).collect();
+    let mut layer = positions.each_ref().map(|x| near.iter().map(|&i| x[i]).collect::<Vec<f64>>());
+    let mut any = false;
     for round in 0..ROUNDS {
-        let tree = Tree::build(positions);
-        let own = spacing(positions);
-        let apart = parallel::map(n, |place| CLOSEST * own[tree.order()[place] as usize]);
-        let sources = [Sources::<D, 1>::new(&tree, &apart, [&apart], Reach::Either)];
-        let found = partings(&domain, &sources, (Apart::Mean, 1.0), (round as u64, Purpose::Parting as u64));
-        let mut any = false;
-        for ((parting, &i), own) in found.iter().zip(tree.order()).zip(&apart) {
-            let i = i as usize;
-            if !parting.paired || !is_beside[i] {
-                continue;
-            }
-            let from = at(positions, i);
-            let size = parting.shift.iter().map(|s| s * s).sum::<f64>().sqrt();
-            let scale = if size > MAX_STEP * own { MAX_STEP * own / size } else { 1.0 };
-            let mut x = std::array::from_fn(|k| from[k] + scale * parting.shift[k]);
-            domain.confine(&from, &mut x);
-            if x != from && target.admits(&x) && target.keeps_region(&from, &x) {
-                (0..D).for_each(|k| positions[k][i] = x[k]);
-                (moved[i], any) = (true, true);
-            }
-        }
-        if !any {
+        if !part_once(target, &domain, &mut layer, &is_beside, round as u64) {
             break;
         }
+        any = true;
     }
-    moved.iter().filter(|m| **m).count()
+    for (place, i) in near.into_iter().enumerate() {
+        (0..D).for_each(|k| positions[k][i] = layer[k][place]);
+    }
+    any
+}
+
+/// One round: every particle beside a surface that is too close to another moves a part of the way; says whether any did.
+fn part_once<const D: usize>(
+    target: &Target<'_, D>,
+    domain: &Domain<D>,
+    layer: &mut Positions<D>,
+    is_beside: &[bool],
+    round: u64,
+) -> bool {
+    let spacing = spacings(target, layer);
+    let found = apart(domain, layer, |i| CLOSEST * spacing[i], ENOUGH, round);
+    let mut any = false;
+    for (i, parting) in found.into_iter().filter(|(i, parting)| parting.paired && is_beside[*i]) {
+        let from = at(layer, i);
+        if let Some(x) = parted(target, domain, &from, &parting.shift, MAX_STEP * CLOSEST * spacing[i])
+            && x != from
+        {
+            (0..D).for_each(|k| layer[k][i] = x[k]);
+            any = true;
+        }
+    }
+    any
+}
+
+/// The particles that are beside a surface, and those that may be in their way.
+fn near<const D: usize>(
+    domain: &Domain<D>,
+    positions: &Positions<D>,
+    spacing: &[f64],
+    is_beside: &[bool],
+) -> Vec<usize> {
+    let reach = |i: usize| if is_beside[i] { 2.0 * IN_THE_WAY * spacing[i] } else { 0.0 };
+    let mut near = is_beside.to_vec();
+    for (i, parting) in apart(domain, positions, reach, 1.0, 0) {
+        near[i] |= parting.paired;
+    }
+    (0..near.len()).filter(|&i| near[i]).collect()
+}
+
+/// How each particle parts from others that are closer than `threshold` of the mean of the two's `reach`.
+fn apart<const D: usize>(
+    domain: &Domain<D>,
+    positions: &Positions<D>,
+    reach: impl Fn(usize) -> f64 + Sync,
+    threshold: f64,
+    round: u64,
+) -> Vec<(usize, Parting<D>)> {
+    let tree = Tree::build(positions);
+    let reach = parallel::map(positions[0].len(), |place| reach(tree.order()[place] as usize));
+    let sources = [Sources::<D, 1>::new(&tree, &reach, [&reach], Reach::Either)];
+    let found = partings(domain, &sources, (Apart::Mean, threshold), (round, Purpose::Parting as u64));
+    tree.order().iter().map(|&i| i as usize).zip(found).collect()
+}
+
+/// Of every particle, as the target has it there.
+fn spacings<const D: usize>(target: &Target<'_, D>, positions: &Positions<D>) -> Vec<f64> {
+    let density = target.number_densities(positions);
+    parallel::map(density.len(), |i| target.spacing(density[i]).min(target.domain.size()))
 }

@@ -44,17 +44,27 @@ pub fn part_pairs<const D: usize>(target: &Target<'_, D>, positions: &mut Positi
         }
         found = found.max(paired);
         for ((parting, &i), limit) in partings.iter().zip(tree.order()).zip(&apart).filter(|((p, _), _)| p.paired) {
-            let from = at(positions, i as usize);
-            let size = parting.shift.iter().map(|s| s * s).sum::<f64>().sqrt();
-            let scale = if size > *limit { limit / size } else { 1.0 };
-            let mut x = std::array::from_fn(|k| from[k] + scale * parting.shift[k]);
-            domain.confine(&from, &mut x);
-            if target.admits(&x) && target.keeps_region(&from, &x) {
+            if let Some(x) = parted(target, &domain, &at(positions, i as usize), &parting.shift, *limit) {
                 (0..D).for_each(|k| positions[k][i as usize] = x[k]);
             }
         }
     }
     found
+}
+
+/// Where a particle goes by `shift`, of no more than `limit`; `None` where the target has no place for it or another region begins.
+pub(super) fn parted<const D: usize>(
+    target: &Target<'_, D>,
+    domain: &Domain<D>,
+    from: &[f64; D],
+    shift: &[f64; D],
+    limit: f64,
+) -> Option<[f64; D]> {
+    let size = shift.iter().map(|s| s * s).sum::<f64>().sqrt();
+    let scale = if size > limit { limit / size } else { 1.0 };
+    let mut x = sph::array(|k| from[k] + scale * shift[k]);
+    domain.confine(from, &mut x);
+    (target.admits(&x) && target.keeps_region(from, &x)).then_some(x)
 }
 
 /// Which particles are closer to another than `distance` of the smaller of their spacings.
