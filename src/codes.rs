@@ -128,8 +128,8 @@ pub const SHEETS: &[Sheet] = &[
         parameter: "DesNumNgb",
         schemes: &[other("mfm"), other("mfv"), ours("density-sph"), other("pressure-sph")],
         softening: Softening::CubicSpline,
-        has_kernels: false,
-        has_parameters: false,
+        has_kernels: true,
+        has_parameters: true,
         reference: "GIZMO's public version: kernel.h (KERNEL_FUNCTION 3), users' guide (DesNumNgb 32 for it), allvars.h",
     },
     Sheet {
@@ -401,7 +401,6 @@ mod tests {
             ("swift:eta=0", vec!["eta is '0'", "positive"]),
             ("swift:hfact=1.2", vec!["'hfact' is no option", "eta=NUMBER"]),
             ("swift:scheme=gizmo", vec!["scheme 'gizmo'", "sphenix"]),
-            ("gizmo:wendland-c2", vec!["no kernel but cubic spline"]),
             ("gadget2:wendland-c2", vec!["no kernel but cubic spline"]),
             ("sph-exa:wendland-c2", vec!["no kernel but sinc^6"]),
             ("", vec!["no code of the name ''"]),

@@ -39,6 +39,23 @@ fn parameter_files_say_what_the_codes_need() {
     let param = read("g.param");
     assert_eq!(number(&param, "DesNumNgb"), 50.0);
     assert!(param.contains("InitCondFile g\n") && read("g.Config.sh").contains("SELFGRAVITY\n"));
+    start("gizmo:scheme=density-sph,wendland-c2,neighbors=60", "z.hdf5");
+    let (params, config) = (read("z.params"), read("z.Config.sh"));
+    assert_eq!((number(&params, "DesNumNgb"), number(&params, "GravityConstantInternal")), (60.0, 0.0));
+    // Types 0 to 5 have one softening each, as there is no point mass.
+    assert_eq!(params.matches(&format!("MaxPhys {:e}\n", number(&params, "SofteningGas "))).count(), 6, "{params}");
+    assert!((number(&params, "TimeMax") / end - 1.0).abs() < 0.1, "{params}");
+    let lines: Vec<&str> = config.lines().filter(|line| !line.starts_with('#')).collect();
+    let gamma = format!("EOS_GAMMA=({})", 5.0 / 3.0);
+    let expected = [
+        "HYDRO_DENSITY_SPH",
+        "KERNEL_FUNCTION=6",
+        &gamma,
+        "ADAPTIVE_GRAVSOFT_FORGAS",
+        "SPH_DISABLE_PM_CONDUCTIVITY",
+        "INPUT_POSITIONS_IN_DOUBLE",
+    ];
+    assert_eq!(lines, expected);
     start("phantom", "star_00000.tmp");
     let options = read("star.in");
     assert_eq!(number(&options, "hfact"), 1.2);
@@ -88,7 +105,7 @@ fn codes_that_are_not_known_are_refused_at_once() {
         (vec!["--parameters"], vec!["output.parameters", "--for"]),
         (
             vec!["--for", "gadget2", "--to", "gadget", "--parameters"],
-            vec!["output.parameters", "swift, gadget4, phantom"],
+            vec!["output.parameters", "swift, gadget4, gizmo, phantom"],
         ),
     ] {
         let mut all = vec!["--in", STAR, "-n", "200", "--out", &out];

@@ -99,6 +99,17 @@ fn the_adiabatic_index_goes_to_each_code() {
     place(&folder, &scene, ("gadget4", "ic.hdf5"), &[]);
     let config = text(&folder, "ic.Config.sh");
     assert_eq!(lines(&config), ["NTYPES=6", "DOUBLEPRECISION=1", "CUBIC_SPLINE_KERNEL", "PERIODIC", "GAMMA=1.4"]);
+    place(&folder, &scene, ("gizmo", "ic.hdf5"), &[]);
+    let config = text(&folder, "ic.Config.sh");
+    let box_alone = ["SELFGRAVITY_OFF", "BOX_PERIODIC", "INPUT_POSITIONS_IN_DOUBLE"];
+    assert_eq!(lines(&config)[..3], ["HYDRO_MESHLESS_FINITE_MASS", "KERNEL_FUNCTION=3", "EOS_GAMMA=(1.4)"]);
+    assert_eq!(lines(&config)[3..], box_alone);
+    // One edge is stated, and the others over it.
+    let long = scene.replace("[1, 1, 1]", "[1, 2, 0.5]");
+    place(&folder, &long, ("gizmo", "ic.hdf5"), &[]);
+    let config = text(&folder, "ic.Config.sh");
+    assert_eq!(lines(&config)[4..7], ["BOX_PERIODIC", "BOX_LONG_Y=2", "BOX_LONG_Z=0.5"]);
+    assert_eq!(number(&text(&folder, "ic.params"), "BoxSize"), 1.0);
     place(&folder, &scene, ("phantom", "ic_00000.tmp"), &[]);
     assert_eq!(read_index(&folder, "ic_00000.tmp"), 1.4);
     place(&folder, &scene, ("sph-exa", "ic.h5"), &[]);

@@ -175,9 +175,9 @@ impl Gravity {
 /// within it.
 fn dynamical_time(constant: f64, file: &ParticleFile, gas: &ParticleTable) -> f64 {
     let corner = file.header.box_corner.unwrap_or_default();
-    let middle = std::array::from_fn(|k| corner[k] + 0.5 * file.header.box_size[k]);
+    let middle = sph::array(|k| corner[k] + 0.5 * file.header.box_size[k]);
     let places = |table: &ParticleTable| -> Vec<f64> {
-        let place = |c: &sph_formats::Column, i: usize| std::array::from_fn(|k| c.values.get(3 * i + k));
+        let place = |c: &sph_formats::Column, i: usize| sph::array(|k| c.values.get(3 * i + k));
         let x = table.column(names::COORDINATES);
         x.map_or_else(Vec::new, |c| (0..table.count).map(|i| distance::<3>(&place(c, i), &middle)).collect())
     };

@@ -3,6 +3,7 @@
 mod doubts;
 mod facts;
 mod gadget4;
+mod gizmo;
 mod phantom;
 mod sph_exa;
 mod swift;
@@ -29,6 +30,7 @@ pub(crate) fn places(code: TargetCode, path: &Path) -> Vec<PathBuf> {
     let names = match code.sheet.name {
         "swift" => vec![format!("{stem}.yml")],
         "gadget4" => vec![format!("{stem}.param"), format!("{stem}.Config.sh")],
+        "gizmo" => vec![format!("{stem}.params"), format!("{stem}.Config.sh")],
         "phantom" => vec![format!("{}.in", prefix(&stem))],
         "sph-exa" => vec![format!("{stem}.sh")],
         _ => Vec::new(),
@@ -64,6 +66,7 @@ pub(crate) fn beside(code: TargetCode, path: &Path, file: &ParticleFile, physics
     let texts = match code.sheet.name {
         "swift" => vec![facts.swift()],
         "gadget4" => vec![facts.gadget4(), facts.gadget4_config()],
+        "gizmo" => vec![facts.gizmo(), facts.gizmo_config()],
         "phantom" => vec![facts.phantom()],
         "sph-exa" => vec![facts.sph_exa()],
         _ => Vec::new(),
