@@ -312,6 +312,23 @@ fn double_precision_keeps_every_digit() {
     assert_eq!(masses.values, Values::F64(vec![1e-50, 0.1, 1e50]));
 }
 
+/// GIZMO and AREPO are built for the other edges over the first.
+#[test]
+fn a_box_of_other_edges_is_read_as_it_was() {
+    let folder = tempfile::tempdir().unwrap();
+    for (format, d) in [("gizmo", 2), ("gizmo", 3), ("arepo", 2), ("arepo", 3)] {
+        let path = folder.path().join(format!("{format}-{d}.hdf5"));
+        let mut p = particles(3, d);
+        let size = p.header.box_size[0];
+        p.header.box_size[..d].copy_from_slice(&[size, 2.0 * size, 1.5 * size][..d]);
+        let spec = detect_output(FORMATS, &path, Some(format)).unwrap();
+        (spec.write.unwrap())(&path, &p, WriteOptions::default()).unwrap();
+        let header = Reader::open(&path, format).unwrap().group_attributes("Header").unwrap();
+        assert_eq!(header.numbers("BoxSize"), Some(vec![size]), "{format}");
+        assert_eq!(read(&path).unwrap().header.box_size, p.header.box_size, "{format} in {d}-D");
+    }
+}
+
 #[test]
 fn particles_that_a_code_would_choke_on_are_refused_by_name() {
     assert_eq!(detect_output(FORMATS, Path::new("ic.hdf5"), None).unwrap().name, "swift");

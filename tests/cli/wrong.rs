@@ -187,7 +187,7 @@ fn doubts_come_as_warnings_with_the_remedy() {
 #[test]
 fn a_box_that_the_format_cannot_hold_is_refused_before_the_work() {
     let folder = Folder::new();
-    for format in ["gadget", "gizmo", "gadget-binary"] {
+    for format in ["gadget", "gadget-binary"] {
         let scene = folder.file(
             "box.yaml",
             "input: {expression: '1'}\ndomain: {box: [[0, 0, 0], [1, 1, 2]], boundary: periodic}\nparticles: 2M\nthermal: {internal_energy: 1}",

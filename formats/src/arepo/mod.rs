@@ -10,7 +10,8 @@
 //! | Density        | f4          | if known; for viewers, AREPO divides masses by the volumes of its cells       |
 //!
 //! Cells have no kernel, so support radii are not written. The header holds cosmological parameters, which AREPO
-//! opens even where it does not use them. BoxSize is one number (`LONG_X` and its like make the box other than cubic).
+//! opens even where it does not use them. BoxSize is one number, the first edge
+//! of a box other than cubic (`LONG_Y` and `LONG_Z` are the others over it, and `/SphPrep` has all of them).
 //! See [`crate::common::snapshot`] for the rest. AREPO itself was not at hand to try the files.
 
 use crate::registry::{Capabilities, FixedCorner, FormatSpec, Streaming, WriteFn};

@@ -1,6 +1,6 @@
 //! The datasets of an AREPO initial-conditions file.
 
-use crate::common::flavor::{Flavor, Need, Rule, Source, Storage};
+use crate::common::flavor::{BoxSize, Flavor, Need, Rule, Source, Storage};
 use crate::common::quantity::Quantity;
 use crate::magnetic::MagneticUnit;
 use crate::particle_names as names;
@@ -20,7 +20,7 @@ pub const FLAVOR: Flavor = Flavor {
     format: "arepo",
     rules: RULES,
     header: &[("Omega0", 0.0), ("OmegaLambda", 0.0), ("OmegaBaryon", 0.0), ("HubbleParam", 1.0)],
-    box_vector: false,
+    box_size: BoxSize::First,
     inside_box: true,
     extra_columns: true,
     long_columns: true,

@@ -78,6 +78,17 @@ pub struct Rule {
     pub need: Need,
 }
 
+/// How a file says the edges of a box other than cubic.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum BoxSize {
+    /// BoxSize has three elements.
+    Edges,
+    /// BoxSize is the first edge, and the code is built for the others over it (`BOX_LONG_Y`, `LONG_Y`); all are kept beside.
+    First,
+    /// Not at all.
+    None,
+}
+
 /// One flavor of the layout.
 #[derive(Debug, Clone, Copy)]
 pub struct Flavor {
@@ -85,8 +96,7 @@ pub struct Flavor {
     pub rules: &'static [Rule],
     /// Numbers that the code wants in the header besides those of every flavor.
     pub header: &'static [(&'static str, f64)],
-    /// Whether BoxSize may have three elements.
-    pub box_vector: bool,
+    pub box_size: BoxSize,
     /// Whether coordinates must lie in the box, periodic or not.
     pub inside_box: bool,
     /// Whether columns beyond the rules become datasets of their own names; else they are left out.
@@ -351,14 +361,17 @@ impl<'a> Job<'a> {
         if used.iter().all(|&l| l == largest) {
             return Ok(vec![largest]);
         }
-        if !self.flavor.box_vector {
-            return Err(self.refuse(format!(
+        match self.flavor.box_size {
+            BoxSize::Edges => {
+                let mut edges = vec![largest; 3];
+                edges[..used.len()].copy_from_slice(used);
+                Ok(edges)
+            }
+            BoxSize::First => Ok(vec![used[0]]),
+            BoxSize::None => Err(self.refuse(format!(
                 "a box of {used:?} is not cubic, which GADGET-4 cannot read; write swift instead, or use a box with equal edges"
-            )));
+            ))),
         }
-        let mut edges = vec![largest; 3];
-        edges[..used.len()].copy_from_slice(used);
-        Ok(edges)
     }
 
     /// Appends particle numbers, which start at `first_id` where there is no such column.

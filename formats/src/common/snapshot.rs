@@ -7,13 +7,13 @@
 //! | `/Parameters`    | `UnitLength_in_cm`, `UnitMass_in_g`, `UnitVelocity_in_cm_per_s`, `UnitEnergy_in_cgs`, also in `/Units`; not for SWIFT |
 //! | `/PartType<n>`   | the flavor's datasets, then every other column under its own name (`/` becomes `_`)         |
 //! | dataset attributes | `U_x exponent`, `a-scale exponent`, `h-scale exponent`, and SWIFT's factor to cgs units   |
-//! | `/SphPrep`       | provenance as text; flavor, kernel, its neighbor number, periodic axes                      |
+//! | `/SphPrep`       | provenance as text; flavor, kernel, its neighbor number, periodic axes, edges that BoxSize does not say |
 //!
 //! This layout is taken by SWIFT, GADGET-4, GIZMO, swiftsimio, yt, pynbody and SPLASH. Quirks that shape it:
 //! GADGET-4 crashes on a BoxSize of three elements and on arrays not of length 6; MassTable, if not zero,
 //! overrides Masses; GIZMO stops on Flag_DoublePrecision 1 even where the data is double.
 
-use crate::common::flavor::{Flavor, Job, Planned, Storage, TYPES};
+use crate::common::flavor::{BoxSize, Flavor, Job, Planned, Storage, TYPES};
 use crate::common::hdf5::{Dataset, Group, Writer};
 use crate::error::Result;
 use crate::model::{ParticleFile, Species};
@@ -31,6 +31,8 @@ pub(crate) const FLUX_DENSITIES: &str = "MagneticFluxDensities";
 
 /// The group of this program's own facts.
 pub(crate) const OWN_GROUP: &str = "SphPrep";
+/// Attribute of it with the edges that BoxSize does not say.
+pub(crate) const OWN_EDGES: &str = "BoxEdges";
 
 /// Writes `particles` to `path`.
 ///
@@ -214,6 +216,10 @@ impl Job<'_> {
         own.text("Flavor", self.flavor.format)?;
         own.text("Kernel", &self.header.kernel)?;
         own.numbers("KernelNeighbors", &[self.header.kernel_neighbors])?;
+        let edges = &self.header.box_size[..self.header.dimension];
+        if self.flavor.box_size == BoxSize::First && edges.iter().any(|edge| *edge != edges[0]) {
+            own.numbers(OWN_EDGES, edges)?;
+        }
         own.numbers("Periodic", &self.header.periodic.map(i32::from))
     }
 

@@ -14,7 +14,7 @@ use crate::common::entropy;
 use crate::common::flavor::{CUBIC_SPLINE_ETA, spacing_over_support};
 use crate::common::hdf5_read::{Attributes, Reader};
 use crate::common::parts;
-use crate::common::snapshot::{OWN_GROUP, joined};
+use crate::common::snapshot::{OWN_EDGES, OWN_GROUP, joined};
 use crate::error::{FormatError, Result};
 use crate::family::{self, Family};
 use crate::magnetic::MagneticUnit;
@@ -280,7 +280,7 @@ fn read_header(file: &Reader, header: &Attributes, origin: &Origin) -> Result<Ru
             return Err(file.input("group 'Header'", format!("Dimension is {d}, expected 1, 2 or 3")));
         }
     };
-    let edges = header.numbers("BoxSize").unwrap_or_default();
+    let edges = origin.own.numbers(OWN_EDGES).or_else(|| header.numbers("BoxSize")).unwrap_or_default();
     let edge = |i: usize| edges.get(i).or(edges.first()).copied().unwrap_or(0.0);
     let box_size: [f64; 3] = std::array::from_fn(|i| if i < dimension { edge(i) } else { 0.0 });
     if let Some(l) = box_size.iter().find(|l| !(l.is_finite() && **l >= 0.0)) {

@@ -1,6 +1,6 @@
 //! The datasets of a GADGET initial-conditions file.
 
-use crate::common::flavor::{Flavor, Need, Rule, Source, Storage};
+use crate::common::flavor::{BoxSize, Flavor, Need, Rule, Source, Storage};
 use crate::common::quantity::Quantity;
 use crate::magnetic::MagneticUnit;
 use crate::particle_names as names;
@@ -22,7 +22,7 @@ pub const FLAVOR: Flavor = Flavor {
     format: "gadget",
     rules: RULES,
     header: &[],
-    box_vector: false,
+    box_size: BoxSize::None,
     inside_box: false,
     extra_columns: true,
     long_columns: true,

@@ -1,7 +1,7 @@
 //! Blocks by name and order, and the header's bytes.
 
 use super::schema::NAME;
-use crate::common::flavor::{Flavor, Need, Rule, Source, Storage, TYPES};
+use crate::common::flavor::{BoxSize, Flavor, Need, Rule, Source, Storage, TYPES};
 use crate::common::quantity::Quantity;
 use crate::magnetic::MagneticUnit;
 use crate::particle_names as names;
@@ -78,7 +78,7 @@ pub const FLAVOR: Flavor = Flavor {
     format: NAME,
     rules: RULES,
     header: &[],
-    box_vector: false,
+    box_size: BoxSize::None,
     inside_box: false,
     extra_columns: false,
     long_columns: false,

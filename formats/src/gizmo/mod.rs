@@ -11,8 +11,8 @@
 //! | Density         | f4          | if known; for viewers                                                   |
 //!
 //! GIZMO opens most header attributes without asking whether they exist, stops on Flag_DoublePrecision 1 whatever the
-//! data, and takes the box from its parameter file (`BOX_LONG_X` and its like make it other than cubic, so BoxSize
-//! is one number). See [`crate::common::snapshot`] for the rest. After GIZMO c70c760, `read_ic.c`.
+//! data, and takes the box from its parameter file (`BOX_LONG_X` and its like make it other than cubic: BoxSize is
+//! its first edge, and `/SphPrep` has all of them). See [`crate::common::snapshot`] for the rest. After GIZMO c70c760, `read_ic.c`.
 
 use crate::registry::{Capabilities, FixedCorner, FormatSpec, Streaming, WriteFn};
 
@@ -43,7 +43,6 @@ pub const SPEC: FormatSpec = FormatSpec {
         write_particles: true,
         requires: &[crate::particle_names::INTERNAL_ENERGY],
         dimensions: &[1, 2, 3],
-        cubic_box: true,
         corner: FixedCorner::Periodic,
         magnetic: crate::magnetic::MagneticUnit::Gauss,
         ..Capabilities::NONE

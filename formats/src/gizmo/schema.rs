@@ -1,6 +1,6 @@
 //! The datasets of a GIZMO initial-conditions file.
 
-use crate::common::flavor::{Flavor, Need, Rule, Source, Storage};
+use crate::common::flavor::{BoxSize, Flavor, Need, Rule, Source, Storage};
 use crate::common::quantity::Quantity;
 use crate::magnetic::MagneticUnit;
 use crate::particle_names as names;
@@ -21,7 +21,7 @@ pub const FLAVOR: Flavor = Flavor {
     format: "gizmo",
     rules: RULES,
     header: &[("Omega0", 0.0), ("OmegaLambda", 0.0), ("HubbleParam", 1.0)],
-    box_vector: false,
+    box_size: BoxSize::First,
     inside_box: false,
     extra_columns: true,
     long_columns: true,

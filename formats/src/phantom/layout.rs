@@ -1,7 +1,7 @@
 //! Tags, particle types and constants of a dump.
 
 use super::schema::NAME;
-use crate::common::flavor::{Flavor, Job, Need, Rule, Source, Storage};
+use crate::common::flavor::{BoxSize, Flavor, Job, Need, Rule, Source, Storage};
 use crate::common::quantity::Quantity;
 use crate::magnetic::MagneticUnit;
 use crate::model::Species;
@@ -132,7 +132,7 @@ pub const FLAVOR: Flavor = Flavor {
     format: NAME,
     rules: RULES,
     header: &[],
-    box_vector: true,
+    box_size: BoxSize::Edges,
     inside_box: false,
     extra_columns: true,
     long_columns: false,

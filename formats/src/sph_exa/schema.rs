@@ -1,6 +1,6 @@
 //! The columns of SPH-EXA and its constants.
 
-use crate::common::flavor::{Flavor, Need, Rule, Source, Storage};
+use crate::common::flavor::{BoxSize, Flavor, Need, Rule, Source, Storage};
 use crate::common::quantity::Quantity;
 use crate::magnetic::MagneticUnit;
 use crate::particle_names as names;
@@ -87,7 +87,7 @@ pub const FLAVOR: Flavor = Flavor {
     format: "sph-exa",
     rules: RULES,
     header: &[],
-    box_vector: true,
+    box_size: BoxSize::Edges,
     inside_box: true,
     extra_columns: true,
     long_columns: false,

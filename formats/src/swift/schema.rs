@@ -1,6 +1,6 @@
 //! The datasets of a SWIFT initial-conditions file, as its hydro schemes' `hydro_io.h` lists them.
 
-use crate::common::flavor::{CUBIC_SPLINE_ETA, Flavor, Need, Rule, Source, Storage};
+use crate::common::flavor::{BoxSize, CUBIC_SPLINE_ETA, Flavor, Need, Rule, Source, Storage};
 use crate::common::quantity::Quantity;
 use crate::common::snapshot::FLUX_DENSITIES;
 use crate::magnetic::MagneticUnit;
@@ -24,7 +24,7 @@ pub const FLAVOR: Flavor = Flavor {
     format: "swift",
     rules: RULES,
     header: &[],
-    box_vector: true,
+    box_size: BoxSize::Edges,
     inside_box: true,
     extra_columns: true,
     long_columns: true,
