@@ -7,9 +7,10 @@ use crate::check::{PAIRED, SMOOTHING, points, support};
 use crate::codes::{AS_PLANETARY, TargetCode};
 use crate::eos::Material;
 use crate::error::{Error, Result};
-use crate::metrics::{InOwnUnits, Measured};
+use crate::metrics::{InOwnUnits, Measured, Stated};
 use crate::relaxation::{Certificate, Control, End, Followed, Point, follow, opened, settle, space, too_few};
 use crate::target::{Materials, at};
+use sph::domain::Axis;
 use sph::geometry::distance;
 use sph::kernel::KernelName;
 use sph_formats::common::particle_names as names;
@@ -27,11 +28,13 @@ pub struct Options {
     pub gamma: Option<f64>,
     /// How long motion is damped before, in the same times.
     pub settle: Option<f64>,
+    /// Axes along which the faces of the file's box are walls that throw particles back; elsewhere what is not periodic is open.
+    pub walls: [bool; 3],
 }
 
 impl Default for Options {
     fn default() -> Self {
-        Self { duration: 3.0, gravity: None, gamma: None, settle: None }
+        Self { duration: 3.0, gravity: None, gamma: None, settle: None, walls: [false; 3] }
     }
 }
 
@@ -113,7 +116,7 @@ fn in_dimension<const D: usize>(
     }
     let mut notes = Vec::new();
     let constant = gravity_of::<D>(file, code, options, &mut notes)?;
-    let read = Read::<D>::new(file, table, constant)?;
+    let read = Read::<D>::new(file, table, constant, options.walls)?;
     let kinds = materials(file, table, code, &read)?;
     let gamma = options.gamma.unwrap_or_else(|| file.header.adiabatic_index());
     if kinds.is_none() {
@@ -159,11 +162,11 @@ struct Read<const D: usize> {
 }
 
 impl<const D: usize> Read<D> {
-    fn new(file: &ParticleFile, table: &ParticleTable, constant: Option<f64>) -> Result<Self> {
+    fn new(file: &ParticleFile, table: &ParticleTable, constant: Option<f64>, walls: [bool; 3]) -> Result<Self> {
         let coordinates = column::<D>(table, names::COORDINATES, D, |v| v.is_finite(), "finite numbers")?;
         let masses = column::<D>(table, names::MASSES, 1, |v| v > 0.0 && v.is_finite(), "positive numbers")?;
         let energies = column::<D>(table, names::INTERNAL_ENERGY, 1, |v| v > 0.0 && v.is_finite(), "positive numbers")?;
-        let own = InOwnUnits::<D>::new(&coordinates, &masses, (&file.header.box_size, file.header.periodic))
+        let own = InOwnUnits::<D>::within(&coordinates, &masses, |k| stated(file, walls, k))
             .map_err(|e| Error::field(names::COORDINATES, format!("make no box: {e}")))?;
         let mean_energy = energies.iter().zip(&own.masses).map(|(u, m)| u * m).sum::<f64>();
         let specific = constant.map_or(mean_energy, |g| g * own.total / own.size.powi(D as i32 - 2));
@@ -212,7 +215,9 @@ impl<const D: usize> Read<D> {
         if self.has_gravity {
             let center = middle(&followed);
             let radius = (0..masses.len()).map(|i| distance(&at(positions, i), &center)).fold(0.0, f64::max);
-            followed.domain = space(center, radius).unwrap_or(followed.domain);
+            if followed.domain.axes.iter().all(|axis| *axis == Axis::OPEN) {
+                followed.domain = space(center, radius).unwrap_or(followed.domain);
+            }
             followed.center = Some(center);
         }
         Ok((followed, whole))
@@ -276,6 +281,18 @@ impl<const D: usize> Read<D> {
         file.header.kernel_neighbors = code.kernel_neighbors(D);
         notes
     }
+}
+
+/// An axis of the file's box that is periodic or has walls.
+fn stated(file: &ParticleFile, walls: [bool; 3], k: usize) -> Option<Stated> {
+    let header = &file.header;
+    let axis = match (header.periodic[k], walls[k]) {
+        (true, _) => Axis::Periodic,
+        (false, true) => Axis::REFLECTING,
+        _ => return None,
+    };
+    let corner = header.box_corner.map_or(0.0, |corner| corner[k]);
+    (header.box_size[k] > 0.0).then_some(Stated { corner, edge: header.box_size[k], axis })
 }
 
 /// The pressures and temperatures of an ideal gas with other densities and energies than a table has, where it has them.
@@ -454,11 +471,12 @@ fn mean<const D: usize>(weighted: impl Iterator<Item = (f64, [f64; D])>) -> [f64
     sum.map(|s| s / total)
 }
 
-/// Takes the motion of the whole away, and returns it: a body that flies is still.
+/// Takes the motion of the whole away, and returns it: a body that flies is still. Between walls it stays as it is.
 fn come_to_rest<const D: usize>(followed: &mut Followed<'_, D>) -> [f64; D] {
     let points = followed.points.iter().filter_map(|p| Some((p.mass.mass, p.velocity?)));
     let gas = followed.masses.iter().copied().zip(followed.velocities.iter().copied());
-    let whole = mean(gas.chain(points));
+    let mut whole = mean(gas.chain(points));
+    (0..D).filter(|&k| followed.domain.axes[k] == Axis::REFLECTING).for_each(|k| whole[k] = 0.0);
     let of_points = followed.points.iter_mut().filter_map(|p| p.velocity.as_mut());
     for v in followed.velocities.iter_mut().chain(of_points) {
         (0..D).for_each(|k| v[k] -= whole[k]);

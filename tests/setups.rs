@@ -416,3 +416,23 @@ fn particles_of_another_tool_join_the_gas_of_a_galaxy() {
         assert!(words.iter().all(|w| error.contains(w)), "{error}");
     }
 }
+
+/// Letters of a picture and the ground beside them have the particles that are due to their masses, which follow from the mass of all and
+/// both densities, to one for each of the pieces: three letters at most and the ground.
+#[test]
+fn letters_and_their_ground_have_their_particles() {
+    let mut letters = scene("wvt.yaml", 4000);
+    letters.output.target_density = true;
+    let (file, report) = placed(&letters);
+    let densities: Vec<f64> = rows(&file, "TargetDensity").into_iter().map(|v| v[0]).collect();
+    let fold = |f: fn(f64, f64) -> f64| densities.iter().copied().reduce(f).unwrap();
+    let (ground, white) = (fold(f64::min), fold(f64::max));
+    assert!(white / ground > 90.0, "{white} {ground}");
+    // Of both areas, which add up to the box.
+    let area: f64 = file.header.box_size[..2].iter().product();
+    let of_letters = (report.mass.total - ground * area) / (white - ground);
+    let due = 4000.0 * ground * (area - of_letters) / report.mass.total;
+    let found = densities.iter().filter(|rho| **rho < (white * ground).sqrt()).count() as f64;
+    println!("ground: {found} particles of {due:.1}; closest pair {:.3}", report.neighbors.closest_pair);
+    assert!((found - due).abs() <= 4.0, "{found} of {due}");
+}

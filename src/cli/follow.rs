@@ -41,7 +41,8 @@ pub fn run(formats: &[FormatSpec], args: &FollowArgs, command: &str) -> Result<(
         observer: &observer,
     };
     control.tell(Event::Begin(Step::Relax(if args.settle.is_some() { SETTLING } else { CERTIFICATE })));
-    let options = Options { duration: args.duration, gravity: args.gravity, gamma: args.gamma, settle: args.settle };
+    let (duration, settle) = (args.duration, args.settle);
+    let options = Options { duration, gravity: args.gravity, gamma: args.gamma, settle, ..Options::default() };
     let outcome = follow_file(&file, &code, &options, &control);
     progress.finish();
     let Outcome { certificate, settled, notes } = outcome?;

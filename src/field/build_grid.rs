@@ -7,7 +7,8 @@ use super::curvilinear::{Curvilinear, check_faces};
 use super::geographic::Geographic;
 use super::grid::Grid;
 use super::grid_axis::AxisTable;
-use super::{Centering, Interpolation, Period, Source};
+use super::stepped::Stepped;
+use super::{Centering, Interpolation, Period, ScalarField, Source};
 use crate::error::{Error, Result};
 use sph_formats::common::particle_names as names;
 use sph_formats::{Coordinates, GridAxis, Location, Values, Variable};
@@ -53,7 +54,11 @@ pub(crate) fn cartesian<const D: usize>(mut input: Input<'_, D>, axes: &[GridAxi
     };
     input.notes.extend(notes);
     let own = Arc::clone(&sampler);
-    input.finish(sampler, domain, &|_| Ok(other.clone().unwrap_or_else(|| Arc::clone(&own))))
+    let density = |density| match Stepped::of(density) {
+        Ok(stepped) => Box::new(stepped) as Box<dyn ScalarField<D>>,
+        Err(density) => Box::new(density),
+    };
+    input.finish_as(sampler, domain, &|_| Ok(other.clone().unwrap_or_else(|| Arc::clone(&own))), &density)
 }
 
 /// What the scene and the file say of the values at nodes.

@@ -34,16 +34,30 @@ impl<const D: usize> Input<'_, D> {
     /// # Errors
     /// A mass that is not positive or not finite, and the errors of `other`.
     pub(crate) fn finish<S: Sampler<D> + 'static>(
-        mut self,
+        self,
         sampler: Arc<S>,
         domain: Domain<D>,
         other: &dyn Fn(Location) -> Result<Arc<dyn Sampler<D>>>,
     ) -> Result<Source<D>> {
+        self.finish_as(sampler, domain, other, &|density| Box::new(density))
+    }
+
+    /// [`Self::finish`] with a density that is made from the sampled one.
+    ///
+    /// # Errors
+    /// Those of [`Self::finish`].
+    pub(crate) fn finish_as<S: Sampler<D> + 'static>(
+        mut self,
+        sampler: Arc<S>,
+        domain: Domain<D>,
+        other: &dyn Fn(Location) -> Result<Arc<dyn Sampler<D>>>,
+        made: &dyn Fn(SampledDensity<S>) -> Box<dyn ScalarField<D>>,
+    ) -> Result<Source<D>> {
         let carried = self.carried(&(Arc::clone(&sampler) as Arc<dyn Sampler<D>>), other)?;
         let name = self.density.name;
-        let density = SampledDensity { sampler, values: self.density.values };
+        let density = made(SampledDensity { sampler, values: self.density.values });
         let mass = density.integral(&domain).map(|m| check_mass(&name, m)).transpose()?;
-        Ok(Source { density: Box::new(density), carried, domain, mass, radial: None, notes: self.notes })
+        Ok(Source { density, carried, domain, mass, radial: None, notes: self.notes })
     }
 
     fn carried(

@@ -66,6 +66,7 @@ mod skin;
 mod solid;
 mod source;
 mod staggering;
+mod stepped;
 mod surface;
 #[cfg(test)]
 pub(crate) mod testing;

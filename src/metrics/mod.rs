@@ -27,6 +27,6 @@ pub use minimum::lowest_epsilon;
 pub use neighbors::NeighborFigures;
 pub use noise::{NoiseFigures, NoiseParts, poisson_force};
 pub use outcome::Outcome;
-pub use own_units::InOwnUnits;
+pub use own_units::{InOwnUnits, Stated};
 pub use quality::{Aim, CLOSE, Quality};
 pub use wholes::Moving;

@@ -91,6 +91,18 @@ fn corner(scene: &Scene, frame: &Frame, d: usize) -> [f64; 3] {
     })
 }
 
+/// What there is to note of a medium about bodies on an orbit, which is that of the bodies alone.
+pub(super) fn within_orbit(medium: &Medium, bodies: &[Body], states: &[State]) -> String {
+    let from_center = |x: &[f64; 3]| x.iter().map(|c| c * c).sum::<f64>().sqrt();
+    let reach = states.iter().map(|s| from_center(&s.position)).fold(0.0, f64::max);
+    let places = medium.body.gas_spacings(&medium.state, TARGET_DENSITY);
+    let within = places.iter().zip(medium.body.masses()).filter(|((x, _), _)| from_center(x) < reach);
+    let share = within.map(|(_, m)| m).sum::<f64>() / bodies.iter().map(|b| b.mass).sum::<f64>();
+    format!(
+        "the orbit is that of the bodies alone: the medium within its radius has {share:.1e} of their mass, and its drag and gravity are not counted"
+    )
+}
+
 fn obstacles(
     scene: &Scene,
     (bodies, states, alone): (&[Body], &[State], &[(usize, Scene)]),

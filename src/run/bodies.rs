@@ -92,6 +92,12 @@ pub fn place_bodies(
     let own = box_of(scene, common.dimension, &conversion)?;
     let medium = ambient::placed(scene, (formats, control), (&bodies, &states, &of_gas), out, own.as_ref())?;
     if let Some(medium) = medium {
+        if relative.is_some() {
+            notes.push(ambient::within_orbit(&medium, &bodies, &states));
+        }
+        if scene.certify_at_once().is_some() && !scene.holds_its_medium() {
+            notes.push("certify follows each body by itself, without the medium".to_owned());
+        }
         bodies.push(medium.body);
         states.push(medium.state);
         reports.push(Some((medium.figures, String::new(), false)));
@@ -136,11 +142,14 @@ pub fn place_bodies(
         of_medium.into_iter().for_each(|f| (f.mean_error, f.epsilon) = (mean, square));
     }
     let orbit = relative.map(|r| OrbitFigures::new(&r));
-    let settled = settling::settle(scene, code.as_ref(), &mut file, control)?;
+    let settled = match scene.holds_its_medium() {
+        true => settling::in_medium(scene, code.as_ref(), &mut file, control)?,
+        false => settling::settle(scene, code.as_ref(), &mut file, control)?,
+    };
     let stop = settled.as_ref().and_then(|s| s.stop).unwrap_or(stop);
     let (settled, certificate) = settled.map_or((None, None), |s| {
         notes.extend(s.notes);
-        (Some(s.damped), s.free)
+        (s.damped, s.free)
     });
     let report = BodiesReport {
         output: scene.output.file.as_ref().map_or_else(String::new, |f| f.display().to_string()),

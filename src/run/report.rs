@@ -257,7 +257,7 @@ impl Report {
     /// What the particles came to after they were placed.
     pub(super) fn add_settling(&mut self, settling: Settling) {
         let Settling { damped, free, seconds, stop, notes } = settling;
-        self.settled = Some(damped);
+        self.settled = damped;
         self.certificate = free;
         self.stop = stop.unwrap_or(self.stop);
         self.notes.extend(notes);

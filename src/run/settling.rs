@@ -4,19 +4,19 @@ use super::assembly::BODY_ID;
 use crate::codes::TargetCode;
 use crate::error::{Error, Result};
 use crate::follow::{Options, Outcome, follow_file};
-use crate::relaxation::{Certificate, Control, Event, SETTLING, Step, StopReason};
+use crate::relaxation::{CERTIFICATE, Certificate, Control, Event, SETTLING, Step, StopReason};
 use crate::scene::Scene;
 use serde::Serialize;
 use sph::geometry::distance;
 use sph_formats::common::particle_names as names;
-use sph_formats::{FormatSpec, ParticleFile, UnitSystem};
+use sph_formats::{FormatSpec, ParticleFile, UnitSystem, Values};
 use std::time::Instant;
 
 /// What became of particles whose motion was damped.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Settling {
-    /// While it was damped.
-    pub damped: Certificate,
+    /// While it was damped; `None` for what was followed alone.
+    pub damped: Option<Certificate>,
     /// Free from there, for as long as the scene's `certify` says.
     pub free: Option<Certificate>,
     pub seconds: f64,
@@ -29,17 +29,19 @@ pub struct Settling {
 /// What the figures of a report are of.
 const BEFORE: &str = "density error, noise, distances and balance are those before the particles settled; `sph-prep check` measures the file";
 
-/// The code whose forces settle particles.
+/// The code whose forces settle particles, or show what becomes of bodies and a medium together.
 ///
 /// # Errors
 /// A scene that settles for no code.
 pub(super) fn code_of(scene: &Scene, format: Option<&FormatSpec>) -> Result<Option<TargetCode>> {
-    if scene.settle.is_none() {
-        return Ok(None);
-    }
+    let key = match (scene.settle, scene.certify.filter(|_| scene.holds_its_medium())) {
+        (Some(_), _) => "settle",
+        (None, Some(_)) => "certify",
+        (None, None) => return Ok(None),
+    };
     let known = scene.code().or_else(|| format.and_then(|f| TargetCode::of_format(f.name)));
     known.map(Some).ok_or_else(|| {
-        Error::scene("settle", "needs to know for which code: state target_code, or write a file in the format of one")
+        Error::scene(key, "needs to know for which code: state target_code, or write a file in the format of one")
     })
 }
 
@@ -55,7 +57,7 @@ pub(super) fn settle(
 ) -> Result<Option<Settling>> {
     let (Some(code), Some(time)) = (code, scene.settle) else { return Ok(None) };
     let own = scene.own_gravity().filter(|_| file.header.units == UnitSystem::CODE);
-    let is_held = file.header.periodic == [true; 3]
+    let is_held = file.header.periodic[..file.header.dimension].iter().all(|p| *p)
         || (file.header.dimension == 3 && (own.is_some() || file.header.units != UnitSystem::CODE));
     if !is_held {
         let problem =
@@ -65,8 +67,10 @@ pub(super) fn settle(
     let begin = Instant::now();
     control.tell(Event::Begin(Step::Relax(SETTLING)));
     let before = centers(file);
-    let options = Options { duration: scene.certify.unwrap_or(0.0), gravity: own, gamma: None, settle: Some(time) };
-    let Outcome { certificate, settled, notes } = follow_file(file, code, &options, control).map_err(in_settle)?;
+    let duration = scene.certify.unwrap_or(0.0);
+    let options = Options { duration, gravity: own, settle: Some(time), ..Options::default() };
+    let Outcome { certificate, settled, notes } =
+        follow_file(file, code, &options, control).map_err(|e| under("settle", e))?;
     let Some(settled) = settled else { return Ok(None) };
     *file = settled.file;
     let mut notes: Vec<String> = notes.into_iter().map(|note| format!("settled: {note}")).collect();
@@ -74,7 +78,7 @@ pub(super) fn settle(
     notes.extend(moved(&before, &centers(file)));
     let is_whole = settled.certificate.is_whole && (scene.certify.is_none() || certificate.is_whole);
     Ok(Some(Settling {
-        damped: settled.certificate,
+        damped: Some(settled.certificate),
         free: scene.certify.map(|_| certificate),
         seconds: begin.elapsed().as_secs_f64(),
         stop: if is_whole { None } else { control.stop_reason() },
@@ -82,11 +86,77 @@ pub(super) fn settle(
     }))
 }
 
+/// Settles and follows bodies and the medium about them together, as the scene asks for, in the box that holds them. They settle at rest: the
+/// velocities of the scene are those of the particles again afterwards.
+///
+/// # Errors
+/// Those of [`follow_file`].
+pub(super) fn in_medium(
+    scene: &Scene,
+    code: Option<&TargetCode>,
+    file: &mut ParticleFile,
+    control: &Control<'_>,
+) -> Result<Option<Settling>> {
+    let Some(code) = code else { return Ok(None) };
+    let begin = Instant::now();
+    let gravity = match scene.own_gravity() {
+        None => Some(0.0),
+        own => own.filter(|_| file.header.units == UnitSystem::CODE),
+    };
+    let walls = scene.walls_of_medium(file.header.dimension);
+    let options = Options { duration: 0.0, gravity, walls, ..Options::default() };
+    let (mut notes, mut damped, mut is_whole) = (Vec::new(), None, true);
+    if let Some(time) = scene.settle {
+        control.tell(Event::Begin(Step::Relax(SETTLING)));
+        let motion = at_rest(file);
+        let outcome = follow_file(file, code, &Options { settle: Some(time), ..options }, control);
+        let Outcome { settled, notes: said, .. } = outcome.map_err(|e| under("settle", e))?;
+        let Some(settled) = settled else { return Ok(None) };
+        *file = settled.file;
+        put_back(file, motion, &mut notes);
+        notes.extend(said.into_iter().map(|note| format!("settled: {note}")));
+        notes.push(BEFORE.to_owned());
+        is_whole = settled.certificate.is_whole;
+        damped = Some(settled.certificate);
+    }
+    let mut free = None;
+    if let Some(duration) = scene.certify {
+        control.tell(Event::Begin(Step::Relax(CERTIFICATE)));
+        let outcome = follow_file(file, code, &Options { duration, ..options }, control);
+        let Outcome { certificate, notes: said, .. } = outcome.map_err(|e| under("certify", e))?;
+        if damped.is_none() {
+            notes.extend(said.into_iter().map(|note| format!("certificate: {note}")));
+        }
+        is_whole &= certificate.is_whole;
+        free = Some(certificate);
+    }
+    let stop = if is_whole { None } else { control.stop_reason() };
+    Ok(Some(Settling { damped, free, seconds: begin.elapsed().as_secs_f64(), stop, notes }))
+}
+
+/// Sets all velocities of a file to 0. Returns what they were.
+fn at_rest(file: &mut ParticleFile) -> Vec<Values> {
+    let columns = file.species.iter_mut().flat_map(|s| &mut s.table.columns).filter(|c| c.name == names::VELOCITIES);
+    let taken = columns.map(|c| {
+        let still = Values::F64(vec![0.0; c.values.len()]);
+        std::mem::replace(&mut c.values, still)
+    });
+    taken.collect()
+}
+
+fn put_back(file: &mut ParticleFile, motion: Vec<Values>, notes: &mut Vec<String>) {
+    if motion.iter().any(|values| (0..values.len()).any(|i| values.get(i) != 0.0)) {
+        notes.push("settled: particles settled at rest, and have the velocities of the scene again".to_owned());
+    }
+    let columns = file.species.iter_mut().flat_map(|s| &mut s.table.columns).filter(|c| c.name == names::VELOCITIES);
+    columns.zip(motion).for_each(|(column, values)| column.values = values);
+}
+
 /// Under the scene's own key.
-fn in_settle(error: Error) -> Error {
+fn under(asked: &str, error: Error) -> Error {
     match error {
-        Error::Field { name, problem } => Error::scene("settle", format!("'{name}' {problem}")),
-        Error::Scene { key, problem } => Error::scene("settle", format!("{key} {problem}")),
+        Error::Field { name, problem } => Error::scene(asked, format!("'{name}' {problem}")),
+        Error::Scene { key, problem } => Error::scene(asked, format!("{key} {problem}")),
         other => other,
     }
 }

@@ -29,7 +29,7 @@ impl Scene {
         }
         let is_beside = [
             ("walls", self.walls.is_some()),
-            ("domain.boundary: reflecting", self.has_walls()),
+            ("domain.boundary: reflecting", self.has_walls() && !self.holds_its_medium()),
             ("gravity_of", !self.gravity_of.is_empty()),
             ("balance.gravity: field", self.balance.as_ref().and_then(|b| b.gravity) == Some(GravityName::Field)),
             ("dust", self.dust.is_some()),

@@ -149,7 +149,7 @@ pub struct Scene {
     #[serde(skip_serializing_if = "Option::is_none", deserialize_with = "yaml::switch_or_keys")]
     pub balance: Option<BalanceInput>,
     /// Dynamical times for which the result is followed forward, to see whether it stays still; for a body that its own gravity
-    /// holds.
+    /// holds, and for bodies and the medium about them in a box that holds both.
     #[schemars(extend("x-unit" = "dynamical times"), example = 3.0)]
     #[serde(skip_serializing_if = "Option::is_none")]
     pub certify: Option<f64>,

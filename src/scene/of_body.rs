@@ -18,7 +18,7 @@ impl Scene {
             seeding: body.seeding.or(self.seeding),
             polish: body.polish.or(self.polish),
             balance: body.balance.clone().or_else(|| self.balance.clone().filter(|_| body.collisionless.is_none())),
-            certify: self.certify_at_once().filter(|_| body.collisionless.is_none()),
+            certify: self.certify_at_once().filter(|_| body.collisionless.is_none() && !self.holds_its_medium()),
             fields: body.fields.clone(),
             turbulence: body.turbulence.clone(),
             thermal: body.thermal.clone().unwrap_or_else(|| match body.collisionless {

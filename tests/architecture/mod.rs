@@ -20,7 +20,7 @@ const CRATES: [(&str, &[&str]); 3] =
     [("sph/src", &["sph_formats", "sph_prep"]), ("formats/src", &["sph_core", "sph_prep"]), ("src", &[])];
 
 /// Parts of `field` that turn what was read into fields; the rest of it knows no files either.
-const FROM_FILES: [&str; 24] = [
+const FROM_FILES: [&str; 25] = [
     "build.rs",
     "build_grid.rs",
     "build_input.rs",
@@ -44,6 +44,7 @@ const FROM_FILES: [&str; 24] = [
     "refined.rs",
     "refined_tests.rs",
     "sampled.rs",
+    "stepped.rs",
     "voronoi.rs",
 ];
 

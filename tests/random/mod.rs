@@ -16,6 +16,7 @@ mod solid;
 use check::{Outcome, judge};
 use scene::Drawn;
 use std::collections::BTreeMap;
+use std::ops::Range;
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::time::Duration;
@@ -76,11 +77,16 @@ fn random_scenes_are_what_they_should_be() {
 #[test]
 #[ignore = "long: hours for all of them"]
 fn many_random_scenes_are_what_they_should_be() {
-    let named = std::env::var("SPH_PREP_SCENES").unwrap_or_else(|_| "0..5000".into());
+    let range = named_scenes(0..5000);
+    check(&range.map(Drawn::new).collect::<Vec<_>>(), true);
+}
+
+/// The scenes that `SPH_PREP_SCENES` names, as a number or a range, or else all.
+pub fn named_scenes(all: Range<u64>) -> Range<u64> {
+    let Ok(named) = std::env::var("SPH_PREP_SCENES") else { return all };
     let number = |text: &str| text.trim().parse::<u64>().expect("SPH_PREP_SCENES is a number or a range as 0..5000");
-    let range = match named.split_once("..") {
+    match named.split_once("..") {
         Some((from, to)) => number(from)..number(to),
         None => number(&named)..number(&named) + 1,
-    };
-    check(&range.map(Drawn::new).collect::<Vec<_>>(), true);
+    }
 }
