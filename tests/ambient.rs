@@ -71,6 +71,7 @@ fn bubble(d: usize, density: f64, count: usize, more: &str) -> Scene {
 }
 
 #[test]
+#[ignore = "slow: .ci/full runs it"]
 fn a_bubble_and_its_medium_have_their_masses_and_keep_apart_in_every_dimension() {
     for (d, density, count, boundary) in [
         (1, 10.0, 60, "boundary: periodic"),

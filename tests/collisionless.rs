@@ -142,6 +142,7 @@ fn simpson(a: f64, b: f64, f: &dyn Fn(f64) -> f64) -> f64 {
 }
 
 #[test]
+#[ignore = "slow: .ci/full runs it"]
 fn a_cloud_and_its_halo_hold_each_other() {
     let path = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("profiles/cloud-in-halo.yaml");
     let scene = Scene { particles: Some(10_000), ..Scene::load(&path).unwrap() };

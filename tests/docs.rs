@@ -333,6 +333,7 @@ fn words(line: &str) -> Vec<String> {
 /// Every command in a block of shell, with few particles, in the order of the page. Pages of results name the commands that write them,
 /// which are cargo's.
 #[test]
+#[ignore = "slow: .ci/full runs it"]
 fn commands_in_the_pages_run() {
     let mut ran = 0;
     for (path, text) in pages() {

@@ -55,6 +55,7 @@ fn a_standing_wave_of_sound_has_its_period_in_every_dimension() {
 
 /// The same star by the run that places it and from its file.
 #[test]
+#[ignore = "slow: .ci/full runs it"]
 fn a_star_from_its_file_does_what_the_run_said() {
     let scene = "input: {file: profiles/polytrope-1.5.nc}\nparticles: 2000\ntarget_code: swift\ncertify: 1\n";
     let (file, report) = place(&Scene::parse(scene).unwrap(), FORMATS, &Control::default()).unwrap();
@@ -256,6 +257,7 @@ fn a_settled_star_is_quieter_and_the_same() {
 
 /// A cubic spline with 204 neighbors pairs particles, and a note says so; with its usual 48 random places become even.
 #[test]
+#[ignore = "slow: .ci/full runs it"]
 fn pairs_that_settling_makes_are_told() {
     let scene = "input: {expression: '1'}\ndomain: {box: [[0, 0, 0], [1, 1, 1]], boundary: [periodic, periodic, periodic]}\nparticles: 1000\nseeding: random\npolish: none\nwvt: {iterations: 5}\nfields: {internal_energy: '1'}\noutput: {units: code}\n";
     let file = placed(scene);
@@ -270,6 +272,7 @@ fn pairs_that_settling_makes_are_told() {
 
 /// A star of another adiabatic index has other energies for the same pressures: the file says which it is, and nobody takes it for 5/3.
 #[test]
+#[ignore = "slow: .ci/full runs it"]
 fn the_adiabatic_index_is_that_of_the_file() {
     let scene = "input: {profile: {polytrope: {n: 1.5, mass: 1 Msun, radius: 1 Rsun}}}\nthermal: {gamma: 1.4}\nfields: {velocity: ['0', '0', '0']}\nparticles: 1500\ntarget_code: swift\n";
     let file = placed(scene);
@@ -297,6 +300,7 @@ fn net_force(file: &ParticleFile) -> (f64, String) {
 /// A settled star that rotates stays as it is: gravity and pressure leave what its rotation takes, and no more. Without its velocities the same
 /// force moves it.
 #[test]
+#[ignore = "slow: .ci/full runs it"]
 fn the_rotation_of_a_star_is_no_net_force() {
     let mut scene = Scene::parse(include_str!("../profiles/spinning-star.yaml")).unwrap();
     scene.particles = Some(2000);

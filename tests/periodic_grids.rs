@@ -53,6 +53,7 @@ fn symmetric(counts: [usize; 3], edges: [f64; 3], has_cells: bool) -> Grid {
 }
 
 #[test]
+#[ignore = "slow: .ci/full runs it"]
 fn cells_fill_their_box_in_every_format() {
     for container in CONTAINERS {
         for (counts, edges) in BOXES {

@@ -228,6 +228,7 @@ fn shells_beside_a_jump_are_relaxed_for_a_tight_tolerance() {
 
 /// Stages watch epsilon at the target's support radii, which about a jump differ from those that are measured with.
 #[test]
+#[ignore = "slow: .ci/full runs it"]
 fn whether_a_tolerance_is_met_is_what_the_measured_error_says() {
     for (tolerance, rest) in [
         (1e-3, "seeding: mass-bisection\nwvt: {iterations: 5}"),
@@ -250,6 +251,7 @@ fn whether_a_tolerance_is_met_is_what_the_measured_error_says() {
 }
 
 #[test]
+#[ignore = "slow: .ci/full runs it"]
 fn cylinders_are_filled_between_open_reflecting_and_periodic_ends() {
     let text = "input: {expression: 'exp(-sqrt(x^2 + y^2)) * (2 + cos(2*pi*z))'}\nparticles: 3000\n\
                 domain: {cylinder: {radius: 1, length: 1}, boundary: BOUNDARY}\n";
@@ -280,6 +282,7 @@ const BALL: &str = "input: {expression: 'exp(-3*r^2)'}\ndomain: {ball: {center: 
 
 /// WVT takes many times as long as seeding and leaves twice the mean error of bare shells, and has nothing to do on a lattice.
 #[test]
+#[ignore = "slow: .ci/full runs it"]
 fn seeds_that_are_better_than_wvt_are_left_to_themselves() {
     const CUBE: &str = "input: {expression: '1'}\ndomain: {box: [[0, 0, 0], [1, 1, 1]], boundary: [periodic]}\n";
     const WAVE: &str =

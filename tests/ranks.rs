@@ -375,6 +375,7 @@ fn ends_as_on_one_rank(name: &str, text: &str) {
 }
 
 #[test]
+#[ignore = "slow: .ci/full runs it"]
 fn runs_over_ranks_end_as_on_one_rank() {
     for (name, scene) in [("uniform", UNIFORM), ("star", STAR), ("gaussian", GAUSSIAN), ("wave", WAVE)] {
         ends_as_on_one_rank(name, scene);

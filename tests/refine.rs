@@ -125,6 +125,7 @@ fn closest(file: &ParticleFile) -> f64 {
 }
 
 #[test]
+#[ignore = "slow: .ci/full runs it"]
 fn particles_far_from_a_sphere_stay_to_the_bit_in_every_dimension() {
     let folder = tempfile::tempdir().unwrap();
     for (d, count, factor) in [(1, 400, 2.0), (2, 2500, 4.0), (3, 8000, 8.0)] {
@@ -276,6 +277,7 @@ fn the_refinement_sphere_in_the_star_keeps_its_angular_momentum() {
 }
 
 #[test]
+#[ignore = "slow: .ci/full runs it"]
 fn the_star_is_the_same_at_eight_times_and_at_an_eighth_of_its_resolution() {
     let folder = tempfile::tempdir().unwrap();
     for (name, count, radius, most) in

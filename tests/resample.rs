@@ -145,6 +145,7 @@ fn noted(input: &Path, scene: &str) -> (String, ParticleFile) {
 
 #[cfg(feature = "arepo")]
 #[test]
+#[ignore = "slow: .ci/full runs it"]
 fn cells_of_a_moving_mesh_keep_their_densities_up_to_their_faces() {
     use sph_prep::field::{FieldOptions, Interpolation, from_particles};
     let folder = tempfile::tempdir().unwrap();
@@ -229,6 +230,7 @@ fn totals(file: &ParticleFile) -> ([f64; 3], f64, f64, f64, f64) {
 
 /// Eight times and an eighth of a rotating, moving ball, whose density and velocities are noisy.
 #[test]
+#[ignore = "slow: .ci/full runs it"]
 fn mass_momentum_spin_and_energy_are_kept_at_any_resolution() {
     let folder = tempfile::tempdir().unwrap();
     let mut file = lattice(true);
@@ -262,6 +264,7 @@ fn mass_momentum_spin_and_energy_are_kept_at_any_resolution() {
 
 /// The report tells the noise of the snapshot, and the new particles do not have it.
 #[test]
+#[ignore = "slow: .ci/full runs it"]
 fn noise_of_the_snapshot_is_told_from_its_field() {
     let folder = tempfile::tempdir().unwrap();
     let mut file = lattice(true);

@@ -32,6 +32,7 @@ const TURNING: &str = "input: {profile: {polytrope: {n: 1.5, mass: 1 Msun, radiu
 /// A round star that is set into rotation at 60 % of breakup is no equilibrium: it flattens and swells. Settled, it keeps its angular
 /// momentum and stays what it is.
 #[test]
+#[ignore = "slow: .ci/full runs it"]
 fn a_star_that_rotates_settles_into_its_flattened_shape() {
     let (before, _) = placed(TURNING);
     let (after, report) = placed(&format!("{TURNING}settle: 12\ncertify: 2\n"));
@@ -60,6 +61,7 @@ fn a_star_that_rotates_settles_into_its_flattened_shape() {
 
 /// Two stars in each other's tides, which alone were round: free from there, those that settled in the rotating frame pulsate less.
 #[test]
+#[ignore = "slow: .ci/full runs it"]
 fn stars_settle_in_each_others_tides() {
     let scene = |rest: &str| {
         format!(

@@ -58,14 +58,14 @@ impl<const D: usize> InOwnUnits<D> {
         stated: impl Fn(usize) -> Option<Stated>,
     ) -> Result<Self, DomainError> {
         let along = |k: usize| coordinates.iter().skip(k).step_by(D).copied();
-        let lo: [f64; D] = std::array::from_fn(|k| along(k).fold(f64::INFINITY, f64::min));
-        let hi: [f64; D] = std::array::from_fn(|k| along(k).fold(f64::NEG_INFINITY, f64::max));
+        let lo: [f64; D] = sph::array(|k| along(k).fold(f64::INFINITY, f64::min));
+        let hi: [f64; D] = sph::array(|k| along(k).fold(f64::NEG_INFINITY, f64::max));
         let edge = |k: usize| stated(k).map_or((hi[k] - lo[k]).max(f64::MIN_POSITIVE), |s| s.edge);
         let size = (0..D).map(edge).fold(0.0, f64::max);
         let total: f64 = masses.iter().sum();
-        let start: [f64; D] = std::array::from_fn(|k| stated(k).map_or(lo[k], |s| s.corner));
+        let start: [f64; D] = sph::array(|k| stated(k).map_or(lo[k], |s| s.corner));
         let axes = std::array::from_fn(|k| stated(k).map_or(Axis::OPEN, |s| s.axis));
-        let extent: [f64; D] = std::array::from_fn(|k| (edge(k) / size).max(THINNEST));
+        let extent: [f64; D] = sph::array(|k| (edge(k) / size).max(THINNEST));
         let domain = Domain::new([0.0; D], extent, axes, Region::Box)?;
         let mut positions: Positions<D> = std::array::from_fn(|k| along(k).map(|v| (v - start[k]) / size).collect());
         for i in 0..masses.len() {

@@ -276,6 +276,7 @@ fn an_interrupt_leaves_nothing() {
 /// Whatever a run without stages is at (reading, seeding, measuring, writing): it ends, or it had come to its end before.
 #[cfg(unix)]
 #[test]
+#[ignore = "slow: .ci/full runs it"]
 fn an_interrupt_ends_every_step_between_the_stages() {
     use std::process::{Command, Stdio};
     let folder = Folder::new();

@@ -85,11 +85,13 @@ fn scenes_in_1_d() {
 }
 
 #[test]
+#[ignore = "slow: .ci/full runs it"]
 fn scenes_in_2_d() {
     scenes_in(2, &["default", "alaric"], 120).finish("scenes in 2-D");
 }
 
 #[test]
+#[ignore = "slow: .ci/full runs it"]
 fn scenes_in_3_d() {
     scenes_in(3, &["default"], 400).finish("scenes in 3-D");
 }
@@ -148,6 +150,7 @@ fn seeds_on(dimension: usize, count: usize) -> Table {
 }
 
 #[test]
+#[ignore = "slow: .ci/full runs it"]
 fn every_seed_places_what_it_can_show_and_refuses_the_rest() {
     (1..=3).for_each(|d| seeds_on(d, 100).finish(&format!("seeds in {d}-D")));
 }

@@ -41,6 +41,7 @@ fn rows(found: &[(&'static str, Result<Measure, String>)]) -> String {
 const LATTICES: [&str; 4] = ["cubic", "cubic-close-packed", "hexagonal-close-packed", "body-centered-cubic"];
 
 #[test]
+#[ignore = "slow: .ci/full runs it"]
 fn lattices_have_directions_glasses_have_none_and_ours_is_best() {
     let found: Vec<_> = SETUPS.iter().map(|s| (s.name, measure(s, &Uniform, 1000))).collect();
     println!("{}", rows(&found));

@@ -46,6 +46,7 @@ fn steps(count: Option<usize>) -> String {
 
 /// The paper's residuals, from above, and what our runs come to.
 #[test]
+#[ignore = "slow: .ci/full runs it"]
 fn ingredients() {
     let table = [
         ("reference", false, false, false, "over 10000", 0.17),

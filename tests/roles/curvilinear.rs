@@ -328,6 +328,7 @@ impl Case {
 }
 
 #[test]
+#[ignore = "slow: .ci/full runs it"]
 fn masses_are_those_of_the_closed_forms() {
     let folder = tempfile::tempdir().unwrap();
     for case in cases() {
