@@ -435,3 +435,69 @@ fn negative_energies_of_a_gas_are_refused() {
     file.species[0].table.columns.push(Column::new(names::MATERIAL_IDS, 1, materials, dimension));
     assert!(resampled(&with_negative("b.hdf5", &file), scene).is_ok());
 }
+
+/// A star at eight times its particles and at an eighth: it ends where the snapshot does, at a smooth surface that nothing is pressed against.
+#[test]
+fn a_star_keeps_its_surface_at_any_resolution() {
+    let folder = tempfile::tempdir().unwrap();
+    let star =
+        "input: {profile: {polytrope: {n: 1.5, mass: 1 Msun, radius: 1 Rsun}}}\noutput: {double_precision: true}\n";
+    let mut scene = Scene::parse(&format!("{star}particles: 800")).unwrap();
+    let input = folder.path().join("star.hdf5");
+    scene.output.file = Some(input.clone());
+    pipeline::run(&scene, FORMATS, &Control::default()).unwrap();
+    let FileContent::Particles(before) = sph_formats::read(FORMATS, &input, None, &FieldRequest::default()).unwrap()
+    else {
+        panic!("a field")
+    };
+    // Distances from the center of mass, ascending.
+    let radii = |file: &ParticleFile| {
+        let x = numbers(file, names::COORDINATES);
+        let n = x.len() / 3;
+        let center: [f64; 3] = std::array::from_fn(|k| x.iter().skip(k).step_by(3).sum::<f64>() / n as f64);
+        let mut all: Vec<f64> =
+            x.chunks(3).map(|x| (0..3).map(|k| (x[k] - center[k]).powi(2)).sum::<f64>().sqrt()).collect();
+        all.sort_by(f64::total_cmp);
+        all
+    };
+    let old = radii(&before);
+    let (m, rho) = (numbers(&before, names::MASSES), numbers(&before, names::DENSITY));
+    let spacing = (0..m.len()).map(|i| (m[i] / rho[i]).cbrt()).fold(0.0, f64::max);
+    for (count, closest) in [(6400, 0.6), (100, 0.25)] {
+        let mut scene = Scene::parse(&format!("particles: {count}")).unwrap();
+        let output = folder.path().join(format!("star-{count}.hdf5"));
+        (scene.input.file, scene.output.file) = (Some(input.clone()), Some(output.clone()));
+        let report = pipeline::run(&scene, FORMATS, &Control::default()).unwrap();
+        let FileContent::Particles(after) =
+            sph_formats::read(FORMATS, &output, None, &FieldRequest::default()).unwrap()
+        else {
+            panic!("a field")
+        };
+        let new = radii(&after);
+        assert!(report.neighbors.closest_pair > closest, "{count}: {}", report.neighbors.closest_pair);
+        // With so few as a hundred the kernel reaches through all of the star.
+        assert!(count < 1000 || report.verdict.iter().all(|f| f.grade != Grade::Bad), "{:?}", report.verdict);
+        // The surface is half of the outermost spacing beyond the outermost particle, where it is smooth to a tenth of that.
+        assert!(new[count - 1] < old[799] + 0.6 * spacing, "{count}: {} after {}", new[count - 1], old[799]);
+        // The mean radius, which layers do not disturb: the mass of a layer of the snapshot, a tenth of the radius thick, is known to a third.
+        let mean = |radii: &[f64]| radii.iter().sum::<f64>() / radii.len() as f64;
+        let ratio = mean(&new) / mean(&old);
+        assert!((ratio - 1.0).abs() < 0.033, "{count}: {ratio}");
+    }
+}
+
+#[test]
+fn a_steep_atmosphere_has_no_smooth_surface() {
+    let folder = tempfile::tempdir().unwrap();
+    for (index, is_told) in [(1.5, true), (3.0, false)] {
+        let star = format!("input: {{profile: {{polytrope: {{n: {index}, mass: 1 Msun, radius: 1 Rsun}}}}}}");
+        let mut scene = Scene::parse(&format!("{star}\nparticles: 800")).unwrap();
+        let input = folder.path().join("star.hdf5");
+        scene.output.file = Some(input.clone());
+        pipeline::run(&scene, FORMATS, &Control::default()).unwrap();
+        let mut scene = Scene::parse("particles: 200").unwrap();
+        (scene.input.file, scene.output.file) = (Some(input), Some(folder.path().join("again.hdf5")));
+        let report = pipeline::run(&scene, FORMATS, &Control::default()).unwrap();
+        assert_eq!(report.notes.iter().any(|n| n.contains("smooth surface")), is_told, "{index}: {:?}", report.notes);
+    }
+}

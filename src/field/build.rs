@@ -49,7 +49,7 @@ pub fn from_raw<const D: usize>(raw: RawField, options: &FieldOptions<D>) -> Res
     build(raw, options).map_err(|error| in_file(error, &path))
 }
 
-/// Makes the source of particles in their `domain`, with the scatter of their densities about it, where these are positive.
+/// Makes the source of particles in their `domain`, which along axes that do not repeat ends half a spacing beyond them, with the scatter of their densities about it, where these are positive.
 ///
 /// # Errors
 /// As [`from_raw`].
@@ -237,10 +237,13 @@ fn particles<const D: usize>(
         let nowhere = |_| Err(Error::field(&name, "is not that of particles".to_owned()));
         return Ok((input.finish(cells, domain.clone(), &nowhere)?, None));
     }
-    let FromParticles { density, carried, scatter } =
+    let FromParticles { density, carried, scatter, domain } =
         fitted::from_particles(&input.density, input.others, &points, domain)?;
-    let notes = input.notes;
-    Ok((Source { density, carried, domain: domain.clone(), mass: None, radial: None, notes }, scatter))
+    let mut notes = input.notes;
+    if matches!(domain.region, Region::Hull(..)) {
+        notes.push("the body ends at a smooth surface half a spacing beyond its outermost particles".into());
+    }
+    Ok((Source { density, carried, domain, mass: None, radial: None, notes }, scatter))
 }
 
 /// The first D components, which must be finite.

@@ -12,6 +12,7 @@
 use super::categorical::{MAX_KINDS, kinds};
 use super::cloud::{Cloud, weigh};
 use super::local_fit::{Design, MOST_TERMS, monomials, terms};
+use super::outline::{Ends, Outline};
 use super::sampled::Outside;
 use super::{CarriedField, CarriedInfo, ScalarField};
 use crate::error::Result;
@@ -45,6 +46,8 @@ pub struct Scatter {
 struct Fitted<const D: usize> {
     cloud: Cloud<D>,
     domain: Domain<D>,
+    /// Where they end, where that is known of all of them together.
+    ends: Option<Ends<D>>,
     points: Vec<[f64; D]>,
     /// The particles about each one by their distance, itself first, how far they reach, and the mean offset of those that
     /// tell where the surface is.
@@ -109,6 +112,8 @@ pub(crate) struct FromParticles<const D: usize> {
     pub(crate) density: Box<dyn ScalarField<D>>,
     pub(crate) carried: Vec<Box<dyn CarriedField<D>>>,
     pub(crate) scatter: Option<Scatter>,
+    /// What the particles fill.
+    pub(crate) domain: Domain<D>,
 }
 
 /// The fields of particles: of `density`, and of `others`, whose values must be finite.
@@ -142,6 +147,7 @@ pub(crate) fn from_particles<const D: usize>(
         values: median(noise.chunks(columns).map(|row| row[0].sqrt()).collect()),
         field: median(left),
     });
+    let domain = fitted.ends.as_ref().map_or_else(|| Ok(domain.clone()), Ends::domain)?;
     let fitted = Arc::new(fitted);
     let mut places = series.into_iter().map(|s| s.place);
     let field = |place: Place, variable: &Variable| FittedField {
@@ -161,7 +167,7 @@ pub(crate) fn from_particles<const D: usize>(
         let info = CarriedInfo { name: variable.name, unit: None, components: 1 };
         carried.push(Box::new(MaterialField { fitted, info, kinds }));
     }
-    Ok(FromParticles { density, carried, scatter })
+    Ok(FromParticles { density, carried, scatter, domain })
 }
 
 impl<const D: usize> Fitted<D> {
@@ -175,6 +181,7 @@ impl<const D: usize> Fitted<D> {
         let mut fitted = Self {
             cloud: Cloud::new(name, points, Some(domain))?,
             domain: domain.clone(),
+            ends: Outline::of(name, points, domain)?,
             points: points.iter().map(|p| domain.wrapped(p)).collect(),
             lists: Vec::new(),
             list_reach: Vec::new(),
@@ -218,6 +225,11 @@ impl<const D: usize> Fitted<D> {
 
     /// The particles of the mean at `x`, and their distances, ascending; `None` where `x` is outside and `outside` says so.
     fn meant(&self, x: &[f64; D], outside: Outside) -> Option<Vec<(usize, f64)>> {
+        let outside = match &self.ends {
+            Some(ends) if outside == Outside::Reject && !ends.holds(x) => return None,
+            Some(_) => Outside::Clamp,
+            None => outside,
+        };
         let is_held = |nearest: (usize, f64)| self.cloud.holds(x, nearest) && !self.is_beyond(x, nearest.0);
         let found = if self.lists.is_empty() {
             self.cloud.nearest(x, Self::MEANT)

@@ -49,6 +49,7 @@ mod mass;
 mod mesh;
 mod options;
 mod orientation;
+mod outline;
 mod patch;
 mod piecewise;
 mod profile;

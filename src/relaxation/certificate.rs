@@ -224,12 +224,12 @@ pub fn space<const D: usize>(center: [f64; D], radius: f64) -> Option<Domain<D>>
     Domain::ball(center, SPACE * radius, Wall::Open).ok()
 }
 
-/// The same domain with empty space beyond what of it is open; `None` for a hull, beyond which nothing can be followed.
+/// The same domain with empty space beyond what of it is open; `None` for walls that are neither flat nor a ball's.
 pub fn opened<const D: usize>(domain: &Domain<D>) -> Option<Domain<D>> {
     match domain.region {
         Region::Ball { center, inner_radius: 0.0, radius, wall: Wall::Open } => space(center, radius),
         Region::Ball { inner_radius: 0.0, wall: Wall::Reflecting, .. } => Some(domain.clone()),
-        Region::Box => {
+        Region::Box | Region::Hull(_, Wall::Open) => {
             let margin = |k: usize, side: usize| match domain.axes[k] {
                 Axis::Walls { lo, hi } if [lo, hi][side] == Wall::Open => SPACE * domain.size(),
                 _ => 0.0,
