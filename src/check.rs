@@ -306,6 +306,7 @@ pub(crate) fn support<const D: usize>(
 
 fn pairs<const D: usize>(measured: &Measured<D>, domain: &Domain<D>, neighbors: f64, findings: &mut Vec<Finding>) {
     let closest = measured.neighbors(domain, neighbors).closest_pair;
+    let said = if closest < 0.01 { format!("{closest:.1e}") } else { format!("{closest:.2}") };
     let (level, text) = if closest < COINCIDENT {
         (
             Level::Error,
@@ -314,12 +315,9 @@ fn pairs<const D: usize>(measured: &Measured<D>, domain: &Domain<D>, neighbors: 
             ),
         )
     } else if closest < PAIRED {
-        (
-            Level::Warning,
-            format!("are {closest:.2} spacings apart at least: pairs see one density where two particles are"),
-        )
+        (Level::Warning, format!("are {said} spacings apart at least: pairs see one density where two particles are"))
     } else {
-        (Level::Good, format!("are {closest:.2} spacings apart at least"))
+        (Level::Good, format!("are {said} spacings apart at least"))
     };
     add(findings, level, "particles", text);
 }

@@ -247,6 +247,7 @@ fn a_medium_without_place_or_bodies_is_refused() {
 /// Two equal balls on a circular orbit in a medium at rest, in a periodic and in an open box: a/2 on either side of the center of mass, which is at
 /// the origin of the scene, at half of sqrt(G M/a) each.
 #[test]
+#[ignore = "slow: .ci/full runs it"]
 fn bodies_on_an_orbit_stand_in_a_medium() {
     let ball_of = |name: &str| {
         format!(
@@ -313,6 +314,7 @@ fn pressed(d: usize, (pressure, velocity): (f64, f64), count: usize, more: &str)
 /// sound waves have it, and where it moves it has 0.16 of 1.5 (1 + 2 V) of energy in all. A tenth of that is asked for in a region as large as
 /// the bubble, since waves take time to sweep it.
 #[test]
+#[ignore = "slow: .ci/full runs it"]
 fn a_bubble_and_its_medium_are_followed_together_in_the_box_that_holds_them() {
     for (d, count, boundary) in [
         (1, 60, "boundary: periodic}"),
@@ -397,6 +399,7 @@ fn what_settles_in_a_periodic_box_stays_about_its_origin() {
 
 /// A star and a medium between walls, each attracted by all: together they settle, and are more still than before.
 #[test]
+#[ignore = "slow: .ci/full runs it"]
 fn a_star_settles_with_its_medium_between_walls() {
     let text = |more: &str| {
         Scene::parse(&format!(
@@ -460,4 +463,45 @@ fn what_no_box_holds_is_followed_by_itself_or_refused() {
         &format!("{two}domain: {{box: [[-4, -4, -4], [4, 4, 4]], boundary: reflecting}}\nsettle: 1\n"),
         &["settle", "orbit"],
     );
+}
+
+/// At a wall, a medium has its density, as it has it in the middle and as codes with mirrored particles see it.
+#[test]
+fn a_medium_has_its_density_at_a_wall() {
+    let (file, _) = placed(&pressed(2, (2.0, 0.0), 400, "boundary: reflecting}\n")).unwrap();
+    let medium = gas(&file, 2.0);
+    let mut sorted = medium.density.clone();
+    sorted.sort_by(f64::total_cmp);
+    let (median, spacing) = (sorted[sorted.len() / 2], (medium.masses[0] / sorted[sorted.len() / 2]).sqrt());
+    let is_near = |x: &[f64]| (0..2).any(|k| x[k].min(1.0 - x[k]) < spacing);
+    let near: Vec<f64> =
+        medium.places.iter().zip(&medium.density).filter(|(x, _)| is_near(x)).map(|(_, d)| d / median).collect();
+    assert!(near.len() > 20 && near.iter().all(|d| (0.8..1.2).contains(d)), "{near:?}");
+}
+
+/// Bodies overlap across the faces of a periodic box too, with each other and with their own images.
+#[test]
+fn bodies_that_overlap_across_a_periodic_box_are_refused() {
+    let ball_of = |name: &str, radius: f64, x: f64| {
+        format!(
+            "- {{name: {name}, input: {{expression: '1'}}, domain: {{ball: {{center: [0, 0, 0], radius: {radius}}}}}, fields: {{pressure: 1}}, position: [{x}, 0, 0]}}\n"
+        )
+    };
+    let of = |bodies: &[String], domain: &str| {
+        let bodies = bodies.concat();
+        let text = format!("bodies:\n{bodies}{domain}particles: 400\noutput: {{units: code}}\n");
+        placed(&Scene::parse(&text).unwrap()).map(|_| ()).map_err(|e| e.to_string())
+    };
+    let periodic = "domain: {box: [[-1, -1, -1], [1, 1, 1]], boundary: periodic}\n";
+    let two = [ball_of("a", 0.3, -0.6), ball_of("b", 0.3, 0.8)];
+    of(&two, "").expect("they are apart without a box");
+    let said = of(&two, periodic).expect_err("they overlap across a face");
+    assert!(
+        ["bodies[a]", "and b overlap across the periodic box", "domain.box"].iter().all(|w| said.contains(w)),
+        "{said}"
+    );
+    let apart = [ball_of("a", 0.3, -0.6), ball_of("b", 0.3, 0.6)];
+    of(&apart, periodic).expect("they are apart");
+    let said = of(&[ball_of("a", 1.2, 0.0), ball_of("b", 0.5, 3.0)], periodic).expect_err("it overlaps its own image");
+    assert!(["bodies[a]", "and its own image overlap across"].iter().all(|w| said.contains(w)), "{said}");
 }

@@ -166,7 +166,12 @@ fn summed<const D: usize>(scene: &Scene, file: &mut ParticleFile) -> Result<(f64
     let corner = header.box_corner.unwrap_or_default();
     let lo: [f64; D] = sph::array(|k| corner[k] / size);
     let hi = sph::array(|k| (corner[k] + header.box_size[k]) / size);
-    let axes = std::array::from_fn(|k| if header.periodic[k] { Axis::Periodic } else { Axis::OPEN });
+    let walls = scene.walls_of_medium(D);
+    let axes = std::array::from_fn(|k| match (header.periodic[k], walls[k]) {
+        (true, _) => Axis::Periodic,
+        (false, true) => Axis::REFLECTING,
+        (false, false) => Axis::OPEN,
+    });
     let domain = Domain::new(lo, hi, axes, Region::Box)?;
     let positions: Positions<D> = std::array::from_fn(|k| x.iter().skip(k).step_by(D).map(|v| v / size).collect());
     let shares: Vec<f64> = masses.iter().map(|m| m / total).collect();

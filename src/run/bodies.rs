@@ -78,7 +78,8 @@ pub fn place_bodies(
     let relative =
         scene.orbit.as_ref().map(|o| common.relative(o, &bodies, (&header.units, &conversion))).transpose()?;
     let mut states = common.states(scene, &bodies, relative.as_ref(), &conversion)?;
-    assembly::refuse_overlap(&bodies, &states)?;
+    let own = box_of(scene, common.dimension, &conversion)?;
+    assembly::refuse_overlap(&bodies, &states, own.as_ref())?;
     if relative.is_some() {
         let (center, velocity) = assembly::center_of_mass(&bodies, &states);
         for state in &mut states {
@@ -89,7 +90,6 @@ pub fn place_bodies(
         }
     }
     let out = (header.units, common.name.as_str(), common.has_units());
-    let own = box_of(scene, common.dimension, &conversion)?;
     let medium = ambient::placed(scene, (formats, control), (&bodies, &states, &of_gas), out, own.as_ref())?;
     if let Some(medium) = medium {
         if relative.is_some() {
