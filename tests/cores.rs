@@ -103,6 +103,7 @@ fn the_envelope_is_the_models() {
 /// The point's attraction is part of the balance, the thermal factor and the certificate: without it the body would fall apart, and
 /// without its potential the energy would not be kept.
 #[test]
+#[ignore = "slow: .ci/full runs it"]
 fn a_balanced_giant_is_quiet() {
     let (file, report) = placed(
         "input: {profile: {polytrope: {n: 4, mass: 1 Msun, radius: 50 Rsun}}, core: {radius: 10 Rsun, gas: constant-entropy}}\n\

@@ -33,6 +33,7 @@ fn within(from: f64, to: f64, f: &dyn Fn(f64, f64) -> f64) -> f64 {
 }
 
 #[test]
+#[ignore = "slow: .ci/full runs it"]
 fn a_dusty_disc_has_the_dust_that_it_states() {
     let path = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("profiles/dusty-disc.yaml");
     let mut scene = Scene { particles: Some(4000), ..Scene::load(&path).unwrap() };

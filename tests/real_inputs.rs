@@ -185,6 +185,7 @@ fn placed(file: &Path, keys: &str, units: &str) -> serde_json::Value {
 }
 
 #[test]
+#[ignore = "slow: .ci/full runs it"]
 fn each_file_gives_particles_or_the_true_reason() {
     let Some(folder) = folder() else { return };
     let present = TABLE.iter().filter(|(name, _, _)| folder.join(name).is_file());

@@ -255,6 +255,7 @@ fn of_profile(folder: &Path, name: &str) -> (ParticleFile, ParticleFile) {
 }
 
 #[test]
+#[ignore = "slow: .ci/full runs it"]
 fn the_refinement_sphere_in_the_star_keeps_its_angular_momentum() {
     let folder = tempfile::tempdir().unwrap();
     let (before, after) = of_profile(folder.path(), "refinement-sphere.yaml");

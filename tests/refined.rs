@@ -135,6 +135,7 @@ fn clouds_keep_their_mass_and_their_velocities() {
 }
 
 #[test]
+#[ignore = "slow: .ci/full runs it"]
 fn mass_in_shells_is_that_of_the_cells() {
     let folder = tempfile::tempdir().unwrap();
     let center = [1.0, 2.0, 3.0];
@@ -169,6 +170,7 @@ fn mass_in_shells_is_that_of_the_cells() {
 }
 
 #[test]
+#[ignore = "slow: .ci/full runs it"]
 fn parts_of_the_box_have_the_mass_of_the_parts_of_cells() {
     let folder = tempfile::tempdir().unwrap();
     let (lo, hi) = ([0.13, 1.02, 2.11], [1.77, 4.41, 3.9]);

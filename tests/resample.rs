@@ -286,6 +286,7 @@ fn noise_of_the_snapshot_is_told_from_its_field() {
 
 /// A half of one material, and a half of another, which has a third strewn in: every fifth particle.
 #[test]
+#[ignore = "slow: .ci/full runs it"]
 fn shares_of_materials_are_compared_with_the_snapshots() {
     let folder = tempfile::tempdir().unwrap();
     let material = |i: usize, is_strewn: bool| match i % SIDE < SIDE / 2 {
@@ -438,6 +439,7 @@ fn negative_energies_of_a_gas_are_refused() {
 
 /// A star at eight times its particles and at an eighth: it ends where the snapshot does, at a smooth surface that nothing is pressed against.
 #[test]
+#[ignore = "slow: .ci/full runs it"]
 fn a_star_keeps_its_surface_at_any_resolution() {
     let folder = tempfile::tempdir().unwrap();
     let star =
@@ -487,6 +489,7 @@ fn a_star_keeps_its_surface_at_any_resolution() {
 }
 
 #[test]
+#[ignore = "slow: .ci/full runs it"]
 fn a_steep_atmosphere_has_no_smooth_surface() {
     let folder = tempfile::tempdir().unwrap();
     for (index, is_told) in [(1.5, true), (3.0, false)] {

@@ -68,6 +68,7 @@ fn spread(places: &[Vec<f64>], radii: [f64; 2], law: impl Fn(f64) -> f64) -> f64
 /// Surfaces of constant density of the gas are those of constant potential (5.5): directions do not matter, and the second moments are
 /// those of ellipsoids of 17 : 15 : 14, to less than the 1/sqrt(2 N) of random points, a percent here.
 #[test]
+#[ignore = "slow: .ci/full runs it"]
 fn gas_in_a_triaxial_halo_lies_on_its_isopotentials() {
     let (file, report) = placed(&scene("triaxial.yaml", 4000));
     let ellipsoid = |x: &[f64]| length(&[x[0], 17.0 / 15.0 * x[1], 17.0 / 14.0 * x[2]]);
@@ -115,6 +116,7 @@ fn gas_in_a_triaxial_halo_lies_on_its_isopotentials() {
 /// More resolution in the center (5.2) and in the outer layers (5.3): the mean distance to 16 neighbors follows the law, to what its
 /// curvature over these neighbors changes.
 #[test]
+#[ignore = "slow: .ci/full runs it"]
 fn spacings_follow_the_law_that_is_asked_for() {
     let inward = scene("refined-sphere.yaml", 8000);
     let (file, report) = placed(&inward);
