@@ -2,9 +2,9 @@
 //! promises beyond that.
 
 use crate::support::{alaric, solve_density, trim_masses, wvt};
-use kiddo::{ImmutableKdTree, SquaredEuclidean};
 use sph::domain::{Axis, Domain, Region, Wall};
 use sph::kernel::{KernelName, default_kernel_neighbors, support_over_spacing};
+use sph::nearest::Nearest;
 use sph_prep::field::ScalarField;
 use sph_prep::metrics::{DensityError, Measured, NoiseFigures};
 use sph_prep::relaxation::{AlaricOptions, Bias, Control, SolverOptions, TrimOptions, WvtOptions};
@@ -217,18 +217,13 @@ fn closest_pairs_are_those_of_another_tree() {
     let x = seed(&target, Seeding::Random, 9).unwrap().positions;
     let measured = measured(&target, &x, &target.masses(&x));
     let points: Vec<[f64; 3]> = (0..3000).map(|i| [x[0][i], x[1][i], x[2][i]]).collect();
-    let tree: ImmutableKdTree<f64, 3> = ImmutableKdTree::new_from_slice(&points).unwrap();
-    let two = std::num::NonZero::new(2).unwrap();
+    let tree = Nearest::new(&points).unwrap();
     let closest = points
         .iter()
         .zip(&measured.sums)
-        .map(|(p, s)| {
-            let near = tree.query(p).nearest_n::<SquaredEuclidean<f64>>(two).execute();
-            let distance = near.into_iter().map(|found| found.distance.sqrt()).fold(0.0, f64::max);
-            distance * s.number_density.cbrt()
-        })
+        .map(|(p, s)| tree.find(p, 2)[1].1 * s.number_density.cbrt())
         .fold(f64::INFINITY, f64::min);
-    let within = |(p, h): (&[f64; 3], &f64)| tree.query(p).within::<SquaredEuclidean<f64>>(h * h).execute().len();
+    let within = |(p, h): (&[f64; 3], &f64)| tree.find(p, 500).iter().filter(|found| found.1 <= *h).count();
     let counts: usize = points.iter().zip(&measured.support).map(within).sum();
     let got = measured.neighbors(&domain, 64.0);
     assert!((got.closest_pair / closest - 1.0).abs() < 1e-9, "{} against {closest}", got.closest_pair);

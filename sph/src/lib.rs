@@ -34,6 +34,7 @@ pub mod geometry;
 pub mod gravity;
 pub mod kernel;
 pub mod lanes;
+pub mod nearest;
 pub mod neighbors;
 pub mod parallel;
 pub mod point_mass;

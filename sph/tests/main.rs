@@ -4,6 +4,7 @@
 mod exchange;
 mod gravity;
 mod kernels;
+mod nearest;
 mod parallel;
 mod point_mass;
 mod reduce;

@@ -9,15 +9,13 @@
 
 use super::sampled::{Outside, Sampler};
 use crate::error::{Error, Result};
-use kiddo::{ImmutableKdTree, SquaredEuclidean};
 use sph::domain::{Axis, Domain, Region};
+use sph::nearest::Nearest;
 use sph::parallel;
 use sph_formats::Values;
-use std::num::NonZeroUsize;
 
 pub(crate) struct Cloud<const D: usize> {
-    tree: ImmutableKdTree<f64, D>,
-    count: usize,
+    tree: Nearest<D>,
     /// How far each point's matter reaches.
     reach: Vec<f64>,
     domain: Domain<D>,
@@ -46,13 +44,12 @@ impl<const D: usize> Cloud<D> {
                 ),
             ));
         }
-        let tree = ImmutableKdTree::new_from_slice(points)
-            .map_err(|e| Error::field(name, format!("cannot index {} points: {e:?}", points.len())))?;
+        let tree = Nearest::new(points).map_err(|e| Error::field(name, e.to_string()))?;
         let domain = match domain {
             Some(domain) => domain.clone(),
             None => Domain::new(bounds.lo, bounds.hi, [Axis::OPEN; D], Region::Box)?,
         };
-        let mut cloud = Self { tree, count: points.len(), reach: vec![], domain };
+        let mut cloud = Self { tree, reach: vec![], domain };
         let neighbors = (1 << D) + 1;
         cloud.reach = parallel::map(points.len(), |i| match cloud.nearest(&points[i], neighbors).last() {
             Some(&(_, d)) if points.len() >= neighbors => d,
@@ -67,9 +64,9 @@ impl<const D: usize> Cloud<D> {
 
     /// The nearest `n` points or images of points, and their distances, ascending.
     pub(super) fn nearest(&self, x: &[f64; D], n: usize) -> Vec<(usize, f64)> {
-        let n = n.min(self.count);
+        let n = n.min(self.len());
         let x = self.domain.wrapped(x);
-        let mut found = self.query(&x, n);
+        let mut found = self.tree.find(&x, n);
         let reach = found.last().map_or(0.0, |f| f.1);
         let periodic: Vec<usize> = (0..D).filter(|&k| self.domain.axes[k] == Axis::Periodic).collect();
         if periodic.is_empty() {
@@ -85,23 +82,12 @@ impl<const D: usize> Cloud<D> {
                 gap += (self.domain.lo[k] - image[k]).max(image[k] - self.domain.hi[k]).max(0.0).powi(2);
             }
             if gap.sqrt() <= reach {
-                found.extend(self.query(&image, n));
+                found.extend(self.tree.find(&image, n));
             }
         }
         found.sort_unstable_by(|a, b| a.1.total_cmp(&b.1).then(a.0.cmp(&b.0)));
         found.truncate(n);
         found
-    }
-
-    fn query(&self, x: &[f64; D], n: usize) -> Vec<(usize, f64)> {
-        let n = NonZeroUsize::new(n).unwrap_or(NonZeroUsize::MIN);
-        self.tree
-            .query(x)
-            .nearest_n::<SquaredEuclidean<f64>>(n)
-            .execute()
-            .into_iter()
-            .map(|found| (found.item as usize, found.distance.sqrt()))
-            .collect()
     }
 }
 
@@ -125,7 +111,7 @@ pub(super) fn weigh(found: &mut [(usize, f64)], all: bool) {
 
 impl<const D: usize> Cloud<D> {
     pub(super) fn len(&self) -> usize {
-        self.count
+        self.tree.len()
     }
 
     /// Whether `x` is within the box, along the axes that do not repeat.
@@ -143,7 +129,7 @@ impl<const D: usize> Cloud<D> {
 
     /// A point near `x`, in the box: the nearest, where that is not an image.
     pub(super) fn near(&self, x: &[f64; D]) -> usize {
-        self.tree.query(x).nearest_one::<SquaredEuclidean<f64>>().execute().item as usize
+        self.tree.one(x)
     }
 }
 
@@ -154,7 +140,7 @@ impl<const D: usize> Sampler<D> for Cloud<D> {
         if outside == Outside::Reject && !found.first().is_some_and(|&nearest| self.holds(x, nearest)) {
             return false;
         }
-        weigh(&mut found, self.count <= n);
+        weigh(&mut found, self.len() <= n);
         out.fill(0.0);
         for (i, w) in found {
             for (c, v) in out.iter_mut().enumerate() {

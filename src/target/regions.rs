@@ -7,8 +7,8 @@
 
 use super::cells::{Cell, Matter, Rule, partition};
 use crate::field::{ScalarField, piece_masses};
-use kiddo::{ImmutableKdTree, SquaredEuclidean};
 use sph::domain::{Axis, Domain};
+use sph::nearest::Nearest;
 use sph::parallel;
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -89,7 +89,7 @@ enum Class<const D: usize> {
     Empty,
     One(usize),
     /// Apart from each other: the nearest cell says which.
-    Several(Box<ImmutableKdTree<f64, D>>, Vec<usize>),
+    Several(Box<Nearest<D>>, Vec<usize>),
 }
 
 /// The piece number of cells outside of the domain.
@@ -184,7 +184,7 @@ impl<'a, const D: usize> Regions<'a, D> {
                     let place = |i: usize| kept.iter().position(|k| *k == components[i]).map(|k| (i, first + k));
                     let members: Vec<(usize, usize)> = (0..components.len()).filter_map(place).collect();
                     let centers: Vec<[f64; D]> = members.iter().map(|m| map.cells[m.0].center()).collect();
-                    let tree = ImmutableKdTree::new_from_slice(&centers).ok()?;
+                    let tree = Nearest::new(&centers).ok()?;
                     Class::Several(Box::new(tree), members.iter().map(|m| m.1).collect())
                 }
             });
@@ -286,10 +286,7 @@ impl<'a, const D: usize> Regions<'a, D> {
         match &self.classes[self.pieces[place].1] {
             Class::Empty => None,
             Class::One(region) => Some(*region),
-            Class::Several(tree, regions) => {
-                let nearest = tree.query(x).nearest_one::<SquaredEuclidean<f64>>().execute();
-                Some(regions[nearest.item as usize])
-            }
+            Class::Several(tree, regions) => Some(regions[tree.one(x)]),
         }
     }
 
