@@ -81,6 +81,8 @@ struct Node {
     level: usize,
 }
 
+/// One that is not cut, of the first level.
+const SMALLEST_BOX: Node = Node { axis: 0, plane: 0.0, right: 0, level: 0 };
 /// Particles in the smallest boxes, at least.
 const SMALLEST: usize = 128;
 /// Halvings, at most.
@@ -93,8 +95,11 @@ impl<const D: usize> Ledger<D> {
     pub fn new(target: &Target<'_, D>) -> Self {
         let levels = ((target.count / SMALLEST).max(1)).ilog2() as usize;
         let levels = levels.min(MOST_LEVELS);
-        let nodes =
-            partition(target, Rule::Gauss).map_or_else(|_| Vec::new(), |cells| divided(target, cells, 0, levels));
+        let nodes = match levels {
+            // One box holds all: nothing is to be found.
+            0 => vec![SMALLEST_BOX],
+            _ => partition(target, Rule::Gauss).map_or_else(|_| Vec::new(), |cells| divided(target, cells, 0, levels)),
+        };
         Self { domain: target.domain.clone(), nodes, levels }
     }
 
@@ -211,7 +216,7 @@ impl<const D: usize> Ledger<D> {
 /// The box that `cells` fill, with all that is in it.
 fn divided<const D: usize>(target: &Target<'_, D>, mut cells: Vec<Cell<D>>, level: usize, levels: usize) -> Vec<Node> {
     if level == levels {
-        return vec![Node { axis: 0, plane: 0.0, right: 0, level }];
+        return vec![Node { level, ..SMALLEST_BOX }];
     }
     refine(target, &mut cells, CELLS, Rule::Gauss);
     let Cut { axis, plane, left, right } = cut(cells, 0.5);

@@ -78,18 +78,27 @@ impl<const D: usize> Cell<D> {
         self.halves_along(self.longest(), target, rule)
     }
 
-    /// Halves along an axis.
+    /// Halves along an axis, with masses anew from the target.
     fn halves_along(&self, axis: usize, target: &dyn Matter<D>, rule: Rule) -> [Self; 2] {
+        self.boxes_along(axis).map(|half| half.weighed(target, rule))
+    }
+
+    /// Halves along an axis, with the mass of the whole.
+    fn boxes_along(&self, axis: usize) -> [Self; 2] {
         let middle = self.center()[axis];
         let (mut left, mut right) = (*self, *self);
         left.hi[axis] = middle;
         right.lo[axis] = middle;
-        let mass = |half: &Self| match rule {
-            Rule::Midpoint => midpoint_mass(half, target),
-            Rule::Gauss => gauss_mass(target, &half.lo, &half.hi, DIVISIONS),
-        };
-        (left.mass, right.mass) = (mass(&left), mass(&right));
         [left, right]
+    }
+
+    /// With its mass from the target.
+    fn weighed(mut self, target: &dyn Matter<D>, rule: Rule) -> Self {
+        self.mass = match rule {
+            Rule::Midpoint => midpoint_mass(&self, target),
+            Rule::Gauss => gauss_mass(target, &self.lo, &self.hi, DIVISIONS),
+        };
+        self
     }
 }
 
@@ -211,10 +220,11 @@ pub(crate) fn partition<const D: usize>(target: &dyn Matter<D>, rule: Rule) -> R
 fn refined<const D: usize>(target: &dyn Matter<D>, rule: Rule) -> Vec<Cell<D>> {
     let (lo, hi) = target.bounds();
     let whole = Cell { lo, hi, mass: 0.0 };
-    let mut cells = vec![whole];
-    while cells.len() < first_cells(D) {
-        cells = cells.iter().flat_map(|c| c.halves(target, rule)).collect();
+    let mut boxes = vec![whole];
+    while boxes.len() < first_cells(D) {
+        boxes = boxes.iter().flat_map(|c| c.boxes_along(c.longest())).collect();
     }
+    let cells = parallel::map(boxes.len(), |i| boxes[i].weighed(target, rule));
     let floor = NEGLIGIBLE * target.count() as f64;
     let mut pending = cells;
     let mut done = Vec::new();
@@ -264,14 +274,13 @@ pub(crate) fn refine<const D: usize>(target: &dyn Matter<D>, cells: &mut Vec<Cel
         let total: f64 = cells.iter().map(|c| c.mass).sum();
         let limit = 1.5 * total / least as f64;
         let before = cells.len();
-        for i in 0..before {
-            if cells[i].mass > limit {
-                let [left, right] = cells[i].halves(target, rule);
-                // A cell whose halves miss its mass (a spike at its center) is kept as it is.
-                if left.mass + right.mass > 0.0 {
-                    cells[i] = left;
-                    cells.push(right);
-                }
+        let heavy: Vec<usize> = (0..before).filter(|&i| cells[i].mass > limit).collect();
+        let halved = parallel::map(heavy.len(), |i| cells[heavy[i]].halves(target, rule));
+        for (i, [left, right]) in heavy.into_iter().zip(halved) {
+            // A cell whose halves miss its mass (a spike at its center) is kept as it is.
+            if left.mass + right.mass > 0.0 {
+                cells[i] = left;
+                cells.push(right);
             }
         }
         cells.retain(|c| c.mass > 0.0);
