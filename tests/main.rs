@@ -18,7 +18,6 @@ mod contacts;
 mod convert;
 mod cores;
 mod docs;
-mod domain;
 mod dust;
 mod extreme;
 mod fields;

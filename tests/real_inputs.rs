@@ -9,7 +9,7 @@ use Outcome::{Particles, Refused};
 use assert_cmd::Command;
 use std::path::{Path, PathBuf};
 
-const PARTICLES: usize = 2000;
+const PARTICLES: usize = 500;
 
 #[derive(Debug, Clone, Copy)]
 enum Outcome {

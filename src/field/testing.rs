@@ -17,6 +17,16 @@ impl Random {
         ((z ^ (z >> 31)) >> 11) as f64 / (1_u64 << 53) as f64
     }
 
+    /// Uniform in [lo, hi).
+    pub(crate) fn between(&mut self, lo: f64, hi: f64) -> f64 {
+        lo + self.unit() * (hi - lo)
+    }
+
+    /// Uniform in lo to hi - 1.
+    pub(crate) fn whole(&mut self, lo: usize, hi: usize) -> usize {
+        self.between(lo as f64, hi as f64) as usize
+    }
+
     pub(crate) fn point<const D: usize>(&mut self) -> [f64; D] {
         sph::array(|_| self.unit())
     }

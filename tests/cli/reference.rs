@@ -44,7 +44,7 @@ fn misfit(value: &Value, schema: &Value, root: &Value, path: &str) -> Option<Str
                 (count != 1).then(|| format!("{path}: {value} fits {count} of {rule}"))
             }
             "pattern" => {
-                let pattern = regex::Regex::new(rule.as_str().unwrap()).unwrap();
+                let pattern = regex_lite::Regex::new(rule.as_str().unwrap()).unwrap();
                 value.as_str().filter(|t| !pattern.is_match(t)).and_then(|_| wrong(&rule.to_string()))
             }
             "minimum" => value.as_f64().filter(|v| *v < rule.as_f64().unwrap()).and_then(|_| wrong("large enough")),
