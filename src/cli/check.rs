@@ -3,6 +3,7 @@
 use super::args::CheckArgs;
 use super::exit::{FAILURE, SUCCESS};
 use super::files::particles;
+use super::progress::Progress;
 use crate::check::{Level, check};
 use crate::codes::TargetCode;
 use crate::error::Result;
@@ -15,9 +16,13 @@ use std::fmt::Write;
 /// A file that cannot be read, holds no particles, or a code that is not known.
 pub fn run(formats: &[FormatSpec], args: &CheckArgs) -> Result<(String, u8)> {
     let code = TargetCode::parse(&args.target_code)?;
+    let progress = Progress::new(false);
+    progress.begin("read");
     let file = particles(formats, &args.file, args.format.as_deref())?;
     let path = args.file.display().to_string();
+    progress.begin("check");
     let findings = check(&file, &code)?;
+    progress.finish();
     let worst = findings.iter().map(|f| f.level).max().unwrap_or(Level::Good);
     let exit = if worst == Level::Error { FAILURE } else { SUCCESS };
     if args.json {

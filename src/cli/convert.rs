@@ -3,6 +3,7 @@
 
 use super::args::ConvertArgs;
 use super::files::particles;
+use super::progress::Progress;
 use crate::error::{Error, Result};
 use crate::input::particles::Snapshot;
 use crate::scene::system_of;
@@ -29,6 +30,8 @@ pub fn convert(formats: &[FormatSpec], args: &ConvertArgs) -> Result<Vec<String>
     for path in registry::output_files(target, &args.to, args.files)? {
         sph_formats::output::probe(&path)?;
     }
+    let progress = Progress::new(false);
+    progress.begin("read");
     let mut file = particles(formats, &args.from, args.format.as_deref())?;
     let mut notes = Vec::new();
     if let Some(name) = &args.units {
@@ -42,13 +45,16 @@ pub fn convert(formats: &[FormatSpec], args: &ConvertArgs) -> Result<Vec<String>
         file.header.box_size.iter_mut().take(d).for_each(|l| *l = edge);
     }
     notes.extend(moved_into_box(&mut file, target));
+    progress.begin("support radii");
     notes.extend(support_radii(&args.from, &mut file));
     let options = WriteOptions { compression: args.compression, double_precision: args.double };
+    progress.begin("write");
     let written = sph_formats::write_files(formats, &args.to, Some(target.name), &file, args.files, options)?;
     let told = written.first().unwrap_or(&args.to);
     if let ([first, .., last], true) = (written.as_slice(), written.len() > 1) {
         notes.push(format!("{} files were written: '{}' to '{}'", written.len(), first.display(), last.display()));
     }
+    progress.begin("compare");
     let own_reader = (target.capabilities.read_particles && target.read.is_some()).then_some(target.name);
     match particles(formats, told, own_reader) {
         Ok(back) => notes.extend(losses(target.name, &file, back)),

@@ -31,9 +31,10 @@ pub fn run(formats: &[FormatSpec], args: &FollowArgs, command: &str) -> Result<(
     let seconds = seconds.map_err(|(s, e)| Error::scene("--time-limit", format!("is {s}, expected seconds ({e})")))?;
     let begin = Instant::now();
     let path = args.file.display().to_string();
+    let progress = Progress::new(args.quiet);
+    progress.update(Event::Begin(Step::Read));
     let file = particles(formats, &args.file, args.format.as_deref())?;
     let interrupts = Interrupts::of_other_work();
-    let progress = Progress::new(args.quiet);
     let observer = |event: Event| progress.update(event);
     let control = Control {
         deadline: seconds.and_then(|s| begin.checked_add(s)),

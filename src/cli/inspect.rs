@@ -18,6 +18,8 @@ use std::fmt::Write;
 pub fn inspect(formats: &[FormatSpec], args: &InspectArgs) -> Result<String> {
     let request =
         FieldRequest { density: args.density.clone(), carry: None, time: args.time, ..FieldRequest::default() };
+    let progress = super::progress::Progress::new(false);
+    progress.begin("read");
     let content = sph_formats::read(formats, &args.file, args.format.as_deref(), &request)?;
     let mut out = String::new();
     let map = args.map.iter().map(|text| parse_mapping(text)).collect::<Result<_>>()?;

@@ -23,7 +23,10 @@ pub fn run(formats: &[FormatSpec], args: &PlotArgs, command: &str) -> Result<Str
     refuse_itself("--out", &output, &args.file)?;
     sph_formats::output::probe(&output)?;
     let name = args.file.display().to_string();
+    let progress = super::progress::Progress::new(false);
+    progress.begin("read");
     let file = particles(formats, &args.file, args.format.as_deref())?;
+    progress.begin("draw");
     let bytes = match extension.as_str() {
         "png" => crate::page::picture(&crate::page::Portrait::new(&file, None)?)?,
         _ => crate::page::page_of_file(&file, &name, command)?.into_bytes(),

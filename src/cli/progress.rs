@@ -71,11 +71,33 @@ impl Progress {
         }
     }
 
+    /// A step of work that tells no events of its own, with its line.
+    pub fn begin(&self, name: &'static str) {
+        if let (true, Ok(mut state)) = (self.shown, self.state.lock()) {
+            state.begin(name);
+        }
+    }
+
+    /// How much of the step is done: so many of `all` parts.
+    pub fn count(&self, done: u64, all: u64) {
+        let Ok(state) = self.state.lock() else { return };
+        if let Some(phase) = &state.phase {
+            phase.bar.set_length(all);
+            phase.bar.set_position(done.min(all));
+        }
+    }
+
     /// Takes the line away.
     pub fn finish(&self) {
         if let Ok(mut state) = self.state.lock() {
             state.end();
         }
+    }
+}
+
+impl Drop for Progress {
+    fn drop(&mut self) {
+        self.finish();
     }
 }
 

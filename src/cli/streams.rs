@@ -1,16 +1,21 @@
 //! `sph-prep replicate` and `sph-prep seed`: particles that are made while they are written.
 
 use super::args::{ReplicateArgs, SeedArgs, StreamArgs};
+use super::progress::Progress;
 use crate::error::{Error, Result};
 use crate::run::replicate::{Repeated, mapped};
 use crate::run::seeds::seeds;
 use crate::scene::Scene;
 use sph_formats::common::particle_names as names;
 use sph_formats::registry::detect_output;
+use sph_formats::stream::TYPES;
 use sph_formats::{
-    Column, FieldRequest, FileContent, FormatSpec, ParticleStream, Values, WriteOptions, write_part, write_stream,
+    Column, FieldRequest, FileContent, FormatSpec, ParticleStream, ParticleTable, RunHeader, Values, WriteOptions,
+    write_part, write_stream,
 };
 use std::fmt::Write;
+use std::ops::Range;
+use std::sync::atomic::{AtomicU64, Ordering};
 
 /// Rows that are made at once where nothing is written.
 const ROWS: usize = 1 << 16;
@@ -21,6 +26,8 @@ const ROWS: usize = 1 << 16;
 /// A file that is no box of particles, a target that it cannot be mapped to, and what the writer says.
 pub fn replicate(formats: &[FormatSpec], args: &ReplicateArgs) -> Result<String> {
     let format = output_format(formats, &args.stream)?;
+    let progress = Progress::new(false);
+    progress.begin("read");
     let content = sph_formats::read(formats, &args.file, args.format.as_deref(), &FieldRequest::default())?;
     let path = args.file.display().to_string();
     let FileContent::Particles(mut tile) = content else {
@@ -29,9 +36,9 @@ pub fn replicate(formats: &[FormatSpec], args: &ReplicateArgs) -> Result<String>
     tile.move_corner_to_origin();
     let repeated = Repeated::new(tile, &args.times)?;
     match &args.scene {
-        None => put(formats, &args.stream, &repeated, Vec::new()),
+        None => put(formats, &args.stream, &repeated, Vec::new(), &progress),
         Some(scene) => mapped(&repeated, &Scene::load(scene)?, formats, format, |stream, notes| {
-            put(formats, &args.stream, stream, notes)
+            put(formats, &args.stream, stream, notes, &progress)
         }),
     }
 }
@@ -47,7 +54,9 @@ pub fn seed(formats: &[FormatSpec], args: &SeedArgs) -> Result<String> {
     if scene.particles == Some(0) {
         return Err(Error::scene("particles", "is 0, expected at least 1"));
     }
-    seeds(&scene, formats, format, |stream, notes| put(formats, &args.stream, stream, notes))
+    let progress = Progress::new(false);
+    progress.begin("read");
+    seeds(&scene, formats, format, |stream, notes| put(formats, &args.stream, stream, notes, &progress))
 }
 
 /// The output's format, and whether it is there, before the work.
@@ -60,7 +69,15 @@ fn output_format<'f>(formats: &'f [FormatSpec], args: &StreamArgs) -> Result<Opt
     Ok(Some(format))
 }
 
-fn put(formats: &[FormatSpec], args: &StreamArgs, stream: &dyn ParticleStream, notes: Vec<String>) -> Result<String> {
+fn put(
+    formats: &[FormatSpec],
+    args: &StreamArgs,
+    stream: &dyn ParticleStream,
+    notes: Vec<String>,
+    progress: &Progress,
+) -> Result<String> {
+    progress.begin(if args.dry_run || args.output.is_none() { "make" } else { "write" });
+    let stream = &Watched::new(stream, progress)?;
     let mut out = String::new();
     let count: usize = stream.counts().iter().sum();
     let header = stream.header();
@@ -90,6 +107,48 @@ fn put(formats: &[FormatSpec], args: &StreamArgs, stream: &dyn ParticleStream, n
         }
     }
     Ok(out)
+}
+
+/// Particles whose way into a file is shown.
+struct Watched<'a> {
+    inner: &'a dyn ParticleStream,
+    progress: &'a Progress,
+    /// Numbers that were taken, of `all`: rows times columns, since some writers take one column after the other.
+    taken: AtomicU64,
+    all: u64,
+}
+
+impl<'a> Watched<'a> {
+    fn new(inner: &'a dyn ParticleStream, progress: &'a Progress) -> Result<Self> {
+        let mut all = 0;
+        for (t, count) in inner.counts().into_iter().enumerate().filter(|(_, count)| *count > 0) {
+            all += (inner.rows(t as u8, 0..1, &|_| true)?.columns.len() * count) as u64;
+        }
+        Ok(Self { inner, progress, taken: AtomicU64::new(0), all })
+    }
+}
+
+impl ParticleStream for Watched<'_> {
+    fn header(&self) -> &RunHeader {
+        self.inner.header()
+    }
+
+    fn counts(&self) -> [usize; TYPES] {
+        self.inner.counts()
+    }
+
+    fn rows(
+        &self,
+        part_type: u8,
+        rows: Range<usize>,
+        wanted: &dyn Fn(&str) -> bool,
+    ) -> sph_formats::Result<ParticleTable> {
+        let table = self.inner.rows(part_type, rows, wanted)?;
+        let more = (table.count * table.columns.len()) as u64;
+        let taken = self.taken.fetch_add(more, Ordering::Relaxed) + more;
+        self.progress.count(100 * taken / self.all.max(1), 100);
+        Ok(table)
+    }
 }
 
 /// What is left of particles that nothing is written of.
