@@ -57,18 +57,31 @@ const FLAT: f64 = 0.2;
 pub(super) struct Outline<const D: usize> {
     cloud: Cloud<D>,
     domain: Domain<D>,
-    points: Vec<[f64; D]>,
-    volumes: Vec<f64>,
-    spacings: Vec<f64>,
-    /// Reaches, longer where the surface is bent outwards: the mean offset at the surface over `c_d`.
-    marks: Vec<f64>,
-    /// For each particle with the surface nearby those that a place about it depends on, from `starts[i]` to `starts[i + 1]`. None are
-    /// well within.
+    blobs: Vec<Blob<D>>,
+    /// For each particle with the surface nearby those that a place about it depends on, the nearest first, from `starts[i]` to
+    /// `starts[i + 1]`, with their distances from it, and the longest of their reaches. None are well within.
     starts: Vec<usize>,
-    seen: Vec<u32>,
+    seen: Vec<(u32, f64)>,
+    reaches: Vec<f64>,
     /// Points of the surface, its normals and the spacings there.
     surface: Option<Cloud<D>>,
     ends: Vec<End<D>>,
+}
+
+/// A particle as the surface sees it.
+#[derive(Debug, Clone, Copy)]
+struct Blob<const D: usize> {
+    at: [f64; D],
+    volume: f64,
+    spacing: f64,
+    /// Its reach, longer where the surface is bent outwards: the mean offset at the surface over `c_d`.
+    mark: f64,
+}
+
+impl<const D: usize> Blob<D> {
+    fn reach(&self) -> f64 {
+        REACH * self.spacing
+    }
 }
 
 /// A point of the surface.
@@ -119,7 +132,7 @@ impl<const D: usize> Ends<D> {
 
 impl<const D: usize> fmt::Debug for Outline<D> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.debug_struct("Outline").field("particles", &self.points.len()).field("ends", &self.ends.len()).finish()
+        f.debug_struct("Outline").field("particles", &self.blobs.len()).field("ends", &self.ends.len()).finish()
     }
 }
 
@@ -171,16 +184,15 @@ impl<const D: usize> Outline<D> {
         let mut outline = Self {
             cloud: Cloud::new(name, points, Some(domain))?,
             domain: domain.clone(),
-            points: points.iter().map(|p| domain.wrapped(p)).collect(),
-            volumes: Vec::new(),
-            spacings: Vec::new(),
-            marks: Vec::new(),
+            blobs: Vec::new(),
             starts: Vec::new(),
             seen: Vec::new(),
+            reaches: Vec::new(),
             surface: None,
             ends: Vec::new(),
         };
-        let is_uneven = outline.measure();
+        let points: Vec<[f64; D]> = points.iter().map(|p| domain.wrapped(p)).collect();
+        let is_uneven = outline.measure(&points);
         outline.look_around(&is_uneven);
         let flat = outline.find_ends();
         outline.bend(&flat);
@@ -199,13 +211,13 @@ impl<const D: usize> Outline<D> {
     }
 
     /// Finds the volumes; returns whether the surroundings of each particle are uneven.
-    fn measure(&mut self) -> Vec<bool> {
-        let found = parallel::map(self.points.len(), |i| {
-            let about = self.cloud.nearest(&self.points[i], Self::ABOUT + 1);
+    fn measure(&mut self, points: &[[f64; D]]) -> Vec<bool> {
+        let found = parallel::map(points.len(), |i| {
+            let about = self.cloud.nearest(&points[i], Self::ABOUT + 1);
             let reach = about.last().map_or(0.0, |f| f.1);
             let mut mean = [0.0; D];
             for (j, _) in &about[1..] {
-                let offset = self.domain.displacement(&self.points[i], &self.points[*j]);
+                let offset = self.domain.displacement(&points[i], &points[*j]);
                 (0..D).for_each(|k| mean[k] += offset[k] / Self::ABOUT as f64);
             }
             let uneven = if reach > 0.0 { (length(&mean) / (of_half_ball(D) * reach)).min(1.0) } else { 1.0 };
@@ -218,9 +230,11 @@ impl<const D: usize> Outline<D> {
             let logs = found[i].1.iter().map(|&j| found[j as usize].0.ln());
             (logs.sum::<f64>() / Self::EVENED as f64).exp()
         };
-        self.volumes = parallel::map(found.len(), even);
-        self.spacings = self.volumes.iter().map(|v| v.powf(1.0 / D as f64)).collect();
-        self.marks = self.spacings.iter().map(|s| REACH * s).collect();
+        self.blobs = parallel::map(found.len(), |i| {
+            let volume = even(i);
+            let spacing = volume.powf(1.0 / D as f64);
+            Blob { at: points[i], volume, spacing, mark: REACH * spacing }
+        });
         found.into_iter().map(|f| f.2).collect()
     }
 
@@ -229,21 +243,22 @@ impl<const D: usize> Outline<D> {
         let own = parallel::map(ends.len(), |i| self.curvature(&ends[i]));
         let evened = |i: usize| {
             let (mut sum, mut weights) = (0.0, 0.0);
-            for &j in self.seen_at(i) {
+            for &(j, _) in self.seen_at(i) {
                 let Some(curvature) = own[j as usize] else { continue };
-                let offset = length(&self.domain.displacement(&self.points[i], &self.points[j as usize]));
-                let left = 1.0 - (offset / (REACH * self.spacings[i])).powi(2);
+                let offset = length(&self.domain.displacement(&self.blobs[i].at, &self.blobs[j as usize].at));
+                let left = 1.0 - (offset / self.blobs[i].reach()).powi(2);
                 if left > 0.0 {
                     let weight = left * left * left;
                     sum += weight * curvature;
                     weights += weight;
                 }
             }
-            let reach = REACH * self.spacings[i];
+            let reach = self.blobs[i].reach();
             let bent = if weights > 0.0 { (sum / weights * reach).clamp(-MOST_BENT, MOST_BENT) } else { 0.0 };
             reach * (1.0 + of_bent(D) * bent)
         };
-        self.marks = parallel::map(ends.len(), evened);
+        let marks = parallel::map(ends.len(), evened);
+        self.blobs.iter_mut().zip(marks).for_each(|(blob, mark)| blob.mark = mark);
     }
 
     /// The sum of the principal curvatures at the first of these points of the surface, from the normals at the others about it.
@@ -260,26 +275,27 @@ impl<const D: usize> Outline<D> {
 
     /// Lists the particles that places about each one depend on, where the surface may be near.
     fn look_around(&mut self, is_uneven: &[bool]) {
-        let n = self.points.len();
+        let n = self.blobs.len();
         let lists = parallel::map(n, |i| {
-            let near = self.cloud.nearest(&self.points[i], Self::ABOUT + 1);
+            let near = self.cloud.nearest(&self.blobs[i].at, Self::ABOUT + 1);
             if near.iter().all(|f| !is_uneven[f.0]) {
                 return Vec::new();
             }
-            let own = FARTHEST * self.spacings[i];
-            let far = MARGIN * (REACH * self.spacings[i] + own);
+            let own = FARTHEST * self.blobs[i].spacing;
+            let far = MARGIN * (self.blobs[i].reach() + own);
             let mut count = SEEN.min(n);
-            let mut found = self.cloud.nearest(&self.points[i], count);
+            let mut found = self.cloud.nearest(&self.blobs[i].at, count);
             while count < n && found.last().is_some_and(|f| f.1 < far) {
                 count = (2 * count).min(n);
-                found = self.cloud.nearest(&self.points[i], count);
+                found = self.cloud.nearest(&self.blobs[i].at, count);
             }
-            found.retain(|&(j, distance)| distance < REACH * self.spacings[j] + own);
-            found.into_iter().map(|f| f.0 as u32).collect::<Vec<u32>>()
+            found.retain(|&(j, distance)| distance < self.blobs[j].reach() + own);
+            found.into_iter().map(|f| (f.0 as u32, f.1)).collect::<Vec<(u32, f64)>>()
         });
         self.starts = Vec::with_capacity(n + 1);
         self.starts.push(0);
         for list in lists {
+            self.reaches.push(list.iter().map(|f| self.blobs[f.0 as usize].reach()).fold(0.0, f64::max));
             self.seen.extend(list);
             self.starts.push(self.seen.len());
         }
@@ -291,26 +307,31 @@ impl<const D: usize> Outline<D> {
             return self.cloud.nearest(x, 1).first().copied().unwrap_or((0, f64::INFINITY));
         }
         let near = self.cloud.near(x);
-        (near, length(&self.domain.displacement(&self.points[near], x)))
+        (near, length(&self.domain.displacement(&self.blobs[near].at, x)))
     }
 
     /// The particles that a place near `i` depends on.
-    fn seen_at(&self, i: usize) -> &[u32] {
+    fn seen_at(&self, i: usize) -> &[(u32, f64)] {
         &self.seen[self.starts[i]..self.starts[i + 1]]
     }
 
-    /// The level at `x`, near particle `i`; `None` where nothing reaches.
-    fn level(&self, x: &[f64; D], i: usize) -> Option<f64> {
+    /// Those of them that may reach to a place `distance` from `i`.
+    fn reaching(&self, i: usize, distance: f64) -> impl Iterator<Item = &Blob<D>> + '_ {
+        let farthest = (distance + self.reaches[i]) * (1.0 + 1e-12);
+        self.seen_at(i).iter().take_while(move |f| f.1 <= farthest).map(|f| &self.blobs[f.0 as usize])
+    }
+
+    /// The level at `x`, `distance` from particle `i`; `None` where nothing reaches.
+    fn level(&self, x: &[f64; D], (i, distance): (usize, f64)) -> Option<f64> {
         let (mut sum, mut reach, mut mean) = (0.0, 0.0, [0.0; D]);
-        for &j in self.seen_at(i) {
-            let j = j as usize;
-            let offset = self.domain.displacement(x, &self.points[j]);
-            let own = REACH * self.spacings[j];
+        for blob in self.reaching(i, distance) {
+            let offset = self.domain.displacement(x, &blob.at);
+            let own = blob.reach();
             let left = 1.0 - offset.iter().map(|v| v * v).sum::<f64>() / (own * own);
             if left > 0.0 {
-                let weight = self.volumes[j] * left * left * left;
+                let weight = blob.volume * left * left * left;
                 sum += weight;
-                reach += weight * self.marks[j];
+                reach += weight * blob.mark;
                 (0..D).for_each(|k| mean[k] += weight * offset[k]);
             }
         }
@@ -318,24 +339,23 @@ impl<const D: usize> Outline<D> {
     }
 
     /// The level with its gradient.
-    fn sloped(&self, x: &[f64; D], i: usize) -> Option<Level<D>> {
+    fn sloped(&self, x: &[f64; D], (i, distance): (usize, f64)) -> Option<Level<D>> {
         type Vector<const D: usize> = SVector<f64, D>;
         let (mut sum, mut reach, mut mean) = (0.0, 0.0, Vector::<D>::zeros());
         let (mut sums, mut reaches, mut means) =
             (Vector::<D>::zeros(), Vector::<D>::zeros(), SMatrix::<f64, D, D>::zeros());
-        for &j in self.seen_at(i) {
-            let j = j as usize;
-            let offset = Vector::<D>::from(self.domain.displacement(x, &self.points[j]));
-            let own = REACH * self.spacings[j];
+        for blob in self.reaching(i, distance) {
+            let offset = Vector::<D>::from(self.domain.displacement(x, &blob.at));
+            let own = blob.reach();
             let left = 1.0 - offset.norm_squared() / (own * own);
             if left > 0.0 {
-                let weight = self.volumes[j] * left * left * left;
-                let slope = offset * (6.0 * self.volumes[j] * left * left / (own * own));
+                let weight = blob.volume * left * left * left;
+                let slope = offset * (6.0 * blob.volume * left * left / (own * own));
                 sum += weight;
-                reach += weight * self.marks[j];
+                reach += weight * blob.mark;
                 mean += offset * weight;
                 sums += slope;
-                reaches += slope * self.marks[j];
+                reaches += slope * blob.mark;
                 means += offset * slope.transpose();
             }
         }
@@ -361,14 +381,15 @@ impl<const D: usize> Outline<D> {
         if self.seen_at(near).is_empty() {
             return true;
         }
-        distance <= FARTHEST * self.spacings[near] && self.level(x, near).is_some_and(|level| level <= 0.0)
+        distance <= FARTHEST * self.blobs[near].spacing
+            && self.level(x, (near, distance)).is_some_and(|level| level <= 0.0)
     }
 
     /// The place of the surface that Newton's steps along the normal lead to from `x`, with the normal there; `None` where they lead to none.
     fn led(&self, x: &[f64; D], spacing: f64, steps: usize) -> Option<End<D>> {
         let mut x = SVector::<f64, D>::from(*x);
         for _ in 0..steps {
-            let (near, _) = self.nearest(&x.into());
+            let near = self.nearest(&x.into());
             let Level { value, gradient } = self.sloped(&x.into(), near)?;
             let slope = gradient.norm();
             if !(slope > 0.0) {
@@ -386,10 +407,10 @@ impl<const D: usize> Outline<D> {
 
     /// Points of the surface: the nearest to each particle at it, and some about that.
     fn find_ends(&self) -> Vec<Vec<End<D>>> {
-        parallel::map(self.points.len(), |i| {
-            let (x, spacing) = (&self.points[i], self.spacings[i]);
+        parallel::map(self.blobs.len(), |i| {
+            let Blob { at: x, spacing, .. } = &self.blobs[i];
             let is_near = |end: &End<D>| length(&self.domain.displacement(x, &end.at)) <= 2.0 * spacing;
-            let own = |from: &[f64; D]| Some(self.led(from, spacing, STEPS)?).filter(is_near);
+            let own = |from: &[f64; D]| Some(self.led(from, *spacing, STEPS)?).filter(is_near);
             if self.seen_at(i).is_empty() {
                 return Vec::new();
             }
@@ -414,7 +435,7 @@ impl<const D: usize> Outline<D> {
     /// Whether all particles are within, and no holes, as the nearest points of the surface tell.
     fn is_whole(&self) -> bool {
         let Some(surface) = &self.surface else { return false };
-        if parallel::count(self.points.len(), |i| !self.holds(&self.points[i])) > 0 {
+        if parallel::count(self.blobs.len(), |i| !self.holds(&self.blobs[i].at)) > 0 {
             return false;
         }
         let is_behind = |i: usize| {
@@ -445,8 +466,8 @@ impl<const D: usize> Outline<D> {
                 if side == 0 { filled.lo[k] = face } else { filled.hi[k] = face }
             }
             // All are in it.
-            filled.lo[k] = self.points.iter().map(|p| p[k]).fold(filled.lo[k], f64::min);
-            filled.hi[k] = self.points.iter().map(|p| p[k]).fold(filled.hi[k], f64::max);
+            filled.lo[k] = self.blobs.iter().map(|b| b.at[k]).fold(filled.lo[k], f64::min);
+            filled.hi[k] = self.blobs.iter().map(|b| b.at[k]).fold(filled.hi[k], f64::max);
         }
         let place = |i: usize, k: usize| {
             let [lo, hi] = if self.domain.axes[k] == Axis::Periodic { [filled.lo[k], filled.hi[k]] } else { within[k] };
@@ -525,7 +546,7 @@ impl<const D: usize> Hull<D> for Outline<D> {
 
     /// The sum of the particles' own.
     fn volume(&self) -> f64 {
-        self.volumes.iter().sum()
+        self.blobs.iter().map(|b| b.volume).sum()
     }
 
     fn nearest_within(&self, x: &[f64; D], reach: f64) -> Option<[f64; D]> {
