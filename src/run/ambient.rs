@@ -29,17 +29,16 @@ pub(super) struct Medium {
 /// Places the medium of a scene, if it has one, about `bodies` in their `states`; `alone` are the bodies of gas as scenes, with their index.
 ///
 /// # Errors
-/// Those of placing it, and numbers without units where bodies have some.
+/// Those of placing it.
 pub(super) fn placed(
     scene: &Scene,
     (formats, control): (&[FormatSpec], &Control<'_>),
     (bodies, states, alone): (&[Body], &[State], &[(usize, Scene)]),
-    (units, name, has_units): (UnitSystem, &str, bool),
+    (units, name): (UnitSystem, &str),
     frame: Option<&Frame>,
 ) -> Result<Option<Medium>> {
     let Some((ambient, frame)) = scene.ambient.as_ref().zip(frame) else { return Ok(None) };
     let dimension = scene.domain.bounds.as_ref().map_or(3, |b| b[0].len());
-    refuse_plain(scene, has_units)?;
     let obstacles = obstacles(scene, (bodies, states, alone), units, ambient.matching);
     let mut medium = scene.of_ambient(ambient, dimension, None);
     (medium.output.units, medium.output.target_density) = (Some(name.to_owned()), true);

@@ -89,7 +89,7 @@ pub fn place_bodies(
             });
         }
     }
-    let out = (header.units, common.name.as_str(), common.has_units());
+    let out = (header.units, common.name.as_str());
     let medium = ambient::placed(scene, (formats, control), (&bodies, &states, &of_gas), out, own.as_ref())?;
     if let Some(medium) = medium {
         if relative.is_some() {
@@ -177,6 +177,11 @@ fn before<'a>(scene: &Scene, formats: &'a [FormatSpec]) -> Result<(Shared, Optio
         return Err(Error::scene("bodies", "are none; a scene without them is placed by itself"));
     }
     let all = shared(scene, formats)?;
+    if let Some(medium) = &scene.ambient {
+        // What is wrong with it is not to be found when the bodies are placed.
+        ambient::refuse_plain(scene, all.common.has_units())?;
+        all.medium(scene, medium, formats).map_err(ambient::of_medium)?;
+    }
     let periodic = &periodic_axes(scene, all.common.dimension)[..all.common.dimension];
     let format = intended_format(scene, formats)?;
     origin::refuse(scene, format, periodic)?;
@@ -204,7 +209,6 @@ pub fn forecast_bodies(scene: &Scene, formats: &[FormatSpec], control: &Control<
         bodies.push(ForeseenBody { name, same_as, is_cached, forecast });
     }
     let medium = scene.ambient.as_ref().map(|ambient| -> Result<ForeseenMedium> {
-        ambient::refuse_plain(scene, shared.common.has_units())?;
         let (alone, most) = shared.medium(scene, ambient, formats).map_err(ambient::of_medium)?;
         let forecast = most.map(|_| pipeline::forecast(&alone, formats, control).map_err(ambient::of_medium));
         Ok(ForeseenMedium { density: ambient.density.text(), most, forecast: forecast.transpose()? })
