@@ -4,9 +4,11 @@
 //! filaments and points. Within the softening radius masses are spread as Wendland's C2 function (1 - u)^4 (1 + 4 u), as in
 //! SWIFT. There are no periodic images.
 
+use crate::lanes::{MAX_LANES, Real};
 use crate::neighbors::Tree;
 use crate::parallel;
-use pulp::Arch;
+use pulp::{Arch, Simd, WithSimd};
+use std::ops::Range;
 
 /// Nodes that seem larger than this from the nearest place in a leaf, in radians, are opened.
 pub const OPENING_ANGLE: f64 = 0.4;
@@ -46,15 +48,48 @@ struct Moments<const D: usize> {
 /// Masses that attract a leaf: as nodes, and one by one.
 #[derive(Debug, Default)]
 struct Attracting {
+    /// Origin and unit of lengths in single precision: the middle of the leaf, and its size.
+    origin: [f64; 3],
+    unit: f64,
+    /// Unit of masses in single precision.
+    mass: f64,
     /// Place, mass and second moments, each in an array of its own.
-    nodes: [Vec<f64>; 10],
-    points: [Vec<f64>; 4],
+    nodes: [Vec<f32>; 10],
+    /// Particles in leaves beyond the softening radius.
+    far: [Vec<f32>; 4],
+    /// All others, the leaf's own among them, as they are.
+    near: [Vec<f64>; 4],
 }
 
 impl Attracting {
     fn clear(&mut self) {
-        self.nodes.iter_mut().for_each(Vec::clear);
-        self.points.iter_mut().for_each(Vec::clear);
+        self.nodes.iter_mut().chain(&mut self.far).for_each(Vec::clear);
+        self.near.iter_mut().for_each(Vec::clear);
+    }
+
+    /// Fills up the last registers with masses of zero that are far off.
+    fn pad(&mut self) {
+        pad(&mut self.near, AWAY * self.unit);
+        pad(&mut self.far, AWAY as f32);
+        pad(&mut self.nodes, AWAY as f32);
+    }
+
+    /// A coordinate relative to the leaf: differences keep seven digits, as kernels' sums do.
+    fn relative(&self, k: usize, x: f64) -> f32 {
+        ((x - self.origin[k]) / self.unit) as f32
+    }
+}
+
+/// Leaves that a thread takes at once.
+const SHARE: usize = 16;
+/// Where masses of zero are, in sizes of a leaf.
+const AWAY: f64 = 1e6;
+
+/// Appends what has no mass. Places are the first three arrays.
+fn pad<F: Copy + Default, const K: usize>(arrays: &mut [Vec<F>; K], away: F) {
+    let padded = arrays[0].len().next_multiple_of(MAX_LANES);
+    for (k, array) in arrays.iter_mut().enumerate() {
+        array.resize(padded, if k < 3 { away } else { F::default() });
     }
 }
 
@@ -74,15 +109,19 @@ pub fn sampled_gravity<const D: usize>(
     every: usize,
 ) -> Vec<(usize, Pull<D>)> {
     let moments = moments(tree, masses);
-    let by_leaf = parallel::tasks(tree.leaves.len().div_ceil(every), |sample| {
-        let leaf = sample * every;
-        let mut near = Attracting::default();
-        collect(tree, masses, &moments, tree.leaves[leaf] as usize, opening_angle, softening, &mut near);
-        let node = &tree.nodes[tree.leaves[leaf] as usize];
-        let range = node.first as usize..(node.first + node.count) as usize;
-        range.map(|i| (i, attraction::<D>(&tree.position(i), &near, softening))).collect::<Vec<_>>()
+    let leaves: Vec<usize> = tree.leaves.iter().step_by(every).map(|leaf| *leaf as usize).collect();
+    let by_share = parallel::pieces(leaves.len(), SHARE, |share| {
+        let mut all = Attracting::default();
+        let mut found = Vec::new();
+        for &leaf in &leaves[share] {
+            collect(tree, masses, &moments, leaf, opening_angle, softening, &mut all);
+            let node = &tree.nodes[leaf];
+            let range = node.first as usize..(node.first + node.count) as usize;
+            found.extend(range.map(|i| (i, attraction::<D>(&tree.position(i), &all, softening))));
+        }
+        found
     });
-    by_leaf.concat()
+    by_share.concat()
 }
 
 /// The same from all pairs.
@@ -92,12 +131,13 @@ pub fn direct_gravity<const D: usize>(
     softening: f64,
     of: &[usize],
 ) -> Vec<Pull<D>> {
-    let mut near = Attracting::default();
+    let mut near = Attracting { unit: 1.0, mass: 1.0, ..Attracting::default() };
     for k in 0..D {
-        near.points[k].extend(&positions[k]);
+        near.near[k].extend(&positions[k]);
     }
-    (D..3).for_each(|k| near.points[k].resize(masses.len(), 0.0));
-    near.points[3].extend(masses);
+    (D..3).for_each(|k| near.near[k].resize(masses.len(), 0.0));
+    near.near[3].extend(masses);
+    near.pad();
     parallel::tasks(of.len(), |t| attraction::<D>(&crate::array(|k| positions[k][of[t]]), &near, softening))
 }
 
@@ -146,132 +186,299 @@ fn collect<const D: usize>(
 ) {
     out.clear();
     let target = &tree.nodes[leaf];
+    out.origin = crate::array(|k| if k < D { 0.5 * (target.lo[k] + target.hi[k]) } else { 0.0 });
+    let size = (0..D).map(|k| target.hi[k] - target.lo[k]).fold(softening, f64::max);
+    out.unit = if size > 0.0 { size } else { 1.0 };
+    let total = moments.first().map_or(0.0, |all| all.mass);
+    out.mass = if total > 0.0 { total } else { 1.0 };
     let mut index = 0;
     while let Some(node) = tree.nodes.get(index) {
         let m = &moments[index];
         let gap = |k: usize| (target.lo[k] - m.center[k]).max(m.center[k] - target.hi[k]).max(0.0);
         let distance = (0..D).map(|k| gap(k).powi(2)).sum::<f64>().sqrt();
         if m.radius < opening_angle * distance && distance - m.radius > softening {
-            (0..3).for_each(|k| out.nodes[k].push(if k < D { m.center[k] } else { 0.0 }));
-            out.nodes[3].push(m.mass);
+            (0..3).for_each(|k| out.nodes[k].push(if k < D { out.relative(k, m.center[k]) } else { 0.0 }));
+            out.nodes[3].push((m.mass / out.mass) as f32);
             let pairs = [(0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2)];
             for (slot, (i, j)) in pairs.into_iter().enumerate() {
-                out.nodes[4 + slot].push(if i < D && j < D { m.second[i][j] } else { 0.0 });
+                let second = if i < D && j < D { m.second[i][j] / out.mass / out.unit / out.unit } else { 0.0 };
+                out.nodes[4 + slot].push(second as f32);
             }
             index = node.skip as usize;
-        } else if node.skip == index as u32 + 1 {
-            let range = node.first as usize..(node.first + node.count) as usize;
-            for k in 0..3 {
-                match tree.positions.get(k) {
-                    Some(x) => out.points[k].extend(&x[range.clone()]),
-                    None => out.points[k].resize(out.points[k].len() + range.len(), 0.0),
-                }
-            }
-            out.points[3].extend(&masses[range]);
-            index += 1;
         } else {
+            if node.skip == index as u32 + 1 {
+                let range = node.first as usize..(node.first + node.count) as usize;
+                let apart = |k: usize| (target.lo[k] - node.hi[k]).max(node.lo[k] - target.hi[k]).max(0.0);
+                let is_near = (0..D).map(|k| apart(k).powi(2)).sum::<f64>().sqrt() <= softening;
+                if is_near { out.add_near(tree, masses, range) } else { out.add_far(tree, masses, range) }
+            }
             index += 1;
         }
+    }
+    out.pad();
+}
+
+impl Attracting {
+    fn add_near<const D: usize>(&mut self, tree: &Tree<D>, masses: &[f64], range: Range<usize>) {
+        for k in 0..3 {
+            match tree.positions.get(k) {
+                Some(x) => self.near[k].extend(&x[range.clone()]),
+                None => self.near[k].resize(self.near[k].len() + range.len(), 0.0),
+            }
+        }
+        self.near[3].extend(&masses[range]);
+    }
+
+    fn add_far<const D: usize>(&mut self, tree: &Tree<D>, masses: &[f64], range: Range<usize>) {
+        let (origin, over) = (self.origin, 1.0 / self.unit);
+        for k in 0..3 {
+            match tree.positions.get(k) {
+                Some(x) => self.far[k].extend(x[range.clone()].iter().map(|x| ((x - origin[k]) * over) as f32)),
+                None => self.far[k].resize(self.far[k].len() + range.len(), 0.0),
+            }
+        }
+        self.far[3].extend(masses[range].iter().map(|m| (m / self.mass) as f32));
     }
 }
 
 /// What all that attracts adds up to at `x`.
-fn attraction<const D: usize>(x: &[f64; D], near: &Attracting, softening: f64) -> Pull<D> {
+fn attraction<const D: usize>(x: &[f64; D], all: &Attracting, softening: f64) -> Pull<D> {
     let place: [f64; 3] = crate::array(|k| x.get(k).copied().unwrap_or(0.0));
-    let [points, nodes] = Arch::new().dispatch(
-        #[inline(always)]
-        || [of_points::<D>(&place, &near.points, softening), of_nodes::<D>(&place, &near.nodes)],
-    );
-    let s = strength(D);
-    Pull { acceleration: crate::array(|k| s * (points[k] + nodes[k])), potential: s * (points[3] + nodes[3]) }
+    let here: [f32; 3] = crate::array(|k| all.relative(k, place[k]));
+    let [near, far, nodes] = Arch::new().dispatch(Sums::<D> { place, here, all, softening });
+    // Lengths and masses of what is far are in units of their own.
+    let (s, unit, mass) = (strength(D), all.unit, all.mass);
+    let force = mass * unit.powi(1 - D as i32);
+    let potential = match D {
+        1 => unit * (far[3] + nodes[3]),
+        2 => far[3] + nodes[3] + unit.ln() * all.far[3].iter().chain(&all.nodes[3]).map(|m| f64::from(*m)).sum::<f64>(),
+        _ => (far[3] + nodes[3]) / unit,
+    };
+    Pull {
+        acceleration: crate::array(|k| s * (near[k] + force * (far[k] + nodes[k]))),
+        potential: s * (near[3] + mass * potential),
+    }
 }
 
-/// Acceleration and potential of points.
+/// Sums over all that attracts. A type, since the body of a closure would be compiled without the vector instructions.
+struct Sums<'a, const D: usize> {
+    place: [f64; 3],
+    here: [f32; 3],
+    all: &'a Attracting,
+    softening: f64,
+}
+
+impl<const D: usize> WithSimd for Sums<'_, D> {
+    type Output = [[f64; 4]; 3];
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, simd: S) -> Self::Output {
+        let Self { place, here, all, softening } = self;
+        [
+            of_near::<D, S>(simd, &place, &all.near, softening),
+            of_points::<D, f32, S>(simd, &here, &all.far, 0.0),
+            of_nodes::<D, f32, S>(simd, &here, &all.nodes),
+        ]
+    }
+}
+
+/// Acceleration and potential of points that may be near, or the place itself.
 #[inline(always)]
-fn of_points<const D: usize>(x: &[f64; 3], points: &[Vec<f64>; 4], softening: f64) -> [f64; 4] {
-    let n = points[3].len();
-    let [px, py, pz, m] = points.each_ref().map(|p| &p[..n]);
-    let mut lanes = [[0.0; LANES]; 4];
-    let softening_squared = softening * softening;
-    let mut add = |lane: usize, i: usize| {
-        let d = [px[i] - x[0], py[i] - x[1], pz[i] - x[2]];
-        let r2 = d[0] * d[0] + d[1] * d[1] + d[2] * d[2];
-        // At the place itself there is no force, and what a particle is to itself is left out.
-        let outside = r2 >= softening_squared && r2 > 0.0;
-        let (far, potential) = bare::<D>(if outside { r2 } else { 1.0 });
-        let factor = if outside { m[i] * far } else { 0.0 };
-        lanes[0][lane] += factor * d[0];
-        lanes[1][lane] += factor * d[1];
-        lanes[2][lane] += factor * d[2];
-        lanes[3][lane] += if outside { m[i] * potential } else { 0.0 };
-    };
-    for chunk in 0..n / LANES {
-        for lane in 0..LANES {
-            add(lane, chunk * LANES + lane);
-        }
+fn of_near<const D: usize, S: Simd>(simd: S, x: &[f64; 3], points: &[Vec<f64>; 4], softening: f64) -> [f64; 4] {
+    if !(softening > 0.0) {
+        return of_bare::<D>(x, points);
     }
-    for (lane, i) in (n - n % LANES..n).enumerate() {
-        add(lane, i);
-    }
-    let mut sum: [f64; 4] = crate::array(|k| lanes[k].iter().sum());
-    if softening > 0.0 {
-        for i in 0..n {
-            let d = [px[i] - x[0], py[i] - x[1], pz[i] - x[2]];
-            let r2 = d[0] * d[0] + d[1] * d[1] + d[2] * d[2];
-            if r2 > 0.0 && r2 < softening_squared {
-                let (force, potential) = softened::<D>(r2.sqrt() / softening);
-                let factor = m[i] * force / softening.powi(D as i32);
-                (0..3).for_each(|k| sum[k] += factor * d[k]);
-                sum[3] += m[i] * scaled_potential::<D>(potential, softening);
+    let squared = softening * softening;
+    let mut sum = of_points::<D, f64, S>(simd, x, points, squared);
+    let arrays = registers::<4, f64, S>(points);
+    let (at, edge) = (splat::<f64, S>(simd, x), f64::splat(simd, squared));
+    let width = points[3].len() / arrays[3].len().max(1);
+    for j in 0..arrays[3].len() {
+        let r2 = displacement::<f64, S>(simd, &arrays, &at, j).1;
+        if f64::sum(simd, f64::sub(simd, <f64 as Real>::max(simd, r2, edge), r2)) > 0.0 {
+            let inside = of_softened::<D>(x, points, j * width..(j + 1) * width, softening);
+            for k in 0..4 {
+                sum[k] += inside[k];
             }
         }
     }
     sum
 }
 
-/// Sums that run side by side, in the same order on every machine.
-const LANES: usize = 8;
-
-/// Acceleration and potential of nodes: of a mass in their center, and of their second moments.
-#[inline(always)]
-fn of_nodes<const D: usize>(x: &[f64; 3], nodes: &[Vec<f64>; 10]) -> [f64; 4] {
-    let n = nodes[3].len();
-    let [px, py, pz, m, xx, yy, zz, xy, xz, yz] = nodes.each_ref().map(|p| &p[..n]);
-    let dimension = D as f64;
-    let mut lanes = [[0.0; LANES]; 4];
-    let mut add = |lane: usize, i: usize| {
-        let d = [px[i] - x[0], py[i] - x[1], pz[i] - x[2]];
+/// Acceleration and potential of points without softening, but for the place itself.
+fn of_bare<const D: usize>(x: &[f64; 3], points: &[Vec<f64>; 4]) -> [f64; 4] {
+    let mut sum = [0.0; 4];
+    for (i, m) in points[3].iter().enumerate() {
+        let d: [f64; 3] = crate::array(|k| points[k][i] - x[k]);
         let r2 = d[0] * d[0] + d[1] * d[1] + d[2] * d[2];
-        let (far, potential) = bare::<D>(r2);
-        let over = 1.0 / r2;
-        // Q d, its trace, and d Q d.
-        let q = [
-            xx[i] * d[0] + xy[i] * d[1] + xz[i] * d[2],
-            xy[i] * d[0] + yy[i] * d[1] + yz[i] * d[2],
-            xz[i] * d[0] + yz[i] * d[1] + zz[i] * d[2],
-        ];
-        let trace = xx[i] + yy[i] + zz[i];
-        let twice = (q[0] * d[0] + q[1] * d[1] + q[2] * d[2]) * over;
-        let along = m[i] + 0.5 * dimension * over * ((dimension + 2.0) * twice - trace);
-        let across = -dimension * over;
-        lanes[0][lane] += far * (along * d[0] + across * q[0]);
-        lanes[1][lane] += far * (along * d[1] + across * q[1]);
-        lanes[2][lane] += far * (along * d[2] + across * q[2]);
-        lanes[3][lane] += m[i] * potential + 0.5 * far * (trace - dimension * twice);
-    };
-    for chunk in 0..n / LANES {
-        for lane in 0..LANES {
-            add(lane, chunk * LANES + lane);
+        if r2 > 0.0 {
+            let (far, potential) = bare::<D>(r2);
+            (0..3).for_each(|k| sum[k] += m * far * d[k]);
+            sum[3] += m * potential;
         }
     }
-    for (lane, i) in (n - n % LANES..n).enumerate() {
-        add(lane, i);
+    sum
+}
+
+/// What [`of_points`] lacks for points that are within the softening radius, and has too much for the place itself.
+fn of_softened<const D: usize>(x: &[f64; 3], points: &[Vec<f64>; 4], range: Range<usize>, softening: f64) -> [f64; 4] {
+    let mut sum = [0.0; 4];
+    let (force_at_edge, potential_at_edge) = bare::<D>(softening * softening);
+    for i in range {
+        let (d, m): ([f64; 3], f64) = (crate::array(|k| points[k][i] - x[k]), points[3][i]);
+        let r2 = d[0] * d[0] + d[1] * d[1] + d[2] * d[2];
+        if r2 < softening * softening {
+            let (force, potential) = softened::<D>(r2.sqrt() / softening);
+            let factor = m * (force / softening.powi(D as i32) - force_at_edge);
+            (0..3).for_each(|k| sum[k] += factor * d[k]);
+            let wanted = if r2 > 0.0 { scaled_potential::<D>(potential, softening) } else { 0.0 };
+            sum[3] += m * (wanted - potential_at_edge);
+        }
     }
-    crate::array(|k| lanes[k].iter().sum())
+    sum
+}
+
+/// Arrays as the registers that they fill.
+#[inline(always)]
+fn registers<const K: usize, R: Real, S: Simd>(arrays: &[Vec<R>; K]) -> [&[R::Vector<S>]; K] {
+    let mut out: [&[R::Vector<S>]; K] = [&[]; K];
+    for k in 0..K {
+        out[k] = R::vectors::<S>(&arrays[k]);
+    }
+    out
+}
+
+/// A place in every lane.
+#[inline(always)]
+fn splat<R: Real, S: Simd>(simd: S, x: &[R; 3]) -> [R::Vector<S>; 3] {
+    [R::splat(simd, x[0]), R::splat(simd, x[1]), R::splat(simd, x[2])]
+}
+
+/// Product of two vectors.
+#[inline(always)]
+fn dot<R: Real, S: Simd>(simd: S, a: &[R::Vector<S>; 3], b: &[R::Vector<S>; 3]) -> R::Vector<S> {
+    R::mul_add(simd, a[2], b[2], R::mul_add(simd, a[1], b[1], R::mul(simd, a[0], b[0])))
+}
+
+/// Displacement of register `j` from a place, and its square.
+#[inline(always)]
+fn displacement<R: Real, S: Simd>(
+    simd: S,
+    arrays: &[&[R::Vector<S>]],
+    at: &[R::Vector<S>; 3],
+    j: usize,
+) -> ([R::Vector<S>; 3], R::Vector<S>) {
+    let mut d = *at;
+    for k in 0..3 {
+        d[k] = R::sub(simd, arrays[k][j], at[k]);
+    }
+    (d, dot::<R, S>(simd, &d, &d))
+}
+
+/// 1/r^d and r.
+#[inline(always)]
+fn falloff<const D: usize, R: Real, S: Simd>(simd: S, r2: R::Vector<S>) -> (R::Vector<S>, R::Vector<S>) {
+    let one = R::splat(simd, R::from_f64(1.0));
+    let root = R::sqrt(simd, r2);
+    let over = R::div(simd, one, root);
+    let far = match D {
+        1 => over,
+        2 => R::mul(simd, over, over),
+        _ => R::mul(simd, over, R::mul(simd, over, over)),
+    };
+    (far, root)
+}
+
+/// Acceleration and potential of points; what is within the square root of `least` has the potential that it would have there, and a
+/// force that grows up to there.
+#[inline(always)]
+fn of_points<const D: usize, R: Real, S: Simd>(simd: S, x: &[R; 3], points: &[Vec<R>; 4], least: f64) -> [f64; 4] {
+    let arrays = registers::<4, R, S>(points);
+    let (at, edge) = (splat::<R, S>(simd, x), R::splat(simd, R::from_f64(least)));
+    let mut sum = [R::splat(simd, R::from_f64(0.0)); 4];
+    for j in 0..arrays[3].len() {
+        let (d, r2) = displacement::<R, S>(simd, &arrays, &at, j);
+        let r2 = R::max(simd, r2, edge);
+        let (far, root) = falloff::<D, R, S>(simd, r2);
+        let factor = R::mul(simd, arrays[3][j], far);
+        for k in 0..3 {
+            sum[k] = R::mul_add(simd, d[k], factor, sum[k]);
+        }
+        match D {
+            1 => sum[3] = R::mul_add(simd, arrays[3][j], root, sum[3]),
+            2 => {}
+            _ => sum[3] = R::sub(simd, sum[3], R::mul(simd, factor, r2)),
+        }
+    }
+    let mut out = [0.0; 4];
+    for k in 0..4 {
+        out[k] = R::sum(simd, sum[k]);
+    }
+    out[3] += logarithms::<D, R>(x, [&points[0], &points[1], &points[3]], least);
+    out
+}
+
+/// The potential of masses in the plane; 0 where space has another number of dimensions.
+fn logarithms<const D: usize, R: Real>(x: &[R; 3], [px, py, m]: [&[R]; 3], least: f64) -> f64 {
+    if D != 2 {
+        return 0.0;
+    }
+    let of = |i: usize| {
+        let d = [px[i].to_f64() - x[0].to_f64(), py[i].to_f64() - x[1].to_f64()];
+        0.5 * m[i].to_f64() * (d[0] * d[0] + d[1] * d[1]).max(least).ln()
+    };
+    (0..m.len()).map(of).sum()
+}
+
+/// Acceleration and potential of nodes, in units of the leaf: of a mass in their center, and of their second moments.
+#[inline(always)]
+fn of_nodes<const D: usize, R: Real, S: Simd>(simd: S, x: &[R; 3], nodes: &[Vec<R>; 10]) -> [f64; 4] {
+    let arrays = registers::<10, R, S>(nodes);
+    let at = splat::<R, S>(simd, x);
+    let half = R::splat(simd, R::from_f64(0.5));
+    let dimension = R::splat(simd, R::from_f64(D as f64));
+    let (next, half_dimension) =
+        (R::splat(simd, R::from_f64(D as f64 + 2.0)), R::splat(simd, R::from_f64(0.5 * D as f64)));
+    let one = R::splat(simd, R::from_f64(1.0));
+    let mut sum = [R::splat(simd, R::from_f64(0.0)); 4];
+    for j in 0..arrays[3].len() {
+        let (d, r2) = displacement::<R, S>(simd, &arrays, &at, j);
+        let (far, root) = falloff::<D, R, S>(simd, r2);
+        let over = R::div(simd, one, r2);
+        let [m, xx, yy, zz, xy, xz, yz] =
+            [arrays[3][j], arrays[4][j], arrays[5][j], arrays[6][j], arrays[7][j], arrays[8][j], arrays[9][j]];
+        // Q d, its trace, and d Q d.
+        let q = [
+            dot::<R, S>(simd, &[xx, xy, xz], &d),
+            dot::<R, S>(simd, &[xy, yy, yz], &d),
+            dot::<R, S>(simd, &[xz, yz, zz], &d),
+        ];
+        let trace = R::add(simd, xx, R::add(simd, yy, zz));
+        let twice = R::mul(simd, dot::<R, S>(simd, &q, &d), over);
+        let bent = R::sub(simd, R::mul(simd, next, twice), trace);
+        let along = R::mul_add(simd, R::mul(simd, half_dimension, over), bent, m);
+        let across = R::mul(simd, dimension, over);
+        for k in 0..3 {
+            let pull = R::sub(simd, R::mul(simd, along, d[k]), R::mul(simd, across, q[k]));
+            sum[k] = R::mul_add(simd, far, pull, sum[k]);
+        }
+        let spread = R::sub(simd, trace, R::mul(simd, dimension, twice));
+        sum[3] = R::mul_add(simd, R::mul(simd, half, far), spread, sum[3]);
+        match D {
+            1 => sum[3] = R::mul_add(simd, m, root, sum[3]),
+            2 => {}
+            _ => sum[3] = R::sub(simd, sum[3], R::mul(simd, m, R::mul(simd, far, r2))),
+        }
+    }
+    let mut out = [0.0; 4];
+    for k in 0..4 {
+        out[k] = R::sum(simd, sum[k]);
+    }
+    out[3] += logarithms::<D, R>(x, [&nodes[0], &nodes[1], &nodes[3]], 0.0);
+    out
 }
 
 /// r^-d and the potential of a unit mass at the squared distance.
-#[inline(always)]
 fn bare<const D: usize>(r2: f64) -> (f64, f64) {
     let over = 1.0 / r2;
     match D {
