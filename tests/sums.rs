@@ -7,7 +7,7 @@ use rand_xoshiro::Xoshiro256PlusPlus;
 use sph::domain::{Axis, Domain, Region, Wall};
 use sph::kernel::{Kernel, KernelName, WendlandC4, evaluate};
 use sph::neighbors::{Reach, Sources, Tree, brute_force};
-use sph::sums::{Actors, density, scatter_gradient, solve_support_radii};
+use sph::sums::{Actors, Search, density, scatter_gradient, solve_support_radii};
 use sph_prep::field::ScalarField;
 use sph_prep::metrics::{DensityError, Measured, NoiseFigures};
 use sph_prep::relaxation::{Control, WvtOptions};
@@ -93,9 +93,19 @@ fn solved_support_radii_hold_the_neighbors_asked_for() {
     for factor in [0.01, 1.0, 4.0] {
         let guess = vec![0.2 * factor; 2000];
         let sources = [Sources::<3, 0>::new(&tree, &guess, [], Reach::Target)];
-        for s in solve_support_radii::<3, 0, f32>(KernelName::WendlandC4, &domain, &sources, 64.0, 2.0) {
+        let solved =
+            |search| solve_support_radii::<3, 0, f32>(KernelName::WendlandC4, &domain, &sources, (64.0, search), 2.0);
+        let exact = solved(Search::EXACT);
+        for s in &exact {
             let count = s.sums.number_density * 4.0 / 3.0 * std::f64::consts::PI * s.support.powi(3);
             assert!((count / 64.0 - 1.0).abs() < 1e-5, "{count} from a guess {factor} times off");
+        }
+        // The last step of a coarser search is made without sums: its error is the square of the tolerance.
+        for (s, exact) in solved(Search { tolerance: 1e-3, margin: 1.02 }).iter().zip(&exact) {
+            let off = s.sums.number_density / exact.sums.number_density - 1.0;
+            assert!(off.abs() < 2e-5, "{off:e} from a guess {factor} times off");
+            let count = s.sums.number_density * 4.0 / 3.0 * std::f64::consts::PI * s.support.powi(3);
+            assert!((count / 64.0 - 1.0).abs() < 2e-6, "{count}");
         }
     }
 }

@@ -8,7 +8,7 @@
 //! use sph_core::domain::{Axis, Domain, Region};
 //! use sph_core::kernel::KernelName;
 //! use sph_core::neighbors::{Reach, Sources, Tree};
-//! use sph_core::sums::solve_support_radii;
+//! use sph_core::sums::{Search, solve_support_radii};
 //!
 //! // A cubic lattice in a periodic box.
 //! let n = 10_usize;
@@ -21,7 +21,7 @@
 //! let tree = Tree::build(&positions);
 //! let guess = vec![0.25; tree.len()];
 //! let sources = [Sources::<3, 0>::new(&tree, &guess, [], Reach::Target)];
-//! let solved = solve_support_radii::<3, 0, f32>(KernelName::WendlandC4, &domain, &sources, 64.0, 1.0);
+//! let solved = solve_support_radii::<3, 0, f32>(KernelName::WendlandC4, &domain, &sources, (64.0, Search::EXACT), 1.0);
 //! assert!(solved.iter().all(|s| (s.sums.number_density / 1000.0 - 1.0).abs() < 0.02));
 //! # Ok::<(), sph_core::domain::DomainError>(())
 //! ```

@@ -6,7 +6,7 @@ use sph::exchange::Exchange;
 use sph::kernel::{KernelName, support_over_spacing};
 use sph::neighbors::{GhostTree, Halo, Reach, Sees, Sources, Tree};
 use sph::parallel;
-use sph::sums::{Actors, DensitySums, Solved, largest_support, scatter_gradient, solve_support_radii};
+use sph::sums::{Actors, DensitySums, Search, Solved, largest_support, scatter_gradient, solve_support_radii};
 use std::borrow::Cow;
 
 /// Reach of the first solution over the guessed radii.
@@ -55,7 +55,8 @@ impl<const D: usize> Measured<D> {
         if let Some(ghosts) = &ghosts {
             sources.push(Sources::new(&ghosts.tree, &ghost_support, [ghost_mass.as_slice()], Reach::Target));
         }
-        let solved = solve_support_radii::<D, 1, f32>(kernel, domain, &sources, kernel_neighbors, largest);
+        let solved =
+            solve_support_radii::<D, 1, f32>(kernel, domain, &sources, (kernel_neighbors, Search::EXACT), largest);
         drop(sources);
         let mut support = vec![0.0; n];
         let mut sums = vec![DensitySums::default(); n];
@@ -95,7 +96,8 @@ impl<const D: usize> Measured<D> {
                 Sources::new(&tree, &guess, [mass.as_slice()], Reach::Target),
                 Sources::new(&halo.tree, &[], [there.as_slice()], Reach::Target),
             ];
-            let solved = solve_support_radii::<D, 1, f32>(kernel, domain, &sources, kernel_neighbors, largest);
+            let solved =
+                solve_support_radii::<D, 1, f32>(kernel, domain, &sources, (kernel_neighbors, Search::EXACT), largest);
             let is_beyond = |(s, r): (&Solved<D>, &f64)| s.support > *r;
             if !exchange.any(solved.iter().zip(&reach).any(is_beyond)) {
                 break solved;

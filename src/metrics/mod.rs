@@ -28,5 +28,5 @@ pub use neighbors::NeighborFigures;
 pub use noise::{NoiseFigures, NoiseParts, poisson_force};
 pub use outcome::Outcome;
 pub use own_units::{InOwnUnits, Stated};
-pub use quality::{Aim, CLOSE, Quality};
+pub use quality::{Aim, Quality};
 pub use wholes::Moving;

@@ -45,7 +45,10 @@ const LITTLE: f64 = 1e-3;
 const LITTLE_EPSILON: f64 = 1e-6;
 const MUCH_NOISE: f64 = 0.3;
 /// The closest pair, in spacings, that is close.
-pub const CLOSE: f64 = 0.4;
+const CLOSE: f64 = 0.4;
+/// The same where forces are what counts: a few pairs of a hundred thousand that the code would make in its first steps are less
+/// than twice the force on all others.
+const CLOSE_FOR_FORCES: f64 = 0.3;
 /// Mean density error, and deviation of boxes, that a balance may come to: beyond it, it is another body.
 const FORCES_LITTLE: f64 = 0.03;
 /// What a region may gain or lose beside one particle.
@@ -126,7 +129,8 @@ impl Quality {
             ));
         }
         let is_solid = aim == Aim::ForcesOfSolids;
-        if !is_solid && self.closest_pair < CLOSE.min(0.5 * earlier.closest_pair) {
+        let close = if aim == Aim::Forces { CLOSE_FOR_FORCES } else { CLOSE };
+        if !is_solid && self.closest_pair < close.min(0.5 * earlier.closest_pair) {
             let (now, before) = (self.closest_pair, earlier.closest_pair);
             return Some(format!("the closest pair went from {before:.2} to {now:.2} spacings"));
         }

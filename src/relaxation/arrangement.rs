@@ -8,7 +8,7 @@ use sph::kernel::{KernelName, support_over_spacing};
 use sph::lanes::Real;
 use sph::neighbors::{GhostTree, Halo, Reach, Sees, Sources, Tree};
 use sph::sums::{
-    Actors, Away, DensitySums, Solved, Vector, away_from_closest, density, largest_support, scatter_gradient,
+    Actors, Away, DensitySums, Search, Solved, Vector, away_from_closest, density, largest_support, scatter_gradient,
     solve_support_radii,
 };
 use sph::{parallel, reduce};
@@ -374,10 +374,10 @@ impl<'a, const D: usize, R: Real> Arrangement<'a, D, R> {
     }
 
     /// Support radii with n V_d H^d = N_H, and the sums at them.
-    pub fn solve(&self, guess: &[f64]) -> Vec<Solved<D>> {
+    pub fn solve(&self, guess: &[f64], search: Search) -> Vec<Solved<D>> {
         let largest = largest_support(&self.domain, self.len(), self.kernel_neighbors);
         let sources = self.sources(guess);
-        solve_support_radii::<D, 0, R>(self.kernel, &self.domain, &sources, self.kernel_neighbors, largest)
+        solve_support_radii::<D, 0, R>(self.kernel, &self.domain, &sources, (self.kernel_neighbors, search), largest)
     }
 
     fn sources<'s>(&'s self, support: &'s [f64]) -> Vec<Sources<'s, D, 0>> {

@@ -28,7 +28,8 @@
 //! beyond its surface as they would in the code.
 
 use super::arrangement::Arrangement;
-use super::equilibrium::{Balance, Best, Descent, Newton};
+use super::balance_states::{Best, Descent, Newton};
+use super::equilibrium::Balance;
 use super::report::{Progress, StageName, StageReport, StopReason};
 use super::snapshot::{Check, Trace, axes, decode, encode};
 use super::stage::{Particles, Relaxed, Running, Stage};
@@ -47,12 +48,14 @@ pub struct BalanceOptions {
     pub kernel_neighbors: f64,
     /// Evaluations of the force, at most.
     pub evaluations: usize,
+    /// The mean net force over gravity at which it ends.
+    pub enough: f64,
 }
 
 impl BalanceOptions {
     /// The defaults in `d` dimensions.
     pub fn new(d: usize) -> Self {
-        Self { kernel_neighbors: sph::kernel::default_kernel_neighbors(d), evaluations: 200 }
+        Self { kernel_neighbors: sph::kernel::default_kernel_neighbors(d), evaluations: 200, enough: 0.0 }
     }
 }
 
@@ -145,7 +148,7 @@ impl<const D: usize> Snapshot<D> {
             .scalars("the best internal energies", &self.best.internal_energy);
         let other = "has another number of gradients than of particles";
         match &self.way {
-            Way::Descent(Descent { frame, support, gradient, memory }) => frame
+            Way::Descent(Descent { frame, support, gradient, memory, .. }) => frame
                 .check::<D>(check, count)
                 .scalars("support radii", support)
                 .vectors("the gradient", gradient)
@@ -177,14 +180,18 @@ impl<const D: usize> Running<D> for Run<'_, D> {
             return outside;
         }
         let all = self.options.evaluations;
+        let is_last = self.share + 1 == SHARES.len() || matches!(self.way, Way::Newton(_));
+        if is_last && self.balance.is_at_rest(self.options.enough) {
+            return Some(StopReason::ToleranceReached);
+        }
         let descent = match &mut self.way {
             Way::Descent(descent) => descent,
             Way::Newton(newton) => return self.balance.advance_newton(newton, all),
         };
         let descents = self.balance.share_of_descents();
         let end = (descents * SHARES[self.share] * all as f64).ceil() as usize;
-        let stop = self.balance.advance(descent, end)?;
-        if self.share + 1 == SHARES.len() {
+        let stop = self.balance.advance(descent, (end, is_last))?;
+        if is_last {
             if descents == 1.0 {
                 return Some(stop);
             }

@@ -1,23 +1,22 @@
 //! Pressure against gravity at one arrangement of particles, and the descent towards their balance, see [`super::balance`].
 
 use super::arrangement::Arrangement;
+use super::balance_states::{Best, Descent, Frame, Newton};
 use super::fit::{fit, interior};
 use super::lbfgs::{Lbfgs, product};
 use super::newton::MinimalResidual;
 use super::pairs::closer_than;
+use super::pulls::{Pulls, Well};
 use super::report::{Progress, StopReason};
-use super::snapshot::{Check, Trace, axes, rows};
+use super::snapshot::Trace;
 use super::states::{Law, States};
 use super::swelling::shortfall;
 use super::thermal::{Basis, Factor, enclosed_fractions};
-use crate::metrics::CLOSE;
 use crate::target::{Equilibrium, Positions, at};
-use serde::{Deserialize, Serialize};
 use sph::domain::Wall;
-use sph::gravity::{OPENING_ANGLE, gravity, softening_radius};
 use sph::kernel::most_neighbors_without_pairs;
 use sph::lanes::Real;
-use sph::sums::DensitySums;
+use sph::sums::{DensitySums, Search};
 use sph::{parallel, reduce};
 
 /// No particle moves farther in a step, in its own spacing.
@@ -37,6 +36,8 @@ const LEFT: f64 = 0.1;
 /// Particles that would come closer than this, in spacings, are held in a Newton step, in so many rounds at most.
 const TOO_CLOSE: f64 = 0.5;
 const ROUNDS: usize = 4;
+/// Particles closer than this count as paired: somewhat more than what [`crate::metrics::Quality`] takes for a loss.
+const PAIRED: f64 = 0.33;
 /// Largest move over which forces are differenced, in spacings.
 const DIFFERENCE: f64 = 0.02;
 /// What is nearer to the surface of a body than this part of its radius takes its state from there.
@@ -45,6 +46,13 @@ const SKIN: f64 = 1e-3;
 const LARGEST_BIAS: f64 = 0.1;
 /// Pressures below this fraction of the largest P/n do not stretch steps further.
 const COLDEST: f64 = 1e-6;
+/// Radii are found from those of the last evaluation, to an accuracy that leaves as small a part of the forces.
+const SEARCH: Search = Search { tolerance: 1e-4, margin: 1.02 };
+/// Evaluations after which gravity is found anew in the last descent.
+const ATTRACTED: usize = 20;
+/// Part of the least error, and of that of the last state of which gravity was found, below which that of a state is found to see whether it
+/// is the best.
+const PROMISE: f64 = 0.95;
 /// Step of the differences of a field that holds the pressure, in spacings.
 const GRADIENT_STEP: f64 = 1e-3;
 
@@ -52,6 +60,8 @@ const GRADIENT_STEP: f64 = 1e-3;
 pub(super) struct Balance<'a, const D: usize, R> {
     pub arrangement: Arrangement<'a, D, R>,
     pub equilibrium: &'a dyn Equilibrium<D>,
+    /// The target's g where that is of the body itself.
+    pub well: Option<Well<D>>,
     pub mass: f64,
     /// The factor on A_i; 1 where it is no matter of a few percent.
     pub factor: Factor,
@@ -60,73 +70,6 @@ pub(super) struct Balance<'a, const D: usize, R> {
     pub evaluations: usize,
     pub best: Best<D>,
     pub trace: Trace,
-}
-
-/// The best state so far.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub(super) struct Best<const D: usize> {
-    #[serde(with = "axes")]
-    pub positions: Positions<D>,
-    pub internal_energy: Vec<f64>,
-    pub iteration: usize,
-    pub error: f64,
-    /// [`Balance::factor`] and [`Balance::fitted_factor`] there.
-    pub factors: [Factor; 2],
-    /// Whether some particles are close to others: any state in which none are is better.
-    pub is_paired: bool,
-}
-
-/// What is held until A_i is taken anew.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub(super) struct Frame {
-    /// A_i with the factor, and the factor; or points of the adiabats of materials.
-    pub states: States,
-    pub factor: Vec<f64>,
-    /// Share of the mass nearer to the center of a body that its own gravity holds.
-    pub fraction: Option<Vec<f64>>,
-    /// Per particle, what all others attract it with beyond the target's g: it changes little as particles move.
-    pub own: Option<Vec<f64>>,
-    pub spacing: Vec<f64>,
-    /// Unit of each particle's moves: longer where the fluid is cold, so that all respond alike.
-    pub unit: Vec<f64>,
-    /// Largest P/n, which makes gradients dimensionless.
-    pub temperature: f64,
-}
-
-impl Frame {
-    /// What of it is not of `D` dimensions and as many particles as `check` counts.
-    pub fn check<const D: usize>(&self, check: Check, count: usize) -> Check {
-        check
-            .holds(self.states.is_of(count), "has thermal states of another number of particles")
-            .scalars("factors", &self.factor)
-            .holds(self.own.as_ref().is_none_or(|g| g.len() == count * D), "has gravity of another number of particles")
-            .scalars("spacings", &self.spacing)
-            .scalars("units", &self.unit)
-    }
-}
-
-/// A descent under way.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub(super) struct Descent<const D: usize> {
-    pub frame: Frame,
-    pub memory: Lbfgs<D>,
-    pub support: Vec<f64>,
-    #[serde(with = "rows")]
-    pub gradient: Vec<[f64; D]>,
-}
-
-/// A step of Newton's method under way.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub(super) struct Newton<const D: usize> {
-    pub frame: Frame,
-    /// Where it begins, with support radii and minus the force there.
-    #[serde(with = "axes")]
-    pub from: Positions<D>,
-    pub support: Vec<f64>,
-    #[serde(with = "rows")]
-    pub gradient: Vec<[f64; D]>,
-    pub solver: MinimalResidual<D>,
-    products: usize,
 }
 
 /// Forces at one arrangement.
@@ -152,9 +95,11 @@ impl<'a, const D: usize, R: Real> Balance<'a, D, R> {
             error: f64::INFINITY,
             factors: [Factor::one(), Factor::one()],
             is_paired: true,
+            looked_at: f64::INFINITY,
         };
         Self {
             mass: arrangement.target.mass / arrangement.target.count as f64,
+            well: Well::new(equilibrium, 0.5 * arrangement.target.domain.size()),
             arrangement,
             equilibrium,
             factor: Factor::one(),
@@ -181,12 +126,18 @@ impl<'a, const D: usize, R: Real> Balance<'a, D, R> {
         if self.most_neighbors().is_some() { 1.0 } else { DESCENTS }
     }
 
+    /// Whether the best state has particles apart and less net force than `enough`.
+    pub fn is_at_rest(&self, enough: f64) -> bool {
+        self.best.error < enough && !self.best.is_paired
+    }
+
     /// Takes A_i anew and begins a descent with it.
     pub fn descend(&mut self) -> Descent<D> {
         self.arrangement.sort();
-        let (frame, now) = self.fitted();
-        self.note(&frame, &now, 0.0);
-        Descent { frame, memory: Lbfgs::new(), support: now.support, gradient: now.gradient }
+        let (frame, mut now) = self.fitted();
+        self.note(&frame, &mut now, 0.0, true);
+        let Evaluation { support, gradient, .. } = now;
+        Descent { frame, memory: Lbfgs::new(), support, gradient, attracted: self.evaluations }
     }
 
     /// A_i at the present places, with the factor that gravity asks for, and the forces.
@@ -196,6 +147,7 @@ impl<'a, const D: usize, R: Real> Balance<'a, D, R> {
         let comes_to_rest = self.equilibrium.own_center().is_some() && !self.makes_pairs();
         let may_be_shells = self.evaluations == 0 && comes_to_rest;
         let is_fitted = self.equilibrium.has_gravity() && self.law().materials.is_none() && !may_be_shells;
+        self.best.looked_at = f64::INFINITY;
         if is_fitted && comes_to_rest {
             self.take_swelling_back();
         }
@@ -229,13 +181,13 @@ impl<'a, const D: usize, R: Real> Balance<'a, D, R> {
         self.arrangement.place(|i| moved[i]);
     }
 
-    /// One step of a descent that may make evaluations up to `end`; why it ends, if it does.
-    pub fn advance(&mut self, descent: &mut Descent<D>, end: usize) -> Option<StopReason> {
+    /// One step of a descent that may make evaluations up to `end`, the last of the stage or not; why it ends, if it does.
+    pub fn advance(&mut self, descent: &mut Descent<D>, (end, is_last): (usize, bool)) -> Option<StopReason> {
         if self.evaluations >= end {
             return Some(StopReason::IterationLimit);
         }
         loop {
-            let Descent { frame, memory, support, gradient } = descent;
+            let Descent { frame, memory, support, gradient, attracted } = descent;
             let mut direction = memory.direction(gradient);
             if !(product(&direction, gradient) < 0.0) {
                 memory.clear();
@@ -246,7 +198,7 @@ impl<'a, const D: usize, R: Real> Balance<'a, D, R> {
                 return Some(StopReason::Stagnated);
             }
             let first = if memory.is_empty() { FIRST_STEP / longest } else { (MAX_STEP / longest).min(1.0) };
-            let Some((next, step)) = self.search(frame, (support, gradient), &direction, first) else {
+            let Some((mut next, step)) = self.search(frame, (support, gradient), &direction, first) else {
                 if memory.is_empty() {
                     return Some(StopReason::Stagnated);
                 }
@@ -257,11 +209,31 @@ impl<'a, const D: usize, R: Real> Balance<'a, D, R> {
                 continue;
             };
             memory.push(&step, gradient, &next.gradient);
+            let is_due = is_last && self.evaluations >= *attracted + ATTRACTED;
+            if is_due {
+                *attracted = self.evaluations;
+                self.attract(frame, &mut next);
+            }
             let length = self.longest(frame, &step);
-            self.note(frame, &next, length);
+            self.note(frame, &mut next, length, is_due);
             (*support, *gradient) = (next.support, next.gradient);
             return None;
         }
+    }
+
+    /// Finds the gravity of the particles anew, and the error with it. Where some are so close to each other that hardly more than
+    /// that keeps them apart, they would follow it together: the descent then follows its mean over shells.
+    fn attract(&mut self, frame: &mut Frame, now: &mut Evaluation<D>) {
+        let Some((before, fresh)) = frame.pulls.take().zip(self.pulls(&frame.spacing)) else { return };
+        let Arrangement { domain, positions, .. } = &self.arrangement;
+        let crowded = closer_than(domain, positions, &frame.spacing, TOO_CLOSE).contains(&true);
+        let center = self.equilibrium.own_center().unwrap_or([0.0; D]);
+        let fraction = enclosed_fractions(positions, &center);
+        let followed = if crowded { before.following(&fresh, (positions, &fraction), &center) } else { fresh.clone() };
+        now.gravity = self.gravity(frame, Some(&fresh));
+        now.error = self.error(frame, now);
+        now.gradient = self.gradient(frame, &now.pressure_force, &self.gravity(frame, Some(&followed)));
+        frame.pulls = Some(followed);
     }
 
     /// Goes on by a product or by a step towards the force-free arrangement nearby, whether it is a minimum or a saddle, by
@@ -269,8 +241,8 @@ impl<'a, const D: usize, R: Real> Balance<'a, D, R> {
     pub fn advance_newton(&mut self, newton: &mut Option<Newton<D>>, end: usize) -> Option<StopReason> {
         let Some(mut under_way) = newton.take() else {
             self.arrangement.sort();
-            let (frame, now) = self.fitted();
-            self.note(&frame, &now, 0.0);
+            let (frame, mut now) = self.fitted();
+            self.note(&frame, &mut now, 0.0, true);
             let solver = MinimalResidual::new(&now.gradient);
             let from = self.arrangement.positions.clone();
             let Evaluation { support, gradient, .. } = now;
@@ -301,10 +273,10 @@ impl<'a, const D: usize, R: Real> Balance<'a, D, R> {
         let mut t = if longest > 0.0 { (MAX_STEP / longest).min(1.0) } else { 0.0 };
         for _ in 0..MAX_TRIALS {
             let step = self.step_apart(&frame, &from, &mut direction, t);
-            let next = self.evaluate(&frame, &support);
+            let mut next = self.evaluate(&frame, &support);
             if product(&next.gradient, &next.gradient) < norm {
                 let length = self.longest(&frame, &step);
-                self.note(&frame, &next, length);
+                self.note(&frame, &mut next, length, false);
                 return None;
             }
             t *= 0.4;
@@ -388,8 +360,8 @@ impl<'a, const D: usize, R: Real> Balance<'a, D, R> {
                 States::Gas(parallel::map(n, entropy))
             }
         };
-        let own = self.own_gravity(&spacing);
-        Frame { states, factor, fraction, own, spacing, unit, temperature }
+        let pulls = self.pulls(&spacing);
+        Frame { states, factor, fraction, pulls, spacing, unit, temperature }
     }
 
     /// Where the target says what a particle at `x` is like: `x`, or a place within the surface that it is beyond.
@@ -434,31 +406,33 @@ impl<'a, const D: usize, R: Real> Balance<'a, D, R> {
         force
     }
 
-    /// g at the particles.
-    fn gravity(&self, frame: &Frame) -> Vec<[f64; D]> {
+    /// g at the particles, with what they attract each other with beyond the target's.
+    fn gravity(&self, frame: &Frame, pulls: Option<&Pulls>) -> Vec<[f64; D]> {
         let positions = &self.arrangement.positions;
+        let held = pulls.zip(self.well.as_ref());
         parallel::map(self.arrangement.len(), |i| {
-            let step = GRADIENT_STEP * frame.spacing[i];
-            let wanted = self.equilibrium.gravity(&at(positions, i), step);
-            frame.own.as_ref().map_or(wanted, |own| sph::array(|k| wanted[k] + own[i * D + k]))
+            let x = at(positions, i);
+            match &held {
+                Some((pulls, well)) => pulls.on(i, &x, well),
+                None => self.equilibrium.gravity(&x, GRADIENT_STEP * frame.spacing[i]),
+            }
         })
     }
 
-    /// What the particles attract each other with beyond the target's g, where that is their own.
-    fn own_gravity(&self, spacing: &[f64]) -> Option<Vec<f64>> {
-        self.equilibrium.own_center()?;
-        let Arrangement { positions, .. } = &self.arrangement;
-        let softening = softening_radius::<D>(spacing.iter().map(|s| s.powi(-(D as i32))));
-        let masses = vec![self.mass; spacing.len()];
-        let pulls = gravity(self.arrangement.tree(), &masses, softening, OPENING_ANGLE);
-        let point = self.equilibrium.point_mass();
-        let beyond = parallel::map(pulls.len(), |i| {
-            let x = at(positions, i);
-            let wanted = self.equilibrium.gravity(&x, GRADIENT_STEP * spacing[i]);
-            let others = point.map_or([0.0; D], |p| p.pull(&x).acceleration);
-            std::array::from_fn::<f64, D, _>(|k| pulls[i].acceleration[k] + others[k] - wanted[k])
-        });
-        Some(beyond.into_iter().flatten().collect())
+    /// What the particles attract each other with where that holds the body.
+    fn pulls(&self, spacing: &[f64]) -> Option<Pulls> {
+        let well = self.well.as_ref()?;
+        Some(Pulls::new(&self.arrangement, (self.equilibrium, well), self.mass, spacing))
+    }
+
+    /// Minus the net force in units of each particle's moves; none on those that are held.
+    fn gradient(&self, frame: &Frame, pressure_force: &[[f64; D]], gravity: &[[f64; D]]) -> Vec<[f64; D]> {
+        let positions = &self.arrangement.positions;
+        parallel::map(gravity.len(), |i| {
+            let net: [f64; D] = sph::array(|k| pressure_force[i][k] + gravity[i][k]);
+            let scale = -self.mass * frame.unit[i] / frame.temperature;
+            if self.is_held(&at(positions, i), &net, frame.spacing[i]) { [0.0; D] } else { net.map(|f| scale * f) }
+        })
     }
 
     fn interior(&self, now: &Evaluation<D>) -> Option<Vec<bool>> {
@@ -471,7 +445,7 @@ impl<'a, const D: usize, R: Real> Balance<'a, D, R> {
         if self.arrangement.domain.region.wall() == Some(Wall::Reflecting) {
             self.arrangement.mirror(guess);
         }
-        let solved = self.arrangement.solve(guess);
+        let solved = self.arrangement.solve(guess, SEARCH);
         let support = parallel::map(solved.len(), |i| solved[i].support);
         let sums = parallel::map(solved.len(), |i| solved[i].sums);
         let strength = parallel::map(sums.len(), |i| {
@@ -480,13 +454,8 @@ impl<'a, const D: usize, R: Real> Balance<'a, D, R> {
             law.pressure(&frame.states, i, mass * s.number_density) / (s.number_density.powi(2) * grad_h)
         });
         let pressure_force = self.pressure_force(&support, &strength, &sums);
-        let gravity = self.gravity(frame);
-        let positions = &self.arrangement.positions;
-        let gradient = parallel::map(sums.len(), |i| {
-            let net: [f64; D] = sph::array(|k| pressure_force[i][k] + gravity[i][k]);
-            let scale = -mass * frame.unit[i] / frame.temperature;
-            if self.is_held(&at(positions, i), &net, frame.spacing[i]) { [0.0; D] } else { net.map(|f| scale * f) }
-        });
+        let gravity = self.gravity(frame, frame.pulls.as_ref());
+        let gradient = self.gradient(frame, &pressure_force, &gravity);
         let mut now = Evaluation { support, sums, strength, pressure_force, gravity, gradient, error: 0.0 };
         now.error = self.error(frame, &now);
         now
@@ -504,9 +473,10 @@ impl<'a, const D: usize, R: Real> Balance<'a, D, R> {
         !(domain.distance_to_edge(&ahead) > depth)
     }
 
-    /// Mean |a + g| / |g| over the interior, or over all particles where those at the surface are free; without gravity mean |a| rho spacing / P.
+    /// Mean |a + g| / |g| over the interior, or the larger of that and of the mean over all particles where those at the surface are free; without
+    /// gravity mean |a| rho spacing / P.
     fn error(&self, frame: &Frame, now: &Evaluation<D>) -> f64 {
-        let set = self.interior(now).filter(|_| !self.arrangement.leaves_target);
+        let set = self.interior(now);
         let counts = |i: usize| set.as_ref().is_none_or(|s| s[i]);
         let gravity = self.equilibrium.has_gravity();
         let law = self.law();
@@ -521,8 +491,12 @@ impl<'a, const D: usize, R: Real> Balance<'a, D, R> {
             if unit > 0.0 { dot(&net, &net).sqrt() / unit } else { 0.0 }
         };
         let n = now.sums.len();
-        let total = reduce::sum(n, |i| if counts(i) { error(i) } else { 0.0 });
-        total / parallel::count(n, counts).max(1) as f64
+        let [total, within] = reduce::sums(n, |i| {
+            let error = error(i);
+            [error, if counts(i) { error } else { 0.0 }]
+        });
+        let within = within / parallel::count(n, counts).max(1) as f64;
+        if self.arrangement.leaves_target { within.max(total / n as f64) } else { within }
     }
 
     fn longest(&self, frame: &Frame, v: &[[f64; D]]) -> f64 {
@@ -532,26 +506,25 @@ impl<'a, const D: usize, R: Real> Balance<'a, D, R> {
     /// Whether a gas has particles that are close to others, as no stage may leave them.
     fn is_paired(&self, frame: &Frame) -> bool {
         let Arrangement { domain, positions, .. } = &self.arrangement;
-        self.law().materials.is_none() && closer_than(domain, positions, &frame.spacing, CLOSE).contains(&true)
+        self.law().materials.is_none() && closer_than(domain, positions, &frame.spacing, PAIRED).contains(&true)
     }
 
-    fn note(&mut self, frame: &Frame, now: &Evaluation<D>, length: f64) {
-        let law = self.law();
-        let may_be_best = now.error < self.best.error || self.best.is_paired;
+    /// Takes a state for the best if it is; `is_exact` where gravity is that of the particles where they are now. Otherwise it is found
+    /// for a state that promises enough.
+    fn note(&mut self, frame: &Frame, now: &mut Evaluation<D>, length: f64, is_exact: bool) {
+        let is_exact = is_exact || frame.pulls.is_none();
+        let most = if is_exact { self.best.error } else { PROMISE * self.best.error.min(self.best.looked_at) };
+        let may_be_best = now.error < most || self.best.is_paired;
         let is_paired = may_be_best && self.is_paired(frame);
         if may_be_best && (is_paired, now.error) < (self.best.is_paired, self.best.error) {
-            self.best = Best {
-                is_paired,
-                factors: [self.factor.clone(), self.fitted_factor.clone()],
-                positions: self.arrangement.positions.clone(),
-                internal_energy: parallel::map(now.sums.len(), |i| {
-                    law.energy(&frame.states, i, self.mass * now.sums[i].number_density)
-                }),
-                iteration: self.evaluations,
-                error: now.error,
-            };
+            if !is_exact && let Some(fresh) = self.pulls(&frame.spacing) {
+                self.best.looked_at = now.error;
+                now.gravity = self.gravity(frame, Some(&fresh));
+                now.error = self.error(frame, now);
+            }
+            self.take_if_best(frame, now, is_paired);
         }
-        let wanted = self.arrangement.target.number_densities(&self.arrangement.positions);
+        let wanted = self.arrangement.target_density();
         let epsilon = fit(self.interior(now).as_deref(), &wanted, |i| now.sums[i].number_density).epsilon;
         self.trace.history.push(Progress {
             iteration: self.evaluations,
@@ -560,6 +533,22 @@ impl<'a, const D: usize, R: Real> Balance<'a, D, R> {
             largest_step: length,
             seconds: self.trace.seconds(),
         });
+    }
+
+    fn take_if_best(&mut self, frame: &Frame, now: &Evaluation<D>, is_paired: bool) {
+        if (is_paired, now.error) < (self.best.is_paired, self.best.error) {
+            let law = self.law();
+            let energy = |i: usize| law.energy(&frame.states, i, self.mass * now.sums[i].number_density);
+            self.best = Best {
+                looked_at: self.best.looked_at,
+                is_paired,
+                factors: [self.factor.clone(), self.fitted_factor.clone()],
+                positions: self.arrangement.positions.clone(),
+                internal_energy: parallel::map(now.sums.len(), energy),
+                iteration: self.evaluations,
+                error: now.error,
+            };
+        }
     }
 }
 

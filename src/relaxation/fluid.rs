@@ -7,7 +7,7 @@ use crate::target::{Positions, Target, at};
 use serde::{Deserialize, Serialize};
 use sph::kernel::KernelName;
 use sph::lanes::Real;
-use sph::sums::{DensitySums, SHEAR_CHANNELS, Shear, shear};
+use sph::sums::{DensitySums, SHEAR_CHANNELS, Search, Shear, shear};
 use sph::{parallel, reduce};
 
 /// Parameters of the relaxation; the terms can be switched off one by one.
@@ -195,7 +195,7 @@ impl<'a, const D: usize, R: Real> Fluid<'a, D, R> {
     /// Sums, error and accelerations at the present positions and velocities.
     pub fn evaluate(&mut self) {
         self.state.mirror(&self.support);
-        let solved = self.state.solve(&self.support);
+        let solved = self.state.solve(&self.support, Search::EXACT);
         self.support = parallel::map(solved.len(), |i| solved[i].support);
         self.sums = parallel::map(solved.len(), |i| solved[i].sums);
         self.wanted = self.state.target.number_densities(&self.state.positions);

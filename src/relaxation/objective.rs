@@ -7,7 +7,7 @@ use crate::target::at;
 use serde::{Deserialize, Serialize};
 use sph::kernel::{KernelName, support_over_spacing};
 use sph::lanes::Real;
-use sph::sums::DensitySums;
+use sph::sums::{DensitySums, Search};
 use sph::{parallel, reduce};
 
 /// The objective of an arrangement that changes.
@@ -195,7 +195,7 @@ impl<'a, const D: usize, R: Real> Objective<'a, D, R> {
     /// Epsilon as it is measured in the end: at solved support radii, and over what is resolved now.
     pub fn measured(&mut self) -> f64 {
         let (wanted, kappa) = (self.arrangement.target_density(), self.kappa.unwrap_or(1.0));
-        let solved = self.arrangement.solve(&self.supports(&wanted, kappa));
+        let solved = self.arrangement.solve(&self.supports(&wanted, kappa), Search::EXACT);
         let (target, positions) = (&self.arrangement.target, &self.arrangement.positions);
         let ratio = support_over_spacing(D, self.arrangement.kernel_neighbors);
         let support = parallel::map(solved.len(), |i| target.support(wanted[i], ratio));

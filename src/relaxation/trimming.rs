@@ -12,6 +12,7 @@ use super::stage::{Particles, Relaxed, Running, Stage};
 use crate::target::Target;
 use serde::{Deserialize, Serialize};
 use sph::kernel::KernelName;
+use sph::sums::Search;
 use sph::{parallel, reduce};
 
 pub const NAME: StageName = StageName { name: "trim", title: "mass trimming" };
@@ -85,7 +86,7 @@ impl<'a, const D: usize> Fixed<'a, D> {
         let (mut state, order) = Arrangement::with_order(stage.kernel, target, mirrored, positions, neighbors);
         let guess = state.target_supports();
         state.mirror(&guess);
-        let solved = state.solve(&guess);
+        let solved = state.solve(&guess, Search::EXACT);
         let support = parallel::map(solved.len(), |i| solved[i].support);
         state.mirror(&support);
         let target_density = target.densities(&state.positions);

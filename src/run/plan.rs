@@ -234,6 +234,10 @@ impl Plan {
         }
         let usual = (MOST_BALANCE * (USUAL_BALANCE / count as f64).cbrt()).clamp(LEAST_BALANCE, 1.5 * MOST_BALANCE);
         self.balance = asked.and_then(|b| b.evaluations).unwrap_or(usual as usize);
+        if scene.solver.evaluations.is_none() && scene.tolerance.is_none() {
+            // What it leaves decides over the density; the solver brings particles into order.
+            self.evaluations = self.evaluations.min(BEFORE_BALANCE);
+        }
         self.stages.push(BALANCE);
     }
 
@@ -255,6 +259,8 @@ const UNASKED: [&str; 2] =
 const MOST_BALANCE: f64 = 400.0;
 const USUAL_BALANCE: f64 = 3e4;
 const LEAST_BALANCE: f64 = 120.0;
+/// Evaluations of the density solver before a balance, at most: more of them change neither its net force nor how still the body stays.
+const BEFORE_BALANCE: usize = 60;
 /// Bodies of fewer particles are not balanced unless asked for.
 const MIN_BALANCED: usize = 1000;
 

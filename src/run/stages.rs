@@ -27,6 +27,9 @@ pub struct Placed<const D: usize> {
     pub stop: StopReason,
 }
 
+/// Net force over gravity below which codes see no less: their own gravity is no better.
+const UNSEEN_FORCE: f64 = 1e-3;
+
 /// What all stages are made from.
 pub struct Setting<'a, const D: usize> {
     pub scene: &'a Scene,
@@ -354,7 +357,13 @@ impl<'a, const D: usize> Setting<'a, D> {
     }
 
     fn balance(&self, plan: &Plan) -> BalanceOptions {
-        BalanceOptions { kernel_neighbors: self.scene.kernel_neighbors(D), evaluations: plan.balance }
+        // Who says how many evaluations there are to be gets them.
+        let asked = self.scene.balance.as_ref().is_some_and(|b| b.evaluations.is_some());
+        BalanceOptions {
+            kernel_neighbors: self.scene.kernel_neighbors(D),
+            evaluations: plan.balance,
+            enough: if asked { 0.0 } else { UNSEEN_FORCE },
+        }
     }
 
     fn trimming(&self) -> Option<TrimOptions> {

@@ -20,14 +20,29 @@ pub struct Solved<const D: usize> {
 struct SolvePass<K> {
     kernel: K,
     kernel_neighbors: f64,
+    tolerance: f64,
     largest: f64,
 }
 
-/// Relative accuracy of n V_d H^d = N_H; finer than what f32 sums resolve.
-const SUPPORT_TOLERANCE: f64 = 1e-6;
+/// How support radii are looked for.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Search {
+    /// Relative accuracy of n V_d H^d = N_H.
+    pub tolerance: f64,
+    /// Reach of the first gathering over the largest guess of the leaf.
+    pub margin: f64,
+}
+
+impl Search {
+    /// From guesses of any quality to what f32 sums do not resolve.
+    pub const EXACT: Self = Self { tolerance: FINEST, margin: SOLVE_MARGIN };
+}
+
+/// Finer than what f32 sums resolve.
+const FINEST: f64 = 1e-6;
 /// Newton converges in three or four steps, bisection needs some forty.
 const MAX_SUPPORT_STEPS: usize = 80;
-/// Reach of the first gathering over the largest guess of the leaf.
+/// Reach of gathering over radii that may still be far off.
 const SOLVE_MARGIN: f64 = 1.15;
 
 impl<const D: usize, const C: usize, K: Kernel, R: Real> LeafPass<D, C, R> for SolvePass<K> {
@@ -42,7 +57,8 @@ impl<const D: usize, const C: usize, K: Kernel, R: Real> LeafPass<D, C, R> for S
 }
 
 impl<K: Kernel> SolvePass<K> {
-    /// Newton in ln H on ln(n V_d H^d / N_H), bracketed; gathers anew where the root lies beyond the reach.
+    /// Newton in ln H on ln(n V_d H^d / N_H), bracketed; gathers anew where the root lies beyond the reach. Within the tolerance the last
+    /// step is made without sums at its end: H and n are those of the root to its square, all else is of where they were summed.
     #[inline(always)]
     fn solve<const D: usize, const C: usize, R: Real, S: Simd>(
         &self,
@@ -61,7 +77,13 @@ impl<K: Kernel> SolvePass<K> {
             sums = density_sums::<D, C, K, R, S>(simd, self.kernel, batch, i, support);
             let count = sums.number_density * support.powi(D as i32);
             let excess = (count / target).ln();
-            if excess.abs() < SUPPORT_TOLERANCE || (support >= self.largest && excess < 0.0) {
+            let rate = D as f64 + sums.slope / sums.number_density;
+            if excess.abs() < self.tolerance && excess.abs() > FINEST && rate > 0.0 {
+                support = (support * (-excess / rate).exp()).min(self.largest);
+                sums.number_density = target / support.powi(D as i32);
+                break;
+            }
+            if excess.abs() < FINEST || (support >= self.largest && excess < 0.0) {
                 break;
             }
             if excess > 0.0 {
@@ -72,7 +94,6 @@ impl<K: Kernel> SolvePass<K> {
             if hi / lo < 1.0 + 1e-12 {
                 break;
             }
-            let rate = D as f64 + sums.slope / sums.number_density;
             let newton = support * (-excess / rate).clamp(-1.0, 1.0).exp();
             support = if rate > 0.0 && newton > lo && newton < hi {
                 newton
@@ -87,25 +108,27 @@ impl<K: Kernel> SolvePass<K> {
     }
 }
 
-/// Solves n V_d H^d = N_H for every particle; `guess` in tree order, as is the result. No radius exceeds
+/// Solves n V_d H^d = N_H for every particle; the guess, which is the support of the first source, is in tree order, as is the result. No radius exceeds
 /// `largest` (where fewer than N_H particles exist in an open domain, there is no solution).
 pub fn solve_support_radii<const D: usize, const C: usize, R: Real>(
     kernel: KernelName,
     domain: &Domain<D>,
     sources: &[Sources<'_, D, C>],
-    kernel_neighbors: f64,
+    (kernel_neighbors, search): (f64, Search),
     largest: f64,
 ) -> Vec<Solved<D>> {
-    compiled::<D, C, R, Solved<D>>(|shape| solve_pass(kernel, kernel_neighbors, largest, shape)).drive(
-        domain,
-        sources,
-        SOLVE_MARGIN,
-    )
+    let pass = |shape| solve_pass(kernel, (kernel_neighbors, search.tolerance), largest, shape);
+    compiled::<D, C, R, Solved<D>>(pass).drive(domain, sources, search.margin)
 }
 
-fn solve_pass(kernel: KernelName, kernel_neighbors: f64, largest: f64, shape: Shape) -> Box<dyn Any> {
+fn solve_pass(
+    kernel: KernelName,
+    (kernel_neighbors, tolerance): (f64, f64),
+    largest: f64,
+    shape: Shape,
+) -> Box<dyn Any> {
     in_shape!(shape, D, R => with_kernel!(kernel, kernel => {
-        let pass = SolvePass { kernel, kernel_neighbors, largest };
+        let pass = SolvePass { kernel, kernel_neighbors, tolerance, largest };
         match shape.channels {
             0 => Box::new(Compiled::<D, 0, R, Solved<D>>::new(pass)),
             _ => Box::new(Compiled::<D, 1, R, Solved<D>>::new(pass)),

@@ -191,13 +191,15 @@ fn dynamical_time(constant: f64, file: &ParticleFile, gas: &ParticleTable) -> f6
     (radius.powi(3) / (constant * mass)).sqrt()
 }
 
-/// Longest edge over the median speed of sound.
+/// Longest edge over the speed of sound of the mean specific energy: that of a blast is of few particles.
 fn crossing_time(file: &ParticleFile, gas: &ParticleTable) -> f64 {
-    let mut energy: Vec<f64> =
-        gas.column(names::INTERNAL_ENERGY).map_or_else(Vec::new, |c| (0..gas.count).map(|i| c.values.get(i)).collect());
-    energy.sort_unstable_by(f64::total_cmp);
-    let median = energy.get(energy.len() / 2).copied().filter(|u| *u > 0.0).unwrap_or(1.0);
+    let masses = gas.column(names::MASSES);
+    let mass = |i: usize| masses.map_or(1.0, |c| c.values.get(i));
+    let energies = gas.column(names::INTERNAL_ENERGY);
+    let energy: f64 = energies.map_or(0.0, |c| (0..gas.count).map(|i| mass(i) * c.values.get(i)).sum());
+    let mean = energy / (0..gas.count).map(mass).sum::<f64>();
+    let mean = if mean > 0.0 && mean.is_finite() { mean } else { 1.0 };
     let edge = file.header.box_size.iter().copied().fold(0.0, f64::max);
     let gamma = file.header.adiabatic_index();
-    edge / (gamma * (gamma - 1.0) * median).sqrt()
+    edge / (gamma * (gamma - 1.0) * mean).sqrt()
 }
