@@ -26,6 +26,7 @@ mod follow;
 mod gallery;
 mod grids;
 mod lattices;
+mod made;
 mod magnetic;
 mod marks;
 mod mass_in_place;

@@ -135,13 +135,13 @@ fn what_the_readme_says_of_other_tools_is_in_the_page() {
         let ours = [("sph-prep, ", line[2].as_str())].into_iter();
         for (whose, text) in ours.chain(line[3].split("; ").map(|t| ("", t))) {
             let (name, error, seconds) = claim(text);
-            let road = format!("{whose}{name}");
+            let method = format!("{whose}{name}");
             let is_it = |r: &Vec<String>| {
                 let mean = r[5].parse::<f64>().map(|m| to_digits_of(error, 100.0 * m));
                 let time = r[3].parse::<f64>().map(|t| to_digits_of(seconds, t));
                 r[0] == *problem
                     && r[1] == count
-                    && r[2].starts_with(&road)
+                    && r[2].starts_with(&method)
                     && mean.as_deref() == Ok(error)
                     && time.as_deref() == Ok(seconds)
             };
@@ -186,6 +186,42 @@ fn versions_of_packages_are_that_of_the_program() {
     ];
     for (file, text) in said {
         assert!(read(root().join(file)).contains(&text), "{file} lacks '{}'", text.trim());
+    }
+}
+
+#[test]
+fn results_say_when_where_and_by_what_they_were_made() {
+    let mut pages = 0;
+    for entry in std::fs::read_dir(results("")).unwrap() {
+        let path = entry.unwrap().path();
+        if path.extension().is_some_and(|e| e == "md") {
+            let (name, text) = (path.display(), read(&path));
+            let made = text.lines().find(|l| l.to_lowercase().contains("made on "));
+            let made = made.unwrap_or_else(|| panic!("{name} does not say when it was made"));
+            assert!(made.contains(" 20") && ["x86_64", "aarch64"].iter().any(|m| made.contains(m)), "{name}: {made}");
+            let command = ["cargo bench --bench ", "cargo test --release ", "tests/codes/"];
+            assert!(command.iter().any(|c| text.contains(c)), "{name} does not say by which command it is made");
+            pages += 1;
+        }
+    }
+    assert!(pages > 8, "{pages}");
+}
+
+/// What a crate and a Debian package have of `profiles/` is all that its scenes read.
+#[test]
+fn packages_carry_what_the_scenes_read() {
+    let manifest = read(root().join("Cargo.toml"));
+    for entry in std::fs::read_dir(root().join("profiles")).unwrap() {
+        let path = entry.unwrap().path();
+        let kind = path.extension().unwrap().to_str().unwrap();
+        if !["md", "rs"].contains(&kind) {
+            assert!(
+                manifest.contains(&format!("\"/profiles/*.{kind}\",")),
+                "a crate has no .{kind}: {}",
+                path.display()
+            );
+            assert!(manifest.contains(&format!("[\"profiles/*.{kind}\", ")), "a Debian package has no .{kind}");
+        }
     }
 }
 

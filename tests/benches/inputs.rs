@@ -1,4 +1,4 @@
-//! The default road on every bundled input and, where it is there, every file of `../shared/data`: error and
+//! The default on every bundled input and, where it is there, every file of `../shared/data`: error and
 //! time with and without the polish.
 //!
 //! `cargo bench --bench inputs [-- N]` prints a table; with SPH_PREP_RESULTS=docs/src/results it also writes
@@ -90,7 +90,7 @@ fn main() {
     }
     let page = format!(
         "# Every input\n\n`SPH_PREP_RESULTS=docs/src/results cargo bench --bench inputs -- {count}` makes this page: {count} particles, density error \
-         (interior, mass re-fitted) and seconds of the whole run, by WVT alone (60 iterations) and by the default road. Files outside \
+         (interior, mass re-fitted) and seconds of the whole run, by WVT alone (60 iterations) and by the default. Files outside \
          `profiles/` are not part of the project.\n\n{}",
         without_folders(&table, root)
     );

@@ -1,4 +1,4 @@
-//! Every kernel with few and many neighbors: error, noise and closest pair by WVT and by the default road.
+//! Every kernel with few and many neighbors: error, noise and closest pair by WVT and by the default.
 //!
 //! `cargo bench --bench kernels [-- N]` prints a table; with SPH_PREP_RESULTS=docs/src/results it also writes
 //! `kernels.md` there.
@@ -47,7 +47,7 @@ fn main() {
     let count = std::env::args().filter_map(|a| a.parse::<f64>().ok()).next().unwrap_or(8e3) as usize;
     let mut page = format!(
         "# Kernels and neighbor numbers\n\n`SPH_PREP_RESULTS=docs/src/results cargo bench --bench kernels -- {count}` makes this page: {count} particles in a \
-         uniform periodic box by WVT\nalone and by the default road. Density error (mass re-fitted), force noise as a fraction of random points', and the closest pair in \
+         uniform periodic box by WVT\nalone and by the default. Density error (mass re-fitted), force noise as a fraction of random points', and the closest pair in \
          spacings.\nB-splines are brought to rest by Wendland C4, since at rest they make pairs (Dehnen & Aly 2012); those with more neighbors than keep\nparticles apart end \
          with the density alone.\n\n| kernel, neighbors | WVT: epsilon | mean | noise | closest | default: epsilon | mean | noise | closest |\n\
          |---|---|---|---|---|---|---|---|---|\n"

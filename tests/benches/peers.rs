@@ -187,7 +187,7 @@ fn main() {
     }
     let filter: Vec<String> = std::env::args().skip(1).filter(|a| !a.starts_with('-')).collect();
     let mut table = String::from(
-        "| problem | N | way | CPU s | placing | interior mean | interior epsilon | epsilon, whole |\n|---|---|---|---|---|---|---|---|\n",
+        "| problem | N | method | CPU s | placing | interior mean | interior epsilon | epsilon, whole |\n|---|---|---|---|---|---|---|---|\n",
     );
     let seconds = |s: Option<f64>| s.map_or("-".to_string(), |s| format!("{s:.2}"));
     for problem in PROBLEMS.iter().filter(|p| filter.is_empty() || filter.iter().any(|f| p.name.contains(f.as_str()))) {

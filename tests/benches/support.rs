@@ -1,5 +1,8 @@
 //! What the benches that make pages share.
 
+#[path = "../made.rs"]
+mod made;
+
 use sph_prep::relaxation::Control;
 use sph_prep::run::pipeline;
 use sph_prep::run::report::Report;
@@ -23,10 +26,11 @@ pub fn run(scene: &Scene) -> Result<Report, String> {
     pipeline::run(&scene, sph_formats::FORMATS, &control()).map_err(|e| e.to_string())
 }
 
-/// Writes a page into the folder that SPH_PREP_RESULTS names, if it does; ends the process where that fails.
+/// Writes a page, and below it when and where it was made, into the folder that SPH_PREP_RESULTS names, if it does; ends the process where that fails.
 pub fn write_page(name: &str, page: &str) {
     let Some(folder) = std::env::var_os("SPH_PREP_RESULTS") else { return };
     let path = Path::new(&folder).join(name);
+    let page = format!("{page}\n{}", made::line());
     if let Err(e) = std::fs::create_dir_all(&folder).and_then(|()| std::fs::write(&path, page)) {
         fail(&format!("{}: {e}", path.display()));
     }

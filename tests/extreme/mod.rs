@@ -280,7 +280,7 @@ fn the_whole_suite() {
     if let Some(folder) = std::env::var_os("SPH_PREP_RESULTS") {
         let folder = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join(folder);
         std::fs::create_dir_all(&folder).unwrap();
-        std::fs::write(folder.join("extreme.md"), &page).unwrap();
+        std::fs::write(folder.join("extreme.md"), format!("{page}\n{}", crate::made::line())).unwrap();
     }
     assert!(wrong.is_empty(), "{}", wrong.join("\n"));
 }

@@ -101,7 +101,7 @@ fn the_papers_comparison() {
             let folder = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join(folder);
             std::fs::create_dir_all(&folder).unwrap();
             std::fs::write(folder.join(file), draw::panel(&found)).unwrap();
-            std::fs::write(folder.join("methods.md"), &page).unwrap();
+            std::fs::write(folder.join("methods.md"), format!("{page}\n{}", crate::made::line())).unwrap();
         }
     }
     println!("{page}");

@@ -26,7 +26,7 @@ pub enum Then {
     Nothing,
     Wvt,
     Alaric,
-    /// The default road: WVT, or for radial targets shells, and the solver with this quietness.
+    /// The default: WVT, or for radial targets shells, and the solver with this quietness.
     Solver(f64),
 }
 

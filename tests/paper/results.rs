@@ -24,7 +24,6 @@ SPH_PREP_RESULTS=docs/src/results cargo test --release --test all -- --include-i
 ```
 
 Wendland C4; epsilon is the sum of (rho - rho*)^2/n over that of rho*^2/n with the mass re-fitted, as in the paper.
-Times are of whatever machine wrote this page.
 ";
 
 /// A table in Markdown.
@@ -76,7 +75,7 @@ fn put(page: &Path, section: &str, text: &str) {
         let end = old[begin..].find("<!-- ").map_or(old.len(), |i| begin + i);
         Some(old[begin..end].trim().to_string())
     };
-    let mut new = HEAD.to_string();
+    let mut new = format!("{HEAD}{}", crate::made::line());
     for name in SECTIONS {
         let content = if name == section { Some(text.trim().to_string()) } else { kept(name) };
         if let Some(content) = content {
