@@ -150,14 +150,41 @@ fn reference_pages_are_what_the_code_says() {
         assert!(found == expected, "docs/src/reference/{name} is stale: SPH_PREP_DOCS=1 cargo test --test all docs::");
     }
     let line = std::fs::read_to_string(folder().join("reference/command-line.md")).unwrap();
-    for code in ["0 success", "1 failure", "2 wrong usage", "3 not converged"] {
-        assert!(line.contains(code), "{code}");
+    let codes =
+        include_str!("../src/cli/exit.rs").lines().filter_map(|l| l.strip_prefix("pub const ")?.split_once(": u8 = "));
+    let codes: Vec<String> =
+        codes.map(|(name, number)| format!("{} {}", number.trim_end_matches(';'), in_words(name))).collect();
+    assert_eq!(codes.len(), 4);
+    let everyday = std::fs::read_to_string(folder().join("everyday.md")).unwrap().replace('\n', " ");
+    for code in &codes {
+        assert!(line.contains(code) && everyday.contains(code), "the code '{code}' has no entry");
     }
+    // What an option or argument does stands below it.
+    let lines: Vec<&str> = line.lines().collect();
+    let is_option =
+        |l: &str| l.starts_with("  ") && l.trim_start().starts_with(['-', '<', '[']) && !l.starts_with("          ");
+    let bare: Vec<&str> = lines
+        .windows(2)
+        .filter(|pair| is_option(pair[0]) && !pair[1].trim_start().starts_with(char::is_alphanumeric))
+        .map(|pair| pair[0])
+        .collect();
+    assert!(bare.is_empty() && lines.iter().filter(|l| is_option(l)).count() > 120, "{bare:?}");
     assert!(line.contains("## sph-prep compare") && line.contains("## sph-prep plot"));
 }
 
+/// What a constant of the exit codes is called.
+fn in_words(name: &str) -> &'static str {
+    match name {
+        "SUCCESS" => "success",
+        "FAILURE" => "failure",
+        "USAGE" => "wrong usage",
+        "NOT_CONVERGED" => "not converged",
+        other => panic!("{other} is a new exit code: it needs words, and entries in the manual"),
+    }
+}
+
 /// Pages with their texts.
-fn pages() -> Vec<(PathBuf, String)> {
+pub fn pages() -> Vec<(PathBuf, String)> {
     let (mut found, mut open) = (Vec::new(), vec![folder()]);
     while let Some(below) = open.pop() {
         for path in std::fs::read_dir(below).unwrap().map(|e| e.unwrap().path()) {

@@ -98,15 +98,20 @@ pub enum Command {
     Compare(CompareArgs),
     /// Print a script that completes commands, options and their values in a shell.
     Completions {
+        /// The shell.
         #[arg(value_enum)]
         shell: clap_complete::Shell,
     },
     /// Print the manual page (roff), as for `man -l`.
-    Man,
+    Man {
+        /// A command, to print its own page.
+        topic: Vec<String>,
+    },
 }
 
 #[derive(Debug, clap::Args)]
 pub struct InspectArgs {
+    /// File, or the folder of a plotfile.
     pub file: PathBuf,
     /// Name of the format, where it cannot be told from the file.
     #[arg(long)]
@@ -332,8 +337,8 @@ pub struct RunArgs {
     /// Flavor of the output, where the extension does not settle it.
     #[arg(long, value_name = "NAME")]
     to: Option<String>,
-    /// The code, and its build, that the particles are for: swift, gadget4, gadget2, gizmo, phantom, with options as in
-    /// swift:wendland-c4,eta=1.2348,scheme=planetary. Sets kernel, neighbors and flavor, and balances stars for it.
+    /// The code, and its build, that the particles are for: swift, gadget4, gadget2, gizmo, phantom, sph-exa, with options
+    /// as in swift:wendland-c4,eta=1.2348,scheme=planetary. Sets kernel, neighbors and flavor, and balances stars for it.
     #[arg(long = "for", value_name = "CODE")]
     target_code: Option<String>,
     /// Variable that is the mass density.

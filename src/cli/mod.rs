@@ -61,7 +61,7 @@ pub fn main_with<T: Into<OsString> + Clone>(arguments: impl IntoIterator<Item = 
         Some(Command::Completions { shell }) => print(&completions(*shell)),
         Some(Command::Help { topic }) => help(topic).and_then(|text| print(&text)),
         Some(Command::Schema) => print(&format!("{:#}\n", Scene::schema())),
-        Some(Command::Man) => print(&manual()),
+        Some(Command::Man { topic }) => manual(topic).and_then(|page| print(&page)),
         Some(Command::Check(arguments)) => check::run(FORMATS, arguments).and_then(|(text, code)| {
             if arguments.json { print(&text) } else { tell(&text) }?;
             Ok(code)
@@ -212,16 +212,28 @@ fn help(topic: &[String]) -> crate::Result<String> {
     {
         return reference::help(&keys.join("."));
     }
-    let mut found = &mut command;
-    for name in topic {
-        let known: Vec<String> =
-            found.get_subcommands().map(|c| c.get_name().to_owned()).chain(["scene".into()]).collect();
-        found = found.find_subcommand_mut(name).ok_or_else(|| {
+    Ok(found(&mut command, topic, "help", &["scene"])?.render_long_help().to_string())
+}
+
+/// A command below another; `asked` is the one that was asked for it, which has `others` besides.
+fn found<'a>(
+    command: &'a mut clap::Command,
+    topic: &[String],
+    asked: &str,
+    others: &[&str],
+) -> crate::Result<&'a mut clap::Command> {
+    topic.iter().try_fold(command, |below, name| {
+        let known: Vec<String> = below
+            .get_subcommands()
+            .map(clap::Command::get_name)
+            .chain(others.iter().copied())
+            .map(str::to_owned)
+            .collect();
+        below.find_subcommand_mut(name).ok_or_else(|| {
             let hint = did_you_mean(name, known.iter().map(String::as_str));
-            Error::scene("help", format!("knows nothing of '{name}'{hint}; it has {}", known.join(", ")))
-        })?;
-    }
-    Ok(found.render_long_help().to_string())
+            Error::scene(asked, format!("knows nothing of '{name}'{hint}; it has {}", known.join(", ")))
+        })
+    })
 }
 
 fn completions(shell: clap_complete::Shell) -> String {
@@ -230,11 +242,15 @@ fn completions(shell: clap_complete::Shell) -> String {
     String::from_utf8_lossy(&script).into_owned()
 }
 
-fn manual() -> String {
+fn manual(topic: &[String]) -> crate::Result<String> {
+    let mut command = Args::command();
+    // Gives commands their whole names.
+    command.build();
+    let command = found(&mut command, topic, "man", &[])?.clone();
     let mut page = Vec::new();
     // Writing to memory does not fail.
-    let _ = clap_mangen::Man::new(Args::command()).render(&mut page);
-    String::from_utf8_lossy(&page).into_owned()
+    let _ = clap_mangen::Man::new(command).render(&mut page);
+    Ok(String::from_utf8_lossy(&page).into_owned())
 }
 
 fn set_threads(threads: Option<usize>) -> crate::Result<()> {

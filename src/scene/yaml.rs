@@ -19,8 +19,11 @@ pub(super) fn parse<T: DeserializeOwned>(text: &str, name: &str, elsewhere: &dyn
         match error.location().filter(|place| place.line() > 0) {
             Some(place) => {
                 let (line, column) = (place.line(), place.column());
+                let wants_keys =
+                    matches!(error, YamlError::Unexpected { expected, .. } if *expected == "mapping start");
+                let hint = wants_keys.then(|| file_hint(text, line, column)).flatten().unwrap_or_default();
                 let shown = quoted(text, line, column);
-                Error::scene(format!("{name}, line {line}, column {column}"), format!("{problem}{shown}"))
+                Error::scene(format!("{name}, line {line}, column {column}"), format!("{problem}{hint}{shown}"))
             }
             None => Error::scene(name, problem),
         }
@@ -44,6 +47,22 @@ fn quoted(text: &str, line: u64, column: u64) -> String {
     let gap: String =
         found.chars().take(column.saturating_sub(1) as usize).map(|c| if c == '\t' { c } else { ' ' }).collect();
     format!("\n{margin}{found}\n{:>width$}{gap}^", "| ", width = margin.len())
+}
+
+/// Keys of files, by name.
+const WITH_FILES: [&str; 5] = ["input", "output", "resolution", "checkpoint", "surface"];
+
+/// What to write where the name of a file stands in the place of keys.
+fn file_hint(text: &str, line: u64, column: u64) -> Option<String> {
+    let line = text.lines().nth(usize::try_from(line).ok()?.checked_sub(1)?)?;
+    let (at, _) = line.char_indices().nth(usize::try_from(column).ok()?.checked_sub(1)?)?;
+    let (before, value) = line.split_at(at);
+    let quotes = ['"', '\''];
+    let key = before.trim_end().strip_suffix(':')?.rsplit([' ', '{', ',']).next()?.trim_matches(quotes);
+    let name = value.split(" #").next()?.split([',', '}']).next()?.trim().trim_matches(quotes);
+    let is_name =
+        name.chars().any(char::is_alphabetic) && name.chars().all(|c| c.is_alphanumeric() || "._-+/\\".contains(c));
+    (WITH_FILES.contains(&key) && is_name).then(|| format!("; for a file write `{key}: {{file: {name}}}`"))
 }
 
 fn describe(error: &YamlError, elsewhere: &dyn Fn(&str) -> Vec<String>) -> String {
@@ -237,6 +256,9 @@ mod tests {
             ("balance: yess", &["line 1", "true, false, or keys"]),
             ("motion: {bulk: 3}", &["expected a list, as in [1, 2, 3]"]),
             ("domain: 3", &["expected keys with values"]),
+            ("input: star.nc", &["expected keys with values", "for a file write `input: {file: star.nc}`"]),
+            ("bodies:\n- {name: a, input: 'my/star.nc'}", &["line 2, column 20", "`input: {file: my/star.nc}`"]),
+            ("output: ic.hdf5 # for SWIFT", &["`output: {file: ic.hdf5}`"]),
             ("motion: {bulk: [.nan, 0, 0]}", &["line 1, column 17", "is .nan, expected a finite number"]),
             ("domain: {box: [[0], [-.inf]]}", &["is -.inf, expected a finite number"]),
             ("seed: -1", &["expected a whole number, at least 0"]),
@@ -252,6 +274,13 @@ mod tests {
                 assert!(error.contains(part), "{text}: {error}\nlacks {part}");
             }
             assert!(!error.contains("<input>") && !error.contains("serde"), "{error}");
+        }
+    }
+
+    #[test]
+    fn what_is_no_name_of_a_file_is_not_taken_for_one() {
+        for (text, column) in [("input: 1 + x", 8), ("input: 3", 8), ("input: [star.nc]", 8), ("domain: star.nc", 9)] {
+            assert_eq!(file_hint(text, 1, column), None, "{text}");
         }
     }
 

@@ -100,10 +100,20 @@ fn bundled() -> Vec<(String, String)> {
 fn scenes_that_work_fit_the_schema() {
     let mut scenes = bundled();
     assert!(scenes.len() > 10);
+    let mut pages = crate::docs::pages();
     for name in ["README.md", "profiles/README.md", "python/README.md"] {
-        let text = std::fs::read_to_string(Path::new(env!("CARGO_MANIFEST_DIR")).join(name)).unwrap();
+        let path = Path::new(env!("CARGO_MANIFEST_DIR")).join(name);
+        let text = std::fs::read_to_string(&path).unwrap();
+        pages.push((path, text));
+    }
+    let before = scenes.len();
+    for (path, text) in &pages {
         let blocks = text.split("```yaml\n").skip(1).map(|b| b.split("```").next().unwrap().to_owned());
-        scenes.extend(blocks.map(|b| (name.to_owned(), b)));
+        scenes.extend(blocks.map(|b| (path.display().to_string(), b)));
+    }
+    assert!(scenes.len() > before + 50, "{}", scenes.len() - before);
+    for (name, text) in &scenes {
+        Scene::parse(text).unwrap_or_else(|e| panic!("{name}: {e}\n{text}"));
     }
     for text in [
         "particles: 1e5",

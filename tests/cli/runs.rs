@@ -335,14 +335,30 @@ fn shells_and_the_manual_know_every_option() {
     assert!(manual.contains(".TH sph-prep"));
     let scripts = ["bash", "zsh", "fish"].map(|shell| (shell, succeed(&["completions", shell]).stdout));
     let named = |w: &&str| w.len() > 1 && w.chars().all(|c| c.is_ascii_lowercase() || c == '-');
-    let options: Vec<&str> = help.split_whitespace().filter_map(|w| w.strip_prefix("--")).filter(named).collect();
-    assert!(options.len() > 20, "{options:?}");
-    for option in options {
+    let options = |help: &str| -> Vec<String> {
+        let words = help.split_whitespace().filter_map(|w| w.strip_prefix("--")).filter(named);
+        words.map(str::to_owned).collect()
+    };
+    let of_all = options(&help);
+    assert!(of_all.len() > 20, "{of_all:?}");
+    for option in &of_all {
         assert!(manual.contains(&format!("--{option}")), "the manual lacks --{option}");
         for (shell, script) in &scripts {
             assert!(script.contains(option), "{shell} lacks --{option}");
         }
     }
+    // Commands have pages of their own, by the names under which the manual lists them.
+    let commands: Vec<&str> = manual.lines().filter_map(|l| l.strip_prefix("sph-prep-")?.strip_suffix("(1)")).collect();
+    assert!(commands.len() > 12, "{commands:?}");
+    for command in commands {
+        let page = succeed(&["man", command]).stdout.replace('\\', "");
+        assert!(page.contains(&format!(".TH sph-prep-{command} 1")), "{page:.300}");
+        for option in options(&succeed(&["help", command]).stdout) {
+            assert!(page.contains(&format!("--{option}")), "the manual of {command} lacks --{option}");
+        }
+    }
+    let wrong = sph_prep(&["man", "inspct"]);
+    assert!(wrong.code == Some(2) && wrong.stderr.contains("did you mean 'inspect'"), "{}", wrong.stderr);
 }
 
 #[test]
