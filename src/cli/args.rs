@@ -83,9 +83,9 @@ pub enum Command {
     Plan(PlanArgs),
     /// Draw a particle file, whoever wrote it: a page of pictures and figures, or a small picture.
     Plot(PlotArgs),
-    /// Print the help of a command, or of a scene's keys: scene, scene.domain, scene.domain.ball.radius.
+    /// Print the help of a command, of a scene's keys (scene, scene.domain.box), or of a report's figures (numbers).
     Help {
-        /// A command, or scene.KEY.
+        /// A command, scene.KEY, or numbers.FIGURE.
         topic: Vec<String>,
     },
     /// Print the JSON Schema of scenes, with which editors complete and check them.

@@ -14,6 +14,7 @@ mod formats;
 mod inspect;
 mod interrupt;
 mod methods;
+mod numbers;
 mod plot;
 mod progress;
 mod rank_args;
@@ -198,7 +199,7 @@ fn compare(args: &CompareArgs) -> crate::Result<u8> {
     compare::run(args, FORMATS, Interrupts::of_other_work().requested()).and_then(|text| tell(&text))
 }
 
-/// Of the program, a command, or keys of a scene.
+/// Of the program, a command, keys of a scene, or figures of a report.
 fn help(topic: &[String]) -> crate::Result<String> {
     let mut command = Args::command();
     command.build();
@@ -212,7 +213,13 @@ fn help(topic: &[String]) -> crate::Result<String> {
     {
         return reference::help(&keys.join("."));
     }
-    Ok(found(&mut command, topic, "help", &["scene"])?.render_long_help().to_string())
+    if let [first, words @ ..] = topic
+        && let Some(name) = first.strip_prefix("numbers").filter(|rest| rest.is_empty() || rest.starts_with('.'))
+    {
+        let words = [name.trim_start_matches('.')].into_iter().chain(words.iter().map(String::as_str));
+        return numbers::help(&words.filter(|word| !word.is_empty()).collect::<Vec<_>>().join("-"));
+    }
+    Ok(found(&mut command, topic, "help", &["scene", "numbers"])?.render_long_help().to_string())
 }
 
 /// A command below another; `asked` is the one that was asked for it, which has `others` besides.

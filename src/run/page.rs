@@ -2,7 +2,7 @@
 
 use super::drawings::Drawing;
 use super::report::Report;
-use super::verdict::{Finding, Grade, Topic, ending, worst};
+use super::verdict::{EXPLANATIONS, Finding, Grade, Topic, ending, worst};
 use crate::error::Result;
 use crate::metrics::IN_PLACE;
 use crate::page::{Axis, Curve, Figure, Page, Portrait, escape, histograms, list, pictures, profiles, table};
@@ -53,9 +53,6 @@ pub fn lead_of<'a>(
     }
     out + "</ul>\n</div>\n"
 }
-
-/// The manual's page on numbers, without its title.
-const EXPLANATIONS: &str = include_str!("../../docs/src/numbers.md");
 
 /// What the lines of a verdict mean: the sections of the manual's page, under the names by which lines link to them.
 pub fn explanations() -> String {

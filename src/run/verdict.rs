@@ -117,9 +117,12 @@ impl Finding {
     }
 }
 
-/// Where the figures are explained.
-const PAGE: &str = "README.md#what-the-numbers-mean";
-/// The manual's page on them, and where it is.
+/// The command that explains the figures.
+const HELP: &str = "sph-prep help numbers";
+/// The manual's page on them, which it prints.
+#[cfg(any(feature = "cli", feature = "plots", test))]
+pub(crate) const EXPLANATIONS: &str = include_str!("../../docs/src/numbers.md");
+/// What the page is called, and where it is.
 const MANUAL: &str = "numbers.md";
 const FOLDER: &str = "docs/src/";
 
@@ -128,7 +131,7 @@ const FOLDER: &str = "docs/src/";
 /// # Errors
 /// Those of `out`.
 pub fn write_verdict(out: &mut String, findings: &[Finding]) -> std::fmt::Result {
-    writeln!(out, "  verdict          {} ({PAGE})", worst(findings).summary())?;
+    writeln!(out, "  verdict          {} ({HELP})", worst(findings).summary())?;
     for Finding { grade, topic, text, .. } in findings {
         writeln!(out, "    {:<6} {:<14} {text} [{MANUAL}#{}]", grade.mark(), topic.name(), topic.anchor())?;
     }
@@ -154,8 +157,8 @@ mod tests {
 
     #[test]
     fn every_line_links_to_a_section_that_is_there() {
-        let page = include_str!("../../docs/src/numbers.md");
-        let sections: Vec<String> = page.lines().filter_map(|l| Some(l.strip_prefix("## ")?.to_lowercase())).collect();
+        let sections: Vec<String> =
+            EXPLANATIONS.lines().filter_map(|l| Some(l.strip_prefix("## ")?.to_lowercase())).collect();
         for topic in Topic::ALL {
             assert!(sections.iter().any(|s| s == topic.name()), "{topic:?}");
             let finding = Finding::new(Grade::Good, topic, "text".into());

@@ -276,7 +276,7 @@ fn own_example(
 }
 
 /// Text in lines of at most [`WIDTH`], each after `lead`.
-fn wrapped(text: &str, lead: &str) -> String {
+pub(crate) fn wrapped(text: &str, lead: &str) -> String {
     let (mut out, mut line) = (String::new(), lead.to_owned());
     for word in text.split_whitespace() {
         if line.len() + word.len() + 1 > WIDTH && line.len() > lead.len() {

@@ -311,6 +311,27 @@ fn a_full_scene_has_every_key_and_reads_back_the_same() {
 }
 
 #[test]
+fn help_says_what_the_figures_of_a_verdict_mean() {
+    let all = succeed(&["help", "numbers"]).stdout;
+    let page = include_str!("../../docs/src/numbers.md");
+    let mut sections = 0;
+    for heading in page.lines().filter_map(|l| l.strip_prefix("## ")) {
+        let name = heading.to_lowercase().replace(' ', "-");
+        let one = succeed(&["help", &format!("numbers.{name}")]).stdout;
+        assert!(one.starts_with(&format!("{heading}\n\n")) && one.len() < all.len(), "{one}");
+        assert!(all.contains(&one), "{name} is not in the whole");
+        sections += 1;
+    }
+    assert!(sections > 10 && all.lines().all(|l| l.chars().count() <= 100), "{all}");
+    assert_eq!(
+        succeed(&["help", "numbers", "force", "noise"]).stdout,
+        succeed(&["help", "numbers.force-noise"]).stdout
+    );
+    let wrong = sph_prep(&["help", "numbers.pears"]);
+    assert!(wrong.code == Some(2) && wrong.stderr.contains("did you mean 'pairs'"), "{wrong:?}");
+}
+
+#[test]
 fn help_leads_from_scenes_to_their_keys() {
     let top = succeed(&["help", "scene"]).stdout;
     for key in keys() {
