@@ -182,7 +182,7 @@ fn section(file: &str, title: &str, count: usize) -> Result<String, String> {
 
 fn page(count: usize) -> Result<String, String> {
     let mut page = format!(
-        "# Which method when\n\n`SPH_PREP_RESULTS=docs/src/results cargo bench --bench tolerances -- {count}` makes this page: {count} particles, seconds of \
+        "# Errors within a given time\n\n`SPH_PREP_RESULTS=docs/src/results cargo bench --bench tolerances -- {count}` makes this page: {count} particles, seconds of \
          seeding and relaxing,\ndensity error (interior, mass re-fitted) and force noise (interior; a fraction of random points'). A method is \
          worth its time where\nits mean error is below 1 % and half of that of every faster one.\n\nWhat follows from it: where the target is uniform or a function \
          of one coordinate a lattice or glass is there at once, and only its\npreferred directions or its repetition speak against it. Everything else takes \
