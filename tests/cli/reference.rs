@@ -327,7 +327,7 @@ fn help_says_what_the_figures_of_a_verdict_mean() {
         succeed(&["help", "numbers", "force", "noise"]).stdout,
         succeed(&["help", "numbers.force-noise"]).stdout
     );
-    let wrong = sph_prep(&["help", "numbers.pears"]);
+    let wrong = sph_prep(&["help", "numbers.pair"]);
     assert!(wrong.code == Some(2) && wrong.stderr.contains("did you mean 'pairs'"), "{wrong:?}");
 }
 
