@@ -6,11 +6,13 @@ use std::fmt::Write;
 /// Mean errors within this factor of the least count as the same, and so do noises: which is faster decides.
 const SAME_ERROR: f64 = 1.5;
 const SAME_NOISE: f64 = 1.25;
+/// Mean errors below this count as the same, too: a tenth of what a verdict calls good. More digits are not worth more noise.
+const FINE_ERROR: f64 = 1e-3;
 
 /// A run with its last state.
 type Result<'a> = (&'a MethodRun, &'a State);
 
-/// In a sentence or two, from the runs with the most particles: of the methods whose mean error is within 1.5 times the least,
+/// In a sentence or two, from the runs with the most particles: of the methods whose mean error is within 1.5 times the least, or below 0.1 %,
 /// those whose force noise is within 1.25 times the least of them, and of these the fastest. `None` where fewer than two ran.
 pub fn advice(comparison: &Comparison) -> Option<String> {
     let most = comparison.runs.iter().map(|r| r.particles).max()?;
@@ -24,10 +26,8 @@ pub fn advice(comparison: &Comparison) -> Option<String> {
     let least = |set: &[Result<'_>], value: &dyn Fn(&Result<'_>) -> f64| {
         set.iter().map(value).filter(|v| v.is_finite()).fold(f64::INFINITY, f64::min)
     };
-    let exact: Vec<Result<'_>> = {
-        let bound = SAME_ERROR * least(&all, &error);
-        all.iter().copied().filter(|r| error(r) <= bound).collect()
-    };
+    let near = SAME_ERROR * least(&all, &error);
+    let exact: Vec<Result<'_>> = all.iter().copied().filter(|r| error(r) <= near.max(FINE_ERROR)).collect();
     let bound = SAME_NOISE * least(&exact, &noise);
     let quiet = exact.iter().copied().filter(|r| noise(r) <= bound);
     let chosen = quiet.min_by(|a, b| a.0.seconds.total_cmp(&b.0.seconds))?;
@@ -36,7 +36,11 @@ pub fn advice(comparison: &Comparison) -> Option<String> {
         "Take {}: with {most} particles its density is off by {:.3} % on average, {}, and its force noise is {:.2} % of a random set's, in {:.2} s.",
         run.method,
         100.0 * error(&chosen),
-        if error(&chosen) <= least(&all, &error) { "the least of all" } else { "about the least of all" },
+        match error(&chosen) {
+            e if e <= least(&all, &error) => "the least of all",
+            e if e <= near => "about the least of all",
+            _ => "as good as exact",
+        },
         100.0 * state.shown_noise(),
         run.seconds
     );
@@ -50,6 +54,16 @@ pub fn advice(comparison: &Comparison) -> Option<String> {
             fast.0.method,
             fast.0.seconds,
             100.0 * error(fast)
+        );
+    }
+    let close = others().min_by(|a, b| error(a).total_cmp(&error(b))).filter(|_| error(&chosen) > near);
+    if let Some(close) = close {
+        let _ = write!(
+            out,
+            " {} is closer ({:.3} %), with {:.2} % of noise.",
+            close.0.method,
+            100.0 * error(close),
+            100.0 * noise(close)
         );
     }
     let calm = others().min_by(|a, b| noise(a).total_cmp(&noise(b))).filter(|c| SAME_NOISE * noise(c) < noise(&chosen));

@@ -42,7 +42,7 @@ fn measure(n: usize, contrast: f64) {
     let guess = vec![(NEIGHBORS / (4.19 * n as f64)).cbrt(); n];
     let sources = [Sources::<3, 0>::new(&tree, &guess, [], Reach::Target)];
     let start = Instant::now();
-    let solved = solve_support_radii::<3, 0, f32>(KernelName::WendlandC4, &domain, &sources, NEIGHBORS, 2.0);
+    let solved = solve_support_radii::<3, 0, f32>(KernelName::WendlandC4, &domain, &sources, (NEIGHBORS, sph::sums::Search::EXACT), 2.0);
     let solve = start.elapsed();
     let support: Vec<f64> = solved.iter().map(|s| s.support).collect();
     let spread = support.iter().fold(0.0_f64, |m, &h| m.max(h)) / support.iter().fold(f64::MAX, |m, &h| m.min(h));
