@@ -7,7 +7,7 @@ use rand_xoshiro::Xoshiro256PlusPlus;
 use sph::domain::{Axis, Domain, Region};
 use sph::kernel::KernelName;
 use sph::neighbors::{Reach, Sources, Tree};
-use sph::sums::{density, solve_support_radii};
+use sph::sums::{Search, density, solve_support_radii};
 use std::time::Instant;
 
 const NEIGHBORS: f64 = 64.0;
@@ -42,7 +42,8 @@ fn measure(n: usize, contrast: f64) {
     let guess = vec![(NEIGHBORS / (4.19 * n as f64)).cbrt(); n];
     let sources = [Sources::<3, 0>::new(&tree, &guess, [], Reach::Target)];
     let start = Instant::now();
-    let solved = solve_support_radii::<3, 0, f32>(KernelName::WendlandC4, &domain, &sources, (NEIGHBORS, sph::sums::Search::EXACT), 2.0);
+    let solved =
+        solve_support_radii::<3, 0, f32>(KernelName::WendlandC4, &domain, &sources, (NEIGHBORS, Search::EXACT), 2.0);
     let solve = start.elapsed();
     let support: Vec<f64> = solved.iter().map(|s| s.support).collect();
     let spread = support.iter().fold(0.0_f64, |m, &h| m.max(h)) / support.iter().fold(f64::MAX, |m, &h| m.min(h));
