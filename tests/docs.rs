@@ -205,18 +205,12 @@ fn no_link_is_dead_and_every_page_is_two_clicks_away() {
     for (path, text) in pages() {
         let name = path.strip_prefix(folder()).unwrap().display().to_string();
         assert!(name == "SUMMARY.md" || summary.contains(&format!("({name})")), "{name} is not in the summary");
-        for link in links(&text) {
-            let (file, place) = link.split_once('#').unwrap_or((link, ""));
-            let target = if file.is_empty() { path.clone() } else { path.parent().unwrap().join(file) };
-            assert!(link.contains("://") || target.is_file(), "{name}: {link}");
+        for link in links(&text).into_iter().filter(|l| !l.contains("://")) {
             // What lies outside of the book is not in what is built of it.
-            let is_within = !link.contains("://") && target.canonicalize().unwrap().starts_with(folder());
-            assert!(is_within || link.contains("://"), "{name}: {link} leaves the book");
-            if !place.is_empty() && !link.contains("://") {
-                let headings = std::fs::read_to_string(&target).unwrap();
-                let mut headings = headings.lines().filter(|l| l.starts_with('#')).map(anchor);
-                assert!(headings.any(|a| a == place), "{name}: {link} has no such heading");
-            }
+            assert!(
+                target(&path, link).canonicalize().unwrap().starts_with(folder()),
+                "{name}: {link} leaves the book"
+            );
         }
     }
     // The front page knows the pages with lists, and these all that is to be done.
@@ -229,6 +223,44 @@ fn no_link_is_dead_and_every_page_is_two_clicks_away() {
         .map(|path| path.display().to_string())
         .collect();
     assert!(far.is_empty(), "more than two clicks from the first page: {far:?}");
+}
+
+/// Where a link of a page leads: to a file that is there and, behind `#`, to a heading of it.
+fn target(path: &Path, link: &str) -> PathBuf {
+    let (file, place) = link.split_once('#').unwrap_or((link, ""));
+    let target = if file.is_empty() { path.to_owned() } else { path.parent().unwrap().join(file) };
+    assert!(target.is_file(), "{}: {link}", path.display());
+    if !place.is_empty() {
+        let headings = std::fs::read_to_string(&target).unwrap();
+        let mut headings = headings.lines().filter(|l| l.starts_with('#')).map(anchor);
+        assert!(headings.any(|a| a == place), "{}: {link} has no such heading", path.display());
+    }
+    target
+}
+
+#[test]
+fn no_link_outside_of_the_manual_is_dead() {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR"));
+    let mut followed = 0;
+    for name in [
+        "README.md",
+        "CONTRIBUTING.md",
+        "RELEASING.md",
+        "CHANGELOG.md",
+        "formats/README.md",
+        "profiles/README.md",
+        "python/README.md",
+        "sph/README.md",
+        "paper/paper.md",
+    ] {
+        let path = root.join(name);
+        let text = std::fs::read_to_string(&path).unwrap();
+        for link in links(&text).into_iter().filter(|l| !l.contains("://")) {
+            target(&path, link);
+            followed += 1;
+        }
+    }
+    assert!(followed > 15, "{followed}");
 }
 
 /// What a page of the manual leads to.
