@@ -4,6 +4,7 @@ use super::axis::{Axis, rounded};
 use super::color::MATERIALS;
 use super::map::{Arrow, Map, Scale};
 use super::portrait::{Portrait, Side};
+use super::profile::steepest;
 use super::raster::{Depth, View, sums};
 use super::statistics::quantile;
 use crate::error::Result;
@@ -30,10 +31,13 @@ fn views(portrait: &Portrait) -> Vec<(View, String)> {
     match portrait.dimension {
         1 => Vec::new(),
         2 => vec![(View::new(portrait, [0, 1], Depth::Flat), String::new())],
-        _ => vec![
-            (View::new(portrait, [0, 1], Depth::Slice(2, middle[2])), name(1)),
-            (View::new(portrait, [0, 2], Depth::Slice(1, middle[1])), name(2)),
-        ],
+        _ => {
+            let slice = |up: usize| (View::new(portrait, [0, up], Depth::Slice(3 - up, middle[3 - up])), name(up));
+            // Layers that go on sideways show in a slice across them.
+            let has_layers = portrait.periodic[0] && portrait.periodic[1] && steepest(portrait) == 2;
+            let first = if has_layers { 2 } else { 1 };
+            vec![slice(first), slice(3 - first)]
+        }
     }
 }
 

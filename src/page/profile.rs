@@ -46,7 +46,7 @@ impl Bin {
 }
 
 /// The axis along which the density changes most.
-fn steepest(portrait: &Portrait) -> usize {
+pub(super) fn steepest(portrait: &Portrait) -> usize {
     let contrast = |k: usize| {
         let places: Vec<f64> = portrait.positions.iter().map(|x| x[k]).collect();
         let bins = in_bins(portrait, &places, (portrait.lo[k], portrait.hi[k]), 16);

@@ -155,6 +155,24 @@ fn motion_materials_and_one_dimension_are_shown() {
     assert!(found.contains(&"Density profile") && !found.iter().any(|t| t.contains("slice")), "{found:?}");
 }
 
+/// What changes from layer to layer is not hidden by a slice along one of them.
+#[test]
+fn layers_are_shown_in_a_slice_across_them() {
+    let folder = Folder::new();
+    let (out, page) = (text(&folder.path("out/ic.hdf5")), folder.path("out/page.html"));
+    for (name, expression, first) in [("z", "exp(-3*z)", "z up"), ("y", "exp(-3*y)", "y up"), ("none", "1", "y up")] {
+        let scene = format!(
+            "input: {{expression: '{expression}'}}\ndomain: {{box: [[0, 0, 0], [1, 1, 1]], boundary: [periodic, periodic, {}]}}\n\
+             particles: 800\npolish: none\nwvt: {{iterations: 10}}\n",
+            if name == "z" { "reflecting" } else { "periodic" }
+        );
+        let scene = folder.file(&format!("{name}.yaml"), &scene);
+        succeed(&["--scene", &text(&scene), "--out", &out, "--report", &text(&page), "--quiet"]);
+        let (_, figures) = looked_at(&read(&page));
+        assert!(titles(&figures)[0].ends_with(&format!(", {first}")), "{name}: {:?}", titles(&figures));
+    }
+}
+
 #[test]
 fn a_file_is_drawn_to_the_same_bytes_whatever_the_threads() {
     let folder = Folder::new();
