@@ -166,7 +166,7 @@ fn the_readme_is_short_and_in_order() {
         "## Formats",
         "## Where to go on",
         "## Cite",
-        "## Licence",
+        "## License",
     ];
     let places: Vec<usize> =
         order.iter().map(|part| readme.find(part).unwrap_or_else(|| panic!("the README lacks '{part}'"))).collect();
