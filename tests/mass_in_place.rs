@@ -279,3 +279,83 @@ fn particles_from_splitting_are_no_worse_than_seeds_of_as_many() {
         assert!(pair > 0.45 * first_pair, "{corner}: pair {pair} after {first_pair}");
     }
 }
+
+/// The solver leaves what the surface of a ball looks like to the shells, and makes the rest right: a percent within becomes a few 1e-4.
+#[test]
+fn a_uniform_ball_keeps_what_the_solver_makes_of_it() {
+    let scene = "input: {expression: '1'}\ndomain: {ball: {center: [0, 0, 0], radius: 1}}\nparticles: 2000\n";
+    let (_, report) = run(scene).unwrap();
+    let interior = report.density_error.interior_refitted.unwrap();
+    assert!(interior.mean < 1e-3, "{interior:?} {:?}", report.notes);
+}
+
+/// A dense cloud in a medium of a handful of particles: their uneven pushes on the cloud say nothing of how it lies.
+#[test]
+fn a_cloud_in_a_medium_of_few_particles_is_relaxed() {
+    let scene = "input: {expression: 'if((x - 0.5)^2 + (y - 0.5)^2 + (z - 0.5)^2 < 0.01, 1e5, 1)'}\n\
+        domain: {box: [[0, 0, 0], [1, 1, 1]], boundary: [periodic]}\nparticles: 2000\n";
+    let (_, report) = run(scene).unwrap();
+    let interior = report.density_error.interior_refitted.unwrap();
+    assert!(interior.mean < 2e-3 && report.neighbors.closest_pair > 0.6, "{interior:?} {:?}", report.neighbors);
+    assert!(report.ledger.in_place > 0.9, "{:?}", report.ledger);
+}
+
+/// Distance to the nearest other particle over (area/N)^(1/2) of those in a layer about z = 1/2 of a periodic unit box.
+fn evenness_of_layer(positions: &[[f64; 3]], half: f64) -> Vec<f64> {
+    let layer: Vec<&[f64; 3]> = positions.iter().filter(|x| (x[2] - 0.5).abs() < half).collect();
+    let apart = |a: f64, b: f64| (a - b).abs().min(1.0 - (a - b).abs());
+    let nearest = |i: usize| {
+        let to = |j: usize| (apart(layer[i][0], layer[j][0]).powi(2) + apart(layer[i][1], layer[j][1]).powi(2)).sqrt();
+        (0..layer.len()).filter(|&j| j != i).map(to).fold(f64::INFINITY, f64::min)
+    };
+    (0..layer.len()).map(|i| nearest(i) * (layer.len() as f64).sqrt()).collect()
+}
+
+/// A layer thinner than a spacing is a sheet: particles lie evenly in it (a hexagonal lattice: 1.07), the medium about it has its density,
+/// and no measure misses it.
+#[test]
+fn a_layer_thinner_than_a_spacing_is_an_even_sheet() {
+    let scene = "input: {expression: 'if(abs(z - 0.5) < 0.0005, 3000, 1)'}\n\
+        domain: {box: [[0, 0, 0], [1, 1, 1]], boundary: [periodic]}\nparticles: 2000\n";
+    let (positions, report) = run(scene).unwrap();
+    let apart = evenness_of_layer(&positions, 0.0005);
+    let closest = apart.iter().fold(f64::INFINITY, |m, a| m.min(*a));
+    assert!(closest > 0.6, "{closest}");
+    assert!(report.neighbors.closest_pair > 0.5, "{:?}", report.neighbors);
+    let smoothed = report.density_error.smoothed.unwrap();
+    assert!(smoothed.mean < 0.05, "{smoothed:?}");
+}
+
+/// Steeper than a spacing resolves: the density is that which the kernel makes of it, and columns have their mass.
+#[test]
+fn an_atmosphere_has_the_density_that_a_kernel_can_show() {
+    let count = 2000;
+    for (spacings, error, apart) in [(1.0_f64, 0.08, 0.45), (4.0, 0.03, 0.3)] {
+        let height = spacings.powf(1.5) / f64::from(count).sqrt();
+        let scene = format!(
+            "input: {{expression: 'exp(-z/{height})'}}\ndomain: {{box: [[0, 0, 0], [1, 1, 1]], boundary: [periodic, periodic, reflecting]}}\n\
+             particles: {count}\n"
+        );
+        let (positions, report) = run(&scene).unwrap();
+        let smoothed = report.density_error.smoothed.unwrap();
+        assert!(smoothed.mean < error, "{spacings}: {smoothed:?} {:?}", report.notes);
+        assert!(report.neighbors.closest_pair > apart, "{spacings}: {:?}", report.neighbors);
+        assert!(report.ledger.in_place > 0.9, "{spacings}: {:?}", report.ledger);
+        // Particles lie in layers, of which the first is a third of a spacing above the floor: as much of the scale height may be missing.
+        let mean = positions.iter().map(|x| x[2]).sum::<f64>() / f64::from(count) / height;
+        assert!((mean - 1.0).abs() < 0.2, "{spacings}: a mean height of {mean} scale heights");
+    }
+}
+
+/// A disc a hundred times as wide as thick: boxes hold their mass, however few cells its middle plane is seen by.
+#[test]
+fn a_thin_disc_has_its_mass_in_place() {
+    let scene = "input: {expression: 'exp(-sqrt(x^2 + y^2)/0.2)/cosh(z/0.002)^2'}\n\
+        domain: {box: [[-1, -1, -0.05], [1, 1, 0.05]]}\nparticles: 2000\n";
+    let (positions, report) = run(scene).unwrap();
+    assert!(report.ledger.largest_deviation() < 0.05, "{:?}", report.ledger);
+    // Half of the mass lies within 1.678 scale lengths.
+    let radius = |x: &[f64; 3]| ((x[0] - 0.5).powi(2) + (x[1] - 0.5).powi(2)).sqrt();
+    let within = positions.iter().filter(|x| radius(x) < 1.678 * 0.2).count() as f64 / 2000.0;
+    assert!((within - 0.5).abs() < 0.03, "{within}");
+}

@@ -110,7 +110,8 @@ fn settling_ends_with_the_time_that_is_allowed() {
     let deadline = Instant::now() + std::time::Duration::from_secs(3);
     let control = Control { deadline: Some(deadline), ..Control::default() };
     let (file, report) = place(&scene, FORMATS, &control).unwrap();
-    assert!(report.stop == StopReason::TimeLimit && !report.settled.unwrap().is_whole);
+    let settled = report.settled.unwrap();
+    assert!(report.stop == StopReason::TimeLimit && !settled.is_whole, "{:?}, {settled:?}", report.stop);
     assert_eq!(file.species[0].table.count, 1500);
 }
 

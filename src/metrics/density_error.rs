@@ -89,21 +89,35 @@ impl DensityError {
         }
     }
 
-    /// Against the target or `smoothed`, the target as the kernel sees it, whichever is nearer to what each particle has:
+    /// Mean and epsilon against the target or `smoothed`, the target as the kernel sees it, whichever is nearer to what each particle has:
     /// stages make the density that of the target wherever an arrangement can have it. Over all particles, with the mass
-    /// re-fitted by no more than the bias of the self-contribution can be.
+    /// re-fitted by no more than `most_bias`, which is what the self-contribution can do. In the mean a difference counts over the larger of the two
+    /// densities: a few particles in next to nothing do not make it.
     pub(super) fn against_either(
         (density, volume): (&[f64], &[f64]),
         target: &[f64],
         smoothed: &[f64],
-    ) -> ErrorFigures {
+        most_bias: f64,
+    ) -> (f64, f64) {
         let everywhere = vec![true; smoothed.len()];
-        let factor = refit(&Alone, density, smoothed, &everywhere).clamp(1.0 - MOST_BIAS, 1.0 + MOST_BIAS);
+        let factor = refit(&Alone, density, smoothed, &everywhere).clamp(1.0 - most_bias, 1.0 + most_bias);
         let nearer = |i: usize| {
             let off = |wanted: f64| (factor * density[i] / wanted - 1.0).abs();
             if off(target[i]) < off(smoothed[i]) { target[i] } else { smoothed[i] }
         };
-        figures(&Alone, (density, factor), &parallel::map(target.len(), nearer), volume, &everywhere)
+        let wanted = parallel::map(target.len(), nearer);
+        let bounded = |i: usize| {
+            let found = factor * density[i];
+            (found - wanted[i]).abs() / found.max(wanted[i])
+        };
+        let mean = reduce::sum(wanted.len(), bounded) / wanted.len() as f64;
+        (mean, figures(&Alone, (density, factor), &wanted, volume, &everywhere).epsilon)
+    }
+
+    /// The mean over a set against the target, with the mass re-fitted; none of an empty set.
+    pub(super) fn mean_refitted((density, volume): (&[f64], &[f64]), target: &[f64], set: &[bool]) -> Option<f64> {
+        let factor = refit(&Alone, density, target, set);
+        set.contains(&true).then(|| figures(&Alone, (density, factor), target, volume, set).mean)
     }
 
     /// The figures that a tolerance bounds and by which methods are compared: with the mass re-fitted, over the interior
@@ -129,9 +143,6 @@ fn refit(exchange: &dyn Exchange, density: &[f64], target: &[f64], set: &[bool])
     }
     exchange.sum(reduce::sum(set.len(), |i| if counts(i) { ratio(i) } else { 0.0 })) / count as f64
 }
-
-/// What a self-contribution can do to a density.
-const MOST_BIAS: f64 = 0.03;
 
 /// The share of particles that [`ErrorFigures::most`] leaves out.
 const FEW: f64 = 0.01;

@@ -6,11 +6,13 @@
 
 use super::Measured;
 use crate::target::cells::{Cell, Cut, Rule, cut, partition, refine};
+use crate::target::mass_points::MassPoints;
 use crate::target::{Positions, Resolution, Target, at};
 use serde::Serialize;
 use sph::domain::{Axis, Domain};
 use sph::exchange::{Alone, Exchange};
 use sph::parallel;
+use std::sync::OnceLock;
 
 /// How well particles keep to the ledger.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -69,6 +71,9 @@ pub struct Ledger<const D: usize> {
     domain: Domain<D>,
     nodes: Vec<Node>,
     levels: usize,
+    /// Particles that it was made for: those that a stage begins with may be fewer.
+    count: usize,
+    points: OnceLock<Option<MassPoints<D>>>,
 }
 
 /// A box: a cut one, whose left half comes next, or the smallest.
@@ -100,7 +105,13 @@ impl<const D: usize> Ledger<D> {
             0 => vec![SMALLEST_BOX],
             _ => partition(target, Rule::Gauss).map_or_else(|_| Vec::new(), |cells| divided(target, cells, 0, levels)),
         };
-        Self { domain: target.domain.clone(), nodes, levels }
+        Self { domain: target.domain.clone(), nodes, levels, count: target.count, points: OnceLock::new() }
+    }
+
+    /// The target as points of mass, found when they are first asked for; none where it is zero wherever it is looked at.
+    pub(super) fn points(&self, target: &Target<'_, D>) -> Option<&MassPoints<D>> {
+        let all = target.with_count(target.count.max(self.count));
+        self.points.get_or_init(|| MassPoints::new(&all)).as_ref()
     }
 
     /// What `target.count` particles with these masses have in each box and region; where the resolution is one of its own, they count

@@ -199,10 +199,7 @@ impl<const D: usize> Measured<D> {
         let ratio = support_over_spacing(D, kernel_neighbors);
         let own = self.own();
         parallel::update(&mut self.interior[..own], |i, inside| {
-            let x = at(positions, i);
-            let wanted = target.number_density(&x);
-            let support = target.support(wanted, ratio);
-            *inside = !target.domain.is_edge_within(&x, support) && target.sharpness(&x, wanted, support) < 1.0;
+            *inside = target.is_resolved_at(&at(positions, i), ratio);
         });
     }
 }

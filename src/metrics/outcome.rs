@@ -86,8 +86,10 @@ impl Outcome {
         measured.leave_out_unresolved(target, positions, kernel_neighbors);
         let target_density = target.densities(positions);
         let own = measured.own();
-        let smoothed =
-            smoothed_densities(kernel, target, positions, &measured.support[..own], Some(&measured.interior));
+        // Each rank would need the points of all.
+        let by = (target, Some(ledger).filter(|_| exchange.is_alone()));
+        let around = (positions, &measured.support[..own]);
+        let smoothed = smoothed_densities(kernel, by, around, &mut measured.interior[..own]);
         let density_error = DensityError::among(exchange, &measured, &target_density, Some(&smoothed));
         let ledger = ledger.figures_among(exchange, &measured, target, positions, &masses);
         let (figures, noise) =

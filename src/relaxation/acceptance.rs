@@ -4,7 +4,7 @@
 //! than a spacing, vacuum. What decides is the measure that ends a run, taken of all particles.
 
 use super::contacts::part_contacts;
-use super::pairs::{PAIRED, part_pairs};
+use super::pairs::{PAIRED, part_crowded_pairs};
 use super::report::{Progress, StageName, StopReason};
 use super::stage::{Particles, Relaxed, Running, Stage};
 use crate::metrics::{Aim, Quality};
@@ -131,7 +131,17 @@ impl<const D: usize> Running<D> for Watched<'_, D> {
         relaxed.notes.extend(part(&target, &mut relaxed.particles.positions));
         let met = stage.aim == Aim::Density && stop == StopReason::ToleranceReached;
         let aim = if met { Aim::DensityMet } else { stage.aim };
-        if let Some((loss, seeds)) = stage.judge.loss(&before, &relaxed.particles, aim) {
+        // What lies too close across a surface may be all that is wrong.
+        let mut loss = stage.judge.loss(&before, &relaxed.particles, aim);
+        if loss.is_some()
+            && stage.aim == Aim::Density
+            && stop != StopReason::Interrupted
+            && let Some(parted) = stage.parted(&relaxed.particles)
+            && stage.judge.loss(&before, &parted, aim).is_none()
+        {
+            (loss, relaxed.particles) = (None, parted);
+        }
+        if let Some((loss, seeds)) = loss {
             relaxed.notes.push(format!("the result of {} is not used: {loss}", stage.name().title));
             relaxed.particles = seeds.unwrap_or(before);
             for report in &mut relaxed.reports {
@@ -149,17 +159,23 @@ impl<const D: usize> Accepted<'_, D> {
     /// Parts particles on both sides of a jump where that costs nothing else: few of them may be all that shows a density. The particles are
     /// those that were accepted last.
     fn part_contacts(&self, particles: &mut Particles<D>) {
-        let mut parted = particles.clone();
-        let any = part_contacts(&self.target.with_count(particles.len()), &mut parted.positions);
-        if any && self.judge.loss(particles, &parted, Aim::Contacts).is_none() {
+        if let Some(parted) = self.parted(particles)
+            && self.judge.loss(particles, &parted, Aim::Contacts).is_none()
+        {
             *particles = parted;
         }
+    }
+
+    /// With those apart that are too close across a surface; none where none are.
+    fn parted(&self, particles: &Particles<D>) -> Option<Particles<D>> {
+        let mut parted = particles.clone();
+        part_contacts(&self.target.with_count(particles.len()), &mut parted.positions).then_some(parted)
     }
 }
 
 /// Moves what a stage left paired apart; a note if there was anything.
 fn part<const D: usize>(target: &Target<'_, D>, positions: &mut Positions<D>) -> Option<String> {
-    let paired = part_pairs(target, positions, PAIRED);
+    let paired = part_crowded_pairs(target, positions);
     (paired > 0).then(|| {
         format!(
             "{paired} particles were within {PAIRED} spacings of another and were moved apart: the density changes there by more than N particles resolve"

@@ -223,12 +223,17 @@ impl<'a, const D: usize, R: Real> Arrangement<'a, D, R> {
         self.interfaces = known.or_else(find).map(|found| (found, beyond));
     }
 
-    /// Looks for surfaces anew about particles that have moved far; whether there were any.
-    pub fn refresh_interfaces(&mut self) -> bool {
-        let Some((mut interfaces, beyond)) = self.interfaces.take() else { return false };
+    /// Looks for surfaces anew about particles that have moved far; for how many.
+    pub fn refresh_interfaces(&mut self) -> usize {
+        let Some((mut interfaces, beyond)) = self.interfaces.take() else { return 0 };
         let changed = interfaces.refresh(&self.target, &beyond, &self.positions, &self.target_supports());
         self.interfaces = Some((interfaces, beyond));
         changed
+    }
+
+    /// Lets particles feel no medium beyond the surfaces of their region.
+    pub fn forget_interfaces(&mut self) {
+        self.interfaces = None;
     }
 
     /// The surfaces that were found.

@@ -8,6 +8,7 @@ use super::pairs::parted;
 use crate::random::Purpose;
 use crate::target::{Positions, Target, at};
 use sph::domain::Domain;
+use sph::nearest::Nearest;
 use sph::neighbors::{Reach, Sources, Tree};
 use sph::parallel;
 use sph::sums::{Apart, Parting, partings};
@@ -39,7 +40,7 @@ pub(super) fn part_contacts<const D: usize>(target: &Target<'_, D>, positions: &
     }
     let domain = target.domain.mirrored();
     let near = near(&domain, positions, &spacing, &is_beside);
-    let is_beside: Vec<bool> = near.iter().map(|&i| is_beside[i]).collect();
+    let is_beside = across(target, positions, &spacing, (&near, &is_beside));
     let mut layer = positions.each_ref().map(|x| near.iter().map(|&i| x[i]).collect::<Vec<f64>>());
     let mut any = false;
     for round in 0..ROUNDS {
@@ -91,6 +92,33 @@ fn near<const D: usize>(
     }
     (0..near.len()).filter(|&i| near[i]).collect()
 }
+
+/// Which of those that are `near` are beside a surface, or have a particle of another region there that is: a layer may be thinner than any look
+/// for it. What lies across a periodic face is not looked for.
+fn across<const D: usize>(
+    target: &Target<'_, D>,
+    positions: &Positions<D>,
+    spacing: &[f64],
+    (near, is_beside): (&[usize], &[bool]),
+) -> Vec<bool> {
+    let region = |i: usize| target.regions().and_then(|regions| regions.of(&at(positions, i)));
+    let known: Vec<usize> = near.iter().copied().filter(|&i| is_beside[i]).collect();
+    let regions = parallel::map(known.len(), |k| region(known[k]));
+    let places: Vec<[f64; D]> = known.iter().map(|&i| at(positions, i)).collect();
+    let tree = Nearest::new(&places).ok();
+    parallel::map(near.len(), |k| {
+        let i = near[k];
+        is_beside[i]
+            || tree.as_ref().is_some_and(|tree| {
+                let (own, reach) = (region(i), BESIDE * spacing[i]);
+                let found = tree.find(&at(positions, i), FEW);
+                found.into_iter().any(|(k, distance)| distance < reach && regions[k] != own)
+            })
+    })
+}
+
+/// Particles beside a surface of which the nearest are looked at.
+const FEW: usize = 4;
 
 /// How each particle parts from others that are closer than `threshold` of the mean of the two's `reach`.
 fn apart<const D: usize>(

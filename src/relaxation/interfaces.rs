@@ -58,15 +58,15 @@ impl Interfaces {
         Some(found)
     }
 
-    /// Looks anew where a particle has moved too far; whether there was any.
+    /// Looks anew where a particle has moved too far; for how many.
     pub fn refresh<const D: usize>(
         &mut self,
         target: &Target<'_, D>,
         beyond: &Beyond,
         positions: &Positions<D>,
         support: &[f64],
-    ) -> bool {
-        let Some(part) = &target.part else { return false };
+    ) -> usize {
+        let Some(part) = &target.part else { return 0 };
         let found_at = &self.found_at;
         let fresh = parallel::map(support.len(), |i| {
             let x = at(positions, i);
@@ -76,15 +76,15 @@ impl Interfaces {
             });
             (!stays).then(|| planes(target.domain, part, beyond, &x, support[i]))
         });
-        let mut any = false;
+        let mut looked = 0;
         for (i, planes) in fresh.into_iter().enumerate() {
             if let Some(planes) = planes {
-                any = true;
+                looked += 1;
                 self.planes[i] = planes;
                 self.found_at[i] = at(positions, i).to_vec();
             }
         }
-        any
+        looked
     }
 
     /// Follows particles into a new order.
@@ -100,6 +100,21 @@ impl Interfaces {
             && self.found_at.len() == count
             && self.planes.iter().flatten().all(is_finite)
             && self.found_at.iter().all(|x| x.len() == D)
+    }
+
+    /// Whether there are no surfaces near any particle.
+    pub fn are_none(&self) -> bool {
+        self.planes.iter().all(Vec::is_empty)
+    }
+
+    /// Normals of the nearest surfaces, where most particles have one on either side and the two are no farther apart than their `spacing`.
+    pub fn normals_if_thin<const D: usize>(&self, spacing: &[f64]) -> Option<Vec<[f64; D]>> {
+        let is_between = |(planes, spacing): (&Vec<Plane>, &f64)| {
+            planes.len() == 2 && planes.iter().map(|p| p.distance).sum::<f64>() < *spacing
+        };
+        let thin = self.planes.iter().zip(spacing).filter(|found| is_between(*found)).count();
+        let normal = |planes: &Vec<Plane>| planes.first().map_or([0.0; D], |p| sph::array(|k| p.normal[k]));
+        (2 * thin > self.planes.len()).then(|| self.planes.iter().map(normal).collect())
     }
 
     /// What a particle at `x` lacks.

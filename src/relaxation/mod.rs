@@ -6,6 +6,7 @@ mod acceptance;
 mod afc;
 #[cfg(test)]
 mod afc_tests;
+mod aim;
 mod alaric;
 mod arrangement;
 mod balance;

@@ -1,5 +1,6 @@
 //! What the density solver minimizes, and its gradient, see [`super::solver`].
 
+use super::aim::{Aims, Points, share};
 use super::arrangement::Arrangement;
 use super::fit::{Fit, fit, interior, resolved};
 use super::interfaces::Interfaces;
@@ -19,6 +20,11 @@ pub(super) struct Objective<'a, const D: usize, R> {
     pub settled: bool,
     /// Made so far.
     pub evaluations: usize,
+    /// Where the target is not resolved; none where it is.
+    pub aims: Option<Aims<D>>,
+    pub points: Points<D>,
+    /// Across a region that is thinner than a spacing, at each particle, which moves along it; none of any other.
+    pub normals: Option<Vec<[f64; D]>>,
 }
 
 /// What is held within a descent.
@@ -70,7 +76,9 @@ pub(super) struct Evaluation<const D: usize> {
     pub energy: f64,
     pub fit: Fit,
     support: Vec<f64>,
+    /// n*, and what the particle aims at.
     wanted: Vec<f64>,
+    aimed: Vec<f64>,
     sums: Vec<DensitySums<D>>,
     mean: f64,
     mean_square: f64,
@@ -78,7 +86,15 @@ pub(super) struct Evaluation<const D: usize> {
 
 impl<'a, const D: usize, R: Real> Objective<'a, D, R> {
     pub fn new(arrangement: Arrangement<'a, D, R>) -> Self {
-        Self { arrangement, kappa: None, settled: false, evaluations: 0 }
+        Self {
+            arrangement,
+            kappa: None,
+            settled: false,
+            evaluations: 0,
+            aims: None,
+            points: Points::unknown(),
+            normals: None,
+        }
     }
 
     /// Goes on with another kernel.
@@ -86,50 +102,156 @@ impl<'a, const D: usize, R: Real> Objective<'a, D, R> {
         let now = (self.arrangement.kernel, self.arrangement.kernel_neighbors);
         if now != (kernel, kernel_neighbors) {
             (self.arrangement.kernel, self.arrangement.kernel_neighbors) = (kernel, kernel_neighbors);
-            self.kappa = None;
+            (self.kappa, self.aims) = (None, None);
             self.see_interfaces(None);
         }
     }
 
-    /// See [`Arrangement::see_interfaces`]; there are no pushes here.
+    /// See [`Arrangement::see_interfaces`]; there are no pushes here. A region that is thinner than a spacing is a sheet: no medium
+    /// goes on beyond it, and particles move along it.
     pub fn see_interfaces(&mut self, known: Option<Interfaces>) {
         self.arrangement.see_interfaces(known, &|_| 0.0);
+        let ratio = self.arrangement.ratio();
+        let spacing = self.arrangement.target_supports().into_iter().map(|h| h / ratio).collect::<Vec<f64>>();
+        self.normals = self.arrangement.interfaces().and_then(|found| found.normals_if_thin(&spacing));
+        if self.normals.is_some() {
+            self.arrangement.forget_interfaces();
+        }
     }
 
     /// Sum over particles of what their region lacks, as a part of its number density: the medium beyond feels them as they
     /// feel it.
-    fn beyond(&self, support: &[f64], wanted: &[f64]) -> f64 {
+    fn beyond(&self, support: &[f64], aimed: &[f64]) -> f64 {
         if self.arrangement.interfaces().is_none() {
             return 0.0;
         }
         let lacks = |i: usize| self.arrangement.missing(i, support[i]).map_or(0.0, |(m, medium)| medium * m.share);
-        reduce::sum(wanted.len(), |i| lacks(i) / wanted[i])
+        reduce::sum(aimed.len(), |i| lacks(i) / aimed[i])
     }
 
-    fn supports(&self, wanted: &[f64], kappa: f64) -> Vec<f64> {
+    /// What the potential that holds particles where smoothing matters has changed by, in the pressure energy.
+    fn drift(&self, frame: &Frame) -> f64 {
+        let Some(aims) = &self.aims else { return 0.0 };
+        let Arrangement { domain, positions, .. } = &self.arrangement;
+        reduce::sum(positions[0].len(), |i| frame.pressure(i) * aims.drift(domain, i, &at(positions, i)).0)
+    }
+
+    fn supports(&self, aimed: &[f64], kappa: f64) -> Vec<f64> {
         let target = &self.arrangement.target;
         let ratio = support_over_spacing(D, self.arrangement.kernel_neighbors) * kappa.powf(1.0 / D as f64);
-        parallel::map(wanted.len(), |i| ratio * target.spacing(wanted[i]).min(self.arrangement.domain.size()))
+        parallel::map(aimed.len(), |i| ratio * target.spacing(aimed[i]).min(self.arrangement.domain.size()))
+    }
+
+    /// What the particles aim at, where the target has `wanted`.
+    fn aimed(&self, wanted: &[f64]) -> Vec<f64> {
+        let Some(aims) = &self.aims else { return wanted.to_vec() };
+        let Arrangement { domain, positions, .. } = &self.arrangement;
+        parallel::map(wanted.len(), |i| aims.density(domain, i, &at(positions, i), wanted[i]))
+    }
+
+    /// Follows particles into a new order, see [`Arrangement::sort`].
+    pub fn sort(&mut self) -> Vec<u32> {
+        let order = self.arrangement.sort();
+        self.aims.iter_mut().for_each(|aims| aims.reorder(&order));
+        self.normals.iter_mut().for_each(|normals| *normals = parallel::reordered(normals, &order));
+        order
+    }
+
+    /// Looks for the smoothed target where particles aim at it, beginning with the radii `support`, by as many `steps` towards those that
+    /// belong to it; whether any do. In the first look of a descent all that stays the same in it is found as well.
+    fn look(&mut self, mut support: Vec<f64>, steps: usize, is_first: bool) -> bool {
+        let Some(aims) = &mut self.aims else { return false };
+        let arrangement = &self.arrangement;
+        let Arrangement { kernel, domain, positions, target, .. } = arrangement;
+        if !self.points.find(target) {
+            return false;
+        }
+        let ratio =
+            support_over_spacing(D, arrangement.kernel_neighbors) * self.kappa.unwrap_or(1.0).powf(1.0 / D as f64);
+        let mut found = vec![(0.0, [0.0; D]); support.len()];
+        let radius = |n: f64| ratio * target.spacing(n).min(domain.size());
+        for _ in 0..steps {
+            let looked = parallel::map(support.len(), |i| if aims.is_aimed(i) { support[i] } else { 0.0 });
+            let sums = match self.points.get() {
+                Some(points) => points.number_densities(*kernel, domain, (positions, &looked), target.count),
+                None => return false,
+            };
+            found = parallel::map(sums.len(), |i| (sums[i].weighted, sums[i].gradient));
+            parallel::update(&mut support, |i, h| {
+                if found[i].0 > 0.0 {
+                    *h = radius(found[i].0)
+                }
+            });
+        }
+        if is_first {
+            self.points.strengthen(*kernel, domain, (positions, &support), target.count);
+        }
+        let drift = self.points.drift(*kernel, domain, (positions, &support));
+        aims.look(|i| at(positions, i), &found, drift.as_deref());
+        true
+    }
+
+    /// Looks for the smoothed target anew where particles have moved far; whether they have.
+    pub fn look_again(&mut self, frame: &Frame) -> bool {
+        let Arrangement { domain, positions, .. } = &self.arrangement;
+        if !self.aims.as_ref().is_some_and(|aims| aims.are_stale(domain, positions, &frame.spacing)) {
+            return false;
+        }
+        let wanted = self.arrangement.target.number_densities(&self.arrangement.positions);
+        let support = self.supports(&self.aimed(&wanted), frame.kappa);
+        self.look(support, 1, false)
+    }
+
+    /// Lets particles aim at the smoothed target where the target is too sharp, if it is so for more than a few. What ends at an
+    /// open edge does not count: sums see a mirror there, and not the end.
+    fn take_aim(&mut self, sharpness: &[f64], spacing: &[f64]) {
+        // Points of mass do not show what goes on beyond the surfaces of a region.
+        let goes_on = self.arrangement.interfaces().is_some_and(|interfaces| !interfaces.are_none());
+        let many = |unresolved: usize| unresolved as f64 > FEW_UNRESOLVED * sharpness.len() as f64;
+        if self.settled || goes_on || !many(parallel::count(sharpness.len(), |i| share(sharpness[i]) > 0.0)) {
+            return;
+        }
+        let ratio = support_over_spacing(D, self.arrangement.kernel_neighbors);
+        let (domain, count) = (self.arrangement.domain.clone(), sharpness.len() as f64);
+        let even = (domain.volume() / count).powf(1.0 / D as f64);
+        let guess = parallel::map(spacing.len(), |i| ratio * spacing[i].min(even));
+        self.arrangement.mirror(&guess);
+        let solved = self.arrangement.solve(&guess, Search::EXACT);
+        let support = parallel::map(solved.len(), |i| solved[i].support.min(domain.size()));
+        let positions = &self.arrangement.positions;
+        let ends = |i: usize| self.arrangement.target.ends_within(&at(positions, i), AT_AN_END * support[i]);
+        if !many(parallel::count(sharpness.len(), |i| share(sharpness[i]) > 0.0 && !ends(i))) {
+            return;
+        }
+        self.aims = Some(Aims::new(parallel::map(sharpness.len(), |i| share(sharpness[i]))));
+        if !self.look(support, STEPS, true) {
+            self.aims = None;
+        }
     }
 
     /// Fits kappa and freezes what a stage holds.
     pub fn frame(&mut self, lambda: f64) -> Frame {
-        let target = &self.arrangement.target;
+        let target = self.arrangement.target;
         let wanted = target.number_densities(&self.arrangement.positions);
         let positions = &self.arrangement.positions;
-        let spacing = parallel::map(wanted.len(), |i| target.spacing(wanted[i]));
+        let mut spacing = parallel::map(wanted.len(), |i| target.spacing(wanted[i]));
         let ratio = support_over_spacing(D, self.arrangement.kernel_neighbors);
         let sharpness = target.sharpnesses(positions, &wanted, ratio);
-        let weights = parallel::map(sharpness.len(), |i| resolved(sharpness[i]));
-        let mut held = target.near_discontinuities(positions, &wanted, &sharpness, ratio);
-        let most = if self.settled { STEEP_FOR_ORDER } else { STEEP };
-        let steep = parallel::map(wanted.len(), |i| {
-            weights[i] < 0.5 && target.steepness(&at(positions, i), target.support(wanted[i], ratio)) > most
-        });
-        if steep.contains(&true) {
-            held.resize(steep.len(), false);
-            held.iter_mut().zip(steep).for_each(|(held, steep)| *held |= steep);
+        let mut weights = parallel::map(sharpness.len(), |i| resolved(sharpness[i]));
+        if self.normals.is_some() {
+            self.take_aim(&vec![f64::INFINITY; sharpness.len()], &spacing);
+        } else {
+            self.take_aim(&sharpness, &spacing);
         }
+        let held = match &self.aims {
+            Some(aims) => {
+                let aimed = self.aimed(&wanted);
+                parallel::update(&mut spacing, |i, s| *s = target.spacing(aimed[i]));
+                parallel::update(&mut weights, |i, w| *w = aims.weight(i, *w));
+                Vec::new()
+            }
+            None => self.held(&wanted, (&sharpness, &weights)),
+        };
         let kappa = self.kappa.unwrap_or(1.0);
         let mut frame = Frame { lambda, kappa, weights, pressure: Vec::new(), held, spacing };
         // The first evaluation tells kappa; from then on it barely changes.
@@ -140,35 +262,53 @@ impl<'a, const D: usize, R: Real> Objective<'a, D, R> {
         } else {
             self.evaluations -= 1;
         }
-        frame.forget_crowds(&parallel::map(now.wanted.len(), |i| now.sums[i].number_density / now.wanted[i]));
+        frame.forget_crowds(&parallel::map(now.aimed.len(), |i| now.sums[i].number_density / now.aimed[i]));
         frame
+    }
+
+    /// Particles that stay where they are because no density near them is one that they could have; empty without any.
+    fn held(&self, wanted: &[f64], (sharpness, weights): (&[f64], &[f64])) -> Vec<bool> {
+        let Arrangement { target, positions, .. } = &self.arrangement;
+        let ratio = support_over_spacing(D, self.arrangement.kernel_neighbors);
+        let mut held = target.near_discontinuities(positions, wanted, sharpness, ratio);
+        let most = if self.settled { STEEP_FOR_ORDER } else { STEEP };
+        let steep = parallel::map(wanted.len(), |i| {
+            weights[i] < 0.5 && target.steepness(&at(positions, i), target.support(wanted[i], ratio)) > most
+        });
+        if steep.contains(&true) {
+            held.resize(steep.len(), false);
+            held.iter_mut().zip(steep).for_each(|(held, steep)| *held |= steep);
+        }
+        held
     }
 
     pub fn evaluate(&mut self, frame: &Frame) -> Evaluation<D> {
         self.evaluations += 1;
         let wanted = self.arrangement.target_density();
-        let support = self.supports(&wanted, frame.kappa);
+        let aimed = self.aimed(&wanted);
+        let support = self.supports(&aimed, frame.kappa);
         self.arrangement.medium = frame.kappa;
         self.arrangement.mirror(&support);
         let sums = self.arrangement.densities(&support);
         let (n, w) = (wanted.len(), &frame.weights);
-        let q = |i: usize| sums[i].number_density / wanted[i];
+        let q = |i: usize| sums[i].number_density / aimed[i];
         let [total, weighted, pressure] = reduce::sums(n, |i| [w[i], w[i] * q(i), frame.pressure(i) * q(i)]);
         let mean = weighted / total;
         let [squares] = reduce::sums(n, |i| [w[i] * (q(i) / mean - 1.0).powi(2)]);
-        let energy = 0.5 * squares + frame.lambda * (pressure + self.beyond(&support, &wanted));
+        let pressure = pressure + self.beyond(&support, &aimed) - self.drift(frame);
+        let energy = 0.5 * squares + frame.lambda * pressure;
         let set = interior(self.arrangement.target.domain, &self.arrangement.positions, &support, Some(w));
-        let fit = fit(set.as_deref(), &wanted, |i| sums[i].number_density);
-        Evaluation { energy, fit, support, wanted, sums, mean, mean_square: squares / total }
+        let fit = fit(set.as_deref(), &aimed, |i| sums[i].number_density);
+        Evaluation { energy, fit, support, wanted, aimed, sums, mean, mean_square: squares / total }
     }
 
     /// dE/dx in units of the particles' spacings.
     pub fn gradient(&self, frame: &Frame, now: &Evaluation<D>) -> Vec<[f64; D]> {
         let strength = parallel::map(now.wanted.len(), |i| {
-            let q = now.sums[i].number_density / now.wanted[i];
+            let q = now.sums[i].number_density / now.aimed[i];
             let pressure = frame.lambda * frame.pressure(i);
             let response = frame.weights[i] * (q / now.mean - 1.0 - now.mean_square) / now.mean + pressure;
-            response / now.wanted[i]
+            response / now.aimed[i]
         });
         let mut out = self.arrangement.gradient(&now.support, &strength, &now.sums);
         let positions = &self.arrangement.positions;
@@ -177,17 +317,26 @@ impl<'a, const D: usize, R: Real> Objective<'a, D, R> {
                 *g = [0.0; D];
                 return;
             }
-            let slope = self.log_slope(&at(positions, i), now.wanted[i], frame.spacing[i]);
-            // n* enters through q and through the support radius.
+            let of_target = || self.log_slope(&at(positions, i), now.wanted[i], frame.spacing[i]);
+            let slope = self.aims.as_ref().map_or_else(of_target, |aims| aims.log_slope(i, of_target));
+            // What is aimed at enters through q and through the support radius.
             let through_support =
-                if self.arrangement.target.spacing_follows(now.wanted[i]) { now.sums[i].slope / D as f64 } else { 0.0 };
+                if self.arrangement.target.spacing_follows(now.aimed[i]) { now.sums[i].slope / D as f64 } else { 0.0 };
             let mut own = -strength[i] * (now.sums[i].number_density + through_support);
             if let Some((missing, medium)) = self.arrangement.missing(i, now.support[i]) {
-                let weight = frame.lambda / now.wanted[i] * medium;
+                let weight = frame.lambda / now.aimed[i] * medium;
                 (0..D).for_each(|k| g[k] += weight * missing.gradient[k]);
                 own -= weight * missing.slope / D as f64;
             }
+            if let Some(aims) = &self.aims {
+                let (_, drift) = aims.drift(&self.arrangement.domain, i, &at(positions, i));
+                (0..D).for_each(|k| g[k] -= frame.lambda * frame.pressure(i) * drift[k]);
+            }
             *g = sph::array(|k| frame.spacing[i] * (g[k] + own * slope[k]));
+            if let Some(normals) = &self.normals {
+                let along: f64 = (0..D).map(|k| g[k] * normals[i][k]).sum();
+                (0..D).for_each(|k| g[k] -= along * normals[i][k]);
+            }
         });
         out
     }
@@ -218,6 +367,16 @@ const STEEP_FOR_ORDER: f64 = 0.4;
 
 /// Density within the support, over the target's, beyond which a particle counts less.
 const CROWDED: f64 = 3.0;
+
+/// Share of the particles for which the target is not resolved up to which those are left to the pressure energy.
+const FEW_UNRESOLVED: f64 = 0.01;
+
+/// Support radii from an open edge within which the target may not be resolved because of it.
+const AT_AN_END: f64 = 1.5;
+
+/// Steps towards the support radius that belongs to a smoothed density, at first; later looks go on from there. Of a layer each leaves a third
+/// of the error, of a filament two.
+const STEPS: usize = 6;
 
 /// Step of the differences of the target, in spacings: truncation and rounding both stay below 1e-6.
 const GRADIENT_STEP: f64 = 1e-6;

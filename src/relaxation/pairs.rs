@@ -4,12 +4,14 @@
 //! particles do not resolve a stage may press two together. Here each of a pair moves away from the other until
 //! they are apart (mirror images at walls count, a particle's own too); which way coincident ones go is drawn by their place in the tree.
 
+use crate::metrics::Measured;
 use crate::random::Purpose;
 use crate::target::{Positions, Target, at};
 use sph::domain::Domain;
+use sph::kernel::{KernelName, default_kernel_neighbors, support_over_spacing};
 use sph::neighbors::{Reach, Sources, Tree};
 use sph::parallel;
-use sph::sums::{Apart, partings};
+use sph::sums::{Apart, partings, support_guess};
 
 /// Distance over the smaller spacing of the two below which particles are the same one twice.
 pub const COINCIDENT: f64 = 1e-3;
@@ -23,6 +25,33 @@ const MAX_ROUNDS: usize = 1000;
 /// Parts particles that are closer than `threshold` of the smaller of their spacings; returns how many were
 /// found so. Without pairs this is one pass, and positions stay as they are, bit for bit.
 pub fn part_pairs<const D: usize>(target: &Target<'_, D>, positions: &mut Positions<D>, threshold: f64) -> usize {
+    part_within(target, positions, threshold, &[])
+}
+
+/// The same where particles are [`PAIRED`], by the spacing of the target or that which their sums say, whichever is smaller: where
+/// the target changes by far more than its spacing lets particles show, they lie closer together than it says.
+pub(super) fn part_crowded_pairs<const D: usize>(target: &Target<'_, D>, positions: &mut Positions<D>) -> usize {
+    let n = positions[0].len();
+    let domain = target.domain.mirrored();
+    let spacing = parallel::map(n, |i| target.spacing(target.number_density(&at(positions, i))).min(domain.size()));
+    if n < 2 || !closer_than(&domain, positions, &spacing, PAIRED).contains(&true) {
+        return 0;
+    }
+    let (kernel, neighbors) = (KernelName::default(), default_kernel_neighbors(D));
+    let even = (domain.volume() / n as f64).powf(1.0 / D as f64);
+    let guess = support_guess::<D>(neighbors, n, |i| spacing[i].min(even));
+    let measured = Measured::new(kernel, target.domain, positions, &vec![1.0; n], &guess, neighbors);
+    let ratio = support_over_spacing(D, neighbors);
+    part_within(target, positions, PAIRED, &parallel::map(n, |i| measured.support[i] / ratio))
+}
+
+/// [`part_pairs`] with spacings that count as no more than `most`, if there are any.
+fn part_within<const D: usize>(
+    target: &Target<'_, D>,
+    positions: &mut Positions<D>,
+    threshold: f64,
+    most: &[f64],
+) -> usize {
     let n = positions[0].len();
     if n < 2 {
         return 0;
@@ -32,8 +61,9 @@ pub fn part_pairs<const D: usize>(target: &Target<'_, D>, positions: &mut Positi
     for round in 0..MAX_ROUNDS {
         let tree = Tree::build(positions);
         let apart = parallel::map(n, |place| {
-            let density = target.number_density(&at(positions, tree.order()[place] as usize));
-            APART * target.spacing(density).min(domain.size())
+            let i = tree.order()[place] as usize;
+            let most = most.get(i).copied().unwrap_or(f64::INFINITY);
+            APART * target.spacing(target.number_density(&at(positions, i))).min(most).min(domain.size())
         });
         let sources = [Sources::<D, 1>::new(&tree, &apart, [&apart], Reach::Target)];
         let partings =

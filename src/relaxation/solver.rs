@@ -24,6 +24,7 @@
 //! ([`Target::is_discontinuous_near`]): what a sum counts too much on the thin side of it would drive particles away, so those
 //! stay where seed and WVT have put them.
 
+use super::aim::Aims;
 use super::arrangement::Arrangement;
 use super::interfaces::Interfaces;
 use super::lbfgs::{Lbfgs, product};
@@ -133,6 +134,9 @@ const SORT_INTERVAL: usize = 4;
 /// at the density's cost. A run that is to reach a tolerance goes on.
 const PATIENCE: usize = 40;
 
+/// Share of the particles about which surfaces are looked for anew after which curvature is forgotten.
+const MANY: f64 = 0.05;
+
 /// The stage. What comes out is the last state, or the first where epsilon rose. `R` is the precision of pair distances.
 pub struct DensitySolver<'a, const D: usize, R = f32> {
     kernel: KernelName,
@@ -169,13 +173,30 @@ impl<const D: usize, R: Real> Stage<D> for DensitySolver<'_, D, R> {
         let kept: Snapshot<D> = decode(kept)?;
         let schedule = self.options.schedule(self.kernel, D);
         kept.check(self.target.count, schedule.len())?;
-        let Snapshot { index, positions, moves, before, descent, kappa, evaluations, interfaces, trace } = kept;
+        let Snapshot {
+            index,
+            positions,
+            moves,
+            before,
+            descent,
+            kappa,
+            evaluations,
+            interfaces,
+            aims,
+            strength,
+            normals,
+            trace,
+        } = kept;
         let Stretch { kernel, kernel_neighbors, .. } = schedule[index];
         let mirrored = self.target.domain.mirrored();
         let arrangement = Arrangement::of_sorted(kernel, self.target, mirrored, positions, moves, kernel_neighbors);
         let settled = self.options.settled;
-        let mut objective = Objective { arrangement, kappa: Some(kappa), settled, evaluations };
-        objective.see_interfaces(interfaces);
+        let mut objective = Objective { kappa: Some(kappa), settled, evaluations, ..Objective::new(arrangement) };
+        if interfaces.is_some() {
+            objective.see_interfaces(interfaces);
+        }
+        (objective.aims, objective.normals) = (aims, normals.map(|Rows(normals)| normals));
+        objective.points.strength = strength;
         let solver = Solver::<D, R> { objective, options: &self.options, trace: trace.resumed() };
         Ok(Box::new(Run { solver, schedule, index, descent, before }))
     }
@@ -222,8 +243,17 @@ struct Snapshot<const D: usize> {
     evaluations: usize,
     /// Of a region that is relaxed by itself.
     interfaces: Option<Interfaces>,
+    aims: Option<Aims<D>>,
+    /// Of the points of mass, see [`super::aim::Points`].
+    strength: Option<(Vec<f64>, Vec<f64>)>,
+    /// Of a region that is a sheet.
+    normals: Option<Rows<D>>,
     trace: Trace,
 }
+
+/// A vector per particle.
+#[derive(Serialize, Deserialize)]
+struct Rows<const D: usize>(#[serde(with = "rows")] Vec<[f64; D]>);
 
 impl<const D: usize> Snapshot<D> {
     /// # Errors
@@ -244,6 +274,11 @@ impl<const D: usize> Snapshot<D> {
                 self.interfaces.as_ref().is_none_or(|i| i.is_of::<D>(count)),
                 "has surfaces of another number of particles",
             )
+            .holds(self.aims.as_ref().is_none_or(|a| a.is_of(count)), "has aims of another number of particles")
+            .holds(
+                self.normals.as_ref().is_none_or(|n| n.0.len() == count),
+                "has normals of another number of particles",
+            )
             .holds(self.descent.memory.is_of(count), "has another number of gradients than of particles")
             .result()
     }
@@ -263,9 +298,9 @@ impl<const D: usize, R: Real> Running<D> for Run<'_, D, R> {
     fn advance(&mut self, outside: Option<StopReason>) -> Option<StopReason> {
         let Self { solver, descent, .. } = self;
         if solver.objective.arrangement.is_stale(SORT_INTERVAL) {
-            let order = solver.objective.arrangement.sort();
+            let order = solver.objective.sort();
             descent.reorder(&order);
-            if outside.is_none() && solver.objective.arrangement.refresh_interfaces() {
+            if outside.is_none() {
                 solver.look_again(descent);
             }
         }
@@ -299,6 +334,9 @@ impl<const D: usize, R: Real> Running<D> for Run<'_, D, R> {
                 kappa: self.solver.objective.kappa.unwrap_or(1.0),
                 evaluations: self.solver.objective.evaluations,
                 interfaces: self.solver.objective.arrangement.interfaces().cloned(),
+                aims: self.solver.objective.aims.clone(),
+                strength: self.solver.objective.points.strength.clone(),
+                normals: self.solver.objective.normals.clone().map(Rows),
                 trace: self.solver.trace.kept(),
             },
             to,
@@ -417,7 +455,7 @@ impl<'a, const D: usize, R: Real> Solver<'a, D, R> {
     }
 
     fn begin(&mut self, lambda: f64) -> Descent<D> {
-        self.objective.arrangement.sort();
+        self.objective.sort();
         let frame = self.objective.frame(lambda);
         let now = self.objective.evaluate(&frame);
         let gradient = self.objective.gradient(&frame, &now);
@@ -428,11 +466,19 @@ impl<'a, const D: usize, R: Real> Solver<'a, D, R> {
         Descent { frame, memory: Lbfgs::new(), gradient, energy: now.energy, epsilon, aim, lowest }
     }
 
-    /// Takes up what the objective is now that surfaces were looked for anew.
+    /// Looks for surfaces and for the smoothed target anew, and takes up what the objective is then.
     fn look_again(&mut self, descent: &mut Descent<D>) {
+        let surfaces = self.objective.arrangement.refresh_interfaces();
+        let aims = self.objective.look_again(&descent.frame);
+        if surfaces == 0 && !aims {
+            return;
+        }
         let now = self.objective.evaluate(&descent.frame);
         descent.gradient = self.objective.gradient(&descent.frame, &now);
-        descent.memory.clear();
+        // Curvature does not change much with the surfaces about a few.
+        if aims || surfaces as f64 > MANY * descent.gradient.len() as f64 {
+            descent.memory.clear();
+        }
         descent.take(&now, self.objective.evaluations);
     }
 

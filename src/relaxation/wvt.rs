@@ -78,6 +78,8 @@ const MEMORY: f64 = 0.97;
 const MEMORY_GAIN: f64 = 0.1;
 /// Bound on the logarithm of the correction.
 const MAX_FEEDBACK: f64 = 1.0;
+/// Spacings of an even arrangement beyond which nothing is seen from where the target is not resolved.
+const FARTHEST: f64 = 2.0;
 /// Iterations without a better state after which the relaxation has stagnated.
 const PATIENCE: usize = 20;
 
@@ -307,7 +309,12 @@ impl<const D: usize> Running<D> for Relaxation<'_, D> {
         let (iteration, options) = (self.iteration, self.options);
         let density = self.state.target_density();
         let (ratio, target) = (self.state.ratio(), self.state.target);
-        let support = parallel::map(density.len(), |i| ratio * target.spacing(density[i]));
+        // Where the target is not resolved particles need not see far: from next to vacuum, all of the rest.
+        let even = (target.domain.volume() / target.count as f64).powf(1.0 / D as f64);
+        let weights = &self.weights;
+        let farthest =
+            |i: usize| if weights[i] < 0.5 && self.order.is_none() { FARTHEST * even } else { f64::INFINITY };
+        let support = parallel::map(density.len(), |i| ratio * target.spacing(density[i]).min(farthest(i)));
         let pushes = self.pushes(&density, &support);
         let epsilon = self.epsilon(&pushes, &density, &support);
         if self.order.as_ref().is_some_and(|order| order.has_jump) {

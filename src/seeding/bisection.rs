@@ -45,7 +45,7 @@ pub(super) fn place_block<const D: usize>(
     seed: u64,
     block: Range<usize>,
 ) -> Result<Positions<D>> {
-    let mut points = vec![[0.0; D]; block.len()];
+    let mut points = vec![([0.0; D], 0.0); block.len()];
     bisect(target, partition(target, target.cell_rule())?, (0..target.count, &block), &mut points);
     Ok(to_positions(&jittered(target, &points, block.start, seed)))
 }
@@ -89,12 +89,21 @@ fn bounds<const D: usize>(cells: &[Cell<D>]) -> [[f64; D]; 2] {
 /// Jitter as a fraction of the local spacing. Bisection of a symmetric target gives a lattice, an unstable
 /// equilibrium that relaxation leaves late and unevenly; a tenth of the spacing is enough to leave it at once.
 const JITTER: f64 = 0.1;
+/// Size of a part over the target's spacing at its particle below which the target changes by more than a spacing says, so that the part's
+/// size counts.
+const SMALL_PART: f64 = 0.5;
 
-/// The points with the numbers from `first` on, jittered.
-fn jittered<const D: usize>(target: &Target<'_, D>, points: &[[f64; D]], first: usize, seed: u64) -> Vec<[f64; D]> {
+/// The points, with the sizes of their parts, from the number `first` on, jittered.
+fn jittered<const D: usize>(
+    target: &Target<'_, D>,
+    points: &[([f64; D], f64)],
+    first: usize,
+    seed: u64,
+) -> Vec<[f64; D]> {
     parallel::map(points.len(), |i| {
-        let x = points[i];
-        let spacing = target.spacing(target.number_density(&x));
+        let (x, size) = points[i];
+        let by_target = target.spacing(target.number_density(&x));
+        let spacing = if size < SMALL_PART * by_target { size } else { by_target };
         let mut rng = keyed(seed, Purpose::SeedJitter, (first + i) as u64);
         let mut y = x.map(|v| v + JITTER * spacing * (2.0 * rng.random::<f64>() - 1.0));
         target.domain.wrap(&mut y);
@@ -102,18 +111,20 @@ fn jittered<const D: usize>(target: &Target<'_, D>, points: &[[f64; D]], first: 
     })
 }
 
-/// Places those of the particles `numbers` of a part that are `wanted`, into `out`.
+/// Places those of the particles `numbers` of a part that are `wanted`, into `out`, with the sizes of their parts.
 fn bisect<const D: usize>(
     target: &Target<'_, D>,
     mut cells: Vec<Cell<D>>,
     (numbers, wanted): (Range<usize>, &Range<usize>),
-    out: &mut [[f64; D]],
+    out: &mut [([f64; D], f64)],
 ) {
     let n = numbers.len();
     let [first, ..] = out else { return };
     refine(target, &mut cells, least_cells(n, target.cell_rule()), target.cell_rule());
     if n == 1 {
-        *first = representative(target, &cells);
+        let [lo, hi] = bounds(&cells);
+        let volume: f64 = (0..D).map(|k| hi[k] - lo[k]).product();
+        *first = (representative(target, &cells), volume.powf(1.0 / D as f64));
         return;
     }
     let left_count = n / 2;

@@ -73,6 +73,12 @@ impl<const D: usize> Cell<D> {
         (0..D).fold(0, |best, k| if edge(k) > edge(best) { k } else { best })
     }
 
+    /// The center of its mass by Gauss's rule; its own center where the rule finds nothing.
+    pub fn center_of_mass(&self, target: &dyn Matter<D>) -> [f64; D] {
+        let (mass, moment) = gauss_moments(target, &self.lo, &self.hi, DIVISIONS);
+        if mass > 0.0 { moment.map(|m| m / mass) } else { self.center() }
+    }
+
     /// Halves across the longest edge, with masses anew from the target.
     pub fn halves(&self, target: &dyn Matter<D>, rule: Rule) -> [Self; 2] {
         self.halves_along(self.longest(), target, rule)
@@ -137,26 +143,40 @@ const DIVISIONS: usize = 1;
 const JUMP: f64 = 1.5;
 
 fn gauss_mass<const D: usize>(target: &dyn Matter<D>, lo: &[f64; D], hi: &[f64; D], divisions: usize) -> f64 {
+    gauss_moments(target, lo, hi, divisions).0
+}
+
+/// The mass of a box, and its sum of mass times place.
+fn gauss_moments<const D: usize>(
+    target: &dyn Matter<D>,
+    lo: &[f64; D],
+    hi: &[f64; D],
+    divisions: usize,
+) -> (f64, [f64; D]) {
     let node = 0.5 * (1.0 - 3_f64.sqrt().recip());
     let side = |corner: usize, k: usize| corner >> k & 1 == 0;
-    let (mut least, mut most, mut sum) = (f64::INFINITY, 0.0_f64, 0.0);
+    let (mut least, mut most, mut sum, mut moment) = (f64::INFINITY, 0.0_f64, 0.0, [0.0; D]);
     for corner in 0..1_usize << D {
         let t = |k: usize| if side(corner, k) { node } else { 1.0 - node };
-        let x = sph::array(|k| lo[k] + t(k) * (hi[k] - lo[k]));
+        let x: [f64; D] = sph::array(|k| lo[k] + t(k) * (hi[k] - lo[k]));
         let density = target.density_inside(&x).unwrap_or(0.0);
         (least, most, sum) = (least.min(density), most.max(density), sum + density);
+        (0..D).for_each(|k| moment[k] += density * x[k]);
     }
     if divisions == 0 || most <= JUMP * least {
-        return sum * (0..D).map(|k| hi[k] - lo[k]).product::<f64>() / (1_usize << D) as f64;
+        let weight = (0..D).map(|k| hi[k] - lo[k]).product::<f64>() / (1_usize << D) as f64;
+        return (sum * weight, moment.map(|m| m * weight));
     }
-    (0..1_usize << D)
-        .map(|corner| {
-            let middle = |k: usize| 0.5 * (lo[k] + hi[k]);
-            let lo = sph::array(|k| if side(corner, k) { lo[k] } else { middle(k) });
-            let hi = sph::array(|k| if side(corner, k) { middle(k) } else { hi[k] });
-            gauss_mass(target, &lo, &hi, divisions - 1)
-        })
-        .sum()
+    let (mut mass, mut moment) = (0.0, [0.0; D]);
+    for corner in 0..1_usize << D {
+        let middle = |k: usize| 0.5 * (lo[k] + hi[k]);
+        let lo = sph::array(|k| if side(corner, k) { lo[k] } else { middle(k) });
+        let hi = sph::array(|k| if side(corner, k) { middle(k) } else { hi[k] });
+        let part = gauss_moments(target, &lo, &hi, divisions - 1);
+        mass += part.0;
+        (0..D).for_each(|k| moment[k] += part.1[k]);
+    }
+    (mass, moment)
 }
 
 /// Midpoint rule, with the part of the cell that lies inside a curved surface.
@@ -230,12 +250,15 @@ fn refined<const D: usize>(target: &dyn Matter<D>, rule: Rule) -> Vec<Cell<D>> {
     let mut done = Vec::new();
     let most = (CELLS_PER_PARTICLE * target.count()).clamp(FEW_CELLS, MAX_CELLS);
     for _ in 0..MAX_SWEEPS {
-        if pending.is_empty() || done.len() + 2 * pending.len() > most {
+        let room = most.saturating_sub(done.len() + pending.len());
+        if pending.is_empty() || room == 0 {
             break;
         }
+        let mut hidden = parallel::map(pending.len(), |i| roughness(&pending[i], target, floor));
+        leave_largest(&mut hidden, room);
         let halved = parallel::map(pending.len(), |i| {
             let cell = &pending[i];
-            is_rough(cell, target, floor).then(|| cell.halves_along(cell.roughest(target), target, rule))
+            (hidden[i] > 0.0).then(|| cell.halves_along(cell.roughest(target), target, rule))
         });
         done.extend(pending.iter().zip(&halved).filter(|(_, halves)| halves.is_none()).map(|(cell, _)| *cell));
         pending = halved.into_iter().flatten().flatten().collect();
@@ -244,7 +267,18 @@ fn refined<const D: usize>(target: &dyn Matter<D>, rule: Rule) -> Vec<Cell<D>> {
     done
 }
 
-fn is_rough<const D: usize>(cell: &Cell<D>, target: &dyn Matter<D>, floor: f64) -> bool {
+/// Sets all but the `most` largest values to 0; of equal ones the first stay.
+fn leave_largest(values: &mut [f64], most: usize) {
+    if values.iter().filter(|v| **v > 0.0).count() <= most {
+        return;
+    }
+    let mut order: Vec<usize> = (0..values.len()).collect();
+    order.sort_unstable_by(|&i, &j| values[j].total_cmp(&values[i]).then(i.cmp(&j)));
+    order.into_iter().skip(most).for_each(|i| values[i] = 0.0);
+}
+
+/// The mass that the middle of a cell may not show; 0 where it shows enough.
+fn roughness<const D: usize>(cell: &Cell<D>, target: &dyn Matter<D>, floor: f64) -> f64 {
     let mut corners = 0.0;
     for corner in 0..1_usize << D {
         // A hair inside, so that a shared corner is judged by both sides of a discontinuity.
@@ -257,15 +291,16 @@ fn is_rough<const D: usize>(cell: &Cell<D>, target: &dyn Matter<D>, floor: f64) 
         }
     }
     let corner_mass = corners * cell.volume() / (1_usize << D) as f64;
-    let larger = corner_mass.max(cell.mass);
-    if larger > floor && (corner_mass - cell.mass).abs() > DISAGREEMENT * larger {
-        return true;
+    let (larger, off) = (corner_mass.max(cell.mass), (corner_mass - cell.mass).abs());
+    if larger > floor && off > DISAGREEMENT * larger {
+        return off;
     }
     // A discontinuity may pass between the middle and the corners.
-    target.is_piecewise() && {
-        let change = (0..D).map(|k| cell.hidden_change(k, target)).fold(0.0, f64::max) * cell.volume();
-        change > floor && change > DISAGREEMENT * larger
+    if !target.is_piecewise() {
+        return 0.0;
     }
+    let change = (0..D).map(|k| cell.hidden_change(k, target)).fold(0.0, f64::max) * cell.volume();
+    if change > floor && change > DISAGREEMENT * larger { change } else { 0.0 }
 }
 
 /// Halves the heavy cells until none has much more than one part in `least` of the mass.

@@ -2,7 +2,7 @@
 
 use super::cells::Matter;
 use super::{Positions, Target, at};
-use sph::domain::Axis;
+use sph::domain::{Axis, Wall};
 use sph::geometry::distance;
 use sph::parallel;
 
@@ -32,6 +32,26 @@ impl<const D: usize> Target<'_, D> {
         let slope = self.log_gradient(x, step);
         let steepness = support * slope.iter().map(|g| g * g).sum::<f64>().sqrt();
         ways::<D>().filter_map(|way| edge(&way, reach)).fold(steepness, worse)
+    }
+
+    /// Whether a sum over neighbors at the target's own support can have the target's density at `x`, for `ratio` = H n*^(1/d): what is
+    /// resolved depends on places, not on where particles have gathered.
+    pub fn is_resolved_at(&self, x: &[f64; D], ratio: f64) -> bool {
+        let here = self.number_density(x);
+        let support = self.support(here, ratio);
+        !self.domain.is_edge_within(x, support) && self.sharpness(x, here, support) < 1.0
+    }
+
+    /// Whether an edge beyond which is vacuum is nearer than `reach`.
+    pub fn ends_within(&self, x: &[f64; D], reach: f64) -> bool {
+        let domain = self.domain;
+        let is_near = |k: usize| match domain.axes[k] {
+            Axis::Walls { lo, hi } if domain.has_faces(k) => {
+                lo == Wall::Open && x[k] - domain.lo[k] < reach || hi == Wall::Open && domain.hi[k] - x[k] < reach
+            }
+            _ => false,
+        };
+        (0..D).any(is_near) || domain.region.wall() == Some(Wall::Open) && domain.region.is_surface_within(x, reach)
     }
 
     /// |grad ln n*| times `support`: the logarithm of the change over a support radius.

@@ -6,6 +6,7 @@
 pub(crate) mod cells;
 mod contacts;
 mod edges;
+pub(crate) mod mass_points;
 mod materials;
 mod regions;
 

@@ -1,0 +1,209 @@
+//! What the density solver aims at where no sum over neighbors can follow the target: the target as the kernel sees it.
+//!
+//! With the target's points of mass ([`crate::target::mass_points`]) the smoothed density at a particle is a sum as its own is, at the
+//! support radius that belongs to it: n_s(x, H) with H = eta (kappa/n_s)^(1/d). It varies over a spacing or so, and is followed between
+//! two looks by its gradient, in ln n_s. A particle aims at n*^(1 - s) n_s^s, s going from 0 where the target is resolved to 1.
+//!
+//! The pressure energy sum_i n_i/n_s,i is not at rest at n = n* where smoothing matters: int n (W n)/n_s changes by
+//! 1 + psi, psi(x) = int W(|x - y|, H(y)) n*(y)/n_s(y) d^d y, which varies about a layer. A potential -psi holds particles against that.
+
+use super::snapshot::rows;
+use crate::target::mass_points::MassPoints;
+use crate::target::{Positions, Target, at};
+use serde::{Deserialize, Serialize};
+use sph::domain::Domain;
+use sph::kernel::KernelName;
+use sph::nearest::Nearest;
+use sph::parallel;
+
+/// Sharpness of the target ([`Target::sharpness`]) up to which particles aim at the target alone, and from which on at the smoothed one alone.
+const RESOLVED: f64 = 1.5;
+const UNRESOLVED: f64 = 2.0;
+/// What the error of a particle counts that aims at the smoothed target alone: some percent are enough there, and even distances matter.
+const WEIGHT: f64 = 0.1;
+
+/// Spacings by which a particle may move before aims are looked for anew: of what is too steep for sums a gradient tells little farther off.
+const FAR: f64 = 0.05;
+
+/// Aims of particles, in their order.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub(super) struct Aims<const D: usize> {
+    /// How much each aims at the smoothed target.
+    share: Vec<f64>,
+    /// ln n_s and its gradient where it was looked for.
+    logarithm: Vec<f64>,
+    #[serde(with = "rows")]
+    slope: Vec<[f64; D]>,
+    #[serde(with = "rows")]
+    place: Vec<[f64; D]>,
+    /// The gradient of psi.
+    #[serde(with = "rows")]
+    drift: Vec<[f64; D]>,
+}
+
+/// How much a particle aims at the smoothed target where the target is so sharp.
+pub(super) fn share(sharpness: f64) -> f64 {
+    ((sharpness - RESOLVED) / (UNRESOLVED - RESOLVED)).clamp(0.0, 1.0)
+}
+
+impl<const D: usize> Aims<D> {
+    /// Not looked for yet.
+    pub fn new(share: Vec<f64>) -> Self {
+        let n = share.len();
+        Self {
+            share,
+            logarithm: vec![0.0; n],
+            slope: vec![[0.0; D]; n],
+            place: vec![[0.0; D]; n],
+            drift: vec![[0.0; D]; n],
+        }
+    }
+
+    /// Takes up what was found at the particles: n_s and its gradient, and the gradient of psi if it is known.
+    pub fn look(
+        &mut self,
+        places: impl Fn(usize) -> [f64; D] + Sync,
+        found: &[(f64, [f64; D])],
+        drift: Option<&[[f64; D]]>,
+    ) {
+        let share = &self.share;
+        let known = |i: usize| share[i] > 0.0 && found[i].0 > 0.0;
+        parallel::update(&mut self.logarithm, |i, l| *l = if known(i) { found[i].0.ln() } else { 0.0 });
+        parallel::update(&mut self.slope, |i, s| {
+            *s = if known(i) { found[i].1.map(|g| g / found[i].0) } else { [0.0; D] }
+        });
+        parallel::update(&mut self.place, |i, x| *x = places(i));
+        if let Some(drift) = drift {
+            parallel::update(&mut self.drift, |i, d| *d = drift[i].map(|v| share[i] * v));
+        }
+        // What is seen nowhere aims at the target.
+        parallel::update(&mut self.share, |i, s| {
+            if !(found[i].0 > 0.0) {
+                *s = 0.0
+            }
+        });
+    }
+
+    /// Whether a particle's aim has to be looked for.
+    pub fn is_aimed(&self, i: usize) -> bool {
+        self.share[i] > 0.0
+    }
+
+    /// Whether a particle has moved so far since its aim was looked for that the gradient does not tell it.
+    pub fn are_stale(&self, domain: &Domain<D>, positions: &Positions<D>, spacing: &[f64]) -> bool {
+        let is_far = |i: usize| {
+            let moved = domain.displacement(&self.place[i], &at(positions, i));
+            self.is_aimed(i) && moved.iter().map(|m| m * m).sum::<f64>() > (FAR * spacing[i]).powi(2)
+        };
+        parallel::count(spacing.len(), is_far) > 0
+    }
+
+    /// What its error counts, where that against the target would count `resolved`.
+    pub fn weight(&self, i: usize, resolved: f64) -> f64 {
+        resolved + self.share[i] * (WEIGHT - resolved)
+    }
+
+    /// The number density that a particle at `x` aims at, where the target has `wanted`.
+    pub fn density(&self, domain: &Domain<D>, i: usize, x: &[f64; D], wanted: f64) -> f64 {
+        let share = self.share[i];
+        if share == 0.0 {
+            return wanted;
+        }
+        let moved = domain.displacement(&self.place[i], x);
+        let smoothed = self.logarithm[i] + (0..D).map(|k| self.slope[i][k] * moved[k]).sum::<f64>();
+        let of_target = if share < 1.0 { (1.0 - share) * wanted.ln() } else { 0.0 };
+        (of_target + share * smoothed).exp()
+    }
+
+    /// The gradient of its logarithm; `of_target` is that of ln n*.
+    pub fn log_slope(&self, i: usize, of_target: impl FnOnce() -> [f64; D]) -> [f64; D] {
+        let share = self.share[i];
+        if share == 0.0 {
+            return of_target();
+        }
+        let rest = if share < 1.0 { of_target() } else { [0.0; D] };
+        sph::array(|k| share * self.slope[i][k] + if share < 1.0 { (1.0 - share) * rest[k] } else { 0.0 })
+    }
+
+    /// The change of psi since a particle's aim was looked for, as far as it aims at the smoothed target, and its gradient.
+    pub fn drift(&self, domain: &Domain<D>, i: usize, x: &[f64; D]) -> (f64, [f64; D]) {
+        let (moved, drift) = (domain.displacement(&self.place[i], x), self.drift[i]);
+        ((0..D).map(|k| drift[k] * moved[k]).sum(), drift)
+    }
+
+    /// Follows particles into a new order.
+    pub fn reorder(&mut self, order: &[u32]) {
+        self.share = parallel::reordered(&self.share, order);
+        self.logarithm = parallel::reordered(&self.logarithm, order);
+        self.slope = parallel::reordered(&self.slope, order);
+        self.place = parallel::reordered(&self.place, order);
+        self.drift = parallel::reordered(&self.drift, order);
+    }
+
+    /// Whether these are of `count` particles.
+    pub fn is_of(&self, count: usize) -> bool {
+        let vectors = [&self.slope, &self.place, &self.drift];
+        let lengths = [self.share.len(), self.logarithm.len()].into_iter().chain(vectors.map(Vec::len));
+        let vectors = vectors.into_iter().flatten().flatten();
+        lengths.into_iter().all(|length| length == count)
+            && self.share.iter().chain(&self.logarithm).chain(vectors).all(|v| v.is_finite())
+    }
+}
+
+/// The points of mass of a target, found when they are first asked for, and what they do to particles that aim at the smoothed target.
+pub(super) struct Points<const D: usize> {
+    points: Option<Option<MassPoints<D>>>,
+    /// Support radii of the points, and what each stands for over n_s there.
+    pub strength: Option<(Vec<f64>, Vec<f64>)>,
+}
+
+impl<const D: usize> Points<D> {
+    pub const fn unknown() -> Self {
+        Self { points: None, strength: None }
+    }
+
+    /// Finds them; whether there are any.
+    pub fn find(&mut self, target: &Target<'_, D>) -> bool {
+        self.points.get_or_insert_with(|| MassPoints::new(target)).is_some()
+    }
+
+    pub fn get(&self) -> Option<&MassPoints<D>> {
+        self.points.as_ref().and_then(Option::as_ref)
+    }
+
+    /// Finds n_s at the points, with the radii of the nearest of the particles that `support` are of.
+    pub fn strengthen(
+        &mut self,
+        kernel: KernelName,
+        domain: &Domain<D>,
+        (positions, support): (&Positions<D>, &[f64]),
+        count: usize,
+    ) {
+        self.strength = None;
+        let Some(points) = self.get() else { return };
+        let particles: Vec<[f64; D]> = (0..support.len()).map(|i| at(positions, i)).collect();
+        let Ok(tree) = Nearest::new(&particles) else { return };
+        let radii = parallel::map(points.share().len(), |c| support[tree.one(&at(points.positions(), c))]);
+        let sums = points.number_densities(kernel, domain, (points.positions(), &radii), count);
+        let over =
+            |c: usize| if sums[c].weighted > 0.0 { count as f64 * points.share()[c] / sums[c].weighted } else { 0.0 };
+        let strength = parallel::map(sums.len(), over);
+        self.strength = Some((radii, strength));
+    }
+
+    /// The gradient of psi at the particles, where it is known.
+    pub fn drift(
+        &self,
+        kernel: KernelName,
+        domain: &Domain<D>,
+        (positions, support): (&Positions<D>, &[f64]),
+    ) -> Option<Vec<[f64; D]>> {
+        let (points, (radii, strength)) = self.get().zip(self.strength.as_ref())?;
+        if radii.len() != points.share().len() || strength.len() != radii.len() {
+            return None;
+        }
+        let mean = strength.iter().sum::<f64>() / strength.len() as f64;
+        let theirs = vec![mean; support.len()];
+        Some(points.seen_gradient(kernel, domain, (positions, support, &theirs), (radii, strength)))
+    }
+}
