@@ -272,7 +272,7 @@ fn an_energy_that_does_not_hold_the_body_is_not_replaced_silently() {
 /// is what the forces in the report say: a star whose net force is a tenth of gravity moves.
 #[test]
 fn the_certificate_tells_a_quiet_star_from_one_that_moves() {
-    let scene = "input: {file: profiles/polytrope-1.5.nc}\nparticles: 3000\ncertify: 1\n";
+    let scene = "input: {file: profiles/polytrope-1.5.nc}\nparticles: 2000\ncertify: 1\n";
     let of = |rest: &str| run(&format!("{scene}{rest}")).certificate.unwrap();
     let balanced = of("target_code: swift\n");
     let bare = of("kernel: cubic-spline\nneighbors: 48\npolish: none\n");

@@ -210,9 +210,9 @@ fn the_blob_is_at_rest_in_its_wind() {
 
 #[test]
 fn the_blast_has_its_energy() {
-    let (file, _) = placed("sedov.yaml", 20_000);
-    // The sum over particles 0.037 apart of a Gaussian of 0.05 is its integral to exp(-(pi 0.05/0.037)^2), were they a lattice;
-    // without one, to a part of the noise of 14 particles.
+    let (file, _) = placed("sedov.yaml", 12_000);
+    // The sum over particles 0.044 apart of a Gaussian of 0.05 is its integral to exp(-(pi 0.05/0.044)^2), were they a lattice;
+    // without one, to a part of the noise of 8 particles.
     let energy = total(&file, "InternalEnergy");
     assert!((energy - 1.0).abs() < 0.05, "{energy}");
     check(&file, [0.5; 3], "InternalEnergy", 1e3, |x| {
