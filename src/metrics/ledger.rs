@@ -108,10 +108,18 @@ impl<const D: usize> Ledger<D> {
         Self { domain: target.domain.clone(), nodes, levels, count: target.count, points: OnceLock::new() }
     }
 
+    /// Whether [`Self::points`] would be too many.
+    pub(super) fn has_too_many_points(&self, target: &Target<'_, D>) -> bool {
+        MassPoints::are_too_many(&self.for_all(target))
+    }
+
     /// The target as points of mass, found when they are first asked for; none where it is zero wherever it is looked at.
     pub(super) fn points(&self, target: &Target<'_, D>) -> Option<&MassPoints<D>> {
-        let all = target.with_count(target.count.max(self.count));
-        self.points.get_or_init(|| MassPoints::new(&all)).as_ref()
+        self.points.get_or_init(|| MassPoints::new(&self.for_all(target))).as_ref()
+    }
+
+    fn for_all<'a>(&self, target: &Target<'a, D>) -> Target<'a, D> {
+        target.with_count(target.count.max(self.count))
     }
 
     /// What `target.count` particles with these masses have in each box and region; where the resolution is one of its own, they count

@@ -34,7 +34,7 @@ pub(super) fn smoothed_densities<const D: usize>(
     interior: &mut [bool],
 ) -> Vec<f64> {
     let center = radial_center(target);
-    let ledger = ledger.filter(|_| center.is_none());
+    let ledger = ledger.filter(|ledger| center.is_none() && !ledger.has_too_many_points(target));
     let rules: Vec<Rule<D>> = match center {
         Some(_) => RADIAL_LEVELS.iter().map(|&(radii, angles)| about_an_axis(kernel, radii, angles)).collect(),
         // Points of mass are better than the last.
@@ -63,10 +63,17 @@ pub(super) fn smoothed_densities<const D: usize>(
         (last, false)
     });
     let mut smoothed: Vec<f64> = found.iter().map(|f| f.0).collect();
+    // Near an edge alone, rules that agree have missed nothing.
     let may_hide = target.resolution_field().is_piecewise();
-    if let Some(ledger) = ledger.filter(|_| may_hide || interior.contains(&false)) {
-        let looked: Vec<f64> =
-            (0..support.len()).map(|i| if may_hide || !interior[i] { support[i] } else { 0.0 }).collect();
+    let is_looked_at = |i: usize| {
+        let is_sharp = |x: &[f64; D]| target.sharpness(x, target.number_density(x), support[i]) >= 1.0;
+        may_hide || !inside[i] && (!found[i].1 || is_sharp(&at(positions, i)))
+    };
+    if let Some(ledger) = ledger {
+        let looked = parallel::map(support.len(), |i| if is_looked_at(i) { support[i] } else { 0.0 });
+        if looked.iter().all(|h| *h == 0.0) {
+            return smoothed;
+        }
         let Some(points) = ledger.points(target) else { return smoothed };
         let sums = points.mass_densities(kernel, target.domain, (positions, &looked), target.mass);
         for i in (0..sums.len()).filter(|&i| looked[i] > 0.0 && sums[i] > 0.0) {

@@ -15,6 +15,8 @@ use sph::sums::{Actors, DensitySums, density, scatter_gradient};
 const PER_SPACING: usize = 2;
 /// The same where cells are merged, which lie less evenly then.
 const MERGED_PER_SPACING: usize = 4;
+/// Points, at most: they take some 150 bytes each while they are made. Where more particles show a target, less of it is too steep for them.
+const MOST: usize = 1 << 22;
 /// Halvings of a cell, at most: a pole is as deep as the digits.
 const MOST_HALVINGS: usize = 60;
 
@@ -29,8 +31,16 @@ pub(crate) struct MassPoints<const D: usize> {
 }
 
 impl<const D: usize> MassPoints<D> {
-    /// Of all of a target; none where it is zero wherever it is looked at.
+    /// Whether a target has so many particles that its points would be too many.
+    pub fn are_too_many(target: &Target<'_, D>) -> bool {
+        target.count > MOST / PER_SPACING.pow(D as u32)
+    }
+
+    /// Of all of a target; none where it is zero wherever it is looked at, or where they would be too many.
     pub fn new(target: &Target<'_, D>) -> Option<Self> {
+        if Self::are_too_many(target) {
+            return None;
+        }
         let cells = partition(target, Rule::Gauss).ok()?;
         let total: f64 = cells.iter().map(|c| c.mass).sum();
         let all = |per_spacing: usize| per_spacing.pow(D as u32) * target.count;
@@ -40,8 +50,7 @@ impl<const D: usize> MassPoints<D> {
             divide(target, cells[i], (limit, MOST_HALVINGS), &mut parts);
             parts
         });
-        let cells: Vec<Cell<D>> = parts.into_iter().flatten().collect();
-        let mut cells = parallel::map(cells.len(), |i| (cells[i].center_of_mass(target), cells[i].mass));
+        let mut cells: Vec<([f64; D], f64)> = parts.into_iter().flatten().collect();
         if cells.len() > all(MERGED_PER_SPACING) {
             let mut merged = Vec::new();
             merge(&mut cells, total / all(MERGED_PER_SPACING) as f64, &mut merged);
@@ -197,8 +206,13 @@ fn merge<const D: usize>(points: &mut [([f64; D], f64)], limit: f64, out: &mut V
     merge(last, limit, out);
 }
 
-/// Halves a cell until no part has more mass than the limit, or so many times.
-fn divide<const D: usize>(target: &Target<'_, D>, cell: Cell<D>, (limit, left): (f64, usize), out: &mut Vec<Cell<D>>) {
+/// Halves a cell until no part has more mass than the limit, or so many times; centers of mass and masses of the parts.
+fn divide<const D: usize>(
+    target: &Target<'_, D>,
+    cell: Cell<D>,
+    (limit, left): (f64, usize),
+    out: &mut Vec<([f64; D], f64)>,
+) {
     if cell.mass > limit && left > 0 {
         let halves = cell.halves(target, Rule::Gauss);
         // A cell whose halves miss its mass (a spike at its center) is kept as it is.
@@ -207,7 +221,7 @@ fn divide<const D: usize>(target: &Target<'_, D>, cell: Cell<D>, (limit, left): 
         }
     }
     if cell.mass > 0.0 {
-        out.push(cell);
+        out.push((cell.center_of_mass(target), cell.mass));
     }
 }
 
@@ -249,6 +263,16 @@ mod tests {
             .map(|s| ring(s) * shape((s.hypot(distance) / support).min(1.0)) * support / steps as f64)
             .sum();
         KERNEL.sigma(D) * sum / support.powi(D as i32)
+    }
+
+    #[test]
+    fn there_are_no_more_points_than_fit_into_memory() {
+        let domain = cube::<3>(Axis::Periodic);
+        let field = AnalyticField::<3>::new("density", "1 + x", [0.0; 3]).unwrap();
+        let most = target(&domain, &field, MOST / 8);
+        assert!(!MassPoints::are_too_many(&most));
+        let more = most.with_count(MOST / 8 + 1);
+        assert!(MassPoints::are_too_many(&more) && MassPoints::new(&more).is_none());
     }
 
     /// Of a sheet with all of the mass the smoothed density is W over the plane, wherever it is looked from.
