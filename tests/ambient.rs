@@ -224,7 +224,7 @@ fn a_medium_without_place_or_bodies_is_refused() {
         assert!(!error.is_empty() && words.iter().all(|w| error.contains(w)), "{text}: {error}");
     };
     let star = "bodies: [{input: {expression: '1'}, domain: {ball: {center: [0, 0, 0], radius: 0.2}}, fields: {pressure: 1}}]\nparticles: 100\n";
-    let cube = "domain: {box: [[-1, -1, -1], [1, 1, 1]]}\n";
+    let cube = "domain: {box: [[-0.5, -0.5, -0.5], [0.5, 0.5, 0.5]]}\n";
     let medium = "ambient: {density: 1, fields: {pressure: 1}}\n";
     refused(&format!("{star}{medium}"), &["ambient", "domain.box"]);
     refused(&format!("input: {{expression: '1'}}\n{cube}{medium}"), &["ambient", "bodies"]);
@@ -239,7 +239,7 @@ fn a_medium_without_place_or_bodies_is_refused() {
         &["ambient.density", "expected 1 to"],
     );
     refused(&format!("{star}{cube}ambient: {{density: 1, fields: {{pressure: 'what'}}}}"), &["pressure", "what"]);
-    refused(&format!("{star}{cube}ambient: {{density: 1}}"), &["InternalEnergy", "ambient"]);
+    refused(&format!("{star}{cube}ambient: {{density: 0.1}}"), &["InternalEnergy", "ambient"]);
     refused(&format!("{star}domain: {{box: [[-1, -1], [1, 1]]}}\n{medium}"), &["domain.box", "expected 3"]);
     refused(&format!("{star}{cube}ambient: {{fields: {{pressure: 1}}}}"), &["density"]);
 }

@@ -6,10 +6,6 @@ mod support;
 mod adding_a_format;
 #[cfg(feature = "amrex")]
 mod amrex;
-#[cfg(all(feature = "swift", feature = "gadget", feature = "c-hdf5"))]
-mod c_hdf5;
-#[cfg(all(feature = "netcdf", feature = "c-netcdf"))]
-mod c_netcdf;
 mod conformance;
 #[cfg(all(feature = "gadget", feature = "sph-exa", feature = "netcdf", feature = "grid-hdf5", feature = "gyre-hdf5"))]
 mod datasets;

@@ -25,6 +25,9 @@ const WEIGHT: f64 = 0.1;
 /// Spacings by which a particle may move before aims are looked for anew: of what is too steep for sums a gradient tells little farther off.
 const FAR: f64 = 0.05;
 
+/// Radii of a point within which a particle may come to be that feels it, from the first look on.
+const MARGIN: f64 = 1.5;
+
 /// Aims of particles, in their order.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub(super) struct Aims<const D: usize> {
@@ -171,39 +174,52 @@ impl<const D: usize> Points<D> {
         self.points.as_ref().and_then(Option::as_ref)
     }
 
-    /// Finds n_s at the points, with the radii of the nearest of the particles that `support` are of.
+    /// Finds n_s at the points that act on particles for which `is_aimed`, with the radii of the nearest of the particles that
+    /// `support` are of.
     pub fn strengthen(
         &mut self,
         kernel: KernelName,
         domain: &Domain<D>,
         (positions, support): (&Positions<D>, &[f64]),
-        count: usize,
+        (count, is_aimed): (usize, impl Fn(usize) -> bool),
     ) {
         self.strength = None;
         let Some(points) = self.get() else { return };
         let particles: Vec<[f64; D]> = (0..support.len()).map(|i| at(positions, i)).collect();
         let Ok(tree) = Nearest::new(&particles) else { return };
         let radii = parallel::map(points.share().len(), |c| support[tree.one(&at(points.positions(), c))]);
-        let sums = points.number_densities(kernel, domain, (points.positions(), &radii), count);
+        let aimed: Vec<usize> = (0..support.len()).filter(|&i| is_aimed(i)).collect();
+        let looked = match 2 * aimed.len() < support.len() {
+            true => {
+                let aimed = positions.each_ref().map(|x| aimed.iter().map(|&i| x[i]).collect());
+                let reaches = points.reach(kernel, domain, &parallel::map(radii.len(), |c| MARGIN * radii[c]), &aimed);
+                parallel::map(radii.len(), |c| if reaches[c] { radii[c] } else { 0.0 })
+            }
+            false => radii.clone(),
+        };
+        let sums = points.number_densities(kernel, domain, (points.positions(), &looked), count);
         let over =
             |c: usize| if sums[c].weighted > 0.0 { count as f64 * points.share()[c] / sums[c].weighted } else { 0.0 };
         let strength = parallel::map(sums.len(), over);
         self.strength = Some((radii, strength));
     }
 
-    /// The gradient of psi at the particles, where it is known.
+    /// The gradient of psi at the particles for which `is_aimed`, where it is known.
     pub fn drift(
         &self,
         kernel: KernelName,
         domain: &Domain<D>,
         (positions, support): (&Positions<D>, &[f64]),
+        is_aimed: impl Fn(usize) -> bool + Sync,
     ) -> Option<Vec<[f64; D]>> {
         let (points, (radii, strength)) = self.get().zip(self.strength.as_ref())?;
         if radii.len() != points.share().len() || strength.len() != radii.len() {
             return None;
         }
-        let mean = strength.iter().sum::<f64>() / strength.len() as f64;
+        let known = strength.iter().filter(|s| **s > 0.0);
+        let mean = known.clone().sum::<f64>() / (known.count() as f64).max(1.0);
         let theirs = vec![mean; support.len()];
-        Some(points.seen_gradient(kernel, domain, (positions, support, &theirs), (radii, strength)))
+        let looked = parallel::map(support.len(), |i| if is_aimed(i) { support[i] } else { 0.0 });
+        Some(points.seen_gradient(kernel, domain, (positions, &looked, &theirs), (radii, strength)))
     }
 }

@@ -184,9 +184,9 @@ impl<'a, const D: usize, R: Real> Objective<'a, D, R> {
             });
         }
         if is_first {
-            self.points.strengthen(*kernel, domain, (positions, &support), target.count);
+            self.points.strengthen(*kernel, domain, (positions, &support), (target.count, |i| aims.is_aimed(i)));
         }
-        let drift = self.points.drift(*kernel, domain, (positions, &support));
+        let drift = self.points.drift(*kernel, domain, (positions, &support), |i| aims.is_aimed(i));
         aims.look(|i| at(positions, i), &found, drift.as_deref());
         true
     }

@@ -132,8 +132,22 @@ impl<const D: usize> MassPoints<D> {
         out
     }
 
+    /// Whether any of `others`, or an image of them, lies within the radius of each of the points, in tree order.
+    pub fn reach(&self, kernel: KernelName, domain: &Domain<D>, radii: &[f64], others: &Positions<D>) -> Vec<bool> {
+        if others[0].is_empty() {
+            return vec![false; radii.len()];
+        }
+        let (theirs, units) = (Tree::build(others), [vec![1.0; radii.len()], vec![1.0; others[0].len()]]);
+        let sources = [
+            Sources::new(&self.tree, radii, [units[0].as_slice()], Reach::Target).silent(),
+            Sources::new(&theirs, &[], [units[1].as_slice()], Reach::Target),
+        ];
+        density::<D, 1, f32>(kernel, domain, &sources).into_iter().map(|sums| sums.weighted > 0.0).collect()
+    }
+
     /// What the points do to particles at their own radii, `own` being these and a strength A_c for each point, in tree order: the gradient
-    /// of sum_c A_c W(|x - y_c|, H_c) at `positions`. What the particles have as radii and strengths is a guess of those of points near them.
+    /// of sum_c A_c W(|x - y_c|, H_c) at `positions`, zero where a particle's radius is 0. What the particles have as radii and strengths is
+    /// a guess of those of points near them.
     pub fn seen_gradient(
         &self,
         kernel: KernelName,
@@ -141,8 +155,14 @@ impl<const D: usize> MassPoints<D> {
         (positions, support, strength): (&Positions<D>, &[f64], &[f64]),
         own: (&[f64], &[f64]),
     ) -> Vec<[f64; D]> {
-        let tree = Tree::build(positions);
-        let (support, strength) = (tree.to_tree_order(support), tree.to_tree_order(strength));
+        let seen: Vec<usize> = (0..support.len()).filter(|&i| support[i] > 0.0).collect();
+        let mut out = vec![[0.0; D]; support.len()];
+        if seen.is_empty() {
+            return out;
+        }
+        let chosen = |values: &[f64]| -> Vec<f64> { seen.iter().map(|&i| values[i]).collect() };
+        let tree = Tree::build(&positions.each_ref().map(|x| chosen(x)));
+        let (support, strength) = (tree.to_tree_order(&chosen(support)), tree.to_tree_order(&chosen(strength)));
         let widest = own.0.iter().fold(0.0_f64, |m, h| m.max(*h));
         let ghosts = self.images(domain, widest).map(|g| (g.inherit(own.0, 0.0), g.inherit(own.1, 0.0), g));
         let mut actors = vec![
@@ -152,9 +172,8 @@ impl<const D: usize> MassPoints<D> {
         if let Some((support, strength, ghosts)) = &ghosts {
             actors.push(Actors { tree: &ghosts.tree, support, strength, silent: false });
         }
-        let seen = scatter_gradient::<D, f32>(kernel, domain, &actors);
-        let mut out = vec![[0.0; D]; seen.len()];
-        seen.into_iter().zip(tree.order()).for_each(|(seen, &place)| out[place as usize] = seen.0);
+        let sums = scatter_gradient::<D, f32>(kernel, domain, &actors);
+        sums.into_iter().zip(tree.order()).for_each(|(sums, &place)| out[seen[place as usize]] = sums.0);
         out
     }
 

@@ -150,7 +150,8 @@ fn halves(density: &Density, domain: &Domain, whole: &Cell) -> [Cell; 2] {
 /// Faces of the first boxes along an axis.
 fn faces(density: &Density, domain: &Domain, axis: usize) -> Vec<f64> {
     let (lo, hi) = (domain.lo[axis], domain.hi[axis]);
-    let even = [256, 24, 6][density.d - 1];
+    // Between the points of boxes so small no band of the scenes is lost.
+    let even = [256, 64, 6][density.d - 1];
     let mut all: Vec<f64> = (0..=even).map(|i| lo + (hi - lo) * i as f64 / even as f64).collect();
     all.extend(density.faces(axis).into_iter().chain(domain.faces(axis)).filter(|v| (lo..hi).contains(v)));
     all.sort_by(f64::total_cmp);

@@ -118,8 +118,10 @@ impl<const D: usize> Domain<D> {
     }
 
     /// Whether a particle may be at `x` (periodic axes take any value).
+    #[inline]
     pub fn contains(&self, x: &[f64; D]) -> bool {
-        let within = |y: &[f64; D]| (0..D).all(|k| y[k] >= self.lo[k] && y[k] <= self.hi[k]);
+        // Without branches: it is asked at every place at which a field is.
+        let within = |y: &[f64; D]| (0..D).fold(true, |all, k| all & (y[k] >= self.lo[k]) & (y[k] <= self.hi[k]));
         if within(x) {
             return self.region.contains(x);
         }

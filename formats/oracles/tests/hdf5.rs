@@ -1,6 +1,4 @@
 //! The C library as an oracle for HDF5: it reads our snapshots, and we read what it writes.
-//!
-//! Run with `cargo test -p sph-formats --features c-hdf5` where libhdf5-dev is installed.
 
 use sph_formats::common::particle_names as names;
 use sph_formats::registry::detect;
@@ -65,7 +63,7 @@ fn the_c_library_reads_snapshots_of_ours() {
     for format in ["swift", "gadget"] {
         for (compression, double_precision) in [(0, false), (4, false), (9, true)] {
             write(format, &path, WriteOptions { compression, double_precision });
-            let theirs = hdf5::File::open(&path).unwrap();
+            let theirs = ::hdf5::File::open(&path).unwrap();
             let header = theirs.group("Header").unwrap();
             let attribute = |name: &str| header.attr(name).unwrap();
             assert_eq!(attribute("BoxSize").read_raw::<f64>().unwrap(), [1.0]);
@@ -97,10 +95,10 @@ fn the_c_library_reads_snapshots_of_ours() {
             };
             assert!((0..COUNT).all(|i| (lengths[i] / expected(i) - 1.0).abs() < 1e-6));
             let own = theirs.group("SphPrep").unwrap();
-            let seed: hdf5::types::FixedUnicode<64> = own.attr("Seed").unwrap().read_scalar().unwrap();
+            let seed: ::hdf5::types::FixedUnicode<64> = own.attr("Seed").unwrap().read_scalar().unwrap();
             assert_eq!(seed.as_str(), "é 42");
             // Longer than the 64 kB that an object header holds.
-            let scene: hdf5::types::FixedUnicode<131_072> = own.attr("Scene").unwrap().read_scalar().unwrap();
+            let scene: ::hdf5::types::FixedUnicode<131_072> = own.attr("Scene").unwrap().read_scalar().unwrap();
             assert_eq!(scene.as_str(), "é: 1\n".repeat(20_000));
             let kept = read(&path).header.provenance;
             for pair in ours().header.provenance {
@@ -118,8 +116,8 @@ fn the_c_library_reads_snapshots_of_ours() {
 /// A snapshot with scalar attributes, mixed types, filters and a second species, as codes write them.
 fn write_theirs(path: &Path, latest: bool) {
     let file = match latest {
-        true => hdf5::File::with_options().with_fapl(|p| p.libver_latest()).create(path),
-        false => hdf5::File::create(path),
+        true => ::hdf5::File::with_options().with_fapl(|p| p.libver_latest()).create(path),
+        false => ::hdf5::File::create(path),
     };
     let file = file.unwrap();
     let header = file.create_group("Header").unwrap();

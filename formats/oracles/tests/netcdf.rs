@@ -1,6 +1,4 @@
 //! The C library as an oracle for NetCDF: it reads our classic files, and we read what it writes.
-//!
-//! Run with `cargo test -p sph-formats --features c-netcdf` where libnetcdf-dev is installed.
 
 use ::netcdf::{AttributeValue, Options};
 use sph_formats::common::netcdf_classic::{ClassicFile, Data};
