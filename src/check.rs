@@ -98,6 +98,7 @@ fn values(table: &ParticleTable, code: &TargetCode, findings: &mut Vec<Finding>)
             names::PARTICLE_IDS,
         ],
         "phantom" => &[names::COORDINATES, names::MASSES, names::INTERNAL_ENERGY, names::SUPPORT_RADIUS],
+        "pysph" => &[names::COORDINATES, names::MASSES],
         _ => &[names::COORDINATES, names::VELOCITIES, names::MASSES, names::INTERNAL_ENERGY, names::PARTICLE_IDS],
     };
     let has =
@@ -177,7 +178,7 @@ fn numbers(file: &ParticleFile, code: &TargetCode, findings: &mut Vec<Finding>) 
 /// Dimension, box and units.
 fn frame(file: &ParticleFile, table: &ParticleTable, code: &TargetCode, findings: &mut Vec<Finding>) {
     let header = &file.header;
-    if header.dimension != 3 {
+    if header.dimension != 3 && code.sheet.name != "pysph" {
         let text = format!("is {}; the default build of {} is for 3", header.dimension, code.sheet.title);
         add(findings, Level::Error, "dimension", text);
     }
@@ -195,18 +196,14 @@ fn frame(file: &ParticleFile, table: &ParticleTable, code: &TargetCode, findings
         );
     }
     let isolated = header.periodic == [false; 3];
-    if edges.contains(&0.0) && isolated && code.sheet.name == "swift" {
-        add(
-            findings,
-            Level::Error,
-            "box",
-            "has no edges, but SWIFT needs BoxSize; write the edge of a box around the body",
-        );
+    let needs_box = ["swift", "arepo"].contains(&code.sheet.name);
+    let title = code.sheet.title;
+    if edges.contains(&0.0) && isolated && needs_box {
+        let text = format!("has no edges, but {title} needs BoxSize; write the edge of a box around the body");
+        add(findings, Level::Error, "box", text);
         return;
     }
-    if code.sheet.name == "swift"
-        && let Some(x) = table.column(names::COORDINATES)
-    {
+    if needs_box && let Some(x) = table.column(names::COORDINATES) {
         let is_outside = |i: usize| {
             let edge = edges[i % header.dimension];
             !(x.values.get(i) >= 0.0 && x.values.get(i) < edge)
@@ -214,7 +211,7 @@ fn frame(file: &ParticleFile, table: &ParticleTable, code: &TargetCode, findings
         if let Some(i) = (0..x.values.len()).find(|&i| is_outside(i)) {
             let level = if isolated { Level::Error } else { Level::Warning };
             let text = format!(
-                "particle {} is at {}, outside of the box from 0 to {}; SWIFT stops there unless it runs periodic: shift the body to the middle of a larger box",
+                "particle {} is at {}, outside of the box from 0 to {}; {title} stops there unless it runs periodic: shift the body to the middle of a larger box",
                 i / header.dimension,
                 x.values.get(i),
                 edges[i % header.dimension]
@@ -264,6 +261,12 @@ fn sums<const D: usize>(
     let guess = support(table, code, size, &domain);
     let measured = Measured::new(code.kernel, &domain, &positions, &masses, &guess, neighbors);
     pairs(&measured, &domain, neighbors, findings);
+    if code.sheet.is_mesh {
+        let text =
+            format!("is each cell's mass over its volume in {}; what the file says is not read", code.sheet.title);
+        add(findings, Level::Good, names::DENSITY, text);
+        return Ok(());
+    }
     smoothing(&measured, table, (code, size), (&header.box_size, header.periodic), findings);
     let interior: Vec<usize> = (0..n).filter(|&i| measured.interior[i]).collect();
     if let Some(column) = density {
@@ -358,7 +361,7 @@ fn smoothing<const D: usize>(
     };
     let expected = match code.neighbors {
         Neighbors::Eta(eta) => format!("h = {eta} (m/rho)^(1/3)"),
-        Neighbors::HalfSupport(hfact) => format!("h = {hfact} (m/rho)^(1/3)"),
+        Neighbors::Lengths(ratio) => format!("h = {ratio} (m/rho)^(1/3)"),
         Neighbors::Count { neighbors, lengths: 1.0 } => format!("the kernel's radius with {neighbors} neighbors"),
         Neighbors::Count { neighbors, lengths } => {
             format!("the kernel's radius over {lengths} with {neighbors} neighbors")

@@ -12,10 +12,21 @@ use sph_formats::{UnitSystem, did_you_mean};
 pub enum Neighbors {
     /// Smoothing length (twice the kernel's standard deviation, Dehnen & Aly 2012) over the spacing.
     Eta(f64),
-    /// Half the support radius over the spacing.
-    HalfSupport(f64),
+    /// Smoothing length over the spacing, in which kernels have their usual radius: 2, but 2.5 for the quartic and 3 for the quintic spline.
+    Lengths(f64),
     /// V_d n H^d itself in three dimensions; in fewer, as many as belong to the same H, which is so many smoothing lengths.
     Count { neighbors: f64, lengths: f64 },
+}
+
+impl Neighbors {
+    /// The same rule with another number.
+    fn with(self, number: f64) -> Self {
+        match self {
+            Self::Eta(_) => Self::Eta(number),
+            Self::Lengths(_) => Self::Lengths(number),
+            Self::Count { lengths, .. } => Self::Count { neighbors: number, lengths },
+        }
+    }
 }
 
 /// A way in which a code finds forces.
@@ -35,6 +46,15 @@ const fn other(name: &'static str) -> Scheme {
     Scheme { name, has_our_force: false }
 }
 
+/// Radius of a kernel in the smoothing lengths that it is usually written in (Price 2012, J. Comput. Phys. 231, 759).
+fn usual_radius(kernel: KernelName) -> f64 {
+    match kernel {
+        KernelName::Quartic => 2.5,
+        KernelName::Quintic => 3.0,
+        _ => 2.0,
+    }
+}
+
 /// The default build of a code.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Sheet {
@@ -47,6 +67,8 @@ pub struct Sheet {
     pub neighbors: Neighbors,
     /// The constant of gravity in cgs that it is compiled with.
     pub gravity: f64,
+    /// Neighbors of kernels that do not have the default's.
+    pub by_kernel: &'static [(KernelName, f64)],
     /// Key under which options say how many neighbors, and what it is called in the code.
     pub key: &'static str,
     pub parameter: &'static str,
@@ -56,6 +78,10 @@ pub struct Sheet {
     pub softening: Softening,
     /// Whether the kernel can be chosen when the code is built.
     pub has_kernels: bool,
+    /// Whether it sums over the cells of a mesh: kernel and neighbors are those that particles are placed with.
+    pub is_mesh: bool,
+    /// Whether a file of its format is taken to be for it.
+    pub owns_format: bool,
     /// Whether `output::parameters` knows its parameter files.
     pub has_parameters: bool,
     /// Where the figures are from.
@@ -71,6 +97,7 @@ pub const SHEETS: &[Sheet] = &[
         kernel: KernelName::CubicSpline,
         neighbors: Neighbors::Eta(1.2348),
         gravity: 6.674_30e-8,
+        by_kernel: &[],
         key: "eta",
         parameter: "SPH:resolution_eta",
         schemes: &[
@@ -84,6 +111,8 @@ pub const SHEETS: &[Sheet] = &[
         ],
         softening: Softening::WendlandC2,
         has_kernels: true,
+        is_mesh: false,
+        owns_format: true,
         has_parameters: true,
         reference: "SWIFT 2026.04: configure --with-kernel, examples' resolution_eta, src/physical_constants_cgs.h",
     },
@@ -94,11 +123,14 @@ pub const SHEETS: &[Sheet] = &[
         kernel: KernelName::CubicSpline,
         neighbors: Neighbors::Count { neighbors: 64.0, lengths: 1.0 },
         gravity: 6.6738e-8,
+        by_kernel: &[],
         key: "neighbors",
         parameter: "DesNumNgb",
         schemes: &[ours("density-entropy"), other("pressure-entropy")],
         softening: Softening::CubicSpline,
         has_kernels: true,
+        is_mesh: false,
+        owns_format: true,
         has_parameters: true,
         reference: "GADGET-4 226f62e: Config.sh CUBIC_SPLINE_KERNEL, DesNumNgb of its examples, src/data/constants.h",
     },
@@ -109,11 +141,14 @@ pub const SHEETS: &[Sheet] = &[
         kernel: KernelName::CubicSpline,
         neighbors: Neighbors::Count { neighbors: 50.0, lengths: 1.0 },
         gravity: 6.672e-8,
+        by_kernel: &[],
         key: "neighbors",
         parameter: "DesNumNgb",
         schemes: &[ours("density-entropy")],
         softening: Softening::CubicSpline,
         has_kernels: false,
+        is_mesh: false,
+        owns_format: true,
         has_parameters: false,
         reference: "GADGET-2.0.7: parameterfiles' DesNumNgb, allvars.h",
     },
@@ -124,11 +159,14 @@ pub const SHEETS: &[Sheet] = &[
         kernel: KernelName::CubicSpline,
         neighbors: Neighbors::Count { neighbors: 32.0, lengths: 1.0 },
         gravity: 6.672e-8,
+        by_kernel: &[],
         key: "neighbors",
         parameter: "DesNumNgb",
         schemes: &[other("mfm"), other("mfv"), ours("density-sph"), other("pressure-sph")],
         softening: Softening::CubicSpline,
         has_kernels: true,
+        is_mesh: false,
+        owns_format: true,
         has_parameters: true,
         reference: "GIZMO's public version: kernel.h (KERNEL_FUNCTION 3), users' guide (DesNumNgb 32 for it), allvars.h",
     },
@@ -137,15 +175,24 @@ pub const SHEETS: &[Sheet] = &[
         title: "Phantom",
         format: "phantom",
         kernel: KernelName::CubicSpline,
-        neighbors: Neighbors::HalfSupport(1.2),
+        neighbors: Neighbors::Lengths(1.2),
         gravity: 6.672_041e-8,
+        by_kernel: &[
+            (KernelName::Quartic, 1.1),
+            (KernelName::Quintic, 1.0),
+            (KernelName::WendlandC2, 1.3),
+            (KernelName::WendlandC4, 1.5),
+            (KernelName::WendlandC6, 1.6),
+        ],
         key: "hfact",
         parameter: "hfact",
         schemes: &[ours("density-energy")],
         softening: Softening::CubicSpline,
         has_kernels: true,
+        is_mesh: false,
+        owns_format: true,
         has_parameters: true,
-        reference: "Phantom v2026.0.1: kernel_cubic.f90 (hfact_default, radkern 2), physcon.f90",
+        reference: "Phantom v2026.0.1: kernel_*.f90 (hfact_default, radkern), physcon.f90",
     },
     Sheet {
         name: "sph-exa",
@@ -155,13 +202,53 @@ pub const SHEETS: &[Sheet] = &[
         neighbors: Neighbors::Count { neighbors: 100.0, lengths: 2.0 },
         // That of the file, which is ours.
         gravity: GRAVITATIONAL_CONSTANT_CGS,
+        by_kernel: &[],
         key: "ng0",
         parameter: "ng0",
         schemes: &[other("ve"), other("std")],
         softening: Softening::CubicSpline,
         has_kernels: false,
+        is_mesh: false,
+        owns_format: true,
         has_parameters: true,
         reference: "SPH-EXA b458f57: sph/particles_data.hpp (kernelChoice, sincIndex, ng0), sph_kernel_tables.hpp, update_h.hpp",
+    },
+    Sheet {
+        name: "arepo",
+        title: "AREPO",
+        format: "arepo",
+        kernel: KernelName::WendlandC4,
+        neighbors: Neighbors::Count { neighbors: 64.0, lengths: 1.0 },
+        gravity: 6.6738e-8,
+        by_kernel: &[],
+        key: "",
+        parameter: "",
+        schemes: &[other("finite-volume")],
+        softening: Softening::CubicSpline,
+        has_kernels: false,
+        is_mesh: true,
+        owns_format: false,
+        has_parameters: false,
+        reference: "AREPO's public version (Weinberger et al. 2020, ApJS 248, 32): src/main/allvars.h",
+    },
+    Sheet {
+        name: "pysph",
+        title: "PySPH",
+        format: "numpy",
+        kernel: KernelName::CubicSpline,
+        neighbors: Neighbors::Lengths(1.3),
+        // It has none of its own.
+        gravity: GRAVITATIONAL_CONSTANT_CGS,
+        by_kernel: &[],
+        key: "hdx",
+        parameter: "hdx",
+        schemes: &[other("wcsph"), other("gas-dynamics")],
+        softening: Softening::CubicSpline,
+        has_kernels: true,
+        is_mesh: false,
+        owns_format: false,
+        has_parameters: false,
+        reference: "PySPH 1.0b2: base/kernels.py (radius_scale), sph/scheme.py (WCSPHScheme), hdx of examples/dam_break_2d.py",
     },
 ];
 
@@ -198,11 +285,15 @@ impl TargetCode {
             let hint = did_you_mean(name, SHEETS.iter().map(|s| s.name));
             refuse(format!("no code of the name '{name}' is known, expected one of {}{hint}", known()))
         })?;
-        let mut code = Self { sheet, kernel: sheet.kernel, neighbors: sheet.neighbors, scheme: sheet.schemes[0] };
+        let mut code = Self::of_sheet(sheet);
+        let mut stated = None;
         for option in options.split(',').filter(|o| !o.is_empty()) {
             let scheme = |name: &str| sheet.schemes.iter().find(|s| s.name == name).copied();
             match option.split_once('=') {
                 None if scheme(option).is_some() => code.scheme = scheme(option).unwrap_or(code.scheme),
+                None | Some(("kernel", _)) if sheet.is_mesh => {
+                    return Err(refuse(format!("'{option}' is no option: {} has a mesh, and no kernel", sheet.title)));
+                }
                 None => code.kernel = kernel(sheet, option).map_err(refuse)?,
                 Some(("kernel", value)) => code.kernel = kernel(sheet, value).map_err(refuse)?,
                 Some(("scheme", value)) => {
@@ -211,30 +302,38 @@ impl TargetCode {
                         refuse(format!("scheme '{value}' is not known here, expected one of {known}"))
                     })?;
                 }
-                Some((key, value)) if key == sheet.key => {
+                Some((key, value)) if key == sheet.key && !sheet.is_mesh => {
                     let number = value.parse::<f64>().ok().filter(|v| v.is_finite() && *v > 0.0);
                     let number =
                         number.ok_or_else(|| refuse(format!("{key} is '{value}', expected a positive number")))?;
-                    code.neighbors = match sheet.neighbors {
-                        Neighbors::Eta(_) => Neighbors::Eta(number),
-                        Neighbors::HalfSupport(_) => Neighbors::HalfSupport(number),
-                        Neighbors::Count { lengths, .. } => Neighbors::Count { neighbors: number, lengths },
-                    };
+                    stated = Some(number);
                 }
                 Some((key, _)) => {
-                    let problem =
-                        format!("'{key}' is no option, expected a kernel's name, {}=NUMBER or scheme=NAME", sheet.key);
+                    let problem = match sheet.is_mesh {
+                        true => format!("'{key}' is no option: {} has a mesh, and no kernel", sheet.title),
+                        false => format!(
+                            "'{key}' is no option, expected a kernel's name, {}=NUMBER or scheme=NAME",
+                            sheet.key
+                        ),
+                    };
                     return Err(refuse(problem));
                 }
             }
         }
+        let customary = || sheet.by_kernel.iter().find(|(kernel, _)| *kernel == code.kernel).map(|(_, number)| *number);
+        if let Some(number) = stated.or_else(customary) {
+            code.neighbors = code.neighbors.with(number);
+        }
         Ok(code)
+    }
+
+    fn of_sheet(sheet: &'static Sheet) -> Self {
+        Self { sheet, kernel: sheet.kernel, neighbors: sheet.neighbors, scheme: sheet.schemes[0] }
     }
 
     /// The default build of the code that reads a format.
     pub fn of_format(format: &str) -> Option<Self> {
-        let sheet = SHEETS.iter().find(|s| s.format == format)?;
-        Some(Self { sheet, kernel: sheet.kernel, neighbors: sheet.neighbors, scheme: sheet.schemes[0] })
+        SHEETS.iter().find(|s| s.format == format && s.owns_format).map(Self::of_sheet)
     }
 
     /// V_d n H^d in `d` dimensions.
@@ -242,7 +341,7 @@ impl TargetCode {
         let of_ratio = |ratio: f64| unit_ball_volume(d) * ratio.powi(d as i32);
         match self.neighbors {
             Neighbors::Eta(eta) => of_ratio(eta * support_over_smoothing_length(self.kernel, d)),
-            Neighbors::HalfSupport(ratio) => of_ratio(2.0 * ratio),
+            Neighbors::Lengths(ratio) => of_ratio(ratio * usual_radius(self.kernel)),
             Neighbors::Count { neighbors, .. } => of_ratio((neighbors / unit_ball_volume(3)).cbrt()),
         }
     }
@@ -251,7 +350,7 @@ impl TargetCode {
     pub fn support_over_length(&self, d: usize) -> f64 {
         match self.neighbors {
             Neighbors::Eta(_) => support_over_smoothing_length(self.kernel, d),
-            Neighbors::HalfSupport(_) => 2.0,
+            Neighbors::Lengths(_) => usual_radius(self.kernel),
             Neighbors::Count { lengths, .. } => lengths,
         }
     }
@@ -259,7 +358,7 @@ impl TargetCode {
     /// What it says in the code's own parameter.
     pub fn setting(&self) -> f64 {
         match self.neighbors {
-            Neighbors::Eta(v) | Neighbors::HalfSupport(v) | Neighbors::Count { neighbors: v, .. } => v,
+            Neighbors::Eta(v) | Neighbors::Lengths(v) | Neighbors::Count { neighbors: v, .. } => v,
         }
     }
 
@@ -281,7 +380,7 @@ impl TargetCode {
         let ratio = (kernel_neighbors / unit_ball_volume(d)).powf(1.0 / d as f64);
         match self.neighbors {
             Neighbors::Eta(_) => ratio / support_over_smoothing_length(kernel, d),
-            Neighbors::HalfSupport(_) => 0.5 * ratio,
+            Neighbors::Lengths(_) => ratio / usual_radius(kernel),
             Neighbors::Count { .. } => unit_ball_volume(3) * ratio.powi(3),
         }
     }
@@ -290,6 +389,12 @@ impl TargetCode {
     pub fn describe(&self, d: usize) -> String {
         let Sheet { title, parameter, .. } = self.sheet;
         let (kernel, count) = (self.kernel.title(), self.kernel_neighbors(d));
+        if self.sheet.is_mesh {
+            let scheme = self.scheme.name;
+            return format!(
+                "{title} ({scheme}), which has no kernel; sums here are of {kernel} with {count:.1} neighbors"
+            );
+        }
         // Numbers of neighbors in fewer dimensions are roots of those that were asked for.
         let setting = if d < 3 { (1e4 * self.setting_in(d)).round() / 1e4 } else { self.setting() };
         format!("{title} ({}) with {kernel}, {parameter} {setting}: {count:.1} neighbors", self.scheme.name)
@@ -384,6 +489,14 @@ mod tests {
             ("gizmo", 3, 32.0),
             ("phantom", 3, 57.9),
             ("phantom:hfact=1.0", 3, 33.5),
+            // Phantom's kernel_quintic.f90 and kernel_WendlandC4.f90: radkern 3 and 2, hfact_default 1.0 and 1.5.
+            ("phantom:quintic", 3, 113.1),
+            ("phantom:quintic,hfact=1.1", 3, 150.5),
+            ("phantom:quartic", 3, 87.1),
+            ("phantom:wendland-c4", 3, 113.1),
+            ("pysph", 2, 21.2),
+            ("pysph:quintic,hdx=1.0", 2, 28.3),
+            ("arepo", 3, 64.0),
             ("sph-exa", 3, 100.0),
             ("sph-exa:ng0=150", 3, 150.0),
             ("swift", 2, 15.1),
@@ -404,6 +517,9 @@ mod tests {
             ("gadget2:wendland-c2", vec!["no kernel but cubic spline"]),
             ("sph-exa:wendland-c2", vec!["no kernel but sinc^6"]),
             ("", vec!["no code of the name ''"]),
+            ("arepo:wendland-c2", vec!["'wendland-c2' is no option", "AREPO has a mesh"]),
+            ("arepo:neighbors=64", vec!["'neighbors' is no option", "no kernel"]),
+            ("pysph:hfact=1.2", vec!["'hfact' is no option", "hdx=NUMBER"]),
         ] {
             let error = TargetCode::parse(text).unwrap_err().to_string();
             for part in parts {

@@ -330,7 +330,7 @@ fn a_layer_thinner_than_a_spacing_is_an_even_sheet() {
 #[test]
 fn an_atmosphere_has_the_density_that_a_kernel_can_show() {
     let count = 2000;
-    for (spacings, error, apart) in [(1.0_f64, 0.08, 0.45), (4.0, 0.03, 0.3)] {
+    for (spacings, error, apart) in [(1.0_f64, 0.08, 0.6), (2.0, 0.08, 0.6), (4.0, 0.03, 0.7)] {
         let height = spacings.powf(1.5) / f64::from(count).sqrt();
         let scene = format!(
             "input: {{expression: 'exp(-z/{height})'}}\ndomain: {{box: [[0, 0, 0], [1, 1, 1]], boundary: [periodic, periodic, reflecting]}}\n\

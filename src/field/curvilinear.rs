@@ -15,7 +15,7 @@
 
 use super::grid::Grid;
 use super::sampled::{Outside, Sampler};
-use super::sector::{Meridian, Sector};
+use super::sector::{Meridian, Sector, across};
 use super::{Interpolation, MassEstimate};
 use crate::error::{Error, Result};
 use sph::domain::{Axis, Domain, Hull, Region, Wall};
@@ -127,25 +127,25 @@ impl Curvilinear {
 
     /// Coordinates of a place in the order of the axes.
     fn coordinates(&self, x: [f64; 3]) -> [f64; 3] {
-        let ring = x[0].hypot(x[1]);
+        let ring = across(x[0], x[1]);
         let [from, to] = self.ends(self.azimuth);
         let middle = 0.5 * (from + to);
         // The turn that is nearest to the middle of the cells.
         let phi = middle - PI + (x[1].atan2(x[0]) - middle + PI).rem_euclid(TAU);
         let mut u = [0.0; 3];
         u[self.azimuth] = phi;
-        (u[0], u[self.height]) = if self.is_spherical { (ring.hypot(x[2]), ring.atan2(x[2])) } else { (ring, x[2]) };
+        (u[0], u[self.height]) = if self.is_spherical { (across(ring, x[2]), ring.atan2(x[2])) } else { (ring, x[2]) };
         u
     }
 
     /// Turns components along the axes at `x` to Cartesian ones.
     fn turned(&self, x: [f64; 3], along: [f64; 3]) -> [f64; 3] {
-        let ring = x[0].hypot(x[1]);
+        let ring = across(x[0], x[1]);
         let (cos, sin) = if ring > 0.0 { (x[0] / ring, x[1] / ring) } else { (1.0, 0.0) };
         let (first, second, third) = (along[0], along[self.height], along[self.azimuth]);
         let (out, up) = match self.is_spherical {
             true => {
-                let r = ring.hypot(x[2]);
+                let r = across(ring, x[2]);
                 let (st, ct) = if r > 0.0 { (ring / r, x[2] / r) } else { (0.0, 1.0) };
                 (first * st + second * ct, first * ct - second * st)
             }

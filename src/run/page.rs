@@ -197,11 +197,7 @@ fn numbers(report: &Report) -> String {
     if let Some(balance) = &report.balance {
         rows.push(row("force balance", format!("net force is {:.2} % of gravity on average", 100.0 * balance.all)));
     }
-    let near = &report.neighbors;
-    rows.push(row(
-        "neighbors",
-        format!("{:.1} on average; closest pair {:.2} spacings apart", near.mean_count, near.closest_pair),
-    ));
+    rows.push(row("neighbors", report.neighbors.describe()));
     table("", &[], &rows)
 }
 

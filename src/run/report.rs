@@ -325,11 +325,7 @@ impl Report {
                 100.0 * balance.all
             )?;
         }
-        writeln!(
-            out,
-            "  neighbors        {:.1} on average; closest pair {:.2} spacings apart",
-            self.neighbors.mean_count, self.neighbors.closest_pair
-        )?;
+        writeln!(out, "  neighbors        {}", self.neighbors.describe())?;
         for stage in &self.stages {
             writeln!(
                 out,

@@ -118,7 +118,7 @@ pub struct Scene {
     #[serde(skip_serializing_if = "Option::is_none")]
     pub order: Option<Order>,
     /// The code, and its build, that the particles are for: `swift`, `swift:wendland-c4,eta=1.2348,scheme=planetary`,
-    /// `gadget4:neighbors=64`, `gadget2`, `phantom:hfact=1.2`. Sets kernel, neighbors and format where they are left out, the
+    /// `gadget4:neighbors=64`, `gadget2`, `phantom:hfact=1.2`, `arepo`, `pysph`. Sets kernel, neighbors and format where they are left out, the
     /// constant of gravity, and balances bodies that their own gravity holds.
     #[schemars(example = &"swift:wendland-c4,eta=1.2348")]
     #[serde(skip_serializing_if = "Option::is_none")]

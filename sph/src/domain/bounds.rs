@@ -264,6 +264,31 @@ impl<const D: usize> Domain<D> {
         mirrored
     }
 
+    /// Whether a flat wall mirrors.
+    pub fn has_mirrors(&self) -> bool {
+        self.axes.iter().any(
+            |axis| matches!(axis, Axis::Walls { lo, hi } if [lo, hi].into_iter().any(|wall| *wall == Wall::Reflecting)),
+        )
+    }
+
+    /// The space with open faces in the place of flat mirrors.
+    #[must_use]
+    pub fn without_mirrors(&self) -> Self {
+        let mut open = self.clone();
+        open.axes.iter_mut().filter(|axis| **axis != Axis::Periodic).for_each(|axis| *axis = Axis::OPEN);
+        open
+    }
+
+    /// Distance from `x` to the nearest flat wall that mirrors; infinite where none does.
+    pub fn distance_to_mirror(&self, x: &[f64; D]) -> f64 {
+        let of = |wall: Wall, distance: f64| if wall == Wall::Reflecting { distance } else { f64::INFINITY };
+        let along = |k: usize| match self.axes[k] {
+            Axis::Walls { lo, hi } => of(lo, x[k] - self.lo[k]).min(of(hi, self.hi[k] - x[k])),
+            Axis::Periodic => f64::INFINITY,
+        };
+        (0..D).map(along).fold(f64::INFINITY, f64::min)
+    }
+
     /// The middle of the domain: the center of a ball, else of the bounding box.
     pub fn center(&self) -> [f64; D] {
         match &self.region {
