@@ -41,8 +41,12 @@ fn atomically_among(temporaries: &Temporaries, path: &Path, write: impl FnOnce(&
         .create(folder_of(&target), &suffix)
         .map_err(|e| FormatError::io(path, "create a file beside", e))?;
     write(&temporary.path)?;
-    let sync = std::fs::File::open(&temporary.path).and_then(|f| f.sync_all());
-    sync.and_then(|()| temporary.persist(&target)).map_err(|e| FormatError::io(path, "write", e))
+    sync(&temporary.path).and_then(|()| temporary.persist(&target)).map_err(|e| FormatError::io(path, "write", e))
+}
+
+/// Sends a file to the disk. It is opened for writing, which Windows asks for.
+fn sync(path: &Path) -> std::io::Result<()> {
+    std::fs::OpenOptions::new().write(true).open(path)?.sync_all()
 }
 
 fn atomically_all_among(
@@ -61,8 +65,7 @@ fn atomically_all_among(
     for (k, path) in paths.iter().enumerate() {
         let temporary = create(k)?;
         write(k, &temporary.path)?;
-        let sync = std::fs::File::open(&temporary.path).and_then(|f| f.sync_all());
-        sync.map_err(|e| FormatError::io(path, "write", e))?;
+        sync(&temporary.path).map_err(|e| FormatError::io(path, "write", e))?;
         written.push(temporary);
     }
     let older: Vec<usize> = (0..paths.len()).filter(|&k| targets[k].exists()).collect();
