@@ -6,7 +6,7 @@
 use super::control::{Control, Event};
 use super::followed::{Body, End, Followed, Point, Totals};
 use super::outside::Field;
-use super::report::StageName;
+use super::report::{StageName, StopReason};
 use crate::target::{Materials, Positions, Target, at};
 use serde::Serialize;
 use sph::domain::{Axis, Domain, Region, Wall};
@@ -95,10 +95,19 @@ pub struct Certificate {
     pub half_mass_radius_drift: f64,
     /// Whether it was followed to its end.
     pub is_whole: bool,
+    /// What ended it from outside, if anything did: a deadline does so before the step that would pass it.
+    #[serde(skip)]
+    pub cut: Option<StopReason>,
 }
 
 impl Certificate {
-    fn new(states: Vec<State>, steps: usize, seconds: f64, (has_gravity, is_whole): (bool, bool)) -> Self {
+    fn new(
+        states: Vec<State>,
+        steps: usize,
+        seconds: f64,
+        (has_gravity, is_whole): (bool, bool),
+        cut: Option<StopReason>,
+    ) -> Self {
         let end = states.last().map_or(0.0, |s| s.time);
         let late: Vec<f64> = states.iter().filter(|s| s.time >= BEGUN * end).map(|s| s.kinetic).collect();
         let drift = |f: fn(&State) -> f64| states.iter().map(|s| (f(s) - 1.0).abs()).fold(0.0, f64::max);
@@ -111,6 +120,7 @@ impl Certificate {
             seconds,
             has_gravity,
             is_whole,
+            cut,
         }
     }
 
@@ -283,12 +293,13 @@ fn drive<'a, const D: usize>(
     let stage = if body.is_damped() { SETTLING } else { NAME };
     let mut steps = 0;
     let mut step = std::time::Duration::ZERO;
-    let mut is_whole = true;
+    let (mut is_whole, mut cut) = (true, None);
     states.push(first.against(&first, &body));
     'rows: for row in 1..=rows {
         let end = duration * row as f64 / rows as f64 * body.unit_time;
         while body.time < end {
-            if control.stop_reason_within(step).is_some() || steps == most_steps {
+            cut = control.stop_reason_within(step);
+            if cut.is_some() || steps == most_steps {
                 is_whole = false;
                 break 'rows;
             }
@@ -302,7 +313,7 @@ fn drive<'a, const D: usize>(
         control.tell(Event::Iteration { stage, iteration: row, last: rows, epsilon: states[row].kinetic });
     }
     let seconds = begin.elapsed().as_secs_f64();
-    (Certificate::new(states, steps, seconds, (body.has_gravity(), is_whole)), body)
+    (Certificate::new(states, steps, seconds, (body.has_gravity(), is_whole), cut), body)
 }
 
 impl Totals {

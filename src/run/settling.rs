@@ -76,12 +76,11 @@ pub(super) fn settle(
     let mut notes: Vec<String> = notes.into_iter().map(|note| format!("settled: {note}")).collect();
     notes.push(BEFORE.to_owned());
     notes.extend(moved(&before, &centers(file)));
-    let is_whole = settled.certificate.is_whole && (scene.certify.is_none() || certificate.is_whole);
     Ok(Some(Settling {
+        stop: settled.certificate.cut.or(scene.certify.and(certificate.cut)),
         damped: Some(settled.certificate),
         free: scene.certify.map(|_| certificate),
         seconds: begin.elapsed().as_secs_f64(),
-        stop: if is_whole { None } else { control.stop_reason() },
         notes,
     }))
 }
@@ -105,7 +104,7 @@ pub(super) fn in_medium(
     };
     let walls = scene.walls_of_medium(file.header.dimension);
     let options = Options { duration: 0.0, gravity, walls, ..Options::default() };
-    let (mut notes, mut damped, mut is_whole) = (Vec::new(), None, true);
+    let (mut notes, mut damped, mut stop) = (Vec::new(), None, None);
     if let Some(time) = scene.settle {
         control.tell(Event::Begin(Step::Relax(SETTLING)));
         let motion = at_rest(file);
@@ -116,7 +115,7 @@ pub(super) fn in_medium(
         put_back(file, motion, &mut notes);
         notes.extend(said.into_iter().map(|note| format!("settled: {note}")));
         notes.push(BEFORE.to_owned());
-        is_whole = settled.certificate.is_whole;
+        stop = settled.certificate.cut;
         damped = Some(settled.certificate);
     }
     let mut free = None;
@@ -127,10 +126,9 @@ pub(super) fn in_medium(
         if damped.is_none() {
             notes.extend(said.into_iter().map(|note| format!("certificate: {note}")));
         }
-        is_whole &= certificate.is_whole;
+        stop = stop.or(certificate.cut);
         free = Some(certificate);
     }
-    let stop = if is_whole { None } else { control.stop_reason() };
     Ok(Some(Settling { damped, free, seconds: begin.elapsed().as_secs_f64(), stop, notes }))
 }
 
