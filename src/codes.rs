@@ -228,7 +228,7 @@ pub const SHEETS: &[Sheet] = &[
         has_kernels: false,
         is_mesh: true,
         owns_format: false,
-        has_parameters: false,
+        has_parameters: true,
         reference: "AREPO's public version (Weinberger et al. 2020, ApJS 248, 32): src/main/allvars.h",
     },
     Sheet {
@@ -289,11 +289,11 @@ impl TargetCode {
         let mut stated = None;
         for option in options.split(',').filter(|o| !o.is_empty()) {
             let scheme = |name: &str| sheet.schemes.iter().find(|s| s.name == name).copied();
+            if sheet.is_mesh && scheme(option).is_none() && !option.starts_with("scheme=") {
+                return Err(refuse(format!("'{option}' is no option: {} has a mesh, and no kernel", sheet.title)));
+            }
             match option.split_once('=') {
                 None if scheme(option).is_some() => code.scheme = scheme(option).unwrap_or(code.scheme),
-                None | Some(("kernel", _)) if sheet.is_mesh => {
-                    return Err(refuse(format!("'{option}' is no option: {} has a mesh, and no kernel", sheet.title)));
-                }
                 None => code.kernel = kernel(sheet, option).map_err(refuse)?,
                 Some(("kernel", value)) => code.kernel = kernel(sheet, value).map_err(refuse)?,
                 Some(("scheme", value)) => {
@@ -302,20 +302,15 @@ impl TargetCode {
                         refuse(format!("scheme '{value}' is not known here, expected one of {known}"))
                     })?;
                 }
-                Some((key, value)) if key == sheet.key && !sheet.is_mesh => {
+                Some((key, value)) if key == sheet.key => {
                     let number = value.parse::<f64>().ok().filter(|v| v.is_finite() && *v > 0.0);
                     let number =
                         number.ok_or_else(|| refuse(format!("{key} is '{value}', expected a positive number")))?;
                     stated = Some(number);
                 }
                 Some((key, _)) => {
-                    let problem = match sheet.is_mesh {
-                        true => format!("'{key}' is no option: {} has a mesh, and no kernel", sheet.title),
-                        false => format!(
-                            "'{key}' is no option, expected a kernel's name, {}=NUMBER or scheme=NAME",
-                            sheet.key
-                        ),
-                    };
+                    let problem =
+                        format!("'{key}' is no option, expected a kernel's name, {}=NUMBER or scheme=NAME", sheet.key);
                     return Err(refuse(problem));
                 }
             }
@@ -390,14 +385,19 @@ impl TargetCode {
         let Sheet { title, parameter, .. } = self.sheet;
         let (kernel, count) = (self.kernel.title(), self.kernel_neighbors(d));
         if self.sheet.is_mesh {
-            let scheme = self.scheme.name;
-            return format!(
-                "{title} ({scheme}), which has no kernel; sums here are of {kernel} with {count:.1} neighbors"
-            );
+            return format!("{title} ({}), which has no kernel", self.scheme.name);
         }
         // Numbers of neighbors in fewer dimensions are roots of those that were asked for.
         let setting = if d < 3 { (1e4 * self.setting_in(d)).round() / 1e4 } else { self.setting() };
         format!("{title} ({}) with {kernel}, {parameter} {setting}: {count:.1} neighbors", self.scheme.name)
+    }
+
+    /// The kernel and the neighbors with which files for it are looked at: its own, where it has any.
+    pub fn sums(&self, d: usize) -> String {
+        match self.sheet.is_mesh {
+            true => format!("{} with {:.1} neighbors", self.kernel.title(), self.kernel_neighbors(d)),
+            false => self.describe(d),
+        }
     }
 
     /// Why its forces cannot be balanced; `None` where they can.
@@ -518,7 +518,7 @@ mod tests {
             ("sph-exa:wendland-c2", vec!["no kernel but sinc^6"]),
             ("", vec!["no code of the name ''"]),
             ("arepo:wendland-c2", vec!["'wendland-c2' is no option", "AREPO has a mesh"]),
-            ("arepo:neighbors=64", vec!["'neighbors' is no option", "no kernel"]),
+            ("arepo:neighbors=64", vec!["'neighbors=64' is no option", "no kernel"]),
             ("pysph:hfact=1.2", vec!["'hfact' is no option", "hdx=NUMBER"]),
         ] {
             let error = TargetCode::parse(text).unwrap_err().to_string();

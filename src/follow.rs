@@ -130,7 +130,7 @@ fn in_dimension<const D: usize>(
             code.scheme.name
         ));
     }
-    notes.push(format!("kernel and neighbors: {}; no viscosity, no cooling, no other forces", code.describe(D)));
+    notes.push(format!("kernel and neighbors: {}; no viscosity, no cooling, no other forces", code.sums(D)));
     let sums = (code.kernel, code.kernel_neighbors(D));
     let mut settled = None;
     if let Some(time) = options.settle {

@@ -25,8 +25,12 @@ pub struct NeighborFigures {
 impl NeighborFigures {
     /// In words.
     pub fn describe(&self) -> String {
+        let pair = match self.closest_pair.is_finite() {
+            true => format!("closest pair {:.2} spacings apart", self.closest_pair),
+            false => "no two within a support radius".to_owned(),
+        };
         let wall = self.closest_wall.map_or_else(String::new, |wall| format!("; {wall:.2} from a wall that mirrors"));
-        format!("{:.1} on average; closest pair {:.2} spacings apart{wall}", self.mean_count, self.closest_pair)
+        format!("{:.1} on average; {pair}{wall}", self.mean_count)
     }
 }
 
@@ -118,6 +122,8 @@ mod tests {
             let (periodic, [pair, _]) = figures::<D>(Axis::Periodic, &places);
             assert!(near(periodic.closest_pair, pair), "{D}-D: {periodic:?}, expected {pair}");
             assert_eq!(periodic.closest_wall, None);
+            let (one, _) = figures::<D>(Axis::REFLECTING, &[0.2]);
+            assert!(one.describe().contains("no two within") && !one.describe().contains("inf"), "{}", one.describe());
         }
         in_dimension::<1>();
         in_dimension::<2>();

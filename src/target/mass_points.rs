@@ -106,30 +106,23 @@ impl<const D: usize> MassPoints<D> {
         (positions, support): (&Positions<D>, &[f64]),
         (weight, power): (&[f64], f64),
     ) -> Vec<DensitySums<D>> {
-        let seen: Vec<usize> = (0..support.len()).filter(|&i| support[i] > 0.0).collect();
-        let mut out = vec![DensitySums::default(); support.len()];
-        if seen.is_empty() {
-            return out;
-        }
-        let chosen: Positions<D> = positions.each_ref().map(|x| seen.iter().map(|&i| x[i]).collect());
-        let tree = Tree::build(&chosen);
-        let radii: Vec<f64> = seen.iter().map(|&i| support[i]).collect();
+        let Some(seeing) = Seeing::new(positions, support) else {
+            return vec![DensitySums::default(); support.len()];
+        };
+        let radii = seeing.of(support);
         let widest = radii.iter().fold(0.0_f64, |m, h| m.max(*h));
-        let (radii, heaviest) = (tree.to_tree_order(&radii), weight.iter().fold(0.0_f64, |m, w| m.max(*w)));
         // Of those that only see, the channel is the unit of the others'.
-        let unit = vec![heaviest; seen.len()];
+        let unit = vec![weight.iter().fold(0.0_f64, |m, w| m.max(*w)); radii.len()];
         let ghosts = self.images(domain, widest);
         let of_ghosts = ghosts.as_ref().map(|g| g.inherit(weight, power));
         let mut sources = vec![
-            Sources::new(&tree, &radii, [unit.as_slice()], Reach::Target).silent(),
+            Sources::new(&seeing.tree, &radii, [unit.as_slice()], Reach::Target).silent(),
             Sources::new(&self.tree, &[], [weight], Reach::Target),
         ];
         if let Some((ghosts, weight)) = ghosts.as_ref().zip(of_ghosts.as_ref()) {
             sources.push(Sources::new(&ghosts.tree, &[], [weight.as_slice()], Reach::Target));
         }
-        let sums = density::<D, 1, f32>(kernel, domain, &sources);
-        sums.into_iter().zip(tree.order()).for_each(|(sums, &place)| out[seen[place as usize]] = sums);
-        out
+        seeing.spread(&density::<D, 1, f32>(kernel, domain, &sources), DensitySums::default())
     }
 
     /// Whether any of `others`, or an image of them, lies within the radius of each of the points, in tree order.
@@ -155,26 +148,21 @@ impl<const D: usize> MassPoints<D> {
         (positions, support, strength): (&Positions<D>, &[f64], &[f64]),
         own: (&[f64], &[f64]),
     ) -> Vec<[f64; D]> {
-        let seen: Vec<usize> = (0..support.len()).filter(|&i| support[i] > 0.0).collect();
-        let mut out = vec![[0.0; D]; support.len()];
-        if seen.is_empty() {
-            return out;
-        }
-        let chosen = |values: &[f64]| -> Vec<f64> { seen.iter().map(|&i| values[i]).collect() };
-        let tree = Tree::build(&positions.each_ref().map(|x| chosen(x)));
-        let (support, strength) = (tree.to_tree_order(&chosen(support)), tree.to_tree_order(&chosen(strength)));
+        let Some(seeing) = Seeing::new(positions, support) else {
+            return vec![[0.0; D]; support.len()];
+        };
+        let (support, strength) = (seeing.of(support), seeing.of(strength));
         let widest = own.0.iter().fold(0.0_f64, |m, h| m.max(*h));
         let ghosts = self.images(domain, widest).map(|g| (g.inherit(own.0, 0.0), g.inherit(own.1, 0.0), g));
         let mut actors = vec![
-            Actors { tree: &tree, support: &support, strength: &strength, silent: true },
+            Actors { tree: &seeing.tree, support: &support, strength: &strength, silent: true },
             Actors { tree: &self.tree, support: own.0, strength: own.1, silent: false },
         ];
         if let Some((support, strength, ghosts)) = &ghosts {
             actors.push(Actors { tree: &ghosts.tree, support, strength, silent: false });
         }
         let sums = scatter_gradient::<D, f32>(kernel, domain, &actors);
-        sums.into_iter().zip(tree.order()).for_each(|(sums, &place)| out[seen[place as usize]] = sums.0);
-        out
+        seeing.spread(&parallel::map(sums.len(), |i| sums[i].0), [0.0; D])
     }
 
     /// Images in a curved surface that mirrors.
@@ -193,6 +181,39 @@ impl<const D: usize> MassPoints<D> {
     /// The share of the particles that each stands for, in tree order.
     pub fn share(&self) -> &[f64] {
         &self.share
+    }
+}
+
+/// Places with a radius, from which points are seen.
+struct Seeing<const D: usize> {
+    tree: Tree<D>,
+    /// Which of all places they are, in tree order.
+    places: Vec<usize>,
+    all: usize,
+}
+
+impl<const D: usize> Seeing<D> {
+    /// None where no radius is more than 0.
+    fn new(positions: &Positions<D>, support: &[f64]) -> Option<Self> {
+        let seeing: Vec<usize> = (0..support.len()).filter(|&i| support[i] > 0.0).collect();
+        if seeing.is_empty() {
+            return None;
+        }
+        let tree = Tree::build(&positions.each_ref().map(|x| seeing.iter().map(|&i| x[i]).collect()));
+        let places = tree.to_tree_order(&seeing);
+        Some(Self { tree, places, all: support.len() })
+    }
+
+    /// Their values, in tree order.
+    fn of(&self, values: &[f64]) -> Vec<f64> {
+        self.places.iter().map(|&i| values[i]).collect()
+    }
+
+    /// What they see, in the order of all places; `nothing` at the others.
+    fn spread<T: Copy>(&self, seen: &[T], nothing: T) -> Vec<T> {
+        let mut out = vec![nothing; self.all];
+        self.places.iter().zip(seen).for_each(|(&i, seen)| out[i] = *seen);
+        out
     }
 }
 

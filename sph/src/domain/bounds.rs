@@ -176,8 +176,9 @@ impl<const D: usize> Domain<D> {
     pub fn displacement(&self, from: &[f64; D], to: &[f64; D]) -> [f64; D] {
         crate::array(|k| {
             let d = to[k] - from[k];
-            if self.axes[k] == Axis::Periodic {
-                let length = self.hi[k] - self.lo[k];
+            let length = self.hi[k] - self.lo[k];
+            // Rounding is a call into the mathematics library, in programs for any x86-64.
+            if self.axes[k] == Axis::Periodic && d.abs() >= 0.5 * length {
                 d - length * (d / length).round()
             } else {
                 d
@@ -266,9 +267,10 @@ impl<const D: usize> Domain<D> {
 
     /// Whether a flat wall mirrors.
     pub fn has_mirrors(&self) -> bool {
-        self.axes.iter().any(
-            |axis| matches!(axis, Axis::Walls { lo, hi } if [lo, hi].into_iter().any(|wall| *wall == Wall::Reflecting)),
-        )
+        let mirrors = |axis: &Axis| {
+            matches!(axis, Axis::Walls { lo: Wall::Reflecting, .. } | Axis::Walls { hi: Wall::Reflecting, .. })
+        };
+        self.axes.iter().any(mirrors)
     }
 
     /// The space with open faces in the place of flat mirrors.
