@@ -49,7 +49,7 @@ const QUICK: &str = "wvt: {iterations: 2}\nsolver: {evaluations: 3}\noutput: {un
 #[test]
 fn a_sphere_of_hernquist_is_in_virial_equilibrium_and_isotropic() {
     for velocities in ["eddington", "jeans"] {
-        let n = 10_000;
+        let n = 5000;
         let (file, report) = single(&format!(
             "input: {{profile: {{hernquist: {{mass: 1, scale_radius: 1, outer_radius: 60}}}}}}\n\
              collisionless: {{type: 4, velocities: {velocities}}}\nparticles: {n}\n{QUICK}"
@@ -202,12 +202,12 @@ fn a_point_mass_in_the_center_counts() {
     let scene = |profile: &str| {
         format!(
             "bodies:\n- input: {{profile: {{{profile}: {{mass: 1, scale_radius: 1, outer_radius: 30}}}}}}\n  collisionless: {{type: 4}}\n\
-             - {{point_mass: 1, type: 5}}\nparticles: 6000\n{QUICK}"
+             - {{point_mass: 1, type: 5}}\nparticles: 2500\n{QUICK}"
         )
     };
     let (file, _) = both(&scene("hernquist"));
     let stars = &file.species[0].table;
-    assert_eq!(file.species.iter().map(|s| (s.part_type, s.table.count)).collect::<Vec<_>>(), [(4, 6000), (5, 1)]);
+    assert_eq!(file.species.iter().map(|s| (s.part_type, s.table.count)).collect::<Vec<_>>(), [(4, 2500), (5, 1)]);
     let rows = parted(stars, [0.5 * file.header.box_size[0]; 3]);
     let shell: Vec<&[f64; 3]> = rows.iter().filter(|[r, ..]| (0.3..1.0).contains(r)).collect();
     let found: f64 = shell.iter().map(|[_, out, across]| out * out + across).sum();

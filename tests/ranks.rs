@@ -161,7 +161,7 @@ fn steps_are_those_of_one<const D: usize>(count: usize) {
 fn steps_over_ranks_are_those_of_one_rank() {
     steps_are_those_of_one::<1>(300);
     steps_are_those_of_one::<2>(900);
-    steps_are_those_of_one::<3>(2500);
+    steps_are_those_of_one::<3>(1500);
 }
 
 fn particles(path: &Path) -> ParticleFile {
@@ -199,7 +199,7 @@ particles: 2000
 fn seeds_are_the_same_for_any_number_of_ranks_and_runs_repeat_to_the_byte() {
     let folder = Folder::new();
     for (name, scene) in [("uniform", UNIFORM), ("star", STAR), ("gaussian", GAUSSIAN), ("wave", WAVE)] {
-        let scene = scene.replace("particles: 8000", "particles: 2000");
+        let scene = scene.replace("particles: 8000", "particles: 1000");
         let seeds = format!("{scene}wvt: {{iterations: 0}}\n");
         let coordinates = |ranks: usize| {
             let path = folder.path(&format!("{name}-{ranks}.hdf5"));
