@@ -118,6 +118,35 @@ fn the_adiabatic_index_goes_to_each_code() {
     assert_eq!(read_index(&folder, "ic.h5"), 1.4);
 }
 
+/// What AREPO refuses, or ends with: gravity whose boundaries disagree, a vacuum.
+#[test]
+fn arepo_is_built_for_the_box_and_its_walls() {
+    let folder = Folder::new();
+    let configured = |scene: &str, more: &[&str]| {
+        let report = place(&folder, scene, ("arepo", "ic.hdf5"), more).stdout;
+        let config = text(&folder, "ic.Config.sh");
+        (report, lines(&config).iter().map(|l| (*l).to_owned()).collect::<Vec<_>>(), text(&folder, "ic.param"))
+    };
+    let mesh = "REGULARIZE_MESH_CM_DRIFT REGULARIZE_MESH_CM_DRIFT_USE_SOUNDSPEED REGULARIZE_MESH_FACE_ANGLE \
+                TREE_BASED_TIMESTEPS DOUBLEPRECISION=1 READ_COORDINATES_IN_DOUBLE HAVE_HDF5";
+    let scene = format!("{BOX}thermal: {{gamma: 1.4}}\nfields: {{pressure: 1}}\n");
+    let (report, config, param) = configured(&scene.replace("[1, 1, 1]", "[1, 2, 0.5]"), &[]);
+    assert_eq!(config.join(" "), format!("LONG_Y=2 LONG_Z=0.5 GAMMA=1.4 {mesh}"));
+    assert_eq!((number(&param, "BoxSize"), number(&param, "PeriodicBoundariesOn")), (1.0, 1.0));
+    assert!(!report.contains("vacuum"), "{report}");
+    let (_, config, _) = configured(&scene.replace("periodic", "reflecting"), &[]);
+    let walls = "REFLECTIVE_X=1 REFLECTIVE_Y=1 REFLECTIVE_Z=1";
+    assert_eq!(config.join(" "), format!("{walls} GAMMA=1.4 {mesh}"));
+    let star = format!("input: {{file: '{PROFILES}/polytrope-1.5.nc'}}\nparticles: 300\n");
+    let (report, config, param) = configured(&star, &[]);
+    assert!(config.join(" ").contains("REFLECTIVE_Z=2 SELFGRAVITY GRAVITY_NOT_PERIODIC EVALPOTENTIAL"), "{config:?}");
+    assert_eq!(number(&param, "PeriodicBoundariesOn"), 0.0);
+    assert!(report.contains("no mesh with a vacuum") && param.contains("% beware: AREPO's cells"), "{report}");
+    let magnetic = "fields: {pressure: 1, magnetic_field: [1, 0, 0]}\n";
+    let (_, config, _) = configured(&format!("{BOX}{magnetic}"), &[]);
+    assert!(config.join(" ").starts_with("MHD MHD_POWELL RIEMANN_HLLD"), "{config:?}");
+}
+
 /// SWIFT is built for four indices; what is next to 1 at one temperature is isothermal: P = (5/3 - 1) rho u = rho.
 #[test]
 fn swift_runs_isothermal_gas_and_says_which_it_cannot() {

@@ -12,12 +12,13 @@ pub(super) fn doubts(facts: &Facts<'_>) -> Vec<String> {
     let mut doubts = Vec::new();
     let (header, title) = (&facts.file.header, facts.code.sheet.title);
     let periodic = &header.periodic[..header.dimension];
-    let by_axis = facts.code.sheet.name == "sph-exa";
+    let name = facts.code.sheet.name;
+    let by_axis = ["sph-exa", "arepo"].contains(&name);
     if periodic.contains(&true) && periodic.contains(&false) && !by_axis {
         doubts.push(format!(
             "{title} is periodic along all axes or none, and the box along some: what leaves through its other faces comes in again opposite"
         ));
-    } else if facts.reflects {
+    } else if facts.reflects && name != "arepo" {
         doubts.push(format!(
             "{title} has no reflecting walls: what the scene holds by them flows out, unless walls of particles hold it there"
         ));
@@ -47,7 +48,8 @@ pub(super) fn doubts(facts: &Facts<'_>) -> Vec<String> {
         )),
         _ => {}
     }
-    match facts.code.sheet.name {
+    match name {
+        "arepo" => doubts.extend(facts.arepo_doubt()),
         "swift" => doubts.extend(facts.swift_doubts()),
         _ => doubts.extend(facts.too_few(IMAGES).map(|(reach, least, enough)| {
             format!(

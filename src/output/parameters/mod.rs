@@ -1,5 +1,6 @@
 //! Parameter files with which a code starts and runs an initial condition as it is.
 
+mod arepo;
 mod doubts;
 mod facts;
 mod gadget4;
@@ -29,7 +30,7 @@ pub(crate) fn places(code: TargetCode, path: &Path) -> Vec<PathBuf> {
     let stem = stem(path);
     let names = match code.sheet.name {
         "swift" => vec![format!("{stem}.yml")],
-        "gadget4" => vec![format!("{stem}.param"), format!("{stem}.Config.sh")],
+        "gadget4" | "arepo" => vec![format!("{stem}.param"), format!("{stem}.Config.sh")],
         "gizmo" => vec![format!("{stem}.params"), format!("{stem}.Config.sh")],
         "phantom" => vec![format!("{}.in", prefix(&stem))],
         "sph-exa" => vec![format!("{stem}.sh")],
@@ -66,6 +67,7 @@ pub(crate) fn beside(code: TargetCode, path: &Path, file: &ParticleFile, physics
     let texts = match code.sheet.name {
         "swift" => vec![facts.swift()],
         "gadget4" => vec![facts.gadget4(), facts.gadget4_config()],
+        "arepo" => vec![facts.arepo(), facts.arepo_config()],
         "gizmo" => vec![facts.gizmo(), facts.gizmo_config()],
         "phantom" => vec![facts.phantom()],
         "sph-exa" => vec![facts.sph_exa()],
