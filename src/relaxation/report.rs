@@ -70,6 +70,11 @@ pub struct StageReport<N = StageName> {
 }
 
 impl<N> StageReport<N> {
+    /// Of a stage that was ended before it began.
+    pub fn not_begun(stage: N, stop: StopReason) -> Self {
+        Self { stage, stop, best_iteration: 0, history: Vec::new(), seconds: 0.0 }
+    }
+
     /// epsilon of the state that came out.
     pub fn epsilon(&self) -> Option<f64> {
         self.history.iter().find(|p| p.iteration == self.best_iteration).map(|p| p.epsilon)

@@ -7,6 +7,7 @@ use super::control::{Control, Event};
 use super::report::{Progress, StageName, StageReport, StopReason};
 use crate::target::Positions;
 use serde::{Deserialize, Serialize};
+use std::time::{Duration, Instant};
 
 /// What goes from stage to stage.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -127,11 +128,14 @@ fn drive<const D: usize>(
     control: &Control<'_>,
     keep: Keep<'_>,
 ) -> Relaxed<D> {
-    let mut told = 0;
+    let (mut told, mut step) = (0, Duration::ZERO);
     loop {
-        let outside = control.stop_reason();
+        // What the last step took, the next one will.
+        let outside = control.stop_reason_within(step);
         keep(outside.is_some(), &|to| running.snapshot(to));
+        let begin = Instant::now();
         let stop = running.advance(outside);
+        step = begin.elapsed();
         let (history, last) = running.progress();
         if let Some(now) = history.last().filter(|_| history.len() != told) {
             let Progress { iteration, epsilon, force_error, .. } = *now;

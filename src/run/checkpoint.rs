@@ -124,6 +124,12 @@ impl Checkpoints {
         }
     }
 
+    /// Writes what comes before a stage for which there is no time.
+    pub fn leave<const D: usize>(&mut self, meta: &Meta, particles: &Particles<D>) {
+        self.finish(meta, particles);
+        self.sealed = true;
+    }
+
     fn write(&mut self, meta: &Meta, state: Snapshot<'_>) {
         let Some(file) = self.file.as_deref() else { return };
         self.failure = write(file, &self.origin, meta, state).err().map(|e| e.to_string());

@@ -93,6 +93,11 @@ const MEASURES: f64 = 15.0;
 /// Seconds per particle of writing HDF5 with some ten columns, on one core.
 const WRITING: f64 = 3e-6;
 
+/// Seconds of the measures of so many particles.
+pub fn measures(count: usize, kernel_neighbors: f64, threads: usize) -> f64 {
+    MEASURES * evaluation(count, kernel_neighbors, threads)
+}
+
 /// What seeding, measuring and writing are expected to take.
 pub fn beside(count: usize, cost: &Cost, threads: usize) -> [Expected; 3] {
     let evaluation = cost.slowness * evaluation(count, cost.kernel_neighbors, threads);

@@ -1,6 +1,7 @@
 //! The planned stages in order, from the seeding to the last.
 
 use super::checkpoint::{Checkpoints, Kept, Meta};
+use super::duration;
 use super::plan::{Plan, TRIM_ITERATIONS};
 use super::report::Timing;
 use crate::error::{Error, Result};
@@ -16,7 +17,7 @@ use crate::seeding::{self, Seeded};
 use crate::target::{Equilibrium, Positions, Target};
 use sph::kernel::{makes_pairs, own_count};
 use std::sync::OnceLock;
-use std::time::Instant;
+use std::time::{Duration, Instant};
 
 /// Placed particles, and how they came there.
 pub struct Placed<const D: usize> {
@@ -263,10 +264,20 @@ impl<'a, const D: usize> Setting<'a, D> {
             }
             let Some(mut stage) = stage(name, self, plan) else { continue };
             let mut control = *self.control;
-            let limit = control.deadline.filter(|_| control.stop_reason().is_none());
-            if let (Start::New(particles), Some(deadline)) = (&start, limit) {
+            if let (Start::New(particles), Some(deadline)) = (&start, control.deadline) {
                 // What measuring takes counts against the limit.
-                control.deadline = deadline.checked_sub(judge.look_at(particles)).or(Some(deadline));
+                let early = control.stop_reason_within(self.measures(particles.len()));
+                if early.is_none() {
+                    // The target's masses are found but once.
+                    self.ledger();
+                    control.deadline = deadline.checked_sub(judge.look_at(particles)).or(Some(deadline));
+                }
+                let stop = early.or(control.stop_reason());
+                if stop == Some(StopReason::TimeLimit) && !splits(name, plan) {
+                    checkpoints.leave(&past.meta(index, name.name, false), particles);
+                    past.reports.push(StageReport::not_begun(name, StopReason::TimeLimit));
+                    continue;
+                }
             }
             let is_solid = self.equilibrium.is_some_and(|e| e.materials().is_some());
             let aim = match name == BALANCE {
@@ -294,6 +305,13 @@ impl<'a, const D: usize> Setting<'a, D> {
             checkpoints.finish(&past.meta(stages.len(), "", false), &particles);
         }
         Ok(past.placed(particles, judge.seconds()))
+    }
+
+    /// What measuring so many particles before a stage and at the end takes, roughly.
+    fn measures(&self, count: usize) -> Duration {
+        let kernel_neighbors = self.scene.kernel_neighbors(D);
+        let once = duration::measures(count, kernel_neighbors, rayon::current_num_threads());
+        Duration::try_from_secs_f64(2.0 * once).unwrap_or_default()
     }
 
     fn quality(&self, particles: &Particles<D>) -> Quality {
@@ -396,9 +414,14 @@ impl Past {
     }
 }
 
+/// Whether it begins with fewer particles than there are to be.
+fn splits(name: StageName, plan: &Plan) -> bool {
+    name == ALARIC && plan.splittings > 0
+}
+
 /// Why a stage is left out after what came before it. Splitting goes on in any case, to the full number of particles.
 fn skip(name: StageName, past: &Past, plan: &Plan) -> Option<&'static str> {
-    let splits = name == ALARIC && plan.splittings > 0;
+    let splits = splits(name, plan);
     if past.is_cut() && !splits {
         return Some("time was up before it, or the run was interrupted");
     }
