@@ -247,7 +247,7 @@ pub const SHEETS: &[Sheet] = &[
         has_kernels: true,
         is_mesh: false,
         owns_format: false,
-        has_parameters: false,
+        has_parameters: true,
         reference: "PySPH 1.0b2: base/kernels.py (radius_scale), sph/scheme.py (WCSPHScheme), hdx of examples/dam_break_2d.py",
     },
 ];

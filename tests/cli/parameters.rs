@@ -147,6 +147,51 @@ fn arepo_is_built_for_the_box_and_its_walls() {
     assert!(config.join(" ").starts_with("MHD MHD_POWELL RIEMANN_HLLD"), "{config:?}");
 }
 
+/// PySPH is told in Python: the gravity of a liquid is that which its pressures are in balance with.
+#[test]
+fn pysph_gets_a_script() {
+    let folder = Folder::new();
+    let scene = format!("{BOX}thermal: {{gamma: 1.4}}\nfields: {{pressure: 1}}\n");
+    let report = place(&folder, &scene, ("pysph:scheme=gas-dynamics", "ic.npz"), &[]).stdout;
+    let script = text(&folder, "ic.py");
+    for part in [
+        "GasDScheme(fluids=[\"fluid\"], solids=[], dim=DIMENSION, gamma=GAMMA, kernel_factor=HDX",
+        "GAMMA = 1.4\nHDX = 1.3\n",
+        "KERNEL = CubicSpline(dim=DIMENSION)\nDATA = np.load(\"ic.npz\")",
+        "DomainManager(xmin=0.0, xmax=1e0, periodic_in_x=True, ymin=0.0, ymax=1e0, periodic_in_y=True, zmin=0.0",
+        "has_ghosts=True",
+    ] {
+        assert!(script.contains(part), "{part}: {script}");
+    }
+    assert!(!report.contains("beware") && !script.contains("beware"), "{report}");
+    // The balance of the dam is of none of its schemes.
+    let dam = profile("dam").replace("particles: 5000", "particles: 800").replace("balance: {gravity: field}\n", "");
+    // A uniform pressure is in balance without gravity.
+    place(&folder, &scene, ("pysph", "ic.npz"), &[]);
+    assert!(text(&folder, "ic.py").contains("gx=0e0, gy=0e0, gz=0e0"));
+    place(&folder, &dam, ("pysph", "ic.npz"), &[]);
+    let script = text(&folder, "ic.py");
+    assert!(
+        script.contains("GAMMA = 7\n") && script.contains("particles(\"fluid\", 0), particles(\"walls\", 5)"),
+        "{script}"
+    );
+    let sound: f64 =
+        script.lines().find_map(|l| l.strip_prefix("RHO0, C0 = ")?.split_once(", ")?.1.parse().ok()).unwrap();
+    // The density is summed.
+    let after = |key: &str| -> f64 {
+        let (_, rest) = script.split_once(key).unwrap();
+        rest.split([',', ')']).next().unwrap().parse().unwrap()
+    };
+    assert!((after("gy=") / -9.81 - 1.0).abs() < 5e-3 && after("gx=").abs() < 1e-3, "{script}");
+    assert!(
+        (sound / 10.0 / (2.0 * 9.81 * 2.0_f64).sqrt() - 1.0).abs() < 0.05 && !script.contains("mirror"),
+        "{script}"
+    );
+    let star = format!("input: {{file: '{PROFILES}/polytrope-1.5.nc'}}\nparticles: 300\n");
+    let report = place(&folder, &star, ("pysph:scheme=gas-dynamics", "ic.npz"), &[]).stdout;
+    assert!(report.contains("no gravity of the particles"), "{report}");
+}
+
 /// SWIFT is built for four indices; what is next to 1 at one temperature is isothermal: P = (5/3 - 1) rho u = rho.
 #[test]
 fn swift_runs_isothermal_gas_and_says_which_it_cannot() {

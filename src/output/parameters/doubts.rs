@@ -13,12 +13,12 @@ pub(super) fn doubts(facts: &Facts<'_>) -> Vec<String> {
     let (header, title) = (&facts.file.header, facts.code.sheet.title);
     let periodic = &header.periodic[..header.dimension];
     let name = facts.code.sheet.name;
-    let by_axis = ["sph-exa", "arepo"].contains(&name);
+    let by_axis = ["sph-exa", "arepo", "pysph"].contains(&name);
     if periodic.contains(&true) && periodic.contains(&false) && !by_axis {
         doubts.push(format!(
             "{title} is periodic along all axes or none, and the box along some: what leaves through its other faces comes in again opposite"
         ));
-    } else if facts.reflects && name != "arepo" {
+    } else if facts.reflects && !["arepo", "pysph"].contains(&name) {
         doubts.push(format!(
             "{title} has no reflecting walls: what the scene holds by them flows out, unless walls of particles hold it there"
         ));
@@ -50,6 +50,7 @@ pub(super) fn doubts(facts: &Facts<'_>) -> Vec<String> {
     }
     match name {
         "arepo" => doubts.extend(facts.arepo_doubt()),
+        "pysph" => doubts.extend(facts.pysph_doubts()),
         "swift" => doubts.extend(facts.swift_doubts()),
         _ => doubts.extend(facts.too_few(IMAGES).map(|(reach, least, enough)| {
             format!(

@@ -6,6 +6,7 @@ mod facts;
 mod gadget4;
 mod gizmo;
 mod phantom;
+mod pysph;
 mod sph_exa;
 mod swift;
 
@@ -33,6 +34,7 @@ pub(crate) fn places(code: TargetCode, path: &Path) -> Vec<PathBuf> {
         "gadget4" | "arepo" => vec![format!("{stem}.param"), format!("{stem}.Config.sh")],
         "gizmo" => vec![format!("{stem}.params"), format!("{stem}.Config.sh")],
         "phantom" => vec![format!("{}.in", prefix(&stem))],
+        "pysph" => vec![format!("{stem}.py")],
         "sph-exa" => vec![format!("{stem}.sh")],
         _ => Vec::new(),
     };
@@ -70,6 +72,7 @@ pub(crate) fn beside(code: TargetCode, path: &Path, file: &ParticleFile, physics
         "arepo" => vec![facts.arepo(), facts.arepo_config()],
         "gizmo" => vec![facts.gizmo(), facts.gizmo_config()],
         "phantom" => vec![facts.phantom()],
+        "pysph" => vec![facts.pysph()],
         "sph-exa" => vec![facts.sph_exa()],
         _ => Vec::new(),
     };
