@@ -155,6 +155,7 @@ fn nearest_across(places: &[Vec<f64>], layer: impl Fn(&[f64]) -> f64, mass: f64,
 /// particle of one knows of those of the other: before they part there they are as near as 0.58. Lattices (`order: crystal`) are 0.85 to 0.95
 /// apart, which the dense layer strains along y.
 #[test]
+#[ignore = "slow: .ci/full runs it"]
 fn layers_that_shear_keep_apart_at_their_contacts_in_three_dimensions() {
     let (file, report) = {
         let scene = Scene { wvt: WvtInput::default(), ..scene("kelvin-helmholtz-3d.yaml", 6000) };

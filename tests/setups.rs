@@ -150,6 +150,7 @@ fn spacings_follow_the_law_that_is_asked_for() {
 
 /// Donor and accretor of a double-degenerate binary (5.4): particle density constant in the one, growing outward in the other.
 #[test]
+#[ignore = "slow: .ci/full runs it"]
 fn the_donor_of_a_binary_is_finer_outside_and_its_accretor_even() {
     let mut scene = scene("double-degenerate.yaml", 8000);
     scene.particles = None;

@@ -107,10 +107,22 @@ fn check(file: &ParticleFile, container: &Container, column: &str, expected: &[F
 }
 
 #[test]
+fn every_spelling_arrives() {
+    spellings_arrive(|container, community| (container + community) % 4 == 0);
+}
+
+#[test]
+#[ignore = "slow: .ci/full runs it"]
 fn every_spelling_arrives_through_every_container() {
+    spellings_arrive(|_, _| true);
+}
+
+/// Those of the communities whose numbers go with those of the containers.
+fn spellings_arrive(is_tried: fn(usize, usize) -> bool) {
     let folder = tempfile::tempdir().unwrap();
-    for container in CONTAINERS {
-        for community in names::COMMUNITIES {
+    for (i, container) in CONTAINERS.iter().enumerate() {
+        let communities = names::COMMUNITIES.iter().enumerate();
+        for (_, community) in communities.filter(|(j, _)| is_tried(i, *j)) {
             let variables: Vec<(&str, Field)> = community.variables();
             (container.write)(&folder.path().join(container.file), &grid(container), &variables);
             let (file, report) = run(folder.path(), (container.file, community.density), "");

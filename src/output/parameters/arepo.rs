@@ -86,15 +86,7 @@ CellMaxAngleFactor 2.25
             // 0 stands for the constant that it is compiled with, in the file's units.
             self.gravity.and_then(|g| g.stated).unwrap_or(0.0),
         );
-        for class in 0..6 {
-            let (own, of_type) = match self.point {
-                Some((t, length)) if class == t => (length, class),
-                _ => (self.softening, 0),
-            };
-            let _ = writeln!(text, "SofteningComovingType{class} {own:e}");
-            let _ = writeln!(text, "SofteningMaxPhysType{class} {own:e}");
-            let _ = writeln!(text, "SofteningTypeOfPartType{class} {of_type}");
-        }
+        text += &self.softenings("Type");
         text
     }
 

@@ -124,6 +124,21 @@ impl<'a> Facts<'a> {
         &self.file.header.box_size[..self.file.header.dimension]
     }
 
+    /// Lines of GADGET's kin: the Plummer-equivalent length of each `kind` of softening, and which one each type of particles has.
+    pub fn softenings(&self, kind: &str) -> String {
+        let mut text = String::new();
+        for class in 0..6 {
+            let (own, of_type) = match self.point {
+                Some((t, length)) if class == t => (length, class),
+                _ => (self.softening, 0),
+            };
+            let _ = writeln!(text, "SofteningComoving{kind}{class} {own:e}");
+            let _ = writeln!(text, "SofteningMaxPhys{kind}{class} {own:e}");
+            let _ = writeln!(text, "Softening{kind}OfPartType{class} {of_type}");
+        }
+        text
+    }
+
     /// Comments at the beginning of a file: what it is, and how the code is run.
     pub fn head(&self, comment: &str, run: &str) -> String {
         let mut text = String::new();

@@ -70,15 +70,7 @@ InitGasTemp 0
             // 0 stands for the constant that it is compiled with, in the file's units.
             self.gravity.and_then(|g| g.stated).unwrap_or(0.0),
         );
-        for class in 0..6 {
-            let (own, of_type) = match self.point {
-                Some((t, length)) if class == t => (length, class),
-                _ => (self.softening, 0),
-            };
-            let _ = writeln!(text, "SofteningComovingClass{class} {own:e}");
-            let _ = writeln!(text, "SofteningMaxPhysClass{class} {own:e}");
-            let _ = writeln!(text, "SofteningClassOfPartType{class} {of_type}");
-        }
+        text += &self.softenings("Class");
         text
     }
 
