@@ -103,7 +103,10 @@ pub fn beside(count: usize, cost: &Cost, threads: usize) -> [Expected; 3] {
     let evaluation = cost.slowness * evaluation(count, cost.kernel_neighbors, threads);
     [
         Expected { step: Step::Seed.name(), seconds: SEEDING * evaluation },
-        Expected { step: Step::Measure.name(), seconds: MEASURES * evaluation },
+        Expected {
+            step: Step::Measure.name(),
+            seconds: cost.slowness * measures(count, cost.kernel_neighbors, threads),
+        },
         Expected { step: Step::Write.name(), seconds: WRITING * count as f64 },
     ]
 }

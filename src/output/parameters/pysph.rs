@@ -73,7 +73,8 @@ class InitialCondition(Application):
             if is_gas { GAS } else { LIQUID },
             if has_walls { format!(", particles(\"walls\", {WALLS})") } else { String::new() },
         );
-        text += &self.pysph_domain();
+        let domain = self.pysph_domain();
+        text += &domain;
         let solids = if has_walls { "[\"walls\"]" } else { "[]" };
         let of_fluid = format!("fluids=[\"fluid\"], solids={solids}, dim=DIMENSION, gamma=GAMMA");
         let smallest = "np.min(DATA[\"SupportRadius\"]) / KERNEL.radius_scale";
@@ -88,7 +89,7 @@ class InitialCondition(Application):
             None => (
                 format!(
                     "{of_fluid}, kernel_factor=HDX, alpha1=1.0, alpha2=0.1, beta=2.0, update_alpha1=True, update_alpha2=True, has_ghosts={}",
-                    if self.pysph_domain().is_empty() { "False" } else { "True" }
+                    if domain.is_empty() { "False" } else { "True" }
                 ),
                 format!("0.1 * {smallest} / np.sqrt(GAMMA * (GAMMA - 1) * np.max(DATA[\"InternalEnergy\"]))"),
             ),
@@ -116,16 +117,20 @@ if __name__ == \"__main__\":
     /// The method that says what is beyond the faces of the box; none where nothing is.
     fn pysph_domain(&self) -> String {
         let header = &self.file.header;
-        let kinds = ["x", "y", "z"].into_iter().zip(self.edges()).zip(header.periodic);
+        let kinds = ["x", "y", "z"]
+            .into_iter()
+            .zip(self.edges())
+            .zip(header.periodic)
+            .zip(header.box_corner.unwrap_or_default());
         let limits: Vec<String> = kinds
-            .filter_map(|((axis, edge), is_periodic)| {
+            .filter_map(|(((axis, edge), is_periodic), low)| {
                 // Particles of walls hold what mirrors would.
                 let kind = match (is_periodic, self.reflects && !self.has_walls()) {
                     (true, _) => "periodic",
                     (false, true) => "mirror",
                     (false, false) => return None,
                 };
-                Some(format!("{axis}min=0.0, {axis}max={edge:e}, {kind}_in_{axis}=True"))
+                Some(format!("{axis}min={low:?}, {axis}max={:e}, {kind}_in_{axis}=True", low + edge))
             })
             .collect();
         match limits.is_empty() {
