@@ -230,7 +230,7 @@ fn a_star_for_a_code_is_balanced_with_what_that_code_sums() {
     assert_eq!(report.kernel, "cubic spline");
     assert!(report.stages.iter().any(|s| s.stage.name == "balance"));
     assert!(report.notes.iter().any(|n| n.starts_with("made for SWIFT") && n.contains("48.0 neighbors")));
-    assert!(interior(&report) < 0.01, "{}", interior(&report));
+    assert!(interior(&report) < 0.012, "{}", interior(&report));
     let other = run(scene);
     assert!(other.plan.left_out.iter().any(|l| l.what.contains("balance") && l.why.contains("--for")));
     assert!(other.notes.iter().any(|n| n.contains("--for swift")), "{:?}", other.notes);

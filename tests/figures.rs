@@ -127,7 +127,7 @@ fn rows_name_files_that_are_there_and_figures() {
         let present = row.file.is_file() || row.file.starts_with(root().join("../shared"));
         assert!(present && row.count >= 100_000 && row.stated[0].is_some() && row.stated[1].is_some(), "{row:?}");
     }
-    assert!(rows.iter().any(|row| row.rest == "solver: {quietness: 0.72}"), "{rows:?}");
+    assert!(rows.iter().any(|row| row.rest == "solver: {quietness: 0.5}"), "{rows:?}");
     let balance = table("| star | N | WVT alone |");
     assert!(!balance.is_empty() && balance.iter().all(|cells| cells[2..].iter().all(|c| number(c).is_some())));
     assert_eq!((number("0.44 %"), number("3.1e-5"), number("")), (Some(0.0044), Some(3.1e-5), None));
@@ -173,7 +173,7 @@ fn forces_on_stars_at_rest_are_those_of_the_manual() {
     let mut wrong = Vec::new();
     for cells in table("| star | N | WVT alone |") {
         let (star, count) = (file(&cells[0]), cells[1].replace(' ', "").parse().unwrap());
-        for (cell, rest) in cells[2..].iter().zip(["polish: none", "", "solver: {quietness: 0.7}", "balance: {}"]) {
+        for (cell, rest) in cells[2..].iter().zip(["polish: none", "", "solver: {quietness: 1}", "balance: {}"]) {
             let found = run(&star, count, rest).balance.unwrap().interior.unwrap();
             println!("{} with {count}, {rest}: {:.2} %", star.display(), 100.0 * found);
             wrong.extend(differs(rest, number(cell), found, MEANS));

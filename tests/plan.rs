@@ -188,6 +188,40 @@ fn few_particles_get_more_evaluations_and_a_scene_has_its_own() {
     assert_eq!(evaluations("particles: 400\nsolver: {evaluations: 7}"), 7);
 }
 
+/// Each particle's own part in its sum is no fault of an arrangement, and no more of them mend it.
+#[test]
+fn what_more_particles_do_not_mend_is_told_apart() {
+    let density = |scene: &str| {
+        let (report, _) = run(scene);
+        report.verdict.iter().find(|f| f.topic == Topic::Density).unwrap().text.clone()
+    };
+    let even = density(
+        "input: {expression: '1'}\ndomain: {box: [[0, 0, 0], [1, 1, 1]], boundary: [periodic]}\nparticles: 2000\n",
+    );
+    assert!(even.contains("% is the same everywhere") && even.contains("`neighbors`"), "{even}");
+    let star = density("input: {file: profiles/star.nc}\nparticles: 2000\n");
+    assert!(star.ends_with("; more particles bring it down"), "{star}");
+}
+
+/// Twice as many would lower a noise of 2 % by an eighth; who says how many there are to be gets them.
+#[test]
+fn the_solver_ends_where_more_evaluations_gain_little() {
+    let wave =
+        "input: {expression: '1 + 0.5*sin(2*pi*x)'}\ndomain: {box: [[0, 0, 0], [1, 1, 1]], boundary: [periodic]}\n";
+    for scene in ["input: {file: profiles/star.nc}\n", wave] {
+        let solved = |rest: &str| {
+            let (report, _) = run(&format!("{scene}particles: 3000\n{rest}"));
+            let solver = report.stages.iter().find(|s| s.stage.name == "solver").unwrap();
+            (solver.stop, solver.history.last().unwrap().iteration, report.noise.interior.unwrap())
+        };
+        let (stop, made, noise) = solved("");
+        let (asked, all, least) = solved("solver: {evaluations: 240}\n");
+        assert!(stop == StopReason::Stagnated && made < 180, "{scene}: {stop:?} after {made}");
+        assert!(all > 4 * made / 3, "{scene}: {asked:?} after {all}, and after {made} by itself");
+        assert!(noise < 1.25 * least, "{scene}: noise {noise} after {made}, {least} after {all}");
+    }
+}
+
 #[test]
 fn splines_with_many_neighbors_end_without_pairs() {
     for (scene, kernel) in [

@@ -408,7 +408,7 @@ pub struct RunArgs {
     /// Before that, damp the motion that the code's forces make, for so many dynamical times: for what no balance can hold.
     #[arg(long, value_name = "T_DYN")]
     settle: Option<f64>,
-    /// What matters more to the solver: 0 the exact density, 1 quiet forces [default: 0.5, or the most that a
+    /// What matters more to the solver: 0 the exact density, 1 quiet forces [default: 0.7, or the most that a
     /// tolerance admits].
     #[arg(long, value_name = "0..1")]
     quietness: Option<f64>,

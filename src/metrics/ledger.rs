@@ -5,7 +5,7 @@
 //! sides in proportion, so that an even arrangement fills boxes evenly wherever their faces lie.
 
 use super::Measured;
-use crate::target::cells::{Cell, Cut, Rule, cut, partition, refine};
+use crate::target::cells::{Cell, Cut, Rule, cut_closely, partition, refine};
 use crate::target::mass_points::MassPoints;
 use crate::target::{Positions, Resolution, Target, at};
 use serde::Serialize;
@@ -92,8 +92,10 @@ const SMALLEST_BOX: Node = Node { axis: 0, plane: 0.0, right: 0, level: 0 };
 const SMALLEST: usize = 128;
 /// Halvings, at most.
 const MOST_LEVELS: usize = 12;
-/// Cells by which a box's mass is known, at least.
-const CELLS: usize = 1 << 12;
+/// Cells by which a box's mass is known, at least: so many, or, of few particles, so many of each of them. With them, and those at a
+/// plane sliced, boxes of a star are known to some 1e-3; 32 times as many say the same of its shells.
+const CELLS: usize = 1 << 11;
+const CELLS_PER_PARTICLE: usize = 8;
 
 impl<const D: usize> Ledger<D> {
     /// The boxes of `target`; none where it is zero wherever it is looked at, or has too few particles.
@@ -237,8 +239,8 @@ fn divided<const D: usize>(target: &Target<'_, D>, mut cells: Vec<Cell<D>>, leve
     if level == levels {
         return vec![Node { level, ..SMALLEST_BOX }];
     }
-    refine(target, &mut cells, CELLS, Rule::Gauss);
-    let Cut { axis, plane, left, right } = cut(cells, 0.5);
+    refine(target, &mut cells, (CELLS_PER_PARTICLE * (target.count >> level)).min(CELLS), Rule::Gauss);
+    let Cut { axis, plane, left, right } = cut_closely(target, cells, 0.5, Rule::Gauss);
     let (left, right) =
         parallel::join(|| divided(target, left, level + 1, levels), || divided(target, right, level + 1, levels));
     let mut nodes = vec![Node { axis, plane, right: 1 + left.len(), level }];

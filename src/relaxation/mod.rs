@@ -16,6 +16,7 @@ mod certificate;
 mod conservation;
 mod contacts;
 mod control;
+mod course;
 mod equilibrium;
 mod fit;
 mod fluid;

@@ -4,6 +4,7 @@ use super::report::{MaterialShare, Report, SnapshotReport};
 use super::verdict::{Finding, Grade, Topic};
 use crate::field::Scatter;
 use crate::relaxation::{BALANCE, Certificate, CertificateVerdict, StopReason};
+use crate::scene::Polish;
 
 /// Net force over gravity that leaves a body almost still.
 const LITTLE_FORCE: f64 = 0.01;
@@ -132,14 +133,36 @@ fn masses(report: &Report) -> Option<(Grade, String)> {
     }
 }
 
+/// What brings a density error of `mean` down. Where most of it is one factor, which each particle's own part of its sum makes, neither
+/// more particles nor another arrangement do.
+fn density_remedy(report: &Report, mean: f64) -> String {
+    let factor = 1.0 / report.density_error.refit_interior - 1.0;
+    if report.density_error.interior.is_some() && (factor.abs() - mean).abs() < MOSTLY_ONE_FACTOR * mean {
+        let percent = 100.0 * factor;
+        return format!(
+            "; {percent:+.2} % is the same everywhere: each particle's own part in its sum, which codes have as well. It moves nothing, and more `neighbors` bring it down"
+        );
+    }
+    let more = if report.plan.polish == Polish::Solver {
+        "more particles bring"
+    } else {
+        "more particles, or `polish: solver`, bring"
+    };
+    format!("; {more} it down")
+}
+
+/// What the mean error and the factor on all densities may differ by, as a part of the mean error, where the factor is most of it.
+const MOSTLY_ONE_FACTOR: f64 = 0.25;
+
 /// The verdict on a report.
 pub fn verdict(report: &Report) -> Vec<Finding> {
     let mut all = Vec::new();
     let mut say = |grade, topic: Topic, text: String| all.push(Finding::new(grade, topic, text));
-    let in_place = report.ledger.in_place;
+    let (in_place, solved) = (report.ledger.in_place, report.plan.polish == Polish::Solver);
     if !report.ledger.levels.is_empty() {
         let (grade, remedy) = match in_place {
             v if v >= 0.95 => (Grade::Good, ""),
+            v if v >= 0.5 && solved => (Grade::Look, "; more particles place more of it"),
             v if v >= 0.5 => (Grade::Look, "; more particles or `polish: solver` place more of it"),
             _ => (Grade::Bad, "; the body is not the input's: use more particles, or another seeding"),
         };
@@ -147,7 +170,7 @@ pub fn verdict(report: &Report) -> Vec<Finding> {
     }
     let error = report.density_error.smoothed.unwrap_or(report.density_error.all);
     let graded = grade(error.mean, 0.01, 0.05);
-    let remedy = if graded == Grade::Good { "" } else { "; more particles, or `polish: solver`, bring it down" };
+    let remedy = if graded == Grade::Good { String::new() } else { density_remedy(report, error.mean) };
     say(
         graded,
         Topic::Density,
@@ -169,7 +192,7 @@ pub fn verdict(report: &Report) -> Vec<Finding> {
         let remedy = match graded {
             Grade::Good if is_at_rest && noise > 0.05 => "; forces of the body's own pressure are balanced",
             Grade::Good => "",
-            Grade::Look => "; `--quietness 0.7` or more particles are quieter",
+            Grade::Look => "; `--quietness 0.9` or more particles are quieter",
             Grade::Bad => "; the profile changes within a spacing there: particles are too few to resolve it",
         };
         say(

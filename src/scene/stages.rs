@@ -183,13 +183,13 @@ impl AfcInput {
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct SolverInput {
-    /// Evaluations of density and forces, at most; by default 100 with 100 000 particles, more with fewer
-    /// particles (240) and fewer with more (30).
+    /// Evaluations of density and forces; by default as many as forces get quieter by, up to 100 with 100 000 particles, more with
+    /// fewer particles (240) and fewer with more (30).
     #[schemars(schema_with = "super::schema::optional_count", example = 100)]
     #[serde(skip_serializing_if = "Option::is_none", deserialize_with = "super::count::optional_count")]
     pub evaluations: Option<usize>,
-    /// What matters more: 0 the exact density, 1 quiet forces; by default 0.5, or what a tolerance leaves.
-    #[schemars(range(min = 0.0, max = 1.0), example = 0.5)]
+    /// What matters more: 0 the exact density, 1 quiet forces; by default 0.7, or what a tolerance leaves.
+    #[schemars(range(min = 0.0, max = 1.0), example = 0.7)]
     #[serde(skip_serializing_if = "Option::is_none")]
     pub quietness: Option<f64>,
 }
