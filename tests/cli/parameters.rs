@@ -142,6 +142,10 @@ fn arepo_is_built_for_the_box_and_its_walls() {
     assert!(config.join(" ").contains("REFLECTIVE_Z=2 SELFGRAVITY GRAVITY_NOT_PERIODIC EVALPOTENTIAL"), "{config:?}");
     assert_eq!(number(&param, "PeriodicBoundariesOn"), 0.0);
     assert!(report.contains("no mesh with a vacuum") && param.contains("% beware: AREPO's cells"), "{report}");
+    // In two dimensions it makes its mesh, and mirrors where the scene has no walls.
+    let (report, config, _) = configured(&profile("tank"), &["-n", "300"]);
+    assert!(config.join(" ").starts_with("TWODIMS REFLECTIVE_X=1 REFLECTIVE_Y=1"), "{config:?}");
+    assert!(report.contains("cells at its surface") && report.contains("not at walls within it"), "{report}");
     let magnetic = "fields: {pressure: 1, magnetic_field: [1, 0, 0]}\n";
     let (_, config, _) = configured(&format!("{BOX}{magnetic}"), &[]);
     assert!(config.join(" ").starts_with("MHD MHD_POWELL RIEMANN_HLLD"), "{config:?}");
@@ -190,6 +194,8 @@ fn pysph_gets_a_script() {
     let star = format!("input: {{file: '{PROFILES}/polytrope-1.5.nc'}}\nparticles: 300\n");
     let report = place(&folder, &star, ("pysph:scheme=gas-dynamics", "ic.npz"), &[]).stdout;
     assert!(report.contains("no gravity of the particles"), "{report}");
+    let report = place(&folder, BOX, ("pysph:scheme=gas-dynamics", "ic.npz"), &[]).stdout;
+    assert!(report.contains("takes internal energies, and the file has none"), "{report}");
 }
 
 /// SWIFT is built for four indices; what is next to 1 at one temperature is isothermal: P = (5/3 - 1) rho u = rho.

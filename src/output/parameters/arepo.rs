@@ -123,16 +123,22 @@ CellMaxAngleFactor 2.25
         text
     }
 
-    /// Cells fill the box, whatever there is in it.
+    /// Cells fill the box, whatever there is in it, and mirrors are its faces. In two dimensions there is a mesh with a vacuum in it.
     pub(super) fn arepo_doubt(&self) -> Option<String> {
         let values = |name: &str| self.gas.column(name).map(|c| &c.values);
         let (masses, densities) = (values(names::MASSES)?, values(names::DENSITY)?);
         let filled: f64 = (0..self.gas.count).map(|i| masses.get(i) / densities.get(i)).sum();
         let part = filled / self.edges().iter().product::<f64>();
+        let comes_of_it = match self.file.header.dimension {
+            3 => "there is no mesh with a vacuum in it, and AREPO ends at its first steps",
+            _ => "cells at its surface take in the rest, into which the gas spreads",
+        };
+        let mirrors =
+            if self.reflects { ", and it mirrors at the faces of the box, not at walls within it" } else { "" };
         (part < FILLED).then(|| {
             format!(
-                "AREPO's cells fill the box, but gas {:.1} % of it alone: there is no mesh with a vacuum in it, and AREPO ends at its first steps; a medium \
-                 fills it, as `ambient: {{density: ..., match: spacing}}` beside `bodies` does",
+                "AREPO's cells fill the box, but gas {:.1} % of it alone: {comes_of_it}{mirrors}; a medium fills it, as `ambient: {{density: ..., match: \
+                 spacing}}` beside `bodies` does",
                 100.0 * part
             )
         })

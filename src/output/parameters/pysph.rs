@@ -148,7 +148,13 @@ if __name__ == \"__main__\":
         let walls = self.has_walls() && self.code.scheme.name == "gas-dynamics";
         let walls = walls
             .then(|| "PySPH's gas dynamics has no wall particles: --for pysph:scheme=wcsph is for them".to_owned());
-        [gravity, archive, walls].into_iter().flatten().collect()
+        let cold = self.code.scheme.name == "gas-dynamics" && self.gas.column(names::INTERNAL_ENERGY).is_none();
+        let cold = cold.then(|| {
+            "PySPH's gas dynamics takes internal energies, and the file has none: state a pressure or a temperature, or take \
+             --for pysph:scheme=wcsph for a liquid"
+                .to_owned()
+        });
+        [gravity, archive, walls, cold].into_iter().flatten().collect()
     }
 
     /// What stands for the liquid of weakly compressible schemes: its pressures say which uniform gravity they are in balance with.
