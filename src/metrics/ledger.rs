@@ -149,20 +149,21 @@ impl<const D: usize> Ledger<D> {
         // Boxes are of equal numbers of particles where these do not go by mass.
         let alike = matches!(target.resolution, Resolution::NumberDensity(_)).then(|| vec![1.0; masses.len()]);
         let masses = alike.as_deref().unwrap_or(masses);
-        let (levels, in_place) = self.compare_cubes(exchange, positions, masses, &edge);
+        let home = |x: &[f64; D]| target.regions().and_then(|regions| regions.of(x));
+        let (levels, in_place) = self.compare_cubes(exchange, (positions, masses), &edge, &home);
         LedgerFigures { levels, in_place, regions: region_figures(exchange, target, positions) }
     }
 
     fn compare_cubes(
         &self,
         exchange: &dyn Exchange,
-        positions: &Positions<D>,
-        masses: &[f64],
+        (positions, masses): (&Positions<D>, &[f64]),
         edge: &(dyn Fn(usize) -> f64 + Sync),
+        home: &(dyn Fn(&[f64; D]) -> Option<usize> + Sync),
     ) -> (Vec<LedgerLevel>, f64) {
         let found = parallel::pieces(masses.len(), masses.len().div_ceil(PIECES).max(SMALLEST), |range| {
             let mut found = vec![0.0; self.nodes.len()];
-            range.for_each(|i| self.enter(&mut found, &at(positions, i), edge(i), masses[i]));
+            range.for_each(|i| self.enter(&mut found, &at(positions, i), (edge(i), masses[i]), home));
             found
         });
         let found: Vec<f64> = (0..self.nodes.len()).map(|k| found.iter().map(|f| f[k]).sum()).collect();
@@ -182,35 +183,55 @@ impl<const D: usize> Ledger<D> {
         (levels.collect(), in_place)
     }
 
-    /// Adds a cube of mass `m` to the boxes that it is in.
-    fn enter(&self, found: &mut [f64], x: &[f64; D], edge: f64, m: f64) {
+    /// Adds a cube of mass `m` to the boxes that it is in; `home` tells the region of a place.
+    fn enter(&self, found: &mut [f64], x: &[f64; D], (edge, m): (f64, f64), home: &dyn Fn(&[f64; D]) -> Option<usize>) {
         if self.nodes.is_empty() {
             return;
         }
         let half = 0.5 * edge;
-        self.enter_wrapped(found, x.map(|v| v - half), x.map(|v| v + half), m, 0);
+        let is_of_another = |lo: &[f64; D], hi: &[f64; D]| {
+            let there = self.domain.wrapped(&sph::array(|k| 0.5 * (lo[k] + hi[k])));
+            home(&there) != home(x)
+        };
+        self.enter_wrapped(found, (x.map(|v| v - half), x.map(|v| v + half)), m, 0, &is_of_another);
     }
 
-    /// Divides what reaches beyond a periodic face, from `axis` on.
-    fn enter_wrapped(&self, found: &mut [f64], lo: [f64; D], hi: [f64; D], m: f64, axis: usize) {
+    /// Divides what reaches beyond a periodic face, from `axis` on. Where another region begins there, nothing does: the particle's own
+    /// volume ends at the face.
+    fn enter_wrapped(
+        &self,
+        found: &mut [f64],
+        (lo, hi): ([f64; D], [f64; D]),
+        m: f64,
+        axis: usize,
+        is_of_another: &dyn Fn(&[f64; D], &[f64; D]) -> bool,
+    ) {
         let Some(axis) = (axis..D).find(|&k| self.domain.axes[k] == Axis::Periodic) else {
             return self.descend(found, 0, lo, hi, m);
         };
         let (first, last) = (self.domain.lo[axis], self.domain.hi[axis]);
         let (width, length) = (hi[axis] - lo[axis], last - first);
-        let mut part = |from: f64, to: f64, shift: f64| {
-            if to > from {
-                let (mut a, mut b) = (lo, hi);
-                (a[axis], b[axis]) = (from + shift, to + shift);
-                self.enter_wrapped(found, a, b, m * (to - from) / width, axis + 1);
-            }
-        };
-        if width >= length {
-            return self.enter_wrapped(found, lo, hi, m, axis + 1);
+        if !(width > 0.0 && width < length) {
+            return self.enter_wrapped(found, (lo, hi), m, axis + 1, is_of_another);
         }
-        part(lo[axis], hi[axis].min(first), length);
-        part(lo[axis].max(first), hi[axis].min(last), 0.0);
-        part(lo[axis].max(last), hi[axis], -length);
+        let between = |from: f64, to: f64| {
+            let (mut a, mut b) = (lo, hi);
+            (a[axis], b[axis]) = (from, to);
+            (to > from).then_some((a, b))
+        };
+        let beyond = [(between(lo[axis], first), length), (between(last, hi[axis]), -length)];
+        let beyond = beyond.map(|(part, shift)| (part.filter(|(a, b)| !is_of_another(a, b)), shift));
+        let inside = between(lo[axis].max(first), hi[axis].min(last));
+        let width = |part: &Option<([f64; D], [f64; D])>| part.map_or(0.0, |(a, b)| b[axis] - a[axis]);
+        let whole: f64 = width(&inside) + beyond.iter().map(|(part, _)| width(part)).sum::<f64>();
+        for (part, shift) in beyond.into_iter().chain([(inside, 0.0)]) {
+            let share = width(&part) / whole;
+            if let Some((mut a, mut b)) = part {
+                a[axis] += shift;
+                b[axis] += shift;
+                self.enter_wrapped(found, (a, b), m * share, axis + 1, is_of_another);
+            }
+        }
     }
 
     fn descend(&self, found: &mut [f64], place: usize, lo: [f64; D], hi: [f64; D], m: f64) {
@@ -309,20 +330,45 @@ mod tests {
                 let ledger = Ledger::new(&target(&domain, &field, n));
                 let spacing = 1.0 / edge as f64;
                 let masses = vec![1.0 / n as f64; n];
-                let (levels, in_place) = ledger.compare_cubes(&Alone, &x, &masses, &|_| spacing);
+                let (levels, in_place) = ledger.compare_cubes(&Alone, (&x, &masses), &|_| spacing, &|_| None);
                 let even = levels.iter().map(|l| l.largest_deviation).fold(0.0, f64::max);
                 if axis == Axis::Periodic {
                     assert!(even < 1e-9 && in_place == 1.0, "{D}-D: {even:e}");
                 }
                 // Everything moves toward the origin: x -> x^1.1 along the first axis.
                 x[0].iter_mut().for_each(|v| *v = v.powf(1.1));
-                let (levels, in_place) = ledger.compare_cubes(&Alone, &x, &masses, &|_| spacing);
+                let (levels, in_place) = ledger.compare_cubes(&Alone, (&x, &masses), &|_| spacing, &|_| None);
                 let (found, shifted) = (levels[0].largest_deviation, 2.0 * 0.5_f64.powf(1.0 / 1.1) - 1.0);
                 assert!((found - shifted).abs() < 0.5 * spacing, "{D}-D: {found} {shifted}");
                 assert!(in_place < 0.7, "{D}-D: {in_place}");
             }
         }
         check::<1>(1000);
+        check::<2>(40);
+        check::<3>(12);
+    }
+
+    /// At a periodic face with hardly anything beyond it no particle's volume counts there.
+    #[test]
+    fn volumes_end_where_another_region_begins() {
+        fn check<const D: usize>(edge: usize) {
+            let domain = Domain::new([0.0; D], [1.0; D], [Axis::Periodic; D], Region::Box).unwrap();
+            let field = AnalyticField::<D>::new("density", "if(x > 0.5, 1e6, 1)", [0.0; D]).unwrap();
+            let n = edge.pow(D as u32);
+            let target = target(&domain, &field, n);
+            let ledger = Ledger::new(&target);
+            // The outer layer nearer to the face than half a spacing.
+            let mut x = lattice::<D>(edge);
+            x[0].iter_mut().for_each(|v| *v = 1.0 - 0.5 * *v);
+            let (spacing, masses) = (0.5 / edge as f64, vec![1.0; n]);
+            let off = |home: &(dyn Fn(&[f64; D]) -> Option<usize> + Sync)| {
+                let (levels, _) = ledger.compare_cubes(&Alone, (&x, &masses), &|_| spacing, home);
+                levels[0].largest_deviation
+            };
+            let (bound, free) = (off(&|x| Some(usize::from(x[0] > 0.5))), off(&|_| None));
+            assert!(bound < 0.6 * free, "{D}-D: {bound} and {free}");
+        }
+        check::<1>(400);
         check::<2>(40);
         check::<3>(12);
     }
@@ -337,7 +383,7 @@ mod tests {
         let u = |i: usize| (i as f64 + 0.5) / 40.0;
         let x = [(0..n).map(|i| -0.01 * (1.0 - u(i % 40)).ln()).collect(), (0..n).map(|i| u(i / 40)).collect()];
         let ledger = Ledger::new(&target);
-        let (levels, in_place) = ledger.compare_cubes(&Alone, &x, &vec![1.0 / n as f64; n], &|_| 1e-6);
+        let (levels, in_place) = ledger.compare_cubes(&Alone, (&x, &vec![1.0 / n as f64; n]), &|_| 1e-6, &|_| None);
         assert!(levels[0].largest_deviation < 0.06, "{levels:?}");
         assert!(in_place <= 1.0);
     }

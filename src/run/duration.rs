@@ -88,8 +88,7 @@ pub fn expected(plan: &Plan, scene: &Scene, count: usize, cost: &Cost, threads: 
 
 /// Evaluations that the density solver is likely to make: it ends by itself, soon where it begins with particles in order.
 fn foreseen_evaluations(plan: &Plan, scene: &Scene) -> usize {
-    let is_in_order = plan.wvt_iterations == 0 && plan.seeding.is_in_order();
-    let ends_soon = is_in_order && scene.solver.evaluations.is_none() && scene.tolerance.is_none();
+    let ends_soon = plan.starts_in_order() && scene.solver.evaluations.is_none() && scene.tolerance.is_none();
     if ends_soon { plan.evaluations.min(SOLVED_IN_ORDER) } else { plan.evaluations }
 }
 

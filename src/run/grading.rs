@@ -143,12 +143,15 @@ fn density_remedy(report: &Report, mean: f64) -> String {
             "; {percent:+.2} % is the same everywhere: each particle's own part in its sum, which codes have as well. It moves nothing, and more `neighbors` bring it down"
         );
     }
-    let more = if report.plan.polish == Polish::Solver {
-        "more particles bring"
-    } else {
-        "more particles, or `polish: solver`, bring"
-    };
-    format!("; {more} it down")
+    format!("; {} bring it down", more(report))
+}
+
+/// What places mass and density better, as far as it has not been done.
+fn more(report: &Report) -> &'static str {
+    match report.plan.polish {
+        Polish::Solver => "more particles",
+        _ => "more particles or `polish: solver`",
+    }
 }
 
 /// What the mean error and the factor on all densities may differ by, as a part of the mean error, where the factor is most of it.
@@ -158,13 +161,12 @@ const MOSTLY_ONE_FACTOR: f64 = 0.25;
 pub fn verdict(report: &Report) -> Vec<Finding> {
     let mut all = Vec::new();
     let mut say = |grade, topic: Topic, text: String| all.push(Finding::new(grade, topic, text));
-    let (in_place, solved) = (report.ledger.in_place, report.plan.polish == Polish::Solver);
+    let in_place = report.ledger.in_place;
     if !report.ledger.levels.is_empty() {
         let (grade, remedy) = match in_place {
-            v if v >= 0.95 => (Grade::Good, ""),
-            v if v >= 0.5 && solved => (Grade::Look, "; more particles place more of it"),
-            v if v >= 0.5 => (Grade::Look, "; more particles or `polish: solver` place more of it"),
-            _ => (Grade::Bad, "; the body is not the input's: use more particles, or another seeding"),
+            v if v >= 0.95 => (Grade::Good, String::new()),
+            v if v >= 0.5 => (Grade::Look, format!("; {} place more of it", more(report))),
+            _ => (Grade::Bad, "; the body is not the input's: use more particles, or another seeding".into()),
         };
         say(grade, Topic::MassInPlace, format!("{:.1} % (95 % is good){remedy}", 100.0 * in_place));
     }

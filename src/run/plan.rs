@@ -241,6 +241,11 @@ impl Plan {
         self.stages.push(BALANCE);
     }
 
+    /// Whether the solver begins with particles in order, which nothing has to bring to rest.
+    pub fn starts_in_order(&self) -> bool {
+        self.wvt_iterations == 0 && self.seeding.is_in_order()
+    }
+
     /// Why there is no balance, where it would take more than asking for it.
     pub fn why_unbalanced(&self) -> Option<&str> {
         let dropped = self.left_out.iter().find(|l| l.what == PRESSURE_AND_GRAVITY)?;

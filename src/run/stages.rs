@@ -350,7 +350,7 @@ impl<'a, const D: usize> Setting<'a, D> {
             tolerance: scene.tolerance.unwrap_or(default.tolerance),
             // Who says how many evaluations there are to be gets them.
             least_gain: if scene.solver.evaluations.is_some() { 0.0 } else { default.least_gain },
-            settled: plan.wvt_iterations == 0 && plan.seeding.is_in_order(),
+            settled: plan.starts_in_order(),
         }
     }
 

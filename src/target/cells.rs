@@ -309,15 +309,8 @@ pub(crate) fn refine<const D: usize>(target: &dyn Matter<D>, cells: &mut Vec<Cel
         let total: f64 = cells.iter().map(|c| c.mass).sum();
         let limit = 1.5 * total / least as f64;
         let before = cells.len();
-        let heavy: Vec<usize> = (0..before).filter(|&i| cells[i].mass > limit).collect();
-        let halved = parallel::map(heavy.len(), |i| cells[heavy[i]].halves(target, rule));
-        for (i, [left, right]) in heavy.into_iter().zip(halved) {
-            // A cell whose halves miss its mass (a spike at its center) is kept as it is.
-            if left.mass + right.mass > 0.0 {
-                cells[i] = left;
-                cells.push(right);
-            }
-        }
+        let heavy = (0..before).filter(|&i| cells[i].mass > limit).collect();
+        halve(cells, heavy, |cell| cell.halves(target, rule));
         cells.retain(|c| c.mass > 0.0);
         if cells.len() == before {
             return;
@@ -326,6 +319,22 @@ pub(crate) fn refine<const D: usize>(target: &dyn Matter<D>, cells: &mut Vec<Cel
 }
 
 const MAX_REFINEMENTS: usize = 64;
+
+/// Puts the halves of the `chosen` cells in their place. A cell whose halves miss its mass (a spike at its center) is kept as it is.
+fn halve<const D: usize>(
+    cells: &mut Vec<Cell<D>>,
+    chosen: Vec<usize>,
+    halves: impl Fn(&Cell<D>) -> [Cell<D>; 2] + Sync,
+) {
+    let whole = &*cells;
+    let halved = parallel::map(chosen.len(), |i| halves(&whole[chosen[i]]));
+    for (i, [left, right]) in chosen.into_iter().zip(halved) {
+        if left.mass + right.mass > 0.0 {
+            cells[i] = left;
+            cells.push(right);
+        }
+    }
+}
 
 /// Cells on both sides of a plane.
 pub(crate) struct Cut<const D: usize> {
@@ -352,16 +361,8 @@ pub(crate) fn cut_closely<const D: usize>(
     let axis = widest_axis(&cells);
     for _ in 0..SLICINGS {
         let plane = plane_across(axis, &cells, fraction);
-        let crossed: Vec<usize> =
-            (0..cells.len()).filter(|&i| cells[i].lo[axis] < plane && cells[i].hi[axis] > plane).collect();
-        let halved = parallel::map(crossed.len(), |i| cells[crossed[i]].halves_along(axis, target, rule));
-        for (i, [left, right]) in crossed.into_iter().zip(halved) {
-            // A cell whose halves miss its mass (a spike at its center) is kept as it is.
-            if left.mass + right.mass > 0.0 {
-                cells[i] = left;
-                cells.push(right);
-            }
-        }
+        let crossed = (0..cells.len()).filter(|&i| cells[i].lo[axis] < plane && cells[i].hi[axis] > plane).collect();
+        halve(&mut cells, crossed, |cell| cell.halves_along(axis, target, rule));
     }
     cut_across(axis, cells, fraction)
 }

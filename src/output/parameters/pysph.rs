@@ -19,7 +19,7 @@ impl Facts<'_> {
     pub(super) fn pysph(&self) -> String {
         let d = self.file.header.dimension;
         let kernel = kernel_class(self.code.kernel, d);
-        let is_gas = self.code.scheme.name == "gas-dynamics";
+        let is_gas = self.is_gas();
         let liquid = (!is_gas).then(|| self.liquid());
         let class = if is_gas { "GasDScheme" } else { "WCSPHScheme" };
         let gamma = if is_gas || self.gamma() != ADIABATIC_INDEX { self.gamma() } else { TAIT };
@@ -145,11 +145,10 @@ if __name__ == \"__main__\":
             .map(|_| "PySPH's schemes have no gravity of the particles: a body that it holds flies apart".to_owned());
         let archive = (!self.name.ends_with(".npz"))
             .then(|| "PySPH's script reads NumPy's archives: name the output .npz".to_owned());
-        let walls = self.has_walls() && self.code.scheme.name == "gas-dynamics";
-        let walls = walls
+        let is_gas = self.is_gas();
+        let walls = (self.has_walls() && is_gas)
             .then(|| "PySPH's gas dynamics has no wall particles: --for pysph:scheme=wcsph is for them".to_owned());
-        let cold = self.code.scheme.name == "gas-dynamics" && self.gas.column(names::INTERNAL_ENERGY).is_none();
-        let cold = cold.then(|| {
+        let cold = (is_gas && self.gas.column(names::INTERNAL_ENERGY).is_none()).then(|| {
             "PySPH's gas dynamics takes internal energies, and the file has none: state a pressure or a temperature, or take \
              --for pysph:scheme=wcsph for a liquid"
                 .to_owned()
@@ -171,6 +170,10 @@ if __name__ == \"__main__\":
         let edge = self.edges().iter().copied().fold(0.0, f64::max);
         let sound = if potential > 0.0 { SOUND_OVER_SPEED * (2.0 * potential).sqrt() } else { edge / self.time };
         Liquid { density, sound, gravity }
+    }
+
+    fn is_gas(&self) -> bool {
+        self.code.scheme.name == "gas-dynamics"
     }
 
     fn has_walls(&self) -> bool {
