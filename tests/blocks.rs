@@ -271,12 +271,12 @@ fn replicated(tile: &ParticleFile, times: &str, scene: &str, more: &[&str]) -> R
 
 #[test]
 fn copies_mapped_to_a_star_have_its_mass_within_every_radius() {
-    let (star, told) = replicated(&tile::<3>(1000), "4,4,4", STAR, &["--files", "3"]).unwrap();
+    let (star, told) = replicated(&tile::<3>(500), "4,4,4", STAR, &["--files", "3"]).unwrap();
     let [x, y, z] = positions::<3>(&star);
     let n = x.len();
-    assert!(told.contains("of 64000 particles are in the domain"), "{told}");
+    assert!(told.contains("of 32000 particles are in the domain"), "{told}");
     // A ball within its cube.
-    assert!((n as f64 / 64_000.0 / (std::f64::consts::PI / 6.0) - 1.0).abs() < 0.01, "{n}");
+    assert!((n as f64 / 32_000.0 / (std::f64::consts::PI / 6.0) - 1.0).abs() < 0.01, "{n}");
     let middle = 0.5 * star.header.box_size[0];
     let radius: Vec<f64> = (0..n).map(|i| distance(&[x[i], y[i], z[i]], &[middle; 3])).collect();
     let masses = star.species[0].table.column(names::MASSES).unwrap().values.to_f64();

@@ -72,7 +72,7 @@ fn a_dusty_disc_has_the_dust_that_it_states() {
     assert!(report.text().contains("of the gas's"), "{}", report.text());
 }
 
-const BOX: &str = "input: {expression: '2 + sin(2*pi*x)'}\ndomain: {box: [[0, 0, 0], [1, 1, 1]], boundary: periodic}\n\
+const BOX: &str = "polish: none\ninput: {expression: '2 + sin(2*pi*x)'}\ndomain: {box: [[0, 0, 0], [1, 1, 1]], boundary: periodic}\n\
                    thermal: {internal_energy: 1}\nparticles: 1000\nwvt: {iterations: 2}\nsolver: {evaluations: 2}\n";
 
 #[test]

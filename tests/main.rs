@@ -50,6 +50,7 @@ mod resample;
 mod results;
 mod resume;
 mod roles;
+mod scene_text;
 mod scenes;
 mod seeding;
 mod settling;

@@ -229,12 +229,12 @@ fn a_steep_star_is_no_worse_than_its_shells() {
 #[test]
 fn a_cloud_and_its_surroundings_have_their_mass_and_density() {
     let scene = "input: {expression: 'if((x - 0.5)^2 + (y - 0.5)^2 + (z - 0.5)^2 < 0.01, 1000, 1)'}\n\
-        domain: {box: [[0, 0, 0], [1, 1, 1]], boundary: [periodic]}\nparticles: 6000\n";
+        domain: {box: [[0, 0, 0], [1, 1, 1]], boundary: [periodic]}\nparticles: 4000\n";
     let (positions, report) = run(scene).unwrap();
     let from_middle = |x: &[f64; 3]| (0..3).map(|k| (x[k] - 0.5).powi(2)).sum::<f64>().sqrt();
     let outside = positions.iter().filter(|x| from_middle(x) > 0.1).count() as f64;
     let ball = 4.0 / 3.0 * std::f64::consts::PI * 1e-3;
-    let wanted = 6000.0 * (1.0 - ball) / (1.0 - ball + 1000.0 * ball);
+    let wanted = 4000.0 * (1.0 - ball) / (1.0 - ball + 1000.0 * ball);
     assert!((outside - wanted).abs() <= 1.0 + 1e-3 * wanted, "{outside} of {wanted:.1}");
     let interior = report.density_error.interior_refitted.unwrap();
     assert!(interior.mean < 0.01, "{interior:?}");

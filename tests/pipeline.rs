@@ -153,7 +153,7 @@ fn results_do_not_depend_on_the_scale_of_lengths_and_masses() {
         format!(
             "input: {{expression: '{density:e} * (2 + sin(2*pi*x/{size:e}))'}}\n\
              domain: {{box: [[0,0,0],[{size:e},{size:e},{size:e}]], boundary: [periodic]}}\n\
-             particles: 1000\nwvt: {{iterations: 5}}\nsolver: {{evaluations: 60}}"
+             particles: 1000\nwvt: {{iterations: 5}}\nsolver: {{evaluations: 30}}"
         )
     };
     let (_, one) = run(&scene(1.0, 1.0), "t2");
@@ -165,7 +165,7 @@ fn results_do_not_depend_on_the_scale_of_lengths_and_masses() {
         let gap = |a: &[f64], b: &[f64]| (0..3).map(|k| periodic(a[k] - b[k] / size)).fold(0.0, f64::max);
         let nearest = |a: &[f64]| b.chunks(3).map(|b| gap(a, b)).fold(f64::INFINITY, f64::min);
         let worst = a.chunks(3).map(nearest).fold(0.0, f64::max);
-        // Rounding of the expression grows over some sixty iterations, to far less than the spacing of 0.1.
+        // Rounding of the expression grows over some thirty iterations, to far less than the spacing of 0.1.
         assert!(worst < 1e-3, "{worst} at size {size:e}");
     }
 }

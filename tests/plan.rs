@@ -210,7 +210,7 @@ fn the_solver_ends_where_more_evaluations_gain_little() {
         "input: {expression: '1 + 0.5*sin(2*pi*x)'}\ndomain: {box: [[0, 0, 0], [1, 1, 1]], boundary: [periodic]}\n";
     for scene in ["input: {file: profiles/star.nc}\n", wave] {
         let solved = |rest: &str| {
-            let (report, _) = run(&format!("{scene}particles: 3000\n{rest}"));
+            let (report, _) = run(&format!("{scene}particles: 2000\n{rest}"));
             let solver = report.stages.iter().find(|s| s.stage.name == "solver").unwrap();
             (solver.stop, solver.history.last().unwrap().iteration, report.noise.interior.unwrap())
         };
@@ -228,9 +228,9 @@ fn splines_with_many_neighbors_end_without_pairs() {
         ("[[0], [1]], boundary: [periodic]}\nparticles: 200", "cubic-spline"),
         ("[[0, 0], [1, 1]], boundary: [periodic]}\nparticles: 900", "cubic-spline"),
         ("[[0, 0], [1, 1]], boundary: [open]}\nparticles: 900", "cubic-spline"),
-        ("[[0, 0, 0], [1, 1, 1]], boundary: [periodic]}\nparticles: 2000", "cubic-spline"),
-        ("[[0, 0, 0], [1, 1, 1]], boundary: [periodic]}\nparticles: 2000\nneighbors: 128", "cubic-spline"),
-        ("[[0, 0, 0], [1, 1, 1]], boundary: [periodic]}\nparticles: 2000\nneighbors: 128", "quartic"),
+        ("[[0, 0, 0], [1, 1, 1]], boundary: [periodic]}\nparticles: 1000", "cubic-spline"),
+        ("[[0, 0, 0], [1, 1, 1]], boundary: [periodic]}\nparticles: 1200\nneighbors: 128", "cubic-spline"),
+        ("[[0, 0, 0], [1, 1, 1]], boundary: [periodic]}\nparticles: 1200\nneighbors: 128", "quartic"),
     ] {
         let (report, _) = run(&format!("input: {{expression: '1'}}\nkernel: {kernel}\ndomain: {{box: {scene}\n"));
         let closest = report.neighbors.closest_pair;

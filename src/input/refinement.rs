@@ -152,9 +152,9 @@ mod tests {
     use sph::domain::{Axis, Region};
 
     fn refinement(input: &str, time: f64) -> Refinement<1> {
-        let scene = Scene::parse(&format!("input: {{file: a.hdf5}}\nrefine: {input}")).unwrap();
+        let input: RefineInput = serde_saphyr::from_str(input).unwrap();
         let domain = Domain::new([0.0], [1.0], [Axis::Periodic], Region::Box).unwrap();
-        Refinement::new(scene.refine.as_ref().unwrap(), &domain, &Conversion::NONE, time).unwrap()
+        Refinement::new(&input, &domain, &Conversion::NONE, time).unwrap()
     }
 
     #[test]

@@ -73,15 +73,22 @@ mod tests {
     use super::*;
     use sph_formats::UnitDimension;
 
-    fn units(text: &str, input: Option<InputUnits>) -> RunUnits {
-        RunUnits::new(&Scene::parse(text).unwrap(), input).unwrap()
+    /// Of a scene that names its own units, and those of the output.
+    fn scene(own: Option<&str>, output: Option<&str>) -> Scene {
+        let mut scene = Scene { units: own.map(str::to_owned), ..Scene::default() };
+        scene.output.units = output.map(str::to_owned);
+        scene
+    }
+
+    fn units(own: Option<&str>, output: Option<&str>, input: Option<InputUnits>) -> RunUnits {
+        RunUnits::new(&scene(own, output), input).unwrap()
     }
 
     const CGS: InputUnits = InputUnits { length: 1.0, density: 1.0, time: 1.0 };
 
     #[test]
     fn plain_numbers_are_the_inputs_for_all_keys_alike() {
-        let run = units("output: {units: solar}", Some(CGS));
+        let run = units(None, Some("solar"), Some(CGS));
         assert_eq!(run.into_input().factor(UnitDimension::LENGTH), 1.0);
         let out = run.into_output(&UnitSystem::solar());
         assert!((out.factor(UnitDimension::LENGTH) * 6.957e10 - 1.0).abs() < 1e-14);
@@ -92,32 +99,31 @@ mod tests {
 
     #[test]
     fn the_scene_may_state_others() {
-        let run = units("units: solar", Some(CGS));
+        let run = units(Some("solar"), None, Some(CGS));
         assert_eq!(run.into_input().factor(UnitDimension::LENGTH), 6.957e10);
         assert_eq!(run.into_output(&UnitSystem::solar()).factor(UnitDimension::VELOCITY), 1.0);
     }
 
     #[test]
     fn numbers_without_units_stay_as_they_are() {
-        for text in ["seed: 1", "output: {units: code}", "output: {units: solar}"] {
-            let run = units(text, None);
+        for output in [None, Some("code"), Some("solar")] {
+            let run = units(None, output, None);
             for conversion in [run.into_input(), run.into_cgs()] {
-                assert_eq!(conversion.factor(UnitDimension::VELOCITY), 1.0, "{text}");
+                assert_eq!(conversion.factor(UnitDimension::VELOCITY), 1.0, "{output:?}");
             }
         }
-        let named = units("output: {units: solar}", None);
+        let named = units(None, Some("solar"), None);
         assert_eq!(named.into_output(&UnitSystem::solar()).factor(UnitDimension::VELOCITY), 1.0);
         // What the output calls its numbers says what a unit in the scene is worth.
         assert!(named.into_input().from.is_some());
-        assert!(units("output: {units: code}", None).into_input().from.is_none());
+        assert!(units(None, Some("code"), None).into_input().from.is_none());
     }
 
     #[test]
     fn unknown_names_are_refused_with_a_guess() {
         for (name, part) in [("sollar", "did you mean 'solar'"), ("code", "says nothing"), ("imperial", "expected cgs")]
         {
-            let scene = Scene::parse(&format!("units: {name}")).unwrap();
-            let error = RunUnits::new(&scene, None).unwrap_err().to_string();
+            let error = RunUnits::new(&scene(Some(name), None), None).unwrap_err().to_string();
             assert!(error.starts_with("scene, units: ") && error.contains(part), "{error}");
         }
     }

@@ -73,6 +73,8 @@ pub struct Ledger<const D: usize> {
     levels: usize,
     /// Particles that it was made for: those that a stage begins with may be fewer.
     count: usize,
+    /// What the target was divided into first, where it was.
+    cells: Vec<Cell<D>>,
     points: OnceLock<Option<MassPoints<D>>>,
 }
 
@@ -102,12 +104,17 @@ impl<const D: usize> Ledger<D> {
     pub fn new(target: &Target<'_, D>) -> Self {
         let levels = ((target.count / SMALLEST).max(1)).ilog2() as usize;
         let levels = levels.min(MOST_LEVELS);
-        let nodes = match levels {
+        let cells = match levels {
             // One box holds all: nothing is to be found.
-            0 => vec![SMALLEST_BOX],
-            _ => partition(target, Rule::Gauss).map_or_else(|_| Vec::new(), |cells| divided(target, cells, 0, levels)),
+            0 => Vec::new(),
+            _ => partition(target, Rule::Gauss).unwrap_or_default(),
         };
-        Self { domain: target.domain.clone(), nodes, levels, count: target.count, points: OnceLock::new() }
+        let nodes = match levels {
+            0 => vec![SMALLEST_BOX],
+            _ if cells.is_empty() => Vec::new(),
+            _ => divided(target, cells.clone(), 0, levels),
+        };
+        Self { domain: target.domain.clone(), nodes, levels, count: target.count, cells, points: OnceLock::new() }
     }
 
     /// Whether [`Self::points`] would be too many.
@@ -117,7 +124,11 @@ impl<const D: usize> Ledger<D> {
 
     /// The target as points of mass, found when they are first asked for; none where it is zero wherever it is looked at.
     pub(super) fn points(&self, target: &Target<'_, D>) -> Option<&MassPoints<D>> {
-        self.points.get_or_init(|| MassPoints::new(&self.for_all(target))).as_ref()
+        let find = || match self.for_all(target) {
+            all if self.cells.is_empty() || MassPoints::are_too_many(&all) => MassPoints::new(&all),
+            all => Some(MassPoints::of_cells(&all, &self.cells)),
+        };
+        self.points.get_or_init(find).as_ref()
     }
 
     fn for_all<'a>(&self, target: &Target<'a, D>) -> Target<'a, D> {
@@ -352,21 +363,23 @@ mod tests {
     #[test]
     fn volumes_end_where_another_region_begins() {
         fn check<const D: usize>(edge: usize) {
-            let domain = Domain::new([0.0; D], [1.0; D], [Axis::Periodic; D], Region::Box).unwrap();
-            let field = AnalyticField::<D>::new("density", "if(x > 0.5, 1e6, 1)", [0.0; D]).unwrap();
+            let hi = sph::array(|k| if k == 0 { 4.0 } else { 1.0 });
+            let domain = Domain::new([0.0; D], hi, [Axis::Periodic; D], Region::Box).unwrap();
+            let field = AnalyticField::<D>::new("density", "if(x > 2, 1e6, 1)", [0.0; D]).unwrap();
             let n = edge.pow(D as u32);
             let target = target(&domain, &field, n);
             let ledger = Ledger::new(&target);
-            // The outer layer nearer to the face than half a spacing.
+            // Layers in their places, with volumes so wide that a quarter of the outermost one's reaches beyond the face.
             let mut x = lattice::<D>(edge);
-            x[0].iter_mut().for_each(|v| *v = 1.0 - 0.5 * *v);
-            let (spacing, masses) = (0.5 / edge as f64, vec![1.0; n]);
+            x[0].iter_mut().for_each(|v| *v = 2.0 + 2.0 * (*v + 0.2 / edge as f64));
+            let (width, masses) = (4.0 / edge as f64, vec![1.0; n]);
             let off = |home: &(dyn Fn(&[f64; D]) -> Option<usize> + Sync)| {
-                let (levels, _) = ledger.compare_cubes(&Alone, (&x, &masses), &|_| spacing, home);
+                let (levels, _) = ledger.compare_cubes(&Alone, (&x, &masses), &|_| width, home);
                 levels[0].largest_deviation
             };
-            let (bound, free) = (off(&|x| Some(usize::from(x[0] > 0.5))), off(&|_| None));
-            assert!(bound < 0.6 * free, "{D}-D: {bound} and {free}");
+            let (bound, free) = (off(&|x| Some(usize::from(x[0] > 2.0))), off(&|_| None));
+            assert!((free * edge as f64 - 0.5).abs() < 0.01, "{D}-D: {free}");
+            assert!(bound < 0.1 * free, "{D}-D: {bound} and {free}");
         }
         check::<1>(400);
         check::<2>(40);

@@ -28,6 +28,10 @@ const FAR: f64 = 0.05;
 /// Radii of a point within which a particle may come to be that feels it, from the first look on.
 const MARGIN: f64 = 1.5;
 
+/// Radii over which n_s is followed by its gradient from the middle of some points to each of them, and the change of ln n_s, at most.
+const NEAR: f64 = 0.25;
+const MOST_CHANGE: f64 = 0.5;
+
 /// Aims of particles, in their order.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub(super) struct Aims<const D: usize> {
@@ -197,10 +201,9 @@ impl<const D: usize> Points<D> {
             }
             false => radii.clone(),
         };
-        let sums = points.number_densities(kernel, domain, (points.positions(), &looked), count);
-        let over =
-            |c: usize| if sums[c].weighted > 0.0 { count as f64 * points.share()[c] / sums[c].weighted } else { 0.0 };
-        let strength = parallel::map(sums.len(), over);
+        let found = smoothed(points, (kernel, domain), &looked, count);
+        let over = |c: usize| if found[c] > 0.0 { count as f64 * points.share()[c] / found[c] } else { 0.0 };
+        let strength = parallel::map(found.len(), over);
         self.strength = Some((radii, strength));
     }
 
@@ -221,5 +224,99 @@ impl<const D: usize> Points<D> {
         let theirs = vec![mean; support.len()];
         let looked = parallel::map(support.len(), |i| if is_aimed(i) { support[i] } else { 0.0 });
         Some(points.seen_gradient(kernel, domain, (positions, &looked, &theirs), (radii, strength)))
+    }
+}
+
+/// Some points next to each other, in tree order, and where n_s is looked for in place of all of them.
+struct Group<const D: usize> {
+    middle: [f64; D],
+    radius: f64,
+    members: std::ops::Range<usize>,
+}
+
+/// n_s of `count` particles at `points` for their radii `looked`, zero where a radius is zero. What is smooth over a radius is followed from
+/// the middle of a few points to each of them by its gradient, in ln n_s; where that is too far, a point is looked at by itself.
+fn smoothed<const D: usize>(
+    points: &MassPoints<D>,
+    (kernel, domain): (KernelName, &Domain<D>),
+    looked: &[f64],
+    count: usize,
+) -> Vec<f64> {
+    let place = |c: usize| at(points.positions(), c);
+    let size = 1 << D;
+    let groups = parallel::map(looked.len().div_ceil(size), |g| {
+        let members = g * size..looked.len().min((g + 1) * size);
+        let first = members.clone().find(|&c| looked[c] > 0.0)?;
+        let (x, n) = (place(first), members.len() as f64);
+        let away = |k: usize| members.clone().map(|c| domain.displacement(&x, &place(c))[k]).sum::<f64>() / n;
+        let middle = domain.wrapped(&sph::array(|k| x[k] + away(k)));
+        Some(Group { middle, radius: looked[first], members })
+    });
+    let groups: Vec<Group<D>> = groups.into_iter().flatten().collect();
+    let sums = |x: &[[f64; D]], radii: &[f64]| {
+        let places = std::array::from_fn(|k| x.iter().map(|x| x[k]).collect());
+        points.number_densities(kernel, domain, (&places, radii), count)
+    };
+    let middles: Vec<[f64; D]> = groups.iter().map(|g| g.middle).collect();
+    let seen = sums(&middles, &groups.iter().map(|g| g.radius).collect::<Vec<f64>>());
+    let follow = |g: usize, c: usize| {
+        let (Group { middle, radius, .. }, seen) = (&groups[g], &seen[g]);
+        let away = domain.displacement(middle, &place(c));
+        let change = (0..D).map(|k| seen.gradient[k] * away[k]).sum::<f64>() / seen.weighted;
+        let is_near = away.iter().map(|a| a * a).sum::<f64>() < (NEAR * radius).powi(2);
+        (is_near && change.abs() < MOST_CHANGE).then(|| seen.weighted * change.exp())
+    };
+    let followed = parallel::map(groups.len(), |g| {
+        let of = |c: usize| if looked[c] > 0.0 { follow(g, c) } else { Some(0.0) };
+        groups[g].members.clone().map(of).collect::<Vec<Option<f64>>>()
+    });
+    let mut found = vec![0.0; looked.len()];
+    let mut alone = Vec::new();
+    for (group, followed) in groups.iter().zip(followed) {
+        for (c, value) in group.members.clone().zip(followed) {
+            match value {
+                Some(value) => found[c] = value,
+                None => alone.push(c),
+            }
+        }
+    }
+    let seen =
+        sums(&parallel::map(alone.len(), |a| place(alone[a])), &parallel::map(alone.len(), |a| looked[alone[a]]));
+    alone.iter().zip(seen).for_each(|(&c, seen)| found[c] = seen.weighted);
+    found
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::field::AnalyticField;
+    use sph::domain::{Axis, Region};
+
+    /// Against sums at every point, in the mean over the mass: of what is smooth, and of a layer that is thinner than anything.
+    #[test]
+    fn what_is_followed_is_what_is_seen() {
+        fn check<const D: usize>(count: usize) {
+            let domain = Domain::new([0.0; D], [1.0; D], [Axis::Periodic; D], Region::Box).unwrap();
+            for (density, most) in [("exp(cos(2*pi*x))", 0.03), ("1 + if(abs(x - 0.5) < 1e-4, 1e5, 0)", 0.1)] {
+                let field = AnalyticField::<D>::new("density", density, [0.0; D]).unwrap();
+                let mass = crate::field::total_mass(&field, &domain, 1e-6).unwrap().value;
+                let target = Target::of_equal_masses(&domain, &field, count, mass);
+                let points = MassPoints::new(&target).unwrap();
+                let n = points.share().len();
+                let width = 2.5 * (count as f64).powf(-1.0 / D as f64);
+                let radius = |c: usize| if c % 7 == 0 { 0.0 } else { width };
+                let looked: Vec<f64> = (0..n).map(radius).collect();
+                let kernel = KernelName::WendlandC4;
+                let found = smoothed(&points, (kernel, &domain), &looked, count);
+                let seen = points.number_densities(kernel, &domain, (points.positions(), &looked), count);
+                let off = |c: usize| if seen[c].weighted > 0.0 { found[c] / seen[c].weighted - 1.0 } else { found[c] };
+                let mean = (0..n).map(|c| points.share()[c] * off(c).abs()).sum::<f64>();
+                assert!(mean < most, "{D}-D, {density}: {mean}");
+                assert!((0..n).all(|c| looked[c] > 0.0 || found[c] == 0.0));
+            }
+        }
+        check::<1>(50);
+        check::<2>(400);
+        check::<3>(1500);
     }
 }

@@ -220,73 +220,11 @@ where
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::scene::BalanceInput;
-    use crate::scene::BoundaryName::{Open, Periodic};
-    use crate::scene::Scene;
-
-    #[test]
-    fn plain_words_stand_for_lists_and_sections() {
-        let boundary = |text: &str| Scene::parse(&format!("domain: {{boundary: {text}}}")).unwrap().domain.boundary;
-        assert_eq!(boundary("periodic"), [Periodic]);
-        assert_eq!(boundary("[periodic]"), [Periodic]);
-        assert_eq!(boundary("[open, open, periodic]"), [Open, Open, Periodic]);
-        let balance = |text: &str| Scene::parse(&format!("balance: {text}")).unwrap().balance;
-        assert_eq!(balance("true"), Some(BalanceInput::default()));
-        assert_eq!(balance("{}"), Some(BalanceInput::default()));
-        assert_eq!(balance("{evaluations: 200}").unwrap().evaluations, Some(200));
-        assert_eq!((balance("false"), balance("null")), (None, None));
-    }
-
-    #[test]
-    fn errors_say_where_what_and_what_instead() {
-        for (text, parts) in [
-            (
-                "input:\n  file: a\n  densty: rho\n",
-                &[
-                    "line 3, column 3",
-                    "no key 'densty'",
-                    "did you mean 'density'?",
-                    "    3 |   densty: rho\n      |   ^",
-                ][..],
-            ),
-            ("polish: Solver", &["line 1, column 9", "'Solver' is no choice", "did you mean 'solver'?", "alaric"]),
-            ("domain: {boundary: Periodic}", &["'Periodic' is no choice", "did you mean 'periodic'?"]),
-            ("domain: {boundary: [perodic]}", &["did you mean 'periodic'?"]),
-            ("balance: {evalutions: 3}", &["line 1", "no key 'evalutions'", "did you mean 'evaluations'?"]),
-            ("balance: yess", &["line 1", "true, false, or keys"]),
-            ("motion: {bulk: 3}", &["expected a list, as in [1, 2, 3]"]),
-            ("domain: 3", &["expected keys with values"]),
-            ("input: star.nc", &["expected keys with values", "for a file write `input: {file: star.nc}`"]),
-            ("bodies:\n- {name: a, input: 'my/star.nc'}", &["line 2, column 20", "`input: {file: my/star.nc}`"]),
-            ("output: ic.hdf5 # for SWIFT", &["`output: {file: ic.hdf5}`"]),
-            ("motion: {bulk: [.nan, 0, 0]}", &["line 1, column 17", "is .nan, expected a finite number"]),
-            ("domain: {box: [[0], [-.inf]]}", &["is -.inf, expected a finite number"]),
-            ("seed: -1", &["expected a whole number, at least 0"]),
-            ("wvt: {step: big}", &["expected a number"]),
-            ("output: {double_precision: 3}", &["expected true or false"]),
-            ("seed: 1\nseed: 2", &["the key 'seed' comes twice"]),
-            ("material: [{radius: 1}]", &["the key 'id' is missing"]),
-            ("domain: {ball: {center: [0]}}", &["the key 'radius' is missing"]),
-            ("xyz: 1", &["no key 'xyz'", "expected one of input"]),
-        ] {
-            let error = parse::<Scene>(text, "document", &|_| Vec::new()).unwrap_err().to_string();
-            for part in parts.iter().chain(&["scene, document"]) {
-                assert!(error.contains(part), "{text}: {error}\nlacks {part}");
-            }
-            assert!(!error.contains("<input>") && !error.contains("serde"), "{error}");
-        }
-    }
 
     #[test]
     fn what_is_no_name_of_a_file_is_not_taken_for_one() {
         for (text, column) in [("input: 1 + x", 8), ("input: 3", 8), ("input: [star.nc]", 8), ("domain: star.nc", 9)] {
             assert_eq!(file_hint(text, 1, column), None, "{text}");
         }
-    }
-
-    #[test]
-    fn known_keys_are_listed_once() {
-        let error = parse::<Scene>("xyz: 1", "document", &|_| Vec::new()).unwrap_err().to_string();
-        assert_eq!(error.matches("particles").count(), 1, "{error}");
     }
 }

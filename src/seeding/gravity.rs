@@ -67,7 +67,8 @@ impl<const D: usize> Gravity<D> {
             most: sph::array(|k| waves.iter().map(|w| w.periods[k].unsigned_abs() as usize).max().unwrap_or(0)),
             edges: *edges,
             reach,
-            images: edges.map(|e| (reach / e - 0.5).ceil().max(0.0) as i32),
+            // Half an edge that is as long as the reach but for rounding needs none.
+            images: edges.map(|e| (reach / e - 0.5 - 1e-9).ceil().max(0.0) as i32),
             table: (0..=ENTRIES).map(|i| screened::<D>(alpha, reach * (i as f64 / ENTRIES as f64).sqrt())).collect(),
             waves,
         }

@@ -79,6 +79,22 @@ impl<const D: usize> Cell<D> {
         if mass > 0.0 { moment.map(|m| m / mass) } else { self.center() }
     }
 
+    /// Whether its mass is that of the density in its middle, to this part of it.
+    pub fn is_even(&self, target: &dyn Matter<D>, part: f64) -> bool {
+        let middle = target.density_inside(&self.center()).unwrap_or(0.0) * self.volume();
+        (middle - self.mass).abs() <= part * self.mass
+    }
+
+    /// Halves across the longest edge, which share its mass as the densities in their middles are; none where both are zero.
+    pub fn shared_halves(&self, target: &dyn Matter<D>) -> Option<[Self; 2]> {
+        let mut halves = self.boxes_along(self.longest());
+        let [left, right] = halves.each_ref().map(|half| target.density_inside(&half.center()).unwrap_or(0.0));
+        let whole = left + right;
+        halves[0].mass *= left / whole;
+        halves[1].mass *= right / whole;
+        (whole > 0.0).then_some(halves)
+    }
+
     /// Halves across the longest edge, with masses anew from the target.
     pub fn halves(&self, target: &dyn Matter<D>, rule: Rule) -> [Self; 2] {
         self.halves_along(self.longest(), target, rule)
@@ -139,8 +155,9 @@ pub(crate) enum Rule {
 
 /// Divisions of a cell across which the target jumps.
 const DIVISIONS: usize = 1;
-/// Ratio of densities within a cell that is divided.
+/// Ratio of densities within a cell that is divided, and of those that do not jump: Gauss's rule has an exponential's mass to 1 % up to there.
 const JUMP: f64 = 1.5;
+const STEEP: f64 = 4.0;
 
 fn gauss_mass<const D: usize>(target: &dyn Matter<D>, lo: &[f64; D], hi: &[f64; D], divisions: usize) -> f64 {
     gauss_moments(target, lo, hi, divisions).0
@@ -163,7 +180,7 @@ fn gauss_moments<const D: usize>(
         (least, most, sum) = (least.min(density), most.max(density), sum + density);
         (0..D).for_each(|k| moment[k] += density * x[k]);
     }
-    if divisions == 0 || most <= JUMP * least {
+    if divisions == 0 || most <= if target.is_piecewise() { JUMP } else { STEEP } * least {
         let weight = (0..D).map(|k| hi[k] - lo[k]).product::<f64>() / (1_usize << D) as f64;
         return (sum * weight, moment.map(|m| m * weight));
     }
@@ -205,14 +222,18 @@ fn inside<const D: usize>(cell: &Cell<D>, domain: &Domain<D>) -> (f64, [f64; D])
     (fraction, point)
 }
 
-/// Cells of the first, uniform division.
-fn first_cells(d: usize) -> usize {
-    match d {
+/// Cells of the first, uniform division. Where nothing jumps, few particles do with fewer.
+fn first_cells<const D: usize>(target: &dyn Matter<D>) -> usize {
+    let most = match D {
         1 => 1 << 10,
         2 => 1 << 14,
         _ => 1 << 15,
-    }
+    };
+    if target.is_piecewise() { most } else { (CELLS_PER_PARTICLE * target.count()).clamp(most >> FEWER, most) }
 }
+
+/// Halvings of which few particles do without.
+const FEWER: usize = 3;
 
 /// Most cells after refinement, for few and for many particles.
 const FEW_CELLS: usize = 1 << 16;
@@ -241,7 +262,8 @@ fn refined<const D: usize>(target: &dyn Matter<D>, rule: Rule) -> Vec<Cell<D>> {
     let (lo, hi) = target.bounds();
     let whole = Cell { lo, hi, mass: 0.0 };
     let mut boxes = vec![whole];
-    while boxes.len() < first_cells(D) {
+    let first = first_cells(target);
+    while boxes.len() < first {
         boxes = boxes.iter().flat_map(|c| c.boxes_along(c.longest())).collect();
     }
     let cells = parallel::map(boxes.len(), |i| boxes[i].weighed(target, rule));

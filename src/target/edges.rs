@@ -78,7 +78,9 @@ impl<const D: usize> Target<'_, D> {
     /// change does not lessen as the interval is halved, as that of the steepest slope does.
     pub fn is_discontinuous_near(&self, x: &[f64; D], support: f64) -> bool {
         let reach = support.min(0.25 * self.domain.size());
-        ways::<D>().any(|way| is_discontinuous(&|h| self.logarithm_along(x, &way, h), reach))
+        let changes = |way: [f64; D]| is_discontinuous(&|h| self.logarithm_along(x, &way, h), reach);
+        // A radial target changes along the radius only.
+        self.outward(x).map_or_else(|| ways::<D>().any(changes), changes)
     }
 
     /// ln n* at a distance `h` from `x`; `None` outside of the domain, or of the region that this is the target of.

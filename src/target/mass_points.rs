@@ -17,6 +17,9 @@ const PER_SPACING: usize = 2;
 const MERGED_PER_SPACING: usize = 4;
 /// Points, at most: they take some 150 bytes each while they are made. Where more particles show a target, less of it is too steep for them.
 const MOST: usize = 1 << 22;
+/// Share of the most that a point stands for, and departure from the density in its middle, up to which a cell's middle is its point.
+const SMALL: f64 = 0.5;
+const EVEN: f64 = 0.1;
 /// Halvings of a cell, at most: a pole is as deep as the digits.
 const MOST_HALVINGS: usize = 60;
 
@@ -41,7 +44,11 @@ impl<const D: usize> MassPoints<D> {
         if Self::are_too_many(target) {
             return None;
         }
-        let cells = partition(target, Rule::Gauss).ok()?;
+        Some(Self::of_cells(target, &partition(target, Rule::Gauss).ok()?))
+    }
+
+    /// Of all of a target, which these cells are the [`partition`] of.
+    pub fn of_cells(target: &Target<'_, D>, cells: &[Cell<D>]) -> Self {
         let total: f64 = cells.iter().map(|c| c.mass).sum();
         let all = |per_spacing: usize| per_spacing.pow(D as u32) * target.count;
         let limit = total / all(PER_SPACING) as f64;
@@ -70,7 +77,7 @@ impl<const D: usize> MassPoints<D> {
                 if n > 0.0 { target.density.value(&x) / (n * mean) } else { 0.0 }
             })
         });
-        Some(Self { tree, positions: sorted, share, heaviness })
+        Self { tree, positions: sorted, share, heaviness }
     }
 
     /// The mass density of a target of which these are the points, of the whole `mass`, as `kernel` sees it at `positions` with the radii
@@ -253,16 +260,21 @@ fn divide<const D: usize>(
     (limit, left): (f64, usize),
     out: &mut Vec<([f64; D], f64)>,
 ) {
+    if !(cell.mass > 0.0) {
+        return;
+    }
+    // Where the density hardly changes, its middle says enough.
+    let is_even = cell.is_even(target, EVEN);
     if cell.mass > limit && left > 0 {
-        let halves = cell.halves(target, Rule::Gauss);
+        let shared = if is_even { cell.shared_halves(target) } else { None };
+        let halves = shared.unwrap_or_else(|| cell.halves(target, Rule::Gauss));
         // A cell whose halves miss its mass (a spike at its center) is kept as it is.
         if halves.iter().map(|half| half.mass).sum::<f64>() > 0.0 {
             return halves.into_iter().for_each(|half| divide(target, half, (limit, left - 1), out));
         }
     }
-    if cell.mass > 0.0 {
-        out.push((cell.center_of_mass(target), cell.mass));
-    }
+    let place = if is_even && cell.mass <= SMALL * limit { cell.center() } else { cell.center_of_mass(target) };
+    out.push((place, cell.mass));
 }
 
 #[cfg(test)]

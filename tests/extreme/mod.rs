@@ -169,7 +169,7 @@ fn ends(counts: &[usize]) -> Table {
         let case = Case::new(&format!("{neighbors} neighbors"), format!("{box3}\nneighbors: {neighbors}"));
         // In 3-D Wendland C4 counts 20.6 at the particle's own place: fewer neighbors do not exist.
         let expected = if neighbors < 21 { Expected::Refused } else { Expected::Placed };
-        check(&case, expected, &["default", "wvt"], 500, &mut table);
+        check(&case, expected, &["default", "wvt"], 400, &mut table);
     }
     let box2 = box3.replace("[[0,0,0],[1,1,1]]", "[[0,0],[1,1]]");
     for option in [
@@ -194,7 +194,7 @@ fn ends(counts: &[usize]) -> Table {
 
 #[test]
 fn few_particles_many_neighbors_and_options_far_off() {
-    ends(&[1, 2, 3, 30, 1000]).finish("ends");
+    ends(&[1, 2, 3, 30, 400]).finish("ends");
 }
 
 /// Lengths and densities scaled by powers of two give the same bits; other units the same to rounding, which the
@@ -211,7 +211,7 @@ fn units_do_not_matter() {
             ),
         )
     };
-    let positions = |case: &Case, method: &str| match run(case, method, 300) {
+    let positions = |case: &Case, method: &str| match run(case, method, 150) {
         Verdict::Placed(p, faults) if faults.is_empty() => {
             p.positions.iter().map(|x| x / p.box_size).collect::<Vec<_>>()
         }
