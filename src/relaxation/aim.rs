@@ -304,7 +304,7 @@ mod tests {
                 let points = MassPoints::new(&target).unwrap();
                 let n = points.share().len();
                 let width = 2.5 * (count as f64).powf(-1.0 / D as f64);
-                let radius = |c: usize| if c % 7 == 0 { 0.0 } else { width };
+                let radius = |c: usize| if c.is_multiple_of(7) { 0.0 } else { width };
                 let looked: Vec<f64> = (0..n).map(radius).collect();
                 let kernel = KernelName::WendlandC4;
                 let found = smoothed(&points, (kernel, &domain), &looked, count);
