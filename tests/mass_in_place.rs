@@ -253,6 +253,16 @@ fn a_thin_layer_is_seen_and_has_its_mass() {
     assert!((within - 2000.0 * 3.0 / 3.999).abs() <= 1.0, "{within}");
 }
 
+/// Beyond the periodic face is the thin side: volumes of the dense side's particles do not reach into it.
+#[test]
+fn a_jump_at_an_angle_that_meets_a_periodic_face_has_its_mass_in_place() {
+    let scene = "input: {expression: 'if(x + 0.7*y - 0.4*z > 0.6, 100, 1)'}\n\
+        domain: {box: [[0, 0, 0], [1, 1, 1]], boundary: [periodic, open, reflecting]}\nparticles: 3000\n";
+    let (_, report) = run(scene).unwrap();
+    assert!(report.ledger.in_place == 1.0 && report.neighbors.closest_pair > 0.5, "{:?}", report.ledger);
+    assert!(report.ledger.regions.iter().all(|r| r.is_kept(0.0)), "{:?}", report.ledger);
+}
+
 /// Particles of a torus in near-vacuum stay in it, and are as even as those of a box.
 #[test]
 fn a_torus_in_near_vacuum_is_as_good_as_any_body() {

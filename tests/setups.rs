@@ -356,7 +356,9 @@ fn particles_of_another_tool_join_the_gas_of_a_galaxy() {
         ..kiloparsec
     };
     // Without units and about the origin, as GalIC writes them; SWIFT's files have them, and a box from 0 on.
-    for (units, center, length, mass) in [(None, 0.0, 1.0, 1.0), (Some(parsec), 80.0, 1e-3, 1e-4)] {
+    for (units, center, length, mass) in
+        [(None, 0.0, 1.0, 1.0), (Some(kiloparsec), 80.0, 1.0, 1.0), (Some(parsec), 80.0, 1e-3, 1e-4)]
+    {
         let halo = others(units.unwrap_or(UnitSystem::CODE), center);
         match units {
             None => write_plain(&path, &halo),

@@ -104,15 +104,11 @@ impl<const D: usize> Ledger<D> {
     pub fn new(target: &Target<'_, D>) -> Self {
         let levels = ((target.count / SMALLEST).max(1)).ilog2() as usize;
         let levels = levels.min(MOST_LEVELS);
-        let cells = match levels {
+        let (cells, nodes) = match levels {
             // One box holds all: nothing is to be found.
-            0 => Vec::new(),
-            _ => partition(target, Rule::Gauss).unwrap_or_default(),
-        };
-        let nodes = match levels {
-            0 => vec![SMALLEST_BOX],
-            _ if cells.is_empty() => Vec::new(),
-            _ => divided(target, cells.clone(), 0, levels),
+            0 => (Vec::new(), vec![SMALLEST_BOX]),
+            _ => partition(target, Rule::Gauss)
+                .map_or_else(|_| (Vec::new(), Vec::new()), |cells| (cells.clone(), divided(target, cells, 0, levels))),
         };
         Self { domain: target.domain.clone(), nodes, levels, count: target.count, cells, points: OnceLock::new() }
     }

@@ -15,8 +15,10 @@ pub(crate) trait Matter<const D: usize>: Sync {
     fn number_density(&self, x: &[f64; D]) -> f64;
     /// n* at `x`; none outside.
     fn density_inside(&self, x: &[f64; D]) -> Option<f64>;
-    /// Whether it may be discontinuous.
+    /// Whether it may be discontinuous where that is not known.
     fn is_piecewise(&self) -> bool;
+    /// Whether it may be discontinuous at all.
+    fn may_jump(&self) -> bool;
 }
 
 /// A box with the integral of n* over it.
@@ -180,7 +182,8 @@ fn gauss_moments<const D: usize>(
         (least, most, sum) = (least.min(density), most.max(density), sum + density);
         (0..D).for_each(|k| moment[k] += density * x[k]);
     }
-    if divisions == 0 || most <= if target.is_piecewise() { JUMP } else { STEEP } * least {
+    let ratio = if target.may_jump() { JUMP } else { STEEP };
+    if divisions == 0 || most <= ratio * least {
         let weight = (0..D).map(|k| hi[k] - lo[k]).product::<f64>() / (1_usize << D) as f64;
         return (sum * weight, moment.map(|m| m * weight));
     }
@@ -229,7 +232,7 @@ fn first_cells<const D: usize>(target: &dyn Matter<D>) -> usize {
         2 => 1 << 14,
         _ => 1 << 15,
     };
-    if target.is_piecewise() { most } else { (CELLS_PER_PARTICLE * target.count()).clamp(most >> FEWER, most) }
+    if target.may_jump() { most } else { (CELLS_PER_PARTICLE * target.count()).clamp(most >> FEWER, most) }
 }
 
 /// Halvings of which few particles do without.

@@ -287,7 +287,11 @@ impl<const D: usize> Matter<D> for Target<'_, D> {
 
     /// A part of the target is looked for no more: it is known where it is.
     fn is_piecewise(&self) -> bool {
-        self.resolution_field().is_piecewise() && self.part.is_none()
+        self.may_jump() && self.part.is_none()
+    }
+
+    fn may_jump(&self) -> bool {
+        self.resolution_field().is_piecewise()
     }
 
     /// None outside of the domain, or of the region that this is the target of.
