@@ -10,7 +10,6 @@ use serde::Serialize;
 use sph::domain::Domain;
 use sph::gravity::{OPENING_ANGLE, sampled_gravity, softening_radius};
 use sph::kernel::KernelName;
-use sph::neighbors::Tree;
 use sph::point_mass::PointMass;
 use sph::{parallel, reduce};
 
@@ -36,24 +35,34 @@ const GRADIENT_STEP: f64 = 1e-3;
 /// Particles whose gravity is found from all others, about: a mean needs no more.
 const SAMPLES: usize = 20_000;
 
-/// What the particles attract each other with, and points beside them, of as many as are sampled.
-fn own_gravity<const D: usize>(
-    measured: &Measured<D>,
-    positions: &Positions<D>,
-    masses: &[f64],
-    points: &[PointMass<D>],
-) -> Vec<Option<[f64; D]>> {
-    let tree = Tree::build(positions);
-    let softening = softening_radius::<D>(measured.sums.iter().map(|s| s.number_density));
-    let every = masses.len().div_ceil(SAMPLES);
-    let mut own = vec![None; masses.len()];
-    for (place, pull) in sampled_gravity(&tree, &tree.to_tree_order(masses), softening, OPENING_ANGLE, every) {
-        let i = tree.order()[place] as usize;
-        let x = at(positions, i);
-        let others = points.iter().map(|point| point.pull(&x).acceleration);
-        own[i] = Some(others.fold(pull.acceleration, |sum, g| sph::array(|k| sum[k] + g[k])));
+/// Particles whose forces are looked at, with what they are attracted by.
+struct Sampled<const D: usize> {
+    particles: Vec<usize>,
+    /// Places of the particles in the tree's order.
+    places: Vec<usize>,
+    gravity: Vec<[f64; D]>,
+}
+
+impl<const D: usize> Sampled<D> {
+    /// As many as tell a mean, with what all particles and points beside them attract each with.
+    fn new(measured: &Measured<D>, positions: &Positions<D>, masses: &[f64], points: &[PointMass<D>]) -> Self {
+        let tree = &measured.tree;
+        let softening = softening_radius::<D>(measured.sums.iter().map(|s| s.number_density));
+        let every = masses.len().div_ceil(SAMPLES);
+        let found = sampled_gravity(tree, &tree.to_tree_order(masses), softening, OPENING_ANGLE, every);
+        let particles: Vec<usize> = found.iter().map(|(place, _)| tree.order()[*place] as usize).collect();
+        let gravity = parallel::map(found.len(), |j| {
+            let x = at(positions, particles[j]);
+            let others = points.iter().map(|point| point.pull(&x).acceleration);
+            others.fold(found[j].1.acceleration, |sum, g| sph::array(|k| sum[k] + g[k]))
+        });
+        Self { particles, places: found.into_iter().map(|(place, _)| place).collect(), gravity }
     }
-    own
+
+    /// Mean of `of(j)` over those of the sample that are in the interior; `None` where there are none.
+    fn interior_mean(&self, measured: &Measured<D>, of: impl Fn(usize) -> f64 + Sync) -> Option<f64> {
+        mean(self.particles.len(), of, |j| measured.interior[self.particles[j]])
+    }
 }
 
 /// What is left of forces on particles that stay with their bodies, and what was taken off, over gravity: means over the interior.
@@ -78,22 +87,21 @@ pub fn mean_net_force<const D: usize>(
     (internal_energy, gamma): (&[f64], f64),
     moving: Moving<'_, D>,
 ) -> Option<NetForce> {
-    let temperature = |i: usize| (gamma - 1.0) * internal_energy[i];
-    let own = own_gravity(measured, positions, masses, points);
-    let force = pressure_forces(kernel, measured, domain, masses, &temperature);
-    let all = |i: usize| Some(plus(&own[i]?, &force[i]));
-    let wholes = Wholes::new(moving, positions, masses, &parallel::map(masses.len(), all));
-    let inward = wholes.centripetal(positions);
-    let interior = |i: usize| measured.interior[i];
-    let over_gravity = |of: &(dyn Fn(usize, &[f64; D]) -> [f64; D] + Sync)| {
-        mean(&parallel::map(masses.len(), |i| own[i].map(|g| share(&of(i, &g), &g))), &interior)
+    let sampled = Sampled::new(measured, positions, masses, points);
+    let strength = strengths(measured, |i| (gamma - 1.0) * internal_energy[i]);
+    let force = measured.pressure_force_at(kernel, domain, (masses, &strength), &sampled.places);
+    let all = parallel::map(force.len(), |j| (sampled.particles[j], plus(&sampled.gravity[j], &force[j])));
+    let wholes = Wholes::new(moving, positions, masses, &all);
+    let inward = |j: usize| wholes.centripetal(positions, sampled.particles[j]);
+    let whole = |j: usize| wholes.acceleration(sampled.particles[j]);
+    let over_gravity = |of: &(dyn Fn(usize) -> [f64; D] + Sync)| {
+        sampled.interior_mean(measured, |j| share(&of(j), &sampled.gravity[j]))
     };
     let negative = |v: [f64; D]| v.map(|x| -x);
-    let needed = |i: usize| negative(plus(&inward[i], &wholes.acceleration(i)));
     Some(NetForce {
-        left: over_gravity(&|i, g| plus(&plus(g, &force[i]), &needed(i)))?,
-        rotation: over_gravity(&|i, _| inward[i])?,
-        whole: over_gravity(&|i, _| wholes.acceleration(i))?,
+        left: over_gravity(&|j| plus(&all[j].1, &negative(plus(&inward(j), &whole(j)))))?,
+        rotation: over_gravity(&inward)?,
+        whole: over_gravity(&whole)?,
     })
 }
 
@@ -108,43 +116,19 @@ fn share<const D: usize>(a: &[f64; D], gravity: &[f64; D]) -> f64 {
     if pull > 0.0 { (net / pull).sqrt() } else { 0.0 }
 }
 
-/// Accelerations by pressure, from (gamma - 1) u.
-fn pressure_forces<const D: usize>(
-    kernel: KernelName,
-    measured: &Measured<D>,
-    domain: &Domain<D>,
-    masses: &[f64],
-    temperature: &(dyn Fn(usize) -> f64 + Sync),
-) -> Vec<[f64; D]> {
-    let strength = parallel::map(masses.len(), |i| {
+/// P/rho^2 with the grad-h term, from (gamma - 1) u.
+fn strengths<const D: usize>(measured: &Measured<D>, temperature: impl Fn(usize) -> f64 + Sync) -> Vec<f64> {
+    parallel::map(measured.own(), |i| {
         let sums = &measured.sums[i];
         let grad_h = 1.0 + sums.slope / (D as f64 * sums.number_density);
         temperature(i) / (sums.weighted * grad_h)
-    });
-    measured.pressure_force(kernel, domain, masses, &strength)
-}
-
-/// |a + g| / |g| of each particle, from (gamma - 1) u and g; 0 where there is no gravity, `None` where it is not known.
-fn errors<const D: usize>(
-    kernel: KernelName,
-    measured: &Measured<D>,
-    domain: &Domain<D>,
-    masses: &[f64],
-    temperature: &(dyn Fn(usize) -> f64 + Sync),
-    gravity: &(dyn Fn(usize) -> Option<[f64; D]> + Sync),
-) -> Vec<Option<f64>> {
-    let force = pressure_forces(kernel, measured, domain, masses, temperature);
-    parallel::map(masses.len(), |i| {
-        let gravity = gravity(i)?;
-        Some(share(&plus(&gravity, &force[i]), &gravity))
     })
 }
 
-/// Mean over those of a set that are known; `None` where there are none.
-fn mean(errors: &[Option<f64>], set: &(dyn Fn(usize) -> bool + Sync)) -> Option<f64> {
-    let known = |i: usize| errors[i].filter(|_| set(i));
-    let count = parallel::count(errors.len(), |i| known(i).is_some());
-    (count > 0).then(|| reduce::sum(errors.len(), |i| known(i).unwrap_or(0.0)) / count as f64)
+/// Mean of `of` over a set of `0..n`; `None` where it is empty.
+fn mean(n: usize, of: impl Fn(usize) -> f64 + Sync, set: impl Fn(usize) -> bool + Sync) -> Option<f64> {
+    let count = parallel::count(n, &set);
+    (count > 0).then(|| reduce::sum(n, |i| if set(i) { of(i) } else { 0.0 }) / count as f64)
 }
 
 impl BalanceFigures {
@@ -173,16 +157,20 @@ impl BalanceFigures {
                 |u| (equilibrium.gamma() - 1.0) * u[i],
             )
         };
-        let own = equilibrium.own_center().map(|_| {
-            let point = Vec::from_iter(equilibrium.point_mass());
-            own_gravity(measured, positions, masses, &point)
+        let strength = strengths(measured, temperature);
+        if equilibrium.own_center().is_some() {
+            let sampled = Sampled::new(measured, positions, masses, &Vec::from_iter(equilibrium.point_mass()));
+            let force = measured.pressure_force_at(kernel, domain, (masses, &strength), &sampled.places);
+            let error = |j: usize| share(&plus(&sampled.gravity[j], &force[j]), &sampled.gravity[j]);
+            let interior = sampled.interior_mean(measured, error);
+            return Some(Self { interior, all: mean(force.len(), error, |_| true).unwrap_or(0.0) });
+        }
+        let force = measured.pressure_force(kernel, domain, masses, &strength);
+        let errors = parallel::map(force.len(), |i| {
+            let gravity = equilibrium.gravity(&at(positions, i), GRADIENT_STEP * measured.support[i]);
+            share(&plus(&gravity, &force[i]), &gravity)
         });
-        let pull = |i: usize| {
-            let step = GRADIENT_STEP * measured.support[i];
-            own.as_ref().map_or_else(|| Some(equilibrium.gravity(&at(positions, i), step)), |own| own[i])
-        };
-        let errors = errors(kernel, measured, domain, masses, &temperature, &pull);
-        let interior = mean(&errors, &|i| measured.interior[i]);
-        Some(Self { interior, all: mean(&errors, &|_| true).unwrap_or(0.0) })
+        let interior = mean(errors.len(), |i| errors[i], |i| measured.interior[i]);
+        Some(Self { interior, all: mean(errors.len(), |i| errors[i], |_| true).unwrap_or(0.0) })
     }
 }

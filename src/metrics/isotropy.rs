@@ -12,8 +12,8 @@ use pulp::Simd;
 use serde::Serialize;
 use sph::domain::Domain;
 use sph::exchange::{Alone, Exchange};
-use sph::neighbors::{Batch, LeafPass, Reach, Sources, for_each_target};
-use sph::reduce;
+use sph::neighbors::{Batch, LeafPass, Reach, Sources, for_each_in_chosen_leaves};
+use sph::{parallel, reduce};
 
 /// Bond-orientational order of all particles together.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
@@ -142,17 +142,15 @@ impl BondOrder {
         if D < 2 {
             return None;
         }
-        let spacing: Vec<f64> = measured.sums.iter().map(|s| REACH * s.number_density.powf(-1.0 / D as f64)).collect();
-        let mut reach = measured.tree.to_tree_order(&spacing);
-        // Rows, whose members have neighbors in common.
-        for row in reach.chunks_mut(ROW).enumerate().filter(|(row, _)| row % every.max(1) != 0).map(|(_, row)| row) {
-            row.fill(0.0);
-        }
-        // Those of other ranks are sampled there.
-        let own = measured.own();
-        reach.iter_mut().zip(measured.tree.order()).filter(|(_, i)| **i as usize >= own).for_each(|(r, _)| *r = 0.0);
+        let (order, own) = (measured.tree.order(), measured.own());
+        let reach = parallel::map(order.len(), |place| {
+            let i = order[place] as usize;
+            // Rows, whose members have neighbors in common; those of other ranks are sampled there.
+            let is_taken = (place / ROW).is_multiple_of(every.max(1)) && i < own;
+            if is_taken { REACH * measured.sums[i].number_density.powf(-1.0 / D as f64) } else { 0.0 }
+        });
         let sources = [Sources::<D, 0>::new(&measured.tree, &reach, [], Reach::Target)];
-        let found = for_each_target::<D, 0, f64, _>(domain, &sources, 1.0, &BondPass { reach: &reach });
+        let found = for_each_in_chosen_leaves::<D, 0, f64, _>(domain, &sources, 1.0, &BondPass { reach: &reach });
         let bonds = exchange.sum(reduce::sum(found.len(), |i| f64::from(found[i].count)));
         let sum = |term: usize| reduce::sum(found.len(), |i| found[i].sums[term]);
         let totals = exchange.sums((0..TERMS).map(sum).collect());

@@ -267,8 +267,8 @@ fn divided<const D: usize>(target: &Target<'_, D>, mut cells: Vec<Cell<D>>, leve
     if level == levels {
         return vec![Node { level, ..SMALLEST_BOX }];
     }
-    refine(target, &mut cells, (CELLS_PER_PARTICLE * (target.count >> level)).min(CELLS), Rule::Gauss);
-    let Cut { axis, plane, left, right } = cut_closely(target, cells, 0.5, Rule::Gauss);
+    refine(target, &mut cells, (CELLS_PER_PARTICLE * (target.count >> level)).min(CELLS), Rule::Shared);
+    let Cut { axis, plane, left, right } = cut_closely(target, cells, 0.5, Rule::Shared);
     let (left, right) =
         parallel::join(|| divided(target, left, level + 1, levels), || divided(target, right, level + 1, levels));
     let mut nodes = vec![Node { axis, plane, right: 1 + left.len(), level }];

@@ -6,9 +6,10 @@ use sph::exchange::Exchange;
 use sph::kernel::{KernelName, support_over_spacing};
 use sph::neighbors::{GhostTree, Halo, Reach, Sees, Sources, Tree};
 use sph::parallel;
-use sph::sums::{Actors, DensitySums, Search, Solved, largest_support, scatter_gradient, solve_support_radii};
-use std::borrow::Cow;
+use sph::sums::{Actors, DensitySums, Search, Solved, Vector, largest_support, scatter_gradient, solve_support_radii};
 
+/// Particles, in the tree's order, that are looked at together.
+pub(super) const GROUP: usize = 8;
 /// Reach of the first solution over the guessed radii.
 const FIRST_REACH: f64 = 1.3;
 /// The next reach over radii that came out: more than they are solved to.
@@ -58,6 +59,7 @@ impl<const D: usize> Measured<D> {
         let solved =
             solve_support_radii::<D, 1, f32>(kernel, domain, &sources, (kernel_neighbors, Search::EXACT), largest);
         drop(sources);
+        drop((guess, mass));
         let mut support = vec![0.0; n];
         let mut sums = vec![DensitySums::default(); n];
         for (s, &i) in solved.iter().zip(tree.order()) {
@@ -151,8 +153,17 @@ impl<const D: usize> Measured<D> {
     /// Acceleration of a constant pressure P = 1, as a standard SPH code sums it:
     /// a_i = -sum_j m_j (grad W(H_i)/rho_i^2 + grad W(H_j)/rho_j^2), in the particles' order.
     pub fn constant_pressure_force(&self, kernel: KernelName, domain: &Domain<D>, masses: &[f64]) -> Vec<[f64; D]> {
-        let strength: Vec<f64> = self.sums.iter().map(|s| 1.0 / s.weighted.powi(2)).collect();
-        self.pressure_force(kernel, domain, masses, &strength)
+        self.in_own_order(&self.constant_pressure_forces(kernel, domain, masses))
+    }
+
+    /// The same in the tree's order.
+    pub(super) fn constant_pressure_forces(
+        &self,
+        kernel: KernelName,
+        domain: &Domain<D>,
+        masses: &[f64],
+    ) -> Vec<Vector<D>> {
+        self.forces(kernel, domain, masses, &|i| self.sums[i].weighted.powi(2).recip())
     }
 
     /// a_i = -sum_j m_j (s_i grad W(H_i) + s_j grad W(H_j)) for s = P / rho^2, in the particles' order.
@@ -163,31 +174,76 @@ impl<const D: usize> Measured<D> {
         masses: &[f64],
         strength: &[f64],
     ) -> Vec<[f64; D]> {
-        let masses = match self.foreign.as_slice() {
-            [] => Cow::Borrowed(masses),
-            foreign => Cow::Owned([masses, foreign].concat()),
-        };
-        let masses = masses.as_ref();
-        let n = masses.len();
-        let own_strength = strength;
-        let strength: Vec<f64> = masses.iter().zip(strength).map(|(m, s)| m * s).collect();
-        let tree_support = self.tree.to_tree_order(&self.support);
-        let tree_strength = self.tree.to_tree_order(&strength);
-        let ghost = self
-            .ghosts
-            .as_ref()
-            .map(|g| (&g.tree, g.inherit(&self.support, 1.0 / D as f64), g.inherit(&strength, 1.0)));
-        let mut actors =
-            vec![Actors { tree: &self.tree, support: &tree_support, strength: &tree_strength, silent: false }];
-        if let Some((tree, support, strength)) = &ghost {
-            actors.push(Actors { tree, support, strength, silent: false });
+        self.in_own_order(&self.forces(kernel, domain, masses, &|i| strength[i]))
+    }
+
+    /// The same at some places in the tree's order alone.
+    pub(super) fn pressure_force_at(
+        &self,
+        kernel: KernelName,
+        domain: &Domain<D>,
+        (masses, strength): (&[f64], &[f64]),
+        places: &[usize],
+    ) -> Vec<[f64; D]> {
+        if places.is_empty() {
+            return Vec::new();
         }
+        let (strength, order) = (|i: usize| strength[i], self.tree.order());
+        let acting = self.acting(masses, &strength);
+        let some: Positions<D> = std::array::from_fn(|k| places.iter().map(|&p| self.tree.position(p)[k]).collect());
+        let tree = Tree::build(&some);
+        let support: Vec<f64> = tree.order().iter().map(|&j| acting.support[places[j as usize]]).collect();
+        let unit = vec![1.0; support.len()];
+        let mut actors = vec![Actors { tree: &tree, support: &support, strength: &unit, silent: true }];
+        actors.extend(acting.actors(&self.tree));
         let seen = scatter_gradient::<D, f32>(kernel, domain, &actors);
-        let mut out = vec![[0.0; D]; n];
-        for (seen, &i) in seen.iter().zip(self.tree.order()) {
-            let own = &self.sums[i as usize].gradient;
-            out[i as usize] = sph::array(|k| -own_strength[i as usize] * own[k] - seen.0[k]);
+        let mut out = vec![[0.0; D]; places.len()];
+        for (seen, &j) in seen.iter().zip(tree.order()) {
+            let i = order[places[j as usize]] as usize;
+            out[j as usize] = sph::array(|k| -strength(i) * self.sums[i].gradient[k] - seen.0[k]);
         }
+        out
+    }
+
+    /// a_i for strengths s_i, in the tree's order.
+    fn forces(
+        &self,
+        kernel: KernelName,
+        domain: &Domain<D>,
+        masses: &[f64],
+        strength: &(dyn Fn(usize) -> f64 + Sync),
+    ) -> Vec<Vector<D>> {
+        let acting = self.acting(masses, strength);
+        let mut forces = scatter_gradient::<D, f32>(kernel, domain, &acting.actors(&self.tree));
+        drop(acting);
+        let order = self.tree.order();
+        parallel::update(&mut forces, |place, force| {
+            let i = order[place] as usize;
+            let (own, gradient) = (strength(i), &self.sums[i].gradient);
+            force.0 = sph::array(|k| -own * gradient[k] - force.0[k]);
+        });
+        forces
+    }
+
+    fn acting(&self, masses: &[f64], strength: &(dyn Fn(usize) -> f64 + Sync)) -> Acting<'_, D> {
+        let own = self.own();
+        let weight = |i: usize| strength(i) * if i < own { masses[i] } else { self.foreign[i - own] };
+        let order = self.tree.order();
+        let ghosts = self.ghosts.as_ref().map(|ghosts| {
+            let weights = parallel::map(order.len(), weight);
+            (&ghosts.tree, ghosts.inherit(&self.support, 1.0 / D as f64), ghosts.inherit(&weights, 1.0))
+        });
+        Acting {
+            support: self.tree.to_tree_order(&self.support),
+            strength: parallel::map(order.len(), |place| weight(order[place] as usize)),
+            ghosts,
+        }
+    }
+
+    /// Vectors of this rank's particles, in their order.
+    fn in_own_order(&self, vectors: &[Vector<D>]) -> Vec<[f64; D]> {
+        let mut out = vec![[0.0; D]; vectors.len()];
+        vectors.iter().zip(self.tree.order()).for_each(|(v, &i)| out[i as usize] = v.0);
         out.truncate(self.own());
         out
     }
@@ -195,11 +251,32 @@ impl<const D: usize> Measured<D> {
     /// Takes particles out of the interior about which the target is too sharp to be followed (steep surfaces,
     /// discontinuities, vanishing density), see [`Target::sharpness`], and goes by the target's own support radii with
     /// `kernel_neighbors`: what is interior depends on places, not on where particles have gathered.
-    pub fn leave_out_unresolved(&mut self, target: &Target<'_, D>, positions: &Positions<D>, kernel_neighbors: f64) {
+    pub fn leave_out_unresolved(&mut self, target: &Target<'_, D>, kernel_neighbors: f64) {
         let ratio = support_over_spacing(D, kernel_neighbors);
-        let own = self.own();
-        parallel::update(&mut self.interior[..own], |i, inside| {
-            *inside = target.is_resolved_at(&at(positions, i), ratio);
+        let (own, order) = (self.own(), self.tree.order());
+        let resolved = parallel::map(order.len().div_ceil(GROUP), |group| {
+            let members = group * GROUP..order.len().min((group + 1) * GROUP);
+            let places: Vec<[f64; D]> = members.map(|place| self.tree.position(place)).collect();
+            target.are_resolved_at(&places, ratio)
         });
+        for (place, &i) in order.iter().enumerate().filter(|(_, i)| (**i as usize) < own) {
+            self.interior[i as usize] = resolved[place / GROUP] >> (place % GROUP) & 1 == 1;
+        }
+    }
+}
+
+/// What acts on particles: support radii and m_j s_j in the tree's order, and those of ghosts.
+struct Acting<'a, const D: usize> {
+    support: Vec<f64>,
+    strength: Vec<f64>,
+    ghosts: Option<(&'a Tree<D>, Vec<f64>, Vec<f64>)>,
+}
+
+impl<const D: usize> Acting<'_, D> {
+    fn actors<'b>(&'b self, tree: &'b Tree<D>) -> Vec<Actors<'b, D>> {
+        let all = Actors { tree, support: &self.support, strength: &self.strength, silent: false };
+        let ghosts = self.ghosts.as_ref();
+        let ghosts = ghosts.map(|(tree, support, strength)| Actors { tree, support, strength, silent: false });
+        [all].into_iter().chain(ghosts).collect()
     }
 }

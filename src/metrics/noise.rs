@@ -18,9 +18,9 @@ use serde::Serialize;
 use sph::domain::{Axis, Domain, Region};
 use sph::exchange::{Alone, Exchange};
 use sph::kernel::KernelName;
-use sph::neighbors::{Batch, LeafPass, Reach, Sources, for_each_target};
-use sph::reduce;
-use sph::sums::support_guess;
+use sph::neighbors::{Batch, LeafPass, Reach, Sources, for_each_in_chosen_leaves};
+use sph::sums::{Vector, support_guess};
+use sph::{parallel, reduce};
 
 /// The constant-pressure force as a fraction of that of a Poisson set: root mean square against root mean square, median
 /// against median. Where the density jumps, a few particles make the first of the two.
@@ -54,7 +54,7 @@ impl NoiseFigures {
         masses: &[f64],
         kernel_neighbors: f64,
     ) -> Self {
-        let forces = measured.constant_pressure_force(kernel, domain, masses);
+        let forces = measured.constant_pressure_forces(kernel, domain, masses);
         Self::of_forces(&Alone, &forces, measured, kernel, kernel_neighbors).0
     }
 
@@ -68,18 +68,18 @@ impl NoiseFigures {
         masses: &[f64],
         kernel_neighbors: f64,
     ) -> (Self, Vec<f64>) {
-        let forces = measured.constant_pressure_force(kernel, domain, masses);
+        let forces = measured.constant_pressure_forces(kernel, domain, masses);
         let (figures, mut own, poisson) = Self::of_forces(exchange, &forces, measured, kernel, kernel_neighbors);
         own.iter_mut().for_each(|square| *square = square.sqrt() / poisson);
         // Forces of neighbors on other ranks are not known here.
-        let parts = if exchange.is_alone() { parts(&forces, measured, domain, poisson) } else { None };
+        let parts = if exchange.is_alone() { parts(forces, measured, domain, poisson) } else { None };
         (Self { parts, ..figures }, own)
     }
 
-    /// And the squares for each particle, with the root mean square of a Poisson set.
+    /// From forces in the tree's order. And the squares for each particle, with the root mean square of a Poisson set.
     fn of_forces<const D: usize>(
         exchange: &dyn Exchange,
-        forces: &[[f64; D]],
+        forces: &[Vector<D>],
         measured: &Measured<D>,
         kernel: KernelName,
         kernel_neighbors: f64,
@@ -88,7 +88,7 @@ impl NoiseFigures {
         let random = poisson_squares::<D>(kernel, kernel_neighbors);
         let poisson = (reduce::sum(random.len(), |i| random[i]) / random.len() as f64).sqrt();
         let half = (median(exchange, &squares) / median(&Alone, &random)).sqrt();
-        let n = forces.len();
+        let n = squares.len();
         let rms = |set: &(dyn Fn(usize) -> bool + Sync)| {
             let count = exchange.count((0..n).filter(|&i| set(i)).count());
             let mean = exchange.sum(reduce::sum(n, |i| if set(i) { squares[i] } else { 0.0 })) / count as f64;
@@ -151,7 +151,7 @@ impl<const D: usize> LeafPass<D, CHANNELS, f64> for SharedPass {
 
 /// The parts of the noise of the interior; none where there is no interior.
 fn parts<const D: usize>(
-    forces: &[[f64; D]],
+    forces: Vec<Vector<D>>,
     measured: &Measured<D>,
     domain: &Domain<D>,
     poisson: f64,
@@ -160,23 +160,20 @@ fn parts<const D: usize>(
     let inside = tree.to_tree_order(&measured.interior);
     let every = forces.len().div_ceil(SAMPLED);
     let is_taken = |i: usize| inside[i] && (i / ROW).is_multiple_of(every);
-    let mut support = tree.to_tree_order(&measured.support);
-    for (i, h) in support.iter_mut().enumerate() {
-        if !is_taken(i) {
-            *h = 0.0;
-        }
-    }
-    let channels: [Vec<f64>; CHANNELS] = std::array::from_fn(|c| {
-        let value = |i: usize| match c {
-            3 => f64::from(u8::from(measured.interior[i])),
-            // As a fraction of what one neighbor does.
-            c if c < D => forces[i][c] * measured.sums[i].weighted * measured.support[i],
-            _ => 0.0,
-        };
-        tree.order().iter().map(|&i| value(i as usize)).collect()
+    let order = tree.order();
+    let own = |place: usize| order[place] as usize;
+    let support = parallel::map(order.len(), |p| if is_taken(p) { measured.support[own(p)] } else { 0.0 });
+    let channels: [Vec<f64>; CHANNELS] = std::array::from_fn(|c| match c {
+        3 => parallel::map(order.len(), |p| f64::from(u8::from(inside[p]))),
+        // As a fraction of what one neighbor does.
+        c if c < D => parallel::map(order.len(), |p| {
+            forces[p].0[c] * measured.sums[own(p)].weighted * measured.support[own(p)]
+        }),
+        _ => vec![0.0; order.len()],
     });
+    drop(forces);
     let sources = [Sources::new(tree, &support, channels.each_ref().map(Vec::as_slice), Reach::Target)];
-    let found = for_each_target::<D, CHANNELS, f64, _>(domain, &sources, 1.0, &SharedPass);
+    let found = for_each_in_chosen_leaves::<D, CHANNELS, f64, _>(domain, &sources, 1.0, &SharedPass);
     let count = found.iter().filter(|s| s.is_known).count();
     let mean = |of: &(dyn Fn(&Shared) -> f64 + Sync)| reduce::sum(found.len(), |i| of(&found[i])) / count as f64;
     let square = mean(&|s| s.square);
@@ -188,11 +185,15 @@ fn parts<const D: usize>(
     Some(NoiseParts { systematic: shared.sqrt() / poisson, scatter: (square - shared).sqrt() / poisson })
 }
 
-/// (|a_i| rho_i H_i)^2 of every particle.
-fn squares<const D: usize>(forces: &[[f64; D]], measured: &Measured<D>) -> Vec<f64> {
-    let own = measured.sums.iter().zip(&measured.support);
-    let square = |force: &[f64; D]| force.iter().map(|f| f * f).sum::<f64>();
-    forces.iter().zip(own).map(|(force, (sums, support))| square(force) * (sums.weighted * support).powi(2)).collect()
+/// (|a_i| rho_i H_i)^2 of every particle of this rank, from forces in the tree's order.
+fn squares<const D: usize>(forces: &[Vector<D>], measured: &Measured<D>) -> Vec<f64> {
+    let mut squares = vec![0.0; forces.len()];
+    for (force, &i) in forces.iter().zip(measured.tree.order()) {
+        let (sums, support) = (&measured.sums[i as usize], measured.support[i as usize]);
+        squares[i as usize] = force.0.iter().map(|f| f * f).sum::<f64>() * (sums.weighted * support).powi(2);
+    }
+    squares.truncate(measured.own());
+    squares
 }
 
 /// The same from particles that are measured.
@@ -202,7 +203,7 @@ pub(super) fn force_squares<const D: usize>(
     domain: &Domain<D>,
     masses: &[f64],
 ) -> Vec<f64> {
-    squares(&measured.constant_pressure_force(kernel, domain, masses), measured)
+    squares(&measured.constant_pressure_forces(kernel, domain, masses), measured)
 }
 
 /// Points of the reference set: its force is known to about 1 %.
@@ -231,5 +232,5 @@ fn poisson_squares<const D: usize>(kernel: KernelName, kernel_neighbors: f64) ->
     let spacing = (POISSON_POINTS as f64).powf(-1.0 / D as f64);
     let guess = support_guess::<D>(kernel_neighbors, POISSON_POINTS, |_| spacing);
     let measured = Measured::new(kernel, &domain, &positions, &masses, &guess, kernel_neighbors);
-    squares(&measured.constant_pressure_force(kernel, &domain, &masses), &measured)
+    squares(&measured.constant_pressure_forces(kernel, &domain, &masses), &measured)
 }

@@ -1,6 +1,6 @@
 //! The measure by which a stage's result is accepted: as a run's end is measured, over all particles.
 
-use super::smoothed::smoothed_densities;
+use super::smoothed::{Looking, smoothed_densities};
 use super::{DensityError, Ledger, LedgerFigures, LedgerLevel, Measured, NoiseFigures};
 use crate::target::{Positions, Target, at};
 use sph::kernel::{KernelName, support_over_spacing};
@@ -101,7 +101,8 @@ fn sampled_error<const D: usize>(
     let support: Vec<f64> = (0..count).map(|i| measured.support[taken(i)]).collect();
     let ratio = support_over_spacing(D, kernel_neighbors);
     let mut resolved = parallel::map(count, |i| target.is_resolved_at(&at(&sample, i), ratio));
-    let smoothed = smoothed_densities(kernel, (target, Some(ledger)), (&sample, &support), &mut resolved);
+    let looking = Looking { positions: &sample, support: &support, together: None };
+    let smoothed = smoothed_densities(kernel, (target, Some(ledger)), &looking, &mut resolved);
     let density = (0..count).map(|i| measured.sums[taken(i)].weighted).collect::<Vec<_>>();
     let volume = (0..count).map(|i| 1.0 / measured.sums[taken(i)].number_density).collect::<Vec<_>>();
     let wanted = target.densities(&sample);

@@ -9,6 +9,7 @@
 //! missed, the target's points of mass are summed in their place ([`crate::target::mass_points`]).
 
 use super::ledger::Ledger;
+use super::measured::GROUP;
 use crate::field::quadrature::rule;
 use crate::target::{Positions, Target, at};
 use nalgebra::{DMatrix, SymmetricEigen};
@@ -24,15 +25,24 @@ const AGREEMENT: f64 = 1e-3;
 /// Offsets in units of the support radius with weights that add up to 1.
 type Rule<const D: usize> = Vec<([f64; D], f64)>;
 
-/// The target's mass density smoothed by `kernel` with the radii `support`, at each particle. About those in the `interior`
+/// Particles for which the smoothed target is looked for.
+pub(super) struct Looking<'a, const D: usize> {
+    pub positions: &'a Positions<D>,
+    pub support: &'a [f64],
+    /// Their places in a tree's order and the target's mass densities there, where they are all particles.
+    pub together: Option<(&'a [u32], &'a [f64])>,
+}
+
+/// The target's mass density smoothed by `kernel` with the particles' support radii. About those in the `interior`
 /// the target is smooth, so that two rules of few points tell enough; where a target of pieces hides a thin layer from rules,
 /// `ledger` knows of it, and the particle is taken out of the interior.
 pub(super) fn smoothed_densities<const D: usize>(
     kernel: KernelName,
     (target, ledger): (&Target<'_, D>, Option<&Ledger<D>>),
-    (positions, support): (&Positions<D>, &[f64]),
+    looking: &Looking<'_, D>,
     interior: &mut [bool],
 ) -> Vec<f64> {
+    let Looking { positions, support, .. } = *looking;
     let center = radial_center(target);
     let ledger = ledger.filter(|ledger| center.is_none() && !ledger.has_too_many_points(target));
     let rules: Vec<Rule<D>> = match center {
@@ -40,31 +50,11 @@ pub(super) fn smoothed_densities<const D: usize>(
         // Points of mass are better than the last.
         None => (0..LEVELS - usize::from(ledger.is_some())).map(|level| in_all_directions(kernel, level)).collect(),
     };
-    let inside = &*interior;
-    let found = parallel::map(support.len(), |i| {
-        let x = at(positions, i);
-        let frame = center.map(|c| frame(&x, &c));
-        let by = |rule: &Rule<D>| -> f64 {
-            let value = |(offset, weight): &([f64; D], f64)| {
-                let u = frame.as_ref().map_or(*offset, |f| turned(f, offset));
-                weight * continued(target, sph::array(|k| x[k] + support[i] * u[k]))
-            };
-            rule.iter().map(value).sum()
-        };
-        let first = if inside[i] { 0 } else { WITH_CARE };
-        let mut last = by(&rules[first]);
-        for rule in &rules[first + 1..] {
-            let next = by(rule);
-            if (next - last).abs() <= AGREEMENT * next {
-                return (next, true);
-            }
-            last = next;
-        }
-        (last, false)
-    });
+    let found = by_rules(target, &rules, looking, interior);
     let mut smoothed: Vec<f64> = found.iter().map(|f| f.0).collect();
     // Near an edge alone, rules that agree have missed nothing.
     let may_hide = target.resolution_field().is_piecewise();
+    let inside = &*interior;
     let is_looked_at = |i: usize| {
         let is_sharp = |x: &[f64; D]| target.sharpness(x, target.number_density(x), support[i]) >= 1.0;
         may_hide || !inside[i] && (!found[i].1 || is_sharp(&at(positions, i)))
@@ -86,6 +76,66 @@ pub(super) fn smoothed_densities<const D: usize>(
     }
     smoothed
 }
+
+/// The smoothed density by rules, and whether two of them agree.
+fn by_rules<const D: usize>(
+    target: &Target<'_, D>,
+    rules: &[Rule<D>],
+    looking: &Looking<'_, D>,
+    interior: &[bool],
+) -> Vec<(f64, bool)> {
+    let Looking { positions, support, together } = *looking;
+    let center = radial_center(target);
+    let look = |x: &[f64; D], support: f64, first: usize| {
+        let frame = center.map(|c| frame(x, &c));
+        let by = |rule: &Rule<D>| -> f64 {
+            let value = |(offset, weight): &([f64; D], f64)| {
+                let u = frame.as_ref().map_or(*offset, |f| turned(f, offset));
+                weight * continued(target, sph::array(|k| x[k] + support * u[k]))
+            };
+            rule.iter().map(value).sum()
+        };
+        let mut last = by(&rules[first]);
+        for rule in &rules[first + 1..] {
+            let next = by(rule);
+            if (next - last).abs() <= AGREEMENT * next {
+                return (next, true);
+            }
+            last = next;
+        }
+        (last, false)
+    };
+    let look_from = |i: usize| look(&at(positions, i), support[i], if interior[i] { 0 } else { WITH_CARE });
+    let Some((order, density)) = together.filter(|_| !target.resolution_field().is_piecewise()) else {
+        return parallel::map(support.len(), look_from);
+    };
+    // From the middle of some, what the kernel changes, over H^2.
+    let change = |members: &[u32]| {
+        let (count, members) = (members.len() as f64, || members.iter().map(|&i| i as usize));
+        if count < 2.0 || members().any(|i| !interior[i]) {
+            return None;
+        }
+        let middle = sph::array(|k| members().map(|i| positions[k][i]).sum::<f64>() / count);
+        let reach = members().map(|i| support[i]).sum::<f64>() / count;
+        let is_near = members().all(|i| distance(&middle, &at(positions, i)) <= reach);
+        let here = target.density.value(&middle);
+        let (seen, agreed) = look(&middle, reach, 0);
+        (is_near && agreed && (seen / here - 1.0).abs() <= SLIGHT).then(|| (seen / here - 1.0) / (reach * reach))
+    };
+    let changes = parallel::map(order.len().div_ceil(GROUP), |g| {
+        change(&order[g * GROUP..order.len().min((g + 1) * GROUP)])
+    });
+    let in_order = parallel::map(order.len(), |place| {
+        let i = order[place] as usize;
+        changes[place / GROUP].map_or_else(|| look_from(i), |c| (density[i] * (1.0 + c * support[i] * support[i]), true))
+    });
+    let mut found = vec![(0.0, false); in_order.len()];
+    in_order.iter().zip(order).for_each(|(f, &i)| found[i as usize] = *f);
+    found
+}
+
+/// What the kernel may change, as a fraction, where particles that are near each other need but one look: they differ by a part of it.
+const SLIGHT: f64 = 1e-3;
 
 /// What points of mass and rules may differ by where rules agree among themselves; beyond it, rules have missed something.
 const TRUST: f64 = 0.03;
@@ -285,6 +335,10 @@ mod tests {
         }
     }
 
+    fn alone<'a, const D: usize>(positions: &'a Positions<D>, support: &'a [f64]) -> Looking<'a, D> {
+        Looking { positions, support, together: None }
+    }
+
     fn smoothed<const D: usize>(text: &str, domain: &Domain<D>, x: [f64; D], support: f64) -> f64 {
         let density = AnalyticField::<D>::new("density", text, [0.0; D]).unwrap();
         let target = target_of(domain, &density);
@@ -292,7 +346,7 @@ mod tests {
             smoothed_densities(
                 KernelName::WendlandC4,
                 (&target, ledger),
-                (&x.map(|v| vec![v]), &[support]),
+                &alone(&x.map(|v| vec![v]), &[support]),
                 &mut [false],
             )[0]
         };
@@ -354,7 +408,7 @@ mod tests {
         let field = AnalyticField::<3>::new("density", "exp(x) + y^4 + z^3*x", [0.0; 3]).unwrap();
         let target = target_of(&cube, &field);
         let at = [vec![0.3], vec![-0.2], vec![0.4]];
-        let by = |inside| smoothed_densities(KernelName::WendlandC4, (&target, None), (&at, &[0.3]), &mut [inside])[0];
+        let by = |inside| smoothed_densities(KernelName::WendlandC4, (&target, None), &alone(&at, &[0.3]), &mut [inside])[0];
         assert!((by(true) / by(false) - 1.0).abs() < 1e-4);
     }
 

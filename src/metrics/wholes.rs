@@ -5,7 +5,6 @@
 
 use crate::target::{Positions, at};
 use nalgebra::{Matrix3, Vector3};
-use sph::parallel;
 
 /// How particles move, and which body each is of.
 #[derive(Debug, Clone, Copy)]
@@ -38,12 +37,12 @@ fn filled<const D: usize>(v: &[f64; D]) -> Vector3<f64> {
 }
 
 impl<'a, const D: usize> Wholes<'a, D> {
-    /// Of particles with these masses and accelerations, of which some may be unknown.
+    /// Of particles with these masses, and the accelerations of some.
     pub fn new(
         moving: Moving<'a, D>,
         positions: &Positions<D>,
         masses: &[f64],
-        accelerations: &[Option<[f64; D]>],
+        accelerations: &[(usize, [f64; D])],
     ) -> Self {
         let count = moving.bodies.iter().max().map_or(1, |last| last + 1);
         let body = |i: usize| moving.bodies.get(i).copied().unwrap_or(0);
@@ -56,10 +55,10 @@ impl<'a, const D: usize> Wholes<'a, D> {
             own.mass += m;
             own.center += filled(&at(positions, i)) * *m;
             drift[body(i)] += velocity(i) * *m;
-            if let Some(a) = &accelerations[i] {
-                known[body(i)] += m;
-                own.acceleration += filled(a) * *m;
-            }
+        }
+        for (i, a) in accelerations {
+            known[body(*i)] += masses[*i];
+            wholes[body(*i)].acceleration += filled(a) * masses[*i];
         }
         for (b, own) in wholes.iter_mut().enumerate() {
             own.center /= own.mass;
@@ -89,13 +88,11 @@ impl<'a, const D: usize> Wholes<'a, D> {
         &self.wholes[self.moving.bodies.get(i).copied().unwrap_or(0)]
     }
 
-    /// Centripetal accelerations.
-    pub fn centripetal(&self, positions: &Positions<D>) -> Vec<[f64; D]> {
-        parallel::map(positions[0].len(), |i| {
-            let Whole { center, spin, .. } = self.of(i);
-            let inward = spin.cross(&spin.cross(&(filled(&at(positions, i)) - center)));
-            sph::array(|k| inward[k])
-        })
+    /// Centripetal acceleration of a particle.
+    pub fn centripetal(&self, positions: &Positions<D>, i: usize) -> [f64; D] {
+        let Whole { center, spin, .. } = self.of(i);
+        let inward = spin.cross(&spin.cross(&(filled(&at(positions, i)) - center)));
+        sph::array(|k| inward[k])
     }
 
     /// Acceleration of the body that a particle is of.

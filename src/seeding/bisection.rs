@@ -18,7 +18,7 @@ use std::ops::Range;
 fn least_cells(n: usize, rule: Rule) -> usize {
     let per_particle = match rule {
         Rule::Midpoint => 24,
-        Rule::Gauss => 8,
+        Rule::Gauss | Rule::Shared => 8,
     };
     (per_particle * n).min(MOST_CELLS)
 }

@@ -19,6 +19,8 @@ pub(crate) trait Matter<const D: usize>: Sync {
     fn is_piecewise(&self) -> bool;
     /// Whether it may be discontinuous at all.
     fn may_jump(&self) -> bool;
+    /// Whether nothing but the domain's surface ends it.
+    fn is_smooth(&self) -> bool;
 }
 
 /// A box with the integral of n* over it.
@@ -89,12 +91,17 @@ impl<const D: usize> Cell<D> {
 
     /// Halves across the longest edge, which share its mass as the densities in their middles are; none where both are zero.
     pub fn shared_halves(&self, target: &dyn Matter<D>) -> Option<[Self; 2]> {
-        let mut halves = self.boxes_along(self.longest());
+        self.shared_along(self.longest(), target).0
+    }
+
+    /// The same along an axis, with what their mass would be by these densities.
+    fn shared_along(&self, axis: usize, target: &dyn Matter<D>) -> (Option<[Self; 2]>, f64) {
+        let mut halves = self.boxes_along(axis);
         let [left, right] = halves.each_ref().map(|half| target.density_inside(&half.center()).unwrap_or(0.0));
         let whole = left + right;
         halves[0].mass *= left / whole;
         halves[1].mass *= right / whole;
-        (whole > 0.0).then_some(halves)
+        ((whole > 0.0).then_some(halves), 0.5 * whole * self.volume())
     }
 
     /// Halves across the longest edge, with masses anew from the target.
@@ -104,6 +111,12 @@ impl<const D: usize> Cell<D> {
 
     /// Halves along an axis, with masses anew from the target.
     fn halves_along(&self, axis: usize, target: &dyn Matter<D>, rule: Rule) -> [Self; 2] {
+        if rule == Rule::Shared && !self.may_end(target) {
+            let (halves, mass) = self.shared_along(axis, target);
+            if let Some(halves) = halves.filter(|_| (mass - self.mass).abs() <= TOLD * self.mass) {
+                return halves;
+            }
+        }
         self.boxes_along(axis).map(|half| half.weighed(target, rule))
     }
 
@@ -116,11 +129,17 @@ impl<const D: usize> Cell<D> {
         [left, right]
     }
 
+    /// Whether the target may be discontinuous in it.
+    fn may_end(&self, target: &dyn Matter<D>) -> bool {
+        let diagonal = (0..D).map(|k| (self.hi[k] - self.lo[k]).powi(2)).sum::<f64>().sqrt();
+        !target.is_smooth() || target.domain().region.is_surface_within(&self.center(), 0.5 * diagonal)
+    }
+
     /// With its mass from the target.
     fn weighed(mut self, target: &dyn Matter<D>, rule: Rule) -> Self {
         self.mass = match rule {
             Rule::Midpoint => midpoint_mass(&self, target),
-            Rule::Gauss => gauss_mass(target, &self.lo, &self.hi, DIVISIONS),
+            Rule::Gauss | Rule::Shared => gauss_mass(target, &self.lo, &self.hi, DIVISIONS),
         };
         self
     }
@@ -153,7 +172,13 @@ pub(crate) enum Rule {
     Midpoint,
     /// By Gauss's rule of two points along each edge, finer where the target jumps or ends: for what is to be right.
     Gauss,
+    /// The same, but where the densities in the middles of two halves say what their mass is together, they share it by these: for cells that
+    /// are halved many times.
+    Shared,
 }
+
+/// What part of a mass two densities may miss that it is shared by.
+const TOLD: f64 = 0.01;
 
 /// Divisions of a cell across which the target jumps.
 const DIVISIONS: usize = 1;

@@ -42,6 +42,30 @@ impl<const D: usize> Target<'_, D> {
         !self.domain.is_edge_within(x, support) && self.sharpness(x, here, support) < 1.0
     }
 
+    /// [`Self::is_resolved_at`] of some places, as the bits of a number. Where the target is smooth, a look from the middle of places that
+    /// are near each other, farther than any of them looks, says it of all.
+    pub fn are_resolved_at(&self, places: &[[f64; D]], ratio: f64) -> usize {
+        if places.len() > 1 && self.is_resolved_about(places, ratio) {
+            return (1 << places.len()) - 1;
+        }
+        let bit = |(bit, x): (usize, &[f64; D])| usize::from(self.is_resolved_at(x, ratio)) << bit;
+        places.iter().enumerate().map(bit).sum()
+    }
+
+    fn is_resolved_about(&self, places: &[[f64; D]], ratio: f64) -> bool {
+        let middle = sph::array(|k| places.iter().map(|x| x[k]).sum::<f64>() / places.len() as f64);
+        let radius = places.iter().map(|x| distance(x, &middle)).fold(0.0, f64::max);
+        let here = self.number_density(&middle);
+        let support = self.support(here, ratio);
+        let farthest = WIDER * support + radius;
+        let is_even = |share: f64| self.sharpness(&middle, here, share * farthest) < 1.0;
+        self.is_smooth()
+            && radius <= TOGETHER * support
+            && !self.domain.is_edge_within(&middle, farthest)
+            && is_even(1.0)
+            && is_even(0.5)
+    }
+
     /// Whether an edge beyond which is vacuum is nearer than `reach`.
     pub fn ends_within(&self, x: &[f64; D], reach: f64) -> bool {
         let domain = self.domain;
@@ -149,6 +173,10 @@ const GRADIENT_STEP: f64 = 0.04;
 const EDGE_REACH: f64 = 1.0;
 /// Shares of that distance at which thin layers are sought along the radius of a radial target.
 const NEARER: [f64; 2] = [0.8, 0.6];
+/// How far from their middle places may be, in its support radii, that are looked at together, and by what part the support of one of
+/// them is larger than that of the middle, where the density changes by less than a factor e over that.
+const TOGETHER: f64 = 0.8;
+const WIDER: f64 = 1.15;
 /// Defect of the second differences of ln n* that makes an edge.
 const EDGE: f64 = 0.15;
 /// Intervals over which a discontinuity is first sought, and halvings of the one that changes most.

@@ -294,6 +294,10 @@ impl<const D: usize> Matter<D> for Target<'_, D> {
         self.resolution_field().is_piecewise()
     }
 
+    fn is_smooth(&self) -> bool {
+        !self.may_jump() && !self.part.is_some_and(|part| part.is_cut())
+    }
+
     /// None outside of the domain, or of the region that this is the target of.
     fn density_inside(&self, x: &[f64; D]) -> Option<f64> {
         let density = self.domain.contains(x).then(|| self.number_density(x))?;

@@ -387,6 +387,23 @@ pub fn for_each_target<const D: usize, const C: usize, R: Real, P: LeafPass<D, C
     drive::<D, C, R, P::Output>(domain, sources, margin, pass)
 }
 
+/// [`for_each_target`] of the leaves with any radius that is more than zero, alone: what a sample costs follows its size. The result is
+/// in tree order of all particles of these leaves.
+pub fn for_each_in_chosen_leaves<const D: usize, const C: usize, R: Real, P: LeafPass<D, C, R>>(
+    domain: &Domain<D>,
+    sources: &[Sources<'_, D, C>],
+    margin: f64,
+    pass: &P,
+) -> Vec<P::Output> {
+    let Sources { tree, support, .. } = &sources[0];
+    let is_chosen = |leaf: &&u32| {
+        let node = &tree.nodes[**leaf as usize];
+        support[node.first as usize..(node.first + node.count) as usize].iter().any(|h| *h > 0.0)
+    };
+    let leaves: Vec<u32> = tree.leaves.iter().filter(is_chosen).copied().collect();
+    drive_leaves::<D, C, R, P::Output>(domain, sources, margin, (pass, &leaves))
+}
+
 /// [`for_each_target`] with a pass that was chosen at run time.
 pub(crate) fn drive<const D: usize, const C: usize, R: Real, O: Copy + Send + Default>(
     domain: &Domain<D>,
@@ -394,11 +411,21 @@ pub(crate) fn drive<const D: usize, const C: usize, R: Real, O: Copy + Send + De
     margin: f64,
     pass: &dyn DynPass<D, C, R, O>,
 ) -> Vec<O> {
+    drive_leaves(domain, sources, margin, (pass, &sources[0].tree.leaves))
+}
+
+fn drive_leaves<const D: usize, const C: usize, R: Real, O: Copy + Send + Default>(
+    domain: &Domain<D>,
+    sources: &[Sources<'_, D, C>],
+    margin: f64,
+    (pass, leaves): (&dyn DynPass<D, C, R, O>, &[u32]),
+) -> Vec<O> {
     let tree = sources[0].tree;
-    let mut out = vec![O::default(); tree.len()];
-    let mut tasks = Vec::with_capacity(tree.leaves.len() / LEAVES_PER_TASK + 1);
+    let targets = leaves.iter().map(|&leaf| tree.nodes[leaf as usize].count as usize).sum();
+    let mut out = vec![O::default(); targets];
+    let mut tasks = Vec::with_capacity(leaves.len() / LEAVES_PER_TASK + 1);
     let mut rest = out.as_mut_slice();
-    for leaves in tree.leaves.chunks(LEAVES_PER_TASK) {
+    for leaves in leaves.chunks(LEAVES_PER_TASK) {
         let size = leaves.iter().map(|&l| tree.nodes[l as usize].count as usize).sum();
         let (mine, others) = rest.split_at_mut(size);
         tasks.push((leaves, mine));

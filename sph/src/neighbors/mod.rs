@@ -15,7 +15,7 @@ mod ghost_tree;
 mod halo;
 mod tree;
 
-pub use batch::{Batch, BatchUnit, LeafPass, Reach, Sources, for_each_target};
+pub use batch::{Batch, BatchUnit, LeafPass, Reach, Sources, for_each_in_chosen_leaves, for_each_target};
 pub(crate) use compiled::{Compiled, Shape, compiled, in_shape};
 pub use ghost_tree::GhostTree;
 pub use halo::{Halo, Sees};

@@ -22,6 +22,28 @@ pub fn separation<const D: usize, R: Real, S: Simd>(
     inverse_support: R::Vector<S>,
     j: usize,
 ) -> ([R::Vector<S>; D], R::Vector<S>) {
+    let (d, r2) = displacement::<D, R, S>(simd, xs, target, j);
+    (d, R::mul(simd, R::sqrt(simd, r2), inverse_support))
+}
+
+/// Squared distance of register `j` from the target.
+#[inline(always)]
+pub fn squared_distance<const D: usize, R: Real, S: Simd>(
+    simd: S,
+    xs: &[&[R::Vector<S>]; D],
+    target: &[R::Vector<S>; D],
+    j: usize,
+) -> R::Vector<S> {
+    displacement::<D, R, S>(simd, xs, target, j).1
+}
+
+#[inline(always)]
+fn displacement<const D: usize, R: Real, S: Simd>(
+    simd: S,
+    xs: &[&[R::Vector<S>]; D],
+    target: &[R::Vector<S>; D],
+    j: usize,
+) -> ([R::Vector<S>; D], R::Vector<S>) {
     let mut d = *target;
     for k in 0..D {
         d[k] = R::sub(simd, xs[k][j], target[k]);
@@ -30,5 +52,5 @@ pub fn separation<const D: usize, R: Real, S: Simd>(
     for &dk in &d[1..] {
         r2 = R::mul_add(simd, dk, dk, r2);
     }
-    (d, R::mul(simd, R::sqrt(simd, r2), inverse_support))
+    (d, r2)
 }
