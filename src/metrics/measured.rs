@@ -4,12 +4,12 @@ use crate::target::{Positions, Target, at};
 use sph::domain::{Domain, Wall};
 use sph::exchange::Exchange;
 use sph::kernel::{KernelName, support_over_spacing};
-use sph::neighbors::{GhostTree, Halo, Reach, Sees, Sources, Tree};
+use sph::neighbors::{GhostTree, Groups, Halo, Reach, Sees, Sources, Tree};
 use sph::parallel;
 use sph::sums::{Actors, DensitySums, Search, Solved, Vector, largest_support, scatter_gradient, solve_support_radii};
 
-/// Particles, in the tree's order, that are looked at together.
-pub(super) const GROUP: usize = 8;
+/// Particles that are looked at together, at most.
+const GROUP: usize = 8;
 /// Reach of the first solution over the guessed radii.
 const FIRST_REACH: f64 = 1.3;
 /// The next reach over radii that came out: more than they are solved to.
@@ -145,6 +145,11 @@ impl<const D: usize> Measured<D> {
         Self { support, sums, interior, tree: Tree::build(&all), ghosts: None, foreign }
     }
 
+    /// Particles that are close together.
+    pub(super) fn groups(&self) -> Groups {
+        Groups::new(&self.tree, GROUP)
+    }
+
     /// How many particles are those of this rank.
     pub fn own(&self) -> usize {
         self.sums.len() - self.foreign.len()
@@ -251,16 +256,17 @@ impl<const D: usize> Measured<D> {
     /// Takes particles out of the interior about which the target is too sharp to be followed (steep surfaces,
     /// discontinuities, vanishing density), see [`Target::sharpness`], and goes by the target's own support radii with
     /// `kernel_neighbors`: what is interior depends on places, not on where particles have gathered.
-    pub fn leave_out_unresolved(&mut self, target: &Target<'_, D>, kernel_neighbors: f64) {
+    pub fn leave_out_unresolved(&mut self, target: &Target<'_, D>, positions: &Positions<D>, kernel_neighbors: f64) {
         let ratio = support_over_spacing(D, kernel_neighbors);
-        let (own, order) = (self.own(), self.tree.order());
-        let resolved = parallel::map(order.len().div_ceil(GROUP), |group| {
-            let members = group * GROUP..order.len().min((group + 1) * GROUP);
-            let places: Vec<[f64; D]> = members.map(|place| self.tree.position(place)).collect();
+        let own = self.own();
+        let groups = self.groups();
+        let members = |group: usize| groups.members(group).iter().map(|&i| i as usize).filter(|&i| i < own);
+        let resolved = parallel::map(groups.len(), |group| {
+            let places: Vec<[f64; D]> = members(group).map(|i| at(positions, i)).collect();
             target.are_resolved_at(&places, ratio)
         });
-        for (place, &i) in order.iter().enumerate().filter(|(_, i)| (**i as usize) < own) {
-            self.interior[i as usize] = resolved[place / GROUP] >> (place % GROUP) & 1 == 1;
+        for (group, bits) in resolved.into_iter().enumerate() {
+            members(group).enumerate().for_each(|(bit, i)| self.interior[i] = bits >> bit & 1 == 1);
         }
     }
 }

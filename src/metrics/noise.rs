@@ -166,9 +166,9 @@ fn parts<const D: usize>(
     let channels: [Vec<f64>; CHANNELS] = std::array::from_fn(|c| match c {
         3 => parallel::map(order.len(), |p| f64::from(u8::from(inside[p]))),
         // As a fraction of what one neighbor does.
-        c if c < D => parallel::map(order.len(), |p| {
-            forces[p].0[c] * measured.sums[own(p)].weighted * measured.support[own(p)]
-        }),
+        c if c < D => {
+            parallel::map(order.len(), |p| forces[p].0[c] * measured.sums[own(p)].weighted * measured.support[own(p)])
+        }
         _ => vec![0.0; order.len()],
     });
     drop(forces);

@@ -9,13 +9,13 @@
 //! missed, the target's points of mass are summed in their place ([`crate::target::mass_points`]).
 
 use super::ledger::Ledger;
-use super::measured::GROUP;
 use crate::field::quadrature::rule;
 use crate::target::{Positions, Target, at};
 use nalgebra::{DMatrix, SymmetricEigen};
 use sph::domain::{Axis, Region, Wall};
 use sph::geometry::distance;
 use sph::kernel::{KernelName, evaluate, with_kernel};
+use sph::neighbors::Groups;
 use sph::parallel;
 use std::f64::consts::{PI, TAU};
 
@@ -29,8 +29,8 @@ type Rule<const D: usize> = Vec<([f64; D], f64)>;
 pub(super) struct Looking<'a, const D: usize> {
     pub positions: &'a Positions<D>,
     pub support: &'a [f64],
-    /// Their places in a tree's order and the target's mass densities there, where they are all particles.
-    pub together: Option<(&'a [u32], &'a [f64])>,
+    /// Which of them are close together, and the target's mass densities at all of them.
+    pub together: Option<(&'a Groups, &'a [f64])>,
 }
 
 /// The target's mass density smoothed by `kernel` with the particles' support radii. About those in the `interior`
@@ -106,7 +106,7 @@ fn by_rules<const D: usize>(
         (last, false)
     };
     let look_from = |i: usize| look(&at(positions, i), support[i], if interior[i] { 0 } else { WITH_CARE });
-    let Some((order, density)) = together.filter(|_| !target.resolution_field().is_piecewise()) else {
+    let Some((groups, density)) = together.filter(|_| !target.resolution_field().is_piecewise()) else {
         return parallel::map(support.len(), look_from);
     };
     // From the middle of some, what the kernel changes, over H^2.
@@ -122,16 +122,15 @@ fn by_rules<const D: usize>(
         let (seen, agreed) = look(&middle, reach, 0);
         (is_near && agreed && (seen / here - 1.0).abs() <= SLIGHT).then(|| (seen / here - 1.0) / (reach * reach))
     };
-    let changes = parallel::map(order.len().div_ceil(GROUP), |g| {
-        change(&order[g * GROUP..order.len().min((g + 1) * GROUP)])
-    });
-    let in_order = parallel::map(order.len(), |place| {
-        let i = order[place] as usize;
-        changes[place / GROUP].map_or_else(|| look_from(i), |c| (density[i] * (1.0 + c * support[i] * support[i]), true))
-    });
-    let mut found = vec![(0.0, false); in_order.len()];
-    in_order.iter().zip(order).for_each(|(f, &i)| found[i as usize] = *f);
-    found
+    let changes = parallel::map(groups.len(), |group| change(groups.members(group)));
+    let mut of_particles = vec![None; support.len()];
+    for (group, change) in changes.into_iter().enumerate().filter(|(_, change)| change.is_some()) {
+        groups.members(group).iter().for_each(|&i| of_particles[i as usize] = change);
+    }
+    parallel::map(support.len(), |i| match of_particles[i] {
+        Some(change) => (density[i] * (1.0 + change * support[i] * support[i]), true),
+        None => look_from(i),
+    })
 }
 
 /// What the kernel may change, as a fraction, where particles that are near each other need but one look: they differ by a part of it.
@@ -408,7 +407,8 @@ mod tests {
         let field = AnalyticField::<3>::new("density", "exp(x) + y^4 + z^3*x", [0.0; 3]).unwrap();
         let target = target_of(&cube, &field);
         let at = [vec![0.3], vec![-0.2], vec![0.4]];
-        let by = |inside| smoothed_densities(KernelName::WendlandC4, (&target, None), &alone(&at, &[0.3]), &mut [inside])[0];
+        let by =
+            |inside| smoothed_densities(KernelName::WendlandC4, (&target, None), &alone(&at, &[0.3]), &mut [inside])[0];
         assert!((by(true) / by(false) - 1.0).abs() < 1e-4);
     }
 

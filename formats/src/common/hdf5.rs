@@ -8,7 +8,9 @@
 //! Reference: <https://support.hdfgroup.org/documentation/hdf5/latest/_f_m_t3.html>
 
 use crate::error::{FormatError, Result};
-use rust_hdf5::{DatatypeMessage, H5Dataset, H5File, H5Group, Hdf5Error, LibverBound};
+use flate2::{Compression, write::ZlibEncoder};
+use rust_hdf5::{DatatypeMessage, H5Dataset, H5File, H5Group, H5Type, Hdf5Error, LibverBound};
+use std::io::Write;
 use std::ops::Range;
 use std::path::{Path, PathBuf};
 use std::sync::mpsc;
@@ -16,11 +18,26 @@ use std::sync::mpsc;
 /// Rows of one chunk of a compressed dataset, and rows that are converted and written at once.
 const CHUNK_ROWS: usize = 1 << 16;
 
-/// Threads that convert numbers for the file, at most; writing keeps no more of them busy.
+/// Threads that convert numbers for the file, at most: plain ones, which writing keeps up with no more of, and those that are compressed.
 const MAX_THREADS: usize = 4;
+const MAX_COMPRESSING: usize = 32;
 
 /// A number that can be stored.
-pub use rust_hdf5::H5Type as Scalar;
+pub trait Scalar: H5Type {
+    /// Its bytes, the least significant first.
+    fn bytes(self) -> impl AsRef<[u8]>;
+}
+
+macro_rules! scalar {
+    ($($number:ty),+) => {
+        $(impl Scalar for $number {
+            fn bytes(self) -> impl AsRef<[u8]> {
+                self.to_le_bytes()
+            }
+        })+
+    };
+}
+scalar!(f32, f64, i8, i32, u32, i64, u64);
 
 /// A file being written.
 pub struct Writer {
@@ -131,7 +148,20 @@ impl Group<'_> {
             builder = builder.chunk(&chunk).shuffle_deflate(u32::from(compression.min(9)));
         }
         let data = builder.create(name).map_err(|e| self.writer.error(e))?;
-        blocks(rows, fill, |range, block| {
+        if compression > 0 && rows > 0 {
+            let (numbers, path) = (chunk.iter().product(), &self.writer.path);
+            let pack = |range: Range<usize>, packed: &mut Vec<u8>| {
+                let mut block = Vec::with_capacity(numbers);
+                fill(range, &mut block)?;
+                pack(&block, numbers, compression, packed).map_err(|e| FormatError::io(path, "write", e))
+            };
+            blocks(rows, MAX_COMPRESSING, pack, |range, packed| {
+                let place = [range.start / CHUNK_ROWS, 0];
+                data.write_chunk_raw_at(&place[..shape.len()], packed, 0).map_err(|e| self.writer.error(e))
+            })?;
+            return Ok(Dataset { writer: self.writer, data });
+        }
+        blocks(rows, MAX_THREADS, fill, |range, block| {
             let mut starts = vec![range.start, 0];
             let mut counts = vec![range.len(), columns];
             starts.truncate(shape.len());
@@ -142,10 +172,24 @@ impl Group<'_> {
     }
 }
 
-/// Gives the rows to `write` block by block and in order, as `fill` makes them in threads of their own. The first error
-/// ends it.
+/// Appends a chunk of `count` numbers, of which those that are left out are zero, as the filters shuffle and deflate leave it.
+fn pack<T: Scalar>(numbers: &[T], count: usize, level: u8, out: &mut Vec<u8>) -> std::io::Result<()> {
+    let mut shuffled = vec![0; count * size_of::<T>()];
+    for (i, number) in numbers.iter().enumerate() {
+        for (place, byte) in number.bytes().as_ref().iter().enumerate() {
+            shuffled[place * count + i] = *byte;
+        }
+    }
+    let mut encoder = ZlibEncoder::new(out, Compression::new(u32::from(level.min(9))));
+    encoder.write_all(&shuffled)?;
+    encoder.finish().map(drop)
+}
+
+/// Gives the rows to `write` block by block and in order, as `fill` makes them in threads of their own, so many at most. The first
+/// error ends it.
 fn blocks<T: Send>(
     rows: usize,
+    most_threads: usize,
     fill: impl Fn(Range<usize>, &mut Vec<T>) -> Result<()> + Sync,
     mut write: impl FnMut(Range<usize>, &[T]) -> Result<()>,
 ) -> Result<()> {
@@ -158,7 +202,7 @@ fn blocks<T: Send>(
     if count <= 1 {
         return (0..count).try_for_each(|i| filled(i, Vec::new()).and_then(|block| write(range(i), &block)));
     }
-    let threads = std::thread::available_parallelism().map_or(1, usize::from).min(MAX_THREADS).min(count);
+    let threads = std::thread::available_parallelism().map_or(1, usize::from).min(most_threads).min(count);
     std::thread::scope(|scope| {
         // Thread k of n makes the blocks k, k + n, ..., one ahead of what is taken from it, into memory that comes back.
         let makers: Vec<_> = (0..threads)
@@ -234,7 +278,7 @@ mod tests {
                 seen.extend_from_slice(block);
                 Ok(())
             };
-            blocks(rows, numbered, keep).unwrap();
+            blocks(rows, MAX_THREADS, numbered, keep).unwrap();
             assert_eq!(seen, (0..rows).collect::<Vec<_>>());
         }
     }
@@ -247,13 +291,16 @@ mod tests {
                 false => numbered(range, out),
             };
             let mut written = 0;
-            let error = blocks(rows, fails, |range, _| {
+            let error = blocks(rows, MAX_THREADS, fails, |range, _| {
                 written += range.len();
                 Ok(())
             });
             assert!(error.is_err() && written <= rows / 2, "{written}");
             assert!(
-                blocks(rows, numbered, |range, _| Err(full(range.start))).unwrap_err().to_string().ends_with(": 0")
+                blocks(rows, MAX_THREADS, numbered, |range, _| Err(full(range.start)))
+                    .unwrap_err()
+                    .to_string()
+                    .ends_with(": 0")
             );
         }
     }

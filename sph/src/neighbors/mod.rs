@@ -12,11 +12,13 @@ mod batch;
 pub mod brute_force;
 mod compiled;
 mod ghost_tree;
+mod groups;
 mod halo;
 mod tree;
 
 pub use batch::{Batch, BatchUnit, LeafPass, Reach, Sources, for_each_in_chosen_leaves, for_each_target};
 pub(crate) use compiled::{Compiled, Shape, compiled, in_shape};
 pub use ghost_tree::GhostTree;
+pub use groups::Groups;
 pub use halo::{Halo, Sees};
 pub use tree::{LEAF_SIZE, Tree};
