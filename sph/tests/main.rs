@@ -4,6 +4,7 @@
 mod domain;
 mod exchange;
 mod gravity;
+mod groups;
 mod kernels;
 mod nearest;
 mod parallel;
