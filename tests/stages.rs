@@ -103,7 +103,8 @@ fn quiet_forces_cost_exactness_and_the_other_way_round() {
         let x = solve_density::<3, f32>(KernelName::WendlandC4, &target, start.clone(), &options, &control()).0;
         let masses = target.masses(&x);
         let mut measured = measured(&target, &x, &masses);
-        measured.leave_out_unresolved(&target, &x, default_kernel_neighbors(3));
+        let groups = measured.groups();
+        measured.leave_out_unresolved(&target, &x, (&groups, default_kernel_neighbors(3)));
         let noise = NoiseFigures::new(KernelName::WendlandC4, &measured, &domain, &masses, default_kernel_neighbors(3));
         let error = DensityError::new(&measured, &target.densities(&x), None);
         (error.interior_refitted.unwrap().epsilon, noise.interior.unwrap())

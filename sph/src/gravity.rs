@@ -116,7 +116,7 @@ pub fn sampled_gravity<const D: usize>(
         for &leaf in &leaves[share] {
             collect(tree, masses, &moments, leaf, opening_angle, softening, &mut all);
             let node = &tree.nodes[leaf];
-            let range = node.first as usize..(node.first + node.count) as usize;
+            let range = node.places();
             found.extend(range.map(|i| (i, attraction::<D>(&tree.position(i), &all, softening))));
         }
         found
@@ -147,7 +147,7 @@ fn moments<const D: usize>(tree: &Tree<D>, masses: &[f64]) -> Vec<Moments<D>> {
     for index in (0..all.len()).rev() {
         let node = &tree.nodes[index];
         let parts: Vec<Moments<D>> = if node.skip == index as u32 + 1 {
-            let range = node.first as usize..(node.first + node.count) as usize;
+            let range = node.places();
             range.map(|i| Moments { mass: masses[i], center: tree.position(i), ..empty }).collect()
         } else {
             vec![all[index + 1], all[tree.nodes[index + 1].skip as usize]]
@@ -207,7 +207,7 @@ fn collect<const D: usize>(
             index = node.skip as usize;
         } else {
             if node.skip == index as u32 + 1 {
-                let range = node.first as usize..(node.first + node.count) as usize;
+                let range = node.places();
                 let apart = |k: usize| (target.lo[k] - node.hi[k]).max(node.lo[k] - target.hi[k]).max(0.0);
                 let is_near = (0..D).map(|k| apart(k).powi(2)).sum::<f64>().sqrt() <= softening;
                 if is_near { out.add_near(tree, masses, range) } else { out.add_far(tree, masses, range) }

@@ -145,8 +145,8 @@ impl<const D: usize> Measured<D> {
         Self { support, sums, interior, tree: Tree::build(&all), ghosts: None, foreign }
     }
 
-    /// Particles that are close together.
-    pub(super) fn groups(&self) -> Groups {
+    /// Particles that are close together; those of other ranks among them.
+    pub fn groups(&self) -> Groups {
         Groups::new(&self.tree, GROUP)
     }
 
@@ -255,11 +255,15 @@ impl<const D: usize> Measured<D> {
 
     /// Takes particles out of the interior about which the target is too sharp to be followed (steep surfaces,
     /// discontinuities, vanishing density), see [`Target::sharpness`], and goes by the target's own support radii with
-    /// `kernel_neighbors`: what is interior depends on places, not on where particles have gathered.
-    pub fn leave_out_unresolved(&mut self, target: &Target<'_, D>, positions: &Positions<D>, kernel_neighbors: f64) {
+    /// `kernel_neighbors`: what is interior depends on places, not on where particles have gathered. `groups` are [`Self::groups`].
+    pub fn leave_out_unresolved(
+        &mut self,
+        target: &Target<'_, D>,
+        positions: &Positions<D>,
+        (groups, kernel_neighbors): (&Groups, f64),
+    ) {
         let ratio = support_over_spacing(D, kernel_neighbors);
         let own = self.own();
-        let groups = self.groups();
         let members = |group: usize| groups.members(group).iter().map(|&i| i as usize).filter(|&i| i < own);
         let resolved = parallel::map(groups.len(), |group| {
             let places: Vec<[f64; D]> = members(group).map(|i| at(positions, i)).collect();

@@ -83,13 +83,13 @@ impl Outcome {
         let mut measured =
             Measured::among(exchange, kernel, target.domain, positions, &masses, &guess, kernel_neighbors);
         drop((guess, number_density));
-        measured.leave_out_unresolved(target, positions, kernel_neighbors);
+        let groups = measured.groups();
+        measured.leave_out_unresolved(target, positions, (&groups, kernel_neighbors));
         let target_density = target.densities(positions);
         let own = measured.own();
         // Each rank would need the points of all.
         let by = (target, Some(ledger).filter(|_| exchange.is_alone()));
-        let groups = exchange.is_alone().then(|| measured.groups());
-        let together = groups.as_ref().map(|groups| (groups, target_density.as_slice()));
+        let together = exchange.is_alone().then_some((&groups, target_density.as_slice()));
         let looking = Looking { positions, support: &measured.support[..own], together };
         let smoothed = smoothed_densities(kernel, by, &looking, &mut measured.interior[..own]);
         let density_error = DensityError::among(exchange, &measured, &target_density, Some(&smoothed));

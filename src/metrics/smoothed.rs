@@ -10,6 +10,7 @@
 
 use super::ledger::Ledger;
 use crate::field::quadrature::rule;
+use crate::target::cells::Matter;
 use crate::target::{Positions, Target, at};
 use nalgebra::{DMatrix, SymmetricEigen};
 use sph::domain::{Axis, Region, Wall};
@@ -50,7 +51,7 @@ pub(super) fn smoothed_densities<const D: usize>(
         // Points of mass are better than the last.
         None => (0..LEVELS - usize::from(ledger.is_some())).map(|level| in_all_directions(kernel, level)).collect(),
     };
-    let found = by_rules(target, &rules, looking, interior);
+    let found = by_rules(target, (&rules, center), looking, interior);
     let mut smoothed: Vec<f64> = found.iter().map(|f| f.0).collect();
     // Near an edge alone, rules that agree have missed nothing.
     let may_hide = target.resolution_field().is_piecewise();
@@ -80,12 +81,11 @@ pub(super) fn smoothed_densities<const D: usize>(
 /// The smoothed density by rules, and whether two of them agree.
 fn by_rules<const D: usize>(
     target: &Target<'_, D>,
-    rules: &[Rule<D>],
+    (rules, center): (&[Rule<D>], Option<[f64; D]>),
     looking: &Looking<'_, D>,
     interior: &[bool],
 ) -> Vec<(f64, bool)> {
     let Looking { positions, support, together } = *looking;
-    let center = radial_center(target);
     let look = |x: &[f64; D], support: f64, first: usize| {
         let frame = center.map(|c| frame(x, &c));
         let by = |rule: &Rule<D>| -> f64 {
@@ -106,7 +106,9 @@ fn by_rules<const D: usize>(
         (last, false)
     };
     let look_from = |i: usize| look(&at(positions, i), support[i], if interior[i] { 0 } else { WITH_CARE });
-    let Some((groups, density)) = together.filter(|_| !target.resolution_field().is_piecewise()) else {
+    // The interior is where the resolution's field is smooth, which is the density's own for equal masses alone.
+    let are_alike = target.has_equal_masses() && target.is_smooth();
+    let Some((groups, density)) = together.filter(|_| are_alike) else {
         return parallel::map(support.len(), look_from);
     };
     // From the middle of some, what the kernel changes, over H^2.
@@ -117,10 +119,13 @@ fn by_rules<const D: usize>(
         }
         let middle = sph::array(|k| members().map(|i| positions[k][i]).sum::<f64>() / count);
         let reach = members().map(|i| support[i]).sum::<f64>() / count;
-        let is_near = members().all(|i| distance(&middle, &at(positions, i)) <= reach);
+        if members().any(|i| distance(&middle, &at(positions, i)) > reach) {
+            return None;
+        }
         let here = target.density.value(&middle);
         let (seen, agreed) = look(&middle, reach, 0);
-        (is_near && agreed && (seen / here - 1.0).abs() <= SLIGHT).then(|| (seen / here - 1.0) / (reach * reach))
+        let change = seen / here - 1.0;
+        (agreed && change.abs() <= SLIGHT).then_some(change / (reach * reach))
     };
     let changes = parallel::map(groups.len(), |group| change(groups.members(group)));
     let mut of_particles = vec![None; support.len()];
@@ -317,8 +322,11 @@ fn product_of_angles(polar: usize, azimuths: usize) -> Vec<([f64; 3], f64)> {
 mod tests {
     use super::*;
     use crate::field::{AnalyticField, ScalarField, total_mass};
+    use crate::random::{Purpose, keyed};
     use crate::target::Resolution;
+    use rand::RngExt;
     use sph::domain::Domain;
+    use sph::neighbors::Tree;
 
     fn target_of<'a, const D: usize>(domain: &'a Domain<D>, density: &'a dyn ScalarField<D>) -> Target<'a, D> {
         let (resolution, mass) = (Resolution::EqualMass, total_mass(density, domain, 1e-6).unwrap().value);
@@ -410,6 +418,66 @@ mod tests {
         let by =
             |inside| smoothed_densities(KernelName::WendlandC4, (&target, None), &alone(&at, &[0.3]), &mut [inside])[0];
         assert!((by(true) / by(false) - 1.0).abs() < 1e-4);
+    }
+
+    /// Where few looks are enough, they say what one from each particle says.
+    #[test]
+    fn particles_that_are_close_together_see_what_each_sees_alone() {
+        fn check<const D: usize>(text: &str, count: usize) {
+            let cube = Domain::new([-1.0; D], [1.0; D], [Axis::OPEN; D], Region::Box).unwrap();
+            let field = AnalyticField::<D>::new("density", text, [0.0; D]).unwrap();
+            let target = target_of(&cube, &field);
+            let mut rng = keyed(0, Purpose::Measure, 7);
+            let positions: Positions<D> =
+                std::array::from_fn(|_| (0..count).map(|_| 1.8 * rng.random::<f64>() - 0.9).collect());
+            let support = vec![2.5 * 2.0 * (count as f64).powf(-1.0 / D as f64); count];
+            let ratio = 2.5 * (16_000.0 / count as f64).powf(1.0 / D as f64);
+            let groups = Groups::new(&Tree::build(&positions), 8);
+            let mut interior = vec![false; count];
+            let mut alike = 0;
+            for group in 0..groups.len() {
+                let members: Vec<usize> = groups.members(group).iter().map(|&i| i as usize).collect();
+                let places: Vec<[f64; D]> = members.iter().map(|&i| at(&positions, i)).collect();
+                let together = target.are_resolved_at(&places, ratio);
+                for (bit, (&i, x)) in members.iter().zip(&places).enumerate() {
+                    interior[i] = target.is_resolved_at(x, ratio);
+                    alike += usize::from(interior[i] == (together >> bit & 1 == 1));
+                }
+            }
+            assert_eq!(alike, count, "{D}-D {text}: resolved");
+            let density = target.densities(&positions);
+            let see = |together| {
+                let looking = Looking { positions: &positions, support: &support, together };
+                smoothed_densities(KernelName::WendlandC4, (&target, None), &looking, &mut interior.clone())
+            };
+            let (alone, together) = (see(None), see(Some((&groups, density.as_slice()))));
+            let off = alone.iter().zip(&together).map(|(a, b)| (b / a - 1.0).abs());
+            let (worst, same) = off.fold((0.0_f64, 0), |(m, s), e| (m.max(e), s + usize::from(e == 0.0)));
+            assert!(worst < 1e-3 && same < 3 * count / 4, "{D}-D {text}: {worst}, {same} alike");
+        }
+        check::<1>("1 + 0.3*x + 0.1*sin(3*x)", 400);
+        check::<2>("exp(0.5*x*y)", 3000);
+        check::<3>("1 + 0.1*sin(2*x) + 0.2*y*z", 8000);
+    }
+
+    /// A density that jumps where the resolution does not is looked at from every particle.
+    #[test]
+    fn the_density_may_jump_where_the_resolution_is_even() {
+        const COUNT: usize = 400;
+        let line = Domain::new([-1.0], [1.0], [Axis::Periodic], Region::Box).unwrap();
+        let field = |text| AnalyticField::<1>::new("density", text, [0.0]).unwrap();
+        let (density, even) = (field("if(x < 0, 1, 3)"), field("1"));
+        let target = Target { resolution: Resolution::NumberDensity(&even), ..target_of(&line, &density) };
+        let spacing = 2.0 / COUNT as f64;
+        let positions = [(0..COUNT).map(|i| (i as f64 + 0.5) * spacing - 1.0).collect::<Vec<f64>>()];
+        let groups = Groups::new(&Tree::build(&positions), 8);
+        let wanted = target.densities(&positions);
+        let support = [2.8 * spacing; COUNT];
+        let looking = Looking { positions: &positions, support: &support, together: Some((&groups, &wanted)) };
+        let seen = smoothed_densities(KernelName::WendlandC4, (&target, None), &looking, &mut [true; COUNT]);
+        for i in [0, COUNT / 2 - 1, COUNT / 2, COUNT - 1] {
+            assert!((seen[i] / wanted[i] - 1.0).abs() > 0.05, "{i}: {} for {}", seen[i], wanted[i]);
+        }
     }
 
     #[test]

@@ -45,7 +45,7 @@ impl<const D: usize> Target<'_, D> {
     /// [`Self::is_resolved_at`] of some places, as the bits of a number. Where the target is smooth, a look from the middle of places that
     /// are near each other, farther than any of them looks, says it of all.
     pub fn are_resolved_at(&self, places: &[[f64; D]], ratio: f64) -> usize {
-        if places.len() > 1 && self.is_resolved_about(places, ratio) {
+        if places.len() > 1 && self.is_smooth() && self.is_resolved_about(places, ratio) {
             return (1 << places.len()) - 1;
         }
         let bit = |(bit, x): (usize, &[f64; D])| usize::from(self.is_resolved_at(x, ratio)) << bit;
@@ -59,11 +59,7 @@ impl<const D: usize> Target<'_, D> {
         let support = self.support(here, ratio);
         let farthest = WIDER * support + radius;
         let is_even = |share: f64| self.sharpness(&middle, here, share * farthest) < 1.0;
-        self.is_smooth()
-            && radius <= TOGETHER * support
-            && !self.domain.is_edge_within(&middle, farthest)
-            && is_even(1.0)
-            && is_even(0.5)
+        radius <= TOGETHER * support && !self.domain.is_edge_within(&middle, farthest) && is_even(1.0) && is_even(0.5)
     }
 
     /// Whether an edge beyond which is vacuum is nearer than `reach`.

@@ -144,11 +144,12 @@ impl Group<'_> {
             chunk.truncate(1);
         }
         let mut builder = self.group.new_dataset::<T>().shape(&shape);
-        if compression > 0 && rows > 0 {
+        let is_packed = compression > 0 && rows > 0;
+        if is_packed {
             builder = builder.chunk(&chunk).shuffle_deflate(u32::from(compression.min(9)));
         }
         let data = builder.create(name).map_err(|e| self.writer.error(e))?;
-        if compression > 0 && rows > 0 {
+        if is_packed {
             let (numbers, path) = (chunk.iter().product(), &self.writer.path);
             let pack = |range: Range<usize>, packed: &mut Vec<u8>| {
                 let mut block = Vec::with_capacity(numbers);

@@ -398,7 +398,7 @@ pub fn for_each_in_chosen_leaves<const D: usize, const C: usize, R: Real, P: Lea
     let Sources { tree, support, .. } = &sources[0];
     let is_chosen = |leaf: &&u32| {
         let node = &tree.nodes[**leaf as usize];
-        support[node.first as usize..(node.first + node.count) as usize].iter().any(|h| *h > 0.0)
+        support[node.places()].iter().any(|h| *h > 0.0)
     };
     let leaves: Vec<u32> = tree.leaves.iter().filter(is_chosen).copied().collect();
     drive_leaves::<D, C, R, P::Output>(domain, sources, margin, (pass, &leaves))

@@ -87,7 +87,7 @@ impl<const D: usize> Tree<D> {
                 continue;
             }
             if node.skip as usize == at + 1 {
-                let inside = node.first as usize..(node.first + node.count) as usize;
+                let inside = node.places();
                 let is_seen = |i: &usize| {
                     let x = self.position(*i);
                     sights.iter().any(|s| s.sees(domain, &x, &x, far(own, *i)))

@@ -20,6 +20,13 @@ pub(crate) struct Node<const D: usize> {
     pub skip: u32,
 }
 
+impl<const D: usize> Node<D> {
+    /// Places of its particles in tree order.
+    pub fn places(&self) -> std::ops::Range<usize> {
+        self.first as usize..(self.first + self.count) as usize
+    }
+}
+
 /// K-d tree that owns the positions of its particles in tree order.
 #[derive(Debug, Clone)]
 pub struct Tree<const D: usize> {
@@ -99,7 +106,7 @@ impl<const D: usize> Tree<D> {
         let tree_positions = &self.positions;
         parallel::update(&mut self.nodes, |i, node| {
             if node.skip == i as u32 + 1 {
-                let range = node.first as usize..(node.first + node.count) as usize;
+                let range = node.places();
                 (node.lo, node.hi) =
                     std::array::from_fn::<_, D, _>(|k| bounds(&tree_positions[k][range.clone()])).into_bounds();
             }
@@ -127,7 +134,7 @@ impl<const D: usize> Tree<D> {
         for i in (0..self.nodes.len()).rev() {
             let node = &self.nodes[i];
             maxima[i] = if node.skip == i as u32 + 1 {
-                let range = node.first as usize..(node.first + node.count) as usize;
+                let range = node.places();
                 values[range].iter().fold(0.0, |m, &v| v.max(m))
             } else {
                 maxima[i + 1].max(maxima[self.nodes[i + 1].skip as usize])
