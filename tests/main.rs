@@ -17,6 +17,7 @@ mod compare;
 mod contacts;
 mod convert;
 mod cores;
+mod discs;
 mod docs;
 mod dust;
 mod extreme;

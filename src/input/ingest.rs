@@ -7,13 +7,14 @@ use crate::field::{
 };
 use crate::input::constants::Constants;
 use crate::input::particles::{OfSnapshot, Snapshot};
+use crate::input::profile::Numbers;
 use crate::input::roles::{Assignment, adopt_units, apply, assign, divide_momenta, reduce_energies, restore_names};
 use crate::input::surfaces::{density_within, refuse_domain_of_a_surface, refuse_orientation};
 use crate::input::units::{InputUnits, RunUnits};
 use crate::input::{beside, profile, shapes};
 use crate::scene::{
     BoundaryName, CenteringName, Conversion, CylinderInput, DomainInput, InterpolationName, MissingValues, OtherTypes,
-    Quantity, ResolutionInput, Role, Scene, StaggeringName, values, vector,
+    ProfileInput, Quantity, ResolutionInput, Role, Scene, StaggeringName, values, vector,
 };
 use crate::seeding::Seeding;
 use sph::domain::{Axis, Domain, Region, Wall};
@@ -25,6 +26,8 @@ pub enum RawInput {
     File(Box<RawField>),
     Snapshot(Box<Snapshot>),
     Expression(String),
+    /// The disc of a scene's profile, whose numbers are in these.
+    Disc(Numbers),
 }
 
 impl RawInput {
@@ -33,7 +36,7 @@ impl RawInput {
         match self {
             Self::File(field) => Some(field),
             Self::Snapshot(snapshot) => Some(&snapshot.field),
-            Self::Expression(_) => None,
+            Self::Expression(_) | Self::Disc(_) => None,
         }
     }
 }
@@ -46,6 +49,9 @@ pub fn read(scene: &Scene, formats: &[FormatSpec]) -> Result<RawInput> {
     let input = &scene.input;
     if let Some(expression) = &input.expression {
         return Ok(RawInput::Expression(expression.clone()));
+    }
+    if let Some(disc @ ProfileInput::Disc(_)) = &input.profile {
+        return Ok(RawInput::Disc(Numbers::new(scene, disc, false)?));
     }
     if let Some(model) = &input.profile {
         return Ok(RawInput::File(Box::new(profile::field(scene, model)?)));
@@ -127,6 +133,12 @@ pub fn dimension(scene: &Scene, raw: &RawInput) -> Result<usize> {
                 _ => Ok(asked.unwrap_or(natural)),
             }
         }
+        None if matches!(raw, RawInput::Disc(_)) => match asked {
+            None | Some(3) => Ok(3),
+            Some(d) => {
+                Err(Error::scene("input.dimension", format!("is {d}, but the profile 'disc' is one in 3 dimensions")))
+            }
+        },
         None => {
             let from_domain = scene.domain.bounds.as_ref().map(|b| b[0].len());
             let from_center = scene.domain.ball.as_ref().map(|b| b.center.len()).filter(|&d| d > 0);
@@ -153,6 +165,9 @@ pub fn dimension(scene: &Scene, raw: &RawInput) -> Result<usize> {
 /// # Errors
 /// A unit that cannot be read or has the wrong dimension.
 pub fn units(scene: &Scene, raw: &RawInput, notes: &mut Vec<String>) -> Result<Option<InputUnits>> {
+    if let RawInput::Disc(numbers) = raw {
+        return Ok(numbers.has_units.then_some(InputUnits { length: 1.0, density: 1.0, time: 1.0 }));
+    }
     let (mut length, mut density) = (None, None);
     if let Some(field) = raw.field() {
         length = match &field.geometry {
@@ -243,6 +258,7 @@ pub fn source<const D: usize>(
         RawInput::File(field) => give_roles(scene, field, &mut options, units)?,
         RawInput::Snapshot(snapshot) => give_roles(scene, &mut snapshot.field, &mut options, units)?,
         RawInput::Expression(_) => Vec::new(),
+        RawInput::Disc(_) => return Err(Error::scene("input.profile", "is a disc, which has no table")),
     };
     let density = density_within(scene, raw.field());
     let mut notes = Vec::new();
@@ -271,14 +287,15 @@ pub fn source<const D: usize>(
             of_snapshot = Some(found);
             source
         }
-        RawInput::Expression(text) => {
+        RawInput::Disc(_) | RawInput::Expression(_) => {
+            let text = scene.input.expression.as_deref().unwrap_or("");
             let domain = stated.clone().ok_or_else(|| {
                 Error::scene(
                     "domain",
                     "is missing: an expression needs a `box`, a `ball`, a `cylinder` or another shape to be evaluated in",
                 )
             })?;
-            let asked = ("input.expression", text.as_str());
+            let asked = ("input.expression", text);
             let known = Constants::new(scene, conversion.from);
             let density = known.field(asked, UnitDimension::mass_density(3), domain.center())?;
             density.check(&domain)?;

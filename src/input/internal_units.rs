@@ -4,6 +4,7 @@ use crate::error::{Error, Result};
 use crate::field::{CarriedInfo, MassEstimate, ScalarField, Source, in_units_of, total_mass};
 use crate::input::atmosphere::{self, Cut};
 use crate::input::core::{self, Core};
+use crate::input::disc;
 use crate::input::factor;
 use crate::input::fields;
 use crate::input::ingest::{self, Ingested, RawInput};
@@ -71,7 +72,11 @@ impl<const D: usize> Prepared<D> {
         count: usize,
     ) -> Result<Self> {
         let sampled = Sampled::<D>::of(scene, &raw);
-        let Ingested { source, variables, input_mass, of_snapshot } = ingest::source::<D>(scene, formats, raw, units)?;
+        let ingested = match raw {
+            RawInput::Disc(numbers) => disc::source::<D>(scene, formats, (&numbers, units))?,
+            raw => ingest::source::<D>(scene, formats, raw, units)?,
+        };
+        let Ingested { source, variables, input_mass, of_snapshot } = ingested;
         let source = fields::attach(scene, source, &units.into_input())?;
         let source = factor::apply(scene, source, &units.into_input())?;
         let (mut source, core) = core::attach(scene, source, units)?;

@@ -2,12 +2,14 @@
 //! atmosphere that is cut, and the hydrostatics of the body.
 
 pub mod atmosphere;
+mod attractors;
 mod beside;
 pub(crate) mod body_materials;
 pub(crate) mod collisionless;
 pub(crate) mod constants;
 pub(crate) mod core;
 mod differences;
+mod disc;
 pub(crate) mod displacement;
 mod factor;
 pub(crate) mod fields;

@@ -1,8 +1,7 @@
 //! The profile of a density that depends on the distance from a center alone: that of the input, or that of an expression
 //! found so.
 
-use crate::field::{RadialProfile, ScalarField};
-use crate::input::internal_units::Prepared;
+use crate::field::{RadialProfile, ScalarField, Source};
 use sph::domain::Region;
 use sph::geometry::distance;
 
@@ -23,7 +22,7 @@ const WAYS: [[f64; 3]; 7] = [
     [0.48, -0.64, -0.6],
 ];
 
-/// A sphere in internal units.
+/// A sphere, in the units of its source.
 pub(crate) struct Spherical {
     pub profile: RadialProfile,
     pub center: [f64; 3],
@@ -31,13 +30,12 @@ pub(crate) struct Spherical {
     pub end: f64,
 }
 
-/// The sphere that a prepared input is; `None` where it is no function of the radius, or its domain not all of a ball about the
+/// The sphere that a source is; `None` where it is no function of the radius, or its domain not all of a ball about the
 /// center.
-pub(crate) fn spherical<const D: usize>(prepared: &Prepared<D>) -> Option<Spherical> {
+pub(crate) fn spherical<const D: usize>(source: &Source<D>) -> Option<Spherical> {
     if D != 3 {
         return None;
     }
-    let source = &prepared.source;
     let filled = |x: [f64; D]| sph::array(|k| x.get(k).copied().unwrap_or(0.0));
     let near = 1e-9 * source.domain.size();
     if let Some(radial) = &source.radial {

@@ -6,20 +6,16 @@
 
 use crate::error::{Error, Result};
 use crate::field::{CarriedField, CarriedInfo};
+use crate::input::attractors::{self, Attractor};
 use crate::input::constants::gravity;
-use crate::input::ingest;
 use crate::input::internal_units::Prepared;
-use crate::input::spherical::spherical;
 use crate::input::units::RunUnits;
 use crate::input::weight::AtRest;
-use crate::scene::{Atmosphere, Input, Scene};
+use crate::scene::{ProfileInput, Scene};
 use sph::geometry::distance;
-use sph::point_mass::{PointMass, Softening};
+use sph::point_mass::PointMass;
 use sph_formats::common::particle_names as names;
-use sph_formats::{FormatSpec, Unit, UnitDimension};
-
-/// For how many particles others are prepared: none of them is placed.
-const COUNT: usize = 1000;
+use sph_formats::{FormatSpec, Unit};
 
 /// Adds the bodies of `gravity_of` to what attracts, and the weight in their gravity to a pressure that carries it; returns what
 /// there is to note.
@@ -42,66 +38,24 @@ pub(crate) fn attach<const D: usize>(
             format!("is of bodies in 3-D, but the scene is in {D}-D; leave it out"),
         ));
     }
-    let softening = scene.code().map_or(Softening::CubicSpline, |code| code.sheet.softening);
-    for (i, attractor) in scene.gravity_of.iter().enumerate() {
-        let key = format!("gravity_of[{i}]");
-        if let Some(mass) = &attractor.point_mass {
-            let conversion = units.into_input();
-            let mass = mass.value(&format!("{key}.point_mass"), UnitDimension::MASS, &conversion)?;
-            let radius = attractor.softening_radius.as_ref();
-            let radius = radius
-                .map(|r| r.value(&format!("{key}.softening_radius"), UnitDimension::LENGTH, &conversion))
-                .transpose()?;
-            let mass = mass / prepared.mass.value;
-            let radius = radius.unwrap_or(0.0) / prepared.length;
-            prepared.beside.points.push(PointMass { center: [0.0], mass, radius, softening });
-            notes.push(format!("the gravity of a point mass of {mass:.4} times the body's is felt"));
-            continue;
+    for found in attractors::find(scene, formats, units)? {
+        let (length, mass) = (prepared.length, prepared.mass.value);
+        match found {
+            Attractor::Point(point) => {
+                let point = PointMass { mass: point.mass / mass, radius: point.radius / length, ..point };
+                notes.push(format!("the gravity of a point mass of {:.4} times the body's is felt", point.mass));
+                prepared.beside.points.push(point);
+            }
+            Attractor::Sphere { profile, end, mass: own, name } => {
+                let profile = profile.scaled(1.0 / length, length.powi(3) / mass);
+                prepared.beside.spheres.push((profile, end / length));
+                notes.push(format!("the gravity of {name} is felt, {:.4} times the body's mass", own / mass));
+            }
+            Attractor::Left(note) => notes.push(note),
         }
-        let alone = scene.of_attractor(attractor);
-        let within = |error: Error| match error {
-            Error::Scene { key: inner, problem } => Error::Scene { key: format!("{key}.{inner}"), problem },
-            other => other,
-        };
-        let (other, own) = read(&alone, formats).map_err(within)?;
-        let Some(sphere) = spherical(&other) else {
-            notes.push(format!(
-                "the gravity of {} is left out: its density is no function of the radius",
-                alone.input_name()
-            ));
-            continue;
-        };
-        let (length, mass) = match (own.input, units.input) {
-            (Some(a), Some(b)) => {
-                let length = a.length / b.length;
-                (length, a.density / b.density * length.powi(3))
-            }
-            (None, None) => (1.0, 1.0),
-            _ => {
-                let problem =
-                    "has units where the body has none, or the other way round; state them in both, or `units`";
-                return Err(Error::scene(format!("{key}.input"), problem));
-            }
-        };
-        let length = length * other.length / prepared.length;
-        let mass = mass * other.mass.value / prepared.mass.value;
-        let profile = sphere.profile.scaled(length, mass / length.powi(3));
-        prepared.beside.spheres.push((profile, sphere.end * length));
-        notes.push(format!("the gravity of {} is felt, {mass:.4} times the body's mass", alone.input_name()));
     }
     notes.extend(carry_weight(scene, prepared, units)?);
     Ok(notes)
-}
-
-fn read(scene: &Scene, formats: &[FormatSpec]) -> Result<(Prepared<3>, RunUnits)> {
-    let raw = ingest::read(scene, formats)?;
-    let units = RunUnits::new(scene, ingest::units(scene, &raw, &mut Vec::new())?)?;
-    let dimension = ingest::dimension(scene, &raw)?;
-    if dimension != 3 {
-        return Err(Error::scene("input.dimension", format!("is {dimension}, expected 3: it attracts a body in 3-D")));
-    }
-    let scene = Scene { input: Input { atmosphere: Atmosphere::Keep, ..scene.input.clone() }, ..scene.clone() };
-    Ok((Prepared::<3>::new(&scene, formats, (raw, &units), COUNT)?, units))
 }
 
 /// The pressure of a body at rest, in cgs or in numbers without units.
@@ -124,7 +78,9 @@ impl<const D: usize> CarriedField<D> for Weight<D> {
 
 /// Replaces the pressure of a profile that carries its own weight alone; says where other gas is not held.
 fn carry_weight<const D: usize>(scene: &Scene, prepared: &mut Prepared<D>, units: &RunUnits) -> Result<Option<String>> {
-    if scene.collisionless.is_some() || prepared.beside.is_empty() {
+    // A disc has all of it in its pressure and rotation.
+    let is_disc = matches!(scene.input.profile, Some(ProfileInput::Disc(_)));
+    if scene.collisionless.is_some() || is_disc || prepared.beside.is_empty() {
         return Ok(None);
     }
     let by_law = scene.input.profile.as_ref().is_some_and(|p| !p.carries_weight());

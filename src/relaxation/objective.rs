@@ -18,6 +18,8 @@ pub(super) struct Objective<'a, const D: usize, R> {
     pub kappa: Option<f64>,
     /// The start is in order: where no sum can follow the target, nothing is better.
     pub settled: bool,
+    /// All particles aim at the smoothed target, wherever it is resolved.
+    pub smoothed: bool,
     /// Made so far.
     pub evaluations: usize,
     /// Where the target is not resolved; none where it is.
@@ -90,6 +92,7 @@ impl<'a, const D: usize, R: Real> Objective<'a, D, R> {
             arrangement,
             kappa: None,
             settled: false,
+            smoothed: false,
             evaluations: 0,
             aims: None,
             points: Points::unknown(),
@@ -208,7 +211,10 @@ impl<'a, const D: usize, R: Real> Objective<'a, D, R> {
         // Points of mass do not show what goes on beyond the surfaces of a region.
         let goes_on = self.arrangement.interfaces().is_some_and(|interfaces| !interfaces.are_none());
         let many = |unresolved: usize| unresolved as f64 > FEW_UNRESOLVED * sharpness.len() as f64;
-        if self.settled || goes_on || !many(parallel::count(sharpness.len(), |i| share(sharpness[i]) > 0.0)) {
+        if self.settled && !self.smoothed
+            || goes_on
+            || !many(parallel::count(sharpness.len(), |i| share(sharpness[i]) > 0.0))
+        {
             return;
         }
         let ratio = support_over_spacing(D, self.arrangement.kernel_neighbors);
@@ -238,7 +244,7 @@ impl<'a, const D: usize, R: Real> Objective<'a, D, R> {
         let ratio = support_over_spacing(D, self.arrangement.kernel_neighbors);
         let sharpness = target.sharpnesses(positions, &wanted, ratio);
         let mut weights = parallel::map(sharpness.len(), |i| resolved(sharpness[i]));
-        if self.normals.is_some() {
+        if self.normals.is_some() || self.smoothed {
             self.take_aim(&vec![f64::INFINITY; sharpness.len()], &spacing);
         } else {
             self.take_aim(&sharpness, &spacing);

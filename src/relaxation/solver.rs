@@ -59,6 +59,9 @@ pub struct SolverOptions {
     pub least_gain: f64,
     /// The start is in order (shells, a lattice, a glass): there is no stage that brings it to rest.
     pub settled: bool,
+    /// Particles aim at the target as the kernel sees it, wherever it is resolved: mass lies where the target has it, and densities
+    /// are those of the kernel.
+    pub smoothed: bool,
 }
 
 impl SolverOptions {
@@ -71,6 +74,7 @@ impl SolverOptions {
             tolerance: 0.0,
             least_gain: if d == 3 { LEAST_GAIN } else { LEAST_GAIN_IN_FEWER },
             settled: false,
+            smoothed: false,
         }
     }
 
@@ -200,8 +204,9 @@ impl<const D: usize, R: Real> Stage<D> for DensitySolver<'_, D, R> {
         let Stretch { kernel, kernel_neighbors, .. } = schedule[index];
         let mirrored = self.target.domain.mirrored();
         let arrangement = Arrangement::of_sorted(kernel, self.target, mirrored, positions, moves, kernel_neighbors);
-        let settled = self.options.settled;
-        let mut objective = Objective { kappa: Some(kappa), settled, evaluations, ..Objective::new(arrangement) };
+        let SolverOptions { settled, smoothed, .. } = self.options;
+        let mut objective =
+            Objective { kappa: Some(kappa), settled, smoothed, evaluations, ..Objective::new(arrangement) };
         if interfaces.is_some() {
             objective.see_interfaces(interfaces);
         }
@@ -429,7 +434,8 @@ impl<const D: usize> Descent<D> {
 
 impl<'a, const D: usize, R: Real> Solver<'a, D, R> {
     fn new(arrangement: Arrangement<'a, D, R>, options: &'a SolverOptions) -> Self {
-        let objective = Objective { settled: options.settled, ..Objective::new(arrangement) };
+        let SolverOptions { settled, smoothed, .. } = *options;
+        let objective = Objective { settled, smoothed, ..Objective::new(arrangement) };
         Self { objective, options, trace: Trace::new() }
     }
 

@@ -97,7 +97,7 @@ impl DomainInput {
     }
 
     /// Whether nothing is stated.
-    pub(super) fn is_empty(&self) -> bool {
+    pub(crate) fn is_empty(&self) -> bool {
         *self == Self::default()
     }
 

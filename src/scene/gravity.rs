@@ -10,11 +10,21 @@ impl Scene {
         let attracts = holds_itself(&self.input, self.balance.as_ref())
             || self.collisionless.is_some()
             || self.orbit.is_some()
+            || has_own_disc(&self.input)
             || self.bodies.iter().any(|body| {
                 let balance = body.balance.as_ref().or(self.balance.as_ref());
-                body.point_mass.is_some() || body.collisionless.is_some() || holds_itself(&body.input, balance)
+                body.point_mass.is_some()
+                    || body.collisionless.is_some()
+                    || has_own_disc(&body.input)
+                    || holds_itself(&body.input, balance)
             });
         attracts.then(|| self.balance.clone().unwrap_or_default().constant)
+    }
+
+    /// Whether the gas of the scene, or of one of its bodies, is a disc in rotation.
+    pub(crate) fn has_disc(&self) -> bool {
+        let is_disc = |input: &Input| matches!(input.profile, Some(ProfileInput::Disc(_)));
+        is_disc(&self.input) || self.bodies.iter().any(|body| is_disc(&body.input))
     }
 
     /// For how long the result is followed as it was placed; `None` where it settles first.
@@ -62,10 +72,18 @@ impl Scene {
     }
 }
 
+/// Whether an input is a disc that feels its own gravity.
+fn has_own_disc(input: &Input) -> bool {
+    matches!(&input.profile, Some(ProfileInput::Disc(disc)) if disc.self_gravity)
+}
+
 /// Whether an input is a model that its own gravity holds, or is balanced with it.
 fn holds_itself(input: &Input, balance: Option<&BalanceInput>) -> bool {
     match balance.and_then(|b| b.gravity) {
         Some(gravity) => gravity == GravityName::Own,
-        None => input.profile.as_ref().is_some_and(|profile| !matches!(profile, ProfileInput::ToyStar { .. })),
+        None => input
+            .profile
+            .as_ref()
+            .is_some_and(|profile| !matches!(profile, ProfileInput::ToyStar { .. } | ProfileInput::Disc(_))),
     }
 }

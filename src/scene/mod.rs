@@ -11,6 +11,7 @@ mod collisionless;
 mod core;
 mod count;
 mod dimensions;
+mod disc;
 mod displacement;
 mod domain;
 mod dust;
@@ -47,6 +48,8 @@ pub use bodies::{BodyInput, OrbitInput};
 pub use collisionless::{AttractorInput, CollisionlessInput, VelocityName};
 pub use core::{CoreGas, CoreInput, SofteningName};
 pub use count::parse_count;
+
+pub use disc::DiscInput;
 pub(crate) use displacement::check_points;
 pub use displacement::{DisplacementInput, SpectrumInput};
 pub use domain::{BoundaryName, DomainInput};
@@ -67,7 +70,7 @@ pub use shape::{
     AxisName, BallInput, CylinderInput, EllipsoidInput, HalfSpaceInput, RotateInput, ShapeInput, SurfaceInput,
     TorusInput,
 };
-pub use stages::{AfcInput, AlaricInput, CheckpointInput, Order, Polish, SolverInput, WvtInput};
+pub use stages::{AfcInput, AimName, AlaricInput, CheckpointInput, Order, Polish, SolverInput, WvtInput};
 pub(crate) use systems::name_of;
 pub use systems::system_of;
 pub use turbulence::TurbulenceInput;
@@ -338,6 +341,11 @@ impl Scene {
         self.resolution.is_some() || self.refine.is_some() || self.seeding == Some(Seeding::VariableMasses)
     }
 
+    /// Whether the density solver brings mass to where the target has it, in place of summed densities.
+    pub(crate) fn aims_at_the_smoothed(&self) -> bool {
+        self.solver.aim.map_or(self.has_disc(), |aim| aim == AimName::Mass)
+    }
+
     /// The input as reports name it.
     pub fn input_name(&self) -> String {
         match (&self.input.file, &self.input.profile, &self.input.expression) {
@@ -381,6 +389,9 @@ impl Scene {
                 return Err(Error::scene("input", problem));
             }
         }
+        if let Some(ProfileInput::Disc(disc)) = profile {
+            disc.validate()?;
+        }
         if self.particles == Some(0) {
             return Err(Error::scene("particles", "is 0, expected at least 1"));
         }
@@ -391,7 +402,8 @@ impl Scene {
             ));
         }
         if let Some(core) = &self.input.core {
-            let is_of_gas = expression.is_none() && !matches!(profile, Some(ProfileInput::Planet(_)));
+            let is_of_gas =
+                expression.is_none() && !matches!(profile, Some(ProfileInput::Planet(_) | ProfileInput::Disc(_)));
             core.validate(is_of_gas, self.input.dimension)?;
         }
         if let Some(d) = self.input.dimension.filter(|d| !(1..=3).contains(d)) {

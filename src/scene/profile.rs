@@ -1,6 +1,7 @@
 //! The `profile` of a scene's input: a body from its physics, in place of a file.
 
 use super::Quantity;
+use super::disc::DiscInput;
 use super::planet::PlanetInput;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -172,6 +173,8 @@ pub enum ProfileInput {
     },
     /// Layers of materials with their equations of state, under their own gravity.
     Planet(PlanetInput),
+    /// Gas in rotation about what the scene has in the center, in equilibrium with its gravity and the disc's own.
+    Disc(DiscInput),
 }
 
 /// A zone of a composite polytrope.
@@ -226,6 +229,7 @@ impl ProfileInput {
         let length = |name, q| (name, q, UnitDimension::LENGTH);
         let all: Vec<(&'static str, &Quantity, UnitDimension)> = match self {
             Self::Planet(planet) => return planet.quantities(),
+            Self::Disc(disc) => disc.quantities(),
             Self::Polytrope { mass, radius, .. }
             | Self::CompositePolytrope { mass, radius, .. }
             | Self::BonnorEbert { mass, radius, .. }
@@ -286,6 +290,7 @@ impl ProfileInput {
             Self::ToyStar { .. } => "toy-star",
             Self::WhiteDwarf { .. } => "white-dwarf",
             Self::Planet(_) => "planet",
+            Self::Disc(_) => "disc",
         }
     }
 }

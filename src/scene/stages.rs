@@ -192,6 +192,22 @@ pub struct SolverInput {
     #[schemars(range(min = 0.0, max = 1.0), example = 0.7)]
     #[serde(skip_serializing_if = "Option::is_none")]
     pub quietness: Option<f64>,
+    /// Whether summed densities or the places of the mass follow the target where a kernel smooths it; by default densities do, but in a
+    /// `disc` its mass, since that is what its rotation and its pressure hold.
+    #[schemars(example = &"mass")]
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub aim: Option<AimName>,
+}
+
+/// What the density solver brings to the target.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum AimName {
+    /// The density that the kernel sums: particles lie somewhat closer together than the mass, so that smoothing makes up for it.
+    Density,
+    /// The mass itself: the density is the target's smoothed by the kernel. For up to 524 288 particles in 3-D, 1 048 576 in 2-D and
+    /// 2 097 152 in 1-D.
+    Mass,
 }
 
 /// What is kept of a run on the way, to go on from after an interrupt, a kill or the end of its time.

@@ -61,7 +61,7 @@ pub(crate) fn velocities<const D: usize>(
     let Some(input) = scene.collisionless.as_ref().filter(|c| c.velocities != VelocityName::None) else {
         return Ok(None);
     };
-    let Some(Spherical { profile, center, .. }) = spherical(prepared) else {
+    let Some(Spherical { profile, center, .. }) = spherical(&prepared.source) else {
         let problem = "are drawn for a density that depends on the distance from its center alone, in all of a ball; state them in `fields`, with \
                        `velocities: none`";
         return Err(Error::scene(KEY, problem));

@@ -6,6 +6,7 @@
 //! | plummer, hernquist, nfw, king, beta-model, power-law | closed form, cut at the outer radius | that carries the weight, 0 at the outer radius |
 //! | evrard | closed form | of one specific internal energy |
 //! | toy-star | closed form | k rho^2 |
+//! | disc | no function of the radius: [`crate::input::disc`] | |
 //! | planet | of layers of materials under their own gravity | of their equations of state |
 
 mod composite;
@@ -32,18 +33,8 @@ use table::Table;
 /// Numbers that make no body.
 pub(crate) fn field(scene: &Scene, profile: &ProfileInput) -> Result<RawField> {
     let d = scene.input.dimension.unwrap_or(3);
-    let quantities = profile.quantities(d);
-    let has_text = quantities.iter().any(|(_, q, _)| matches!(q, Quantity::Text(_)));
-    let plain = quantities.iter().find(|(_, q, _)| matches!(q, Quantity::Plain(_)));
-    if let (true, Some((name, value, _)), None) = (has_text, plain, scene.stated_units()?) {
-        let problem =
-            format!("is {value} beside numbers with units; write its unit, or state `units`, as in `units: solar`");
-        return Err(Error::scene(key(profile.name(), name), problem));
-    }
     let is_of_nature = matches!(profile, ProfileInput::WhiteDwarf { .. } | ProfileInput::Planet(_));
-    let own = (has_text || is_of_nature).then(UnitSystem::cgs);
-    let conversion = Conversion { from: scene.stated_units()?.or(own), to: UnitSystem::cgs() };
-    let has_units = conversion.from.is_some();
+    let Numbers { conversion, has_units } = Numbers::new(scene, profile, is_of_nature)?;
     let in_cgs = scene.code().map_or(GRAVITATIONAL_CONSTANT, |code| code.sheet.gravity);
     let plain = scene.balance.clone().unwrap_or_default().constant;
     let gravity = if has_units { in_cgs } else { plain };
@@ -77,6 +68,35 @@ pub(crate) fn field(scene: &Scene, profile: &ProfileInput) -> Result<RawField> {
         metadata: Vec::new(),
         notes: Vec::new(),
     })
+}
+
+/// What the numbers of a profile are in.
+pub struct Numbers {
+    /// To cgs, or to nothing.
+    pub conversion: Conversion,
+    pub has_units: bool,
+}
+
+impl Numbers {
+    /// `is_of_nature` is whether the body has units by what it is made of.
+    ///
+    /// # Errors
+    /// Plain numbers beside others, in a scene without units.
+    pub fn new(scene: &Scene, profile: &ProfileInput, is_of_nature: bool) -> Result<Self> {
+        let quantities = profile.quantities(scene.input.dimension.unwrap_or(3));
+        let has_text = quantities.iter().any(|(_, q, _)| matches!(q, Quantity::Text(_)));
+        // None of something is none in any unit.
+        let is_plain = |q: &Quantity| matches!(q, Quantity::Plain(number) if *number != 0.0);
+        let plain = quantities.iter().find(|(_, q, _)| is_plain(q));
+        if let (true, Some((name, value, _)), None) = (has_text, plain, scene.stated_units()?) {
+            let problem =
+                format!("is {value} beside numbers with units; write its unit, or state `units`, as in `units: solar`");
+            return Err(Error::scene(key(profile.name(), name), problem));
+        }
+        let own = (has_text || is_of_nature).then(UnitSystem::cgs);
+        let conversion = Conversion { from: scene.stated_units()?.or(own), to: UnitSystem::cgs() };
+        Ok(Self { has_units: conversion.from.is_some(), conversion })
+    }
 }
 
 /// The materials of a planet's layers, from the inside outward; none for other profiles.
@@ -138,7 +158,9 @@ impl Model<'_> {
         }
         let mass = self.value("mass")?;
         match *profile {
-            ProfileInput::Planet(_) => Err(Error::scene("input.profile", "is a planet")),
+            ProfileInput::Planet(_) | ProfileInput::Disc(_) => {
+                Err(Error::scene("input.profile", "is no table of radii"))
+            }
             ProfileInput::Polytrope { n, .. } => spheres::polytrope(d, n, mass, self.value("radius")?, gravity),
             ProfileInput::CompositePolytrope { ref zones, .. } => {
                 let (zones, bounds) = composite::zones(zones)?;

@@ -29,12 +29,14 @@ pub(crate) struct Physics {
     /// The constant of gravity of pure numbers, where the scene's matter attracts itself.
     of_numbers: Option<f64>,
     reflects: bool,
+    /// A disc is among the bodies, whose gas is sheared.
+    has_disc: bool,
 }
 
 impl Physics {
     /// Of `scene`, whose input has units or none.
     pub fn of(scene: &Scene, has_units: bool) -> Self {
-        Self { has_units, of_numbers: scene.own_gravity(), reflects: scene.has_walls() }
+        Self { has_units, of_numbers: scene.own_gravity(), reflects: scene.has_walls(), has_disc: scene.has_disc() }
     }
 }
 
@@ -58,6 +60,7 @@ pub(super) struct Facts<'a> {
     /// Of matter that attracts itself.
     pub gravity: Option<Gravity>,
     pub reflects: bool,
+    pub has_disc: bool,
     /// Dynamical time of a body that holds itself, else the time in which sound crosses the box, and which it is.
     pub time: f64,
     pub time_is: &'static str,
@@ -107,6 +110,7 @@ impl<'a> Facts<'a> {
             stem: stem(path),
             gravity,
             reflects: physics.reflects,
+            has_disc: physics.has_disc,
             time,
             time_is,
             softening: SOFTENING_OVER_SPACING * smallest,

@@ -24,6 +24,10 @@ impl Facts<'_> {
                 row(&mut text, key, (*value).to_owned(), what);
             }
         }
+        if self.has_disc {
+            let what = "act between particles that part as well: shear alone pushes nothing";
+            row(&mut text, "disc_viscosity", "T".to_owned(), what);
+        }
         row(&mut text, "hfact", number(self.code.setting()), "h in units of particle spacing [h = hfact(m/rho)^(1/3)]");
         text
     }

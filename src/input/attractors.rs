@@ -1,0 +1,93 @@
+//! The bodies of `gravity_of` as what attracts, in the units of the input that they are beside.
+
+use crate::error::{Error, Result};
+use crate::field::{RadialProfile, total_mass};
+use crate::input::spherical::spherical;
+use crate::input::units::RunUnits;
+use crate::input::{factor, ingest};
+use crate::scene::Scene;
+use sph::point_mass::{PointMass, Softening};
+use sph_formats::{FormatSpec, UnitDimension};
+
+/// Quadrature of a mass aims at this relative error.
+const MASS_TOLERANCE: f64 = 1e-10;
+
+/// One of them.
+pub(crate) enum Attractor {
+    Point(PointMass<1>),
+    Sphere {
+        profile: RadialProfile,
+        /// Where it is cut.
+        end: f64,
+        mass: f64,
+        name: String,
+    },
+    /// None that can be felt, and why.
+    Left(String),
+}
+
+/// All of a scene's; `units` are those of its input.
+///
+/// # Errors
+/// Those of reading the bodies, with their keys; one in other units or dimensions.
+pub(crate) fn find(scene: &Scene, formats: &[FormatSpec], units: &RunUnits) -> Result<Vec<Attractor>> {
+    let softening = scene.code().map_or(Softening::CubicSpline, |code| code.sheet.softening);
+    let mut all = Vec::new();
+    for (i, attractor) in scene.gravity_of.iter().enumerate() {
+        let key = format!("gravity_of[{i}]");
+        if let Some(mass) = &attractor.point_mass {
+            let conversion = units.into_input();
+            let mass = mass.value(&format!("{key}.point_mass"), UnitDimension::MASS, &conversion)?;
+            let radius = attractor.softening_radius.as_ref();
+            let radius = radius
+                .map(|r| r.value(&format!("{key}.softening_radius"), UnitDimension::LENGTH, &conversion))
+                .transpose()?;
+            let radius = radius.unwrap_or(0.0);
+            all.push(Attractor::Point(PointMass { center: [0.0], mass, radius, softening }));
+            continue;
+        }
+        let alone = scene.of_attractor(attractor);
+        let within = |error: Error| match error {
+            Error::Scene { key: inner, problem } => Error::Scene { key: format!("{key}.{inner}"), problem },
+            other => other,
+        };
+        all.push(sphere(&alone, formats, units, &key).map_err(within)?);
+    }
+    Ok(all)
+}
+
+/// The body of a scene of its own.
+fn sphere(scene: &Scene, formats: &[FormatSpec], units: &RunUnits, key: &str) -> Result<Attractor> {
+    let name = scene.input_name();
+    let left = Attractor::Left(format!("the gravity of {name} is left out: its density is no function of the radius"));
+    let raw = ingest::read(scene, formats)?;
+    if matches!(raw, ingest::RawInput::Disc(_)) {
+        return Ok(left);
+    }
+    let own = RunUnits::new(scene, ingest::units(scene, &raw, &mut Vec::new())?)?;
+    let dimension = ingest::dimension(scene, &raw)?;
+    if dimension != 3 {
+        return Err(Error::scene("input.dimension", format!("is {dimension}, expected 3: it attracts a body in 3-D")));
+    }
+    let source = ingest::source::<3>(scene, formats, raw, &own)?.source;
+    let source = factor::apply(scene, source, &own.into_input())?;
+    let Some(sphere) = spherical(&source) else { return Ok(left) };
+    let mass = match source.mass {
+        Some(mass) => mass,
+        None => total_mass(source.density.as_ref(), &source.domain, MASS_TOLERANCE)?,
+    };
+    let (length, density) = match (own.input, units.input) {
+        (Some(a), Some(b)) => (a.length / b.length, a.density / b.density),
+        (None, None) => (1.0, 1.0),
+        _ => {
+            let problem = "has units where the body has none, or the other way round; state them in both, or `units`";
+            return Err(Error::scene(format!("{key}.input"), problem));
+        }
+    };
+    Ok(Attractor::Sphere {
+        profile: sphere.profile.scaled(length, density),
+        end: sphere.end * length,
+        mass: mass.value * density * length.powi(3),
+        name,
+    })
+}

@@ -1,0 +1,246 @@
+//! Gas in equilibrium in a disc that is isothermal along z.
+//!
+//! With the sound speed c(R) and Phi of all gravity, the density is rho = Sigma(R)/I(R) exp(-[Phi(R, z) - Phi(R, 0)]/c^2), where I makes
+//! the surface density Sigma, and the gas stays in its place along R if it turns with
+//!
+//! v_phi^2/R = dPhi/dR (R, 0) + c^2 d ln(Sigma/I)/dR + dc^2/dR (1 + [Phi(R, z) - Phi(R, 0)]/c^2)
+//!
+//! (Takeuchi & Lin 2002, ApJ 581, 1344, for a point mass).
+
+use super::law::{Law, WIDTHS};
+use super::own::Own;
+use super::rows::Rows;
+use super::well::Well;
+use crate::error::{Error, Result};
+use crate::field::MassEstimate;
+use crate::field::quadrature::integrate;
+use rayon::prelude::*;
+use std::f64::consts::PI;
+
+/// Rows of the tables: steps as a part of the scale height, and how many there are at least and at most.
+const STEP: f64 = 0.5;
+const NUMBER: [usize; 2] = [48, 1200];
+/// Panels of the integral along z, as a part of the scale height.
+const PANEL: f64 = 0.5;
+const ORDER: usize = 6;
+/// exp(-x) of the density in the plane is nothing.
+const NOTHING: f64 = 40.0;
+/// The disc is cut where the density is exp(-x) of that in the plane.
+const TOP: f64 = 11.5;
+/// Gas that is not down to exp(-x) within twice the outer radius is no disc.
+const BOUND: f64 = 6.0;
+/// Steps by which the width of the inner edge is found.
+const EDGE_STEPS: usize = 60;
+/// Edges count in what is refused and reported where they leave more than this of the surface density.
+const EDGE: f64 = 0.05;
+
+/// All of a disc, in the units of the input.
+pub(super) struct Gas {
+    law: Law,
+    well: Well,
+    own: Option<Own>,
+    rows: Rows,
+    /// ln I by row.
+    column: Vec<f64>,
+    scale: f64,
+    /// Largest height.
+    pub top: f64,
+    pub mass: MassEstimate,
+}
+
+/// Figures of a disc for the report.
+pub(super) struct Figures {
+    /// Least and largest c over the circular speed in the plane.
+    pub aspect_ratio: [f64; 2],
+    /// Toomre's Q where it is least, and the radius.
+    pub stability: (f64, f64),
+    /// The radius at which rings are unstable: their angular momentum falls outward.
+    pub unstable_rings: Option<f64>,
+}
+
+impl Gas {
+    /// # Errors
+    /// A disc that nothing holds, that is too heavy or too hot, or narrower than its edges.
+    pub fn new(mut law: Law, well: Well, mass: f64, edge_width: f64, has_own: bool) -> Result<Self> {
+        let of_own = |scale: f64| if has_own { scale } else { 0.0 };
+        if edge_width > 0.0 {
+            let rough = of_own(mass / law.integral().0);
+            let width = |r: f64| law.scale_height(&well, r, rough).map(|height| edge_width * height);
+            let [inner, outer] = law.edges;
+            let mut widths = [if inner > 0.0 { width(inner)? } else { 0.0 }, width(outer)?];
+            // Where the inner edge ends the scale height is larger than where it begins.
+            for _ in 0..EDGE_STEPS {
+                if inner > 0.0 {
+                    widths[0] = width((inner + WIDTHS * widths[0]).min(outer))?;
+                }
+            }
+            law.widths = widths;
+            let both = WIDTHS * (widths[0] + widths[1]);
+            if both > outer - inner {
+                let problem = format!(
+                    "is {edge_width}, with which the edges are {:.3} times as wide as the disc; take less, or 0 for sharp edges",
+                    both / (outer - inner)
+                );
+                return Err(Error::scene("input.profile.disc.edge_width", problem));
+            }
+        }
+        let (integral, error) = law.integral();
+        let scale = mass / integral;
+        if !(scale > 0.0 && scale.is_finite()) {
+            let problem = format!("has the integral {integral:e} over the disc, expected a positive number");
+            return Err(Error::scene("input.profile.disc.surface_density", problem));
+        }
+        let height = |r: f64| law.scale_height(&well, r, of_own(scale)).unwrap_or(f64::INFINITY);
+        let rows = || Rows::new(law.edges, |r| STEP * height(r), NUMBER);
+        let own = has_own.then(|| Own::new(&law, &well, rows(), scale)).transpose()?;
+        let rows = rows().halved();
+        let mass = MassEstimate { value: mass, error: mass * (error / integral).max(1e-12) };
+        let mut gas = Self { law, well, own, column: vec![0.0; rows.places().len()], rows, scale, top: 0.0, mass };
+        gas.top = gas.highest()?;
+        let column = |&r: &f64| gas.integral_along_z(r).map(f64::ln);
+        gas.column = gas.rows.places().par_iter().map(column).collect::<Result<_>>()?;
+        gas.check_rotation()?;
+        Ok(gas)
+    }
+
+    fn sound_speed(&self, radius: f64) -> f64 {
+        self.law.sound_speed(&self.well, radius)
+    }
+
+    /// [Phi(R, z) - Phi(R, 0)]/c^2.
+    fn exponent(&self, radius: f64, z: f64) -> f64 {
+        let own = self.own.as_ref().map_or(0.0, |own| own.rise(radius, z));
+        (self.well.rise(radius, z) + own) / self.sound_speed(radius).powi(2)
+    }
+
+    fn scale_height(&self, radius: f64) -> Result<f64> {
+        let scale = if self.own.is_some() { self.scale } else { 0.0 };
+        self.law.scale_height(&self.well, radius, scale)
+    }
+
+    /// The height at which the density has fallen to next to nothing everywhere.
+    fn highest(&self) -> Result<f64> {
+        let limit = 2.0 * self.law.edges[1];
+        let one = |&r: &f64| {
+            if self.exponent(r, limit) < BOUND {
+                let problem = format!(
+                    "is so hot at R = {r:e} that gravity does not hold it in a disc: at a height of twice the outer radius the density is {:.2e} of that in the \
+                     plane; take less than about 0.3 for H/R",
+                    (-self.exponent(r, limit)).exp()
+                );
+                return Err(Error::scene("input.profile.disc", problem));
+            }
+            let (mut low, mut high) = (0.0, limit);
+            while high - low > 1e-6 * limit {
+                let middle = 0.5 * (low + high);
+                if self.exponent(r, middle) < TOP { low = middle } else { high = middle }
+            }
+            Ok(high)
+        };
+        let heights: Vec<f64> = self.rows.places().par_iter().map(one).collect::<Result<_>>()?;
+        Ok(heights.into_iter().fold(0.0, f64::max))
+    }
+
+    /// I: of exp(-exponent) over all heights within the disc.
+    fn integral_along_z(&self, radius: f64) -> Result<f64> {
+        let panel = PANEL * self.scale_height(radius)?;
+        let (mut z, mut sum) = (0.0, 0.0);
+        while z < self.top && self.exponent(radius, z) < NOTHING {
+            let end = (z + panel).min(self.top);
+            sum += integrate(ORDER, z, end, &|z| (-self.exponent(radius, z)).exp());
+            z = end;
+        }
+        Ok(2.0 * sum)
+    }
+
+    fn is_within(&self, radius: f64, z: f64) -> bool {
+        // The edges themselves belong to the disc, in spite of rounding.
+        let [inner, outer] = self.law.edges;
+        let near = 1e-12 * outer;
+        radius >= inner - near && radius <= outer + near && z.abs() <= self.top * (1.0 + 1e-12)
+    }
+
+    pub fn density(&self, radius: f64, z: f64) -> f64 {
+        if !self.is_within(radius, z) {
+            return 0.0;
+        }
+        let column = self.rows.interpolate(&self.column, radius).0;
+        self.scale * self.law.surface_density(radius) * (-column - self.exponent(radius, z)).exp()
+    }
+
+    pub fn pressure(&self, radius: f64, z: f64) -> f64 {
+        self.sound_speed(radius).powi(2) * self.density(radius, z)
+    }
+
+    /// dPhi/dR in the plane.
+    fn pull(&self, radius: f64) -> f64 {
+        self.well.pull(radius.max(1e-6 * self.law.edges[1])) + self.own.as_ref().map_or(0.0, |own| own.pull(radius))
+    }
+
+    /// Square of the speed of rotation; negative where no rotation holds the gas.
+    fn rotation(&self, radius: f64, z: f64) -> f64 {
+        let [surface, speed] = self.law.slopes(&self.well, radius);
+        let column = self.rows.interpolate(&self.column, radius).1;
+        let pressure = self.sound_speed(radius).powi(2) * (surface - column) + speed * (1.0 + self.exponent(radius, z));
+        radius * (self.pull(radius) + pressure)
+    }
+
+    /// v_phi of gas in equilibrium.
+    pub fn speed(&self, radius: f64, z: f64) -> f64 {
+        let [inner, outer] = self.law.edges;
+        self.rotation(radius.clamp(inner, outer), z).max(0.0).sqrt()
+    }
+
+    /// v_phi of what feels no pressure, on circles at its height: R dPhi/dR there.
+    pub fn orbital_speed(&self, radius: f64, z: f64) -> f64 {
+        let [inner, outer] = self.law.edges;
+        let radius = radius.clamp(inner, outer);
+        let step = 1e-4 * radius.max(1e-6 * outer);
+        let (low, high) = ((radius - step).max(inner), (radius + step).min(outer));
+        let rise = |r: f64| self.well.rise(r, z) + self.own.as_ref().map_or(0.0, |own| own.rise(r, z));
+        let lifted = (rise(high) - rise(low)) / (high - low);
+        (radius * (self.pull(radius) + lifted)).max(0.0).sqrt()
+    }
+
+    fn counts(&self, radius: f64) -> bool {
+        self.law.edge(radius) > EDGE
+    }
+
+    fn check_rotation(&self) -> Result<()> {
+        match self.rows.places().iter().find(|&&r| r > 0.0 && self.counts(r) && self.rotation(r, 0.0) < 0.0) {
+            None => Ok(()),
+            Some(r) => Err(Error::scene(
+                "input.profile.disc",
+                format!(
+                    "cannot be held at R = {r:e}: its pressure pushes harder than gravity pulls; take a lower aspect_ratio or sound_speed, or a surface_density or edge \
+                     that falls less steeply"
+                ),
+            )),
+        }
+    }
+
+    pub fn figures(&self) -> Figures {
+        let places: Vec<f64> =
+            self.rows.places().iter().copied().filter(|&r| r > 1e-3 * self.law.edges[1] && self.counts(r)).collect();
+        let moment = |r: f64| r * r * self.rotation(r, 0.0).max(0.0);
+        let mut found =
+            Figures { aspect_ratio: [f64::INFINITY, 0.0], stability: (f64::INFINITY, 0.0), unstable_rings: None };
+        let [inner, outer] = self.law.edges;
+        for &r in &places {
+            let ratio = self.sound_speed(r) / (self.pull(r) * r).max(0.0).sqrt();
+            found.aspect_ratio = [found.aspect_ratio[0].min(ratio), found.aspect_ratio[1].max(ratio)];
+            let (low, high) = ((r * 0.999).max(inner), (r * 1.001).min(outer));
+            let squared = (moment(high) - moment(low)) / (high - low) / r.powi(3);
+            if squared < 0.0 {
+                found.unstable_rings.get_or_insert(r);
+            }
+            let surface = self.scale * self.law.surface_density(r);
+            let stability = self.sound_speed(r) * squared.max(0.0).sqrt() / (PI * self.well.constant * surface);
+            // Edges are not what a whole disc's stability goes by.
+            if self.law.edge(r) > 0.5 && stability < found.stability.0 {
+                found.stability = (stability, r);
+            }
+        }
+        found
+    }
+}

@@ -1,0 +1,167 @@
+//! What a scene says of a disc: surface density, temperature and edges by radius.
+
+use super::well::Well;
+use crate::error::{Error, Result};
+use crate::field::Expression;
+use crate::field::quadrature::integrate;
+use crate::input::constants::Constants;
+use crate::scene::{Conversion, Term};
+use sph_formats::UnitDimension;
+use std::f64::consts::{PI, TAU};
+
+/// Slopes are those between two radii so far apart, as a part of the radius.
+const STEP: f64 = 1e-4;
+/// Cells over which the surface density is integrated, and Gauss points in each.
+const CELLS: usize = 2048;
+const ORDER: usize = 4;
+/// An edge falls over so many widths.
+pub(super) const WIDTHS: f64 = 3.0;
+/// In place of a radius of 0, as a part of the outer one.
+const CENTER: f64 = 1e-6;
+
+/// An expression in R, in the units of the input.
+pub(super) struct Formula {
+    key: String,
+    expression: Expression,
+    /// The input's units per one of the expression's: of length and of the value.
+    length: f64,
+    unit: f64,
+}
+
+impl Formula {
+    /// # Errors
+    /// A text that is no expression in R, nor a number with a unit of `dimension`.
+    pub fn new(
+        (key, term): (String, &Term),
+        dimension: UnitDimension,
+        (constants, conversion): (&Constants, &Conversion),
+    ) -> Result<Self> {
+        let text = match term {
+            Term::Number(number) => format!("{number:e}"),
+            Term::Text(text) => constants.number(&key, text, dimension)?,
+        };
+        let expression = constants.expression::<1>(&key, &text, &["R"])?;
+        let (length, unit) = (conversion.factor(UnitDimension::LENGTH), conversion.factor(dimension));
+        Ok(Self { key, expression, length, unit })
+    }
+
+    fn at(&self, radius: f64) -> f64 {
+        let r = radius / self.length;
+        self.unit * self.expression.evaluate_with(&[r, 0.0, 0.0, r, r])
+    }
+
+    /// Tries it at radii between two.
+    fn check(&self, [inner, outer]: [f64; 2]) -> Result<()> {
+        let tries = 512;
+        for i in 0..=tries {
+            let r = inner + (outer - inner) * f64::from(i) / f64::from(tries);
+            let value = self.at(r);
+            let is_pole = r == 0.0 && !value.is_finite();
+            if !(is_pole || value > 0.0 && value.is_finite()) {
+                let problem = format!(
+                    "is {} at R = {}, expected a positive number everywhere in the disc",
+                    value / self.unit,
+                    r / self.length
+                );
+                return Err(Error::scene(&self.key, problem));
+            }
+        }
+        Ok(())
+    }
+}
+
+/// What sets the temperature.
+pub(super) enum Temperature {
+    SoundSpeed(Formula),
+    AspectRatio(Formula),
+}
+
+/// A disc by radius, but for its scale.
+pub(super) struct Law {
+    pub surface: Formula,
+    pub temperature: Temperature,
+    /// Inner and outer radius.
+    pub edges: [f64; 2],
+    /// Widths of the edges; 0 where they are sharp.
+    pub widths: [f64; 2],
+}
+
+impl Law {
+    /// Tries both expressions.
+    ///
+    /// # Errors
+    /// Values that are not positive.
+    pub fn check(&self) -> Result<()> {
+        self.surface.check(self.edges)?;
+        let (Temperature::SoundSpeed(formula) | Temperature::AspectRatio(formula)) = &self.temperature;
+        formula.check(self.edges)
+    }
+
+    /// What the edges leave of the surface density, from 0 to 1.
+    pub fn edge(&self, radius: f64) -> f64 {
+        let [inner, outer] = self.edges;
+        let depths = [radius - inner, outer - radius];
+        let of = |k: usize| {
+            let missing = WIDTHS - depths[k] / self.widths[k];
+            if self.widths[k] > 0.0 && missing > 0.0 { (-0.5 * missing * missing).exp() } else { 1.0 }
+        };
+        of(0) * of(1)
+    }
+
+    /// Without its scale.
+    pub fn surface_density(&self, radius: f64) -> f64 {
+        self.surface.at(radius.max(CENTER * self.edges[1])) * self.edge(radius)
+    }
+
+    /// Integral of the surface density over the disc, and how far it is off at most.
+    pub fn integral(&self) -> (f64, f64) {
+        let [inner, outer] = self.edges;
+        let over = |cells: usize| -> f64 {
+            let at = |i: usize| inner + (outer - inner) * (i as f64 / cells as f64).powi(2);
+            let ring = |r: f64| TAU * r * self.surface_density(r);
+            (0..cells).map(|i| integrate(ORDER, at(i), at(i + 1), &ring)).sum()
+        };
+        let fine = over(CELLS);
+        (fine, (fine - over(CELLS / 2)).abs())
+    }
+
+    pub fn sound_speed(&self, well: &Well, radius: f64) -> f64 {
+        let radius = radius.max(CENTER * self.edges[1]);
+        match &self.temperature {
+            Temperature::SoundSpeed(speed) => speed.at(radius),
+            Temperature::AspectRatio(ratio) => ratio.at(radius) * (well.pull(radius) * radius).sqrt(),
+        }
+    }
+
+    /// That of thin gas that `well` holds, or that of gas that holds itself if it is the smaller one; `scale` is that of the surface
+    /// density, 0 for gas without gravity of its own.
+    ///
+    /// # Errors
+    /// Gas that nothing holds.
+    pub fn scale_height(&self, well: &Well, radius: f64, scale: f64) -> Result<f64> {
+        let radius = radius.max(CENTER * self.edges[1]);
+        let speed = self.sound_speed(well, radius);
+        let held = speed * (radius / well.pull(radius)).sqrt();
+        let own = speed * speed / (PI * well.constant * scale * self.surface_density(radius));
+        match held.min(own) {
+            height if height > 0.0 && height.is_finite() => Ok(height),
+            _ => Err(Error::scene(
+                "input.profile.disc",
+                format!(
+                    "has no scale height at R = {radius:e}: its sound speed there is {speed:e}, and gravity {:e}",
+                    well.pull(radius)
+                ),
+            )),
+        }
+    }
+
+    /// d ln Sigma/dR and dc^2/dR.
+    pub fn slopes(&self, well: &Well, radius: f64) -> [f64; 2] {
+        let [inner, outer] = self.edges;
+        let step = STEP * radius.max(CENTER * outer);
+        let (low, high) = ((radius - step).max(inner), (radius + step).min(outer));
+        let speed = |r: f64| self.sound_speed(well, r).powi(2);
+        let surface = |r: f64| self.surface_density(r).ln();
+        [(surface(high) - surface(low)) / (high - low), (speed(high) - speed(low)) / (high - low)]
+    }
+}
