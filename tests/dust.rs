@@ -23,10 +23,10 @@ fn refused(scene: &str) -> String {
     place(&Scene::parse(scene).unwrap(), FORMATS, &Control::default()).err().unwrap().to_string()
 }
 
-/// Gaussians of 1.25 scale heights at both edges of the disc, which begin at three of these widths.
+/// Gaussians of 1.25 scale heights at both edges of the disc, which begin at three of these widths: at 0.8 and 1.875.
 fn edge(r: f64) -> f64 {
     let of = |depth: f64, width: f64| (-0.5 * (3.0 - depth / width).max(0.0).powi(2)).exp();
-    of(r - 0.5, 1.25 * 0.05) * of(3.0 - r, 1.25 * 0.3)
+    of(r - 0.5, 1.25 * 0.08) * of(3.0 - r, 1.25 * 0.3)
 }
 
 /// Midpoint rule over R and z within the disc, from one radius to another.

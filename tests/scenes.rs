@@ -328,10 +328,10 @@ fn contacts_are_clean_on_both_sides() {
     }
 }
 
-/// Gaussians of 1.25 scale heights at both edges of the disc, which begin at three of these widths.
+/// Gaussians of 1.25 scale heights at both edges of the disc, which begin at three of these widths: at 0.8 and 1.875.
 fn edge(big: f64) -> f64 {
     let of = |depth: f64, width: f64| (-0.5 * (3.0 - depth / width).max(0.0).powi(2)).exp();
-    of(big - 0.5, 1.25 * 0.05) * of(3.0 - big, 1.25 * 0.3)
+    of(big - 0.5, 1.25 * 0.08) * of(3.0 - big, 1.25 * 0.3)
 }
 
 /// Gravity of the star, the gradient of the pressure and the rotation add up to nothing at the particles. The gas weighs a thousandth of the star.
@@ -348,7 +348,7 @@ fn the_disc_about_a_star_is_in_equilibrium() {
     for ((x, v), u) in places.iter().zip(&velocities).zip(rows(&file, "InternalEnergy")) {
         let (big, z) = (x[0].hypot(x[1]), x[2]);
         // Beside an edge slopes change within the distance that the axis is off.
-        if z.abs() > 0.3 * big || !(0.75..1.8).contains(&big) {
+        if z.abs() > 0.3 * big || !(0.85..1.8).contains(&big) {
             continue;
         }
         let (s, h) = (big.hypot(z), 1e-5);

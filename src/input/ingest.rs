@@ -2,10 +2,11 @@
 
 use crate::error::{Error, Result};
 use crate::field::{
-    Centering, FieldOptions, Interpolation, Missing, Period, ScalarField, Source, Staggering, Trace, from_raw,
-    in_units_of, mass_columns, natural_dimension,
+    Centering, FieldOptions, Interpolation, Missing, Period, ScalarField, Source, Staggering, from_raw, in_units_of,
+    mass_columns, natural_dimension,
 };
 use crate::input::constants::Constants;
+use crate::input::from_spacing::FromSpacing;
 use crate::input::particles::{OfSnapshot, Snapshot};
 use crate::input::profile::Numbers;
 use crate::input::roles::{Assignment, adopt_units, apply, assign, divide_momenta, reduce_energies, restore_names};
@@ -576,34 +577,4 @@ pub fn resolution<const D: usize>(
         (None, None) => return Ok(None),
     };
     Ok(Some(if is_spacing { Box::new(FromSpacing(field)) } else { field }))
-}
-
-/// n = spacing^-d.
-struct FromSpacing<const D: usize>(Box<dyn ScalarField<D>>);
-
-impl<const D: usize> ScalarField<D> for FromSpacing<D> {
-    fn value(&self, x: &[f64; D]) -> f64 {
-        let spacing = self.0.value(x);
-        if spacing > 0.0 { spacing.powi(-(D as i32)) } else { 0.0 }
-    }
-
-    fn piece(&self, x: &[f64; D]) -> u64 {
-        self.0.piece(x)
-    }
-
-    fn is_piecewise(&self) -> bool {
-        self.0.is_piecewise()
-    }
-
-    fn trace(&self, x: &[f64; D]) -> Trace {
-        self.0.trace(x)
-    }
-
-    fn has_parts(&self) -> bool {
-        self.0.has_parts()
-    }
-
-    fn center(&self) -> Option<[f64; D]> {
-        self.0.center()
-    }
 }

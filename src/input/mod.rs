@@ -13,6 +13,7 @@ mod disc;
 pub(crate) mod displacement;
 mod factor;
 pub(crate) mod fields;
+mod from_spacing;
 pub mod hydrostatics;
 pub mod ingest;
 pub(crate) mod internal_units;

@@ -64,7 +64,8 @@ impl Gas {
     pub fn new(mut law: Law, well: Well, mass: f64, edge_width: f64, has_own: bool) -> Result<Self> {
         let of_own = |scale: f64| if has_own { scale } else { 0.0 };
         if edge_width > 0.0 {
-            let rough = of_own(mass / law.integral().0);
+            // What bends a steep edge back is the rotation about other bodies, where there are any.
+            let rough = if well.is_empty() { of_own(mass / law.integral().0) } else { 0.0 };
             let width = |r: f64| law.scale_height(&well, r, rough).map(|height| edge_width * height);
             let [inner, outer] = law.edges;
             let mut widths = [if inner > 0.0 { width(inner)? } else { 0.0 }, width(outer)?];

@@ -95,9 +95,9 @@ mod tests {
         let point = |mass, radius| PointMass { center: [0.0], mass, radius, softening: Softening::CubicSpline };
         let of = |spheres, points, constant| Well::new(Beside { spheres, points }, constant, 10.0);
         let well = of(Vec::new(), vec![point(3.0, 0.0)], 2.0);
-        for (radius, z) in [(1.0, 0.1), (0.3, 2.0), (5.0, 1e-6)] {
+        for (radius, z) in [(1.0, 0.1), (0.3, 2.0), (5.0, 0.05)] {
             let expected = 6.0 * (1.0 / radius - 1.0 / f64::hypot(radius, z));
-            assert!((well.rise(radius, z) / expected - 1.0).abs() < 1e-9 + 1e-15 / (z * z), "{radius} {z}");
+            assert!((well.rise(radius, z) / expected - 1.0).abs() < 1e-9, "{radius} {z}");
         }
         // Softened, far inside of where it is looked at, and in full.
         let softened = of(Vec::new(), vec![point(1.0, 2.0)], 1.0);
