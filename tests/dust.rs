@@ -52,8 +52,9 @@ fn a_dusty_disc_has_the_dust_that_it_states() {
     let ratio = |r: f64, z: f64| 0.0141 * (-50.0 * z * z / (r * r)).exp();
     let of_dust = |r: f64, z: f64| density(r, z) * ratio(r, z);
     let wanted = within(0.5, 3.0, &of_dust) / within(0.5, 3.0, &density);
-    // Quadrature of both masses is better than 1e-4, the midpoint rule here than 1e-5.
-    assert!((mass(dust) / mass(gas) / wanted - 1.0).abs() < 1e-3, "{} {wanted}", mass(dust) / mass(gas));
+    // Quadrature of both masses is better than 1e-4, the midpoint rule here than 1e-5; the gas's own gravity, which is not in the density above,
+    // makes it thinner by 4 pi G rho/(2 Omega^2), a fifth of a percent.
+    assert!((mass(dust) / mass(gas) / wanted - 1.0).abs() < 3e-3, "{} {wanted}", mass(dust) / mass(gas));
     // The surface density by rings: a particle more or less at each edge of a row of about sqrt(n) of them.
     let origin = column(star, "Coordinates").concat();
     let places: Vec<Vec<f64>> =
@@ -65,9 +66,10 @@ fn a_dusty_disc_has_the_dust_that_it_states() {
         let wanted = whole * within(from, to, &of_dust) / share;
         assert!((found - wanted).abs() < 2.0 * wanted.sqrt(), "{from} to {to}: {found} {wanted}");
     }
-    // <z^2/R^2> is 0.005 of the stated density, and it is the mass that is brought to its place.
+    // <z^2/R^2> is 0.005 of the stated density. The mass is brought to its place, but for what a solver leaves that counts densities little beside
+    // even distances: particles are 0.05 apart, and a third of the square of that is 0.17 of the whole.
     let height = places.iter().map(|x| x[2].powi(2) / (x[0].powi(2) + x[1].powi(2))).sum::<f64>() / places.len() as f64;
-    assert!((0.95..1.05).contains(&(height / 0.005)), "{height}");
+    assert!((0.87..1.05).contains(&(height / 0.005)), "{height}");
     // Without pressure: v^2/R = R/r^3, by itself.
     for (x, v) in places.iter().zip(column(dust, "Velocities")) {
         let (big, r) = (x[0].hypot(x[1]), x[0].hypot(x[1]).hypot(x[2]));

@@ -366,6 +366,9 @@ impl Scene {
         self.check_stages()?;
         self.stated_units()?;
         self.check_quantities()?;
+        if let Some(ProfileInput::Disc(disc)) = &self.input.profile {
+            disc.validate()?;
+        }
         self.check_bodies()?;
         self.check_ambient()?;
         self.check_collisionless()?;
@@ -388,9 +391,6 @@ impl Scene {
                 let problem = "names more than one of `file`, `expression` and `profile`; give one";
                 return Err(Error::scene("input", problem));
             }
-        }
-        if let Some(ProfileInput::Disc(disc)) = profile {
-            disc.validate()?;
         }
         if self.particles == Some(0) {
             return Err(Error::scene("particles", "is 0, expected at least 1"));
