@@ -258,8 +258,7 @@ pub fn source<const D: usize>(
         }
         RawInput::File(field) => give_roles(scene, field, &mut options, units)?,
         RawInput::Snapshot(snapshot) => give_roles(scene, &mut snapshot.field, &mut options, units)?,
-        RawInput::Expression(_) => Vec::new(),
-        RawInput::Disc(_) => return Err(Error::scene("input.profile", "is a disc, which has no table")),
+        RawInput::Expression(_) | RawInput::Disc(_) => Vec::new(),
     };
     let density = density_within(scene, raw.field());
     let mut notes = Vec::new();
@@ -288,15 +287,15 @@ pub fn source<const D: usize>(
             of_snapshot = Some(found);
             source
         }
-        RawInput::Disc(_) | RawInput::Expression(_) => {
-            let text = scene.input.expression.as_deref().unwrap_or("");
+        RawInput::Disc(_) => return Err(Error::scene("input.profile", "is a disc, which has no table")),
+        RawInput::Expression(text) => {
             let domain = stated.clone().ok_or_else(|| {
                 Error::scene(
                     "domain",
                     "is missing: an expression needs a `box`, a `ball`, a `cylinder` or another shape to be evaluated in",
                 )
             })?;
-            let asked = ("input.expression", text);
+            let asked = ("input.expression", text.as_str());
             let known = Constants::new(scene, conversion.from);
             let density = known.field(asked, UnitDimension::mass_density(3), domain.center())?;
             density.check(&domain)?;

@@ -11,7 +11,7 @@ use crate::input::constants::gravity;
 use crate::input::internal_units::Prepared;
 use crate::input::units::RunUnits;
 use crate::input::weight::AtRest;
-use crate::scene::{ProfileInput, Scene};
+use crate::scene::Scene;
 use sph::geometry::distance;
 use sph::point_mass::PointMass;
 use sph_formats::common::particle_names as names;
@@ -79,8 +79,7 @@ impl<const D: usize> CarriedField<D> for Weight<D> {
 /// Replaces the pressure of a profile that carries its own weight alone; says where other gas is not held.
 fn carry_weight<const D: usize>(scene: &Scene, prepared: &mut Prepared<D>, units: &RunUnits) -> Result<Option<String>> {
     // A disc has all of it in its pressure and rotation.
-    let is_disc = matches!(scene.input.profile, Some(ProfileInput::Disc(_)));
-    if scene.collisionless.is_some() || is_disc || prepared.beside.is_empty() {
+    if scene.collisionless.is_some() || scene.input.disc().is_some() || prepared.beside.is_empty() {
         return Ok(None);
     }
     let by_law = scene.input.profile.as_ref().is_some_and(|p| !p.carries_weight());

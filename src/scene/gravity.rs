@@ -23,8 +23,7 @@ impl Scene {
 
     /// Whether the gas of the scene, or of one of its bodies, is a disc in rotation.
     pub(crate) fn has_disc(&self) -> bool {
-        let is_disc = |input: &Input| matches!(input.profile, Some(ProfileInput::Disc(_)));
-        is_disc(&self.input) || self.bodies.iter().any(|body| is_disc(&body.input))
+        self.input.disc().is_some() || self.bodies.iter().any(|body| body.input.disc().is_some())
     }
 
     /// For how long the result is followed as it was placed; `None` where it settles first.
@@ -74,7 +73,7 @@ impl Scene {
 
 /// Whether an input is a disc that feels its own gravity.
 fn has_own_disc(input: &Input) -> bool {
-    matches!(&input.profile, Some(ProfileInput::Disc(disc)) if disc.self_gravity)
+    input.disc().is_some_and(|disc| disc.self_gravity)
 }
 
 /// Whether an input is a model that its own gravity holds, or is balanced with it.

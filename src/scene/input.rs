@@ -1,6 +1,6 @@
 //! The `input` section of a scene.
 
-use super::{CoreInput, ProfileInput, Quantity, Term};
+use super::{CoreInput, DiscInput, ProfileInput, Quantity, Term};
 use crate::error::{Error, Result};
 use crate::field::Orientation;
 use schemars::JsonSchema;
@@ -97,6 +97,14 @@ pub struct Input {
 }
 
 impl Input {
+    /// The disc that it is, if it is one.
+    pub(crate) fn disc(&self) -> Option<&DiscInput> {
+        match &self.profile {
+            Some(ProfileInput::Disc(disc)) => Some(disc),
+            _ => None,
+        }
+    }
+
     /// How a surface is scaled and turned, where [`Self::validate_orientation`] has no objection.
     pub(crate) fn orientation(&self) -> Orientation {
         orientation(&self.scale, &self.rotate)

@@ -366,9 +366,7 @@ impl Scene {
         self.check_stages()?;
         self.stated_units()?;
         self.check_quantities()?;
-        if let Some(ProfileInput::Disc(disc)) = &self.input.profile {
-            disc.validate()?;
-        }
+        self.input.disc().map_or(Ok(()), DiscInput::validate)?;
         self.check_bodies()?;
         self.check_ambient()?;
         self.check_collisionless()?;

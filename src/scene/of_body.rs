@@ -1,8 +1,7 @@
 //! The scenes of bodies by themselves, and what cannot stand beside them.
 
 use super::{
-    AttractorInput, BodyInput, BoundaryName, Input, Motion, OriginInput, OriginName, ProfileInput, Scene, Thermal,
-    check_all, in_body,
+    AttractorInput, BodyInput, BoundaryName, Input, Motion, OriginInput, OriginName, Scene, Thermal, check_all, in_body,
 };
 use crate::error::{Error, Result};
 use sph_formats::UnitDimension;
@@ -55,7 +54,7 @@ impl Scene {
     /// The bodies about the same center as body `index`, whose gravity it feels: where it is a disc, or any body is collisionless. Others
     /// are held by what their own scenes say.
     fn others_about(&self, index: usize) -> Vec<AttractorInput> {
-        let is_disc = matches!(self.bodies[index].input.profile, Some(ProfileInput::Disc(_)));
+        let is_disc = self.bodies[index].input.disc().is_some();
         if self.orbit.is_some() || !(is_disc || self.bodies.iter().any(|b| b.collisionless.is_some())) {
             return Vec::new();
         }

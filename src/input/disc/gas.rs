@@ -7,7 +7,7 @@
 //!
 //! (Takeuchi & Lin 2002, ApJ 581, 1344, for a point mass).
 
-use super::law::{Law, WIDTHS};
+use super::law::{CENTER, Law, WIDTHS};
 use super::own::Own;
 use super::rows::Rows;
 use super::well::Well;
@@ -108,10 +108,14 @@ impl Gas {
         self.law.sound_speed(&self.well, radius)
     }
 
-    /// [Phi(R, z) - Phi(R, 0)]/c^2.
+    /// Phi(R, z) - Phi(R, 0) of all gravity.
+    fn rise(&self, radius: f64, z: f64) -> f64 {
+        self.well.rise(radius, z) + self.own.as_ref().map_or(0.0, |own| own.rise(radius, z))
+    }
+
+    /// The same over c^2.
     fn exponent(&self, radius: f64, z: f64) -> f64 {
-        let own = self.own.as_ref().map_or(0.0, |own| own.rise(radius, z));
-        (self.well.rise(radius, z) + own) / self.sound_speed(radius).powi(2)
+        self.rise(radius, z) / self.sound_speed(radius).powi(2)
     }
 
     fn scale_height(&self, radius: f64) -> Result<f64> {
@@ -175,7 +179,7 @@ impl Gas {
 
     /// dPhi/dR in the plane.
     fn pull(&self, radius: f64) -> f64 {
-        self.well.pull(radius.max(1e-6 * self.law.edges[1])) + self.own.as_ref().map_or(0.0, |own| own.pull(radius))
+        self.well.pull(radius.max(CENTER * self.law.edges[1])) + self.own.as_ref().map_or(0.0, |own| own.pull(radius))
     }
 
     /// Square of the speed of rotation; negative where no rotation holds the gas.
@@ -196,10 +200,8 @@ impl Gas {
     pub fn orbital_speed(&self, radius: f64, z: f64) -> f64 {
         let [inner, outer] = self.law.edges;
         let radius = radius.clamp(inner, outer);
-        let step = 1e-4 * radius.max(1e-6 * outer);
-        let (low, high) = ((radius - step).max(inner), (radius + step).min(outer));
-        let rise = |r: f64| self.well.rise(r, z) + self.own.as_ref().map_or(0.0, |own| own.rise(r, z));
-        let lifted = (rise(high) - rise(low)) / (high - low);
+        let (low, high) = self.law.around(radius);
+        let lifted = (self.rise(high, z) - self.rise(low, z)) / (high - low);
         (radius * (self.pull(radius) + lifted)).max(0.0).sqrt()
     }
 

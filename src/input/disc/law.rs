@@ -17,7 +17,7 @@ const ORDER: usize = 4;
 /// An edge falls over so many widths.
 pub(super) const WIDTHS: f64 = 3.0;
 /// In place of a radius of 0, as a part of the outer one.
-const CENTER: f64 = 1e-6;
+pub(super) const CENTER: f64 = 1e-6;
 
 /// An expression in R, in the units of the input.
 pub(super) struct Formula {
@@ -155,11 +155,16 @@ impl Law {
         }
     }
 
-    /// d ln Sigma/dR and dc^2/dR.
-    pub fn slopes(&self, well: &Well, radius: f64) -> [f64; 2] {
+    /// The two radii between which slopes at one are taken.
+    pub fn around(&self, radius: f64) -> (f64, f64) {
         let [inner, outer] = self.edges;
         let step = STEP * radius.max(CENTER * outer);
-        let (low, high) = ((radius - step).max(inner), (radius + step).min(outer));
+        ((radius - step).max(inner), (radius + step).min(outer))
+    }
+
+    /// d ln Sigma/dR and dc^2/dR.
+    pub fn slopes(&self, well: &Well, radius: f64) -> [f64; 2] {
+        let (low, high) = self.around(radius);
         let speed = |r: f64| self.sound_speed(well, r).powi(2);
         let surface = |r: f64| self.surface_density(r).ln();
         [(surface(high) - surface(low)) / (high - low), (speed(high) - speed(low)) / (high - low)]

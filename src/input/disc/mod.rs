@@ -17,7 +17,7 @@ use crate::input::ingest::Ingested;
 use crate::input::profile::Numbers;
 use crate::input::units::RunUnits;
 use crate::input::weight::Beside;
-use crate::scene::{DiscInput, ProfileInput, Scene, Term};
+use crate::scene::{DiscInput, Scene, Term};
 use gas::Gas;
 use law::{Formula, Law, Temperature};
 use sph::domain::{Axis, Domain, Wall};
@@ -36,9 +36,7 @@ pub(crate) fn source<const D: usize>(
     formats: &[FormatSpec],
     (numbers, units): (&Numbers, &RunUnits),
 ) -> Result<Ingested<D>> {
-    let Some(ProfileInput::Disc(input)) = &scene.input.profile else {
-        return Err(Error::scene("input.profile", "is no disc"));
-    };
+    let input = scene.input.disc().ok_or_else(|| Error::scene("input.profile", "is no disc"))?;
     if !scene.domain.is_empty() {
         return Err(Error::scene("domain", "is that of the disc, from its edges and its height; leave it out"));
     }
