@@ -5,7 +5,8 @@
 //! sides in proportion, so that an even arrangement fills boxes evenly wherever their faces lie.
 
 use super::Measured;
-use crate::target::cells::{Cell, Cut, Rule, cut_closely, partition, refine};
+use crate::target::cells::{Cell, Rule, partition, refine};
+use crate::target::cut::{Cut, cut_closely};
 use crate::target::mass_points::MassPoints;
 use crate::target::{Positions, Resolution, Target, at};
 use serde::Serialize;

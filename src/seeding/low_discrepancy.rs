@@ -7,7 +7,8 @@
 use super::bisection::representative;
 use super::kronecker;
 use crate::error::Result;
-use crate::target::cells::{Cell, Cut, cut, partition, refine};
+use crate::target::cells::{Cell, partition, refine};
+use crate::target::cut::{Cut, cut};
 use crate::target::{Positions, Target};
 use sph::parallel;
 

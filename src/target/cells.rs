@@ -110,7 +110,7 @@ impl<const D: usize> Cell<D> {
     }
 
     /// Halves along an axis, with masses anew from the target.
-    fn halves_along(&self, axis: usize, target: &dyn Matter<D>, rule: Rule) -> [Self; 2] {
+    pub(super) fn halves_along(&self, axis: usize, target: &dyn Matter<D>, rule: Rule) -> [Self; 2] {
         if rule == Rule::Shared && !self.may_end(target) {
             let (halves, mass) = self.shared_along(axis, target);
             if let Some(halves) = halves.filter(|_| (mass - self.mass).abs() <= TOLD * self.mass) {
@@ -371,7 +371,7 @@ pub(crate) fn refine<const D: usize>(target: &dyn Matter<D>, cells: &mut Vec<Cel
 const MAX_REFINEMENTS: usize = 64;
 
 /// Puts the halves of the `chosen` cells in their place. A cell whose halves miss its mass (a spike at its center) is kept as it is.
-fn halve<const D: usize>(
+pub(super) fn halve<const D: usize>(
     cells: &mut Vec<Cell<D>>,
     chosen: Vec<usize>,
     halves: impl Fn(&Cell<D>) -> [Cell<D>; 2] + Sync,
@@ -384,149 +384,4 @@ fn halve<const D: usize>(
             cells.push(right);
         }
     }
-}
-
-/// Cells on both sides of a plane.
-pub(crate) struct Cut<const D: usize> {
-    pub axis: usize,
-    pub plane: f64,
-    pub left: Vec<Cell<D>>,
-    pub right: Vec<Cell<D>>,
-}
-
-/// Splits cells by a plane across the axis along which their mass is spread most, with `fraction` of the mass on the
-/// left. Cells that the plane crosses are divided.
-pub(crate) fn cut<const D: usize>(cells: Vec<Cell<D>>, fraction: f64) -> Cut<D> {
-    let axis = widest_axis(&cells);
-    cut_across(axis, cells, fraction)
-}
-
-/// [`cut`], with the cells at the plane sliced until what of their mass is on either side is known well, and not by what part of them is.
-pub(crate) fn cut_closely<const D: usize>(
-    target: &dyn Matter<D>,
-    mut cells: Vec<Cell<D>>,
-    fraction: f64,
-    rule: Rule,
-) -> Cut<D> {
-    let axis = widest_axis(&cells);
-    for _ in 0..SLICINGS {
-        let plane = plane_across(axis, &cells, fraction);
-        let crossed = (0..cells.len()).filter(|&i| cells[i].lo[axis] < plane && cells[i].hi[axis] > plane).collect();
-        halve(&mut cells, crossed, |cell| cell.halves_along(axis, target, rule));
-    }
-    cut_across(axis, cells, fraction)
-}
-
-/// Halvings of the cells at a plane: each leaves a quarter of the error.
-const SLICINGS: usize = 2;
-
-fn plane_across<const D: usize>(axis: usize, cells: &[Cell<D>], fraction: f64) -> f64 {
-    let lo = cells.iter().map(|c| c.lo[axis]).fold(f64::INFINITY, f64::min);
-    let hi = cells.iter().map(|c| c.hi[axis]).fold(f64::NEG_INFINITY, f64::max);
-    quantile(cells, axis, fraction, lo, hi)
-}
-
-fn cut_across<const D: usize>(axis: usize, cells: Vec<Cell<D>>, fraction: f64) -> Cut<D> {
-    let plane = plane_across(axis, &cells, fraction);
-    let mut left = Vec::with_capacity(cells.len() / 2 + 8);
-    let mut right = Vec::with_capacity(cells.len() / 2 + 8);
-    for cell in cells {
-        if cell.hi[axis] <= plane {
-            left.push(cell);
-        } else if cell.lo[axis] >= plane {
-            right.push(cell);
-        } else {
-            let share = (plane - cell.lo[axis]) / (cell.hi[axis] - cell.lo[axis]);
-            let (mut a, mut b) = (cell, cell);
-            a.hi[axis] = plane;
-            b.lo[axis] = plane;
-            a.mass *= share;
-            b.mass *= 1.0 - share;
-            left.push(a);
-            right.push(b);
-        }
-    }
-    Cut { axis, plane, left, right }
-}
-
-/// The axis along which halves of the mass are thickest: of a uniform box that of its longest edge. What a thin tail covers
-/// says little about where the mass is, and a cut across a steep slope leaves one half thin.
-fn widest_axis<const D: usize>(cells: &[Cell<D>]) -> usize {
-    let total: f64 = cells.iter().map(|c| c.mass).sum();
-    let width: [f64; D] = sph::array(|k| {
-        let mean = cells.iter().map(|c| c.mass * c.center()[k]).sum::<f64>() / total;
-        let about = |c: &Cell<D>| (c.center()[k] - mean).powi(2) + (c.hi[k] - c.lo[k]).powi(2) / 12.0;
-        let width = (12.0 * cells.iter().map(|c| c.mass * about(c)).sum::<f64>() / total).sqrt();
-        width * evenness(cells, k, mean, width, total)
-    });
-    // Equal but for rounding is equal.
-    (0..D).fold(0, |best, k| if width[k] > width[best] * (1.0 + 1e-9) { k } else { best })
-}
-
-/// Thickness of the thinner half of the mass along an axis over that of half a uniform layer as wide; 1 where it is
-/// nearly as much.
-fn evenness<const D: usize>(cells: &[Cell<D>], axis: usize, mean: f64, width: f64, total: f64) -> f64 {
-    let (start, step) = (mean - 0.5 * REACH * width, REACH * width / BINS as f64);
-    if !(step > 0.0) {
-        return 1.0;
-    }
-    let mut bins = [0.0; BINS];
-    for cell in cells {
-        // What is equal but for rounding falls into the same bin.
-        let place = ((cell.center()[axis] - start) / step + 1e-6).clamp(0.0, (BINS - 1) as f64);
-        bins[place as usize] += cell.mass / total;
-    }
-    let quantile = |share: f64| {
-        let mut before = 0.0;
-        for (i, bin) in bins.iter().enumerate() {
-            if before + bin >= share - 1e-9 {
-                return i as f64 + (share - before) / bin;
-            }
-            before += bin;
-        }
-        BINS as f64
-    };
-    let [first, middle, third] = [0.25, 0.5, 0.75].map(quantile);
-    let thinner = 4.0 * step * (middle - first).min(third - middle) / width;
-    if thinner > NEARLY { 1.0 } else { thinner }
-}
-
-/// Bins about the mean, and how far they reach in widths.
-const BINS: usize = 48;
-const REACH: f64 = 2.0;
-/// Evenness from which on it counts as even.
-const NEARLY: f64 = 0.75;
-
-/// Where `fraction` of the mass lies to the left: Newton on the piecewise linear cumulative mass, bracketed.
-fn quantile<const D: usize>(cells: &[Cell<D>], axis: usize, fraction: f64, lo: f64, hi: f64) -> f64 {
-    let total: f64 = cells.iter().map(|c| c.mass).sum();
-    let left = fraction * total;
-    let (mut a, mut b) = (lo, hi);
-    let mut x = lo + fraction * (hi - lo);
-    for _ in 0..100 {
-        let (mut mass, mut slope) = (0.0, 0.0);
-        for c in cells {
-            if c.hi[axis] <= x {
-                mass += c.mass;
-            } else if c.lo[axis] < x {
-                let rate = c.mass / (c.hi[axis] - c.lo[axis]);
-                mass += rate * (x - c.lo[axis]);
-                slope += rate;
-            }
-        }
-        if (mass - left).abs() <= 1e-12 * total {
-            break;
-        }
-        if mass > left {
-            b = x
-        } else {
-            a = x
-        }
-        if b - a <= 1e-14 * (hi - lo) {
-            break;
-        }
-        let newton = x + (left - mass) / slope;
-        x = if newton > a && newton < b { newton } else { 0.5 * (a + b) };
-    }
-    x
 }

@@ -5,6 +5,7 @@
 
 pub(crate) mod cells;
 mod contacts;
+pub(crate) mod cut;
 mod edges;
 pub(crate) mod mass_points;
 mod materials;
