@@ -69,11 +69,10 @@ impl NoiseFigures {
         kernel_neighbors: f64,
     ) -> (Self, Vec<f64>) {
         let forces = measured.constant_pressure_forces(kernel, domain, masses);
-        let (figures, mut own, poisson) = Self::of_forces(exchange, &forces, measured, kernel, kernel_neighbors);
-        own.iter_mut().for_each(|square| *square = square.sqrt() / poisson);
+        let (figures, squares, poisson) = Self::of_forces(exchange, &forces, measured, kernel, kernel_neighbors);
         // Forces of neighbors on other ranks are not known here.
         let parts = if exchange.is_alone() { parts(forces, measured, domain, poisson) } else { None };
-        (Self { parts, ..figures }, own)
+        (Self { parts, ..figures }, squares.into_iter().map(|square| square.sqrt() / poisson).collect())
     }
 
     /// From forces in the tree's order. And the squares for each particle, with the root mean square of a Poisson set.
@@ -157,22 +156,24 @@ fn parts<const D: usize>(
     poisson: f64,
 ) -> Option<NoiseParts> {
     let tree = &measured.tree;
-    let inside = tree.to_tree_order(&measured.interior);
-    let every = forces.len().div_ceil(SAMPLED);
-    let is_taken = |i: usize| inside[i] && (i / ROW).is_multiple_of(every);
     let order = tree.order();
     let own = |place: usize| order[place] as usize;
-    let support = parallel::map(order.len(), |p| if is_taken(p) { measured.support[own(p)] } else { 0.0 });
-    let channels: [Vec<f64>; CHANNELS] = std::array::from_fn(|c| match c {
-        3 => parallel::map(order.len(), |p| f64::from(u8::from(inside[p]))),
-        // As a fraction of what one neighbor does.
-        c if c < D => {
-            parallel::map(order.len(), |p| forces[p].0[c] * measured.sums[own(p)].weighted * measured.support[own(p)])
-        }
-        _ => vec![0.0; order.len()],
+    // As a fraction of what one neighbor does; first of all, since forces are the most that a run holds here.
+    let along: [Vec<f64>; D] = std::array::from_fn(|k| {
+        parallel::map(order.len(), |p| forces[p].0[k] * measured.sums[own(p)].weighted * measured.support[own(p)])
     });
     drop(forces);
-    let sources = [Sources::new(tree, &support, channels.each_ref().map(Vec::as_slice), Reach::Target)];
+    let inside = tree.to_tree_order(&measured.interior);
+    let every = order.len().div_ceil(SAMPLED);
+    let is_taken = |i: usize| inside[i] && (i / ROW).is_multiple_of(every);
+    let support = parallel::map(order.len(), |p| if is_taken(p) { measured.support[own(p)] } else { 0.0 });
+    let is_inside = parallel::map(order.len(), |p| f64::from(u8::from(inside[p])));
+    let none = if D < 3 { vec![0.0; order.len()] } else { Vec::new() };
+    let channels: [&[f64]; CHANNELS] = std::array::from_fn(|c| match c {
+        3 => is_inside.as_slice(),
+        _ => along.get(c).unwrap_or(&none),
+    });
+    let sources = [Sources::new(tree, &support, channels, Reach::Target)];
     let found = for_each_in_chosen_leaves::<D, CHANNELS, f64, _>(domain, &sources, 1.0, &SharedPass);
     let count = found.iter().filter(|s| s.is_known).count();
     let mean = |of: &(dyn Fn(&Shared) -> f64 + Sync)| reduce::sum(found.len(), |i| of(&found[i])) / count as f64;

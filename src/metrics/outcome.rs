@@ -5,7 +5,7 @@ use super::{
     BalanceFigures, BondOrder, DensityError, Detail, Ledger, LedgerFigures, Measured, NeighborFigures, NoiseFigures,
     Thermodynamics, Wanted,
 };
-use crate::target::{Positions, Target};
+use crate::target::{Positions, Target, at};
 use sph::exchange::{Alone, Exchange};
 use sph::kernel::KernelName;
 use sph::sums::support_guess;
@@ -77,12 +77,11 @@ impl Outcome {
         kernel_neighbors: f64,
         thermodynamics: Option<&Thermodynamics<'_, D>>,
     ) -> (Self, Found<D>) {
-        let number_density = target.number_densities(positions);
-        let spacing = |i: usize| target.spacing(number_density[i]).min(target.domain.size());
-        let guess = support_guess::<D>(kernel_neighbors, number_density.len(), spacing);
+        let spacing = |i: usize| target.spacing(target.number_density(&at(positions, i))).min(target.domain.size());
+        let guess = support_guess::<D>(kernel_neighbors, positions[0].len(), spacing);
         let mut measured =
             Measured::among(exchange, kernel, target.domain, positions, &masses, &guess, kernel_neighbors);
-        drop((guess, number_density));
+        drop(guess);
         let groups = measured.groups();
         measured.leave_out_unresolved(target, positions, (&groups, kernel_neighbors));
         let target_density = target.densities(positions);

@@ -122,9 +122,10 @@ impl Quality {
         kernel_neighbors: f64,
     ) -> Self {
         let masses = masses.map_or_else(|| target.masses(positions), <[f64]>::to_vec);
-        let number_density = target.number_densities(positions);
-        let guess = support_guess::<D>(kernel_neighbors, masses.len(), |i| target.spacing(number_density[i]));
+        let spacing = |i: usize| target.spacing(target.number_density(&at(positions, i)));
+        let guess = support_guess::<D>(kernel_neighbors, masses.len(), spacing);
         let measured = Measured::new(kernel, target.domain, positions, &masses, &guess, kernel_neighbors);
+        drop(guess);
         let errors = sampled_error(kernel, (target, ledger), positions, &measured, kernel_neighbors);
         let noise = NoiseFigures::new(kernel, &measured, target.domain, &masses, kernel_neighbors);
         Self {

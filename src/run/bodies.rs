@@ -12,9 +12,9 @@ use super::destination::{Destination, intended_format};
 use super::drawings::Drawing;
 use super::forecast::{ForecastOfBodies, ForeseenBody, ForeseenMedium};
 use super::orbit::{self, Relative};
-use super::pipeline;
 use super::settling;
 use super::shares::{Common, Shared, shared};
+use super::{memory, pipeline};
 use crate::error::{Error, Result};
 use crate::input::core::PART_TYPE;
 use crate::output::origin;
@@ -166,6 +166,7 @@ pub fn place_bodies(
         certificate,
         notes,
         seconds: start.elapsed().as_secs_f64(),
+        peak_memory: memory::peak(),
     };
     Ok((file, report))
 }
@@ -244,6 +245,7 @@ pub fn run_bodies_as(
     let notes = destination.write(scene, formats, (&file, &Drawing::default()), report.units != "code")?;
     report.notes.extend(notes);
     report.seconds = start.elapsed().as_secs_f64();
+    report.peak_memory = memory::peak();
     report.write_page(scene, &file, command)?;
     Ok(report)
 }

@@ -1,5 +1,6 @@
 //! The report of a scene of several bodies, for people or as JSON.
 
+use super::memory;
 use super::orbit::Relative;
 use super::report::{Report, write_certificates};
 use super::verdict::Grade;
@@ -29,6 +30,8 @@ pub struct BodiesReport {
     pub certificate: Option<Certificate>,
     pub notes: Vec<String>,
     pub seconds: f64,
+    /// The most bytes of memory that the process has had at once, where the system tells.
+    pub peak_memory: Option<f64>,
 }
 
 /// The orbit of two bodies as points.
@@ -195,6 +198,9 @@ impl BodiesReport {
         }
         write_certificates(out, self.settled.as_ref(), self.certificate.as_ref())?;
         writeln!(out, "  time             {:.2} s", self.seconds)?;
+        if let Some(peak) = self.peak_memory {
+            writeln!(out, "  memory           {}", memory::describe(peak, self.particles))?;
+        }
         for note in &self.notes {
             writeln!(out, "  note             {note}")?;
         }

@@ -4,9 +4,8 @@ use crate::error::{Error, Result};
 use crate::relaxation::{BALANCE, SOLVER, StageName};
 use std::path::Path;
 
-/// Bytes per particle at the peak of runs without a solver: 241 with WVT, 223 with bare shells (6e6 and 1e7 particles of
-/// `profiles/star.nc`).
-const PLAIN: f64 = 250.0;
+/// Bytes per particle at the peak of runs without a solver: 211 with WVT, 202 with bare shells (1e8 particles of `profiles/star.nc`).
+const PLAIN: f64 = 220.0;
 /// The same with the density solver: 473 once its history is full.
 const SOLVED: f64 = 480.0;
 
@@ -85,7 +84,7 @@ fn rounded_down(count: f64) -> String {
 
 /// Bytes of memory that the machine, or the container, has; `None` where the system does not tell.
 pub fn total() -> Option<f64> {
-    let machine = std::fs::read_to_string("/proc/meminfo").ok().and_then(|text| mem_total(&text));
+    let machine = std::fs::read_to_string("/proc/meminfo").ok().and_then(|text| kib_of(&text, "MemTotal:"));
     let limits = ["/sys/fs/cgroup/memory.max", "/sys/fs/cgroup/memory/memory.limit_in_bytes"];
     let container = limits.iter().find_map(|path| std::fs::read_to_string(Path::new(path)).ok()?.trim().parse().ok());
     match (machine, container) {
@@ -94,8 +93,23 @@ pub fn total() -> Option<f64> {
     }
 }
 
-fn mem_total(meminfo: &str) -> Option<f64> {
-    let line = meminfo.lines().find_map(|line| line.strip_prefix("MemTotal:"))?;
+/// The most bytes of memory that this process has had at once; `None` where the system does not tell.
+pub fn peak() -> Option<f64> {
+    std::fs::read_to_string("/proc/self/status").ok().and_then(|text| kib_of(&text, "VmHWM:"))
+}
+
+/// [`peak`] of a run in words.
+pub(super) fn describe(peak: f64, particles: usize) -> String {
+    let size = if peak < GIB { format!("{:.0} MiB", 1024.0 * peak / GIB) } else { format!("{:.2} GiB", peak / GIB) };
+    // What the program itself takes counts for fewer.
+    let each = (particles >= MANY).then(|| format!(", {:.0} bytes a particle", peak / particles as f64));
+    format!("{size} at the peak{}", each.unwrap_or_default())
+}
+
+const MANY: usize = 1_000_000;
+
+fn kib_of(text: &str, key: &str) -> Option<f64> {
+    let line = text.lines().find_map(|line| line.strip_prefix(key))?;
     let kib: f64 = line.trim().strip_suffix("kB")?.trim().parse().ok()?;
     Some(1024.0 * kib)
 }
@@ -111,11 +125,11 @@ mod tests {
         check(100_000_000, &[WVT]).unwrap();
         check(50_000_000, &[WVT, SOLVER]).unwrap();
         let error = check(1_000_000_000, &[WVT]).unwrap_err().to_string();
-        for part in ["scene, particles", "1000000000", "233 GiB", "24.0 GiB", "-n 1e8 fits"] {
+        for part in ["scene, particles", "1000000000", "205 GiB", "24.0 GiB", "-n 1.1e8 fits"] {
             assert!(error.contains(part), "{error}");
         }
         let error = check(100_000_000, &[WVT, SOLVER]).unwrap_err().to_string();
-        assert!(error.contains("-n 5.3e7 fits, or -n 1e8 with --polish none"), "{error}");
+        assert!(error.contains("-n 5.3e7 fits, or -n 1.1e8 with --polish none"), "{error}");
         check_against(1_000_000_000, &[WVT], None).unwrap();
         check_ranks(40_000_000, Some(24.0 * GIB)).unwrap();
         let error = check_ranks(1_000_000_000, Some(24.0 * GIB)).unwrap_err().to_string();
@@ -124,10 +138,20 @@ mod tests {
 
     #[test]
     fn the_machines_memory_is_read() {
-        assert_eq!(mem_total("MemTotal:       24576 kB\nMemFree: 1 kB\n"), Some(24576.0 * 1024.0));
-        assert_eq!(mem_total("nothing"), None);
+        assert_eq!(kib_of("MemTotal:       24576 kB\nMemFree: 1 kB\n", "MemTotal:"), Some(24576.0 * 1024.0));
+        assert_eq!(kib_of("nothing", "MemTotal:"), None);
         if cfg!(target_os = "linux") {
             assert!(total().is_some_and(|bytes| bytes > 1e8));
         }
+    }
+
+    #[test]
+    fn the_peak_covers_what_was_held_and_is_told_by_particle_where_there_are_many() {
+        let held = vec![1_u8; 64 << 20];
+        if cfg!(target_os = "linux") {
+            assert!(peak().is_some_and(|bytes| bytes > held.len() as f64));
+        }
+        assert_eq!(describe(0.5 * GIB, 1000), "512 MiB at the peak");
+        assert_eq!(describe(2.0 * GIB, 10_000_000), "2.00 GiB at the peak, 215 bytes a particle");
     }
 }

@@ -202,6 +202,7 @@ pub fn run_as(scene: &Scene, formats: &[FormatSpec], control: &Control<'_>, comm
     report.timing.push(Timing { step: Step::Write.name(), seconds: lap.elapsed().as_secs_f64(), epsilon: None });
     report.notes.extend(remove_checkpoint(scene, report.stop));
     report.seconds = start.elapsed().as_secs_f64();
+    report.peak_memory = memory::peak();
     report.write_page(scene, &file, command)?;
     Ok(report)
 }
@@ -482,6 +483,7 @@ impl Run<'_> {
             expected: self.expected,
             timing: self.timing,
             seconds: self.start.elapsed().as_secs_f64(),
+            peak_memory: memory::peak(),
             plan,
             variables,
             atmosphere: prepared.cut,

@@ -78,6 +78,7 @@ pub fn run_on_ranks(
     report.notes.extend(write(scene, formats, begun.1, (exchange, &file))?);
     report.timing.push(Timing { step: Step::Write.name(), seconds: lap.elapsed().as_secs_f64(), epsilon: None });
     report.seconds = start.elapsed().as_secs_f64();
+    report.peak_memory = memory::peak();
     Ok(report)
 }
 
@@ -389,6 +390,7 @@ impl<'a> Run<'a> {
             expected,
             timing: self.timing,
             seconds: self.start.elapsed().as_secs_f64(),
+            peak_memory: memory::peak(),
             plan,
             variables,
             atmosphere: prepared.cut,

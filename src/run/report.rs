@@ -11,6 +11,7 @@ use crate::output::conservation::Conserved;
 use crate::output::frame::Factors;
 use crate::relaxation::{Certificate, SETTLING, StageReport, StopReason};
 use crate::run::duration::{self, Expected};
+use crate::run::memory;
 use crate::run::plan::Plan;
 use crate::run::settling::Settling;
 use crate::run::variables::{VariableReport, write_variables};
@@ -53,6 +54,8 @@ pub struct Report {
     pub expected: Vec<Expected>,
     pub timing: Vec<Timing>,
     pub seconds: f64,
+    /// The most bytes of memory that the process has had at once, where the system tells.
+    pub peak_memory: Option<f64>,
     pub plan: Plan,
     /// What the variables of the input are taken for, and where they are written.
     pub variables: Vec<VariableReport>,
@@ -303,7 +306,7 @@ impl Report {
         for (name, figures) in self.error_rows() {
             let ErrorFigures { epsilon, mean, most, max, particles } = figures;
             let [mean, most, max] = [mean, most, max].map(|share| 100.0 * share);
-            writeln!(out, "    {name:<28}{particles:>9}{epsilon:>10.2e}{mean:>8.3} %{most:>7.2} %{max:>7.2} %")?;
+            writeln!(out, "    {name:<28} {particles:>8}{epsilon:>10.2e}{mean:>8.3} %{most:>7.2} %{max:>7.2} %")?;
         }
         let inside = self.noise.interior.map(|n| format!(", interior {:.2} %", 100.0 * n)).unwrap_or_default();
         let noise = [self.noise.all, self.noise.median].map(|share| 100.0 * share);
@@ -344,6 +347,9 @@ impl Report {
         for t in &self.timing {
             let epsilon = t.epsilon.map(|e| format!("  epsilon {e:.2e}")).unwrap_or_default();
             writeln!(out, "    {:<14} {:>8.2} s{epsilon}", t.step, t.seconds)?;
+        }
+        if let Some(peak) = self.peak_memory {
+            writeln!(out, "  memory           {}", memory::describe(peak, self.particles))?;
         }
         write_variables(out, &self.variables)?;
         for warning in &self.warnings {
