@@ -176,7 +176,7 @@ fn cells_of_a_moving_mesh_keep_their_densities_up_to_their_faces() {
     let snapshot = sph_prep::input::particles::Snapshot::new(&input, &slab(None), None).unwrap();
     let domain = snapshot.domain::<3>().unwrap();
     let options = FieldOptions { interpolation: Some(Interpolation::Constant), ..FieldOptions::default() };
-    let (source, scatter) = from_particles(snapshot.field, &domain, &options).unwrap();
+    let (source, scatter) = from_particles(snapshot.field, (&domain, None), &options).unwrap();
     assert!(scatter.is_none());
     for i in 0..4000 {
         let at = |k: u32| (f64::from(i + 1) * [0.754_877_666, 0.569_840_291, 0.430_159_709][k as usize]).fract() * EDGE;

@@ -49,17 +49,18 @@ pub fn from_raw<const D: usize>(raw: RawField, options: &FieldOptions<D>) -> Res
     build(raw, options).map_err(|error| in_file(error, &path))
 }
 
-/// Makes the source of particles in their `domain`, which along axes that do not repeat ends half a spacing beyond them, with the scatter of their densities about it, where these are positive.
+/// Makes the source of particles in their `domain`, which along axes that do not repeat ends half a spacing beyond them, with the scatter of their densities about it,
+/// where these are positive. With the particles' `masses`, in the unit of the densities, the density has these within what they fill.
 ///
 /// # Errors
 /// As [`from_raw`].
 pub fn from_particles<const D: usize>(
     raw: RawField,
-    domain: &Domain<D>,
+    (domain, masses): (&Domain<D>, Option<&[f64]>),
     options: &FieldOptions<D>,
 ) -> Result<(Source<D>, Option<Scatter>)> {
     let path = raw.path.clone();
-    particles(raw, domain, options).map_err(|error| in_file(error, &path))
+    particles(raw, (domain, masses), options).map_err(|error| in_file(error, &path))
 }
 
 fn in_file(error: Error, path: &Path) -> Error {
@@ -219,7 +220,7 @@ fn cloud<const D: usize>(mut input: Input<'_, D>, points: &[[f64; 3]]) -> Result
 
 fn particles<const D: usize>(
     raw: RawField,
-    domain: &Domain<D>,
+    (domain, masses): (&Domain<D>, Option<&[f64]>),
     options: &FieldOptions<D>,
 ) -> Result<(Source<D>, Option<Scatter>)> {
     let (mut input, geometry, _) = opened(raw, options)?;
@@ -237,12 +238,13 @@ fn particles<const D: usize>(
         let nowhere = |_| Err(Error::field(&name, "is not that of particles".to_owned()));
         return Ok((input.finish(cells, domain.clone(), &nowhere)?, None));
     }
-    let FromParticles { density, carried, scatter, domain } =
-        fitted::from_particles(&input.density, input.others, &points, domain)?;
+    let FromParticles { density, carried, scatter, domain, factors } =
+        fitted::from_particles(&input.density, input.others, (&points, masses), domain)?;
     let mut notes = input.notes;
     if matches!(domain.region, Region::Hull(..)) {
         notes.push("the body ends at a smooth surface half a spacing beyond its outermost particles".into());
     }
+    notes.extend(factors.and_then(|factors| factors.note()));
     Ok((Source { density, carried, domain, mass: None, radial: None, notes }, scatter))
 }
 

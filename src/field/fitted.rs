@@ -12,8 +12,10 @@
 use super::categorical::{MAX_KINDS, kinds};
 use super::cloud::{Cloud, weigh};
 use super::local_fit::{Design, MOST_TERMS, monomials, terms};
+use super::outer_layer::{self, LayerFactors, Portion};
 use super::outline::{Ends, Outline};
 use super::sampled::Outside;
+use super::series::{Place, Series, components};
 use super::{CarriedField, CarriedInfo, ScalarField};
 use crate::error::Result;
 use serde::Serialize;
@@ -63,50 +65,6 @@ struct Fitted<const D: usize> {
     width: usize,
 }
 
-/// Where a variable's coefficients are, and what they are of.
-#[derive(Debug, Clone)]
-struct Place {
-    first: usize,
-    components: usize,
-    is_log: bool,
-    ranges: Vec<(f64, f64)>,
-}
-
-/// A variable's values as they are fitted.
-struct Series {
-    place: Place,
-    /// Interleaved.
-    values: Vec<f64>,
-}
-
-impl Series {
-    fn new<const D: usize>(variable: &Variable, first: usize) -> Self {
-        let (stride, n) = (variable.components, variable.values.len() / variable.components);
-        let components = if stride > 1 { D } else { 1 };
-        let raw = (0..n).flat_map(|i| (0..components).map(move |c| variable.values.get(i * stride + c)));
-        let mut values: Vec<f64> = raw.collect();
-        let is_log = components == 1 && values.iter().all(|v| *v > 0.0);
-        if is_log {
-            values.iter_mut().for_each(|v| *v = v.ln());
-        }
-        let range = |c: usize| {
-            let of_component = values.iter().skip(c).step_by(components);
-            of_component.fold((f64::INFINITY, f64::NEG_INFINITY), |(lo, hi), v| (v.min(lo), v.max(hi)))
-        };
-        let ranges = (0..components).map(range).collect();
-        Self { place: Place { first, components, is_log, ranges }, values }
-    }
-
-    fn at(&self, i: usize, component: usize) -> f64 {
-        self.values[i * self.place.components + component]
-    }
-}
-
-/// Components of all series.
-fn components(series: &[Series]) -> usize {
-    series.iter().map(|s| s.place.components).sum()
-}
-
 /// The density, what else particles carry, and the scatter of the densities, where they are positive everywhere.
 pub(crate) struct FromParticles<const D: usize> {
     pub(crate) density: Box<dyn ScalarField<D>>,
@@ -114,16 +72,19 @@ pub(crate) struct FromParticles<const D: usize> {
     pub(crate) scatter: Option<Scatter>,
     /// What the particles fill.
     pub(crate) domain: Domain<D>,
+    /// By what the densities are changed for it to have the particles' mass.
+    pub(crate) factors: Option<LayerFactors>,
 }
 
-/// The fields of particles: of `density`, and of `others`, whose values must be finite.
+/// The fields of particles: of `density`, and of `others`, whose values must be finite. With the particles' `masses` the density has these
+/// within what the particles fill.
 ///
 /// # Errors
 /// Those of a cloud: too many points, or points that span no volume.
 pub(crate) fn from_particles<const D: usize>(
     density: &Variable,
     others: Vec<Variable>,
-    points: &[[f64; D]],
+    (points, masses): (&[[f64; D]], Option<&[f64]>),
     domain: &Domain<D>,
 ) -> Result<FromParticles<D>> {
     let mut fitted = Fitted::at(&density.name, points, domain)?;
@@ -137,11 +98,19 @@ pub(crate) fn from_particles<const D: usize>(
     let mut series: Vec<Series> = Vec::new();
     for variable in std::iter::once(density).chain(&numbers) {
         let first = series.last().map_or(0, |s| s.place.first + s.place.components * terms(D));
-        series.push(Series::new::<D>(variable, first));
+        let (stride, n) = (variable.components, variable.values.len() / variable.components);
+        let components = if stride > 1 { D } else { 1 };
+        let values = (0..n).flat_map(|i| (0..components).map(move |c| variable.values.get(i * stride + c))).collect();
+        series.push(Series::new(values, components, first));
     }
     fitted.width = series.last().map_or(0, |s| s.place.first + s.place.components * terms(D));
     let noise = fitted.noise(&series);
-    let left = fitted.fit(&series, &noise);
+    let mut left = fitted.fit(&series, &noise);
+    let layer = masses.map_or(Ok(None), |masses| fitted.outer_layer(&series[0], masses))?;
+    if let Some((factors, depths)) = &layer {
+        series[0].change(|i| factors.log_at(depths[i]));
+        left = fitted.fit(&series, &noise);
+    }
     let columns = components(&series);
     let scatter = series[0].place.is_log.then(|| Scatter {
         values: median(noise.chunks(columns).map(|row| row[0].sqrt()).collect()),
@@ -167,7 +136,7 @@ pub(crate) fn from_particles<const D: usize>(
         let info = CarriedInfo { name: variable.name, unit: None, components: 1 };
         carried.push(Box::new(MaterialField { fitted, info, kinds }));
     }
-    Ok(FromParticles { density, carried, scatter, domain })
+    Ok(FromParticles { density, carried, scatter, domain, factors: layer.map(|(factors, _)| factors) })
 }
 
 impl<const D: usize> Fitted<D> {
@@ -193,6 +162,25 @@ impl<const D: usize> Fitted<D> {
         };
         fitted.list();
         Ok(fitted)
+    }
+
+    /// The factors on the density of `series` with which it has the particles' mass, and how many spacings each of them is from where they end; none where that is
+    /// not known.
+    ///
+    /// # Errors
+    /// None, as there is a box about what they fill.
+    fn outer_layer(&self, series: &Series, masses: &[f64]) -> Result<Option<(LayerFactors, Vec<f64>)>> {
+        let Some(ends) = self.ends.as_ref().filter(|_| series.place.is_log) else { return Ok(None) };
+        let spacing = |i: usize| (masses[i] / series.at(i, 0).exp()).powf(1.0 / D as f64);
+        let depths = parallel::map(self.points.len(), |i| ends.distance(&self.points[i]) / spacing(i));
+        let particles: Vec<Portion> =
+            masses.iter().zip(&depths).map(|(&mass, &depth)| Portion { mass, depth }).collect();
+        let field = outer_layer::portions(ends, masses.len(), |x| {
+            let found = self.weights(x, Outside::Reject)?;
+            let near = found.first()?.0;
+            Some((self.blend(&series.place, 0, &found, x).exp(), spacing(near)))
+        })?;
+        Ok(LayerFactors::new(&particles, &field).map(|factors| (factors, depths)))
     }
 
     /// Makes the lists, where there are particles enough for them.

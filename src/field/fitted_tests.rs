@@ -46,7 +46,7 @@ fn of_wave<const D: usize>(side: usize, axis: Axis, noise: f64) -> FromParticles
     // Uniform with the standard deviation `noise`.
     let noisy = |p: &[f64; D]| wave(p) * (1.0 + noise * 12_f64.sqrt() * (random.unit() - 0.5));
     let density = variable("rho", 1, points.iter().map(noisy).collect());
-    from_particles(&density, Vec::new(), &points, &unit_box(axis)).unwrap()
+    from_particles(&density, Vec::new(), (&points, None), &unit_box(axis)).unwrap()
 }
 
 fn noise_is_told_from_the_field<const D: usize>(side: usize, share: f64, exact: f64) {
@@ -94,7 +94,7 @@ fn fits_end_at_the_surface_of_a_material() {
     let density = |x: &[f64; 2]| if is_core(x) { 10.0 + x[1] } else { 3.0 - x[0] };
     let material = variable("MaterialIDs", 1, points.iter().map(|p| if is_core(p) { 402.0 } else { 400.0 }).collect());
     let rho = variable("rho", 1, points.iter().map(density).collect());
-    let found = from_particles(&rho, vec![material], &points, &unit_box(Axis::OPEN)).unwrap();
+    let found = from_particles(&rho, vec![material], (&points, None), &unit_box(Axis::OPEN)).unwrap();
     let (mut seen, mut off): (Vec<f64>, usize) = (Vec::new(), 0);
     for _ in 0..3000 {
         let x = random.point::<2>().map(|v| 0.02 + 0.96 * v);
@@ -124,7 +124,7 @@ fn constants_and_vectors_keep_their_values_and_bounds() {
         variable("X", 1, points.iter().map(|p| if p[0] < 0.5 { 0.0 } else { 1.0 }).collect()),
     ];
     let rho = variable("rho", 1, vec![2.0; n]);
-    let found = from_particles(&rho, others, &points, &unit_box(Axis::OPEN)).unwrap();
+    let found = from_particles(&rho, others, (&points, None), &unit_box(Axis::OPEN)).unwrap();
     for _ in 0..500 {
         let x = random.point::<3>().map(|v| 0.1 + 0.8 * v);
         let of = |i: usize| {
@@ -152,7 +152,7 @@ fn few_and_degenerate_particles_have_a_field() {
         for points in [points, line] {
             let rho = variable("rho", 1, (0..points.len()).map(|i| 1.0 + i as f64).collect());
             for axis in [Axis::OPEN, Axis::Periodic] {
-                let found = from_particles(&rho, Vec::new(), &points, &unit_box(axis)).unwrap();
+                let found = from_particles(&rho, Vec::new(), (&points, None), &unit_box(axis)).unwrap();
                 for _ in 0..50 {
                     let value = found.density.value(&random.point());
                     assert!(value == 0.0 || (0.999..=1.001 + n as f64).contains(&value), "{n}: {value}");
@@ -213,7 +213,7 @@ fn matter_ends_half_a_spacing_beyond<const D: usize>(side: usize) {
     let radius = |p: &[f64; D]| p.iter().map(|x| (x - 0.5).powi(2)).sum::<f64>().sqrt();
     let ball: Vec<[f64; D]> = points::<D>(side, &mut random).into_iter().filter(|p| radius(p) < 0.4).collect();
     let rho = variable("rho", 1, vec![1.0; ball.len()]);
-    let found = from_particles(&rho, Vec::new(), &ball, &unit_box(Axis::OPEN)).unwrap();
+    let found = from_particles(&rho, Vec::new(), (&ball, None), &unit_box(Axis::OPEN)).unwrap();
     let (mut within, count) = (0, 20_000);
     for _ in 0..count {
         let x = random.point::<D>();
@@ -232,4 +232,37 @@ fn matter_ends_half_a_spacing_beyond_the_particles() {
     matter_ends_half_a_spacing_beyond::<1>(100);
     matter_ends_half_a_spacing_beyond::<2>(50);
     matter_ends_half_a_spacing_beyond::<3>(24);
+}
+
+/// A ball of particles of one mass, whose densities are smoothed at its surface as sums over neighbors smooth them, and 3 % too large everywhere.
+fn mass_stays_where_the_particles_are<const D: usize>(side: usize) {
+    let (mut random, spacing) = (Random::new(3), 1.0 / side as f64);
+    let radius = |p: &[f64; D]| p.iter().map(|x| (x - 0.5).powi(2)).sum::<f64>().sqrt();
+    let ball: Vec<[f64; D]> = points::<D>(side, &mut random).into_iter().filter(|p| radius(p) < 0.4).collect();
+    let smoothed =
+        |p: &[f64; D]| 1.03 * (1.0 - 0.45 * (1.0 - (0.4 - radius(p)) / (2.0 * spacing)).clamp(0.0, 1.0).powi(2));
+    let rho = variable("rho", 1, ball.iter().map(smoothed).collect());
+    let masses = vec![spacing.powi(D as i32); ball.len()];
+    let of = |masses| from_particles(&rho, Vec::new(), (&ball, masses), &unit_box(Axis::OPEN)).unwrap();
+    let (as_given, kept) = (of(None), of(Some(&masses)));
+    assert!(as_given.factors.is_none() && kept.factors.is_some());
+    let total: f64 = masses.iter().sum();
+    let middle = |found: &FromParticles<D>| found.density.value(&[0.5; D]);
+    let count = 40_000;
+    let places: Vec<[f64; D]> = (0..count).map(|_| random.point::<D>()).collect();
+    let held = |found: &FromParticles<D>| {
+        places.iter().map(|x| found.density.value(x)).sum::<f64>() / f64::from(count) / total
+    };
+    assert!((middle(&as_given) / 1.03 - 1.0).abs() < 1e-3);
+    assert!((middle(&kept) - 1.0).abs() < 0.01, "{D}-D: {:?}", kept.factors);
+    let [before, now] = [&as_given, &kept].map(held);
+    assert!(before < 0.99 || D == 1, "{D}-D: {before}");
+    assert!((now - 1.0).abs() < 0.015, "{D}-D: {now} of the mass");
+}
+
+#[test]
+fn mass_stays_where_particles_are_although_their_sums_smooth_the_surface() {
+    mass_stays_where_the_particles_are::<1>(200);
+    mass_stays_where_the_particles_are::<2>(50);
+    mass_stays_where_the_particles_are::<3>(24);
 }

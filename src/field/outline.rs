@@ -114,6 +114,20 @@ impl<const D: usize> Ends<D> {
         }
     }
 
+    /// How far `x`, within, is from where matter ends.
+    pub(super) fn distance(&self, x: &[f64; D]) -> f64 {
+        match self {
+            Self::Box(filled) => (0..D)
+                .filter(|&k| filled.axes[k] != Axis::Periodic)
+                .map(|k| (x[k] - filled.lo[k]).min(filled.hi[k] - x[k]))
+                .fold(f64::INFINITY, f64::min),
+            Self::Surface(outline) => {
+                let nearest = outline.surface.as_ref().and_then(|surface| surface.nearest(x, 1).first().copied());
+                nearest.map_or(f64::INFINITY, |(_, distance)| distance)
+            }
+        }
+    }
+
     /// The domain that the particles fill.
     ///
     /// # Errors
@@ -480,7 +494,7 @@ impl<const D: usize> Outline<D> {
 }
 
 /// Where along axis `k` of the unit cube place `i` is, of a sequence that fills it evenly: that of the generalized golden ratio.
-fn share(i: usize, k: usize, d: usize) -> f64 {
+pub(super) fn share(i: usize, k: usize, d: usize) -> f64 {
     (0.5 + i as f64 * golden(d).powi(-(k as i32 + 1))).fract()
 }
 

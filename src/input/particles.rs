@@ -184,7 +184,7 @@ impl Snapshot {
         let of_materials = |v: &Variable| material_shares(&v.values, &self.masses);
         let materials = self.field.variables.iter().find(is_material).map(of_materials).unwrap_or_default();
         let (totals, others, units) = (self.totals(), self.others, self.units);
-        let (source, scatter) = from_particles(self.field, &domain, &options)?;
+        let (source, scatter) = from_particles(self.field, (&domain, Some(&self.masses)), &options)?;
         Ok((Source { mass: Some(mass), ..source }, OfSnapshot { totals, scatter, others, units, materials }))
     }
 
