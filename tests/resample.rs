@@ -81,6 +81,23 @@ fn numbers(file: &ParticleFile, name: &str) -> Vec<f64> {
 }
 
 #[test]
+fn densities_of_other_units_than_the_masses_are_told() {
+    let folder = tempfile::tempdir().unwrap();
+    for (name, factor, is_told) in [("same.hdf5", 1.0, false), ("other.hdf5", 1e5, true)] {
+        let mut file = lattice(true);
+        file.header.periodic = [false; 3];
+        let column = file.species[0].table.columns.iter_mut().find(|c| c.name == names::DENSITY).unwrap();
+        column.values = Values::F64(column.values.to_f64().iter().map(|rho| factor * rho).collect());
+        let mut scene = Scene::parse("particles: 1000\npolish: none\nwvt: {iterations: 0}").unwrap();
+        scene.input.file = Some(written(folder.path(), name, &file));
+        scene.output.file = Some(folder.path().join("out.hdf5"));
+        let report = pipeline::run(&scene, FORMATS, &Control::default()).unwrap();
+        let told = report.warnings.iter().filter(|w| w.contains("1.0e5 times the mass of its particles")).count();
+        assert_eq!(told, usize::from(is_told), "{name}: {:?}", report.warnings);
+    }
+}
+
+#[test]
 fn another_number_of_particles_keeps_mass_box_and_density() {
     let folder = tempfile::tempdir().unwrap();
     // The mean of the sine over whole cells is 0, so the mass is 1 times the volume of 8.
@@ -176,8 +193,8 @@ fn cells_of_a_moving_mesh_keep_their_densities_up_to_their_faces() {
     let snapshot = sph_prep::input::particles::Snapshot::new(&input, &slab(None), None).unwrap();
     let domain = snapshot.domain::<3>().unwrap();
     let options = FieldOptions { interpolation: Some(Interpolation::Constant), ..FieldOptions::default() };
-    let (source, scatter) = from_particles(snapshot.field, (&domain, None), &options).unwrap();
-    assert!(scatter.is_none());
+    let (source, samples) = from_particles(snapshot.field, (&domain, None), &options).unwrap();
+    assert!(samples.scatter.is_none());
     for i in 0..4000 {
         let at = |k: u32| (f64::from(i + 1) * [0.754_877_666, 0.569_840_291, 0.430_159_709][k as usize]).fract() * EDGE;
         let x = [at(0), at(1), at(2)];

@@ -10,6 +10,7 @@ use super::cloud::Cloud;
 use super::fitted::{self, FromParticles, Scatter};
 use super::hull::MeshHull;
 use super::mesh::{Mesh, MeshSampler};
+use super::outer_layer::Balance;
 use super::rows::budget;
 use super::staggering::Budget;
 use super::voronoi::Voronoi;
@@ -49,8 +50,16 @@ pub fn from_raw<const D: usize>(raw: RawField, options: &FieldOptions<D>) -> Res
     build(raw, options).map_err(|error| in_file(error, &path))
 }
 
-/// Makes the source of particles in their `domain`, which along axes that do not repeat ends half a spacing beyond them, with the scatter of their densities about it,
-/// where these are positive. With the particles' `masses`, in the unit of the densities, the density has these within what they fill.
+/// What is known of the densities of particles that a source is made of.
+#[derive(Debug, Clone, Default)]
+pub struct Samples {
+    /// Their scatter, where they are positive.
+    pub scatter: Option<Scatter>,
+    /// What is wrong with them or the masses, with the remedy.
+    pub doubt: Option<String>,
+}
+
+/// Makes the source of particles in their `domain`, which along axes that do not repeat ends half a spacing beyond them. With the particles' `masses`, in the unit of the densities, the density has these within what they fill.
 ///
 /// # Errors
 /// As [`from_raw`].
@@ -58,7 +67,7 @@ pub fn from_particles<const D: usize>(
     raw: RawField,
     (domain, masses): (&Domain<D>, Option<&[f64]>),
     options: &FieldOptions<D>,
-) -> Result<(Source<D>, Option<Scatter>)> {
+) -> Result<(Source<D>, Samples)> {
     let path = raw.path.clone();
     particles(raw, (domain, masses), options).map_err(|error| in_file(error, &path))
 }
@@ -222,7 +231,7 @@ fn particles<const D: usize>(
     raw: RawField,
     (domain, masses): (&Domain<D>, Option<&[f64]>),
     options: &FieldOptions<D>,
-) -> Result<(Source<D>, Option<Scatter>)> {
+) -> Result<(Source<D>, Samples)> {
     let (mut input, geometry, _) = opened(raw, options)?;
     let Geometry::Cloud { points, .. } = geometry else {
         return Err(Error::field(&input.density.name, "is not that of particles"));
@@ -236,16 +245,21 @@ fn particles<const D: usize>(
             .push(format!("the values of each of the {} particles hold throughout its Voronoi cell", points.len()));
         let cells = Arc::new(Voronoi::new(&name, &points, domain)?);
         let nowhere = |_| Err(Error::field(&name, "is not that of particles".to_owned()));
-        return Ok((input.finish(cells, domain.clone(), &nowhere)?, None));
+        return Ok((input.finish(cells, domain.clone(), &nowhere)?, Samples::default()));
     }
-    let FromParticles { density, carried, scatter, domain, factors } =
+    let FromParticles { density, carried, scatter, domain, balance } =
         fitted::from_particles(&input.density, input.others, (&points, masses), domain)?;
     let mut notes = input.notes;
     if matches!(domain.region, Region::Hull(..)) {
         notes.push("the body ends at a smooth surface half a spacing beyond its outermost particles".into());
     }
-    notes.extend(factors.and_then(|factors| factors.note()));
-    Ok((Source { density, carried, domain, mass: None, radial: None, notes }, scatter))
+    if let Balance::Kept(factors) = balance {
+        notes.extend(factors.note());
+    }
+    Ok((
+        Source { density, carried, domain, mass: None, radial: None, notes },
+        Samples { scatter, doubt: balance.doubt() },
+    ))
 }
 
 /// The first D components, which must be finite.

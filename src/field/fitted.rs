@@ -12,7 +12,7 @@
 use super::categorical::{MAX_KINDS, kinds};
 use super::cloud::{Cloud, weigh};
 use super::local_fit::{Design, MOST_TERMS, monomials, terms};
-use super::outer_layer::{self, LayerFactors, Portion};
+use super::outer_layer::{self, Balance, Portion};
 use super::outline::{Ends, Outline};
 use super::sampled::Outside;
 use super::series::{Place, Series, components};
@@ -72,8 +72,8 @@ pub(crate) struct FromParticles<const D: usize> {
     pub(crate) scatter: Option<Scatter>,
     /// What the particles fill.
     pub(crate) domain: Domain<D>,
-    /// By what the densities are changed for it to have the particles' mass.
-    pub(crate) factors: Option<LayerFactors>,
+    /// How the mass of the densities and that of the particles go together.
+    pub(crate) balance: Balance,
 }
 
 /// The fields of particles: of `density`, and of `others`, whose values must be finite. With the particles' `masses` the density has these
@@ -106,8 +106,11 @@ pub(crate) fn from_particles<const D: usize>(
     fitted.width = series.last().map_or(0, |s| s.place.first + s.place.components * terms(D));
     let noise = fitted.noise(&series);
     let mut left = fitted.fit(&series, &noise);
-    let layer = masses.map_or(Ok(None), |masses| fitted.outer_layer(&series[0], masses))?;
-    if let Some((factors, depths)) = &layer {
+    let (balance, depths) = match masses {
+        Some(masses) => fitted.balance(&series[0], masses)?,
+        None => (Balance::Unknown, Vec::new()),
+    };
+    if let Balance::Kept(factors) = balance {
         series[0].change(|i| factors.log_at(depths[i]));
         left = fitted.fit(&series, &noise);
     }
@@ -136,7 +139,7 @@ pub(crate) fn from_particles<const D: usize>(
         let info = CarriedInfo { name: variable.name, unit: None, components: 1 };
         carried.push(Box::new(MaterialField { fitted, info, kinds }));
     }
-    Ok(FromParticles { density, carried, scatter, domain, factors: layer.map(|(factors, _)| factors) })
+    Ok(FromParticles { density, carried, scatter, domain, balance })
 }
 
 impl<const D: usize> Fitted<D> {
@@ -164,13 +167,15 @@ impl<const D: usize> Fitted<D> {
         Ok(fitted)
     }
 
-    /// The factors on the density of `series` with which it has the particles' mass, and how many spacings each of them is from where they end; none where that is
-    /// not known.
+    /// How the density of `series` and the particles' masses go together, and how many spacings each of them is from where they end; unknown where
+    /// that is.
     ///
     /// # Errors
     /// None, as there is a box about what they fill.
-    fn outer_layer(&self, series: &Series, masses: &[f64]) -> Result<Option<(LayerFactors, Vec<f64>)>> {
-        let Some(ends) = self.ends.as_ref().filter(|_| series.place.is_log) else { return Ok(None) };
+    fn balance(&self, series: &Series, masses: &[f64]) -> Result<(Balance, Vec<f64>)> {
+        let Some(ends) = self.ends.as_ref().filter(|_| series.place.is_log) else {
+            return Ok((Balance::Unknown, Vec::new()));
+        };
         let spacing = |i: usize| (masses[i] / series.at(i, 0).exp()).powf(1.0 / D as f64);
         let depths = parallel::map(self.points.len(), |i| ends.distance(&self.points[i]) / spacing(i));
         let particles: Vec<Portion> =
@@ -180,7 +185,7 @@ impl<const D: usize> Fitted<D> {
             let near = found.first()?.0;
             Some((self.blend(&series.place, 0, &found, x).exp(), spacing(near)))
         })?;
-        Ok(LayerFactors::new(&particles, &field).map(|factors| (factors, depths)))
+        Ok((Balance::new(&particles, &field), depths))
     }
 
     /// Makes the lists, where there are particles enough for them.

@@ -78,7 +78,7 @@ mod voronoi;
 
 pub(crate) use analytic::probes;
 pub use analytic::{AnalyticCarried, AnalyticField};
-pub use build::{from_particles, from_raw, natural_dimension};
+pub use build::{Samples, from_particles, from_raw, natural_dimension};
 pub use build_surface::surface_of;
 pub(crate) use bvh::Aabb;
 pub use carried::{CarriedField, CarriedInfo};

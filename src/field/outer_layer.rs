@@ -52,31 +52,51 @@ fn deep(depth: f64) -> f64 {
     t * t * (3.0 - 2.0 * t)
 }
 
-impl LayerFactors {
-    /// Those with which the field's portions have the particles' mass; none where no such factors make sense.
-    pub(super) fn new(particles: &[Portion], field: &[Portion]) -> Option<Self> {
+/// How the mass of a field and that of the particles that it is of go together.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) enum Balance {
+    Kept(LayerFactors),
+    /// Deep inside the field has so many times the mass of the particles there, which is not that of the same body.
+    Contradicted(f64),
+    /// They cannot be compared, or only the layer at the surface is far off.
+    Unknown,
+}
+
+impl Balance {
+    /// With the factors by which the field's portions get the particles' mass.
+    pub(super) fn new(particles: &[Portion], field: &[Portion]) -> Self {
         let sum = |of: &[Portion], weight: &(dyn Fn(f64) -> f64 + Sync)| {
             reduce::sum(of.len(), |i| of[i].mass * weight(of[i].depth))
         };
         let total = sum(particles, &|_| 1.0);
         let own = sum(particles, &deep);
         let inside = if own > ENOUGH * total { own / sum(field, &deep) } else { 1.0 };
-        let is_sound = |factor: f64, most: f64| factor.is_finite() && factor >= 1.0 / most && factor <= most;
-        if !is_sound(inside, LARGEST_INSIDE) {
-            return None;
+        if !(1.0 / LARGEST_INSIDE..=LARGEST_INSIDE).contains(&inside) {
+            return if inside > 0.0 && inside.is_finite() { Self::Contradicted(1.0 / inside) } else { Self::Unknown };
         }
         let lacks = |log: f64| inside * sum(field, &|depth| (log * towards_surface(depth)).exp()) < total;
         let (mut lo, mut hi) = (-LARGEST.ln(), LARGEST.ln());
         if lacks(hi) || !lacks(lo) {
-            return None;
+            return Self::Unknown;
         }
         for _ in 0..HALVINGS {
             let middle = 0.5 * (lo + hi);
             if lacks(middle) { lo = middle } else { hi = middle }
         }
-        Some(Self { inside, outside: (0.5 * (lo + hi)).exp() })
+        Self::Kept(LayerFactors { inside, outside: (0.5 * (lo + hi)).exp() })
     }
 
+    /// What is probably not meant, with the remedy.
+    pub(crate) fn doubt(&self) -> Option<String> {
+        let Self::Contradicted(times) = self else { return None };
+        Some(format!(
+            "the densities of the file have {times:.1e} times the mass of its particles: one of them is in another unit, or out of date; \
+             without a column of densities these are summed from masses and positions"
+        ))
+    }
+}
+
+impl LayerFactors {
     /// The logarithm of the factor at a depth.
     pub(super) fn log_at(&self, depth: f64) -> f64 {
         self.inside.ln() + self.outside.ln() * towards_surface(depth)
@@ -143,7 +163,7 @@ mod tests {
     fn what_sums_smooth_away_at_a_surface_is_put_back_there() {
         let particles = of_ball(|_| 1.0, 1.0, 0.05, 0.05);
         let smoothed = of_ball(|r| 1.02 * (1.0 - 0.4 * towards_surface((1.0 - r) / 0.05)), 1.0, 1e-3, 0.05);
-        let factors = LayerFactors::new(&particles, &smoothed).unwrap();
+        let Balance::Kept(factors) = Balance::new(&particles, &smoothed) else { panic!("no factors") };
         assert!((factors.inside * 1.02 - 1.0).abs() < 3e-3, "{factors:?}");
         assert!(factors.outside > 1.4 && factors.outside < 1.8, "{factors:?}");
         let mass = |of: &[Portion]| of.iter().map(|p| p.mass).sum::<f64>();
@@ -156,10 +176,13 @@ mod tests {
     fn what_has_its_mass_is_left_and_what_has_another_is_not_guessed_at() {
         let particles = of_ball(|_| 1.0, 1.0, 0.05, 0.05);
         let same = of_ball(|_| 1.0, 1.0, 1e-3, 0.05);
-        let factors = LayerFactors::new(&particles, &same).unwrap();
+        let Balance::Kept(factors) = Balance::new(&particles, &same) else { panic!("no factors") };
         assert!((factors.inside - 1.0).abs() < 3e-3 && (factors.outside - 1.0).abs() < 0.05, "{factors:?}");
-        for other in [of_ball(|_| 7.0, 1.0, 1e-3, 0.05), of_ball(|_| 0.0, 1.0, 1e-3, 0.05), Vec::new()] {
-            assert_eq!(LayerFactors::new(&particles, &other), None);
+        let other = Balance::new(&particles, &of_ball(|_| 7.0, 1.0, 1e-3, 0.05));
+        assert!(matches!(other, Balance::Contradicted(times) if (times / 7.0 - 1.0).abs() < 3e-3), "{other:?}");
+        assert!(other.doubt().is_some_and(|doubt| doubt.contains("times the mass")));
+        for nothing in [of_ball(|_| 0.0, 1.0, 1e-3, 0.05), Vec::new()] {
+            assert_eq!(Balance::new(&particles, &nothing), Balance::Unknown);
         }
     }
 }

@@ -55,6 +55,7 @@ pub(crate) fn others(
     let found = OfSnapshot {
         totals: Totals::default(),
         scatter: None,
+        doubt: None,
         others: species,
         units: system,
         materials: BTreeMap::new(),

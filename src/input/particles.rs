@@ -12,7 +12,7 @@
 //! What belongs to a particle and not to its place is not carried: masses, smoothing lengths, numbers.
 
 use crate::error::{Error, Result};
-use crate::field::{FieldOptions, Interpolation, MassEstimate, Missing, Scatter, Source, from_particles};
+use crate::field::{FieldOptions, Interpolation, MassEstimate, Missing, Samples, Scatter, Source, from_particles};
 use crate::input::totals::Totals;
 use crate::metrics::Measured;
 use sph::domain::{Axis, Domain, Region};
@@ -184,8 +184,8 @@ impl Snapshot {
         let of_materials = |v: &Variable| material_shares(&v.values, &self.masses);
         let materials = self.field.variables.iter().find(is_material).map(of_materials).unwrap_or_default();
         let (totals, others, units) = (self.totals(), self.others, self.units);
-        let (source, scatter) = from_particles(self.field, (&domain, Some(&self.masses)), &options)?;
-        Ok((Source { mass: Some(mass), ..source }, OfSnapshot { totals, scatter, others, units, materials }))
+        let (source, Samples { scatter, doubt }) = from_particles(self.field, (&domain, Some(&self.masses)), &options)?;
+        Ok((Source { mass: Some(mass), ..source }, OfSnapshot { totals, scatter, doubt, others, units, materials }))
     }
 
     /// Refuses velocities and energies that are no numbers: without them the particles would be at rest, or cold. Energies of a gas
@@ -283,6 +283,8 @@ pub(crate) struct OfSnapshot {
     /// Of all its gas; empty where only a part of it is taken.
     pub totals: Totals,
     pub scatter: Option<Scatter>,
+    /// What is wrong with its densities or masses, with the remedy.
+    pub doubt: Option<String>,
     /// Particles that are no gas, in the file's units; none where only a part of the gas is taken.
     pub others: Vec<Species>,
     pub units: UnitSystem,

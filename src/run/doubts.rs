@@ -16,7 +16,7 @@ const SAMPLES: usize = 2000;
 
 /// Doubts that need no particles.
 pub(crate) fn before<const D: usize>(scene: &Scene, prepared: &Prepared<D>, count: usize) -> Vec<String> {
-    let mut doubts = Vec::new();
+    let mut doubts: Vec<String> = prepared.of_snapshot.iter().filter_map(|snapshot| snapshot.doubt.clone()).collect();
     let domain = &prepared.source.domain;
     let share = prepared.input_mass.map(|input| prepared.mass.value / input);
     if let Some(share) = share.filter(|share| *share < LITTLE) {
