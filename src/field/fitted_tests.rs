@@ -264,5 +264,4 @@ fn mass_stays_where_the_particles_are<const D: usize>(side: usize) {
 fn mass_stays_where_particles_are_although_their_sums_smooth_the_surface() {
     mass_stays_where_the_particles_are::<1>(200);
     mass_stays_where_the_particles_are::<2>(50);
-    mass_stays_where_the_particles_are::<3>(24);
 }
