@@ -105,16 +105,15 @@ pub(crate) fn from_particles<const D: usize>(
     }
     fitted.width = series.last().map_or(0, |s| s.place.first + s.place.components * terms(D));
     let noise = fitted.noise(&series);
-    let mut left = fitted.fit(&series, &noise);
+    let columns = components(&series);
     let (balance, depths) = match masses {
-        Some(masses) => fitted.balance(&series[0], masses)?,
+        Some(masses) => fitted.balance(&series[0], (&noise, columns), masses)?,
         None => (Balance::Unknown, Vec::new()),
     };
     if let Balance::Kept(factors) = balance {
         series[0].change(|i| factors.log_at(depths[i]));
-        left = fitted.fit(&series, &noise);
     }
-    let columns = components(&series);
+    let left = fitted.fit(&series, (&noise, columns));
     let scatter = series[0].place.is_log.then(|| Scatter {
         values: median(noise.chunks(columns).map(|row| row[0].sqrt()).collect()),
         field: median(left),
@@ -167,15 +166,17 @@ impl<const D: usize> Fitted<D> {
         Ok(fitted)
     }
 
-    /// How the density of `series` and the particles' masses go together, and how many spacings each of them is from where they end; unknown where
-    /// that is.
+    /// How the density of `series`, the first of all, and the particles' masses go together, and how many spacings each of them is from where
+    /// they end; unknown where that is. The density alone is fitted for it.
     ///
     /// # Errors
     /// None, as there is a box about what they fill.
-    fn balance(&self, series: &Series, masses: &[f64]) -> Result<(Balance, Vec<f64>)> {
-        let Some(ends) = self.ends.as_ref().filter(|_| series.place.is_log) else {
+    fn balance(&mut self, series: &Series, noise: (&[f64], usize), masses: &[f64]) -> Result<(Balance, Vec<f64>)> {
+        if self.ends.is_none() || !series.place.is_log {
             return Ok((Balance::Unknown, Vec::new()));
-        };
+        }
+        self.fit(std::slice::from_ref(series), noise);
+        let Some(ends) = &self.ends else { return Ok((Balance::Unknown, Vec::new())) };
         let spacing = |i: usize| (masses[i] / series.at(i, 0).exp()).powf(1.0 / D as f64);
         let depths = parallel::map(self.points.len(), |i| ends.distance(&self.points[i]) / spacing(i));
         let particles: Vec<Portion> =
@@ -320,8 +321,7 @@ impl<const D: usize> Fitted<D> {
     }
 
     /// Makes the polynomials; returns the standard deviation that is left in the first series at each particle.
-    fn fit(&mut self, series: &[Series], noise: &[f64]) -> Vec<f64> {
-        let columns = components(series);
+    fn fit(&mut self, series: &[Series], (noise, columns): (&[f64], usize)) -> Vec<f64> {
         let found = parallel::map(self.points.len(), |i| {
             let mut coefficients = vec![0.0; self.width];
             let (scale, left) = self.fit_one(i, series, &noise[i * columns..(i + 1) * columns], &mut coefficients);

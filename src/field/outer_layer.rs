@@ -24,6 +24,8 @@ const PLACES: usize = 20;
 const FEWEST: usize = 20_000;
 const MOST: usize = 200_000;
 const TRIES: usize = 16;
+/// Places from which on the mass of a field is known to a percent or two: bodies far apart fill little of the box about them.
+const KNOWN: usize = 500;
 
 /// Some mass and how many spacings from the surface it is.
 #[derive(Debug, Clone, Copy)]
@@ -68,6 +70,9 @@ impl Balance {
         let sum = |of: &[Portion], weight: &(dyn Fn(f64) -> f64 + Sync)| {
             reduce::sum(of.len(), |i| of[i].mass * weight(of[i].depth))
         };
+        if field.len() < KNOWN {
+            return Self::Unknown;
+        }
         let total = sum(particles, &|_| 1.0);
         let own = sum(particles, &deep);
         let inside = if own > ENOUGH * total { own / sum(field, &deep) } else { 1.0 };

@@ -28,5 +28,6 @@ pub use neighbors::NeighborFigures;
 pub use noise::{NoiseFigures, NoiseParts, poisson_force};
 pub use outcome::Outcome;
 pub use own_units::{InOwnUnits, Stated};
+pub(crate) use quality::BIAS;
 pub use quality::{Aim, Quality};
 pub use wholes::Moving;

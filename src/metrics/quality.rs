@@ -74,7 +74,7 @@ const MISPLACED: f64 = 0.01;
 const SAMPLES: usize = 4_000;
 
 /// What a self-contribution can do to a density: in an even arrangement, and in a sheet, where neighbors leave less room about a particle.
-const BIAS: f64 = 0.03;
+pub(crate) const BIAS: f64 = 0.03;
 const BIAS_OF_SHEETS: f64 = 0.1;
 
 /// Density errors of a sample, see [`Quality`].

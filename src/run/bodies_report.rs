@@ -198,9 +198,7 @@ impl BodiesReport {
         }
         write_certificates(out, self.settled.as_ref(), self.certificate.as_ref())?;
         writeln!(out, "  time             {:.2} s", self.seconds)?;
-        if let Some(peak) = self.peak_memory {
-            writeln!(out, "  memory           {}", memory::describe(peak, self.particles))?;
-        }
+        memory::write_peak(out, self.peak_memory, self.particles)?;
         for note in &self.notes {
             writeln!(out, "  note             {note}")?;
         }

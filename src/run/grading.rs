@@ -3,6 +3,7 @@
 use super::report::{MaterialShare, Report, SnapshotReport};
 use super::verdict::{Finding, Grade, Topic};
 use crate::field::Scatter;
+use crate::metrics::BIAS;
 use crate::relaxation::{BALANCE, Certificate, CertificateVerdict, StopReason};
 use crate::scene::Polish;
 
@@ -139,7 +140,7 @@ fn density_remedy(report: &Report, mean: f64) -> String {
     let factor = 1.0 / report.density_error.refit_interior - 1.0;
     if report.density_error.interior.is_some() && (factor.abs() - mean).abs() < MOSTLY_ONE_FACTOR * mean {
         let percent = 100.0 * factor;
-        if factor.abs() > OWN_PART {
+        if factor.abs() > BIAS {
             return format!(
                 "; {percent:+.2} % is the same everywhere, more than the own part of each particle in its sum: some of the mass is where the target has none, or the other way round"
             );
@@ -159,8 +160,6 @@ fn more(report: &Report) -> &'static str {
     }
 }
 
-/// What each particle's own part in its sum makes of densities, at most, where particles lie evenly.
-const OWN_PART: f64 = 0.03;
 /// What the mean error and the factor on all densities may differ by, as a part of the mean error, where the factor is most of it.
 const MOSTLY_ONE_FACTOR: f64 = 0.25;
 

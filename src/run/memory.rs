@@ -2,6 +2,7 @@
 
 use crate::error::{Error, Result};
 use crate::relaxation::{BALANCE, SOLVER, StageName};
+use std::fmt::Write;
 use std::path::Path;
 
 /// Bytes per particle at the peak of runs without a solver: 211 with WVT, 202 with bare shells (1e8 particles of `profiles/star.nc`).
@@ -98,8 +99,12 @@ pub fn peak() -> Option<f64> {
     std::fs::read_to_string("/proc/self/status").ok().and_then(|text| kib_of(&text, "VmHWM:"))
 }
 
-/// [`peak`] of a run in words.
-pub(super) fn describe(peak: f64, particles: usize) -> String {
+/// Appends the line on [`peak`] to a report, where it is known.
+pub(super) fn write_peak(out: &mut String, peak: Option<f64>, particles: usize) -> std::fmt::Result {
+    peak.map_or(Ok(()), |peak| writeln!(out, "  memory           {}", describe(peak, particles)))
+}
+
+fn describe(peak: f64, particles: usize) -> String {
     let size = if peak < GIB { format!("{:.0} MiB", 1024.0 * peak / GIB) } else { format!("{:.2} GiB", peak / GIB) };
     // What the program itself takes counts for fewer.
     let each = (particles >= MANY).then(|| format!(", {:.0} bytes a particle", peak / particles as f64));

@@ -348,9 +348,7 @@ impl Report {
             let epsilon = t.epsilon.map(|e| format!("  epsilon {e:.2e}")).unwrap_or_default();
             writeln!(out, "    {:<14} {:>8.2} s{epsilon}", t.step, t.seconds)?;
         }
-        if let Some(peak) = self.peak_memory {
-            writeln!(out, "  memory           {}", memory::describe(peak, self.particles))?;
-        }
+        memory::write_peak(out, self.peak_memory, self.particles)?;
         write_variables(out, &self.variables)?;
         for warning in &self.warnings {
             writeln!(out, "  WARNING          {warning}")?;
