@@ -1,5 +1,6 @@
 //! Vector arithmetic over [`pulp`], for f32 and f64 alike, so that one source serves both precisions.
 
+use crate::pack::{self, EIGHT};
 use pulp::Simd;
 
 /// A float type that neighbor buffers may hold.
@@ -24,13 +25,17 @@ pub trait Real: Copy + Send + Sync + Default + 'static {
     fn max<S: Simd>(simd: S, a: Self::Vector<S>, b: Self::Vector<S>) -> Self::Vector<S>;
     fn sqrt<S: Simd>(simd: S, a: Self::Vector<S>) -> Self::Vector<S>;
     fn sum<S: Simd>(simd: S, a: Self::Vector<S>) -> f64;
+    /// Bit j is set where `values[j]` is below `limit`.
+    fn below<S: Simd>(simd: S, values: [Self; EIGHT], limit: Self) -> u8;
+    /// Those of `values` whose bits are set, in their order; what comes after them is anything.
+    fn packed<S: Simd>(simd: S, values: [Self; EIGHT], bits: u8) -> [Self; EIGHT];
 }
 
 /// Registers hold at most this many f32, so buffers are padded to a multiple of it.
 pub const MAX_LANES: usize = 16;
 
 macro_rules! real {
-    ($t:ty, $v:ident, $splat:ident, $as:ident, $add:ident, $sub:ident, $mul:ident, $div:ident, $fma:ident, $max:ident, $sqrt:ident, $sum:ident) => {
+    ($t:ty, $v:ident, $splat:ident, $as:ident, $add:ident, $sub:ident, $mul:ident, $div:ident, $fma:ident, $max:ident, $sqrt:ident, $sum:ident, $below:ident, $packed:ident) => {
         impl Real for $t {
             type Vector<S: Simd> = S::$v;
 
@@ -84,6 +89,14 @@ macro_rules! real {
             fn sum<S: Simd>(simd: S, a: S::$v) -> f64 {
                 f64::from(simd.$sum(a))
             }
+            #[inline(always)]
+            fn below<S: Simd>(simd: S, values: [Self; EIGHT], limit: Self) -> u8 {
+                pack::$below(simd, values, limit)
+            }
+            #[inline(always)]
+            fn packed<S: Simd>(simd: S, values: [Self; EIGHT], bits: u8) -> [Self; EIGHT] {
+                pack::$packed(simd, values, bits)
+            }
         }
     };
 }
@@ -100,7 +113,9 @@ real!(
     mul_add_e_f32s,
     max_f32s,
     sqrt_f32s,
-    reduce_sum_f32s
+    reduce_sum_f32s,
+    below_f32s,
+    packed_f32s
 );
 real!(
     f64,
@@ -114,5 +129,7 @@ real!(
     mul_add_e_f64s,
     max_f64s,
     sqrt_f64s,
-    reduce_sum_f64s
+    reduce_sum_f64s,
+    below_f64s,
+    packed_one_by_one
 );

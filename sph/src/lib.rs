@@ -36,6 +36,7 @@ pub mod kernel;
 pub mod lanes;
 pub mod nearest;
 pub mod neighbors;
+pub(crate) mod pack;
 pub mod parallel;
 pub mod point_mass;
 pub mod random;

@@ -6,6 +6,7 @@ mod exchange;
 mod gravity;
 mod groups;
 mod kernels;
+mod lanes;
 mod nearest;
 mod parallel;
 mod point_mass;

@@ -4,11 +4,14 @@
 //! about 1e-7 of a support radius whatever the units and wherever the leaf is; sums over them are good to a
 //! few 1e-7 relative. With f64 buffers the same code gives the reference.
 
-use super::tree::{LEAF_SIZE, Tree};
+use super::near::{Cuboid, Near, Places};
+use super::tree::{Node, Tree};
 use crate::domain::{AxisImage, Domain};
 use crate::lanes::{MAX_LANES, Real};
+use crate::pack::EIGHT;
 use pulp::{Arch, Simd, WithSimd};
 use rayon::prelude::*;
+use std::ops::Range;
 
 /// Whose support radius decides which pairs are gathered.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -59,12 +62,43 @@ impl<'a, const D: usize, const C: usize> Sources<'a, D, C> {
 
     /// How far a node's particles can be from a target: `own` is the target leaf's reach.
     #[inline(always)]
-    fn reach_of(&self, node: usize, own: f64) -> f64 {
+    pub(super) fn reach_of(&self, node: usize, own: f64) -> f64 {
         match self.reach {
             Reach::Target => own,
-            Reach::Either => self.node_reach[node].max(own),
-            Reach::Source => self.node_reach[node],
+            Reach::Either | Reach::Source => self.node_reach[node].max(self.targets_reach(own)),
         }
+    }
+
+    /// How far targets see particles that do not reach as far themselves.
+    #[inline(always)]
+    pub(super) fn targets_reach(&self, own: f64) -> f64 {
+        match self.reach {
+            Reach::Target | Reach::Either => own,
+            Reach::Source => 0.0,
+        }
+    }
+
+    /// Whether there is anything to be gathered.
+    pub(super) fn is_seen(&self) -> bool {
+        !self.silent && !self.tree.is_empty()
+    }
+
+    pub(super) fn nodes(&self) -> &'a [Node<D>] {
+        &self.tree.nodes
+    }
+
+    /// Positions and channels, of at least eight particles: those of fewer are copied to `few`, with zeros behind them.
+    fn whole<'f>(&self, few: &'f mut ([[f64; EIGHT]; D], [[f64; EIGHT]; C])) -> ([&'f [f64]; D], [&'f [f64]; C])
+    where
+        'a: 'f,
+    {
+        let (n, tree) = (self.tree.len(), self.tree);
+        if n >= EIGHT {
+            return (std::array::from_fn(|k| tree.positions[k].as_slice()), self.channels);
+        }
+        (0..D).for_each(|k| few.0[k][..n].copy_from_slice(&tree.positions[k]));
+        (0..C).for_each(|c| few.1[c][..n].copy_from_slice(&self.channels[c][..n]));
+        (few.0.each_ref().map(|x| x.as_slice()), few.1.each_ref().map(|x| x.as_slice()))
     }
 }
 
@@ -83,16 +117,53 @@ pub trait LeafPass<const D: usize, const C: usize, R: Real>: Sync {
     fn leaf<S: Simd>(&self, simd: S, batch: &mut Batch<'_, D, C, R>, out: &mut [Self::Output]);
 }
 
+/// Where eight of `of` values begin among which the first of `places` are, and which of them are these.
+#[inline(always)]
+fn window(places: Range<usize>, of: usize) -> (usize, u8) {
+    let at = places.start.min(of.saturating_sub(EIGHT));
+    let (skipped, count) = (places.start - at, places.len().min(EIGHT));
+    (at, (u8::MAX >> (EIGHT - count)) << skipped)
+}
+
+#[inline(always)]
+fn eight(values: &[f64], at: usize) -> [f64; EIGHT] {
+    let mut out = [0.0; EIGHT];
+    out.copy_from_slice(&values[at..at + EIGHT]);
+    out
+}
+
+/// The buffers while they are filled.
+struct Out<'b, const D: usize, const C: usize, R> {
+    used: usize,
+    positions: [&'b mut [R]; D],
+    channels: [&'b mut [R]; C],
+}
+
+impl<const D: usize, const C: usize, R: Real> Out<'_, D, C, R> {
+    /// Appends those of eight sources whose bits are set.
+    #[inline(always)]
+    fn push<S: Simd>(&mut self, simd: S, positions: &[[R; EIGHT]; D], channels: &[[R; EIGHT]; C], bits: u8) {
+        let places = self.used..self.used + EIGHT;
+        for k in 0..D {
+            self.positions[k][places.clone()].copy_from_slice(&R::packed(simd, positions[k], bits));
+        }
+        for c in 0..C {
+            self.channels[c][places.clone()].copy_from_slice(&R::packed(simd, channels[c], bits));
+        }
+        self.used += bits.count_ones() as usize;
+    }
+}
+
 /// Gathered neighbors of one leaf.
 pub struct Batch<'a, const D: usize, const C: usize, R: Real> {
     domain: &'a Domain<D>,
     sources: &'a [Sources<'a, D, C>],
     first: usize,
     count: usize,
-    center: [f64; D],
-    half: [f64; D],
+    cuboid: Cuboid<D>,
     unit: BatchUnit<C>,
     used: usize,
+    places: Vec<Places>,
     positions: [Vec<R>; D],
     channels: [Vec<R>; C],
 }
@@ -114,10 +185,10 @@ impl<'a, const D: usize, const C: usize, R: Real> Batch<'a, D, C, R> {
             sources,
             first: 0,
             count: 0,
-            center: [0.0; D],
-            half: [0.0; D],
+            cuboid: Cuboid::new(&[0.0; D], &[0.0; D]),
             unit: BatchUnit { length: 1.0, channels: [1.0; C] },
             used: 0,
+            places: Vec::new(),
             positions: std::array::from_fn(|_| Vec::new()),
             channels: std::array::from_fn(|_| Vec::new()),
         }
@@ -138,7 +209,7 @@ impl<'a, const D: usize, const C: usize, R: Real> Batch<'a, D, C, R> {
         let tree = self.sources[0].tree;
         let mut out = [R::default(); D];
         for k in 0..D {
-            out[k] = R::from_f64((tree.positions[k][i] - self.center[k]) / self.unit.length);
+            out[k] = R::from_f64((tree.positions[k][i] - self.cuboid.center[k]) / self.unit.length);
         }
         out
     }
@@ -162,115 +233,90 @@ impl<'a, const D: usize, const C: usize, R: Real> Batch<'a, D, C, R> {
         let node = &tree.nodes[leaf as usize];
         self.first = node.first as usize;
         self.count = node.count as usize;
-        self.center = crate::array(|k| 0.5 * (node.lo[k] + node.hi[k]));
-        // A little wider than exact, so that rounding loses no neighbor.
-        self.half = crate::array(|k| 0.5 * (node.hi[k] - node.lo[k]) * (1.0 + 1e-6));
+        self.cuboid = Cuboid::new(&node.lo, &node.hi);
         for c in 0..C {
             let largest = self.sources[0].channels[c][self.targets()].iter().fold(0.0_f64, |m, v| m.max(v.abs()));
             self.unit.channels[c] = if largest > 0.0 { largest } else { 1.0 };
         }
     }
 
-    /// Gathers anew from within a pass, where it is rare: compiled once, without the pass's instructions.
+    /// Gathers anew from within a pass, where it is rare.
     #[inline(never)]
     pub fn gather_again(&mut self, reach: f64) {
-        self.gather(reach);
+        let mut near = Near::default();
+        near.look(self.domain, self.sources, &self.cuboid, reach);
+        Arch::new().dispatch(Gather { batch: self, near: &near, reach });
     }
 
-    /// Gathers all that lies within `reach` of the leaf's box.
+    /// Gathers all that lies within `reach` of the leaf's box, from what is near.
     #[inline(always)]
-    fn gather(&mut self, reach: f64) {
+    fn gather<S: Simd>(&mut self, simd: S, near: &Near<D>, reach: f64) {
         self.used = 0;
         self.unit.length = reach;
-        for s in 0..self.sources.len() {
-            if self.sources[s].silent || self.sources[s].tree.is_empty() {
-                continue;
-            }
-            let widest = self.sources[s].reach_of(0, reach);
-            let images: [Vec<AxisImage>; D] = std::array::from_fn(|k| {
-                let span = self.half[k] + widest;
-                if self.center[k] - span >= self.domain.lo[k] && self.center[k] + span <= self.domain.hi[k] {
-                    vec![AxisImage::IDENTITY]
-                } else {
-                    self.domain.axis_images(k, self.center[k] - span, self.center[k] + span)
-                }
-            });
-            let combinations: usize = images.iter().map(Vec::len).product();
-            for mut combination in 0..combinations {
-                let image = std::array::from_fn(|k| {
-                    let chosen = images[k][combination % images[k].len()];
-                    combination /= images[k].len();
-                    chosen
-                });
-                self.gather_image(s, &image, reach);
-            }
+        let mut places = std::mem::take(&mut self.places);
+        for run in near.runs() {
+            near.places(simd, run, &self.sources[run.source], (&self.cuboid, reach), &mut places);
+            self.append(simd, &self.sources[run.source], &run.image, &places);
         }
+        self.places = places;
         self.pad();
     }
 
+    /// Appends those sources of a run that are near enough.
     #[inline(always)]
-    fn gather_image(&mut self, s: usize, image: &[AxisImage; D], reach: f64) {
-        let source = &self.sources[s];
-        let nodes = &source.tree.nodes;
-        // The leaf's box seen from the original: an image is its own inverse up to the sign of the shift.
-        let center: [f64; D] = crate::array(|k| image[k].sign * (self.center[k] - image[k].shift));
-        let mut at = 0;
-        while at < nodes.len() {
-            let node = &nodes[at];
-            let mut gap2 = 0.0;
-            for k in 0..D {
-                let gap = (node.lo[k] - center[k] - self.half[k]).max(center[k] - self.half[k] - node.hi[k]).max(0.0);
-                gap2 += gap * gap;
-            }
-            let reach = source.reach_of(at, reach);
-            if gap2 > reach * reach {
-                at = node.skip as usize;
-            } else {
-                if node.skip as usize == at + 1 {
-                    self.gather_leaf(s, image, node.first as usize, node.count as usize, reach);
-                }
-                at += 1;
-            }
-        }
-    }
-
-    /// Appends those of a source leaf that are near enough. `reach` already includes the leaf's own radii.
-    #[inline(always)]
-    fn gather_leaf(&mut self, s: usize, image: &[AxisImage; D], first: usize, count: usize, reach: f64) {
-        let source = &self.sources[s];
-        let needed = (self.used + count).next_multiple_of(MAX_LANES) + MAX_LANES;
-        if self.positions[0].len() < needed {
-            let size = needed * 2;
-            self.positions.iter_mut().for_each(|p| p.resize(size, R::default()));
-            self.channels.iter_mut().for_each(|c| c.resize(size, R::default()));
-        }
-        let mut relative = [[0.0_f64; LEAF_SIZE]; D];
-        let mut gap2 = [0.0_f64; LEAF_SIZE];
-        for k in 0..D {
-            let (sign, shift, half) = (image[k].sign, image[k].shift - self.center[k], self.half[k]);
-            let x = &source.tree.positions[k][first..first + count];
-            for ((y, g), &x) in relative[k].iter_mut().zip(&mut gap2).zip(x) {
-                *y = sign * x + shift;
-                let gap = (y.abs() - half).max(0.0);
-                *g += gap * gap;
-            }
-        }
-        let (limit, scale) = (reach * reach, 1.0 / self.unit.length);
+    fn append<S: Simd>(&mut self, simd: S, source: &Sources<'_, D, C>, image: &[AxisImage; D], places: &[Places]) {
+        let most: usize = places.iter().map(|places| places.end - places.first).sum();
+        self.make_room(most + EIGHT);
+        let (scale, half) = (1.0 / self.unit.length, self.cuboid.half);
+        let sign: [f64; D] = crate::array(|k| image[k].sign);
+        let shift: [f64; D] = crate::array(|k| image[k].shift - self.cuboid.center[k]);
         let channel_scale: [f64; C] = crate::array(|c| {
-            let sign = if source.vector && c < D { image[c].sign } else { 1.0 };
+            let sign = if source.vector && c < D { sign[c] } else { 1.0 };
             sign / self.unit.channels[c]
         });
-        let mut used = self.used;
-        for j in 0..count {
-            for k in 0..D {
-                self.positions[k][used] = R::from_f64(relative[k][j] * scale);
+        // A tree of a few particles alone does without a window of its own.
+        let mut few = ([[0.0; EIGHT]; D], [[0.0; EIGHT]; C]);
+        let from = source.whole(&mut few);
+        let mut out = Out {
+            used: self.used,
+            positions: self.positions.each_mut().map(Vec::as_mut_slice),
+            channels: self.channels.each_mut().map(Vec::as_mut_slice),
+        };
+        for places in places {
+            for first in (places.first..places.end).step_by(EIGHT) {
+                let (at, wanted) = window(first..places.end, source.tree.len());
+                let mut positions = [[R::default(); EIGHT]; D];
+                let mut gap2 = [0.0_f64; EIGHT];
+                for k in 0..D {
+                    let x = eight(from.0[k], at);
+                    for j in 0..EIGHT {
+                        let y = sign[k] * x[j] + shift[k];
+                        let gap = (y.abs() - half[k]).max(0.0);
+                        gap2[j] += gap * gap;
+                        positions[k][j] = R::from_f64(y * scale);
+                    }
+                }
+                let mut channels = [[R::default(); EIGHT]; C];
+                for c in 0..C {
+                    let x = eight(from.1[c], at);
+                    for j in 0..EIGHT {
+                        channels[c][j] = R::from_f64(x[j] * channel_scale[c]);
+                    }
+                }
+                let bits = f64::below(simd, gap2, places.limit) & wanted;
+                out.push(simd, &positions, &channels, bits);
             }
-            for c in 0..C {
-                self.channels[c][used] = R::from_f64(source.channels[c][first + j] * channel_scale[c]);
-            }
-            used += usize::from(gap2[j] < limit);
         }
-        self.used = used;
+        self.used = out.used;
+    }
+
+    /// Room for so many sources more, and for what pads the last registers.
+    fn make_room(&mut self, more: usize) {
+        let needed = (self.used + more).next_multiple_of(MAX_LANES) + MAX_LANES;
+        if self.positions[0].len() < needed {
+            self.positions.iter_mut().for_each(|p| p.resize(2 * needed, R::default()));
+            self.channels.iter_mut().for_each(|c| c.resize(2 * needed, R::default()));
+        }
     }
 
     /// Fills up the last registers with sources that no kernel reaches.
@@ -316,12 +362,13 @@ impl<'a, const D: usize, const C: usize, R: Real> Batch<'a, D, C, R> {
 /// Buffer position of padding: its square still fits f32, and no support radius is 1e8 times the leaf's reach.
 const FAR: f64 = 1e8;
 
-/// Leaves that one parallel task takes.
-const LEAVES_PER_TASK: usize = 32;
+/// Groups of leaves that a thread takes at once, at least.
+const GROUPS_AT_ONCE: usize = 4;
 
 /// Apart from [`Leaf`], so that gathering is compiled once for all passes.
 struct Gather<'b, 'a, const D: usize, const C: usize, R: Real> {
     batch: &'b mut Batch<'a, D, C, R>,
+    near: &'b Near<D>,
     reach: f64,
 }
 
@@ -329,8 +376,8 @@ impl<const D: usize, const C: usize, R: Real> WithSimd for Gather<'_, '_, D, C, 
     type Output = ();
 
     #[inline(always)]
-    fn with_simd<S: Simd>(self, _: S) {
-        self.batch.gather(self.reach);
+    fn with_simd<S: Simd>(self, simd: S) {
+        self.batch.gather(simd, self.near, self.reach);
     }
 }
 
@@ -396,12 +443,8 @@ pub fn for_each_in_chosen_leaves<const D: usize, const C: usize, R: Real, P: Lea
     pass: &P,
 ) -> Vec<P::Output> {
     let Sources { tree, support, .. } = &sources[0];
-    let is_chosen = |leaf: &&u32| {
-        let node = &tree.nodes[**leaf as usize];
-        support[node.places()].iter().any(|h| *h > 0.0)
-    };
-    let leaves: Vec<u32> = tree.leaves.iter().filter(is_chosen).copied().collect();
-    drive_leaves::<D, C, R, P::Output>(domain, sources, margin, (pass, &leaves))
+    let is_chosen = |leaf: &u32| support[tree.nodes[*leaf as usize].places()].iter().any(|h| *h > 0.0);
+    drive_leaves::<D, C, R, P::Output>(domain, sources, margin, (pass, &is_chosen))
 }
 
 /// [`for_each_target`] with a pass that was chosen at run time.
@@ -411,36 +454,49 @@ pub(crate) fn drive<const D: usize, const C: usize, R: Real, O: Copy + Send + De
     margin: f64,
     pass: &dyn DynPass<D, C, R, O>,
 ) -> Vec<O> {
-    drive_leaves(domain, sources, margin, (pass, &sources[0].tree.leaves))
+    drive_leaves(domain, sources, margin, (pass, &|_| true))
+}
+
+/// A group of neighboring leaves, and where the results of their particles go.
+struct Task<'o, O> {
+    leaves: Vec<u32>,
+    out: &'o mut [O],
 }
 
 fn drive_leaves<const D: usize, const C: usize, R: Real, O: Copy + Send + Default>(
     domain: &Domain<D>,
     sources: &[Sources<'_, D, C>],
     margin: f64,
-    (pass, leaves): (&dyn DynPass<D, C, R, O>, &[u32]),
+    (pass, is_chosen): (&dyn DynPass<D, C, R, O>, &dyn Fn(&u32) -> bool),
 ) -> Vec<O> {
-    let tree = sources[0].tree;
-    let targets = leaves.iter().map(|&leaf| tree.nodes[leaf as usize].count as usize).sum();
-    let mut out = vec![O::default(); targets];
-    let mut tasks = Vec::with_capacity(leaves.len() / LEAVES_PER_TASK + 1);
+    let (tree, support) = (sources[0].tree, sources[0].support);
+    let groups: Vec<Vec<u32>> = tree
+        .leaf_groups()
+        .map(|leaves| leaves.iter().filter(|leaf| is_chosen(leaf)).copied().collect())
+        .filter(|leaves: &Vec<u32>| !leaves.is_empty())
+        .collect();
+    let size = |leaves: &[u32]| leaves.iter().map(|&leaf| tree.nodes[leaf as usize].count as usize).sum::<usize>();
+    let mut out = vec![O::default(); groups.iter().map(|leaves| size(leaves)).sum()];
+    let mut tasks = Vec::with_capacity(groups.len());
     let mut rest = out.as_mut_slice();
-    for leaves in leaves.chunks(LEAVES_PER_TASK) {
-        let size = leaves.iter().map(|&l| tree.nodes[l as usize].count as usize).sum();
-        let (mine, others) = rest.split_at_mut(size);
-        tasks.push((leaves, mine));
+    for leaves in groups {
+        let (mine, others) = rest.split_at_mut(size(&leaves));
+        tasks.push(Task { leaves, out: mine });
         rest = others;
     }
     let arch = Arch::new();
-    tasks.into_par_iter().for_each_init(
-        || Batch::<D, C, R>::new(domain, sources),
-        |batch, (leaves, mut out)| {
-            for &leaf in leaves {
-                batch.enter(leaf);
+    let reach =
+        |leaf: &u32| margin * support[tree.nodes[*leaf as usize].places()].iter().fold(0.0_f64, |m, h| m.max(*h));
+    tasks.into_par_iter().with_min_len(GROUPS_AT_ONCE).for_each_init(
+        || (Batch::<D, C, R>::new(domain, sources), Near::default()),
+        |(batch, near), Task { leaves, mut out }| {
+            let widest = leaves.iter().map(reach).fold(0.0, f64::max);
+            near.look(domain, sources, &Cuboid::around(leaves.iter().map(|&leaf| &tree.nodes[leaf as usize])), widest);
+            for leaf in &leaves {
+                batch.enter(*leaf);
                 let (mine, others) = out.split_at_mut(batch.count);
                 out = others;
-                let widest = batch.targets().fold(0.0_f64, |m, i| m.max(batch.support(i)));
-                arch.dispatch(Gather { batch: &mut *batch, reach: widest * margin });
+                arch.dispatch(Gather { batch: &mut *batch, near, reach: reach(leaf) });
                 pass.leaf(arch, batch, mine);
             }
         },

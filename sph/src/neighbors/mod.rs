@@ -14,6 +14,7 @@ mod compiled;
 mod ghost_tree;
 mod groups;
 mod halo;
+mod near;
 mod tree;
 
 pub use batch::{Batch, BatchUnit, LeafPass, Reach, Sources, for_each_in_chosen_leaves, for_each_target};

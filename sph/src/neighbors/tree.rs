@@ -6,6 +6,9 @@ use crate::parallel;
 /// ones gather fewer that no target sees; measured best at 64 neighbors in 3-D.
 pub const LEAF_SIZE: usize = 24;
 
+/// Leaves that look for what is near them together: a subtree of this many, at most.
+const GROUP_OF_LEAVES: usize = 8;
+
 /// Nodes above this many particles are built in parallel.
 const PARALLEL_BUILD: usize = 8192;
 
@@ -75,6 +78,24 @@ impl<const D: usize> Tree<D> {
 
     pub fn len(&self) -> usize {
         self.order.len()
+    }
+
+    /// Groups of leaves that are subtrees, in the tree's order.
+    pub(super) fn leaf_groups(&self) -> impl Iterator<Item = &[u32]> {
+        let (mut at, mut first) = (0, 0);
+        std::iter::from_fn(move || {
+            // A subtree of l leaves has 2 l - 1 nodes.
+            while at < self.nodes.len() {
+                let nodes = self.nodes[at].skip as usize - at;
+                if nodes < 2 * GROUP_OF_LEAVES {
+                    let leaves = &self.leaves[first..first + nodes.div_ceil(2)];
+                    (at, first) = (at + nodes, first + leaves.len());
+                    return Some(leaves);
+                }
+                at += 1;
+            }
+            None
+        })
     }
 
     pub fn is_empty(&self) -> bool {
