@@ -13,6 +13,8 @@ pub trait Real: Copy + Send + Sync + Default + 'static {
 
     fn from_f64(x: f64) -> Self;
     fn to_f64(self) -> f64;
+    /// Square of the distance from the interval of `half` on both sides of `center`, added to `sum`.
+    fn add_gap2(self, center: Self, half: Self, sum: Self) -> Self;
     fn splat<S: Simd>(simd: S, x: Self) -> Self::Vector<S>;
     /// Whole registers of `slice`; what is left over is not included.
     fn vectors<S: Simd>(slice: &[Self]) -> &[Self::Vector<S>];
@@ -48,6 +50,11 @@ macro_rules! real {
             #[inline(always)]
             fn to_f64(self) -> f64 {
                 f64::from(self)
+            }
+            #[inline(always)]
+            fn add_gap2(self, center: Self, half: Self, sum: Self) -> Self {
+                let gap = ((self - center).abs() - half).max(0.0);
+                sum + gap * gap
             }
             #[inline(always)]
             fn splat<S: Simd>(simd: S, x: Self) -> S::$v {

@@ -4,10 +4,11 @@
 //! about 1e-7 of a support radius whatever the units and wherever the leaf is; sums over them are good to a
 //! few 1e-7 relative. With f64 buffers the same code gives the reference.
 
+use super::buffers::Buffers;
 use super::near::{Cuboid, Near, Places};
-use super::tree::{Node, Tree};
+use super::tree::{LEAF_SIZE, Node, PART_OF_LEAF, Tree};
 use crate::domain::{AxisImage, Domain};
-use crate::lanes::{MAX_LANES, Real};
+use crate::lanes::Real;
 use crate::pack::EIGHT;
 use pulp::{Arch, Simd, WithSimd};
 use rayon::prelude::*;
@@ -132,29 +133,7 @@ fn eight(values: &[f64], at: usize) -> [f64; EIGHT] {
     out
 }
 
-/// The buffers while they are filled.
-struct Out<'b, const D: usize, const C: usize, R> {
-    used: usize,
-    positions: [&'b mut [R]; D],
-    channels: [&'b mut [R]; C],
-}
-
-impl<const D: usize, const C: usize, R: Real> Out<'_, D, C, R> {
-    /// Appends those of eight sources whose bits are set.
-    #[inline(always)]
-    fn push<S: Simd>(&mut self, simd: S, positions: &[[R; EIGHT]; D], channels: &[[R; EIGHT]; C], bits: u8) {
-        let places = self.used..self.used + EIGHT;
-        for k in 0..D {
-            self.positions[k][places.clone()].copy_from_slice(&R::packed(simd, positions[k], bits));
-        }
-        for c in 0..C {
-            self.channels[c][places.clone()].copy_from_slice(&R::packed(simd, channels[c], bits));
-        }
-        self.used += bits.count_ones() as usize;
-    }
-}
-
-/// Gathered neighbors of one leaf.
+/// Neighbors of targets that lie close together: a leaf, or a part of one.
 pub struct Batch<'a, const D: usize, const C: usize, R: Real> {
     domain: &'a Domain<D>,
     sources: &'a [Sources<'a, D, C>],
@@ -162,20 +141,14 @@ pub struct Batch<'a, const D: usize, const C: usize, R: Real> {
     count: usize,
     cuboid: Cuboid<D>,
     unit: BatchUnit<C>,
-    used: usize,
+    /// How far from the targets all sources are in the buffers.
+    reach: f64,
+    /// How far the sources of any place reach the targets.
+    widest: f64,
     places: Vec<Places>,
-    positions: [Vec<R>; D],
-    channels: [Vec<R>; C],
-}
-
-/// The first `count` of each array as registers. A loop: closures over arrays are not always inlined here.
-#[inline(always)]
-fn all_vectors<const N: usize, R: Real, S: Simd>(arrays: &[Vec<R>; N], count: usize) -> [&[R::Vector<S>]; N] {
-    let mut out: [&[R::Vector<S>]; N] = [&[]; N];
-    for k in 0..N {
-        out[k] = R::vectors::<S>(&arrays[k][..count]);
-    }
-    out
+    /// What the leaf may see, and what of it the targets may see.
+    gathered: Buffers<D, C, R>,
+    seen: Buffers<D, C, R>,
 }
 
 impl<'a, const D: usize, const C: usize, R: Real> Batch<'a, D, C, R> {
@@ -187,10 +160,11 @@ impl<'a, const D: usize, const C: usize, R: Real> Batch<'a, D, C, R> {
             count: 0,
             cuboid: Cuboid::new(&[0.0; D], &[0.0; D]),
             unit: BatchUnit { length: 1.0, channels: [1.0; C] },
-            used: 0,
+            reach: 0.0,
+            widest: 0.0,
             places: Vec::new(),
-            positions: std::array::from_fn(|_| Vec::new()),
-            channels: std::array::from_fn(|_| Vec::new()),
+            gathered: Buffers::new(),
+            seen: Buffers::new(),
         }
     }
 
@@ -220,12 +194,16 @@ impl<'a, const D: usize, const C: usize, R: Real> Batch<'a, D, C, R> {
         self.sources[0].channels[c][i] / self.unit.channels[c]
     }
 
-    /// Position and channel registers of all gathered sources. What pads the last registers lies beyond every
+    /// Position and channel registers of all sources. What pads the last registers lies beyond every
     /// support and has zero channels.
     #[inline(always)]
     pub fn registers<S: Simd>(&self) -> ([&[R::Vector<S>]; D], [&[R::Vector<S>]; C]) {
-        let padded = self.used.next_multiple_of(MAX_LANES);
-        (all_vectors::<D, R, S>(&self.positions, padded), all_vectors::<C, R, S>(&self.channels, padded))
+        self.seen.registers::<S>()
+    }
+
+    /// All sources within this distance of any target are there.
+    pub fn reach(&self) -> f64 {
+        self.reach
     }
 
     fn enter(&mut self, leaf: u32) {
@@ -240,33 +218,36 @@ impl<'a, const D: usize, const C: usize, R: Real> Batch<'a, D, C, R> {
         }
     }
 
-    /// Gathers anew from within a pass, where it is rare.
+    /// Looks farther from within a pass, where it is rare.
     #[inline(never)]
     pub fn gather_again(&mut self, reach: f64) {
-        let mut near = Near::default();
-        near.look(self.domain, self.sources, &self.cuboid, reach);
-        Arch::new().dispatch(Gather { batch: self, near: &near, reach });
+        let arch = Arch::new();
+        if reach > self.unit.length {
+            let mut near = Near::default();
+            near.look(self.domain, self.sources, &self.cuboid, reach);
+            arch.dispatch(Gather { batch: self, near: &near, reach });
+        }
+        arch.dispatch(Turn { targets: self.targets(), batch: self, reach });
     }
 
     /// Gathers all that lies within `reach` of the leaf's box, from what is near.
     #[inline(always)]
     fn gather<S: Simd>(&mut self, simd: S, near: &Near<D>, reach: f64) {
-        self.used = 0;
-        self.unit.length = reach;
+        self.gathered.clear();
+        (self.unit.length, self.reach, self.widest) = (reach, reach, 0.0);
         let mut places = std::mem::take(&mut self.places);
         for run in near.runs() {
             near.places(simd, run, &self.sources[run.source], (&self.cuboid, reach), &mut places);
             self.append(simd, &self.sources[run.source], &run.image, &places);
         }
         self.places = places;
-        self.pad();
+        self.widest = self.widest.sqrt();
+        self.gathered.pad();
     }
 
     /// Appends those sources of a run that are near enough.
     #[inline(always)]
     fn append<S: Simd>(&mut self, simd: S, source: &Sources<'_, D, C>, image: &[AxisImage; D], places: &[Places]) {
-        let most: usize = places.iter().map(|places| places.end - places.first).sum();
-        self.make_room(most + EIGHT);
         let (scale, half) = (1.0 / self.unit.length, self.cuboid.half);
         let sign: [f64; D] = crate::array(|k| image[k].sign);
         let shift: [f64; D] = crate::array(|k| image[k].shift - self.cuboid.center[k]);
@@ -277,12 +258,9 @@ impl<'a, const D: usize, const C: usize, R: Real> Batch<'a, D, C, R> {
         // A tree of a few particles alone does without a window of its own.
         let mut few = ([[0.0; EIGHT]; D], [[0.0; EIGHT]; C]);
         let from = source.whole(&mut few);
-        let mut out = Out {
-            used: self.used,
-            positions: self.positions.each_mut().map(Vec::as_mut_slice),
-            channels: self.channels.each_mut().map(Vec::as_mut_slice),
-        };
+        let mut filled = self.gathered.filled(places.iter().map(|places| places.end - places.first).sum());
         for places in places {
+            self.widest = self.widest.max(places.limit);
             for first in (places.first..places.end).step_by(EIGHT) {
                 let (at, wanted) = window(first..places.end, source.tree.len());
                 let mut positions = [[R::default(); EIGHT]; D];
@@ -304,53 +282,57 @@ impl<'a, const D: usize, const C: usize, R: Real> Batch<'a, D, C, R> {
                     }
                 }
                 let bits = f64::below(simd, gap2, places.limit) & wanted;
-                out.push(simd, &positions, &channels, bits);
+                filled.push(simd, &positions, &channels, bits);
             }
         }
-        self.used = out.used;
     }
 
-    /// Room for so many sources more, and for what pads the last registers.
-    fn make_room(&mut self, more: usize) {
-        let needed = (self.used + more).next_multiple_of(MAX_LANES) + MAX_LANES;
-        if self.positions[0].len() < needed {
-            self.positions.iter_mut().for_each(|p| p.resize(2 * needed, R::default()));
-            self.channels.iter_mut().for_each(|c| c.resize(2 * needed, R::default()));
+    /// Turns to some of the leaf's targets, whose support radii are at most `reach`, and to those sources that they may see.
+    #[inline(always)]
+    fn turn_to<S: Simd>(&mut self, simd: S, targets: Range<usize>, reach: f64) {
+        (self.first, self.count) = (targets.start, targets.len());
+        if R::DOUBLE {
+            // Checks see what the whole leaf may see.
+            self.reach = self.unit.length;
+            std::mem::swap(&mut self.seen, &mut self.gathered);
+            return;
         }
-    }
-
-    /// Fills up the last registers with sources that no kernel reaches.
-    fn pad(&mut self) {
-        let padded = self.used.next_multiple_of(MAX_LANES);
-        if self.positions[0].len() < padded {
-            self.positions.iter_mut().for_each(|p| p.resize(padded, R::default()));
-            self.channels.iter_mut().for_each(|c| c.resize(padded, R::default()));
+        let (mut lo, mut hi) = ([f64::INFINITY; D], [f64::NEG_INFINITY; D]);
+        for k in 0..D {
+            for x in &self.sources[0].tree.positions[k][targets.clone()] {
+                (lo[k], hi[k]) = (lo[k].min(*x), hi[k].max(*x));
+            }
         }
-        for j in self.used..padded {
-            self.positions.iter_mut().for_each(|p| p[j] = R::from_f64(FAR));
-            self.channels.iter_mut().for_each(|c| c[j] = R::default());
+        let (mut center, mut half) = ([R::default(); D], [R::default(); D]);
+        for k in 0..D {
+            center[k] = R::from_f64((0.5 * (lo[k] + hi[k]) - self.cuboid.center[k]) / self.unit.length);
+            half[k] = R::from_f64(0.5 * (hi[k] - lo[k]) / self.unit.length);
         }
+        self.reach = reach;
+        let of_sources = if self.sources.iter().all(|s| s.reach == Reach::Target) { 0.0 } else { self.widest };
+        let limit = (reach.max(of_sources) / self.unit.length + ROUNDING).powi(2);
+        self.seen.take_near(simd, &self.gathered, (&center, &half), R::from_f64(limit));
     }
 
     /// Position of gathered source `j` in buffer units.
     #[inline(always)]
     pub fn position(&self, j: usize) -> [R; D] {
-        crate::array(|k| self.positions[k][j])
+        self.seen.position(j)
     }
 
     /// Channel `c` of gathered source `j` in buffer units.
     #[inline(always)]
     pub fn channel(&self, c: usize, j: usize) -> R {
-        self.channels[c][j]
+        self.seen.channel(c, j)
     }
 
     /// How many sources are in the buffers.
     pub fn len(&self) -> usize {
-        self.used
+        self.seen.len()
     }
 
     pub fn is_empty(&self) -> bool {
-        self.used == 0
+        self.seen.len() == 0
     }
 
     /// Support radius of source `0`'s particle at tree position `i`.
@@ -359,8 +341,8 @@ impl<'a, const D: usize, const C: usize, R: Real> Batch<'a, D, C, R> {
     }
 }
 
-/// Buffer position of padding: its square still fits f32, and no support radius is 1e8 times the leaf's reach.
-const FAR: f64 = 1e8;
+/// How much farther than exact sources are looked for in buffers, in units of the leaf's reach: several times what single precision rounds.
+const ROUNDING: f64 = 1e-6;
 
 /// Groups of leaves that a thread takes at once, at least.
 const GROUPS_AT_ONCE: usize = 4;
@@ -378,6 +360,22 @@ impl<const D: usize, const C: usize, R: Real> WithSimd for Gather<'_, '_, D, C, 
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) {
         self.batch.gather(simd, self.near, self.reach);
+    }
+}
+
+/// See [`Batch::turn_to`].
+struct Turn<'b, 'a, const D: usize, const C: usize, R: Real> {
+    batch: &'b mut Batch<'a, D, C, R>,
+    targets: Range<usize>,
+    reach: f64,
+}
+
+impl<const D: usize, const C: usize, R: Real> WithSimd for Turn<'_, '_, D, C, R> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, simd: S) {
+        self.batch.turn_to(simd, self.targets, self.reach);
     }
 }
 
@@ -457,6 +455,11 @@ pub(crate) fn drive<const D: usize, const C: usize, R: Real, O: Copy + Send + De
     drive_leaves(domain, sources, margin, (pass, &|_| true))
 }
 
+/// Targets for which sources are picked out of what their leaf may see.
+fn targets_at_once<R: Real>() -> usize {
+    if R::DOUBLE { LEAF_SIZE } else { PART_OF_LEAF }
+}
+
 /// A group of neighboring leaves, and where the results of their particles go.
 struct Task<'o, O> {
     leaves: Vec<u32>,
@@ -485,8 +488,8 @@ fn drive_leaves<const D: usize, const C: usize, R: Real, O: Copy + Send + Defaul
         rest = others;
     }
     let arch = Arch::new();
-    let reach =
-        |leaf: &u32| margin * support[tree.nodes[*leaf as usize].places()].iter().fold(0.0_f64, |m, h| m.max(*h));
+    let radius = |places: Range<usize>| margin * support[places].iter().fold(0.0_f64, |m, h| m.max(*h));
+    let reach = |leaf: &u32| radius(tree.nodes[*leaf as usize].places());
     tasks.into_par_iter().with_min_len(GROUPS_AT_ONCE).for_each_init(
         || (Batch::<D, C, R>::new(domain, sources), Near::default()),
         |(batch, near), Task { leaves, mut out }| {
@@ -494,10 +497,15 @@ fn drive_leaves<const D: usize, const C: usize, R: Real, O: Copy + Send + Defaul
             near.look(domain, sources, &Cuboid::around(leaves.iter().map(|&leaf| &tree.nodes[leaf as usize])), widest);
             for leaf in &leaves {
                 batch.enter(*leaf);
-                let (mine, others) = out.split_at_mut(batch.count);
-                out = others;
+                let places = batch.targets();
                 arch.dispatch(Gather { batch: &mut *batch, near, reach: reach(leaf) });
-                pass.leaf(arch, batch, mine);
+                for first in places.clone().step_by(targets_at_once::<R>()) {
+                    let targets = first..places.end.min(first + targets_at_once::<R>());
+                    let (mine, others) = out.split_at_mut(targets.len());
+                    out = others;
+                    arch.dispatch(Turn { reach: radius(targets.clone()), batch: &mut *batch, targets });
+                    pass.leaf(arch, batch, mine);
+                }
             }
         },
     );

@@ -10,6 +10,7 @@
 
 mod batch;
 pub mod brute_force;
+mod buffers;
 mod compiled;
 mod ghost_tree;
 mod groups;

@@ -4,7 +4,10 @@ use crate::parallel;
 
 /// Particles of a leaf, at most. Larger leaves share their gathered neighbors among more targets, smaller
 /// ones gather fewer that no target sees; measured best at 64 neighbors in 3-D.
-pub const LEAF_SIZE: usize = 24;
+pub const LEAF_SIZE: usize = 32;
+
+/// Particles that follow each other in a leaf and lie close together.
+pub(super) const PART_OF_LEAF: usize = 8;
 
 /// Leaves that look for what is near them together: a subtree of this many, at most.
 const GROUP_OF_LEAVES: usize = 8;
@@ -179,27 +182,54 @@ impl<const D: usize> IntoBounds<D> for [(f64, f64); D] {
     }
 }
 
-/// Fills `nodes` (2 `leaf_count` - 1 of them, the first at absolute index `at`) for `items`, whose first has
-/// tree position `first`. Leaves get equal shares, so that cost per particle does not depend on N.
-fn subdivide<const D: usize>(items: &mut [Item<D>], nodes: &mut [Node<D>], at: u32, first: u32, leaf_count: usize) {
-    let mut lo = [f64::INFINITY; D];
-    let mut hi = [f64::NEG_INFINITY; D];
-    for item in items.iter() {
+/// Parts items at `middle`, across the longest edge of their bounds.
+fn split<const D: usize>(items: &mut [Item<D>], middle: usize, (lo, hi): (&[f64; D], &[f64; D])) {
+    let axis = (0..D).fold(0, |best, k| if hi[k] - lo[k] > hi[best] - lo[best] { k } else { best });
+    // The index breaks ties, so that the split is unique also where coordinates are equal.
+    items.select_nth_unstable_by(middle, |a, b| a.x[axis].total_cmp(&b.x[axis]).then(a.index.cmp(&b.index)));
+}
+
+fn limits<const D: usize>(items: &[Item<D>]) -> ([f64; D], [f64; D]) {
+    let (mut lo, mut hi) = ([f64::INFINITY; D], [f64::NEG_INFINITY; D]);
+    for item in items {
         for k in 0..D {
             lo[k] = lo[k].min(item.x[k]);
             hi[k] = hi[k].max(item.x[k]);
         }
     }
+    (lo, hi)
+}
+
+/// Puts the particles of a leaf in an order of which every [`PART_OF_LEAF`] lie close together.
+fn part<const D: usize>(items: &mut [Item<D>], bounds: (&[f64; D], &[f64; D])) {
+    let parts = items.len().div_ceil(PART_OF_LEAF);
+    if parts < 2 {
+        return;
+    }
+    let middle = parts / 2 * PART_OF_LEAF;
+    split(items, middle, bounds);
+    let (left, right) = items.split_at_mut(middle);
+    for items in [left, right] {
+        if items.len() > PART_OF_LEAF {
+            let (lo, hi) = limits(items);
+            part(items, (&lo, &hi));
+        }
+    }
+}
+
+/// Fills `nodes` (2 `leaf_count` - 1 of them, the first at absolute index `at`) for `items`, whose first has
+/// tree position `first`. Leaves get equal shares, so that cost per particle does not depend on N.
+fn subdivide<const D: usize>(items: &mut [Item<D>], nodes: &mut [Node<D>], at: u32, first: u32, leaf_count: usize) {
+    let (lo, hi) = limits(items);
     let skip = at + nodes.len() as u32;
     nodes[0] = Node { lo, hi, first, count: items.len() as u32, skip };
     if leaf_count == 1 {
+        part(items, (&lo, &hi));
         return;
     }
-    let axis = (0..D).fold(0, |best, k| if hi[k] - lo[k] > hi[best] - lo[best] { k } else { best });
     let left_leaves = leaf_count / 2;
     let middle = (items.len() as u64 * left_leaves as u64 / leaf_count as u64) as usize;
-    // The index breaks ties, so that the split is unique also where coordinates are equal.
-    items.select_nth_unstable_by(middle, |a, b| a.x[axis].total_cmp(&b.x[axis]).then(a.index.cmp(&b.index)));
+    split(items, middle, (&lo, &hi));
     let parallel = items.len() > PARALLEL_BUILD;
     let (left, right) = items.split_at_mut(middle);
     let (left_nodes, right_nodes) = nodes[1..].split_at_mut(2 * left_leaves - 1);

@@ -71,7 +71,7 @@ impl<K: Kernel> SolvePass<K> {
         let mut support = batch.support(i).min(self.largest);
         let mut sums = DensitySums::default();
         for _ in 0..MAX_SUPPORT_STEPS {
-            if support > batch.unit().length {
+            if support > batch.reach() {
                 batch.gather_again(support * SOLVE_MARGIN);
             }
             sums = density_sums::<D, C, K, R, S>(simd, self.kernel, batch, i, support);
