@@ -69,6 +69,9 @@ pub fn check(file: &ParticleFile, code: &TargetCode) -> Result<Vec<Finding>> {
     }
     values(table, code, &mut findings);
     numbers(file, code, &mut findings);
+    for unread in file.species.iter().filter_map(|species| code.unread(species)) {
+        add(&mut findings, Level::Warning, "types", unread);
+    }
     frame(file, table, code, &mut findings);
     if findings.iter().all(|f| f.level != Level::Error) {
         match file.header.dimension {
@@ -447,7 +450,7 @@ fn net_force<const D: usize>(
         .collect();
     let Some(energies) = energies else { return };
     let velocities = in_units::<D>(table, unit);
-    let bodies = bodies(table);
+    let bodies = table.bodies();
     let is_attracted = !attracting.1.is_empty();
     let moving = Moving { velocities: velocities.as_deref(), bodies: &bodies, is_attracted };
     let found = mean_net_force(code.kernel, measured, domain, positions, attracting, (&energies, gamma), moving);
@@ -482,14 +485,4 @@ fn in_units<const D: usize>(table: &ParticleTable, specific: f64) -> Option<Vec<
     let row = |i: usize| sph::array(|k| column.values.get(i * column.components + k) / unit);
     let all: Vec<[f64; D]> = (0..table.count).map(row).collect();
     all.iter().flatten().all(|v| v.is_finite()).then_some(all)
-}
-
-/// Which body each particle is of, from 0 on without gaps; nothing where the file does not say it.
-fn bodies(table: &ParticleTable) -> Vec<usize> {
-    let Some(column) = table.column(names::BODY_ID) else { return Vec::new() };
-    let numbers: Vec<i64> = (0..table.count).map(|i| column.values.get(i) as i64).collect();
-    let mut known = numbers.clone();
-    known.sort_unstable();
-    known.dedup();
-    numbers.iter().map(|number| known.partition_point(|k| k < number)).collect()
 }

@@ -5,7 +5,7 @@ use sph::geometry::unit_ball_volume;
 use sph::kernel::{KernelName, most_neighbors_without_pairs, support_over_smoothing_length};
 use sph::point_mass::Softening;
 use sph_formats::units::GRAVITATIONAL_CONSTANT_CGS;
-use sph_formats::{UnitSystem, did_you_mean};
+use sph_formats::{Species, UnitSystem, did_you_mean};
 
 /// How a code says how many neighbors a particle has.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -273,6 +273,23 @@ pub struct TargetCode {
 }
 
 impl TargetCode {
+    /// What the code as it is built by default does not make of particles beside the gas, with the remedy; `None` where it takes them.
+    pub(crate) fn unread(&self, species: &Species) -> Option<String> {
+        let kind = match (self.sheet.name, species.part_type) {
+            ("swift", 2) => "a background of heavier matter around a region of others, and stops in a run without one",
+            ("swift", 3) => "sinks, and leaves them out unless it is built and run with a model of those",
+            ("swift", 5) => "black holes, and leaves them out unless it is built and run with a model of those",
+            _ => return None,
+        };
+        let Species { part_type, table } = species;
+        (table.count > 0).then(|| {
+            format!(
+                "{} takes the {} particles of type {part_type} for {kind}: `type: 1` is for all that only attracts, 4 for stars",
+                self.sheet.title, table.count
+            )
+        })
+    }
+
     /// `NAME` or `NAME:OPTION,...`; an option is a kernel's or a scheme's name, or `key=value`.
     ///
     /// # Errors

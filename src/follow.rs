@@ -209,6 +209,7 @@ impl<const D: usize> Read<D> {
             center: None,
             field: None,
             points,
+            bodies: table.bodies(),
             damping: None,
         };
         let whole = come_to_rest(&mut followed);

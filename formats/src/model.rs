@@ -283,6 +283,16 @@ impl ParticleTable {
         self.column(crate::particle_names::MATERIAL_IDS).filter(|c| c.values.range() != (0.0, 0.0, 0))
     }
 
+    /// Which body each particle is of, from 0 on without gaps; nothing where the file does not say it.
+    pub fn bodies(&self) -> Vec<usize> {
+        let Some(column) = self.column(crate::particle_names::BODY_ID) else { return Vec::new() };
+        let numbers: Vec<i64> = (0..self.count).map(|i| column.values.get(i) as i64).collect();
+        let mut known = numbers.clone();
+        known.sort_unstable();
+        known.dedup();
+        numbers.iter().map(|number| known.partition_point(|k| k < number)).collect()
+    }
+
     /// (m/rho)^(1/d) where it is least; `None` without masses or densities.
     pub fn smallest_spacing(&self, dimension: usize) -> Option<f64> {
         use crate::particle_names::{DENSITY, MASSES};

@@ -1,6 +1,6 @@
 //! Vector arithmetic over [`pulp`], for f32 and f64 alike, so that one source serves both precisions.
 
-use crate::pack::{self, EIGHT};
+use crate::pack::{self, EIGHT, SIXTEEN};
 use pulp::Simd;
 
 /// A float type that neighbor buffers may hold.
@@ -31,13 +31,17 @@ pub trait Real: Copy + Send + Sync + Default + 'static {
     fn below<S: Simd>(simd: S, values: [Self; EIGHT], limit: Self) -> u8;
     /// Those of `values` whose bits are set, in their order; what comes after them is anything.
     fn packed<S: Simd>(simd: S, values: [Self; EIGHT], bits: u8) -> [Self; EIGHT];
+    /// [`Self::below`] of twice as many.
+    fn below_sixteen<S: Simd>(simd: S, values: &[Self; SIXTEEN], limit: Self) -> u16;
+    /// [`Self::packed`] of twice as many, into the first of `out`, which has room for all.
+    fn pack_sixteen<S: Simd>(simd: S, values: &[Self; SIXTEEN], bits: u16, out: &mut [Self]);
 }
 
 /// Registers hold at most this many f32, so buffers are padded to a multiple of it.
 pub const MAX_LANES: usize = 16;
 
 macro_rules! real {
-    ($t:ty, $v:ident, $splat:ident, $as:ident, $add:ident, $sub:ident, $mul:ident, $div:ident, $fma:ident, $max:ident, $sqrt:ident, $sum:ident, $below:ident, $packed:ident) => {
+    ($t:ty, $v:ident, $splat:ident, $as:ident, $add:ident, $sub:ident, $mul:ident, $div:ident, $fma:ident, $max:ident, $sqrt:ident, $sum:ident, $below:ident, $packed:ident, $below_sixteen:ident, $pack_sixteen:ident) => {
         impl Real for $t {
             type Vector<S: Simd> = S::$v;
 
@@ -104,6 +108,14 @@ macro_rules! real {
             fn packed<S: Simd>(simd: S, values: [Self; EIGHT], bits: u8) -> [Self; EIGHT] {
                 pack::$packed(simd, values, bits)
             }
+            #[inline(always)]
+            fn below_sixteen<S: Simd>(simd: S, values: &[Self; SIXTEEN], limit: Self) -> u16 {
+                pack::$below_sixteen(simd, values, limit)
+            }
+            #[inline(always)]
+            fn pack_sixteen<S: Simd>(simd: S, values: &[Self; SIXTEEN], bits: u16, out: &mut [Self]) {
+                pack::$pack_sixteen(simd, values, bits, out)
+            }
         }
     };
 }
@@ -122,7 +134,9 @@ real!(
     sqrt_f32s,
     reduce_sum_f32s,
     below_f32s,
-    packed_f32s
+    packed_f32s,
+    below_sixteen_f32s,
+    pack_sixteen_f32s
 );
 real!(
     f64,
@@ -138,5 +152,7 @@ real!(
     sqrt_f64s,
     reduce_sum_f64s,
     below_f64s,
-    packed_one_by_one
+    packed_one_by_one,
+    below_sixteen_f64s,
+    pack_sixteen_f64s
 );

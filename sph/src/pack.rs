@@ -2,7 +2,6 @@
 //!
 //! Neighbors are picked out of the leaves of a tree this way. One by one they took longer than all that is summed over them.
 
-use crate::lanes::Real;
 use pulp::Simd;
 #[cfg(target_arch = "x86_64")]
 use pulp::x86::{V3, V4};
@@ -98,51 +97,47 @@ pub fn packed_one_by_one<S: Simd, T: Copy>(_: S, mut values: [T; EIGHT], bits: u
     values
 }
 
-/// [`Real::below`] of twice as many.
+/// [`below_f32s`] of twice as many.
 #[inline(always)]
-pub fn below_sixteen<R: Real, S: Simd>(simd: S, values: &[R; SIXTEEN], limit: R) -> u16 {
+pub fn below_sixteen_f32s<S: Simd>(simd: S, values: &[f32; SIXTEEN], limit: f32) -> u16 {
     #[cfg(target_arch = "x86_64")]
-    if let Some((v4, values)) = widest(&simd, values) {
-        let limits = v4.avx512f._mm512_set1_ps(limit.to_f64() as f32);
-        return v4.avx512f._mm512_cmp_ps_mask::<_CMP_LT_OQ>(pulp::cast(*values), limits);
+    if let Some(v4) = (&simd as &dyn Any).downcast_ref::<V4>() {
+        return v4.avx512f._mm512_cmp_ps_mask::<_CMP_LT_OQ>(pulp::cast(*values), v4.avx512f._mm512_set1_ps(limit));
     }
-    let [low, high] = halves(values);
-    u16::from(R::below(simd, low, limit)) | u16::from(R::below(simd, high, limit)) << EIGHT
+    let [low, high]: [[f32; EIGHT]; 2] = pulp::cast(*values);
+    u16::from(below_f32s(simd, low, limit)) | u16::from(below_f32s(simd, high, limit)) << EIGHT
 }
 
-/// [`Real::packed`] of twice as many, into the first of `out`.
+/// [`packed_f32s`] of twice as many, into the first of `out`.
 #[inline(always)]
-pub fn pack_sixteen<R: Real, S: Simd>(simd: S, values: &[R; SIXTEEN], bits: u16, out: &mut [R]) {
+pub fn pack_sixteen_f32s<S: Simd>(simd: S, values: &[f32; SIXTEEN], bits: u16, out: &mut [f32]) {
     #[cfg(target_arch = "x86_64")]
-    if let (Some((v4, values)), Some(out)) = (widest(&simd, values), singles(&mut *out)) {
-        *out = pulp::cast(v4.avx512f._mm512_maskz_compress_ps(bits, pulp::cast(*values)));
+    if let Some(v4) = (&simd as &dyn Any).downcast_ref::<V4>() {
+        let packed: [f32; SIXTEEN] = pulp::cast(v4.avx512f._mm512_maskz_compress_ps(bits, pulp::cast(*values)));
+        out[..SIXTEEN].copy_from_slice(&packed);
         return;
     }
-    let ([first, second], low) = (halves(values), bits as u8);
+    let ([first, second], low): ([[f32; EIGHT]; 2], _) = (pulp::cast(*values), bits as u8);
     let used = low.count_ones() as usize;
-    out[..EIGHT].copy_from_slice(&R::packed(simd, first, low));
-    out[used..used + EIGHT].copy_from_slice(&R::packed(simd, second, (bits >> EIGHT) as u8));
+    out[..EIGHT].copy_from_slice(&packed_f32s(simd, first, low));
+    out[used..used + EIGHT].copy_from_slice(&packed_f32s(simd, second, (bits >> EIGHT) as u8));
 }
 
+/// [`below_f64s`] of twice as many.
 #[inline(always)]
-fn halves<R: Real>(values: &[R; SIXTEEN]) -> [[R; EIGHT]; 2] {
-    let mut halves = [[R::default(); EIGHT]; 2];
-    halves[0].copy_from_slice(&values[..EIGHT]);
-    halves[1].copy_from_slice(&values[EIGHT..]);
-    halves
+pub fn below_sixteen_f64s<S: Simd>(simd: S, values: &[f64; SIXTEEN], limit: f64) -> u16 {
+    let [low, high]: [[f64; EIGHT]; 2] = pulp::cast(*values);
+    u16::from(below_f64s(simd, low, limit)) | u16::from(below_f64s(simd, high, limit)) << EIGHT
 }
 
-/// The instructions and values of which a register holds all sixteen, if these are such.
-#[cfg(target_arch = "x86_64")]
+/// [`packed_one_by_one`] of twice as many, into the first of `out`.
 #[inline(always)]
-fn widest<'v, R: Real, S: Simd>(simd: &'v S, values: &'v [R; SIXTEEN]) -> Option<(&'v V4, &'v [f32; SIXTEEN])> {
-    Some(((simd as &dyn Any).downcast_ref()?, (values as &dyn Any).downcast_ref()?))
-}
-
-#[cfg(target_arch = "x86_64")]
-#[inline(always)]
-fn singles<R: Real>(out: &mut [R]) -> Option<&mut [f32; SIXTEEN]> {
-    (out.first_chunk_mut::<SIXTEEN>()? as &mut dyn Any).downcast_mut()
+pub fn pack_sixteen_f64s<S: Simd>(_: S, values: &[f64; SIXTEEN], bits: u16, out: &mut [f64]) {
+    let mut used = 0;
+    for (j, value) in values.iter().enumerate() {
+        out[used] = *value;
+        used += usize::from(bits >> j & 1);
+    }
 }
 
 /// Where the values come from whose bits are set.

@@ -41,9 +41,10 @@ pub(crate) fn radial<const D: usize>(
     };
     let mass = check_mass(&name, profile.total_mass())?;
     if nodes[0] > 0.0 {
-        input
-            .notes
-            .push(format!("the innermost node lies at r = {:e}; the density within is taken as constant", nodes[0]));
+        let share = nodes[0] / profile.outer_radius();
+        input.notes.push(format!(
+            "the innermost node lies at {share:.2e} of the outer radius; the density within is taken as constant"
+        ));
     }
     if D == 3 {
         input.notes.extend(compare_enclosed_mass(&input, mass.value, length_cgs));

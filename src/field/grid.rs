@@ -26,11 +26,29 @@ impl<const D: usize> Grid<D> {
 
     /// Combines the values around `x`, which lies within the axes.
     pub(crate) fn combine(&self, values: &Values, stride: usize, x: &[f64; D], out: &mut [f64]) {
+        if self.interpolation == Interpolation::Linear
+            && let Some(corners) = self.corners(x)
+        {
+            return corners.blend(values, stride, out);
+        }
         let stencil = self.stencil(x);
         stencil.blend(values, stride, out);
         if self.interpolation == Interpolation::Cubic {
             stencil.limit(values, stride, out);
         }
+    }
+
+    /// The corners of the interval around `x`, where it is one between values along all axes.
+    fn corners(&self, x: &[f64; D]) -> Option<Corners<D>> {
+        let mut corners = Corners { first: 0, steps: [0; D], fractions: [0.0; D] };
+        let mut step = 1;
+        for (k, axis) in self.axes.iter().enumerate() {
+            let (i, fraction) = axis.between(x[k])?;
+            corners.first += i * step;
+            (corners.steps[k], corners.fractions[k]) = (step, fraction);
+            step *= axis.len();
+        }
+        Some(corners)
     }
 
     fn stencil(&self, x: &[f64; D]) -> Stencil {
@@ -141,6 +159,41 @@ fn cell_bounds<const D: usize>(breaks: &[Vec<f64>; D], counts: &[usize; D], mut 
         (lo[k], hi[k]) = (breaks[k][i], breaks[k][i + 1]);
     }
     (lo, hi)
+}
+
+/// The two values along each axis between which a point lies.
+struct Corners<const D: usize> {
+    /// Place in memory of the first of them, and from there to the other along each axis.
+    first: usize,
+    steps: [usize; D],
+    fractions: [f64; D],
+}
+
+impl<const D: usize> Corners<D> {
+    fn blend(&self, values: &Values, stride: usize, out: &mut [f64]) {
+        for (c, v) in out.iter_mut().enumerate() {
+            // The kind of number is settled once, not per value.
+            *v = match values {
+                Values::F32(all) => self.mean(|i| f64::from(all[i * stride + c])),
+                Values::F64(all) => self.mean(|i| all[i * stride + c]),
+                Values::I64(all) => self.mean(|i| all[i * stride + c] as f64),
+            };
+        }
+    }
+
+    #[inline]
+    fn mean(&self, value: impl Fn(usize) -> f64) -> f64 {
+        let mut at = [0.0; 8];
+        for (corner, at) in at.iter_mut().enumerate().take(1 << D) {
+            *at = value(self.first + (0..D).map(|k| (corner >> k & 1) * self.steps[k]).sum::<usize>());
+        }
+        for (k, t) in self.fractions.iter().enumerate() {
+            for j in 0..1 << (D - 1 - k) {
+                at[j] = (1.0 - t) * at[2 * j] + t * at[2 * j + 1];
+            }
+        }
+        at[0]
+    }
 }
 
 /// Values around a point and their weights; axes that a grid does not have count one value.

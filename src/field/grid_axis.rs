@@ -138,6 +138,18 @@ impl AxisTable {
         }
     }
 
+    /// The number of the value at or below `x` and the fraction of the way to the next, between the first and the last.
+    #[inline]
+    pub(crate) fn between(&self, x: f64) -> Option<(usize, f64)> {
+        let last = self.points.len() - 1;
+        if !(x >= self.points[0] && x < self.points[last]) {
+            return None;
+        }
+        let i = self.points.find(x);
+        let (a, b) = (self.points[i], self.points[i + 1]);
+        Some((i, (x - a) / (b - a)))
+    }
+
     /// The interval `i .. i + 1` of points (unwrapped numbers) around `x` and the fraction in it; `None` where
     /// values continue as constants.
     fn interval(&self, x: f64) -> Option<(i64, f64)> {

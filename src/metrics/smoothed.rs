@@ -453,7 +453,7 @@ mod tests {
             let (alone, together) = (see(None), see(Some((&groups, density.as_slice()))));
             let off = alone.iter().zip(&together).map(|(a, b)| (b / a - 1.0).abs());
             let (worst, same) = off.fold((0.0_f64, 0), |(m, s), e| (m.max(e), s + usize::from(e == 0.0)));
-            assert!(worst < 1e-3 && same < 3 * count / 4, "{D}-D {text}: {worst}, {same} alike");
+            assert!(worst < 1e-3 && same < 9 * count / 10, "{D}-D {text}: {worst}, {same} alike");
         }
         check::<1>("1 + 0.3*x + 0.1*sin(3*x)", 400);
         check::<2>("exp(0.5*x*y)", 3000);

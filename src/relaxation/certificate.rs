@@ -224,6 +224,7 @@ pub fn certify<const D: usize>(
         center,
         field,
         points: point.map(|mass| Point { mass, velocity: None }).into_iter().collect(),
+        bodies: Vec::new(),
         damping: None,
     };
     drive(Body::new((kernel, kernel_neighbors), start), (duration, MOST_STEPS), control).0

@@ -7,6 +7,7 @@
 //! for a few steps, turning with the whole, where it changes little: in a round body, and in one, or two, at rest in a rotating frame. Point
 //! masses attract and are attracted; those without a velocity stay where they are.
 
+use super::orbiting::{Part, balanced};
 use super::outside::{Field, reflected};
 use super::states::{Law, States};
 use crate::metrics::Measured;
@@ -54,6 +55,8 @@ pub struct Followed<'a, const D: usize> {
     /// What acts from outside.
     pub field: Option<Field<'a, D>>,
     pub points: Vec<Point<D>>,
+    /// Which body each particle is of, from 0 on, where there are several; empty for one.
+    pub bodies: Vec<usize>,
     /// Time in which motion falls to 1/e, in units of [`super::State::time`]; only the rotation of the whole stays. `None` for free
     /// motion.
     pub damping: Option<f64>,
@@ -98,6 +101,7 @@ pub(super) struct Body<'a, const D: usize> {
     /// What the field has done so far.
     work: f64,
     points: Vec<Point<D>>,
+    bodies: Vec<usize>,
     pub radius: f64,
     pub total_mass: f64,
     /// Dynamical time, or that in which sound crosses.
@@ -150,6 +154,7 @@ impl<'a, const D: usize> Body<'a, D> {
             center,
             field,
             points,
+            bodies,
             damping,
         } = start;
         let n = masses.len();
@@ -193,6 +198,7 @@ impl<'a, const D: usize> Body<'a, D> {
             field,
             work: 0.0,
             points,
+            bodies,
             radius,
             total_mass,
             unit_time,
@@ -405,7 +411,7 @@ impl<'a, const D: usize> Body<'a, D> {
         })
     }
 
-    /// Keeps a share of all motion but for the rotation of the whole, which has the angular momentum.
+    /// Keeps a share of all motion but for the rotation of the whole.
     pub fn damp(&mut self, keep: f64) {
         let spin = self.spin();
         let center = self.center.unwrap_or([0.0; D]);
@@ -421,10 +427,12 @@ impl<'a, const D: usize> Body<'a, D> {
         }
     }
 
-    /// The angular velocity of a rigid rotation with the angular momentum; 0 where the particles did not rotate at the start.
+    /// The angular velocity of a rigid rotation: with the angular momentum, or that of bodies which their pull on each other keeps at
+    /// their distance; 0 where the particles did not rotate at the start.
     fn spin(&self) -> [f64; 3] {
-        if self.axis.is_none() {
-            return [0.0; 3];
+        let Some(axis) = &self.axis else { return [0.0; 3] };
+        if let Some(spin) = balanced(axis, self.parts()) {
+            return axis.map(|a| spin * a);
         }
         let product = |a: usize, b: usize| {
             let of = |x: &[f64; D]| {
@@ -439,6 +447,21 @@ impl<'a, const D: usize> Body<'a, D> {
         let inertia = Matrix3::from_fn(product);
         let spin = inertia.try_inverse().map_or_else(Vector3::zeros, |i| i * Vector3::from(self.angular_momentum()));
         spin.into()
+    }
+
+    /// Particles, and points that move, each of which is a body, with the bodies that they are of.
+    fn parts(&self) -> impl Iterator<Item = (usize, Part)> + '_ {
+        let wide = |v: &[f64; D]| -> [f64; 3] { sph::array(|k| v.get(k).copied().unwrap_or(0.0)) };
+        let count = self.bodies.iter().max().map_or(1, |last| last + 1);
+        let gas = (0..self.masses.len()).map(move |i| {
+            let body = self.bodies.get(i).copied().unwrap_or(0);
+            (body, (self.masses[i], self.about_center(&at(&self.positions, i)), wide(&self.accelerations[i])))
+        });
+        let points = self.points.iter().zip(&self.point_accelerations).enumerate();
+        let moving = points.filter(|(_, (point, _))| point.velocity.is_some());
+        gas.chain(moving.map(move |(p, (point, acceleration))| {
+            (count + p, (point.mass.mass, self.about_center(&point.mass.center), wide(acceleration)))
+        }))
     }
 
     /// The particles as they are now.

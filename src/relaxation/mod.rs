@@ -29,6 +29,7 @@ mod interfaces;
 mod lbfgs;
 mod newton;
 mod objective;
+mod orbiting;
 mod outside;
 mod pairs;
 mod pulls;

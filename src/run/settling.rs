@@ -9,7 +9,7 @@ use crate::scene::Scene;
 use serde::Serialize;
 use sph::geometry::distance;
 use sph_formats::common::particle_names as names;
-use sph_formats::{FormatSpec, ParticleFile, UnitSystem, Values};
+use sph_formats::{Column, FormatSpec, ParticleFile, UnitSystem, Values};
 use std::time::Instant;
 
 /// What became of particles whose motion was damped.
@@ -66,7 +66,7 @@ pub(super) fn settle(
     }
     let begin = Instant::now();
     control.tell(Event::Begin(Step::Relax(SETTLING)));
-    let before = centers(file);
+    let before = (centers(file), angular_momentum(file));
     let duration = scene.certify.unwrap_or(0.0);
     let options = Options { duration, gravity: own, settle: Some(time), ..Options::default() };
     let Outcome { certificate, settled, notes } =
@@ -75,7 +75,7 @@ pub(super) fn settle(
     *file = settled.file;
     let mut notes: Vec<String> = notes.into_iter().map(|note| format!("settled: {note}")).collect();
     notes.push(BEFORE.to_owned());
-    notes.extend(moved(&before, &centers(file)));
+    notes.extend(moved((&before.0, before.1), (&centers(file), angular_momentum(file))));
     Ok(Some(Settling {
         stop: settled.certificate.cut.or(scene.certify.and(certificate.cut)),
         damped: Some(settled.certificate),
@@ -176,13 +176,35 @@ fn centers(file: &ParticleFile) -> Vec<(i64, [f64; 3])> {
     sums.into_iter().map(|(body, (mass, place))| (body, place.map(|v| v / mass))).collect()
 }
 
-/// How far apart two bodies are now.
-fn moved(before: &[(i64, [f64; 3])], after: &[(i64, [f64; 3])]) -> Option<String> {
+/// The largest component of the angular momentum about the origin of the file, of particles and points.
+fn angular_momentum(file: &ParticleFile) -> f64 {
+    let mut sum = [0.0_f64; 3];
+    for table in file.species.iter().map(|s| &s.table) {
+        let columns = [names::COORDINATES, names::VELOCITIES, names::MASSES].map(|name| table.column(name));
+        let [Some(x), Some(v), Some(m)] = columns else { continue };
+        let get =
+            |c: &Column, i: usize, k: usize| if k < c.components { c.values.get(i * c.components + k) } else { 0.0 };
+        for (k, sum) in sum.iter_mut().enumerate() {
+            let (a, b) = ((k + 1) % 3, (k + 2) % 3);
+            let of = |i: usize| m.values.get(i) * (get(x, i, a) * get(v, i, b) - get(x, i, b) * get(v, i, a));
+            *sum += (0..table.count).map(of).sum::<f64>();
+        }
+    }
+    sum.into_iter().fold(0.0, |most, l| if l.abs() > most { l.abs() } else { most })
+}
+
+/// How far apart two bodies are now, and how much angular momentum they have.
+fn moved(before: (&[(i64, [f64; 3])], f64), after: (&[(i64, [f64; 3])], f64)) -> Option<String> {
     let apart = |of: &[(i64, [f64; 3])]| match of {
         [a, b] => Some(distance(&a.1, &b.1)),
         _ => None,
     };
-    let (before, after) = (apart(before)?, apart(after)?);
-    let change = 100.0 * (after / before - 1.0);
-    Some(format!("settled: the centers of the bodies are {after:.6e} apart, {change:+.2} % from where they were"))
+    let now = apart(after.0)?;
+    let percent = |after: f64, before: f64| 100.0 * (after / before - 1.0);
+    let change = percent(now, apart(before.0)?);
+    let turn = match before.1 > 0.0 {
+        true => format!(", with {:+.2} % of angular momentum", percent(after.1, before.1)),
+        false => String::new(),
+    };
+    Some(format!("settled: the centers of the bodies are {now:.6e} apart, {change:+.2} % from where they were{turn}"))
 }

@@ -326,3 +326,66 @@ fn phantoms_build_is_named() {
         assert!(text(&folder, "ic.in").contains(&line), "{line}");
     }
 }
+
+/// Phantom's own unit of time is that in which G is 1, whatever the file's: both ends are as many dynamical times away.
+#[test]
+fn phantom_ends_in_its_own_time() {
+    let folder = Folder::new();
+    let star = |units: &str| {
+        format!(
+            "input: {{profile: {{polytrope: {{n: 1.5, mass: 1 Msun, radius: 1 Rsun}}}}}}\nparticles: 300\noutput: {{units: {units}}}\n"
+        )
+    };
+    // Masses and lengths of the Sun, in Phantom's G: times of sqrt(R^3/(G M)), of which ten are ten but for what 300 particles leave of the surface.
+    place(&folder, &star("solar"), ("phantom", "ic_00000.tmp"), &[]);
+    let own = number(&text(&folder, "ic.in"), "tmax =");
+    assert!((6.0..10.0).contains(&own), "{own}");
+    // In kilograms and meters the time in which G is 1 is 122 400 s, in kpc, 1e10 Msun and km/s it is 4.71e6 years in place of 978e6.
+    for (units, mass, length) in [("si", 1.98841e30, 6.957e8), ("galactic", 1e-10, 6.957e10 / 3.085_677_581e21)] {
+        place(&folder, &star(units), ("phantom", "ic_00000.tmp"), &[]);
+        let there = number(&text(&folder, "ic.in"), "tmax =") / f64::sqrt(f64::powi(length, 3) / mass);
+        assert!((there / own - 1.0).abs() < 1e-3, "{units}: {there} for {own}");
+    }
+    let report = place(&folder, &star("cgs"), ("phantom", "ic_00000.tmp"), &[]).stdout;
+    assert!(report.contains("the constant of gravity of Phantom is 1, and cgs"), "{report}");
+}
+
+/// Stars are read with an option; other types that only attract are left out.
+#[test]
+fn swift_is_told_of_stars_and_not_given_what_it_leaves_out() {
+    let folder = Folder::new();
+    let scene = |part_type: u8| {
+        format!(
+            "bodies:\n- {{input: {{profile: {{polytrope: {{n: 1.5, mass: 1, radius: 1}}}}}}, particles: 200}}\n\
+             - {{input: {{profile: {{plummer: {{mass: 1, scale_radius: 1, outer_radius: 5}}}}}}, particles: 200, collisionless: {{type: {part_type}}}}}\n\
+             output: {{units: code}}\n"
+        )
+    };
+    for (part_type, run, is_said) in [
+        (1, "--hydro --self-gravity", false),
+        (4, "--hydro --stars --self-gravity", false),
+        (3, "--hydro --self-gravity", true),
+    ] {
+        let report = place(&folder, &scene(part_type), ("swift", "ic.hdf5"), &[]).stdout;
+        let yml = text(&folder, "ic.yml");
+        assert!(yml.contains(&format!("run it by: swift {run} --threads")), "{yml}");
+        let said = "SWIFT takes the 200 particles of type 3 for sinks";
+        assert_eq!((report.contains(said), yml.contains(said)), (is_said, is_said), "{report}");
+        let ic = folder.path("out/ic.hdf5").display().to_string();
+        let checked = command().args(["check", &ic, "--for", "swift"]).output().unwrap();
+        assert_eq!(String::from_utf8(checked.stdout).unwrap().contains("WARNING  types: "), is_said);
+    }
+}
+
+/// A star in a periodic box: no parameter file has gravity there.
+#[test]
+fn gravity_that_is_left_out_is_said() {
+    let folder = Folder::new();
+    let scene = profile("star-in-wind");
+    let said = "SWIFT is started without gravity, since the box is periodic";
+    let report = place(&folder, &scene, ("swift", "ic.hdf5"), &["-n", "500"]).stdout;
+    assert!(report.contains(said) && text(&folder, "ic.yml").contains(said), "{report}");
+    let gas = format!("{BOX}thermal: {{internal_energy: 1}}\n");
+    let report = place(&folder, &gas, ("swift", "ic.hdf5"), &[]).stdout;
+    assert!(!report.contains("without gravity"), "{report}");
+}

@@ -35,6 +35,13 @@ def end_at(parameters, end, snapshots):
         file.write(head + "Snapshots:" + section + "Statistics:" + rest)
 
 
+def target_of(scene, code):
+    """The build of a code that a scene says it is for; the code's name where it says none."""
+    with open(scene, encoding="utf-8") as file:
+        own = re.search(rf"^target_code: ({code}\S*)", file.read(), re.MULTILINE)
+    return own.group(1) if own else code
+
+
 def units_of(file):
     """Units of mass, length and time of a file of SWIFT's in cgs, by their letters."""
     names = (("mass", "M"), ("length", "L"), ("time", "t"))

@@ -46,6 +46,8 @@ mod sinks;
 #[cfg(feature = "phantom")]
 mod write;
 
+pub use layout::units;
+
 #[cfg(feature = "phantom")]
 const CODE: (Option<ReadFn>, Option<WriteFn>) = (Some(read::read), Some(write::write));
 #[cfg(not(feature = "phantom"))]

@@ -1,7 +1,7 @@
 //! What has been gathered, in arrays that vector registers are loaded from.
 
 use crate::lanes::{MAX_LANES, Real};
-use crate::pack::{self, EIGHT, SIXTEEN};
+use crate::pack::{EIGHT, SIXTEEN};
 use pulp::Simd;
 
 /// Buffer position of padding: its square still fits f32, and no support radius is 1e8 times the leaf's reach.
@@ -107,12 +107,12 @@ impl<const D: usize, const C: usize, R: Real> Buffers<D, C, R> {
                     gap2[j] = x[j].add_gap2(center[k], half[k], gap2[j]);
                 }
             }
-            let bits = pack::below_sixteen(simd, &gap2, limit);
+            let bits = R::below_sixteen(simd, &gap2, limit);
             for k in 0..D {
-                pack::pack_sixteen(simd, &from_positions[k][block], bits, &mut positions[k][used..]);
+                R::pack_sixteen(simd, &from_positions[k][block], bits, &mut positions[k][used..]);
             }
             for c in 0..C {
-                pack::pack_sixteen(simd, &from_channels[c][block], bits, &mut channels[c][used..]);
+                R::pack_sixteen(simd, &from_channels[c][block], bits, &mut channels[c][used..]);
             }
             used += bits.count_ones() as usize;
         }

@@ -4,7 +4,8 @@
 //! benches leave them to this crate. A function without type parameters is compiled here once; it makes
 //! the pass for a shape known at run time, and the caller takes it out again with its types.
 
-use super::batch::{DynPass, LeafPass, Sources, drive};
+use super::batch::{DynPass, LeafPass, drive};
+use super::sources::Sources;
 use crate::domain::Domain;
 use crate::lanes::Real;
 use std::any::Any;

@@ -1,6 +1,6 @@
 //! Leaves of sources near a box: what a group of neighboring leaves may see is looked for once, from the root of the tree.
 
-use super::batch::Sources;
+use super::sources::Sources;
 use super::tree::Node;
 use crate::domain::{AxisImage, Domain};
 use crate::lanes::Real;

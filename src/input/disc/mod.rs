@@ -154,9 +154,13 @@ impl Stated<'_> {
         let [low, high] = found.aspect_ratio;
         let own = if self.input.self_gravity { "all gravity, its own with it" } else { "the gravity of other bodies" };
         let (stability, radius) = found.stability;
+        let written = |r: f64| match self.numbers.has_units && length == 1.0 {
+            true => format!("{r:.4e} cm"),
+            false => format!("{:.4}", r / length),
+        };
         let mut text = format!(
-            "disc in equilibrium with {own}: sound speed {low:.4} to {high:.4} of the circular speed, Toomre Q {stability:.3} or more (least at R = {:.4})",
-            radius / length
+            "disc in equilibrium with {own}: sound speed {low:.4} to {high:.4} of the circular speed, Toomre Q {stability:.3} or more (least at R = {})",
+            written(radius)
         );
         if !self.input.self_gravity && stability < 10.0 {
             text += "; its own gravity would change it: self_gravity is off";
@@ -165,7 +169,7 @@ impl Stated<'_> {
             text += "; it falls apart into clumps";
         }
         if let Some(r) = found.unstable_rings {
-            text += &format!("; rings about R = {:.4} are unstable, as the density falls too steeply", r / length);
+            text += &format!("; rings about R = {} are unstable, as the density falls too steeply", written(r));
         }
         text
     }

@@ -2,6 +2,7 @@
 
 use super::facts::Facts;
 use crate::codes::AS_PLANETARY;
+use sph_formats::UnitSystem;
 use sph_formats::common::particle_names as names;
 
 /// Reaches of a kernel in the shortest edge of a periodic box, below which a particle meets two images of another.
@@ -39,12 +40,20 @@ pub(super) fn doubts(facts: &Facts<'_>) -> Vec<String> {
             "{title} as it is built by default knows no magnetic field: the gas moves as if there were none"
         ));
     }
+    if facts.lacks_gravity {
+        doubts.push(format!(
+            "{title} is started without gravity, since the box is periodic, and nothing holds what its own gravity holds: open boundaries have gravity"
+        ));
+    }
     match (facts.code.sheet.name, facts.gravity.and_then(|g| g.stated)) {
         ("sph-exa", Some(constant)) => doubts.push(format!(
             "{title} takes the constant of gravity from the file, where it is that of cgs, but the scene's is {constant}: state its units"
         )),
         ("phantom", Some(constant)) if constant != 1.0 => doubts.push(format!(
             "the constant of gravity of {title} is 1 in pure numbers, but the scene's is {constant}: state its units, or scale its masses"
+        )),
+        ("phantom", None) if facts.gravity.is_some() && header.units == UnitSystem::CODE => doubts.push(format!(
+            "the constant of gravity of {title} is 1, and cgs, which dumps have for pure numbers, leaves it no unit of its own: leave out output.units"
         )),
         _ => {}
     }

@@ -59,6 +59,8 @@ pub(super) struct Facts<'a> {
     pub stem: String,
     /// Of matter that attracts itself.
     pub gravity: Option<Gravity>,
+    /// Gravity that the scene has, and the file is started without.
+    pub lacks_gravity: bool,
     pub reflects: bool,
     pub has_disc: bool,
     /// Dynamical time of a body that holds itself, else the time in which sound crosses the box, and which it is.
@@ -109,6 +111,7 @@ impl<'a> Facts<'a> {
             name,
             stem: stem(path),
             gravity,
+            lacks_gravity: physics.of_numbers.is_some() && gravity.is_none() && file.header.periodic.contains(&true),
             reflects: physics.reflects,
             has_disc: physics.has_disc,
             time,

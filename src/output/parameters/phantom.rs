@@ -15,8 +15,11 @@ impl Facts<'_> {
         let number = |v: f64| format!("{v:.6E}");
         row(&mut text, "logfile", format!("{prefix}01.log"), "file to which output is directed");
         row(&mut text, "dumpfile", self.name.clone(), "dump file to start from");
-        row(&mut text, "tmax", number(END * self.time), "end time");
-        row(&mut text, "dtmax", number(SNAPSHOT * self.time), "time between dumps");
+        let header = &self.file.header.units;
+        // A dump is in units of time in which G is 1.
+        let time = self.time * header.time / sph_formats::phantom::units(header).time;
+        row(&mut text, "tmax", number(END * time), "end time");
+        row(&mut text, "dtmax", number(SNAPSHOT * time), "time between dumps");
         let of_dust: &[_] = if self.has_dust() { OF_DUST } else { &[] };
         for (key, value, what) in PHANTOM.iter().chain(of_dust) {
             // A build without gravity has no tree to be accurate.

@@ -30,10 +30,11 @@ impl Facts<'_> {
     pub(super) fn swift(&self) -> String {
         let u = &self.file.header.units;
         let gravity = if self.gravity.is_some() { " --self-gravity" } else { "" };
+        let stars = if self.has(4) { " --stars" } else { "" };
         let edges = self.edges();
         let largest_box = edges.iter().copied().fold(0.0, f64::max);
-        let mut text =
-            self.head("#", &format!("swift --hydro{gravity} --threads=N {}.yml, {}", self.stem, self.swift_build()));
+        let mut text = self
+            .head("#", &format!("swift --hydro{stars}{gravity} --threads=N {}.yml, {}", self.stem, self.swift_build()));
         let end = END * self.time;
         let periodic = i32::from(self.file.header.periodic.contains(&true));
         let _ = write!(
@@ -122,6 +123,10 @@ SPH:
         }
     }
 
+    fn has(&self, part_type: u8) -> bool {
+        self.file.species.iter().any(|s| s.part_type == part_type && s.table.count > 0)
+    }
+
     fn swift_gas(&self) -> Gas {
         let gamma = self.gamma();
         match ADIABATIC_INDICES.iter().position(|(index, _)| (index - gamma).abs() < 1e-6) {
@@ -169,7 +174,7 @@ SPH:
 ",
             self.softening
         );
-        if self.file.species.iter().any(|s| s.part_type == 1) {
+        if self.has(1) {
             let own = self.point.filter(|p| p.0 == 1).map_or(self.softening, |(_, length)| length);
             let _ = writeln!(text, "  max_physical_DM_softening: {own:e}");
         }
@@ -224,6 +229,7 @@ SPH:
             ));
         }
         doubts.extend(self.swift_thin_box());
+        doubts.extend(self.file.species.iter().filter_map(|species| self.code.unread(species)));
         doubts
     }
 
