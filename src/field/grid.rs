@@ -26,9 +26,7 @@ impl<const D: usize> Grid<D> {
 
     /// Combines the values around `x`, which lies within the axes.
     pub(crate) fn combine(&self, values: &Values, stride: usize, x: &[f64; D], out: &mut [f64]) {
-        if self.interpolation == Interpolation::Linear
-            && let Some(corners) = self.corners(x)
-        {
+        if let Some(corners) = self.corners(x) {
             return corners.blend(values, stride, out);
         }
         let stencil = self.stencil(x);
@@ -38,12 +36,17 @@ impl<const D: usize> Grid<D> {
         }
     }
 
-    /// The corners of the interval around `x`, where it is one between values along all axes.
+    /// The cell around `x`, or the corners of the interval if it is one between values along all axes; `None` where that is not all.
     fn corners(&self, x: &[f64; D]) -> Option<Corners<D>> {
-        let mut corners = Corners { first: 0, steps: [0; D], fractions: [0.0; D] };
+        let is_constant = match self.interpolation {
+            Interpolation::Constant => true,
+            Interpolation::Linear => false,
+            Interpolation::Cubic => return None,
+        };
+        let mut corners = Corners { first: 0, steps: [0; D], fractions: [0.0; D], is_constant };
         let mut step = 1;
         for (k, axis) in self.axes.iter().enumerate() {
-            let (i, fraction) = axis.between(x[k])?;
+            let (i, fraction) = if is_constant { (axis.cell(x[k])?, 0.0) } else { axis.between(x[k])? };
             corners.first += i * step;
             (corners.steps[k], corners.fractions[k]) = (step, fraction);
             step *= axis.len();
@@ -167,6 +170,8 @@ struct Corners<const D: usize> {
     first: usize,
     steps: [usize; D],
     fractions: [f64; D],
+    /// Whether the first is all.
+    is_constant: bool,
 }
 
 impl<const D: usize> Corners<D> {
@@ -183,6 +188,9 @@ impl<const D: usize> Corners<D> {
 
     #[inline]
     fn mean(&self, value: impl Fn(usize) -> f64) -> f64 {
+        if self.is_constant {
+            return value(self.first);
+        }
         let mut at = [0.0; 8];
         for (corner, at) in at.iter_mut().enumerate().take(1 << D) {
             *at = value(self.first + (0..D).map(|k| (corner >> k & 1) * self.steps[k]).sum::<usize>());

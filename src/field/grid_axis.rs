@@ -32,7 +32,7 @@ pub(crate) struct AxisTable {
     /// Positions of the values, ascending.
     points: Intervals,
     /// Outer edges of the cells, where values belong to cells.
-    edges: Option<Vec<f64>>,
+    edges: Option<Intervals>,
     pub(crate) lo: f64,
     pub(crate) hi: f64,
     /// Points before the pattern repeats: all, or all but a repeated last one.
@@ -82,7 +82,14 @@ impl AxisTable {
             Some(_) => Some(hi - lo),
             None => None,
         };
-        Ok(Self { cycle: centers.len(), points: Intervals::new(centers), edges: Some(edges), lo, hi, period })
+        Ok(Self {
+            cycle: centers.len(),
+            points: Intervals::new(centers),
+            edges: Some(Intervals::new(edges)),
+            lo,
+            hi,
+            period,
+        })
     }
 
     /// Number of values along this axis.
@@ -120,10 +127,9 @@ impl AxisTable {
     /// Weights at an admitted `x`.
     pub(crate) fn weights(&self, x: f64, interpolation: Interpolation) -> AxisWeights {
         if interpolation == Interpolation::Constant
-            && let Some(edges) = &self.edges
+            && let Some(cell) = self.cell(x)
         {
-            let i = edges.partition_point(|&e| e <= x).saturating_sub(1);
-            return AxisWeights::single(i.min(self.points.len() - 1));
+            return AxisWeights::single(cell);
         }
         let Some((i, t)) = self.interval(x) else {
             return AxisWeights::single(if x <= self.points[0] { 0 } else { self.points.len() - 1 });
@@ -136,6 +142,12 @@ impl AxisTable {
             }
             Interpolation::Cubic => self.cubic_weights(i, t),
         }
+    }
+
+    /// The cell that `x` lies in, where values belong to cells.
+    #[inline]
+    pub(crate) fn cell(&self, x: f64) -> Option<usize> {
+        Some(self.edges.as_ref()?.find(x).min(self.points.len() - 1))
     }
 
     /// The number of the value at or below `x` and the fraction of the way to the next, between the first and the last.
@@ -261,7 +273,7 @@ impl AxisTable {
     pub(crate) fn breaks(&self, a: f64, b: f64) -> Vec<f64> {
         let mut own: Vec<f64> = self.points.to_vec();
         own.extend(self.points.windows(2).map(|w| 0.5 * (w[0] + w[1])));
-        own.extend(self.edges.iter().flatten());
+        own.extend(self.edges.iter().flat_map(|edges| edges.iter()));
         own.extend([self.lo, self.hi]);
         let mut all = vec![a, b];
         match self.period {

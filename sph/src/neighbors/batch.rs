@@ -22,11 +22,11 @@ pub struct BatchUnit<const C: usize> {
     pub channels: [f64; C],
 }
 
-/// What a pass does with the targets of one leaf.
+/// What a pass does with targets of one leaf that lie close together.
 pub trait LeafPass<const D: usize, const C: usize, R: Real>: Sync {
     type Output: Copy + Send + Default;
 
-    /// Fills `out`, one entry per target of the leaf (`batch.targets()` in order).
+    /// Fills `out`, one entry per target (`batch.targets()` in order).
     fn leaf<S: Simd>(&self, simd: S, batch: &mut Batch<'_, D, C, R>, out: &mut [Self::Output]);
 }
 
@@ -55,7 +55,7 @@ pub struct Batch<'a, const D: usize, const C: usize, R: Real> {
     unit: BatchUnit<C>,
     /// How far from the targets all sources are in the buffers.
     reach: f64,
-    /// How far the sources of any place reach the targets.
+    /// How far away sources may be that any target sees, by the radii of either.
     widest: f64,
     places: Vec<Places>,
     /// What the leaf may see, and what of it the targets may see.

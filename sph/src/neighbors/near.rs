@@ -34,9 +34,9 @@ impl<const D: usize> Cuboid<D> {
         Self::new(&lo, &hi)
     }
 
-    /// As seen from the originals of an image: an image is its own inverse up to the sign of the shift.
+    /// As the originals of an image see it: an image is its own inverse up to the sign of the shift.
     #[inline(always)]
-    fn from_originals(&self, image: &[AxisImage; D]) -> Self {
+    fn seen_through(&self, image: &[AxisImage; D]) -> Self {
         let Self { center, half } = *self;
         Self { center: crate::array(|k| image[k].sign * (center[k] - image[k].shift)), half }
     }
@@ -139,7 +139,7 @@ impl<const D: usize> Near<D> {
             }
             for_each_image(domain, cuboid, of.reach_of(0, reach), |image| {
                 let first = self.leaves.len();
-                self.descend(of, &cuboid.from_originals(&image), reach);
+                self.descend(of, &cuboid.seen_through(&image), reach);
                 self.runs.push(Run { source, image, leaves: first..self.leaves.len() });
             });
         }
@@ -182,7 +182,7 @@ impl<const D: usize> Near<D> {
         (cuboid, reach): (&Cuboid<D>, f64),
         places: &mut Vec<Places>,
     ) {
-        let (cuboid, reach) = (cuboid.from_originals(&run.image), source.targets_reach(reach));
+        let (cuboid, reach) = (cuboid.seen_through(&run.image), source.targets_reach(reach));
         places.clear();
         for leaves in &self.leaves[run.leaves.clone()] {
             let (limits, mut bits) = leaves.within(simd, &cuboid, reach);
