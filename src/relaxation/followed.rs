@@ -431,7 +431,8 @@ impl<'a, const D: usize> Body<'a, D> {
     /// their distance; 0 where the particles did not rotate at the start.
     fn spin(&self) -> [f64; 3] {
         let Some(axis) = &self.axis else { return [0.0; 3] };
-        if let Some(spin) = balanced(axis, self.parts()) {
+        let is_one = self.bodies.is_empty() && self.points.iter().all(|p| p.velocity.is_none());
+        if let Some(spin) = (!is_one).then(|| balanced(axis, self.parts())).flatten() {
             return axis.map(|a| spin * a);
         }
         let product = |a: usize, b: usize| {

@@ -6,6 +6,7 @@ use crate::seeding::{Seeding, discontinuity_share, is_radial, is_uniform};
 use crate::target::Target;
 use serde::Serialize;
 use sph::domain::{Axis, Domain, Region, Wall};
+use std::cell::LazyCell;
 
 /// Something that the plan drops.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize)]
@@ -64,15 +65,16 @@ impl Plan {
         if count < MIN_RELAXED {
             plan.drop("relaxation", format!("{count} particles have no neighbors to relax against"));
         } else {
-            plan.choose_polish(scene, count, (D, shells_suffice(scene, target)));
+            let neighbors = scene.kernel_neighbors(D);
+            let share = LazyCell::new(|| discontinuity_share(target, neighbors));
+            plan.choose_polish(scene, count, (D, are_shells(scene, target) && *share <= FEW_JUMPS));
             let thin = thinner_than_a_spacing(domain, count);
             if plan.polish != Polish::None && thin {
                 plan.drop("polish", THIN);
                 plan.polish = Polish::None;
             }
-            let neighbors = scene.kernel_neighbors(D);
             let asks = plan.polish == Polish::Solver || plan.is_bare(scene, count);
-            let jumps = if asks { discontinuity_share(target, neighbors) } else { 0.0 };
+            let jumps = if asks { *share } else { 0.0 };
             plan.choose_seeding(scene, target, jumps);
             let even = plan.seed_is_better(target, jumps);
             plan.choose_wvt(scene, D, jumps, (thin, even));
@@ -289,14 +291,10 @@ fn thinner_than_a_spacing<const D: usize>(domain: &Domain<D>, count: usize) -> b
         })
 }
 
-/// Whether there are so many particles that shells alone do as well as shells with a polish.
-fn shells_suffice<const D: usize>(scene: &Scene, target: &Target<'_, D>) -> bool {
+/// Whether particles are on shells, where jumps do not forbid it, and so many that these do as well alone as with a polish.
+fn are_shells<const D: usize>(scene: &Scene, target: &Target<'_, D>) -> bool {
     let is_free = scene.seeding.is_none() && scene.order != Some(Order::Crystal);
-    D == 3
-        && target.count > MAX_BESIDE_SHELLS
-        && is_free
-        && is_radial(target)
-        && discontinuity_share(target, scene.kernel_neighbors(D)) <= FEW_JUMPS
+    D == 3 && target.count > MAX_BESIDE_SHELLS && is_free && is_radial(target)
 }
 
 /// Evaluations that a user waits for: few particles get more of them, which their error and noise gain from, and a

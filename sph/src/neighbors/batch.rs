@@ -181,8 +181,7 @@ impl<'a, const D: usize, const C: usize, R: Real> Batch<'a, D, C, R> {
                     let x = eight(from.0[k], at);
                     for j in 0..EIGHT {
                         let y = sign[k] * x[j] + shift[k];
-                        let gap = (y.abs() - half[k]).max(0.0);
-                        gap2[j] += gap * gap;
+                        gap2[j] = y.add_gap2(0.0, half[k], gap2[j]);
                         positions[k][j] = R::from_f64(y * scale);
                     }
                 }
