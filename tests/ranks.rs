@@ -10,7 +10,7 @@ use sph::kernel::{KernelName, default_kernel_neighbors, support_over_spacing};
 use sph_formats::common::particle_names as names;
 use sph_formats::{FORMATS, FieldRequest, FileContent, ParticleFile, read};
 use sph_prep::metrics::{DensityError, Measured, NoiseFigures};
-use sph_prep::relaxation::{OnRanks, Wvt, WvtOptions, relax_new};
+use sph_prep::relaxation::{DensitySolver, OnRanks, OverRanks, SolverOptions, Wvt, WvtOptions, relax_new};
 use sph_prep::run::ranks::run_on_ranks;
 use sph_prep::seeding::{Seeding, blocks, seed, seed_block};
 use sph_prep::target::{Positions, Target, at};
@@ -124,14 +124,16 @@ fn sums_over_ranks_are_those_of_one_rank() {
     sums_are_those_of_one::<3>(900);
 }
 
-/// Positions of all ranks, after some iterations.
-fn relaxed<const D: usize>(target: &Target<'_, D>, ranks: usize, iterations: usize) -> Positions<D> {
+/// Positions of all ranks, after a stage.
+fn relaxed<const D: usize, S: OverRanks<D>>(
+    target: &Target<'_, D>,
+    ranks: usize,
+    stage: impl Fn() -> S + Sync,
+) -> Positions<D> {
     let all = blocks(target, ranks).unwrap();
     let parts = on(ranks, |exchange| {
         let own = seed_block(target, 5, all[exchange.rank()].particles.clone()).unwrap();
-        let options = WvtOptions { iterations, ..WvtOptions::new(D) };
-        let wvt = Wvt { kernel: KERNEL, target: *target, options };
-        relax_new(&OnRanks { wvt, exchange }, own, &Control::default()).particles.positions
+        relax_new(&OnRanks { stage: stage(), exchange }, own, &Control::default()).particles.positions
     });
     std::array::from_fn(|k| parts.iter().flat_map(|p| p[k].iter().copied()).collect())
 }
@@ -139,9 +141,25 @@ fn relaxed<const D: usize>(target: &Target<'_, D>, ranks: usize, iterations: usi
 /// Each step of a particle is a hundredth of a spacing or more, and is known to 1e-6 of it by the sums: a third iteration still is within 1e-4.
 fn steps_are_those_of_one<const D: usize>(count: usize) {
     for_each_target::<D>(count, |name, target| {
-        let one = relaxed(target, 1, 3);
+        let options = WvtOptions { iterations: 3, ..WvtOptions::new(D) };
+        ends_where_one_does(name, target, || Wvt { kernel: KERNEL, target: *target, options });
+        // As from a start in order, since one rank alone would aim at the smoothed target where it is sharp. Pairs of steps and
+        // gradients are in the second step and the third.
+        let options = SolverOptions { evaluations: 5, settled: true, ..SolverOptions::new(D) };
+        ends_where_one_does(&format!("solver, {name}"), target, || DensitySolver::<D>::new(KERNEL, *target, options));
+    });
+}
+
+fn ends_where_one_does<const D: usize, S: OverRanks<D>>(
+    name: &str,
+    target: &Target<'_, D>,
+    stage: impl Fn() -> S + Sync,
+) {
+    {
+        let count = target.count;
+        let one = relaxed(target, 1, &stage);
         for ranks in RANKS {
-            let other = relaxed(target, ranks, 3);
+            let other = relaxed(target, ranks, &stage);
             assert_eq!(other[0].len(), count);
             for i in 0..count {
                 let x = at(&other, i);
@@ -154,7 +172,7 @@ fn steps_are_those_of_one<const D: usize>(count: usize) {
                 assert!(off < 1e-4, "{name}, {ranks} ranks: particle {i} is {off:e} spacings off");
             }
         }
-    });
+    }
 }
 
 #[test]
@@ -200,7 +218,7 @@ fn seeds_are_the_same_for_any_number_of_ranks_and_runs_repeat_to_the_byte() {
     let folder = Folder::new();
     for (name, scene) in [("uniform", UNIFORM), ("star", STAR), ("gaussian", GAUSSIAN), ("wave", WAVE)] {
         let scene = scene.replace("particles: 8000", "particles: 500");
-        let seeds = format!("{scene}wvt: {{iterations: 0}}\n");
+        let seeds = format!("{scene}wvt: {{iterations: 0}}\npolish: none\n");
         let coordinates = |ranks: usize| {
             let path = folder.path(&format!("{name}-{ranks}.hdf5"));
             runs(&seeds, &path, ranks);
@@ -217,7 +235,7 @@ fn seeds_are_the_same_for_any_number_of_ranks_and_runs_repeat_to_the_byte() {
         }
         let bytes = |run: usize| {
             let path = folder.path(&format!("{name}-again-{run}.hdf5"));
-            runs(&format!("{scene}wvt: {{iterations: 5}}\n"), &path, 3);
+            runs(&format!("{scene}wvt: {{iterations: 5}}\nsolver: {{evaluations: 8}}\n"), &path, 3);
             std::fs::read(path).unwrap()
         };
         assert!(bytes(0) == bytes(1), "{name}: another run has other bytes");
@@ -231,7 +249,7 @@ fn what_is_not_done_over_ranks_is_refused() {
     let scene = folder.file("scene.yaml", UNIFORM).display().to_string();
     let out = folder.path("out/ic.hdf5").display().to_string();
     let cases: [(&[&str], i32, &str); 9] = [
-        (&["--ranks", "2", "--polish", "solver"], 2, "polish"),
+        (&["--ranks", "2", "--polish", "alaric"], 2, "polish"),
         (&["--ranks", "2", "--balance"], 2, "balance"),
         (&["--ranks", "2", "--seeding", "glass"], 2, "mass-bisection"),
         (&["--ranks", "2", "--checkpoint", "kept"], 2, "checkpoint"),
@@ -299,7 +317,7 @@ struct Seen {
     support: Vec<f64>,
     periodic: [bool; 3],
     edges: [f64; 3],
-    /// |density / target - 1|.
+    /// |density / target / median - 1|.
     off: Vec<f64>,
 }
 
@@ -310,8 +328,10 @@ impl Seen {
         let column = |name: &str| gas.column(name).unwrap_or_else(|| panic!("no {name}")).values.to_f64();
         let x = column(names::COORDINATES);
         let d = x.len() / gas.count;
-        let off =
-            column(names::DENSITY).iter().zip(column("TargetDensity")).map(|(a, b)| (a / b - 1.0).abs()).collect();
+        let ratios: Vec<f64> = column(names::DENSITY).iter().zip(column("TargetDensity")).map(|(a, b)| a / b).collect();
+        let mut sorted = ratios.clone();
+        sorted.sort_by(f64::total_cmp);
+        let off = ratios.iter().map(|r| (r / sorted[sorted.len() / 2] - 1.0).abs()).collect();
         let places = x.chunks(d).map(<[f64]>::to_vec).collect();
         Self {
             places,
@@ -338,9 +358,17 @@ impl Seen {
     }
 }
 
-/// Each particle is compared with the one at its place in a run on one rank, so that no chance is in it: errors that are 3 % larger
-/// near seams would be seen.
-fn ends_as_on_one_rank(name: &str, text: &str) {
+/// What may differ from a run on one rank: epsilon, noise, closest pair and mass, and errors near seams and elsewhere.
+struct Leeway {
+    figures: [f64; 4],
+    seams: f64,
+}
+
+/// Force noise, over that of a random set, below which there is none.
+const NO_NOISE: f64 = 1e-4;
+
+/// Each particle is compared with the one at its place in a run on one rank.
+fn ends_as_on_one_rank(name: &str, text: &str, stages: &[&str], leeway: &Leeway) {
     let folder = Folder::new();
     let text = format!("{text}output: {{target_density: true}}\n");
     let path = |ranks: usize| folder.path(&format!("{ranks}.hdf5"));
@@ -349,15 +377,18 @@ fn ends_as_on_one_rank(name: &str, text: &str) {
     let n = first.places.len();
     for ranks in RANKS {
         let reports = runs(&text, &path(ranks), ranks);
-        let figures = |r: &Report| {
-            [r.density_error.stated().epsilon, r.noise.all, r.neighbors.closest_pair, r.mass.total, 1.0 + r.mass.defect]
-        };
+        let figures =
+            |r: &Report| [r.density_error.stated().epsilon, r.noise.all, r.neighbors.closest_pair, r.mass.total];
         for report in &reports {
             assert_eq!(figures(report), figures(&reports[0]), "{name}: ranks say different things");
             for (k, (a, b)) in figures(report).iter().zip(figures(&one)).enumerate() {
-                assert!((a / b - 1.0).abs() < 0.03, "{name}, {ranks} ranks: figure {k} is {a:e}, and {b:e} on one");
+                let leeway = leeway.figures[k] * b + if k == 1 { NO_NOISE } else { 0.0 };
+                assert!((a - b).abs() < leeway, "{name}, {ranks} ranks: figure {k} is {a:e}, and {b:e} on one");
             }
-            assert!(report.plan.left_out.iter().any(|l| l.what == "density solver"), "{:?}", report.plan.left_out);
+            assert!(report.mass.defect.abs() < 1e-12, "{name}: {}", report.mass.defect);
+            assert_eq!(report.stages.iter().map(|s| s.stage.name).collect::<Vec<_>>(), stages);
+            let refused = report.notes.iter().find(|note| note.contains("is not used"));
+            assert_eq!(refused, None, "{name}, {ranks} ranks");
         }
         let seen = Seen::new(&path(ranks));
         // Of particles near seams and of others: how many, the sum of their errors, and of those at their places on one rank.
@@ -370,7 +401,7 @@ fn ends_as_on_one_rank(name: &str, text: &str) {
             [1.0, seen.off[i], first.off[near.unwrap()]].iter().zip(sum).for_each(|(v, s)| *s += v);
         }
         for [count, here, there] in sums {
-            assert!(count > 0.0 && (here / there - 1.0).abs() < 0.03, "{name}, {ranks} ranks: {sums:?}");
+            assert!(count > 0.0 && (here / there - 1.0).abs() < leeway.seams, "{name}, {ranks} ranks: {sums:?}");
         }
     }
 }
@@ -378,8 +409,14 @@ fn ends_as_on_one_rank(name: &str, text: &str) {
 #[test]
 #[ignore = "slow: .ci/full runs it"]
 fn runs_over_ranks_end_as_on_one_rank() {
+    // WVT goes the same way but for rounding, so that errors that are 3 % larger near seams would be seen.
+    let alike = Leeway { figures: [0.03, 0.03, 0.03, 1e-12], seams: 0.03 };
+    // A descent that rounding leads another way comes to another of many minima, as it does from other seeds: the mean over some
+    // thousand particles of which a hundred share their neighbors is known to a tenth or so.
+    let another_minimum = Leeway { figures: [0.6, 0.2, 0.2, 1e-12], seams: 0.25 };
     for (name, scene) in [("uniform", UNIFORM), ("star", STAR), ("gaussian", GAUSSIAN), ("wave", WAVE)] {
-        ends_as_on_one_rank(name, scene);
+        ends_as_on_one_rank(name, &format!("{scene}polish: none\n"), &["wvt"], &alike);
+        ends_as_on_one_rank(name, scene, &["wvt", "solver"], &another_minimum);
     }
 }
 
@@ -390,7 +427,7 @@ fn a_run_on_one_rank_is_an_ordinary_one() {
     for (name, text) in [("uniform", UNIFORM), ("gaussian", GAUSSIAN)] {
         let path = folder.path("one.hdf5");
         runs(text, &path, 1);
-        let mut scene = Scene::parse(&format!("{text}polish: none\nseeding: mass-bisection\n")).unwrap();
+        let mut scene = Scene::parse(&format!("{text}seeding: mass-bisection\n")).unwrap();
         scene.output.file = Some(folder.path("ordinary.hdf5"));
         scene.output.double_precision = true;
         sph_prep::run(&scene, FORMATS, &Control::default()).unwrap();
@@ -413,12 +450,21 @@ fn what_is_foreseen_is_what_is_sent() {
         let outcome = sph_prep(&["plan", "--scene", &path, "--ranks", &ranks_text, "--threads", "1", "--json"]);
         assert_eq!(outcome.code, Some(0), "{}", outcome.stderr);
         let plan: serde_json::Value = serde_json::from_str(&outcome.stdout).unwrap();
-        let report = runs(&format!("{scene}wvt: {{iterations: 3}}\n"), &folder.path("ic.hdf5"), ranks).remove(0);
-        let note = report.notes.iter().find(|n| n.contains("in each step of WVT")).unwrap();
-        let sent: Vec<f64> = note.split_whitespace().filter_map(|word| word.parse().ok()).collect();
+        let text = format!("{scene}wvt: {{iterations: 3}}\nsolver: {{evaluations: 12}}\n");
+        let report = runs(&text, &folder.path("ic.hdf5"), ranks).remove(0);
+        for (stage, of) in [("wvt", "step of WVT"), ("solver", "evaluation of the density solver")] {
+            let note = report.notes.iter().find(|n| n.contains(of)).unwrap();
+            let sent: Vec<f64> = note.split_whitespace().filter_map(|word| word.parse().ok()).collect();
+            let stages = plan["stages"].as_array().unwrap();
+            let planned = stages.iter().find(|s| s["stage"] == stage).unwrap();
+            let foreseen = |key: &str| planned[key].as_f64().unwrap();
+            let ratios = [foreseen("messages_of_a_step") / sent[0], foreseen("bytes_of_a_step") / sent[1]];
+            assert!(
+                (ratios[0] - 1.0).abs() < 0.2 && (ratios[1] - 1.0).abs() < 0.2,
+                "{ranks} ranks: {ratios:?}, {note}"
+            );
+        }
         let foreseen = |key: &str| plan[key].as_f64().unwrap();
-        let ratios = [foreseen("messages_of_a_step") / sent[0], foreseen("bytes_of_a_step") / sent[1]];
-        assert!((ratios[0] - 1.0).abs() < 0.2 && (ratios[1] - 1.0).abs() < 0.2, "{ranks} ranks: {ratios:?}, {note}");
         assert!(foreseen("memory") > 360.0 * n as f64 / ranks as f64);
     }
     let path = folder.file("scene.yaml", UNIFORM).display().to_string();

@@ -39,6 +39,13 @@ pub struct Traffic {
     pub bytes: u64,
 }
 
+impl Traffic {
+    /// What has been sent since there was so much `before`.
+    pub fn since(self, before: Self) -> Self {
+        Self { messages: self.messages - before.messages, bytes: self.bytes - before.bytes }
+    }
+}
+
 /// Counts what is sent.
 #[derive(Debug, Default)]
 pub struct Tally {

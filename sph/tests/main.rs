@@ -5,6 +5,7 @@ mod domain;
 mod exchange;
 mod gravity;
 mod groups;
+mod halo;
 mod kernels;
 mod lanes;
 mod nearest;

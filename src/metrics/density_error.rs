@@ -90,17 +90,18 @@ impl DensityError {
     }
 
     /// Mean and epsilon against the target or `smoothed`, the target as the kernel sees it, whichever is nearer to what each particle has:
-    /// stages make the density that of the target wherever an arrangement can have it. Over all particles, with the mass
+    /// stages make the density that of the target wherever an arrangement can have it. Over all particles of all ranks, with the mass
     /// re-fitted by no more than `most_bias`, which is what the self-contribution can do. In the mean a difference counts over the larger of the two
     /// densities: a few particles in next to nothing do not make it.
     pub(super) fn against_either(
+        exchange: &dyn Exchange,
         (density, volume): (&[f64], &[f64]),
         target: &[f64],
         smoothed: &[f64],
         most_bias: f64,
     ) -> (f64, f64) {
         let everywhere = vec![true; smoothed.len()];
-        let factor = refit(&Alone, density, smoothed, &everywhere).clamp(1.0 - most_bias, 1.0 + most_bias);
+        let factor = refit(exchange, density, smoothed, &everywhere).clamp(1.0 - most_bias, 1.0 + most_bias);
         let nearer = |i: usize| {
             let off = |wanted: f64| (factor * density[i] / wanted - 1.0).abs();
             if off(target[i]) < off(smoothed[i]) { target[i] } else { smoothed[i] }
@@ -110,14 +111,19 @@ impl DensityError {
             let found = factor * density[i];
             (found - wanted[i]).abs() / found.max(wanted[i])
         };
-        let mean = reduce::sum(wanted.len(), bounded) / wanted.len() as f64;
-        (mean, figures(&Alone, (density, factor), &wanted, volume, &everywhere).epsilon)
+        let [sum, count] = exchange.together([reduce::sum(wanted.len(), bounded), wanted.len() as f64]);
+        (sum / count, figures(exchange, (density, factor), &wanted, volume, &everywhere).epsilon)
     }
 
-    /// The mean over a set against the target, with the mass re-fitted; none of an empty set.
-    pub(super) fn mean_refitted((density, volume): (&[f64], &[f64]), target: &[f64], set: &[bool]) -> Option<f64> {
-        let factor = refit(&Alone, density, target, set);
-        set.contains(&true).then(|| figures(&Alone, (density, factor), target, volume, set).mean)
+    /// The mean over a set against the target, with the mass re-fitted, of all ranks; none of an empty set.
+    pub(super) fn mean_refitted(
+        exchange: &dyn Exchange,
+        (density, volume): (&[f64], &[f64]),
+        target: &[f64],
+        set: &[bool],
+    ) -> Option<f64> {
+        let factor = refit(exchange, density, target, set);
+        exchange.any(set.contains(&true)).then(|| figures(exchange, (density, factor), target, volume, set).mean)
     }
 
     /// The figures that a tolerance bounds and by which methods are compared: with the mass re-fitted, over the interior

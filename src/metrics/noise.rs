@@ -54,8 +54,20 @@ impl NoiseFigures {
         masses: &[f64],
         kernel_neighbors: f64,
     ) -> Self {
+        Self::among(&Alone, kernel, measured, domain, masses, kernel_neighbors)
+    }
+
+    /// [`Self::new`] of particles that are over several ranks.
+    pub(super) fn among<const D: usize>(
+        exchange: &dyn Exchange,
+        kernel: KernelName,
+        measured: &Measured<D>,
+        domain: &Domain<D>,
+        masses: &[f64],
+        kernel_neighbors: f64,
+    ) -> Self {
         let forces = measured.constant_pressure_forces(kernel, domain, masses);
-        Self::of_forces(&Alone, &forces, measured, kernel, kernel_neighbors).0
+        Self::of_forces(exchange, &forces, measured, kernel, kernel_neighbors).0
     }
 
     /// The same of particles over ranks, of which there may be one alone; that one tells the parts of the interior's. And the noise of each of

@@ -3,6 +3,7 @@
 use super::smoothed::{Looking, smoothed_densities};
 use super::{DensityError, Ledger, LedgerFigures, LedgerLevel, Measured, NoiseFigures};
 use crate::target::{Positions, Target, at};
+use sph::exchange::{Alone, Exchange};
 use sph::kernel::{KernelName, support_over_spacing};
 use sph::parallel;
 use sph::sums::support_guess;
@@ -88,13 +89,14 @@ struct Errors {
 /// The error of every so many particles, over all of these and where the target is resolved: the target's smoothing takes longer
 /// than all else.
 fn sampled_error<const D: usize>(
+    exchange: &dyn Exchange,
     kernel: KernelName,
     (target, ledger): (&Target<'_, D>, &Ledger<D>),
     positions: &Positions<D>,
     measured: &Measured<D>,
     kernel_neighbors: f64,
 ) -> Errors {
-    let every = positions[0].len().div_ceil(SAMPLES).max(1);
+    let every = exchange.count(positions[0].len()).div_ceil(SAMPLES).max(1);
     let taken = |i: usize| i * every;
     let count = positions[0].len().div_ceil(every);
     let sample: Positions<D> = positions.each_ref().map(|x| (0..count).map(|i| x[taken(i)]).collect());
@@ -102,14 +104,16 @@ fn sampled_error<const D: usize>(
     let ratio = support_over_spacing(D, kernel_neighbors);
     let mut resolved = parallel::map(count, |i| target.is_resolved_at(&at(&sample, i), ratio));
     let looking = Looking { positions: &sample, support: &support, together: None };
-    let smoothed = smoothed_densities(kernel, (target, Some(ledger)), &looking, &mut resolved);
+    // Each rank would need the points of mass of all.
+    let ledger = Some(ledger).filter(|_| exchange.is_alone());
+    let smoothed = smoothed_densities(kernel, (target, ledger), &looking, &mut resolved);
     let density = (0..count).map(|i| measured.sums[taken(i)].weighted).collect::<Vec<_>>();
     let volume = (0..count).map(|i| 1.0 / measured.sums[taken(i)].number_density).collect::<Vec<_>>();
     let wanted = target.densities(&sample);
     let by = (density.as_slice(), volume.as_slice());
-    let (mean, epsilon) = DensityError::against_either(by, &wanted, &smoothed, BIAS_OF_SHEETS);
-    let (mean_if_even, _) = DensityError::against_either(by, &wanted, &smoothed, BIAS);
-    Errors { mean, mean_if_even, epsilon, resolved: DensityError::mean_refitted(by, &wanted, &resolved) }
+    let (mean, epsilon) = DensityError::against_either(exchange, by, &wanted, &smoothed, BIAS_OF_SHEETS);
+    let (mean_if_even, _) = DensityError::against_either(exchange, by, &wanted, &smoothed, BIAS);
+    Errors { mean, mean_if_even, epsilon, resolved: DensityError::mean_refitted(exchange, by, &wanted, &resolved) }
 }
 
 impl Quality {
@@ -118,24 +122,36 @@ impl Quality {
         kernel: KernelName,
         target: &Target<'_, D>,
         ledger: &Ledger<D>,
+        particles: (&Positions<D>, Option<&[f64]>),
+        kernel_neighbors: f64,
+    ) -> Self {
+        Self::among(&Alone, kernel, (target, ledger), particles, kernel_neighbors)
+    }
+
+    /// [`Self::new`] of those of `target.count` particles that this rank has, the same on all ranks, which call it together.
+    pub fn among<const D: usize>(
+        exchange: &dyn Exchange,
+        kernel: KernelName,
+        (target, ledger): (&Target<'_, D>, &Ledger<D>),
         (positions, masses): (&Positions<D>, Option<&[f64]>),
         kernel_neighbors: f64,
     ) -> Self {
         let masses = masses.map_or_else(|| target.masses(positions), <[f64]>::to_vec);
         let spacing = |i: usize| target.spacing(target.number_density(&at(positions, i)));
         let guess = support_guess::<D>(kernel_neighbors, masses.len(), spacing);
-        let measured = Measured::new(kernel, target.domain, positions, &masses, &guess, kernel_neighbors);
+        let domain = target.domain;
+        let measured = Measured::among(exchange, kernel, domain, positions, &masses, &guess, kernel_neighbors);
         drop(guess);
-        let errors = sampled_error(kernel, (target, ledger), positions, &measured, kernel_neighbors);
-        let noise = NoiseFigures::new(kernel, &measured, target.domain, &masses, kernel_neighbors);
+        let errors = sampled_error(exchange, kernel, (target, ledger), positions, &measured, kernel_neighbors);
+        let noise = NoiseFigures::among(exchange, kernel, &measured, domain, &masses, kernel_neighbors);
         Self {
             mean: errors.mean,
             mean_if_even: errors.mean_if_even,
             epsilon: errors.epsilon,
             resolved: errors.resolved,
-            closest_pair: measured.neighbors(target.domain, kernel_neighbors).closest_pair,
+            closest_pair: measured.neighbors_among(exchange, domain, kernel_neighbors).closest_pair,
             noise: noise.median,
-            ledger: ledger.figures(&measured, target, positions, &masses),
+            ledger: ledger.figures_among(exchange, &measured, target, positions, &masses),
         }
     }
 

@@ -11,6 +11,7 @@ use crate::metrics::{Aim, Quality};
 use crate::target::{Positions, Target};
 use serde::Serialize;
 use serde::de::DeserializeOwned;
+use sph::exchange::{Alone, Exchange};
 use std::sync::{Mutex, PoisonError};
 use std::time::{Duration, Instant};
 
@@ -128,7 +129,7 @@ impl<const D: usize> Running<D> for Watched<'_, D> {
         let Self { inner, before, stage } = *self;
         let mut relaxed = inner.finish(stop);
         let target = stage.target.with_count(relaxed.particles.len());
-        relaxed.notes.extend(part(&target, &mut relaxed.particles.positions));
+        relaxed.notes.extend(part(&Alone, &target, &mut relaxed.particles.positions));
         let met = stage.aim == Aim::Density && stop == StopReason::ToleranceReached;
         let aim = if met { Aim::DensityMet } else { stage.aim };
         // What lies too close across a surface may be all that is wrong.
@@ -142,11 +143,7 @@ impl<const D: usize> Running<D> for Watched<'_, D> {
             (loss, relaxed.particles) = (None, parted);
         }
         if let Some((loss, seeds)) = loss {
-            relaxed.notes.push(format!("the result of {} is not used: {loss}", stage.name().title));
-            relaxed.particles = seeds.unwrap_or(before);
-            for report in &mut relaxed.reports {
-                report.best_iteration = report.history.first().map_or(0, |p| p.iteration);
-            }
+            relaxed.refuse(stage.name(), &loss, seeds.unwrap_or(before));
         }
         if stage.aim == Aim::Density && stop != StopReason::Interrupted {
             stage.part_contacts(&mut relaxed.particles);
@@ -173,9 +170,24 @@ impl<const D: usize> Accepted<'_, D> {
     }
 }
 
-/// Moves what a stage left paired apart; a note if there was anything.
-fn part<const D: usize>(target: &Target<'_, D>, positions: &mut Positions<D>) -> Option<String> {
-    let paired = part_crowded_pairs(target, positions);
+impl<const D: usize> Relaxed<D> {
+    /// Puts `instead` in the place of what `stage` came to, which is worse by `loss`.
+    pub(super) fn refuse(&mut self, stage: StageName, loss: &str, instead: Particles<D>) {
+        self.notes.push(format!("the result of {} is not used: {loss}", stage.title));
+        self.particles = instead;
+        for report in &mut self.reports {
+            report.best_iteration = report.history.first().map_or(0, |p| p.iteration);
+        }
+    }
+}
+
+/// Moves what a stage left paired apart; a note if there was anything. Pairs of particles of two ranks stay.
+pub(super) fn part<const D: usize>(
+    exchange: &dyn Exchange,
+    target: &Target<'_, D>,
+    positions: &mut Positions<D>,
+) -> Option<String> {
+    let paired = exchange.count(part_crowded_pairs(target, positions));
     (paired > 0).then(|| {
         format!(
             "{paired} particles were within {PAIRED} spacings of another and were moved apart: the density changes there by more than N particles resolve"

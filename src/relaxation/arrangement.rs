@@ -1,9 +1,10 @@
 //! Particles in a domain with what every force on them needs: tree, ghosts, sums and their gradients.
 
 use super::interfaces::{Beyond, Interfaces, Missing};
+use crate::metrics::Measured;
 use crate::target::{Positions, Target, at};
 use sph::domain::{Domain, Round};
-use sph::exchange::Exchange;
+use sph::exchange::{Alone, Exchange};
 use sph::kernel::{KernelName, support_over_spacing};
 use sph::lanes::Real;
 use sph::neighbors::{GhostTree, Halo, Reach, Sees, Sources, Tree};
@@ -80,8 +81,9 @@ pub(super) struct Arrangement<'a, const D: usize, R> {
     pub leaves_target: bool,
     tree: Tree<D>,
     ghosts: Option<GhostLayer<D>>,
-    /// Over which ranks the particles are, where these are not all.
-    exchange: Option<&'a dyn Exchange>,
+    /// Over which ranks the particles are, where these are not all, and whom of other ranks the sums ask for.
+    exchange: &'a dyn Exchange,
+    sees: Sees,
     /// Those of other ranks that are seen here.
     halo: Option<Halo<D>>,
     moves: usize,
@@ -152,7 +154,8 @@ impl<'a, const D: usize, R: Real> Arrangement<'a, D, R> {
             tree,
             positions,
             ghosts: None,
-            exchange: None,
+            exchange: &Alone,
+            sees: Sees::Targets,
             halo: None,
             moves,
             target_density: None,
@@ -162,9 +165,15 @@ impl<'a, const D: usize, R: Real> Arrangement<'a, D, R> {
         }
     }
 
-    /// Declares that other ranks have particles of the same arrangement, which are seen in [`Self::with_channels`].
-    pub fn share(&mut self, exchange: &'a dyn Exchange) {
-        self.exchange = Some(exchange).filter(|e| !e.is_alone());
+    /// Declares that other ranks have particles of the same arrangement. Those that particles here see are in densities and in
+    /// [`Self::with_channels`]; a [`Self::gradient`] asks for `sees` to be [`Sees::Either`].
+    pub fn share(&mut self, exchange: &'a dyn Exchange, sees: Sees) {
+        (self.exchange, self.sees) = (exchange, sees);
+    }
+
+    /// Over which ranks the particles are.
+    pub fn exchange(&self) -> &'a dyn Exchange {
+        self.exchange
     }
 
     pub fn tree(&self) -> &Tree<D> {
@@ -319,9 +328,9 @@ impl<'a, const D: usize, R: Real> Arrangement<'a, D, R> {
     /// to be covered.
     pub fn mirror(&mut self, support: &[f64]) {
         self.ghosts = GhostLayer::new(&self.domain, &self.positions, support);
-        self.halo = self.exchange.map(|exchange| {
+        self.halo = (!self.exchange.is_alone()).then(|| {
             let ghosts = self.ghosts.as_ref().map(|g| &g.images.tree);
-            Halo::new(exchange, &self.domain, (&self.tree, support), ghosts, Sees::Targets)
+            Halo::new(self.exchange, &self.domain, (&self.tree, support), ghosts, self.sees)
         });
     }
 
@@ -369,9 +378,9 @@ impl<'a, const D: usize, R: Real> Arrangement<'a, D, R> {
         let of_ghosts = inherited.each_ref().map(Vec::as_slice);
         all.extend(ghosts.map(|g| Sources::new(&g.tree, &[], of_ghosts, Reach::Target)));
         let seen = self
-            .exchange
-            .zip(self.halo.as_ref())
-            .map(|(exchange, halo)| (&halo.tree, halo.values(exchange, sph::array(|c| [channels[c], of_ghosts[c]]))));
+            .halo
+            .as_ref()
+            .map(|halo| (&halo.tree, halo.values(self.exchange, sph::array(|c| [channels[c], of_ghosts[c]]))));
         all.extend(
             seen.as_ref().map(|(tree, v)| Sources::new(tree, &[], v.each_ref().map(Vec::as_slice), Reach::Target)),
         );
@@ -385,23 +394,42 @@ impl<'a, const D: usize, R: Real> Arrangement<'a, D, R> {
         solve_support_radii::<D, 0, R>(self.kernel, &self.domain, &sources, (self.kernel_neighbors, search), largest)
     }
 
+    /// Number densities at support radii with n V_d H^d = N_H. All ranks call it together.
+    pub fn solved_densities(&self, guess: &[f64]) -> Vec<f64> {
+        if self.exchange.is_alone() {
+            let solved = self.solve(guess, Search::EXACT);
+            return parallel::map(solved.len(), |i| solved[i].sums.number_density);
+        }
+        let (domain, positions, unit) = (self.target.domain, &self.positions, vec![1.0; guess.len()]);
+        let measured =
+            Measured::among(self.exchange, self.kernel, domain, positions, &unit, guess, self.kernel_neighbors);
+        parallel::map(measured.own(), |i| measured.sums[i].number_density)
+    }
+
     fn sources<'s>(&'s self, support: &'s [f64]) -> Vec<Sources<'s, D, 0>> {
         let mut sources = vec![Sources::new(&self.tree, support, [], Reach::Target)];
-        if let Some(ghosts) = &self.ghosts {
-            sources.push(Sources::new(&ghosts.images.tree, &[], [], Reach::Target));
-        }
+        let others =
+            self.ghosts.as_ref().map(|g| &g.images.tree).into_iter().chain(self.halo.as_ref().map(|h| &h.tree));
+        sources.extend(others.map(|tree| Sources::new(tree, &[], [], Reach::Target)));
         sources
     }
 
     /// The derivative of sum_b A_b n_b (A and H held) by each particle's position: what it sees itself, in
-    /// `sums`, and what others see of it and of its ghosts.
+    /// `sums`, and what others see of it and of its ghosts. All ranks call it together.
     pub fn gradient(&self, support: &[f64], strength: &[f64], sums: &[DensitySums<D>]) -> Vec<[f64; D]> {
-        let real = Actors { tree: &self.tree, support, strength, silent: false };
-        let seen = scatter_gradient::<D, R>(self.kernel, &self.domain, &[real]);
+        let theirs = self.halo.as_ref().map(|halo| self.acting_of_others(halo, support, strength));
+        let mut acting = vec![Actors { tree: &self.tree, support, strength, silent: false }];
+        acting.extend(self.halo.as_ref().zip(theirs.as_ref()).map(|(halo, [support, strength])| Actors {
+            tree: &halo.tree,
+            support,
+            strength,
+            silent: false,
+        }));
+        let seen = scatter_gradient::<D, R>(self.kernel, &self.domain, &acting);
         let mut out: Vec<[f64; D]> =
             parallel::map(seen.len(), |i| sph::array(|k| seen[i].0[k] + strength[i] * sums[i].gradient[k]));
         if let Some(ghosts) = &self.ghosts {
-            for (g, Vector(seen)) in self.seen_of_ghosts(ghosts, support, strength).iter().enumerate() {
+            for (g, Vector(seen)) in self.seen_of_ghosts(ghosts, &acting).iter().enumerate() {
                 let pulled = ghosts.pull_back(g, &ghosts.normal(g, &self.positions), seen);
                 let parent = &mut out[ghosts.parent(g)];
                 (0..D).for_each(|k| parent[k] += pulled[k]);
@@ -410,13 +438,22 @@ impl<'a, const D: usize, R: Real> Arrangement<'a, D, R> {
         out
     }
 
-    fn seen_of_ghosts(&self, ghosts: &GhostLayer<D>, support: &[f64], strength: &[f64]) -> Vec<Vector<D>> {
+    /// Support radii and strengths of what other ranks have, of which ghosts see nothing themselves.
+    fn acting_of_others(&self, halo: &Halo<D>, support: &[f64], strength: &[f64]) -> [Vec<f64>; 2] {
+        let ghosts = self.ghosts.as_ref().map(|g| &g.images);
+        let of_ghosts = ghosts.map_or_else(Vec::new, |g| g.inherit(support, 1.0 / D as f64));
+        halo.values(self.exchange, [[support, &of_ghosts], [strength, &vec![0.0; of_ghosts.len()]]])
+    }
+
+    /// What those that are `acting` see of the ghosts.
+    fn seen_of_ghosts(&self, ghosts: &GhostLayer<D>, acting: &[Actors<'_, D>]) -> Vec<Vector<D>> {
         let images = &ghosts.images;
-        let (ghost_support, ghost_strength) = (images.inherit(support, 1.0 / D as f64), images.inherit(strength, 0.0));
-        let targets = Actors { tree: &images.tree, support: &ghost_support, strength: &ghost_strength, silent: true };
-        let real = Actors { tree: &self.tree, support, strength, silent: false };
+        let support = images.inherit(acting[0].support, 1.0 / D as f64);
+        let silence = vec![0.0; support.len()];
+        let targets = Actors { tree: &images.tree, support: &support, strength: &silence, silent: true };
+        let all: Vec<Actors<'_, D>> = std::iter::once(targets).chain(acting.iter().copied()).collect();
         // Ghosts lie beyond the domain: they are seen where they are, not through the images of walls.
-        scatter_gradient::<D, R>(self.kernel, &self.domain, &[targets, real])
+        scatter_gradient::<D, R>(self.kernel, &self.domain, &all)
     }
 
     /// Calls `pass` with the sources of all pairs within the larger radius of the two; ghosts have the channels of their

@@ -4,7 +4,7 @@
 use super::arrangement::Arrangement;
 use super::fluid::{AlaricOptions, Fluid};
 use super::objective::Objective;
-use super::solver::SolverOptions;
+use super::schedule::SolverOptions;
 use crate::field::ScalarField;
 use crate::seeding::{Seeding, seed};
 use crate::target::Target;

@@ -9,6 +9,7 @@
 use super::snapshot::rows;
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
+use sph::exchange::{Alone, Exchange};
 use sph::{parallel, reduce};
 
 /// Pairs kept; more cost memory (24 bytes per pair and particle in 3-D) and save few evaluations.
@@ -37,7 +38,13 @@ pub(super) struct Lbfgs<const D: usize> {
 }
 
 pub(super) fn product<const D: usize>(a: &[[f64; D]], b: &[[f64; D]]) -> f64 {
-    reduce::chunk_sums(a.len(), CHUNK, |range| [dot(a[range.clone()].as_flattened(), b[range].as_flattened())])[0]
+    product_among(&Alone, a, b)
+}
+
+/// [`product`] of vectors of particles that are over several ranks.
+pub(super) fn product_among<const D: usize>(exchange: &dyn Exchange, a: &[[f64; D]], b: &[[f64; D]]) -> f64 {
+    let own = |range: std::ops::Range<usize>| [dot(a[range.clone()].as_flattened(), b[range].as_flattened())];
+    exchange.sum(reduce::chunk_sums(a.len(), CHUNK, own)[0])
 }
 
 impl<const D: usize> Lbfgs<D> {
@@ -69,6 +76,11 @@ impl<const D: usize> Lbfgs<D> {
 
     /// Takes up a step and the change of the gradient over it; passes over pairs without positive curvature.
     pub fn push(&mut self, step: &[[f64; D]], before: &[[f64; D]], after: &[[f64; D]]) {
+        self.push_among(&Alone, step, before, after);
+    }
+
+    /// [`Self::push`] of particles that are over several ranks.
+    pub fn push_among(&mut self, exchange: &dyn Exchange, step: &[[f64; D]], before: &[[f64; D]], after: &[[f64; D]]) {
         let oldest = if self.pairs.len() == PAIRS { self.forget_oldest() } else { None };
         let mut pair =
             oldest.unwrap_or_else(|| Pair { step: vec![[0.0; D]; step.len()], change: vec![[0.0; D]; step.len()] });
@@ -76,7 +88,7 @@ impl<const D: usize> Lbfgs<D> {
         parallel::update(&mut pair.change, |i, to| *to = sph::array(|k| (after[i][k] - before[i][k]) as f32));
         self.pairs.push_back(pair);
         let new = self.pairs.len() - 1;
-        let products = self.products_of_newest();
+        let products = self.products_of_newest(exchange);
         for i in 0..=new {
             self.step_change[new][i] = products[0][i];
             self.step_change[i][new] = products[1][i];
@@ -98,7 +110,7 @@ impl<const D: usize> Lbfgs<D> {
     }
 
     /// The newest step by all changes, all steps by the newest change, and the newest change by all changes.
-    fn products_of_newest(&self) -> [[f64; PAIRS]; 3] {
+    fn products_of_newest(&self, exchange: &dyn Exchange) -> [[f64; PAIRS]; 3] {
         let Some(newest) = self.pairs.back() else { return [[0.0; PAIRS]; 3] };
         let sums: [f64; 3 * PAIRS] = reduce::chunk_sums(newest.step.len(), CHUNK, |range| {
             let mut out = [0.0; 3 * PAIRS];
@@ -113,12 +125,18 @@ impl<const D: usize> Lbfgs<D> {
             }
             out
         });
+        let sums = exchange.together(sums);
         sph::array(|row| sph::array(|i| sums[row * PAIRS + i]))
     }
 
     /// Minus the inverse Hessian's estimate times `gradient`.
     pub fn direction(&self, gradient: &[[f64; D]]) -> Vec<[f64; D]> {
-        let [by_gradient, by_step, by_change] = self.shares(gradient);
+        self.direction_among(&Alone, gradient)
+    }
+
+    /// [`Self::direction`] of particles that are over several ranks.
+    pub fn direction_among(&self, exchange: &dyn Exchange, gradient: &[[f64; D]]) -> Vec<[f64; D]> {
+        let [by_gradient, by_step, by_change] = self.shares(exchange, gradient);
         let mut direction = vec![[0.0; D]; gradient.len()];
         direction.par_chunks_mut(CHUNK).enumerate().for_each(|(c, out)| {
             let range = c * CHUNK..c * CHUNK + out.len();
@@ -137,9 +155,9 @@ impl<const D: usize> Lbfgs<D> {
     }
 
     /// The direction as a sum: shares of the gradient (the first of its list), of the steps and of the changes.
-    fn shares(&self, gradient: &[[f64; D]]) -> [[f64; PAIRS]; 3] {
+    fn shares(&self, exchange: &dyn Exchange, gradient: &[[f64; D]]) -> [[f64; PAIRS]; 3] {
         let count = self.pairs.len();
-        let (step_gradient, change_gradient) = self.products_with(gradient);
+        let (step_gradient, change_gradient) = self.products_with(exchange, gradient);
         let mut by_gradient = -1.0;
         let (mut by_step, mut by_change) = ([0.0; PAIRS], [0.0; PAIRS]);
         for i in (0..count).rev() {
@@ -163,7 +181,7 @@ impl<const D: usize> Lbfgs<D> {
     }
 
     /// Products of the steps and of the changes with `gradient`.
-    fn products_with(&self, gradient: &[[f64; D]]) -> ([f64; PAIRS], [f64; PAIRS]) {
+    fn products_with(&self, exchange: &dyn Exchange, gradient: &[[f64; D]]) -> ([f64; PAIRS], [f64; PAIRS]) {
         let sums: [f64; 2 * PAIRS] = reduce::chunk_sums(gradient.len(), CHUNK, |range| {
             let mut out = [0.0; 2 * PAIRS];
             let gradient = gradient[range.clone()].as_flattened();
@@ -173,6 +191,7 @@ impl<const D: usize> Lbfgs<D> {
             }
             out
         });
+        let sums = exchange.together(sums);
         (sph::array(|i| sums[i]), sph::array(|i| sums[PAIRS + i]))
     }
 }

@@ -2,7 +2,7 @@
 
 use super::aim::{Aims, Points, share};
 use super::arrangement::Arrangement;
-use super::fit::{Fit, fit, interior, resolved};
+use super::fit::{Fit, fit_among, interior_among, resolved};
 use super::interfaces::Interfaces;
 use crate::target::at;
 use serde::{Deserialize, Serialize};
@@ -208,6 +208,10 @@ impl<'a, const D: usize, R: Real> Objective<'a, D, R> {
     /// Lets particles aim at the smoothed target where the target is too sharp, if it is so for more than a few. What ends at an
     /// open edge does not count: sums see a mirror there, and not the end.
     fn take_aim(&mut self, sharpness: &[f64], spacing: &[f64]) {
+        // Of several ranks each would need the points of mass of all.
+        if !self.arrangement.exchange().is_alone() {
+            return;
+        }
         // Points of mass do not show what goes on beyond the surfaces of a region.
         let goes_on = self.arrangement.interfaces().is_some_and(|interfaces| !interfaces.are_none());
         let many = |unresolved: usize| unresolved as f64 > FEW_UNRESOLVED * sharpness.len() as f64;
@@ -296,15 +300,17 @@ impl<'a, const D: usize, R: Real> Objective<'a, D, R> {
         self.arrangement.medium = frame.kappa;
         self.arrangement.mirror(&support);
         let sums = self.arrangement.densities(&support);
-        let (n, w) = (wanted.len(), &frame.weights);
+        let (n, w, exchange) = (wanted.len(), &frame.weights, self.arrangement.exchange());
         let q = |i: usize| sums[i].number_density / aimed[i];
-        let [total, weighted, pressure] = reduce::sums(n, |i| [w[i], w[i] * q(i), frame.pressure(i) * q(i)]);
+        let own = reduce::sums(n, |i| [w[i], w[i] * q(i), frame.pressure(i) * q(i)]);
+        let [total, weighted, pressure] = exchange.together(own);
         let mean = weighted / total;
-        let [squares] = reduce::sums(n, |i| [w[i] * (q(i) / mean - 1.0).powi(2)]);
+        let [squares] = exchange.together(reduce::sums(n, |i| [w[i] * (q(i) / mean - 1.0).powi(2)]));
         let pressure = pressure + self.beyond(&support, &aimed) - self.drift(frame);
         let energy = 0.5 * squares + frame.lambda * pressure;
-        let set = interior(self.arrangement.target.domain, &self.arrangement.positions, &support, Some(w));
-        let fit = fit(set.as_deref(), &aimed, |i| sums[i].number_density);
+        let domain = self.arrangement.target.domain;
+        let set = interior_among(exchange, domain, &self.arrangement.positions, &support, Some(w));
+        let fit = fit_among(exchange, set.as_deref(), &aimed, |i| sums[i].number_density);
         Evaluation { energy, fit, support, wanted, aimed, sums, mean, mean_square: squares / total }
     }
 
@@ -350,14 +356,15 @@ impl<'a, const D: usize, R: Real> Objective<'a, D, R> {
     /// Epsilon as it is measured in the end: at solved support radii, and over what is resolved now.
     pub fn measured(&mut self) -> f64 {
         let (wanted, kappa) = (self.arrangement.target_density(), self.kappa.unwrap_or(1.0));
-        let solved = self.arrangement.solve(&self.supports(&wanted, kappa), Search::EXACT);
+        let found = self.arrangement.solved_densities(&self.supports(&wanted, kappa));
         let (target, positions) = (&self.arrangement.target, &self.arrangement.positions);
         let ratio = support_over_spacing(D, self.arrangement.kernel_neighbors);
-        let support = parallel::map(solved.len(), |i| target.support(wanted[i], ratio));
+        let support = parallel::map(found.len(), |i| target.support(wanted[i], ratio));
         let weights =
             parallel::map(wanted.len(), |i| resolved(target.sharpness(&at(positions, i), wanted[i], support[i])));
-        let set = interior(target.domain, positions, &support, Some(&weights));
-        fit(set.as_deref(), &wanted, |i| solved[i].sums.number_density).epsilon
+        let exchange = self.arrangement.exchange();
+        let set = interior_among(exchange, target.domain, positions, &support, Some(&weights));
+        fit_among(exchange, set.as_deref(), &wanted, |i| found[i]).epsilon
     }
 
     fn log_slope(&self, x: &[f64; D], wanted: f64, spacing: f64) -> [f64; D] {

@@ -12,7 +12,7 @@
 //! in two stages: first the particles come to rest in a force-free arrangement, then the density is made exact with
 //! the smallest moves that do it. Starts that are in order, and runs that are to reach a tolerance soon, need the
 //! second alone. The pressure energy of a B-spline is low where particles pair: with one of those the default kernel
-//! brings them to rest, and past [`most_neighbors_without_pairs`] the last stage fits the density alone.
+//! brings them to rest, and past [`sph::kernel::most_neighbors_without_pairs`] the last stage fits the density alone.
 //!
 //! H follows the target, not the particles, so that no smoothing-length iteration is needed and the gradient
 //! is exact with one density pass and one pass over what others see. kappa = <n*/n> is held within a stage;
@@ -28,107 +28,24 @@ use super::aim::Aims;
 use super::arrangement::Arrangement;
 use super::course::Course;
 use super::interfaces::Interfaces;
-use super::lbfgs::{Lbfgs, product};
+use super::lbfgs::{Lbfgs, product_among};
 use super::objective::{Evaluation, Frame, Objective};
+use super::on_ranks::{OverRanks, agreed};
 use super::pairs::{COINCIDENT, part_pairs};
 use super::report::{Progress, StageName, StageReport, StopReason};
+use super::schedule::{SolverOptions, Stretch, weight_with};
 use super::snapshot::{Check, Trace, axes, decode, encode, rows};
 use super::stage::{Particles, Relaxed, Running, Stage};
 use crate::target::{Positions, Target};
 use serde::{Deserialize, Serialize};
-use sph::kernel::{KernelName, default_kernel_neighbors, makes_pairs, most_neighbors_without_pairs, own_count};
+use sph::exchange::{Alone, Exchange};
+use sph::kernel::{KernelName, makes_pairs};
 use sph::lanes::Real;
+use sph::neighbors::Sees;
 use sph::{parallel, reduce};
 use std::marker::PhantomData;
 
 pub const NAME: StageName = StageName { name: "solver", title: "density solver" };
-
-/// Parameters of the solver.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct SolverOptions {
-    /// N_H = V_d n H^d.
-    pub kernel_neighbors: f64,
-    /// Evaluations of the objective, at most.
-    pub evaluations: usize,
-    /// What matters more: 0 the exact density, 1 quiet forces.
-    pub quietness: f64,
-    /// Stop when epsilon (re-fitted, as measured in the end) is below.
-    pub tolerance: f64,
-    /// What the latter half of the evaluations has to lower the energy of a particle by, in units of its pressure energy, for more to be
-    /// made; 0 makes them all.
-    pub least_gain: f64,
-    /// The start is in order (shells, a lattice, a glass): there is no stage that brings it to rest.
-    pub settled: bool,
-    /// Particles aim at the target as the kernel sees it, wherever it is resolved: mass lies where the target has it, and densities
-    /// are those of the kernel.
-    pub smoothed: bool,
-}
-
-impl SolverOptions {
-    /// The defaults in `D` dimensions.
-    pub fn new(d: usize) -> Self {
-        Self {
-            kernel_neighbors: default_kernel_neighbors(d),
-            evaluations: 100,
-            quietness: 0.7,
-            tolerance: 0.0,
-            least_gain: if d == 3 { LEAST_GAIN } else { LEAST_GAIN_IN_FEWER },
-            settled: false,
-            smoothed: false,
-        }
-    }
-
-    /// The quietest forces with which epsilon gets below `tolerance`: with the weight lambda it ends between about
-    /// 1e-3 (a uniform box) and 3e-2 lambda^2 (a planet's jump), as the default does in `cargo bench --bench tolerances`.
-    pub fn quietness_for(tolerance: f64) -> f64 {
-        let lambda = (tolerance / 2.5e-2).sqrt();
-        (1.0 + lambda.log10() / QUIETNESS_DECADES).clamp(0.0, 1.0)
-    }
-
-    /// The stages for `kernel` in `d` dimensions.
-    fn schedule(&self, kernel: KernelName, d: usize) -> Vec<Stretch> {
-        // 0 at the end: an exact density leaves no room for the pressure energy.
-        let last = if self.quietness > 0.0 { 10f64.powf(QUIETNESS_DECADES * (self.quietness - 1.0)) } else { 0.0 };
-        let single = self.settled || self.tolerance > 0.0;
-        let own = |lambda, share| Stretch { kernel, kernel_neighbors: self.kernel_neighbors, lambda, share };
-        let at_rest = if single { last } else { 1.0 };
-        match most_neighbors_without_pairs(kernel, d) {
-            Some(most) => {
-                let (kernel, kernel_neighbors) = (KernelName::default(), default_kernel_neighbors(d));
-                // Without a pressure energy of its own the last stage is the shorter the quieter the end is to be.
-                let (last, share) = match self.kernel_neighbors > most {
-                    true => (0.0, 0.4 * (2.0 - 2.0 * self.quietness).min(1.0)),
-                    false => (last, 0.4),
-                };
-                vec![Stretch { kernel, kernel_neighbors, lambda: at_rest, share: 1.0 - share }, own(last, share)]
-            }
-            None if single => vec![own(last, 1.0)],
-            None => vec![own(at_rest, 0.6), own(last, 0.4)],
-        }
-    }
-}
-
-/// A part of the descent.
-#[derive(Debug, Clone, Copy)]
-struct Stretch {
-    kernel: KernelName,
-    kernel_neighbors: f64,
-    /// Weight of the pressure energy, before [`weight_with`].
-    lambda: f64,
-    /// Of the evaluations.
-    share: f64,
-}
-
-/// Decades of lambda between most exact and most quiet, where it is 1.
-const QUIETNESS_DECADES: f64 = 5.0;
-
-/// Weight of the pressure energy with any kernel for one `lambda`, which is meant for the default kernel and
-/// neighbor number. Both sums change with what one neighbor counts, the energy in proportion, the squares faster:
-/// the weight follows the share that a particle has in its own density.
-fn weight_with(kernel: KernelName, d: usize, kernel_neighbors: f64, lambda: f64) -> f64 {
-    let usual = own_count(KernelName::default(), d) / default_kernel_neighbors(d);
-    lambda * own_count(kernel, d) / kernel_neighbors / usual
-}
 
 /// No particle moves farther in a step, in its own spacing.
 const MAX_STEP: f64 = 0.3;
@@ -139,10 +56,6 @@ const ARMIJO: f64 = 1e-4;
 const MAX_HALVINGS: usize = 6;
 /// Moves between sortings: steps are long, and leaves across a periodic face soon span the domain.
 const SORT_INTERVAL: usize = 4;
-/// The square of the force noise in 3-D, in percent of a random set's, falls by some 3000 times what the energy does: twice as
-/// many evaluations would lower a noise of 2 % to 1.75 %. In 2-D it is three times as much, and neighbors are few.
-const LEAST_GAIN: f64 = 3e-4;
-const LEAST_GAIN_IN_FEWER: f64 = 1e-5;
 /// Evaluations without a new lowest epsilon after which the last stage ends: what still falls is the pressure energy,
 /// at the density's cost. A run that is to reach a tolerance goes on.
 const PATIENCE: usize = 40;
@@ -165,22 +78,7 @@ impl<const D: usize, R: Real> Stage<D> for DensitySolver<'_, D, R> {
     }
 
     fn begin(&self, particles: Particles<D>) -> Box<dyn Running<D> + '_> {
-        let trace = Trace::new();
-        let mut positions = particles.positions;
-        part_pairs(&self.target, &mut positions, COINCIDENT);
-        let schedule = self.options.schedule(self.kernel, D);
-        let before = positions.clone();
-        let mut solver = Solver::<D, R>::new(self.arrangement(positions), &self.options);
-        solver.trace = trace;
-        solver.objective.see_interfaces(None);
-        if schedule[0].kernel != self.kernel {
-            // What the end is compared with.
-            let frame = solver.objective.frame(0.0);
-            let now = solver.objective.evaluate(&frame);
-            solver.note(&now, 0.0);
-        }
-        let descent = solver.descend(&schedule[0]);
-        Box::new(Run { solver, schedule, index: 0, descent, before })
+        self.begin_among(particles, &Alone)
     }
 
     fn resume(&self, kept: &[u8]) -> Result<Box<dyn Running<D> + '_>, String> {
@@ -212,8 +110,30 @@ impl<const D: usize, R: Real> Stage<D> for DensitySolver<'_, D, R> {
         }
         (objective.aims, objective.normals) = (aims, normals.map(|Rows(normals)| normals));
         objective.points.strength = strength;
-        let solver = Solver::<D, R> { objective, options: &self.options, trace: trace.resumed() };
+        let solver = Solver::<D, R> { objective, options: &self.options, exchange: &Alone, trace: trace.resumed() };
         Ok(Box::new(Run { solver, schedule, index, descent, before }))
+    }
+}
+
+/// Where the target is sharper than sums can follow, particles do not aim at the smoothed target over several ranks.
+impl<const D: usize, R: Real> OverRanks<D> for DensitySolver<'_, D, R> {
+    fn begin_among<'s>(&'s self, particles: Particles<D>, exchange: &'s dyn Exchange) -> Box<dyn Running<D> + 's> {
+        let trace = Trace::new();
+        let mut positions = particles.positions;
+        part_pairs(&self.target, &mut positions, COINCIDENT);
+        let schedule = self.options.schedule(self.kernel, D);
+        let before = positions.clone();
+        let mut solver = Solver::<D, R>::new(self.arrangement(positions), &self.options, exchange);
+        solver.trace = trace;
+        solver.objective.see_interfaces(None);
+        if schedule[0].kernel != self.kernel {
+            // What the end is compared with.
+            let frame = solver.objective.frame(0.0);
+            let now = solver.objective.evaluate(&frame);
+            solver.note(&now, 0.0);
+        }
+        let descent = solver.descend(&schedule[0]);
+        Box::new(Run { solver, schedule, index: 0, descent, before })
     }
 }
 
@@ -313,6 +233,7 @@ struct Run<'a, const D: usize, R> {
 impl<const D: usize, R: Real> Running<D> for Run<'_, D, R> {
     fn advance(&mut self, outside: Option<StopReason>) -> Option<StopReason> {
         let Self { solver, descent, .. } = self;
+        let outside = agreed(solver.exchange, outside);
         if solver.objective.arrangement.is_stale(SORT_INTERVAL) {
             let order = solver.objective.sort();
             descent.reorder(&order);
@@ -360,7 +281,7 @@ impl<const D: usize, R: Real> Running<D> for Run<'_, D, R> {
     }
 
     fn finish(self: Box<Self>, stop: StopReason) -> Relaxed<D> {
-        let Self { solver: Solver { objective, trace, options }, before, schedule, .. } = *self;
+        let Self { solver: Solver { objective, trace, options, .. }, before, schedule, .. } = *self;
         let arrangement = objective.arrangement;
         let ends = trace.history.first().zip(trace.history.last());
         // Cut short, the last stretch may not have made up yet for what the first gave away.
@@ -396,6 +317,7 @@ fn pairing_note(kernel: KernelName, d: usize, neighbors: f64, ends_exact: bool) 
 struct Solver<'a, const D: usize, R> {
     objective: Objective<'a, D, R>,
     options: &'a SolverOptions,
+    exchange: &'a dyn Exchange,
     trace: Trace,
 }
 
@@ -433,10 +355,11 @@ impl<const D: usize> Descent<D> {
 }
 
 impl<'a, const D: usize, R: Real> Solver<'a, D, R> {
-    fn new(arrangement: Arrangement<'a, D, R>, options: &'a SolverOptions) -> Self {
+    fn new(mut arrangement: Arrangement<'a, D, R>, options: &'a SolverOptions, exchange: &'a dyn Exchange) -> Self {
         let SolverOptions { settled, smoothed, .. } = *options;
+        arrangement.share(exchange, Sees::Either);
         let objective = Objective { settled, smoothed, ..Objective::new(arrangement) };
-        Self { objective, options, trace: Trace::new() }
+        Self { objective, options, exchange, trace: Trace::new() }
     }
 
     /// One step of a descent that may make evaluations up to `end`; why it ends, if it does.
@@ -465,7 +388,8 @@ impl<'a, const D: usize, R: Real> Solver<'a, D, R> {
     /// for the density alone has no such measure.
     fn gains_little(&self, descent: &Descent<D>) -> bool {
         let Arrangement { kernel, kernel_neighbors, .. } = self.objective.arrangement;
-        let unit = descent.frame.lambda * weight_with(kernel, D, kernel_neighbors, 1.0) * descent.gradient.len() as f64;
+        let count = self.exchange.count(descent.gradient.len()) as f64;
+        let unit = descent.frame.lambda * weight_with(kernel, D, kernel_neighbors, 1.0) * count;
         let least = self.options.least_gain * unit;
         descent.course.gain_of_latter_half().is_some_and(|gain| gain < least)
     }
@@ -517,14 +441,15 @@ impl<'a, const D: usize, R: Real> Solver<'a, D, R> {
     fn step(&mut self, descent: &mut Descent<D>) -> bool {
         loop {
             let Descent { frame, memory, gradient, energy, .. } = descent;
-            let mut direction = memory.direction(gradient);
-            let mut slope = product(&direction, gradient);
+            let exchange = self.exchange;
+            let mut direction = memory.direction_among(exchange, gradient);
+            let mut slope = product_among(exchange, &direction, gradient);
             if !(slope < 0.0) {
                 memory.clear();
-                direction = memory.direction(gradient);
-                slope = product(&direction, gradient);
+                direction = memory.direction_among(exchange, gradient);
+                slope = product_among(exchange, &direction, gradient);
             }
-            let longest = longest(&direction);
+            let longest = exchange.max(longest(&direction));
             if !(longest > 0.0 && longest.is_finite()) {
                 return false;
             }
@@ -543,7 +468,7 @@ impl<'a, const D: usize, R: Real> Solver<'a, D, R> {
             descent.course.push(self.objective.evaluations, next.energy);
             self.note(&next, length);
             drop(next);
-            descent.memory.push(&step, &descent.gradient, &next_gradient);
+            descent.memory.push_among(exchange, &step, &descent.gradient, &next_gradient);
             descent.gradient = next_gradient;
             return true;
         }
@@ -565,7 +490,7 @@ impl<'a, const D: usize, R: Real> Solver<'a, D, R> {
                 self.objective.arrangement.displace(&from, direction, t, &frame.spacing, &frame.spacing, MAX_STEP);
             let next = self.objective.evaluate(frame);
             if next.energy <= energy + ARMIJO * t * slope {
-                let length = longest(&step);
+                let length = self.exchange.max(longest(&step));
                 return Some((next, step, length));
             }
             // The parabola through both energies and the slope, within bounds.

@@ -21,6 +21,7 @@ use super::arrangement::{Arrangement, SORT_INTERVAL};
 use super::fit::{fit_among, interior_among, resolved};
 use super::interfaces::Interfaces;
 use super::objective::STEEP;
+use super::on_ranks::{OverRanks, agreed};
 use super::pairs::{COINCIDENT, part_pairs};
 use super::report::{Progress, StageName, StageReport, StopReason};
 use super::snapshot::{Best, Check, Trace, axes, decode, encode};
@@ -30,6 +31,7 @@ use crate::target::{Positions, Target, at};
 use serde::{Deserialize, Serialize};
 use sph::exchange::{Alone, Exchange};
 use sph::kernel::{KernelName, default_kernel_neighbors, support_over_spacing};
+use sph::neighbors::Sees;
 use sph::sums::{self, Bias, Push, Pushes, Weight, push_weight};
 use sph::{parallel, reduce};
 
@@ -111,9 +113,7 @@ impl<const D: usize> Stage<D> for Wvt<'_, D> {
     }
 
     fn begin(&self, particles: Particles<D>) -> Box<dyn Running<D> + '_> {
-        let mut positions = particles.positions;
-        part_pairs(&self.target, &mut positions, COINCIDENT);
-        Box::new(self.begun(positions, None, &Alone))
+        self.begin_among(particles, &Alone)
     }
 
     fn resume(&self, kept: &[u8]) -> Result<Box<dyn Running<D> + '_>, String> {
@@ -141,6 +141,15 @@ impl<const D: usize> Stage<D> for Wvt<'_, D> {
     }
 }
 
+/// Without regions that are relaxed by themselves.
+impl<const D: usize> OverRanks<D> for Wvt<'_, D> {
+    fn begin_among<'s>(&'s self, particles: Particles<D>, exchange: &'s dyn Exchange) -> Box<dyn Running<D> + 's> {
+        let mut positions = particles.positions;
+        part_pairs(&self.target, &mut positions, COINCIDENT);
+        Box::new(self.begun(positions, None, exchange))
+    }
+}
+
 /// The same for some of the particles, in the order in which they were given: those that are `held` stay where they are, to the bit.
 pub struct Holding<'a, const D: usize> {
     pub wvt: Wvt<'a, D>,
@@ -161,29 +170,6 @@ impl<const D: usize> Stage<D> for Holding<'_, D> {
 
     fn resume(&self, _: &[u8]) -> Result<Box<dyn Running<D> + '_>, String> {
         Err("is of particles of which some are held, and is not kept; start without it".into())
-    }
-}
-
-/// The same over several ranks, of which each has a part of the particles and keeps it. Without regions that are relaxed by
-/// themselves; all ranks begin and advance together.
-pub struct OnRanks<'a, const D: usize> {
-    pub wvt: Wvt<'a, D>,
-    pub exchange: &'a dyn Exchange,
-}
-
-impl<const D: usize> Stage<D> for OnRanks<'_, D> {
-    fn name(&self) -> StageName {
-        NAME
-    }
-
-    fn begin(&self, particles: Particles<D>) -> Box<dyn Running<D> + '_> {
-        let mut positions = particles.positions;
-        part_pairs(&self.wvt.target, &mut positions, COINCIDENT);
-        Box::new(self.wvt.begun(positions, None, self.exchange))
-    }
-
-    fn resume(&self, _: &[u8]) -> Result<Box<dyn Running<D> + '_>, String> {
-        Err("is of particles over several ranks, and is not kept; start without it".into())
     }
 }
 
@@ -213,7 +199,7 @@ impl<const D: usize> Wvt<'_, D> {
         };
         let (mut state, order) = Arrangement::with_order(self.kernel, self.target, mirrored, positions, neighbors);
         self.see_interfaces(&mut state, None);
-        state.share(exchange);
+        state.share(exchange, Sees::Targets);
         let count = state.len();
         Relaxation {
             weights: parallel::map(count, |i| {
@@ -326,7 +312,7 @@ impl<const D: usize> Running<D> for Relaxation<'_, D> {
         if let Some(order) = self.order.as_mut().filter(|_| self.best.iteration == iteration) {
             order.best.clone_from(&order.now);
         }
-        let reason = self.stop_reason().or(self.agreed(outside));
+        let reason = self.stop_reason().or(agreed(self.exchange, outside));
         let mut largest_step = 0.0;
         if reason.is_none() && iteration < options.iterations {
             let t = iteration as f64 / options.iterations.max(1) as f64;
@@ -380,17 +366,6 @@ impl<const D: usize> Running<D> for Relaxation<'_, D> {
 }
 
 impl<const D: usize> Relaxation<'_, D> {
-    /// What any rank has as a reason to stop, which all have to stop for.
-    fn agreed(&self, outside: Option<StopReason>) -> Option<StopReason> {
-        if self.exchange.is_alone() {
-            return outside;
-        }
-        let reasons = [StopReason::TimeLimit, StopReason::Interrupted];
-        let own = outside.map_or(0, |own| 1 + reasons.iter().position(|r| *r == own).unwrap_or(1));
-        let all = self.exchange.max(own as f64) as usize;
-        all.checked_sub(1).and_then(|i| reasons.get(i).copied())
-    }
-
     fn stop_reason(&self) -> Option<StopReason> {
         if self.best.epsilon <= self.options.tolerance {
             Some(StopReason::ToleranceReached)

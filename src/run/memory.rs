@@ -10,18 +10,23 @@ const PLAIN: f64 = 220.0;
 /// The same with the density solver: 473 once its history is full.
 const SOLVED: f64 = 480.0;
 
-/// The same of a rank among several: 610 with two ranks of 200 000 in a uniform box, where measures hold particles of others, too.
-const OF_A_RANK: f64 = 620.0;
+/// The same of ranks among several, where measures hold particles of others, too: 432 with WVT, 571 with the solver, with two or eight ranks
+/// of 1.6e6 particles in a uniform box.
+const PLAIN_ON_RANKS: f64 = 440.0;
+const SOLVED_ON_RANKS: f64 = 580.0;
+
+fn is_solved(stages: &[StageName]) -> bool {
+    stages.iter().any(|stage| *stage == SOLVER || *stage == BALANCE)
+}
 
 /// Bytes that a rank with `count` particles takes at its peak.
-pub fn needed_by_rank(count: usize) -> f64 {
-    count as f64 * OF_A_RANK
+pub fn needed_by_rank(count: usize, stages: &[StageName]) -> f64 {
+    count as f64 * if is_solved(stages) { SOLVED_ON_RANKS } else { PLAIN_ON_RANKS }
 }
 
 /// Bytes that a run of `count` particles takes at its peak.
 pub fn needed(count: usize, stages: &[StageName]) -> f64 {
-    let is_solved = stages.iter().any(|stage| *stage == SOLVER || *stage == BALANCE);
-    count as f64 * if is_solved { SOLVED } else { PLAIN }
+    count as f64 * if is_solved(stages) { SOLVED } else { PLAIN }
 }
 
 /// Refuses what cannot fit, with the number of particles that does.
@@ -40,18 +45,21 @@ pub fn check_among(count: usize, stages: &[StageName], (here, ranks): (usize, us
     if ranks == 1 {
         return check(count, stages);
     }
-    check_ranks(count, total().map(|bytes| bytes * ranks as f64 / here.max(1) as f64))
+    check_ranks(count, stages, total().map(|bytes| bytes * ranks as f64 / here.max(1) as f64))
 }
 
-fn check_ranks(count: usize, total: Option<f64>) -> Result<()> {
-    let needs = needed_by_rank(count);
+fn check_ranks(count: usize, stages: &[StageName], total: Option<f64>) -> Result<()> {
+    let needs = needed_by_rank(count, stages);
     let Some(total) = total.filter(|total| needs > *total) else { return Ok(()) };
+    let fits = |stages: &[StageName]| rounded_down(total * count as f64 / needed_by_rank(count, stages));
+    let solved = if is_solved(stages) { format!(", -n {} with --polish none", fits(&[])) } else { String::new() };
     let problem = format!(
-        "is {count}, which takes some {:.0} GiB of memory at {OF_A_RANK:.0} bytes a particle over ranks, more than the {:.1} GiB of their machines: \
-         -n {} fits, or ranks on more machines",
+        "is {count}, which takes some {:.0} GiB of memory at {:.0} bytes a particle over ranks, more than the {:.1} GiB of their machines: \
+         -n {} fits{solved}, or ranks on more machines",
         needs / GIB,
+        needs / count as f64,
         total / GIB,
-        rounded_down(total / OF_A_RANK)
+        fits(stages)
     );
     Err(Error::scene("particles", problem))
 }
@@ -136,9 +144,11 @@ mod tests {
         let error = check(100_000_000, &[WVT, SOLVER]).unwrap_err().to_string();
         assert!(error.contains("-n 5.3e7 fits, or -n 1.1e8 with --polish none"), "{error}");
         check_against(1_000_000_000, &[WVT], None).unwrap();
-        check_ranks(40_000_000, Some(24.0 * GIB)).unwrap();
-        let error = check_ranks(1_000_000_000, Some(24.0 * GIB)).unwrap_err().to_string();
-        assert!(error.contains("577 GiB") && error.contains("-n 4.1e7 fits"), "{error}");
+        check_ranks(40_000_000, &[WVT, SOLVER], Some(24.0 * GIB)).unwrap();
+        let error = check_ranks(1_000_000_000, &[WVT, SOLVER], Some(24.0 * GIB)).unwrap_err().to_string();
+        for part in ["540 GiB", "-n 4.4e7 fits, -n 5.8e7 with --polish none, or ranks on more"] {
+            assert!(error.contains(part), "{error}");
+        }
     }
 
     #[test]

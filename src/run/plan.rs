@@ -48,6 +48,17 @@ pub enum Held {
 impl Plan {
     /// Decides from the scene, the target that it came to, whether that is from a radial profile, and what holds it.
     pub fn new<const D: usize>(scene: &Scene, target: &Target<'_, D>, has_profile: bool, held: &Held) -> Self {
+        Self::among(scene, target, has_profile, held, 1)
+    }
+
+    /// [`Self::new`] where so many ranks share the particles.
+    pub fn among<const D: usize>(
+        scene: &Scene,
+        target: &Target<'_, D>,
+        has_profile: bool,
+        held: &Held,
+        ranks: usize,
+    ) -> Self {
         let (domain, count) = (target.domain, target.count);
         let mut plan = Self {
             seeding: scene.seeding.unwrap_or(match scene.order {
@@ -67,7 +78,8 @@ impl Plan {
         } else {
             let neighbors = scene.kernel_neighbors(D);
             let share = LazyCell::new(|| discontinuity_share(target, neighbors));
-            plan.choose_polish(scene, count, (D, are_shells(scene, target) && *share <= FEW_JUMPS));
+            let has_shells = are_shells(scene, target) && *share <= FEW_JUMPS;
+            plan.choose_polish(scene, (count, count.div_ceil(ranks)), (D, has_shells));
             let thin = thinner_than_a_spacing(domain, count);
             if plan.polish != Polish::None && thin {
                 plan.drop("polish", THIN);
@@ -101,10 +113,11 @@ impl Plan {
         plan
     }
 
-    fn choose_polish(&mut self, scene: &Scene, count: usize, (d, has_shells): (usize, bool)) {
+    /// For `count` particles, so many of which are on each rank.
+    fn choose_polish(&mut self, scene: &Scene, (count, each): (usize, usize), (d, has_shells): (usize, bool)) {
         let neighbors = scene.kernel_neighbors(d);
         let lattice = scene.seeding == Some(Seeding::VariableMasses);
-        let automatic = if lattice || has_shells || count > MAX_AUTOMATIC { Polish::None } else { Polish::Solver };
+        let automatic = if lattice || has_shells || each > MAX_AUTOMATIC { Polish::None } else { Polish::Solver };
         match scene.polish.unwrap_or(automatic) {
             Polish::None if scene.polish.is_none() && lattice => {
                 self.drop("density solver", "the lattice is even already; ask for it with polish: solver");
@@ -126,7 +139,7 @@ impl Plan {
             chosen => self.polish = chosen,
         }
         if self.polish == Polish::Solver {
-            let affordable = affordable_evaluations(count, d, scene.tolerance.is_some());
+            let affordable = affordable_evaluations(each, d, scene.tolerance.is_some());
             self.evaluations = scene.solver.evaluations.unwrap_or(affordable);
         }
         if self.polish == Polish::DampedRelaxation {

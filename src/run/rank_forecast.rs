@@ -2,10 +2,11 @@
 //!
 //! A rank's part of N particles over R ranks is taken for a cube of n = N/R particles in the middle of others, so that it sees all
 //! within a support radius H of its outermost particles: (n^(1/d) + 2 H/s - 1)^d - n for a spacing s. Parts at the edge of an open domain see
-//! fewer. Each step of WVT sends their places and two numbers for each, where its particles are to every rank, and a few totals to
-//! every rank. What that takes in reality was measured with up to 8 ranks, and is in the constants; `tests/ranks.rs` compares.
+//! fewer. Each step of WVT, and each evaluation of the density solver, sends their places and two numbers for each, where its particles are to
+//! every rank, and a few totals to every rank. What that takes in reality was measured with up to 8 ranks, and is in the constants;
+//! `tests/ranks.rs` compares.
 
-use super::duration::{self, Cost, rounded};
+use super::duration::{self, Cost, Expected, rounded};
 use super::forecast::slowness;
 use super::memory;
 use super::plan::{Held, Plan};
@@ -13,7 +14,7 @@ use super::ranks::{reduced, refuse, refuse_few};
 use super::streamed::Read;
 use crate::error::Result;
 use crate::input::internal_units::Prepared;
-use crate::relaxation::WVT;
+use crate::relaxation::SOLVER;
 use crate::scene::{DEFAULT_PARTICLES, Scene};
 use serde::Serialize;
 use sph::kernel::support_over_spacing;
@@ -34,20 +35,25 @@ pub struct RankForecast {
     pub seen_of_others: usize,
     /// Bytes of a rank at its peak.
     pub memory: f64,
-    /// Steps of WVT, at most.
-    pub steps: usize,
-    /// Of a step on this machine's cores, of which the last part is for messages.
-    pub seconds_of_a_step: f64,
-    pub seconds_of_messages: f64,
-    /// Seconds of all steps.
-    pub seconds: f64,
-    pub messages_of_a_step: usize,
-    pub bytes_of_a_step: f64,
+    pub stages: Vec<StageForecast>,
     /// Bytes of the file before it is compressed.
     pub file: f64,
     /// Seconds that the first rank takes to write it.
     pub seconds_to_write: f64,
     pub assumptions: Vec<String>,
+}
+
+/// A stage of such a run.
+#[derive(Debug, Clone, Serialize)]
+pub struct StageForecast {
+    pub stage: &'static str,
+    /// Steps of WVT or evaluations of the density solver, at most.
+    pub steps: usize,
+    /// Of a step on this machine's cores, of which the last part is for messages.
+    pub seconds_of_a_step: f64,
+    pub seconds_of_messages: f64,
+    pub messages_of_a_step: usize,
+    pub bytes_of_a_step: f64,
 }
 
 /// Particles that are given to a rank over those of the cube: boxes are coarser than what they hold, but cubes have corners. 1.0 to 1.2 for
@@ -56,9 +62,10 @@ const GIVEN: f64 = 1.1;
 /// Numbers of a box that tells where particles are, beside two for each axis, and how many boxes there are.
 const OF_A_BOX: usize = 1;
 const BOXES: f64 = 64.0;
-/// What all ranks are told in a step, by as many messages as the number of ranks has binary digits: where particles are, five totals, and the
-/// reason to stop.
+/// What all ranks are told in a step of WVT, by as many messages as the number of ranks has binary digits: where particles are, five totals, and
+/// the reason to stop. In an evaluation of the solver products of its history are added, and how long steps are.
 const TOTALS: usize = 7;
+const TOTALS_OF_SOLVER: usize = 13;
 /// Ranks that share a face, an edge or a corner with one in the middle.
 const BESIDE: [usize; 3] = [2, 8, 26];
 /// Messages of a step to each of these: places, and what goes with them.
@@ -100,17 +107,29 @@ fn in_dimension<const D: usize>(
     refuse_few(particles, ranks)?;
     let prepared = Prepared::<D>::new(scene, formats, (raw, &units), particles)?;
     let target = prepared.target();
-    let plan = Plan::new(scene, &target, prepared.source.radial.is_some(), &Held::Not);
-    let steps = if plan.stages.contains(&WVT) { plan.wvt_iterations } else { 0 };
+    let plan = Plan::among(scene, &target, prepared.source.radial.is_some(), &Held::Not, ranks);
     let neighbors = scene.kernel_neighbors(D);
     let own = particles.div_ceil(ranks);
     let seen = seen_of_others::<D>(own, particles, neighbors);
     let slowness = slowness::<D>(scene.kernel(), neighbors);
     let cost = Cost { kernel_neighbors: neighbors, slowness, target: duration::of_target(&target) };
-    let sums = duration::expected(&plan, scene, own, &cost, threads);
-    let sums = duration::total(&sums) / steps.max(1) as f64;
-    let (messages, bytes) = sent::<D>(ranks, seen);
-    let of_messages = messages as f64 * LATENCY + bytes / BANDWIDTH;
+    let stage = |expected: &Expected| {
+        let (steps, totals) = match expected.step == SOLVER.name {
+            true => (plan.evaluations, TOTALS_OF_SOLVER),
+            false => (plan.wvt_iterations, TOTALS),
+        };
+        let (messages, bytes) = sent::<D>(ranks, seen, totals);
+        let of_messages = messages as f64 * LATENCY + bytes / BANDWIDTH;
+        StageForecast {
+            stage: expected.step,
+            steps,
+            seconds_of_a_step: expected.seconds / steps.max(1) as f64 + of_messages,
+            seconds_of_messages: of_messages,
+            messages_of_a_step: messages,
+            bytes_of_a_step: bytes,
+        }
+    };
+    let stages = duration::expected(&plan, scene, own, &cost, threads).iter().map(stage).collect();
     let file =
         particles as f64 * bytes_of_a_row::<D>(scene, prepared.source.carried.iter().map(|f| f.info().components));
     Ok(RankForecast {
@@ -121,13 +140,8 @@ fn in_dimension<const D: usize>(
         threads,
         particles_of_a_rank: own,
         seen_of_others: seen,
-        memory: memory::needed_by_rank(own) + OF_ANOTHER * GIVEN * seen as f64,
-        steps,
-        seconds_of_a_step: sums + of_messages,
-        seconds_of_messages: of_messages,
-        seconds: steps as f64 * (sums + of_messages),
-        messages_of_a_step: messages,
-        bytes_of_a_step: bytes,
+        memory: memory::needed_by_rank(own, &plan.stages) + OF_ANOTHER * GIVEN * seen as f64,
+        stages,
         file,
         seconds_to_write: file / WRITER,
         assumptions: vec![
@@ -148,9 +162,9 @@ fn seen_of_others<const D: usize>(own: usize, all: usize, neighbors: f64) -> usi
 }
 
 /// Messages and bytes that a rank sends in a step.
-fn sent<const D: usize>(ranks: usize, seen: usize) -> (usize, f64) {
+fn sent<const D: usize>(ranks: usize, seen: usize, totals: usize) -> (usize, f64) {
     let others = ranks - 1;
-    let messages = TOTALS * ranks.next_power_of_two().ilog2() as usize + SWAPS * others.min(BESIDE[D - 1]);
+    let messages = totals * ranks.next_power_of_two().ilog2() as usize + SWAPS * others.min(BESIDE[D - 1]);
     let boxes = BOXES * (2 * D + OF_A_BOX) as f64 * others as f64;
     let given = GIVEN * seen as f64 * (D + 2) as f64;
     (messages, 8.0 * (boxes + given * f64::from(u8::from(others > 0))))
@@ -192,15 +206,19 @@ impl RankForecast {
             gib(self.memory),
             gib(self.memory) * self.ranks as f64
         )?;
-        writeln!(
-            out,
-            "  a step of WVT    {:.3} s, {:.3} s of it for {} messages of {:.3} MiB together from each rank",
-            self.seconds_of_a_step,
-            self.seconds_of_messages,
-            self.messages_of_a_step,
-            1024.0 * gib(self.bytes_of_a_step)
-        )?;
-        writeln!(out, "  all steps        {} at most: {}", self.steps, rounded(self.seconds))?;
+        for stage in &self.stages {
+            let (title, step) = if stage.stage == SOLVER.name { ("solver", "evaluation") } else { ("WVT", "step") };
+            writeln!(
+                out,
+                "  {title:<16} {:.3} s for each {step}, {:.3} s of it for {} messages of {:.3} MiB together from each rank; {} at most: {}",
+                stage.seconds_of_a_step,
+                stage.seconds_of_messages,
+                stage.messages_of_a_step,
+                1024.0 * gib(stage.bytes_of_a_step),
+                stage.steps,
+                rounded(stage.steps as f64 * stage.seconds_of_a_step)
+            )?;
+        }
         writeln!(
             out,
             "  file             {:.2} GiB before it is compressed, written by the first rank in {}",

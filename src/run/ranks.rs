@@ -1,5 +1,5 @@
-//! A scene placed over several ranks: each seeds a part by mass bisection, keeps it through WVT with what the others have near
-//! by, and measures it with them; the first rank writes one file, for which it fetches rows from the others.
+//! A scene placed over several ranks: each seeds a part by mass bisection, keeps it through WVT and the density solver with what the others
+//! have near by, and measures it with them; the first rank writes one file, for which it fetches rows from the others.
 //!
 //! Seeds are the same for any number of ranks, to the bit. What follows differs by rounding, since sums go over trees of other
 //! particles; for one number of ranks it is the same for any number of threads, processes or threads in the place of ranks.
@@ -19,16 +19,18 @@ use crate::codes::TargetCode;
 use crate::error::{Error, Result};
 use crate::input::internal_units::Prepared;
 use crate::input::units::RunUnits;
-use crate::metrics::Outcome;
+use crate::metrics::{Outcome, Quality};
 use crate::output::frame::{Factors, output_units};
 use crate::output::origin;
 use crate::output::particle_file::{Made, Making, RawColumns, particle_file};
-use crate::relaxation::{self, Bias, Control, Event, OnRanks, Particles, StageReport, Step, StopReason, WVT, Wvt};
+use crate::relaxation::{
+    Bias, Control, DensitySolver, Event, JudgeAmong, OnRanks, SOLVER, StageReport, Step, StopReason, WVT, Wvt,
+};
 use crate::scene::{DEFAULT_PARTICLES, OnInterrupt, Order, Polish, Scene};
 use crate::seeding::{Seeding, seed_block};
 use crate::target::{Positions, Target};
 use sph::domain::Wall;
-use sph::exchange::Exchange;
+use sph::exchange::{Exchange, Traffic};
 use sph_formats::common::particle_names as names;
 use sph_formats::stream::Part;
 use sph_formats::{FormatError, FormatSpec, ParticleFile, WriteOptions, write_stream};
@@ -95,10 +97,11 @@ pub(super) fn refuse(scene: &Scene) -> Result<()> {
         }
     }
     match scene.polish {
-        None | Some(Polish::None) => {}
-        Some(_) => return lacks("polish", undone),
+        None | Some(Polish::None | Polish::Solver) => {}
+        Some(_) => return lacks("polish", "other than the density solver is not done"),
     }
     let asked = [
+        (scene.aims_at_the_smoothed(), "solver.aim: mass"),
         (scene.order == Some(Order::Crystal), "order: crystal"),
         (scene.wvt.bias == Bias::Plain, "wvt.bias: plain"),
         (scene.balance.is_some(), "balance"),
@@ -126,9 +129,9 @@ pub(super) fn refuse_few(particles: usize, ranks: usize) -> Result<()> {
     Ok(())
 }
 
-/// The scene with what several ranks do alone: seeds by mass bisection, and WVT.
+/// The scene with what several ranks do alone: seeds by mass bisection.
 pub(super) fn reduced(scene: &Scene) -> Scene {
-    Scene { seeding: Some(Seeding::MassBisection), polish: Some(Polish::None), ..scene.clone() }
+    Scene { seeding: Some(Seeding::MassBisection), ..scene.clone() }
 }
 
 /// What is tried before the work, on every rank.
@@ -157,9 +160,11 @@ fn begin<'f>(scene: &Scene, formats: &'f [FormatSpec]) -> Result<(Read, &'f Form
 }
 
 /// What is left out because there are ranks, where the scene leaves it open.
-const NOT_DONE: [(&str, &str); 3] = [
-    ("density solver", "it is not done over several ranks"),
-    ("acceptance of what WVT makes", "it is not done over several ranks: the state with the least epsilon is taken"),
+const NOT_DONE: [(&str, &str); 2] = [
+    (
+        "the smoothed target as the solver's aim",
+        "it is not looked for over several ranks: where the target is sharper than sums can follow, particles stay where WVT puts them",
+    ),
     ("parts of the force noise", "they are not measured over several ranks"),
 ];
 
@@ -187,7 +192,7 @@ struct Run<'a> {
     warnings: Vec<String>,
 }
 
-/// What WVT came to, or the seeds.
+/// What the stages came to, or the seeds.
 struct Placed<const D: usize> {
     positions: Positions<D>,
     stages: Vec<StageReport>,
@@ -216,13 +221,13 @@ impl<'a> Run<'a> {
         let target = prepared.target().with_regions(regions.as_ref());
         self.lap(Step::Interpolate, lap, None);
         let held = Held::Unsure("it is not done over several ranks".into());
-        let mut plan = Plan::new(scene, &target, prepared.source.radial.is_some(), &held);
-        plan.left_out.retain(|left| left.what != "polish");
+        let is_radial = prepared.source.radial.is_some();
+        let mut plan = Plan::among(scene, &target, is_radial, &held, exchange.ranks());
         NOT_DONE.iter().for_each(|(what, why)| plan.drop(*what, *why));
         if regions.is_some() {
             plan.drop(
                 "relaxation of each region by itself",
-                "it is not done over several ranks: WVT goes over all of them",
+                "it is not done over several ranks: stages go over all of them",
             );
         }
         let here = (exchange.on_this_machine(), exchange.ranks());
@@ -271,32 +276,70 @@ impl<'a> Run<'a> {
         let positions = agreed(exchange, seed_block(target, self.scene.seed, own))?;
         self.lap(Step::Seed, lap, None);
         self.check()?;
-        if !plan.stages.contains(&WVT) {
-            return Ok(Placed { positions, stages: Vec::new(), stop: StopReason::NotNeeded });
+        self.relax(target, plan, positions)
+    }
+
+    /// Runs the stages of the plan.
+    fn relax<const D: usize>(
+        &mut self,
+        target: &Target<'_, D>,
+        plan: &Plan,
+        mut positions: Positions<D>,
+    ) -> Result<Placed<D>> {
+        let (exchange, scene, control) = (self.exchange, self.scene, self.control);
+        let setting = Setting::new(scene, *target, None, control);
+        let (kernel, neighbors) = (scene.kernel(), scene.kernel_neighbors(D));
+        let measure = |x: &Positions<D>| {
+            let masses = equal_masses(target, x);
+            Quality::among(exchange, kernel, (target, setting.ledger()), (x, Some(&masses)), neighbors)
+        };
+        let mut judge = JudgeAmong::new(exchange, *target, &measure);
+        let mut stages: Vec<StageReport> = Vec::new();
+        for &name in &plan.stages {
+            if stages.iter().any(|s| s.stop.is_cut()) || name == SOLVER && met(&stages) {
+                continue;
+            }
+            let lap = Instant::now();
+            let (relaxed, sent) = match name {
+                WVT => {
+                    let wvt = Wvt { kernel, target: *target, options: setting.wvt(plan) };
+                    judge.relax(&OnRanks { stage: wvt, exchange }, positions, control)
+                }
+                SOLVER => {
+                    let solver = DensitySolver::<D>::new(kernel, *target, setting.solver(plan));
+                    judge.relax(&OnRanks { stage: solver, exchange }, positions, control)
+                }
+                _ => continue,
+            };
+            self.note_traffic(relaxed.report(), sent);
+            self.lap(Step::Relax(name), lap, relaxed.report().epsilon());
+            self.notes.extend(relaxed.notes);
+            stages.extend(relaxed.reports);
+            positions = relaxed.particles.positions;
         }
-        let lap = Instant::now();
-        self.control.tell(Event::Begin(Step::Relax(WVT)));
-        let setting = Setting::new(self.scene, *target, None, self.control);
-        let wvt = Wvt { kernel: self.scene.kernel(), target: *target, options: setting.wvt(plan) };
-        let before = exchange.traffic();
-        let relaxed = relaxation::relax_new(&OnRanks { wvt, exchange }, positions, self.control);
-        let sent = exchange.traffic();
-        let report = relaxed.report();
-        let (stop, epsilon, steps) = (report.stop, report.epsilon(), report.history.len().max(1) as f64);
-        if !exchange.is_alone() {
-            let each = |after: u64, before: u64| exchange.max((after - before) as f64 / steps);
-            self.notes.push(format!(
-                "in each step of WVT the busiest rank sent {:.0} messages and {:.0} bytes to others",
-                each(sent.messages, before.messages),
-                each(sent.bytes, before.bytes)
-            ));
-        }
-        self.lap(Step::Relax(WVT), lap, epsilon);
-        if stop == StopReason::Interrupted && self.scene.output.on_interrupt == OnInterrupt::Discard {
+        let cut = stages.iter().find(|s| s.stop.is_cut()).or(stages.last());
+        let stop = cut.map_or(StopReason::NotNeeded, |s| s.stop);
+        if stop == StopReason::Interrupted && scene.output.on_interrupt == OnInterrupt::Discard {
             return Err(Error::Interrupted);
         }
-        let Particles { positions, .. } = relaxed.particles;
-        Ok(Placed { positions, stages: relaxed.reports, stop })
+        Ok(Placed { positions, stages, stop })
+    }
+
+    /// Of what this rank has sent in a stage, what the busiest has in each step; those of the solver are its evaluations.
+    fn note_traffic(&mut self, report: &StageReport, sent: Traffic) {
+        let exchange = self.exchange;
+        let evaluations = report.history.last().map_or(0, |last| last.iteration);
+        let steps = if report.stage == SOLVER { evaluations } else { report.history.len() };
+        if exchange.is_alone() || steps == 0 {
+            return;
+        }
+        let each = |sent: u64| exchange.max(sent as f64 / steps as f64);
+        self.notes.push(format!(
+            "in each {} the busiest rank sent {:.0} messages and {:.0} bytes to others",
+            if report.stage == SOLVER { "evaluation of the density solver" } else { "step of WVT" },
+            each(sent.messages),
+            each(sent.bytes)
+        ));
     }
 
     /// Measures, and makes this rank's part of the file.
@@ -311,8 +354,7 @@ impl<'a> Run<'a> {
         self.control.tell(Event::Begin(Step::Measure));
         let (kernel, neighbors) = (scene.kernel(), scene.kernel_neighbors(D));
         let Placed { positions, stages, stop } = placed;
-        // All have the same; the target's own are of all particles.
-        let masses = vec![target.mass / target.count as f64; positions[0].len()];
+        let masses = equal_masses(&target, &positions);
         let asked = masses.clone();
         let setting = Setting::new(scene, target, None, self.control);
         let outcome =
@@ -404,6 +446,16 @@ impl<'a> Run<'a> {
         report.verdict = verdict_on(&report);
         Ok((file, report))
     }
+}
+
+/// Masses of this rank's particles: all have the same, and the target's own are of all particles.
+fn equal_masses<const D: usize>(target: &Target<'_, D>, positions: &Positions<D>) -> Vec<f64> {
+    vec![target.mass / target.count as f64; positions[0].len()]
+}
+
+/// Whether WVT has met what the density solver is for.
+fn met(stages: &[StageReport]) -> bool {
+    stages.last().is_some_and(|s| s.stage == WVT && s.stop == StopReason::ToleranceReached)
 }
 
 /// Writes the particles of all ranks from the first; returns what there is to note.

@@ -333,7 +333,7 @@ impl<'a, const D: usize> Setting<'a, D> {
         }
     }
 
-    fn solver(&self, plan: &Plan) -> SolverOptions {
+    pub(super) fn solver(&self, plan: &Plan) -> SolverOptions {
         let (scene, default) = (self.scene, SolverOptions::new(D));
         // A code sees forces: what it starts from without a balance should have the least noise in them.
         let for_code = (scene.target_code.is_some() && plan.balance == 0).then_some(1.0);

@@ -11,6 +11,10 @@ use crate::exchange::Exchange;
 
 /// Boxes by which a rank tells where its particles are, about.
 const BOXES: usize = 64;
+/// Slices of a periodic axis that are looked at for whether any particle of a box is in them, and the share of the axis from which on a
+/// box may have some that are empty.
+const SLICES: usize = 16;
+const WIDE: f64 = 2.0 / SLICES as f64;
 /// A little farther than exact, so that rounding loses no neighbor.
 const SLACK: f64 = 1.0 + 1e-6;
 
@@ -30,6 +34,15 @@ impl<const D: usize> Sight<D> {
     fn unpacked(numbers: &[f64]) -> Vec<Self> {
         let one = |n: &[f64]| Self { lo: crate::array(|k| n[k]), hi: crate::array(|k| n[D + k]), reach: n[2 * D] };
         numbers.chunks_exact(2 * D + 1).map(one).collect()
+    }
+
+    /// A box that holds both.
+    fn with(&self, other: &Self) -> Self {
+        Self {
+            lo: crate::array(|k| self.lo[k].min(other.lo[k])),
+            hi: crate::array(|k| self.hi[k].max(other.hi[k])),
+            reach: self.reach.max(other.reach),
+        }
     }
 
     /// Whether anything between `lo` and `hi` is seen, which itself may see `own` far.
@@ -52,8 +65,9 @@ impl<const D: usize> Sight<D> {
 }
 
 impl<const D: usize> Tree<D> {
-    /// Boxes that hold all particles, with the largest of their `support`, in tree order.
-    fn sights(&self, support: &[f64]) -> Vec<Sight<D>> {
+    /// Boxes that hold all particles, with the largest of their `support`, in tree order. Particles that have come through a periodic face
+    /// are in boxes of their own: one box with those that have not would hold all that is between them.
+    fn sights(&self, domain: &Domain<D>, support: &[f64]) -> Vec<Sight<D>> {
         let maxima = self.node_maxima(support);
         let share = self.len().div_ceil(BOXES);
         let mut sights = Vec::new();
@@ -62,13 +76,50 @@ impl<const D: usize> Tree<D> {
             let node = &self.nodes[at];
             let is_leaf = node.skip as usize == at + 1;
             if is_leaf || node.count as usize <= share {
-                sights.push(Sight { lo: node.lo, hi: node.hi, reach: maxima[at] });
+                let whole = Sight { lo: node.lo, hi: node.hi, reach: maxima[at] };
+                let wide = |k: usize| whole.hi[k] - whole.lo[k] > WIDE * (domain.hi[k] - domain.lo[k]);
+                match (0..D).any(|k| matches!(domain.axes[k], Axis::Periodic) && wide(k)) {
+                    true => sights.extend(self.parted(domain, node.places(), support)),
+                    false => sights.push(whole),
+                }
                 at = node.skip as usize;
             } else {
                 at += 1;
             }
         }
         sights
+    }
+
+    /// Boxes of the particles at these places, in groups between which slices of the domain are empty along the periodic axes.
+    fn parted(&self, domain: &Domain<D>, places: std::ops::Range<usize>, support: &[f64]) -> Vec<Sight<D>> {
+        let mut groups = vec![places.collect::<Vec<usize>>()];
+        for k in (0..D).filter(|k| matches!(domain.axes[*k], Axis::Periodic)) {
+            groups = groups.into_iter().flat_map(|group| self.between_empty_slices(domain, k, group)).collect();
+        }
+        let of = |i: usize| Sight { lo: self.position(i), hi: self.position(i), reach: support[i] };
+        let hull = |group: &Vec<usize>| group.iter().map(|i| of(*i)).reduce(|all, one| all.with(&one));
+        groups.iter().filter_map(hull).collect()
+    }
+
+    /// Particles in the groups that empty slices across axis `k` leave.
+    fn between_empty_slices(&self, domain: &Domain<D>, k: usize, group: Vec<usize>) -> Vec<Vec<usize>> {
+        let per_length = SLICES as f64 / (domain.hi[k] - domain.lo[k]);
+        let slice = |i: usize| (((self.position(i)[k] - domain.lo[k]) * per_length) as usize).min(SLICES - 1);
+        let mut is_filled = [false; SLICES];
+        group.iter().for_each(|i| is_filled[slice(*i)] = true);
+        let begins = |s: usize| is_filled[s] && (s == 0 || !is_filled[s - 1]);
+        // How many runs of filled slices begin up to each.
+        let mut count = 0;
+        let run: [usize; SLICES] = std::array::from_fn(|s| {
+            count += usize::from(begins(s));
+            count
+        });
+        if count < 2 {
+            return vec![group];
+        }
+        let mut runs = vec![Vec::new(); count];
+        group.into_iter().for_each(|i| runs[run[slice(i)] - 1].push(i));
+        runs
     }
 
     /// Tree positions of particles that any of `sights` sees, or that see any of them by their `own` radii, if given.
@@ -129,7 +180,8 @@ impl<const D: usize> Halo<D> {
         ghosts: Option<&Tree<D>>,
         sees: Sees,
     ) -> Self {
-        let sights: Vec<f64> = tree.sights(support).iter().flat_map(|s| s.packed().collect::<Vec<_>>()).collect();
+        let sights: Vec<f64> =
+            tree.sights(domain, support).iter().flat_map(|s| s.packed().collect::<Vec<_>>()).collect();
         let others: Vec<Vec<Sight<D>>> = exchange.all(&sights).iter().map(|n| Sight::unpacked(n)).collect();
         let own = if sees == Sees::Either { support } else { &[] };
         let given: Vec<[Vec<u32>; 2]> = crate::parallel::tasks(others.len(), |rank| {

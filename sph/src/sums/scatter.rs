@@ -51,6 +51,7 @@ impl<const D: usize> Default for Vector<D> {
 }
 
 /// Particles that act on others with a strength A_b at their own support radius; all in tree order.
+#[derive(Debug, Clone, Copy)]
 pub struct Actors<'a, const D: usize> {
     pub tree: &'a Tree<D>,
     pub support: &'a [f64],
