@@ -9,10 +9,10 @@ use sph::domain::{Axis, Domain, Wall};
 use sph::geometry::distance;
 use sph_formats::common::particle_names as names;
 use sph_formats::{FORMATS, FieldRequest, FileContent, ParticleFile, ParticleStream, Values, read};
-use sph_prep::field::ScalarField;
+use sph_prep::field::{AnalyticField, ScalarField};
 use sph_prep::metrics::Measured;
 use sph_prep::run::replicate::Repeated;
-use sph_prep::seeding::{Seeding, blocks, seed, seed_block};
+use sph_prep::seeding::{Blockwise, Seeding, blocks, seed, seed_block};
 use sph_prep::target::{Target, at};
 use sph_prep::{Control, Scene, place};
 use std::path::Path;
@@ -81,6 +81,63 @@ fn seeds_of_blocks_are_those_of_the_whole_to_the_bit() {
     in_dimension::<1>();
     in_dimension::<2>();
     in_dimension::<3>();
+}
+
+/// Any blocks of shells are those of the whole, of one body and of two with a gap between them.
+fn shells_of_blocks_are_those_of_the_whole<const D: usize>() {
+    let ball = Domain::ball([0.0; D], 0.5, Wall::Open).unwrap();
+    let star = Density(|x: &[f64; D]| (1.0 - 4.0 * distance(x, &[0.0; D]).powi(2)).max(0.0));
+    let two = AnalyticField::<D>::new("density", "if(r < 0.2, 3, if(r > 0.3, 1, 0))", [0.0; D]).unwrap();
+    let one_body = target(&ball, &star, 2000);
+    let two_bodies = target(&ball, &two, 2000);
+    let regions = two_bodies.find_regions(None);
+    assert_eq!(regions.as_ref().map(|r| r.counts(2000).len()), Some(2));
+    for target in [one_body, two_bodies.with_regions(regions.as_ref())] {
+        let able = if D == 3 { &[Seeding::Shells, Seeding::EqualAreaShells][..] } else { &[Seeding::Shells] };
+        for &seeding in able {
+            let whole = seed(&target, seeding, 5).unwrap().positions;
+            let blocks = Blockwise::new(&target, seeding, 5).unwrap();
+            for size in [1, 7, 333, 1999, 2000] {
+                let mut first = 0;
+                while first < 2000 {
+                    let range = first..(first + size).min(2000);
+                    let own = blocks.positions(range.clone()).unwrap();
+                    let alike = (0..D).all(|k| own[k] == whole[k][range.clone()]);
+                    assert!(alike, "{D}-D, {seeding:?}: {range:?}");
+                    first = range.end;
+                }
+            }
+        }
+    }
+}
+
+#[test]
+fn shells_are_made_block_by_block() {
+    shells_of_blocks_are_those_of_the_whole::<2>();
+    shells_of_blocks_are_those_of_the_whole::<3>();
+}
+
+/// Files of parts are those of a run with the same seeding; what goes otherwise is refused.
+#[test]
+fn seeds_on_shells_are_written_in_parts() {
+    let folder = Folder::new();
+    let scene = folder.file("star.yaml", STAR).display().to_string();
+    let path = |name: &str| folder.path(name).display().to_string();
+    let common = ["-n", "3000", "--seeding", "equal-area-shells", "--to", "gadget"];
+    let seeds = ["seed", "--scene", &scene, "--out", &path("parts.h5"), "--files", "2"];
+    let whole = ["--scene", &scene, "--out", &path("whole.h5"), "--iterations", "0", "--polish", "none"];
+    for args in [&seeds[..], &whole[..]] {
+        let outcome = sph_prep(&[args, &common[..]].concat());
+        assert_eq!(outcome.code, Some(0), "{}", outcome.stderr);
+    }
+    let [parts, whole] = ["parts.h5", "whole.h5"].map(|name| positions::<3>(&particles(&folder.path(name))));
+    let key = |x: &[Vec<f64>; 3], i: usize| [x[0][i], x[1][i], x[2][i]].map(f64::to_bits);
+    let [mut a, mut b] = [&parts, &whole].map(|x| (0..3000).map(|i| key(x, i)).collect::<Vec<_>>());
+    a.sort_unstable();
+    b.sort_unstable();
+    assert!(a == b);
+    let outcome = sph_prep(&["seed", "--scene", &scene, "--out", &path("no.h5"), "--seeding", "glass"]);
+    assert!(outcome.code == Some(2) && outcome.stderr.contains("mass-bisection, shells"), "{}", outcome.stderr);
 }
 
 const STAR: &str = "input: {expression: 'max(1 - r*r, 0) + 0.01'}

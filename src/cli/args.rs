@@ -1,13 +1,14 @@
 //! Arguments, and how they override the scene.
 
+use super::choices::{boundary, kernel, on_interrupt, order, polish, seeding, staggering};
 use super::rank_args::{PlanArgs, ranks};
+use super::stream_args::{ReplicateArgs, SeedArgs};
 use crate::compare::DEFAULT;
 use crate::error::Result;
 use crate::scene::{Scene, parse_count, parse_mapping};
-use crate::seeding::{METHODS, Seeding};
+use crate::seeding::Seeding;
 use clap::{Parser, Subcommand};
 use sph::kernel::KernelName;
-use sph_formats::did_you_mean;
 use std::path::PathBuf;
 
 const EXAMPLES: &str = "\
@@ -228,65 +229,6 @@ pub struct ConvertArgs {
     pub compression: u8,
 }
 
-/// Where particles go that are made while they are written.
-#[derive(Debug, clap::Args)]
-pub struct StreamArgs {
-    /// Particle file to write.
-    #[arg(long = "out", value_name = "FILE", required_unless_present = "dry_run")]
-    pub output: Option<PathBuf>,
-    /// Flavor of the output, where the extension does not settle it.
-    #[arg(long, value_name = "NAME")]
-    pub to: Option<String>,
-    /// Write so many files: NAME.0.EXT and so on for GADGET and its kin, pieces of a .pvtu for VTK.
-    #[arg(long, value_name = "K", default_value_t = 1)]
-    pub files: usize,
-    /// Write file PART of --files alone, from 0, and leave the others to other processes.
-    #[arg(long, value_name = "PART", conflicts_with = "dry_run")]
-    pub part: Option<usize>,
-    /// Write f64 where the format's default is f32.
-    #[arg(long)]
-    pub double: bool,
-    /// Deflate level, 0 to 9.
-    #[arg(long, default_value_t = 4, value_parser = clap::value_parser!(u8).range(0..=9))]
-    pub compression: u8,
-    /// Make all particles, count them, sum their masses and hash their numbers, but write nothing.
-    #[arg(long)]
-    pub dry_run: bool,
-    /// Threads to use [default: all cores]. The result does not depend on it.
-    #[arg(long)]
-    pub threads: Option<usize>,
-}
-
-#[derive(Debug, clap::Args)]
-pub struct ReplicateArgs {
-    /// Particle file with a periodic box.
-    pub file: PathBuf,
-    /// How often the box is repeated along each axis.
-    #[arg(long, value_name = "NX,NY,NZ", value_delimiter = ',', required = true)]
-    pub times: Vec<usize>,
-    /// Scene whose target the copies are mapped to: a product of functions of x, y and z in a box, or a function of the
-    /// radius in a ball or shell.
-    #[arg(long, value_name = "FILE")]
-    pub scene: Option<PathBuf>,
-    /// Name of the box's format, where it cannot be told from the file.
-    #[arg(long)]
-    pub format: Option<String>,
-    #[command(flatten)]
-    pub stream: StreamArgs,
-}
-
-#[derive(Debug, clap::Args)]
-pub struct SeedArgs {
-    /// Scene file (YAML).
-    #[arg(long, value_name = "FILE")]
-    pub scene: PathBuf,
-    /// Number of particles, over the scene's; it may be more than one process can hold.
-    #[arg(short = 'n', long, value_name = "N", value_parser = parse_count)]
-    pub particles: Option<usize>,
-    #[command(flatten)]
-    pub stream: StreamArgs,
-}
-
 #[derive(Debug, clap::Args)]
 #[command(after_help = [COMPARE, COMPARE_FIGURES, COMPARE_EXAMPLE].concat())]
 pub struct CompareArgs {
@@ -441,7 +383,7 @@ pub struct RunArgs {
     #[arg(long, requires = "print_scene")]
     pub all: bool,
     /// Place over so many ranks, each with its part of the particles and of the threads, as over processes that mpirun starts:
-    /// seeds by mass bisection, and WVT.
+    /// seeds by mass bisection, WVT and the density solver.
     #[arg(long, value_name = "COUNT", value_parser = ranks, conflicts_with = "dry_run")]
     pub ranks: Option<usize>,
     /// Threads to use [default: all cores]. The result does not depend on it.
@@ -461,57 +403,6 @@ fn count(text: &str) -> std::result::Result<usize, String> {
         value if value >= 1 && value <= u32::MAX as usize => Ok(value),
         _ => Err(format!("expected a whole number from 1 to {}", u32::MAX)),
     }
-}
-
-/// One of several words, as the scene has them.
-fn choice<T: Copy>(text: &str, known: &[(&str, T)]) -> std::result::Result<T, String> {
-    known.iter().find(|(name, _)| *name == text).map(|(_, value)| *value).ok_or_else(|| {
-        let names = || known.iter().map(|(name, _)| *name);
-        format!("expected {}{}", names().collect::<Vec<_>>().join(", "), did_you_mean(text, names()))
-    })
-}
-
-fn kernel(text: &str) -> std::result::Result<KernelName, String> {
-    choice(text, &KernelName::ALL.map(|kernel| (kernel.name(), kernel)))
-}
-
-fn seeding(text: &str) -> std::result::Result<Seeding, String> {
-    Seeding::by_name(text)
-        .map_or_else(|| choice(text, &METHODS.iter().map(|m| (m.name, m.seeding)).collect::<Vec<_>>()), Ok)
-}
-
-fn order(text: &str) -> std::result::Result<crate::scene::Order, String> {
-    use crate::scene::Order::{Crystal, Isotropic};
-    choice(text, &[("crystal", Crystal), ("isotropic", Isotropic)])
-}
-
-fn boundary(text: &str) -> std::result::Result<crate::scene::BoundaryName, String> {
-    use crate::scene::BoundaryName::{Open, Periodic, Reflecting};
-    choice(text, &[("periodic", Periodic), ("reflecting", Reflecting), ("open", Open)])
-}
-
-fn staggering(text: &str) -> std::result::Result<crate::scene::StaggeringName, String> {
-    use crate::scene::StaggeringName::{Auto, Centers, InnerFaces, Nodes, OuterFaces};
-    let known = [
-        ("nodes", Nodes),
-        ("outer-faces", OuterFaces),
-        ("inner-faces", InnerFaces),
-        ("centers", Centers),
-        ("auto", Auto),
-    ];
-    choice(text, &known)
-}
-
-fn polish(text: &str) -> std::result::Result<crate::scene::Polish, String> {
-    use crate::scene::Polish::{Afc, Alaric, DampedRelaxation, None, Solver};
-    let known =
-        [("solver", Solver), ("alaric", Alaric), ("damped-relaxation", DampedRelaxation), ("afc", Afc), ("none", None)];
-    choice(text, &known)
-}
-
-fn on_interrupt(text: &str) -> std::result::Result<crate::scene::OnInterrupt, String> {
-    use crate::scene::OnInterrupt::{Discard, Write};
-    choice(text, &[("discard", Discard), ("write", Write)])
 }
 
 impl RunArgs {

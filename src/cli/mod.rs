@@ -5,6 +5,7 @@
 
 mod args;
 mod check;
+mod choices;
 mod compare;
 mod convert;
 mod exit;
@@ -21,6 +22,7 @@ mod rank_args;
 mod ranks;
 #[cfg(feature = "plots")]
 mod sketch;
+mod stream_args;
 mod streams;
 mod terminal;
 mod written;

@@ -1,7 +1,7 @@
 //! `sph-prep replicate` and `sph-prep seed`: particles that are made while they are written.
 
-use super::args::{ReplicateArgs, SeedArgs, StreamArgs};
 use super::progress::Progress;
+use super::stream_args::{ReplicateArgs, SeedArgs, StreamArgs};
 use crate::error::{Error, Result};
 use crate::run::replicate::{Repeated, mapped};
 use crate::run::seeds::seeds;
@@ -51,6 +51,7 @@ pub fn seed(formats: &[FormatSpec], args: &SeedArgs) -> Result<String> {
     let format = output_format(formats, &args.stream)?;
     let mut scene = Scene::load(&args.scene)?;
     scene.particles = args.particles.or(scene.particles);
+    scene.seeding = args.seeding.or(scene.seeding);
     if scene.particles == Some(0) {
         return Err(Error::scene("particles", "is 0, expected at least 1"));
     }

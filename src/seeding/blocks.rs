@@ -1,11 +1,13 @@
 //! Blocks of particles that are seeded each by itself: in several processes, or one after the other.
 //!
 //! Mass bisection numbers particles along its cuts, so that particles of successive numbers lie together, and places each
-//! from the target alone. A block is a range of numbers; its seeds are to the bit those of a whole run, whatever the other
-//! blocks are.
+//! from the target alone; so do shells, which number theirs from the inside out. A block is a range of numbers; its seeds are to the
+//! bit those of a whole run, whatever the other blocks are.
 
 use super::bisection;
-use crate::error::Result;
+use super::name::Seeding;
+use super::shells::{Covering, Shells};
+use crate::error::{Error, Result};
 use crate::target::{Positions, Selected, Target};
 use std::ops::Range;
 
@@ -34,6 +36,56 @@ pub fn blocks<const D: usize>(target: &Target<'_, D>, count: usize) -> Result<Ve
         Ok(Block { particles, boxes })
     };
     (0..count).map(block).collect()
+}
+
+/// Seeds of which any block can be made without the rest.
+pub struct Blockwise<'a, const D: usize> {
+    target: &'a Target<'a, D>,
+    seed: u64,
+    /// Of each region with the number of its first particle; none where seeds are by mass bisection.
+    shells: Option<Vec<(usize, Shells<D>)>>,
+}
+
+impl<'a, const D: usize> Blockwise<'a, D> {
+    /// # Errors
+    /// Other seedings than by mass bisection and on shells, and those of [`seed`](super::seed).
+    pub fn new(target: &'a Target<'a, D>, seeding: Seeding, seed: u64) -> Result<Self> {
+        let method = seeding.method();
+        let covering = match seeding {
+            Seeding::MassBisection => return Ok(Self { target, seed, shells: None }),
+            Seeding::Shells => Covering::Spiral,
+            Seeding::EqualAreaShells => Covering::EqualArea,
+            _ => {
+                let able = [Seeding::MassBisection, Seeding::Shells, Seeding::EqualAreaShells].map(|s| s.method().name);
+                let problem = format!("is {}, which does not go block by block; use {}", method.name, able.join(", "));
+                return Err(Error::scene("seeding", problem));
+            }
+        };
+        method.check_dimension(D)?;
+        let (mut shells, mut first) = (Vec::new(), 0);
+        each_region(target, &(0..target.count), |region, own| {
+            shells.push((first, Shells::new(region, covering, method, seed)?));
+            first += own.len();
+            Ok(())
+        })?;
+        Ok(Self { target, seed, shells: Some(shells) })
+    }
+
+    /// The positions of some particles.
+    ///
+    /// # Errors
+    /// A target without mass in its domain.
+    pub fn positions(&self, particles: Range<usize>) -> Result<Positions<D>> {
+        let Some(shells) = &self.shells else { return seed_block(self.target, self.seed, particles) };
+        let mut all: Positions<D> = std::array::from_fn(|_| Vec::with_capacity(particles.len()));
+        for (i, (first, own)) in shells.iter().enumerate() {
+            let end = shells.get(i + 1).map_or(self.target.count, |(next, _)| *next);
+            let clamp = |i: usize| i.clamp(*first, end) - first;
+            let part = own.positions(clamp(particles.start)..clamp(particles.end));
+            all.iter_mut().zip(part).for_each(|(all, one)| all.extend(one));
+        }
+        Ok(all)
+    }
 }
 
 /// The seeds of some particles by mass bisection.

@@ -22,7 +22,7 @@ mod sublattice;
 mod sublattice_search;
 mod symmetry;
 
-pub use blocks::{Block, blocks, seed_block};
+pub use blocks::{Block, Blockwise, blocks, seed_block};
 pub use methods::{METHODS, Method, Targets};
 pub use name::Seeding;
 pub use place::seed;

@@ -6,7 +6,7 @@ use super::methods::{self, Method};
 use super::name::Seeding;
 use super::quaquaversal::Quaquaversal;
 use super::seeded::Seeded;
-use super::shells::{self, Covering};
+use super::shells::{Covering, Shells};
 use super::symmetry::{self, Symmetry};
 use super::{bisection, low_discrepancy, pattern, random, stretch};
 use crate::error::{Error, Result};
@@ -52,7 +52,7 @@ fn in_one<const D: usize>(target: &Target<'_, D>, seeding: Seeding, seed: u64) -
         stretch::place_lattice(target, &symmetry, kind)
     };
     let a_glass = |repulsion| glass::place(target, &symmetry::detect(target, method.name)?, repulsion, seed);
-    let on_shells = |covering: Covering| shells::place(target, covering, method, seed);
+    let on_shells = |covering: Covering| Ok::<_, Error>(Shells::new(target, covering, method, seed)?.seeded());
     Ok(match seeding {
         Seeding::MassBisection => bisection::place(target, seed)?.into(),
         Seeding::Random => random::place(target, seed)?.into(),

@@ -22,11 +22,12 @@ use super::seeded::{Seeded, to_positions};
 use super::symmetry::{self, spherical_mean};
 use crate::error::{Error, Result};
 use crate::random::{Purpose, keyed};
-use crate::target::Target;
+use crate::target::{Positions, Target};
 use rand::RngExt;
 use sph::domain::Region;
 use sph::parallel;
 use std::f64::consts::{PI, TAU};
+use std::ops::Range;
 
 /// How points lie on a sphere.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -42,44 +43,69 @@ struct Shell {
     count: usize,
 }
 
-pub(super) fn place<const D: usize>(
-    target: &Target<'_, D>,
+/// The particles of a radial target on shells, counted from the inside out: any of them without the rest.
+pub(super) struct Shells<const D: usize> {
+    center: [f64; D],
     covering: Covering,
-    method: &Method,
     seed: u64,
-) -> Result<Seeded<D>> {
-    let Region::Ball { center, inner_radius, radius, .. } = &target.domain.region else {
-        let others = methods::for_any_target(method.name);
-        return Err(Error::scene(
-            "seeding",
-            format!("'{}' needs a ball or spherical shell for its domain, found another; use {others}", method.name),
-        ));
-    };
-    // In a ball of two or three dimensions all that is found is radial or uniform.
-    symmetry::detect(target, method.name)?;
-    let density = |r: f64| spherical_mean(target, center, r);
-    let mass = Cumulative::new(|r| r.powi(D as i32 - 1) * density(r), *inner_radius, *radius);
-    let seen = Cumulative::new(|r| r.powf(0.5 * (D as f64 - 1.0)) * density(r), *inner_radius, *radius);
-    // Of the shell with particles `first` to `end`, counted from the inside out.
-    let shell_radius = |first: usize, end: usize| {
-        let inside = |n: usize| mass.inverse(n as f64 / target.count as f64);
-        let (inner, outer) = (inside(first), inside(end));
-        let share = (mass.at(outer) - mass.at(inner)) / (seen.at(outer) - seen.at(inner));
-        let radius = share.powf(2.0 / (D as f64 - 1.0));
-        if radius >= inner && radius <= outer { radius } else { 0.5 * (inner + outer) }
-    };
-    let layers = Cumulative::new(|r| density(r).powf(1.0 / D as f64), *inner_radius, *radius);
-    let hollow = *inner_radius > 0.0 || !target.admits(center);
-    let shells = shells(target.count, hollow, *radius, &mass, &layers, &shell_radius);
-    let number = shells.len();
-    let points = parallel::tasks(number, |s| {
-        let mut points = directions::<D>(shells[s].count, covering, seed, s as u64);
-        points.iter_mut().for_each(|u| *u = sph::array(|k| center[k] + shells[s].radius * u[k]));
-        points
-    })
-    .concat();
-    let notes = vec![format!("{} particles on {number} shells", target.count)];
-    Ok(Seeded { positions: to_positions(&points), notes })
+    shells: Vec<Shell>,
+}
+
+impl<const D: usize> Shells<D> {
+    /// # Errors
+    /// A domain that is no ball, and a target that is not radial.
+    pub fn new(target: &Target<'_, D>, covering: Covering, method: &Method, seed: u64) -> Result<Self> {
+        let Region::Ball { center, inner_radius, radius, .. } = &target.domain.region else {
+            let others = methods::for_any_target(method.name);
+            return Err(Error::scene(
+                "seeding",
+                format!(
+                    "'{}' needs a ball or spherical shell for its domain, found another; use {others}",
+                    method.name
+                ),
+            ));
+        };
+        // In a ball of two or three dimensions all that is found is radial or uniform.
+        symmetry::detect(target, method.name)?;
+        let density = |r: f64| spherical_mean(target, center, r);
+        let mass = Cumulative::new(|r| r.powi(D as i32 - 1) * density(r), *inner_radius, *radius);
+        let seen = Cumulative::new(|r| r.powf(0.5 * (D as f64 - 1.0)) * density(r), *inner_radius, *radius);
+        // Of the shell with particles `first` to `end`.
+        let shell_radius = |first: usize, end: usize| {
+            let inside = |n: usize| mass.inverse(n as f64 / target.count as f64);
+            let (inner, outer) = (inside(first), inside(end));
+            let share = (mass.at(outer) - mass.at(inner)) / (seen.at(outer) - seen.at(inner));
+            let radius = share.powf(2.0 / (D as f64 - 1.0));
+            if radius >= inner && radius <= outer { radius } else { 0.5 * (inner + outer) }
+        };
+        let layers = Cumulative::new(|r| density(r).powf(1.0 / D as f64), *inner_radius, *radius);
+        let hollow = *inner_radius > 0.0 || !target.admits(center);
+        let shells = shells(target.count, hollow, *radius, &mass, &layers, &shell_radius);
+        Ok(Self { center: *center, covering, seed, shells })
+    }
+
+    pub fn seeded(&self) -> Seeded<D> {
+        let count = self.shells.last().map_or(0, |s| s.first + s.count);
+        let notes = vec![format!("{count} particles on {} shells", self.shells.len())];
+        Seeded { positions: self.positions(0..count), notes }
+    }
+
+    /// Particles by their numbers.
+    pub fn positions(&self, particles: Range<usize>) -> Positions<D> {
+        let mut all: Positions<D> = std::array::from_fn(|_| Vec::with_capacity(particles.len()));
+        let inner = self.shells.partition_point(|s| s.first + s.count <= particles.start);
+        for (s, shell) in self.shells.iter().enumerate().skip(inner).take_while(|(_, s)| s.first < particles.end) {
+            let clamp = |i: usize| i.clamp(shell.first, shell.first + shell.count) - shell.first;
+            let (start, end) = (clamp(particles.start), clamp(particles.end));
+            let direction = Directions::<D>::new(shell.count, self.covering, self.seed, s as u64);
+            let points = parallel::map(end - start, |i| {
+                let u = direction.at(start + i);
+                sph::array(|k| self.center[k] + shell.radius * u[k])
+            });
+            all.iter_mut().zip(to_positions::<D>(&points)).for_each(|(all, one)| all.extend(one));
+        }
+        all
+    }
 }
 
 /// Shells from the inside out. `layers` counts spacings along the radius. No particle may be at the center of a
@@ -112,23 +138,31 @@ fn shells(
 }
 
 /// Unit vectors of one shell, rotated at random.
-fn directions<const D: usize>(count: usize, covering: Covering, seed: u64, shell: u64) -> Vec<[f64; D]> {
-    let mut rng = keyed(seed, Purpose::ShellRotation, shell);
-    let turn = TAU * rng.random::<f64>();
-    if D < 3 {
-        return (0..count)
-            .map(|i| {
-                let (sin, cos) = (turn + TAU * i as f64 / count as f64).sin_cos();
-                sph::array(|k| [cos, sin][k])
-            })
-            .collect();
+struct Directions<const D: usize> {
+    count: usize,
+    turn: f64,
+    rotation: [[f64; 3]; 3],
+    /// None of a spiral.
+    collars: Option<Collars>,
+}
+
+impl<const D: usize> Directions<D> {
+    fn new(count: usize, covering: Covering, seed: u64, shell: u64) -> Self {
+        let mut rng = keyed(seed, Purpose::ShellRotation, shell);
+        let turn = TAU * rng.random::<f64>();
+        let rotation = random_rotation([rng.random(), rng.random(), rng.random()]);
+        let collars = (D == 3 && covering == Covering::EqualArea).then(|| Collars::new(count));
+        Self { count, turn, rotation, collars }
     }
-    let rotation = random_rotation([rng.random(), rng.random(), rng.random()]);
-    let points = match covering {
-        Covering::Spiral => spiral(count),
-        Covering::EqualArea => equal_area(count),
-    };
-    points.into_iter().map(|p| sph::array(|k| (0..3).map(|j| rotation[k][j] * p[j]).sum())).collect()
+
+    fn at(&self, i: usize) -> [f64; D] {
+        if D < 3 {
+            let (sin, cos) = (self.turn + TAU * i as f64 / self.count as f64).sin_cos();
+            return sph::array(|k| [cos, sin][k]);
+        }
+        let point = self.collars.as_ref().map_or_else(|| on_spiral(i, self.count), |collars| collars.point(i));
+        sph::array(|k| (0..3).map(|j| self.rotation[k][j] * point[j]).sum())
+    }
 }
 
 /// Uniform in the rotation group (Shoemake 1992): the quaternion from three uniform numbers.
@@ -149,39 +183,53 @@ fn on_sphere(z: f64, azimuth: f64) -> [f64; 3] {
 }
 
 /// Equal steps in height, the golden angle in azimuth.
-fn spiral(count: usize) -> Vec<[f64; 3]> {
+fn on_spiral(i: usize, count: usize) -> [f64; 3] {
     let golden = PI * (3.0 - 5.0_f64.sqrt());
-    (0..count).map(|i| on_sphere(1.0 - (2.0 * i as f64 + 1.0) / count as f64, golden * i as f64)).collect()
+    on_sphere(1.0 - (2.0 * i as f64 + 1.0) / count as f64, golden * i as f64)
 }
 
 /// Two caps and collars between them, all cut into regions of the same area.
-fn equal_area(count: usize) -> Vec<[f64; 3]> {
-    match count {
-        0 => return Vec::new(),
-        1 => return vec![[0.0, 0.0, 1.0]],
-        _ => {}
+struct Collars {
+    /// Of all points.
+    count: usize,
+    /// Points north of each collar, and of the south pole at the end.
+    before: Vec<usize>,
+}
+
+impl Collars {
+    fn new(count: usize) -> Self {
+        if count < 2 {
+            return Self { count, before: Vec::new() };
+        }
+        let n = count as f64;
+        // A cap of one region reaches to this angle.
+        let cap = (1.0 - 2.0 / n).acos();
+        let collars =
+            if count == 2 { 0 } else { ((PI - 2.0 * cap) / (2.0 * PI.sqrt() / n.sqrt())).round().max(1.0) as usize };
+        let mut before = vec![1];
+        for c in 1..=collars {
+            let edge = cap + (PI - 2.0 * cap) * c as f64 / collars as f64;
+            // Regions north of the ideal edge, as a whole number: what rounding takes here the next collar gets.
+            let enclosed = if c == collars { count - 1 } else { (0.5 * n * (1.0 - edge.cos())).round() as usize };
+            before.push(enclosed.clamp(before[c - 1], count - 1));
+        }
+        Self { count, before }
     }
-    let n = count as f64;
-    let mut points = vec![[0.0, 0.0, 1.0]];
-    // A cap of one region reaches to this angle.
-    let cap = (1.0 - 2.0 / n).acos();
-    let collars =
-        if count == 2 { 0 } else { ((PI - 2.0 * cap) / (2.0 * PI.sqrt() / n.sqrt())).round().max(1.0) as usize };
-    let mut before = 1;
-    for c in 1..=collars {
-        let edge = cap + (PI - 2.0 * cap) * c as f64 / collars as f64;
-        // Regions north of the ideal edge, as a whole number: what rounding takes here the next collar gets.
-        let enclosed = if c == collars { count - 1 } else { (0.5 * n * (1.0 - edge.cos())).round() as usize };
-        let enclosed = enclosed.clamp(before, count - 1);
-        let regions = enclosed - before;
+
+    fn point(&self, i: usize) -> [f64; 3] {
+        if i == 0 {
+            return [0.0, 0.0, 1.0];
+        }
+        // The last of those that begin no later.
+        let c = self.before.partition_point(|b| *b <= i);
+        let (Some(&first), Some(&end)) = (self.before.get(c.wrapping_sub(1)), self.before.get(c)) else {
+            return [0.0, 0.0, -1.0];
+        };
         // The height that halves the collar's area.
-        let z = 1.0 - (before + enclosed) as f64 / n;
+        let z = 1.0 - (first + end) as f64 / self.count as f64;
         let turn = if c % 2 == 0 { 0.0 } else { 0.5 };
-        points.extend((0..regions).map(|i| on_sphere(z, TAU * (i as f64 + turn) / regions as f64)));
-        before = enclosed;
+        on_sphere(z, TAU * ((i - first) as f64 + turn) / (end - first) as f64)
     }
-    points.push([0.0, 0.0, -1.0]);
-    points
 }
 
 #[cfg(test)]
@@ -202,7 +250,10 @@ mod tests {
     fn coverings_have_any_number_of_points_well_apart() {
         for count in (2..40).chain([100, 333, 1000]) {
             let spacing = (4.0 * PI / count as f64).sqrt();
-            for (name, points) in [("spiral", spiral(count)), ("equal area", equal_area(count))] {
+            let collars = Collars::new(count);
+            let spiral: Vec<_> = (0..count).map(|i| on_spiral(i, count)).collect();
+            let equal_area: Vec<_> = (0..count).map(|i| collars.point(i)).collect();
+            for (name, points) in [("spiral", spiral), ("equal area", equal_area)] {
                 assert_eq!(points.len(), count, "{name}");
                 assert!(points.iter().all(|p| (p.iter().map(|v| v * v).sum::<f64>() - 1.0).abs() < 1e-12));
                 assert!(closest(&points) > 0.6 * spacing, "{name} {count}: {}", closest(&points) / spacing);
