@@ -7,14 +7,16 @@ use crate::cli::support::{Folder, sph_prep};
 use crate::seeding::{Density, target, unit_box};
 use sph::domain::{Axis, Domain, Wall};
 use sph::geometry::distance;
+use sph::kernel::{KernelName, default_kernel_neighbors, support_over_spacing};
 use sph_formats::common::particle_names as names;
 use sph_formats::{FORMATS, FieldRequest, FileContent, ParticleFile, ParticleStream, Values, read};
 use sph_prep::field::{AnalyticField, ScalarField};
-use sph_prep::metrics::Measured;
+use sph_prep::metrics::{Measured, Patches};
 use sph_prep::run::replicate::Repeated;
-use sph_prep::seeding::{Blockwise, Seeding, blocks, seed, seed_block};
+use sph_prep::seeding::{Blockwise, Seeding, Surroundings, blocks, seed, seed_block};
 use sph_prep::target::{Target, at};
 use sph_prep::{Control, Scene, place};
+use std::collections::BTreeSet;
 use std::path::Path;
 
 /// The same seeds for any blocks, which are where they say.
@@ -117,6 +119,66 @@ fn shells_are_made_block_by_block() {
     shells_of_blocks_are_those_of_the_whole::<3>();
 }
 
+/// What is measured about some places is what all particles have there, and nothing near them is missed.
+fn patches_are_those_of_the_whole<const D: usize>(target: &Target<'_, D>, seeding: Seeding) {
+    let kernel = KernelName::WendlandC4;
+    let neighbors = default_kernel_neighbors(D);
+    let all = seed(target, seeding, 5).unwrap().positions;
+    let blocks = Blockwise::new(target, seeding, 5).unwrap();
+    let masses = target.masses(&all);
+    let ratio = support_over_spacing(D, neighbors);
+    let guess: Vec<f64> = target.number_densities(&all).iter().map(|n| target.support(*n, ratio)).collect();
+    let whole = Measured::new(kernel, target.domain, &all, &masses, &guess, neighbors);
+    let away = |x: &[f64; D], y: &[f64; D]| target.domain.displacement(x, y).iter().map(|d| d * d).sum::<f64>().sqrt();
+    let mut patches = Patches::new(kernel, neighbors);
+    let (mut off, mut count) = (0.0, 0);
+    for number in [0, 7, target.count / 3, target.count / 2, target.count - 1] {
+        let x = at(&all, number);
+        for reach in [0.01, 0.13, 0.6] {
+            let near = blocks.near(&[Surroundings { x, reach }]).unwrap().remove(0);
+            let given: BTreeSet<[u64; D]> = (0..near[0].len()).map(|i| at(&near, i).map(f64::to_bits)).collect();
+            assert_eq!(given.len(), near[0].len(), "none is given twice");
+            let is_given = |i: &usize| given.contains(&at(&all, *i).map(f64::to_bits));
+            let missed = (0..target.count).find(|i| away(&x, &at(&all, *i)) <= reach && !is_given(i));
+            assert_eq!(missed, None, "{D}-D, {seeding:?}: about {number}, within {reach}");
+        }
+        let about = |&(x, reach): &([f64; D], f64)| Surroundings { x, reach };
+        patches.add(target, &[x], |asked| blocks.near(&asked.iter().map(about).collect::<Vec<_>>())).unwrap();
+        let own = target.support(target.number_density(&x), ratio);
+        for i in (0..target.count).filter(|i| away(&x, &at(&all, *i)) <= own) {
+            off += (whole.sums[i].weighted / target.density.value(&at(&all, i)) - 1.0).abs();
+            count += 1;
+        }
+    }
+    let found = patches.figures().unwrap();
+    assert_eq!((found.places, found.all.particles), (5, count), "{D}-D, {seeding:?}");
+    let mean = off / count as f64;
+    assert!((found.all.mean / mean - 1.0).abs() < 1e-4, "{D}-D, {seeding:?}: {} in place of {mean}", found.all.mean);
+}
+
+#[test]
+fn seeds_are_measured_in_patches() {
+    fn in_dimension<const D: usize>() {
+        let gaussian = Density(|x: &[f64; D]| 1.0 + 9.0 * (-30.0 * distance(x, &[0.5; D]).powi(2)).exp());
+        for axis in [Axis::Periodic, Axis::OPEN] {
+            let domain = unit_box::<D>(axis);
+            patches_are_those_of_the_whole(&target(&domain, &gaussian, 1000), Seeding::MassBisection);
+        }
+        if D == 1 {
+            return;
+        }
+        let ball = Domain::ball([0.1; D], 0.5, Wall::Open).unwrap();
+        let star = Density(|x: &[f64; D]| 1.1 - 4.0 * distance(x, &[0.1; D]).powi(2));
+        patches_are_those_of_the_whole(&target(&ball, &star, 1500), Seeding::Shells);
+        if D == 3 {
+            patches_are_those_of_the_whole(&target(&ball, &star, 1500), Seeding::EqualAreaShells);
+        }
+    }
+    in_dimension::<1>();
+    in_dimension::<2>();
+    in_dimension::<3>();
+}
+
 /// Files of parts are those of a run with the same seeding; what goes otherwise is refused.
 #[test]
 fn seeds_on_shells_are_written_in_parts() {
@@ -129,6 +191,10 @@ fn seeds_on_shells_are_written_in_parts() {
     for args in [&seeds[..], &whole[..]] {
         let outcome = sph_prep(&[args, &common[..]].concat());
         assert_eq!(outcome.code, Some(0), "{}", outcome.stderr);
+        let tells =
+            ["seeds are equal-area-shells", "off the target as the kernel sees it", "closest pair there", "s in all"];
+        let told = tells.iter().all(|words| outcome.stdout.contains(words));
+        assert!(told || args[0] != "seed", "{}", outcome.stdout);
     }
     let [parts, whole] = ["parts.h5", "whole.h5"].map(|name| positions::<3>(&particles(&folder.path(name))));
     let key = |x: &[Vec<f64>; 3], i: usize| [x[0][i], x[1][i], x[2][i]].map(f64::to_bits);
@@ -169,7 +235,7 @@ fn parts_by_processes_of_their_own_are_the_files_of_one_and_the_seeds_of_a_run()
     };
     let path = |name: &str| folder.path(name).display().to_string();
     let scene = scene.display().to_string();
-    let common = ["seed", "--scene", &scene, "-n", "5000", "--files", "3"];
+    let common = ["seed", "--scene", &scene, "-n", "5000", "--files", "3", "--seeding", "mass-bisection"];
     let with = |more: &[&str]| -> Vec<String> { common.iter().chain(more).map(|s| (*s).to_owned()).collect() };
     let call = |more: &[&str]| {
         let args = with(more);
@@ -226,7 +292,8 @@ fn a_dry_run_counts_and_hashes_alike_for_any_number_of_threads_and_beyond_32_bit
     let hash = |threads: &str, n: &str| {
         let outcome = sph_prep(&["seed", "--scene", &scene, "-n", n, "--dry-run", "--threads", threads]);
         assert_eq!(outcome.code, Some(0), "{}", outcome.stderr);
-        outcome.stdout
+        let lines: Vec<&str> = outcome.stdout.lines().filter(|line| !line.ends_with(" s in all")).collect();
+        lines.join("\n")
     };
     let (one, two) = (hash("1", "3000"), hash("2", "3000"));
     assert!(one == two && one.contains("3000 particles were made"), "{one} {two}");

@@ -148,3 +148,30 @@ fn cylinders_have_their_volume_and_three_dimensions() {
     assert!(!domain.contains(&[9.0, 2.0, 3.5]) && domain.contains(&[9.0, 2.0, 4.5]));
     assert!(Domain::cylinder([0.0; 2], 1, [0.0, 1.0], 1.0, ends).unwrap_err().to_string().contains("3-D only"));
 }
+
+/// Of points it is their distance, and no two points of boxes are nearer than these.
+#[test]
+fn boxes_are_as_far_apart_as_their_nearest_points() {
+    for_each_case(77, |random| {
+        let domain = Domain::new([0.0; 3], [1.0, 2.0, 0.5], [(); 3].map(|()| axis(random)), Region::Box).unwrap();
+        let point = |random: &mut Xoshiro256PlusPlus| -> [f64; 3] {
+            std::array::from_fn(|k| domain.lo[k] + random.random::<f64>() * (domain.hi[k] - domain.lo[k]))
+        };
+        let squared = |x: &[f64; 3], y: &[f64; 3]| domain.displacement(x, y).iter().map(|d| d * d).sum::<f64>();
+        let corners = |x: &[f64; 3], y: &[f64; 3]| {
+            [std::array::from_fn(|k| x[k].min(y[k])), std::array::from_fn(|k| x[k].max(y[k]))]
+        };
+        let (x, y) = (point(random), point(random));
+        let of_points = domain.squared_distance_of_boxes([&x, &x], [&y, &y]);
+        assert!((of_points - squared(&x, &y)).abs() < 1e-12, "{x:?}, {y:?}");
+        let (a, b): ([[f64; 3]; 2], [[f64; 3]; 2]) = (corners(&x, &point(random)), corners(&y, &point(random)));
+        let least = domain.squared_distance_of_boxes([&a[0], &a[1]], [&b[0], &b[1]]);
+        let within = |random: &mut Xoshiro256PlusPlus, c: &[[f64; 3]; 2]| -> [f64; 3] {
+            std::array::from_fn(|k| c[0][k] + random.random::<f64>() * (c[1][k] - c[0][k]))
+        };
+        for _ in 0..100 {
+            let (p, q) = (within(random, &a), within(random, &b));
+            assert!(squared(&p, &q) >= least - 1e-12, "{a:?}, {b:?}: {p:?} and {q:?}");
+        }
+    });
+}

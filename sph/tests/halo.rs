@@ -15,7 +15,7 @@ fn particles_that_went_through_a_face_are_given_their_surroundings_alone() {
     let place = |rank: usize, i: usize| {
         let cell = [(i % 40) as f64, (i / 40) as f64];
         // One in ten is moved by three cells.
-        let shift = if i % 10 == 0 { 3.0 / cells as f64 } else { 0.0 };
+        let shift = if i.is_multiple_of(10) { 3.0 / cells as f64 } else { 0.0 };
         let x = [0.5 * rank as f64 + cell[0] / cells as f64 - shift, cell[1] / cells as f64 - shift];
         x.map(|v| v.rem_euclid(1.0))
     };

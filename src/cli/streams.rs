@@ -3,6 +3,7 @@
 use super::progress::Progress;
 use super::stream_args::{ReplicateArgs, SeedArgs, StreamArgs};
 use crate::error::{Error, Result};
+use crate::metrics::{ErrorFigures, PatchFigures};
 use crate::run::replicate::{Repeated, mapped};
 use crate::run::seeds::seeds;
 use crate::scene::Scene;
@@ -16,6 +17,7 @@ use sph_formats::{
 use std::fmt::Write;
 use std::ops::Range;
 use std::sync::atomic::{AtomicU64, Ordering};
+use std::time::Instant;
 
 /// Rows that are made at once where nothing is written.
 const ROWS: usize = 1 << 16;
@@ -25,6 +27,7 @@ const ROWS: usize = 1 << 16;
 /// # Errors
 /// A file that is no box of particles, a target that it cannot be mapped to, and what the writer says.
 pub fn replicate(formats: &[FormatSpec], args: &ReplicateArgs) -> Result<String> {
+    let start = Instant::now();
     let format = output_format(formats, &args.stream)?;
     let progress = Progress::new(false);
     progress.begin("read");
@@ -35,12 +38,18 @@ pub fn replicate(formats: &[FormatSpec], args: &ReplicateArgs) -> Result<String>
     };
     tile.move_corner_to_origin();
     let repeated = Repeated::new(tile, &args.times)?;
-    match &args.scene {
+    let mut out = match &args.scene {
         None => put(formats, &args.stream, &repeated, Vec::new(), &progress),
         Some(scene) => mapped(&repeated, &Scene::load(scene)?, formats, format, |stream, notes| {
             put(formats, &args.stream, stream, notes, &progress)
         }),
-    }
+    }?;
+    out.push_str(&taken(start));
+    Ok(out)
+}
+
+fn taken(start: Instant) -> String {
+    format!("{:.2} s in all\n", start.elapsed().as_secs_f64())
 }
 
 /// Writes the seeds of a scene; returns what was written.
@@ -48,6 +57,7 @@ pub fn replicate(formats: &[FormatSpec], args: &ReplicateArgs) -> Result<String>
 /// # Errors
 /// A scene whose seeds are not made block by block, and what the writer says.
 pub fn seed(formats: &[FormatSpec], args: &SeedArgs) -> Result<String> {
+    let start = Instant::now();
     let format = output_format(formats, &args.stream)?;
     let mut scene = Scene::load(&args.scene)?;
     scene.particles = args.particles.or(scene.particles);
@@ -57,7 +67,35 @@ pub fn seed(formats: &[FormatSpec], args: &SeedArgs) -> Result<String> {
     }
     let progress = Progress::new(false);
     progress.begin("read");
-    seeds(&scene, formats, format, |stream, notes| put(formats, &args.stream, stream, notes, &progress))
+    seeds(&scene, formats, format, |stream, notes, measure| {
+        let mut out = put(formats, &args.stream, stream, notes, &progress)?;
+        // One of several parts tells what all have in common.
+        if args.stream.part.unwrap_or(0) == 0 {
+            progress.begin("measure");
+            out.push_str(&measured(measure()?));
+        }
+        out.push_str(&taken(start));
+        Ok(out)
+    })
+}
+
+/// What seeds are like before anything relaxes them.
+fn measured(figures: Option<PatchFigures>) -> String {
+    let Some(PatchFigures { places, smoothed, smoothed_refitted, all, closest_pair }) = figures else {
+        return String::new();
+    };
+    let percent = |x: f64| format!("{:.3} %", 100.0 * x);
+    let line = |title: &str, of: ErrorFigures| {
+        let (mean, most, max) = (percent(of.mean), percent(of.most), percent(of.max));
+        format!("  {title:<38} {mean:>9} on average, {most:>9} for 99 %, {max:>9} at most\n")
+    };
+    format!(
+        "density at {} particles about {places} places, not relaxed:\n{}{}{}  closest pair there {closest_pair:.2} spacings apart\n",
+        all.particles,
+        line("off the target as the kernel sees it", smoothed),
+        line("the same, mass re-fitted", smoothed_refitted),
+        line("off the target itself", all),
+    )
 }
 
 /// The output's format, and whether it is there, before the work.

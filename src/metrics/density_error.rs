@@ -134,7 +134,7 @@ impl DensityError {
 }
 
 /// mean(rho*/rho) over those of a set that are within a factor of two of their median.
-fn refit(exchange: &dyn Exchange, density: &[f64], target: &[f64], set: &[bool]) -> f64 {
+pub(super) fn refit(exchange: &dyn Exchange, density: &[f64], target: &[f64], set: &[bool]) -> f64 {
     let ratio = |i: usize| target[i] / density[i];
     let mut ratios: Vec<f64> = (0..set.len()).filter(|&i| set[i]).map(ratio).collect();
     let all = exchange.count(ratios.len());
@@ -154,7 +154,7 @@ fn refit(exchange: &dyn Exchange, density: &[f64], target: &[f64], set: &[bool])
 const FEW: f64 = 0.01;
 
 /// Of `density` times `factor` against `target`.
-fn figures(
+pub(super) fn figures(
     exchange: &dyn Exchange,
     (density, factor): (&[f64], f64),
     target: &[f64],

@@ -1,12 +1,14 @@
 //! Seeds by mass bisection or on shells that are made while they are written, in bounded memory: as one file, or as one of several by
 //! each process of a job array, without any of them knowing of the others.
 
+use super::plan::{Held, Plan};
 use super::streamed::{Places, Read, Streamed};
 use crate::error::Result;
 use crate::input::internal_units::Prepared;
+use crate::metrics::{PatchFigures, Patches};
 use crate::scene::{DEFAULT_PARTICLES, Scene};
-use crate::seeding::{Blockwise, Seeding};
-use crate::target::Positions;
+use crate::seeding::{Blockwise, Seeding, Surroundings};
+use crate::target::{Positions, at};
 use sph_formats::{FormatSpec, ParticleStream};
 use std::ops::Range;
 
@@ -16,7 +18,14 @@ impl<const D: usize> Places<D> for Blockwise<'_, D> {
     }
 }
 
-/// Calls `with` with the seeds of `scene`, and with what there is to say of them.
+/// Places about which seeds are measured.
+const MEASURED: usize = 32;
+
+/// What measures seeds about some places, spread over their numbers.
+pub type Measure<'a> = &'a dyn Fn() -> Result<Option<PatchFigures>>;
+
+/// Calls `with` with the seeds of `scene`, with what there is to say of them, and with what measures them. Where the scene does not say how, they are
+/// those that a run of it begins with if these can be made block by block, and by mass bisection if not.
 ///
 /// # Errors
 /// A scene whose seeds cannot be made block by block, or with parts that cannot be streamed, and what `with` says.
@@ -24,7 +33,7 @@ pub fn seeds<R>(
     scene: &Scene,
     formats: &[FormatSpec],
     format: Option<&FormatSpec>,
-    with: impl FnOnce(&dyn ParticleStream, Vec<String>) -> Result<R>,
+    with: impl FnOnce(&dyn ParticleStream, Vec<String>, Measure<'_>) -> Result<R>,
 ) -> Result<R> {
     let read = Read::new(scene, formats)?;
     match read.dimension {
@@ -38,14 +47,30 @@ fn seeds_in<const D: usize, R>(
     scene: &Scene,
     (formats, format): (&[FormatSpec], Option<&FormatSpec>),
     Read { raw, units, .. }: Read,
-    with: impl FnOnce(&dyn ParticleStream, Vec<String>) -> Result<R>,
+    with: impl FnOnce(&dyn ParticleStream, Vec<String>, Measure<'_>) -> Result<R>,
 ) -> Result<R> {
     let count = scene.particles.unwrap_or(DEFAULT_PARTICLES);
     let prepared = Prepared::<D>::new(scene, formats, (raw, &units), count)?;
     let regions = prepared.target().find_regions(scene.region_contrast);
     let target = prepared.target().with_regions(regions.as_ref());
-    let seeds = Blockwise::new(&target, scene.seeding.unwrap_or(Seeding::MassBisection), scene.seed)?;
+    let seeding = scene.seeding.unwrap_or_else(|| {
+        let planned = Plan::new(scene, &target, prepared.source.radial.is_some(), &Held::Not).seeding;
+        if Blockwise::<D>::can_make(planned) { planned } else { Seeding::MassBisection }
+    });
+    let seeds = Blockwise::new(&target, seeding, scene.seed)?;
     let stream = Streamed::new(scene, (&prepared, units), (target, &seeds), format, "Seeded")?;
-    let notes = stream.notes().to_vec();
-    with(&stream, notes)
+    let mut notes = stream.notes().to_vec();
+    notes.push(format!("seeds are {}", seeding.method().name));
+    let places = MEASURED.min(count);
+    let measure = || {
+        let mut patches = Patches::new(scene.kernel(), scene.kernel_neighbors(D));
+        let number = |place: usize| (count as u128 * (2 * place as u128 + 1) / (2 * places as u128)) as usize;
+        let middles = (0..places).map(|p| Ok(at(&Blockwise::positions(&seeds, number(p)..number(p) + 1)?, 0)));
+        let about = |&(x, reach): &([f64; D], f64)| Surroundings { x, reach };
+        patches.add(&target, &middles.collect::<Result<Vec<_>>>()?, |asked| {
+            seeds.near(&asked.iter().map(about).collect::<Vec<_>>())
+        })?;
+        Ok(patches.figures())
+    };
+    with(&stream, notes, &measure)
 }

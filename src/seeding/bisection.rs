@@ -4,7 +4,7 @@
 //! O(N log N). Parts refine their cells as they shrink, so memory stays a small multiple of the output.
 
 use super::kronecker;
-use super::seeded::to_positions;
+use super::seeded::{Surroundings, to_positions};
 use crate::error::Result;
 use crate::random::{Purpose, keyed};
 use crate::target::cells::{Cell, Rule, partition, refine};
@@ -75,6 +75,52 @@ pub(super) fn cover<const D: usize>(target: &Target<'_, D>, block: &Range<usize>
     }
     Ok(boxes)
 }
+
+/// The particles that are within a distance of each of some places.
+///
+/// # Errors
+/// A target without mass in its domain.
+pub(super) fn near<const D: usize>(
+    target: &Target<'_, D>,
+    seed: u64,
+    about: &[Surroundings<D>],
+) -> Result<Vec<Positions<D>>> {
+    let mut found: Vec<Positions<D>> = about.iter().map(|_| std::array::from_fn(|_| Vec::new())).collect();
+    let mut open = vec![(partition(target, target.cell_rule())?, 0..target.count, Vec::from_iter(0..about.len()))];
+    while let Some((mut cells, numbers, mut asking)) = open.pop() {
+        let [lo, hi] = bounds(&cells);
+        // Seeds are moved within their parts.
+        asking.retain(|&a| {
+            let Surroundings { x, reach } = &about[a];
+            target.domain.squared_distance_of_boxes([x, x], [&lo, &hi]) <= (JITTERED * reach).powi(2)
+        });
+        let n = numbers.len();
+        if asking.is_empty() || n == 0 {
+            continue;
+        }
+        if n <= SMALL {
+            let mut points = vec![([0.0; D], 0.0); n];
+            bisect(target, cells, (numbers.clone(), &numbers), &mut points);
+            let seeds = jittered(target, &points, numbers.start, seed);
+            for a in asking {
+                let near = seeds.iter().filter(|y| about[a].holds(&target.domain.displacement(&about[a].x, y)));
+                near.for_each(|y| (0..D).for_each(|k| found[a][k].push(y[k])));
+            }
+            continue;
+        }
+        refine(target, &mut cells, least_cells(n, target.cell_rule()), target.cell_rule());
+        let Cut { left, right, .. } = cut(cells, (n / 2) as f64 / n as f64);
+        let middle = numbers.start + n / 2;
+        open.push((right, middle..numbers.end, asking.clone()));
+        open.push((left, numbers.start..middle, asking));
+    }
+    Ok(found)
+}
+
+/// A reach with what seeds may be moved by in it.
+const JITTERED: f64 = 1.1;
+/// Particles of a part that is not looked into further.
+const SMALL: usize = 16;
 
 fn overlap(a: &Range<usize>, b: &Range<usize>) -> Range<usize> {
     let start = a.start.max(b.start);

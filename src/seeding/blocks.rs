@@ -6,6 +6,7 @@
 
 use super::bisection;
 use super::name::Seeding;
+use super::seeded::Surroundings;
 use super::shells::{Covering, Shells};
 use crate::error::{Error, Result};
 use crate::target::{Positions, Selected, Target};
@@ -46,7 +47,14 @@ pub struct Blockwise<'a, const D: usize> {
     shells: Option<Vec<(usize, Shells<D>)>>,
 }
 
+const BLOCKWISE: [Seeding; 3] = [Seeding::MassBisection, Seeding::Shells, Seeding::EqualAreaShells];
+
 impl<'a, const D: usize> Blockwise<'a, D> {
+    /// Whether it is a seeding that goes block by block.
+    pub fn can_make(seeding: Seeding) -> bool {
+        BLOCKWISE.contains(&seeding)
+    }
+
     /// # Errors
     /// Other seedings than by mass bisection and on shells, and those of [`seed`](super::seed).
     pub fn new(target: &'a Target<'a, D>, seeding: Seeding, seed: u64) -> Result<Self> {
@@ -56,8 +64,8 @@ impl<'a, const D: usize> Blockwise<'a, D> {
             Seeding::Shells => Covering::Spiral,
             Seeding::EqualAreaShells => Covering::EqualArea,
             _ => {
-                let able = [Seeding::MassBisection, Seeding::Shells, Seeding::EqualAreaShells].map(|s| s.method().name);
-                let problem = format!("is {}, which does not go block by block; use {}", method.name, able.join(", "));
+                let able = BLOCKWISE.map(|s| s.method().name).join(", ");
+                let problem = format!("is {}, which does not go block by block; use {able}", method.name);
                 return Err(Error::scene("seeding", problem));
             }
         };
@@ -69,6 +77,29 @@ impl<'a, const D: usize> Blockwise<'a, D> {
             Ok(())
         })?;
         Ok(Self { target, seed, shells: Some(shells) })
+    }
+
+    /// The positions of all particles within a distance of each of some places.
+    ///
+    /// # Errors
+    /// A target without mass in its domain.
+    pub fn near(&self, about: &[Surroundings<D>]) -> Result<Vec<Positions<D>>> {
+        let mut all: Vec<Positions<D>> = about.iter().map(|_| std::array::from_fn(|_| Vec::new())).collect();
+        let mut extend =
+            |a: usize, some: Positions<D>| all[a].iter_mut().zip(some).for_each(|(all, one)| all.extend(one));
+        if let Some(shells) = &self.shells {
+            about
+                .iter()
+                .enumerate()
+                .for_each(|(a, about)| shells.iter().for_each(|(_, own)| extend(a, own.near(about))));
+            return Ok(all);
+        }
+        each_region(self.target, &(0..self.target.count), |region, _| {
+            let found = bisection::near(region, self.seed, about)?;
+            found.into_iter().enumerate().for_each(|(a, some)| extend(a, some));
+            Ok(())
+        })?;
+        Ok(all)
     }
 
     /// The positions of some particles.

@@ -18,7 +18,7 @@
 
 use super::cumulative::Cumulative;
 use super::methods::{self, Method};
-use super::seeded::{Seeded, to_positions};
+use super::seeded::{Seeded, Surroundings, to_positions};
 use super::symmetry::{self, spherical_mean};
 use crate::error::{Error, Result};
 use crate::random::{Purpose, keyed};
@@ -90,6 +90,27 @@ impl<const D: usize> Shells<D> {
         Seeded { positions: self.positions(0..count), notes }
     }
 
+    /// Particles within a distance of a place.
+    pub fn near(&self, about: &Surroundings<D>) -> Positions<D> {
+        let Surroundings { x, reach } = *about;
+        let mut all: Positions<D> = std::array::from_fn(|_| Vec::new());
+        let from_center: [f64; D] = sph::array(|k| x[k] - self.center[k]);
+        let distance = from_center.iter().map(|v| v * v).sum::<f64>().sqrt();
+        for (s, shell) in self.shells.iter().enumerate().filter(|(_, s)| (s.radius - distance).abs() <= reach) {
+            let direction = Directions::<D>::new(shell.count, self.covering, self.seed, s as u64);
+            // Under which the surroundings are seen from the center.
+            let angle = if reach < distance { (reach / distance).asin() } else { PI };
+            for i in direction.within(&from_center, angle) {
+                let u = direction.at(i);
+                let place: [f64; D] = sph::array(|k| self.center[k] + shell.radius * u[k]);
+                if about.holds(&sph::array(|k| place[k] - x[k])) {
+                    all.iter_mut().zip(place).for_each(|(axis, v)| axis.push(v));
+                }
+            }
+        }
+        all
+    }
+
     /// Particles by their numbers.
     pub fn positions(&self, particles: Range<usize>) -> Positions<D> {
         let mut all: Positions<D> = std::array::from_fn(|_| Vec::with_capacity(particles.len()));
@@ -155,14 +176,46 @@ impl<const D: usize> Directions<D> {
         Self { count, turn, rotation, collars }
     }
 
+    /// Numbers of the points whose heights are those of points within `angle` of a direction, among them all of these: both coverings go
+    /// from pole to pole.
+    fn within(&self, direction: &[f64; D], angle: f64) -> Range<usize> {
+        let length = direction.iter().map(|v| v * v).sum::<f64>().sqrt();
+        if D < 3 || !(length > 0.0) {
+            return 0..self.count;
+        }
+        // Along the axis of the poles, before the rotation.
+        let height = (0..3).map(|k| self.rotation[k][2] * direction[k]).sum::<f64>() / length;
+        let polar = height.clamp(-1.0, 1.0).acos();
+        let (top, bottom) = ((polar - angle).max(0.0).cos(), (polar + angle).min(PI).cos());
+        let first_below = |z: f64| first_where(self.count, |i| self.unrotated(i)[2] < z);
+        first_below(top + ROUNDING)..first_below(bottom - ROUNDING)
+    }
+
+    fn unrotated(&self, i: usize) -> [f64; 3] {
+        self.collars.as_ref().map_or_else(|| on_spiral(i, self.count), |collars| collars.point(i))
+    }
+
     fn at(&self, i: usize) -> [f64; D] {
         if D < 3 {
             let (sin, cos) = (self.turn + TAU * i as f64 / self.count as f64).sin_cos();
             return sph::array(|k| [cos, sin][k]);
         }
-        let point = self.collars.as_ref().map_or_else(|| on_spiral(i, self.count), |collars| collars.point(i));
+        let point = self.unrotated(i);
         sph::array(|k| (0..3).map(|j| self.rotation[k][j] * point[j]).sum())
     }
+}
+
+/// What heights are compared to.
+const ROUNDING: f64 = 1e-12;
+
+/// The first of `count` numbers from which on `holds` does; `count` where it never does.
+fn first_where(count: usize, holds: impl Fn(usize) -> bool) -> usize {
+    let (mut first, mut end) = (0, count);
+    while first < end {
+        let middle = first + (end - first) / 2;
+        if holds(middle) { end = middle } else { first = middle + 1 }
+    }
+    first
 }
 
 /// Uniform in the rotation group (Shoemake 1992): the quaternion from three uniform numbers.

@@ -186,6 +186,19 @@ impl<const D: usize> Domain<D> {
         })
     }
 
+    /// Square of the smallest distance between two boxes, each given by its corners, through periodic images.
+    pub fn squared_distance_of_boxes(&self, a: [&[f64; D]; 2], b: [&[f64; D]; 2]) -> f64 {
+        let along = |k: usize| {
+            let gap = |shift: f64| (a[0][k] - b[1][k] - shift).max(b[0][k] + shift - a[1][k]).max(0.0);
+            let length = self.hi[k] - self.lo[k];
+            match self.axes[k] {
+                Axis::Periodic => gap(0.0).min(gap(length)).min(gap(-length)),
+                Axis::Walls { .. } => gap(0.0),
+            }
+        };
+        (0..D).map(|k| along(k).powi(2)).sum()
+    }
+
     /// Images of axis `k`, identity first, whose copy of the box reaches into `[a, b]`.
     pub fn axis_images(&self, k: usize, a: f64, b: f64) -> Vec<AxisImage> {
         let (lo, hi) = (self.lo[k], self.hi[k]);

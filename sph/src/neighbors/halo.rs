@@ -48,19 +48,7 @@ impl<const D: usize> Sight<D> {
     /// Whether anything between `lo` and `hi` is seen, which itself may see `own` far.
     fn sees(&self, domain: &Domain<D>, lo: &[f64; D], hi: &[f64; D], own: f64) -> bool {
         let reach = SLACK * self.reach.max(own);
-        let mut gap2 = 0.0;
-        for k in 0..D {
-            let gap = |shift: f64| (self.lo[k] - hi[k] - shift).max(lo[k] + shift - self.hi[k]).max(0.0);
-            let gap = match domain.axes[k] {
-                Axis::Periodic => {
-                    let edge = domain.hi[k] - domain.lo[k];
-                    gap(0.0).min(gap(edge)).min(gap(-edge))
-                }
-                Axis::Walls { .. } => gap(0.0),
-            };
-            gap2 += gap * gap;
-        }
-        gap2 <= reach * reach
+        domain.squared_distance_of_boxes([&self.lo, &self.hi], [lo, hi]) <= reach * reach
     }
 }
 
