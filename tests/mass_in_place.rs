@@ -242,15 +242,23 @@ fn a_cloud_and_its_surroundings_have_their_mass_and_density() {
     assert!(report.neighbors.closest_pair > 0.25, "{:?}", report.neighbors);
 }
 
-/// A layer a thousandth of the box thick, which holds three quarters of the mass.
+/// A layer a thousandth of the box thick, which holds three quarters of the mass: wherever it is, whether a face of cells is near or all places that
+/// are looked at first miss it, and whether it is in place is known.
 #[test]
 fn a_thin_layer_is_seen_and_has_its_mass() {
-    let scene = "input: {expression: 'if(abs(z - 0.5) < 0.0005, 3000, 1)'}\n\
-        domain: {box: [[0, 0, 0], [1, 1, 1]], boundary: [periodic]}\nparticles: 2000\n";
-    let (positions, report) = run(scene).unwrap();
-    assert!((report.mass.total - 3.999).abs() < 1e-6, "{:?}", report.mass);
-    let within = positions.iter().filter(|x| (x[2] - 0.5).abs() < 0.0005).count() as f64;
-    assert!((within - 2000.0 * 3.0 / 3.999).abs() <= 1.0, "{within}");
+    for middle in [0.5, 0.3, 0.4, 0.617] {
+        let scene = format!(
+            "input: {{expression: 'if(abs(z - {middle}) < 0.0005, 3000, 1)'}}\n\
+             domain: {{box: [[0, 0, 0], [1, 1, 1]], boundary: [periodic]}}\nparticles: 2000\n"
+        );
+        let (positions, report) = run(&scene).unwrap();
+        assert!((report.mass.total - 3.999).abs() < 1e-6, "{middle}: {:?}", report.mass);
+        let within = positions.iter().filter(|x| (x[2] - middle).abs() < 0.0005).count() as f64;
+        assert!((within - 2000.0 * 3.0 / 3.999).abs() <= 1.0, "{middle}: {within}");
+        assert!(report.ledger.in_place > 0.9, "{middle}: {:?}", report.ledger);
+        let smoothed = report.density_error.smoothed.unwrap();
+        assert!(smoothed.mean < 0.05, "{middle}: {smoothed:?}");
+    }
 }
 
 /// Beyond the periodic face is the thin side: volumes of the dense side's particles do not reach into it.

@@ -143,8 +143,8 @@ fn steps_are_those_of_one<const D: usize>(count: usize) {
     for_each_target::<D>(count, |name, target| {
         let options = WvtOptions { iterations: 3, ..WvtOptions::new(D) };
         ends_where_one_does(name, target, || Wvt { kernel: KERNEL, target: *target, options });
-        // As from a start in order, since one rank alone would aim at the smoothed target where it is sharp. Pairs of steps and
-        // gradients are in the second step and the third.
+        // As from a start in order, without an aim at the smoothed target, whose points of mass have the radii of a rank's own particles. Pairs of
+        // steps and gradients are in the second step and the third.
         let options = SolverOptions { evaluations: 5, settled: true, ..SolverOptions::new(D) };
         ends_where_one_does(&format!("solver, {name}"), target, || DensitySolver::<D>::new(KERNEL, *target, options));
     });
@@ -272,17 +272,19 @@ fn what_is_not_done_over_ranks_is_refused() {
 /// A rank that ends, in whatever step, ends the run with its name, and leaves nothing.
 #[test]
 fn a_rank_that_ends_ends_the_run_and_leaves_no_file() {
-    use sph_prep::relaxation::{Event, Step, WVT};
+    use sph_prep::relaxation::{Event, SOLVER, Step, WVT};
     let folder = Folder::new();
     let path = folder.path("out/ic.hdf5");
     let scene = |text: &str| {
         let mut scene = Scene::parse(text).unwrap();
         scene.output.file = Some(path.clone());
         scene.wvt.iterations = Some(4);
+        scene.solver.evaluations = Some(8);
         scene
     };
     let sound = scene(UNIFORM);
-    let steps = [Step::Read, Step::Interpolate, Step::Seed, Step::Relax(WVT), Step::Measure, Step::Write];
+    let relaxing = [Step::Relax(WVT), Step::Relax(SOLVER)];
+    let steps = [Step::Read, Step::Interpolate, Step::Seed, relaxing[0], relaxing[1], Step::Measure, Step::Write];
     for lost in [0, 2] {
         for step in steps {
             let ended = together(3, 1, |exchange| {

@@ -1,7 +1,6 @@
 //! Particles in a domain with what every force on them needs: tree, ghosts, sums and their gradients.
 
 use super::interfaces::{Beyond, Interfaces, Missing};
-use crate::metrics::Measured;
 use crate::target::{Positions, Target, at};
 use sph::domain::{Domain, Round};
 use sph::exchange::{Alone, Exchange};
@@ -20,6 +19,10 @@ use std::marker::PhantomData;
 const GHOST_DEPTH: f64 = 1.5;
 /// Moves between sortings, where steps are short.
 pub(super) const SORT_INTERVAL: usize = 8;
+
+/// Reach of the first solution over guessed radii, and of the next over those that came out, which are solved to less.
+const FIRST_REACH: f64 = 1.3;
+const SOLVED: f64 = 1.0 + 1e-4;
 
 /// Ghosts with the surface that mirrors them.
 struct GhostLayer<const D: usize> {
@@ -389,21 +392,28 @@ impl<'a, const D: usize, R: Real> Arrangement<'a, D, R> {
 
     /// Support radii with n V_d H^d = N_H, and the sums at them.
     pub fn solve(&self, guess: &[f64], search: Search) -> Vec<Solved<D>> {
-        let largest = largest_support(&self.domain, self.len(), self.kernel_neighbors);
+        let largest = largest_support(&self.domain, self.exchange.count(self.len()), self.kernel_neighbors);
         let sources = self.sources(guess);
         solve_support_radii::<D, 0, R>(self.kernel, &self.domain, &sources, (self.kernel_neighbors, search), largest)
     }
 
-    /// Number densities at support radii with n V_d H^d = N_H. All ranks call it together.
-    pub fn solved_densities(&self, guess: &[f64]) -> Vec<f64> {
+    /// [`Self::solve`] with what other ranks have, which is looked for once more where a radius came out beyond what was seen: with neighbors
+    /// missing it comes out too large. All ranks call it together.
+    pub fn solve_among(&mut self, guess: &[f64], search: Search) -> Vec<Solved<D>> {
         if self.exchange.is_alone() {
-            let solved = self.solve(guess, Search::EXACT);
-            return parallel::map(solved.len(), |i| solved[i].sums.number_density);
+            return self.solve(guess, search);
         }
-        let (domain, positions, unit) = (self.target.domain, &self.positions, vec![1.0; guess.len()]);
-        let measured =
-            Measured::among(self.exchange, self.kernel, domain, positions, &unit, guess, self.kernel_neighbors);
-        parallel::map(measured.own(), |i| measured.sums[i].number_density)
+        let largest = self.domain.size();
+        let mut reach: Vec<f64> = guess.iter().map(|h| (FIRST_REACH * h).min(largest)).collect();
+        loop {
+            self.mirror(&reach);
+            let solved = self.solve(guess, search);
+            let wanted = |i: usize| solved[i].support.min(largest);
+            if !self.exchange.any((0..solved.len()).any(|i| wanted(i) > reach[i])) {
+                return solved;
+            }
+            parallel::update(&mut reach, |i, r| *r = r.max((SOLVED * wanted(i)).min(largest)));
+        }
     }
 
     fn sources<'s>(&'s self, support: &'s [f64]) -> Vec<Sources<'s, D, 0>> {

@@ -197,7 +197,8 @@ impl<'a, const D: usize, R: Real> Objective<'a, D, R> {
     /// Looks for the smoothed target anew where particles have moved far; whether they have.
     pub fn look_again(&mut self, frame: &Frame) -> bool {
         let Arrangement { domain, positions, .. } = &self.arrangement;
-        if !self.aims.as_ref().is_some_and(|aims| aims.are_stale(domain, positions, &frame.spacing)) {
+        let Some(aims) = &self.aims else { return false };
+        if !self.arrangement.exchange().any(aims.are_stale(domain, positions, &frame.spacing)) {
             return false;
         }
         let wanted = self.arrangement.target.number_densities(&self.arrangement.positions);
@@ -208,13 +209,11 @@ impl<'a, const D: usize, R: Real> Objective<'a, D, R> {
     /// Lets particles aim at the smoothed target where the target is too sharp, if it is so for more than a few. What ends at an
     /// open edge does not count: sums see a mirror there, and not the end.
     fn take_aim(&mut self, sharpness: &[f64], spacing: &[f64]) {
-        // Of several ranks each would need the points of mass of all.
-        if !self.arrangement.exchange().is_alone() {
-            return;
-        }
         // Points of mass do not show what goes on beyond the surfaces of a region.
         let goes_on = self.arrangement.interfaces().is_some_and(|interfaces| !interfaces.are_none());
-        let many = |unresolved: usize| unresolved as f64 > FEW_UNRESOLVED * sharpness.len() as f64;
+        let exchange = self.arrangement.exchange();
+        let count = exchange.count(sharpness.len()) as f64;
+        let many = |unresolved: usize| exchange.count(unresolved) as f64 > FEW_UNRESOLVED * count;
         if self.settled && !self.smoothed
             || goes_on
             || !many(parallel::count(sharpness.len(), |i| share(sharpness[i]) > 0.0))
@@ -222,11 +221,11 @@ impl<'a, const D: usize, R: Real> Objective<'a, D, R> {
             return;
         }
         let ratio = support_over_spacing(D, self.arrangement.kernel_neighbors);
-        let (domain, count) = (self.arrangement.domain.clone(), sharpness.len() as f64);
+        let domain = self.arrangement.domain.clone();
         let even = (domain.volume() / count).powf(1.0 / D as f64);
         let guess = parallel::map(spacing.len(), |i| ratio * spacing[i].min(even));
         self.arrangement.mirror(&guess);
-        let solved = self.arrangement.solve(&guess, Search::EXACT);
+        let solved = self.arrangement.solve_among(&guess, Search::EXACT);
         let support = parallel::map(solved.len(), |i| solved[i].support.min(domain.size()));
         let positions = &self.arrangement.positions;
         let ends = |i: usize| self.arrangement.target.ends_within(&at(positions, i), AT_AN_END * support[i]);
@@ -302,11 +301,11 @@ impl<'a, const D: usize, R: Real> Objective<'a, D, R> {
         let sums = self.arrangement.densities(&support);
         let (n, w, exchange) = (wanted.len(), &frame.weights, self.arrangement.exchange());
         let q = |i: usize| sums[i].number_density / aimed[i];
-        let own = reduce::sums(n, |i| [w[i], w[i] * q(i), frame.pressure(i) * q(i)]);
-        let [total, weighted, pressure] = exchange.together(own);
+        let [total, weighted, pressure] = reduce::sums(n, |i| [w[i], w[i] * q(i), frame.pressure(i) * q(i)]);
+        let pressure = pressure + self.beyond(&support, &aimed) - self.drift(frame);
+        let [total, weighted, pressure] = exchange.together([total, weighted, pressure]);
         let mean = weighted / total;
         let [squares] = exchange.together(reduce::sums(n, |i| [w[i] * (q(i) / mean - 1.0).powi(2)]));
-        let pressure = pressure + self.beyond(&support, &aimed) - self.drift(frame);
         let energy = 0.5 * squares + frame.lambda * pressure;
         let domain = self.arrangement.target.domain;
         let set = interior_among(exchange, domain, &self.arrangement.positions, &support, Some(w));
@@ -356,15 +355,15 @@ impl<'a, const D: usize, R: Real> Objective<'a, D, R> {
     /// Epsilon as it is measured in the end: at solved support radii, and over what is resolved now.
     pub fn measured(&mut self) -> f64 {
         let (wanted, kappa) = (self.arrangement.target_density(), self.kappa.unwrap_or(1.0));
-        let found = self.arrangement.solved_densities(&self.supports(&wanted, kappa));
+        let solved = self.arrangement.solve_among(&self.supports(&wanted, kappa), Search::EXACT);
         let (target, positions) = (&self.arrangement.target, &self.arrangement.positions);
         let ratio = support_over_spacing(D, self.arrangement.kernel_neighbors);
-        let support = parallel::map(found.len(), |i| target.support(wanted[i], ratio));
+        let support = parallel::map(solved.len(), |i| target.support(wanted[i], ratio));
         let weights =
             parallel::map(wanted.len(), |i| resolved(target.sharpness(&at(positions, i), wanted[i], support[i])));
         let exchange = self.arrangement.exchange();
         let set = interior_among(exchange, target.domain, positions, &support, Some(&weights));
-        fit_among(exchange, set.as_deref(), &wanted, |i| found[i]).epsilon
+        fit_among(exchange, set.as_deref(), &wanted, |i| solved[i].sums.number_density).epsilon
     }
 
     fn log_slope(&self, x: &[f64; D], wanted: f64, spacing: f64) -> [f64; D] {

@@ -115,7 +115,8 @@ impl<const D: usize, R: Real> Stage<D> for DensitySolver<'_, D, R> {
     }
 }
 
-/// Where the target is sharper than sums can follow, particles do not aim at the smoothed target over several ranks.
+/// Points of mass, by which particles aim at the smoothed target, are those of the whole target on each rank; their radii are those of the nearest of
+/// its own particles.
 impl<const D: usize, R: Real> OverRanks<D> for DensitySolver<'_, D, R> {
     fn begin_among<'s>(&'s self, particles: Particles<D>, exchange: &'s dyn Exchange) -> Box<dyn Running<D> + 's> {
         let trace = Trace::new();

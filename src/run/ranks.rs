@@ -101,7 +101,6 @@ pub(super) fn refuse(scene: &Scene) -> Result<()> {
         Some(_) => return lacks("polish", "other than the density solver is not done"),
     }
     let asked = [
-        (scene.aims_at_the_smoothed(), "solver.aim: mass"),
         (scene.order == Some(Order::Crystal), "order: crystal"),
         (scene.wvt.bias == Bias::Plain, "wvt.bias: plain"),
         (scene.balance.is_some(), "balance"),
@@ -160,13 +159,7 @@ fn begin<'f>(scene: &Scene, formats: &'f [FormatSpec]) -> Result<(Read, &'f Form
 }
 
 /// What is left out because there are ranks, where the scene leaves it open.
-const NOT_DONE: [(&str, &str); 2] = [
-    (
-        "the smoothed target as the solver's aim",
-        "it is not looked for over several ranks: where the target is sharper than sums can follow, particles stay where WVT puts them",
-    ),
-    ("parts of the force noise", "they are not measured over several ranks"),
-];
+const NOT_DONE: [(&str, &str); 1] = [("parts of the force noise", "they are not measured over several ranks")];
 
 fn told(scene: &Scene, exchange: &dyn Exchange) -> Vec<String> {
     let count = scene.particles.unwrap_or(DEFAULT_PARTICLES);

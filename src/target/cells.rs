@@ -21,6 +21,10 @@ pub(crate) trait Matter<const D: usize>: Sync {
     fn may_jump(&self) -> bool;
     /// Whether nothing but the domain's surface ends it.
     fn is_smooth(&self) -> bool;
+    /// A bound of n* over a box, where one is known; it need not be narrow.
+    fn most_within(&self, lo: &[f64; D], hi: &[f64; D]) -> Option<f64>;
+    /// Where layers across an axis that are too thin to be met by chance begin and end.
+    fn planes(&self, axis: usize) -> Vec<f64>;
 }
 
 /// A box with the integral of n* over it.
@@ -118,6 +122,17 @@ impl<const D: usize> Cell<D> {
             }
         }
         self.boxes_along(axis).map(|half| half.weighed(target, rule))
+    }
+
+    /// What lies before and behind a plane, without masses.
+    fn cut_at(&self, axis: usize, plane: f64) -> Vec<Self> {
+        if !(plane > self.lo[axis] && plane < self.hi[axis]) {
+            return vec![*self];
+        }
+        let (mut before, mut behind) = (*self, *self);
+        before.hi[axis] = plane;
+        behind.lo[axis] = plane;
+        vec![before, behind]
     }
 
     /// Halves along an axis, with the mass of the whole.
@@ -286,10 +301,30 @@ pub(crate) fn partition<const D: usize>(target: &dyn Matter<D>, rule: Rule) -> R
     Err(Error::Numeric { stage: "seed", problem: "the target is zero everywhere in the domain".into() })
 }
 
+/// Looked at once more by the bounds of the density where the masses of cells do not add up to the whole: places that are looked at may all miss a
+/// thin layer.
 fn refined<const D: usize>(target: &dyn Matter<D>, rule: Rule) -> Vec<Cell<D>> {
+    let cells = refined_by(target, rule, false);
+    let (lo, hi) = target.bounds();
+    let missed = (cells.iter().map(|c| c.mass).sum::<f64>() / target.count() as f64 - 1.0).abs() > MISSED;
+    match missed && target.may_jump() && target.most_within(&lo, &hi).is_some() {
+        true => refined_by(target, rule, true),
+        false => cells,
+    }
+}
+
+/// Part of the whole that cells may miss.
+const MISSED: f64 = 0.01;
+
+fn refined_by<const D: usize>(target: &dyn Matter<D>, rule: Rule, by_bounds: bool) -> Vec<Cell<D>> {
     let (lo, hi) = target.bounds();
     let whole = Cell { lo, hi, mass: 0.0 };
     let mut boxes = vec![whole];
+    for axis in 0..D {
+        for plane in target.planes(axis) {
+            boxes = boxes.iter().flat_map(|c| c.cut_at(axis, plane)).collect();
+        }
+    }
     let first = first_cells(target);
     while boxes.len() < first {
         boxes = boxes.iter().flat_map(|c| c.boxes_along(c.longest())).collect();
@@ -304,11 +339,16 @@ fn refined<const D: usize>(target: &dyn Matter<D>, rule: Rule) -> Vec<Cell<D>> {
         if pending.is_empty() || room == 0 {
             break;
         }
-        let mut hidden = parallel::map(pending.len(), |i| roughness(&pending[i], target, floor));
+        let found = parallel::map(pending.len(), |i| match roughness(&pending[i], target, floor) {
+            0.0 if by_bounds => unseen(&pending[i], target, floor),
+            rough => (rough, None),
+        });
+        let mut hidden: Vec<f64> = found.iter().map(|f| f.0).collect();
         leave_largest(&mut hidden, room);
         let halved = parallel::map(pending.len(), |i| {
             let cell = &pending[i];
-            (hidden[i] > 0.0).then(|| cell.halves_along(cell.roughest(target), target, rule))
+            (hidden[i] > 0.0)
+                .then(|| cell.halves_along(found[i].1.unwrap_or_else(|| cell.roughest(target)), target, rule))
         });
         done.extend(pending.iter().zip(&halved).filter(|(_, halves)| halves.is_none()).map(|(cell, _)| *cell));
         pending = halved.into_iter().flatten().flatten().collect();
@@ -352,6 +392,25 @@ fn roughness<const D: usize>(cell: &Cell<D>, target: &dyn Matter<D>, floor: f64)
     let change = (0..D).map(|k| cell.hidden_change(k, target)).fold(0.0, f64::max) * cell.volume();
     if change > floor && change > DISAGREEMENT * larger { change } else { 0.0 }
 }
+
+/// The mass that there may be where nothing has been seen of it, by the bounds of the density, and the axis across which halves are bounded best;
+/// 0 where the bounds are no more than some times what was seen.
+fn unseen<const D: usize>(cell: &Cell<D>, target: &dyn Matter<D>, floor: f64) -> (f64, Option<usize>) {
+    let bound = |cell: &Cell<D>| target.most_within(&cell.lo, &cell.hi).unwrap_or(0.0);
+    let (most, volume) = (bound(cell), cell.volume());
+    if !(most.is_finite() && most * volume > UNSEEN * cell.mass.max(floor)) {
+        return (0.0, None);
+    }
+    let halves = |axis: usize| cell.boxes_along(axis).iter().map(bound).sum::<f64>();
+    let bounds: [f64; D] = sph::array(halves);
+    let least = bounds.iter().fold(f64::INFINITY, |m, b| m.min(*b));
+    let edge = |k: usize| if bounds[k] <= least { cell.hi[k] - cell.lo[k] } else { 0.0 };
+    let axis = (0..D).fold(0, |best, k| if edge(k) > edge(best) { k } else { best });
+    (most * volume, Some(axis))
+}
+
+/// What the bounds of a density may say over what was seen of it: those of smooth functions are wide, too.
+const UNSEEN: f64 = 4.0;
 
 /// Halves the heavy cells until none has much more than one part in `least` of the mass.
 pub(crate) fn refine<const D: usize>(target: &dyn Matter<D>, cells: &mut Vec<Cell<D>>, least: usize, rule: Rule) {

@@ -11,7 +11,7 @@ pub(crate) mod mass_points;
 mod materials;
 mod regions;
 
-use crate::field::ScalarField;
+use crate::field::{Patch, ScalarField};
 use cells::Matter;
 pub use materials::{MaterialState, Materials};
 pub use regions::{Part, Region, Regions, Selected};
@@ -299,6 +299,24 @@ impl<const D: usize> Matter<D> for Target<'_, D> {
         !self.may_jump() && !self.part.is_some_and(|part| part.is_cut())
     }
 
+    /// Not of a part, whose density ends where the field's does not.
+    fn most_within(&self, lo: &[f64; D], hi: &[f64; D]) -> Option<f64> {
+        if self.part.is_some_and(|part| part.is_cut()) {
+            return None;
+        }
+        let most = self.resolution_field().enclosure(&Patch::of_box(*lo, *hi))?.most;
+        Some(most * self.count as f64 / self.resolution_integral)
+    }
+
+    /// Of regions; a part of them is bounded by itself.
+    fn planes(&self, axis: usize) -> Vec<f64> {
+        let Some(part) = self.part.filter(|part| !part.is_cut()) else { return Vec::new() };
+        let most = THIN * self.domain.extent()[axis];
+        let extents = part.regions.each().iter().map(|r| (r.lo[axis], r.hi[axis]));
+        let thin = extents.filter(|(lo, hi)| hi - lo < most);
+        thin.take(MOST_THIN).flat_map(|(lo, hi)| [lo, hi]).collect()
+    }
+
     /// None outside of the domain, or of the region that this is the target of.
     fn density_inside(&self, x: &[f64; D]) -> Option<f64> {
         let density = self.domain.contains(x).then(|| self.number_density(x))?;
@@ -306,6 +324,11 @@ impl<const D: usize> Matter<D> for Target<'_, D> {
         (density > 0.0 || !ends).then_some(density)
     }
 }
+
+/// Share of the domain's extent below which a region across an axis may be missed by places that are looked at, and how many such are
+/// taken care of.
+const THIN: f64 = 1.0 / 16.0;
+const MOST_THIN: usize = 8;
 
 /// n^(-1/d); roots are faster than powers.
 fn spacing_of<const D: usize>(number_density: f64) -> f64 {

@@ -271,6 +271,11 @@ impl<'a, const D: usize> Regions<'a, D> {
         })
     }
 
+    /// All of them.
+    pub fn each(&self) -> &[Region<D>] {
+        &self.regions
+    }
+
     /// The region that `x` is in; `None` where no particle belongs.
     pub fn of(&self, x: &[f64; D]) -> Option<usize> {
         let x = self.domain.wrapped(x);
