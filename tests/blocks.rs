@@ -13,8 +13,8 @@ use sph_formats::{FORMATS, FieldRequest, FileContent, ParticleFile, ParticleStre
 use sph_prep::field::{AnalyticField, ScalarField};
 use sph_prep::metrics::{Measured, Patches};
 use sph_prep::run::replicate::Repeated;
-use sph_prep::seeding::{Blockwise, Seeding, Surroundings, blocks, seed, seed_block};
-use sph_prep::target::{Target, at};
+use sph_prep::seeding::{Blockwise, Seeding, blocks, seed, seed_block};
+use sph_prep::target::{Surroundings, Target, at};
 use sph_prep::{Control, Scene, place};
 use std::collections::BTreeSet;
 use std::path::Path;
@@ -142,8 +142,7 @@ fn patches_are_those_of_the_whole<const D: usize>(target: &Target<'_, D>, seedin
             let missed = (0..target.count).find(|i| away(&x, &at(&all, *i)) <= reach && !is_given(i));
             assert_eq!(missed, None, "{D}-D, {seeding:?}: about {number}, within {reach}");
         }
-        let about = |&(x, reach): &([f64; D], f64)| Surroundings { x, reach };
-        patches.add(target, &[x], |asked| blocks.near(&asked.iter().map(about).collect::<Vec<_>>())).unwrap();
+        patches.add(target, &[x], |asked| blocks.near(asked)).unwrap();
         let own = target.support(target.number_density(&x), ratio);
         for i in (0..target.count).filter(|i| away(&x, &at(&all, *i)) <= own) {
             off += (whole.sums[i].weighted / target.density.value(&at(&all, i)) - 1.0).abs();

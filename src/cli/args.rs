@@ -2,7 +2,7 @@
 
 use super::choices::{boundary, kernel, on_interrupt, order, polish, seeding, staggering};
 use super::rank_args::{PlanArgs, ranks};
-use super::stream_args::{ReplicateArgs, SeedArgs};
+use super::stream_args::{EncodingArgs, ReplicateArgs, SeedArgs};
 use crate::compare::DEFAULT;
 use crate::error::Result;
 use crate::scene::{Scene, parse_count, parse_mapping};
@@ -221,12 +221,8 @@ pub struct ConvertArgs {
     /// Write so many files: NAME.0.EXT and so on for GADGET and its kin, pieces of a .pvtu for VTK.
     #[arg(long, value_name = "K", default_value_t = 1)]
     pub files: usize,
-    /// Write f64 where the format's default is f32.
-    #[arg(long)]
-    pub double: bool,
-    /// Deflate level, 0 to 9.
-    #[arg(long, default_value_t = 4, value_parser = clap::value_parser!(u8).range(0..=9))]
-    pub compression: u8,
+    #[command(flatten)]
+    pub encoding: EncodingArgs,
 }
 
 #[derive(Debug, clap::Args)]

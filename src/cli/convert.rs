@@ -11,7 +11,7 @@ use sph::kernel::{default_kernel_neighbors, support_over_spacing};
 use sph_formats::common::particle_names as names;
 use sph_formats::model::FILES_KEY;
 use sph_formats::{
-    Column, FormatSpec, ParticleFile, UnitDimension, UnitSystem, Values, WriteOptions, registry, registry::FixedCorner,
+    Column, FormatSpec, ParticleFile, UnitDimension, UnitSystem, Values, registry, registry::FixedCorner,
 };
 use std::path::Path;
 
@@ -47,7 +47,7 @@ pub fn convert(formats: &[FormatSpec], args: &ConvertArgs) -> Result<Vec<String>
     notes.extend(moved_into_box(&mut file, target));
     progress.begin("support radii");
     notes.extend(support_radii(&args.from, &mut file));
-    let options = WriteOptions { compression: args.compression, double_precision: args.double };
+    let options = args.encoding.options();
     progress.begin("write");
     let written = sph_formats::write_files(formats, &args.to, Some(target.name), &file, args.files, options)?;
     let told = written.first().unwrap_or(&args.to);

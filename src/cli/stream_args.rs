@@ -3,7 +3,25 @@
 use super::choices::seeding;
 use crate::scene::parse_count;
 use crate::seeding::Seeding;
+use sph_formats::WriteOptions;
 use std::path::PathBuf;
+
+/// How numbers are written.
+#[derive(Debug, clap::Args)]
+pub struct EncodingArgs {
+    /// Write f64 where the format's default is f32.
+    #[arg(long)]
+    double: bool,
+    /// Deflate level, 0 to 9.
+    #[arg(long, default_value_t = 4, value_parser = clap::value_parser!(u8).range(0..=9))]
+    compression: u8,
+}
+
+impl EncodingArgs {
+    pub fn options(&self) -> WriteOptions {
+        WriteOptions { compression: self.compression, double_precision: self.double }
+    }
+}
 
 /// Where particles go that are made while they are written.
 #[derive(Debug, clap::Args)]
@@ -20,12 +38,8 @@ pub struct StreamArgs {
     /// Write file PART of --files alone, from 0, and leave the others to other processes.
     #[arg(long, value_name = "PART", conflicts_with = "dry_run")]
     pub part: Option<usize>,
-    /// Write f64 where the format's default is f32.
-    #[arg(long)]
-    pub double: bool,
-    /// Deflate level, 0 to 9.
-    #[arg(long, default_value_t = 4, value_parser = clap::value_parser!(u8).range(0..=9))]
-    pub compression: u8,
+    #[command(flatten)]
+    pub encoding: EncodingArgs,
     /// Make all particles, count them, sum their masses and hash their numbers, but write nothing.
     #[arg(long)]
     pub dry_run: bool,

@@ -11,8 +11,8 @@ use sph_formats::common::particle_names as names;
 use sph_formats::registry::detect_output;
 use sph_formats::stream::TYPES;
 use sph_formats::{
-    Column, FieldRequest, FileContent, FormatSpec, ParticleStream, ParticleTable, RunHeader, Values, WriteOptions,
-    write_part, write_stream,
+    Column, FieldRequest, FileContent, FormatSpec, ParticleStream, ParticleTable, RunHeader, Values, write_part,
+    write_stream,
 };
 use std::fmt::Write;
 use std::ops::Range;
@@ -125,7 +125,7 @@ fn put(
     for note in &notes {
         let _ = writeln!(out, "note: {note}");
     }
-    let options = WriteOptions { compression: args.compression, double_precision: args.double };
+    let options = args.encoding.options();
     match (&args.output, args.part) {
         (Some(path), Some(part)) if !args.dry_run => {
             let to = args.to.as_deref();

@@ -6,14 +6,13 @@ use sph::exchange::Exchange;
 use sph::kernel::{KernelName, support_over_spacing};
 use sph::neighbors::{GhostTree, Groups, Halo, Reach, Sees, Sources, Tree};
 use sph::parallel;
-use sph::sums::{Actors, DensitySums, Search, Solved, Vector, largest_support, scatter_gradient, solve_support_radii};
+use sph::sums::{
+    Actors, DensitySums, Search, Solved, Vector, largest_support, scatter_gradient, solve_support_radii,
+    solve_within_reach,
+};
 
 /// Particles that are looked at together, at most.
 const GROUP: usize = 8;
-/// Reach of the first solution over the guessed radii.
-const FIRST_REACH: f64 = 1.3;
-/// The next reach over radii that came out: more than they are solved to.
-const SOLVED: f64 = 1.0 + 1e-4;
 
 /// Sums of every particle at its own support radius, in the particles' order. Of particles over several ranks, those of others that
 /// are seen here follow.
@@ -72,9 +71,6 @@ impl<const D: usize> Measured<D> {
 
     /// [`Self::new`] of particles that are over several ranks, which all call it together. Curved surfaces that mirror are not
     /// seen through.
-    ///
-    /// Radii are solved for with what other ranks have within a reach, and once more where a radius came out beyond it: with
-    /// neighbors missing it comes out too large, so that the second reach is enough.
     pub fn among(
         exchange: &dyn Exchange,
         kernel: KernelName,
@@ -90,22 +86,15 @@ impl<const D: usize> Measured<D> {
         let tree = Tree::build(positions);
         let (guess, mass) = (tree.to_tree_order(guess), tree.to_tree_order(masses));
         let largest = largest_support(domain, exchange.count(masses.len()), kernel_neighbors);
-        let mut reach: Vec<f64> = guess.iter().map(|h| (FIRST_REACH * h).min(largest)).collect();
-        let solved: Vec<Solved<D>> = loop {
-            let halo = Halo::new(exchange, domain, (&tree, &reach), None, Sees::Targets);
+        let solved = solve_within_reach(exchange, (&guess, largest), |reach| {
+            let halo = Halo::new(exchange, domain, (&tree, reach), None, Sees::Targets);
             let [there] = halo.values(exchange, [[&mass, &[]]]);
             let sources = [
                 Sources::new(&tree, &guess, [mass.as_slice()], Reach::Target),
                 Sources::new(&halo.tree, &[], [there.as_slice()], Reach::Target),
             ];
-            let solved =
-                solve_support_radii::<D, 1, f32>(kernel, domain, &sources, (kernel_neighbors, Search::EXACT), largest);
-            let is_beyond = |(s, r): (&Solved<D>, &f64)| s.support > *r;
-            if !exchange.any(solved.iter().zip(&reach).any(is_beyond)) {
-                break solved;
-            }
-            reach.iter_mut().zip(&solved).for_each(|(r, s)| *r = r.max(s.support * SOLVED));
-        };
+            solve_support_radii::<D, 1, f32>(kernel, domain, &sources, (kernel_neighbors, Search::EXACT), largest)
+        });
         Self::joined(exchange, domain, positions, (&tree, &mass), &solved)
     }
 

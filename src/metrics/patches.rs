@@ -3,7 +3,7 @@
 use super::density_error::{figures, refit};
 use super::smoothed::{Looking, smoothed_densities};
 use super::{ErrorFigures, Measured};
-use crate::target::{Positions, Target, at};
+use crate::target::{Positions, Surroundings, Target, at};
 use sph::exchange::Alone;
 use sph::kernel::{KernelName, support_over_spacing};
 use sph::sums::support_guess;
@@ -62,43 +62,44 @@ impl Patches {
         &mut self,
         target: &Target<'_, D>,
         places: &[[f64; D]],
-        near: impl Fn(&[([f64; D], f64)]) -> Result<Vec<Positions<D>>, E>,
+        near: impl Fn(&[Surroundings<D>]) -> Result<Vec<Positions<D>>, E>,
     ) -> Result<(), E> {
         let ratio = support_over_spacing(D, self.kernel_neighbors);
         let support = |x: &[f64; D]| target.support(target.number_density(x), ratio).min(target.domain.size());
-        let mut asked: Vec<([f64; D], f64)> = places.iter().map(|x| (*x, REACH * support(x))).collect();
+        let of = |x: &[f64; D]| Surroundings { x: *x, reach: REACH * support(x) };
+        let mut asked: Vec<Surroundings<D>> = places.iter().map(of).collect();
         for _ in 0..=WIDENED {
             if asked.is_empty() {
                 break;
             }
             let found = near(&asked)?;
-            let wider = asked.iter().zip(&found).filter_map(|((x, reach), positions)| {
-                let widest = self.measure(target, (x, support(x)), positions, *reach)?;
-                Some((*x, (1.1 * widest).min(target.domain.size())))
+            let wider = asked.iter().zip(&found).filter_map(|(about, positions)| {
+                let widest = self.measure(target, (about, support(&about.x)), positions)?;
+                Some(Surroundings { x: about.x, reach: (1.1 * widest).min(target.domain.size()) })
             });
             asked = wider.collect();
         }
         Ok(())
     }
 
-    /// Measures about `x`, unless some sees farther than what is known: how far that is.
+    /// Measures about a place, unless some sees farther than what is known: how far that is.
     fn measure<const D: usize>(
         &mut self,
         target: &Target<'_, D>,
-        (x, support): (&[f64; D], f64),
+        (about, support): (&Surroundings<D>, f64),
         positions: &Positions<D>,
-        reach: f64,
     ) -> Option<f64> {
+        let Surroundings { x, reach } = about;
         let (domain, n) = (target.domain, positions[0].len());
         let (kernel, neighbors) = (self.kernel, self.kernel_neighbors);
         let spacing = |i: usize| target.spacing(target.number_density(&at(positions, i))).min(domain.size());
         let guess = support_guess::<D>(neighbors, n, spacing);
-        let masses = vec![target.mass / target.count as f64; n];
+        let masses = target.equal_masses(n);
         let measured = Measured::new(kernel, domain, positions, &masses, &guess, neighbors);
         let away = |i: usize| domain.displacement(x, &at(positions, i)).iter().map(|d| d * d).sum::<f64>().sqrt();
         let looked: Vec<usize> = (0..n).filter(|&i| away(i) <= support).collect();
         let widest = looked.iter().map(|&i| away(i) + measured.support[i]).fold(0.0, f64::max);
-        if widest > reach && reach < domain.size() {
+        if widest > *reach && *reach < domain.size() {
             return Some(widest);
         }
         self.take(target, (positions, &measured), &looked);

@@ -11,13 +11,15 @@ use crate::metrics::{Aim, Quality};
 use crate::target::{Positions, Target};
 use serde::Serialize;
 use serde::de::DeserializeOwned;
-use sph::exchange::{Alone, Exchange};
+use sph::exchange::Exchange;
 use std::sync::{Mutex, PoisonError};
 use std::time::{Duration, Instant};
 
 /// Measures the particles that stages make, and remembers the figures of the last that were accepted.
 pub struct Judge<'a, const D: usize> {
     measure: &'a (dyn Fn(&Particles<D>) -> Quality + Sync),
+    /// Over which ranks the particles are, all of which come to the same judgement.
+    exchange: &'a dyn Exchange,
     /// Seeds of the full number, with which particles from splitting are compared.
     seeds: &'a (dyn Fn() -> Option<Particles<D>> + Sync),
     accepted: Mutex<Option<Quality>>,
@@ -29,8 +31,9 @@ impl<'a, const D: usize> Judge<'a, D> {
     pub fn new(
         measure: &'a (dyn Fn(&Particles<D>) -> Quality + Sync),
         seeds: &'a (dyn Fn() -> Option<Particles<D>> + Sync),
+        exchange: &'a dyn Exchange,
     ) -> Self {
-        Self { measure, seeds, accepted: Mutex::new(None), cost: Mutex::new([Duration::ZERO; 2]) }
+        Self { measure, exchange, seeds, accepted: Mutex::new(None), cost: Mutex::new([Duration::ZERO; 2]) }
     }
 
     /// Measures what the first stage is given. Returns the time to be kept for measuring its result, and the run's: that of
@@ -65,7 +68,7 @@ impl<'a, const D: usize> Judge<'a, D> {
             Some((self.seeds)().filter(|seeds| seeds.len() == after.len())?)
         };
         let before = seeds.as_ref().unwrap_or(before);
-        if before.positions == after.positions && before.masses == after.masses {
+        if !self.exchange.any(before.positions != after.positions || before.masses != after.masses) {
             return None;
         }
         let earlier = accepted.take().unwrap_or_else(|| self.timed(before));
@@ -128,8 +131,9 @@ impl<const D: usize> Running<D> for Watched<'_, D> {
     fn finish(self: Box<Self>, stop: StopReason) -> Relaxed<D> {
         let Self { inner, before, stage } = *self;
         let mut relaxed = inner.finish(stop);
-        let target = stage.target.with_count(relaxed.particles.len());
-        relaxed.notes.extend(part(&Alone, &target, &mut relaxed.particles.positions));
+        let exchange = stage.judge.exchange;
+        let target = stage.target.with_count(exchange.count(relaxed.particles.len()));
+        relaxed.notes.extend(part(exchange, &target, &mut relaxed.particles.positions));
         let met = stage.aim == Aim::Density && stop == StopReason::ToleranceReached;
         let aim = if met { Aim::DensityMet } else { stage.aim };
         // What lies too close across a surface may be all that is wrong.
@@ -143,7 +147,11 @@ impl<const D: usize> Running<D> for Watched<'_, D> {
             (loss, relaxed.particles) = (None, parted);
         }
         if let Some((loss, seeds)) = loss {
-            relaxed.refuse(stage.name(), &loss, seeds.unwrap_or(before));
+            relaxed.notes.push(format!("the result of {} is not used: {loss}", stage.name().title));
+            relaxed.particles = seeds.unwrap_or(before);
+            for report in &mut relaxed.reports {
+                report.best_iteration = report.history.first().map_or(0, |p| p.iteration);
+            }
         }
         if stage.aim == Aim::Density && stop != StopReason::Interrupted {
             stage.part_contacts(&mut relaxed.particles);
@@ -163,26 +171,18 @@ impl<const D: usize> Accepted<'_, D> {
         }
     }
 
-    /// With those apart that are too close across a surface; none where none are.
+    /// With those apart that are too close across a surface; none where none are, and over several ranks, where each knows its own alone.
     fn parted(&self, particles: &Particles<D>) -> Option<Particles<D>> {
+        if !self.judge.exchange.is_alone() {
+            return None;
+        }
         let mut parted = particles.clone();
         part_contacts(&self.target.with_count(particles.len()), &mut parted.positions).then_some(parted)
     }
 }
 
-impl<const D: usize> Relaxed<D> {
-    /// Puts `instead` in the place of what `stage` came to, which is worse by `loss`.
-    pub(super) fn refuse(&mut self, stage: StageName, loss: &str, instead: Particles<D>) {
-        self.notes.push(format!("the result of {} is not used: {loss}", stage.title));
-        self.particles = instead;
-        for report in &mut self.reports {
-            report.best_iteration = report.history.first().map_or(0, |p| p.iteration);
-        }
-    }
-}
-
 /// Moves what a stage left paired apart; a note if there was anything. Pairs of particles of two ranks stay.
-pub(super) fn part<const D: usize>(
+fn part<const D: usize>(
     exchange: &dyn Exchange,
     target: &Target<'_, D>,
     positions: &mut Positions<D>,

@@ -9,7 +9,7 @@ use sph::lanes::Real;
 use sph::neighbors::{GhostTree, Halo, Reach, Sees, Sources, Tree};
 use sph::sums::{
     Actors, Away, DensitySums, Search, Solved, Vector, away_from_closest, density, largest_support, scatter_gradient,
-    solve_support_radii,
+    solve_support_radii, solve_within_reach,
 };
 use sph::{parallel, reduce};
 use std::marker::PhantomData;
@@ -19,10 +19,6 @@ use std::marker::PhantomData;
 const GHOST_DEPTH: f64 = 1.5;
 /// Moves between sortings, where steps are short.
 pub(super) const SORT_INTERVAL: usize = 8;
-
-/// Reach of the first solution over guessed radii, and of the next over those that came out, which are solved to less.
-const FIRST_REACH: f64 = 1.3;
-const SOLVED: f64 = 1.0 + 1e-4;
 
 /// Ghosts with the surface that mirrors them.
 struct GhostLayer<const D: usize> {
@@ -397,23 +393,16 @@ impl<'a, const D: usize, R: Real> Arrangement<'a, D, R> {
         solve_support_radii::<D, 0, R>(self.kernel, &self.domain, &sources, (self.kernel_neighbors, search), largest)
     }
 
-    /// [`Self::solve`] with what other ranks have, which is looked for once more where a radius came out beyond what was seen: with neighbors
-    /// missing it comes out too large. All ranks call it together.
+    /// [`Self::solve`] with what other ranks have. All ranks call it together.
     pub fn solve_among(&mut self, guess: &[f64], search: Search) -> Vec<Solved<D>> {
-        if self.exchange.is_alone() {
+        let exchange = self.exchange;
+        if exchange.is_alone() {
             return self.solve(guess, search);
         }
-        let largest = self.domain.size();
-        let mut reach: Vec<f64> = guess.iter().map(|h| (FIRST_REACH * h).min(largest)).collect();
-        loop {
-            self.mirror(&reach);
-            let solved = self.solve(guess, search);
-            let wanted = |i: usize| solved[i].support.min(largest);
-            if !self.exchange.any((0..solved.len()).any(|i| wanted(i) > reach[i])) {
-                return solved;
-            }
-            parallel::update(&mut reach, |i, r| *r = r.max((SOLVED * wanted(i)).min(largest)));
-        }
+        solve_within_reach(exchange, (guess, self.domain.size()), |reach| {
+            self.mirror(reach);
+            self.solve(guess, search)
+        })
     }
 
     fn sources<'s>(&'s self, support: &'s [f64]) -> Vec<Sources<'s, D, 0>> {

@@ -60,7 +60,7 @@ pub use conservation::{Drift, conservation};
 pub use control::{Control, Event, Step};
 pub use fluid::AlaricOptions;
 pub use followed::{End, Followed, Point};
-pub use on_ranks::{JudgeAmong, OnRanks, OverRanks};
+pub use on_ranks::{OnRanks, OverRanks, agreed_stop};
 pub use outside::Field;
 pub use pairs::{COINCIDENT, PAIRED, part_pairs};
 pub use report::{Progress, StageName, StageReport, StopReason};

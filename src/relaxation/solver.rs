@@ -30,7 +30,7 @@ use super::course::Course;
 use super::interfaces::Interfaces;
 use super::lbfgs::{Lbfgs, product_among};
 use super::objective::{Evaluation, Frame, Objective};
-use super::on_ranks::{OverRanks, agreed};
+use super::on_ranks::{OverRanks, agreed_stop};
 use super::pairs::{COINCIDENT, part_pairs};
 use super::report::{Progress, StageName, StageReport, StopReason};
 use super::schedule::{SolverOptions, Stretch, weight_with};
@@ -136,6 +136,10 @@ impl<const D: usize, R: Real> OverRanks<D> for DensitySolver<'_, D, R> {
         let descent = solver.descend(&schedule[0]);
         Box::new(Run { solver, schedule, index: 0, descent, before })
     }
+
+    fn steps(&self, report: &StageReport) -> (usize, &'static str) {
+        (report.history.last().map_or(0, |last| last.iteration), "evaluation of the density solver")
+    }
 }
 
 impl<'a, const D: usize, R: Real> DensitySolver<'a, D, R> {
@@ -234,7 +238,7 @@ struct Run<'a, const D: usize, R> {
 impl<const D: usize, R: Real> Running<D> for Run<'_, D, R> {
     fn advance(&mut self, outside: Option<StopReason>) -> Option<StopReason> {
         let Self { solver, descent, .. } = self;
-        let outside = agreed(solver.exchange, outside);
+        let outside = agreed_stop(solver.exchange, outside);
         if solver.objective.arrangement.is_stale(SORT_INTERVAL) {
             let order = solver.objective.sort();
             descent.reorder(&order);

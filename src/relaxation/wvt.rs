@@ -21,7 +21,7 @@ use super::arrangement::{Arrangement, SORT_INTERVAL};
 use super::fit::{fit_among, interior_among, resolved};
 use super::interfaces::Interfaces;
 use super::objective::STEEP;
-use super::on_ranks::{OverRanks, agreed};
+use super::on_ranks::{OverRanks, agreed_stop};
 use super::pairs::{COINCIDENT, part_pairs};
 use super::report::{Progress, StageName, StageReport, StopReason};
 use super::snapshot::{Best, Check, Trace, axes, decode, encode};
@@ -147,6 +147,10 @@ impl<const D: usize> OverRanks<D> for Wvt<'_, D> {
         let mut positions = particles.positions;
         part_pairs(&self.target, &mut positions, COINCIDENT);
         Box::new(self.begun(positions, None, exchange))
+    }
+
+    fn steps(&self, report: &StageReport) -> (usize, &'static str) {
+        (report.history.len(), "step of WVT")
     }
 }
 
@@ -312,7 +316,7 @@ impl<const D: usize> Running<D> for Relaxation<'_, D> {
         if let Some(order) = self.order.as_mut().filter(|_| self.best.iteration == iteration) {
             order.best.clone_from(&order.now);
         }
-        let reason = self.stop_reason().or(agreed(self.exchange, outside));
+        let reason = self.stop_reason().or(agreed_stop(self.exchange, outside));
         let mut largest_step = 0.0;
         if reason.is_none() && iteration < options.iterations {
             let t = iteration as f64 / options.iterations.max(1) as f64;

@@ -11,7 +11,7 @@ use super::grading::verdict as verdict_on;
 use super::pipeline::{closed_and_open, verdict};
 use super::plan::{Held, Plan};
 use super::report::{MassReport, Report, Timing};
-use super::stages::{Setting, check_neighbors};
+use super::stages::{Placed, Setting, check_neighbors};
 use super::streamed::Read;
 use super::variables::variables;
 use super::{doubts, memory};
@@ -19,18 +19,16 @@ use crate::codes::TargetCode;
 use crate::error::{Error, Result};
 use crate::input::internal_units::Prepared;
 use crate::input::units::RunUnits;
-use crate::metrics::{Outcome, Quality};
+use crate::metrics::Outcome;
 use crate::output::frame::{Factors, output_units};
 use crate::output::origin;
 use crate::output::particle_file::{Made, Making, RawColumns, particle_file};
-use crate::relaxation::{
-    Bias, Control, DensitySolver, Event, JudgeAmong, OnRanks, SOLVER, StageReport, Step, StopReason, WVT, Wvt,
-};
+use crate::relaxation::{Bias, Control, Event, Step};
 use crate::scene::{DEFAULT_PARTICLES, OnInterrupt, Order, Polish, Scene};
 use crate::seeding::{Seeding, seed_block};
-use crate::target::{Positions, Target};
+use crate::target::Target;
 use sph::domain::Wall;
-use sph::exchange::{Exchange, Traffic};
+use sph::exchange::Exchange;
 use sph_formats::common::particle_names as names;
 use sph_formats::stream::Part;
 use sph_formats::{FormatError, FormatSpec, ParticleFile, WriteOptions, write_stream};
@@ -158,9 +156,6 @@ fn begin<'f>(scene: &Scene, formats: &'f [FormatSpec]) -> Result<(Read, &'f Form
     Ok((read, format))
 }
 
-/// What is left out because there are ranks, where the scene leaves it open.
-const NOT_DONE: [(&str, &str); 1] = [("parts of the force noise", "they are not measured over several ranks")];
-
 fn told(scene: &Scene, exchange: &dyn Exchange) -> Vec<String> {
     let count = scene.particles.unwrap_or(DEFAULT_PARTICLES);
     let ranks = exchange.ranks();
@@ -183,13 +178,6 @@ struct Run<'a> {
     timing: Vec<Timing>,
     notes: Vec<String>,
     warnings: Vec<String>,
-}
-
-/// What the stages came to, or the seeds.
-struct Placed<const D: usize> {
-    positions: Positions<D>,
-    stages: Vec<StageReport>,
-    stop: StopReason,
 }
 
 impl<'a> Run<'a> {
@@ -216,7 +204,7 @@ impl<'a> Run<'a> {
         let held = Held::Unsure("it is not done over several ranks".into());
         let is_radial = prepared.source.radial.is_some();
         let mut plan = Plan::among(scene, &target, is_radial, &held, exchange.ranks());
-        NOT_DONE.iter().for_each(|(what, why)| plan.drop(*what, *why));
+        plan.drop("parts of the force noise", "they are not measured over several ranks");
         if regions.is_some() {
             plan.drop(
                 "relaxation of each region by itself",
@@ -227,7 +215,7 @@ impl<'a> Run<'a> {
         agreed(exchange, memory::check_among(count, &plan.stages, here))?;
         let expected = self.expected(&plan, &target);
         self.check()?;
-        let placed = self.place(&target, &plan)?;
+        let placed = self.place(&target, &mut plan)?;
         self.measured(&prepared, target, placed, (plan, expected))
     }
 
@@ -260,79 +248,23 @@ impl<'a> Run<'a> {
     }
 
     /// Seeds, and relaxes.
-    fn place<const D: usize>(&mut self, target: &Target<'_, D>, plan: &Plan) -> Result<Placed<D>> {
+    fn place<const D: usize>(&mut self, target: &Target<'_, D>, plan: &mut Plan) -> Result<Placed<D>> {
         let (exchange, lap) = (self.exchange, Instant::now());
         self.control.tell(Event::Begin(Step::Seed));
         let totals = sph::array(|t| if t == 0 { target.count } else { 0 });
         let Part { starts, counts, .. } = Part::new(totals, exchange.rank(), exchange.ranks());
         let own = starts[0]..starts[0] + counts[0];
         let positions = agreed(exchange, seed_block(target, self.scene.seed, own))?;
-        self.lap(Step::Seed, lap, None);
+        let seed_seconds = lap.elapsed().as_secs_f64();
         self.check()?;
-        self.relax(target, plan, positions)
-    }
-
-    /// Runs the stages of the plan.
-    fn relax<const D: usize>(
-        &mut self,
-        target: &Target<'_, D>,
-        plan: &Plan,
-        mut positions: Positions<D>,
-    ) -> Result<Placed<D>> {
-        let (exchange, scene, control) = (self.exchange, self.scene, self.control);
-        let setting = Setting::new(scene, *target, None, control);
-        let (kernel, neighbors) = (scene.kernel(), scene.kernel_neighbors(D));
-        let measure = |x: &Positions<D>| {
-            let masses = equal_masses(target, x);
-            Quality::among(exchange, kernel, (target, setting.ledger()), (x, Some(&masses)), neighbors)
-        };
-        let mut judge = JudgeAmong::new(exchange, *target, &measure);
-        let mut stages: Vec<StageReport> = Vec::new();
-        for &name in &plan.stages {
-            if stages.iter().any(|s| s.stop.is_cut()) || name == SOLVER && met(&stages) {
-                continue;
-            }
-            let lap = Instant::now();
-            let (relaxed, sent) = match name {
-                WVT => {
-                    let wvt = Wvt { kernel, target: *target, options: setting.wvt(plan) };
-                    judge.relax(&OnRanks { stage: wvt, exchange }, positions, control)
-                }
-                SOLVER => {
-                    let solver = DensitySolver::<D>::new(kernel, *target, setting.solver(plan));
-                    judge.relax(&OnRanks { stage: solver, exchange }, positions, control)
-                }
-                _ => continue,
-            };
-            self.note_traffic(relaxed.report(), sent);
-            self.lap(Step::Relax(name), lap, relaxed.report().epsilon());
-            self.notes.extend(relaxed.notes);
-            stages.extend(relaxed.reports);
-            positions = relaxed.particles.positions;
-        }
-        let cut = stages.iter().find(|s| s.stop.is_cut()).or(stages.last());
-        let stop = cut.map_or(StopReason::NotNeeded, |s| s.stop);
-        if stop == StopReason::Interrupted && scene.output.on_interrupt == OnInterrupt::Discard {
-            return Err(Error::Interrupted);
-        }
-        Ok(Placed { positions, stages, stop })
-    }
-
-    /// Of what this rank has sent in a stage, what the busiest has in each step; those of the solver are its evaluations.
-    fn note_traffic(&mut self, report: &StageReport, sent: Traffic) {
-        let exchange = self.exchange;
-        let evaluations = report.history.last().map_or(0, |last| last.iteration);
-        let steps = if report.stage == SOLVER { evaluations } else { report.history.len() };
-        if exchange.is_alone() || steps == 0 {
-            return;
-        }
-        let each = |sent: u64| exchange.max(sent as f64 / steps as f64);
-        self.notes.push(format!(
-            "in each {} the busiest rank sent {:.0} messages and {:.0} bytes to others",
-            if report.stage == SOLVER { "evaluation of the density solver" } else { "step of WVT" },
-            each(sent.messages),
-            each(sent.bytes)
-        ));
+        let placed = Setting::new(self.scene, *target, None, self.control).over(exchange).place_seeds(
+            plan,
+            positions,
+            seed_seconds,
+        )?;
+        self.timing.extend(placed.timing.iter().cloned());
+        self.notes.extend(placed.notes.iter().cloned());
+        Ok(placed)
     }
 
     /// Measures, and makes this rank's part of the file.
@@ -346,8 +278,9 @@ impl<'a> Run<'a> {
         let (exchange, scene, lap) = (self.exchange, self.scene, Instant::now());
         self.control.tell(Event::Begin(Step::Measure));
         let (kernel, neighbors) = (scene.kernel(), scene.kernel_neighbors(D));
-        let Placed { positions, stages, stop } = placed;
-        let masses = equal_masses(&target, &positions);
+        let Placed { particles, stages, stop, .. } = placed;
+        let positions = particles.positions;
+        let masses = target.equal_masses(positions[0].len());
         let asked = masses.clone();
         let setting = Setting::new(scene, target, None, self.control);
         let outcome =
@@ -439,16 +372,6 @@ impl<'a> Run<'a> {
         report.verdict = verdict_on(&report);
         Ok((file, report))
     }
-}
-
-/// Masses of this rank's particles: all have the same, and the target's own are of all particles.
-fn equal_masses<const D: usize>(target: &Target<'_, D>, positions: &Positions<D>) -> Vec<f64> {
-    vec![target.mass / target.count as f64; positions[0].len()]
-}
-
-/// Whether WVT has met what the density solver is for.
-fn met(stages: &[StageReport]) -> bool {
-    stages.last().is_some_and(|s| s.stage == WVT && s.stop == StopReason::ToleranceReached)
 }
 
 /// Writes the particles of all ranks from the first; returns what there is to note.

@@ -8,13 +8,14 @@ use crate::error::{Error, Result};
 use crate::metrics::{Aim, Ledger, Quality};
 use crate::relaxation::{
     self, AFC, ALARIC, Accepted, AfcOptions, Alaric, AlaricOptions, AwayFromClosest, BALANCE, BalanceOptions, ByBody,
-    Control, DAMPED_RELAXATION, DensitySolver, Event, Holding, Judge, MassTrimming, Particles, PressureBalance, SOLVER,
-    SolverOptions, Stage, StageName, StageReport, Start, Step, StopReason, TRIMMING, TrimOptions, WVT, Wvt, WvtOptions,
-    coarse_count,
+    Control, DAMPED_RELAXATION, DensitySolver, Event, Holding, Judge, MassTrimming, OnRanks, OverRanks, Particles,
+    PressureBalance, SOLVER, SolverOptions, Stage, StageName, StageReport, Start, Step, StopReason, TRIMMING,
+    TrimOptions, WVT, Wvt, WvtOptions, agreed_stop, coarse_count,
 };
 use crate::scene::{OnInterrupt, Scene};
 use crate::seeding::{self, Seeded};
 use crate::target::{Equilibrium, Positions, Target};
+use sph::exchange::{Alone, Exchange};
 use sph::kernel::{makes_pairs, own_count};
 use std::sync::OnceLock;
 use std::time::{Duration, Instant};
@@ -38,6 +39,8 @@ pub struct Setting<'a, const D: usize> {
     /// What a balance needs.
     pub equilibrium: Option<&'a dyn Equilibrium<D>>,
     pub control: &'a Control<'a>,
+    /// Over which ranks the particles are.
+    exchange: &'a dyn Exchange,
     ledger: OnceLock<Ledger<D>>,
 }
 
@@ -47,13 +50,11 @@ fn stage<'a, const D: usize>(name: StageName, setting: &Setting<'a, D>, plan: &P
     Some(match name {
         WVT => {
             let options = setting.wvt(plan);
-            by_body(name, coarse(&target, plan), plan, move |target| Box::new(Wvt { kernel, target, options }))
+            setting.shared(name, coarse(&target, plan), plan, move |target| Wvt { kernel, target, options })
         }
         SOLVER => {
             let options = setting.solver(plan);
-            let make =
-                move |target| Box::new(DensitySolver::<D>::new(kernel, target, options)) as Box<dyn Stage<D> + 'a>;
-            by_body(name, target, plan, make)
+            setting.shared(name, target, plan, move |target| DensitySolver::<D>::new(kernel, target, options))
         }
         ALARIC | DAMPED_RELAXATION => {
             Box::new(Alaric::<D>::new(name, kernel, target, setting.alaric(name), plan.splittings))
@@ -66,21 +67,6 @@ fn stage<'a, const D: usize>(name: StageName, setting: &Setting<'a, D>, plan: &P
         TRIMMING => Box::new(MassTrimming { kernel, target, options: setting.trimming()? }),
         _ => return None,
     })
-}
-
-/// A stage over all of a target, or over its bodies by themselves where the seeding has put the right number in each.
-fn by_body<'a, const D: usize>(
-    name: StageName,
-    target: Target<'a, D>,
-    plan: &Plan,
-    make: impl Fn(Target<'a, D>) -> Box<dyn Stage<D> + 'a>,
-) -> Box<dyn Stage<D> + 'a> {
-    if plan.seeding.goes_by_region()
-        && let Some(stage) = ByBody::new(name, target, &make)
-    {
-        return Box::new(stage);
-    }
-    make(target)
 }
 
 /// The target for the particles that splitting begins with.
@@ -193,7 +179,46 @@ impl<'a, const D: usize> Setting<'a, D> {
         equilibrium: Option<&'a dyn Equilibrium<D>>,
         control: &'a Control<'a>,
     ) -> Self {
-        Self { scene, target, equilibrium, control, ledger: OnceLock::new() }
+        Self { scene, target, equilibrium, control, exchange: &Alone, ledger: OnceLock::new() }
+    }
+
+    /// The same where the particles are over several ranks, all of which run the stages together.
+    #[must_use]
+    pub fn over(self, exchange: &'a dyn Exchange) -> Self {
+        Self { exchange, ..self }
+    }
+
+    /// A stage over ranks; over all of a target; or over its bodies by themselves where the seeding has put the right number in each.
+    fn shared<S: OverRanks<D> + 'a>(
+        &self,
+        name: StageName,
+        target: Target<'a, D>,
+        plan: &Plan,
+        make: impl Fn(Target<'a, D>) -> S,
+    ) -> Box<dyn Stage<D> + 'a> {
+        if !self.exchange.is_alone() {
+            return Box::new(OnRanks { stage: make(target), exchange: self.exchange });
+        }
+        let boxed = |target| Box::new(make(target)) as Box<dyn Stage<D> + 'a>;
+        if plan.seeding.goes_by_region()
+            && let Some(stage) = ByBody::new(name, target, boxed)
+        {
+            return Box::new(stage);
+        }
+        boxed(target)
+    }
+
+    /// Relaxes seeds, of which this rank has a part, without checkpoints.
+    ///
+    /// # Errors
+    /// An interrupt that is to leave nothing.
+    pub(super) fn place_seeds(&self, plan: &mut Plan, seeds: Positions<D>, seed_seconds: f64) -> Result<Placed<D>> {
+        let past = Past { notes: Vec::new(), seed_seconds, reports: Vec::new() };
+        let placed = self.run_new(plan, (past, seeds.into()), &mut Checkpoints::off(), &mut |_, _| {})?;
+        match placed.stop == StopReason::Interrupted && self.scene.output.on_interrupt == OnInterrupt::Discard {
+            true => Err(Error::Interrupted),
+            false => Ok(placed),
+        }
     }
 
     /// The target's masses in boxes: found once, at the first measure.
@@ -254,7 +279,7 @@ impl<'a, const D: usize> Setting<'a, D> {
         let measure = |particles: &Particles<D>| self.quality(particles);
         let (seeding, number) = (plan.seeding, self.scene.seed);
         let seeds = || seeding::seed(&self.target, seeding, number).ok().map(|seeded| seeded.positions.into());
-        let judge = Judge::new(&measure, &seeds);
+        let judge = Judge::new(&measure, &seeds, self.exchange);
         for (index, &name) in stages.iter().enumerate().skip(first) {
             let resumed = matches!(start, Start::Kept(_));
             if let Some(why) = skip(name, &past, plan).filter(|_| !resumed) {
@@ -266,13 +291,13 @@ impl<'a, const D: usize> Setting<'a, D> {
             let mut control = *self.control;
             if let (Start::New(particles), Some(deadline)) = (&start, control.deadline) {
                 // What measuring takes counts against the limit.
-                let early = control.stop_reason_within(self.measures(particles.len()));
+                let early = agreed_stop(self.exchange, control.stop_reason_within(self.measures(particles.len())));
                 if early.is_none() {
                     // The target's masses are found but once.
                     self.ledger();
                     control.deadline = deadline.checked_sub(judge.look_at(particles)).or(Some(deadline));
                 }
-                let stop = early.or(control.stop_reason());
+                let stop = early.or(agreed_stop(self.exchange, control.stop_reason()));
                 if stop == Some(StopReason::TimeLimit) && !splits(name, plan) {
                     checkpoints.leave(&past.meta(index, name.name, false), particles);
                     past.reports.push(StageReport::not_begun(name, StopReason::TimeLimit));
@@ -315,9 +340,12 @@ impl<'a, const D: usize> Setting<'a, D> {
     }
 
     fn quality(&self, particles: &Particles<D>) -> Quality {
-        let (kernel, neighbors) = (self.scene.kernel(), self.scene.kernel_neighbors(D));
-        let target = self.target.with_count(particles.len());
-        Quality::new(kernel, &target, self.ledger(), (&particles.positions, particles.masses.as_deref()), neighbors)
+        let (kernel, neighbors, exchange) = (self.scene.kernel(), self.scene.kernel_neighbors(D), self.exchange);
+        let target = self.target.with_count(exchange.count(particles.len()));
+        // Over several ranks all have the same; the target's own are of all particles.
+        let equal = (!exchange.is_alone()).then(|| target.equal_masses(particles.len()));
+        let masses = particles.masses.as_deref().or(equal.as_deref());
+        Quality::among(exchange, kernel, (&target, self.ledger()), (&particles.positions, masses), neighbors)
     }
 
     pub(super) fn wvt(&self, plan: &Plan) -> WvtOptions {

@@ -4,12 +4,12 @@
 //! O(N log N). Parts refine their cells as they shrink, so memory stays a small multiple of the output.
 
 use super::kronecker;
-use super::seeded::{Surroundings, to_positions};
+use super::seeded::to_positions;
 use crate::error::Result;
 use crate::random::{Purpose, keyed};
 use crate::target::cells::{Cell, Rule, partition, refine};
 use crate::target::cut::{Cut, cut};
-use crate::target::{Positions, Target};
+use crate::target::{Positions, Surroundings, Target};
 use rand::RngExt;
 use sph::geometry::distance;
 use sph::parallel;

@@ -6,10 +6,9 @@
 
 use super::bisection;
 use super::name::Seeding;
-use super::seeded::Surroundings;
 use super::shells::{Covering, Shells};
 use crate::error::{Error, Result};
-use crate::target::{Positions, Selected, Target};
+use crate::target::{Positions, Selected, Surroundings, Target};
 use std::ops::Range;
 
 /// A part of the particles.

@@ -26,6 +26,6 @@ pub use blocks::{Block, Blockwise, blocks, seed_block};
 pub use methods::{METHODS, Method, Targets};
 pub use name::Seeding;
 pub use place::seed;
-pub use seeded::{Seeded, Surroundings};
+pub use seeded::Seeded;
 pub use stretch::MassMap;
 pub use symmetry::{discontinuity_share, is_radial, is_uniform};

@@ -21,17 +21,3 @@ impl<const D: usize> From<Positions<D>> for Seeded<D> {
 pub(super) fn to_positions<const D: usize>(points: &[[f64; D]]) -> Positions<D> {
     std::array::from_fn(|k| points.iter().map(|x| x[k]).collect())
 }
-
-/// All that is within a distance of a place.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Surroundings<const D: usize> {
-    pub x: [f64; D],
-    pub reach: f64,
-}
-
-impl<const D: usize> Surroundings<D> {
-    /// Whether what is so far `away` belongs to them.
-    pub fn holds(&self, away: &[f64; D]) -> bool {
-        away.iter().map(|d| d * d).sum::<f64>() <= self.reach * self.reach
-    }
-}

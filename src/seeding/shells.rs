@@ -18,11 +18,11 @@
 
 use super::cumulative::Cumulative;
 use super::methods::{self, Method};
-use super::seeded::{Seeded, Surroundings, to_positions};
+use super::seeded::{Seeded, to_positions};
 use super::symmetry::{self, spherical_mean};
 use crate::error::{Error, Result};
 use crate::random::{Purpose, keyed};
-use crate::target::{Positions, Target};
+use crate::target::{Positions, Surroundings, Target};
 use rand::RngExt;
 use sph::domain::Region;
 use sph::parallel;

@@ -241,6 +241,11 @@ impl<'a, const D: usize> Target<'a, D> {
         parallel::map(positions[0].len(), |i| self.density.value(&at(positions, i)))
     }
 
+    /// Masses of some of the particles, where all have the same.
+    pub fn equal_masses(&self, particles: usize) -> Vec<f64> {
+        vec![self.mass / self.count as f64; particles]
+    }
+
     /// Particle masses: equal, or rho*/n* scaled to the total. Their sum equals `mass` to rounding.
     pub fn masses(&self, positions: &Positions<D>) -> Vec<f64> {
         let n = positions[0].len();
@@ -322,6 +327,20 @@ impl<const D: usize> Matter<D> for Target<'_, D> {
         let density = self.domain.contains(x).then(|| self.number_density(x))?;
         let ends = self.part.is_some_and(|part| part.is_cut());
         (density > 0.0 || !ends).then_some(density)
+    }
+}
+
+/// All that is within a distance of a place.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Surroundings<const D: usize> {
+    pub x: [f64; D],
+    pub reach: f64,
+}
+
+impl<const D: usize> Surroundings<D> {
+    /// Whether what is so far `away` belongs to them.
+    pub fn holds(&self, away: &[f64; D]) -> bool {
+        away.iter().map(|d| d * d).sum::<f64>() <= self.reach * self.reach
     }
 }
 

@@ -19,5 +19,5 @@ pub use nearest::{Near, nearest};
 pub use parting::{Apart, Parting, partings};
 pub use push::{Bias, Push, Pushes, Weight, push_weight, pushes};
 pub use scatter::{Actors, Vector, scatter_gradient};
-pub use support::{Search, Solved, largest_support, solve_support_radii, support_guess};
+pub use support::{Search, Solved, largest_support, solve_support_radii, solve_within_reach, support_guess};
 pub use viscosity::{CHANNELS as SHEAR_CHANNELS, Shear, shear};

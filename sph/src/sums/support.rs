@@ -2,6 +2,7 @@
 
 use super::density::{DensitySums, density_sums};
 use crate::domain::Domain;
+use crate::exchange::Exchange;
 use crate::geometry::unit_ball_volume;
 use crate::kernel::{Kernel, KernelName, support_over_spacing, with_kernel};
 use crate::lanes::Real;
@@ -145,6 +146,29 @@ pub fn support_guess<const D: usize>(
 ) -> Vec<f64> {
     let ratio = support_over_spacing(D, kernel_neighbors);
     parallel::map(count, |i| ratio * spacing(i))
+}
+
+/// Reach of the first solution over guessed radii, and of the next over those that came out, which are solved to less.
+const FIRST_REACH: f64 = 1.3;
+const SOLVED: f64 = 1.0 + 1e-4;
+
+/// Support radii of particles over several ranks. `solve` finds them with what others have within a reach of each particle, and is called once more
+/// where a radius came out beyond its reach: with neighbors missing it comes out too large, so that the second reach is enough. Nothing is looked
+/// for beyond `largest`. All ranks call it together.
+pub fn solve_within_reach<const D: usize>(
+    exchange: &dyn Exchange,
+    (guess, largest): (&[f64], f64),
+    mut solve: impl FnMut(&[f64]) -> Vec<Solved<D>>,
+) -> Vec<Solved<D>> {
+    let mut reach = parallel::map(guess.len(), |i| (FIRST_REACH * guess[i]).min(largest));
+    loop {
+        let solved = solve(&reach);
+        let wanted = |i: usize| solved[i].support.min(largest);
+        if !exchange.any((0..solved.len()).any(|i| wanted(i) > reach[i])) {
+            return solved;
+        }
+        parallel::update(&mut reach, |i, r| *r = r.max((SOLVED * wanted(i)).min(largest)));
+    }
 }
 
 /// Largest support radius that makes sense in a domain: with periodic or mirrored images any number of
