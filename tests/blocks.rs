@@ -201,6 +201,8 @@ fn seeds_on_shells_are_written_in_parts() {
     a.sort_unstable();
     b.sort_unstable();
     assert!(a == b);
+    let alone = sph_prep(&["seed", "--scene", &scene, "-n", "1", "--dry-run"]);
+    assert!(alone.stdout.contains("density at 1 particles") && !alone.stdout.contains("inf"), "{}", alone.stdout);
     let outcome = sph_prep(&["seed", "--scene", &scene, "--out", &path("no.h5"), "--seeding", "glass"]);
     assert!(outcome.code == Some(2) && outcome.stderr.contains("mass-bisection, shells"), "{}", outcome.stderr);
 }

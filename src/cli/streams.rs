@@ -89,8 +89,13 @@ fn measured(figures: Option<PatchFigures>) -> String {
         let (mean, most, max) = (percent(of.mean), percent(of.most), percent(of.max));
         format!("  {title:<38} {mean:>9} on average, {most:>9} for 99 %, {max:>9} at most\n")
     };
+    // One that sees no other has none.
+    let closest = match closest_pair.is_finite() {
+        true => format!("  closest pair there {closest_pair:.2} spacings apart\n"),
+        false => String::new(),
+    };
     format!(
-        "density at {} particles about {places} places, not relaxed:\n{}{}{}  closest pair there {closest_pair:.2} spacings apart\n",
+        "density at {} particles about {places} places, not relaxed:\n{}{}{}{closest}",
         all.particles,
         line("off the target as the kernel sees it", smoothed),
         line("the same, mass re-fitted", smoothed_refitted),
