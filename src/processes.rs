@@ -5,8 +5,9 @@
 
 use mpi::Threading;
 use mpi::datatype::{Partition, PartitionMut};
+use mpi::request::multiple_scope;
 use mpi::topology::SimpleCommunicator;
-use mpi::traits::{Communicator, CommunicatorCollectives};
+use mpi::traits::{Communicator, CommunicatorCollectives, Destination, Source};
 use sph::exchange::{Exchange, Tally, Traffic, words};
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::mpsc::{Receiver, Sender, channel};
@@ -22,6 +23,8 @@ type Messages = Vec<Vec<f64>>;
 enum Sent {
     Swap(Messages),
     All(Vec<f64>),
+    /// To some ranks, and from whom there is something to be received.
+    Pass(Vec<(usize, Vec<f64>)>, Vec<usize>),
 }
 
 /// This process among the others, for the thread that works.
@@ -63,6 +66,11 @@ impl Exchange for Process {
         let fewest = self.ranks.next_power_of_two().ilog2();
         self.tally.add(u64::from(fewest), (self.ranks - 1) * own.len());
         self.hand_over(Sent::All(own.to_vec()))
+    }
+
+    fn pass(&self, to: Vec<(usize, Vec<f64>)>, from: &[usize]) -> Messages {
+        to.iter().for_each(|(_, message)| self.tally.add(u64::from(!message.is_empty()), message.len()));
+        self.hand_over(Sent::Pass(to, from.to_vec()))
     }
 
     fn traffic(&self) -> Traffic {
@@ -111,6 +119,7 @@ pub fn over_processes<T: Send>(work: impl FnOnce(&dyn Exchange) -> T + Send) -> 
             let received = match &sent {
                 Sent::Swap(to) => swapped(&world, to),
                 Sent::All(own) => gathered(&world, own),
+                Sent::Pass(to, from) => passed(&world, to, from),
             };
             let received = received.unwrap_or_else(|problem| end(&world, &problem));
             if give.send(received).is_err() {
@@ -187,4 +196,21 @@ fn gathered(world: &SimpleCommunicator, own: &[f64]) -> Result<Messages, String>
         world.all_gather_varcount_into(own, &mut into);
     }
     Ok(cut(&received, &theirs))
+}
+
+/// Sends messages to some ranks, and returns those of some.
+fn passed(world: &SimpleCommunicator, to: &[(usize, Vec<f64>)], from: &[usize]) -> Result<Messages, String> {
+    let process = |rank: usize| length(rank).map(|rank| world.process_at_rank(rank));
+    to.iter().try_for_each(|(_, message)| length(message.len()).map(|_| ()))?;
+    let receivers = to.iter().map(|(rank, _)| process(*rank)).collect::<Result<Vec<_>, _>>()?;
+    let senders = from.iter().map(|rank| process(*rank)).collect::<Result<Vec<_>, _>>()?;
+    // None waits for another to listen.
+    Ok(multiple_scope(to.len(), |scope, sending| {
+        for (receiver, (_, message)) in receivers.iter().zip(to) {
+            sending.add(receiver.immediate_send(scope, &message[..]));
+        }
+        let received = senders.iter().map(|sender| sender.receive_vec::<f64>().0).collect();
+        sending.wait_all(&mut Vec::new());
+        received
+    }))
 }

@@ -10,12 +10,16 @@ use sph::kernel::{KernelName, default_kernel_neighbors, support_over_spacing};
 use sph_formats::common::particle_names as names;
 use sph_formats::{FORMATS, FieldRequest, FileContent, ParticleFile, read};
 use sph_prep::metrics::{DensityError, Measured, NoiseFigures};
-use sph_prep::relaxation::{DensitySolver, OnRanks, OverRanks, SolverOptions, Wvt, WvtOptions, relax_new};
+use sph_prep::relaxation::{
+    DensitySolver, Event, OnRanks, OverRanks, SolverOptions, StageReport, StopReason, Wvt, WvtOptions, relax_new,
+};
 use sph_prep::run::ranks::run_on_ranks;
 use sph_prep::seeding::{Seeding, blocks, seed, seed_block};
 use sph_prep::target::{Positions, Target, at};
 use sph_prep::{Control, Report, Scene};
 use std::path::Path;
+use std::sync::atomic::Ordering::Relaxed;
+use std::sync::atomic::{AtomicBool, AtomicUsize};
 
 const KERNEL: KernelName = KernelName::WendlandC4;
 const RANKS: [usize; 3] = [2, 3, 8];
@@ -272,7 +276,7 @@ fn what_is_not_done_over_ranks_is_refused() {
 /// A rank that ends, in whatever step, ends the run with its name, and leaves nothing.
 #[test]
 fn a_rank_that_ends_ends_the_run_and_leaves_no_file() {
-    use sph_prep::relaxation::{Event, SOLVER, Step, WVT};
+    use sph_prep::relaxation::{SOLVER, Step, WVT};
     let folder = Folder::new();
     let path = folder.path("out/ic.hdf5");
     let scene = |text: &str| {
@@ -310,6 +314,72 @@ fn a_rank_that_ends_ends_the_run_and_leaves_no_file() {
     // And the same without faults is written.
     on(3, |exchange| run_on_ranks(&sound, FORMATS, &Control::default(), exchange).map(|_| ()).unwrap());
     assert_eq!(folder.outputs(), ["ic.hdf5"]);
+}
+
+/// A cloud, and two balls in a void, which ranks relax by themselves.
+const CLOUD: &str = "input: {expression: 'if(sqrt((x - 0.5)^2 + (y - 0.5)^2) < 0.15, 100, 1)'}
+domain: {box: [[0, 0], [1, 1]], boundary: [periodic]}
+particles: 2000
+";
+const BALLS: &str =
+    "input: {expression: 'if((x - 0.3)^2 + (y - 0.5)^2 + (z - 0.5)^2 < 0.02, 1, if((x - 0.75)^2 + (y - 0.5)^2 + (z - 0.5)^2 < 0.01, 50, 0))'}
+domain: {box: [[0, 0, 0], [1, 1, 1]], boundary: [open]}
+particles: 2000
+";
+
+/// Bodies are relaxed one by one, by the ranks that have particles of them, and those on both sides of a surface part as on one rank.
+#[test]
+fn bodies_keep_their_mass_over_ranks() {
+    let folder = Folder::new();
+    let path = folder.path("ic.hdf5");
+    for (name, scene) in [("cloud", CLOUD), ("balls", BALLS)] {
+        let one = runs(scene, &path, 1).remove(0);
+        for ranks in [1, 2, 3, 8] {
+            let reports = runs(scene, &path, ranks);
+            for report in &reports {
+                let regions = report.ledger.regions.iter();
+                assert!(regions.clone().count() == 2, "{name}, {ranks} ranks");
+                regions.for_each(|r| assert!((r.found - r.wanted).abs() < 1.0, "{name}, {ranks} ranks: {r:?}"));
+                assert!(report.ledger.in_place > 0.95, "{name}, {ranks} ranks: {}", report.ledger.in_place);
+                let pairs = report.neighbors.closest_pair;
+                assert!(pairs > 0.6, "{name}, {ranks} ranks: {pairs}, {} on one", one.neighbors.closest_pair);
+                let told = |r: &Report| {
+                    let stage = |s: &StageReport| (s.stop, s.best_iteration, s.history.len(), s.epsilon());
+                    (r.stop, r.stages.iter().map(stage).collect::<Vec<_>>())
+                };
+                assert_eq!(told(report), told(&reports[0]), "{name}: ranks say different things");
+            }
+            let [wvt, solver] = [0, 1].map(|s| reports[0].stages[s].history.last().unwrap().epsilon);
+            let alone = [0, 1].map(|s| one.stages[s].history.last().unwrap().epsilon);
+            assert!((wvt / alone[0] - 1.0).abs() < 0.05, "{name}, {ranks} ranks: {wvt:e}, {:e} on one", alone[0]);
+            assert!(solver < wvt, "{name}, {ranks} ranks: {solver:e} after {wvt:e}");
+        }
+    }
+}
+
+/// One rank is interrupted, or has no time left, within its work on a body: all end with that, and none waits for another.
+#[test]
+fn a_body_that_one_rank_leaves_is_left_by_all() {
+    let folder = Folder::new();
+    for (text, lost, iterations) in [(CLOUD, 0, 3), (CLOUD, 2, 20), (BALLS, 1, 1), (BALLS, 7, 90)] {
+        let mut scene = Scene::parse(&format!("{text}output: {{on_interrupt: write}}\n")).unwrap();
+        scene.output.file = Some(folder.path("ic.hdf5"));
+        let reports = on(8, |exchange| {
+            let (interrupted, seen) = (AtomicBool::new(false), AtomicUsize::new(0));
+            let observer = |event: Event| {
+                if matches!(event, Event::Iteration { .. }) && seen.fetch_add(1, Relaxed) == iterations {
+                    interrupted.store(exchange.rank() == lost, Relaxed);
+                }
+            };
+            let control = Control { interrupted: &interrupted, observer: &observer, ..Control::default() };
+            run_on_ranks(&scene, FORMATS, &control, exchange).unwrap()
+        });
+        for report in &reports {
+            assert_eq!(report.stop, StopReason::Interrupted, "rank {lost}");
+            assert_eq!(report.particles, 2000);
+            report.ledger.regions.iter().for_each(|r| assert!((r.found - r.wanted).abs() < 1.0, "{r:?}"));
+        }
+    }
 }
 
 /// Rows with what is said of seams.

@@ -1,6 +1,6 @@
 //! What ranks tell each other arrives, in the order of ranks, whatever their number is.
 
-use sph_core::exchange::{Alone, Exchange, together};
+use sph_core::exchange::{Alone, Exchange, Group, together};
 
 const RANKS: [usize; 8] = [1, 2, 3, 4, 5, 7, 8, 9];
 
@@ -30,6 +30,34 @@ fn messages_arrive_in_the_order_of_ranks() {
         let fewest = u64::from(ranks.next_power_of_two().ilog2()) + (ranks as u64).saturating_sub(2);
         assert_eq!(told.unwrap(), vec![fewest; ranks], "{ranks} ranks");
     }
+}
+
+/// Groups that share ranks, each of which comes to them in one order, while others have none: messages and totals are those of the members.
+#[test]
+fn groups_work_by_themselves() {
+    let groups: [&[usize]; 5] = [&[1, 2, 3], &[0, 4], &[2, 5], &[0, 1, 2, 3, 4, 5], &[4, 5]];
+    together(7, 1, |exchange| {
+        for members in groups {
+            let Some(group) = Group::new(exchange, members.to_vec()) else {
+                assert!(!members.contains(&exchange.rank()));
+                continue;
+            };
+            let (group, own) = (&group as &dyn Exchange, exchange.rank());
+            assert_eq!((group.ranks(), members[group.rank()]), (members.len(), own));
+            assert_eq!(group.all(&numbers(own)), members.iter().map(|rank| numbers(*rank)).collect::<Vec<_>>());
+            let to = members.iter().map(|rank| vec![own as f64, *rank as f64]).collect();
+            let from: Vec<Vec<f64>> = members.iter().map(|rank| vec![*rank as f64, own as f64]).collect();
+            assert_eq!(group.swap(to), from);
+            assert_eq!(group.sum(own as f64), members.iter().sum::<usize>() as f64);
+            // Of these, the first and the last.
+            if let Some(pair) = Group::new(group, vec![0, members.len() - 1]) {
+                assert_eq!((&pair as &dyn Exchange).max(own as f64), members[members.len() - 1] as f64);
+            }
+        }
+        let others = u64::from(exchange.rank() != 6);
+        assert!(exchange.traffic().messages >= others && (others == 1 || exchange.traffic().bytes == 0));
+    })
+    .unwrap();
 }
 
 #[test]

@@ -131,6 +131,8 @@ impl<const D: usize> Running<D> for Watched<'_, D> {
     fn finish(self: Box<Self>, stop: StopReason) -> Relaxed<D> {
         let Self { inner, before, stage } = *self;
         let mut relaxed = inner.finish(stop);
+        // On all ranks the same.
+        let stop = relaxed.report().stop;
         let exchange = stage.judge.exchange;
         let target = stage.target.with_count(exchange.count(relaxed.particles.len()));
         relaxed.notes.extend(part(exchange, &target, &mut relaxed.particles.positions));
@@ -171,23 +173,21 @@ impl<const D: usize> Accepted<'_, D> {
         }
     }
 
-    /// With those apart that are too close across a surface; none where none are, and over several ranks, where each knows its own alone.
+    /// With those apart that are too close across a surface; none where none are.
     fn parted(&self, particles: &Particles<D>) -> Option<Particles<D>> {
-        if !self.judge.exchange.is_alone() {
-            return None;
-        }
-        let mut parted = particles.clone();
-        part_contacts(&self.target.with_count(particles.len()), &mut parted.positions).then_some(parted)
+        let (exchange, mut parted) = (self.judge.exchange, particles.clone());
+        let target = self.target.with_count(exchange.count(particles.len()));
+        part_contacts(exchange, &target, &mut parted.positions).then_some(parted)
     }
 }
 
-/// Moves what a stage left paired apart; a note if there was anything. Pairs of particles of two ranks stay.
+/// Moves what a stage left paired apart; a note if there was anything.
 fn part<const D: usize>(
     exchange: &dyn Exchange,
     target: &Target<'_, D>,
     positions: &mut Positions<D>,
 ) -> Option<String> {
-    let paired = exchange.count(part_crowded_pairs(target, positions));
+    let paired = part_crowded_pairs(exchange, target, positions);
     (paired > 0).then(|| {
         format!(
             "{paired} particles were within {PAIRED} spacings of another and were moved apart: the density changes there by more than N particles resolve"

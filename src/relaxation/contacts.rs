@@ -4,14 +4,14 @@
 //! A layer does not know where the particles of the other lie along the surface, so that some face each other across it. Moves are small parts of a
 //! spacing: spheres of the diameter that is asked for fill a third of the volume, where even random ones jam at two thirds.
 
-use super::pairs::parted;
-use crate::random::Purpose;
+use super::pairs::{parted, partings_among};
 use crate::target::{Positions, Target, at};
 use sph::domain::Domain;
+use sph::exchange::Exchange;
 use sph::nearest::Nearest;
-use sph::neighbors::{Reach, Sources, Tree};
+use sph::neighbors::{Halo, Sees, Tree};
 use sph::parallel;
-use sph::sums::{Apart, Parting, partings};
+use sph::sums::Apart;
 
 /// Distance over the mean spacing of two particles to which they part.
 const CLOSEST: f64 = 0.87;
@@ -26,25 +26,29 @@ const ROUNDS: usize = 60;
 /// No particle moves farther in a round, in its own spacing.
 const MAX_STEP: f64 = 0.1;
 
-/// Parts particles beside the surfaces between regions; says whether any moved. Without surfaces, and where none are too close, positions stay as
-/// they are, bit for bit.
-pub(super) fn part_contacts<const D: usize>(target: &Target<'_, D>, positions: &mut Positions<D>) -> bool {
+/// Parts particles beside the surfaces between regions; says whether any moved, on whatever rank. Without surfaces, and where none are too close,
+/// positions stay as they are, bit for bit.
+pub(super) fn part_contacts<const D: usize>(
+    exchange: &dyn Exchange,
+    target: &Target<'_, D>,
+    positions: &mut Positions<D>,
+) -> bool {
     let n = positions[0].len();
-    if n < 2 || target.regions().is_none_or(|regions| regions.number() < 2) {
+    if exchange.count(n) < 2 || target.regions().is_none_or(|regions| regions.number() < 2) {
         return false;
     }
     let spacing = spacings(target, positions);
     let is_beside = parallel::map(n, |i| target.is_beside_region(&at(positions, i), BESIDE * spacing[i]));
-    if !is_beside.contains(&true) {
+    if !exchange.any(is_beside.contains(&true)) {
         return false;
     }
     let domain = target.domain.mirrored();
-    let near = near(&domain, positions, &spacing, &is_beside);
-    let is_beside = across(target, positions, &spacing, (&near, &is_beside));
+    let near = near((exchange, &domain), positions, &spacing, &is_beside);
+    let is_beside = across(exchange, target, positions, &spacing, (&near, &is_beside));
     let mut layer = positions.each_ref().map(|x| near.iter().map(|&i| x[i]).collect::<Vec<f64>>());
     let mut any = false;
     for round in 0..ROUNDS {
-        if !part_once(target, &domain, &mut layer, &is_beside, round as u64) {
+        if !exchange.any(part_once((exchange, &domain), target, &mut layer, &is_beside, round as u64)) {
             break;
         }
         any = true;
@@ -57,14 +61,15 @@ pub(super) fn part_contacts<const D: usize>(target: &Target<'_, D>, positions: &
 
 /// One round: every particle beside a surface that is too close to another moves a part of the way; says whether any did.
 fn part_once<const D: usize>(
+    (exchange, domain): (&dyn Exchange, &Domain<D>),
     target: &Target<'_, D>,
-    domain: &Domain<D>,
     layer: &mut Positions<D>,
     is_beside: &[bool],
     round: u64,
 ) -> bool {
     let spacing = spacings(target, layer);
-    let found = apart(domain, layer, |i| CLOSEST * spacing[i], ENOUGH, round);
+    let close = (Apart::Mean, ENOUGH);
+    let found = partings_among(exchange, domain, layer, |i| CLOSEST * spacing[i], close, round);
     let mut any = false;
     for (i, parting) in found.into_iter().filter(|(i, parting)| parting.paired && is_beside[*i]) {
         let from = at(layer, i);
@@ -80,14 +85,14 @@ fn part_once<const D: usize>(
 
 /// The particles that are beside a surface, and those that may be in their way.
 fn near<const D: usize>(
-    domain: &Domain<D>,
+    (exchange, domain): (&dyn Exchange, &Domain<D>),
     positions: &Positions<D>,
     spacing: &[f64],
     is_beside: &[bool],
 ) -> Vec<usize> {
     let reach = |i: usize| if is_beside[i] { 2.0 * IN_THE_WAY * spacing[i] } else { 0.0 };
     let mut near = is_beside.to_vec();
-    for (i, parting) in apart(domain, positions, reach, 1.0, 0) {
+    for (i, parting) in partings_among(exchange, domain, positions, reach, (Apart::Mean, 1.0), 0) {
         near[i] |= parting.paired;
     }
     (0..near.len()).filter(|&i| near[i]).collect()
@@ -96,44 +101,50 @@ fn near<const D: usize>(
 /// Which of those that are `near` are beside a surface, or have a particle of another region there that is: a layer may be thinner than any look
 /// for it. What lies across a periodic face is not looked for.
 fn across<const D: usize>(
+    exchange: &dyn Exchange,
     target: &Target<'_, D>,
     positions: &Positions<D>,
     spacing: &[f64],
     (near, is_beside): (&[usize], &[bool]),
 ) -> Vec<bool> {
-    let region = |i: usize| target.regions().and_then(|regions| regions.of(&at(positions, i)));
-    let known: Vec<usize> = near.iter().copied().filter(|&i| is_beside[i]).collect();
-    let regions = parallel::map(known.len(), |k| region(known[k]));
-    let places: Vec<[f64; D]> = known.iter().map(|&i| at(positions, i)).collect();
-    let tree = Nearest::new(&places).ok();
+    let region = |x: &[f64; D]| target.regions().and_then(|regions| regions.of(x));
+    let own = near.iter().filter(|&&i| is_beside[i]).map(|&i| at(positions, i));
+    let known: Vec<[f64; D]> = own.chain(beside_elsewhere(exchange, target, positions, spacing, is_beside)).collect();
+    let regions = parallel::map(known.len(), |k| region(&known[k]));
+    let tree = Nearest::new(&known).ok();
     parallel::map(near.len(), |k| {
         let i = near[k];
         is_beside[i]
             || tree.as_ref().is_some_and(|tree| {
-                let (own, reach) = (region(i), BESIDE * spacing[i]);
+                let (own, reach) = (region(&at(positions, i)), BESIDE * spacing[i]);
                 let found = tree.find(&at(positions, i), FEW);
                 found.into_iter().any(|(k, distance)| distance < reach && regions[k] != own)
             })
     })
 }
 
+/// Particles of other ranks that are beside a surface, where those of this rank may be.
+fn beside_elsewhere<const D: usize>(
+    exchange: &dyn Exchange,
+    target: &Target<'_, D>,
+    positions: &Positions<D>,
+    spacing: &[f64],
+    is_beside: &[bool],
+) -> Vec<[f64; D]> {
+    if exchange.is_alone() {
+        return Vec::new();
+    }
+    let tree = Tree::build(positions);
+    let of = |place: usize| tree.order()[place] as usize;
+    let reach = parallel::map(spacing.len(), |place| BESIDE * spacing[of(place)]);
+    let told = parallel::map(spacing.len(), |place| f64::from(u8::from(is_beside[of(place)])));
+    let halo = Halo::new(exchange, target.domain, (&tree, &reach), None, Sees::Targets);
+    let [told] = halo.values(exchange, [[&told, &[]]]);
+    (0..told.len()).filter(|&i| told[i] > 0.0).map(|i| halo.tree.position(i)).collect()
+}
+
 /// Particles beside a surface of which the nearest are looked at.
 const FEW: usize = 4;
-
-/// How each particle parts from others that are closer than `threshold` of the mean of the two's `reach`.
-fn apart<const D: usize>(
-    domain: &Domain<D>,
-    positions: &Positions<D>,
-    reach: impl Fn(usize) -> f64 + Sync,
-    threshold: f64,
-    round: u64,
-) -> Vec<(usize, Parting<D>)> {
-    let tree = Tree::build(positions);
-    let reach = parallel::map(positions[0].len(), |place| reach(tree.order()[place] as usize));
-    let sources = [Sources::<D, 1>::new(&tree, &reach, [&reach], Reach::Either)];
-    let found = partings(domain, &sources, (Apart::Mean, threshold), (round, Purpose::Parting as u64));
-    tree.order().iter().map(|&i| i as usize).zip(found).collect()
-}
 
 /// Of every particle, as the target has it there.
 fn spacings<const D: usize>(target: &Target<'_, D>, positions: &Positions<D>) -> Vec<f64> {

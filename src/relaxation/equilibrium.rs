@@ -14,6 +14,7 @@ use super::swelling::shortfall;
 use super::thermal::{Basis, Factor, enclosed_fractions};
 use crate::target::{Equilibrium, Positions, at};
 use sph::domain::Wall;
+use sph::exchange::Alone;
 use sph::kernel::most_neighbors_without_pairs;
 use sph::lanes::Real;
 use sph::sums::{DensitySums, Search};
@@ -226,7 +227,7 @@ impl<'a, const D: usize, R: Real> Balance<'a, D, R> {
     fn attract(&mut self, frame: &mut Frame, now: &mut Evaluation<D>) {
         let Some((before, fresh)) = frame.pulls.take().zip(self.pulls(&frame.spacing)) else { return };
         let Arrangement { domain, positions, .. } = &self.arrangement;
-        let crowded = closer_than(domain, positions, &frame.spacing, TOO_CLOSE).contains(&true);
+        let crowded = closer_than(&Alone, domain, positions, &frame.spacing, TOO_CLOSE).contains(&true);
         let center = self.equilibrium.own_center().unwrap_or([0.0; D]);
         let fraction = enclosed_fractions(positions, &center);
         let followed = if crowded { before.following(&fresh, (positions, &fraction), &center) } else { fresh.clone() };
@@ -291,7 +292,7 @@ impl<'a, const D: usize, R: Real> Balance<'a, D, R> {
         for _ in 0..ROUNDS {
             self.arrangement.displace(from, direction, t, &frame.unit, &frame.spacing, MAX_STEP);
             let positions = &self.arrangement.positions;
-            let close = closer_than(&self.arrangement.domain, positions, &frame.spacing, TOO_CLOSE);
+            let close = closer_than(&Alone, &self.arrangement.domain, positions, &frame.spacing, TOO_CLOSE);
             let moves = |i: usize| close[i] && direction[i] != [0.0; D];
             if !(0..close.len()).any(moves) {
                 break;
@@ -506,7 +507,7 @@ impl<'a, const D: usize, R: Real> Balance<'a, D, R> {
     /// Whether a gas has particles that are close to others, as no stage may leave them.
     fn is_paired(&self, frame: &Frame) -> bool {
         let Arrangement { domain, positions, .. } = &self.arrangement;
-        self.law().materials.is_none() && closer_than(domain, positions, &frame.spacing, PAIRED).contains(&true)
+        self.law().materials.is_none() && closer_than(&Alone, domain, positions, &frame.spacing, PAIRED).contains(&true)
     }
 
     /// Takes a state for the best if it is; `is_exact` where gravity is that of the particles where they are now. Otherwise it is found

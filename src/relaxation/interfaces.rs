@@ -9,6 +9,7 @@ use crate::target::{Part, Positions, Target, at};
 use nalgebra::DMatrix;
 use serde::{Deserialize, Serialize};
 use sph::domain::{Axis, Domain};
+use sph::exchange::Exchange;
 use sph::kernel::{KernelName, evaluate, with_kernel};
 use sph::parallel;
 
@@ -107,14 +108,15 @@ impl Interfaces {
         self.planes.iter().all(Vec::is_empty)
     }
 
-    /// Normals of the nearest surfaces, where most particles have one on either side and the two are no farther apart than their `spacing`.
-    pub fn normals_if_thin<const D: usize>(&self, spacing: &[f64]) -> Option<Vec<[f64; D]>> {
+    /// Normals of the nearest surfaces, where most particles (of all ranks) have one on either side and the two are no farther apart than their
+    /// `spacing`.
+    pub fn normals_if_thin<const D: usize>(&self, exchange: &dyn Exchange, spacing: &[f64]) -> Option<Vec<[f64; D]>> {
         let is_between = |(planes, spacing): (&Vec<Plane>, &f64)| {
             planes.len() == 2 && planes.iter().map(|p| p.distance).sum::<f64>() < *spacing
         };
         let thin = self.planes.iter().zip(spacing).filter(|found| is_between(*found)).count();
         let normal = |planes: &Vec<Plane>| planes.first().map_or([0.0; D], |p| sph::array(|k| p.normal[k]));
-        (2 * thin > self.planes.len()).then(|| self.planes.iter().map(normal).collect())
+        (2 * exchange.count(thin) > exchange.count(self.planes.len())).then(|| self.planes.iter().map(normal).collect())
     }
 
     /// What a particle at `x` lacks.

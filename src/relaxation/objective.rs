@@ -116,7 +116,8 @@ impl<'a, const D: usize, R: Real> Objective<'a, D, R> {
         self.arrangement.see_interfaces(known, &|_| 0.0);
         let ratio = self.arrangement.ratio();
         let spacing = self.arrangement.target_supports().into_iter().map(|h| h / ratio).collect::<Vec<f64>>();
-        self.normals = self.arrangement.interfaces().and_then(|found| found.normals_if_thin(&spacing));
+        let exchange = self.arrangement.exchange();
+        self.normals = self.arrangement.interfaces().and_then(|found| found.normals_if_thin(exchange, &spacing));
         if self.normals.is_some() {
             self.arrangement.forget_interfaces();
         }
@@ -210,8 +211,8 @@ impl<'a, const D: usize, R: Real> Objective<'a, D, R> {
     /// open edge does not count: sums see a mirror there, and not the end.
     fn take_aim(&mut self, sharpness: &[f64], spacing: &[f64]) {
         // Points of mass do not show what goes on beyond the surfaces of a region.
-        let goes_on = self.arrangement.interfaces().is_some_and(|interfaces| !interfaces.are_none());
         let exchange = self.arrangement.exchange();
+        let goes_on = exchange.any(self.arrangement.interfaces().is_some_and(|interfaces| !interfaces.are_none()));
         let count = exchange.count(sharpness.len()) as f64;
         let many = |unresolved: usize| exchange.count(unresolved) as f64 > FEW_UNRESOLVED * count;
         if self.settled && !self.smoothed

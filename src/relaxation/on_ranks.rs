@@ -1,6 +1,6 @@
 //! Stages over several ranks, of which each has a part of the particles and keeps it.
 
-use super::report::{Progress, StageName, StageReport, StopReason};
+use super::report::{Progress, StageName, StopReason};
 use super::stage::{Particles, Relaxed, Running, Stage};
 use sph::exchange::{Exchange, Traffic};
 
@@ -9,8 +9,8 @@ pub trait OverRanks<const D: usize>: Stage<D> {
     /// Begins with the particles of this rank; all ranks begin and advance together.
     fn begin_among<'s>(&'s self, particles: Particles<D>, exchange: &'s dyn Exchange) -> Box<dyn Running<D> + 's>;
 
-    /// How many times it has looked at the particles, and what it calls that.
-    fn steps(&self, report: &StageReport) -> (usize, &'static str);
+    /// How many times it has looked at the particles in this history, and what it calls that.
+    fn steps(&self, history: &[Progress]) -> (usize, &'static str);
 }
 
 /// Such a stage over ranks, with a note on what the busiest has sent to others.
@@ -56,17 +56,28 @@ impl<const D: usize, S: OverRanks<D>> Running<D> for Counted<'_, D, S> {
 
     fn finish(self: Box<Self>, stop: StopReason) -> Relaxed<D> {
         let Self { inner, stage: OnRanks { stage, exchange }, before } = *self;
+        let steps = stage.steps(inner.progress().0);
         let mut relaxed = inner.finish(stop);
-        let (steps, step) = stage.steps(relaxed.report());
-        if !exchange.is_alone() && steps > 0 {
-            let Traffic { messages, bytes } = exchange.traffic().since(before);
-            let [messages, bytes] = [messages, bytes].map(|sent| exchange.max(sent as f64 / steps as f64));
-            let note =
-                format!("in each {step} the busiest rank sent {messages:.0} messages and {bytes:.0} bytes to others");
-            relaxed.notes.push(note);
-        }
+        relaxed.notes.extend(note_on_traffic(*exchange, before, steps));
         relaxed
     }
+}
+
+/// What the busiest rank has sent in each of its steps since there was so much `before`, if there are others. All ranks call it together.
+pub(super) fn note_on_traffic(
+    exchange: &dyn Exchange,
+    before: Traffic,
+    (steps, step): (usize, &'static str),
+) -> Option<String> {
+    if exchange.is_alone() {
+        return None;
+    }
+    let Traffic { messages, bytes } = exchange.traffic().since(before);
+    let each = |sent: u64| if steps > 0 { sent as f64 / steps as f64 } else { 0.0 };
+    let [messages, bytes] = [messages, bytes].map(|sent| exchange.max(each(sent)));
+    exchange
+        .any(steps > 0)
+        .then(|| format!("in each {step} the busiest rank sent {messages:.0} messages and {bytes:.0} bytes to others"))
 }
 
 /// What any rank has as a reason to stop, which all have to stop for.

@@ -8,10 +8,11 @@ use crate::metrics::Measured;
 use crate::random::Purpose;
 use crate::target::{Positions, Target, at};
 use sph::domain::Domain;
+use sph::exchange::{Alone, Exchange};
 use sph::kernel::{KernelName, default_kernel_neighbors, support_over_spacing};
-use sph::neighbors::{Reach, Sources, Tree};
+use sph::neighbors::{Halo, Reach, Sees, Sources, Tree};
 use sph::parallel;
-use sph::sums::{Apart, partings, support_guess};
+use sph::sums::{Apart, Parting, partings, support_guess};
 
 /// Distance over the smaller spacing of the two below which particles are the same one twice.
 pub const COINCIDENT: f64 = 1e-3;
@@ -25,57 +26,69 @@ const MAX_ROUNDS: usize = 1000;
 /// Parts particles that are closer than `threshold` of the smaller of their spacings; returns how many were
 /// found so. Without pairs this is one pass, and positions stay as they are, bit for bit.
 pub fn part_pairs<const D: usize>(target: &Target<'_, D>, positions: &mut Positions<D>, threshold: f64) -> usize {
-    part_within(target, positions, threshold, &[])
+    part_pairs_among(&Alone, target, positions, threshold)
+}
+
+/// [`part_pairs`] of particles that are over several ranks.
+pub(super) fn part_pairs_among<const D: usize>(
+    exchange: &dyn Exchange,
+    target: &Target<'_, D>,
+    positions: &mut Positions<D>,
+    threshold: f64,
+) -> usize {
+    part_within(exchange, target, positions, threshold, &[])
 }
 
 /// The same where particles are [`PAIRED`], by the spacing of the target or that which their sums say, whichever is smaller: where
 /// the target changes by far more than its spacing lets particles show, they lie closer together than it says.
-pub(super) fn part_crowded_pairs<const D: usize>(target: &Target<'_, D>, positions: &mut Positions<D>) -> usize {
-    let n = positions[0].len();
+pub(super) fn part_crowded_pairs<const D: usize>(
+    exchange: &dyn Exchange,
+    target: &Target<'_, D>,
+    positions: &mut Positions<D>,
+) -> usize {
+    let (own, all) = (positions[0].len(), exchange.count(positions[0].len()));
     let domain = target.domain.mirrored();
-    let spacing = parallel::map(n, |i| target.spacing(target.number_density(&at(positions, i))).min(domain.size()));
-    if n < 2 || !closer_than(&domain, positions, &spacing, PAIRED).contains(&true) {
+    let spacing = parallel::map(own, |i| target.spacing(target.number_density(&at(positions, i))).min(domain.size()));
+    if all < 2 || !exchange.any(closer_than(exchange, &domain, positions, &spacing, PAIRED).contains(&true)) {
         return 0;
     }
     let (kernel, neighbors) = (KernelName::default(), default_kernel_neighbors(D));
-    let even = (domain.volume() / n as f64).powf(1.0 / D as f64);
-    let guess = support_guess::<D>(neighbors, n, |i| spacing[i].min(even));
-    let measured = Measured::new(kernel, target.domain, positions, &vec![1.0; n], &guess, neighbors);
+    let even = (domain.volume() / all as f64).powf(1.0 / D as f64);
+    let guess = support_guess::<D>(neighbors, own, |i| spacing[i].min(even));
+    let measured = Measured::among(exchange, kernel, target.domain, positions, &vec![1.0; own], &guess, neighbors);
     let ratio = support_over_spacing(D, neighbors);
-    part_within(target, positions, PAIRED, &parallel::map(n, |i| measured.support[i] / ratio))
+    part_within(exchange, target, positions, PAIRED, &parallel::map(own, |i| measured.support[i] / ratio))
 }
 
-/// [`part_pairs`] with spacings that count as no more than `most`, if there are any.
+/// [`part_pairs_among`] with spacings that count as no more than `most`, if there are any.
 fn part_within<const D: usize>(
+    exchange: &dyn Exchange,
     target: &Target<'_, D>,
     positions: &mut Positions<D>,
     threshold: f64,
     most: &[f64],
 ) -> usize {
-    let n = positions[0].len();
-    if n < 2 {
+    if exchange.count(positions[0].len()) < 2 {
         return 0;
     }
     let domain = target.domain.mirrored();
     let mut found = 0;
     for round in 0..MAX_ROUNDS {
-        let tree = Tree::build(positions);
-        let apart = parallel::map(n, |place| {
-            let i = tree.order()[place] as usize;
+        let apart = parallel::map(positions[0].len(), |i| {
             let most = most.get(i).copied().unwrap_or(f64::INFINITY);
             APART * target.spacing(target.number_density(&at(positions, i))).min(most).min(domain.size())
         });
-        let sources = [Sources::<D, 1>::new(&tree, &apart, [&apart], Reach::Target)];
-        let partings =
-            partings(&domain, &sources, (Apart::Smaller, threshold / APART), (round as u64, Purpose::Parting as u64));
-        let paired = partings.iter().filter(|p| p.paired).count();
+        let close = (Apart::Smaller, threshold / APART);
+        let mut partings = partings_among(exchange, &domain, positions, |i| apart[i], close, round as u64);
+        partings.retain(|(_, parting)| parting.paired);
+        let paired = exchange.count(partings.len());
         if paired == 0 {
             break;
         }
         found = found.max(paired);
-        for ((parting, &i), limit) in partings.iter().zip(tree.order()).zip(&apart).filter(|((p, _), _)| p.paired) {
-            if let Some(x) = parted(target, &domain, &at(positions, i as usize), &parting.shift, *limit) {
-                (0..D).for_each(|k| positions[k][i as usize] = x[k]);
+        for (i, parting) in partings {
+            if let Some(x) = parted(target, &domain, &at(positions, i), &parting.shift, apart[i]) {
+                (0..D).for_each(|k| positions[k][i] = x[k]);
             }
         }
     }
@@ -99,21 +112,47 @@ pub(super) fn parted<const D: usize>(
 
 /// Which particles are closer to another than `distance` of the smaller of their spacings.
 pub(super) fn closer_than<const D: usize>(
+    exchange: &dyn Exchange,
     domain: &Domain<D>,
     positions: &Positions<D>,
     spacing: &[f64],
     distance: f64,
 ) -> Vec<bool> {
-    let tree = Tree::build(positions);
-    let reach = parallel::map(spacing.len(), |place| distance * spacing[tree.order()[place] as usize]);
-    let sources = [Sources::<D, 1>::new(&tree, &reach, [&reach], Reach::Target)];
     let mut out = vec![false; spacing.len()];
-    for (parting, &i) in
-        partings(domain, &sources, (Apart::Smaller, 1.0), (0, Purpose::Parting as u64)).iter().zip(tree.order())
-    {
-        out[i as usize] = parting.paired;
+    let reach = |i: usize| distance * spacing[i];
+    for (i, parting) in partings_among(exchange, domain, positions, reach, (Apart::Smaller, 1.0), 0) {
+        out[i] = parting.paired;
     }
     out
+}
+
+/// How each particle of this rank parts from others, of all ranks, that are closer than a threshold of its `reach` or of what the two's come to. In
+/// the order of a tree; coincident ones go another way in each `round`.
+pub(super) fn partings_among<const D: usize>(
+    exchange: &dyn Exchange,
+    domain: &Domain<D>,
+    positions: &Positions<D>,
+    reach: impl Fn(usize) -> f64 + Sync,
+    (apart, threshold): (Apart, f64),
+    round: u64,
+) -> Vec<(usize, Parting<D>)> {
+    let tree = Tree::build(positions);
+    let reach = parallel::map(positions[0].len(), |place| reach(tree.order()[place] as usize));
+    let (sees, whose) = match apart {
+        Apart::Smaller => (Sees::Targets, Reach::Target),
+        Apart::Mean => (Sees::Either, Reach::Either),
+    };
+    let halo = (!exchange.is_alone()).then(|| {
+        let halo = Halo::new(exchange, domain, (&tree, &reach), None, sees);
+        let [theirs] = halo.values(exchange, [[&reach, &[]]]);
+        (halo.tree, theirs)
+    });
+    let mut sources = vec![Sources::<D, 1>::new(&tree, &reach, [&reach], whose)];
+    sources.extend(halo.as_ref().map(|(tree, theirs)| Sources::new(tree, theirs, [theirs], whose)));
+    // Two at one place have the same number on two ranks, perhaps.
+    let seed = round | (exchange.rank() as u64) << u32::BITS;
+    let found = partings(domain, &sources, (apart, threshold), (seed, Purpose::Parting as u64));
+    tree.order().iter().map(|&i| i as usize).zip(found).collect()
 }
 
 #[cfg(test)]
@@ -162,7 +201,7 @@ mod tests {
     #[test]
     fn those_that_are_too_close_are_found_across_a_seam_and_by_the_smaller_spacing() {
         let line = Domain::new([0.0], [1.0], [Axis::Periodic], Region::Box).unwrap();
-        let found = |x: &[f64], spacing: &[f64]| closer_than(&line, &[x.to_vec()], spacing, 0.5);
+        let found = |x: &[f64], spacing: &[f64]| closer_than(&Alone, &line, &[x.to_vec()], spacing, 0.5);
         assert_eq!(found(&[0.02, 0.4, 0.5, 0.98], &[0.1; 4]), [true, false, false, true]);
         assert_eq!(found(&[0.1, 0.14, 0.5, 0.58], &[0.1, 0.1, 0.1, 0.2]), [true, true, false, false]);
     }

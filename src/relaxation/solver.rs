@@ -31,7 +31,7 @@ use super::interfaces::Interfaces;
 use super::lbfgs::{Lbfgs, product_among};
 use super::objective::{Evaluation, Frame, Objective};
 use super::on_ranks::{OverRanks, agreed_stop};
-use super::pairs::{COINCIDENT, part_pairs};
+use super::pairs::{COINCIDENT, part_pairs_among};
 use super::report::{Progress, StageName, StageReport, StopReason};
 use super::schedule::{SolverOptions, Stretch, weight_with};
 use super::snapshot::{Check, Trace, axes, decode, encode, rows};
@@ -121,7 +121,7 @@ impl<const D: usize, R: Real> OverRanks<D> for DensitySolver<'_, D, R> {
     fn begin_among<'s>(&'s self, particles: Particles<D>, exchange: &'s dyn Exchange) -> Box<dyn Running<D> + 's> {
         let trace = Trace::new();
         let mut positions = particles.positions;
-        part_pairs(&self.target, &mut positions, COINCIDENT);
+        part_pairs_among(exchange, &self.target, &mut positions, COINCIDENT);
         let schedule = self.options.schedule(self.kernel, D);
         let before = positions.clone();
         let mut solver = Solver::<D, R>::new(self.arrangement(positions), &self.options, exchange);
@@ -137,8 +137,8 @@ impl<const D: usize, R: Real> OverRanks<D> for DensitySolver<'_, D, R> {
         Box::new(Run { solver, schedule, index: 0, descent, before })
     }
 
-    fn steps(&self, report: &StageReport) -> (usize, &'static str) {
-        (report.history.last().map_or(0, |last| last.iteration), "evaluation of the density solver")
+    fn steps(&self, history: &[Progress]) -> (usize, &'static str) {
+        (history.last().map_or(0, |last| last.iteration), "evaluation of the density solver")
     }
 }
 
@@ -427,7 +427,7 @@ impl<'a, const D: usize, R: Real> Solver<'a, D, R> {
 
     /// Looks for surfaces and for the smoothed target anew, and takes up what the objective is then.
     fn look_again(&mut self, descent: &mut Descent<D>) {
-        let surfaces = self.objective.arrangement.refresh_interfaces();
+        let surfaces = self.exchange.count(self.objective.arrangement.refresh_interfaces());
         let aims = self.objective.look_again(&descent.frame);
         if surfaces == 0 && !aims {
             return;
@@ -435,7 +435,7 @@ impl<'a, const D: usize, R: Real> Solver<'a, D, R> {
         let now = self.objective.evaluate(&descent.frame);
         descent.gradient = self.objective.gradient(&descent.frame, &now);
         // Curvature does not change much with the surfaces about a few.
-        if aims || surfaces as f64 > MANY * descent.gradient.len() as f64 {
+        if aims || surfaces as f64 > MANY * self.exchange.count(descent.gradient.len()) as f64 {
             descent.memory.clear();
         }
         descent.course.shift(now.energy - descent.energy);

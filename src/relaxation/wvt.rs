@@ -22,7 +22,7 @@ use super::fit::{fit_among, interior_among, resolved};
 use super::interfaces::Interfaces;
 use super::objective::STEEP;
 use super::on_ranks::{OverRanks, agreed_stop};
-use super::pairs::{COINCIDENT, part_pairs};
+use super::pairs::{COINCIDENT, part_pairs_among};
 use super::report::{Progress, StageName, StageReport, StopReason};
 use super::snapshot::{Best, Check, Trace, axes, decode, encode};
 use super::stage::{Particles, Relaxed, Running, Stage};
@@ -145,12 +145,12 @@ impl<const D: usize> Stage<D> for Wvt<'_, D> {
 impl<const D: usize> OverRanks<D> for Wvt<'_, D> {
     fn begin_among<'s>(&'s self, particles: Particles<D>, exchange: &'s dyn Exchange) -> Box<dyn Running<D> + 's> {
         let mut positions = particles.positions;
-        part_pairs(&self.target, &mut positions, COINCIDENT);
+        part_pairs_among(exchange, &self.target, &mut positions, COINCIDENT);
         Box::new(self.begun(positions, None, exchange))
     }
 
-    fn steps(&self, report: &StageReport) -> (usize, &'static str) {
-        (report.history.len(), "step of WVT")
+    fn steps(&self, history: &[Progress]) -> (usize, &'static str) {
+        (history.len(), "step of WVT")
     }
 }
 

@@ -18,7 +18,7 @@ use std::time::{Duration, Instant};
 /// The first bytes of a checkpoint.
 const MARK: &[u8; 8] = b"SPHPREPC";
 /// Version of the layout; another program version is refused by the scene's own line.
-const LAYOUT: u32 = 5;
+const LAYOUT: u32 = 6;
 /// Mark, layout and checksum.
 const HEADER: usize = 20;
 

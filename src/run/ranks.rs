@@ -205,12 +205,6 @@ impl<'a> Run<'a> {
         let is_radial = prepared.source.radial.is_some();
         let mut plan = Plan::among(scene, &target, is_radial, &held, exchange.ranks());
         plan.drop("parts of the force noise", "they are not measured over several ranks");
-        if regions.is_some() {
-            plan.drop(
-                "relaxation of each region by itself",
-                "it is not done over several ranks: stages go over all of them",
-            );
-        }
         let here = (exchange.on_this_machine(), exchange.ranks());
         agreed(exchange, memory::check_among(count, &plan.stages, here))?;
         let expected = self.expected(&plan, &target);

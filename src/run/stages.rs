@@ -188,7 +188,7 @@ impl<'a, const D: usize> Setting<'a, D> {
         Self { exchange, ..self }
     }
 
-    /// A stage over ranks; over all of a target; or over its bodies by themselves where the seeding has put the right number in each.
+    /// A stage over all of a target, or over its bodies by themselves where the seeding has put the right number in each; over ranks, if there are any.
     fn shared<S: OverRanks<D> + 'a>(
         &self,
         name: StageName,
@@ -196,16 +196,13 @@ impl<'a, const D: usize> Setting<'a, D> {
         plan: &Plan,
         make: impl Fn(Target<'a, D>) -> S,
     ) -> Box<dyn Stage<D> + 'a> {
-        if !self.exchange.is_alone() {
-            return Box::new(OnRanks { stage: make(target), exchange: self.exchange });
-        }
-        let boxed = |target| Box::new(make(target)) as Box<dyn Stage<D> + 'a>;
         if plan.seeding.goes_by_region()
-            && let Some(stage) = ByBody::new(name, target, boxed)
+            && let Some(stage) = ByBody::new(name, target, self.exchange, &make)
         {
             return Box::new(stage);
         }
-        boxed(target)
+        let (stage, exchange) = (make(target), self.exchange);
+        if exchange.is_alone() { Box::new(stage) } else { Box::new(OnRanks { stage, exchange }) }
     }
 
     /// Relaxes seeds, of which this rank has a part, without checkpoints.

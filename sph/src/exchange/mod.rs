@@ -3,12 +3,16 @@
 //! A run over several ranks gives each a part of the particles. All ranks call the same functions in the same order; totals are
 //! added in the order of ranks, so that each rank has the same bits and comes to the same decisions.
 //!
-//! [`Alone`] is a run on one rank: it hands back what it is given. [`together`] runs several ranks as threads of one process.
+//! [`Alone`] is a run on one rank: it hands back what it is given. [`together`] runs several ranks as threads of one process. [`Group`] is
+//! some of the ranks, for work that the others have no part in.
 
-use std::panic::{AssertUnwindSafe, catch_unwind, resume_unwind};
-use std::sync::Mutex;
+mod group;
+mod threads;
+
+pub use group::Group;
+pub use threads::{together, words};
+
 use std::sync::atomic::{AtomicU64, Ordering};
-use std::sync::mpsc::{Receiver, Sender, channel};
 
 /// Messages between ranks.
 pub trait Exchange: Sync {
@@ -27,6 +31,10 @@ pub trait Exchange: Sync {
 
     /// What each rank has given to all, in the order of ranks.
     fn all(&self, own: &[f64]) -> Vec<Vec<f64>>;
+
+    /// Sends messages to some other ranks, and returns what those of `from` send to this one, in their order. Between two ranks messages
+    /// arrive as they were sent; other ranks need not call this.
+    fn pass(&self, to: Vec<(usize, Vec<f64>)>, from: &[usize]) -> Vec<Vec<f64>>;
 
     /// What this rank has sent to others so far.
     fn traffic(&self) -> Traffic;
@@ -175,137 +183,38 @@ impl Exchange for Alone {
         vec![own.to_vec()]
     }
 
+    fn pass(&self, _: Vec<(usize, Vec<f64>)>, _: &[usize]) -> Vec<Vec<f64>> {
+        Vec::new()
+    }
+
     fn traffic(&self) -> Traffic {
         Traffic::default()
     }
 }
 
-/// One of several ranks that are threads of a process.
-struct Together {
-    rank: usize,
-    to: Vec<Sender<Vec<f64>>>,
-    from: Vec<Mutex<Receiver<Vec<f64>>>>,
-    tally: Tally,
-}
-
-/// What a rank ends with when another has ended before it.
-struct Bereft;
-
-fn bereft() -> ! {
-    resume_unwind(Box::new(Bereft))
-}
-
-impl Together {
-    fn send(&self, rank: usize, message: Vec<f64>) {
-        self.to[rank].send(message).unwrap_or_else(|_| bereft());
-    }
-
-    fn receive(&self, rank: usize) -> Vec<f64> {
-        let received = self.from[rank].lock().map_or(None, |channel| channel.recv().ok());
-        received.unwrap_or_else(|| bereft())
-    }
-}
-
-impl Exchange for Together {
-    fn rank(&self) -> usize {
-        self.rank
-    }
-
-    fn ranks(&self) -> usize {
-        self.to.len()
-    }
-
-    fn on_this_machine(&self) -> usize {
-        self.to.len()
-    }
-
-    /// Unwinds where another rank has ended, as a process ends whose MPI is aborted; [`together`] says which it was.
-    fn swap(&self, to: Vec<Vec<f64>>) -> Vec<Vec<f64>> {
-        self.tally.count(self.rank, &to);
-        to.into_iter().enumerate().for_each(|(rank, message)| self.send(rank, message));
-        (0..self.ranks()).map(|rank| self.receive(rank)).collect()
-    }
-
-    /// After Bruck et al. (1997, IEEE Trans. Parallel Distrib. Syst. 8, 1143): what is known doubles with each of log2(ranks) messages.
-    fn all(&self, own: &[f64]) -> Vec<Vec<f64>> {
-        let ranks = self.ranks();
-        // Of this rank and those after it.
-        let mut known = vec![own.to_vec()];
-        while known.len() < ranks {
-            let far = known.len();
-            let given = &known[..far.min(ranks - far)];
-            let lengths = given.iter().map(|block| block.len() as f64);
-            let message: Vec<f64> = lengths.chain(given.iter().flatten().copied()).collect();
-            self.tally.add(1, message.len());
-            let count = given.len();
-            self.send((self.rank + ranks - far) % ranks, message);
-            let received = self.receive((self.rank + far) % ranks);
-            let (lengths, mut rest) = received.split_at(count);
-            for length in lengths {
-                let (block, after) = rest.split_at(*length as usize);
-                known.push(block.to_vec());
-                rest = after;
-            }
-        }
-        known.rotate_right(self.rank);
-        known
-    }
-
-    fn traffic(&self) -> Traffic {
-        self.tally.traffic()
-    }
-}
-
-/// Runs `work` on so many ranks, each of which is a thread with `threads` of its own; returns what each made.
-///
-/// # Errors
-/// The rank that ended by a panic, with its words, or threads that the system does not give.
-pub fn together<T: Send>(
-    ranks: usize,
-    threads: usize,
-    work: impl Fn(&dyn Exchange) -> T + Sync,
-) -> Result<Vec<T>, String> {
-    if ranks == 1 {
-        return Ok(vec![work(&Alone)]);
-    }
-    let mut all: Vec<Together> =
-        (0..ranks).map(|rank| Together { rank, to: Vec::new(), from: Vec::new(), tally: Tally::default() }).collect();
-    for sender in 0..ranks {
-        for receiver in 0..ranks {
-            let (to, from) = channel();
-            all[sender].to.push(to);
-            all[receiver].from.push(Mutex::new(from));
+/// What each of several ranks has given to all, of which this is number `own`; `pass` sends a message to a number and returns that of another. What
+/// is known doubles with each of log2(ranks) messages (Bruck et al. 1997, IEEE Trans. Parallel Distrib. Syst. 8, 1143).
+fn doubling(
+    (own, ranks): (usize, usize),
+    given: &[f64],
+    mut pass: impl FnMut((usize, Vec<f64>), usize) -> Vec<f64>,
+) -> Vec<Vec<f64>> {
+    // Of this rank and those after it.
+    let mut known = vec![given.to_vec()];
+    while known.len() < ranks {
+        let far = known.len();
+        let given = &known[..far.min(ranks - far)];
+        let lengths = given.iter().map(|block| block.len() as f64);
+        let message: Vec<f64> = lengths.chain(given.iter().flatten().copied()).collect();
+        let count = given.len();
+        let received = pass(((own + ranks - far) % ranks, message), (own + far) % ranks);
+        let (lengths, mut rest) = received.split_at(count);
+        for length in lengths {
+            let (block, after) = rest.split_at(*length as usize);
+            known.push(block.to_vec());
+            rest = after;
         }
     }
-    // Each rank waits for others in its own pool: in a shared one it would keep the threads that these need.
-    let pools: Result<Vec<_>, _> =
-        (0..ranks).map(|_| rayon::ThreadPoolBuilder::new().num_threads(threads.max(1)).build()).collect();
-    let pools = pools.map_err(|e| format!("{ranks} ranks of {threads} threads cannot be started: {e}"))?;
-    let run = |own: Together, pool: rayon::ThreadPool| {
-        // Its channels close with it, so that others do not wait for a rank that has ended.
-        catch_unwind(AssertUnwindSafe(|| pool.install(|| work(&own))))
-    };
-    let ended: Vec<std::thread::Result<T>> = std::thread::scope(|scope| {
-        let run = &run;
-        let handles: Vec<_> =
-            all.into_iter().zip(pools).map(|(own, pool)| scope.spawn(move || run(own, pool))).collect();
-        handles.into_iter().map(|handle| handle.join().and_then(|ended| ended)).collect()
-    });
-    let faulty = ended.iter().enumerate().find_map(|(rank, r)| Some((rank, words(r.as_ref().err()?.as_ref())?)));
-    match faulty {
-        Some((rank, words)) => Err(format!("rank {rank} of {ranks} ended: {words}")),
-        None => {
-            ended.into_iter().collect::<Result<_, _>>().map_err(|_| "the ranks ended for no reason of their own".into())
-        }
-    }
-}
-
-/// What a panic that was caught says; none where another rank has ended before.
-pub fn words(payload: &(dyn std::any::Any + Send)) -> Option<String> {
-    if payload.is::<Bereft>() {
-        return None;
-    }
-    let text =
-        payload.downcast_ref::<&str>().map(|s| (*s).to_owned()).or_else(|| payload.downcast_ref::<String>().cloned());
-    Some(text.unwrap_or_else(|| "it panicked".into()))
+    known.rotate_right(own);
+    known
 }
