@@ -44,6 +44,7 @@ mod planets;
 mod profile_inputs;
 mod random;
 mod ranks;
+mod ranks_resume;
 mod real_inputs;
 mod refine;
 mod refined;

@@ -102,10 +102,20 @@ where
     }
 
     fn resume(&self, kept: &[u8]) -> Result<Box<dyn Running<D> + '_>, String> {
-        let (before, inner) = postcard::take_from_bytes::<Particles<D>>(kept)
-            .map_err(|e| format!("its content cannot be read ({e}); start without it"))?;
+        let (before, inner) = given_and_own(kept)?;
         Ok(Box::new(Watched { inner: self.stage.resume(inner)?, before, stage: self }))
     }
+}
+
+/// What a stage that is judged was given, and its own snapshot, of which both are kept.
+///
+/// # Errors
+/// What is wrong with them.
+pub fn given_and_own<const D: usize>(kept: &[u8]) -> Result<(Particles<D>, &[u8]), String>
+where
+    Particles<D>: DeserializeOwned,
+{
+    postcard::take_from_bytes(kept).map_err(|e| format!("its content cannot be read ({e}); start without it"))
 }
 
 /// A judged stage under way, with what it was given.

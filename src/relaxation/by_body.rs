@@ -9,7 +9,7 @@ use super::on_ranks::{OverRanks, agreed_stop, note_on_traffic};
 use super::report::{Progress, StageName, StageReport, StopReason};
 use super::snapshot::{decode, encode};
 use super::stage::{Particles, Relaxed, Running, Stage};
-use crate::target::{Positions, Regions, Selected, Target, at};
+use crate::target::{Regions, Selected, Target, at};
 use serde::{Deserialize, Serialize};
 use sph::exchange::{Alone, Exchange, Group, Traffic};
 use std::sync::OnceLock;
@@ -86,13 +86,7 @@ impl<'a, const D: usize, S: OverRanks<D>> ByBody<'a, D, S> {
             let body = |r: &Regions<'_, D>| r.of(&at(&particles.positions, i)).map(|region| r.body_of(region));
             members[self.target.regions().and_then(body).unwrap_or(0)].push(i);
         }
-        let values = |of: &Option<Vec<f64>>, m: &[usize]| of.as_ref().map(|v| m.iter().map(|&i| v[i]).collect());
-        let part = |m: &Vec<usize>| Particles {
-            positions: particles.positions.each_ref().map(|x| m.iter().map(|&i| x[i]).collect()),
-            masses: values(&particles.masses, m),
-            internal_energy: values(&particles.internal_energy, m),
-        };
-        members.iter().map(part).collect()
+        members.iter().map(|m| particles.rows(m.iter().copied())).collect()
     }
 }
 
@@ -141,6 +135,23 @@ impl<const D: usize, S: OverRanks<D>> Stage<D> for ByBody<'_, D, S> {
             (Some(_), None) => return Err("is of a region that this run does not relax".into()),
         };
         Ok(Box::new(Run { stage: self, turns, state, inner, before: Traffic::default() }))
+    }
+
+    fn goes_in_step(&self) -> bool {
+        self.exchange.is_alone()
+    }
+
+    /// One rank alone makes snapshots.
+    fn left(&self, kept: &[u8]) -> Result<Particles<D>, String> {
+        let (state, inner): (State<D>, Option<Vec<u8>>) = decode(kept)?;
+        let State { mut done, waiting, .. } = state;
+        if let Some(bytes) = inner {
+            let stage = self.stages.get(done.len()).and_then(Option::as_ref);
+            let stage = stage.ok_or("is of a region that this run does not relax")?;
+            done.push(stage.left_by_a_rank(&bytes)?);
+        }
+        done.extend(waiting.into_iter().rev());
+        Ok(Particles::joined(done))
     }
 }
 
@@ -300,7 +311,7 @@ impl<const D: usize, S: OverRanks<D>> Running<D> for Run<'_, '_, D, S> {
         let report = StageReport { stage: stage.name, stop, best_iteration: last, seconds, history };
         notes.dedup();
         notes.extend(note_on_traffic(stage.exchange, before, steps));
-        Relaxed { particles: joined(in_order(turns, done)), reports: vec![report], notes }
+        Relaxed { particles: Particles::joined(in_order(turns, done)), reports: vec![report], notes }
     }
 }
 
@@ -365,13 +376,4 @@ fn in_order<const D: usize>(turns: &[Turn<'_>], done: Vec<Particles<D>>) -> Vec<
     let mut parts: Vec<(usize, Particles<D>)> = turns.iter().map(|turn| turn.body).zip(done).collect();
     parts.sort_by_key(|(body, _)| *body);
     parts.into_iter().map(|(_, particles)| particles).collect()
-}
-
-fn joined<const D: usize>(parts: Vec<Particles<D>>) -> Particles<D> {
-    let positions: Positions<D> =
-        std::array::from_fn(|k| parts.iter().flat_map(|p| p.positions[k].iter().copied()).collect());
-    let all = |of: &dyn Fn(&Particles<D>) -> Option<&Vec<f64>>| -> Option<Vec<f64>> {
-        parts.iter().map(of).collect::<Option<Vec<_>>>().map(|v| v.into_iter().flatten().copied().collect())
-    };
-    Particles { positions, masses: all(&|p| p.masses.as_ref()), internal_energy: all(&|p| p.internal_energy.as_ref()) }
 }

@@ -47,7 +47,7 @@ mod thermal;
 mod trimming;
 mod wvt;
 
-pub use acceptance::{Accepted, Judge};
+pub use acceptance::{Accepted, Judge, given_and_own};
 pub use afc::{AfcOptions, AwayFromClosest, NAME as AFC};
 pub use alaric::{Alaric, DAMPED as DAMPED_RELAXATION, NAME as ALARIC};
 pub use balance::{BalanceOptions, NAME as BALANCE, PressureBalance};

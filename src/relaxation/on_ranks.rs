@@ -2,12 +2,26 @@
 
 use super::report::{Progress, StageName, StopReason};
 use super::stage::{Particles, Relaxed, Running, Stage};
-use sph::exchange::{Exchange, Traffic};
+use sph::exchange::{Alone, Exchange, Traffic};
 
 /// A stage that can do with the particles of one rank and what it sees of the others'.
 pub trait OverRanks<const D: usize>: Stage<D> {
     /// Begins with the particles of this rank; all ranks begin and advance together.
     fn begin_among<'s>(&'s self, particles: Particles<D>, exchange: &'s dyn Exchange) -> Box<dyn Running<D> + 's>;
+
+    /// Goes on from a snapshot of this rank, with which all ranks go on together.
+    ///
+    /// # Errors
+    /// What is wrong with it.
+    fn resume_among<'s>(&'s self, kept: &[u8], exchange: &'s dyn Exchange) -> Result<Box<dyn Running<D> + 's>, String>;
+
+    /// The particles of a snapshot that this or another rank has made.
+    ///
+    /// # Errors
+    /// What is wrong with it.
+    fn left_by_a_rank(&self, kept: &[u8]) -> Result<Particles<D>, String> {
+        Ok(self.resume_among(kept, &Alone)?.finish(StopReason::Interrupted).particles)
+    }
 
     /// How many times it has looked at the particles in this history, and what it calls that.
     fn steps(&self, history: &[Progress]) -> (usize, &'static str);
@@ -29,8 +43,17 @@ impl<const D: usize, S: OverRanks<D>> Stage<D> for OnRanks<'_, S> {
         Box::new(Counted { inner: self.stage.begin_among(particles, self.exchange), stage: self, before })
     }
 
-    fn resume(&self, _: &[u8]) -> Result<Box<dyn Running<D> + '_>, String> {
-        Err("is of particles over several ranks, and is not kept; start without it".into())
+    fn resume(&self, kept: &[u8]) -> Result<Box<dyn Running<D> + '_>, String> {
+        let before = self.exchange.traffic();
+        let inner = self.stage.resume_among(kept, self.exchange);
+        if self.exchange.any(inner.is_err()) {
+            return Err(inner.err().unwrap_or_else(|| "cannot be read by another rank; start without it".into()));
+        }
+        Ok(Box::new(Counted { inner: inner?, stage: self, before }))
+    }
+
+    fn left(&self, kept: &[u8]) -> Result<Particles<D>, String> {
+        self.stage.left_by_a_rank(kept)
     }
 }
 

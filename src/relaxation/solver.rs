@@ -83,35 +83,11 @@ impl<const D: usize, R: Real> Stage<D> for DensitySolver<'_, D, R> {
 
     fn resume(&self, kept: &[u8]) -> Result<Box<dyn Running<D> + '_>, String> {
         let kept: Snapshot<D> = decode(kept)?;
-        let schedule = self.options.schedule(self.kernel, D);
-        kept.check(self.target.count, schedule.len())?;
-        let Snapshot {
-            index,
-            positions,
-            moves,
-            before,
-            descent,
-            kappa,
-            evaluations,
-            interfaces,
-            aims,
-            strength,
-            normals,
-            trace,
-        } = kept;
-        let Stretch { kernel, kernel_neighbors, .. } = schedule[index];
-        let mirrored = self.target.domain.mirrored();
-        let arrangement = Arrangement::of_sorted(kernel, self.target, mirrored, positions, moves, kernel_neighbors);
-        let SolverOptions { settled, smoothed, .. } = self.options;
-        let mut objective =
-            Objective { kappa: Some(kappa), settled, smoothed, evaluations, ..Objective::new(arrangement) };
-        if interfaces.is_some() {
-            objective.see_interfaces(interfaces);
-        }
-        (objective.aims, objective.normals) = (aims, normals.map(|Rows(normals)| normals));
-        objective.points.strength = strength;
-        let solver = Solver::<D, R> { objective, options: &self.options, exchange: &Alone, trace: trace.resumed() };
-        Ok(Box::new(Run { solver, schedule, index, descent, before }))
+        self.resumed(kept, self.target.count, &Alone)
+    }
+
+    fn left(&self, kept: &[u8]) -> Result<Particles<D>, String> {
+        self.left_by_a_rank(kept)
     }
 }
 
@@ -137,6 +113,12 @@ impl<const D: usize, R: Real> OverRanks<D> for DensitySolver<'_, D, R> {
         Box::new(Run { solver, schedule, index: 0, descent, before })
     }
 
+    fn resume_among<'s>(&'s self, kept: &[u8], exchange: &'s dyn Exchange) -> Result<Box<dyn Running<D> + 's>, String> {
+        let kept: Snapshot<D> = decode(kept)?;
+        let count = kept.positions[0].len();
+        self.resumed(kept, count, exchange)
+    }
+
     fn steps(&self, history: &[Progress]) -> (usize, &'static str) {
         (history.last().map_or(0, |last| last.iteration), "evaluation of the density solver")
     }
@@ -150,6 +132,45 @@ impl<'a, const D: usize, R: Real> DensitySolver<'a, D, R> {
     fn arrangement(&self, positions: Positions<D>) -> Arrangement<'a, D, R> {
         let mirrored = self.target.domain.mirrored();
         Arrangement::new(self.kernel, self.target, mirrored, positions, self.options.kernel_neighbors)
+    }
+
+    /// As it was kept of `count` particles.
+    fn resumed<'s>(
+        &'s self,
+        kept: Snapshot<D>,
+        count: usize,
+        exchange: &'s dyn Exchange,
+    ) -> Result<Box<dyn Running<D> + 's>, String> {
+        let schedule = self.options.schedule(self.kernel, D);
+        kept.check(count, schedule.len())?;
+        let Snapshot {
+            index,
+            positions,
+            moves,
+            before,
+            descent,
+            kappa,
+            evaluations,
+            interfaces,
+            aims,
+            strength,
+            normals,
+            trace,
+        } = kept;
+        let Stretch { kernel, kernel_neighbors, .. } = schedule[index];
+        let mirrored = self.target.domain.mirrored();
+        let mut arrangement = Arrangement::of_sorted(kernel, self.target, mirrored, positions, moves, kernel_neighbors);
+        arrangement.share(exchange, Sees::Either);
+        let SolverOptions { settled, smoothed, .. } = self.options;
+        let mut objective =
+            Objective { kappa: Some(kappa), settled, smoothed, evaluations, ..Objective::new(arrangement) };
+        if interfaces.is_some() {
+            objective.see_interfaces(interfaces);
+        }
+        (objective.aims, objective.normals) = (aims, normals.map(|Rows(normals)| normals));
+        objective.points.strength = strength;
+        let solver = Solver::<D, R> { objective, options: &self.options, exchange, trace: trace.resumed() };
+        Ok(Box::new(Run { solver, schedule, index, descent, before }))
     }
 
     /// Seconds that one evaluation of the objective with its gradient takes at `positions`, the mean of `repeats`: what a

@@ -34,6 +34,26 @@ impl<const D: usize> Particles<D> {
     pub fn is_empty(&self) -> bool {
         self.len() == 0
     }
+
+    /// Some of them, in the order of `rows`.
+    pub fn rows(&self, rows: impl IntoIterator<Item = usize> + Clone) -> Self {
+        let of = |values: &Vec<f64>| rows.clone().into_iter().map(|i| values[i]).collect();
+        Self {
+            positions: self.positions.each_ref().map(of),
+            masses: self.masses.as_ref().map(of),
+            internal_energy: self.internal_energy.as_ref().map(of),
+        }
+    }
+
+    /// All of several parts, one after the other.
+    pub fn joined(parts: Vec<Self>) -> Self {
+        let positions = std::array::from_fn(|k| parts.iter().flat_map(|p| p.positions[k].iter().copied()).collect());
+        let all = |of: &dyn Fn(&Self) -> Option<&Vec<f64>>| -> Option<Vec<f64>> {
+            parts.iter().map(of).collect::<Option<Vec<_>>>().map(|v| v.into_iter().flatten().copied().collect())
+        };
+        let (masses, internal_energy) = (all(&|p| p.masses.as_ref()), all(&|p| p.internal_energy.as_ref()));
+        Self { positions, masses, internal_energy }
+    }
 }
 
 /// Where a stage begins.
@@ -75,6 +95,19 @@ pub trait Stage<const D: usize>: Sync {
     /// # Errors
     /// What is wrong with it.
     fn resume(&self, kept: &[u8]) -> Result<Box<dyn Running<D> + '_>, String>;
+
+    /// Whether all ranks make its steps together, so that their snapshots are of one state.
+    fn goes_in_step(&self) -> bool {
+        true
+    }
+
+    /// The particles of a snapshot, which may be that of one of several ranks.
+    ///
+    /// # Errors
+    /// What is wrong with it.
+    fn left(&self, kept: &[u8]) -> Result<Particles<D>, String> {
+        Ok(self.resume(kept)?.finish(StopReason::Interrupted).particles)
+    }
 }
 
 /// A stage under way.

@@ -119,34 +119,25 @@ impl<const D: usize> Stage<D> for Wvt<'_, D> {
     fn resume(&self, kept: &[u8]) -> Result<Box<dyn Running<D> + '_>, String> {
         let kept: Snapshot<D> = decode(kept)?;
         kept.check(self.target.count)?;
-        let Snapshot { iteration, positions, moves, excess, memory, weights, best, interfaces, trace } = kept;
-        let (neighbors, mirrored) = (self.options.kernel_neighbors, self.target.domain.mirrored());
-        let mut state = Arrangement::of_sorted(self.kernel, self.target, mirrored, positions, moves, neighbors);
-        self.see_interfaces(&mut state, interfaces);
-        let (options, first_step, trace) = (&self.options, self.first_step(), trace.resumed());
-        let running = Relaxation {
-            options,
-            first_step,
-            state,
-            exchange: &Alone,
-            iteration,
-            excess,
-            memory,
-            weights,
-            best,
-            trace,
-            order: None,
-        };
-        Ok(Box::new(running))
+        Ok(Box::new(self.resumed(kept, &Alone)))
+    }
+
+    fn left(&self, kept: &[u8]) -> Result<Particles<D>, String> {
+        self.left_by_a_rank(kept)
     }
 }
 
-/// Without regions that are relaxed by themselves.
 impl<const D: usize> OverRanks<D> for Wvt<'_, D> {
     fn begin_among<'s>(&'s self, particles: Particles<D>, exchange: &'s dyn Exchange) -> Box<dyn Running<D> + 's> {
         let mut positions = particles.positions;
         part_pairs_among(exchange, &self.target, &mut positions, COINCIDENT);
         Box::new(self.begun(positions, None, exchange))
+    }
+
+    fn resume_among<'s>(&'s self, kept: &[u8], exchange: &'s dyn Exchange) -> Result<Box<dyn Running<D> + 's>, String> {
+        let kept: Snapshot<D> = decode(kept)?;
+        kept.check(kept.positions[0].len())?;
+        Ok(Box::new(self.resumed(kept, exchange)))
     }
 
     fn steps(&self, history: &[Progress]) -> (usize, &'static str) {
@@ -225,6 +216,29 @@ impl<const D: usize> Wvt<'_, D> {
             state,
             exchange,
             order: held.map(|(_, has_jump)| Order { best: order.clone(), now: order, has_jump }),
+        }
+    }
+
+    /// As it was kept.
+    fn resumed<'s>(&'s self, kept: Snapshot<D>, exchange: &'s dyn Exchange) -> Relaxation<'s, D> {
+        let Snapshot { iteration, positions, moves, excess, memory, weights, best, interfaces, trace } = kept;
+        let (neighbors, mirrored) = (self.options.kernel_neighbors, self.target.domain.mirrored());
+        let mut state = Arrangement::of_sorted(self.kernel, self.target, mirrored, positions, moves, neighbors);
+        self.see_interfaces(&mut state, interfaces);
+        state.share(exchange, Sees::Targets);
+        let (options, first_step, trace) = (&self.options, self.first_step(), trace.resumed());
+        Relaxation {
+            options,
+            first_step,
+            state,
+            exchange,
+            iteration,
+            excess,
+            memory,
+            weights,
+            best,
+            trace,
+            order: None,
         }
     }
 

@@ -2,14 +2,18 @@
 //!
 //! A file holds, behind a mark, a version and a checksum, the scene that it belongs to, a fingerprint of the
 //! target, what came out so far, and the state of the stage under way, as [`postcard`] writes them: floating-point numbers bit by bit.
-//! It is replaced as a whole, so that whenever the run ends there is the last one or none.
+//! It is replaced as a whole, so that whenever the run ends there is the last one or none. Several ranks have a file each, see
+//! [`super::checkpoint_parts`].
 
+use super::checkpoint_parts::{self, Family, Pieces};
 use super::fingerprint::Hash;
+use super::gathered::agreed;
 use crate::error::{Error, Result};
 use crate::relaxation::{Particles, Snapshot, StageName, StageReport, StopReason};
 use crate::scene::{CheckpointInput, Scene};
 use crate::target::Target;
 use serde::{Deserialize, Serialize};
+use sph::exchange::{Alone, Exchange};
 use sph_formats::FormatError;
 use std::io::Read;
 use std::path::{Path, PathBuf};
@@ -25,7 +29,7 @@ const HEADER: usize = 20;
 /// Removes the checkpoint of a run that has come to its end; a note where that fails.
 pub(super) fn remove_checkpoint(scene: &Scene, stop: StopReason) -> Option<String> {
     let file = scene.checkpoint.file.as_deref().filter(|f| f.is_file() && !stop.is_cut())?;
-    let error = std::fs::remove_file(file).err()?;
+    let error = checkpoint_parts::remove(file).err()?;
     Some(format!("the checkpoint '{}' is of no more use but cannot be removed: {error}", file.display()))
 }
 
@@ -64,8 +68,11 @@ pub enum Kept<'k, const D: usize> {
     Within(&'k [u8]),
 }
 
-/// Writes checkpoints when they are due.
-pub struct Checkpoints {
+/// Writes checkpoints when they are due. All ranks call what writes together, while a stage goes in step.
+pub struct Checkpoints<'a> {
+    exchange: &'a dyn Exchange,
+    /// The last that several ranks have written.
+    family: Family,
     file: Option<PathBuf>,
     interval: Duration,
     last: Instant,
@@ -78,24 +85,27 @@ pub struct Checkpoints {
     failure: Option<String>,
 }
 
-impl Checkpoints {
+impl<'a> Checkpoints<'a> {
     /// As the scene says.
     ///
     /// # Errors
     /// A file that could not be written.
-    pub fn new<const D: usize>(scene: &Scene, target: &Target<'_, D>) -> Result<Self> {
+    pub fn new<const D: usize>(exchange: &'a dyn Exchange, scene: &Scene, target: &Target<'_, D>) -> Result<Self> {
         let CheckpointInput { file, minutes, resume } = &scene.checkpoint;
-        if let Some(file) = file {
-            sph_formats::output::probe(file)?;
-        }
+        let probe = file.as_deref().map_or(Ok(()), sph_formats::output::probe);
+        agreed(exchange, probe.map_err(Error::from))?;
+        let several = file.as_deref().filter(|_| !exchange.is_alone());
+        let family = several.map_or_else(Family::default, |file| Family::of(exchange, file));
         let origin = if file.is_some() || resume.is_some() { Origin::new(scene, target) } else { Origin::default() };
         let interval = Duration::try_from_secs_f64(60.0 * minutes).unwrap_or(Duration::MAX);
-        Ok(Self { file: file.clone(), interval, origin, ..Self::off() })
+        Ok(Self { exchange, family, file: file.clone(), interval, origin, ..Self::off() })
     }
 
     /// Writes none.
     pub fn off() -> Self {
         Self {
+            exchange: &Alone,
+            family: Family::default(),
             file: None,
             interval: Duration::MAX,
             last: Instant::now(),
@@ -109,11 +119,21 @@ impl Checkpoints {
     /// Writes the state of a stage under way, if it is time for it or the stage is `stopping`. A checkpoint that cannot be
     /// written is no reason to end a run.
     pub fn offer(&mut self, stopping: bool, meta: &Meta, state: Snapshot<'_>) {
-        if self.sealed || !stopping && self.last.elapsed() < self.interval {
+        if self.sealed || self.file.is_none() {
             return;
         }
-        self.write(meta, state);
-        self.sealed = stopping;
+        let stopping = self.exchange.any(stopping);
+        if stopping || self.exchange.any(self.last.elapsed() >= self.interval) {
+            self.write(meta, state);
+            self.sealed = stopping;
+        }
+    }
+
+    /// Writes what comes before a stage that does not offer its state.
+    pub fn begin<const D: usize>(&mut self, meta: &Meta, particles: &Particles<D>) {
+        if !self.sealed {
+            self.write(meta, &|to| postcard::to_extend(particles, to).map_err(|e| e.to_string()));
+        }
     }
 
     /// Writes what the last stage left, so that measuring and writing can be repeated.
@@ -132,7 +152,12 @@ impl Checkpoints {
 
     fn write(&mut self, meta: &Meta, state: Snapshot<'_>) {
         let Some(file) = self.file.as_deref() else { return };
-        self.failure = write(file, &self.origin, meta, state).err().map(|e| e.to_string());
+        let make = |path: &Path| write(path, &self.origin, meta, state);
+        let written = match self.exchange.is_alone() {
+            true => make(file).map(|_| ()).map_err(|e| e.to_string()),
+            false => self.family.replace(self.exchange, file, make),
+        };
+        self.failure = written.err();
         self.last = Instant::now();
     }
 
@@ -150,12 +175,17 @@ impl Checkpoints {
         self.failure.as_deref()
     }
 
-    /// The bytes of a checkpoint.
+    /// The bytes that this rank goes on from.
     ///
     /// # Errors
-    /// A file that cannot be read.
-    pub fn read(&self, path: &Path) -> Result<Vec<u8>> {
-        read(path)
+    /// A file that cannot be read, or a part of it.
+    pub(super) fn read(&self, path: &Path) -> Result<Pieces> {
+        let bytes = read(path)?;
+        if bytes.starts_with(checkpoint_parts::MARK) {
+            return Pieces::of_family(path, self.exchange, self.origin.particles)
+                .map_err(|problem| Error::Checkpoint { path: path.into(), problem });
+        }
+        Ok(Pieces::of_one(bytes, self.exchange, self.origin.particles))
     }
 
     /// The state to go on from in a run of these `stages`.
@@ -167,10 +197,10 @@ impl Checkpoints {
         bytes: &'k [u8],
         stages: &[StageName],
     ) -> std::result::Result<(Meta, Kept<'k, D>), String> {
-        let payload = payload(bytes)?;
-        let (origin, rest) = postcard::take_from_bytes::<Origin>(payload).map_err(|e| damaged(&e))?;
+        let payload = payload(bytes, MARK)?;
+        let (origin, rest) = postcard::take_from_bytes::<Origin>(payload).map_err(|e| unreadable(&e))?;
         self.origin.compare(&origin)?;
-        let (meta, state) = postcard::take_from_bytes::<Meta>(rest).map_err(|e| damaged(&e))?;
+        let (meta, state) = postcard::take_from_bytes::<Meta>(rest).map_err(|e| unreadable(&e))?;
         let known = match stages.get(meta.stage) {
             Some(stage) => stage.name == meta.name,
             None => meta.stage == stages.len() && !meta.begun,
@@ -181,11 +211,11 @@ impl Checkpoints {
         if meta.begun {
             return Ok((meta, Kept::Within(state)));
         }
-        let particles: Particles<D> = postcard::from_bytes(state).map_err(|e| damaged(&e))?;
+        let particles: Particles<D> = postcard::from_bytes(state).map_err(|e| unreadable(&e))?;
         let finite = |values: &[f64]| values.len() == particles.len() && values.iter().all(|v| v.is_finite());
         let sound = particles.positions.iter().all(|x| finite(x))
             && [&particles.masses, &particles.internal_energy].into_iter().flatten().all(|v| finite(v))
-            && (meta.stage < stages.len() || particles.len() == self.origin.particles);
+            && (meta.stage < stages.len() || !self.exchange.is_alone() || particles.len() == self.origin.particles);
         if !sound {
             return Err("holds particles that are not finite, or another number of them; start without it".into());
         }
@@ -193,23 +223,35 @@ impl Checkpoints {
     }
 }
 
-fn damaged(error: &postcard::Error) -> String {
+pub(super) fn unreadable(error: &postcard::Error) -> String {
     format!("its content cannot be read ({error}); start without it")
 }
 
-fn write(path: &Path, origin: &Origin, meta: &Meta, state: Snapshot<'_>) -> Result<()> {
-    let bad = |problem: String| Error::Checkpoint { path: path.into(), problem: format!("cannot be made: {problem}") };
-    let bytes = postcard::to_extend(origin, vec![0; HEADER]).map_err(|e| bad(e.to_string()))?;
-    let bytes = postcard::to_extend(meta, bytes).map_err(|e| bad(e.to_string()))?;
-    let mut bytes = state(bytes).map_err(bad)?;
+/// A file's bytes behind `mark`, and their checksum.
+pub(super) fn framed(
+    mark: &[u8; 8],
+    payload: impl FnOnce(Vec<u8>) -> std::result::Result<Vec<u8>, String>,
+) -> std::result::Result<(Vec<u8>, u64), String> {
+    let mut bytes = payload(vec![0; HEADER])?;
     let checksum = Hash::of(&bytes[HEADER..]);
-    bytes[..8].copy_from_slice(MARK);
+    bytes[..8].copy_from_slice(mark);
     bytes[8..12].copy_from_slice(&LAYOUT.to_le_bytes());
     bytes[12..HEADER].copy_from_slice(&checksum.to_le_bytes());
+    Ok((bytes, checksum))
+}
+
+/// Writes a file; its checksum.
+fn write(path: &Path, origin: &Origin, meta: &Meta, state: Snapshot<'_>) -> Result<u64> {
+    let made = framed(MARK, |bytes| {
+        let bytes = postcard::to_extend(origin, bytes).map_err(|e| e.to_string())?;
+        state(postcard::to_extend(meta, bytes).map_err(|e| e.to_string())?)
+    });
+    let bad = |problem: String| Error::Checkpoint { path: path.into(), problem: format!("cannot be made: {problem}") };
+    let (bytes, checksum) = made.map_err(bad)?;
     sph_formats::output::atomically(path, |temporary| {
         std::fs::write(temporary, &bytes).map_err(|e| FormatError::io(path, "write the checkpoint", e))
     })?;
-    Ok(())
+    Ok(checksum)
 }
 
 /// The whole file if it begins as a checkpoint does, else its beginning: what is none may be of any size.
@@ -225,12 +267,11 @@ fn read(path: &Path) -> Result<Vec<u8>> {
 }
 
 /// What follows the header, if that is as it should be.
-fn payload(bytes: &[u8]) -> std::result::Result<&[u8], String> {
-    if !bytes.starts_with(MARK) {
+pub(super) fn payload<'b>(bytes: &'b [u8], mark: &[u8; 8]) -> std::result::Result<&'b [u8], String> {
+    if !bytes.starts_with(mark) {
         return Err("is no checkpoint of sph-prep; name the file that --checkpoint wrote".into());
     }
-    let (Some(layout), Some(checksum), Some(payload)) =
-        (number(bytes, 8, 4), number(bytes, 12, 8), bytes.get(HEADER..))
+    let (Some(layout), Some(checksum), Some(payload)) = (number(bytes, 8, 4), checksum_of(bytes), bytes.get(HEADER..))
     else {
         return Err("is cut off; start without it".into());
     };
@@ -241,6 +282,11 @@ fn payload(bytes: &[u8]) -> std::result::Result<&[u8], String> {
         return Err("is cut off or damaged (its checksum does not hold); start without it".into());
     }
     Ok(payload)
+}
+
+/// What the header says.
+pub(super) fn checksum_of(bytes: &[u8]) -> Option<u64> {
+    number(bytes, 12, 8)
 }
 
 /// The little-endian number in `width` bytes from `at`.

@@ -4,6 +4,7 @@
 //! Seeds are the same for any number of ranks, to the bit. What follows differs by rounding, since sums go over trees of other
 //! particles; for one number of ranks it is the same for any number of threads, processes or threads in the place of ranks.
 
+use super::checkpoint::remove_checkpoint;
 use super::destination::{Destination, intended_format, refuse_box, refuse_what_the_format_cannot_hold};
 use super::duration::{self, Cost, Expected};
 use super::gathered::{Gathered, agreed};
@@ -11,7 +12,7 @@ use super::grading::verdict as verdict_on;
 use super::pipeline::{closed_and_open, verdict};
 use super::plan::{Held, Plan};
 use super::report::{MassReport, Report, Timing};
-use super::stages::{Placed, Setting, check_neighbors};
+use super::stages::{Past, Placed, Setting, check_neighbors};
 use super::streamed::Read;
 use super::variables::variables;
 use super::{doubts, memory};
@@ -76,6 +77,9 @@ pub fn run_on_ranks(
     let lap = Instant::now();
     control.tell(Event::Begin(Step::Write));
     report.notes.extend(write(scene, formats, begun.1, (exchange, &file))?);
+    if exchange.rank() == 0 {
+        report.notes.extend(remove_checkpoint(scene, report.stop));
+    }
     report.timing.push(Timing { step: Step::Write.name(), seconds: lap.elapsed().as_secs_f64(), epsilon: None });
     report.seconds = start.elapsed().as_secs_f64();
     report.peak_memory = memory::peak();
@@ -107,7 +111,6 @@ pub(super) fn refuse(scene: &Scene) -> Result<()> {
         (scene.trim_masses.is_some(), "trim_masses"),
         (scene.refine.is_some(), "refine"),
         (scene.input.core.is_some(), "input.core"),
-        (scene.checkpoint.file.is_some() || scene.checkpoint.resume.is_some(), "checkpoint"),
         (scene.output.report.is_some(), "output.report"),
         (scene.output.parameters, "output.parameters"),
     ];
@@ -243,19 +246,16 @@ impl<'a> Run<'a> {
 
     /// Seeds, and relaxes.
     fn place<const D: usize>(&mut self, target: &Target<'_, D>, plan: &mut Plan) -> Result<Placed<D>> {
-        let (exchange, lap) = (self.exchange, Instant::now());
-        self.control.tell(Event::Begin(Step::Seed));
+        let exchange = self.exchange;
         let totals = sph::array(|t| if t == 0 { target.count } else { 0 });
         let Part { starts, counts, .. } = Part::new(totals, exchange.rank(), exchange.ranks());
-        let own = starts[0]..starts[0] + counts[0];
-        let positions = agreed(exchange, seed_block(target, self.scene.seed, own))?;
-        let seed_seconds = lap.elapsed().as_secs_f64();
-        self.check()?;
-        let placed = Setting::new(self.scene, *target, None, self.control).over(exchange).place_seeds(
-            plan,
-            positions,
-            seed_seconds,
-        )?;
+        let seeds = |_: &Plan| {
+            let lap = Instant::now();
+            self.control.tell(Event::Begin(Step::Seed));
+            let positions = seed_block(target, self.scene.seed, starts[0]..starts[0] + counts[0])?;
+            Ok((Past::seeded(Vec::new(), lap.elapsed().as_secs_f64()), positions.into()))
+        };
+        let placed = Setting::new(self.scene, *target, None, self.control).over(exchange).place_from(plan, seeds)?;
         self.timing.extend(placed.timing.iter().cloned());
         self.notes.extend(placed.notes.iter().cloned());
         Ok(placed)

@@ -1,7 +1,9 @@
 //! The planned stages in order, from the seeding to the last.
 
 use super::checkpoint::{Checkpoints, Kept, Meta};
+use super::checkpoint_parts::Pieces;
 use super::duration;
+use super::gathered::agreed;
 use super::plan::{Plan, TRIM_ITERATIONS};
 use super::report::Timing;
 use crate::error::{Error, Result};
@@ -10,7 +12,7 @@ use crate::relaxation::{
     self, AFC, ALARIC, Accepted, AfcOptions, Alaric, AlaricOptions, AwayFromClosest, BALANCE, BalanceOptions, ByBody,
     Control, DAMPED_RELAXATION, DensitySolver, Event, Holding, Judge, MassTrimming, OnRanks, OverRanks, Particles,
     PressureBalance, SOLVER, SolverOptions, Stage, StageName, StageReport, Start, Step, StopReason, TRIMMING,
-    TrimOptions, WVT, Wvt, WvtOptions, agreed_stop, coarse_count,
+    TrimOptions, WVT, Wvt, WvtOptions, agreed_stop, coarse_count, given_and_own,
 };
 use crate::scene::{OnInterrupt, Scene};
 use crate::seeding::{self, Seeded};
@@ -83,31 +85,7 @@ pub type Watch<'a, const D: usize> = &'a mut dyn FnMut(&'static str, &Positions<
 /// # Errors
 /// A target without mass, an interrupt that is to leave nothing, or a checkpoint that cannot be used.
 pub fn place<const D: usize>(setting: &Setting<'_, D>, plan: &mut Plan) -> Result<Placed<D>> {
-    let scene = setting.scene;
-    let mut checkpoints = Checkpoints::new(scene, &setting.target)?;
-    let mut placed = match &scene.checkpoint.resume {
-        None => {
-            let (past, particles) = seeded(setting, plan)?;
-            setting.run_new(plan, (past, particles), &mut checkpoints, &mut |_, _| {})?
-        }
-        Some(path) => {
-            let bytes = checkpoints.read(path)?;
-            let refuse = |problem: String| Error::Checkpoint { path: path.clone(), problem };
-            let (meta, kept) = checkpoints.open::<D>(&bytes, &plan.stages).map_err(refuse)?;
-            let past = Past::resumed(meta.clone(), &plan.stages).map_err(refuse)?;
-            setting.run(plan, (past, meta.stage), kept, &mut checkpoints, &mut |_, _| {}).map_err(refuse)?
-        }
-    };
-    if let Some(failure) = checkpoints.failure() {
-        placed.notes.push(format!("the last checkpoint could not be written: {failure}"));
-    }
-    if setting.control.is_interrupted() && scene.output.on_interrupt == OnInterrupt::Discard {
-        return Err(checkpoints.whole().map_or(Error::Interrupted, |file| Error::InterruptedKept(file.into())));
-    }
-    if let Some(file) = checkpoints.sealed() {
-        placed.notes.push(format!("cut short; go on with --resume '{}'", file.display()));
-    }
-    Ok(placed)
+    setting.place_from(plan, |plan| seeded(setting, plan))
 }
 
 /// [`place`] without checkpoints, showing `watch` what the seeding and each stage left. Before splitting these are fewer
@@ -133,17 +111,22 @@ fn seeded<const D: usize>(setting: &Setting<'_, D>, plan: &Plan) -> Result<(Past
     let start = Instant::now();
     let Seeded { positions, notes } = seeding::seed(&coarse(&setting.target, plan), plan.seeding, setting.scene.seed)?;
     let seed_seconds = start.elapsed().as_secs_f64();
-    Ok((Past { notes, seed_seconds, reports: Vec::new() }, positions.into()))
+    Ok((Past::seeded(notes, seed_seconds), positions.into()))
 }
 
 /// What came out so far, beside the particles.
-struct Past {
+pub(super) struct Past {
     notes: Vec<String>,
     seed_seconds: f64,
     reports: Vec<StageReport>,
 }
 
 impl Past {
+    /// Of a seeding.
+    pub(super) fn seeded(notes: Vec<String>, seed_seconds: f64) -> Self {
+        Self { notes, seed_seconds, reports: Vec::new() }
+    }
+
     fn resumed(meta: Meta, stages: &[StageName]) -> std::result::Result<Self, String> {
         let named = |report: StageReport<String>| {
             let name = stages.iter().find(|s| s.name == report.stage).copied();
@@ -205,17 +188,79 @@ impl<'a, const D: usize> Setting<'a, D> {
         if exchange.is_alone() { Box::new(stage) } else { Box::new(OnRanks { stage, exchange }) }
     }
 
-    /// Relaxes seeds, of which this rank has a part, without checkpoints.
+    /// [`place`] from seeds, of which each of several ranks has a part.
     ///
     /// # Errors
-    /// An interrupt that is to leave nothing.
-    pub(super) fn place_seeds(&self, plan: &mut Plan, seeds: Positions<D>, seed_seconds: f64) -> Result<Placed<D>> {
-        let past = Past { notes: Vec::new(), seed_seconds, reports: Vec::new() };
-        let placed = self.run_new(plan, (past, seeds.into()), &mut Checkpoints::off(), &mut |_, _| {})?;
-        match placed.stop == StopReason::Interrupted && self.scene.output.on_interrupt == OnInterrupt::Discard {
-            true => Err(Error::Interrupted),
-            false => Ok(placed),
+    /// Those of [`place`], and of the seeding.
+    pub(super) fn place_from(
+        &self,
+        plan: &mut Plan,
+        seeds: impl FnOnce(&Plan) -> Result<(Past, Particles<D>)>,
+    ) -> Result<Placed<D>> {
+        let (scene, exchange) = (self.scene, self.exchange);
+        let mut checkpoints = Checkpoints::new(exchange, scene, &self.target)?;
+        let mut placed = match &scene.checkpoint.resume {
+            None => {
+                let (past, particles) = agreed(exchange, seeds(plan))?;
+                self.run_new(plan, (past, particles), &mut checkpoints, &mut |_, _| {})?
+            }
+            Some(path) => {
+                let refuse = |problem: String| Error::Checkpoint { path: path.clone(), problem };
+                let pieces = agreed(exchange, checkpoints.read(path))?;
+                let opened = self.opened(&checkpoints, &pieces, plan).map_err(refuse);
+                let (meta, kept) = agreed(exchange, opened)?;
+                let past = Past::resumed(meta.clone(), &plan.stages).map_err(refuse)?;
+                self.run(plan, (past, meta.stage), kept, &mut checkpoints, &mut |_, _| {}).map_err(refuse)?
+            }
+        };
+        if let Some(failure) = checkpoints.failure() {
+            placed.notes.push(format!("the last checkpoint could not be written: {failure}"));
         }
+        if exchange.any(self.control.is_interrupted()) && scene.output.on_interrupt == OnInterrupt::Discard {
+            return Err(checkpoints.whole().map_or(Error::Interrupted, |file| Error::InterruptedKept(file.into())));
+        }
+        if let Some(file) = checkpoints.sealed() {
+            placed.notes.push(format!("cut short; go on with --resume '{}'", file.display()));
+        }
+        Ok(placed)
+    }
+
+    /// What a run goes on from: the state of this rank if there were as many before, else its share of the particles that they had, with which the
+    /// stage begins anew.
+    ///
+    /// # Errors
+    /// What is wrong with what was kept.
+    fn opened<'k>(
+        &self,
+        checkpoints: &Checkpoints<'_>,
+        kept: &'k Pieces,
+        plan: &Plan,
+    ) -> std::result::Result<(Meta, Kept<'k, D>), String> {
+        let mut opened = Vec::new();
+        for (range, bytes) in &kept.pieces {
+            opened.push((range.clone(), checkpoints.open::<D>(bytes, &plan.stages)?));
+        }
+        if kept.are_own {
+            return opened.pop().map(|(_, own)| own).ok_or_else(|| "has no particles; start without it".into());
+        }
+        let (mut meta, mut parts) = (None, Vec::new());
+        for (range, (of, kept)) in opened {
+            let whole = match kept {
+                Kept::Between(particles) => particles,
+                Kept::Within(state) => {
+                    let stage = stage(plan.stages[of.stage], self, plan);
+                    let stage = stage.ok_or("is of a stage that this run does not have; start without it")?;
+                    stage.left(given_and_own::<D>(state)?.1)?
+                }
+            };
+            if range.end > whole.len() {
+                return Err("holds another number of particles; start without it".into());
+            }
+            parts.push(whole.rows(range));
+            meta.get_or_insert(Meta { begun: false, ..of });
+        }
+        let meta = meta.ok_or("has no particles; start without it")?;
+        Ok((meta, Kept::Between(Particles::joined(parts))))
     }
 
     /// The target's masses in boxes: found once, at the first measure.
@@ -229,7 +274,7 @@ impl<'a, const D: usize> Setting<'a, D> {
     /// # Errors
     /// An interrupt that is to leave nothing.
     pub fn settled(&self, plan: &Plan, positions: Positions<D>, held: (&[bool], bool)) -> Result<Placed<D>> {
-        let mut past = Past { notes: Vec::new(), seed_seconds: 0.0, reports: Vec::new() };
+        let mut past = Past::seeded(Vec::new(), 0.0);
         if !plan.stages.contains(&WVT) {
             return Ok(past.placed(positions.into(), 0.0));
         }
@@ -248,7 +293,7 @@ impl<'a, const D: usize> Setting<'a, D> {
         &self,
         plan: &mut Plan,
         (past, particles): (Past, Particles<D>),
-        checkpoints: &mut Checkpoints,
+        checkpoints: &mut Checkpoints<'_>,
         watch: Watch<'_, D>,
     ) -> Result<Placed<D>> {
         self.run(plan, (past, 0), Kept::Between(particles), checkpoints, watch)
@@ -264,7 +309,7 @@ impl<'a, const D: usize> Setting<'a, D> {
         plan: &mut Plan,
         (mut past, first): (Past, usize),
         kept: Kept<'_, D>,
-        checkpoints: &mut Checkpoints,
+        checkpoints: &mut Checkpoints<'_>,
         watch: Watch<'_, D>,
     ) -> std::result::Result<Placed<D>, String> {
         let mut start = match kept {
@@ -307,11 +352,22 @@ impl<'a, const D: usize> Setting<'a, D> {
                 true => Aim::Forces,
                 false => Aim::Density,
             };
+            let in_step = stage.goes_in_step();
+            if let (false, Start::New(particles)) = (in_step, &start) {
+                checkpoints.begin(&past.meta(index, name.name, false), particles);
+            }
             stage = Box::new(Accepted { stage, target: self.target, judge: &judge, aim });
             self.control.tell(Event::Begin(Step::Relax(name)));
             let meta = past.meta(index, name.name, true);
-            let mut keep = |stopping: bool, state: relaxation::Snapshot<'_>| checkpoints.offer(stopping, &meta, state);
+            let mut keep = |stopping: bool, state: relaxation::Snapshot<'_>| {
+                if in_step {
+                    checkpoints.offer(stopping, &meta, state);
+                }
+            };
             let relaxed = relaxation::relax(&*stage, start, &control, &mut keep)?;
+            if !in_step && relaxed.report().stop.is_cut() {
+                checkpoints.leave(&past.meta(index, name.name, false), &relaxed.particles);
+            }
             let particles = relaxed.particles;
             past.notes.extend(relaxed.notes);
             watch(name.name, &particles.positions);
