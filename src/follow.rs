@@ -8,8 +8,8 @@ use crate::codes::{AS_PLANETARY, TargetCode};
 use crate::eos::Material;
 use crate::error::{Error, Result};
 use crate::metrics::{InOwnUnits, Measured, Stated};
-use crate::relaxation::{Certificate, Control, End, Followed, Point, follow, opened, settle, space, too_few};
-use crate::target::{Materials, at};
+use crate::relaxation::{Certificate, Control, End, Followed, Point, State, follow, opened, settle, space, too_few};
+use crate::target::{Materials, Positions, at};
 use sph::domain::Axis;
 use sph::geometry::distance;
 use sph::kernel::KernelName;
@@ -145,6 +145,7 @@ fn in_dimension<const D: usize>(
         followed = Followed { positions, velocities, internal_energy, support, points, ..followed };
     }
     let certificate = follow(sums, followed, options.duration, control);
+    settled.iter().map(|s: &Settled| &s.certificate).chain([&certificate]).try_for_each(refuse_what_is_no_number)?;
     Ok(Outcome { certificate, settled, notes })
 }
 
@@ -168,6 +169,11 @@ impl<const D: usize> Read<D> {
         let energies = column::<D>(table, names::INTERNAL_ENERGY, 1, |v| v > 0.0 && v.is_finite(), "positive numbers")?;
         let own = InOwnUnits::<D>::within(&coordinates, &masses, |k| stated(file, walls, k))
             .map_err(|e| Error::field(names::COORDINATES, format!("make no box: {e}")))?;
+        if let Some([i, j]) = coincident(&own.positions) {
+            let problem =
+                format!("of rows {i} and {j} are the same place, from which no force parts them; move them apart");
+            return Err(Error::field(names::COORDINATES, problem));
+        }
         let mean_energy = energies.iter().zip(&own.masses).map(|(u, m)| u * m).sum::<f64>();
         let specific = constant.map_or(mean_energy, |g| g * own.total / own.size.powi(D as i32 - 2));
         if !(specific > 0.0 && specific.is_finite()) {
@@ -281,6 +287,31 @@ impl<const D: usize> Read<D> {
         file.header.kernel = code.kernel.title().to_owned();
         file.header.kernel_neighbors = code.kernel_neighbors(D);
         notes
+    }
+}
+
+/// Two particles at one place, if there are any.
+fn coincident<const D: usize>(positions: &Positions<D>) -> Option<[usize; 2]> {
+    let mut order: Vec<usize> = (0..positions[0].len()).collect();
+    let by_place = |i: &usize, j: &usize| {
+        let (x, y) = (at(positions, *i), at(positions, *j));
+        (0..D).map(|k| x[k].total_cmp(&y[k])).find(|o| o.is_ne()).unwrap_or(std::cmp::Ordering::Equal)
+    };
+    order.sort_unstable_by(by_place);
+    order.windows(2).find(|pair| at(positions, pair[0]) == at(positions, pair[1])).map(|pair| [pair[0], pair[1]])
+}
+
+/// Numbers that are none say nothing of whether anything moves.
+fn refuse_what_is_no_number(certificate: &Certificate) -> Result<()> {
+    let is_known = |s: &State| [s.kinetic, s.energy, s.density_change].iter().all(|v| v.is_finite());
+    match certificate.states.iter().find(|s| !is_known(s)) {
+        None => Ok(()),
+        Some(State { time, kinetic, .. }) => {
+            let problem = format!(
+                "the kinetic energy is {kinetic} and others are no numbers at the time {time:.3}: the extent, masses or energies are beyond what can be followed; check the units"
+            );
+            Err(Error::Numeric { stage: "run", problem })
+        }
     }
 }
 

@@ -484,6 +484,15 @@ fn what_cannot_be_repeated_or_mapped_says_why() {
     x.values = Values::F64(values);
     assert!(told(&far, &[1, 1, 1]).contains("particle 1 has NaN"));
 
+    let folder = Folder::new();
+    let boxed = folder.path("box.h5");
+    sph_prep::write(FORMATS, &boxed, Some("gadget"), &tile, sph_prep::WriteOptions::default()).unwrap();
+    let before = std::fs::read(&boxed).unwrap();
+    let boxed = boxed.display().to_string();
+    let outcome = sph_prep(&["replicate", &boxed, "--times", "2,2,2", "--out", &boxed]);
+    assert!(outcome.code == Some(2) && outcome.stderr.contains("itself"), "{}", outcome.stderr);
+    assert!(std::fs::read(&boxed).unwrap() == before);
+
     let refused = |tile: &ParticleFile, scene: &str| replicated(tile, "2,2,2", scene, &[]).unwrap_err();
     let mut uneven = tile.clone();
     let rho = uneven.species[0].table.columns.iter_mut().find(|c| c.name == names::DENSITY).unwrap();

@@ -87,7 +87,10 @@ fn stars_that_corotate_turn_with_their_orbit() {
 fn an_impact_touches_with_the_speed_and_angle_asked_for() {
     let orbit = "{impact_parameter: 0.7, velocity_over_escape: 1.1, distance: 5}";
     let (file, report) = placed(&format!("{STARS}orbit: {orbit}\n"));
-    let contact = report.bodies[0].radius + report.bodies[1].radius;
+    // Of the profiles, wherever their outermost particles are.
+    let surface = |i: usize| report.bodies[i].figures.as_ref().unwrap().radius.unwrap();
+    let contact = surface(0) + surface(1);
+    assert!((contact - 1.5).abs() < 1e-6 && contact > report.bodies[0].radius + report.bodies[1].radius);
     let [a, b] = [1.0, 2.0].map(|id| (mean(&file, "Coordinates", Some(id)), mean(&file, "Velocities", Some(id))));
     let (x, v): (Vec<f64>, Vec<f64>) =
         ((0..3).map(|k| b.0[k] - a.0[k]).collect(), (0..3).map(|k| b.1[k] - a.1[k]).collect());

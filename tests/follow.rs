@@ -186,6 +186,11 @@ fn what_cannot_be_followed_says_why() {
     energies[7] = -1.0;
     set(&mut bad, "InternalEnergy", energies);
     assert!(error(&bad, short).contains("particle 7"));
+    let mut same = star.clone();
+    let mut places = values(&same, "Coordinates");
+    (3..90).for_each(|k| places[k] = places[k % 3]);
+    set(&mut same, "Coordinates", places);
+    assert!(error(&same, short).contains("the same place"));
     let mut dark = star.clone();
     let table = dark.species[0].table.clone();
     dark.species.push(sph_formats::Species { part_type: 1, table });

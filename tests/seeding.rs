@@ -332,6 +332,34 @@ fn targets_without_the_symmetry_are_refused_with_what_would_do() {
     }
 }
 
+/// Spacings that grow twentyfold from the middle of a box, which is two of them wide at its ends: layers there have their particles, not the columns that
+/// cuts along the layers would make of them.
+#[test]
+fn stratified_boxes_have_their_particles_in_every_layer() {
+    fn check<const D: usize>(count: usize) {
+        let domain = oblong::<D>(Axis::Periodic);
+        let (lo, width) = (domain.lo[0], domain.hi[0] - domain.lo[0]);
+        let spacing = |u: f64| 0.02 + (u - 0.5).abs();
+        let density = Density(|x: &[f64; D]| spacing((x[0] - lo) / width).powi(-(D as i32)));
+        let number = |u: f64| {
+            let power = D as f64 - 1.0;
+            let half = |v: f64| (0.02_f64.powf(-power) - (0.02 + v).powf(-power)) / power;
+            half(0.5) + (u - 0.5).signum() * half((u - 0.5).abs())
+        };
+        let volume: f64 = (0..D).map(|k| domain.hi[k] - domain.lo[k]).product();
+        let target = Target { resolution_integral: number(1.0) * volume, ..target(&domain, &density, count) };
+        let x = seed(&target, Seeding::MassBisection, 3).unwrap().positions;
+        let edges = [0.0, 0.2, 0.35, 0.45, 0.48, 0.5, 0.52, 0.55, 0.65, 0.8, 1.0];
+        for pair in edges.windows(2) {
+            let wanted = count as f64 * (number(pair[1]) - number(pair[0])) / number(1.0);
+            let found = x[0].iter().filter(|x| (pair[0]..pair[1]).contains(&((**x - lo) / width))).count() as f64;
+            assert!((found - wanted).abs() < 3.0 + 0.3 * wanted, "{D}-D, {pair:?}: {found} of {wanted:.1}");
+        }
+    }
+    check::<2>(1500);
+    check::<3>(4000);
+}
+
 #[test]
 fn seeds_have_the_same_bits_for_any_number_of_threads() {
     let domain = Domain::ball([0.0; 3], 0.5, Wall::Open).unwrap();

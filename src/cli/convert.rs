@@ -100,7 +100,7 @@ fn change_units(file: &mut ParticleFile, to: UnitSystem) {
 
 /// Gives gas its support radii where the file has none that are understood: from masses and densities, which are summed
 /// over the neighbors where the file has none either.
-fn support_radii(path: &Path, file: &mut ParticleFile) -> Vec<String> {
+pub(super) fn support_radii(path: &Path, file: &mut ParticleFile) -> Vec<String> {
     let d = file.header.dimension;
     let Some(gas) = file.species.iter_mut().find(|s| s.part_type == 0 && s.table.count > 0) else { return Vec::new() };
     let mut notes = Vec::new();

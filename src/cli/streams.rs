@@ -1,5 +1,7 @@
 //! `sph-prep replicate` and `sph-prep seed`: particles that are made while they are written.
 
+use super::convert::support_radii;
+use super::files::refuse_itself;
 use super::progress::Progress;
 use super::stream_args::{ReplicateArgs, SeedArgs, StreamArgs};
 use crate::error::{Error, Result};
@@ -28,6 +30,9 @@ const ROWS: usize = 1 << 16;
 /// A file that is no box of particles, a target that it cannot be mapped to, and what the writer says.
 pub fn replicate(formats: &[FormatSpec], args: &ReplicateArgs) -> Result<String> {
     let start = Instant::now();
+    if let Some(output) = args.stream.output.as_deref() {
+        refuse_itself("--out", output, &args.file)?;
+    }
     let format = output_format(formats, &args.stream)?;
     let progress = Progress::new(false);
     progress.begin("read");
@@ -36,12 +41,16 @@ pub fn replicate(formats: &[FormatSpec], args: &ReplicateArgs) -> Result<String>
     let FileContent::Particles(mut tile) = content else {
         return Err(Error::field(path, "holds a field; expected a periodic box of particles"));
     };
+    if tile.counts().iter().all(|n| *n == 0) {
+        return Err(Error::field(path, "has no particles; expected a periodic box of them"));
+    }
+    let notes = support_radii(&args.file, &mut tile);
     tile.move_corner_to_origin();
     let repeated = Repeated::new(tile, &args.times)?;
     let mut out = match &args.scene {
-        None => put(formats, &args.stream, &repeated, Vec::new(), &progress),
-        Some(scene) => mapped(&repeated, &Scene::load(scene)?, formats, format, |stream, notes| {
-            put(formats, &args.stream, stream, notes, &progress)
+        None => put(formats, &args.stream, &repeated, notes, &progress),
+        Some(scene) => mapped(&repeated, &Scene::load(scene)?, formats, format, |stream, more| {
+            put(formats, &args.stream, stream, notes.into_iter().chain(more).collect(), &progress)
         }),
     }?;
     out.push_str(&taken(start));

@@ -15,7 +15,7 @@ use crate::input::units::RunUnits;
 use crate::input::weight::Beside;
 use crate::scene::{Atmosphere, CoreGas, Scene};
 use crate::target::{Resolution, Target};
-use sph::domain::Domain;
+use sph::domain::{Domain, Region};
 use sph::point_mass::PointMass;
 use sph_formats::FormatSpec;
 
@@ -50,6 +50,15 @@ pub(crate) struct Prepared<const D: usize> {
 }
 
 impl<const D: usize> Prepared<D> {
+    /// Radius of a ball that a radial profile fills, with what was cut of its atmosphere.
+    pub fn surface(&self) -> Option<f64> {
+        self.source.radial.as_ref()?;
+        match self.source.domain.region {
+            Region::Ball { radius, .. } => Some(radius / self.cut.map_or(1.0, |cut| cut.radius)),
+            _ => None,
+        }
+    }
+
     /// [`Prepared::new`] of the scene's input, read now.
     ///
     /// # Errors

@@ -23,6 +23,8 @@ pub struct Body {
     pub center: [f64; 3],
     /// Distance of the outermost particle.
     pub radius: f64,
+    /// Where it ends, which its outermost particle does not quite reach or lies beyond.
+    pub surface: f64,
     /// Whether its particles go through those of other bodies.
     is_collisionless: bool,
 }
@@ -108,14 +110,20 @@ impl Body {
             }
         }
         let is_collisionless = parts.iter().all(|p| p.part_type != 0);
-        Ok(Self { title, parts, dimension, mass, center, radius, is_collisionless })
+        Ok(Self { title, parts, dimension, mass, center, radius, surface: radius, is_collisionless })
+    }
+
+    /// As far as its surface, if that is known: how far out the outermost particle lies depends on how many there are.
+    #[must_use]
+    pub fn reaching(self, surface: Option<f64>) -> Self {
+        Self { surface: surface.unwrap_or(self.surface), ..self }
     }
 
     /// A single particle, in as many dimensions, of a type that is not gas.
     pub fn point(title: String, mass: f64, radii: &[(&str, f64)], (dimension, part_type): (usize, u8)) -> Self {
         let table = point_table((vec![0.0; dimension], mass, None), radii, None);
         let parts = vec![Species { part_type, table }];
-        Self { title, parts, dimension, mass, center: [0.0; 3], radius: 0.0, is_collisionless: false }
+        Self { title, parts, dimension, mass, center: [0.0; 3], radius: 0.0, surface: 0.0, is_collisionless: false }
     }
 
     /// Turned about its center of mass by degrees about the axes x, y and z, in this order; in 2-D by one angle.

@@ -69,7 +69,8 @@ pub fn place_bodies(
             bodies.push(Body::point(title(i), mass, &radii, (common.dimension, part_type)));
             reports.push(None);
         } else if let Some(Placed { body, is_cached, .. }) = placed.next() {
-            bodies.push(Body::new(title(i), body.file)?.turned(&input.orientation)?);
+            let radius = body.figures.radius;
+            bodies.push(Body::new(title(i), body.file)?.reaching(radius).turned(&input.orientation)?);
             reports.push(Some((body.figures, body.report, is_cached)));
         }
     }
@@ -115,7 +116,8 @@ pub fn place_bodies(
         None => format!("the origin of the scene is at {:?} in the box", frame.lo.map(|v| 0.0 - v)),
         Some(point) => format!("the origin of the file is at {point:?} in the scene (output.origin)"),
     });
-    if let Some((relative, contact)) = relative.zip(bodies.first().zip(bodies.get(1)).map(|(a, b)| a.radius + b.radius))
+    if let Some((relative, contact)) =
+        relative.zip(bodies.first().zip(bodies.get(1)).map(|(a, b)| a.surface + b.surface))
         && relative.pericenter < contact
     {
         notes.push(format!(
@@ -320,7 +322,7 @@ impl Common {
         }
         let gravity = if self.has_units() { self.gravity / out.to_cgs(GRAVITY) } else { self.gravity };
         let [a, b] = bodies else { return Err(Error::scene("orbit", "is of two bodies")) };
-        let (strength, contact) = (gravity * (a.mass + b.mass), a.radius + b.radius);
+        let (strength, contact) = (gravity * (a.mass + b.mass), a.surface + b.surface);
         let speed = |key: &str, q: &Quantity| q.value(key, UnitDimension::VELOCITY, conversion);
         let length = |key: &str, q: &Quantity| q.value(key, UnitDimension::LENGTH, conversion);
         if let Some(axis) = &orbit.semi_major_axis {

@@ -95,6 +95,9 @@ impl BodyReport {
 pub struct BodyFigures {
     pub input: String,
     pub stop: StopReason,
+    /// See [`Report::radius`].
+    #[serde(default)]
+    pub radius: Option<f64>,
     /// Of the density, with the mass as it is stated.
     pub epsilon: f64,
     pub mean_error: f64,
@@ -114,6 +117,7 @@ impl BodyFigures {
         Self {
             input: report.input.clone(),
             stop: report.stop,
+            radius: report.radius,
             epsilon: error.epsilon,
             mean_error: error.mean,
             force_noise: report.noise.all,

@@ -5,6 +5,7 @@
 //! It is replaced as a whole, so that whenever the run ends there is the last one or none. Several ranks have a file each, see
 //! [`super::checkpoint_parts`].
 
+use super::checkpoint_file::{HEADER, framed, payload, unreadable};
 use super::checkpoint_parts::{self, Family, Pieces};
 use super::fingerprint::Hash;
 use super::gathered::agreed;
@@ -21,11 +22,6 @@ use std::time::{Duration, Instant};
 
 /// The first bytes of a checkpoint.
 const MARK: &[u8; 8] = b"SPHPREPC";
-/// Version of the layout; another program version is refused by the scene's own line.
-const LAYOUT: u32 = 6;
-/// Mark, layout and checksum.
-const HEADER: usize = 20;
-
 /// Removes the checkpoint of a run that has come to its end; a note where that fails.
 pub(super) fn remove_checkpoint(scene: &Scene, stop: StopReason) -> Option<String> {
     let file = scene.checkpoint.file.as_deref().filter(|f| f.is_file() && !stop.is_cut())?;
@@ -223,23 +219,6 @@ impl<'a> Checkpoints<'a> {
     }
 }
 
-pub(super) fn unreadable(error: &postcard::Error) -> String {
-    format!("its content cannot be read ({error}); start without it")
-}
-
-/// A file's bytes behind `mark`, and their checksum.
-pub(super) fn framed(
-    mark: &[u8; 8],
-    payload: impl FnOnce(Vec<u8>) -> std::result::Result<Vec<u8>, String>,
-) -> std::result::Result<(Vec<u8>, u64), String> {
-    let mut bytes = payload(vec![0; HEADER])?;
-    let checksum = Hash::of(&bytes[HEADER..]);
-    bytes[..8].copy_from_slice(mark);
-    bytes[8..12].copy_from_slice(&LAYOUT.to_le_bytes());
-    bytes[12..HEADER].copy_from_slice(&checksum.to_le_bytes());
-    Ok((bytes, checksum))
-}
-
 /// Writes a file; its checksum.
 fn write(path: &Path, origin: &Origin, meta: &Meta, state: Snapshot<'_>) -> Result<u64> {
     let made = framed(MARK, |bytes| {
@@ -264,34 +243,6 @@ fn read(path: &Path) -> Result<Vec<u8>> {
         file.read_to_end(&mut bytes).map_err(bad)?;
     }
     Ok(bytes)
-}
-
-/// What follows the header, if that is as it should be.
-pub(super) fn payload<'b>(bytes: &'b [u8], mark: &[u8; 8]) -> std::result::Result<&'b [u8], String> {
-    if !bytes.starts_with(mark) {
-        return Err("is no checkpoint of sph-prep; name the file that --checkpoint wrote".into());
-    }
-    let (Some(layout), Some(checksum), Some(payload)) = (number(bytes, 8, 4), checksum_of(bytes), bytes.get(HEADER..))
-    else {
-        return Err("is cut off; start without it".into());
-    };
-    if layout != u64::from(LAYOUT) {
-        return Err(format!("has layout {layout}, expected {LAYOUT}: another version wrote it; start without it"));
-    }
-    if checksum != Hash::of(payload) {
-        return Err("is cut off or damaged (its checksum does not hold); start without it".into());
-    }
-    Ok(payload)
-}
-
-/// What the header says.
-pub(super) fn checksum_of(bytes: &[u8]) -> Option<u64> {
-    number(bytes, 12, 8)
-}
-
-/// The little-endian number in `width` bytes from `at`.
-fn number(bytes: &[u8], at: usize, width: usize) -> Option<u64> {
-    Some(bytes.get(at..at + width)?.iter().rev().fold(0, |n, &b| n << 8 | u64::from(b)))
 }
 
 /// Places at which the target is compared.

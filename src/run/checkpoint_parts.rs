@@ -3,7 +3,7 @@
 //! Parts of a new checkpoint are beside those of the last until the head, which is replaced as a whole, names them: whenever a rank dies
 //! there is a whole checkpoint or none. All ranks see one folder.
 
-use super::checkpoint::{checksum_of, framed, payload, unreadable};
+use super::checkpoint_file::{checksum_of, framed, payload, unreadable};
 use crate::error::Result;
 use serde::{Deserialize, Serialize};
 use sph::exchange::Exchange;

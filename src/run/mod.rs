@@ -8,6 +8,7 @@ pub mod cache;
 mod carving;
 mod certifying;
 pub mod checkpoint;
+mod checkpoint_file;
 mod checkpoint_parts;
 pub mod destination;
 mod doubts;

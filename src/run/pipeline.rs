@@ -486,6 +486,7 @@ impl Run<'_> {
             peak_memory: memory::peak(),
             plan,
             variables,
+            radius: prepared.surface().map(|radius| radius * factors.length),
             atmosphere: prepared.cut,
             snapshot: prepared.of_snapshot.as_ref().map(|s| SnapshotReport::new(s, &file.species[0].table, conserved)),
             verdict: Vec::new(),

@@ -355,6 +355,7 @@ impl<'a> Run<'a> {
             peak_memory: memory::peak(),
             plan,
             variables,
+            radius: prepared.surface().map(|radius| radius * factors.length),
             atmosphere: prepared.cut,
             snapshot: None,
             verdict: Vec::new(),

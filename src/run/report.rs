@@ -59,6 +59,9 @@ pub struct Report {
     pub plan: Plan,
     /// What the variables of the input are taken for, and where they are written.
     pub variables: Vec<VariableReport>,
+    /// Of a round body from a profile, to its surface, in the unit of length of the output.
+    #[serde(skip)]
+    pub radius: Option<f64>,
     /// What was cut of an atmosphere that particles cannot resolve.
     pub atmosphere: Option<Cut>,
     /// What is known of the snapshot that the input is, and kept of it.

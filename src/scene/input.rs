@@ -110,6 +110,29 @@ impl Input {
         orientation(&self.scale, &self.rotate)
     }
 
+    /// Refuses what says how a file is read where there is none.
+    pub(super) fn validate_of_file(&self) -> Result<()> {
+        let asked = [
+            (self.format.is_some(), "format"),
+            (self.density.is_some(), "density"),
+            (self.time.is_some(), "time"),
+            (!self.staggering.is_auto(), "staggering"),
+            (self.centering.is_some(), "centering"),
+            (self.interpolation.is_some(), "interpolation"),
+        ];
+        let of_nothing = |what: &str| {
+            self.file.is_none() && (self.expression.is_some() || self.profile.is_some()) && !what.is_empty()
+        };
+        match asked.iter().find(|(is_asked, key)| *is_asked && of_nothing(key)) {
+            Some((_, key)) => {
+                let source = if self.expression.is_some() { "expression" } else { "profile" };
+                let problem = format!("is about a `file`, but the input is an {source}; leave it out");
+                Err(Error::scene(format!("input.{key}"), problem.replace("an profile", "a profile")))
+            }
+            None => Ok(()),
+        }
+    }
+
     pub(super) fn validate_orientation(&self) -> Result<()> {
         if self.file.is_none() && !(self.scale.is_empty() && self.rotate.is_empty()) {
             let key = if self.scale.is_empty() { "input.rotate" } else { "input.scale" };

@@ -362,6 +362,7 @@ impl Scene {
     pub fn validate(&self) -> Result<()> {
         self.target_code.as_deref().map_or(Ok(()), |code| TargetCode::parse(code).map(|_| ()))?;
         self.check_input()?;
+        self.input.validate_of_file()?;
         self.input.validate_orientation()?;
         self.check_stages()?;
         self.stated_units()?;

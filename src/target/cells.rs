@@ -19,6 +19,8 @@ pub(crate) trait Matter<const D: usize>: Sync {
     fn is_piecewise(&self) -> bool;
     /// Whether it may be discontinuous at all.
     fn may_jump(&self) -> bool;
+    /// Whether it is a part of a whole, bounded by itself.
+    fn is_cut(&self) -> bool;
     /// Whether nothing but the domain's surface ends it.
     fn is_smooth(&self) -> bool;
     /// A bound of n* over a box, where one is known; it need not be narrow.
@@ -265,14 +267,19 @@ fn inside<const D: usize>(cell: &Cell<D>, domain: &Domain<D>) -> (f64, [f64; D])
     (fraction, point)
 }
 
-/// Cells of the first, uniform division. Where nothing jumps, few particles do with fewer.
+/// Cells of the first, uniform division. Where nothing jumps, few particles do with fewer, and so does a part that has few.
 fn first_cells<const D: usize>(target: &dyn Matter<D>) -> usize {
     let most = match D {
         1 => 1 << 10,
         2 => 1 << 14,
         _ => 1 << 15,
     };
-    if target.may_jump() { most } else { (CELLS_PER_PARTICLE * target.count()).clamp(most >> FEWER, most) }
+    let per_particle = match (target.may_jump(), target.is_cut()) {
+        (false, _) => CELLS_PER_PARTICLE,
+        (true, true) => CELLS_PER_PARTICLE_OF_PART,
+        (true, false) => return most,
+    };
+    (per_particle * target.count()).clamp(most >> FEWER, most)
 }
 
 /// Halvings of which few particles do without.
@@ -282,6 +289,7 @@ const FEWER: usize = 3;
 const FEW_CELLS: usize = 1 << 16;
 const MAX_CELLS: usize = 1 << 18;
 const CELLS_PER_PARTICLE: usize = 32;
+const CELLS_PER_PARTICLE_OF_PART: usize = 128;
 /// Halvings of a cell, at most: f64 resolves no more.
 const MAX_SWEEPS: usize = 120;
 /// A cell is refined while midpoint and corner rule differ by more than this fraction ...

@@ -13,7 +13,7 @@ pub(crate) struct Cut<const D: usize> {
 /// Splits cells by a plane across the axis along which their mass is spread most, with `fraction` of the mass on the
 /// left. Cells that the plane crosses are divided.
 pub(crate) fn cut<const D: usize>(cells: Vec<Cell<D>>, fraction: f64) -> Cut<D> {
-    let (axis, about) = widest_axis(&cells, fraction);
+    let (axis, about) = widest_axis(&cells, fraction, true);
     let plane = plane_across(axis, &cells, fraction, about);
     cut_at(axis, plane, cells)
 }
@@ -25,7 +25,8 @@ pub(crate) fn cut_closely<const D: usize>(
     fraction: f64,
     rule: Rule,
 ) -> Cut<D> {
-    let (axis, about) = widest_axis(&cells, fraction);
+    // Beside a jump what is thin is another region.
+    let (axis, about) = widest_axis(&cells, fraction, !target.may_jump());
     for _ in 0..SLICINGS {
         let plane = plane_across(axis, &cells, fraction, about);
         let crossed = (0..cells.len()).filter(|&i| cells[i].lo[axis] < plane && cells[i].hi[axis] > plane).collect();
@@ -61,9 +62,10 @@ fn cut_at<const D: usize>(axis: usize, plane: f64, cells: Vec<Cell<D>>) -> Cut<D
 }
 
 /// The axis along which halves of the mass are thickest: of a uniform box that of its longest edge. What a thin tail covers
-/// says little about where the mass is, and a cut across a steep slope leaves one half thin. And about where on it `fraction` of the
-/// mass lies to the left.
-fn widest_axis<const D: usize>(cells: &[Cell<D>], fraction: f64) -> (usize, About) {
+/// says little about where the mass is, and a cut across a steep slope leaves one half thin. But not an axis along which halves were thinner than the
+/// spacing of some particles, where another parts those from the rest: of a stratified box the sparse layers have few particles across. And about
+/// where on it `fraction` of the mass lies to the left.
+fn widest_axis<const D: usize>(cells: &[Cell<D>], fraction: f64, by_spacing: bool) -> (usize, About) {
     let (mut total, mut moment) = (0.0, [0.0; D]);
     for cell in cells {
         total += cell.mass;
@@ -88,7 +90,36 @@ fn widest_axis<const D: usize>(cells: &[Cell<D>], fraction: f64) -> (usize, Abou
     let thickness: [f64; D] = sph::array(|k| width[k] * along[k].evenness(width[k]));
     // Equal but for rounding is equal.
     let axis = (0..D).fold(0, |best, k| if thickness[k] > thickness[best] * (1.0 + 1e-9) { k } else { best });
+    let axis = if by_spacing { parting_axis(cells, axis) } else { axis };
     (axis, along[axis].about(fraction))
+}
+
+/// Particles, and by what factor there are fewer of them along another axis, from which on it is the better one.
+const SOME: f64 = 1.0;
+const FEWER: f64 = 0.5;
+
+/// `axis`, or one along which far fewer particles have a spacing of more than half the extent.
+fn parting_axis<const D: usize>(cells: &[Cell<D>], axis: usize) -> usize {
+    let thin = thinner_than_spacing(cells);
+    let least = (0..D).fold(axis, |best, k| if thin[k] < thin[best] { k } else { best });
+    if thin[axis] > SOME && thin[least] < FEWER * thin[axis] { least } else { axis }
+}
+
+/// How many particles have a spacing of more than half the extent along each axis.
+fn thinner_than_spacing<const D: usize>(cells: &[Cell<D>]) -> [f64; D] {
+    let (mut lo, mut hi) = ([f64::INFINITY; D], [f64::NEG_INFINITY; D]);
+    for cell in cells {
+        lo = sph::array(|k| lo[k].min(cell.lo[k]));
+        hi = sph::array(|k| hi[k].max(cell.hi[k]));
+    }
+    // To the power of D, as volumes of particles are.
+    let most: [f64; D] = sph::array(|k| (0.5 * (hi[k] - lo[k])).powi(D as i32));
+    let mut thin = [0.0; D];
+    for cell in cells {
+        let volume: f64 = (0..D).map(|k| cell.hi[k] - cell.lo[k]).product();
+        (0..D).filter(|k| volume > cell.mass * most[*k]).for_each(|k| thin[k] += cell.mass);
+    }
+    thin
 }
 
 /// Shares of the mass in bins along an axis, by the centers of cells.

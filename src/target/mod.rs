@@ -300,6 +300,10 @@ impl<const D: usize> Matter<D> for Target<'_, D> {
         self.resolution_field().is_piecewise()
     }
 
+    fn is_cut(&self) -> bool {
+        self.part.is_some_and(|part| part.is_cut())
+    }
+
     fn is_smooth(&self) -> bool {
         !self.may_jump() && !self.part.is_some_and(|part| part.is_cut())
     }

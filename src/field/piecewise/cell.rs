@@ -1,8 +1,9 @@
 //! One cell of a piecewise smooth field: of one part, of few, or of many.
 
-use super::hidden::{hidden_end, hidden_end_beside};
+use super::hidden::{hidden_end, share_beyond};
 use super::integrand::Integrand;
 use super::lattice::{axes_across, index, part_count, shares};
+use super::line::ACCURACY;
 use super::nest::{MOST_EVALUATIONS, Nest};
 use super::orders::{Masses, SAME, add, by_orders, orders, total};
 use super::window::Window;
@@ -227,7 +228,7 @@ fn share_between<const D: usize>(window: &Window<D>, lattice: &[Trace]) -> f64 {
     let share = |j: usize| {
         let (Some(at), Some(others)) = (levels(lattice, j), levels(&between, j)) else { return 1.0 };
         let others: Vec<([f64; D], f64)> = places.iter().copied().zip(others.iter().map(|l| l.value)).collect();
-        hidden_end_beside(&at, &others).map_or(0.0, |(share, _)| share)
+        share_beyond(&at, &others)
     };
     (0..middle.levels().len()).map(share).fold(0.0, f64::max)
 }
@@ -293,7 +294,15 @@ fn nested<const D: usize>(window: &Window<D>, lattice: &[Trace]) -> Option<Outco
     }
     let (masses, error) = across_ends(window, axes_across::<D>(lattice))?;
     let hidden = hidden_in_faces(window, lattice) * window.volume();
-    Some(Outcome { masses, error: error + hidden, axis: longest_axis(window), is_smooth: false })
+    let misplaced = misplaced_ends(window);
+    Some(Outcome { masses, error: error + hidden + misplaced, axis: longest_axis(window), is_smooth: false })
+}
+
+/// What ends of parts in the cell misplace, which are known no better than places in the unit cube are.
+fn misplaced_ends<const D: usize>(window: &Window<D>) -> f64 {
+    let [least, most] = window.seen();
+    let narrowest = (0..D).map(|k| window.hi[k] - window.lo[k]).fold(f64::INFINITY, f64::min);
+    (most - least) * window.volume() * (D as f64 * ACCURACY / narrowest).min(1.0)
 }
 
 /// The integral across the ends of parts, and its error.

@@ -13,45 +13,85 @@ pub(super) fn hidden_end<const D: usize>(lattice: &[Level]) -> Option<(f64, [f64
 }
 
 /// [`hidden_end`] with values at other places.
-pub(super) fn hidden_end_beside<const D: usize>(
-    lattice: &[Level],
-    others: &[([f64; D], f64)],
-) -> Option<(f64, [f64; D])> {
-    let middle = lattice[lattice.len() / 2];
-    let values: Vec<f64> = lattice.iter().map(|l| l.value).collect();
-    let below = || {
-        let others: Vec<([f64; D], f64)> = others.iter().map(|(s, v)| (*s, -v)).collect();
-        excess(&values.iter().map(|v| -v).collect::<Vec<_>>(), &others, -middle.lo)
-    };
-    excess(&values, others, middle.hi).or_else(below)
+fn hidden_end_beside<const D: usize>(lattice: &[Level], others: &[([f64; D], f64)]) -> Option<(f64, [f64; D])> {
+    let beyond = |e: Excess<D>| (!e.is_within()).then(|| (e.share(), e.place));
+    let [above, below] = excesses(lattice, others);
+    above.and_then(beyond).or_else(|| below.and_then(beyond))
 }
 
-/// How far a function may exceed `bound` within a cell, from its values at the lattice, as a share of its range, and
-/// where next to.
-///
-/// Of the parabola through the lattice, plus twice what its corners and other places show beyond: bounded axis by axis, which is exact
-/// without mixed terms, or as a function linear along each axis, the largest at a corner, less its downward bends.
-fn excess<const D: usize>(values: &[f64], others: &[([f64; D], f64)], bound: f64) -> Option<(f64, [f64; D])> {
-    if bound.is_infinite() {
-        return None;
+/// The share of a cell in which a level may leave its interval: as much as it may exceed a bound by, or, where it just meets one, the little in
+/// which it may exceed it by less than is told here.
+pub(super) fn share_beyond<const D: usize>(lattice: &[Level], others: &[([f64; D], f64)]) -> f64 {
+    let share = |e: Excess<D>| match (e.is_within(), e.meets()) {
+        (false, _) => e.share(),
+        (true, true) => AT_FACE.powf(e.room()),
+        (true, false) => 0.0,
+    };
+    excesses(lattice, others).into_iter().flatten().map(share).fold(0.0, f64::max)
+}
+
+/// How far a level may exceed its bounds above and below; none of bounds that are infinite.
+fn excesses<const D: usize>(lattice: &[Level], others: &[([f64; D], f64)]) -> [Option<Excess<D>>; 2] {
+    let middle = lattice[lattice.len() / 2];
+    let values: Vec<f64> = lattice.iter().map(|l| l.value).collect();
+    let mirrored: Vec<([f64; D], f64)> = others.iter().map(|(s, v)| (*s, -v)).collect();
+    let below = values.iter().map(|v| -v).collect::<Vec<_>>();
+    [Excess::of(&values, others, middle.hi), Excess::of(&below, &mirrored, -middle.lo)]
+}
+
+/// How far a function may exceed a bound within a cell, and where.
+#[derive(Clone, Copy)]
+struct Excess<const D: usize> {
+    excess: f64,
+    /// Of the function.
+    range: f64,
+    place: [f64; D],
+}
+
+impl<const D: usize> Excess<D> {
+    /// From the values at the lattice.
+    ///
+    /// Of the parabola through the lattice, plus twice what its corners and other places show beyond: bounded axis by axis, which is exact
+    /// without mixed terms, or as a function linear along each axis, the largest at a corner, less its downward bends.
+    fn of(values: &[f64], others: &[([f64; D], f64)], bound: f64) -> Option<Self> {
+        if bound.is_infinite() {
+            return None;
+        }
+        let q = Parabola::<D>::through(values);
+        let place: [f64; D] = sph::array(|k| {
+            if -2.0 * q.bend[k] > q.slope[k].abs() { -0.5 * q.slope[k] / q.bend[k] } else { q.slope[k].signum() }
+        });
+        let by_axes = q.middle + (0..D).map(|k| q.along(k, place[k])).sum::<f64>() + q.mixed_sum();
+        let corner = (0..values.len())
+            .filter(|&i| shares::<D>(i).iter().all(|s| *s != 0.0))
+            .fold(f64::NEG_INFINITY, |most, i| most.max(values[i]));
+        let by_corners = corner + q.bend.iter().map(|b| (-b).max(0.0)).sum::<f64>();
+        let at_lattice = (0..values.len()).map(|i| (values[i] - q.at(&shares(i))).abs());
+        let between = others.iter().map(|(s, v)| (v - q.at(s)).abs());
+        let blur = 2.0 * at_lattice.chain(between).fold(0.0, f64::max);
+        Some(Self { excess: by_axes.min(by_corners) + blur - bound, range: q.range() + blur, place })
     }
-    let q = Parabola::<D>::through(values);
-    let place: [f64; D] = sph::array(|k| {
-        if -2.0 * q.bend[k] > q.slope[k].abs() { -0.5 * q.slope[k] / q.bend[k] } else { q.slope[k].signum() }
-    });
-    let by_axes = q.middle + (0..D).map(|k| q.along(k, place[k])).sum::<f64>() + q.mixed_sum();
-    let corner = (0..values.len())
-        .filter(|&i| shares::<D>(i).iter().all(|s| *s != 0.0))
-        .fold(f64::NEG_INFINITY, |most, i| most.max(values[i]));
-    let by_corners = corner + q.bend.iter().map(|b| (-b).max(0.0)).sum::<f64>();
-    let at_lattice = (0..values.len()).map(|i| (values[i] - q.at(&shares(i))).abs());
-    let between = others.iter().map(|(s, v)| (v - q.at(s)).abs());
-    let blur = 2.0 * at_lattice.chain(between).fold(0.0, f64::max);
-    let range = q.range() + blur;
-    let excess = by_axes.min(by_corners) + blur - bound;
-    // Not a number where the level is not one: then anything may be.
-    let is_within = excess <= AT_FACE * range;
-    (!is_within).then(|| (if excess.is_nan() { 1.0 } else { (excess / range).min(1.0) }, place))
+
+    /// Not where it is not a number: then anything may be.
+    fn is_within(&self) -> bool {
+        self.excess <= AT_FACE * self.range
+    }
+
+    fn meets(&self) -> bool {
+        self.excess >= -AT_FACE * self.range
+    }
+
+    /// As a share of the range.
+    fn share(&self) -> f64 {
+        if self.excess.is_nan() { 1.0 } else { (self.excess / self.range).min(1.0) }
+    }
+
+    /// By what power of a small excess the volume goes in which there is one: half of the number of axes along which it is largest within the cell;
+    /// at a face it goes by the excess itself.
+    fn room(&self) -> f64 {
+        let inner = self.place.iter().filter(|s| s.abs() < 1.0).count();
+        if inner > 0 { 0.5 * inner as f64 } else { 1.0 }
+    }
 }
 
 /// A function of degree 2 of coordinates that run from -1 to 1.

@@ -7,7 +7,7 @@ const MOST_PARTS: usize = 8;
 /// Points of a line at which hidden ends of parts are sought, at most.
 const MOST_SAMPLES: usize = 48;
 /// How well ends of parts are placed, as a share of the domain.
-const ACCURACY: f64 = 1e-14;
+pub(super) const ACCURACY: f64 = 1e-14;
 /// Stretches without levels are halved this often.
 const BLIND_HALVINGS: u32 = 1;
 

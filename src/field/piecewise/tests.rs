@@ -172,6 +172,25 @@ fn threads_do_not_matter() {
     assert_eq!(run(1), run(3));
 }
 
+/// Far smaller than anything between the points of a lattice: a star in a box of parsecs. What rounding leaves of the surface is in the error.
+#[test]
+fn tiny_bodies_are_found_or_are_in_the_error() {
+    let domain = unit_box::<3>();
+    for radius in [1e-5, 1e-7, 1e-8, 1e-9] {
+        let density = 5.0 / sphere(radius);
+        let text = format!("if((x - 0.31)^2 + (y - 0.47)^2 + (z - 0.77)^2 < {:e}, {density:e}, 1)", radius * radius);
+        let found = mass(&text, &domain);
+        let expected = 6.0 - sphere(radius);
+        assert!((found.value - expected).abs() <= found.error, "{radius:e}: {found:?}");
+        assert!(found.error < 1e-3 * expected, "{radius:e}: {found:?}");
+    }
+    // Threads and sheets take more cells than there are.
+    for text in ["if((x - 0.31)^2 + (y - 0.47)^2 < 1e-16, 1e16, 1)", "if((x + 0.5*y - 0.71)^2 < 1e-18, 1e9, 1)"] {
+        let found = mass(text, &domain);
+        assert!(found.error > found.value, "{text}: {found:?}");
+    }
+}
+
 #[test]
 fn extreme_densities_neither_overflow_nor_vanish() {
     let domain = unit_box::<3>();
