@@ -191,6 +191,10 @@ fn what_cannot_be_followed_says_why() {
     (3..90).for_each(|k| places[k] = places[k % 3]);
     set(&mut same, "Coordinates", places);
     assert!(error(&same, short).contains("the same place"));
+    let mut fast = star.clone();
+    let n = gas(&mut fast).count;
+    set(&mut fast, "Velocities", (0..3 * n).map(|k| if k / 3 % 2 == 0 { 1e200 } else { -1e200 }).collect());
+    assert!(error(&fast, short).contains("no numbers"));
     let mut dark = star.clone();
     let table = dark.species[0].table.clone();
     dark.species.push(sph_formats::Species { part_type: 1, table });

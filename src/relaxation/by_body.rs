@@ -322,16 +322,6 @@ struct Told {
     report: StageReport<String>,
 }
 
-/// Reasons by number.
-const STOPS: [StopReason; 7] = [
-    StopReason::ToleranceReached,
-    StopReason::ToleranceMissed,
-    StopReason::Stagnated,
-    StopReason::IterationLimit,
-    StopReason::TimeLimit,
-    StopReason::Interrupted,
-    StopReason::NotNeeded,
-];
 /// Numbers for one body in front of its history, and for one entry of it.
 const HEAD: usize = 6;
 const ENTRY: usize = 4;
@@ -339,7 +329,7 @@ const ENTRY: usize = 4;
 impl Told {
     fn packed(&self) -> Vec<f64> {
         let Self { body, particles, report: StageReport { stop, best_iteration, history, seconds, .. } } = self;
-        let stop = STOPS.iter().position(|s| s == stop).unwrap_or(STOPS.len() - 1);
+        let stop = StopReason::ALL.iter().position(|s| s == stop).unwrap_or(StopReason::ALL.len() - 1);
         let numbers = [*body, *particles, stop, *best_iteration, history.len()].map(|n| n as f64);
         let entry = |p: &Progress| [p.iteration as f64, p.epsilon, p.largest_step, p.seconds];
         numbers.into_iter().chain([*seconds]).chain(history.iter().flat_map(entry)).collect()
@@ -359,7 +349,7 @@ impl Told {
             };
             let report = StageReport {
                 stage: String::new(),
-                stop: STOPS[head[2] as usize],
+                stop: StopReason::ALL[head[2] as usize],
                 best_iteration: head[3] as usize,
                 seconds: head[5],
                 history: history.chunks_exact(ENTRY).map(entry).collect(),

@@ -38,6 +38,16 @@ pub enum StopReason {
 }
 
 impl StopReason {
+    pub const ALL: [Self; 7] = [
+        Self::ToleranceReached,
+        Self::ToleranceMissed,
+        Self::Stagnated,
+        Self::IterationLimit,
+        Self::TimeLimit,
+        Self::Interrupted,
+        Self::NotNeeded,
+    ];
+
     /// Whether the stage was cut short from outside, so that it can go on.
     pub fn is_cut(self) -> bool {
         matches!(self, Self::TimeLimit | Self::Interrupted)

@@ -3,7 +3,7 @@
 //! A file holds, behind a mark, a version and a checksum, the scene that it belongs to, a fingerprint of the
 //! target, what came out so far, and the state of the stage under way, as [`postcard`] writes them: floating-point numbers bit by bit.
 //! It is replaced as a whole, so that whenever the run ends there is the last one or none. Several ranks have a file each, see
-//! [`super::checkpoint_parts`].
+//! `checkpoint_parts`.
 
 use super::checkpoint_file::{HEADER, framed, payload, unreadable};
 use super::checkpoint_parts::{self, Family, Pieces};

@@ -112,6 +112,11 @@ impl Input {
 
     /// Refuses what says how a file is read where there is none.
     pub(super) fn validate_of_file(&self) -> Result<()> {
+        let source = match (&self.file, &self.expression, &self.profile) {
+            (None, Some(_), _) => "an expression",
+            (None, None, Some(_)) => "a profile",
+            _ => return Ok(()),
+        };
         let asked = [
             (self.format.is_some(), "format"),
             (self.density.is_some(), "density"),
@@ -120,14 +125,10 @@ impl Input {
             (self.centering.is_some(), "centering"),
             (self.interpolation.is_some(), "interpolation"),
         ];
-        let of_nothing = |what: &str| {
-            self.file.is_none() && (self.expression.is_some() || self.profile.is_some()) && !what.is_empty()
-        };
-        match asked.iter().find(|(is_asked, key)| *is_asked && of_nothing(key)) {
+        match asked.iter().find(|(is_asked, _)| *is_asked) {
             Some((_, key)) => {
-                let source = if self.expression.is_some() { "expression" } else { "profile" };
-                let problem = format!("is about a `file`, but the input is an {source}; leave it out");
-                Err(Error::scene(format!("input.{key}"), problem.replace("an profile", "a profile")))
+                let problem = format!("says how a `file` is read, but the input is {source}; leave it out");
+                Err(Error::scene(format!("input.{key}"), problem))
             }
             None => Ok(()),
         }
