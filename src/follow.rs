@@ -219,6 +219,14 @@ impl<const D: usize> Read<D> {
             damping: None,
         };
         let whole = come_to_rest(&mut followed);
+        let square = |i: usize| masses[i] * followed.velocities[i].iter().map(|v| v * v).sum::<f64>();
+        let kinetic = (0..masses.len()).map(square).sum::<f64>();
+        if !kinetic.is_finite() {
+            let problem = format!(
+                "make a kinetic energy of {kinetic} times the gas's own: no numbers that can be followed; check the units"
+            );
+            return Err(Error::field(names::VELOCITIES, problem));
+        }
         if self.has_gravity {
             let center = middle(&followed);
             let radius = (0..masses.len()).map(|i| distance(&at(positions, i), &center)).fold(0.0, f64::max);
