@@ -101,7 +101,7 @@ fn ranks_go_on_to_the_bit_where_they_were_interrupted() {
 }
 
 /// A rank that dies at any place leaves a whole checkpoint, from which a run goes on to the bytes of one in which none died: where bodies are
-/// relaxed by themselves, from the begin of the stage.
+/// relaxed by themselves, from the start of the stage.
 #[test]
 fn ranks_go_on_to_the_bit_where_one_died() {
     for (text, lost, place) in

@@ -5,7 +5,7 @@
 //! It is replaced as a whole, so that whenever the run ends there is the last one or none. Several ranks have a file each, see
 //! `checkpoint_parts`.
 
-use super::checkpoint_file::{HEADER, framed, payload, unreadable};
+use super::checkpoint_file::{self, payload, unreadable};
 use super::checkpoint_parts::{self, Family, Pieces};
 use super::fingerprint::Hash;
 use super::gathered::agreed;
@@ -16,12 +16,12 @@ use crate::target::Target;
 use serde::{Deserialize, Serialize};
 use sph::exchange::{Alone, Exchange};
 use sph_formats::FormatError;
-use std::io::Read;
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
 /// The first bytes of a checkpoint.
 const MARK: &[u8; 8] = b"SPHPREPC";
+
 /// Removes the checkpoint of a run that has come to its end; a note where that fails.
 pub(super) fn remove_checkpoint(scene: &Scene, stop: StopReason) -> Option<String> {
     let file = scene.checkpoint.file.as_deref().filter(|f| f.is_file() && !stop.is_cut())?;
@@ -67,7 +67,7 @@ pub enum Kept<'k, const D: usize> {
 /// Writes checkpoints when they are due. All ranks call what writes together, while a stage goes in step.
 pub struct Checkpoints<'a> {
     exchange: &'a dyn Exchange,
-    /// The last that several ranks have written.
+    /// The last that several ranks have written, until another is in its place.
     family: Family,
     file: Option<PathBuf>,
     interval: Duration,
@@ -90,8 +90,7 @@ impl<'a> Checkpoints<'a> {
         let CheckpointInput { file, minutes, resume } = &scene.checkpoint;
         let probe = file.as_deref().map_or(Ok(()), sph_formats::output::probe);
         agreed(exchange, probe.map_err(Error::from))?;
-        let several = file.as_deref().filter(|_| !exchange.is_alone());
-        let family = several.map_or_else(Family::default, |file| Family::of(exchange, file));
+        let family = file.as_deref().map_or_else(Family::default, |file| Family::of(exchange, file));
         let origin = if file.is_some() || resume.is_some() { Origin::new(scene, target) } else { Origin::default() };
         let interval = Duration::try_from_secs_f64(60.0 * minutes).unwrap_or(Duration::MAX);
         Ok(Self { exchange, family, file: file.clone(), interval, origin, ..Self::off() })
@@ -148,9 +147,14 @@ impl<'a> Checkpoints<'a> {
 
     fn write(&mut self, meta: &Meta, state: Snapshot<'_>) {
         let Some(file) = self.file.as_deref() else { return };
-        let make = |path: &Path| write(path, &self.origin, meta, state);
+        let make = |path: &Path| {
+            checkpoint_file::write(path, MARK, |bytes| {
+                let bytes = postcard::to_extend(&self.origin, bytes).map_err(|e| e.to_string())?;
+                state(postcard::to_extend(meta, bytes).map_err(|e| e.to_string())?)
+            })
+        };
         let written = match self.exchange.is_alone() {
-            true => make(file).map(|_| ()).map_err(|e| e.to_string()),
+            true => make(file).map(|_| self.family.clear(file)).map_err(|e| e.to_string()),
             false => self.family.replace(self.exchange, file, make),
         };
         self.failure = written.err();
@@ -176,9 +180,10 @@ impl<'a> Checkpoints<'a> {
     /// # Errors
     /// A file that cannot be read, or a part of it.
     pub(super) fn read(&self, path: &Path) -> Result<Pieces> {
-        let bytes = read(path)?;
+        let bytes = checkpoint_file::read(path, &[MARK, checkpoint_parts::MARK])
+            .map_err(|e| FormatError::io(path, "read the checkpoint", e))?;
         if bytes.starts_with(checkpoint_parts::MARK) {
-            return Pieces::of_family(path, self.exchange, self.origin.particles)
+            return Pieces::of_family((path, &bytes), self.exchange, self.origin.particles)
                 .map_err(|problem| Error::Checkpoint { path: path.into(), problem });
         }
         Ok(Pieces::of_one(bytes, self.exchange, self.origin.particles))
@@ -217,32 +222,6 @@ impl<'a> Checkpoints<'a> {
         }
         Ok((meta, Kept::Between(particles)))
     }
-}
-
-/// Writes a file; its checksum.
-fn write(path: &Path, origin: &Origin, meta: &Meta, state: Snapshot<'_>) -> Result<u64> {
-    let made = framed(MARK, |bytes| {
-        let bytes = postcard::to_extend(origin, bytes).map_err(|e| e.to_string())?;
-        state(postcard::to_extend(meta, bytes).map_err(|e| e.to_string())?)
-    });
-    let bad = |problem: String| Error::Checkpoint { path: path.into(), problem: format!("cannot be made: {problem}") };
-    let (bytes, checksum) = made.map_err(bad)?;
-    sph_formats::output::atomically(path, |temporary| {
-        std::fs::write(temporary, &bytes).map_err(|e| FormatError::io(path, "write the checkpoint", e))
-    })?;
-    Ok(checksum)
-}
-
-/// The whole file if it begins as a checkpoint does, else its beginning: what is none may be of any size.
-fn read(path: &Path) -> Result<Vec<u8>> {
-    let bad = |e| FormatError::io(path, "read the checkpoint", e);
-    let mut file = std::fs::File::open(path).map_err(bad)?;
-    let mut bytes = Vec::new();
-    file.by_ref().take(HEADER as u64).read_to_end(&mut bytes).map_err(bad)?;
-    if bytes.starts_with(MARK) {
-        file.read_to_end(&mut bytes).map_err(bad)?;
-    }
-    Ok(bytes)
 }
 
 /// Places at which the target is compared.

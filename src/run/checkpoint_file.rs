@@ -1,28 +1,54 @@
 //! Files of checkpoints: a mark, the version of the layout, a checksum, and what is kept.
 
 use super::fingerprint::Hash;
+use crate::error::{Error, Result};
+use sph_formats::FormatError;
+use std::io::Read;
+use std::path::Path;
 
 /// Version of the layout; another program version is refused by the scene's own line.
 const LAYOUT: u32 = 6;
 /// Mark, layout and checksum.
-pub(super) const HEADER: usize = 20;
+const HEADER: usize = 20;
 
 /// What is said of bytes that are no state of this program's.
 pub(super) fn unreadable(error: &postcard::Error) -> String {
     format!("its content cannot be read ({error}); start without it")
 }
 
-/// A file's bytes behind `mark`, and their checksum.
-pub(super) fn framed(
+/// Writes what `payload` appends behind `mark`; the checksum of it.
+///
+/// # Errors
+/// A payload that cannot be made, or a file that cannot be written.
+pub(super) fn write(
+    path: &Path,
     mark: &[u8; 8],
     payload: impl FnOnce(Vec<u8>) -> std::result::Result<Vec<u8>, String>,
-) -> std::result::Result<(Vec<u8>, u64), String> {
-    let mut bytes = payload(vec![0; HEADER])?;
+) -> Result<u64> {
+    let bad = |problem: String| Error::Checkpoint { path: path.into(), problem: format!("cannot be made: {problem}") };
+    let mut bytes = payload(vec![0; HEADER]).map_err(bad)?;
     let checksum = Hash::of(&bytes[HEADER..]);
     bytes[..8].copy_from_slice(mark);
     bytes[8..12].copy_from_slice(&LAYOUT.to_le_bytes());
     bytes[12..HEADER].copy_from_slice(&checksum.to_le_bytes());
-    Ok((bytes, checksum))
+    sph_formats::output::atomically(path, |temporary| {
+        std::fs::write(temporary, &bytes).map_err(|e| FormatError::io(path, "write the checkpoint", e))
+    })?;
+    Ok(checksum)
+}
+
+/// The whole file if it begins with one of `marks`, else its beginning: what is none may be of any size.
+///
+/// # Errors
+/// A file that cannot be read.
+pub(super) fn read(path: &Path, marks: &[&[u8; 8]]) -> std::io::Result<Vec<u8>> {
+    let mut file = std::fs::File::open(path)?;
+    let mut bytes = Vec::new();
+    file.by_ref().take(HEADER as u64).read_to_end(&mut bytes)?;
+    if marks.iter().any(|mark| bytes.starts_with(*mark)) {
+        file.read_to_end(&mut bytes)?;
+    }
+    Ok(bytes)
 }
 
 /// What follows the header, if that is as it should be.

@@ -3,20 +3,16 @@
 //! Parts of a new checkpoint are beside those of the last until the head, which is replaced as a whole, names them: whenever a rank dies
 //! there is a whole checkpoint or none. All ranks see one folder.
 
-use super::checkpoint_file::{checksum_of, framed, payload, unreadable};
+use super::checkpoint_file::{self, checksum_of, payload, unreadable};
+use super::gathered::share_of;
 use crate::error::Result;
 use serde::{Deserialize, Serialize};
 use sph::exchange::Exchange;
-use sph_formats::FormatError;
-use sph_formats::stream::Part;
-use std::io::Read;
 use std::ops::Range;
 use std::path::{Path, PathBuf};
 
 /// The first bytes of a head.
 pub(super) const MARK: &[u8; 8] = b"SPHPREPH";
-/// The largest head that is read: of as many ranks as any machine has.
-const LARGEST: u64 = 1 << 28;
 
 /// Which parts belong together.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
@@ -30,10 +26,15 @@ impl Head {
     /// # Errors
     /// A file that is none, or is damaged.
     fn read(path: &Path) -> std::result::Result<Self, String> {
-        let file = std::fs::File::open(path).map_err(|e| e.to_string())?;
-        let mut bytes = Vec::new();
-        file.take(LARGEST).read_to_end(&mut bytes).map_err(|e| e.to_string())?;
-        postcard::from_bytes(payload(&bytes, MARK)?).map_err(|e| unreadable(&e))
+        Self::of(&checkpoint_file::read(path, &[MARK]).map_err(|e| e.to_string())?)
+    }
+
+    fn of(bytes: &[u8]) -> std::result::Result<Self, String> {
+        postcard::from_bytes(payload(bytes, MARK)?).map_err(|e| unreadable(&e))
+    }
+
+    fn write(&self, path: &Path) -> Result<u64> {
+        checkpoint_file::write(path, MARK, |to| postcard::to_extend(self, to).map_err(|e| e.to_string()))
     }
 }
 
@@ -76,6 +77,12 @@ impl Family {
         Self { generation: first[0] as u64, ranks: first[1] as usize }
     }
 
+    /// Removes its parts, once something else is in the place of its head.
+    pub(super) fn clear(&mut self, file: &Path) {
+        let Self { generation, ranks } = std::mem::take(self);
+        remove_parts(file, generation, ranks);
+    }
+
     /// Writes a new checkpoint in the place of the last: `write` writes this rank's part to a path, and returns its checksum. All ranks call it
     /// together.
     ///
@@ -95,7 +102,9 @@ impl Family {
         let lost = all.iter().position(|told| told[0] == 0.0);
         let checksums = all.iter().map(|told| (told[1] as u64) << u32::BITS | told[2] as u64).collect();
         let head = match (lost, exchange.rank()) {
-            (None, 0) => write_head(file, &Head { generation: new.generation, checksums }),
+            (None, 0) => {
+                Head { generation: new.generation, checksums }.write(file).map(|_| ()).map_err(|e| e.to_string())
+            }
             _ => Ok(()),
         };
         if lost.is_some() || exchange.any(head.is_err()) {
@@ -112,14 +121,6 @@ impl Family {
     }
 }
 
-fn write_head(file: &Path, head: &Head) -> std::result::Result<(), String> {
-    let bytes = framed(MARK, |to| postcard::to_extend(head, to).map_err(|e| e.to_string()))?.0;
-    let write = |temporary: &Path| {
-        std::fs::write(temporary, &bytes).map_err(|e| FormatError::io(file, "write the checkpoint", e))
-    };
-    sph_formats::output::atomically(file, write).map_err(|e| e.to_string())
-}
-
 /// What a rank goes on from: files of earlier ranks, with those of each's particles that are its own now.
 pub(super) struct Pieces {
     pub(super) pieces: Vec<(Range<usize>, Vec<u8>)>,
@@ -130,20 +131,24 @@ pub(super) struct Pieces {
 impl Pieces {
     /// Of a checkpoint that one rank has written.
     pub(super) fn of_one(bytes: Vec<u8>, exchange: &dyn Exchange, count: usize) -> Self {
-        Self { pieces: vec![(share(count, exchange.rank(), exchange.ranks()), bytes)], are_own: exchange.is_alone() }
+        Self { pieces: vec![(share_of(count, exchange.rank(), exchange.ranks()), bytes)], are_own: exchange.is_alone() }
     }
 
-    /// Of one at `path` that several have, where this rank is to have its share of `count` particles.
+    /// Of one that several have, with this head at `path`, where this rank is to have its share of `count` particles.
     ///
     /// # Errors
     /// A head or a part that is damaged or not there.
-    pub(super) fn of_family(path: &Path, exchange: &dyn Exchange, count: usize) -> std::result::Result<Self, String> {
-        let Head { generation, checksums } = Head::read(path)?;
+    pub(super) fn of_family(
+        (path, head): (&Path, &[u8]),
+        exchange: &dyn Exchange,
+        count: usize,
+    ) -> std::result::Result<Self, String> {
+        let Head { generation, checksums } = Head::of(head)?;
         let (rank, ranks, earlier) = (exchange.rank(), exchange.ranks(), checksums.len());
-        let own = share(count, rank, ranks);
+        let own = share_of(count, rank, ranks);
         let mut pieces = Vec::new();
         for (earlier_rank, checksum) in checksums.iter().enumerate() {
-            let there = share(count, earlier_rank, earlier);
+            let there = share_of(count, earlier_rank, earlier);
             let both = own.start.max(there.start)..own.end.min(there.end);
             if both.is_empty() {
                 continue;
@@ -158,11 +163,4 @@ impl Pieces {
         }
         Ok(Self { pieces, are_own: earlier == ranks })
     }
-}
-
-/// The particles that each of several ranks has.
-fn share(count: usize, rank: usize, ranks: usize) -> Range<usize> {
-    let totals = sph::array(|t| if t == 0 { count } else { 0 });
-    let Part { starts, counts, .. } = Part::new(totals, rank, ranks);
-    starts[0]..starts[0] + counts[0]
 }

@@ -4,7 +4,7 @@
 use crate::error::{Error, Result};
 use sph::exchange::Exchange;
 use sph_formats::common::particle_names as names;
-use sph_formats::stream::TYPES;
+use sph_formats::stream::{Part, TYPES};
 use sph_formats::{Column, FormatError, ParticleFile, ParticleStream, ParticleTable, RunHeader, Values};
 use std::ops::Range;
 use std::panic::{AssertUnwindSafe, catch_unwind};
@@ -32,6 +32,13 @@ pub(super) fn agreed<T>(exchange: &dyn Exchange, own: Result<T>) -> Result<T> {
             Err(Error::Rank { rank, ranks: exchange.ranks(), problem })
         }
     }
+}
+
+/// Which of `count` particles of gas one of several ranks has.
+pub(super) fn share_of(count: usize, rank: usize, ranks: usize) -> Range<usize> {
+    let totals = sph::array(|t| if t == 0 { count } else { 0 });
+    let Part { starts, counts, .. } = Part::new(totals, rank, ranks);
+    starts[0]..starts[0] + counts[0]
 }
 
 /// The particles of all ranks, in the order of ranks; of gas alone.

@@ -7,7 +7,7 @@
 use super::checkpoint::remove_checkpoint;
 use super::destination::{Destination, intended_format, refuse_box, refuse_what_the_format_cannot_hold};
 use super::duration::{self, Cost, Expected};
-use super::gathered::{Gathered, agreed};
+use super::gathered::{Gathered, agreed, share_of};
 use super::grading::verdict as verdict_on;
 use super::pipeline::{closed_and_open, verdict};
 use super::plan::{Held, Plan};
@@ -31,7 +31,6 @@ use crate::target::Target;
 use sph::domain::Wall;
 use sph::exchange::Exchange;
 use sph_formats::common::particle_names as names;
-use sph_formats::stream::Part;
 use sph_formats::{FormatError, FormatSpec, ParticleFile, WriteOptions, write_stream};
 use std::time::Instant;
 
@@ -247,12 +246,11 @@ impl<'a> Run<'a> {
     /// Seeds, and relaxes.
     fn place<const D: usize>(&mut self, target: &Target<'_, D>, plan: &mut Plan) -> Result<Placed<D>> {
         let exchange = self.exchange;
-        let totals = sph::array(|t| if t == 0 { target.count } else { 0 });
-        let Part { starts, counts, .. } = Part::new(totals, exchange.rank(), exchange.ranks());
+        let own = share_of(target.count, exchange.rank(), exchange.ranks());
         let seeds = |_: &Plan| {
             let lap = Instant::now();
             self.control.tell(Event::Begin(Step::Seed));
-            let positions = seed_block(target, self.scene.seed, starts[0]..starts[0] + counts[0])?;
+            let positions = seed_block(target, self.scene.seed, own.clone())?;
             Ok((Past::seeded(Vec::new(), lap.elapsed().as_secs_f64()), positions.into()))
         };
         let placed = Setting::new(self.scene, *target, None, self.control).over(exchange).place_from(plan, seeds)?;

@@ -305,12 +305,12 @@ impl<const D: usize> Matter<D> for Target<'_, D> {
     }
 
     fn is_smooth(&self) -> bool {
-        !self.may_jump() && !self.part.is_some_and(|part| part.is_cut())
+        !self.may_jump() && !self.is_cut()
     }
 
     /// Not of a part, whose density ends where the field's does not.
     fn most_within(&self, lo: &[f64; D], hi: &[f64; D]) -> Option<f64> {
-        if self.part.is_some_and(|part| part.is_cut()) {
+        if self.is_cut() {
             return None;
         }
         let most = self.resolution_field().enclosure(&Patch::of_box(*lo, *hi))?.most;
@@ -319,9 +319,9 @@ impl<const D: usize> Matter<D> for Target<'_, D> {
 
     /// Of regions; a part of them is bounded by itself.
     fn planes(&self, axis: usize) -> Vec<f64> {
-        let Some(part) = self.part.filter(|part| !part.is_cut()) else { return Vec::new() };
+        let Some(regions) = self.regions() else { return Vec::new() };
         let most = THIN * self.domain.extent()[axis];
-        let extents = part.regions.each().iter().map(|r| (r.lo[axis], r.hi[axis]));
+        let extents = regions.each().iter().map(|r| (r.lo[axis], r.hi[axis]));
         let thin = extents.filter(|(lo, hi)| hi - lo < most);
         thin.take(MOST_THIN).flat_map(|(lo, hi)| [lo, hi]).collect()
     }
@@ -329,8 +329,7 @@ impl<const D: usize> Matter<D> for Target<'_, D> {
     /// None outside of the domain, or of the region that this is the target of.
     fn density_inside(&self, x: &[f64; D]) -> Option<f64> {
         let density = self.domain.contains(x).then(|| self.number_density(x))?;
-        let ends = self.part.is_some_and(|part| part.is_cut());
-        (density > 0.0 || !ends).then_some(density)
+        (density > 0.0 || !self.is_cut()).then_some(density)
     }
 }
 

@@ -9,13 +9,8 @@ const AT_FACE: f64 = 4e-11;
 /// Whether a level may leave its interval within a cell, from its values at the lattice: by how much, as a share of its
 /// range, and where next to.
 pub(super) fn hidden_end<const D: usize>(lattice: &[Level]) -> Option<(f64, [f64; D])> {
-    hidden_end_beside(lattice, &[])
-}
-
-/// [`hidden_end`] with values at other places.
-fn hidden_end_beside<const D: usize>(lattice: &[Level], others: &[([f64; D], f64)]) -> Option<(f64, [f64; D])> {
     let beyond = |e: Excess<D>| (!e.is_within()).then(|| (e.share(), e.place));
-    let [above, below] = excesses(lattice, others);
+    let [above, below] = excesses(lattice, &[]);
     above.and_then(beyond).or_else(|| below.and_then(beyond))
 }
 
