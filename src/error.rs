@@ -28,6 +28,12 @@ pub enum Error {
     /// Interrupted by the user, with a checkpoint to go on from.
     #[error("interrupted; no particles were written; go on with --resume '{}'", .0.display())]
     InterruptedKept(PathBuf),
+    /// Interrupted by the user, where the checkpoint of that could not be written.
+    #[error("interrupted; no particles were written, and the last checkpoint could not be: {0}")]
+    InterruptedUnkept(String),
+    /// Interrupted by the user, with blocks of particles in a folder to go on from.
+    #[error("interrupted; nothing was written; the same command goes on with the blocks in '{}'", .0.display())]
+    InterruptedIn(PathBuf),
     /// Another rank of the run failed, or ended.
     #[error("rank {rank} of {ranks}: {problem}")]
     Rank { rank: usize, ranks: usize, problem: String },

@@ -1,6 +1,8 @@
 //! Scenes of several bodies: what is conserved, who is who, and what is refused.
 
+use sph_prep::relaxation::{Event, StopReason};
 use sph_prep::{BodiesReport, Control, FORMATS, ParticleFile, Scene, place_bodies};
+use std::sync::atomic::{AtomicBool, Ordering::Relaxed};
 
 fn placed(scene: &str) -> (ParticleFile, BodiesReport) {
     place_bodies(&Scene::parse(scene).unwrap(), FORMATS, &Control::default()).unwrap_or_else(|e| panic!("{e}"))
@@ -381,5 +383,29 @@ fn a_body_is_turned_with_its_vectors() {
             "bodies:\n- input: {{expression: '1'}}\n  domain: {{box: [[0, 0, 0], [1, 1, 1]]}}\n  {turn}particles: 50\n"
         ));
         assert!(error.contains("bodies[1].orientation") && error.contains(part), "{error}");
+    }
+}
+
+/// An interrupt within the first of two bodies leaves both, as far as they have come, if that is asked for; else nothing.
+#[test]
+fn an_interrupt_within_a_body_leaves_all_of_them_if_asked_to() {
+    for (output, is_written) in [("output: {on_interrupt: write}\n", true), ("", false)] {
+        let scene =
+            Scene::parse(&format!("{STARS}orbit: {{semi_major_axis: 4}}\nseeding: random\npolish: solver\n{output}"))
+                .unwrap();
+        let interrupted = AtomicBool::new(false);
+        let observer = |event: Event| {
+            if matches!(event, Event::Iteration { .. }) {
+                interrupted.store(true, Relaxed);
+            }
+        };
+        let control = Control { interrupted: &interrupted, observer: &observer, ..Control::default() };
+        match place_bodies(&scene, FORMATS, &control) {
+            Ok((file, report)) => {
+                assert!(is_written && report.stop == StopReason::Interrupted);
+                assert_eq!((file.species[0].table.count, report.bodies.len()), (1500, 2));
+            }
+            Err(error) => assert!(!is_written && error.to_string().contains("interrupted"), "{error}"),
+        }
     }
 }

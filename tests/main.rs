@@ -26,6 +26,7 @@ mod figures;
 mod follow;
 mod gallery;
 mod grids;
+mod in_turn;
 mod lattices;
 mod made;
 mod magnetic;

@@ -159,6 +159,42 @@ fn what_time_cuts_short_is_kept() {
     }
 }
 
+/// Where the place for checkpoints is lost, an interrupt says so, on one rank and on several.
+#[test]
+fn what_could_not_be_kept_is_told() {
+    for ranks in [1, 3] {
+        let work = Work::new(UNIFORM);
+        let ended = on(ranks, |exchange| {
+            let interrupted = AtomicBool::new(false);
+            let observer = |event: Event| {
+                if exchange.rank() == 0 && has_come(event, ("wvt", 5)) {
+                    drop(std::fs::remove_dir_all(work.folder.path("kept")));
+                    interrupted.store(true, Relaxed);
+                }
+            };
+            let control = Control { interrupted: &interrupted, observer: &observer, ..Control::default() };
+            match ranks {
+                1 => sph_prep::run(&work.scene, FORMATS, &control),
+                _ => run_on_ranks(&work.scene, FORMATS, &control, exchange),
+            }
+        });
+        for ended in ended {
+            let error = ended.unwrap_err();
+            assert!(matches!(&error, Error::InterruptedUnkept(told) if !told.contains("--resume")), "{error}");
+        }
+    }
+}
+
+/// One rank that goes on from the parts of several leaves none of them behind.
+#[test]
+fn parts_are_removed_by_a_run_without_ranks() {
+    let work = Work::new(UNIFORM);
+    work.run(3, Some((0, ("wvt", 3)))).into_iter().for_each(|ended| drop(ended.unwrap_err()));
+    let resumed = work.resumed();
+    resumed.run(1, Some((0, ("solver", 3)))).into_iter().for_each(|ended| drop(ended.unwrap_err()));
+    assert_eq!(work.kept(), [work.folder.path("kept/run")]);
+}
+
 /// Damaged, missing and foreign parts are named, and so is a checkpoint of another run; the ranks all end.
 #[test]
 fn parts_that_do_not_belong_are_refused() {

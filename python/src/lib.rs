@@ -26,7 +26,9 @@ fn raise(error: &Error) -> PyErr {
     let text = error.to_string();
     match error {
         Error::Scene { .. } => SceneError::new_err(text),
-        Error::Interrupted | Error::InterruptedKept(_) => PyKeyboardInterrupt::new_err(text),
+        Error::Interrupted | Error::InterruptedKept(_) | Error::InterruptedUnkept(_) => {
+            PyKeyboardInterrupt::new_err(text)
+        }
         Error::Format(_) => PyOSError::new_err(text),
         _ => SphPrepError::new_err(text),
     }

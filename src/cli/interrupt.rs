@@ -9,7 +9,7 @@ use super::terminal::{clear_line, marked};
 use crate::error::Error;
 use crate::relaxation::{Event, Step};
 use crate::scene::{OnInterrupt, Scene};
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicU8, Ordering};
 
@@ -24,19 +24,30 @@ enum Answer {
     Finish,
 }
 
+/// What a run goes on from.
+enum Kept {
+    Checkpoint(PathBuf),
+    Blocks(PathBuf),
+}
+
 /// Signals, and what is to be done about them.
 pub struct Interrupts {
     requested: AtomicBool,
     answer: AtomicU8,
-    /// A checkpoint that may be there when the process ends.
-    checkpoint: Option<PathBuf>,
+    /// What may be there to go on from when the process ends.
+    kept: Option<Kept>,
     on_interrupt: OnInterrupt,
 }
 
 impl Interrupts {
     /// Listens from now on, for a run of `scene`.
     pub fn of_run(scene: &Scene) -> Arc<Self> {
-        Self::listen(scene.checkpoint.file.clone(), scene.output.on_interrupt)
+        Self::listen(scene.checkpoint.file.clone().map(Kept::Checkpoint), scene.output.on_interrupt)
+    }
+
+    /// Listens from now on, for a run that keeps blocks in a folder.
+    pub fn of_blocks(folder: &Path) -> Arc<Self> {
+        Self::listen(Some(Kept::Blocks(folder.into())), OnInterrupt::Discard)
     }
 
     /// Listens from now on, for work that keeps nothing.
@@ -44,9 +55,9 @@ impl Interrupts {
         Self::listen(None, OnInterrupt::Discard)
     }
 
-    fn listen(checkpoint: Option<PathBuf>, on_interrupt: OnInterrupt) -> Arc<Self> {
+    fn listen(kept: Option<Kept>, on_interrupt: OnInterrupt) -> Arc<Self> {
         let (requested, answer) = (AtomicBool::new(false), AtomicU8::new(Answer::Leave as u8));
-        let interrupts = Arc::new(Self { requested, answer, checkpoint, on_interrupt });
+        let interrupts = Arc::new(Self { requested, answer, kept, on_interrupt });
         let heard = Arc::clone(&interrupts);
         // Without a handler a signal ends the process at once, which leaves a temporary file at worst.
         let _ = ctrlc::set_handler(move || heard.signal());
@@ -63,7 +74,7 @@ impl Interrupts {
         let Event::Begin(step) = event else { return };
         let writes = self.on_interrupt == OnInterrupt::Write;
         let answer = match step {
-            Step::Relax(_) if writes || self.checkpoint.is_some() => Answer::Stop,
+            Step::Relax(_) if writes || self.kept.is_some() => Answer::Stop,
             Step::Measure | Step::Write if writes => Answer::Finish,
             _ => Answer::Leave,
         };
@@ -80,9 +91,10 @@ impl Interrupts {
 
     fn leave(&self) -> ! {
         sph_formats::output::remove_temporaries();
-        let error = match self.checkpoint.as_ref().filter(|file| file.is_file()) {
-            Some(file) => Error::InterruptedKept(file.clone()),
-            None => Error::Interrupted,
+        let error = match &self.kept {
+            Some(Kept::Checkpoint(file)) if file.is_file() => Error::InterruptedKept(file.clone()),
+            Some(Kept::Blocks(folder)) if folder.is_dir() => Error::InterruptedIn(folder.clone()),
+            _ => Error::Interrupted,
         };
         clear_line();
         eprintln!("{}: {error}", marked("error"));

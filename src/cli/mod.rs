@@ -12,6 +12,7 @@ mod exit;
 mod files;
 mod follow;
 mod formats;
+mod in_turn;
 mod inspect;
 mod interrupt;
 mod methods;
@@ -30,6 +31,7 @@ mod written;
 use crate::error::Error;
 use crate::relaxation::{Control, Event, StopReason};
 use crate::run::bodies_report::BodiesReport;
+use crate::run::in_turn::InTurnReport;
 use crate::run::report::Report;
 use crate::run::verdict::{Grade, worst};
 use crate::run::{bodies, pipeline};
@@ -113,6 +115,9 @@ fn run(args: &RunArgs, command: &str) -> crate::Result<u8> {
             (Err(_), false) => Ok(FAILURE),
         };
     }
+    if let Some(blocks) = args.in_turn {
+        return tell_of_blocks(args, &scene, &in_turn::run(args, &scene, deadline, blocks)?);
+    }
     let interrupts = Interrupts::of_run(&scene);
     let progress = progress::Progress::new(args.quiet);
     let observer = |event: Event| {
@@ -149,6 +154,21 @@ fn tell_of_one(args: &RunArgs, scene: &Scene, report: &Report) -> crate::Result<
         let (found, wanted) = (region.found, region.wanted);
         eprintln!("mass misplaced: a region of the target has {found:.0} of its {wanted:.1} particles; it was written");
         return Ok(NOT_CONVERGED);
+    }
+    Ok(exit_code(scene, report.stop))
+}
+
+/// Prints a report of a run block by block; returns the exit code.
+fn tell_of_blocks(args: &RunArgs, scene: &Scene, report: &InTurnReport) -> crate::Result<u8> {
+    if args.json || args.quiet {
+        report.warnings.iter().for_each(|warning| eprintln!("warning: {warning}"));
+    }
+    if args.json {
+        print(&format!("{}\n", report.json()))?;
+    } else if !args.quiet {
+        // Pictures are of particles that are held at once.
+        tell(&report.text())?;
+        tell(&written::line(scene, FORMATS, worst(&report.verdict)))?;
     }
     Ok(exit_code(scene, report.stop))
 }

@@ -35,14 +35,24 @@ const PIECE_TOLERANCE: f64 = 1e-4;
 /// that of a hull is one.
 ///
 /// # Errors
-/// No mass, or one beyond the range of double precision.
+/// No mass, one beyond the range of double precision, or one that is not known at all.
 pub fn total_mass<const D: usize>(
     field: &dyn ScalarField<D>,
     domain: &Domain<D>,
     tolerance: f64,
 ) -> Result<MassEstimate> {
     let mass = field.integral(domain).unwrap_or_else(|| sampled(field, domain, tolerance));
-    check_mass("density", mass)
+    let mass = check_mass("density", mass)?;
+    // Of pieces the error is what may be hidden between points, not what has been seen.
+    if !(mass.error < mass.value) && !field.is_piecewise() {
+        let problem = format!(
+            "the mass within the domain cannot be found: it is {:.2e} as far as it was looked at, with an error of {:.2e}; poles as steep as 1/x in \
+             1-D, r^-2 in 2-D and r^-3 in 3-D have no finite mass, and what is far finer than the domain is not seen: bound the density, as by max(r, 1e-3)",
+            mass.value, mass.error
+        );
+        return Err(Error::field("density", problem));
+    }
+    Ok(mass)
 }
 
 /// # Errors

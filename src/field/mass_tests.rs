@@ -139,6 +139,22 @@ fn poles_within_shapes_are_known_as_well_as_is_said() {
 }
 
 #[test]
+fn poles_without_a_finite_mass_are_refused() {
+    fn refused<const D: usize>(text: &str) {
+        let domain = Domain::new([0.0; D], [1.0; D], [Axis::OPEN; D], Region::Box).unwrap();
+        let field = AnalyticField::new("density", text, [0.31; D]).unwrap();
+        let error = total_mass(&field, &domain, 1e-9).unwrap_err().to_string();
+        assert!(error.contains("no finite mass"), "{D}-D, {text}: {error}");
+    }
+    refused::<1>("r^-2");
+    refused::<1>("tan(40*x)^2");
+    refused::<2>("r^-2");
+    refused::<2>("r^-3");
+    refused::<3>("r^-3");
+    refused::<3>("r^-4");
+}
+
+#[test]
 fn discontinuities_within_shapes_are_met() {
     let domain = solid(&[([0.0; 2], 1.0), ([1.2, 0.3], 0.6)]);
     let e = mass("if(hypot(x - 0.1, y - 0.2) < 0.06, 3844, 1)", &domain);

@@ -151,7 +151,7 @@ pub(super) fn refit(exchange: &dyn Exchange, density: &[f64], target: &[f64], se
 }
 
 /// The share of particles that [`ErrorFigures::most`] leaves out.
-const FEW: f64 = 0.01;
+pub(super) const FEW: f64 = 0.01;
 
 /// Of `density` times `factor` against `target`.
 pub(super) fn figures(

@@ -153,32 +153,52 @@ impl<const D: usize> Ledger<D> {
         positions: &Positions<D>,
         masses: &[f64],
     ) -> LedgerFigures {
-        let edge = |i: usize| measured.sums[i].number_density.powf(-1.0 / D as f64);
         // Boxes are of equal numbers of particles where these do not go by mass.
         let alike = matches!(target.resolution, Resolution::NumberDensity(_)).then(|| vec![1.0; masses.len()]);
         let masses = alike.as_deref().unwrap_or(masses);
-        let home = |x: &[f64; D]| target.regions().and_then(|regions| regions.of(x));
-        let (levels, in_place) = self.compare_cubes(exchange, (positions, masses), &edge, &home);
+        let found = exchange.sums(self.found(measured, target, positions, masses));
+        let (levels, in_place) = self.compared(&found);
         LedgerFigures { levels, in_place, regions: region_figures(exchange, target, positions) }
     }
 
-    fn compare_cubes(
+    /// What the first of the measured particles, which these are, have in each box: those of others add up with it.
+    pub fn found(
         &self,
-        exchange: &dyn Exchange,
+        measured: &Measured<D>,
+        target: &Target<'_, D>,
+        positions: &Positions<D>,
+        masses: &[f64],
+    ) -> Vec<f64> {
+        let edge = |i: usize| measured.sums[i].number_density.powf(-1.0 / D as f64);
+        let home = |x: &[f64; D]| target.regions().and_then(|regions| regions.of(x));
+        self.in_boxes((positions, masses), &edge, &home)
+    }
+
+    /// The figures of what all particles have in each box, where there are no regions.
+    pub fn figures_of(&self, found: &[f64]) -> LedgerFigures {
+        let (levels, in_place) = self.compared(found);
+        LedgerFigures { levels, in_place, regions: Vec::new() }
+    }
+
+    fn in_boxes(
+        &self,
         (positions, masses): (&Positions<D>, &[f64]),
         edge: &(dyn Fn(usize) -> f64 + Sync),
         home: &(dyn Fn(&[f64; D]) -> Option<usize> + Sync),
-    ) -> (Vec<LedgerLevel>, f64) {
+    ) -> Vec<f64> {
         let found = parallel::pieces(masses.len(), masses.len().div_ceil(PIECES).max(SMALLEST), |range| {
             let mut found = vec![0.0; self.nodes.len()];
             range.for_each(|i| self.enter(&mut found, &at(positions, i), (edge(i), masses[i]), home));
             found
         });
-        let found: Vec<f64> = (0..self.nodes.len()).map(|k| found.iter().map(|f| f[k]).sum()).collect();
-        let found = exchange.sums(found);
+        (0..self.nodes.len()).map(|k| found.iter().map(|f| f[k]).sum()).collect()
+    }
+
+    /// Levels, and the share of the mass that is in place.
+    fn compared(&self, found: &[f64]) -> (Vec<LedgerLevel>, f64) {
         let total = found.first().copied().unwrap_or(0.0);
         let deviations = |level: usize| {
-            let of_level = self.nodes.iter().zip(&found).filter(move |(node, _)| node.level == level);
+            let of_level = self.nodes.iter().zip(found).filter(move |(node, _)| node.level == level);
             of_level.map(move |(_, found)| found / total * (1_usize << level) as f64 - 1.0)
         };
         let levels = (1..=self.levels).map(|level| {
@@ -338,14 +358,14 @@ mod tests {
                 let ledger = Ledger::new(&target(&domain, &field, n));
                 let spacing = 1.0 / edge as f64;
                 let masses = vec![1.0 / n as f64; n];
-                let (levels, in_place) = ledger.compare_cubes(&Alone, (&x, &masses), &|_| spacing, &|_| None);
+                let (levels, in_place) = ledger.compared(&ledger.in_boxes((&x, &masses), &|_| spacing, &|_| None));
                 let even = levels.iter().map(|l| l.largest_deviation).fold(0.0, f64::max);
                 if axis == Axis::Periodic {
                     assert!(even < 1e-9 && in_place == 1.0, "{D}-D: {even:e}");
                 }
                 // Everything moves toward the origin: x -> x^1.1 along the first axis.
                 x[0].iter_mut().for_each(|v| *v = v.powf(1.1));
-                let (levels, in_place) = ledger.compare_cubes(&Alone, (&x, &masses), &|_| spacing, &|_| None);
+                let (levels, in_place) = ledger.compared(&ledger.in_boxes((&x, &masses), &|_| spacing, &|_| None));
                 let (found, shifted) = (levels[0].largest_deviation, 2.0 * 0.5_f64.powf(1.0 / 1.1) - 1.0);
                 assert!((found - shifted).abs() < 0.5 * spacing, "{D}-D: {found} {shifted}");
                 assert!(in_place < 0.7, "{D}-D: {in_place}");
@@ -371,7 +391,7 @@ mod tests {
             x[0].iter_mut().for_each(|v| *v = 2.0 + 2.0 * (*v + 0.2 / edge as f64));
             let (width, masses) = (4.0 / edge as f64, vec![1.0; n]);
             let off = |home: &(dyn Fn(&[f64; D]) -> Option<usize> + Sync)| {
-                let (levels, _) = ledger.compare_cubes(&Alone, (&x, &masses), &|_| width, home);
+                let (levels, _) = ledger.compared(&ledger.in_boxes((&x, &masses), &|_| width, home));
                 levels[0].largest_deviation
             };
             let (bound, free) = (off(&|x| Some(usize::from(x[0] > 2.0))), off(&|_| None));
@@ -393,7 +413,8 @@ mod tests {
         let u = |i: usize| (i as f64 + 0.5) / 40.0;
         let x = [(0..n).map(|i| -0.01 * (1.0 - u(i % 40)).ln()).collect(), (0..n).map(|i| u(i / 40)).collect()];
         let ledger = Ledger::new(&target);
-        let (levels, in_place) = ledger.compare_cubes(&Alone, (&x, &vec![1.0 / n as f64; n]), &|_| 1e-6, &|_| None);
+        let (levels, in_place) =
+            ledger.compared(&ledger.in_boxes((&x, &vec![1.0 / n as f64; n]), &|_| 1e-6, &|_| None));
         assert!(levels[0].largest_deviation < 0.06, "{levels:?}");
         assert!(in_place <= 1.0);
     }

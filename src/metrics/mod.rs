@@ -4,6 +4,7 @@
 
 mod balance;
 mod density_error;
+mod density_fold;
 mod detail;
 mod isotropy;
 mod ledger;
@@ -20,6 +21,7 @@ mod wholes;
 
 pub use balance::{BalanceFigures, NetForce, Thermodynamics, mean_net_force};
 pub use density_error::{DensityError, ErrorFigures};
+pub use density_fold::{DensityFold, FiguresFold, Ratios};
 pub use detail::{Detail, Wanted};
 pub use isotropy::BondOrder;
 pub use ledger::{IN_PLACE, Ledger, LedgerFigures, LedgerLevel, RegionFigures};

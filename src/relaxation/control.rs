@@ -71,6 +71,14 @@ impl Control<'_> {
         self.interrupted.load(Ordering::Relaxed)
     }
 
+    /// With a share of the time that is left until the deadline.
+    #[must_use]
+    pub fn sharing(&self, share: f64) -> Self {
+        let now = Instant::now();
+        let until = |deadline: Instant| now + deadline.saturating_duration_since(now).mul_f64(share.clamp(0.0, 1.0));
+        Self { deadline: self.deadline.map(until), ..*self }
+    }
+
     /// The outside reason to stop now, if there is one.
     pub fn stop_reason(&self) -> Option<StopReason> {
         self.stop_reason_within(Duration::ZERO)
@@ -85,5 +93,21 @@ impl Control<'_> {
         } else {
             None
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_share_of_the_time_is_of_what_is_left() {
+        let hour = Duration::from_secs(3600);
+        let control = Control { deadline: Instant::now().checked_add(hour), ..Control::default() };
+        let left = control.sharing(0.25).deadline.unwrap().saturating_duration_since(Instant::now());
+        assert!(left <= hour / 4 && left > hour / 5, "{left:?}");
+        let past = Control { deadline: Some(Instant::now()), ..control };
+        assert_eq!(past.sharing(0.5).stop_reason(), Some(StopReason::TimeLimit));
+        assert!(Control::default().sharing(0.5).deadline.is_none());
     }
 }

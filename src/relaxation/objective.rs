@@ -3,6 +3,7 @@
 use super::aim::{Aims, Points, share};
 use super::arrangement::Arrangement;
 use super::fit::{Fit, fit_among, interior_among, resolved};
+use super::hold::{Held, Hold};
 use super::interfaces::Interfaces;
 use crate::target::at;
 use serde::{Deserialize, Serialize};
@@ -27,6 +28,10 @@ pub(super) struct Objective<'a, const D: usize, R> {
     pub points: Points<D>,
     /// Across a region that is thinner than a spacing, at each particle, which moves along it; none of any other.
     pub normals: Option<Vec<[f64; D]>>,
+    /// Which particles stay, of a block of a target.
+    pub holds: Option<Held>,
+    /// Kappa of all blocks, where it is known: then it is that of this one.
+    pub common: Option<f64>,
 }
 
 /// What is held within a descent.
@@ -68,6 +73,17 @@ impl Frame {
         self.pressure = parallel::map(crowding.len(), |i| share(i).powi(2));
     }
 
+    /// Holds those that stay; what sums do not tell of some of them does not count.
+    fn hold(&mut self, holds: &Held) {
+        let count = self.weights.len();
+        let is_beyond = |i: usize| holds.of(i) == Hold::Beyond;
+        parallel::update(&mut self.weights, |i, w| *w = if is_beyond(i) { 0.0 } else { *w });
+        self.pressure.resize(count, 1.0);
+        parallel::update(&mut self.pressure, |i, p| *p = if is_beyond(i) { 0.0 } else { *p });
+        self.held.resize(count, false);
+        parallel::update(&mut self.held, |i, held| *held |= holds.of(i) != Hold::Free);
+    }
+
     fn pressure(&self, i: usize) -> f64 {
         self.pressure.get(i).copied().unwrap_or(1.0)
     }
@@ -97,6 +113,8 @@ impl<'a, const D: usize, R: Real> Objective<'a, D, R> {
             aims: None,
             points: Points::unknown(),
             normals: None,
+            holds: None,
+            common: None,
         }
     }
 
@@ -158,6 +176,7 @@ impl<'a, const D: usize, R: Real> Objective<'a, D, R> {
         let order = self.arrangement.sort();
         self.aims.iter_mut().for_each(|aims| aims.reorder(&order));
         self.normals.iter_mut().for_each(|normals| *normals = parallel::reordered(normals, &order));
+        self.holds.iter_mut().for_each(|holds| holds.reorder(&order));
         order
     }
 
@@ -210,6 +229,10 @@ impl<'a, const D: usize, R: Real> Objective<'a, D, R> {
     /// Lets particles aim at the smoothed target where the target is too sharp, if it is so for more than a few. What ends at an
     /// open edge does not count: sums see a mirror there, and not the end.
     fn take_aim(&mut self, sharpness: &[f64], spacing: &[f64]) {
+        // Of a block they would be the points of all others, too.
+        if self.holds.is_some() {
+            return;
+        }
         // Points of mass do not show what goes on beyond the surfaces of a region.
         let exchange = self.arrangement.exchange();
         let goes_on = exchange.any(self.arrangement.interfaces().is_some_and(|interfaces| !interfaces.are_none()));
@@ -262,8 +285,10 @@ impl<'a, const D: usize, R: Real> Objective<'a, D, R> {
             }
             None => self.held(&wanted, (&sharpness, &weights)),
         };
+        self.kappa = self.common.or(self.kappa);
         let kappa = self.kappa.unwrap_or(1.0);
         let mut frame = Frame { lambda, kappa, weights, pressure: Vec::new(), held, spacing };
+        self.holds.iter().for_each(|holds| frame.hold(holds));
         // The first evaluation tells kappa; from then on it barely changes.
         let now = self.evaluate(&frame);
         if self.kappa.is_none() {
@@ -273,6 +298,7 @@ impl<'a, const D: usize, R: Real> Objective<'a, D, R> {
             self.evaluations -= 1;
         }
         frame.forget_crowds(&parallel::map(now.aimed.len(), |i| now.sums[i].number_density / now.aimed[i]));
+        self.holds.iter().for_each(|holds| frame.hold(holds));
         frame
     }
 
@@ -305,7 +331,7 @@ impl<'a, const D: usize, R: Real> Objective<'a, D, R> {
         let [total, weighted, pressure] = reduce::sums(n, |i| [w[i], w[i] * q(i), frame.pressure(i) * q(i)]);
         let pressure = pressure + self.beyond(&support, &aimed) - self.drift(frame);
         let [total, weighted, pressure] = exchange.together([total, weighted, pressure]);
-        let mean = weighted / total;
+        let mean = self.common.map_or(weighted / total, f64::recip);
         let [squares] = exchange.together(reduce::sums(n, |i| [w[i] * (q(i) / mean - 1.0).powi(2)]));
         let energy = 0.5 * squares + frame.lambda * pressure;
         let domain = self.arrangement.target.domain;
@@ -319,7 +345,8 @@ impl<'a, const D: usize, R: Real> Objective<'a, D, R> {
         let strength = parallel::map(now.wanted.len(), |i| {
             let q = now.sums[i].number_density / now.aimed[i];
             let pressure = frame.lambda * frame.pressure(i);
-            let response = frame.weights[i] * (q / now.mean - 1.0 - now.mean_square) / now.mean + pressure;
+            let of_mean = if self.common.is_some() { 0.0 } else { now.mean_square };
+            let response = frame.weights[i] * (q / now.mean - 1.0 - of_mean) / now.mean + pressure;
             response / now.aimed[i]
         });
         let mut out = self.arrangement.gradient(&now.support, &strength, &now.sums);

@@ -27,6 +27,7 @@
 use super::aim::Aims;
 use super::arrangement::Arrangement;
 use super::course::Course;
+use super::hold::{Held, Hold, as_given};
 use super::interfaces::Interfaces;
 use super::lbfgs::{Lbfgs, product_among};
 use super::objective::{Evaluation, Frame, Objective};
@@ -69,6 +70,9 @@ pub struct DensitySolver<'a, const D: usize, R = f32> {
     kernel: KernelName,
     target: Target<'a, D>,
     options: SolverOptions,
+    /// In the order in which particles are given, of a block; empty where all may move.
+    holds: &'a [Hold],
+    common: Option<f64>,
     precision: PhantomData<R>,
 }
 
@@ -82,6 +86,9 @@ impl<const D: usize, R: Real> Stage<D> for DensitySolver<'_, D, R> {
     }
 
     fn resume(&self, kept: &[u8]) -> Result<Box<dyn Running<D> + '_>, String> {
+        if !self.holds.is_empty() {
+            return Err("is of a block, and is not kept; start without it".into());
+        }
         let kept: Snapshot<D> = decode(kept)?;
         self.resumed(kept, self.target.count, &Alone)
     }
@@ -97,11 +104,16 @@ impl<const D: usize, R: Real> OverRanks<D> for DensitySolver<'_, D, R> {
     fn begin_among<'s>(&'s self, particles: Particles<D>, exchange: &'s dyn Exchange) -> Box<dyn Running<D> + 's> {
         let trace = Trace::new();
         let mut positions = particles.positions;
-        part_pairs_among(exchange, &self.target, &mut positions, COINCIDENT);
+        if self.holds.is_empty() {
+            part_pairs_among(exchange, &self.target, &mut positions, COINCIDENT);
+        }
         let schedule = self.options.schedule(self.kernel, D);
         let before = positions.clone();
-        let mut solver = Solver::<D, R>::new(self.arrangement(positions), &self.options, exchange);
+        let (arrangement, order) = self.arrangement(positions);
+        let mut solver = Solver::<D, R>::new(arrangement, &self.options, exchange);
         solver.trace = trace;
+        solver.objective.holds = (!self.holds.is_empty()).then(|| Held::new(order, self.holds));
+        solver.objective.common = self.common;
         solver.objective.see_interfaces(None);
         if schedule[0].kernel != self.kernel {
             // What the end is compared with.
@@ -126,12 +138,20 @@ impl<const D: usize, R: Real> OverRanks<D> for DensitySolver<'_, D, R> {
 
 impl<'a, const D: usize, R: Real> DensitySolver<'a, D, R> {
     pub fn new(kernel: KernelName, target: Target<'a, D>, options: SolverOptions) -> Self {
-        Self { kernel, target, options, precision: PhantomData }
+        Self { kernel, target, options, holds: &[], common: None, precision: PhantomData }
     }
 
-    fn arrangement(&self, positions: Positions<D>) -> Arrangement<'a, D, R> {
+    /// The same for a block of the target, among particles of others that stay where they are; they come out as they are given. `common` is
+    /// the kappa of all blocks, where it is known.
+    #[must_use]
+    pub fn within(self, holds: &'a [Hold], common: Option<f64>) -> Self {
+        Self { holds, common, ..self }
+    }
+
+    /// With the particle that each place holds.
+    fn arrangement(&self, positions: Positions<D>) -> (Arrangement<'a, D, R>, Vec<u32>) {
         let mirrored = self.target.domain.mirrored();
-        Arrangement::new(self.kernel, self.target, mirrored, positions, self.options.kernel_neighbors)
+        Arrangement::with_order(self.kernel, self.target, mirrored, positions, self.options.kernel_neighbors)
     }
 
     /// As it was kept of `count` particles.
@@ -176,7 +196,7 @@ impl<'a, const D: usize, R: Real> DensitySolver<'a, D, R> {
     /// Seconds that one evaluation of the objective with its gradient takes at `positions`, the mean of `repeats`: what a
     /// step costs beside its direction and its move.
     pub fn time_evaluation(&self, positions: Positions<D>, repeats: u32) -> f64 {
-        let mut objective = Objective::<D, R>::new(self.arrangement(positions));
+        let mut objective = Objective::<D, R>::new(self.arrangement(positions).0);
         let frame = objective.frame(weight_with(self.kernel, D, self.options.kernel_neighbors, 1.0));
         let start = std::time::Instant::now();
         for _ in 0..repeats {
@@ -308,7 +328,12 @@ impl<const D: usize, R: Real> Running<D> for Run<'_, D, R> {
 
     fn finish(self: Box<Self>, stop: StopReason) -> Relaxed<D> {
         let Self { solver: Solver { objective, trace, options, .. }, before, schedule, .. } = *self;
-        let arrangement = objective.arrangement;
+        let (mut arrangement, holds) = (objective.arrangement, objective.holds);
+        if let Some(holds) = holds {
+            for axis in &mut arrangement.positions {
+                *axis = as_given(holds.order(), axis);
+            }
+        }
         let ends = trace.history.first().zip(trace.history.last());
         // Cut short, the last stretch may not have made up yet for what the first gave away.
         let is_short = schedule.len() > 1 && stop != StopReason::Stagnated;

@@ -19,6 +19,7 @@
 
 use super::arrangement::{Arrangement, SORT_INTERVAL};
 use super::fit::{fit_among, interior_among, resolved};
+use super::hold::{Held, Hold, as_given};
 use super::interfaces::Interfaces;
 use super::objective::STEEP;
 use super::on_ranks::{OverRanks, agreed_stop};
@@ -160,7 +161,7 @@ impl<const D: usize> Stage<D> for Holding<'_, D> {
     }
 
     fn begin(&self, particles: Particles<D>) -> Box<dyn Running<D> + '_> {
-        Box::new(self.wvt.begun(particles.positions, Some((self.held, self.has_jump)), &Alone))
+        Box::new(self.wvt.begun(particles.positions, Some(Others::Apart(self.held, self.has_jump)), &Alone))
     }
 
     fn resume(&self, _: &[u8]) -> Result<Box<dyn Running<D> + '_>, String> {
@@ -168,19 +169,60 @@ impl<const D: usize> Stage<D> for Holding<'_, D> {
     }
 }
 
+/// The same for a block of a target, among particles of others that stay where they are.
+pub struct WvtWithin<'a, const D: usize> {
+    pub wvt: Wvt<'a, D>,
+    /// In the order in which particles are given.
+    pub holds: &'a [Hold],
+}
+
+impl<const D: usize> Stage<D> for WvtWithin<'_, D> {
+    fn name(&self) -> StageName {
+        NAME
+    }
+
+    fn begin(&self, particles: Particles<D>) -> Box<dyn Running<D> + '_> {
+        Box::new(self.wvt.begun(particles.positions, Some(Others::OfTarget(self.holds)), &Alone))
+    }
+
+    fn resume(&self, _: &[u8]) -> Result<Box<dyn Running<D> + '_>, String> {
+        Err("is of a block, and is not kept; start without it".into())
+    }
+}
+
+/// Those that stay where they are.
+#[derive(Clone, Copy)]
+enum Others<'a> {
+    /// They are not of the target, and there may be a jump between.
+    Apart(&'a [bool], bool),
+    /// They are of the target as well.
+    OfTarget(&'a [Hold]),
+}
+
+impl Others<'_> {
+    /// As those of the target would be.
+    fn holds(&self, count: usize) -> Vec<Hold> {
+        match self {
+            Self::Apart(held, _) => (0..count).map(|i| if held[i] { Hold::Beyond } else { Hold::Free }).collect(),
+            Self::OfTarget(holds) => holds.to_vec(),
+        }
+    }
+}
+
 /// Which particle each place holds, now and in the best state.
 struct Order {
-    now: Vec<u32>,
+    now: Held,
     best: Vec<u32>,
     has_jump: bool,
+    is_of_target: bool,
 }
 
 impl<const D: usize> Wvt<'_, D> {
-    /// At the start; without `held` all particles move.
+    /// At the start; without `others` all particles move.
     fn begun<'s>(
         &'s self,
         positions: Positions<D>,
-        held: Option<(&[bool], bool)>,
+        others: Option<Others<'_>>,
         exchange: &'s dyn Exchange,
     ) -> Relaxation<'s, D> {
         let trace = Trace::new();
@@ -188,19 +230,23 @@ impl<const D: usize> Wvt<'_, D> {
         let density = self.target.number_densities(&positions);
         let ratio = support_over_spacing(D, neighbors);
         // The target of free particles is nothing where others are held, which is no edge of what they sum over.
-        let sharpness = match held {
-            Some(_) => Vec::new(),
-            None => self.target.sharpnesses(&positions, &density, ratio),
+        let sharpness = match others {
+            Some(Others::Apart(..)) => Vec::new(),
+            _ => self.target.sharpnesses(&positions, &density, ratio),
         };
         let (mut state, order) = Arrangement::with_order(self.kernel, self.target, mirrored, positions, neighbors);
         self.see_interfaces(&mut state, None);
         state.share(exchange, Sees::Targets);
         let count = state.len();
+        let held = others.map(|others| Held::new(order.clone(), &others.holds(count)));
         Relaxation {
             weights: parallel::map(count, |i| {
                 let old = order[i] as usize;
-                if let Some((held, _)) = held {
-                    return f64::from(u8::from(!held[old]));
+                if held.as_ref().is_some_and(|held| held.of(i) != Hold::Free) {
+                    return 0.0;
+                }
+                if sharpness.is_empty() {
+                    return 1.0;
                 }
                 let support = self.target.support(density[old], ratio);
                 let steep = sharpness[old] > STEEP && self.target.steepness(&at(&state.positions, i), support) > STEEP;
@@ -215,7 +261,12 @@ impl<const D: usize> Wvt<'_, D> {
             trace,
             state,
             exchange,
-            order: held.map(|(_, has_jump)| Order { best: order.clone(), now: order, has_jump }),
+            order: held.map(|now| Order {
+                now,
+                best: order,
+                has_jump: matches!(others, Some(Others::Apart(_, true))),
+                is_of_target: matches!(others, Some(Others::OfTarget(_))),
+            }),
         }
     }
 
@@ -315,9 +366,10 @@ impl<const D: usize> Running<D> for Relaxation<'_, D> {
         let (ratio, target) = (self.state.ratio(), self.state.target);
         // Where the target is not resolved particles need not see far: from next to vacuum, all of the rest.
         let even = (target.domain.volume() / target.count as f64).powf(1.0 / D as f64);
+        let is_told =
+            |i: usize| self.order.as_ref().is_none_or(|order| order.is_of_target && order.now.of(i) == Hold::Free);
         let weights = &self.weights;
-        let farthest =
-            |i: usize| if weights[i] < 0.5 && self.order.is_none() { FARTHEST * even } else { f64::INFINITY };
+        let farthest = |i: usize| if weights[i] < 0.5 && is_told(i) { FARTHEST * even } else { f64::INFINITY };
         let support = parallel::map(density.len(), |i| ratio * target.spacing(density[i]).min(farthest(i)));
         let pushes = self.pushes(&density, &support);
         let epsilon = self.epsilon(&pushes, &density, &support);
@@ -328,7 +380,8 @@ impl<const D: usize> Running<D> for Relaxation<'_, D> {
         }
         self.best.note(epsilon, iteration, &self.state.positions);
         if let Some(order) = self.order.as_mut().filter(|_| self.best.iteration == iteration) {
-            order.best.clone_from(&order.now);
+            order.best.clear();
+            order.best.extend_from_slice(order.now.order());
         }
         let reason = self.stop_reason().or(agreed_stop(self.exchange, outside));
         let mut largest_step = 0.0;
@@ -368,8 +421,7 @@ impl<const D: usize> Running<D> for Relaxation<'_, D> {
         let Self { mut best, trace, order, .. } = *self;
         if let Some(order) = order {
             for axis in &mut best.positions {
-                let sorted = axis.clone();
-                order.best.iter().zip(sorted).for_each(|(&i, x)| axis[i as usize] = x);
+                *axis = as_given(&order.best, axis);
             }
         }
         let report = StageReport {
@@ -400,7 +452,7 @@ impl<const D: usize> Relaxation<'_, D> {
             *values = parallel::reordered(values, &order);
         }
         if let Some(own) = &mut self.order {
-            own.now = parallel::reordered(&own.now, &order);
+            own.now.reorder(&order);
         }
         self.state.refresh_interfaces();
     }
@@ -456,12 +508,16 @@ impl<const D: usize> Relaxation<'_, D> {
     fn note_excess(&mut self, pushes: &[Push<D>], density: &[f64]) {
         let n = pushes.len();
         let ratio = |i: usize| pushes[i].number_density / density[i];
-        if self.order.is_some() {
-            // Those that are held cannot follow: beside finer ones their sums are large, and they would push these away.
-            let moving = self.weights.iter().sum::<f64>().max(1.0);
-            let mean = reduce::sum(n, |i| if self.weights[i] > 0.0 { ratio(i) } else { 0.0 }) / moving;
-            let weights = &self.weights;
-            self.excess = parallel::map(n, |i| if weights[i] > 0.0 { (ratio(i) / mean).ln() } else { 0.0 });
+        if let Some(order) = &self.order {
+            // Others that are held cannot follow: beside finer ones their sums are large, and they would push these away.
+            let counts = |i: usize| match order.now.of(i) {
+                Hold::Free => true,
+                Hold::Held => order.is_of_target,
+                Hold::Beyond => false,
+            };
+            let counted = parallel::count(n, counts).max(1) as f64;
+            let mean = reduce::sum(n, |i| if counts(i) { ratio(i) } else { 0.0 }) / counted;
+            self.excess = parallel::map(n, |i| if counts(i) { (ratio(i) / mean).ln() } else { 0.0 });
             return;
         }
         let [sum, count] = self.exchange.together([reduce::sum(n, ratio), n as f64]);

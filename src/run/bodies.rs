@@ -20,7 +20,7 @@ use crate::input::core::PART_TYPE;
 use crate::output::origin;
 use crate::output::particle_file::provenance;
 use crate::relaxation::{Control, StopReason};
-use crate::scene::{BoundaryName, Conversion, OrbitInput, Quantity, Scene, in_body, values};
+use crate::scene::{BoundaryName, Conversion, DEFAULT_PARTICLES, OrbitInput, Quantity, Scene, in_body, values};
 use sph_formats::{FormatSpec, ParticleFile, UnitDimension, UnitSystem};
 use std::path::Path;
 use std::time::Instant;
@@ -42,13 +42,14 @@ pub fn place_bodies(
     let title = |i: usize| scene.bodies[i].title(i);
     let mut placed: Vec<Placed> = Vec::new();
     let of_gas: Vec<(usize, Scene)> = gas.iter().copied().zip(scenes.iter().cloned()).collect();
-    for (&i, alone) in gas.iter().zip(scenes) {
+    for ((&i, alone), share) in gas.iter().zip(scenes).zip(shares_of_time(scene, &of_gas)) {
         // A body that is the same as another comes out the same.
         let same = placed.iter().find(|other| other.alone == alone);
         let next = match same {
             Some(same) => same.clone(),
             None => {
-                Placed::new(alone, scene.cache.as_deref(), (formats, control)).map_err(|e| in_body(&title(i), e))?
+                let control = control.sharing(share);
+                Placed::new(alone, scene.cache.as_deref(), (formats, &control)).map_err(|e| in_body(&title(i), e))?
             }
         };
         placed.push(next);
@@ -171,6 +172,19 @@ pub fn place_bodies(
         peak_memory: memory::peak(),
     };
     Ok((file, report))
+}
+
+/// The share that each body has of the time that those before it leave: by particles, of which a medium about them is taken to have as many as all of them.
+fn shares_of_time(scene: &Scene, bodies: &[(usize, Scene)]) -> Vec<f64> {
+    let count = |(_, alone): &(usize, Scene)| alone.particles.unwrap_or(DEFAULT_PARTICLES) as f64;
+    let all: f64 = bodies.iter().map(count).sum();
+    let mut left = if scene.ambient.is_some() { 2.0 * all } else { all };
+    let share = |body| {
+        let share = count(body) / left;
+        left -= count(body);
+        share
+    };
+    bodies.iter().map(share).collect()
 }
 
 /// What is known, and refused, before a body is placed.

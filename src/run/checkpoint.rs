@@ -31,10 +31,10 @@ pub(super) fn remove_checkpoint(scene: &Scene, stop: StopReason) -> Option<Strin
 
 /// What a checkpoint belongs to.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
-struct Origin {
+pub(super) struct Origin {
     version: String,
     dimension: usize,
-    particles: usize,
+    pub(super) particles: usize,
     /// The scene without what has no influence on the result.
     scene: String,
     /// The wanted number density at many places: the input's content, whatever its path.
@@ -161,9 +161,17 @@ impl<'a> Checkpoints<'a> {
         self.last = Instant::now();
     }
 
-    /// The file, if it holds all that was done.
-    pub fn whole(&self) -> Option<&Path> {
-        self.file.as_deref().filter(|_| (self.sealed || self.finished) && self.failure.is_none())
+    /// What a run ends with that an interrupt is to leave no particles of.
+    pub fn interrupted(&self) -> Error {
+        let file = self.file.as_ref().filter(|_| self.sealed || self.finished);
+        match (file, &self.failure) {
+            (None, _) => Error::Interrupted,
+            (Some(file), None) => Error::InterruptedKept(file.clone()),
+            (Some(file), Some(problem)) => {
+                let earlier = if file.is_file() { "; that of before is there to --resume" } else { "" };
+                Error::InterruptedUnkept(format!("{problem}{earlier}"))
+            }
+        }
     }
 
     /// The file of the state that an early end left.
@@ -228,7 +236,7 @@ impl<'a> Checkpoints<'a> {
 const PROBES: u32 = 4096;
 
 impl Origin {
-    fn new<const D: usize>(scene: &Scene, target: &Target<'_, D>) -> Self {
+    pub(super) fn new<const D: usize>(scene: &Scene, target: &Target<'_, D>) -> Self {
         let domain = target.domain;
         let mut hash = Hash::default();
         for i in 1..=PROBES {
@@ -267,7 +275,7 @@ impl Origin {
 
     /// # Errors
     /// The first thing in which `kept` is another run.
-    fn compare(&self, kept: &Self) -> std::result::Result<(), String> {
+    pub(super) fn compare(&self, kept: &Self) -> std::result::Result<(), String> {
         let belongs = |what: &str, there: &str, here: &str| {
             Err(format!("belongs to another run: its {what} is '{there}', this one's '{here}'; start without it"))
         };

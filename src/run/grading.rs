@@ -1,9 +1,9 @@
 //! The verdict on a report, figure by figure.
 
-use super::report::{MaterialShare, Report, SnapshotReport};
+use super::report::{MassReport, MaterialShare, Report, SnapshotReport};
 use super::verdict::{Finding, Grade, Topic};
 use crate::field::Scatter;
-use crate::metrics::BIAS;
+use crate::metrics::{BIAS, LedgerFigures};
 use crate::relaxation::{BALANCE, Certificate, CertificateVerdict, StopReason};
 use crate::scene::Polish;
 
@@ -163,33 +163,67 @@ fn more(report: &Report) -> &'static str {
 /// What the mean error and the factor on all densities may differ by, as a part of the mean error, where the factor is most of it.
 const MOSTLY_ONE_FACTOR: f64 = 0.25;
 
+/// On the share of the mass that is in place, of which `more` place more.
+fn mass_in_place(share: f64, more: &str) -> (Grade, String) {
+    let (grade, remedy) = match share {
+        v if v >= 0.95 => (Grade::Good, String::new()),
+        v if v >= 0.5 => (Grade::Look, format!("; {more} place more of it")),
+        _ => (Grade::Bad, "; the body is not the input's: use more particles, or another seeding".into()),
+    };
+    (grade, format!("{:.1} % (95 % is good){remedy}", 100.0 * share))
+}
+
+/// On the mean deviation of the density.
+fn density(mean: f64) -> (Grade, String) {
+    (grade(mean, 0.01, 0.05), format!("{:.2} % off on average (1 % is good, 5 % is much)", 100.0 * mean))
+}
+
+/// On the closest two particles, in spacings.
+fn pairs(apart: f64) -> (Grade, String) {
+    let graded = grade(-apart, -0.5, -0.25);
+    let remedy = if graded == Grade::Good { "" } else { "; fewer neighbors or a Wendland kernel keep particles apart" };
+    (graded, format!("the closest are {apart:.2} spacings apart (0.5 is good){remedy}"))
+}
+
+/// On how well the mass of the input is known, where that is not well enough.
+fn total_mass(known: f64) -> Option<(Grade, String)> {
+    let text = format!(
+        "known to {known:.1e} (1e-3 is good, 1e-2 is much), as are the particles' masses; bound poles, as by max(r, 1e-3), and leave out \
+         structure that is finer than particles"
+    );
+    (!(known <= WELL_KNOWN)).then(|| (grade(known, WELL_KNOWN, HARDLY_KNOWN), text))
+}
+
+/// The verdict on particles of which no more is known than this: where their mass is, the mean deviation of the density, and the closest two.
+pub fn verdict_on_few(ledger: &LedgerFigures, (mean, closest_pair): (f64, f64), mass: &MassReport) -> Vec<Finding> {
+    let in_place = (!ledger.levels.is_empty()).then(|| mass_in_place(ledger.in_place, "more particles"));
+    let of = |topic: Topic, (grade, text): (Grade, String)| Finding::new(grade, topic, text);
+    let all = [
+        in_place.map(|said| of(Topic::MassInPlace, said)),
+        Some(of(Topic::Density, density(mean))),
+        Some(of(Topic::Pairs, pairs(closest_pair))),
+        total_mass(mass.quadrature_error).map(|said| of(Topic::TotalMass, said)),
+    ];
+    all.into_iter().flatten().collect()
+}
+
 /// The verdict on a report.
 pub fn verdict(report: &Report) -> Vec<Finding> {
     let mut all = Vec::new();
     let mut say = |grade, topic: Topic, text: String| all.push(Finding::new(grade, topic, text));
-    let in_place = report.ledger.in_place;
     if !report.ledger.levels.is_empty() {
-        let (grade, remedy) = match in_place {
-            v if v >= 0.95 => (Grade::Good, String::new()),
-            v if v >= 0.5 => (Grade::Look, format!("; {} place more of it", more(report))),
-            _ => (Grade::Bad, "; the body is not the input's: use more particles, or another seeding".into()),
-        };
-        say(grade, Topic::MassInPlace, format!("{:.1} % (95 % is good){remedy}", 100.0 * in_place));
+        let (grade, text) = mass_in_place(report.ledger.in_place, &more(report));
+        say(grade, Topic::MassInPlace, text);
     }
     let error = report.density_error.smoothed.unwrap_or(report.density_error.all);
-    let graded = grade(error.mean, 0.01, 0.05);
-    let remedy = if graded == Grade::Good { String::new() } else { density_remedy(report, error.mean) };
-    say(
-        graded,
-        Topic::Density,
-        format!("{:.2} % off on average (1 % is good, 5 % is much){remedy}", 100.0 * error.mean),
-    );
+    let (graded, mut text) = density(error.mean);
+    if graded != Grade::Good {
+        text.push_str(&density_remedy(report, error.mean));
+    }
+    say(graded, Topic::Density, text);
     if report.particles > 1 {
-        let pair = report.neighbors.closest_pair;
-        let graded = grade(-pair, -0.5, -0.25);
-        let remedy =
-            if graded == Grade::Good { "" } else { "; fewer neighbors or a Wendland kernel keep particles apart" };
-        say(graded, Topic::Pairs, format!("the closest are {pair:.2} spacings apart (0.5 is good){remedy}"));
+        let (grade, text) = pairs(report.neighbors.closest_pair);
+        say(grade, Topic::Pairs, text);
     }
     let is_balanced = report.plan.stages.contains(&BALANCE);
     let net_force = report.balance.as_ref().map(|balance| balance.interior.unwrap_or(balance.all));
@@ -232,17 +266,8 @@ pub fn verdict(report: &Report) -> Vec<Finding> {
     if let Some((grade, text)) = masses(report) {
         say(grade, Topic::Masses, text);
     }
-    let known = report.mass.quadrature_error;
-    if !(known <= WELL_KNOWN) {
-        say(
-            grade(known, WELL_KNOWN, HARDLY_KNOWN),
-            Topic::TotalMass,
-            format!(
-                "known to {:.1e} (1e-3 is good, 1e-2 is much), as are the particles' masses; bound poles, as by max(r, 1e-3), and leave out \
-                 structure that is finer than particles",
-                known
-            ),
-        );
+    if let Some((grade, text)) = total_mass(report.mass.quadrature_error) {
+        say(grade, Topic::TotalMass, text);
     }
     if let Some(cut) = &report.atmosphere {
         say(

@@ -48,6 +48,22 @@ pub fn check_among(count: usize, stages: &[StageName], (here, ranks): (usize, us
     check_ranks(count, stages, total().map(|bytes| bytes * ranks as f64 / here.max(1) as f64))
 }
 
+/// [`check`] where one of several blocks, of so many particles with those about it, is held at a time.
+///
+/// # Errors
+/// [`Error::Scene`] where a block takes more memory than the machine has.
+pub fn check_block(count: usize, stages: &[StageName]) -> Result<()> {
+    let needs = needed(count, stages);
+    let Some(total) = total().filter(|total| needs > *total) else { return Ok(()) };
+    let problem = format!(
+        "makes blocks that take some {:.1} GiB each, more than the {:.1} GiB of this machine; use {:.0} times as many (--in-turn)",
+        needs / GIB,
+        total / GIB,
+        (2.0 * needs / total).ceil()
+    );
+    Err(Error::scene("particles", problem))
+}
+
 fn check_ranks(count: usize, stages: &[StageName], total: Option<f64>) -> Result<()> {
     let needs = needed_by_rank(count, stages);
     let Some(total) = total.filter(|total| needs > *total) else { return Ok(()) };

@@ -19,6 +19,7 @@ pub(crate) mod fingerprint;
 pub mod forecast;
 mod gathered;
 mod grading;
+pub mod in_turn;
 mod memory;
 pub mod orbit;
 #[cfg(feature = "plots")]

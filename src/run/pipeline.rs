@@ -232,9 +232,11 @@ impl Run<'_> {
         self.timing.push(Timing { step: step.name(), seconds: since.elapsed().as_secs_f64(), epsilon });
     }
 
-    /// Ends a run that is interrupted between two steps.
+    /// Ends a run that is interrupted between two steps, unless what there is is to be written: one body of several is placed as well as
+    /// it can be then.
     fn check(&self) -> Result<()> {
-        if self.control.is_interrupted() { Err(Error::Interrupted) } else { Ok(()) }
+        let writes = !self.is_dry && self.scene.output.on_interrupt == OnInterrupt::Write;
+        if self.control.is_interrupted() && !writes { Err(Error::Interrupted) } else { Ok(()) }
     }
 
     fn in_dimension<const D: usize>(mut self, mut raw: RawInput) -> Result<Done> {
@@ -395,9 +397,7 @@ impl Run<'_> {
         let lap = Instant::now();
         let certificate = certifying::certificate(setting, hydrostatics, (&positions, internal_energy.as_deref()));
         certificate.iter().for_each(|_| self.lap(Step::Relax(CERTIFICATE), lap, None));
-        if self.scene.output.on_interrupt == OnInterrupt::Discard {
-            self.check()?;
-        }
+        self.check()?;
         let stop = verdict(self.scene, stop, &density_error);
         self.notes.extend(self.scene.code().and_then(|code| code.pairing(D)));
         let is_solid = hydrostatics.is_some_and(|h| h.materials().is_some());

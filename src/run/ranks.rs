@@ -48,11 +48,11 @@ pub fn run_on_ranks(
     control: &Control<'_>,
     exchange: &dyn Exchange,
 ) -> Result<Report> {
-    agreed(exchange, refuse(scene))?;
+    agreed(exchange, refuse(scene, OVER_RANKS))?;
     let (start, asked) = (Instant::now(), scene);
     let scene = &reduced(scene);
     control.tell(Event::Begin(Step::Read));
-    let begun = agreed(exchange, begin(scene, formats))?;
+    let begun = agreed(exchange, begin(scene, formats, OVER_RANKS))?;
     let mut run = Run {
         scene,
         formats,
@@ -85,15 +85,17 @@ pub fn run_on_ranks(
     Ok(report)
 }
 
-/// Refuses what a run over ranks does not do and a scene asks for.
-pub(super) fn refuse(scene: &Scene) -> Result<()> {
-    let lacks = |key: &str, what: &str| Err(Error::scene(key, format!("{what} over several ranks; leave it out")));
+/// What a run over ranks does not do is not done so.
+pub(super) const OVER_RANKS: &str = "over several ranks";
+
+/// Refuses what a run over ranks, or one `how` it goes in their place, does not do and a scene asks for.
+pub(super) fn refuse(scene: &Scene, how: &str) -> Result<()> {
+    let lacks = |key: &str, what: &str| Err(Error::scene(key, format!("{what} {how}; leave it out")));
     let undone = "is not done";
     match scene.seeding {
         None | Some(Seeding::MassBisection) => {}
         Some(other) => {
-            let problem =
-                format!("is {}, but over several ranks seeds are by mass-bisection; leave it out", other.method().name);
+            let problem = format!("is {}, but {how} seeds are by mass-bisection; leave it out", other.method().name);
             return Err(Error::scene("seeding", problem));
         }
     }
@@ -119,6 +121,17 @@ pub(super) fn refuse(scene: &Scene) -> Result<()> {
     }
 }
 
+/// What there is to note of the code that particles are for.
+pub(super) fn notes_on_code<const D: usize>(scene: &Scene, format: &FormatSpec) -> Vec<String> {
+    let (kernel, neighbors) = (scene.kernel(), scene.kernel_neighbors(D));
+    let pairing = scene.code().and_then(|code| code.pairing(D));
+    let made_for = match scene.code() {
+        Some(code) => Some(format!("made for {}", code.describe(D))),
+        None => TargetCode::of_format(format.name).and_then(|code| code.mismatch(kernel, D, neighbors)),
+    };
+    pairing.into_iter().chain(made_for).collect()
+}
+
 /// Refuses fewer particles than ranks can share.
 pub(super) fn refuse_few(particles: usize, ranks: usize) -> Result<()> {
     if particles < FEWEST * ranks {
@@ -134,22 +147,17 @@ pub(super) fn reduced(scene: &Scene) -> Scene {
 }
 
 /// What is tried before the work, on every rank.
-fn begin<'f>(scene: &Scene, formats: &'f [FormatSpec]) -> Result<(Read, &'f FormatSpec)> {
+pub(super) fn begin<'f>(scene: &Scene, formats: &'f [FormatSpec], how: &str) -> Result<(Read, &'f FormatSpec)> {
     let destination = Destination::new(scene, formats)?;
     destination.refuse_overwriting_inputs(scene)?;
     let Some(format) = intended_format(scene, formats)? else {
-        return Err(Error::scene(
-            "output.file",
-            "is a picture, which is not drawn over several ranks; write particles",
-        ));
+        let problem = format!("is a picture, which is not drawn {how}; write particles");
+        return Err(Error::scene("output.file", problem));
     };
     if format.stream.is_none() {
         let able: Vec<&str> = formats.iter().filter(|f| f.stream.is_some()).map(|f| f.name).collect();
-        let problem = format!(
-            "'{}' is not written block by block, as several ranks need it; use {}",
-            format.name,
-            able.join(", ")
-        );
+        let problem =
+            format!("'{}' is not written part by part, as it has to be {how}; use {}", format.name, able.join(", "));
         return Err(Error::scene("output.format", problem));
     }
     let read = Read::new(scene, formats)?;
@@ -288,11 +296,7 @@ impl<'a> Run<'a> {
             self.check()?;
         }
         let stop = verdict(scene, stop, &error);
-        self.notes.extend(scene.code().and_then(|code| code.pairing(D)));
-        self.notes.extend(match scene.code() {
-            Some(code) => Some(format!("made for {}", code.describe(D))),
-            None => TargetCode::of_format(self.format.name).and_then(|code| code.mismatch(kernel, D, neighbors)),
-        });
+        self.notes.extend(notes_on_code::<D>(scene, self.format));
         let (units, note) =
             agreed(exchange, output_units(scene.output.units.as_deref(), self.units.input, prepared.mass.value, D))?;
         self.notes.extend(note);

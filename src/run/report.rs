@@ -161,6 +161,39 @@ impl MassReport {
             total_cgs: grams.map(|grams| total * grams),
         }
     }
+
+    /// Of so many particles of one mass in internal units.
+    pub(crate) fn of_equal(
+        (each, count): (f64, usize),
+        mass: &MassEstimate,
+        (factors, grams): (&Factors, Option<f64>),
+    ) -> Self {
+        let (total, one) = (mass.value * factors.input_mass, each * factors.mass);
+        Self {
+            total,
+            quadrature_error: mass.error / mass.value,
+            smallest: one,
+            largest: one,
+            defect: (one * count as f64 - total) / total,
+            off: 0.0,
+            total_cgs: grams.map(|grams| total * grams),
+        }
+    }
+
+    pub(super) fn write(&self, out: &mut String) -> std::fmt::Result {
+        let grams = self.total_cgs.map(|g| format!(" = {g:.6e} g")).unwrap_or_default();
+        writeln!(
+            out,
+            "  mass             {:.12e}{grams}; input known to {:.1e}, particles add up to it within {:.1e}",
+            self.total,
+            self.quadrature_error,
+            self.defect.abs()
+        )?;
+        match self.smallest == self.largest {
+            true => writeln!(out, "  particle mass    {:.6e}, equal", self.smallest),
+            false => writeln!(out, "  particle masses  {:.4e} to {:.4e}", self.smallest, self.largest),
+        }
+    }
 }
 
 /// Wall time of one step of the run.
@@ -285,20 +318,7 @@ impl Report {
             "  particles        {} in {}-D, {}, {:.1} kernel neighbors, seed {}",
             self.particles, self.dimension, self.kernel, self.neighbors.kernel_neighbors, self.seed
         )?;
-        let m = &self.mass;
-        let grams = m.total_cgs.map(|g| format!(" = {g:.6e} g")).unwrap_or_default();
-        writeln!(
-            out,
-            "  mass             {:.12e}{grams}; input known to {:.1e}, particles add up to it within {:.1e}",
-            m.total,
-            m.quadrature_error,
-            m.defect.abs()
-        )?;
-        if m.smallest == m.largest {
-            writeln!(out, "  particle mass    {:.6e}, equal", m.smallest)?;
-        } else {
-            writeln!(out, "  particle masses  {:.4e} to {:.4e}", m.smallest, m.largest)?;
-        }
+        self.mass.write(out)?;
         write_certificates(out, self.settled.as_ref(), self.certificate.as_ref())?;
         self.write_ledger(out)?;
         writeln!(

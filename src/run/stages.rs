@@ -217,7 +217,7 @@ impl<'a, const D: usize> Setting<'a, D> {
             placed.notes.push(format!("the last checkpoint could not be written: {failure}"));
         }
         if exchange.any(self.control.is_interrupted()) && scene.output.on_interrupt == OnInterrupt::Discard {
-            return Err(checkpoints.whole().map_or(Error::Interrupted, |file| Error::InterruptedKept(file.into())));
+            return Err(checkpoints.interrupted());
         }
         if let Some(file) = checkpoints.sealed() {
             placed.notes.push(format!("cut short; go on with --resume '{}'", file.display()));

@@ -1,6 +1,6 @@
 //! Particles of a target that are made while they are written: places come by number, everything else from the target.
 //!
-//! Nothing is relaxed or summed: `Density` is the target's at each place, `SupportRadius` the one that belongs to it.
+//! Where nothing has been summed `Density` is the target's at each place, `SupportRadius` the one that belongs to it.
 
 use crate::error::{Error, Result};
 use crate::input::ingest::{self, RawInput};
@@ -25,6 +25,14 @@ pub(crate) trait Places<const D: usize>: Sync {
     /// # Errors
     /// Places that cannot be found.
     fn positions(&self, numbers: Range<usize>) -> Result<Positions<D>>;
+
+    /// Support radii and densities that were summed there, if any were.
+    ///
+    /// # Errors
+    /// Sums that cannot be found.
+    fn sums(&self, _numbers: Range<usize>) -> Result<Option<(Vec<f64>, Vec<f64>)>> {
+        Ok(None)
+    }
 }
 
 /// A scene read for streaming.
@@ -81,7 +89,7 @@ pub(crate) struct Streamed<'a, const D: usize> {
     units: (RunUnits, UnitSystem),
     factors: Factors,
     requires_energy: bool,
-    stop: &'static str,
+    stop: String,
     header: RunHeader,
     /// The first particle.
     first: ParticleTable,
@@ -98,7 +106,7 @@ impl<'a, const D: usize> Streamed<'a, D> {
         (prepared, units): (&'a Prepared<D>, RunUnits),
         (target, places): (Target<'a, D>, &'a dyn Places<D>),
         format: Option<&FormatSpec>,
-        stop: &'static str,
+        stop: impl Into<String>,
     ) -> Result<Self> {
         let periodic = prepared.source.domain.axes.map(|axis| axis == Axis::Periodic);
         origin::refuse(scene, format, &periodic)?;
@@ -113,7 +121,7 @@ impl<'a, const D: usize> Streamed<'a, D> {
             units: (units, out),
             factors: Factors::new::<D>(units.input, prepared, &out),
             requires_energy: requires.contains(&names::INTERNAL_ENERGY),
-            stop,
+            stop: stop.into(),
             header: RunHeader {
                 dimension: D,
                 box_size: [0.0; 3],
@@ -135,12 +143,18 @@ impl<'a, const D: usize> Streamed<'a, D> {
         Ok(stream)
     }
 
+    /// The columns of the first particle.
+    pub(crate) fn first(&self) -> &ParticleTable {
+        &self.first
+    }
+
     /// What there is to say of the particles.
     pub(crate) fn notes(&self) -> &[String] {
         &self.notes
     }
 
     fn made(&self, rows: Range<usize>) -> Result<crate::output::particle_file::Made> {
+        let summed = self.places.sums(rows.clone())?;
         let positions = self.places.positions(rows)?;
         let n = positions[0].len();
         let number = parallel::map(n, |i| self.target.number_density(&at(&positions, i)));
@@ -153,14 +167,17 @@ impl<'a, const D: usize> Streamed<'a, D> {
         let neighbors = self.scene.kernel_neighbors(D);
         let ratio = support_over_spacing(D, neighbors);
         let mass = 1.0 / self.target.count as f64;
-        let support = number.iter().map(|&v| self.target.support(v, ratio)).collect();
-        let density: Vec<f64> = number.iter().map(|v| v * mass).collect();
+        let target_density: Vec<f64> = number.iter().map(|v| v * mass).collect();
+        let is_summed = summed.is_some();
+        let (support, density) = summed.unwrap_or_else(|| {
+            (number.iter().map(|&v| self.target.support(v, ratio)).collect(), target_density.clone())
+        });
         let raw = RawColumns {
             drawn: None,
             positions: &positions,
             masses: vec![mass; n],
             support,
-            target_density: density.clone(),
+            target_density,
             density,
             balanced: None,
             displaced: None,
@@ -169,16 +186,17 @@ impl<'a, const D: usize> Streamed<'a, D> {
         let making = Making {
             kernel: self.scene.kernel().title(),
             kernel_neighbors: neighbors,
-            stop: self.stop.to_owned(),
+            stop: self.stop.clone(),
             requires_energy: self.requires_energy,
             units_known: units.input.is_some(),
             conversion: units.into_output(&out),
             origin: self.scene.output.origin.clone(),
         };
         let mut made = particle_file(self.scene, self.prepared, raw, (out, &self.factors), None, &making)?;
-        // It holds no sums.
-        made.file.header.provenance.retain(|(key, _)| key != "DensityDefinition");
-        made.file.header.provenance.push(("DensityDefinition".into(), "the target's at each particle".into()));
+        if !is_summed {
+            made.file.header.provenance.retain(|(key, _)| key != "DensityDefinition");
+            made.file.header.provenance.push(("DensityDefinition".into(), "the target's at each particle".into()));
+        }
         Ok(made)
     }
 }

@@ -170,7 +170,7 @@ pub struct Scene {
     #[schemars(example = 1e-5)]
     #[serde(skip_serializing_if = "Option::is_none")]
     pub tolerance: Option<f64>,
-    /// Seconds after which relaxation stops with the best state so far.
+    /// Seconds after which relaxation stops with the best state so far. Bodies share them by their particles.
     #[schemars(extend("x-unit" = "s"), range(min = 0.0), example = 3500.0)]
     #[serde(skip_serializing_if = "Option::is_none")]
     pub time_limit: Option<f64>,

@@ -55,9 +55,9 @@ impl<const D: usize> Sight<D> {
 impl<const D: usize> Tree<D> {
     /// Boxes that hold all particles, with the largest of their `support`, in tree order. Particles that have come through a periodic face
     /// are in boxes of their own: one box with those that have not would hold all that is between them.
-    fn sights(&self, domain: &Domain<D>, support: &[f64]) -> Vec<Sight<D>> {
+    fn sights(&self, domain: &Domain<D>, support: &[f64], boxes: usize) -> Vec<Sight<D>> {
         let maxima = self.node_maxima(support);
-        let share = self.len().div_ceil(BOXES);
+        let share = self.len().div_ceil(boxes.max(1));
         let mut sights = Vec::new();
         let mut at = 0;
         while at < self.nodes.len() {
@@ -141,6 +141,45 @@ impl<const D: usize> Tree<D> {
     }
 }
 
+/// Where some particles are, about, and how far those there see: enough to tell which of others are near them.
+#[derive(Debug, Clone)]
+pub struct Sights<const D: usize>(Vec<Sight<D>>);
+
+impl<const D: usize> Sights<D> {
+    /// Of particles with these support radii, as about so many boxes.
+    pub fn new(domain: &Domain<D>, positions: &[Vec<f64>; D], support: &[f64], boxes: usize) -> Self {
+        let tree = Tree::build(positions);
+        Self(tree.sights(domain, &tree.to_tree_order(support), boxes))
+    }
+
+    /// As if the particles saw so many times as far.
+    #[must_use]
+    pub fn widened(&self, times: f64) -> Self {
+        Self(self.0.iter().map(|sight| Sight { reach: times * sight.reach, ..*sight }).collect())
+    }
+
+    /// Whether any of the particles may see `x`, or be seen from there `own` far.
+    pub fn may_reach(&self, domain: &Domain<D>, x: &[f64; D], own: f64) -> bool {
+        self.0.iter().any(|sight| sight.sees(domain, x, x, own))
+    }
+
+    /// Whether any of the particles may see any of others, or be seen by them.
+    pub fn may_meet(&self, domain: &Domain<D>, others: &Self) -> bool {
+        self.0.iter().any(|s| others.0.iter().any(|o| s.sees(domain, &o.lo, &o.hi, o.reach)))
+    }
+
+    /// Which of others any of the particles may see, or be seen by within their `own` radii, if given.
+    pub fn reached(&self, domain: &Domain<D>, positions: &[Vec<f64>; D], own: &[f64]) -> Vec<bool> {
+        let tree = Tree::build(positions);
+        let sorted = if own.is_empty() { Vec::new() } else { tree.to_tree_order(own) };
+        let mut reached = vec![false; tree.len()];
+        for place in tree.seen(domain, &self.0, &sorted) {
+            reached[tree.order()[place as usize] as usize] = true;
+        }
+        reached
+    }
+}
+
 /// Whose support radius decides what a rank is given.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Sees {
@@ -169,7 +208,7 @@ impl<const D: usize> Halo<D> {
         sees: Sees,
     ) -> Self {
         let sights: Vec<f64> =
-            tree.sights(domain, support).iter().flat_map(|s| s.packed().collect::<Vec<_>>()).collect();
+            tree.sights(domain, support, BOXES).iter().flat_map(|s| s.packed().collect::<Vec<_>>()).collect();
         let others: Vec<Vec<Sight<D>>> = exchange.all(&sights).iter().map(|n| Sight::unpacked(n)).collect();
         let own = if sees == Sees::Either { support } else { &[] };
         let given: Vec<[Vec<u32>; 2]> = crate::parallel::tasks(others.len(), |rank| {

@@ -24,6 +24,6 @@ pub use batch::{Batch, BatchUnit, LeafPass, for_each_in_chosen_leaves, for_each_
 pub(crate) use compiled::{Compiled, Shape, compiled, in_shape};
 pub use ghost_tree::GhostTree;
 pub use groups::Groups;
-pub use halo::{Halo, Sees};
+pub use halo::{Halo, Sees, Sights};
 pub use sources::{Reach, Sources};
 pub use tree::{LEAF_SIZE, Tree};

@@ -1,0 +1,463 @@
+//! A scene placed block by block on one machine, in memory that does not grow with the number of particles: each block is relaxed
+//! by itself among those of the others that its particles see, which stay where they are meanwhile, and all blocks again until their seams
+//! are gone. Places are kept on disk.
+//!
+//! Seeds are those of ranks, by mass bisection. The stages are WVT and the density solver, as over ranks.
+
+mod kept;
+mod measure;
+mod report;
+mod surroundings;
+
+pub use measure::{BlockFigures, SetFigures};
+pub use report::{InTurnReport, Pass};
+
+use super::checkpoint::Origin;
+use super::destination::refuse_box;
+use super::grading::verdict_on_few;
+use super::plan::{Held, Plan};
+use super::ranks::{begin, notes_on_code, reduced, refuse};
+use super::report::{MassReport, Timing};
+use super::stages::{Setting, check_neighbors};
+use super::streamed::{Places, Read, Streamed};
+use super::variables::{VariableReport, variables};
+use super::{doubts, memory};
+use crate::error::{Error, Result};
+use crate::input::internal_units::Prepared;
+use crate::input::units::RunUnits;
+use crate::output::frame::{Factors, output_units};
+use crate::relaxation::{
+    Control, DensitySolver, Event, Hold, SOLVER, StageName, Step, StopReason, WVT, Wvt, WvtWithin, relax_new,
+};
+use crate::scene::{DEFAULT_PARTICLES, Scene};
+use crate::seeding::seed_block;
+use crate::target::{Positions, Target};
+use kept::{Block, Kept, Sums};
+use measure::Measuring;
+use sph::domain::Wall;
+use sph_formats::{FormatSpec, WriteOptions, write_stream};
+use std::ops::Range;
+use std::path::Path;
+use std::sync::{Arc, Mutex, PoisonError};
+use std::time::Instant;
+use surroundings::Map;
+
+/// What such a run does not do is not done so.
+pub(crate) const IN_TURN: &str = "block by block";
+/// Times that each stage goes over all blocks: in the first, those about a block are what they were before.
+const SWEEPS: usize = 2;
+/// Particles of a block, at least: smaller ones are mostly what others see of them.
+const FEWEST: usize = 1000;
+/// Particles that a block is thought to have with those about it, over its own.
+const WITH_OTHERS: f64 = 1.5;
+
+/// How a run goes block by block.
+#[derive(Debug, Clone, Copy)]
+pub struct InTurn<'a> {
+    pub blocks: usize,
+    /// Where blocks are kept; a run that has been interrupted goes on from there.
+    pub folder: &'a Path,
+}
+
+/// Runs a scene block by block, from inputs to the output file.
+///
+/// # Errors
+/// Those of [`run`](super::pipeline::run); what is not done block by block; a folder that is that of another run. Nothing is left half-written.
+pub fn run_in_turn(
+    scene: &Scene,
+    formats: &[FormatSpec],
+    control: &Control<'_>,
+    how: InTurn<'_>,
+) -> Result<InTurnReport> {
+    refuse(scene, IN_TURN)?;
+    if scene.checkpoint.file.is_some() || scene.checkpoint.resume.is_some() {
+        let problem = "is not kept block by block: the folder of the blocks is what a run goes on from; leave it out";
+        return Err(Error::scene("checkpoint", problem));
+    }
+    if scene.aims_at_the_smoothed() {
+        let problem = "is mass, for which the points of all particles are needed, and that is not done block by block; set it to density";
+        return Err(Error::scene("solver.aim", problem));
+    }
+    let start = Instant::now();
+    let scene = &reduced(scene);
+    control.tell(Event::Begin(Step::Read));
+    let (read, format) = begin(scene, formats, IN_TURN)?;
+    let mut run =
+        Run { scene, formats, format, control, units: read.units, start, timing: Vec::new(), notes: Vec::new() };
+    run.lap(Step::Read, start);
+    match read.dimension {
+        1 => run.in_dimension::<1>(read, how),
+        2 => run.in_dimension::<2>(read, how),
+        _ => run.in_dimension::<3>(read, how),
+    }
+}
+
+/// One pass over all blocks.
+#[derive(Clone, Copy)]
+struct Stepping {
+    stage: StageName,
+    /// How many there have been with it.
+    pass: usize,
+    /// The target over the summed density in all blocks, where it is known.
+    common: Option<f64>,
+}
+
+/// The target over the summed density in all blocks after so many passes; none where it is resolved nowhere.
+fn common<const D: usize>(kept: &Kept, passes: usize) -> Result<Option<f64>> {
+    let (mut sum, mut count) = (0.0, 0.0);
+    for block in 0..kept.blocks() {
+        let found = kept.block::<D>(block)?;
+        if let Some([s, n]) = found.as_ref().and_then(|b| b.ratios.get(passes.checked_sub(1)?)) {
+            (sum, count) = (sum + s, count + n);
+        }
+    }
+    Ok((count > 0.0).then(|| sum / count))
+}
+
+/// A run under way.
+struct Run<'a> {
+    scene: &'a Scene,
+    formats: &'a [FormatSpec],
+    format: &'a FormatSpec,
+    control: &'a Control<'a>,
+    units: RunUnits,
+    start: Instant,
+    timing: Vec<Timing>,
+    notes: Vec<String>,
+}
+
+impl Run<'_> {
+    fn lap(&mut self, step: Step, since: Instant) {
+        self.timing.push(Timing { step: step.name(), seconds: since.elapsed().as_secs_f64(), epsilon: None });
+    }
+
+    fn check(&self, kept: &Kept) -> Result<()> {
+        if self.control.is_interrupted() { Err(Error::InterruptedIn(kept.folder().into())) } else { Ok(()) }
+    }
+
+    fn in_dimension<const D: usize>(mut self, read: Read, how: InTurn<'_>) -> Result<InTurnReport> {
+        let (scene, lap) = (self.scene, Instant::now());
+        self.control.tell(Event::Begin(Step::Interpolate));
+        let count = scene.particles.unwrap_or(DEFAULT_PARTICLES);
+        let prepared = self.prepared::<D>(read, (count, how.blocks))?;
+        self.notes.extend(prepared.notes.iter().cloned());
+        let mut warnings = doubts::before(scene, &prepared, count);
+        let target = prepared.target();
+        if target.find_regions(scene.region_contrast).is_some() {
+            let problem = "has regions that jumps or vacuum separate, each of which is relaxed by itself, and that is not done block by block; \
+                           use --ranks, or set region_contrast above the jump";
+            return Err(Error::scene("input", problem));
+        }
+        self.lap(Step::Interpolate, lap);
+        let held = Held::Unsure("it is not done block by block".into());
+        let plan = Plan::among(scene, &target, prepared.source.radial.is_some(), &held, how.blocks);
+        let most = (WITH_OTHERS * count.div_ceil(how.blocks) as f64) as usize;
+        memory::check_block(most, &plan.stages)?;
+        let kept = Kept::open(how.folder, Origin::new(scene, &target), how.blocks)?;
+        let (passes, stop) = self.place(&target, &plan, &kept)?;
+        let figures = self.measured(&target, &kept)?;
+        let (variables, more) = self.written(&prepared, target, (&kept, stop))?;
+        warnings.extend(more);
+        self.notes.extend(match stop.is_cut() {
+            true => {
+                Some(format!("cut short; the same command goes on with the blocks in '{}'", kept.folder().display()))
+            }
+            false => kept.remove(),
+        });
+        self.notes.extend(notes_on_code::<D>(scene, self.format));
+        let (mass, note) = self.mass(&prepared, &target)?;
+        self.notes.extend(note.filter(|note| !self.notes.contains(note)));
+        let verdict = verdict_on_few(&figures.ledger, (figures.all.as_given.mean, figures.closest_pair), &mass);
+        Ok(InTurnReport {
+            input: scene.input_name(),
+            output: scene.output.file.as_ref().map_or_else(String::new, |file| file.display().to_string()),
+            format: self.format.name,
+            dimension: D,
+            particles: count,
+            blocks: how.blocks,
+            seed: scene.seed,
+            kernel: scene.kernel().title(),
+            kernel_neighbors: scene.kernel_neighbors(D),
+            mass,
+            stop,
+            passes,
+            plan,
+            variables,
+            figures,
+            timing: self.timing,
+            seconds: self.start.elapsed().as_secs_f64(),
+            peak_memory: memory::peak(),
+            warnings,
+            verdict,
+            notes: self.notes,
+        })
+    }
+
+    fn prepared<const D: usize>(&self, read: Read, (count, blocks): (usize, usize)) -> Result<Prepared<D>> {
+        if count / blocks < FEWEST {
+            let problem = format!("is {count}, too few for {blocks} blocks; expected at least {}", FEWEST * blocks);
+            return Err(Error::scene("particles", problem));
+        }
+        let prepared = Prepared::<D>::new(self.scene, self.formats, (read.raw, &self.units), count)?;
+        if prepared.of_snapshot.is_some() {
+            return Err(Error::scene("input.file", "is a particle file, which is not taken block by block"));
+        }
+        if prepared.source.domain.region.wall() == Some(Wall::Reflecting) {
+            let problem = "has a curved surface that reflects, through which blocks cannot see; leave it open";
+            return Err(Error::scene("domain", problem));
+        }
+        check_neighbors::<D>(self.scene)?;
+        refuse_box(self.scene, Some(self.format), (&prepared, None), &self.units.into_input())?;
+        Ok(prepared)
+    }
+
+    /// Seeds all blocks, and relaxes them as planned.
+    fn place<const D: usize>(
+        &mut self,
+        target: &Target<'_, D>,
+        plan: &Plan,
+        kept: &Kept,
+    ) -> Result<(Vec<Pass>, StopReason)> {
+        let lap = Instant::now();
+        self.control.tell(Event::Begin(Step::Seed));
+        let mut map = Map::new(*target, self.scene.kernel_neighbors(D), kept.blocks());
+        for block in 0..kept.blocks() {
+            self.check(kept)?;
+            let positions = match kept.block::<D>(block)? {
+                Some(found) => found.positions,
+                None => {
+                    let positions = seed_block(target, self.scene.seed, kept.own(block))?;
+                    let new = Block { ratios: Vec::new(), positions };
+                    kept.put(block, &new)?;
+                    new.positions
+                }
+            };
+            map.note(block, &positions);
+        }
+        self.lap(Step::Seed, lap);
+        let (mut passes, mut done) = (Vec::new(), 0);
+        for stage in &plan.stages {
+            let lap = Instant::now();
+            self.control.tell(Event::Begin(Step::Relax(*stage)));
+            for sweep in 0..SWEEPS {
+                let common = if sweep > 0 { common::<D>(kept, done)? } else { None };
+                done += 1;
+                let how = Stepping { stage: *stage, pass: done, common };
+                let stop = self.sweep(how, (target, plan), (kept, &mut map), &mut passes)?;
+                if let Some(stop) = stop {
+                    self.lap(Step::Relax(*stage), lap);
+                    return Ok((passes, stop));
+                }
+            }
+            self.lap(Step::Relax(*stage), lap);
+        }
+        Ok((passes, if plan.stages.is_empty() { StopReason::NotNeeded } else { StopReason::IterationLimit }))
+    }
+
+    /// Takes all blocks through a stage that have not been through this pass yet; why to go no further, if there is a reason.
+    fn sweep<const D: usize>(
+        &self,
+        how: Stepping,
+        (target, plan): (&Target<'_, D>, &Plan),
+        (kept, map): (&Kept, &mut Map<'_, D>),
+        passes: &mut Vec<Pass>,
+    ) -> Result<Option<StopReason>> {
+        let start = Instant::now();
+        let (mut before, mut after, mut count, mut left, mut largest) = (0.0, 0.0, 0.0, 0, 0);
+        let mut stop = None;
+        for block in 0..kept.blocks() {
+            let Some(found) = kept.block::<D>(block)?.filter(|found| found.passes() < how.pass) else { continue };
+            let Block { mut ratios, positions } = found;
+            stop = self.control.stop_reason();
+            if stop.is_some() {
+                break;
+            }
+            let own = positions[0].len();
+            let (all, holds) = map.about(kept, (block, &positions))?.with(&positions);
+            largest = largest.max(holds.len());
+            let sums = |all: &Positions<D>| measure::sums(self.scene, target, (all, own)).0;
+            let sums_before = sums(&all);
+            let moved = self.relaxed((target, plan), how, (all, &holds));
+            self.check(kept)?;
+            let sums_after = sums(&moved);
+            let [was, is] = [&sums_before, &sums_after].map(|sums| sums.mean_error(how.common));
+            let is_better = is <= was;
+            ratios.push(if is_better { sums_after.ratio() } else { sums_before.ratio() });
+            before += was * own as f64;
+            after += if is_better { is } else { was } * own as f64;
+            count += own as f64;
+            left += usize::from(!is_better);
+            let positions = if is_better { moved.map(|x| x[..own].to_vec()) } else { positions };
+            map.note(block, &positions);
+            kept.put(block, &Block { ratios, positions })?;
+        }
+        if count > 0.0 {
+            let seconds = start.elapsed().as_secs_f64();
+            passes.push(Pass {
+                stage: how.stage.name,
+                before: before / count,
+                after: after / count,
+                left,
+                largest,
+                seconds,
+            });
+        }
+        self.check(kept)?;
+        Ok(stop)
+    }
+
+    /// A block's particles with others about them after a stage.
+    fn relaxed<const D: usize>(
+        &self,
+        (target, plan): (&Target<'_, D>, &Plan),
+        how: Stepping,
+        (all, holds): (Positions<D>, &[Hold]),
+    ) -> Positions<D> {
+        let setting = Setting::new(self.scene, *target, None, self.control);
+        let (kernel, target) = (self.scene.kernel(), *target);
+        let relaxed = match how.stage {
+            WVT => {
+                let wvt = Wvt { kernel, target, options: setting.wvt(plan) };
+                relax_new(&WvtWithin { wvt, holds }, all, self.control)
+            }
+            SOLVER => {
+                let solver = DensitySolver::<D>::new(kernel, target, setting.solver(plan)).within(holds, how.common);
+                relax_new(&solver, all, self.control)
+            }
+            _ => return all,
+        };
+        relaxed.particles.positions
+    }
+
+    /// Measures all blocks, and keeps what was summed at their particles.
+    fn measured<const D: usize>(&mut self, target: &Target<'_, D>, kept: &Kept) -> Result<BlockFigures> {
+        let lap = Instant::now();
+        self.control.tell(Event::Begin(Step::Measure));
+        let mut map = Map::new(*target, self.scene.kernel_neighbors(D), kept.blocks());
+        let positions = |block| kept.block::<D>(block).map(|found| found.map(|b| b.positions));
+        for block in 0..kept.blocks() {
+            positions(block)?.iter().for_each(|x| map.note(block, x));
+        }
+        let mut measuring = Measuring::new(self.scene, *target);
+        for block in 0..kept.blocks() {
+            self.check(kept)?;
+            if let Some(own) = positions(block)? {
+                let (all, _) = map.about(kept, (block, &own))?.with(&own);
+                kept.put_sums(block, &measuring.take(&all, own[0].len()))?;
+            }
+        }
+        let figures = measuring.figures(kept)?;
+        if !figures.all.as_given.epsilon.is_finite() {
+            let problem = "the summed density is beyond f64 where the target is steepest; bound it there, as by 1/max(r, 1e-6) for 1/r".into();
+            return Err(Error::Numeric { stage: "measure", problem });
+        }
+        self.lap(Step::Measure, lap);
+        Ok(figures)
+    }
+
+    /// Writes the file; returns what becomes of the input's variables, and what may be wrong with that.
+    fn written<const D: usize>(
+        &mut self,
+        prepared: &Prepared<D>,
+        target: Target<'_, D>,
+        (kept, stop): (&Kept, StopReason),
+    ) -> Result<(Vec<VariableReport>, Vec<String>)> {
+        let (scene, lap) = (self.scene, Instant::now());
+        self.control.tell(Event::Begin(Step::Write));
+        let places = OnDisk { kept, last: Mutex::new(None) };
+        let of_target = (target, &places as &dyn Places<D>);
+        let stream = Streamed::new(scene, (prepared, self.units), of_target, Some(self.format), format!("{stop:?}"))?;
+        // What was noted when the scene was prepared is known.
+        self.notes.extend(stream.notes().iter().filter(|note| !prepared.notes.contains(note)).cloned());
+        let Some(path) = scene.output.file.as_deref() else {
+            return Err(Error::scene("output.file", "is missing (--out FILE)"));
+        };
+        let existed = path.exists();
+        let options =
+            WriteOptions { compression: scene.output.compression, double_precision: scene.output.double_precision };
+        let files = write_stream(self.formats, path, Some(self.format.name), &stream, scene.output.files, options)?;
+        if existed {
+            self.notes.push(format!("an older '{}' was replaced (--no-clobber refuses that)", path.display()));
+        }
+        if let ([first, .., last], true) = (files.as_slice(), files.len() > 1) {
+            let (first, last) = (first.display(), last.display());
+            self.notes.push(format!("the particles are in {} files: '{first}' to '{last}'", files.len()));
+        }
+        self.lap(Step::Write, lap);
+        let format = (self.format.name, self.format.capabilities.columns);
+        Ok(variables(&prepared.variables, stream.first(), Some(format)))
+    }
+
+    /// Of particles that all have one mass.
+    fn mass<const D: usize>(
+        &self,
+        prepared: &Prepared<D>,
+        target: &Target<'_, D>,
+    ) -> Result<(MassReport, Option<String>)> {
+        let wanted = self.scene.output.units.as_deref();
+        let (units, note) = output_units(wanted, self.units.input, prepared.mass.value, D)?;
+        let factors = Factors::new::<D>(self.units.input, prepared, &units);
+        let known = (self.units.input.is_some() && D == 3).then_some(units.mass);
+        let each = target.equal_masses(1)[0];
+        Ok((MassReport::of_equal((each, target.count), &prepared.mass, (&factors, known)), note))
+    }
+}
+
+/// Particles by their numbers, as they are on disk.
+struct OnDisk<'a, const D: usize> {
+    kept: &'a Kept,
+    /// The block that was read last.
+    last: Mutex<Option<Arc<(usize, Positions<D>, Sums)>>>,
+}
+
+impl<const D: usize> OnDisk<'_, D> {
+    fn block(&self, block: usize) -> Result<Arc<(usize, Positions<D>, Sums)>> {
+        let mut last = self.last.lock().unwrap_or_else(PoisonError::into_inner);
+        if let Some(found) = last.as_ref().filter(|found| found.0 == block) {
+            return Ok(found.clone());
+        }
+        let Some(found) = self.kept.block::<D>(block)? else {
+            let problem = format!("has no block {block}; start without it");
+            return Err(Error::Checkpoint { path: self.kept.folder().into(), problem });
+        };
+        let found = Arc::new((block, found.positions, self.kept.sums(block)?));
+        *last = Some(found.clone());
+        Ok(found)
+    }
+
+    /// Calls `with` with each block that has some of the particles, and their places in it.
+    fn each(
+        &self,
+        numbers: Range<usize>,
+        mut with: impl FnMut(&(usize, Positions<D>, Sums), Range<usize>),
+    ) -> Result<()> {
+        if numbers.is_empty() {
+            return Ok(());
+        }
+        for block in self.kept.block_of(numbers.start)..=self.kept.block_of(numbers.end - 1) {
+            let own = self.kept.own(block);
+            let clamp = |i: usize| i.clamp(own.start, own.end) - own.start;
+            with(&*self.block(block)?, clamp(numbers.start)..clamp(numbers.end));
+        }
+        Ok(())
+    }
+}
+
+impl<const D: usize> Places<D> for OnDisk<'_, D> {
+    fn positions(&self, numbers: Range<usize>) -> Result<Positions<D>> {
+        let mut found: Positions<D> = std::array::from_fn(|_| Vec::with_capacity(numbers.len()));
+        self.each(numbers, |(_, positions, _), rows| {
+            found.iter_mut().zip(positions).for_each(|(all, x)| all.extend_from_slice(&x[rows.clone()]));
+        })?;
+        Ok(found)
+    }
+
+    fn sums(&self, numbers: Range<usize>) -> Result<Option<(Vec<f64>, Vec<f64>)>> {
+        let (mut support, mut density) = (Vec::new(), Vec::new());
+        self.each(numbers, |(_, _, sums), rows| {
+            support.extend_from_slice(&sums.support[rows.clone()]);
+            density.extend_from_slice(&sums.density[rows]);
+        })?;
+        Ok(Some((support, density)))
+    }
+}

@@ -1,0 +1,145 @@
+//! What is told of a run in turn.
+
+use super::measure::{BlockFigures, SetFigures};
+use crate::metrics::{ErrorFigures, IN_PLACE};
+use crate::relaxation::StopReason;
+use crate::run::memory;
+use crate::run::plan::Plan;
+use crate::run::report::{MassReport, Timing};
+use crate::run::variables::{VariableReport, write_variables};
+use crate::run::verdict::{Finding, write_verdict};
+use serde::Serialize;
+use std::fmt::Write;
+
+/// One pass over all blocks.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Pass {
+    pub stage: &'static str,
+    /// Mean deviation from the target where it is resolved, the mass re-fitted in each block, before and after; of the blocks that this run
+    /// has gone through itself.
+    pub before: f64,
+    pub after: f64,
+    /// Blocks that were left as they were since the stage made them no better.
+    pub left: usize,
+    /// Particles of the largest block, with those about it.
+    pub largest: usize,
+    pub seconds: f64,
+}
+
+/// Everything that is known of a run in turn when it ends.
+#[derive(Debug, Clone, Serialize)]
+pub struct InTurnReport {
+    pub input: String,
+    pub output: String,
+    pub format: &'static str,
+    pub dimension: usize,
+    pub particles: usize,
+    pub blocks: usize,
+    pub seed: u64,
+    pub kernel: &'static str,
+    pub kernel_neighbors: f64,
+    pub mass: MassReport,
+    pub stop: StopReason,
+    pub passes: Vec<Pass>,
+    pub plan: Plan,
+    /// What the variables of the input are taken for, and where they are written.
+    pub variables: Vec<VariableReport>,
+    pub figures: BlockFigures,
+    pub timing: Vec<Timing>,
+    pub seconds: f64,
+    /// The most bytes of memory that the process has had at once, where the system tells.
+    pub peak_memory: Option<f64>,
+    pub warnings: Vec<String>,
+    /// What is good, what to look at.
+    pub verdict: Vec<Finding>,
+    pub notes: Vec<String>,
+}
+
+impl InTurnReport {
+    /// As JSON.
+    pub fn json(&self) -> String {
+        serde_json::to_string_pretty(self).unwrap_or_else(|e| format!("{{\"error\": \"{e}\"}}"))
+    }
+
+    /// As text for a terminal.
+    pub fn text(&self) -> String {
+        let mut out = String::new();
+        self.write(&mut out).expect("writing to a string cannot fail");
+        out
+    }
+
+    fn write(&self, out: &mut String) -> std::fmt::Result {
+        writeln!(out, "{} -> {} ({})", self.input, self.output, self.format)?;
+        if self.stop == StopReason::TimeLimit {
+            writeln!(out, "  UNCONVERGED      time limit: this is the state so far")?;
+        }
+        writeln!(
+            out,
+            "  particles        {} in {}-D, in {} blocks, {}, {:.1} kernel neighbors, seed {}",
+            self.particles, self.dimension, self.blocks, self.kernel, self.kernel_neighbors, self.seed
+        )?;
+        self.mass.write(out)?;
+        self.write_figures(out)?;
+        for Pass { stage, before, after, left, largest, seconds } in &self.passes {
+            let unused = if *left > 0 { format!(", {left} blocks left as they were") } else { String::new() };
+            let (before, after) = (100.0 * before, 100.0 * after);
+            writeln!(
+                out,
+                "  {stage:<16} {before:.3} % to {after:.3} % on average in {seconds:.1} s, {largest} particles at once{unused}"
+            )?;
+        }
+        writeln!(out, "  time             {:.2} s", self.seconds)?;
+        for t in &self.timing {
+            writeln!(out, "    {:<14} {:>8.2} s", t.step, t.seconds)?;
+        }
+        memory::write_peak(out, self.peak_memory, self.particles)?;
+        write_variables(out, &self.variables)?;
+        for warning in &self.warnings {
+            writeln!(out, "  WARNING          {warning}")?;
+        }
+        for note in &self.notes {
+            writeln!(out, "  note             {note}")?;
+        }
+        for left in &self.plan.left_out {
+            writeln!(out, "  without          {}: {}", left.what, left.why)?;
+        }
+        write_verdict(out, &self.verdict)
+    }
+
+    fn write_figures(&self, out: &mut String) -> std::fmt::Result {
+        let BlockFigures { all, interior, ledger, seams, closest_pair } = &self.figures;
+        if let Some(smallest) = ledger.levels.last() {
+            writeln!(
+                out,
+                "  mass in place    {:.2} % of it, to {:.0} % in {} boxes of equal mass; largest deviation {:.2} %",
+                100.0 * ledger.in_place,
+                100.0 * IN_PLACE,
+                smallest.boxes,
+                100.0 * smallest.largest_deviation,
+            )?;
+        }
+        writeln!(
+            out,
+            "  {:<30}{:>10}{:>10}{:>10}{:>9}{:>9}",
+            "density error", "particles", "epsilon", "mean |e|", "99 %", "max |e|"
+        )?;
+        let mut row = |name: &str, of: &ErrorFigures| {
+            let ErrorFigures { epsilon, mean, most, max, particles } = of;
+            let [mean, most, max] = [mean, most, max].map(|share| 100.0 * share);
+            writeln!(out, "    {name:<28} {particles:>9}{epsilon:>10.2e}{mean:>8.3} %{most:>7.2} %{max:>7.2} %")
+        };
+        let mut rows = |name: &str, SetFigures { as_given, refitted }: &SetFigures| {
+            row(&format!("{name}, mass as given"), as_given)?;
+            row(&format!("{name}, mass re-fitted"), refitted)
+        };
+        rows("all", all)?;
+        interior.iter().try_for_each(|interior| rows("interior", interior))?;
+        if let Some([near, rest]) = seams.map(|means| means.map(|mean| 100.0 * mean)) {
+            writeln!(
+                out,
+                "  seams            mean |e| {near:.3} % within a support radius of another block, {rest:.3} % elsewhere"
+            )?;
+        }
+        writeln!(out, "  closest pair     {closest_pair:.2} spacings apart")
+    }
+}

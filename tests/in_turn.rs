@@ -1,0 +1,206 @@
+//! Runs block by block: what they leave is what the particles have when all are looked at together, is no worse at the seams than elsewhere, and does not
+//! depend on breaks or threads.
+
+use crate::cli::support::Folder;
+use crate::ranks::{CLOUD, GAUSSIAN, UNIFORM};
+use sph_formats::{FORMATS, FieldRequest, FileContent};
+use sph_prep::metrics::Measured;
+use sph_prep::relaxation::{Event, StopReason};
+use sph_prep::run::in_turn::{InTurn, InTurnReport, run_in_turn};
+use sph_prep::{Control, Error, Scene};
+use std::sync::atomic::{AtomicBool, Ordering::Relaxed};
+
+const STAR: &str = "input: {profile: {polytrope: {n: 1.5, mass: 1 Msun, radius: 1 Rsun}}}\nparticles: 8000\n";
+const WAVE: &str =
+    "input: {expression: '1 + 0.5*sin(2*pi*x)'}\ndomain: {box: [[0], [1]], boundary: [periodic]}\nparticles: 6000\n";
+const WALLS: &str = "input: {expression: '2 + x - y'}\ndomain: {box: [[0, 0], [1, 1]], boundary: [reflecting, open]}\nparticles: 6000\n";
+
+struct Work {
+    folder: Folder,
+    scene: Scene,
+}
+
+impl Work {
+    fn new(text: &str) -> Self {
+        let folder = Folder::new();
+        let mut scene = Scene::parse(text).unwrap();
+        scene.output.file = Some(folder.path("out/ic.hdf5"));
+        scene.output.double_precision = true;
+        Self { folder, scene }
+    }
+
+    fn run(&self, blocks: usize, control: &Control<'_>) -> sph_prep::Result<InTurnReport> {
+        run_in_turn(&self.scene, FORMATS, control, InTurn { blocks, folder: &self.folder.path("blocks") })
+    }
+
+    fn ran(&self, blocks: usize) -> InTurnReport {
+        self.run(blocks, &Control::default()).unwrap_or_else(|e| panic!("{e}"))
+    }
+
+    fn refused(&self, blocks: usize) -> String {
+        self.run(blocks, &Control::default()).unwrap_err().to_string()
+    }
+
+    /// Ends when a stage of this name is at an iteration, the so manieth time.
+    fn interrupted(&self, blocks: usize, (name, at, times): (&str, usize, usize)) -> Error {
+        let (interrupted, seen) = (AtomicBool::new(false), std::sync::atomic::AtomicUsize::new(0));
+        let observer = |event: Event| {
+            let is_there =
+                matches!(event, Event::Iteration { stage, iteration, .. } if stage.name == name && iteration == at);
+            if is_there && seen.fetch_add(1, Relaxed) + 1 == times {
+                interrupted.store(true, Relaxed);
+            }
+        };
+        let control = Control { interrupted: &interrupted, observer: &observer, ..Control::default() };
+        self.run(blocks, &control).unwrap_err()
+    }
+
+    fn bytes(&self) -> Vec<u8> {
+        std::fs::read(self.folder.path("out/ic.hdf5")).unwrap()
+    }
+
+    /// Columns of the file.
+    fn columns(&self) -> impl Fn(&str) -> Vec<f64> {
+        let path = self.folder.path("out/ic.hdf5");
+        let content = sph_formats::read(FORMATS, &path, None, &FieldRequest::default()).unwrap();
+        let FileContent::Particles(file) = content else { panic!("particles") };
+        move |name| file.species[0].table.column(name).unwrap_or_else(|| panic!("no {name}")).values.to_f64()
+    }
+}
+
+/// Against sums over all particles of the file at once, in their own units.
+fn is_what_the_particles_have<const D: usize>(work: &Work, report: &InTurnReport, domain: &sph::domain::Domain<D>) {
+    let columns = work.columns();
+    let (x, masses, density) = (columns("Coordinates"), columns("Masses"), columns("Density"));
+    let n = masses.len();
+    let total: f64 = masses.iter().sum();
+    assert!(n == report.particles && (total / report.mass.total - 1.0).abs() < 1e-12);
+    let mut ids = columns("ParticleIDs");
+    ids.sort_by(f64::total_cmp);
+    assert!(ids.iter().enumerate().all(|(i, id)| *id == i as f64 + 1.0));
+    let positions = std::array::from_fn(|k| x.chunks(x.len() / n).map(|row| row[k]).collect());
+    let guess = vec![2.0 * (domain.volume() / n as f64).powf(1.0 / D as f64); n];
+    let kernel = work.scene.kernel();
+    let measured = Measured::new(kernel, domain, &positions, &masses, &guess, report.kernel_neighbors);
+    for (i, (found, expected)) in density.iter().zip(&measured.sums).enumerate() {
+        assert!((found / expected.weighted - 1.0).abs() < 1e-4, "{i}: {found}, all together {}", expected.weighted);
+    }
+    let nearest = measured.nearest_over_spacing(domain).into_iter().fold(f64::INFINITY, f64::min);
+    assert!((nearest / report.figures.closest_pair - 1.0).abs() < 1e-3, "{nearest} {}", report.figures.closest_pair);
+}
+
+#[test]
+fn blocks_leave_what_one_run_would() {
+    for (name, text, blocks, figure) in [
+        ("uniform", UNIFORM, 3, 2e-3),
+        ("gaussian", GAUSSIAN, 4, 3e-3),
+        ("wave", WAVE, 5, 1e-3),
+        ("walls", WALLS, 2, 3e-3),
+        ("star", STAR, 2, 5e-3),
+    ] {
+        let work = Work::new(text);
+        let report = work.ran(blocks);
+        let interior = report.figures.interior.unwrap().refitted;
+        assert!(interior.mean < figure, "{name}: {:e}", interior.mean);
+        assert!(report.figures.closest_pair > 0.5, "{name}: {}", report.figures.closest_pair);
+        let [near, rest] = report.figures.seams.unwrap();
+        assert!(near < 2.0 * rest + 1e-3, "{name}: {near:e} at seams, {rest:e} elsewhere");
+        assert_eq!(report.passes.len(), 4, "{name}: {:?}", report.passes);
+        assert!(!work.folder.path("blocks").exists(), "{name}: the blocks are left");
+    }
+}
+
+#[test]
+fn figures_are_those_of_all_particles_together() {
+    use sph::domain::{Axis, Domain, Region};
+    let cube = |axis| Domain { lo: [0.0; 3], hi: [1.0; 3], axes: [axis; 3], region: Region::Box };
+    let work = Work::new(UNIFORM);
+    let report = work.ran(4);
+    is_what_the_particles_have::<3>(&work, &report, &cube(Axis::Periodic));
+    let line = Domain { lo: [0.0], hi: [1.0], axes: [Axis::Periodic], region: Region::Box };
+    let work = Work::new(WAVE);
+    let report = work.ran(5);
+    is_what_the_particles_have::<1>(&work, &report, &line);
+}
+
+#[test]
+fn one_block_is_all_there_is() {
+    let work = Work::new(GAUSSIAN);
+    let report = work.ran(1);
+    assert!(report.figures.seams.is_none() && report.figures.interior.unwrap().refitted.mean < 2e-3);
+}
+
+/// Interrupted in any pass, a run goes on to the bytes of one without a break, with any number of threads.
+#[test]
+fn breaks_and_threads_change_nothing() {
+    let work = Work::new(GAUSSIAN);
+    work.ran(3);
+    let expected = work.bytes();
+    let work = Work::new(GAUSSIAN);
+    for place in [("wvt", 2, 2), ("wvt", 1, 3), ("solver", 4, 1), ("solver", 3, 2), ("solver", 2, 2)] {
+        let error = work.interrupted(3, place);
+        assert!(matches!(&error, Error::InterruptedIn(folder) if folder.is_dir()), "{place:?}: {error}");
+        assert!(!work.folder.path("out/ic.hdf5").exists());
+    }
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(1).build().unwrap();
+    pool.install(|| work.ran(3));
+    assert!(work.bytes() == expected, "other bytes than without a break");
+}
+
+#[test]
+fn a_time_limit_leaves_what_there_is() {
+    let work = Work::new(UNIFORM);
+    let control = Control { deadline: Some(std::time::Instant::now()), ..Control::default() };
+    let report = work.run(3, &control).unwrap();
+    assert!(report.stop == StopReason::TimeLimit && report.passes.is_empty(), "{:?}", report.passes);
+    assert!(report.figures.all.refitted.mean > 0.01 && work.folder.path("out/ic.hdf5").exists());
+    let report = work.ran(3);
+    assert!(!report.stop.is_cut() && report.passes.len() == 4 && !work.folder.path("blocks").exists());
+}
+
+#[test]
+fn what_is_not_done_block_by_block_is_refused() {
+    let refused = |text: &str, blocks: usize, words: &str| {
+        let work = Work::new(text);
+        let error = work.refused(blocks);
+        assert!(error.contains(words), "{text}: {error}");
+        assert!(!work.folder.path("blocks").exists() && work.folder.outputs().is_empty(), "{text}");
+    };
+    refused(CLOUD, 2, "has regions");
+    refused(UNIFORM, 9, "too few for 9 blocks");
+    refused(&format!("{UNIFORM}balance: {{}}\n"), 2, "balance: is not done block by block");
+    refused(&format!("{UNIFORM}checkpoint: {{file: a}}\n"), 2, "checkpoint");
+    refused(&format!("{UNIFORM}solver: {{aim: mass}}\n"), 2, "solver.aim");
+    refused(&format!("{UNIFORM}seeding: random\n"), 2, "block by block seeds are by mass-bisection");
+    refused(
+        "input: {expression: '1'}\ndomain: {ball: {center: [0, 0], radius: 1}, boundary: [reflecting]}\nparticles: 8000\n",
+        2,
+        "curved surface",
+    );
+}
+
+/// Blocks of another run, or in another number, are not gone on from; damaged ones are named.
+#[test]
+fn blocks_of_other_runs_are_refused() {
+    let mut work = Work::new(GAUSSIAN);
+    work.interrupted(3, ("wvt", 1, 2));
+    let error = work.refused(4);
+    assert!(error.contains("in 3 blocks"), "{error}");
+    let path = work.folder.path("blocks/block.1");
+    let whole = std::fs::read(&path).unwrap();
+    for (bytes, words) in [
+        (&whole[..whole.len() - 1], "cut off or damaged"),
+        (&[][..], "no block"),
+        (b"nothing of ours at all", "no block"),
+    ] {
+        std::fs::write(&path, bytes).unwrap();
+        let error = work.refused(3);
+        assert!(error.contains("block.1") && error.contains(words), "{words}: {error}");
+    }
+    std::fs::write(&path, whole).unwrap();
+    work.scene.seed = 5;
+    let error = work.refused(3);
+    assert!(error.contains("another run") && error.contains("seed"), "{error}");
+    work.scene.seed = 0;
+    work.ran(3);
+}
