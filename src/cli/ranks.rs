@@ -42,6 +42,11 @@ fn launched(args: &RunArgs, scene: &Scene, deadline: Option<Instant>) -> Result<
     if !crate::processes::is_launched() {
         return Ok(None);
     }
+    if args.in_turn.is_some() {
+        let problem =
+            "goes block by block in one process, but a launcher has started several; start one, or leave it out";
+        return Err(Error::scene("in-turn", problem));
+    }
     let interrupts = Interrupts::of_run(scene);
     let work = |exchange: &dyn Exchange| on_rank(args, scene, deadline, &interrupts, exchange);
     crate::processes::over_processes(work).map(Some).map_err(|problem| Error::Numeric { stage: "ranks", problem })

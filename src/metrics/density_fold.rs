@@ -141,7 +141,7 @@ mod tests {
     #[test]
     fn parts_make_the_figures_of_the_whole() {
         let n = 5000;
-        let wave = |i: usize| 1e-3 * (0.7 * i as f64).sin().powi(3) + if i % 977 == 0 { 2.5 } else { 0.0 };
+        let wave = |i: usize| 1e-3 * (0.7 * i as f64).sin().powi(3) + if i.is_multiple_of(977) { 2.5 } else { 0.0 };
         let target: Vec<f64> = (0..n).map(|i| 1.0 + (i % 13) as f64).collect();
         let density: Vec<f64> = (0..n).map(|i| 1.02 * target[i] * (1.0 + wave(i))).collect();
         let volume: Vec<f64> = density.iter().map(|rho| 0.5 / rho).collect();

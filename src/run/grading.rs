@@ -212,7 +212,7 @@ pub fn verdict(report: &Report) -> Vec<Finding> {
     let mut all = Vec::new();
     let mut say = |grade, topic: Topic, text: String| all.push(Finding::new(grade, topic, text));
     if !report.ledger.levels.is_empty() {
-        let (grade, text) = mass_in_place(report.ledger.in_place, &more(report));
+        let (grade, text) = mass_in_place(report.ledger.in_place, more(report));
         say(grade, Topic::MassInPlace, text);
     }
     let error = report.density_error.smoothed.unwrap_or(report.density_error.all);

@@ -258,16 +258,7 @@ impl Report {
 
     /// The headline: whether the mass is where it should be.
     fn write_ledger(&self, out: &mut String) -> std::fmt::Result {
-        if let Some(smallest) = self.ledger.levels.last() {
-            writeln!(
-                out,
-                "  mass in place    {:.2} % of it, to {:.0} % in {} boxes of equal mass; largest deviation {:.2} %",
-                100.0 * self.ledger.in_place,
-                100.0 * IN_PLACE,
-                smallest.boxes,
-                100.0 * smallest.largest_deviation,
-            )?;
-        }
+        write_in_place(out, &self.ledger)?;
         if let Some(worst) = self.ledger.worst_region() {
             writeln!(
                 out,
@@ -321,16 +312,7 @@ impl Report {
         self.mass.write(out)?;
         write_certificates(out, self.settled.as_ref(), self.certificate.as_ref())?;
         self.write_ledger(out)?;
-        writeln!(
-            out,
-            "  {:<30}{:>9}{:>10}{:>10}{:>9}{:>9}",
-            "density error", "particles", "epsilon", "mean |e|", "99 %", "max |e|"
-        )?;
-        for (name, figures) in self.error_rows() {
-            let ErrorFigures { epsilon, mean, most, max, particles } = figures;
-            let [mean, most, max] = [mean, most, max].map(|share| 100.0 * share);
-            writeln!(out, "    {name:<28} {particles:>8}{epsilon:>10.2e}{mean:>8.3} %{most:>7.2} %{max:>7.2} %")?;
-        }
+        write_errors(out, &self.error_rows())?;
         let inside = self.noise.interior.map(|n| format!(", interior {:.2} %", 100.0 * n)).unwrap_or_default();
         let noise = [self.noise.all, self.noise.median].map(|share| 100.0 * share);
         writeln!(out, "  force noise      {:.2} % of a random set's, median {:.2} %{inside}", noise[0], noise[1])?;
@@ -373,17 +355,55 @@ impl Report {
         }
         memory::write_peak(out, self.peak_memory, self.particles)?;
         write_variables(out, &self.variables)?;
-        for warning in &self.warnings {
-            writeln!(out, "  WARNING          {warning}")?;
-        }
-        for note in &self.notes {
-            writeln!(out, "  note             {note}")?;
-        }
-        for left in &self.plan.left_out {
-            writeln!(out, "  without          {}: {}", left.what, left.why)?;
-        }
-        write_verdict(out, &self.verdict)
+        write_remarks(out, (&self.warnings, &self.notes), &self.plan, &self.verdict)
     }
+}
+
+/// What a report ends with.
+pub(super) fn write_remarks(
+    out: &mut String,
+    (warnings, notes): (&[String], &[String]),
+    plan: &Plan,
+    verdict: &[Finding],
+) -> std::fmt::Result {
+    for warning in warnings {
+        writeln!(out, "  WARNING          {warning}")?;
+    }
+    for note in notes {
+        writeln!(out, "  note             {note}")?;
+    }
+    for left in &plan.left_out {
+        writeln!(out, "  without          {}: {}", left.what, left.why)?;
+    }
+    write_verdict(out, verdict)
+}
+
+/// Where the mass is.
+pub(super) fn write_in_place(out: &mut String, ledger: &LedgerFigures) -> std::fmt::Result {
+    let Some(smallest) = ledger.levels.last() else { return Ok(()) };
+    writeln!(
+        out,
+        "  mass in place    {:.2} % of it, to {:.0} % in {} boxes of equal mass; largest deviation {:.2} %",
+        100.0 * ledger.in_place,
+        100.0 * IN_PLACE,
+        smallest.boxes,
+        100.0 * smallest.largest_deviation,
+    )
+}
+
+/// Density errors of some sets of particles.
+pub(super) fn write_errors(out: &mut String, rows: &[(&str, ErrorFigures)]) -> std::fmt::Result {
+    writeln!(
+        out,
+        "  {:<30}{:>9}{:>10}{:>10}{:>9}{:>9}",
+        "density error", "particles", "epsilon", "mean |e|", "99 %", "max |e|"
+    )?;
+    for (name, figures) in rows {
+        let ErrorFigures { epsilon, mean, most, max, particles } = figures;
+        let [mean, most, max] = [mean, most, max].map(|share| 100.0 * share);
+        writeln!(out, "    {name:<28} {particles:>8}{epsilon:>10.2e}{mean:>8.3} %{most:>7.2} %{max:>7.2} %")?;
+    }
+    Ok(())
 }
 
 /// Whether the particles stay still, after they were settled where they were.

@@ -1,13 +1,12 @@
 //! What is told of a run in turn.
 
 use super::measure::{BlockFigures, SetFigures};
-use crate::metrics::{ErrorFigures, IN_PLACE};
 use crate::relaxation::StopReason;
 use crate::run::memory;
 use crate::run::plan::Plan;
-use crate::run::report::{MassReport, Timing};
+use crate::run::report::{MassReport, Timing, write_errors, write_in_place, write_remarks};
 use crate::run::variables::{VariableReport, write_variables};
-use crate::run::verdict::{Finding, write_verdict};
+use crate::run::verdict::Finding;
 use serde::Serialize;
 use std::fmt::Write;
 
@@ -94,46 +93,17 @@ impl InTurnReport {
         }
         memory::write_peak(out, self.peak_memory, self.particles)?;
         write_variables(out, &self.variables)?;
-        for warning in &self.warnings {
-            writeln!(out, "  WARNING          {warning}")?;
-        }
-        for note in &self.notes {
-            writeln!(out, "  note             {note}")?;
-        }
-        for left in &self.plan.left_out {
-            writeln!(out, "  without          {}: {}", left.what, left.why)?;
-        }
-        write_verdict(out, &self.verdict)
+        write_remarks(out, (&self.warnings, &self.notes), &self.plan, &self.verdict)
     }
 
     fn write_figures(&self, out: &mut String) -> std::fmt::Result {
         let BlockFigures { all, interior, ledger, seams, closest_pair } = &self.figures;
-        if let Some(smallest) = ledger.levels.last() {
-            writeln!(
-                out,
-                "  mass in place    {:.2} % of it, to {:.0} % in {} boxes of equal mass; largest deviation {:.2} %",
-                100.0 * ledger.in_place,
-                100.0 * IN_PLACE,
-                smallest.boxes,
-                100.0 * smallest.largest_deviation,
-            )?;
-        }
-        writeln!(
-            out,
-            "  {:<30}{:>10}{:>10}{:>10}{:>9}{:>9}",
-            "density error", "particles", "epsilon", "mean |e|", "99 %", "max |e|"
-        )?;
-        let mut row = |name: &str, of: &ErrorFigures| {
-            let ErrorFigures { epsilon, mean, most, max, particles } = of;
-            let [mean, most, max] = [mean, most, max].map(|share| 100.0 * share);
-            writeln!(out, "    {name:<28} {particles:>9}{epsilon:>10.2e}{mean:>8.3} %{most:>7.2} %{max:>7.2} %")
-        };
-        let mut rows = |name: &str, SetFigures { as_given, refitted }: &SetFigures| {
-            row(&format!("{name}, mass as given"), as_given)?;
-            row(&format!("{name}, mass re-fitted"), refitted)
-        };
-        rows("all", all)?;
-        interior.iter().try_for_each(|interior| rows("interior", interior))?;
+        write_in_place(out, ledger)?;
+        let rows = |of: &SetFigures, names: [&'static str; 2]| [(names[0], of.as_given), (names[1], of.refitted)];
+        let mut all = rows(all, ["all, mass as given", "all, mass re-fitted"]).to_vec();
+        let names = ["interior, mass as given", "interior, mass re-fitted"];
+        all.extend(interior.iter().flat_map(|interior| rows(interior, names)));
+        write_errors(out, &all)?;
         if let Some([near, rest]) = seams.map(|means| means.map(|mean| 100.0 * mean)) {
             writeln!(
                 out,
