@@ -113,7 +113,8 @@ impl<const D: usize, R: Real> OverRanks<D> for DensitySolver<'_, D, R> {
         let mut solver = Solver::<D, R>::new(arrangement, &self.options, exchange);
         solver.trace = trace;
         solver.objective.holds = (!self.holds.is_empty()).then(|| Held::new(order, self.holds));
-        solver.objective.common = self.common;
+        // Another kernel has another.
+        solver.objective.common = self.common.filter(|_| schedule.iter().all(|s| s.kernel == self.kernel));
         solver.objective.see_interfaces(None);
         if schedule[0].kernel != self.kernel {
             // What the end is compared with.

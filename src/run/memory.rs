@@ -90,11 +90,13 @@ fn check_against(count: usize, stages: &[StageName], total: Option<f64>) -> Resu
         String::new()
     };
     let problem = format!(
-        "is {count}, which takes some {:.0} GiB of memory at {:.0} bytes a particle, more than the {:.1} GiB that there are: -n {} fits{solved}",
+        "is {count}, which takes some {:.0} GiB of memory at {:.0} bytes a particle, more than the {:.1} GiB that there are: -n {} fits{solved}; \
+         --in-turn {:.0} holds one block at a time",
         needs / GIB,
         needs / count as f64,
         total / GIB,
-        fits(stages)
+        fits(stages),
+        (4.0 * needs / total).ceil()
     );
     Err(Error::scene("particles", problem))
 }

@@ -2,7 +2,7 @@
 //! by itself among those of the others that its particles see, which stay where they are meanwhile, and all blocks again until their seams
 //! are gone. Places are kept on disk.
 //!
-//! Seeds are those of ranks, by mass bisection. The stages are WVT and the density solver, as over ranks.
+//! Seeds are those of a run by itself, if they can be made block by block, else by mass bisection. The stages are WVT and the density solver, as over ranks.
 
 mod kept;
 mod measure;
@@ -16,7 +16,7 @@ use super::checkpoint::Origin;
 use super::destination::refuse_box;
 use super::grading::verdict_on_few;
 use super::plan::{Held, Plan};
-use super::ranks::{begin, notes_on_code, reduced, refuse};
+use super::ranks::{begin, notes_on_code, refuse};
 use super::report::{MassReport, Timing};
 use super::stages::{Setting, check_neighbors};
 use super::streamed::{Places, Read, Streamed};
@@ -30,7 +30,7 @@ use crate::relaxation::{
     Control, DensitySolver, Event, Hold, SOLVER, StageName, Step, StopReason, WVT, Wvt, WvtWithin, relax_new,
 };
 use crate::scene::{DEFAULT_PARTICLES, Scene};
-use crate::seeding::seed_block;
+use crate::seeding::{Blockwise, Seeding};
 use crate::target::{Positions, Target};
 use kept::{Block, Kept, Sums};
 use measure::Measuring;
@@ -69,7 +69,8 @@ pub fn run_in_turn(
     control: &Control<'_>,
     how: InTurn<'_>,
 ) -> Result<InTurnReport> {
-    refuse(scene, IN_TURN)?;
+    // Seeds may be any that go block by block.
+    refuse(&Scene { seeding: None, ..scene.clone() }, IN_TURN)?;
     if scene.checkpoint.file.is_some() || scene.checkpoint.resume.is_some() {
         let problem = "is not kept block by block: the folder of the blocks is what a run goes on from; leave it out";
         return Err(Error::scene("checkpoint", problem));
@@ -79,7 +80,6 @@ pub fn run_in_turn(
         return Err(Error::scene("solver.aim", problem));
     }
     let start = Instant::now();
-    let scene = &reduced(scene);
     control.tell(Event::Begin(Step::Read));
     let (read, format) = begin(scene, formats, IN_TURN)?;
     let mut run =
@@ -136,42 +136,44 @@ impl Run<'_> {
     }
 
     fn in_dimension<const D: usize>(mut self, read: Read, how: InTurn<'_>) -> Result<InTurnReport> {
-        let (scene, lap) = (self.scene, Instant::now());
+        let lap = Instant::now();
         self.control.tell(Event::Begin(Step::Interpolate));
-        let count = scene.particles.unwrap_or(DEFAULT_PARTICLES);
+        let count = self.scene.particles.unwrap_or(DEFAULT_PARTICLES);
         let prepared = self.prepared::<D>(read, (count, how.blocks))?;
         self.notes.extend(prepared.notes.iter().cloned());
-        let mut warnings = doubts::before(scene, &prepared, count);
+        let mut warnings = doubts::before(self.scene, &prepared, count);
         let target = prepared.target();
-        if target.find_regions(scene.region_contrast).is_some() {
+        if target.find_regions(self.scene.region_contrast).is_some() {
             let problem = "has regions that jumps or vacuum separate, each of which is relaxed by itself, and that is not done block by block; \
                            use --ranks, or set region_contrast above the jump";
             return Err(Error::scene("input", problem));
         }
         self.lap(Step::Interpolate, lap);
-        let held = Held::Unsure("it is not done block by block".into());
-        let plan = Plan::among(scene, &target, prepared.source.radial.is_some(), &held, how.blocks);
+        let (scene, plan) = self.planned(&prepared, &target, how.blocks);
+        let scene = &scene;
+        let seeds = Blockwise::new(&target, plan.seeding, scene.seed)?;
+        let mut run = Run { scene, ..self };
         let most = (WITH_OTHERS * count.div_ceil(how.blocks) as f64) as usize;
         memory::check_block(most, &plan.stages)?;
         let kept = Kept::open(how.folder, Origin::new(scene, &target), how.blocks)?;
-        let (passes, stop) = self.place(&target, &plan, &kept)?;
-        let figures = self.measured(&target, &kept)?;
-        let (variables, more) = self.written(&prepared, target, (&kept, stop))?;
+        let (passes, stop) = run.place((&target, &seeds), &plan, &kept)?;
+        let figures = run.measured(&target, &kept)?;
+        let (variables, more) = run.written(&prepared, target, (&kept, stop))?;
         warnings.extend(more);
-        self.notes.extend(match stop.is_cut() {
+        run.notes.extend(match stop.is_cut() {
             true => {
                 Some(format!("cut short; the same command goes on with the blocks in '{}'", kept.folder().display()))
             }
             false => kept.remove(),
         });
-        self.notes.extend(notes_on_code::<D>(scene, self.format));
-        let (mass, note) = self.mass(&prepared, &target)?;
-        self.notes.extend(note.filter(|note| !self.notes.contains(note)));
+        run.notes.extend(notes_on_code::<D>(scene, run.format));
+        let (mass, note) = run.mass(&prepared, &target)?;
+        run.notes.extend(note.filter(|note| !run.notes.contains(note)));
         let verdict = verdict_on_few(&figures.ledger, (figures.all.as_given.mean, figures.closest_pair), &mass);
         Ok(InTurnReport {
             input: scene.input_name(),
             output: scene.output.file.as_ref().map_or_else(String::new, |file| file.display().to_string()),
-            format: self.format.name,
+            format: run.format.name,
             dimension: D,
             particles: count,
             blocks: how.blocks,
@@ -184,13 +186,26 @@ impl Run<'_> {
             plan,
             variables,
             figures,
-            timing: self.timing,
-            seconds: self.start.elapsed().as_secs_f64(),
+            timing: run.timing,
+            seconds: run.start.elapsed().as_secs_f64(),
             peak_memory: memory::peak(),
             warnings,
             verdict,
-            notes: self.notes,
+            notes: run.notes,
         })
+    }
+
+    /// The scene with seeds that go block by block, and the plan for it.
+    fn planned<const D: usize>(&self, prepared: &Prepared<D>, target: &Target<'_, D>, blocks: usize) -> (Scene, Plan) {
+        let held = Held::Unsure("it is not done block by block".into());
+        let plan = |scene: &Scene| Plan::among(scene, target, prepared.source.radial.is_some(), &held, blocks);
+        let seeding = match (self.scene.seeding, plan(self.scene).seeding) {
+            (None, planned) if !Blockwise::<D>::can_make(planned) => Seeding::MassBisection,
+            (_, planned) => planned,
+        };
+        let scene = Scene { seeding: Some(seeding), ..self.scene.clone() };
+        let plan = plan(&scene);
+        (scene, plan)
     }
 
     fn prepared<const D: usize>(&self, read: Read, (count, blocks): (usize, usize)) -> Result<Prepared<D>> {
@@ -214,7 +229,7 @@ impl Run<'_> {
     /// Seeds all blocks, and relaxes them as planned.
     fn place<const D: usize>(
         &mut self,
-        target: &Target<'_, D>,
+        (target, seeds): (&Target<'_, D>, &Blockwise<'_, D>),
         plan: &Plan,
         kept: &Kept,
     ) -> Result<(Vec<Pass>, StopReason)> {
@@ -226,7 +241,7 @@ impl Run<'_> {
             let positions = match kept.block::<D>(block)? {
                 Some(found) => found.positions,
                 None => {
-                    let positions = seed_block(target, self.scene.seed, kept.own(block))?;
+                    let positions = seeds.positions(kept.own(block))?;
                     let new = Block { ratios: Vec::new(), positions };
                     kept.put(block, &new)?;
                     new.positions
@@ -240,6 +255,7 @@ impl Run<'_> {
             let lap = Instant::now();
             self.control.tell(Event::Begin(Step::Relax(*stage)));
             for sweep in 0..SWEEPS {
+                // Those about a block are not what they will be before; then each is as well by itself.
                 let common = if sweep > 0 { common::<D>(kept, done)? } else { None };
                 done += 1;
                 let how = Stepping { stage: *stage, pass: done, common };
