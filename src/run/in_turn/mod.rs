@@ -35,6 +35,8 @@ use crate::target::{Positions, Target};
 use kept::{Block, Kept, Sums};
 use measure::Measuring;
 use sph::domain::Wall;
+use sph::geometry::unit_ball_volume;
+use sph::kernel::support_over_spacing;
 use sph_formats::{FormatSpec, WriteOptions, write_stream};
 use std::ops::Range;
 use std::path::Path;
@@ -48,8 +50,8 @@ pub(crate) const IN_TURN: &str = "block by block";
 const SWEEPS: usize = 2;
 /// Particles of a block, at least: smaller ones are mostly what others see of them.
 const FEWEST: usize = 1000;
-/// Particles that a block is thought to have with those about it, over its own.
-const WITH_OTHERS: f64 = 1.5;
+/// Support radii on each side of a block within which others are held with it.
+const ABOUT: f64 = 2.0;
 
 /// How a run goes block by block.
 #[derive(Debug, Clone, Copy)]
@@ -114,6 +116,21 @@ fn common<const D: usize>(kept: &Kept, passes: usize) -> Result<Option<f64>> {
     Ok((count > 0.0).then(|| sum / count))
 }
 
+/// Particles of a block with those about it, roughly, as of an even density: blocks of shells are layers as wide as the body, others as wide as they are deep.
+fn held_at_once<const D: usize>((count, blocks): (usize, usize), seeding: Seeding, neighbors: f64) -> usize {
+    let (all, own) = (count as f64, count.div_ceil(blocks) as f64);
+    let deep = 2.0 * ABOUT * support_over_spacing(D, neighbors);
+    let power = 1.0 / D as f64;
+    let held = match seeding {
+        // The outermost layer of a ball, of unit spacing.
+        Seeding::Shells | Seeding::EqualAreaShells => {
+            own + deep * D as f64 * unit_ball_volume(D).powf(power) * all.powf(1.0 - power)
+        }
+        _ => (own.powf(power) + deep).powi(D as i32),
+    };
+    held.min(all) as usize
+}
+
 /// A run under way.
 struct Run<'a> {
     scene: &'a Scene,
@@ -153,8 +170,8 @@ impl Run<'_> {
         let scene = &scene;
         let seeds = Blockwise::new(&target, plan.seeding, scene.seed)?;
         let mut run = Run { scene, ..self };
-        let most = (WITH_OTHERS * count.div_ceil(how.blocks) as f64) as usize;
-        memory::check_block(most, &plan.stages)?;
+        let at_once = held_at_once::<D>((count, how.blocks), plan.seeding, scene.kernel_neighbors(D));
+        memory::check_block(at_once, &plan.stages)?;
         let kept = Kept::open(how.folder, Origin::new(scene, &target), how.blocks)?;
         let (passes, stop) = run.place((&target, &seeds), &plan, &kept)?;
         let figures = run.measured(&target, &kept)?;
@@ -475,5 +492,24 @@ impl<const D: usize> Places<D> for OnDisk<'_, D> {
             density.extend_from_slice(&sums.density[rows]);
         })?;
         Ok(Some((support, density)))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// As measured: of a star in 8 blocks of shells, and of a box in 8 and 4 blocks.
+    #[test]
+    fn what_is_held_at_once_is_foreseen() {
+        let of = |count, blocks, seeding| held_at_once::<3>((count, blocks), seeding, 64.0) as f64;
+        for (foreseen, measured) in [
+            (of(3_000_000, 8, Seeding::Shells), 1.07e6),
+            (of(300_000, 8, Seeding::Shells), 2.46e5),
+            (of(400_000, 8, Seeding::MassBisection), 9.8e4),
+        ] {
+            assert!((foreseen / measured - 1.0).abs() < 0.4, "{foreseen:e} {measured:e}");
+        }
+        assert_eq!(of(300_000, 1, Seeding::Shells), 300_000.0);
     }
 }
