@@ -140,11 +140,16 @@ fn run(args: &RunArgs, command: &str) -> crate::Result<u8> {
     tell_of_one(args, &scene, &result?)
 }
 
+/// Prints what may be wrong where the report does not.
+fn warn(args: &RunArgs, warnings: &[String]) {
+    if args.json || args.quiet {
+        warnings.iter().for_each(|warning| eprintln!("warning: {warning}"));
+    }
+}
+
 /// Prints a report; returns the exit code.
 fn tell_of_one(args: &RunArgs, scene: &Scene, report: &Report) -> crate::Result<u8> {
-    if args.json || args.quiet {
-        report.warnings.iter().for_each(|warning| eprintln!("warning: {warning}"));
-    }
+    warn(args, &report.warnings);
     if args.json {
         print(&format!("{}\n", report.json()))?;
     } else if !args.quiet {
@@ -160,9 +165,7 @@ fn tell_of_one(args: &RunArgs, scene: &Scene, report: &Report) -> crate::Result<
 
 /// Prints a report of a run block by block; returns the exit code.
 fn tell_of_blocks(args: &RunArgs, scene: &Scene, report: &InTurnReport) -> crate::Result<u8> {
-    if args.json || args.quiet {
-        report.warnings.iter().for_each(|warning| eprintln!("warning: {warning}"));
-    }
+    warn(args, &report.warnings);
     if args.json {
         print(&format!("{}\n", report.json()))?;
     } else if !args.quiet {

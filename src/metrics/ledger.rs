@@ -157,8 +157,7 @@ impl<const D: usize> Ledger<D> {
         let alike = matches!(target.resolution, Resolution::NumberDensity(_)).then(|| vec![1.0; masses.len()]);
         let masses = alike.as_deref().unwrap_or(masses);
         let found = exchange.sums(self.found(measured, target, positions, masses));
-        let (levels, in_place) = self.compared(&found);
-        LedgerFigures { levels, in_place, regions: region_figures(exchange, target, positions) }
+        LedgerFigures { regions: region_figures(exchange, target, positions), ..self.figures_of(&found) }
     }
 
     /// What the first of the measured particles, which these are, have in each box: those of others add up with it.

@@ -54,7 +54,9 @@ pub(super) fn as_given(order: &[u32], values: &[f64]) -> Vec<f64> {
 mod tests {
     use super::*;
     use crate::field::AnalyticField;
-    use crate::relaxation::{Control, DensitySolver, SolverOptions, Stage, Wvt, WvtOptions, WvtWithin, relax_new};
+    use crate::relaxation::{
+        Control, DensitySolver, Holding, Others, SolverOptions, Stage, Wvt, WvtOptions, relax_new,
+    };
     use crate::target::{Positions, Target, at};
     use sph::domain::{Axis, Domain, Region};
     use sph::kernel::KernelName;
@@ -76,7 +78,7 @@ mod tests {
                 with(&places, &solver);
             }
             Some(holds) => {
-                with(&places, &WvtWithin { wvt: wvt(), holds });
+                with(&places, &Holding { wvt: wvt(), others: Others::OfTarget(holds) });
                 with(&places, &solver.within(holds, None));
             }
         }

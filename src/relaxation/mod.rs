@@ -73,4 +73,4 @@ pub use sph::sums::{Bias, Weight};
 pub use splitting::{children, coarse_count, family, split};
 pub use stage::{Keep, Particles, Relaxed, Running, Snapshot, Stage, Start, relax, relax_new};
 pub use trimming::{MassTrimming, NAME as TRIMMING, TrimOptions};
-pub use wvt::{Holding, NAME as WVT, Wvt, WvtOptions, WvtWithin};
+pub use wvt::{Holding, NAME as WVT, Others, Wvt, WvtOptions};

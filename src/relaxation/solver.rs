@@ -72,6 +72,7 @@ pub struct DensitySolver<'a, const D: usize, R = f32> {
     options: SolverOptions,
     /// In the order in which particles are given, of a block; empty where all may move.
     holds: &'a [Hold],
+    /// Kappa of all blocks, where it is known.
     common: Option<f64>,
     precision: PhantomData<R>,
 }
@@ -142,8 +143,8 @@ impl<'a, const D: usize, R: Real> DensitySolver<'a, D, R> {
         Self { kernel, target, options, holds: &[], common: None, precision: PhantomData }
     }
 
-    /// The same for a block of the target, among particles of others that stay where they are; they come out as they are given. `common` is
-    /// the kappa of all blocks, where it is known.
+    /// The same for a block of the target, among particles of others that stay where they are; they come out as they are given.
+    /// `common` is the kappa of all blocks, where it is known.
     #[must_use]
     pub fn within(self, holds: &'a [Hold], common: Option<f64>) -> Self {
         Self { holds, common, ..self }

@@ -146,13 +146,33 @@ impl<const D: usize> OverRanks<D> for Wvt<'_, D> {
     }
 }
 
-/// The same for some of the particles, in the order in which they were given: those that are `held` stay where they are, to the bit.
+/// The same for some of the particles, in the order in which they were given: others stay where they are, to the bit.
 pub struct Holding<'a, const D: usize> {
     pub wvt: Wvt<'a, D>,
-    pub held: &'a [bool],
-    /// Whether densities jump between the two, so that sums across the surface tell nothing: there is no feedback by them then, and the last state
-    /// is the best.
-    pub has_jump: bool,
+    pub others: Others<'a>,
+}
+
+/// Those that stay where they are, by the order in which particles are given.
+#[derive(Debug, Clone, Copy)]
+pub enum Others<'a> {
+    /// The target is nothing where they are.
+    Apart {
+        held: &'a [bool],
+        /// Whether densities jump between the two, so that sums across the surface tell nothing: there is no feedback by them then, and the last
+        /// state is the best.
+        has_jump: bool,
+    },
+    /// They are of the target as well, in other blocks of it.
+    OfTarget(&'a [Hold]),
+}
+
+impl Others<'_> {
+    fn holds(&self) -> Vec<Hold> {
+        match self {
+            Self::Apart { held, .. } => held.iter().map(|h| if *h { Hold::Beyond } else { Hold::Free }).collect(),
+            Self::OfTarget(holds) => holds.to_vec(),
+        }
+    }
 }
 
 impl<const D: usize> Stage<D> for Holding<'_, D> {
@@ -161,51 +181,11 @@ impl<const D: usize> Stage<D> for Holding<'_, D> {
     }
 
     fn begin(&self, particles: Particles<D>) -> Box<dyn Running<D> + '_> {
-        Box::new(self.wvt.begun(particles.positions, Some(Others::Apart(self.held, self.has_jump)), &Alone))
+        Box::new(self.wvt.begun(particles.positions, Some(self.others), &Alone))
     }
 
     fn resume(&self, _: &[u8]) -> Result<Box<dyn Running<D> + '_>, String> {
         Err("is of particles of which some are held, and is not kept; start without it".into())
-    }
-}
-
-/// The same for a block of a target, among particles of others that stay where they are.
-pub struct WvtWithin<'a, const D: usize> {
-    pub wvt: Wvt<'a, D>,
-    /// In the order in which particles are given.
-    pub holds: &'a [Hold],
-}
-
-impl<const D: usize> Stage<D> for WvtWithin<'_, D> {
-    fn name(&self) -> StageName {
-        NAME
-    }
-
-    fn begin(&self, particles: Particles<D>) -> Box<dyn Running<D> + '_> {
-        Box::new(self.wvt.begun(particles.positions, Some(Others::OfTarget(self.holds)), &Alone))
-    }
-
-    fn resume(&self, _: &[u8]) -> Result<Box<dyn Running<D> + '_>, String> {
-        Err("is of a block, and is not kept; start without it".into())
-    }
-}
-
-/// Those that stay where they are.
-#[derive(Clone, Copy)]
-enum Others<'a> {
-    /// They are not of the target, and there may be a jump between.
-    Apart(&'a [bool], bool),
-    /// They are of the target as well.
-    OfTarget(&'a [Hold]),
-}
-
-impl Others<'_> {
-    /// As those of the target would be.
-    fn holds(&self, count: usize) -> Vec<Hold> {
-        match self {
-            Self::Apart(held, _) => (0..count).map(|i| if held[i] { Hold::Beyond } else { Hold::Free }).collect(),
-            Self::OfTarget(holds) => holds.to_vec(),
-        }
     }
 }
 
@@ -214,7 +194,6 @@ struct Order {
     now: Held,
     best: Vec<u32>,
     has_jump: bool,
-    is_of_target: bool,
 }
 
 impl<const D: usize> Wvt<'_, D> {
@@ -231,14 +210,14 @@ impl<const D: usize> Wvt<'_, D> {
         let ratio = support_over_spacing(D, neighbors);
         // The target of free particles is nothing where others are held, which is no edge of what they sum over.
         let sharpness = match others {
-            Some(Others::Apart(..)) => Vec::new(),
+            Some(Others::Apart { .. }) => Vec::new(),
             _ => self.target.sharpnesses(&positions, &density, ratio),
         };
         let (mut state, order) = Arrangement::with_order(self.kernel, self.target, mirrored, positions, neighbors);
         self.see_interfaces(&mut state, None);
         state.share(exchange, Sees::Targets);
         let count = state.len();
-        let held = others.map(|others| Held::new(order.clone(), &others.holds(count)));
+        let held = others.map(|others| Held::new(order.clone(), &others.holds()));
         Relaxation {
             weights: parallel::map(count, |i| {
                 let old = order[i] as usize;
@@ -264,8 +243,7 @@ impl<const D: usize> Wvt<'_, D> {
             order: held.map(|now| Order {
                 now,
                 best: order,
-                has_jump: matches!(others, Some(Others::Apart(_, true))),
-                is_of_target: matches!(others, Some(Others::OfTarget(_))),
+                has_jump: matches!(others, Some(Others::Apart { has_jump: true, .. })),
             }),
         }
     }
@@ -366,10 +344,9 @@ impl<const D: usize> Running<D> for Relaxation<'_, D> {
         let (ratio, target) = (self.state.ratio(), self.state.target);
         // Where the target is not resolved particles need not see far: from next to vacuum, all of the rest.
         let even = (target.domain.volume() / target.count as f64).powf(1.0 / D as f64);
-        let is_told =
-            |i: usize| self.order.as_ref().is_none_or(|order| order.is_of_target && order.now.of(i) == Hold::Free);
+        let is_free = |i: usize| self.order.as_ref().is_none_or(|order| order.now.of(i) == Hold::Free);
         let weights = &self.weights;
-        let farthest = |i: usize| if weights[i] < 0.5 && is_told(i) { FARTHEST * even } else { f64::INFINITY };
+        let farthest = |i: usize| if weights[i] < 0.5 && is_free(i) { FARTHEST * even } else { f64::INFINITY };
         let support = parallel::map(density.len(), |i| ratio * target.spacing(density[i]).min(farthest(i)));
         let pushes = self.pushes(&density, &support);
         let epsilon = self.epsilon(&pushes, &density, &support);
@@ -509,12 +486,8 @@ impl<const D: usize> Relaxation<'_, D> {
         let n = pushes.len();
         let ratio = |i: usize| pushes[i].number_density / density[i];
         if let Some(order) = &self.order {
-            // Others that are held cannot follow: beside finer ones their sums are large, and they would push these away.
-            let counts = |i: usize| match order.now.of(i) {
-                Hold::Free => true,
-                Hold::Held => order.is_of_target,
-                Hold::Beyond => false,
-            };
+            // Those that are not of the target cannot follow: beside finer ones their sums are large, and they would push these away.
+            let counts = |i: usize| order.now.of(i) != Hold::Beyond;
             let counted = parallel::count(n, counts).max(1) as f64;
             let mean = reduce::sum(n, |i| if counts(i) { ratio(i) } else { 0.0 }) / counted;
             self.excess = parallel::map(n, |i| if counts(i) { (ratio(i) / mean).ln() } else { 0.0 });

@@ -9,7 +9,9 @@ use crate::output::walls::Walls;
 use crate::output::{origin, parameters};
 use crate::scene::{Conversion, Scene};
 use sph::domain::Axis;
-use sph_formats::{FormatError, FormatSpec, ParticleFile, Species, WriteOptions, registry};
+use sph_formats::{
+    FormatError, FormatSpec, ParticleFile, ParticleStream, Species, WriteOptions, registry, write_stream,
+};
 use std::path::{Path, PathBuf};
 
 /// The output file of a scene, of which is known that it can be written.
@@ -83,22 +85,17 @@ impl<'a> Destination<'a> {
     ) -> Result<Vec<String>> {
         let options =
             WriteOptions { compression: scene.output.compression, double_precision: scene.output.double_precision };
-        let replaced: Vec<&PathBuf> = self.files.iter().filter(|path| path.exists()).collect();
+        let replaced: Vec<String> = self.files.iter().filter_map(|path| replaced(path)).collect();
         let mut notes = Vec::new();
         match self.format {
             Some(format) => {
                 let (name, count) = (Some(format.name), scene.output.files);
                 let written = sph_formats::write_files(formats, self.path, name, file, count, options)?;
-                if let ([first, .., last], true) = (written.as_slice(), written.len() > 1) {
-                    let (first, last) = (first.display(), last.display());
-                    notes.push(format!("the particles are in {} files: '{first}' to '{last}'", written.len()));
-                }
+                notes.extend(several(&written));
             }
             None => drawing.write_picture(file, self.path)?,
         }
-        for path in replaced {
-            notes.push(format!("an older '{}' was replaced (--no-clobber refuses that)", path.display()));
-        }
+        notes.extend(replaced);
         if let Some(code) = scene.code().filter(|_| scene.output.parameters) {
             let beside = parameters::beside(code, self.path, file, parameters::Physics::of(scene, has_units))?;
             for (path, text) in beside.files {
@@ -109,6 +106,34 @@ impl<'a> Destination<'a> {
         }
         Ok(notes)
     }
+}
+
+/// Writes particles row by row; returns what there is to note.
+///
+/// # Errors
+/// What the writer says.
+pub(super) fn write_rows(
+    scene: &Scene,
+    formats: &[FormatSpec],
+    (format, path): (&FormatSpec, &Path),
+    stream: &dyn ParticleStream,
+) -> Result<Vec<String>> {
+    let older = replaced(path);
+    let options =
+        WriteOptions { compression: scene.output.compression, double_precision: scene.output.double_precision };
+    let files = write_stream(formats, path, Some(format.name), stream, scene.output.files, options)?;
+    Ok(older.into_iter().chain(several(&files)).collect())
+}
+
+/// Before a file is written: what there will be to note if it is there already.
+fn replaced(path: &Path) -> Option<String> {
+    path.exists().then(|| format!("an older '{}' was replaced (--no-clobber refuses that)", path.display()))
+}
+
+/// What there is to note of more than one file.
+fn several(files: &[PathBuf]) -> Option<String> {
+    let [first, .., last] = files else { return None };
+    Some(format!("the particles are in {} files: '{}' to '{}'", files.len(), first.display(), last.display()))
 }
 
 fn write_text(path: &Path, text: &str) -> Result<()> {

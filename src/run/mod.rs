@@ -27,6 +27,7 @@ pub(crate) mod page;
 #[cfg(feature = "plots")]
 mod page_of_bodies;
 mod pages;
+mod parts;
 pub mod pipeline;
 pub mod plan;
 pub mod rank_forecast;

@@ -10,7 +10,7 @@ use super::duration::{self, Cost, Expected, rounded};
 use super::forecast::slowness;
 use super::memory;
 use super::plan::{Held, Plan};
-use super::ranks::{OVER_RANKS, reduced, refuse, refuse_few};
+use super::ranks::{reduced, refuse, refuse_few};
 use super::streamed::Read;
 use crate::error::Result;
 use crate::input::internal_units::Prepared;
@@ -87,7 +87,7 @@ pub fn forecast_on_ranks(
     formats: &[FormatSpec],
     (ranks, threads): (usize, usize),
 ) -> Result<RankForecast> {
-    refuse(scene, OVER_RANKS)?;
+    refuse(scene)?;
     let scene = &reduced(scene);
     let read = Read::new(scene, formats)?;
     match read.dimension {

@@ -5,18 +5,18 @@
 //! particles; for one number of ranks it is the same for any number of threads, processes or threads in the place of ranks.
 
 use super::checkpoint::remove_checkpoint;
-use super::destination::{Destination, intended_format, refuse_box, refuse_what_the_format_cannot_hold};
+use super::destination::write_rows;
 use super::duration::{self, Cost, Expected};
 use super::gathered::{Gathered, agreed, share_of};
 use super::grading::verdict as verdict_on;
+use super::parts::{Parts, notes_on_code};
 use super::pipeline::{closed_and_open, verdict};
 use super::plan::{Held, Plan};
 use super::report::{MassReport, Report, Timing};
-use super::stages::{Past, Placed, Setting, check_neighbors};
+use super::stages::{Past, Placed, Setting};
 use super::streamed::Read;
 use super::variables::variables;
 use super::{doubts, memory};
-use crate::codes::TargetCode;
 use crate::error::{Error, Result};
 use crate::input::internal_units::Prepared;
 use crate::input::units::RunUnits;
@@ -24,14 +24,13 @@ use crate::metrics::Outcome;
 use crate::output::frame::{Factors, output_units};
 use crate::output::origin;
 use crate::output::particle_file::{Made, Making, RawColumns, particle_file};
-use crate::relaxation::{Bias, Control, Event, Step};
-use crate::scene::{DEFAULT_PARTICLES, OnInterrupt, Order, Polish, Scene};
+use crate::relaxation::{Control, Event, Step};
+use crate::scene::{DEFAULT_PARTICLES, OnInterrupt, Scene};
 use crate::seeding::{Seeding, seed_block};
 use crate::target::Target;
-use sph::domain::Wall;
 use sph::exchange::Exchange;
 use sph_formats::common::particle_names as names;
-use sph_formats::{FormatError, FormatSpec, ParticleFile, WriteOptions, write_stream};
+use sph_formats::{FormatError, FormatSpec, ParticleFile};
 use std::time::Instant;
 
 /// Particles of a rank, at least.
@@ -48,11 +47,11 @@ pub fn run_on_ranks(
     control: &Control<'_>,
     exchange: &dyn Exchange,
 ) -> Result<Report> {
-    agreed(exchange, refuse(scene, OVER_RANKS))?;
+    agreed(exchange, refuse(scene))?;
     let (start, asked) = (Instant::now(), scene);
     let scene = &reduced(scene);
     control.tell(Event::Begin(Step::Read));
-    let begun = agreed(exchange, begin(scene, formats, OVER_RANKS))?;
+    let begun = agreed(exchange, RANKS.begin(scene, formats))?;
     let mut run = Run {
         scene,
         formats,
@@ -85,51 +84,17 @@ pub fn run_on_ranks(
     Ok(report)
 }
 
-/// What a run over ranks does not do is not done so.
-pub(super) const OVER_RANKS: &str = "over several ranks";
+/// Of which a run over ranks has a part of the particles each.
+pub(super) const RANKS: Parts = Parts { how: "over several ranks", who: "several ranks" };
 
-/// Refuses what a run over ranks, or one `how` it goes in their place, does not do and a scene asks for.
-pub(super) fn refuse(scene: &Scene, how: &str) -> Result<()> {
-    let lacks = |key: &str, what: &str| Err(Error::scene(key, format!("{what} {how}; leave it out")));
-    let undone = "is not done";
-    match scene.seeding {
-        None | Some(Seeding::MassBisection) => {}
-        Some(other) => {
-            let problem = format!("is {}, but {how} seeds are by mass-bisection; leave it out", other.method().name);
-            return Err(Error::scene("seeding", problem));
-        }
+/// Refuses what a run over ranks does not do and a scene asks for.
+pub(super) fn refuse(scene: &Scene) -> Result<()> {
+    if let Some(other) = scene.seeding.filter(|seeding| *seeding != Seeding::MassBisection) {
+        let name = other.method().name;
+        let problem = format!("is {name}, but {} seeds are by mass-bisection; leave it out", RANKS.how);
+        return Err(Error::scene("seeding", problem));
     }
-    match scene.polish {
-        None | Some(Polish::None | Polish::Solver) => {}
-        Some(_) => return lacks("polish", "other than the density solver is not done"),
-    }
-    let asked = [
-        (scene.order == Some(Order::Crystal), "order: crystal"),
-        (scene.wvt.bias == Bias::Plain, "wvt.bias: plain"),
-        (scene.balance.is_some(), "balance"),
-        (scene.certify.is_some(), "certify"),
-        (scene.settle.is_some(), "settle"),
-        (scene.trim_masses.is_some(), "trim_masses"),
-        (scene.refine.is_some(), "refine"),
-        (scene.input.core.is_some(), "input.core"),
-        (scene.output.report.is_some(), "output.report"),
-        (scene.output.parameters, "output.parameters"),
-    ];
-    match asked.iter().find(|(is_asked, _)| *is_asked) {
-        Some((_, key)) => lacks(key, undone),
-        None => Ok(()),
-    }
-}
-
-/// What there is to note of the code that particles are for.
-pub(super) fn notes_on_code<const D: usize>(scene: &Scene, format: &FormatSpec) -> Vec<String> {
-    let (kernel, neighbors) = (scene.kernel(), scene.kernel_neighbors(D));
-    let pairing = scene.code().and_then(|code| code.pairing(D));
-    let made_for = match scene.code() {
-        Some(code) => Some(format!("made for {}", code.describe(D))),
-        None => TargetCode::of_format(format.name).and_then(|code| code.mismatch(kernel, D, neighbors)),
-    };
-    pairing.into_iter().chain(made_for).collect()
+    RANKS.refuse(scene)
 }
 
 /// Refuses fewer particles than ranks can share.
@@ -144,26 +109,6 @@ pub(super) fn refuse_few(particles: usize, ranks: usize) -> Result<()> {
 /// The scene with what several ranks do alone: seeds by mass bisection.
 pub(super) fn reduced(scene: &Scene) -> Scene {
     Scene { seeding: Some(Seeding::MassBisection), ..scene.clone() }
-}
-
-/// What is tried before the work, on every rank.
-pub(super) fn begin<'f>(scene: &Scene, formats: &'f [FormatSpec], how: &str) -> Result<(Read, &'f FormatSpec)> {
-    let destination = Destination::new(scene, formats)?;
-    destination.refuse_overwriting_inputs(scene)?;
-    let Some(format) = intended_format(scene, formats)? else {
-        let problem = format!("is a picture, which is not drawn {how}; write particles");
-        return Err(Error::scene("output.file", problem));
-    };
-    if format.stream.is_none() {
-        let able: Vec<&str> = formats.iter().filter(|f| f.stream.is_some()).map(|f| f.name).collect();
-        let problem =
-            format!("'{}' is not written part by part, as it has to be {how}; use {}", format.name, able.join(", "));
-        return Err(Error::scene("output.format", problem));
-    }
-    let read = Read::new(scene, formats)?;
-    scene.check_units(&read.units.into_input())?;
-    refuse_what_the_format_cannot_hold(scene, format, read.dimension)?;
-    Ok((read, format))
 }
 
 fn told(scene: &Scene, exchange: &dyn Exchange) -> Vec<String> {
@@ -227,17 +172,7 @@ impl<'a> Run<'a> {
     fn prepared<const D: usize>(&self, raw: crate::input::ingest::RawInput, count: usize) -> Result<Prepared<D>> {
         let ranks = self.exchange.ranks();
         refuse_few(count, ranks)?;
-        let prepared = Prepared::<D>::new(self.scene, self.formats, (raw, &self.units), count)?;
-        if prepared.of_snapshot.is_some() {
-            return Err(Error::scene("input.file", "is a particle file, which is not taken over several ranks"));
-        }
-        if prepared.source.domain.region.wall() == Some(Wall::Reflecting) {
-            let problem = "has a curved surface that reflects, through which several ranks cannot see; leave it open";
-            return Err(Error::scene("domain", problem));
-        }
-        check_neighbors::<D>(self.scene)?;
-        refuse_box(self.scene, Some(self.format), (&prepared, None), &self.units.into_input())?;
-        Ok(prepared)
+        RANKS.prepared((self.scene, self.formats, self.format), (raw, &self.units), count)
     }
 
     fn expected<const D: usize>(&self, plan: &Plan, target: &Target<'_, D>) -> Vec<Expected> {
@@ -385,26 +320,13 @@ fn write(
     agreed(exchange, file.validate().map_err(|(location, problem)| refuse(format!("{location}: {problem}"))))?;
     agreed(exchange, file.meaningless().map_or(Ok(()), |problem| Err(refuse(problem))))?;
     let gathered = agreed(exchange, Gathered::new(exchange, file))?;
-    let mut notes = Vec::new();
     let written = if exchange.rank() == 0 {
-        let existed = path.exists();
-        let options =
-            WriteOptions { compression: scene.output.compression, double_precision: scene.output.double_precision };
-        let written = write_stream(formats, path, Some(format.name), &gathered, scene.output.files, options);
+        let written = write_rows(scene, formats, (format, path), &gathered);
         gathered.done();
-        if existed {
-            notes.push(format!("an older '{}' was replaced (--no-clobber refuses that)", path.display()));
-        }
-        written.map_err(Error::from).map(|files| {
-            if let ([first, .., last], true) = (files.as_slice(), files.len() > 1) {
-                let (first, last) = (first.display(), last.display());
-                notes.push(format!("the particles are in {} files: '{first}' to '{last}'", files.len()));
-            }
-        })
+        written
     } else {
         gathered.serve();
-        Ok(())
+        Ok(Vec::new())
     };
-    agreed(exchange, written)?;
-    Ok(notes)
+    agreed(exchange, written)
 }

@@ -10,9 +10,9 @@ use crate::error::{Error, Result};
 use crate::metrics::{Aim, Ledger, Quality};
 use crate::relaxation::{
     self, AFC, ALARIC, Accepted, AfcOptions, Alaric, AlaricOptions, AwayFromClosest, BALANCE, BalanceOptions, ByBody,
-    Control, DAMPED_RELAXATION, DensitySolver, Event, Holding, Judge, MassTrimming, OnRanks, OverRanks, Particles,
-    PressureBalance, SOLVER, SolverOptions, Stage, StageName, StageReport, Start, Step, StopReason, TRIMMING,
-    TrimOptions, WVT, Wvt, WvtOptions, agreed_stop, coarse_count, given_and_own,
+    Control, DAMPED_RELAXATION, DensitySolver, Event, Holding, Judge, MassTrimming, OnRanks, Others, OverRanks,
+    Particles, PressureBalance, SOLVER, SolverOptions, Stage, StageName, StageReport, Start, Step, StopReason,
+    TRIMMING, TrimOptions, WVT, Wvt, WvtOptions, agreed_stop, coarse_count, given_and_own,
 };
 use crate::scene::{OnInterrupt, Scene};
 use crate::seeding::{self, Seeded};
@@ -280,7 +280,8 @@ impl<'a, const D: usize> Setting<'a, D> {
         }
         self.control.tell(Event::Begin(Step::Relax(WVT)));
         let wvt = Wvt { kernel: self.scene.kernel(), target: self.target, options: self.wvt(plan) };
-        let relaxed = relaxation::relax_new(&Holding { wvt, held: held.0, has_jump: held.1 }, positions, self.control);
+        let others = Others::Apart { held: held.0, has_jump: held.1 };
+        let relaxed = relaxation::relax_new(&Holding { wvt, others }, positions, self.control);
         past.reports.extend(relaxed.reports);
         match self.control.is_interrupted() && self.scene.output.on_interrupt == OnInterrupt::Discard {
             true => Err(Error::Interrupted),

@@ -39,13 +39,6 @@ pub(super) struct Sums {
     pub seam: Vec<bool>,
 }
 
-impl<const D: usize> Block<D> {
-    /// How many times its particles have been relaxed.
-    pub fn passes(&self) -> usize {
-        self.ratios.len()
-    }
-}
-
 /// The folder with all blocks.
 pub(super) struct Kept {
     folder: PathBuf,
@@ -115,6 +108,18 @@ impl Kept {
             return Err(Error::Checkpoint { path, problem });
         }
         Ok(Some(found))
+    }
+
+    /// A block that has been seeded.
+    ///
+    /// # Errors
+    /// A file that is damaged, or no longer there.
+    pub fn there<const D: usize>(&self, block: usize) -> Result<Block<D>> {
+        let gone = || Error::Checkpoint {
+            path: self.folder.clone(),
+            problem: format!("has no block {block}; start without it"),
+        };
+        self.block(block)?.ok_or_else(gone)
     }
 
     /// # Errors

@@ -1,14 +1,13 @@
 //! What is measured of blocks one after the other, and the figures over all of them.
 
 use super::kept::{Kept, Sums};
-use crate::error::Result;
+use crate::error::{Error, Result};
 use crate::metrics::{DensityFold, ErrorFigures, Ledger, LedgerFigures, Measured, Ratios};
 use crate::scene::Scene;
 use crate::target::{Positions, Target, at};
 use serde::Serialize;
 use sph::neighbors::{Reach, Sources, Tree};
 use sph::sums::{density, support_guess};
-use std::cell::Cell;
 
 /// Density errors over a set of particles, the mass as given and re-fitted.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
@@ -30,7 +29,12 @@ pub struct BlockFigures {
     pub closest_pair: f64,
 }
 
-/// The sums at `own` particles among others that follow them, with the distance of each to its nearest over the spacing.
+/// The first of some particles.
+fn first<const D: usize>(all: &Positions<D>, count: usize) -> Positions<D> {
+    all.each_ref().map(|x| x[..count].to_vec())
+}
+
+/// The sums at `own` particles among others that follow them.
 pub(super) fn sums<const D: usize>(
     scene: &Scene,
     target: &Target<'_, D>,
@@ -43,11 +47,10 @@ pub(super) fn sums<const D: usize>(
     let mut measured = Measured::new(scene.kernel(), target.domain, all, &masses, &guess, neighbors);
     let groups = measured.groups();
     measured.leave_out_unresolved(target, all, (&groups, neighbors));
-    let first: Positions<D> = all.each_ref().map(|x| x[..own].to_vec());
     let sums = Sums {
         support: measured.support[..own].to_vec(),
         density: measured.sums[..own].iter().map(|s| s.weighted).collect(),
-        target: target.densities(&first),
+        target: target.densities(&first(all, own)),
         interior: measured.interior[..own].to_vec(),
         seam: Vec::new(),
     };
@@ -58,6 +61,13 @@ impl Sums {
     /// With the volume of particles that all have the mass `m`.
     fn ratios(&self, m: f64) -> Ratios<'_> {
         Ratios { density: &self.density, target: &self.target, mass: m }
+    }
+
+    /// Whether each particle is counted: all; those of the interior; those of it that see another block; those that do not.
+    fn sets(&self) -> [Vec<bool>; 4] {
+        let interior = &self.interior;
+        let inside = |sees: bool| interior.iter().zip(&self.seam).map(|(i, seam)| *i && *seam == sees).collect();
+        [vec![true; interior.len()], interior.clone(), inside(true), inside(false)]
     }
 
     /// Mean deviation where the target is resolved, the mass re-fitted by `factor` or what fits best, or over all where it is nowhere.
@@ -97,7 +107,7 @@ impl<'a, const D: usize> Measuring<'a, D> {
     /// Measures a block's `own` particles among the others that follow them.
     pub fn take(&mut self, all: &Positions<D>, own: usize) -> Sums {
         let (mut sums, measured) = sums(self.scene, &self.target, (all, own));
-        let first: Positions<D> = all.each_ref().map(|x| x[..own].to_vec());
+        let first = first(all, own);
         sums.seam = self.see_others((&first, &sums.support), &all.each_ref().map(|x| x[own..].to_vec()));
         let there = self.ledger.found(&measured, &self.target, &first, &self.target.equal_masses(own));
         self.found.resize(there.len(), 0.0);
@@ -130,38 +140,31 @@ impl<'a, const D: usize> Measuring<'a, D> {
     /// Blocks that cannot be read.
     pub fn figures(self, kept: &Kept) -> Result<BlockFigures> {
         let mass = self.target.mass / self.target.count as f64;
-        let seams = Cell::new(None);
-        let set = |is_interior: bool| -> Result<Option<SetFigures>> {
-            let mut fold = DensityFold::default();
-            let each = |with: &mut dyn FnMut(&Ratios<'_>, &[bool], &[bool])| -> Result<()> {
-                (0..kept.blocks()).try_for_each(|block| {
-                    let sums = kept.sums(block)?;
-                    let everywhere = vec![true; sums.density.len()];
-                    with(&sums.ratios(mass), if is_interior { &sums.interior } else { &everywhere }, &sums.seam);
-                    Ok(())
-                })
-            };
-            each(&mut |ratios, set, _| fold.look(ratios, set))?;
-            each(&mut |ratios, set, _| fold.refit(ratios, set))?;
-            let mut as_given = fold.with(1.0);
-            let [mut refitted, mut near, mut rest] = [0; 3].map(|_| fold.with(fold.factor()));
-            each(&mut |ratios, set, seam| {
-                let of =
-                    |is_near: bool| set.iter().zip(seam).map(|(s, seam)| *s && *seam == is_near).collect::<Vec<_>>();
-                as_given.take(ratios, set);
-                refitted.take(ratios, set);
-                near.take(ratios, &of(true));
-                rest.take(ratios, &of(false));
-            })?;
-            if is_interior {
-                seams.set(near.figures().zip(rest.figures()).map(|(near, rest)| [near.mean, rest.mean]));
-            }
-            Ok(as_given.figures().zip(refitted.figures()).map(|(as_given, refitted)| SetFigures { as_given, refitted }))
+        let each = |with: &mut dyn FnMut(&Ratios<'_>, &[Vec<bool>; 4])| -> Result<()> {
+            (0..kept.blocks()).try_for_each(|block| {
+                let sums = kept.sums(block)?;
+                with(&sums.ratios(mass), &sums.sets());
+                Ok(())
+            })
         };
-        let all = set(false)?
-            .ok_or_else(|| crate::Error::Numeric { stage: "measure", problem: "no particle has a density".into() })?;
-        let ledger = self.ledger.figures_of(&self.found);
-        let interior = set(true)?;
-        Ok(BlockFigures { all, interior, ledger, seams: seams.get(), closest_pair: self.closest_pair })
+        // Of all particles, and of the interior, of which those near seams and the others are parts.
+        let mut fits = [DensityFold::default(), DensityFold::default()];
+        each(&mut |ratios, sets| fits.iter_mut().zip(sets).for_each(|(fit, set)| fit.look(ratios, set)))?;
+        each(&mut |ratios, sets| fits.iter_mut().zip(sets).for_each(|(fit, set)| fit.refit(ratios, set)))?;
+        let [all, interior] = &fits;
+        let mut as_given = [all.with(1.0), interior.with(1.0)];
+        let mut refitted = [all, interior, interior, interior].map(|fit| fit.with(fit.factor()));
+        each(&mut |ratios, sets| {
+            as_given.iter_mut().zip(sets).for_each(|(fold, set)| fold.take(ratios, set));
+            refitted.iter_mut().zip(sets).for_each(|(fold, set)| fold.take(ratios, set));
+        })?;
+        let [all, interior] = [0, 1].map(|set| {
+            let both = as_given[set].figures().zip(refitted[set].figures());
+            both.map(|(as_given, refitted)| SetFigures { as_given, refitted })
+        });
+        let nowhere = || Error::Numeric { stage: "measure", problem: "no particle has a density".into() };
+        let (all, ledger) = (all.ok_or_else(nowhere)?, self.ledger.figures_of(&self.found));
+        let seams = refitted[2].figures().zip(refitted[3].figures()).map(|(near, rest)| [near.mean, rest.mean]);
+        Ok(BlockFigures { all, interior, ledger, seams, closest_pair: self.closest_pair })
     }
 }

@@ -13,12 +13,12 @@ pub use measure::{BlockFigures, SetFigures};
 pub use report::{InTurnReport, Pass};
 
 use super::checkpoint::Origin;
-use super::destination::refuse_box;
+use super::destination::write_rows;
 use super::grading::verdict_on_few;
+use super::parts::{Parts, notes_on_code};
 use super::plan::{Held, Plan};
-use super::ranks::{begin, notes_on_code, refuse};
 use super::report::{MassReport, Timing};
-use super::stages::{Setting, check_neighbors};
+use super::stages::Setting;
 use super::streamed::{Places, Read, Streamed};
 use super::variables::{VariableReport, variables};
 use super::{doubts, memory};
@@ -27,25 +27,23 @@ use crate::input::internal_units::Prepared;
 use crate::input::units::RunUnits;
 use crate::output::frame::{Factors, output_units};
 use crate::relaxation::{
-    Control, DensitySolver, Event, Hold, SOLVER, StageName, Step, StopReason, WVT, Wvt, WvtWithin, relax_new,
+    Control, DensitySolver, Event, Hold, Holding, Others, SOLVER, StageName, Step, StopReason, WVT, Wvt, relax_new,
 };
 use crate::scene::{DEFAULT_PARTICLES, Scene};
 use crate::seeding::{Blockwise, Seeding};
 use crate::target::{Positions, Target};
 use kept::{Block, Kept, Sums};
 use measure::Measuring;
-use sph::domain::Wall;
 use sph::geometry::unit_ball_volume;
 use sph::kernel::support_over_spacing;
-use sph_formats::{FormatSpec, WriteOptions, write_stream};
+use sph_formats::FormatSpec;
 use std::ops::Range;
 use std::path::Path;
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::Instant;
 use surroundings::Map;
 
-/// What such a run does not do is not done so.
-pub(crate) const IN_TURN: &str = "block by block";
+const BLOCKS: Parts = Parts { how: "block by block", who: "blocks" };
 /// Times that each stage goes over all blocks: in the first, those about a block are what they were before.
 const SWEEPS: usize = 2;
 /// Particles of a block, at least: smaller ones are mostly what others see of them.
@@ -71,8 +69,7 @@ pub fn run_in_turn(
     control: &Control<'_>,
     how: InTurn<'_>,
 ) -> Result<InTurnReport> {
-    // Seeds may be any that go block by block.
-    refuse(&Scene { seeding: None, ..scene.clone() }, IN_TURN)?;
+    BLOCKS.refuse(scene)?;
     if scene.checkpoint.file.is_some() || scene.checkpoint.resume.is_some() {
         let problem = "is not kept block by block: the folder of the blocks is what a run goes on from; leave it out";
         return Err(Error::scene("checkpoint", problem));
@@ -83,7 +80,7 @@ pub fn run_in_turn(
     }
     let start = Instant::now();
     control.tell(Event::Begin(Step::Read));
-    let (read, format) = begin(scene, formats, IN_TURN)?;
+    let (read, format) = BLOCKS.begin(scene, formats)?;
     let mut run =
         Run { scene, formats, format, control, units: read.units, start, timing: Vec::new(), notes: Vec::new() };
     run.lap(Step::Read, start);
@@ -102,18 +99,6 @@ struct Stepping {
     pass: usize,
     /// The target over the summed density in all blocks, where it is known.
     common: Option<f64>,
-}
-
-/// The target over the summed density in all blocks after so many passes; none where it is resolved nowhere.
-fn common<const D: usize>(kept: &Kept, passes: usize) -> Result<Option<f64>> {
-    let (mut sum, mut count) = (0.0, 0.0);
-    for block in 0..kept.blocks() {
-        let found = kept.block::<D>(block)?;
-        if let Some([s, n]) = found.as_ref().and_then(|b| b.ratios.get(passes.checked_sub(1)?)) {
-            (sum, count) = (sum + s, count + n);
-        }
-    }
-    Ok((count > 0.0).then(|| sum / count))
 }
 
 /// Particles of a block with those about it, roughly, as of an even density: blocks of shells are layers as wide as the body, others as wide as they are deep.
@@ -173,8 +158,10 @@ impl Run<'_> {
         let at_once = held_at_once::<D>((count, how.blocks), plan.seeding, scene.kernel_neighbors(D));
         memory::check_block(at_once, &plan.stages)?;
         let kept = Kept::open(how.folder, Origin::new(scene, &target), how.blocks)?;
-        let (passes, stop) = run.place((&target, &seeds), &plan, &kept)?;
-        let figures = run.measured(&target, &kept)?;
+        let mut map = Map::new(target, scene.kernel_neighbors(D), how.blocks);
+        run.seed(&seeds, (&kept, &mut map))?;
+        let (passes, stop) = run.relax(&target, &plan, (&kept, &mut map))?;
+        let figures = run.measured(&target, (&kept, &map))?;
         let (variables, more) = run.written(&prepared, target, (&kept, stop))?;
         warnings.extend(more);
         run.notes.extend(match stop.is_cut() {
@@ -230,53 +217,46 @@ impl Run<'_> {
             let problem = format!("is {count}, too few for {blocks} blocks; expected at least {}", FEWEST * blocks);
             return Err(Error::scene("particles", problem));
         }
-        let prepared = Prepared::<D>::new(self.scene, self.formats, (read.raw, &self.units), count)?;
-        if prepared.of_snapshot.is_some() {
-            return Err(Error::scene("input.file", "is a particle file, which is not taken block by block"));
-        }
-        if prepared.source.domain.region.wall() == Some(Wall::Reflecting) {
-            let problem = "has a curved surface that reflects, through which blocks cannot see; leave it open";
-            return Err(Error::scene("domain", problem));
-        }
-        check_neighbors::<D>(self.scene)?;
-        refuse_box(self.scene, Some(self.format), (&prepared, None), &self.units.into_input())?;
-        Ok(prepared)
+        BLOCKS.prepared((self.scene, self.formats, self.format), (read.raw, &self.units), count)
     }
 
-    /// Seeds all blocks, and relaxes them as planned.
-    fn place<const D: usize>(
-        &mut self,
-        (target, seeds): (&Target<'_, D>, &Blockwise<'_, D>),
-        plan: &Plan,
-        kept: &Kept,
-    ) -> Result<(Vec<Pass>, StopReason)> {
+    /// Seeds all blocks that are not there yet.
+    fn seed<const D: usize>(&mut self, seeds: &Blockwise<'_, D>, (kept, map): (&Kept, &mut Map<'_, D>)) -> Result<()> {
         let lap = Instant::now();
         self.control.tell(Event::Begin(Step::Seed));
-        let mut map = Map::new(*target, self.scene.kernel_neighbors(D), kept.blocks());
         for block in 0..kept.blocks() {
             self.check(kept)?;
-            let positions = match kept.block::<D>(block)? {
-                Some(found) => found.positions,
+            let found = match kept.block::<D>(block)? {
+                Some(found) => found,
                 None => {
-                    let positions = seeds.positions(kept.own(block))?;
-                    let new = Block { ratios: Vec::new(), positions };
+                    let new = Block { ratios: Vec::new(), positions: seeds.positions(kept.own(block))? };
                     kept.put(block, &new)?;
-                    new.positions
+                    new
                 }
             };
-            map.note(block, &positions);
+            map.note(block, &found);
         }
         self.lap(Step::Seed, lap);
+        Ok(())
+    }
+
+    /// Relaxes all blocks as planned.
+    fn relax<const D: usize>(
+        &mut self,
+        target: &Target<'_, D>,
+        plan: &Plan,
+        (kept, map): (&Kept, &mut Map<'_, D>),
+    ) -> Result<(Vec<Pass>, StopReason)> {
         let (mut passes, mut done) = (Vec::new(), 0);
         for stage in &plan.stages {
             let lap = Instant::now();
             self.control.tell(Event::Begin(Step::Relax(*stage)));
             for sweep in 0..SWEEPS {
                 // Those about a block are not what they will be before; then each is as well by itself.
-                let common = if sweep > 0 { common::<D>(kept, done)? } else { None };
+                let common = if sweep > 0 { map.common(done) } else { None };
                 done += 1;
                 let how = Stepping { stage: *stage, pass: done, common };
-                let stop = self.sweep(how, (target, plan), (kept, &mut map), &mut passes)?;
+                let stop = self.sweep(how, (target, plan), (kept, map), &mut passes)?;
                 if let Some(stop) = stop {
                     self.lap(Step::Relax(*stage), lap);
                     return Ok((passes, stop));
@@ -299,12 +279,14 @@ impl Run<'_> {
         let (mut before, mut after, mut count, mut left, mut largest) = (0.0, 0.0, 0.0, 0, 0);
         let mut stop = None;
         for block in 0..kept.blocks() {
-            let Some(found) = kept.block::<D>(block)?.filter(|found| found.passes() < how.pass) else { continue };
-            let Block { mut ratios, positions } = found;
+            if map.passes(block) >= how.pass {
+                continue;
+            }
             stop = self.control.stop_reason();
             if stop.is_some() {
                 break;
             }
+            let Block { mut ratios, positions } = kept.there(block)?;
             let own = positions[0].len();
             let (all, holds) = map.about(kept, (block, &positions))?.with(&positions);
             largest = largest.max(holds.len());
@@ -321,8 +303,9 @@ impl Run<'_> {
             count += own as f64;
             left += usize::from(!is_better);
             let positions = if is_better { moved.map(|x| x[..own].to_vec()) } else { positions };
-            map.note(block, &positions);
-            kept.put(block, &Block { ratios, positions })?;
+            let found = Block { ratios, positions };
+            map.note(block, &found);
+            kept.put(block, &found)?;
         }
         if count > 0.0 {
             let seconds = start.elapsed().as_secs_f64();
@@ -351,7 +334,7 @@ impl Run<'_> {
         let relaxed = match how.stage {
             WVT => {
                 let wvt = Wvt { kernel, target, options: setting.wvt(plan) };
-                relax_new(&WvtWithin { wvt, holds }, all, self.control)
+                relax_new(&Holding { wvt, others: Others::OfTarget(holds) }, all, self.control)
             }
             SOLVER => {
                 let solver = DensitySolver::<D>::new(kernel, target, setting.solver(plan)).within(holds, how.common);
@@ -363,21 +346,19 @@ impl Run<'_> {
     }
 
     /// Measures all blocks, and keeps what was summed at their particles.
-    fn measured<const D: usize>(&mut self, target: &Target<'_, D>, kept: &Kept) -> Result<BlockFigures> {
+    fn measured<const D: usize>(
+        &mut self,
+        target: &Target<'_, D>,
+        (kept, map): (&Kept, &Map<'_, D>),
+    ) -> Result<BlockFigures> {
         let lap = Instant::now();
         self.control.tell(Event::Begin(Step::Measure));
-        let mut map = Map::new(*target, self.scene.kernel_neighbors(D), kept.blocks());
-        let positions = |block| kept.block::<D>(block).map(|found| found.map(|b| b.positions));
-        for block in 0..kept.blocks() {
-            positions(block)?.iter().for_each(|x| map.note(block, x));
-        }
         let mut measuring = Measuring::new(self.scene, *target);
         for block in 0..kept.blocks() {
             self.check(kept)?;
-            if let Some(own) = positions(block)? {
-                let (all, _) = map.about(kept, (block, &own))?.with(&own);
-                kept.put_sums(block, &measuring.take(&all, own[0].len()))?;
-            }
+            let own = kept.there(block)?.positions;
+            let (all, _) = map.about(kept, (block, &own))?.with(&own);
+            kept.put_sums(block, &measuring.take(&all, own[0].len()))?;
         }
         let figures = measuring.figures(kept)?;
         if !figures.all.as_given.epsilon.is_finite() {
@@ -405,17 +386,7 @@ impl Run<'_> {
         let Some(path) = scene.output.file.as_deref() else {
             return Err(Error::scene("output.file", "is missing (--out FILE)"));
         };
-        let existed = path.exists();
-        let options =
-            WriteOptions { compression: scene.output.compression, double_precision: scene.output.double_precision };
-        let files = write_stream(self.formats, path, Some(self.format.name), &stream, scene.output.files, options)?;
-        if existed {
-            self.notes.push(format!("an older '{}' was replaced (--no-clobber refuses that)", path.display()));
-        }
-        if let ([first, .., last], true) = (files.as_slice(), files.len() > 1) {
-            let (first, last) = (first.display(), last.display());
-            self.notes.push(format!("the particles are in {} files: '{first}' to '{last}'", files.len()));
-        }
+        self.notes.extend(write_rows(scene, self.formats, (self.format, path), &stream)?);
         self.lap(Step::Write, lap);
         let format = (self.format.name, self.format.capabilities.columns);
         Ok(variables(&prepared.variables, stream.first(), Some(format)))
@@ -449,11 +420,7 @@ impl<const D: usize> OnDisk<'_, D> {
         if let Some(found) = last.as_ref().filter(|found| found.0 == block) {
             return Ok(found.clone());
         }
-        let Some(found) = self.kept.block::<D>(block)? else {
-            let problem = format!("has no block {block}; start without it");
-            return Err(Error::Checkpoint { path: self.kept.folder().into(), problem });
-        };
-        let found = Arc::new((block, found.positions, self.kept.sums(block)?));
+        let found = Arc::new((block, self.kept.there(block)?.positions, self.kept.sums(block)?));
         *last = Some(found.clone());
         Ok(found)
     }

@@ -1,6 +1,6 @@
 //! What a block's particles see of the others', and what those see.
 
-use super::kept::Kept;
+use super::kept::{Block, Kept};
 use crate::error::Result;
 use crate::relaxation::Hold;
 use crate::target::{Positions, Target, at};
@@ -15,12 +15,14 @@ const FAR: f64 = 2.0;
 const BOXES: usize = 64;
 const CLOSELY: usize = 64;
 
-/// Where the particles of each block are, about.
+/// Where the particles of each block are, about, and what has come of its passes.
 pub(super) struct Map<'a, const D: usize> {
     target: Target<'a, D>,
     /// Support radius over spacing.
     ratio: f64,
     sights: Vec<Option<Sights<D>>>,
+    /// As [`Block::ratios`].
+    ratios: Vec<Vec<[f64; 2]>>,
 }
 
 /// Particles of other blocks about one.
@@ -31,11 +33,29 @@ pub(super) struct Surroundings<const D: usize> {
 
 impl<'a, const D: usize> Map<'a, D> {
     pub fn new(target: Target<'a, D>, kernel_neighbors: f64, blocks: usize) -> Self {
-        Self { target, ratio: support_over_spacing(D, kernel_neighbors), sights: vec![None; blocks] }
+        Self {
+            target,
+            ratio: support_over_spacing(D, kernel_neighbors),
+            sights: vec![None; blocks],
+            ratios: vec![Vec::new(); blocks],
+        }
     }
 
-    /// Takes note of where a block's particles are.
-    pub fn note(&mut self, block: usize, positions: &Positions<D>) {
+    /// How many times a block has been relaxed.
+    pub fn passes(&self, block: usize) -> usize {
+        self.ratios[block].len()
+    }
+
+    /// The target over the summed density in all blocks after so many passes; none where it is resolved nowhere.
+    pub fn common(&self, passes: usize) -> Option<f64> {
+        let after = self.ratios.iter().filter_map(|of_block| of_block.get(passes.checked_sub(1)?));
+        let (sum, count) = after.fold((0.0, 0.0), |(sum, count), [s, n]| (sum + s, count + n));
+        (count > 0.0).then(|| sum / count)
+    }
+
+    /// Takes note of a block as it is now.
+    pub fn note(&mut self, block: usize, Block { ratios, positions }: &Block<D>) {
+        self.ratios[block].clone_from(ratios);
         let sights = Sights::new(self.target.domain, positions, &self.supports(positions), BOXES);
         self.sights[block] = Some(sights.widened(FAR));
     }
@@ -72,7 +92,7 @@ impl<'a, const D: usize> Map<'a, D> {
         let (domain, Some(own)) = (self.target.domain, &self.sights[block]) else { return Ok((positions, support)) };
         let meets = |other: usize| self.sights[other].as_ref().is_some_and(|s| own.may_meet(domain, s));
         for other in (0..kept.blocks()).filter(|&other| other != block && meets(other)) {
-            let Some(there) = kept.block::<D>(other)? else { continue };
+            let there = kept.there::<D>(other)?;
             let radii = self.supports(&there.positions);
             let is_near =
                 parallel::map(radii.len(), |i| own.may_reach(domain, &at(&there.positions, i), FAR * radii[i]));

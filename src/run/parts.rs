@@ -1,0 +1,106 @@
+//! Runs in parts, over ranks or block by block: what they refuse, and how they begin.
+
+use super::destination::{Destination, intended_format, refuse_box, refuse_what_the_format_cannot_hold};
+use super::stages::check_neighbors;
+use super::streamed::Read;
+use crate::codes::TargetCode;
+use crate::error::{Error, Result};
+use crate::input::ingest::RawInput;
+use crate::input::internal_units::Prepared;
+use crate::input::units::RunUnits;
+use crate::scene::{Order, Polish, Scene};
+use sph::domain::Wall;
+use sph::sums::Bias;
+use sph_formats::FormatSpec;
+
+/// The parts of a run, in words.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Parts {
+    pub how: &'static str,
+    pub who: &'static str,
+}
+
+impl Parts {
+    /// Refuses what is not done so and a scene asks for, but for seedings.
+    pub fn refuse(self, scene: &Scene) -> Result<()> {
+        let lacks = |key: &str, what: &str| Err(Error::scene(key, format!("{what} {}; leave it out", self.how)));
+        let undone = "is not done";
+        match scene.polish {
+            None | Some(Polish::None | Polish::Solver) => {}
+            Some(_) => return lacks("polish", "other than the density solver is not done"),
+        }
+        let asked = [
+            (scene.order == Some(Order::Crystal), "order: crystal"),
+            (scene.wvt.bias == Bias::Plain, "wvt.bias: plain"),
+            (scene.balance.is_some(), "balance"),
+            (scene.certify.is_some(), "certify"),
+            (scene.settle.is_some(), "settle"),
+            (scene.trim_masses.is_some(), "trim_masses"),
+            (scene.refine.is_some(), "refine"),
+            (scene.input.core.is_some(), "input.core"),
+            (scene.output.report.is_some(), "output.report"),
+            (scene.output.parameters, "output.parameters"),
+        ];
+        match asked.iter().find(|(is_asked, _)| *is_asked) {
+            Some((_, key)) => lacks(key, undone),
+            None => Ok(()),
+        }
+    }
+
+    /// What is tried before the work.
+    pub fn begin<'f>(self, scene: &Scene, formats: &'f [FormatSpec]) -> Result<(Read, &'f FormatSpec)> {
+        let destination = Destination::new(scene, formats)?;
+        destination.refuse_overwriting_inputs(scene)?;
+        let Some(format) = intended_format(scene, formats)? else {
+            let problem = format!("is a picture, which is not drawn {}; write particles", self.how);
+            return Err(Error::scene("output.file", problem));
+        };
+        if format.stream.is_none() {
+            let able: Vec<&str> = formats.iter().filter(|f| f.stream.is_some()).map(|f| f.name).collect();
+            let problem = format!(
+                "'{}' is not written part by part, as it has to be {}; use {}",
+                format.name,
+                self.how,
+                able.join(", ")
+            );
+            return Err(Error::scene("output.format", problem));
+        }
+        let read = Read::new(scene, formats)?;
+        scene.check_units(&read.units.into_input())?;
+        refuse_what_the_format_cannot_hold(scene, format, read.dimension)?;
+        Ok((read, format))
+    }
+
+    /// The source, of which each part can make its own.
+    pub fn prepared<const D: usize>(
+        self,
+        (scene, formats, format): (&Scene, &[FormatSpec], &FormatSpec),
+        (raw, units): (RawInput, &RunUnits),
+        count: usize,
+    ) -> Result<Prepared<D>> {
+        let prepared = Prepared::<D>::new(scene, formats, (raw, units), count)?;
+        if prepared.of_snapshot.is_some() {
+            let problem = format!("is a particle file, which is not taken {}", self.how);
+            return Err(Error::scene("input.file", problem));
+        }
+        if prepared.source.domain.region.wall() == Some(Wall::Reflecting) {
+            let who = self.who;
+            let problem = format!("has a curved surface that reflects, through which {who} cannot see; leave it open");
+            return Err(Error::scene("domain", problem));
+        }
+        check_neighbors::<D>(scene)?;
+        refuse_box(scene, Some(format), (&prepared, None), &units.into_input())?;
+        Ok(prepared)
+    }
+}
+
+/// What there is to note of the code that particles are for.
+pub(super) fn notes_on_code<const D: usize>(scene: &Scene, format: &FormatSpec) -> Vec<String> {
+    let (kernel, neighbors) = (scene.kernel(), scene.kernel_neighbors(D));
+    let pairing = scene.code().and_then(|code| code.pairing(D));
+    let made_for = match scene.code() {
+        Some(code) => Some(format!("made for {}", code.describe(D))),
+        None => TargetCode::of_format(format.name).and_then(|code| code.mismatch(kernel, D, neighbors)),
+    };
+    pairing.into_iter().chain(made_for).collect()
+}
