@@ -11,4 +11,5 @@ mod lanes;
 mod nearest;
 mod parallel;
 mod point_mass;
+mod reached;
 mod reduce;

@@ -32,6 +32,6 @@ pub use noise::{NoiseFigures, NoiseParts, poisson_force};
 pub use outcome::Outcome;
 pub use own_units::{InOwnUnits, Stated};
 pub use patches::{PatchFigures, Patches};
-pub(crate) use quality::BIAS;
 pub use quality::{Aim, Quality};
+pub(crate) use quality::{BIAS, least_closest_pair};
 pub use wholes::Moving;

@@ -74,6 +74,15 @@ const MISPLACED: f64 = 0.01;
 /// Particles whose surroundings are compared with the target as the kernel sees it, at most.
 const SAMPLES: usize = 4_000;
 
+/// Distance of the closest pair, in spacings, below which an arrangement is worse than one whose closest pair is as far apart as `earlier`.
+pub(crate) fn least_closest_pair(earlier: f64) -> f64 {
+    least_distance(CLOSE, earlier)
+}
+
+fn least_distance(close: f64, earlier: f64) -> f64 {
+    close.min(0.5 * earlier)
+}
+
 /// What a self-contribution can do to a density: in an even arrangement, and in a sheet, where neighbors leave less room about a particle.
 pub(crate) const BIAS: f64 = 0.03;
 const BIAS_OF_SHEETS: f64 = 0.1;
@@ -195,7 +204,7 @@ impl Quality {
         }
         let is_solid = aim == Aim::ForcesOfSolids;
         let close = if aim == Aim::Forces { CLOSE_FOR_FORCES } else { CLOSE };
-        if !is_solid && self.closest_pair < close.min(0.5 * earlier.closest_pair) {
+        if !is_solid && self.closest_pair < least_distance(close, earlier.closest_pair) {
             let (now, before) = (self.closest_pair, earlier.closest_pair);
             return Some(format!("the closest pair went from {before:.2} to {now:.2} spacings"));
         }

@@ -64,7 +64,7 @@ pub use followed::{End, Followed, Point};
 pub use hold::Hold;
 pub use on_ranks::{OnRanks, OverRanks, agreed_stop};
 pub use outside::Field;
-pub use pairs::{COINCIDENT, PAIRED, part_pairs};
+pub use pairs::{COINCIDENT, PAIRED, part_pairs, part_pairs_of_block};
 pub use report::{Progress, StageName, StageReport, StopReason};
 pub use schedule::SolverOptions;
 pub(crate) use snapshot::axes;

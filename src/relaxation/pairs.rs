@@ -4,6 +4,7 @@
 //! particles do not resolve a stage may press two together. Here each of a pair moves away from the other until
 //! they are apart (mirror images at walls count, a particle's own too); which way coincident ones go is drawn by their place in the tree.
 
+use super::hold::Hold;
 use crate::metrics::Measured;
 use crate::random::Purpose;
 use crate::target::{Positions, Target, at};
@@ -36,7 +37,16 @@ pub(super) fn part_pairs_among<const D: usize>(
     positions: &mut Positions<D>,
     threshold: f64,
 ) -> usize {
-    part_within(exchange, target, positions, threshold, &[])
+    part_within((exchange, &|_| true), target, positions, threshold, &[])
+}
+
+/// Parts the particles of a block that are [`PAIRED`] from each other and from those about it, which stay; returns how many were found so.
+pub fn part_pairs_of_block<const D: usize>(
+    target: &Target<'_, D>,
+    positions: &mut Positions<D>,
+    holds: &[Hold],
+) -> usize {
+    part_crowded((&Alone, &|i| holds[i] == Hold::Free), target, positions)
 }
 
 /// The same where particles are [`PAIRED`], by the spacing of the target or that which their sums say, whichever is smaller: where
@@ -46,10 +56,22 @@ pub(super) fn part_crowded_pairs<const D: usize>(
     target: &Target<'_, D>,
     positions: &mut Positions<D>,
 ) -> usize {
+    part_crowded((exchange, &|_| true), target, positions)
+}
+
+/// Which particles may move.
+type May<'a> = &'a (dyn Fn(usize) -> bool + Sync);
+
+fn part_crowded<const D: usize>(
+    (exchange, may_move): (&dyn Exchange, May<'_>),
+    target: &Target<'_, D>,
+    positions: &mut Positions<D>,
+) -> usize {
     let (own, all) = (positions[0].len(), exchange.count(positions[0].len()));
     let domain = target.domain.mirrored();
     let spacing = parallel::map(own, |i| target.spacing(target.number_density(&at(positions, i))).min(domain.size()));
-    if all < 2 || !exchange.any(closer_than(exchange, &domain, positions, &spacing, PAIRED).contains(&true)) {
+    let is_paired = |close: Vec<bool>| (0..own).any(|i| close[i] && may_move(i));
+    if all < 2 || !exchange.any(is_paired(closer_than(exchange, &domain, positions, &spacing, PAIRED))) {
         return 0;
     }
     let (kernel, neighbors) = (KernelName::default(), default_kernel_neighbors(D));
@@ -57,12 +79,13 @@ pub(super) fn part_crowded_pairs<const D: usize>(
     let guess = support_guess::<D>(neighbors, own, |i| spacing[i].min(even));
     let measured = Measured::among(exchange, kernel, target.domain, positions, &vec![1.0; own], &guess, neighbors);
     let ratio = support_over_spacing(D, neighbors);
-    part_within(exchange, target, positions, PAIRED, &parallel::map(own, |i| measured.support[i] / ratio))
+    let most = parallel::map(own, |i| measured.support[i] / ratio);
+    part_within((exchange, may_move), target, positions, PAIRED, &most)
 }
 
 /// [`part_pairs_among`] with spacings that count as no more than `most`, if there are any.
 fn part_within<const D: usize>(
-    exchange: &dyn Exchange,
+    (exchange, may_move): (&dyn Exchange, May<'_>),
     target: &Target<'_, D>,
     positions: &mut Positions<D>,
     threshold: f64,
@@ -80,7 +103,7 @@ fn part_within<const D: usize>(
         });
         let close = (Apart::Smaller, threshold / APART);
         let mut partings = partings_among(exchange, &domain, positions, |i| apart[i], close, round as u64);
-        partings.retain(|(_, parting)| parting.paired);
+        partings.retain(|(i, parting)| parting.paired && may_move(*i));
         let paired = exchange.count(partings.len());
         if paired == 0 {
             break;
@@ -204,6 +227,28 @@ mod tests {
         let found = |x: &[f64], spacing: &[f64]| closer_than(&Alone, &line, &[x.to_vec()], spacing, 0.5);
         assert_eq!(found(&[0.02, 0.4, 0.5, 0.98], &[0.1; 4]), [true, false, false, true]);
         assert_eq!(found(&[0.1, 0.14, 0.5, 0.58], &[0.1, 0.1, 0.1, 0.2]), [true, true, false, false]);
+    }
+
+    #[test]
+    fn in_a_block_those_that_are_held_stay() {
+        let mut start: Positions<2> = std::array::from_fn(|k| {
+            (0..100).map(|i| [i % 10, i / 10][k]).map(f64::from).map(|x| (x + 0.5) / 10.0).collect()
+        });
+        let domain = Domain::new([0.0; 2], [1.0; 2], [Axis::REFLECTING; 2], Region::Box).unwrap();
+        let target = Target::of_equal_masses(&domain, &One, 100, 1.0);
+        let holds: Vec<Hold> = (0..100).map(|i| if i < 50 { Hold::Free } else { Hold::Held }).collect();
+        // A free one beside a held one, two held ones, two free ones.
+        for (from, to) in [(0, 50), (60, 61), (10, 11)] {
+            (0..2).for_each(|k| start[k][from] = start[k][to] + 1e-4);
+        }
+        let mut parted = start.clone();
+        assert_eq!(part_pairs_of_block(&target, &mut parted, &holds), 3);
+        let moved: Vec<usize> = (0..100).filter(|&i| at(&start, i) != at(&parted, i)).collect();
+        assert_eq!(moved, [0, 10, 11]);
+        let apart = |i: usize, j: usize| (0..2).map(|k| (parted[k][i] - parted[k][j]).powi(2)).sum::<f64>().sqrt();
+        // By the spacing that their sums say, which is a little less than the target's.
+        let least = 0.8 * PAIRED / 10.0;
+        assert!(apart(0, 50) > least && apart(10, 11) > least, "{} {}", apart(0, 50), apart(10, 11));
     }
 
     #[test]

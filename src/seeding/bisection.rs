@@ -16,12 +16,12 @@ use sph::parallel;
 use std::ops::Range;
 
 /// Cells of a part with `n` particles, at least: enough for the cut to fall right, no more than the part needs.
-fn least_cells(n: usize, rule: Rule) -> usize {
+pub(super) fn least_cells(n: usize, rule: Rule) -> usize {
     let per_particle = match rule {
         Rule::Midpoint => 24,
         Rule::Gauss | Rule::Shared => 8,
     };
-    (per_particle * n).min(MOST_CELLS)
+    n.saturating_mul(per_particle).min(MOST_CELLS)
 }
 
 const MOST_CELLS: usize = 1 << 14;

@@ -6,9 +6,11 @@
 
 use super::bisection;
 use super::name::Seeding;
+use super::parting::Parting;
 use super::shells::{Covering, Shells};
 use crate::error::{Error, Result};
-use crate::target::{Positions, Selected, Surroundings, Target};
+use crate::target::{Positions, Selected, Surroundings, Target, at};
+use sph::parallel;
 use std::ops::Range;
 
 /// A part of the particles.
@@ -45,6 +47,9 @@ pub struct Blockwise<'a, const D: usize> {
     /// Of each region with the number of its first particle; none where seeds are by mass bisection.
     shells: Option<Vec<(usize, Shells<D>)>>,
 }
+
+/// Particles that are made at a time where they are dealt out to blocks.
+const AT_A_TIME: usize = 1 << 20;
 
 const BLOCKWISE: [Seeding; 3] = [Seeding::MassBisection, Seeding::Shells, Seeding::EqualAreaShells];
 
@@ -99,6 +104,30 @@ impl<'a, const D: usize> Blockwise<'a, D> {
             Ok(())
         })?;
         Ok(all)
+    }
+
+    /// Blocks that are about as deep as they are wide, of as many particles as lie there; none where those of successive numbers do so by themselves.
+    ///
+    /// # Errors
+    /// A target without mass in its domain.
+    pub fn parting(&self, blocks: usize) -> Result<Option<Parting<D>>> {
+        self.shells.as_ref().map(|_| Parting::new(self.target, blocks)).transpose()
+    }
+
+    /// The positions of all particles of some blocks, by their numbers in each. All particles are made, and the others left out.
+    ///
+    /// # Errors
+    /// A target without mass in its domain.
+    pub fn parted(&self, parting: &Parting<D>, blocks: Range<usize>) -> Result<Vec<Positions<D>>> {
+        let mut parts: Vec<Positions<D>> = blocks.clone().map(|_| std::array::from_fn(|_| Vec::new())).collect();
+        for start in (0..self.target.count).step_by(AT_A_TIME) {
+            let some = self.positions(start..self.target.count.min(start + AT_A_TIME))?;
+            let whose = parallel::map(some[0].len(), |i| parting.block_of(&at(&some, i)));
+            for (i, block) in whose.into_iter().enumerate().filter(|(_, block)| blocks.contains(block)) {
+                (0..D).for_each(|k| parts[block - blocks.start][k].push(some[k][i]));
+            }
+        }
+        Ok(parts)
     }
 
     /// The positions of some particles.

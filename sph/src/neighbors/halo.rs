@@ -167,17 +167,6 @@ impl<const D: usize> Sights<D> {
     pub fn may_meet(&self, domain: &Domain<D>, others: &Self) -> bool {
         self.0.iter().any(|s| others.0.iter().any(|o| s.sees(domain, &o.lo, &o.hi, o.reach)))
     }
-
-    /// Which of others any of the particles may see, or be seen by within their `own` radii, if given.
-    pub fn reached(&self, domain: &Domain<D>, positions: &[Vec<f64>; D], own: &[f64]) -> Vec<bool> {
-        let tree = Tree::build(positions);
-        let sorted = if own.is_empty() { Vec::new() } else { tree.to_tree_order(own) };
-        let mut reached = vec![false; tree.len()];
-        for place in tree.seen(domain, &self.0, &sorted) {
-            reached[tree.order()[place as usize] as usize] = true;
-        }
-        reached
-    }
 }
 
 /// Whose support radius decides what a rank is given.

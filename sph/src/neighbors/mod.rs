@@ -17,6 +17,7 @@ mod ghost_tree;
 mod groups;
 mod halo;
 mod near;
+mod reached;
 mod sources;
 mod tree;
 
@@ -25,5 +26,6 @@ pub(crate) use compiled::{Compiled, Shape, compiled, in_shape};
 pub use ghost_tree::GhostTree;
 pub use groups::Groups;
 pub use halo::{Halo, Sees, Sights};
+pub use reached::Seeing;
 pub use sources::{Reach, Sources};
 pub use tree::{LEAF_SIZE, Tree};

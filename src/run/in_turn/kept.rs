@@ -17,11 +17,20 @@ use std::path::{Path, PathBuf};
 /// The first bytes of each file.
 const MARK: &[u8; 8] = b"SPHPREPT";
 
+/// What a pass has left of a block, among those about it as they were then.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub(super) struct Left {
+    /// The target over the summed density where it is resolved, added up, and over how many particles.
+    pub ratio: [f64; 2],
+    /// Mean deviation there, see [`Sums::mean_error`].
+    pub mean: f64,
+}
+
 /// Places of a block's particles, in internal units.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub(super) struct Block<const D: usize> {
-    /// After each pass, the target over the summed density where it is resolved, added up, and over how many particles.
-    pub ratios: Vec<[f64; 2]>,
+    /// What each pass has left.
+    pub passes: Vec<Left>,
     #[serde(with = "crate::relaxation::axes")]
     pub positions: Positions<D>,
 }
@@ -39,11 +48,40 @@ pub(super) struct Sums {
     pub seam: Vec<bool>,
 }
 
+/// What was measured after a sweep of the last stage over all blocks.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub(super) struct Sweep {
+    /// Mean deviation in the interior, or of all particles where there is none, the mass re-fitted.
+    pub mean: f64,
+    /// The same as each block was left by the sweep, before those about it were.
+    pub left: f64,
+    /// See [`BlockFigures::seams`](super::BlockFigures::seams).
+    pub seams: Option<[f64; 2]>,
+}
+
+/// Deviation near seams over that elsewhere with which they are as good as the rest; the same of all particles now over what each block was left
+/// with; and what a sweep has to leave of the deviation for another to be worth its time.
+const AS_GOOD: f64 = 1.03;
+const AS_LEFT: f64 = 1.1;
+const GAIN: f64 = 0.8;
+
+impl Sweep {
+    /// Whether there is to be another after these.
+    pub fn go_on(sweeps: &[Self]) -> bool {
+        let Some((last, before)) = sweeps.split_last() else { return true };
+        let Some([near, rest]) = last.seams else { return false };
+        let is_done = near <= AS_GOOD * rest && last.mean <= AS_LEFT * last.left;
+        !is_done && before.last().is_none_or(|before| last.mean < GAIN * before.mean)
+    }
+}
+
 /// The folder with all blocks.
 pub(super) struct Kept {
     folder: PathBuf,
-    count: usize,
+    particles: usize,
     blocks: usize,
+    /// The number of each block's first particle, and that of all; none until all blocks have been seeded.
+    first: Vec<usize>,
     /// The run has made the folder.
     is_own: bool,
 }
@@ -57,7 +95,8 @@ impl Kept {
         let bad = |e| FormatError::io(folder, "make the folder", e);
         let is_new = !folder.exists();
         std::fs::create_dir_all(folder).map_err(bad)?;
-        let mut kept = Self { folder: folder.into(), count: origin.particles, blocks, is_own: is_new };
+        let mut kept =
+            Self { folder: folder.into(), particles: origin.particles, blocks, first: Vec::new(), is_own: is_new };
         let head = kept.folder.join("scene");
         if head.exists() {
             let (earlier, parts, is_own): (Origin, usize, bool) = kept.read(&head)?;
@@ -83,14 +122,36 @@ impl Kept {
         self.blocks
     }
 
+    /// The numbers of the particles that a block is seeded with where it has its even share of them.
+    pub fn share(&self, block: usize) -> Range<usize> {
+        share_of(self.particles, block, self.blocks)
+    }
+
+    /// Takes note of how many particles each block has.
+    ///
+    /// # Errors
+    /// Other numbers than the run's.
+    pub fn count(&mut self, counts: Vec<usize>) -> Result<()> {
+        let running = |sum: &mut usize, count| {
+            *sum += count;
+            Some(*sum)
+        };
+        self.first = std::iter::once(0).chain(counts.into_iter().scan(0, running)).collect();
+        if self.first.last() == Some(&self.particles) {
+            return Ok(());
+        }
+        let problem = format!("holds another number of particles than {}; remove the folder", self.particles);
+        Err(Error::Checkpoint { path: self.folder.clone(), problem })
+    }
+
     /// The numbers of a block's particles.
     pub fn own(&self, block: usize) -> Range<usize> {
-        share_of(self.count, block, self.blocks)
+        self.first[block]..self.first[block + 1]
     }
 
     /// Which block has a particle.
     pub fn block_of(&self, number: usize) -> usize {
-        (0..self.blocks).find(|&b| self.own(b).end > number).unwrap_or(self.blocks - 1)
+        self.first.partition_point(|&first| first <= number).saturating_sub(1).min(self.blocks - 1)
     }
 
     /// None of a block that is not there yet.
@@ -103,7 +164,8 @@ impl Kept {
             return Ok(None);
         }
         let found: Block<D> = self.read(&path)?;
-        if found.positions.iter().any(|x| x.len() != self.own(block).len() || !x.iter().all(|v| v.is_finite())) {
+        let count = if self.first.is_empty() { found.positions[0].len() } else { self.own(block).len() };
+        if found.positions.iter().any(|x| x.len() != count || !x.iter().all(|v| v.is_finite())) {
             let problem = "holds particles that are not finite, or another number of them; remove the folder".into();
             return Err(Error::Checkpoint { path, problem });
         }
@@ -140,10 +202,28 @@ impl Kept {
         self.write(&self.measured(block), sums)
     }
 
+    /// All sweeps so far after which was measured.
+    ///
+    /// # Errors
+    /// A file that is damaged.
+    pub fn sweeps(&self) -> Result<Vec<Sweep>> {
+        let path = self.folder.join("sweeps");
+        if path.exists() { self.read(&path) } else { Ok(Vec::new()) }
+    }
+
+    /// # Errors
+    /// A file that is damaged, or cannot be written.
+    pub fn put_sweep(&self, sweep: Sweep) -> Result<()> {
+        let mut sweeps = self.sweeps()?;
+        sweeps.push(sweep);
+        self.write(&self.folder.join("sweeps"), &sweeps)
+    }
+
     /// Removes the files, and the folder if the run has made it; a note where that fails.
     pub fn remove(&self) -> Option<String> {
         let files = (0..self.blocks).flat_map(|b| [self.places(b), self.measured(b)]);
-        let removed = files.chain([self.folder.join("scene")]).try_for_each(std::fs::remove_file);
+        let some = [self.folder.join("sweeps")].into_iter().filter(|path| path.exists());
+        let removed = files.chain(some).chain([self.folder.join("scene")]).try_for_each(std::fs::remove_file);
         let removed = removed.and_then(|()| if self.is_own { std::fs::remove_dir(&self.folder) } else { Ok(()) });
         let error = removed.err()?;
         Some(format!("the folder '{}' is of no more use but cannot be removed: {error}", self.folder.display()))
@@ -169,5 +249,22 @@ impl Kept {
         }
         let read = payload(&bytes, MARK).and_then(|bytes| postcard::from_bytes(bytes).map_err(|e| unreadable(&e)));
         read.map_err(problem)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn sweeps_go_on_while_seams_are_worse_and_gain() {
+        let sweep = |mean, [near, rest]: [f64; 2]| Sweep { mean, left: 2e-3, seams: Some([near, rest]) };
+        assert!(Sweep::go_on(&[]));
+        assert!(Sweep::go_on(&[sweep(2e-3, [3e-3, 1.5e-3])]));
+        assert!(!Sweep::go_on(&[sweep(2e-3, [2e-3, 2e-3])]));
+        assert!(Sweep::go_on(&[sweep(4e-3, [4e-3, 4e-3])]));
+        assert!(!Sweep::go_on(&[Sweep { seams: None, ..sweep(4e-3, [1.0, 1.0]) }]));
+        assert!(Sweep::go_on(&[sweep(2e-3, [3e-3, 1.5e-3]), sweep(1.4e-3, [2e-3, 1e-3])]));
+        assert!(!Sweep::go_on(&[sweep(2e-3, [3e-3, 1.5e-3]), sweep(1.9e-3, [3e-3, 1.4e-3])]));
     }
 }

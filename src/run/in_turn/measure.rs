@@ -1,6 +1,6 @@
 //! What is measured of blocks one after the other, and the figures over all of them.
 
-use super::kept::{Kept, Sums};
+use super::kept::{Kept, Left, Sums, Sweep};
 use crate::error::{Error, Result};
 use crate::metrics::{DensityFold, ErrorFigures, Ledger, LedgerFigures, Measured, Ratios};
 use crate::scene::Scene;
@@ -29,13 +29,21 @@ pub struct BlockFigures {
     pub closest_pair: f64,
 }
 
+impl BlockFigures {
+    /// What decides whether blocks are gone over again that were left with such a mean deviation.
+    pub(super) fn sweep(&self, left: f64) -> Sweep {
+        let mean = self.interior.map_or(self.all.refitted.mean, |interior| interior.refitted.mean);
+        Sweep { mean, left, seams: self.seams }
+    }
+}
+
 /// The first of some particles.
 fn first<const D: usize>(all: &Positions<D>, count: usize) -> Positions<D> {
     all.each_ref().map(|x| x[..count].to_vec())
 }
 
 /// The sums at `own` particles among others that follow them.
-pub(super) fn sums<const D: usize>(
+fn sums<const D: usize>(
     scene: &Scene,
     target: &Target<'_, D>,
     (all, own): (&Positions<D>, usize),
@@ -57,6 +65,31 @@ pub(super) fn sums<const D: usize>(
     (sums, measured)
 }
 
+/// What decides whether a block is taken as a stage has left it.
+#[derive(Clone, Copy)]
+pub(super) struct Judged {
+    pub left: Left,
+    /// Smallest distance of one of its particles to any in spacings.
+    pub closest_pair: f64,
+}
+
+/// Judges `own` particles among others that follow them, with a factor on the mass or what fits best.
+pub(super) fn judged<const D: usize>(
+    scene: &Scene,
+    target: &Target<'_, D>,
+    (all, own): (&Positions<D>, usize),
+    factor: Option<f64>,
+) -> Judged {
+    let (sums, measured) = sums(scene, target, (all, own));
+    let left = Left { ratio: sums.ratio(), mean: sums.mean_error(factor) };
+    Judged { left, closest_pair: closest(&measured, target, own) }
+}
+
+/// Smallest distance of one of the first particles to any in spacings.
+fn closest<const D: usize>(measured: &Measured<D>, target: &Target<'_, D>, own: usize) -> f64 {
+    measured.nearest_over_spacing(target.domain)[..own].iter().fold(f64::INFINITY, |least, d| least.min(*d))
+}
+
 impl Sums {
     /// With the volume of particles that all have the mass `m`.
     fn ratios(&self, m: f64) -> Ratios<'_> {
@@ -71,7 +104,7 @@ impl Sums {
     }
 
     /// Mean deviation where the target is resolved, the mass re-fitted by `factor` or what fits best, or over all where it is nowhere.
-    pub fn mean_error(&self, factor: Option<f64>) -> f64 {
+    fn mean_error(&self, factor: Option<f64>) -> f64 {
         let any = self.interior.contains(&true);
         let counts = |i: usize| self.interior[i] || !any;
         let mean = |f: &dyn Fn(usize) -> f64| {
@@ -84,7 +117,7 @@ impl Sums {
     }
 
     /// The target over the summed density where it is resolved, added up, and over how many particles.
-    pub fn ratio(&self) -> [f64; 2] {
+    fn ratio(&self) -> [f64; 2] {
         let inside = (0..self.density.len()).filter(|&i| self.interior[i]);
         inside.fold([0.0; 2], |[sum, count], i| [sum + self.target[i] / self.density[i], count + 1.0])
     }
@@ -112,8 +145,7 @@ impl<'a, const D: usize> Measuring<'a, D> {
         let there = self.ledger.found(&measured, &self.target, &first, &self.target.equal_masses(own));
         self.found.resize(there.len(), 0.0);
         self.found.iter_mut().zip(there).for_each(|(all, one)| *all += one);
-        let nearest = measured.nearest_over_spacing(self.target.domain);
-        self.closest_pair = nearest[..own].iter().fold(self.closest_pair, |least, d| least.min(*d));
+        self.closest_pair = self.closest_pair.min(closest(&measured, &self.target, own));
         sums
     }
 

@@ -25,6 +25,32 @@ pub struct Pass {
     pub seconds: f64,
 }
 
+/// What a pass has done to a block.
+pub(super) struct Done {
+    pub own: usize,
+    /// Particles, with those about the block.
+    pub held: usize,
+    pub before: f64,
+    pub after: f64,
+    pub is_better: bool,
+}
+
+impl Pass {
+    pub(super) fn new(stage: &'static str) -> Self {
+        Self { stage, before: 0.0, after: 0.0, left: 0, largest: 0, seconds: 0.0 }
+    }
+
+    /// Takes up a block, with deviations added up over its particles; returns how many these are.
+    pub(super) fn take(&mut self, done: &Done) -> f64 {
+        let own = done.own as f64;
+        self.before += done.before * own;
+        self.after += done.after * own;
+        self.left += usize::from(!done.is_better);
+        self.largest = self.largest.max(done.held);
+        own
+    }
+}
+
 /// Everything that is known of a run in turn when it ends.
 #[derive(Debug, Clone, Serialize)]
 pub struct InTurnReport {

@@ -1,19 +1,20 @@
 //! What a block's particles see of the others', and what those see.
 
-use super::kept::{Block, Kept};
+use super::kept::{Block, Kept, Left};
 use crate::error::Result;
 use crate::relaxation::Hold;
 use crate::target::{Positions, Target, at};
 use sph::kernel::support_over_spacing;
-use sph::neighbors::Sights;
+use sph::neighbors::{Seeing, Sights};
 use sph::parallel;
 
 /// Support radii away from a block within which are all that its particles see, and that those see in turn, as far as is known before these
 /// are known; beyond it nothing is looked at closely.
-const FAR: f64 = 2.0;
-/// Boxes by which it is known about where a block is, and particles to a box where that is to be known closely.
+const FAR: f64 = 2.5;
+/// Boxes by which it is known about where a block is.
 const BOXES: usize = 64;
-const CLOSELY: usize = 64;
+/// Support radii within which particles are looked for that a block's own see, since these move by some half a spacing.
+const MOVED: f64 = 1.2;
 
 /// Where the particles of each block are, about, and what has come of its passes.
 pub(super) struct Map<'a, const D: usize> {
@@ -21,8 +22,9 @@ pub(super) struct Map<'a, const D: usize> {
     /// Support radius over spacing.
     ratio: f64,
     sights: Vec<Option<Sights<D>>>,
-    /// As [`Block::ratios`].
-    ratios: Vec<Vec<[f64; 2]>>,
+    /// As [`Block::passes`], and how many particles each block has.
+    passes: Vec<Vec<Left>>,
+    own: Vec<usize>,
 }
 
 /// Particles of other blocks about one.
@@ -37,25 +39,46 @@ impl<'a, const D: usize> Map<'a, D> {
             target,
             ratio: support_over_spacing(D, kernel_neighbors),
             sights: vec![None; blocks],
-            ratios: vec![Vec::new(); blocks],
+            passes: vec![Vec::new(); blocks],
+            own: vec![0; blocks],
         }
     }
 
     /// How many times a block has been relaxed.
     pub fn passes(&self, block: usize) -> usize {
-        self.ratios[block].len()
+        self.passes[block].len()
     }
 
     /// The target over the summed density in all blocks after so many passes; none where it is resolved nowhere.
     pub fn common(&self, passes: usize) -> Option<f64> {
-        let after = self.ratios.iter().filter_map(|of_block| of_block.get(passes.checked_sub(1)?));
-        let (sum, count) = after.fold((0.0, 0.0), |(sum, count), [s, n]| (sum + s, count + n));
+        let (sum, count) = self.left_by(passes).fold((0.0, 0.0), |(sum, count), (_, left)| {
+            let [s, n] = left.ratio;
+            (sum + s, count + n)
+        });
         (count > 0.0).then(|| sum / count)
     }
 
+    /// The mean deviation with which so many passes have left all blocks.
+    pub fn left(&self, passes: usize) -> f64 {
+        let (sum, count) = self.left_by(passes).fold((0.0, 0.0), |(sum, count), (own, left)| {
+            let own = own as f64;
+            (sum + left.mean * own, count + own)
+        });
+        sum / count
+    }
+
+    /// What so many passes have left of each block, and how many particles it has.
+    fn left_by(&self, passes: usize) -> impl Iterator<Item = (usize, &Left)> {
+        self.own
+            .iter()
+            .zip(&self.passes)
+            .filter_map(move |(own, of_block)| Some((*own, of_block.get(passes.checked_sub(1)?)?)))
+    }
+
     /// Takes note of a block as it is now.
-    pub fn note(&mut self, block: usize, Block { ratios, positions }: &Block<D>) {
-        self.ratios[block].clone_from(ratios);
+    pub fn note(&mut self, block: usize, Block { passes, positions }: &Block<D>) {
+        self.passes[block].clone_from(passes);
+        self.own[block] = positions[0].len();
         let sights = Sights::new(self.target.domain, positions, &self.supports(positions), BOXES);
         self.sights[block] = Some(sights.widened(FAR));
     }
@@ -74,11 +97,11 @@ impl<'a, const D: usize> Map<'a, D> {
     pub fn about(&self, kept: &Kept, (block, own): (usize, &Positions<D>)) -> Result<Surroundings<D>> {
         let domain = self.target.domain;
         let (positions, support) = self.near(kept, block)?;
-        let closely = |x: &Positions<D>, h: &[f64]| Sights::new(domain, x, h, h.len().div_ceil(CLOSELY));
-        let seen = closely(own, &self.supports(own)).reached(domain, &positions, &support);
+        let widened = |h: &[f64]| parallel::map(h.len(), |i| MOVED * h[i]);
+        let seen = Seeing::new(own, &widened(&self.supports(own))).reach(domain, &positions, &widened(&support));
         let some = |values: &[f64]| values.iter().zip(&seen).filter(|(_, seen)| **seen).map(|(v, _)| *v).collect();
         let (there, radii): (Positions<D>, Vec<f64>) = (std::array::from_fn(|k| some(&positions[k])), some(&support));
-        let by_those = closely(&there, &radii).reached(domain, &positions, &[]);
+        let by_those = Seeing::new(&there, &radii).reach(domain, &positions, &[]);
         let kept: Vec<usize> = (0..seen.len()).filter(|&i| seen[i] || by_those[i]).collect();
         Ok(Surroundings {
             positions: std::array::from_fn(|k| kept.iter().map(|&i| positions[k][i]).collect()),
