@@ -139,10 +139,8 @@ const STEEP: &str = "input: {expression: '1 + 50*(0.5+0.5*tanh((x+0.5*y-0.7)/0.0
 
 #[test]
 fn blocks_do_not_end_with_pairs_that_they_did_not_have() {
-    for blocks in [3, 4] {
-        let report = Work::new(STEEP).ran(blocks);
-        assert!(report.figures.closest_pair > 0.3, "{blocks}: {}", report.figures.closest_pair);
-    }
+    let report = Work::new(STEEP).ran(4);
+    assert!(report.figures.closest_pair > 0.3, "{}", report.figures.closest_pair);
 }
 
 /// Interrupted in any pass, a run goes on to the bytes of one without a break, with any number of threads.
@@ -180,7 +178,7 @@ fn a_time_limit_within_a_block_changes_nothing_in_the_end() {
     work.ran(3);
     let expected = work.bytes();
     let work = Work::new(GAUSSIAN);
-    let deadline = std::time::Instant::now() + std::time::Duration::from_secs(5);
+    let deadline = std::time::Instant::now() + std::time::Duration::from_secs(1);
     let observer = |event: Event| {
         if matches!(event, Event::Iteration { stage, iteration: 3.., .. } if stage.name == "solver") {
             std::thread::sleep(deadline.saturating_duration_since(std::time::Instant::now()));

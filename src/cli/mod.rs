@@ -1,7 +1,6 @@
 //! The command line: arguments over a scene file, progress, report, exit codes.
 //!
-//! Exit codes: 0 success, 1 failure, 2 wrong usage, 3 not converged: the tolerance asked for was not reached, or an
-//! interrupt was to leave the best state (which is written all the same).
+//! Exit codes: 0 success, 1 failure, 2 wrong usage, 3 written, but not what was asked for, see [`exit`].
 
 mod args;
 mod check;
@@ -29,7 +28,7 @@ mod terminal;
 mod written;
 
 use crate::error::Error;
-use crate::relaxation::{Control, Event, StopReason};
+use crate::relaxation::{Control, Event};
 use crate::run::bodies_report::BodiesReport;
 use crate::run::in_turn::InTurnReport;
 use crate::run::report::Report;
@@ -38,7 +37,7 @@ use crate::run::{bodies, pipeline};
 use crate::scene::{Scene, reference};
 use args::{Args, Command, CompareArgs, RunArgs};
 use clap::{CommandFactory, Parser};
-use exit::{FAILURE, NOT_CONVERGED, SUCCESS, USAGE};
+use exit::{FAILURE, SUCCESS, Shortcomings, USAGE};
 use interrupt::Interrupts;
 use sph_formats::{FORMATS, FormatError, did_you_mean};
 use std::ffi::OsString;
@@ -109,7 +108,7 @@ fn run(args: &RunArgs, command: &str) -> crate::Result<u8> {
     if let Some(ended) = if args.dry_run { None } else { ranks::run(args, &scene, deadline)? } {
         return match (ended.report, ended.is_first) {
             (Ok(report), true) => tell_of_one(args, &scene, &report),
-            (Ok(report), false) => Ok(if report.misplaced().is_some() { NOT_CONVERGED } else { SUCCESS }),
+            (Ok(report), false) => Ok(Shortcomings::of(&scene, &report).code(args.strict)),
             (Err(error), true) => Err(error),
             // The first says which rank it was.
             (Err(_), false) => Ok(FAILURE),
@@ -155,12 +154,7 @@ fn tell_of_one(args: &RunArgs, scene: &Scene, report: &Report) -> crate::Result<
     } else if !args.quiet {
         tell_of_run(scene, &report.text(), worst(&report.verdict))?;
     }
-    if let Some(region) = report.misplaced() {
-        let (found, wanted) = (region.found, region.wanted);
-        eprintln!("mass misplaced: a region of the target has {found:.0} of its {wanted:.1} particles; it was written");
-        return Ok(NOT_CONVERGED);
-    }
-    Ok(exit_code(scene, report.stop))
+    Ok(Shortcomings::of(scene, report).told(args))
 }
 
 /// Prints a report of a run block by block; returns the exit code.
@@ -173,7 +167,7 @@ fn tell_of_blocks(args: &RunArgs, scene: &Scene, report: &InTurnReport) -> crate
         tell(&report.text())?;
         tell(&written::line(scene, FORMATS, worst(&report.verdict)))?;
     }
-    Ok(exit_code(scene, report.stop))
+    Ok(Shortcomings::of_blocks(scene, report.stop, &report.verdict).told(args))
 }
 
 /// What was called, as a shell takes it.
@@ -210,13 +204,7 @@ fn tell_of_bodies(args: &RunArgs, scene: &Scene, report: &BodiesReport) -> crate
     } else if !args.quiet {
         tell_of_run(scene, &report.text(), report.worst())?;
     }
-    if let Some((body, (found, wanted))) = report.misplaced() {
-        eprintln!(
-            "mass misplaced: a region of body {body} has {found:.0} of its {wanted:.1} particles; it was written"
-        );
-        return Ok(NOT_CONVERGED);
-    }
-    Ok(exit_code(scene, report.stop))
+    Ok(Shortcomings::of_bodies(scene, report).told(args))
 }
 
 fn compare(args: &CompareArgs) -> crate::Result<u8> {
@@ -317,16 +305,4 @@ fn print(text: &str) -> crate::Result<u8> {
         }
         _ => Ok(SUCCESS),
     }
-}
-
-fn exit_code(scene: &Scene, stop: StopReason) -> u8 {
-    if stop == StopReason::Interrupted {
-        eprintln!("not converged: interrupted; the best state so far was written");
-        return NOT_CONVERGED;
-    }
-    if scene.tolerance.is_some() && stop != StopReason::ToleranceReached {
-        eprintln!("not converged: the tolerance was not reached ({stop:?}); the best state was written");
-        return NOT_CONVERGED;
-    }
-    SUCCESS
 }

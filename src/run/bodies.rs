@@ -40,19 +40,24 @@ pub fn place_bodies(
     let (Shared { common, gas, scenes, notes, .. }, format) = before(scene, formats)?;
     let code = settling::code_of(scene, format)?;
     let title = |i: usize| scene.bodies[i].title(i);
-    let mut placed: Vec<Placed> = Vec::new();
     let of_gas: Vec<(usize, Scene)> = gas.iter().copied().zip(scenes.iter().cloned()).collect();
-    for ((&i, alone), share) in gas.iter().zip(scenes).zip(shares_of_time(scene, &of_gas)) {
-        // A body that is the same as another comes out the same.
-        let same = placed.iter().find(|other| other.alone == alone);
-        let next = match same {
-            Some(same) => same.clone(),
-            None => {
-                let control = control.sharing(share);
-                Placed::new(alone, scene.cache.as_deref(), (formats, &control)).map_err(|e| in_body(&title(i), e))?
+    let known = |k| Known::of(&scenes, k, scene.cache.as_deref(), formats);
+    let known = (0..scenes.len()).map(known).collect::<Result<Vec<Known>>>()?;
+    let count = |(alone, known): (&Scene, &Known)| match known {
+        Known::Not => alone.particles.unwrap_or(DEFAULT_PARTICLES),
+        Known::As(_) | Known::Kept(_) => 0,
+    };
+    let shares = shares_of_time(&scenes.iter().zip(&known).map(count).collect::<Vec<_>>(), scene.ambient.is_some());
+    let mut placed: Vec<Placed> = Vec::new();
+    for (k, (known, share)) in known.into_iter().zip(shares).enumerate() {
+        placed.push(match known {
+            Known::As(earlier) => placed[earlier].clone(),
+            Known::Kept(body) => Placed { body: *body, is_cached: true },
+            Known::Not => {
+                let (control, cache) = (control.sharing(share), scene.cache.as_deref());
+                Placed::new(&scenes[k], cache, (formats, &control)).map_err(|e| in_body(&title(gas[k]), e))?
             }
-        };
-        placed.push(next);
+        });
     }
     let header = placed[0].body.file.header.clone();
     let conversion = common.conversion(&header.units);
@@ -174,17 +179,17 @@ pub fn place_bodies(
     Ok((file, report))
 }
 
-/// The share that each body has of the time that those before it leave: by particles, of which a medium about them is taken to have as many as all of them.
-fn shares_of_time(scene: &Scene, bodies: &[(usize, Scene)]) -> Vec<f64> {
-    let count = |(_, alone): &(usize, Scene)| alone.particles.unwrap_or(DEFAULT_PARTICLES) as f64;
-    let all: f64 = bodies.iter().map(count).sum();
-    let mut left = if scene.ambient.is_some() { 2.0 * all } else { all };
-    let share = |body| {
-        let share = count(body) / left;
-        left -= count(body);
+/// The share that each body has of the time that those before it leave: by particles, none of those that take no time. A medium about them is taken
+/// to have as many as all bodies.
+fn shares_of_time(counts: &[usize], has_medium: bool) -> Vec<f64> {
+    let all: usize = counts.iter().sum();
+    let mut left = if has_medium { 2 * all } else { all };
+    let share = |count: &usize| {
+        let share = *count as f64 / left.max(1) as f64;
+        left -= count;
         share
     };
-    bodies.iter().map(share).collect()
+    counts.iter().map(share).collect()
 }
 
 /// What is known, and refused, before a body is placed.
@@ -216,13 +221,13 @@ pub fn forecast_bodies(scene: &Scene, formats: &[FormatSpec], control: &Control<
     let mut bodies: Vec<ForeseenBody> = Vec::new();
     for (i, &index) in gas.iter().enumerate() {
         let (name, alone) = (scene.bodies[index].title(index), &scenes[i]);
-        let same_as = scenes[..i].iter().position(|other| other == alone).map(|k| bodies[k].name.clone());
-        let is_cached =
-            kept(alone, scene.cache.as_deref(), formats)?.is_some_and(|(recipe, folder)| recipe.find(folder).is_some());
-        let forecast = match same_as.is_some() || is_cached {
-            true => None,
-            false => Some(pipeline::forecast(alone, formats, control).map_err(|e| in_body(&name, e))?),
+        let known = Known::of(scenes, i, scene.cache.as_deref(), formats)?;
+        let forecast = match known {
+            Known::Not => Some(pipeline::forecast(alone, formats, control).map_err(|e| in_body(&name, e))?),
+            Known::As(_) | Known::Kept(_) => None,
         };
+        let is_cached = matches!(known, Known::Kept(_));
+        let same_as = if let Known::As(k) = known { Some(bodies[k].name.clone()) } else { None };
         bodies.push(ForeseenBody { name, same_as, is_cached, forecast });
     }
     let medium = scene.ambient.as_ref().map(|ambient| -> Result<ForeseenMedium> {
@@ -276,27 +281,41 @@ fn kept<'a>(alone: &Scene, cache: Option<&'a Path>, formats: &[FormatSpec]) -> R
     Ok(Some((Recipe::new(alone, format)?, folder)))
 }
 
+/// What is there of a body before it is placed.
+enum Known {
+    /// It comes out the same as an earlier one.
+    As(usize),
+    Kept(Box<PlacedBody>),
+    Not,
+}
+
+impl Known {
+    /// Of one of the bodies that are placed.
+    fn of(scenes: &[Scene], k: usize, cache: Option<&Path>, formats: &[FormatSpec]) -> Result<Self> {
+        if let Some(earlier) = scenes[..k].iter().position(|other| *other == scenes[k]) {
+            return Ok(Self::As(earlier));
+        }
+        let found = kept(&scenes[k], cache, formats)?.and_then(|(recipe, folder)| recipe.find(folder));
+        Ok(found.map_or(Self::Not, |body| Self::Kept(Box::new(body))))
+    }
+}
+
 /// A body as it was placed by itself.
 #[derive(Clone)]
 struct Placed {
-    alone: Scene,
     body: PlacedBody,
     is_cached: bool,
 }
 
 impl Placed {
-    /// From the folder `cache`, or anew.
-    fn new(alone: Scene, cache: Option<&Path>, (formats, control): (&[FormatSpec], &Control<'_>)) -> Result<Self> {
-        let recipe = kept(&alone, cache, formats)?;
-        if let Some(body) = recipe.as_ref().and_then(|(recipe, folder)| recipe.find(folder)) {
-            return Ok(Self { alone, body, is_cached: true });
-        }
-        let (file, report) = pipeline::place(&alone, formats, control)?;
+    /// Anew; it is kept in the folder `cache`.
+    fn new(alone: &Scene, cache: Option<&Path>, (formats, control): (&[FormatSpec], &Control<'_>)) -> Result<Self> {
+        let (file, report) = pipeline::place(alone, formats, control)?;
         let body = PlacedBody { file, report: report.json(), figures: BodyFigures::new(&report) };
-        if let Some((recipe, folder)) = recipe.filter(|_| !report.stop.is_cut()) {
+        if let Some((recipe, folder)) = kept(alone, cache, formats)?.filter(|_| !report.stop.is_cut()) {
             recipe.keep(folder, &body)?;
         }
-        Ok(Self { alone, body, is_cached: false })
+        Ok(Self { body, is_cached: false })
     }
 }
 
@@ -482,4 +501,25 @@ fn figures(bodies: &[Body], states: &[State], reports: Vec<Option<(BodyFigures, 
         });
     }
     all
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn time_is_shared_by_particles_among_those_that_take_some() {
+        let spent = |counts: &[usize], has_medium| {
+            let mut left = 1.0;
+            let spent = |share: f64| {
+                let spent = share * left;
+                left -= spent;
+                spent
+            };
+            shares_of_time(counts, has_medium).into_iter().map(spent).collect::<Vec<f64>>()
+        };
+        assert_eq!(spent(&[100, 0, 300], false), [0.25, 0.0, 0.75]);
+        assert_eq!(spent(&[100, 300], true), [0.125, 0.375]);
+        assert_eq!(spent(&[0, 0], true), [0.0, 0.0]);
+    }
 }

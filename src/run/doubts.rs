@@ -1,5 +1,6 @@
 //! What is probably not meant, with the remedy: it is done all the same.
 
+use crate::input::fields::slips;
 use crate::input::internal_units::Prepared;
 use crate::scene::{BoundaryName, Scene};
 use crate::target::{Positions, Target, at};
@@ -33,17 +34,20 @@ pub(crate) fn before<const D: usize>(scene: &Scene, prepared: &Prepared<D>, coun
         });
     }
     let spacing = (domain.volume() / count as f64).powf(1.0 / D as f64);
-    for (what, extent) in extents(domain) {
+    let along = |k: usize| (format!("along {}", ["x", "y", "z"][k]), domain.extent()[k]);
+    let periodic = (0..D).filter(|k| domain.axes[*k] == Axis::Periodic).map(along);
+    let ends = extents(domain).into_iter().map(|of| (of, "too little for a density to be summed across"));
+    for ((what, extent), why) in ends.chain(periodic.map(|of| (of, "so that particles are neighbors of themselves"))) {
         let spacings = extent / spacing;
         if spacings < THIN {
             let factor = (THIN / spacings).powi(D as i32);
             doubts.push(format!(
-                "the domain is {spacings:.2} spacings thick {what}, too little for a density to be summed across (at least {THIN}): \
-                 use some {:.0e} particles, or fewer dimensions",
+                "the domain is {spacings:.2} spacings thick {what}, {why} (at least {THIN}): use some {:.0e} particles, or fewer dimensions",
                 count as f64 * factor
             ));
         }
     }
+    doubts.extend(slips(scene));
     doubts
 }
 

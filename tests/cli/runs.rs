@@ -196,6 +196,26 @@ fn a_tolerance_out_of_reach_has_its_own_exit_code() {
     }
 }
 
+/// What the verdict marks as bad is never silent, and ends a strict run with a code of its own; the file is there in any case.
+#[test]
+fn what_is_bad_is_said_in_every_mode() {
+    let folder = Folder::new();
+    let (scene, out) = (text(&scenes(&folder).swap_remove(3)), folder.path("out/ic.hdf5"));
+    let run = |more: &[&str]| {
+        let out = text(&out);
+        let random = ["--seeding", "random", "--iterations", "0", "--polish", "none"];
+        let outcome = sph_prep(&[&["--scene", &scene, "--out", &out, "-n", "200"], &random[..], more].concat());
+        let is_told = outcome.stderr.contains("bad: density");
+        assert!(is_told || outcome.stdout.contains("BAD    density"), "{more:?}: {outcome:?}");
+        assert_eq!(particles_in(Path::new(&out)), 200);
+        (outcome.code, is_told)
+    };
+    assert_eq!(run(&[]), (Some(0), false));
+    assert_eq!(run(&["--quiet"]), (Some(0), true));
+    assert_eq!(run(&["--json"]), (Some(0), true));
+    assert_eq!(run(&["--strict"]), (Some(3), true));
+}
+
 #[test]
 fn a_time_limit_ends_with_a_file() {
     let folder = Folder::new();

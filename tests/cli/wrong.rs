@@ -179,6 +179,14 @@ fn doubts_come_as_warnings_with_the_remedy() {
     warned("input: {file: STAR}\ndomain: {ball: {radius: 1e9}}", "of the input's mass");
     warned("input: {expression: '1'}\ndomain: {cylinder: {radius: 1, length: 0.05}}", "spacings thick along z");
     warned(
+        "input: {expression: '1'}\ndomain: {box: [[0, 0, 0], [1, 1, 0.01]], boundary: periodic}",
+        "neighbors of themselves",
+    );
+    let slip =
+        "input: {expression: '1'}\ndomain: {box: [[0, 0], [1, 1]]}\nfields: {velocty: [1, 0], v_ph: x, color: x}";
+    warned(slip, "fields.velocty is written as a column of that name; did you mean 'velocity'?");
+    warned(slip, "fields.v_ph is written as a column of that name; did you mean 'v_phi'?");
+    warned(
         "input: {expression: 'exp(-(z/0.01)^2)'}\ndomain: {box: [[0, 0, -0.2], [1, 1, 0.2]], boundary: [periodic, periodic, open]}",
         "two spacings thick along z",
     );
