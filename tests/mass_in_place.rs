@@ -261,6 +261,25 @@ fn a_thin_layer_is_seen_and_has_its_mass() {
     }
 }
 
+/// The same at an angle: the layer has its mass all along.
+#[test]
+fn a_thin_layer_at_an_angle_has_its_mass_all_along() {
+    for (tilt, offset) in [(0.5, 0.71), (0.37, 0.63)] {
+        let scene = format!(
+            "input: {{expression: '1 + if(abs(x + {tilt}*y - {offset}) < 0.0005, 5000, 0)'}}\n\
+             domain: {{box: [[0, 0], [1, 1]], boundary: [reflecting]}}\nparticles: 4000\nwvt: {{iterations: 0}}\npolish: none\n"
+        );
+        let (positions, report) = run(&scene).unwrap();
+        let within = positions.iter().filter(|x| (x[0] + tilt * x[1] - offset).abs() < 0.0005);
+        let (mut found, extent) = ([0.0; 8], (offset / tilt).min(1.0));
+        within.for_each(|x| found[((x[1] / extent * 8.0) as usize).min(7)] += 1.0);
+        let mean = found.iter().sum::<f64>() / 8.0;
+        assert!(found.iter().all(|n| (n / mean - 1.0).abs() < 0.015), "{tilt} {offset}: {found:?}");
+        // Boxes have 250 particles: three are 1 %.
+        assert!(report.ledger.in_place > 0.6, "{tilt} {offset}: {:?}", report.ledger);
+    }
+}
+
 /// Beyond the periodic face is the thin side: volumes of the dense side's particles do not reach into it.
 #[test]
 fn a_jump_at_an_angle_that_meets_a_periodic_face_has_its_mass_in_place() {

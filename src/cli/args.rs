@@ -28,8 +28,8 @@ Examples:
   sph-prep formats                                   what can be read and written
   sph-prep compare --scene box.yaml --out methods    which method suits a scene
 
-Exit codes: 0 success, 1 failure, 2 wrong usage, 3 written, but not what was asked for: the tolerance was not reached, a
-region of the target has not its mass, the run was interrupted with --on-interrupt write, or a figure is BAD (--strict).";
+Exit codes: 0 success, 1 failure, 2 wrong usage, 3 not converged: written, but the tolerance was not reached, a region of
+the target has not its mass, the run was interrupted with --on-interrupt write, or a figure is BAD (--strict).";
 
 /// Version, commit and features, each on a line.
 const LONG_VERSION: &str = concat!(

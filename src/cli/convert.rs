@@ -2,7 +2,7 @@
 //! file back, so that the list is what happened and not what a table says.
 
 use super::args::ConvertArgs;
-use super::files::particles;
+use super::files::{particles, refuse_itself};
 use super::progress::Progress;
 use crate::error::{Error, Result};
 use crate::input::particles::Snapshot;
@@ -27,13 +27,17 @@ const ROUNDING: f64 = 1e-6;
 pub fn convert(formats: &[FormatSpec], args: &ConvertArgs) -> Result<Vec<String>> {
     let target = registry::detect_output(formats, &args.to, args.to_format.as_deref())?;
     registry::writer(target, &args.to)?;
+    let mut notes = Vec::new();
     for path in registry::output_files(target, &args.to, args.files)? {
+        refuse_itself("the new file", &path, &args.from)?;
+        if path.exists() {
+            notes.push(format!("an older '{}' was replaced", path.display()));
+        }
         sph_formats::output::probe(&path)?;
     }
     let progress = Progress::new(false);
     progress.begin("read");
     let mut file = particles(formats, &args.from, args.format.as_deref())?;
-    let mut notes = Vec::new();
     if let Some(name) = &args.units {
         change_units(&mut file, system_of("--units", name)?);
     }

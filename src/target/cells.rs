@@ -115,8 +115,18 @@ impl<const D: usize> Cell<D> {
         self.halves_along(self.longest(), target, rule)
     }
 
+    /// Halves along an axis that, across a surface, share what they had: that is known better than the masses of halves.
+    pub(super) fn halves_sharing(&self, axis: usize, target: &dyn Matter<D>, rule: Rule) -> [Self; 2] {
+        let halves = self.halves_along(axis, target, rule);
+        let both = halves[0].mass + halves[1].mass;
+        if rule == Rule::Midpoint || !target.may_jump() || !(both > 0.0) {
+            return halves;
+        }
+        halves.map(|half| Self { mass: self.mass / both * half.mass, ..half })
+    }
+
     /// Halves along an axis, with masses anew from the target.
-    pub(super) fn halves_along(&self, axis: usize, target: &dyn Matter<D>, rule: Rule) -> [Self; 2] {
+    fn halves_along(&self, axis: usize, target: &dyn Matter<D>, rule: Rule) -> [Self; 2] {
         if rule == Rule::Shared && !self.may_end(target) {
             let (halves, mass) = self.shared_along(axis, target);
             if let Some(halves) = halves.filter(|_| (mass - self.mass).abs() <= TOLD * self.mass) {
@@ -173,6 +183,40 @@ impl<const D: usize> Cell<D> {
             x[axis] = place(i);
             most.max((target.density_inside(&x).unwrap_or(0.0) - here).abs())
         })
+    }
+}
+
+impl<const D: usize> Cell<D> {
+    /// Its corners, a hair inside, so that one that cells share is judged by both sides of a discontinuity.
+    fn corners(&self) -> impl Iterator<Item = [f64; D]> + '_ {
+        (0..1_usize << D).map(|corner| {
+            sph::array(|k| {
+                let (a, b) = (self.lo[k], self.hi[k]);
+                let (near, far) = if corner >> k & 1 == 0 { (a, b) } else { (b, a) };
+                near + HAIR * (far - near)
+            })
+        })
+    }
+
+    /// Whether densities in the middle and the corners differ as across a surface.
+    fn is_crossed(&self, target: &dyn Matter<D>) -> bool {
+        let density = |x: &[f64; D]| target.density_inside(x).unwrap_or(0.0);
+        let middle = density(&self.center());
+        let (least, most) =
+            self.corners().map(|x| density(&x)).fold((middle, middle), |(a, b), v| (a.min(v), b.max(v)));
+        most > JUMP * least || (self.mass > 0.0) != (most > 0.0)
+    }
+
+    /// The sum of the masses of its parts by Gauss's rule, when it is halved so often along each axis.
+    fn mass_of_parts(&self, target: &dyn Matter<D>, halvings: u32) -> f64 {
+        let parts = 1_usize << halvings;
+        let edge = |k: usize, i: usize| self.lo[k] + (self.hi[k] - self.lo[k]) * i as f64 / parts as f64;
+        let of = |part: usize| {
+            let place = |k: usize| part >> (k as u32 * halvings) & (parts - 1);
+            let (lo, hi) = (sph::array(|k| edge(k, place(k))), sph::array(|k| edge(k, place(k) + 1)));
+            gauss_mass(target, &lo, &hi, DIVISIONS)
+        };
+        (0..1_usize << (D as u32 * halvings)).map(of).sum()
     }
 }
 
@@ -310,19 +354,40 @@ pub(crate) fn partition<const D: usize>(target: &dyn Matter<D>, rule: Rule) -> R
 }
 
 /// Looked at once more by the bounds of the density where the masses of cells do not add up to the whole: places that are looked at may all miss a
-/// thin layer.
+/// thin layer. The masses of cells that a surface goes through are then found more closely.
 fn refined<const D: usize>(target: &dyn Matter<D>, rule: Rule) -> Vec<Cell<D>> {
-    let cells = refined_by(target, rule, false);
+    let mut cells = refined_by(target, rule, false);
     let (lo, hi) = target.bounds();
-    let missed = (cells.iter().map(|c| c.mass).sum::<f64>() / target.count() as f64 - 1.0).abs() > MISSED;
-    match missed && target.may_jump() && target.most_within(&lo, &hi).is_some() {
-        true => refined_by(target, rule, true),
-        false => cells,
+    let off = |cells: &[Cell<D>]| cells.iter().map(|c| c.mass).sum::<f64>() / target.count() as f64 - 1.0;
+    // The bounds of a part are those of the field, which may have far more beside it.
+    let missed = if target.is_cut() { off(&cells) < -MISSED_OF_PART } else { off(&cells).abs() > MISSED };
+    if missed && target.may_jump() && target.most_within(&lo, &hi).is_some() {
+        cells = refined_by(target, rule, true);
     }
+    if target.may_jump() && rule != Rule::Midpoint {
+        weigh_closely(target, &mut cells);
+    }
+    cells
 }
 
-/// Part of the whole that cells may miss.
+/// Part of the whole, or of a part of it, that cells may miss.
 const MISSED: f64 = 0.01;
+const MISSED_OF_PART: f64 = 3e-3;
+
+/// Finds the masses of cells that a surface goes through from parts of them: of the largest, which hold most of what is not known, as many as
+/// evaluations allow.
+fn weigh_closely<const D: usize>(target: &dyn Matter<D>, cells: &mut [Cell<D>]) {
+    let is_crossed = parallel::map(cells.len(), |i| cells[i].is_crossed(target));
+    let mut crossed: Vec<usize> = (0..cells.len()).filter(|&i| is_crossed[i]).collect();
+    crossed.sort_by(|&i, &j| cells[j].volume().total_cmp(&cells[i].volume()));
+    crossed.truncate(MOST_EVALUATIONS >> (D as u32 * (HALVINGS + 1) + 1));
+    let masses = parallel::map(crossed.len(), |i| cells[crossed[i]].mass_of_parts(target, HALVINGS));
+    crossed.into_iter().zip(masses).for_each(|(i, mass)| cells[i].mass = mass);
+}
+
+/// Halvings of a cell along each axis, and evaluations of the density for all of them, about.
+const HALVINGS: u32 = 2;
+const MOST_EVALUATIONS: usize = 1 << 21;
 
 fn refined_by<const D: usize>(target: &dyn Matter<D>, rule: Rule, by_bounds: bool) -> Vec<Cell<D>> {
     let (lo, hi) = target.bounds();
@@ -377,17 +442,8 @@ fn leave_largest(values: &mut [f64], most: usize) {
 
 /// The mass that the middle of a cell may not show; 0 where it shows enough.
 fn roughness<const D: usize>(cell: &Cell<D>, target: &dyn Matter<D>, floor: f64) -> f64 {
-    let mut corners = 0.0;
-    for corner in 0..1_usize << D {
-        // A hair inside, so that a shared corner is judged by both sides of a discontinuity.
-        let x: [f64; D] = sph::array(|k| {
-            let (a, b) = if corner >> k & 1 == 0 { (cell.lo[k], cell.hi[k]) } else { (cell.hi[k], cell.lo[k]) };
-            a + HAIR * (b - a)
-        });
-        if target.domain().contains(&x) {
-            corners += target.number_density(&x);
-        }
-    }
+    let inside = cell.corners().filter(|x| target.domain().contains(x));
+    let corners: f64 = inside.map(|x| target.number_density(&x)).sum();
     let corner_mass = corners * cell.volume() / (1_usize << D) as f64;
     let (larger, off) = (corner_mass.max(cell.mass), (corner_mass - cell.mass).abs());
     if larger > floor && off > DISAGREEMENT * larger {
@@ -427,7 +483,7 @@ pub(crate) fn refine<const D: usize>(target: &dyn Matter<D>, cells: &mut Vec<Cel
         let limit = 1.5 * total / least as f64;
         let before = cells.len();
         let heavy = (0..before).filter(|&i| cells[i].mass > limit).collect();
-        halve(cells, heavy, |cell| cell.halves(target, rule));
+        halve(cells, heavy, |cell| cell.halves_sharing(cell.longest(), target, rule));
         cells.retain(|c| c.mass > 0.0);
         if cells.len() == before {
             return;

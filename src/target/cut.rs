@@ -30,7 +30,7 @@ pub(crate) fn cut_closely<const D: usize>(
     for _ in 0..SLICINGS {
         let plane = plane_across(axis, &cells, fraction, about);
         let crossed = (0..cells.len()).filter(|&i| cells[i].lo[axis] < plane && cells[i].hi[axis] > plane).collect();
-        halve(&mut cells, crossed, |cell| cell.halves_along(axis, target, rule));
+        halve(&mut cells, crossed, |cell| cell.halves_sharing(axis, target, rule));
     }
     let plane = plane_across(axis, &cells, fraction, about);
     cut_at(axis, plane, cells)

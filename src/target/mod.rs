@@ -308,11 +308,8 @@ impl<const D: usize> Matter<D> for Target<'_, D> {
         !self.may_jump() && !self.is_cut()
     }
 
-    /// Not of a part, whose density ends where the field's does not.
+    /// Of a part as well, which has no more than the field: where others are denser the bound is wide.
     fn most_within(&self, lo: &[f64; D], hi: &[f64; D]) -> Option<f64> {
-        if self.is_cut() {
-            return None;
-        }
         let most = self.resolution_field().enclosure(&Patch::of_box(*lo, *hi))?.most;
         Some(most * self.count as f64 / self.resolution_integral)
     }

@@ -73,6 +73,25 @@ fn the_input_is_never_overwritten() {
 }
 
 #[test]
+fn convert_does_not_replace_what_it_converts() {
+    let folder = Folder::new();
+    let (star, input, other) = (folder.file("good.txt", GOOD), folder.path("ic.vtu"), folder.path("out/new.vtu"));
+    let (same, new) = (input.display().to_string(), other.display().to_string());
+    let made = sph_prep(&["--in", &star.display().to_string(), "--out", &same, "-n", "100", "--iterations", "1"]);
+    assert_eq!(made.code, Some(0), "{made:?}");
+    let before = std::fs::read(&input).unwrap();
+    let outcome = sph_prep(&["convert", &same, &same]);
+    assert_eq!(faults(&outcome, &folder, 2, &["which it would replace"]), Vec::<String>::new(), "{outcome:?}");
+    assert_eq!(std::fs::read(&input).unwrap(), before);
+    let told = |words: &str| {
+        let outcome = sph_prep(&["convert", &same, &new]);
+        assert_eq!(outcome.code, Some(0), "{outcome:?}");
+        format!("{}{}", outcome.stdout, outcome.stderr).contains(words)
+    };
+    assert!(!told("was replaced") && told("new.vtu' was replaced"));
+}
+
+#[test]
 fn inputs_that_are_no_readable_files_are_refused() {
     let folder = Folder::new();
     let mut faults = vec![

@@ -99,7 +99,7 @@ pub fn run_in_turn(
 #[derive(Clone, Copy)]
 struct Stepping {
     stage: StageName,
-    /// How many there have been with it, and before it with the same stage.
+    /// How many there have been with it, and before it of the same stage.
     pass: usize,
     sweep: usize,
     /// The target over the summed density in all blocks, where it is known.
@@ -242,8 +242,14 @@ impl Run<'_> {
                 None => vec![seeds.positions(kept.share(block))?],
             };
             for (own, positions) in (block..).zip(new) {
-                kept.put(own, &Block { passes: Vec::new(), positions })?;
+                if kept.block::<D>(own)?.is_none() {
+                    kept.put(own, &Block { passes: Vec::new(), positions })?;
+                }
             }
+        }
+        if counts.contains(&0) {
+            let problem = "are so unevenly spread that a block has none of them; use fewer blocks";
+            return Err(Error::scene("particles", problem));
         }
         kept.count(counts)?;
         self.lap(Step::Seed, lap);
