@@ -1,6 +1,6 @@
 //! The command line: arguments over a scene file, progress, report, exit codes.
 //!
-//! Exit codes: 0 success, 1 failure, 2 wrong usage, 3 written, but not what was asked for, see [`exit`].
+//! Exit codes: 0 success, 1 failure, 2 wrong usage, 3 written, but not what was asked for.
 
 mod args;
 mod check;
