@@ -382,8 +382,8 @@ pub struct RunArgs {
     /// seeds by mass bisection, WVT and the density solver.
     #[arg(long, value_name = "COUNT", value_parser = ranks, conflicts_with = "dry_run")]
     pub ranks: Option<usize>,
-    /// Place in so many blocks, one after the other and each twice, in memory for one of them: seeds by mass bisection or on
-    /// shells, WVT and the density solver.
+    /// Place in so many blocks, one after the other and again until their seams are gone, in memory for one of them: seeds by
+    /// mass bisection or on shells, WVT and the density solver.
     #[arg(long, value_name = "BLOCKS", value_parser = ranks, conflicts_with_all = ["dry_run", "ranks"])]
     pub in_turn: Option<usize>,
     /// Folder in which --in-turn keeps the blocks, and from which an interrupted run goes on [default: OUT.blocks].

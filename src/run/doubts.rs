@@ -34,10 +34,7 @@ pub(crate) fn before<const D: usize>(scene: &Scene, prepared: &Prepared<D>, coun
         });
     }
     let spacing = (domain.volume() / count as f64).powf(1.0 / D as f64);
-    let along = |k: usize| (format!("along {}", ["x", "y", "z"][k]), domain.extent()[k]);
-    let periodic = (0..D).filter(|k| domain.axes[*k] == Axis::Periodic).map(along);
-    let ends = extents(domain).into_iter().map(|of| (of, "too little for a density to be summed across"));
-    for ((what, extent), why) in ends.chain(periodic.map(|of| (of, "so that particles are neighbors of themselves"))) {
+    for Extent { what, extent, why } in extents(domain) {
         let spacings = extent / spacing;
         if spacings < THIN {
             let factor = (THIN / spacings).powi(D as i32);
@@ -51,21 +48,31 @@ pub(crate) fn before<const D: usize>(scene: &Scene, prepared: &Prepared<D>, coun
     doubts
 }
 
-/// Widths of a domain that end at surfaces, and where.
-fn extents<const D: usize>(domain: &Domain<D>) -> Vec<(String, f64)> {
-    let extent = domain.extent();
-    let along = |k: usize| (format!("along {}", ["x", "y", "z"][k]), extent[k]);
+/// The width of a domain.
+struct Extent {
+    /// From where to where.
+    what: String,
+    extent: f64,
+    /// What it means if that is too little.
+    why: &'static str,
+}
+
+const ACROSS: &str = "too little for a density to be summed across";
+const OF_ITSELF: &str = "so that particles are neighbors of themselves";
+
+fn extents<const D: usize>(domain: &Domain<D>) -> Vec<Extent> {
+    let along = |k: usize| Extent {
+        what: format!("along {}", ["x", "y", "z"][k]),
+        extent: domain.extent()[k],
+        why: if domain.axes[k] == Axis::Periodic { OF_ITSELF } else { ACROSS },
+    };
+    let between =
+        |what: &str, inner: f64, outer: f64| Extent { what: what.into(), extent: shell(inner, outer), why: ACROSS };
     match &domain.region {
-        Region::Box => (0..D).filter(|k| domain.axes[*k] != Axis::Periodic).map(along).collect(),
-        Region::Ball { inner_radius, radius, .. } => {
-            vec![("from surface to surface".to_owned(), shell(*inner_radius, *radius))]
-        }
+        Region::Box => (0..D).map(along).collect(),
+        Region::Ball { inner_radius, radius, .. } => vec![between("from surface to surface", *inner_radius, *radius)],
         Region::Cylinder { axis, inner_radius, radius, .. } => {
-            let mut all = vec![("across its axis".to_owned(), shell(*inner_radius, *radius))];
-            if domain.axes[*axis] != Axis::Periodic {
-                all.push(along(*axis));
-            }
-            all
+            vec![between("across its axis", *inner_radius, *radius), along(*axis)]
         }
         Region::Hull(..) => Vec::new(),
     }

@@ -184,9 +184,7 @@ impl<const D: usize> Cell<D> {
             most.max((target.density_inside(&x).unwrap_or(0.0) - here).abs())
         })
     }
-}
 
-impl<const D: usize> Cell<D> {
     /// Its corners, a hair inside, so that one that cells share is judged by both sides of a discontinuity.
     fn corners(&self) -> impl Iterator<Item = [f64; D]> + '_ {
         (0..1_usize << D).map(|corner| {
@@ -358,9 +356,9 @@ pub(crate) fn partition<const D: usize>(target: &dyn Matter<D>, rule: Rule) -> R
 fn refined<const D: usize>(target: &dyn Matter<D>, rule: Rule) -> Vec<Cell<D>> {
     let mut cells = refined_by(target, rule, false);
     let (lo, hi) = target.bounds();
-    let off = |cells: &[Cell<D>]| cells.iter().map(|c| c.mass).sum::<f64>() / target.count() as f64 - 1.0;
+    let off = cells.iter().map(|c| c.mass).sum::<f64>() / target.count() as f64 - 1.0;
     // The bounds of a part are those of the field, which may have far more beside it.
-    let missed = if target.is_cut() { off(&cells) < -MISSED_OF_PART } else { off(&cells).abs() > MISSED };
+    let missed = if target.is_cut() { off < -MISSED_OF_PART } else { off.abs() > MISSED };
     if missed && target.may_jump() && target.most_within(&lo, &hi).is_some() {
         cells = refined_by(target, rule, true);
     }

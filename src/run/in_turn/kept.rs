@@ -212,10 +212,8 @@ impl Kept {
     }
 
     /// # Errors
-    /// A file that is damaged, or cannot be written.
-    pub fn put_sweep(&self, sweep: Sweep) -> Result<()> {
-        let mut sweeps = self.sweeps()?;
-        sweeps.push(sweep);
+    /// A file that cannot be written.
+    pub fn put_sweeps(&self, sweeps: &[Sweep]) -> Result<()> {
         self.write(&self.folder.join("sweeps"), &sweeps)
     }
 

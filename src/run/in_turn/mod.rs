@@ -274,15 +274,17 @@ impl Run<'_> {
                 stop = self.sweep(of(*stage, i + 1, 0), (target, plan), (kept, map), &mut passes)?;
             }
         }
+        let mut sweeps = kept.sweeps()?;
         for sweep in 0..MOST_SWEEPS {
             let pass = before.len() + sweep + 1;
             let mut figures = None;
-            if stop.is_none() && kept.sweeps()?.len() < sweep {
+            if stop.is_none() && sweeps.len() < sweep {
                 let now = self.measured(target, (kept, map))?;
-                kept.put_sweep(now.sweep(map.left(pass - 1)))?;
+                sweeps.push(now.sweep(map.left(pass - 1)));
+                kept.put_sweeps(&sweeps)?;
                 figures = Some(now);
             }
-            if stop.is_some() || !Sweep::go_on(&kept.sweeps()?[..sweep]) {
+            if stop.is_some() || !Sweep::go_on(&sweeps[..sweep]) {
                 let figures = figures.map_or_else(|| self.measured(target, (kept, map)), Ok)?;
                 return Ok((passes, stop.unwrap_or(StopReason::Stagnated), figures));
             }
