@@ -91,6 +91,8 @@ pub(crate) struct Streamed<'a, const D: usize> {
     requires_energy: bool,
     stop: String,
     header: RunHeader,
+    /// Whether support radii and densities were summed, and are not the target's.
+    is_summed: bool,
     /// The first particle.
     first: ParticleTable,
     notes: Vec<String>,
@@ -133,10 +135,15 @@ impl<'a, const D: usize> Streamed<'a, D> {
                 kernel_neighbors: 0.0,
                 provenance: Vec::new(),
             },
+            is_summed: places.sums(0..1)?.is_some(),
             first: ParticleTable::default(),
             notes: Vec::from_iter(note),
         };
-        let made = stream.made(0..1)?;
+        let mut made = stream.made(0..1, true)?;
+        if !stream.is_summed {
+            made.file.header.provenance.retain(|(key, _)| key != "DensityDefinition");
+            made.file.header.provenance.push(("DensityDefinition".into(), "the target's at each particle".into()));
+        }
         stream.header = made.file.header;
         stream.first = made.file.species.into_iter().next().map(|s| s.table).unwrap_or_default();
         stream.notes.extend(prepared.notes.iter().cloned().chain(made.notes));
@@ -153,8 +160,9 @@ impl<'a, const D: usize> Streamed<'a, D> {
         &self.notes
     }
 
-    fn made(&self, rows: Range<usize>) -> Result<crate::output::particle_file::Made> {
-        let summed = self.places.sums(rows.clone())?;
+    /// All columns of some particles; without `with_sums`, what was summed is not looked up, and the target's stands for it.
+    fn made(&self, rows: Range<usize>, with_sums: bool) -> Result<crate::output::particle_file::Made> {
+        let summed = if with_sums { self.places.sums(rows.clone())? } else { None };
         let positions = self.places.positions(rows)?;
         let n = positions[0].len();
         let number = parallel::map(n, |i| self.target.number_density(&at(&positions, i)));
@@ -168,7 +176,6 @@ impl<'a, const D: usize> Streamed<'a, D> {
         let ratio = support_over_spacing(D, neighbors);
         let mass = 1.0 / self.target.count as f64;
         let target_density: Vec<f64> = number.iter().map(|v| v * mass).collect();
-        let is_summed = summed.is_some();
         let (support, density) = summed.unwrap_or_else(|| {
             (number.iter().map(|&v| self.target.support(v, ratio)).collect(), target_density.clone())
         });
@@ -192,12 +199,27 @@ impl<'a, const D: usize> Streamed<'a, D> {
             conversion: units.into_output(&out),
             origin: self.scene.output.origin.clone(),
         };
-        let mut made = particle_file(self.scene, self.prepared, raw, (out, &self.factors), None, &making)?;
-        if !is_summed {
-            made.file.header.provenance.retain(|(key, _)| key != "DensityDefinition");
-            made.file.header.provenance.push(("DensityDefinition".into(), "the target's at each particle".into()));
+        particle_file(self.scene, self.prepared, raw, (out, &self.factors), None, &making)
+    }
+
+    /// Of some particles the columns that were summed, and those with one value for all: what takes no places.
+    fn without_places(&self, rows: Range<usize>, with_sums: bool) -> Result<Vec<Column>> {
+        let n = rows.len();
+        let repeated =
+            |c: &Column| Column { name: c.name.clone(), values: Values::F64(vec![c.values.get(0); n]), ..*c };
+        let mut columns: Vec<Column> = self.first.columns.iter().filter(|c| is_alike(c)).map(repeated).collect();
+        let Some((support, density)) = (if with_sums { self.places.sums(rows)? } else { None }) else {
+            return Ok(columns);
+        };
+        let scaled = |values: Vec<f64>, factor: f64| Values::F64(parallel::map(n, |i| values[i] * factor));
+        for (name, values) in [
+            (names::SUPPORT_RADIUS, scaled(support, self.factors.length)),
+            (names::DENSITY, scaled(density, self.factors.density)),
+        ] {
+            let of_first = self.first.columns.iter().find(|c| c.name == name);
+            columns.extend(of_first.map(|c| Column { name: name.into(), values, ..*c }));
         }
-        Ok(made)
+        Ok(columns)
     }
 }
 
@@ -217,15 +239,13 @@ impl<const D: usize> ParticleStream for Streamed<'_, D> {
         wanted: &dyn Fn(&str) -> bool,
     ) -> std::result::Result<ParticleTable, FormatError> {
         let (first, n) = (rows.start as i64 + 1, rows.len());
-        let is_alike = |c: &&Column| c.name == names::MASSES || c.name == names::PARTICLE_IDS;
-        let mut wanted_columns = self.first.columns.iter().filter(|c| wanted(&c.name));
-        let mut table = if wanted_columns.all(|c| is_alike(&c)) {
-            // What does not depend on places takes none.
-            let repeated =
-                |c: &Column| Column { name: c.name.clone(), values: Values::F64(vec![c.values.get(0); n]), ..*c };
-            ParticleTable { count: n, columns: self.first.columns.iter().filter(is_alike).map(repeated).collect() }
+        let all_are = |kind: &dyn Fn(&Column) -> bool| self.first.columns.iter().all(|c| !wanted(&c.name) || kind(c));
+        let with_sums = self.is_summed && self.first.columns.iter().any(|c| wanted(&c.name) && is_summed(c));
+        let mut table = if all_are(&|c| is_alike(c) || self.is_summed && is_summed(c)) {
+            let columns = self.without_places(rows, with_sums).map_err(into_format_error)?;
+            ParticleTable { count: n, columns }
         } else {
-            let made = self.made(rows).map_err(into_format_error)?;
+            let made = self.made(rows, with_sums).map_err(into_format_error)?;
             made.file.species.into_iter().next().map(|s| s.table).unwrap_or_default()
         };
         for column in table.columns.iter_mut().filter(|c| c.name == names::PARTICLE_IDS) {
@@ -234,6 +254,15 @@ impl<const D: usize> ParticleStream for Streamed<'_, D> {
         table.columns.retain(|c| wanted(&c.name));
         Ok(table)
     }
+}
+
+/// Whether a column has one value for all particles, or their numbers.
+fn is_alike(column: &Column) -> bool {
+    column.name == names::MASSES || column.name == names::PARTICLE_IDS
+}
+
+fn is_summed(column: &Column) -> bool {
+    column.name == names::SUPPORT_RADIUS || column.name == names::DENSITY
 }
 
 /// What a writer passes on.

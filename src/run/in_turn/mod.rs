@@ -6,6 +6,7 @@
 
 mod kept;
 mod measure;
+mod on_disk;
 mod report;
 mod surroundings;
 
@@ -34,14 +35,13 @@ use crate::relaxation::{
 use crate::scene::{DEFAULT_PARTICLES, Scene};
 use crate::seeding::{Blockwise, Seeding};
 use crate::target::{Positions, Target};
-use kept::{Block, Kept, Sums, Sweep};
+use kept::{Block, Kept, Sweep};
 use measure::Measuring;
+use on_disk::OnDisk;
 use report::Done;
 use sph::kernel::support_over_spacing;
 use sph_formats::FormatSpec;
-use std::ops::Range;
 use std::path::Path;
-use std::sync::{Arc, Mutex, PoisonError};
 use std::time::Instant;
 use surroundings::Map;
 
@@ -416,7 +416,7 @@ impl Run<'_> {
     ) -> Result<(Vec<VariableReport>, Vec<String>)> {
         let (scene, lap) = (self.scene, Instant::now());
         self.control.tell(Event::Begin(Step::Write));
-        let places = OnDisk { kept, last: Mutex::new(None) };
+        let places = OnDisk::new(kept);
         let of_target = (target, &places as &dyn Places<D>);
         let stream = Streamed::new(scene, (prepared, self.units), of_target, Some(self.format), format!("{stop:?}"))?;
         // What was noted when the scene was prepared is known.
@@ -442,61 +442,6 @@ impl Run<'_> {
         let known = (self.units.input.is_some() && D == 3).then_some(units.mass);
         let each = target.equal_masses(1)[0];
         Ok((MassReport::of_equal((each, target.count), &prepared.mass, (&factors, known)), note))
-    }
-}
-
-/// Particles by their numbers, as they are on disk.
-struct OnDisk<'a, const D: usize> {
-    kept: &'a Kept,
-    /// The block that was read last.
-    last: Mutex<Option<Arc<(usize, Positions<D>, Sums)>>>,
-}
-
-impl<const D: usize> OnDisk<'_, D> {
-    fn block(&self, block: usize) -> Result<Arc<(usize, Positions<D>, Sums)>> {
-        let mut last = self.last.lock().unwrap_or_else(PoisonError::into_inner);
-        if let Some(found) = last.as_ref().filter(|found| found.0 == block) {
-            return Ok(found.clone());
-        }
-        let found = Arc::new((block, self.kept.there(block)?.positions, self.kept.sums(block)?));
-        *last = Some(found.clone());
-        Ok(found)
-    }
-
-    /// Calls `with` with each block that has some of the particles, and their places in it.
-    fn each(
-        &self,
-        numbers: Range<usize>,
-        mut with: impl FnMut(&(usize, Positions<D>, Sums), Range<usize>),
-    ) -> Result<()> {
-        if numbers.is_empty() {
-            return Ok(());
-        }
-        for block in self.kept.block_of(numbers.start)..=self.kept.block_of(numbers.end - 1) {
-            let own = self.kept.own(block);
-            let clamp = |i: usize| i.clamp(own.start, own.end) - own.start;
-            with(&*self.block(block)?, clamp(numbers.start)..clamp(numbers.end));
-        }
-        Ok(())
-    }
-}
-
-impl<const D: usize> Places<D> for OnDisk<'_, D> {
-    fn positions(&self, numbers: Range<usize>) -> Result<Positions<D>> {
-        let mut found: Positions<D> = std::array::from_fn(|_| Vec::with_capacity(numbers.len()));
-        self.each(numbers, |(_, positions, _), rows| {
-            found.iter_mut().zip(positions).for_each(|(all, x)| all.extend_from_slice(&x[rows.clone()]));
-        })?;
-        Ok(found)
-    }
-
-    fn sums(&self, numbers: Range<usize>) -> Result<Option<(Vec<f64>, Vec<f64>)>> {
-        let (mut support, mut density) = (Vec::new(), Vec::new());
-        self.each(numbers, |(_, _, sums), rows| {
-            support.extend_from_slice(&sums.support[rows.clone()]);
-            density.extend_from_slice(&sums.density[rows]);
-        })?;
-        Ok(Some((support, density)))
     }
 }
 
