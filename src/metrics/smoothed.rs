@@ -10,7 +10,7 @@
 
 use super::ledger::Ledger;
 use crate::field::quadrature::rule;
-use crate::target::cells::Matter;
+use crate::target::matter::Matter;
 use crate::target::{Positions, Target, at};
 use nalgebra::{DMatrix, SymmetricEigen};
 use sph::domain::{Axis, Region, Wall};

@@ -194,7 +194,10 @@ fn bisect<const D: usize>(
 /// middle is inside, or one nearby.
 pub(super) fn representative<const D: usize>(target: &Target<'_, D>, cells: &[Cell<D>]) -> [f64; D] {
     let total: f64 = cells.iter().map(|c| c.mass).sum();
-    let mean = sph::array(|k| cells.iter().map(|c| c.mass / total * c.center()[k]).sum());
+    // Of what surfaces cross, what is on one side of them.
+    let centers: Vec<[f64; D]> =
+        cells.iter().map(|c| if c.across.is_some() { c.center_of_mass(target) } else { c.center() }).collect();
+    let mean = sph::array(|k| cells.iter().zip(&centers).map(|(c, center)| c.mass / total * center[k]).sum());
     if target.admits(&mean) {
         return mean;
     }

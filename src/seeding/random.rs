@@ -4,6 +4,7 @@ use super::seeded::to_positions;
 use crate::error::Result;
 use crate::random::{Purpose, keyed};
 use crate::target::cells::partition;
+use crate::target::matter::Matter;
 use crate::target::{Positions, Target};
 use rand::RngExt;
 use sph::parallel;
@@ -35,9 +36,13 @@ pub(super) fn place<const D: usize>(target: &Target<'_, D>, seed: u64) -> Result
             if target.admits(&inside) {
                 center = center.or(Some(inside));
             }
-            // Cells are nearly uniform; twice the mean bounds what the partition left uneven.
+            // Cells are nearly uniform but for those that surfaces cross; twice the mean bounds what the partition left uneven.
             let volume: f64 = (0..D).map(|k| cell.hi[k] - cell.lo[k]).product();
-            let bound = 2.0 * cell.mass / volume;
+            let even = 2.0 * cell.mass / volume;
+            let bound = match cell.across {
+                Some(_) => even.max(target.most_within(&cell.lo, &cell.hi).unwrap_or(0.0)),
+                None => even,
+            };
             if rng.random::<f64>() * bound <= target.number_density(&x) {
                 return x;
             }

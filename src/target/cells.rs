@@ -1,33 +1,10 @@
 //! The target as boxes of constant density, refined where mass is.
 
+use super::lines;
+use super::matter::Matter;
 use crate::error::{Error, Result};
 use sph::domain::Domain;
 use sph::parallel;
-
-/// What is divided into cells: a number density over a domain.
-pub(crate) trait Matter<const D: usize>: Sync {
-    fn domain(&self) -> &Domain<D>;
-    /// The box that holds all of it.
-    fn bounds(&self) -> ([f64; D], [f64; D]);
-    /// The integral of its density.
-    fn count(&self) -> usize;
-    /// n*; 0 where no particle belongs.
-    fn number_density(&self, x: &[f64; D]) -> f64;
-    /// n* at `x`; none outside.
-    fn density_inside(&self, x: &[f64; D]) -> Option<f64>;
-    /// Whether it may be discontinuous where that is not known.
-    fn is_piecewise(&self) -> bool;
-    /// Whether it may be discontinuous at all.
-    fn may_jump(&self) -> bool;
-    /// Whether it is a part of a whole, bounded by itself.
-    fn is_cut(&self) -> bool;
-    /// Whether nothing but the domain's surface ends it.
-    fn is_smooth(&self) -> bool;
-    /// A bound of n* over a box, where one is known; it need not be narrow.
-    fn most_within(&self, lo: &[f64; D], hi: &[f64; D]) -> Option<f64>;
-    /// Where layers across an axis that are too thin to be met by chance begin and end.
-    fn planes(&self, axis: usize) -> Vec<f64>;
-}
 
 /// A box with the integral of n* over it.
 #[derive(Debug, Clone, Copy)]
@@ -35,9 +12,15 @@ pub(crate) struct Cell<const D: usize> {
     pub lo: [f64; D],
     pub hi: [f64; D],
     pub mass: f64,
+    /// The axis along which lines meet the surfaces that cross it, where that is known.
+    pub across: Option<u8>,
 }
 
 impl<const D: usize> Cell<D> {
+    pub(super) fn new(lo: [f64; D], hi: [f64; D]) -> Self {
+        Self { lo, hi, mass: 0.0, across: None }
+    }
+
     /// The center, or, where a cell reaches across the surface of a ball or shell, a point near it inside.
     pub fn point_inside(&self, domain: &Domain<D>) -> [f64; D] {
         inside(self, domain).1
@@ -83,10 +66,32 @@ impl<const D: usize> Cell<D> {
         (0..D).fold(0, |best, k| if edge(k) > edge(best) { k } else { best })
     }
 
-    /// The center of its mass by Gauss's rule; its own center where the rule finds nothing.
+    /// The center of its mass by Gauss's rule, or by lines where surfaces cross it; its own center where these find nothing.
     pub fn center_of_mass(&self, target: &dyn Matter<D>) -> [f64; D] {
-        let (mass, moment) = gauss_moments(target, &self.lo, &self.hi, DIVISIONS);
+        let (mass, moment) = match self.across {
+            Some(axis) => lines::moments(target, [&self.lo, &self.hi], axis.into(), self.lines()),
+            None => gauss_moments(target, &self.lo, &self.hi, DIVISIONS),
+        };
         if mass > 0.0 { moment.map(|m| m / mass) } else { self.center() }
+    }
+
+    /// Its mass as points of no more than `limit` on lines through it, where surfaces cross it and so few lines do; none elsewhere.
+    pub fn points_on_lines(&self, target: &dyn Matter<D>, limit: f64) -> Option<Vec<([f64; D], f64)>> {
+        let axis = usize::from(self.across?);
+        let lines = (self.mass / limit).powf(1.0 / (D - 1).max(1) as f64).ceil().max(2.0);
+        if lines > MOST_LINES {
+            return None;
+        }
+        let mut points = lines::points(target, [&self.lo, &self.hi], axis, lines as usize);
+        let found: f64 = points.iter().map(|point| point.1).sum();
+        points.retain(|point| point.1 > 0.0);
+        points.iter_mut().for_each(|point| point.1 *= self.mass / found);
+        (!points.is_empty()).then_some(points)
+    }
+
+    /// `factor` where lines say where its mass is, else 1.
+    fn times_by_lines(&self, factor: f64) -> f64 {
+        if self.across.is_some() { factor } else { 1.0 }
     }
 
     /// Whether its mass is that of the density in its middle, to this part of it.
@@ -164,11 +169,36 @@ impl<const D: usize> Cell<D> {
 
     /// With its mass from the target.
     fn weighed(mut self, target: &dyn Matter<D>, rule: Rule) -> Self {
-        self.mass = match rule {
-            Rule::Midpoint => midpoint_mass(&self, target),
-            Rule::Gauss | Rule::Shared => gauss_mass(target, &self.lo, &self.hi, DIVISIONS),
+        self.across = if rule == Rule::Midpoint { None } else { self.axis_across(target) };
+        self.mass = match (rule, self.across) {
+            (Rule::Midpoint, _) => midpoint_mass(&self, target),
+            (_, Some(axis)) => self.mass_by_lines(target, axis.into()),
+            (_, None) => gauss_mass(target, &self.lo, &self.hi, DIVISIONS),
         };
         self
+    }
+
+    /// By as many lines as for the mass that it was thought to have, or by more, if it has more.
+    fn mass_by_lines(&self, target: &dyn Matter<D>, axis: usize) -> f64 {
+        let by = |lines: usize| lines::moments(target, [&self.lo, &self.hi], axis, lines).0;
+        let lines = self.lines();
+        let found = Self { mass: by(lines), ..*self };
+        if found.lines() > lines { by(found.lines()) } else { found.mass }
+    }
+
+    /// The axis along which lines meet the surfaces that cross it: what they met in what it is a part of, as long as there may be any.
+    fn axis_across(&self, target: &dyn Matter<D>) -> Option<u8> {
+        if !target.may_jump() || target.is_crossed(&self.lo, &self.hi) != Some(true) {
+            return None;
+        }
+        self.across.or_else(|| lines::most_crossed(target, [&self.lo, &self.hi]).map(|axis| axis as u8))
+    }
+
+    /// Lines across each axis by which its mass is known: well enough for that of a particle, with what it has or that of which it is a part.
+    fn lines(&self) -> usize {
+        let lines = LINES.iter().find(|(most, _)| self.mass <= *most).map_or(MANY_LINES, |(_, lines)| *lines);
+        // In a plane they cost little.
+        if D < 3 { 2 * lines } else { lines }
     }
 }
 
@@ -196,8 +226,11 @@ impl<const D: usize> Cell<D> {
         })
     }
 
-    /// Whether densities in the middle and the corners differ as across a surface.
+    /// Whether densities in the middle and the corners differ as across a surface, where no line says more.
     fn is_crossed(&self, target: &dyn Matter<D>) -> bool {
+        if self.across.is_some() {
+            return false;
+        }
         let density = |x: &[f64; D]| target.density_inside(x).unwrap_or(0.0);
         let middle = density(&self.center());
         let (least, most) =
@@ -383,13 +416,18 @@ fn weigh_closely<const D: usize>(target: &dyn Matter<D>, cells: &mut [Cell<D>]) 
     crossed.into_iter().zip(masses).for_each(|(i, mass)| cells[i].mass = mass);
 }
 
+/// Lines across each axis for cells with so many particles, at most, and for all others.
+const LINES: [(f64, usize); 2] = [(0.5, 2), (8.0, 4)];
+const MANY_LINES: usize = 8;
+/// Lines across each axis by which a cell is divided into points, at most.
+const MOST_LINES: f64 = 8.0;
 /// Halvings of a cell along each axis, and evaluations of the density for all of them, about.
 const HALVINGS: u32 = 2;
 const MOST_EVALUATIONS: usize = 1 << 21;
 
 fn refined_by<const D: usize>(target: &dyn Matter<D>, rule: Rule, by_bounds: bool) -> Vec<Cell<D>> {
     let (lo, hi) = target.bounds();
-    let whole = Cell { lo, hi, mass: 0.0 };
+    let whole = Cell::new(lo, hi);
     let mut boxes = vec![whole];
     for axis in 0..D {
         for plane in target.planes(axis) {
@@ -400,7 +438,9 @@ fn refined_by<const D: usize>(target: &dyn Matter<D>, rule: Rule, by_bounds: boo
     while boxes.len() < first {
         boxes = boxes.iter().flat_map(|c| c.boxes_along(c.longest())).collect();
     }
-    let cells = parallel::map(boxes.len(), |i| boxes[i].weighed(target, rule));
+    // As many lines as for what a cell has on average.
+    let mean = target.count() as f64 / boxes.len() as f64;
+    let cells = parallel::map(boxes.len(), |i| Cell { mass: mean, ..boxes[i] }.weighed(target, rule));
     let floor = NEGLIGIBLE * target.count() as f64;
     let mut pending = cells;
     let mut done = Vec::new();
@@ -440,6 +480,12 @@ fn leave_largest(values: &mut [f64], most: usize) {
 
 /// The mass that the middle of a cell may not show; 0 where it shows enough.
 fn roughness<const D: usize>(cell: &Cell<D>, target: &dyn Matter<D>, floor: f64) -> f64 {
+    if cell.across.is_some() {
+        // Surfaces are seen; there may be more between the lines.
+        let both: f64 = cell.halves(target, Rule::Gauss).iter().map(|half| half.mass).sum();
+        let (larger, off) = (both.max(cell.mass), (both - cell.mass).abs());
+        return if larger > floor && off > DISAGREEMENT * larger { off } else { 0.0 };
+    }
     let inside = cell.corners().filter(|x| target.domain().contains(x));
     let corners: f64 = inside.map(|x| target.number_density(&x)).sum();
     let corner_mass = corners * cell.volume() / (1_usize << D) as f64;
@@ -480,7 +526,7 @@ pub(crate) fn refine<const D: usize>(target: &dyn Matter<D>, cells: &mut Vec<Cel
         let total: f64 = cells.iter().map(|c| c.mass).sum();
         let limit = 1.5 * total / least as f64;
         let before = cells.len();
-        let heavy = (0..before).filter(|&i| cells[i].mass > limit).collect();
+        let heavy = (0..before).filter(|&i| cells[i].mass > cells[i].times_by_lines(ALIKE) * limit).collect();
         halve(cells, heavy, |cell| cell.halves_sharing(cell.longest(), target, rule));
         cells.retain(|c| c.mass > 0.0);
         if cells.len() == before {
@@ -490,6 +536,8 @@ pub(crate) fn refine<const D: usize>(target: &dyn Matter<D>, cells: &mut Vec<Cel
 }
 
 const MAX_REFINEMENTS: usize = 64;
+/// By how much cells may be heavier of which lines say where their mass is.
+const ALIKE: f64 = 2.0;
 
 /// Puts the halves of the `chosen` cells in their place. A cell whose halves miss its mass (a spike at its center) is kept as it is.
 pub(super) fn halve<const D: usize>(

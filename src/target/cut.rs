@@ -1,6 +1,7 @@
 //! Cells of mass, cut in two by a plane.
 
-use super::cells::{Cell, Matter, Rule, halve};
+use super::cells::{Cell, Rule, halve};
+use super::matter::Matter;
 
 /// Cells on both sides of a plane.
 pub(crate) struct Cut<const D: usize> {

@@ -1,6 +1,6 @@
 //! Where the target changes faster than a sum over neighbors can follow, and where it is discontinuous.
 
-use super::cells::Matter;
+use super::matter::Matter;
 use super::{Positions, Target, at};
 use sph::domain::{Axis, Wall};
 use sph::geometry::distance;

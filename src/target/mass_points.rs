@@ -267,6 +267,9 @@ fn divide<const D: usize>(
     }
     // Where the density hardly changes, its middle says enough.
     let is_even = cell.is_even(target, EVEN);
+    if let Some(points) = cell.points_on_lines(target, limit) {
+        return out.extend(points);
+    }
     if cell.mass > limit && left > 0 {
         let shared = if is_even { cell.shared_halves(target) } else { None };
         let mut halves = shared.unwrap_or_else(|| cell.halves(target, Rule::Gauss));

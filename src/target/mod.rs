@@ -7,13 +7,17 @@ pub(crate) mod cells;
 mod contacts;
 pub(crate) mod cut;
 mod edges;
+mod lines;
+mod locator;
 pub(crate) mod mass_points;
 mod materials;
+pub(crate) mod matter;
 mod regions;
+mod thin;
 
-use crate::field::{Patch, ScalarField};
-use cells::Matter;
+use crate::field::{Patch, ScalarField, stretches};
 pub use materials::{MaterialState, Materials};
+use matter::Matter;
 pub use regions::{Part, Region, Regions, Selected};
 use sph::domain::Domain;
 use sph::geometry::distance;
@@ -306,6 +310,17 @@ impl<const D: usize> Matter<D> for Target<'_, D> {
 
     fn is_smooth(&self) -> bool {
         !self.may_jump() && !self.is_cut()
+    }
+
+    fn is_crossed(&self, lo: &[f64; D], hi: &[f64; D]) -> Option<bool> {
+        Some(!self.resolution_field().enclosure(&Patch::of_box(*lo, *hi))?.is_continuous)
+    }
+
+    fn ends_along(&self, x: &[f64; D], axis: usize, [lo, hi]: [f64; 2]) -> Option<Vec<f64>> {
+        let field = self.resolution_field();
+        let place = |t: f64| sph::array(|k| if k == axis { t } else { x[k] });
+        let parts = stretches(&|t| field.trace(&place(t)), lo, hi)?;
+        Some(parts.iter().skip(1).map(|part| part.from).collect())
     }
 
     /// Of a part as well, which has no more than the field: where others are denser the bound is wide.

@@ -5,9 +5,12 @@
 //! regions, each with its share of the particles, which no stage may move to another. Neighbors whose densities do not
 //! differ by much make a body: sums over particles reach across from one to the other.
 
-use super::cells::{Cell, Matter, Rule, partition};
+use super::cells::{Cell, Rule, partition};
+use super::locator::{Locator, beside, next, ways};
+use super::matter::Matter;
+use super::thin;
 use crate::field::{ScalarField, piece_masses};
-use sph::domain::{Axis, Domain};
+use sph::domain::Domain;
 use sph::nearest::Nearest;
 use sph::parallel;
 use std::collections::{BTreeMap, BTreeSet};
@@ -129,7 +132,25 @@ impl<'a, const D: usize> Regions<'a, D> {
         let locator = Locator::new(domain, &cells);
         let beside = parallel::map(cells.len(), |i| beside(domain, &locator, &cells[i]));
         let apart = contrast.map_or(APART, f64::ln);
-        let map = Map { field, domain, cells, pieces, beside, apart };
+        let real = cells.len();
+        let places = parallel::map(real, |i| cells[i].point_inside(domain));
+        let masses =
+            piece_masses(field, domain, MASS_TOLERANCE).map(|all| all.iter().map(|p| (p.0, p.1.value)).collect());
+        let mut map = Map {
+            field,
+            domain,
+            cells,
+            pieces,
+            places,
+            beside,
+            links: Vec::new(),
+            real,
+            apart_from: BTreeSet::new(),
+            apart,
+            masses,
+        };
+        map.look_for_thin_pieces(&locator, target.count());
+        let map = map;
         let of_piece = map.classes();
         let number = of_piece.values().max().map_or(0, |m| m + 1);
         if of_piece
@@ -183,7 +204,7 @@ impl<'a, const D: usize> Regions<'a, D> {
                 _ => {
                     let place = |i: usize| kept.iter().position(|k| *k == components[i]).map(|k| (i, first + k));
                     let members: Vec<(usize, usize)> = (0..components.len()).filter_map(place).collect();
-                    let centers: Vec<[f64; D]> = members.iter().map(|m| map.cells[m.0].center()).collect();
+                    let centers: Vec<[f64; D]> = members.iter().map(|m| map.center(m.0)).collect();
                     let tree = Nearest::new(&centers).ok()?;
                     Class::Several(Box::new(tree), members.iter().map(|m| m.1).collect())
                 }
@@ -209,7 +230,7 @@ impl<'a, const D: usize> Regions<'a, D> {
     fn joined(&self, map: &Map<'a, D>) -> Vec<usize> {
         let of = parallel::map(map.cells.len(), |i| match map.pieces[i] {
             OUTSIDE => None,
-            _ => self.of(&map.cells[i].point_inside(map.domain)),
+            _ => self.of(&map.places[i]),
         });
         let mut jumps: BTreeMap<(usize, usize), (usize, f64)> = BTreeMap::new();
         for i in 0..map.cells.len() {
@@ -313,36 +334,70 @@ fn bounds<'c, const D: usize>(cells: impl Iterator<Item = &'c Cell<D>>) -> ([f64
     })
 }
 
-/// Cells with the pieces at their middles.
+/// Cells with the pieces at their middles, and once more those with some of a thin piece, for that piece.
 struct Map<'a, const D: usize> {
     field: &'a dyn ScalarField<D>,
     domain: &'a Domain<D>,
     cells: Vec<Cell<D>>,
     pieces: Vec<u64>,
-    /// The cells next to each.
+    /// A place of the piece in each cell, where there is one.
+    places: Vec<[f64; D]>,
+    /// The cells next to each; those of thin pieces are next to what else is there.
     beside: Vec<[[Option<u32>; 2]; D]>,
+    /// Cells of thin pieces next to each other.
+    links: Vec<(usize, usize)>,
+    /// The cells before those of thin pieces.
+    real: usize,
+    /// Cells and the thin pieces for which there are others.
+    apart_from: BTreeSet<(usize, u64)>,
     /// Change of ln n* up to which two regions are one body.
     apart: f64,
-}
-
-/// The cells next to a cell, one at the middle of each face. Smaller ones find a larger one in turn.
-fn beside<const D: usize>(domain: &Domain<D>, locator: &Locator, cell: &Cell<D>) -> [[Option<u32>; 2]; D] {
-    let center = cell.center();
-    sph::array(|k| {
-        let beyond = NEXT * (cell.hi[k] - cell.lo[k]);
-        [cell.lo[k] - beyond, cell.hi[k] + beyond].map(|place| {
-            let mut x = center;
-            x[k] = place;
-            if domain.axes[k] != Axis::Periodic && !(x[k] > domain.lo[k] && x[k] < domain.hi[k]) {
-                return None;
-            }
-            domain.wrap(&mut x);
-            u32::try_from(locator.find(&x)).ok()
-        })
-    })
+    /// The integral over each piece, where these are known.
+    masses: Option<Vec<(u64, f64)>>,
 }
 
 impl<const D: usize> Map<'_, D> {
+    /// Adds a cell for each piece that is thinner than cells, wherever lines meet it, and what is next to what.
+    fn look_for_thin_pieces(&mut self, locator: &Locator, count: usize) {
+        let Some(masses) = &self.masses else { return };
+        let mut within = BTreeMap::new();
+        for i in (0..self.real).filter(|&i| self.neighbors(i).all(|j| self.pieces[j] == self.pieces[i])) {
+            let volume: f64 = (0..D).map(|k| self.cells[i].hi[k] - self.cells[i].lo[k]).product();
+            *within.entry(self.pieces[i]).or_default() += volume * self.field.value(&self.places[i]);
+        }
+        let least = LEAST_PARTICLES / count as f64 * masses.iter().map(|m| m.1).sum::<f64>();
+        let thin = thin::pieces(masses, &within, least);
+        if thin.is_empty() {
+            return;
+        }
+        let carriers = thin::carriers(self.field, &self.cells, &thin);
+        let number: BTreeMap<(usize, u64), usize> =
+            carriers.iter().enumerate().map(|(k, c)| ((c.cell, c.piece), self.real + k)).collect();
+        for (k, carrier) in carriers.iter().enumerate() {
+            let (own, cell) = (self.real + k, self.cells[carrier.cell]);
+            if self.pieces[carrier.cell] == carrier.piece {
+                self.links.push((own, carrier.cell));
+            }
+            for way in ways() {
+                let beside = next(self.domain, locator, &cell, way);
+                self.links.extend(beside.and_then(|j| number.get(&(j, carrier.piece))).map(|&other| (own, other)));
+            }
+        }
+        for carrier in carriers {
+            let place = u32::try_from(carrier.cell).ok();
+            self.cells.push(Cell { mass: carrier.mass, ..self.cells[carrier.cell] });
+            self.pieces.push(carrier.piece);
+            self.places.push(carrier.place);
+            self.beside.push(sph::array(|k| [place.filter(|_| k == 0), None]));
+        }
+        self.apart_from = number.into_keys().collect();
+    }
+
+    /// Where a cell is, as one place: in the piece, of a thin one.
+    fn center(&self, i: usize) -> [f64; D] {
+        if i < self.real { self.cells[i].center() } else { self.places[i] }
+    }
+
     fn neighbors(&self, i: usize) -> impl Iterator<Item = usize> + '_ {
         self.beside[i].as_flattened().iter().flatten().map(|&j| j as usize)
     }
@@ -379,8 +434,8 @@ impl<const D: usize> Map<'_, D> {
 
     /// Change of ln n* across the interface on the way from one cell to another.
     fn jump(&self, i: usize, j: usize) -> f64 {
-        let (from, piece) = (self.cells[i].center(), self.pieces[i]);
-        let way = self.domain.displacement(&from, &self.cells[j].center());
+        let (from, piece) = (self.center(i), self.pieces[i]);
+        let way = self.domain.displacement(&from, &self.center(j));
         let at = |t: f64| self.domain.wrapped(&sph::array(|k| from[k] + t * way[k]));
         let (mut a, mut b) = (0.0, 1.0);
         for _ in 0..HALVINGS {
@@ -398,6 +453,7 @@ impl<const D: usize> Map<'_, D> {
         for i in 0..self.cells.len() {
             self.neighbors(i).filter(|&j| class[j] == class[i]).for_each(|j| groups.join(i, j));
         }
+        self.links.iter().for_each(|&(i, j)| groups.join(i, j));
         (0..self.cells.len()).map(|i| groups.find(i)).collect()
     }
 
@@ -428,9 +484,14 @@ impl<const D: usize> Map<'_, D> {
     fn divided(&self, i: usize, classes: &BTreeMap<u64, usize>, target: &dyn Matter<D>) -> Vec<(usize, f64)> {
         let cell = &self.cells[i];
         let own = classes[&self.pieces[i]];
+        if i >= self.real {
+            return vec![(own, cell.mass)];
+        }
+        // What it has of thin pieces is in cells of their own.
+        let is_apart = |piece: u64| self.apart_from.contains(&(i, piece));
         let others = self.neighbors(i).any(|j| classes[&self.pieces[j]] != own);
         if !others {
-            return vec![(own, cell.mass)];
+            return if is_apart(self.pieces[i]) { Vec::new() } else { vec![(own, cell.mass)] };
         }
         let mut parts: Vec<(usize, f64)> = Vec::new();
         let number = SAMPLES.pow(D as u32);
@@ -441,7 +502,8 @@ impl<const D: usize> Map<'_, D> {
             if !self.domain.contains(&x) {
                 continue;
             }
-            let Some(&class) = classes.get(&self.field.piece(&x)) else { continue };
+            let piece = self.field.piece(&x);
+            let Some(&class) = classes.get(&piece).filter(|_| !is_apart(piece)) else { continue };
             let mass = weight * target.number_density(&x);
             match parts.iter_mut().find(|p| p.0 == class) {
                 Some(part) => part.1 += mass,
@@ -453,11 +515,11 @@ impl<const D: usize> Map<'_, D> {
 
     /// Scales the masses of a class to what quadrature along its surfaces gives.
     fn correct(&self, shares: &mut BTreeMap<usize, f64>, classes: &BTreeMap<u64, usize>) {
-        let Some(exact) = piece_masses(self.field, self.domain, MASS_TOLERANCE) else { return };
+        let Some(exact) = &self.masses else { return };
         let mut wanted: BTreeMap<usize, f64> = BTreeMap::new();
         for (piece, mass) in exact {
-            if let Some(class) = classes.get(&piece) {
-                *wanted.entry(*class).or_default() += mass.value;
+            if let Some(class) = classes.get(piece) {
+                *wanted.entry(*class).or_default() += mass;
             }
         }
         let class_of = |component: usize| classes[&self.pieces[component]];
@@ -471,9 +533,6 @@ impl<const D: usize> Map<'_, D> {
         }
     }
 }
-
-/// Where the next cell is looked for, in edges of a cell.
-const NEXT: f64 = 1e-6;
 
 /// Disjoint sets.
 struct Groups(Vec<usize>);
@@ -495,56 +554,6 @@ impl Groups {
     fn join(&mut self, a: usize, b: usize) {
         let (a, b) = (self.find(a), self.find(b));
         self.0[a.max(b)] = a.min(b);
-    }
-}
-
-/// Finds the cell at a place: cells come from halving the domain's box.
-struct Locator {
-    nodes: Vec<Halved>,
-}
-
-#[derive(Clone, Copy)]
-enum Halved {
-    Cell(usize),
-    At { axis: usize, middle: f64, halves: [usize; 2] },
-}
-
-impl Locator {
-    fn new<const D: usize>(domain: &Domain<D>, cells: &[Cell<D>]) -> Self {
-        let leaf = |within: &[usize]| Halved::Cell(within.first().copied().unwrap_or(0));
-        let all: Vec<usize> = (0..cells.len()).collect();
-        let mut nodes = vec![leaf(&all)];
-        // No recursion: beside a pole halves go down to rounding.
-        let mut open = vec![(0, domain.lo, domain.hi, all)];
-        while let Some((place, lo, hi, within)) = open.pop() {
-            // The axis that was halved is one that no cell reaches across.
-            let middle = |k: usize| 0.5 * (lo[k] + hi[k]);
-            let is_whole = |k: &usize| {
-                let is_apart = |&i: &usize| cells[i].hi[*k] <= middle(*k) || cells[i].lo[*k] >= middle(*k);
-                lo[*k] < middle(*k) && middle(*k) < hi[*k] && within.iter().all(is_apart)
-            };
-            let Some(axis) = (0..D).find(is_whole).filter(|_| within.len() > 1) else { continue };
-            let middle = middle(axis);
-            let (mut left, mut right) = (hi, lo);
-            (left[axis], right[axis]) = (middle, middle);
-            let (below, above): (Vec<usize>, Vec<usize>) =
-                within.into_iter().partition(|&i| cells[i].center()[axis] < middle);
-            let halves = [nodes.len(), nodes.len() + 1];
-            nodes.extend([leaf(&below), leaf(&above)]);
-            nodes[place] = Halved::At { axis, middle, halves };
-            open.extend([(halves[0], lo, left, below), (halves[1], right, hi, above)]);
-        }
-        Self { nodes }
-    }
-
-    fn find<const D: usize>(&self, x: &[f64; D]) -> usize {
-        let mut place = 0;
-        loop {
-            match self.nodes[place] {
-                Halved::Cell(cell) => return cell,
-                Halved::At { axis, middle, halves } => place = halves[usize::from(x[axis] >= middle)],
-            }
-        }
     }
 }
 

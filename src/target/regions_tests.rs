@@ -3,7 +3,7 @@
 use super::*;
 use crate::field::AnalyticField;
 use crate::target::Target;
-use sph::domain::Region as Extent;
+use sph::domain::{Axis, Region as Extent};
 
 fn with_regions<const D: usize>(text: &str, count: usize, check: impl Fn(Option<&Regions<'_, D>>)) {
     let domain = Domain::new([0.0; D], [1.0; D], [Axis::Periodic; D], Extent::Box).unwrap();
@@ -67,7 +67,7 @@ fn what_is_continuous_is_one_and_small_jumps_leave_one_body() {
 /// Beside a pole cells are halved until they have no extent.
 #[test]
 fn cells_without_extent_are_found_all_the_same() {
-    let cell = |lo: f64, hi: f64| Cell { lo: [lo], hi: [hi], mass: hi - lo };
+    let cell = |lo: f64, hi: f64| Cell { mass: hi - lo, ..Cell::new([lo], [hi]) };
     let domain = Domain::new([0.0], [1.0], [Axis::OPEN], Extent::Box).unwrap();
     let cells = [cell(0.0, 0.5), cell(0.5, 0.5), cell(0.5, 0.5)];
     let locator = Locator::new(&domain, &cells);

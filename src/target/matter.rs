@@ -1,0 +1,32 @@
+//! What cells need to know of a target.
+
+use sph::domain::Domain;
+
+/// What is divided into cells: a number density over a domain.
+pub(crate) trait Matter<const D: usize>: Sync {
+    fn domain(&self) -> &Domain<D>;
+    /// The box that holds all of it.
+    fn bounds(&self) -> ([f64; D], [f64; D]);
+    /// The integral of its density.
+    fn count(&self) -> usize;
+    /// n*; 0 where no particle belongs.
+    fn number_density(&self, x: &[f64; D]) -> f64;
+    /// n* at `x`; none outside.
+    fn density_inside(&self, x: &[f64; D]) -> Option<f64>;
+    /// Whether it may be discontinuous where that is not known.
+    fn is_piecewise(&self) -> bool;
+    /// Whether it may be discontinuous at all.
+    fn may_jump(&self) -> bool;
+    /// Whether it is a part of a whole, bounded by itself.
+    fn is_cut(&self) -> bool;
+    /// Whether nothing but the domain's surface ends it.
+    fn is_smooth(&self) -> bool;
+    /// Whether a discontinuity may go through a box; none where that is not known.
+    fn is_crossed(&self, lo: &[f64; D], hi: &[f64; D]) -> Option<bool>;
+    /// Where along a line through `x` discontinuities are between two places; none where they are not known, or are too many.
+    fn ends_along(&self, x: &[f64; D], axis: usize, between: [f64; 2]) -> Option<Vec<f64>>;
+    /// A bound of n* over a box, where one is known; it need not be narrow.
+    fn most_within(&self, lo: &[f64; D], hi: &[f64; D]) -> Option<f64>;
+    /// Where layers across an axis that are too thin to be met by chance begin and end.
+    fn planes(&self, axis: usize) -> Vec<f64>;
+}
