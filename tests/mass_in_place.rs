@@ -294,8 +294,8 @@ fn a_thin_layer_at_an_angle_in_space_is_one_region() {
     let below = [0, 1, 2].map(|k| within.iter().filter(|x| x[k] < 0.5).count() as f64 / within.len() as f64);
     // Of the triangle that the cube leaves of the plane.
     let area = |side: f64| 0.5 * side * side;
-    let cut = (area(0.8) - 2.0 * area(0.3)) / (area(1.3) - 3.0 * area(0.3));
-    assert!(below.iter().all(|share| (share - (1.0 - cut)).abs() < 0.01), "{below:?} {cut}");
+    let cut = (area(0.8) - area(0.3)) / (area(1.3) - 3.0 * area(0.3));
+    assert!(below.iter().all(|share| (share - (1.0 - cut)).abs() < 0.02), "{below:?} {cut}");
 }
 
 /// Beyond the periodic face is the thin side: volumes of the dense side's particles do not reach into it.
