@@ -92,7 +92,7 @@ pub use mass::{piece_masses, total_mass};
 pub use options::{Centering, FieldOptions, Interpolation, Missing, Period, Staggering};
 pub use orientation::{Orientation, rotated};
 pub use patch::{Enclosure, Patch};
-pub(crate) use piecewise::stretches;
+pub(crate) use piecewise::{Stretch, stretches};
 pub use profile::RadialProfile;
 pub(crate) use rows::mass_columns;
 pub use scalar::{MassEstimate, ScalarField};

@@ -37,12 +37,10 @@ pub(super) fn place<const D: usize>(target: &Target<'_, D>, seed: u64) -> Result
                 center = center.or(Some(inside));
             }
             // Cells are nearly uniform but for those that surfaces cross; twice the mean bounds what the partition left uneven.
-            let volume: f64 = (0..D).map(|k| cell.hi[k] - cell.lo[k]).product();
-            let even = 2.0 * cell.mass / volume;
-            let bound = match cell.across {
-                Some(_) => even.max(target.most_within(&cell.lo, &cell.hi).unwrap_or(0.0)),
-                None => even,
-            };
+            let even = 2.0 * cell.mass / cell.volume();
+            let known = cell.across.and_then(|_| target.most_within(&cell.lo, &cell.hi));
+            // No bound where there is a pole as well.
+            let bound = known.filter(|most| most.is_finite()).map_or(even, |most| even.max(most));
             if rng.random::<f64>() * bound <= target.number_density(&x) {
                 return x;
             }

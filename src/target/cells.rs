@@ -30,7 +30,7 @@ impl<const D: usize> Cell<D> {
         sph::array(|k| 0.5 * (self.lo[k] + self.hi[k]))
     }
 
-    fn volume(&self) -> f64 {
+    pub fn volume(&self) -> f64 {
         (0..D).map(|k| self.hi[k] - self.lo[k]).product()
     }
 
@@ -87,11 +87,6 @@ impl<const D: usize> Cell<D> {
         points.retain(|point| point.1 > 0.0);
         points.iter_mut().for_each(|point| point.1 *= self.mass / found);
         (!points.is_empty()).then_some(points)
-    }
-
-    /// `factor` where lines say where its mass is, else 1.
-    fn times_by_lines(&self, factor: f64) -> f64 {
-        if self.across.is_some() { factor } else { 1.0 }
     }
 
     /// Whether its mass is that of the density in its middle, to this part of it.
@@ -526,7 +521,8 @@ pub(crate) fn refine<const D: usize>(target: &dyn Matter<D>, cells: &mut Vec<Cel
         let total: f64 = cells.iter().map(|c| c.mass).sum();
         let limit = 1.5 * total / least as f64;
         let before = cells.len();
-        let heavy = (0..before).filter(|&i| cells[i].mass > cells[i].times_by_lines(ALIKE) * limit).collect();
+        let most = |cell: &Cell<D>| if cell.across.is_some() { ALIKE * limit } else { limit };
+        let heavy = (0..before).filter(|&i| cells[i].mass > most(&cells[i])).collect();
         halve(cells, heavy, |cell| cell.halves_sharing(cell.longest(), target, rule));
         cells.retain(|c| c.mass > 0.0);
         if cells.len() == before {

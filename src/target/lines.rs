@@ -2,11 +2,8 @@
 //! between the places, and its angle to the axes is of no account.
 
 use super::matter::Matter;
+use crate::field::quadrature::rule;
 
-/// Gauss's rule of two points, from 0 to 1.
-const NODES: [f64; 2] = [0.211_324_865_405_187_13, 0.788_675_134_594_812_9];
-/// Distance from the ends of a line at which its inside begins, as a share of it: a surface may lie in a face.
-const INSET: f64 = 1e-11;
 /// Places along a line whose parts are too many to be told.
 const PLACES: usize = 16;
 
@@ -53,14 +50,14 @@ fn each_point<const D: usize>(
             with(x, area * width * target.density_inside(&x).unwrap_or(0.0));
         };
         let between = [lo[axis], hi[axis]];
-        let Some(inner) = target.ends_along(&x, axis, inset(between)) else {
+        let Some(parts) = target.parts_along(&x, axis, between) else {
             let step = (between[1] - between[0]) / PLACES as f64;
             (0..PLACES).for_each(|i| at(between[0] + (i as f64 + 0.5) * step, step));
             continue;
         };
         let mut from = between[0];
-        for to in inner.into_iter().chain([between[1]]) {
-            NODES.iter().for_each(|u| at(from + u * (to - from), 0.5 * (to - from)));
+        for to in parts.iter().skip(1).map(|part| part.from).chain([between[1]]) {
+            rule(2).iter().for_each(|(u, weight)| at(from + u * (to - from), weight * (to - from)));
             from = to;
         }
     }
@@ -69,8 +66,8 @@ fn each_point<const D: usize>(
 /// The axis along which lines meet the most surfaces of a box, with two lines for each of the other axes; none if they meet none.
 pub(super) fn most_crossed<const D: usize>(target: &dyn Matter<D>, [lo, hi]: [&[f64; D]; 2]) -> Option<usize> {
     let crossed = |axis: usize| -> usize {
-        let ends = |x: [f64; D]| target.ends_along(&x, axis, inset([lo[axis], hi[axis]]));
-        each([lo, hi], axis, 2).map(|x| ends(x).map_or(0, |ends| ends.len())).sum()
+        let parts = |x: [f64; D]| target.parts_along(&x, axis, [lo[axis], hi[axis]]);
+        each([lo, hi], axis, 2).map(|x| parts(x).map_or(0, |parts| parts.len() - 1)).sum()
     };
     let all: [usize; D] = sph::array(crossed);
     // Of those that meet as many the longest: it is seen best along it.
@@ -97,10 +94,6 @@ pub(super) fn each<const D: usize>(
             lo[k] + (place as f64 + 0.5) / lines as f64 * (hi[k] - lo[k])
         })
     })
-}
-
-pub(super) fn inset([lo, hi]: [f64; 2]) -> [f64; 2] {
-    [lo + INSET * (hi - lo), hi - INSET * (hi - lo)]
 }
 
 #[cfg(test)]

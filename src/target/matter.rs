@@ -1,5 +1,6 @@
 //! What cells need to know of a target.
 
+use crate::field::Stretch;
 use sph::domain::Domain;
 
 /// What is divided into cells: a number density over a domain.
@@ -23,8 +24,8 @@ pub(crate) trait Matter<const D: usize>: Sync {
     fn is_smooth(&self) -> bool;
     /// Whether a discontinuity may go through a box; none where that is not known.
     fn is_crossed(&self, lo: &[f64; D], hi: &[f64; D]) -> Option<bool>;
-    /// Where along a line through `x` discontinuities are between two places; none where they are not known, or are too many.
-    fn ends_along(&self, x: &[f64; D], axis: usize, between: [f64; 2]) -> Option<Vec<f64>>;
+    /// Its smooth parts along a line through `x` between two places, a hair inside of these; none where they are too many.
+    fn parts_along(&self, x: &[f64; D], axis: usize, between: [f64; 2]) -> Option<Vec<Stretch>>;
     /// A bound of n* over a box, where one is known; it need not be narrow.
     fn most_within(&self, lo: &[f64; D], hi: &[f64; D]) -> Option<f64>;
     /// Where layers across an axis that are too thin to be met by chance begin and end.

@@ -15,7 +15,7 @@ pub(crate) mod matter;
 mod regions;
 mod thin;
 
-use crate::field::{Patch, ScalarField, stretches};
+use crate::field::{Patch, ScalarField, Stretch, stretches};
 pub use materials::{MaterialState, Materials};
 use matter::Matter;
 pub use regions::{Part, Region, Regions, Selected};
@@ -272,6 +272,9 @@ impl<'a, const D: usize> Target<'a, D> {
     }
 }
 
+/// Distance from the ends of a line at which its inside begins, as a share of it.
+const INSET: f64 = 1e-11;
+
 impl<const D: usize> Matter<D> for Target<'_, D> {
     fn domain(&self) -> &Domain<D> {
         self.domain
@@ -316,11 +319,12 @@ impl<const D: usize> Matter<D> for Target<'_, D> {
         Some(!self.resolution_field().enclosure(&Patch::of_box(*lo, *hi))?.is_continuous)
     }
 
-    fn ends_along(&self, x: &[f64; D], axis: usize, [lo, hi]: [f64; 2]) -> Option<Vec<f64>> {
+    fn parts_along(&self, x: &[f64; D], axis: usize, [lo, hi]: [f64; 2]) -> Option<Vec<Stretch>> {
         let field = self.resolution_field();
         let place = |t: f64| sph::array(|k| if k == axis { t } else { x[k] });
-        let parts = stretches(&|t| field.trace(&place(t)), lo, hi)?;
-        Some(parts.iter().skip(1).map(|part| part.from).collect())
+        // A surface may lie in a face.
+        let inset = INSET * (hi - lo);
+        stretches(&|t| field.trace(&place(t)), lo + inset, hi - inset)
     }
 
     /// Of a part as well, which has no more than the field: where others are denser the bound is wide.

@@ -127,13 +127,13 @@ impl<'a, const D: usize> Regions<'a, D> {
             return None;
         }
         let cells = partition(target, Rule::Midpoint).ok()?;
-        let piece = |x: [f64; D]| if domain.contains(&x) { field.piece(&x) } else { OUTSIDE };
-        let pieces = parallel::map(cells.len(), |i| piece(cells[i].point_inside(domain)));
+        let places = parallel::map(cells.len(), |i| cells[i].point_inside(domain));
+        let piece = |x: &[f64; D]| if domain.contains(x) { field.piece(x) } else { OUTSIDE };
+        let pieces = parallel::map(cells.len(), |i| piece(&places[i]));
         let locator = Locator::new(domain, &cells);
         let beside = parallel::map(cells.len(), |i| beside(domain, &locator, &cells[i]));
         let apart = contrast.map_or(APART, f64::ln);
         let real = cells.len();
-        let places = parallel::map(real, |i| cells[i].point_inside(domain));
         let masses =
             piece_masses(field, domain, MASS_TOLERANCE).map(|all| all.iter().map(|p| (p.0, p.1.value)).collect());
         let mut map = Map {
@@ -149,7 +149,7 @@ impl<'a, const D: usize> Regions<'a, D> {
             apart,
             masses,
         };
-        map.look_for_thin_pieces(&locator, target.count());
+        map.look_for_thin_pieces(&locator, target);
         let map = map;
         let of_piece = map.classes();
         let number = of_piece.values().max().map_or(0, |m| m + 1);
@@ -358,19 +358,18 @@ struct Map<'a, const D: usize> {
 
 impl<const D: usize> Map<'_, D> {
     /// Adds a cell for each piece that is thinner than cells, wherever lines meet it, and what is next to what.
-    fn look_for_thin_pieces(&mut self, locator: &Locator, count: usize) {
+    fn look_for_thin_pieces(&mut self, locator: &Locator, target: &dyn Matter<D>) {
         let Some(masses) = &self.masses else { return };
         let mut within = BTreeMap::new();
         for i in (0..self.real).filter(|&i| self.neighbors(i).all(|j| self.pieces[j] == self.pieces[i])) {
-            let volume: f64 = (0..D).map(|k| self.cells[i].hi[k] - self.cells[i].lo[k]).product();
-            *within.entry(self.pieces[i]).or_default() += volume * self.field.value(&self.places[i]);
+            *within.entry(self.pieces[i]).or_default() += self.cells[i].volume() * self.field.value(&self.places[i]);
         }
-        let least = LEAST_PARTICLES / count as f64 * masses.iter().map(|m| m.1).sum::<f64>();
+        let least = LEAST_PARTICLES / target.count() as f64 * masses.iter().map(|m| m.1).sum::<f64>();
         let thin = thin::pieces(masses, &within, least);
         if thin.is_empty() {
             return;
         }
-        let carriers = thin::carriers(self.field, &self.cells, &thin);
+        let carriers = thin::carriers(target, &self.cells, &thin);
         let number: BTreeMap<(usize, u64), usize> =
             carriers.iter().enumerate().map(|(k, c)| ((c.cell, c.piece), self.real + k)).collect();
         for (k, carrier) in carriers.iter().enumerate() {
@@ -495,7 +494,7 @@ impl<const D: usize> Map<'_, D> {
         }
         let mut parts: Vec<(usize, f64)> = Vec::new();
         let number = SAMPLES.pow(D as u32);
-        let weight = (0..D).map(|k| cell.hi[k] - cell.lo[k]).product::<f64>() / number as f64;
+        let weight = cell.volume() / number as f64;
         for s in 0..number {
             let t = |k: usize| ((s / SAMPLES.pow(k as u32) % SAMPLES) as f64 + 0.5) / SAMPLES as f64;
             let x: [f64; D] = sph::array(|k| cell.lo[k] + t(k) * (cell.hi[k] - cell.lo[k]));

@@ -2,7 +2,7 @@
 
 use super::cells::Cell;
 use super::lines;
-use crate::field::{Patch, ScalarField, stretches};
+use super::matter::Matter;
 use sph::parallel;
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -13,7 +13,7 @@ pub(super) struct Carrier<const D: usize> {
     pub piece: u64,
     /// A place of the piece in it.
     pub place: [f64; D],
-    /// The integral of the field over what the piece has of it, about.
+    /// The particles in what the piece has of it, about.
     pub mass: f64,
 }
 
@@ -32,31 +32,29 @@ pub(super) fn pieces(masses: &[(u64, f64)], within: &BTreeMap<u64, f64>, least: 
 
 /// The cells that have some of the `thin` pieces, in their order, as two lines along each axis for each other one meet them.
 pub(super) fn carriers<const D: usize>(
-    field: &dyn ScalarField<D>,
+    target: &dyn Matter<D>,
     cells: &[Cell<D>],
     thin: &BTreeSet<u64>,
 ) -> Vec<Carrier<D>> {
-    let found = parallel::map(cells.len(), |i| in_cell(field, &cells[i], thin));
+    let found = parallel::map(cells.len(), |i| in_cell(target, &cells[i], thin));
     let of_cell = |(cell, parts): (usize, Vec<Carrier<D>>)| parts.into_iter().map(move |c| Carrier { cell, ..c });
     found.into_iter().enumerate().flat_map(of_cell).collect()
 }
 
-fn in_cell<const D: usize>(field: &dyn ScalarField<D>, cell: &Cell<D>, thin: &BTreeSet<u64>) -> Vec<Carrier<D>> {
+fn in_cell<const D: usize>(target: &dyn Matter<D>, cell: &Cell<D>, thin: &BTreeSet<u64>) -> Vec<Carrier<D>> {
     let mut found: Vec<Carrier<D>> = Vec::new();
-    if field.enclosure(&Patch::of_box(cell.lo, cell.hi)).is_none_or(|bounds| bounds.is_continuous) {
+    if target.is_crossed(&cell.lo, &cell.hi) != Some(true) {
         return found;
     }
     for axis in 0..D {
         let (lo, hi) = (cell.lo[axis], cell.hi[axis]);
-        let volume: f64 = (0..D).map(|k| cell.hi[k] - cell.lo[k]).product();
-        let area = volume / (hi - lo) / (LINES.pow(D as u32 - 1) * D) as f64;
+        let area = cell.volume() / (hi - lo) / (LINES.pow(D as u32 - 1) * D) as f64;
         for x in lines::each([&cell.lo, &cell.hi], axis, LINES) {
-            let place = |t: f64| sph::array(|k| if k == axis { t } else { x[k] });
-            let [from, to] = lines::inset([lo, hi]);
-            let Some(parts) = stretches(&|t| field.trace(&place(t)), from, to) else { continue };
+            let Some(parts) = target.parts_along(&x, axis, [lo, hi]) else { continue };
             for part in parts.iter().filter(|part| thin.contains(&part.piece)) {
-                let place = place(0.5 * (part.from + part.to));
-                let mass = area * (part.to - part.from) * field.value(&place);
+                let mut place = x;
+                place[axis] = 0.5 * (part.from + part.to);
+                let mass = area * (part.to - part.from) * target.number_density(&place);
                 match found.iter_mut().find(|c| c.piece == part.piece) {
                     Some(carrier) => carrier.mass += mass,
                     None => found.push(Carrier { cell: 0, piece: part.piece, place, mass }),

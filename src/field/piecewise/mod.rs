@@ -21,7 +21,7 @@ mod window;
 pub(crate) use adaptive::integrate_pieces;
 pub(crate) use chart::Chart;
 pub(crate) use integrand::Integrand;
-pub(crate) use line::stretches;
+pub(crate) use line::{Stretch, stretches};
 
 #[cfg(test)]
 mod tests;
