@@ -5,6 +5,7 @@
 
 use crate::error::{Error, Result};
 use crate::target::Target;
+use sph::domain::Axis;
 
 /// Points of number density 1 that fill space.
 pub(super) trait Pattern<const D: usize>: Sync {
@@ -109,8 +110,10 @@ fn inside<const D: usize>(target: &Target<'_, D>, pattern: &dyn Pattern<D>, scal
     let (lo, hi) = (sph::array(|k| SKEW[k] - half[k]), sph::array(|k| SKEW[k] + half[k]));
     let mut points = Vec::new();
     pattern.visit(&lo, &hi, &mut |p| {
-        let x = sph::array(|k| middle[k] + scale * (p[k] - SKEW[k]));
-        if domain.contains(&x) {
+        let x: [f64; D] = sph::array(|k| middle[k] + scale * (p[k] - SKEW[k]));
+        // Not what rounding has put beyond a seam, where it may be the image of another.
+        let is_own = (0..D).all(|k| domain.axes[k] != Axis::Periodic || x[k] >= domain.lo[k] && x[k] < domain.hi[k]);
+        if is_own && domain.contains(&x) {
             points.push(x);
         }
     });
