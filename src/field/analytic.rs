@@ -90,7 +90,8 @@ impl<const D: usize> ScalarField<D> for AnalyticField<D> {
     }
 
     fn trace(&self, x: &[f64; D]) -> Trace {
-        let (v, mut trace) = self.expression.trace(x, &self.center);
+        let mut trace = Trace::new(0, 0);
+        let v = self.expression.trace(x, &self.center, &mut trace);
         let is_empty = !(v > 0.0 && v.is_finite());
         trace.kink(f64::from(is_empty));
         trace.piece = if is_empty { 0 } else { trace.piece.max(1) };

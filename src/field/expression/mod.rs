@@ -98,11 +98,11 @@ impl Expression {
         self.program.value_and_piece(&self.variables(x, center))
     }
 
-    /// The value as [`Self::evaluate`] gives it, with numbers for the piece that `x` lies in: for the branch of each `if`
+    /// The value as [`Self::evaluate`] gives it; `trace` gets numbers for the piece that `x` lies in: for the branch of each `if`
     /// that was taken, and the outcomes of comparisons, of sign, step and heaviside, and the integer parts of floor, ceil,
     /// round and mod, as far as they were evaluated; and for the smooth part of it, which kinks end too.
-    pub(crate) fn trace<const D: usize>(&self, x: &[f64; D], center: &[f64; D]) -> (f64, Trace) {
-        self.program.trace(&self.variables(x, center))
+    pub(crate) fn trace<const D: usize>(&self, x: &[f64; D], center: &[f64; D], trace: &mut Trace) -> f64 {
+        self.program.trace(&self.variables(x, center), trace)
     }
 
     /// What is known of the values in all of a patch.
@@ -131,9 +131,12 @@ impl Expression {
         self.program.has_parts()
     }
 
+    #[inline]
     fn variables<const D: usize>(&self, x: &[f64; D], center: &[f64; D]) -> [f64; VARIABLES.len()] {
         let mut variables = [0.0; VARIABLES.len()];
-        variables[..D].copy_from_slice(x);
+        for k in 0..D {
+            variables[k] = x[k];
+        }
         if self.has_radius {
             variables[RADIUS] = distance(x, center);
         }
@@ -145,6 +148,11 @@ impl Expression {
 mod tests {
     use super::super::testing::Random;
     use super::*;
+
+    fn traced<const D: usize>(expression: &Expression, x: &[f64; D], center: &[f64; D]) -> (f64, Trace) {
+        let mut trace = Trace::new(0, 0);
+        (expression.trace(x, center, &mut trace), trace)
+    }
 
     fn value(text: &str, x: [f64; 3]) -> f64 {
         Expression::parse("density", text, 3).unwrap().evaluate(&x, &[0.0; 3])
@@ -216,7 +224,7 @@ mod tests {
     #[test]
     fn pieces_are_told_by_what_was_evaluated() {
         let piece = |text: &str, x: f64| {
-            let (value, trace) = Expression::parse("density", text, 3).unwrap().trace(&[x, 0.0, 0.0], &[0.0; 3]);
+            let (value, trace) = traced(&Expression::parse("density", text, 3).unwrap(), &[x, 0.0, 0.0], &[0.0; 3]);
             assert_eq!(value.to_bits(), self::value(text, [x, 0.0, 0.0]).to_bits(), "{text}");
             trace.piece
         };
@@ -303,9 +311,9 @@ mod tests {
             let found = expression.enclosure(&patch, &[0.1, 0.0, 0.0]);
             let traces: Vec<(f64, Trace)> = (0..100)
                 .map(|_| sph::array(|k| lo[k] + (hi[k] - lo[k]) * random.unit()))
-                .map(|x| expression.trace(&x, &[0.1, 0.0, 0.0]))
+                .map(|x| traced(&expression, &x, &[0.1, 0.0, 0.0]))
                 .collect();
-            let (_, middle) = expression.trace(&patch.middle, &[0.1, 0.0, 0.0]);
+            let (_, middle) = traced(&expression, &patch.middle, &[0.1, 0.0, 0.0]);
             for (value, trace) in &traces {
                 let slack = 1e-12 * (1.0 + value.abs());
                 let is_within = found.least - slack <= *value && *value <= found.most + slack;

@@ -243,12 +243,9 @@ impl Program {
         }
     }
 
-    /// The value, and the outcomes on the way to it: branches taken, comparisons, steps, integer parts, kinks.
-    pub fn trace(&self, variables: &[f64]) -> (f64, Trace) {
-        let mut trace = Trace::new(0, 0);
-        let watch = |outcome: Outcome, operands: [f64; 2], value: f64| outcome.record(operands, value, &mut trace);
-        let value = self.watched(variables, watch);
-        (value, trace)
+    /// The value; `trace` gets the outcomes on the way to it: branches taken, comparisons, steps, integer parts, kinks.
+    pub fn trace(&self, variables: &[f64], trace: &mut Trace) -> f64 {
+        self.watched(variables, |outcome, operands, value| outcome.record(operands, value, trace))
     }
 }
 

@@ -35,9 +35,9 @@ impl Sample {
 /// The parts of the line `at` from `lo` to `hi`, in their order; `None` if there are too many.
 pub(crate) fn stretches(at: &dyn Fn(f64) -> Trace, lo: f64, hi: f64) -> Option<Vec<Stretch>> {
     let mut line = Line { at, samples: 0, found: Vec::with_capacity(4), start: lo };
-    let [left, middle, right] = [lo, 0.5 * (lo + hi), hi].map(|t| line.sample(t));
-    line.walk(left, middle, 0)?;
-    line.walk(middle, right, 0)?;
+    let (left, middle, right) = (line.sample(lo), line.sample(0.5 * (lo + hi)), line.sample(hi));
+    line.walk(&left, &middle, 0)?;
+    line.walk(&middle, &right, 0)?;
     line.end(hi, &right)?;
     Some(line.found)
 }
@@ -63,38 +63,38 @@ impl Line<'_> {
     }
 
     /// Ends the stretches that end between two points.
-    fn walk(&mut self, mut left: Sample, right: Sample, halvings: u32) -> Option<()> {
-        while !left.is_with(&right) {
-            let (a, b) = self.bracket(left, right);
-            self.search(left, a, halvings)?;
-            self.end(0.5 * (a.t + b.t), &a)?;
-            left = b;
+    fn walk(&mut self, left: &Sample, right: &Sample, halvings: u32) -> Option<()> {
+        if left.is_with(right) {
+            return self.search(left, right, halvings);
         }
-        self.search(left, right, halvings)
+        let (a, b) = self.bracket(left, right);
+        self.search(left, &a, halvings)?;
+        self.end(0.5 * (a.t + b.t), &a)?;
+        self.walk(&b, right, halvings)
     }
 
     /// Ends the stretches that hide between two points of the same part.
-    fn search(&mut self, left: Sample, right: Sample, halvings: u32) -> Option<()> {
+    fn search(&mut self, left: &Sample, right: &Sample, halvings: u32) -> Option<()> {
         if right.t - left.t < 4.0 * ACCURACY || self.samples >= MOST_SAMPLES {
             return Some(());
         }
         let middle = self.sample(0.5 * (left.t + right.t));
         let is_clear = if left.trace.is_complete() {
-            middle.is_with(&left) && is_clear(&left.trace, &middle.trace, &right.trace)
+            middle.is_with(left) && is_clear(&left.trace, &middle.trace, &right.trace)
         } else {
-            middle.is_with(&left) && halvings >= BLIND_HALVINGS
+            middle.is_with(left) && halvings >= BLIND_HALVINGS
         };
         if is_clear {
             return Some(());
         }
-        self.walk(left, middle, halvings + 1)?;
-        self.walk(middle, right, halvings + 1)
+        self.walk(left, &middle, halvings + 1)?;
+        self.walk(&middle, right, halvings + 1)
     }
 
     /// Neighboring points on both sides of the first end of `left`'s part that is found: the ITP method of Oliveira and
     /// Takahashi (2020, doi 10.1145/3423597) on the level that is left, halving where none is known.
-    fn bracket(&mut self, left: Sample, right: Sample) -> (Sample, Sample) {
-        let (mut a, mut b) = (left, right);
+    fn bracket(&mut self, left: &Sample, right: &Sample) -> (Sample, Sample) {
+        let (mut a, mut b) = (*left, *right);
         let width = b.t - a.t;
         let most = (width / ACCURACY).log2().ceil().max(0.0) as i32 + 1;
         for step in 0..=most + 2 {
