@@ -4,6 +4,7 @@
 pub type Positions<const D: usize> = [Vec<f64>; D];
 
 /// Position of particle `i`.
+#[inline]
 pub fn at<const D: usize>(positions: &Positions<D>, i: usize) -> [f64; D] {
     crate::array(|k| positions[k][i])
 }
@@ -23,6 +24,7 @@ pub fn unit_sphere_area(d: usize) -> f64 {
 }
 
 /// |a - b|, without images.
+#[inline]
 pub fn distance<const D: usize>(a: &[f64; D], b: &[f64; D]) -> f64 {
     (0..D).map(|k| (a[k] - b[k]).powi(2)).sum::<f64>().sqrt()
 }

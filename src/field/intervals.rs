@@ -31,6 +31,7 @@ impl Intervals {
     }
 
     /// The last node at or below `x`; the first where all lie above, or `x` is no number.
+    #[inline]
     pub(crate) fn find(&self, x: f64) -> usize {
         let step = self.step(x);
         // Rounding is monotone, so the nodes of other steps lie on their own side of x.
@@ -38,6 +39,7 @@ impl Intervals {
         (first + self.nodes[first..end].partition_point(|&node| node <= x)).saturating_sub(1)
     }
 
+    #[inline]
     fn step(&self, x: f64) -> usize {
         let step = (x - self.nodes[0]) * self.steps_per_length;
         (step as usize).min(self.before.len() - 2)

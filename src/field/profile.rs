@@ -172,6 +172,7 @@ impl RadialProfile {
     }
 
     /// Density at the radius `r`, in the units of the nodes and values; 0 beyond the last node.
+    #[inline]
     pub fn density(&self, r: f64) -> f64 {
         let r = r.abs() / self.radius_unit;
         let Some(last) = self.segments.last() else {
@@ -263,6 +264,7 @@ fn volume_step(d: usize, a: f64, b: f64) -> f64 {
 }
 
 impl Segment {
+    #[inline]
     fn evaluate(&self, d: usize, r: f64) -> f64 {
         match self.density {
             Density::Radius(shape) => shape.evaluate(((r - self.r0) / (self.r1 - self.r0)).clamp(0.0, 1.0)),

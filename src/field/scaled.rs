@@ -46,15 +46,15 @@ enum Coordinates {
 impl Coordinates {
     fn to_inner<const D: usize>(self, x: &[f64; D]) -> [f64; D] {
         match self {
-            Self::Times(length) => x.map(|v| v / length),
-            Self::Over(length) => x.map(|v| v * length),
+            Self::Times(length) => sph::array(|k| x[k] / length),
+            Self::Over(length) => sph::array(|k| x[k] * length),
         }
     }
 
     fn to_outer<const D: usize>(self, x: &[f64; D]) -> [f64; D] {
         match self {
-            Self::Times(length) => x.map(|v| v * length),
-            Self::Over(length) => x.map(|v| v / length),
+            Self::Times(length) => sph::array(|k| x[k] * length),
+            Self::Over(length) => sph::array(|k| x[k] / length),
         }
     }
 }
@@ -114,7 +114,7 @@ impl<const D: usize> ScalarField<D> for ScaledField<D> {
             let [a, b] = ends.map(|r| self.coordinates.to_inner(&[r; D])[0]);
             (inner(&center), [a, b])
         });
-        let [lo, hi, middle] = [patch.lo, patch.hi, patch.middle].map(|x| inner(&x));
+        let (lo, hi, middle) = (inner(&patch.lo), inner(&patch.hi), inner(&patch.middle));
         Some(self.inner.enclosure(&Patch { lo, hi, middle, distance })?.times([self.value; 2]))
     }
 
@@ -145,6 +145,6 @@ impl<const D: usize> CarriedField<D> for ScaledCarried<D> {
     }
 
     fn evaluate(&self, x: &[f64; D], out: &mut [f64]) {
-        self.inner.evaluate(&x.map(|v| v / self.length), out);
+        self.inner.evaluate(&sph::array(|k| x[k] / self.length), out);
     }
 }

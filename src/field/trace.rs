@@ -4,6 +4,7 @@
 pub(super) const MOST_LEVELS: usize = 8;
 
 /// A number for what `all` stands for, and `outcome` after it: FNV-1a over words, then SplitMix64's finalizer.
+#[inline]
 pub(super) fn chained(all: u64, outcome: f64) -> u64 {
     // One zero, and one NaN.
     let bits = if outcome.is_nan() { u64::MAX } else { (outcome + 0.0).to_bits() };

@@ -246,8 +246,8 @@ impl<const D: usize> Ledger<D> {
             (a[axis], b[axis]) = (from, to);
             (to > from).then_some((a, b))
         };
-        let beyond = [(between(lo[axis], first), length), (between(last, hi[axis]), -length)];
-        let beyond = beyond.map(|(part, shift)| (part.filter(|(a, b)| !is_of_another(a, b)), shift));
+        let own = |part: Option<([f64; D], [f64; D])>| part.filter(|(a, b)| !is_of_another(a, b));
+        let beyond = [(own(between(lo[axis], first)), length), (own(between(last, hi[axis])), -length)];
         let inside = between(lo[axis].max(first), hi[axis].min(last));
         let width = |part: &Option<([f64; D], [f64; D])>| part.map_or(0.0, |(a, b)| b[axis] - a[axis]);
         let whole: f64 = width(&inside) + beyond.iter().map(|(part, _)| width(part)).sum::<f64>();

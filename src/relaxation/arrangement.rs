@@ -45,7 +45,7 @@ impl<const D: usize> GhostLayer<D> {
         let (ghost, parent) = (self.images.tree.position(g), self.parent(g));
         let away: [f64; D] = sph::array(|k| ghost[k] - positions[k][parent]);
         let length = away.iter().map(|a| a * a).sum::<f64>().sqrt();
-        away.map(|a| if length > 0.0 { a / length } else { 0.0 })
+        sph::array(|k| if length > 0.0 { away[k] / length } else { 0.0 })
     }
 
     /// Change of the parent's gradient by that of its ghost: the transposed derivative of mirroring, which
@@ -294,7 +294,8 @@ impl<'a, const D: usize, R: Real> Arrangement<'a, D, R> {
                 x = x0;
                 density = target.number_density(&x);
             }
-            (x, domain.displacement(&x0, &x).map(|v| v / unit[i]), density)
+            let step = domain.displacement(&x0, &x);
+            (x, sph::array(|k| step[k] / unit[i]), density)
         });
         self.place(|i| moved[i].0);
         self.target_density = Some(parallel::map(moved.len(), |i| moved[i].2));

@@ -68,14 +68,14 @@ impl Interfaces {
         support: &[f64],
     ) -> usize {
         let Some(part) = &target.part else { return 0 };
-        let found_at = &self.found_at;
+        let (found_at, directions) = (&self.found_at, directions());
         let fresh = parallel::map(support.len(), |i| {
             let x = at(positions, i);
             let stays = <[f64; D]>::try_from(found_at[i].as_slice()).is_ok_and(|from| {
                 let moved = target.domain.displacement(&from, &x);
                 moved.iter().map(|m| m * m).sum::<f64>() < (STALE * support[i]).powi(2)
             });
-            (!stays).then(|| planes(target.domain, part, beyond, &x, support[i]))
+            (!stays).then(|| planes(target.domain, part, (beyond, &directions), &x, support[i]))
         });
         let mut looked = 0;
         for (i, planes) in fresh.into_iter().enumerate() {
@@ -175,7 +175,7 @@ struct Ray<const D: usize> {
 fn planes<const D: usize>(
     domain: &Domain<D>,
     part: &Part<'_, D>,
-    beyond: &Beyond,
+    (beyond, directions): (&Beyond, &[([f64; D], f64)]),
     x: &[f64; D],
     support: f64,
 ) -> Vec<Plane> {
@@ -184,7 +184,10 @@ fn planes<const D: usize>(
         let y = folded(domain, sph::array(|k| x[k] + q * support * u[k]));
         domain.contains(&y) && !part.holds(&y)
     };
-    let rays: Vec<Ray<D>> = directions::<D>().into_iter().filter_map(|(u, w)| ray(&u, w, beyond, &is_beyond)).collect();
+    let mut rays = Vec::new();
+    for (u, w) in directions {
+        rays.extend(ray(u, *w, beyond, &is_beyond));
+    }
     let nearest = |rays: &[Ray<D>]| rays.iter().copied().min_by(|p, q| p.leaves.total_cmp(&q.leaves));
     let Some(first) = nearest(&rays) else { return Vec::new() };
     let cosine = |ray: &Ray<D>| (0..D).map(|k| ray.direction[k] * first.direction[k]).sum::<f64>();

@@ -72,7 +72,7 @@ impl<const D: usize> Cell<D> {
             Some(axis) => lines::moments(target, [&self.lo, &self.hi], axis.into(), self.lines()),
             None => gauss_moments(target, &self.lo, &self.hi, DIVISIONS),
         };
-        if mass > 0.0 { moment.map(|m| m / mass) } else { self.center() }
+        if mass > 0.0 { sph::array(|k| moment[k] / mass) } else { self.center() }
     }
 
     /// Its mass as points of no more than `limit` on lines through it, where surfaces cross it and so few lines do; none elsewhere.
@@ -103,7 +103,7 @@ impl<const D: usize> Cell<D> {
     /// The same along an axis, with what their mass would be by these densities.
     fn shared_along(&self, axis: usize, target: &dyn Matter<D>) -> (Option<[Self; 2]>, f64) {
         let mut halves = self.boxes_along(axis);
-        let [left, right] = halves.each_ref().map(|half| target.density_inside(&half.center()).unwrap_or(0.0));
+        let [left, right] = sph::array(|k| target.density_inside(&halves[k].center()).unwrap_or(0.0));
         let whole = left + right;
         halves[0].mass *= left / whole;
         halves[1].mass *= right / whole;
@@ -297,7 +297,7 @@ fn gauss_moments<const D: usize>(
     let ratio = if target.may_jump() { JUMP } else { STEEP };
     if divisions == 0 || most <= ratio * least {
         let weight = (0..D).map(|k| hi[k] - lo[k]).product::<f64>() / (1_usize << D) as f64;
-        return (sum * weight, moment.map(|m| m * weight));
+        return (sum * weight, sph::array(|k| moment[k] * weight));
     }
     let (mut mass, mut moment) = (0.0, [0.0; D]);
     for corner in 0..1_usize << D {

@@ -159,7 +159,7 @@ pub(super) fn ways<const D: usize>() -> impl Iterator<Item = [f64; D]> {
     (all / 2 + 1..all).map(|code| {
         let step: [f64; D] = sph::array(|k| (code / 3usize.pow(k as u32) % 3) as f64 - 1.0);
         let length = step.iter().map(|s| s * s).sum::<f64>().sqrt();
-        step.map(|s| s / length)
+        sph::array(|k| step[k] / length)
     })
 }
 

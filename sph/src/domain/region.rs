@@ -75,11 +75,13 @@ pub struct Round<const D: usize> {
 
 impl<const D: usize> Round<D> {
     /// From the center, or from the line through it, to `x`.
+    #[inline]
     pub fn offset(&self, x: &[f64; D]) -> [f64; D] {
         crate::array(|k| if self.axis == Some(k) { 0.0 } else { x[k] - self.center[k] })
     }
 
     /// Length of [`Self::offset`].
+    #[inline]
     pub fn distance(&self, x: &[f64; D]) -> f64 {
         self.offset(x).iter().map(|o| o * o).sum::<f64>().sqrt()
     }
@@ -132,6 +134,7 @@ impl<const D: usize> Region<D> {
         }
     }
 
+    #[inline]
     pub fn contains(&self, x: &[f64; D]) -> bool {
         match (self.round(), self) {
             (Some(round), _) => {
@@ -216,13 +219,23 @@ struct ScaledHull<const D: usize> {
     factor: f64,
 }
 
+impl<const D: usize> ScaledHull<D> {
+    fn to_inner(&self, x: &[f64; D]) -> [f64; D] {
+        crate::array(|k| x[k] / self.factor)
+    }
+
+    fn to_outer(&self, x: &[f64; D]) -> [f64; D] {
+        crate::array(|k| x[k] * self.factor)
+    }
+}
+
 impl<const D: usize> Hull<D> for ScaledHull<D> {
     fn contains(&self, x: &[f64; D]) -> bool {
-        self.inner.contains(&x.map(|v| v / self.factor))
+        self.inner.contains(&self.to_inner(x))
     }
 
     fn nearest_on_surface(&self, x: &[f64; D]) -> [f64; D] {
-        self.inner.nearest_on_surface(&x.map(|v| v / self.factor)).map(|v| v * self.factor)
+        self.to_outer(&self.inner.nearest_on_surface(&self.to_inner(x)))
     }
 
     fn volume(&self) -> f64 {
@@ -230,12 +243,12 @@ impl<const D: usize> Hull<D> for ScaledHull<D> {
     }
 
     fn nearest_within(&self, x: &[f64; D], reach: f64) -> Option<[f64; D]> {
-        let found = self.inner.nearest_within(&x.map(|v| v / self.factor), reach / self.factor)?;
-        Some(found.map(|v| v * self.factor))
+        let found = self.inner.nearest_within(&self.to_inner(x), reach / self.factor)?;
+        Some(self.to_outer(&found))
     }
 
     fn chords(&self, axis: usize, x: &[f64; D]) -> Option<Vec<[f64; 2]>> {
-        let chords = self.inner.chords(axis, &x.map(|v| v / self.factor))?;
+        let chords = self.inner.chords(axis, &self.to_inner(x))?;
         Some(chords.into_iter().map(|chord| chord.map(|v| v * self.factor)).collect())
     }
 }

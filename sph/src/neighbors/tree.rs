@@ -178,7 +178,7 @@ trait IntoBounds<const D: usize> {
 
 impl<const D: usize> IntoBounds<D> for [(f64, f64); D] {
     fn into_bounds(self) -> ([f64; D], [f64; D]) {
-        (self.map(|b| b.0), self.map(|b| b.1))
+        (crate::array(|k| self[k].0), crate::array(|k| self[k].1))
     }
 }
 

@@ -37,7 +37,7 @@ impl<const D: usize> LeafPass<D, 1, f64> for ClosestPass {
                 let scaled = r2 / (own + batch.channel(0, j)).powi(2);
                 if r2 >= COINCIDENT && scaled < nearest {
                     nearest = scaled;
-                    away = d.map(|v| v / r2.sqrt());
+                    away = crate::array(|k| d[k] / r2.sqrt());
                 }
             }
             *out = Away(away);

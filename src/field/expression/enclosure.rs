@@ -170,8 +170,8 @@ fn binary(f: fn(f64, f64) -> f64, outcome: Outcome, a: Interval, b: Interval) ->
     }
     let corners = [f(a.lo, b.lo), f(a.lo, b.hi), f(a.hi, b.lo), f(a.hi, b.hi)];
     let over_corners = || {
-        let all = corners.map(Interval::point);
-        all[1..].iter().fold(all[0], |u, v| u.union(*v))
+        let rest = corners[1..].iter();
+        rest.fold(Interval::point(corners[0]), |u, v| u.union(Interval::point(*v)))
     };
     match outcome {
         Outcome::Less | Outcome::More | Outcome::Choice => over_corners(),

@@ -86,7 +86,7 @@ impl Interval {
         // 0 times what has no bound is 0 wherever the other is a number.
         let product = |a: f64, b: f64| if a == 0.0 || b == 0.0 { 0.0 } else { a * b };
         let all = [(self.lo, other.lo), (self.lo, other.hi), (self.hi, other.lo), (self.hi, other.hi)];
-        Self::around(&all.map(|(a, b)| product(a, b))).from([self, other])
+        Self::around(&sph::array::<_, 4>(|k| product(all[k].0, all[k].1))).from([self, other])
     }
 
     pub fn over(self, other: Self) -> Self {
@@ -117,7 +117,7 @@ impl Interval {
             return Self::ANYTHING;
         }
         let all = [(self.lo, exponent.lo), (self.lo, exponent.hi), (self.hi, exponent.lo), (self.hi, exponent.hi)];
-        Self::around(&all.map(|(a, b)| a.powf(b))).from([self, exponent])
+        Self::around(&sph::array::<_, 4>(|k| all[k].0.powf(all[k].1))).from([self, exponent])
     }
 
     /// Of a function that falls and rises between extremes of 1 and -1, of which the crests are at `crest` + 2 pi n.

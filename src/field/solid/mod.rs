@@ -128,8 +128,12 @@ impl<const D: usize> Solid<D> {
     /// Whether `y` is on the surface: its primitives there, taken to be on either side, decide whether it is inside.
     fn is_on_surface(&self, y: &[f64; D]) -> bool {
         let reach = ON * self.bounds.diagonal();
-        let on: Vec<usize> =
-            (0..self.primitives.len()).filter(|&i| distance(&self.primitives[i].nearest(y), y) < reach).collect();
+        let mut on = Vec::new();
+        for (i, primitive) in self.primitives.iter().enumerate() {
+            if distance(&primitive.nearest(y), y) < reach {
+                on.push(i);
+            }
+        }
         let inside: Vec<bool> = self.primitives.iter().map(|p| p.contains(y)).collect();
         let by = |code: usize| {
             self.tree.contains(&|i| match on.iter().position(|&j| j == i) {
@@ -191,13 +195,14 @@ impl<const D: usize> Hull<D> for Solid<D> {
     }
 
     fn nearest_within(&self, x: &[f64; D], reach: f64) -> Option<[f64; D]> {
-        let mut near: Vec<(f64, usize, [f64; D])> = (0..self.primitives.len())
-            .map(|i| {
-                let p = self.primitives[i].nearest(x);
-                (distance(&p, x), i, p)
-            })
-            .filter(|(away, ..)| *away < reach)
-            .collect();
+        let mut near: Vec<(f64, usize, [f64; D])> = Vec::with_capacity(self.primitives.len());
+        for (i, primitive) in self.primitives.iter().enumerate() {
+            let p = primitive.nearest(x);
+            let away = distance(&p, x);
+            if away < reach {
+                near.push((away, i, p));
+            }
+        }
         near.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
         let mut best = (reach, None);
         for (away, _, p) in &near {
