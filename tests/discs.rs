@@ -10,7 +10,7 @@ fn rows(file: &ParticleFile, index: usize, name: &str) -> Vec<Vec<f64>> {
 
 fn disc(keys: &str, beside: &str) -> String {
     format!(
-        "input: {{profile: {{disc: {{{keys}}}}}}}\n{beside}\nparticles: 600\nseeding: mass-bisection\nwvt: {{iterations: 4}}\npolish: none\n\
+        "input: {{profile: {{disc: {{{keys}}}}}}}\n{beside}\nparticles: 300\nseeding: mass-bisection\nwvt: {{iterations: 4}}\npolish: none\n\
          output: {{origin: input, double_precision: true"
     )
 }

@@ -97,7 +97,7 @@ fn particles_of_a_periodic_box_stay_in_it_wherever_it_lies() {
 fn phantom_has_the_center_of_mass_at_the_origin_and_others_the_corner_of_the_box() {
     let star = |more: &str| {
         placed(&format!(
-            "input: {{profile: {{polytrope: {{n: 1.5, mass: 1, radius: 1}}}}}}\nfields: {{pressure: 1}}\nparticles: 500\npolish: none\n{more}"
+            "input: {{profile: {{polytrope: {{n: 1.5, mass: 1, radius: 1}}}}}}\nfields: {{pressure: 1}}\nparticles: 200\npolish: none\n{more}"
         ))
     };
     let (file, report) = star("output: {format: phantom}\n");

@@ -331,28 +331,26 @@ particles: 2000
 fn bodies_keep_their_mass_over_ranks() {
     let folder = Folder::new();
     let path = folder.path("ic.hdf5");
-    for (name, scene, several) in [("cloud", CLOUD, &[1, 3, 8][..]), ("balls", BALLS, &[3])] {
+    for (name, scene, ranks) in [("cloud", CLOUD, 8), ("balls", BALLS, 3)] {
         let one = runs(scene, &path, 1).remove(0);
-        for &ranks in several {
-            let reports = runs(scene, &path, ranks);
-            for report in &reports {
-                let regions = report.ledger.regions.iter();
-                assert!(regions.clone().count() == 2, "{name}, {ranks} ranks");
-                regions.for_each(|r| assert!((r.found - r.wanted).abs() < 1.0, "{name}, {ranks} ranks: {r:?}"));
-                assert!(report.ledger.in_place > 0.95, "{name}, {ranks} ranks: {}", report.ledger.in_place);
-                let pairs = report.neighbors.closest_pair;
-                assert!(pairs > 0.6, "{name}, {ranks} ranks: {pairs}, {} on one", one.neighbors.closest_pair);
-                let told = |r: &Report| {
-                    let stage = |s: &StageReport| (s.stop, s.best_iteration, s.history.len(), s.epsilon());
-                    (r.stop, r.stages.iter().map(stage).collect::<Vec<_>>())
-                };
-                assert_eq!(told(report), told(&reports[0]), "{name}: ranks say different things");
-            }
-            let [wvt, solver] = [0, 1].map(|s| reports[0].stages[s].history.last().unwrap().epsilon);
-            let alone = [0, 1].map(|s| one.stages[s].history.last().unwrap().epsilon);
-            assert!((wvt / alone[0] - 1.0).abs() < 0.05, "{name}, {ranks} ranks: {wvt:e}, {:e} on one", alone[0]);
-            assert!(solver < wvt, "{name}, {ranks} ranks: {solver:e} after {wvt:e}");
+        let reports = runs(scene, &path, ranks);
+        for report in &reports {
+            let regions = report.ledger.regions.iter();
+            assert!(regions.clone().count() == 2, "{name}, {ranks} ranks");
+            regions.for_each(|r| assert!((r.found - r.wanted).abs() < 1.0, "{name}, {ranks} ranks: {r:?}"));
+            assert!(report.ledger.in_place > 0.95, "{name}, {ranks} ranks: {}", report.ledger.in_place);
+            let pairs = report.neighbors.closest_pair;
+            assert!(pairs > 0.6, "{name}, {ranks} ranks: {pairs}, {} on one", one.neighbors.closest_pair);
+            let told = |r: &Report| {
+                let stage = |s: &StageReport| (s.stop, s.best_iteration, s.history.len(), s.epsilon());
+                (r.stop, r.stages.iter().map(stage).collect::<Vec<_>>())
+            };
+            assert_eq!(told(report), told(&reports[0]), "{name}: ranks say different things");
         }
+        let [wvt, solver] = [0, 1].map(|s| reports[0].stages[s].history.last().unwrap().epsilon);
+        let alone = [0, 1].map(|s| one.stages[s].history.last().unwrap().epsilon);
+        assert!((wvt / alone[0] - 1.0).abs() < 0.05, "{name}, {ranks} ranks: {wvt:e}, {:e} on one", alone[0]);
+        assert!(solver < wvt, "{name}, {ranks} ranks: {solver:e} after {wvt:e}");
     }
 }
 
@@ -360,7 +358,7 @@ fn bodies_keep_their_mass_over_ranks() {
 #[test]
 fn a_body_that_one_rank_leaves_is_left_by_all() {
     let folder = Folder::new();
-    for (text, lost, iterations) in [(CLOUD, 0, 3), (CLOUD, 2, 20), (BALLS, 3, 90)] {
+    for (text, lost, iterations) in [(CLOUD, 0, 3), (BALLS, 3, 90)] {
         let mut scene = Scene::parse(&format!("{text}output: {{on_interrupt: write}}\n")).unwrap();
         scene.output.file = Some(folder.path("ic.hdf5"));
         let reports = on(4, |exchange| {
