@@ -133,10 +133,7 @@ impl Expression {
 
     #[inline]
     fn variables<const D: usize>(&self, x: &[f64; D], center: &[f64; D]) -> [f64; VARIABLES.len()] {
-        let mut variables = [0.0; VARIABLES.len()];
-        for k in 0..D {
-            variables[k] = x[k];
-        }
+        let mut variables = sph::array(|k| if k < D { x[k] } else { 0.0 });
         if self.has_radius {
             variables[RADIUS] = distance(x, center);
         }
