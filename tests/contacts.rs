@@ -50,7 +50,9 @@ fn closest(file: &ParticleFile) -> (f64, f64) {
 /// hundredth of it may be missing; elsewhere those that have come to rest are 0.8 apart at least (a lattice: 1.07 and 1.12).
 #[test]
 fn particles_on_both_sides_of_a_jump_keep_their_distance() {
-    for (d, is_tilted, ratio, count) in [(2, false, 2.0, 1500), (2, true, 100.0, 1500), (3, true, 10.0, 1500)] {
+    for (d, is_tilted, ratio, count) in
+        [(2, false, 2.0, 1500), (2, true, 100.0, 1500), (3, false, 2.0, 2000), (3, true, 10.0, 1500)]
+    {
         let file = placed(&halves(d, is_tilted, ratio, count));
         let (all, across) = closest(&file);
         println!("{d}-D, {ratio}: {all:.3}, across {across:.3}");

@@ -224,17 +224,18 @@ fn the_solver_ends_where_more_evaluations_gain_little() {
 
 #[test]
 fn splines_with_many_neighbors_end_without_pairs() {
-    for (scene, kernel) in [
-        ("[[0], [1]], boundary: [periodic]}\nparticles: 200", "cubic-spline"),
-        ("[[0, 0], [1, 1]], boundary: [periodic]}\nparticles: 900", "cubic-spline"),
-        ("[[0, 0], [1, 1]], boundary: [open]}\nparticles: 900", "cubic-spline"),
-        ("[[0, 0, 0], [1, 1, 1]], boundary: [periodic]}\nparticles: 1000", "cubic-spline"),
-        ("[[0, 0, 0], [1, 1, 1]], boundary: [periodic]}\nparticles: 1200\nneighbors: 128", "cubic-spline"),
-        ("[[0, 0, 0], [1, 1, 1]], boundary: [periodic]}\nparticles: 1200\nneighbors: 128", "quartic"),
+    for (scene, kernel, apart) in [
+        ("[[0], [1]], boundary: [periodic]}\nparticles: 200", "cubic-spline", 0.6),
+        ("[[0, 0], [1, 1]], boundary: [periodic]}\nparticles: 900", "cubic-spline", 0.6),
+        // On one of the processors tried 0.597: sums differ in their last digits.
+        ("[[0, 0], [1, 1]], boundary: [open]}\nparticles: 900", "cubic-spline", 0.59),
+        ("[[0, 0, 0], [1, 1, 1]], boundary: [periodic]}\nparticles: 1000", "cubic-spline", 0.6),
+        ("[[0, 0, 0], [1, 1, 1]], boundary: [periodic]}\nparticles: 1200\nneighbors: 128", "cubic-spline", 0.6),
+        ("[[0, 0, 0], [1, 1, 1]], boundary: [periodic]}\nparticles: 1200\nneighbors: 128", "quartic", 0.6),
     ] {
         let (report, _) = run(&format!("input: {{expression: '1'}}\nkernel: {kernel}\ndomain: {{box: {scene}\n"));
         let closest = report.neighbors.closest_pair;
-        assert!(closest > 0.5, "{kernel} {scene}: {closest}");
+        assert!(closest > apart, "{kernel} {scene}: {closest}");
         let error = report.density_error.stated();
         assert!(error.epsilon < 1e-6, "{kernel} {scene}: {}", error.epsilon);
         assert!(report.notes.iter().any(|note| note.contains("pairing instability")), "{:?}", report.notes);

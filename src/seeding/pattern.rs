@@ -5,7 +5,6 @@
 
 use crate::error::{Error, Result};
 use crate::target::Target;
-use sph::domain::Axis;
 
 /// Points of number density 1 that fill space.
 pub(super) trait Pattern<const D: usize>: Sync {
@@ -112,8 +111,7 @@ fn inside<const D: usize>(target: &Target<'_, D>, pattern: &dyn Pattern<D>, scal
     pattern.visit(&lo, &hi, &mut |p| {
         let x: [f64; D] = sph::array(|k| middle[k] + scale * (p[k] - SKEW[k]));
         // Not what rounding has put beyond a seam, where it may be the image of another.
-        let is_own = (0..D).all(|k| domain.axes[k] != Axis::Periodic || x[k] >= domain.lo[k] && x[k] < domain.hi[k]);
-        if is_own && domain.contains(&x) {
+        if domain.contains(&x) && domain.wrapped(&x) == x {
             points.push(x);
         }
     });

@@ -168,11 +168,8 @@ fn binary(f: fn(f64, f64) -> f64, outcome: Outcome, a: Interval, b: Interval) ->
     if !(a.is_defined && b.is_defined) {
         return Interval::ANYTHING;
     }
-    let corners = [f(a.lo, b.lo), f(a.lo, b.hi), f(a.hi, b.lo), f(a.hi, b.hi)];
-    let over_corners = || {
-        let rest = corners[1..].iter();
-        rest.fold(Interval::point(corners[0]), |u, v| u.union(Interval::point(*v)))
-    };
+    let corners = a.corners(b, f);
+    let over_corners = || Interval::around(&corners);
     match outcome {
         Outcome::Less | Outcome::More | Outcome::Choice => over_corners(),
         // Whether they are equal.

@@ -27,8 +27,13 @@ impl Interval {
         Self::between(v, v)
     }
 
+    /// A function of two arguments where both are at ends of theirs.
+    pub fn corners(self, other: Self, f: impl Fn(f64, f64) -> f64) -> [f64; 4] {
+        [f(self.lo, other.lo), f(self.lo, other.hi), f(self.hi, other.lo), f(self.hi, other.hi)]
+    }
+
     /// Around all of some values.
-    fn around(values: &[f64]) -> Self {
+    pub fn around(values: &[f64]) -> Self {
         let known = !values.iter().any(|v| v.is_nan());
         let fold = |f: fn(f64, f64) -> f64, start| values.iter().fold(start, |a, &b| f(a, b));
         if known {
@@ -85,8 +90,7 @@ impl Interval {
     pub fn times(self, other: Self) -> Self {
         // 0 times what has no bound is 0 wherever the other is a number.
         let product = |a: f64, b: f64| if a == 0.0 || b == 0.0 { 0.0 } else { a * b };
-        let all = [(self.lo, other.lo), (self.lo, other.hi), (self.hi, other.lo), (self.hi, other.hi)];
-        Self::around(&sph::array::<_, 4>(|k| product(all[k].0, all[k].1))).from([self, other])
+        Self::around(&self.corners(other, product)).from([self, other])
     }
 
     pub fn over(self, other: Self) -> Self {
@@ -116,8 +120,7 @@ impl Interval {
         if self.lo < 0.0 {
             return Self::ANYTHING;
         }
-        let all = [(self.lo, exponent.lo), (self.lo, exponent.hi), (self.hi, exponent.lo), (self.hi, exponent.hi)];
-        Self::around(&sph::array::<_, 4>(|k| all[k].0.powf(all[k].1))).from([self, exponent])
+        Self::around(&self.corners(exponent, f64::powf)).from([self, exponent])
     }
 
     /// Of a function that falls and rises between extremes of 1 and -1, of which the crests are at `crest` + 2 pi n.

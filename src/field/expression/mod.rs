@@ -98,7 +98,7 @@ impl Expression {
         self.program.value_and_piece(&self.variables(x, center))
     }
 
-    /// The value as [`Self::evaluate`] gives it; `trace` gets numbers for the piece that `x` lies in: for the branch of each `if`
+    /// The value as [`Self::evaluate`] gives it; a new `trace` gets numbers for the piece that `x` lies in: for the branch of each `if`
     /// that was taken, and the outcomes of comparisons, of sign, step and heaviside, and the integer parts of floor, ceil,
     /// round and mod, as far as they were evaluated; and for the smooth part of it, which kinks end too.
     pub(crate) fn trace<const D: usize>(&self, x: &[f64; D], center: &[f64; D], trace: &mut Trace) -> f64 {

@@ -243,7 +243,7 @@ impl Program {
         }
     }
 
-    /// The value; `trace` gets the outcomes on the way to it: branches taken, comparisons, steps, integer parts, kinks.
+    /// The value; a new `trace` gets the outcomes on the way to it: branches taken, comparisons, steps, integer parts, kinks.
     pub fn trace(&self, variables: &[f64], trace: &mut Trace) -> f64 {
         self.watched(variables, |outcome, operands, value| outcome.record(operands, value, trace))
     }

@@ -125,18 +125,25 @@ impl<const D: usize> Solid<D> {
         self.volume
     }
 
-    /// Whether `y` is on the surface: its primitives there, taken to be on either side, decide whether it is inside.
-    fn is_on_surface(&self, y: &[f64; D]) -> bool {
-        let reach = ON * self.bounds.diagonal();
-        let mut on = Vec::new();
+    /// The primitives whose surfaces are nearer to `x` than `reach`: how far away, which, and their nearest points.
+    fn near(&self, x: &[f64; D], reach: f64) -> Vec<(f64, usize, [f64; D])> {
+        let mut near = Vec::with_capacity(self.primitives.len());
         for (i, primitive) in self.primitives.iter().enumerate() {
-            if distance(&primitive.nearest(y), y) < reach {
-                on.push(i);
+            let p = primitive.nearest(x);
+            let away = distance(&p, x);
+            if away < reach {
+                near.push((away, i, p));
             }
         }
+        near
+    }
+
+    /// Whether `y` is on the surface: its primitives there, taken to be on either side, decide whether it is inside.
+    fn is_on_surface(&self, y: &[f64; D]) -> bool {
+        let on = self.near(y, ON * self.bounds.diagonal());
         let inside: Vec<bool> = self.primitives.iter().map(|p| p.contains(y)).collect();
         let by = |code: usize| {
-            self.tree.contains(&|i| match on.iter().position(|&j| j == i) {
+            self.tree.contains(&|i| match on.iter().position(|near| near.1 == i) {
                 Some(place) => code >> place & 1 == 1,
                 None => inside[i],
             })
@@ -195,14 +202,7 @@ impl<const D: usize> Hull<D> for Solid<D> {
     }
 
     fn nearest_within(&self, x: &[f64; D], reach: f64) -> Option<[f64; D]> {
-        let mut near: Vec<(f64, usize, [f64; D])> = Vec::with_capacity(self.primitives.len());
-        for (i, primitive) in self.primitives.iter().enumerate() {
-            let p = primitive.nearest(x);
-            let away = distance(&p, x);
-            if away < reach {
-                near.push((away, i, p));
-            }
-        }
+        let mut near = self.near(x, reach);
         near.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
         let mut best = (reach, None);
         for (away, _, p) in &near {
