@@ -5,9 +5,10 @@
 //! sides in proportion, so that an even arrangement fills boxes evenly wherever their faces lie.
 
 use super::Measured;
-use crate::target::cells::{Cell, Rule, partition, refine};
+use crate::target::cells::{Cell, Rule, partition};
 use crate::target::cut::{Cut, cut_closely};
 use crate::target::mass_points::MassPoints;
+use crate::target::refinement::refine;
 use crate::target::{Positions, Resolution, Target, at};
 use serde::Serialize;
 use sph::domain::{Axis, Domain};

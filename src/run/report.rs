@@ -344,11 +344,15 @@ impl Report {
                 stage.best_iteration
             )?;
         }
-        let expected = match duration::total(&self.expected) {
+        let is_expected = |t: &&Timing| self.expected.iter().any(|e| e.step == t.step);
+        let taken: f64 = self.timing.iter().filter(is_expected).map(|t| t.seconds).sum();
+        let stages = match duration::total(&self.expected) {
             0.0 => String::new(),
-            seconds => format!(" (stages were expected to take {})", duration::rounded(seconds)),
+            expected => {
+                format!(" ({taken:.2} s in stages, which were expected to take {})", duration::rounded(expected))
+            }
         };
-        writeln!(out, "  time             {:.2} s{expected}", self.seconds)?;
+        writeln!(out, "  time             {:.2} s{stages}", self.seconds)?;
         for t in &self.timing {
             let epsilon = t.epsilon.map(|e| format!("  epsilon {e:.2e}")).unwrap_or_default();
             writeln!(out, "    {:<14} {:>8.2} s{epsilon}", t.step, t.seconds)?;

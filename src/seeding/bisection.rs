@@ -7,8 +7,10 @@ use super::kronecker;
 use super::seeded::to_positions;
 use crate::error::Result;
 use crate::random::{Purpose, keyed};
-use crate::target::cells::{Cell, Rule, partition, refine};
+use crate::target::cells::{Cell, Rule, partition};
 use crate::target::cut::{Cut, cut};
+use crate::target::matter::Matter;
+use crate::target::refinement::refine;
 use crate::target::{Positions, Surroundings, Target};
 use rand::RngExt;
 use sph::geometry::distance;
@@ -196,10 +198,13 @@ pub(super) fn representative<const D: usize>(target: &Target<'_, D>, cells: &[Ce
     let total: f64 = cells.iter().map(|c| c.mass).sum();
     // Of what surfaces cross, what is on one side of them.
     let centers: Vec<[f64; D]> =
-        cells.iter().map(|c| if c.across.is_some() { c.center_of_mass(target) } else { c.center() }).collect();
+        cells.iter().map(|c| if c.is_crossed_by_lines() { c.center_of_mass(target) } else { c.center() }).collect();
     let mean = sph::array(|k| cells.iter().zip(&centers).map(|(c, center)| c.mass / total * center[k]).sum());
     if target.admits(&mean) {
         return mean;
+    }
+    if let Some(point) = on_line(target, cells, &mean) {
+        return point;
     }
     let mut best: Option<(f64, [f64; D])> = None;
     for cell in cells {
@@ -209,6 +214,22 @@ pub(super) fn representative<const D: usize>(target: &Target<'_, D>, cells: &[Ce
         }
     }
     best.map_or_else(|| nearby(target, cells, &mean).unwrap_or(mean), |(_, point)| point)
+}
+
+/// The middle of the nearest part of the target on the line through `mean` that pencils say; none where there are none, or nothing of the target
+/// is there: a thin layer is beside the mean of pencils that are cut.
+fn on_line<const D: usize>(target: &Target<'_, D>, cells: &[Cell<D>], mean: &[f64; D]) -> Option<[f64; D]> {
+    let pencils = cells.iter().filter(|cell| cell.is_pencil);
+    let axis = usize::from(pencils.max_by(|a, b| a.mass.total_cmp(&b.mass))?.across?);
+    let [lo, hi] = bounds(cells);
+    let parts = target.parts_along(mean, axis, [lo[axis], hi[axis]])?;
+    let middles = parts.iter().map(|part| {
+        let mut x = *mean;
+        x[axis] = 0.5 * (part.from + part.to);
+        x
+    });
+    let distance = |x: &[f64; D]| (x[axis] - mean[axis]).abs();
+    middles.filter(|x| target.admits(x)).min_by(|a, b| distance(a).total_cmp(&distance(b)))
 }
 
 /// The place nearest to `mean` among samples of the box about `cells`, then of ever larger ones: where a thin layer

@@ -14,11 +14,13 @@ pub(crate) struct Cell<const D: usize> {
     pub mass: f64,
     /// The axis along which lines meet the surfaces that cross it, where that is known.
     pub across: Option<u8>,
+    /// Whether it is a part of a line along that axis, with the area about it: its mass counts as even.
+    pub is_pencil: bool,
 }
 
 impl<const D: usize> Cell<D> {
     pub(super) fn new(lo: [f64; D], hi: [f64; D]) -> Self {
-        Self { lo, hi, mass: 0.0, across: None }
+        Self { lo, hi, mass: 0.0, across: None, is_pencil: false }
     }
 
     /// The center, or, where a cell reaches across the surface of a ball or shell, a point near it inside.
@@ -34,7 +36,7 @@ impl<const D: usize> Cell<D> {
         (0..D).map(|k| self.hi[k] - self.lo[k]).product()
     }
 
-    fn longest(&self) -> usize {
+    pub(super) fn longest(&self) -> usize {
         let edge = |k: usize| self.hi[k] - self.lo[k];
         (0..D).fold(0, |best, k| if edge(k) > edge(best) { k } else { best })
     }
@@ -66,6 +68,11 @@ impl<const D: usize> Cell<D> {
         (0..D).fold(0, |best, k| if edge(k) > edge(best) { k } else { best })
     }
 
+    /// Whether lines say where the mass between the surfaces is that cross it.
+    pub fn is_crossed_by_lines(&self) -> bool {
+        self.across.is_some() && !self.is_pencil
+    }
+
     /// The center of its mass by Gauss's rule, or by lines where surfaces cross it; its own center where these find nothing.
     pub fn center_of_mass(&self, target: &dyn Matter<D>) -> [f64; D] {
         let (mass, moment) = match self.across {
@@ -78,11 +85,12 @@ impl<const D: usize> Cell<D> {
     /// Its mass as points of no more than `limit` on lines through it, where surfaces cross it and so few lines do; none elsewhere.
     pub fn points_on_lines(&self, target: &dyn Matter<D>, limit: f64) -> Option<Vec<([f64; D], f64)>> {
         let axis = usize::from(self.across?);
-        let lines = (self.mass / limit).powf(1.0 / (D - 1).max(1) as f64).ceil().max(2.0);
+        let lines = LINES_PER_POINT * self.mass / limit;
         if lines > MOST_LINES {
             return None;
         }
-        let mut points = lines::points(target, [&self.lo, &self.hi], axis, lines as usize);
+        let lines = lines.powf(1.0 / (D - 1).max(1) as f64).ceil().max(2.0);
+        let mut points = lines::points(target, [&self.lo, &self.hi], axis, (lines as usize, limit));
         let found: f64 = points.iter().map(|point| point.1).sum();
         points.retain(|point| point.1 > 0.0);
         points.iter_mut().for_each(|point| point.1 *= self.mass / found);
@@ -117,6 +125,9 @@ impl<const D: usize> Cell<D> {
 
     /// Halves along an axis that, across a surface, share what they had: that is known better than the masses of halves.
     pub(super) fn halves_sharing(&self, axis: usize, target: &dyn Matter<D>, rule: Rule) -> [Self; 2] {
+        if self.is_pencil {
+            return self.boxes_along(axis).map(|half| Self { mass: 0.5 * self.mass, ..half });
+        }
         let halves = self.halves_along(axis, target, rule);
         let both = halves[0].mass + halves[1].mass;
         if rule == Rule::Midpoint || !target.may_jump() || !(both > 0.0) {
@@ -355,9 +366,10 @@ fn first_cells<const D: usize>(target: &dyn Matter<D>) -> usize {
 /// Halvings of which few particles do without.
 const FEWER: usize = 3;
 
-/// Most cells after refinement, for few and for many particles.
+/// Most cells after refinement, for few and for many particles, and for what is looked at by its bounds alone.
 const FEW_CELLS: usize = 1 << 16;
 const MAX_CELLS: usize = 1 << 18;
+const OUTLINE_CELLS: usize = 1 << 17;
 const CELLS_PER_PARTICLE: usize = 32;
 const CELLS_PER_PARTICLE_OF_PART: usize = 128;
 /// Halvings of a cell, at most: f64 resolves no more.
@@ -412,10 +424,11 @@ fn weigh_closely<const D: usize>(target: &dyn Matter<D>, cells: &mut [Cell<D>]) 
 }
 
 /// Lines across each axis for cells with so many particles, at most, and for all others.
-const LINES: [(f64, usize); 2] = [(0.5, 2), (8.0, 4)];
+const LINES: [(f64, usize); 2] = [(0.25, 2), (1.0, 4)];
 const MANY_LINES: usize = 8;
-/// Lines across each axis by which a cell is divided into points, at most.
-const MOST_LINES: f64 = 8.0;
+/// Lines by which a cell is divided into points, for each of these and at most.
+const LINES_PER_POINT: f64 = 2.0;
+const MOST_LINES: f64 = 256.0;
 /// Halvings of a cell along each axis, and evaluations of the density for all of them, about.
 const HALVINGS: u32 = 2;
 const MOST_EVALUATIONS: usize = 1 << 21;
@@ -439,24 +452,32 @@ fn refined_by<const D: usize>(target: &dyn Matter<D>, rule: Rule, by_bounds: boo
     let floor = NEGLIGIBLE * target.count() as f64;
     let mut pending = cells;
     let mut done = Vec::new();
-    let most = (CELLS_PER_PARTICLE * target.count()).clamp(FEW_CELLS, MAX_CELLS);
+    // How regions are connected a few say as well: lines find what they miss of thin ones.
+    let is_outline = by_bounds && rule == Rule::Midpoint;
+    let most = if is_outline { OUTLINE_CELLS } else { MAX_CELLS };
+    let most = (CELLS_PER_PARTICLE * target.count()).clamp(FEW_CELLS, most);
     for _ in 0..MAX_SWEEPS {
         let room = most.saturating_sub(done.len() + pending.len());
         if pending.is_empty() || room == 0 {
             break;
         }
-        let found = parallel::map(pending.len(), |i| match roughness(&pending[i], target, floor) {
-            0.0 if by_bounds => unseen(&pending[i], target, floor),
-            rough => (rough, None),
+        let looks = parallel::map(pending.len(), |i| match look(&pending[i], target, floor) {
+            // What lines cross they see.
+            Look { hidden: 0.0, .. } if by_bounds && pending[i].across.is_none() => unseen(&pending[i], target, floor),
+            rough => rough,
         });
-        let mut hidden: Vec<f64> = found.iter().map(|f| f.0).collect();
+        let mut hidden: Vec<f64> = looks.iter().map(|look| look.hidden).collect();
         leave_largest(&mut hidden, room);
         let halved = parallel::map(pending.len(), |i| {
             let cell = &pending[i];
-            (hidden[i] > 0.0)
-                .then(|| cell.halves_along(found[i].1.unwrap_or_else(|| cell.roughest(target)), target, rule))
+            (hidden[i] > 0.0).then(|| {
+                let axis = looks[i].axis.unwrap_or_else(|| cell.roughest(target));
+                let known = looks[i].halves.filter(|_| rule == Rule::Gauss && axis == cell.longest());
+                known.unwrap_or_else(|| cell.halves_along(axis, target, rule))
+            })
         });
-        done.extend(pending.iter().zip(&halved).filter(|(_, halves)| halves.is_none()).map(|(cell, _)| *cell));
+        let kept = (0..pending.len()).filter(|&i| halved[i].is_none());
+        done.extend(kept.map(|i| Cell { mass: looks[i].mass().unwrap_or(pending[i].mass), ..pending[i] }));
         pending = halved.into_iter().flatten().flatten().collect();
     }
     done.extend(pending);
@@ -473,80 +494,66 @@ fn leave_largest(values: &mut [f64], most: usize) {
     order.into_iter().skip(most).for_each(|i| values[i] = 0.0);
 }
 
-/// The mass that the middle of a cell may not show; 0 where it shows enough.
-fn roughness<const D: usize>(cell: &Cell<D>, target: &dyn Matter<D>, floor: f64) -> f64 {
+/// What a look at a cell says.
+struct Look<const D: usize> {
+    /// The mass that its middle may not show; 0 where it shows enough.
+    hidden: f64,
+    /// The axis across which it is halved best, where that is known.
+    axis: Option<usize>,
+    /// Its halves across the longest edge with masses by Gauss's rule, where these were looked at.
+    halves: Option<[Cell<D>; 2]>,
+}
+
+impl<const D: usize> Look<D> {
+    fn hiding(hidden: f64) -> Self {
+        Self { hidden, axis: None, halves: None }
+    }
+
+    /// What the halves have, which is known better than the mass of the whole.
+    fn mass(&self) -> Option<f64> {
+        self.halves.map(|[a, b]| a.mass + b.mass).filter(|both| *both > 0.0)
+    }
+}
+
+/// A look at its middle, its corners and places between; of a cell that lines cross, at its halves.
+fn look<const D: usize>(cell: &Cell<D>, target: &dyn Matter<D>, floor: f64) -> Look<D> {
+    let off_by = |mass: f64| {
+        let (larger, off) = (mass.max(cell.mass), (mass - cell.mass).abs());
+        if larger > floor && off > DISAGREEMENT * larger { off } else { 0.0 }
+    };
     if cell.across.is_some() {
         // Surfaces are seen; there may be more between the lines.
-        let both: f64 = cell.halves(target, Rule::Gauss).iter().map(|half| half.mass).sum();
-        let (larger, off) = (both.max(cell.mass), (both - cell.mass).abs());
-        return if larger > floor && off > DISAGREEMENT * larger { off } else { 0.0 };
+        let halves = cell.halves(target, Rule::Gauss);
+        return Look { halves: Some(halves), ..Look::hiding(off_by(halves[0].mass + halves[1].mass)) };
     }
     let inside = cell.corners().filter(|x| target.domain().contains(x));
     let corners: f64 = inside.map(|x| target.number_density(&x)).sum();
     let corner_mass = corners * cell.volume() / (1_usize << D) as f64;
-    let (larger, off) = (corner_mass.max(cell.mass), (corner_mass - cell.mass).abs());
-    if larger > floor && off > DISAGREEMENT * larger {
-        return off;
-    }
+    let off = off_by(corner_mass);
     // A discontinuity may pass between the middle and the corners.
-    if !target.is_piecewise() {
-        return 0.0;
+    if off > 0.0 || !target.is_piecewise() {
+        return Look::hiding(off);
     }
     let change = (0..D).map(|k| cell.hidden_change(k, target)).fold(0.0, f64::max) * cell.volume();
-    if change > floor && change > DISAGREEMENT * larger { change } else { 0.0 }
+    let is_hidden = change > floor && change > DISAGREEMENT * corner_mass.max(cell.mass);
+    Look::hiding(if is_hidden { change } else { 0.0 })
 }
 
 /// The mass that there may be where nothing has been seen of it, by the bounds of the density, and the axis across which halves are bounded best;
 /// 0 where the bounds are no more than some times what was seen.
-fn unseen<const D: usize>(cell: &Cell<D>, target: &dyn Matter<D>, floor: f64) -> (f64, Option<usize>) {
+fn unseen<const D: usize>(cell: &Cell<D>, target: &dyn Matter<D>, floor: f64) -> Look<D> {
     let bound = |cell: &Cell<D>| target.most_within(&cell.lo, &cell.hi).unwrap_or(0.0);
     let (most, volume) = (bound(cell), cell.volume());
     if !(most.is_finite() && most * volume > UNSEEN * cell.mass.max(floor)) {
-        return (0.0, None);
+        return Look::hiding(0.0);
     }
     let halves = |axis: usize| cell.boxes_along(axis).iter().map(bound).sum::<f64>();
     let bounds: [f64; D] = sph::array(halves);
     let least = bounds.iter().fold(f64::INFINITY, |m, b| m.min(*b));
     let edge = |k: usize| if bounds[k] <= least { cell.hi[k] - cell.lo[k] } else { 0.0 };
     let axis = (0..D).fold(0, |best, k| if edge(k) > edge(best) { k } else { best });
-    (most * volume, Some(axis))
+    Look { axis: Some(axis), ..Look::hiding(most * volume) }
 }
 
 /// What the bounds of a density may say over what was seen of it: those of smooth functions are wide, too.
 const UNSEEN: f64 = 4.0;
-
-/// Halves the heavy cells until none has much more than one part in `least` of the mass.
-pub(crate) fn refine<const D: usize>(target: &dyn Matter<D>, cells: &mut Vec<Cell<D>>, least: usize, rule: Rule) {
-    for _ in 0..MAX_REFINEMENTS {
-        let total: f64 = cells.iter().map(|c| c.mass).sum();
-        let limit = 1.5 * total / least as f64;
-        let before = cells.len();
-        let most = |cell: &Cell<D>| if cell.across.is_some() { ALIKE * limit } else { limit };
-        let heavy = (0..before).filter(|&i| cells[i].mass > most(&cells[i])).collect();
-        halve(cells, heavy, |cell| cell.halves_sharing(cell.longest(), target, rule));
-        cells.retain(|c| c.mass > 0.0);
-        if cells.len() == before {
-            return;
-        }
-    }
-}
-
-const MAX_REFINEMENTS: usize = 64;
-/// By how much cells may be heavier of which lines say where their mass is.
-const ALIKE: f64 = 2.0;
-
-/// Puts the halves of the `chosen` cells in their place. A cell whose halves miss its mass (a spike at its center) is kept as it is.
-pub(super) fn halve<const D: usize>(
-    cells: &mut Vec<Cell<D>>,
-    chosen: Vec<usize>,
-    halves: impl Fn(&Cell<D>) -> [Cell<D>; 2] + Sync,
-) {
-    let whole = &*cells;
-    let halved = parallel::map(chosen.len(), |i| halves(&whole[chosen[i]]));
-    for (i, [left, right]) in chosen.into_iter().zip(halved) {
-        if left.mass + right.mass > 0.0 {
-            cells[i] = left;
-            cells.push(right);
-        }
-    }
-}

@@ -1,7 +1,8 @@
 //! Cells of mass, cut in two by a plane.
 
-use super::cells::{Cell, Rule, halve};
+use super::cells::{Cell, Rule};
 use super::matter::Matter;
+use super::refinement::halve;
 
 /// Cells on both sides of a plane.
 pub(crate) struct Cut<const D: usize> {

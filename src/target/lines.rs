@@ -6,6 +6,8 @@ use crate::field::quadrature::rule;
 
 /// Places along a line whose parts are too many to be told.
 const PLACES: usize = 16;
+/// Divisions of a part, at most.
+const MOST_DIVISIONS: f64 = 8.0;
 
 /// The mass of a box by so many lines along `axis` for each of the other axes, and its sum of mass times place.
 pub(super) fn moments<const D: usize>(
@@ -22,42 +24,88 @@ pub(super) fn moments<const D: usize>(
     (mass, moment)
 }
 
-/// The same mass as points on the lines.
+/// The same mass as points on the lines, no farther apart along these than cubes of the mass `limit` are wide.
 pub(super) fn points<const D: usize>(
     target: &dyn Matter<D>,
     of: [&[f64; D]; 2],
     axis: usize,
-    lines: usize,
+    (lines, limit): (usize, f64),
 ) -> Vec<([f64; D], f64)> {
     let mut points = Vec::new();
-    each_point(target, of, axis, lines, |x, mass| points.push((x, mass)));
+    each_part(target, of, axis, lines, |part| {
+        let (mass, width) = (part.mass(target), part.to - part.from);
+        let apart = (limit * part.area * width / mass).powf(1.0 / D as f64);
+        let parts = (width / (part.points as f64 * apart)).ceil().clamp(1.0, MOST_DIVISIONS) as usize;
+        part.divided(parts).for_each(|part| part.each_point(target, &mut |x, mass| points.push((x, mass))));
+    });
     points
 }
 
 /// Calls `with` for the points of all lines, and the mass at each: two for each part of a line.
 fn each_point<const D: usize>(
     target: &dyn Matter<D>,
-    [lo, hi]: [&[f64; D]; 2],
+    of: [&[f64; D]; 2],
     axis: usize,
     lines: usize,
     mut with: impl FnMut([f64; D], f64),
 ) {
+    each_part(target, of, axis, lines, |part| part.each_point(target, &mut with));
+}
+
+/// A part of a line between surfaces, with the area that the line stands for.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Part<const D: usize> {
+    /// A place on the line.
+    pub x: [f64; D],
+    axis: usize,
+    pub from: f64,
+    pub to: f64,
+    area: f64,
+    /// Points at which it is looked at.
+    points: usize,
+}
+
+impl<const D: usize> Part<D> {
+    fn each_point(&self, target: &dyn Matter<D>, with: &mut impl FnMut([f64; D], f64)) {
+        let width = self.to - self.from;
+        for (u, weight) in rule(self.points) {
+            let mut x = self.x;
+            x[self.axis] = self.from + u * width;
+            with(x, self.area * weight * width * target.density_inside(&x).unwrap_or(0.0));
+        }
+    }
+
+    pub fn mass(&self, target: &dyn Matter<D>) -> f64 {
+        let mut mass = 0.0;
+        self.each_point(target, &mut |_, own| mass += own);
+        mass
+    }
+
+    /// Equal parts of it.
+    pub fn divided(self, parts: usize) -> impl Iterator<Item = Self> {
+        let place = move |i: usize| self.from + (self.to - self.from) * i as f64 / parts as f64;
+        (0..parts).map(move |i| Self { from: place(i), to: if i + 1 < parts { place(i + 1) } else { self.to }, ..self })
+    }
+}
+
+/// Calls `with` for the parts of all lines, by so many lines along `axis` for each of the other axes.
+pub(super) fn each_part<const D: usize>(
+    target: &dyn Matter<D>,
+    [lo, hi]: [&[f64; D]; 2],
+    axis: usize,
+    lines: usize,
+    mut with: impl FnMut(Part<D>),
+) {
     let area: f64 = (0..D).filter(|k| *k != axis).map(|k| (hi[k] - lo[k]) / lines as f64).product();
     for x in each([lo, hi], axis, lines) {
-        let mut at = |t: f64, width: f64| {
-            let mut x = x;
-            x[axis] = t;
-            with(x, area * width * target.density_inside(&x).unwrap_or(0.0));
-        };
-        let between = [lo[axis], hi[axis]];
-        let Some(parts) = target.parts_along(&x, axis, between) else {
-            let step = (between[1] - between[0]) / PLACES as f64;
-            (0..PLACES).for_each(|i| at(between[0] + (i as f64 + 0.5) * step, step));
+        let whole = Part { x, axis, from: lo[axis], to: hi[axis], area, points: 2 };
+        let Some(parts) = target.parts_along(&x, axis, [whole.from, whole.to]) else {
+            Part { points: 1, ..whole }.divided(PLACES).for_each(&mut with);
             continue;
         };
-        let mut from = between[0];
-        for to in parts.iter().skip(1).map(|part| part.from).chain([between[1]]) {
-            rule(2).iter().for_each(|(u, weight)| at(from + u * (to - from), weight * (to - from)));
+        let mut from = whole.from;
+        for to in parts.iter().skip(1).map(|part| part.from).chain([whole.to]) {
+            with(Part { from, to, ..whole });
             from = to;
         }
     }
@@ -118,7 +166,7 @@ mod tests {
             let (mass, moment) = moments(&target, [&lo, &hi], axis, 4);
             assert!((mass / 1000.0 - 1.0).abs() < 1e-4, "{mass}");
             assert!(moment.iter().all(|m| (m / mass - 0.5).abs() < 1e-4), "{moment:?}");
-            let points = points(&target, [&lo, &hi], axis, 4);
+            let points = points(&target, [&lo, &hi], axis, (4, f64::INFINITY));
             let sum: f64 = points.iter().map(|point| point.1).sum();
             assert!((sum / mass - 1.0).abs() < 1e-12);
             assert!(points.iter().all(|(x, m)| *m == 0.0 || target.admits(x)));

@@ -12,6 +12,8 @@ mod locator;
 pub(crate) mod mass_points;
 mod materials;
 pub(crate) mod matter;
+mod pencils;
+pub(crate) mod refinement;
 mod regions;
 mod thin;
 

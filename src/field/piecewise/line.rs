@@ -1,6 +1,7 @@
 //! Parts of a piecewise smooth field along a line.
 
-use crate::field::Trace;
+use crate::field::{Level, Trace};
+use std::ops::Range;
 
 /// Parts of a line, at most: where there are more, cells are halved instead.
 const MOST_PARTS: usize = 8;
@@ -20,21 +21,31 @@ pub(crate) struct Stretch {
     pub part: u64,
 }
 
+/// What is known at a point of the line. Its levels are the line's, which keeps those of all points.
 #[derive(Clone, Copy)]
 struct Sample {
     t: f64,
-    trace: Trace,
+    piece: u64,
+    part: u64,
+    is_complete: bool,
+    first_level: usize,
+    levels: usize,
 }
 
 impl Sample {
     fn is_with(&self, other: &Self) -> bool {
-        self.trace.part == other.trace.part
+        self.part == other.part
+    }
+
+    fn levels(&self) -> Range<usize> {
+        self.first_level..self.first_level + self.levels
     }
 }
 
 /// The parts of the line `at` from `lo` to `hi`, in their order; `None` if there are too many.
 pub(crate) fn stretches(at: &dyn Fn(f64) -> Trace, lo: f64, hi: f64) -> Option<Vec<Stretch>> {
-    let mut line = Line { at, samples: 0, found: Vec::with_capacity(4), start: lo };
+    let mut line =
+        Line { at, samples: 0, levels: Vec::with_capacity(MOST_SAMPLES), found: Vec::with_capacity(4), start: lo };
     let (left, middle, right) = (line.sample(lo), line.sample(0.5 * (lo + hi)), line.sample(hi));
     line.walk(&left, &middle, 0)?;
     line.walk(&middle, &right, 0)?;
@@ -45,6 +56,7 @@ pub(crate) fn stretches(at: &dyn Fn(f64) -> Trace, lo: f64, hi: f64) -> Option<V
 struct Line<'a> {
     at: &'a dyn Fn(f64) -> Trace,
     samples: usize,
+    levels: Vec<Level>,
     found: Vec<Stretch>,
     /// Where the stretch begins that is not ended yet.
     start: f64,
@@ -53,11 +65,15 @@ struct Line<'a> {
 impl Line<'_> {
     fn sample(&mut self, t: f64) -> Sample {
         self.samples += 1;
-        Sample { t, trace: (self.at)(t) }
+        let trace = (self.at)(t);
+        let first_level = self.levels.len();
+        self.levels.extend_from_slice(trace.levels());
+        let Trace { piece, part, .. } = trace;
+        Sample { t, piece, part, is_complete: trace.is_complete(), first_level, levels: trace.levels().len() }
     }
 
     fn end(&mut self, to: f64, within: &Sample) -> Option<()> {
-        self.found.push(Stretch { from: self.start, to, piece: within.trace.piece, part: within.trace.part });
+        self.found.push(Stretch { from: self.start, to, piece: within.piece, part: within.part });
         self.start = to;
         (self.found.len() <= MOST_PARTS).then_some(())
     }
@@ -79,8 +95,8 @@ impl Line<'_> {
             return Some(());
         }
         let middle = self.sample(0.5 * (left.t + right.t));
-        let is_clear = if left.trace.is_complete() {
-            middle.is_with(left) && is_clear(&left.trace, &middle.trace, &right.trace)
+        let is_clear = if left.is_complete {
+            middle.is_with(left) && self.is_clear(left, &middle, right)
         } else {
             middle.is_with(left) && halvings >= BLIND_HALVINGS
         };
@@ -102,7 +118,7 @@ impl Line<'_> {
                 break;
             }
             let half = 0.5 * (a.t + b.t);
-            let t = match crossing(&a.trace, &b.trace) {
+            let t = match self.crossing(&a, &b) {
                 Some(share) => {
                     let root = a.t + share * (b.t - a.t);
                     let toward = (half - root).signum();
@@ -124,25 +140,30 @@ impl Line<'_> {
         }
         (a, b)
     }
-}
 
-/// Where the level that ends `a`'s part does so, as a share of the way to `b`, by linear interpolation.
-fn crossing(a: &Trace, b: &Trace) -> Option<f64> {
-    let (from, to) = a.levels().iter().zip(b.levels()).find(|(p, q)| p.lo != q.lo || p.hi != q.hi)?;
-    let bound = if to.value >= from.hi { from.hi } else { from.lo };
-    let share = (bound - from.value) / (to.value - from.value);
-    (0.0..=1.0).contains(&share).then_some(share)
-}
+    fn levels_of(&self, sample: &Sample) -> &[Level] {
+        &self.levels[sample.levels()]
+    }
 
-/// Whether parabolas through the levels of three equidistant points of a part stay within the part.
-fn is_clear(left: &Trace, middle: &Trace, right: &Trace) -> bool {
-    let levels = left.levels().iter().zip(middle.levels()).zip(right.levels());
-    levels.into_iter().all(|((l, m), r)| {
-        let (rise, bend) = (0.5 * (r.value - l.value), 0.5 * (r.value + l.value) - m.value);
-        if rise.abs() >= 2.4 * bend.abs() {
-            return true;
-        }
-        let extreme = m.value - rise * rise / (4.0 * bend) - 0.1 * bend;
-        if bend > 0.0 { extreme >= m.lo } else { !(bend < 0.0) || extreme <= m.hi }
-    })
+    /// Where the level that ends `a`'s part does so, as a share of the way to `b`, by linear interpolation.
+    fn crossing(&self, a: &Sample, b: &Sample) -> Option<f64> {
+        let mut levels = self.levels_of(a).iter().zip(self.levels_of(b));
+        let (from, to) = levels.find(|(p, q)| p.lo != q.lo || p.hi != q.hi)?;
+        let bound = if to.value >= from.hi { from.hi } else { from.lo };
+        let share = (bound - from.value) / (to.value - from.value);
+        (0.0..=1.0).contains(&share).then_some(share)
+    }
+
+    /// Whether parabolas through the levels of three equidistant points of a part stay within the part.
+    fn is_clear(&self, left: &Sample, middle: &Sample, right: &Sample) -> bool {
+        let [left, middle, right] = [left, middle, right].map(|sample| self.levels_of(sample));
+        left.iter().zip(middle).zip(right).all(|((l, m), r)| {
+            let (rise, bend) = (0.5 * (r.value - l.value), 0.5 * (r.value + l.value) - m.value);
+            if rise.abs() >= 2.4 * bend.abs() {
+                return true;
+            }
+            let extreme = m.value - rise * rise / (4.0 * bend) - 0.1 * bend;
+            if bend > 0.0 { extreme >= m.lo } else { !(bend < 0.0) || extreme <= m.hi }
+        })
+    }
 }
