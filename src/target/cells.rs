@@ -89,8 +89,8 @@ impl<const D: usize> Cell<D> {
         if lines > MOST_LINES {
             return None;
         }
-        let lines = lines.powf(1.0 / (D - 1).max(1) as f64).ceil().max(2.0);
-        let mut points = lines::points(target, [&self.lo, &self.hi], axis, (lines as usize, limit));
+        let lines = lines::for_each_axis::<D>(lines);
+        let mut points = lines::points(target, [&self.lo, &self.hi], axis, (lines, limit));
         let found: f64 = points.iter().map(|point| point.1).sum();
         points.retain(|point| point.1 > 0.0);
         points.iter_mut().for_each(|point| point.1 *= self.mass / found);

@@ -17,9 +17,11 @@ pub(super) fn moments<const D: usize>(
     lines: usize,
 ) -> (f64, [f64; D]) {
     let (mut mass, mut moment) = (0.0, [0.0; D]);
-    each_point(target, [lo, hi], axis, lines, |x, own| {
-        mass += own;
-        (0..D).for_each(|k| moment[k] += own * x[k]);
+    each_part(target, [lo, hi], axis, lines, |part| {
+        part.each_point(target, &mut |x, own| {
+            mass += own;
+            (0..D).for_each(|k| moment[k] += own * x[k]);
+        });
     });
     (mass, moment)
 }
@@ -39,17 +41,6 @@ pub(super) fn points<const D: usize>(
         part.divided(parts).for_each(|part| part.each_point(target, &mut |x, mass| points.push((x, mass))));
     });
     points
-}
-
-/// Calls `with` for the points of all lines, and the mass at each: two for each part of a line.
-fn each_point<const D: usize>(
-    target: &dyn Matter<D>,
-    of: [&[f64; D]; 2],
-    axis: usize,
-    lines: usize,
-    mut with: impl FnMut([f64; D], f64),
-) {
-    each_part(target, of, axis, lines, |part| part.each_point(target, &mut with));
 }
 
 /// A part of a line between surfaces, with the area that the line stands for.
@@ -109,6 +100,11 @@ pub(super) fn each_part<const D: usize>(
             from = to;
         }
     }
+}
+
+/// Lines for each axis across them of which there are so many in all, or a few more.
+pub(super) fn for_each_axis<const D: usize>(in_all: f64) -> usize {
+    in_all.powf(1.0 / (D - 1).max(1) as f64).ceil().max(2.0) as usize
 }
 
 /// The axis along which lines meet the most surfaces of a box, with two lines for each of the other axes; none if they meet none.

@@ -18,15 +18,17 @@ impl<const D: usize> Cell<D> {
     /// Its mass as pencils; none where lines find nothing of it.
     pub(super) fn pencils(&self, target: &dyn Matter<D>) -> Vec<Self> {
         let Some(axis) = self.across.map(usize::from) else { return Vec::new() };
-        let pencils = PER_PARTICLE * self.mass;
-        let lines = pencils.powf(1.0 / (D - 1).max(1) as f64).ceil().max(2.0) as usize;
+        let lines = lines::for_each_axis::<D>(PER_PARTICLE * self.mass);
         let half: [f64; D] = sph::array(|k| 0.5 * (self.hi[k] - self.lo[k]) / lines as f64);
         let mut found = Vec::new();
         lines::each_part(target, [&self.lo, &self.hi], axis, lines, |part| {
-            for part in part.divided((PER_PARTICLE * part.mass(target)).ceil().max(1.0) as usize) {
+            let whole = part.mass(target);
+            let parts = (PER_PARTICLE * whole).ceil().max(1.0) as usize;
+            for part in part.divided(parts) {
                 let (mut lo, mut hi) = (sph::array(|k| part.x[k] - half[k]), sph::array(|k| part.x[k] + half[k]));
                 (lo[axis], hi[axis]) = (part.from, part.to);
-                found.push(Self { lo, hi, mass: part.mass(target), across: self.across, is_pencil: true });
+                let mass = if parts == 1 { whole } else { part.mass(target) };
+                found.push(Self { lo, hi, mass, across: self.across, is_pencil: true });
             }
         });
         found.retain(|pencil| pencil.mass > 0.0);

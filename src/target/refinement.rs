@@ -8,7 +8,10 @@ use sph::parallel;
 pub(crate) fn refine<const D: usize>(target: &dyn Matter<D>, cells: &mut Vec<Cell<D>>, least: usize, rule: Rule) {
     let parts = |cell: &Cell<D>| {
         let pencils = if cell.has_pencils() { cell.pencils(target) } else { Vec::new() };
-        if pencils.is_empty() { known(cell.halves_sharing(cell.longest(), target, rule)) } else { pencils }
+        match pencils.is_empty() {
+            true => Parts::Halves(cell.halves_sharing(cell.longest(), target, rule)),
+            false => Parts::Pencils(pencils),
+        }
     };
     for _ in 0..MAX_REFINEMENTS {
         let total: f64 = cells.iter().map(|c| c.mass).sum();
@@ -33,25 +36,37 @@ pub(super) fn halve<const D: usize>(
     chosen: Vec<usize>,
     halves: impl Fn(&Cell<D>) -> [Cell<D>; 2] + Sync,
 ) {
-    divide(cells, chosen, |cell| known(halves(cell)));
+    divide(cells, chosen, |cell| Parts::Halves(halves(cell)));
 }
 
-/// Halves with some of the mass; none if they miss it: of a spike at the center of a cell.
-fn known<const D: usize>(halves: [Cell<D>; 2]) -> Vec<Cell<D>> {
-    if halves[0].mass + halves[1].mass > 0.0 { halves.to_vec() } else { Vec::new() }
+/// What a cell is divided into. Halves, of which there are millions, take no memory of their own.
+enum Parts<const D: usize> {
+    Halves([Cell<D>; 2]),
+    Pencils(Vec<Cell<D>>),
+}
+
+impl<const D: usize> Parts<D> {
+    /// None where halves miss the mass: of a spike at the center of a cell.
+    fn cells(&self) -> &[Cell<D>] {
+        match self {
+            Self::Halves([left, right]) if !(left.mass + right.mass > 0.0) => &[],
+            Self::Halves(halves) => halves,
+            Self::Pencils(pencils) => pencils,
+        }
+    }
 }
 
 /// Puts the parts of the `chosen` cells in their place; one that has none stays as it is. Whether any had some.
 fn divide<const D: usize>(
     cells: &mut Vec<Cell<D>>,
     chosen: Vec<usize>,
-    parts: impl Fn(&Cell<D>) -> Vec<Cell<D>> + Sync,
+    parts: impl Fn(&Cell<D>) -> Parts<D> + Sync,
 ) -> bool {
     let whole = &*cells;
     let divided = parallel::map(chosen.len(), |i| parts(&whole[chosen[i]]));
     let mut is_divided = false;
     for (i, parts) in chosen.into_iter().zip(divided) {
-        if let Some((first, rest)) = parts.split_first() {
+        if let Some((first, rest)) = parts.cells().split_first() {
             cells[i] = *first;
             cells.extend_from_slice(rest);
             is_divided = true;
