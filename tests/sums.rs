@@ -131,6 +131,7 @@ fn place(threads: usize) -> (Positions<3>, DensityError, NoiseFigures) {
             mass: 1.0,
             resolution_integral: 1.0,
             largest_spacing: 1.0,
+            pieces: None,
             part: None,
         };
         let stop = AtomicBool::new(false);

@@ -4,7 +4,7 @@ use super::bvh::Aabb;
 use super::chords::chord_integral;
 use super::cubature::{Enclosing, Seen, integrate_enclosed};
 use super::patch::{ENOUGH, UNSEEN, about_pole};
-use super::piecewise::{Chart, Integrand, integrate_pieces, stretches};
+use super::piecewise::{Chart, Integrand, PieceIntegrals, integrate_pieces, stretches};
 use super::quadrature::rule;
 use super::{Enclosure, MassEstimate, Patch, ScalarField};
 use crate::error::{Error, Result};
@@ -73,6 +73,30 @@ pub(crate) fn check_mass(name: &str, mass: MassEstimate) -> Result<MassEstimate>
     Ok(mass)
 }
 
+/// [`total_mass`], and with it the integrals over the pieces of the field, where these were found on the way.
+///
+/// # Errors
+/// As for [`total_mass`].
+pub(crate) fn mass_and_pieces<const D: usize>(
+    field: &dyn ScalarField<D>,
+    domain: &Domain<D>,
+    tolerance: f64,
+) -> Result<(MassEstimate, Option<Vec<(u64, MassEstimate)>>)> {
+    if !field.is_piecewise() || field.integral(domain).is_some() {
+        return Ok((total_mass(field, domain, tolerance)?, None));
+    }
+    let Some(chart) = Chart::new(field, domain) else { return Ok((total_mass(field, domain, tolerance)?, None)) };
+    let found = integrate_pieces(&chart, tolerance, MAX_PART_EVALUATIONS);
+    let mass = check_mass("density", found.total)?;
+    Ok((mass, known_pieces(found, PIECE_TOLERANCE)))
+}
+
+/// The pieces of an integral that is known to `tolerance`.
+fn known_pieces(found: PieceIntegrals, tolerance: f64) -> Option<Vec<(u64, MassEstimate)>> {
+    let is_known = found.total.error <= tolerance * found.total.value;
+    is_known.then(|| found.pieces.into_iter().filter(|p| p.1.value > 0.0).collect())
+}
+
 /// By plain cubature where that is enough, else part by part where the field knows them, else as plain cubature leaves it.
 fn sampled<const D: usize>(field: &dyn ScalarField<D>, domain: &Domain<D>, tolerance: f64) -> MassEstimate {
     let plain = |evaluations| by_cubature(field, domain, tolerance, evaluations);
@@ -129,8 +153,7 @@ pub fn piece_masses<const D: usize>(
         return Some(known);
     }
     let found = integrate_pieces(&Chart::new(field, domain)?, tolerance, MAX_PART_EVALUATIONS);
-    let is_known = found.total.error <= tolerance.max(PIECE_TOLERANCE) * found.total.value;
-    is_known.then(|| found.pieces.into_iter().filter(|p| p.1.value > 0.0).collect())
+    known_pieces(found, tolerance.max(PIECE_TOLERANCE))
 }
 
 fn by_cubature<const D: usize>(

@@ -1,7 +1,7 @@
 //! A scene's input as relaxation sees it: in units of its own size and mass, with the thin atmosphere cut.
 
 use crate::error::{Error, Result};
-use crate::field::{CarriedInfo, MassEstimate, ScalarField, Source, in_units_of, total_mass};
+use crate::field::{CarriedInfo, MassEstimate, ScalarField, Source, in_units_of, mass_and_pieces, total_mass};
 use crate::input::atmosphere::{self, Cut};
 use crate::input::core::{self, Core};
 use crate::input::disc;
@@ -34,6 +34,8 @@ pub(crate) struct Prepared<const D: usize> {
     /// Input units of length and mass per internal one.
     pub length: f64,
     pub mass: MassEstimate,
+    /// Shares of the mass that pieces of the density have, by their numbers, where these are known.
+    pieces: Option<Vec<(u64, f64)>>,
     pub notes: Vec<String>,
     /// What was cut of an atmosphere.
     pub cut: Option<Cut>,
@@ -99,10 +101,11 @@ impl<const D: usize> Prepared<D> {
         let largest_spacing = atmosphere.as_ref().map_or(f64::INFINITY, |a| a.largest_spacing);
         let cut = atmosphere.as_ref().and_then(|a| a.cut);
         let mut notes = Vec::from_iter(atmosphere.and_then(|a| a.note));
-        let mass = match source.mass {
-            Some(mass) => mass,
-            None => total_mass(source.density.as_ref(), &source.domain, MASS_TOLERANCE)?,
+        let (mass, pieces) = match source.mass {
+            Some(mass) => (mass, None),
+            None => mass_and_pieces(source.density.as_ref(), &source.domain, MASS_TOLERANCE)?,
         };
+        let pieces = pieces.map(|all| all.iter().map(|p| (p.0, p.1.value / mass.value)).collect());
         if !(mass.value > 0.0) && input_mass.is_some() {
             return Err(Error::scene(
                 "domain",
@@ -140,6 +143,7 @@ impl<const D: usize> Prepared<D> {
             count,
             length,
             mass,
+            pieces,
             notes,
             cut,
             input_mass,
@@ -174,6 +178,7 @@ impl<const D: usize> Prepared<D> {
             mass: 1.0,
             resolution_integral: self.resolution_integral,
             largest_spacing: self.largest_spacing,
+            pieces: self.pieces.as_deref(),
             part: None,
         }
     }

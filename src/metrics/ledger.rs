@@ -5,9 +5,10 @@
 //! sides in proportion, so that an even arrangement fills boxes evenly wherever their faces lie.
 
 use super::Measured;
-use crate::target::cells::{Cell, Rule, partition};
+use crate::target::cells::{Cell, Rule};
 use crate::target::cut::{Cut, cut_closely};
 use crate::target::mass_points::MassPoints;
+use crate::target::partition::partition;
 use crate::target::refinement::refine;
 use crate::target::{Positions, Resolution, Target, at};
 use serde::Serialize;
@@ -337,6 +338,7 @@ mod tests {
             mass,
             resolution_integral: mass,
             largest_spacing: f64::INFINITY,
+            pieces: None,
             part: None,
         }
     }

@@ -338,6 +338,7 @@ mod tests {
             mass,
             resolution_integral: mass,
             largest_spacing: f64::INFINITY,
+            pieces: None,
             part: None,
         }
     }

@@ -128,6 +128,7 @@ mod tests {
             mass: 1.0,
             resolution_integral: domain.volume(),
             largest_spacing: f64::INFINITY,
+            pieces: None,
             part: None,
         };
         let at_corner: Positions<D> = std::array::from_fn(|k| vec![domain.lo[k] + 0.4 * domain.extent()[k]; parents]);

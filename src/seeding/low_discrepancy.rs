@@ -7,8 +7,9 @@
 use super::bisection::representative;
 use super::kronecker;
 use crate::error::Result;
-use crate::target::cells::{Cell, partition};
+use crate::target::cells::Cell;
 use crate::target::cut::{Cut, cut};
+use crate::target::partition::partition;
 use crate::target::refinement::refine;
 use crate::target::{Positions, Target};
 use sph::parallel;

@@ -3,8 +3,9 @@
 use super::bisection::least_cells;
 use crate::error::Result;
 use crate::target::Target;
-use crate::target::cells::{Cell, partition};
+use crate::target::cells::Cell;
 use crate::target::cut::{Cut, cut};
+use crate::target::partition::partition;
 use crate::target::refinement::refine;
 
 /// Which block each place is in. Any place of the domain is in one.

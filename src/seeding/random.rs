@@ -3,8 +3,8 @@
 use super::seeded::to_positions;
 use crate::error::Result;
 use crate::random::{Purpose, keyed};
-use crate::target::cells::partition;
 use crate::target::matter::Matter;
+use crate::target::partition::partition;
 use crate::target::{Positions, Target};
 use rand::RngExt;
 use sph::parallel;

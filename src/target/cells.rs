@@ -1,10 +1,8 @@
-//! The target as boxes of constant density, refined where mass is.
+//! Boxes of a target: their masses, and what they are divided into.
 
 use super::lines;
 use super::matter::Matter;
-use crate::error::{Error, Result};
 use sph::domain::Domain;
-use sph::parallel;
 
 /// A box with the integral of n* over it.
 #[derive(Debug, Clone, Copy)]
@@ -41,9 +39,9 @@ impl<const D: usize> Cell<D> {
         (0..D).fold(0, |best, k| if edge(k) > edge(best) { k } else { best })
     }
 
-    /// The axis along which the target changes most between the middle and the faces; the longest of those along which it
-    /// changes as much.
-    fn roughest(&self, target: &dyn Matter<D>) -> usize {
+    /// The axis along which the target changes most between the middle and the faces, and between these where that is known (`hidden`) or the
+    /// faces show no jump; the longest of those along which it changes as much.
+    pub(super) fn roughest(&self, target: &dyn Matter<D>, hidden: Option<[f64; D]>) -> usize {
         let center = self.center();
         let density = |x: &[f64; D]| target.density_inside(x).unwrap_or(0.0);
         let here = density(&center);
@@ -57,8 +55,10 @@ impl<const D: usize> Cell<D> {
             side(1.0) + side(-1.0)
         };
         let mut changes: [f64; D] = sph::array(change);
-        if target.is_piecewise() {
-            (0..D).for_each(|k| changes[k] = changes[k].max(self.hidden_change(k, target)));
+        let faces = changes.iter().fold(0.0_f64, |m, c| m.max(*c));
+        if target.is_piecewise() && (hidden.is_some() || !(faces > (JUMP - 1.0) * here)) {
+            let hidden = hidden.unwrap_or_else(|| self.hidden_changes(target));
+            (0..D).for_each(|k| changes[k] = changes[k].max(hidden[k]));
         }
         let most = changes.iter().fold(0.0_f64, |m, c| m.max(*c));
         if !(most > 0.0) {
@@ -137,7 +137,7 @@ impl<const D: usize> Cell<D> {
     }
 
     /// Halves along an axis, with masses anew from the target.
-    fn halves_along(&self, axis: usize, target: &dyn Matter<D>, rule: Rule) -> [Self; 2] {
+    pub(super) fn halves_along(&self, axis: usize, target: &dyn Matter<D>, rule: Rule) -> [Self; 2] {
         if rule == Rule::Shared && !self.may_end(target) {
             let (halves, mass) = self.shared_along(axis, target);
             if let Some(halves) = halves.filter(|_| (mass - self.mass).abs() <= TOLD * self.mass) {
@@ -148,7 +148,7 @@ impl<const D: usize> Cell<D> {
     }
 
     /// What lies before and behind a plane, without masses.
-    fn cut_at(&self, axis: usize, plane: f64) -> Vec<Self> {
+    pub(super) fn cut_at(&self, axis: usize, plane: f64) -> Vec<Self> {
         if !(plane > self.lo[axis] && plane < self.hi[axis]) {
             return vec![*self];
         }
@@ -159,7 +159,7 @@ impl<const D: usize> Cell<D> {
     }
 
     /// Halves along an axis, with the mass of the whole.
-    fn boxes_along(&self, axis: usize) -> [Self; 2] {
+    pub(super) fn boxes_along(&self, axis: usize) -> [Self; 2] {
         let middle = self.center()[axis];
         let (mut left, mut right) = (*self, *self);
         left.hi[axis] = middle;
@@ -174,7 +174,7 @@ impl<const D: usize> Cell<D> {
     }
 
     /// With its mass from the target.
-    fn weighed(mut self, target: &dyn Matter<D>, rule: Rule) -> Self {
+    pub(super) fn weighed(mut self, target: &dyn Matter<D>, rule: Rule) -> Self {
         self.across = if rule == Rule::Midpoint { None } else { self.axis_across(target) };
         self.mass = match (rule, self.across) {
             (Rule::Midpoint, _) => midpoint_mass(&self, target),
@@ -209,20 +209,22 @@ impl<const D: usize> Cell<D> {
 }
 
 impl<const D: usize> Cell<D> {
-    /// Largest change of the density between the middle and places on the line through it along an axis: a thin layer may
+    /// Largest change of the density between the middle and places on the line through it along each axis: a thin layer may
     /// hide between the middle and the faces.
-    fn hidden_change(&self, axis: usize, target: &dyn Matter<D>) -> f64 {
-        let mut x = self.center();
-        let here = target.density_inside(&x).unwrap_or(0.0);
-        let place = |i: usize| self.lo[axis] + (i as f64 + 0.5) / LOOKS as f64 * (self.hi[axis] - self.lo[axis]);
-        (0..LOOKS).fold(0.0, |most: f64, i| {
-            x[axis] = place(i);
-            most.max((target.density_inside(&x).unwrap_or(0.0) - here).abs())
-        })
+    pub(super) fn hidden_changes(&self, target: &dyn Matter<D>) -> [f64; D] {
+        let center = self.center();
+        let density = |x: &[f64; D]| target.density_inside(x).unwrap_or(0.0);
+        let here = density(&center);
+        let change = |axis: usize, i: usize| {
+            let mut x = center;
+            x[axis] = self.lo[axis] + (i as f64 + 0.5) / LOOKS as f64 * (self.hi[axis] - self.lo[axis]);
+            (density(&x) - here).abs()
+        };
+        sph::array(|axis| (0..LOOKS).fold(0.0, |most: f64, i| most.max(change(axis, i))))
     }
 
     /// Its corners, a hair inside, so that one that cells share is judged by both sides of a discontinuity.
-    fn corners(&self) -> impl Iterator<Item = [f64; D]> + '_ {
+    pub(super) fn corners(&self) -> impl Iterator<Item = [f64; D]> + '_ {
         (0..1_usize << D).map(|corner| {
             sph::array(|k| {
                 let (a, b) = (self.lo[k], self.hi[k]);
@@ -233,7 +235,7 @@ impl<const D: usize> Cell<D> {
     }
 
     /// Whether densities in the middle and the corners differ as across a surface, where no line says more.
-    fn is_crossed(&self, target: &dyn Matter<D>) -> bool {
+    pub(super) fn is_crossed(&self, target: &dyn Matter<D>) -> bool {
         if self.across.is_some() {
             return false;
         }
@@ -245,7 +247,7 @@ impl<const D: usize> Cell<D> {
     }
 
     /// The sum of the masses of its parts by Gauss's rule, when it is halved so often along each axis.
-    fn mass_of_parts(&self, target: &dyn Matter<D>, halvings: u32) -> f64 {
+    pub(super) fn mass_of_parts(&self, target: &dyn Matter<D>, halvings: u32) -> f64 {
         let parts = 1_usize << halvings;
         let edge = |k: usize, i: usize| self.lo[k] + (self.hi[k] - self.lo[k]) * i as f64 / parts as f64;
         let of = |part: usize| {
@@ -348,212 +350,9 @@ fn inside<const D: usize>(cell: &Cell<D>, domain: &Domain<D>) -> (f64, [f64; D])
     (fraction, point)
 }
 
-/// Cells of the first, uniform division. Where nothing jumps, few particles do with fewer, and so does a part that has few.
-fn first_cells<const D: usize>(target: &dyn Matter<D>) -> usize {
-    let most = match D {
-        1 => 1 << 10,
-        2 => 1 << 14,
-        _ => 1 << 15,
-    };
-    let per_particle = match (target.may_jump(), target.is_cut()) {
-        (false, _) => CELLS_PER_PARTICLE,
-        (true, true) => CELLS_PER_PARTICLE_OF_PART,
-        (true, false) => return most,
-    };
-    (per_particle * target.count()).clamp(most >> FEWER, most)
-}
-
-/// Halvings of which few particles do without.
-const FEWER: usize = 3;
-
-/// Most cells after refinement, for few and for many particles, and for what is looked at by its bounds alone.
-const FEW_CELLS: usize = 1 << 16;
-const MAX_CELLS: usize = 1 << 18;
-const OUTLINE_CELLS: usize = 1 << 17;
-const CELLS_PER_PARTICLE: usize = 32;
-const CELLS_PER_PARTICLE_OF_PART: usize = 128;
-/// Halvings of a cell, at most: f64 resolves no more.
-const MAX_SWEEPS: usize = 120;
-/// A cell is refined while midpoint and corner rule differ by more than this fraction ...
-const DISAGREEMENT: f64 = 0.3;
-/// ... and the larger is above this fraction of the whole.
-const NEGLIGIBLE: f64 = 1e-7;
-
-/// The whole domain, refined until no cell hides mass that its midpoint does not show.
-///
-/// # Errors
-/// A target that is zero at the midpoints of all cells.
-pub(crate) fn partition<const D: usize>(target: &dyn Matter<D>, rule: Rule) -> Result<Vec<Cell<D>>> {
-    let cells = refined(target, rule);
-    if cells.iter().map(|c| c.mass).sum::<f64>() > 0.0 {
-        return Ok(cells);
-    }
-    Err(Error::Numeric { stage: "seed", problem: "the target is zero everywhere in the domain".into() })
-}
-
-/// Looked at once more by the bounds of the density where the masses of cells do not add up to the whole: places that are looked at may all miss a
-/// thin layer. The masses of cells that a surface goes through are then found more closely.
-fn refined<const D: usize>(target: &dyn Matter<D>, rule: Rule) -> Vec<Cell<D>> {
-    let mut cells = refined_by(target, rule, false);
-    let (lo, hi) = target.bounds();
-    let off = cells.iter().map(|c| c.mass).sum::<f64>() / target.count() as f64 - 1.0;
-    // The bounds of a part are those of the field, which may have far more beside it.
-    let missed = if target.is_cut() { off < -MISSED_OF_PART } else { off.abs() > MISSED };
-    if missed && target.may_jump() && target.most_within(&lo, &hi).is_some() {
-        cells = refined_by(target, rule, true);
-    }
-    if target.may_jump() && rule != Rule::Midpoint {
-        weigh_closely(target, &mut cells);
-    }
-    cells
-}
-
-/// Part of the whole, or of a part of it, that cells may miss.
-const MISSED: f64 = 0.01;
-const MISSED_OF_PART: f64 = 3e-3;
-
-/// Finds the masses of cells that a surface goes through from parts of them: of the largest, which hold most of what is not known, as many as
-/// evaluations allow.
-fn weigh_closely<const D: usize>(target: &dyn Matter<D>, cells: &mut [Cell<D>]) {
-    let is_crossed = parallel::map(cells.len(), |i| cells[i].is_crossed(target));
-    let mut crossed: Vec<usize> = (0..cells.len()).filter(|&i| is_crossed[i]).collect();
-    crossed.sort_by(|&i, &j| cells[j].volume().total_cmp(&cells[i].volume()));
-    crossed.truncate(MOST_EVALUATIONS >> (D as u32 * (HALVINGS + 1) + 1));
-    let masses = parallel::map(crossed.len(), |i| cells[crossed[i]].mass_of_parts(target, HALVINGS));
-    crossed.into_iter().zip(masses).for_each(|(i, mass)| cells[i].mass = mass);
-}
-
 /// Lines across each axis for cells with so many particles, at most, and for all others.
 const LINES: [(f64, usize); 2] = [(0.25, 2), (1.0, 4)];
 const MANY_LINES: usize = 8;
 /// Lines by which a cell is divided into points, for each of these and at most.
 const LINES_PER_POINT: f64 = 2.0;
 const MOST_LINES: f64 = 256.0;
-/// Halvings of a cell along each axis, and evaluations of the density for all of them, about.
-const HALVINGS: u32 = 2;
-const MOST_EVALUATIONS: usize = 1 << 21;
-
-fn refined_by<const D: usize>(target: &dyn Matter<D>, rule: Rule, by_bounds: bool) -> Vec<Cell<D>> {
-    let (lo, hi) = target.bounds();
-    let whole = Cell::new(lo, hi);
-    let mut boxes = vec![whole];
-    for axis in 0..D {
-        for plane in target.planes(axis) {
-            boxes = boxes.iter().flat_map(|c| c.cut_at(axis, plane)).collect();
-        }
-    }
-    let first = first_cells(target);
-    while boxes.len() < first {
-        boxes = boxes.iter().flat_map(|c| c.boxes_along(c.longest())).collect();
-    }
-    // As many lines as for what a cell has on average.
-    let mean = target.count() as f64 / boxes.len() as f64;
-    let cells = parallel::map(boxes.len(), |i| Cell { mass: mean, ..boxes[i] }.weighed(target, rule));
-    let floor = NEGLIGIBLE * target.count() as f64;
-    let mut pending = cells;
-    let mut done = Vec::new();
-    // How regions are connected a few say as well: lines find what they miss of thin ones.
-    let is_outline = by_bounds && rule == Rule::Midpoint;
-    let most = if is_outline { OUTLINE_CELLS } else { MAX_CELLS };
-    let most = (CELLS_PER_PARTICLE * target.count()).clamp(FEW_CELLS, most);
-    for _ in 0..MAX_SWEEPS {
-        let room = most.saturating_sub(done.len() + pending.len());
-        if pending.is_empty() || room == 0 {
-            break;
-        }
-        let looks = parallel::map(pending.len(), |i| match look(&pending[i], target, floor) {
-            // What lines cross they see.
-            Look { hidden: 0.0, .. } if by_bounds && pending[i].across.is_none() => unseen(&pending[i], target, floor),
-            rough => rough,
-        });
-        let mut hidden: Vec<f64> = looks.iter().map(|look| look.hidden).collect();
-        leave_largest(&mut hidden, room);
-        let halved = parallel::map(pending.len(), |i| {
-            let cell = &pending[i];
-            (hidden[i] > 0.0).then(|| {
-                let axis = looks[i].axis.unwrap_or_else(|| cell.roughest(target));
-                let known = looks[i].halves.filter(|_| rule == Rule::Gauss && axis == cell.longest());
-                known.unwrap_or_else(|| cell.halves_along(axis, target, rule))
-            })
-        });
-        let kept = (0..pending.len()).filter(|&i| halved[i].is_none());
-        done.extend(kept.map(|i| Cell { mass: looks[i].mass().unwrap_or(pending[i].mass), ..pending[i] }));
-        pending = halved.into_iter().flatten().flatten().collect();
-    }
-    done.extend(pending);
-    done
-}
-
-/// Sets all but the `most` largest values to 0; of equal ones the first stay.
-fn leave_largest(values: &mut [f64], most: usize) {
-    if values.iter().filter(|v| **v > 0.0).count() <= most {
-        return;
-    }
-    let mut order: Vec<usize> = (0..values.len()).collect();
-    order.sort_unstable_by(|&i, &j| values[j].total_cmp(&values[i]).then(i.cmp(&j)));
-    order.into_iter().skip(most).for_each(|i| values[i] = 0.0);
-}
-
-/// What a look at a cell says.
-struct Look<const D: usize> {
-    /// The mass that its middle may not show; 0 where it shows enough.
-    hidden: f64,
-    /// The axis across which it is halved best, where that is known.
-    axis: Option<usize>,
-    /// Its halves across the longest edge with masses by Gauss's rule, where these were looked at.
-    halves: Option<[Cell<D>; 2]>,
-}
-
-impl<const D: usize> Look<D> {
-    fn hiding(hidden: f64) -> Self {
-        Self { hidden, axis: None, halves: None }
-    }
-
-    /// What the halves have, which is known better than the mass of the whole.
-    fn mass(&self) -> Option<f64> {
-        self.halves.map(|[a, b]| a.mass + b.mass).filter(|both| *both > 0.0)
-    }
-}
-
-/// A look at its middle, its corners and places between; of a cell that lines cross, at its halves.
-fn look<const D: usize>(cell: &Cell<D>, target: &dyn Matter<D>, floor: f64) -> Look<D> {
-    let off_by = |mass: f64| {
-        let (larger, off) = (mass.max(cell.mass), (mass - cell.mass).abs());
-        if larger > floor && off > DISAGREEMENT * larger { off } else { 0.0 }
-    };
-    if cell.across.is_some() {
-        // Surfaces are seen; there may be more between the lines.
-        let halves = cell.halves(target, Rule::Gauss);
-        return Look { halves: Some(halves), ..Look::hiding(off_by(halves[0].mass + halves[1].mass)) };
-    }
-    let inside = cell.corners().filter(|x| target.domain().contains(x));
-    let corners: f64 = inside.map(|x| target.number_density(&x)).sum();
-    let corner_mass = corners * cell.volume() / (1_usize << D) as f64;
-    let off = off_by(corner_mass);
-    // A discontinuity may pass between the middle and the corners.
-    if off > 0.0 || !target.is_piecewise() {
-        return Look::hiding(off);
-    }
-    let change = (0..D).map(|k| cell.hidden_change(k, target)).fold(0.0, f64::max) * cell.volume();
-    let is_hidden = change > floor && change > DISAGREEMENT * corner_mass.max(cell.mass);
-    Look::hiding(if is_hidden { change } else { 0.0 })
-}
-
-/// The mass that there may be where nothing has been seen of it, by the bounds of the density, and the axis across which halves are bounded best;
-/// 0 where the bounds are no more than some times what was seen.
-fn unseen<const D: usize>(cell: &Cell<D>, target: &dyn Matter<D>, floor: f64) -> Look<D> {
-    let bound = |cell: &Cell<D>| target.most_within(&cell.lo, &cell.hi).unwrap_or(0.0);
-    let (most, volume) = (bound(cell), cell.volume());
-    if !(most.is_finite() && most * volume > UNSEEN * cell.mass.max(floor)) {
-        return Look::hiding(0.0);
-    }
-    let halves = |axis: usize| cell.boxes_along(axis).iter().map(bound).sum::<f64>();
-    let bounds: [f64; D] = sph::array(halves);
-    let least = bounds.iter().fold(f64::INFINITY, |m, b| m.min(*b));
-    let edge = |k: usize| if bounds[k] <= least { cell.hi[k] - cell.lo[k] } else { 0.0 };
-    let axis = (0..D).fold(0, |best, k| if edge(k) > edge(best) { k } else { best });
-    Look { axis: Some(axis), ..Look::hiding(most * volume) }
-}
-
-/// What the bounds of a density may say over what was seen of it: those of smooth functions are wide, too.
-const UNSEEN: f64 = 4.0;

@@ -3,7 +3,8 @@
 //! rho_s(x) = int W(|x - y|, H) rho*(y) d^d y = sum_c m_c W(|x - y_c|, H) for cells with mass m_c and center of mass y_c, with an error of
 //! second order in their size over H. Cells are those that mass bisection begins with: fine where mass is, however thin it lies.
 
-use super::cells::{Cell, Rule, partition};
+use super::cells::{Cell, Rule};
+use super::partition::partition;
 use super::{Positions, Resolution, Target, at};
 use sph::domain::{Domain, Wall};
 use sph::kernel::KernelName;

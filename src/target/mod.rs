@@ -12,6 +12,7 @@ mod locator;
 pub(crate) mod mass_points;
 mod materials;
 pub(crate) mod matter;
+pub(crate) mod partition;
 mod pencils;
 pub(crate) mod refinement;
 mod regions;
@@ -79,6 +80,8 @@ pub struct Target<'a, const D: usize> {
     pub resolution_integral: f64,
     /// Spacings beyond this are not resolved by any neighborhood: supports grow no further.
     pub largest_spacing: f64,
+    /// Integrals of the density over its pieces ([`ScalarField::piece`]), where they are known already.
+    pub pieces: Option<&'a [(u64, f64)]>,
     /// Where particles are bound to regions.
     pub part: Option<Part<'a, D>>,
 }
@@ -94,6 +97,7 @@ impl<'a, const D: usize> Target<'a, D> {
             mass,
             resolution_integral: mass,
             largest_spacing: f64::INFINITY,
+            pieces: None,
             part: None,
         }
     }
@@ -109,7 +113,8 @@ impl<'a, const D: usize> Target<'a, D> {
     /// Its regions; `None` where nothing separates it. Those whose densities differ by a factor of more than `contrast`, by
     /// default e^2, are bodies of their own.
     pub fn find_regions(&self, contrast: Option<f64>) -> Option<Regions<'a, D>> {
-        Regions::new(self.resolution_field(), self.domain, self, contrast)
+        let known = self.pieces.filter(|_| matches!(self.resolution, Resolution::EqualMass));
+        Regions::new((self.resolution_field(), known), self.domain, self, contrast)
     }
 
     /// The same target with particles that stay in the regions in which they are.

@@ -43,7 +43,8 @@ mod tests {
     use super::*;
     use crate::field::AnalyticField;
     use crate::target::Target;
-    use crate::target::cells::{Rule, partition};
+    use crate::target::cells::Rule;
+    use crate::target::partition::partition;
     use sph::domain::{Axis, Domain, Region};
 
     /// Of a thin tilted layer: all of the mass, each pencil with its middle in the layer, and no more than its share.

@@ -5,9 +5,10 @@
 //! regions, each with its share of the particles, which no stage may move to another. Neighbors whose densities do not
 //! differ by much make a body: sums over particles reach across from one to the other.
 
-use super::cells::{Cell, Rule, partition};
+use super::cells::{Cell, Rule};
 use super::locator::{Locator, beside, next, ways};
 use super::matter::Matter;
+use super::partition::partition;
 use super::thin;
 use crate::field::{ScalarField, piece_masses};
 use sph::domain::Domain;
@@ -115,10 +116,10 @@ const MASS_TOLERANCE: f64 = 1e-6;
 const HALVINGS: usize = 40;
 
 impl<'a, const D: usize> Regions<'a, D> {
-    /// The regions of `target`, whose density follows `field`; `None` where nothing separates it, or too much. Those whose
-    /// densities differ by less than the factor `contrast` are one body.
+    /// The regions of `target`, whose density follows `field`, with the masses of its pieces, where they are known; `None` where nothing separates
+    /// it, or too much. Those whose densities differ by less than the factor `contrast` are one body.
     pub(super) fn new(
-        field: &'a dyn ScalarField<D>,
+        (field, known): (&'a dyn ScalarField<D>, Option<&[(u64, f64)]>),
         domain: &'a Domain<D>,
         target: &dyn Matter<D>,
         contrast: Option<f64>,
@@ -134,8 +135,8 @@ impl<'a, const D: usize> Regions<'a, D> {
         let beside = parallel::map(cells.len(), |i| beside(domain, &locator, &cells[i]));
         let apart = contrast.map_or(APART, f64::ln);
         let real = cells.len();
-        let masses =
-            piece_masses(field, domain, MASS_TOLERANCE).map(|all| all.iter().map(|p| (p.0, p.1.value)).collect());
+        let found = || piece_masses(field, domain, MASS_TOLERANCE);
+        let masses = known.map(<[_]>::to_vec).or_else(|| Some(found()?.iter().map(|p| (p.0, p.1.value)).collect()));
         let mut map = Map {
             field,
             domain,

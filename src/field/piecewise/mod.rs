@@ -18,7 +18,7 @@ mod nest;
 mod orders;
 mod window;
 
-pub(crate) use adaptive::integrate_pieces;
+pub(crate) use adaptive::{PieceIntegrals, integrate_pieces};
 pub(crate) use chart::Chart;
 pub(crate) use integrand::Integrand;
 pub(crate) use line::{Stretch, stretches};
