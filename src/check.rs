@@ -110,6 +110,8 @@ fn values(table: &ParticleTable, code: &TargetCode, findings: &mut Vec<Finding>)
     let materials: &[&str] = if is_planetary { &[names::MATERIAL_IDS] } else { &[] };
     for name in needed.iter().chain(materials).filter(|name| !has(name)) {
         let text = format!("is missing, but {title} needs it: it would stop, or take zeros; write it");
+        // Codes call by their own name what stands for it.
+        let name = if *name == names::SUPPORT_RADIUS { SMOOTHING } else { name };
         add(findings, Level::Error, name, text);
     }
     if table.materials().is_some() && !is_planetary {

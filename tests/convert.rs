@@ -236,3 +236,46 @@ fn losses_are_listed_and_units_converted() {
     let (good, text) = convert(&file("grid.csv"), &file("c.hdf5"), &[]);
     assert!(!good && text.contains("holds a grid"), "{text}");
 }
+
+/// A pressure that the scene states without a unit is converted with what it is of: P = (gamma - 1) rho u holds in any units.
+#[test]
+fn a_pressure_without_a_unit_is_converted_as_one() {
+    let folder = tempfile::tempdir().unwrap();
+    let file = |name: String| folder.path().join(name);
+    for (d, corners) in [(1, "[[0], [1]]"), (2, "[[0, 0], [1, 1]]"), (3, "[[0, 0, 0], [1, 1, 1]]")] {
+        let text = format!(
+            "input: {{expression: '1'}}\ndomain: {{box: {corners}, boundary: periodic}}\nparticles: 64\npolish: none\nfields: {{pressure: 3}}\n"
+        );
+        let scene = file(format!("{d}.yaml"));
+        std::fs::write(&scene, text).unwrap();
+        for from in ["hdf5", "csv", "vtu", "nc"] {
+            let (made, si) = (file(format!("{d}.{from}")), file(format!("{d}-si-of-{from}.hdf5")));
+            let mut command = Command::cargo_bin("sph-prep").unwrap();
+            command.arg("--scene").arg(&scene).arg("--out").arg(&made).arg("--quiet");
+            assert!(command.output().unwrap().status.success(), "{d}-D, {from}");
+            let (good, text) = convert(&made, &si, &["--units", "si"]);
+            assert!(good, "{text}");
+            let converted = read(&si);
+            let table = &converted.species[0].table;
+            let of = |name: &str| table.column(name).unwrap().values.to_f64();
+            let (p, rho, u) = (of(names::PRESSURE), of(names::DENSITY), of(names::INTERNAL_ENERGY));
+            let ratio = p[9] / (2.0 / 3.0 * rho[9] * u[9]);
+            assert!((ratio - 1.0).abs() < 0.1, "{d}-D, {from}: {ratio}");
+            assert!((p[9] / 0.3 - 1.0).abs() < 1e-6, "{d}-D, {from}: {} Pa", p[9]);
+        }
+    }
+}
+
+#[test]
+fn a_piece_of_the_snapshot_that_is_converted_is_not_replaced() {
+    let folder = tempfile::tempdir().unwrap();
+    let file = |name: &str| folder.path().join(name);
+    let options = WriteOptions { compression: 0, double_precision: true };
+    sph_formats::write_files(FORMATS, &file("s.hdf5"), Some("gadget"), &particles(), 2, options).unwrap();
+    let (good, text) = convert(&file("s.0.hdf5"), &file("s.1.hdf5"), &["--to", "gadget"]);
+    assert!(!good && text.contains("a piece of the snapshot"), "{text}");
+    assert_eq!(read(&file("s.0.hdf5")).species[0].table.count, 500);
+    // One that is none of it is.
+    let (good, text) = convert(&file("s.0.hdf5"), &file("s.2.hdf5"), &["--to", "gadget"]);
+    assert!(good, "{text}");
+}

@@ -110,3 +110,18 @@ fn what_is_no_count_is_refused() {
     let error = Scene::parse("particles: 1.5").unwrap_err().to_string();
     assert!(error.contains("1.5 is no count") && error.contains("line 1"), "{error}");
 }
+
+#[test]
+fn a_coordinate_is_no_switch() {
+    let scene = Scene::parse("fields: {velocity: [x, y, n]}").unwrap();
+    let (_, velocity) = scene.fields.stated().next().unwrap();
+    assert_eq!(velocity.texts(), ["x", "y", "n"]);
+    // What is a switch may still be written so.
+    let scene = Scene::parse("balance: yes\noutput: {parameters: on}").unwrap();
+    assert!(scene.balance.is_some() && scene.output.parameters);
+    assert!(Scene::parse("balance: off").unwrap().balance.is_none());
+    for text in ["output: {parameters: maybe}", "output: {parameters: maybe}\nfields: {velocity: [x, y, z]}"] {
+        let error = Scene::parse(text).unwrap_err().to_string();
+        assert!(error.contains("line 1") && error.contains("expected true or false"), "{error}");
+    }
+}

@@ -21,6 +21,8 @@ pub struct Capabilities {
     pub columns: Columns,
     /// The box has one edge.
     pub cubic_box: bool,
+    /// The box is periodic along all axes or none.
+    pub alike_axes: bool,
     /// Particles other than gas are refused.
     pub gas_alone: bool,
     /// The point of a body in vacuum that is at the origin unless another is asked for.
@@ -64,6 +66,7 @@ impl Capabilities {
         equal_masses: false,
         columns: Columns::Any,
         cubic_box: false,
+        alike_axes: false,
         gas_alone: false,
         origin: Origin::Corner,
         corner: FixedCorner::Nowhere,

@@ -202,6 +202,17 @@ pub fn files_of(path: &Path) -> Result<Vec<PathBuf>> {
     Ok(files)
 }
 
+/// Whether `input` would be lost, or a piece of the snapshot in several files that it is of by its name, if `output` were written.
+pub fn would_be_lost(input: &Path, output: &Path) -> bool {
+    let (Ok(output), Ok(input)) = (output.canonicalize(), input.canonicalize()) else { return false };
+    let (own, other) = (Family::of_member(&input), Family::of_member(&output));
+    // A number may be part of a name, as in `polytrope-1.5.nc`: those of a snapshot begin with 0.
+    let is_piece = own
+        .zip(other)
+        .is_some_and(|((own, i), (other, j))| own == other && (0..i.max(j)).all(|number| own.member(number).is_file()));
+    input == output || is_piece
+}
+
 impl Family {
     /// Whether `name` is the stem, alone or with the extension.
     fn is_named(&self, name: &std::ffi::OsStr) -> bool {

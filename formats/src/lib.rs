@@ -25,6 +25,7 @@ pub mod output;
 pub mod particle_names;
 pub mod refined;
 pub mod registry;
+mod space;
 pub mod stream;
 pub mod units;
 
@@ -55,7 +56,7 @@ pub mod vtk;
 pub mod wdec;
 
 pub use error::{FormatError, Result};
-pub use family::files_of;
+pub use family::{files_of, would_be_lost};
 pub use model::{
     Cells, Column, Coordinates, Geometry, GridAxis, Location, ParticleFile, ParticleTable, RawField, RunHeader,
     Species, Values, Variable,

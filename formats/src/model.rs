@@ -561,3 +561,18 @@ fn finite_points(points: &[[f64; 3]]) -> Result<(), Contradiction> {
         None => Ok(()),
     }
 }
+
+/// Choices of a particle writer.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct WriteOptions {
+    /// Deflate level 0 to 9; 0 stores uncompressed.
+    pub compression: u8,
+    /// Write f64 where the flavor's default is f32.
+    pub double_precision: bool,
+}
+
+impl Default for WriteOptions {
+    fn default() -> Self {
+        Self { compression: 4, double_precision: false }
+    }
+}

@@ -1,5 +1,7 @@
 //! The names under which placement hands particle columns to the writers. Each flavor maps them to its own.
 
+use crate::units::UnitDimension;
+
 /// Positions, `dimension` components.
 pub const COORDINATES: &str = "Coordinates";
 /// Velocities, `dimension` components.
@@ -53,4 +55,19 @@ pub fn standard(name: &str) -> Option<&'static str> {
         "particletype" | "parttype" => PARTICLE_TYPE,
         _ => return None,
     })
+}
+
+/// What a standard name is measured in, of particles in so many dimensions whose masses are masses; [`UnitDimension::NONE`] for other names.
+pub fn meaning(name: &str, dimension: usize) -> UnitDimension {
+    match name {
+        COORDINATES | SUPPORT_RADIUS | "SmoothingLength" => UnitDimension::LENGTH,
+        VELOCITIES => UnitDimension::VELOCITY,
+        MASSES => UnitDimension::MASS,
+        DENSITY => UnitDimension::mass_density(dimension),
+        INTERNAL_ENERGY => UnitDimension::SPECIFIC_ENERGY,
+        TEMPERATURE => UnitDimension::TEMPERATURE,
+        MAGNETIC_FIELD => UnitDimension::MAGNETIC_FIELD,
+        PRESSURE => UnitDimension::new(2 - dimension as i8, 1, -2, 0),
+        _ => UnitDimension::NONE,
+    }
 }

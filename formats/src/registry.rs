@@ -4,8 +4,10 @@ pub use crate::capabilities::{Capabilities, Columns, FixedCorner, Origin};
 use crate::compressed;
 use crate::error::{FormatError, Result};
 use crate::family::{self, Family};
+pub use crate::model::WriteOptions;
 use crate::model::{ParticleFile, RawField};
 use crate::nearest::did_you_mean;
+use crate::space::refuse_without_room;
 use crate::stream::{Part, ParticleStream, Piece};
 use crate::units::Unit;
 use std::fs::File;
@@ -61,21 +63,6 @@ pub fn plain_name(name: &str) -> String {
 pub enum FileContent {
     Field(RawField),
     Particles(ParticleFile),
-}
-
-/// Choices of a particle writer.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct WriteOptions {
-    /// Deflate level 0 to 9; 0 stores uncompressed.
-    pub compression: u8,
-    /// Write f64 where the flavor's default is f32.
-    pub double_precision: bool,
-}
-
-impl Default for WriteOptions {
-    fn default() -> Self {
-        Self { compression: 4, double_precision: false }
-    }
 }
 
 /// Reads a file that [`FormatSpec::sniff`] accepted.
@@ -332,6 +319,7 @@ pub fn write_stream(
         let problem = format!("{count} particles do not fill {files} files; expected 1 to {}", count.max(1));
         return Err(FormatError::Output { path: path.into(), format: spec.name, problem });
     }
+    refuse_without_room((path, spec.name), particles, 1.0, options)?;
     let paths = output_files(spec, path, files)?;
     let names = || paths.iter().map(|p| p.file_name().unwrap_or_default().to_string_lossy().into_owned());
     // The one that lists the others goes before them.
@@ -376,6 +364,7 @@ pub fn write_part(
     if !matches!(streaming.names, FileNames::Numbered) {
         return refuse("its parts are not written one by one; write gadget, gizmo, arepo or gadget-binary".into());
     }
+    refuse_without_room((path, spec.name), particles, 1.0 / files as f64, options)?;
     let target = output_files(spec, path, files)?.swap_remove(index);
     let part = Part::new(totals, index, files);
     let piece = |temporary: &Path| (streaming.write)(&Piece { path: temporary, part, stream: particles }, options);

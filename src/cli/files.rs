@@ -1,7 +1,8 @@
 //! Particle files that commands are given, and what they must not replace.
 
 use crate::error::{Error, Result};
-use sph_formats::{FieldRequest, FileContent, FormatSpec, ParticleFile};
+use crate::run::destination::replaces;
+use sph_formats::{FieldRequest, FileContent, FormatSpec, ParticleFile, would_be_lost};
 use std::path::Path;
 
 /// The particles of a file.
@@ -22,13 +23,13 @@ pub fn particles(formats: &[FormatSpec], path: &Path, format: Option<&str>) -> R
     }
 }
 
-/// Refuses an output, given under `key`, that is the particle file itself.
+/// Refuses an output, given under `key`, that is an input or a piece of one.
 ///
 /// # Errors
 /// That it would be replaced.
-pub fn refuse_itself(key: &str, output: &Path, file: &Path) -> Result<()> {
-    if output.canonicalize().is_ok_and(|o| file.canonicalize().is_ok_and(|f| o == f)) {
-        return Err(Error::scene(key, "is the particle file itself, which it would replace; name another"));
+pub fn refuse_itself(key: &str, output: &Path, input: &Path) -> Result<()> {
+    if would_be_lost(input, output) {
+        return Err(Error::scene(key, format!("{}; name another", replaces(input, output))));
     }
     Ok(())
 }

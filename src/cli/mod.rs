@@ -76,15 +76,15 @@ pub fn main_with<T: Into<OsString> + Clone>(arguments: impl IntoIterator<Item = 
                 if arguments.json { print(&text) } else { tell(&text) }?;
                 Ok(code)
             }),
-        Some(Command::Convert(convert)) => convert::convert(FORMATS, convert).map(|notes| {
+        Some(Command::Convert(convert)) => leaving_nothing(|| convert::convert(FORMATS, convert)).map(|notes| {
             notes.iter().for_each(|note| eprintln!("note: {note}"));
             SUCCESS
         }),
         Some(Command::Replicate(arguments)) => set_threads(arguments.stream.threads)
-            .and_then(|()| streams::replicate(FORMATS, arguments))
+            .and_then(|()| leaving_nothing(|| streams::replicate(FORMATS, arguments)))
             .and_then(|text| tell(&text)),
         Some(Command::Seed(arguments)) => set_threads(arguments.stream.threads)
-            .and_then(|()| streams::seed(FORMATS, arguments))
+            .and_then(|()| leaving_nothing(|| streams::seed(FORMATS, arguments)))
             .and_then(|text| tell(&text)),
         Some(Command::Plan(arguments)) => {
             ranks::plan(arguments).and_then(|text| if arguments.json { print(&text) } else { tell(&text) })
@@ -96,6 +96,12 @@ pub fn main_with<T: Into<OsString> + Clone>(arguments: impl IntoIterator<Item = 
         eprintln!("{}: {error}", terminal::marked("error"));
         if matches!(error, Error::Scene { .. }) { USAGE } else { FAILURE }
     })
+}
+
+/// Work of which an interrupt leaves no temporary file.
+fn leaving_nothing<T>(work: impl FnOnce() -> crate::Result<T>) -> crate::Result<T> {
+    let _interrupts = Interrupts::of_other_work();
+    work()
 }
 
 fn run(args: &RunArgs, command: &str) -> crate::Result<u8> {

@@ -18,6 +18,7 @@ use sph_formats::{
 };
 use std::fmt::Write;
 use std::ops::Range;
+use std::path::PathBuf;
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::time::Instant;
 
@@ -30,9 +31,9 @@ const ROWS: usize = 1 << 16;
 /// A file that is no box of particles, a target that it cannot be mapped to, and what the writer says.
 pub fn replicate(formats: &[FormatSpec], args: &ReplicateArgs) -> Result<String> {
     let start = Instant::now();
-    if let Some(output) = args.stream.output.as_deref() {
-        refuse_itself("--out", output, &args.file)?;
-    }
+    let scene = args.scene.as_deref().map(Scene::load).transpose()?;
+    let of_scene = scene.as_ref().map_or_else(Vec::new, Scene::inputs);
+    refuse_inputs(&args.stream, [&args.file].into_iter().chain(&of_scene))?;
     let format = output_format(formats, &args.stream)?;
     let progress = Progress::new(false);
     progress.begin("read");
@@ -47,9 +48,9 @@ pub fn replicate(formats: &[FormatSpec], args: &ReplicateArgs) -> Result<String>
     let notes = support_radii(&args.file, &mut tile);
     tile.move_corner_to_origin();
     let repeated = Repeated::new(tile, &args.times)?;
-    let mut out = match &args.scene {
+    let mut out = match &scene {
         None => put(formats, &args.stream, &repeated, notes, &progress),
-        Some(scene) => mapped(&repeated, &Scene::load(scene)?, formats, format, |stream, more| {
+        Some(scene) => mapped(&repeated, scene, formats, format, |stream, more| {
             put(formats, &args.stream, stream, notes.into_iter().chain(more).collect(), &progress)
         }),
     }?;
@@ -67,8 +68,9 @@ fn taken(start: Instant) -> String {
 /// A scene whose seeds are not made block by block, and what the writer says.
 pub fn seed(formats: &[FormatSpec], args: &SeedArgs) -> Result<String> {
     let start = Instant::now();
-    let format = output_format(formats, &args.stream)?;
     let mut scene = Scene::load(&args.scene)?;
+    refuse_inputs(&args.stream, &scene.inputs())?;
+    let format = output_format(formats, &args.stream)?;
     scene.particles = args.particles.or(scene.particles);
     scene.seeding = args.seeding.or(scene.seeding);
     if scene.particles == Some(0) {
@@ -110,6 +112,12 @@ fn measured(figures: Option<PatchFigures>) -> String {
         line("the same, mass re-fitted", smoothed_refitted),
         line("off the target itself", all),
     )
+}
+
+/// Refuses to write over any of the `inputs`.
+fn refuse_inputs<'a>(args: &StreamArgs, inputs: impl IntoIterator<Item = &'a PathBuf>) -> Result<()> {
+    let Some(output) = args.output.as_deref() else { return Ok(()) };
+    inputs.into_iter().try_for_each(|input| refuse_itself("--out", output, input))
 }
 
 /// The output's format, and whether it is there, before the work.

@@ -284,7 +284,15 @@ pub(crate) fn slips(scene: &Scene) -> Vec<String> {
 }
 
 /// Columns that placement itself makes.
-const MADE: [&str; 5] = [names::COORDINATES, names::MASSES, names::SUPPORT_RADIUS, names::DENSITY, names::PARTICLE_IDS];
+const MADE: [&str; 7] = [
+    names::COORDINATES,
+    names::MASSES,
+    names::SUPPORT_RADIUS,
+    names::DENSITY,
+    names::PARTICLE_IDS,
+    "SmoothingLength",
+    "TargetDensity",
+];
 
 /// Whether a field is a scalar that others can refer to.
 fn is_scalar(name: &str, value: &FieldValue) -> bool {
@@ -305,11 +313,11 @@ impl<const D: usize> Maker<D> {
         let constants = Constants::new(scene, system);
         let mut names: Vec<String> = PLACES.map(str::to_owned).to_vec();
         let mut texts = Vec::new();
+        if let Some((name, _)) = scene.fields.stated().find(|(name, _)| MADE.contains(&standard_name(name))) {
+            return Err(Error::scene(key_of(name), "is what the placement itself makes; choose another name"));
+        }
         for (name, value) in scene.fields.stated().filter(|(name, value)| is_scalar(name, value)) {
             let name = thermal::name_of(name).unwrap_or(name);
-            if MADE.contains(&standard_name(name)) {
-                return Err(Error::scene(key_of(name), "is what the placement itself makes; choose another name"));
-            }
             let is_taken = names.iter().any(|n| n == name)
                 || ["x", "y", "z", "r", "pi", "tau", "e", "G"].contains(&name)
                 || constant(name, Some(&UnitSystem::CODE), 1.0).is_some();

@@ -128,7 +128,9 @@ impl<const D: usize> Prepared<D> {
         let resolution_integral = match (&resolution, mean_factor) {
             (None, _) => 1.0,
             (Some(_), Some((sampled, refinement))) => sampled.mean_factor(refinement),
-            (Some(field), None) => total_mass(field.as_ref(), &source.domain, MASS_TOLERANCE)?.value,
+            (Some(field), None) => {
+                total_mass(field.as_ref(), &source.domain, MASS_TOLERANCE).map_err(of_resolution)?.value
+            }
         };
         if !(resolution_integral > 0.0 && resolution_integral.is_finite()) {
             return Err(Error::field("resolution", "its number density has no positive integral over the domain"));
@@ -188,6 +190,16 @@ impl<const D: usize> Prepared<D> {
 /// reach through all the images of the box.
 fn spacing_of_one<const D: usize>(domain: &Domain<D>) -> f64 {
     domain.extent().iter().product::<f64>().powf(1.0 / D as f64).min(domain.size())
+}
+
+/// What is said of the integral of a number density.
+fn of_resolution(error: Error) -> Error {
+    match error {
+        Error::Field { problem, .. } => {
+            Error::field("resolution", format!("for masses read numbers of particles: {problem}"))
+        }
+        other => other,
+    }
 }
 
 /// Internal units of density per input unit.

@@ -81,7 +81,8 @@ impl Snapshot {
         }];
         let others = file.species.iter().filter(|s| s.part_type != 0 && s.table.count > 0).cloned().collect();
         let unit = |d: UnitDimension| {
-            Some(Unit { symbol: "of the file".into(), to_cgs: header.units.to_cgs(d), dimension: d })
+            let stated = header.units.unit(d);
+            Some(if d == UnitDimension::NONE { Unit { symbol: "none".into(), ..stated } } else { stated })
         };
         let name = density.unwrap_or(particle_names::DENSITY);
         let mut variables = Vec::new();

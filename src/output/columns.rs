@@ -25,7 +25,8 @@ pub enum EnergySource {
 /// Evaluates one carried variable on all particles, in the output's units.
 pub fn column<const D: usize>(field: &dyn CarriedField<D>, positions: &Positions<D>, units: &UnitSystem) -> Column {
     let info = field.info();
-    let stated = info.unit.as_ref().map_or(UnitDimension::NONE, |u| u.dimension);
+    // Numbers without a unit are in the output's. Particles in fewer dimensions are rods and sheets in space.
+    let stated = info.unit.as_ref().map_or_else(|| names::meaning(&info.name, 3), |u| u.dimension);
     let factor = info.unit.as_ref().map_or(1.0, |u| u.to_cgs / units.to_cgs(stated));
     let mut values = vec![0.0; info.components * positions[0].len()];
     parallel::update_rows(&mut values, info.components, |i, out| {

@@ -464,7 +464,18 @@ fn joined_table(
             all.push(name);
         }
     }
+    let lacking = |name: &str| -> Vec<&str> {
+        members.iter().filter(|m| m.table.column(name).is_none()).map(|m| m.title).collect()
+    };
     for name in all {
+        // A pressure of 0 beside an energy would be another state.
+        let without = if name == names::PRESSURE { lacking(name) } else { Vec::new() };
+        if !without.is_empty() && lacking(names::INTERNAL_ENERGY).is_empty() {
+            let bodies = without.join(", ");
+            notes
+                .push(format!("'{name}' is left out, which bodies do not have: {bodies}; all have an internal energy"));
+            continue;
+        }
         columns.push(joined(members, name, notes)?);
     }
     let count = ids.len();

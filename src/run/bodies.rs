@@ -259,9 +259,7 @@ pub fn run_bodies_as(
     scene.validate()?;
     let start = Instant::now();
     let destination = Destination::new(scene, formats)?;
-    for i in (0..scene.bodies.len()).filter(|i| scene.bodies[*i].point_mass.is_none()) {
-        destination.refuse_overwriting_inputs(&scene.of_body(i, None))?;
-    }
+    destination.refuse_overwriting_inputs(scene)?;
     let (file, mut report) = place_bodies(scene, formats, control)?;
     let notes = destination.write(scene, formats, (&file, &Drawing::default()), report.units != "code")?;
     report.notes.extend(notes);

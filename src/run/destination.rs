@@ -1,5 +1,6 @@
 //! Where the result of a run goes: its format, what is refused before the work, and writing it.
 
+use super::checkpoint::refuse_other_content;
 use super::drawings::{self, Drawing};
 use crate::codes::TargetCode;
 use crate::error::{Error, Result};
@@ -10,7 +11,7 @@ use crate::output::{origin, parameters};
 use crate::scene::{Conversion, Scene};
 use sph::domain::Axis;
 use sph_formats::{
-    FormatError, FormatSpec, ParticleFile, ParticleStream, Species, WriteOptions, registry, write_stream,
+    FormatError, FormatSpec, ParticleFile, ParticleStream, Species, WriteOptions, registry, would_be_lost, write_stream,
 };
 use std::path::{Path, PathBuf};
 
@@ -169,7 +170,13 @@ pub(crate) fn refuse_box<const D: usize>(
     (prepared, walls): (&Prepared<D>, Option<&Walls<D>>),
     into_input: &Conversion,
 ) -> Result<()> {
-    origin::refuse(scene, format, &prepared.source.domain.axes.map(|a| a == Axis::Periodic))?;
+    let periodic = prepared.source.domain.axes.map(|a| a == Axis::Periodic);
+    origin::refuse(scene, format, &periodic)?;
+    if let Some(format) = format.filter(|f| f.capabilities.alike_axes && periodic.iter().any(|p| *p != periodic[0])) {
+        let problem =
+            format!("is periodic along some axes, but '{}' is along all or none; make them alike", format.name);
+        return Err(Error::scene("domain.boundary", problem));
+    }
     origin::refuse_far(scene, &prepared.source.domain, (into_input, prepared.length))?;
     let Some(format) = format.filter(|f| f.capabilities.cubic_box) else { return Ok(()) };
     let frame = match walls {
@@ -265,13 +272,19 @@ fn refuse_overwriting_inputs(scene: &Scene, output: &Path) -> Result<()> {
     let report = scene.output.report.as_deref();
     let inputs = scene.inputs();
     for (key, written) in [("output.file", Some(output)), ("output.report", report), ("checkpoint.file", checkpoint)] {
-        let Some(written) = written.and_then(|w| w.canonicalize().ok()) else { continue };
-        for input in &inputs {
-            if input.canonicalize().is_ok_and(|i| i == written) {
-                let problem = format!("is the input file '{}', which it would replace; name another", input.display());
-                return Err(Error::scene(key, problem));
-            }
+        let Some(written) = written else { continue };
+        if let Some(input) = inputs.iter().find(|input| would_be_lost(input, written)) {
+            return Err(Error::scene(key, format!("{}; name another", replaces(input, written))));
         }
     }
-    Ok(())
+    checkpoint.map_or(Ok(()), refuse_other_content)
+}
+
+/// What is wrong with an output that would be written over an input.
+pub(crate) fn replaces(input: &Path, output: &Path) -> String {
+    let name = input.display();
+    match output.canonicalize().ok() == input.canonicalize().ok() {
+        true => format!("is the input file '{name}' itself, which it would replace"),
+        false => format!("is by its name a piece of the snapshot that '{name}' is of, which would be lost"),
+    }
 }

@@ -98,13 +98,17 @@ const SOLVED_IN_ORDER: usize = 25;
 /// What a run does beside its stages, in evaluations of a density: seeding (mass bisection and shells, which take longest) and the measures at its
 /// end. Within a factor of two for 40 000 particles in 2-D and 3-D, as stages are.
 const SEEDING: f64 = 15.0;
-const MEASURES: f64 = 15.0;
+const MEASURES: f64 = 6.0;
+/// The same of the boxes of equal mass at its end, which have more particles, and not more boxes, from [`IN_BOXES`] on.
+const BOXES: f64 = 9.0;
+const IN_BOXES: usize = 1 << 19;
 /// Seconds per particle of writing HDF5 with some ten columns, on one core.
 const WRITING: f64 = 3e-6;
 
 /// Seconds of the measures of so many particles.
 pub fn measures(count: usize, kernel_neighbors: f64, threads: usize) -> f64 {
-    MEASURES * evaluation(count, kernel_neighbors, threads)
+    let evaluation = |count| evaluation(count, kernel_neighbors, threads);
+    MEASURES * evaluation(count) + BOXES * evaluation(count.min(IN_BOXES))
 }
 
 /// What seeding, measuring and writing are expected to take.

@@ -23,9 +23,10 @@ impl Scene {
         files
     }
 
-    /// All files that it reads.
+    /// All files that it is of: those that it reads, and its own.
     pub(crate) fn inputs(&self) -> Vec<PathBuf> {
-        self.clone().inputs_mut().into_iter().map(std::mem::take).collect()
+        let files = self.clone().inputs_mut().into_iter().map(std::mem::take).collect::<Vec<_>>();
+        files.into_iter().chain(self.read_from.clone()).collect()
     }
 }
 

@@ -226,6 +226,9 @@ pub struct Scene {
     #[serde(skip_serializing_if = "Option::is_none")]
     pub particle_mass: Option<Quantity>,
     pub output: Output,
+    /// The file that it was read from, which no output replaces; set by [`Scene::load`].
+    #[serde(skip)]
+    pub read_from: Option<PathBuf>,
 }
 
 fn positive(key: &str, v: f64) -> Result<()> {

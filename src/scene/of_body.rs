@@ -117,6 +117,9 @@ impl Scene {
         }
         for (i, body) in self.bodies.iter().enumerate() {
             let key = |name: &str| format!("bodies[{}].{name}", body.title(i));
+            if self.bodies.iter().take(i).enumerate().any(|(k, other)| other.title(k) == body.title(i)) {
+                return Err(Error::scene(key("name"), "is that of another body as well; give each its own"));
+            }
             match &body.point_mass {
                 Some(mass) => body.validate_point(mass, &body.title(i))?,
                 None if body.radii().next().is_some() => {

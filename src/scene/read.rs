@@ -25,6 +25,7 @@ impl Scene {
         };
         scene.cache.as_mut().into_iter().for_each(in_folder);
         scene.inputs_mut().into_iter().for_each(in_folder);
+        scene.read_from = Some(path.to_owned());
         Ok(scene)
     }
 

@@ -13,7 +13,7 @@ use std::marker::PhantomData;
 /// # Errors
 /// [`Error::Scene`] with line and column.
 pub(super) fn parse<T: DeserializeOwned>(text: &str, name: &str, elsewhere: &dyn Fn(&str) -> Vec<String>) -> Result<T> {
-    serde_saphyr::from_str(text).map_err(|error| {
+    deserialized(text).map_err(|error| {
         let error = error.without_snippet();
         let problem = describe(error, elsewhere);
         match error.location().filter(|place| place.line() > 0) {
@@ -28,6 +28,17 @@ pub(super) fn parse<T: DeserializeOwned>(text: &str, name: &str, elsewhere: &dyn
             None => Error::scene(name, problem),
         }
     })
+}
+
+/// With `y` for what it is, as in `[x, y, z]`, where `yes`, `on` and such are not needed for true and false.
+fn deserialized<T: DeserializeOwned>(text: &str) -> std::result::Result<T, YamlError> {
+    let strict = serde_saphyr::options! { strict_booleans: true };
+    match serde_saphyr::from_str_with_options(text, strict) {
+        Err(error) if matches!(error.without_snippet(), YamlError::InvalidBooleanStrict { .. }) => {
+            serde_saphyr::from_str(text).map_err(|_| error)
+        }
+        parsed => parsed,
+    }
 }
 
 /// The keys that are known where the text has one that is not, in the order in which they are declared.
@@ -106,6 +117,7 @@ fn describe(error: &YamlError, elsewhere: &dyn Fn(&str) -> Vec<String>) -> Strin
             "bool" | "boolean" => "expected true or false".to_owned(),
             other => format!("expected a value of type {other}"),
         },
+        YamlError::InvalidBooleanStrict { .. } => "expected true or false".to_owned(),
         YamlError::SerdeInvalidType { unexpected, expected, .. }
         | YamlError::SerdeInvalidValue { unexpected, expected, .. } => {
             format!("found {unexpected}, expected {expected}")
@@ -204,6 +216,14 @@ where
 
         fn visit_bool<E: de::Error>(self, on: bool) -> std::result::Result<Self::Value, E> {
             Ok(on.then(T::default))
+        }
+
+        fn visit_str<E: de::Error>(self, word: &str) -> std::result::Result<Self::Value, E> {
+            match word.to_ascii_lowercase().as_str() {
+                "yes" | "on" => Ok(Some(T::default())),
+                "no" | "off" => Ok(None),
+                _ => Err(E::invalid_type(de::Unexpected::Str(word), &self)),
+            }
         }
 
         fn visit_unit<E: de::Error>(self) -> std::result::Result<Self::Value, E> {

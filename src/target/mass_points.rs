@@ -266,11 +266,11 @@ fn divide<const D: usize>(
     if !(cell.mass > 0.0) {
         return;
     }
-    // Where the density hardly changes, its middle says enough.
-    let is_even = cell.is_even(target, EVEN);
     if let Some(points) = cell.points_on_lines(target, limit) {
         return out.extend(points);
     }
+    // Where the density hardly changes, its middle says enough.
+    let is_even = cell.is_even(target, EVEN);
     if cell.mass > limit && left > 0 {
         let shared = if is_even { cell.shared_halves(target) } else { None };
         let mut halves = shared.unwrap_or_else(|| cell.halves(target, Rule::Gauss));

@@ -91,6 +91,100 @@ fn convert_does_not_replace_what_it_converts() {
     assert!(!told("was replaced") && told("new.vtu' was replaced"));
 }
 
+/// A small scene, in the folder.
+const BOX: &str =
+    "input: {expression: '1'}\ndomain: {box: [[0, 0], [1, 1]], boundary: periodic}\nparticles: 50\npolish: none\n";
+
+#[test]
+fn the_scene_is_never_overwritten() {
+    let folder = Folder::new();
+    let (scene, table) = (folder.file("box.yaml", BOX), folder.file("asc.txt", GOOD));
+    let bodies = format!("bodies: [{{input: {{file: {}}}, particles: 100}}]\n", table.display());
+    let bodies = folder.file("bodies.yaml", bodies);
+    let [own, table, bodies] = [&scene, &table, &bodies].map(|path| path.display().to_string());
+    let out = folder.path("ic.hdf5").display().to_string();
+    let tile = folder.path("tile.hdf5").display().to_string();
+    assert_eq!(sph_prep(&["--scene", &own, "--out", &tile]).code, Some(0));
+    for (arguments, key) in [
+        (vec!["--scene", &own, "--out", &own, "--to", "swift"], "output.file"),
+        (vec!["--scene", &own, "--out", &out, "--report", &own], "output.report"),
+        (vec!["--scene", &own, "--out", &out, "--checkpoint", &own], "checkpoint.file"),
+        (vec!["--scene", &bodies, "--out", &out, "--report", &table], "output.report"),
+        (vec!["--scene", &bodies, "--out", &out, "--report", &bodies], "output.report"),
+        (vec!["seed", "--scene", &own, "--out", &own, "--to", "swift"], "--out"),
+        (vec!["replicate", &tile, "--times", "1,1", "--scene", &own, "--out", &own, "--to", "swift"], "--out"),
+    ] {
+        let outcome = sph_prep(&arguments);
+        assert_eq!(faults(&outcome, &folder, 2, &[key, "which it would replace"]), Vec::<String>::new(), "{outcome:?}");
+    }
+    assert_eq!(std::fs::read_to_string(&scene).unwrap(), BOX);
+}
+
+#[test]
+fn a_checkpoint_replaces_nothing_else() {
+    let folder = Folder::new();
+    let (scene, notes) = (folder.file("box.yaml", BOX), folder.file("notes.txt", "hello"));
+    let [own, kept] = [&scene, &notes].map(|path| path.display().to_string());
+    let out = folder.path("ic.hdf5").display().to_string();
+    let outcome = sph_prep(&["--scene", &own, "--out", &out, "--checkpoint", &kept]);
+    assert_eq!(
+        faults(&outcome, &folder, 2, &["checkpoint.file", "no checkpoint"]),
+        Vec::<String>::new(),
+        "{outcome:?}"
+    );
+    assert_eq!(std::fs::read_to_string(&notes).unwrap(), "hello");
+}
+
+/// Some gigabytes, of which an interrupt leaves nothing.
+#[cfg(unix)]
+#[test]
+fn seeds_that_are_interrupted_leave_no_file() {
+    let folder = Folder::new();
+    let scene = folder.file("box.yaml", BOX).display().to_string();
+    let out = folder.path("out/seeds.hdf5").display().to_string();
+    let mut seeds = std::process::Command::new(env!("CARGO_BIN_EXE_sph-prep"));
+    seeds.args(["seed", "--scene", &scene, "-n", "1e8", "--out", &out]).stderr(std::process::Stdio::piped());
+    let mut seeds = seeds.spawn().unwrap();
+    while folder.outputs().is_empty() && seeds.try_wait().unwrap().is_none() {
+        std::thread::sleep(std::time::Duration::from_millis(5));
+    }
+    std::process::Command::new("kill").args(["-INT", &seeds.id().to_string()]).status().unwrap();
+    let ended = seeds.wait_with_output().unwrap();
+    assert!(String::from_utf8_lossy(&ended.stderr).contains("interrupted"), "{ended:?}");
+    assert_eq!(folder.outputs(), Vec::<String>::new());
+}
+
+/// More than any disk has, before the first of them.
+#[cfg(unix)]
+#[test]
+fn seeds_without_room_are_refused_before_the_work() {
+    let folder = Folder::new();
+    let scene = folder.file("box.yaml", BOX).display().to_string();
+    let out = folder.path("out/seeds.hdf5").display().to_string();
+    let outcome = sph_prep(&["seed", "--scene", &scene, "-n", "1e15", "--out", &out]);
+    assert_eq!(faults(&outcome, &folder, 1, &["are free", &out]), Vec::<String>::new(), "{outcome:?}");
+}
+
+#[test]
+fn what_a_format_cannot_hold_is_refused_before_the_work() {
+    let folder = Folder::new();
+    let text = "input: {expression: '1'}\ndomain: {box: [[0, 0, 0], [1, 1, 1]], boundary: [periodic, open, open]}\nparticles: 100\n";
+    let scene = folder.file("box.yaml", text).display().to_string();
+    let own = |name: &str, more: &[&str]| {
+        let out = folder.path(name).display().to_string();
+        let known = ["--scene", scene.as_str(), "--out", &out, "--dry-run"];
+        sph_prep(&[&known, more].concat())
+    };
+    let outcome = own("p.phantom", &[]);
+    assert_eq!(faults(&outcome, &folder, 2, &["domain.boundary", "all or none"]), Vec::<String>::new(), "{outcome:?}");
+    for name in ["Coordinates: [1, 2, 3]", "SmoothingLength: 1", "TargetDensity: 3", "Masses: 2"] {
+        let made = folder.file("made.yaml", format!("{text}fields: {{{name}}}\n")).display().to_string();
+        let out = folder.path("out/ic.hdf5").display().to_string();
+        let outcome = sph_prep(&["--scene", &made, "--out", &out]);
+        assert_eq!(faults(&outcome, &folder, 2, &["placement itself"]), Vec::<String>::new(), "{name}: {outcome:?}");
+    }
+}
+
 #[test]
 fn inputs_that_are_no_readable_files_are_refused() {
     let folder = Folder::new();

@@ -171,7 +171,7 @@ fn stated_units(arrays: &[Named]) -> UnitSystem {
 
 fn column(a: Named, units: &UnitSystem, dimension: usize) -> Column {
     let Some(unit) = &a.unit else {
-        let dimension = meaning(&a.name, dimension);
+        let dimension = names::meaning(&a.name, dimension);
         return Column { name: a.name, components: a.components, values: a.values, dimension };
     };
     let factor = ratio(unit.to_cgs, units.to_cgs(unit.dimension));
@@ -180,21 +180,6 @@ fn column(a: Named, units: &UnitSystem, dimension: usize) -> Column {
         values => Values::F64((0..values.len()).map(|i| values.get(i) * factor).collect()),
     };
     Column { name: a.name, components: a.components, values, dimension: unit.dimension }
-}
-
-/// What a standard name means in every code.
-pub fn meaning(name: &str, dimension: usize) -> UnitDimension {
-    match name {
-        names::COORDINATES | names::SUPPORT_RADIUS | "SmoothingLength" => UnitDimension::LENGTH,
-        names::VELOCITIES => UnitDimension::VELOCITY,
-        names::MASSES => UnitDimension::MASS,
-        names::DENSITY => UnitDimension::mass_density(dimension),
-        names::INTERNAL_ENERGY => UnitDimension::SPECIFIC_ENERGY,
-        names::TEMPERATURE => UnitDimension::TEMPERATURE,
-        names::MAGNETIC_FIELD => UnitDimension::MAGNETIC_FIELD,
-        names::PRESSURE => UnitDimension::new(2 - dimension as i8, 1, -2, 0),
-        _ => UnitDimension::NONE,
-    }
 }
 
 /// One species per type, without the columns that it has no numbers in.

@@ -354,7 +354,7 @@ impl<'a> Job<'a> {
         let used = &self.header.box_size[..self.header.dimension];
         if let Some(edge) = used.iter().find(|&&l| !(l.is_finite() && l > 0.0)) {
             return Err(self.refuse(format!(
-                "the box has an edge of {edge}, expected positive lengths; state a box in the scene"
+                "the box has an edge of {edge}, expected positive lengths; state a box in the scene, or with --box"
             )));
         }
         let largest = used.iter().copied().fold(0.0, f64::max);
@@ -541,7 +541,7 @@ fn unfit(planned: &Planned, i: usize, x: Number) -> String {
         _ if planned.name == names::COORDINATES => "a finite position within the box, its upper faces excluded",
         _ if planned.positive && x.float() <= 0.0 => "a positive value",
         _ if x.float().is_finite() => {
-            "a value within f32's range (1e-38 to 3e38); choose larger units, or double precision"
+            "a value within f32's range (1e-38 to 3e38); choose units in which it is nearer to 1, or double precision"
         }
         _ => "a finite value",
     };

@@ -1,12 +1,12 @@
 //! Tags, particle types and constants of a dump.
 
-use super::schema::NAME;
+use super::schema::{NAME, units};
 use crate::common::flavor::{BoxSize, Flavor, Job, Need, Rule, Source, Storage};
 use crate::common::quantity::Quantity;
 use crate::magnetic::MagneticUnit;
 use crate::model::Species;
 use crate::particle_names as names;
-use crate::units::{UnitDimension, UnitSystem};
+use crate::units::UnitDimension;
 
 /// Characters of the identity and of a tag.
 pub const IDENTITY: usize = 100;
@@ -91,21 +91,6 @@ pub fn part_type(itype: i64) -> u8 {
         3 => 5,
         _ => 2,
     }
-}
-
-/// The constant of gravity in cgs as Phantom has it (physcon.f90). Units in which it is 1 to nine digits are Phantom's; in
-/// others it leaves the dump's units and takes its own.
-const PHANTOMS_GRAVITY: f64 = 6.672_041e-8;
-
-/// Phantom's units: those of the header with the time that makes its G = 1. Pure numbers stay what they are.
-pub fn units(from: &UnitSystem) -> UnitSystem {
-    if *from == UnitSystem::CODE {
-        return *from;
-    }
-    let time = (from.length.powi(3) / (PHANTOMS_GRAVITY * from.mass)).sqrt();
-    // Units of an earlier dump keep their last digits.
-    let same = (time / from.time - 1.0).abs() < 1e-9;
-    UnitSystem { time: if same { from.time } else { time }, ..*from }
 }
 
 /// Factor from the header's units to Phantom's.

@@ -46,7 +46,7 @@ mod sinks;
 #[cfg(feature = "phantom")]
 mod write;
 
-pub use layout::units;
+pub use schema::units;
 
 #[cfg(feature = "phantom")]
 const CODE: (Option<ReadFn>, Option<WriteFn>) = (Some(read::read), Some(write::write));
@@ -66,6 +66,7 @@ pub const SPEC: FormatSpec = FormatSpec {
         requires: &[crate::particle_names::INTERNAL_ENERGY],
         dimensions: &[3],
         equal_masses: true,
+        alike_axes: true,
         columns: Columns::Scalars { longest_name: 16, vectors: &[names::MAGNETIC_FIELD] },
         origin: Origin::CenterOfMass,
         ..Capabilities::NONE

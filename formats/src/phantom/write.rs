@@ -2,9 +2,9 @@
 
 use super::layout::{
     BOX_CORNER, CAPTURE_END, CAPTURE_REAL, CENTERED_BOX, DUST, FLAVOR, HFACT, IDENTITY, KINDS, Kind, TAG, TYPES,
-    factor, itype, shift, units,
+    factor, itype, shift,
 };
-use super::schema::CAPTURE;
+use super::schema::{CAPTURE, units};
 use super::sinks::{Sinks, is_point};
 use crate::common::flavor::{Component, Job, Planned, Storage};
 use crate::common::fortran::{self as records, padded, record};
