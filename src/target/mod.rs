@@ -4,6 +4,7 @@
 //! the units of the input.
 
 pub(crate) mod cells;
+mod components;
 mod contacts;
 pub(crate) mod cut;
 mod edges;

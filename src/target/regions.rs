@@ -6,13 +6,13 @@
 //! differ by much make a body: sums over particles reach across from one to the other.
 
 use super::cells::{Cell, Rule};
+use super::components::Components;
 use super::locator::{Locator, beside, next, ways};
 use super::matter::Matter;
 use super::partition::partition;
 use super::thin;
 use crate::field::{ScalarField, piece_masses};
 use sph::domain::Domain;
-use sph::nearest::Nearest;
 use sph::parallel;
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -92,8 +92,8 @@ enum Class<const D: usize> {
     /// None of the particles.
     Empty,
     One(usize),
-    /// Apart from each other: the nearest cell says which.
-    Several(Box<Nearest<D>>, Vec<usize>),
+    /// Apart from each other, from a region on.
+    Several(usize, Box<Components<D>>),
 }
 
 /// The piece number of cells outside of the domain.
@@ -203,11 +203,12 @@ impl<'a, const D: usize> Regions<'a, D> {
                 0 => Class::Empty,
                 1 => Class::One(first),
                 _ => {
-                    let place = |i: usize| kept.iter().position(|k| *k == components[i]).map(|k| (i, first + k));
+                    let place = |i: usize| kept.iter().position(|k| *k == components[i]).map(|k| (i, k));
                     let members: Vec<(usize, usize)> = (0..components.len()).filter_map(place).collect();
                     let centers: Vec<[f64; D]> = members.iter().map(|m| map.center(m.0)).collect();
-                    let tree = Nearest::new(&centers).ok()?;
-                    Class::Several(Box::new(tree), members.iter().map(|m| m.1).collect())
+                    let parts = members.iter().map(|m| m.1).collect();
+                    let boxes = regions[first..].iter().map(|r| (r.lo, r.hi)).collect();
+                    Class::Several(first, Box::new(Components::new(&centers, parts, boxes)?))
                 }
             });
         }
@@ -313,7 +314,7 @@ impl<'a, const D: usize> Regions<'a, D> {
         match &self.classes[self.pieces[place].1] {
             Class::Empty => None,
             Class::One(region) => Some(*region),
-            Class::Several(tree, regions) => Some(regions[tree.one(x)]),
+            Class::Several(first, parts) => Some(first + parts.of(x)),
         }
     }
 
