@@ -409,3 +409,27 @@ fn an_interrupt_within_a_body_leaves_all_of_them_if_asked_to() {
         }
     }
 }
+
+#[test]
+fn a_single_particle_has_a_box() {
+    let (file, _) = placed("bodies: [{input: {profile: {polytrope: {n: 1.5, mass: 1, radius: 1}}}, particles: 1}]\n");
+    let edge = file.header.box_size[0];
+    assert!(edge > 0.0 && rows(&file, "Coordinates")[0].iter().all(|x| *x > 0.0 && *x < edge), "{edge}");
+}
+
+/// A pressure of 0 beside an internal energy would be another state than either says.
+#[test]
+fn a_pressure_that_one_body_has_is_left_out() {
+    let scene = "bodies:\n- {name: a, input: {profile: {polytrope: {n: 1.5, mass: 1, radius: 1}}}}\n\
+                 - {name: b, input: {expression: '1'}, domain: {ball: {center: [0, 0, 0], radius: 0.3}}, position: [5, 0, 0], \
+                 thermal: {internal_energy: 1}}\nparticles: 300\npolish: none\nwvt: {iterations: 2}\n";
+    let (file, report) = placed(scene);
+    assert!(file.species[0].table.column("Pressure").is_none() && rows(&file, "InternalEnergy").len() == 300);
+    assert!(
+        report.notes.iter().any(|note| note.contains("'Pressure' is left out") && note.contains(": b;")),
+        "{:?}",
+        report.notes
+    );
+    let error = refused(&scene.replace("name: b", "name: a"));
+    assert!(error.contains("bodies[a].name") && error.contains("another body"), "{error}");
+}

@@ -279,3 +279,18 @@ fn a_piece_of_the_snapshot_that_is_converted_is_not_replaced() {
     let (good, text) = convert(&file("s.0.hdf5"), &file("s.2.hdf5"), &["--to", "gadget"]);
     assert!(good, "{text}");
 }
+
+#[test]
+fn values_that_are_no_numbers_are_counted() {
+    let folder = tempfile::tempdir().unwrap();
+    let file = |name: &str| folder.path().join(name);
+    let mut broken = particles();
+    let columns = &mut broken.species[0].table.columns;
+    let Values::F64(v) = &mut columns.iter_mut().find(|c| c.name == names::VELOCITIES).unwrap().values else {
+        panic!()
+    };
+    v[7] = f64::NAN;
+    sph_formats::write(FORMATS, &file("a.vtu"), None, &broken, WriteOptions::default()).unwrap();
+    let (good, text) = convert(&file("a.vtu"), &file("b.vtu"), &[]);
+    assert!(good && text.contains("'Velocities' has 1 values of 1500 that are no finite numbers"), "{text}");
+}

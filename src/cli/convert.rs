@@ -48,6 +48,7 @@ pub fn convert(formats: &[FormatSpec], args: &ConvertArgs) -> Result<Vec<String>
         let d = file.header.dimension;
         file.header.box_size.iter_mut().take(d).for_each(|l| *l = edge);
     }
+    notes.extend(no_numbers(&file));
     notes.extend(moved_into_box(&mut file, target));
     progress.begin("support radii");
     notes.extend(support_radii(&args.from, &mut file));
@@ -65,6 +66,16 @@ pub fn convert(formats: &[FormatSpec], args: &ConvertArgs) -> Result<Vec<String>
         Err(e) => notes.push(format!("what '{}' holds could not be checked: {e}", args.to.display())),
     }
     Ok(notes)
+}
+
+/// Notes of columns with values that are no numbers, which few codes survive.
+fn no_numbers(file: &ParticleFile) -> Vec<String> {
+    let columns = file.species.iter().flat_map(|s| &s.table.columns);
+    let counted = columns.map(|c| (c, (0..c.values.len()).filter(|&i| !c.values.get(i).is_finite()).count()));
+    let told = |(c, bad): (&Column, usize)| {
+        format!("'{}' has {bad} values of {} that are no finite numbers", c.name, c.values.len())
+    };
+    counted.filter(|(_, bad)| *bad > 0).map(told).collect()
 }
 
 /// Counts coordinates from the corner of the box where the target demands that; a note where they did not.

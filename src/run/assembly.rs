@@ -338,7 +338,9 @@ pub fn frame(bodies: &[Body], states: &[State], center: Option<[f64; 3]>, factor
     }
     let middle = center.unwrap_or_else(|| sph::array(|k| 0.5 * (lo[k] + hi[k])));
     let reach = (0..d).map(|k| (hi[k] - middle[k]).max(middle[k] - lo[k])).fold(0.0, f64::max);
-    let edge = 2.0 * factor * reach;
+    // A single particle has a box of its own spacing.
+    let spacing = || bodies.iter().flat_map(Body::spacings).fold(0.0, f64::max);
+    let edge = 2.0 * factor * if reach > 0.0 { reach } else { spacing() };
     Frame {
         lo: sph::array(|k| if k < d { middle[k] - 0.5 * edge } else { 0.0 }),
         edges: sph::array(|k| if k < d { edge } else { 0.0 }),
