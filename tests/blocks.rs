@@ -499,7 +499,8 @@ fn what_cannot_be_repeated_or_mapped_says_why() {
     rho.values = Values::F64((0..216).map(|i| 1.0 + f64::from(i) / 216.0).collect());
     assert!(refused(&uneven, uniform).contains("expected at most 5 %"));
     let heap = uniform.replace("'1'", "'1 + exp(-20*((x - 0.5)^2 + (y - 0.5)^2)) + x*y'");
-    assert!(refused(&tile, &heap).contains("a product of functions of one coordinate each"));
+    let told = refused(&tile, &heap);
+    assert!(told.contains("a product of functions of one coordinate each") && told.contains("without a box to repeat"));
     let flat = "input: {expression: '1'}\ndomain: {box: [[0, 0], [1, 1]], boundary: [periodic]}\n";
     assert!(refused(&tile, flat).contains("is in 2 dimensions, but the box in 3"));
     let walled = format!("{uniform}walls: {{layers: 2}}\n");

@@ -156,6 +156,10 @@ const DEEP_SNIFF_BYTES: usize = 1 << 20;
 /// is empty, unknown, or fits several formats equally.
 pub fn detect<'a>(formats: &'a [FormatSpec], path: &Path, explicit: Option<&str>) -> Result<&'a FormatSpec> {
     let head = read_head(path, SNIFF_BYTES)?;
+    // Every second byte of common letters is 0.
+    if matches!(head.as_slice(), [0xff, 0xfe, _, 0, ..] | [0xfe, 0xff, 0, _, ..]) {
+        return Err(detection(path, "it is text in UTF-16, expected UTF-8; save it as that".into()));
+    }
     if let Some(name) = explicit {
         return by_name(formats, path, name);
     }

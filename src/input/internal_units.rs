@@ -196,7 +196,7 @@ fn spacing_of_one<const D: usize>(domain: &Domain<D>) -> f64 {
 fn of_resolution(error: Error) -> Error {
     match error {
         Error::Field { problem, .. } => {
-            Error::field("resolution", format!("for masses read numbers of particles: {problem}"))
+            Error::field("resolution", problem.replace("the mass", "the integral of its number density"))
         }
         other => other,
     }

@@ -1,5 +1,6 @@
 //! Which symmetry a target has, found by sampling: what a uniform pattern can be mapped to.
 
+use super::name::Seeding;
 use super::{kronecker, methods};
 use crate::error::{Error, Result};
 use crate::target::Target;
@@ -141,12 +142,16 @@ pub fn is_uniform<const D: usize>(target: &Target<'_, D>) -> bool {
 }
 
 fn refusal<const D: usize>(method: &str, needed: &str, deviation: f64, x: &[f64; D]) -> Error {
+    // Not all that map are seedings.
+    let (key, remedy) = match Seeding::by_name(method) {
+        Some(_) => ("seeding", format!("use {}", methods::for_any_target(method))),
+        None => ("--scene", "place particles in it by `sph-prep --scene`, without a box to repeat".into()),
+    };
     Error::scene(
-        "seeding",
+        key,
         format!(
-            "'{method}' places particles by mapping a uniform pattern, which needs a target that is {needed}; this one deviates by {:.3} % (at {x:?} in units of the domain's size); use {}",
+            "'{method}' places particles by mapping a uniform pattern, which needs a target that is {needed}; this one deviates by {:.3} % (at {x:?} in units of the domain's size); {remedy}",
             100.0 * deviation,
-            methods::for_any_target(method),
         ),
     )
 }

@@ -5,6 +5,7 @@ use super::support::{bad, refuse_all};
 #[test]
 fn tables_are_refused_by_line_and_column() {
     let far = "# r density\n".to_owned() + &"0 1\n".repeat(3);
+    let utf_16: Vec<u8> = "\u{feff}# r density\n0 2\n1 1\n".encode_utf16().flat_map(u16::to_le_bytes).collect();
     refuse_all(&[
         bad("absent.txt", "# r density\n0 2\n1 1\n", &["--density", "rho_gas"], &["'rho_gas'", "density"]),
         bad("nan.txt", "# r density\n0 2\n0.5 nan\n1 1\n", &[], &["density"]),
@@ -24,6 +25,7 @@ fn tables_are_refused_by_line_and_column() {
         bad("empty.txt", "", &[], &["empty"]),
         bad("blank.txt", "\n\n\n", &[], &[]),
         bad("binary.txt", [0u8, 255, 1, 254].repeat(64), &["--format", "table"], &["table"]),
+        bad("utf_16.txt", utf_16, &[], &["UTF-16", "save it"]),
         bad("prose.txt", "There is nothing here.\n", &[], &[]),
     ]);
 }
