@@ -15,9 +15,6 @@ use sph::sums::support_guess;
 use sph_formats::common::particle_names as names;
 use sph_formats::{ParticleFile, ParticleTable, UnitSystem};
 
-/// Smoothing lengths whose convention the file does not state.
-pub(crate) const SMOOTHING: &str = "SmoothingLength";
-
 /// How much something matters.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize)]
 #[serde(rename_all = "lowercase")]
@@ -90,7 +87,8 @@ fn add(findings: &mut Vec<Finding>, level: Level, what: &str, text: impl Into<St
 /// Values of the columns that the code reads.
 fn values(table: &ParticleTable, code: &TargetCode, findings: &mut Vec<Finding>) {
     let title = code.sheet.title;
-    let positive = [names::MASSES, names::INTERNAL_ENERGY, names::SUPPORT_RADIUS, SMOOTHING, names::DENSITY];
+    let positive =
+        [names::MASSES, names::INTERNAL_ENERGY, names::SUPPORT_RADIUS, names::SMOOTHING_LENGTH, names::DENSITY];
     let needed: &[&str] = match code.sheet.name {
         "swift" => &[
             names::COORDINATES,
@@ -104,14 +102,15 @@ fn values(table: &ParticleTable, code: &TargetCode, findings: &mut Vec<Finding>)
         "pysph" => &[names::COORDINATES, names::MASSES],
         _ => &[names::COORDINATES, names::VELOCITIES, names::MASSES, names::INTERNAL_ENERGY, names::PARTICLE_IDS],
     };
-    let has =
-        |name: &str| table.column(name).is_some() || name == names::SUPPORT_RADIUS && table.column(SMOOTHING).is_some();
+    let has = |name: &str| {
+        table.column(name).is_some() || name == names::SUPPORT_RADIUS && table.column(names::SMOOTHING_LENGTH).is_some()
+    };
     let is_planetary = AS_PLANETARY.contains(&code.scheme.name);
     let materials: &[&str] = if is_planetary { &[names::MATERIAL_IDS] } else { &[] };
     for name in needed.iter().chain(materials).filter(|name| !has(name)) {
         let text = format!("is missing, but {title} needs it: it would stop, or take zeros; write it");
         // Codes call by their own name what stands for it.
-        let name = if *name == names::SUPPORT_RADIUS { SMOOTHING } else { name };
+        let name = if *name == names::SUPPORT_RADIUS { names::SMOOTHING_LENGTH } else { name };
         add(findings, Level::Error, name, text);
     }
     if table.materials().is_some() && !is_planetary {
@@ -340,7 +339,7 @@ fn smoothing<const D: usize>(
 ) {
     // Where the file does not say which convention it follows, it is the code's.
     let own = table.column(names::SUPPORT_RADIUS).map(|c| (c, 1.0));
-    let by_code = || table.column(SMOOTHING).map(|c| (c, code.support_over_length(D)));
+    let by_code = || table.column(names::SMOOTHING_LENGTH).map(|c| (c, code.support_over_length(D)));
     let Some((column, factor)) = own.or_else(by_code) else { return };
     let radius = |i: usize| factor * column.values.get(i);
     let mut ratios: Vec<f64> = (0..table.count).map(|i| radius(i) / (measured.support[i] * size)).collect();

@@ -3,7 +3,7 @@
 //! Neighbors, kernel, constant of gravity and the softening of point masses are those of the code, the adiabatic index is the file's. What it
 //! does not say is stated: that index, where it is not 5/3, and gravity where units are pure numbers.
 
-use crate::check::{PAIRED, SMOOTHING, points, support};
+use crate::check::{PAIRED, points, support};
 use crate::codes::{AS_PLANETARY, TargetCode};
 use crate::eos::Material;
 use crate::error::{Error, Result};
@@ -151,7 +151,7 @@ fn in_dimension<const D: usize>(
 
 /// Columns that followed from those which have changed.
 const STALE: [&str; 7] =
-    [names::PRESSURE, names::TEMPERATURE, "Entropies", "Entropy", "TargetDensity", "Potential", "SoundSpeed"];
+    [names::PRESSURE, names::TEMPERATURE, "Entropies", "Entropy", names::TARGET_DENSITY, "Potential", "SoundSpeed"];
 
 /// What is read of the gas, in units of its own: the largest extent, the mass, and G M/L or, without gravity, the mean energy.
 struct Read<const D: usize> {
@@ -282,7 +282,7 @@ impl<const D: usize> Read<D> {
             set::<1>(&mut species.table, names::SUPPORT_RADIUS, &end.support.iter().map(lengths).collect::<Vec<_>>());
             let lengths_of_code: Vec<f64> =
                 end.support.iter().map(|h| h * size / code.support_over_length(D)).collect();
-            set::<1>(&mut species.table, SMOOTHING, &lengths_of_code);
+            set::<1>(&mut species.table, names::SMOOTHING_LENGTH, &lengths_of_code);
             species.table.columns.retain(|c| {
                 let is_kept = kept.iter().any(|(name, _)| c.name == *name);
                 let is_stale = STALE.contains(&c.name.as_str()) && !is_kept;

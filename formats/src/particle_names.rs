@@ -9,8 +9,12 @@ pub const VELOCITIES: &str = "Velocities";
 pub const MASSES: &str = "Masses";
 /// Radius at which the placement's kernel vanishes (not a smoothing length of any code's convention).
 pub const SUPPORT_RADIUS: &str = "SupportRadius";
+/// That of a code, whatever its convention.
+pub const SMOOTHING_LENGTH: &str = "SmoothingLength";
 /// Summed mass density.
 pub const DENSITY: &str = "Density";
+/// The one that the sum should be.
+pub const TARGET_DENSITY: &str = "TargetDensity";
 /// Internal energy per mass.
 pub const INTERNAL_ENERGY: &str = "InternalEnergy";
 pub const PRESSURE: &str = "Pressure";
@@ -60,7 +64,7 @@ pub fn standard(name: &str) -> Option<&'static str> {
 /// What a standard name is measured in, of particles in so many dimensions whose masses are masses; [`UnitDimension::NONE`] for other names.
 pub fn meaning(name: &str, dimension: usize) -> UnitDimension {
     match name {
-        COORDINATES | SUPPORT_RADIUS | "SmoothingLength" => UnitDimension::LENGTH,
+        COORDINATES | SUPPORT_RADIUS | SMOOTHING_LENGTH => UnitDimension::LENGTH,
         VELOCITIES => UnitDimension::VELOCITY,
         MASSES => UnitDimension::MASS,
         DENSITY => UnitDimension::mass_density(dimension),

@@ -2,10 +2,11 @@
 //! file back, so that the list is what happened and not what a table says.
 
 use super::args::ConvertArgs;
-use super::files::{particles, refuse_itself};
+use super::files::particles;
 use super::progress::Progress;
 use crate::error::{Error, Result};
 use crate::input::particles::Snapshot;
+use crate::run::destination::refuse_replacing;
 use crate::scene::system_of;
 use sph::kernel::{default_kernel_neighbors, support_over_spacing};
 use sph_formats::common::particle_names as names;
@@ -15,8 +16,6 @@ use sph_formats::{
 };
 use std::path::Path;
 
-/// Smoothing lengths whose convention the reader does not know.
-const SMOOTHING_LENGTH: &str = "SmoothingLength";
 /// Relative change of a column that is more than the rounding to f32.
 const ROUNDING: f64 = 1e-6;
 
@@ -29,7 +28,7 @@ pub fn convert(formats: &[FormatSpec], args: &ConvertArgs) -> Result<Vec<String>
     registry::writer(target, &args.to)?;
     let mut notes = Vec::new();
     for path in registry::output_files(target, &args.to, args.files)? {
-        refuse_itself("the new file", &path, &args.from)?;
+        refuse_replacing("the new file", &path, &args.from)?;
         if path.exists() {
             notes.push(format!("an older '{}' was replaced", path.display()));
         }
@@ -127,7 +126,7 @@ pub(super) fn support_radii(path: &Path, file: &mut ParticleFile) -> Vec<String>
     let (known, masses) = (gas.table.column(names::SUPPORT_RADIUS), gas.table.column(names::MASSES));
     let (None, Some(masses)) = (known, masses) else { return notes };
     let (masses, stated) = (masses.values.to_f64(), gas.table.column(names::DENSITY).map(|c| c.values.to_f64()));
-    let why = match gas.table.column(SMOOTHING_LENGTH) {
+    let why = match gas.table.column(names::SMOOTHING_LENGTH) {
         Some(_) => "smoothing lengths of an unknown convention",
         None => "no smoothing lengths",
     };
@@ -145,7 +144,7 @@ pub(super) fn support_radii(path: &Path, file: &mut ParticleFile) -> Vec<String>
     let values = Values::F64(masses.iter().zip(&density).map(radius).collect());
     let column = Column { name: names::SUPPORT_RADIUS.into(), components: 1, values, dimension: UnitDimension::LENGTH };
     for gas in file.species.iter_mut().filter(|s| s.part_type == 0) {
-        gas.table.columns.retain(|c| c.name != SMOOTHING_LENGTH);
+        gas.table.columns.retain(|c| c.name != names::SMOOTHING_LENGTH);
         gas.table.columns.push(column.clone());
     }
     if !(file.header.kernel_neighbors > 0.0) {

@@ -1,8 +1,7 @@
-//! Particle files that commands are given, and what they must not replace.
+//! Particle files that commands are given.
 
 use crate::error::{Error, Result};
-use crate::run::destination::replaces;
-use sph_formats::{FieldRequest, FileContent, FormatSpec, ParticleFile, would_be_lost};
+use sph_formats::{FieldRequest, FileContent, FormatSpec, ParticleFile};
 use std::path::Path;
 
 /// The particles of a file.
@@ -21,15 +20,4 @@ pub fn particles(formats: &[FormatSpec], path: &Path, format: Option<&str>) -> R
             ),
         )),
     }
-}
-
-/// Refuses an output, given under `key`, that is an input or a piece of one.
-///
-/// # Errors
-/// That it would be replaced.
-pub fn refuse_itself(key: &str, output: &Path, input: &Path) -> Result<()> {
-    if would_be_lost(input, output) {
-        return Err(Error::scene(key, format!("{}; name another", replaces(input, output))));
-    }
-    Ok(())
 }

@@ -2,13 +2,14 @@
 
 use super::args::FollowArgs;
 use super::exit::{NOT_CONVERGED, SUCCESS};
-use super::files::{particles, refuse_itself};
+use super::files::particles;
 use super::interrupt::Interrupts;
 use super::progress::Progress;
 use crate::codes::TargetCode;
 use crate::error::{Error, Result};
 use crate::follow::{Options, Outcome, follow_file};
 use crate::relaxation::{CERTIFICATE, Certificate, Control, Event, SETTLING, Step};
+use crate::run::destination::refuse_replacing;
 use sph_formats::{FormatSpec, WriteOptions, registry};
 use std::fmt::Write;
 use std::path::Path;
@@ -108,7 +109,7 @@ fn table(certificate: &Certificate) -> String {
 fn writer<'a>(formats: &'a [FormatSpec], args: &FollowArgs, to: &Path) -> Result<&'a FormatSpec> {
     let target = registry::detect_output(formats, to, args.to_format.as_deref())?;
     registry::writer(target, to)?;
-    refuse_itself("--out", to, &args.file)?;
+    refuse_replacing("--out", to, &args.file)?;
     sph_formats::output::probe(to)?;
     Ok(target)
 }
@@ -121,7 +122,7 @@ fn probe(page: &Path, file: &Path) -> Result<()> {
             "asks for a page, but this build draws none; build it with the feature 'plots'",
         ));
     }
-    refuse_itself("--report", page, file)?;
+    refuse_replacing("--report", page, file)?;
     Ok(sph_formats::output::probe(page)?)
 }
 

@@ -12,7 +12,8 @@ use sph_formats::FormatSpec;
 /// A file that cannot be read or holds no particles, or an output that is neither a page nor a picture.
 #[cfg(feature = "plots")]
 pub fn run(formats: &[FormatSpec], args: &PlotArgs, command: &str) -> Result<String> {
-    use super::files::{particles, refuse_itself};
+    use super::files::particles;
+    use crate::run::destination::refuse_replacing;
 
     let output = args.output.clone().unwrap_or_else(|| args.file.with_extension("html"));
     let extension = output.extension().map(|e| e.to_string_lossy().to_lowercase()).unwrap_or_default();
@@ -20,7 +21,7 @@ pub fn run(formats: &[FormatSpec], args: &PlotArgs, command: &str) -> Result<Str
         let problem = format!("is '{}', expected a page (.html) or a picture (.png)", output.display());
         return Err(Error::scene("--out", problem));
     }
-    refuse_itself("--out", &output, &args.file)?;
+    refuse_replacing("--out", &output, &args.file)?;
     sph_formats::output::probe(&output)?;
     let name = args.file.display().to_string();
     let progress = super::progress::Progress::new(false);

@@ -1,11 +1,11 @@
 //! `sph-prep replicate` and `sph-prep seed`: particles that are made while they are written.
 
 use super::convert::support_radii;
-use super::files::refuse_itself;
 use super::progress::Progress;
 use super::stream_args::{ReplicateArgs, SeedArgs, StreamArgs};
 use crate::error::{Error, Result};
 use crate::metrics::{ErrorFigures, PatchFigures};
+use crate::run::destination::refuse_replacing;
 use crate::run::replicate::{Repeated, mapped};
 use crate::run::seeds::seeds;
 use crate::scene::Scene;
@@ -117,7 +117,7 @@ fn measured(figures: Option<PatchFigures>) -> String {
 /// Refuses to write over any of the `inputs`.
 fn refuse_inputs<'a>(args: &StreamArgs, inputs: impl IntoIterator<Item = &'a PathBuf>) -> Result<()> {
     let Some(output) = args.output.as_deref() else { return Ok(()) };
-    inputs.into_iter().try_for_each(|input| refuse_itself("--out", output, input))
+    inputs.into_iter().try_for_each(|input| refuse_replacing("--out", output, input))
 }
 
 /// The output's format, and whether it is there, before the work.

@@ -41,7 +41,30 @@ pub fn total_mass<const D: usize>(
     domain: &Domain<D>,
     tolerance: f64,
 ) -> Result<MassEstimate> {
-    let mass = field.integral(domain).unwrap_or_else(|| sampled(field, domain, tolerance));
+    mass_and_pieces(field, domain, tolerance).map(|(mass, _)| mass)
+}
+
+/// [`total_mass`], and with it the integrals over the pieces of the field, where these were found on the way.
+///
+/// # Errors
+/// As for [`total_mass`].
+pub(crate) fn mass_and_pieces<const D: usize>(
+    field: &dyn ScalarField<D>,
+    domain: &Domain<D>,
+    tolerance: f64,
+) -> Result<(MassEstimate, Option<Vec<(u64, MassEstimate)>>)> {
+    let chart = || if field.is_piecewise() { Chart::new(field, domain) } else { None };
+    let (mass, pieces) = match field.integral(domain) {
+        Some(known) => (known, None),
+        // Discontinuities are for the rules that look for them: others agree with themselves where a thin layer lies between their points.
+        None => match chart() {
+            Some(chart) => {
+                let found = integrate_pieces(&chart, tolerance, MAX_PART_EVALUATIONS);
+                (found.total, known_pieces(found, PIECE_TOLERANCE))
+            }
+            None => (sampled(field, domain, tolerance), None),
+        },
+    };
     let mass = check_mass("density", mass)?;
     // Of pieces the error is what may be hidden between points, not what has been seen.
     if !(mass.error < mass.value) && !field.is_piecewise() {
@@ -52,7 +75,7 @@ pub fn total_mass<const D: usize>(
         );
         return Err(Error::field("density", problem));
     }
-    Ok(mass)
+    Ok((mass, pieces))
 }
 
 /// # Errors
@@ -71,24 +94,6 @@ pub(crate) fn check_mass(name: &str, mass: MassEstimate) -> Result<MassEstimate>
         ));
     }
     Ok(mass)
-}
-
-/// [`total_mass`], and with it the integrals over the pieces of the field, where these were found on the way.
-///
-/// # Errors
-/// As for [`total_mass`].
-pub(crate) fn mass_and_pieces<const D: usize>(
-    field: &dyn ScalarField<D>,
-    domain: &Domain<D>,
-    tolerance: f64,
-) -> Result<(MassEstimate, Option<Vec<(u64, MassEstimate)>>)> {
-    if !field.is_piecewise() || field.integral(domain).is_some() {
-        return Ok((total_mass(field, domain, tolerance)?, None));
-    }
-    let Some(chart) = Chart::new(field, domain) else { return Ok((total_mass(field, domain, tolerance)?, None)) };
-    let found = integrate_pieces(&chart, tolerance, MAX_PART_EVALUATIONS);
-    let mass = check_mass("density", found.total)?;
-    Ok((mass, known_pieces(found, PIECE_TOLERANCE)))
 }
 
 /// The pieces of an integral that is known to `tolerance`.
@@ -113,10 +118,6 @@ fn sampled<const D: usize>(field: &dyn ScalarField<D>, domain: &Domain<D>, toler
     // The rounding of sums is no reason for another rule.
     let is_enough = |m: &MassEstimate| m.error <= 2.0 * tolerance * m.value;
     let better = |a: MassEstimate, b: MassEstimate| if b.error < a.error { b } else { a };
-    // Discontinuities are for the rules that look for them: others agree with themselves where a thin layer lies between their points.
-    if field.is_piecewise() {
-        return integrate_pieces(chart, tolerance, MAX_PART_EVALUATIONS).total;
-    }
     let quick = plain(QUICK_EVALUATIONS);
     if is_enough(&quick) {
         return quick;

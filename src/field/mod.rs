@@ -80,7 +80,7 @@ pub(crate) use analytic::probes;
 pub use analytic::{AnalyticCarried, AnalyticField};
 pub use build::{Samples, from_particles, from_raw, natural_dimension};
 pub use build_surface::surface_of;
-pub(crate) use bvh::Aabb;
+pub(crate) use bvh::{Aabb, Bvh};
 pub use carried::{CarriedField, CarriedInfo};
 pub use expression::Expression;
 pub(crate) use expression::Names;

@@ -290,8 +290,8 @@ const MADE: [&str; 7] = [
     names::SUPPORT_RADIUS,
     names::DENSITY,
     names::PARTICLE_IDS,
-    "SmoothingLength",
-    "TargetDensity",
+    names::SMOOTHING_LENGTH,
+    names::TARGET_DENSITY,
 ];
 
 /// Whether a field is a scalar that others can refer to.

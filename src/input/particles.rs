@@ -53,8 +53,12 @@ pub struct Snapshot {
 }
 
 /// Columns that mean nothing at another place.
-const OF_PARTICLES: [&str; 4] =
-    [particle_names::MASSES, particle_names::SUPPORT_RADIUS, "SmoothingLength", particle_names::COORDINATES];
+const OF_PARTICLES: [&str; 4] = [
+    particle_names::MASSES,
+    particle_names::SUPPORT_RADIUS,
+    particle_names::SMOOTHING_LENGTH,
+    particle_names::COORDINATES,
+];
 /// The same of cells.
 const OF_CELLS: [&str; 2] = ["Volume", "CenterOfMass"];
 

@@ -19,8 +19,6 @@ use sph_formats::common::particle_names as names;
 use sph_formats::model::adiabatic_fact;
 use sph_formats::{Column, ParticleFile, ParticleTable, RunHeader, Species, UnitDimension, UnitSystem, Values};
 
-/// Name of the column with the target's density.
-pub(crate) const TARGET_DENSITY: &str = "TargetDensity";
 /// How the note begins that says where a body alone has been moved.
 pub const MOVED: &str = "the body is moved to the middle";
 
@@ -162,7 +160,7 @@ pub(crate) fn particle_file<const D: usize>(
     if scene.output.target_density {
         let volume = |i: usize| raw.displaced.map_or(1.0, |d| d.volumes[i]);
         let values = Values::F64(parallel::map(n, |i| target_density[i] / volume(i)));
-        all.push(Column::new(TARGET_DENSITY, 1, values, UnitDimension::mass_density(3)));
+        all.push(Column::new(names::TARGET_DENSITY, 1, values, UnitDimension::mass_density(3)));
     }
     all.extend(velocities.map(|v| Column::new(names::VELOCITIES, D, Values::F64(v), UnitDimension::VELOCITY)));
     carried.retain(|c| !all.iter().any(|own| own.name == c.name));

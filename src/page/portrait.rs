@@ -9,9 +9,6 @@ use sph_formats::common::particle_names as names;
 use sph_formats::units::{EARTH_RADIUS_CGS, SOLAR_RADIUS_CGS};
 use sph_formats::{ParticleFile, ParticleTable, RunHeader, UnitDimension, UnitSystem, Values};
 
-/// Column with what the density should be.
-const TARGET_DENSITY: &str = "TargetDensity";
-
 /// Against what the profile of a body is shown.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Side {
@@ -362,7 +359,7 @@ fn measured(
         Some(density) => detail.density = density,
         None => notes.push("the file has no densities: they are summed here".into()),
     }
-    if let Some(target) = column(TARGET_DENSITY) {
+    if let Some(target) = column(names::TARGET_DENSITY) {
         detail.wanted = Some(Wanted { target, ..Wanted::default() });
     }
     Ok(detail)

@@ -8,7 +8,6 @@ use super::pipeline;
 use crate::error::{Error, Result};
 use crate::field::{FreeSpace, rotated};
 use crate::metrics::Measured;
-use crate::output::particle_file::TARGET_DENSITY;
 use crate::relaxation::Control;
 use crate::scene::{BoundaryName, MatchName, Scene};
 use crate::target::{Positions, at};
@@ -94,7 +93,7 @@ fn corner(scene: &Scene, frame: &Frame, d: usize) -> [f64; 3] {
 pub(super) fn within_orbit(medium: &Medium, bodies: &[Body], states: &[State]) -> String {
     let from_center = |x: &[f64; 3]| x.iter().map(|c| c * c).sum::<f64>().sqrt();
     let reach = states.iter().map(|s| from_center(&s.position)).fold(0.0, f64::max);
-    let places = medium.body.gas_spacings(&medium.state, TARGET_DENSITY);
+    let places = medium.body.gas_spacings(&medium.state, names::TARGET_DENSITY);
     let within = places.iter().zip(medium.body.masses()).filter(|((x, _), _)| from_center(x) < reach);
     let share = within.map(|(_, m)| m).sum::<f64>() / bodies.iter().map(|b| b.mass).sum::<f64>();
     format!(
@@ -109,7 +108,7 @@ fn obstacles(
     matching: MatchName,
 ) -> Obstacles {
     let gas: Vec<usize> = (0..bodies.len()).filter(|&i| bodies[i].is_gas()).collect();
-    let particles = gas.iter().flat_map(|&i| bodies[i].gas_spacings(&states[i], TARGET_DENSITY)).collect();
+    let particles = gas.iter().flat_map(|&i| bodies[i].gas_spacings(&states[i], names::TARGET_DENSITY)).collect();
     let sums = gas.iter().map(|&i| bodies[i].first()).fold((0.0, 0.0), |s, (n, m)| (s.0 + n as f64, s.1 + m));
     let of_gas = alone.iter().filter(|(i, _)| bodies[*i].is_gas());
     let body = |(i, own): &(usize, Scene)| {
@@ -146,7 +145,7 @@ pub(super) fn sum_together(scene: &Scene, file: &mut ParticleFile) -> Result<(f6
         _ => summed::<3>(scene, file),
     };
     if !scene.output.target_density {
-        file.species.iter_mut().for_each(|s| s.table.columns.retain(|c| c.name != TARGET_DENSITY));
+        file.species.iter_mut().for_each(|s| s.table.columns.retain(|c| c.name != names::TARGET_DENSITY));
     }
     found
 }
@@ -178,7 +177,7 @@ fn summed<const D: usize>(scene: &Scene, file: &mut ParticleFile) -> Result<(f64
     let measured = Measured::new(scene.kernel(), &domain, &positions, &shares, &guess, scene.kernel_neighbors(D));
     let unit = total / size.powi(D as i32);
     let density: Vec<f64> = measured.sums.iter().map(|s| s.weighted * unit).collect();
-    let wanted = numbers(table, TARGET_DENSITY);
+    let wanted = numbers(table, names::TARGET_DENSITY);
     let bodies = numbers(table, super::assembly::BODY_ID);
     let last = bodies.iter().copied().fold(0.0, f64::max);
     let place = |i: usize| at(&positions, i);

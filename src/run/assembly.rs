@@ -466,19 +466,8 @@ fn joined_table(
             all.push(name);
         }
     }
-    let lacking = |name: &str| -> Vec<&str> {
-        members.iter().filter(|m| m.table.column(name).is_none()).map(|m| m.title).collect()
-    };
     for name in all {
-        // A pressure of 0 beside an energy would be another state.
-        let without = if name == names::PRESSURE { lacking(name) } else { Vec::new() };
-        if !without.is_empty() && lacking(names::INTERNAL_ENERGY).is_empty() {
-            let bodies = without.join(", ");
-            notes
-                .push(format!("'{name}' is left out, which bodies do not have: {bodies}; all have an internal energy"));
-            continue;
-        }
-        columns.push(joined(members, name, notes)?);
+        columns.extend(joined(members, name, notes)?);
     }
     let count = ids.len();
     columns.push(Column::new(names::PARTICLE_IDS, 1, Values::I64(ids), UnitDimension::NONE));
@@ -498,8 +487,8 @@ fn inside(x: f64, edge: f64, is_periodic: bool) -> Option<f64> {
     (x >= 0.0 && x < edge).then_some(x)
 }
 
-/// One column of all bodies, one after the other.
-fn joined(bodies: &[Member<'_>], name: &str, notes: &mut Vec<String>) -> Result<Column> {
+/// One column of all bodies, one after the other; none of what some lack and others say as well.
+fn joined(bodies: &[Member<'_>], name: &str, notes: &mut Vec<String>) -> Result<Option<Column>> {
     let having = |body: &&Member<'_>| body.table.column(name).is_some();
     let Some((owner, model)) = bodies.iter().find(having).and_then(|b| Some((b, b.table.column(name)?))) else {
         return Err(Error::scene("bodies", format!("have no column '{name}'")));
@@ -515,7 +504,14 @@ fn joined(bodies: &[Member<'_>], name: &str, notes: &mut Vec<String>) -> Result<
             let problem = format!("has no {name}, which body {} has; {remedy}", owner.title);
             return Err(Error::scene(format!("bodies[{first}]"), problem));
         }
-        notes.push(format!("'{name}' is 0 in bodies that do not have it: {}", without.join(", ")));
+        let without = without.join(", ");
+        // A pressure of 0 beside an energy would be another state.
+        if name == names::PRESSURE && bodies.iter().all(|b| b.table.column(names::INTERNAL_ENERGY).is_some()) {
+            let note = "is left out, which bodies do not have";
+            notes.push(format!("'{name}' {note}: {without}; all have an internal energy"));
+            return Ok(None);
+        }
+        notes.push(format!("'{name}' is 0 in bodies that do not have it: {without}"));
     }
     if let Some(other) = bodies.iter().find(|b| b.table.column(name).is_some_and(|c| c.components != model.components))
     {
@@ -529,5 +525,5 @@ fn joined(bodies: &[Member<'_>], name: &str, notes: &mut Vec<String>) -> Result<
     };
     let flat: Vec<f64> = bodies.iter().flat_map(values).collect();
     let values = if are_whole { Values::I64(flat.iter().map(|v| *v as i64).collect()) } else { Values::F64(flat) };
-    Ok(Column { name: name.to_owned(), components: model.components, values, dimension: model.dimension })
+    Ok(Some(Column { name: name.to_owned(), components: model.components, values, dimension: model.dimension }))
 }

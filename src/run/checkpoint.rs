@@ -304,13 +304,14 @@ impl Origin {
         Ok(())
     }
 }
+
 /// Refuses a place for checkpoints at which there is a file of another kind: it would be replaced, and removed in the end.
 ///
 /// # Errors
 /// Of what is there.
 pub(crate) fn refuse_other_content(path: &Path) -> Result<()> {
     let marks: [&[u8; 8]; 2] = [MARK, checkpoint_parts::MARK];
-    let Ok(beginning) = checkpoint_file::beginning(path) else { return Ok(()) };
+    let Ok(beginning) = checkpoint_file::read(path, &[]) else { return Ok(()) };
     if beginning.is_empty() || marks.iter().any(|mark| beginning.starts_with(*mark)) {
         return Ok(());
     }

@@ -37,16 +37,6 @@ pub(super) fn write(
     Ok(checksum)
 }
 
-/// The header of a file, or what there is of it.
-///
-/// # Errors
-/// A file that cannot be read.
-pub(super) fn beginning(path: &Path) -> std::io::Result<Vec<u8>> {
-    let mut bytes = Vec::new();
-    std::fs::File::open(path)?.take(HEADER as u64).read_to_end(&mut bytes)?;
-    Ok(bytes)
-}
-
 /// The whole file if it begins with one of `marks`, else its beginning: what is none may be of any size.
 ///
 /// # Errors

@@ -69,7 +69,7 @@ impl<'a> Destination<'a> {
             }
             sph_formats::output::probe(path)?;
         }
-        Ok(())
+        scene.checkpoint.file.as_deref().map_or(Ok(()), refuse_other_content)
     }
 
     /// Writes the file, and parameters beside it where the scene asks for them; returns what there is to note. `drawing` is
@@ -273,18 +273,25 @@ fn refuse_overwriting_inputs(scene: &Scene, output: &Path) -> Result<()> {
     let inputs = scene.inputs();
     for (key, written) in [("output.file", Some(output)), ("output.report", report), ("checkpoint.file", checkpoint)] {
         let Some(written) = written else { continue };
-        if let Some(input) = inputs.iter().find(|input| would_be_lost(input, written)) {
-            return Err(Error::scene(key, format!("{}; name another", replaces(input, written))));
-        }
+        inputs.iter().try_for_each(|input| refuse_replacing(key, written, input))?;
     }
-    checkpoint.map_or(Ok(()), refuse_other_content)
+    Ok(())
 }
 
-/// What is wrong with an output that would be written over an input.
-pub(crate) fn replaces(input: &Path, output: &Path) -> String {
-    let name = input.display();
-    match output.canonicalize().ok() == input.canonicalize().ok() {
-        true => format!("is the input file '{name}' itself, which it would replace"),
-        false => format!("is by its name a piece of the snapshot that '{name}' is of, which would be lost"),
+/// Refuses an output, given under `key`, that is an input, or a piece of the snapshot that this is of.
+///
+/// # Errors
+/// That it would be lost.
+pub(crate) fn refuse_replacing(key: &str, output: &Path, input: &Path) -> Result<()> {
+    if !would_be_lost(input, output) {
+        return Ok(());
     }
+    let name = input.display();
+    let problem = match output.canonicalize().ok() == input.canonicalize().ok() {
+        true => format!("is the input file '{name}' itself, which it would replace; name another"),
+        false => {
+            format!("is by its name a piece of the snapshot that '{name}' is of, which would be lost; name another")
+        }
+    };
+    Err(Error::scene(key, problem))
 }

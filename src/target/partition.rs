@@ -53,7 +53,7 @@ const LITTLE_AT_MOST: usize = 128;
 /// Halvings of which few particles do without.
 const FEWER: usize = 3;
 
-/// Most cells after refinement, for few and for many particles, and for what is looked at by its bounds alone.
+/// Most cells after refinement, for few and for many particles, and for how regions are connected.
 const FEW_CELLS: usize = 1 << 16;
 const MAX_CELLS: usize = 1 << 18;
 const OUTLINE_CELLS: usize = 1 << 17;

@@ -11,7 +11,7 @@ use super::locator::{Locator, beside, next, ways};
 use super::matter::Matter;
 use super::partition::partition;
 use super::thin;
-use crate::field::{ScalarField, piece_masses};
+use crate::field::{Aabb, ScalarField, piece_masses};
 use sph::domain::Domain;
 use sph::parallel;
 use std::collections::{BTreeMap, BTreeSet};
@@ -207,7 +207,7 @@ impl<'a, const D: usize> Regions<'a, D> {
                     let members: Vec<(usize, usize)> = (0..components.len()).filter_map(place).collect();
                     let centers: Vec<[f64; D]> = members.iter().map(|m| map.center(m.0)).collect();
                     let parts = members.iter().map(|m| m.1).collect();
-                    let boxes = regions[first..].iter().map(|r| (r.lo, r.hi)).collect();
+                    let boxes = regions[first..].iter().map(|r| Aabb { lo: r.lo, hi: r.hi }).collect();
                     Class::Several(first, Box::new(Components::new(&centers, parts, boxes)?))
                 }
             });

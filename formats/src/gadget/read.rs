@@ -401,15 +401,7 @@ impl SpeciesReading<'_> {
         {
             return Ok(UnitDimension::new(length, mass, time, temperature));
         }
-        Ok(match name {
-            names::COORDINATES | names::SUPPORT_RADIUS | "SmoothingLength" => UnitDimension::LENGTH,
-            names::VELOCITIES => UnitDimension::VELOCITY,
-            names::MASSES => UnitDimension::MASS,
-            names::DENSITY => UnitDimension::mass_density(self.dimension),
-            names::INTERNAL_ENERGY => UnitDimension::SPECIFIC_ENERGY,
-            names::TEMPERATURE => UnitDimension::TEMPERATURE,
-            _ => UnitDimension::NONE,
-        })
+        Ok(names::meaning(name, self.dimension))
     }
 }
 
