@@ -38,7 +38,7 @@ pub(super) fn place<const D: usize>(target: &Target<'_, D>, seed: u64) -> Result
             }
             // Cells are nearly uniform but for those that surfaces cross; twice the mean bounds what the partition left uneven.
             let even = 2.0 * cell.mass / cell.volume();
-            let known = cell.across.and_then(|_| target.most_within(&cell.lo, &cell.hi));
+            let known = cell.across.and_then(|_| target.within(&cell.lo, &cell.hi).map(|within| within.most));
             // No bound where there is a pole as well.
             let bound = known.filter(|most| most.is_finite()).map_or(even, |most| even.max(most));
             if rng.random::<f64>() * bound <= target.number_density(&x) {

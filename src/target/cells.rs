@@ -1,7 +1,7 @@
 //! Boxes of a target: their masses, and what they are divided into.
 
 use super::lines;
-use super::matter::Matter;
+use super::matter::{Matter, Within};
 use sph::domain::Domain;
 
 /// A box with the integral of n* over it.
@@ -14,11 +14,13 @@ pub(crate) struct Cell<const D: usize> {
     pub across: Option<u8>,
     /// Whether it is a part of a line along that axis, with the area about it: its mass counts as even.
     pub is_pencil: bool,
+    /// What is known of all of it, where it was asked for when its mass was found.
+    pub(super) within: Option<Within>,
 }
 
 impl<const D: usize> Cell<D> {
     pub(super) fn new(lo: [f64; D], hi: [f64; D]) -> Self {
-        Self { lo, hi, mass: 0.0, across: None, is_pencil: false }
+        Self { lo, hi, mass: 0.0, across: None, is_pencil: false, within: None }
     }
 
     /// The center, or, where a cell reaches across the surface of a ball or shell, a point near it inside.
@@ -175,7 +177,11 @@ impl<const D: usize> Cell<D> {
 
     /// With its mass from the target.
     pub(super) fn weighed(mut self, target: &dyn Matter<D>, rule: Rule) -> Self {
-        self.across = if rule == Rule::Midpoint { None } else { self.axis_across(target) };
+        (self.across, self.within) = (self.across.filter(|_| rule != Rule::Midpoint), None);
+        if rule != Rule::Midpoint && target.may_jump() {
+            self.within = target.within(&self.lo, &self.hi);
+            self.across = self.axis_across(target);
+        }
         self.mass = match (rule, self.across) {
             (Rule::Midpoint, _) => midpoint_mass(&self, target),
             (_, Some(axis)) => self.mass_by_lines(target, axis.into()),
@@ -194,10 +200,20 @@ impl<const D: usize> Cell<D> {
 
     /// The axis along which lines meet the surfaces that cross it: what they met in what it is a part of, as long as there may be any.
     fn axis_across(&self, target: &dyn Matter<D>) -> Option<u8> {
-        if !target.may_jump() || target.is_crossed(&self.lo, &self.hi) != Some(true) {
+        if self.within.is_none_or(|within| within.is_continuous) {
             return None;
         }
-        self.across.or_else(|| lines::most_crossed(target, [&self.lo, &self.hi]).map(|axis| axis as u8))
+        self.across.or_else(|| self.most_crossed(target).map(|axis| axis as u8))
+    }
+
+    /// The axis along which most surfaces lie between corners, or, where none does, lines meet the most; none if they meet none.
+    fn most_crossed(&self, target: &dyn Matter<D>) -> Option<usize> {
+        let parts: Vec<u64> = self.corners().map(|x| target.part(&x)).collect();
+        let crossed: [usize; D] = sph::array(|k| (0..parts.len()).filter(|i| parts[*i] != parts[i ^ 1 << k]).count());
+        // Of those that meet as many the longest: they are seen best along it.
+        let order = |k: usize| (crossed[k], self.hi[k] - self.lo[k]);
+        let best = (1..D).fold(0, |best, k| if order(k) > order(best) { k } else { best });
+        if crossed[best] > 0 { Some(best) } else { lines::most_crossed(target, [&self.lo, &self.hi]) }
     }
 
     /// Lines across each axis by which its mass is known: well enough for that of a particle, with what it has or that of which it is a part.

@@ -3,6 +3,15 @@
 use crate::field::Stretch;
 use sph::domain::Domain;
 
+/// What is known of a box.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Within {
+    /// A bound of n*; it need not be narrow.
+    pub most: f64,
+    /// Whether no discontinuity goes through it.
+    pub is_continuous: bool,
+}
+
 /// What is divided into cells: a number density over a domain.
 pub(crate) trait Matter<const D: usize>: Sync {
     fn domain(&self) -> &Domain<D>;
@@ -22,12 +31,12 @@ pub(crate) trait Matter<const D: usize>: Sync {
     fn is_cut(&self) -> bool;
     /// Whether nothing but the domain's surface ends it.
     fn is_smooth(&self) -> bool;
-    /// Whether a discontinuity may go through a box; none where that is not known.
-    fn is_crossed(&self, lo: &[f64; D], hi: &[f64; D]) -> Option<bool>;
+    /// What is known of n* in all of a box, without a look at any place.
+    fn within(&self, lo: &[f64; D], hi: &[f64; D]) -> Option<Within>;
+    /// A number that differs between places with a surface or a kink between them, as far as the field knows of it.
+    fn part(&self, x: &[f64; D]) -> u64;
     /// Its smooth parts along a line through `x` between two places, a hair inside of these; none where they are too many.
     fn parts_along(&self, x: &[f64; D], axis: usize, between: [f64; 2]) -> Option<Vec<Stretch>>;
-    /// A bound of n* over a box, where one is known; it need not be narrow.
-    fn most_within(&self, lo: &[f64; D], hi: &[f64; D]) -> Option<f64>;
     /// Where layers across an axis that are too thin to be met by chance begin and end.
     fn planes(&self, axis: usize) -> Vec<f64>;
 }

@@ -19,9 +19,9 @@ pub(crate) mod refinement;
 mod regions;
 mod thin;
 
-use crate::field::{Patch, ScalarField, Stretch, stretches};
+use crate::field::{Enclosure, Patch, ScalarField, Stretch, stretches};
 pub use materials::{MaterialState, Materials};
-use matter::Matter;
+use matter::{Matter, Within};
 pub use regions::{Part, Region, Regions, Selected};
 use sph::domain::Domain;
 use sph::geometry::distance;
@@ -280,6 +280,8 @@ impl<'a, const D: usize> Target<'a, D> {
     }
 }
 
+/// How well ends of parts along a line are placed, as a share of it: masses of cells are known to no more.
+const PLACED: f64 = 1e-5;
 /// Distance from the ends of a line at which its inside begins, as a share of it.
 const INSET: f64 = 1e-11;
 
@@ -323,8 +325,14 @@ impl<const D: usize> Matter<D> for Target<'_, D> {
         !self.may_jump() && !self.is_cut()
     }
 
-    fn is_crossed(&self, lo: &[f64; D], hi: &[f64; D]) -> Option<bool> {
-        Some(!self.resolution_field().enclosure(&Patch::of_box(*lo, *hi))?.is_continuous)
+    /// Of a part as well, which has no more than the field: where others are denser the bound is wide.
+    fn within(&self, lo: &[f64; D], hi: &[f64; D]) -> Option<Within> {
+        let Enclosure { most, is_continuous, .. } = self.resolution_field().enclosure(&Patch::of_box(*lo, *hi))?;
+        Some(Within { most: most * self.count as f64 / self.resolution_integral, is_continuous })
+    }
+
+    fn part(&self, x: &[f64; D]) -> u64 {
+        self.resolution_field().trace(x).part
     }
 
     fn parts_along(&self, x: &[f64; D], axis: usize, [lo, hi]: [f64; 2]) -> Option<Vec<Stretch>> {
@@ -332,13 +340,7 @@ impl<const D: usize> Matter<D> for Target<'_, D> {
         let place = |t: f64| sph::array(|k| if k == axis { t } else { x[k] });
         // A surface may lie in a face.
         let inset = INSET * (hi - lo);
-        stretches(&|t| field.trace(&place(t)), lo + inset, hi - inset)
-    }
-
-    /// Of a part as well, which has no more than the field: where others are denser the bound is wide.
-    fn most_within(&self, lo: &[f64; D], hi: &[f64; D]) -> Option<f64> {
-        let most = self.resolution_field().enclosure(&Patch::of_box(*lo, *hi))?.most;
-        Some(most * self.count as f64 / self.resolution_integral)
+        stretches(&|t| field.trace(&place(t)), [lo + inset, hi - inset], PLACED * (hi - lo))
     }
 
     /// Of regions; a part of them is bounded by itself.

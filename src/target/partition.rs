@@ -1,7 +1,7 @@
 //! A target divided into cells, finer where mass is.
 
 use super::cells::{Cell, Rule};
-use super::matter::Matter;
+use super::matter::{Matter, Within};
 use crate::error::{Error, Result};
 use sph::parallel;
 
@@ -90,7 +90,7 @@ fn refined<const D: usize>(target: &dyn Matter<D>, rule: Rule) -> Vec<Cell<D>> {
     // The bounds of a part are those of the field, which may have far more beside it.
     let missed = if target.is_cut() { off(&cells) < -off_by } else { off(&cells).abs() > off_by };
     let (lo, hi) = target.bounds();
-    if missed && target.may_jump() && target.most_within(&lo, &hi).is_some() {
+    if missed && target.may_jump() && target.within(&lo, &hi).is_some() {
         let has_room = cells.len() < usual.most / 2;
         let start = if has_room { cells } else { divided(target, rule, usual.first) };
         cells = refined_by(target, rule, Effort { by_bounds: true, ..usual }, start);
@@ -214,6 +214,9 @@ fn look<const D: usize>(cell: &Cell<D>, target: &dyn Matter<D>, floor: f64) -> L
         if larger > floor && off > DISAGREEMENT * larger { off } else { 0.0 }
     };
     if cell.across.is_some() {
+        if cell.within.is_some_and(|within| within.most * cell.volume() <= SEEN) {
+            return Look::hiding(0.0);
+        }
         // Surfaces are seen; there may be more between the lines.
         let halves = cell.halves(target, Rule::Gauss);
         return Look { halves: Some(halves), ..Look::hiding(off_by(halves[0].mass + halves[1].mass)) };
@@ -234,14 +237,17 @@ fn look<const D: usize>(cell: &Cell<D>, target: &dyn Matter<D>, floor: f64) -> L
 
 /// Whether bounds of the density say that it has no surface and no more than its middle shows, or next to nothing.
 fn shows_all<const D: usize>(cell: &Cell<D>, target: &dyn Matter<D>, floor: f64) -> bool {
-    let Some(most) = target.most_within(&cell.lo, &cell.hi).map(|most| most * cell.volume()) else { return false };
-    most <= floor || most <= UNSEEN * cell.mass && target.is_crossed(&cell.lo, &cell.hi) == Some(false)
+    let Some(Within { most, is_continuous }) = cell.within.or_else(|| target.within(&cell.lo, &cell.hi)) else {
+        return false;
+    };
+    let most = most * cell.volume();
+    most <= floor || most <= UNSEEN * cell.mass && is_continuous
 }
 
 /// The mass that there may be where nothing has been seen of it, by the bounds of the density, and the axis across which halves are bounded best;
 /// 0 where the bounds are no more than some times what was seen.
 fn unseen<const D: usize>(cell: &Cell<D>, target: &dyn Matter<D>, floor: f64) -> Look<D> {
-    let bound = |cell: &Cell<D>| target.most_within(&cell.lo, &cell.hi).unwrap_or(0.0);
+    let bound = |cell: &Cell<D>| target.within(&cell.lo, &cell.hi).map_or(0.0, |within| within.most);
     let (most, volume) = (bound(cell), cell.volume());
     if !(most.is_finite() && most * volume > UNSEEN * cell.mass.max(floor)) {
         return Look::hiding(0.0);
@@ -253,6 +259,9 @@ fn unseen<const D: usize>(cell: &Cell<D>, target: &dyn Matter<D>, floor: f64) ->
     let axis = (0..D).fold(0, |best, k| if edge(k) > edge(best) { k } else { best });
     Look { axis: Some(axis), ..Look::hiding(most * volume) }
 }
+
+/// Particles in all of a cell with surfaces, at most, up to which the lines that it was weighed by see enough of it.
+const SEEN: f64 = 0.25;
 
 /// What the bounds of a density may say over what was seen of it: those of smooth functions are wide, too.
 const UNSEEN: f64 = 4.0;

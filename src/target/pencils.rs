@@ -28,7 +28,7 @@ impl<const D: usize> Cell<D> {
                 let (mut lo, mut hi) = (sph::array(|k| part.x[k] - half[k]), sph::array(|k| part.x[k] + half[k]));
                 (lo[axis], hi[axis]) = (part.from, part.to);
                 let mass = if parts == 1 { whole } else { part.mass(target) };
-                found.push(Self { lo, hi, mass, across: self.across, is_pencil: true });
+                found.push(Self { lo, hi, mass, across: self.across, is_pencil: true, within: self.within });
             }
         });
         found.retain(|pencil| pencil.mass > 0.0);

@@ -43,7 +43,7 @@ pub(super) fn carriers<const D: usize>(
 
 fn in_cell<const D: usize>(target: &dyn Matter<D>, cell: &Cell<D>, thin: &BTreeSet<u64>) -> Vec<Carrier<D>> {
     let mut found: Vec<Carrier<D>> = Vec::new();
-    if target.is_crossed(&cell.lo, &cell.hi) != Some(true) {
+    if target.within(&cell.lo, &cell.hi).is_none_or(|within| within.is_continuous) {
         return found;
     }
     for axis in 0..D {

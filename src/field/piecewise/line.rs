@@ -9,6 +9,8 @@ const MOST_PARTS: usize = 8;
 const MOST_SAMPLES: usize = 48;
 /// How well ends of parts are placed, as a share of the domain.
 pub(super) const ACCURACY: f64 = 1e-14;
+/// Where a line is looked at between its ends, as a share of it.
+const GOLDEN: f64 = 0.381_966_011_250_105_1;
 /// Stretches without levels are halved this often.
 const BLIND_HALVINGS: u32 = 1;
 
@@ -42,19 +44,24 @@ impl Sample {
     }
 }
 
-/// The parts of the line `at` from `lo` to `hi`, in their order; `None` if there are too many.
-pub(crate) fn stretches(at: &dyn Fn(f64) -> Trace, lo: f64, hi: f64) -> Option<Vec<Stretch>> {
-    let mut line =
-        Line { at, samples: 0, levels: Vec::with_capacity(MOST_SAMPLES), found: Vec::with_capacity(4), start: lo };
-    let (left, middle, right) = (line.sample(lo), line.sample(0.5 * (lo + hi)), line.sample(hi));
-    line.walk(&left, &middle, 0)?;
-    line.walk(&middle, &right, 0)?;
+/// The parts of the line `at` between two places, in their order; `None` if there are too many. Where a single discontinuity ends a part, its end
+/// need not be placed better than to `accuracy`, and a line whose levels all say so by far has but one part: a first look at few points does.
+pub(crate) fn stretches(at: &dyn Fn(f64) -> Trace, [lo, hi]: [f64; 2], accuracy: f64) -> Option<Vec<Stretch>> {
+    let (levels, found) = (Vec::with_capacity(MOST_SAMPLES), Vec::with_capacity(4));
+    let mut line = Line { at, accuracy, samples: 0, levels, found, start: lo };
+    let (left, right) = (line.sample(lo), line.sample(hi));
+    if !(accuracy > 0.0 && line.is_one_part(&left, &right)) {
+        let middle = line.sample(0.5 * (lo + hi));
+        line.walk(&left, &middle, 0)?;
+        line.walk(&middle, &right, 0)?;
+    }
     line.end(hi, &right)?;
     Some(line.found)
 }
 
 struct Line<'a> {
     at: &'a dyn Fn(f64) -> Trace,
+    accuracy: f64,
     samples: usize,
     levels: Vec<Level>,
     found: Vec<Stretch>,
@@ -83,9 +90,9 @@ impl Line<'_> {
         if left.is_with(right) {
             return self.search(left, right, halvings);
         }
-        let (a, b) = self.bracket(left, right);
+        let (a, b, end) = self.bracket(left, right);
         self.search(left, &a, halvings)?;
-        self.end(0.5 * (a.t + b.t), &a)?;
+        self.end(end, &a)?;
         self.walk(&b, right, halvings)
     }
 
@@ -107,10 +114,28 @@ impl Line<'_> {
         self.walk(&middle, right, halvings + 1)
     }
 
-    /// Neighboring points on both sides of the first end of `left`'s part that is found: the ITP method of Oliveira and
+    /// Whether the levels at a point between two of a part say that all between them is of it, by far: parabolas through the three stay as far
+    /// from the levels' bounds as they depart from straight lines. The point is none that periods have in common.
+    fn is_one_part(&mut self, left: &Sample, right: &Sample) -> bool {
+        if !(left.is_with(right) && left.is_complete) {
+            return false;
+        }
+        let between = self.sample(left.t + GOLDEN * (right.t - left.t));
+        let [l, m, r] = [left, &between, right].map(|sample| self.levels_of(sample));
+        between.is_with(left)
+            && l.iter().zip(m).zip(r).all(|((l, m), r)| {
+                let straight = l.value + GOLDEN * (r.value - l.value);
+                let margin = 0.5 * ((m.value - straight) / (GOLDEN * (1.0 - GOLDEN))).abs();
+                let (least, most) = (l.value.min(r.value), l.value.max(r.value));
+                least - margin >= l.lo && most + margin <= l.hi
+            })
+    }
+
+    /// Points on both sides of the first end of `left`'s part that is found, and the end: the ITP method of Oliveira and
     /// Takahashi (2020, doi 10.1145/3423597) on the level that is left, halving where none is known.
-    fn bracket(&mut self, left: &Sample, right: &Sample) -> (Sample, Sample) {
+    fn bracket(&mut self, left: &Sample, right: &Sample) -> (Sample, Sample, f64) {
         let (mut a, mut b) = (*left, *right);
+        let mut last = f64::INFINITY;
         let width = b.t - a.t;
         let most = (width / ACCURACY).log2().ceil().max(0.0) as i32 + 1;
         for step in 0..=most + 2 {
@@ -121,6 +146,10 @@ impl Line<'_> {
             let t = match self.crossing(&a, &b) {
                 Some(share) => {
                     let root = a.t + share * (b.t - a.t);
+                    if (root - last).abs() < self.accuracy && self.is_single(&a, &b) {
+                        return (a, b, root);
+                    }
+                    last = root;
                     let toward = (half - root).signum();
                     let truncated = root + toward * (0.2 * (b.t - a.t).powi(2) / width).min((half - root).abs());
                     let radius = (0.5 * ACCURACY * 2f64.powi(most - step) - 0.5 * (b.t - a.t)).max(0.0);
@@ -138,7 +167,13 @@ impl Line<'_> {
                 b = middle;
             }
         }
-        (a, b)
+        (a, b, 0.5 * (a.t + b.t))
+    }
+
+    /// Whether all that is known to lie between two points is one discontinuity.
+    fn is_single(&self, a: &Sample, b: &Sample) -> bool {
+        let left = self.levels_of(a).iter().zip(self.levels_of(b)).filter(|(p, q)| p.lo != q.lo || p.hi != q.hi);
+        a.is_complete && b.is_complete && a.piece != b.piece && a.levels == b.levels && left.count() == 1
     }
 
     fn levels_of(&self, sample: &Sample) -> &[Level] {

@@ -87,7 +87,7 @@ impl<'a, 'b, const D: usize> Nest<'a, 'b, D> {
             self.window.trace(&x)
         };
         let [lo, hi] = self.window.inner_faces(axis);
-        let mut found = stretches(&at, lo, hi)?;
+        let mut found = stretches(&at, [lo, hi], 0.0)?;
         found.first_mut().into_iter().for_each(|s| s.from = self.window.lo[axis]);
         found.last_mut().into_iter().for_each(|s| s.to = self.window.hi[axis]);
         Some(found)
