@@ -422,13 +422,20 @@ fn gravity_of<const D: usize>(
     match options.gravity {
         Some(0.0) => return Ok(None),
         Some(_) if is_periodic => {
-            return Err(Error::scene("--gravity", "does not go with a periodic box; leave it out, or set it to 0"));
+            return Err(Error::scene(
+                "--gravity",
+                "does not go with a periodic box; leave it out or set it to 0, or say that the box is no boundary (--open)",
+            ));
         }
         Some(g) => return Ok(Some(g)),
         None => {}
     }
     if is_periodic || D < 3 {
-        let why = if is_periodic { "the box is periodic" } else { "the file has fewer than three dimensions" };
+        let why = if is_periodic {
+            "the box is periodic (--open says that it is none)"
+        } else {
+            "the file has fewer than three dimensions"
+        };
         notes.push(format!("without gravity: {why}"));
         return Ok(None);
     }

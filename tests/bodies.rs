@@ -430,6 +430,10 @@ fn a_pressure_that_one_body_has_is_left_out() {
         "{:?}",
         report.notes
     );
+    let error = refused(&format!("{scene}domain: {{boundary: periodic}}\n"));
+    assert!(error.contains("domain.boundary") && error.contains("state `domain.box`"), "{error}");
+    let error = refused(&format!("{scene}checkpoint: {{file: a.checkpoint}}\n"));
+    assert!(error.contains("checkpoint") && error.contains("`cache`"), "{error}");
     let error = refused(&scene.replace("name: b", "name: a"));
     assert!(error.contains("bodies[a].name") && error.contains("another body"), "{error}");
 }

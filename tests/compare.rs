@@ -143,7 +143,16 @@ fn the_page_needs_nothing_else_and_names_all_methods() {
     let method = advice.strip_prefix("Take ").unwrap().split(": with 160 particles").next().unwrap();
     let error = |run: &sph_prep::compare::MethodRun| run.last().unwrap().density_error.stated().mean;
     let ran: Vec<_> = comparison.runs.iter().filter(|r| r.particles == 160).collect();
-    let least = ran.iter().map(|r| error(r)).fold(f64::INFINITY, f64::min);
+    // Forces as noisy as half of a random set's are no good start, however near the density is.
+    let noise = |run: &sph_prep::compare::MethodRun| {
+        let noise = &run.last().unwrap().noise;
+        noise.interior.unwrap_or(noise.all)
+    };
+    let is_loud = |run: &sph_prep::compare::MethodRun| noise(run) > 0.5;
+    let all_are = ran.iter().all(|r| is_loud(r));
+    let usable = || ran.iter().filter(|r| all_are || !is_loud(r));
+    assert!(usable().any(|r| r.method == method), "{advice}");
+    let least = usable().map(|r| error(r)).fold(f64::INFINITY, f64::min);
     assert!(ran.iter().any(|r| r.method == method && error(r) <= (1.5 * least).max(1e-3)), "{advice}");
     assert!(page.find("Take ") < page.find("<h2>"), "{page:.2000}");
     assert!(!drawn.contains("NaN") && page.len() < 1_000_000, "{} bytes", page.len());

@@ -340,6 +340,9 @@ fn what_would_change_all_particles_is_refused_with_the_remedy() {
     let none =
         run(folder.path(), "none.hdf5", Some(&input), "refine: {center: [0.5], radius: 1e-9, shell: 1e-9}").unwrap();
     assert_eq!(by_number(&read(&none)), by_number(&read(&input)));
+    let scene = format!("input: {{file: '{}'}}\nrefine: {{center: [0.5], radius: 1e-9, shell: 1e-9}}", input.display());
+    let (_, report) = sph_prep::place(&Scene::parse(&scene).unwrap(), FORMATS, &Control::default()).unwrap();
+    assert!(report.warnings.iter().any(|w| w.contains("refine changes nothing")), "{:?}", report.warnings);
     // With `particles` all of them are placed anew.
     let anew = run(folder.path(), "anew.hdf5", Some(&input), &format!("{sphere}\nparticles: 150")).unwrap();
     assert_eq!(numbers(&read(&anew), names::MASSES).len(), 150);

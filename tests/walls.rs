@@ -47,9 +47,9 @@ fn a_tank_has_whole_layers_at_half_a_spacing_and_beyond() {
         let clamped = place.map(|v| v.clamp(0.15, 1.15));
         assert!(distance(&onto, &clamped) < 1e-9 && (normal[0].hypot(normal[1]) - 1.0).abs() < 1e-9);
     }
-    // All are as heavy as the fluid there, with numbers of their own.
+    // All are as heavy as the fluid there, to single precision, with numbers of their own.
     let masses = column(walls, names::MASSES);
-    assert!(masses.iter().all(|m| (m / (2.0 / 400.0) - 1.0).abs() < 0.05), "{}", masses[0]);
+    assert!(masses.iter().all(|m| (m / (2.0 / 400.0) - 1.0).abs() < 1e-6), "{}", masses[0]);
     let ids = column(walls, names::PARTICLE_IDS);
     assert!(ids.iter().enumerate().all(|(i, id)| *id == (401 + i) as f64));
 }

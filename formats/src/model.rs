@@ -337,6 +337,10 @@ pub struct RunHeader {
 /// The key of the provenance under which readers of snapshots in several files say which ones those were.
 pub const FILES_KEY: &str = "Files";
 
+/// Keys of the provenance under which readers say what in a file contradicts the rest of it, and what it lacks that codes read.
+pub const DOUBT_KEY: &str = "contradiction";
+pub const LACKS_KEY: &str = "lacks";
+
 /// The key of the provenance under which readers say that the gas is cells of a mesh, and [`VORONOI`] that these are the places
 /// nearest to each position.
 pub const MESH_KEY: &str = "Mesh";
@@ -476,6 +480,16 @@ impl ParticleFile {
             }
         }
         Ok(())
+    }
+}
+
+impl RunHeader {
+    /// Takes out what the reader said under a key: it is of the file that was read, not of the particles.
+    pub fn take(&mut self, key: &str) -> Vec<String> {
+        let (of_key, rest) = std::mem::take(&mut self.provenance).into_iter().partition(|fact| fact.0 == key);
+        self.provenance = rest;
+        let of_key: Vec<(String, String)> = of_key;
+        of_key.into_iter().map(|fact| fact.1).collect()
     }
 }
 

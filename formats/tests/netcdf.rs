@@ -27,6 +27,34 @@ fn refusal(file: &ClassicFile, request: &FieldRequest) -> String {
     through(file, request).unwrap_err().to_string()
 }
 
+/// Each rounded by itself, neighbors disagree by the last digit about where they meet.
+#[test]
+fn bounds_in_single_precision_tile_their_axis() {
+    let n = 50;
+    let centers: Vec<f32> = (0..n).map(|i| (100.0 + (f64::from(i) + 0.5) * 0.013) as f32).collect();
+    let bounds: Vec<f32> = centers.iter().flat_map(|c| [c - 0.0065, c + 0.0065]).collect();
+    assert!(
+        bounds.chunks(2).zip(bounds.chunks(2).skip(1)).any(|(a, b)| a[1] != b[0]),
+        "all meet: choose other numbers"
+    );
+    let ones = vec![1.0_f32; n as usize];
+    let with = |bounds: &[f32]| {
+        let mut file = ClassicFile::new();
+        let (x, two) = (file.dimension("x", n as usize), file.dimension("two", 2));
+        file.variable("x", &[x], Data::F32(&centers), &[("axis", "X".into()), ("bounds", "x_b".into())]);
+        file.variable("x_b", &[x, two], Data::F32(bounds), &[]);
+        file.variable("density", &[x], Data::F32(&ones), &[]);
+        let field = through(&file, &FieldRequest::default()).unwrap();
+        let Geometry::Grid { axes, .. } = field.geometry else { panic!("{:?}", field.geometry) };
+        axes[0].bounds.clone()
+    };
+    assert_eq!(with(&bounds).map(|b| b.len()), Some(51));
+    // A gap of a tenth of a cell is none of digits.
+    let mut gap = bounds.clone();
+    gap[1] -= 0.0013;
+    assert_eq!(with(&gap), None);
+}
+
 #[test]
 fn a_profile_from_the_surface_inward_is_turned_and_keeps_its_jump() {
     let r = [3.0, 2.0, 2.0, 0.0];

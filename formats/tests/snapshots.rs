@@ -3,6 +3,7 @@
 use crate::support::replace;
 use sph_formats::common::hdf5_read::Reader;
 use sph_formats::common::particle_names as names;
+use sph_formats::model::{DOUBT_KEY, LACKS_KEY};
 use sph_formats::registry::{detect, detect_output};
 use sph_formats::{
     Column, FORMATS, FieldRequest, FileContent, FormatError, ParticleFile, ParticleTable, RunHeader, Species,
@@ -295,6 +296,116 @@ fn entropies_become_energies_or_are_refused() {
     let error = read(&path).unwrap_err();
     assert!(matches!(error, FormatError::Unsupported { .. }), "{error}");
     assert!(error.to_string().contains("Flag_Entropy_ICs") && error.to_string().contains("Density"), "{error}");
+}
+
+/// What the header of a file made by hand has.
+struct Header<'a> {
+    totals: Option<[u32; 6]>,
+    high: Option<[u32; 6]>,
+    table: f64,
+    masses: Option<[f64; 2]>,
+    time: f64,
+    units: &'a [(&'a str, f64)],
+}
+
+/// As a code would write it.
+const FINE: Header<'_> = Header {
+    totals: Some([2, 0, 0, 0, 0, 0]),
+    high: Some([0; 6]),
+    table: 0.0,
+    masses: Some([1.0; 2]),
+    time: 0.0,
+    units: &[],
+};
+
+const SWIFT_UNITS: [(&str, f64); 3] =
+    [("Unit length in cgs (U_L)", 2.0), ("Unit mass in cgs (U_M)", 3.0), ("Unit time in cgs (U_t)", 5.0)];
+
+fn by_hand(path: &Path, made: &Header<'_>) {
+    let file = rust_hdf5::H5File::create(path).unwrap();
+    let header = file.create_group("Header").unwrap();
+    header.set_attr_array_numeric("NumPart_ThisFile", &[2_u32, 0, 0, 0, 0, 0]).unwrap();
+    if let Some(totals) = made.totals {
+        header.set_attr_array_numeric("NumPart_Total", &totals).unwrap();
+    }
+    if let Some(high) = made.high {
+        header.set_attr_array_numeric("NumPart_Total_HighWord", &high).unwrap();
+    }
+    header.set_attr_array_numeric("MassTable", &[made.table, 0.0, 0.0, 0.0, 0.0, 0.0]).unwrap();
+    header.set_attr_array_numeric("BoxSize", &[1.0]).unwrap();
+    header.set_attr_array_numeric("Time", &[made.time]).unwrap();
+    if !made.units.is_empty() {
+        let units = file.create_group("Units").unwrap();
+        made.units.iter().for_each(|(name, unit)| units.set_attr_array_numeric(name, &[*unit]).unwrap());
+    }
+    let group = file.create_group("PartType0").unwrap();
+    let put = |name: &str, shape: &[usize], values: &[f64]| {
+        group.new_dataset::<f64>().shape(shape).create(name).unwrap().write_raw(values).unwrap();
+    };
+    put("Coordinates", &[2, 3], &[0.25, 0.5, 0.5, 0.75, 0.5, 0.5]);
+    if let Some(masses) = made.masses {
+        put("Masses", &[2], &masses);
+    }
+    file.close().unwrap();
+}
+
+#[test]
+fn headers_that_contradict_the_file_or_lack_what_codes_read_say_so() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("ic.hdf5");
+    let said = |made: &Header<'_>, key: &str| {
+        by_hand(&path, made);
+        let facts = read(&path).unwrap().header.provenance;
+        facts.into_iter().filter(|(k, _)| k == key).map(|(_, text)| text).collect::<Vec<_>>()
+    };
+    assert!(said(&FINE, DOUBT_KEY).is_empty() && said(&FINE, LACKS_KEY).is_empty());
+    let wrong = [
+        (Header { totals: Some([5, 0, 0, 0, 0, 0]), ..FINE }, "NumPart_Total says 5 particles of type 0"),
+        (Header { totals: Some([2, 1, 0, 0, 0, 0]), ..FINE }, "says 1 particles of type 1, but the one file has 0"),
+        (Header { high: Some([1, 0, 0, 0, 0, 0]), ..FINE }, "NumPart_Total says 4294967298 particles"),
+        (Header { time: f64::NAN, ..FINE }, "time is NaN"),
+    ];
+    for (made, text) in &wrong {
+        let found = said(made, DOUBT_KEY);
+        assert!(found.len() == 1 && found[0].contains(text), "{text}: {found:?}");
+    }
+    assert_eq!(said(&Header { totals: None, ..FINE }, LACKS_KEY), ["the header's NumPart_Total"]);
+    assert_eq!(said(&Header { high: None, ..FINE }, LACKS_KEY), ["the header's NumPart_Total_HighWord"]);
+    let alone = said(&Header { table: 5.0, masses: None, ..FINE }, LACKS_KEY);
+    assert!(alone.len() == 1 && alone[0].contains("MassTable has"), "{alone:?}");
+}
+
+/// GADGET reads no dataset where the table has a mass; SWIFT does not read the table.
+#[test]
+fn a_table_of_masses_beside_a_dataset_counts_as_the_code_reads_it() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("ic.hdf5");
+    let read = |made: &Header<'_>| {
+        by_hand(&path, made);
+        let file = read(&path).unwrap();
+        let doubts = file.header.provenance.iter().filter(|(k, _)| k == DOUBT_KEY).count();
+        (file.species[0].table.column(names::MASSES).unwrap().values.to_f64(), doubts)
+    };
+    let both = Header { table: 5.0, ..FINE };
+    assert_eq!(read(&both), (vec![5.0; 2], 1));
+    assert_eq!(read(&Header { units: &SWIFT_UNITS, ..both }), (vec![1.0; 2], 1));
+    assert_eq!(read(&Header { table: 1.0, ..FINE }), (vec![1.0; 2], 0));
+    assert_eq!(read(&Header { masses: None, units: &SWIFT_UNITS, ..both }), (vec![5.0; 2], 0));
+}
+
+#[test]
+fn units_that_can_be_none_are_refused_by_name() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("ic.hdf5");
+    by_hand(&path, &Header { units: &SWIFT_UNITS, ..FINE });
+    assert_eq!(read(&path).unwrap().header.units.mass, 3.0);
+    for bad in [-1.0, 0.0, f64::NAN, f64::INFINITY] {
+        let mut units = SWIFT_UNITS;
+        units[0].1 = bad;
+        by_hand(&path, &Header { units: &units, ..FINE });
+        let text = read(&path).unwrap_err().to_string();
+        assert!(text.contains("Unit length in cgs (U_L)") && text.contains("positive"), "{text}");
+    }
 }
 
 #[test]

@@ -72,6 +72,25 @@ fn equal_particles_give_equal_bytes() {
     assert_eq!(bytes("a.vtu"), bytes("b.vtu"));
 }
 
+/// Single precision has nothing between 1e-45 and 0.
+#[test]
+fn columns_beyond_single_precision_are_refused_on_both_sides() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("a.vtu");
+    let written = |scale: f64, double_precision: bool| {
+        let mut file = particles(3);
+        file.species[0].table.columns[1].values = Values::F64(vec![scale, 2.0 * scale, 0.0]);
+        write(FORMATS, &path, None, &file, WriteOptions { double_precision, ..WriteOptions::default() })
+    };
+    for (scale, text) in [(1e50, "beyond Float32"), (1e-60, "too little for Float32")] {
+        let error = written(scale, false).unwrap_err().to_string();
+        assert!(error.contains("Density of particle 0") && error.contains(text), "{error}");
+        written(scale, true).unwrap();
+    }
+    written(1e-30, false).unwrap();
+    written(0.0, false).unwrap();
+}
+
 const IMAGE: &str = r#"<?xml version="1.0"?>
 <VTKFile type="ImageData" version="0.1" byte_order="LittleEndian">
 <ImageData WholeExtent="0 2 0 1 0 0" Origin="1 2 3" Spacing="0.5 -1 1"><Piece Extent="0 2 0 1 0 0">
@@ -109,6 +128,50 @@ fn a_legacy_mesh_keeps_its_cells() {
     assert_eq!(cells.connectivity, [0, 1, 2, 3]);
     assert_eq!(field.variable("density").unwrap().values.to_f64(), [1.0, 2.0, 3.0, 4.0]);
     assert_eq!(field.variable("q").unwrap().values.to_f64(), [7.0]);
+}
+
+/// The third tetrahedron is another piece's, and the second is hidden.
+#[test]
+fn cells_of_other_pieces_and_hidden_ones_are_left_out() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("t.vtk");
+    let mesh = |marks: &str| {
+        format!(
+            "# vtk DataFile Version 3.0\nthree cells\nASCII\nDATASET UNSTRUCTURED_GRID\nPOINTS 6 float\n\
+             0 0 0 1 0 0 0 1 0 0 0 1 1 1 1 2 2 2\nCELLS 3 15\n4 0 1 2 3\n4 1 2 3 4\n4 2 3 4 5\nCELL_TYPES 3\n10 10 10\n\
+             CELL_DATA 3\nSCALARS density double 1\nLOOKUP_TABLE default\n1 2 3\nVECTORS X%20Velocity double\n\
+             1 1 1 2 2 2 3 3 3\n{marks}"
+        )
+    };
+    let cells_of = |field: &RawField| match &field.geometry {
+        Geometry::Mesh { cells, .. } => cells.clone(),
+        other => panic!("{other:?}"),
+    };
+    std::fs::write(&path, mesh("")).unwrap();
+    assert_eq!(cells_of(&field(&path)).types.len(), 3);
+    for marks in [
+        "SCALARS vtkGhostType unsigned_char 1\nLOOKUP_TABLE default\n0 32 1\n",
+        "SCALARS vtkGhostLevels unsigned_char 1\nLOOKUP_TABLE default\n0 1 2\n",
+    ] {
+        std::fs::write(&path, mesh(marks)).unwrap();
+        let field = field(&path);
+        let cells = cells_of(&field);
+        assert_eq!((cells.types, cells.offsets, cells.connectivity), (vec![10], vec![0, 4], vec![0, 1, 2, 3]));
+        assert_eq!(field.variable("density").unwrap().values.to_f64(), [1.0]);
+        // Names are encoded in legacy files.
+        assert_eq!(field.variable("X Velocity").unwrap().values.to_f64(), [1.0; 3]);
+        assert!(field.variables.iter().all(|v| !v.name.starts_with("vtkGhost")));
+        assert!(field.notes.iter().any(|n| n.contains("2 of 3 cells are left out")), "{:?}", field.notes);
+    }
+    // The rest of a grid is none.
+    let marked = IMAGE.replace(
+        "<CellData>",
+        "<CellData><DataArray type=\"UInt8\" Name=\"vtkGhostType\" format=\"ascii\">0 1</DataArray>",
+    );
+    let path = folder.path().join("i.vti");
+    std::fs::write(&path, marked).unwrap();
+    let error = read(FORMATS, &path, None, &FieldRequest::default()).unwrap_err().to_string();
+    assert!(error.contains("vtkGhostType") && error.contains("1 cells"), "{error}");
 }
 
 #[test]

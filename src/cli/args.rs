@@ -138,6 +138,9 @@ pub struct CheckArgs {
     /// Name of the format, where it cannot be told from the file.
     #[arg(long)]
     pub format: Option<String>,
+    /// The box is no boundary: nothing is beyond it. GADGET's files do not say whether their box is periodic, and count as such.
+    #[arg(long)]
+    pub open: bool,
     /// Print the findings as JSON.
     #[arg(long)]
     pub json: bool,
@@ -159,6 +162,9 @@ pub struct FollowArgs {
     /// Adiabatic index of gas without materials [default: that of the file, else 5/3].
     #[arg(long)]
     pub gamma: Option<f64>,
+    /// The box is no boundary: nothing is beyond it. GADGET's files do not say whether their box is periodic, and count as such.
+    #[arg(long)]
+    pub open: bool,
     /// Damp all motion but flight and rotation of the whole for so long before, and write the particles to --out.
     #[arg(long, value_name = "T_DYN", requires = "output")]
     pub settle: Option<f64>,
@@ -218,6 +224,9 @@ pub struct ConvertArgs {
     /// Edge of the box, in units of the output, where the input has none.
     #[arg(long = "box", value_name = "LENGTH")]
     pub box_size: Option<f64>,
+    /// The box is no boundary: nothing is beyond it. GADGET's files do not say whether their box is periodic, and count as such.
+    #[arg(long)]
+    pub open: bool,
     /// Write so many files: NAME.0.EXT and so on for GADGET and its kin, pieces of a .pvtu for VTK.
     #[arg(long, value_name = "K", default_value_t = 1)]
     pub files: usize,

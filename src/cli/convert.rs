@@ -2,7 +2,7 @@
 //! file back, so that the list is what happened and not what a table says.
 
 use super::args::ConvertArgs;
-use super::files::particles;
+use super::files::{particles, particles_in};
 use super::progress::Progress;
 use crate::error::{Error, Result};
 use crate::input::particles::Snapshot;
@@ -10,7 +10,7 @@ use crate::run::destination::refuse_replacing;
 use crate::scene::system_of;
 use sph::kernel::{default_kernel_neighbors, support_over_spacing};
 use sph_formats::common::particle_names as names;
-use sph_formats::model::FILES_KEY;
+use sph_formats::model::{DOUBT_KEY, FILES_KEY, LACKS_KEY};
 use sph_formats::{
     Column, FormatSpec, ParticleFile, UnitDimension, UnitSystem, Values, registry, registry::FixedCorner,
 };
@@ -36,7 +36,9 @@ pub fn convert(formats: &[FormatSpec], args: &ConvertArgs) -> Result<Vec<String>
     }
     let progress = Progress::new(false);
     progress.begin("read");
-    let mut file = particles(formats, &args.from, args.format.as_deref())?;
+    let mut file = particles_in(formats, &args.from, args.format.as_deref(), args.open)?;
+    notes.extend(file.header.take(DOUBT_KEY));
+    file.header.take(LACKS_KEY);
     if let Some(name) = &args.units {
         change_units(&mut file, system_of("--units", name)?);
     }

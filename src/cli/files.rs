@@ -4,6 +4,18 @@ use crate::error::{Error, Result};
 use sph_formats::{FieldRequest, FileContent, FormatSpec, ParticleFile};
 use std::path::Path;
 
+/// The particles of a file; with `is_open`, in a box that is no boundary, whatever the file says.
+///
+/// # Errors
+/// A file that cannot be read, or that holds a field.
+pub fn particles_in(formats: &[FormatSpec], path: &Path, format: Option<&str>, is_open: bool) -> Result<ParticleFile> {
+    let mut file = particles(formats, path, format)?;
+    if is_open {
+        file.header.periodic = [false; 3];
+    }
+    Ok(file)
+}
+
 /// The particles of a file.
 ///
 /// # Errors

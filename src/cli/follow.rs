@@ -2,7 +2,7 @@
 
 use super::args::FollowArgs;
 use super::exit::{NOT_CONVERGED, SUCCESS};
-use super::files::particles;
+use super::files::particles_in;
 use super::interrupt::Interrupts;
 use super::progress::Progress;
 use crate::codes::TargetCode;
@@ -34,7 +34,7 @@ pub fn run(formats: &[FormatSpec], args: &FollowArgs, command: &str) -> Result<(
     let path = args.file.display().to_string();
     let progress = Progress::new(args.quiet);
     progress.update(Event::Begin(Step::Read));
-    let file = particles(formats, &args.file, args.format.as_deref())?;
+    let file = particles_in(formats, &args.file, args.format.as_deref(), args.open)?;
     let interrupts = Interrupts::of_other_work();
     let observer = |event: Event| progress.update(event);
     let control = Control {

@@ -9,11 +9,15 @@ const SAME_NOISE: f64 = 1.25;
 /// Mean errors below this count as the same, too: a tenth of what a verdict calls good. More digits are not worth more noise.
 const FINE_ERROR: f64 = 1e-3;
 
+/// A set with more noise in its forces is no better than random points: it is chosen only where all are such.
+const UNRESOLVED: f64 = 0.5;
+
 /// A run with its last state.
 type Result<'a> = (&'a MethodRun, &'a State);
 
 /// In a sentence or two, from the runs with the most particles: of the methods whose mean error is within 1.5 times the least, or below 0.1 %,
-/// those whose force noise is within 1.25 times the least of them, and of these the fastest. `None` where fewer than two ran.
+/// those whose force noise is within 1.25 times the least of them, and of these the fastest; none with more than half of a random set's noise
+/// where there is another. `None` where fewer than two ran.
 pub fn advice(comparison: &Comparison) -> Option<String> {
     let most = comparison.runs.iter().map(|r| r.particles).max()?;
     let all: Vec<Result<'_>> =
@@ -26,8 +30,10 @@ pub fn advice(comparison: &Comparison) -> Option<String> {
     let least = |set: &[Result<'_>], value: &dyn Fn(&Result<'_>) -> f64| {
         set.iter().map(value).filter(|v| v.is_finite()).fold(f64::INFINITY, f64::min)
     };
-    let near = SAME_ERROR * least(&all, &error);
-    let exact: Vec<Result<'_>> = all.iter().copied().filter(|r| error(r) <= near.max(FINE_ERROR)).collect();
+    let resolved: Vec<Result<'_>> = all.iter().copied().filter(|r| !(noise(r) > UNRESOLVED)).collect();
+    let usable = if resolved.is_empty() { &all } else { &resolved };
+    let near = SAME_ERROR * least(usable, &error);
+    let exact: Vec<Result<'_>> = usable.iter().copied().filter(|r| error(r) <= near.max(FINE_ERROR)).collect();
     let bound = SAME_NOISE * least(&exact, &noise);
     let quiet = exact.iter().copied().filter(|r| noise(r) <= bound);
     let chosen = quiet.min_by(|a, b| a.0.seconds.total_cmp(&b.0.seconds))?;
@@ -38,8 +44,9 @@ pub fn advice(comparison: &Comparison) -> Option<String> {
         100.0 * error(&chosen),
         match error(&chosen) {
             e if e <= least(&all, &error) => "the least of all",
-            e if e <= near => "about the least of all",
-            _ => "as good as exact",
+            e if e <= SAME_ERROR * least(&all, &error) => "about the least of all",
+            e if e <= FINE_ERROR => "as good as exact",
+            _ => "the least of those that are quieter than random points by half",
         },
         100.0 * state.shown_noise(),
         run.seconds

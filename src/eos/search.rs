@@ -16,6 +16,8 @@ impl EquationOfState {
     /// u of a material of this density.
     pub fn energy_with(&self, density: f64, warmth: Warmth) -> f64 {
         match warmth {
+            // What the compression has put in, whatever it was before.
+            _ if self.is_barotropic() => self.cold_energy(density),
             Warmth::Energy(u) => u,
             Warmth::Temperature(t) => self.energy_at(density, t),
             Warmth::Power { temperature, density: usual, exponent } => {

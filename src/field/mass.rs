@@ -239,7 +239,8 @@ fn along_chord<const D: usize>(field: &dyn ScalarField<D>, x: &[f64; D], axis: u
     let bounds = |a: f64, b: f64| field.enclosure(&Patch::of_box(place(a), place(b)));
     let width = chord[1] - chord[0];
     let [lo, hi] = [chord[0] + LINE_INSET * width, chord[1] - LINE_INSET * width];
-    let parts = if field.has_parts() && width > 0.0 { stretches(&|t| field.trace(&place(t)), [lo, hi], 0.0) } else { None };
+    let parts =
+        if field.has_parts() && width > 0.0 { stretches(&|t| field.trace(&place(t)), [lo, hi], 0.0) } else { None };
     let mut ends = vec![chord[0]];
     ends.extend(parts.iter().flat_map(|parts| parts.iter().skip(1).map(|s| s.from)));
     ends.push(chord[1]);

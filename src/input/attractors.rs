@@ -3,6 +3,7 @@
 use crate::error::{Error, Result};
 use crate::field::{RadialProfile, total_mass};
 use crate::input::spherical::spherical;
+use crate::input::stated_units;
 use crate::input::units::RunUnits;
 use crate::input::{factor, ingest};
 use crate::scene::Scene;
@@ -64,7 +65,7 @@ fn sphere(scene: &Scene, formats: &[FormatSpec], units: &RunUnits, key: &str) ->
     if matches!(raw, ingest::RawInput::Disc(_)) {
         return Ok(left);
     }
-    let own = RunUnits::new(scene, ingest::units(scene, &raw, &mut Vec::new())?)?;
+    let own = RunUnits::new(scene, stated_units::units(scene, &raw)?.input)?;
     let dimension = ingest::dimension(scene, &raw)?;
     if dimension != 3 {
         return Err(Error::scene("input.dimension", format!("is {dimension}, expected 3: it attracts a body in 3-D")));

@@ -9,9 +9,11 @@ use crate::input::constants::Constants;
 use crate::input::from_spacing::FromSpacing;
 use crate::input::particles::{OfSnapshot, Snapshot};
 use crate::input::profile::Numbers;
-use crate::input::roles::{Assignment, adopt_units, apply, assign, divide_momenta, reduce_energies, restore_names};
+use crate::input::roles::{
+    Assignment, adopt_units, apply, assign, divide_momenta, reduce_energies, restore_names, warn_of_missing,
+};
 use crate::input::surfaces::{density_within, refuse_domain_of_a_surface, refuse_orientation};
-use crate::input::units::{InputUnits, RunUnits};
+use crate::input::units::{RunUnits, named_unit};
 use crate::input::{beside, profile, shapes};
 use crate::scene::{
     BoundaryName, CenteringName, Conversion, CylinderInput, DomainInput, InterpolationName, MissingValues, OtherTypes,
@@ -161,74 +163,6 @@ pub fn dimension(scene: &Scene, raw: &RawInput) -> Result<usize> {
     }
 }
 
-/// Units of the input: the scene's statement over the file's.
-///
-/// # Errors
-/// A unit that cannot be read or has the wrong dimension.
-pub fn units(scene: &Scene, raw: &RawInput, notes: &mut Vec<String>) -> Result<Option<InputUnits>> {
-    if let RawInput::Disc(numbers) = raw {
-        return Ok(numbers.has_units.then_some(InputUnits { length: 1.0, density: 1.0, time: 1.0 }));
-    }
-    let (mut length, mut density) = (None, None);
-    if let Some(field) = raw.field() {
-        length = match &field.geometry {
-            Geometry::Radial { unit, .. }
-            | Geometry::Mesh { unit, .. }
-            | Geometry::Cloud { unit, .. }
-            | Geometry::Surface { unit, .. } => unit.clone(),
-            Geometry::Refined(grid) => grid.unit.clone(),
-            // Longitude and latitude have no unit of length.
-            Geometry::Grid { axes, .. } => axes.iter().find_map(|a| a.unit.clone()),
-        };
-        density = field.density.as_ref().and_then(|name| field.variable(name)).and_then(|v| v.unit.clone());
-    }
-    length = named_unit("input.length_unit", scene.input.length_unit.as_deref(), UnitDimension::LENGTH)?
-        .or(length.filter(|u| u.dimension == UnitDimension::LENGTH));
-    density = density_within(scene, raw.field()).and_then(|(_, unit)| unit).or(density);
-    density = named_unit("input.density_unit", scene.input.density_unit.as_deref(), UnitDimension::mass_density(3))?
-        .or(density.filter(|u| u.dimension == UnitDimension::mass_density(3)));
-    let time = if let RawInput::Snapshot(snapshot) = raw { snapshot.time_unit } else { 1.0 };
-    let (length, density) = match scene.stated_units()? {
-        Some(system) if length.is_none() || density.is_none() => {
-            if raw.field().is_some() {
-                notes.push(format!(
-                    "what the input does not state the units of is taken to be in the scene's ({})",
-                    scene.units.as_deref().unwrap_or("")
-                ));
-            }
-            let length = length.map_or(system.length, |l| l.to_cgs);
-            let density = density.map_or(system.to_cgs(UnitDimension::mass_density(3)), |d| d.to_cgs);
-            return Ok(Some(InputUnits { length, density, time: system.time }));
-        }
-        _ => (length, density),
-    };
-    match (length, density) {
-        (Some(l), Some(d)) => Ok(Some(InputUnits { length: l.to_cgs, density: d.to_cgs, time })),
-        (None, None) => Ok(None),
-        (Some(_), None) => {
-            notes
-                .push("the density has no known unit: numbers are taken as code units (set input.density_unit)".into());
-            Ok(None)
-        }
-        (None, Some(_)) => {
-            notes.push("lengths have no known unit: numbers are taken as code units (set input.length_unit)".into());
-            Ok(None)
-        }
-    }
-}
-
-fn named_unit(key: &str, name: Option<&str>, dimension: UnitDimension) -> Result<Option<Unit>> {
-    let Some(name) = name else { return Ok(None) };
-    match Unit::parse(name) {
-        Some(unit) if unit.dimension == dimension => Ok(Some(unit)),
-        Some(_) => Err(Error::scene(key, format!("'{name}' is a unit of another quantity"))),
-        None => Err(Error::scene(
-            key,
-            format!("'{name}' is not a known unit; write for example {}", Unit::known(dimension).join(", ")),
-        )),
-    }
-}
-
 /// A source, with what there is to say of where it is from.
 pub struct Ingested<const D: usize> {
     pub source: Source<D>,
@@ -359,7 +293,11 @@ fn give_roles<const D: usize>(
         return Err(Error::scene(MAGNETIC_UNIT, problem));
     }
     if let Some(input) = &units.input {
-        adopt_units(field, &mut variables, input, magnetic.as_ref());
+        let of_scene = scene.units.as_deref().filter(|_| units.are_the_scenes());
+        adopt_units(field, &mut variables, (input, of_scene), magnetic.as_ref());
+    }
+    if options.missing != Missing::Zero {
+        warn_of_missing(field, &mut variables);
     }
     reduce_energies(field, &mut variables, units.input.as_ref());
     apply(field, &variables, D)?;

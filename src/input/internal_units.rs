@@ -11,6 +11,7 @@ use crate::input::ingest::{self, Ingested, RawInput};
 use crate::input::particles::OfSnapshot;
 use crate::input::refinement::{Refinement, Sampled};
 use crate::input::roles::Assignment;
+use crate::input::stated_units;
 use crate::input::units::RunUnits;
 use crate::input::weight::Beside;
 use crate::scene::{Atmosphere, CoreGas, Scene};
@@ -67,7 +68,7 @@ impl<const D: usize> Prepared<D> {
     /// What the reader says, and as for [`Prepared::new`].
     pub fn read(scene: &Scene, formats: &[FormatSpec], count: usize) -> Result<Self> {
         let raw = ingest::read(scene, formats)?;
-        let units = RunUnits::new(scene, ingest::units(scene, &raw, &mut Vec::new())?)?;
+        let units = RunUnits::new(scene, stated_units::units(scene, &raw)?.input)?;
         Self::new(scene, formats, (raw, &units), count)
     }
 

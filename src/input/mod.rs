@@ -23,6 +23,7 @@ pub(crate) mod refinement;
 pub(crate) mod roles;
 pub(crate) mod shapes;
 mod spherical;
+pub mod stated_units;
 mod surfaces;
 pub(crate) mod surroundings;
 pub(crate) mod thermal;

@@ -22,7 +22,7 @@ use sph_formats::{
     Geometry, Location, ParticleFile, ParticleTable, RawField, Species, Unit, UnitDimension, UnitSystem, Values,
     Variable,
     common::particle_names,
-    model::{MESH_KEY, VORONOI},
+    model::{DOUBT_KEY, MESH_KEY, VORONOI},
 };
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -83,6 +83,7 @@ impl Snapshot {
             true => format!("the file has {} cells of a moving mesh instead of particles", table.count),
             false => format!("{} gas particles are read as samples of their own density", table.count),
         }];
+        notes.extend(header.provenance.iter().filter(|fact| fact.0 == DOUBT_KEY).map(|fact| fact.1.clone()));
         let others = file.species.iter().filter(|s| s.part_type != 0 && s.table.count > 0).cloned().collect();
         let unit = |d: UnitDimension| {
             let stated = header.units.unit(d);

@@ -4,8 +4,8 @@
 //!
 //! over all k of whole waves across the box with a length in the range asked for, one of each pair k and -k. The components of
 //! a_k and b_k are normal numbers whose variance is that of the spectrum, E(k) ~ k^-p over k^(d-1); what lies along k carries
-//! the compressive share of the energy (Helmholtz's decomposition wave by wave; Federrath et al. 2010, A&A 512, A81). The sum
-//! is scaled so that the mean square over the box is exact.
+//! the compressive share of the energy (Helmholtz's decomposition wave by wave; Federrath et al. 2010, A&A 512, A81). Motion along the waves
+//! and across them is scaled, each by one factor, so that this share and the mean square over the box are exact.
 
 use crate::error::{Error, Result};
 use crate::input::waves::{normal, whole_waves};
@@ -18,6 +18,13 @@ struct Wave<const D: usize> {
     k: [f64; D],
     cosine: [f64; D],
     sine: [f64; D],
+}
+
+impl<const D: usize> Wave<D> {
+    /// Over a box in which it repeats.
+    fn mean_square(&self) -> f64 {
+        0.5 * self.cosine.iter().chain(&self.sine).map(|v| v * v).sum::<f64>()
+    }
 }
 
 /// Waves that repeat over a box.
@@ -40,25 +47,30 @@ impl<const D: usize> Turbulence<D> {
             ));
         }
         let [least, most] = input.wavenumbers;
-        let mut waves: Vec<Wave<D>> = whole_waves(domain, input.wavenumbers)
+        let pairs: Vec<[Wave<D>; 2]> = whole_waves(domain, input.wavenumbers)
             .iter()
             .map(|w| {
                 let amplitude = (w.length.powf(-input.slope) / w.length.powi(D as i32 - 1)).sqrt();
-                wave(w.k, amplitude, share, (seed, w.index))
+                waves(w.k, amplitude, (seed, w.index))
             })
             .collect();
-        let square = |v: &[f64; D]| v.iter().map(|c| c * c).sum::<f64>();
-        let mean: f64 = waves.iter().map(|w| 0.5 * (square(&w.cosine) + square(&w.sine))).sum();
-        if !(mean > 0.0 && mean.is_finite()) {
+        let shares = [share, 1.0 - share];
+        // What has no share need not be there.
+        let factors: [f64; 2] = sph::array(|part| {
+            let mean: f64 = pairs.iter().map(|pair| pair[part].mean_square()).sum();
+            if shares[part] > 0.0 { (shares[part] / mean).sqrt() } else { 0.0 }
+        });
+        if pairs.is_empty() || !factors.iter().all(|f| f.is_finite()) {
             let problem = format!("are {least} to {most}, in which no wave fits the box a whole number of times");
             return Err(Error::scene("turbulence.wavenumbers", problem));
         }
-        let factor = mean.sqrt().recip();
-        for w in &mut waves {
-            w.cosine = w.cosine.map(|v| v * factor);
-            w.sine = w.sine.map(|v| v * factor);
-        }
-        Ok(Self { corner: domain.lo, waves })
+        let sum = |a: &[f64; D], b: &[f64; D]| sph::array(|d| factors[0] * a[d] + factors[1] * b[d]);
+        let joined = |[along, across]: &[Wave<D>; 2]| Wave {
+            k: along.k,
+            cosine: sum(&along.cosine, &across.cosine),
+            sine: sum(&along.sine, &across.sine),
+        };
+        Ok(Self { corner: domain.lo, waves: pairs.iter().map(joined).collect() })
     }
 
     /// Adds the velocity at `x`, times `scale`.
@@ -71,18 +83,19 @@ impl<const D: usize> Turbulence<D> {
     }
 }
 
-fn wave<const D: usize>(k: [f64; D], amplitude: f64, share: f64, (seed, index): (u64, u64)) -> Wave<D> {
+/// One along k, and one across it.
+fn waves<const D: usize>(k: [f64; D], amplitude: f64, (seed, index): (u64, u64)) -> [Wave<D>; 2] {
     let mut random = keyed(seed, Purpose::Turbulence, index);
     let length = k.iter().map(|v| v * v).sum::<f64>().sqrt();
     let way = k.map(|v| v / length);
-    let across = if D > 1 { ((1.0 - share) / (D as f64 - 1.0)).sqrt() } else { 0.0 };
-    let mut vector = || {
+    let mut vectors = || -> [[f64; D]; 2] {
         let normal: [f64; D] = sph::array(|_| normal(&mut random));
         let along: f64 = (0..D).map(|d| normal[d] * way[d]).sum();
-        sph::array(|d| amplitude * (across * (normal[d] - along * way[d]) + share.sqrt() * along * way[d]))
+        [sph::array(|d| amplitude * along * way[d]), sph::array(|d| amplitude * (normal[d] - along * way[d]))]
     };
-    let cosine = vector();
-    Wave { k, cosine, sine: vector() }
+    let (cosines, sines) = (vectors(), vectors());
+    let wave = |part: usize| Wave { k, cosine: cosines[part], sine: sines[part] };
+    [wave(0), wave(1)]
 }
 
 #[cfg(test)]
@@ -170,6 +183,24 @@ mod tests {
         // The integral of k^-2 from 4 to 8 is twice that from 8 to 16.
         let ratio = energy(4.0, 8.0) / energy(8.0, 16.0);
         assert!((ratio / 2.0 - 1.0).abs() < 0.15, "{ratio}");
+    }
+
+    /// By Helmholtz's decomposition of the sum's waves: exactly, not on average over seeds.
+    #[test]
+    fn the_compressive_share_of_the_energy_is_what_was_asked_for() {
+        for share in [0.0, 0.3, 0.5, 1.0] {
+            for seed in 0..5 {
+                let input = TurbulenceInput { compressive: Some(share), wavenumbers: [1.0, 2.0], ..Default::default() };
+                let field = Turbulence::new(&input, seed, &domain()).unwrap();
+                let along = |w: &Wave<3>| {
+                    let square = w.k.iter().map(|v| v * v).sum::<f64>();
+                    let part = |v: &[f64; 3]| (0..3).map(|d| v[d] * w.k[d]).sum::<f64>().powi(2) / square;
+                    0.5 * (part(&w.cosine) + part(&w.sine))
+                };
+                let found: f64 = field.waves.iter().map(along).sum();
+                assert!((found - share).abs() < 1e-12, "{found} of {share}");
+            }
+        }
     }
 
     #[test]

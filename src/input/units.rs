@@ -4,9 +4,9 @@
 //! that length at its unit of density, and the second, or for particle files their unit of time. Where neither states any,
 //! they are the input's numbers and those of the output, whatever `output.units` calls them.
 
-use crate::error::Result;
+use crate::error::{Error, Result};
 use crate::scene::{Conversion, Scene, system_of};
-use sph_formats::UnitSystem;
+use sph_formats::{Unit, UnitDimension, UnitSystem};
 
 /// Factors from the input's numbers to cgs, where both are known.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -22,6 +22,22 @@ impl InputUnits {
     /// The system of which these are units.
     pub fn system(&self) -> UnitSystem {
         UnitSystem { length: self.length, mass: self.density * self.length.powi(3), time: self.time, temperature: 1.0 }
+    }
+}
+
+/// The unit that a key of the scene names.
+///
+/// # Errors
+/// No unit, or one of something else.
+pub fn named_unit(key: &str, name: Option<&str>, dimension: UnitDimension) -> Result<Option<Unit>> {
+    let Some(name) = name else { return Ok(None) };
+    match Unit::parse(name) {
+        Some(unit) if unit.dimension == dimension => Ok(Some(unit)),
+        Some(_) => Err(Error::scene(key, format!("'{name}' is a unit of another quantity"))),
+        None => Err(Error::scene(
+            key,
+            format!("'{name}' is not a known unit; write for example {}", Unit::known(dimension).join(", ")),
+        )),
     }
 }
 
@@ -46,6 +62,15 @@ impl RunUnits {
             (None, None) => input.map(|units| units.system()),
         };
         Ok(Self { input, scene: own })
+    }
+
+    /// Whether length and density of the input are in the units of the scene's numbers.
+    pub fn are_the_scenes(&self) -> bool {
+        let near = |a: f64, b: f64| (a / b - 1.0).abs() < 1e-12;
+        let is_same = |(input, own): (InputUnits, UnitSystem)| {
+            near(own.length, input.length) && near(own.to_cgs(UnitDimension::mass_density(3)), input.density)
+        };
+        self.input.zip(self.scene).is_some_and(is_same)
     }
 
     /// To the input's numbers, in which domains are.

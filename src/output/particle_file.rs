@@ -84,7 +84,7 @@ pub(crate) fn particle_file<const D: usize>(
         (None, Some(others)) => Frame::new(&others.around(domain)?, scene.output.box_factor),
         (None, None) => Frame::new(domain, scene.output.box_factor),
     };
-    let fluid = Fluid::of(&raw.density, &raw.support, factors);
+    let fluid = Fluid::of(&prepared.target().densities(raw.positions), &raw.support, factors);
     let (mut notes, mut left_out) = (Vec::new(), Vec::new());
     let places = raw.displaced.map_or(raw.positions, |d| &d.positions);
     let frame = placed(frame, prepared, (places, &raw.masses), factors, making)?;

@@ -43,7 +43,7 @@ pub(crate) struct Fluid {
 }
 
 impl Fluid {
-    /// Means over particles, in internal units.
+    /// Means over particles, of what they are to have as a density and not of what is summed, which lacks something at the surface.
     pub(crate) fn of(density: &[f64], support: &[f64], factors: &Factors) -> Self {
         let count = density.len();
         let mean = |values: &[f64]| reduce::sum(count, |i| values[i]) / count as f64;

@@ -11,6 +11,7 @@ use crate::error::{Error, Result};
 use crate::field::{FreeSpace, ScalarField, total_mass};
 use crate::input::ingest;
 use crate::input::internal_units::Prepared;
+use crate::input::stated_units;
 use crate::input::units::RunUnits;
 use crate::output::frame::{Factors, Frame};
 use crate::output::others::Others;
@@ -63,7 +64,7 @@ struct Shape<const D: usize> {
 impl<const D: usize> Shape<D> {
     fn new(body: &Obstacle, units: &UnitSystem, formats: &[FormatSpec]) -> Result<Self> {
         let raw = ingest::read(&body.scene, formats)?;
-        let own = RunUnits::new(&body.scene, ingest::units(&body.scene, &raw, &mut Vec::new())?)?;
+        let own = RunUnits::new(&body.scene, stated_units::units(&body.scene, &raw)?.input)?;
         let prepared = Prepared::<D>::new(&body.scene, formats, (raw, &own), body.count)?;
         let length = Factors::new(own.input, &prepared, units).length;
         let domain = &prepared.source.domain;

@@ -221,7 +221,39 @@ fn output_format<'f>(scene: &Scene, formats: &'f [FormatSpec], output: &Path) ->
     let by_name = registry::detect_output(formats, output, given);
     let Some(code) = scene.code().filter(|_| given.is_none()) else { return Ok(by_name?) };
     let is_open = by_name.as_ref().map_or(true, |f| TargetCode::of_format(f.name).is_some());
-    if is_open { Ok(registry::detect_output(formats, output, Some(code.sheet.format))?) } else { Ok(by_name?) }
+    if !is_open {
+        return Ok(by_name?);
+    }
+    refuse_name_of_another(formats, output, &code)?;
+    Ok(registry::detect_output(formats, output, Some(code.sheet.format))?)
+}
+
+/// Refuses a name by which people and programs would take the file for one of another kind than the code starts from.
+fn refuse_name_of_another(formats: &[FormatSpec], output: &Path, code: &TargetCode) -> Result<()> {
+    let Some(extension) = output.extension().and_then(|e| e.to_str()).map(str::to_lowercase) else { return Ok(()) };
+    let of_code = code.sheet.format;
+    let named: Vec<&FormatSpec> =
+        formats.iter().filter(|f| f.capabilities.write_particles && f.extensions.contains(&&*extension)).collect();
+    if named.is_empty() || named.iter().any(|f| kind_of_file(f.name) == kind_of_file(of_code)) {
+        return Ok(());
+    }
+    let own = formats.iter().find(|f| f.name == of_code).and_then(|f| f.extensions.first());
+    let better = own.map(|own| format!("; name it '{}'", output.with_extension(own).display())).unwrap_or_default();
+    let problem = format!(
+        "is '{}', but {} starts from '{of_code}', which files of that name are not{better}, or state the format yourself (--to, output.format)",
+        output.display(),
+        code.sheet.title
+    );
+    Err(Error::scene("output.file", problem))
+}
+
+/// What a file of one of the formats that codes start from is as a file: most are HDF5.
+fn kind_of_file(format: &str) -> &str {
+    match format {
+        "gadget-binary" | "gadget-binary-1" => "gadget-binary",
+        "phantom" | "numpy" => format,
+        _ => "hdf5",
+    }
 }
 
 fn refuse_what_is_no_gas(scene: &Scene, format: &FormatSpec) -> Result<()> {

@@ -1,10 +1,12 @@
 //! What is probably not meant, with the remedy: it is done all the same.
 
+use crate::error::{Error, Result};
 use crate::input::fields::slips;
 use crate::input::internal_units::Prepared;
 use crate::scene::{BoundaryName, Scene};
 use crate::target::{Positions, Target, at};
 use sph::domain::{Axis, Domain, Region};
+use sph::kernel::support_over_spacing;
 
 /// A domain that holds less than this share of the input is probably in the wrong place, or in other units.
 const LITTLE: f64 = 1e-3;
@@ -47,6 +49,40 @@ pub(crate) fn before<const D: usize>(scene: &Scene, prepared: &Prepared<D>, coun
     doubts.extend(slips(scene));
     doubts
 }
+
+/// Refuses a periodic box so flat that each kernel reaches over too many of its images, and a domain so far from the origin that its places are
+/// not resolved.
+///
+/// # Errors
+/// The axis, with the remedy.
+pub(crate) fn refuse_domain<const D: usize>(scene: &Scene, domain: &Domain<D>, count: usize) -> Result<()> {
+    let spacing = (domain.volume() / count as f64).powf(1.0 / D as f64);
+    let reach = spacing * support_over_spacing(D, scene.kernel_neighbors(D));
+    let far = domain.lo.iter().chain(&domain.hi).fold(0.0_f64, |m, x| m.max(x.abs()));
+    if f64::EPSILON * far > RESOLVED * spacing {
+        let problem = format!(
+            "is {:.1e} of its edges away from the origin, where f64 tells places apart by {:.1e} spacings, expected {RESOLVED:e} at most; put it nearer",
+            far / domain.size(),
+            f64::EPSILON * far / spacing
+        );
+        return Err(Error::scene("domain.box", problem));
+    }
+    let flat = (0..D).find(|&k| domain.axes[k] == Axis::Periodic && reach > MOST_IMAGES * domain.extent()[k]);
+    let Some(k) = flat else { return Ok(()) };
+    let problem = format!(
+        "is periodic and {:.1e} spacings thick along {}: each kernel would reach over {:.0e} images of it, expected {MOST_IMAGES} at most; use fewer \
+         dimensions, a thicker box, or `boundary: open` along it",
+        domain.extent()[k] / spacing,
+        ["x", "y", "z"][k],
+        reach / domain.extent()[k]
+    );
+    Err(Error::scene("domain.box", problem))
+}
+
+/// Spacings that places may be off by because of their digits.
+const RESOLVED: f64 = 1e-3;
+/// Images of a box to either side that a kernel may reach over.
+const MOST_IMAGES: f64 = 1e3;
 
 /// The width of a domain.
 struct Extent {

@@ -4,7 +4,7 @@ use super::report::{MassReport, MaterialShare, Report, SnapshotReport};
 use super::verdict::{Finding, Grade, Topic};
 use crate::field::Scatter;
 use crate::metrics::{BIAS, LedgerFigures};
-use crate::relaxation::{BALANCE, Certificate, CertificateVerdict, StopReason};
+use crate::relaxation::{BALANCE, Certificate, CertificateVerdict, StopReason, TRIMMING};
 use crate::scene::Polish;
 
 /// Net force over gravity that leaves a body almost still.
@@ -120,10 +120,14 @@ fn masses(report: &Report) -> Option<(Grade, String)> {
     let spread = mass.largest / mass.smallest - 1.0;
     match (mass.off, spread) {
         (off, _) if off > SAME_MASS => {
-            let text = format!(
-                "masses differ by up to {:.2} % from those asked for (1 % is good); leave out `trim_masses` for the masses themselves",
-                100.0 * off
-            );
+            let remedy = match report.stages.iter().any(|s| s.stage == TRIMMING) {
+                true => "leave out `trim_masses` for the masses themselves",
+                false => {
+                    "those of new particles are changed so that the summed density is right beside those that stay"
+                }
+            };
+            let text =
+                format!("masses differ by up to {:.2} % from those asked for (1 % is good); {remedy}", 100.0 * off);
             Some((grade(off, 0.01, f64::INFINITY), text))
         }
         (_, spread) if spread > SAME_MASS => {

@@ -23,6 +23,7 @@ use crate::input::displacement::{Displaced, Displacement};
 use crate::input::hydrostatics::Hydrostatics;
 use crate::input::ingest::{self, RawInput};
 use crate::input::internal_units::Prepared;
+use crate::input::stated_units::{self, Stated};
 use crate::input::surroundings;
 use crate::input::units::RunUnits;
 #[cfg(feature = "plots")]
@@ -141,8 +142,8 @@ fn done(
     let start = Instant::now();
     control.tell(Event::Begin(Step::Read));
     let raw = ingest::read(scene, formats)?;
-    let mut notes = Vec::new();
-    let units = RunUnits::new(scene, ingest::units(scene, &raw, &mut notes)?)?;
+    let Stated { input, mut notes, doubts } = stated_units::units(scene, &raw)?;
+    let units = RunUnits::new(scene, input)?;
     scene.check_units(&units.into_input())?;
     if let Some(field) = raw.field() {
         notes.extend(field.notes.iter().cloned());
@@ -161,7 +162,7 @@ fn done(
         timing: Vec::new(),
         expected: Vec::new(),
         notes,
-        warnings: Vec::new(),
+        warnings: doubts,
         is_dry,
         around,
         own_units: None,
@@ -293,7 +294,9 @@ impl Run<'_> {
         for Expected { step, seconds } in self.expected.iter().chain(&beside) {
             self.control.tell(Event::Expect { step, seconds: *seconds });
         }
+        doubts::refuse_domain(self.scene, &prepared.source.domain, count)?;
         self.warnings.extend(doubts::before(self.scene, &prepared, count));
+        self.warnings.extend(refining.as_ref().and_then(Refining::doubt));
         let walls = Walls::new(self.scene, self.formats, &prepared, &self.units.into_input())?;
         refuse_box(self.scene, self.format, (&prepared, walls.as_ref()), &self.units.into_input())?;
         let displacement = Displacement::new(self.scene, &prepared, &self.units.into_input())?;

@@ -152,6 +152,7 @@ impl<'a> Run<'a> {
         let count = scene.particles.unwrap_or(DEFAULT_PARTICLES);
         let prepared = agreed(exchange, self.prepared::<D>(raw, count))?;
         self.notes.extend(prepared.notes.iter().cloned());
+        doubts::refuse_domain(scene, &prepared.source.domain, count)?;
         self.warnings.extend(doubts::before(scene, &prepared, count));
         let regions = prepared.target().find_regions(scene.region_contrast);
         let target = prepared.target().with_regions(regions.as_ref());

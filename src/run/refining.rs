@@ -128,6 +128,13 @@ impl<const D: usize> Refining<D> {
         Target { count, resolution_integral: count as f64 * self.particle / self.total(), ..target }
     }
 
+    /// What is probably not meant.
+    pub fn doubt(&self) -> Option<String> {
+        let text = "refine changes nothing: no particle is where one would give way to others; check `refine.center`, `radius` and `factor` against \
+                    the places and masses of the snapshot (`sph-prep inspect`)";
+        self.replaced.is_empty().then(|| text.to_owned())
+    }
+
     /// What is done to the snapshot, in place of what is done to others.
     pub fn change(&self, plan: &mut Plan, scene: &Scene) {
         plan.stages = if self.replaced.is_empty() { Vec::new() } else { vec![WVT] };

@@ -6,6 +6,7 @@ use crate::error::{Error, Result};
 use crate::input::constants::gravity;
 use crate::input::ingest;
 use crate::input::internal_units::Prepared;
+use crate::input::stated_units;
 use crate::input::units::{InputUnits, RunUnits};
 use crate::output::frame::output_units;
 use crate::scene::{AmbientInput, Conversion, DEFAULT_PARTICLES, MatchName, Quantity, Scene, in_body, name_of};
@@ -108,7 +109,7 @@ fn estimate(scene: &Scene, index: usize, count: Option<usize>, formats: &[Format
 /// Units, mass (in cgs where there are units), dimension, and whether it is a profile, of what one scene reads.
 fn weigh(scene: &Scene, formats: &[FormatSpec]) -> Result<(RunUnits, f64, usize, bool)> {
     let raw = ingest::read(scene, formats)?;
-    let units = RunUnits::new(scene, ingest::units(scene, &raw, &mut Vec::new())?)?;
+    let units = RunUnits::new(scene, stated_units::units(scene, &raw)?.input)?;
     let dimension = ingest::dimension(scene, &raw)?;
     let count = scene.particles.unwrap_or(DEFAULT_PARTICLES);
     let (mass, is_radial) = match dimension {

@@ -5,6 +5,7 @@
 use crate::error::{Error, Result};
 use crate::input::ingest::{self, RawInput};
 use crate::input::internal_units::Prepared;
+use crate::input::stated_units;
 use crate::input::units::RunUnits;
 use crate::output::frame::{Factors, output_units};
 use crate::output::origin;
@@ -75,7 +76,7 @@ impl Read {
         }
         let raw = ingest::read(scene, formats)?;
         let dimension = ingest::dimension(scene, &raw)?;
-        let units = RunUnits::new(scene, ingest::units(scene, &raw, &mut Vec::new())?)?;
+        let units = RunUnits::new(scene, stated_units::units(scene, &raw)?.input)?;
         Ok(Self { raw, units, dimension })
     }
 }

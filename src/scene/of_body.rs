@@ -91,20 +91,31 @@ impl Scene {
         }
         for (key, is_given) in [
             ("resolution", self.resolution.is_some()),
-            ("refine", self.refine.is_some()),
             ("fields", !self.fields.is_empty()),
             ("turbulence", self.turbulence.is_some()),
             ("material", !self.material.is_empty()),
             ("collisionless", self.collisionless.is_some()),
             ("dust", self.dust.is_some()),
             ("gravity_of", !self.gravity_of.is_empty()),
-            ("motion", self.motion != Motion::default()),
-            ("checkpoint", !self.checkpoint.is_default()),
-            ("walls", self.walls.is_some()),
         ] {
             if is_given {
                 return Err(Error::scene(key, "cannot stand beside `bodies`; state it for each of them"));
             }
+        }
+        for (key, is_given, remedy) in [
+            ("motion", self.motion != Motion::default(), "`velocity` and `spin` of each body are what moves it"),
+            ("checkpoint", !self.checkpoint.is_default(), "with `cache` each body is kept as soon as it is placed"),
+            ("walls", self.walls.is_some(), "make the fluid and its walls a scene of their own"),
+            ("refine", self.refine.is_some(), "a body may have a `resolution`, or refine the file that comes out"),
+        ] {
+            if is_given {
+                return Err(Error::scene(key, format!("cannot stand beside `bodies`; leave it out: {remedy}")));
+            }
+        }
+        let is_open = self.domain.boundary.iter().all(|b| *b == BoundaryName::Open);
+        if !is_open && self.domain.bounds.is_none() {
+            let problem = "is that of a `box` where there are `bodies`; state `domain.box`, or leave the boundary out";
+            return Err(Error::scene("domain.boundary", problem));
         }
         if self.displacement.is_some() {
             return Err(Error::scene(

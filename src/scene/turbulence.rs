@@ -57,7 +57,7 @@ impl TurbulenceInput {
                 return Err(Error::scene("turbulence.mach", format!("is {mach}, expected a positive number")));
             }
             _ => {
-                let problem = "has not one of rms_velocity and mach; give one of the two";
+                let problem = "has both rms_velocity and mach, or neither; give one of the two";
                 return Err(Error::scene("turbulence", problem));
             }
         }

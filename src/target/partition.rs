@@ -261,7 +261,7 @@ fn unseen<const D: usize>(cell: &Cell<D>, target: &dyn Matter<D>, floor: f64) ->
 }
 
 /// Particles in all of a cell with surfaces, at most, up to which the lines that it was weighed by see enough of it.
-const SEEN: f64 = 0.25;
+const SEEN: f64 = 1.0 / 16.0;
 
 /// What the bounds of a density may say over what was seen of it: those of smooth functions are wide, too.
 const UNSEEN: f64 = 4.0;

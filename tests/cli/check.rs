@@ -1,7 +1,7 @@
 //! `sph-prep check` on files that it wrote, and on the same with one thing wrong.
 
 use super::support::{Folder, Outcome, sph_prep, succeed};
-use sph_formats::{Column, FORMATS, FieldRequest, FileContent, ParticleFile, Values};
+use sph_formats::{Column, FORMATS, FieldRequest, FileContent, ParticleFile, Species, Values};
 use sph_prep::check::Level;
 
 const STAR: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/profiles/polytrope-1.5.nc");
@@ -107,6 +107,126 @@ fn what_a_code_would_stumble_over_is_an_error_with_its_place() {
     let outcome = check(&folder, "ic.csv", "swift");
     assert_eq!(outcome.code, Some(1), "{outcome:?}");
     assert!(outcome.stdout.contains("ERROR    InternalEnergy: is missing"), "{outcome:?}");
+}
+
+/// All that attracts, not the gas alone.
+#[test]
+fn particles_of_other_types_are_looked_at_as_the_gas_is() {
+    let folder = Folder::new();
+    let out = folder.path("ic.hdf5").display().to_string();
+    succeed(&["--in", STAR, "-n", "300", "--iterations", "0", "--polish", "none", "--out", &out, "--quiet"]);
+    let mut good = read(&folder, "ic.hdf5");
+    let mut dark = good.species[0].table.clone();
+    let wanted = ["Coordinates", "Velocities", "Masses", "ParticleIDs"];
+    dark.columns.retain(|c| wanted.contains(&c.name.as_str()));
+    let mut ids = dark.columns.iter_mut().filter(|c| c.name == "ParticleIDs");
+    ids.next().unwrap().values = Values::I64((1001..=1300).collect());
+    good.species.push(Species { part_type: 1, table: dark });
+    let errors = |file: &ParticleFile, code: &str| {
+        let code = sph_prep::codes::TargetCode::parse(code).unwrap();
+        let found = sph_prep::check::check(file, &code).unwrap();
+        let errors = found.into_iter().filter(|f| f.level == Level::Error);
+        errors.map(|f| format!("{}: {}", f.what, f.text)).collect::<Vec<_>>()
+    };
+    for code in ["swift", "gadget4", "gizmo", "arepo"] {
+        assert_eq!(errors(&good, code), Vec::<String>::new(), "{code}");
+        for name in wanted {
+            let mut file = good.clone();
+            file.species[1].table.columns.retain(|c| c.name != name);
+            let found = errors(&file, code);
+            assert!(found.iter().any(|f| f.starts_with(&format!("PartType1/{name}: is missing"))), "{code}: {found:?}");
+        }
+        let set = [("Masses", f64::NAN), ("Masses", -1.0), ("Coordinates", f64::NAN), ("Velocities", f64::INFINITY)];
+        for (name, value) in set {
+            let mut file = good.clone();
+            let mut column = file.species[1].table.columns.iter_mut().filter(|c| c.name == name);
+            let values = &mut column.next().unwrap().values;
+            let mut changed = values.to_f64();
+            changed[4] = value;
+            *values = Values::F64(changed);
+            let found = errors(&file, code);
+            assert_eq!(found.len(), 1, "{code}, {name}: {found:?}");
+            assert!(found[0].starts_with(&format!("PartType1/{name}: is {value}")), "{code}: {found:?}");
+        }
+    }
+    let mut file = good.clone();
+    let mut places = file.species[1].table.columns.iter_mut().filter(|c| c.name == "Coordinates");
+    places.next().unwrap().values = Values::F64(vec![-1.0; 900]);
+    let found = errors(&file, "swift");
+    assert!(found.iter().any(|f| f.contains("PartType1/Coordinates") && f.contains("outside of the box")), "{found:?}");
+}
+
+#[test]
+fn numbers_that_a_code_does_not_take_are_errors() {
+    let folder = Folder::new();
+    let out = folder.path("ic.hdf5").display().to_string();
+    succeed(&["--in", STAR, "-n", "300", "--iterations", "0", "--polish", "none", "--out", &out, "--quiet"]);
+    let good = read(&folder, "ic.hdf5");
+    let level = |first: f64, step: f64, code: &str| {
+        let mut file = good.clone();
+        column(&mut file, "ParticleIDs").values = Values::F64((0..300).map(|i| first + step * f64::from(i)).collect());
+        let code = sph_prep::codes::TargetCode::parse(code).unwrap();
+        let found = sph_prep::check::check(&file, &code).unwrap();
+        found.into_iter().filter(|f| f.what == "ParticleIDs").map(|f| f.level).max()
+    };
+    assert_eq!(level(1.0, 1.0, "swift"), None);
+    assert_eq!(level(0.0, 1.0, "swift"), Some(Level::Error));
+    assert_eq!(level(0.0, 1.0, "gadget4"), Some(Level::Warning));
+    assert_eq!(level(1.5, 1.0, "gadget4"), Some(Level::Error));
+}
+
+/// Phantom has one mass for all gas, and starts from its own files.
+#[test]
+fn what_phantom_cannot_start_from_is_told() {
+    let folder = Folder::new();
+    let (out, dump) = (folder.path("ic.hdf5").display().to_string(), folder.path("ic.phantom").display().to_string());
+    succeed(&["--in", STAR, "-n", "300", "--iterations", "0", "--polish", "none", "--out", &out, "--quiet"]);
+    let of_swift = check(&folder, "ic.hdf5", "phantom");
+    assert!(
+        of_swift.stdout.contains("WARNING  format: is 'gadget', from which Phantom does not start"),
+        "{of_swift:?}"
+    );
+    assert!(of_swift.stdout.contains("--to phantom"), "{of_swift:?}");
+    succeed(&["convert", &out, &dump]);
+    assert!(!check(&folder, "ic.phantom", "phantom").stdout.contains("format:"));
+    assert!(check(&folder, "ic.phantom", "swift").stdout.contains("is 'phantom', from which SWIFT"));
+    let mut file = read(&folder, "ic.hdf5");
+    let masses = column(&mut file, "Masses");
+    let own = masses.values.get(0);
+    masses.values = Values::F64((0..300).map(|i| own * (1.0 + 1e-3 * f64::from(i))).collect());
+    let code = sph_prep::codes::TargetCode::parse("phantom").unwrap();
+    let found = sph_prep::check::check(&file, &code).unwrap();
+    assert!(found.iter().any(|f| f.level == Level::Error && f.text.contains("one mass for all")), "{found:?}");
+}
+
+#[test]
+fn several_files_are_one_too_many_for_swift() {
+    let folder = Folder::new();
+    let (out, split) = (folder.path("ic.hdf5").display().to_string(), folder.path("split.hdf5").display().to_string());
+    succeed(&["--in", STAR, "-n", "300", "--iterations", "0", "--polish", "none", "--out", &out, "--quiet"]);
+    succeed(&["convert", &out, &split, "--to", "gadget", "--files", "2"]);
+    let swift = check(&folder, "split.0.hdf5", "swift");
+    assert!(swift.code == Some(1) && swift.stdout.contains("ERROR    files: are several"), "{swift:?}");
+    assert!(!check(&folder, "split.0.hdf5", "gadget4").stdout.contains("files:"));
+}
+
+/// GADGET's format 1 does not say that the box is no boundary.
+#[test]
+fn a_box_may_be_said_to_be_no_boundary() {
+    let folder = Folder::new();
+    let out = folder.path("ic.gadget1").display().to_string();
+    succeed(&["--in", STAR, "-n", "1000", "--units", "cgs", "--to", "gadget-binary-1", "--out", &out, "--quiet"]);
+    let periodic = sph_prep(&["run", &out, "--for", "gadget2", "--duration", "0.1", "--quiet"]);
+    assert!(periodic.stdout.contains("without gravity: the box is periodic (--open"), "{periodic:?}");
+    let refused = sph_prep(&["run", &out, "--for", "gadget2", "--gravity", "1", "--quiet"]);
+    assert!(refused.code == Some(2) && refused.stderr.contains("--open"), "{refused:?}");
+    let open = sph_prep(&["run", &out, "--for", "gadget2", "--duration", "0.1", "--gravity", "1", "--open", "--quiet"]);
+    assert!(open.code == Some(0) && !open.stdout.contains("without gravity"), "{open:?}");
+    let checked = sph_prep(&["check", &out, "--for", "gadget2"]);
+    assert!(checked.stdout.contains("net force: is not looked at") && checked.stdout.contains("--open"), "{checked:?}");
+    let back = folder.path("back.hdf5").display().to_string();
+    succeed(&["convert", &out, &back, "--to", "swift", "--open"]);
+    assert_eq!(read(&folder, "back.hdf5").header.periodic, [false; 3]);
 }
 
 fn column<'a>(file: &'a mut ParticleFile, name: &str) -> &'a mut Column {

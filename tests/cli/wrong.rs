@@ -1,6 +1,6 @@
 //! Wrong scenes and command lines, and what is said to them: what is wrong, where, and what to write instead.
 
-use super::support::{Folder, command, sph_prep};
+use super::support::{Folder, command, faults, sph_prep};
 use sph_formats::common::netcdf_classic::{ClassicFile, Data};
 
 const STAR: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/profiles/star.nc");
@@ -190,6 +190,47 @@ fn doubts_come_as_warnings_with_the_remedy() {
         "input: {expression: 'exp(-(z/0.01)^2)'}\ndomain: {box: [[0, 0, -0.2], [1, 1, 0.2]], boundary: [periodic, periodic, open]}",
         "two spacings thick along z",
     );
+}
+
+#[test]
+fn domains_that_take_forever_or_have_no_digits_left_are_refused_before_the_work() {
+    let folder = Folder::new();
+    let refused = |domain: &str, parts: &[&str]| {
+        let text =
+            format!("input: {{expression: '1'}}\ndomain: {domain}\nparticles: 500\nthermal: {{internal_energy: 1}}");
+        let scene = folder.file("domain.yaml", text).display().to_string();
+        let out = folder.path("out/ic.hdf5").display().to_string();
+        assert_eq!(faults(&sph_prep(&["--scene", &scene, "--out", &out]), &folder, 2, parts), Vec::<String>::new());
+    };
+    refused(
+        "{box: [[0, 0, 0], [1, 1, 1e-12]], boundary: periodic}",
+        &["domain.box", "thick along z", "fewer dimensions"],
+    );
+    refused("{box: [[0, 0], [1e-9, 1]], boundary: periodic}", &["domain.box", "thick along x", "images"]);
+    refused("{box: [[1e15, 0, 0], [1000000000000001, 1, 1]]}", &["domain.box", "away from the origin", "nearer"]);
+}
+
+/// A name says what a file is, to people and programs.
+#[test]
+fn a_name_that_belongs_to_files_of_another_kind_is_refused() {
+    let folder = Folder::new();
+    let run = |code: &str, name: &str| {
+        let out = folder.path("out").join(name).display().to_string();
+        sph_prep(&["--in", STAR, "-n", "100", "--polish", "none", "--for", code, "--out", &out])
+    };
+    for (code, name, better) in [
+        ("gadget2", "a.hdf5", "a.gadget"),
+        ("phantom", "a.hdf5", "a.phantom"),
+        ("pysph", "a.h5", "a.npz"),
+        ("swift", "a.gadget", "a.hdf5"),
+        ("gadget4", "a.phantom", "a.h5"),
+    ] {
+        let faults = faults(&run(code, name), &folder, 2, &["output.file", better, "--to"]);
+        assert_eq!(faults, Vec::<String>::new(), "{code} {name}");
+    }
+    for (code, name) in [("gadget4", "a.hdf5"), ("gizmo", "a.h5"), ("phantom", "dump_00000.tmp"), ("swift", "a.vtu")] {
+        assert_eq!(run(code, name).code, Some(0), "{code} {name}");
+    }
 }
 
 #[test]

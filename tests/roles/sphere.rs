@@ -114,6 +114,14 @@ fn a_velocity_without_a_unit_is_in_the_coherent_units_of_the_input_or_warned_of(
     write("cm", "g/cm^3");
     let (file, _) = run(&path, "");
     assert!((velocity(&file) / 7.0 - 1.0).abs() < 1e-12, "{}", velocity(&file));
+    // What nobody states the units of is in the scene's, whatever these are.
+    write("", "");
+    let solar = sph_formats::UnitSystem::solar().to_cgs(UnitDimension::VELOCITY);
+    for (units, expected) in [("si", 700.0), ("solar", 7.0 * solar)] {
+        let (file, report) = run(&path, &format!("units: {units}\n"));
+        assert!((velocity(&file) / expected - 1.0).abs() < 1e-12, "{units}: {}", velocity(&file));
+        assert!(report.warnings.iter().any(|w| w.contains("'vx'") && w.contains("the scene's units")), "{report:?}");
+    }
     // Lengths in one system and densities in another say nothing of velocities.
     write("km", "g/cm^3");
     let (_, report) = run(&path, "");
@@ -122,6 +130,30 @@ fn a_velocity_without_a_unit_is_in_the_coherent_units_of_the_input_or_warned_of(
         "{:?}",
         report.warnings
     );
+    // One of the two alone is of no use, which is hardly meant.
+    for (length, density, key) in [("km", "", "input.density_unit"), ("", "kg/m^3", "input.length_unit")] {
+        write(length, density);
+        let (_, report) = run(&path, "");
+        assert!(report.warnings.iter().any(|w| w.contains("no unit counts") && w.contains(key)), "{report:?}");
+    }
+}
+
+/// What has a meaning is missed where it is left out.
+#[test]
+fn a_variable_that_lacks_a_value_is_left_out_with_a_warning() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("grid.nc");
+    let mut file = ClassicFile::new();
+    let id = file.dimension("x", 4);
+    file.variable("x", &[id], Data::F64(&[0.0, 1.0, 2.0, 3.0]), &[("axis", "X".into())]);
+    file.variable("density", &[id], Data::F64(&[1.0; 4]), &[]);
+    file.variable("pressure", &[id], Data::F64(&[1.0, f64::NAN, 1.0, 1.0]), &[]);
+    file.write(&path).unwrap();
+    let (particles, report) = run(&path, "");
+    assert!(particles.species[0].table.column(columns::PRESSURE).is_none());
+    let warned = |w: &String| w.contains("'pressure' is left out: 1 of its 4 values") && w.contains("missing: zero");
+    assert!(report.warnings.iter().any(warned), "{:?}", report.warnings);
+    assert!(report.variables.iter().any(|v| v.name == "pressure" && v.written_as.is_none()), "{:?}", report.variables);
 }
 
 #[test]

@@ -1,7 +1,7 @@
 //! Particles from the files of one snapshot, put together.
 
 use crate::error::{FormatError, Result};
-use crate::model::{Column, FILES_KEY, ParticleFile, Species, Values};
+use crate::model::{Column, DOUBT_KEY, FILES_KEY, LACKS_KEY, ParticleFile, Species, Values};
 use std::path::{Path, PathBuf};
 
 /// Reads the files of a snapshot one after the other and joins them, in this order.
@@ -59,7 +59,7 @@ fn append(whole: &mut ParticleFile, part: ParticleFile) -> std::result::Result<(
     }
     for fact in part.header.provenance {
         // What could not be read may differ from file to file.
-        if fact.0 == "not read" && !whole.header.provenance.contains(&fact) {
+        if ["not read", DOUBT_KEY, LACKS_KEY].contains(&fact.0.as_str()) && !whole.header.provenance.contains(&fact) {
             whole.header.provenance.push(fact);
         }
     }

@@ -16,6 +16,7 @@
 use crate::registry::{Capabilities, FixedCorner, FormatSpec, Match, ReadFn, Streaming, WriteFn};
 
 #[cfg(feature = "gadget")]
+mod doubts;
 mod read;
 #[cfg(feature = "gadget")]
 mod schema;

@@ -8,8 +8,11 @@
 //!   column keeps its name.
 //! * Where Flag_Entropy_ICs is not 0, the entropies of gas become energies ([`crate::common::entropy`]).
 //! * Where NumFilesPerSnapshot says that there are several files, all of them are read, whichever was named.
+//! * MassTable gives the masses of a type; a dataset Masses beside it counts in SWIFT's files alone, and the provenance says where both
+//!   differ ([`super::doubts`]).
 //! * Datasets that are not columns of numbers are named in the provenance under `not read`.
 
+use super::doubts;
 use crate::common::entropy;
 use crate::common::flavor::{CUBIC_SPLINE_ETA, spacing_over_support};
 use crate::common::hdf5_read::{Attributes, Reader};
@@ -18,13 +21,16 @@ use crate::common::snapshot::{OWN_EDGES, OWN_GROUP, joined};
 use crate::error::{FormatError, Result};
 use crate::family::{self, Family};
 use crate::magnetic::MagneticUnit;
-use crate::model::{Column, MESH_KEY, ParticleFile, ParticleTable, RunHeader, Species, VORONOI, Values};
+use crate::model::{Column, LACKS_KEY, MESH_KEY, ParticleFile, ParticleTable, RunHeader, Species, VORONOI, Values};
 use crate::particle_names as names;
 use crate::registry::{FieldRequest, FileContent};
 use crate::units::{UnitDimension, UnitSystem};
 use std::path::Path;
 
 const FORMAT: &str = "gadget";
+/// Attributes of SWIFT's units, in the order of [`UnitSystem`].
+const SWIFT_UNITS: [&str; 4] =
+    ["Unit length in cgs (U_L)", "Unit mass in cgs (U_M)", "Unit time in cgs (U_t)", "Unit temperature in cgs (U_T)"];
 /// Our flavors whose SmoothingLength is the support radius.
 const SUPPORT_RADIUS_FLAVORS: [&str; 2] = [FORMAT, "gizmo"];
 /// Files of one snapshot, at most.
@@ -141,14 +147,17 @@ impl<'p> Opened<'p> {
             header.provenance.push((MESH_KEY.into(), VORONOI.into()));
         }
         let masses = attributes.numbers("MassTable").unwrap_or_default();
+        let counts = self.counts()?;
+        header.provenance.extend(doubts::of_header(attributes, self.files()?, &counts, self.totals().as_deref()));
         let mut species = Vec::new();
-        for (part_type, &count) in self.counts()?.iter().enumerate().take(usize::from(u8::MAX)) {
+        for (part_type, &count) in counts.iter().enumerate().take(usize::from(u8::MAX)) {
             if count == 0.0 {
                 continue;
             }
             let reading = SpeciesReading {
                 file,
                 origin: &origin,
+                part_type,
                 group: format!("PartType{part_type}"),
                 count: whole(file, count)?,
                 dimension: header.dimension,
@@ -207,6 +216,8 @@ struct Origin {
     swift_length: bool,
     /// What a magnetic field is in.
     magnetic: MagneticUnit,
+    /// It is SWIFT's, or for SWIFT: it has units in SWIFT's way, or says so.
+    is_swift: bool,
 }
 
 impl Origin {
@@ -231,6 +242,8 @@ impl Origin {
         };
         Ok(Self {
             magnetic,
+            is_swift: swift
+                || flavor.as_deref().map_or_else(|| units.number(SWIFT_UNITS[0]).is_some(), |f| f == "swift"),
             swift_length: (swift || flavor.as_deref() == Some("swift")) && cubic_spline,
             support_radius: flavor.as_deref().is_some_and(|f| SUPPORT_RADIUS_FLAVORS.contains(&f))
                 || gizmo
@@ -241,24 +254,29 @@ impl Origin {
         })
     }
 
-    fn units(&self, header: &Attributes) -> UnitSystem {
-        let swift = |key: &str| self.units.number(key).filter(|u| u.is_finite() && *u > 0.0);
-        if let (Some(length), Some(mass), Some(time)) =
-            (swift("Unit length in cgs (U_L)"), swift("Unit mass in cgs (U_M)"), swift("Unit time in cgs (U_t)"))
-        {
-            let temperature = swift("Unit temperature in cgs (U_T)").unwrap_or(1.0);
-            return UnitSystem { length, mass, time, temperature };
-        }
-        let gadget = |key: &str| {
-            let found = self.parameters.number(key).or_else(|| header.number(key));
-            found.filter(|u| u.is_finite() && *u > 0.0)
+    /// Pure numbers where the file states none.
+    fn units(&self, file: &Reader, header: &Attributes) -> Result<UnitSystem> {
+        let valid = |key: &str, found: Option<f64>| match found {
+            Some(u) if !(u.is_finite() && u > 0.0) => {
+                let problem =
+                    format!("'{key}' is {u:e}, expected a positive number; correct it, or take all units out");
+                Err(file.input("the units", problem))
+            }
+            found => Ok(found),
         };
-        match (gadget("UnitLength_in_cm"), gadget("UnitMass_in_g"), gadget("UnitVelocity_in_cm_per_s")) {
+        let swift = |key: &str| valid(key, self.units.number(key));
+        let [length, mass, time, temperature] = SWIFT_UNITS;
+        if let (Some(length), Some(mass), Some(time)) = (swift(length)?, swift(mass)?, swift(time)?) {
+            let temperature = swift(temperature)?.unwrap_or(1.0);
+            return Ok(UnitSystem { length, mass, time, temperature });
+        }
+        let gadget = |key: &str| valid(key, self.parameters.number(key).or_else(|| header.number(key)));
+        Ok(match (gadget("UnitLength_in_cm")?, gadget("UnitMass_in_g")?, gadget("UnitVelocity_in_cm_per_s")?) {
             (Some(length), Some(mass), Some(velocity)) => {
                 UnitSystem { length, mass, time: length / velocity, temperature: 1.0 }
             }
             _ => UnitSystem::CODE,
-        }
+        })
     }
 
     fn periodic(&self, used: [bool; 3]) -> [bool; 3] {
@@ -294,7 +312,7 @@ fn read_header(file: &Reader, header: &Attributes, origin: &Origin) -> Result<Ru
         box_size,
         box_corner: None,
         periodic: origin.periodic(box_size.map(|l| l > 0.0)),
-        units: origin.units(header),
+        units: origin.units(file, header)?,
         time: header.number("Time").unwrap_or(0.0),
         kernel: own.text("Kernel").unwrap_or_default(),
         kernel_neighbors: own.number("KernelNeighbors").unwrap_or(0.0),
@@ -306,6 +324,7 @@ fn read_header(file: &Reader, header: &Attributes, origin: &Origin) -> Result<Ru
 struct SpeciesReading<'a> {
     file: &'a Reader<'a>,
     origin: &'a Origin,
+    part_type: usize,
     group: String,
     count: usize,
     dimension: usize,
@@ -327,9 +346,19 @@ impl SpeciesReading<'_> {
                 "there is no dataset Coordinates, which every particle file has",
             ));
         }
-        if let Some(m) = mass {
-            // Codes let the table override a dataset of masses, so do as they do.
-            columns.retain(|c| c.name != names::MASSES);
+        let stated = columns.iter().position(|c| c.name == names::MASSES);
+        if let Some((m, i)) = mass.zip(stated) {
+            // GADGET lets the table override a dataset of masses, SWIFT does not read it: so do as they do.
+            let by_table = !self.origin.is_swift;
+            notes.extend(doubts::of_masses(self.part_type, m, &columns[i].values.to_f64(), by_table));
+            if by_table {
+                columns.remove(i);
+            }
+        }
+        if let Some(m) = mass.filter(|_| !columns.iter().any(|c| c.name == names::MASSES)) {
+            if stated.is_none() {
+                notes.push((LACKS_KEY.into(), format!("Masses of type {}, which MassTable has", self.part_type)));
+            }
             columns.push(Column {
                 name: names::MASSES.into(),
                 components: 1,

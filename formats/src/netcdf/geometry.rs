@@ -84,7 +84,13 @@ fn read_bounds(
     if backward {
         cells.reverse();
     }
-    let touch = cells.windows(2).all(|w| (w[0].1 - w[1].0).abs() <= 1e-6 * (w[0].1 - w[0].0).abs());
+    // In single precision neighbors may disagree about where they meet by the last digit of the place.
+    let digits = |x: f64| 2.0 * f64::from(f32::EPSILON) * x.abs();
+    let meet = |w: &[(f64, f64)]| {
+        let (end, start, step) = (w[0].1, w[1].0, w[0].1 - w[0].0);
+        (end - start).abs() <= (1e-6 * step.abs()).max(digits(end)).min(1e-2 * step.abs())
+    };
+    let touch = cells.windows(2).all(meet);
     let enclose = cells.iter().zip(nodes).all(|(cell, x)| cell.0 < cell.1 && cell.0 <= *x && *x <= cell.1);
     if cells.len() != nodes.len() || !touch || !enclose {
         notes.push(format!("ignored the bounds '{name}', which do not tile the axis '{}'", variable.name()));

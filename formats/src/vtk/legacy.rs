@@ -262,13 +262,26 @@ fn cell_list(c: &mut Cursor<'_>, modern: bool, types: &[(usize, u8)]) -> Outcome
     Ok(cells)
 }
 
+/// A name as VTK writes it into legacy files, with `%` and two digits for what is no letter or digit there (`vtkDataWriter::EncodeString`).
+fn decoded(name: &str) -> String {
+    let (mut bytes, mut rest) = (Vec::with_capacity(name.len()), name.as_bytes());
+    while let [first, after @ ..] = rest {
+        let digits = after.get(..2).and_then(|d| std::str::from_utf8(d).ok()).filter(|_| *first == b'%');
+        match digits.and_then(|d| u8::from_str_radix(d, 16).ok()) {
+            Some(byte) => (bytes.push(byte), rest = &after[2..]),
+            None => (bytes.push(*first), rest = after),
+        };
+    }
+    String::from_utf8_lossy(&bytes).into_owned()
+}
+
 /// One attribute of points or cells.
 fn values(c: &mut Cursor<'_>, keyword: &str, count: usize, out: &mut Vec<DataArray>) -> Outcome<()> {
     let mut simple = |c: &mut Cursor<'_>, components: usize, keep: bool| -> Outcome<()> {
         let (name, kind) = (c.need("a name")?, c.need("a type")?);
         let values = of_array(&name, c.numbers(&kind, count.saturating_mul(components)))?;
         if keep {
-            out.push(DataArray { name, components, values });
+            out.push(DataArray { name: decoded(&name), components, values });
         }
         Ok(())
     };
@@ -291,7 +304,7 @@ fn values(c: &mut Cursor<'_>, keyword: &str, count: usize, out: &mut Vec<DataArr
             }
             c.word();
             let values = of_array(name, c.numbers(kind, count.saturating_mul(components)))?;
-            out.push(DataArray { name: name.to_owned(), components, values });
+            out.push(DataArray { name: decoded(name), components, values });
         }
         "VECTORS" | "NORMALS" => simple(c, 3, true)?,
         "TENSORS" => simple(c, 9, false)?,
@@ -324,7 +337,7 @@ fn fields(c: &mut Cursor<'_>, out: &mut Vec<DataArray>) -> Outcome<()> {
         let (components, tuples) = (c.count("components")?, c.count("tuples")?);
         let kind = c.need("a type")?;
         let values = of_array(&name, c.numbers(&kind, components.saturating_mul(tuples)))?;
-        out.push(DataArray { name, components, values });
+        out.push(DataArray { name: decoded(&name), components, values });
     }
     Ok(())
 }

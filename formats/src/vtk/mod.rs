@@ -16,6 +16,7 @@ mod dataset;
 mod decode;
 #[cfg(feature = "vtk")]
 mod element;
+mod ghosts;
 #[cfg(feature = "vtk")]
 mod legacy;
 #[cfg(feature = "vtk")]

@@ -112,14 +112,19 @@ pub(super) fn write(path: &Path, file: &ParticleFile, options: WriteOptions) -> 
     let points = array(positions, "Points", Kind::F64, 3, table.count);
     let arrays = point_data(table, options);
     for a in &arrays {
-        let limit = if a.kind == Kind::F32 { f64::from(f32::MAX) } else { f64::MAX };
-        if let Some(i) =
-            (0..a.count * a.components).find(|i| (a.value)(i / a.components, i % a.components).abs() > limit)
-        {
+        let is_single = a.kind == Kind::F32;
+        let limit = if is_single { f64::from(f32::MAX) } else { f64::MAX };
+        // What is next to nothing beside the rest may become 0, but not all of a column.
+        let value = |i: usize| (a.value)(i / a.components, i % a.components).abs();
+        let most = (0..a.count * a.components).map(value).fold(0.0, f64::max);
+        let vanishes = is_single && most > 0.0 && most < f64::from(f32::MIN_POSITIVE);
+        if let Some(i) = (0..a.count * a.components).find(|&i| value(i) > limit || vanishes && value(i) > 0.0) {
             return Err(refuse(format!(
-                "{} of particle {} is beyond {}; choose other units or double precision",
+                "{} of particle {} is {:e}, {} {}; choose other units or double precision",
                 a.name,
                 i / a.components,
+                value(i),
+                if vanishes { "too little for" } else { "beyond" },
                 a.kind.xml()
             )));
         }

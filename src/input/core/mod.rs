@@ -55,11 +55,16 @@ pub(crate) fn attach<const D: usize>(
     })?;
     let conversion = units.into_input();
     let radius = input.radius.value("input.core.radius", UnitDimension::LENGTH, &conversion)?;
+    let shown =
+        Shown { length: conversion.factor(UnitDimension::LENGTH), mass: conversion.factor(UnitDimension::MASS) };
     let outer = radial.profile.outer_radius();
     let depth = source.domain.distance_to_edge(&radial.center);
     if !(radius * (1.0 + STEP) < outer.min(depth) && source.domain.contains(&radial.center)) {
         let problem = format!(
-            "is {radius:.6e}, but the model ends at {outer:.6e} and the domain {depth:.6e} from its center; expected much less"
+            "is {:.6e}, but the model ends at {:.6e} and the domain {:.6e} from its center; expected much less",
+            radius / shown.length,
+            outer / shown.length,
+            depth / shown.length
         );
         return Err(Error::scene("input.core.radius", problem));
     }
@@ -77,7 +82,7 @@ pub(crate) fn attach<const D: usize>(
         source.notes.push(describe(&made(mass), radial.profile.enclosed_mass(radius), input.gas));
         return Ok((source, Some(made(mass))));
     }
-    let model = Model { scene, source: &source, radial: &radial, units: units.input, radius };
+    let model = Model { scene, source: &source, radial: &radial, units: units.input, radius, shown };
     let Inner { radii, density, pressure, .. } = model.inner(input, mass, softening)?;
     let edge = radial.profile.density(radius);
     let nodes: Vec<f64> = radii.iter().map(|x| x * radius).collect();
@@ -123,11 +128,20 @@ struct Model<'a, const D: usize> {
     radial: &'a RadialSource<D>,
     units: Option<InputUnits>,
     radius: f64,
+    shown: Shown,
+}
+
+/// Plain numbers of the scene in those of the input: errors speak of the former.
+#[derive(Debug, Clone, Copy)]
+struct Shown {
+    length: f64,
+    mass: f64,
 }
 
 impl<const D: usize> Model<'_, D> {
     fn inner(&self, input: &CoreInput, mass: Option<f64>, softening: Softening) -> Result<Inner> {
         let (profile, radius) = (&self.radial.profile, self.radius);
+        let shown = radius / self.shown.length;
         let (density, enclosed) = (profile.density(radius), profile.enclosed_mass(radius));
         let at = |factor: f64| profile.density(radius * factor);
         let slope = (at(1.0 + STEP) / at(1.0 - STEP)).ln() / ((1.0 + STEP) / (1.0 - STEP)).ln();
@@ -135,7 +149,7 @@ impl<const D: usize> Model<'_, D> {
         let pressure = self.pressure()? * radius / (density * enclosed);
         if !(slope < 0.0 && slope.is_finite() && concentration > 0.0 && pressure > 0.0 && pressure.is_finite()) {
             let problem = format!(
-                "is {radius:.6e}, where the model's d ln rho/d ln r is {slope:.3} and its pressure {pressure:.3e} rho G M/r; expected a density that \
+                "is {shown:.6e}, where the model's d ln rho/d ln r is {slope:.3} and its pressure {pressure:.3e} rho G M/r; expected a density that \
                  falls outward and a positive pressure"
             );
             return Err(Error::scene("input.core.radius", problem));
@@ -147,13 +161,17 @@ impl<const D: usize> Model<'_, D> {
             CoreGas::Cubic | CoreGas::Keep => {
                 let model = |x: f64| profile.density(x * radius) / density;
                 let shares = edge.cubic(mass.map(|m| m / enclosed), &model, softening);
-                return shares.map_err(|[least, most]| no_cubic(mass, [least * enclosed, most * enclosed], radius));
+                return shares.map_err(|[least, most]| {
+                    let in_scene = |share: f64| share * enclosed / self.shown.mass;
+                    no_cubic(mass.map(|m| m / self.shown.mass), [in_scene(least), in_scene(most)], shown)
+                });
             }
         };
         found.ok_or_else(|| {
             let problem = format!(
-                "is {radius:.6e}, within which gas of this kind would weigh more than the model's {enclosed:.6e}: there is nothing left for a \
-                 point mass; choose another radius, or the gas cubic"
+                "is {shown:.6e}, within which gas of this kind would weigh more than the model's {:.6e}: there is nothing left for a point \
+                 mass; choose another radius, or the gas cubic",
+                enclosed / self.shown.mass
             );
             Error::scene("input.core.radius", problem)
         })

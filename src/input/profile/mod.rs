@@ -167,7 +167,8 @@ impl Model<'_> {
                 composite::composite(&zones, bounds, mass, self.value("radius")?, gravity)
             }
             ProfileInput::Isothermal { .. } => {
-                spheres::isothermal(mass, self.value("radius")?, self.value("sound_speed")?, gravity)
+                let speed = self.conversion.factor(UnitDimension::VELOCITY);
+                spheres::isothermal(mass, self.value("radius")?, (self.value("sound_speed")?, speed), gravity)
             }
             ProfileInput::BonnorEbert { xi, .. } => {
                 spheres::bonnor_ebert(d, self.positive("xi", xi)?, mass, self.value("radius")?, gravity)

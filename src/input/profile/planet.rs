@@ -91,7 +91,13 @@ impl Planet {
         self.check()?;
         let outer = self.layers.len() - 1;
         let surface = self.top(outer, self.surface_pressure, self.surface_temperature);
-        let (_, density, _) = surface.map_err(|e| of_layer(outer, &e))?;
+        let (_, density, _) = surface.map_err(|e| match self.surface_pressure {
+            0.0 => {
+                let problem = format!("is 0, as it is by default, but {e}; state the pressure at the outer radius");
+                Error::scene(key("planet", "surface_pressure"), problem)
+            }
+            _ => of_layer(outer, &e),
+        })?;
         let trial = match (self.mass, self.radius) {
             (Some(mass), Some(radius)) => self.with_boundary(mass, radius)?,
             (Some(mass), None) => {

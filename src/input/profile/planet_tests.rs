@@ -77,14 +77,58 @@ fn a_polytrope_of_index_1_is_its_closed_form() {
         gravity: GRAVITY,
     };
     let table = planet.table().unwrap();
-    for (r, rho) in table.radii.iter().zip(&table.density) {
+    let energies = table.internal_energy.as_ref().unwrap();
+    for (i, (r, rho)) in table.radii.iter().zip(&table.density).enumerate() {
         // Within the innermost step the density is taken as constant.
         assert!((rho / density(*r) - 1.0).abs() < 1e-7, "{r:e}: {rho} {}", density(*r));
+        // u = K rho^(gamma - 1) / (gamma - 1).
+        assert!((energies[i] / (constant * rho) - 1.0).abs() < 1e-12, "{r:e}: {}", energies[i]);
     }
     let x: f64 = 2.0;
     let expected = 4.0 * PI * center * scale.powi(3) * (x.sin() - x * x.cos());
     assert!((mass(&table) / expected - 1.0).abs() < 1e-5, "{}", mass(&table) / expected);
     assert!(table.temperature.is_none() && table.material.is_none());
+}
+
+/// The energy of a cold planet is the work of its compression: du = P/rho^2 drho from node to node, whatever its thermal state is said to be.
+#[test]
+fn the_energy_of_a_barotropic_planet_is_that_of_its_compression() {
+    let law = Barotropic::Murnaghan { density: 5.0, bulk_modulus: 1e12, exponent: 4.0 }.checked().unwrap();
+    for state in [ThermalState::Adiabatic, ThermalState::Isothermal] {
+        let material = Material { id: None, equation: EquationOfState::Barotropic(law) };
+        let planet = Planet {
+            layers: vec![Layer { material, state, end: Boundary::Unknown }],
+            mass: None,
+            radius: Some(6.4e8),
+            surface_pressure: 0.0,
+            surface_temperature: 0.0,
+            gravity: GRAVITY,
+        };
+        let table = planet.table().unwrap();
+        let (rho, u, p) = (&table.density, table.internal_energy.as_ref().unwrap(), table.pressure.as_ref().unwrap());
+        // By the trapezoidal rule in 1/rho.
+        let work = |i: usize| 0.5 * (p[i] + p[i + 1]) * (1.0 / rho[i + 1] - 1.0 / rho[i]);
+        let all: f64 = (0..rho.len() - 1).map(work).sum();
+        assert!(u[rho.len() - 1] == 0.0 && (u[0] / all - 1.0).abs() < 1e-4, "{} {all}", u[0]);
+        assert!(u.windows(2).all(|pair| pair[0] > pair[1]));
+    }
+}
+
+/// A gas goes on to no pressure at any radius.
+#[test]
+fn a_planet_of_gas_alone_asks_for_its_surface_pressure() {
+    let law = Barotropic::Polytrope { constant: 2e11, gamma: 2.0 }.checked().unwrap();
+    let material = Material { id: None, equation: EquationOfState::Barotropic(law) };
+    let planet = Planet {
+        layers: vec![Layer { material, state: ThermalState::Adiabatic, end: Boundary::Unknown }],
+        mass: None,
+        radius: Some(1e9),
+        surface_pressure: 0.0,
+        surface_temperature: 0.0,
+        gravity: GRAVITY,
+    };
+    let error = planet.table().err().unwrap().to_string();
+    assert!(error.contains("surface_pressure: is 0") && error.contains("state the pressure"), "{error}");
 }
 
 /// Each of mass, radius and boundary follows from the other two.

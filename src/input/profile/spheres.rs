@@ -47,8 +47,11 @@ pub(super) fn bonnor_ebert(d: usize, xi: f64, mass: f64, radius: f64, gravity: f
     Ok(scaled(d, &points, mass, radius, gravity, &|p: &Point| (p.phi.exp(), p.phi.exp())))
 }
 
-/// The isothermal sphere of a sound speed: G M / (R c^2) = xi psi'(xi).
-pub(super) fn isothermal(mass: f64, radius: f64, sound_speed: f64, gravity: f64) -> Result<Table> {
+/// By how much more than what just does is asked for, which is written with few digits.
+const ROOM: f64 = 1.0001;
+
+/// The isothermal sphere of a sound speed: G M / (R c^2) = xi psi'(xi). Errors are in the `unit` of speeds.
+pub(super) fn isothermal(mass: f64, radius: f64, (sound_speed, unit): (f64, f64), gravity: f64) -> Result<Table> {
     let source = |phi: f64| phi.exp();
     let points = Emden { dimension: 3, source: &source, center: 0.0, end: End::Radius(MOST_MASSIVE) };
     let points = points.solve().unwrap_or_default();
@@ -56,8 +59,8 @@ pub(super) fn isothermal(mass: f64, radius: f64, sound_speed: f64, gravity: f64)
     let most = points.last().map_or(0.0, |p| p.xi * p.slope);
     let Some(i) = points.iter().position(|p| p.xi * p.slope >= compactness) else {
         let problem = format!(
-            "is too low: G M / (R c^2) is {compactness:.4}, but the pressure holds up {most:.3} at most; expected {:.4e} or more",
-            (gravity * mass / (radius * most)).sqrt()
+            "is too low: G M / (R c^2) is {compactness:.4}, but the pressure holds up {most:.3} at most; expected {:.4e} or more in the scene's units",
+            ROOM * (gravity * mass / (radius * most)).sqrt() / unit
         );
         return Err(Error::scene(key("isothermal", "sound_speed"), problem));
     };
@@ -246,10 +249,10 @@ mod tests {
         // xi = 3: a Bonnor-Ebert sphere, and back from its sound speed, the square of P over rho.
         let table = bonnor_ebert(3, 3.0, 2.0, 5.0, 7.0).unwrap();
         let speed = (table.pressure.as_ref().unwrap()[0] / table.density[0]).sqrt();
-        let again = isothermal(2.0, 5.0, speed, 7.0).unwrap();
+        let again = isothermal(2.0, 5.0, (speed, 1.0), 7.0).unwrap();
         near(again.density[0], table.density[0], 1e-9, "rho_c");
         near(again.pressure.unwrap()[0], table.pressure.unwrap()[0], 1e-9, "P_c");
-        let error = isothermal(2.0, 5.0, 0.1 * speed, 7.0).err().unwrap().to_string();
+        let error = isothermal(2.0, 5.0, (0.1 * speed, 1.0), 7.0).err().unwrap().to_string();
         assert!(error.contains("sound_speed") && error.contains("2.518"), "{error}");
     }
 }

@@ -5,11 +5,13 @@
 mod apply;
 mod assign;
 mod energy;
+mod missing;
 mod spelling;
 mod units;
 
 pub use apply::apply;
 pub use assign::{Assignment, assign};
 pub use energy::{divide_momenta, reduce_energies, restore_names};
+pub use missing::warn_of_missing;
 pub use spelling::field_key;
 pub use units::adopt_units;

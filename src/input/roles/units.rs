@@ -7,9 +7,17 @@ use sph_formats::{RawField, Unit};
 
 /// Gives variables without a unit that of cgs or SI where the file's length and density are in one of these, and says so of
 /// all others that are written as they stand.
-pub fn adopt_units(field: &mut RawField, assignments: &mut [Assignment], input: &InputUnits, magnetic: Option<&Unit>) {
+/// `of_scene` is the name of the scene's units, where the file's length and density are in these.
+pub fn adopt_units(
+    field: &mut RawField,
+    assignments: &mut [Assignment],
+    (input, of_scene): (&InputUnits, Option<&str>),
+    magnetic: Option<&Unit>,
+) {
     let system = input.system();
-    let name = coherent(input);
+    let name =
+        of_scene.map(|name| format!("the scene's units ({name})")).or_else(|| coherent(input).map(str::to_owned));
+    let name = name.as_deref();
     for a in assignments {
         let Some(variable) = field.variables.iter_mut().find(|v| v.name == a.variable && v.unit.is_none()) else {
             continue;
@@ -29,9 +37,11 @@ pub fn adopt_units(field: &mut RawField, assignments: &mut [Assignment], input: 
             }
             (Some(_), Some(dimension), Some(name)) => {
                 variable.unit = Some(system.unit(dimension));
-                format!("states no unit, and is taken to be in {name} as the input's length and density are")
+                format!("states no unit that is known, and is taken to be in {name} as the input's length and density are")
             }
-            (Some(_), Some(_), None) => "states no unit, and its numbers are written as they stand".to_owned(),
+            (Some(_), Some(_), None) => {
+                "states no unit that is known, and its numbers are written as they stand".to_owned()
+            }
             _ => continue,
         };
         a.add_note(warning);

@@ -4,37 +4,21 @@
 //! twice, places outside of the box, pairs; then what it sums with its own kernel: densities against those in the file,
 //! smoothing lengths, and the net force of a body that its own gravity holds.
 
+mod finding;
+mod values;
+
 use crate::codes::{AS_PLANETARY, CELL_OVER_REACH, LEAST_CELLS, Neighbors, TargetCode};
 use crate::eos::Material;
 use crate::error::{Error, Result};
 use crate::metrics::{InOwnUnits, Measured, Moving, NetForce, mean_net_force};
-use serde::Serialize;
+pub use finding::{Finding, Level};
+use finding::{add, named};
 use sph::domain::Domain;
 use sph::point_mass::PointMass;
 use sph::sums::support_guess;
 use sph_formats::common::particle_names as names;
 use sph_formats::{ParticleFile, ParticleTable, UnitSystem};
-
-/// How much something matters.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize)]
-#[serde(rename_all = "lowercase")]
-pub enum Level {
-    /// As it should be, or a figure to know.
-    Good,
-    /// The code runs, but not on what was meant.
-    Warning,
-    /// The code stops, or runs on nonsense.
-    Error,
-}
-
-/// One thing that was looked at.
-#[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct Finding {
-    pub level: Level,
-    pub what: String,
-    /// What was found, what is expected, and the remedy.
-    pub text: String,
-}
+use values::{header, numbers, values};
 
 /// Particles nearer than this many spacings are one to a code, or a pair.
 const COINCIDENT: f64 = 1e-6;
@@ -42,8 +26,8 @@ pub(crate) const PAIRED: f64 = 0.3;
 /// Smoothing lengths may be off by this factor: a code finds its own, but from afar slowly or not at all.
 const NEAR: f64 = 1.25;
 const FAR: f64 = 3.0;
-/// Masses beyond this contrast fail in codes.
-const CONTRAST: f64 = 1e3;
+/// The square of more is beyond single precision.
+const LARGE_MASS: f64 = 1e19;
 /// A density column may be off by this much: it may be the sum with another kernel.
 const OTHER_DENSITY: f64 = 0.05;
 /// Net forces over gravity that let a body stay still, and that move it.
@@ -64,12 +48,15 @@ pub fn check(file: &ParticleFile, code: &TargetCode) -> Result<Vec<Finding>> {
     if table.column(names::COORDINATES).is_none() {
         return Err(Error::field(names::COORDINATES, "is missing; expected three numbers for each particle"));
     }
-    values(table, code, &mut findings);
+    header(&file.header, code, &mut findings);
+    for species in file.species.iter().filter(|s| s.table.count > 0) {
+        values(species, code, &mut findings);
+    }
     numbers(file, code, &mut findings);
     for unread in file.species.iter().filter_map(|species| code.unread(species)) {
         add(&mut findings, Level::Warning, "types", unread);
     }
-    frame(file, table, code, &mut findings);
+    frame(file, code, &mut findings);
     if findings.iter().all(|f| f.level != Level::Error) {
         match file.header.dimension {
             1 => sums::<1>(file, table, code, &mut findings)?,
@@ -80,107 +67,8 @@ pub fn check(file: &ParticleFile, code: &TargetCode) -> Result<Vec<Finding>> {
     Ok(findings)
 }
 
-fn add(findings: &mut Vec<Finding>, level: Level, what: &str, text: impl Into<String>) {
-    findings.push(Finding { level, what: what.to_owned(), text: text.into() });
-}
-
-/// Values of the columns that the code reads.
-fn values(table: &ParticleTable, code: &TargetCode, findings: &mut Vec<Finding>) {
-    let title = code.sheet.title;
-    let positive =
-        [names::MASSES, names::INTERNAL_ENERGY, names::SUPPORT_RADIUS, names::SMOOTHING_LENGTH, names::DENSITY];
-    let needed: &[&str] = match code.sheet.name {
-        "swift" => &[
-            names::COORDINATES,
-            names::VELOCITIES,
-            names::MASSES,
-            names::INTERNAL_ENERGY,
-            names::SUPPORT_RADIUS,
-            names::PARTICLE_IDS,
-        ],
-        "phantom" => &[names::COORDINATES, names::MASSES, names::INTERNAL_ENERGY, names::SUPPORT_RADIUS],
-        "pysph" => &[names::COORDINATES, names::MASSES],
-        _ => &[names::COORDINATES, names::VELOCITIES, names::MASSES, names::INTERNAL_ENERGY, names::PARTICLE_IDS],
-    };
-    let has = |name: &str| {
-        table.column(name).is_some() || name == names::SUPPORT_RADIUS && table.column(names::SMOOTHING_LENGTH).is_some()
-    };
-    let is_planetary = AS_PLANETARY.contains(&code.scheme.name);
-    let materials: &[&str] = if is_planetary { &[names::MATERIAL_IDS] } else { &[] };
-    for name in needed.iter().chain(materials).filter(|name| !has(name)) {
-        let text = format!("is missing, but {title} needs it: it would stop, or take zeros; write it");
-        // Codes call by their own name what stands for it.
-        let name = if *name == names::SUPPORT_RADIUS { names::SMOOTHING_LENGTH } else { name };
-        add(findings, Level::Error, name, text);
-    }
-    if table.materials().is_some() && !is_planetary {
-        let text = format!("are not read by {title} ({}), which takes all of it for an ideal gas", code.scheme.name);
-        add(findings, Level::Warning, names::MATERIAL_IDS, text);
-    }
-    for column in &table.columns {
-        let count = column.values.len();
-        let Some(bad) = (0..count).find(|&i| !column.values.get(i).is_finite()) else { continue };
-        let particle = bad / column.components.max(1);
-        let text = format!("is {} at particle {particle}, expected finite numbers", column.values.get(bad));
-        add(findings, Level::Error, &column.name, text);
-    }
-    for name in positive {
-        let Some(column) = table.column(name) else { continue };
-        let bad = (0..column.values.len()).find(|&i| !(column.values.get(i) > 0.0));
-        if let Some(i) = bad {
-            let text = format!(
-                "is {} at particle {i}, expected positive numbers; codes end in NaN or hang",
-                column.values.get(i)
-            );
-            add(findings, Level::Error, name, text);
-        }
-    }
-    if let Some(masses) = table.column(names::MASSES) {
-        let (least, most, _) = masses.values.range();
-        if least > 0.0 && most > CONTRAST * least {
-            let text = format!(
-                "go from {least:e} to {most:e}; codes crash or hang at such contrasts, expected nearly equal ones"
-            );
-            add(findings, Level::Error, names::MASSES, text);
-        }
-    }
-}
-
-/// Numbers of particles, over all types.
-fn numbers(file: &ParticleFile, code: &TargetCode, findings: &mut Vec<Finding>) {
-    let columns = file.species.iter().filter_map(|s| s.table.column(names::PARTICLE_IDS));
-    let mut ids: Vec<i64> = columns.flat_map(|c| (0..c.values.len()).map(|i| c.values.get(i) as i64)).collect();
-    let count = ids.len();
-    ids.sort_unstable();
-    let (first, last) = (ids.first().copied().unwrap_or(1), ids.last().copied().unwrap_or(1));
-    ids.dedup();
-    if ids.len() < count {
-        let text = format!(
-            "{} of {count} are used twice, expected different ones; number the particles 1, 2, 3 ...",
-            count - ids.len()
-        );
-        add(findings, Level::Error, names::PARTICLE_IDS, text);
-    }
-    if first < 1 {
-        add(
-            findings,
-            Level::Warning,
-            names::PARTICLE_IDS,
-            format!("begin at {first}, which has a meaning of its own in some builds; expected 1 or more"),
-        );
-    }
-    if last > i64::from(i32::MAX) && code.sheet.name != "swift" {
-        add(
-            findings,
-            Level::Error,
-            names::PARTICLE_IDS,
-            format!("go to {last}, but {} counts to 2^31 - 1 by default", code.sheet.title),
-        );
-    }
-}
-
 /// Dimension, box and units.
-fn frame(file: &ParticleFile, table: &ParticleTable, code: &TargetCode, findings: &mut Vec<Finding>) {
+fn frame(file: &ParticleFile, code: &TargetCode, findings: &mut Vec<Finding>) {
     let header = &file.header;
     if header.dimension != 3 && code.sheet.name != "pysph" {
         let text = format!("is {}; the default build of {} is for 3", header.dimension, code.sheet.title);
@@ -207,12 +95,13 @@ fn frame(file: &ParticleFile, table: &ParticleTable, code: &TargetCode, findings
         add(findings, Level::Error, "box", text);
         return;
     }
-    if needs_box && let Some(x) = table.column(names::COORDINATES) {
+    for species in file.species.iter().filter(|s| needs_box && s.table.count > 0) {
+        let Some(x) = species.table.column(names::COORDINATES) else { continue };
         let is_outside = |i: usize| {
             let edge = edges[i % header.dimension];
             !(x.values.get(i) >= 0.0 && x.values.get(i) < edge)
         };
-        if let Some(i) = (0..x.values.len()).find(|&i| is_outside(i)) {
+        if let Some(i) = (0..x.values.len()).find(|&i| x.values.get(i).is_finite() && is_outside(i)) {
             let level = if isolated { Level::Error } else { Level::Warning };
             let text = format!(
                 "particle {} is at {}, outside of the box from 0 to {}; {title} stops there unless it runs periodic: shift the body to the middle of a larger box",
@@ -220,7 +109,7 @@ fn frame(file: &ParticleFile, table: &ParticleTable, code: &TargetCode, findings
                 x.values.get(i),
                 edges[i % header.dimension]
             );
-            add(findings, level, names::COORDINATES, text);
+            add(findings, level, &named(species, names::COORDINATES), text);
         }
     }
     if header.units == UnitSystem::CODE {
@@ -231,18 +120,13 @@ fn frame(file: &ParticleFile, table: &ParticleTable, code: &TargetCode, findings
             "are pure numbers: those of the parameter file count, and gravity and cooling follow from those",
         );
     }
-    if let Some(masses) = table.column(names::MASSES) {
-        let most = masses.values.range().1;
-        if most > 1e19 {
-            add(
-                findings,
-                Level::Warning,
-                "units",
-                format!(
-                    "masses of {most:e} overflow single precision where codes square them; write units that suit the body"
-                ),
-            );
-        }
+    let masses = file.species.iter().filter_map(|s| s.table.column(names::MASSES));
+    let most = masses.map(|m| m.values.range().1).fold(0.0_f64, f64::max);
+    if most > LARGE_MASS {
+        let text = format!(
+            "masses of {most:e} overflow single precision where codes square them; write units that suit the body"
+        );
+        add(findings, Level::Warning, "units", text);
     }
 }
 
@@ -418,12 +302,11 @@ fn net_force<const D: usize>(
     let Some(energy) = table.column(names::INTERNAL_ENERGY) else { return };
     let other_materials = table.materials();
     let is_other_matter = other_materials.is_some() && !AS_PLANETARY.contains(&code.scheme.name);
-    if D < 3
-        || header.periodic != [false; 3]
-        || header.units == UnitSystem::CODE
-        || is_other_matter
-        || !code.scheme.has_our_force
-    {
+    if D == 3 && header.periodic != [false; 3] {
+        let text = "is not looked at: the box is periodic, as files of GADGET without a word of it count; --open says that it is not";
+        return add(findings, Level::Good, "net force", text);
+    }
+    if D < 3 || header.units == UnitSystem::CODE || is_other_matter || !code.scheme.has_our_force {
         return;
     }
     if let Some(other) = file.species.iter().find(|s| s.part_type != 0 && s.table.count > 1) {

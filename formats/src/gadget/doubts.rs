@@ -1,0 +1,49 @@
+//! What in the header of a file contradicts the rest of it, or is not there though codes read it. Files can be read all the same; a code that
+//! starts from them stops, or counts other particles.
+
+use crate::common::hdf5_read::Attributes;
+use crate::model::{DOUBT_KEY, LACKS_KEY};
+
+/// Attributes of the header that SWIFT and all of GADGET's family read, beside the counts of the file.
+const READ_BY_CODES: [&str; 2] = ["NumPart_Total", "NumPart_Total_HighWord"];
+
+/// Keys and texts for the provenance, of a file with so many particles of each type. `totals` are those in all files of the snapshot.
+pub(super) fn of_header(
+    header: &Attributes,
+    files: usize,
+    counts: &[f64],
+    totals: Option<&[f64]>,
+) -> Vec<(String, String)> {
+    let mut found = Vec::new();
+    let mut add = |key: &str, text: String| found.push((key.to_owned(), text));
+    for name in READ_BY_CODES {
+        if header.numbers(name).is_none() {
+            add(LACKS_KEY, format!("the header's {name}"));
+        }
+    }
+    if let Some(totals) = totals.filter(|_| files == 1) {
+        let of = |all: &[f64], i: usize| all.get(i).copied().unwrap_or(0.0);
+        for i in (0..counts.len().max(totals.len())).filter(|&i| of(totals, i) != of(counts, i)) {
+            let (here, all) = (of(counts, i), of(totals, i));
+            add(DOUBT_KEY, format!("NumPart_Total says {all} particles of type {i}, but the one file has {here}"));
+        }
+    }
+    if let Some(time) = header.number("Time").filter(|time| !time.is_finite()) {
+        add(DOUBT_KEY, format!("the time is {time}"));
+    }
+    found
+}
+
+/// The same of the masses of a type that are in the header's table and in a dataset, too, which of them `is_read` being the table.
+pub(super) fn of_masses(part_type: usize, table: f64, masses: &[f64], table_is_read: bool) -> Option<(String, String)> {
+    let differs = |m: &&f64| !((**m - table).abs() <= ROUNDING * table);
+    let other = masses.iter().find(differs)?;
+    let read = if table_is_read { "MassTable, as GADGET does" } else { "Masses, as SWIFT does" };
+    let text = format!(
+        "MassTable says {table} for particles of type {part_type}, but the dataset Masses has {other}; read is {read}"
+    );
+    Some((DOUBT_KEY.to_owned(), text))
+}
+
+/// Of numbers in single precision.
+const ROUNDING: f64 = 1e-6;

@@ -1,0 +1,154 @@
+//! What codes would stumble over in a header and in columns.
+
+use super::finding::{Finding, Level, add, named};
+use crate::codes::{AS_PLANETARY, TargetCode};
+use sph_formats::common::particle_names as names;
+use sph_formats::model::{DOUBT_KEY, FILES_KEY, LACKS_KEY};
+use sph_formats::{Column, ParticleFile, ParticleTable, RunHeader, Species};
+
+/// Masses beyond this contrast fail in codes.
+const CONTRAST: f64 = 1e3;
+/// Masses that differ by more are not the same in single precision.
+const SAME: f64 = 1e-6;
+
+/// What the reader saw in the header that codes stop at, or read otherwise than it was meant.
+pub(super) fn header(header: &RunHeader, code: &TargetCode, findings: &mut Vec<Finding>) {
+    let of = |key: &'static str| header.provenance.iter().filter(move |fact| fact.0 == key).map(|fact| &fact.1);
+    for doubt in of(DOUBT_KEY) {
+        add(findings, Level::Error, "header", format!("{doubt}; expected one answer, write the right one"));
+    }
+    if code.sheet.name == "swift" && of(FILES_KEY).next().is_some() {
+        let text =
+            "are several of one snapshot, but SWIFT starts from a single one; sph-prep convert FILE NEW joins them";
+        add(findings, Level::Error, "files", text);
+    }
+    // The others take masses from the table.
+    let is_read = |what: &str| code.sheet.name == "swift" || !what.contains("MassTable");
+    for lacking in of(LACKS_KEY).filter(|what| is_read(what)) {
+        let text = format!("lacks {lacking}, but {} reads it and stops, or takes zeros; write it", code.sheet.title);
+        add(findings, Level::Error, "header", text);
+    }
+}
+
+/// Columns that a code needs of particles of a type.
+fn needed(part_type: u8, code: &TargetCode) -> &'static [&'static str] {
+    match (code.sheet.name, part_type) {
+        ("swift", 0) => &[
+            names::COORDINATES,
+            names::VELOCITIES,
+            names::MASSES,
+            names::INTERNAL_ENERGY,
+            names::SUPPORT_RADIUS,
+            names::PARTICLE_IDS,
+        ],
+        ("phantom", 0) => &[names::COORDINATES, names::MASSES, names::INTERNAL_ENERGY, names::SUPPORT_RADIUS],
+        ("phantom" | "pysph", _) => &[names::COORDINATES, names::MASSES],
+        (_, 0) => &[names::COORDINATES, names::VELOCITIES, names::MASSES, names::INTERNAL_ENERGY, names::PARTICLE_IDS],
+        _ => &[names::COORDINATES, names::VELOCITIES, names::MASSES, names::PARTICLE_IDS],
+    }
+}
+
+/// Values of the columns that the code reads.
+pub(super) fn values(species: &Species, code: &TargetCode, findings: &mut Vec<Finding>) {
+    let (table, title) = (&species.table, code.sheet.title);
+    let has = |name: &str| {
+        table.column(name).is_some() || name == names::SUPPORT_RADIUS && table.column(names::SMOOTHING_LENGTH).is_some()
+    };
+    let is_planetary = AS_PLANETARY.contains(&code.scheme.name);
+    let materials: &[&str] = if is_planetary && species.part_type == 0 { &[names::MATERIAL_IDS] } else { &[] };
+    for name in needed(species.part_type, code).iter().chain(materials).filter(|name| !has(name)) {
+        let text = format!("is missing, but {title} needs it: it would stop, or take zeros; write it");
+        // Codes call by their own name what stands for it.
+        let name = if *name == names::SUPPORT_RADIUS { names::SMOOTHING_LENGTH } else { name };
+        add(findings, Level::Error, &named(species, name), text);
+    }
+    if table.materials().is_some() && !is_planetary {
+        let text = format!("are not read by {title} ({}), which takes all of it for an ideal gas", code.scheme.name);
+        add(findings, Level::Warning, &named(species, names::MATERIAL_IDS), text);
+    }
+    for column in &table.columns {
+        if let Some((particle, value)) = first(column, |v| !v.is_finite()) {
+            let text = format!("is {value} at particle {particle}, expected finite numbers");
+            add(findings, Level::Error, &named(species, &column.name), text);
+        }
+    }
+    positive(species, findings);
+    if let Some(masses) = table.column(names::MASSES) {
+        of_masses(species, masses, code, findings);
+    }
+}
+
+/// Columns that have no meaning where they are not positive.
+fn positive(species: &Species, findings: &mut Vec<Finding>) {
+    let of_gas =
+        [names::MASSES, names::INTERNAL_ENERGY, names::SUPPORT_RADIUS, names::SMOOTHING_LENGTH, names::DENSITY];
+    let names = if species.part_type == 0 { &of_gas[..] } else { &of_gas[..1] };
+    for column in names.iter().filter_map(|name| species.table.column(name)) {
+        if let Some((particle, value)) = first(column, |v| v <= 0.0 && v.is_finite()) {
+            let text =
+                format!("is {value} at particle {particle}, expected positive numbers; codes end in NaN or hang");
+            add(findings, Level::Error, &named(species, &column.name), text);
+        }
+    }
+}
+
+/// The first particle with such a value, and the value.
+fn first(column: &Column, is_such: impl Fn(f64) -> bool) -> Option<(usize, f64)> {
+    let i = (0..column.values.len()).find(|&i| is_such(column.values.get(i)))?;
+    Some((i / column.components.max(1), column.values.get(i)))
+}
+
+fn of_masses(species: &Species, masses: &Column, code: &TargetCode, findings: &mut Vec<Finding>) {
+    let (least, most, _) = masses.values.range();
+    if species.part_type == 0 && least > 0.0 && most > CONTRAST * least {
+        let text =
+            format!("go from {least:e} to {most:e}; codes crash or hang at such contrasts, expected nearly equal ones");
+        add(findings, Level::Error, names::MASSES, text);
+    }
+    // Sinks have one each.
+    let has_one = code.sheet.name == "phantom" && !is_of_sinks(&species.table);
+    if has_one && least > 0.0 && most - least > SAME * most {
+        let text = format!(
+            "go from {least:e} to {most:e}, but a dump of Phantom has one mass for all particles of a type; make them of equal masses"
+        );
+        add(findings, Level::Error, &named(species, names::MASSES), text);
+    }
+}
+
+/// Whether particles are point masses.
+fn is_of_sinks(table: &ParticleTable) -> bool {
+    [names::SOFTENING_RADIUS, names::ACCRETION_RADIUS].iter().any(|name| table.column(name).is_some())
+}
+
+/// Numbers of particles, over all types.
+pub(super) fn numbers(file: &ParticleFile, code: &TargetCode, findings: &mut Vec<Finding>) {
+    let columns = || file.species.iter().filter_map(|s| s.table.column(names::PARTICLE_IDS));
+    if let Some((particle, value)) = columns().find_map(|column| first(column, |v| v.fract() != 0.0)) {
+        let text =
+            format!("is {value} at particle {particle}, expected whole numbers; number the particles 1, 2, 3 ...");
+        return add(findings, Level::Error, names::PARTICLE_IDS, text);
+    }
+    let mut ids: Vec<i64> = columns().flat_map(|c| (0..c.values.len()).map(|i| c.values.get(i) as i64)).collect();
+    let count = ids.len();
+    ids.sort_unstable();
+    let (first, last) = (ids.first().copied().unwrap_or(1), ids.last().copied().unwrap_or(1));
+    ids.dedup();
+    if ids.len() < count {
+        let text = format!(
+            "{} of {count} are used twice, expected different ones; number the particles 1, 2, 3 ...",
+            count - ids.len()
+        );
+        add(findings, Level::Error, names::PARTICLE_IDS, text);
+    }
+    if first < 1 {
+        let (level, what) = match code.sheet.name {
+            "swift" => (Level::Error, "which SWIFT does not take"),
+            _ => (Level::Warning, "which has a meaning of its own in some builds"),
+        };
+        add(findings, level, names::PARTICLE_IDS, format!("begin at {first}, {what}; expected 1 or more"));
+    }
+    if last > i64::from(i32::MAX) && code.sheet.name != "swift" {
+        let text = format!("go to {last}, but {} counts to 2^31 - 1 by default", code.sheet.title);
+        add(findings, Level::Error, names::PARTICLE_IDS, text);
+    }
+}
