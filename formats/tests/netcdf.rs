@@ -228,6 +228,12 @@ fn records_are_taken_by_the_nearest_time() {
     let field = through(&file, &at(29.0)).unwrap();
     assert_eq!(field.variables[0].values.to_f64(), [2.0, 3.0]);
     assert!(field.notes.iter().any(|n| n.contains("record 1 of 3, at time 20")));
+    // Within a step of the first and the last is near enough.
+    assert_eq!(through(&file, &at(54.0)).unwrap().variables[0].values.to_f64(), [4.0, 5.0]);
+    for beyond in [1e9, -50.0, f64::NAN] {
+        let text = refusal(&file, &at(beyond));
+        assert!(text.contains("3 records from 10 to 40 (days") && text.contains("--time is"), "{text}");
+    }
 }
 
 #[test]

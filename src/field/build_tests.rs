@@ -158,6 +158,27 @@ fn grids_take_nodes_cells_and_vectors() {
     assert_eq!(source.mass.unwrap().value, 12.0);
 }
 
+/// Means of cells whose widths grow: straight lines between their middles have another mass, and say by how much.
+#[test]
+fn interpolation_that_changes_the_mass_of_cells_says_so() {
+    let faces: Vec<f64> = (0..9).map(|i| 1.5_f64.powi(i)).collect();
+    let middles = faces.windows(2).map(|w| 0.5 * (w[0] + w[1])).collect();
+    let values: Vec<f64> = faces.windows(2).map(|w| (0.5 * (w[0] + w[1])).powf(-1.5)).collect();
+    let cells: f64 = values.iter().zip(faces.windows(2)).map(|(v, w)| v * (w[1] - w[0])).sum();
+    let grid = GridAxis { bounds: Some(faces), ..axis("x", middles) };
+    let raw = grid_raw(vec![grid], vec![variable("density", Location::Node, 1, values)]);
+    for interpolation in [None, Some(Interpolation::Constant), Some(Interpolation::Linear), Some(Interpolation::Cubic)]
+    {
+        let source = from_raw::<1>(raw.clone(), &FieldOptions { interpolation, ..FieldOptions::default() }).unwrap();
+        let off = source.mass.unwrap().value / cells - 1.0;
+        let said = source.notes.iter().find(|n| n.contains("off that of the cells"));
+        let is_off = off.abs() > 1e-6;
+        assert_eq!(is_off, matches!(interpolation, Some(Interpolation::Linear | Interpolation::Cubic)), "{off}");
+        assert_eq!(said.is_some(), is_off, "{interpolation:?}: {:?}", source.notes);
+        assert!(said.is_none_or(|n| n.contains(&format!("{:+.3} %", 100.0 * off))), "{said:?}");
+    }
+}
+
 #[test]
 fn periodic_nodes_lie_in_cells_or_end_where_they_begin() {
     let options = FieldOptions { periodic: [Some(Period::Auto)], ..FieldOptions::default() };

@@ -41,11 +41,13 @@ pub(crate) fn periodic_axis(
     let (cells, repeated) = match known.centering {
         Centering::Cells => return cell_axis((axis, nodes), Some(Period::Auto)).map(|table| (table, None)),
         Centering::Nodes if !(known.ends_agree)() => {
-            return ask(
-                "has different values in its first and last slice, which cannot be one node of a periodic box; \
-                 write `centering: cells` if its period is one step longer than its nodes are apart"
-                    .into(),
-            );
+            let remedy = match step {
+                Some(_) => "write `centering: cells` if its period is one step longer than its nodes are apart",
+                None => BY_BOUNDS,
+            };
+            return ask(format!(
+                "has different values in its first and last slice, which cannot be one node of a periodic box; {remedy}"
+            ));
         }
         Centering::Nodes => (false, true),
         Centering::Points | Centering::Unknown => match known.stated.map(|edges| by_box(edges, first, last, step, n)) {
@@ -83,14 +85,21 @@ pub(crate) fn periodic_axis(
                 || format!("{span}, or that and one more of its uneven steps, which only bounds of cells can tell"),
                 |step| format!("{} (cells) or {span} (the last node is the first again)", step * n as f64),
             );
+            let remedy = match step {
+                Some(_) => "write `centering: cells` or `centering: nodes`".to_owned(),
+                None => format!("write `centering: nodes` if the last node is the first again; else {BY_BOUNDS}"),
+            };
             let why = if both { "both fit where the nodes lie" } else { "neither fits where the nodes lie" };
             ask(format!(
                 "is periodic, but whether its period is {lengths} is not known: {n} nodes run from {first} to {last}, and {why}; \
-                 write `centering: cells` or `centering: nodes`"
+                 {remedy}"
             ))
         }
     }
 }
+
+/// What there is to do about an axis with uneven steps, whose cells nobody knows.
+const BY_BOUNDS: &str = "give the file bounds of its cells, or the axis another boundary than periodic";
 
 /// The table of an axis whose nodes are the middles of even cells, periodic or not.
 ///
@@ -177,6 +186,16 @@ mod tests {
         ] {
             let error = decide(nodes, Centering::Unknown, None, agree).unwrap_err().to_string();
             assert!(error.contains("input.centering") && error.contains(part), "{nodes:?}: {error}");
+        }
+    }
+
+    /// What one message proposes another must not refuse.
+    #[test]
+    fn uneven_steps_are_not_said_to_be_cells() {
+        let nodes = &[0.5, 1.5, 5.0, 6.0];
+        for (centering, agree) in [(Centering::Unknown, false), (Centering::Nodes, false), (Centering::Cells, true)] {
+            let error = decide(nodes, centering, None, agree).unwrap_err().to_string();
+            assert!(error.contains("give the file bounds of") && !error.contains("`centering: cells`"), "{error}");
         }
     }
 

@@ -82,7 +82,7 @@ pub struct Input {
     #[serde(skip_serializing_if = "Vec::is_empty", deserialize_with = "super::yaml::one_or_many_numbers")]
     pub rotate: Vec<f64>,
     pub atmosphere: Atmosphere,
-    /// Radius of the planet from whose surface a grid's depth or height counts; a plain number is in the unit of that axis.
+    /// Radius of the planet from whose surface a grid's depth or height counts; a plain number is in the unit of that axis where the scene states no `units`.
     #[schemars(extend("x-unit" = "length"), example = &"6371 km")]
     #[serde(skip_serializing_if = "Option::is_none")]
     pub planet_radius: Option<Quantity>,

@@ -34,7 +34,7 @@ pub(super) fn of_header(
     found
 }
 
-/// The same of the masses of a type that are in the header's table and in a dataset, too, which of them `is_read` being the table.
+/// The same of the masses of a type that are in the header's table and in a dataset, too; `table_is_read` says which of them counts.
 pub(super) fn of_masses(part_type: usize, table: f64, masses: &[f64], table_is_read: bool) -> Option<(String, String)> {
     let differs = |m: &&f64| !((**m - table).abs() <= ROUNDING * table);
     let other = masses.iter().find(differs)?;
