@@ -1,6 +1,5 @@
 //! What a file of either syntax holds, and how that becomes a raw field.
 
-use super::ghosts;
 use super::schema::NAME;
 use crate::error::{FormatError, Result};
 use crate::model::{Cells, Coordinates, Geometry, GridAxis, Location, RawField, Values, Variable};
@@ -34,7 +33,7 @@ pub(super) struct Dataset {
 /// Turns a dataset into a field.
 pub(super) fn field(path: &Path, dataset: Dataset, request: &FieldRequest) -> Result<RawField> {
     let mut notes = Vec::new();
-    let Dataset { shape, point_data, cell_data } = ghosts::left_out(path, dataset, &mut notes)?;
+    let Dataset { shape, point_data, cell_data } = dataset;
     let (geometry, flips) = match shape {
         Shape::Axes(axes) => grid(axes),
         Shape::Structured { dimensions, points } => (structured(path, dimensions, points)?, None),

@@ -2,7 +2,7 @@
 
 use super::dataset::field;
 use super::schema::NAME;
-use super::{legacy, particles, pieces, xml};
+use super::{ghosts, legacy, particles, pieces, xml};
 use crate::error::{FormatError, Result};
 use crate::registry::{FieldRequest, FileContent};
 use std::path::Path;
@@ -35,5 +35,8 @@ fn content(path: &Path, bytes: Vec<u8>, request: &FieldRequest) -> Result<FileCo
         return particles::particles(path, dataset, &bytes).map(FileContent::Particles);
     }
     drop(bytes);
-    field(path, dataset, request).map(FileContent::Field)
+    let mut notes = Vec::new();
+    let mut field = field(path, ghosts::left_out(path, dataset, &mut notes)?, request)?;
+    field.notes.extend(notes);
+    Ok(FileContent::Field(field))
 }
