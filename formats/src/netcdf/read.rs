@@ -255,8 +255,11 @@ fn find_record(
         let distance = |i: &usize| (times[*i] - t).abs();
         (0..times.len()).filter(|i| times[*i].is_finite()).min_by(|a, b| distance(a).total_cmp(&distance(b)))
     };
-    if let Some(t) = request.time.filter(|t| !is_within(&times, *t)) {
-        let (low, high, _) = Values::F64(times).range();
+    let (low, high, _) = Values::F64(times.clone()).range();
+    // No farther from the first or the last than records are apart on average; one record is that of any time.
+    let apart = (high - low) / times.len().saturating_sub(1).max(1) as f64;
+    let is_near = |t: f64| times.len() < 2 || !(high >= low) || t >= low - apart && t <= high + apart;
+    if let Some(t) = request.time.filter(|t| !is_near(*t)) {
         let problem =
             format!("it has {length} records from {low} to {high}{units}, but --time is {t}; choose one of these");
         return Err(file.input(&location, problem));
@@ -265,7 +268,6 @@ fn find_record(
         Some(t) => nearest(t),
         None if times.len() == 1 => Some(0),
         None => {
-            let (low, high, _) = Values::F64(times).range();
             return Err(file.input(
                 &location,
                 format!("it has {length} records from {low} to {high}{units}; choose one with --time"),
@@ -275,15 +277,4 @@ fn find_record(
     let index = index.ok_or_else(|| file.input(&location, "it has no finite time"))?;
     notes.push(format!("took record {index} of {length}, at time {}{units}; records count from 0", times[index]));
     Ok((dimension.to_owned(), index as u64))
-}
-
-/// Whether a time is among those of records, or no farther from the first or the last than the records are apart on average. One record is that of
-/// any time.
-fn is_within(times: &[f64], time: f64) -> bool {
-    let (low, high) = times
-        .iter()
-        .filter(|t| t.is_finite())
-        .fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), t| (a.min(*t), b.max(*t)));
-    let apart = (high - low) / times.len().saturating_sub(1).max(1) as f64;
-    times.len() < 2 || !(high >= low) || time >= low - apart && time <= high + apart
 }
