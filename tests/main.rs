@@ -11,6 +11,7 @@ mod architecture;
 mod balance;
 mod blocks;
 mod bodies;
+mod cases;
 mod cli;
 mod collisionless;
 mod compare;

@@ -80,7 +80,7 @@ fn places<const D: usize>(file: &ParticleFile, middle: [f64; D]) -> Vec<[f64; D]
 fn a_surface_of_a_file_is_filled_with_its_mass() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("body.stl");
-    let triangles = lumpy(40);
+    let triangles = lumpy(20);
     write_stl(&path, &triangles);
     let base = format!(
         "particles: 300\npolish: none\nwvt: {{iterations: 0}}\noutput: {{units: code}}\ninput: {{file: '{}', ",

@@ -188,8 +188,8 @@ fn all(seconds: f64, wall: Duration) {
 }
 
 #[test]
-fn a_second_of_mutants_per_reader_does_no_harm() {
-    all(0.5, Duration::from_secs(1));
+fn some_mutants_per_reader_do_no_harm() {
+    all(0.3, Duration::from_millis(600));
 }
 
 #[test]

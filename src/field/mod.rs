@@ -88,6 +88,7 @@ pub use fitted::Scatter;
 pub(crate) use free_space::FreeSpace;
 pub use hull::MeshHull;
 pub(crate) use interior::Inside;
+pub(crate) use intervals::Intervals;
 pub(crate) use mass::mass_and_pieces;
 pub use mass::{piece_masses, total_mass};
 pub use options::{Centering, FieldOptions, Interpolation, Missing, Period, Staggering};

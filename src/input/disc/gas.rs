@@ -169,7 +169,7 @@ impl Gas {
         if !self.is_within(radius, z) {
             return 0.0;
         }
-        let column = self.rows.interpolate(&self.column, radius).0;
+        let column = self.rows.value(&self.column, radius);
         self.scale * self.law.surface_density(radius) * (-column - self.exponent(radius, z)).exp()
     }
 
@@ -185,7 +185,7 @@ impl Gas {
     /// Square of the speed of rotation; negative where no rotation holds the gas.
     fn rotation(&self, radius: f64, z: f64) -> f64 {
         let [surface, speed] = self.law.slopes(&self.well, radius);
-        let column = self.rows.interpolate(&self.column, radius).1;
+        let column = self.rows.slope(&self.column, radius);
         let pressure = self.sound_speed(radius).powi(2) * (surface - column) + speed * (1.0 + self.exponent(radius, z));
         radius * (self.pull(radius) + pressure)
     }
