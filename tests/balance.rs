@@ -212,6 +212,23 @@ fn what_cannot_be_balanced_is_refused_with_the_remedy() {
 }
 
 /// Past the pairing instability no arrangement of particles apart is a minimum, but some are free of forces.
+/// Its radius, mass and G are 1: so are those of the same model in units.
+#[test]
+fn a_model_in_pure_numbers_is_balanced_for_a_code() {
+    let scene = |of: &str| {
+        format!(
+            "input: {{profile: {{polytrope: {{n: 1.5, {of}}}}}}}\nparticles: 1000\ntarget_code: swift\nbalance: {{evaluations: 20}}\n"
+        )
+    };
+    let asked = run(&scene("mass: 1, radius: 1"));
+    let by_itself = run(&scene("mass: 1, radius: 1").replace("balance: {evaluations: 20}\n", ""));
+    let with_units = run(&scene("mass: 1 Msun, radius: 1 Rsun"));
+    assert!(by_itself.plan.stages.contains(&sph_prep::relaxation::BALANCE), "{}", by_itself.text());
+    let net = |report: &Report| report.balance.as_ref().map_or(f64::NAN, |balance| balance.all);
+    assert!((net(&asked) / net(&with_units) - 1.0).abs() < 0.02, "{} {}", net(&asked), net(&with_units));
+    assert!(net(&by_itself) <= net(&asked), "{} {}", net(&by_itself), net(&asked));
+}
+
 #[test]
 fn forces_that_make_pairs_vanish_with_particles_apart() {
     let scene = "input: {file: profiles/polytrope-1.5.nc}\nparticles: 2000\nkernel: cubic-spline\nneighbors: 64\n";

@@ -253,7 +253,7 @@ fn a_pressure_without_a_unit_is_converted_as_one() {
             let mut command = Command::cargo_bin("sph-prep").unwrap();
             command.arg("--scene").arg(&scene).arg("--out").arg(&made).arg("--quiet");
             assert!(command.output().unwrap().status.success(), "{d}-D, {from}");
-            let (good, text) = convert(&made, &si, &["--units", "si"]);
+            let (good, text) = convert(&made, &si, &["--units", "si", "--input-units", "cgs"]);
             assert!(good, "{text}");
             let converted = read(&si);
             let table = &converted.species[0].table;
@@ -293,4 +293,25 @@ fn values_that_are_no_numbers_are_counted() {
     sph_formats::write(FORMATS, &file("a.vtu"), None, &broken, WriteOptions::default()).unwrap();
     let (good, text) = convert(&file("a.vtu"), &file("b.vtu"), &[]);
     assert!(good && text.contains("'Velocities' has 1 values of 1500 that are no finite numbers"), "{text}");
+}
+
+#[test]
+fn pure_numbers_are_converted_only_where_their_units_are_said() {
+    let folder = tempfile::tempdir().unwrap();
+    let file = |name: &str| folder.path().join(name);
+    let mut pure = particles();
+    pure.header.units = UnitSystem::CODE;
+    sph_formats::write(FORMATS, &file("pure.hdf5"), None, &pure, WriteOptions::default()).unwrap();
+    sph_formats::write(FORMATS, &file("solar.hdf5"), None, &particles(), WriteOptions::default()).unwrap();
+    let (good, text) = convert(&file("pure.hdf5"), &file("a.hdf5"), &["--units", "galactic"]);
+    assert!(!good && text.contains("--input-units") && !file("a.hdf5").exists(), "{text}");
+    let (good, text) = convert(&file("pure.hdf5"), &file("a.hdf5"), &["--units", "galactic", "--input-units", "solar"]);
+    assert!(good, "{text}");
+    let (good, text) = convert(&file("solar.hdf5"), &file("b.hdf5"), &["--units", "galactic"]);
+    assert!(good, "{text}");
+    for name in [names::MASSES, names::VELOCITIES, names::DENSITY] {
+        same(&read(&file("b.hdf5")), &read(&file("a.hdf5")), name, 2e-7);
+    }
+    let (good, text) = convert(&file("solar.hdf5"), &file("c.hdf5"), &["--input-units", "cgs"]);
+    assert!(!good && text.contains("states its own"), "{text}");
 }

@@ -431,3 +431,21 @@ fn a_thin_disc_has_its_mass_in_place() {
     let within = positions.iter().filter(|x| radius(x) < 1.678 * 0.2).count() as f64 / 2000.0;
     assert!((within - 0.5).abs() < 0.03, "{within}");
 }
+
+/// Such a medium is vacuum in the file: what is not next to nothing of it is warned about.
+#[test]
+fn a_region_that_no_particle_is_placed_in_is_told() {
+    let told = |contrast: &str| {
+        let scene = format!(
+            "input: {{expression: 'if(abs(x - 1) < 0.01, {contrast}, 1)'}}\ndomain: {{box: [[0], [2]], boundary: [periodic]}}\n\
+             particles: 200\nwvt: {{iterations: 0}}\npolish: none\n"
+        );
+        let (_, report) = place(&Scene::parse(&scene).unwrap(), FORMATS, &Control::default()).unwrap();
+        let is_said = |all: &[String]| all.iter().any(|text| text.starts_with("no particle is placed in 99.0"));
+        (is_said(&report.warnings), is_said(&report.notes))
+    };
+    // Of 200 particles 200*1.98/(1.98 + 0.02 c) belong there: 9, 0.2 and 2e-6.
+    assert_eq!(told("2e3"), (false, false));
+    assert_eq!(told("1e5"), (true, false));
+    assert_eq!(told("1e10"), (false, true));
+}

@@ -521,3 +521,59 @@ fn a_steep_atmosphere_has_no_smooth_surface() {
         assert_eq!(report.notes.iter().any(|n| n.contains("smooth surface")), is_told, "{index}: {:?}", report.notes);
     }
 }
+
+/// As GADGET's binary files state none, and as pure numbers have units of 1 in formats that cannot do without.
+#[test]
+fn numbers_without_units_are_pure_or_in_the_scenes_units() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut file = lattice(true);
+    file.header.units = UnitSystem::CODE;
+    let scene = "particles: 500\npolish: none\nwvt: {iterations: 0}\noutput: {double_precision: true}\n";
+    let sum = |file: &ParticleFile, name: &str| numbers(file, name).iter().sum::<f64>();
+    for name in ["plain.hdf5", "plain.gadget"] {
+        let input = written(folder.path(), name, &file);
+        let pure = resampled(&input, scene).unwrap();
+        assert_eq!(pure.header.units, UnitSystem::CODE, "{name}");
+        let own = resampled(&input, &format!("{scene}units: galactic\n")).unwrap();
+        assert_eq!(own.header.units, UnitSystem::galactic(), "{name}");
+        for (made, what) in [(pure, "pure"), (own, "galactic")] {
+            let mass = sum(&made, names::MASSES);
+            assert!((mass / EDGE.powi(3) - 1.0).abs() < 1e-5, "{name}, {what}: {mass}");
+            let energy = numbers(&made, names::INTERNAL_ENERGY);
+            assert!(energy.iter().all(|u| (u / 1.5 - 1.0).abs() < 1e-5), "{name}, {what}: {energy:?}");
+            let fastest = numbers(&made, names::VELOCITIES).into_iter().fold(0.0, f64::max);
+            assert!((fastest - 2.0).abs() < 1e-4, "{name}, {what}: {fastest}");
+        }
+    }
+    // Units of length and density leave the one of time open.
+    let mut scene =
+        Scene::parse(&format!("{scene}input: {{length_unit: kpc, density_unit: 1e10 Msun/kpc^3}}\n")).unwrap();
+    scene.input.file = Some(folder.path().join("plain.hdf5"));
+    let (_, report) = sph_prep::place(&scene, FORMATS, &Control::default()).unwrap();
+    assert!(report.warnings.iter().any(|w| w.contains("say nothing of time")), "{:?}", report.warnings);
+}
+
+#[test]
+fn a_snapshot_of_an_expanding_box_is_warned_about() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut file = lattice(true);
+    let scene = "particles: 500\npolish: none\nwvt: {iterations: 0}\n";
+    let warned = |name: &str, file: &ParticleFile| {
+        let mut scene = Scene::parse(scene).unwrap();
+        scene.input.file = Some(written(folder.path(), name, file));
+        let (_, report) = sph_prep::place(&scene, FORMATS, &Control::default()).unwrap();
+        report.warnings.iter().any(|w| w.contains("cosmological run"))
+    };
+    assert!(!warned("still.hdf5", &file));
+    file.header.time = 0.5;
+    let path = written(folder.path(), "expanding.gadget", &file);
+    // The redshift stands behind the time, which is at byte 72 of the header.
+    let mut bytes = std::fs::read(&path).unwrap();
+    let time = (0..bytes.len() - 8).find(|&i| bytes[i..i + 8] == 0.5_f64.to_le_bytes()).unwrap();
+    bytes[time + 8..time + 16].copy_from_slice(&1.0_f64.to_le_bytes());
+    std::fs::write(&path, bytes).unwrap();
+    let mut scene = Scene::parse(scene).unwrap();
+    scene.input.file = Some(path);
+    let (_, report) = sph_prep::place(&scene, FORMATS, &Control::default()).unwrap();
+    assert!(report.warnings.iter().any(|w| w.contains("cosmological run")), "{:?}", report.warnings);
+}

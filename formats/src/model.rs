@@ -341,6 +341,9 @@ pub const FILES_KEY: &str = "Files";
 pub const DOUBT_KEY: &str = "contradiction";
 pub const LACKS_KEY: &str = "lacks";
 
+/// The key of the provenance under which readers say that a snapshot's box expands.
+pub const COSMOLOGY_KEY: &str = "cosmology";
+
 /// The key of the provenance under which readers say that the gas is cells of a mesh, and [`VORONOI`] that these are the places
 /// nearest to each position.
 pub const MESH_KEY: &str = "Mesh";
@@ -348,6 +351,9 @@ pub const VORONOI: &str = "Voronoi";
 
 /// The key of the provenance under which the gas's adiabatic index is, where that is not [`ADIABATIC_INDEX`].
 pub const ADIABATIC_INDEX_KEY: &str = "AdiabaticIndex";
+
+/// The key of a field's metadata under which the adiabatic index of the run is that wrote it.
+pub const FIELD_ADIABATIC_INDEX: &str = "adiabatic index";
 
 /// Of gas of which nothing is said, as in the default builds of codes.
 pub const ADIABATIC_INDEX: f64 = 5.0 / 3.0;

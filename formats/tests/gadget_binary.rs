@@ -1,6 +1,7 @@
 //! GADGET binary files made by hand, byte for byte as the GADGET-2 user guide describes them.
 
 use sph_formats::common::particle_names as names;
+use sph_formats::model::COSMOLOGY_KEY;
 use sph_formats::{FORMATS, FieldRequest, FileContent, FormatError, ParticleFile, Values, registry};
 use std::path::PathBuf;
 
@@ -107,6 +108,9 @@ fn both_formats_byte_orders_and_widths_are_read() {
             assert_eq!(stars.table.column(names::MASSES).unwrap().values.to_f64(), [7.0]);
             assert_eq!(stars.table.column(names::COORDINATES).unwrap().values.to_f64(), [7.0, 8.0, 9.0]);
             assert_eq!(gas.table.column(names::INTERNAL_ENERGY).unwrap().values.to_f64(), [0.5, 0.75]);
+            // A time of 0.25 at a redshift of 3.
+            let cosmology = p.header.provenance.iter().find(|fact| fact.0 == COSMOLOGY_KEY).unwrap();
+            assert!(cosmology.1.contains("scale factor of 0.25"), "{cosmology:?}");
             assert!(stars.table.column(names::INTERNAL_ENERGY).is_none());
             let second = if double { 1 << 40 } else { 2 };
             assert_eq!(gas.table.column(names::PARTICLE_IDS).unwrap().values, Values::I64(vec![1, second]));

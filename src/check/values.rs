@@ -3,7 +3,7 @@
 use super::finding::{Finding, Level, add, named};
 use crate::codes::{AS_PLANETARY, TargetCode};
 use sph_formats::common::particle_names as names;
-use sph_formats::model::{DOUBT_KEY, FILES_KEY, LACKS_KEY};
+use sph_formats::model::{COSMOLOGY_KEY, DOUBT_KEY, FILES_KEY, LACKS_KEY};
 use sph_formats::{Column, ParticleFile, ParticleTable, RunHeader, Species};
 
 /// Masses beyond this contrast fail in codes.
@@ -16,6 +16,10 @@ pub(super) fn header(header: &RunHeader, code: &TargetCode, findings: &mut Vec<F
     let of = |key: &'static str| header.provenance.iter().filter(move |fact| fact.0 == key).map(|fact| &fact.1);
     for doubt in of(DOUBT_KEY) {
         add(findings, Level::Error, "header", format!("{doubt}; expected one answer, write the right one"));
+    }
+    for cosmology in of(COSMOLOGY_KEY) {
+        let text = format!("{cosmology}; {} has to be run with the same cosmology", code.sheet.title);
+        add(findings, Level::Warning, "header", text);
     }
     if code.sheet.name == "swift" && of(FILES_KEY).next().is_some() {
         let text =

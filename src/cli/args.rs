@@ -221,6 +221,9 @@ pub struct ConvertArgs {
     /// Units of the output: cgs, si, solar, planetary, galactic or code [default: those of the input].
     #[arg(long)]
     pub units: Option<String>,
+    /// Units of an input that states none, or units of 1: cgs, si, solar, planetary or galactic.
+    #[arg(long, value_name = "UNITS")]
+    pub input_units: Option<String>,
     /// Edge of the box, in units of the output, where the input has none.
     #[arg(long = "box", value_name = "LENGTH")]
     pub box_size: Option<f64>,

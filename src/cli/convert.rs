@@ -10,7 +10,7 @@ use crate::run::destination::refuse_replacing;
 use crate::scene::system_of;
 use sph::kernel::{default_kernel_neighbors, support_over_spacing};
 use sph_formats::common::particle_names as names;
-use sph_formats::model::{DOUBT_KEY, FILES_KEY, LACKS_KEY};
+use sph_formats::model::{COSMOLOGY_KEY, DOUBT_KEY, FILES_KEY, LACKS_KEY};
 use sph_formats::{
     Column, FormatSpec, ParticleFile, UnitDimension, UnitSystem, Values, registry, registry::FixedCorner,
 };
@@ -38,7 +38,9 @@ pub fn convert(formats: &[FormatSpec], args: &ConvertArgs) -> Result<Vec<String>
     progress.begin("read");
     let mut file = particles_in(formats, &args.from, args.format.as_deref(), args.open)?;
     notes.extend(file.header.take(DOUBT_KEY));
+    notes.extend(file.header.take(COSMOLOGY_KEY));
     file.header.take(LACKS_KEY);
+    name_units(&mut file.header.units, args)?;
     if let Some(name) = &args.units {
         change_units(&mut file, system_of("--units", name)?);
     }
@@ -91,6 +93,28 @@ fn moved_into_box(file: &mut ParticleFile, target: &FormatSpec) -> Option<String
         file.move_corner_to_origin();
         format!("the corner of the box was moved from {corner:?} to the origin, where '{}' has it", target.name)
     })
+}
+
+/// Gives a file without units those that are asked for. Pure numbers cannot be expressed in others.
+fn name_units(units: &mut UnitSystem, args: &ConvertArgs) -> Result<()> {
+    let is_pure = *units == UnitSystem::CODE;
+    match (&args.input_units, &args.units) {
+        (Some(_), _) if !is_pure => {
+            Err(Error::scene("--input-units", "is for files without units, and this one states its own; leave it out"))
+        }
+        (Some(name), _) => {
+            *units = system_of("--input-units", name)?;
+            Ok(())
+        }
+        (None, Some(name)) if is_pure && name != "code" => {
+            let problem = format!(
+                "is {name}, but '{}' states no units, or units of 1, which pure numbers have; say with --input-units what they are in",
+                args.from.display()
+            );
+            Err(Error::scene("--units", problem))
+        }
+        _ => Ok(()),
+    }
 }
 
 fn same_units(a: &UnitSystem, b: &UnitSystem) -> bool {

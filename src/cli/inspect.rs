@@ -3,12 +3,14 @@
 use super::args::InspectArgs;
 use crate::error::Result;
 use crate::field::{Orientation, natural_dimension, surface_of};
-use crate::input::roles::{Assignment, assign};
+use crate::input::roles::{Assignment, assign, divide_momenta, reduce_energies, restore_names};
+use crate::input::stated_units;
 use crate::scene::{Role, parse_mapping};
 use sph_formats::{
     Column, FieldRequest, FileContent, FormatSpec, Geometry, GridAxis, Location, ParticleFile, RawField, RefinedAxis,
-    RefinedGrid, Unit, Values,
+    RefinedGrid, Unit, UnitSystem, Values, Variable,
 };
+use std::collections::BTreeMap;
 use std::fmt::Write;
 
 /// Describes a readable file.
@@ -21,20 +23,48 @@ pub fn inspect(formats: &[FormatSpec], args: &InspectArgs) -> Result<String> {
     let progress = super::progress::Progress::new(false);
     progress.begin("read");
     let content = sph_formats::read(formats, &args.file, args.format.as_deref(), &request)?;
+    drop(progress);
     let mut out = String::new();
     let map = args.map.iter().map(|text| parse_mapping(text)).collect::<Result<_>>()?;
-    match &content {
+    match content {
         FileContent::Field(field) => {
-            let roles = assign(field, natural_dimension(field), &map)?;
-            describe_field(&mut out, field, &roles)
+            let variables: Vec<String> = field.variables.iter().map(describe_variable).collect();
+            let (field, roles) = as_run(field, &map)?;
+            describe_field(&mut out, (&field, &variables), &roles)
         }
-        FileContent::Particles(file) => describe_particles(&mut out, &args.file.display().to_string(), file),
+        FileContent::Particles(file) => describe_particles(&mut out, &args.file.display().to_string(), &file),
     }
     .expect("writing to a string cannot fail");
     Ok(out)
 }
 
-fn describe_field(out: &mut String, field: &RawField, roles: &[Assignment]) -> std::fmt::Result {
+/// A field as a run takes it, with the roles of its variables.
+fn as_run(mut field: RawField, map: &BTreeMap<String, Role>) -> Result<(RawField, Vec<Assignment>)> {
+    let input = stated_units::of_field(&field);
+    let divided = divide_momenta(&mut field, |name| map.contains_key(name));
+    let mut roles = assign(&field, natural_dimension(&field), map)?;
+    reduce_energies(&mut field, &mut roles, input.as_ref());
+    restore_names(&mut roles, &divided);
+    for (velocity, own) in divided {
+        if let Some(v) = field.variables.iter_mut().find(|v| v.name == velocity) {
+            v.name = own;
+        }
+    }
+    Ok((field, roles))
+}
+
+/// What the file says of a variable.
+fn describe_variable(v: &Variable) -> String {
+    let place = if v.location == Location::Node { "node" } else { "cell" };
+    let values = describe_values(&v.values);
+    format!("{:<24} {place}, {} component(s), {values}{}", v.name, v.components, named(&v.unit))
+}
+
+fn describe_field(
+    out: &mut String,
+    (field, variables): (&RawField, &[String]),
+    roles: &[Assignment],
+) -> std::fmt::Result {
     writeln!(out, "{}: {}, {}", field.path.display(), field.format, field.geometry.kind())?;
     match &field.geometry {
         Geometry::Radial { nodes, unit } => {
@@ -80,15 +110,13 @@ fn describe_field(out: &mut String, field: &RawField, roles: &[Assignment]) -> s
             writeln!(out, "  cloud            {dimension}-D, {} points{}", points.len(), named(unit))?;
         }
     }
-    for v in &field.variables {
-        let place = if v.location == Location::Node { "node" } else { "cell" };
+    for (v, described) in field.variables.iter().zip(variables) {
         let mark = match roles.iter().find(|a| a.variable == v.name) {
             Some(Assignment { role: Some(Role::Density), .. }) => "  <- density".to_owned(),
             Some(Assignment { role: Some(role), column, .. }) => format!("  <- {}, written as {column}", role.name()),
             _ => String::new(),
         };
-        let values = describe_values(&v.values);
-        writeln!(out, "  {:<24} {place}, {} component(s), {values}{}{mark}", v.name, v.components, named(&v.unit))?;
+        writeln!(out, "  {described}{mark}")?;
     }
     for a in roles {
         if let Some(note) = &a.note {
@@ -148,7 +176,14 @@ fn describe_particles(out: &mut String, path: &str, file: &ParticleFile) -> std:
     let h = &file.header;
     writeln!(out, "{path}: particles in {}-D", h.dimension)?;
     writeln!(out, "  box              {:?}, periodic {:?}", h.box_size, h.periodic)?;
-    writeln!(out, "  units in cgs     length {:e}, mass {:e}, time {:e}", h.units.length, h.units.mass, h.units.time)?;
+    match h.units == UnitSystem::CODE {
+        true => writeln!(out, "  units            none stated, or all 1: pure numbers")?,
+        false => writeln!(
+            out,
+            "  units in cgs     length {:e}, mass {:e}, time {:e}",
+            h.units.length, h.units.mass, h.units.time
+        )?,
+    }
     for species in &file.species {
         writeln!(out, "  type {}           {} particles", species.part_type, species.table.count)?;
         for Column { name, components, values, .. } in &species.table.columns {

@@ -1,7 +1,7 @@
 //! Sources from rectilinear grids.
 
 use super::build_input::{Input, Repeats, check_ascending};
-use super::centering::{Known, cell_axis, periodic_axis};
+use super::centering::{Known, cell_axis, even_step, periodic_axis};
 use super::check::point_text;
 use super::curvilinear::{Curvilinear, check_faces};
 use super::geographic::Geographic;
@@ -52,6 +52,7 @@ pub(crate) fn cartesian<const D: usize>(mut input: Input<'_, D>, axes: &[GridAxi
         Some(location) => Some(tables(location, &mut Vec::new())?),
         None => None,
     };
+    notes.extend(ends_at_nodes(&input, axes, centering));
     input.notes.extend(notes);
     let of_cells = mass_of_cells(&input.density, axes);
     let own = Arc::clone(&sampler);
@@ -92,6 +93,25 @@ fn mass_of_cells(density: &Variable, axes: &[GridAxis]) -> Option<f64> {
     };
     let mass: f64 = (0..density.values.len()).map(|i| density.values.get(i) * volume(i)).sum();
     (mass > 0.0).then_some(mass)
+}
+
+/// What is said of values of which nobody says whether they are those of cells or of nodes, and which count as the latter.
+fn ends_at_nodes<const D: usize>(input: &Input<'_, D>, axes: &[GridAxis], centering: Centering) -> Option<String> {
+    let is_open = |k: usize| input.options.periodic[k].is_none() && axes[k].bounds.is_none() && axes[k].nodes.len() > 1;
+    let open: Vec<usize> = (0..D).filter(|&k| is_open(k)).collect();
+    if centering != Centering::Unknown || input.density.location == Location::Cell || open.is_empty() {
+        return None;
+    }
+    let remedy = match open.iter().all(|&k| even_step(&axes[k].nodes).is_some()) {
+        true => "write `centering: cells`",
+        false => "give the file bounds of its cells",
+    };
+    let names: Vec<&str> = open.iter().map(|&k| axes[k].name.as_str()).collect();
+    Some(format!(
+        "values are taken to be at nodes, and the domain to end at the first and the last of them along {}; if they are means of cells, which reach half a \
+         step farther, {remedy} (input.centering)",
+        names.join(", ")
+    ))
 }
 
 /// What the scene and the file say of the values at nodes.

@@ -196,6 +196,23 @@ fn periodic_nodes_lie_in_cells_or_end_where_they_begin() {
 }
 
 #[test]
+fn open_axes_that_end_at_nodes_are_told_where_nobody_says_so() {
+    let told = |nodes: &[f64], centering: Centering| {
+        let rho = variable("rho", Location::Node, 1, vec![1.0; nodes.len()]);
+        let options = FieldOptions { centering, ..FieldOptions::default() };
+        let source = from_raw::<1>(grid_raw(vec![axis("x", nodes.to_vec())], vec![rho]), &options).unwrap();
+        source.notes.into_iter().find(|note| note.contains("input.centering"))
+    };
+    let even = told(&[0.5, 1.5, 2.5], Centering::Unknown).unwrap();
+    assert!(even.contains("along x") && even.contains("`centering: cells`"), "{even}");
+    let uneven = told(&[0.5, 1.5, 4.5], Centering::Unknown).unwrap();
+    assert!(uneven.contains("bounds of its cells"), "{uneven}");
+    for stated in [Centering::Nodes, Centering::Cells, Centering::Points] {
+        assert_eq!(told(&[0.5, 1.5, 2.5], stated), None);
+    }
+}
+
+#[test]
 fn meshes_and_clouds_become_sources() {
     let points = vec![[0.0, 0.0, 5.0], [1.0, 0.0, 5.0], [1.0, 1.0, 5.0], [0.0, 1.0, 5.0]];
     let cells = Cells { types: vec![5, 5], offsets: vec![0, 3, 6], connectivity: vec![0, 1, 2, 0, 2, 3] };

@@ -117,7 +117,7 @@ pub(crate) fn cell_axis((axis, nodes): (&str, &[f64]), period: Option<Period>) -
 }
 
 /// The step of nodes that are evenly apart.
-fn even_step(nodes: &[f64]) -> Option<f64> {
+pub(crate) fn even_step(nodes: &[f64]) -> Option<f64> {
     let n = nodes.len();
     if n < 2 {
         return None;

@@ -83,7 +83,9 @@ impl<'a, const D: usize> Hydrostatics<'a, D> {
                 None => Ok((Some(known), None)),
             };
         }
-        if units.input.is_none() || D < 3 || prepared.source.radial.is_none() {
+        // A model in pure numbers has G = 1, or what `balance.constant` says.
+        let attracts = units.input.is_some() || scene.own_gravity().is_some();
+        if !attracts || D < 3 || prepared.source.radial.is_none() {
             return Ok((None, None));
         }
         let checked = Self::known(scene, prepared, units).and_then(|known| match known {

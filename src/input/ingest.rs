@@ -74,12 +74,31 @@ pub fn read(scene: &Scene, formats: &[FormatSpec]) -> Result<RawInput> {
             }
             Ok(RawInput::File(Box::new(field)))
         }
-        FileContent::Particles(particles) => {
-            let snapshot = Snapshot::new(path, &particles, request.density.as_deref())?;
+        FileContent::Particles(mut particles) => {
+            let note = units_of_snapshot(scene, &mut particles.header.units)?;
+            let mut snapshot = Snapshot::new(path, &particles, request.density.as_deref())?;
+            snapshot.field.notes.extend(note);
             let file = (scene.refine.is_some() && scene.particles.is_none()).then_some(particles);
             Ok(RawInput::Snapshot(Box::new(Snapshot { file, ..snapshot })))
         }
     }
+}
+
+/// Gives a snapshot that states no units those of the scene, where it has some; what there is to say of it. Units of 1 are those of
+/// pure numbers, which formats write that cannot do without.
+fn units_of_snapshot(scene: &Scene, units: &mut UnitSystem) -> Result<Option<String>> {
+    if *units != UnitSystem::CODE {
+        return Ok(None);
+    }
+    let note = match (scene.stated_units()?, scene.units.as_deref()) {
+        (Some(system), Some(name)) => {
+            *units = system;
+            format!("the file states no units: its numbers are taken to be in the scene's ({name})")
+        }
+        _ => "the file states no units, or units of 1: its numbers are pure numbers; if they are not, `units` says what they are in"
+            .to_owned(),
+    };
+    Ok(Some(note))
 }
 
 /// What depths count from. A plain number is in the unit of their axis, unless the scene states its units.

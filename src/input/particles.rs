@@ -22,7 +22,7 @@ use sph_formats::{
     Geometry, Location, ParticleFile, ParticleTable, RawField, Species, Unit, UnitDimension, UnitSystem, Values,
     Variable,
     common::particle_names,
-    model::{DOUBT_KEY, MESH_KEY, VORONOI},
+    model::{COSMOLOGY_KEY, DOUBT_KEY, MESH_KEY, VORONOI},
 };
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -48,6 +48,8 @@ pub struct Snapshot {
     pub time_unit: f64,
     /// That of the snapshot, in it.
     pub time: f64,
+    /// What the file says of a box that expands.
+    pub cosmology: Option<String>,
     /// As it was read, where most of it stays as it is.
     pub(crate) file: Option<ParticleFile>,
 }
@@ -85,9 +87,10 @@ impl Snapshot {
         }];
         notes.extend(header.provenance.iter().filter(|fact| fact.0 == DOUBT_KEY).map(|fact| fact.1.clone()));
         let others = file.species.iter().filter(|s| s.part_type != 0 && s.table.count > 0).cloned().collect();
+        let has_units = header.units != UnitSystem::CODE;
         let unit = |d: UnitDimension| {
             let stated = header.units.unit(d);
-            Some(if d == UnitDimension::NONE { Unit { symbol: "none".into(), ..stated } } else { stated })
+            has_units.then(|| if d == UnitDimension::NONE { Unit { symbol: "none".into(), ..stated } } else { stated })
         };
         let name = density.unwrap_or(particle_names::DENSITY);
         let mut variables = Vec::new();
@@ -136,6 +139,7 @@ impl Snapshot {
             is_mesh,
             time_unit: header.units.time,
             time: header.time,
+            cosmology: header.provenance.iter().find(|fact| fact.0 == COSMOLOGY_KEY).map(|fact| fact.1.clone()),
             file: None,
         };
         if snapshot.field.variable(name).is_none() {

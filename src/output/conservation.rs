@@ -48,7 +48,9 @@ impl Conserved {
         }
         let mut how = Vec::new();
         how.extend(self.velocity_change.map(|v| format!("velocities were changed by up to {v:.1e} of their spread")));
-        how.extend(self.energy_factor.map(|f| format!("internal energies by {:.1e}", f - 1.0)));
+        how.extend(
+            self.energy_factor.map(|f| format!("internal energies were changed by {:.1e} of themselves", f - 1.0)),
+        );
         match kept.is_empty() {
             true => "no totals of the snapshot could be kept".into(),
             false => format!("{TOTALS}: {}; for this {}", kept.join(" and "), how.join(", ")),

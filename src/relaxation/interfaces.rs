@@ -5,6 +5,7 @@
 //! (or two, across a thin layer), so that what is missing is a function of the distance alone: with the kernel's mass
 //! P(t) beyond the distance t the sum of W lacks n P(t/H), and pushes lack n S(t/H) along the normal.
 
+use crate::field::Patch;
 use crate::target::{Part, Positions, Target, at};
 use nalgebra::DMatrix;
 use serde::{Deserialize, Serialize};
@@ -75,7 +76,10 @@ impl Interfaces {
                 let moved = target.domain.displacement(&from, &x);
                 moved.iter().map(|m| m * m).sum::<f64>() < (STALE * support[i]).powi(2)
             });
-            (!stays).then(|| planes(target.domain, part, (beyond, &directions), &x, support[i]))
+            (!stays).then(|| match is_clear(target, part, &x, support[i]) {
+                true => Vec::new(),
+                false => planes(target.domain, part, (beyond, &directions), &x, support[i]),
+            })
         });
         let mut looked = 0;
         for (i, planes) in fresh.into_iter().enumerate() {
@@ -169,6 +173,15 @@ struct Ray<const D: usize> {
     leaves: f64,
     /// The kernel's mass along it until it enters again.
     mass: f64,
+}
+
+/// Whether the bounds of the density say that all within a support radius is of the particle's region, without a look at any of it: nothing jumps there,
+/// and nothing is empty.
+fn is_clear<const D: usize>(target: &Target<'_, D>, part: &Part<'_, D>, x: &[f64; D], support: f64) -> bool {
+    let (lo, hi) = (x.map(|v| v - support), x.map(|v| v + support));
+    let is_inside = (0..D).all(|k| lo[k] >= target.domain.lo[k] && hi[k] <= target.domain.hi[k]);
+    let bounds = || target.resolution_field().enclosure(&Patch::of_box(lo, hi));
+    is_inside && bounds().is_some_and(|bounds| bounds.is_continuous && bounds.least > 0.0) && part.holds(x)
 }
 
 /// The planes about a particle of a region.
@@ -428,4 +441,39 @@ mod tests {
         let three = Beyond::new::<3>(KernelName::WendlandC4, &f).at(0.0).2;
         assert!((three - std::f64::consts::PI / 12.0).abs() < 1e-4, "{three}");
     }
+
+    /// What is left out by bounds has no planes, by looks along all rays.
+    #[test]
+    fn what_bounds_leave_out_has_no_planes() {
+        fn check<const D: usize>(text: &str, count: usize) {
+            let domain = Domain::new([0.0; D], [1.0; D], [Axis::Periodic; D], sph::domain::Region::Box).unwrap();
+            let field = crate::field::AnalyticField::<D>::new("density", text, [0.5; D]).unwrap();
+            let mass = crate::field::total_mass(&field, &domain, 1e-4).unwrap().value;
+            let whole = Target::of_equal_masses(&domain, &field, count, mass);
+            let regions = whole.find_regions(None).unwrap();
+            let (beyond, directions) = (Beyond::new::<D>(KernelName::WendlandC4, &|q| 1.0 - q), directions::<D>());
+            let (mut clear, mut near) = (0, 0);
+            for region in 0..regions.number() {
+                let target = whole.selected(&regions, crate::target::Selected::Region(region), count);
+                let part = target.part.unwrap();
+                let places = (0..count).map(|i| sph::array(|k| (0.5 + i as f64 * STEPS_OF[k]).fract()));
+                for x in places.filter(|x: &[f64; D]| part.holds(x)) {
+                    let found = planes(&domain, &part, (&beyond, &directions), &x, 0.1);
+                    let is_left_out = is_clear(&target, &part, &x, 0.1);
+                    assert!(!is_left_out || found.is_empty(), "{text}, {x:?}: {found:?}");
+                    clear += usize::from(is_left_out);
+                    near += usize::from(!found.is_empty());
+                }
+            }
+            assert!(clear > count / 20 && near > count / 20, "{text}: {clear} clear, {near} near of {count}");
+        }
+        check::<1>("if(abs(x - 0.5) < 0.2, 5, 1)", 400);
+        check::<2>("if(abs(x - 0.5) < 0.2, 5, 1 + 0.5*sin(6.283185307*y))", 400);
+        check::<3>("if((x - 0.5)^2 + (y - 0.5)^2 + (z - 0.5)^2 < 0.12, 5, 1)", 800);
+        // Bodies in a vacuum that begins where their density ends.
+        check::<2>("max(1 - 4*abs(x - 0.3), 0) + if(abs(x - 0.75) < 0.1, 2 + y, 0)", 4000);
+    }
+
+    /// Places that fill a box evenly.
+    const STEPS_OF: [f64; 3] = [0.754_877_666, 0.569_840_296, 0.682_327_803];
 }

@@ -4,7 +4,7 @@ use crate::error::{Error, Result};
 use crate::input::fields::slips;
 use crate::input::internal_units::Prepared;
 use crate::scene::{BoundaryName, Scene};
-use crate::target::{Positions, Target, at};
+use crate::target::{LeftOut, Positions, Regions, Target, at};
 use sph::domain::{Axis, Domain, Region};
 use sph::kernel::support_over_spacing;
 
@@ -49,6 +49,38 @@ pub(crate) fn before<const D: usize>(scene: &Scene, prepared: &Prepared<D>, coun
     doubts.extend(slips(scene));
     doubts
 }
+
+/// What is said of regions that no particle is placed in: a doubt, or a note where next to nothing is in them.
+pub(crate) fn left_out<const D: usize>(regions: Option<&Regions<'_, D>>, count: usize) -> Option<Told> {
+    let LeftOut { share, volume } = regions?.left_out()?;
+    let worth = share * count as f64;
+    let text = format!(
+        "no particle is placed in {:.3} % of the domain: what is there is worth {worth:.2e} particles, {share:.1e} of the mass, which the others \
+         carry; {:.0e} particles would have one there, and a `resolution` of its own has as many as you like",
+        100.0 * volume,
+        1.0 / share
+    );
+    Some(if worth < NEXT_TO_NOTHING { Told::Note(text) } else { Told::Doubt(text) })
+}
+
+/// What is said of a run.
+pub(crate) enum Told {
+    Doubt(String),
+    Note(String),
+}
+
+impl Told {
+    /// Puts it where it belongs.
+    pub fn among(self, doubts: &mut Vec<String>, notes: &mut Vec<String>) {
+        match self {
+            Self::Doubt(text) => doubts.push(text),
+            Self::Note(text) => notes.push(text),
+        }
+    }
+}
+
+/// Particles that a region is worth which is there to be next to empty.
+const NEXT_TO_NOTHING: f64 = 1e-3;
 
 /// Refuses a periodic box so flat that each kernel reaches over too many of its images, and a domain so far from the origin that its places are
 /// not resolved.

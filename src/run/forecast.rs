@@ -32,6 +32,8 @@ pub struct Forecast {
     pub seconds_so_far: f64,
     /// Bytes that the machine has; none where it does not tell.
     pub memory: Option<f64>,
+    /// Bytes that the run takes beside those of its stages.
+    pub beside: f64,
     pub warnings: Vec<String>,
     pub notes: Vec<String>,
 }
@@ -119,7 +121,7 @@ impl Forecast {
 
     /// Bytes of the stage that needs most.
     fn peak(&self) -> f64 {
-        self.stages.iter().map(|s| s.memory).fold(memory::needed(self.particles, &[]), f64::max)
+        self.beside + self.stages.iter().map(|s| s.memory).fold(memory::needed(self.particles, &[]), f64::max)
     }
 
     fn write_text(&self, out: &mut String) -> std::fmt::Result {

@@ -183,10 +183,14 @@ fn density(mean: f64) -> (Grade, String) {
 }
 
 /// On the closest two particles, in spacings.
-fn pairs(apart: f64) -> (Grade, String) {
+fn pairs(apart: f64, kernel: &str) -> (Grade, String) {
     let graded = grade(-apart, -0.5, -0.25);
-    let remedy = if graded == Grade::Good { "" } else { "; fewer neighbors or a Wendland kernel keep particles apart" };
-    (graded, format!("the closest are {apart:.2} spacings apart (0.5 is good){remedy}"))
+    let remedy = match graded {
+        Grade::Good => "",
+        _ if kernel.starts_with("Wendland") => "; fewer neighbors keep particles farther apart",
+        _ => "; fewer neighbors or a Wendland kernel keep particles apart",
+    };
+    (graded, format!("the closest are {apart:.3} spacings apart (0.5 is good){remedy}"))
 }
 
 /// On how well the mass of the input is known, where that is not well enough.
@@ -199,13 +203,17 @@ fn total_mass(known: f64) -> Option<(Grade, String)> {
 }
 
 /// The verdict on particles of which no more is known than this: where their mass is, the mean deviation of the density, and the closest two.
-pub fn verdict_on_few(ledger: &LedgerFigures, (mean, closest_pair): (f64, f64), mass: &MassReport) -> Vec<Finding> {
+pub fn verdict_on_few(
+    ledger: &LedgerFigures,
+    (mean, closest_pair, kernel): (f64, f64, &str),
+    mass: &MassReport,
+) -> Vec<Finding> {
     let in_place = (!ledger.levels.is_empty()).then(|| mass_in_place(ledger.in_place, "more particles"));
     let of = |topic: Topic, (grade, text): (Grade, String)| Finding::new(grade, topic, text);
     let all = [
         in_place.map(|said| of(Topic::MassInPlace, said)),
         Some(of(Topic::Density, density(mean))),
-        Some(of(Topic::Pairs, pairs(closest_pair))),
+        Some(of(Topic::Pairs, pairs(closest_pair, kernel))),
         total_mass(mass.quadrature_error).map(|said| of(Topic::TotalMass, said)),
     ];
     all.into_iter().flatten().collect()
@@ -226,7 +234,7 @@ pub fn verdict(report: &Report) -> Vec<Finding> {
     }
     say(graded, Topic::Density, text);
     if report.particles > 1 {
-        let (grade, text) = pairs(report.neighbors.closest_pair);
+        let (grade, text) = pairs(report.neighbors.closest_pair, report.kernel);
         say(grade, Topic::Pairs, text);
     }
     let is_balanced = report.plan.stages.contains(&BALANCE);

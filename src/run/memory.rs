@@ -2,6 +2,9 @@
 
 use crate::error::{Error, Result};
 use crate::relaxation::{BALANCE, SOLVER, StageName};
+use crate::target::Target;
+use crate::target::mass_points::MassPoints;
+use crate::target::matter::Matter;
 use std::fmt::Write;
 use std::path::Path;
 
@@ -14,6 +17,18 @@ const SOLVED: f64 = 480.0;
 /// of 1.6e6 particles in a uniform box.
 const PLAIN_ON_RANKS: f64 = 440.0;
 const SOLVED_ON_RANKS: f64 = 580.0;
+
+/// Bytes of the program itself with the cells that a target is divided into: 44 MiB of a smooth box of 1000 particles.
+const OWN: f64 = 44.0 * 1024.0 * 1024.0;
+/// Bytes per particle of the points of mass by which a target with jumps is smoothed, in 3-D: 5.8e3 of a thin layer of 1e5 particles, 5.4e3 of one of
+/// 1e4. There are a quarter of them in 2-D, and none for more particles than [`MassPoints`] allows.
+const POINTS: f64 = 6e3;
+
+/// Bytes that a run takes beside what it takes by particle, where `target` may have jumps.
+pub fn beside<const D: usize>(target: &Target<'_, D>) -> f64 {
+    let are_made = target.may_jump() && !MassPoints::are_too_many(target);
+    OWN + if are_made { POINTS / 4_f64.powi(3 - D as i32) * target.count as f64 } else { 0.0 }
+}
 
 fn is_solved(stages: &[StageName]) -> bool {
     stages.iter().any(|stage| *stage == SOLVER || *stage == BALANCE)

@@ -256,6 +256,9 @@ impl Run<'_> {
         let count = around.as_ref().map_or(count, Carving::whole);
         let regions = prepared.target().find_regions(self.scene.region_contrast);
         let target = prepared.target().with_regions(regions.as_ref());
+        if let Some(told) = doubts::left_out(regions.as_ref(), count) {
+            told.among(&mut self.warnings, &mut self.notes);
+        }
         let target = refining.as_ref().map_or(target, |r| r.target(target));
         let target = around.as_ref().map_or(target, |a| a.target(target));
         self.lap(Step::Interpolate, lap, None);
@@ -340,6 +343,7 @@ impl Run<'_> {
             slowness,
             seconds_so_far: self.start.elapsed().as_secs_f64(),
             memory: memory::total(),
+            beside: memory::beside(&prepared.target()),
             warnings: self.warnings,
             notes: self.notes,
         }

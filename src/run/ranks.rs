@@ -156,6 +156,9 @@ impl<'a> Run<'a> {
         self.warnings.extend(doubts::before(scene, &prepared, count));
         let regions = prepared.target().find_regions(scene.region_contrast);
         let target = prepared.target().with_regions(regions.as_ref());
+        if let Some(told) = doubts::left_out(regions.as_ref(), count) {
+            told.among(&mut self.warnings, &mut self.notes);
+        }
         self.lap(Step::Interpolate, lap, None);
         let held = Held::Unsure("it is not done over several ranks".into());
         let is_radial = prepared.source.radial.is_some();

@@ -1,6 +1,7 @@
 //! Seeds by mass bisection or on shells that are made while they are written, in bounded memory: as one file, or as one of several by
 //! each process of a job array, without any of them knowing of the others.
 
+use super::doubts::{self, Told};
 use super::plan::{Held, Plan};
 use super::streamed::{Places, Read, Streamed};
 use crate::error::Result;
@@ -61,6 +62,9 @@ fn seeds_in<const D: usize, R>(
     let stream = Streamed::new(scene, (&prepared, units), (target, &seeds), format, "Seeded")?;
     let mut notes = stream.notes().to_vec();
     notes.push(format!("seeds are {}", seeding.method().name));
+    if let Some(Told::Doubt(text) | Told::Note(text)) = doubts::left_out(regions.as_ref(), count) {
+        notes.push(text);
+    }
     let places = MEASURED.min(count);
     let measure = || {
         let mut patches = Patches::new(scene.kernel(), scene.kernel_neighbors(D));

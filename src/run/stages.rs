@@ -323,6 +323,7 @@ impl<'a, const D: usize> Setting<'a, D> {
         let (seeding, number) = (plan.seeding, self.scene.seed);
         let seeds = || seeding::seed(&self.target, seeding, number).ok().map(|seeded| seeded.positions.into());
         let judge = Judge::new(&measure, &seeds, self.exchange);
+        let mut of_ledger = 0.0;
         for (index, &name) in stages.iter().enumerate().skip(first) {
             let resumed = matches!(start, Start::Kept(_));
             if let Some(why) = skip(name, &past, plan).filter(|_| !resumed) {
@@ -337,7 +338,9 @@ impl<'a, const D: usize> Setting<'a, D> {
                 let early = agreed_stop(self.exchange, control.stop_reason_within(self.measures(particles.len())));
                 if early.is_none() {
                     // The target's masses are found but once.
+                    let begin = Instant::now();
                     self.ledger();
+                    of_ledger += begin.elapsed().as_secs_f64();
                     control.deadline = deadline.checked_sub(judge.look_at(particles)).or(Some(deadline));
                 }
                 let stop = early.or(agreed_stop(self.exchange, control.stop_reason()));
@@ -383,7 +386,7 @@ impl<'a, const D: usize> Setting<'a, D> {
         if !past.is_cut() {
             checkpoints.finish(&past.meta(stages.len(), "", false), &particles);
         }
-        Ok(past.placed(particles, judge.seconds()))
+        Ok(past.placed(particles, of_ledger + judge.seconds()))
     }
 
     /// What measuring so many particles before a stage and at the end takes, roughly.

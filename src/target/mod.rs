@@ -22,7 +22,7 @@ mod thin;
 use crate::field::{Enclosure, Patch, ScalarField, Stretch, stretches};
 pub use materials::{MaterialState, Materials};
 use matter::{Matter, Within};
-pub use regions::{Part, Region, Regions, Selected};
+pub use regions::{LeftOut, Part, Region, Regions, Selected};
 use sph::domain::Domain;
 use sph::geometry::distance;
 pub use sph::geometry::{Positions, at};

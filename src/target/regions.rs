@@ -26,6 +26,16 @@ pub struct Regions<'a, const D: usize> {
     regions: Vec<Region<D>>,
     /// The body of each region.
     bodies: Vec<usize>,
+    left_out: Option<LeftOut>,
+}
+
+/// What has some of the density, and is worth so little of it that no particle is there.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct LeftOut {
+    /// Of the particles.
+    pub share: f64,
+    /// Of the domain's volume, about.
+    pub volume: f64,
 }
 
 /// Regions that particles are bound to.
@@ -180,6 +190,7 @@ impl<'a, const D: usize> Regions<'a, D> {
         let least = LEAST_PARTICLES / count as f64;
         let class_of = |i: usize| pieces[&map.pieces[i]];
         let (mut regions, mut classes) = (Vec::new(), Vec::new());
+        let mut left_out = LeftOut { share: 0.0, volume: 0.0 };
         for class in 0..number {
             let parts: Vec<(usize, f64)> = shares
                 .iter()
@@ -190,6 +201,11 @@ impl<'a, const D: usize> Regions<'a, D> {
             let mut kept: Vec<usize> = parts.iter().filter(|p| p.1 >= least).map(|p| p.0).collect();
             if kept.is_empty() && whole >= least {
                 kept.push(parts.iter().fold(parts[0], |best, p| if p.1 > best.1 { *p } else { best }).0);
+            }
+            if kept.is_empty() && whole > 0.0 {
+                let own = (0..map.real).filter(|&i| class_of(i) == class).map(|i| map.cells[i].volume());
+                left_out.share += whole;
+                left_out.volume += own.sum::<f64>() / map.domain.volume();
             }
             let known: f64 = parts.iter().filter(|p| kept.contains(&p.0)).map(|p| p.1).sum();
             let first = regions.len();
@@ -223,6 +239,7 @@ impl<'a, const D: usize> Regions<'a, D> {
             classes,
             regions,
             bodies,
+            left_out: (left_out.share > 0.0).then_some(left_out),
         })?;
         all.bodies = all.joined(&map);
         Some(all)
@@ -263,6 +280,11 @@ impl<'a, const D: usize> Regions<'a, D> {
 
     pub fn get(&self, region: usize) -> &Region<D> {
         &self.regions[region]
+    }
+
+    /// What of the target no particle is placed in.
+    pub fn left_out(&self) -> Option<LeftOut> {
+        self.left_out
     }
 
     /// The body that a region belongs to.

@@ -130,3 +130,20 @@ fn an_energy_that_cannot_be_reduced_is_said_to_be_so() {
     let (file, _) = written(&alone, "map: {e: total-energy}");
     check(&file, nodes(), columns::INTERNAL_ENERGY, &[energy], "mapped");
 }
+
+#[test]
+fn inspect_shows_what_a_run_does() {
+    let folder = tempfile::tempdir().unwrap();
+    let variables = [&[("dens", density as Field), ("Etot", total_density)][..], &MOMENTUM].concat();
+    let container = nodes();
+    (container.write)(&folder.path().join(container.file), &grid(container), &variables);
+    let mut command = assert_cmd::Command::cargo_bin("sph-prep").unwrap();
+    let output = command.arg("inspect").arg(folder.path().join(container.file)).args(["--density", "dens"]).output();
+    let text = String::from_utf8(output.unwrap().stdout).unwrap();
+    for part in
+        ["'mom1' is a momentum, and was divided by the density", "written as Velocities", "written as InternalEnergy"]
+    {
+        assert!(text.contains(part), "{part}: {text}");
+    }
+    assert!(!text.contains("warning"), "{text}");
+}

@@ -255,7 +255,7 @@ fn names_alike_that_are_not_taken_are_warned_of() {
     for part in [
         "'mom1' looks like a momentum",
         "'Etot' looks like an energy per volume",
-        "there is no velocity-y nor velocity-z",
+        "'vx' has no velocity-y nor velocity-z beside it",
         "'vel1' is named like a velocity x, but 'vx' is taken for it",
         "'ener' is internal and kinetic energy together",
     ] {

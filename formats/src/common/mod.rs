@@ -6,6 +6,8 @@
 
 pub(crate) mod assemble;
 pub(crate) mod columns;
+#[cfg(any(feature = "gadget", feature = "gadget-binary"))]
+pub(crate) mod cosmology;
 #[cfg(any(feature = "netcdf", feature = "numpy"))]
 pub(crate) mod curvilinear;
 #[cfg(any(feature = "gadget", feature = "gadget-binary"))]

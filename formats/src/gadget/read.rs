@@ -13,6 +13,7 @@
 //! * Datasets that are not columns of numbers are named in the provenance under `not read`.
 
 use super::doubts;
+use crate::common::cosmology;
 use crate::common::entropy;
 use crate::common::flavor::{CUBIC_SPLINE_ETA, spacing_over_support};
 use crate::common::hdf5_read::{Attributes, Reader};
@@ -148,6 +149,7 @@ impl<'p> Opened<'p> {
         }
         let masses = attributes.numbers("MassTable").unwrap_or_default();
         let counts = self.counts()?;
+        header.provenance.extend(origin.cosmology(attributes).fact());
         header.provenance.extend(doubts::of_header(attributes, self.files()?, &counts, self.totals().as_deref()));
         let mut species = Vec::new();
         for (part_type, &count) in counts.iter().enumerate().take(usize::from(u8::MAX)) {
@@ -210,6 +212,8 @@ struct Origin {
     own: Attributes,
     parameters: Attributes,
     units: Attributes,
+    /// SWIFT's own group.
+    cosmology: Attributes,
     /// SmoothingLength is the kernel's support radius.
     support_radius: bool,
     /// SmoothingLength is SWIFT's with its default eta, for the cubic spline or the neighbors that the file states.
@@ -250,6 +254,7 @@ impl Origin {
                 || (gadget4 && !swift),
             own,
             parameters: file.group_attributes("Parameters")?,
+            cosmology: file.group_attributes("Cosmology")?,
             units,
         })
     }
@@ -277,6 +282,21 @@ impl Origin {
             }
             _ => UnitSystem::CODE,
         })
+    }
+
+    /// What is stated of an expanding box. SWIFT's numbers are not per h.
+    fn cosmology(&self, header: &Attributes) -> cosmology::Stated {
+        let number = |key: &str| self.parameters.number(key).or_else(|| header.number(key));
+        cosmology::Stated {
+            time: self.cosmology.number("Scale-factor").or_else(|| header.number("Time")),
+            redshift: self.cosmology.number("Redshift").or_else(|| header.number("Redshift")),
+            hubble: number("HubbleParam").filter(|_| !self.is_swift),
+            is_comoving: self
+                .cosmology
+                .number("Cosmological run")
+                .or_else(|| number("ComovingIntegrationOn"))
+                .map(|flag| flag != 0.0),
+        }
     }
 
     fn periodic(&self, used: [bool; 3]) -> [bool; 3] {

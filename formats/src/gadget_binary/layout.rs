@@ -1,6 +1,7 @@
 //! Blocks by name and order, and the header's bytes.
 
 use super::schema::NAME;
+use crate::common::cosmology::Stated;
 use crate::common::flavor::{BoxSize, Flavor, Need, Rule, Source, Storage, TYPES};
 use crate::common::quantity::Quantity;
 use crate::magnetic::MagneticUnit;
@@ -11,10 +12,12 @@ pub mod offset {
     pub const COUNTS: usize = 0;
     pub const MASSES: usize = 24;
     pub const TIME: usize = 72;
+    pub const REDSHIFT: usize = 80;
     pub const TOTALS: usize = 96;
     pub const FLAG_COOLING: usize = 120;
     pub const FILES: usize = 124;
     pub const BOX_SIZE: usize = 128;
+    pub const HUBBLE: usize = 152;
     pub const TOTAL_HIGH_WORDS: usize = 168;
     pub const FLAG_ENTROPY: usize = 192;
     pub const FLAG_DOUBLE: usize = 196;
@@ -95,8 +98,19 @@ pub struct Header {
     pub totals: [u64; TYPES],
     pub masses: [f64; TYPES],
     pub time: f64,
+    pub redshift: f64,
+    /// H0 over 100 km/s/Mpc.
+    pub hubble: f64,
     pub box_size: f64,
     pub files: u32,
     pub cooling: bool,
     pub entropy: bool,
+}
+
+impl Header {
+    /// What is said of an expanding box, for the provenance.
+    pub fn cosmology(&self) -> Option<(String, String)> {
+        let Self { time, redshift, hubble, .. } = *self;
+        Stated { time: Some(time), redshift: Some(redshift), hubble: Some(hubble), is_comoving: None }.fact()
+    }
 }

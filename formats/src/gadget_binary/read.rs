@@ -110,6 +110,8 @@ fn read_header(records: &mut Records<'_>) -> Result<Header> {
         totals: std::array::from_fn(total),
         masses: std::array::from_fn(|t| number(offset::MASSES + 8 * t)),
         time: number(offset::TIME),
+        redshift: number(offset::REDSHIFT),
+        hubble: number(offset::HUBBLE),
         box_size: number(offset::BOX_SIZE),
         files: word(offset::FILES),
         cooling: word(offset::FLAG_COOLING) != 0,
@@ -232,7 +234,7 @@ impl Reading {
                 time: header.time,
                 kernel: String::new(),
                 kernel_neighbors: 0.0,
-                provenance: self.notes,
+                provenance: self.notes.into_iter().chain(header.cosmology()).collect(),
             },
             species,
         })

@@ -5,7 +5,7 @@ use super::mesh::{Mesh, gathered, unsupported};
 use super::tree::{Leaf, MOST_LEVELS, Tree, checked};
 use crate::common::hdf5_read::Reader;
 use crate::error::Result;
-use crate::model::{Location, Values};
+use crate::model::{FIELD_ADIABATIC_INDEX, Location, Values};
 use crate::units::{Unit, UnitDimension, UnitSystem};
 use std::path::Path;
 
@@ -70,12 +70,13 @@ impl<'a> Blocks<'a> {
             self.file.input(location, format!("{problem} (by '{BOXES}', '{LEVELS}' and '{KINDS}')"))
         })?;
         notes.extend(self.notes.iter().cloned());
-        let time = self.parameters.number("time").map(|t| ("time".to_owned(), t.to_string()));
+        let stated = [("time", "time"), (FIELD_ADIABATIC_INDEX, "gamma")];
+        let stated = stated.iter().filter_map(|(key, name)| Some(((*key).to_owned(), self.parameters.number(name)?)));
         Ok(Mesh {
             geometry,
             location: Location::Cell,
             names: self.variables.iter().map(|(name, _)| name.clone()).collect(),
-            metadata: time.into_iter().collect(),
+            metadata: stated.map(|(key, number)| (key, number.to_string())).collect(),
             units: self.parameters.units(),
             notes,
         })

@@ -8,15 +8,15 @@ use crate::common::fortran::Records;
 use crate::error::Result;
 use std::path::Path;
 
-/// The number of variables in a file.
+/// The number of variables in a file, and the adiabatic index.
 ///
 /// # Errors
 /// Those of its header's records.
-pub fn variables(path: &Path, info: &Info) -> Result<usize> {
+pub fn variables(path: &Path, info: &Info) -> Result<(usize, f64)> {
     header(&mut Records::open(path, NAME)?, info, None)
 }
 
-fn header(records: &mut Records, info: &Info, boundaries: Option<usize>) -> Result<usize> {
+fn header(records: &mut Records, info: &Info, boundaries: Option<usize>) -> Result<(usize, f64)> {
     let expect = |records: &mut Records, location: &str, expected: Option<usize>| {
         let found = count(records, location)?;
         match expected {
@@ -32,8 +32,8 @@ fn header(records: &mut Records, info: &Info, boundaries: Option<usize>) -> Resu
     expect(records, "the number of dimensions", Some(info.dimension))?;
     expect(records, "the number of levels", Some(info.levels))?;
     expect(records, "the number of boundaries", boundaries)?;
-    real(records, "the adiabatic index", 1)?;
-    Ok(variables)
+    let gamma = real(records, "the adiabatic index", 1)?;
+    Ok((variables, gamma[0]))
 }
 
 /// What is read of each file.
@@ -53,7 +53,7 @@ pub struct Wanted<'a> {
 /// [`crate::FormatError::Io`].
 pub fn read(path: &Path, info: &Info, own: usize, octs: &Owned, wanted: &Wanted, levels: &mut [Octs]) -> Result<()> {
     let mut records = Records::open(path, NAME)?;
-    let variables = header(&mut records, info, Some(wanted.boundaries))?;
+    let (variables, _) = header(&mut records, info, Some(wanted.boundaries))?;
     if variables != wanted.count {
         let problem = format!("is {variables}, but {} in the first file", wanted.count);
         return Err(records.error("the number of variables", problem));

@@ -9,7 +9,7 @@ use super::octs::Octs;
 use super::schema::NAME;
 use crate::common::wanted::wanted;
 use crate::error::{FormatError, Result};
-use crate::model::{Geometry, Location, RawField, Values, Variable};
+use crate::model::{FIELD_ADIABATIC_INDEX, Geometry, Location, RawField, Values, Variable};
 use crate::refined::{RefinedAxis, RefinedBlock, RefinedGrid};
 use crate::registry::{FieldRequest, FileContent};
 use crate::units::{Unit, UnitDimension, UnitSystem};
@@ -38,7 +38,7 @@ struct Source {
 /// [`FormatError::Limit`], [`FormatError::Io`].
 pub fn read(path: &Path, request: &FieldRequest) -> Result<FileContent> {
     let info = Info::read(path)?;
-    let count = hydro::variables(&info.file("hydro", 1)?, &info)?;
+    let (count, gamma) = hydro::variables(&info.file("hydro", 1)?, &info)?;
     let (names, note) = descriptor::names(path, info.dimension, count)?;
     let sources = sources(&names);
     let all: Vec<String> = sources.iter().map(|s| s.name.clone()).collect();
@@ -66,7 +66,7 @@ pub fn read(path: &Path, request: &FieldRequest) -> Result<FileContent> {
         geometry: Geometry::Refined(grid),
         variables,
         density,
-        metadata: vec![("time".into(), info.time.to_string())],
+        metadata: vec![("time".into(), info.time.to_string()), (FIELD_ADIABATIC_INDEX.into(), gamma.to_string())],
         notes,
     }))
 }

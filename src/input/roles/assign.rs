@@ -1,6 +1,6 @@
 //! Decides what each variable is: what the scene says, else its name, if its unit and its company agree.
 
-use super::spelling::{Spelling, spelling};
+use super::spelling::{Spelling, momentum, spelling};
 use crate::error::{Error, Result};
 use crate::scene::{Part, Role, Vector};
 use serde::Serialize;
@@ -204,6 +204,7 @@ pub fn assign(field: &RawField, dimension: usize, map: &BTreeMap<String, Role>) 
     }
     one_each(&mut all, &mapped);
     complete(&mut all, space, &mapped);
+    warn_of_momenta(&mut all, map);
     Ok(all)
 }
 
@@ -223,6 +224,17 @@ fn wind(space: Space, place: usize, variable: &Variable, field: &RawField) -> Op
 }
 
 /// The mapped role of each variable.
+/// Says so of momenta that are mapped to velocities.
+fn warn_of_momenta(all: &mut [Assignment], map: &BTreeMap<String, Role>) {
+    let is_velocity = |a: &&mut Assignment| matches!(map.get(&a.variable), Some(Role::Vector(Vector::Velocity, _)));
+    for a in all.iter_mut().filter(is_velocity).filter(|a| momentum(&a.variable).is_some()) {
+        a.add_note(
+            "is named like a momentum, and is taken for a velocity as it stands; without the mapping it is divided by the density".into(),
+        );
+        a.is_warning = true;
+    }
+}
+
 fn check_map(field: &RawField, map: &BTreeMap<String, Role>) -> Result<Vec<Option<Role>>> {
     for (name, role) in map {
         let Some(variable) = field.variable(name) else {
@@ -403,7 +415,7 @@ fn complete(all: &mut [Assignment], space: Space, mapped: &[Option<Role>]) {
             if !best.contains(&part) {
                 all[i].leave("does not belong to the components that are taken for the vector");
             } else if !missing.is_empty() && mapped[i].is_none() {
-                all[i].note = Some(format!("there is no {}, which is taken to be 0", missing.join(" nor ")));
+                all[i].note = Some(format!("has no {} beside it, which is taken to be 0", missing.join(" nor ")));
                 all[i].is_warning = true;
                 all[i].is_partial = true;
             }

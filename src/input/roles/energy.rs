@@ -94,7 +94,7 @@ pub fn reduce_energies(field: &mut RawField, assignments: &mut [Assignment], inp
             }
             Err(problem) => {
                 let remedy = format!("map the internal energy, a pressure or a temperature, or --map {name}=none");
-                let note = format!("{} and not taken for the internal energy: {problem}; {remedy}", what(role));
+                let note = format!("{} and is not taken for the internal energy: {problem}; {remedy}", what(role));
                 assignments[index].add_note(note);
                 assignments[index].is_warning = true;
             }
@@ -105,7 +105,7 @@ pub fn reduce_energies(field: &mut RawField, assignments: &mut [Assignment], inp
 fn what(role: Role) -> &'static str {
     match role {
         Role::TotalEnergy => "is internal and kinetic energy together",
-        Role::TotalEnergyDensity => "looks like an energy per volume, with the kinetic and magnetic one in it,",
+        Role::TotalEnergyDensity => "looks like an energy per volume that has the kinetic and the magnetic one in it",
         _ => "looks like an energy per volume",
     }
 }
@@ -144,7 +144,7 @@ fn internal(
                     at_rest.name()
                 ));
             }
-            (_, Some(note)) => return Err(format!("of the velocity {note}")),
+            (_, Some(note)) => return Err(format!("its velocity {note}")),
             _ => {}
         }
     }

@@ -40,7 +40,9 @@ pub fn adopt_units(
                 format!("states no unit that is known, and is taken to be in {name} as the input's length and density are")
             }
             (Some(_), Some(_), None) => {
-                "states no unit that is known, and its numbers are written as they stand".to_owned()
+                "states no unit that is known, and its numbers are written as they stand; `units` in place of `input.length_unit` and \
+                 `input.density_unit` says what all numbers of such a file are in"
+                    .to_owned()
             }
             _ => continue,
         };

@@ -172,7 +172,8 @@ impl Run<'_> {
         run.notes.extend(notes_on_code::<D>(scene, run.format));
         let (mass, note) = run.mass(&prepared, &target)?;
         run.notes.extend(note.filter(|note| !run.notes.contains(note)));
-        let verdict = verdict_on_few(&figures.ledger, (figures.all.as_given.mean, figures.closest_pair), &mass);
+        let measured = (figures.all.as_given.mean, figures.closest_pair, scene.kernel().title());
+        let verdict = verdict_on_few(&figures.ledger, measured, &mass);
         Ok(InTurnReport {
             input: scene.input_name(),
             output: scene.output.file.as_ref().map_or_else(String::new, |file| file.display().to_string()),
