@@ -17,6 +17,7 @@ use crate::registry::{Capabilities, FixedCorner, FormatSpec, Match, ReadFn, Stre
 
 #[cfg(feature = "gadget")]
 mod doubts;
+#[cfg(feature = "gadget")]
 mod read;
 #[cfg(feature = "gadget")]
 mod schema;

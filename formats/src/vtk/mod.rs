@@ -16,6 +16,7 @@ mod dataset;
 mod decode;
 #[cfg(feature = "vtk")]
 mod element;
+#[cfg(feature = "vtk")]
 mod ghosts;
 #[cfg(feature = "vtk")]
 mod legacy;
