@@ -20,9 +20,9 @@ const SOLVED_ON_RANKS: f64 = 580.0;
 
 /// Bytes of the program itself with the cells that a target is divided into: 44 MiB of a smooth box of 1000 particles.
 const OWN: f64 = 44.0 * 1024.0 * 1024.0;
-/// Bytes per particle of the points of mass by which a target with jumps is smoothed, in 3-D: 5.8e3 of a thin layer of 1e5 particles, 5.4e3 of one of
+/// Bytes per particle of the points of mass by which a target with jumps is smoothed, in 3-D: 6.1e3 of a thin layer of 1e5 particles, 5.2e3 of one of
 /// 1e4. There are a quarter of them in 2-D, and none for more particles than [`MassPoints`] allows.
-const POINTS: f64 = 6e3;
+const POINTS: f64 = 6.5e3;
 
 /// Bytes that a run takes beside what it takes by particle, where `target` may have jumps.
 pub fn beside<const D: usize>(target: &Target<'_, D>) -> f64 {

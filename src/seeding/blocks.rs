@@ -141,8 +141,11 @@ impl<'a, const D: usize> Blockwise<'a, D> {
         let (mut all, mut first) = (Vec::with_capacity(numbers.len()), 0);
         each_region(self.target, &(0..self.target.count), |region, own| {
             let here = numbers.iter().filter(|i| (first..first + own.len()).contains(i)).map(|i| i - first);
-            all.extend(bisection::place_each(region, self.seed, &here.collect::<Vec<_>>())?);
+            let here: Vec<usize> = here.collect();
             first += own.len();
+            if !here.is_empty() {
+                all.extend(bisection::place_each(region, self.seed, &here)?);
+            }
             Ok(())
         })?;
         Ok(all)
