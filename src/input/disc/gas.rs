@@ -7,7 +7,7 @@
 //!
 //! (Takeuchi & Lin 2002, ApJ 581, 1344, for a point mass).
 
-use super::law::{CENTER, Law, WIDTHS};
+use super::law::{Law, WIDTHS};
 use super::own::Own;
 use super::rows::Rows;
 use super::well::Well;
@@ -20,8 +20,10 @@ use std::f64::consts::PI;
 /// Rows of the tables: steps as a part of the scale height, and how many there are at least and at most.
 const STEP: f64 = 0.5;
 const NUMBER: [usize; 2] = [48, 1200];
-/// Panels of the integral along z, as a part of the scale height.
+/// Panels of the integral along z, as a part of the scale height. Far above it, where the density of a hot disc about a point mass falls no
+/// further, they are so many times smaller than z.
 const PANEL: f64 = 0.5;
+const FAR: f64 = 16.0;
 const ORDER: usize = 6;
 /// exp(-x) of the density in the plane is nothing.
 const NOTHING: f64 = 40.0;
@@ -108,9 +110,9 @@ impl Gas {
         self.law.sound_speed(&self.well, radius)
     }
 
-    /// Phi(R, z) - Phi(R, 0) of all gravity.
+    /// Phi(R, z) - Phi(R, 0) of all gravity. At a point mass in the middle it would be infinite.
     fn rise(&self, radius: f64, z: f64) -> f64 {
-        self.well.rise(radius, z) + self.own.as_ref().map_or(0.0, |own| own.rise(radius, z))
+        self.well.rise(self.law.off_center(radius), z) + self.own.as_ref().map_or(0.0, |own| own.rise(radius, z))
     }
 
     /// The same over c^2.
@@ -148,10 +150,10 @@ impl Gas {
 
     /// I: of exp(-exponent) over all heights within the disc.
     fn integral_along_z(&self, radius: f64) -> Result<f64> {
-        let panel = PANEL * self.scale_height(radius)?;
+        let height = self.scale_height(radius)?;
         let (mut z, mut sum) = (0.0, 0.0);
         while z < self.top && self.exponent(radius, z) < NOTHING {
-            let end = (z + panel).min(self.top);
+            let end = (z + PANEL * height.max(z / FAR)).min(self.top);
             sum += integrate(ORDER, z, end, &|z| (-self.exponent(radius, z)).exp());
             z = end;
         }
@@ -179,7 +181,7 @@ impl Gas {
 
     /// dPhi/dR in the plane.
     fn pull(&self, radius: f64) -> f64 {
-        self.well.pull(radius.max(CENTER * self.law.edges[1])) + self.own.as_ref().map_or(0.0, |own| own.pull(radius))
+        self.well.pull(self.law.off_center(radius)) + self.own.as_ref().map_or(0.0, |own| own.pull(radius))
     }
 
     /// Square of the speed of rotation; negative where no rotation holds the gas.
@@ -210,7 +212,8 @@ impl Gas {
     }
 
     fn check_rotation(&self) -> Result<()> {
-        match self.rows.places().iter().find(|&&r| r > 0.0 && self.counts(r) && self.rotation(r, 0.0) < 0.0) {
+        let is_pushed_out = |r: f64| r > self.law.center() && self.counts(r) && self.rotation(r, 0.0) < 0.0;
+        match self.rows.places().iter().find(|&&r| is_pushed_out(r)) {
             None => Ok(()),
             Some(r) => Err(Error::scene(
                 "input.profile.disc",

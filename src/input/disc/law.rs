@@ -17,7 +17,7 @@ const ORDER: usize = 4;
 /// An edge falls over so many widths.
 pub(super) const WIDTHS: f64 = 3.0;
 /// In place of a radius of 0, as a part of the outer one.
-pub(super) const CENTER: f64 = 1e-6;
+const CENTER: f64 = 1e-6;
 
 /// An expression in R, in the units of the input.
 pub(super) struct Formula {
@@ -108,9 +108,19 @@ impl Law {
         of(0) * of(1)
     }
 
+    /// Within this radius all is as it is there: what falls or rises as a power of R has no value in the middle.
+    pub fn center(&self) -> f64 {
+        CENTER * self.edges[1]
+    }
+
+    /// The radius, or that of the center where it is within.
+    pub fn off_center(&self, radius: f64) -> f64 {
+        radius.max(self.center())
+    }
+
     /// Without its scale.
     pub fn surface_density(&self, radius: f64) -> f64 {
-        self.surface.at(radius.max(CENTER * self.edges[1])) * self.edge(radius)
+        self.surface.at(self.off_center(radius)) * self.edge(radius)
     }
 
     /// Integral of the surface density over the disc, and how far it is off at most.
@@ -126,7 +136,7 @@ impl Law {
     }
 
     pub fn sound_speed(&self, well: &Well, radius: f64) -> f64 {
-        let radius = radius.max(CENTER * self.edges[1]);
+        let radius = self.off_center(radius);
         match &self.temperature {
             Temperature::SoundSpeed(speed) => speed.at(radius),
             Temperature::AspectRatio(ratio) => ratio.at(radius) * (well.pull(radius) * radius).sqrt(),
@@ -139,7 +149,7 @@ impl Law {
     /// # Errors
     /// Gas that nothing holds.
     pub fn scale_height(&self, well: &Well, radius: f64, scale: f64) -> Result<f64> {
-        let radius = radius.max(CENTER * self.edges[1]);
+        let radius = self.off_center(radius);
         let speed = self.sound_speed(well, radius);
         let held = speed * (radius / well.pull(radius)).sqrt();
         let own = speed * speed / (PI * well.constant * scale * self.surface_density(radius));
@@ -158,7 +168,7 @@ impl Law {
     /// The two radii between which slopes at one are taken.
     pub fn around(&self, radius: f64) -> (f64, f64) {
         let [inner, outer] = self.edges;
-        let step = STEP * radius.max(CENTER * outer);
+        let step = STEP * self.off_center(radius);
         ((radius - step).max(inner), (radius + step).min(outer))
     }
 

@@ -97,7 +97,7 @@ impl Own {
         for _ in 0..TURNS {
             columns.par_iter_mut().for_each(|column| {
                 let (radius, speed) = (column.radius, law.sound_speed(well, column.radius).powi(2));
-                column.layer(|z| (well.rise(radius, z) + own.rise(radius, z)) / speed);
+                column.layer(|z| (well.rise(law.off_center(radius), z) + own.rise(radius, z)) / speed);
             });
             let found: Vec<[f64; LAYERS + 1]> = attractions
                 .par_iter()

@@ -50,6 +50,27 @@ fn a_light_disc_about_a_point_is_that_of_the_closed_form() {
     assert!((low - 0.1).abs() < 1e-9 && (high - 0.1).abs() < 1e-9);
 }
 
+/// The density of a disc with H/R = 0.2 does not fall below exp(-25) of that in the plane, however high one looks.
+#[test]
+fn a_hot_disc_may_reach_its_star() {
+    for (aspect_ratio, has_own) in [("0.2", false), ("0.05", false), ("0.05", true)] {
+        check_columns_of_a_whole_disc(aspect_ratio, has_own);
+    }
+}
+
+fn check_columns_of_a_whole_disc(aspect_ratio: &str, has_own: bool) {
+    let gas = Gas::new(law("1", ratio(aspect_ratio), [0.0, 8.0]), about(1.0), 0.3, 0.0, has_own).unwrap();
+    let surface_density = 0.3 / (64.0 * 0.5 * TAU);
+    for r in [0.01, 0.1, 1.0, 5.0] {
+        // In steps of ln z, which no panel of the disc's own follows.
+        let (low, steps) = (1e-6 * r, 40_000_u32);
+        let step = (gas.top / low).ln() / f64::from(steps);
+        let at = |i: u32| low * (step * (f64::from(i) + 0.5)).exp();
+        let above = (0..steps).map(|i| gas.density(r, at(i)) * at(i) * step).sum::<f64>() + low * gas.density(r, 0.0);
+        assert!((2.0 * above / surface_density - 1.0).abs() < 1e-4, "{r}: {above} for {surface_density}");
+    }
+}
+
 /// A density as the quadrature of every field sees it.
 struct Seen(Gas);
 
