@@ -434,10 +434,16 @@ impl TargetCode {
     pub fn pairing(&self, d: usize) -> Option<String> {
         let most = most_neighbors_without_pairs(self.kernel, d).filter(|most| self.kernel_neighbors(d) > *most)?;
         let Sheet { name, title, parameter, key, .. } = self.sheet;
-        let setting = (self.setting_for(self.kernel, d, FEWER * most) * 100.0).floor() / 100.0;
+        let rounded = |value: f64| (value * 100.0).floor() / 100.0;
+        let setting = rounded(self.setting_for(self.kernel, d, FEWER * most));
+        // Counts are those in space here, and those of the dimension in the code.
+        let in_code = match self.neighbors {
+            Neighbors::Count { .. } if d < 3 => rounded(FEWER * most),
+            _ => setting,
+        };
         Some(format!(
             "{title} with {} and {:.1} neighbors has the pairing instability, and particles leave any arrangement at rest: \
-             --for {name}:{key}={setting}, with {parameter} {setting} in the code, stays quieter",
+             --for {name}:{key}={setting}, with {parameter} {in_code} in the code, stays quieter",
             self.kernel.title(),
             self.kernel_neighbors(d),
         ))
@@ -561,6 +567,16 @@ mod tests {
         assert!(solid("swift:planetary").unwrap().contains("--for swift:scheme=planetary,wendland-c4"));
         assert_eq!(solid("swift:planetary,wendland-c2"), None);
         assert!(of("gadget4").unwrap().contains("--for gadget4:neighbors=48.41, with DesNumNgb 48.41"));
+        // With what the one makes of it, the other is told the same.
+        for d in [1, 2] {
+            let told = TargetCode::parse("gadget4").unwrap().pairing(d).unwrap();
+            let number = |after: &str| -> f64 {
+                let text = told.split(after).nth(1).unwrap().split([',', ' ']).next().unwrap();
+                text.parse().unwrap()
+            };
+            let code = TargetCode::parse(&format!("gadget4:neighbors={}", number("neighbors="))).unwrap();
+            assert!((code.setting_in(d) / number("DesNumNgb ") - 1.0).abs() < 5e-3, "{told}");
+        }
         assert!(of("phantom").unwrap().contains("--for phantom:hfact=1.13"));
         assert_eq!((of("swift"), of("gadget4:neighbors=48.41"), of("gadget4:wendland-c2")), (None, None, None));
     }

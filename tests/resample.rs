@@ -545,6 +545,18 @@ fn numbers_without_units_are_pure_or_in_the_scenes_units() {
             assert!((fastest - 2.0).abs() < 1e-4, "{name}, {what}: {fastest}");
         }
     }
+    // What they have together is kept, whatever their units.
+    let Values::F64(x) = file.species[0].table.columns[0].values.clone() else { panic!() };
+    file.header.periodic = [false; 3];
+    let v = x.chunks_exact(3).flat_map(|x| [3.0 - x[1], x[0] + 0.1 * x[2], x[0] * x[1]]);
+    file.species[0].table.columns[1].values = Values::F64(v.collect());
+    let (input, before) = (written(folder.path(), "moving.hdf5", &file), totals(&file));
+    for rest in ["", "units: galactic\n", "units: cgs\n"] {
+        let after = totals(&resampled(&input, &format!("{scene}{rest}")).unwrap());
+        let off = |a: f64, b: f64| (a / b - 1.0).abs() > 1e-9;
+        assert!(!off(after.0[0], before.0[0]) && !off(after.1, before.1), "{rest}: {after:?} {before:?}");
+        assert!(!off(after.2 + after.3, before.2 + before.3), "{rest}: {after:?} {before:?}");
+    }
     // Units of length and density leave the one of time open.
     let mut scene =
         Scene::parse(&format!("{scene}input: {{length_unit: kpc, density_unit: 1e10 Msun/kpc^3}}\n")).unwrap();

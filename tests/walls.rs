@@ -54,6 +54,39 @@ fn a_tank_has_whole_layers_at_half_a_spacing_and_beyond() {
     assert!(ids.iter().enumerate().all(|(i, id)| *id == (401 + i) as f64));
 }
 
+/// Steps that fit into the box are not those of the fluid, or those that are asked for: walls are as heavy as fluid in their cells.
+#[test]
+fn walls_whose_steps_fit_the_box_are_as_heavy_as_the_fluid() {
+    for (d, ends, more, steps) in [
+        (3, "[[0, 0, 0], [1, 1, 0.35]]", "particles: 350\nwalls: {layers: 2}\n", vec![0.1, 0.1, 0.35 / 3.0]),
+        (2, "[[0, 0], [1, 0.3]]", "particles: 100\nwalls: {layers: 2, spacing: 0.07}\n", vec![1.0 / 14.0, 0.075]),
+        (1, "[[0], [1]]", "particles: 10\nwalls: {layers: 2, spacing: 0.15}\n", vec![1.0 / 7.0]),
+    ] {
+        let text = format!(
+            "{HEAD}{more}input: {{expression: '2', dimension: {d}}}\ndomain: {{box: {ends}, boundary: reflecting}}\n"
+        );
+        let (file, report) = placed(&text);
+        let walls = file.species.iter().find(|s| s.part_type != 0).unwrap();
+        let mass = 2.0 * steps.iter().product::<f64>();
+        let masses = column(walls, names::MASSES);
+        assert!(masses.iter().all(|m| (m / mass - 1.0).abs() < 1e-6), "{d}-D: {} for {mass}", masses[0]);
+        let (x, size) = (column(walls, names::COORDINATES), file.header.box_size);
+        for k in 0..d {
+            let mut along: Vec<f64> = x.iter().skip(k).step_by(d).copied().collect();
+            along.sort_by(f64::total_cmp);
+            along.dedup_by(|a, b| (*a - *b).abs() < 1e-9);
+            let wide = along.windows(2).map(|w| w[1] - w[0]).fold(f64::INFINITY, f64::min);
+            assert!((wide / steps[k] - 1.0).abs() < 1e-6, "{d}-D along {k}: {wide}");
+            assert!(
+                (along[0] - 0.5 * steps[k]).abs() < 1e-9
+                    && (size[k] - along[along.len() - 1] - 0.5 * steps[k]).abs() < 1e-9
+            );
+        }
+        let told = steps.iter().map(|s| format!("{s:.6e}")).collect::<Vec<_>>().join(" x ");
+        assert!(report.notes.iter().any(|n| n.contains(&format!("{told} apart"))), "{:?}", report.notes);
+    }
+}
+
 #[test]
 fn walls_surround_round_bodies_and_obstacles_in_space() {
     for (domain, depth) in [

@@ -170,7 +170,7 @@ impl Snapshot {
             return Totals::default();
         };
         let periodic = sph::array(|k| self.is_periodic(k));
-        Totals::new(&self.field, points, &self.masses, *dimension, periodic)
+        Totals::new((&self.field, self.units == UnitSystem::CODE), points, &self.masses, *dimension, periodic)
     }
 
     fn is_periodic(&self, axis: usize) -> bool {

@@ -76,15 +76,30 @@ pub(crate) struct Totals {
     pub motion: Option<Motion>,
     /// Internal energy per unit of mass, of those that have one.
     pub thermal: Option<f64>,
+    /// Whether these are pure numbers, which stay what they are.
+    pub are_pure: bool,
 }
 
 impl Totals {
-    /// Of particles at `points`, with the velocities and internal energies of `field`, where these have units.
-    pub fn new(field: &RawField, points: &[[f64; 3]], masses: &[f64], dimension: usize, periodic: [bool; 3]) -> Self {
+    /// Of particles at `points`, with the velocities and internal energies of `field`, where these have units or `are_pure` numbers.
+    pub fn new(
+        (field, are_pure): (&RawField, bool),
+        points: &[[f64; 3]],
+        masses: &[f64],
+        dimension: usize,
+        periodic: [bool; 3],
+    ) -> Self {
+        let has_unit = |name: &&str| field.variable(name).is_some_and(|v| v.unit.is_some());
+        let are_pure = are_pure && ![names::VELOCITIES, names::INTERNAL_ENERGY].iter().any(has_unit);
         let column = |name: &str, components: usize| {
             let variable =
                 field.variable(name).filter(|v| v.components == components || v.components == 3 && components > 1)?;
-            let (unit, stride) = (variable.unit.as_ref()?.to_cgs, variable.components);
+            let unit = match &variable.unit {
+                Some(unit) => unit.to_cgs,
+                None if are_pure => 1.0,
+                None => return None,
+            };
+            let stride = variable.components;
             let at = |i: usize| (0..components).map(move |c| variable.values.get(i * stride + c) * unit);
             Some((0..masses.len()).flat_map(at).collect::<Vec<f64>>())
         };
@@ -94,7 +109,7 @@ impl Totals {
         let thermal = column(names::INTERNAL_ENERGY, 1)
             .map(|u| u.iter().zip(masses).map(|(u, m)| u * m).sum::<f64>() / masses.iter().sum::<f64>());
         let is_finite = |m: &Motion| m.kinetic.is_finite() && m.spin.iter().all(|s| s.is_finite());
-        Self { motion: motion.filter(is_finite), thermal: thermal.filter(|u| u.is_finite()) }
+        Self { motion: motion.filter(is_finite), thermal: thermal.filter(|u| u.is_finite()), are_pure }
     }
 
     /// Less what the scene states in place of the snapshot's.
@@ -103,11 +118,14 @@ impl Totals {
         let moves = scene.turbulence.is_some() || stated(&|name| name == "velocity" || name.starts_with("v_"));
         let heats = scene.thermal.internal_energy.is_some()
             || stated(&|name| matches!(name, "pressure" | "temperature" | "internal_energy" | "entropy"));
-        Self { motion: self.motion.filter(|_| !moves), thermal: self.thermal.filter(|_| !heats) }
+        Self { motion: self.motion.filter(|_| !moves), thermal: self.thermal.filter(|_| !heats), ..self }
     }
 
     /// The same with velocities and energies in `units`.
     pub fn in_units(self, units: &UnitSystem) -> Self {
+        if self.are_pure {
+            return self;
+        }
         let velocity = 1.0 / units.to_cgs(sph_formats::UnitDimension::VELOCITY);
         let energy = 1.0 / units.to_cgs(sph_formats::UnitDimension::SPECIFIC_ENERGY);
         let motion = |m: Motion| Motion {
@@ -116,6 +134,6 @@ impl Totals {
             kinetic: m.kinetic * velocity * velocity,
             ..m
         };
-        Self { motion: self.motion.map(motion), thermal: self.thermal.map(|u| u * energy) }
+        Self { motion: self.motion.map(motion), thermal: self.thermal.map(|u| u * energy), ..self }
     }
 }

@@ -211,7 +211,7 @@ mod tests {
         let u: Vec<f64> = heat.map_or_else(Vec::new, |u| random(500, 3).iter().map(|r| u * (1.0 + 0.1 * r)).collect());
         let motion = MassPoints { positions: &x, masses: &m, dimension: d, periodic }.sums(&v);
         let wanted = plain(&x, &v, &u, &m, d);
-        let totals = Totals { motion: Some(motion), thermal: heat.map(|_| wanted.3) };
+        let totals = Totals { motion: Some(motion), thermal: heat.map(|_| wanted.3), are_pure: false };
         let (y, n) = (random(900 * d, 4), random(900, 5).iter().map(|r| 1.0 + r).collect::<Vec<f64>>());
         let mut columns = vec![column(names::VELOCITIES, d, rotating(&y, 0.99))];
         columns.extend(heat.map(|u| column(names::INTERNAL_ENERGY, 1, vec![u; 900])));

@@ -114,7 +114,7 @@ impl Replacement<'_> {
         let points =
             |positions, masses| MassPoints { positions, masses, dimension: d, periodic: self.file.header.periodic };
         let motion = rows(names::VELOCITIES, d).map(|v| points(&places, &masses).sums(&v));
-        let totals = Totals { motion, thermal: rows(names::INTERNAL_ENERGY, 1).map(mean) };
+        let totals = Totals { motion, thermal: rows(names::INTERNAL_ENERGY, 1).map(mean), are_pure: false };
         if replaced.is_empty() { None } else { conserve(new, &points(&self.positions, &self.masses), &totals) }
     }
 

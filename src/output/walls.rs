@@ -29,6 +29,8 @@ pub(crate) struct Walls<const D: usize> {
     positions: Vec<[f64; D]>,
     normals: Vec<[f64; D]>,
     depths: Vec<f64>,
+    /// Along each axis, and that of as large a cube.
+    steps: [f64; D],
     spacing: f64,
     /// The box of fluid and walls: axes along which there are walls end there.
     pub frame: Domain<D>,
@@ -93,7 +95,8 @@ impl<const D: usize> Walls<D> {
             positions: Vec::new(),
             normals: Vec::new(),
             depths: Vec::new(),
-            spacing,
+            steps: lattice.step,
+            spacing: lattice.step.iter().product::<f64>().powf(1.0 / D as f64),
             frame: domain.clone(),
             part_type: walls.part_type,
         };
@@ -121,13 +124,13 @@ impl<const D: usize> Walls<D> {
         Ok(Some(made))
     }
 
-    /// The box of fluid and walls, half a spacing beyond the outermost.
+    /// The box of fluid and walls, half a step beyond the outermost.
     fn whole(&self, domain: &Domain<D>) -> Result<Domain<D>> {
         let (mut lo, mut hi) = (domain.lo, domain.hi);
         for x in &self.positions {
             for k in (0..D).filter(|&k| domain.axes[k] != Axis::Periodic) {
-                lo[k] = lo[k].min(x[k] - 0.5 * self.spacing);
-                hi[k] = hi[k].max(x[k] + 0.5 * self.spacing);
+                lo[k] = lo[k].min(x[k] - 0.5 * self.steps[k]);
+                hi[k] = hi[k].max(x[k] + 0.5 * self.steps[k]);
             }
         }
         let axes = domain.axes.map(|axis| if axis == Axis::Periodic { axis } else { Axis::REFLECTING });
@@ -138,11 +141,16 @@ impl<const D: usize> Walls<D> {
     pub(crate) fn describe(&self, length: f64) -> String {
         let nearest = self.depths.iter().fold(f64::INFINITY, |m, d| m.min(*d)) / self.spacing;
         let most = self.depths.iter().fold(0.0_f64, |m, d| m.max(*d)) / self.spacing;
+        let step = |k: usize| format!("{:.6e}", self.steps[k] * length);
+        let mut steps: Vec<String> = (0..D).map(step).collect();
+        if steps.iter().all(|s| *s == steps[0]) {
+            steps.truncate(1);
+        }
         format!(
-            "{} wall particles of type {}, {:.6e} apart, from {nearest:.2} to {most:.2} spacings behind the surface",
+            "{} wall particles of type {}, {} apart, from {nearest:.2} to {most:.2} spacings behind the surface",
             self.positions.len(),
             self.part_type,
-            self.spacing * length
+            steps.join(" x ")
         )
     }
 

@@ -26,6 +26,17 @@ impl Scene {
         self.input.disc().is_some() || self.bodies.iter().any(|body| body.input.disc().is_some())
     }
 
+    /// Whether a field of force that is not the particles' own is said to hold the pressure.
+    pub(crate) fn is_in_field(&self) -> bool {
+        let mut balances = std::iter::once(&self.balance).chain(self.bodies.iter().map(|body| &body.balance)).flatten();
+        balances.any(|balance| balance.gravity == Some(GravityName::Field))
+    }
+
+    /// Whether dust is to be particles of its own.
+    pub(crate) fn has_grains(&self) -> bool {
+        self.dust.is_some() || self.bodies.iter().any(|body| body.dust.is_some())
+    }
+
     /// For how long the result is followed as it was placed; `None` where it settles first.
     pub(crate) fn certify_at_once(&self) -> Option<f64> {
         self.certify.filter(|_| self.settle.is_none())

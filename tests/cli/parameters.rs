@@ -110,6 +110,12 @@ fn the_adiabatic_index_goes_to_each_code() {
     let config = text(&folder, "ic.Config.sh");
     assert_eq!(lines(&config)[4..7], ["BOX_PERIODIC", "BOX_LONG_Y=2", "BOX_LONG_Z=0.5"]);
     assert_eq!(number(&text(&folder, "ic.params"), "BoxSize"), 1.0);
+    // The file's are in gauss.
+    let magnetic =
+        long.replace("{units: code}", "{units: solar}").replace("fields: {", "fields: {magnetic_field: [1, 0, 0], ");
+    place(&folder, &magnetic, ("gizmo", "ic.hdf5"), &[]);
+    assert_eq!(number(&text(&folder, "ic.params"), "UnitMagneticField_in_gauss"), 1.0);
+    assert!(lines(&text(&folder, "ic.Config.sh")).contains(&"MAGNETIC"));
     place(&folder, &scene, ("phantom", "ic_00000.tmp"), &[]);
     assert_eq!(read_index(&folder, "ic_00000.tmp"), 1.4);
     place(&folder, &scene, ("sph-exa", "ic.h5"), &[]);
@@ -269,6 +275,9 @@ fn what_a_code_does_not_know_is_said() {
     let mixed = BOX.replace("[periodic]", "[periodic, periodic, reflecting]") + "thermal: {internal_energy: 1}\n";
     let walls = BOX.replace("[periodic]", "reflecting") + "thermal: {internal_energy: 1}\n";
     let magnetic = format!("{BOX}thermal: {{internal_energy: 1}}\nfields: {{magnetic_field: [1, 0, 0]}}\n");
+    let field = BOX.replace("[periodic]", "reflecting")
+        + "fields: {pressure: 2 - z}\nbalance: {gravity: field, evaluations: 3}\n";
+    let dust = format!("{BOX}thermal: {{internal_energy: 1}}\ndust: {{ratio: 0.01}}\n");
     for (scene, code, part) in [
         (
             &materials,
@@ -279,9 +288,18 @@ fn what_a_code_does_not_know_is_said() {
         (&mixed, "swift", "SWIFT is periodic along all axes or none"),
         (&walls, "gadget4", "GADGET-4 has no reflecting walls"),
         (&magnetic, "gadget4", "knows no magnetic field"),
+        (&magnetic, "sph-exa", "knows no magnetic field"),
+        (&field, "swift", "SWIFT is not told of the force that holds the pressure"),
+        (&dust, "gizmo", "GIZMO has drag on dust where it is built with GRAIN_FLUID"),
     ] {
         let report = place(&folder, scene, (code, "ic.hdf5"), &[]).stdout;
-        let file = text(&folder, if code == "swift" { "ic.yml" } else { "ic.param" });
+        let name = match code {
+            "swift" => "ic.yml",
+            "sph-exa" => "ic.sh",
+            "gizmo" => "ic.params",
+            _ => "ic.param",
+        };
+        let file = text(&folder, name);
         assert!(report.contains(part) && file.contains(part), "{part}: {report}");
     }
     let report = place(&folder, &materials, ("swift:planetary", "ic.hdf5"), &[]).stdout;

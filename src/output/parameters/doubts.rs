@@ -35,9 +35,20 @@ pub(super) fn doubts(facts: &Facts<'_>) -> Vec<String> {
             facts.code.scheme.name
         ));
     }
-    if facts.gas.column(names::MAGNETIC_FIELD).is_some() && ["gadget4", "swift"].contains(&facts.code.sheet.name) {
+    if facts.gas.column(names::MAGNETIC_FIELD).is_some() && ["gadget4", "swift", "sph-exa", "pysph"].contains(&name) {
         doubts.push(format!(
             "{title} as it is built by default knows no magnetic field: the gas moves as if there were none"
+        ));
+    }
+    // PySPH's liquids have the gravity that their pressures are in balance with.
+    if facts.in_field && name != "pysph" {
+        doubts.push(format!(
+            "{title} is not told of the force that holds the pressure (balance.gravity: field): set it up in the code, or nothing holds the gas"
+        ));
+    }
+    if facts.has_grains && name == "gizmo" {
+        doubts.push(format!(
+            "{title} has drag on dust where it is built with GRAIN_FLUID and told how large the grains are, which the scene does not say: add both, or the dust feels none"
         ));
     }
     if facts.lacks_gravity {

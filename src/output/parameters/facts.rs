@@ -31,12 +31,23 @@ pub(crate) struct Physics {
     reflects: bool,
     /// A disc is among the bodies, whose gas is sheared.
     has_disc: bool,
+    /// A force of which the scene says that it is there holds the gas.
+    in_field: bool,
+    /// Particles of dust are among the others.
+    has_grains: bool,
 }
 
 impl Physics {
     /// Of `scene`, whose input has units or none.
     pub fn of(scene: &Scene, has_units: bool) -> Self {
-        Self { has_units, of_numbers: scene.own_gravity(), reflects: scene.has_walls(), has_disc: scene.has_disc() }
+        Self {
+            has_units,
+            of_numbers: scene.own_gravity(),
+            reflects: scene.has_walls(),
+            has_disc: scene.has_disc(),
+            in_field: scene.is_in_field(),
+            has_grains: scene.has_grains(),
+        }
     }
 }
 
@@ -63,6 +74,8 @@ pub(super) struct Facts<'a> {
     pub lacks_gravity: bool,
     pub reflects: bool,
     pub has_disc: bool,
+    pub in_field: bool,
+    pub has_grains: bool,
     /// Dynamical time of a body that holds itself, else the time in which sound crosses the box, and which it is.
     pub time: f64,
     pub time_is: &'static str,
@@ -114,6 +127,8 @@ impl<'a> Facts<'a> {
             lacks_gravity: physics.of_numbers.is_some() && gravity.is_none() && file.header.periodic.contains(&true),
             reflects: physics.reflects,
             has_disc: physics.has_disc,
+            in_field: physics.in_field,
+            has_grains: physics.has_grains,
             time,
             time_is,
             softening: SOFTENING_OVER_SPACING * smallest,

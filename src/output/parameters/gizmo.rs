@@ -62,7 +62,8 @@ MinGasTemp 0
             self.gravity.and_then(|g| g.stated).unwrap_or(0.0),
         );
         if self.is_magnetic() {
-            let _ = writeln!(text, "UnitMagneticField_in_gauss {:e}", (u.mass / u.length).sqrt() / u.time);
+            // As the file's are written, see `MagneticUnit::Gauss`.
+            text += "UnitMagneticField_in_gauss 1\n";
         }
         for (class, name) in ["Gas", "Halo", "Disk", "Bulge", "Stars", "Bndry"].into_iter().enumerate() {
             let own = self.point.filter(|(of_type, _)| usize::from(*of_type) == class).map_or(self.softening, |p| p.1);
