@@ -10,7 +10,7 @@ use sph::domain::{Axis, Domain, Wall};
 use sph::geometry::distance;
 use sph::kernel::{KernelName, default_kernel_neighbors, support_over_spacing};
 use sph_formats::common::particle_names as names;
-use sph_formats::{FORMATS, FieldRequest, FileContent, ParticleFile, ParticleStream, Values, read};
+use sph_formats::{Column, FORMATS, FieldRequest, FileContent, ParticleFile, ParticleStream, Values, read};
 use sph_prep::field::{AnalyticField, ScalarField};
 use sph_prep::metrics::{Measured, Patches};
 use sph_prep::run::replicate::Repeated;
@@ -496,6 +496,21 @@ fn what_cannot_be_repeated_or_mapped_says_why() {
     let outcome = sph_prep(&["replicate", &boxed, "--times", "2,2,2", "--out", &boxed]);
     assert!(outcome.code == Some(2) && outcome.stderr.contains("itself"), "{}", outcome.stderr);
     assert!(std::fs::read(&boxed).unwrap() == before);
+
+    // What is dropped is told, unless it is nothing.
+    let mut moving = tile.clone();
+    moving.species[0].table.columns.retain(|c| c.name != names::VELOCITIES);
+    for (name, value) in [(names::VELOCITIES, 0.0), ("Dye", 0.5)] {
+        let values = Values::F64(vec![value; if name == "Dye" { 216 } else { 648 }]);
+        let (name, components) = (name.to_owned(), values.len() / 216);
+        let like = moving.species[0].table.column(names::DENSITY).unwrap().clone();
+        moving.species[0].table.columns.push(Column { name, components, values, ..like });
+    }
+    let (mapped, told) = replicated(&moving, "2,2,2", uniform, &[]).unwrap();
+    assert!(
+        told.contains("Dye") && !told.contains("Velocities,") && mapped.species[0].table.column("Dye").is_none(),
+        "{told}"
+    );
 
     let refused = |tile: &ParticleFile, scene: &str| replicated(tile, "2,2,2", scene, &[]).unwrap_err();
     let mut uneven = tile.clone();

@@ -377,6 +377,28 @@ fn more_particles_than_the_solver_takes_stay_on_shells() {
     assert_eq!(plan("polish: none", &smooth, 10_000_000), ("mass-bisection", 60, false));
 }
 
+/// Of an atmosphere the mass comes to its place, where sums with its density would take it elsewhere.
+#[test]
+fn steep_atmospheres_have_their_mass_in_place() {
+    let scene = |rest: &str| {
+        format!(
+            "input: {{expression: 'exp(-z/0.147)'}}\ndomain: {{box: [[0, 0, 0], [1, 1, 1]], boundary: [periodic, periodic, reflecting]}}\n{rest}\n"
+        )
+    };
+    let what = "summed densities that are the target's";
+    let (mass, _) = run(&scene("particles: 2000"));
+    assert!(mass.plan.aims_at_mass && names_as_left_out(&mass, what));
+    let (density, _) = run(&scene("particles: 2000\nsolver: {aim: density}"));
+    assert!(!density.plan.aims_at_mass && !names_as_left_out(&density, what));
+    let [by_mass, by_density] = [&mass, &density].map(|report| report.ledger.largest_deviation());
+    assert!(by_mass < 0.01 && by_mass < 0.6 * by_density, "{by_mass} {by_density}");
+    for rest in ["particles: 100000", "particles: 2000\ntolerance: 1e-5", "particles: 2000\npolish: alaric"] {
+        assert!(!planned(&scene(rest)).aims_at_mass, "{rest}");
+    }
+    let ball = "input: {dimension: 3, expression: 'exp(-5*r*r)'}\ndomain: {ball: {radius: 1}}\nparticles: 2000\n";
+    assert!(!planned(ball).aims_at_mass);
+}
+
 /// A crystal stays one in the solver, and is as even and quiet as f32 sums can tell.
 #[test]
 fn a_crystal_stays_one_and_says_so() {

@@ -1,9 +1,11 @@
 //! What a scene needs, and what it does without, with the reasons: nothing is run that a scene has no use for.
 
+use crate::metrics::IN_PLACE;
 use crate::relaxation::{BALANCE, SolverOptions, StageName, TRIMMING, WVT, WvtOptions};
 use crate::scene::{Atmosphere, Order, Polish, Scene};
-use crate::seeding::{Seeding, discontinuity_share, is_radial, is_uniform};
-use crate::target::Target;
+use crate::seeding::{Seeding, discontinuity_share, is_radial, is_uniform, shifted_share};
+use crate::target::mass_points::MassPoints;
+use crate::target::{Resolution, Target};
 use serde::Serialize;
 use sph::domain::{Axis, Domain, Region, Wall};
 use std::cell::LazyCell;
@@ -33,6 +35,8 @@ pub struct Plan {
     pub evaluations: usize,
     /// Evaluations of the balance of pressure and gravity; 0 where it is left out.
     pub balance: usize,
+    /// Whether the density solver brings mass to where the target has it, in place of summed densities.
+    pub aims_at_mass: bool,
 }
 
 /// What is known of the forces on a body.
@@ -72,6 +76,7 @@ impl Plan {
             splittings: 0,
             evaluations: 0,
             balance: 0,
+            aims_at_mass: false,
         };
         if count < MIN_RELAXED {
             plan.drop("relaxation", format!("{count} particles have no neighbors to relax against"));
@@ -91,6 +96,7 @@ impl Plan {
             let even = plan.seed_is_better(target, jumps);
             plan.choose_wvt(scene, D, jumps, (thin, even));
             plan.choose_balance(scene, count, held);
+            plan.choose_aim(scene, target, || *share);
         }
         match scene.trim_masses {
             Some(_) => plan.stages.push(TRIMMING),
@@ -262,6 +268,37 @@ impl Plan {
         self.stages.push(BALANCE);
     }
 
+    /// Sums over neighbors have the target's density where particles lie somewhat closer together than the mass, by what the kernel's
+    /// smoothing takes. Of what is steep that is more than the mass may be off. Shells have the right mass by themselves, a balance
+    /// decides over the density, and beside jumps and vacuum, and at curved surfaces, points of mass do not tell where particles belong.
+    fn choose_aim<const D: usize>(&mut self, scene: &Scene, target: &Target<'_, D>, jumps: impl FnOnce() -> f64) {
+        let asked = scene.aims_at_mass().or_else(|| scene.tolerance.map(|_| false));
+        self.aims_at_mass = self.polish == Polish::Solver && asked == Some(true);
+        let follows_mass = matches!(target.resolution, Resolution::EqualMass);
+        if self.polish != Polish::Solver
+            || asked.is_some()
+            || self.balance > 0
+            || !(follows_mass && matches!(target.domain.region, Region::Box))
+            || self.starts_in_order()
+            || MassPoints::are_too_many(target)
+            || jumps() > FEW_JUMPS
+        {
+            return;
+        }
+        let shifted = shifted_share(target, scene.kernel(), scene.kernel_neighbors(D), IN_PLACE);
+        if shifted > FEW_SHIFTED {
+            self.aims_at_mass = true;
+            self.drop(
+                "summed densities that are the target's",
+                format!(
+                    "by the kernel's smoothing some {:.0} % of the mass would be off by more than {:.0} %; set solver.aim to density for them",
+                    100.0 * shifted,
+                    100.0 * IN_PLACE
+                ),
+            );
+        }
+    }
+
     /// Whether the solver begins with particles in order, which nothing has to bring to rest.
     pub fn starts_in_order(&self) -> bool {
         self.wvt_iterations == 0 && self.seeding.is_in_order()
@@ -321,6 +358,8 @@ fn affordable_evaluations(count: usize, d: usize, stops_early: bool) -> usize {
 /// Shares of the domain near jumps: below the one they do not matter, above the other nothing else does.
 const FEW_JUMPS: f64 = 1e-3;
 const MOST_JUMPS: f64 = 0.5;
+/// Share of the mass that may be off by more than [`IN_PLACE`] where summed densities are the target's.
+const FEW_SHIFTED: f64 = 0.25;
 /// A smaller tolerance is hard to reach.
 const TIGHT: f64 = 5e-6;
 /// WVT's iterations before a polish where few are not enough.

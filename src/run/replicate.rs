@@ -342,6 +342,32 @@ fn mapped_in<const D: usize, R>(
     let target: Target<'_, D> = prepared.target().with_count(tiles.count());
     let mapped = Mapped { tiles: &tiles, map: MassMap::new(&target, "replicate")?.tabulated() };
     let stream = Streamed::new(scene, (&prepared, units), (target, &mapped), format, "Replicated")?;
-    let notes = tiles.notes().into_iter().chain(stream.notes().iter().cloned()).collect();
-    with(&stream, notes)
+    let notes = tiles.notes().into_iter().chain(left_behind(&repeated.tile)).chain(stream.notes().iter().cloned());
+    with(&stream, notes.collect())
+}
+
+/// What a box brings of which nothing comes to the target: everything but its places that is not 0 throughout.
+fn left_behind(tile: &ParticleFile) -> Option<String> {
+    let made_anew = [
+        names::COORDINATES,
+        names::PARTICLE_IDS,
+        names::MASSES,
+        names::DENSITY,
+        names::SUPPORT_RADIUS,
+        names::SMOOTHING_LENGTH,
+    ];
+    let columns = tile.species.iter().flat_map(|s| &s.table.columns);
+    let left = columns.filter(|c| !made_anew.contains(&c.name.as_str()) && has_values(&c.values));
+    let left: Vec<&str> = left.map(|c| c.name.as_str()).collect();
+    let text = || {
+        format!(
+            "only places come from the box: its {} stay there, and the scene says what particles have",
+            left.join(", ")
+        )
+    };
+    (!left.is_empty()).then(text)
+}
+
+fn has_values(values: &Values) -> bool {
+    (0..values.len()).any(|i| values.get(i) != 0.0)
 }

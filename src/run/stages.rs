@@ -436,7 +436,7 @@ impl<'a, const D: usize> Setting<'a, D> {
             // Who says how many evaluations there are to be gets them.
             least_gain: if scene.solver.evaluations.is_some() { 0.0 } else { default.least_gain },
             settled: plan.starts_in_order(),
-            smoothed: scene.aims_at_the_smoothed(),
+            smoothed: plan.aims_at_mass,
         }
     }
 

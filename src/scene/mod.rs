@@ -344,9 +344,11 @@ impl Scene {
         self.resolution.is_some() || self.refine.is_some() || self.seeding == Some(Seeding::VariableMasses)
     }
 
-    /// Whether the density solver brings mass to where the target has it, in place of summed densities.
-    pub(crate) fn aims_at_the_smoothed(&self) -> bool {
-        self.solver.aim.map_or(self.has_disc(), |aim| aim == AimName::Mass)
+    /// Whether the density solver is to bring mass to where the target has it, in place of summed densities; `None` where the target
+    /// decides.
+    pub(crate) fn aims_at_mass(&self) -> Option<bool> {
+        let by_input = self.has_disc().then_some(true);
+        self.solver.aim.map(|aim| aim == AimName::Mass).or(by_input)
     }
 
     /// The input as reports name it.

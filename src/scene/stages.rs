@@ -192,8 +192,9 @@ pub struct SolverInput {
     #[schemars(range(min = 0.0, max = 1.0), example = 0.7)]
     #[serde(skip_serializing_if = "Option::is_none")]
     pub quietness: Option<f64>,
-    /// Whether summed densities or the places of the mass follow the target where a kernel smooths it; by default densities do, but in a
-    /// `disc` its mass, since that is what its rotation and its pressure hold.
+    /// Whether summed densities or the places of the mass follow the target where a kernel smooths it; by default densities do, but the
+    /// mass in a `disc`, since that is what its rotation and its pressure hold, and in a box that is filled throughout where more than a
+    /// quarter of the mass would be off by more than 1 %, as of a steep atmosphere.
     #[schemars(example = &"mass")]
     #[serde(skip_serializing_if = "Option::is_none")]
     pub aim: Option<AimName>,

@@ -30,4 +30,4 @@ pub use parting::Parting;
 pub use place::seed;
 pub use seeded::Seeded;
 pub use stretch::MassMap;
-pub use symmetry::{discontinuity_share, is_radial, is_uniform};
+pub use symmetry::{discontinuity_share, is_radial, is_uniform, shifted_share};

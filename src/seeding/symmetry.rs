@@ -6,7 +6,7 @@ use crate::error::{Error, Result};
 use crate::target::Target;
 use sph::domain::{Domain, Region, Round};
 use sph::geometry::distance;
-use sph::kernel::support_over_spacing;
+use sph::kernel::{KernelName, support_over_smoothing_length, support_over_spacing};
 use sph::parallel;
 
 /// Symmetry of a number density within its domain.
@@ -130,6 +130,36 @@ pub fn discontinuity_share<const D: usize>(target: &Target<'_, D>, neighbors: f6
     parallel::count(samples.len(), near) as f64 / samples.len().max(1) as f64
 }
 
+/// The share of the particles, by samples, about which smoothing by `kernel` with `neighbors` changes the number density by more than
+/// `most` from what it does on average: where summed densities are the target's, so many are off the places of the mass by that. 0 where
+/// part of the domain is empty.
+pub fn shifted_share<const D: usize>(target: &Target<'_, D>, kernel: KernelName, neighbors: f64, most: f64) -> f64 {
+    // A kernel as three points along each axis, which have its second and, if it were a Gaussian, its fourth moment.
+    let step = 0.5 * 3.0_f64.sqrt() / support_over_smoothing_length(kernel, D) * support_over_spacing(D, neighbors);
+    let samples = samples(target.domain);
+    let change = |x: &[f64; D]| {
+        let here = target.number_density(x);
+        let away = step * target.support(here, 1.0);
+        let beside = |k: usize, sign: f64| {
+            let mut y = *x;
+            y[k] += sign * away;
+            target.domain.confine(x, &mut y);
+            target.number_density(&y)
+        };
+        let change = |k: usize| (beside(k, 1.0) + beside(k, -1.0) - 2.0 * here) / (6.0 * here);
+        (here, if here > 0.0 { (0..D).map(change).sum() } else { 0.0 })
+    };
+    let changes: Vec<(f64, f64)> = parallel::map(samples.len(), |i| change(&samples[i]));
+    if changes.iter().any(|(weight, _)| *weight <= 0.0) {
+        return 0.0;
+    }
+    let all: f64 = changes.iter().map(|(weight, _)| weight).sum();
+    let mean = changes.iter().map(|(weight, change)| weight * change).sum::<f64>() / all;
+    let shifted = changes.iter().filter(|(_, change)| (change - mean).abs() > most);
+    let share = shifted.map(|(weight, _)| weight).sum::<f64>() / all;
+    if share.is_finite() { share } else { 0.0 }
+}
+
 /// Whether the target is a function of the radius alone in a three-dimensional ball or shell, so that concentric
 /// shells can have its density.
 pub fn is_radial<const D: usize>(target: &Target<'_, D>) -> bool {
@@ -194,4 +224,66 @@ pub(super) fn spherical_mean<const D: usize>(target: &Target<'_, D>, center: &[f
         }
     }
     sum / (2 * D) as f64
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::field::AnalyticField;
+    use sph::domain::Axis;
+    use sph::kernel::evaluate;
+    use std::f64::consts::TAU;
+
+    /// Against sums over the kernel itself, in an atmosphere between two walls that mirror.
+    #[test]
+    fn what_a_kernel_shifts_is_what_its_integral_does() {
+        let (height, top) = (0.1, 0.6);
+        let axes = [Axis::Periodic, Axis::Periodic, Axis::REFLECTING];
+        let domain = Domain::new([0.0; 3], [1.0, 1.0, top], axes, Region::Box).unwrap();
+        let field = AnalyticField::<3>::new("density", "exp(-z/0.1)", [0.0; 3]).unwrap();
+        let mass = height * (1.0 - (-top / height).exp());
+        let kernel = sph::kernel::WendlandC4;
+        // Of the kernel, summed over planes.
+        let plane = |u: f64| {
+            let ring = |k: i32| {
+                let q = u + (1.0 - u) * (f64::from(k) + 0.5) / 200.0;
+                TAU * q * KernelName::WendlandC4.sigma(3) * evaluate::<_, 3>(kernel, q).0 * (1.0 - u) / 200.0
+            };
+            (0..200).map(ring).sum::<f64>()
+        };
+        let planes: Vec<f64> = (0..200).map(|k| plane((f64::from(k) + 0.5) / 200.0)).collect();
+        for (count, most) in [(2000, 0.01), (20_000, 0.01), (20_000, 0.003)] {
+            let density = |z: f64| (-z / height).exp();
+            let mirrored = |z: f64| if z < 0.0 { -z } else { top - (z - top).abs() };
+            let change = |z: f64| {
+                let support = support_over_spacing(3, 64.0) * (density(z) * f64::from(count) / mass).cbrt().recip();
+                let u = |k: usize| support * (k as f64 + 0.5) / 200.0;
+                let pair = |k: usize| density(mirrored(z + u(k))) + density(mirrored(z - u(k)));
+                (0..200).map(|k| planes[k] * pair(k) / 200.0).sum::<f64>() / density(z) - 1.0
+            };
+            let all: Vec<(f64, f64)> =
+                (0..2000).map(|i| top * (f64::from(i) + 0.5) / 2000.0).map(|z| (density(z), change(z))).collect();
+            let total: f64 = all.iter().map(|(w, _)| w).sum();
+            let mean = all.iter().map(|(w, c)| w * c).sum::<f64>() / total;
+            let expected = all.iter().filter(|(_, c)| (c - mean).abs() > most).map(|(w, _)| w).sum::<f64>() / total;
+            let target = Target::of_equal_masses(&domain, &field, count as usize, mass);
+            let found = shifted_share(&target, KernelName::WendlandC4, 64.0, most);
+            assert!((found - expected).abs() < 0.1, "{count} {most}: {found} for {expected}");
+        }
+    }
+
+    #[test]
+    fn nothing_is_shifted_where_all_is_even_and_nothing_is_said_beside_vacuum() {
+        fn shifted<const D: usize>(density: &str) -> f64 {
+            let domain = Domain::new([0.0; D], [1.0; D], [Axis::Periodic; D], Region::Box).unwrap();
+            let field = AnalyticField::<D>::new("density", density, [0.0; D]).unwrap();
+            let mass = crate::field::total_mass(&field, &domain, 1e-6).unwrap().value;
+            let target = Target::of_equal_masses(&domain, &field, 50_usize.pow(D as u32).min(1000), mass);
+            shifted_share(&target, KernelName::CubicSpline, sph::kernel::default_kernel_neighbors(D), 1e-3)
+        }
+        assert_eq!((shifted::<1>("3"), shifted::<2>("3"), shifted::<3>("3")), (0.0, 0.0, 0.0));
+        let wave = "exp(2*cos(2*pi*x))";
+        assert!(shifted::<1>(wave) > 0.2 && shifted::<2>(wave) > 0.5 && shifted::<3>(wave) > 0.8);
+        assert_eq!(shifted::<3>("max(sin(2*pi*x), 0)"), 0.0);
+    }
 }

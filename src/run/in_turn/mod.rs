@@ -32,7 +32,7 @@ use crate::relaxation::{
     Control, DensitySolver, Event, Hold, Holding, Others, SOLVER, SolverOptions, StageName, Step, StopReason, WVT, Wvt,
     part_pairs_of_block, relax_new,
 };
-use crate::scene::{DEFAULT_PARTICLES, Scene};
+use crate::scene::{AimName, DEFAULT_PARTICLES, Scene, SolverInput};
 use crate::seeding::{Blockwise, Seeding};
 use crate::target::{Positions, Target};
 use kept::{Block, Kept, Sweep};
@@ -78,7 +78,7 @@ pub fn run_in_turn(
         let problem = "is not kept block by block: the folder of the blocks is what a run goes on from; leave it out";
         return Err(Error::scene("checkpoint", problem));
     }
-    if scene.aims_at_the_smoothed() {
+    if scene.aims_at_mass() == Some(true) {
         let problem = "is mass, for which the points of all particles are needed, and that is not done block by block; set it to density";
         return Err(Error::scene("solver.aim", problem));
     }
@@ -207,7 +207,9 @@ impl Run<'_> {
             (None, planned) if !Blockwise::<D>::can_make(planned) => Seeding::MassBisection,
             (_, planned) => planned,
         };
-        let scene = Scene { seeding: Some(seeding), ..self.scene.clone() };
+        // Where the mass is, points of all particles tell.
+        let solver = SolverInput { aim: Some(AimName::Density), ..self.scene.solver };
+        let scene = Scene { seeding: Some(seeding), solver, ..self.scene.clone() };
         let plan = plan(&scene);
         (scene, plan)
     }
