@@ -95,7 +95,7 @@ impl Snapshot {
         let name = density.unwrap_or(particle_names::DENSITY);
         let mut variables = Vec::new();
         for c in &table.columns {
-            if OF_PARTICLES.contains(&c.name.as_str()) || (c.name == name && is_empty(&c.values)) {
+            if OF_PARTICLES.contains(&c.name.as_str()) || (c.name == name && is_zero(&c.values)) {
                 continue;
             }
             if is_mesh && OF_CELLS.contains(&c.name.as_str()) {
@@ -332,8 +332,8 @@ fn points(table: &ParticleTable) -> Option<Vec<[f64; 3]>> {
     Some((0..table.count).map(|i| sph::array(|k| component(i, k))).collect())
 }
 
-/// Whether a column holds nothing: initial conditions often come with densities of 0.
-fn is_empty(values: &Values) -> bool {
+/// Whether a column is 0 throughout: initial conditions often come with densities of 0.
+pub(crate) fn is_zero(values: &Values) -> bool {
     (0..values.len()).all(|i| values.get(i) == 0.0)
 }
 

@@ -5,6 +5,7 @@
 use super::streamed::{Places, Read, Streamed};
 use crate::error::{Error, Result};
 use crate::input::internal_units::Prepared;
+use crate::input::particles::is_zero;
 use crate::scene::Scene;
 use crate::seeding::MassMap;
 use crate::target::{Positions, Target};
@@ -357,7 +358,7 @@ fn left_behind(tile: &ParticleFile) -> Option<String> {
         names::SMOOTHING_LENGTH,
     ];
     let columns = tile.species.iter().flat_map(|s| &s.table.columns);
-    let left = columns.filter(|c| !made_anew.contains(&c.name.as_str()) && has_values(&c.values));
+    let left = columns.filter(|c| !made_anew.contains(&c.name.as_str()) && !is_zero(&c.values));
     let left: Vec<&str> = left.map(|c| c.name.as_str()).collect();
     let text = || {
         format!(
@@ -366,8 +367,4 @@ fn left_behind(tile: &ParticleFile) -> Option<String> {
         )
     };
     (!left.is_empty()).then(text)
-}
-
-fn has_values(values: &Values) -> bool {
-    (0..values.len()).any(|i| values.get(i) != 0.0)
 }

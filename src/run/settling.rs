@@ -4,6 +4,7 @@ use super::assembly::BODY_ID;
 use crate::codes::TargetCode;
 use crate::error::{Error, Result};
 use crate::follow::{Options, Outcome, follow_file};
+use crate::input::particles::is_zero;
 use crate::relaxation::{CERTIFICATE, Certificate, Control, Event, SETTLING, Step, StopReason};
 use crate::scene::Scene;
 use serde::Serialize;
@@ -143,7 +144,7 @@ fn at_rest(file: &mut ParticleFile) -> Vec<Values> {
 }
 
 fn put_back(file: &mut ParticleFile, motion: Vec<Values>, notes: &mut Vec<String>) {
-    if motion.iter().any(|values| (0..values.len()).any(|i| values.get(i) != 0.0)) {
+    if !motion.iter().all(is_zero) {
         notes.push("settled: particles settled at rest, and have the velocities of the scene again".to_owned());
     }
     let columns = file.species.iter_mut().flat_map(|s| &mut s.table.columns).filter(|c| c.name == names::VELOCITIES);
