@@ -14,7 +14,7 @@ use sph::domain::Axis;
 use sph::geometry::distance;
 use sph::kernel::KernelName;
 use sph_formats::common::particle_names as names;
-use sph_formats::{ParticleFile, ParticleTable, Species, UnitSystem, Values};
+use sph_formats::{Column, ParticleFile, ParticleTable, Species, UnitDimension, UnitSystem, Values};
 
 /// What is asked for.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -52,6 +52,8 @@ pub struct Settled {
     /// How it fell.
     pub certificate: Certificate,
     pub file: ParticleFile,
+    /// Smallest distance of two particles of gas over the spacing there.
+    pub closest_pair: f64,
 }
 
 /// Time in which motion falls to 1/e while it is damped, in dynamical times: about what the slowest pulsation of a star is damped best by,
@@ -139,8 +141,9 @@ fn in_dimension<const D: usize>(
         let mut file = file.clone();
         let is_ideal = materials.is_none();
         notes.extend(read.put_back(&mut file, code, &end, (&whole, is_ideal.then_some(gamma))));
-        notes.extend(paired(sums, &followed, &end));
-        settled = Some(Settled { certificate, file });
+        let closest_pair = closest_pair(sums, &followed, &end);
+        notes.extend(paired(closest_pair));
+        settled = Some(Settled { certificate, file, closest_pair });
         let End { positions, velocities, internal_energy, support, points, .. } = end;
         followed = Followed { positions, velocities, internal_energy, support, points, ..followed };
     }
@@ -279,10 +282,18 @@ impl<const D: usize> Read<D> {
             kept.iter().for_each(|(name, values)| set::<1>(&mut species.table, name, values));
             set::<1>(&mut species.table, names::INTERNAL_ENERGY, &energies);
             set::<1>(&mut species.table, names::DENSITY, &densities);
-            set::<1>(&mut species.table, names::SUPPORT_RADIUS, &end.support.iter().map(lengths).collect::<Vec<_>>());
-            let lengths_of_code: Vec<f64> =
-                end.support.iter().map(|h| h * size / code.support_over_length(D)).collect();
-            set::<1>(&mut species.table, names::SMOOTHING_LENGTH, &lengths_of_code);
+            let radii: Vec<f64> = end.support.iter().map(lengths).collect();
+            match species.table.column(names::SUPPORT_RADIUS) {
+                Some(_) => set::<1>(&mut species.table, names::SUPPORT_RADIUS, &radii),
+                None => species.table.columns.push(Column::new(
+                    names::SUPPORT_RADIUS,
+                    1,
+                    Values::F64(radii),
+                    UnitDimension::LENGTH,
+                )),
+            }
+            // Formats have smoothing lengths of their own conventions from these.
+            species.table.columns.retain(|c| c.name != names::SMOOTHING_LENGTH);
             species.table.columns.retain(|c| {
                 let is_kept = kept.iter().any(|(name, _)| c.name == *name);
                 let is_stale = STALE.contains(&c.name.as_str()) && !is_kept;
@@ -354,14 +365,14 @@ fn of_ideal_gas(
     all
 }
 
-/// What settling is apt to do with a kernel whose neighbors are more than it keeps apart.
-fn paired<const D: usize>(
-    (kernel, neighbors): (KernelName, f64),
-    start: &Followed<'_, D>,
-    end: &End<D>,
-) -> Option<String> {
+/// Smallest distance of two particles at the end over the spacing there.
+fn closest_pair<const D: usize>((kernel, neighbors): (KernelName, f64), start: &Followed<'_, D>, end: &End<D>) -> f64 {
     let measured = Measured::new(kernel, &start.domain, &end.positions, &start.masses, &end.support, neighbors);
-    let closest = measured.neighbors(&start.domain, neighbors).closest_pair;
+    measured.neighbors(&start.domain, neighbors).closest_pair
+}
+
+/// What settling is apt to do with a kernel whose neighbors are more than it keeps apart.
+fn paired(closest: f64) -> Option<String> {
     (closest < PAIRED).then(|| {
         format!(
             "particles have paired while they settled: the closest are {closest:.2} spacings apart, and it goes on in the code; fewer neighbors or a Wendland kernel keep them apart"

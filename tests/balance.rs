@@ -167,6 +167,26 @@ fn atmospheres_come_to_rest_in_every_dimension() {
     }
 }
 
+/// Where the pressure is the same everywhere no force holds it, and there is nothing that a net force could be a part of.
+#[test]
+fn an_even_pressure_is_balanced_without_gravity() {
+    let scene = |balance: &str| {
+        format!(
+            "input: {{expression: 1 + 0.3*sin(2*pi*x), dimension: 2}}\ndomain: {{box: [[0, 0], [1, 1]], boundary: periodic}}\nparticles: 800\n\
+             fields: {{pressure: '3'}}\npolish: none\nbalance: {{{balance}}}\noutput: {{units: code}}\n"
+        )
+    };
+    let [by_default, without] = ["", "gravity: none"].map(|balance| run(&scene(balance)));
+    assert!(by_default.balance.is_none(), "{:?}", by_default.balance);
+    assert_eq!(by_default.noise.all, without.noise.all);
+    let own = by_default.stages.iter().find(|stage| stage.stage.name == "balance").unwrap();
+    assert!(own.history.len() > 5, "{}", own.history.len());
+    for report in [&by_default, &without] {
+        assert!(!report.notes.iter().any(|note| note.contains("holds gravity")), "{:?}", report.notes);
+        assert!(report.notes.iter().any(|note| note.contains("against no gravity")), "{:?}", report.notes);
+    }
+}
+
 #[test]
 fn bodies_without_thermal_columns_are_balanced_by_their_own_weight() {
     for (dimension, count) in [(1, 80), (2, 1000), (3, 1500)] {

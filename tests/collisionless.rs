@@ -233,6 +233,10 @@ fn what_makes_no_sense_is_refused_by_key() {
     for (rest, words) in [
         ("collisionless: {type: 0}\n", &["collisionless.type", "1 to 5"][..]),
         ("collisionless: true\nbalance: true\n", &["balance", "collisionless"]),
+        (
+            "collisionless: true\ntarget_code: swift\noutput: {units: code, parameters: true}\n",
+            &["output.parameters", "gas"],
+        ),
         ("collisionless: true\nthermal: {internal_energy: 1}\n", &["thermal.internal_energy"]),
         ("collisionless: true\nwalls: {layers: 2}\n", &["walls"]),
         ("collisionless: true\noutput: {file: a.h5, format: sph-exa}\n", &["output.format", "collisionless"]),

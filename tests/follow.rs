@@ -264,6 +264,32 @@ fn a_settled_star_is_quieter_and_the_same() {
     }
 }
 
+/// Smoothing lengths of another convention, as files of other programs have them, give way to the support radii that were summed with.
+#[test]
+fn settled_particles_have_support_radii_whatever_the_file_had() {
+    let scene = "input: {file: profiles/polytrope-1.5.nc}\nparticles: 300\npolish: none\nwvt: {iterations: 0}\noutput: {format: swift}\n";
+    let mut file = placed(scene);
+    let column = gas(&mut file).columns.iter_mut().find(|c| c.name == "SupportRadius").unwrap();
+    column.name = "SmoothingLength".into();
+    let options = Options { duration: 0.0, settle: Some(0.05), ..Options::default() };
+    let settled = followed(&file, options).unwrap().settled.unwrap();
+    let table = &settled.file.species[0].table;
+    assert!(table.column("SmoothingLength").is_none());
+    let [h, rho, m] = ["SupportRadius", "Density", "Masses"].map(|name| values(&settled.file, name));
+    // 48 neighbors in the volume of the support, of the default build.
+    let count = |i: usize| 4.0 / 3.0 * std::f64::consts::PI * h[i].powi(3) * rho[i] / m[i];
+    assert!(
+        (0..300).all(|i| (count(i) / count(0) - 1.0).abs() < 1e-3 && (45.0..60.0).contains(&count(i))),
+        "{}",
+        count(0)
+    );
+    let folder = tempfile::tempdir().unwrap();
+    for name in ["swift", "gadget"] {
+        let path = folder.path().join(format!("{name}.hdf5"));
+        sph_formats::write(FORMATS, &path, Some(name), &settled.file, sph_prep::WriteOptions::default()).unwrap();
+    }
+}
+
 /// A cubic spline with 204 neighbors pairs particles, and a note says so; with its usual 48 random places become even.
 #[test]
 #[ignore = "slow: .ci/full runs it"]

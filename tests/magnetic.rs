@@ -41,6 +41,32 @@ fn close(found: f64, expected: f64, label: &str) {
     assert!((found - expected).abs() <= 1e-6 * expected.abs().max(1e-30), "{label}: {found:e}, expected {expected:e}");
 }
 
+/// A field with sources, or one that does not go on across periodic faces, is no magnetic field.
+#[test]
+fn sources_of_a_stated_field_are_told() {
+    let told = |field: &str| -> Vec<String> {
+        let scene = Scene::parse(&format!("{BOX}fields: {{{field}}}\n{QUICK}")).unwrap();
+        let (_, report) =
+            sph_prep::place(&scene, FORMATS, &Control::default()).unwrap_or_else(|e| panic!("{field}: {e}"));
+        report.warnings.into_iter().filter(|warning| warning.contains("has sources")).collect()
+    };
+    for (field, expected) in [
+        ("magnetic_field: ['x*uG/kpc', 'y*uG/kpc', 0]", "the largest field over the width"),
+        ("magnetic_field: ['uG*x/kpc', '-uG*y/kpc', 0]", "faces of the periodic box"),
+        ("vector_potential: [0, 0, 'x*y*uG/kpc']", "faces of the periodic box"),
+    ] {
+        let all = told(field);
+        assert!(all.iter().any(|w| w.contains(expected)), "{field}: {all:?}");
+    }
+    for field in [
+        "magnetic_field: ['uG*sin(2*pi*y/kpc)', 0, 1 uG]",
+        "magnetic_field: ['if(y < 0.5*kpc, uG, -uG)', 0, 0]",
+        "vector_potential: [0, 0, 'uG*kpc*cos(2*pi*x/kpc)']",
+    ] {
+        assert!(told(field).is_empty(), "{field}: {:?}", told(field));
+    }
+}
+
 /// In the code's own numbers the pressure is B^2/(8 pi) of the field in gauss.
 #[test]
 fn each_code_gets_the_field_in_its_own_units() {

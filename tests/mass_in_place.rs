@@ -243,6 +243,59 @@ fn a_cloud_and_its_surroundings_have_their_mass_and_density() {
     assert!(report.neighbors.closest_pair > 0.25, "{:?}", report.neighbors);
 }
 
+/// A peak narrower than the cells that are looked at first, on a floor that hides it from them: nearly all of the mass is in it.
+#[test]
+fn a_narrow_peak_on_a_floor_is_found() {
+    let center = [0.37, 0.61, 0.2];
+    let scene = "input: {expression: '1e-12 + exp(-((x - 0.37)^2 + (y - 0.61)^2 + (z - 0.2)^2)/1e-6)'}\n\
+        domain: {box: [[0, 0, 0], [1, 1, 1]], boundary: [periodic]}\nparticles: 500\npolish: none\n";
+    let (positions, report) = run(scene).unwrap();
+    let mut from: Vec<f64> =
+        positions.iter().map(|x| (0..3).map(|k| (x[k] - center[k]).powi(2)).sum::<f64>().sqrt()).collect();
+    from.sort_by(f64::total_cmp);
+    // The median of a Gaussian with r^2/s^2 in the exponent is 1.088 s.
+    assert!((from[250] / 1.088e-3 - 1.0).abs() < 0.1, "{} {:?}", from[250], report.ledger);
+}
+
+/// Where masses vary, layers of particles at a jump of the density lie on this side or on that: what each side holds is right all the same.
+#[test]
+fn each_side_of_a_jump_has_its_mass_where_masses_vary() {
+    for (scene, share) in [
+        ("if((x - 0.5)^2 + (y - 0.5)^2 + (z - 0.5)^2 < 0.04, 1000, 1)", 4.0 / 3.0 * std::f64::consts::PI * 0.008),
+        ("if(x < 0.5, 1000, 1)", 0.5),
+    ] {
+        let text = format!(
+            "input: {{expression: '{scene}'}}\ndomain: {{box: [[0, 0, 0], [1, 1, 1]], boundary: [periodic]}}\nparticles: 700\n\
+             resolution: {{spacing: '1'}}\npolish: none\noutput: {{double_precision: true}}\n"
+        );
+        let (file, _) = place(&Scene::parse(&text).unwrap(), FORMATS, &Control::default()).unwrap();
+        let column = |name: &str| file.species[0].table.column(name).unwrap().values.to_f64();
+        let (x, m) = (column(names::COORDINATES), column(names::MASSES));
+        let is_dense = |x: &[f64]| match share {
+            0.5 => x[0] < 0.5,
+            _ => x.iter().map(|v| (v - 0.5).powi(2)).sum::<f64>() < 0.04,
+        };
+        let light: f64 = x.chunks(3).zip(&m).filter(|(x, _)| !is_dense(x)).map(|(_, m)| m).sum();
+        assert!((light / (1.0 - share) - 1.0).abs() < 1e-6, "{scene}: {light} of {}", 1.0 - share);
+    }
+}
+
+/// A table whose density falls within a ten-millionth of its radius, and no two radii are equal.
+#[test]
+fn a_narrow_step_of_a_table_is_a_jump() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("step.csv");
+    std::fs::write(&path, "r,density\n0,10\n0.3,10\n0.3000001,1\n1,1\n").unwrap();
+    let text = format!("input: {{file: '{}'}}\nparticles: 2000\noutput: {{units: code}}\n", path.display());
+    let (file, report) = place(&Scene::parse(&text).unwrap(), FORMATS, &Control::default()).unwrap();
+    let x = file.species[0].table.column(names::COORDINATES).unwrap().values.to_f64();
+    let middle = 0.5 * file.header.box_size[0];
+    let core = x.chunks(3).filter(|x| x.iter().map(|v| (v - middle).powi(2)).sum::<f64>().sqrt() < 0.3).count() as f64;
+    let wanted = 2000.0 * 0.27 / (0.27 + 1.0 - 0.027);
+    assert!((core - wanted).abs() <= 1.0, "{core} of {wanted}");
+    assert!(report.notes.iter().any(|note| note.contains("taken as a jump")), "{:?}", report.notes);
+}
+
 /// A layer a thousandth of the box thick, which holds three quarters of the mass: wherever it is, whether a face of cells is near or all places that
 /// are looked at first miss it, and whether it is in place is known.
 #[test]

@@ -137,6 +137,14 @@ fn planets_that_are_none_are_refused_by_key() {
         let error = refused(&PLANET.replace(change.0, change.1));
         assert!(error.contains(part), "{change:?}: {error}");
     }
+    let water = "{material: {murnaghan: {density: 1 g/cm^3, bulk_modulus: 2 GPa}}}";
+    let unnumbered = PLANET.replace("{material: tillotson-granite}", water);
+    let error = refused(&unnumbered);
+    assert!(error.contains("layers[1].id") && error.contains("number 100"), "{error}");
+    // A code that looks materials up by number takes no body without.
+    let alone = PLANET.replace("{material: tillotson-iron, mass_fraction: 0.5}, {material: tillotson-granite}", water);
+    let error = refused(&format!("{alone}target_code: swift:planetary\n"));
+    assert!(error.contains("layers[0].id") && error.contains("SWIFT"), "{error}");
     let error = Scene::parse(&PLANET.replace("tillotson-iron", "tillotson-lead")).unwrap_err().to_string();
     assert!(error.contains("tillotson-lead") && error.contains("line"), "{error}");
 }

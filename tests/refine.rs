@@ -343,6 +343,12 @@ fn what_would_change_all_particles_is_refused_with_the_remedy() {
     let scene = format!("input: {{file: '{}'}}\nrefine: {{center: [0.5], radius: 1e-9, shell: 1e-9}}", input.display());
     let (_, report) = sph_prep::place(&Scene::parse(&scene).unwrap(), FORMATS, &Control::default()).unwrap();
     assert!(report.warnings.iter().any(|w| w.contains("refine changes nothing")), "{:?}", report.warnings);
+    let of_field = "input: {expression: '1', dimension: 2}\ndomain: {box: [[0, 0], [1, 1]]}\nparticles: 200\nrefine: {center: [3, 3], radius: 0.1}";
+    for (scene, is_told) in [(of_field.to_owned(), true), (of_field.replace("[3, 3]", "[1, 1]"), false)] {
+        let (_, report) = sph_prep::place(&Scene::parse(&scene).unwrap(), FORMATS, &Control::default()).unwrap();
+        let told = report.warnings.iter().any(|w| w.contains("refine changes nothing"));
+        assert_eq!(told, is_told, "{scene}: {:?}", report.warnings);
+    }
     // With `particles` all of them are placed anew.
     let anew = run(folder.path(), "anew.hdf5", Some(&input), &format!("{sphere}\nparticles: 150")).unwrap();
     assert_eq!(numbers(&read(&anew), names::MASSES).len(), 150);

@@ -57,6 +57,16 @@ fn a_star_that_rotates_settles_into_its_flattened_shape() {
         assert!((p[i] / (rho[i] * u[i] * 2.0 / 3.0) - 1.0).abs() < 1e-9);
     }
     assert!(report.notes.iter().any(|n| n.contains("before the particles settled")));
+    // The closest pair is that of the places in the file.
+    let mass = values(&after, "Masses")[0];
+    let over_spacing = |i: usize, j: usize| {
+        let apart: f64 = (0..3).map(|k| (x[3 * i + k] - x[3 * j + k]).powi(2)).sum();
+        apart.sqrt() * (rho[i].max(rho[j]) / mass).cbrt()
+    };
+    let pairs = (0..n).flat_map(|i| (0..i).map(move |j| (i, j)));
+    let closest = pairs.map(|(i, j)| over_spacing(i, j)).fold(f64::INFINITY, f64::min);
+    let told = report.neighbors.closest_pair;
+    assert!((told / closest - 1.0).abs() < 0.02, "{told} {closest}");
 }
 
 /// Two stars in each other's tides, which alone were round: free from there, those that settled in the rotating frame pulsate less.

@@ -178,6 +178,17 @@ fn every_format_with_types_keeps_walls_and_tables_tell_them_apart() {
     }
 }
 
+/// A tank that is larger than the fluid holds it; one elsewhere, or all around at a distance, does not.
+#[test]
+fn walls_that_hold_nothing_are_doubted() {
+    let fluid = "input: {expression: '1', dimension: 2}\nparticles: 100\ndomain: {box: [[0, 0], [1, 1]]}\n";
+    for (around, is_told) in [("[[0, 0], [5, 2]]", false), ("[[3, 3], [5, 5]]", true), ("[[-2, -2], [3, 3]]", true)] {
+        let (_, report) = placed(&format!("{HEAD}{fluid}walls: {{around: {{box: {around}}}}}\n"));
+        let told = report.warnings.iter().any(|w| w.contains("do not hold it"));
+        assert_eq!(told, is_told, "{around}: {:?}", report.warnings);
+    }
+}
+
 #[test]
 fn walls_that_cannot_be_are_refused_by_key() {
     let fluid = "input: {expression: '1', dimension: 2}\nparticles: 100\ndomain: {box: [[0, 0], [1, 1]]}\n";
@@ -189,7 +200,7 @@ fn walls_that_cannot_be_are_refused_by_key() {
         ("{around: {box: [[0, 0], [0.5, 1]]}}", "in the fluid's domain"),
         ("{around: {box: [[0, 0, 0], [1, 1, 1]]}}", "has 3 coordinates, expected 2"),
         ("{around: {half-plane: {normal: [0, 1]}}}", "no end along"),
-        ("{without: {box: [[-1, -1], [2, 2]]}}", "are none"),
+        ("{without: {box: [[-1, -1], [2, 2]]}}", "`without` leaves all of them out"),
         ("{layer: 1}", "layer"),
     ] {
         let text = format!("{HEAD}{fluid}walls: {walls}");
@@ -199,4 +210,8 @@ fn walls_that_cannot_be_are_refused_by_key() {
         };
         assert!(error.contains(part), "{walls}: {error}");
     }
+    let periodic = format!("{HEAD}{}walls: {{layers: 2}}\n", fluid.replace("1]]}", "1]], boundary: periodic}"));
+    let error =
+        place(&Scene::parse(&periodic).unwrap(), FORMATS, &Control::default()).map(|_| ()).unwrap_err().to_string();
+    assert!(error.contains("no axis of the domain has faces"), "{error}");
 }

@@ -98,7 +98,9 @@ impl Columns {
             Self::Only(names) if names.contains(&name) => None,
             Self::Only(_) => Some("the format has no place for it".into()),
             Self::Scalars { vectors, .. } if vectors.contains(&name) => None,
-            Self::Scalars { .. } if components > 1 => Some("the format holds no vectors but velocities".into()),
+            Self::Scalars { vectors, .. } if components > 1 => {
+                Some(format!("the format holds no vectors but {}", vectors.join(" and ")))
+            }
             Self::Scalars { longest_name, .. } if name.len() > *longest_name || !name.is_ascii() => {
                 Some(format!("the format holds names of at most {longest_name} ASCII characters"))
             }

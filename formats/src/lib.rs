@@ -17,6 +17,7 @@ mod capabilities;
 mod compressed;
 pub mod error;
 mod family;
+mod lengths;
 mod limits;
 pub mod magnetic;
 pub mod model;

@@ -4,6 +4,7 @@ pub use crate::capabilities::{Capabilities, Columns, FixedCorner, Origin};
 use crate::compressed;
 use crate::error::{FormatError, Result};
 use crate::family::{self, Family};
+use crate::lengths;
 pub use crate::model::WriteOptions;
 use crate::model::{ParticleFile, RawField};
 use crate::nearest::did_you_mean;
@@ -244,12 +245,15 @@ pub fn read(
         return Ok(content);
     }
     let spec = detect(formats, path, explicit)?;
-    let content = reader(spec, path)?(path, request)?;
+    let mut content = reader(spec, path)?(path, request)?;
     let checked = match &content {
         FileContent::Field(field) => field.validate(),
         FileContent::Particles(file) => file.validate(),
     };
     checked.map_err(|(location, problem)| FormatError::input(path, spec.name, location, problem))?;
+    if let FileContent::Field(field) = &mut content {
+        lengths::unify(field);
+    }
     Ok(content)
 }
 

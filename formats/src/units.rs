@@ -185,8 +185,9 @@ fn symbol_value(name: &str) -> Option<(f64, UnitDimension)> {
         ("n", 1e-9),
         ("d", 1e-1),
     ];
-    const PREFIXED: [&str; 15] =
-        ["m", "g", "s", "Pa", "J", "N", "pc", "yr", "K", "meter", "metre", "G", "T", "gauss", "tesla"];
+    const PREFIXED: [&str; 18] = [
+        "m", "g", "s", "Pa", "J", "N", "pc", "yr", "K", "meter", "metre", "G", "T", "gauss", "tesla", "bar", "eV", "L",
+    ];
     PREFIXES.iter().find_map(|(prefix, factor)| {
         let base = name.strip_prefix(prefix).filter(|b| PREFIXED.contains(b))?;
         plain_symbol(base).map(|(value, dimension)| (factor * value, dimension))
@@ -234,6 +235,7 @@ const SYMBOLS: &[Symbol] = &[
     symbol(&["Msun", "M_sun", "Msol", "msun", "solMass", "M☉", "M⊙"], SOLAR_MASS_CGS, UnitDimension::MASS),
     symbol(&["amu"], ATOMIC_MASS_CGS, UnitDimension::MASS),
     symbol(&["cc"], 1.0, UnitDimension::new(3, 0, 0, 0)),
+    symbol(&["L", "liter", "liters", "litre", "litres"], 1e3, UnitDimension::new(3, 0, 0, 0)),
     symbol(&["s", "sec", "second", "seconds"], 1.0, UnitDimension::TIME),
     symbol(&["min", "minute", "minutes"], 60.0, UnitDimension::TIME),
     // Not `h`, which in `kpc/h` is the Hubble parameter.
@@ -246,12 +248,14 @@ const SYMBOLS: &[Symbol] = &[
     symbol(&["K", "kelvin", "Kelvin"], 1.0, UnitDimension::TEMPERATURE),
     symbol(&["erg", "ergs"], 1.0, ENERGY),
     symbol(&["J", "joule", "joules"], 1e7, ENERGY),
+    symbol(&["eV", "electronvolt", "electronvolts"], 1.602_176_634e-12, ENERGY),
     symbol(&["Lsun", "L_sun", "solLum", "L☉", "L⊙"], SOLAR_LUMINOSITY_CGS, POWER),
     symbol(&["W", "watt", "watts"], 1e7, POWER),
     symbol(&["dyn", "dyne", "dynes"], 1.0, FORCE),
     symbol(&["N"], 1e5, FORCE),
     symbol(&["Pa", "pascal"], 10.0, UnitDimension::PRESSURE),
     symbol(&["bar"], 1e6, UnitDimension::PRESSURE),
+    symbol(&["atm"], 1.013_25e6, UnitDimension::PRESSURE),
     symbol(&["Ba", "barye"], 1.0, UnitDimension::PRESSURE),
     symbol(&["G", "gauss", "Gauss"], 1.0, UnitDimension::MAGNETIC_FIELD),
     symbol(&["T", "tesla", "Tesla"], 1e4, UnitDimension::MAGNETIC_FIELD),
@@ -435,6 +439,11 @@ mod tests {
         check("km/s", 1e5, UnitDimension::VELOCITY);
         check("J/kg", 1e4, UnitDimension::SPECIFIC_ENERGY);
         check("erg g-1", 1.0, UnitDimension::SPECIFIC_ENERGY);
+        check("kg/L", 1.0, UnitDimension::mass_density(3));
+        check("g/mL", 1.0, UnitDimension::mass_density(3));
+        check("atm", 1.013_25e6, UnitDimension::PRESSURE);
+        check("kbar", 1e9, UnitDimension::PRESSURE);
+        check("keV", 1.602_176_634e-9, UnitDimension::new(2, 1, -2, 0));
         check("GPa", 1e10, UnitDimension::PRESSURE);
         check("dyn/cm2", 1.0, UnitDimension::PRESSURE);
         check("Msun", 1.327_124_4e26 / 6.674_30e-8, UnitDimension::MASS);

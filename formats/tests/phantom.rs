@@ -106,6 +106,17 @@ fn types_have_their_own_masses() {
 }
 
 #[test]
+fn only_vectors_that_the_dump_has_are_not_lost() {
+    let columns = FORMATS.iter().find(|spec| spec.name == "phantom").unwrap().capabilities.columns;
+    for name in [names::VELOCITIES, names::MAGNETIC_FIELD] {
+        assert_eq!(columns.loses(name, 3), None);
+    }
+    let text = columns.loses("VectorPotential", 3).unwrap();
+    assert!(text.contains("no vectors but Velocities and MagneticField"), "{text}");
+    assert_eq!(columns.loses("metallicity", 1), None);
+}
+
+#[test]
 fn what_phantom_cannot_hold_is_refused_with_the_remedy() {
     let folder = tempfile::tempdir().unwrap();
     let refusal = |change: &dyn Fn(&mut ParticleFile)| {

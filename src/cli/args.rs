@@ -1,7 +1,7 @@
 //! Arguments, and how they override the scene.
 
 use super::choices::{boundary, kernel, on_interrupt, order, polish, seeding, staggering};
-use super::rank_args::{PlanArgs, ranks};
+use super::rank_args::{PlanArgs, ranks, threads};
 use super::stream_args::{EncodingArgs, ReplicateArgs, SeedArgs};
 use crate::compare::DEFAULT;
 use crate::error::Result;
@@ -184,7 +184,7 @@ pub struct FollowArgs {
     #[arg(long, value_name = "SECONDS")]
     pub time_limit: Option<f64>,
     /// Threads to use [default: all cores]. The figures do not depend on it.
-    #[arg(long)]
+    #[arg(long, value_parser = threads)]
     pub threads: Option<usize>,
     /// Print all states as JSON.
     #[arg(long)]
@@ -256,7 +256,7 @@ pub struct CompareArgs {
     #[arg(long = "out", value_name = "FOLDER")]
     pub output: PathBuf,
     /// Threads to use [default: all cores]. Only the times depend on it.
-    #[arg(long)]
+    #[arg(long, value_parser = threads)]
     pub threads: Option<usize>,
     /// Print neither progress nor the table.
     #[arg(long)]
@@ -402,7 +402,7 @@ pub struct RunArgs {
     #[arg(long, value_name = "FOLDER", requires = "in_turn")]
     pub blocks: Option<PathBuf>,
     /// Threads to use [default: all cores]. The result does not depend on it.
-    #[arg(long)]
+    #[arg(long, value_parser = threads)]
     pub threads: Option<usize>,
     /// Print neither progress nor report.
     #[arg(long)]

@@ -4,7 +4,7 @@ use super::args::RunArgs;
 use crate::relaxation::StopReason;
 use crate::run::bodies_report::BodiesReport;
 use crate::run::report::Report;
-use crate::run::verdict::{Finding, Grade};
+use crate::run::verdict::{Finding, Grade, ending};
 use crate::scene::Scene;
 
 pub const SUCCESS: u8 = 0;
@@ -49,7 +49,8 @@ impl Shortcomings {
         if stop == StopReason::Interrupted {
             lines.push("not converged: interrupted; the best state so far was written".to_owned());
         } else if scene.tolerance.is_some() && stop != StopReason::ToleranceReached {
-            lines.push(format!("not converged: the tolerance was not reached ({stop:?}); the best state was written"));
+            let why = ending(stop);
+            lines.push(format!("not converged: the tolerance was not reached ({why}); the best state was written"));
         }
         Self { lines, bad }
     }

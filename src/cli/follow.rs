@@ -9,7 +9,7 @@ use crate::codes::TargetCode;
 use crate::error::{Error, Result};
 use crate::follow::{Options, Outcome, follow_file};
 use crate::relaxation::{CERTIFICATE, Certificate, Control, Event, SETTLING, Step};
-use crate::run::destination::refuse_replacing;
+use crate::run::destination::{format_for, refuse_replacing};
 use sph_formats::{FormatSpec, WriteOptions, registry};
 use std::fmt::Write;
 use std::path::Path;
@@ -27,7 +27,7 @@ pub fn run(formats: &[FormatSpec], args: &FollowArgs, command: &str) -> Result<(
     if let Some(page) = &args.report {
         probe(page, &args.file)?;
     }
-    let target = args.output.as_deref().map(|to| writer(formats, args, to)).transpose()?;
+    let target = args.output.as_deref().map(|to| writer(formats, (args, &code), to)).transpose()?;
     let seconds = args.time_limit.map(|s| Duration::try_from_secs_f64(s).map_err(|e| (s, e))).transpose();
     let seconds = seconds.map_err(|(s, e)| Error::scene("--time-limit", format!("is {s}, expected seconds ({e})")))?;
     let begin = Instant::now();
@@ -106,8 +106,12 @@ fn table(certificate: &Certificate) -> String {
 }
 
 /// The format of the settled particles; refuses what cannot be written before the work.
-fn writer<'a>(formats: &'a [FormatSpec], args: &FollowArgs, to: &Path) -> Result<&'a FormatSpec> {
-    let target = registry::detect_output(formats, to, args.to_format.as_deref())?;
+fn writer<'a>(
+    formats: &'a [FormatSpec],
+    (args, code): (&FollowArgs, &TargetCode),
+    to: &Path,
+) -> Result<&'a FormatSpec> {
+    let target = format_for(Some(code), formats, (to, args.to_format.as_deref()))?;
     registry::writer(target, to)?;
     refuse_replacing("--out", to, &args.file)?;
     sph_formats::output::probe(to)?;

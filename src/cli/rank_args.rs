@@ -15,7 +15,7 @@ pub struct PlanArgs {
     #[arg(long, value_name = "COUNT", value_parser = clap::value_parser!(u32).range(1..))]
     pub ranks: u32,
     /// Threads of each rank [default: all cores].
-    #[arg(long)]
+    #[arg(long, value_parser = threads)]
     pub threads: Option<usize>,
     /// Print the plan as JSON.
     #[arg(long)]
@@ -24,6 +24,15 @@ pub struct PlanArgs {
 
 /// More threads than this are no use in one process.
 const MOST_RANKS: usize = 1024;
+
+/// A number of threads.
+///
+/// # Errors
+/// What is expected.
+pub fn threads(text: &str) -> std::result::Result<usize, String> {
+    let expected = || format!("expected a whole number from 0, for as many as there are cores, to {MOST_RANKS}");
+    text.parse().ok().filter(|n| (0..=MOST_RANKS).contains(n)).ok_or_else(expected)
+}
 
 /// A number of ranks within a process.
 ///

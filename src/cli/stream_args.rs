@@ -1,6 +1,7 @@
 //! Arguments of what makes particles while they are written.
 
 use super::choices::seeding;
+use super::rank_args::threads;
 use crate::scene::parse_count;
 use crate::seeding::Seeding;
 use sph_formats::WriteOptions;
@@ -44,7 +45,7 @@ pub struct StreamArgs {
     #[arg(long)]
     pub dry_run: bool,
     /// Threads to use [default: all cores]. The result does not depend on it.
-    #[arg(long)]
+    #[arg(long, value_parser = threads)]
     pub threads: Option<usize>,
 }
 

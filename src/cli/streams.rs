@@ -1,9 +1,9 @@
 //! `sph-prep replicate` and `sph-prep seed`: particles that are made while they are written.
 
-use super::convert::support_radii;
 use super::progress::Progress;
 use super::stream_args::{ReplicateArgs, SeedArgs, StreamArgs};
 use crate::error::{Error, Result};
+use crate::input::lengths::support_radii;
 use crate::metrics::{ErrorFigures, PatchFigures};
 use crate::run::destination::refuse_replacing;
 use crate::run::replicate::{Repeated, mapped};

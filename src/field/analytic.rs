@@ -55,11 +55,18 @@ impl<const D: usize> AnalyticField<D> {
                 positive |= v > 0.0;
                 continue;
             };
+            // No bound makes a number of what is none.
+            let remedy = match problem {
+                "negative" => format!("bound it, for instance by max({name}, 0) or if(condition, {name}, 0)"),
+                _ if v.is_nan() => format!("leave such places out, as by if(condition, {name}, 0)"),
+                _ => {
+                    "bound what it grows with, as in 1/max(r, 0.01), or leave such places out of the domain".to_owned()
+                }
+            };
             return Err(Error::field(
                 name,
                 format!(
-                    "is {v} at {}, which is {problem}; a density must be finite and not negative within the domain: bound it, for instance by max({name}, 0) \
-                     or if(condition, {name}, 0)",
+                    "is {v} at {}, which is {problem}; a density must be finite and not negative within the domain: {remedy}",
                     point_text(&x)
                 ),
             ));
@@ -187,7 +194,10 @@ mod tests {
         check("r^-2").unwrap();
         let text = check("x").unwrap_err().to_string();
         assert!(text.contains("negative") && text.contains("max(x, 0)"), "{text}");
-        assert!(check("1/(r - r)").unwrap_err().to_string().contains("not finite"));
+        let text = check("1/(r - r)").unwrap_err().to_string();
+        assert!(text.contains("not finite") && !text.contains("max(1/(r - r), 0)"), "{text}");
+        let text = check("sqrt(x)").unwrap_err().to_string();
+        assert!(text.contains("if(condition, sqrt(x), 0)"), "{text}");
         assert!(check("0").unwrap_err().to_string().contains("zero at all"));
     }
 

@@ -17,7 +17,7 @@ use super::voronoi::Voronoi;
 use super::{FieldOptions, Interpolation, Missing, Source};
 use crate::error::{Error, Result};
 use sph::domain::{Axis, Domain, Region, Wall};
-use sph_formats::{Cells, Coordinates, Geometry, Location, RawField, Variable};
+use sph_formats::{Cells, Coordinates, Geometry, Location, RawField, Variable, plain_name};
 use std::path::Path;
 use std::sync::Arc;
 
@@ -131,20 +131,38 @@ fn opened<const D: usize>(mut raw: RawField, options: &FieldOptions<D>) -> Resul
     Ok((Input { density, others, options, notes }, raw.geometry, stated))
 }
 
+/// Whether a name is that of a density's logarithm.
+fn is_logarithm(name: &str) -> bool {
+    let plain = plain_name(name);
+    let of = ["log10", "log", "ln"].iter().find_map(|log| plain.strip_prefix(log));
+    of.is_some_and(|of| matches!(of, "rho" | "density" | "dens" | "d" | "massdensity"))
+}
+
 fn take_density(raw: &mut RawField, asked: Option<&str>) -> Result<Variable> {
     let names = || -> String {
-        let all: Vec<String> = raw.variables.iter().map(|v| format!("'{}'", v.name)).collect();
+        let candidates = raw.variables.iter().filter(|v| !is_logarithm(&v.name));
+        let all: Vec<String> = candidates.map(|v| format!("'{}'", v.name)).collect();
         if all.is_empty() { "no variables".into() } else { all.join(", ") }
     };
     let Some(name) = asked.or(raw.density.as_deref()) else {
-        return Err(Error::field(
-            "density",
-            format!("cannot tell which variable is the density; choose one by --density: the file has {}", names()),
-        ));
+        let problem = match raw.variables.iter().find(|v| is_logarithm(&v.name)) {
+            Some(v) => format!(
+                "is missing: '{}' is a logarithm by its name; write its antilogarithm into a column of its own, such as 'rho'",
+                v.name
+            ),
+            None => {
+                format!("cannot tell which variable is the density; choose one by --density: the file has {}", names())
+            }
+        };
+        return Err(Error::field("density", problem));
     };
     let Some(i) = raw.variables.iter().position(|v| v.name == name) else {
         return Err(Error::field(name, format!("is not in the file, which has {}", names())));
     };
+    if is_logarithm(name) {
+        let problem = "is a logarithm by its name, and no density; write its antilogarithm into a column of its own, such as 'rho'";
+        return Err(Error::field(name, problem));
+    }
     if raw.variables[i].components != 1 {
         return Err(Error::field(
             name,

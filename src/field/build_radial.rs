@@ -7,8 +7,9 @@ use super::build_input::{Input, Repeats, check_ascending};
 use super::categorical::carried_field;
 use super::curve::Curve;
 use super::mass::check_mass;
+use super::narrow_jumps;
 use super::radial::{Direction, RadialCarried, RadialDensity, volume_midpoints};
-use super::rows::placed;
+use super::rows::{is_enclosed_mass, placed};
 use super::staggering::Budget;
 use super::{CarriedField, CarriedInfo, RadialProfile, RadialSource, Source};
 use crate::error::{Error, Result};
@@ -33,8 +34,12 @@ pub(crate) fn radial<const D: usize>(
         Location::Node => format!("node {i}, radius {:e}", nodes[i]),
         Location::Cell => format!("cell {i}, radius {:e} to {:e}", nodes[i], nodes[i + 1]),
     })?;
-    let nodes = &placed(&mut input, nodes, budget)?;
+    let mut nodes = placed(&mut input, nodes, budget)?;
     let values = input.density.values.to_f64();
+    if input.density.location == Location::Node {
+        input.notes.extend(narrow_jumps::merge(D, &mut nodes, &values));
+    }
+    let nodes = &nodes;
     let profile = match input.density.location {
         Location::Node => RadialProfile::from_nodes(D, nodes, &values),
         Location::Cell => RadialProfile::from_cells(D, nodes, &values),
@@ -93,15 +98,9 @@ fn radial_carried<const D: usize>(
     })
 }
 
-const ENCLOSED_MASSES: [&str; 6] = ["enclosed_mass", "mass", "m", "m_r", "mass_grams", "m_enc"];
-
 /// One sentence on how the profile's mass compares with the file's own, where units allow it.
 fn compare_enclosed_mass<const D: usize>(input: &Input<'_, D>, mass: f64, length_cgs: Option<f64>) -> Option<String> {
-    let listed = input.others.iter().find(|v| {
-        ENCLOSED_MASSES.contains(&v.name.to_ascii_lowercase().as_str())
-            && v.components == 1
-            && v.unit.as_ref().is_none_or(|u| u.dimension == UnitDimension::MASS)
-    })?;
+    let listed = input.others.iter().find(|v| is_enclosed_mass(v))?;
     let factor = match (&listed.unit, &input.density.unit, length_cgs) {
         (Some(m), Some(rho), Some(length)) => rho.to_cgs * length.powi(3) / m.to_cgs,
         (None, None, None) => 1.0,

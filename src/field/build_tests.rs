@@ -84,6 +84,22 @@ fn a_profile_is_a_star_a_disc_and_a_sheet() {
 }
 
 #[test]
+fn the_logarithm_of_a_density_is_none() {
+    let make = |name: &str, is_named: bool| {
+        let mut raw = radial_raw(vec![0.0, 1.0], vec![variable(name, Location::Node, 1, vec![1.0, 0.5])]);
+        raw.density = raw.density.filter(|_| is_named);
+        message::<3>(raw)
+    };
+    for name in ["log_rho", "logRho", "lnd", "log10(rho)", "ln_density"] {
+        for is_named in [true, false] {
+            let text = make(name, is_named);
+            assert!(text.contains(name) && text.contains("antilogarithm"), "{name}: {text}");
+        }
+    }
+    assert_eq!(make("logistic", true), "accepted");
+}
+
+#[test]
 fn scaling_changes_units_and_nothing_else() {
     let make = || radial_raw(vec![0.0, 0.5, 1.0], vec![variable("rho", Location::Node, 1, vec![3.0, 2.0, 0.5])]);
     let plain = from_raw::<3>(make(), &FieldOptions::default()).unwrap();

@@ -47,6 +47,7 @@ mod intervals;
 mod local_fit;
 mod mass;
 mod mesh;
+mod narrow_jumps;
 mod options;
 mod orientation;
 mod outer_layer;

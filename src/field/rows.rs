@@ -7,7 +7,7 @@ use crate::error::Result;
 use sph_formats::{Location, UnitDimension, Values, Variable, plain_name};
 
 /// Names of an enclosed mass by their letters and digits.
-const ENCLOSED: [&str; 11] = [
+const ENCLOSED: [&str; 14] = [
     "enclosedmass",
     "mass",
     "m",
@@ -19,6 +19,9 @@ const ENCLOSED: [&str; 11] = [
     "interiormass",
     "masscoordinate",
     "massr",
+    "mouter",
+    "massouter",
+    "outermass",
 ];
 /// The same of a zone's own mass.
 const OF_ZONES: [&str; 6] = ["dm", "dmass", "cellmass", "zonemass", "shellmass", "deltam"];
@@ -54,6 +57,11 @@ impl Mass {
             && names.contains(&plain_name(&variable.name).as_str())
             && variable.unit.as_ref().is_none_or(|u| u.dimension == dimension)
     }
+}
+
+/// Whether a variable is the mass within a radius, by its name and its unit.
+pub(super) fn is_enclosed_mass(variable: &Variable) -> bool {
+    Mass::Enclosed.is(variable)
 }
 
 /// The mass that the file states; `None` where no column is one, with a note where one only has the name.

@@ -55,7 +55,7 @@ pub(crate) fn others(
     let found = OfSnapshot {
         totals: Totals::default(),
         scatter: None,
-        doubt: None,
+        doubts: Vec::new(),
         others: species,
         units: system,
         materials: BTreeMap::new(),

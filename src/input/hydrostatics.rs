@@ -5,7 +5,7 @@
 //! in 2-D and 1-D masses are per length and per area (cylinders and sheets).
 
 use crate::error::{Error, Result};
-use crate::field::{CarriedField, RadialSource, ScalarField};
+use crate::field::{CarriedField, RadialSource, ScalarField, probes};
 use crate::input::body_materials::BodyMaterials;
 pub use crate::input::constants::GRAVITATIONAL_CONSTANT;
 use crate::input::constants::gravity_in_cgs;
@@ -24,6 +24,11 @@ use sph_formats::{Unit, UnitDimension};
 const LARGEST_CONTRADICTION: f64 = 0.2;
 /// Places outwards, at even steps of the mass, where the state of a body is looked at.
 const SAMPLES: i32 = 40;
+
+/// Change of a pressure over a domain's width, of itself, from which on a force has to hold it.
+const EVEN: f64 = 1e-4;
+/// Step of the differences that tell, in domain's widths.
+const FIELD_STEP: f64 = 1e-4;
 
 /// Entropy may fall outwards by this much: tables and their interpolation are no better.
 const LARGEST_FALL: f64 = 0.03;
@@ -100,6 +105,20 @@ impl<'a, const D: usize> Hydrostatics<'a, D> {
             }
             Ok((why, _)) => (None, why),
             Err(error) => (None, Some(error.to_string())),
+        })
+    }
+
+    /// Whether a force that is not the particles' own holds the pressure.
+    pub fn is_in_field(&self) -> bool {
+        matches!(self.gravity, Gravity::Holding)
+    }
+
+    /// Whether no force has to hold the pressure: it is the same everywhere.
+    fn is_even(&self) -> bool {
+        let width = self.domain.size();
+        probes(self.domain).iter().all(|x| {
+            let pull = self.gravity(x, FIELD_STEP * width).iter().map(|g| g * g).sum::<f64>().sqrt();
+            pull * self.density.value(x) * width <= EVEN * self.pressure(x)
         })
     }
 
@@ -190,7 +209,7 @@ impl<'a, const D: usize> Hydrostatics<'a, D> {
             None if !samples.is_empty() => BodyMaterials::new(scene, prepared, scales, &samples)?,
             _ => None,
         };
-        Ok(Some(Self {
+        let mut known = Self {
             pressure,
             materials,
             gravity,
@@ -200,7 +219,11 @@ impl<'a, const D: usize> Hydrostatics<'a, D> {
             domain: &prepared.source.domain,
             gamma: scene.thermal.gamma,
             specific_energy: scale.specific_energy,
-        }))
+        };
+        if known.is_in_field() && known.is_even() {
+            known.gravity = Gravity::None;
+        }
+        Ok(Some(known))
     }
 
     fn pressure_by(&self, pressure: &Pressure<'_, D>, x: &[f64; D]) -> f64 {

@@ -7,7 +7,7 @@ use crate::field::{
 };
 use crate::input::constants::Constants;
 use crate::input::from_spacing::FromSpacing;
-use crate::input::particles::{OfSnapshot, Snapshot};
+use crate::input::particles::{LEFT_OUT, OfSnapshot, Snapshot};
 use crate::input::profile::Numbers;
 use crate::input::roles::{
     Assignment, adopt_units, apply, assign, divide_momenta, reduce_energies, restore_names, warn_of_missing,
@@ -21,7 +21,9 @@ use crate::scene::{
 };
 use crate::seeding::Seeding;
 use sph::domain::{Axis, Domain, Region, Wall};
-use sph_formats::{FieldRequest, FileContent, FormatSpec, Geometry, RawField, Unit, UnitDimension, UnitSystem};
+use sph_formats::{
+    FieldRequest, FileContent, FormatSpec, Geometry, ParticleFile, RawField, Unit, UnitDimension, UnitSystem,
+};
 use std::path::Path;
 
 /// A raw field, particles of another run, or the fact that the density is an expression.
@@ -76,12 +78,39 @@ pub fn read(scene: &Scene, formats: &[FormatSpec]) -> Result<RawInput> {
         }
         FileContent::Particles(mut particles) => {
             let note = units_of_snapshot(scene, &mut particles.header.units)?;
+            let stated = boundary_of_snapshot(scene, &mut particles);
             let mut snapshot = Snapshot::new(path, &particles, request.density.as_deref())?;
+            snapshot.stated = stated;
             snapshot.field.notes.extend(note);
             let file = (scene.refine.is_some() && scene.particles.is_none()).then_some(particles);
+            if file.is_some() {
+                // All columns of those that stay, stay.
+                snapshot.field.notes.retain(|note| !note.ends_with(LEFT_OUT));
+            }
             Ok(RawInput::Snapshot(Box::new(Snapshot { file, ..snapshot })))
         }
     }
+}
+
+/// Takes what the scene says of the faces of a snapshot's own box for what the file says: open axes end with the particles. What it says of
+/// each axis.
+fn boundary_of_snapshot(scene: &Scene, particles: &mut ParticleFile) -> [Option<BoundaryName>; 3] {
+    if scene.domain.has_extent() {
+        return [None; 3];
+    }
+    let header = &mut particles.header;
+    let stated = match scene.domain.boundary.as_slice() {
+        [one] => [Some(*one); 3],
+        many => sph::array(|k| many.get(k).copied()),
+    };
+    for k in 0..header.dimension {
+        match stated[k] {
+            Some(BoundaryName::Open) => header.periodic[k] = false,
+            Some(BoundaryName::Periodic) => header.periodic[k] |= header.box_size[k] > 0.0,
+            Some(BoundaryName::Reflecting) | None => {}
+        }
+    }
+    stated
 }
 
 /// Gives a snapshot that states no units those of the scene, where it has some; what there is to say of it. Units of 1 are those of

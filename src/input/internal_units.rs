@@ -27,6 +27,8 @@ const MASS_TOLERANCE: f64 = 1e-10;
 pub(crate) struct Prepared<const D: usize> {
     pub source: Source<D>,
     resolution: Option<Box<dyn ScalarField<D>>>,
+    /// The sphere of another resolution that the scene has, in internal units.
+    pub refinement: Option<Refinement<D>>,
     resolution_integral: f64,
     /// See [`Target::largest_spacing`].
     largest_spacing: f64,
@@ -120,15 +122,17 @@ impl<const D: usize> Prepared<D> {
         let time = sampled.as_ref().map_or(0.0, |s| s.time);
         let of_scene = |r| Refinement::new(r, &source.domain, &units.into_input(), time);
         let refinement = scene.refine.as_ref().map(of_scene).transpose()?;
-        let mean_factor = sampled.zip(refinement.as_ref()).filter(|_| resolution.is_none());
+        let sampled = sampled.zip(refinement.as_ref()).filter(|_| resolution.is_none());
+        let mean_factor = sampled.map(|(sampled, refinement)| sampled.mean_factor(refinement));
         let mut source = source.scaled(1.0 / length, density);
+        let refinement = refinement.map(|r| r.scaled(1.0 / length));
         if let Some(refinement) = &refinement {
-            let (shared, finer) = refinement.scaled(1.0 / length).apply(source, resolution);
+            let (shared, finer) = refinement.apply(source, resolution);
             (source, resolution) = (shared, Some(finer));
         }
         let resolution_integral = match (&resolution, mean_factor) {
             (None, _) => 1.0,
-            (Some(_), Some((sampled, refinement))) => sampled.mean_factor(refinement),
+            (Some(_), Some(mean)) => mean,
             (Some(field), None) => {
                 total_mass(field.as_ref(), &source.domain, MASS_TOLERANCE).map_err(of_resolution)?.value
             }
@@ -141,6 +145,7 @@ impl<const D: usize> Prepared<D> {
         Ok(Self {
             source,
             resolution,
+            refinement,
             resolution_integral,
             largest_spacing,
             count,

@@ -15,6 +15,7 @@ use crate::error::{Error, Result};
 use crate::field::{FieldOptions, Interpolation, MassEstimate, Missing, Samples, Scatter, Source, from_particles};
 use crate::input::totals::Totals;
 use crate::metrics::Measured;
+use crate::scene::BoundaryName;
 use sph::domain::{Axis, Domain, Region};
 use sph::kernel::{KernelName, default_kernel_neighbors};
 use sph::sums::support_guess;
@@ -36,6 +37,8 @@ pub struct Snapshot {
     /// Lower corner of the box.
     pub box_corner: [f64; 3],
     pub periodic: [bool; 3],
+    /// What the scene says of the faces along each axis.
+    pub(crate) stated: [Option<BoundaryName>; 3],
     /// Whether the gas is cells of a moving mesh.
     pub is_mesh: bool,
     /// Of all gas, in the file's units.
@@ -54,6 +57,11 @@ pub struct Snapshot {
     pub(crate) file: Option<ParticleFile>,
 }
 
+/// Share of a box's edge by which places may be beyond it, by rounding in single precision.
+const BEYOND: f64 = 1e-6;
+/// Share of a box's edge that is empty about a body which is probably alone.
+const ISOLATED: f64 = 0.1;
+
 /// Columns that mean nothing at another place.
 const OF_PARTICLES: [&str; 4] = [
     particle_names::MASSES,
@@ -61,6 +69,8 @@ const OF_PARTICLES: [&str; 4] = [
     particle_names::SMOOTHING_LENGTH,
     particle_names::COORDINATES,
 ];
+/// How notes end on columns that are not carried.
+pub(crate) const LEFT_OUT: &str = "was left out";
 /// The same of cells.
 const OF_CELLS: [&str; 2] = ["Volume", "CenterOfMass"];
 
@@ -99,12 +109,12 @@ impl Snapshot {
                 continue;
             }
             if is_mesh && OF_CELLS.contains(&c.name.as_str()) {
-                notes.push(format!("'{}' belongs to the cells and was left out", c.name));
+                notes.push(format!("'{}' belongs to the cells and {LEFT_OUT}", c.name));
                 continue;
             }
             let is_material = particle_names::standard(&c.name) == Some(particle_names::MATERIAL_IDS);
             if matches!(c.values, Values::I64(_)) && !is_material {
-                notes.push(format!("'{}' belongs to the particles and was left out", c.name));
+                notes.push(format!("'{}' belongs to the particles and {LEFT_OUT}", c.name));
                 continue;
             }
             variables.push(Variable {
@@ -136,6 +146,7 @@ impl Snapshot {
             box_size: header.box_size,
             box_corner: header.box_corner.unwrap_or_default(),
             periodic: header.periodic,
+            stated: [None; 3],
             is_mesh,
             time_unit: header.units.time,
             time: header.time,
@@ -169,8 +180,34 @@ impl Snapshot {
         let Geometry::Cloud { dimension, points, .. } = &self.field.geometry else {
             return Totals::default();
         };
-        let periodic = sph::array(|k| self.is_periodic(k));
+        let periodic = sph::array(|k| self.is_periodic(k) && self.stated[k] != Some(BoundaryName::Reflecting));
         Totals::new((&self.field, self.units == UnitSystem::CODE), points, &self.masses, *dimension, periodic)
+    }
+
+    /// Of a periodic box: particles that are beyond it, and a body that ends far from its faces.
+    fn doubts_of_box(&self) -> Vec<String> {
+        let Geometry::Cloud { dimension, points, .. } = &self.field.geometry else { return Vec::new() };
+        let axes: Vec<usize> = (0..*dimension).filter(|&k| self.is_periodic(k)).collect();
+        // From the lower corner, in edges.
+        let place = |p: &[f64; 3], k: usize| (p[k] - self.box_corner[k]) / self.box_size[k];
+        let is_beyond = |p: &&[f64; 3]| axes.iter().any(|&k| !(-BEYOND..=1.0 + BEYOND).contains(&place(p, k)));
+        let beyond = points.iter().filter(is_beyond).count();
+        if beyond > 0 {
+            return vec![format!(
+                "{beyond} of {} particles lie beyond the periodic box of the file, and count as their images within: check its size and the corner that \
+                 its coordinates count from; `--boundary open` takes them as they are",
+                points.len()
+            )];
+        }
+        let is_isolated = |&k: &usize| {
+            let least = points.iter().map(|p| place(p, k)).fold(f64::INFINITY, f64::min);
+            let most = points.iter().map(|p| place(p, k)).fold(f64::NEG_INFINITY, f64::max);
+            self.stated[k].is_none() && least + 1.0 - most > ISOLATED
+        };
+        let is_body = axes.len() == *dimension && axes.iter().all(is_isolated);
+        let text = "the box of the file counts as periodic, but no particle is near its faces: if the body is alone there, which many files do not say, \
+                    `--boundary open` keeps its angular momentum and finds its surface; if it is not, `--boundary periodic` says so";
+        Vec::from_iter(is_body.then(|| text.to_owned()))
     }
 
     fn is_periodic(&self, axis: usize) -> bool {
@@ -193,9 +230,11 @@ impl Snapshot {
         let is_material = |v: &&Variable| particle_names::standard(&v.name) == Some(particle_names::MATERIAL_IDS);
         let of_materials = |v: &Variable| material_shares(&v.values, &self.masses);
         let materials = self.field.variables.iter().find(is_material).map(of_materials).unwrap_or_default();
+        let mut doubts = self.doubts_of_box();
         let (totals, others, units) = (self.totals(), self.others, self.units);
         let (source, Samples { scatter, doubt }) = from_particles(self.field, (&domain, Some(&self.masses)), &options)?;
-        Ok((Source { mass: Some(mass), ..source }, OfSnapshot { totals, scatter, doubt, others, units, materials }))
+        doubts.extend(doubt);
+        Ok((Source { mass: Some(mass), ..source }, OfSnapshot { totals, scatter, doubts, others, units, materials }))
     }
 
     /// Refuses velocities and energies that are no numbers: without them the particles would be at rest, or cold. Energies of a gas
@@ -293,8 +332,8 @@ pub(crate) struct OfSnapshot {
     /// Of all its gas; empty where only a part of it is taken.
     pub totals: Totals,
     pub scatter: Option<Scatter>,
-    /// What is wrong with its densities or masses, with the remedy.
-    pub doubt: Option<String>,
+    /// What is wrong with its box, densities or masses, with the remedy.
+    pub doubts: Vec<String>,
     /// Particles that are no gas, in the file's units; none where only a part of the gas is taken.
     pub others: Vec<Species>,
     pub units: UnitSystem,

@@ -36,7 +36,18 @@ pub fn units(scene: &Scene, raw: &RawInput) -> Result<Stated> {
         stated.doubts.extend(snapshot.cosmology.clone());
     }
     stated.doubts.extend(another_gas(scene, raw));
+    stated.doubts.extend(label_alone(scene, &stated));
     Ok(stated)
+}
+
+/// What is said where the output's units are but a label of numbers that a file has without units.
+fn label_alone(scene: &Scene, stated: &Stated) -> Option<String> {
+    let is_without = scene.input.file.is_some() && stated.input.is_none() && stated.doubts.is_empty();
+    let name = scene.output.units.as_deref().filter(|name| is_without && scene.units.is_none() && *name != "code")?;
+    Some(format!(
+        "the input states no units: its numbers are written as they stand, as if they were in {name} (output.units); if they are not, `units` says what \
+         they are in"
+    ))
 }
 
 /// What is said where the run that wrote a field had another adiabatic index than the scene.

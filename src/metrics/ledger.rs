@@ -5,6 +5,7 @@
 //! sides in proportion, so that an even arrangement fills boxes evenly wherever their faces lie.
 
 use super::Measured;
+use super::centers::{self, Moments};
 use crate::target::cells::{Cell, Rule};
 use crate::target::cut::{Cut, cut_closely};
 use crate::target::mass_points::MassPoints;
@@ -47,6 +48,9 @@ pub struct RegionFigures {
     /// Particles that belong there, and that are there.
     pub wanted: f64,
     pub found: f64,
+    /// Distance of the particles' center from that of the region over the mean spacing there; none where few particles are, or the region has one
+    /// center with all others.
+    pub shift: Option<f64>,
 }
 
 impl RegionFigures {
@@ -60,6 +64,11 @@ impl LedgerFigures {
     /// Largest deviation of any level.
     pub fn largest_deviation(&self) -> f64 {
         self.levels.iter().map(|l| l.largest_deviation).fold(0.0, f64::max)
+    }
+
+    /// The largest distance of a region's particles from where they belong as a whole, in spacings.
+    pub fn largest_shift(&self) -> Option<f64> {
+        self.regions.iter().filter_map(|region| region.shift).reduce(f64::max)
     }
 
     /// The region that is farthest from what it should hold, in particles.
@@ -79,6 +88,8 @@ pub struct Ledger<const D: usize> {
     /// What the target was divided into first, where it was.
     cells: Vec<Cell<D>>,
     points: OnceLock<Option<MassPoints<D>>>,
+    /// Centers of the target's regions.
+    centers: OnceLock<Vec<Moments<D>>>,
 }
 
 /// A box: a cut one, whose left half comes next, or the smallest.
@@ -113,7 +124,15 @@ impl<const D: usize> Ledger<D> {
             _ => partition(target, Rule::Gauss)
                 .map_or_else(|_| (Vec::new(), Vec::new()), |cells| (cells.clone(), divided(target, cells, 0, levels))),
         };
-        Self { domain: target.domain.clone(), nodes, levels, count: target.count, cells, points: OnceLock::new() }
+        Self {
+            domain: target.domain.clone(),
+            nodes,
+            levels,
+            count: target.count,
+            cells,
+            points: OnceLock::new(),
+            centers: OnceLock::new(),
+        }
     }
 
     /// Whether [`Self::points`] would be too many.
@@ -159,7 +178,21 @@ impl<const D: usize> Ledger<D> {
         let alike = matches!(target.resolution, Resolution::NumberDensity(_)).then(|| vec![1.0; masses.len()]);
         let masses = alike.as_deref().unwrap_or(masses);
         let found = exchange.sums(self.found(measured, target, positions, masses));
-        LedgerFigures { regions: region_figures(exchange, target, positions), ..self.figures_of(&found) }
+        let mut regions = region_figures(exchange, target, positions);
+        if exchange.is_alone() && !regions.is_empty() {
+            regions.iter_mut().zip(self.shifts(target, positions)).for_each(|(region, shift)| region.shift = shift);
+        }
+        LedgerFigures { regions, ..self.figures_of(&found) }
+    }
+
+    /// Of each region; none where all have the center of the whole, or would take too many points.
+    fn shifts(&self, target: &Target<'_, D>, positions: &Positions<D>) -> Vec<Option<f64>> {
+        if target.density.center().is_some() || self.has_too_many_points(target) {
+            return Vec::new();
+        }
+        let Some(points) = self.points(target) else { return Vec::new() };
+        let wanted = self.centers.get_or_init(|| centers::of_points(target, points));
+        centers::shifts(target, wanted, positions)
     }
 
     /// What the first of the measured particles, which these are, have in each box: those of others add up with it.
@@ -311,7 +344,11 @@ fn region_figures<const D: usize>(
     parallel::map(n, |i| regions.of(&at(positions, i))).into_iter().flatten().for_each(|region| found[region] += 1.0);
     let (found, n) = (exchange.sums(found), exchange.count(n));
     let wanted = |region: usize| regions.get(region).share * n as f64;
-    found.iter().enumerate().map(|(region, &found)| RegionFigures { wanted: wanted(region), found }).collect()
+    found
+        .iter()
+        .enumerate()
+        .map(|(region, &found)| RegionFigures { wanted: wanted(region), found, shift: None })
+        .collect()
 }
 
 /// Parts of the particles that are summed by themselves: as many for any number of threads.

@@ -4,12 +4,13 @@ use crate::target::{Positions, Target, at};
 use sph::domain::{Domain, Wall};
 use sph::exchange::Exchange;
 use sph::kernel::{KernelName, support_over_spacing};
-use sph::neighbors::{GhostTree, Groups, Halo, Reach, Sees, Sources, Tree};
+use sph::neighbors::{GhostTree, Groups, Halo, Reach, Seeing, Sees, Sources, Tree};
 use sph::parallel;
 use sph::sums::{
     Actors, DensitySums, Search, Solved, Vector, largest_support, scatter_gradient, solve_support_radii,
     solve_within_reach,
 };
+use std::collections::BTreeSet;
 
 /// Particles that are looked at together, at most.
 const GROUP: usize = 8;
@@ -263,6 +264,43 @@ impl<const D: usize> Measured<D> {
         }
     }
 }
+
+impl<const D: usize> Measured<D> {
+    /// Which particles of the interior neither see one on the other side of a jump of the target, nor are seen by one: forces between the two
+    /// sides are of the jump, and of no arrangement. All of the interior where there are no jumps, or too many pieces.
+    pub fn apart_from_jumps(&self, target: &Target<'_, D>, positions: &Positions<D>) -> Vec<bool> {
+        let mut interior = self.interior.clone();
+        let own = self.own();
+        let side = |i: usize| -> u64 {
+            let x = at(positions, i);
+            match (target.regions(), target.has_equal_masses()) {
+                (Some(regions), true) => regions.of(&x).map_or(0, |region| region as u64 + 1),
+                (None, true) => 0,
+                // Masses vary where the density jumps, and the number of particles need not.
+                _ => target.density.piece(&x),
+            }
+        };
+        let sides = parallel::map(own, side);
+        let all: BTreeSet<u64> = sides.iter().copied().collect();
+        if !(2..=MOST_SIDES).contains(&all.len()) {
+            return interior;
+        }
+        for side in all {
+            let chosen = |is_of: bool| (0..own).filter(|&i| (sides[i] == side) == is_of).collect::<Vec<usize>>();
+            let places = |of: &[usize]| -> Positions<D> {
+                std::array::from_fn(|k| of.iter().map(|&i| positions[k][i]).collect())
+            };
+            let radii = |of: &[usize]| of.iter().map(|&i| self.support[i]).collect::<Vec<f64>>();
+            let (here, there) = (chosen(true), chosen(false));
+            let seen = Seeing::new(&places(&there), &radii(&there)).reach(target.domain, &places(&here), &radii(&here));
+            here.into_iter().zip(seen).filter(|(_, seen)| *seen).for_each(|(i, _)| interior[i] = false);
+        }
+        interior
+    }
+}
+
+/// Pieces of a target that are looked at one by one.
+const MOST_SIDES: usize = 16;
 
 /// What acts on particles: support radii and m_j s_j in the tree's order, and those of ghosts.
 struct Acting<'a, const D: usize> {

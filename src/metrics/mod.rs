@@ -3,6 +3,7 @@
 //! Measures use the domain as it is: open faces are vacuum, reflecting ones and reflecting surfaces mirror.
 
 mod balance;
+mod centers;
 mod density_error;
 mod density_fold;
 mod detail;

@@ -30,7 +30,7 @@ pub struct NoiseFigures {
     pub all: f64,
     /// The median over all particles.
     pub median: f64,
-    /// Over particles whose support lies inside the domain.
+    /// Over particles whose support lies inside the domain, and that are in reach of none across a jump of the target.
     pub interior: Option<f64>,
     /// What the interior's is made of, where that is asked for.
     pub parts: Option<NoiseParts>,

@@ -93,8 +93,13 @@ impl Outcome {
         let smoothed = smoothed_densities(kernel, by, &looking, &mut measured.interior[..own]);
         let density_error = DensityError::among(exchange, &measured, &target_density, Some(&smoothed));
         let ledger = ledger.figures_among(exchange, &measured, target, positions, &masses);
+        let interior = measured.interior.clone();
+        if exchange.is_alone() {
+            measured.interior = measured.apart_from_jumps(target, positions);
+        }
         let (figures, noise) =
             NoiseFigures::with_each(exchange, kernel, &measured, target.domain, &masses, kernel_neighbors);
+        measured.interior = interior;
         let balance = thermodynamics.filter(|_| exchange.is_alone()).and_then(|t| {
             BalanceFigures::new(kernel, &measured, target.domain, positions, (&masses, &target_density), t)
         });

@@ -228,7 +228,7 @@ mod tests {
 
     fn good() -> Quality {
         let levels = vec![LedgerLevel { boxes: 2, largest_deviation: 1e-4, rms_deviation: 1e-4 }];
-        let regions = vec![RegionFigures { wanted: 100.0, found: 100.0 }];
+        let regions = vec![RegionFigures { wanted: 100.0, found: 100.0, shift: None }];
         let ledger = LedgerFigures { levels, in_place: 1.0, regions };
         Quality {
             mean: 2e-3,

@@ -54,13 +54,14 @@ pub(super) fn smoothed_densities<const D: usize>(
     let found = by_rules(target, (&rules, center), looking, interior);
     let mut smoothed: Vec<f64> = found.iter().map(|f| f.0).collect();
     // Near an edge alone, rules that agree have missed nothing.
-    let may_hide = target.resolution_field().is_piecewise();
+    let may_hide = target.resolution_field().is_piecewise() || target.density.is_piecewise();
     let inside = &*interior;
     let is_looked_at = |i: usize| {
         let is_sharp = |x: &[f64; D]| target.sharpness(x, target.number_density(x), support[i]) >= 1.0;
         may_hide || !inside[i] && (!found[i].1 || is_sharp(&at(positions, i)))
     };
     if let Some(ledger) = ledger {
+        let wanted = |i: usize| target.density.value(&at(positions, i));
         let looked = parallel::map(support.len(), |i| if is_looked_at(i) { support[i] } else { 0.0 });
         if looked.iter().all(|h| *h == 0.0) {
             return smoothed;
@@ -73,6 +74,8 @@ pub(super) fn smoothed_densities<const D: usize>(
                 smoothed[i] = sums[i];
             }
             interior[i] &= (by_rules / sums[i] - 1.0).abs() < HIDDEN;
+            // A kernel may reach over a jump with its rim alone, and what is denser beyond counts all the same.
+            interior[i] &= !may_hide || (sums[i] / wanted(i) - 1.0).abs() < BEYOND;
         }
     }
     smoothed
@@ -145,6 +148,8 @@ const SLIGHT: f64 = 1e-3;
 const TRUST: f64 = 0.03;
 /// What they may differ by where nothing is hidden from a look along some lines.
 const HIDDEN: f64 = 0.1;
+/// By how much the smoothed density of a place is off the target where no jump counts in its sum.
+const BEYOND: f64 = 0.02;
 
 /// The center of a target that is radial with its domain, in two dimensions or three.
 fn radial_center<const D: usize>(target: &Target<'_, D>) -> Option<[f64; D]> {

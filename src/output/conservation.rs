@@ -98,7 +98,7 @@ pub(crate) fn conserve(columns: &mut [Column], new: &MassPoints<'_>, totals: &To
             _ => kept.is_energy_kept = lost == 0.0,
         }
         kept.velocity_change = Some(change(new, &before, v));
-        kept.spin_kept = wanted.is_defined;
+        kept.spin_kept = both_defined(&wanted, &found);
     }
     if let Some((at, wanted, found)) = thermal
         && let Values::F64(u) = &mut columns[at].values
@@ -120,10 +120,15 @@ fn rotation(inertia: &Matrix3<f64>, spin: &Vector3<f64>, is_defined: [bool; 3]) 
     Vector3::from_fn(|k, _| if is_defined[k] && inertia[(k, k)] > 0.0 { spin[k] / inertia[(k, k)] } else { 0.0 })
 }
 
+/// About which axes both have a spin: what is periodic before or after has none that could be kept.
+fn both_defined(a: &Motion, b: &Motion) -> [bool; 3] {
+    sph::array(|k| a.is_defined[k] && b.is_defined[k])
+}
+
 /// Adds the common velocity and the rotation that `found` lacks of `wanted`.
 fn add_rigid(new: &MassPoints<'_>, v: &mut [f64], wanted: &Motion, found: &Motion) {
     let (d, shift) = (new.dimension, wanted.velocity - found.velocity);
-    let turn = rotation(&found.inertia, &(wanted.spin - found.spin), found.is_defined);
+    let turn = rotation(&found.inertia, &(wanted.spin - found.spin), both_defined(wanted, found));
     for i in 0..new.masses.len() {
         let (x, _) = new.at(v, i);
         let add = shift + turn.cross(&(x - found.center));

@@ -21,6 +21,8 @@ use std::sync::Arc;
 pub const NORMALS: &str = "Normals";
 /// Distance from the surface.
 pub const SURFACE_DISTANCE: &str = "SurfaceDistance";
+/// Spacings from the fluid beyond which walls do not act on it.
+const FAR: f64 = 3.0;
 /// Most points of the lattice.
 const MOST_POINTS: f64 = 2e9;
 
@@ -118,7 +120,13 @@ impl<const D: usize> Walls<D> {
             made.depths.push(depth);
         }
         if made.positions.is_empty() {
-            return Err(Error::scene("walls", "are none: `without` leaves all of them out"));
+            let why = match without.is_some() {
+                true => "`without` leaves all of them out",
+                false => {
+                    "no axis of the domain has faces that walls could be behind, as those of a periodic box; state `around`"
+                }
+            };
+            return Err(Error::scene("walls", format!("are none: {why}")));
         }
         made.frame = made.whole(domain)?;
         Ok(Some(made))
@@ -152,6 +160,19 @@ impl<const D: usize> Walls<D> {
             self.part_type,
             steps.join(" x ")
         )
+    }
+
+    /// Walls that hold nothing: no particle of them is near the box of the fluid.
+    pub(crate) fn doubt(&self, domain: &Domain<D>) -> Option<String> {
+        let beyond = |x: &[f64; D], k: usize| (domain.lo[k] - x[k]).max(x[k] - domain.hi[k]).max(0.0);
+        let from_box = |x: &[f64; D]| (0..D).map(|k| beyond(x, k).powi(2)).sum::<f64>().sqrt();
+        let nearest = self.positions.iter().map(from_box).fold(f64::INFINITY, f64::min) / self.spacing;
+        (nearest > FAR).then(|| {
+            format!(
+                "the walls are nowhere nearer to the fluid's domain than {nearest:.1} of their spacings, and do not hold it: check the place and the size of \
+                 `walls.around`"
+            )
+        })
     }
 
     /// Places, in internal units, by axis.

@@ -159,7 +159,8 @@ impl<const D: usize> Running<D> for Watched<'_, D> {
             (loss, relaxed.particles) = (None, parted);
         }
         if let Some((loss, seeds)) = loss {
-            relaxed.notes.push(format!("the result of {} is not used: {loss}", stage.name().title));
+            // What else there is to say is of that result.
+            relaxed.notes = vec![format!("the result of {} is not used: {loss}", stage.name().title)];
             relaxed.particles = seeds.unwrap_or(before);
             for report in &mut relaxed.reports {
                 report.best_iteration = report.history.first().map_or(0, |p| p.iteration);

@@ -230,15 +230,15 @@ impl<const D: usize> Running<D> for Run<'_, D> {
         let (best_iteration, seconds) = (best.iteration, trace.seconds());
         let report = StageReport { stage: NAME, stop, best_iteration, history: trace.history, seconds };
         let note = match equilibrium.materials() {
-            Some(materials) => format!(
+            Some(materials) => Some(format!(
                 "internal energies are the target's, compressed to the summed densities without exchange of heat by {}",
                 materials.names()
-            ),
-            None => factor_note(&best.factors),
+            )),
+            None => equilibrium.has_gravity().then(|| factor_note(&best.factors)),
         };
         let particles =
             Particles { positions: best.positions, masses: None, internal_energy: Some(best.internal_energy) };
-        Relaxed { particles, reports: vec![report], notes: vec![note] }
+        Relaxed { particles, reports: vec![report], notes: Vec::from_iter(note) }
     }
 }
 

@@ -18,6 +18,7 @@ use super::{memory, pipeline};
 use crate::error::{Error, Result};
 use crate::input::core::PART_TYPE;
 use crate::output::origin;
+use crate::output::parameters::Physics;
 use crate::output::particle_file::provenance;
 use crate::relaxation::{Control, StopReason};
 use crate::scene::{BoundaryName, Conversion, DEFAULT_PARTICLES, OrbitInput, Quantity, Scene, in_body, values};
@@ -261,7 +262,8 @@ pub fn run_bodies_as(
     let destination = Destination::new(scene, formats)?;
     destination.refuse_overwriting_inputs(scene)?;
     let (file, mut report) = place_bodies(scene, formats, control)?;
-    let notes = destination.write(scene, formats, (&file, &Drawing::default()), report.units != "code")?;
+    let notes =
+        destination.write(scene, formats, (&file, &Drawing::default()), Physics::of(scene, report.units != "code"))?;
     report.notes.extend(notes);
     report.seconds = start.elapsed().as_secs_f64();
     report.peak_memory = memory::peak();

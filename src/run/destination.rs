@@ -6,8 +6,9 @@ use crate::codes::TargetCode;
 use crate::error::{Error, Result};
 use crate::input::internal_units::Prepared;
 use crate::output::frame::Frame;
+use crate::output::origin;
+use crate::output::parameters::{self, Physics};
 use crate::output::walls::Walls;
-use crate::output::{origin, parameters};
 use crate::scene::{Conversion, Scene};
 use sph::domain::Axis;
 use sph_formats::{
@@ -73,16 +74,16 @@ impl<'a> Destination<'a> {
     }
 
     /// Writes the file, and parameters beside it where the scene asks for them; returns what there is to note. `drawing` is
-    /// what pictures show beside the file, and `has_units` whether its units have a meaning.
+    /// what pictures show beside the file, and `physics` what the scene says of what is not in it.
     ///
     /// # Errors
     /// What the writer says.
-    pub fn write(
+    pub(super) fn write(
         &self,
         scene: &Scene,
         formats: &[FormatSpec],
         (file, drawing): (&ParticleFile, &Drawing),
-        has_units: bool,
+        physics: Physics,
     ) -> Result<Vec<String>> {
         let options =
             WriteOptions { compression: scene.output.compression, double_precision: scene.output.double_precision };
@@ -98,7 +99,7 @@ impl<'a> Destination<'a> {
         }
         notes.extend(replaced);
         if let Some(code) = scene.code().filter(|_| scene.output.parameters) {
-            let beside = parameters::beside(code, self.path, file, parameters::Physics::of(scene, has_units))?;
+            let beside = parameters::beside(code, self.path, file, physics)?;
             for (path, text) in beside.files {
                 write_text(&path, &text)?;
                 notes.push(format!("parameters for {} are in '{}'", code.sheet.title, path.display()));
@@ -215,16 +216,26 @@ pub fn intended_format<'f>(scene: &Scene, formats: &'f [FormatSpec]) -> Result<O
     Ok(Some(format))
 }
 
-/// The format of the output: as given, else as the target code reads it where the file's name leaves that open.
 fn output_format<'f>(scene: &Scene, formats: &'f [FormatSpec], output: &Path) -> Result<&'f FormatSpec> {
-    let given = scene.output.format.as_deref();
+    format_for(scene.code().as_ref(), formats, (output, scene.output.format.as_deref()))
+}
+
+/// The format of an output: as given, else as the target code reads it where the file's name leaves that open.
+///
+/// # Errors
+/// A name that no writer knows, or that is one of another kind than the code's files.
+pub(crate) fn format_for<'f>(
+    code: Option<&TargetCode>,
+    formats: &'f [FormatSpec],
+    (output, given): (&Path, Option<&str>),
+) -> Result<&'f FormatSpec> {
     let by_name = registry::detect_output(formats, output, given);
-    let Some(code) = scene.code().filter(|_| given.is_none()) else { return Ok(by_name?) };
+    let Some(code) = code.filter(|_| given.is_none()) else { return Ok(by_name?) };
     let is_open = by_name.as_ref().map_or(true, |f| TargetCode::of_format(f.name).is_some());
     if !is_open {
         return Ok(by_name?);
     }
-    refuse_name_of_another(formats, output, &code)?;
+    refuse_name_of_another(formats, output, code)?;
     Ok(registry::detect_output(formats, output, Some(code.sheet.format))?)
 }
 

@@ -3,6 +3,8 @@
 use crate::error::{Error, Result};
 use crate::input::fields::slips;
 use crate::input::internal_units::Prepared;
+use crate::input::refinement::Refinement;
+use crate::input::solenoidal;
 use crate::scene::{BoundaryName, Scene};
 use crate::target::{LeftOut, Positions, Regions, Target, at};
 use sph::domain::{Axis, Domain, Region};
@@ -19,7 +21,7 @@ const SAMPLES: usize = 2000;
 
 /// Doubts that need no particles.
 pub(crate) fn before<const D: usize>(scene: &Scene, prepared: &Prepared<D>, count: usize) -> Vec<String> {
-    let mut doubts: Vec<String> = prepared.of_snapshot.iter().filter_map(|snapshot| snapshot.doubt.clone()).collect();
+    let mut doubts: Vec<String> = prepared.of_snapshot.iter().flat_map(|snapshot| snapshot.doubts.clone()).collect();
     let domain = &prepared.source.domain;
     let share = prepared.input_mass.map(|input| prepared.mass.value / input);
     if let Some(share) = share.filter(|share| *share < LITTLE) {
@@ -47,6 +49,7 @@ pub(crate) fn before<const D: usize>(scene: &Scene, prepared: &Prepared<D>, coun
         }
     }
     doubts.extend(slips(scene));
+    doubts.extend(solenoidal::doubts(scene, prepared));
     doubts
 }
 
@@ -148,6 +151,18 @@ fn extents<const D: usize>(domain: &Domain<D>) -> Vec<Extent> {
 
 fn shell(inner: f64, outer: f64) -> f64 {
     if inner > 0.0 { outer - inner } else { 2.0 * outer }
+}
+
+/// A sphere of other resolution in which there is nothing.
+pub(crate) fn unrefined<const D: usize>(
+    refinement: Option<&Refinement<D>>,
+    positions: &Positions<D>,
+) -> Option<String> {
+    let refinement = refinement?;
+    let is_empty = (0..positions[0].len()).all(|i| refinement.factor(&at(positions, i)) == 1.0);
+    let text = "refine changes nothing: no particle is in its sphere or the shell about it; check `refine.center` and `radius` against the domain and \
+                the spacing";
+    is_empty.then(|| text.to_owned())
 }
 
 /// Doubts about a body that is thin somewhere: about a particle the target falls by more than a factor e within a spacing on

@@ -72,9 +72,15 @@ fn of_snapshot(snapshot: &SnapshotReport) -> Vec<Finding> {
         );
         all.push(Finding::new(graded, Topic::Snapshot, text));
     }
-    if snapshot.conserved.as_ref().is_some_and(|c| !c.is_energy_kept) {
-        let text = "kinetic and internal energy together are not those of the snapshot; it has motions that these particles do not resolve, and no internal energy that could take them up";
-        all.push(Finding::new(Grade::Look, Topic::Snapshot, text.into()));
+    if let Some(conserved) = snapshot.conserved.as_ref().filter(|c| !c.is_energy_kept) {
+        let heat = match conserved.energy_factor {
+            None => "no internal energy that could take them up",
+            Some(_) => "too little internal energy to take them up",
+        };
+        let text = format!(
+            "kinetic and internal energy together are not those of the snapshot; it has motions that these particles do not resolve, and {heat}"
+        );
+        all.push(Finding::new(Grade::Look, Topic::Snapshot, text));
     }
     all
 }
@@ -193,6 +199,10 @@ fn pairs(apart: f64, kernel: &str) -> (Grade, String) {
     (graded, format!("the closest are {apart:.3} spacings apart (0.5 is good){remedy}"))
 }
 
+/// Distance of a region's particles from it as a whole, in spacings.
+const LITTLE_SHIFT: f64 = 0.1;
+const MUCH_SHIFT: f64 = 0.3;
+
 /// On how well the mass of the input is known, where that is not well enough.
 fn total_mass(known: f64) -> Option<(Grade, String)> {
     let text = format!(
@@ -227,6 +237,13 @@ pub fn verdict(report: &Report) -> Vec<Finding> {
         let (grade, text) = mass_in_place(report.ledger.in_place, more(report));
         say(grade, Topic::MassInPlace, text);
     }
+    if let Some(shift) = report.ledger.largest_shift().filter(|shift| *shift > LITTLE_SHIFT) {
+        let text = format!(
+            "the particles of a region lie {shift:.2} spacings beside it as a whole ({LITTLE_SHIFT} is good, {MUCH_SHIFT} is much): they have gathered on one side; \
+             more particles keep them in place"
+        );
+        say(grade(shift, LITTLE_SHIFT, MUCH_SHIFT), Topic::MassInPlace, text);
+    }
     let error = report.density_error.smoothed.unwrap_or(report.density_error.all);
     let (graded, mut text) = density(error.mean);
     if graded != Grade::Good {
@@ -239,6 +256,14 @@ pub fn verdict(report: &Report) -> Vec<Finding> {
     }
     let is_balanced = report.plan.stages.contains(&BALANCE);
     let net_force = report.balance.as_ref().map(|balance| balance.interior.unwrap_or(balance.all));
+    if report.noise.interior.is_none() && report.ledger.regions.len() > 1 {
+        let text = format!(
+            "{:.1} % of a random set's in the median, and every particle is in reach of one across a jump: forces there are of the jump, and no arrangement \
+             of equal masses has few; more particles, or a `resolution` with one spacing on both sides, have less",
+            100.0 * report.noise.median
+        );
+        say(grade(report.noise.median, 0.05, f64::INFINITY), Topic::ForceNoise, text);
+    }
     if let Some(noise) = report.noise.interior {
         // What is left of a pressure that is the same everywhere says little of particles that rest in their own.
         let is_at_rest = is_balanced && net_force.is_some_and(|net| net <= LITTLE_FORCE);

@@ -35,6 +35,7 @@ use crate::output::frame::Frame;
 use crate::output::frame::{Factors, output_units};
 use crate::output::kept::is_double;
 use crate::output::origin;
+use crate::output::parameters::Physics;
 use crate::output::particle_file::{MOVED, Made, Making, RawColumns, particle_file};
 use crate::output::walls::Walls;
 #[cfg(feature = "plots")]
@@ -198,8 +199,9 @@ pub fn run_as(scene: &Scene, formats: &[FormatSpec], control: &Control<'_>, comm
     let mut written = scene.clone();
     // What stays of a snapshot stays to the bit.
     written.output.double_precision |= refines_a_snapshot(scene, &report) && is_double(&file);
-    let has_units = report.mass.total_cgs.is_some();
-    report.notes.extend(destination.write(&written, formats, (&file, &Drawing::of(&report)), has_units)?);
+    let mut physics = Physics::of(scene, report.mass.total_cgs.is_some());
+    physics.in_field |= report.in_field;
+    report.notes.extend(destination.write(&written, formats, (&file, &Drawing::of(&report)), physics)?);
     report.timing.push(Timing { step: Step::Write.name(), seconds: lap.elapsed().as_secs_f64(), epsilon: None });
     report.notes.extend(remove_checkpoint(scene, report.stop));
     report.seconds = start.elapsed().as_secs_f64();
@@ -301,6 +303,7 @@ impl Run<'_> {
         self.warnings.extend(doubts::before(self.scene, &prepared, count));
         self.warnings.extend(refining.as_ref().and_then(Refining::doubt));
         let walls = Walls::new(self.scene, self.formats, &prepared, &self.units.into_input())?;
+        self.warnings.extend(walls.as_ref().and_then(|w| w.doubt(&prepared.source.domain)));
         refuse_box(self.scene, self.format, (&prepared, walls.as_ref()), &self.units.into_input())?;
         let displacement = Displacement::new(self.scene, &prepared, &self.units.into_input())?;
         self.notes.extend(displacement.iter().flat_map(|d| d.notes().iter().cloned()));
@@ -315,6 +318,7 @@ impl Run<'_> {
             (None, Some(around)) => around.place(&setting, &mut plan)?,
             (None, None) => stages::place(&setting, &mut plan)?,
         };
+        let in_field = plan.stages.contains(&BALANCE) && hydrostatics.as_ref().is_some_and(Hydrostatics::is_in_field);
         let (places, scene) = (refining.as_ref().map(|_| placed.particles.positions.clone()), self.scene);
         let (mut file, mut report) = self.measure(
             &setting,
@@ -323,6 +327,7 @@ impl Run<'_> {
             placed,
             plan,
         )?;
+        report.in_field = in_field;
         if let Some((refining, places)) = refining.zip(places) {
             report.notes.retain(|note| !note.starts_with(MOVED) && !note.starts_with(TOTALS));
             refining.rewrite(scene, &prepared, &places, (&mut file, &mut report))?;
@@ -422,6 +427,7 @@ impl Run<'_> {
         let known = (self.units.input.is_some() && D == 3).then_some(units.mass);
         let mass = MassReport::new(&masses, &target.masses(&positions), &prepared.mass, (&factors, known));
         self.warnings.extend(doubts::after(target, &positions));
+        self.warnings.extend(doubts::unrefined(prepared.refinement.as_ref(), &positions));
         let displaced = self.displaced(target.domain, displacement, &positions, &mut plan)?;
         let (support, density) = match &displaced {
             None => (support, density),
@@ -494,6 +500,7 @@ impl Run<'_> {
             plan,
             variables,
             radius: prepared.surface().map(|radius| radius * factors.length),
+            in_field: false,
             atmosphere: prepared.cut,
             snapshot: prepared.of_snapshot.as_ref().map(|s| SnapshotReport::new(s, &file.species[0].table, conserved)),
             verdict: Vec::new(),

@@ -297,6 +297,7 @@ impl<'a> Run<'a> {
             plan,
             variables,
             radius: prepared.surface().map(|radius| radius * factors.length),
+            in_field: false,
             atmosphere: prepared.cut,
             snapshot: None,
             verdict: Vec::new(),

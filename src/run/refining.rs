@@ -14,6 +14,7 @@ use crate::error::{Error, Result};
 use crate::field::FreeSpace;
 use crate::input::ingest::RawInput;
 use crate::input::internal_units::Prepared;
+use crate::input::lengths::support_radii;
 use crate::input::refinement::Refinement;
 use crate::input::units::RunUnits;
 use crate::metrics::Measured;
@@ -77,7 +78,8 @@ impl<const D: usize> Refining<D> {
             let problem = "is of particles, but the snapshot has cells of a moving mesh; state `particles` to place all of them anew";
             return Err(Error::scene("refine", problem));
         }
-        let Some(file) = snapshot.file.take() else { return Ok(None) };
+        let Some(mut file) = snapshot.file.take() else { return Ok(None) };
+        let notes = support_radii(&snapshot.field.path, &mut file);
         let Geometry::Cloud { points, .. } = &snapshot.field.geometry else { return Ok(None) };
         let domain = snapshot.domain::<D>()?;
         let into_input = units.into_input();
@@ -90,7 +92,7 @@ impl<const D: usize> Refining<D> {
             None => masses.iter().copied().fold(0.0, f64::max),
         };
         let (kept, replaced) = chosen(&points, &masses, |x| particle / refinement.factor(x))?;
-        let mut refining = Self { file, points, masses, domain, particle, kept, replaced, notes: Vec::new() };
+        let mut refining = Self { file, points, masses, domain, particle, kept, replaced, notes };
         if scene.input.other_types == OtherTypes::Drop {
             refining.file.species.retain(|s| s.part_type == 0);
         }

@@ -62,6 +62,9 @@ pub struct Report {
     /// Of a round body from a profile, to its surface, in the unit of length of the output.
     #[serde(skip)]
     pub radius: Option<f64>,
+    /// Whether a force that is not the particles' own holds the pressure, by the balance.
+    #[serde(skip)]
+    pub(crate) in_field: bool,
     /// What was cut of an atmosphere that particles cannot resolve.
     pub atmosphere: Option<Cut>,
     /// What is known of the snapshot that the input is, and kept of it.
@@ -262,10 +265,13 @@ impl Report {
         if let Some(worst) = self.ledger.worst_region() {
             writeln!(
                 out,
-                "  regions          {} apart; the one that is farthest off has {:.1} of {:.1} particles",
+                "  regions          {} apart; the one that is farthest off has {:.1} of {:.1} particles{}",
                 self.ledger.regions.len(),
                 worst.found,
-                worst.wanted
+                worst.wanted,
+                self.ledger
+                    .largest_shift()
+                    .map_or_else(String::new, |shift| format!("; centers are up to {shift:.2} spacings off"))
             )?;
         }
         Ok(())
@@ -286,8 +292,9 @@ impl Report {
 
     /// What the particles came to after they were placed.
     pub(super) fn add_settling(&mut self, settling: Settling) {
-        let Settling { damped, free, seconds, stop, notes } = settling;
+        let Settling { damped, free, closest_pair, seconds, stop, notes } = settling;
         self.settled = damped;
+        self.neighbors.closest_pair = closest_pair.unwrap_or(self.neighbors.closest_pair);
         self.certificate = free;
         self.stop = stop.unwrap_or(self.stop);
         self.notes.extend(notes);
@@ -403,11 +410,17 @@ pub(super) fn write_errors(out: &mut String, rows: &[(&str, ErrorFigures)]) -> s
         "density error", "particles", "epsilon", "mean |e|", "99 %", "max |e|"
     )?;
     for (name, figures) in rows {
-        let ErrorFigures { epsilon, mean, most, max, particles } = figures;
-        let [mean, most, max] = [mean, most, max].map(|share| 100.0 * share);
-        writeln!(out, "    {name:<28} {particles:>8}{epsilon:>10.2e}{mean:>8.3} %{most:>7.2} %{max:>7.2} %")?;
+        let ErrorFigures { epsilon, mean, most, max, particles } = *figures;
+        let [mean, most, max] = [(mean, 3), (most, 2), (max, 2)].map(|(share, digits)| percent(share, digits));
+        writeln!(out, "    {name:<28} {particles:>8}{epsilon:>10.2e}{mean:>8} %{most:>7} %{max:>7} %")?;
     }
     Ok(())
+}
+
+/// A share in percent with so many digits, or in scientific notation where these would fill the column.
+fn percent(share: f64, digits: usize) -> String {
+    let value = 100.0 * share;
+    if value.abs() < 1e3 { format!("{value:.digits$}") } else { format!(" {value:.1e}") }
 }
 
 /// Whether the particles stay still, after they were settled where they were.

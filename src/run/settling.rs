@@ -20,6 +20,8 @@ pub struct Settling {
     pub damped: Option<Certificate>,
     /// Free from there, for as long as the scene's `certify` says.
     pub free: Option<Certificate>,
+    /// Smallest distance of two particles after it was, over the spacing there.
+    pub closest_pair: Option<f64>,
     pub seconds: f64,
     /// Why it ended early, if it did.
     pub stop: Option<StopReason>,
@@ -28,7 +30,7 @@ pub struct Settling {
 }
 
 /// What the figures of a report are of.
-const BEFORE: &str = "density error, noise, distances and balance are those before the particles settled; `sph-prep check` measures the file";
+const BEFORE: &str = "density error, noise, mass in place and balance are those before the particles settled; `sph-prep check` measures the file";
 
 /// The code whose forces settle particles, or show what becomes of bodies and a medium together.
 ///
@@ -78,6 +80,7 @@ pub(super) fn settle(
     notes.push(BEFORE.to_owned());
     notes.extend(moved((&before.0, before.1), (&centers(file), angular_momentum(file))));
     Ok(Some(Settling {
+        closest_pair: Some(settled.closest_pair),
         stop: settled.certificate.cut.or(scene.certify.and(certificate.cut)),
         damped: Some(settled.certificate),
         free: scene.certify.map(|_| certificate),
@@ -105,7 +108,7 @@ pub(super) fn in_medium(
     };
     let walls = scene.walls_of_medium(file.header.dimension);
     let options = Options { duration: 0.0, gravity, walls, ..Options::default() };
-    let (mut notes, mut damped, mut stop) = (Vec::new(), None, None);
+    let (mut notes, mut damped, mut stop, mut closest_pair) = (Vec::new(), None, None, None);
     if let Some(time) = scene.settle {
         control.tell(Event::Begin(Step::Relax(SETTLING)));
         let motion = at_rest(file);
@@ -117,6 +120,7 @@ pub(super) fn in_medium(
         notes.extend(said.into_iter().map(|note| format!("settled: {note}")));
         notes.push(BEFORE.to_owned());
         stop = settled.certificate.cut;
+        closest_pair = Some(settled.closest_pair);
         damped = Some(settled.certificate);
     }
     let mut free = None;
@@ -130,7 +134,7 @@ pub(super) fn in_medium(
         stop = stop.or(certificate.cut);
         free = Some(certificate);
     }
-    Ok(Some(Settling { damped, free, seconds: begin.elapsed().as_secs_f64(), stop, notes }))
+    Ok(Some(Settling { damped, free, closest_pair, seconds: begin.elapsed().as_secs_f64(), stop, notes }))
 }
 
 /// Sets all velocities of a file to 0. Returns what they were.

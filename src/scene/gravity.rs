@@ -72,6 +72,15 @@ impl Scene {
         domains.any(|domain| domain.boundary.contains(&BoundaryName::Reflecting))
     }
 
+    /// Whether anything of the scene is gas.
+    pub(crate) fn has_gas(&self) -> bool {
+        let mut bodies = self.bodies.iter();
+        match self.bodies.is_empty() {
+            true => self.collisionless.is_none(),
+            false => self.ambient.is_some() || bodies.any(|b| b.point_mass.is_none() && b.collisionless.is_none()),
+        }
+    }
+
     /// The adiabatic index of the gas; `None` where bodies have different ones.
     pub(crate) fn adiabatic_index(&self) -> Option<f64> {
         let own = self.thermal.gamma;

@@ -489,6 +489,12 @@ impl Scene {
             let problem = format!("needs a target_code (--for CODE) whose parameters are known: {}", known.join(", "));
             return Err(Error::scene("output.parameters", problem));
         }
+        if self.output.parameters && !self.has_gas() {
+            return Err(Error::scene(
+                "output.parameters",
+                "need gas particles, of which the scene has none: leave it out",
+            ));
+        }
         if self.output.files == 0 || self.output.files > self.particles.unwrap_or(DEFAULT_PARTICLES) {
             let problem = format!("is {}, expected at least 1, and no more files than particles", self.output.files);
             return Err(Error::scene("output.files", problem));

@@ -28,6 +28,7 @@ use sph::geometry::distance;
 pub use sph::geometry::{Positions, at};
 use sph::point_mass::PointMass;
 use sph::{parallel, reduce};
+use std::collections::BTreeMap;
 
 /// A pressure and the acceleration that its force is to cancel, in internal units.
 pub trait Equilibrium<const D: usize>: Sync {
@@ -268,10 +269,35 @@ impl<'a, const D: usize> Target<'a, D> {
                 self.density.value(&x) / self.number_density(&x)
             }),
         };
+        let is_whole = self.part.is_none_or(|part| part.of == Selected::All);
+        if let (Resolution::NumberDensity(_), Some(pieces), true) = (&self.resolution, self.pieces, is_whole) {
+            self.hold_pieces(pieces, positions, &mut masses);
+        }
         let total = reduce::sum(n, |i| masses[i]);
         let factor = self.mass / total;
         parallel::update(&mut masses, |_, m| *m *= factor);
         masses
+    }
+
+    /// Gives the particles in each piece of the density the mass that it holds. Their number follows from n*, which knows nothing of the
+    /// density's jumps: layers of particles at a jump lie on this side or on that.
+    fn hold_pieces(&self, pieces: &[(u64, f64)], positions: &Positions<D>, masses: &mut [f64]) {
+        let of = parallel::map(masses.len(), |i| self.density.piece(&at(positions, i)));
+        let mut found: BTreeMap<u64, (usize, f64)> = BTreeMap::new();
+        for (piece, m) in of.iter().zip(masses.iter()) {
+            let (count, mass) = found.entry(*piece).or_default();
+            (*count, *mass) = (*count + 1, *mass + m);
+        }
+        let (held, all) = (found.values().map(|f| f.1).sum::<f64>(), pieces.iter().map(|p| p.1).sum::<f64>());
+        let factors: BTreeMap<u64, f64> = pieces
+            .iter()
+            .filter_map(|(piece, mass)| {
+                let (count, found) = *found.get(piece)?;
+                let factor = mass / all * held / found;
+                (count >= FEW && (1.0 / MOST_CHANGE..=MOST_CHANGE).contains(&factor)).then_some((*piece, factor))
+            })
+            .collect();
+        parallel::update(masses, |i, m| *m *= factors.get(&of[i]).copied().unwrap_or(1.0));
     }
 
     /// Whether all particles have the same mass.
@@ -280,6 +306,9 @@ impl<'a, const D: usize> Target<'a, D> {
     }
 }
 
+/// Particles in a piece from which on their masses are made up to what it holds, and by which factor at most.
+const FEW: usize = 8;
+const MOST_CHANGE: f64 = 1.5;
 /// How well ends of parts along a line are placed, as a share of it: masses of cells are known to no more.
 const PLACED: f64 = 1e-5;
 /// Distance from the ends of a line at which its inside begins, as a share of it.

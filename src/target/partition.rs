@@ -79,7 +79,7 @@ pub(crate) fn partition<const D: usize>(target: &dyn Matter<D>, rule: Rule) -> R
 }
 
 /// Looked at once more by the bounds of the density where the masses of cells do not add up to the whole: places that are looked at may all miss a
-/// thin layer. The masses of cells that a surface goes through are then found more closely.
+/// thin layer, or a narrow peak. The masses of cells that a surface goes through are then found more closely.
 fn refined<const D: usize>(target: &dyn Matter<D>, rule: Rule) -> Vec<Cell<D>> {
     let usual = Effort::usual(target, rule);
     let first_look = |effort: Effort| refined_by(target, rule, effort, divided(target, rule, effort.first));
@@ -90,7 +90,7 @@ fn refined<const D: usize>(target: &dyn Matter<D>, rule: Rule) -> Vec<Cell<D>> {
     // The bounds of a part are those of the field, which may have far more beside it.
     let missed = if target.is_cut() { off(&cells) < -off_by } else { off(&cells).abs() > off_by };
     let (lo, hi) = target.bounds();
-    if missed && target.may_jump() && target.within(&lo, &hi).is_some() {
+    if missed && target.within(&lo, &hi).is_some() {
         let has_room = cells.len() < usual.most / 2;
         let start = if has_room { cells } else { divided(target, rule, usual.first) };
         cells = refined_by(target, rule, Effort { by_bounds: true, ..usual }, start);

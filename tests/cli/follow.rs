@@ -32,6 +32,13 @@ fn the_command_prints_a_table_a_verdict_and_a_page() {
     assert_eq!(quiet.code, Some(0), "{quiet:?}");
     assert!(quiet.stdout.contains("while motion is damped") && quiet.stdout.contains(&settled), "{}", quiet.stdout);
     assert_eq!(sph_prep(&["check", &settled, "--for", "swift"]).code, Some(0));
+    // A name that several formats have is one of the code's.
+    let of_code = folder.path("of-code.hdf5").display().to_string();
+    let short = ["--duration", "0", "--settle", "0.05", "--out", &of_code];
+    let placed = sph_prep(&[&["run", &out, "--for", "gadget4"][..], &short].concat());
+    assert_eq!(placed.code, Some(0), "{placed:?}");
+    let found = sph_formats::registry::detect(sph_formats::FORMATS, of_code.as_ref(), None).unwrap();
+    assert_eq!(found.name, "gadget");
     let alone = run(&["--settle", "1"]);
     assert!(alone.code == Some(2) && alone.stderr.contains("--out"), "{alone:?}");
     let itself = run(&["--settle", "1", "--out", &out]);

@@ -277,6 +277,10 @@ fn what_a_code_does_not_know_is_said() {
     let magnetic = format!("{BOX}thermal: {{internal_energy: 1}}\nfields: {{magnetic_field: [1, 0, 0]}}\n");
     let field = BOX.replace("[periodic]", "reflecting")
         + "fields: {pressure: 2 - z}\nbalance: {gravity: field, evaluations: 3}\n";
+    let by_default = BOX.replace("[periodic]", "reflecting") + "fields: {pressure: 2 - z}\nbalance: {evaluations: 3}\n";
+    let even = BOX.replace("[periodic]", "reflecting") + "fields: {pressure: '2'}\nbalance: {evaluations: 3}\n";
+    let report = place(&folder, &even, ("swift", "ic.hdf5"), &[]).stdout;
+    assert!(!report.contains("not told of the force"), "{report}");
     let dust = format!("{BOX}thermal: {{internal_energy: 1}}\ndust: {{ratio: 0.01}}\n");
     for (scene, code, part) in [
         (
@@ -290,6 +294,7 @@ fn what_a_code_does_not_know_is_said() {
         (&magnetic, "gadget4", "knows no magnetic field"),
         (&magnetic, "sph-exa", "knows no magnetic field"),
         (&field, "swift", "SWIFT is not told of the force that holds the pressure"),
+        (&by_default, "swift", "SWIFT is not told of the force that holds the pressure"),
         (&dust, "gizmo", "GIZMO has drag on dust where it is built with GRAIN_FLUID"),
     ] {
         let report = place(&folder, scene, (code, "ic.hdf5"), &[]).stdout;
@@ -306,6 +311,25 @@ fn what_a_code_does_not_know_is_said() {
     assert!(!report.contains("ideal gas, whose"), "{report}");
     let yml = text(&folder, "ic.yml");
     assert!(yml.contains("configured with --with-hydro=planetary --with-equation-of-state=planetary\n"), "{yml}");
+    // Tables that the code reads, under the numbers that it has for them.
+    for (id, name, words) in [
+        (100, "Til_iron", None),
+        (401, "ANEOS_iron", Some("SWIFT reads the table of material 401")),
+        (902, "custom_2", Some("SWIFT reads the table of material 902")),
+        (734, "material 734", Some("no material of SWIFT has the number 734")),
+    ] {
+        let numbered = format!("{BOX}thermal: {{internal_energy: 1}}\nmaterial: [{{id: {id}}}]\n");
+        let report = place(&folder, &numbered, ("swift:planetary", "ic.hdf5"), &[]).stdout;
+        let yml = text(&folder, "ic.yml");
+        assert!(yml.contains(name), "{yml}");
+        match words {
+            Some(words) => assert!(report.contains(words), "{report}"),
+            None => {
+                assert!(!report.contains("of SWIFT has the number") && !report.contains("reads the table"), "{report}")
+            }
+        }
+        assert_eq!(yml.contains(&format!("planetary_{name}_table_file")), matches!(id, 401 | 902), "{yml}");
+    }
 }
 
 /// SWIFT's planetary schemes stop without the materials' numbers; others take them for nothing.

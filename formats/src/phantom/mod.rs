@@ -67,7 +67,7 @@ pub const SPEC: FormatSpec = FormatSpec {
         dimensions: &[3],
         equal_masses: true,
         alike_axes: true,
-        columns: Columns::Scalars { longest_name: 16, vectors: &[names::MAGNETIC_FIELD] },
+        columns: Columns::Scalars { longest_name: 16, vectors: &[names::VELOCITIES, names::MAGNETIC_FIELD] },
         origin: Origin::CenterOfMass,
         ..Capabilities::NONE
     },

@@ -27,7 +27,8 @@ pub fn read(path: &Path, _: &FieldRequest) -> Result<FileContent> {
     let whole =
         (HEADER_BYTES + RECORD_BYTES) as u64 <= length && HEADER_BYTES as u64 + RECORD_BYTES as u64 * count == length;
     let is_ascii = head.iter().all(|b| b.is_ascii_graphic() || b.is_ascii_whitespace());
-    if !whole && (is_text(&head) || (is_ascii && head.starts_with(b"solid"))) {
+    if !whole && (is_text(&head) || (is_ascii && head.get(..5).is_some_and(|word| word.eq_ignore_ascii_case(b"solid"))))
+    {
         return text(path);
     }
     let mut surface = Surface::new(path, NAME);

@@ -17,7 +17,7 @@ pub fn declared(head: &[u8]) -> Option<u32> {
 
 /// Whether the text begins as a file of triangles does.
 pub fn is_text(head: &[u8]) -> bool {
-    let text = String::from_utf8_lossy(head);
+    let text = String::from_utf8_lossy(head).to_ascii_lowercase();
     let mut words = text.split_whitespace();
     words.next() == Some("solid") && text.contains("facet") && !text.contains('\0')
 }

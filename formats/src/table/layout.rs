@@ -255,7 +255,7 @@ fn unit_line(line: &str, delimiter: Delimiter, width: usize, row: &str) -> Optio
     is_unit_line(&found).then_some(found)
 }
 
-/// Splits `density [kg/m^3]`, `radius(m)` and `radius_cm` into name and unit.
+/// Splits `density [kg/m^3]`, `radius(m)`, `radius_cm` and `m/Msun` into name and unit.
 fn heading(column: &str) -> Heading {
     let plain = Heading { column: column.to_owned(), name: column.to_owned(), unit: None };
     let with = |name: &str, unit: &str| Heading {
@@ -272,15 +272,26 @@ fn heading(column: &str) -> Heading {
             return with(name, unit);
         }
     }
-    if let Some((name, unit)) = column.split_once('_') {
-        let base = plain_name(name);
-        let dimension = Unit::parse(unit).filter(|_| !unit.is_empty()).map(|u| u.dimension);
-        let length = is_coordinate(&base) && dimension == Some(UnitDimension::LENGTH);
-        if length || is_density(&base) && dimension == Some(UnitDimension::mass_density(3)) {
+    let apart = ['_', '/'].into_iter().filter_map(|mark| column.split_once(mark));
+    for (name, unit) in apart {
+        let stated = Unit::parse(unit).filter(|_| !unit.is_empty()).map(|u| u.dimension);
+        if stated.is_some() && measured_in(&plain_name(name)) == stated {
             return with(name, unit);
         }
     }
     plain
+}
+
+/// What a plain name measures, where its unit may follow without brackets.
+fn measured_in(name: &str) -> Option<UnitDimension> {
+    match name {
+        _ if is_coordinate(name) => Some(UnitDimension::LENGTH),
+        _ if is_density(name) => Some(UnitDimension::mass_density(3)),
+        "m" | "mass" | "mr" | "menc" | "enclosedmass" => Some(UnitDimension::MASS),
+        "p" | "pressure" | "press" | "pres" => Some(UnitDimension::PRESSURE),
+        "t" | "temp" | "temperature" => Some(UnitDimension::TEMPERATURE),
+        _ => None,
+    }
 }
 
 /// Whether a plain name means the mass density.
@@ -332,6 +343,13 @@ mod tests {
             ("density [kg/m^3]", "density", Some("kg/m^3")),
             ("Radius(m)", "Radius", Some("m")),
             ("radius_cm", "radius", Some("cm")),
+            ("m/Msun", "m", Some("Msun")),
+            ("rho/g cm^-3", "rho", Some("g cm^-3")),
+            ("T/K", "T", Some("K")),
+            ("mass_g", "mass", Some("g")),
+            ("m/s", "m/s", None),
+            ("P/rho", "P/rho", None),
+            ("mass_fraction", "mass_fraction", None),
             ("log(rho)", "log(rho)", None),
             ("E [furlong]", "E", Some("furlong")),
             ("[m]", "[m]", None),

@@ -271,6 +271,8 @@ mod tests {
             ("1.2.3", 3, vec!["no number"]),
             ("", 3, vec!["column 1"]),
             ("2 x", 3, vec!["unexpected 'x'"]),
+            ("if(x < 1 && y < 2, 1, 0)", 3, vec!["found '&'", "(x < 1)*(y < 2)"]),
+            ("x < 1 || y < 2", 3, vec!["unexpected '|'", "max(x < 1, y < 2)"]),
             ("µ", 3, vec!["column 1", "'µ'"]),
         ] {
             let error = Expression::parse("density", text, dimension).unwrap_err().to_string();

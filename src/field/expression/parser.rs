@@ -33,7 +33,17 @@ pub(super) fn parse(text: &str, names: Names<'_>) -> std::result::Result<Program
     parser.comparison()?;
     match parser.peek() {
         None => Ok(parser.program),
-        Some(c) => Err((parser.at, format!("unexpected '{c}' after the end of the expression"))),
+        Some(c) => Err((parser.at, format!("unexpected '{c}' after the end of the expression{}", logic(Some(c))))),
+    }
+}
+
+/// How conditions are combined, for those who write it as in C.
+fn logic(found: Option<char>) -> &'static str {
+    match found {
+        Some('&' | '|') => {
+            ": conditions are 1 or 0, and both of two hold where (x < 1)*(y < 2) is 1, either of them where max(x < 1, y < 2) is"
+        }
+        _ => "",
     }
 }
 
@@ -66,8 +76,9 @@ impl Parser<'_> {
         if self.accept(&[symbol]).is_some() {
             return Ok(());
         }
-        let found = self.peek().map_or("the end".to_owned(), |c| format!("'{c}'"));
-        Err((self.at, format!("found {found}, expected '{symbol}'")))
+        let next = self.peek();
+        let found = next.map_or("the end".to_owned(), |c| format!("'{c}'"));
+        Err((self.at, format!("found {found}, expected '{symbol}'{}", logic(next))))
     }
 
     fn comparison(&mut self) -> Parsed {

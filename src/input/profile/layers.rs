@@ -2,6 +2,7 @@
 
 use super::planet::{Boundary, Layer, Planet};
 use super::spheres::key;
+use crate::codes::{AS_PLANETARY, TargetCode};
 use crate::eos::{Barotropic, EosError, EquationOfState, Material, Table};
 use crate::error::{Error, Result};
 use crate::scene::{Conversion, LayerInput, MaterialInput, PlanetInput, Quantity};
@@ -85,6 +86,23 @@ pub(super) fn planet(input: &PlanetInput, conversion: &Conversion, gravity: f64)
         surface_temperature: temperature.unwrap_or(0.0),
         gravity,
     })
+}
+
+/// # Errors
+/// A layer without a number of its material, where files need one: beside layers that have one, and for a code that takes the equation of state
+/// by it.
+pub(super) fn refuse_unnumbered(materials: &[Material], code: Option<&TargetCode>) -> Result<()> {
+    let Some(i) = materials.iter().position(|m| m.id.is_none()) else { return Ok(()) };
+    let needed_by = code.filter(|code| AS_PLANETARY.contains(&code.scheme.name)).map(|code| {
+        let is_swift = "which takes equations of state by number (MaterialIDs): 300 to 303 are SESAME's iron, basalt, water and SS08 water, 400 to 402 \
+                        ANEOS's forsterite, iron and Fe85Si15, 900 to 909 your own tables";
+        format!("the file is for {}, {is_swift}", code.sheet.title)
+    });
+    let other = materials.iter().find_map(|m| m.id).map(|id| format!("another layer has the number {id}"));
+    let Some(why) = needed_by.or(other) else { return Ok(()) };
+    let problem =
+        format!("is missing, and its material has no number of its own, but {why}; state it, as in `id: 400`");
+    Err(Error::scene(key("planet", &format!("layers[{i}].id")), problem))
 }
 
 pub(super) fn material(layer: &LayerInput, conversion: &Conversion) -> Result<Material> {

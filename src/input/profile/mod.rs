@@ -38,7 +38,12 @@ pub(crate) fn field(scene: &Scene, profile: &ProfileInput) -> Result<RawField> {
     let in_cgs = scene.code().map_or(GRAVITATIONAL_CONSTANT, |code| code.sheet.gravity);
     let plain = scene.balance.clone().unwrap_or_default().constant;
     let gravity = if has_units { in_cgs } else { plain };
-    let table = Model { profile, d, gravity, conversion }.table()?;
+    let model = Model { profile, d, gravity, conversion };
+    let mut table = model.table()?;
+    if let Some(mass) = model.stated_mass()? {
+        table.hold(d, mass);
+    }
+    materials(scene)?;
     let name = profile.name();
     let worst = table.density.iter().chain(&table.radii).find(|v| !v.is_finite());
     if let Some(v) = worst {
@@ -106,7 +111,10 @@ impl Numbers {
 pub(crate) fn materials(scene: &Scene) -> Result<Vec<Material>> {
     let Some(ProfileInput::Planet(planet)) = &scene.input.profile else { return Ok(Vec::new()) };
     let conversion = Conversion { from: scene.stated_units()?.or(Some(UnitSystem::cgs())), to: UnitSystem::cgs() };
-    planet.layers.iter().map(|layer| layers::material(layer, &conversion)).collect()
+    let materials: Vec<Material> =
+        planet.layers.iter().map(|layer| layers::material(layer, &conversion)).collect::<Result<_>>()?;
+    layers::refuse_unnumbered(&materials, scene.code().as_ref())?;
+    Ok(materials)
 }
 
 /// A profile with all that its numbers depend on.
@@ -134,6 +142,12 @@ impl Model<'_> {
         let (_, quantity, dimension) =
             self.profile.quantities(self.d).into_iter().find(|q| q.0 == name).ok_or_else(missing)?;
         self.positive(name, quantity.value(&key, dimension, &self.conversion)?)
+    }
+
+    /// The mass that the body is to have; none where it follows from the rest.
+    fn stated_mass(&self) -> Result<Option<f64>> {
+        let is_stated = self.profile.quantities(self.d).iter().any(|q| q.0 == "mass");
+        is_stated.then(|| self.value("mass")).transpose()
     }
 
     fn cut(&self, scale: &str, outer: &str) -> Result<Cut> {

@@ -43,7 +43,7 @@ pub(super) fn doubts(facts: &Facts<'_>) -> Vec<String> {
     // PySPH's liquids have the gravity that their pressures are in balance with.
     if facts.in_field && name != "pysph" {
         doubts.push(format!(
-            "{title} is not told of the force that holds the pressure (balance.gravity: field): set it up in the code, or nothing holds the gas"
+            "{title} is not told of the force that holds the pressure, which is not the particles' own (balance.gravity): set it up in the code, or nothing holds the gas"
         ));
     }
     if facts.has_grains && name == "gizmo" {

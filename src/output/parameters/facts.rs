@@ -31,8 +31,8 @@ pub(crate) struct Physics {
     reflects: bool,
     /// A disc is among the bodies, whose gas is sheared.
     has_disc: bool,
-    /// A force of which the scene says that it is there holds the gas.
-    in_field: bool,
+    /// A force that is not the particles' own holds the gas, as the scene says, or the balance by default.
+    pub in_field: bool,
     /// Particles of dust are among the others.
     has_grains: bool,
 }

@@ -194,27 +194,26 @@ SPH:
 
     /// Equations of state of the materials that occur.
     fn swift_materials(&self) -> String {
-        let known = |id: &i64| match id {
-            0 => Some("idg_def"),
-            100 => Some("Til_iron"),
-            101 => Some("Til_granite"),
-            102 => Some("Til_water"),
-            103 => Some("Til_basalt"),
-            104 => Some("Til_ice"),
-            _ => None,
-        };
         let ids = self.materials();
         if ids.is_empty() || !AS_PLANETARY.contains(&self.code.scheme.name) {
             return String::new();
         }
         let mut text = "EoS:\n".to_owned();
-        for id in &ids {
-            let _ = match known(id) {
-                Some(name) => writeln!(text, "  planetary_use_{name}: 1"),
-                None => {
-                    writeln!(text, "  # material {id} occurs: switch its equation of state on here, with its table")
+        for id in ids {
+            match swift_material(id) {
+                Some((name, table)) => {
+                    let _ = writeln!(text, "  planetary_use_{name}: 1");
+                    if let Some(table) = table {
+                        let _ = writeln!(text, "  planetary_{name}_table_file: ./{table}  # where the table is");
+                    }
                 }
-            };
+                None => {
+                    let _ = writeln!(
+                        text,
+                        "  # material {id} occurs: switch its equation of state on here, with its table"
+                    );
+                }
+            }
         }
         text
     }
@@ -229,8 +228,26 @@ SPH:
             ));
         }
         doubts.extend(self.swift_thin_box());
+        doubts.extend(self.swift_materials_to_provide());
         doubts.extend(self.file.species.iter().filter_map(|species| self.code.unread(species)));
         doubts
+    }
+
+    /// Materials that SWIFT does not have by itself.
+    fn swift_materials_to_provide(&self) -> Vec<String> {
+        if !AS_PLANETARY.contains(&self.code.scheme.name) {
+            return Vec::new();
+        }
+        let told = |id: i64| match swift_material(id) {
+            Some((_, None)) => None,
+            Some((name, Some(table))) => Some(format!(
+                "SWIFT reads the table of material {id} from EoS:planetary_{name}_table_file, here ./{table}: put it there, or change the path"
+            )),
+            None => Some(format!(
+                "no material of SWIFT has the number {id}: it stops, or computes nonsense; give the layer the `id` of one, 900 to 909 for your own tables"
+            )),
+        };
+        self.materials().into_iter().filter_map(told).collect()
     }
 
     /// A periodic box that is too thin for the kernels.
@@ -241,4 +258,34 @@ SPH:
              each edge of a periodic box, the shortest of which is {least:.3e}; use {enough:.0} particles or more"
         ))
     }
+}
+
+/// What SWIFT calls the material of a number, with the table that it reads for it (`equation_of_state.h`, `eos_setup.h` of its planetary
+/// equations of state).
+fn swift_material(id: i64) -> Option<(String, Option<String>)> {
+    let (name, table) = match id {
+        0 => ("idg_def", None),
+        100 => ("Til_iron", None),
+        101 => ("Til_granite", None),
+        102 => ("Til_water", None),
+        103 => ("Til_basalt", None),
+        104 => ("Til_ice", None),
+        200 => ("HM80_HHe", Some("HM80_HHe.txt")),
+        201 => ("HM80_ice", Some("HM80_ice.txt")),
+        202 => ("HM80_rock", Some("HM80_rock.txt")),
+        300 => ("SESAME_iron", Some("SESAME_iron_2140.txt")),
+        301 => ("SESAME_basalt", Some("SESAME_basalt_7530.txt")),
+        302 => ("SESAME_water", Some("SESAME_water_7154.txt")),
+        303 => ("SS08_water", Some("SS08_water.txt")),
+        400 => ("ANEOS_forsterite", Some("ANEOS_forsterite_S19.txt")),
+        401 => ("ANEOS_iron", Some("ANEOS_iron_S20.txt")),
+        402 => ("ANEOS_Fe85Si15", Some("ANEOS_Fe85Si15_S20.txt")),
+        900..=909 => {
+            let name = format!("custom_{}", id - 900);
+            let table = format!("{name}.txt");
+            return Some((name, Some(table)));
+        }
+        _ => return None,
+    };
+    Some((name.into(), table.map(Into::into)))
 }
