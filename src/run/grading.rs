@@ -258,8 +258,8 @@ pub fn verdict(report: &Report) -> Vec<Finding> {
     let net_force = report.balance.as_ref().map(|balance| balance.interior.unwrap_or(balance.all));
     if report.noise.interior.is_none() && report.ledger.regions.len() > 1 {
         let text = format!(
-            "{:.1} % of a random set's in the median, and every particle is in reach of one across a jump: forces there are of the jump, and no arrangement \
-             of equal masses has few; more particles, or a `resolution` with one spacing on both sides, have less",
+            "{:.1} % of a random set's in the median, and every particle is in reach of one across a jump: forces there are of the jump, \
+             which no arrangement of equal masses is without; a `resolution` with the same spacing on both sides has less",
             100.0 * report.noise.median
         );
         say(grade(report.noise.median, 0.05, f64::INFINITY), Topic::ForceNoise, text);

@@ -248,11 +248,19 @@ fn has_met_levels(lattice: &[Trace], bounds: &Enclosure) -> bool {
     // The first level at which another point differs: the same is asked there as in the middle.
     let parting = |t: &Trace| t.levels().iter().zip(middle.levels()).position(|(a, b)| !is_as(a, b));
     let partings: Vec<usize> = lattice.iter().filter_map(parting).collect();
+    // What is discontinuous itself may be compared: where it jumps, both levels part, and the second is on both sides of its bound as well.
+    let is_across = |a: &Level, b: &Level| !is_as(a, b) && (a.lo == b.hi || a.hi == b.lo);
+    let is_crossed = |j: usize, level: &Level| {
+        lattice.iter().any(|t| t.levels().get(j).is_some_and(|other| is_across(level, other)))
+    };
     let has_met = |j: usize, level: &Level| {
         let Some([least, most]) = bounds.levels().get(j) else { return false };
         let values = || lattice.iter().filter(|t| t.part == middle.part).filter_map(|t| Some(t.levels().get(j)?.value));
         let met = values().fold(f64::NEG_INFINITY, f64::max) - values().fold(f64::INFINITY, f64::min);
-        level.lo <= *least && *most <= level.hi || partings.contains(&j) || most - least <= WIDE * met
+        level.lo <= *least && *most <= level.hi
+            || partings.contains(&j)
+            || is_crossed(j, level)
+            || most - least <= WIDE * met
     };
     middle.is_complete() && middle.levels().iter().enumerate().all(|(j, level)| has_met(j, level))
 }

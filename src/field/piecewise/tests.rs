@@ -51,6 +51,10 @@ fn planes_at_any_angle_are_integrated_exactly() {
     has_mass("if(x + 0.7*y + 0.3*z < 1, 100, 1)", &unit_box::<3>(), expected);
     let steps: f64 = (1..=12).map(|k| 1.0 - below_plane([5.0, 4.0, 3.0], f64::from(k))).sum();
     has_mass("1 + floor(5*x + 4*y + 3*z)", &unit_box::<3>(), 1.0 + steps);
+    // What jumps is compared: both end where it does.
+    has_mass("if(floor(x + 2*y) > 0.5, 50, 1)", &unit_box::<2>(), 37.75);
+    has_mass("if(mod(x + 2*y, 1) < 0.1, 50, 1)", &unit_box::<2>(), 5.9);
+    has_mass("if(x + 2*y - floor(x + 2*y) < 0.1, 50, 1)", &unit_box::<3>(), 5.9);
     has_mass("if((x < 0.3)*(y < 0.6)*(z > 0.2), 5, 1)", &unit_box::<3>(), 1.0 + 4.0 * 0.3 * 0.6 * 0.8);
     // Half of 1 + x^2 and of its mirror image.
     has_mass("step(x + y + z)*x^2 + 1", &cube::<3>(1.0), 8.0 + 8.0 / 6.0);
