@@ -325,9 +325,9 @@ fn the_adiabatic_index_is_that_of_the_file() {
     assert!(percent < 10.0, "{}", force.text);
 }
 
-/// Percent of gravity that `check` finds as net force for SWIFT, and what it says.
-fn net_force(file: &ParticleFile) -> (f64, String) {
-    let findings = sph_prep::check::check(file, &TargetCode::parse("swift").unwrap()).unwrap();
+/// Percent of gravity that `check` finds as net force for a code, and what it says.
+fn net_force(file: &ParticleFile, code: &str) -> (f64, String) {
+    let findings = sph_prep::check::check(file, &TargetCode::parse(code).unwrap()).unwrap();
     let force = findings.into_iter().find(|f| f.what == "net force").unwrap();
     (force.text.split_whitespace().nth(1).unwrap().parse().unwrap(), force.text)
 }
@@ -341,14 +341,15 @@ fn the_rotation_of_a_star_is_no_net_force() {
     scene.particles = Some(2000);
     scene.output.file = None;
     scene.certify = None;
+    let code = scene.target_code.clone().unwrap();
     let (mut file, _) = sph_prep::place(&scene, FORMATS, &Control::default()).unwrap();
-    let (percent, text) = net_force(&file);
+    let (percent, text) = net_force(&file, &code);
     // 0.5 % of noise is left at 3000 particles; a centripetal acceleration of the wrong sign would leave twice the 6 % that it has.
     assert!(percent < 2.0 && text.contains("rotation"), "{text}");
     file.species[0].table.columns.retain(|c| c.name != names::VELOCITIES);
     let velocities = Column::new(names::VELOCITIES, 3, Values::F64(vec![0.0; 6000]), UnitDimension::VELOCITY);
     file.species[0].table.columns.push(velocities);
-    let (percent, text) = net_force(&file);
+    let (percent, text) = net_force(&file, &code);
     assert!(percent > 4.0 && !text.contains("rotation"), "{text}");
 }
 
@@ -357,7 +358,7 @@ fn the_rotation_of_a_star_is_no_net_force() {
 fn stars_that_attract_each_other_have_no_net_force_of_it() {
     let scene = "input: {profile: {polytrope: {n: 1.5, mass: 1 Msun, radius: 1 Rsun}}}\nfields: {velocity: ['0', '0', '0']}\nparticles: 800\nbalance: {}\ntarget_code: swift\n";
     let star = placed(scene);
-    let (alone, text) = net_force(&star);
+    let (alone, text) = net_force(&star, "swift");
     assert!(!text.contains("acceleration"), "{text}");
     let table = &star.species[0].table;
     let n = table.count;
@@ -399,9 +400,9 @@ fn stars_that_attract_each_other_have_no_net_force_of_it() {
         file
     };
     for (is_in_orbit, is_numbered, word) in [(false, true, "acceleration"), (true, false, "rotation")] {
-        let (percent, text) = net_force(&pair(is_in_orbit, is_numbered));
+        let (percent, text) = net_force(&pair(is_in_orbit, is_numbered), "swift");
         assert!(percent < alone + 2.5 && text.contains(word), "{alone} alone: {text}");
     }
-    let (percent, text) = net_force(&pair(false, false));
+    let (percent, text) = net_force(&pair(false, false), "swift");
     assert!(percent > alone + 3.0, "{alone} alone: {text}");
 }

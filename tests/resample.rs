@@ -389,6 +389,27 @@ fn what_is_no_gas_is_refused() {
 
 /// A gas has no negative energy; what a material has counts from a state of its own. No writer here writes one: it is put into the file's
 /// bytes.
+/// Before the work: a gas that has no heat at all is not written for codes that start with some.
+#[test]
+fn a_gas_without_heat_is_refused_at_once() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut file = lattice(true);
+    let cold = vec![0.0; file.species[0].table.count];
+    file.species[0].table.columns[3].values = Values::F64(cold);
+    let path = folder.path().join("cold.npz");
+    sph_formats::write(FORMATS, &path, Some("numpy"), &file, WriteOptions::default()).unwrap();
+    let quick = "particles: 500\npolish: none\nwvt: {iterations: 0}\n";
+    let run = |format: &str, more: &str| {
+        let mut scene = Scene::parse(&format!("{quick}output: {{format: {format}}}\n{more}")).unwrap();
+        scene.input.file = Some(path.clone());
+        pipeline::forecast(&scene, FORMATS, &Control::default()).map(|_| ()).map_err(|e| e.to_string())
+    };
+    let error = run("swift", "").unwrap_err();
+    assert!(error.contains("InternalEnergy") && error.contains("thermal.internal_energy"), "{error}");
+    run("swift", "thermal: {internal_energy: 1 erg/g}\n").unwrap();
+    run("numpy", "").unwrap();
+}
+
 #[test]
 fn negative_energies_of_a_gas_are_refused() {
     let folder = tempfile::tempdir().unwrap();

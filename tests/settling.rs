@@ -196,6 +196,9 @@ fn the_toy_star_is_still_for_ten_periods() {
     assert!(c.is_whole && c.kinetic < 1e-6, "{:e}", c.kinetic);
     // The half-mass radius is 0.54 of the radius.
     assert!(0.54 * c.half_mass_radius_drift < 1e-3, "{}", c.half_mass_radius_drift);
+    // The outermost particles, which find their place beyond the edge, make up most of the error: with 700 it is 8e-4.
+    (scene.particles, scene.certify) = (Some(5000), None);
+    let (_, report) = place(&scene, FORMATS, &Control::default()).unwrap();
     let epsilon = report.density_error.all_refitted.epsilon;
     assert!(epsilon < 1e-4, "{epsilon:e}");
 }

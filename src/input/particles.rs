@@ -175,6 +175,11 @@ impl Snapshot {
         Ok(snapshot)
     }
 
+    /// Whether it has internal energies, and all of them are 0.
+    pub(crate) fn is_cold(&self) -> bool {
+        self.field.variable(particle_names::INTERNAL_ENERGY).is_some_and(|u| is_zero(&u.values))
+    }
+
     /// What its particles have together.
     pub(crate) fn totals(&self) -> Totals {
         let Geometry::Cloud { dimension, points, .. } = &self.field.geometry else {

@@ -116,8 +116,7 @@ impl Totals {
     pub fn less_stated(self, scene: &Scene) -> Self {
         let stated = |is: &dyn Fn(&str) -> bool| scene.fields.stated().any(|(name, _)| is(name));
         let moves = scene.turbulence.is_some() || stated(&|name| name == "velocity" || name.starts_with("v_"));
-        let heats = scene.thermal.internal_energy.is_some()
-            || stated(&|name| matches!(name, "pressure" | "temperature" | "internal_energy" | "entropy"));
+        let heats = scene.states_heat();
         Self { motion: self.motion.filter(|_| !moves), thermal: self.thermal.filter(|_| !heats), ..self }
     }
 

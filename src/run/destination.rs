@@ -4,6 +4,7 @@ use super::checkpoint::refuse_other_content;
 use super::drawings::{self, Drawing};
 use crate::codes::TargetCode;
 use crate::error::{Error, Result};
+use crate::input::ingest::RawInput;
 use crate::input::internal_units::Prepared;
 use crate::output::frame::Frame;
 use crate::output::origin;
@@ -11,6 +12,7 @@ use crate::output::parameters::{self, Physics};
 use crate::output::walls::Walls;
 use crate::scene::{Conversion, Scene};
 use sph::domain::Axis;
+use sph_formats::common::particle_names as names;
 use sph_formats::{
     FormatError, FormatSpec, ParticleFile, ParticleStream, Species, WriteOptions, registry, would_be_lost, write_stream,
 };
@@ -159,6 +161,25 @@ pub fn refuse_what_the_format_cannot_hold(scene: &Scene, format: &FormatSpec, di
         return Err(Error::scene("output.format", problem));
     }
     Ok(())
+}
+
+/// Refuses a snapshot without heat before the work, where the format is for codes that do not start with none.
+///
+/// # Errors
+/// The remedy.
+pub fn refuse_cold(scene: &Scene, format: &FormatSpec, raw: &RawInput) -> Result<()> {
+    let is_needed = format.capabilities.requires.contains(&names::INTERNAL_ENERGY);
+    let is_given = scene.states_heat() || scene.balance.is_some() || scene.collisionless.is_some();
+    match raw {
+        RawInput::Snapshot(snapshot) if is_needed && !is_given && snapshot.is_cold() => {
+            let problem = format!(
+                "is 0 for all particles, with which '{}' is not written; state thermal.internal_energy in the scene",
+                format.name
+            );
+            Err(Error::field(names::INTERNAL_ENERGY, problem))
+        }
+        _ => Ok(()),
+    }
 }
 
 /// What the format says of the box of the output.

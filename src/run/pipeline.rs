@@ -4,7 +4,7 @@
 use super::carving::{Carving, Obstacles};
 use super::checkpoint::remove_checkpoint;
 use super::destination::{
-    Destination, intended_format, refuse_box, refuse_other_types, refuse_what_the_format_cannot_hold,
+    Destination, intended_format, refuse_box, refuse_cold, refuse_other_types, refuse_what_the_format_cannot_hold,
 };
 use super::drawings::{Drawing, is_drawn, is_picture};
 use super::duration::{self, Cost, Expected};
@@ -152,6 +152,7 @@ fn done(
     let dimension = ingest::dimension(scene, &raw)?;
     if let Some(format) = format {
         refuse_what_the_format_cannot_hold(scene, format, dimension)?;
+        refuse_cold(scene, format, &raw)?;
     }
     let mut run = Run {
         scene,

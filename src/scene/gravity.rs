@@ -72,6 +72,12 @@ impl Scene {
         domains.any(|domain| domain.boundary.contains(&BoundaryName::Reflecting))
     }
 
+    /// Whether the heat of the gas is stated, in place of what an input has.
+    pub(crate) fn states_heat(&self) -> bool {
+        let is_thermal = |name: &str| matches!(name, "pressure" | "temperature" | "internal_energy" | "entropy");
+        self.thermal.internal_energy.is_some() || self.fields.stated().any(|(name, _)| is_thermal(name))
+    }
+
     /// Whether anything of the scene is gas.
     pub(crate) fn has_gas(&self) -> bool {
         let mut bodies = self.bodies.iter();
