@@ -62,6 +62,7 @@ fn sources_of_a_stated_field_are_told() {
         "magnetic_field: ['uG*sin(2*pi*y/kpc)', 0, 1 uG]",
         "magnetic_field: ['if(y < 0.5*kpc, uG, -uG)', 0, 0]",
         "vector_potential: [0, 0, 'uG*kpc*cos(2*pi*x/kpc)']",
+        "magnetic_field: ['uG*sin(120*pi*(x - y)/kpc)', 'uG*sin(120*pi*(x - y)/kpc)', 0]",
     ] {
         assert!(told(field).is_empty(), "{field}: {:?}", told(field));
     }

@@ -8,7 +8,7 @@ use sph_formats::common::particle_names as names;
 
 /// Step of the differences over the width of the domain, and what |div B| may be times the width over |B|: differences of smooth fields
 /// are no better than this.
-const STEP: f64 = 1e-4;
+const STEP: f64 = 1e-5;
 const MOST: f64 = 1e-2;
 /// Change of the field from one periodic face to the other, over the largest field.
 const JUMP: f64 = 1e-2;
@@ -70,7 +70,8 @@ fn divergence<const D: usize>(field: &dyn CarriedField<D>, domain: &Domain<D>, x
     })
 }
 
-/// The largest difference of the component across the faces of axis `k` between places of both: what it starts or ends there are sources.
+/// The largest difference of the component across the faces of axis `k` between places of both: lines of force that end
+/// there have sources.
 fn jump<const D: usize>(field: &dyn CarriedField<D>, domain: &Domain<D>, places: &[[f64; D]], k: usize) -> f64 {
     let inset = 1e-9 * domain.extent()[k];
     let on = |x: &[f64; D], end: f64| {
