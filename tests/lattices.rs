@@ -204,7 +204,15 @@ fn the_noise_of_a_stretched_lattice_is_systematic_and_that_of_random_points_is_n
         let x = seed(&target, seeding, 3).unwrap().positions;
         let masses = target.masses(&x);
         let measured = Measured::new(KernelName::WendlandC4, &domain, &x, &masses, &vec![0.12; 8000], 64.0);
-        let figures = NoiseFigures::with_each(&Alone, KernelName::WendlandC4, &measured, &domain, &masses, 64.0).0;
+        let figures = NoiseFigures::with_each(
+            &Alone,
+            KernelName::WendlandC4,
+            (&measured, &measured.interior),
+            &domain,
+            &masses,
+            64.0,
+        )
+        .0;
         let parts = figures.parts.unwrap();
         // All particles are taken, and all are in the interior.
         let whole = parts.systematic.hypot(parts.scatter);

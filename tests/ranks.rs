@@ -113,7 +113,8 @@ fn sums_are_those_of_one<const D: usize>(count: usize) {
                 for (k, (a, b)) in pairs.iter().enumerate() {
                     assert!((a / b - 1.0).abs() < 2e-3, "{name}, {ranks} ranks: figure {k} is {a:e}, not {b:e}");
                 }
-                let there = NoiseFigures::with_each(exchange, KERNEL, &here, domain, &mass, neighbors).0;
+                let there =
+                    NoiseFigures::with_each(exchange, KERNEL, (&here, &here.interior), domain, &mass, neighbors).0;
                 for (a, b) in [(there.all, noise.all), (there.median, noise.median)] {
                     assert!((a / b - 1.0).abs() < 2e-3, "{name}, {ranks} ranks: noise {a:e}, not {b:e}");
                 }

@@ -13,11 +13,11 @@
 
 #![forbid(unsafe_code)]
 
+mod axis_units;
 mod capabilities;
 mod compressed;
 pub mod error;
 mod family;
-mod lengths;
 mod limits;
 pub mod magnetic;
 pub mod model;

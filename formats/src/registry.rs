@@ -1,10 +1,10 @@
 //! What a format is, and how the right one is found for a file.
 
+use crate::axis_units;
 pub use crate::capabilities::{Capabilities, Columns, FixedCorner, Origin};
 use crate::compressed;
 use crate::error::{FormatError, Result};
 use crate::family::{self, Family};
-use crate::lengths;
 pub use crate::model::WriteOptions;
 use crate::model::{ParticleFile, RawField};
 use crate::nearest::did_you_mean;
@@ -252,7 +252,7 @@ pub fn read(
     };
     checked.map_err(|(location, problem)| FormatError::input(path, spec.name, location, problem))?;
     if let FileContent::Field(field) = &mut content {
-        lengths::unify(field);
+        axis_units::unify(field);
     }
     Ok(content)
 }

@@ -5,7 +5,7 @@ use super::args::ConvertArgs;
 use super::files::{particles, particles_in};
 use super::progress::Progress;
 use crate::error::{Error, Result};
-use crate::input::lengths::support_radii;
+use crate::input::support::support_radii;
 use crate::run::destination::refuse_replacing;
 use crate::scene::system_of;
 use sph_formats::model::{COSMOLOGY_KEY, DOUBT_KEY, FILES_KEY, LACKS_KEY};

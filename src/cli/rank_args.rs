@@ -30,8 +30,7 @@ const MOST_RANKS: usize = 1024;
 /// # Errors
 /// What is expected.
 pub fn threads(text: &str) -> std::result::Result<usize, String> {
-    let expected = || format!("expected a whole number from 0, for as many as there are cores, to {MOST_RANKS}");
-    text.parse().ok().filter(|n| (0..=MOST_RANKS).contains(n)).ok_or_else(expected)
+    at_most(text, 0, ", for as many as there are cores,")
 }
 
 /// A number of ranks within a process.
@@ -39,6 +38,10 @@ pub fn threads(text: &str) -> std::result::Result<usize, String> {
 /// # Errors
 /// What is expected.
 pub fn ranks(text: &str) -> std::result::Result<usize, String> {
-    let expected = || format!("expected a whole number from 1 to {MOST_RANKS}");
-    text.parse().ok().filter(|n| (1..=MOST_RANKS).contains(n)).ok_or_else(expected)
+    at_most(text, 1, "")
+}
+
+fn at_most(text: &str, least: usize, meaning: &str) -> std::result::Result<usize, String> {
+    let expected = || format!("expected a whole number from {least}{meaning} to {MOST_RANKS}");
+    text.parse().ok().filter(|n| (least..=MOST_RANKS).contains(n)).ok_or_else(expected)
 }

@@ -3,7 +3,7 @@
 use super::progress::Progress;
 use super::stream_args::{ReplicateArgs, SeedArgs, StreamArgs};
 use crate::error::{Error, Result};
-use crate::input::lengths::support_radii;
+use crate::input::support::support_radii;
 use crate::metrics::{ErrorFigures, PatchFigures};
 use crate::run::destination::refuse_replacing;
 use crate::run::replicate::{Repeated, mapped};

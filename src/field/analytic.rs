@@ -56,12 +56,12 @@ impl<const D: usize> AnalyticField<D> {
                 continue;
             };
             // No bound makes a number of what is none.
-            let remedy = match problem {
-                "negative" => format!("bound it, for instance by max({name}, 0) or if(condition, {name}, 0)"),
-                _ if v.is_nan() => format!("leave such places out, as by if(condition, {name}, 0)"),
-                _ => {
+            let remedy = match v {
+                v if v.is_nan() => format!("leave such places out, as by if(condition, {name}, 0)"),
+                f64::INFINITY => {
                     "bound what it grows with, as in 1/max(r, 0.01), or leave such places out of the domain".to_owned()
                 }
+                _ => format!("bound it, for instance by max({name}, 0) or if(condition, {name}, 0)"),
             };
             return Err(Error::field(
                 name,

@@ -144,17 +144,13 @@ fn take_density(raw: &mut RawField, asked: Option<&str>) -> Result<Variable> {
         let all: Vec<String> = candidates.map(|v| format!("'{}'", v.name)).collect();
         if all.is_empty() { "no variables".into() } else { all.join(", ") }
     };
-    let Some(name) = asked.or(raw.density.as_deref()) else {
-        let problem = match raw.variables.iter().find(|v| is_logarithm(&v.name)) {
-            Some(v) => format!(
-                "is missing: '{}' is a logarithm by its name; write its antilogarithm into a column of its own, such as 'rho'",
-                v.name
-            ),
-            None => {
-                format!("cannot tell which variable is the density; choose one by --density: the file has {}", names())
-            }
-        };
-        return Err(Error::field("density", problem));
+    // Where nothing else is a density, what is wrong with its logarithm is the matter.
+    let logarithm = || raw.variables.iter().map(|v| v.name.as_str()).find(|name| is_logarithm(name));
+    let Some(name) = asked.or(raw.density.as_deref()).or_else(logarithm) else {
+        return Err(Error::field(
+            "density",
+            format!("cannot tell which variable is the density; choose one by --density: the file has {}", names()),
+        ));
     };
     let Some(i) = raw.variables.iter().position(|v| v.name == name) else {
         return Err(Error::field(name, format!("is not in the file, which has {}", names())));

@@ -36,14 +36,18 @@ pub(crate) fn radial<const D: usize>(
     })?;
     let mut nodes = placed(&mut input, nodes, budget)?;
     let values = input.density.values.to_f64();
+    let mut profile = match input.density.location {
+        Location::Node => RadialProfile::from_nodes(D, &nodes, &values),
+        Location::Cell => RadialProfile::from_cells(D, &nodes, &values),
+    };
     if input.density.location == Location::Node {
-        input.notes.extend(narrow_jumps::merge(D, &mut nodes, &values));
+        let steps = narrow_jumps::merge(&profile, &mut nodes, &values);
+        if !steps.is_empty() {
+            profile = RadialProfile::from_nodes(D, &nodes, &values);
+        }
+        input.notes.extend(steps);
     }
     let nodes = &nodes;
-    let profile = match input.density.location {
-        Location::Node => RadialProfile::from_nodes(D, nodes, &values),
-        Location::Cell => RadialProfile::from_cells(D, nodes, &values),
-    };
     let mass = check_mass(&name, profile.total_mass())?;
     if nodes[0] > 0.0 {
         let share = nodes[0] / profile.outer_radius();

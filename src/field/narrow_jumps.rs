@@ -3,7 +3,7 @@
 //! A table whose density changes by a factor over a thousandth of its radius would have the change between two shells of particles, and each of
 //! them as a whole on this side or on that. As a discontinuity both sides have their mass.
 
-use sph::geometry::unit_ball_volume;
+use super::RadialProfile;
 
 /// Width over the radius, and factor of the density, of such a step.
 const NARROW: f64 = 1e-3;
@@ -13,16 +13,15 @@ const STEEPER: f64 = 10.0;
 /// Share of the mass on either side from which on it matters.
 const LITTLE: f64 = 1e-4;
 
-/// Puts both ends of each narrow step to the middle between them; what there is to note.
-pub(super) fn merge(d: usize, nodes: &mut [f64], density: &[f64]) -> Vec<String> {
-    let within = masses_within(d, nodes, density);
-    let total = within.last().copied().unwrap_or(0.0);
+/// Puts both ends of each narrow step to the middle between them, of the rows of a profile; what there is to note.
+pub(super) fn merge(profile: &RadialProfile, nodes: &mut [f64], density: &[f64]) -> Vec<String> {
+    let total = profile.total_mass().value;
     let width = |i: usize| nodes[i + 1] - nodes[i];
     let rise = |i: usize| (density[i + 1] / density[i]).ln().abs();
     let is_calm = |i: usize, step: usize| width(i) > 0.0 && rise(i) / width(i) * STEEPER < rise(step) / width(step);
     let intervals = nodes.len().saturating_sub(1);
     let is_step = |i: usize| {
-        let share = within[i] / total;
+        let share = profile.enclosed_mass(nodes[i]) / total;
         width(i) > 0.0
             && width(i) <= NARROW * nodes[i]
             && density[i].min(density[i + 1]) > 0.0
@@ -45,26 +44,18 @@ pub(super) fn merge(d: usize, nodes: &mut [f64], density: &[f64]) -> Vec<String>
     notes
 }
 
-/// Up to each node, by means of both ends.
-fn masses_within(d: usize, nodes: &[f64], density: &[f64]) -> Vec<f64> {
-    let volume = |r: f64| unit_ball_volume(d) * r.powi(d as i32);
-    let mut mass = nodes.first().map_or(0.0, |r| density[0] * volume(*r));
-    let mut all = vec![mass];
-    for (r, rho) in nodes.windows(2).zip(density.windows(2)) {
-        mass += 0.5 * (rho[0] + rho[1]) * (volume(r[1]) - volume(r[0]));
-        all.push(mass);
-    }
-    all
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
 
+    fn merge(nodes: &mut [f64], density: &[f64]) -> Vec<String> {
+        super::merge(&RadialProfile::from_nodes(3, nodes, density), nodes, density)
+    }
+
     #[test]
     fn narrow_steps_are_jumps_and_steep_profiles_are_not() {
         let mut nodes = vec![0.0, 0.3, 0.3 + 1e-7, 1.0];
-        let notes = merge(3, &mut nodes, &[10.0, 10.0, 1.0, 1.0]);
+        let notes = merge(&mut nodes, &[10.0, 10.0, 1.0, 1.0]);
         assert!(nodes[1] == nodes[2] && (nodes[1] - 0.3).abs() < 1e-7, "{nodes:?}");
         assert!(notes.len() == 1 && notes[0].contains("0.100") && notes[0].contains("3.3e-7"), "{notes:?}");
         for (nodes, density) in [
@@ -74,11 +65,11 @@ mod tests {
             (vec![0.0, 0.9999, 0.99995, 1.0], vec![10.0, 10.0, 1e-3, 1e-3]),
         ] {
             let mut merged = nodes.clone();
-            assert!(merge(3, &mut merged, &density).is_empty() && merged == nodes, "{nodes:?}");
+            assert!(merge(&mut merged, &density).is_empty() && merged == nodes, "{nodes:?}");
         }
         // An atmosphere: by a factor of two in each row, and a row in each thousandth.
         let mut nodes: Vec<f64> = (0..20).map(|i| 0.9 * (1.0 + 5e-4 * f64::from(i))).collect();
         let density: Vec<f64> = (0..20).map(|i| 0.5_f64.powi(i)).collect();
-        assert!(merge(3, &mut nodes, &density).is_empty());
+        assert!(merge(&mut nodes, &density).is_empty());
     }
 }

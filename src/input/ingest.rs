@@ -99,10 +99,7 @@ fn boundary_of_snapshot(scene: &Scene, particles: &mut ParticleFile) -> [Option<
         return [None; 3];
     }
     let header = &mut particles.header;
-    let stated = match scene.domain.boundary.as_slice() {
-        [one] => [Some(*one); 3],
-        many => sph::array(|k| many.get(k).copied()),
-    };
+    let stated = sph::array(|k| scene.domain.boundary_along(k));
     for k in 0..header.dimension {
         match stated[k] {
             Some(BoundaryName::Open) => header.periodic[k] = false,
@@ -406,11 +403,11 @@ fn field_options<const D: usize>(
 
 /// Boundary of each axis as the scene says; `None` where it does not.
 fn boundaries<const D: usize>(input: &DomainInput) -> Result<[Option<BoundaryName>; D]> {
-    match input.boundary.as_slice() {
-        [] => Ok([None; D]),
-        [one] => Ok([Some(*one); D]),
-        many if many.len() == D => Ok(sph::array(|k| Some(many[k]))),
-        many => Err(Error::scene("domain.boundary", format!("has {} entries, expected 1 or {D}", many.len()))),
+    match input.boundary.len() {
+        many if many > 1 && many != D => {
+            Err(Error::scene("domain.boundary", format!("has {many} entries, expected 1 or {D}")))
+        }
+        _ => Ok(sph::array(|k| input.boundary_along(k))),
     }
 }
 

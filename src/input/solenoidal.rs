@@ -1,6 +1,7 @@
 //! Whether a magnetic field that a scene states has sources, which codes would carry along.
 
 use crate::field::{CarriedField, probes};
+use crate::input::differences::{REACH, slope};
 use crate::input::internal_units::Prepared;
 use crate::scene::Scene;
 use sph::domain::{Axis, Domain};
@@ -8,7 +9,7 @@ use sph_formats::common::particle_names as names;
 
 /// Step of the differences over the width of the domain, and what |div B| may be times the width over |B|: differences of smooth fields
 /// are no better than this.
-const STEP: f64 = 1e-5;
+const STEP: f64 = 1e-4;
 const MOST: f64 = 1e-2;
 /// Change of the field from one periodic face to the other, over the largest field.
 const JUMP: f64 = 1e-2;
@@ -63,11 +64,8 @@ fn divergence<const D: usize>(field: &dyn CarriedField<D>, domain: &Domain<D>, x
         y[k] += by;
         y
     };
-    let is_within = (0..D).all(|k| [-step, step].into_iter().all(|by| domain.contains(&beside(k, by))));
-    is_within.then(|| {
-        let along = |k: usize| (at(field, &beside(k, step))[k] - at(field, &beside(k, -step))[k]) / (2.0 * step);
-        (0..D).map(along).sum::<f64>().abs()
-    })
+    let is_within = (0..D).all(|k| [-REACH, REACH].into_iter().all(|steps| domain.contains(&beside(k, steps * step))));
+    is_within.then(|| (0..D).map(|k| slope(step, |by| at(field, &beside(k, by))[k])).sum::<f64>().abs())
 }
 
 /// The largest difference of the component across the faces of axis `k` between places of both: lines of force that end

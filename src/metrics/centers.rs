@@ -1,7 +1,7 @@
 //! Centers of mass of regions: particles may have the number and the boxes' masses right, and lie on one side of their region all the same.
 
 use crate::target::mass_points::MassPoints;
-use crate::target::{Positions, Target, at};
+use crate::target::{Positions, Regions, Target, at};
 use sph::domain::{Axis, Domain};
 use sph::parallel;
 use std::f64::consts::TAU;
@@ -54,21 +54,30 @@ impl<const D: usize> Moments<D> {
 }
 
 /// Those of all regions of a target, as points of mass.
-pub(super) fn of_points<const D: usize>(target: &Target<'_, D>, points: &MassPoints<D>) -> Vec<Moments<D>> {
-    moments(target, points.positions(), &|i| points.share()[i])
+pub(super) fn of_points<const D: usize>(
+    (domain, regions): (&Domain<D>, &Regions<'_, D>),
+    points: &MassPoints<D>,
+) -> Vec<Moments<D>> {
+    let positions = points.positions();
+    let of = parallel::map(positions[0].len(), |i| regions.of(&at(positions, i)));
+    moments((domain, regions.number()), positions, &of, &|i| points.share()[i])
 }
 
 /// Distances of the centers of particles from those of their regions, over the mean spacing there; none of regions with few particles.
 pub(super) fn shifts<const D: usize>(
-    target: &Target<'_, D>,
+    (target, regions): (&Target<'_, D>, &Regions<'_, D>),
     wanted: &[Moments<D>],
     positions: &Positions<D>,
 ) -> Vec<Option<f64>> {
-    let found = moments(target, positions, &|_| 1.0);
-    let spacings = moments(target, positions, &|i| target.spacing(target.number_density(&at(positions, i))));
+    let n = positions[0].len();
+    let of = parallel::map(n, |i| regions.of(&at(positions, i)));
+    let spacing = parallel::map(n, |i| target.spacing(target.number_density(&at(positions, i))));
+    let found = moments((target.domain, wanted.len()), positions, &of, &|_| 1.0);
+    let mut spacings = vec![0.0; wanted.len()];
+    of.iter().zip(&spacing).filter_map(|(of, s)| Some(((*of)?, s))).for_each(|(region, s)| spacings[region] += s);
     let shift = |region: usize| {
         let (wanted, found) = (&wanted[region], &found[region]);
-        let spacing = spacings[region].weight / found.weight;
+        let spacing = spacings[region] / found.weight;
         (wanted.weight > 0.0 && found.weight >= FEW && spacing > 0.0)
             .then(|| found.apart(wanted, target.domain) / spacing)
     };
@@ -76,17 +85,15 @@ pub(super) fn shifts<const D: usize>(
 }
 
 fn moments<const D: usize>(
-    target: &Target<'_, D>,
+    (domain, regions): (&Domain<D>, usize),
     positions: &Positions<D>,
-    weight: &(dyn Fn(usize) -> f64 + Sync),
+    of: &[Option<usize>],
+    weight: &dyn Fn(usize) -> f64,
 ) -> Vec<Moments<D>> {
-    let Some(regions) = target.regions() else { return Vec::new() };
-    let n = positions[0].len();
-    let of = parallel::map(n, |i| regions.of(&at(positions, i)).map(|region| (region, weight(i))));
-    let mut all = vec![Moments::NONE; regions.number()];
-    for (i, found) in of.into_iter().enumerate() {
-        if let Some((region, weight)) = found {
-            all[region].add(target.domain, &at(positions, i), weight);
+    let mut all = vec![Moments::NONE; regions];
+    for (i, region) in of.iter().enumerate() {
+        if let Some(region) = *region {
+            all[region].add(domain, &at(positions, i), weight(i));
         }
     }
     all

@@ -5,7 +5,7 @@
 //! sides in proportion, so that an even arrangement fills boxes evenly wherever their faces lie.
 
 use super::Measured;
-use super::centers::{self, Moments};
+use super::centers;
 use crate::target::cells::{Cell, Rule};
 use crate::target::cut::{Cut, cut_closely};
 use crate::target::mass_points::MassPoints;
@@ -48,8 +48,8 @@ pub struct RegionFigures {
     /// Particles that belong there, and that are there.
     pub wanted: f64,
     pub found: f64,
-    /// Distance of the particles' center from that of the region over the mean spacing there; none where few particles are, or the region has one
-    /// center with all others.
+    /// Distance of the particles' center from that of the region over the mean spacing there, where all is done; none where few particles are, or the
+    /// region has one center with all others.
     pub shift: Option<f64>,
 }
 
@@ -88,8 +88,6 @@ pub struct Ledger<const D: usize> {
     /// What the target was divided into first, where it was.
     cells: Vec<Cell<D>>,
     points: OnceLock<Option<MassPoints<D>>>,
-    /// Centers of the target's regions.
-    centers: OnceLock<Vec<Moments<D>>>,
 }
 
 /// A box: a cut one, whose left half comes next, or the smallest.
@@ -124,15 +122,7 @@ impl<const D: usize> Ledger<D> {
             _ => partition(target, Rule::Gauss)
                 .map_or_else(|_| (Vec::new(), Vec::new()), |cells| (cells.clone(), divided(target, cells, 0, levels))),
         };
-        Self {
-            domain: target.domain.clone(),
-            nodes,
-            levels,
-            count: target.count,
-            cells,
-            points: OnceLock::new(),
-            centers: OnceLock::new(),
-        }
+        Self { domain: target.domain.clone(), nodes, levels, count: target.count, cells, points: OnceLock::new() }
     }
 
     /// Whether [`Self::points`] would be too many.
@@ -178,21 +168,17 @@ impl<const D: usize> Ledger<D> {
         let alike = matches!(target.resolution, Resolution::NumberDensity(_)).then(|| vec![1.0; masses.len()]);
         let masses = alike.as_deref().unwrap_or(masses);
         let found = exchange.sums(self.found(measured, target, positions, masses));
-        let mut regions = region_figures(exchange, target, positions);
-        if exchange.is_alone() && !regions.is_empty() {
-            regions.iter_mut().zip(self.shifts(target, positions)).for_each(|(region, shift)| region.shift = shift);
-        }
-        LedgerFigures { regions, ..self.figures_of(&found) }
+        LedgerFigures { regions: region_figures(exchange, target, positions), ..self.figures_of(&found) }
     }
 
-    /// Of each region; none where all have the center of the whole, or would take too many points.
-    fn shifts(&self, target: &Target<'_, D>, positions: &Positions<D>) -> Vec<Option<f64>> {
-        if target.density.center().is_some() || self.has_too_many_points(target) {
+    /// How far the particles of each region are from it as a whole; none where all have the center of the whole, or would take too many points.
+    pub(super) fn shifts(&self, target: &Target<'_, D>, positions: &Positions<D>) -> Vec<Option<f64>> {
+        let Some(regions) = target.regions().filter(|_| target.density.center().is_none()) else { return Vec::new() };
+        if self.has_too_many_points(target) {
             return Vec::new();
         }
         let Some(points) = self.points(target) else { return Vec::new() };
-        let wanted = self.centers.get_or_init(|| centers::of_points(target, points));
-        centers::shifts(target, wanted, positions)
+        centers::shifts((target, regions), &centers::of_points((target.domain, regions), points), positions)
     }
 
     /// What the first of the measured particles, which these are, have in each box: those of others add up with it.

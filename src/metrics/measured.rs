@@ -263,9 +263,7 @@ impl<const D: usize> Measured<D> {
             members(group).enumerate().for_each(|(bit, i)| self.interior[i] = bits >> bit & 1 == 1);
         }
     }
-}
 
-impl<const D: usize> Measured<D> {
     /// Which particles of the interior neither see one on the other side of a jump of the target, nor are seen by one: forces between the two
     /// sides are of the jump, and of no arrangement. All of the interior where there are no jumps, or too many pieces.
     pub fn apart_from_jumps(&self, target: &Target<'_, D>, positions: &Positions<D>) -> Vec<bool> {

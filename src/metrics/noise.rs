@@ -67,7 +67,7 @@ impl NoiseFigures {
         kernel_neighbors: f64,
     ) -> Self {
         let forces = measured.constant_pressure_forces(kernel, domain, masses);
-        Self::of_forces(exchange, &forces, measured, kernel, kernel_neighbors).0
+        Self::of_forces(exchange, &forces, (measured, &measured.interior), kernel, kernel_neighbors).0
     }
 
     /// The same of particles over ranks, of which there may be one alone; that one tells the parts of the interior's. And the noise of each of
@@ -75,15 +75,16 @@ impl NoiseFigures {
     pub fn with_each<const D: usize>(
         exchange: &dyn Exchange,
         kernel: KernelName,
-        measured: &Measured<D>,
+        (measured, interior): (&Measured<D>, &[bool]),
         domain: &Domain<D>,
         masses: &[f64],
         kernel_neighbors: f64,
     ) -> (Self, Vec<f64>) {
         let forces = measured.constant_pressure_forces(kernel, domain, masses);
-        let (figures, squares, poisson) = Self::of_forces(exchange, &forces, measured, kernel, kernel_neighbors);
+        let (figures, squares, poisson) =
+            Self::of_forces(exchange, &forces, (measured, interior), kernel, kernel_neighbors);
         // Forces of neighbors on other ranks are not known here.
-        let parts = if exchange.is_alone() { parts(forces, measured, domain, poisson) } else { None };
+        let parts = if exchange.is_alone() { parts(forces, (measured, interior), domain, poisson) } else { None };
         (Self { parts, ..figures }, squares.into_iter().map(|square| square.sqrt() / poisson).collect())
     }
 
@@ -91,7 +92,7 @@ impl NoiseFigures {
     fn of_forces<const D: usize>(
         exchange: &dyn Exchange,
         forces: &[Vector<D>],
-        measured: &Measured<D>,
+        (measured, interior): (&Measured<D>, &[bool]),
         kernel: KernelName,
         kernel_neighbors: f64,
     ) -> (Self, Vec<f64>, f64) {
@@ -105,7 +106,7 @@ impl NoiseFigures {
             let mean = exchange.sum(reduce::sum(n, |i| if set(i) { squares[i] } else { 0.0 })) / count as f64;
             (count > 0).then(|| mean.sqrt() / poisson)
         };
-        let interior = rms(&|i| measured.interior[i]);
+        let interior = rms(&|i| interior[i]);
         (Self { all: rms(&|_| true).unwrap_or(0.0), median: half, interior, parts: None }, squares, poisson)
     }
 }
@@ -163,7 +164,7 @@ impl<const D: usize> LeafPass<D, CHANNELS, f64> for SharedPass {
 /// The parts of the noise of the interior; none where there is no interior.
 fn parts<const D: usize>(
     forces: Vec<Vector<D>>,
-    measured: &Measured<D>,
+    (measured, interior): (&Measured<D>, &[bool]),
     domain: &Domain<D>,
     poisson: f64,
 ) -> Option<NoiseParts> {
@@ -175,7 +176,7 @@ fn parts<const D: usize>(
         parallel::map(order.len(), |p| forces[p].0[k] * measured.sums[own(p)].weighted * measured.support[own(p)])
     });
     drop(forces);
-    let inside = tree.to_tree_order(&measured.interior);
+    let inside = tree.to_tree_order(interior);
     let every = order.len().div_ceil(SAMPLED);
     let is_taken = |i: usize| inside[i] && (i / ROW).is_multiple_of(every);
     let support = parallel::map(order.len(), |p| if is_taken(p) { measured.support[own(p)] } else { 0.0 });

@@ -92,14 +92,13 @@ impl Outcome {
         let looking = Looking { positions, support: &measured.support[..own], together };
         let smoothed = smoothed_densities(kernel, by, &looking, &mut measured.interior[..own]);
         let density_error = DensityError::among(exchange, &measured, &target_density, Some(&smoothed));
-        let ledger = ledger.figures_among(exchange, &measured, target, positions, &masses);
-        let interior = measured.interior.clone();
-        if exchange.is_alone() {
-            measured.interior = measured.apart_from_jumps(target, positions);
-        }
+        let shifts = if exchange.is_alone() { ledger.shifts(target, positions) } else { Vec::new() };
+        let mut ledger = ledger.figures_among(exchange, &measured, target, positions, &masses);
+        ledger.regions.iter_mut().zip(shifts).for_each(|(region, shift)| region.shift = shift);
+        let calm = exchange.is_alone().then(|| measured.apart_from_jumps(target, positions));
+        let among = (&measured, calm.as_deref().unwrap_or(&measured.interior));
         let (figures, noise) =
-            NoiseFigures::with_each(exchange, kernel, &measured, target.domain, &masses, kernel_neighbors);
-        measured.interior = interior;
+            NoiseFigures::with_each(exchange, kernel, among, target.domain, &masses, kernel_neighbors);
         let balance = thermodynamics.filter(|_| exchange.is_alone()).and_then(|t| {
             BalanceFigures::new(kernel, &measured, target.domain, positions, (&masses, &target_density), t)
         });

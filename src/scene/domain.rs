@@ -101,6 +101,14 @@ impl DomainInput {
         *self == Self::default()
     }
 
+    /// What is said of the faces along an axis: of all at once, or one by one.
+    pub(crate) fn boundary_along(&self, axis: usize) -> Option<BoundaryName> {
+        match self.boundary.as_slice() {
+            [one] => Some(*one),
+            many => many.get(axis).copied(),
+        }
+    }
+
     /// Whether it says where particles may be, beside what the boundaries do.
     pub fn has_extent(&self) -> bool {
         self.extents() > 0

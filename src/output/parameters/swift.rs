@@ -183,8 +183,11 @@ SPH:
         }
     }
 
-    /// Numbers of the materials that occur.
+    /// Numbers of the materials that occur; none for schemes that know none.
     fn materials(&self) -> BTreeSet<i64> {
+        if !AS_PLANETARY.contains(&self.code.scheme.name) {
+            return BTreeSet::new();
+        }
         let tables = self.file.species.iter().filter(|s| s.part_type == 0).map(|s| &s.table);
         let ids = tables
             .filter_map(|t| t.column(names::MATERIAL_IDS))
@@ -195,7 +198,7 @@ SPH:
     /// Equations of state of the materials that occur.
     fn swift_materials(&self) -> String {
         let ids = self.materials();
-        if ids.is_empty() || !AS_PLANETARY.contains(&self.code.scheme.name) {
+        if ids.is_empty() {
             return String::new();
         }
         let mut text = "EoS:\n".to_owned();
@@ -235,9 +238,6 @@ SPH:
 
     /// Materials that SWIFT does not have by itself.
     fn swift_materials_to_provide(&self) -> Vec<String> {
-        if !AS_PLANETARY.contains(&self.code.scheme.name) {
-            return Vec::new();
-        }
         let told = |id: i64| match swift_material(id) {
             Some((_, None)) => None,
             Some((name, Some(table))) => Some(format!(
