@@ -4,7 +4,7 @@
 //! every other column stays a scalar.
 
 use super::build_input::{Input, Repeats, check_ascending};
-use super::categorical::carried_field;
+use super::categorical::{carried_field, kinds};
 use super::curve::Curve;
 use super::mass::check_mass;
 use super::narrow_jumps;
@@ -62,16 +62,24 @@ pub(crate) fn radial<const D: usize>(
     let outer = profile.outer_radius();
     let midpoints = volume_midpoints(D, nodes);
     let make = |v: Variable| Ok(radial_carried(v, nodes, &midpoints, center));
+    let borders = material_borders(&input.others, nodes);
     let carried = input.others.into_iter().map(|v| carried_field(v, &make)).collect::<Result<_>>()?;
     let profile = Arc::new(profile);
     Ok(Source {
-        density: Box::new(RadialDensity { profile: Arc::clone(&profile), center }),
+        density: Box::new(RadialDensity { profile: Arc::clone(&profile), center, borders }),
         carried,
         domain: Domain::ball(center, outer, Wall::Open)?,
         mass: Some(mass),
         radial: Some(RadialSource { profile, center }),
         notes: input.notes,
     })
+}
+
+/// Radii at which one material ends and another begins: nodes that are there twice.
+fn material_borders(others: &[Variable], nodes: &[f64]) -> Vec<f64> {
+    let of_kinds = others.iter().filter(|v| v.location == Location::Node && kinds(v).is_some());
+    let changes = |v: &Variable, i: usize| nodes[i] == nodes[i + 1] && v.values.get(i) != v.values.get(i + 1);
+    of_kinds.flat_map(|v| (0..nodes.len() - 1).filter(move |&i| changes(v, i)).map(|i| nodes[i])).collect()
 }
 
 /// Names under which a velocity along the radius is known.

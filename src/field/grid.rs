@@ -286,6 +286,10 @@ impl<const D: usize> Sampler<D> for Grid<D> {
         });
         Some(self.tensor_integral(values, &weights))
     }
+
+    fn integral_of_box(&self, values: &Values, of: [&[f64; D]; 2], is_own: &dyn Fn(usize) -> bool) -> Option<f64> {
+        self.integral_of_values(values, of, is_own)
+    }
 }
 
 #[cfg(test)]

@@ -7,6 +7,7 @@
 use super::intervals::Intervals;
 use super::{Interpolation, Period};
 use crate::error::{Error, Result};
+use std::sync::OnceLock;
 
 /// Coordinates this fraction of the span beyond the ends count as the ends: they come from rounding.
 const SLACK: f64 = 1e-12;
@@ -38,6 +39,8 @@ pub(crate) struct AxisTable {
     /// Points before the pattern repeats: all, or all but a repeated last one.
     cycle: usize,
     period: Option<f64>,
+    /// Ends of what is one polynomial of the first degree, for values of cells and for lines between values.
+    kinks: [OnceLock<Vec<f64>>; 2],
 }
 
 impl AxisTable {
@@ -61,12 +64,20 @@ impl AxisTable {
             }
         };
         let hi = period.map_or(last, |p| first + p);
-        Ok(Self { lo: first, hi, points: Intervals::new(points), edges: None, cycle, period })
+        Ok(Self {
+            lo: first,
+            hi,
+            points: Intervals::new(points),
+            edges: None,
+            cycle,
+            period,
+            kinks: Default::default(),
+        })
     }
 
     /// The same repetition, counted from `lo`.
     pub(crate) fn starting_at(self, lo: f64) -> Self {
-        Self { lo, hi: self.period.map_or(self.hi, |period| lo + period), ..self }
+        Self { lo, hi: self.period.map_or(self.hi, |period| lo + period), kinks: Default::default(), ..self }
     }
 
     /// Averages over cells between `edges`, placed at `centers`.
@@ -89,6 +100,7 @@ impl AxisTable {
             lo,
             hi,
             period,
+            kinks: Default::default(),
         })
     }
 
@@ -301,6 +313,18 @@ impl AxisTable {
         all.sort_by(f64::total_cmp);
         all.dedup();
         all
+    }
+
+    /// Ends of the intervals in each of which the interpolant is a constant, or a line, from end to end of the axis; none where that is not known.
+    pub(crate) fn kinks(&self, interpolation: Interpolation) -> Option<&[f64]> {
+        let begins = self.edges.as_ref().map_or(self.points[0], |edges| edges[0]);
+        match (interpolation, &self.edges) {
+            // Counted from another place than the first value.
+            _ if begins != self.lo => None,
+            (Interpolation::Constant, Some(edges)) => Some(self.kinks[0].get_or_init(|| edges.to_vec())),
+            (Interpolation::Linear, _) => Some(self.kinks[1].get_or_init(|| self.intervals())),
+            _ => None,
+        }
     }
 
     #[cfg(test)]

@@ -40,7 +40,7 @@ impl<const D: usize> Source<D> {
             Box::new(WithInterior { within, beyond: field, center, radius })
         };
         Self {
-            density: Box::new(RadialDensity { profile: Arc::clone(&profile), center }),
+            density: Box::new(RadialDensity { profile: Arc::clone(&profile), center, borders: Vec::new() }),
             carried: self.carried.into_iter().map(replaced).collect(),
             mass: self.mass.map(|m| MassEstimate { value: m.value - lost, ..m }),
             radial: Some(RadialSource { profile, center }),

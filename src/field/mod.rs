@@ -41,6 +41,7 @@ mod free_space;
 mod geographic;
 mod grid;
 mod grid_axis;
+mod grid_boxes;
 mod hull;
 mod interior;
 mod intervals;

@@ -9,7 +9,12 @@ use std::sync::Arc;
 pub(crate) struct RadialDensity<const D: usize> {
     pub(crate) profile: Arc<RadialProfile>,
     pub(crate) center: [f64; D],
+    /// Radii at which a material ends.
+    pub(crate) borders: Vec<f64>,
 }
+
+/// Radii of a profile are those of its nodes but for rounding.
+const ROUNDING: f64 = 1e-12;
 
 impl<const D: usize> ScalarField<D> for RadialDensity<D> {
     fn value(&self, x: &[f64; D]) -> f64 {
@@ -20,6 +25,13 @@ impl<const D: usize> ScalarField<D> for RadialDensity<D> {
     fn piece(&self, x: &[f64; D]) -> u64 {
         let r = distance(x, &self.center);
         if self.profile.density(r) > 0.0 { self.profile.layer(r) as u64 + 1 } else { 0 }
+    }
+
+    fn keeps_apart(&self, a: u64, b: u64) -> bool {
+        let ends = self.profile.discontinuities();
+        let is_border = |end: &f64| self.borders.iter().any(|border| (border - end).abs() <= ROUNDING * end);
+        let between = |layer: u64| ends.get(layer as usize - 1).is_some_and(is_border);
+        a > 0 && b > 0 && (a.min(b)..a.max(b)).any(between)
     }
 
     fn trace(&self, x: &[f64; D]) -> Trace {
@@ -169,7 +181,7 @@ mod tests {
     fn layers_are_pieces() {
         let field = |nodes: &[f64], values: &[f64]| {
             let profile = Arc::new(RadialProfile::from_nodes(3, nodes, values).scaled(10.0, 2.0));
-            RadialDensity::<3> { profile, center: [1.0, 0.0, 0.0] }
+            RadialDensity::<3> { profile, center: [1.0, 0.0, 0.0], borders: Vec::new() }
         };
         let nodes = [0.0, 1.0, 1.0, 1.5, 1.5, 2.0, 2.0, 3.0, 3.0, 4.0];
         let layered = field(&nodes, &[9.0, 8.0, 3.0, 2.5, 2.5, 2.0, 0.0, 0.0, 1.0, 1.0]);

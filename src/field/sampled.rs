@@ -25,6 +25,12 @@ pub(crate) trait Sampler<const D: usize>: Send + Sync {
         let _ = (values, domain);
         None
     }
+
+    /// The same over a box of few values, of those whose places `is_own` is true of.
+    fn integral_of_box(&self, values: &Values, of: [&[f64; D]; 2], is_own: &dyn Fn(usize) -> bool) -> Option<f64> {
+        let _ = (values, of, is_own);
+        None
+    }
 }
 
 /// A scalar that is never negative.
@@ -41,6 +47,10 @@ impl<const D: usize, S: Sampler<D>> ScalarField<D> for SampledDensity<S> {
 
     fn integral(&self, domain: &Domain<D>) -> Option<MassEstimate> {
         self.sampler.integral(&self.values, domain)
+    }
+
+    fn integral_of_box(&self, lo: &[f64; D], hi: &[f64; D], _: &dyn Fn(u64) -> bool) -> Option<f64> {
+        self.sampler.integral_of_box(&self.values, [lo, hi], &|_| true)
     }
 }
 

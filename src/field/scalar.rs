@@ -46,6 +46,12 @@ pub trait ScalarField<const D: usize>: Send + Sync {
         false
     }
 
+    /// Whether two pieces next to each other stay apart however little the density changes between them.
+    fn keeps_apart(&self, a: u64, b: u64) -> bool {
+        let _ = (a, b);
+        false
+    }
+
     /// What an integral needs to know of `x`: the piece by default, and kinks and levels where the field has them.
     fn trace(&self, x: &[f64; D]) -> Trace {
         Trace::of_piece(self.piece(x))
@@ -66,6 +72,12 @@ pub trait ScalarField<const D: usize>: Send + Sync {
     /// The integral over `domain`, where the interpolant has a better one than sampling gives.
     fn integral(&self, domain: &Domain<D>) -> Option<MassEstimate> {
         let _ = domain;
+        None
+    }
+
+    /// The integral over a box of what lies in the pieces that `has` is true of, to rounding, where that takes no more than a few evaluations.
+    fn integral_of_box(&self, lo: &[f64; D], hi: &[f64; D], has: &dyn Fn(u64) -> bool) -> Option<f64> {
+        let _ = (lo, hi, has);
         None
     }
 

@@ -51,6 +51,14 @@ impl Coordinates {
         }
     }
 
+    /// Of the outer coordinates over that of the inner ones.
+    fn volume<const D: usize>(self) -> f64 {
+        match self {
+            Self::Times(length) => length.powi(D as i32),
+            Self::Over(length) => length.powi(-(D as i32)),
+        }
+    }
+
     fn to_outer<const D: usize>(self, x: &[f64; D]) -> [f64; D] {
         match self {
             Self::Times(length) => sph::array(|k| x[k] * length),
@@ -96,6 +104,10 @@ impl<const D: usize> ScalarField<D> for ScaledField<D> {
         self.inner.is_piecewise()
     }
 
+    fn keeps_apart(&self, a: u64, b: u64) -> bool {
+        self.inner.keeps_apart(a, b)
+    }
+
     fn trace(&self, x: &[f64; D]) -> Trace {
         self.inner.trace(&self.coordinates.to_inner(x))
     }
@@ -123,6 +135,11 @@ impl<const D: usize> ScalarField<D> for ScaledField<D> {
         let m = self.inner.integral(&domain.scaled(1.0 / length))?;
         let factor = self.value * length.powi(D as i32);
         Some(MassEstimate { value: m.value * factor, error: m.error * factor })
+    }
+
+    fn integral_of_box(&self, lo: &[f64; D], hi: &[f64; D], has: &dyn Fn(u64) -> bool) -> Option<f64> {
+        let (lo, hi) = (self.coordinates.to_inner(lo), self.coordinates.to_inner(hi));
+        Some(self.value * self.coordinates.volume::<D>() * self.inner.integral_of_box(&lo, &hi, has)?)
     }
 
     fn piece_integrals(&self, domain: &Domain<D>) -> Option<Vec<(u64, MassEstimate)>> {

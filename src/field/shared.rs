@@ -32,6 +32,10 @@ impl<const D: usize> ScalarField<D> for SharedDensity<D> {
         self.0.is_piecewise()
     }
 
+    fn keeps_apart(&self, a: u64, b: u64) -> bool {
+        self.0.keeps_apart(a, b)
+    }
+
     fn trace(&self, x: &[f64; D]) -> Trace {
         self.0.trace(x)
     }
@@ -46,6 +50,10 @@ impl<const D: usize> ScalarField<D> for SharedDensity<D> {
 
     fn integral(&self, domain: &Domain<D>) -> Option<MassEstimate> {
         self.0.integral(domain)
+    }
+
+    fn integral_of_box(&self, lo: &[f64; D], hi: &[f64; D], has: &dyn Fn(u64) -> bool) -> Option<f64> {
+        self.0.integral_of_box(lo, hi, has)
     }
 
     fn piece_integrals(&self, domain: &Domain<D>) -> Option<Vec<(u64, MassEstimate)>> {

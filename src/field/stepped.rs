@@ -73,6 +73,11 @@ impl<const D: usize> ScalarField<D> for Stepped<D> {
         self.density.integral(domain)
     }
 
+    fn integral_of_box(&self, lo: &[f64; D], hi: &[f64; D], has: &dyn Fn(u64) -> bool) -> Option<f64> {
+        let is_own = |cell: usize| has(self.pieces.get(cell) as u64);
+        self.density.sampler.integral_of_box(&self.density.values, [lo, hi], &is_own)
+    }
+
     fn piece_integrals(&self, domain: &Domain<D>) -> Option<Vec<(u64, MassEstimate)>> {
         let of = |piece: usize| {
             let is_own = |i: &usize| self.pieces.get(*i) as usize == piece;
@@ -154,6 +159,11 @@ mod tests {
             assert!(*piece == wanted && (mass.value / of - 1.0).abs() < 1e-14, "{masses:?}");
         }
         assert_eq!(masses.len(), 4);
+        let in_box = |piece: u64| field.integral_of_box(&[0.0, 0.0], &[4.0, 3.0], &|p| p == piece).unwrap();
+        assert!(masses.iter().all(|(piece, mass)| (in_box(*piece) / mass.value - 1.0).abs() < 1e-14));
+        // Half of the first bright cell with a quarter of the dark one beside it.
+        let part = |has: &dyn Fn(u64) -> bool| field.integral_of_box(&[0.0, 0.5], &[1.5, 1.0], has).unwrap();
+        assert!((part(&|_| true) - 50.25).abs() < 1e-12 && (part(&|p| p == 1) - 50.0).abs() < 1e-12);
     }
 
     #[test]

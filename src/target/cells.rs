@@ -177,6 +177,9 @@ impl<const D: usize> Cell<D> {
 
     /// With its mass from the target.
     pub(super) fn weighed(mut self, target: &dyn Matter<D>, rule: Rule) -> Self {
+        if let Some(mass) = target.mass_within(&self.lo, &self.hi) {
+            return Self { mass, across: None, within: None, ..self };
+        }
         (self.across, self.within) = (self.across.filter(|_| rule != Rule::Midpoint), None);
         if rule != Rule::Midpoint && target.may_jump() {
             self.within = target.within(&self.lo, &self.hi);

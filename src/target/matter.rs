@@ -37,6 +37,8 @@ pub(crate) trait Matter<const D: usize>: Sync {
     fn part(&self, x: &[f64; D]) -> u64;
     /// Its smooth parts along a line through `x` between two places, a hair inside of these; none where they are too many.
     fn parts_along(&self, x: &[f64; D], axis: usize, between: [f64; 2]) -> Option<Vec<Stretch>>;
+    /// The integral of n* over a box, where the field knows it to rounding.
+    fn mass_within(&self, lo: &[f64; D], hi: &[f64; D]) -> Option<f64>;
     /// Where layers across an axis that are too thin to be met by chance begin and end.
     fn planes(&self, axis: usize) -> Vec<f64>;
 }

@@ -372,6 +372,21 @@ impl<const D: usize> Matter<D> for Target<'_, D> {
         stretches(&|t| field.trace(&place(t)), [lo + inset, hi - inset], PLACED * (hi - lo))
     }
 
+    fn mass_within(&self, lo: &[f64; D], hi: &[f64; D]) -> Option<f64> {
+        let (middle, reach) = (sph::array(|k| 0.5 * (lo[k] + hi[k])), 0.5 * distance(lo, hi));
+        if !self.domain.contains(&middle) || self.domain.region.is_surface_within(&middle, reach) {
+            return None;
+        }
+        let owned = match self.part.filter(|part| part.is_cut()) {
+            None => self.resolution_field().integral_of_box(lo, hi, &|_| true),
+            Some(part) if part.regions.are_pieces() => {
+                self.resolution_field().integral_of_box(lo, hi, &|piece| part.has_piece(piece))
+            }
+            Some(_) => None,
+        };
+        Some(owned? * (self.count as f64 / self.resolution_integral))
+    }
+
     /// Of regions; a part of them is bounded by itself.
     fn planes(&self, axis: usize) -> Vec<f64> {
         let Some(regions) = self.regions() else { return Vec::new() };

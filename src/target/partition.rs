@@ -113,7 +113,10 @@ fn weigh_closely<const D: usize>(target: &dyn Matter<D>, cells: &mut [Cell<D>]) 
     let mut crossed: Vec<usize> = (0..cells.len()).filter(|&i| is_crossed[i]).collect();
     crossed.sort_by(|&i, &j| cells[j].volume().total_cmp(&cells[i].volume()));
     crossed.truncate(MOST_EVALUATIONS >> (D as u32 * (HALVINGS + 1) + 1));
-    let masses = parallel::map(crossed.len(), |i| cells[crossed[i]].mass_of_parts(target, HALVINGS));
+    let masses = parallel::map(crossed.len(), |i| {
+        let cell = &cells[crossed[i]];
+        target.mass_within(&cell.lo, &cell.hi).unwrap_or_else(|| cell.mass_of_parts(target, HALVINGS))
+    });
     crossed.into_iter().zip(masses).for_each(|(i, mass)| cells[i].mass = mass);
 }
 
@@ -265,3 +268,53 @@ const SEEN: f64 = 1.0 / 16.0;
 
 /// What the bounds of a density may say over what was seen of it: those of smooth functions are wide, too.
 const UNSEEN: f64 = 4.0;
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::field::ScalarField;
+    use crate::target::Target;
+    use sph::domain::{Axis, Domain, Region};
+
+    /// A product of steps, each in so many equal cells along its axis, high in every other one.
+    struct Steps;
+    const CELLS: f64 = 7.0;
+    const HIGH: f64 = 1e4;
+
+    impl Steps {
+        fn between(&self, a: f64, b: f64) -> f64 {
+            let overlap = |i: f64| (b.min((i + 1.0) / CELLS) - a.max(i / CELLS)).max(0.0);
+            (0..CELLS as usize).map(|i| overlap(i as f64) * if i % 2 == 1 { HIGH } else { 1.0 }).sum()
+        }
+    }
+
+    impl<const D: usize> ScalarField<D> for Steps {
+        fn value(&self, x: &[f64; D]) -> f64 {
+            x.iter().map(|v| if (v * CELLS) as usize % 2 == 1 { HIGH } else { 1.0 }).product()
+        }
+
+        fn integral_of_box(&self, lo: &[f64; D], hi: &[f64; D], _: &dyn Fn(u64) -> bool) -> Option<f64> {
+            Some((0..D).map(|k| self.between(lo[k], hi[k])).product())
+        }
+    }
+
+    fn check<const D: usize>() {
+        let domain = Domain::new([0.0; D], [1.0; D], [Axis::OPEN; D], Region::Box).unwrap();
+        let mass = Steps.between(0.0, 1.0).powi(D as i32);
+        let target = Target::of_equal_masses(&domain, &Steps, 1000, mass);
+        for rule in [Rule::Midpoint, Rule::Gauss] {
+            let cells = partition(&target, rule).unwrap();
+            let exact = |c: &Cell<D>| 1000.0 / mass * (0..D).map(|k| Steps.between(c.lo[k], c.hi[k])).product::<f64>();
+            assert!(cells.iter().all(|c| (c.mass - exact(c)).abs() < 1e-9 * exact(c).max(1e-6)), "{D}-D {rule:?}");
+            let sum: f64 = cells.iter().map(|c| c.mass).sum();
+            assert!((sum / 1000.0 - 1.0).abs() < 1e-9, "{D}-D {rule:?}: {sum}");
+        }
+    }
+
+    #[test]
+    fn cells_have_the_masses_that_the_field_knows() {
+        check::<1>();
+        check::<2>();
+        check::<3>();
+    }
+}

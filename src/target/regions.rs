@@ -80,6 +80,11 @@ impl<const D: usize> Part<'_, D> {
         self.of == Selected::All || self.has(self.regions.of(x))
     }
 
+    /// Whether what lies in a piece is in the part, where [`Regions::are_pieces`].
+    pub(super) fn has_piece(&self, piece: u64) -> bool {
+        matches!(self.regions.class_of(piece), Class::One(region) if self.has(Some(*region)))
+    }
+
     fn has(&self, region: Option<usize>) -> bool {
         match self.of {
             Selected::All => true,
@@ -205,7 +210,7 @@ impl<'a, const D: usize> Regions<'a, D> {
             if kept.is_empty() && whole > 0.0 {
                 let own = (0..map.real).filter(|&i| class_of(i) == class).map(|i| map.cells[i].volume());
                 left_out.share += whole;
-                left_out.volume += own.sum::<f64>() / map.domain.volume();
+                left_out.volume += (own.sum::<f64>() / map.domain.volume()).min(1.0);
             }
             let known: f64 = parts.iter().filter(|p| kept.contains(&p.0)).map(|p| p.1).sum();
             let first = regions.len();
@@ -330,14 +335,23 @@ impl<'a, const D: usize> Regions<'a, D> {
         self.of_piece(&x, self.field.piece(&x))
     }
 
+    /// Whether each piece lies in one region as a whole.
+    pub(super) fn are_pieces(&self) -> bool {
+        !self.classes.iter().any(|class| matches!(class, Class::Several(..)))
+    }
+
     /// The same at a point of the domain that lies in `piece`.
     fn of_piece(&self, x: &[f64; D], piece: u64) -> Option<usize> {
-        let place = self.pieces.binary_search_by_key(&piece, |p| p.0).ok()?;
-        match &self.classes[self.pieces[place].1] {
+        match self.class_of(piece) {
             Class::Empty => None,
             Class::One(region) => Some(*region),
             Class::Several(first, parts) => Some(first + parts.of(x)),
         }
+    }
+
+    fn class_of(&self, piece: u64) -> &Class<D> {
+        let place = self.pieces.binary_search_by_key(&piece, |p| p.0);
+        place.map_or(&Class::Empty, |place| &self.classes[self.pieces[place].1])
     }
 
     /// Whole particles for each region, `count` in all: shares rounded so that the largest remainders go up.
@@ -433,20 +447,21 @@ impl<const D: usize> Map<'_, D> {
             let next = numbers.len();
             numbers.entry(*piece).or_insert(next);
         }
-        let mut jumps: BTreeMap<(usize, usize), (usize, f64)> = BTreeMap::new();
+        let mut jumps: BTreeMap<(u64, u64), (usize, f64)> = BTreeMap::new();
         for i in 0..self.cells.len() {
             for j in self.neighbors(i).filter(|&j| self.pieces[j] != self.pieces[i]) {
-                let (a, b) = (numbers[&self.pieces[i]], numbers[&self.pieces[j]]);
-                let outside = if self.pieces[i] == OUTSIDE || self.pieces[j] == OUTSIDE { f64::INFINITY } else { 0.0 };
+                let (a, b) = (self.pieces[i], self.pieces[j]);
+                let outside = if a == OUTSIDE || b == OUTSIDE { f64::INFINITY } else { 0.0 };
                 let (pairs, jump) = jumps.entry((a.min(b), a.max(b))).or_insert((0, outside));
-                if *pairs < PAIRS && self.pieces[i] != OUTSIDE && self.pieces[j] != OUTSIDE {
+                if *pairs < PAIRS && outside == 0.0 {
                     *pairs += 1;
                     *jump = jump.max(self.jump(i, j));
                 }
             }
         }
         let mut groups = Groups::new(numbers.len());
-        jumps.iter().filter(|(_, (_, jump))| *jump < JUMP).for_each(|((a, b), _)| groups.join(*a, *b));
+        let joined = jumps.iter().filter(|((a, b), (_, jump))| *jump < JUMP && !self.field.keeps_apart(*a, *b));
+        joined.for_each(|((a, b), _)| groups.join(numbers[a], numbers[b]));
         let mut order = BTreeMap::new();
         let mut class = |group: usize| {
             let next = order.len();

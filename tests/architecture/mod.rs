@@ -20,7 +20,7 @@ const CRATES: [(&str, &[&str]); 3] =
     [("sph/src", &["sph_formats", "sph_prep"]), ("formats/src", &["sph_core", "sph_prep"]), ("src", &[])];
 
 /// Parts of `field` that turn what was read into fields; the rest of it knows no files either.
-const FROM_FILES: [&str; 25] = [
+const FROM_FILES: [&str; 26] = [
     "build.rs",
     "build_grid.rs",
     "build_input.rs",
@@ -40,6 +40,7 @@ const FROM_FILES: [&str; 25] = [
     "fitted_tests.rs",
     "geographic.rs",
     "grid.rs",
+    "grid_boxes.rs",
     "mesh.rs",
     "refined.rs",
     "refined_tests.rs",
