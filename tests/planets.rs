@@ -51,6 +51,20 @@ fn a_planet_carries_its_materials_and_the_pressure_of_their_equations() {
     assert!(column(&file, "Temperature").iter().all(|t| *t > 990.0));
 }
 
+/// Granite and basalt hardly differ in density: a shell of particles could reach from one into the other.
+#[test]
+fn layers_of_nearly_one_density_have_their_masses() {
+    for (n, seeding) in [(300, "shells"), (3000, "shells"), (1000, "mass-bisection")] {
+        let (file, _) = run(&format!(
+            "input: {{profile: {{planet: {{mass: 0.1 Mearth, surface_temperature: 300 K, layers: [
+                {{material: tillotson-granite, mass_fraction: 0.6}}, {{material: tillotson-basalt}}]}}}}}}
+particles: {n}\nseeding: {seeding}\npolish: none\nwvt: {{iterations: 3}}\n"
+        ));
+        let granite = column(&file, "MaterialIDs").iter().filter(|id| **id == 101.0).count();
+        assert!(granite.abs_diff(6 * n / 10) <= 1, "{seeding}: {granite} of {n}");
+    }
+}
+
 #[test]
 #[ignore = "slow: .ci/full runs it"]
 fn a_planet_is_balanced_by_its_equations_of_state_and_stays_still() {

@@ -3,7 +3,7 @@
 use sph_formats::common::particle_names as names;
 use sph_formats::{ParticleFile, UnitDimension};
 use sph_prep::relaxation::Control;
-use sph_prep::{FORMATS, Report, Scene, place};
+use sph_prep::{FORMATS, Report, Scene, place, place_bodies};
 
 /// One solar mass and radius, in cgs.
 const STAR: &str = concat!("file: ", env!("CARGO_MANIFEST_DIR"), "/profiles/star.nc");
@@ -214,5 +214,34 @@ fn a_printed_scene_keeps_its_units() {
     assert_eq!(Scene::parse(&printed).unwrap(), scene, "{printed}");
     for part in ["1 Rsun", "30 km/s", "1e14 erg/g", "6371 km", "100000", "units: solar"] {
         assert!(printed.contains(part), "{printed}");
+    }
+}
+
+/// What a plain number is in beside a body of numbers with units, nobody has said.
+#[test]
+fn plain_numbers_beside_a_body_with_units_are_refused() {
+    let star = "profile: {polytrope: {n: 1.5, mass: 1 Msun, radius: 1 Rsun}}";
+    let scene = |more: &str| format!("input: {{{star}}}\nparticles: 300\n{more}");
+    for (key, more) in [
+        ("motion.bulk", "motion: {bulk: [1, 0, 0]}"),
+        ("turbulence.rms_velocity", "turbulence: {rms_velocity: 2}"),
+        ("domain", "domain: {ball: {center: [0, 0, 0], radius: 2}}"),
+    ] {
+        let problem = refusal(&scene(more));
+        assert!(problem.contains("beside numbers with units; write its unit, or state `units`"), "{key}: {problem}");
+        assert!(problem.contains(key), "{problem}");
+    }
+    // Nothing is nothing in any unit, and a scene that states its units has said it.
+    run(&scene("motion: {bulk: [0, 0, 0]}"));
+    run(&scene("units: solar\nmotion: {bulk: [1, 0, 0]}"));
+    let bodies = |more: &str| format!("bodies:\n- {{input: {{{star}}}}}\n- {more}\nparticles: 300\n");
+    for more in [
+        "{point_mass: 1}\norbit: {semi_major_axis: 5 Rsun}",
+        "{point_mass: 1 Msun, position: [5, 0, 0]}",
+        "{point_mass: 1 Msun}\norbit: {semi_major_axis: 5}",
+    ] {
+        let scene = Scene::parse(&format!("{}polish: none\nwvt: {{iterations: 2}}\n", bodies(more))).unwrap();
+        let problem = place_bodies(&scene, FORMATS, &Control::default()).expect_err(more).to_string();
+        assert!(problem.contains("beside numbers with units"), "{more}: {problem}");
     }
 }

@@ -84,7 +84,7 @@ impl Constants {
         if quantity.dimension().is_none() {
             return Ok(text.to_owned());
         }
-        let conversion = Conversion { from: self.system, to: self.system.unwrap_or(UnitSystem::CODE) };
+        let conversion = Conversion::new(self.system, self.system.unwrap_or(UnitSystem::CODE));
         Ok(format!("{:e}", quantity.value(key, dimension, &conversion)?))
     }
 

@@ -468,7 +468,7 @@ impl<const D: usize> Maker<D> {
 
     fn stirred(&self, scene: &Scene, input: &TurbulenceInput, domain: &Domain<D>) -> Result<Stirred<D>> {
         let turbulence = Turbulence::new(input, input.seed.unwrap_or(scene.seed), domain)?;
-        let own = Conversion { from: self.constants.system, to: self.constants.system.unwrap_or(UnitSystem::CODE) };
+        let own = Conversion::new(self.constants.system, self.constants.system.unwrap_or(UnitSystem::CODE));
         let speed = match (&input.rms_velocity, input.mach) {
             (Some(speed), _) => speed.value("turbulence.rms_velocity", UnitDimension::VELOCITY, &own)?,
             (None, mach) => mach.unwrap_or(0.0) * self.sound_speed(scene, domain, &own)?,

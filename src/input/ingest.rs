@@ -134,7 +134,7 @@ fn planet(scene: &Scene) -> Result<FieldRequest> {
     let planet_radius = match (radius, system) {
         (Quantity::Plain(number), None) => return Ok(request_of(*number, None)),
         _ => {
-            let conversion = Conversion { from: system.or(Some(UnitSystem::cgs())), to: UnitSystem::cgs() };
+            let conversion = Conversion::new(system.or(Some(UnitSystem::cgs())), UnitSystem::cgs());
             radius.value("input.planet_radius", UnitDimension::LENGTH, &conversion)?
         }
     };

@@ -47,6 +47,8 @@ pub struct RunUnits {
     pub input: Option<InputUnits>,
     /// Of plain numbers in the scene.
     scene: Option<UnitSystem>,
+    /// Whether these are no more than what a model of numbers with units is computed in.
+    is_unsaid: bool,
 }
 
 impl RunUnits {
@@ -61,7 +63,8 @@ impl RunUnits {
             (None, Some(name)) => Some(system_of("output.units", name)?),
             (None, None) => input.map(|units| units.system()),
         };
-        Ok(Self { input, scene: own })
+        let is_own = scene.stated_units()?.is_none() && input.is_some();
+        Ok(Self { input, scene: own, is_unsaid: is_own && scene.input.has_profile_with_units() })
     }
 
     /// Whether length and density of the input are in the units of the scene's numbers.
@@ -76,20 +79,24 @@ impl RunUnits {
     /// To the input's numbers, in which domains are.
     pub fn into_input(&self) -> Conversion {
         let to = self.input.map(|units| units.system()).or(self.scene);
-        Conversion { from: self.scene, to: to.unwrap_or(UnitSystem::CODE) }
+        self.conversion(to.unwrap_or(UnitSystem::CODE))
     }
 
     /// To the numbers of the output.
     pub fn into_output(&self, out: &UnitSystem) -> Conversion {
-        Conversion { from: self.scene, to: *out }
+        self.conversion(*out)
     }
 
     /// To cgs, or to the input's numbers where it has no units.
     pub fn into_cgs(&self) -> Conversion {
         match self.input {
-            Some(_) => Conversion { from: self.scene, to: UnitSystem::cgs() },
+            Some(_) => self.conversion(UnitSystem::cgs()),
             None => self.into_input(),
         }
+    }
+
+    fn conversion(&self, to: UnitSystem) -> Conversion {
+        Conversion { is_unsaid: self.is_unsaid, ..Conversion::new(self.scene, to) }
     }
 }
 

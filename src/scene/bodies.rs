@@ -220,6 +220,13 @@ impl OrbitInput {
                 let problem = "has a semi_major_axis, which settles velocities and distance; leave these out";
                 return Err(Error::scene("orbit", problem));
             }
+            (None, Some(_)) if self.eccentricity != 0.0 => {
+                let problem = format!(
+                    "is {} beside an impact_parameter, with which the velocity settles the orbit; leave one out",
+                    self.eccentricity
+                );
+                return Err(Error::scene("orbit.eccentricity", problem));
+            }
             (None, Some(b)) => {
                 if !(0.0..=1.0).contains(&b) {
                     return Err(Error::scene(

@@ -87,17 +87,31 @@ impl JsonSchema for Quantity {
     }
 }
 
+/// What is wrong with a plain number beside others that have units.
+pub(crate) fn beside_units(key: impl Into<String>, quantity: &Quantity) -> Error {
+    let problem =
+        format!("is {quantity} beside numbers with units; write its unit, or state `units`, as in `units: solar`");
+    Error::scene(key, problem)
+}
+
 /// From what a scene's plain numbers are in to the units that somebody needs them in.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Conversion {
     /// What plain numbers are in; `None` where nobody has said it, so that they stay as they are.
     pub from: Option<UnitSystem>,
     pub to: UnitSystem,
+    /// Whether nobody has said what plain numbers are in, although others have units: they are refused.
+    pub is_unsaid: bool,
 }
 
 impl Conversion {
     /// Plain numbers as they are; numbers with units are refused.
-    pub const NONE: Self = Self { from: None, to: UnitSystem::CODE };
+    pub const NONE: Self = Self::new(None, UnitSystem::CODE);
+
+    /// Of plain numbers that have these units.
+    pub const fn new(from: Option<UnitSystem>, to: UnitSystem) -> Self {
+        Self { from, to, is_unsaid: false }
+    }
 
     /// By what a plain number of `dimension` is multiplied.
     pub fn factor(&self, dimension: UnitDimension) -> f64 {
@@ -127,6 +141,10 @@ impl Quantity {
     /// [`Error::Scene`] as for [`Quantity::check`], and for a unit in a scene whose plain numbers have none.
     pub fn value(&self, key: &str, dimension: UnitDimension, conversion: &Conversion) -> Result<f64> {
         let Some((number, unit)) = self.parsed(key, dimension)? else {
+            // None of something is none in any unit.
+            if conversion.is_unsaid && self.number() != 0.0 && dimension != UnitDimension::NONE {
+                return Err(beside_units(key, self));
+            }
             return Ok(self.number() * conversion.factor(dimension));
         };
         if conversion.from.is_none() {
@@ -289,12 +307,12 @@ mod tests {
     }
 
     fn solar() -> Conversion {
-        Conversion { from: Some(UnitSystem::solar()), to: UnitSystem::solar() }
+        Conversion::new(Some(UnitSystem::solar()), UnitSystem::solar())
     }
 
     #[test]
     fn numbers_with_and_without_units_are_read_in_every_spelling() {
-        let cgs = Conversion { from: Some(UnitSystem::solar()), to: UnitSystem::cgs() };
+        let cgs = Conversion::new(Some(UnitSystem::solar()), UnitSystem::cgs());
         let (l, v, t) = (UnitDimension::LENGTH, UnitDimension::VELOCITY, UnitDimension::TEMPERATURE);
         for (text, dimension, expected) in [
             ("1", l, 6.957e10),
@@ -328,8 +346,7 @@ mod tests {
     #[test]
     fn velocities_follow_the_units_of_length_and_time() {
         let to = UnitSystem::galactic();
-        let found =
-            parse("220 km/s").value("key", UnitDimension::VELOCITY, &Conversion { from: Some(to), to }).unwrap();
+        let found = parse("220 km/s").value("key", UnitDimension::VELOCITY, &Conversion::new(Some(to), to)).unwrap();
         assert!((found - 220.0).abs() < 1e-10, "{found}");
     }
 

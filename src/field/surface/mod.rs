@@ -147,8 +147,9 @@ impl<const D: usize> Surface<D> {
         }
         if self.is_closed {
             notes.push(format!(
-                "the surface passes through itself: by the divergence theorem it encloses {exact:.6e}, counting twice what it goes \
-                 around twice; its volume is {:.6e}",
+                "the surface passes through itself, or a closed part of it lies within another that is turned the same way, and counts as filled (turn \
+                 its triangles over, and it is a cavity): by the divergence theorem it encloses {exact:.6e}, counting twice what it goes around \
+                 twice; its volume is {:.6e}",
                 by_chords.value
             ));
         }

@@ -22,7 +22,7 @@ mod white_dwarf;
 use crate::eos::Material;
 use crate::error::{Error, Result};
 use crate::input::constants::GRAVITATIONAL_CONSTANT;
-use crate::scene::{Conversion, ProfileInput, Quantity, Scene};
+use crate::scene::{Conversion, ProfileInput, Quantity, Scene, beside_units};
 use sph_formats::{Geometry, Location, RawField, Unit, UnitDimension, UnitSystem, Values, Variable};
 use spheres::{Cut, key};
 use table::Table;
@@ -71,7 +71,7 @@ pub(crate) fn field(scene: &Scene, profile: &ProfileInput) -> Result<RawField> {
         variables,
         density: Some("density".into()),
         metadata: Vec::new(),
-        notes: Vec::new(),
+        notes: table.notes,
     })
 }
 
@@ -89,17 +89,15 @@ impl Numbers {
     /// Plain numbers beside others, in a scene without units.
     pub fn new(scene: &Scene, profile: &ProfileInput, is_of_nature: bool) -> Result<Self> {
         let quantities = profile.quantities(scene.input.dimension.unwrap_or(3));
-        let has_text = quantities.iter().any(|(_, q, _)| matches!(q, Quantity::Text(_)));
+        let has_text = scene.input.has_profile_with_units();
         // None of something is none in any unit.
         let is_plain = |q: &Quantity| matches!(q, Quantity::Plain(number) if *number != 0.0);
         let plain = quantities.iter().find(|(_, q, _)| is_plain(q));
         if let (true, Some((name, value, _)), None) = (has_text, plain, scene.stated_units()?) {
-            let problem =
-                format!("is {value} beside numbers with units; write its unit, or state `units`, as in `units: solar`");
-            return Err(Error::scene(key(profile.name(), name), problem));
+            return Err(beside_units(key(profile.name(), name), value));
         }
         let own = (has_text || is_of_nature).then(UnitSystem::cgs);
-        let conversion = Conversion { from: scene.stated_units()?.or(own), to: UnitSystem::cgs() };
+        let conversion = Conversion::new(scene.stated_units()?.or(own), UnitSystem::cgs());
         Ok(Self { has_units: conversion.from.is_some(), conversion })
     }
 }
@@ -110,7 +108,7 @@ impl Numbers {
 /// As for [`field`].
 pub(crate) fn materials(scene: &Scene) -> Result<Vec<Material>> {
     let Some(ProfileInput::Planet(planet)) = &scene.input.profile else { return Ok(Vec::new()) };
-    let conversion = Conversion { from: scene.stated_units()?.or(Some(UnitSystem::cgs())), to: UnitSystem::cgs() };
+    let conversion = Conversion::new(scene.stated_units()?.or(Some(UnitSystem::cgs())), UnitSystem::cgs());
     let materials: Vec<Material> =
         planet.layers.iter().map(|layer| layers::material(layer, &conversion)).collect::<Result<_>>()?;
     layers::refuse_unnumbered(&materials, scene.code().as_ref())?;

@@ -7,7 +7,7 @@
 
 use super::spheres::key;
 use super::table::Table;
-use crate::eos::{EosError, Material, Warmth};
+use crate::eos::{EosError, EquationOfState, Material, Warmth};
 use crate::error::{Error, Result};
 use crate::scene::ThermalState;
 use std::f64::consts::PI;
@@ -21,6 +21,8 @@ const REACH: f64 = 1e3;
 const MOST_PRESSURE: f64 = 1e5;
 /// What may be left at the center of the mass, in units of it: the ball within the innermost steps.
 const LARGEST_LEFT: f64 = 1e-6;
+/// Share of the density at which a material is at home, below which it is a vapor.
+const VAPOR: f64 = 0.5;
 /// Secant steps to the mass at which a layer ends.
 const REFINEMENTS: usize = 8;
 
@@ -114,7 +116,35 @@ impl Planet {
             }
             (None, None) => return Err(refuse("has neither a mass nor a radius; state one")),
         };
-        self.rows(&trial)
+        let table = self.rows(&trial)?;
+        match table.misses(trial.mass) {
+            None => Ok(table),
+            Some(times) => Err(refuse(format!(
+                "has a layer whose density changes too much within a thousandth of the radius, as that of a vapor does: between its rows lies {times:.3} \
+                 times the mass; state a lower surface_temperature, or a surface_pressure that keeps the material dense{}",
+                table.notes.iter().map(|note| format!(" ({note})")).collect::<String>()
+            ))),
+        }
+    }
+
+    /// What is a vapor at the top of its layer.
+    fn vapors(&self, states: &[(usize, State, f64)]) -> Vec<String> {
+        let top = |layer: usize| states.iter().find(|s| s.0 == layer);
+        let note = |layer: usize| {
+            let equation = &self.layers[layer].material.equation;
+            let (_, state, temperature) = top(layer)?;
+            let is_solid = matches!(equation, EquationOfState::Tillotson(_) | EquationOfState::Table(_));
+            (is_solid && state.density < VAPOR * equation.usual_density()).then(|| {
+                format!(
+                    "layers[{layer}] is a vapor at its top: {} has {:.3e} g/cm^3 at {temperature:.4} K and {:.3e} dyn/cm^2, where it is at home with {:.3e}",
+                    equation.name(),
+                    state.density,
+                    state.pressure,
+                    equation.usual_density()
+                )
+            })
+        };
+        (0..self.layers.len()).filter_map(note).collect()
     }
 
     /// Exactly one thing has to be open, and boundaries lie one within the other.
@@ -357,6 +387,7 @@ impl Planet {
         let center = State { r: 0.0, m: 0.0, pressure, energy: equation.energy_with(density, warmth), density };
         let at_center = equation.temperature(density, center.energy).unwrap_or(temperature);
         states.push((inmost, center, at_center));
+        let notes = self.vapors(&states);
         states.reverse();
         let column = |value: &dyn Fn(&(usize, State, f64)) -> f64| states.iter().map(value).collect::<Vec<f64>>();
         let ids: Option<Vec<f64>> = states.iter().map(|s| self.layers[s.0].material.id.map(f64::from)).collect();
@@ -368,6 +399,7 @@ impl Planet {
             internal_energy: Some(column(&|s| s.1.energy)),
             temperature: has_temperature.then(|| column(&|s| s.2)),
             material: ids,
+            notes,
         })
     }
 }

@@ -210,3 +210,25 @@ fn what_makes_no_planet_is_refused() {
     let error = small.table().err().unwrap().to_string();
     assert!(error.contains("planet.radius") && error.contains("expected"), "{error}");
 }
+
+/// Water of Tillotson at 300 K boils without a pressure about it: what the steps of the integration make of that is not the stated mass.
+#[test]
+fn vapors_are_told_and_refused_where_the_rows_miss_their_mass() {
+    let layers = vec![
+        layer(101, ThermalState::Adiabatic, Boundary::Fraction(0.95)),
+        layer(102, ThermalState::Adiabatic, Boundary::Unknown),
+    ];
+    let boiling = Planet {
+        layers,
+        mass: Some(5.97e27),
+        radius: None,
+        surface_pressure: 0.0,
+        surface_temperature: 300.0,
+        ..iron_and_granite(ThermalState::Adiabatic)
+    };
+    let error = boiling.table().err().unwrap().to_string();
+    assert!(error.contains("times the mass") && error.contains("layers[1] is a vapor at its top"), "{error}");
+    let frozen = Planet { surface_temperature: 90.0, ..boiling };
+    let table = frozen.table().unwrap();
+    assert!(table.notes.is_empty() && table.misses(5.97e27).is_none(), "{:?}", table.notes);
+}

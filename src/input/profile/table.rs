@@ -22,15 +22,29 @@ pub(super) struct Table {
     pub temperature: Option<Vec<f64>>,
     /// Numbers of materials.
     pub material: Option<Vec<f64>>,
+    /// What to know of it.
+    pub notes: Vec<String>,
 }
 
 impl Table {
     /// Takes off what interpolation between the rows adds to a body of this mass, or leaves out: densities change by one factor near 1.
     pub fn hold(&mut self, d: usize, mass: f64) {
-        let factor = mass / RadialProfile::from_nodes(d, &self.radii, &self.density).total_mass().value;
+        let factor = mass / self.mass(d);
         if (factor - 1.0).abs() < MOST_OFF {
             self.density.iter_mut().for_each(|rho| *rho *= factor);
         }
+    }
+}
+
+impl Table {
+    /// What interpolation between the rows has.
+    fn mass(&self, d: usize) -> f64 {
+        RadialProfile::from_nodes(d, &self.radii, &self.density).total_mass().value
+    }
+
+    /// How many times the mass of a body of three dimensions its rows have, where that is no matter of rounding.
+    pub fn misses(&self, mass: f64) -> Option<f64> {
+        Some(self.mass(3) / mass).filter(|times| !((times - 1.0).abs() < MOST_OFF))
     }
 }
 
