@@ -19,10 +19,18 @@ const SHARE: f64 = 0.1;
 /// Particles that are looked at.
 const SAMPLES: usize = 2000;
 
+/// On a snapshot that is placed for a code.
+const UNBALANCED: &str = "forces on a re-sampled body are not balanced: `sph-prep check FILE --for CODE` says how much net force the code will sum, \
+                          and `sph-prep run FILE --for CODE --settle 3` brings the gas to rest";
+
 /// Doubts that need no particles.
 pub(crate) fn before<const D: usize>(scene: &Scene, prepared: &Prepared<D>, count: usize) -> Vec<String> {
     let mut doubts: Vec<String> = prepared.of_snapshot.iter().flat_map(|snapshot| snapshot.doubts.clone()).collect();
     let domain = &prepared.source.domain;
+    let is_open = (0..D).all(|k| domain.axes[k] != Axis::Periodic);
+    if prepared.of_snapshot.is_some() && scene.target_code.is_some() && scene.balance.is_none() && is_open {
+        doubts.push(UNBALANCED.into());
+    }
     let share = prepared.input_mass.map(|input| prepared.mass.value / input);
     if let Some(share) = share.filter(|share| *share < LITTLE) {
         doubts.push(format!(

@@ -6,6 +6,7 @@ use crate::field::Scatter;
 use crate::metrics::{BIAS, LedgerFigures};
 use crate::relaxation::{BALANCE, Certificate, CertificateVerdict, StopReason, TRIMMING};
 use crate::scene::Polish;
+use sph::kernel::{KernelName, most_neighbors_without_pairs};
 
 /// Net force over gravity that leaves a body almost still.
 const LITTLE_FORCE: f64 = 0.01;
@@ -170,6 +171,13 @@ fn more(report: &Report) -> &'static str {
     }
 }
 
+/// Whether the kernel counts more neighbors than keep particles apart.
+fn makes_pairs(report: &Report) -> bool {
+    let kernel = KernelName::ALL.into_iter().find(|kernel| kernel.title() == report.kernel);
+    let most = kernel.and_then(|kernel| most_neighbors_without_pairs(kernel, report.dimension));
+    most.is_some_and(|most| report.neighbors.kernel_neighbors > most)
+}
+
 /// What the mean error and the factor on all densities may differ by, as a part of the mean error, where the factor is most of it.
 const MOSTLY_ONE_FACTOR: f64 = 0.25;
 
@@ -234,7 +242,10 @@ pub fn verdict(report: &Report) -> Vec<Finding> {
     let mut all = Vec::new();
     let mut say = |grade, topic: Topic, text: String| all.push(Finding::new(grade, topic, text));
     if !report.ledger.levels.is_empty() {
-        let (grade, text) = mass_in_place(report.ledger.in_place, more(report));
+        let (grade, mut text) = mass_in_place(report.ledger.in_place, more(report));
+        if grade != Grade::Good && report.balance.is_some() && makes_pairs(report) {
+            text.push_str("; a kernel with the pairing instability is balanced with mass out of place: fewer neighbors, as a note says, keep it");
+        }
         say(grade, Topic::MassInPlace, text);
     }
     if let Some(shift) = report.ledger.largest_shift().filter(|shift| *shift > LITTLE_SHIFT) {

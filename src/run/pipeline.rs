@@ -202,6 +202,7 @@ pub fn run_as(scene: &Scene, formats: &[FormatSpec], control: &Control<'_>, comm
     written.output.double_precision |= refines_a_snapshot(scene, &report) && is_double(&file);
     let mut physics = Physics::of(scene, report.mass.total_cgs.is_some());
     physics.in_field |= report.in_field;
+    physics.of_snapshot = report.snapshot.is_some();
     report.notes.extend(destination.write(&written, formats, (&file, &Drawing::of(&report)), physics)?);
     report.timing.push(Timing { step: Step::Write.name(), seconds: lap.elapsed().as_secs_f64(), epsilon: None });
     report.notes.extend(remove_checkpoint(scene, report.stop));

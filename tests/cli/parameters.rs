@@ -47,7 +47,7 @@ fn matter_of_pure_numbers_attracts_itself_where_the_scene_says_so() {
     let scene = profile("evrard");
     place(&folder, &scene, ("swift", "ic.hdf5"), &["-n", "500"]);
     let yml = text(&folder, "ic.yml");
-    assert!(yml.contains("swift --hydro --self-gravity") && number(&yml, "G:") == 1.0, "{yml}");
+    assert!(yml.contains("swift --hydro --limiter --self-gravity") && number(&yml, "G:") == 1.0, "{yml}");
     // Mass and radius are 1, less what 500 particles leave of the outermost layer: half a spacing, (4 pi/3/500)^(1/3)/2 = 0.1, or
     // more where it is thinner; and sqrt(0.8^3) = 0.72.
     assert!((7.0..=10.0).contains(&number(&yml, "time_end")), "{yml}");
@@ -74,6 +74,36 @@ fn a_star_in_cgs_attracts_itself_with_the_constant_that_the_code_knows() {
     assert!(lines(&text(&folder, "ic.Config.sh")).contains(&"SELFGRAVITY"));
     // sqrt(R^3/(G M)) of the Sun is 1593 s; less what 300 particles leave of the surface.
     assert!((0.6..1.0).contains(&(number(&param, "TimeMax") / 15930.0)), "{param}");
+}
+
+/// Smoothing lengths that grow must leave a periodic box its three cells along the shortest edge, or SWIFT stops under way.
+#[test]
+fn smoothing_lengths_in_swift_grow_no_farther_than_thin_boxes_allow() {
+    let folder = Folder::new();
+    place(&folder, &profile("blob"), ("swift", "blob.hdf5"), &["-n", "1000"]);
+    let yml = text(&folder, "blob.yml");
+    // The kernel of the default build reaches 1.825742 smoothing lengths (Dehnen and Aly 2012, table 1), cells 1.1 times as far.
+    let most = 0.5 / (3.0 * 1.1 * 1.825742);
+    assert!((0.95 * most..most).contains(&number(&yml, "h_max:")), "{yml}");
+    place(&folder, &profile("evrard"), ("swift", "ic.hdf5"), &["-n", "500"]);
+    let (yml, edge) = (text(&folder, "ic.yml"), 8.0);
+    assert!(number(&yml, "h_max:") > 0.05 * edge, "{yml}");
+}
+
+/// A snapshot of pure numbers does not say whether its gas attracts itself.
+#[test]
+fn a_snapshot_without_units_is_not_silently_run_without_gravity() {
+    let folder = Folder::new();
+    place(&folder, &profile("evrard"), ("swift", "ic.hdf5"), &["-n", "500"]);
+    let source = folder.path("out").join("ic.hdf5").display().to_string();
+    let again = folder.path("out").join("again.hdf5").display().to_string();
+    let options =
+        ["--in", &source, "-n", "300", "--boundary", "open", "--for", "swift", "--parameters", "--out", &again];
+    let report = succeed(&options).stdout;
+    let yml = text(&folder, "again.yml");
+    assert!(!yml.contains("Gravity:") && yml.contains("# beware: SWIFT is started without gravity"), "{yml}");
+    assert!(report.contains("SWIFT is started without gravity"), "{report}");
+    assert!(report.contains("forces on a re-sampled body are not balanced"), "{report}");
 }
 
 /// The pull of the star sets the time of a disc: its own mass is a hundredth.
@@ -311,6 +341,18 @@ fn what_a_code_does_not_know_is_said() {
     assert!(!report.contains("ideal gas, whose"), "{report}");
     let yml = text(&folder, "ic.yml");
     assert!(yml.contains("configured with --with-hydro=planetary --with-equation-of-state=planetary\n"), "{yml}");
+    assert!(yml.contains("swift --hydro --threads=N ic.yml,"), "{yml}");
+    for (kernel, options) in [
+        ("wendland-c2", "--with-kernel=wendland-C2\n"),
+        ("wendland-c4,eta=1.1239", "--with-kernel=wendland-C4 --disable-hand-vec\n"),
+    ] {
+        place(&folder, &profile("uniform-3d"), (&format!("swift:{kernel}"), "kernel.hdf5"), &["-n", "1000"]);
+        let yml = text(&folder, "kernel.yml");
+        assert!(
+            yml.contains(&format!("swift --hydro --limiter --threads=N kernel.yml, configured with {options}")),
+            "{yml}"
+        );
+    }
     // Tables that the code reads, under the numbers that it has for them.
     for (id, name, words) in [
         (100, "Til_iron", None),
@@ -404,9 +446,9 @@ fn swift_is_told_of_stars_and_not_given_what_it_leaves_out() {
         )
     };
     for (part_type, run, is_said) in [
-        (1, "--hydro --self-gravity", false),
-        (4, "--hydro --stars --self-gravity", false),
-        (3, "--hydro --self-gravity", true),
+        (1, "--hydro --limiter --self-gravity", false),
+        (4, "--hydro --limiter --stars --self-gravity", false),
+        (3, "--hydro --limiter --self-gravity", true),
     ] {
         let report = place(&folder, &scene(part_type), ("swift", "ic.hdf5"), &[]).stdout;
         let yml = text(&folder, "ic.yml");

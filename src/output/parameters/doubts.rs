@@ -56,6 +56,12 @@ pub(super) fn doubts(facts: &Facts<'_>) -> Vec<String> {
             "{title} is started without gravity, since the box is periodic, and nothing holds what its own gravity holds: open boundaries have gravity"
         ));
     }
+    if facts.may_lack_gravity {
+        doubts.push(format!(
+            "{title} is started without gravity: the numbers of the snapshot have no units, and nothing says whether its gas attracts itself; if it does, state \
+             `units`, or switch gravity on with your constant"
+        ));
+    }
     match (facts.code.sheet.name, facts.gravity.and_then(|g| g.stated)) {
         ("sph-exa", Some(constant)) => doubts.push(format!(
             "{title} takes the constant of gravity from the file, where it is that of cgs, but the scene's is {constant}: state its units"

@@ -35,6 +35,8 @@ pub(crate) struct Physics {
     pub in_field: bool,
     /// Particles of dust are among the others.
     has_grains: bool,
+    /// The gas comes from a snapshot, which does not say what acts on it.
+    pub of_snapshot: bool,
 }
 
 impl Physics {
@@ -47,6 +49,7 @@ impl Physics {
             has_disc: scene.has_disc(),
             in_field: scene.is_in_field(),
             has_grains: scene.has_grains(),
+            of_snapshot: false,
         }
     }
 }
@@ -72,6 +75,8 @@ pub(super) struct Facts<'a> {
     pub gravity: Option<Gravity>,
     /// Gravity that the scene has, and the file is started without.
     pub lacks_gravity: bool,
+    /// The gas may attract itself: nothing says whether it does, and the file is started without gravity.
+    pub may_lack_gravity: bool,
     pub reflects: bool,
     pub has_disc: bool,
     pub in_field: bool,
@@ -125,6 +130,10 @@ impl<'a> Facts<'a> {
             stem: stem(path),
             gravity,
             lacks_gravity: physics.of_numbers.is_some() && gravity.is_none() && file.header.periodic.contains(&true),
+            may_lack_gravity: physics.of_snapshot
+                && gravity.is_none()
+                && file.header.dimension == 3
+                && file.header.periodic == [false; 3],
             reflects: physics.reflects,
             has_disc: physics.has_disc,
             in_field: physics.in_field,

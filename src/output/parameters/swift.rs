@@ -2,7 +2,7 @@
 
 use super::facts::{END, Facts, LARGEST_SMOOTHING, LARGEST_STEP, SNAPSHOT};
 use crate::codes::{AS_PLANETARY, CELL_OVER_REACH, LEAST_CELLS};
-use sph::kernel::KernelName;
+use sph::kernel::{KernelName, support_over_smoothing_length};
 use sph_formats::common::particle_names as names;
 use std::collections::BTreeSet;
 use std::fmt::Write as _;
@@ -13,6 +13,8 @@ const ADIABATIC_INDICES: [(f64, &str); 4] = [(5.0 / 3.0, "5/3"), (7.0 / 5.0, "7/
 const ISOTHERMAL: f64 = 1.01;
 /// Specific energies that differ by less are one temperature: they are stored in single precision.
 const SAME_ENERGY: f64 = 1e-5;
+/// Of the widest smoothing length with which SWIFT has enough cells.
+const WITHIN: f64 = 0.99;
 /// Cells along the longest edge, unless thin boxes ask for more.
 const CELLS: f64 = 16.0;
 
@@ -31,10 +33,10 @@ impl Facts<'_> {
         let u = &self.file.header.units;
         let gravity = if self.gravity.is_some() { " --self-gravity" } else { "" };
         let stars = if self.has(4) { " --stars" } else { "" };
-        let edges = self.edges();
-        let largest_box = edges.iter().copied().fold(0.0, f64::max);
-        let mut text = self
-            .head("#", &format!("swift --hydro{stars}{gravity} --threads=N {}.yml, {}", self.stem, self.swift_build()));
+        // Without it, particles that a shock reaches keep their long time steps, and energy is not conserved.
+        let limiter = if AS_PLANETARY.contains(&self.code.scheme.name) { "" } else { " --limiter" };
+        let command = format!("swift --hydro{limiter}{stars}{gravity} --threads=N {}.yml", self.stem);
+        let mut text = self.head("#", &format!("{command}, {}", self.swift_build()));
         let end = END * self.time;
         let periodic = i32::from(self.file.header.periodic.contains(&true));
         let _ = write!(
@@ -79,7 +81,7 @@ SPH:
             self.swift_cells(),
             self.name,
             self.code.setting(),
-            LARGEST_SMOOTHING * largest_box,
+            self.swift_largest_smoothing(),
         );
         self.swift_gravity(&mut text);
         text += &self.swift_materials();
@@ -114,6 +116,10 @@ SPH:
             KernelName::CubicSpline | KernelName::Sinc6 => None,
         };
         options.extend(kernel.map(|kernel| format!("--with-kernel={kernel}")));
+        // Its loops by hand for vector units know two kernels (kernel_hydro.h), and stop the build with others.
+        if kernel.is_some_and(|kernel| kernel != "wendland-C2") {
+            options.push("--disable-hand-vec".into());
+        }
         if self.file.header.dimension < 3 {
             options.push(format!("--with-hydro-dimension={}", self.file.header.dimension));
         }
@@ -149,6 +155,18 @@ SPH:
         let (least, most) = edges.iter().fold((f64::INFINITY, 0.0), |(a, b): (f64, f64), &e| (a.min(e), b.max(e)));
         let needed = (LEAST_CELLS * most / least).ceil();
         if needed.is_finite() { needed.max(CELLS) } else { CELLS }
+    }
+
+    /// As wide as the box allows: SWIFT makes its cells anew where smoothing lengths grow, and stops where a periodic box has too few of them.
+    fn swift_largest_smoothing(&self) -> f64 {
+        let edges = self.edges().iter();
+        let largest = LARGEST_SMOOTHING * edges.clone().copied().fold(0.0, f64::max);
+        if !self.file.header.periodic.contains(&true) {
+            return largest;
+        }
+        let shortest = edges.copied().fold(f64::INFINITY, f64::min);
+        let reach = support_over_smoothing_length(self.code.kernel, self.file.header.dimension);
+        largest.min(WITHIN * shortest / (LEAST_CELLS * CELL_OVER_REACH * reach))
     }
 
     fn swift_gravity(&self, text: &mut String) {
