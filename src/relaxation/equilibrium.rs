@@ -144,12 +144,12 @@ impl<'a, const D: usize, R: Real> Balance<'a, D, R> {
     /// A_i at the present places, with the factor that gravity asks for, and the forces.
     fn fitted(&mut self) -> (Frame, Evaluation<D>) {
         // Forces between particles on shells, as they may be at first, are not those of the body at rest. Where only Newton's steps
-        // are taken, particles do not come to rest between them, and stay near to where they are.
+        // are taken, particles do not come to rest between them.
         let comes_to_rest = self.equilibrium.own_center().is_some() && !self.makes_pairs();
         let may_be_shells = self.evaluations == 0 && comes_to_rest;
         let is_fitted = self.equilibrium.has_gravity() && self.law().materials.is_none() && !may_be_shells;
         self.best.looked_at = f64::INFINITY;
-        if is_fitted && comes_to_rest {
+        if is_fitted {
             self.take_swelling_back();
         }
         let mut frame = self.frame();
