@@ -39,8 +39,8 @@ pub(crate) struct AxisTable {
     /// Points before the pattern repeats: all, or all but a repeated last one.
     cycle: usize,
     period: Option<f64>,
-    /// Ends of what is one polynomial of the first degree, for values of cells and for lines between values.
-    kinks: [OnceLock<Vec<f64>>; 2],
+    /// Ends of the lines between values.
+    lines: OnceLock<Intervals>,
 }
 
 impl AxisTable {
@@ -64,20 +64,12 @@ impl AxisTable {
             }
         };
         let hi = period.map_or(last, |p| first + p);
-        Ok(Self {
-            lo: first,
-            hi,
-            points: Intervals::new(points),
-            edges: None,
-            cycle,
-            period,
-            kinks: Default::default(),
-        })
+        Ok(Self { lo: first, hi, points: Intervals::new(points), edges: None, cycle, period, lines: OnceLock::new() })
     }
 
     /// The same repetition, counted from `lo`.
     pub(crate) fn starting_at(self, lo: f64) -> Self {
-        Self { lo, hi: self.period.map_or(self.hi, |period| lo + period), kinks: Default::default(), ..self }
+        Self { lo, hi: self.period.map_or(self.hi, |period| lo + period), lines: OnceLock::new(), ..self }
     }
 
     /// Averages over cells between `edges`, placed at `centers`.
@@ -100,7 +92,7 @@ impl AxisTable {
             lo,
             hi,
             period,
-            kinks: Default::default(),
+            lines: OnceLock::new(),
         })
     }
 
@@ -316,13 +308,13 @@ impl AxisTable {
     }
 
     /// Ends of the intervals in each of which the interpolant is a constant, or a line, from end to end of the axis; none where that is not known.
-    pub(crate) fn kinks(&self, interpolation: Interpolation) -> Option<&[f64]> {
+    pub(crate) fn kinks(&self, interpolation: Interpolation) -> Option<&Intervals> {
         let begins = self.edges.as_ref().map_or(self.points[0], |edges| edges[0]);
         match (interpolation, &self.edges) {
             // Counted from another place than the first value.
             _ if begins != self.lo => None,
-            (Interpolation::Constant, Some(edges)) => Some(self.kinks[0].get_or_init(|| edges.to_vec())),
-            (Interpolation::Linear, _) => Some(self.kinks[1].get_or_init(|| self.intervals())),
+            (Interpolation::Constant, Some(edges)) => Some(edges),
+            (Interpolation::Linear, _) => Some(self.lines.get_or_init(|| Intervals::new(self.intervals()))),
             _ => None,
         }
     }

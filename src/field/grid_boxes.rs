@@ -43,8 +43,7 @@ impl Lengths {
             return None;
         }
         let mut lengths = Self::default();
-        let begin = kinks.partition_point(|k| *k <= a).clamp(1, kinks.len() - 1);
-        for pair in kinks[begin - 1..].windows(2).take_while(|pair| pair[0] < b) {
+        for pair in kinks[kinks.find(a)..].windows(2).take_while(|pair| pair[0] < b) {
             let (from, to) = (a.max(pair[0]), b.min(pair[1]));
             if !(from < to) {
                 continue;

@@ -331,7 +331,7 @@ fn numbers(table: &ParticleTable, name: &str, fits: impl Fn(f64) -> bool, expect
 
 /// The kernel that a file names, or the default one.
 fn kernel_of(header: &RunHeader) -> (KernelName, Option<f64>) {
-    let named = KernelName::ALL.into_iter().find(|k| k.title() == header.kernel || k.name() == header.kernel);
+    let named = KernelName::titled(&header.kernel);
     let stated = Some(header.kernel_neighbors).filter(|n| n.is_finite() && (2.0..=1000.0).contains(n));
     named.zip(stated).map_or((KernelName::default(), None), |(kernel, n)| (kernel, Some(n)))
 }

@@ -15,7 +15,7 @@ use super::thermal::{Basis, Factor, enclosed_fractions};
 use crate::target::{Equilibrium, Positions, at};
 use sph::domain::Wall;
 use sph::exchange::Alone;
-use sph::kernel::most_neighbors_without_pairs;
+use sph::kernel::{makes_pairs, most_neighbors_without_pairs};
 use sph::lanes::Real;
 use sph::sums::{DensitySums, Search};
 use sph::{parallel, reduce};
@@ -111,20 +111,15 @@ impl<'a, const D: usize, R: Real> Balance<'a, D, R> {
         }
     }
 
-    /// Number of neighbors from which on particles pair when they come to rest, if the kernel has one.
-    fn most_neighbors(&self) -> Option<f64> {
-        most_neighbors_without_pairs(self.arrangement.kernel, D)
-    }
-
     /// Whether any arrangement in which particles lie apart is a saddle, from which they would pair.
     pub fn makes_pairs(&self) -> bool {
-        self.most_neighbors().is_some_and(|most| self.arrangement.kernel_neighbors > most)
+        makes_pairs(self.arrangement.kernel, D, self.arrangement.kernel_neighbors)
     }
 
     /// Part of the evaluations that descents take. Where a kernel could pair particles, Newton's method would end in other
     /// saddles than the minimum that a descent approaches.
     pub fn share_of_descents(&self) -> f64 {
-        if self.most_neighbors().is_some() { 1.0 } else { DESCENTS }
+        if most_neighbors_without_pairs(self.arrangement.kernel, D).is_some() { 1.0 } else { DESCENTS }
     }
 
     /// Whether the best state has particles apart and less net force than `enough`.

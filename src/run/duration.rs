@@ -44,7 +44,7 @@ pub struct Cost {
 /// Places at which a target is evaluated, and for how long at most.
 const SAMPLES: usize = 512;
 const SECONDS: f64 = 0.02;
-/// Places inside, at least.
+/// Places, at least.
 const FEW: usize = 8;
 
 /// Seconds that the value and the slope of a target take at a place on one core: the median, since one that is interrupted says nothing, of
@@ -58,7 +58,7 @@ pub fn of_target<const D: usize>(target: &Target<'_, D>) -> f64 {
         std::hint::black_box(target.log_slope(x, here, 1e-3 * target.spacing(here).min(target.domain.size())));
         let times = if here > 0.0 { &mut inside } else { &mut outside };
         times.push(start.elapsed().as_secs_f64());
-        if begin.elapsed().as_secs_f64() > SECONDS && inside.len() > FEW {
+        if begin.elapsed().as_secs_f64() > SECONDS && inside.len() + outside.len() > FEW {
             break;
         }
     }

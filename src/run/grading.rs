@@ -6,7 +6,7 @@ use crate::field::Scatter;
 use crate::metrics::{BIAS, LedgerFigures};
 use crate::relaxation::{BALANCE, Certificate, CertificateVerdict, StopReason, TRIMMING};
 use crate::scene::Polish;
-use sph::kernel::{KernelName, most_neighbors_without_pairs};
+use sph::kernel::{KernelName, makes_pairs};
 
 /// Net force over gravity that leaves a body almost still.
 const LITTLE_FORCE: f64 = 0.01;
@@ -172,10 +172,9 @@ fn more(report: &Report) -> &'static str {
 }
 
 /// Whether the kernel counts more neighbors than keep particles apart.
-fn makes_pairs(report: &Report) -> bool {
-    let kernel = KernelName::ALL.into_iter().find(|kernel| kernel.title() == report.kernel);
-    let most = kernel.and_then(|kernel| most_neighbors_without_pairs(kernel, report.dimension));
-    most.is_some_and(|most| report.neighbors.kernel_neighbors > most)
+fn is_crowded(report: &Report) -> bool {
+    let neighbors = report.neighbors.kernel_neighbors;
+    KernelName::titled(report.kernel).is_some_and(|kernel| makes_pairs(kernel, report.dimension, neighbors))
 }
 
 /// What the mean error and the factor on all densities may differ by, as a part of the mean error, where the factor is most of it.
@@ -243,7 +242,7 @@ pub fn verdict(report: &Report) -> Vec<Finding> {
     let mut say = |grade, topic: Topic, text: String| all.push(Finding::new(grade, topic, text));
     if !report.ledger.levels.is_empty() {
         let (grade, mut text) = mass_in_place(report.ledger.in_place, more(report));
-        if grade != Grade::Good && report.balance.is_some() && makes_pairs(report) {
+        if grade != Grade::Good && report.balance.is_some() && is_crowded(report) {
             text.push_str("; a kernel with the pairing instability is balanced with mass out of place: fewer neighbors, as a note says, keep it");
         }
         say(grade, Topic::MassInPlace, text);

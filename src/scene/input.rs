@@ -99,11 +99,7 @@ pub struct Input {
 impl Input {
     /// Whether it is a profile of numbers with units.
     pub(crate) fn has_profile_with_units(&self) -> bool {
-        let has_units = |profile: &ProfileInput| {
-            let quantities = profile.quantities(self.dimension.unwrap_or(3));
-            quantities.iter().any(|(_, quantity, _)| matches!(quantity, Quantity::Text(_)))
-        };
-        self.profile.as_ref().is_some_and(has_units)
+        self.profile.as_ref().is_some_and(|profile| profile.has_units(self.dimension.unwrap_or(3)))
     }
 
     /// The disc that it is, if it is one.

@@ -223,6 +223,11 @@ fn two() -> f64 {
 }
 
 impl ProfileInput {
+    /// Whether any of its numbers has a unit.
+    pub(crate) fn has_units(&self, d: usize) -> bool {
+        self.quantities(d).iter().any(|(_, quantity, _)| matches!(quantity, Quantity::Text(_)))
+    }
+
     /// Names, values and dimensions of what has one, in a body of `d` dimensions.
     pub(crate) fn quantities(&self, d: usize) -> Vec<(Cow<'static, str>, &Quantity, UnitDimension)> {
         let of_mass = |q| ("mass", q, UnitDimension::new(d as i8 - 3, 1, 0, 0));

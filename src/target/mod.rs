@@ -373,18 +373,14 @@ impl<const D: usize> Matter<D> for Target<'_, D> {
     }
 
     fn mass_within(&self, lo: &[f64; D], hi: &[f64; D]) -> Option<f64> {
+        // Most fields know nothing of boxes, and say so at once.
+        let part = self.part.filter(|part| part.is_cut());
+        let has = |piece| part.is_none_or(|part| part.has_piece(piece));
+        let integral = self.resolution_field().integral_of_box(lo, hi, &has)?;
         let (middle, reach) = (sph::array(|k| 0.5 * (lo[k] + hi[k])), 0.5 * distance(lo, hi));
-        if !self.domain.contains(&middle) || self.domain.region.is_surface_within(&middle, reach) {
-            return None;
-        }
-        let owned = match self.part.filter(|part| part.is_cut()) {
-            None => self.resolution_field().integral_of_box(lo, hi, &|_| true),
-            Some(part) if part.regions.are_pieces() => {
-                self.resolution_field().integral_of_box(lo, hi, &|piece| part.has_piece(piece))
-            }
-            Some(_) => None,
-        };
-        Some(owned? * (self.count as f64 / self.resolution_integral))
+        let is_inside = self.domain.contains(&middle) && !self.domain.region.is_surface_within(&middle, reach);
+        let is_known = is_inside && part.is_none_or(|part| part.regions.are_pieces());
+        is_known.then_some(integral * (self.count as f64 / self.resolution_integral))
     }
 
     /// Of regions; a part of them is bounded by itself.

@@ -109,14 +109,14 @@ const PARTICLE: f64 = 0.5;
 /// Finds the masses of cells that a surface goes through from parts of them: of the largest, which hold most of what is not known, as many as
 /// evaluations allow.
 fn weigh_closely<const D: usize>(target: &dyn Matter<D>, cells: &mut [Cell<D>]) {
-    let is_crossed = parallel::map(cells.len(), |i| cells[i].is_crossed(target));
+    let is_crossed = parallel::map(cells.len(), |i| {
+        let cell = &cells[i];
+        target.mass_within(&cell.lo, &cell.hi).is_none() && cell.is_crossed(target)
+    });
     let mut crossed: Vec<usize> = (0..cells.len()).filter(|&i| is_crossed[i]).collect();
     crossed.sort_by(|&i, &j| cells[j].volume().total_cmp(&cells[i].volume()));
     crossed.truncate(MOST_EVALUATIONS >> (D as u32 * (HALVINGS + 1) + 1));
-    let masses = parallel::map(crossed.len(), |i| {
-        let cell = &cells[crossed[i]];
-        target.mass_within(&cell.lo, &cell.hi).unwrap_or_else(|| cell.mass_of_parts(target, HALVINGS))
-    });
+    let masses = parallel::map(crossed.len(), |i| cells[crossed[i]].mass_of_parts(target, HALVINGS));
     crossed.into_iter().zip(masses).for_each(|(i, mass)| cells[i].mass = mass);
 }
 

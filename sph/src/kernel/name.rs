@@ -50,6 +50,11 @@ impl KernelName {
         with_kernel!(self, kernel => title(kernel))
     }
 
+    /// The kernel of a title or a name; none of others.
+    pub fn titled(text: &str) -> Option<Self> {
+        Self::ALL.into_iter().find(|kernel| kernel.title() == text || kernel.name() == text)
+    }
+
     /// Norm in `d` dimensions at unit support.
     pub fn sigma(self, d: usize) -> f64 {
         fn sigma<K: Kernel>(_: K, d: usize) -> f64 {

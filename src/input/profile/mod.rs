@@ -89,7 +89,7 @@ impl Numbers {
     /// Plain numbers beside others, in a scene without units.
     pub fn new(scene: &Scene, profile: &ProfileInput, is_of_nature: bool) -> Result<Self> {
         let quantities = profile.quantities(scene.input.dimension.unwrap_or(3));
-        let has_text = scene.input.has_profile_with_units();
+        let has_text = profile.has_units(scene.input.dimension.unwrap_or(3));
         // None of something is none in any unit.
         let is_plain = |q: &Quantity| matches!(q, Quantity::Plain(number) if *number != 0.0);
         let plain = quantities.iter().find(|(_, q, _)| is_plain(q));

@@ -34,9 +34,7 @@ impl Table {
             self.density.iter_mut().for_each(|rho| *rho *= factor);
         }
     }
-}
 
-impl Table {
     /// What interpolation between the rows has.
     fn mass(&self, d: usize) -> f64 {
         RadialProfile::from_nodes(d, &self.radii, &self.density).total_mass().value
