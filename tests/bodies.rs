@@ -438,3 +438,27 @@ fn a_pressure_that_one_body_has_is_left_out() {
     let error = refused(&scene.replace("name: b", "name: a"));
     assert!(error.contains("bodies[a].name") && error.contains("another body"), "{error}");
 }
+
+/// A body may move by itself, as one of a snapshot does: its orbit is that of its center of mass nevertheless.
+#[test]
+fn an_orbit_is_that_of_centers_of_mass_of_bodies_that_moved() {
+    let scene = |fields: &str| {
+        format!(
+            "bodies:\n- {{name: gas, input: {{profile: {{polytrope: {{n: 1.5, mass: 2, radius: 1}}}}}}, particles: 400{fields}}}\n- {{name: point, point_mass: 1}}\n\
+             wvt: {{iterations: 1}}\nsolver: {{evaluations: 1}}\norbit: {{semi_major_axis: 4, eccentricity: 0.2, phase: 0.3}}\n"
+        )
+    };
+    let (still, report) = placed(&scene(""));
+    assert!(!report.notes.iter().any(|n| n.contains("moved as a whole")), "{:?}", report.notes);
+    let (moving, report) = placed(&scene(", fields: {velocity: ['0.3 - 0.2*y', '0.2*x', '-0.7']}"));
+    let told = report.notes.iter().find(|n| n.contains("'gas' moved as a whole")).expect("it is told");
+    assert!(told.contains("-7.0000e-1"), "{told}");
+    let whole = |file: &ParticleFile| mean(file, "Velocities", Some(1.0));
+    for (k, (a, b)) in whole(&still).iter().zip(whole(&moving)).enumerate() {
+        assert!((a - b).abs() < 1e-12, "{k}: {a} {b}");
+        assert!((report.bodies[0].velocity[k] - b).abs() < 1e-12);
+    }
+    // Its own rotation stays.
+    let spread = |file: &ParticleFile| rows(file, "Velocities").iter().map(|v| v[0]).fold(0.0, f64::max);
+    assert!(spread(&moving) > spread(&still) + 0.1);
+}

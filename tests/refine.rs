@@ -353,3 +353,31 @@ fn what_would_change_all_particles_is_refused_with_the_remedy() {
     let anew = run(folder.path(), "anew.hdf5", Some(&input), &format!("{sphere}\nparticles: 150")).unwrap();
     assert_eq!(numbers(&read(&anew), names::MASSES).len(), 150);
 }
+
+/// A snapshot of waves, coarser by 8 in a sphere of which the shell is about a coarse spacing wide: the new particles are judged by themselves, and of
+/// several numbers of iterations the one counts that brings them nearest to the density.
+#[test]
+fn a_narrow_shell_is_judged_by_the_new_particles() {
+    let folder = tempfile::tempdir().unwrap();
+    let input = snapshot(folder.path(), 3, 4000);
+    let off = |iterations: &str| {
+        let text = format!(
+            "refine: {{center: [0.5, 0.5, 0.5], radius: 0.3, shell: 0.15, factor: 0.125}}\n{iterations}output: {{units: code, double_precision: true}}"
+        );
+        let mut scene = Scene::parse(&text).unwrap();
+        scene.input.file = Some(input.clone());
+        scene.output.file = Some(folder.path().join("coarse.hdf5"));
+        let report = pipeline::run(&scene, FORMATS, &Control::default()).unwrap_or_else(|e| panic!("{e}"));
+        let told =
+            report.verdict.iter().find(|f| f.text.contains("of the new particles")).expect("a verdict").text.clone();
+        (report.renewed.unwrap(), told)
+    };
+    let (chosen, told) = off("");
+    assert!(told.contains(&format!("{:.2} %", 100.0 * chosen)) && told.contains("refine.shell"), "{told}");
+    let (most, _) = off("wvt: {iterations: 60}\n");
+    println!("new particles: {chosen} off, after 60 iterations {most}");
+    assert!(chosen <= most, "{chosen} {most}");
+    // By the file alone, in the middle, where the new particles see each other.
+    let file = read(&folder.path().join("coarse.hdf5"));
+    assert!(numbers(&file, names::MASSES).len() < 3500);
+}

@@ -301,3 +301,22 @@ fn the_bundled_box_moves_as_its_growing_mode() {
     assert!((mean.sqrt() / edge * 100.0 - 1.0).abs() < 0.02, "{mean}");
     assert!((report.mass.total * file.header.units.mass / 1.988_4e33 / (6.2e9 * 1.25e5) - 1.0).abs() < 1e-3);
 }
+
+/// A magnetic field is one of places: that of a vector potential has no divergence where particles are, not where they were.
+#[test]
+fn a_magnetic_field_is_taken_where_particles_are_moved_to() {
+    let fields = "fields: {vector_potential: [0, 0, 'sin(2*pi*x)*cos(2*pi*y)/(2*pi)'], tag: x}\n";
+    let text = format!("{}{fields}displacement: {{field: ['0.05*sin(2*pi*x)', 0, 0]}}\n", head(3, 1000));
+    let (file, _) = placed(&text);
+    let columns = rows(&file, "Coordinates").into_iter().zip(rows(&file, "MagneticField")).zip(rows(&file, "tag"));
+    let mut most: f64 = 0.0;
+    for ((x, b), q) in columns {
+        let (cos, sin) = ((TAU * x[0]).cos(), (TAU * x[0]).sin());
+        let expected = [-sin * (TAU * x[1]).sin(), -cos * (TAU * x[1]).cos(), 0.0];
+        assert!(b.iter().zip(expected).all(|(b, e)| (b - e).abs() < 1e-9), "{x:?}: {b:?}, expected {expected:?}");
+        // What else is carried goes along.
+        assert!((q[0] + 0.05 * (TAU * q[0]).sin() - x[0]).abs() < 1e-9, "{x:?}: {q:?}");
+        most = most.max((q[0] - x[0]).abs());
+    }
+    assert!(most > 0.045, "{most}");
+}

@@ -100,3 +100,20 @@ fn gsm_models_of_both_kinds_give_the_same_star() {
     file(&new, &star, &[("r", &r), ("rho", &[1.0])]);
     assert!(attempt(&new).unwrap_err().to_string().contains("dataset 'rho': has shape [1], expected (3)"));
 }
+
+#[test]
+fn columns_that_no_model_has_are_told() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("other.h5");
+    let (r, rho): (&[f64], &[f64]) = (&[0.0, 1.0, 2.0], &[3.0, 2.0, 0.0]);
+    let notes = |more: &[&str]| {
+        let columns: Vec<(&str, &[f64])> = more.iter().map(|name| (*name, rho)).collect();
+        file(&path, &[("n", 3.0)], &[&[("r", r), ("rho", rho)][..], &columns].concat());
+        match read(FORMATS, &path, Some("gyre-hdf5"), &FieldRequest::default()).unwrap() {
+            FileContent::Field(field) => field.notes.join("; "),
+            FileContent::Particles(_) => panic!("a star holds no particles"),
+        }
+    };
+    assert!(notes(&["v_r", "P", "kap_T", "helium"]).contains("left out, as no model of GYRE has them: helium, v_r"));
+    assert!(!notes(&["P", "kap_T", "eps_rho", "N2"]).contains("left out"));
+}

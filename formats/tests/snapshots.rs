@@ -546,3 +546,46 @@ fn gadgets_units_are_stated_for_the_readers_that_look_for_them() {
         }
     }
 }
+
+/// Files of GADGET have three coordinates in any dimension, and no word of it: gas in one plane, or on one line, is that of a plane, or a line.
+#[test]
+fn gas_in_a_plane_is_read_in_two_dimensions() {
+    let folder = tempfile::tempdir().unwrap();
+    let write = |name: &str, n: usize, d: usize, states: Option<i32>| {
+        let path = folder.path().join(name);
+        let file = sph_formats::common::hdf5::Writer::create(&path).unwrap();
+        let header = file.group("Header").unwrap();
+        for name in ["NumPart_ThisFile", "NumPart_Total"] {
+            header.numbers(name, &[n as i32, 0, 0, 0, 0, 0]).unwrap();
+        }
+        header.numbers("MassTable", &[0.5, 0.0, 0.0, 0.0, 0.0, 0.0]).unwrap();
+        header.numbers("BoxSize", &[1.0]).unwrap();
+        if let Some(states) = states {
+            header.numbers("Dimension", &[states]).unwrap();
+        }
+        let gas = file.group("PartType0").unwrap();
+        let row = |i: usize| {
+            let u = (i as f64 + 0.5) / n as f64;
+            [u, if d > 1 { (3.7 * u).fract() } else { 0.5 }, if d > 2 { (7.3 * u).fract() } else { 0.25 }]
+        };
+        gas.dataset::<f64>("Coordinates", n, 3, 0, |range, out| {
+            out.extend(range.flat_map(row));
+            Ok(())
+        })
+        .unwrap();
+        drop((header, gas));
+        file.close().unwrap();
+        path
+    };
+    let of = |name: &str, n: usize, d: usize, states: Option<i32>| read(&write(name, n, d, states)).unwrap();
+    for d in 1..=3 {
+        let file = of(&format!("{d}.hdf5"), 40, d, None);
+        assert_eq!((file.header.dimension, file.species[0].table.columns[0].components), (d, d));
+        assert_eq!(file.header.box_size.map(|l| l > 0.0), std::array::from_fn(|k| k < d));
+        let told = file.header.provenance.iter().find(|fact| fact.1.contains("no Dimension"));
+        assert_eq!(told.is_some(), d < 3, "{told:?}");
+    }
+    // Stated, or a few points that may lie so by chance.
+    assert_eq!(of("stated.hdf5", 40, 2, Some(3)).header.dimension, 3);
+    assert_eq!(of("few.hdf5", 4, 2, None).header.dimension, 3);
+}

@@ -202,7 +202,7 @@ fn pairs<const D: usize>(measured: &Measured<D>, domain: &Domain<D>, neighbors: 
         (
             Level::Error,
             format!(
-                "two are {closest:.1e} spacings apart, which codes refuse or cannot part; expected different places"
+                "two are {closest:.1e} spacings apart: some codes refuse that, to others they are one particle of twice the mass; expected different places"
             ),
         )
     } else if closest < PAIRED {
@@ -340,6 +340,10 @@ fn net_force<const D: usize>(
     let found = mean_net_force(code.kernel, measured, domain, positions, attracting, (&energies, gamma), moving);
     let Some(NetForce { left, rotation, whole }) = found else { return };
     let (level, advice) = match left {
+        m if m < STILL && code.pairing(D).is_some() => (
+            Level::Good,
+            "it stays nearly so: the kernel pairs particles, which leave any arrangement at rest (`sph-prep run` shows how fast)",
+        ),
         m if m < STILL => (Level::Good, "it stays still"),
         m if m < MOVES => (Level::Warning, "it settles with some motion: place it with --for, or relax it in the code"),
         _ => (Level::Warning, "it moves at once: check pressure, units and kernel, or relax it in the code"),

@@ -43,7 +43,7 @@ pub fn run(formats: &[FormatSpec], args: &CheckArgs) -> Result<(String, u8)> {
     let verdict = match worst {
         Level::Good => "the code takes it as it is",
         Level::Warning => "the code takes it, but see the warnings",
-        Level::Error => "the code will not take it, or will run on nonsense",
+        Level::Error => "the code refuses it, or takes it for something else than it is meant to be",
     };
     let _ = writeln!(out, "  {verdict}");
     Ok((out, exit))

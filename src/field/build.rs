@@ -85,7 +85,11 @@ fn build<const D: usize>(raw: RawField, options: &FieldOptions<D>) -> Result<Sou
     if matches!(raw.geometry, Geometry::Surface { .. }) {
         return surface(&raw.path, raw.geometry, options, Vec::new());
     }
-    let (input, geometry, stated) = opened(raw, options)?;
+    let (mut input, geometry, stated) = opened(raw, options)?;
+    if options.interpolation.is_some() && !matches!(geometry, Geometry::Grid { .. } | Geometry::Refined(..)) {
+        let kind = geometry.kind();
+        input.notes.push(format!("input.interpolation is for grids and particles: it is not used for this {kind}"));
+    }
     match geometry {
         Geometry::Radial { nodes, unit } => radial(input, nodes, unit.map(|u| u.to_cgs), stated.as_ref()),
         Geometry::Grid { coordinates: Coordinates::Cartesian, axes } => cartesian(input, &axes),
@@ -264,6 +268,11 @@ fn particles<const D: usize>(
     let FromParticles { density, carried, scatter, domain, balance } =
         fitted::from_particles(&input.density, input.others, (&points, masses), domain)?;
     let mut notes = input.notes;
+    if options.interpolation.is_some_and(|kind| kind != Interpolation::Linear) {
+        notes.push(
+            "input.interpolation is one for grids: a smooth field is fitted to the particles, as with `linear`".into(),
+        );
+    }
     if matches!(domain.region, Region::Hull(..)) {
         notes.push("the body ends at a smooth surface half a spacing beyond its outermost particles".into());
     }

@@ -43,7 +43,7 @@ pub(crate) fn cartesian<const D: usize>(mut input: Input<'_, D>, axes: &[GridAxi
                 }
             })
             .collect::<Result<_>>()?;
-        Ok(Arc::new(grid(&name, tables, options.interpolation)?))
+        Ok(Arc::new(grid(&name, tables, (options.interpolation, Interpolation::PiecewiseLinear))?))
     };
     let sampler = tables(input.density.location, &mut notes)?;
     let domain = sampler.domain()?;
@@ -65,7 +65,7 @@ pub(crate) fn cartesian<const D: usize>(mut input: Input<'_, D>, axes: &[GridAxi
     let off = of_cells.zip(source.mass).map(|(cells, mass)| mass.value / cells - 1.0);
     source.notes.extend(off.filter(|off| off.abs() > KEPT).map(|off| {
         format!(
-            "interpolated between the middles of cells, the density has a mass that is {:+.3} % off that of the cells; `interpolation: nearest` keeps it",
+            "interpolated between the middles of cells, the density has a mass that is {:+.3} % off that of the cells; `interpolation: piecewise-linear` keeps it",
             100.0 * off
         )
     }));
@@ -149,7 +149,7 @@ pub(crate) fn geographic<const D: usize>(mut input: Input<'_, D>, axes: &[GridAx
             axis_table(&name, &axes[1], location, None)?,
             axis_table(&name, &axes[2], location, None)?,
         ];
-        Ok(Arc::new(Geographic::new(&name, grid(&name, tables, interpolation)?)?))
+        Ok(Arc::new(Geographic::new(&name, grid(&name, tables, (interpolation, Interpolation::Constant))?)?))
     };
     // Those that are known by their names have Cartesian components.
     let is_known = |v: &Variable| matches!(v.name.as_str(), names::VELOCITIES | names::MAGNETIC_FIELD);
@@ -191,15 +191,34 @@ pub(crate) fn curvilinear<const D: usize>(
         AxisTable::cells(&axis.name, faces, centers, period)
     });
     let tables = tables.collect::<Result<Vec<_>>>()?;
-    let sampler = Arc::new(Curvilinear::new(coordinates, grid(&name, tables, input.options.interpolation)?));
+    let sampler = Arc::new(Curvilinear::new(
+        coordinates,
+        grid(&name, tables, (input.options.interpolation, Interpolation::Constant))?,
+    ));
     input.notes.extend(sampler.notes::<D>());
     let domain = sampler.domain()?;
     let own = Arc::clone(&sampler);
     input.finish(sampler, domain, &|_| Ok(Arc::clone(&own) as Arc<dyn super::sampled::Sampler<D>>))
 }
 
-fn grid<const K: usize>(name: &str, tables: Vec<AxisTable>, interpolation: Option<Interpolation>) -> Result<Grid<K>> {
-    let default = if tables.iter().any(AxisTable::is_cells) { Interpolation::Constant } else { Interpolation::Linear };
+/// A grid with the interpolation that is asked for, or else linear between nodes and as `of_cells` in cells.
+fn grid<const K: usize>(
+    name: &str,
+    tables: Vec<AxisTable>,
+    (interpolation, of_cells): (Option<Interpolation>, Interpolation),
+) -> Result<Grid<K>> {
+    let has_cells = tables.iter().all(AxisTable::is_cells) && of_cells == Interpolation::PiecewiseLinear;
+    if interpolation == Some(Interpolation::PiecewiseLinear) && !has_cells {
+        let problem = format!(
+            "is piecewise-linear, which there is for cells with Cartesian axes, but '{name}' is not known in such ones; leave it out"
+        );
+        return Err(Error::scene("input.interpolation", problem));
+    }
+    let default = match tables.iter().any(AxisTable::is_cells) {
+        true if has_cells => of_cells,
+        true => Interpolation::Constant,
+        false => Interpolation::Linear,
+    };
     let axes = tables
         .try_into()
         .map_err(|t: Vec<AxisTable>| Error::field(name, format!("the grid has {} axes, expected {K}", t.len())))?;

@@ -346,3 +346,16 @@ fn layered_shells_on_the_sphere_have_their_mass() {
     assert_eq!(source.density.value(&[0.0, 4.0, 0.0]), 2.0);
     assert_eq!(source.density.value(&[0.0, -4.0, 4.0]), 1.0);
 }
+
+#[test]
+fn an_interpolation_that_is_not_for_the_input_is_told() {
+    let notes = |interpolation: Option<Interpolation>| {
+        let points = vec![[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [1.0, 1.0, 0.0], [0.0, 1.0, 0.0]];
+        let cells = Cells { types: vec![5, 5], offsets: vec![0, 3, 6], connectivity: vec![0, 1, 2, 0, 2, 3] };
+        let mesh = Geometry::Mesh { dimension: 2, points, unit: None, cells };
+        let raw = raw(mesh, vec![variable("rho", Location::Cell, 1, vec![1.0, 2.0])]);
+        let options = FieldOptions { interpolation, ..FieldOptions::default() };
+        from_raw::<2>(raw, &options).unwrap().notes.into_iter().filter(|n| n.contains("input.interpolation")).count()
+    };
+    assert_eq!([None, Some(Interpolation::Linear), Some(Interpolation::Cubic)].map(notes), [0, 1, 1]);
+}

@@ -1,4 +1,4 @@
-//! Rectilinear grids: multilinear, constant per cell, or limited cubic.
+//! Rectilinear grids: piecewise linear or constant in cells, multilinear, or limited cubic.
 //!
 //! The cubic interpolant is the tensor product of Catmull-Rom splines, clamped to the range of the 2^D values
 //! around the point, hence never negative and free of new extrema.
@@ -24,8 +24,20 @@ impl<const D: usize> Grid<D> {
         Ok(Domain::new(sph::array(|k| self.axes[k].lo), sph::array(|k| self.axes[k].hi), kinds, Region::Box)?)
     }
 
+    /// `x` brought into the axes; none where it is outside and `outside` says so.
+    pub(super) fn admit(&self, x: &[f64; D], outside: Outside) -> Option<[f64; D]> {
+        let mut inside = *x;
+        for k in 0..D {
+            inside[k] = self.axes[k].admit(x[k], outside == Outside::Clamp)?;
+        }
+        Some(inside)
+    }
+
     /// Combines the values around `x`, which lies within the axes.
     pub(crate) fn combine(&self, values: &Values, stride: usize, x: &[f64; D], out: &mut [f64]) {
+        if self.interpolation == Interpolation::PiecewiseLinear {
+            return self.reconstruct(values, stride, x, out);
+        }
         if let Some(corners) = self.corners(x) {
             return corners.blend(values, stride, out);
         }
@@ -41,7 +53,7 @@ impl<const D: usize> Grid<D> {
         let is_constant = match self.interpolation {
             Interpolation::Constant => true,
             Interpolation::Linear => false,
-            Interpolation::Cubic => return None,
+            Interpolation::Cubic | Interpolation::PiecewiseLinear => return None,
         };
         let mut corners = Corners { first: 0, steps: [0; D], fractions: [0.0; D], is_constant };
         let mut step = 1;
@@ -83,6 +95,28 @@ impl<const D: usize> Grid<D> {
         let sum: Sum = partial.iter().copied().collect();
         let size: Sum = partial.iter().map(|v| v.abs()).collect();
         MassEstimate { value: sum.value() * unit, error: 16.0 * f64::EPSILON * size.value() * unit }
+    }
+
+    /// The integral over a domain of a linear or constant interpolant of all values, or of those whose numbers `is_own` is true of.
+    pub(super) fn integral_of_own(
+        &self,
+        values: &Values,
+        domain: &Domain<D>,
+        is_own: Option<&(dyn Fn(usize) -> bool + Sync)>,
+    ) -> MassEstimate {
+        let weights = std::array::from_fn(|k| {
+            self.axes[k].integral_weights(domain.lo[k], domain.hi[k], self.interpolation, 1, &|_| 1.0)
+        });
+        let own = is_own.map(|is_own| {
+            let value = |i: usize| if is_own(i) { values.get(i) } else { 0.0 };
+            Values::F64((0..values.len()).map(value).collect())
+        });
+        let whole = self.tensor_integral(own.as_ref().unwrap_or(values), &weights);
+        if self.interpolation != Interpolation::PiecewiseLinear {
+            return whole;
+        }
+        let cut = self.cut_integral(values, magnitude(values), domain, is_own.unwrap_or(&|_| true));
+        MassEstimate { value: whole.value + cut.value, error: whole.error + cut.error }
     }
 
     /// What clamping takes from or adds to the cubic in each cell, by two of Gauss's rules; the rest has a
@@ -263,13 +297,7 @@ impl Stencil {
 
 impl<const D: usize> Sampler<D> for Grid<D> {
     fn sample(&self, values: &Values, stride: usize, x: &[f64; D], outside: Outside, out: &mut [f64]) -> bool {
-        let mut inside = *x;
-        for k in 0..D {
-            match self.axes[k].admit(x[k], outside == Outside::Clamp) {
-                Some(v) => inside[k] = v,
-                None => return false,
-            }
-        }
+        let Some(inside) = self.admit(x, outside) else { return false };
         self.combine(values, stride, &inside, out);
         true
     }
@@ -281,10 +309,7 @@ impl<const D: usize> Sampler<D> for Grid<D> {
         if self.interpolation == Interpolation::Cubic {
             return self.fills(domain).then(|| self.clamped_integral(values));
         }
-        let weights = std::array::from_fn(|k| {
-            self.axes[k].integral_weights(domain.lo[k], domain.hi[k], self.interpolation, 1, &|_| 1.0)
-        });
-        Some(self.tensor_integral(values, &weights))
+        Some(self.integral_of_own(values, domain, None))
     }
 
     fn integral_of_box(&self, values: &Values, of: [&[f64; D]; 2], is_own: &dyn Fn(usize) -> bool) -> Option<f64> {

@@ -128,9 +128,9 @@ impl AxisTable {
         (near || clamp && !x.is_nan()).then(|| x.clamp(self.lo, self.hi))
     }
 
-    /// Weights at an admitted `x`.
+    /// Weights at an admitted `x`; of cells with slopes in them, those of their means.
     pub(crate) fn weights(&self, x: f64, interpolation: Interpolation) -> AxisWeights {
-        if interpolation == Interpolation::Constant
+        if matches!(interpolation, Interpolation::Constant | Interpolation::PiecewiseLinear)
             && let Some(cell) = self.cell(x)
         {
             return AxisWeights::single(cell);
@@ -139,7 +139,9 @@ impl AxisTable {
             return AxisWeights::single(if x <= self.points[0] { 0 } else { self.points.len() - 1 });
         };
         match interpolation {
-            Interpolation::Constant => AxisWeights::single(self.value_index(if t < 0.5 { i } else { i + 1 })),
+            Interpolation::Constant | Interpolation::PiecewiseLinear => {
+                AxisWeights::single(self.value_index(if t < 0.5 { i } else { i + 1 }))
+            }
             Interpolation::Linear => {
                 let (a, b) = (self.value_index(i), self.value_index(i + 1));
                 AxisWeights { index: [a, b, b, b], weight: [1.0 - t, t, 0.0, 0.0], count: 2, core: [0, 1] }
@@ -152,6 +154,56 @@ impl AxisTable {
     #[inline]
     pub(crate) fn cell(&self, x: f64) -> Option<usize> {
         Some(self.edges.as_ref()?.find(x).min(self.points.len() - 1))
+    }
+
+    /// Length of a cell; 0 where values belong to nodes.
+    pub(crate) fn width(&self, cell: usize) -> f64 {
+        self.edges.as_ref().map_or(0.0, |edges| edges[cell + 1] - edges[cell])
+    }
+
+    /// Where `x` lies in a cell, from -1 at its lower face to 1 at its upper one.
+    pub(crate) fn place_in(&self, cell: usize, x: f64) -> f64 {
+        let Some(edges) = &self.edges else { return 0.0 };
+        let (lower, upper) = (edges[cell], edges[cell + 1]);
+        ((x - lower) - (upper - x)) / (upper - lower)
+    }
+
+    /// The cells below and above another one; none beyond an open end.
+    pub(crate) fn beside(&self, cell: usize) -> [Option<usize>; 2] {
+        let last = self.len() - 1;
+        match (self.period, cell) {
+            // A single cell is beside its own images, which say nothing of slopes.
+            _ if last == 0 => [None, None],
+            (Some(_), 0) => [Some(last), Some(1)],
+            (Some(_), _) if cell == last => [Some(last - 1), Some(0)],
+            _ => [cell.checked_sub(1), Some(cell + 1).filter(|&next| next <= last)],
+        }
+    }
+
+    /// For each cell how much of `[a, b]` lies in it, and the integral of [`Self::place_in`] over that: 0 exactly where it lies in there whole.
+    pub(crate) fn shares(&self, a: f64, b: f64) -> Vec<[f64; 2]> {
+        let images = match self.period {
+            Some(period) => {
+                let image = |x: f64| ((x - self.lo) / period).floor() as i64;
+                image(a)..=image(b)
+            }
+            None => 0..=0,
+        };
+        let share = |cell: usize| {
+            let Some(edges) = &self.edges else { return [0.0; 2] };
+            let (lower, upper) = (edges[cell], edges[cell + 1]);
+            let mut share = [0.0; 2];
+            for image in images.clone() {
+                let shift = self.period.map_or(0.0, |period| period * image as f64);
+                let (from, to) = ((a - shift).max(lower), (b - shift).min(upper));
+                if to > from {
+                    share[0] += to - from;
+                    share[1] += (to - from) * ((from - lower) - (upper - to)) / (upper - lower);
+                }
+            }
+            share
+        };
+        (0..self.len()).map(share).collect()
     }
 
     /// The number of the value at or below `x` and the fraction of the way to the next, between the first and the last.
@@ -313,7 +365,7 @@ impl AxisTable {
         match (interpolation, &self.edges) {
             // Counted from another place than the first value.
             _ if begins != self.lo => None,
-            (Interpolation::Constant, Some(edges)) => Some(edges),
+            (Interpolation::Constant | Interpolation::PiecewiseLinear, Some(edges)) => Some(edges),
             (Interpolation::Linear, _) => Some(self.lines.get_or_init(|| Intervals::new(self.intervals()))),
             _ => None,
         }

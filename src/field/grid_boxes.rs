@@ -11,6 +11,8 @@ use sph_formats::Values;
 struct Lengths {
     index: [usize; MOST_ALONG],
     length: [f64; MOST_ALONG],
+    /// Of cells with slopes in them: the integral of the place in the cell, from -1 to 1, over that length.
+    moment: [f64; MOST_ALONG],
     count: usize,
 }
 
@@ -53,6 +55,10 @@ impl Lengths {
             for k in 0..weights.count {
                 lengths.add(weights.index[k], weights.weight[k] * (to - from))?;
             }
+            if interpolation == Interpolation::PiecewiseLinear {
+                let (lower, upper) = (pair[0], pair[1]);
+                lengths.moment[lengths.count - 1] = (to - from) * ((from - lower) - (upper - to)) / (upper - lower);
+            }
         }
         Some(lengths)
     }
@@ -75,18 +81,24 @@ impl<const D: usize> Grid<D> {
             along[k] = Lengths::between(&self.axes[k], self.interpolation, [lo[k], hi[k]])?;
         }
         let count: usize = along.iter().map(|lengths| lengths.count).product();
+        let has_slopes = self.interpolation == Interpolation::PiecewiseLinear;
         let mut sum = 0.0;
         for mut i in 0..count {
-            let (mut weight, mut place, mut step) = (1.0, 0, 1);
-            for (axis, lengths) in self.axes.iter().zip(&along) {
-                let at = i % lengths.count;
+            let (mut weight, mut at, mut shares) = (1.0, [0; D], [[0.0; 2]; D]);
+            for (k, lengths) in along.iter().enumerate() {
+                let place = i % lengths.count;
                 i /= lengths.count;
-                weight *= lengths.length[at];
-                place += lengths.index[at] * step;
-                step *= axis.len();
+                at[k] = lengths.index[place];
+                shares[k] = [lengths.length[place], lengths.moment[place]];
+                weight *= lengths.length[place];
             }
-            if is_own(place) {
-                sum += weight * values.get(place);
+            let number = self.number_of(&at);
+            if !is_own(number) {
+                continue;
+            }
+            sum += weight * values.get(number);
+            if has_slopes && shares.iter().any(|[_, moment]| *moment != 0.0) {
+                sum += self.shape(&at, number, &|i| values.get(i)).over(&shares);
             }
         }
         Some(sum)
@@ -127,8 +139,9 @@ mod tests {
         let nodes = |n: usize| AxisTable::nodes("x", edges(n - 1), None, false).unwrap();
         let values = Values::F64((0..n.iter().product()).map(|_| 10_f64.powf(4.0 * random.unit())).collect());
         type Make<'a> = &'a dyn Fn(usize) -> AxisTable;
-        let of: [(Interpolation, Make); 4] = [
+        let of: [(Interpolation, Make); 5] = [
             (Interpolation::Constant, &cells),
+            (Interpolation::PiecewiseLinear, &cells),
             (Interpolation::Linear, &cells),
             (Interpolation::Linear, &nodes),
             (Interpolation::Linear, &around),

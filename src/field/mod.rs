@@ -4,9 +4,9 @@
 //! |---|---|---|
 //! | radial profile, nodes | monotone cubic in `ln rho` or `rho` ([`RadialProfile`]) | quadrature per segment |
 //! | radial profile, cells | monotone cubic of the enclosed mass | exact per cell |
-//! | grid | multilinear, constant per cell, or limited cubic | closed form; cells for cubic |
+//! | grid | piecewise linear or constant in cells, multilinear, or limited cubic | closed form; cells for cubic |
 //! | grid of r, theta, phi or R, phi, z | multilinear, constant per cell | closed form |
-//! | grid of cells of several sizes | constant per cell, or linear with limited slopes | exact per cell |
+//! | grid of cells of several sizes | linear with limited slopes in cells, or constant | exact per cell |
 //! | mesh | isoparametric shape functions, constant per cell | exact per cell |
 //! | point cloud | Shepard's weights over the nearest points | adaptive cubature |
 //! | particles | a smooth field fitted to them, or constant in their Voronoi cells | that of the particles |
@@ -42,6 +42,7 @@ mod geographic;
 mod grid;
 mod grid_axis;
 mod grid_boxes;
+mod grid_slopes;
 mod hull;
 mod interior;
 mod intervals;

@@ -1,4 +1,4 @@
-//! Cells of several sizes: constant within each, or linear with limited slopes.
+//! Cells of several sizes: linear with limited slopes within each, or constant.
 //!
 //! Within a cell of width d about c the linear reconstruction is v + sum_k s_k (x_k - c_k), which keeps the cell's integral. The
 //! slopes are those of the plane that fits the neighbors across all faces best, by squares weighted with 1/distance^2, so that a
@@ -67,13 +67,14 @@ impl<const D: usize> Refined<D> {
         interpolation: Option<Interpolation>,
     ) -> Result<Self> {
         if interpolation == Some(Interpolation::Cubic) {
-            let problem = "is cubic, which there is for grids of one level alone; leave it out (constant within cells) or choose linear";
+            let problem = "is cubic, which there is for grids of one level alone; leave it out (limited slopes within cells) or choose nearest";
             return Err(Error::scene("input.interpolation", problem));
         }
         if grid.dimension() != D || u32::try_from(grid.blocks.len()).is_err() {
             let problem = format!("has {} axes and {} blocks", grid.dimension(), grid.blocks.len());
             return Err(Error::field(name, problem));
         }
+        let is_linear = interpolation != Some(Interpolation::Constant);
         let ends = grid.axes.iter().zip(periods).map(|(axis, period)| {
             AxisTable::cells(&axis.name, vec![axis.lo, axis.hi], vec![0.5 * axis.lo + 0.5 * axis.hi], period)
         });
@@ -89,7 +90,7 @@ impl<const D: usize> Refined<D> {
         let ruler = |level: usize| std::array::from_fn(|k| Ruler::new(&grid, k, level as u8));
         let rulers = (0..grid.ratios.len()).map(ruler).collect();
         let tree = Bvh::new((0..grid.blocks.len() as u32).collect(), &|b| placed[b as usize].bounds);
-        Ok(Self { grid, ends, tree, placed, rulers, is_linear: interpolation == Some(Interpolation::Linear) })
+        Ok(Self { grid, ends, tree, placed, rulers, is_linear })
     }
 
     /// The box of all blocks.
@@ -176,8 +177,24 @@ impl<const D: usize> Refined<D> {
         Some(neighbor)
     }
 
-    fn neighbors(&self, cell: &Cell<D>) -> Neighbors<D> {
-        sph::array(|k| [-1.0, 1.0].map(|side| self.neighbor(cell, k, side)))
+    /// Those of a cell at a place in a block, most of which are in the same one.
+    fn neighbors(&self, cell: &Cell<D>, (b, at): (usize, &[u64; D])) -> Neighbors<D> {
+        let block = &self.grid.blocks[b];
+        let mut step = 1;
+        std::array::from_fn(|k| {
+            let beside = [at[k] > 0, at[k] + 1 < block.cells[k]];
+            let values = [cell.value.wrapping_sub(step), cell.value + step];
+            step *= block.cells[k] as usize;
+            std::array::from_fn(|side| {
+                let way = [-1.0, 1.0][side];
+                if !beside[side] {
+                    return self.neighbor(cell, k, way);
+                }
+                let mut offset = [0.0; D];
+                offset[k] = way;
+                Some(Neighbor { values: [values[side]; 8], count: 1, offset })
+            })
+        })
     }
 }
 
@@ -322,8 +339,9 @@ impl<const D: usize> Refined<D> {
         if moments == [0.0; D] {
             return 0.0;
         }
-        let cell = self.cell((b, at.map(|i| i as u64), self.placed[b].first + within));
-        let slopes = slopes(&cell, &self.neighbors(&cell), &|i| values.get(i) / unit);
+        let place = at.map(|i| i as u64);
+        let cell = self.cell((b, place, self.placed[b].first + within));
+        let slopes = slopes(&cell, &self.neighbors(&cell, (b, &place)), &|i| values.get(i) / unit);
         (0..D).map(|k| slopes[k] * moments[k]).sum()
     }
 }
@@ -348,7 +366,7 @@ impl<const D: usize> Sampler<D> for Refined<D> {
         out.iter_mut().enumerate().for_each(|(c, v)| *v = values.get(own * stride + c));
         if self.is_linear {
             let cell = self.cell(found);
-            let neighbors = self.neighbors(&cell);
+            let neighbors = self.neighbors(&cell, (found.0, &found.1));
             for (c, v) in out.iter_mut().enumerate() {
                 let slopes = slopes(&cell, &neighbors, &|i| values.get(i * stride + c));
                 *v += (0..D).map(|k| slopes[k] * (inside[k] - cell.center[k])).sum::<f64>();

@@ -1,10 +1,11 @@
-//! Densities that are constant in each cell of a grid, as those of pictures: cells belong together unless the density changes between
+//! Densities that are known in each cell of a grid, as those of pictures: cells belong together unless the density changes between
 //! them by a large factor, and what such jumps separate are the pieces of the field.
 
 use super::grid::Grid;
+use super::grid_axis::AxisTable;
 use super::sampled::{Outside, SampledDensity, Sampler};
 use super::{Interpolation, MassEstimate, ScalarField};
-use sph::domain::Domain;
+use sph::domain::{Domain, Region};
 use sph_formats::Values;
 use std::collections::BTreeMap;
 
@@ -25,9 +26,12 @@ impl<const D: usize> Stepped<D> {
     /// The density with its pieces.
     ///
     /// # Errors
-    /// The density as it was, where it has fewer than two pieces or too many, or is not constant in cells.
+    /// The density as it was, where it has fewer than two pieces or too many, or is not one of cells.
     pub(crate) fn of(density: SampledDensity<Grid<D>>) -> Result<Self, SampledDensity<Grid<D>>> {
-        if density.sampler.interpolation != Interpolation::Constant {
+        let is_of_cells = density.sampler.axes.iter().all(AxisTable::is_cells);
+        if !is_of_cells
+            || !matches!(density.sampler.interpolation, Interpolation::Constant | Interpolation::PiecewiseLinear)
+        {
             return Err(density);
         }
         let roots = components(&density.sampler, &density.values);
@@ -49,10 +53,9 @@ impl<const D: usize> Stepped<D> {
     }
 
     fn number(&self, x: &[f64; D]) -> usize {
-        let mut out = [0.0];
-        // Constant in cells: the number of one of them.
-        let is_inside = self.density.sampler.sample(&self.pieces, 1, x, Outside::Reject, &mut out);
-        if is_inside { out[0] as usize } else { 0 }
+        let grid = &self.density.sampler;
+        grid.admit(x, Outside::Reject)
+            .map_or(0, |inside| self.pieces.get(grid.number_of(&grid.cell_around(&inside))) as usize)
     }
 }
 
@@ -79,13 +82,15 @@ impl<const D: usize> ScalarField<D> for Stepped<D> {
     }
 
     fn piece_integrals(&self, domain: &Domain<D>) -> Option<Vec<(u64, MassEstimate)>> {
+        if !matches!(domain.region, Region::Box) {
+            return None;
+        }
         let of = |piece: usize| {
-            let is_own = |i: &usize| self.pieces.get(*i) as usize == piece;
-            let value = |i: usize| if is_own(&i) { self.density.values.get(i) } else { 0.0 };
-            let own = Values::F64((0..self.density.values.len()).map(value).collect());
-            Some((piece as u64, self.density.sampler.integral(&own, domain)?))
+            let is_own = |i: usize| self.pieces.get(i) as usize == piece;
+            let integral = self.density.sampler.integral_of_own(&self.density.values, domain, Some(&is_own));
+            (piece as u64, integral)
         };
-        (1..=self.count).map(of).collect()
+        Some((1..=self.count).map(of).collect())
     }
 }
 

@@ -372,6 +372,7 @@ fn field_options<const D: usize>(
     let periodic = walls.map(|w| (w == Some(BoundaryName::Periodic)).then_some(Period::Auto));
     Ok(FieldOptions {
         interpolation: scene.input.interpolation.map(|i| match i {
+            InterpolationName::PiecewiseLinear => Interpolation::PiecewiseLinear,
             InterpolationName::Linear => Interpolation::Linear,
             InterpolationName::Cubic => Interpolation::Cubic,
             InterpolationName::Nearest => Interpolation::Constant,

@@ -99,8 +99,11 @@ pub(crate) fn particle_file<const D: usize>(
             scene.output.box_factor
         ));
     }
+    // A magnetic field is one of places, where its divergence vanishes; what else is carried goes along with the gas.
+    let taken_at = |name: &str| if name == names::MAGNETIC_FIELD { places } else { raw.positions };
+    let carried = prepared.source.carried.iter();
     let mut carried: Vec<Column> =
-        prepared.source.carried.iter().map(|f| columns::column(f.as_ref(), raw.positions, &units)).collect();
+        carried.map(|f| columns::column(f.as_ref(), taken_at(&f.info().name), &units)).collect();
     columns::check_finite(&carried)?;
     let conserved = kept_totals(prepared, (raw.positions, &raw.masses), raw.balanced.is_some(), &units, &mut carried);
     notes.extend(conserved.as_ref().map(Conserved::describe));

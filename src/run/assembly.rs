@@ -119,6 +119,30 @@ impl Body {
         Self { surface: surface.unwrap_or(self.surface), ..self }
     }
 
+    /// Takes out of the velocities what the body moves by as a whole, where that is more than `rounding`; what it was.
+    pub fn stop(&mut self, rounding: f64) -> Option<[f64; 3]> {
+        let (_, own) = center_of_mass(std::slice::from_ref(self), &[State::default()]);
+        if !(length(own) > rounding) {
+            return None;
+        }
+        let d = self.dimension;
+        for part in &mut self.parts {
+            let count = part.table.count;
+            let zeros =
+                || Column::new(names::VELOCITIES, d, Values::F64(vec![0.0; d * count]), UnitDimension::VELOCITY);
+            if part.table.column(names::VELOCITIES).is_none() {
+                part.table.columns.push(zeros());
+            }
+            let columns = part.table.columns.iter_mut();
+            for column in columns.filter(|c| c.name == names::VELOCITIES) {
+                let (values, stride) = (&column.values, column.components);
+                let at = |i: usize| values.get(i) - own[i % stride];
+                column.values = Values::F64((0..values.len()).map(at).collect());
+            }
+        }
+        Some(own)
+    }
+
     /// A single particle, in as many dimensions, of a type that is not gas.
     pub fn point(title: String, mass: f64, radii: &[(&str, f64)], (dimension, part_type): (usize, u8)) -> Self {
         let table = point_table((vec![0.0; dimension], mass, None), radii, None);

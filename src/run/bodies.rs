@@ -86,6 +86,9 @@ pub fn place_bodies(
     let relative =
         scene.orbit.as_ref().map(|o| common.relative(o, &bodies, (&header.units, &conversion))).transpose()?;
     let mut states = common.states(scene, &bodies, relative.as_ref(), &conversion)?;
+    if let Some(relative) = &relative {
+        notes.extend(bodies.iter_mut().filter_map(|body| stopped(body, relative)));
+    }
     let own = box_of(scene, common.dimension, &conversion)?;
     assembly::refuse_overlap(&bodies, &states, own.as_ref())?;
     if relative.is_some() {
@@ -435,6 +438,18 @@ impl Common {
             }
         }
     }
+}
+
+/// Relative to the speed on the orbit: less is rounding.
+const OWN_MOTION: f64 = 1e-9;
+
+/// Takes out what a body moves by as a whole without its orbit, which is that of centers of mass.
+fn stopped(body: &mut Body, orbit: &Relative) -> Option<String> {
+    let own = body.stop(OWN_MOTION * orbit.velocity[0].hypot(orbit.velocity[1]))?;
+    Some(format!(
+        "'{}' moved as a whole at [{:.4e}, {:.4e}, {:.4e}] by itself: that is taken out, as the orbit says how its center of mass moves",
+        body.title, own[0], own[1], own[2]
+    ))
 }
 
 /// Which of `d` axes the scene's own box is periodic along.

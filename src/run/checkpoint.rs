@@ -10,8 +10,8 @@ use super::checkpoint_parts::{self, Family, Pieces};
 use super::fingerprint::Hash;
 use super::gathered::agreed;
 use crate::error::{Error, Result};
-use crate::relaxation::{Particles, Snapshot, StageName, StageReport, StopReason};
-use crate::scene::{CheckpointInput, Scene};
+use crate::relaxation::{Control, Particles, Snapshot, StageName, StageReport, StopReason};
+use crate::scene::{CheckpointInput, OnInterrupt, Scene};
 use crate::target::Target;
 use serde::{Deserialize, Serialize};
 use sph::exchange::{Alone, Exchange};
@@ -27,6 +27,21 @@ pub(super) fn remove_checkpoint(scene: &Scene, stop: StopReason) -> Option<Strin
     let file = scene.checkpoint.file.as_deref().filter(|f| f.is_file() && !stop.is_cut())?;
     let error = checkpoint_parts::remove(file).err()?;
     Some(format!("the checkpoint '{}' is of no more use but cannot be removed: {error}", file.display()))
+}
+
+/// What a run ends with that is interrupted where it has no state of its own to keep, unless its particles are to be written then: with the checkpoint
+/// of what came before, where there is one.
+///
+/// # Errors
+/// The end.
+pub(super) fn refuse_interrupted(scene: &Scene, control: &Control<'_>) -> Result<()> {
+    if !control.is_interrupted() || scene.output.on_interrupt == OnInterrupt::Write {
+        return Ok(());
+    }
+    match scene.checkpoint.file.as_ref().filter(|file| file.is_file()) {
+        Some(file) => Err(Error::InterruptedKept(file.clone())),
+        None => Err(Error::Interrupted),
+    }
 }
 
 /// What a checkpoint belongs to.
@@ -318,4 +333,28 @@ pub(crate) fn refuse_other_content(path: &Path) -> Result<()> {
     let problem =
         format!("'{}' is there already and is no checkpoint: it would be lost; name another file", path.display());
     Err(Error::scene("checkpoint.file", problem))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::sync::atomic::AtomicBool;
+
+    /// An interrupt where nothing is kept leaves no output, unless it is to; it names the checkpoint of what came before.
+    #[test]
+    fn interrupts_leave_no_output_unless_they_are_to() {
+        let folder = tempfile::tempdir().unwrap();
+        let (pressed, mut scene) = (AtomicBool::new(false), Scene::default());
+        let control = Control { interrupted: &pressed, ..Control::default() };
+        assert!(refuse_interrupted(&scene, &control).is_ok());
+        pressed.store(true, std::sync::atomic::Ordering::Relaxed);
+        assert!(matches!(refuse_interrupted(&scene, &control), Err(Error::Interrupted)));
+        let file = folder.path().join("a.checkpoint");
+        scene.checkpoint.file = Some(file.clone());
+        assert!(matches!(refuse_interrupted(&scene, &control), Err(Error::Interrupted)));
+        std::fs::write(&file, "kept").unwrap();
+        assert!(matches!(refuse_interrupted(&scene, &control), Err(Error::InterruptedKept(kept)) if kept == file));
+        scene.output.on_interrupt = OnInterrupt::Write;
+        assert!(refuse_interrupted(&scene, &control).is_ok());
+    }
 }

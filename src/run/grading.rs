@@ -5,7 +5,6 @@ use super::verdict::{Finding, Grade, Topic};
 use crate::field::Scatter;
 use crate::metrics::{BIAS, LedgerFigures};
 use crate::relaxation::{BALANCE, Certificate, CertificateVerdict, StopReason, TRIMMING};
-use crate::scene::Polish;
 use sph::kernel::{KernelName, makes_pairs};
 
 /// Net force over gravity that leaves a body almost still.
@@ -87,7 +86,7 @@ fn of_snapshot(snapshot: &SnapshotReport) -> Vec<Finding> {
 }
 
 /// Whether the particles stay still, where they were followed.
-fn of_certificate(certificate: &Certificate) -> (Grade, String) {
+fn of_certificate(certificate: &Certificate, is_settled: bool) -> (Grade, String) {
     let (verdict, [unit, _]) = (certificate.verdict(), certificate.units());
     let graded = match verdict {
         CertificateVerdict::Quiet | CertificateVerdict::Flows => Grade::Good,
@@ -102,6 +101,9 @@ fn of_certificate(certificate: &Certificate) -> (Grade, String) {
     let remedy = match graded {
         Grade::Good => "",
         _ if verdict == CertificateVerdict::Unknown => "; it was hardly followed, and more time tells",
+        _ if certificate.has_gravity && is_settled => {
+            "; a longer `settle`, a kernel that keeps particles apart, or more of them leaves less"
+        }
         _ if certificate.has_gravity => {
             "; a kernel that keeps particles apart, more `balance.evaluations`, or `settle` leaves less"
         }
@@ -165,10 +167,17 @@ fn density_remedy(report: &Report, mean: f64) -> String {
 
 /// What places mass and density better, as far as it has not been done.
 fn more(report: &Report) -> &'static str {
-    match report.plan.polish {
-        Polish::Solver => "more particles",
-        _ => "more particles or `polish: solver`",
+    match report.renewed {
+        Some(_) => "a finer snapshot, or a wider `refine.shell`,",
+        None if report.plan.takes_a_solver() => "more particles or `polish: solver`",
+        None => "more particles",
     }
+}
+
+/// Whether the result of the balance is another state than that which it began with.
+fn changed_anything(report: &Report) -> bool {
+    let mut of_balance = report.stages.iter().filter(|stage| stage.stage == BALANCE);
+    of_balance.any(|stage| stage.history.first().is_none_or(|first| first.iteration != stage.best_iteration))
 }
 
 /// Whether the kernel counts more neighbors than keep particles apart.
@@ -188,6 +197,15 @@ fn mass_in_place(share: f64, more: &str) -> (Grade, String) {
         _ => (Grade::Bad, "; the body is not the input's: use more particles, or another seeding".into()),
     };
     (grade, format!("{:.1} % (95 % is good){remedy}", 100.0 * share))
+}
+
+/// On the same of particles of which most are as they were.
+fn of_few_boxes(share: f64) -> String {
+    format!(
+        "{:.1} % (95 % is good); most particles are the snapshot's own, of which faces of boxes cut through as many as lie there: the new ones are judged by \
+         their density",
+        100.0 * share
+    )
 }
 
 /// On the mean deviation of the density.
@@ -241,7 +259,10 @@ pub fn verdict(report: &Report) -> Vec<Finding> {
     let mut all = Vec::new();
     let mut say = |grade, topic: Topic, text: String| all.push(Finding::new(grade, topic, text));
     if !report.ledger.levels.is_empty() {
-        let (grade, mut text) = mass_in_place(report.ledger.in_place, more(report));
+        let (mut grade, mut text) = mass_in_place(report.ledger.in_place, more(report));
+        if report.renewed.is_some() && grade == Grade::Bad {
+            (grade, text) = (Grade::Look, of_few_boxes(report.ledger.in_place));
+        }
         if grade != Grade::Good && report.balance.is_some() && is_crowded(report) {
             text.push_str("; a kernel with the pairing instability is balanced with mass out of place: fewer neighbors, as a note says, keep it");
         }
@@ -260,6 +281,13 @@ pub fn verdict(report: &Report) -> Vec<Finding> {
         text.push_str(&density_remedy(report, error.mean));
     }
     say(graded, Topic::Density, text);
+    if let Some(off) = report.renewed {
+        let (graded, mut text) = density(off);
+        if graded != Grade::Good {
+            text.push_str("; a wider `refine.shell`, over more of the coarser particles' spacings, has less");
+        }
+        say(graded, Topic::Density, format!("of the new particles: {text}"));
+    }
     if report.particles > 1 {
         let (grade, text) = pairs(report.neighbors.closest_pair, report.kernel);
         say(grade, Topic::Pairs, text);
@@ -298,8 +326,14 @@ pub fn verdict(report: &Report) -> Vec<Finding> {
         let remedy = match (graded, report.plan.why_unbalanced()) {
             (Grade::Good, _) => String::new(),
             (_, Some(why)) => format!("; it is not balanced: {why}"),
+            _ if is_balanced && !changed_anything(report) => {
+                "; its balance made the density worse and is not used, as a note says: where the center is denser than particles can resolve, as that of a giant, \
+                 `input.core` takes its place"
+                    .into()
+            }
             _ if is_balanced => "; more particles, or a kernel that keeps them apart, leave less".into(),
-            _ => "; `--balance`, or `--for CODE`, lets it stay still".into(),
+            _ if report.plan.is_balance_unasked() => "; `--balance`, or `--for CODE`, lets it stay still".into(),
+            _ => "; it was not balanced, as there was no time for it, or too few particles".into(),
         };
         say(
             graded,
@@ -307,7 +341,7 @@ pub fn verdict(report: &Report) -> Vec<Finding> {
             format!("net force of {:.1} % of gravity (1 % is good, 10 % is much){remedy}", 100.0 * net),
         );
     }
-    if let Some((grade, text)) = report.certificate.as_ref().map(of_certificate) {
+    if let Some((grade, text)) = report.certificate.as_ref().map(|c| of_certificate(c, report.settled.is_some())) {
         say(grade, Topic::Certificate, text);
     }
     if let Some((grade, text)) = masses(report) {

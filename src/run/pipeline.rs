@@ -2,7 +2,7 @@
 //! fields -> measures -> particle file. The only place where the run-time dimension becomes a type.
 
 use super::carving::{Carving, Obstacles};
-use super::checkpoint::remove_checkpoint;
+use super::checkpoint::{refuse_interrupted, remove_checkpoint};
 use super::destination::{
     Destination, intended_format, refuse_box, refuse_cold, refuse_other_types, refuse_what_the_format_cannot_hold,
 };
@@ -240,14 +240,16 @@ impl Run<'_> {
     /// Ends a run that is interrupted between two steps, unless what there is is to be written: one body of several is placed as well as
     /// it can be then.
     fn check(&self) -> Result<()> {
-        let writes = !self.is_dry && self.scene.output.on_interrupt == OnInterrupt::Write;
-        if self.control.is_interrupted() && !writes { Err(Error::Interrupted) } else { Ok(()) }
+        match self.is_dry && self.control.is_interrupted() {
+            true => Err(Error::Interrupted),
+            false => refuse_interrupted(self.scene, self.control),
+        }
     }
 
     fn in_dimension<const D: usize>(mut self, mut raw: RawInput) -> Result<Done> {
         let lap = Instant::now();
         self.control.tell(Event::Begin(Step::Interpolate));
-        let refining = Refining::<D>::new(self.scene, &mut raw, &self.units)?;
+        let mut refining = Refining::<D>::new(self.scene, &mut raw, &self.units)?;
         self.own_units = refining.as_ref().map(Refining::units);
         let count = refining.as_ref().map_or(self.scene.particles.unwrap_or(DEFAULT_PARTICLES), Refining::count);
         let mut prepared = Prepared::<D>::new(self.scene, self.formats, (raw, &self.units), count)?;
@@ -315,7 +317,7 @@ impl Run<'_> {
         }
         let equilibrium = hydrostatics.as_ref().map(|h| h as &dyn Equilibrium<D>);
         let setting = Setting::new(self.scene, target, equilibrium, self.control);
-        let placed = match (&refining, &around) {
+        let placed = match (&mut refining, &around) {
             (Some(refining), _) => refining.place(&setting, &plan, prepared.length)?,
             (None, Some(around)) => around.place(&setting, &mut plan)?,
             (None, None) => stages::place(&setting, &mut plan)?,
@@ -493,6 +495,7 @@ impl Run<'_> {
             balance,
             certificate,
             settled: None,
+            renewed: None,
             neighbors: near,
             stages,
             expected: self.expected,

@@ -138,7 +138,7 @@ impl Plan {
                 "density solver",
                 format!("over {MAX_AUTOMATIC} particles it takes many minutes; ask for it with polish: solver"),
             ),
-            Polish::None => self.drop("polish", "polish is none"),
+            Polish::None => self.drop("polish", NO_POLISH),
             _ if (count as f64) < 2.0 * neighbors => {
                 self.drop("polish", format!("{count} particles all see each other with {neighbors:.0} neighbors"));
             }
@@ -310,11 +310,23 @@ impl Plan {
         (!UNASKED.contains(&dropped.why.as_str())).then_some(&dropped.why)
     }
 
+    /// Whether asking for a balance is all that it would take.
+    pub fn is_balance_unasked(&self) -> bool {
+        self.left_out.iter().any(|l| l.what == PRESSURE_AND_GRAVITY) && self.why_unbalanced().is_none()
+    }
+
+    /// Whether asking for the solver would polish particles with it.
+    pub fn takes_a_solver(&self) -> bool {
+        let is_left_out = |l: &LeftOut| l.what == "density solver" || l.why == NO_POLISH;
+        !matches!(self.polish, Polish::None | Polish::Solver) || self.left_out.iter().any(is_left_out)
+    }
+
     pub fn drop(&mut self, what: impl Into<String>, why: impl Into<String>) {
         self.left_out.push(LeftOut { what: what.into(), why: why.into() });
     }
 }
 
+const NO_POLISH: &str = "polish is none";
 const PRESSURE_AND_GRAVITY: &str = "balance of pressure and gravity";
 const UNASKED: [&str; 2] =
     ["balance is not set (--balance)", "neither balance (--balance) nor a target code (--for) is set"];

@@ -288,6 +288,7 @@ impl<'a> Run<'a> {
             balance: None,
             certificate: None,
             settled: None,
+            renewed: None,
             neighbors: outcome.neighbors,
             stages,
             expected,

@@ -31,8 +31,9 @@ use sph_formats::{Geometry, ParticleFile, UnitDimension, UnitSystem};
 
 /// A particle of so many times the mass that belongs there, or of its inverse, is replaced.
 const TOLERATED: f64 = 1.5;
-/// Iterations of WVT where the scene does not say.
-const ITERATIONS: usize = 60;
+/// Iterations of WVT where the scene does not say: each number begins anew, and that counts with which the sums of the new particles come nearest
+/// to the density. Across a shell of about a spacing's width, where the spacing itself doubles, many make layers and gaps.
+const ITERATIONS: [usize; 5] = [60, 20, 6, 2, 1];
 /// Largest change of a new particle's mass for the sake of the density, and how often it is looked for.
 const TRIM: f64 = 0.1;
 const TRIMS: usize = 5;
@@ -50,6 +51,23 @@ pub(super) struct Refining<const D: usize> {
     /// Particles that give way, with how many there are in their place.
     replaced: Vec<(usize, usize)>,
     notes: Vec<String>,
+    /// By how much the summed densities of the new particles are off on average, when they are placed.
+    off: Option<f64>,
+}
+
+/// New particles after the particles that stay.
+struct Candidate<const D: usize> {
+    placed: Placed<D>,
+    masses: Vec<f64>,
+    off: Option<f64>,
+}
+
+/// The sums of new particles against the density; none of those that see vacuum, whose sums lack what is not there.
+struct Sums {
+    /// First particle that is new.
+    first: usize,
+    guess: Vec<f64>,
+    wanted: Vec<Option<f64>>,
 }
 
 impl<const D: usize> Refining<D> {
@@ -92,7 +110,7 @@ impl<const D: usize> Refining<D> {
             None => masses.iter().copied().fold(0.0, f64::max),
         };
         let (kept, replaced) = chosen(&points, &masses, |x| particle / refinement.factor(x))?;
-        let mut refining = Self { file, points, masses, domain, particle, kept, replaced, notes };
+        let mut refining = Self { file, points, masses, domain, particle, kept, replaced, notes, off: None };
         if scene.input.other_types == OtherTypes::Drop {
             refining.file.species.retain(|s| s.part_type == 0);
         }
@@ -140,7 +158,7 @@ impl<const D: usize> Refining<D> {
     /// What is done to the snapshot, in place of what is done to others.
     pub fn change(&self, plan: &mut Plan, scene: &Scene) {
         plan.stages = if self.replaced.is_empty() { Vec::new() } else { vec![WVT] };
-        plan.wvt_iterations = scene.wvt.iterations.unwrap_or(ITERATIONS);
+        plan.wvt_iterations = scene.wvt.iterations.unwrap_or(ITERATIONS[0]);
         (plan.polish, plan.splittings, plan.evaluations, plan.balance) = (Polish::None, 0, 0, 0);
         let why = "particles far from the sphere stay as they are, and those about it are relaxed against them";
         plan.left_out = vec![LeftOut { what: "seeding and polish".into(), why: why.into() }];
@@ -150,7 +168,7 @@ impl<const D: usize> Refining<D> {
     ///
     /// # Errors
     /// An interrupt that is to leave nothing.
-    pub fn place(&self, setting: &Setting<'_, D>, plan: &Plan, length: f64) -> Result<Placed<D>> {
+    pub fn place(&mut self, setting: &Setting<'_, D>, plan: &Plan, length: f64) -> Result<Placed<D>> {
         let (target, neighbors) = (&setting.target, setting.scene.kernel_neighbors(D));
         let points: Vec<[f64; D]> = self.points.iter().map(|p| p.map(|x| x / length)).collect();
         let mut densities = vec![None; points.len()];
@@ -174,60 +192,87 @@ impl<const D: usize> Refining<D> {
         let held: Vec<bool> = (0..all.len()).map(|i| i < self.kept.len()).collect();
         let positions: Positions<D> = std::array::from_fn(|k| all.iter().map(|x| x[k]).collect());
         let setting = Setting::new(setting.scene, among, None, setting.control);
-        let mut placed = setting.settled(plan, positions, (&held, false))?;
+        let best = self.nearest(&setting, (plan, target), &positions, &held)?;
+        let Candidate { mut placed, masses, .. } = best;
+        let sums = Sums::new(self, &setting, target, &placed.particles.positions);
+        let masses = self.trimmed(&setting, target, (&placed.particles.positions, masses), &sums);
+        self.center(target, &mut placed.particles.positions, &masses, length);
+        if !self.replaced.is_empty() {
+            self.off = sums.off(&setting, target, &placed.particles.positions, &masses);
+        }
+        placed.particles.masses = Some(masses);
+        placed.notes.extend(self.notes.iter().cloned());
+        Ok(placed)
+    }
+
+    /// Of as many iterations as the scene says, or of several numbers, that whose sums are nearest to the density.
+    fn nearest(
+        &self,
+        setting: &Setting<'_, D>,
+        (plan, target): (&Plan, &Target<'_, D>),
+        positions: &Positions<D>,
+        held: &[bool],
+    ) -> Result<Candidate<D>> {
+        let stated = setting.scene.wvt.iterations.is_some() || self.replaced.is_empty();
+        let numbers = if stated { &[plan.wvt_iterations][..] } else { &ITERATIONS };
+        let mut best: Option<Candidate<D>> = None;
+        for &iterations in numbers {
+            let plan = Plan { wvt_iterations: iterations, ..plan.clone() };
+            let placed = setting.settled(&plan, positions.clone(), (held, false))?;
+            let masses = self.masses_of(target, &placed.particles.positions);
+            let off = match stated {
+                true => None,
+                false => {
+                    let places = &placed.particles.positions;
+                    Sums::new(self, setting, target, places).off(setting, target, places, &masses)
+                }
+            };
+            let is_cut = placed.stop.is_cut();
+            if best.as_ref().is_none_or(|b| off.zip(b.off).is_some_and(|(new, old)| new < old)) {
+                best = Some(Candidate { placed, masses, off });
+            }
+            if is_cut {
+                break;
+            }
+        }
+        best.ok_or_else(|| Error::Numeric { stage: "relaxation", problem: "has no result".into() })
+    }
+
+    /// Masses of particles that stay, and of the others by the density at their places.
+    fn masses_of(&self, target: &Target<'_, D>, positions: &Positions<D>) -> Vec<f64> {
         let total = self.total();
         let share = (total - self.kept.iter().map(|&i| self.masses[i]).sum::<f64>()) / total;
-        let new = &placed.particles.positions;
         let weight = |i: usize| {
-            let (x, parent) = (at(new, i), target.domain.center());
+            let (x, parent) = (at(positions, i), target.domain.center());
             let density = target.number_density(&x);
             if density > 0.0 { target.density.value(&x) / density } else { target.density.value(&parent) }
         };
         let weights: Vec<f64> = (self.kept.len()..self.count()).map(weight).collect();
         let sum: f64 = weights.iter().sum();
         let made = weights.iter().map(|w| w / sum * share);
-        let masses: Vec<f64> = self.kept.iter().map(|&i| self.masses[i] / total).chain(made).collect();
-        let masses = self.trimmed(&setting, target, &placed.particles.positions, masses);
-        self.center(target, &mut placed.particles.positions, &masses, length);
-        placed.particles.masses = Some(masses);
-        placed.notes.extend(self.notes.iter().cloned());
-        Ok(placed)
+        self.kept.iter().map(|&i| self.masses[i] / total).chain(made).collect()
     }
 
     /// Masses of which those of the new particles are changed a little, with the same total, for the sake of the summed density. Particles that
-    /// see vacuum keep theirs: their sums lack what is not there.
+    /// see vacuum keep theirs.
     fn trimmed(
         &self,
         setting: &Setting<'_, D>,
         target: &Target<'_, D>,
-        positions: &Positions<D>,
-        mut masses: Vec<f64>,
+        (positions, mut masses): (&Positions<D>, Vec<f64>),
+        sums: &Sums,
     ) -> Vec<f64> {
         if self.replaced.is_empty() {
             return masses;
         }
-        let (kernel, neighbors, first) = (setting.scene.kernel(), setting.scene.kernel_neighbors(D), self.kept.len());
-        let support =
-            |i: usize| target.support(target.number_density(&at(positions, i)), support_over_spacing(D, neighbors));
-        let guess = parallel::map(masses.len(), support);
-        let wanted = parallel::map(masses.len() - first, |j| {
-            let (x, reach) = (at(positions, first + j), guess[first + j]);
-            let is_filled = |k: usize, way: f64| {
-                let mut y = x;
-                y[k] += way * reach;
-                target.domain.wrap(&mut y);
-                target.density.value(&y) > 0.0
-            };
-            let is_within = (0..D).all(|k| is_filled(k, 1.0) && is_filled(k, -1.0));
-            is_within.then(|| target.density.value(&x))
-        });
+        let first = self.kept.len();
         let own = masses[first..].to_vec();
         let share: f64 = own.iter().sum();
         for _ in 0..TRIMS {
-            let measured = Measured::new(kernel, target.domain, positions, &masses, &guess, neighbors);
-            for (j, wanted) in wanted.iter().enumerate() {
+            let summed = sums.summed(setting, target, positions, &masses);
+            for (j, wanted) in sums.wanted.iter().enumerate() {
                 let Some(wanted) = wanted else { continue };
-                let ratio = (wanted / measured.sums[first + j].weighted).clamp(1.0 - TRIM, 1.0 + TRIM);
+                let ratio = (wanted / summed[j]).clamp(1.0 - TRIM, 1.0 + TRIM);
                 masses[first + j] = (masses[first + j] * ratio).clamp((1.0 - TRIM) * own[j], (1.0 + TRIM) * own[j]);
             }
             let sum: f64 = masses[first..].iter().sum();
@@ -310,6 +355,7 @@ impl<const D: usize> Refining<D> {
             .as_ref()
             .map(|c| format!("the new particles have the totals of those that they replace; {}", c.describe()));
         report.notes.extend(others);
+        report.renewed = self.off;
         report.snapshot.iter_mut().for_each(|s| s.conserved.clone_from(&conserved));
         Ok(())
     }
@@ -340,6 +386,59 @@ impl<const D: usize> Refining<D> {
             corner[k] = if lo > -half && hi < half { -half } else { 0.5 * (lo + hi) - half };
         }
         header.box_corner = Some(corner);
+    }
+}
+
+impl Sums {
+    fn new<const D: usize>(
+        refining: &Refining<D>,
+        setting: &Setting<'_, D>,
+        target: &Target<'_, D>,
+        positions: &Positions<D>,
+    ) -> Self {
+        let (neighbors, first) = (setting.scene.kernel_neighbors(D), refining.kept.len());
+        let support =
+            |i: usize| target.support(target.number_density(&at(positions, i)), support_over_spacing(D, neighbors));
+        let guess = parallel::map(refining.count(), support);
+        let wanted = parallel::map(refining.count() - first, |j| {
+            let (x, reach) = (at(positions, first + j), guess[first + j]);
+            let is_filled = |k: usize, way: f64| {
+                let mut y = x;
+                y[k] += way * reach;
+                target.domain.wrap(&mut y);
+                target.density.value(&y) > 0.0
+            };
+            let is_within = (0..D).all(|k| is_filled(k, 1.0) && is_filled(k, -1.0));
+            is_within.then(|| target.density.value(&x))
+        });
+        Self { first, guess, wanted }
+    }
+
+    /// Densities of new particles with these masses.
+    fn summed<const D: usize>(
+        &self,
+        setting: &Setting<'_, D>,
+        target: &Target<'_, D>,
+        positions: &Positions<D>,
+        masses: &[f64],
+    ) -> Vec<f64> {
+        let (kernel, neighbors) = (setting.scene.kernel(), setting.scene.kernel_neighbors(D));
+        let measured = Measured::new(kernel, target.domain, positions, masses, &self.guess, neighbors);
+        measured.sums[self.first..].iter().map(|sums| sums.weighted).collect()
+    }
+
+    /// By how much these are off on average; none where no sum can be right.
+    fn off<const D: usize>(
+        &self,
+        setting: &Setting<'_, D>,
+        target: &Target<'_, D>,
+        positions: &Positions<D>,
+        masses: &[f64],
+    ) -> Option<f64> {
+        let summed = self.summed(setting, target, positions, masses);
+        let errors: Vec<f64> =
+            self.wanted.iter().zip(&summed).filter_map(|(wanted, sum)| Some((sum / (*wanted)? - 1.0).abs())).collect();
+        (!errors.is_empty()).then(|| errors.iter().sum::<f64>() / errors.len() as f64)
     }
 }
 

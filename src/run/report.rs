@@ -48,6 +48,8 @@ pub struct Report {
     pub certificate: Option<Certificate>,
     /// How motion fell before that while it was damped, where the scene asks for it.
     pub settled: Option<Certificate>,
+    /// Of a snapshot that is refined: by how much the summed densities of the new particles are off on average.
+    pub renewed: Option<f64>,
     pub neighbors: NeighborFigures,
     pub stages: Vec<StageReport>,
     /// What stages were expected to take.

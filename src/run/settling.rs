@@ -1,12 +1,14 @@
 //! Motion is damped after particles were placed, where a scene asks for it (`settle`), and they are followed forward from there (`certify`).
 
 use super::assembly::BODY_ID;
+use super::checkpoint::refuse_interrupted;
 use crate::codes::TargetCode;
 use crate::error::{Error, Result};
 use crate::follow::{Options, Outcome, follow_file};
 use crate::input::particles::is_zero;
 use crate::relaxation::{CERTIFICATE, Certificate, Control, Event, SETTLING, Step, StopReason};
 use crate::scene::Scene;
+use nalgebra::SVector;
 use serde::Serialize;
 use sph::geometry::distance;
 use sph_formats::common::particle_names as names;
@@ -69,16 +71,23 @@ pub(super) fn settle(
     }
     let begin = Instant::now();
     control.tell(Event::Begin(Step::Relax(SETTLING)));
-    let before = (centers(file), angular_momentum(file));
+    let before = (centers(file), angular_momentum(file), turning(file));
     let duration = scene.certify.unwrap_or(0.0);
     let options = Options { duration, gravity: own, settle: Some(time), ..Options::default() };
     let Outcome { certificate, settled, notes } =
         follow_file(file, code, &options, control).map_err(|e| under("settle", e))?;
+    refuse_interrupted(scene, control)?;
     let Some(settled) = settled else { return Ok(None) };
     *file = settled.file;
     let mut notes: Vec<String> = notes.into_iter().map(|note| format!("settled: {note}")).collect();
     notes.push(BEFORE.to_owned());
     notes.extend(moved((&before.0, before.1), (&centers(file), angular_momentum(file))));
+    notes.extend(before.2.zip(turning(file)).map(|(before, after)| {
+        let percent = 100.0 * (after / before - 1.0);
+        format!(
+            "settled: the gas turns at a mean rate of {after:.4e} per unit of time, {percent:+.1} % from {before:.4e}"
+        )
+    }));
     Ok(Some(Settling {
         closest_pair: Some(settled.closest_pair),
         stop: settled.certificate.cut.or(scene.certify.and(certificate.cut)),
@@ -114,6 +123,7 @@ pub(super) fn in_medium(
         let motion = at_rest(file);
         let outcome = follow_file(file, code, &Options { settle: Some(time), ..options }, control);
         let Outcome { settled, notes: said, .. } = outcome.map_err(|e| under("settle", e))?;
+        refuse_interrupted(scene, control)?;
         let Some(settled) = settled else { return Ok(None) };
         *file = settled.file;
         put_back(file, motion, &mut notes);
@@ -128,6 +138,7 @@ pub(super) fn in_medium(
         control.tell(Event::Begin(Step::Relax(CERTIFICATE)));
         let outcome = follow_file(file, code, &Options { duration, ..options }, control);
         let Outcome { certificate, notes: said, .. } = outcome.map_err(|e| under("certify", e))?;
+        refuse_interrupted(scene, control)?;
         if damped.is_none() {
             notes.extend(said.into_iter().map(|note| format!("certificate: {note}")));
         }
@@ -196,6 +207,33 @@ fn angular_momentum(file: &ParticleFile) -> f64 {
         }
     }
     sum.into_iter().fold(0.0, |most, l| if l.abs() > most { l.abs() } else { most })
+}
+
+/// Angular momentum over moment of inertia of the gas about its center of mass, where most of its motion about that is such a rotation.
+fn turning(file: &ParticleFile) -> Option<f64> {
+    let table = &file.species.iter().find(|s| s.part_type == 0)?.table;
+    let [x, v, m] = [names::COORDINATES, names::VELOCITIES, names::MASSES].map(|name| table.column(name));
+    let (x, v, m) = (x?, v?, m?);
+    let d = x.components.min(v.components);
+    if !(2..=3).contains(&d) {
+        return None;
+    }
+    let row = |c: &Column, i: usize| -> SVector<f64, 3> {
+        SVector::from_fn(|k, _| if k < d { c.values.get(i * c.components + k) } else { 0.0 })
+    };
+    let mean = |c: &Column| {
+        let (mut sum, mut mass) = (SVector::<f64, 3>::zeros(), 0.0);
+        (0..table.count).for_each(|i| (sum, mass) = (sum + m.values.get(i) * row(c, i), mass + m.values.get(i)));
+        sum / mass
+    };
+    let (center, drift) = (mean(x), mean(v));
+    let parts = || (0..table.count).map(|i| (m.values.get(i), row(x, i) - center, row(v, i) - drift));
+    let momentum: SVector<f64, 3> = parts().map(|(m, x, v)| m * x.cross(&v)).sum();
+    let axis = momentum.try_normalize(0.0)?;
+    let inertia: f64 = parts().map(|(m, x, _)| m * axis.cross(&x).norm_squared()).sum();
+    let kinetic: f64 = parts().map(|(m, _, v)| m * v.norm_squared()).sum();
+    let rate = momentum.norm() / inertia;
+    (rate.is_finite() && rate * momentum.norm() > 0.5 * kinetic).then_some(rate)
 }
 
 /// How far apart two bodies are now, and how much angular momentum they have.

@@ -129,6 +129,7 @@ impl Input {
             (!self.staggering.is_auto(), "staggering"),
             (self.centering.is_some(), "centering"),
             (self.interpolation.is_some(), "interpolation"),
+            (self.planet_radius.is_some(), "planet_radius"),
         ];
         match asked.iter().find(|(is_asked, _)| *is_asked) {
             Some((_, key)) => {
@@ -176,7 +177,10 @@ pub(super) fn validate_orientation(key: &str, scale: &[f64], rotate: &[f64]) -> 
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum InterpolationName {
-    /// Between the nearest nodes, in each direction; on refined grids with limited slopes within each cell, which keeps its mass.
+    /// Within each cell with a slope in each direction, which keeps the cell's mass and leaves jumps where they are (van Leer 1974): how values of
+    /// cells in Cartesian coordinates are read unless another one is chosen.
+    PiecewiseLinear,
+    /// Between the nearest nodes, or middles of cells, in each direction; on refined grids the same as `piecewise-linear`.
     Linear,
     /// Limited cubic, without overshoots; not on refined grids.
     Cubic,

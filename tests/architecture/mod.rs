@@ -20,7 +20,7 @@ const CRATES: [(&str, &[&str]); 3] =
     [("sph/src", &["sph_formats", "sph_prep"]), ("formats/src", &["sph_core", "sph_prep"]), ("src", &[])];
 
 /// Parts of `field` that turn what was read into fields; the rest of it knows no files either.
-const FROM_FILES: [&str; 26] = [
+const FROM_FILES: [&str; 27] = [
     "build.rs",
     "build_grid.rs",
     "build_input.rs",
@@ -30,6 +30,7 @@ const FROM_FILES: [&str; 26] = [
     "build_tests.rs",
     "carried.rs",
     "curvilinear.rs",
+    "grid_slopes.rs",
     "curvilinear_tests.rs",
     "rows.rs",
     "rows_tests.rs",

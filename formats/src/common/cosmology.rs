@@ -14,14 +14,20 @@ pub(crate) struct Stated {
     pub hubble: Option<f64>,
     /// Whether the run's parameters say that it is cosmological.
     pub is_comoving: Option<bool>,
+    /// Share of matter in the critical density, which means something in cosmological runs alone.
+    pub matter: Option<f64>,
 }
 
 impl Stated {
-    /// The scale factor of a cosmological run: the time is 1/(1 + z), and z is not 0 or the parameters say so.
+    /// The scale factor of a cosmological run: the time is 1/(1 + z), and the parameters say so, or z is not 0, or matter and h are those of a universe.
     fn scale_factor(&self) -> Option<f64> {
         let (time, redshift) = (self.time?, self.redshift?);
         let is_scale = redshift.is_finite() && (time * (1.0 + redshift) - 1.0).abs() < SAME;
-        (is_scale && self.is_comoving.unwrap_or(redshift != 0.0)).then_some(time)
+        (is_scale && self.is_comoving.unwrap_or(redshift != 0.0 || self.is_of_universe())).then_some(time)
+    }
+
+    fn is_of_universe(&self) -> bool {
+        self.matter.is_some_and(|share| share > 0.0) && self.hubble.is_some_and(|h| h > 0.0 && h != 1.0)
     }
 
     /// Key and text for the provenance: what its numbers are, which are read as they stand.
@@ -49,6 +55,7 @@ mod tests {
             redshift: Some(redshift),
             hubble: Some(0.7),
             is_comoving,
+            matter: None,
         };
         let text = stated(0.25, 3.0, None).fact().unwrap().1;
         assert!(text.contains("0.25") && text.contains("h = 0.7"), "{text}");
@@ -60,5 +67,11 @@ mod tests {
             assert_eq!(other.fact(), None, "{other:?}");
         }
         assert_eq!(Stated::default().fact(), None);
+        // Today, by matter and h; not in a run that does not expand.
+        let today = Stated { matter: Some(0.3), ..stated(1.0, 0.0, None) };
+        assert!(today.fact().unwrap().1.contains("per h"));
+        assert_eq!(Stated { matter: Some(0.3), ..stated(0.0, 0.0, None) }.fact(), None);
+        assert_eq!(Stated { hubble: Some(1.0), ..today }.fact(), None);
+        assert_eq!(Stated { is_comoving: Some(false), ..today }.fact(), None);
     }
 }

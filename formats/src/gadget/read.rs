@@ -36,6 +36,8 @@ const SWIFT_UNITS: [&str; 4] =
 const SUPPORT_RADIUS_FLAVORS: [&str; 2] = [FORMAT, "gizmo"];
 /// Files of one snapshot, at most.
 const MOST_FILES: f64 = 1e6;
+/// Fewer particles than these may lie in a plane by chance.
+const FLAT: usize = 5;
 /// More columns than this in one dataset are not a particle's components.
 const MAX_COMPONENTS: usize = 64;
 
@@ -58,7 +60,12 @@ pub fn read(path: &Path, _request: &FieldRequest) -> Result<FileContent> {
     let opened = Opened::new(path)?;
     let files = opened.files()?;
     if files == 1 {
-        return opened.particles().map(FileContent::Particles);
+        let read = opened.particles(None)?;
+        return match opened.dimension_of(&read) {
+            None => Ok(read),
+            Some(dimension) => opened.particles(Some(dimension)),
+        }
+        .map(FileContent::Particles);
     }
     let members = match opened.attributes.number("Virtual") {
         // SWIFT's file without particles of its own, which shows those of the others as if they were.
@@ -84,7 +91,7 @@ pub fn read(path: &Path, _request: &FieldRequest) -> Result<FileContent> {
         let counts = part.counts()?;
         sums.resize(counts.len().max(sums.len()), 0.0);
         sums.iter_mut().zip(counts).for_each(|(sum, n)| *sum += n);
-        part.particles()
+        part.particles(None)
     })?;
     if let Some(totals) = totals.filter(|t| *t != sums && t.iter().any(|n| *n != 0.0)) {
         let problem = format!("its files have {sums:?} particles together, but NumPart_Total says {totals:?}");
@@ -140,10 +147,39 @@ impl<'p> Opened<'p> {
         counts.ok_or_else(|| self.file.input("group 'Header'", "attribute NumPart_ThisFile is missing"))
     }
 
-    fn particles(&self) -> Result<ParticleFile> {
+    /// Of a file that states none: the dimension of a plane or line, if all of its gas lies on one that axes span.
+    fn dimension_of(&self, read: &ParticleFile) -> Option<usize> {
+        let gas = read.species.iter().find(|s| s.part_type == 0 && s.table.count >= FLAT)?;
+        if self.attributes.number("Dimension").is_some() {
+            return None;
+        }
+        let places: Vec<&Column> = read
+            .species
+            .iter()
+            .filter_map(|s| s.table.column(names::COORDINATES))
+            .filter(|c| c.components == 3)
+            .collect();
+        let first = gas.table.column(names::COORDINATES)?;
+        let is_one = |k: usize| {
+            let value = first.values.get(k);
+            places.iter().all(|c| (0..c.values.len() / 3).all(|i| c.values.get(3 * i + k) == value))
+        };
+        match (is_one(0), is_one(1), is_one(2)) {
+            (false, false, true) => Some(2),
+            (false, true, true) => Some(1),
+            _ => None,
+        }
+    }
+
+    /// All particles, in the dimension that the header states, or else in `dimension`.
+    fn particles(&self, dimension: Option<usize>) -> Result<ParticleFile> {
         let (file, groups, attributes) = (&self.file, &self.groups, &self.attributes);
         let origin = Origin::of(file, groups, attributes)?;
-        let mut header = read_header(file, attributes, &origin)?;
+        let mut header = read_header(file, (attributes, dimension), &origin)?;
+        header.provenance.extend(dimension.map(|d| {
+            let on = if d == 2 { "in one plane" } else { "on one line" };
+            ("converted".to_owned(), format!("it states no Dimension, and all gas lies {on}: it is read in {d}-D"))
+        }));
         if is_voronoi(file, groups)? {
             header.provenance.push((MESH_KEY.into(), VORONOI.into()));
         }
@@ -291,6 +327,7 @@ impl Origin {
             time: self.cosmology.number("Scale-factor").or_else(|| header.number("Time")),
             redshift: self.cosmology.number("Redshift").or_else(|| header.number("Redshift")),
             hubble: number("HubbleParam").filter(|_| !self.is_swift),
+            matter: number("Omega0").or_else(|| number("OmegaMatter")).filter(|_| !self.is_swift),
             is_comoving: self
                 .cosmology
                 .number("Cosmological run")
@@ -310,9 +347,9 @@ impl Origin {
     }
 }
 
-fn read_header(file: &Reader, header: &Attributes, origin: &Origin) -> Result<RunHeader> {
+fn read_header(file: &Reader, (header, otherwise): (&Attributes, Option<usize>), origin: &Origin) -> Result<RunHeader> {
     let dimension = match header.number("Dimension") {
-        None => 3,
+        None => otherwise.unwrap_or(3),
         Some(d) if d == 1.0 || d == 2.0 || d == 3.0 => d as usize,
         Some(d) => {
             return Err(file.input("group 'Header'", format!("Dimension is {d}, expected 1, 2 or 3")));

@@ -17,6 +17,7 @@ pub mod offset {
     pub const FLAG_COOLING: usize = 120;
     pub const FILES: usize = 124;
     pub const BOX_SIZE: usize = 128;
+    pub const MATTER: usize = 136;
     pub const HUBBLE: usize = 152;
     pub const TOTAL_HIGH_WORDS: usize = 168;
     pub const FLAG_ENTROPY: usize = 192;
@@ -99,6 +100,8 @@ pub struct Header {
     pub masses: [f64; TYPES],
     pub time: f64,
     pub redshift: f64,
+    /// Share of matter in the critical density.
+    pub matter: f64,
     /// H0 over 100 km/s/Mpc.
     pub hubble: f64,
     pub box_size: f64,
@@ -110,7 +113,8 @@ pub struct Header {
 impl Header {
     /// What is said of an expanding box, for the provenance.
     pub fn cosmology(&self) -> Option<(String, String)> {
-        let Self { time, redshift, hubble, .. } = *self;
-        Stated { time: Some(time), redshift: Some(redshift), hubble: Some(hubble), is_comoving: None }.fact()
+        let Self { time, redshift, hubble, matter, .. } = *self;
+        let [time, redshift, hubble, matter] = [time, redshift, hubble, matter].map(Some);
+        Stated { time, redshift, hubble, matter, is_comoving: None }.fact()
     }
 }

@@ -111,6 +111,7 @@ fn read_header(records: &mut Records<'_>) -> Result<Header> {
         masses: std::array::from_fn(|t| number(offset::MASSES + 8 * t)),
         time: number(offset::TIME),
         redshift: number(offset::REDSHIFT),
+        matter: number(offset::MATTER),
         hubble: number(offset::HUBBLE),
         box_size: number(offset::BOX_SIZE),
         files: word(offset::FILES),

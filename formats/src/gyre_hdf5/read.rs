@@ -163,8 +163,22 @@ fn star(file: &Reader, attributes: &Attributes, datasets: &[String]) -> Result<M
         length: Unit::parse("cm"),
         variables,
         metadata: scalars.into_iter().filter_map(scalar).chain([("version".into(), format!("{version:.2}"))]).collect(),
-        note: format!("GYRE model, GSM version {version:.2}: all profiles belong to the same radii"),
+        note: format!(
+            "GYRE model, GSM version {version:.2}: all profiles belong to the same radii{}",
+            unknown(datasets)
+        ),
     })
+}
+
+/// Datasets that no version of GSM has, which are not read: in words, if there are any.
+fn unknown(datasets: &[String]) -> String {
+    // Partial derivatives of opacity and energy generation are GSM's, too.
+    let is_derivative = |name: &str| ["kap_", "eps_"].iter().any(|start| name.starts_with(start));
+    let is_known = |name: &str| name == "r" || is_derivative(name) || PROFILES.iter().any(|profile| profile.0 == name);
+    match datasets.iter().map(String::as_str).filter(|name| !is_known(name)).collect::<Vec<_>>() {
+        unknown if unknown.is_empty() => String::new(),
+        unknown => format!("; left out, as no model of GYRE has them: {}", unknown.join(", ")),
+    }
 }
 
 /// Enclosed masses from w = m / (M - m), which is infinite or huge where all the mass is enclosed.

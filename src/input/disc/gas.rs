@@ -242,8 +242,8 @@ impl Gas {
             }
             let surface = self.scale * self.law.surface_density(r);
             let stability = self.sound_speed(r) * squared.max(0.0).sqrt() / (PI * self.well.constant * surface);
-            // Edges are not what a whole disc's stability goes by.
-            if self.law.edge(r) > 0.5 && stability < found.stability.0 {
+            // Edges are not what a whole disc's stability goes by, nor are rings that rotation itself makes unstable.
+            if squared > 0.0 && self.law.edge(r) > 0.5 && stability < found.stability.0 {
                 found.stability = (stability, r);
             }
         }
