@@ -69,6 +69,7 @@ impl<const D: usize> Input<'_, D> {
         for variable in std::mem::take(&mut self.others) {
             let here = variable.location == self.density.location;
             let sampler = if here { Arc::clone(sampler) } else { other(variable.location)? };
+            let sampler = sampler.of_carried().unwrap_or(sampler);
             carried.push(carried_field(variable, &|variable| {
                 let components = if variable.components > 1 { D } else { 1 };
                 Ok(Box::new(SampledCarried {

@@ -359,3 +359,25 @@ fn an_interpolation_that_is_not_for_the_input_is_told() {
     };
     assert_eq!([None, Some(Interpolation::Linear), Some(Interpolation::Cubic)].map(notes), [0, 1, 1]);
 }
+
+/// The density of cells has slopes; what is carried beside it is that of the cell, whether it is at the cells of the density or at others.
+#[test]
+fn what_cells_carry_is_that_of_the_cell() {
+    let grid = GridAxis { bounds: Some((0..6).map(f64::from).collect()), ..axis("x", vec![0.5, 1.5, 2.5, 3.5, 4.5]) };
+    let share = vec![0.0, 0.2, 0.7, 0.9, 1.0];
+    let variables = vec![
+        variable("density", Location::Node, 1, vec![1.0, 2.0, 3.0, 4.0, 5.0]),
+        variable("share", Location::Node, 1, share.clone()),
+        variable("number", Location::Node, 1, vec![3.0, 4.0, 6.0, 9.0, 13.0]),
+    ];
+    let source = from_raw::<1>(grid_raw(vec![grid], variables), &FieldOptions::default()).unwrap();
+    assert!((source.density.value(&[2.9]) - 3.4).abs() < 1e-12);
+    for i in 0..50 {
+        let x = [0.1 * (f64::from(i) + 0.5)];
+        let mut out = [0.0];
+        source.carried[0].evaluate(&x, &mut out);
+        assert_eq!(out[0], share[x[0] as usize], "{x:?}");
+        source.carried[1].evaluate(&x, &mut out);
+        assert_eq!(out[0].fract(), 0.0, "{x:?}");
+    }
+}

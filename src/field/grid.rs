@@ -11,6 +11,7 @@ use super::{Interpolation, MassEstimate};
 use sph::domain::{Axis, Domain, Region};
 use sph::parallel;
 use sph_formats::Values;
+use std::sync::Arc;
 
 pub(crate) struct Grid<const D: usize> {
     pub(crate) axes: [AxisTable; D],
@@ -312,6 +313,14 @@ impl<const D: usize> Sampler<D> for Grid<D> {
         Some(self.integral_of_own(values, domain, None))
     }
 
+    /// Those of a cell hold throughout it: kinds and counts stay whole, shares of the mass stay shares and add up, and what particles in the cell have of
+    /// momentum and energy is what it has.
+    fn of_carried(&self) -> Option<Arc<dyn Sampler<D>>> {
+        (self.interpolation == Interpolation::PiecewiseLinear).then(|| {
+            Arc::new(Self { axes: self.axes.clone(), interpolation: Interpolation::Constant }) as Arc<dyn Sampler<D>>
+        })
+    }
+
     fn integral_of_box(&self, values: &Values, of: [&[f64; D]; 2], is_own: &dyn Fn(usize) -> bool) -> Option<f64> {
         self.integral_of_values(values, of, is_own)
     }
@@ -323,7 +332,6 @@ mod tests {
     use super::super::{Period, ScalarField};
     use super::*;
     use crate::field::sampled::SampledDensity;
-    use std::sync::Arc;
 
     fn uneven(n: usize) -> Vec<f64> {
         (0..n).map(|i| (i as f64).powf(1.3)).collect()

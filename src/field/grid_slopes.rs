@@ -169,6 +169,10 @@ impl<const D: usize> Shape<D> {
 
     /// Reduces all changes from `size` until no corner is below `least`; `sign` times the changes are compared.
     fn end_at(&mut self, size: f64, least: f64, sign: f64) {
+        let reach = self.changes.iter().chain(self.mixed.iter().flatten()).map(|c| c.abs()).sum::<f64>();
+        if size - reach >= least {
+            return;
+        }
         let corner = |i: usize| sign * self.at(&std::array::from_fn(|k| if i >> k & 1 == 0 { -1.0 } else { 1.0 }));
         let lowest = (0..1 << D).map(corner).fold(0.0, f64::min);
         if size + lowest < least {
@@ -207,6 +211,9 @@ impl Change {
             return going_on(outward * 0.5 * width * harmonic(near, far));
         };
         let (a, b) = (slope(axis, l, (i, own)), slope(axis, (i, own), u));
+        if a == 0.0 && b == 0.0 {
+            return even;
+        }
         let own_bend = b - a;
         let is_alike = |bend: Option<f64>| bend.filter(|bend| bend * own_bend > 0.0);
         let bends = is_alike(bend(axis, l.0, value)).zip(is_alike(bend(axis, u.0, value)));

@@ -6,7 +6,7 @@
 //! | radial profile, cells | monotone cubic of the enclosed mass | exact per cell |
 //! | grid | piecewise linear or constant in cells, multilinear, or limited cubic | closed form; cells for cubic |
 //! | grid of r, theta, phi or R, phi, z | multilinear, constant per cell | closed form |
-//! | grid of cells of several sizes | linear with limited slopes in cells, or constant | exact per cell |
+//! | grid of cells of several sizes | constant per cell, or linear with limited slopes | exact per cell |
 //! | mesh | isoparametric shape functions, constant per cell | exact per cell |
 //! | point cloud | Shepard's weights over the nearest points | adaptive cubature |
 //! | particles | a smooth field fitted to them, or constant in their Voronoi cells | that of the particles |

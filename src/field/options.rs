@@ -7,7 +7,7 @@ use super::Orientation;
 pub enum Interpolation {
     /// The value of the cell, or of the nearest node.
     Constant,
-    /// Linear in each cell, with slopes that keep its mean and add no extremum. Cells of grids only.
+    /// The density is linear in each cell, with slopes that keep its mean, and what is carried is constant there. Cells of grids only.
     PiecewiseLinear,
     /// Linear along each axis: through the nodes, or through the centers of cells.
     Linear,

@@ -1,4 +1,4 @@
-//! Cells of several sizes: linear with limited slopes within each, or constant.
+//! Cells of several sizes: constant within each, or linear with limited slopes.
 //!
 //! Within a cell of width d about c the linear reconstruction is v + sum_k s_k (x_k - c_k), which keeps the cell's integral. The
 //! slopes are those of the plane that fits the neighbors across all faces best, by squares weighted with 1/distance^2, so that a
@@ -67,14 +67,14 @@ impl<const D: usize> Refined<D> {
         interpolation: Option<Interpolation>,
     ) -> Result<Self> {
         if interpolation == Some(Interpolation::Cubic) {
-            let problem = "is cubic, which there is for grids of one level alone; leave it out (limited slopes within cells) or choose nearest";
+            let problem = "is cubic, which there is for grids of one level alone; leave it out (constant within cells) or choose linear";
             return Err(Error::scene("input.interpolation", problem));
         }
         if grid.dimension() != D || u32::try_from(grid.blocks.len()).is_err() {
             let problem = format!("has {} axes and {} blocks", grid.dimension(), grid.blocks.len());
             return Err(Error::field(name, problem));
         }
-        let is_linear = interpolation != Some(Interpolation::Constant);
+        let is_linear = matches!(interpolation, Some(Interpolation::Linear | Interpolation::PiecewiseLinear));
         let ends = grid.axes.iter().zip(periods).map(|(axis, period)| {
             AxisTable::cells(&axis.name, vec![axis.lo, axis.hi], vec![0.5 * axis.lo + 0.5 * axis.hi], period)
         });

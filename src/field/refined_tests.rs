@@ -314,7 +314,7 @@ fn what_cannot_be_is_refused_with_its_place() {
     assert!(from_raw::<2>(raw(grid.clone(), vec![variable("rho", 1, rho)]), &zero).is_ok());
     let cubic = FieldOptions { interpolation: Some(Interpolation::Cubic), ..FieldOptions::default() };
     let text = refused(&grid, vec![1.0; n], &cubic);
-    assert!(text.contains("input.interpolation") && text.contains("nearest"), "{text}");
+    assert!(text.contains("input.interpolation") && text.contains("linear"), "{text}");
     let period = FieldOptions { periodic: [Some(Period::Length(1.0)), None], ..FieldOptions::default() };
     assert!(refused(&grid, vec![1.0; n], &period).contains("axis 'x'"));
     let mut broken = grid.clone();

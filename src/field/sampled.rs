@@ -20,6 +20,11 @@ pub(crate) trait Sampler<const D: usize>: Send + Sync {
     /// where `x` is outside and `outside` says so.
     fn sample(&self, values: &Values, stride: usize, x: &[f64; D], outside: Outside, out: &mut [f64]) -> bool;
 
+    /// What samples variables that are carried along with a density, where that is not what samples the density.
+    fn of_carried(&self) -> Option<Arc<dyn Sampler<D>>> {
+        None
+    }
+
     /// Closed-form or cell-wise integral of a scalar over `domain`, if this sampler has one.
     fn integral(&self, values: &Values, domain: &Domain<D>) -> Option<MassEstimate> {
         let _ = (values, domain);

@@ -129,7 +129,6 @@ impl Input {
             (!self.staggering.is_auto(), "staggering"),
             (self.centering.is_some(), "centering"),
             (self.interpolation.is_some(), "interpolation"),
-            (self.planet_radius.is_some(), "planet_radius"),
         ];
         match asked.iter().find(|(is_asked, _)| *is_asked) {
             Some((_, key)) => {
@@ -177,8 +176,8 @@ pub(super) fn validate_orientation(key: &str, scale: &[f64], rotate: &[f64]) -> 
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum InterpolationName {
-    /// Within each cell with a slope in each direction, which keeps the cell's mass and leaves jumps where they are (van Leer 1974): how values of
-    /// cells in Cartesian coordinates are read unless another one is chosen.
+    /// The density has a slope in each direction within each cell, which keeps the cell's mass and leaves jumps where they are; what particles
+    /// carry is constant in each cell. How cells of one size in Cartesian coordinates are read unless another one is chosen.
     PiecewiseLinear,
     /// Between the nearest nodes, or middles of cells, in each direction; on refined grids the same as `piecewise-linear`.
     Linear,
