@@ -198,7 +198,7 @@ impl AxisTable {
                 let (from, to) = ((a - shift).max(lower), (b - shift).min(upper));
                 if to > from {
                     share[0] += to - from;
-                    share[1] += (to - from) * ((from - lower) - (upper - to)) / (upper - lower);
+                    share[1] += moment([from, to], [lower, upper]);
                 }
             }
             share
@@ -380,6 +380,11 @@ impl AxisTable {
     pub(crate) fn span(&self) -> f64 {
         self.hi - self.lo
     }
+}
+
+/// The integral over a part of a cell of the place in it, from -1 at its lower face to 1 at its upper one: 0 exactly for all of it.
+pub(super) fn moment([from, to]: [f64; 2], [lower, upper]: [f64; 2]) -> f64 {
+    (to - from) * ((from - lower) - (upper - to)) / (upper - lower)
 }
 
 fn period_error(name: &str, length: f64, lo: f64, hi: f64) -> Error {

@@ -3,7 +3,7 @@
 
 use super::Interpolation;
 use super::grid::Grid;
-use super::grid_axis::AxisTable;
+use super::grid_axis::{AxisTable, moment};
 use sph_formats::Values;
 
 /// Values along one axis that count in a box, with the lengths for which they do.
@@ -56,8 +56,7 @@ impl Lengths {
                 lengths.add(weights.index[k], weights.weight[k] * (to - from))?;
             }
             if interpolation == Interpolation::PiecewiseLinear {
-                let (lower, upper) = (pair[0], pair[1]);
-                lengths.moment[lengths.count - 1] = (to - from) * ((from - lower) - (upper - to)) / (upper - lower);
+                lengths.moment[lengths.count - 1] = moment([from, to], [pair[0], pair[1]]);
             }
         }
         Some(lengths)

@@ -301,7 +301,7 @@ mod tests {
         lines_are_met([5, 6, 7]);
     }
 
-    /// Each cell keeps its mass; no place is beyond the values beside its cell, or below 0.
+    /// Each cell keeps its mass, and no place in it is at 0 or below.
     fn rough_fields_are_kept<const D: usize>(n: [usize; D], period: Option<Period>, decades: f64) {
         let grid = grid(n, period);
         let mut random = Random::new(11);
@@ -445,7 +445,7 @@ mod tests {
         }
     }
 
-    /// Against sums of samples, in a domain that cuts cells, across a period too; and for the two halves of its cells.
+    /// Against sums of samples, in a domain that cuts cells, across a period too, and as one box where that does not cross the period.
     fn cut_domains_are_integrated<const D: usize>(n: [usize; D], parts: usize, period: Option<Period>) {
         let grid = grid(n, period);
         let mut random = Random::new(2);

@@ -192,8 +192,7 @@ impl<const D: usize> Refining<D> {
         let held: Vec<bool> = (0..all.len()).map(|i| i < self.kept.len()).collect();
         let positions: Positions<D> = std::array::from_fn(|k| all.iter().map(|x| x[k]).collect());
         let setting = Setting::new(setting.scene, among, None, setting.control);
-        let best = self.nearest(&setting, (plan, target), &positions, &held)?;
-        let Candidate { mut placed, masses, .. } = best;
+        let Candidate { mut placed, masses, .. } = self.nearest(&setting, (plan, target), &positions, &held)?;
         let sums = Sums::new(self, &setting, target, &placed.particles.positions);
         let masses = self.trimmed(&setting, target, (&placed.particles.positions, masses), &sums);
         self.center(target, &mut placed.particles.positions, &masses, length);
