@@ -502,3 +502,48 @@ fn a_region_that_no_particle_is_placed_in_is_told() {
     assert_eq!(told("1e5"), (true, false));
     assert_eq!(told("1e10"), (false, true));
 }
+
+/// The middles of equal cells from -1 to 1.
+fn grid(edge: usize, dimension: usize) -> impl Iterator<Item = Vec<f64>> {
+    let at = move |i: usize| (i as f64 + 0.5) / edge as f64 * 2.0 - 1.0;
+    (0..edge.pow(dimension as u32)).map(move |i| (0..dimension).map(|k| at(i / edge.pow(k as u32) % edge)).collect())
+}
+
+/// Cells without coordinates, as a NumPy archive.
+fn cells_on_disk(folder: &std::path::Path, edge: usize, dimension: usize, value: impl Fn(&[f64]) -> f64) -> String {
+    let values: Vec<f64> = grid(edge, dimension).map(|x| value(&x)).collect();
+    let array = crate::grids::npy(&format!("({})", format!("{edge}, ").repeat(dimension)), &values);
+    let path = folder.join("cells.npz");
+    crate::grids::archive(&path, std::iter::once(("rho", array)));
+    path.display().to_string()
+}
+
+/// Cells in vacuum, alone and thin, have less than a particle each, and vacuum beside them has none of what they have.
+#[test]
+fn a_body_on_a_grid_that_ends_in_thin_cells_is_placed() {
+    let square = |x: &[f64]| x.iter().map(|x| x * x).sum::<f64>();
+    let parabola = |x: &[f64]| (1.0 - square(x) / 0.36).max(0.0);
+    let is_island = |x: &[f64]| x.iter().all(|x| ((x.abs() - 0.75) * 28.0).abs() < 1.0);
+    let islands = |x: &[f64]| if square(x) < 0.36 { 1.0 } else { 1e-4 * f64::from(is_island(x)) };
+    let folder = tempfile::tempdir().unwrap();
+    for dimension in 1..=3 {
+        let bodies = [("parabola", 40, &parabola as &dyn Fn(&[f64]) -> f64), ("islands", 28, &islands)];
+        for (name, edge, value) in bodies {
+            let path = cells_on_disk(folder.path(), edge, dimension, value);
+            let yaml = format!("input: {{file: '{path}'}}\nparticles: 2000\npolish: none\nwvt: {{iterations: 0}}");
+            let (positions, report) = run(&yaml).unwrap_or_else(|e| panic!("{name} in {dimension}-D: {e}"));
+            assert_eq!(positions.len(), 2000, "{name} in {dimension}-D");
+            assert!(report.ledger.in_place > 0.99, "{name} in {dimension}-D: {:?}", report.ledger);
+            // By a count of its own: the cells of a box in the middle have what the particles in it have.
+            let width = 2.0 * (edge * 3 / 20) as f64 / edge as f64;
+            let is_inside = |x: &[f64]| x.iter().all(|x| x.abs() < width);
+            let masses = grid(edge, dimension).map(|x| (is_inside(&x), value(&x)));
+            let [all, inside] = masses.fold([0.0; 2], |[a, b], (is, m)| [a + m, if is { b + m } else { b }]);
+            let found = positions
+                .iter()
+                .filter(|x| is_inside(&x[..dimension].iter().map(|x| 2.0 * x - 1.0).collect::<Vec<_>>()));
+            let share = found.count() as f64 / 2000.0;
+            assert!((share - inside / all).abs() < 0.015, "{name} in {dimension}-D: {share} {}", inside / all);
+        }
+    }
+}

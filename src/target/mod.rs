@@ -16,6 +16,7 @@ pub(crate) mod matter;
 pub(crate) mod partition;
 mod pencils;
 pub(crate) mod refinement;
+mod region_map;
 mod regions;
 mod thin;
 

@@ -3,6 +3,7 @@
 use super::*;
 use crate::field::AnalyticField;
 use crate::target::Target;
+use crate::target::locator::Locator;
 use sph::domain::{Axis, Region as Extent};
 
 fn with_regions<const D: usize>(text: &str, count: usize, check: impl Fn(Option<&Regions<'_, D>>)) {
