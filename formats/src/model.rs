@@ -28,6 +28,7 @@ impl Values {
     }
 
     /// Value `i` as f64 (exact for f32 and for integers below 2^53).
+    #[inline]
     pub fn get(&self, i: usize) -> f64 {
         match self {
             Self::F32(v) => f64::from(v[i]),

@@ -97,6 +97,7 @@ impl AxisTable {
     }
 
     /// Number of values along this axis.
+    #[inline]
     pub(crate) fn len(&self) -> usize {
         self.points.len()
     }
@@ -106,6 +107,7 @@ impl AxisTable {
         [self.points[0], self.points[self.points.len() - 1]]
     }
 
+    #[inline]
     pub(crate) fn is_periodic(&self) -> bool {
         self.period.is_some()
     }
@@ -157,27 +159,17 @@ impl AxisTable {
     }
 
     /// Length of a cell; 0 where values belong to nodes.
+    #[inline]
     pub(crate) fn width(&self, cell: usize) -> f64 {
         self.edges.as_ref().map_or(0.0, |edges| edges[cell + 1] - edges[cell])
     }
 
     /// Where `x` lies in a cell, from -1 at its lower face to 1 at its upper one.
+    #[inline]
     pub(crate) fn place_in(&self, cell: usize, x: f64) -> f64 {
         let Some(edges) = &self.edges else { return 0.0 };
         let (lower, upper) = (edges[cell], edges[cell + 1]);
         ((x - lower) - (upper - x)) / (upper - lower)
-    }
-
-    /// The cells below and above another one; none beyond an open end.
-    pub(crate) fn beside(&self, cell: usize) -> [Option<usize>; 2] {
-        let last = self.len() - 1;
-        match (self.period, cell) {
-            // A single cell is beside its own images, which say nothing of slopes.
-            _ if last == 0 => [None, None],
-            (Some(_), 0) => [Some(last), Some(1)],
-            (Some(_), _) if cell == last => [Some(last - 1), Some(0)],
-            _ => [cell.checked_sub(1), Some(cell + 1).filter(|&next| next <= last)],
-        }
     }
 
     /// For each cell how much of `[a, b]` lies in it, and the integral of [`Self::place_in`] over that: 0 exactly where it lies in there whole.

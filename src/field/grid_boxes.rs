@@ -97,7 +97,7 @@ impl<const D: usize> Grid<D> {
             }
             sum += weight * values.get(number);
             if has_slopes && shares.iter().any(|[_, moment]| *moment != 0.0) {
-                sum += self.shape(&at, number, &|i| values.get(i)).over(&shares);
+                sum += self.shape(&at, number, |i| values.get(i)).over(&shares);
             }
         }
         Some(sum)

@@ -22,7 +22,7 @@ use sph_formats::Values;
 impl<const D: usize> Grid<D> {
     /// Where the cell around an admitted `x` is along each axis.
     pub(super) fn cell_around(&self, x: &[f64; D]) -> [usize; D] {
-        std::array::from_fn(|k| self.axes[k].cell(x[k]).unwrap_or(0))
+        sph::array(|k| self.axes[k].cell(x[k]).unwrap_or(0))
     }
 
     /// The number of a cell's value.
@@ -34,35 +34,47 @@ impl<const D: usize> Grid<D> {
     pub(super) fn reconstruct(&self, values: &Values, stride: usize, x: &[f64; D], out: &mut [f64]) {
         let at = self.cell_around(x);
         let number = self.number_of(&at);
-        let place: [f64; D] = std::array::from_fn(|k| self.axes[k].place_in(at[k], x[k]));
+        let place: [f64; D] = sph::array(|k| self.axes[k].place_in(at[k], x[k]));
         for (c, v) in out.iter_mut().enumerate() {
             let value = |i: usize| values.get(i * stride + c);
-            *v = value(number) + self.shape(&at, number, &value).at(&place);
+            *v = value(number) + self.shape(&at, number, value).at(&place);
         }
     }
 
     /// How a cell's values change within it.
-    pub(super) fn shape(&self, at: &[usize; D], number: usize, value: &dyn Fn(usize) -> f64) -> Shape<D> {
+    #[inline]
+    pub(super) fn shape(&self, at: &[usize; D], number: usize, value: impl Fn(usize) -> f64) -> Shape<D> {
         let own = value(number);
         let sign = if own < 0.0 { -1.0 } else { 1.0 };
         let size = own.abs();
-        let (mut shape, mut steps, mut step) = (Shape { changes: [0.0; D], mixed: [[0.0; D]; D] }, [0; D], 1);
+        let (mut shape, mut step) = (Shape { changes: [0.0; D], mixed: [[0.0; D]; D] }, 1);
+        // From the cell to those that stand for its neighbors in mixed derivatives, and the distance of these.
+        let (mut lower, mut upper, mut distances) = ([0; D], [0; D], [0.0; D]);
         // The share of the cell's value that is left at the lowest of its corners, by its neighbors.
         let (mut least, mut keeps_sign) = (1.0, true);
-        for (k, axis) in self.axes.iter().enumerate() {
-            let of = |i: usize| value(number + i * step - at[k] * step);
-            let Change { change, beside, lowest } = Change::along(axis, at[k], own, &of, sign);
+        for k in 0..D {
+            let line = Line::around(&self.axes[k], at[k]);
+            let base = number - at[k] * step;
+            let values = sph::array(|i| if line.has[i] { value(base + line.cells[i] * step) } else { 0.0 });
+            let Change { change, beside, lowest } = line.change(&values, sign);
             shape.changes[k] = change;
             keeps_sign &= beside >= 0.0;
             least *= if size > 0.0 { (lowest / size).clamp(0.0, 1.0) } else { 1.0 };
-            steps[k] = step;
-            step *= axis.len();
+            let [below, above] = line.ends();
+            lower[k] = (below * step).wrapping_sub(at[k] * step);
+            upper[k] = (above * step).wrapping_sub(at[k] * step);
+            distances[k] = line.distance();
+            step *= self.axes[k].len();
         }
         for k in 0..D {
             for l in k + 1..D {
                 let most = shape.changes[k].abs().min(shape.changes[l].abs());
-                if most > 0.0 {
-                    shape.mixed[k][l] = self.mixed(at, number, [k, l], &steps, value).clamp(-most, most);
+                let distance = distances[k] * distances[l];
+                if most > 0.0 && distance > 0.0 {
+                    let of = |a: usize, b: usize| value(number.wrapping_add(a).wrapping_add(b));
+                    let change = (of(upper[k], upper[l]) - of(lower[k], upper[l]))
+                        - (of(upper[k], lower[l]) - of(lower[k], lower[l]));
+                    shape.mixed[k][l] = (change / distance).clamp(-most, most);
                 }
             }
         }
@@ -70,31 +82,6 @@ impl<const D: usize> Grid<D> {
             shape.end_at(size, 0.5 * size * least, sign);
         }
         shape
-    }
-
-    /// The mixed derivative along two axes, over half of a cell along each.
-    fn mixed(
-        &self,
-        at: &[usize; D],
-        number: usize,
-        along: [usize; 2],
-        steps: &[usize; D],
-        value: &dyn Fn(usize) -> f64,
-    ) -> f64 {
-        // The cells on both sides, or the cell itself in the place of one beyond an open end, and the distance of their middles in half cells.
-        let ends = along.map(|k| {
-            let axis = &self.axes[k];
-            let [lower, upper] = axis.beside(at[k]).map(|beside| beside.unwrap_or(at[k]));
-            let half = |i: usize| if i == at[k] { 0.0 } else { 0.5 * (axis.width(i) + axis.width(at[k])) };
-            ([lower, upper], (half(lower) + half(upper)) / (0.5 * axis.width(at[k])))
-        });
-        let [k, l] = along;
-        let of = |i: usize, j: usize| {
-            value(number + ends[0].0[i] * steps[k] + ends[1].0[j] * steps[l] - at[k] * steps[k] - at[l] * steps[l])
-        };
-        let change = (of(1, 1) - of(0, 1)) - (of(1, 0) - of(0, 0));
-        let distance = ends[0].1 * ends[1].1;
-        if distance > 0.0 { change / distance } else { 0.0 }
     }
 
     /// What slopes add to the integral over a domain of the cells that it cuts, of those whose numbers `is_own` is true of.
@@ -126,7 +113,7 @@ impl<const D: usize> Grid<D> {
                     if is_counted || of_axes.iter().any(|share| share[0] == 0.0) || !is_own(number) {
                         return 0.0;
                     }
-                    self.shape(&at, number, &|i| values.get(i) / unit).over(&of_axes)
+                    self.shape(&at, number, |i| values.get(i) / unit).over(&of_axes)
                 };
                 for part in parallel::map(others, of_cell) {
                     sum.add(part);
@@ -146,10 +133,14 @@ pub(super) struct Shape<const D: usize> {
 }
 
 impl<const D: usize> Shape<D> {
+    #[inline]
     fn at(&self, place: &[f64; D]) -> f64 {
         let mut sum = 0.0;
         for k in 0..D {
-            let rest: f64 = (k + 1..D).map(|l| self.mixed[k][l] * place[l]).sum();
+            let mut rest = 0.0;
+            for l in k + 1..D {
+                rest += self.mixed[k][l] * place[l];
+            }
             sum += place[k] * (self.changes[k] + rest);
         }
         sum
@@ -169,18 +160,31 @@ impl<const D: usize> Shape<D> {
 
     /// Reduces all changes from `size` until no corner is below `least`; `sign` times the changes are compared.
     fn end_at(&mut self, size: f64, least: f64, sign: f64) {
-        let reach = self.changes.iter().chain(self.mixed.iter().flatten()).map(|c| c.abs()).sum::<f64>();
+        let mut reach = 0.0;
+        for k in 0..D {
+            reach += self.changes[k].abs();
+            for l in k + 1..D {
+                reach += self.mixed[k][l].abs();
+            }
+        }
         if size - reach >= least {
             return;
         }
-        let corner = |i: usize| sign * self.at(&std::array::from_fn(|k| if i >> k & 1 == 0 { -1.0 } else { 1.0 }));
+        let corner = |i: usize| sign * self.at(&sph::array(|k| if i >> k & 1 == 0 { -1.0 } else { 1.0 }));
         let lowest = (0..1 << D).map(corner).fold(0.0, f64::min);
         if size + lowest < least {
             let share = ((size - least) / -lowest).clamp(0.0, 1.0);
-            self.changes = self.changes.map(|c| c * share);
-            self.mixed = self.mixed.map(|row| row.map(|c| c * share));
+            self.changes = sph::array(|k| share * self.changes[k]);
+            self.mixed.iter_mut().flatten().for_each(|c| *c *= share);
         }
     }
+}
+
+/// A cell in the middle of the two below and the two above it along an axis, of which some may not be there.
+struct Line {
+    cells: [usize; 5],
+    has: [bool; 5],
+    widths: [f64; 5],
 }
 
 /// How a cell changes along one axis.
@@ -193,33 +197,68 @@ struct Change {
     lowest: f64,
 }
 
-impl Change {
-    /// Of cell `i`, whose value is `own`; `sign` times the values are compared.
-    fn along(axis: &AxisTable, i: usize, own: f64, value: &dyn Fn(usize) -> f64, sign: f64) -> Self {
-        let [below, above] = axis.beside(i);
-        let lower = below.map(|j| (j, value(j)));
-        let upper = above.map(|j| (j, value(j)));
-        let beside = lower.iter().chain(&upper).map(|(_, v)| sign * v).fold(f64::INFINITY, f64::min);
-        let even = Self { change: 0.0, beside, lowest: beside };
-        let going_on = |change: f64| Self { change, lowest: beside.min(sign * own - change.abs()), ..even };
-        let width = axis.width(i);
-        let (Some(l), Some(u)) = (lower, upper) else {
-            let (Some((j, v)), way) = (lower.or(upper), usize::from(upper.is_some())) else { return even };
-            let Some(next) = axis.beside(j)[way] else { return even };
-            let [near, far] = [slope(axis, (i, own), (j, v)), slope(axis, (j, v), (next, value(next)))];
-            let outward = if way == 1 { 1.0 } else { -1.0 };
-            return going_on(outward * 0.5 * width * harmonic(near, far));
-        };
-        let (a, b) = (slope(axis, l, (i, own)), slope(axis, (i, own), u));
+impl Line {
+    #[inline]
+    fn around(axis: &AxisTable, cell: usize) -> Self {
+        let count = axis.len();
+        // A single cell is beside its own images, which say nothing of slopes.
+        let (is_alone, is_periodic) = (count == 1, axis.is_periodic());
+        let has = sph::array(|i| i == 2 || !is_alone && (is_periodic || (2..count + 2).contains(&(cell + i))));
+        let cells = sph::array(|i| match cell + i {
+            _ if !has[i] => cell,
+            below if below < 2 => below + count - 2,
+            above if above >= count + 2 => above - count - 2,
+            within => within - 2,
+        });
+        Self { cells, has, widths: sph::array(|i| if has[i] { axis.width(cells[i]) } else { 0.0 }) }
+    }
+
+    /// The cells below and above, or the cell itself in the place of one beyond an open end.
+    #[inline]
+    fn ends(&self) -> [usize; 2] {
+        [self.cells[1], self.cells[3]]
+    }
+
+    /// Between the middles of these, in half cells.
+    #[inline]
+    fn distance(&self) -> f64 {
+        let half = |i: usize| if self.has[i] { 0.5 * (self.widths[i] + self.widths[2]) } else { 0.0 };
+        (half(1) + half(3)) / (0.5 * self.widths[2])
+    }
+
+    /// Between the middles of a cell and the next one.
+    #[inline]
+    fn slope(&self, values: &[f64; 5], from: usize) -> f64 {
+        (values[from + 1] - values[from]) / (0.5 * (self.widths[from] + self.widths[from + 1]))
+    }
+
+    /// With the cells' values; `sign` times these are compared.
+    #[inline]
+    fn change(&self, values: &[f64; 5], sign: f64) -> Change {
+        let [_, below, own, above, _] = *values;
+        let among = |i: usize| if self.has[i] { sign * values[i] } else { f64::INFINITY };
+        let beside = among(1).min(among(3));
+        let even = Change { change: 0.0, beside, lowest: beside };
+        let going_on = |change: f64| Change { change, beside, lowest: beside.min(sign * own - change.abs()) };
+        let width = self.widths[2];
+        let slope = |from: usize| self.slope(values, from);
+        match self.has {
+            [_, true, _, true, _] => {}
+            [true, true, ..] => return going_on(0.5 * width * harmonic(slope(1), slope(0))),
+            [.., true, true] => return going_on(0.5 * width * harmonic(slope(2), slope(3))),
+            _ => return even,
+        }
+        let (a, b) = (slope(1), slope(2));
         if a == 0.0 && b == 0.0 {
             return even;
         }
         let own_bend = b - a;
-        let is_alike = |bend: Option<f64>| bend.filter(|bend| bend * own_bend > 0.0);
-        let bends = is_alike(bend(axis, l.0, value)).zip(is_alike(bend(axis, u.0, value)));
-        let Some((left, right)) = bends else {
-            let room = (l.1 - own).abs().min((u.1 - own).abs());
-            return Self { change: (0.5 * width * harmonic(a, b)).clamp(-room, room), ..even };
+        let is_alike = |bend: &f64| bend * own_bend > 0.0;
+        let left = self.has[0].then(|| a - slope(0)).filter(is_alike);
+        let right = self.has[4].then(|| slope(3) - b).filter(is_alike);
+        let Some((left, right)) = left.zip(right) else {
+            let room = (below - own).abs().min((above - own).abs());
+            return Change { change: (0.5 * width * harmonic(a, b)).clamp(-room, room), ..even };
         };
         let mean = 0.5 * (a + b);
         // Not a number where there is nothing, which has no slope in the end.
@@ -232,20 +271,9 @@ impl Change {
 }
 
 /// Harmonic mean of slopes; 0 where they differ in sign.
+#[inline]
 fn harmonic(a: f64, b: f64) -> f64 {
     if a > 0.0 && b > 0.0 || a < 0.0 && b < 0.0 { 2.0 * a * (b / (a + b)) } else { 0.0 }
-}
-
-/// Between the middles of neighboring cells with these values.
-fn slope(axis: &AxisTable, (from, a): (usize, f64), (to, b): (usize, f64)) -> f64 {
-    (b - a) / (0.5 * (axis.width(from) + axis.width(to)))
-}
-
-/// By how much the slope changes in a cell; none beside an open end.
-fn bend(axis: &AxisTable, i: usize, value: &dyn Fn(usize) -> f64) -> Option<f64> {
-    let [Some(below), Some(above)] = axis.beside(i) else { return None };
-    let own = (i, value(i));
-    Some(slope(axis, own, (above, value(above))) - slope(axis, (below, value(below)), own))
 }
 
 #[cfg(test)]
@@ -430,7 +458,7 @@ mod tests {
     fn smooth_extrema_are_told_from_spikes_and_steps() {
         let has_slope = |values: &[f64], cell: usize| {
             let grid = grid([values.len()], None);
-            grid.shape(&[cell], cell, &|i| values[i]).changes[0] != 0.0
+            grid.shape(&[cell], cell, |i| values[i]).changes[0] != 0.0
         };
         assert!(has_slope(&[0.7, 0.9, 1.0, 1.0, 0.9, 0.7], 2));
         assert!(has_slope(&[0.7, 0.9, 1.0, 0.98, 0.8, 0.5], 2));
@@ -487,7 +515,7 @@ mod tests {
     /// A velocity changes its sign within a cell, or in one of 0; a density of 0 has no slope.
     #[test]
     fn signs_are_kept_where_all_have_one() {
-        let change = |values: [f64; 5]| grid([5], None).shape(&[2], 2, &|i| values[i]).changes[0];
+        let change = |values: [f64; 5]| grid([5], None).shape(&[2], 2, |i| values[i]).changes[0];
         assert!(change([-2.0, -1.0, 0.0, 1.0, 2.0]) > 0.0);
         assert!(change([-3.0, -1.0, 0.5, 2.0, 3.0]) > 0.5);
         assert_eq!(change([4.0, 1.0, 0.0, 0.5, 3.0]), 0.0);

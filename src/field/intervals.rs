@@ -52,6 +52,7 @@ const MOST_STEPS: usize = 1 << 20;
 impl Deref for Intervals {
     type Target = [f64];
 
+    #[inline]
     fn deref(&self) -> &[f64] {
         &self.nodes
     }
