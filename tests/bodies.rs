@@ -462,3 +462,66 @@ fn an_orbit_is_that_of_centers_of_mass_of_bodies_that_moved() {
     let spread = |file: &ParticleFile| rows(file, "Velocities").iter().map(|v| v[0]).fold(0.0, f64::max);
     assert!(spread(&moving) > spread(&still) + 0.1);
 }
+
+/// Coordinates about the center of mass of a body, or of all.
+fn about_center(file: &ParticleFile, body: Option<f64>) -> Vec<Vec<f64>> {
+    let (center, places) = (mean(file, "Coordinates", body), rows(file, "Coordinates"));
+    let ids = rows(file, "BodyID");
+    let own = places.iter().zip(&ids).filter(|(_, id)| body.is_none_or(|b| b == id[0]));
+    own.map(|(x, _)| x.iter().zip(&center).map(|(x, c)| x - c).collect()).collect()
+}
+
+fn differ(a: &[Vec<f64>], b: &[Vec<f64>], factor: f64) -> f64 {
+    assert_eq!(a.len(), b.len());
+    let off = |(a, b): (&Vec<f64>, &Vec<f64>)| a.iter().zip(b).map(|(a, b)| (a - factor * b).abs()).fold(0.0, f64::max);
+    a.iter().zip(b).map(off).fold(0.0, f64::max)
+}
+
+/// A star that was relaxed before goes on an orbit as it is, whatever the units of the scene.
+#[test]
+fn a_snapshot_that_says_nothing_of_its_particles_keeps_them() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("star.hdf5");
+    let star = format!(
+        "bodies:\n- {{input: {{profile: {{polytrope: {{n: 1.5, mass: 1 Msun, radius: 1 Rsun}}}}}}, spin: [0, 0, 1e-4 1/s]}}\nparticles: 300\n\
+         wvt: {{iterations: 2}}\npolish: none\noutput: {{file: '{}', double_precision: true, units: solar}}\n",
+        path.display()
+    );
+    let (alone, _) = placed(&star);
+    sph_prep::run_bodies(&Scene::parse(&star).unwrap(), FORMATS, &Control::default()).unwrap();
+    let body = format!("input: {{file: '{}'}}", path.display());
+    for (units, length) in [("solar", 1.0), ("cgs", 6.957e10)] {
+        let scene = format!(
+            "bodies:\n- {{{body}}}\n- {{{body}, position: [5 Rsun, 0, 0], velocity: [1 km/s, 0, 0]}}\n- {{point_mass: 1 Msun, position: [0, 9 Rsun, 0]}}\n\
+             output: {{units: {units}}}\n"
+        );
+        let (file, report) = placed(&scene);
+        assert!(report.bodies.iter().take(2).all(|b| b.ids[1] - b.ids[0] == 299), "{:?}", report.bodies);
+        let old = about_center(&alone, None);
+        for id in [1.0, 2.0] {
+            // Rounding of places within boxes that are some radii wide.
+            let off = differ(&about_center(&file, Some(id)), &old, length);
+            assert!(off < 1e-13 * length * 40.0, "{units}: {off}");
+        }
+        let energy = |file: &ParticleFile| rows(file, "InternalEnergy").concat();
+        let (old, new) = (energy(&alone), energy(&file));
+        let factor = new[0] / old[0];
+        assert!(old.iter().zip(&new).all(|(old, new)| (new / (factor * old) - 1.0).abs() < 1e-14));
+        assert_eq!(factor == 1.0, units == "solar");
+        // In what it moves with, on top of what it has of its own.
+        if units == "cgs" {
+            let speed = |body| mean(&file, "Velocities", Some(body))[0];
+            assert!(speed(1.0).abs() < 1e-6 && (speed(2.0) - 1e5).abs() < 1e-6, "{} {}", speed(1.0), speed(2.0));
+            let spread = rows(&file, "Velocities").iter().map(|v| v[0].abs()).fold(0.0, f64::max);
+            assert!(spread > 1e5, "a spin of 1e-4 1/s: {spread}");
+        }
+    }
+    // A number of particles, or what places them, places them anew.
+    let anew = format!("bodies:\n- {{{body}, particles: 200}}\nwvt: {{iterations: 2}}\npolish: none\n");
+    assert_eq!(placed(&anew).0.species[0].table.count, 200);
+    let kept = body.replace("}", ", keep_particles: true}");
+    let said = refused(&format!("bodies:\n- {{{kept}, seeding: random}}\n"));
+    assert!(said.contains("seeding") && said.contains("keep_particles: false"), "{said}");
+    let said = refused("bodies:\n- {input: {profile: {polytrope: {n: 1.5}}, keep_particles: true}}\n");
+    assert!(said.contains("keep_particles") && said.contains("snapshot"), "{said}");
+}

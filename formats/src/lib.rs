@@ -18,6 +18,7 @@ mod capabilities;
 mod compressed;
 pub mod error;
 mod family;
+mod in_other_terms;
 mod limits;
 pub mod magnetic;
 pub mod model;

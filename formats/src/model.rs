@@ -501,18 +501,6 @@ impl RunHeader {
 }
 
 impl ParticleFile {
-    /// Counts coordinates from the lower corner of the box, where its place was chosen.
-    pub fn move_corner_to_origin(&mut self) {
-        let Some(corner) = self.header.box_corner.take() else { return };
-        for column in self.species.iter_mut().flat_map(|s| &mut s.table.columns) {
-            if column.name == crate::particle_names::COORDINATES {
-                let (d, values) = (column.components.max(1), &column.values);
-                let moved = |i: usize| values.get(i) - corner.get(i % d).copied().unwrap_or(0.0);
-                column.values = Values::F64((0..values.len()).map(moved).collect());
-            }
-        }
-    }
-
     /// The first position or mass that no code could use, in words.
     pub fn meaningless(&self) -> Option<String> {
         use crate::particle_names::{COORDINATES, MASSES};

@@ -9,9 +9,7 @@ use crate::input::support::support_radii;
 use crate::run::destination::refuse_replacing;
 use crate::scene::system_of;
 use sph_formats::model::{COSMOLOGY_KEY, DOUBT_KEY, FILES_KEY, LACKS_KEY};
-use sph_formats::{
-    Column, FormatSpec, ParticleFile, UnitDimension, UnitSystem, Values, registry, registry::FixedCorner,
-};
+use sph_formats::{Column, FormatSpec, ParticleFile, UnitSystem, registry, registry::FixedCorner};
 
 /// Relative change of a column that is more than the rounding to f32.
 const ROUNDING: f64 = 1e-6;
@@ -39,7 +37,7 @@ pub fn convert(formats: &[FormatSpec], args: &ConvertArgs) -> Result<Vec<String>
     file.header.take(LACKS_KEY);
     name_units(&mut file.header.units, args)?;
     if let Some(name) = &args.units {
-        change_units(&mut file, system_of("--units", name)?);
+        file.change_units(system_of("--units", name)?);
     }
     if let Some(edge) = args.box_size {
         if !(edge.is_finite() && edge > 0.0) {
@@ -119,29 +117,13 @@ fn same_units(a: &UnitSystem, b: &UnitSystem) -> bool {
     factors(a).iter().zip(factors(b)).all(|(a, b)| (a - b).abs() <= 1e-9 * a.abs())
 }
 
-/// Expresses all numbers in other units.
-fn change_units(file: &mut ParticleFile, to: UnitSystem) {
-    let from = file.header.units;
-    let factor = |d: UnitDimension| from.to_cgs(d) / to.to_cgs(d);
-    for column in file.species.iter_mut().flat_map(|s| &mut s.table.columns) {
-        let f = factor(column.dimension);
-        if f != 1.0 {
-            column.values = Values::F64((0..column.values.len()).map(|i| f * column.values.get(i)).collect());
-        }
-    }
-    let corner = file.header.box_corner.iter_mut().flatten();
-    file.header.box_size.iter_mut().chain(corner).for_each(|l| *l *= factor(UnitDimension::LENGTH));
-    file.header.time *= factor(UnitDimension::TIME);
-    file.header.units = to;
-}
-
 /// What the new file lacks of the old one.
 fn losses(format: &str, file: &ParticleFile, mut back: ParticleFile) -> Vec<String> {
     let mut lost = Vec::new();
     let stated = back.header.units;
     if stated != UnitSystem::CODE {
         // The same numbers in other units are no loss.
-        change_units(&mut back, file.header.units);
+        back.change_units(file.header.units);
         if !same_units(&stated, &file.header.units) {
             lost.push(format!("{format} holds the numbers in units of its own: {stated:?}, in cgs"));
         }

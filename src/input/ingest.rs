@@ -82,7 +82,8 @@ pub fn read(scene: &Scene, formats: &[FormatSpec]) -> Result<RawInput> {
             let mut snapshot = Snapshot::new(path, &particles, request.density.as_deref())?;
             snapshot.stated = stated;
             snapshot.field.notes.extend(note);
-            let file = (scene.refine.is_some() && scene.particles.is_none()).then_some(particles);
+            let file = (scene.input.keeps_particles() || scene.refine.is_some() && scene.particles.is_none())
+                .then_some(particles);
             if file.is_some() {
                 // All columns of those that stay, stay.
                 snapshot.field.notes.retain(|note| !note.ends_with(LEFT_OUT));

@@ -14,6 +14,7 @@ use super::forecast::{ForecastOfBodies, ForeseenBody, ForeseenMedium};
 use super::orbit::{self, Relative};
 use super::settling;
 use super::shares::{Common, Shared, shared};
+use super::variables::lost;
 use super::{memory, pipeline};
 use crate::error::{Error, Result};
 use crate::input::core::PART_TYPE;
@@ -45,6 +46,7 @@ pub fn place_bodies(
     let known = |k| Known::of(&scenes, k, scene.cache.as_deref(), formats);
     let known = (0..scenes.len()).map(known).collect::<Result<Vec<Known>>>()?;
     let count = |(alone, known): (&Scene, &Known)| match known {
+        Known::Not if alone.input.keep_particles == Some(true) => 0,
         Known::Not => alone.particles.unwrap_or(DEFAULT_PARTICLES),
         Known::As(_) | Known::Kept(_) => 0,
     };
@@ -268,6 +270,12 @@ pub fn run_bodies_as(
     let notes =
         destination.write(scene, formats, (&file, &Drawing::default()), Physics::of(scene, report.units != "code"))?;
     report.notes.extend(notes);
+    if let Some(format) = destination.format {
+        let is_told =
+            |text: &String| report.bodies.iter().filter_map(|b| b.figures.as_ref()).any(|f| f.warnings.contains(text));
+        let lost = lost(&file, &[], (format.name, format.capabilities.columns));
+        report.notes.extend(lost.into_iter().filter(|text| !is_told(text)).collect::<Vec<_>>());
+    }
     report.seconds = start.elapsed().as_secs_f64();
     report.peak_memory = memory::peak();
     report.write_page(scene, &file, command)?;

@@ -24,7 +24,7 @@ pub struct Destination<'a> {
     /// `path`, unless there are several.
     files: Vec<PathBuf>,
     /// None of a picture.
-    format: Option<&'a FormatSpec>,
+    pub(super) format: Option<&'a FormatSpec>,
 }
 
 impl<'a> Destination<'a> {

@@ -14,7 +14,7 @@ use super::plan::{Held, Plan};
 use super::refining::{Refining, refines_a_snapshot};
 use super::report::{MassReport, Report, SnapshotReport, Timing};
 use super::stages::{self, Placed, Setting};
-use super::variables::variables;
+use super::variables::{lost, variables};
 use super::{certifying, doubts, dust, memory, settling};
 use crate::codes::TargetCode;
 use crate::error::{Error, Result};
@@ -477,6 +477,7 @@ impl Run<'_> {
         let format = self.format.map(|f| (f.name, f.capabilities.columns));
         let (variables, warnings) = variables(&prepared.variables, &file.species[0].table, format);
         self.warnings.extend(warnings);
+        self.warnings.extend(format.into_iter().flat_map(|format| lost(&file, &variables, format)));
         let output = self.scene.output.file.as_ref();
         let mut report = Report {
             input: self.scene.input_name(),

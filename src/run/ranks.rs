@@ -15,7 +15,7 @@ use super::plan::{Held, Plan};
 use super::report::{MassReport, Report, Timing};
 use super::stages::{Past, Placed, Setting};
 use super::streamed::Read;
-use super::variables::variables;
+use super::variables::{lost, variables};
 use super::{doubts, memory};
 use crate::error::{Error, Result};
 use crate::input::internal_units::Prepared;
@@ -271,6 +271,7 @@ impl<'a> Run<'a> {
         let format = (self.format.name, self.format.capabilities.columns);
         let (variables, warnings) = variables(&prepared.variables, &file.species[0].table, Some(format));
         self.warnings.extend(warnings);
+        self.warnings.extend(lost(&file, &variables, format));
         let mut report = Report {
             input: scene.input_name(),
             output: scene.output.file.as_ref().map_or_else(String::new, |file| file.display().to_string()),

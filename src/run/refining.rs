@@ -14,6 +14,7 @@ use crate::error::{Error, Result};
 use crate::field::FreeSpace;
 use crate::input::ingest::RawInput;
 use crate::input::internal_units::Prepared;
+use crate::input::particles::Snapshot;
 use crate::input::refinement::Refinement;
 use crate::input::support::support_radii;
 use crate::input::units::RunUnits;
@@ -27,6 +28,7 @@ use sph::domain::{Axis, Domain};
 use sph::kernel::support_over_spacing;
 use sph::neighbors::Tree;
 use sph::parallel;
+use sph_formats::common::particle_names as names;
 use sph_formats::{Geometry, ParticleFile, UnitDimension, UnitSystem};
 
 /// A particle of so many times the mass that belongs there, or of its inverse, is replaced.
@@ -53,6 +55,8 @@ pub(super) struct Refining<const D: usize> {
     notes: Vec<String>,
     /// By how much the summed densities of the new particles are off on average, when they are placed.
     off: Option<f64>,
+    /// Whether it is refined at all.
+    is_refined: bool,
 }
 
 /// New particles after the particles that stay.
@@ -76,6 +80,9 @@ impl<const D: usize> Refining<D> {
     /// # Errors
     /// What such a scene cannot say, and numbers of particles that cannot be placed.
     pub fn new(scene: &Scene, raw: &mut RawInput, units: &RunUnits) -> Result<Option<Self>> {
+        if scene.input.keeps_particles() {
+            return Self::keeping(scene, raw).map(Some);
+        }
         let (Some(input), RawInput::Snapshot(snapshot)) = (&scene.refine, raw) else {
             return match scene.refine.as_ref().is_some_and(|r| r.particle_mass.is_some()) {
                 false => Ok(None),
@@ -96,24 +103,21 @@ impl<const D: usize> Refining<D> {
             let problem = "is of particles, but the snapshot has cells of a moving mesh; state `particles` to place all of them anew";
             return Err(Error::scene("refine", problem));
         }
-        let Some(mut file) = snapshot.file.take() else { return Ok(None) };
-        let notes = support_radii(&snapshot.field.path, &mut file);
-        let Geometry::Cloud { points, .. } = &snapshot.field.geometry else { return Ok(None) };
+        let Some((file, points, notes)) = with_places(snapshot) else { return Ok(None) };
         let domain = snapshot.domain::<D>()?;
         let into_input = units.into_input();
         let refinement = Refinement::new(input, &domain, &into_input, snapshot.time)?;
         let masses = snapshot.masses.clone();
-        let points: Vec<[f64; D]> = points.iter().map(|p| domain.wrapped(&sph::array(|k| p[k]))).collect();
+        let points: Vec<[f64; D]> = points.iter().map(|p| domain.wrapped(p)).collect();
         let particle = match &input.particle_mass {
             Some(q) => q.value("refine.particle_mass", UnitDimension::new(D as i8 - 3, 1, 0, 0), &into_input)?,
             None if input.factor < 1.0 => masses.iter().copied().filter(|m| *m > 0.0).fold(f64::INFINITY, f64::min),
             None => masses.iter().copied().fold(0.0, f64::max),
         };
         let (kept, replaced) = chosen(&points, &masses, |x| particle / refinement.factor(x))?;
-        let mut refining = Self { file, points, masses, domain, particle, kept, replaced, notes, off: None };
-        if scene.input.other_types == OtherTypes::Drop {
-            refining.file.species.retain(|s| s.part_type == 0);
-        }
+        let mut refining =
+            Self { file, points, masses, domain, particle, kept, replaced, notes, off: None, is_refined: true };
+        refining.drop_others(scene);
         let beyond = refining.replaced.iter().filter(|r| refinement.factor(&refining.points[r.0]) == 1.0).count();
         refining.notes.push(format!(
             "refined {}: {} particles, of which {beyond} are beyond the shell, give way to {}; {} stay as they are, to the bit",
@@ -123,6 +127,52 @@ impl<const D: usize> Refining<D> {
             refining.kept.len()
         ));
         Ok(Some(refining))
+    }
+
+    /// All particles of a snapshot as they are.
+    fn keeping(scene: &Scene, raw: &mut RawInput) -> Result<Self> {
+        let key = "input.keep_particles";
+        let RawInput::Snapshot(snapshot) = raw else {
+            return Err(Error::scene(key, "is of the particles of a snapshot, and the input has none; leave it out"));
+        };
+        if snapshot.is_mesh {
+            return Err(Error::scene(
+                key,
+                "is of particles, but the snapshot has cells of a moving mesh; leave it out",
+            ));
+        }
+        let placing = [("particles", scene.particles.is_some()), ("refine", scene.refine.is_some())];
+        if let Some((other, _)) = placing.iter().chain(&changing(scene)).find(|(_, is_given)| *is_given) {
+            let problem =
+                "would change particles that stay as they are; leave it out, or state `input: {keep_particles: false}`";
+            return Err(Error::scene(*other, problem));
+        }
+        let none = || Error::scene(key, "is of gas particles, and the snapshot has none");
+        let (file, points, mut notes) = with_places(snapshot).ok_or_else(none)?;
+        let (domain, masses) = (snapshot.domain::<D>()?, snapshot.masses.clone());
+        let points: Vec<[f64; D]> = points.iter().map(|p| domain.wrapped(p)).collect();
+        let (particle, kept) = (masses.iter().copied().fold(0.0, f64::max), (0..points.len()).collect());
+        notes.push(format!("the {} particles stay as they are (input.keep_particles)", points.len()));
+        let mut keeping = Self {
+            file,
+            points,
+            masses,
+            domain,
+            particle,
+            kept,
+            replaced: Vec::new(),
+            notes,
+            off: None,
+            is_refined: false,
+        };
+        keeping.drop_others(scene);
+        Ok(keeping)
+    }
+
+    fn drop_others(&mut self, scene: &Scene) {
+        if scene.input.other_types == OtherTypes::Drop {
+            self.file.species.retain(|s| s.part_type == 0);
+        }
     }
 
     fn made(&self) -> usize {
@@ -152,7 +202,7 @@ impl<const D: usize> Refining<D> {
     pub fn doubt(&self) -> Option<String> {
         let text = "refine changes nothing: no particle is where one would give way to others; check `refine.center`, `radius` and `factor` against \
                     the places and masses of the snapshot (`sph-prep inspect`)";
-        self.replaced.is_empty().then(|| text.to_owned())
+        (self.is_refined && self.replaced.is_empty()).then(|| text.to_owned())
     }
 
     /// What is done to the snapshot, in place of what is done to others.
@@ -160,7 +210,10 @@ impl<const D: usize> Refining<D> {
         plan.stages = if self.replaced.is_empty() { Vec::new() } else { vec![WVT] };
         plan.wvt_iterations = scene.wvt.iterations.unwrap_or(ITERATIONS[0]);
         (plan.polish, plan.splittings, plan.evaluations, plan.balance) = (Polish::None, 0, 0, 0);
-        let why = "particles far from the sphere stay as they are, and those about it are relaxed against them";
+        let why = match self.is_refined {
+            true => "particles far from the sphere stay as they are, and those about it are relaxed against them",
+            false => "all particles stay as they are",
+        };
         plan.left_out = vec![LeftOut { what: "seeding and polish".into(), why: why.into() }];
     }
 
@@ -325,7 +378,7 @@ impl<const D: usize> Refining<D> {
         let units = self.units();
         let mut masses = Vec::new();
         let replaced: f64 = self.total() - self.kept.iter().map(|&i| self.masses[i]).sum::<f64>();
-        if let Some(column) = made.species[0].table.column(sph_formats::common::particle_names::MASSES) {
+        if let Some(column) = made.species[0].table.column(names::MASSES) {
             masses = (first..self.count()).map(|i| column.values.get(i)).collect();
             let sum: f64 = masses.iter().sum();
             masses.iter_mut().for_each(|m| *m *= replaced / sum);
@@ -349,6 +402,16 @@ impl<const D: usize> Refining<D> {
         let (mut file, conserved) = replacement.file()?;
         self.enclose(&mut file);
         file.header.provenance = std::mem::take(&mut made.header.provenance);
+        if let Some(target) = made.species[0].table.column(names::TARGET_DENSITY) {
+            let gas = file.species.iter_mut().find(|s| s.part_type == 0 && s.table.count == target.values.len());
+            gas.into_iter().for_each(|gas| gas.table.columns.push(target.clone()));
+        }
+        if let Some(name) = scene.output.units.as_deref().filter(|_| !self.is_refined) {
+            let wanted = system_of("output.units", name)?;
+            if wanted != file.header.units {
+                file.change_units(wanted);
+            }
+        }
         *made = file;
         let others = conserved
             .as_ref()
@@ -473,9 +536,9 @@ fn chosen<const D: usize>(
     Ok(((0..points.len()).filter(|&i| stays(shares[i])).collect(), replaced))
 }
 
-/// Refuses what would change particles that are to stay as they are.
-fn refuse_what_changes_all(scene: &Scene, units: &UnitSystem) -> Result<()> {
-    let changing = [
+/// What would change particles that are to stay as they are, with whether the scene states it.
+fn changing(scene: &Scene) -> Vec<(&'static str, bool)> {
+    vec![
         ("domain", scene.domain.has_extent() || !scene.domain.boundary.is_empty()),
         ("resolution", scene.resolution.is_some()),
         ("seeding", scene.seeding.is_some()),
@@ -500,9 +563,13 @@ fn refuse_what_changes_all(scene: &Scene, units: &UnitSystem) -> Result<()> {
         ("input.core", scene.input.core.is_some()),
         ("input.others", scene.input.others.is_some()),
         ("output.origin", scene.output.origin.is_some()),
-        ("output.units", !same_units(scene, units)?),
-    ];
-    match changing.iter().find(|(_, is_given)| *is_given) {
+    ]
+}
+
+/// Refuses what would change particles far from the sphere.
+fn refuse_what_changes_all(scene: &Scene, units: &UnitSystem) -> Result<()> {
+    let in_others = ("output.units", !same_units(scene, units)?);
+    match changing(scene).iter().chain([&in_others]).find(|(_, is_given)| *is_given) {
         None => Ok(()),
         Some((key, _)) => {
             let problem = "would change particles far from the sphere, which stay as they are; leave it out, or state `particles` to place all of \
@@ -512,6 +579,14 @@ fn refuse_what_changes_all(scene: &Scene, units: &UnitSystem) -> Result<()> {
     }
 }
 
+/// A snapshot's file with the radii of its kernel, the places of its gas, and what there is to note.
+fn with_places<const D: usize>(snapshot: &mut Snapshot) -> Option<(ParticleFile, Vec<[f64; D]>, Vec<String>)> {
+    let mut file = snapshot.file.take()?;
+    let notes = support_radii(&snapshot.field.path, &mut file);
+    let Geometry::Cloud { points, .. } = &snapshot.field.geometry else { return None };
+    Some((file, points.iter().map(|p| sph::array(|k| p[k])).collect(), notes))
+}
+
 /// Whether the output is in `units`, as far as the scene says.
 fn same_units(scene: &Scene, units: &UnitSystem) -> Result<bool> {
     Ok(scene.output.units.as_deref().map_or(Ok(*units), |name| system_of("output.units", name))? == *units)
@@ -519,5 +594,5 @@ fn same_units(scene: &Scene, units: &UnitSystem) -> Result<bool> {
 
 /// Whether a run has refined a snapshot of which most stays as it is.
 pub(super) fn refines_a_snapshot(scene: &Scene, report: &Report) -> bool {
-    scene.refine.is_some() && scene.particles.is_none() && report.snapshot.is_some()
+    scene.input.keeps_particles() || scene.refine.is_some() && scene.particles.is_none() && report.snapshot.is_some()
 }

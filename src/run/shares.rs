@@ -4,7 +4,7 @@
 
 use crate::error::{Error, Result};
 use crate::input::constants::gravity;
-use crate::input::ingest;
+use crate::input::ingest::{self, RawInput};
 use crate::input::internal_units::Prepared;
 use crate::input::stated_units;
 use crate::input::units::{InputUnits, RunUnits};
@@ -44,8 +44,11 @@ pub(super) fn shared(scene: &Scene, formats: &[FormatSpec]) -> Result<Shared> {
         let again = estimated(&counts.iter().map(|n| Some(*n)).collect::<Vec<_>>())?;
         counts = common.counts(scene, &again)?;
     }
-    let alone = |(i, count): (&usize, &usize)| {
-        let mut alone = scene.of_body(*i, Some(*count));
+    let alone = |((i, count), estimate): ((&usize, &usize), &Estimate)| {
+        let mut alone = match estimate.kept {
+            Some(_) => scene.of_kept_body(*i),
+            None => scene.of_body(*i, Some(*count)),
+        };
         alone.output.units = Some(common.name.clone());
         if scene.ambient.is_some() {
             // What neighbors the medium has is told by the density that the body should have.
@@ -53,7 +56,7 @@ pub(super) fn shared(scene: &Scene, formats: &[FormatSpec]) -> Result<Shared> {
         }
         alone
     };
-    let scenes = gas.iter().zip(&counts).map(alone).collect();
+    let scenes = gas.iter().zip(&counts).zip(&estimates).map(alone).collect();
     let particle_mass = estimates.iter().map(|e| e.mass).sum::<f64>() / counts.iter().sum::<usize>() as f64;
     let all_state_theirs = gas.iter().all(|i| scene.bodies[*i].particles.is_some());
     let unused = scene.particles.filter(|_| all_state_theirs && scene.particle_mass.is_none());
@@ -98,17 +101,24 @@ struct Estimate {
     dimension: usize,
     is_radial: bool,
     units: RunUnits,
+    /// Its gas particles, where they stay as they are.
+    kept: Option<usize>,
 }
 
 /// The mass of a body by itself.
 fn estimate(scene: &Scene, index: usize, count: Option<usize>, formats: &[FormatSpec]) -> Result<Estimate> {
-    let (units, mass, dimension, is_radial) = weigh(&scene.of_body(index, count), formats)?;
-    Ok(Estimate { index, mass, dimension, is_radial, units })
+    let (units, mass, dimension, is_radial, own) = weigh(&scene.of_body(index, count), formats)?;
+    let kept = own.filter(|_| scene.keeps_body(index));
+    Ok(Estimate { index, mass, dimension, is_radial, units, kept })
 }
 
-/// Units, mass (in cgs where there are units), dimension, and whether it is a profile, of what one scene reads.
-fn weigh(scene: &Scene, formats: &[FormatSpec]) -> Result<(RunUnits, f64, usize, bool)> {
+/// Units, mass (in cgs where there are units), dimension, whether it is a profile, and the gas particles of a snapshot, of what one scene reads.
+fn weigh(scene: &Scene, formats: &[FormatSpec]) -> Result<(RunUnits, f64, usize, bool, Option<usize>)> {
     let raw = ingest::read(scene, formats)?;
+    let own = match &raw {
+        RawInput::Snapshot(snapshot) if !snapshot.is_mesh => Some(snapshot.masses.len()),
+        _ => None,
+    };
     let units = RunUnits::new(scene, stated_units::units(scene, &raw)?.input)?;
     let dimension = ingest::dimension(scene, &raw)?;
     let count = scene.particles.unwrap_or(DEFAULT_PARTICLES);
@@ -118,7 +128,7 @@ fn weigh(scene: &Scene, formats: &[FormatSpec]) -> Result<(RunUnits, f64, usize,
         _ => weighed(&Prepared::<3>::new(scene, formats, (raw, &units), count)?),
     };
     let unit = units.input.map_or(1.0, |u| u.density * u.length.powi(dimension as i32));
-    Ok((units, mass * unit, dimension, is_radial))
+    Ok((units, mass * unit, dimension, is_radial, own))
 }
 
 fn weighed<const D: usize>(prepared: &Prepared<D>) -> (f64, bool) {
@@ -194,7 +204,10 @@ impl Common {
             let mass = particle.value("particle_mass", dimension, &self.units.into_cgs())?;
             return by_particle_mass(scene, estimates, mass);
         }
-        let stated: Vec<Option<usize>> = estimates.iter().map(|e| scene.bodies[e.index].particles).collect();
+        if let Some(mass) = mean_of_kept(estimates).filter(|_| scene.particles.is_none()) {
+            return by_particle_mass(scene, estimates, mass);
+        }
+        let stated: Vec<Option<usize>> = estimates.iter().map(|e| e.kept.or(scene.bodies[e.index].particles)).collect();
         let total = scene.particles.unwrap_or(DEFAULT_PARTICLES);
         let taken: usize = stated.iter().flatten().sum();
         let open: Vec<usize> = (0..masses.len()).filter(|i| stated[*i].is_none()).collect();
@@ -229,8 +242,18 @@ fn has_plain_numbers(scene: &Scene) -> bool {
     in_bodies.chain(orbit).chain(points).chain(&scene.particle_mass).any(is_plain)
 }
 
+/// Mass of a particle of the bodies whose particles stay as they are, on average.
+fn mean_of_kept(estimates: &[Estimate]) -> Option<f64> {
+    let kept = || estimates.iter().filter_map(|e| Some((e.mass, e.kept?)));
+    let (mass, count) = kept().fold((0.0, 0), |(mass, count), (m, n)| (mass + m, count + n));
+    (count > 0).then(|| mass / count as f64)
+}
+
 fn by_particle_mass(scene: &Scene, estimates: &[Estimate], particle: f64) -> Result<Vec<usize>> {
-    let counts = estimates.iter().map(|Estimate { index, mass, .. }| {
+    let counts = estimates.iter().map(|Estimate { index, mass, kept, .. }| {
+        if let Some(own) = kept.or(scene.bodies[*index].particles) {
+            return Ok(own);
+        }
         let count = (mass / particle).round();
         match count >= 1.0 && count <= f64::from(u32::MAX) {
             true => Ok(count as usize),

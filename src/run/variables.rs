@@ -4,7 +4,7 @@ use crate::input::roles::Assignment;
 use crate::scene::Role;
 use serde::Serialize;
 use sph_formats::common::particle_names as names;
-use sph_formats::{Columns, ParticleTable};
+use sph_formats::{Columns, ParticleFile, ParticleTable};
 use std::fmt::Write;
 
 /// One variable of the input.
@@ -51,6 +51,36 @@ pub fn variables(
         reports.push(report);
     }
     (reports, warnings)
+}
+
+/// What placement gives every format, each of which has a place for it or makes its own of it.
+const OWN: [&str; 9] = [
+    names::COORDINATES,
+    names::VELOCITIES,
+    names::MASSES,
+    names::SUPPORT_RADIUS,
+    names::SMOOTHING_LENGTH,
+    names::DENSITY,
+    names::INTERNAL_ENERGY,
+    names::PARTICLE_IDS,
+    names::PARTICLE_TYPE,
+];
+
+/// Columns that a format does not hold, beside what is `told` of already: what a scene states, or makes.
+pub fn lost(file: &ParticleFile, told: &[VariableReport], (format, columns): (&str, Columns)) -> Vec<String> {
+    let is_told = |name: &str| {
+        told.iter().any(|v| v.note.is_some() && (v.name == name || names::standard(&v.name) == Some(name)))
+    };
+    let mut lost = Vec::new();
+    for column in file.species.iter().flat_map(|species| &species.table.columns) {
+        let name = column.name.as_str();
+        if let Some(why) = columns.loses(name, column.components).filter(|_| !OWN.contains(&name) && !is_told(name)) {
+            lost.push(format!("'{name}' is not written: {why} ({format})"));
+        }
+    }
+    lost.sort_unstable();
+    lost.dedup();
+    lost
 }
 
 /// The variables as lines of a report: those that are taken for something, and the names of the others.

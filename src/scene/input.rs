@@ -91,12 +91,22 @@ pub struct Input {
     #[schemars(example = &"halo.hdf5")]
     #[serde(skip_serializing_if = "Option::is_none")]
     pub others: Option<PathBuf>,
+    /// Whether the particles of a snapshot stay as they are, and none is placed: a star that was relaxed before, to be put on an orbit. By
+    /// default they do in a body of `bodies` that states nothing else of its particles, in a scene that states no number of them.
+    #[schemars(example = true)]
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub keep_particles: Option<bool>,
     /// Particles of a snapshot that are no gas: dark matter, stars, sinks.
     #[serde(skip_serializing_if = "OtherTypes::is_default")]
     pub other_types: OtherTypes,
 }
 
 impl Input {
+    /// Whether the scene itself says that a snapshot's particles stay.
+    pub(crate) fn keeps_particles(&self) -> bool {
+        self.keep_particles == Some(true)
+    }
+
     /// Whether it is a profile of numbers with units.
     pub(crate) fn has_profile_with_units(&self) -> bool {
         self.profile.as_ref().is_some_and(|profile| profile.has_units(self.dimension.unwrap_or(3)))

@@ -33,6 +33,44 @@ impl Scene {
         }
     }
 
+    /// Whether the particles of a body that is a snapshot stay as they are: where it says so, or where nothing says of how many it should be, and
+    /// the body states nothing of how they are placed.
+    pub(crate) fn keeps_body(&self, index: usize) -> bool {
+        let body = &self.bodies[index];
+        let placed = BodyInput {
+            name: body.name.clone(),
+            input: body.input.clone(),
+            orientation: body.orientation.clone(),
+            position: body.position.clone(),
+            velocity: body.velocity.clone(),
+            spin: body.spin.clone(),
+            ..BodyInput::default()
+        };
+        let is_counted = self.particles.is_some() || self.particle_mass.is_some();
+        body.input.keep_particles.unwrap_or(!is_counted && *body == placed)
+    }
+
+    /// A body whose particles stay as they are, of which what the scene says of those that are placed is not meant.
+    pub(crate) fn of_kept_body(&self, index: usize) -> Self {
+        let (body, own) = (&self.bodies[index], self.of_body(index, None));
+        let mut kept = Self {
+            particles: body.particles,
+            seeding: body.seeding,
+            polish: body.polish,
+            balance: body.balance.clone(),
+            thermal: body.thermal.clone().unwrap_or_default(),
+            certify: None,
+            order: None,
+            trim_masses: None,
+            gravity_of: Vec::new(),
+            checkpoint: Default::default(),
+            ..own
+        };
+        kept.input.keep_particles = Some(true);
+        kept.output.origin = None;
+        kept
+    }
+
     /// What a body or the medium about bodies has of the scene, whose bodies it is placed without.
     pub(super) fn without_bodies(&self) -> Self {
         let mut alone = Self {
