@@ -63,6 +63,7 @@ mod shapes;
 mod stages;
 mod sums;
 mod support;
+mod told;
 mod totals;
 mod units;
 mod walls;

@@ -6,7 +6,7 @@ use super::files::{particles, particles_in};
 use super::progress::Progress;
 use crate::error::{Error, Result};
 use crate::input::support::support_radii;
-use crate::run::destination::refuse_replacing;
+use crate::run::destination::{refuse_replacing, refuse_units_that_look_pure};
 use crate::scene::system_of;
 use sph_formats::model::{COSMOLOGY_KEY, DOUBT_KEY, FILES_KEY, LACKS_KEY};
 use sph_formats::{Column, FormatSpec, ParticleFile, UnitSystem, registry, registry::FixedCorner};
@@ -37,6 +37,7 @@ pub fn convert(formats: &[FormatSpec], args: &ConvertArgs) -> Result<Vec<String>
     file.header.take(LACKS_KEY);
     name_units(&mut file.header.units, args)?;
     if let Some(name) = &args.units {
+        refuse_units_that_look_pure(target, "--units", name)?;
         file.change_units(system_of("--units", name)?);
     }
     if let Some(edge) = args.box_size {
@@ -125,7 +126,10 @@ fn losses(format: &str, file: &ParticleFile, mut back: ParticleFile) -> Vec<Stri
         // The same numbers in other units are no loss.
         back.change_units(file.header.units);
         if !same_units(&stated, &file.header.units) {
-            lost.push(format!("{format} holds the numbers in units of its own: {stated:?}, in cgs"));
+            let UnitSystem { length, mass, time, .. } = stated;
+            lost.push(format!(
+                "{format} holds the numbers in units of its own: {length:.6e} cm, {mass:.6e} g and {time:.6e} s"
+            ));
         }
     }
     for species in file.species.iter().filter(|s| s.table.count > 0) {

@@ -2,7 +2,7 @@
 //!
 //! Values are those of CODATA 2022, in cgs; `mH` is the hydrogen atom of 1.007 825 032 u (AME2020).
 
-use crate::error::Result as Outcome;
+use crate::error::{Error, Result as Outcome};
 use crate::field::{AnalyticField, Expression, Names};
 use crate::scene::{Conversion, Quantity, Scene};
 use sph_formats::{Unit, UnitDimension, UnitSystem};
@@ -78,10 +78,17 @@ impl Constants {
     /// The text of an expression, which is `text` but for a number of `dimension` with its unit, such as `1e-6 G`.
     ///
     /// # Errors
-    /// A unit of another dimension, or one where there are none.
+    /// A unit of another dimension, or one where there are none; the constant of gravity in a magnetic field.
     pub fn number(&self, key: &str, text: &str, dimension: UnitDimension) -> Outcome<String> {
         let quantity = Quantity::Text(text.trim().to_owned());
         if quantity.dimension().is_none() {
+            let is_magnetic = UnitDimension { length: UnitDimension::MAGNETIC_FIELD.length, ..dimension }
+                == UnitDimension::MAGNETIC_FIELD;
+            let mut words = text.split(|c: char| !(c.is_ascii_alphanumeric() || c == '_'));
+            if is_magnetic && words.any(|word| word == "G") {
+                let problem = "has 'G', which in an expression is the constant of gravity; write `gauss`, as in '1e-6*gauss*sin(x)'";
+                return Err(Error::scene(key, problem));
+            }
             return Ok(text.to_owned());
         }
         let conversion = Conversion::new(self.system, self.system.unwrap_or(UnitSystem::CODE));

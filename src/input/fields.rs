@@ -24,7 +24,7 @@ use crate::input::way::{Way, across};
 use crate::scene::{Conversion, FieldValue, Quantity, Scene, TurbulenceInput};
 use sph::domain::Domain;
 use sph_formats::common::particle_names as names;
-use sph_formats::{Unit, UnitDimension, UnitSystem, did_you_mean};
+use sph_formats::{Unit, UnitDimension, UnitSystem};
 use std::sync::Arc;
 
 /// Variables of every expression beside x, y, z and r.
@@ -32,7 +32,7 @@ const PLACES: [&str; 4] = ["R", "phi", "theta", "rho"];
 const RHO: usize = 3;
 /// Values of x, y, z and r come before those of the others.
 const COORDINATES: usize = 4;
-const VECTOR_POTENTIAL: &str = "vector_potential";
+pub(super) const VECTOR_POTENTIAL: &str = "vector_potential";
 /// Half of the width over which a vector potential is differenced has three of these steps, in units of the domain's size:
 /// for waves of a fifth of the domain truncation and rounding both leave ten digits.
 const CURL_STEP: f64 = 1e-3;
@@ -250,39 +250,6 @@ fn standard_name(name: &str) -> &str {
     names::standard(name).unwrap_or(name)
 }
 
-/// Names that mean more than a column does.
-const MEANT: [&str; 17] = [
-    "velocity",
-    "v_x",
-    "v_y",
-    "v_z",
-    "v_R",
-    "v_r",
-    "v_theta",
-    "v_phi",
-    "pressure",
-    "temperature",
-    "internal_energy",
-    thermal::ENTROPY,
-    thermal::MEAN_MOLECULAR_WEIGHT,
-    "magnetic_field",
-    VECTOR_POTENTIAL,
-    "material",
-    "dust_fraction",
-];
-
-/// Fields that become columns of their names, whose names are nearly those of others, in words.
-pub(crate) fn slips(scene: &Scene) -> Vec<String> {
-    let is_meant =
-        |name: &str| MEANT.contains(&name) || names::standard(name).is_some() || thermal::name_of(name).is_some();
-    let of = |(name, _): (&str, _)| {
-        let hint = did_you_mean(name, MEANT);
-        let is_slip = !is_meant(name) && !hint.is_empty();
-        is_slip.then(|| format!("fields.{name} is written as a column of that name{hint}"))
-    };
-    scene.fields.stated().filter_map(of).collect()
-}
-
 /// Columns that placement itself makes.
 const MADE: [&str; 7] = [
     names::COORDINATES,
@@ -467,7 +434,8 @@ impl<const D: usize> Maker<D> {
     }
 
     fn stirred(&self, scene: &Scene, input: &TurbulenceInput, domain: &Domain<D>) -> Result<Stirred<D>> {
-        let turbulence = Turbulence::new(input, input.seed.unwrap_or(scene.seed), domain)?;
+        let density = |x: &[f64; D]| self.variables.base.density.value(x);
+        let turbulence = Turbulence::new(input, input.seed.unwrap_or(scene.seed), domain)?.at_rest_in(domain, &density);
         let own = Conversion::new(self.constants.system, self.constants.system.unwrap_or(UnitSystem::CODE));
         let speed = match (&input.rms_velocity, input.mach) {
             (Some(speed), _) => speed.value("turbulence.rms_velocity", UnitDimension::VELOCITY, &own)?,

@@ -22,6 +22,7 @@ pub(crate) mod profile;
 pub(crate) mod refinement;
 pub(crate) mod roles;
 pub(crate) mod shapes;
+pub(crate) mod slips;
 pub(crate) mod solenoidal;
 mod spherical;
 pub mod stated_units;

@@ -29,9 +29,13 @@ pub(crate) fn doubts<const D: usize>(scene: &Scene, prepared: &Prepared<D>) -> V
     let sources = places.iter().filter_map(|x| divergence(field.as_ref(), domain, x)).fold(0.0, f64::max);
     let sources = sources * domain.size() / strongest;
     if sources > MOST {
+        let is_potential = scene.fields.stated().any(|(name, _)| name == "vector_potential");
+        let remedy = match is_potential {
+            true => "its vector potential jumps or bends somewhere, where there is no curl: state a smooth one",
+            false => "state a `vector_potential`, whose curl has none",
+        };
         all.push(format!(
-            "the magnetic field has sources: its divergence is up to {sources:.1e} times the largest field over the width of the domain; state a \
-             `vector_potential`, whose curl has none"
+            "the magnetic field has sources: its divergence is up to {sources:.1e} times the largest field over the width of the domain; {remedy}"
         ));
     }
     let jump = (0..D).filter(|&k| domain.axes[k] == Axis::Periodic).map(|k| jump(field.as_ref(), domain, &places, k));

@@ -1,6 +1,7 @@
 //! Thermal fields of an ideal gas: which of them are given, the energy that follows, and whether they agree.
 //!
-//! P = (gamma - 1) rho u = A rho^gamma, and u = kB T / ((gamma - 1) mu mH), where A is the entropic function.
+//! P = (gamma - 1) rho u = A rho^gamma, and u = kB T / ((gamma - 1) mu mH), where A is the entropic function. Where gas carries dust, rho is that of
+//! the gas alone: dust has no pressure.
 
 use crate::error::{Error, Result};
 use sph_formats::UnitDimension;
@@ -11,6 +12,7 @@ pub(crate) const TEMPERATURE: &str = "temperature";
 pub(crate) const INTERNAL_ENERGY: &str = "internal_energy";
 pub(crate) const ENTROPY: &str = "entropy";
 pub(crate) const MEAN_MOLECULAR_WEIGHT: &str = "mean_molecular_weight";
+const DUST_FRACTION: &str = "dust_fraction";
 
 /// Thermal fields may disagree by this much of the energy: they come with four digits, or from tables.
 const AGREEMENT: f64 = 1e-3;
@@ -41,6 +43,7 @@ pub(crate) struct Known {
     /// Name, and whether the scene states it.
     fields: Vec<(&'static str, bool)>,
     has_weight: bool,
+    has_dust: bool,
 }
 
 impl Known {
@@ -49,12 +52,12 @@ impl Known {
         let all = [INTERNAL_ENERGY, PRESSURE, ENTROPY, TEMPERATURE];
         let mut fields: Vec<_> = all.into_iter().filter(|n| is_known(n)).map(|n| (n, is_stated(n))).collect();
         fields.sort_by_key(|f| !f.1);
-        Self { fields, has_weight: is_known(MEAN_MOLECULAR_WEIGHT) }
+        Self { fields, has_weight: is_known(MEAN_MOLECULAR_WEIGHT), has_dust: is_known(DUST_FRACTION) }
     }
 
     /// The first by which there is an energy, and its expression.
     pub fn energy(&self, gamma: f64) -> Option<(&'static str, String)> {
-        self.comparable().next().map(|name| (name, energy(name, gamma)))
+        self.comparable().next().map(|name| (name, self.expression(name, gamma)))
     }
 
     /// Those that give an energy.
@@ -62,19 +65,20 @@ impl Known {
         self.fields.iter().map(|f| f.0).filter(|name| *name != TEMPERATURE || self.has_weight)
     }
 
+    /// The expression of the specific internal energy by one field.
+    fn expression(&self, name: &str, gamma: f64) -> String {
+        let rho = if self.has_dust { format!("(rho*(1 - {DUST_FRACTION}))") } else { "rho".to_owned() };
+        match name {
+            PRESSURE => format!("{PRESSURE}/(({gamma:?} - 1)*{rho})"),
+            ENTROPY => format!("{ENTROPY}*{rho}^({gamma:?} - 1)/({gamma:?} - 1)"),
+            TEMPERATURE => format!("kB*{TEMPERATURE}/(({gamma:?} - 1)*{MEAN_MOLECULAR_WEIGHT}*mH)"),
+            _ => INTERNAL_ENERGY.to_owned(),
+        }
+    }
+
     /// The first that the scene states.
     pub fn stated(&self) -> Option<&'static str> {
         self.fields.iter().find(|f| f.1).map(|f| f.0)
-    }
-}
-
-/// The expression of the specific internal energy by one field.
-fn energy(name: &str, gamma: f64) -> String {
-    match name {
-        PRESSURE => format!("{PRESSURE}/(({gamma:?} - 1)*rho)"),
-        ENTROPY => format!("{ENTROPY}*rho^({gamma:?} - 1)/({gamma:?} - 1)"),
-        TEMPERATURE => format!("kB*{TEMPERATURE}/(({gamma:?} - 1)*{MEAN_MOLECULAR_WEIGHT}*mH)"),
-        _ => INTERNAL_ENERGY.to_owned(),
     }
 }
 
@@ -88,13 +92,13 @@ pub(crate) fn derived_energy(known: &Known, gamma: f64) -> Result<Option<String>
     let stated: Vec<&str> = known.fields.iter().filter(|f| f.1).map(|f| f.0).collect();
     if stated.is_empty() {
         let only_temperature = known.fields.iter().all(|f| f.0 == TEMPERATURE) && !known.fields.is_empty();
-        return Ok((only_temperature && known.has_weight).then(|| energy(TEMPERATURE, gamma)));
+        return Ok((only_temperature && known.has_weight).then(|| known.expression(TEMPERATURE, gamma)));
     }
     if stated.contains(&INTERNAL_ENERGY) || stated.contains(&PRESSURE) {
         return Ok(None);
     }
     if stated.contains(&ENTROPY) {
-        return Ok(Some(energy(ENTROPY, gamma)));
+        return Ok(Some(known.expression(ENTROPY, gamma)));
     }
     if !known.has_weight {
         return Err(Error::scene(
@@ -103,7 +107,7 @@ pub(crate) fn derived_energy(known: &Known, gamma: f64) -> Result<Option<String>
              composition, 2.3 for molecular gas)",
         ));
     }
-    Ok(Some(energy(TEMPERATURE, gamma)))
+    Ok(Some(known.expression(TEMPERATURE, gamma)))
 }
 
 /// Names of fields and expressions of the energies that they give, to be compared: where the scene states one of them, and
@@ -112,7 +116,7 @@ pub(crate) fn energies(known: &Known, gamma: f64) -> Vec<(&'static str, String)>
     if !known.fields.iter().any(|f| f.1) {
         return Vec::new();
     }
-    known.comparable().map(|name| (name, energy(name, gamma))).collect()
+    known.comparable().map(|name| (name, known.expression(name, gamma))).collect()
 }
 
 /// Compares the energies that two fields give.

@@ -5,13 +5,16 @@
 //! over all k of whole waves across the box with a length in the range asked for, one of each pair k and -k. The components of
 //! a_k and b_k are normal numbers whose variance is that of the spectrum, E(k) ~ k^-p over k^(d-1); what lies along k carries
 //! the compressive share of the energy (Helmholtz's decomposition wave by wave; Federrath et al. 2010, A&A 512, A81). Motion along the waves
-//! and across them is scaled, each by one factor, so that this share and the mean square over the box are exact.
+//! and across them is scaled, each by one factor, so that this share and the mean square over the box are exact. In gas that is not even the mean
+//! over the mass is then taken out, and the rest is scaled by one more factor: it is the mean square over the mass that counts.
 
 use crate::error::{Error, Result};
 use crate::input::waves::{normal, whole_waves};
 use crate::random::{Purpose, keyed};
 use crate::scene::TurbulenceInput;
 use sph::domain::Domain;
+use sph::parallel;
+use std::f64::consts::TAU;
 
 /// A wave of velocities.
 struct Wave<const D: usize> {
@@ -31,7 +34,13 @@ impl<const D: usize> Wave<D> {
 pub(crate) struct Turbulence<const D: usize> {
     corner: [f64; D],
     waves: Vec<Wave<D>>,
+    /// Velocity of the gas as a whole, which is taken out.
+    drift: [f64; D],
 }
+
+/// Waves times places by which means over the mass are found, at most, and places along an axis, at least.
+const MOST_TERMS: f64 = 5e7;
+const FEWEST: f64 = 8.0;
 
 impl<const D: usize> Turbulence<D> {
     /// With the root mean square 1 over the box around `domain`.
@@ -70,7 +79,50 @@ impl<const D: usize> Turbulence<D> {
             cosine: sum(&along.cosine, &across.cosine),
             sine: sum(&along.sine, &across.sine),
         };
-        Ok(Self { corner: domain.lo, waves: pairs.iter().map(joined).collect() })
+        Ok(Self { corner: domain.lo, waves: pairs.iter().map(joined).collect(), drift: [0.0; D] })
+    }
+
+    /// Of gas of this `density` that rests as a whole, with the root mean square 1 over its mass.
+    #[must_use]
+    pub fn at_rest_in(mut self, domain: &Domain<D>, density: &(dyn Fn(&[f64; D]) -> f64 + Sync)) -> Self {
+        let extent = domain.extent();
+        let along = |wave: &Wave<D>| (0..D).map(|k| (wave.k[k] * extent[k] / TAU).abs()).fold(0.0, f64::max);
+        let finest = self.waves.iter().map(along).fold(0.0, f64::max);
+        let affordable = (MOST_TERMS / self.waves.len() as f64).powf(1.0 / D as f64).floor();
+        let n = (4.0 * finest + 4.0).min(affordable).max(FEWEST) as usize;
+        let weighed = parallel::map(n.pow(D as u32), |i| {
+            let x = sph::array(|k| {
+                let along = i / n.pow(k as u32) % n;
+                domain.lo[k] + extent[k] * (along as f64 + 0.5) / n as f64
+            });
+            (x, if domain.contains(&x) { density(&x).max(0.0) } else { 0.0 })
+        });
+        if weighed.windows(2).all(|w| w[0].1 == w[1].1) {
+            return self;
+        }
+        let found = parallel::map(weighed.len(), |i| {
+            let mut v = [0.0; D];
+            if weighed[i].1 > 0.0 {
+                self.add(&weighed[i].0, 1.0, &mut v);
+            }
+            v
+        });
+        let (mut mass, mut sum, mut square) = (0.0, [0.0; D], 0.0);
+        for ((_, weight), v) in weighed.iter().zip(&found) {
+            mass += weight;
+            (0..D).for_each(|k| sum[k] += weight * v[k]);
+            square += weight * v.iter().map(|c| c * c).sum::<f64>();
+        }
+        let drift: [f64; D] = sph::array(|k| sum[k] / mass);
+        let left = square / mass - drift.iter().map(|c| c * c).sum::<f64>();
+        if !(left > 0.0 && left.is_finite()) {
+            return self;
+        }
+        let factor = 1.0 / left.sqrt();
+        for wave in &mut self.waves {
+            (wave.cosine, wave.sine) = (wave.cosine.map(|c| factor * c), wave.sine.map(|c| factor * c));
+        }
+        Self { drift: drift.map(|c| factor * c), ..self }
     }
 
     /// Adds the velocity at `x`, times `scale`.
@@ -80,6 +132,7 @@ impl<const D: usize> Turbulence<D> {
             let (sin, cos) = phase.sin_cos();
             (0..D).for_each(|d| out[d] += scale * (wave.cosine[d] * cos + wave.sine[d] * sin));
         }
+        (0..D).for_each(|d| out[d] -= scale * self.drift[d]);
     }
 }
 
@@ -164,6 +217,29 @@ mod tests {
         assert!(mean.iter().all(|m| m.abs() < 1e-9), "{mean:?}");
         let (a, b) = (at(&field, [1.1, 0.3, 0.2]), at(&field, [3.1, -0.7, -1.8]));
         (0..3).for_each(|k| assert!((a[k] - b[k]).abs() < 1e-12));
+    }
+
+    /// By sums over many more places than those that it is found by.
+    #[test]
+    fn uneven_gas_rests_as_a_whole() {
+        let density = |x: &[f64; 3]| (-8.0 * ((x[0] - 1.4).powi(2) + (x[1] - 0.6).powi(2) + x[2] * x[2])).exp();
+        let over_mass = |field: &Turbulence<3>| {
+            let n = 60;
+            let (mut mass, mut mean, mut square) = (0.0, [0.0; 3], 0.0);
+            for i in 0..n * n * n {
+                let u = [i % n, i / n % n, i / n / n].map(|v| (v as f64 + 0.5) / n as f64);
+                let x = [1.0 + 2.0 * u[0], u[1], -1.0 + 2.0 * u[2]];
+                let (v, weight) = (at(field, x), density(&x));
+                mass += weight;
+                square += weight * v.iter().map(|c| c * c).sum::<f64>();
+                (0..3).for_each(|k| mean[k] += weight * v[k]);
+            }
+            ((mean.iter().map(|m| m * m).sum::<f64>().sqrt() / mass), square / mass)
+        };
+        let (drift, _) = over_mass(&field(0.3));
+        assert!(drift > 0.1, "{drift}");
+        let (drift, square) = over_mass(&field(0.3).at_rest_in(&domain(), &density));
+        assert!(drift < 1e-3 && (square - 1.0).abs() < 1e-3, "{drift} {square}");
     }
 
     /// Energies of shells of k fall as k^-p, within what the random numbers of some hundred waves leave: 1/sqrt(100).

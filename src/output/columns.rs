@@ -14,12 +14,30 @@ pub enum EnergySource {
     /// Those that the balance of pressure and gravity left.
     Balanced,
     Carried,
-    /// u = P / ((gamma - 1) rho*).
-    Pressure,
+    /// u = P / ((gamma - 1) rho*), rho* that of the gas alone where it has dust.
+    Pressure {
+        has_dust: bool,
+    },
     Given,
     /// Nothing thermal is known, but the output cannot do without: the square of one unit of velocity.
     Placeholder,
     NotWritten,
+}
+
+/// Gives columns whose names readers take for those of others, as `Mass` beside `Masses`, the names of [`apart`].
+pub fn set_apart(columns: &mut [Column]) {
+    let all: Vec<String> = columns.iter().map(|c| c.name.clone()).collect();
+    for column in columns {
+        let meant = names::standard(&column.name).filter(|meant| *meant != column.name);
+        if meant.is_some_and(|meant| all.iter().any(|name| name == meant)) {
+            column.name = apart(&column.name);
+        }
+    }
+}
+
+/// The name of a column that is carried beside one which readers would confuse it with.
+pub fn apart(name: &str) -> String {
+    format!("{name}{}", names::APART)
 }
 
 /// Evaluates one carried variable on all particles, in the output's units.
@@ -184,10 +202,12 @@ pub fn internal_energy(
                 ),
             ));
         }
-        let u =
-            density.iter().enumerate().map(|(i, rho)| pressure.values.get(i) / ((known.gamma - 1.0) * rho)).collect();
+        let dust = columns.iter().find(|c| c.name == names::DUST_FRACTION && c.components == 1);
+        let gas = |i: usize| dust.map_or(1.0, |dust| 1.0 - dust.values.get(i));
+        let of = |(i, rho): (usize, &f64)| pressure.values.get(i) / ((known.gamma - 1.0) * gas(i) * rho);
+        let (u, has_dust) = (density.iter().enumerate().map(of).collect(), dust.is_some());
         push(columns, u);
-        return Ok(EnergySource::Pressure);
+        return Ok(EnergySource::Pressure { has_dust });
     }
     if required {
         push(columns, vec![1.0; density.len()]);

@@ -142,9 +142,10 @@ pub(crate) fn particle_file<const D: usize>(
             left_out.push(("InternalEnergy", "a temperature gives none without fields.mean_molecular_weight"));
         }
         EnergySource::NotWritten => left_out.push(("InternalEnergy", "nothing thermal came in")),
-        EnergySource::Pressure => notes.push(format!(
-            "InternalEnergy is P/((gamma - 1) rho) from the carried pressure, gamma = {}",
-            thermal.gamma
+        EnergySource::Pressure { has_dust } => notes.push(format!(
+            "InternalEnergy is P/((gamma - 1) rho) from the carried pressure, gamma = {}{}",
+            thermal.gamma,
+            if has_dust { ", rho that of the gas without its dust" } else { "" }
         )),
         EnergySource::Carried | EnergySource::Given | EnergySource::Balanced => {}
     }
@@ -168,6 +169,7 @@ pub(crate) fn particle_file<const D: usize>(
     all.extend(velocities.map(|v| Column::new(names::VELOCITIES, D, Values::F64(v), UnitDimension::VELOCITY)));
     carried.retain(|c| !all.iter().any(|own| own.name == c.name));
     all.extend(carried);
+    columns::set_apart(&mut all);
     let header = RunHeader {
         dimension: D,
         box_size: frame.box_size.map(|b| b * factors.length),

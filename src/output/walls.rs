@@ -6,6 +6,7 @@
 //! fluid, and its distance from there.
 
 use super::frame::Factors;
+use crate::codes::TargetCode;
 use crate::error::{Error, Result};
 use crate::input::internal_units::Prepared;
 use crate::input::shapes;
@@ -23,6 +24,8 @@ pub const NORMALS: &str = "Normals";
 pub const SURFACE_DISTANCE: &str = "SurfaceDistance";
 /// Spacings from the fluid beyond which walls do not act on it.
 const FAR: f64 = 3.0;
+/// Codes for which walls are particles: PySPH, and Phantom, whose boundary particles they are.
+const WITH_WALLS: [&str; 2] = ["pysph", "phantom"];
 /// Most points of the lattice.
 const MOST_POINTS: f64 = 2e9;
 
@@ -173,6 +176,17 @@ impl<const D: usize> Walls<D> {
                  `walls.around`"
             )
         })
+    }
+
+    /// What a code makes of them that has no such particles.
+    pub(crate) fn unknown_to(&self, code: Option<TargetCode>) -> Option<String> {
+        let title = code.filter(|code| !WITH_WALLS.contains(&code.sheet.name))?.sheet.title;
+        Some(format!(
+            "{title} has no walls of particles: it takes the {} of type {} for matter that only attracts, or leaves them out, and nothing holds the fluid; \
+             `--for pysph` has walls",
+            self.positions.len(),
+            self.part_type
+        ))
     }
 
     /// Places, in internal units, by axis.

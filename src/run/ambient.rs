@@ -1,7 +1,7 @@
 //! The medium about bodies (`ambient`): a scene of its own in the box of all, with the bodies as obstacles; and the sums over neighbors of all
 //! gas together, which see across surfaces.
 
-use super::assembly::{Body, Frame, State};
+use super::assembly::{Body, Frame, Middle, State};
 use super::bodies_report::BodyFigures;
 use super::carving::{Obstacle, Obstacles};
 use super::pipeline;
@@ -42,7 +42,7 @@ pub(super) fn placed(
     let mut medium = scene.of_ambient(ambient, dimension, None);
     (medium.output.units, medium.output.target_density) = (Some(name.to_owned()), true);
     let (file, report) = pipeline::place_around(&medium, formats, control, &obstacles).map_err(of_medium)?;
-    let mut body = Body::new(TITLE.to_owned(), file)?;
+    let mut body = Body::new(TITLE.to_owned(), file, Middle::OfMass)?;
     if ambient.matching == MatchName::Mass {
         // To the bit as those of the bodies: within half a particle in all.
         body.set_particle_mass(obstacles.particle_mass);

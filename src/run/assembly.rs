@@ -84,8 +84,10 @@ impl Body {
     ///
     /// # Errors
     /// A file without particles.
-    pub fn new(title: String, file: ParticleFile) -> Result<Self> {
-        let dimension = file.header.dimension;
+    pub fn new(title: String, file: ParticleFile, middle: Middle) -> Result<Self> {
+        let (dimension, header) = (file.header.dimension, &file.header);
+        let corner = header.box_corner.unwrap_or_default();
+        let of_box = sph::array(|k| if k < dimension { corner[k] + 0.5 * header.box_size[k] } else { 0.0 });
         let none = || Error::scene(format!("bodies[{title}]"), "came out without particles");
         let mut parts: Vec<Species> = file.species.into_iter().filter(|s| s.table.count > 0).collect();
         let mut all: Vec<(f64, [f64; 3])> = Vec::new();
@@ -97,7 +99,10 @@ impl Body {
         if all.is_empty() {
             return Err(none());
         }
-        let center = mean(all.iter().copied());
+        let center = match middle {
+            Middle::OfMass => mean(all.iter().copied()),
+            Middle::OfBox => of_box,
+        };
         let mass = all.iter().map(|p| p.0).sum();
         let moved: Vec<[f64; 3]> = all.iter().map(|(_, x)| sph::array(|k| x[k] - center[k])).collect();
         let radius = moved.iter().map(|x| length(*x)).fold(0.0, f64::max);
@@ -255,6 +260,14 @@ fn moved(table: &ParticleTable, state: &State) -> Vec<([f64; 3], [f64; 3])> {
     (0..table.count).map(moved).collect()
 }
 
+/// What of a body is put in its place.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Middle {
+    OfMass,
+    /// Of a body that turns about a point mass or within a halo: its center is that of its fields, and the few particles' center of mass is not.
+    OfBox,
+}
+
 /// Refuses bodies that are in each other's way, or in that of an image in a periodic box (`frame`): collisionless ones never are.
 ///
 /// # Errors
@@ -287,6 +300,26 @@ pub fn refuse_overlap(bodies: &[Body], states: &[State], frame: Option<&Frame>) 
     }
     Ok(())
 }
+
+/// Points that lie within gas, but not in the middle of it, which nothing holds there.
+pub fn points_within(bodies: &[Body], states: &[State]) -> Vec<String> {
+    let is_point = |body: &Body| !body.is_gas() && body.radius == 0.0;
+    let pairs = (0..bodies.len()).flat_map(|i| (0..bodies.len()).map(move |j| (i, j)));
+    let within = pairs.filter(|&(i, j)| is_point(&bodies[i]) && bodies[j].is_gas()).filter_map(|(i, j)| {
+        let apart = length(sph::array(|k| states[i].position[k] - states[j].position[k]));
+        let (point, body) = (&bodies[i].title, &bodies[j]);
+        (apart > CENTERED * body.radius && apart < body.radius).then(|| {
+            format!(
+                "the point mass {point} is within body {}, {apart:.6e} from its center, and the gas about it is not in balance with it",
+                body.title
+            )
+        })
+    });
+    within.collect()
+}
+
+/// Of a body's radius: a point nearer to its center is its core.
+const CENTERED: f64 = 0.05;
 
 /// The way from one place to another that is `direct`ly that far, and those to its nearest images in a periodic box.
 fn ways(direct: [f64; 3], frame: Option<&Frame>) -> Vec<[f64; 3]> {

@@ -5,7 +5,7 @@
 //! orbit have their center of mass at rest in the middle of the box.
 
 use super::ambient;
-use super::assembly::{self, Body, Frame, Origin, State};
+use super::assembly::{self, Body, Frame, Middle, Origin, State};
 use super::bodies_report::{BodiesReport, BodyFigures, BodyReport, OrbitFigures};
 use super::cache::{PlacedBody, Recipe};
 use super::destination::{Destination, intended_format};
@@ -22,7 +22,9 @@ use crate::output::origin;
 use crate::output::parameters::Physics;
 use crate::output::particle_file::provenance;
 use crate::relaxation::{Control, StopReason};
-use crate::scene::{BoundaryName, Conversion, DEFAULT_PARTICLES, OrbitInput, Quantity, Scene, in_body, values};
+use crate::scene::{
+    BodyInput, BoundaryName, Conversion, DEFAULT_PARTICLES, OrbitInput, Quantity, Scene, in_body, values,
+};
 use sph_formats::{FormatSpec, ParticleFile, UnitDimension, UnitSystem};
 use std::path::Path;
 use std::time::Instant;
@@ -79,7 +81,11 @@ pub fn place_bodies(
             reports.push(None);
         } else if let Some(Placed { body, is_cached, .. }) = placed.next() {
             let radius = body.figures.radius;
-            bodies.push(Body::new(title(i), body.file)?.reaching(radius).turned(&input.orientation)?);
+            bodies.push(
+                Body::new(title(i), body.file, middle_of(input, &of_gas, i))?
+                    .reaching(radius)
+                    .turned(&input.orientation)?,
+            );
             reports.push(Some((body.figures, body.report, is_cached)));
         }
     }
@@ -93,6 +99,7 @@ pub fn place_bodies(
     }
     let own = box_of(scene, common.dimension, &conversion)?;
     assembly::refuse_overlap(&bodies, &states, own.as_ref())?;
+    notes.extend(assembly::points_within(&bodies, &states));
     if relative.is_some() {
         let (center, velocity) = assembly::center_of_mass(&bodies, &states);
         for state in &mut states {
@@ -183,6 +190,13 @@ pub fn place_bodies(
         peak_memory: memory::peak(),
     };
     Ok((file, report))
+}
+
+/// Of a body of its own shape in the gravity of others about the same center that of its fields.
+fn middle_of(input: &BodyInput, of_gas: &[(usize, Scene)], index: usize) -> Middle {
+    let is_in_field = of_gas.iter().any(|(i, alone)| *i == index && !alone.gravity_of.is_empty());
+    let is_whole = input.input.profile.is_some() && !input.domain.has_extent();
+    if is_in_field && is_whole { Middle::OfBox } else { Middle::OfMass }
 }
 
 /// The share that each body has of the time that those before it leave: by particles, none of those that take no time. A medium about them is taken

@@ -43,6 +43,9 @@ impl<'a> Destination<'a> {
             None if scene.output.files == 1 => vec![path.to_owned()],
             None => return Err(Error::scene("output.files", "is more than 1, but a picture is one file")),
         };
+        if let (Some(format), Some(units)) = (format, &scene.output.units) {
+            refuse_units_that_look_pure(format, "output.units", units)?;
+        }
         if let Some(code) = scene.code().filter(|_| scene.output.parameters) {
             parameters::refuse_overwriting(code, path)?;
         }
@@ -143,6 +146,21 @@ fn several(files: &[PathBuf]) -> Option<String> {
 fn write_text(path: &Path, text: &str) -> Result<()> {
     let written = |temporary: &Path| std::fs::write(temporary, text).map_err(|e| FormatError::io(path, "write", e));
     Ok(sph_formats::output::atomically(path, written)?)
+}
+
+/// Refuses cgs for Phantom: it takes units of 1 for pure numbers, in which the constant of gravity is 1.
+///
+/// # Errors
+/// The remedy.
+pub(crate) fn refuse_units_that_look_pure(format: &FormatSpec, key: &str, units: &str) -> Result<()> {
+    match (format.name, units) {
+        ("phantom", "cgs") => {
+            let problem = "is cgs, which Phantom takes for pure numbers, with a constant of gravity of 1; leave it out, or choose solar, planetary, \
+                           galactic or si";
+            Err(Error::scene(key, problem))
+        }
+        _ => Ok(()),
+    }
 }
 
 /// Before the long work: what the writer would refuse at its end.

@@ -1,9 +1,9 @@
 //! What is probably not meant, with the remedy: it is done all the same.
 
 use crate::error::{Error, Result};
-use crate::input::fields::slips;
 use crate::input::internal_units::Prepared;
 use crate::input::refinement::Refinement;
+use crate::input::slips::slips;
 use crate::input::solenoidal;
 use crate::scene::{BoundaryName, Scene};
 use crate::target::{LeftOut, Positions, Regions, Target, at};
@@ -28,7 +28,12 @@ pub(crate) fn before<const D: usize>(scene: &Scene, prepared: &Prepared<D>, coun
     let mut doubts: Vec<String> = prepared.of_snapshot.iter().flat_map(|snapshot| snapshot.doubts.clone()).collect();
     let domain = &prepared.source.domain;
     let is_open = (0..D).all(|k| domain.axes[k] != Axis::Periodic);
-    if prepared.of_snapshot.is_some() && scene.target_code.is_some() && scene.balance.is_none() && is_open {
+    if prepared.of_snapshot.is_some()
+        && scene.target_code.is_some()
+        && scene.balance.is_none()
+        && is_open
+        && !scene.input.keeps_particles()
+    {
         doubts.push(UNBALANCED.into());
     }
     let share = prepared.input_mass.map(|input| prepared.mass.value / input);

@@ -33,6 +33,7 @@ pub mod plan;
 pub mod rank_forecast;
 pub mod ranks;
 mod refining;
+mod renewed;
 pub mod replicate;
 pub mod report;
 pub mod seeds;

@@ -14,7 +14,7 @@ use super::plan::{Held, Plan};
 use super::refining::{Refining, refines_a_snapshot};
 use super::report::{MassReport, Report, SnapshotReport, Timing};
 use super::stages::{self, Placed, Setting};
-use super::variables::{lost, variables};
+use super::variables::{lost, magnetic_units, variables};
 use super::{certifying, doubts, dust, memory, settling};
 use crate::codes::TargetCode;
 use crate::error::{Error, Result};
@@ -257,7 +257,8 @@ impl Run<'_> {
         let others: &[Species] = prepared.of_snapshot.as_ref().map_or(&[], |s| s.others.as_slice());
         refuse_other_types(self.format, others)?;
         collisionless::refuse_taken_type(self.scene, others)?;
-        self.notes.extend(prepared.notes.iter().cloned());
+        // What is said of a snapshot's field is not of particles that stay.
+        self.notes.extend(prepared.notes.iter().filter(|_| !self.scene.input.keeps_particles()).cloned());
         let around = self.around.map(|o| Carving::new(o, &prepared, &self.units, self.formats)).transpose()?;
         let count = around.as_ref().map_or(count, Carving::whole);
         let regions = prepared.target().find_regions(self.scene.region_contrast);
@@ -308,6 +309,7 @@ impl Run<'_> {
         self.warnings.extend(refining.as_ref().and_then(Refining::doubt));
         let walls = Walls::new(self.scene, self.formats, &prepared, &self.units.into_input())?;
         self.warnings.extend(walls.as_ref().and_then(|w| w.doubt(&prepared.source.domain)));
+        self.warnings.extend(walls.as_ref().and_then(|w| w.unknown_to(self.scene.code())));
         refuse_box(self.scene, self.format, (&prepared, walls.as_ref()), &self.units.into_input())?;
         let displacement = Displacement::new(self.scene, &prepared, &self.units.into_input())?;
         self.notes.extend(displacement.iter().flat_map(|d| d.notes().iter().cloned()));
@@ -335,7 +337,7 @@ impl Run<'_> {
         if let Some((refining, places)) = refining.zip(places) {
             report.notes.retain(|note| !note.starts_with(MOVED) && !note.starts_with(TOTALS));
             refining.rewrite(scene, &prepared, &places, (&mut file, &mut report))?;
-            report.verdict = verdict_on(&report);
+            report.verdict = refining.verdict(&report);
         }
         Ok(Done::Placed(Box::new((file, report))))
     }
@@ -466,10 +468,7 @@ impl Run<'_> {
         #[cfg(feature = "plots")]
         let seen = detail.map(|detail| self.seen(detail, prepared, (&factors, file.header.box_corner)));
         self.notes.extend(notes);
-        if file.species.iter().any(|s| s.table.column(names::MAGNETIC_FIELD).is_some()) {
-            let magnetic = self.format.map(|f| f.capabilities.magnetic).unwrap_or_default();
-            self.notes.push(format!("the magnetic field is in {}", magnetic.describe(&units)));
-        }
+        self.notes.extend(magnetic_units(&file, self.format, &units));
         left_out.into_iter().for_each(|(what, why)| plan.drop(what, why));
         if self.scene.collisionless.is_some() {
             plan.drop("pressure, temperature and internal energy", NO_GAS);

@@ -15,7 +15,7 @@ use super::plan::{Held, Plan};
 use super::report::{MassReport, Report, Timing};
 use super::stages::{Past, Placed, Setting};
 use super::streamed::Read;
-use super::variables::{lost, variables};
+use super::variables::{lost, magnetic_units, variables};
 use super::{doubts, memory};
 use crate::error::{Error, Result};
 use crate::input::internal_units::Prepared;
@@ -264,9 +264,7 @@ impl<'a> Run<'a> {
         let made = particle_file(scene, prepared, raw, (units, &factors), None, &making);
         let Made { file, notes, left_out, .. } = agreed(exchange, made)?;
         self.notes.extend(notes);
-        if file.species.iter().any(|s| s.table.column(names::MAGNETIC_FIELD).is_some()) {
-            self.notes.push(format!("the magnetic field is in {}", self.format.capabilities.magnetic.describe(&units)));
-        }
+        self.notes.extend(magnetic_units(&file, Some(self.format), &units));
         left_out.into_iter().for_each(|(what, why)| plan.drop(what, why));
         let format = (self.format.name, self.format.capabilities.columns);
         let (variables, warnings) = variables(&prepared.variables, &file.species[0].table, Some(format));

@@ -7,9 +7,12 @@
 //! have the masses rho / n times one number near 1, which keeps the total; then these change by up to a tenth until the summed
 //! densities are nearer to rho.
 
+use super::grading::verdict as verdict_on;
 use super::plan::{LeftOut, Plan};
+use super::renewed::Sums;
 use super::report::Report;
 use super::stages::{Placed, Setting};
+use super::verdict::{Finding, Grade};
 use crate::error::{Error, Result};
 use crate::field::FreeSpace;
 use crate::input::ingest::RawInput;
@@ -18,16 +21,13 @@ use crate::input::particles::Snapshot;
 use crate::input::refinement::Refinement;
 use crate::input::support::support_radii;
 use crate::input::units::RunUnits;
-use crate::metrics::Measured;
 use crate::output::columns;
 use crate::output::kept::{Replacement, is_double};
 use crate::relaxation::{WVT, family};
 use crate::scene::{Motion, OtherTypes, Polish, Scene, system_of};
 use crate::target::{Positions, Target, at};
 use sph::domain::{Axis, Domain};
-use sph::kernel::support_over_spacing;
 use sph::neighbors::Tree;
-use sph::parallel;
 use sph_formats::common::particle_names as names;
 use sph_formats::{Geometry, ParticleFile, UnitDimension, UnitSystem};
 
@@ -64,14 +64,6 @@ struct Candidate<const D: usize> {
     placed: Placed<D>,
     masses: Vec<f64>,
     off: Option<f64>,
-}
-
-/// The sums of new particles against the density; none of those that see vacuum, whose sums lack what is not there.
-struct Sums {
-    /// First particle that is new.
-    first: usize,
-    guess: Vec<f64>,
-    wanted: Vec<Option<f64>>,
 }
 
 impl<const D: usize> Refining<D> {
@@ -246,7 +238,7 @@ impl<const D: usize> Refining<D> {
         let positions: Positions<D> = std::array::from_fn(|k| all.iter().map(|x| x[k]).collect());
         let setting = Setting::new(setting.scene, among, None, setting.control);
         let Candidate { mut placed, masses, .. } = self.nearest(&setting, (plan, target), &positions, &held)?;
-        let sums = Sums::new(self, &setting, target, &placed.particles.positions);
+        let sums = Sums::new((self.kept.len(), self.count()), &setting, target, &placed.particles.positions);
         let masses = self.trimmed(&setting, target, (&placed.particles.positions, masses), &sums);
         self.center(target, &mut placed.particles.positions, &masses, length);
         if !self.replaced.is_empty() {
@@ -276,7 +268,8 @@ impl<const D: usize> Refining<D> {
                 true => None,
                 false => {
                     let places = &placed.particles.positions;
-                    Sums::new(self, setting, target, places).off(setting, target, places, &masses)
+                    Sums::new((self.kept.len(), self.count()), setting, target, places)
+                        .off(setting, target, places, &masses)
                 }
             };
             let is_cut = placed.stop.is_cut();
@@ -424,6 +417,17 @@ impl<const D: usize> Refining<D> {
 }
 
 impl<const D: usize> Refining<D> {
+    /// The verdict on the result: that on particles that stay has no remedies, which are all of placing them.
+    pub fn verdict(&self, report: &Report) -> Vec<Finding> {
+        let mut verdict = verdict_on(report);
+        if !self.is_refined {
+            for finding in verdict.iter_mut().filter(|f| f.grade != Grade::Good) {
+                finding.text.truncate(finding.text.find(';').unwrap_or(finding.text.len()));
+            }
+        }
+        verdict
+    }
+
     /// States the box of a snapshot whose coordinates are not from the corner on, as isolated bodies have them.
     fn enclose(&self, file: &mut ParticleFile) {
         let header = &mut file.header;
@@ -448,59 +452,6 @@ impl<const D: usize> Refining<D> {
             corner[k] = if lo > -half && hi < half { -half } else { 0.5 * (lo + hi) - half };
         }
         header.box_corner = Some(corner);
-    }
-}
-
-impl Sums {
-    fn new<const D: usize>(
-        refining: &Refining<D>,
-        setting: &Setting<'_, D>,
-        target: &Target<'_, D>,
-        positions: &Positions<D>,
-    ) -> Self {
-        let (neighbors, first) = (setting.scene.kernel_neighbors(D), refining.kept.len());
-        let support =
-            |i: usize| target.support(target.number_density(&at(positions, i)), support_over_spacing(D, neighbors));
-        let guess = parallel::map(refining.count(), support);
-        let wanted = parallel::map(refining.count() - first, |j| {
-            let (x, reach) = (at(positions, first + j), guess[first + j]);
-            let is_filled = |k: usize, way: f64| {
-                let mut y = x;
-                y[k] += way * reach;
-                target.domain.wrap(&mut y);
-                target.density.value(&y) > 0.0
-            };
-            let is_within = (0..D).all(|k| is_filled(k, 1.0) && is_filled(k, -1.0));
-            is_within.then(|| target.density.value(&x))
-        });
-        Self { first, guess, wanted }
-    }
-
-    /// Densities of new particles with these masses.
-    fn summed<const D: usize>(
-        &self,
-        setting: &Setting<'_, D>,
-        target: &Target<'_, D>,
-        positions: &Positions<D>,
-        masses: &[f64],
-    ) -> Vec<f64> {
-        let (kernel, neighbors) = (setting.scene.kernel(), setting.scene.kernel_neighbors(D));
-        let measured = Measured::new(kernel, target.domain, positions, masses, &self.guess, neighbors);
-        measured.sums[self.first..].iter().map(|sums| sums.weighted).collect()
-    }
-
-    /// By how much these are off on average; none where no sum can be right.
-    fn off<const D: usize>(
-        &self,
-        setting: &Setting<'_, D>,
-        target: &Target<'_, D>,
-        positions: &Positions<D>,
-        masses: &[f64],
-    ) -> Option<f64> {
-        let summed = self.summed(setting, target, positions, masses);
-        let errors: Vec<f64> =
-            self.wanted.iter().zip(&summed).filter_map(|(wanted, sum)| Some((sum / (*wanted)? - 1.0).abs())).collect();
-        (!errors.is_empty()).then(|| errors.iter().sum::<f64>() / errors.len() as f64)
     }
 }
 

@@ -1,10 +1,11 @@
 //! What became of each variable of the input, for the report: what it is taken for, and where it is written.
 
 use crate::input::roles::Assignment;
+use crate::output::columns;
 use crate::scene::Role;
 use serde::Serialize;
 use sph_formats::common::particle_names as names;
-use sph_formats::{Columns, ParticleFile, ParticleTable};
+use sph_formats::{Columns, FormatSpec, ParticleFile, ParticleTable, UnitSystem};
 use std::fmt::Write;
 
 /// One variable of the input.
@@ -35,18 +36,19 @@ pub fn variables(
             warnings.extend(a.note.as_ref().map(|note| format!("variable '{}' {note}", a.variable)));
         }
         let column = if a.role == Some(Role::Density) { names::DENSITY } else { a.column.as_str() };
-        match (table.column(column), format) {
+        let found = table.column(column).or_else(|| table.column(&columns::apart(column)));
+        match (found, format) {
             (None, _) if report.note.is_none() => report.note = Some("is not carried".into()),
             (None, _) => {}
-            (Some(found), Some((format, columns))) => match columns.loses(column, found.components) {
+            (Some(found), Some((format, held))) => match held.loses(&found.name, found.components) {
                 Some(why) => {
                     let note = format!("is not written: {why} ({format})");
                     warnings.push(format!("variable '{}' {note}", a.variable));
                     report.note = Some(report.note.map_or(note.clone(), |before| format!("{before}; {note}")));
                 }
-                None => report.written_as = Some(column.to_owned()),
+                None => report.written_as = Some(found.name.clone()),
             },
-            (Some(_), None) => report.written_as = Some(column.to_owned()),
+            (Some(found), None) => report.written_as = Some(found.name.clone()),
         }
         reports.push(report);
     }
@@ -81,6 +83,14 @@ pub fn lost(file: &ParticleFile, told: &[VariableReport], (format, columns): (&s
     lost.sort_unstable();
     lost.dedup();
     lost
+}
+
+/// In which units the magnetic field is, where there is one that is written.
+pub fn magnetic_units(file: &ParticleFile, format: Option<&FormatSpec>, units: &UnitSystem) -> Option<String> {
+    let field = file.species.iter().find_map(|s| s.table.column(names::MAGNETIC_FIELD))?;
+    let can = format.map(|f| f.capabilities).unwrap_or_default();
+    let is_held = can.columns.loses(names::MAGNETIC_FIELD, field.components).is_none();
+    is_held.then(|| format!("the magnetic field is in {}", can.magnetic.describe(units)))
 }
 
 /// The variables as lines of a report: those that are taken for something, and the names of the others.

@@ -10,7 +10,7 @@ use sph_formats::UnitDimension;
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct TurbulenceInput {
-    /// Root mean square over the domain's box.
+    /// Root mean square over the mass, of motion in which the gas as a whole is at rest.
     #[schemars(extend("x-unit" = "velocity"))]
     #[serde(skip_serializing_if = "Option::is_none")]
     pub rms_velocity: Option<Quantity>,

@@ -28,4 +28,5 @@ pub const FLAVOR: Flavor = Flavor {
     unit_parameters: true,
     magnetic: MagneticUnit::Gaussian,
     dropped: &[names::SUPPORT_RADIUS],
+    taken: &[],
 };

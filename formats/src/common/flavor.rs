@@ -112,6 +112,8 @@ pub struct Flavor {
     pub magnetic: MagneticUnit,
     /// Columns of the placement that the flavor has no use for.
     pub dropped: &'static [&'static str],
+    /// Names of datasets that are made of parts of columns.
+    pub taken: &'static [&'static str],
 }
 
 /// One component of a column on its way into a dataset of its own.
@@ -210,10 +212,14 @@ impl<'a> Job<'a> {
             planned.extend(self.plan_rule(species, rule)?);
         }
         for column in species.table.columns.iter().filter(|_| self.flavor.extra_columns) {
-            let name = column.name.replace('/', "_");
+            let mut name = column.name.replace('/', "_");
             let used = self.flavor.rules.iter().any(|r| r.source.column() == Some(column.name.as_str()));
             if used || self.flavor.dropped.contains(&column.name.as_str()) {
                 continue;
+            }
+            let is_taken = |name: &str| self.flavor.taken.contains(&name) || planned.iter().any(|p| p.name == name);
+            if is_taken(&name) {
+                name.push_str(names::APART);
             }
             if name.is_empty() || name == "." || planned.iter().any(|p| p.name == name) {
                 return Err(self.refuse(format!("column '{}' cannot be a dataset of its own; rename it", column.name)));

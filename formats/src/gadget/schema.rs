@@ -30,4 +30,5 @@ pub const FLAVOR: Flavor = Flavor {
     unit_parameters: true,
     magnetic: MagneticUnit::HeavisideLorentz,
     dropped: &[],
+    taken: &[],
 };

@@ -90,6 +90,7 @@ pub const FLAVOR: Flavor = Flavor {
     unit_parameters: false,
     magnetic: MagneticUnit::HeavisideLorentz,
     dropped: &[],
+    taken: &[],
 };
 
 /// The header's numbers that matter here.

@@ -29,4 +29,5 @@ pub const FLAVOR: Flavor = Flavor {
     unit_parameters: true,
     magnetic: MagneticUnit::Gauss,
     dropped: &[],
+    taken: &[],
 };

@@ -125,4 +125,5 @@ pub const FLAVOR: Flavor = Flavor {
     unit_parameters: false,
     magnetic: MagneticUnit::HeavisideLorentz,
     dropped: &[names::SUPPORT_RADIUS, names::DENSITY, names::DUST_TO_GAS_RATIO],
+    taken: &["itype", "x", "y", "z", "vx", "vy", "vz", "Bx", "By", "Bz"],
 };

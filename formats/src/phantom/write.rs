@@ -216,12 +216,11 @@ fn arrays(job: &Job, kindred: &[Kindred]) -> Result<Vec<Array>> {
     add("h", float, "h", 0);
     add("iorig", Kind::Int8, "iorig", 0);
     let known = FLAVOR.rules.iter().map(|r| r.name);
-    let taken: Vec<String> =
-        known.chain(["itype", "x", "y", "z", "vx", "vy", "vz", "Bx", "By", "Bz"]).map(str::to_owned).collect();
+    let taken: Vec<&str> = known.chain(FLAVOR.taken.iter().copied()).collect();
     let mut extras: Vec<(&str, Storage)> = Vec::new();
     for p in kindred.iter().flat_map(|k| k.planned) {
         let fits = p.components == 1 && p.name.len() <= TAG && p.name.is_ascii();
-        if fits && !taken.contains(&p.name) && !extras.iter().any(|e| e.0 == p.name) {
+        if fits && !taken.contains(&p.name.as_str()) && !extras.iter().any(|e| e.0 == p.name) {
             extras.push((&p.name, p.storage));
         }
     }

@@ -95,4 +95,5 @@ pub const FLAVOR: Flavor = Flavor {
     unit_parameters: false,
     magnetic: MagneticUnit::HeavisideLorentz,
     dropped: &[],
+    taken: &["x", "y", "z", "vx", "vy", "vz", "x_m1", "y_m1", "z_m1", "h", "m", "temp", "u", "rho"],
 };

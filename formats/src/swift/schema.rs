@@ -32,4 +32,5 @@ pub const FLAVOR: Flavor = Flavor {
     unit_parameters: false,
     magnetic: MagneticUnit::Current(1.0),
     dropped: &[names::SUPPORT_RADIUS],
+    taken: &[],
 };

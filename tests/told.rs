@@ -1,0 +1,182 @@
+//! What a format or a code has no place for, or takes for something else: it is said, refused, or written so that it is what it was.
+
+use sph_formats::common::particle_names as names;
+use sph_formats::{FileContent, ParticleTable};
+use sph_prep::{Control, FORMATS, ParticleFile, Report, Scene, place, place_bodies, run};
+use std::path::Path;
+
+const BOX: &str = "input: {expression: '2', dimension: 3}\ndomain: {box: [[0, 0, 0], [1, 1, 1]], boundary: [periodic]}\nparticles: 64\n\
+                   wvt: {iterations: 0}\npolish: none\n";
+
+fn placed(yaml: &str) -> (ParticleFile, Report) {
+    place(&Scene::parse(yaml).unwrap(), FORMATS, &Control::default()).unwrap_or_else(|e| panic!("{e}\n{yaml}"))
+}
+
+fn refusal(yaml: &str) -> String {
+    run(&Scene::parse(yaml).unwrap(), FORMATS, &Control::default()).err().expect("it is refused").to_string()
+}
+
+fn gas(path: &Path) -> ParticleTable {
+    match sph_formats::read(FORMATS, path, None, &Default::default()).unwrap_or_else(|e| panic!("{e}")) {
+        FileContent::Particles(mut file) => file.species.swap_remove(0).table,
+        FileContent::Field(_) => panic!("{} holds a field", path.display()),
+    }
+}
+
+fn values(table: &ParticleTable, name: &str) -> Vec<f64> {
+    table.column(name).unwrap_or_else(|| panic!("no '{name}'")).values.to_f64()
+}
+
+#[test]
+fn columns_of_a_scene_that_a_format_does_not_hold_are_warned_about() {
+    let scene = |file: &str| {
+        format!(
+            "{BOX}fields: {{magnetic_field: [0, 0, 1], hue: x, a_name_of_more_than_16: y, vector: [x, y, z]}}\noutput: {{file: {file}, format: {file}}}\n"
+        )
+    };
+    let said = |format: &str, column: &str| {
+        let (_, report) = placed(&scene(format));
+        let is_told = report.warnings.iter().any(|w| w.starts_with(&format!("'{column}' is not written")));
+        (is_told, report.notes.iter().any(|note| note.starts_with("the magnetic field is in")))
+    };
+    for column in [names::MAGNETIC_FIELD, "hue", "a_name_of_more_than_16", "vector"] {
+        assert_eq!(said("gadget-binary", column), (true, false), "{column}");
+        assert_eq!(said("swift", column), (false, true), "{column}");
+    }
+    for (column, is_lost) in
+        [(names::MAGNETIC_FIELD, false), ("hue", false), ("a_name_of_more_than_16", true), ("vector", true)]
+    {
+        assert_eq!(said("phantom", column), (is_lost, true), "{column}");
+    }
+}
+
+/// Its dumps have pure numbers in units of 1, with a constant of gravity of 1.
+#[test]
+fn cgs_is_refused_for_phantom() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("star.tmp");
+    let star = "input: {profile: {polytrope: {n: 1.5, mass: 1 Msun, radius: 1 Rsun}}}\nparticles: 100\npolish: none\nwvt: {iterations: 0}\n";
+    let said = refusal(&format!("{star}output: {{file: '{}', format: phantom, units: cgs}}\n", path.display()));
+    assert!(said.contains("output.units") && said.contains("solar"), "{said}");
+    assert!(!path.exists());
+}
+
+/// P = (gamma - 1) rho_gas u, rho_gas = (1 - dust fraction) rho, as in Phantom's one fluid (Price & Laibe 2015).
+#[test]
+fn gas_with_dust_has_the_energy_of_its_own_pressure() {
+    let (gamma, rho, pressure, dust) = (1.4_f64, 2.0_f64, 1.0_f64, 0.5_f64);
+    let wanted = pressure / ((gamma - 1.0) * (1.0 - dust) * rho);
+    let thermal = format!("thermal: {{gamma: {gamma}}}\n");
+    let scene = |fields: &str| format!("{BOX}{thermal}fields: {{dust_fraction: {dust}, {fields}}}\n");
+    let entropy = pressure / ((1.0 - dust) * rho).powf(gamma);
+    for fields in [
+        format!("pressure: {pressure}"),
+        format!("entropy: {entropy:?}"),
+        format!("pressure: {pressure}, internal_energy: {wanted:?}"),
+    ] {
+        let (file, _) = placed(&scene(&fields));
+        let energies = values(&file.species[0].table, names::INTERNAL_ENERGY);
+        assert!(energies.iter().all(|u| (u / wanted - 1.0).abs() < 1e-12), "{fields}: {} for {wanted}", energies[0]);
+    }
+    let parsed = Scene::parse(&scene(&format!("pressure: {pressure}, internal_energy: 1.25"))).unwrap();
+    let said = place(&parsed, FORMATS, &Control::default()).err().unwrap().to_string();
+    assert!(said.contains("disagrees"), "{said}");
+}
+
+#[test]
+fn the_constant_of_gravity_is_no_gauss() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("b.hdf5");
+    let scene = |field: &str| {
+        format!(
+            "units: galactic\n{BOX}fields: {{magnetic_field: ['{field}', 0, 0]}}\noutput: {{file: '{}'}}\n",
+            path.display()
+        )
+    };
+    let said = refusal(&scene("1e-6*G*sin(x)"));
+    assert!(said.contains("gauss") && said.contains("gravity"), "{said}");
+    let field = |text: &str| values(&placed(&scene(text)).0.species[0].table, names::MAGNETIC_FIELD)[0];
+    assert!((field("1e-6 G") / field("1e-6*gauss") - 1.0).abs() < 1e-12);
+}
+
+/// A table's enclosed mass is not that of particles, and its `h` not their smoothing length.
+#[test]
+fn what_is_carried_is_not_taken_for_what_placement_makes() {
+    let folder = tempfile::tempdir().unwrap();
+    let table = folder.path().join("star.csv");
+    let rows = (1..=40).map(|i| {
+        let r = f64::from(i) / 40.0;
+        let mass = 4.0 * std::f64::consts::PI * (r.powi(3) / 3.0 - 0.225 * r.powi(4));
+        format!("{r},{},{mass},{}\n", 1.0 - 0.9 * r, 0.7 - 0.1 * r)
+    });
+    std::fs::write(&table, format!("radius,Density,Mass,h\n{}", rows.collect::<String>())).unwrap();
+    for (name, format) in [
+        ("o.npz", "numpy"),
+        ("o.csv", "table"),
+        ("o.vtu", "vtk"),
+        ("o.nc", "netcdf"),
+        ("o.hdf5", "swift"),
+        ("o.tmp", "phantom"),
+    ] {
+        let path = folder.path().join(name);
+        let scene = format!(
+            "input: {{file: '{}'}}\nparticles: 100\nthermal: {{internal_energy: 1}}\npolish: none\nwvt: {{iterations: 0}}\noutput: {{file: '{}', format: {format}}}\n",
+            table.display(),
+            path.display()
+        );
+        let report =
+            run(&Scene::parse(&scene).unwrap(), FORMATS, &Control::default()).unwrap_or_else(|e| panic!("{name}: {e}"));
+        let read = gas(&path);
+        let masses = values(&read, names::MASSES);
+        assert!((masses.iter().sum::<f64>() / report.mass.total - 1.0).abs() < 1e-6, "{name}");
+        assert!(values(&read, "MassOfInput").iter().any(|m| *m > 0.5), "{name}");
+        let h = if name == "o.tmp" { "hOfInput" } else { "h" };
+        assert!(values(&read, h).iter().all(|h| (0.6..=0.7).contains(h)), "{name}");
+    }
+}
+
+#[test]
+fn walls_of_particles_are_said_to_be_none_for_codes_that_have_none() {
+    let scene = |code: &str| {
+        let own = BOX.replace("[periodic]", "reflecting");
+        format!("{own}fields: {{pressure: 1}}\nwalls: {{layers: 1}}\ntarget_code: {code}\n")
+    };
+    let is_said = |code: &str| placed(&scene(code)).1.warnings.iter().any(|w| w.contains("no walls of particles"));
+    assert_eq!(["swift", "gadget4", "gizmo", "pysph"].map(is_said), [true, true, true, false]);
+}
+
+#[test]
+fn a_point_within_a_star_is_told() {
+    let scene = |x: f64| {
+        format!(
+            "bodies:\n- {{name: star, input: {{profile: {{polytrope: {{n: 1.5, mass: 1, radius: 1}}}}}}}}\n\
+             - {{name: hole, point_mass: 1, position: [{x}, 0, 0]}}\nparticles: 200\npolish: none\nwvt: {{iterations: 0}}\n"
+        )
+    };
+    let is_told = |x: f64| {
+        let (_, report) = place_bodies(&Scene::parse(&scene(x)).unwrap(), FORMATS, &Control::default()).unwrap();
+        report.notes.iter().any(|note| note.contains("hole is within body star"))
+    };
+    assert_eq!([0.0, 0.5, 1.5].map(is_told), [false, true, false]);
+}
+
+/// Its particles' center of mass is off by noise, which would be a kick along every orbit.
+#[test]
+fn a_disc_turns_about_its_star() {
+    let scene = "bodies:\n- {name: star, point_mass: 1}\n\
+                 - {name: disc, input: {profile: {disc: {mass: 1e-6, inner_radius: 0.5, outer_radius: 3, aspect_ratio: 0.1}}}}\n\
+                 particles: 1000\npolish: none\nwvt: {iterations: 0}\noutput: {units: code}\n";
+    let (file, _) = place_bodies(&Scene::parse(scene).unwrap(), FORMATS, &Control::default()).unwrap();
+    let of = |part_type: u8, name: &str| {
+        let species = file.species.iter().find(|s| s.part_type == part_type && s.table.count > 0).unwrap();
+        values(&species.table, name)
+    };
+    let star = of(1, names::COORDINATES);
+    let (places, velocities) = (of(0, names::COORDINATES), of(0, names::VELOCITIES));
+    for (x, v) in places.chunks(3).zip(velocities.chunks(3)) {
+        let [dx, dy] = [x[0] - star[0], x[1] - star[1]];
+        let (outwards, around) = (dx * v[0] + dy * v[1], dx * v[1] - dy * v[0]);
+        // Places within a box of a dozen radii, to rounding.
+        assert!(outwards.abs() < 1e-12 * around.abs(), "{x:?} {v:?}: {outwards:e} of {around:e}");
+    }
+}
