@@ -13,7 +13,7 @@ fn placed(yaml: &str) -> (ParticleFile, Report) {
 }
 
 fn refusal(yaml: &str) -> String {
-    run(&Scene::parse(yaml).unwrap(), FORMATS, &Control::default()).err().expect("it is refused").to_string()
+    run(&Scene::parse(yaml).unwrap(), FORMATS, &Control::default()).expect_err("it is refused").to_string()
 }
 
 fn gas(path: &Path) -> ParticleTable {
