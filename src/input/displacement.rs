@@ -86,6 +86,8 @@ pub struct Displaced<const D: usize> {
     pub moves: Vec<[f64; D]>,
     /// det(1 + d psi/d q): by how much the volume around each has grown.
     pub volumes: Vec<f64>,
+    /// Whether particles have the velocities of where they are, not of where they were.
+    pub is_at_rest: bool,
     pub note: String,
 }
 
@@ -200,7 +202,7 @@ impl<const D: usize> Displacement<D> {
             (0..D).for_each(|k| moved[k].push(x[k]));
         }
         let (moves, volumes) = all.into_iter().map(|((psi, _), volume)| (psi, volume)).unzip();
-        Ok(Displaced { positions: moved, moves, volumes, note })
+        Ok(Displaced { positions: moved, moves, volumes, is_at_rest: false, note })
     }
 }
 

@@ -117,7 +117,7 @@ fn share<const D: usize>(a: &[f64; D], gravity: &[f64; D]) -> f64 {
 }
 
 /// P/rho^2 with the grad-h term, from (gamma - 1) u.
-fn strengths<const D: usize>(measured: &Measured<D>, temperature: impl Fn(usize) -> f64 + Sync) -> Vec<f64> {
+pub(crate) fn strengths<const D: usize>(measured: &Measured<D>, temperature: impl Fn(usize) -> f64 + Sync) -> Vec<f64> {
     parallel::map(measured.own(), |i| {
         let sums = &measured.sums[i];
         let grad_h = 1.0 + sums.slope / (D as f64 * sums.number_density);

@@ -20,6 +20,7 @@ mod quality;
 mod smoothed;
 mod wholes;
 
+pub(crate) use balance::strengths;
 pub use balance::{BalanceFigures, NetForce, Thermodynamics, mean_net_force};
 pub use density_error::{DensityError, ErrorFigures};
 pub use density_fold::{DensityFold, FiguresFold, Ratios};

@@ -99,8 +99,11 @@ pub(crate) fn particle_file<const D: usize>(
             scene.output.box_factor
         ));
     }
-    // A magnetic field is one of places, where its divergence vanishes; what else is carried goes along with the gas.
-    let taken_at = |name: &str| if name == names::MAGNETIC_FIELD { places } else { raw.positions };
+    // A magnetic field is one of places, where its divergence vanishes, and so is what keeps a body in balance; what else is carried goes along with
+    // the gas.
+    let is_at_rest = raw.displaced.is_some_and(|d| d.is_at_rest);
+    let is_of_places = |name: &str| name == names::MAGNETIC_FIELD || is_at_rest && name == names::VELOCITIES;
+    let taken_at = |name: &str| if is_of_places(name) { places } else { raw.positions };
     let carried = prepared.source.carried.iter();
     let mut carried: Vec<Column> =
         carried.map(|f| columns::column(f.as_ref(), taken_at(&f.info().name), &units)).collect();

@@ -20,6 +20,7 @@ pub mod forecast;
 mod gathered;
 mod grading;
 pub mod in_turn;
+mod layer;
 mod memory;
 pub mod orbit;
 #[cfg(feature = "plots")]

@@ -15,7 +15,7 @@ use super::refining::{Refining, refines_a_snapshot};
 use super::report::{MassReport, Report, SnapshotReport, Timing};
 use super::stages::{self, Placed, Setting};
 use super::variables::{lost, magnetic_units, variables};
-use super::{certifying, doubts, dust, memory, settling};
+use super::{certifying, doubts, dust, layer, memory, settling};
 use crate::codes::TargetCode;
 use crate::error::{Error, Result};
 use crate::input::collisionless;
@@ -434,7 +434,11 @@ impl Run<'_> {
         let mass = MassReport::new(&masses, &target.masses(&positions), &prepared.mass, (&factors, known));
         self.warnings.extend(doubts::after(target, &positions));
         self.warnings.extend(doubts::unrefined(prepared.refinement.as_ref(), &positions));
-        let displaced = self.displaced(target.domain, displacement, &positions, &mut plan)?;
+        let mut displaced = self.displaced(target.domain, displacement, &positions, &mut plan)?;
+        if displaced.is_none() {
+            displaced = layer::stretched(self.scene, prepared, target, (&positions, &masses, &support));
+            self.notes.extend(displaced.iter().map(|d| d.note.clone()));
+        }
         let (support, density) = match &displaced {
             None => (support, density),
             Some(d) => sums((kernel, neighbors), target.domain, &d.positions, (&masses, &support)),

@@ -1,0 +1,148 @@
+//! A disc as thick as the code holds it up.
+//!
+//! Sums over neighbors see a layer of some smoothing lengths as thicker and flatter than it is, and push it apart: placed as thick as the gas should
+//! be, it breathes about a thicker rest. For the code that a scene names, rings of the disc are stretched along the axis until in each
+//! sum z a = -sum z g, with the acceleration a that the code finds by its kernel and the gas's temperature, and the gravity g that holds the target,
+//! c^2 d ln rho*/dz. Their ratio falls by twice the stretch.
+
+use crate::field::CarriedField;
+use crate::input::displacement::Displaced;
+use crate::input::internal_units::Prepared;
+use crate::metrics::{Measured, strengths};
+use crate::scene::Scene;
+use crate::target::{Positions, Target, at};
+use sph::parallel;
+use sph_formats::common::particle_names as names;
+
+/// Particles of a ring, and rings at most: the scatter of forces over the root of the former is a few thousandths.
+const PER_RING: usize = 500;
+const MOST_RINGS: usize = 64;
+/// How often the forces are looked at.
+const ROUNDS: usize = 3;
+/// Largest stretch of a round.
+const MOST: f64 = 0.15;
+/// Step of the differences of the target, in support radii.
+const STEP: f64 = 1e-3;
+
+/// The particles of a disc that is made for a code, where they are pushed to; `None` of all else.
+pub(super) fn stretched<const D: usize>(
+    scene: &Scene,
+    prepared: &Prepared<D>,
+    target: &Target<'_, D>,
+    (positions, masses, support): (&Positions<D>, &[f64], &[f64]),
+) -> Option<Displaced<D>> {
+    let is_for_a_code = D == 3 && scene.input.disc().is_some() && scene.code().is_some();
+    let pressure = prepared.source.carried.iter().find(|f| f.info().name == names::PRESSURE);
+    let pressure = pressure.filter(|_| is_for_a_code && scene.collisionless.is_none())?;
+    let layer = Layer::new(target, pressure.as_ref(), positions, masses);
+    let sums = (scene.kernel(), scene.kernel_neighbors(D));
+    let (mut moved, mut stretch) = (positions.clone(), vec![1.0; layer.rings.len()]);
+    for _ in 0..ROUNDS {
+        let measured = Measured::new(sums.0, target.domain, &moved, masses, support, sums.1);
+        let strength = strengths(&measured, |i| layer.temperature[i]);
+        let force = measured.pressure_force(sums.0, target.domain, masses, &strength);
+        let excess = layer.excess(target, &moved, &|i| force[i][D - 1], &measured.support);
+        stretch.iter_mut().zip(excess).for_each(|(f, v)| *f *= 1.0 + (0.5 * v).clamp(-MOST, MOST));
+        moved[D - 1] = layer.heights(target, positions, &stretch);
+    }
+    let (least, most) = stretch.iter().fold((f64::INFINITY, 0.0_f64), |(a, b), f| (a.min(*f), b.max(*f)));
+    let note = format!(
+        "along its axis the disc is stretched by {least:.3} to {most:.3}, ring by ring, where the code's own pressure holds it up: sums over neighbors push a layer \
+         of some smoothing lengths apart. Figures of density, noise and neighbors are those of the placement, without the stretch"
+    );
+    let along = (0..masses.len()).map(|i| moved[D - 1][i] - positions[D - 1][i]);
+    let moves = along.map(|dz| sph::array(|k| if k == D - 1 { dz } else { 0.0 })).collect();
+    let volumes = parallel::map(masses.len(), |i| layer.of_ring(i, &stretch));
+    Some(Displaced { positions: moved, moves, volumes, is_at_rest: true, note })
+}
+
+/// Particles by their distance from the axis.
+struct Layer<'a> {
+    masses: &'a [f64],
+    /// P*/rho*, which does not change along the axis.
+    temperature: Vec<f64>,
+    radii: Vec<f64>,
+    rings: Vec<Vec<usize>>,
+    /// Of the rings, on average.
+    middles: Vec<f64>,
+}
+
+impl<'a> Layer<'a> {
+    fn new<const D: usize>(
+        target: &Target<'_, D>,
+        pressure: &dyn CarriedField<D>,
+        positions: &Positions<D>,
+        masses: &'a [f64],
+    ) -> Self {
+        let (n, center) = (masses.len(), target.domain.center());
+        let temperature = parallel::map(n, |i| {
+            let (x, mut value) = (at(positions, i), [0.0]);
+            pressure.evaluate(&x, &mut value);
+            value[0] / target.density.value(&x)
+        });
+        let radii = parallel::map(n, |i| {
+            let x = at(positions, i);
+            (0..D - 1).map(|k| (x[k] - center[k]).powi(2)).sum::<f64>().sqrt()
+        });
+        let mut order: Vec<usize> = (0..n).collect();
+        order.sort_by(|a, b| radii[*a].total_cmp(&radii[*b]).then(a.cmp(b)));
+        let number = (n / PER_RING).clamp(1, MOST_RINGS);
+        let rings: Vec<Vec<usize>> =
+            (0..number).map(|ring| order[ring * n / number..(ring + 1) * n / number].to_vec()).collect();
+        let middle = |ring: &Vec<usize>| ring.iter().map(|&i| radii[i]).sum::<f64>() / ring.len() as f64;
+        let middles = rings.iter().map(middle).collect();
+        Self { masses, temperature, radii, rings, middles }
+    }
+
+    /// sum m z (a - a*) / sum m z a* of each ring, a* being what holds the target against gravity.
+    fn excess<const D: usize>(
+        &self,
+        target: &Target<'_, D>,
+        positions: &Positions<D>,
+        force: &(dyn Fn(usize) -> f64 + Sync),
+        support: &[f64],
+    ) -> Vec<f64> {
+        let center = target.domain.center();
+        let held = parallel::map(self.masses.len(), |i| {
+            let (x, step) = (at(positions, i), STEP * support[i]);
+            let density = |way: f64| {
+                let mut y = x;
+                y[D - 1] += way * step;
+                target.density.value(&y)
+            };
+            -self.temperature[i] * (density(1.0) / density(-1.0)).ln() / (2.0 * step)
+        });
+        let of_ring = |ring: &Vec<usize>| {
+            let (mut more, mut all) = (0.0, 0.0);
+            // At the ends of the target nothing is said of what holds it.
+            for &i in ring.iter().filter(|&&i| held[i].is_finite() && force(i).is_finite()) {
+                let arm = self.masses[i] * (positions[D - 1][i] - center[D - 1]);
+                more += arm * (force(i) - held[i]);
+                all += arm * held[i];
+            }
+            if all > 0.0 { more / all } else { 0.0 }
+        };
+        self.rings.iter().map(of_ring).collect()
+    }
+
+    /// Heights above the middle times the stretch; a particle that would leave the disc stays.
+    fn heights<const D: usize>(&self, target: &Target<'_, D>, positions: &Positions<D>, stretch: &[f64]) -> Vec<f64> {
+        let middle = target.domain.center()[D - 1];
+        parallel::map(self.masses.len(), |i| {
+            let mut x = at(positions, i);
+            x[D - 1] = middle + self.of_ring(i, stretch) * (x[D - 1] - middle);
+            if target.density.value(&x) > 0.0 { x[D - 1] } else { positions[D - 1][i] }
+        })
+    }
+
+    /// Of a particle, between the middles of rings along a line.
+    fn of_ring(&self, i: usize, values: &[f64]) -> f64 {
+        let (r, middles) = (self.radii[i], &self.middles);
+        let next = middles.partition_point(|middle| *middle <= r);
+        if next == 0 || next == middles.len() {
+            return values[next.min(values.len() - 1)];
+        }
+        let t = (r - middles[next - 1]) / (middles[next] - middles[next - 1]);
+        values[next - 1] + t * (values[next] - values[next - 1])
+    }
+}
