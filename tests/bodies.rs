@@ -522,6 +522,7 @@ fn a_snapshot_that_says_nothing_of_its_particles_keeps_them() {
     let kept = body.replace("}", ", keep_particles: true}");
     let said = refused(&format!("bodies:\n- {{{kept}, seeding: random}}\n"));
     assert!(said.contains("seeding") && said.contains("keep_particles: false"), "{said}");
-    let said = refused("bodies:\n- {input: {profile: {polytrope: {n: 1.5}}, keep_particles: true}}\n");
+    let said =
+        refused("bodies:\n- {input: {profile: {polytrope: {n: 1.5, mass: 1, radius: 1}}, keep_particles: true}}\n");
     assert!(said.contains("keep_particles") && said.contains("snapshot"), "{said}");
 }

@@ -4,7 +4,7 @@
 #[cfg(any(feature = "hdf5-layer", feature = "phantom"))]
 use crate::common::number::int;
 use crate::common::number::{Number, id, root, single};
-use crate::common::quantity::Quantity;
+pub use crate::common::rule::{Need, Rule, Source, Storage};
 use crate::error::{FormatError, Result};
 use crate::magnetic::MagneticUnit;
 use crate::model::{Column, ParticleFile, ParticleTable, RunHeader, Species, Values};
@@ -22,61 +22,6 @@ pub const TYPES: usize = 6;
 pub const CUBIC_SPLINE_SUPPORT: [f64; 3] = [1.732_051, 1.778_002, 1.825_742];
 /// SWIFT's smoothing length over the mean spacing (`SPH:resolution_eta`; 48 neighbors with the cubic spline in 3-D).
 pub const CUBIC_SPLINE_ETA: f64 = 1.2348;
-
-/// Where the numbers of a dataset come from.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Source {
-    /// The column of this name.
-    Column(&'static str),
-    /// The column of this name, or zeros.
-    ColumnOrZeros(&'static str),
-    /// The column of this name, or 1, 2, 3 ... through all species.
-    ColumnOrCount(&'static str),
-    /// h = eta (m / rho)^(1/D), from Masses and Density; where there is no Density, eta times the spacing that belongs to
-    /// SupportRadius and the header's neighbor number.
-    Spacing { eta: f64 },
-}
-
-impl Source {
-    fn column(self) -> Option<&'static str> {
-        match self {
-            Self::Column(name) | Self::ColumnOrZeros(name) | Self::ColumnOrCount(name) => Some(name),
-            Self::Spacing { .. } => None,
-        }
-    }
-}
-
-/// How numbers are stored.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Storage {
-    Double,
-    /// f32, or f64 with [`WriteOptions::double_precision`].
-    Float,
-    Id,
-    Int,
-    /// 64 bits, of columns with numbers that 32 do not hold.
-    Long,
-}
-
-/// Which particles must have a dataset.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Need {
-    All,
-    Gas,
-    Optional,
-}
-
-/// One dataset of a particle group.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Rule {
-    pub name: &'static str,
-    pub source: Source,
-    pub storage: Storage,
-    pub unit: Quantity,
-    /// 3: vectors are padded with zeros.
-    pub components: usize,
-    pub need: Need,
-}
 
 /// How a file says the edges of a box other than cubic.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

@@ -35,6 +35,8 @@ pub(crate) mod parts;
 pub(crate) mod points;
 #[cfg(any(feature = "hdf5-layer", feature = "gadget-binary", feature = "phantom"))]
 pub(crate) mod quantity;
+#[cfg(any(feature = "hdf5-layer", feature = "gadget-binary", feature = "phantom"))]
+pub(crate) mod rule;
 #[cfg(feature = "hdf5-layer")]
 pub mod snapshot;
 #[cfg(any(feature = "stl", feature = "obj", feature = "ply"))]

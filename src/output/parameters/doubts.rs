@@ -2,7 +2,6 @@
 
 use super::facts::Facts;
 use crate::codes::AS_PLANETARY;
-use sph_formats::UnitSystem;
 use sph_formats::common::particle_names as names;
 
 /// Reaches of a kernel in the shortest edge of a periodic box, below which a particle meets two images of another.
@@ -68,9 +67,6 @@ pub(super) fn doubts(facts: &Facts<'_>) -> Vec<String> {
         )),
         ("phantom", Some(constant)) if constant != 1.0 => doubts.push(format!(
             "the constant of gravity of {title} is 1 in pure numbers, but the scene's is {constant}: state its units, or scale its masses"
-        )),
-        ("phantom", None) if facts.gravity.is_some() && header.units == UnitSystem::CODE => doubts.push(format!(
-            "the constant of gravity of {title} is 1, and cgs, which dumps have for pure numbers, leaves it no unit of its own: leave out output.units"
         )),
         _ => {}
     }
