@@ -526,3 +526,35 @@ fn a_snapshot_that_says_nothing_of_its_particles_keeps_them() {
         refused("bodies:\n- {input: {profile: {polytrope: {n: 1.5, mass: 1, radius: 1}}, keep_particles: true}}\n");
     assert!(said.contains("keep_particles") && said.contains("snapshot"), "{said}");
 }
+
+/// Numbers without units are in those of the scene; a format of one mass refuses particles of several.
+#[test]
+fn a_snapshot_that_keeps_its_particles_is_what_it_was() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("pair.hdf5");
+    let star = |mass: f64, x: f64| {
+        format!(
+            "- {{input: {{profile: {{polytrope: {{n: 1.5, mass: {mass}, radius: 1}}}}}}, particles: 100, position: [{x}, 0, 0], velocity: [0, {x}, 0]}}\n"
+        )
+    };
+    let pair = format!(
+        "bodies:\n{}{}wvt: {{iterations: 2}}\npolish: none\noutput: {{file: '{}', units: code, double_precision: true}}\n",
+        star(1.0, 0.0),
+        star(2.0, 3.0),
+        path.display()
+    );
+    sph_prep::run_bodies(&Scene::parse(&pair).unwrap(), FORMATS, &Control::default()).unwrap();
+    let scene =
+        format!("units: solar\nbodies:\n- {{input: {{file: '{}'}}}}\noutput: {{units: solar}}\n", path.display());
+    let (file, report) = placed(&scene);
+    let total: f64 = rows(&file, "Masses").concat().iter().sum();
+    assert!((total - 3.0).abs() < 0.05, "{total}");
+    let reach = about_center(&file, None).iter().map(|x| x[0].abs()).fold(0.0, f64::max);
+    assert!((1.5..4.0).contains(&reach), "{reach}");
+    assert!(report.notes.iter().any(|note| note.contains("moves as a whole")), "{:?}", report.notes);
+    let dump = folder.path().join("pair.tmp");
+    let into = scene.replace("{units: solar}\n", &format!("{{file: '{}', format: phantom}}\n", dump.display()));
+    let said = sph_prep::run_bodies(&Scene::parse(&into).unwrap(), FORMATS, &Control::default());
+    let said = said.expect_err("one mass").to_string();
+    assert!(said.contains("one mass") && said.contains("`particles`") && !dump.exists(), "{said}");
+}

@@ -187,14 +187,14 @@ fn a_disc_for_a_code_is_as_thick_as_that_holds_it() {
         format!(
             "bodies:\n- {{name: star, point_mass: 1}}\n\
              - {{name: disc, input: {{profile: {{disc: {{mass: 1e-6, inner_radius: 0.5, outer_radius: 3, aspect_ratio: 0.1}}}}}}}}\n\
-             particles: 1500\noutput: {{units: code}}\n{code}"
+             particles: 5000\noutput: {{units: code}}\n{code}"
         )
     };
     let lifted = |code: &str| lift(&placed_bodies(&scene(code)));
     let plain = lifted("kernel: cubic-spline\nneighbors: 57.9\n");
-    assert!(plain > 0.05, "{plain}");
+    assert!(plain > 0.04, "{plain}");
     let made = lifted("target_code: phantom\n");
-    // Rings of hundreds of particles whose forces scatter by some tens of percent.
+    // Between rings the stretch is a line.
     assert!(made.abs() < 0.01, "{made} after {plain}");
 }
 

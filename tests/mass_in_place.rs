@@ -533,7 +533,9 @@ fn a_body_on_a_grid_that_ends_in_thin_cells_is_placed() {
             let yaml = format!("input: {{file: '{path}'}}\nparticles: 2000\npolish: none\nwvt: {{iterations: 0}}");
             let (positions, report) = run(&yaml).unwrap_or_else(|e| panic!("{name} in {dimension}-D: {e}"));
             assert_eq!(positions.len(), 2000, "{name} in {dimension}-D");
-            assert!(report.ledger.in_place > 0.99, "{name} in {dimension}-D: {:?}", report.ledger);
+            // Seeds that nothing relaxes: whole particles on either side of cuts through cells.
+            let largest = report.ledger.levels.iter().map(|l| l.largest_deviation).fold(0.0, f64::max);
+            assert!(largest < 0.02, "{name} in {dimension}-D: {:?}", report.ledger);
             // By a count of its own: the cells of a box in the middle have what the particles in it have.
             let width = 2.0 * (edge * 3 / 20) as f64 / edge as f64;
             let is_inside = |x: &[f64]| x.iter().all(|x| x.abs() < width);

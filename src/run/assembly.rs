@@ -84,7 +84,8 @@ impl Body {
     ///
     /// # Errors
     /// A file without particles.
-    pub fn new(title: String, file: ParticleFile, middle: Middle) -> Result<Self> {
+    pub fn new(title: String, mut file: ParticleFile, middle: Middle) -> Result<Self> {
+        file.join_images();
         let (dimension, header) = (file.header.dimension, &file.header);
         let corner = header.box_corner.unwrap_or_default();
         let of_box = sph::array(|k| if k < dimension { corner[k] + 0.5 * header.box_size[k] } else { 0.0 });
@@ -206,6 +207,12 @@ impl Body {
         self.parts.first().map_or((0, 0.0), |p| (p.table.count, masses_of(&p.table).sum()))
     }
 
+    /// The least and the largest mass of these.
+    pub fn range_of_first(&self) -> (f64, f64) {
+        let masses = self.parts.first().into_iter().flat_map(|p| masses_of(&p.table));
+        masses.fold((f64::INFINITY, 0.0), |(least, most), m| (least.min(m), most.max(m)))
+    }
+
     /// One mass for all particles of the first kind.
     pub fn set_particle_mass(&mut self, mass: f64) {
         let Some(table) = self.parts.first_mut().map(|p| &mut p.table) else { return };
@@ -222,7 +229,7 @@ impl Body {
     }
 
     /// Places and velocities of all particles in a state.
-    fn moved(&self, state: &State) -> Vec<([f64; 3], [f64; 3])> {
+    pub fn moved(&self, state: &State) -> Vec<([f64; 3], [f64; 3])> {
         self.parts.iter().flat_map(|p| moved(&p.table, state)).collect()
     }
 

@@ -94,8 +94,9 @@ pub fn place_bodies(
     let relative =
         scene.orbit.as_ref().map(|o| common.relative(o, &bodies, (&header.units, &conversion))).transpose()?;
     let mut states = common.states(scene, &bodies, relative.as_ref(), &conversion)?;
-    if let Some(relative) = &relative {
-        notes.extend(bodies.iter_mut().filter_map(|body| stopped(body, relative)));
+    match &relative {
+        Some(relative) => notes.extend(bodies.iter_mut().filter_map(|body| stopped(body, relative))),
+        None => notes.extend(bodies.iter().zip(&states).filter_map(|(body, state)| moving(body, state))),
     }
     let own = box_of(scene, common.dimension, &conversion)?;
     assembly::refuse_overlap(&bodies, &states, own.as_ref())?;
@@ -352,6 +353,14 @@ impl Common {
             return Ok(None);
         }
         let mut gas: Vec<&mut Body> = bodies.iter_mut().filter(|b| b.is_gas()).collect();
+        let uneven = gas.iter().map(|b| (b, b.range_of_first())).find(|(_, (least, most))| most - least > EVEN * most);
+        if let Some((body, (least, most))) = uneven {
+            let problem = format!(
+                "has one mass for all particles, but those of body {} have {least:.6e} to {most:.6e}; state `particles` for it, which places it anew",
+                body.title
+            );
+            return Err(Error::scene("output.format", problem));
+        }
         let own: Vec<(f64, f64)> = gas.iter().map(|b| b.first()).map(|(n, mass)| (n as f64, mass)).collect();
         let total: f64 = own.iter().map(|(_, mass)| mass).sum();
         let particle = total / own.iter().map(|(n, _)| n).sum::<f64>();
@@ -473,6 +482,25 @@ fn stopped(body: &mut Body, orbit: &Relative) -> Option<String> {
         body.title, own[0], own[1], own[2]
     ))
 }
+
+/// What is said of a body that moves as a whole without an orbit.
+fn moving(body: &Body, state: &State) -> Option<String> {
+    let alone = State { position: state.position, ..State::default() };
+    let (_, own) = assembly::center_of_mass(std::slice::from_ref(body), &[alone]);
+    let size = |v: [f64; 3]| v.iter().map(|v| v * v).sum::<f64>().sqrt();
+    let fastest = body.moved(&alone).into_iter().map(|(_, v)| size(v)).fold(0.0, f64::max);
+    (size(own) > OWN_SHARE * fastest).then(|| {
+        format!(
+            "'{}' moves as a whole at [{:.4e}, {:.4e}, {:.4e}] by itself, to which its `velocity` is added",
+            body.title, own[0], own[1], own[2]
+        )
+    })
+}
+
+/// Of its fastest particle: what it moves by is more than noise.
+const OWN_SHARE: f64 = 0.05;
+/// Of a mass: rounding in single precision.
+const EVEN: f64 = 1e-6;
 
 /// Which of `d` axes the scene's own box is periodic along.
 fn periodic_axes(scene: &Scene, d: usize) -> [bool; 3] {

@@ -14,8 +14,8 @@ use crate::target::{Positions, Target, at};
 use sph::parallel;
 use sph_formats::common::particle_names as names;
 
-/// Particles of a ring, and rings at most: the scatter of forces over the root of the former is a few thousandths.
-const PER_RING: usize = 500;
+/// Particles of a ring, and rings at most: the scatter of forces over the root of the former is less than a hundredth.
+const PER_RING: usize = 250;
 const MOST_RINGS: usize = 64;
 /// How often the forces are looked at.
 const ROUNDS: usize = 3;

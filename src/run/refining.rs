@@ -73,7 +73,7 @@ impl<const D: usize> Refining<D> {
     /// What such a scene cannot say, and numbers of particles that cannot be placed.
     pub fn new(scene: &Scene, raw: &mut RawInput, units: &RunUnits) -> Result<Option<Self>> {
         if scene.input.keeps_particles() {
-            return Self::keeping(scene, raw).map(Some);
+            return Self::keeping(scene, raw, units).map(Some);
         }
         let (Some(input), RawInput::Snapshot(snapshot)) = (&scene.refine, raw) else {
             return match scene.refine.as_ref().is_some_and(|r| r.particle_mass.is_some()) {
@@ -122,7 +122,7 @@ impl<const D: usize> Refining<D> {
     }
 
     /// All particles of a snapshot as they are.
-    fn keeping(scene: &Scene, raw: &mut RawInput) -> Result<Self> {
+    fn keeping(scene: &Scene, raw: &mut RawInput, units: &RunUnits) -> Result<Self> {
         let key = "input.keep_particles";
         let RawInput::Snapshot(snapshot) = raw else {
             return Err(Error::scene(key, "is of the particles of a snapshot, and the input has none; leave it out"));
@@ -140,7 +140,12 @@ impl<const D: usize> Refining<D> {
             return Err(Error::scene(*other, problem));
         }
         let none = || Error::scene(key, "is of gas particles, and the snapshot has none");
-        let (file, points, mut notes) = with_places(snapshot).ok_or_else(none)?;
+        let (mut file, points, mut notes) = with_places(snapshot).ok_or_else(none)?;
+        if let Some(own) = units.input.filter(|_| file.header.units == UnitSystem::CODE) {
+            // Numbers without units are in those of the scene.
+            let (length, time) = (own.length, own.time);
+            file.header.units = UnitSystem { length, time, mass: own.density * length.powi(3), ..UnitSystem::CODE };
+        }
         let (domain, masses) = (snapshot.domain::<D>()?, snapshot.masses.clone());
         let points: Vec<[f64; D]> = points.iter().map(|p| domain.wrapped(p)).collect();
         let (particle, kept) = (masses.iter().copied().fold(0.0, f64::max), (0..points.len()).collect());
