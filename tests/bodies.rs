@@ -519,6 +519,9 @@ fn a_snapshot_that_says_nothing_of_its_particles_keeps_them() {
     // A number of particles, or what places them, places them anew.
     let anew = format!("bodies:\n- {{{body}, particles: 200}}\nwvt: {{iterations: 2}}\npolish: none\n");
     assert_eq!(placed(&anew).0.species[0].table.count, 200);
+    // As many as it had, where only what they carry is stated.
+    let tinted = format!("bodies:\n- {{{body}, fields: {{hue: x}}}}\nwvt: {{iterations: 2}}\npolish: none\n");
+    assert_eq!(placed(&tinted).0.species[0].table.count, 300);
     let kept = body.replace("}", ", keep_particles: true}");
     let said = refused(&format!("bodies:\n- {{{kept}, seeding: random}}\n"));
     assert!(said.contains("seeding") && said.contains("keep_particles: false"), "{said}");

@@ -198,6 +198,30 @@ fn a_disc_for_a_code_is_as_thick_as_that_holds_it() {
     assert!(made.abs() < 0.01, "{made} after {plain}");
 }
 
+/// A layer that is thinner than kernels see is not squeezed until they do.
+#[test]
+fn a_disc_that_is_not_resolved_is_left_as_it_is() {
+    let scene = |code: &str| {
+        let text = format!(
+            "bodies:\n- {{name: star, point_mass: 1}}\n\
+             - {{name: disc, input: {{profile: {{disc: {{mass: 1e-6, inner_radius: 0.5, outer_radius: 3, aspect_ratio: 0.02}}}}}}}}\n\
+             particles: 500\npolish: none\nwvt: {{iterations: 0}}\nkernel: cubic-spline\nneighbors: 57.9\noutput: {{units: code}}\n{code}"
+        );
+        place_bodies(&Scene::parse(&text).unwrap(), FORMATS, &Control::default()).unwrap()
+    };
+    let ((plain, _), (made, report)) = (scene(""), scene("target_code: phantom\n"));
+    let heights = |file: &ParticleFile| {
+        let gas = file.species.iter().position(|s| s.part_type == 0).unwrap();
+        let z: Vec<f64> = rows(file, gas, "Coordinates").iter().map(|x| x[2]).collect();
+        let middle = z.iter().sum::<f64>() / z.len() as f64;
+        (z.iter().map(|z| (z - middle).powi(2)).sum::<f64>() / z.len() as f64).sqrt()
+    };
+    assert!((heights(&made) / heights(&plain) - 1.0).abs() < 0.02, "{} {}", heights(&made), heights(&plain));
+    let notes =
+        report.bodies.iter().filter_map(|b| b.figures.as_ref()).flat_map(|f| &f.notes).cloned().collect::<Vec<_>>();
+    assert!(notes.iter().any(|note| note.contains("thinner than kernels see")), "{notes:?}");
+}
+
 fn placed_bodies(text: &str) -> ParticleFile {
     place_bodies(&Scene::parse(text).unwrap(), FORMATS, &Control::default()).unwrap_or_else(|e| panic!("{e}")).0
 }

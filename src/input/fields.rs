@@ -251,7 +251,7 @@ fn standard_name(name: &str) -> &str {
 }
 
 /// Columns that placement itself makes.
-const MADE: [&str; 7] = [
+const MADE: [&str; 9] = [
     names::COORDINATES,
     names::MASSES,
     names::SUPPORT_RADIUS,
@@ -259,6 +259,8 @@ const MADE: [&str; 7] = [
     names::PARTICLE_IDS,
     names::SMOOTHING_LENGTH,
     names::TARGET_DENSITY,
+    names::PARTICLE_TYPE,
+    names::BODY_ID,
 ];
 
 /// Whether a field is a scalar that others can refer to.

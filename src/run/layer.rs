@@ -19,7 +19,7 @@ const PER_RING: usize = 250;
 const MOST_RINGS: usize = 64;
 /// How often the forces are looked at.
 const ROUNDS: usize = 3;
-/// Largest stretch of a round.
+/// Largest change: where more would be needed the layer is thinner than kernels see, and is left as it is placed.
 const MOST: f64 = 0.15;
 /// Step of the differences of the target, in support radii.
 const STEP: f64 = 1e-3;
@@ -36,24 +36,41 @@ pub(super) fn stretched<const D: usize>(
     let pressure = pressure.filter(|_| is_for_a_code && scene.collisionless.is_none())?;
     let layer = Layer::new(target, pressure.as_ref(), positions, masses);
     let sums = (scene.kernel(), scene.kernel_neighbors(D));
-    let (mut moved, mut stretch) = (positions.clone(), vec![1.0; layer.rings.len()]);
+    let rings = layer.rings.len();
+    let (mut moved, mut stretch, mut is_resolved) = (positions.clone(), vec![1.0; rings], vec![true; rings]);
     for _ in 0..ROUNDS {
         let measured = Measured::new(sums.0, target.domain, &moved, masses, support, sums.1);
         let strength = strengths(&measured, |i| layer.temperature[i]);
         let force = measured.pressure_force(sums.0, target.domain, masses, &strength);
         let excess = layer.excess(target, &moved, &|i| force[i][D - 1], &measured.support);
-        stretch.iter_mut().zip(excess).for_each(|(f, v)| *f *= 1.0 + (0.5 * v).clamp(-MOST, MOST));
+        for (ring, excess) in excess.into_iter().enumerate() {
+            let next = stretch[ring] * (1.0 + 0.5 * excess);
+            is_resolved[ring] &= (next - 1.0).abs() <= MOST;
+            stretch[ring] = if is_resolved[ring] { next } else { 1.0 };
+        }
         moved[D - 1] = layer.heights(target, positions, &stretch);
     }
-    let (least, most) = stretch.iter().fold((f64::INFINITY, 0.0_f64), |(a, b), f| (a.min(*f), b.max(*f)));
-    let note = format!(
-        "along its axis the disc is stretched by {least:.3} to {most:.3}, ring by ring, where the code's own pressure holds it up: sums over neighbors push a layer \
-         of some smoothing lengths apart. Figures of density, noise and neighbors are those of the placement, without the stretch"
-    );
+    let note = said(&stretch, &is_resolved);
     let along = (0..masses.len()).map(|i| moved[D - 1][i] - positions[D - 1][i]);
     let moves = along.map(|dz| sph::array(|k| if k == D - 1 { dz } else { 0.0 })).collect();
     let volumes = parallel::map(masses.len(), |i| layer.of_ring(i, &stretch));
     Some(Displaced { positions: moved, moves, volumes, is_at_rest: true, note })
+}
+
+/// What is done to the rings.
+fn said(stretch: &[f64], is_resolved: &[bool]) -> String {
+    let left = is_resolved.iter().filter(|is| !**is).count();
+    let unresolved = "the layer is thinner than kernels see, and is not stretched to where the code's pressure would hold it: use more particles";
+    if left == stretch.len() {
+        return format!("the disc is not resolved along its axis: {unresolved}");
+    }
+    let held = || stretch.iter().zip(is_resolved).filter(|(_, is)| **is).map(|(f, _)| *f);
+    let (least, most) = held().fold((f64::INFINITY, 0.0_f64), |(a, b), f| (a.min(f), b.max(f)));
+    let beside = if left > 0 { format!("; in {left} of {} rings {unresolved}", stretch.len()) } else { String::new() };
+    format!(
+        "along its axis the disc is stretched by {least:.3} to {most:.3}, ring by ring, to where the pressure that the code sums over neighbors holds it up. Figures of \
+         density, noise and neighbors are those of the placement, without the stretch{beside}"
+    )
 }
 
 /// Particles by their distance from the axis.

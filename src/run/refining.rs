@@ -57,6 +57,8 @@ pub(super) struct Refining<const D: usize> {
     off: Option<f64>,
     /// Whether it is refined at all.
     is_refined: bool,
+    /// Whether nobody says what its numbers are in.
+    is_pure: bool,
 }
 
 /// New particles after the particles that stay.
@@ -107,8 +109,19 @@ impl<const D: usize> Refining<D> {
             None => masses.iter().copied().fold(0.0, f64::max),
         };
         let (kept, replaced) = chosen(&points, &masses, |x| particle / refinement.factor(x))?;
-        let mut refining =
-            Self { file, points, masses, domain, particle, kept, replaced, notes, off: None, is_refined: true };
+        let mut refining = Self {
+            file,
+            points,
+            masses,
+            domain,
+            particle,
+            kept,
+            replaced,
+            notes,
+            off: None,
+            is_refined: true,
+            is_pure: false,
+        };
         refining.drop_others(scene);
         let beyond = refining.replaced.iter().filter(|r| refinement.factor(&refining.points[r.0]) == 1.0).count();
         refining.notes.push(format!(
@@ -161,6 +174,7 @@ impl<const D: usize> Refining<D> {
             notes,
             off: None,
             is_refined: false,
+            is_pure: units.input.is_none(),
         };
         keeping.drop_others(scene);
         Ok(keeping)
@@ -406,8 +420,11 @@ impl<const D: usize> Refining<D> {
         }
         if let Some(name) = scene.output.units.as_deref().filter(|_| !self.is_refined) {
             let wanted = system_of("output.units", name)?;
-            if wanted != file.header.units {
-                file.change_units(wanted);
+            match self.is_pure {
+                // Numbers without units are written as they stand.
+                true => file.header.units = wanted,
+                false if wanted != file.header.units => file.change_units(wanted),
+                false => {}
             }
         }
         *made = file;
@@ -495,7 +512,7 @@ fn chosen<const D: usize>(
 /// What would change particles that are to stay as they are, with whether the scene states it.
 fn changing(scene: &Scene) -> Vec<(&'static str, bool)> {
     vec![
-        ("domain", scene.domain.has_extent() || !scene.domain.boundary.is_empty()),
+        ("domain", scene.domain.has_extent()),
         ("resolution", scene.resolution.is_some()),
         ("seeding", scene.seeding.is_some()),
         ("order", scene.order.is_some()),
@@ -525,7 +542,8 @@ fn changing(scene: &Scene) -> Vec<(&'static str, bool)> {
 /// Refuses what would change particles far from the sphere.
 fn refuse_what_changes_all(scene: &Scene, units: &UnitSystem) -> Result<()> {
     let in_others = ("output.units", !same_units(scene, units)?);
-    match changing(scene).iter().chain([&in_others]).find(|(_, is_given)| *is_given) {
+    let bounded = ("domain", !scene.domain.boundary.is_empty());
+    match changing(scene).iter().chain([&bounded, &in_others]).find(|(_, is_given)| *is_given) {
         None => Ok(()),
         Some((key, _)) => {
             let problem = "would change particles far from the sphere, which stay as they are; leave it out, or state `particles` to place all of \

@@ -45,9 +45,9 @@ pub(super) fn shared(scene: &Scene, formats: &[FormatSpec]) -> Result<Shared> {
         counts = common.counts(scene, &again)?;
     }
     let alone = |((i, count), estimate): ((&usize, &usize), &Estimate)| {
-        let mut alone = match estimate.kept {
-            Some(_) => scene.of_kept_body(*i),
-            None => scene.of_body(*i, Some(*count)),
+        let mut alone = match estimate.is_kept {
+            true => scene.of_kept_body(*i),
+            false => scene.of_body(*i, Some(*count)),
         };
         alone.output.units = Some(common.name.clone());
         if scene.ambient.is_some() {
@@ -58,14 +58,20 @@ pub(super) fn shared(scene: &Scene, formats: &[FormatSpec]) -> Result<Shared> {
     };
     let scenes = gas.iter().zip(&counts).zip(&estimates).map(alone).collect();
     let particle_mass = estimates.iter().map(|e| e.mass).sum::<f64>() / counts.iter().sum::<usize>() as f64;
-    let all_state_theirs = gas.iter().all(|i| scene.bodies[*i].particles.is_some());
+    let all_state_theirs = estimates.iter().all(|e| e.is_kept || scene.bodies[e.index].particles.is_some());
     let unused = scene.particles.filter(|_| all_state_theirs && scene.particle_mass.is_none());
     let note = |n| {
         format!(
-            "{n} particles of the whole were asked for, but each of the bodies states its own number, which is what it gets"
+            "{n} particles of the whole were asked for, but each of the bodies states its own number, or keeps its own particles, which is what it gets"
         )
     };
-    let notes = unused.map(note).into_iter().collect();
+    let mut notes: Vec<String> = unused.map(note).into_iter().collect();
+    if let Some(kept) = estimates.iter().find(|e| e.is_kept && scene.balance.is_some()) {
+        let title = scene.bodies[kept.index].title(kept.index);
+        notes.push(format!(
+            "the balance of the scene is not of body {title}, whose particles and energies stay as they are"
+        ));
+    }
     Ok(Shared { common, gas, scenes, particle_mass, notes })
 }
 
@@ -101,15 +107,18 @@ struct Estimate {
     dimension: usize,
     is_radial: bool,
     units: RunUnits,
-    /// Its gas particles, where they stay as they are.
-    kept: Option<usize>,
+    /// The gas particles of a snapshot of which nothing says how many it should have, or whose particles stay.
+    own: Option<usize>,
+    is_kept: bool,
 }
 
 /// The mass of a body by itself.
 fn estimate(scene: &Scene, index: usize, count: Option<usize>, formats: &[FormatSpec]) -> Result<Estimate> {
     let (units, mass, dimension, is_radial, own) = weigh(&scene.of_body(index, count), formats)?;
-    let kept = own.filter(|_| scene.keeps_body(index));
-    Ok(Estimate { index, mass, dimension, is_radial, units, kept })
+    let is_kept = own.is_some() && scene.keeps_body(index);
+    let is_counted = scene.particles.is_some() || scene.particle_mass.is_some();
+    let own = own.filter(|_| is_kept || !is_counted && scene.bodies[index].particles.is_none());
+    Ok(Estimate { index, mass, dimension, is_radial, units, own, is_kept })
 }
 
 /// Units, mass (in cgs where there are units), dimension, whether it is a profile, and the gas particles of a snapshot, of what one scene reads.
@@ -204,10 +213,10 @@ impl Common {
             let mass = particle.value("particle_mass", dimension, &self.units.into_cgs())?;
             return by_particle_mass(scene, estimates, mass);
         }
-        if let Some(mass) = mean_of_kept(estimates).filter(|_| scene.particles.is_none()) {
+        if let Some(mass) = mean_of_snapshots(estimates).filter(|_| scene.particles.is_none()) {
             return by_particle_mass(scene, estimates, mass);
         }
-        let stated: Vec<Option<usize>> = estimates.iter().map(|e| e.kept.or(scene.bodies[e.index].particles)).collect();
+        let stated: Vec<Option<usize>> = estimates.iter().map(|e| e.own.or(scene.bodies[e.index].particles)).collect();
         let total = scene.particles.unwrap_or(DEFAULT_PARTICLES);
         let taken: usize = stated.iter().flatten().sum();
         let open: Vec<usize> = (0..masses.len()).filter(|i| stated[*i].is_none()).collect();
@@ -242,16 +251,16 @@ fn has_plain_numbers(scene: &Scene) -> bool {
     in_bodies.chain(orbit).chain(points).chain(&scene.particle_mass).any(is_plain)
 }
 
-/// Mass of a particle of the bodies whose particles stay as they are, on average.
-fn mean_of_kept(estimates: &[Estimate]) -> Option<f64> {
-    let kept = || estimates.iter().filter_map(|e| Some((e.mass, e.kept?)));
-    let (mass, count) = kept().fold((0.0, 0), |(mass, count), (m, n)| (mass + m, count + n));
+/// Mass of a particle of the snapshots that have as many as they had, on average.
+fn mean_of_snapshots(estimates: &[Estimate]) -> Option<f64> {
+    let all = || estimates.iter().filter_map(|e| Some((e.mass, e.own?)));
+    let (mass, count) = all().fold((0.0, 0), |(mass, count), (m, n)| (mass + m, count + n));
     (count > 0).then(|| mass / count as f64)
 }
 
 fn by_particle_mass(scene: &Scene, estimates: &[Estimate], particle: f64) -> Result<Vec<usize>> {
-    let counts = estimates.iter().map(|Estimate { index, mass, kept, .. }| {
-        if let Some(own) = kept.or(scene.bodies[*index].particles) {
+    let counts = estimates.iter().map(|Estimate { index, mass, own, .. }| {
+        if let Some(own) = own.or(scene.bodies[*index].particles) {
             return Ok(own);
         }
         let count = (mass / particle).round();

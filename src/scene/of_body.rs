@@ -1,7 +1,8 @@
 //! The scenes of bodies by themselves, and what cannot stand beside them.
 
 use super::{
-    AttractorInput, BodyInput, BoundaryName, Input, Motion, OriginInput, OriginName, Scene, Thermal, check_all, in_body,
+    AttractorInput, BodyInput, BoundaryName, DomainInput, Input, Motion, OriginInput, OriginName, Scene, Thermal,
+    check_all, in_body,
 };
 use crate::error::{Error, Result};
 use sph_formats::UnitDimension;
@@ -40,6 +41,7 @@ impl Scene {
         let placed = BodyInput {
             name: body.name.clone(),
             input: body.input.clone(),
+            domain: DomainInput { boundary: body.domain.boundary.clone(), ..DomainInput::default() },
             orientation: body.orientation.clone(),
             position: body.position.clone(),
             velocity: body.velocity.clone(),
