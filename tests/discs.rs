@@ -205,11 +205,12 @@ fn a_disc_that_is_not_resolved_is_left_as_it_is() {
         let text = format!(
             "bodies:\n- {{name: star, point_mass: 1}}\n\
              - {{name: disc, input: {{profile: {{disc: {{mass: 1e-6, inner_radius: 0.5, outer_radius: 3, aspect_ratio: 0.02}}}}}}}}\n\
-             particles: 500\npolish: none\nwvt: {{iterations: 0}}\nkernel: cubic-spline\nneighbors: 57.9\noutput: {{units: code}}\n{code}"
+             particles: 500\npolish: none\nwvt: {{iterations: 0}}\noutput: {{units: code}}\n{code}"
         );
         place_bodies(&Scene::parse(&text).unwrap(), FORMATS, &Control::default()).unwrap()
     };
-    let ((plain, _), (made, report)) = (scene(""), scene("target_code: phantom\n"));
+    let ((plain, _), (made, report)) =
+        (scene("kernel: cubic-spline\nneighbors: 57.9\n"), scene("target_code: phantom\n"));
     let heights = |file: &ParticleFile| {
         let gas = file.species.iter().position(|s| s.part_type == 0).unwrap();
         let z: Vec<f64> = rows(file, gas, "Coordinates").iter().map(|x| x[2]).collect();
