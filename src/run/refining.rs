@@ -6,6 +6,8 @@
 //! of whole numbers: none, one, or a family about their place (ALARIC sec. 2.4). These move by WVT until their number density is rho / m*, and
 //! have the masses rho / n times one number near 1, which keeps the total; then these change by up to a tenth until the summed
 //! densities are nearer to rho.
+//!
+//! A snapshot may also stay as it is as a whole, to be measured and put among other bodies.
 
 use super::grading::verdict as verdict_on;
 use super::plan::{LeftOut, Plan};
