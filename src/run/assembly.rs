@@ -271,7 +271,7 @@ fn moved(table: &ParticleTable, state: &State) -> Vec<([f64; 3], [f64; 3])> {
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Middle {
     OfMass,
-    /// Of a body that turns about a point mass or within a halo: its center is that of its fields, and the few particles' center of mass is not.
+    /// Of a disc about a point mass or within a halo: its center is that of its fields, and the few particles' center of mass is not.
     OfBox,
 }
 

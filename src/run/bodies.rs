@@ -193,11 +193,10 @@ pub fn place_bodies(
     Ok((file, report))
 }
 
-/// Of a body of its own shape in the gravity of others about the same center that of its fields.
+/// Of a disc about others that of its fields: about its center it turns. Particles that hold each other are about their center of mass.
 fn middle_of(input: &BodyInput, of_gas: &[(usize, Scene)], index: usize) -> Middle {
     let is_in_field = of_gas.iter().any(|(i, alone)| *i == index && !alone.gravity_of.is_empty());
-    let is_whole = input.input.profile.is_some() && !input.domain.has_extent();
-    if is_in_field && is_whole { Middle::OfBox } else { Middle::OfMass }
+    if is_in_field && input.input.disc().is_some() { Middle::OfBox } else { Middle::OfMass }
 }
 
 /// The share that each body has of the time that those before it leave: by particles, none of those that take no time. A medium about them is taken
