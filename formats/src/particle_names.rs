@@ -38,8 +38,10 @@ pub const MATERIAL_IDS: &str = "MaterialIDs";
 /// GADGET-style particle type, where a table holds several.
 pub const PARTICLE_TYPE: &str = "ParticleType";
 
-/// Behind the name of a column that is carried beside one which readers, or the format, would confuse it with.
-pub const APART: &str = "OfInput";
+/// The name of a column that is carried beside one which readers, or the format, would confuse it with.
+pub fn apart(name: &str) -> String {
+    format!("{name}OfInput")
+}
 
 /// The standard name of a column that some program calls `name`; coordinates and velocities by component are not
 /// among them. A smoothing length is not either: what it means differs between programs.

@@ -24,20 +24,15 @@ pub enum EnergySource {
     NotWritten,
 }
 
-/// Gives columns whose names readers take for those of others, as `Mass` beside `Masses`, the names of [`apart`].
+/// Gives columns whose names readers take for those of others, as `Mass` beside `Masses`, the names of [`names::apart`].
 pub fn set_apart(columns: &mut [Column]) {
     let all: Vec<String> = columns.iter().map(|c| c.name.clone()).collect();
     for column in columns {
         let meant = names::standard(&column.name).filter(|meant| *meant != column.name);
         if meant.is_some_and(|meant| all.iter().any(|name| name == meant)) {
-            column.name = apart(&column.name);
+            column.name = names::apart(&column.name);
         }
     }
-}
-
-/// The name of a column that is carried beside one which readers would confuse it with.
-pub fn apart(name: &str) -> String {
-    format!("{name}{}", names::APART)
 }
 
 /// Evaluates one carried variable on all particles, in the output's units.

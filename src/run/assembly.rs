@@ -8,8 +8,8 @@ use sph_formats::{Column, ParticleFile, ParticleTable, RunHeader, Species, UnitD
 use std::collections::BTreeMap;
 
 pub use sph_formats::common::particle_names::BODY_ID;
-/// Particles of two bodies that are nearer than this many spacings are in each other's way.
-const NEAREST: f64 = 0.5;
+/// Of its fastest particle's: motion of a body as a whole that is more than noise.
+const OWN_SHARE: f64 = 0.05;
 
 /// A body in the units of the output, about its center of mass.
 pub struct Body {
@@ -26,7 +26,7 @@ pub struct Body {
     /// Where it ends, which its outermost particle does not quite reach or lies beyond.
     pub surface: f64,
     /// Whether its particles go through those of other bodies.
-    is_collisionless: bool,
+    pub is_collisionless: bool,
 }
 
 /// Where a body is and how it moves.
@@ -59,7 +59,7 @@ fn cross(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
     [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
 }
 
-fn length(v: [f64; 3]) -> f64 {
+pub(super) fn length(v: [f64; 3]) -> f64 {
     v.iter().map(|c| c * c).sum::<f64>().sqrt()
 }
 
@@ -86,9 +86,8 @@ impl Body {
     /// A file without particles.
     pub fn new(title: String, mut file: ParticleFile, middle: Middle) -> Result<Self> {
         file.join_images();
-        let (dimension, header) = (file.header.dimension, &file.header);
-        let corner = header.box_corner.unwrap_or_default();
-        let of_box = sph::array(|k| if k < dimension { corner[k] + 0.5 * header.box_size[k] } else { 0.0 });
+        let (dimension, edges) = (file.header.dimension, file.header.box_size);
+        let corner = file.header.box_corner.unwrap_or_default();
         let none = || Error::scene(format!("bodies[{title}]"), "came out without particles");
         let mut parts: Vec<Species> = file.species.into_iter().filter(|s| s.table.count > 0).collect();
         let mut all: Vec<(f64, [f64; 3])> = Vec::new();
@@ -102,7 +101,7 @@ impl Body {
         }
         let center = match middle {
             Middle::OfMass => mean(all.iter().copied()),
-            Middle::OfBox => of_box,
+            Middle::OfBox => sph::array(|k| if k < dimension { corner[k] + 0.5 * edges[k] } else { 0.0 }),
         };
         let mass = all.iter().map(|p| p.0).sum();
         let moved: Vec<[f64; 3]> = all.iter().map(|(_, x)| sph::array(|k| x[k] - center[k])).collect();
@@ -125,9 +124,21 @@ impl Body {
         Self { surface: surface.unwrap_or(self.surface), ..self }
     }
 
+    /// What it moves with as a whole by itself.
+    fn own_motion(&self) -> [f64; 3] {
+        center_of_mass(std::slice::from_ref(self), &[State::default()]).1
+    }
+
+    /// The same, where it is more than the noise of what its particles move with.
+    pub fn drift(&self) -> Option<[f64; 3]> {
+        let own = self.own_motion();
+        let fastest = self.moved(&State::default()).iter().map(|(_, v)| length(*v)).fold(0.0, f64::max);
+        (length(own) > OWN_SHARE * fastest).then_some(own)
+    }
+
     /// Takes out of the velocities what the body moves by as a whole, where that is more than `rounding`; what it was.
     pub fn stop(&mut self, rounding: f64) -> Option<[f64; 3]> {
-        let (_, own) = center_of_mass(std::slice::from_ref(self), &[State::default()]);
+        let own = self.own_motion();
         if !(length(own) > rounding) {
             return None;
         }
@@ -234,7 +245,7 @@ impl Body {
     }
 
     /// (m / rho)^(1/d) of each particle, where the density is known.
-    fn spacings(&self) -> Vec<f64> {
+    pub fn spacings(&self) -> Vec<f64> {
         self.parts.iter().flat_map(|p| self.spacings_by(&p.table, names::DENSITY)).collect()
     }
 
@@ -273,112 +284,6 @@ pub enum Middle {
     OfMass,
     /// Of a disc about a point mass or within a halo: its center is that of its fields, and the few particles' center of mass is not.
     OfBox,
-}
-
-/// Refuses bodies that are in each other's way, or in that of an image in a periodic box (`frame`): collisionless ones never are.
-///
-/// # Errors
-/// The first pair that is, with how near they are.
-pub fn refuse_overlap(bodies: &[Body], states: &[State], frame: Option<&Frame>) -> Result<()> {
-    for (i, a) in bodies.iter().enumerate().filter(|(_, a)| !a.is_collisionless) {
-        for (j, b) in bodies.iter().enumerate().skip(i).filter(|(_, b)| !b.is_collisionless) {
-            let direct: [f64; 3] = sph::array(|k| states[j].position[k] - states[i].position[k]);
-            for way in ways(direct, frame) {
-                let apart = length(way);
-                if apart >= a.radius + b.radius || i == j && way == [0.0; 3] {
-                    continue;
-                }
-                let there = State { position: sph::array(|k| states[i].position[k] + way[k]), ..states[j] };
-                if let Some(near) = nearest_pair((a, &states[i]), (b, &there)) {
-                    let other = if i == j { "its own image" } else { b.title.as_str() };
-                    let (across, remedy) = match way == direct {
-                        true => ("", "move them apart"),
-                        false => (" across the periodic box", "move them apart or make domain.box larger"),
-                    };
-                    let problem = format!(
-                        "and {other} overlap{across}: their centers are {apart:.6e} apart and their radii {:.6e} and {:.6e}, with \
-                         particles at {near:.2} spacings from each other; {remedy}",
-                        a.radius, b.radius
-                    );
-                    return Err(Error::scene(format!("bodies[{}]", a.title), problem));
-                }
-            }
-        }
-    }
-    Ok(())
-}
-
-/// Points that lie within gas, but not in the middle of it, which nothing holds there.
-pub fn points_within(bodies: &[Body], states: &[State]) -> Vec<String> {
-    let is_point = |body: &Body| !body.is_gas() && body.radius == 0.0;
-    let pairs = (0..bodies.len()).flat_map(|i| (0..bodies.len()).map(move |j| (i, j)));
-    let within = pairs.filter(|&(i, j)| is_point(&bodies[i]) && bodies[j].is_gas()).filter_map(|(i, j)| {
-        let apart = length(sph::array(|k| states[i].position[k] - states[j].position[k]));
-        let (point, body) = (&bodies[i].title, &bodies[j]);
-        (apart > CENTERED * body.radius && apart < body.radius).then(|| {
-            format!(
-                "the point mass {point} is within body {}, {apart:.6e} from its center, and the gas about it is not in balance with it",
-                body.title
-            )
-        })
-    });
-    within.collect()
-}
-
-/// Of a body's radius: a point nearer to its center is its core.
-const CENTERED: f64 = 0.05;
-
-/// The way from one place to another that is `direct`ly that far, and those to its nearest images in a periodic box.
-fn ways(direct: [f64; 3], frame: Option<&Frame>) -> Vec<[f64; 3]> {
-    let mut ways = vec![direct];
-    let Some(frame) = frame else { return ways };
-    for k in (0..3).filter(|&k| frame.periodic[k]) {
-        let edge = frame.edges[k];
-        let turns = (direct[k] / edge).round();
-        let along = [turns, turns - 1.0, turns + 1.0].map(|n| direct[k] - n * edge);
-        ways = ways.iter().flat_map(|way| along.map(|v| sph::array(|c| if c == k { v } else { way[c] }))).collect();
-    }
-    ways
-}
-
-/// The smallest distance of particles of two bodies in units of their spacing, where it is too small. Sorted by x, only
-/// particles within a spacing along it are looked at, of those that lie where both bodies reach.
-fn nearest_pair(a: (&Body, &State), b: (&Body, &State)) -> Option<f64> {
-    let listed = |(body, state): (&Body, &State)| -> Vec<([f64; 3], f64)> {
-        body.moved(state).into_iter().map(|p| p.0).zip(body.spacings()).collect()
-    };
-    let (mut a, mut b) = (listed(a), listed(b));
-    // Nearer than half of the smaller spacing of two is nearer than half of the largest here.
-    let window = NEAREST * b.iter().map(|p| p.1).fold(0.0, f64::max);
-    let (of_a, of_b) = (reach(&a, window), reach(&b, window));
-    let is_within = |x: &[f64; 3], [lo, hi]: &[[f64; 3]; 2]| (0..3).all(|k| lo[k] <= x[k] && x[k] <= hi[k]);
-    a.retain(|p| is_within(&p.0, &of_b));
-    b.retain(|p| is_within(&p.0, &of_a));
-    a.sort_by(|p, q| p.0[0].total_cmp(&q.0[0]));
-    b.sort_by(|p, q| p.0[0].total_cmp(&q.0[0]));
-    let mut first = 0;
-    for (x, spacing) in &a {
-        while first < b.len() && b[first].0[0] < x[0] - window {
-            first += 1;
-        }
-        for (y, other) in b[first..].iter().take_while(|p| p.0[0] <= x[0] + window) {
-            let distance = length(sph::array(|k| y[k] - x[k]));
-            let common = spacing.min(*other);
-            if distance < NEAREST * common {
-                return Some(distance / common);
-            }
-        }
-    }
-    None
-}
-
-/// The box about all of `places`, wider by `margin` on each side.
-fn reach(places: &[([f64; 3], f64)], margin: f64) -> [[f64; 3]; 2] {
-    let along = |k: usize| places.iter().map(move |p| p.0[k]);
-    [
-        sph::array(|k| along(k).fold(f64::INFINITY, f64::min) - margin),
-        sph::array(|k| along(k).fold(f64::NEG_INFINITY, f64::max) + margin),
-    ]
 }
 
 /// Center of mass and its velocity.

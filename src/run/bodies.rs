@@ -15,7 +15,7 @@ use super::orbit::{self, Relative};
 use super::settling;
 use super::shares::{Common, Shared, shared};
 use super::variables::lost;
-use super::{memory, pipeline};
+use super::{memory, overlap, pipeline};
 use crate::error::{Error, Result};
 use crate::input::core::PART_TYPE;
 use crate::output::origin;
@@ -48,7 +48,7 @@ pub fn place_bodies(
     let known = |k| Known::of(&scenes, k, scene.cache.as_deref(), formats);
     let known = (0..scenes.len()).map(known).collect::<Result<Vec<Known>>>()?;
     let count = |(alone, known): (&Scene, &Known)| match known {
-        Known::Not if alone.input.keep_particles == Some(true) => 0,
+        Known::Not if alone.input.keeps_particles() => 0,
         Known::Not => alone.particles.unwrap_or(DEFAULT_PARTICLES),
         Known::As(_) | Known::Kept(_) => 0,
     };
@@ -96,11 +96,11 @@ pub fn place_bodies(
     let mut states = common.states(scene, &bodies, relative.as_ref(), &conversion)?;
     match &relative {
         Some(relative) => notes.extend(bodies.iter_mut().filter_map(|body| stopped(body, relative))),
-        None => notes.extend(bodies.iter().zip(&states).filter_map(|(body, state)| moving(body, state))),
+        None => notes.extend(bodies.iter().filter_map(moving)),
     }
     let own = box_of(scene, common.dimension, &conversion)?;
-    assembly::refuse_overlap(&bodies, &states, own.as_ref())?;
-    notes.extend(assembly::points_within(&bodies, &states));
+    overlap::refuse_overlap(&bodies, &states, own.as_ref())?;
+    notes.extend(overlap::points_within(&bodies, &states));
     if relative.is_some() {
         let (center, velocity) = assembly::center_of_mass(&bodies, &states);
         for state in &mut states {
@@ -483,21 +483,14 @@ fn stopped(body: &mut Body, orbit: &Relative) -> Option<String> {
 }
 
 /// What is said of a body that moves as a whole without an orbit.
-fn moving(body: &Body, state: &State) -> Option<String> {
-    let alone = State { position: state.position, ..State::default() };
-    let (_, own) = assembly::center_of_mass(std::slice::from_ref(body), &[alone]);
-    let size = |v: [f64; 3]| v.iter().map(|v| v * v).sum::<f64>().sqrt();
-    let fastest = body.moved(&alone).into_iter().map(|(_, v)| size(v)).fold(0.0, f64::max);
-    (size(own) > OWN_SHARE * fastest).then(|| {
-        format!(
-            "'{}' moves as a whole at [{:.4e}, {:.4e}, {:.4e}] by itself, to which its `velocity` is added",
-            body.title, own[0], own[1], own[2]
-        )
-    })
+fn moving(body: &Body) -> Option<String> {
+    let own = body.drift()?;
+    Some(format!(
+        "'{}' moves as a whole at [{:.4e}, {:.4e}, {:.4e}] by itself, to which its `velocity` is added",
+        body.title, own[0], own[1], own[2]
+    ))
 }
 
-/// Of its fastest particle: what it moves by is more than noise.
-const OWN_SHARE: f64 = 0.05;
 /// Of a mass: rounding in single precision.
 const EVEN: f64 = 1e-6;
 

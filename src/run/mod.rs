@@ -23,6 +23,7 @@ pub mod in_turn;
 mod layer;
 mod memory;
 pub mod orbit;
+mod overlap;
 #[cfg(feature = "plots")]
 pub(crate) mod page;
 #[cfg(feature = "plots")]

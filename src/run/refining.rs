@@ -99,32 +99,17 @@ impl<const D: usize> Refining<D> {
             let problem = "is of particles, but the snapshot has cells of a moving mesh; state `particles` to place all of them anew";
             return Err(Error::scene("refine", problem));
         }
-        let Some((file, points, notes)) = with_places(snapshot) else { return Ok(None) };
-        let domain = snapshot.domain::<D>()?;
+        let Some(mut refining) = Self::whole(scene, snapshot)? else { return Ok(None) };
         let into_input = units.into_input();
-        let refinement = Refinement::new(input, &domain, &into_input, snapshot.time)?;
-        let masses = snapshot.masses.clone();
-        let points: Vec<[f64; D]> = points.iter().map(|p| domain.wrapped(p)).collect();
+        let refinement = Refinement::new(input, &refining.domain, &into_input, snapshot.time)?;
+        let masses = &refining.masses;
         let particle = match &input.particle_mass {
             Some(q) => q.value("refine.particle_mass", UnitDimension::new(D as i8 - 3, 1, 0, 0), &into_input)?,
             None if input.factor < 1.0 => masses.iter().copied().filter(|m| *m > 0.0).fold(f64::INFINITY, f64::min),
-            None => masses.iter().copied().fold(0.0, f64::max),
+            None => refining.particle,
         };
-        let (kept, replaced) = chosen(&points, &masses, |x| particle / refinement.factor(x))?;
-        let mut refining = Self {
-            file,
-            points,
-            masses,
-            domain,
-            particle,
-            kept,
-            replaced,
-            notes,
-            off: None,
-            is_refined: true,
-            is_pure: false,
-        };
-        refining.drop_others(scene);
+        let (kept, replaced) = chosen(&refining.points, masses, |x| particle / refinement.factor(x))?;
+        refining = Self { particle, kept, replaced, is_refined: true, ..refining };
         let beyond = refining.replaced.iter().filter(|r| refinement.factor(&refining.points[r.0]) == 1.0).count();
         refining.notes.push(format!(
             "refined {}: {} particles, of which {beyond} are beyond the shell, give way to {}; {} stay as they are, to the bit",
@@ -155,37 +140,44 @@ impl<const D: usize> Refining<D> {
             return Err(Error::scene(*other, problem));
         }
         let none = || Error::scene(key, "is of gas particles, and the snapshot has none");
-        let (mut file, points, mut notes) = with_places(snapshot).ok_or_else(none)?;
-        if let Some(own) = units.input.filter(|_| file.header.units == UnitSystem::CODE) {
+        let mut keeping = Self::whole(scene, snapshot)?.ok_or_else(none)?;
+        match units.input {
+            None => keeping.is_pure = true,
             // Numbers without units are in those of the scene.
-            let (length, time) = (own.length, own.time);
-            file.header.units = UnitSystem { length, time, mass: own.density * length.powi(3), ..UnitSystem::CODE };
+            Some(own) if keeping.file.header.units == UnitSystem::CODE => {
+                let (length, time) = (own.length, own.time);
+                let mass = own.density * length.powi(3);
+                keeping.file.header.units = UnitSystem { length, time, mass, ..UnitSystem::CODE };
+            }
+            Some(_) => {}
         }
+        keeping.notes.push(format!("the {} particles stay as they are (input.keep_particles)", keeping.points.len()));
+        Ok(keeping)
+    }
+
+    /// A snapshot of whose particles none gives way; `None` where its file is not kept.
+    fn whole(scene: &Scene, snapshot: &mut Snapshot) -> Result<Option<Self>> {
+        let Some(mut file) = snapshot.file.take() else { return Ok(None) };
+        let notes = support_radii(&snapshot.field.path, &mut file);
+        let Geometry::Cloud { points, .. } = &snapshot.field.geometry else { return Ok(None) };
         let (domain, masses) = (snapshot.domain::<D>()?, snapshot.masses.clone());
-        let points: Vec<[f64; D]> = points.iter().map(|p| domain.wrapped(p)).collect();
-        let (particle, kept) = (masses.iter().copied().fold(0.0, f64::max), (0..points.len()).collect());
-        notes.push(format!("the {} particles stay as they are (input.keep_particles)", points.len()));
-        let mut keeping = Self {
+        let points: Vec<[f64; D]> = points.iter().map(|p| domain.wrapped(&sph::array(|k| p[k]))).collect();
+        if scene.input.other_types == OtherTypes::Drop {
+            file.species.retain(|s| s.part_type == 0);
+        }
+        Ok(Some(Self {
             file,
-            points,
-            masses,
             domain,
-            particle,
-            kept,
+            particle: masses.iter().copied().fold(0.0, f64::max),
+            masses,
+            kept: (0..points.len()).collect(),
+            points,
             replaced: Vec::new(),
             notes,
             off: None,
             is_refined: false,
-            is_pure: units.input.is_none(),
-        };
-        keeping.drop_others(scene);
-        Ok(keeping)
-    }
-
-    fn drop_others(&mut self, scene: &Scene) {
-        if scene.input.other_types == OtherTypes::Drop {
-            self.file.species.retain(|s| s.part_type == 0);
-        }
+            is_pure: false,
+        }))
     }
 
     fn made(&self) -> usize {
@@ -553,14 +545,6 @@ fn refuse_what_changes_all(scene: &Scene, units: &UnitSystem) -> Result<()> {
             Err(Error::scene(*key, problem))
         }
     }
-}
-
-/// A snapshot's file with the radii of its kernel, the places of its gas, and what there is to note.
-fn with_places<const D: usize>(snapshot: &mut Snapshot) -> Option<(ParticleFile, Vec<[f64; D]>, Vec<String>)> {
-    let mut file = snapshot.file.take()?;
-    let notes = support_radii(&snapshot.field.path, &mut file);
-    let Geometry::Cloud { points, .. } = &snapshot.field.geometry else { return None };
-    Some((file, points.iter().map(|p| sph::array(|k| p[k])).collect(), notes))
 }
 
 /// Whether the output is in `units`, as far as the scene says.

@@ -1,7 +1,6 @@
 //! What became of each variable of the input, for the report: what it is taken for, and where it is written.
 
 use crate::input::roles::Assignment;
-use crate::output::columns;
 use crate::scene::Role;
 use serde::Serialize;
 use sph_formats::common::particle_names as names;
@@ -36,7 +35,7 @@ pub fn variables(
             warnings.extend(a.note.as_ref().map(|note| format!("variable '{}' {note}", a.variable)));
         }
         let column = if a.role == Some(Role::Density) { names::DENSITY } else { a.column.as_str() };
-        let found = table.column(column).or_else(|| table.column(&columns::apart(column)));
+        let found = table.column(column).or_else(|| table.column(&names::apart(column)));
         match (found, format) {
             (None, _) if report.note.is_none() => report.note = Some("is not carried".into()),
             (None, _) => {}

@@ -164,7 +164,7 @@ impl<'a> Job<'a> {
             }
             let is_taken = |name: &str| self.flavor.taken.contains(&name) || planned.iter().any(|p| p.name == name);
             if is_taken(&name) {
-                name.push_str(names::APART);
+                name = names::apart(&name);
             }
             if name.is_empty() || name == "." || planned.iter().any(|p| p.name == name) {
                 return Err(self.refuse(format!("column '{}' cannot be a dataset of its own; rename it", column.name)));
