@@ -273,6 +273,11 @@ pub struct TargetCode {
 }
 
 impl TargetCode {
+    /// Whether gas of discs has the temperature of its distance from the star, as the code keeps it: Phantom's `ieos = 6`.
+    pub(crate) fn cools_discs_by_distance(&self) -> bool {
+        self.sheet.name == "phantom"
+    }
+
     /// What the code as it is built by default does not make of particles beside the gas, with the remedy; `None` where it takes them.
     pub(crate) fn unread(&self, species: &Species) -> Option<String> {
         let kind = match (self.sheet.name, species.part_type) {

@@ -197,6 +197,7 @@ fn fields_that_make_no_sense_are_refused_with_their_names() {
     let head = format!("input: {{expression: '1 + x'}}\n{SQUARE}");
     for (fields, words) in [
         ("{pressure: 1, internal_energy: 1}", &["fields.", "pressure", "internal_energy", "disagrees", "gamma"][..]),
+        ("{u: 1, internal_energy: 1}", &["fields.internal_energy", "fields.u", "two spellings"]),
         ("{entropy: 1, pressure: 2}", &["entropy", "pressure", "disagrees"]),
         ("{a: b, b: c2 + 1, c2: a}", &["depends on itself", "a -> b -> c2 -> a"]),
         ("{a: a + 1}", &["depends on itself", "fields.a"]),
@@ -294,7 +295,8 @@ fn a_temperature_of_a_file_gives_an_energy_with_a_mean_molecular_weight_and_says
     };
     let made = |fields: &str| place(&Scene::parse(&scene(fields)).unwrap(), FORMATS, &Control::default()).unwrap();
     let (_, report) = made("");
-    let note = report.notes.iter().find(|n| n.contains("temperature came in")).expect("a note on the temperature");
+    let note =
+        report.warnings.iter().find(|n| n.contains("temperature came in")).expect("a warning on the temperature");
     assert!(note.contains("fields.mean_molecular_weight"), "{note}");
     let (with, _) = made("fields: {mean_molecular_weight: 0.6}\n");
     let (energies, temperatures) = (column(&with, "InternalEnergy"), column(&with, "Temperature"));
@@ -302,4 +304,129 @@ fn a_temperature_of_a_file_gives_an_energy_with_a_mean_molecular_weight_and_says
         let expected = 1.380649e-16 * t[0] / (2.0 / 3.0 * 0.6 * 1.673_532_838e-24);
         assert!((u[0] / expected - 1.0).abs() < 1e-3, "{u:?} in place of {expected}");
     }
+}
+
+/// Linear fields at the nodes of a grid of a VTK file, over the unit box of `d` dimensions.
+fn linear_grid(folder: &std::path::Path, d: usize) -> std::path::PathBuf {
+    let (counts, nodes): (Vec<usize>, usize) =
+        ((0..3).map(|k| if k < d { 5 } else { 1 }).collect(), 5_usize.pow(d as u32));
+    let place = |i: usize| -> [f64; 3] { std::array::from_fn(|k| (i / 5_usize.pow(k as u32) % 5) as f64 / 4.0) };
+    let rows = |f: &dyn Fn([f64; 3]) -> String| (0..nodes).map(|i| f(place(i))).collect::<Vec<_>>().join("\n");
+    let text = format!(
+        "# vtk DataFile Version 3.0\nnodes\nASCII\nDATASET STRUCTURED_POINTS\nDIMENSIONS {} {} {}\nORIGIN 0 0 0\nSPACING 0.25 0.25 0.25\nPOINT_DATA {nodes}\n\
+         SCALARS heat double 1\nLOOKUP_TABLE default\n{}\nSCALARS tracer double 1\nLOOKUP_TABLE default\n{}\nVECTORS velocity double\n{}\n",
+        counts[0],
+        counts[1],
+        counts[2],
+        rows(&|x| format!("{}", 1.0 + x[0])),
+        rows(&|x| format!("{}", 2.0 - x[d - 1])),
+        rows(&|x| format!("{} {} {}", x[0] - 1.0, 2.0 * x[d - 1], x[0])),
+    );
+    let path = folder.join(format!("fields-{d}.vtk"));
+    std::fs::write(&path, text).unwrap();
+    path
+}
+
+#[test]
+fn fields_may_be_those_of_files_in_every_dimension() {
+    let folder = tempfile::tempdir().unwrap();
+    for d in 1..=3 {
+        let path = linear_grid(folder.path(), d);
+        let list = |v: &str| vec![v; d].join(", ");
+        let file = placed(&format!(
+            "input: {{expression: '1 + x'}}\ndomain: {{box: [[{}], [{}]], boundary: [reflecting]}}\nparticles: {}\noutput: {{box_factor: 1}}\nfields:\n  velocity: {{file: {path}}}\n  \
+             internal_energy: {{file: {path}, variable: heat}}\n  half: internal_energy/2\n  tracer: {{file: {path}, variable: tracer}}\n  v_x: {{file: {path}, variable: tracer}}\n",
+            list("0"),
+            list("1"),
+            20 * d.pow(3),
+            path = path.display()
+        ));
+        let v = |x: &[f64]| {
+            let whole = [x[0] - 1.0 + 2.0 - x[d - 1], if d > 1 { 2.0 * x[d - 1] } else { 0.0 }, x[0]];
+            whole[..d].to_vec()
+        };
+        assert!(deviation(&file, "Velocities", v) < 1e-12, "{d}-D");
+        assert!(deviation(&file, "InternalEnergy", |x| vec![1.0 + x[0]]) < 1e-12);
+        assert!(deviation(&file, "half", |x| vec![0.5 + 0.5 * x[0]]) < 1e-12);
+        assert!(deviation(&file, "tracer", |x| vec![2.0 - x[d - 1]]) < 1e-12);
+    }
+}
+
+/// A table by radius in its own units, about the center of a body in others.
+#[test]
+fn a_table_by_radius_is_about_the_center_of_the_body() {
+    let folder = tempfile::tempdir().unwrap();
+    let table = folder.path().join("T.csv");
+    let rows: String =
+        (0..=40).map(|i| format!("{},{}\n", 7e10 * f64::from(i) / 40.0, 1e7 - 2e5 * f64::from(i))).collect();
+    std::fs::write(&table, format!("radius [cm],temperature [K]\n{rows}")).unwrap();
+    let scene = |fields: &str| {
+        format!(
+            "input: {{expression: 'if(r < 1, 1 - r, 0)'}}\nunits: solar\ndomain: {{ball: {{center: [3, 4, 5], radius: 1}}}}\nparticles: 500\noutput: {{units: solar}}\n\
+             fields: {fields}\n",
+        )
+    };
+    let of_table = |more: &str| format!("{{file: {}{more}}}", table.display());
+    let (found, report) = place(
+        &Scene::parse(&scene(&format!("{{temperature: {}, mean_molecular_weight: 0.6}}", of_table("")))).unwrap(),
+        FORMATS,
+        &Control::default(),
+    )
+    .unwrap();
+    assert_eq!(report.warnings, Vec::<String>::new());
+    let center =
+        column(&found, "Coordinates").iter().fold([0.0; 3], |sum, x| std::array::from_fn(|k| sum[k] + x[k] / 500.0));
+    let off = deviation(&found, "Temperature", |x| {
+        let r = (0..3).map(|k| (x[k] - center[k]).powi(2)).sum::<f64>().sqrt();
+        vec![1e7 - 8e6 * r * 6.957e10 / 7e10]
+    });
+    // The center of mass is not quite that of the ball.
+    assert!(off < 5e4, "{off}");
+    for (fields, words) in [
+        (
+            format!("{{temperature: {}}}", of_table(", variable: T")),
+            &["fields.temperature", "no variable 'T'", "'temperature'"][..],
+        ),
+        (
+            format!("{{pressure: {}}}", of_table(", variable: temperature")),
+            &["fields.pressure", "is in K", "another quantity"],
+        ),
+        (
+            format!("{{velocity: {}}}", of_table(", variable: temperature, unit: km/s")),
+            &["fields.velocity", "has 1 components, expected 3"],
+        ),
+        (format!("{{velocity: {}}}", of_table(", unit: parsnip")), &["fields.velocity.unit", "'parsnip'"]),
+        (format!("{{velocity: {}}}", of_table(", variable: []")), &["fields.velocity.variable", "names none"]),
+    ] {
+        let error = refused(&scene(&fields));
+        assert!(words.iter().all(|word| error.contains(word)), "{fields}: {error}");
+    }
+    let error = Scene::parse(&scene("{temperature: {file: T.csv, colum: T}}")).unwrap_err().to_string();
+    assert!(error.contains("{file: F, variable: V}"), "{error}");
+}
+
+#[test]
+fn files_that_end_before_the_matter_are_told_and_those_elsewhere_refused() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = linear_grid(folder.path(), 2);
+    let scene = |x: f64| {
+        format!(
+            "input: {{expression: '1'}}\ndomain: {{box: [[{x}, 0], [{}, 1]], boundary: [reflecting]}}\nparticles: 100\npolish: none\nwvt: {{iterations: 0}}\n\
+             fields: {{heat: {{file: {}, variable: heat}}}}\n",
+            x + 1.0,
+            path.display()
+        )
+    };
+    let told = |x: f64| place(&Scene::parse(&scene(x)).unwrap(), FORMATS, &Control::default()).unwrap().1.warnings;
+    assert!(told(0.0).iter().all(|w| !w.contains("fields.heat")));
+    let warnings = told(0.5);
+    let warning = warnings.iter().find(|w| w.contains("fields.heat")).unwrap_or_else(|| panic!("{warnings:?}"));
+    assert!(warning.contains("% of the places with matter are beyond"), "{warning}");
+    let error = refused(&scene(3.0));
+    assert!(error.contains("fields.heat") && error.contains("no matter is within"), "{error}");
+    // With values that are none.
+    let text = std::fs::read_to_string(&path).unwrap().replacen("\n1\n", "\nnan\n", 1);
+    std::fs::write(&path, text).unwrap();
+    let error = refused(&scene(0.0));
+    assert!(error.contains("fields.heat") && error.contains("not finite"), "{error}");
 }

@@ -180,3 +180,44 @@ fn a_disc_turns_about_its_star() {
         assert!(outwards.abs() < 1e-12 * around.abs(), "{x:?} {v:?}: {outwards:e} of {around:e}");
     }
 }
+
+/// A code has one adiabatic index for all gas.
+#[test]
+fn bodies_of_different_gases_are_warned_about() {
+    let scene = |first: &str, beside: &str| {
+        format!(
+            "bodies:\n- {{input: {{profile: {{polytrope: {{n: 1.5, mass: 1, radius: 1}}}}}}, position: [-2, 0, 0], thermal: {{gamma: {first}}}}}\n\
+             - {{input: {{profile: {{polytrope: {{n: 1.5, mass: 1, radius: 1}}}}}}, position: [2, 0, 0]}}\nparticles: 300\npolish: none\nwvt: {{iterations: 0}}\n{beside}"
+        )
+    };
+    let told = |first: &str, beside: &str| {
+        let (_, report) =
+            place_bodies(&Scene::parse(&scene(first, beside)).unwrap(), FORMATS, &Control::default()).unwrap();
+        assert!(report.warnings.iter().all(|w| report.text().contains(w.as_str())));
+        report.warnings.iter().any(|w| w.contains("adiabatic indices 1.4000, 1.6667"))
+    };
+    assert!(told("1.4", ""));
+    assert!(!told("1.4", "thermal: {gamma: 1.4}\n"));
+    assert!(!told("1.6666666666666667", ""));
+}
+
+/// Names that readers of a format have a use for of their own.
+#[test]
+fn fields_by_names_that_formats_use_are_read_back() {
+    let folder = tempfile::tempdir().unwrap();
+    for (name, format) in
+        [("o.npz", "numpy"), ("o.csv", "table"), ("o.vtu", "vtk"), ("o.nc", "netcdf"), ("o.hdf5", "swift")]
+    {
+        let path = folder.path().join(name);
+        let scene = format!(
+            "{BOX}fields: {{header: 2, Radius: 3, metallicity: 0.02}}\nthermal: {{internal_energy: 1}}\noutput: {{file: '{}', format: {format}}}\n",
+            path.display()
+        );
+        run(&Scene::parse(&scene).unwrap(), FORMATS, &Control::default()).unwrap_or_else(|e| panic!("{name}: {e}"));
+        let read = gas(&path);
+        let header = if format == "numpy" { "headerOfInput" } else { "header" };
+        for (column, value) in [(header, 2.0), ("Radius", 3.0), (names::METALLICITY, 0.02)] {
+            assert!(values(&read, column).iter().all(|v| (v - value).abs() < 1e-6), "{name}: {column}");
+        }
+    }
+}

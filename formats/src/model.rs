@@ -353,6 +353,9 @@ pub const VORONOI: &str = "Voronoi";
 /// The key of the provenance under which the gas's adiabatic index is, where that is not [`ADIABATIC_INDEX`].
 pub const ADIABATIC_INDEX_KEY: &str = "AdiabaticIndex";
 
+/// The key of the provenance under which a file's gas is said to be a disc whose temperature is that of its place.
+pub const DISC_KEY: &str = "Disc";
+
 /// The key of a field's metadata under which the adiabatic index of the run is that wrote it.
 pub const FIELD_ADIABATIC_INDEX: &str = "adiabatic index";
 

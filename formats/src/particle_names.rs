@@ -35,6 +35,8 @@ pub const PARTICLE_IDS: &str = "ParticleIDs";
 pub const BODY_ID: &str = "BodyID";
 /// SWIFT planetary material numbers.
 pub const MATERIAL_IDS: &str = "MaterialIDs";
+/// Share of the mass in elements beyond helium, by the name that GADGET, GIZMO and SWIFT read.
+pub const METALLICITY: &str = "Metallicity";
 /// GADGET-style particle type, where a table holds several.
 pub const PARTICLE_TYPE: &str = "ParticleType";
 
@@ -61,6 +63,7 @@ pub fn standard(name: &str) -> Option<&'static str> {
         "dusttogasratio" => DUST_TO_GAS_RATIO,
         "particleids" | "particleid" | "ids" | "id" => PARTICLE_IDS,
         "materialids" | "materialid" | "material" | "materials" | "matid" => MATERIAL_IDS,
+        "metallicity" => METALLICITY,
         "particletype" | "parttype" => PARTICLE_TYPE,
         _ => return None,
     })

@@ -20,7 +20,7 @@ pub(crate) fn cartesian<const D: usize>(mut input: Input<'_, D>, axes: &[GridAxi
     let options = input.options;
     let centering = centering(&input, axes)?;
     let mut notes = Vec::new();
-    let tables = |location: Location, notes: &mut Vec<String>| -> Result<Arc<Grid<D>>> {
+    let tables = |location: Location, notes: &mut Vec<String>| -> Result<Grid<D>> {
         let tables: Vec<AxisTable> = (0..D)
             .map(|k| {
                 let axis = &axes[k];
@@ -43,13 +43,14 @@ pub(crate) fn cartesian<const D: usize>(mut input: Input<'_, D>, axes: &[GridAxi
                 }
             })
             .collect::<Result<_>>()?;
-        Ok(Arc::new(grid(&name, tables, (options.interpolation, Interpolation::PiecewiseLinear))?))
+        grid(&name, tables, (options.interpolation, Interpolation::PiecewiseLinear))
     };
     let sampler = tables(input.density.location, &mut notes)?;
+    let sampler = Arc::new(sampler.keeping_shapes(&input.density.values));
     let domain = sampler.domain()?;
     let other = [Location::Node, Location::Cell].into_iter().find(|l| *l != input.density.location);
     let other = match other.filter(|l| input.others.iter().any(|v| v.location == *l)) {
-        Some(location) => Some(tables(location, &mut Vec::new())?),
+        Some(location) => Some(Arc::new(tables(location, &mut Vec::new())?)),
         None => None,
     };
     notes.extend(ends_at_nodes(&input, axes, centering));
@@ -222,7 +223,7 @@ fn grid<const K: usize>(
     let axes = tables
         .try_into()
         .map_err(|t: Vec<AxisTable>| Error::field(name, format!("the grid has {} axes, expected {K}", t.len())))?;
-    Ok(Grid { axes, interpolation: interpolation.unwrap_or(default) })
+    Ok(Grid::new(axes, interpolation.unwrap_or(default)))
 }
 
 /// Axes in order, and the density's values with a place for each.

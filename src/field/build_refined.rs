@@ -42,7 +42,7 @@ pub(crate) fn refined<const D: usize>(mut input: Input<'_, D>, grid: RefinedGrid
         input.density = in_order(&grid, level, input.density);
         input.others = std::mem::take(&mut input.others).into_iter().map(|v| in_order(&grid, level, v)).collect();
         let axes = axes(&grid, level, periods)?;
-        let sampler = Grid { axes, interpolation: interpolation.unwrap_or(Interpolation::PiecewiseLinear) };
+        let sampler = Grid::new(axes, interpolation.unwrap_or(Interpolation::PiecewiseLinear));
         let domain = sampler.domain()?;
         return finish(input, sampler, domain);
     }

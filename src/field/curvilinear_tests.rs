@@ -25,7 +25,7 @@ fn grid(coordinates: Coordinates, faces: [Vec<f64>; 3], interpolation: Interpola
         let centers = middles(&faces);
         AxisTable::cells("u", faces, centers, period).unwrap()
     });
-    Curvilinear::new(coordinates, Grid { axes, interpolation })
+    Curvilinear::new(coordinates, Grid::new(axes, interpolation))
 }
 
 /// Values of a function of the coordinates in the middles of the cells.

@@ -138,14 +138,14 @@ mod tests {
                 values.extend(lon.iter().map(|&lon| f(lon, lat, r)));
             }
         }
-        let grid = Grid {
-            axes: [
+        let grid = Grid::new(
+            [
                 AxisTable::nodes("lon", lon, Some(Period::Length(360.0)), false).unwrap(),
                 AxisTable::nodes("lat", lat, None, false).unwrap(),
                 AxisTable::nodes("r", r, None, false).unwrap(),
             ],
-            interpolation: Interpolation::Linear,
-        };
+            Interpolation::Linear,
+        );
         SampledDensity { sampler: Arc::new(Geographic::new("rho", grid).unwrap()), values: Values::F64(values) }
     }
 

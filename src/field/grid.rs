@@ -5,6 +5,7 @@
 
 use super::check::magnitude;
 use super::grid_axis::{AxisTable, AxisWeights};
+use super::grid_shape::Shape;
 use super::quadrature::{Sum, rule};
 use super::sampled::{Outside, Sampler};
 use super::{Interpolation, MassEstimate};
@@ -16,9 +17,15 @@ use std::sync::Arc;
 pub(crate) struct Grid<const D: usize> {
     pub(crate) axes: [AxisTable; D],
     pub(crate) interpolation: Interpolation,
+    /// Of all cells of one variable's values, or of none.
+    pub(super) shapes: Vec<Shape<D>>,
 }
 
 impl<const D: usize> Grid<D> {
+    pub(crate) fn new(axes: [AxisTable; D], interpolation: Interpolation) -> Self {
+        Self { axes, interpolation, shapes: Vec::new() }
+    }
+
     /// The box of all axes.
     pub(crate) fn domain(&self) -> crate::Result<Domain<D>> {
         let kinds = std::array::from_fn(|k| if self.axes[k].is_periodic() { Axis::Periodic } else { Axis::OPEN });
@@ -316,9 +323,8 @@ impl<const D: usize> Sampler<D> for Grid<D> {
     /// Those of a cell hold throughout it: kinds and counts stay whole, shares of the mass stay shares and add up, and what particles in the cell have of
     /// momentum and energy is what it has.
     fn of_carried(&self) -> Option<Arc<dyn Sampler<D>>> {
-        (self.interpolation == Interpolation::PiecewiseLinear).then(|| {
-            Arc::new(Self { axes: self.axes.clone(), interpolation: Interpolation::Constant }) as Arc<dyn Sampler<D>>
-        })
+        (self.interpolation == Interpolation::PiecewiseLinear)
+            .then(|| Arc::new(Self::new(self.axes.clone(), Interpolation::Constant)) as Arc<dyn Sampler<D>>)
     }
 
     fn integral_of_box(&self, values: &Values, of: [&[f64; D]; 2], is_own: &dyn Fn(usize) -> bool) -> Option<f64> {
@@ -338,7 +344,7 @@ mod tests {
     }
 
     fn node_grid<const D: usize>(interpolation: Interpolation, n: [usize; D]) -> Grid<D> {
-        Grid { axes: n.map(|n| AxisTable::nodes("x", uneven(n), None, false).unwrap()), interpolation }
+        Grid::new(n.map(|n| AxisTable::nodes("x", uneven(n), None, false).unwrap()), interpolation)
     }
 
     fn tabulate<const D: usize>(n: [usize; D], f: impl Fn([f64; D]) -> f64) -> Values {
@@ -431,7 +437,7 @@ mod tests {
     #[test]
     fn single_precision_cells_repeat() {
         let axis = || AxisTable::cells("x", vec![0.0, 1.0, 2.0], vec![0.5, 1.5], Some(Period::Auto)).unwrap();
-        let grid = Grid { axes: [axis(), axis()], interpolation: Interpolation::Constant };
+        let grid = Grid::new([axis(), axis()], Interpolation::Constant);
         let field = SampledDensity { sampler: Arc::new(grid), values: Values::F32(vec![1.0, 2.0, 3.0, 4.0]) };
         assert_eq!(field.value(&[0.2, 0.2]), 1.0);
         assert_eq!(field.value(&[3.2, 0.2]), 2.0);

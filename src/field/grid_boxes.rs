@@ -146,7 +146,7 @@ mod tests {
             (Interpolation::Linear, &around),
         ];
         for (interpolation, axis) in of {
-            let grid = Grid { axes: std::array::from_fn(|k| axis(n[k])), interpolation };
+            let grid = Grid::new(std::array::from_fn(|k| axis(n[k])), interpolation);
             for _ in 0..5 {
                 let ends: [[f64; 2]; D] = std::array::from_fn(|k| {
                     let span = grid.axes[k].hi - grid.axes[k].lo;
@@ -178,10 +178,10 @@ mod tests {
         check::<1>([9], 4000);
         check::<2>([9, 6], 200);
         check::<3>([6, 5, 7], 24);
-        let grid = Grid {
-            axes: [AxisTable::cells("x", vec![0.0, 1.0, 2.0], vec![0.5, 1.5], None).unwrap()],
-            interpolation: Interpolation::Cubic,
-        };
+        let grid = Grid::new(
+            [AxisTable::cells("x", vec![0.0, 1.0, 2.0], vec![0.5, 1.5], None).unwrap()],
+            Interpolation::Cubic,
+        );
         assert!(grid.integral_of_values(&Values::F64(vec![1.0, 2.0]), [&[0.0], &[1.0]], &|_| true).is_none());
     }
 }

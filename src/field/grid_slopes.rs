@@ -11,10 +11,11 @@
 //! larger than either slope, so that even cells stay even. Where all neighbors have the sign of the cell, all changes are reduced until its corners
 //! have at least half of what its neighbors along the axes make of it together: a density stays positive.
 
-use super::MassEstimate;
 use super::grid::Grid;
 use super::grid_axis::AxisTable;
+use super::grid_shape::{Shape, pair};
 use super::quadrature::Sum;
+use super::{Interpolation, MassEstimate};
 use sph::domain::Domain;
 use sph::parallel;
 use sph_formats::Values;
@@ -41,13 +42,35 @@ impl<const D: usize> Grid<D> {
         }
     }
 
+    /// With the shapes of all cells of `values`, unless there are too many. Such a grid is one of these values alone.
+    pub(super) fn keeping_shapes(mut self, values: &Values) -> Self {
+        if self.interpolation == Interpolation::PiecewiseLinear && values.len() <= MOST_KEPT {
+            let of_cell = |number: usize| {
+                let mut rest = number;
+                let at = sph::array(|k| {
+                    let along = rest % self.axes[k].len();
+                    rest /= self.axes[k].len();
+                    along
+                });
+                self.made_shape(&at, number, |i| values.get(i))
+            };
+            self.shapes = parallel::map(values.len(), of_cell);
+        }
+        self
+    }
+
     /// How a cell's values change within it.
     #[inline]
     pub(super) fn shape(&self, at: &[usize; D], number: usize, value: impl Fn(usize) -> f64) -> Shape<D> {
+        self.shapes.get(number).copied().unwrap_or_else(|| self.made_shape(at, number, value))
+    }
+
+    #[inline]
+    fn made_shape(&self, at: &[usize; D], number: usize, value: impl Fn(usize) -> f64) -> Shape<D> {
         let own = value(number);
         let sign = if own < 0.0 { -1.0 } else { 1.0 };
         let size = own.abs();
-        let (mut shape, mut step) = (Shape { changes: [0.0; D], mixed: [[0.0; D]; D] }, 1);
+        let (mut shape, mut step) = (Shape::EVEN, 1);
         // From the cell to those that stand for its neighbors in mixed derivatives, and the distance of these.
         let (mut lower, mut upper, mut distances) = ([0; D], [0; D], [0.0; D]);
         // The share of the cell's value that is left at the lowest of its corners, by its neighbors.
@@ -74,7 +97,7 @@ impl<const D: usize> Grid<D> {
                     let of = |a: usize, b: usize| value(number.wrapping_add(a).wrapping_add(b));
                     let change = (of(upper[k], upper[l]) - of(lower[k], upper[l]))
                         - (of(upper[k], lower[l]) - of(lower[k], lower[l]));
-                    shape.mixed[k][l] = (change / distance).clamp(-most, most);
+                    shape.mixed[pair(k, l)] = (change / distance).clamp(-most, most);
                 }
             }
         }
@@ -113,7 +136,7 @@ impl<const D: usize> Grid<D> {
                     if is_counted || of_axes.iter().any(|share| share[0] == 0.0) || !is_own(number) {
                         return 0.0;
                     }
-                    self.shape(&at, number, |i| values.get(i) / unit).over(&of_axes)
+                    self.shape(&at, number, |i| values.get(i)).over(&of_axes) / unit
                 };
                 for part in parallel::map(others, of_cell) {
                     sum.add(part);
@@ -125,60 +148,8 @@ impl<const D: usize> Grid<D> {
     }
 }
 
-/// How values change within a cell, by the place in it, from -1 to 1 along each axis.
-pub(super) struct Shape<const D: usize> {
-    pub(super) changes: [f64; D],
-    /// Above the diagonal.
-    mixed: [[f64; D]; D],
-}
-
-impl<const D: usize> Shape<D> {
-    #[inline]
-    fn at(&self, place: &[f64; D]) -> f64 {
-        let mut sum = 0.0;
-        for k in 0..D {
-            let mut rest = 0.0;
-            for l in k + 1..D {
-                rest += self.mixed[k][l] * place[l];
-            }
-            sum += place[k] * (self.changes[k] + rest);
-        }
-        sum
-    }
-
-    /// The integral over a part of the cell: lengths along the axes, and integrals of the place over these.
-    pub(super) fn over(&self, shares: &[[f64; 2]; D]) -> f64 {
-        let product = |first: usize, second: usize| {
-            (0..D).map(|k| shares[k][usize::from(k == first || k == second)]).product::<f64>()
-        };
-        let along = |k: usize| {
-            let mixed: f64 = (k + 1..D).map(|l| self.mixed[k][l] * product(k, l)).sum();
-            self.changes[k] * product(k, k) + mixed
-        };
-        (0..D).map(along).sum()
-    }
-
-    /// Reduces all changes from `size` until no corner is below `least`; `sign` times the changes are compared.
-    fn end_at(&mut self, size: f64, least: f64, sign: f64) {
-        let mut reach = 0.0;
-        for k in 0..D {
-            reach += self.changes[k].abs();
-            for l in k + 1..D {
-                reach += self.mixed[k][l].abs();
-            }
-        }
-        if size - reach >= least {
-            return;
-        }
-        let corner = |i: usize| sign * self.at(&sph::array(|k| if i >> k & 1 == 0 { -1.0 } else { 1.0 }));
-        let lowest = (0..1 << D).map(corner).fold(0.0, f64::min);
-        if size + lowest < least {
-            let share = ((size - least) / -lowest).clamp(0.0, 1.0);
-            self.changes = sph::array(|k| share * self.changes[k]);
-            self.mixed.iter_mut().flatten().for_each(|c| *c *= share);
-        }
-    }
-}
+/// Cells whose shapes are kept, at most: of 48 bytes each in 3-D.
+const MOST_KEPT: usize = 1 << 23;
 
 /// A cell in the middle of the two below and the two above it along an axis, of which some may not be there.
 struct Line {
@@ -294,7 +265,7 @@ mod tests {
             let centers = edges(n).windows(2).map(|w| 0.5 * (w[0] + w[1])).collect();
             AxisTable::cells("x", edges(n), centers, period).unwrap()
         };
-        Grid { axes: n.map(table), interpolation: Interpolation::PiecewiseLinear }
+        Grid::new(n.map(table), Interpolation::PiecewiseLinear)
     }
 
     fn middles<const D: usize>(n: [usize; D], mut i: usize) -> [f64; D] {
@@ -365,6 +336,24 @@ mod tests {
     }
 
     #[test]
+    fn shapes_that_are_kept_give_the_same_bits() {
+        let n = [5, 4, 6];
+        let mut random = Random::new(17);
+        let values = Values::F64((0..120).map(|_| 10_f64.powf(2.0 * random.unit())).collect());
+        let (made, kept) = (grid(n, None), grid(n, None).keeping_shapes(&values));
+        assert_eq!((made.shapes.len(), kept.shapes.len()), (0, 120));
+        for _ in 0..500 {
+            let x = random_place(&made, &mut random);
+            let [a, b] = [&made, &kept].map(|grid| {
+                let mut out = [0.0];
+                assert!(grid.sample(&values, 1, &x, Outside::Reject, &mut out));
+                out[0]
+            });
+            assert_eq!(a, b, "{x:?}");
+        }
+    }
+
+    #[test]
     fn jumps_and_vacuum_stay_in_their_faces() {
         let body = |x: &[f64; 2]| if x[0] + 0.2 * x[1] < 4.5 { 10.0 } else { 1.0 };
         let n = [9, 8];
@@ -388,7 +377,7 @@ mod tests {
         let centers = edges.windows(2).map(|w| 0.5 * (w[0] + w[1])).collect::<Vec<_>>();
         let mean = |w: &[f64]| 2.0 + ((6.0 * w[0]).cos() - (6.0 * w[1]).cos()) / (6.0 * (w[1] - w[0]));
         let values = Values::F64(edges.windows(2).map(mean).collect());
-        (Grid { axes: [AxisTable::cells("x", edges, centers, None).unwrap()], interpolation }, values)
+        (Grid::new([AxisTable::cells("x", edges, centers, None).unwrap()], interpolation), values)
     }
 
     /// A bilinear field has mixed derivatives too, up to open ends.
@@ -415,7 +404,7 @@ mod tests {
             let centers = edges.windows(2).map(|w| 0.5 * (w[0] + w[1])).collect::<Vec<_>>();
             let values = Values::F64((0..9).map(|i| f64::powi(ratio, i)).collect());
             let table = AxisTable::cells("x", edges, centers, None).unwrap();
-            let field = Grid { axes: [table], interpolation: Interpolation::PiecewiseLinear };
+            let field = Grid::new([table], Interpolation::PiecewiseLinear);
             let at = |x: f64| {
                 let mut out = [0.0];
                 field.sample(&values, 1, &[x], Outside::Reject, &mut out);

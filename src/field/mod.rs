@@ -42,6 +42,7 @@ mod geographic;
 mod grid;
 mod grid_axis;
 mod grid_boxes;
+mod grid_shape;
 mod grid_slopes;
 mod hull;
 mod interior;

@@ -143,7 +143,7 @@ mod tests {
     }
 
     fn picture(values: &[f64], interpolation: Interpolation) -> SampledDensity<Grid<2>> {
-        let grid = Grid { axes: [cells(4), cells(3)], interpolation };
+        let grid = Grid::new([cells(4), cells(3)], interpolation);
         SampledDensity { sampler: Arc::new(grid), values: Values::F64(values.to_vec()) }
     }
 

@@ -156,7 +156,13 @@ fn variables_to_read(scene: &Scene) -> Option<Vec<String>> {
     Some(names)
 }
 
-fn read_field(formats: &[FormatSpec], path: &Path, format: Option<&str>, request: &FieldRequest) -> Result<RawField> {
+/// A file's field, or the particles of a snapshot as points that have one.
+pub(super) fn read_field(
+    formats: &[FormatSpec],
+    path: &Path,
+    format: Option<&str>,
+    request: &FieldRequest,
+) -> Result<RawField> {
     match sph_formats::read(formats, path, format, request)? {
         FileContent::Field(field) => Ok(field),
         FileContent::Particles(particles) => {

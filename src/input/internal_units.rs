@@ -40,6 +40,8 @@ pub(crate) struct Prepared<const D: usize> {
     /// Shares of the mass that pieces of the density have, by their numbers, where these are known.
     pieces: Option<Vec<(u64, f64)>>,
     pub notes: Vec<String>,
+    /// What is probably not meant.
+    pub doubts: Vec<String>,
     /// What was cut of an atmosphere.
     pub cut: Option<Cut>,
     /// Mass of all of the input, in its units, where the scene's domain is another.
@@ -91,7 +93,7 @@ impl<const D: usize> Prepared<D> {
             raw => ingest::source::<D>(scene, formats, raw, units)?,
         };
         let Ingested { source, variables, input_mass, of_snapshot } = ingested;
-        let source = fields::attach(scene, source, &units.into_input())?;
+        let (source, doubts) = fields::attach((scene, formats), source, &units.into_input())?;
         let source = factor::apply(scene, source, &units.into_input())?;
         let (mut source, core) = core::attach(scene, source, units)?;
         // What the point takes is no gas.
@@ -153,6 +155,7 @@ impl<const D: usize> Prepared<D> {
             mass,
             pieces,
             notes,
+            doubts,
             cut,
             input_mass,
             variables,

@@ -67,7 +67,7 @@ fn another_gas(scene: &Scene, raw: &RawInput) -> Option<String> {
 const SAME_GAS: f64 = 1e-3;
 
 /// The units of length and density that a field states.
-fn units_in_field(field: &RawField) -> (Option<Unit>, Option<Unit>) {
+pub(super) fn units_in_field(field: &RawField) -> (Option<Unit>, Option<Unit>) {
     let length = match &field.geometry {
         Geometry::Radial { unit, .. }
         | Geometry::Mesh { unit, .. }

@@ -16,7 +16,7 @@ use crate::target::{Positions, at};
 use sph::domain::Axis;
 use sph::parallel;
 use sph_formats::common::particle_names as names;
-use sph_formats::model::adiabatic_fact;
+use sph_formats::model::{DISC_KEY, adiabatic_fact};
 use sph_formats::{Column, ParticleFile, ParticleTable, RunHeader, Species, UnitDimension, UnitSystem, Values};
 
 /// How the note begins that says where a body alone has been moved.
@@ -57,6 +57,8 @@ pub struct Making<'a> {
 pub struct Made {
     pub file: ParticleFile,
     pub notes: Vec<String>,
+    /// What is probably not meant.
+    pub warnings: Vec<String>,
     /// Columns that it does without, and why.
     pub left_out: Vec<(&'static str, &'static str)>,
     /// Of a snapshot.
@@ -85,7 +87,7 @@ pub(crate) fn particle_file<const D: usize>(
         (None, None) => Frame::new(domain, scene.output.box_factor),
     };
     let fluid = Fluid::of(&prepared.target().densities(raw.positions), &raw.support, factors);
-    let (mut notes, mut left_out) = (Vec::new(), Vec::new());
+    let (mut notes, mut warnings, mut left_out) = (Vec::new(), Vec::new(), Vec::new());
     let places = raw.displaced.map_or(raw.positions, |d| &d.positions);
     let frame = placed(frame, prepared, (places, &raw.masses), factors, making)?;
     let corner: Option<[f64; 3]> = frame.corner(factors.length).map(filled);
@@ -140,7 +142,8 @@ pub(crate) fn particle_file<const D: usize>(
         None => columns::internal_energy(&mut carried, &target_density, known, making.requires_energy)?,
     };
     match energies {
-        EnergySource::Placeholder => notes.push(placeholder_note(has_temperature)),
+        EnergySource::Placeholder if has_temperature => warnings.push(placeholder_note(true)),
+        EnergySource::Placeholder => notes.push(placeholder_note(false)),
         EnergySource::NotWritten if has_temperature => {
             left_out.push(("InternalEnergy", "a temperature gives none without fields.mean_molecular_weight"));
         }
@@ -212,7 +215,7 @@ pub(crate) fn particle_file<const D: usize>(
         let table = point_table((place, mass, velocity), &radii, Some(first));
         species.push(Species { part_type: core.part_type, table });
     }
-    Ok(Made { file: ParticleFile { header, species }, notes, left_out, conserved })
+    Ok(Made { file: ParticleFile { header, species }, notes, warnings, left_out, conserved })
 }
 
 /// What gas alone has.
@@ -367,6 +370,8 @@ pub(crate) fn provenance(scene: &Scene, stop: &str, (kernel, neighbors): (&str, 
         ("Scene".into(), recipe.to_yaml()),
     ];
     facts.extend(scene.adiabatic_index().and_then(adiabatic_fact));
+    facts
+        .extend(scene.keeps_disc_temperatures().then(|| (DISC_KEY.to_owned(), "temperatures of the place".to_owned())));
     facts
 }
 

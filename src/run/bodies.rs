@@ -186,6 +186,7 @@ pub fn place_bodies(
         bodies: figures,
         settled,
         certificate,
+        warnings: scene.has_several_gases().into_iter().collect(),
         notes,
         seconds: start.elapsed().as_secs_f64(),
         peak_memory: memory::peak(),
@@ -288,7 +289,7 @@ pub fn run_bodies_as(
         let is_told =
             |text: &String| report.bodies.iter().filter_map(|b| b.figures.as_ref()).any(|f| f.warnings.contains(text));
         let lost = lost(&file, &[], (format.name, format.capabilities.columns));
-        report.notes.extend(lost.into_iter().filter(|text| !is_told(text)).collect::<Vec<_>>());
+        report.warnings.extend(lost.into_iter().filter(|text| !is_told(text)).collect::<Vec<_>>());
     }
     report.seconds = start.elapsed().as_secs_f64();
     report.peak_memory = memory::peak();

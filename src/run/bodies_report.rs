@@ -28,6 +28,8 @@ pub struct BodiesReport {
     /// How motion fell while it was damped, and what became of the whole from there.
     pub settled: Option<Certificate>,
     pub certificate: Option<Certificate>,
+    /// What is probably not meant of all bodies together; each has those of its own.
+    pub warnings: Vec<String>,
     pub notes: Vec<String>,
     pub seconds: f64,
     /// The most bytes of memory that the process has had at once, where the system tells.
@@ -153,9 +155,10 @@ impl BodiesReport {
         serde_json::to_string_pretty(self).unwrap_or_else(|e| format!("{{\"error\": \"{e}\"}}"))
     }
 
-    /// The worst grade of all bodies.
+    /// The worst grade of all bodies, and of what there is to warn of.
     pub fn worst(&self) -> Grade {
-        self.bodies.iter().flat_map(BodyReport::findings).map(|f| f.grade).max().unwrap_or(Grade::Good)
+        let own = if self.warnings.is_empty() { Grade::Good } else { Grade::Look };
+        self.bodies.iter().flat_map(BodyReport::findings).map(|f| f.grade).fold(own, Grade::max)
     }
 
     /// The first body with a region that is off, with how many particles that has and should have.
@@ -203,6 +206,9 @@ impl BodiesReport {
         write_certificates(out, self.settled.as_ref(), self.certificate.as_ref())?;
         writeln!(out, "  time             {:.2} s", self.seconds)?;
         memory::write_peak(out, self.peak_memory, self.particles)?;
+        for warning in &self.warnings {
+            writeln!(out, "  WARNING          {warning}")?;
+        }
         for note in &self.notes {
             writeln!(out, "  note             {note}")?;
         }

@@ -47,7 +47,7 @@ impl<'a> Destination<'a> {
             refuse_units_that_look_pure(format, "output.units", units)?;
         }
         if let Some(code) = scene.code().filter(|_| scene.output.parameters) {
-            parameters::refuse_overwriting(code, path)?;
+            parameters::refuse_overwriting(code, path, scene.output.no_clobber)?;
         }
         if let Some(page) = scene.output.report.as_deref() {
             if page == path {

@@ -3,7 +3,7 @@
 //! Sums over neighbors see a layer of some smoothing lengths as thicker and flatter than it is, and push it apart: placed as thick as the gas should
 //! be, it breathes about a thicker rest. For the code that a scene names, rings of the disc are stretched along the axis until in each
 //! sum z a = -sum z g, with the acceleration a that the code finds by its kernel and the gas's temperature, and the gravity g that holds the target,
-//! c^2 d ln rho*/dz. Their ratio falls by twice the stretch.
+//! dP*/dz / rho*. Their ratio falls by twice the stretch.
 
 use crate::field::CarriedField;
 use crate::input::displacement::Displaced;
@@ -40,7 +40,8 @@ pub(super) fn stretched<const D: usize>(
     let (mut moved, mut stretch, mut is_resolved) = (positions.clone(), vec![1.0; rings], vec![true; rings]);
     for _ in 0..ROUNDS {
         let measured = Measured::new(sums.0, target.domain, &moved, masses, support, sums.1);
-        let strength = strengths(&measured, |i| layer.temperature[i]);
+        let temperature = layer.temperatures(target, &moved);
+        let strength = strengths(&measured, |i| temperature[i]);
         let force = measured.pressure_force(sums.0, target.domain, masses, &strength);
         let excess = layer.excess(target, &moved, &|i| force[i][D - 1], &measured.support);
         for (ring, excess) in excess.into_iter().enumerate() {
@@ -74,29 +75,24 @@ fn said(stretch: &[f64], is_resolved: &[bool]) -> String {
 }
 
 /// Particles by their distance from the axis.
-struct Layer<'a> {
+struct Layer<'a, const D: usize> {
     masses: &'a [f64],
-    /// P*/rho*, which does not change along the axis.
-    temperature: Vec<f64>,
+    /// P*.
+    pressure: &'a dyn CarriedField<D>,
     radii: Vec<f64>,
     rings: Vec<Vec<usize>>,
     /// Of the rings, on average.
     middles: Vec<f64>,
 }
 
-impl<'a> Layer<'a> {
-    fn new<const D: usize>(
+impl<'a, const D: usize> Layer<'a, D> {
+    fn new(
         target: &Target<'_, D>,
-        pressure: &dyn CarriedField<D>,
+        pressure: &'a dyn CarriedField<D>,
         positions: &Positions<D>,
         masses: &'a [f64],
     ) -> Self {
         let (n, center) = (masses.len(), target.domain.center());
-        let temperature = parallel::map(n, |i| {
-            let (x, mut value) = (at(positions, i), [0.0]);
-            pressure.evaluate(&x, &mut value);
-            value[0] / target.density.value(&x)
-        });
         let radii = parallel::map(n, |i| {
             let x = at(positions, i);
             (0..D - 1).map(|k| (x[k] - center[k]).powi(2)).sum::<f64>().sqrt()
@@ -108,11 +104,25 @@ impl<'a> Layer<'a> {
             (0..number).map(|ring| order[ring * n / number..(ring + 1) * n / number].to_vec()).collect();
         let middle = |ring: &Vec<usize>| ring.iter().map(|&i| radii[i]).sum::<f64>() / ring.len() as f64;
         let middles = rings.iter().map(middle).collect();
-        Self { masses, temperature, radii, rings, middles }
+        Self { masses, pressure, radii, rings, middles }
+    }
+
+    fn pressure_at(&self, x: &[f64; D]) -> f64 {
+        let mut value = [0.0];
+        self.pressure.evaluate(x, &mut value);
+        value[0]
+    }
+
+    /// P*/rho* of each particle.
+    fn temperatures(&self, target: &Target<'_, D>, positions: &Positions<D>) -> Vec<f64> {
+        parallel::map(self.masses.len(), |i| {
+            let x = at(positions, i);
+            self.pressure_at(&x) / target.density.value(&x)
+        })
     }
 
     /// sum m z (a - a*) / sum m z a* of each ring, a* being what holds the target against gravity.
-    fn excess<const D: usize>(
+    fn excess(
         &self,
         target: &Target<'_, D>,
         positions: &Positions<D>,
@@ -122,12 +132,13 @@ impl<'a> Layer<'a> {
         let center = target.domain.center();
         let held = parallel::map(self.masses.len(), |i| {
             let (x, step) = (at(positions, i), STEP * support[i]);
-            let density = |way: f64| {
+            let pressure = |way: f64| {
                 let mut y = x;
                 y[D - 1] += way * step;
-                target.density.value(&y)
+                self.pressure_at(&y)
             };
-            -self.temperature[i] * (density(1.0) / density(-1.0)).ln() / (2.0 * step)
+            let own = self.pressure_at(&x);
+            -own / target.density.value(&x) * (pressure(1.0) / pressure(-1.0)).ln() / (2.0 * step)
         });
         let of_ring = |ring: &Vec<usize>| {
             let (mut more, mut all) = (0.0, 0.0);
@@ -143,7 +154,7 @@ impl<'a> Layer<'a> {
     }
 
     /// Heights above the middle times the stretch; a particle that would leave the disc stays.
-    fn heights<const D: usize>(&self, target: &Target<'_, D>, positions: &Positions<D>, stretch: &[f64]) -> Vec<f64> {
+    fn heights(&self, target: &Target<'_, D>, positions: &Positions<D>, stretch: &[f64]) -> Vec<f64> {
         let middle = target.domain.center()[D - 1];
         parallel::map(self.masses.len(), |i| {
             let mut x = at(positions, i);

@@ -23,7 +23,7 @@ pub fn page(scene: &Scene, file: &ParticleFile, report: &BodiesReport, command: 
     page.section("Histograms", &histograms(&portrait));
     page.section("Forward in time", &side_by_side(&forward(report.settled.as_ref(), report.certificate.as_ref())));
     page.section("Report", &format!("<pre>{}</pre>\n", escape(&report.text())));
-    page.section("Notes", &list(&report.notes));
+    page.section("Notes", &list(report.warnings.iter().chain(&report.notes).cloned().collect::<Vec<_>>()));
     page.section("Scene", &format!("<pre>{}</pre>\n", escape(&scene.to_yaml())));
     let mut rows = vec![
         vec!["units of the output".into(), portrait.labels.system.clone()],

@@ -305,6 +305,7 @@ impl Run<'_> {
             self.control.tell(Event::Expect { step, seconds: *seconds });
         }
         doubts::refuse_domain(self.scene, &prepared.source.domain, count)?;
+        self.warnings.extend(prepared.doubts.iter().cloned());
         self.warnings.extend(doubts::before(self.scene, &prepared, count));
         self.warnings.extend(refining.as_ref().and_then(Refining::doubt));
         let walls = Walls::new(self.scene, self.formats, &prepared, &self.units.into_input())?;
@@ -467,11 +468,12 @@ impl Run<'_> {
             conversion: self.units.into_output(&units),
             origin: origin::wanted(self.scene, self.format, closed_and_open(&prepared.source.domain)),
         };
-        let Made { file, notes, left_out, conserved } =
+        let Made { file, notes, warnings, left_out, conserved } =
             particle_file(self.scene, prepared, raw, (units, &factors), walls, &making)?;
         #[cfg(feature = "plots")]
         let seen = detail.map(|detail| self.seen(detail, prepared, (&factors, file.header.box_corner)));
         self.notes.extend(notes);
+        self.warnings.extend(warnings);
         self.notes.extend(magnetic_units(&file, self.format, &units));
         left_out.into_iter().for_each(|(what, why)| plan.drop(what, why));
         if self.scene.collisionless.is_some() {

@@ -262,8 +262,9 @@ impl<'a> Run<'a> {
             origin: origin::wanted(scene, Some(self.format), closed_and_open(&prepared.source.domain)),
         };
         let made = particle_file(scene, prepared, raw, (units, &factors), None, &making);
-        let Made { file, notes, left_out, .. } = agreed(exchange, made)?;
+        let Made { file, notes, warnings, left_out, .. } = agreed(exchange, made)?;
         self.notes.extend(notes);
+        self.warnings.extend(warnings);
         self.notes.extend(magnetic_units(&file, Some(self.format), &units));
         left_out.into_iter().for_each(|(what, why)| plan.drop(what, why));
         let format = (self.format.name, self.format.capabilities.columns);

@@ -1,24 +1,53 @@
-//! The `fields` section of a scene: what particles carry beside their mass, as expressions.
+//! The `fields` section of a scene: what particles carry beside their mass, as expressions or from files.
 
 use crate::error::{Error, Result};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
+use std::path::PathBuf;
 
 /// Direction of the polar axis, in three components.
 pub const AXIS: &str = "axis";
 
-/// Expressions by the names of what they are of.
+/// Expressions and files by the names of what they are of.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize, JsonSchema)]
 #[serde(transparent)]
 pub struct FieldsInput(pub BTreeMap<String, FieldValue>);
 
-/// A number or an expression, or one for each component.
+/// A number or an expression, one for each component, or a variable of a file.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[serde(untagged, expecting = "expected a number, an expression, or a list of them, one for each component")]
+#[serde(
+    untagged,
+    expecting = "expected a number, an expression, a list of them, one for each component, or {file: F, variable: V} with `unit` and `format` at will"
+)]
 pub enum FieldValue {
     One(Term),
     Each(Vec<Term>),
+    File(FieldFile),
+}
+
+/// A variable of a file, by its place: a grid, a mesh, a profile about the center or a snapshot, in the coordinates of the input.
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct FieldFile {
+    pub file: PathBuf,
+    /// Its name in the file, or one name for each component; by default the variable that is one of the field, or the only one.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub variable: Option<VariableNames>,
+    /// What its numbers are in, where the file does not say; by default the scene's units.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub unit: Option<String>,
+    /// By default what the file's name and content say.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub format: Option<String>,
+}
+
+/// A name, or one for each component.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(untagged, expecting = "expected the name of a variable, or a list of them, one for each component")]
+pub enum VariableNames {
+    One(String),
+    Each(Vec<String>),
 }
 
 /// A number or an expression.
@@ -40,11 +69,12 @@ impl Term {
 }
 
 impl FieldValue {
-    /// The texts of all components.
+    /// The texts of all components; none of a file.
     pub fn texts(&self) -> Vec<String> {
         match self {
             Self::One(term) => vec![term.text()],
             Self::Each(terms) => terms.iter().map(Term::text).collect(),
+            Self::File(_) => Vec::new(),
         }
     }
 }
@@ -57,6 +87,11 @@ impl FieldsInput {
     /// All but the axis.
     pub fn stated(&self) -> impl Iterator<Item = (&str, &FieldValue)> {
         self.0.iter().map(|(name, value)| (name.as_str(), value)).filter(|(name, _)| *name != AXIS)
+    }
+
+    /// Files that it names.
+    pub(super) fn files_mut(&mut self) -> impl Iterator<Item = &mut PathBuf> {
+        self.0.values_mut().filter_map(|value| if let FieldValue::File(of) = value { Some(&mut of.file) } else { None })
     }
 
     /// The polar axis, of length 1: z by default.

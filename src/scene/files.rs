@@ -8,9 +8,13 @@ impl Scene {
     pub(crate) fn inputs_mut(&mut self) -> Vec<&mut PathBuf> {
         let mut files = of_input(&mut self.input, self.resolution.as_mut());
         files.extend(self.domain.files_mut());
+        files.extend(self.fields.files_mut());
+        files.extend(self.ambient.iter_mut().flat_map(|a| a.fields.files_mut()));
+        files.extend(self.dust.iter_mut().flat_map(|d| d.fields.files_mut()));
         for body in &mut self.bodies {
             files.extend(of_input(&mut body.input, body.resolution.as_mut()));
             files.extend(body.domain.files_mut());
+            files.extend(body.fields.files_mut());
         }
         for attraction in &mut self.gravity_of {
             files.extend(of_input(&mut attraction.input, None));

@@ -26,6 +26,11 @@ impl Scene {
         self.input.disc().is_some() || self.bodies.iter().any(|body| body.input.disc().is_some())
     }
 
+    /// Whether the gas of a disc has temperatures that the scene's code keeps by place.
+    pub(crate) fn keeps_disc_temperatures(&self) -> bool {
+        self.has_disc() && self.code().is_some_and(|code| code.cools_discs_by_distance())
+    }
+
     /// Whether a field of force that is not the particles' own is said to hold the pressure.
     pub(crate) fn is_in_field(&self) -> bool {
         let mut balances = std::iter::once(&self.balance).chain(self.bodies.iter().map(|body| &body.balance)).flatten();
@@ -87,13 +92,32 @@ impl Scene {
         }
     }
 
-    /// The adiabatic index of the gas; `None` where bodies have different ones.
+    /// The adiabatic index of the gas; `None` where bodies, or they and the medium about them, have different ones.
     pub(crate) fn adiabatic_index(&self) -> Option<f64> {
+        let mut indices = self.adiabatic_indices();
+        let Some(first) = indices.next() else { return Some(self.thermal.gamma) };
+        indices.all(|other| other == first).then_some(first)
+    }
+
+    fn adiabatic_indices(&self) -> impl Iterator<Item = f64> {
         let own = self.thermal.gamma;
         let gas = self.bodies.iter().filter(|body| body.point_mass.is_none() && body.collisionless.is_none());
-        let mut indices = gas.map(|body| body.thermal.as_ref().map_or(own, |thermal| thermal.gamma));
-        let Some(first) = indices.next() else { return Some(own) };
-        indices.all(|other| other == first).then_some(first)
+        let of_bodies = gas.map(move |body| body.thermal.as_ref().map_or(own, |thermal| thermal.gamma));
+        of_bodies.chain(self.ambient.as_ref().map(|_| own))
+    }
+
+    /// What is to be said of gas with several adiabatic indices.
+    pub(crate) fn has_several_gases(&self) -> Option<String> {
+        if self.adiabatic_index().is_some() {
+            return None;
+        }
+        let mut all: Vec<String> = self.adiabatic_indices().map(|gamma| format!("{gamma:.4}")).collect();
+        all.dedup();
+        Some(format!(
+            "bodies and medium have the adiabatic indices {}, by which their pressures became energies; a code has one for all gas, and makes other pressures of \
+             the energies of the rest: state one thermal.gamma",
+            all.join(", ")
+        ))
     }
 }
 

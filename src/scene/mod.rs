@@ -54,7 +54,7 @@ pub(crate) use displacement::check_points;
 pub use displacement::{DisplacementInput, SpectrumInput};
 pub use domain::{BoundaryName, DomainInput};
 pub use dust::DustInput;
-pub use fields::{FieldValue, FieldsInput, Term};
+pub use fields::{FieldFile, FieldValue, FieldsInput, Term, VariableNames};
 pub(crate) use input::orientation;
 pub use input::{Atmosphere, CenteringName, Input, InterpolationName, MissingValues, OtherTypes, StaggeringName};
 pub use origin::{OriginInput, OriginName};
@@ -176,7 +176,7 @@ pub struct Scene {
     pub time_limit: Option<f64>,
     #[serde(skip_serializing_if = "CheckpointInput::is_default")]
     pub checkpoint: CheckpointInput,
-    /// What particles carry beside their mass, as expressions: beside a file's columns, or in their place.
+    /// What particles carry beside their mass, as expressions or variables of files (`{file: F, variable: V}`): beside the input's columns, or in their place.
     #[schemars(example = serde_json::json!({"velocity": ["-y", "x", 0]}))]
     #[serde(skip_serializing_if = "FieldsInput::is_empty")]
     pub fields: FieldsInput,

@@ -93,6 +93,15 @@ fn a_parameter_file_replaces_its_like_and_nothing_else() {
     let arguments = ["--scene", &name, "--for", "swift", "--parameters", "--out", &out, "--quiet"];
     succeed(&arguments);
     succeed(&arguments);
+    // Of the same stem, and with what is there to be left alone.
+    let other = folder.path("ic.h5").display().to_string();
+    let beside = ["--scene", &name, "--for", "swift", "--parameters", "--out", &other, "--quiet"];
+    let words = ["output.parameters", "ic.yml", "that of another file", "ic.hdf5"];
+    assert_eq!(faults(&sph_prep(&beside), &folder, 2, &words), Vec::<String>::new());
+    std::fs::remove_file(folder.path("ic.hdf5")).unwrap();
+    let kept = [arguments.as_slice(), &["--no-clobber"]].concat();
+    assert_eq!(faults(&sph_prep(&kept), &folder, 2, &["output.parameters", "--no-clobber"]), Vec::<String>::new());
+    assert!(!folder.path("ic.h5").exists() && !folder.path("ic.hdf5").exists());
 }
 
 #[test]

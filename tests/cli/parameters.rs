@@ -411,6 +411,58 @@ fn phantoms_build_is_named() {
     }
 }
 
+/// The numbers of one kind in the header of a dump, by their names, which begin with `first`.
+fn numbers_of_dump(bytes: &[u8], first: &str) -> Vec<(String, f64)> {
+    let mut records = Vec::new();
+    let mut rest = bytes;
+    while let Some((length, more)) = rest.split_first_chunk::<4>() {
+        let length = u32::from_le_bytes(*length) as usize;
+        records.push(&more[..length]);
+        rest = &more[length + 4..];
+    }
+    let at = records.iter().position(|r| r.starts_with(format!("{first:<16}").as_bytes())).unwrap();
+    let names = records[at].chunks(16).map(|name| String::from_utf8(name.to_vec()).unwrap().trim().to_owned());
+    names.zip(records[at + 1].chunks(8).map(|v| f64::from_le_bytes(v.try_into().unwrap()))).collect()
+}
+
+/// A disc about one star keeps the temperature of the distance from it, in dump, parameter file and build; one whose temperature is no power of
+/// the radius is adiabatic.
+#[test]
+fn phantom_keeps_the_temperatures_of_a_disc() {
+    let folder = Folder::new();
+    let disc = |ratio: &str, gamma: &str| {
+        format!(
+            "bodies:\n- {{point_mass: 1 Msun, accretion_radius: 0.1 au}}\n- input: {{profile: {{disc: {{mass: 1e-3 Msun, inner_radius: 1 au, outer_radius: 5 au, aspect_ratio: {ratio}, \
+             self_gravity: false}}}}}}\nparticles: 900\npolish: none\nwvt: {{iterations: 0}}\noutput: {{units: solar}}\nthermal: {{gamma: {gamma}}}\n"
+        )
+    };
+    for gamma in ["1.4", "1.6666666666666667"] {
+        place(&folder, &disc("0.06*(R/au)^0.25", gamma), ("phantom", "ic_00000.tmp"), &[]);
+        let options = text(&folder, "ic.in");
+        assert!(options.contains("SETUP=empty GRAVITY=yes ISOTHERMAL=yes\n"), "{options}");
+        assert_eq!(number(&options, "ieos ="), 6.0);
+        let bytes = std::fs::read(folder.path("out/ic_00000.tmp")).unwrap();
+        let header = numbers_of_dump(&bytes, "time");
+        let of = |name: &str| header.iter().find(|(n, _)| n == name).unwrap_or_else(|| panic!("no '{name}'")).1;
+        assert_eq!(of("gamma"), 1.0);
+        // c = 0.06 v_Kepler (R/au)^0.25, so that c^2 falls as R^-0.5. With G = 1 and lengths of the Sun's radius.
+        let au: f64 = 1.495_978_707e11 / 6.957e8;
+        assert!((of("qfacdisc") / 0.25 - 1.0).abs() < 5e-3, "{}", of("qfacdisc"));
+        let expected = 0.06_f64.powi(2) / au * au.powf(2.0 * of("qfacdisc"));
+        assert!((of("RK2") / (1.5 * expected) - 1.0).abs() < 5e-3, "{} for {}", of("RK2") / 1.5, expected);
+        // Read back, the gas has its pressure.
+        let outcome = command()
+            .args(["check", &folder.path("out/ic_00000.tmp").display().to_string(), "--for", "phantom"])
+            .output()
+            .unwrap();
+        assert!(outcome.status.success(), "{}", String::from_utf8_lossy(&outcome.stdout));
+    }
+    place(&folder, &disc("0.06 + 0.01*R/au", "1.4"), ("phantom", "ic_00000.tmp"), &[]);
+    assert_eq!(number(&text(&folder, "ic.in"), "ieos ="), 2.0);
+    let bytes = std::fs::read(folder.path("out/ic_00000.tmp")).unwrap();
+    assert!(numbers_of_dump(&bytes, "time").contains(&("gamma".into(), 1.4)));
+}
+
 /// Phantom's own unit of time is that in which G is 1, whatever the file's: both ends are as many dynamical times away.
 #[test]
 fn phantom_ends_in_its_own_time() {

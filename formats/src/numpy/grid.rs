@@ -24,14 +24,16 @@ pub(super) fn grid(path: &Path, request: &FieldRequest, arrays: Vec<(String, Arr
             .find(|(n, a)| is_density(n) && fits(a))
             .or_else(|| arrays.iter().find(|(n, a)| fits(a) && !is_line(n))),
     };
-    let Some((name, array)) = wanted.filter(|(_, a)| fits(a)) else {
+    // A grid of vectors alone.
+    let vectors = || arrays.iter().find(|(_, a)| is_of_vectors(a)).filter(|_| request.density.is_none());
+    let Some((name, array)) = wanted.filter(|(_, a)| fits(a)).or_else(vectors) else {
         let problem = format!(
             "expected particles (Coordinates or x, y, z, with Masses) or an array of 1 to 3 dimensions; the file has {}",
             listed.join(", ")
         );
         return Err(error(problem));
     };
-    let shape = array.shape.clone();
+    let shape = if fits(array) { array.shape.clone() } else { array.shape[..3].to_vec() };
     let candidates = arrays.iter().filter(|(n, a)| a.shape == shape && fits(a) && !is_line(n)).count();
     let density = (request.density.is_some() || is_density(name) || candidates == 1).then(|| name.clone());
     let found = axes(path, &arrays, (name, &shape))?;
@@ -72,6 +74,12 @@ pub(super) fn grid(path: &Path, request: &FieldRequest, arrays: Vec<(String, Arr
         metadata: Vec::new(),
         notes,
     }))
+}
+
+/// Whether it can be nothing but vectors on a grid in space.
+fn is_of_vectors(array: &Array) -> bool {
+    matches!(array.shape.as_slice(), [x, y, z, 3] if x.min(y).min(z) > &1)
+        && matches!(array.content, Content::Numbers(_))
 }
 
 /// Of an array on a grid of `shape`: those of a vector are along its last index. `None` for what is not on that grid.

@@ -6,6 +6,7 @@ use crate::common::facts::{escaped, texts};
 use crate::common::flatten::{Flat, flatten};
 use crate::error::{FormatError, Result};
 use crate::model::ParticleFile;
+use crate::particle_names as names;
 use crate::registry::WriteOptions;
 use std::fs::File;
 use std::io::{BufWriter, Write};
@@ -51,6 +52,7 @@ impl Out<'_> {
         let shape = if array.components == 1 { vec![count] } else { vec![count, array.components] };
         let values = count * array.components;
         let name = array.name.replace(['/', '\\'], "_");
+        let name = if name == HEADER { names::apart(&name) } else { name };
         if array.integers {
             let head = npy::header("<i8", &shape);
             return self.entry(&name, &head, 8 * values, array.whole().map(i64::to_le_bytes));

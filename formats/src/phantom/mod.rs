@@ -29,6 +29,9 @@
 //! radius), hsoft (half of the softening radius, from which on the attraction is that of a point), vx, vy and vz, all f8. Read, they
 //! are of the first type of 1, 5, 4, 3, 2 that no other particles have.
 //!
+//! The gas of a disc about one point mass whose temperature is a power of the distance from it (the header says that it is a disc) is Phantom's
+//! `ieos = 6`: gamma = 1, RK2 = 3/2 K, qfacdisc = q and isink = 1 in the header.
+//!
 //! Layout after Phantom's `src/main/readwrite_dumps_fortran.f90`, `readwrite_dumps_common.f90` and `utils_dumpfiles.f90`.
 //! Records of 2 GiB and more are split as gfortran does it: a negative length says that more follows or came before.
 
@@ -38,6 +41,7 @@ use schema::{CAPTURE, NAME};
 
 #[cfg(feature = "phantom")]
 mod layout;
+mod locally_isothermal;
 #[cfg(feature = "phantom")]
 mod read;
 mod schema;
@@ -46,6 +50,7 @@ mod sinks;
 #[cfg(feature = "phantom")]
 mod write;
 
+pub use locally_isothermal::LocallyIsothermal;
 pub use schema::units;
 
 #[cfg(feature = "phantom")]

@@ -1,5 +1,7 @@
 //! What begins a dump, and the units of its numbers.
 
+use crate::model::Species;
+use crate::particle_names as names;
 use crate::units::UnitSystem;
 
 pub const NAME: &str = "phantom";
@@ -20,4 +22,9 @@ pub fn units(from: &UnitSystem) -> UnitSystem {
     // Units of an earlier dump keep their last digits.
     let same = (time / from.time - 1.0).abs() < 1e-9;
     UnitSystem { time: if same { from.time } else { time }, ..*from }
+}
+
+/// Whether particles are point masses.
+pub fn is_point(species: &Species) -> bool {
+    [names::SOFTENING_RADIUS, names::ACCRETION_RADIUS].iter().any(|name| species.table.column(name).is_some())
 }

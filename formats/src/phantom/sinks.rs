@@ -17,11 +17,6 @@ pub const SOFTENING: f64 = 2.0;
 /// What a sink has, in the order in which Phantom writes it.
 pub const TAGS: [&str; 9] = ["x", "y", "z", "m", "h", "hsoft", "vx", "vy", "vz"];
 
-/// Whether particles are point masses.
-pub fn is_point(species: &Species) -> bool {
-    [names::SOFTENING_RADIUS, names::ACCRETION_RADIUS].iter().any(|name| species.table.column(name).is_some())
-}
-
 /// Sinks in Phantom's units.
 pub struct Sinks {
     pub count: usize,

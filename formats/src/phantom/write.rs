@@ -4,8 +4,9 @@ use super::layout::{
     BOX_CORNER, CAPTURE_END, CAPTURE_REAL, CENTERED_BOX, DUST, FLAVOR, HFACT, IDENTITY, KINDS, Kind, TAG, TYPES,
     factor, itype, shift,
 };
-use super::schema::{CAPTURE, units};
-use super::sinks::{Sinks, is_point};
+use super::locally_isothermal::LocallyIsothermal;
+use super::schema::{CAPTURE, is_point, units};
+use super::sinks::Sinks;
 use crate::common::flavor::{Component, Job, Planned, Storage};
 use crate::common::fortran::{self as records, padded, record};
 use crate::error::{FormatError, Result};
@@ -29,6 +30,8 @@ struct Kindred<'a> {
     itype: i8,
     mass: f64,
     first_id: u64,
+    /// What its internal energy is multiplied by.
+    energy: f64,
 }
 
 pub(super) fn write(path: &Path, particles: &ParticleFile, options: WriteOptions) -> Result<()> {
@@ -37,13 +40,16 @@ pub(super) fn write(path: &Path, particles: &ParticleFile, options: WriteOptions
     let (points, others): (Vec<&Species>, Vec<&Species>) = particles.species.iter().partition(|s| is_point(s));
     let sinks = Sinks::new(&job, &points)?;
     let plan = job.plan_of(others.iter().copied())?;
+    let law = LocallyIsothermal::of(particles);
+    // Phantom's of isothermal gas is 3/2 c^2.
+    let energy = law.map_or(1.0, |_| 1.5 * (particles.header.adiabatic_index() - 1.0));
     let mut kindred = Vec::new();
     let mut first_id = 1;
     for (&species, planned) in others.iter().zip(&plan).filter(|(s, _)| s.table.count > 0) {
         let itype = itype(species).ok_or_else(|| {
             job.refuse(format!("Phantom has no particles of type {}; leave them out", species.part_type))
         })?;
-        kindred.push(Kindred { species, planned, itype, mass: one_mass(&job, species)?, first_id });
+        kindred.push(Kindred { species, planned, itype, mass: one_mass(&job, species)?, first_id, energy });
         first_id += species.table.count as u64;
     }
     if i32::try_from(first_id).is_err() {
@@ -61,7 +67,7 @@ pub(super) fn write(path: &Path, particles: &ParticleFile, options: WriteOptions
     let arrays = arrays(&job, &kindred)?;
     let io = |e| FormatError::io(path, "write", e);
     let mut out = BufWriter::with_capacity(1 << 18, File::create(path).map_err(io)?);
-    head(&mut out, &header(&job, &kindred, (sinks.count, periodic))?).map_err(io)?;
+    head(&mut out, &header(&job, &kindred, (sinks.count, periodic, law))?).map_err(io)?;
     let total = kindred.iter().map(|k| k.species.table.count as u64).sum();
     array_head(&mut out, total, &arrays, &sinks).map_err(io)?;
     for array in &arrays {
@@ -98,7 +104,11 @@ enum Items {
 }
 
 /// The header's blocks that have something in them.
-fn header(job: &Job, kindred: &[Kindred], (sinks, periodic): (usize, bool)) -> Result<Vec<Items>> {
+fn header(
+    job: &Job,
+    kindred: &[Kindred],
+    (sinks, periodic, law): (usize, bool, Option<LocallyIsothermal>),
+) -> Result<Vec<Items>> {
     let total: i64 = kindred.iter().map(|k| k.species.table.count as i64).sum();
     let of = |number: usize| kindred.iter().find(|k| usize::try_from(k.itype) == Ok(number));
     let counts = (1..=TYPES).map(|t| ("npartoftype", of(t).map_or(0, |k| k.species.table.count as i64)));
@@ -109,9 +119,16 @@ fn header(job: &Job, kindred: &[Kindred], (sinks, periodic): (usize, bool)) -> R
     let small = i64::from(has_dust_fraction(kindred));
     ints.extend([("nblocks", 1), ("nptmass", sinks as i64), ("ndustlarge", large), ("ndustsmall", small)]);
     ints.extend([("idust", i64::from(DUST)), ("idtmax_n", 1), ("idtmax_frac", 0)]);
+    ints.extend(law.map(|_| ("isink", 1)));
     let h = job.header;
     let time = h.time * factor(job, UnitDimension::TIME);
-    let mut reals = vec![("time", time), ("hfact", HFACT), ("gamma", h.adiabatic_index()), ("RK2", 0.0)];
+    let gamma = if law.is_some() { 1.0 } else { h.adiabatic_index() };
+    let squared_speed = law.map_or(0.0, |law| {
+        let length = factor(job, UnitDimension::LENGTH);
+        law.squared_speed * factor(job, UnitDimension::VELOCITY).powi(2) * length.powf(2.0 * law.fall)
+    });
+    let mut reals = vec![("time", time), ("hfact", HFACT), ("gamma", gamma), ("RK2", 1.5 * squared_speed)];
+    reals.extend(law.map(|law| ("qfacdisc", law.fall)));
     reals.extend((1..=TYPES).map(|t| ("massoftype", of(t).map_or(0.0, |k| k.mass))));
     if periodic {
         let edges = job.box_size()?;
@@ -130,7 +147,7 @@ fn header(job: &Job, kindred: &[Kindred], (sinks, periodic): (usize, bool)) -> R
     let doubles = vec![("udist", u.length), ("umass", u.mass), ("utime", u.time), ("umagfd", field)];
     Ok(vec![
         Items::Ints(Kind::Int, ints),
-        Items::Ints(Kind::Int4, vec![("iexternalforce", 0), ("ieos", 2)]),
+        Items::Ints(Kind::Int4, vec![("iexternalforce", 0), ("ieos", if law.is_some() { 6 } else { 2 })]),
         Items::Ints(Kind::Int8, longs),
         Items::Reals(Kind::Real, reals),
         Items::Reals(Kind::Real8, doubles),
@@ -277,7 +294,8 @@ impl Array {
         let Some(planned) = k.planned.iter().find(|p| p.name == *from) else {
             return Ok(vec![0; range.len() * width]);
         };
-        let factor = factor(job, planned.dimension);
+        let energy = if planned.name == "u" { k.energy } else { 1.0 };
+        let factor = energy * factor(job, planned.dimension);
         let shift = if planned.name == "Coordinates" { shift(job, *component) } else { 0.0 };
         let component = Component { index: *component, factor, shift, may_vanish: false };
         match self.kind {

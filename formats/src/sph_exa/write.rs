@@ -28,13 +28,13 @@ const MOST_NEIGHBORS: f64 = 1.5;
 pub fn write(path: &Path, particles: &ParticleFile, options: WriteOptions) -> Result<()> {
     let job = Job { flavor: &FLAVOR, path, header: &particles.header, options, first_row: 0 };
     job.only_in_3d()?;
-    let plan = job.plan(particles)?;
     if let Some(other) = particles.species.iter().find(|s| s.part_type != 0 && s.table.count > 0) {
         return Err(job.refuse(format!(
             "there are particles of type {}, but SPH-EXA has gas only; leave them out",
             other.part_type
         )));
     }
+    let plan = job.plan(particles)?;
     let gas = particles.species.iter().zip(&plan).find(|(s, _)| s.part_type == 0 && s.table.count > 0);
     let Some((gas, planned)) = gas else {
         return Err(job.refuse("there are no gas particles, without which SPH-EXA has nothing to do"));

@@ -23,10 +23,12 @@ const COUNT: &str = "particles";
 /// Integers up to here survive a table, whose numbers are read as f64.
 const MAX_WHOLE: i64 = 1 << 53;
 
-/// Whether a table holds particles: coordinates and masses, and no radius, beside which a lone x is something else.
+/// Whether a table holds particles: coordinates and masses, and no radius, beside which a lone x is something else, unless the table is one of ours.
 pub fn are_particles(sheet: &Sheet) -> bool {
     let columns = || sheet.columns.iter().map(|c| c.heading.name.as_str());
-    assemble::are_particles(columns()) && !columns().map(plain_name).any(|n| is_radius(&n) || is_middle_radius(&n))
+    let is_ours = sheet.comments.iter().any(|c| c.split_once(": ").is_some_and(|(key, _)| key == COUNT));
+    let has_radius = || columns().map(plain_name).any(|n| is_radius(&n) || is_middle_radius(&n));
+    assemble::are_particles(columns()) && (is_ours || !has_radius())
 }
 
 /// # Errors

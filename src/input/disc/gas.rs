@@ -6,6 +6,9 @@
 //! v_phi^2/R = dPhi/dR (R, 0) + c^2 d ln(Sigma/I)/dR + dc^2/dR (1 + [Phi(R, z) - Phi(R, 0)]/c^2)
 //!
 //! (Takeuchi & Lin 2002, ApJ 581, 1344, for a point mass).
+//!
+//! For a code whose gas has the temperature of its distance r from the star, c(r) ~ r^-q, the pressure is P = c^2(R) Sigma/I exp(-E) with
+//! E = integral of dPhi/dz / c^2(r) along z, the density P/c^2(r), and v_phi^2/R = dPhi/dR + dP/dR / rho at every height.
 
 use super::law::{Law, WIDTHS};
 use super::own::Own;
@@ -40,6 +43,8 @@ const EDGE: f64 = 0.05;
 pub(super) struct Gas {
     law: Law,
     well: Well,
+    /// q of c ~ r^-q, where the temperature is that of the distance from the center; `None` where it is that of the distance from the axis.
+    fall: Option<f64>,
     own: Option<Own>,
     rows: Rows,
     /// ln I by row.
@@ -63,7 +68,12 @@ pub(super) struct Figures {
 impl Gas {
     /// # Errors
     /// A disc that nothing holds, that is too heavy or too hot, or narrower than its edges.
-    pub fn new(mut law: Law, well: Well, mass: f64, edge_width: f64, has_own: bool) -> Result<Self> {
+    pub fn new(
+        (mut law, well): (Law, Well),
+        mass: f64,
+        edge_width: f64,
+        (has_own, fall): (bool, Option<f64>),
+    ) -> Result<Self> {
         let of_own = |scale: f64| if has_own { scale } else { 0.0 };
         if edge_width > 0.0 {
             // What bends a steep edge back is the rotation about other bodies, where there are any.
@@ -98,7 +108,8 @@ impl Gas {
         let own = has_own.then(|| Own::new(&law, &well, rows(), scale)).transpose()?;
         let rows = rows().halved();
         let mass = MassEstimate { value: mass, error: mass * (error / integral).max(1e-12) };
-        let mut gas = Self { law, well, own, column: vec![0.0; rows.places().len()], rows, scale, top: 0.0, mass };
+        let mut gas =
+            Self { law, well, fall, own, column: vec![0.0; rows.places().len()], rows, scale, top: 0.0, mass };
         gas.top = gas.highest()?;
         let column = |&r: &f64| gas.integral_along_z(r).map(f64::ln);
         gas.column = gas.rows.places().par_iter().map(column).collect::<Result<_>>()?;
@@ -115,9 +126,24 @@ impl Gas {
         self.well.rise(self.law.off_center(radius), z) + self.own.as_ref().map_or(0.0, |own| own.rise(radius, z))
     }
 
-    /// The same over c^2.
+    /// The integral of dPhi/dz / c^2 from the plane.
     fn exponent(&self, radius: f64, z: f64) -> f64 {
-        self.rise(radius, z) / self.sound_speed(radius).powi(2)
+        let plane = self.sound_speed(radius).powi(2);
+        let Some(fall) = self.fall else { return self.rise(radius, z) / plane };
+        // By parts: 1/c^2 changes little where there is gas.
+        let radius = self.law.off_center(radius);
+        let warmth = |z: f64| self.cooling(radius, z).recip();
+        let slope = |z: f64| 2.0 * fall * z / (radius * radius + z * z) * warmth(z);
+        let part = integrate(ORDER, 0.0, z, &|z| self.rise(radius, z) * slope(z));
+        (self.rise(radius, z) * warmth(z) - part) / plane
+    }
+
+    /// c^2 over that in the plane.
+    fn cooling(&self, radius: f64, z: f64) -> f64 {
+        self.fall.map_or(1.0, |fall| {
+            let radius = self.law.off_center(radius);
+            (radius / radius.hypot(z)).powf(2.0 * fall)
+        })
     }
 
     fn scale_height(&self, radius: f64) -> Result<f64> {
@@ -148,13 +174,13 @@ impl Gas {
         Ok(heights.into_iter().fold(0.0, f64::max))
     }
 
-    /// I: of exp(-exponent) over all heights within the disc.
+    /// I: of the density over that in the plane, over all heights within the disc.
     fn integral_along_z(&self, radius: f64) -> Result<f64> {
         let height = self.scale_height(radius)?;
         let (mut z, mut sum) = (0.0, 0.0);
         while z < self.top && self.exponent(radius, z) < NOTHING {
             let end = (z + PANEL * height.max(z / FAR)).min(self.top);
-            sum += integrate(ORDER, z, end, &|z| (-self.exponent(radius, z)).exp());
+            sum += integrate(ORDER, z, end, &|z| (-self.exponent(radius, z)).exp() / self.cooling(radius, z));
             z = end;
         }
         Ok(2.0 * sum)
@@ -172,11 +198,12 @@ impl Gas {
             return 0.0;
         }
         let column = self.rows.value(&self.column, radius);
-        self.scale * self.law.surface_density(radius) * (-column - self.exponent(radius, z)).exp()
+        let exponent = column + self.exponent(radius, z);
+        self.scale * self.law.surface_density(radius) * (-exponent).exp() / self.cooling(radius, z)
     }
 
     pub fn pressure(&self, radius: f64, z: f64) -> f64 {
-        self.sound_speed(radius).powi(2) * self.density(radius, z)
+        self.sound_speed(radius).powi(2) * self.cooling(radius, z) * self.density(radius, z)
     }
 
     /// dPhi/dR in the plane.
@@ -188,7 +215,15 @@ impl Gas {
     fn rotation(&self, radius: f64, z: f64) -> f64 {
         let [surface, speed] = self.law.slopes(&self.well, radius);
         let column = self.rows.slope(&self.column, radius);
-        let pressure = self.sound_speed(radius).powi(2) * (surface - column) + speed * (1.0 + self.exponent(radius, z));
+        let squared = self.sound_speed(radius).powi(2);
+        if self.fall.is_some() {
+            let (low, high) = self.law.around(radius);
+            let slope = |of: &dyn Fn(f64) -> f64| (of(high) - of(low)) / (high - low);
+            let lifted = slope(&|r| self.rise(r, z));
+            let along = surface - column + speed / squared - slope(&|r| self.exponent(r, z));
+            return radius * (self.pull(radius) + lifted + squared * self.cooling(radius, z) * along);
+        }
+        let pressure = squared * (surface - column) + speed * (1.0 + self.exponent(radius, z));
         radius * (self.pull(radius) + pressure)
     }
 

@@ -16,6 +16,9 @@ const CELLS: usize = 2048;
 const ORDER: usize = 4;
 /// An edge falls over so many widths.
 pub(super) const WIDTHS: f64 = 3.0;
+/// Steps at which a power law is looked for, and by how much their powers may differ.
+const TRIES: u32 = 16;
+const SAME_POWER: f64 = 1e-6;
 /// In place of a radius of 0, as a part of the outer one.
 const CENTER: f64 = 1e-6;
 
@@ -141,6 +144,19 @@ impl Law {
             Temperature::SoundSpeed(speed) => speed.at(radius),
             Temperature::AspectRatio(ratio) => ratio.at(radius) * (well.pull(radius) * radius).sqrt(),
         }
+    }
+
+    /// q where the sound speed falls as R^-q from edge to edge, with q above 0.
+    pub fn fall(&self, well: &Well) -> Option<f64> {
+        let [inner, outer] = self.edges;
+        let inner = self.off_center(inner);
+        let place = |i: u32| inner * (outer / inner).powf(f64::from(i) / f64::from(TRIES));
+        let slope = |i: u32| {
+            let [low, high] = [place(i), place(i + 1)];
+            -(self.sound_speed(well, high) / self.sound_speed(well, low)).ln() / (high / low).ln()
+        };
+        let first = slope(0);
+        (first > SAME_POWER && (1..TRIES).all(|i| (slope(i) - first).abs() < SAME_POWER)).then_some(first)
     }
 
     /// That of thin gas that `well` holds, or that of gas that holds itself if it is the smaller one; `scale` is that of the surface

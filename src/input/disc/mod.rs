@@ -113,8 +113,16 @@ impl Stated<'_> {
             }
             _ => {}
         }
-        let gas = Arc::new(Gas::new(law, well, self.value("mass")?, self.input.edge_width, has_own)?);
+        let is_by_distance = self.scene.code().is_some_and(|code| code.cools_discs_by_distance()) && well.is_a_point();
+        let fall = is_by_distance.then(|| law.fall(&well)).flatten();
+        let gas = Arc::new(Gas::new((law, well), self.value("mass")?, self.input.edge_width, (has_own, fall))?);
         notes.push(self.describe(&gas));
+        notes.extend(fall.map(|fall| {
+            format!(
+                "the gas has the temperature of its distance from the star, as the code keeps it: sound speeds fall as r^-{fall:.3}, and density and rotation are \
+                 in equilibrium with that"
+            )
+        }));
         let [inner, outer] = [self.value("inner_radius")?, self.value("outer_radius")?];
         let domain = Domain::cylinder([0.0; D], 2, [inner, outer], 2.0 * gas.top, (Wall::Open, Axis::OPEN))?;
         let feels_pressure = self.scene.collisionless.is_none();

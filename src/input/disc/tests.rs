@@ -33,7 +33,7 @@ fn ratio(text: &str) -> Temperature {
 /// Takeuchi & Lin's disc in closed form: Sigma ~ 1/R, H/R = 0.1. The cut at a density of 1e-5 takes less than that of the mass.
 #[test]
 fn a_light_disc_about_a_point_is_that_of_the_closed_form() {
-    let gas = Gas::new(law("1/R", ratio("0.1"), [0.5, 2.0]), about(1.0), 1e-9, 0.0, false).unwrap();
+    let gas = Gas::new((law("1/R", ratio("0.1"), [0.5, 2.0]), about(1.0)), 1e-9, 0.0, (false, None)).unwrap();
     let form = |r: f64, z: f64| (100.0 * (r / r.hypot(z) - 1.0)).exp() / (r * r);
     let scale = gas.density(1.0, 0.0) / form(1.0, 0.0);
     for (r, z) in [(0.5, 0.0), (0.7, 0.05), (1.0, 0.2), (1.7, -0.3), (2.0, 0.4)] {
@@ -50,6 +50,26 @@ fn a_light_disc_about_a_point_is_that_of_the_closed_form() {
     assert!((low - 0.1).abs() < 1e-9 && (high - 0.1).abs() < 1e-9);
 }
 
+/// The same disc with the temperature of the distance from the star, c^2 = 0.01/r: P = A R^97/r^100, and v^2 = 0.97/r.
+#[test]
+fn a_disc_with_temperatures_by_the_distance_is_that_of_the_closed_form() {
+    let (disc, well) = (law("1/R", ratio("0.1"), [0.5, 2.0]), about(1.0));
+    let fall = disc.fall(&well).unwrap();
+    assert!((fall - 0.5).abs() < 1e-9, "{fall}");
+    let gas = Gas::new((disc, well), 1e-9, 0.0, (false, Some(fall))).unwrap();
+    let form = |r: f64, z: f64| (r / r.hypot(z)).powi(99) / (r * r);
+    let scale = gas.density(1.0, 0.0) / form(1.0, 0.0);
+    for (r, z) in [(0.5, 0.0), (0.7, 0.05), (1.0, 0.2), (1.7, -0.3), (2.0, 0.4)] {
+        let (found, expected) = (gas.density(r, z), scale * form(r, z));
+        assert!((found / expected - 1.0).abs() < 3e-5, "{r} {z}: {found} for {expected}");
+        assert!((gas.pressure(r, z) / found * r.hypot(z) - 0.01).abs() < 1e-12);
+        let speed = (0.97 / r.hypot(z)).sqrt();
+        assert!((gas.speed(r, z) / speed - 1.0).abs() < 1e-5, "{r} {z}: {} for {speed}", gas.speed(r, z));
+    }
+    assert_eq!(law("1/R", ratio("0.1 + 0.01*R"), [0.5, 2.0]).fall(&about(1.0)), None);
+    assert_eq!(law("1/R", Temperature::SoundSpeed(formula("0.1")), [0.5, 2.0]).fall(&about(1.0)), None);
+}
+
 /// The density of a disc with H/R = 0.2 does not fall below exp(-25) of that in the plane, however high one looks.
 #[test]
 fn a_hot_disc_may_reach_its_star() {
@@ -59,7 +79,7 @@ fn a_hot_disc_may_reach_its_star() {
 }
 
 fn check_columns_of_a_whole_disc(aspect_ratio: &str, has_own: bool) {
-    let gas = Gas::new(law("1", ratio(aspect_ratio), [0.0, 8.0]), about(1.0), 0.3, 0.0, has_own).unwrap();
+    let gas = Gas::new((law("1", ratio(aspect_ratio), [0.0, 8.0]), about(1.0)), 0.3, 0.0, (has_own, None)).unwrap();
     let surface_density = 0.3 / (64.0 * 0.5 * TAU);
     for r in [0.01, 0.1, 1.0, 5.0] {
         // In steps of ln z, which no panel of the disc's own follows.
@@ -83,11 +103,10 @@ impl ScalarField<3> for Seen {
 #[test]
 fn the_mass_is_the_one_that_is_asked_for() {
     let gas = Gas::new(
-        law("R^-1.5*(1 - 0.8*exp(-50*(R - 2)^2))", ratio("0.05*R^0.25"), [0.5, 4.0]),
-        about(1.0),
+        (law("R^-1.5*(1 - 0.8*exp(-50*(R - 2)^2))", ratio("0.05*R^0.25"), [0.5, 4.0]), about(1.0)),
         0.02,
         1.25,
-        true,
+        (true, None),
     );
     let gas = gas.unwrap();
     let domain = Domain::cylinder([0.0; 3], 2, [0.5, 4.0], 2.0 * gas.top, (Wall::Open, Axis::OPEN)).unwrap();
@@ -121,7 +140,7 @@ fn potential(gas: &Gas, edges: [f64; 2], (radius, height): (f64, f64)) -> f64 {
 #[test]
 fn a_heavy_disc_is_in_equilibrium_with_its_own_gravity() {
     let edges = [0.5, 3.0];
-    let gas = Gas::new(law("1/R", ratio("0.1"), edges), about(1.0), 0.25, 1.25, true).unwrap();
+    let gas = Gas::new((law("1/R", ratio("0.1"), edges), about(1.0)), 0.25, 1.25, (true, None)).unwrap();
     let star = |r: f64, z: f64| -1.0 / r.hypot(z);
     let whole = |r: f64, z: f64| potential(&gas, edges, (r, z)) + star(r, z);
     for r in [1.0, 1.7] {
@@ -152,7 +171,8 @@ fn edges_mass([inner, outer]: [f64; 2]) -> f64 {
 
 #[test]
 fn edges_fall_without_unstable_rings_unless_they_are_too_narrow() {
-    let of = |width: f64| Gas::new(law("1/R", ratio("0.05"), [0.5, 2.0]), about(1.0), 1e-6, width, false).unwrap();
+    let of =
+        |width: f64| Gas::new((law("1/R", ratio("0.05"), [0.5, 2.0]), about(1.0)), 1e-6, width, (false, None)).unwrap();
     let smooth = of(1.25);
     assert_eq!(smooth.figures().unstable_rings, None);
     let steep = of(0.7).figures();
@@ -168,11 +188,11 @@ fn edges_fall_without_unstable_rings_unless_they_are_too_narrow() {
 fn what_is_no_disc_is_refused() {
     let about = || about(1.0);
     let text = |made: crate::error::Result<Gas>| made.err().map(|e| e.to_string()).unwrap_or_default();
-    let hot = text(Gas::new(law("1/R", ratio("0.6"), [0.5, 2.0]), about(), 1e-6, 0.0, false));
+    let hot = text(Gas::new((law("1/R", ratio("0.6"), [0.5, 2.0]), about()), 1e-6, 0.0, (false, None)));
     assert!(hot.contains("so hot"), "{hot}");
-    let wide = text(Gas::new(law("1/R", ratio("0.1"), [1.0, 1.2]), about(), 1e-6, 1.25, false));
+    let wide = text(Gas::new((law("1/R", ratio("0.1"), [1.0, 1.2]), about()), 1e-6, 1.25, (false, None)));
     assert!(wide.contains("edge_width") && wide.contains("as wide as the disc"), "{wide}");
-    let pushed = text(Gas::new(law("R^-90", ratio("0.15"), [0.5, 2.0]), about(), 1e-6, 0.0, false));
+    let pushed = text(Gas::new((law("R^-90", ratio("0.15"), [0.5, 2.0]), about()), 1e-6, 0.0, (false, None)));
     assert!(pushed.contains("pressure pushes harder"), "{pushed}");
     let negative = law("1 - R", ratio("0.1"), [0.5, 2.0]).check().unwrap_err().to_string();
     assert!(negative.contains("surface_density") || negative.contains("disc"), "{negative}");

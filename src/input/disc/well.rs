@@ -39,6 +39,11 @@ impl Well {
         self.beside.is_empty()
     }
 
+    /// Whether it is one point that is not softened.
+    pub fn is_a_point(&self) -> bool {
+        self.beside.points.len() == 1 && self.rows.is_none()
+    }
+
     /// G M(r) / r^2 at the radius `r` above 0.
     pub fn pull(&self, r: f64) -> f64 {
         self.constant * self.beside.enclosed_mass(r) / (r * r)

@@ -91,6 +91,11 @@ pub(super) struct Facts<'a> {
     pub doubts: Vec<String>,
 }
 
+/// Without its folder.
+pub(super) fn name(path: &Path) -> String {
+    path.file_name().map(|s| s.to_string_lossy().into_owned()).unwrap_or_default()
+}
+
 pub(super) fn stem(path: &Path) -> String {
     path.file_stem().map(|s| s.to_string_lossy().into_owned()).unwrap_or_default()
 }
@@ -110,7 +115,7 @@ impl<'a> Facts<'a> {
             |what: &str| Error::scene("output.parameters", format!("need {what}, which the file does not have"));
         let species = file.species.iter().find(|s| s.part_type == 0).ok_or_else(|| missing("gas particles"))?;
         let gas = &species.table;
-        let name = path.file_name().map(|s| s.to_string_lossy().into_owned()).unwrap_or_default();
+        let name = name(path);
         let lacking = || if gas.column(names::MASSES).is_none() { names::MASSES } else { names::DENSITY };
         let smallest = gas.smallest_spacing(file.header.dimension).ok_or_else(|| missing(lacking()))?;
         let gravity = Gravity::of(code, file, physics);

@@ -41,22 +41,34 @@ pub(crate) fn places(code: TargetCode, path: &Path) -> Vec<PathBuf> {
     names.into_iter().map(|name| path.with_file_name(name)).collect()
 }
 
-/// Before the work: a file that is there already, and that was not written here, is somebody's scene or setup.
+/// Before the work: a file that is there already, and that was not written here for a file of the same name, is somebody's scene or setup. With
+/// `no_clobber` none is replaced.
 ///
 /// # Errors
 /// Its name.
-pub(crate) fn refuse_overwriting(code: TargetCode, path: &Path) -> Result<()> {
-    let is_foreign = |place: &&PathBuf| {
-        let first = std::fs::read(place).ok().map(|bytes| bytes.split(|b| *b == b'\n').next().map(<[u8]>::to_vec));
-        first.is_some_and(|line| !String::from_utf8_lossy(&line.unwrap_or_default()).contains(WRITTEN_BY))
-    };
-    match places(code, path).iter().find(is_foreign) {
-        None => Ok(()),
-        Some(place) => Err(Error::scene(
-            "output.parameters",
-            format!("would replace '{}', which was not {WRITTEN_BY}; move it, or name another output", place.display()),
-        )),
+pub(crate) fn refuse_overwriting(code: TargetCode, path: &Path, no_clobber: bool) -> Result<()> {
+    let wrong = |problem: String| Err(Error::scene("output.parameters", problem));
+    let own = format!(" {} for ", facts::name(path));
+    for place in places(code, path) {
+        let Ok(bytes) = std::fs::read(&place) else { continue };
+        let first = String::from_utf8_lossy(bytes.split(|b| *b == b'\n').next().unwrap_or_default()).into_owned();
+        let place = place.display();
+        if no_clobber {
+            return wrong(format!("would replace '{place}', and --no-clobber is set; name another output"));
+        }
+        if !first.contains(WRITTEN_BY) {
+            return wrong(format!(
+                "would replace '{place}', which was not {WRITTEN_BY}; move it, or name another output"
+            ));
+        }
+        if !first.contains(&own) {
+            return wrong(format!(
+                "would replace '{place}', which is that of another file ({}); move it, or name another output",
+                first.trim_start_matches(['#', '%', ' '])
+            ));
+        }
     }
+    Ok(())
 }
 
 /// The files beside `path`, and what there is to be said of them.

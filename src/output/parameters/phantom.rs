@@ -3,6 +3,7 @@
 use super::facts::{END, Facts, SNAPSHOT, prefix};
 use sph::kernel::KernelName;
 use sph_formats::common::particle_names as names;
+use sph_formats::phantom::LocallyIsothermal;
 use std::fmt::Write as _;
 
 impl Facts<'_> {
@@ -20,11 +21,13 @@ impl Facts<'_> {
         let time = self.time * header.time / sph_formats::phantom::units(header).time;
         row(&mut text, "tmax", number(END * time), "end time");
         row(&mut text, "dtmax", number(SNAPSHOT * time), "time between dumps");
+        let isothermal = LocallyIsothermal::of(self.file);
         let of_dust: &[_] = if self.has_dust() { OF_DUST } else { &[] };
         for (key, value, what) in PHANTOM.iter().chain(of_dust) {
+            let value = if *key == "ieos" && isothermal.is_some() { "6" } else { value };
             // A build without gravity has no tree to be accurate.
             if *key != "tree_accuracy" || self.gravity.is_some() {
-                row(&mut text, key, (*value).to_owned(), what);
+                row(&mut text, key, value.to_owned(), what);
             }
         }
         if self.has_disc {
@@ -43,7 +46,14 @@ impl Facts<'_> {
 
     /// Options of `make`, as far as the file depends on them.
     fn phantom_build(&self) -> String {
-        let mut options = vec![if self.gravity.is_some() { "SETUP=star" } else { "SETUP=empty" }];
+        let is_isothermal = LocallyIsothermal::of(self.file).is_some();
+        let mut options = vec![match (self.gravity.is_some(), is_isothermal) {
+            // A star's setup has a gas with energies of its own.
+            (true, true) => "SETUP=empty GRAVITY=yes ISOTHERMAL=yes",
+            (false, true) => "SETUP=empty ISOTHERMAL=yes",
+            (true, false) => "SETUP=star",
+            (false, false) => "SETUP=empty",
+        }];
         let further = [
             // A box without a net momentum keeps none where all particles step together; Phantom stops over a tenth of next to nothing.
             (self.file.header.periodic.contains(&true), "PERIODIC=yes IND_TIMESTEPS=no"),
@@ -79,7 +89,7 @@ const PHANTOM: &[(&str, &str, &str)] = &[
     ("alphamax", "1.000", "MAXIMUM shock viscosity parameter"),
     ("beta", "2.000", "non-linear shock viscosity parameter"),
     ("alphau", "1.000", "shock conductivity parameter"),
-    ("ieos", "2", "eqn of state (1=isoth;2=adiab;3=locally iso;8=barotropic)"),
+    ("ieos", "2", "eqn of state (1=isoth;2=adiab;3=locally iso;6=locally iso about a sink;8=barotropic)"),
     ("mu", "2.381", "mean molecular weight"),
     ("ipdv_heating", "1", "heating from PdV work (0=off, 1=on)"),
     ("ishock_heating", "1", "shock heating (0=off, 1=on)"),

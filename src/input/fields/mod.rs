@@ -1,4 +1,4 @@
-//! What particles carry by the scene's own expressions, beside the columns of a file or in their place.
+//! What particles carry by the scene's own expressions and files, beside the columns of the input or in their place.
 //!
 //! Expressions know x, y, z, r (from the center), R, phi and theta (about the axis), the density `rho`, each other, the file's
 //! scalars, constants and units. All numbers are in the scene's units, plain numbers where there are none. Magnetic fields are in units whose
@@ -11,40 +11,45 @@
 //! | `mean_molecular_weight` | mu, which a temperature needs |
 //! | `magnetic_field`; `vector_potential` | B; or its curl, by central differences of sixth order, which commute: div B = 0 |
 //! | `material` | whole numbers |
+//! | `metallicity` | written as `Metallicity` |
 //! | any other name | a column of that name |
 
+mod of_file;
+mod variables;
+
 use crate::error::{Error, Result};
-use crate::field::{CarriedField, CarriedInfo, Expression, ScalarField, SharedCarried, SharedDensity, Source, probes};
+use crate::field::{CarriedField, CarriedInfo, ScalarField, SharedCarried, SharedDensity, Source, probes};
 use crate::input::constants::{Constants, constant};
-use crate::input::differences;
 use crate::input::roles::field_key;
 use crate::input::thermal;
 use crate::input::turbulence::Turbulence;
 use crate::input::way::{Way, across};
 use crate::scene::{Conversion, FieldValue, Quantity, Scene, TurbulenceInput};
+use of_file::{Frame, OfFile, Said};
 use sph::domain::Domain;
 use sph_formats::common::particle_names as names;
-use sph_formats::{Unit, UnitDimension, UnitSystem};
+use sph_formats::{FormatSpec, Unit, UnitDimension, UnitSystem};
+use std::collections::BTreeMap;
 use std::sync::Arc;
+use variables::{Base, PLACES, Rule, Scalar, StatedField, Stirred, Term, Variables};
 
-/// Variables of every expression beside x, y, z and r.
-const PLACES: [&str; 4] = ["R", "phi", "theta", "rho"];
-const RHO: usize = 3;
-/// Values of x, y, z and r come before those of the others.
-const COORDINATES: usize = 4;
 pub(super) const VECTOR_POTENTIAL: &str = "vector_potential";
 /// Half of the width over which a vector potential is differenced has three of these steps, in units of the domain's size:
 /// for waves of a fifth of the domain truncation and rounding both leave ten digits.
 const CURL_STEP: f64 = 1e-3;
 
-/// Adds the scene's fields to what `source` carries; `conversion` leads from the scene's numbers to those of the source; those of the same meaning are left out of the file's.
+/// Adds the scene's fields to what `source` carries; `conversion` leads from the scene's numbers to those of the source; those of the same meaning are left out of the file's. Beside it, what is probably not meant.
 ///
 /// # Errors
-/// Expressions that cannot be read or have no finite value, fields that depend on themselves, thermal fields that contradict
-/// each other.
-pub(crate) fn attach<const D: usize>(scene: &Scene, source: Source<D>, conversion: &Conversion) -> Result<Source<D>> {
+/// Expressions that cannot be read or have no finite value, files that cannot be read or are of another place, fields that depend on themselves,
+/// thermal fields that contradict each other.
+pub(crate) fn attach<const D: usize>(
+    (scene, formats): (&Scene, &[FormatSpec]),
+    source: Source<D>,
+    conversion: &Conversion,
+) -> Result<(Source<D>, Vec<String>)> {
     if scene.fields.is_empty() && scene.turbulence.is_none() {
-        return Ok(source);
+        return Ok((source, Vec::new()));
     }
     let center = source.center();
     let Source { density, carried, domain, mass, radial, mut notes } = source;
@@ -59,7 +64,11 @@ pub(crate) fn attach<const D: usize>(scene: &Scene, source: Source<D>, conversio
         length: 1.0 / conversion.factor(UnitDimension::LENGTH),
         density_unit: 1.0 / conversion.factor(UnitDimension::mass_density(3)),
     };
-    let maker = Maker::new(scene, system, base, &carried)?;
+    let frame = Frame::new((&domain, center), &base, system);
+    let mut said = Said::default();
+    let files = of_file::all((scene, formats), &frame, &mut said)?;
+    notes.append(&mut said.notes);
+    let maker = Maker::new((scene, system), base, (&carried, files))?;
     let made = maker.fields(scene, &domain)?;
     let stated: Vec<&str> = made.iter().map(|f| standard_name(&f.info.name)).collect();
     let mut kept: Vec<Box<dyn CarriedField<D>>> = Vec::new();
@@ -74,59 +83,8 @@ pub(crate) fn attach<const D: usize>(scene: &Scene, source: Source<D>, conversio
     maker.check(scene, &domain, &made)?;
     notes.extend(maker.notes);
     kept.extend(made.into_iter().map(|f| Box::new(f) as Box<dyn CarriedField<D>>));
-    Ok(Source { density: Box::new(SharedDensity(density)), carried: kept, domain, mass, radial, notes })
-}
-
-/// What coordinates and the density are, in the input's units.
-struct Base<const D: usize> {
-    /// The scene's units per one of the input's.
-    length: f64,
-    density_unit: f64,
-    density: Arc<dyn ScalarField<D>>,
-    center: [f64; D],
-    axis: [f64; 3],
-    step: f64,
-}
-
-/// An expression, and the places of the scalars that come before it.
-#[derive(Clone)]
-struct Term {
-    expression: Expression,
-    needs: Vec<usize>,
-}
-
-/// All that expressions can refer to.
-struct Variables<const D: usize> {
-    base: Base<D>,
-    /// First axis of the azimuth, and the second.
-    across: [[f64; 3]; 2],
-    /// By place; the first are none.
-    scalars: Vec<Scalar<D>>,
-}
-
-enum Scalar<const D: usize> {
-    Place,
-    /// Times a factor.
-    File(Arc<dyn CarriedField<D>>, f64),
-    Stated(Expression),
-}
-
-/// Turbulence, and its root mean square in the scene's units.
-type Stirred<const D: usize> = (Turbulence<D>, f64);
-
-/// How components come from terms.
-enum Rule<const D: usize> {
-    Each(Vec<Term>),
-    Velocity(Vec<(Way, Term)>, Option<Stirred<D>>),
-    Curl(Vec<Term>),
-}
-
-struct StatedField<const D: usize> {
-    /// As in the scene.
-    key: String,
-    info: CarriedInfo,
-    variables: Arc<Variables<D>>,
-    rule: Rule<D>,
+    let source = Source { density: Box::new(SharedDensity(density)), carried: kept, domain, mass, radial, notes };
+    Ok((source, said.doubts))
 }
 
 struct Maker<const D: usize> {
@@ -134,115 +92,9 @@ struct Maker<const D: usize> {
     /// Names by place.
     names: Vec<String>,
     constants: Constants,
+    /// What is read from files, by the names of the fields.
+    files: BTreeMap<String, OfFile<D>>,
     notes: Vec<String>,
-}
-
-impl<const D: usize> Variables<D> {
-    /// Values of x, y, z, r, then of the places, as far as `needs` says beyond the first.
-    fn at(&self, x: &[f64; D], needs: &[usize]) -> Vec<f64> {
-        let mut values = vec![0.0; COORDINATES + self.scalars.len()];
-        let d = self.offset(x);
-        let [along, first, second] = self.components(d);
-        let radius = d.iter().map(|v| v * v).sum::<f64>().sqrt();
-        let distance = first.hypot(second);
-        let length = self.base.length;
-        (0..D).for_each(|k| values[k] = length * x[k]);
-        values[COORDINATES - 1] = length * radius;
-        values[COORDINATES..COORDINATES + RHO].copy_from_slice(&[
-            length * if D == 1 { radius } else { distance },
-            second.atan2(first),
-            distance.atan2(along),
-        ]);
-        values[COORDINATES + RHO] = self.base.density_unit * self.base.density.value(x);
-        for &place in needs {
-            values[COORDINATES + place] = match &self.scalars[place] {
-                Scalar::Place => values[COORDINATES + place],
-                Scalar::File(field, factor) => {
-                    let mut out = [0.0];
-                    field.evaluate(x, &mut out);
-                    factor * out[0]
-                }
-                Scalar::Stated(expression) => expression.evaluate_with(&values),
-            };
-        }
-        values
-    }
-
-    fn offset(&self, x: &[f64; D]) -> [f64; 3] {
-        sph::array(|k| if k < D { x[k] - self.base.center[k] } else { 0.0 })
-    }
-
-    /// Along the axis, and along the two directions across it.
-    fn components(&self, d: [f64; 3]) -> [f64; 3] {
-        [self.base.axis, self.across[0], self.across[1]].map(|way| (0..3).map(|k| way[k] * d[k]).sum())
-    }
-
-    /// A vector of length 1, or of none on the axis or in the center.
-    fn way(&self, x: &[f64; D], way: Way) -> [f64; 3] {
-        let d = self.offset(x);
-        let [along, first, second] = self.components(d);
-        let distance = first.hypot(second);
-        let radius = along.hypot(distance);
-        let unit = |parts: [f64; 3], length: f64| -> [f64; 3] {
-            let all = [self.base.axis, self.across[0], self.across[1]];
-            sph::array(|k| if length > 0.0 { (0..3).map(|j| all[j][k] * parts[j]).sum::<f64>() / length } else { 0.0 })
-        };
-        match way {
-            Way::Axis(axis) => sph::array(|k| f64::from(u8::from(k == axis))),
-            Way::Outward => unit([along, first, second], radius),
-            Way::FromAxis => unit([0.0, first, second], distance),
-            Way::Azimuthal => unit([0.0, -second, first], distance),
-            Way::Polar => unit([-distance * distance, along * first, along * second], radius * distance),
-        }
-    }
-
-    fn value(&self, x: &[f64; D], term: &Term) -> f64 {
-        term.expression.evaluate_with(&self.at(x, &term.needs))
-    }
-
-    /// d term / dx_k by central differences of sixth order.
-    fn slope(&self, x: &[f64; D], term: &Term, k: usize) -> f64 {
-        let at = |h: f64| {
-            let mut y = *x;
-            y[k] += h;
-            self.value(&y, term)
-        };
-        differences::slope(self.base.step, at) / self.base.length
-    }
-}
-
-impl<const D: usize> CarriedField<D> for StatedField<D> {
-    fn info(&self) -> &CarriedInfo {
-        &self.info
-    }
-
-    fn evaluate(&self, x: &[f64; D], out: &mut [f64]) {
-        let variables = &self.variables;
-        out.fill(0.0);
-        match &self.rule {
-            // Components beyond the stated ones are 0.
-            Rule::Each(terms) => out.iter_mut().zip(terms).for_each(|(v, term)| *v = variables.value(x, term)),
-            Rule::Velocity(parts, turbulence) => {
-                if let Some((turbulence, speed)) = turbulence {
-                    turbulence.add(x, *speed, out);
-                }
-                for (way, term) in parts {
-                    let (value, way) = (variables.value(x, term), variables.way(x, *way));
-                    out.iter_mut().zip(way).for_each(|(v, w)| *v += value * w);
-                }
-            }
-            // In 2-D the potential has a component along z alone.
-            Rule::Curl(terms) => {
-                let slope = |component: usize, k: usize| match terms.len() {
-                    1 if component == 2 && k < D => variables.slope(x, &terms[0], k),
-                    3 if k < D => variables.slope(x, &terms[component], k),
-                    _ => 0.0,
-                };
-                let curl = [(2, 1, 1, 2), (0, 2, 2, 0), (1, 0, 0, 1)];
-                out.iter_mut().zip(curl).for_each(|(v, (a, da, b, db))| *v = slope(a, da) - slope(b, db));
-            }
-        }
-    }
 }
 
 /// The name of a column, where what it means has one.
@@ -264,8 +116,8 @@ const MADE: [&str; 9] = [
 ];
 
 /// Whether a field is a scalar that others can refer to.
-fn is_scalar(name: &str, value: &FieldValue) -> bool {
-    matches!(value, FieldValue::One(_)) && Way::named(name).is_none() && name != VECTOR_POTENTIAL
+fn is_scalar(name: &str, components: usize) -> bool {
+    components == 1 && Way::named(name).is_none() && name != VECTOR_POTENTIAL
 }
 
 fn key_of(name: &str) -> String {
@@ -274,19 +126,32 @@ fn key_of(name: &str) -> String {
 
 impl<const D: usize> Maker<D> {
     fn new(
-        scene: &Scene,
-        system: Option<UnitSystem>,
+        (scene, system): (&Scene, Option<UnitSystem>),
         base: Base<D>,
-        carried: &[Arc<dyn CarriedField<D>>],
+        (carried, files): (&[Arc<dyn CarriedField<D>>], BTreeMap<String, OfFile<D>>),
     ) -> Result<Self> {
         let constants = Constants::new(scene, system);
         let mut names: Vec<String> = PLACES.map(str::to_owned).to_vec();
-        let mut texts = Vec::new();
+        let mut stated = Vec::new();
         if let Some((name, _)) = scene.fields.stated().find(|(name, _)| MADE.contains(&standard_name(name))) {
             return Err(Error::scene(key_of(name), "is what the placement itself makes; choose another name"));
         }
-        for (name, value) in scene.fields.stated().filter(|(name, value)| is_scalar(name, value)) {
-            let name = thermal::name_of(name).unwrap_or(name);
+        let components = |name: &str, value: &FieldValue| match value {
+            FieldValue::One(_) => 1,
+            FieldValue::Each(_) => 0,
+            FieldValue::File(_) => files.get(name).map_or(0, |f| f.terms.len()),
+        };
+        for (key, value) in scene.fields.stated().filter(|(name, value)| is_scalar(name, components(name, value))) {
+            let name = thermal::name_of(key).unwrap_or(key);
+            let other = scene
+                .fields
+                .stated()
+                .map(|(other, _)| other)
+                .find(|other| *other != key && thermal::name_of(other).is_some_and(|other| other == name));
+            if let Some(other) = other {
+                let problem = format!("and {} are two spellings of one field; leave one out", key_of(other));
+                return Err(Error::scene(key_of(key), problem));
+            }
             let is_taken = names.iter().any(|n| n == name)
                 || ["x", "y", "z", "r", "pi", "tau", "e", "G"].contains(&name)
                 || constant(name, Some(&UnitSystem::CODE), 1.0).is_some();
@@ -297,25 +162,29 @@ impl<const D: usize> Maker<D> {
                 ));
             }
             names.push(name.to_owned());
-            let dimension = dimension_of(name, value);
-            texts.push((name.to_owned(), constants.number(&key_of(name), &value.texts().concat(), dimension)?));
+            stated.push((key, value));
         }
         let mut scalars: Vec<Scalar<D>> = PLACES.map(|_| Scalar::Place).into_iter().collect();
-        let files: Vec<(String, Scalar<D>)> = carried.iter().filter_map(|f| of_file(f, system.as_ref())).collect();
-        let stated = texts.len();
-        for (name, _) in &files {
+        let inputs: Vec<(String, Scalar<D>)> = carried.iter().filter_map(|f| of_input(f, system.as_ref())).collect();
+        for (name, _) in &inputs {
             let is_new = !names.contains(name);
             names.push(if is_new { name.clone() } else { format!("{name} of the file") });
         }
         let all: Vec<&str> = names.iter().map(String::as_str).collect();
-        for (name, text) in &texts {
-            scalars.push(Scalar::Stated(constants.expression::<D>(&key_of(name), text, &all)?));
+        for &(name, value) in &stated {
+            scalars.push(match files.get(name).map(|f| f.terms.as_slice()) {
+                Some([Term::File(field, _), ..]) => Scalar::File(Arc::clone(field), 1.0),
+                _ => {
+                    let text = constants.number(&key_of(name), &value.texts().concat(), dimension_of(name, value))?;
+                    Scalar::Stated(constants.expression::<D>(&key_of(name), &text, &all)?)
+                }
+            });
         }
-        debug_assert_eq!(scalars.len(), PLACES.len() + stated);
-        scalars.extend(files.into_iter().map(|(_, field)| field));
+        let stated = stated.len();
+        scalars.extend(inputs.into_iter().map(|(_, field)| field));
         let across = across(base.axis);
         let variables = Arc::new(Variables { base, across, scalars });
-        let maker = Self { variables, names, constants, notes: Vec::new() };
+        let maker = Self { variables, names, constants, files, notes: Vec::new() };
         for place in PLACES.len()..PLACES.len() + stated {
             maker.order(place, &mut Vec::new(), &mut Vec::new())?;
         }
@@ -345,19 +214,30 @@ impl<const D: usize> Maker<D> {
         Ok(())
     }
 
+    /// The components of a field, which measure `dimension`.
+    fn terms(&self, name: &str, value: &FieldValue, dimension: UnitDimension) -> Result<Vec<Term<D>>> {
+        match self.files.get(name) {
+            Some(file) => {
+                file.check(dimension).map_err(|problem| Error::scene(key_of(name), problem))?;
+                Ok(file.terms.clone())
+            }
+            None => value.texts().iter().map(|t| self.quantity(name, t, dimension)).collect(),
+        }
+    }
+
     /// An expression, or a number of `dimension` with its unit.
-    fn quantity(&self, name: &str, text: &str, dimension: UnitDimension) -> Result<Term> {
+    fn quantity(&self, name: &str, text: &str, dimension: UnitDimension) -> Result<Term<D>> {
         self.term(name, &self.constants.number(&key_of(name), text, dimension)?)
     }
 
-    fn term(&self, name: &str, text: &str) -> Result<Term> {
+    fn term(&self, name: &str, text: &str) -> Result<Term<D>> {
         let all: Vec<&str> = self.names.iter().map(String::as_str).collect();
         let expression = self.constants.expression::<D>(&key_of(name), text, &all)?;
         let mut needs = Vec::new();
         for place in (0..self.names.len()).filter(|p| expression.has_other(*p)) {
             self.order(place, &mut Vec::new(), &mut needs)?;
         }
-        Ok(Term { expression, needs })
+        Ok(Term::Expression(expression, needs))
     }
 
     fn field(&self, name: &str, dimension: UnitDimension, components: usize, rule: Rule<D>) -> StatedField<D> {
@@ -386,8 +266,9 @@ impl<const D: usize> Maker<D> {
                 let problem = format!("is another spelling of fields.{key}; write that, or choose another name");
                 return Err(Error::scene(key_of(name), problem));
             }
-            let dimension = dimension_of(name, value);
-            let terms = value.texts().iter().map(|t| self.quantity(name, t, dimension)).collect::<Result<Vec<_>>>()?;
+            let of_file = self.files.get(name).map(|f| f.dimension);
+            let dimension = thermal::dimension_of(name).or(of_file).unwrap_or_else(|| dimension_of(name, value));
+            let terms = self.terms(name, value, dimension)?;
             let components = terms.len();
             if components == 0 || (components > 1 && thermal::name_of(name).is_some()) {
                 return Err(Error::scene(key_of(name), format!("has {components} components, expected one")));
@@ -409,23 +290,23 @@ impl<const D: usize> Maker<D> {
     fn velocity(&self, scene: &Scene, domain: &Domain<D>) -> Result<Option<StatedField<D>>> {
         let mut parts = Vec::new();
         for (name, value) in scene.fields.stated() {
-            let texts = value.texts();
-            if standard_name(name) == names::VELOCITIES {
-                if texts.len() != D {
-                    let problem = format!("has {} components, expected {D}", texts.len());
-                    return Err(Error::scene(key_of(name), problem));
-                }
-                for (axis, text) in texts.iter().enumerate() {
-                    parts.push((Way::Axis(axis), self.quantity(name, text, UnitDimension::VELOCITY)?));
-                }
-            } else if let Some(way) = Way::named(name) {
-                let [text] = texts.as_slice() else {
-                    return Err(Error::scene(key_of(name), format!("has {} components, expected one", texts.len())));
-                };
-                if D < way.dimensions() {
+            let is_whole = standard_name(name) == names::VELOCITIES;
+            let way = Way::named(name);
+            if !is_whole && way.is_none() {
+                continue;
+            }
+            let terms = self.terms(name, value, UnitDimension::VELOCITY)?;
+            let expected = if is_whole { D } else { 1 };
+            if terms.len() != expected {
+                let problem = format!("has {} components, expected {expected}", terms.len());
+                return Err(Error::scene(key_of(name), problem));
+            }
+            match way {
+                Some(way) if D < way.dimensions() => {
                     return Err(Error::scene(key_of(name), format!("does not exist in {D} dimension(s)")));
                 }
-                parts.push((way, self.quantity(name, text, UnitDimension::VELOCITY)?));
+                Some(way) => parts.extend(terms.into_iter().map(|term| (way, term))),
+                None => parts.extend(terms.into_iter().enumerate().map(|(axis, term)| (Way::Axis(axis), term))),
             }
         }
         let stirred = scene.turbulence.as_ref().map(|t| self.stirred(scene, t, domain)).transpose()?;
@@ -476,14 +357,13 @@ impl<const D: usize> Maker<D> {
         if let Some((other, _)) = found.next() {
             return Err(Error::scene(key_of(name), format!("and {} are both given; leave one out", key_of(other))));
         }
-        let texts = value.texts();
         let dimension = match name {
             VECTOR_POTENTIAL => {
                 UnitDimension { length: 1 + UnitDimension::MAGNETIC_FIELD.length, ..UnitDimension::MAGNETIC_FIELD }
             }
             _ => UnitDimension::MAGNETIC_FIELD,
         };
-        let terms = texts.iter().map(|t| self.quantity(name, t, dimension)).collect::<Result<Vec<_>>>()?;
+        let terms = self.terms(name, value, dimension)?;
         let rule = match (name, terms.len()) {
             (VECTOR_POTENTIAL, 3) => Rule::Curl(terms),
             (VECTOR_POTENTIAL, 1) if D == 2 => Rule::Curl(terms),
@@ -555,8 +435,8 @@ fn dimension_of(name: &str, value: &FieldValue) -> UnitDimension {
     thermal::dimension_of(name).or_else(own).unwrap_or(UnitDimension::NONE)
 }
 
-/// A scalar of the file by the name that expressions use, in the scene's units.
-fn of_file<const D: usize>(
+/// A scalar of the input by the name that expressions use, in the scene's units.
+fn of_input<const D: usize>(
     field: &Arc<dyn CarriedField<D>>,
     system: Option<&UnitSystem>,
 ) -> Option<(String, Scalar<D>)> {
