@@ -273,6 +273,13 @@ pub struct TargetCode {
 }
 
 impl TargetCode {
+    /// By how much of its own weight sheared gas is held up beside its pressure, in units of (S h/c)^2, with the shear S and the smoothing length h: by
+    /// the motion into which shear brings particles, and by a viscosity that is larger where they approach. Measured in discs in Phantom (with its defaults
+    /// and `disc_viscosity`); 0 where it is not known.
+    pub(crate) fn support_by_shear(&self) -> f64 {
+        if self.sheet.name == "phantom" { 0.026 } else { 0.0 }
+    }
+
     /// Whether gas of discs has the temperature of its distance from the star, as the code keeps it: Phantom's `ieos = 6`.
     pub(crate) fn cools_discs_by_distance(&self) -> bool {
         self.sheet.name == "phantom"

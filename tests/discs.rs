@@ -125,8 +125,9 @@ fn what_makes_no_disc_is_told_in_a_line() {
     }
 }
 
-/// What holds the gas up over what pulls it down, less one: sum z a / sum z^2 G M/r^3 with all of the force of a cubic spline, by all pairs.
-fn lift(file: &ParticleFile) -> f64 {
+/// What holds the gas up over what pulls it down, less one: sum z a / sum z^2 G M/r^3 with all of the force of a cubic spline, by all pairs. Beside it the
+/// mean of (S h/c)^2, with the shear S and the smoothing length h, weighed as the latter sum.
+fn lift(file: &ParticleFile) -> (f64, f64) {
     let of = |index: usize, name: &str| rows(file, index, name);
     let gas = file.species.iter().position(|s| s.part_type == 0).unwrap();
     let star = (0..file.species.len()).find(|i| *i != gas && file.species[*i].table.count == 1).unwrap();
@@ -162,7 +163,7 @@ fn lift(file: &ParticleFile) -> f64 {
             2.0 / 3.0 * energies[i] / (rho * omega)
         })
         .collect();
-    let (mut up, mut down) = (0.0, 0.0);
+    let (mut up, mut down, mut sheared) = (0.0, 0.0, 0.0);
     for i in 0..n {
         let mut force = 0.0;
         for j in (0..n).filter(|j| *j != i) {
@@ -175,12 +176,16 @@ fn lift(file: &ParticleFile) -> f64 {
             force -= masses[j] * (pull(i) + pull(j)) * way[2] / r;
         }
         up += places[i][2] * force;
-        down += places[i][2].powi(2) / length(&places[i]).powi(3);
+        let weight = places[i][2].powi(2) / length(&places[i]).powi(3);
+        down += weight;
+        let shear = 1.5 * places[i][0].hypot(places[i][1]).powf(-1.5);
+        sheared += weight * (0.5 * support[i] * shear).powi(2) / (2.0 / 3.0 * energies[i]);
     }
-    up / down - 1.0
+    (up / down - 1.0, sheared / down)
 }
 
-/// Sums over neighbors push a thin layer apart: for a code it is as thick as the code holds it.
+/// Sums over neighbors push a thin layer apart: for a code it is as thick as the code holds it. In Phantom the motion of sheared particles and viscosity
+/// hold 0.026 (S h/c)^2 of the weight beside the pressure.
 #[test]
 fn a_disc_for_a_code_is_as_thick_as_that_holds_it() {
     let scene = |code: &str| {
@@ -191,11 +196,13 @@ fn a_disc_for_a_code_is_as_thick_as_that_holds_it() {
         )
     };
     let lifted = |code: &str| lift(&placed_bodies(&scene(code)));
-    let plain = lifted("kernel: cubic-spline\nneighbors: 57.9\n");
+    let (plain, _) = lifted("kernel: cubic-spline\nneighbors: 57.9\n");
     assert!(plain > 0.04, "{plain}");
-    let made = lifted("target_code: phantom\n");
     // Between rings the stretch is a line.
+    let (made, _) = lifted("target_code: gadget4:neighbors=58\n");
     assert!(made.abs() < 0.01, "{made} after {plain}");
+    let (made, sheared) = lifted("target_code: phantom\n");
+    assert!(sheared > 1.0 && (made + 0.026 * sheared).abs() < 0.02, "{made} after {plain}, with {sheared}");
 }
 
 /// A layer that is thinner than kernels see is not squeezed until they do.

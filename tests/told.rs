@@ -221,3 +221,43 @@ fn fields_by_names_that_formats_use_are_read_back() {
         }
     }
 }
+
+#[test]
+fn points_at_one_place_are_refused_and_bodies_that_fly_apart_are_told() {
+    let points = "bodies:\n- {name: a, point_mass: 1}\n- {name: b, point_mass: 1}\n- {name: star, input: {profile: {polytrope: {n: 1.5, mass: 1, radius: 1}}}, position: [9, 0, 0]}\n\
+                  particles: 100\npolish: none\nwvt: {iterations: 0}\n";
+    let error = place_bodies(&Scene::parse(points).unwrap(), FORMATS, &Control::default()).unwrap_err().to_string();
+    assert!(error.contains("bodies[a]") && error.contains("and b are points at one place"), "{error}");
+    let told = |spin: f64| {
+        let star = format!(
+            "bodies:\n- {{name: star, input: {{profile: {{polytrope: {{n: 1.5, mass: 1, radius: 1}}}}}}, spin: [0, 0, {spin}]}}\nparticles: 100\npolish: none\nwvt: {{iterations: 0}}\n"
+        );
+        let (_, report) = place_bodies(&Scene::parse(&star).unwrap(), FORMATS, &Control::default()).unwrap();
+        report.warnings.iter().any(|w| w.contains("body star turns so fast that it flies apart"))
+    };
+    assert_eq!([0.9, 1.1, -5.0].map(told), [false, true, true]);
+}
+
+/// No particle would be there, and others would carry the mass.
+#[test]
+fn a_resolution_that_forgets_part_of_the_mass_is_refused() {
+    let cube = "domain: {box: [[0, 0, 0], [1, 1, 1]], boundary: periodic}\n";
+    for (input, domain, resolution) in [
+        ("{expression: '1'}", cube, "if(x < 0.5, 1, 1e-4)"),
+        ("{expression: '1'}", cube, "if(x < 0.5, 1, 0)"),
+        ("{expression: '1'}", cube, "exp(-20*x)"),
+        ("{profile: {polytrope: {n: 1.5, mass: 1, radius: 1}}}", "", "if(r < 0.3, 1e-4, 1)"),
+    ] {
+        let scene =
+            format!("input: {input}\n{domain}particles: 1000\nresolution: {{number_density: '{resolution}'}}\n");
+        let error = place(&Scene::parse(&scene).unwrap(), FORMATS, &Control::default()).unwrap_err().to_string();
+        assert!(
+            error.contains("scene, resolution: has spacings larger than the whole domain"),
+            "{resolution}: {error}"
+        );
+    }
+    let coarse = format!(
+        "input: {{expression: '1'}}\n{cube}particles: 500\npolish: none\nwvt: {{iterations: 0}}\nresolution: {{number_density: 'if(x < 0.5, 1, 0.05)'}}\n"
+    );
+    placed(&coarse);
+}

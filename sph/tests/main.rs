@@ -2,6 +2,7 @@
 //! long to compile, are not compiled once more for tests within the crate.
 
 mod domain;
+mod edges;
 mod exchange;
 mod gravity;
 mod groups;

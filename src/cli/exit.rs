@@ -41,7 +41,9 @@ impl Shortcomings {
             let bad = body.findings().into_iter().filter(|finding| finding.grade == Grade::Bad);
             bad.map(|finding| format!("{} of body {}", finding.topic, body.name))
         });
-        Self::new(scene, report.stop, region, bad.collect())
+        let own = report.verdict.iter().filter(|finding| finding.grade == Grade::Bad);
+        let own = own.map(|finding| finding.topic.name().to_owned());
+        Self::new(scene, report.stop, region, own.chain(bad).collect())
     }
 
     fn new(scene: &Scene, stop: StopReason, misplaced: Option<String>, bad: Vec<String>) -> Self {

@@ -142,7 +142,9 @@ pub(crate) fn particle_file<const D: usize>(
         None => columns::internal_energy(&mut carried, &target_density, known, making.requires_energy)?,
     };
     match energies {
-        EnergySource::Placeholder if has_temperature => warnings.push(placeholder_note(true)),
+        EnergySource::Placeholder if has_temperature || scene.code().is_some() => {
+            warnings.push(placeholder_note(has_temperature));
+        }
         EnergySource::Placeholder => notes.push(placeholder_note(false)),
         EnergySource::NotWritten if has_temperature => {
             left_out.push(("InternalEnergy", "a temperature gives none without fields.mean_molecular_weight"));

@@ -100,6 +100,11 @@ pub fn place_bodies(
     }
     let own = box_of(scene, common.dimension, &conversion)?;
     overlap::refuse_overlap(&bodies, &states, own.as_ref())?;
+    overlap::refuse_coincident_points(&bodies, &states)?;
+    let mut warnings = Vec::from_iter(scene.has_several_gases());
+    if common.dimension == 3 && (common.has_units() || scene.own_gravity().is_some()) {
+        warnings.extend(overlap::bursting(&bodies, &states, common.gravity_in(&header.units)));
+    }
     notes.extend(overlap::points_within(&bodies, &states));
     if relative.is_some() {
         let (center, velocity) = assembly::center_of_mass(&bodies, &states);
@@ -169,11 +174,13 @@ pub fn place_bodies(
         false => settling::settle(scene, code.as_ref(), &mut file, control)?,
     };
     let stop = settled.as_ref().and_then(|s| s.stop).unwrap_or(stop);
+    let closest_pair = settled.as_ref().and_then(|s| s.closest_pair);
+    let settled_pair = closest_pair.zip(code.as_ref().map(|code| code.kernel.title()));
     let (settled, certificate) = settled.map_or((None, None), |s| {
         notes.extend(s.notes);
         (s.damped, s.free)
     });
-    let report = BodiesReport {
+    let mut report = BodiesReport {
         output: scene.output.file.as_ref().map_or_else(String::new, |f| f.display().to_string()),
         units: common.name,
         dimension: common.dimension,
@@ -186,11 +193,14 @@ pub fn place_bodies(
         bodies: figures,
         settled,
         certificate,
-        warnings: scene.has_several_gases().into_iter().collect(),
+        warnings,
+        settled_pair,
+        verdict: Vec::new(),
         notes,
         seconds: start.elapsed().as_secs_f64(),
         peak_memory: memory::peak(),
     };
+    report.judge();
     Ok((file, report))
 }
 
@@ -291,6 +301,7 @@ pub fn run_bodies_as(
         let lost = lost(&file, &[], (format.name, format.capabilities.columns));
         report.warnings.extend(lost.into_iter().filter(|text| !is_told(text)).collect::<Vec<_>>());
     }
+    report.judge();
     report.seconds = start.elapsed().as_secs_f64();
     report.peak_memory = memory::peak();
     report.write_page(scene, &file, command)?;
@@ -377,6 +388,11 @@ impl Common {
         )))
     }
 
+    /// The constant of gravity in the output's units.
+    fn gravity_in(&self, out: &UnitSystem) -> f64 {
+        if self.has_units() { self.gravity / out.to_cgs(GRAVITY) } else { self.gravity }
+    }
+
     /// The second body as the first sees it.
     fn relative(
         &self,
@@ -387,7 +403,7 @@ impl Common {
         if self.dimension != 3 {
             return Err(Error::scene("orbit", format!("is one in 3-D, but the bodies are in {}-D", self.dimension)));
         }
-        let gravity = if self.has_units() { self.gravity / out.to_cgs(GRAVITY) } else { self.gravity };
+        let gravity = self.gravity_in(out);
         let [a, b] = bodies else { return Err(Error::scene("orbit", "is of two bodies")) };
         let (strength, contact) = (gravity * (a.mass + b.mass), a.surface + b.surface);
         let speed = |key: &str, q: &Quantity| q.value(key, UnitDimension::VELOCITY, conversion);

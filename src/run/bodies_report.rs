@@ -1,9 +1,10 @@
 //! The report of a scene of several bodies, for people or as JSON.
 
+use super::grading::verdict_on_all;
 use super::memory;
 use super::orbit::Relative;
 use super::report::{Report, write_certificates};
-use super::verdict::Grade;
+use super::verdict::{Finding, Grade, write_verdict};
 use crate::output::origin::NOTE;
 use crate::output::particle_file::MOVED;
 use crate::relaxation::{Certificate, StopReason};
@@ -30,6 +31,11 @@ pub struct BodiesReport {
     pub certificate: Option<Certificate>,
     /// What is probably not meant of all bodies together; each has those of its own.
     pub warnings: Vec<String>,
+    /// The closest pair after bodies have settled, if they did, in spacings there, and the kernel of the code.
+    #[serde(skip)]
+    pub settled_pair: Option<(f64, &'static str)>,
+    /// On all bodies together; each has one of its own.
+    pub verdict: Vec<Finding>,
     pub notes: Vec<String>,
     pub seconds: f64,
     /// The most bytes of memory that the process has had at once, where the system tells.
@@ -155,10 +161,16 @@ impl BodiesReport {
         serde_json::to_string_pretty(self).unwrap_or_else(|e| format!("{{\"error\": \"{e}\"}}"))
     }
 
-    /// The worst grade of all bodies, and of what there is to warn of.
+    /// Comes to the verdict on all bodies together, by what is known now.
+    pub fn judge(&mut self) {
+        self.verdict = verdict_on_all(self.settled_pair, &self.warnings);
+    }
+
+    /// The worst grade of all bodies, each by itself and together.
     pub fn worst(&self) -> Grade {
-        let own = if self.warnings.is_empty() { Grade::Good } else { Grade::Look };
-        self.bodies.iter().flat_map(BodyReport::findings).map(|f| f.grade).fold(own, Grade::max)
+        let own = self.verdict.iter().map(|finding| finding.grade);
+        let of_bodies = self.bodies.iter().flat_map(BodyReport::findings).map(|finding| finding.grade);
+        own.chain(of_bodies).max().unwrap_or(Grade::Good)
     }
 
     /// The first body with a region that is off, with how many particles that has and should have.
@@ -212,7 +224,7 @@ impl BodiesReport {
         for note in &self.notes {
             writeln!(out, "  note             {note}")?;
         }
-        writeln!(out, "  verdict          {}", self.worst().summary())
+        write_verdict(out, self.worst(), &self.verdict)
     }
 
     fn write_body(&self, out: &mut String, body: &BodyReport) -> std::fmt::Result {

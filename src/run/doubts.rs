@@ -1,12 +1,13 @@
 //! What is probably not meant, with the remedy: it is done all the same.
 
 use crate::error::{Error, Result};
+use crate::field::probes;
 use crate::input::internal_units::Prepared;
 use crate::input::refinement::Refinement;
 use crate::input::slips::slips;
 use crate::input::solenoidal;
 use crate::scene::{BoundaryName, Scene};
-use crate::target::{LeftOut, Positions, Regions, Target, at};
+use crate::target::{LeftOut, Positions, Regions, Resolution, Target, at};
 use sph::domain::{Axis, Domain, Region};
 use sph::kernel::support_over_spacing;
 
@@ -71,8 +72,8 @@ pub(crate) fn left_out<const D: usize>(regions: Option<&Regions<'_, D>>, count: 
     let LeftOut { share, volume } = regions?.left_out()?;
     let worth = share * count as f64;
     let text = format!(
-        "no particle is placed in {:.3} % of the domain: what is there is worth {worth:.2e} particles, {share:.1e} of the mass, which the others \
-         carry; {:.0e} particles would have one there, and a `resolution` of its own has as many as you like",
+        "no particle is placed in {:.3} % of the domain: what is there is worth {worth:.2e} particles, a share of {share:.1e}, and its mass is carried by \
+         the others; {:.0e} particles would have one there, and a `resolution` of its own has as many as you like",
         100.0 * volume,
         1.0 / share
     );
@@ -97,6 +98,37 @@ impl Told {
 
 /// Particles that a region is worth which is there to be next to empty.
 const NEXT_TO_NOTHING: f64 = 1e-3;
+
+/// The share of the mass that may be where a resolution of its own has no particles.
+const FORGOTTEN: f64 = 0.01;
+
+/// Refuses a resolution with which part of the mass is where spacings are larger than the domain: no particle is there, and others carry that mass.
+///
+/// # Errors
+/// Such a resolution.
+pub(crate) fn refuse_places_without_particles<const D: usize>(target: &Target<'_, D>) -> Result<()> {
+    if !matches!(target.resolution, Resolution::NumberDensity(_)) {
+        return Ok(());
+    }
+    let size = target.domain.extent().into_iter().fold(0.0, f64::max);
+    let (mut all, mut forgotten) = (0.0, 0.0);
+    for x in probes(target.domain) {
+        let density = target.density.value(&x);
+        all += density;
+        if target.number_density(&x) * size.powi(D as i32) < 1.0 {
+            forgotten += density;
+        }
+    }
+    if forgotten > FORGOTTEN * all {
+        let problem = format!(
+            "has spacings larger than the whole domain where about {:.0} % of the mass is: no particle would be there, and others would carry that mass; ask \
+             for a larger number density there, or for more particles",
+            100.0 * forgotten / all
+        );
+        return Err(Error::scene("resolution", problem));
+    }
+    Ok(())
+}
 
 /// Refuses a periodic box so flat that each kernel reaches over too many of its images, and a domain so far from the origin that its places are
 /// not resolved.

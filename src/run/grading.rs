@@ -224,6 +224,15 @@ fn pairs(apart: f64, kernel: &str) -> (Grade, String) {
     (graded, format!("the closest are {apart:.3} spacings apart (0.5 is good){remedy}"))
 }
 
+/// The verdict on particles of several bodies together: how close they have come while they settled, if they did, and what is probably not meant.
+pub fn verdict_on_all(closest_pair: Option<(f64, &str)>, warnings: &[String]) -> Vec<Finding> {
+    let of_pairs = closest_pair.map(|(apart, kernel)| {
+        let (grade, text) = pairs(apart, kernel);
+        Finding::new(grade, Topic::Pairs, format!("after settling {text}"))
+    });
+    of_pairs.into_iter().chain(warned(warnings)).collect()
+}
+
 /// Distance of a region's particles from it as a whole, in spacings.
 const LITTLE_SHIFT: f64 = 0.1;
 const MUCH_SHIFT: f64 = 0.3;
@@ -369,8 +378,11 @@ pub fn verdict(report: &Report) -> Vec<Finding> {
         StopReason::ToleranceMissed => say(Grade::Bad, Topic::End, "the tolerance was not reached".into()),
         _ => {}
     }
-    if !report.warnings.is_empty() {
-        say(Grade::Look, Topic::Warnings, format!("{}, above", report.warnings.len()));
-    }
+    all.extend(warned(&report.warnings));
     all
+}
+
+fn warned(warnings: &[String]) -> Option<Finding> {
+    let text = format!("{}, above", warnings.len());
+    (!warnings.is_empty()).then(|| Finding::new(Grade::Look, Topic::Warnings, text))
 }

@@ -4,6 +4,9 @@
 //! be, it breathes about a thicker rest. For the code that a scene names, rings of the disc are stretched along the axis until in each
 //! sum z a = -sum z g, with the acceleration a that the code finds by its kernel and the gas's temperature, and the gravity g that holds the target,
 //! dP*/dz / rho*. Their ratio falls by twice the stretch.
+//!
+//! Sheared particles do not stay at rest, and viscosity acts on them: where it is known for the code how much of the weight that holds, a has
+//! to hold so much less.
 
 use crate::field::CarriedField;
 use crate::input::displacement::Displaced;
@@ -21,6 +24,8 @@ const MOST_RINGS: usize = 64;
 const ROUNDS: usize = 3;
 /// Largest change: where more would be needed the layer is thinner than kernels see, and is left as it is placed.
 const MOST: f64 = 0.15;
+/// Shear is taken to hold at most this share of the weight: it is known of layers that are resolved.
+const MOST_BY_SHEAR: f64 = 0.2;
 /// Step of the differences of the target, in support radii.
 const STEP: f64 = 1e-3;
 
@@ -34,7 +39,12 @@ pub(super) fn stretched<const D: usize>(
     let is_for_a_code = D == 3 && scene.input.disc().is_some() && scene.code().is_some();
     let pressure = prepared.source.carried.iter().find(|f| f.info().name == names::PRESSURE);
     let pressure = pressure.filter(|_| is_for_a_code && scene.collisionless.is_none())?;
-    let layer = Layer::new(target, pressure.as_ref(), positions, masses);
+    let carried = &prepared.source.carried;
+    let velocity = carried.iter().find(|f| f.info().name == names::VELOCITIES).map(AsRef::as_ref);
+    // Of the input's numbers, in which pressure and velocity are.
+    let density = prepared.mass.value / prepared.length.powi(D as i32);
+    let shear = velocity.zip(scene.code().map(|code| code.support_by_shear()));
+    let layer = Layer::new(target, (pressure.as_ref(), density, shear), positions, masses);
     let sums = (scene.kernel(), scene.kernel_neighbors(D));
     let rings = layer.rings.len();
     let (mut moved, mut stretch, mut is_resolved) = (positions.clone(), vec![1.0; rings], vec![true; rings]);
@@ -79,6 +89,10 @@ struct Layer<'a, const D: usize> {
     masses: &'a [f64],
     /// P*.
     pressure: &'a dyn CarriedField<D>,
+    /// The input's unit of density per internal one.
+    density: f64,
+    /// Velocities, and what shear holds up.
+    shear: Option<(&'a dyn CarriedField<D>, f64)>,
     radii: Vec<f64>,
     rings: Vec<Vec<usize>>,
     /// Of the rings, on average.
@@ -88,7 +102,7 @@ struct Layer<'a, const D: usize> {
 impl<'a, const D: usize> Layer<'a, D> {
     fn new(
         target: &Target<'_, D>,
-        pressure: &'a dyn CarriedField<D>,
+        (pressure, density, shear): (&'a dyn CarriedField<D>, f64, Option<(&'a dyn CarriedField<D>, f64)>),
         positions: &Positions<D>,
         masses: &'a [f64],
     ) -> Self {
@@ -104,7 +118,22 @@ impl<'a, const D: usize> Layer<'a, D> {
             (0..number).map(|ring| order[ring * n / number..(ring + 1) * n / number].to_vec()).collect();
         let middle = |ring: &Vec<usize>| ring.iter().map(|&i| radii[i]).sum::<f64>() / ring.len() as f64;
         let middles = rings.iter().map(middle).collect();
-        Self { masses, pressure, radii, rings, middles }
+        Self { masses, pressure, density, shear, radii, rings, middles }
+    }
+
+    /// The share of the weight that shear holds up at a place, with the gas's P*/rho* and a smoothing length there.
+    fn held_by_shear(&self, x: &[f64; D], center: &[f64; D], (temperature, smoothing_length): (f64, f64)) -> f64 {
+        let Some((velocity, support)) = self.shear else { return 0.0 };
+        let offset = |k: usize| if k < D - 1 { x[k] - center[k] } else { 0.0 };
+        let radius = (0..D - 1).map(|k| offset(k).powi(2)).sum::<f64>().sqrt();
+        let turning = |factor: f64| {
+            let (mut v, place) = ([0.0; D], sph::array(|k| x[k] + (factor - 1.0) * offset(k)));
+            velocity.evaluate(&place, &mut v);
+            (0..D).map(|k| v[k] * v[k]).sum::<f64>().sqrt() / (factor * radius)
+        };
+        let shear = (turning(1.0 + STEP) - turning(1.0 - STEP)) / (2.0 * STEP);
+        let share = support * (shear * smoothing_length).powi(2) / (temperature / self.density);
+        if share.is_finite() { share.min(MOST_BY_SHEAR) } else { 0.0 }
     }
 
     fn pressure_at(&self, x: &[f64; D]) -> f64 {
@@ -121,7 +150,7 @@ impl<'a, const D: usize> Layer<'a, D> {
         })
     }
 
-    /// sum m z (a - a*) / sum m z a* of each ring, a* being what holds the target against gravity.
+    /// sum m z (a - a*) / sum m z a* of each ring, a* being what holds the target against gravity, less what shear holds.
     fn excess(
         &self,
         target: &Target<'_, D>,
@@ -137,8 +166,9 @@ impl<'a, const D: usize> Layer<'a, D> {
                 y[D - 1] += way * step;
                 self.pressure_at(&y)
             };
-            let own = self.pressure_at(&x);
-            -own / target.density.value(&x) * (pressure(1.0) / pressure(-1.0)).ln() / (2.0 * step)
+            let temperature = self.pressure_at(&x) / target.density.value(&x);
+            let held = -temperature * (pressure(1.0) / pressure(-1.0)).ln() / (2.0 * step);
+            held * (1.0 - self.held_by_shear(&x, &center, (temperature, 0.5 * support[i])))
         });
         let of_ring = |ring: &Vec<usize>| {
             let (mut more, mut all) = (0.0, 0.0);

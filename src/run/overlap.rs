@@ -1,4 +1,4 @@
-//! Bodies in each other's way.
+//! Bodies in each other's way, and those that fly apart.
 
 use super::assembly::{Body, Frame, State, length};
 use crate::error::{Error, Result};
@@ -39,6 +39,36 @@ pub fn refuse_overlap(bodies: &[Body], states: &[State], frame: Option<&Frame>) 
         }
     }
     Ok(())
+}
+
+/// Refuses point masses at one place, where no distance is left between them.
+///
+/// # Errors
+/// The first two.
+pub fn refuse_coincident_points(bodies: &[Body], states: &[State]) -> Result<()> {
+    let points: Vec<usize> = (0..bodies.len()).filter(|&i| !bodies[i].is_gas() && bodies[i].radius == 0.0).collect();
+    for (k, &i) in points.iter().enumerate() {
+        if let Some(&j) = points[..k].iter().find(|&&j| states[i].position == states[j].position) {
+            let problem = format!("and {} are points at one place; state their positions", bodies[i].title);
+            return Err(Error::scene(format!("bodies[{}]", bodies[j].title), problem));
+        }
+    }
+    Ok(())
+}
+
+/// Bodies of gas that turn faster than their own gravity, with this constant, holds.
+pub fn bursting(bodies: &[Body], states: &[State], constant: f64) -> Vec<String> {
+    let told = |(body, state): (&Body, &State)| {
+        let excess = length(state.spin).powi(2) * body.surface.powi(3) / (constant * body.mass);
+        (body.is_gas() && excess > 1.0).then(|| {
+            format!(
+                "body {} turns so fast that it flies apart: at its surface the centrifugal force is {excess:.2} times its gravity; spin up to {:.4e} is held",
+                body.title,
+                length(state.spin) / excess.sqrt()
+            )
+        })
+    };
+    bodies.iter().zip(states).filter_map(told).collect()
 }
 
 /// Points that lie within gas, but not in the middle of it, which nothing holds there.

@@ -261,6 +261,7 @@ impl Run<'_> {
         self.notes.extend(prepared.notes.iter().filter(|_| !self.scene.input.keeps_particles()).cloned());
         let around = self.around.map(|o| Carving::new(o, &prepared, &self.units, self.formats)).transpose()?;
         let count = around.as_ref().map_or(count, Carving::whole);
+        doubts::refuse_places_without_particles(&prepared.target())?;
         let regions = prepared.target().find_regions(self.scene.region_contrast);
         let target = prepared.target().with_regions(regions.as_ref());
         if let Some(told) = doubts::left_out(regions.as_ref(), count) {

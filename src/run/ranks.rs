@@ -153,6 +153,8 @@ impl<'a> Run<'a> {
         let prepared = agreed(exchange, self.prepared::<D>(raw, count))?;
         self.notes.extend(prepared.notes.iter().cloned());
         doubts::refuse_domain(scene, &prepared.source.domain, count)?;
+        doubts::refuse_places_without_particles(&prepared.target())?;
+        self.warnings.extend(prepared.doubts.iter().cloned());
         self.warnings.extend(doubts::before(scene, &prepared, count));
         let regions = prepared.target().find_regions(scene.region_contrast);
         let target = prepared.target().with_regions(regions.as_ref());

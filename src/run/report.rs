@@ -15,7 +15,7 @@ use crate::run::memory;
 use crate::run::plan::Plan;
 use crate::run::settling::Settling;
 use crate::run::variables::{VariableReport, write_variables};
-use crate::run::verdict::{Finding, ending, write_verdict};
+use crate::run::verdict::{Finding, ending, worst, write_verdict};
 use serde::Serialize;
 use sph::exchange::{Alone, Exchange};
 use sph::reduce;
@@ -388,7 +388,7 @@ pub(super) fn write_remarks(
     for left in &plan.left_out {
         writeln!(out, "  without          {}: {}", left.what, left.why)?;
     }
-    write_verdict(out, verdict)
+    write_verdict(out, worst(verdict), verdict)
 }
 
 /// Where the mass is.

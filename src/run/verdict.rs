@@ -130,8 +130,8 @@ const FOLDER: &str = "docs/src/";
 ///
 /// # Errors
 /// Those of `out`.
-pub fn write_verdict(out: &mut String, findings: &[Finding]) -> std::fmt::Result {
-    writeln!(out, "  verdict          {} ({HELP})", worst(findings).summary())?;
+pub fn write_verdict(out: &mut String, worst: Grade, findings: &[Finding]) -> std::fmt::Result {
+    writeln!(out, "  verdict          {} ({HELP})", worst.summary())?;
     for Finding { grade, topic, text, .. } in findings {
         writeln!(out, "    {:<6} {:<14} {text} [{MANUAL}#{}]", grade.mark(), topic.name(), topic.anchor())?;
     }
@@ -167,7 +167,7 @@ mod tests {
             assert_eq!(link.0, "docs/src/numbers.md");
             assert!(link.1.chars().all(|c| c.is_ascii_lowercase() || c == '-'), "{link:?}");
             let mut out = String::new();
-            write_verdict(&mut out, &[finding]).unwrap();
+            write_verdict(&mut out, Grade::Good, &[finding]).unwrap();
             assert!(out.lines().nth(1).unwrap().ends_with(&format!("[numbers.md#{}]", link.1)), "{out}");
         }
     }

@@ -16,6 +16,9 @@ pub struct Text {
     content: String,
 }
 
+/// Lines by whose width a file is one of fixed width.
+const LINES: usize = 24;
+
 impl Text {
     /// Reads a whole file. A byte-order mark is dropped.
     ///
@@ -107,8 +110,8 @@ impl Text {
         self.content.ends_with('\n')
     }
 
-    /// Refuses a file of fixed-width lines whose last line is cut off: without a line end and shorter than the
-    /// line before. The number of fields alone does not show it.
+    /// Refuses a file of fixed-width lines whose last line is cut off: without a line end and shorter than some
+    /// lines before, all of one width. The number of fields alone does not show it.
     ///
     /// # Errors
     /// [`FormatError::Input`].
@@ -118,10 +121,14 @@ impl Text {
         }
         let width = |line: &str| line.trim_end().len();
         let mut last = self.content.lines().rev().filter(|line| !line.trim().is_empty());
-        let (Some(end), Some(before), Some(second)) = (last.next(), last.next(), last.next()) else {
-            return Ok(());
-        };
-        if width(before) == width(second) && width(end) < width(before) {
+        let Some(end) = last.next() else { return Ok(()) };
+        let mut all: Vec<&str> = last.take(LINES).collect();
+        if (3..LINES).contains(&all.len()) {
+            // The first may be a header.
+            all.pop();
+        }
+        let Some(before) = all.first() else { return Ok(()) };
+        if all.iter().all(|line| width(line) == width(before)) && width(end) < width(before) {
             let problem = format!(
                 "the last line has {} characters and no line end, those before have {}; the file is truncated",
                 width(end),
@@ -207,5 +214,10 @@ mod tests {
         assert!(check("1.0 2.00\n3.0 4.00\n5.0 6.0\n"));
         assert!(check("1 2\n30 4\n5 6"));
         assert!(!check("1.0 2.00\n3.0 4.00\n5.0 6.0"));
+        assert!(!check("radius rho\n1.0 2.00\n3.0 4.00\n5.0 6.0"));
+        // Numbers as short as they can be.
+        let rows: Vec<String> =
+            (1..=100).map(|i| format!("{} {}", f64::from(i) / 100.0, 1.0 - f64::from(i) / 100.0)).collect();
+        assert!(check(&rows.join("\n")));
     }
 }

@@ -1,8 +1,20 @@
 //! Mirror images of particles in curved surfaces. (Flat walls need none: see [`crate::domain::Domain::axis_images`].)
 
 use super::bounds::Domain;
-use crate::geometry::{Positions, at};
+use super::edges;
+use super::region::Region;
+use crate::geometry::{Positions, at, distance};
 use crate::parallel;
+
+/// All images of `x` in surfaces nearer than `reach`, with their stretch: one in a smooth surface, and near the edges of a hull one in each face and
+/// those beyond.
+fn images_within<const D: usize>(region: &Region<D>, x: &[f64; D], reach: f64) -> Vec<([f64; D], f64)> {
+    if let Region::Hull(hull, _) = region {
+        return edges::images(hull.as_ref(), x, reach).into_iter().map(|image| (image, 1.0)).collect();
+    }
+    let is_near = |image: &[f64; D]| 0.5 * distance(image, x) < reach;
+    region.mirror_with_stretch(x).filter(|(image, _)| is_near(image)).into_iter().collect()
+}
 
 /// Ghost particles: sources only, each with the particle that it mirrors.
 #[derive(Debug, Clone, Default)]
@@ -20,10 +32,8 @@ impl<const D: usize> Ghosts<D> {
             return Self { positions: Vec::new(), parents: Vec::new(), stretch: Vec::new() };
         }
         let made = parallel::map(positions[0].len(), |i| {
-            let x = at(positions, i);
-            let (image, stretch) = domain.region.mirror_within(&x, reach(i))?;
-            let depth = 0.5 * (0..D).map(|k| (image[k] - x[k]).powi(2)).sum::<f64>().sqrt();
-            (depth < reach(i)).then_some((image, i as u32, stretch))
+            let images = images_within(&domain.region, &at(positions, i), reach(i)).into_iter();
+            images.map(|(image, stretch)| (image, i as u32, stretch)).collect::<Vec<_>>()
         });
         let made: Vec<([f64; D], u32, f64)> = made.into_iter().flatten().collect();
         Self {
@@ -33,6 +43,7 @@ impl<const D: usize> Ghosts<D> {
         }
     }
 
+    /// Coordinates by axis.
     pub fn soa(&self) -> Positions<D> {
         std::array::from_fn(|k| self.positions.iter().map(|x| x[k]).collect())
     }

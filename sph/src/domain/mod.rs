@@ -1,6 +1,7 @@
 //! The space that particles may occupy, and the only code that wraps, mirrors or confines positions.
 
 mod bounds;
+mod edges;
 mod ghosts;
 mod region;
 

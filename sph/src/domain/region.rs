@@ -152,14 +152,6 @@ impl<const D: usize> Region<D> {
         self.mirror_with_stretch(x).map(|(image, _)| image)
     }
 
-    /// [`Self::mirror_with_stretch`] where the surface is nearer than `reach`, beyond which no image is sought.
-    pub fn mirror_within(&self, x: &[f64; D], reach: f64) -> Option<([f64; D], f64)> {
-        match self {
-            Self::Hull(hull, _) => hull.nearest_within(x, reach).map(|p| (crate::array(|k| 2.0 * p[k] - x[k]), 1.0)),
-            _ => self.mirror_with_stretch(x),
-        }
-    }
-
     /// [`Self::mirror`] with the ratio of volumes, (r'/r)^(d-1) in a ball and r'/r in a cylinder, by which mirroring
     /// stretches space; 1 for a hull, whose faces are flat.
     pub fn mirror_with_stretch(&self, x: &[f64; D]) -> Option<([f64; D], f64)> {

@@ -26,6 +26,8 @@ pub struct Surface<const D: usize> {
     /// How many of them are the surface; the rest closes cracks.
     own: usize,
     tree: Bvh<D>,
+    /// What of the facets has the outside on one side, where the rest is within the body.
+    skin: Option<(Vec<Facet<D>>, Bvh<D>)>,
     winding: Winding<D>,
     octants: Option<Octants<D>>,
     is_closed: bool,
@@ -44,6 +46,45 @@ const LOOKS: usize = 6;
 const HALVINGS: usize = 30;
 /// Places in the bounding box at which a surface with gaps is judged.
 const PROBES: usize = 1 << 13;
+
+/// How far to the side of a facet it is looked whether that is outside, in diagonals of the whole.
+const SIDE_STEP: f64 = 1e-7;
+
+/// Halvings of the edges of a facet that is within the body in part.
+const SPLITS: u32 = 5;
+
+/// What is found of a volume.
+struct Measured {
+    volume: MassEstimate,
+    /// What is to be said of a surface that goes around some of it more than once.
+    passes_itself: Option<String>,
+}
+
+/// The outward normal of a facet, of length 1.
+fn normal<const D: usize>(facet: &Facet<D>) -> [f64; D] {
+    let edge = |i: usize| -> [f64; D] { sph::array(|k| facet[i][k] - facet[0][k]) };
+    let across: [f64; D] = match D {
+        1 => sph::array(|_| 1.0),
+        2 => sph::array(|k| if k == 0 { edge(1)[1] } else { -edge(1)[0] }),
+        _ => {
+            let (a, b) = (edge(1), edge(2));
+            sph::array(|k| a[(k + 1) % D] * b[(k + 2) % D] - a[(k + 2) % D] * b[(k + 1) % D])
+        }
+    };
+    let length = across.iter().map(|v| v * v).sum::<f64>().sqrt();
+    if length > 0.0 { across.map(|v| v / length) } else { across }
+}
+
+/// The parts between the corners of a facet and the middles of its edges.
+fn halves<const D: usize>(facet: &Facet<D>) -> Vec<Facet<D>> {
+    let middle = |i: usize, j: usize| -> [f64; D] { sph::array(|k| 0.5 * (facet[i][k] + facet[j][k])) };
+    let mut parts: Vec<Facet<D>> =
+        (0..D).map(|corner| std::array::from_fn(|i| if i == corner { facet[i] } else { middle(corner, i) })).collect();
+    if D == 3 {
+        parts.push(std::array::from_fn(|i| middle(i, (i + 1) % D)));
+    }
+    parts
+}
 
 impl<const D: usize> Surface<D> {
     /// The region within `facets`, which name their corners among `points`; with notes on what was repaired.
@@ -64,7 +105,7 @@ impl<const D: usize> Surface<D> {
             return Err(format!("it is flat: all of it lies at {} = {:e}", ["x", "y", "z"][k], bounds.lo[k]));
         }
         let volume = MassEstimate { value: 0.0, error: 0.0 };
-        let mut surface = Self { facets, own, tree, winding, octants: None, is_closed, bounds, volume };
+        let mut surface = Self { facets, own, tree, skin: None, winding, octants: None, is_closed, bounds, volume };
         if is_closed {
             let clear = |x: &[f64; D], reach: f64| surface.nearest_within(x, reach).is_none();
             let octants = Octants::new(bounds, &clear, &|x| surface.times(x) > 0);
@@ -72,8 +113,36 @@ impl<const D: usize> Surface<D> {
         } else {
             surface.refuse_open(&mut notes)?;
         }
-        surface.volume = surface.measured(&mut notes)?;
+        let measured = surface.measured()?;
+        surface.volume = measured.volume;
+        if let Some(note) = measured.passes_itself {
+            surface.skin = Some(surface.outer_facets());
+            notes.push(note);
+        }
         Ok((surface, notes))
+    }
+
+    /// The facets of a closed surface, as far as they are not within the body: only these end it.
+    fn outer_facets(&self) -> (Vec<Facet<D>>, Bvh<D>) {
+        let outer: Vec<Facet<D>> =
+            self.facets[..self.own].par_iter().flat_map_iter(|facet| self.outside_of(facet, SPLITS)).collect();
+        let tree = Bvh::new((0..outer.len() as u32).collect(), &|i| Aabb::around(&outer[i as usize]));
+        (outer, tree)
+    }
+
+    /// The parts of a facet that have the outside on their side, down to so many halvings of its edges.
+    fn outside_of(&self, facet: &Facet<D>, splits: u32) -> Vec<Facet<D>> {
+        let (normal, step) = (normal(facet), SIDE_STEP * self.bounds.diagonal());
+        let is_outer = |weights: [f64; D]| {
+            let beside = |k: usize| (0..D).map(|i| weights[i] * facet[i][k]).sum::<f64>() + step * normal[k];
+            self.times(&sph::array(beside)) <= 0
+        };
+        let middle = is_outer([1.0 / D as f64; D]);
+        let near = |corner: usize| sph::array(|i| if i == corner { 0.9 } else { 0.1 / (D as f64 - 1.0) });
+        if (0..D).all(|corner| is_outer(near(corner)) == middle) || splits == 0 {
+            return if middle { vec![*facet] } else { Vec::new() };
+        }
+        halves(facet).iter().flat_map(|part| self.outside_of(part, splits - 1)).collect()
     }
 
     /// The bounding box.
@@ -134,7 +203,7 @@ impl<const D: usize> Surface<D> {
     }
 
     /// The volume.
-    fn measured(&self, notes: &mut Vec<String>) -> Result<MassEstimate, String> {
+    fn measured(&self) -> Result<Measured, String> {
         let most = if self.is_closed { CHORDS } else { LOOSE_CHORDS };
         let chords = chord_integral(self, &self.bounds, most, &|_, chord| chord[1] - chord[0]);
         let Some(by_chords) = chords.filter(|v| v.value > 0.0) else {
@@ -143,17 +212,18 @@ impl<const D: usize> Surface<D> {
         let exact = enclosed(&self.facets, &self.bounds.lo);
         let apart = (exact - by_chords.value).abs();
         if self.is_closed && apart <= by_chords.error.max(AGREEMENT * by_chords.value) {
-            return Ok(MassEstimate { value: exact, error: 1e-14 * exact });
+            let volume = MassEstimate { value: exact, error: 1e-14 * exact };
+            return Ok(Measured { volume, passes_itself: None });
         }
-        if self.is_closed {
-            notes.push(format!(
+        let passes_itself = self.is_closed.then(|| {
+            format!(
                 "the surface passes through itself, or a closed part of it lies within another that is turned the same way, and counts as filled (turn \
                  its triangles over, and it is a cavity): by the divergence theorem it encloses {exact:.6e}, counting twice what it goes around \
                  twice; its volume is {:.6e}",
                 by_chords.value
-            ));
-        }
-        Ok(by_chords)
+            )
+        });
+        Ok(Measured { volume: by_chords, passes_itself })
     }
 
     /// Where the line through `x` along `axis` meets facets, with +1 where it enters and -1 where it leaves, in order. Of facets that share
@@ -271,6 +341,10 @@ impl<const D: usize> Hull<D> for Surface<D> {
             true => distance(x, &closest_on_facet(&self.facets[i as usize], x)).powi(2),
             false => f64::INFINITY,
         };
+        if let Some((outer, tree)) = &self.skin {
+            let on = |i: u32| closest_on_facet(&outer[i as usize], x);
+            return tree.nearest_below(x, reach * reach, |i| distance(x, &on(i)).powi(2)).map(on);
+        }
         let nearest = self.tree.nearest_below(x, reach * reach, away)?;
         Some(closest_on_facet(&self.facets[nearest as usize], x))
     }

@@ -134,6 +134,12 @@ fn bodies_that_pass_through_each_other_are_one() {
     assert!(off(both.volume(), 8.0 / 3.0 * PI - lens) < 1.5e-3, "{}", both.volume());
     assert!(notes.iter().any(|n| n.contains("passes through itself")), "{notes:?}");
     assert!(both.contains(&[0.5 * apart, 0.0, 0.0]));
+    // Facets within it are no surface.
+    let near = both.nearest_on_surface(&[0.9, 0.0, 0.1]);
+    assert!((near[0].hypot(near[1]).hypot(near[2]) - 1.0).abs() < 1e-2 && near[0] < 0.55, "{near:?}");
+    let within = [sphere(30, 1.0, [0.0; 3]), sphere(30, 0.5, [0.0; 3])].concat();
+    let near = surface(&within).0.nearest_on_surface(&[0.6, 0.0, 0.0]);
+    assert!((near[0] - 1.0).abs() < 2e-2, "{near:?}");
 }
 
 #[test]
