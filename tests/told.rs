@@ -199,6 +199,7 @@ fn bodies_of_different_gases_are_warned_about() {
     assert!(told("1.4", ""));
     assert!(!told("1.4", "thermal: {gamma: 1.4}\n"));
     assert!(!told("1.6666666666666667", ""));
+    assert!(!told("1.6667", ""));
 }
 
 /// Names that readers of a format have a use for of their own.
@@ -260,4 +261,24 @@ fn a_resolution_that_forgets_part_of_the_mass_is_refused() {
         "input: {{expression: '1'}}\n{cube}particles: 500\npolish: none\nwvt: {{iterations: 0}}\nresolution: {{number_density: 'if(x < 0.5, 1, 0.05)'}}\n"
     );
     placed(&coarse);
+}
+
+/// The verdict of each body is that of before.
+#[test]
+fn pairs_that_settling_makes_are_in_the_verdict_on_all_bodies() {
+    let star = "{input: {profile: {polytrope: {n: 1.5, mass: 1, radius: 1}}}, position: ";
+    let scene = format!(
+        "bodies:\n- {star}[-2, 0, 0]}}\n- {star}[2, 0, 0]}}\nparticles: 100\npolish: none\nwvt: {{iterations: 0}}\n"
+    );
+    let (_, mut report) = place_bodies(&Scene::parse(&scene).unwrap(), FORMATS, &Control::default()).unwrap();
+    assert!(!report.text().contains("after settling"));
+    for (apart, mark) in [(0.1, "BAD    pairs"), (0.4, "LOOK   pairs"), (0.7, "good   pairs")] {
+        report.settled_pair = Some((apart, "cubic spline"));
+        report.judge();
+        let text = report.text();
+        assert!(
+            text.contains(&format!("{mark}          after settling the closest are {apart:.3} spacings apart")),
+            "{text}"
+        );
+    }
 }

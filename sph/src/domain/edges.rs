@@ -8,12 +8,16 @@ use super::region::Hull;
 use crate::geometry::distance;
 
 /// Faces whose normals have a larger cosine between them are one smooth surface.
-const SMOOTH: f64 = 0.8;
+const SMOOTH: f64 = 0.6;
+/// Faces whose normals have a smaller one are opposite sides of a thin body, or of a blade: of so many images some would be missing.
+const OPPOSITE: f64 = -0.7;
 /// Faces whose normals have a smaller cosine between them meet at right angles, near enough.
 const RIGHT: f64 = 0.3;
 /// Right above the foot of a place on its plane, so many reaches, a face has nothing of the body: the plane of a surface that goes on has.
 const ABOVE: f64 = 0.1;
 
+/// Edges farther than so many reaches do not count.
+const FAR: f64 = 2.0;
 /// How far a look from farther inside goes, in units of the reach: bodies may be thin there.
 const STEPS: [f64; 4] = [1.0, 0.5, 0.25, 0.125];
 
@@ -54,6 +58,11 @@ pub(super) fn images<const D: usize>(hull: &dyn Hull<D>, x: &[f64; D], reach: f6
         // Right on the surface it is its own image.
         return hull.nearest_within(x, reach).into_iter().collect();
     };
+    // Far from edges, where the body goes on behind, one face is all.
+    let behind = crate::array(|k| first.point[k] - FAR * reach * first.normal[k]);
+    if !hull.is_edge_within(x, FAR * reach) && hull.contains(&behind) {
+        return vec![first.reflected(x)];
+    }
     let mut faces = vec![first];
     let mut from = *x;
     while faces.len() < D {
@@ -111,7 +120,7 @@ fn is_another<const D: usize>(
     let depth = -face.height(x);
     let foot: [f64; D] = crate::array(|k| x[k] + depth * face.normal[k]);
     let above = crate::array(|k| foot[k] + ABOVE * reach * face.normal[k]);
-    let is_its_own = known.iter().all(|one| one.cosine(face) < SMOOTH);
+    let is_its_own = known.iter().all(|one| (OPPOSITE..SMOOTH).contains(&one.cosine(face)));
     let is_near = depth > 0.0 && depth < reach && distance(&foot, &face.point) < 1.5 * reach;
     is_its_own && is_near && !hull.contains(&above)
 }

@@ -25,6 +25,12 @@ pub trait Hull<const D: usize>: Send + Sync + Debug {
         Some(self.nearest_on_surface(x)).filter(|p| distance(p, x) < reach)
     }
 
+    /// Whether the surface may have an edge within `reach`, or two parts of it may face each other there; a guess that is never false by mistake.
+    fn is_edge_within(&self, x: &[f64; D], reach: f64) -> bool {
+        let _ = (x, reach);
+        true
+    }
+
     /// The parts of the line through `x` along `axis` that lie inside, as ascending intervals of that coordinate; `None` where
     /// containment is only known point by point.
     fn chords(&self, axis: usize, x: &[f64; D]) -> Option<Vec<[f64; 2]>> {
@@ -237,6 +243,10 @@ impl<const D: usize> Hull<D> for ScaledHull<D> {
     fn nearest_within(&self, x: &[f64; D], reach: f64) -> Option<[f64; D]> {
         let found = self.inner.nearest_within(&self.to_inner(x), reach / self.factor)?;
         Some(self.to_outer(&found))
+    }
+
+    fn is_edge_within(&self, x: &[f64; D], reach: f64) -> bool {
+        self.inner.is_edge_within(&self.to_inner(x), reach / self.factor)
     }
 
     fn chords(&self, axis: usize, x: &[f64; D]) -> Option<Vec<[f64; 2]>> {

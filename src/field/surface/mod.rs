@@ -3,6 +3,7 @@
 //! Volume: by the divergence theorem where the surface is closed and passes through itself nowhere that matters, checked against
 //! the integral of its chords; else that integral. A query takes O(log n) of n facets.
 
+mod edges;
 mod octants;
 mod repair;
 mod winding;
@@ -12,6 +13,7 @@ use super::bvh::{Aabb, Bvh};
 use super::chords::chord_integral;
 use super::quadrature::radical_inverse;
 use super::skin::closest_on_facet;
+use edges::{Edges, normal};
 use octants::Octants;
 use rayon::prelude::*;
 use repair::{Repaired, repair};
@@ -30,6 +32,8 @@ pub struct Surface<const D: usize> {
     skin: Option<(Vec<Facet<D>>, Bvh<D>)>,
     winding: Winding<D>,
     octants: Option<Octants<D>>,
+    /// Of a closed surface that passes through itself nowhere.
+    edges: Option<Edges<D>>,
     is_closed: bool,
     bounds: Aabb<D>,
     volume: MassEstimate,
@@ -58,21 +62,6 @@ struct Measured {
     volume: MassEstimate,
     /// What is to be said of a surface that goes around some of it more than once.
     passes_itself: Option<String>,
-}
-
-/// The outward normal of a facet, of length 1.
-fn normal<const D: usize>(facet: &Facet<D>) -> [f64; D] {
-    let edge = |i: usize| -> [f64; D] { sph::array(|k| facet[i][k] - facet[0][k]) };
-    let across: [f64; D] = match D {
-        1 => sph::array(|_| 1.0),
-        2 => sph::array(|k| if k == 0 { edge(1)[1] } else { -edge(1)[0] }),
-        _ => {
-            let (a, b) = (edge(1), edge(2));
-            sph::array(|k| a[(k + 1) % D] * b[(k + 2) % D] - a[(k + 2) % D] * b[(k + 1) % D])
-        }
-    };
-    let length = across.iter().map(|v| v * v).sum::<f64>().sqrt();
-    if length > 0.0 { across.map(|v| v / length) } else { across }
 }
 
 /// The parts between the corners of a facet and the middles of its edges.
@@ -105,7 +94,8 @@ impl<const D: usize> Surface<D> {
             return Err(format!("it is flat: all of it lies at {} = {:e}", ["x", "y", "z"][k], bounds.lo[k]));
         }
         let volume = MassEstimate { value: 0.0, error: 0.0 };
-        let mut surface = Self { facets, own, tree, skin: None, winding, octants: None, is_closed, bounds, volume };
+        let mut surface =
+            Self { facets, own, tree, skin: None, winding, octants: None, edges: None, is_closed, bounds, volume };
         if is_closed {
             let clear = |x: &[f64; D], reach: f64| surface.nearest_within(x, reach).is_none();
             let octants = Octants::new(bounds, &clear, &|x| surface.times(x) > 0);
@@ -118,6 +108,8 @@ impl<const D: usize> Surface<D> {
         if let Some(note) = measured.passes_itself {
             surface.skin = Some(surface.outer_facets());
             notes.push(note);
+        } else if is_closed {
+            surface.edges = Some(Edges::new(&surface.facets[..own]));
         }
         Ok((surface, notes))
     }
@@ -347,6 +339,10 @@ impl<const D: usize> Hull<D> for Surface<D> {
         }
         let nearest = self.tree.nearest_below(x, reach * reach, away)?;
         Some(closest_on_facet(&self.facets[nearest as usize], x))
+    }
+
+    fn is_edge_within(&self, x: &[f64; D], reach: f64) -> bool {
+        self.edges.as_ref().is_none_or(|edges| edges.is_within(x, reach))
     }
 
     fn chords(&self, axis: usize, x: &[f64; D]) -> Option<Vec<[f64; 2]>> {
