@@ -53,14 +53,17 @@ fn filled(angle: f64) -> f64 {
 
 #[test]
 fn the_space_about_an_edge_is_filled() {
-    for degrees in [60.0_f64, 80.0, 90.0, 100.0, 120.0, 135.0] {
+    for degrees in [60.0_f64, 80.0, 90.0, 100.0, 120.0] {
         let share = filled(degrees.to_radians());
         // What is left beyond edges sharper than 72 degrees takes a third image.
         let expected = if degrees < 72.0 { 5.0 * degrees / 360.0 } else { 1.0 };
         assert!((share - expected).abs() < 0.03, "{degrees}: {share}");
     }
-    // Faces that are smooth count once.
-    assert!((filled(175_f64.to_radians()) - 1.0).abs() < 0.03);
+    // In faces that are smooth, and in those of a blade, the nearest counts.
+    for degrees in [30.0_f64, 135.0, 175.0] {
+        let share = filled(degrees.to_radians());
+        assert!((share - 2.0 * degrees / 360.0).abs() < 0.03, "{degrees}: {share}");
+    }
 }
 
 #[test]

@@ -58,9 +58,8 @@ pub(super) fn images<const D: usize>(hull: &dyn Hull<D>, x: &[f64; D], reach: f6
         // Right on the surface it is its own image.
         return hull.nearest_within(x, reach).into_iter().collect();
     };
-    // Far from edges, where the body goes on behind, one face is all.
-    let behind = crate::array(|k| first.point[k] - FAR * reach * first.normal[k]);
-    if !hull.is_edge_within(x, FAR * reach) && hull.contains(&behind) {
+    // Faces of a thin smooth body may be as steep to each other, with no edge between them.
+    if !hull.is_edge_within(x, FAR * reach) {
         return vec![first.reflected(x)];
     }
     let mut faces = vec![first];

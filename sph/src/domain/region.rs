@@ -25,7 +25,7 @@ pub trait Hull<const D: usize>: Send + Sync + Debug {
         Some(self.nearest_on_surface(x)).filter(|p| distance(p, x) < reach)
     }
 
-    /// Whether the surface may have an edge within `reach`, or two parts of it may face each other there; a guess that is never false by mistake.
+    /// Whether the surface may have an edge within `reach`; a guess that is never false by mistake.
     fn is_edge_within(&self, x: &[f64; D], reach: f64) -> bool {
         let _ = (x, reach);
         true
