@@ -411,7 +411,9 @@ fn commands_in_the_pages_run() {
         }
         for line in blocks.iter().flat_map(|b| b.lines()).filter(|l| !l.is_empty()) {
             let words = words(line.strip_prefix("sph-prep ").unwrap_or_else(|| panic!("{line}")));
-            let is_count = |i: usize| i > 0 && words[i - 1] == "-n";
+            // Blocks in turn take more than few.
+            let is_whole = words.iter().any(|word| word == "--in-turn");
+            let is_count = |i: usize| !is_whole && i > 0 && words[i - 1] == "-n";
             let fewer = |(i, word): (usize, &String)| if is_count(i) { few(word) } else { word.clone() };
             let words: Vec<String> = words.iter().enumerate().map(fewer).collect();
             let output = assert_cmd::Command::new(env!("CARGO_BIN_EXE_sph-prep"))
