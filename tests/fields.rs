@@ -430,3 +430,25 @@ fn files_that_end_before_the_matter_are_told_and_those_elsewhere_refused() {
     let error = refused(&scene(0.0));
     assert!(error.contains("fields.heat") && error.contains("not finite"), "{error}");
 }
+
+/// Wherever a scene names them.
+#[test]
+fn paths_of_field_files_are_relative_to_the_scene() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("scene.yaml");
+    let fields = |name: &str| format!("fields: {{a: {{file: {name}.npz}}}}");
+    let text = format!(
+        "bodies:\n- {{input: {{expression: '1', dimension: 3}}, {}, dust: {{ratio: 0.1, {}}}}}\nambient: {{density: 1, {}}}\ndust: {{ratio: 0.1, {}}}\n{}\n",
+        fields("body"),
+        fields("grains"),
+        fields("medium"),
+        fields("dust"),
+        fields("whole")
+    );
+    std::fs::write(&path, text).unwrap();
+    let yaml = Scene::load(&path).unwrap().to_yaml();
+    for name in ["body", "grains", "medium", "dust", "whole"] {
+        let whole = folder.path().join(format!("{name}.npz"));
+        assert!(yaml.contains(&whole.display().to_string()), "{name}: {yaml}");
+    }
+}

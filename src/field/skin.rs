@@ -115,7 +115,7 @@ fn add_facets<const D: usize>(p: &[[f64; D]], cell: u32, facets: &mut Vec<Facet<
 }
 
 /// A vector across the facet, as long as the facet is wide.
-fn normal<const D: usize>(p: &[[f64; D]; D]) -> SVector<f64, D> {
+pub(crate) fn normal<const D: usize>(p: &[[f64; D]; D]) -> SVector<f64, D> {
     let mut n = SVector::zeros();
     match D {
         1 => n[0] = p[0][0].abs().max(f64::MIN_POSITIVE),
@@ -149,7 +149,7 @@ pub(crate) fn closest_on_facet<const D: usize>(p: &[[f64; D]; D], x: &[f64; D]) 
     }
 }
 
-fn closest_on_segment<const D: usize>(
+pub(crate) fn closest_on_segment<const D: usize>(
     a: &SVector<f64, D>,
     b: &SVector<f64, D>,
     x: &SVector<f64, D>,

@@ -4,7 +4,7 @@ use super::ingest::RawInput;
 use super::surfaces::density_within;
 use super::units::{InputUnits, named_unit};
 use crate::error::Result;
-use crate::scene::Scene;
+use crate::scene::{SAME_GAS, Scene};
 use sph_formats::model::FIELD_ADIABATIC_INDEX;
 use sph_formats::{Geometry, RawField, Unit, UnitDimension, UnitSystem};
 
@@ -62,9 +62,6 @@ fn another_gas(scene: &Scene, raw: &RawInput) -> Option<String> {
          `thermal: {{gamma: {gamma}}}`, or the index that the code is to have"
     ))
 }
-
-/// Relative difference of adiabatic indices that are written with few digits.
-const SAME_GAS: f64 = 1e-3;
 
 /// The units of length and density that a field states.
 pub(super) fn units_in_field(field: &RawField) -> (Option<Unit>, Option<Unit>) {

@@ -34,7 +34,7 @@ pub struct FieldFile {
     /// Its name in the file, or one name for each component; by default the variable that is one of the field, or the only one.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub variable: Option<VariableNames>,
-    /// What its numbers are in, where the file does not say; by default the scene's units.
+    /// What its numbers are in; by default what the file says, else the scene's units.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub unit: Option<String>,
     /// By default what the file's name and content say.

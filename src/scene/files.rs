@@ -15,6 +15,7 @@ impl Scene {
             files.extend(of_input(&mut body.input, body.resolution.as_mut()));
             files.extend(body.domain.files_mut());
             files.extend(body.fields.files_mut());
+            files.extend(body.dust.iter_mut().flat_map(|d| d.fields.files_mut()));
         }
         for attraction in &mut self.gravity_of {
             files.extend(of_input(&mut attraction.input, None));

@@ -96,7 +96,6 @@ impl Scene {
     pub(crate) fn adiabatic_index(&self) -> Option<f64> {
         let mut indices = self.adiabatic_indices();
         let Some(first) = indices.next() else { return Some(self.thermal.gamma) };
-        // Indices are written with few digits.
         indices.all(|other| (other / first - 1.0).abs() < SAME_GAS).then_some(first)
     }
 
@@ -122,8 +121,8 @@ impl Scene {
     }
 }
 
-/// Relative difference of adiabatic indices that are one.
-const SAME_GAS: f64 = 1e-3;
+/// Relative difference of adiabatic indices that are one: they are written with few digits.
+pub(crate) const SAME_GAS: f64 = 1e-3;
 
 /// Whether an input is a disc that feels its own gravity.
 fn has_own_disc(input: &Input) -> bool {

@@ -31,7 +31,11 @@ struct Face<const D: usize> {
 impl<const D: usize> Face<D> {
     /// The nearest to a place inside, if it is nearer than `reach`; none right on the surface.
     fn nearest(hull: &dyn Hull<D>, x: &[f64; D], reach: f64) -> Option<Self> {
-        let point = hull.nearest_within(x, reach)?;
+        Self::seen(hull.nearest_within(x, reach)?, x)
+    }
+
+    /// That of a point of the surface, which is the nearest to a place inside; none where they are the same.
+    fn seen(point: [f64; D], x: &[f64; D]) -> Option<Self> {
         let way: [f64; D] = crate::array(|k| point[k] - x[k]);
         let length = way.iter().map(|v| v * v).sum::<f64>().sqrt();
         (length > 0.0).then(|| Self { point, normal: way.map(|v| v / length) })
@@ -54,10 +58,9 @@ impl<const D: usize> Face<D> {
 
 /// The images of a place inside, in all faces that are nearer than `reach`.
 pub(super) fn images<const D: usize>(hull: &dyn Hull<D>, x: &[f64; D], reach: f64) -> Vec<[f64; D]> {
-    let Some(first) = Face::nearest(hull, x, reach) else {
-        // Right on the surface it is its own image.
-        return hull.nearest_within(x, reach).into_iter().collect();
-    };
+    let Some(nearest) = hull.nearest_within(x, reach) else { return Vec::new() };
+    // Right on the surface it is its own image.
+    let Some(first) = Face::seen(nearest, x) else { return vec![nearest] };
     // Faces of a thin smooth body may be as steep to each other, with no edge between them.
     if !hull.is_edge_within(x, FAR * reach) {
         return vec![first.reflected(x)];

@@ -6,16 +6,6 @@ use super::region::Region;
 use crate::geometry::{Positions, at, distance};
 use crate::parallel;
 
-/// All images of `x` in surfaces nearer than `reach`, with their stretch: one in a smooth surface, and near the edges of a hull one in each face and
-/// those beyond.
-fn images_within<const D: usize>(region: &Region<D>, x: &[f64; D], reach: f64) -> Vec<([f64; D], f64)> {
-    if let Region::Hull(hull, _) = region {
-        return edges::images(hull.as_ref(), x, reach).into_iter().map(|image| (image, 1.0)).collect();
-    }
-    let is_near = |image: &[f64; D]| 0.5 * distance(image, x) < reach;
-    region.mirror_with_stretch(x).filter(|(image, _)| is_near(image)).into_iter().collect()
-}
-
 /// Ghost particles: sources only, each with the particle that it mirrors.
 #[derive(Debug, Clone, Default)]
 pub struct Ghosts<const D: usize> {
@@ -31,11 +21,23 @@ impl<const D: usize> Ghosts<D> {
         if domain.region.wall().is_none() {
             return Self { positions: Vec::new(), parents: Vec::new(), stretch: Vec::new() };
         }
-        let made = parallel::map(positions[0].len(), |i| {
-            let images = images_within(&domain.region, &at(positions, i), reach(i)).into_iter();
-            images.map(|(image, stretch)| (image, i as u32, stretch)).collect::<Vec<_>>()
-        });
-        let made: Vec<([f64; D], u32, f64)> = made.into_iter().flatten().collect();
+        let n = positions[0].len();
+        let made: Vec<([f64; D], u32, f64)> = match &domain.region {
+            // Near an edge there are several.
+            Region::Hull(hull, _) => {
+                let all = parallel::map(n, |i| edges::images(hull.as_ref(), &at(positions, i), reach(i)));
+                let of_each = all.into_iter().enumerate();
+                of_each.flat_map(|(i, images)| images.into_iter().map(move |image| (image, i as u32, 1.0))).collect()
+            }
+            round => {
+                let all = parallel::map(n, |i| {
+                    let x = at(positions, i);
+                    let (image, stretch) = round.mirror_with_stretch(&x)?;
+                    (0.5 * distance(&image, &x) < reach(i)).then_some((image, i as u32, stretch))
+                });
+                all.into_iter().flatten().collect()
+            }
+        };
         Self {
             positions: made.iter().map(|g| g.0).collect(),
             parents: made.iter().map(|g| g.1).collect(),

@@ -12,8 +12,8 @@ use super::MassEstimate;
 use super::bvh::{Aabb, Bvh};
 use super::chords::chord_integral;
 use super::quadrature::radical_inverse;
-use super::skin::closest_on_facet;
-use edges::{Edges, normal};
+use super::skin::{closest_on_facet, normal};
+use edges::Edges;
 use octants::Octants;
 use rayon::prelude::*;
 use repair::{Repaired, repair};
@@ -124,7 +124,7 @@ impl<const D: usize> Surface<D> {
 
     /// The parts of a facet that have the outside on their side, down to so many halvings of its edges.
     fn outside_of(&self, facet: &Facet<D>, splits: u32) -> Vec<Facet<D>> {
-        let (normal, step) = (normal(facet), SIDE_STEP * self.bounds.diagonal());
+        let (normal, step) = (normal(facet).normalize(), SIDE_STEP * self.bounds.diagonal());
         let is_outer = |weights: [f64; D]| {
             let beside = |k: usize| (0..D).map(|i| weights[i] * facet[i][k]).sum::<f64>() + step * normal[k];
             self.times(&sph::array(beside)) <= 0

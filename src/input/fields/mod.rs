@@ -64,7 +64,7 @@ pub(crate) fn attach<const D: usize>(
         length: 1.0 / conversion.factor(UnitDimension::LENGTH),
         density_unit: 1.0 / conversion.factor(UnitDimension::mass_density(3)),
     };
-    let frame = Frame::new((&domain, center), &base, system);
+    let frame = Frame { domain: &domain, base: &base, system };
     let mut said = Said::default();
     let files = of_file::all((scene, formats), &frame, &mut said)?;
     notes.append(&mut said.notes);
@@ -266,7 +266,7 @@ impl<const D: usize> Maker<D> {
                 let problem = format!("is another spelling of fields.{key}; write that, or choose another name");
                 return Err(Error::scene(key_of(name), problem));
             }
-            let of_file = self.files.get(name).map(|f| f.dimension);
+            let of_file = self.files.get(name).map(OfFile::dimension);
             let dimension = thermal::dimension_of(name).or(of_file).unwrap_or_else(|| dimension_of(name, value));
             let terms = self.terms(name, value, dimension)?;
             let components = terms.len();

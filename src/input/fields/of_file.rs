@@ -2,7 +2,7 @@
 
 use super::variables::{Base, Term};
 use crate::error::{Error, Result};
-use crate::field::{CarriedField, CarriedInfo, FieldOptions, Period, ScalarField, Source, from_raw, probes};
+use crate::field::{CarriedField, CarriedInfo, FieldOptions, Period, Source, from_raw, probes};
 use crate::input::ingest::read_field;
 use crate::input::roles::{apply, assign};
 use crate::input::stated_units::units_in_field;
@@ -24,29 +24,23 @@ const FEW: f64 = 0.01;
 
 /// Where the fields of a scene are evaluated.
 pub(super) struct Frame<'a, const D: usize> {
-    domain: &'a Domain<D>,
-    density: Arc<dyn ScalarField<D>>,
-    center: [f64; D],
-    /// The scene's units of length per one of the input's.
-    length: f64,
-    system: Option<UnitSystem>,
-}
-
-impl<'a, const D: usize> Frame<'a, D> {
-    pub fn new((domain, center): (&'a Domain<D>, [f64; D]), base: &Base<D>, system: Option<UnitSystem>) -> Self {
-        Self { domain, density: Arc::clone(&base.density), center, length: base.length, system }
-    }
+    pub domain: &'a Domain<D>,
+    pub base: &'a Base<D>,
+    pub system: Option<UnitSystem>,
 }
 
 /// What a field has of its file.
 pub(super) struct OfFile<const D: usize> {
     pub terms: Vec<Term<D>>,
-    /// That of its unit, where it has one.
-    pub dimension: UnitDimension,
     unit: Option<Unit>,
 }
 
 impl<const D: usize> OfFile<D> {
+    /// That of its unit, where it has one.
+    pub fn dimension(&self) -> UnitDimension {
+        self.unit.as_ref().map_or(UnitDimension::NONE, |unit| unit.dimension)
+    }
+
     /// Whether its unit, if it has one, is of `expected`; else what is wrong.
     pub fn check(&self, expected: UnitDimension) -> std::result::Result<(), String> {
         match &self.unit {
@@ -107,8 +101,8 @@ impl<const D: usize> Reader<'_, D> {
         let is_radial = matches!(raw.geometry, Geometry::Radial { .. });
         let mapping = Mapping {
             // From the input's numbers to the scene's, and on to the file's.
-            scale: self.frame.length / self.factor(length.as_ref()),
-            center: if is_radial { self.frame.center } else { [0.0; D] },
+            scale: self.frame.base.length / self.factor(length.as_ref()),
+            center: if is_radial { self.frame.base.center } else { [0.0; D] },
         };
         let source = self.source(raw, chosen, mapping.scale)?;
         self.cover(&source.domain, &mapping)?;
@@ -128,8 +122,7 @@ impl<const D: usize> Reader<'_, D> {
             };
             terms.extend((0..field.info().components).map(|k| Term::File(Arc::clone(field), k)));
         }
-        let dimension = unit.as_ref().map_or(UnitDimension::NONE, |u| u.dimension);
-        Ok(OfFile { terms, dimension, unit })
+        Ok(OfFile { terms, unit })
     }
 
     /// Takes the variables that the scene names out of the file, else what the field's name means, else the only one.
@@ -245,7 +238,7 @@ impl<const D: usize> Reader<'_, D> {
 
     /// Whether there is something where the matter is. Where it ends, its value there counts beyond, and that is said.
     fn cover(&mut self, domain: &Domain<D>, mapping: &Mapping<D>) -> Result<()> {
-        let density = &self.frame.density;
+        let density = &self.frame.base.density;
         let places: Vec<[f64; D]> = probes(self.frame.domain).into_iter().filter(|x| density.value(x) > 0.0).collect();
         let beyond = places.iter().filter(|x| !domain.contains(&domain.wrapped(&mapping.apply(x)))).count();
         let (lo, hi) = (domain.lo, domain.hi);

@@ -9,7 +9,9 @@ use std::fmt::Write as _;
 impl Facts<'_> {
     pub(super) fn phantom(&self) -> String {
         let prefix = prefix(&self.stem);
-        let mut text = self.head("#", &format!("phantom {prefix}.in, built by make {}", self.phantom_build()));
+        let is_isothermal = LocallyIsothermal::of(self.file).is_some();
+        let build = self.phantom_build(is_isothermal);
+        let mut text = self.head("#", &format!("phantom {prefix}.in, built by make {build}"));
         let row = |text: &mut String, key: &str, value: String, what: &str| {
             let _ = writeln!(text, "{key:>20} = {value:>12}    ! {what}");
         };
@@ -21,10 +23,9 @@ impl Facts<'_> {
         let time = self.time * header.time / sph_formats::phantom::units(header).time;
         row(&mut text, "tmax", number(END * time), "end time");
         row(&mut text, "dtmax", number(SNAPSHOT * time), "time between dumps");
-        let isothermal = LocallyIsothermal::of(self.file);
         let of_dust: &[_] = if self.has_dust() { OF_DUST } else { &[] };
         for (key, value, what) in PHANTOM.iter().chain(of_dust) {
-            let value = if *key == "ieos" && isothermal.is_some() { "6" } else { value };
+            let value = if *key == "ieos" && is_isothermal { "6" } else { value };
             // A build without gravity has no tree to be accurate.
             if *key != "tree_accuracy" || self.gravity.is_some() {
                 row(&mut text, key, value.to_owned(), what);
@@ -45,8 +46,7 @@ impl Facts<'_> {
     }
 
     /// Options of `make`, as far as the file depends on them.
-    fn phantom_build(&self) -> String {
-        let is_isothermal = LocallyIsothermal::of(self.file).is_some();
+    fn phantom_build(&self, is_isothermal: bool) -> String {
         let mut options = vec![match (self.gravity.is_some(), is_isothermal) {
             // A star's setup has a gas with energies of its own.
             (true, true) => "SETUP=empty GRAVITY=yes ISOTHERMAL=yes",
