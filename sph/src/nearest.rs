@@ -55,6 +55,11 @@ impl<const D: usize> Nearest<D> {
         NonZeroUsize::new(n.min(self.len)).map_or_else(Vec::new, |n| self.tree.find(x, n))
     }
 
+    /// All points no farther from `x` than `reach`, in no order that means anything: their numbers and distances.
+    pub fn within(&self, x: &[f64; D], reach: f64) -> Vec<(usize, f64)> {
+        if reach >= 0.0 { self.tree.within(x, reach) } else { Vec::new() }
+    }
+
     /// The number of the point that is nearest to `x`.
     pub fn one(&self, x: &[f64; D]) -> usize {
         self.tree.one(x)
@@ -86,6 +91,26 @@ impl AnyTree {
                 $tree
                     .query(place(x))
                     .nearest_n::<SquaredEuclidean<f64>>(n)
+                    .execute()
+                    .into_iter()
+                    .map(|found| (found.item as usize, found.distance.sqrt()))
+                    .collect()
+            };
+        }
+        match self {
+            Self::One(tree) => found!(tree),
+            Self::Two(tree) => found!(tree),
+            Self::Three(tree) => found!(tree),
+        }
+    }
+
+    fn within(&self, x: &[f64], reach: f64) -> Vec<(usize, f64)> {
+        macro_rules! found {
+            ($tree:expr) => {
+                $tree
+                    .query(place(x))
+                    .within::<SquaredEuclidean<f64>>(reach * reach)
+                    .unsorted()
                     .execute()
                     .into_iter()
                     .map(|found| (found.item as usize, found.distance.sqrt()))

@@ -19,6 +19,11 @@ fn as_by_search<const D: usize>() {
         assert_eq!(found.iter().map(|f| f.0).collect::<Vec<_>>(), all[..20]);
         assert!(found.iter().all(|&(i, d)| (d - distance(i)).abs() < 1e-15));
         assert_eq!(tree.one(&x), all[0]);
+        let reach = 0.5 * (distance(all[19]) + distance(all[20]));
+        let mut within = tree.within(&x, reach);
+        within.sort_by(|a, b| a.1.total_cmp(&b.1));
+        assert_eq!(within, found);
+        assert!(tree.within(&x, -reach).is_empty());
     }
 }
 

@@ -10,7 +10,7 @@
 //! particles. Fits do not reach from one material into another.
 
 use super::categorical::{MAX_KINDS, kinds};
-use super::cloud::{Cloud, weigh};
+use super::cloud::{Cloud, nearer, weigh};
 use super::local_fit::{Design, MOST_TERMS, monomials, terms};
 use super::outer_layer::{self, Balance, Portion};
 use super::outline::{Ends, Outline};
@@ -281,19 +281,30 @@ impl<const D: usize> Fitted<D> {
         self.domain.displacement(&self.points[i], x).iter().map(|d| d * d).sum::<f64>().sqrt()
     }
 
-    /// The particles of one material nearest to particle `i`, itself first, `n` or fewer, and how far they reach.
-    fn around(&self, i: usize, n: usize) -> (Vec<usize>, f64) {
-        let mut found = self.cloud.nearest(&self.points[i], n + 1);
-        let reach = found.last().map_or(0.0, |f| f.1);
-        if !self.materials.is_empty() {
-            found.retain(|f| self.materials[f.0] == self.materials[i]);
+    /// The `n` particles nearest to particle `i`, itself first, and their distances, ascending.
+    fn nearest(&self, i: usize, n: usize) -> Vec<(usize, f64)> {
+        let (x, Some(&reach)) = (&self.points[i], self.list_reach.get(i)) else {
+            return self.cloud.nearest(&self.points[i], n);
+        };
+        if n <= Self::LISTED && reach > 0.0 {
+            let list = &self.lists[i * Self::LISTED..][..n];
+            return list.iter().map(|&j| (j as usize, self.distance(j as usize, x))).collect();
         }
-        (found.into_iter().map(|f| f.0).collect(), reach)
+        // As far as they reach where particles are as dense as those of the list, and a little more.
+        let guess = 1.1 * reach * (n as f64 / Self::LISTED as f64).powf(1.0 / D as f64);
+        self.cloud.nearest_about(x, n, guess)
     }
 
-    /// The equations of the fit about particle `i` to the `n` nearest ones.
-    fn design(&self, i: usize, n: usize) -> Option<(Vec<usize>, f64, Design)> {
-        let (found, reach) = self.around(i, n);
+    /// Of the particles `nearest` to particle `i` the first `n` and one that says how far they reach: those of its material.
+    fn around(&self, i: usize, nearest: &[(usize, f64)], n: usize) -> (Vec<usize>, f64) {
+        let found = &nearest[..nearest.len().min(n + 1)];
+        let is_own = |j: usize| self.materials.is_empty() || self.materials[j] == self.materials[i];
+        (found.iter().map(|f| f.0).filter(|&j| is_own(j)).collect(), found.last().map_or(0.0, |f| f.1))
+    }
+
+    /// The equations of the fit about particle `i` to the `n` nearest ones of those that are `nearest`.
+    fn design(&self, i: usize, nearest: &[(usize, f64)], n: usize) -> Option<(Vec<usize>, f64, Design)> {
+        let (found, reach) = self.around(i, nearest, n);
         let offset = |&j: &usize| self.domain.displacement(&self.points[i], &self.points[j]).map(|d| d / reach);
         let offsets: Vec<[f64; D]> = found.iter().map(offset).collect();
         Some((found, reach, Design::new(&offsets)?)).filter(|_| reach > 0.0)
@@ -304,7 +315,8 @@ impl<const D: usize> Fitted<D> {
         let columns = components(series);
         let mut own = vec![0.0; columns * self.points.len()];
         parallel::update_rows(&mut own, columns, |i, out| {
-            let Some((found, _, design)) = self.design(i, POINTS_PER_TERM * terms(D)) else { return };
+            let n = POINTS_PER_TERM * terms(D);
+            let Some((found, _, design)) = self.design(i, &self.nearest(i, n + 1), n) else { return };
             let components = series.iter().flat_map(|s| (0..s.place.components).map(move |c| (s, c)));
             for (out, (series, c)) in out.iter_mut().zip(components) {
                 *out = design.fit(|j| series.at(found[j], c)).variance.unwrap_or(0.0);
@@ -312,7 +324,7 @@ impl<const D: usize> Fitted<D> {
         });
         let mut around = vec![0.0; own.len()];
         parallel::update_rows(&mut around, columns, |i, out| {
-            let (found, _) = self.around(i, SURROUNDINGS);
+            let (found, _) = self.around(i, &self.nearest(i, SURROUNDINGS + 1), SURROUNDINGS);
             for (c, out) in out.iter_mut().enumerate() {
                 *out = median(found.iter().map(|&j| own[j * columns + c]).collect());
             }
@@ -343,12 +355,16 @@ impl<const D: usize> Fitted<D> {
             first += s.place.components;
         }
         let (mut scale, shortest) = (None, POINTS_PER_TERM * terms(D));
+        let mut nearest = self.nearest(i, shortest + 1);
         for reach in 0..REACHES {
             let n = shortest << reach;
             if reach > 0 && n >= self.cloud.len() || tries.iter().all(|t| t.is_settled) {
                 break;
             }
-            let Some((found, distance, design)) = self.design(i, n) else { continue };
+            if reach == 1 {
+                nearest = self.nearest(i, (shortest << (REACHES - 1)) + 1);
+            }
+            let Some((found, distance, design)) = self.design(i, &nearest, n) else { continue };
             let unit = *scale.get_or_insert(distance);
             for (t, s) in tries.iter_mut().zip(series).filter(|(t, _)| !t.is_settled) {
                 t.offer::<D>(s, &found, &design, unit / distance);
@@ -545,10 +561,6 @@ impl<const D: usize> CarriedField<D> for MaterialField<D> {
         let kind = found.first().and_then(|f| self.fitted.materials.get(f.0)).copied().unwrap_or(0);
         out[0] = self.kinds.get(kind).copied().unwrap_or(0.0);
     }
-}
-
-fn nearer(a: &(usize, f64), b: &(usize, f64)) -> std::cmp::Ordering {
-    a.1.total_cmp(&b.1).then(a.0.cmp(&b.0))
 }
 
 /// 0 of none.

@@ -71,13 +71,12 @@ impl Design {
             row
         };
         let rows: Vec<Row> = offsets.iter().map(row).collect();
-        // Terms that are not used have equations of their own, with the solution 0.
-        let mut normal = Matrix::from_fn(|i, j| if i == j && i >= used { 1.0 } else { 0.0 });
-        let mut squared = Matrix::zeros();
-        for (row, w) in rows.iter().zip(&weights) {
-            normal.syger(*w, row, row, 1.0);
-            squared.syger(w * w, row, row, 1.0);
+        let (mut normal, mut squared) = (Matrix::zeros(), Matrix::zeros());
+        for (row, &w) in rows.iter().zip(&weights).filter(|(_, w)| **w > 0.0) {
+            add_products(row, w, &mut normal, &mut squared);
         }
+        // Terms that are not used have equations of their own, with the solution 0.
+        (used..MOST_TERMS).for_each(|i| normal[(i, i)] = 1.0);
         normal.fill_upper_triangle_with_lower_triangle();
         squared.fill_upper_triangle_with_lower_triangle();
         let diagonal = normal.diagonal();
@@ -109,6 +108,19 @@ impl Design {
         let total: f64 = self.weights.iter().sum();
         let variance = (self.freedom > 1e-3 * total).then(|| left / self.freedom);
         Fit { coefficients: solution.into(), variance }
+    }
+}
+
+/// Adds the products of the terms of `row` to the lower triangles, with the weight and with its square. By hand: it is most of the work
+/// of a fit, and these loops have lengths that the compiler knows.
+fn add_products(row: &Row, w: f64, normal: &mut Matrix, squared: &mut Matrix) {
+    let weighted = row * w;
+    let twice = weighted * w;
+    for j in 0..MOST_TERMS {
+        for i in j..MOST_TERMS {
+            normal[(i, j)] += weighted[j] * row[i];
+            squared[(i, j)] += twice[j] * row[i];
+        }
     }
 }
 
