@@ -15,6 +15,7 @@ use sph::domain::Domain;
 use sph::kernel::KernelName;
 use sph::nearest::Nearest;
 use sph::parallel;
+use std::sync::Arc;
 
 /// Sharpness of the target ([`Target::sharpness`]) up to which particles aim at the target alone, and from which on at the smoothed one alone.
 const RESOLVED: f64 = 1.5;
@@ -159,7 +160,7 @@ impl<const D: usize> Aims<D> {
 
 /// The points of mass of a target, found when they are first asked for, and what they do to particles that aim at the smoothed target.
 pub(super) struct Points<const D: usize> {
-    points: Option<Option<MassPoints<D>>>,
+    points: Option<Option<Arc<MassPoints<D>>>>,
     /// Support radii of the points, and what each stands for over n_s there.
     pub strength: Option<(Vec<f64>, Vec<f64>)>,
 }
@@ -169,13 +170,22 @@ impl<const D: usize> Points<D> {
         Self { points: None, strength: None }
     }
 
+    /// Those about a block of a target.
+    pub const fn of_block(points: Arc<MassPoints<D>>) -> Self {
+        Self { points: Some(Some(points)), strength: None }
+    }
+
+    pub const fn are_known(&self) -> bool {
+        self.points.is_some()
+    }
+
     /// Finds them; whether there are any.
     pub fn find(&mut self, target: &Target<'_, D>) -> bool {
-        self.points.get_or_insert_with(|| MassPoints::new(target)).is_some()
+        self.points.get_or_insert_with(|| MassPoints::new(target).map(Arc::new)).is_some()
     }
 
     pub fn get(&self) -> Option<&MassPoints<D>> {
-        self.points.as_ref().and_then(Option::as_ref)
+        self.points.as_ref().and_then(Option::as_deref)
     }
 
     /// Finds n_s at the points that act on particles for which `is_aimed`, with the radii of the nearest of the particles that

@@ -229,8 +229,8 @@ impl<'a, const D: usize, R: Real> Objective<'a, D, R> {
     /// Lets particles aim at the smoothed target where the target is too sharp, if it is so for more than a few. What ends at an
     /// open edge does not count: sums see a mirror there, and not the end.
     fn take_aim(&mut self, sharpness: &[f64], spacing: &[f64]) {
-        // Of a block they would be the points of all others, too.
-        if self.holds.is_some() {
+        // Those of all other blocks would be found, too.
+        if self.holds.is_some() && !self.points.are_known() {
             return;
         }
         // Points of mass do not show what goes on beyond the surfaces of a region.

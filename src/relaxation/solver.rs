@@ -24,7 +24,7 @@
 //! ([`Target::is_discontinuous_near`]): what a sum counts too much on the thin side of it would drive particles away, so those
 //! stay where seed and WVT have put them.
 
-use super::aim::Aims;
+use super::aim::{Aims, Points};
 use super::arrangement::Arrangement;
 use super::course::Course;
 use super::hold::{Held, Hold, as_given};
@@ -37,6 +37,7 @@ use super::report::{Progress, StageName, StageReport, StopReason};
 use super::schedule::{SolverOptions, Stretch, weight_with};
 use super::snapshot::{Check, Trace, axes, decode, encode, rows};
 use super::stage::{Particles, Relaxed, Running, Stage};
+use crate::target::mass_points::MassPoints;
 use crate::target::{Positions, Target};
 use serde::{Deserialize, Serialize};
 use sph::exchange::{Alone, Exchange};
@@ -45,6 +46,7 @@ use sph::lanes::Real;
 use sph::neighbors::Sees;
 use sph::{parallel, reduce};
 use std::marker::PhantomData;
+use std::sync::Arc;
 
 pub const NAME: StageName = StageName { name: "solver", title: "density solver" };
 
@@ -74,6 +76,8 @@ pub struct DensitySolver<'a, const D: usize, R = f32> {
     holds: &'a [Hold],
     /// Kappa of all blocks, where it is known.
     common: Option<f64>,
+    /// Points of mass about a block, where its particles may aim at the smoothed target.
+    points: Option<Arc<MassPoints<D>>>,
     precision: PhantomData<R>,
 }
 
@@ -116,6 +120,9 @@ impl<const D: usize, R: Real> OverRanks<D> for DensitySolver<'_, D, R> {
         solver.objective.holds = (!self.holds.is_empty()).then(|| Held::new(order, self.holds));
         // Another kernel has another.
         solver.objective.common = self.common.filter(|_| schedule.iter().all(|s| s.kernel == self.kernel));
+        if let Some(points) = &self.points {
+            solver.objective.points = Points::of_block(Arc::clone(points));
+        }
         solver.objective.see_interfaces(None);
         if schedule[0].kernel != self.kernel {
             // What the end is compared with.
@@ -140,7 +147,7 @@ impl<const D: usize, R: Real> OverRanks<D> for DensitySolver<'_, D, R> {
 
 impl<'a, const D: usize, R: Real> DensitySolver<'a, D, R> {
     pub fn new(kernel: KernelName, target: Target<'a, D>, options: SolverOptions) -> Self {
-        Self { kernel, target, options, holds: &[], common: None, precision: PhantomData }
+        Self { kernel, target, options, holds: &[], common: None, points: None, precision: PhantomData }
     }
 
     /// The same for a block of the target, among particles of others that stay where they are; they come out as they are given.
@@ -148,6 +155,12 @@ impl<'a, const D: usize, R: Real> DensitySolver<'a, D, R> {
     #[must_use]
     pub fn within(self, holds: &'a [Hold], common: Option<f64>) -> Self {
         Self { holds, common, ..self }
+    }
+
+    /// With points of mass about the block.
+    #[must_use]
+    pub(crate) fn seeing(self, points: Option<Arc<MassPoints<D>>>) -> Self {
+        Self { points, ..self }
     }
 
     /// With the particle that each place holds.

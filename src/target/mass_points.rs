@@ -83,6 +83,23 @@ impl<const D: usize> MassPoints<D> {
         Self { tree, positions: sorted, share, heaviness }
     }
 
+    /// Those of them, of a part of the target, that have any of `others`, or an image of one, within their `radii`; none where all are farther off.
+    pub fn about(&self, kernel: KernelName, domain: &Domain<D>, radii: &[f64], others: &Positions<D>) -> Option<Self> {
+        let reaches = self.reach(kernel, domain, radii, others);
+        let of = |values: &[f64]| -> Vec<f64> {
+            values.iter().zip(&reaches).filter(|(_, reaches)| **reaches).map(|(v, _)| *v).collect()
+        };
+        if !reaches.contains(&true) {
+            return None;
+        }
+        let positions = self.positions.each_ref().map(|x| of(x));
+        let tree = Tree::build(&positions);
+        let sorted = |values: &[f64]| tree.to_tree_order(&of(values));
+        let (share, heaviness) = (sorted(&self.share), self.heaviness.as_deref().map(sorted));
+        let positions = positions.each_ref().map(|x| tree.to_tree_order(x));
+        Some(Self { tree, positions, share, heaviness })
+    }
+
     /// The mass density of a target of which these are the points, of the whole `mass`, as `kernel` sees it at `positions` with the radii
     /// `support`; 0 where a radius is 0. Beyond faces and surfaces is what `domain` says: vacuum or an image.
     pub fn mass_densities(

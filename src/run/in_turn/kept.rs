@@ -11,11 +11,14 @@ use crate::target::Positions;
 use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
 use sph_formats::FormatError;
+use std::fs::{File, TryLockError};
 use std::ops::Range;
 use std::path::{Path, PathBuf};
 
 /// The first bytes of each file.
 const MARK: &[u8; 8] = b"SPHPREPT";
+/// Locked by the run that uses the folder.
+const LOCK: &str = "lock";
 
 /// What a pass has left of a block, among those about it as they were then.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
@@ -40,8 +43,9 @@ pub(super) struct Block<const D: usize> {
 pub(super) struct Sums {
     pub support: Vec<f64>,
     pub density: Vec<f64>,
-    /// What the target has there.
+    /// What the target has there, and as the kernel sees it, where particles aim at that; empty where not.
     pub target: Vec<f64>,
+    pub smoothed: Vec<f64>,
     /// Whether a particle can have that.
     pub interior: Vec<bool>,
     /// Whether it sees particles of another block.
@@ -51,7 +55,8 @@ pub(super) struct Sums {
 /// What was measured after a sweep of the last stage over all blocks.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub(super) struct Sweep {
-    /// Mean deviation in the interior, or of all particles where there is none, the mass re-fitted.
+    /// Mean deviation in the interior, or of all particles where there is none, the mass re-fitted; of all from the smoothed target where they
+    /// aim at that.
     pub mean: f64,
     /// The same as each block was left by the sweep, before those about it were.
     pub left: f64,
@@ -84,6 +89,8 @@ pub(super) struct Kept {
     first: Vec<usize>,
     /// The run has made the folder.
     is_own: bool,
+    /// Held as long as the run goes on.
+    lock: File,
 }
 
 impl Kept {
@@ -95,17 +102,23 @@ impl Kept {
         let bad = |e| FormatError::io(folder, "make the folder", e);
         let is_new = !folder.exists();
         std::fs::create_dir_all(folder).map_err(bad)?;
-        let mut kept =
-            Self { folder: folder.into(), particles: origin.particles, blocks, first: Vec::new(), is_own: is_new };
+        let mut kept = Self {
+            lock: locked(folder)?,
+            folder: folder.into(),
+            particles: origin.particles,
+            blocks,
+            first: Vec::new(),
+            is_own: is_new,
+        };
         let head = kept.folder.join("scene");
         if head.exists() {
             let (earlier, parts, is_own): (Origin, usize, bool) = kept.read(&head)?;
             kept.is_own = is_own;
             let differs = |problem: String| Error::Checkpoint { path: folder.into(), problem };
-            origin.compare(&earlier).map_err(differs)?;
+            origin.compare(&earlier).map_err(|problem| differs(of_folder(&problem)))?;
             if parts != blocks {
                 return Err(differs(format!(
-                    "is of a run in {parts} blocks, this one is in {blocks}; start without it"
+                    "is of a run in {parts} blocks, this one is in {blocks}; remove the folder to begin anew"
                 )));
             }
         } else {
@@ -138,10 +151,15 @@ impl Kept {
         };
         self.first = std::iter::once(0).chain(counts.into_iter().scan(0, running)).collect();
         if self.first.last() == Some(&self.particles) {
-            return Ok(());
+            return if self.is_seeded() { Ok(()) } else { self.write(&self.seeded(), &self.first) };
         }
         let problem = format!("holds another number of particles than {}; remove the folder", self.particles);
         Err(Error::Checkpoint { path: self.folder.clone(), problem })
+    }
+
+    /// Whether all blocks have been there: one that is not there now has been lost.
+    pub fn is_seeded(&self) -> bool {
+        self.seeded().exists()
     }
 
     /// The numbers of a block's particles.
@@ -179,7 +197,7 @@ impl Kept {
     pub fn there<const D: usize>(&self, block: usize) -> Result<Block<D>> {
         let gone = || Error::Checkpoint {
             path: self.folder.clone(),
-            problem: format!("has no block {block}; start without it"),
+            problem: format!("has no block {block}, which there was; remove the folder to begin anew"),
         };
         self.block(block)?.ok_or_else(gone)
     }
@@ -220,11 +238,20 @@ impl Kept {
     /// Removes the files, and the folder if the run has made it; a note where that fails.
     pub fn remove(&self) -> Option<String> {
         let files = (0..self.blocks).flat_map(|b| [self.places(b), self.measured(b)]);
-        let some = [self.folder.join("sweeps")].into_iter().filter(|path| path.exists());
-        let removed = files.chain(some).chain([self.folder.join("scene")]).try_for_each(std::fs::remove_file);
-        let removed = removed.and_then(|()| if self.is_own { std::fs::remove_dir(&self.folder) } else { Ok(()) });
+        // On some systems a file cannot be removed while it is locked.
+        let lock = self.folder.join(LOCK);
+        let unlocked = self.lock.unlock();
+        let some = [self.folder.join("sweeps"), lock].into_iter().filter(|path| path.exists());
+        let removed =
+            files.chain(some).chain([self.seeded(), self.folder.join("scene")]).try_for_each(std::fs::remove_file);
+        let removed =
+            unlocked.and(removed).and_then(|()| if self.is_own { std::fs::remove_dir(&self.folder) } else { Ok(()) });
         let error = removed.err()?;
         Some(format!("the folder '{}' is of no more use but cannot be removed: {error}", self.folder.display()))
+    }
+
+    fn seeded(&self) -> PathBuf {
+        self.folder.join("seeded")
     }
 
     fn places(&self, block: usize) -> PathBuf {
@@ -246,8 +273,27 @@ impl Kept {
             return Err(problem(format!("is no block of particles; remove the folder '{}'", self.folder.display())));
         }
         let read = payload(&bytes, MARK).and_then(|bytes| postcard::from_bytes(bytes).map_err(|e| unreadable(&e)));
-        read.map_err(problem)
+        read.map_err(|text| problem(of_folder(&text)))
     }
+}
+
+/// What is said of a checkpoint, of one that a folder is.
+fn of_folder(problem: &str) -> String {
+    problem.replace("start without it", "remove the folder to begin anew")
+}
+
+/// A lock on the folder, which no other run may use meanwhile. Where the system has no locks, nothing tells.
+///
+/// # Errors
+/// A folder that is in use, or in which nothing can be made.
+fn locked(folder: &Path) -> Result<File> {
+    let path = folder.join(LOCK);
+    let file = File::create(&path).map_err(|e| FormatError::io(&path, "lock the folder", e))?;
+    if matches!(file.try_lock(), Err(TryLockError::WouldBlock)) {
+        let problem = "is in use by another run; wait for it, or give another folder with --blocks".into();
+        return Err(Error::Checkpoint { path: folder.into(), problem });
+    }
+    Ok(file)
 }
 
 #[cfg(test)]

@@ -4,6 +4,7 @@ use super::kept::{Kept, Left, Sums, Sweep};
 use crate::error::{Error, Result};
 use crate::metrics::{DensityFold, ErrorFigures, Ledger, LedgerFigures, Measured, Ratios};
 use crate::scene::Scene;
+use crate::target::mass_points::MassPoints;
 use crate::target::{Positions, Target, at};
 use serde::Serialize;
 use sph::neighbors::{Reach, Sources, Tree};
@@ -22,8 +23,11 @@ pub struct BlockFigures {
     pub all: SetFigures,
     /// None where no particle is in the interior.
     pub interior: Option<SetFigures>,
+    /// Of all particles against the smoothed target, where they aim at that.
+    pub smoothed: Option<SetFigures>,
     pub ledger: LedgerFigures,
-    /// Mean deviation, re-fitted in the interior, of particles that see others of another block, and of the rest of them.
+    /// Mean deviation, re-fitted in the interior, of particles that see others of another block, and of the rest of them; from the smoothed
+    /// target where they aim at that.
     pub seams: Option<[f64; 2]>,
     /// Smallest distance of two particles in spacings.
     pub closest_pair: f64,
@@ -32,7 +36,7 @@ pub struct BlockFigures {
 impl BlockFigures {
     /// What decides whether blocks are gone over again that were left with such a mean deviation.
     pub(super) fn sweep(&self, left: f64) -> Sweep {
-        let mean = self.interior.map_or(self.all.refitted.mean, |interior| interior.refitted.mean);
+        let mean = self.smoothed.or(self.interior).unwrap_or(self.all).refitted.mean;
         Sweep { mean, left, seams: self.seams }
     }
 }
@@ -42,11 +46,12 @@ fn first<const D: usize>(all: &Positions<D>, count: usize) -> Positions<D> {
     all.each_ref().map(|x| x[..count].to_vec())
 }
 
-/// The sums at `own` particles among others that follow them.
+/// The sums at `own` particles among others that follow them, with the points of mass about these where they aim at the smoothed target.
 fn sums<const D: usize>(
     scene: &Scene,
     target: &Target<'_, D>,
     (all, own): (&Positions<D>, usize),
+    points: Option<&MassPoints<D>>,
 ) -> (Sums, Measured<D>) {
     let neighbors = scene.kernel_neighbors(D);
     let masses = target.equal_masses(all[0].len());
@@ -55,10 +60,15 @@ fn sums<const D: usize>(
     let mut measured = Measured::new(scene.kernel(), target.domain, all, &masses, &guess, neighbors);
     let groups = measured.groups();
     measured.leave_out_unresolved(target, all, (&groups, neighbors));
+    let (own_places, support) = (first(all, own), &measured.support[..own]);
+    let smoothed = points.map_or_else(Vec::new, |points| {
+        points.mass_densities(scene.kernel(), target.domain, (&own_places, support), target.mass)
+    });
     let sums = Sums {
-        support: measured.support[..own].to_vec(),
+        support: support.to_vec(),
         density: measured.sums[..own].iter().map(|s| s.weighted).collect(),
-        target: target.densities(&first(all, own)),
+        target: target.densities(&own_places),
+        smoothed,
         interior: measured.interior[..own].to_vec(),
         seam: Vec::new(),
     };
@@ -73,14 +83,15 @@ pub(super) struct Judged {
     pub closest_pair: f64,
 }
 
-/// Judges `own` particles among others that follow them, with a factor on the mass or what fits best.
+/// Judges `own` particles among others that follow them, with a factor on the mass or what fits best, by the target or, with points of mass
+/// about them, by the smoothed one.
 pub(super) fn judged<const D: usize>(
     scene: &Scene,
     target: &Target<'_, D>,
     (all, own): (&Positions<D>, usize),
-    factor: Option<f64>,
+    (factor, points): (Option<f64>, Option<&MassPoints<D>>),
 ) -> Judged {
-    let (sums, measured) = sums(scene, target, (all, own));
+    let (sums, measured) = sums(scene, target, (all, own), points);
     let left = Left { ratio: sums.ratio(), mean: sums.mean_error(factor) };
     Judged { left, closest_pair: closest(&measured, target, own) }
 }
@@ -96,30 +107,46 @@ impl Sums {
         Ratios { density: &self.density, target: &self.target, mass: m }
     }
 
-    /// Whether each particle is counted: all; those of the interior; those of it that see another block; those that do not.
-    fn sets(&self) -> [Vec<bool>; 4] {
-        let interior = &self.interior;
-        let inside = |sees: bool| interior.iter().zip(&self.seam).map(|(i, seam)| *i && *seam == sees).collect();
-        [vec![true; interior.len()], interior.clone(), inside(true), inside(false)]
+    /// With the smoothed target in place of the target, where particles aim at that.
+    fn aimed(&self, m: f64) -> Ratios<'_> {
+        Ratios { target: self.aims(), ..self.ratios(m) }
+    }
+
+    /// What the particles aim at.
+    fn aims(&self) -> &[f64] {
+        if self.smoothed.is_empty() { &self.target } else { &self.smoothed }
+    }
+
+    /// Whether a particle can have what it aims at.
+    fn can(&self, i: usize) -> bool {
+        if self.smoothed.is_empty() { self.interior[i] } else { self.smoothed[i] > 0.0 }
+    }
+
+    /// Whether each particle is counted: all; those of the interior; all that can have what they aim at; those of them that see another
+    /// block; those that do not.
+    fn sets(&self) -> [Vec<bool>; 5] {
+        let all = 0..self.interior.len();
+        let can = |sees: &dyn Fn(bool) -> bool| all.clone().map(|i| self.can(i) && sees(self.seam[i])).collect();
+        [vec![true; all.len()], self.interior.clone(), can(&|_| true), can(&|sees| sees), can(&|sees| !sees)]
     }
 
     /// Mean deviation where the target is resolved, the mass re-fitted by `factor` or what fits best, or over all where it is nowhere.
     fn mean_error(&self, factor: Option<f64>) -> f64 {
-        let any = self.interior.contains(&true);
-        let counts = |i: usize| self.interior[i] || !any;
+        let any = (0..self.density.len()).any(|i| self.can(i));
+        let (aims, counts) = (self.aims(), |i: usize| self.can(i) || !any);
         let mean = |f: &dyn Fn(usize) -> f64| {
             let (sum, count) =
                 (0..self.density.len()).filter(|&i| counts(i)).fold((0.0, 0.0), |(s, n), i| (s + f(i), n + 1.0));
             sum / count
         };
-        let factor = factor.unwrap_or_else(|| mean(&|i| self.target[i] / self.density[i]));
-        mean(&|i| (factor * self.density[i] / self.target[i] - 1.0).abs())
+        let factor = factor.unwrap_or_else(|| mean(&|i| aims[i] / self.density[i]));
+        mean(&|i| (factor * self.density[i] / aims[i] - 1.0).abs())
     }
 
     /// The target over the summed density where it is resolved, added up, and over how many particles.
     fn ratio(&self) -> [f64; 2] {
-        let inside = (0..self.density.len()).filter(|&i| self.interior[i]);
-        inside.fold([0.0; 2], |[sum, count], i| [sum + self.target[i] / self.density[i], count + 1.0])
+        let inside = (0..self.density.len()).filter(|&i| self.can(i));
+        inside.fold([0.0; 2], |[sum, count], i| [sum + self.aims()[i] / self.density[i], count + 1.0])
     }
 }
 
@@ -130,22 +157,33 @@ pub(super) struct Measuring<'a, const D: usize> {
     ledger: Ledger<D>,
     found: Vec<f64>,
     closest_pair: f64,
+    /// Particles aim at the smoothed target.
+    is_aimed: bool,
 }
 
 impl<'a, const D: usize> Measuring<'a, D> {
     pub fn new(scene: &'a Scene, target: Target<'a, D>) -> Self {
-        Self { scene, target, ledger: Ledger::new(&target), found: Vec::new(), closest_pair: f64::INFINITY }
+        Self {
+            scene,
+            target,
+            ledger: Ledger::new(&target),
+            found: Vec::new(),
+            closest_pair: f64::INFINITY,
+            is_aimed: false,
+        }
     }
 
-    /// Measures a block's `own` particles among the others that follow them.
-    pub fn take(&mut self, all: &Positions<D>, own: usize) -> Sums {
-        let (mut sums, measured) = sums(self.scene, &self.target, (all, own));
+    /// Measures a block's `own` particles among the others that follow them, with points of mass about them where they aim at the smoothed
+    /// target.
+    pub fn take(&mut self, all: &Positions<D>, own: usize, points: Option<&MassPoints<D>>) -> Sums {
+        let (mut sums, measured) = sums(self.scene, &self.target, (all, own), points);
         let first = first(all, own);
         sums.seam = self.see_others((&first, &sums.support), &all.each_ref().map(|x| x[own..].to_vec()));
         let there = self.ledger.found(&measured, &self.target, &first, &self.target.equal_masses(own));
         self.found.resize(there.len(), 0.0);
         self.found.iter_mut().zip(there).for_each(|(all, one)| *all += one);
         self.closest_pair = self.closest_pair.min(closest(&measured, &self.target, own));
+        self.is_aimed |= points.is_some();
         sums
     }
 
@@ -172,31 +210,35 @@ impl<'a, const D: usize> Measuring<'a, D> {
     /// Blocks that cannot be read.
     pub fn figures(self, kept: &Kept) -> Result<BlockFigures> {
         let mass = self.target.mass / self.target.count as f64;
-        let each = |with: &mut dyn FnMut(&Ratios<'_>, &[Vec<bool>; 4])| -> Result<()> {
+        // Of all particles and of the interior against the target; against what they aim at of those that can have it, of which those near
+        // seams and the others are parts.
+        let each = |with: &mut dyn FnMut(usize, &Ratios<'_>, &[bool])| -> Result<()> {
             (0..kept.blocks()).try_for_each(|block| {
                 let sums = kept.sums(block)?;
-                with(&sums.ratios(mass), &sums.sets());
+                let (ratios, aimed) = (sums.ratios(mass), sums.aimed(mass));
+                let of = [&ratios, &ratios, &aimed, &aimed, &aimed];
+                sums.sets().iter().zip(of).enumerate().for_each(|(i, (set, ratios))| with(i, ratios, set));
                 Ok(())
             })
         };
-        // Of all particles, and of the interior, of which those near seams and the others are parts.
-        let mut fits = [DensityFold::default(), DensityFold::default()];
-        each(&mut |ratios, sets| fits.iter_mut().zip(sets).for_each(|(fit, set)| fit.look(ratios, set)))?;
-        each(&mut |ratios, sets| fits.iter_mut().zip(sets).for_each(|(fit, set)| fit.refit(ratios, set)))?;
-        let [all, interior] = &fits;
-        let mut as_given = [all.with(1.0), interior.with(1.0)];
-        let mut refitted = [all, interior, interior, interior].map(|fit| fit.with(fit.factor()));
-        each(&mut |ratios, sets| {
-            as_given.iter_mut().zip(sets).for_each(|(fold, set)| fold.take(ratios, set));
-            refitted.iter_mut().zip(sets).for_each(|(fold, set)| fold.take(ratios, set));
+        let mut fits = [0; 3].map(|_| DensityFold::default());
+        each(&mut |i, ratios, set| fits.iter_mut().skip(i).take(1).for_each(|fit| fit.look(ratios, set)))?;
+        each(&mut |i, ratios, set| fits.iter_mut().skip(i).take(1).for_each(|fit| fit.refit(ratios, set)))?;
+        let [all, interior, aimed] = &fits;
+        let mut as_given = [all.with(1.0), interior.with(1.0), aimed.with(1.0)];
+        let mut refitted = [all, interior, aimed, aimed, aimed].map(|fit| fit.with(fit.factor()));
+        each(&mut |i, ratios, set| {
+            as_given.iter_mut().skip(i).take(1).for_each(|fold| fold.take(ratios, set));
+            refitted[i].take(ratios, set);
         })?;
-        let [all, interior] = [0, 1].map(|set| {
+        let [all, interior, aimed] = [0, 1, 2].map(|set| {
             let both = as_given[set].figures().zip(refitted[set].figures());
             both.map(|(as_given, refitted)| SetFigures { as_given, refitted })
         });
+        let smoothed = aimed.filter(|_| self.is_aimed);
         let nowhere = || Error::Numeric { stage: "measure", problem: "no particle has a density".into() };
         let (all, ledger) = (all.ok_or_else(nowhere)?, self.ledger.figures_of(&self.found));
-        let seams = refitted[2].figures().zip(refitted[3].figures()).map(|(near, rest)| [near.mean, rest.mean]);
-        Ok(BlockFigures { all, interior, ledger, seams, closest_pair: self.closest_pair })
+        let seams = refitted[3].figures().zip(refitted[4].figures()).map(|(near, rest)| [near.mean, rest.mean]);
+        Ok(BlockFigures { all, interior, smoothed, ledger, seams, closest_pair: self.closest_pair })
     }
 }

@@ -4,6 +4,7 @@
 //!
 //! Seeds are those of a run by itself, if they can be made block by block, else by mass bisection. The stages are WVT and the density solver, as over ranks.
 
+mod goal;
 mod kept;
 mod measure;
 mod on_disk;
@@ -32,9 +33,11 @@ use crate::relaxation::{
     Control, DensitySolver, Event, Hold, Holding, Others, SOLVER, SolverOptions, StageName, Step, StopReason, WVT, Wvt,
     part_pairs_of_block, relax_new,
 };
-use crate::scene::{AimName, DEFAULT_PARTICLES, Scene, SolverInput};
+use crate::scene::{DEFAULT_PARTICLES, OnInterrupt, Scene};
 use crate::seeding::{Blockwise, Seeding};
+use crate::target::mass_points::MassPoints;
 use crate::target::{Positions, Target};
+use goal::Goal;
 use kept::{Block, Kept, Sweep};
 use measure::Measuring;
 use on_disk::OnDisk;
@@ -42,6 +45,7 @@ use report::Done;
 use sph::kernel::support_over_spacing;
 use sph_formats::FormatSpec;
 use std::path::Path;
+use std::sync::Arc;
 use std::time::Instant;
 use surroundings::Map;
 
@@ -78,9 +82,9 @@ pub fn run_in_turn(
         let problem = "is not kept block by block: the folder of the blocks is what a run goes on from; leave it out";
         return Err(Error::scene("checkpoint", problem));
     }
-    if scene.aims_at_mass() == Some(true) {
-        let problem = "is mass, for which the points of all particles are needed, and that is not done block by block; set it to density";
-        return Err(Error::scene("solver.aim", problem));
+    if scene.output.on_interrupt == OnInterrupt::Write {
+        let problem = "is write, but what a run block by block leaves is its folder, from which the same command goes on; leave it out";
+        return Err(Error::scene("output.on_interrupt", problem));
     }
     let start = Instant::now();
     control.tell(Event::Begin(Step::Read));
@@ -160,7 +164,8 @@ impl Run<'_> {
         let mut kept = Kept::open(how.folder, Origin::new(scene, &target), how.blocks)?;
         let mut map = Map::new(target, scene.kernel_neighbors(D), how.blocks);
         run.seed(&seeds, (&mut kept, &mut map))?;
-        let (passes, stop, figures) = run.relax(&target, &plan, (&kept, &mut map))?;
+        let goal = Goal::new(target, &plan, (scene.kernel(), scene.kernel_neighbors(D)));
+        let (passes, stop, figures) = run.relax(&goal, (&kept, &mut map))?;
         let (variables, more) = run.written(&prepared, target, (&kept, stop))?;
         warnings.extend(more);
         run.notes.extend(match stop.is_cut() {
@@ -207,9 +212,7 @@ impl Run<'_> {
             (None, planned) if !Blockwise::<D>::can_make(planned) => Seeding::MassBisection,
             (_, planned) => planned,
         };
-        // Where the mass is, points of all particles tell.
-        let solver = SolverInput { aim: Some(AimName::Density), ..self.scene.solver };
-        let scene = Scene { seeding: Some(seeding), solver, ..self.scene.clone() };
+        let scene = Scene { seeding: Some(seeding), ..self.scene.clone() };
         let plan = plan(&scene);
         (scene, plan)
     }
@@ -235,7 +238,7 @@ impl Run<'_> {
         while counts.len() < blocks {
             self.check(kept)?;
             let block = counts.len();
-            if let Some(found) = kept.block::<D>(block)? {
+            if let Some(found) = if kept.is_seeded() { Some(kept.there(block)?) } else { kept.block::<D>(block)? } {
                 map.note(block, &found);
                 counts.push(found.positions[0].len());
                 continue;
@@ -262,19 +265,18 @@ impl Run<'_> {
     /// Relaxes all blocks as planned, and measures them: the last stage goes over them until their seams are as good as the rest.
     fn relax<const D: usize>(
         &mut self,
-        target: &Target<'_, D>,
-        plan: &Plan,
+        goal: &Goal<'_, D>,
         (kept, map): (&Kept, &mut Map<'_, D>),
     ) -> Result<(Vec<Pass>, StopReason, BlockFigures)> {
         let mut passes = Vec::new();
-        let Some((last, before)) = plan.stages.split_last() else {
-            return Ok((passes, StopReason::NotNeeded, self.measured(target, (kept, map))?));
+        let Some((last, before)) = goal.plan.stages.split_last() else {
+            return Ok((passes, StopReason::NotNeeded, self.measured(goal, (kept, map))?));
         };
         let of = |stage, pass, sweep| Stepping { stage, pass, sweep, common: None };
         let mut stop = None;
         for (i, stage) in before.iter().enumerate() {
             if stop.is_none() {
-                stop = self.sweep(of(*stage, i + 1, 0), (target, plan), (kept, map), &mut passes)?;
+                stop = self.sweep(of(*stage, i + 1, 0), goal, (kept, map), &mut passes)?;
             }
         }
         let mut sweeps = kept.sweeps()?;
@@ -282,28 +284,28 @@ impl Run<'_> {
             let pass = before.len() + sweep + 1;
             let mut figures = None;
             if stop.is_none() && sweeps.len() < sweep {
-                let now = self.measured(target, (kept, map))?;
+                let now = self.measured(goal, (kept, map))?;
                 sweeps.push(now.sweep(map.left(pass - 1)));
                 kept.put_sweeps(&sweeps)?;
                 figures = Some(now);
             }
             if stop.is_some() || !Sweep::go_on(&sweeps[..sweep]) {
-                let figures = figures.map_or_else(|| self.measured(target, (kept, map)), Ok)?;
+                let figures = figures.map_or_else(|| self.measured(goal, (kept, map)), Ok)?;
                 return Ok((passes, stop.unwrap_or(StopReason::Stagnated), figures));
             }
             // In the first sweep those about a block are not what they will be; then each is as well by itself.
             let common = if sweep > 0 { map.common(pass - 1) } else { None };
             let how = Stepping { common, ..of(*last, pass, sweep) };
-            stop = self.sweep(how, (target, plan), (kept, map), &mut passes)?;
+            stop = self.sweep(how, goal, (kept, map), &mut passes)?;
         }
-        Ok((passes, stop.unwrap_or(StopReason::IterationLimit), self.measured(target, (kept, map))?))
+        Ok((passes, stop.unwrap_or(StopReason::IterationLimit), self.measured(goal, (kept, map))?))
     }
 
     /// Takes all blocks through a stage that have not been through this pass yet; why to go no further, if there is a reason.
     fn sweep<const D: usize>(
         &mut self,
         how: Stepping,
-        (target, plan): (&Target<'_, D>, &Plan),
+        goal: &Goal<'_, D>,
         (kept, map): (&Kept, &mut Map<'_, D>),
         passes: &mut Vec<Pass>,
     ) -> Result<Option<StopReason>> {
@@ -313,9 +315,10 @@ impl Run<'_> {
         for block in (0..kept.blocks()).filter(|&block| map.passes(block) < how.pass).collect::<Vec<_>>() {
             stop = self.control.stop_reason();
             if stop.is_none() {
-                let done = self.taken_through(how, (target, plan), (kept, map), block)?;
-                stop = done.is_none().then(|| self.control.stop_reason()).flatten();
-                count += done.map_or(0.0, |done| pass.take(&done));
+                match self.taken_through(how, goal, (kept, map), block)? {
+                    Ok(done) => count += pass.take(&done),
+                    Err(cut) => stop = Some(cut),
+                }
             }
             if stop.is_some() {
                 break;
@@ -331,25 +334,27 @@ impl Run<'_> {
         Ok(stop)
     }
 
-    /// Takes a block through a stage; none where that was cut short, and it stays as it was.
+    /// Takes a block through a stage, or says what cut that short: the block stays as it was.
     fn taken_through<const D: usize>(
         &self,
         how: Stepping,
-        (target, plan): (&Target<'_, D>, &Plan),
+        goal: &Goal<'_, D>,
         (kept, map): (&Kept, &mut Map<'_, D>),
         block: usize,
-    ) -> Result<Option<Done>> {
+    ) -> Result<std::result::Result<Done, StopReason>> {
         let Block { mut passes, positions } = kept.there(block)?;
         let own = positions[0].len();
         let (all, holds) = map.about(kept, (block, &positions))?.with(&positions);
-        let judged = |all: &Positions<D>| measure::judged(self.scene, target, (all, own), how.common);
+        let points = goal.points_about(&all);
+        let judged =
+            |all: &Positions<D>| measure::judged(self.scene, &goal.target, (all, own), (how.common, points.as_deref()));
         let was = judged(&all);
-        let mut moved = self.relaxed((target, plan), how, (all, &holds));
-        if self.control.stop_reason().is_some() {
+        let mut moved = match self.relaxed(goal, how, (all, &holds), points.clone()) {
+            Ok(moved) => moved,
             // It would end as another; it begins anew when the run goes on.
-            return Ok(None);
-        }
-        part_pairs_of_block(target, &mut moved, &holds);
+            Err(stop) => return Ok(Err(stop)),
+        };
+        part_pairs_of_block(&goal.target, &mut moved, &holds);
         let is = judged(&moved);
         let is_better = is.left.mean <= was.left.mean && is.closest_pair >= least_closest_pair(was.closest_pair);
         let left = if is_better { is.left } else { was.left };
@@ -358,18 +363,19 @@ impl Run<'_> {
         let found = Block { passes, positions };
         map.note(block, &found);
         kept.put(block, &found)?;
-        Ok(Some(Done { own, held: holds.len(), before: was.left.mean, after: left.mean, is_better }))
+        Ok(Ok(Done { own, held: holds.len(), before: was.left.mean, after: left.mean, is_better }))
     }
 
-    /// A block's particles with others about them after a stage.
+    /// A block's particles with others about them after a stage, or what cut it short.
     fn relaxed<const D: usize>(
         &self,
-        (target, plan): (&Target<'_, D>, &Plan),
+        goal: &Goal<'_, D>,
         how: Stepping,
         (all, holds): (Positions<D>, &[Hold]),
-    ) -> Positions<D> {
-        let setting = Setting::new(self.scene, *target, None, self.control);
-        let (kernel, target) = (self.scene.kernel(), *target);
+        points: Option<Arc<MassPoints<D>>>,
+    ) -> std::result::Result<Positions<D>, StopReason> {
+        let (kernel, target, plan) = (self.scene.kernel(), goal.target, goal.plan);
+        let setting = Setting::new(self.scene, target, None, self.control);
         let relaxed = match how.stage {
             WVT => {
                 let wvt = Wvt { kernel, target, options: setting.wvt(plan) };
@@ -378,28 +384,31 @@ impl Run<'_> {
             SOLVER => {
                 let planned = setting.solver(plan);
                 let options = SolverOptions { settled: planned.settled || how.sweep > 0, ..planned };
-                let solver = DensitySolver::<D>::new(kernel, target, options).within(holds, how.common);
+                let solver = DensitySolver::<D>::new(kernel, target, options).within(holds, how.common).seeing(points);
                 relax_new(&solver, all, self.control)
             }
-            _ => return all,
+            _ => return Ok(all),
         };
-        relaxed.particles.positions
+        // It may be cut before there is no time left, where another step takes longer than that.
+        let cut = relaxed.reports.iter().map(|report| report.stop).find(|stop| stop.is_cut());
+        cut.or_else(|| self.control.stop_reason()).map_or(Ok(relaxed.particles.positions), Err)
     }
 
     /// Measures all blocks, and keeps what was summed at their particles.
     fn measured<const D: usize>(
         &mut self,
-        target: &Target<'_, D>,
+        goal: &Goal<'_, D>,
         (kept, map): (&Kept, &Map<'_, D>),
     ) -> Result<BlockFigures> {
         let lap = Instant::now();
         self.control.tell(Event::Begin(Step::Measure));
-        let mut measuring = Measuring::new(self.scene, *target);
+        let mut measuring = Measuring::new(self.scene, goal.target);
         for block in 0..kept.blocks() {
             self.check(kept)?;
             let own = kept.there(block)?.positions;
             let (all, _) = map.about(kept, (block, &own))?.with(&own);
-            kept.put_sums(block, &measuring.take(&all, own[0].len()))?;
+            let points = goal.points_about(&all);
+            kept.put_sums(block, &measuring.take(&all, own[0].len(), points.as_deref()))?;
         }
         let figures = measuring.figures(kept)?;
         if !figures.all.as_given.epsilon.is_finite() {

@@ -123,10 +123,11 @@ impl InTurnReport {
     }
 
     fn write_figures(&self, out: &mut String) -> std::fmt::Result {
-        let BlockFigures { all, interior, ledger, seams, closest_pair } = &self.figures;
+        let BlockFigures { interior, smoothed, ledger, seams, closest_pair, .. } = &self.figures;
         write_in_place(out, ledger)?;
         let rows = |of: &SetFigures, names: [&'static str; 2]| [(names[0], of.as_given), (names[1], of.refitted)];
-        let mut all = rows(all, ["all, mass as given", "all, mass re-fitted"]).to_vec();
+        let mut all: Vec<_> = smoothed.iter().map(|of| ("all, against smoothed target", of.as_given)).collect();
+        all.extend(rows(&self.figures.all, ["all, mass as given", "all, mass re-fitted"]));
         let names = ["interior, mass as given", "interior, mass re-fitted"];
         all.extend(interior.iter().flat_map(|interior| rows(interior, names)));
         write_errors(out, &all)?;
