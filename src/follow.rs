@@ -118,6 +118,13 @@ fn in_dimension<const D: usize>(
     }
     let mut notes = Vec::new();
     let constant = gravity_of::<D>(file, code, options, &mut notes)?;
+    if constant.is_none() {
+        let left_out = file.species.iter().filter(|s| s.part_type != 0 && s.table.count > 0);
+        notes.extend(left_out.map(|s| {
+            let (count, part_type) = (s.table.count, s.part_type);
+            format!("the {count} particles of type {part_type} are left out: without gravity the gas alone is followed")
+        }));
+    }
     let read = Read::<D>::new(file, table, constant, options.walls)?;
     let kinds = materials(file, table, code, &read)?;
     let gamma = options.gamma.unwrap_or_else(|| file.header.adiabatic_index());

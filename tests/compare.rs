@@ -55,6 +55,16 @@ fn same(cell: &str, value: &serde_json::Value) -> bool {
     }
 }
 
+/// A density that jumps at a periodic face: what brings the densities of a few particles in the middle about moves the others.
+#[test]
+fn a_method_that_has_the_mass_elsewhere_is_not_advised() {
+    let scene = "input: {expression: '2 + z'}\nparticles: 300\n\
+                 domain: {box: [[-0.5, -0.9, -1], [0.5, 0.9, 1]], boundary: [periodic, open, periodic]}\n";
+    let text = compared(scene, "seed,solver,alaric:cubic", &[300]).unwrap().text();
+    let advice = text.lines().find(|line| line.trim_start().starts_with("Take ")).unwrap();
+    assert!(advice.contains("Take solver") && advice.contains("do not have the input's body: seed"), "{text}");
+}
+
 #[test]
 fn every_method_has_its_rows_and_the_table_agrees_with_the_json() {
     let methods = "seed,wvt,wvt-inverse-square,wvt-plain,alaric,alaric-split,solver,solver-exact,solver-quiet,scene";

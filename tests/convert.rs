@@ -295,6 +295,40 @@ fn values_that_are_no_numbers_are_counted() {
     assert!(good && text.contains("'Velocities' has 1 values of 1500 that are no finite numbers"), "{text}");
 }
 
+/// Radii are lengths in a table of all types as well, and black holes of SWIFT have their masses under another name.
+#[test]
+fn point_masses_keep_their_radii_and_masses() {
+    let folder = tempfile::tempdir().unwrap();
+    let file = |name: &str| folder.path().join(name);
+    let mut with_hole = particles();
+    with_hole.header.units = UnitSystem::galactic();
+    let column = |name: &str, components: usize, values: Vec<f64>, dimension| Column {
+        name: name.into(),
+        components,
+        values: Values::F64(values),
+        dimension,
+    };
+    let columns = vec![
+        column(names::COORDINATES, 3, vec![0.5; 3], UnitDimension::LENGTH),
+        column(names::VELOCITIES, 3, vec![0.0; 3], UnitDimension::VELOCITY),
+        column(names::MASSES, 1, vec![7.0], UnitDimension::MASS),
+        column(names::ACCRETION_RADIUS, 1, vec![0.25], UnitDimension::LENGTH),
+    ];
+    with_hole.species.push(Species { part_type: 5, table: ParticleTable { count: 1, columns } });
+    let length = with_hole.header.units.length;
+    sph_formats::write(FORMATS, &file("a.vtu"), None, &with_hole, WriteOptions::default()).unwrap();
+    let (good, text) = convert(&file("a.vtu"), &file("b.hdf5"), &["--to", "gadget", "--units", "si"]);
+    assert!(good, "{text}");
+    let hole = |file: &ParticleFile| file.species.iter().find(|s| s.part_type == 5).unwrap().table.clone();
+    let radius = hole(&read(&file("b.hdf5"))).column(names::ACCRETION_RADIUS).unwrap().values.get(0);
+    assert!((radius / (0.25 * length / 100.0) - 1.0).abs() < 1e-6, "{radius:e}");
+    // What has no mass says so.
+    with_hole.species[1].table.columns.remove(2);
+    sph_formats::write(FORMATS, &file("c.npz"), None, &with_hole, WriteOptions::default()).unwrap();
+    let (_, text) = convert(&file("c.npz"), &file("d.npz"), &[]);
+    assert!(text.contains("'Masses' has 1 values"), "{text}");
+}
+
 #[test]
 fn pure_numbers_are_converted_only_where_their_units_are_said() {
     let folder = tempfile::tempdir().unwrap();

@@ -115,6 +115,19 @@ fn blocks_leave_what_one_run_would() {
     }
 }
 
+/// Where the target's own densities would move mass, as of one run.
+#[test]
+fn blocks_have_their_mass_in_place_where_a_target_is_steep() {
+    let scene = "input: {expression: '1 + 99*exp(-30*((x - 0.5)^2 + (y - 0.5)^2 + (z - 0.5)^2))'}\n\
+                 domain: {box: [[0, 0, 0], [1, 1, 1]], boundary: [open]}\nparticles: 6000\n";
+    let report = Work::new(scene).ran(3);
+    assert!(report.plan.aims_at_mass && report.figures.ledger.in_place > 0.9, "{}", report.figures.ledger.in_place);
+    let smoothed = report.figures.smoothed.unwrap().as_given;
+    assert!(smoothed.particles == 6000 && smoothed.mean < 0.02, "{smoothed:?}");
+    let [near, rest] = report.figures.seams.unwrap();
+    assert!(near < 1.25 * rest, "{near:e} at seams, {rest:e} elsewhere");
+}
+
 #[test]
 fn figures_are_those_of_all_particles_together() {
     use sph::domain::{Axis, Domain, Region};
@@ -204,7 +217,7 @@ fn what_is_not_done_block_by_block_is_refused() {
     refused(UNIFORM, 9, "too few for 9 blocks");
     refused(&format!("{UNIFORM}balance: {{}}\n"), 2, "balance: is not done block by block");
     refused(&format!("{UNIFORM}checkpoint: {{file: a}}\n"), 2, "checkpoint");
-    refused(&format!("{UNIFORM}solver: {{aim: mass}}\n"), 2, "solver.aim");
+    refused(&format!("{UNIFORM}output: {{on_interrupt: write}}\n"), 2, "output.on_interrupt");
     refused(&format!("{UNIFORM}seeding: random\n"), 2, "does not go block by block; use mass-bisection");
     refused(
         "input: {expression: '1'}\ndomain: {ball: {center: [0, 0], radius: 1}, boundary: [reflecting]}\nparticles: 8000\n",
@@ -231,7 +244,17 @@ fn blocks_of_other_runs_are_refused() {
         let error = work.refused(3);
         assert!(error.contains("block.1") && error.contains(words), "{words}: {error}");
     }
+    // One that is gone, which there was.
+    std::fs::remove_file(&path).unwrap();
+    let error = work.refused(3);
+    assert!(error.contains("has no block 1") && error.contains("remove the folder"), "{error}");
     std::fs::write(&path, whole).unwrap();
+    // Another run that is under way there.
+    let lock = std::fs::File::open(work.folder.path("blocks/lock")).unwrap();
+    lock.lock().unwrap();
+    let error = work.refused(3);
+    assert!(error.contains("in use by another run"), "{error}");
+    lock.unlock().unwrap();
     work.scene.seed = 5;
     let error = work.refused(3);
     assert!(error.contains("another run") && error.contains("seed"), "{error}");

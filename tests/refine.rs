@@ -166,6 +166,21 @@ fn particles_far_from_a_sphere_stay_to_the_bit_in_every_dimension() {
     }
 }
 
+/// Masses that vary are not what a snapshot with equal ones has.
+#[test]
+fn particles_that_are_replaced_beyond_the_shell_are_warned_about() {
+    let folder = tempfile::tempdir().unwrap();
+    let scene = "input: {expression: '1', dimension: 2}\ndomain: {box: [[0, 0], [1, 1]], boundary: [periodic]}\nparticles: 500\n\
+                 resolution: {number_density: '1 + 0.9*sin(2*pi*x)'}\noutput: {units: code}";
+    let input = run(folder.path(), "varied.hdf5", None, scene).unwrap();
+    let mut scene =
+        Scene::parse("refine: {center: [0.5, 0.5], radius: 0.2, factor: 4}\noutput: {units: code}").unwrap();
+    scene.input.file = Some(input);
+    scene.output.file = Some(folder.path().join("finer.hdf5"));
+    let report = pipeline::run(&scene, FORMATS, &Control::default()).unwrap();
+    assert!(report.warnings.iter().any(|w| w.contains("beyond the shell")), "{:?}", report.warnings);
+}
+
 #[test]
 fn a_sphere_that_moves_on_leaves_no_fine_particles_behind() {
     let folder = tempfile::tempdir().unwrap();

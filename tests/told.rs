@@ -263,6 +263,28 @@ fn a_resolution_that_forgets_part_of_the_mass_is_refused() {
     placed(&coarse);
 }
 
+#[test]
+fn a_density_that_is_not_periodic_is_told_in_a_periodic_box() {
+    let told = |expression: &str, boundary: &str| {
+        let scene = format!(
+            "input: {{expression: '{expression}'}}\ndomain: {{box: [[0, 0, 0], [1, 1, 1]], boundary: {boundary}}}\nparticles: 300\npolish: none\n\
+             wvt: {{iterations: 0}}\n"
+        );
+        let (_, report) = place(&Scene::parse(&scene).unwrap(), FORMATS, &Control::default()).unwrap();
+        report.warnings.iter().any(|w| w.contains("periodic along z, but the density is not"))
+    };
+    assert!(told("1 + 2*z", "[periodic]") && !told("1 + 2*z", "[periodic, periodic, open]"));
+    assert!(!told("2 + sin(2*pi*z) + cos(2*pi*x)", "[periodic]"));
+}
+
+#[test]
+fn sinks_without_a_radius_are_refused_before_anything_is_placed() {
+    let star = "bodies:\n- {point_mass: 1}\n- {input: {profile: {polytrope: {n: 1.5, mass: 1, radius: 1}}}, position: [5, 0, 0]}\n\
+                particles: 1000000000\ntarget_code: phantom\n";
+    let error = place_bodies(&Scene::parse(star).unwrap(), FORMATS, &Control::default()).unwrap_err().to_string();
+    assert!(error.contains("accretion_radius: is missing"), "{error}");
+}
+
 /// The verdict of each body is that of before.
 #[test]
 fn pairs_that_settling_makes_are_in_the_verdict_on_all_bodies() {

@@ -72,7 +72,7 @@ pub fn standard(name: &str) -> Option<&'static str> {
 /// What a standard name is measured in, of particles in so many dimensions whose masses are masses; [`UnitDimension::NONE`] for other names.
 pub fn meaning(name: &str, dimension: usize) -> UnitDimension {
     match name {
-        COORDINATES | SUPPORT_RADIUS | SMOOTHING_LENGTH => UnitDimension::LENGTH,
+        COORDINATES | SUPPORT_RADIUS | SMOOTHING_LENGTH | SOFTENING_RADIUS | ACCRETION_RADIUS => UnitDimension::LENGTH,
         VELOCITIES => UnitDimension::VELOCITY,
         MASSES => UnitDimension::MASS,
         DENSITY => UnitDimension::mass_density(dimension),

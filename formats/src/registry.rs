@@ -156,6 +156,7 @@ const DEEP_SNIFF_BYTES: usize = 1 << 20;
 /// [`FormatError::Io`] where the file cannot be opened or is a directory, [`FormatError::Detection`] where it
 /// is empty, unknown, or fits several formats equally.
 pub fn detect<'a>(formats: &'a [FormatSpec], path: &Path, explicit: Option<&str>) -> Result<&'a FormatSpec> {
+    let path = &family::resolve(path)?;
     let head = read_head(path, SNIFF_BYTES)?;
     // Every second byte of common letters is 0.
     if matches!(head.as_slice(), [0xff, 0xfe, _, 0, ..] | [0xfe, 0xff, 0, _, ..]) {

@@ -70,8 +70,7 @@ fn several_files_hold_what_one_does_by_any_of_their_names_and_their_stem() {
             let files = written(spec, &path, &p, 3).unwrap();
             let is_list = files.len() == 4;
             assert!(is_list == (spec.name == "vtk") && files.iter().all(|f| f.is_file()), "{files:?}");
-            let by: Vec<&PathBuf> = if is_list { vec![&path] } else { files.iter().chain([&path]).collect() };
-            for by in by {
+            for by in files.iter().chain([&path]) {
                 let context = format!("{} {d}-D by {}", spec.name, by.display());
                 let back = read_back(by).unwrap_or_else(|e| panic!("{context}: {e}"));
                 // VTK's types stand in a column: numbers that one type lacks are gaps in the other.
@@ -138,6 +137,12 @@ fn files_of_two_snapshots_are_not_mixed() {
         std::fs::copy(&later[1], &files[1]).unwrap();
         let error = read_back(&path).unwrap_err().to_string();
         assert!(error.contains("time is 0.75"), "{}: {error}", spec.name);
+        // One file for another.
+        p.header.time = 0.0;
+        let files = written(spec, &path, &p, 2).unwrap();
+        std::fs::copy(&files[0], &files[1]).unwrap();
+        let error = read_back(&path).unwrap_err().to_string();
+        assert!(error.contains("one file stands for the other"), "{}: {error}", spec.name);
         // More files than there were.
         written(spec, &path, &p, 3).unwrap();
         std::fs::copy(&later[1], &files[1]).unwrap();

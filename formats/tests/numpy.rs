@@ -2,7 +2,7 @@
 
 use sph_formats::common::particle_names as names;
 use sph_formats::{
-    FORMATS, FieldRequest, FileContent, FormatError, Geometry, RawField, UnitDimension, Values, registry,
+    FORMATS, FieldRequest, FileContent, FormatError, Geometry, Location, RawField, UnitDimension, Values, registry,
 };
 use std::io::Write;
 
@@ -123,5 +123,28 @@ fn what_is_no_array_is_refused_with_the_reason() {
         let mut bytes = whole.clone();
         bytes[i] ^= 0x11;
         let _ = attempt("a.npy", &bytes);
+    }
+}
+
+/// Inward, and with a value for each shell between faces.
+#[test]
+fn radii_may_run_inward_and_be_faces() {
+    let read = |radii: &[f64], density: &[f64]| {
+        let array = |v: &[f64]| npy("<f8", false, &format!("({},)", v.len()), &doubles(v));
+        field(&npz(&[("r", array(radii)), ("rho", array(density))]))
+    };
+    for (radii, density) in [
+        (&[0.0, 1.0, 2.0, 4.0][..], &[8.0, 4.0, 2.0, 1.0][..]),
+        (&[4.0, 2.0, 1.0, 0.0], &[1.0, 2.0, 4.0, 8.0]),
+        (&[0.0, 1.0, 2.0, 4.0], &[8.0, 4.0, 2.0]),
+        (&[4.0, 2.0, 1.0, 0.0], &[2.0, 4.0, 8.0]),
+    ] {
+        let found = read(radii, density);
+        let Geometry::Radial { nodes, .. } = &found.geometry else { panic!("{:?}", found.geometry) };
+        assert_eq!(nodes, &[0.0, 1.0, 2.0, 4.0]);
+        let rho = &found.variables[0];
+        assert_eq!(rho.values.to_f64(), [8.0, 4.0, 2.0, 1.0][..density.len()]);
+        let is_cells = density.len() == 3;
+        assert_eq!(rho.location, if is_cells { Location::Cell } else { Location::Node });
     }
 }

@@ -8,6 +8,7 @@ use crate::error::{Error, Result};
 use crate::input::support::support_radii;
 use crate::run::destination::{refuse_replacing, refuse_units_that_look_pure};
 use crate::scene::system_of;
+use sph_formats::common::particle_names as names;
 use sph_formats::model::{COSMOLOGY_KEY, DOUBT_KEY, FILES_KEY, LACKS_KEY};
 use sph_formats::{Column, FormatSpec, ParticleFile, UnitSystem, registry, registry::FixedCorner};
 
@@ -48,6 +49,7 @@ pub fn convert(formats: &[FormatSpec], args: &ConvertArgs) -> Result<Vec<String>
         file.header.box_size.iter_mut().take(d).for_each(|l| *l = edge);
     }
     notes.extend(no_numbers(&file));
+    notes.extend(no_masses(&file));
     notes.extend(moved_into_box(&mut file, target));
     progress.begin("support radii");
     notes.extend(support_radii(&args.from, &mut file));
@@ -75,6 +77,12 @@ fn no_numbers(file: &ParticleFile) -> Vec<String> {
         format!("'{}' has {bad} values of {} that are no finite numbers", c.name, c.values.len())
     };
     counted.filter(|(_, bad)| *bad > 0).map(told).collect()
+}
+
+/// Types of particles without masses, which tables with other types show as no numbers.
+fn no_masses(file: &ParticleFile) -> Vec<String> {
+    let lacking = file.species.iter().filter(|s| s.table.column(names::MASSES).is_none());
+    lacking.map(|s| format!("the {} particles of type {} have no masses", s.table.count, s.part_type)).collect()
 }
 
 /// Counts coordinates from the corner of the box where the target demands that; a note where they did not.

@@ -81,6 +81,8 @@ pub struct State {
     /// Since the seeding began.
     pub seconds: f64,
     pub density_error: DensityError,
+    /// Share of the mass in boxes of equal mass that hold what they should to 1 %.
+    pub in_place: f64,
     pub noise: NoiseFigures,
     pub neighbors: NeighborFigures,
 }
@@ -89,6 +91,11 @@ impl State {
     /// The figures that the text and the plots show: mass re-fitted, over the interior where there is one.
     pub(super) fn shown_error(&self) -> &ErrorFigures {
         self.density_error.stated()
+    }
+
+    /// Mean error of all particles, the mass as given, from the target as the kernel sees it, or from the target itself.
+    pub(super) fn overall_error(&self) -> f64 {
+        self.density_error.smoothed.unwrap_or(self.density_error.all).mean
     }
 
     /// Force noise over the interior where there is one.

@@ -186,8 +186,9 @@ fn run_method<const D: usize>(
         #[cfg(not(feature = "plots"))]
         let outcome = Outcome::new(scene.kernel(), by, particles, neighbors, None);
         let seconds = ends.iter().rev().find(|(name, _)| name == stage).map_or(seed_seconds, |(_, s)| *s);
-        let Outcome { density_error, noise, neighbors, .. } = outcome;
-        states.push(State { stage, particles: target.count, seconds, density_error, noise, neighbors });
+        let Outcome { density_error, ledger, noise, neighbors, .. } = outcome;
+        let in_place = ledger.in_place;
+        states.push(State { stage, particles: target.count, seconds, density_error, in_place, noise, neighbors });
     }
     Ok(MethodRun {
         method: method.name(),

@@ -8,7 +8,7 @@ use std::fmt::Write;
 
 /// Columns of the CSV. A row is a step (an iteration: its `epsilon_watched` alone) or a state (what the seed or a
 /// stage left: everything else). What does not apply is empty. Epsilon, mean and max are as in the run report.
-pub const CSV_COLUMNS: [&str; 24] = [
+pub const CSV_COLUMNS: [&str; 26] = [
     "method",
     "particles",
     "row",
@@ -29,6 +29,8 @@ pub const CSV_COLUMNS: [&str; 24] = [
     "interior_epsilon_refitted",
     "interior_mean_error_refitted",
     "interior_max_error_refitted",
+    "mass_in_place",
+    "smoothed_mean_error",
     "noise",
     "interior_noise",
     "mean_neighbors",
@@ -83,6 +85,8 @@ fn state_row(run: &MethodRun, state: &State) -> Vec<String> {
         let values = figures.map(|ErrorFigures { epsilon, mean, max, .. }| [epsilon, mean, max]);
         cells.extend((0..3).map(|k| values.map_or(String::new(), |v| number(v[k]))));
     }
+    cells.push(number(state.in_place));
+    cells.push(number(state.overall_error()));
     cells.push(number(state.noise.all));
     cells.push(state.noise.interior.map_or(String::new(), number));
     cells.push(number(state.neighbors.mean_count));
@@ -116,10 +120,13 @@ impl Comparison {
     /// As text for a terminal: one line per run.
     pub fn text(&self) -> String {
         let width = self.runs.iter().map(|r| r.method.len()).max().unwrap_or(0).max(6);
-        let mut out = format!("{} in {}-D; mass re-fitted, interior\n", self.input, self.dimension);
+        let mut out = format!(
+            "{} in {}-D; mass re-fitted, interior; all |e|: from the smoothed target, as given\n",
+            self.input, self.dimension
+        );
         out += &format!(
-            "  {:<width$} {:>9} {:>8} {:>9} {:>8} {:>8} {:>8}\n",
-            "method", "particles", "epsilon", "mean |e|", "max |e|", "noise", "seconds"
+            "  {:<width$} {:>9} {:>8} {:>9} {:>8} {:>8} {:>8} {:>8} {:>8}\n",
+            "method", "particles", "epsilon", "mean |e|", "max |e|", "in place", "all |e|", "noise", "seconds"
         );
         for run in &self.runs {
             let Some(state) = run.last() else { continue };
@@ -127,12 +134,14 @@ impl Comparison {
             // Writing to a string cannot fail.
             let _ = writeln!(
                 out,
-                "  {:<width$} {:>9} {:>8.1e} {:>7.3} % {:>6.2} % {:>6.2} % {:>8.2}",
+                "  {:<width$} {:>9} {:>8.1e} {:>7.3} % {:>6.2} % {:>6.1} % {:>6.2} % {:>6.2} % {:>8.2}",
                 run.method,
                 run.particles,
                 e.epsilon,
                 100.0 * e.mean,
                 100.0 * e.max,
+                100.0 * state.in_place,
+                100.0 * state.overall_error(),
                 100.0 * state.shown_noise(),
                 run.seconds
             );

@@ -306,9 +306,20 @@ fn kind_of_file(format: &str) -> &str {
     }
 }
 
+/// The format whose point masses need a radius.
+const WITH_SINKS: &str = "phantom";
+
 fn refuse_what_is_no_gas(scene: &Scene, format: &FormatSpec) -> Result<()> {
     for dust in scene.dust.iter().chain(scene.bodies.iter().filter_map(|body| body.dust.as_ref())) {
         dust.part_type(Some(format.name))?;
+    }
+    let bare =
+        scene.bodies.iter().enumerate().find(|(_, body)| body.point_mass.is_some() && body.radii().next().is_none());
+    if let Some((i, body)) = bare.filter(|_| format.name == WITH_SINKS) {
+        let problem = format!(
+            "is missing, or softening_radius: a point mass is a sink of '{WITH_SINKS}', which takes up what comes within that radius"
+        );
+        return Err(Error::scene(format!("bodies[{}].accretion_radius", body.title(i)), problem));
     }
     let made = [
         (scene.input.core.is_some(), "input.core makes a point mass"),

@@ -62,9 +62,45 @@ pub(crate) fn before<const D: usize>(scene: &Scene, prepared: &Prepared<D>, coun
             ));
         }
     }
+    doubts.extend((0..D).filter_map(|k| jump_across(prepared, k)));
+    if let Region::Hull(hull, _) = &domain.region {
+        doubts.extend(hull.doubt());
+    }
     doubts.extend(slips(scene));
     doubts.extend(solenoidal::doubts(scene, prepared));
     doubts
+}
+
+/// Share of the extent from a periodic face at which densities on both of its sides are compared, and by what factor they differ where that is
+/// not a steep place but a jump.
+const BESIDE_A_FACE: f64 = 1e-6;
+const JUMP: f64 = 1.3;
+
+/// A density that does not go on across periodic faces along axis `k`, in the median of places there.
+fn jump_across<const D: usize>(prepared: &Prepared<D>, k: usize) -> Option<String> {
+    let domain = &prepared.source.domain;
+    if domain.axes[k] != Axis::Periodic || prepared.of_snapshot.is_some() {
+        return None;
+    }
+    let step = BESIDE_A_FACE * domain.extent()[k];
+    let density = |x: [f64; D], at: f64| {
+        let mut x = x;
+        x[k] = at;
+        prepared.source.density.value(&x)
+    };
+    let both = |x: [f64; D]| [density(x, domain.lo[k] + step), density(x, domain.hi[k] - step)];
+    let mut sides: Vec<[f64; 2]> =
+        probes(domain).into_iter().map(both).filter(|[lo, hi]| *lo > 0.0 && *hi > 0.0).collect();
+    let ratio = |[lo, hi]: &[f64; 2]| (hi / lo).max(lo / hi);
+    sides.sort_by(|a, b| ratio(a).total_cmp(&ratio(b)));
+    let [lo, hi] = *sides.get(sides.len() / 2)?;
+    (ratio(&[lo, hi]) > JUMP).then(|| {
+        format!(
+            "the box is periodic along {0}, but the density is not: it is {lo:.3e} at one face and {hi:.3e} at the other, in the median, a jump that the code \
+             will see as well; state `boundary: open` along {0} if the box ends there",
+            ["x", "y", "z"][k]
+        )
+    })
 }
 
 /// What is said of regions that no particle is placed in: a doubt, or a note where next to nothing is in them.

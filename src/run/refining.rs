@@ -33,6 +33,8 @@ use sph::neighbors::Tree;
 use sph_formats::common::particle_names as names;
 use sph_formats::{Geometry, ParticleFile, UnitDimension, UnitSystem};
 
+/// Share of a snapshot's particles that may be replaced beyond the shell without a warning.
+const MANY_BEYOND: f64 = 0.05;
 /// A particle of so many times the mass that belongs there, or of its inverse, is replaced.
 const TOLERATED: f64 = 1.5;
 /// Iterations of WVT where the scene does not say: each number begins anew, and that counts with which the sums of the new particles come nearest
@@ -54,6 +56,8 @@ pub(super) struct Refining<const D: usize> {
     kept: Vec<usize>,
     /// Particles that give way, with how many there are in their place.
     replaced: Vec<(usize, usize)>,
+    /// Those of them beyond the shell.
+    beyond: usize,
     notes: Vec<String>,
     /// By how much the summed densities of the new particles are off on average, when they are placed.
     off: Option<f64>,
@@ -111,6 +115,7 @@ impl<const D: usize> Refining<D> {
         let (kept, replaced) = chosen(&refining.points, masses, |x| particle / refinement.factor(x))?;
         refining = Self { particle, kept, replaced, is_refined: true, ..refining };
         let beyond = refining.replaced.iter().filter(|r| refinement.factor(&refining.points[r.0]) == 1.0).count();
+        refining.beyond = beyond;
         refining.notes.push(format!(
             "refined {}: {} particles, of which {beyond} are beyond the shell, give way to {}; {} stay as they are, to the bit",
             refinement.describe(),
@@ -173,6 +178,7 @@ impl<const D: usize> Refining<D> {
             kept: (0..points.len()).collect(),
             points,
             replaced: Vec::new(),
+            beyond: 0,
             notes,
             off: None,
             is_refined: false,
@@ -207,7 +213,16 @@ impl<const D: usize> Refining<D> {
     pub fn doubt(&self) -> Option<String> {
         let text = "refine changes nothing: no particle is where one would give way to others; check `refine.center`, `radius` and `factor` against \
                     the places and masses of the snapshot (`sph-prep inspect`)";
-        (self.is_refined && self.replaced.is_empty()).then(|| text.to_owned())
+        if self.is_refined && self.replaced.is_empty() {
+            return Some(text.to_owned());
+        }
+        let (beyond, all) = (self.beyond, self.points.len());
+        (beyond as f64 > MANY_BEYOND * all as f64).then(|| {
+            format!(
+                "refine replaces {beyond} of the {all} particles though they are beyond the shell, since their masses are not those of a snapshot with equal \
+                 ones; state `refine.particle_mass`, of those that are to stay, or `particles` to place all of them anew"
+            )
+        })
     }
 
     /// What is done to the snapshot, in place of what is done to others.

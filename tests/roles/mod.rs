@@ -171,6 +171,25 @@ fn u_alone_is_an_energy_and_in_company_a_velocity() {
     assert!(file.species[0].table.column(columns::INTERNAL_ENERGY).is_none());
 }
 
+/// OpenFOAM's name for it, and everybody's.
+#[test]
+fn a_vector_named_by_a_letter_is_a_velocity() {
+    let folder = tempfile::tempdir().unwrap();
+    for name in ["U", "v", "gas_velocity"] {
+        let path = folder.path().join("vector.vtk");
+        let text = format!(
+            "# vtk DataFile Version 3.0\nt\nASCII\nDATASET STRUCTURED_POINTS\nDIMENSIONS 3 3 3\nORIGIN 0 0 0\nSPACING 1 1 1\nCELL_DATA 8\n\
+             SCALARS rho float 1\nLOOKUP_TABLE default\n{}\nVECTORS {name} float\n{}\n",
+            "1 ".repeat(8),
+            "1 2 3 ".repeat(8)
+        );
+        std::fs::write(&path, text).unwrap();
+        let (file, _) = run(folder.path(), ("vector.vtk", "rho"), "");
+        let velocities = file.species[0].table.column(columns::VELOCITIES).unwrap_or_else(|| panic!("{name}"));
+        assert!(velocities.values.to_f64().chunks(3).all(|v| v == [1.0, 2.0, 3.0]), "{name}");
+    }
+}
+
 #[test]
 fn a_map_overrules_names() {
     let variables: &Variables<'_> = &[

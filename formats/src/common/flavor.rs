@@ -278,7 +278,7 @@ impl<'a> Job<'a> {
             )));
         }
         if found.is_none() && needed {
-            return Err(self.refuse(missing(rule)));
+            return Err(self.refuse(format!("particles of type {}: {}", species.part_type, missing(rule))));
         }
         Ok(found)
     }

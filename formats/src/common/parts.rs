@@ -2,6 +2,7 @@
 
 use crate::error::{FormatError, Result};
 use crate::model::{Column, DOUBT_KEY, FILES_KEY, LACKS_KEY, ParticleFile, Species, Values};
+use crate::particle_names as names;
 use std::path::{Path, PathBuf};
 
 /// Reads the files of a snapshot one after the other and joins them, in this order.
@@ -14,8 +15,22 @@ pub(crate) fn joined(
     mut read: impl FnMut(&Path) -> Result<ParticleFile>,
 ) -> Result<ParticleFile> {
     let mut whole: Option<ParticleFile> = None;
+    let mut firsts: Vec<(&Path, Vec<First>)> = Vec::new();
     for member in members {
         let part = read(member)?;
+        let own: Vec<First> = part.species.iter().filter_map(first).collect();
+        if let Some((other, first)) =
+            own.iter().find_map(|own| firsts.iter().find(|(_, theirs)| theirs.contains(own)).map(|f| (f.0, own)))
+        {
+            let problem = format!(
+                "its first particle of type {}, with the ID {}, is that of '{}' as well: one file stands for the other",
+                first.part_type,
+                first.id,
+                other.display()
+            );
+            return Err(FormatError::input(member, format, "snapshot in several files", problem));
+        }
+        firsts.push((member, own));
         match &mut whole {
             None => whole = Some(part),
             Some(whole) => {
@@ -32,6 +47,27 @@ pub(crate) fn joined(
     whole.header.provenance.retain(|(key, _)| key != FILES_KEY);
     whole.header.provenance.push((FILES_KEY.into(), files));
     Ok(whole)
+}
+
+/// What a file of ours was made from.
+const SCENE: &str = "Scene";
+
+/// The first particle of a type in a file.
+#[derive(PartialEq)]
+struct First {
+    part_type: u8,
+    id: f64,
+    place: Vec<f64>,
+}
+
+/// None where there is no particle, or none has an ID.
+fn first(species: &Species) -> Option<First> {
+    let (ids, places) = (species.table.column(names::PARTICLE_IDS)?, species.table.column(names::COORDINATES)?);
+    (species.table.count > 0).then(|| First {
+        part_type: species.part_type,
+        id: ids.values.get(0),
+        place: (0..places.components).map(|k| places.values.get(k)).collect(),
+    })
 }
 
 /// Location and problem.
@@ -56,6 +92,14 @@ fn append(whole: &mut ParticleFile, part: ParticleFile) -> std::result::Result<(
     }
     if a.units != b.units {
         return differs("the unit system", format!("{:?}", a.units), format!("{:?}", b.units));
+    }
+    // Ours say in full what they were made of.
+    let scene = |facts: &[(String, String)]| facts.iter().find(|(key, _)| key == SCENE).map(|(_, text)| text.clone());
+    if let (Some(first), Some(here)) = (scene(&whole.header.provenance), scene(&part.header.provenance))
+        && first != here
+    {
+        let problem = "the scene that made it is another than that of the first file; the files are of two snapshots";
+        return Err(("header".to_owned(), problem.to_owned()));
     }
     for fact in part.header.provenance {
         // What could not be read may differ from file to file.

@@ -41,6 +41,9 @@ const FLAT: usize = 5;
 /// More columns than this in one dataset are not a particle's components.
 const MAX_COMPONENTS: usize = 64;
 
+/// What attracts of a black hole in SWIFT's snapshots, beside its mass at subgrid scale.
+const DYNAMICAL_MASSES: &str = "DynamicalMasses";
+
 /// Dataset names of SWIFT's snapshots, and what they are here.
 const PLURALS: &[(&str, &str)] = &[
     ("Densities", names::DENSITY),
@@ -396,6 +399,11 @@ impl SpeciesReading<'_> {
                 Some(column) => columns.push(column),
                 None => notes.push(("not read".into(), format!("{path}: not a column of numbers"))),
             }
+        }
+        if !columns.iter().any(|c| c.name == names::MASSES)
+            && let Some(mass) = columns.iter_mut().find(|c| c.name == DYNAMICAL_MASSES)
+        {
+            (mass.name, mass.dimension) = (names::MASSES.into(), UnitDimension::MASS);
         }
         if !columns.iter().any(|c| c.name == names::COORDINATES) {
             return Err(self.file.input(

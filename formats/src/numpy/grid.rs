@@ -4,7 +4,7 @@ use super::npy::{Array, Content, transposed};
 use super::schema::NAME;
 use crate::common::curvilinear::{Along, complete};
 use crate::error::{FormatError, Result};
-use crate::model::{Coordinates, Geometry, GridAxis, Location, RawField, Variable};
+use crate::model::{Coordinates, Geometry, GridAxis, Location, RawField, Values, Variable};
 use crate::particle_names;
 use crate::registry::{FieldRequest, FileContent};
 use std::path::Path;
@@ -37,12 +37,17 @@ pub(super) fn grid(path: &Path, request: &FieldRequest, arrays: Vec<(String, Arr
     let candidates = arrays.iter().filter(|(n, a)| a.shape == shape && fits(a) && !is_line(n)).count();
     let density = (request.density.is_some() || is_density(name) || candidates == 1).then(|| name.clone());
     let found = axes(path, &arrays, (name, &shape))?;
-    let (geometry, named) = (found.geometry, found.names);
+    let (mut geometry, named) = (found.geometry, found.names);
     let mut notes = vec![match named.as_slice() {
         [] => "the array is a grid of equal cells in the box from 0 to 1, its first index along x".to_owned(),
         some => format!("the axes are those of the arrays {}", some.join(", ")),
     }];
     notes.extend(found.notes);
+    let is_inward = turn_inward(&mut geometry, &mut notes);
+    let location = match &geometry {
+        Geometry::Radial { nodes, .. } if Some(&nodes.len()) != shape.iter().max() => Location::Cell,
+        _ => Location::Node,
+    };
     let is_axis = |n: &String| named.contains(n);
     let is_other = |(n, a): &&(String, Array)| components(&a.shape, &shape).is_none() && !is_axis(n);
     let others: Vec<&String> = arrays.iter().filter(is_other).map(|(n, _)| n).collect();
@@ -63,7 +68,8 @@ pub(super) fn grid(path: &Path, request: &FieldRequest, arrays: Vec<(String, Arr
             1 => values,
             n => transposed(&values, &[values.len() / n, n]),
         };
-        variables.push(Variable { name, description: None, unit: None, location: Location::Node, components, values });
+        let values = if is_inward { turned(&values, components) } else { values };
+        variables.push(Variable { name, description: None, unit: None, location, components, values });
     }
     Ok(FileContent::Field(RawField {
         path: path.into(),
@@ -74,6 +80,29 @@ pub(super) fn grid(path: &Path, request: &FieldRequest, arrays: Vec<(String, Arr
         metadata: Vec::new(),
         notes,
     }))
+}
+
+/// Turns radii of a profile around that run inward; whether they did.
+fn turn_inward(geometry: &mut Geometry, notes: &mut Vec<String>) -> bool {
+    let Geometry::Radial { nodes, .. } = geometry else { return false };
+    let is_inward = nodes.first() > nodes.last();
+    if is_inward {
+        nodes.reverse();
+        notes.push("the radii run inward; they and all values were turned around".into());
+    }
+    is_inward
+}
+
+/// Rows of so many components in the opposite order.
+fn turned(values: &Values, components: usize) -> Values {
+    fn rows<T: Copy>(values: &[T], components: usize) -> Vec<T> {
+        values.chunks(components).rev().flatten().copied().collect()
+    }
+    match values {
+        Values::F32(v) => Values::F32(rows(v, components)),
+        Values::F64(v) => Values::F64(rows(v, components)),
+        Values::I64(v) => Values::I64(rows(v, components)),
+    }
 }
 
 /// Whether it can be nothing but vectors on a grid in space.
@@ -177,10 +206,9 @@ fn geometry(mut axes: Vec<GridAxis>) -> std::result::Result<(Geometry, Vec<Strin
             let GridAxis { name, nodes, bounds, .. } = axes.swap_remove(0);
             match bounds {
                 None => Ok((Geometry::Radial { nodes, unit: None }, Vec::new())),
-                Some(radii) => {
-                    let problem =
-                        format!("has {} radii for {} values, expected a radius for each", radii.len(), nodes.len());
-                    Err((name, problem))
+                Some(faces) => {
+                    let note = format!("'{name}' has the faces of shells: values are averages within these");
+                    Ok((Geometry::Radial { nodes: faces, unit: None }, vec![note]))
                 }
             }
         }

@@ -57,6 +57,21 @@ fn index(mut out: impl Write, kind: &str, arrays: &[(String, &str, usize)], piec
     out.flush()
 }
 
+/// The listing that names `path` as one of its pieces, where it lies beside it under the name that is written here: `NAME.pvtu` of
+/// `NAME_0.vtu`.
+pub(super) fn list_of(path: &Path) -> Option<PathBuf> {
+    let (stem, extension) = (path.file_stem()?.to_str()?, path.extension()?.to_str()?);
+    let (name, number) = stem.rsplit_once('_')?;
+    if !matches!(extension, "vtu" | "vtp") || !number.bytes().all(|b| b.is_ascii_digit()) {
+        return None;
+    }
+    let list = path.with_file_name(format!("{name}.p{extension}"));
+    let bytes = std::fs::read(&list).ok()?;
+    let is_among = |pieces: Vec<PathBuf>| pieces.iter().any(|piece| piece.file_name() == path.file_name());
+    // A damaged list, or one with pieces that are missing, says so when it is read.
+    listed(&list, &bytes).map_or(Some(true), |pieces| pieces.map(is_among)).filter(|is_among| *is_among).map(|_| list)
+}
+
 /// The files that a listing names; `None` of any other file.
 ///
 /// # Errors

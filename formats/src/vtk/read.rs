@@ -12,6 +12,11 @@ pub(super) fn read(path: &Path, request: &FieldRequest) -> Result<FileContent> {
     if bytes.is_empty() {
         return Err(FormatError::input(path, NAME, "file", "is empty"));
     }
+    if let Some(list) = pieces::list_of(path) {
+        // One of several files stands for all of them.
+        drop(bytes);
+        return read(&list, request);
+    }
     if let Some(pieces) = pieces::listed(path, &bytes).transpose() {
         drop(bytes);
         return pieces::particles(path, &pieces?, |piece| read_one(piece, request)).map(FileContent::Particles);

@@ -31,6 +31,11 @@ pub trait Hull<const D: usize>: Send + Sync + Debug {
         true
     }
 
+    /// What is probably not meant with it, a sentence for those who see results.
+    fn doubt(&self) -> Option<String> {
+        None
+    }
+
     /// The parts of the line through `x` along `axis` that lie inside, as ascending intervals of that coordinate; `None` where
     /// containment is only known point by point.
     fn chords(&self, axis: usize, x: &[f64; D]) -> Option<Vec<[f64; 2]>> {
@@ -247,6 +252,10 @@ impl<const D: usize> Hull<D> for ScaledHull<D> {
 
     fn is_edge_within(&self, x: &[f64; D], reach: f64) -> bool {
         self.inner.is_edge_within(&self.to_inner(x), reach / self.factor)
+    }
+
+    fn doubt(&self) -> Option<String> {
+        self.inner.doubt()
     }
 
     fn chords(&self, axis: usize, x: &[f64; D]) -> Option<Vec<[f64; 2]>> {

@@ -35,6 +35,8 @@ pub struct Surface<const D: usize> {
     /// Of a closed surface that passes through itself nowhere.
     edges: Option<Edges<D>>,
     is_closed: bool,
+    /// Area of the caps of holes over that of the facets.
+    capped: f64,
     bounds: Aabb<D>,
     volume: MassEstimate,
 }
@@ -51,6 +53,8 @@ const HALVINGS: usize = 30;
 /// Places in the bounding box at which a surface with gaps is judged.
 const PROBES: usize = 1 << 13;
 
+/// Area of closed holes over that of the surface from which on it is worth a warning.
+const LARGE_HOLES: f64 = 0.02;
 /// How far to the side of a facet it is looked whether that is outside, in diagonals of the whole.
 const SIDE_STEP: f64 = 1e-7;
 
@@ -81,7 +85,7 @@ impl<const D: usize> Surface<D> {
     /// # Errors
     /// Facets that enclose nothing: a sentence on why, with the remedy.
     pub fn new(points: Vec<[f64; D]>, facets: Vec<[u32; D]>) -> Result<(Self, Vec<String>), String> {
-        let Repaired { mut facets, seams, is_closed, mut notes } = repair(points, facets);
+        let Repaired { mut facets, seams, is_closed, capped, mut notes } = repair(points, facets);
         let own = facets.len();
         if own == 0 {
             return Err("none of its facets has an area".into());
@@ -94,8 +98,19 @@ impl<const D: usize> Surface<D> {
             return Err(format!("it is flat: all of it lies at {} = {:e}", ["x", "y", "z"][k], bounds.lo[k]));
         }
         let volume = MassEstimate { value: 0.0, error: 0.0 };
-        let mut surface =
-            Self { facets, own, tree, skin: None, winding, octants: None, edges: None, is_closed, bounds, volume };
+        let mut surface = Self {
+            facets,
+            own,
+            tree,
+            skin: None,
+            winding,
+            octants: None,
+            edges: None,
+            is_closed,
+            capped,
+            bounds,
+            volume,
+        };
         if is_closed {
             let clear = |x: &[f64; D], reach: f64| surface.nearest_within(x, reach).is_none();
             let octants = Octants::new(bounds, &clear, &|x| surface.times(x) > 0);
@@ -339,6 +354,16 @@ impl<const D: usize> Hull<D> for Surface<D> {
         }
         let nearest = self.tree.nearest_below(x, reach * reach, away)?;
         Some(closest_on_facet(&self.facets[nearest as usize], x))
+    }
+
+    fn doubt(&self) -> Option<String> {
+        (self.capped > LARGE_HOLES).then(|| {
+            format!(
+                "holes of the surface were closed whose area is {:.0} % of the surface's: how the body goes on there is a guess (flat, to the middle of \
+                 each rim); give the surface without holes if that is not meant",
+                100.0 * self.capped
+            )
+        })
     }
 
     fn is_edge_within(&self, x: &[f64; D], reach: f64) -> bool {

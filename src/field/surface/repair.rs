@@ -18,6 +18,8 @@ pub(crate) struct Repaired<const D: usize> {
     pub seams: Vec<Facet<D>>,
     /// Whether facets, caps and seams leave no ridge over.
     pub is_closed: bool,
+    /// Area of the caps of holes over that of the facets.
+    pub capped: f64,
     pub notes: Vec<String>,
 }
 
@@ -69,7 +71,7 @@ pub(crate) fn repair<const D: usize>(points: Vec<[f64; D]>, facets: Vec<[u32; D]
     let (caps, seams) = soup.caps(&ridges, &numbers);
     let capped: f64 = caps.iter().flatten().map(|f| length(&area_vector(f))).sum();
     if capped > MOST_CAPS * area {
-        return Repaired { facets, seams: Vec::new(), is_closed: false, notes };
+        return Repaired { facets, seams: Vec::new(), is_closed: false, capped: 0.0, notes };
     }
     if !caps.is_empty() {
         let share = 100.0 * capped / area;
@@ -82,7 +84,8 @@ pub(crate) fn repair<const D: usize>(points: Vec<[f64; D]>, facets: Vec<[u32; D]
         notes.push(format!("{} cracks of the surface were closed", seams.len()));
     }
     facets.extend(caps.into_iter().flatten());
-    Repaired { facets, seams: seams.into_iter().flatten().collect(), is_closed: true, notes }
+    let seams = seams.into_iter().flatten().collect();
+    Repaired { facets, seams, is_closed: true, capped: capped / area, notes }
 }
 
 /// Points within [`ONE_POINT`] of each other get one number.

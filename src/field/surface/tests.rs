@@ -122,6 +122,8 @@ fn holes_are_closed_and_the_volume_is_that_of_the_body_less_its_caps() {
     let caps = 4.0 * PI * height * height * (3.0 - height) / 3.0;
     assert!(off(body.volume(), 4.0 / 3.0 * PI - caps) < 1e-3, "{}", body.volume());
     assert!(notes.iter().any(|n| n.starts_with("4 holes")), "{notes:?}");
+    assert!(body.doubt().unwrap().contains("area is 6 %"), "{:?}", body.doubt());
+    assert!(surface(&all).0.doubt().is_none());
     assert!(body.contains(&[0.97, 0.0, 0.0]) && !body.contains(&[0.99, 0.0, 0.0]));
 }
 

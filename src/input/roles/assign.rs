@@ -208,13 +208,17 @@ pub fn assign(field: &RawField, dimension: usize, map: &BTreeMap<String, Role>) 
     Ok(all)
 }
 
-/// `u`, `v` and `w` are a velocity if those of all dimensions are there; `u` alone is an energy.
+/// `u`, `v` and `w` are a velocity if those of all dimensions are there, and `u` or `v` as a vector is one; `u` alone is an energy.
 fn wind(space: Space, place: usize, variable: &Variable, field: &RawField) -> Option<Role> {
     let count = match space {
         Space::Cartesian(d) => d,
         Space::Geographic => 2,
         Space::Radial | Space::Curvilinear(..) => 1,
     };
+    // A vector of that name has all components by itself.
+    if variable.components > 1 && place < 2 {
+        return Some(Role::Vector(Vector::Velocity, Part::Whole));
+    }
     let has = |letter: &str| field.variables.iter().any(|v| v.name.eq_ignore_ascii_case(letter) && v.components == 1);
     let company = count > 1 && ["u", "v", "w"].iter().take(count).all(|letter| has(letter));
     if company {
