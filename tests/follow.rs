@@ -406,3 +406,17 @@ fn stars_that_attract_each_other_have_no_net_force_of_it() {
     let (percent, text) = net_force(&pair(false, false), "swift");
     assert!(percent > alone + 3.0, "{alone} alone: {text}");
 }
+
+/// Without gravity other particles do nothing that is followed.
+#[test]
+fn particles_that_are_left_out_are_told() {
+    let mut file = placed(
+        "input: {expression: '1', dimension: 2}\ndomain: {box: [[0, 0], [1, 1]], boundary: [periodic]}\nparticles: 200\nthermal: {internal_energy: 1}\n\
+         output: {units: code}",
+    );
+    let mut dust = file.species[0].clone();
+    dust.part_type = 2;
+    file.species.push(dust);
+    let outcome = followed(&file, Options { duration: 0.01, ..Options::default() }).unwrap();
+    assert!(outcome.notes.iter().any(|n| n.contains("200 particles of type 2 are left out")), "{:?}", outcome.notes);
+}

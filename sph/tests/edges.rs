@@ -83,3 +83,39 @@ fn a_corner_has_the_images_of_a_box() {
     assert_eq!(images(&normals, &[x], 0.25).len(), 3);
     assert_eq!(images(&normals, &[[0.1, 0.8, 0.8]], 0.5), [[-0.1, 0.8, 0.8]]);
 }
+
+/// All of the plane but a quadrant.
+#[derive(Debug)]
+struct Nook;
+
+impl Hull<2> for Nook {
+    fn contains(&self, x: &[f64; 2]) -> bool {
+        x[0] < 0.0 || x[1] < 0.0
+    }
+
+    fn nearest_on_surface(&self, x: &[f64; 2]) -> [f64; 2] {
+        let (below, beside) = ([x[0].max(0.0), 0.0], [0.0, x[1].max(0.0)]);
+        let away = |p: [f64; 2]| (p[0] - x[0]).hypot(p[1] - x[1]);
+        if away(below) <= away(beside) { below } else { beside }
+    }
+
+    fn volume(&self) -> f64 {
+        1.0
+    }
+}
+
+/// Each place beyond a re-entrant edge is filled from the face that is nearer, and once.
+#[test]
+fn the_space_beyond_a_re_entrant_edge_is_filled_once() {
+    let hull = Region::Hull(Arc::new(Nook), Wall::Open);
+    let domain = Domain::new([-1.0; 2], [1.0; 2], [Axis::OPEN; 2], hull).unwrap();
+    let grid = (0..200 * 200).map(|i| [(i % 200) as f64 - 99.5, (i / 200) as f64 - 99.5].map(|v| v / 100.0));
+    let inside: Vec<[f64; 2]> = grid.filter(|x| Nook.contains(x)).collect();
+    let positions = [0, 1].map(|k| inside.iter().map(|x| x[k]).collect());
+    let found = Ghosts::mirror(&domain, &positions, |_| 0.9).positions;
+    let images: Vec<[f64; 2]> = found[0].iter().zip(&found[1]).map(|(x, y)| [*x, *y]).collect();
+    assert!(images.iter().all(|y| !Nook.contains(y)));
+    let within = images.iter().filter(|y| y[0].hypot(y[1]) < 0.5).count() as f64;
+    let share = within / (100.0 * 100.0 * std::f64::consts::PI * 0.25 * 0.25);
+    assert!((0.97..1.1).contains(&share), "{share}");
+}

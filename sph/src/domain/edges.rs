@@ -16,6 +16,8 @@ const RIGHT: f64 = 0.3;
 /// Right above the foot of a place on its plane, so many reaches, a face has nothing of the body: the plane of a surface that goes on has.
 const ABOVE: f64 = 0.1;
 
+/// Another part of the surface is nearer to an image than its own face if its distance is below this share: facets of a curved surface are not.
+const NEARER: f64 = 0.9;
 /// Edges farther than so many reaches do not count.
 const FAR: f64 = 2.0;
 /// How far a look from farther inside goes, in units of the reach: bodies may be thin there.
@@ -80,7 +82,7 @@ pub(super) fn images<const D: usize>(hull: &dyn Hull<D>, x: &[f64; D], reach: f6
     let mut images = Vec::new();
     for (i, face) in faces.iter().enumerate() {
         let image = face.reflected(x);
-        if others(&faces, &[i]).all(|other| is_nearer(&image, (i, face), other)) {
+        if others(&faces, &[i]).all(|other| is_nearer(&image, (i, face), other)) && is_beyond(hull, &image, face) {
             images.push(image);
         }
         for (j, second) in faces.iter().enumerate().filter(|(j, _)| *j != i) {
@@ -97,6 +99,12 @@ pub(super) fn images<const D: usize>(hull: &dyn Hull<D>, x: &[f64; D], reach: f6
         images.push(c.reflected(&b.reflected(&a.reflected(x))));
     }
     images
+}
+
+/// Whether an image in a face is outside, and no other part of the surface is nearer to it: beside an edge that is re-entrant, and across a gap, it is
+/// those of the particles there that count.
+fn is_beyond<const D: usize>(hull: &dyn Hull<D>, image: &[f64; D], face: &Face<D>) -> bool {
+    !hull.contains(image) && hull.nearest_within(image, NEARER * face.height(image)).is_none()
 }
 
 fn others<'a, const D: usize>(

@@ -43,6 +43,8 @@ pub struct Surface<const D: usize> {
 
 /// Evaluations that the integral of chords takes, at most.
 const CHORDS: usize = 24_000;
+/// The same of a surface that passes through itself, which has no other volume.
+const MORE_CHORDS: usize = 400_000;
 /// The same of a surface with gaps, whose chords take many winding numbers.
 const LOOSE_CHORDS: usize = 12_000;
 /// Difference of the volumes by divergence and by chords, in the latter, that still counts as none.
@@ -58,8 +60,10 @@ const LARGE_HOLES: f64 = 0.02;
 /// How far to the side of a facet it is looked whether that is outside, in diagonals of the whole.
 const SIDE_STEP: f64 = 1e-7;
 
-/// Halvings of the edges of a facet that is within the body in part.
-const SPLITS: u32 = 5;
+/// Facets that are looked at for walls within the body.
+const LOOKED_AT: usize = 4096;
+/// What is left of a facet that is within the body in part, in diagonals of the whole: it is halved until its edges are shorter.
+const FINEST: f64 = 2e-3;
 
 /// What is found of a volume.
 struct Measured {
@@ -123,6 +127,9 @@ impl<const D: usize> Surface<D> {
         if let Some(note) = measured.passes_itself {
             surface.skin = Some(surface.outer_facets());
             notes.push(note);
+        } else if is_closed && surface.has_inner_walls() {
+            surface.skin = Some(surface.outer_facets());
+            notes.push("closed parts of the surface touch each other: the walls between them are within the body, and left aside".into());
         } else if is_closed {
             surface.edges = Some(Edges::new(&surface.facets[..own]));
         }
@@ -132,24 +139,44 @@ impl<const D: usize> Surface<D> {
     /// The facets of a closed surface, as far as they are not within the body: only these end it.
     fn outer_facets(&self) -> (Vec<Facet<D>>, Bvh<D>) {
         let outer: Vec<Facet<D>> =
-            self.facets[..self.own].par_iter().flat_map_iter(|facet| self.outside_of(facet, SPLITS)).collect();
+            self.facets[..self.own].par_iter().flat_map_iter(|facet| self.outside_of(facet)).collect();
         let tree = Bvh::new((0..outer.len() as u32).collect(), &|i| Aabb::around(&outer[i as usize]));
         (outer, tree)
     }
 
-    /// The parts of a facet that have the outside on their side, down to so many halvings of its edges.
-    fn outside_of(&self, facet: &Facet<D>, splits: u32) -> Vec<Facet<D>> {
+    /// The parts of a facet that have the outside on their side, to [`FINEST`].
+    fn outside_of(&self, facet: &Facet<D>) -> Vec<Facet<D>> {
+        let [middle, corners @ ..] = self.are_outer(facet);
+        let is_fine = || {
+            let finest = FINEST * self.bounds.diagonal();
+            (0..D).all(|i| distance(&facet[i], &facet[(i + 1) % D]) < finest)
+        };
+        if corners[..D].iter().all(|corner| *corner == middle) || is_fine() {
+            return if middle { vec![*facet] } else { Vec::new() };
+        }
+        halves(facet).iter().flat_map(|part| self.outside_of(part)).collect()
+    }
+
+    /// Whether the middle of a facet, and places near its corners, have the outside on their side.
+    fn are_outer(&self, facet: &Facet<D>) -> [bool; 4] {
         let (normal, step) = (normal(facet).normalize(), SIDE_STEP * self.bounds.diagonal());
         let is_outer = |weights: [f64; D]| {
             let beside = |k: usize| (0..D).map(|i| weights[i] * facet[i][k]).sum::<f64>() + step * normal[k];
             self.times(&sph::array(beside)) <= 0
         };
-        let middle = is_outer([1.0 / D as f64; D]);
         let near = |corner: usize| sph::array(|i| if i == corner { 0.9 } else { 0.1 / (D as f64 - 1.0) });
-        if (0..D).all(|corner| is_outer(near(corner)) == middle) || splits == 0 {
-            return if middle { vec![*facet] } else { Vec::new() };
-        }
-        halves(facet).iter().flat_map(|part| self.outside_of(part, splits - 1)).collect()
+        std::array::from_fn(|place| match place {
+            0 => is_outer([1.0 / D as f64; D]),
+            corner if corner <= D => is_outer(near(corner - 1)),
+            _ => false,
+        })
+    }
+
+    /// Whether facets have the inside on both sides: closed parts of the surface touch there. Many facets are looked at, not all.
+    fn has_inner_walls(&self) -> bool {
+        let step = self.own.div_ceil(LOOKED_AT);
+        let looked: Vec<&Facet<D>> = self.facets[..self.own].iter().step_by(step).collect();
+        looked.into_par_iter().any(|facet| !self.are_outer(facet)[..=D].iter().all(|outer| *outer))
     }
 
     /// The bounding box.
@@ -222,6 +249,8 @@ impl<const D: usize> Surface<D> {
             let volume = MassEstimate { value: exact, error: 1e-14 * exact };
             return Ok(Measured { volume, passes_itself: None });
         }
+        let more = || chord_integral(self, &self.bounds, MORE_CHORDS, &|_, chord| chord[1] - chord[0]);
+        let by_chords = if self.is_closed { more().unwrap_or(by_chords) } else { by_chords };
         let passes_itself = self.is_closed.then(|| {
             format!(
                 "the surface passes through itself, or a closed part of it lies within another that is turned the same way, and counts as filled (turn \

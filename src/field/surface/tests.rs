@@ -25,6 +25,12 @@ fn sphere(n: usize, radius: f64, center: [f64; 3]) -> Triangles {
     turned(n, &at).into_iter().map(|f| f.map(moved)).collect()
 }
 
+fn cuboid(lo: [f64; 3], hi: [f64; 3]) -> Triangles {
+    let corner = |i: usize| sph::array(|k| if i >> k & 1 == 1 { hi[k] } else { lo[k] });
+    let faces = [[0, 2, 3, 1], [4, 5, 7, 6], [0, 1, 5, 4], [2, 6, 7, 3], [0, 4, 6, 2], [1, 3, 7, 5]];
+    faces.iter().flat_map(|&[a, b, c, d]| [[a, b, c], [a, c, d]].map(|f| f.map(corner))).collect()
+}
+
 fn torus(n: usize) -> Triangles {
     let at = |u: f64, v: f64| {
         let ((s, c), (t, z)) = ((TAU * u).sin_cos(), (TAU * (v % 1.0)).sin_cos());
@@ -125,6 +131,23 @@ fn holes_are_closed_and_the_volume_is_that_of_the_body_less_its_caps() {
     assert!(body.doubt().unwrap().contains("area is 6 %"), "{:?}", body.doubt());
     assert!(surface(&all).0.doubt().is_none());
     assert!(body.contains(&[0.97, 0.0, 0.0]) && !body.contains(&[0.99, 0.0, 0.0]));
+}
+
+/// Two boxes side by side, with a whole face in common or a part of one: nothing is a surface there.
+#[test]
+fn walls_between_bodies_that_touch_are_left_aside() {
+    let first = cuboid([0.0; 3], [1.0; 3]);
+    for (lo, hi) in [([1.0, 0.0, 0.0], [2.0, 1.0, 1.0]), ([1.0, 0.2, 0.2], [2.0, 0.8, 0.8])] {
+        let (body, notes) = surface(&[first.clone(), cuboid(lo, hi)].concat());
+        let volume = 1.0 + (hi[1] - lo[1]) * (hi[2] - lo[2]);
+        assert!(off(body.volume(), volume) < 1e-12, "{}", body.volume());
+        assert!(notes.iter().any(|n| n.contains("touch each other")), "{notes:?}");
+        assert!(body.contains(&[1.0, 0.5, 0.5]) && body.contains(&[1.0 + 1e-9, 0.5, 0.5]));
+        let near = body.nearest_on_surface(&[1.0, 0.5, 0.5]);
+        let away = (0..3).map(|k| (near[k] - [1.0, 0.5, 0.5][k]).powi(2)).sum::<f64>().sqrt();
+        assert!(away > 0.27, "{near:?}");
+    }
+    assert!(!surface(&first).1.iter().any(|n| n.contains("touch")));
 }
 
 #[test]
