@@ -190,7 +190,7 @@ fn lift(file: &ParticleFile) -> (f64, f64) {
 fn a_disc_for_a_code_is_as_thick_as_that_holds_it() {
     let scene = |code: &str| {
         format!(
-            "bodies:\n- {{name: star, point_mass: 1}}\n\
+            "bodies:\n- {{name: star, point_mass: 1, accretion_radius: 0.05}}\n\
              - {{name: disc, input: {{profile: {{disc: {{mass: 1e-6, inner_radius: 0.5, outer_radius: 3, aspect_ratio: 0.1}}}}}}}}\n\
              particles: 5000\noutput: {{units: code}}\n{code}"
         )
@@ -210,7 +210,7 @@ fn a_disc_for_a_code_is_as_thick_as_that_holds_it() {
 fn a_disc_that_is_not_resolved_is_left_as_it_is() {
     let scene = |code: &str| {
         let text = format!(
-            "bodies:\n- {{name: star, point_mass: 1}}\n\
+            "bodies:\n- {{name: star, point_mass: 1, accretion_radius: 0.05}}\n\
              - {{name: disc, input: {{profile: {{disc: {{mass: 1e-6, inner_radius: 0.5, outer_radius: 3, aspect_ratio: 0.02}}}}}}}}\n\
              particles: 500\npolish: none\nwvt: {{iterations: 0}}\noutput: {{units: code}}\n{code}"
         );

@@ -126,6 +126,20 @@ fn what_is_no_array_is_refused_with_the_reason() {
     }
 }
 
+/// A velocity at the faces of shells whose densities are averages.
+#[test]
+fn values_at_faces_go_with_those_of_shells() {
+    let array = |v: &[f64]| npy("<f8", false, &format!("({},)", v.len()), &doubles(v));
+    let arrays = [("r", array(&[0.0, 1.0, 2.0])), ("rho", array(&[2.0, 1.0])), ("v_r", array(&[0.0, 3.0, 5.0]))];
+    let found = field(&npz(&arrays));
+    let located = |name: &str| {
+        let variable = found.variable(name).unwrap();
+        (variable.location, variable.values.to_f64())
+    };
+    assert_eq!(located("rho"), (Location::Cell, vec![2.0, 1.0]));
+    assert_eq!(located("v_r"), (Location::Node, vec![0.0, 3.0, 5.0]));
+}
+
 /// Inward, and with a value for each shell between faces.
 #[test]
 fn radii_may_run_inward_and_be_faces() {

@@ -49,14 +49,22 @@ pub(super) fn grid(path: &Path, request: &FieldRequest, arrays: Vec<(String, Arr
         _ => Location::Node,
     };
     let is_axis = |n: &String| named.contains(n);
-    let is_other = |(n, a): &&(String, Array)| components(&a.shape, &shape).is_none() && !is_axis(n);
+    // Beside averages within shells there may be values at their faces.
+    let faces = match (&geometry, location) {
+        (Geometry::Radial { nodes, .. }, Location::Cell) => Some([nodes.len()]),
+        _ => None,
+    };
+    let is_at_faces = |shape: &[usize]| faces.is_some_and(|faces| *shape == faces);
+    let is_other =
+        |(n, a): &&(String, Array)| components(&a.shape, &shape).is_none() && !is_axis(n) && !is_at_faces(&a.shape);
     let others: Vec<&String> = arrays.iter().filter(is_other).map(|(n, _)| n).collect();
     if !others.is_empty() {
         notes.push(format!("arrays of other shapes were left out: {others:?}"));
     }
     let mut variables = Vec::new();
     for (name, array) in arrays.into_iter().filter(|(n, _)| !is_axis(n)) {
-        let Some(components) = components(&array.shape, &shape) else { continue };
+        let at_faces = is_at_faces(&array.shape);
+        let Some(components) = components(&array.shape, &shape).or(at_faces.then_some(1)) else { continue };
         let carried = request.carry.as_ref().is_none_or(|names| names.contains(&name));
         let Content::Numbers(values) = array.content else { continue };
         if !carried && density.as_ref() != Some(&name) {
@@ -69,6 +77,7 @@ pub(super) fn grid(path: &Path, request: &FieldRequest, arrays: Vec<(String, Arr
             n => transposed(&values, &[values.len() / n, n]),
         };
         let values = if is_inward { turned(&values, components) } else { values };
+        let location = if at_faces { Location::Node } else { location };
         variables.push(Variable { name, description: None, unit: None, location, components, values });
     }
     Ok(FileContent::Field(RawField {
