@@ -138,6 +138,9 @@ fn values_at_faces_go_with_those_of_shells() {
     };
     assert_eq!(located("rho"), (Location::Cell, vec![2.0, 1.0]));
     assert_eq!(located("v_r"), (Location::Node, vec![0.0, 3.0, 5.0]));
+    let bytes = npz(&[("r", array(&[0.0, 1.0, 2.0, 3.0])), ("rho", array(&[2.0, 1.0]))]);
+    let error = attempt("a.npz", &bytes).unwrap_err().to_string();
+    assert!(error.contains("expected 2 radii of 'rho', or 3 faces"), "{error}");
 }
 
 /// Inward, and with a value for each shell between faces.

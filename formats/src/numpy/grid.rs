@@ -162,6 +162,15 @@ fn axes(path: &Path, arrays: &[(String, Array)], (field, shape): (&str, &[usize]
             let problem = format!("there are positions along {} only, expected them along all axes", flat[k]);
             return Err(FormatError::input(path, NAME, "arrays", problem));
         }
+        let radii = lines.iter().find(|line| counts.len() == 1 && Along::named(&line.0) == Some(Along::Radius));
+        if let Some((name, length, _)) = radii {
+            let problem = format!(
+                "has shape [{length}], expected {0} radii of '{field}', or {1} faces",
+                counts[0],
+                counts[0] + 1
+            );
+            return Err(wrong(name, problem));
+        }
         return equal_cells(&lines, &counts).map_err(|(name, n)| {
             let problem = format!(
                 "has {n} ascending values, as if it were an axis of '{field}' {shape:?}; name the axes x, y, z, or r, theta, phi, or R, phi, z, or R, z, in the \
