@@ -74,6 +74,24 @@ fn place<const D: usize>(x: &[f64]) -> &[f64; D] {
     }
 }
 
+/// The same of a tree of any dimension.
+macro_rules! in_dimension {
+    ($any:expr, $tree:ident => $found:expr) => {
+        match $any {
+            Self::One($tree) => $found,
+            Self::Two($tree) => $found,
+            Self::Three($tree) => $found,
+        }
+    };
+}
+
+/// The numbers and distances that a query finds.
+macro_rules! found {
+    ($query:expr) => {
+        $query.execute().into_iter().map(|found| (found.item as usize, found.distance.sqrt())).collect()
+    };
+}
+
 impl AnyTree {
     fn new(flat: &[f64], dimension: usize) -> Result<Self, String> {
         match dimension {
@@ -86,54 +104,15 @@ impl AnyTree {
     }
 
     fn find(&self, x: &[f64], n: NonZeroUsize) -> Vec<(usize, f64)> {
-        macro_rules! found {
-            ($tree:expr) => {
-                $tree
-                    .query(place(x))
-                    .nearest_n::<SquaredEuclidean<f64>>(n)
-                    .execute()
-                    .into_iter()
-                    .map(|found| (found.item as usize, found.distance.sqrt()))
-                    .collect()
-            };
-        }
-        match self {
-            Self::One(tree) => found!(tree),
-            Self::Two(tree) => found!(tree),
-            Self::Three(tree) => found!(tree),
-        }
+        in_dimension!(self, tree => found!(tree.query(place(x)).nearest_n::<SquaredEuclidean<f64>>(n)))
     }
 
     fn within(&self, x: &[f64], reach: f64) -> Vec<(usize, f64)> {
-        macro_rules! found {
-            ($tree:expr) => {
-                $tree
-                    .query(place(x))
-                    .within::<SquaredEuclidean<f64>>(reach * reach)
-                    .unsorted()
-                    .execute()
-                    .into_iter()
-                    .map(|found| (found.item as usize, found.distance.sqrt()))
-                    .collect()
-            };
-        }
-        match self {
-            Self::One(tree) => found!(tree),
-            Self::Two(tree) => found!(tree),
-            Self::Three(tree) => found!(tree),
-        }
+        let square = reach * reach;
+        in_dimension!(self, tree => found!(tree.query(place(x)).within::<SquaredEuclidean<f64>>(square).unsorted()))
     }
 
     fn one(&self, x: &[f64]) -> usize {
-        macro_rules! found {
-            ($tree:expr) => {
-                $tree.query(place(x)).nearest_one::<SquaredEuclidean<f64>>().execute().item as usize
-            };
-        }
-        match self {
-            Self::One(tree) => found!(tree),
-            Self::Two(tree) => found!(tree),
-            Self::Three(tree) => found!(tree),
-        }
+        in_dimension!(self, tree => tree.query(place(x)).nearest_one::<SquaredEuclidean<f64>>().execute().item as usize)
     }
 }

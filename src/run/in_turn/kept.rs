@@ -238,14 +238,13 @@ impl Kept {
     /// Removes the files, and the folder if the run has made it; a note where that fails.
     pub fn remove(&self) -> Option<String> {
         let files = (0..self.blocks).flat_map(|b| [self.places(b), self.measured(b)]);
-        // On some systems a file cannot be removed while it is locked.
+        // On some systems a file cannot be removed while it is locked; others have no locks.
+        self.lock.unlock().ok();
         let lock = self.folder.join(LOCK);
-        let unlocked = self.lock.unlock();
         let some = [self.folder.join("sweeps"), lock].into_iter().filter(|path| path.exists());
         let removed =
             files.chain(some).chain([self.seeded(), self.folder.join("scene")]).try_for_each(std::fs::remove_file);
-        let removed =
-            unlocked.and(removed).and_then(|()| if self.is_own { std::fs::remove_dir(&self.folder) } else { Ok(()) });
+        let removed = removed.and_then(|()| if self.is_own { std::fs::remove_dir(&self.folder) } else { Ok(()) });
         let error = removed.err()?;
         Some(format!("the folder '{}' is of no more use but cannot be removed: {error}", self.folder.display()))
     }
