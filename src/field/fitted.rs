@@ -283,10 +283,10 @@ impl<const D: usize> Fitted<D> {
 
     /// The `n` particles nearest to particle `i`, itself first, and their distances, ascending.
     fn nearest(&self, i: usize, n: usize) -> Vec<(usize, f64)> {
-        let (x, Some(&reach)) = (&self.points[i], self.list_reach.get(i)) else {
+        let (x, Some(&reach)) = (&self.points[i], self.list_reach.get(i).filter(|reach| **reach > 0.0)) else {
             return self.cloud.nearest(&self.points[i], n);
         };
-        if n <= Self::LISTED && reach > 0.0 {
+        if n <= Self::LISTED {
             let list = &self.lists[i * Self::LISTED..][..n];
             return list.iter().map(|&j| (j as usize, self.distance(j as usize, x))).collect();
         }

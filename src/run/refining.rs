@@ -33,8 +33,8 @@ use sph::neighbors::Tree;
 use sph_formats::common::particle_names as names;
 use sph_formats::{Geometry, ParticleFile, UnitDimension, UnitSystem};
 
-/// Share of a snapshot's particles that may be replaced beyond the shell without a warning.
-const MANY_BEYOND: f64 = 0.05;
+/// Share of a snapshot's mass in particles that may be replaced beyond the shell without a warning: a sphere that moves on leaves as much.
+const MUCH_BEYOND: f64 = 0.25;
 /// A particle of so many times the mass that belongs there, or of its inverse, is replaced.
 const TOLERATED: f64 = 1.5;
 /// Iterations of WVT where the scene does not say: each number begins anew, and that counts with which the sums of the new particles come nearest
@@ -56,8 +56,8 @@ pub(super) struct Refining<const D: usize> {
     kept: Vec<usize>,
     /// Particles that give way, with how many there are in their place.
     replaced: Vec<(usize, usize)>,
-    /// Those of them beyond the shell.
-    beyond: usize,
+    /// Mass of those of them beyond the shell; 0 where the scene says what mass belongs there.
+    beyond: f64,
     notes: Vec<String>,
     /// By how much the summed densities of the new particles are off on average, when they are placed.
     off: Option<f64>,
@@ -114,12 +114,16 @@ impl<const D: usize> Refining<D> {
         };
         let (kept, replaced) = chosen(&refining.points, masses, |x| particle / refinement.factor(x))?;
         refining = Self { particle, kept, replaced, is_refined: true, ..refining };
-        let beyond = refining.replaced.iter().filter(|r| refinement.factor(&refining.points[r.0]) == 1.0).count();
-        refining.beyond = beyond;
+        let is_beyond = |i: &usize| refinement.factor(&refining.points[*i]) == 1.0;
+        let beyond: Vec<usize> = refining.replaced.iter().map(|r| r.0).filter(is_beyond).collect();
+        if input.particle_mass.is_none() {
+            refining.beyond = beyond.iter().map(|&i| refining.masses[i]).sum();
+        }
         refining.notes.push(format!(
-            "refined {}: {} particles, of which {beyond} are beyond the shell, give way to {}; {} stay as they are, to the bit",
+            "refined {}: {} particles, of which {} are beyond the shell, give way to {}; {} stay as they are, to the bit",
             refinement.describe(),
             refining.replaced.len(),
+            beyond.len(),
             refining.made(),
             refining.kept.len()
         ));
@@ -178,7 +182,7 @@ impl<const D: usize> Refining<D> {
             kept: (0..points.len()).collect(),
             points,
             replaced: Vec::new(),
-            beyond: 0,
+            beyond: 0.0,
             notes,
             off: None,
             is_refined: false,
@@ -216,11 +220,11 @@ impl<const D: usize> Refining<D> {
         if self.is_refined && self.replaced.is_empty() {
             return Some(text.to_owned());
         }
-        let (beyond, all) = (self.beyond, self.points.len());
-        (beyond as f64 > MANY_BEYOND * all as f64).then(|| {
+        (self.beyond > MUCH_BEYOND * self.total()).then(|| {
             format!(
-                "refine replaces {beyond} of the {all} particles though they are beyond the shell, since their masses are not those of a snapshot with equal \
-                 ones; state `refine.particle_mass`, of those that are to stay, or `particles` to place all of them anew"
+                "refine replaces particles with {:.0} % of the mass though they are beyond the shell, since their masses are not those of a snapshot with \
+                 equal ones; state `refine.particle_mass`, of those that are to stay, or `particles` to place all of them anew",
+                100.0 * self.beyond / self.total()
             )
         })
     }

@@ -1,8 +1,9 @@
 //! Particles from the files of one snapshot, put together.
 
 use crate::error::{FormatError, Result};
-use crate::model::{Column, DOUBT_KEY, FILES_KEY, LACKS_KEY, ParticleFile, Species, Values};
+use crate::model::{Column, DOUBT_KEY, FILES_KEY, LACKS_KEY, ParticleFile, RunHeader, Species, Values};
 use crate::particle_names as names;
+use std::collections::HashMap;
 use std::path::{Path, PathBuf};
 
 /// Reads the files of a snapshot one after the other and joins them, in this order.
@@ -15,22 +16,18 @@ pub(crate) fn joined(
     mut read: impl FnMut(&Path) -> Result<ParticleFile>,
 ) -> Result<ParticleFile> {
     let mut whole: Option<ParticleFile> = None;
-    let mut firsts: Vec<(&Path, Vec<First>)> = Vec::new();
+    let mut firsts: HashMap<First, &Path> = HashMap::new();
     for member in members {
         let part = read(member)?;
-        let own: Vec<First> = part.species.iter().filter_map(first).collect();
-        if let Some((other, first)) =
-            own.iter().find_map(|own| firsts.iter().find(|(_, theirs)| theirs.contains(own)).map(|f| (f.0, own)))
-        {
+        for species in &part.species {
+            let Some(other) = first(species).and_then(|first| firsts.insert(first, member)) else { continue };
             let problem = format!(
-                "its first particle of type {}, with the ID {}, is that of '{}' as well: one file stands for the other",
-                first.part_type,
-                first.id,
+                "its first particle of type {} is that of '{}' as well, in its ID and place: one file stands for the other",
+                species.part_type,
                 other.display()
             );
             return Err(FormatError::input(member, format, "snapshot in several files", problem));
         }
-        firsts.push((member, own));
         match &mut whole {
             None => whole = Some(part),
             Some(whole) => {
@@ -52,22 +49,20 @@ pub(crate) fn joined(
 /// What a file of ours was made from.
 const SCENE: &str = "Scene";
 
-/// The first particle of a type in a file.
-#[derive(PartialEq)]
-struct First {
-    part_type: u8,
-    id: f64,
-    place: Vec<f64>,
-}
+/// The first particle of a type in a file: that type, and the bits of its ID and place.
+type First = (u8, Vec<u64>);
 
 /// None where there is no particle, or none has an ID.
 fn first(species: &Species) -> Option<First> {
     let (ids, places) = (species.table.column(names::PARTICLE_IDS)?, species.table.column(names::COORDINATES)?);
-    (species.table.count > 0).then(|| First {
-        part_type: species.part_type,
-        id: ids.values.get(0),
-        place: (0..places.components).map(|k| places.values.get(k)).collect(),
-    })
+    let place = (0..places.components).map(|k| places.values.get(k));
+    (species.table.count > 0)
+        .then(|| (species.part_type, std::iter::once(ids.values.get(0)).chain(place).map(f64::to_bits).collect()))
+}
+
+/// The scene that a file of ours was made from.
+fn scene(header: &RunHeader) -> Option<&str> {
+    header.provenance.iter().find(|(key, _)| key == SCENE).map(|(_, text)| text.as_str())
 }
 
 /// Location and problem.
@@ -94,10 +89,7 @@ fn append(whole: &mut ParticleFile, part: ParticleFile) -> std::result::Result<(
         return differs("the unit system", format!("{:?}", a.units), format!("{:?}", b.units));
     }
     // Ours say in full what they were made of.
-    let scene = |facts: &[(String, String)]| facts.iter().find(|(key, _)| key == SCENE).map(|(_, text)| text.clone());
-    if let (Some(first), Some(here)) = (scene(&whole.header.provenance), scene(&part.header.provenance))
-        && first != here
-    {
+    if scene(a).zip(scene(b)).is_some_and(|(first, here)| first != here) {
         let problem = "the scene that made it is another than that of the first file; the files are of two snapshots";
         return Err(("header".to_owned(), problem.to_owned()));
     }

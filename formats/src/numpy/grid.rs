@@ -44,17 +44,13 @@ pub(super) fn grid(path: &Path, request: &FieldRequest, arrays: Vec<(String, Arr
     }];
     notes.extend(found.notes);
     let is_inward = turn_inward(&mut geometry, &mut notes);
-    let location = match &geometry {
-        Geometry::Radial { nodes, .. } if Some(&nodes.len()) != shape.iter().max() => Location::Cell,
-        _ => Location::Node,
-    };
     let is_axis = |n: &String| named.contains(n);
     // Beside averages within shells there may be values at their faces.
-    let faces = match (&geometry, location) {
-        (Geometry::Radial { nodes, .. }, Location::Cell) => Some([nodes.len()]),
+    let faces = match &geometry {
+        Geometry::Radial { nodes, .. } if used(&shape) != [nodes.len()] => Some(nodes.len()),
         _ => None,
     };
-    let is_at_faces = |shape: &[usize]| faces.is_some_and(|faces| *shape == faces);
+    let is_at_faces = |shape: &[usize]| faces.is_some_and(|faces| *shape == [faces]);
     let is_other =
         |(n, a): &&(String, Array)| components(&a.shape, &shape).is_none() && !is_axis(n) && !is_at_faces(&a.shape);
     let others: Vec<&String> = arrays.iter().filter(is_other).map(|(n, _)| n).collect();
@@ -77,7 +73,7 @@ pub(super) fn grid(path: &Path, request: &FieldRequest, arrays: Vec<(String, Arr
             n => transposed(&values, &[values.len() / n, n]),
         };
         let values = if is_inward { turned(&values, components) } else { values };
-        let location = if at_faces { Location::Node } else { location };
+        let location = if faces.is_some() && !at_faces { Location::Cell } else { Location::Node };
         variables.push(Variable { name, description: None, unit: None, location, components, values });
     }
     Ok(FileContent::Field(RawField {

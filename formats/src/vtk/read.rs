@@ -12,16 +12,21 @@ pub(super) fn read(path: &Path, request: &FieldRequest) -> Result<FileContent> {
     if bytes.is_empty() {
         return Err(FormatError::input(path, NAME, "file", "is empty"));
     }
-    if let Some(list) = pieces::list_of(path) {
-        // One of several files stands for all of them.
-        drop(bytes);
-        return read(&list, request);
-    }
     if let Some(pieces) = pieces::listed(path, &bytes).transpose() {
         drop(bytes);
         return pieces::particles(path, &pieces?, |piece| read_one(piece, request)).map(FileContent::Particles);
     }
-    content(path, bytes, request)
+    match (content(path, bytes, request)?, pieces::list_of(path)) {
+        // One of several files stands for all of them.
+        (FileContent::Particles(_), Some(list)) => read(&list, request),
+        (FileContent::Field(mut field), Some(list)) => {
+            field
+                .notes
+                .push(format!("it is one of the pieces that '{}' lists; the others are not read", list.display()));
+            Ok(FileContent::Field(field))
+        }
+        (content, None) => Ok(content),
+    }
 }
 
 /// Reads a file that lists no others.

@@ -146,37 +146,35 @@ impl<const D: usize> Surface<D> {
 
     /// The parts of a facet that have the outside on their side, to [`FINEST`].
     fn outside_of(&self, facet: &Facet<D>) -> Vec<Facet<D>> {
-        let [middle, corners @ ..] = self.are_outer(facet);
+        let mut sides = self.sides(facet);
+        let middle = sides.next().unwrap_or(true);
         let is_fine = || {
             let finest = FINEST * self.bounds.diagonal();
             (0..D).all(|i| distance(&facet[i], &facet[(i + 1) % D]) < finest)
         };
-        if corners[..D].iter().all(|corner| *corner == middle) || is_fine() {
+        if sides.all(|corner| corner == middle) || is_fine() {
             return if middle { vec![*facet] } else { Vec::new() };
         }
         halves(facet).iter().flat_map(|part| self.outside_of(part)).collect()
     }
 
-    /// Whether the middle of a facet, and places near its corners, have the outside on their side.
-    fn are_outer(&self, facet: &Facet<D>) -> [bool; 4] {
+    /// Whether the middle of a facet, and then places near its corners, have the outside on their side.
+    fn sides(&self, facet: &Facet<D>) -> impl Iterator<Item = bool> {
         let (normal, step) = (normal(facet).normalize(), SIDE_STEP * self.bounds.diagonal());
-        let is_outer = |weights: [f64; D]| {
+        let is_outer = move |weights: [f64; D]| {
             let beside = |k: usize| (0..D).map(|i| weights[i] * facet[i][k]).sum::<f64>() + step * normal[k];
             self.times(&sph::array(beside)) <= 0
         };
-        let near = |corner: usize| sph::array(|i| if i == corner { 0.9 } else { 0.1 / (D as f64 - 1.0) });
-        std::array::from_fn(|place| match place {
-            0 => is_outer([1.0 / D as f64; D]),
-            corner if corner <= D => is_outer(near(corner - 1)),
-            _ => false,
-        })
+        let near =
+            |corner: usize| -> [f64; D] { sph::array(|i| if i == corner { 0.9 } else { 0.1 / (D as f64 - 1.0) }) };
+        std::iter::once([1.0 / D as f64; D]).chain((0..D).map(near)).map(is_outer)
     }
 
     /// Whether facets have the inside on both sides: closed parts of the surface touch there. Many facets are looked at, not all.
     fn has_inner_walls(&self) -> bool {
         let step = self.own.div_ceil(LOOKED_AT);
         let looked: Vec<&Facet<D>> = self.facets[..self.own].iter().step_by(step).collect();
-        looked.into_par_iter().any(|facet| !self.are_outer(facet)[..=D].iter().all(|outer| *outer))
+        looked.into_par_iter().any(|facet| !self.sides(facet).all(|is_outer| is_outer))
     }
 
     /// The bounding box.

@@ -222,13 +222,13 @@ impl<'a, const D: usize> Measuring<'a, D> {
             })
         };
         let mut fits = [0; 3].map(|_| DensityFold::default());
-        each(&mut |i, ratios, set| fits.iter_mut().skip(i).take(1).for_each(|fit| fit.look(ratios, set)))?;
-        each(&mut |i, ratios, set| fits.iter_mut().skip(i).take(1).for_each(|fit| fit.refit(ratios, set)))?;
+        each(&mut |i, ratios, set| fits.get_mut(i).into_iter().for_each(|fit| fit.look(ratios, set)))?;
+        each(&mut |i, ratios, set| fits.get_mut(i).into_iter().for_each(|fit| fit.refit(ratios, set)))?;
         let [all, interior, aimed] = &fits;
         let mut as_given = [all.with(1.0), interior.with(1.0), aimed.with(1.0)];
         let mut refitted = [all, interior, aimed, aimed, aimed].map(|fit| fit.with(fit.factor()));
         each(&mut |i, ratios, set| {
-            as_given.iter_mut().skip(i).take(1).for_each(|fold| fold.take(ratios, set));
+            as_given.get_mut(i).into_iter().for_each(|fold| fold.take(ratios, set));
             refitted[i].take(ratios, set);
         })?;
         let [all, interior, aimed] = [0, 1, 2].map(|set| {
