@@ -108,8 +108,9 @@ fn blocks_leave_what_one_run_would() {
         let interior = report.figures.interior.unwrap().refitted;
         assert!(interior.mean < figure, "{name}: {:e}", interior.mean);
         assert!(report.figures.closest_pair > 0.5, "{name}: {}", report.figures.closest_pair);
+        // Those at seams move with both blocks.
         let [near, rest] = report.figures.seams.unwrap();
-        assert!(near < 2.0 * rest + 1e-3, "{name}: {near:e} at seams, {rest:e} elsewhere");
+        assert!(near < 1.35 * rest + 3e-4, "{name}: {near:e} at seams, {rest:e} elsewhere");
         assert!(report.passes.len() >= report.plan.stages.len(), "{name}: {:?}", report.passes);
         assert!(!work.folder.path("blocks").exists(), "{name}: the blocks are left");
     }

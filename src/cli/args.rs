@@ -391,7 +391,7 @@ pub struct RunArgs {
     #[arg(long, requires = "print_scene")]
     pub all: bool,
     /// Place over so many ranks, each with its part of the particles and of the threads, as over processes that mpirun starts:
-    /// seeds by mass bisection, WVT and the density solver.
+    /// seeds by mass bisection or on shells, WVT and the density solver.
     #[arg(long, value_name = "COUNT", value_parser = ranks, conflicts_with = "dry_run")]
     pub ranks: Option<usize>,
     /// Place in so many blocks, one after the other and again until their seams are gone, in memory for one of them: seeds by

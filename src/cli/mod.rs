@@ -98,8 +98,9 @@ pub fn main_with<T: Into<OsString> + Clone>(arguments: impl IntoIterator<Item = 
     })
 }
 
-/// Work of which an interrupt leaves no temporary file.
+/// Work of one process, of which an interrupt leaves no temporary file.
 fn leaving_nothing<T>(work: impl FnOnce() -> crate::Result<T>) -> crate::Result<T> {
+    ranks::refuse_processes()?;
     let _interrupts = Interrupts::of_other_work();
     work()
 }

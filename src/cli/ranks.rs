@@ -52,12 +52,31 @@ fn launched(args: &RunArgs, scene: &Scene, deadline: Option<Instant>) -> Result<
     crate::processes::over_processes(work).map(Some).map_err(|problem| Error::Numeric { stage: "ranks", problem })
 }
 
+/// How many processes a launcher has started, where they are several.
+fn processes() -> Option<usize> {
+    let size = |name: &str| std::env::var(name).ok()?.parse::<usize>().ok();
+    ["OMPI_COMM_WORLD_SIZE", "PMI_SIZE", "MV2_COMM_WORLD_SIZE"]
+        .into_iter()
+        .find_map(|name| size(name).filter(|n| *n > 1))
+}
+
+/// Refuses to do in each of several processes what is the work of one: all would write the same file.
+///
+/// # Errors
+/// Several processes.
+pub fn refuse_processes() -> Result<()> {
+    processes().map_or(Ok(()), |count| {
+        let problem = format!(
+            "this program is one of {count} that mpirun or srun has started, each of which would do the same work: start one; only scenes are placed over several"
+        );
+        Err(Error::scene("ranks", problem))
+    })
+}
+
 /// Processes that know nothing of each other would all do the same work, and write the same file.
 #[cfg(not(feature = "mpi"))]
 fn launched(_: &RunArgs, _: &Scene, _: Option<Instant>) -> Result<Option<Ended>> {
-    let size = |name: &str| std::env::var(name).ok()?.parse::<usize>().ok();
-    let sizes = ["OMPI_COMM_WORLD_SIZE", "PMI_SIZE", "MV2_COMM_WORLD_SIZE"];
-    match sizes.into_iter().find_map(|name| size(name).filter(|n| *n > 1)) {
+    match processes() {
         None => Ok(None),
         Some(ranks) => {
             let problem = format!(

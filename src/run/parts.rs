@@ -1,6 +1,7 @@
 //! Runs in parts, over ranks or block by block: what they refuse, and how they begin.
 
 use super::destination::{Destination, intended_format, refuse_box, refuse_what_the_format_cannot_hold};
+use super::plan::{Held, Plan};
 use super::stages::check_neighbors;
 use super::streamed::Read;
 use crate::codes::TargetCode;
@@ -9,6 +10,8 @@ use crate::input::ingest::RawInput;
 use crate::input::internal_units::Prepared;
 use crate::input::units::RunUnits;
 use crate::scene::{Order, Polish, Scene};
+use crate::seeding::{Blockwise, Seeding};
+use crate::target::Target;
 use sph::domain::Wall;
 use sph::sums::Bias;
 use sph_formats::FormatSpec;
@@ -45,6 +48,24 @@ impl Parts {
             Some((_, key)) => lacks(key, undone),
             None => Ok(()),
         }
+    }
+
+    /// The scene with a seeding that goes part by part, and the plan for it: that of a run by itself, if it goes so, else mass bisection.
+    pub fn planned<const D: usize>(
+        self,
+        scene: &Scene,
+        (prepared, target): (&Prepared<D>, &Target<'_, D>),
+        parts: usize,
+    ) -> (Scene, Plan) {
+        let held = Held::Unsure(format!("it is not done {}", self.how));
+        let plan = |scene: &Scene| Plan::among(scene, target, prepared.source.radial.is_some(), &held, parts);
+        let seeding = match (scene.seeding, plan(scene).seeding) {
+            (None, planned) if !Blockwise::<D>::can_make(planned) => Seeding::MassBisection,
+            (_, planned) => planned,
+        };
+        let scene = Scene { seeding: Some(seeding), ..scene.clone() };
+        let plan = plan(&scene);
+        (scene, plan)
     }
 
     /// What is tried before the work.

@@ -9,8 +9,7 @@
 use super::duration::{self, Cost, Expected, rounded};
 use super::forecast::slowness;
 use super::memory;
-use super::plan::{Held, Plan};
-use super::ranks::{reduced, refuse, refuse_few};
+use super::ranks::{RANKS, refuse, refuse_few};
 use super::streamed::Read;
 use crate::error::Result;
 use crate::input::internal_units::Prepared;
@@ -88,7 +87,6 @@ pub fn forecast_on_ranks(
     (ranks, threads): (usize, usize),
 ) -> Result<RankForecast> {
     refuse(scene)?;
-    let scene = &reduced(scene);
     let read = Read::new(scene, formats)?;
     match read.dimension {
         1 => in_dimension::<1>(scene, formats, read, (ranks, threads)),
@@ -107,7 +105,7 @@ fn in_dimension<const D: usize>(
     refuse_few(particles, ranks)?;
     let prepared = Prepared::<D>::new(scene, formats, (raw, &units), particles)?;
     let target = prepared.target();
-    let plan = Plan::among(scene, &target, prepared.source.radial.is_some(), &Held::Not, ranks);
+    let (_, plan) = RANKS.planned(scene, (&prepared, &target), ranks);
     let neighbors = scene.kernel_neighbors(D);
     let own = particles.div_ceil(ranks);
     let seen = seen_of_others::<D>(own, particles, neighbors);

@@ -1,5 +1,5 @@
-//! A scene placed over several ranks: each seeds a part by mass bisection, keeps it through WVT and the density solver with what the others
-//! have near by, and measures it with them; the first rank writes one file, for which it fetches rows from the others.
+//! A scene placed over several ranks: each has the seeds of a part of space, by mass bisection or on shells, keeps them through WVT and the density
+//! solver with what the others have near by, and measures them with these; the first rank writes one file, for which it fetches rows from the others.
 //!
 //! Seeds are the same for any number of ranks, to the bit. What follows differs by rounding, since sums go over trees of other
 //! particles; for one number of ranks it is the same for any number of threads, processes or threads in the place of ranks.
@@ -11,7 +11,7 @@ use super::gathered::{Gathered, agreed, share_of};
 use super::grading::verdict as verdict_on;
 use super::parts::{Parts, notes_on_code};
 use super::pipeline::{closed_and_open, verdict};
-use super::plan::{Held, Plan};
+use super::plan::Plan;
 use super::report::{MassReport, Report, Timing};
 use super::stages::{Past, Placed, Setting};
 use super::streamed::Read;
@@ -26,7 +26,7 @@ use crate::output::origin;
 use crate::output::particle_file::{Made, Making, RawColumns, particle_file};
 use crate::relaxation::{Control, Event, Step};
 use crate::scene::{DEFAULT_PARTICLES, OnInterrupt, Scene};
-use crate::seeding::{Seeding, seed_block};
+use crate::seeding::Blockwise;
 use crate::target::Target;
 use sph::exchange::Exchange;
 use sph_formats::common::particle_names as names;
@@ -48,8 +48,7 @@ pub fn run_on_ranks(
     exchange: &dyn Exchange,
 ) -> Result<Report> {
     agreed(exchange, refuse(scene))?;
-    let (start, asked) = (Instant::now(), scene);
-    let scene = &reduced(scene);
+    let start = Instant::now();
     control.tell(Event::Begin(Step::Read));
     let begun = agreed(exchange, RANKS.begin(scene, formats))?;
     let mut run = Run {
@@ -61,7 +60,7 @@ pub fn run_on_ranks(
         units: begun.0.units,
         start,
         timing: Vec::new(),
-        notes: told(asked, exchange),
+        notes: told(scene, exchange),
         warnings: Vec::new(),
     };
     run.lap(Step::Read, start, None);
@@ -89,10 +88,8 @@ pub(super) const RANKS: Parts = Parts { how: "over several ranks", who: "several
 
 /// Refuses what a run over ranks does not do and a scene asks for.
 pub(super) fn refuse(scene: &Scene) -> Result<()> {
-    if let Some(other) = scene.seeding.filter(|seeding| *seeding != Seeding::MassBisection) {
-        let name = other.method().name;
-        let problem = format!("is {name}, but {} seeds are by mass-bisection; leave it out", RANKS.how);
-        return Err(Error::scene("seeding", problem));
+    if let Some(other) = scene.seeding {
+        Blockwise::<3>::refuse_others(other)?;
     }
     RANKS.refuse(scene)
 }
@@ -104,11 +101,6 @@ pub(super) fn refuse_few(particles: usize, ranks: usize) -> Result<()> {
         return Err(Error::scene("particles", problem));
     }
     Ok(())
-}
-
-/// The scene with what several ranks do alone: seeds by mass bisection.
-pub(super) fn reduced(scene: &Scene) -> Scene {
-    Scene { seeding: Some(Seeding::MassBisection), ..scene.clone() }
 }
 
 fn told(scene: &Scene, exchange: &dyn Exchange) -> Vec<String> {
@@ -162,16 +154,15 @@ impl<'a> Run<'a> {
             told.among(&mut self.warnings, &mut self.notes);
         }
         self.lap(Step::Interpolate, lap, None);
-        let held = Held::Unsure("it is not done over several ranks".into());
-        let is_radial = prepared.source.radial.is_some();
-        let mut plan = Plan::among(scene, &target, is_radial, &held, exchange.ranks());
+        let (scene, mut plan) = RANKS.planned(scene, (&prepared, &target), exchange.ranks());
+        let mut run = Run { scene: &scene, ..self };
         plan.drop("parts of the force noise", "they are not measured over several ranks");
         let here = (exchange.on_this_machine(), exchange.ranks());
         agreed(exchange, memory::check_among(count, &plan.stages, here))?;
-        let expected = self.expected(&plan, &target);
-        self.check()?;
-        let placed = self.place(&target, &mut plan)?;
-        self.measured(&prepared, target, placed, (plan, expected))
+        let expected = run.expected(&plan, &target);
+        run.check()?;
+        let placed = run.place(&target, &mut plan)?;
+        run.measured(&prepared, target, placed, (plan, expected))
     }
 
     /// The source, of which ranks can make their parts by themselves.
@@ -195,11 +186,11 @@ impl<'a> Run<'a> {
     /// Seeds, and relaxes.
     fn place<const D: usize>(&mut self, target: &Target<'_, D>, plan: &mut Plan) -> Result<Placed<D>> {
         let exchange = self.exchange;
-        let own = share_of(target.count, exchange.rank(), exchange.ranks());
-        let seeds = |_: &Plan| {
+        let shares: Vec<_> = (0..exchange.ranks()).map(|rank| share_of(target.count, rank, exchange.ranks())).collect();
+        let seeds = |plan: &Plan| {
             let lap = Instant::now();
             self.control.tell(Event::Begin(Step::Seed));
-            let positions = seed_block(target, self.scene.seed, own.clone())?;
+            let positions = Blockwise::new(target, plan.seeding, self.scene.seed)?.dealt(exchange, &shares)?;
             Ok((Past::seeded(Vec::new(), lap.elapsed().as_secs_f64()), positions.into()))
         };
         let placed = Setting::new(self.scene, *target, None, self.control).over(exchange).place_from(plan, seeds)?;

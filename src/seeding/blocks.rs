@@ -60,6 +60,18 @@ impl<'a, const D: usize> Blockwise<'a, D> {
     }
 
     /// # Errors
+    /// A seeding that does not go block by block.
+    pub fn refuse_others(seeding: Seeding) -> Result<()> {
+        if Self::can_make(seeding) { Ok(()) } else { Err(Self::not_blockwise(seeding)) }
+    }
+
+    fn not_blockwise(seeding: Seeding) -> Error {
+        let able = BLOCKWISE.map(|s| s.method().name).join(", ");
+        let problem = format!("is {}, which does not go block by block; use {able}", seeding.method().name);
+        Error::scene("seeding", problem)
+    }
+
+    /// # Errors
     /// Other seedings than by mass bisection and on shells, and those of [`seed`](super::seed).
     pub fn new(target: &'a Target<'a, D>, seeding: Seeding, seed: u64) -> Result<Self> {
         let method = seeding.method();
@@ -67,11 +79,7 @@ impl<'a, const D: usize> Blockwise<'a, D> {
             Seeding::MassBisection => return Ok(Self { target, seed, shells: None }),
             Seeding::Shells => Covering::Spiral,
             Seeding::EqualAreaShells => Covering::EqualArea,
-            _ => {
-                let able = BLOCKWISE.map(|s| s.method().name).join(", ");
-                let problem = format!("is {}, which does not go block by block; use {able}", method.name);
-                return Err(Error::scene("seeding", problem));
-            }
+            other => return Err(Self::not_blockwise(other)),
         };
         method.check_dimension(D)?;
         let (mut shells, mut first) = (Vec::new(), 0);
@@ -81,6 +89,19 @@ impl<'a, const D: usize> Blockwise<'a, D> {
             Ok(())
         })?;
         Ok(Self { target, seed, shells: Some(shells) })
+    }
+
+    pub(super) fn target(&self) -> &'a Target<'a, D> {
+        self.target
+    }
+
+    pub(super) fn seed(&self) -> u64 {
+        self.seed
+    }
+
+    /// The number of the first particle of each region where seeds are on shells.
+    pub(super) fn regions_of_shells(&self) -> Option<Vec<usize>> {
+        self.shells.as_ref().map(|shells| shells.iter().map(|(first, _)| *first).collect())
     }
 
     /// The positions of all particles within a distance of each of some places.
@@ -183,7 +204,7 @@ pub fn seed_block<const D: usize>(target: &Target<'_, D>, seed: u64, particles: 
 }
 
 /// Calls `with` for each region that has some of the particles, with their numbers there.
-fn each_region<const D: usize>(
+pub(super) fn each_region<const D: usize>(
     target: &Target<'_, D>,
     particles: &Range<usize>,
     mut with: impl FnMut(&Target<'_, D>, Range<usize>) -> Result<()>,

@@ -3,6 +3,7 @@
 mod bisection;
 mod blocks;
 mod cumulative;
+mod dealt;
 mod glass;
 mod gravity;
 mod integers;

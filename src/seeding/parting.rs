@@ -31,9 +31,26 @@ impl<const D: usize> Parting<D> {
     /// # Errors
     /// A target without mass in its domain.
     pub fn new(target: &Target<'_, D>, blocks: usize) -> Result<Self> {
+        Self::by(target, blocks, |_| least_cells(usize::MAX, target.cell_rule()))
+    }
+
+    /// The same with many blocks, for which their masses need not be known so well.
+    ///
+    /// # Errors
+    /// A target without mass in its domain.
+    pub fn coarse(target: &Target<'_, D>, blocks: usize) -> Result<Self> {
+        Self::by(target, blocks, |blocks| least_cells(blocks, target.cell_rule()))
+    }
+
+    /// `cells` are those that what is divided into so many blocks has at least.
+    fn by(target: &Target<'_, D>, blocks: usize, cells: impl Fn(usize) -> usize) -> Result<Self> {
         let mut nodes = Vec::with_capacity(2 * blocks);
-        divide(target, partition(target, target.cell_rule())?, (0, blocks.max(1)), &mut nodes);
+        divide(target, partition(target, target.cell_rule())?, (0, blocks.max(1)), &cells, &mut nodes);
         Ok(Self { nodes })
+    }
+
+    pub fn blocks(&self) -> usize {
+        self.nodes.len().div_ceil(2)
     }
 
     /// The block that a place is in.
@@ -53,21 +70,22 @@ fn divide<const D: usize>(
     target: &Target<'_, D>,
     mut cells: Vec<Cell<D>>,
     (first, blocks): (usize, usize),
+    least: &dyn Fn(usize) -> usize,
     nodes: &mut Vec<Node>,
 ) {
     if blocks == 1 {
         nodes.push(Node::Block(first));
         return;
     }
-    refine(target, &mut cells, least_cells(usize::MAX, target.cell_rule()), target.cell_rule());
+    refine(target, &mut cells, least(blocks), target.cell_rule());
     let below = blocks / 2;
     let Cut { axis, plane, left, right } = cut(cells, below as f64 / blocks as f64);
     let node = nodes.len();
     nodes.push(Node::Plane { axis, at: plane, beyond: 0 });
-    divide(target, left, (first, below), nodes);
+    divide(target, left, (first, below), least, nodes);
     let beyond = nodes.len();
     nodes[node] = Node::Plane { axis, at: plane, beyond };
-    divide(target, right, (first + below, blocks - below), nodes);
+    divide(target, right, (first + below, blocks - below), least, nodes);
 }
 
 #[cfg(test)]

@@ -2,6 +2,9 @@
 //!
 //! A file says how many passes its block has been through. Blocks are gone through in one order, so that what any of them has met of the others
 //! follows from that, and a run goes on from its folder to the same bytes as without a break.
+//!
+//! Particles of other blocks that have moved with a block are in files of their own, one for each two blocks, until those come to their turn: they count
+//! where they are later than the file of the block that they are of, and their own block's file is there.
 
 use crate::error::{Error, Result};
 use crate::run::checkpoint::Origin;
@@ -38,6 +41,16 @@ pub(super) struct Block<const D: usize> {
     pub positions: Positions<D>,
 }
 
+/// Particles of a block that have moved with another.
+#[derive(Debug, Clone, Serialize, Deserialize)]
+pub(super) struct Moved<const D: usize> {
+    /// Which they are of.
+    pub block: usize,
+    pub places: Vec<usize>,
+    #[serde(with = "crate::relaxation::axes")]
+    pub positions: Positions<D>,
+}
+
 /// What was measured at a block's particles.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub(super) struct Sums {
@@ -65,7 +78,7 @@ pub(super) struct Sweep {
 }
 
 /// Deviation near seams over that elsewhere with which they are as good as the rest; the same of all particles now over what each block was left
-/// with; and what a sweep has to leave of the deviation for another to be worth its time.
+/// with; and what a sweep has to leave of the deviation of all, or near seams, for another to be worth its time.
 const AS_GOOD: f64 = 1.03;
 const AS_LEFT: f64 = 1.1;
 const GAIN: f64 = 0.8;
@@ -76,7 +89,11 @@ impl Sweep {
         let Some((last, before)) = sweeps.split_last() else { return true };
         let Some([near, rest]) = last.seams else { return false };
         let is_done = near <= AS_GOOD * rest && last.mean <= AS_LEFT * last.left;
-        !is_done && before.last().is_none_or(|before| last.mean < GAIN * before.mean)
+        let gains = |before: &Self| {
+            let there = before.seams.map_or(f64::INFINITY, |seams| seams[0]);
+            last.mean < GAIN * before.mean || near < GAIN * there
+        };
+        !is_done && before.last().is_none_or(gains)
     }
 }
 
@@ -177,17 +194,71 @@ impl Kept {
     /// # Errors
     /// A file that is damaged.
     pub fn block<const D: usize>(&self, block: usize) -> Result<Option<Block<D>>> {
+        let Some(mut found) = self.alone::<D>(block)? else { return Ok(None) };
+        let (turn, mut later) = (self.turn(block, &found), Vec::new());
+        for path in (0..self.blocks).map(|by| self.moved(by, block)).filter(|path| path.exists()) {
+            let (when, moved): (usize, Moved<D>) = self.read(&path)?;
+            later.push((when, moved));
+        }
+        later.retain(|(when, _)| *when > turn);
+        later.sort_by_key(|(when, _)| *when);
+        for (_, Moved { places, positions, .. }) in &later {
+            for (x, moved) in found.positions.iter_mut().zip(positions) {
+                for (&place, v) in places.iter().zip(moved) {
+                    match x.get_mut(place) {
+                        Some(x) => *x = *v,
+                        None => return Err(self.damaged(block)),
+                    }
+                }
+            }
+        }
+        match found.positions.iter().flatten().all(|v| v.is_finite()) {
+            true => Ok(Some(found)),
+            false => Err(self.damaged(block)),
+        }
+    }
+
+    fn damaged(&self, block: usize) -> Error {
+        let problem = "holds particles that are not finite, or another number of them; remove the folder".into();
+        Error::Checkpoint { path: self.places(block), problem }
+    }
+
+    /// When a block's file was written: a number that grows with each block in each pass.
+    fn turn<const D: usize>(&self, block: usize, found: &Block<D>) -> usize {
+        found.passes.len() * self.blocks + block
+    }
+
+    /// Removes what has moved with blocks whose own files were not written any more.
+    ///
+    /// # Errors
+    /// A file that is damaged, or cannot be removed.
+    pub fn recover<const D: usize>(&self) -> Result<()> {
+        for by in 0..self.blocks {
+            let paths: Vec<PathBuf> =
+                (0..self.blocks).map(|of| self.moved(by, of)).filter(|path| path.exists()).collect();
+            if paths.is_empty() {
+                continue;
+            }
+            let turn = self.alone::<D>(by)?.map_or(0, |found| self.turn(by, &found));
+            for path in paths {
+                if self.read::<(usize, Moved<D>)>(&path)?.0 > turn {
+                    std::fs::remove_file(&path).map_err(|e| FormatError::io(&path, "remove", e))?;
+                }
+            }
+        }
+        Ok(())
+    }
+
+    /// A block as its own file has it.
+    fn alone<const D: usize>(&self, block: usize) -> Result<Option<Block<D>>> {
         let path = self.places(block);
         if !path.exists() {
             return Ok(None);
         }
         let found: Block<D> = self.read(&path)?;
         let count = if self.first.is_empty() { found.positions[0].len() } else { self.own(block).len() };
-        if found.positions.iter().any(|x| x.len() != count || !x.iter().all(|v| v.is_finite())) {
-            let problem = "holds particles that are not finite, or another number of them; remove the folder".into();
-            return Err(Error::Checkpoint { path, problem });
-        }
-        Ok(Some(found))
+        let is_sound = found.positions.iter().all(|x| x.len() == count);
+        if is_sound { Ok(Some(found)) } else { Err(self.damaged(block)) }
     }
 
     /// A block that has been seeded.
@@ -202,9 +273,14 @@ impl Kept {
         self.block(block)?.ok_or_else(gone)
     }
 
+    /// Keeps a block, and what of others has moved with it.
+    ///
     /// # Errors
     /// A file that cannot be written.
-    pub fn put<const D: usize>(&self, block: usize, found: &Block<D>) -> Result<()> {
+    pub fn put<const D: usize>(&self, block: usize, found: &Block<D>, moved: Vec<Moved<D>>) -> Result<()> {
+        for moved in moved {
+            self.write(&self.moved(block, moved.block), &(self.turn(block, found), &moved))?;
+        }
         self.write(&self.places(block), found)
     }
 
@@ -238,10 +314,11 @@ impl Kept {
     /// Removes the files, and the folder if the run has made it; a note where that fails.
     pub fn remove(&self) -> Option<String> {
         let files = (0..self.blocks).flat_map(|b| [self.places(b), self.measured(b)]);
+        let pairs = (0..self.blocks).flat_map(|by| (0..self.blocks).map(move |of| self.moved(by, of)));
         // On some systems a file cannot be removed while it is locked; others have no locks.
         self.lock.unlock().ok();
         let lock = self.folder.join(LOCK);
-        let some = [self.folder.join("sweeps"), lock].into_iter().filter(|path| path.exists());
+        let some = pairs.chain([self.folder.join("sweeps"), lock]).filter(|path| path.exists());
         let removed =
             files.chain(some).chain([self.seeded(), self.folder.join("scene")]).try_for_each(std::fs::remove_file);
         let removed = removed.and_then(|()| if self.is_own { std::fs::remove_dir(&self.folder) } else { Ok(()) });
@@ -255,6 +332,11 @@ impl Kept {
 
     fn places(&self, block: usize) -> PathBuf {
         self.folder.join(format!("block.{block}"))
+    }
+
+    /// What of a block has moved with another.
+    fn moved(&self, by: usize, of: usize) -> PathBuf {
+        self.folder.join(format!("moved.{by}.{of}"))
     }
 
     fn measured(&self, block: usize) -> PathBuf {

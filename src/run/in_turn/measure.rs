@@ -2,7 +2,7 @@
 
 use super::kept::{Kept, Left, Sums, Sweep};
 use crate::error::{Error, Result};
-use crate::metrics::{DensityFold, ErrorFigures, Ledger, LedgerFigures, Measured, Ratios};
+use crate::metrics::{DensityFold, ErrorFigures, Ledger, LedgerFigures, Measured, Ratios, least_closest_pair};
 use crate::scene::Scene;
 use crate::target::mass_points::MassPoints;
 use crate::target::{Positions, Target, at};
@@ -46,6 +46,33 @@ fn first<const D: usize>(all: &Positions<D>, count: usize) -> Positions<D> {
     all.each_ref().map(|x| x[..count].to_vec())
 }
 
+/// All but the first of some particles.
+fn rest<const D: usize>(all: &Positions<D>, count: usize) -> Positions<D> {
+    all.each_ref().map(|x| x[count..].to_vec())
+}
+
+/// Whether others are within the support of each particle.
+fn see_others<const D: usize>(
+    scene: &Scene,
+    target: &Target<'_, D>,
+    (own, support): (&Positions<D>, &[f64]),
+    others: &Positions<D>,
+) -> Vec<bool> {
+    if others[0].is_empty() {
+        return vec![false; support.len()];
+    }
+    let (here, there) = (Tree::build(own), Tree::build(others));
+    let (radii, units) = (here.to_tree_order(support), [vec![1.0; support.len()], vec![1.0; there.len()]]);
+    let sources = [
+        Sources::new(&here, &radii, [units[0].as_slice()], Reach::Target).silent(),
+        Sources::new(&there, &[], [units[1].as_slice()], Reach::Target),
+    ];
+    let mut seen = vec![false; support.len()];
+    let found = density::<D, 1, f32>(scene.kernel(), target.domain, &sources);
+    found.iter().zip(here.order()).for_each(|(sums, &i)| seen[i as usize] = sums.weighted > 0.0);
+    seen
+}
+
 /// The sums at `own` particles among others that follow them, with the points of mass about these where they aim at the smoothed target.
 fn sums<const D: usize>(
     scene: &Scene,
@@ -79,21 +106,40 @@ fn sums<const D: usize>(
 #[derive(Clone, Copy)]
 pub(super) struct Judged {
     pub left: Left,
+    /// Mean deviation of those of its particles that see others, and of the others' that move with it; none where none do.
+    seam: Option<f64>,
     /// Smallest distance of one of its particles to any in spacings.
-    pub closest_pair: f64,
+    closest_pair: f64,
 }
 
-/// Judges `own` particles among others that follow them, with a factor on the mass or what fits best, by the target or, with points of mass
-/// about them, by the smoothed one.
+/// Mean deviation over that before with which a block is taken whose seams have gained.
+const HARDLY_WORSE: f64 = 1.1;
+
+impl Judged {
+    /// Whether it is to take the place of what `was`.
+    pub fn is_better_than(&self, was: &Self) -> bool {
+        let seams_gain = self.seam.zip(was.seam).is_some_and(|(is, was)| is < was);
+        let most = if seams_gain { HARDLY_WORSE } else { 1.0 };
+        self.left.mean <= most * was.left.mean && self.closest_pair >= least_closest_pair(was.closest_pair)
+    }
+}
+
+/// Judges a block's `own` particles and those of others that are `free` with them, the first of all, with a factor on the mass or what fits best, by the
+/// target or, with points of mass about them, by the smoothed one.
 pub(super) fn judged<const D: usize>(
     scene: &Scene,
     target: &Target<'_, D>,
-    (all, own): (&Positions<D>, usize),
+    (all, own, free): (&Positions<D>, usize, usize),
     (factor, points): (Option<f64>, Option<&MassPoints<D>>),
 ) -> Judged {
-    let (sums, measured) = sums(scene, target, (all, own), points);
-    let left = Left { ratio: sums.ratio(), mean: sums.mean_error(factor) };
-    Judged { left, closest_pair: closest(&measured, target, own) }
+    let both = own + free;
+    let (mut sums, measured) = sums(scene, target, (all, both), points);
+    let left = Left { ratio: sums.ratio(), mean: sums.mean_error(factor, &|_| true) };
+    let seam = (free > 0).then(|| {
+        sums.seam = see_others(scene, target, (&first(all, own), &sums.support[..own]), &rest(all, own));
+        sums.mean_error(factor, &|i| i >= own || sums.seam[i])
+    });
+    Judged { left, seam, closest_pair: closest(&measured, target, both) }
 }
 
 /// Smallest distance of one of the first particles to any in spacings.
@@ -130,17 +176,17 @@ impl Sums {
         [vec![true; all.len()], self.interior.clone(), can(&|_| true), can(&|sees| sees), can(&|sees| !sees)]
     }
 
-    /// Mean deviation where the target is resolved, the mass re-fitted by `factor` or what fits best, or over all where it is nowhere.
-    fn mean_error(&self, factor: Option<f64>) -> f64 {
+    /// Mean deviation of some particles where the target is resolved, the mass re-fitted by `factor` or what fits best, or over all where it is nowhere.
+    fn mean_error(&self, factor: Option<f64>, of: &dyn Fn(usize) -> bool) -> f64 {
         let any = (0..self.density.len()).any(|i| self.can(i));
         let (aims, counts) = (self.aims(), |i: usize| self.can(i) || !any);
-        let mean = |f: &dyn Fn(usize) -> f64| {
-            let (sum, count) =
-                (0..self.density.len()).filter(|&i| counts(i)).fold((0.0, 0.0), |(s, n), i| (s + f(i), n + 1.0));
+        let mean = |of: &dyn Fn(usize) -> bool, f: &dyn Fn(usize) -> f64| {
+            let among = (0..self.density.len()).filter(|&i| counts(i) && of(i));
+            let (sum, count) = among.fold((0.0, 0.0), |(s, n), i| (s + f(i), n + 1.0));
             sum / count
         };
-        let factor = factor.unwrap_or_else(|| mean(&|i| aims[i] / self.density[i]));
-        mean(&|i| (factor * self.density[i] / aims[i] - 1.0).abs())
+        let factor = factor.unwrap_or_else(|| mean(&|_| true, &|i| aims[i] / self.density[i]));
+        mean(of, &|i| (factor * self.density[i] / aims[i] - 1.0).abs())
     }
 
     /// The target over the summed density where it is resolved, added up, and over how many particles.
@@ -178,30 +224,13 @@ impl<'a, const D: usize> Measuring<'a, D> {
     pub fn take(&mut self, all: &Positions<D>, own: usize, points: Option<&MassPoints<D>>) -> Sums {
         let (mut sums, measured) = sums(self.scene, &self.target, (all, own), points);
         let first = first(all, own);
-        sums.seam = self.see_others((&first, &sums.support), &all.each_ref().map(|x| x[own..].to_vec()));
+        sums.seam = see_others(self.scene, &self.target, (&first, &sums.support), &rest(all, own));
         let there = self.ledger.found(&measured, &self.target, &first, &self.target.equal_masses(own));
         self.found.resize(there.len(), 0.0);
         self.found.iter_mut().zip(there).for_each(|(all, one)| *all += one);
         self.closest_pair = self.closest_pair.min(closest(&measured, &self.target, own));
         self.is_aimed |= points.is_some();
         sums
-    }
-
-    /// Whether others are within the support of each particle.
-    fn see_others(&self, (own, support): (&Positions<D>, &[f64]), others: &Positions<D>) -> Vec<bool> {
-        if others[0].is_empty() {
-            return vec![false; support.len()];
-        }
-        let (here, there) = (Tree::build(own), Tree::build(others));
-        let (radii, units) = (here.to_tree_order(support), [vec![1.0; support.len()], vec![1.0; there.len()]]);
-        let sources = [
-            Sources::new(&here, &radii, [units[0].as_slice()], Reach::Target).silent(),
-            Sources::new(&there, &[], [units[1].as_slice()], Reach::Target),
-        ];
-        let mut seen = vec![false; support.len()];
-        let found = density::<D, 1, f32>(self.scene.kernel(), self.target.domain, &sources);
-        found.iter().zip(here.order()).for_each(|(sums, &i)| seen[i as usize] = sums.weighted > 0.0);
-        seen
     }
 
     /// The figures, from what was kept of all blocks.

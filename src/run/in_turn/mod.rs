@@ -18,7 +18,6 @@ use super::checkpoint::Origin;
 use super::destination::write_rows;
 use super::grading::verdict_on_few;
 use super::parts::{Parts, notes_on_code};
-use super::plan::{Held, Plan};
 use super::report::{MassReport, Timing};
 use super::stages::Setting;
 use super::streamed::{Places, Read, Streamed};
@@ -27,14 +26,13 @@ use super::{doubts, memory};
 use crate::error::{Error, Result};
 use crate::input::internal_units::Prepared;
 use crate::input::units::RunUnits;
-use crate::metrics::least_closest_pair;
 use crate::output::frame::{Factors, output_units};
 use crate::relaxation::{
     Control, DensitySolver, Event, Hold, Holding, Others, SOLVER, SolverOptions, StageName, Step, StopReason, WVT, Wvt,
     part_pairs_of_block, relax_new,
 };
 use crate::scene::{DEFAULT_PARTICLES, OnInterrupt, Scene};
-use crate::seeding::{Blockwise, Seeding};
+use crate::seeding::Blockwise;
 use crate::target::mass_points::MassPoints;
 use crate::target::{Positions, Target};
 use goal::Goal;
@@ -56,8 +54,8 @@ const MOST_SWEEPS: usize = 8;
 const FEWEST: usize = 1000;
 /// Blocks that are seeded at once where particles of successive numbers are in any of them: their places take as much as one block at work.
 const SEEDED_AT_ONCE: usize = 8;
-/// Support radii on each side of a block within which others are held with it.
-const ABOUT: f64 = 2.2;
+/// Support radii on each side of a block within which others move or are held with it.
+const ABOUT: f64 = 3.2;
 
 /// How a run goes block by block.
 #[derive(Debug, Clone, Copy)]
@@ -156,12 +154,13 @@ impl Run<'_> {
             return Err(Error::scene("input", problem));
         }
         self.lap(Step::Interpolate, lap);
-        let (scene, plan) = self.planned(&prepared, &target, how.blocks);
+        let (scene, plan) = BLOCKS.planned(self.scene, (&prepared, &target), how.blocks);
         let scene = &scene;
         let seeds = Blockwise::new(&target, plan.seeding, scene.seed)?;
         let mut run = Run { scene, ..self };
         memory::check_block(held_at_once::<D>((count, how.blocks), scene.kernel_neighbors(D)), &plan.stages)?;
         let mut kept = Kept::open(how.folder, Origin::new(scene, &target), how.blocks)?;
+        kept.recover::<D>()?;
         let mut map = Map::new(target, scene.kernel_neighbors(D), how.blocks);
         run.seed(&seeds, (&mut kept, &mut map))?;
         let goal = Goal::new(target, &plan, (scene.kernel(), scene.kernel_neighbors(D)));
@@ -204,19 +203,6 @@ impl Run<'_> {
         })
     }
 
-    /// The scene with seeds that go block by block, and the plan for it.
-    fn planned<const D: usize>(&self, prepared: &Prepared<D>, target: &Target<'_, D>, blocks: usize) -> (Scene, Plan) {
-        let held = Held::Unsure("it is not done block by block".into());
-        let plan = |scene: &Scene| Plan::among(scene, target, prepared.source.radial.is_some(), &held, blocks);
-        let seeding = match (self.scene.seeding, plan(self.scene).seeding) {
-            (None, planned) if !Blockwise::<D>::can_make(planned) => Seeding::MassBisection,
-            (_, planned) => planned,
-        };
-        let scene = Scene { seeding: Some(seeding), ..self.scene.clone() };
-        let plan = plan(&scene);
-        (scene, plan)
-    }
-
     fn prepared<const D: usize>(&self, read: Read, (count, blocks): (usize, usize)) -> Result<Prepared<D>> {
         if count / blocks < FEWEST {
             let problem = format!("is {count}, too few for {blocks} blocks; expected at least {}", FEWEST * blocks);
@@ -249,7 +235,7 @@ impl Run<'_> {
             };
             for (own, positions) in (block..).zip(new) {
                 if kept.block::<D>(own)?.is_none() {
-                    kept.put(own, &Block { passes: Vec::new(), positions })?;
+                    kept.put(own, &Block { passes: Vec::new(), positions }, Vec::new())?;
                 }
             }
         }
@@ -344,10 +330,13 @@ impl Run<'_> {
     ) -> Result<std::result::Result<Done, StopReason>> {
         let Block { mut passes, positions } = kept.there(block)?;
         let own = positions[0].len();
-        let (all, holds) = map.about(kept, (block, &positions))?.with(&positions);
+        // In the first sweep those about a block are not what they will be.
+        let about = map.about(kept, (block, &positions), how.sweep > 0)?;
+        let (all, holds) = about.with(&positions);
         let points = goal.points_about(&all);
-        let judged =
-            |all: &Positions<D>| measure::judged(self.scene, &goal.target, (all, own), (how.common, points.as_deref()));
+        let judged = |all: &Positions<D>| {
+            measure::judged(self.scene, &goal.target, (all, own, about.free()), (how.common, points.as_deref()))
+        };
         let was = judged(&all);
         let mut moved = match self.relaxed(goal, how, (all, &holds), points.clone()) {
             Ok(moved) => moved,
@@ -356,13 +345,18 @@ impl Run<'_> {
         };
         part_pairs_of_block(&goal.target, &mut moved, &holds);
         let is = judged(&moved);
-        let is_better = is.left.mean <= was.left.mean && is.closest_pair >= least_closest_pair(was.closest_pair);
+        let is_better = is.is_better_than(&was);
         let left = if is_better { is.left } else { was.left };
         passes.push(left);
+        let others = if is_better { about.moved(&moved, own) } else { Vec::new() };
         let positions = if is_better { moved.map(|x| x[..own].to_vec()) } else { positions };
         let found = Block { passes, positions };
         map.note(block, &found);
-        kept.put(block, &found)?;
+        let changed: Vec<usize> = others.iter().map(|moved| moved.block).collect();
+        kept.put(block, &found, others)?;
+        for other in changed {
+            map.note(other, &kept.there(other)?);
+        }
         Ok(Ok(Done { own, held: holds.len(), before: was.left.mean, after: left.mean, is_better }))
     }
 
@@ -406,7 +400,7 @@ impl Run<'_> {
         for block in 0..kept.blocks() {
             self.check(kept)?;
             let own = kept.there(block)?.positions;
-            let (all, _) = map.about(kept, (block, &own))?.with(&own);
+            let (all, _) = map.about(kept, (block, &own), false)?.with(&own);
             let points = goal.points_about(&all);
             kept.put_sums(block, &measuring.take(&all, own[0].len(), points.as_deref()))?;
         }

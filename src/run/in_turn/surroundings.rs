@@ -1,6 +1,6 @@
 //! What a block's particles see of the others', and what those see.
 
-use super::kept::{Block, Kept, Left};
+use super::kept::{Block, Kept, Left, Moved};
 use crate::error::Result;
 use crate::relaxation::Hold;
 use crate::target::{Positions, Target, at};
@@ -8,9 +8,9 @@ use sph::kernel::support_over_spacing;
 use sph::neighbors::{Seeing, Sights};
 use sph::parallel;
 
-/// Support radii away from a block within which are all that its particles see, and that those see in turn, as far as is known before these
-/// are known; beyond it nothing is looked at closely.
-const FAR: f64 = 2.5;
+/// Support radii away from a block within which are those that move with it, all that these and its own see, and what those see in turn, as far as is
+/// known before these are known; beyond it nothing is looked at closely.
+const FAR: f64 = 3.5;
 /// Boxes by which it is known about where a block is.
 const BOXES: usize = 64;
 /// Support radii within which particles are looked for that a block's own see, since these move by some half a spacing.
@@ -27,10 +27,18 @@ pub(super) struct Map<'a, const D: usize> {
     own: Vec<usize>,
 }
 
-/// Particles of other blocks about one.
+/// Particles of other blocks about one; those that move with it come first.
 pub(super) struct Surroundings<const D: usize> {
     pub positions: Positions<D>,
     pub holds: Vec<Hold>,
+    whose: Vec<Whose>,
+}
+
+/// The block that a particle is of, and its place there.
+#[derive(Debug, Clone, Copy)]
+struct Whose {
+    block: usize,
+    place: usize,
 }
 
 impl<'a, const D: usize> Map<'a, D> {
@@ -90,29 +98,43 @@ impl<'a, const D: usize> Map<'a, D> {
         parallel::map(density.len(), |i| self.target.support(density[i], self.ratio).min(largest))
     }
 
-    /// All of which the sums at a block's particles, which are `own`, are made, and those at particles that see these.
+    /// All of which the sums at a block's particles, which are `own`, are made, and those at particles that see these. With an `overlap` those that its
+    /// particles see move with it, and count as its own for what is about them.
     ///
     /// # Errors
     /// Blocks that cannot be read.
-    pub fn about(&self, kept: &Kept, (block, own): (usize, &Positions<D>)) -> Result<Surroundings<D>> {
+    pub fn about(&self, kept: &Kept, (block, own): (usize, &Positions<D>), overlap: bool) -> Result<Surroundings<D>> {
         let domain = self.target.domain;
-        let (positions, support) = self.near(kept, block)?;
+        let Near { positions, support, whose } = self.near(kept, block)?;
         let widened = |h: &[f64]| parallel::map(h.len(), |i| MOVED * h[i]);
-        let seen = Seeing::new(own, &widened(&self.supports(own))).reach(domain, &positions, &widened(&support));
-        let some = |values: &[f64]| values.iter().zip(&seen).filter(|(_, seen)| **seen).map(|(v, _)| *v).collect();
-        let (there, radii): (Positions<D>, Vec<f64>) = (std::array::from_fn(|k| some(&positions[k])), some(&support));
+        let radii = self.supports(own);
+        let is_free = match overlap {
+            true => Seeing::new(own, &radii).reach(domain, &positions, &[]),
+            false => vec![false; support.len()],
+        };
+        let free: Vec<usize> = (0..support.len()).filter(|&i| is_free[i]).collect();
+        let some = |x: &[f64], of: &[usize]| of.iter().map(|&i| x[i]).collect::<Vec<f64>>();
+        let moving: Positions<D> = std::array::from_fn(|k| [own[k].as_slice(), &some(&positions[k], &free)].concat());
+        let radii = [radii, some(&support, &free)].concat();
+        let seen = Seeing::new(&moving, &widened(&radii)).reach(domain, &positions, &widened(&support));
+        let held: Vec<usize> = (0..support.len()).filter(|&i| seen[i] && !is_free[i]).collect();
+        let (there, radii) = (std::array::from_fn(|k| some(&positions[k], &held)), some(&support, &held));
         let by_those = Seeing::new(&there, &radii).reach(domain, &positions, &[]);
-        let kept: Vec<usize> = (0..seen.len()).filter(|&i| seen[i] || by_those[i]).collect();
+        let is_beyond = |i: &usize| by_those[*i] && !seen[*i] && !is_free[*i];
+        let beyond: Vec<usize> = (0..support.len()).filter(is_beyond).collect();
+        let holds = [(Hold::Free, free.len()), (Hold::Held, held.len()), (Hold::Beyond, beyond.len())];
+        let all = [free, held, beyond].concat();
         Ok(Surroundings {
-            positions: std::array::from_fn(|k| kept.iter().map(|&i| positions[k][i]).collect()),
-            holds: kept.iter().map(|&i| if seen[i] { Hold::Held } else { Hold::Beyond }).collect(),
+            positions: std::array::from_fn(|k| some(&positions[k], &all)),
+            holds: holds.into_iter().flat_map(|(hold, count)| std::iter::repeat_n(hold, count)).collect(),
+            whose: all.iter().map(|&i| whose[i]).collect(),
         })
     }
 
-    /// Particles of other blocks that are not far from one, and their support radii.
-    fn near(&self, kept: &Kept, block: usize) -> Result<(Positions<D>, Vec<f64>)> {
-        let (mut positions, mut support): (Positions<D>, _) = (std::array::from_fn(|_| Vec::new()), Vec::new());
-        let (domain, Some(own)) = (self.target.domain, &self.sights[block]) else { return Ok((positions, support)) };
+    /// Particles of other blocks that are not far from one.
+    fn near(&self, kept: &Kept, block: usize) -> Result<Near<D>> {
+        let mut near = Near { positions: std::array::from_fn(|_| Vec::new()), support: Vec::new(), whose: Vec::new() };
+        let (domain, Some(own)) = (self.target.domain, &self.sights[block]) else { return Ok(near) };
         let meets = |other: usize| self.sights[other].as_ref().is_some_and(|s| own.may_meet(domain, s));
         for other in (0..kept.blocks()).filter(|&other| other != block && meets(other)) {
             let there = kept.there::<D>(other)?;
@@ -120,12 +142,20 @@ impl<'a, const D: usize> Map<'a, D> {
             let is_near =
                 parallel::map(radii.len(), |i| own.may_reach(domain, &at(&there.positions, i), FAR * radii[i]));
             for i in (0..radii.len()).filter(|&i| is_near[i]) {
-                support.push(radii[i]);
-                (0..D).for_each(|k| positions[k].push(there.positions[k][i]));
+                near.support.push(radii[i]);
+                near.whose.push(Whose { block: other, place: i });
+                (0..D).for_each(|k| near.positions[k].push(there.positions[k][i]));
             }
         }
-        Ok((positions, support))
+        Ok(near)
     }
+}
+
+/// Particles of other blocks, and their support radii.
+struct Near<const D: usize> {
+    positions: Positions<D>,
+    support: Vec<f64>,
+    whose: Vec<Whose>,
 }
 
 impl<const D: usize> Surroundings<D> {
@@ -134,5 +164,25 @@ impl<const D: usize> Surroundings<D> {
         let all = std::array::from_fn(|k| [own[k].as_slice(), &self.positions[k]].concat());
         let holds = vec![Hold::Free; own[0].len()].into_iter().chain(self.holds.iter().copied()).collect();
         (all, holds)
+    }
+
+    /// Those that move with the block.
+    pub fn free(&self) -> usize {
+        self.holds.iter().take_while(|hold| **hold == Hold::Free).count()
+    }
+
+    /// Those that have moved with the block, by the blocks that they are of, where `all` are this block's `own` particles and these.
+    pub fn moved(&self, all: &Positions<D>, own: usize) -> Vec<Moved<D>> {
+        let mut blocks: Vec<Moved<D>> = Vec::new();
+        // Those of a block follow each other.
+        for (i, &Whose { block, place }) in self.whose[..self.free()].iter().enumerate() {
+            if blocks.last().is_none_or(|last| last.block != block) {
+                blocks.push(Moved { block, places: Vec::new(), positions: std::array::from_fn(|_| Vec::new()) });
+            }
+            let Some(last) = blocks.last_mut() else { continue };
+            last.places.push(place);
+            (0..D).for_each(|k| last.positions[k].push(all[k][own + i]));
+        }
+        blocks
     }
 }
