@@ -273,6 +273,18 @@ pub struct TargetCode {
 }
 
 impl TargetCode {
+    /// What the code is built with for particles in `d` dimensions, fewer than three; empty where one build does for all, none where there is no such build.
+    pub(crate) fn dimension_option(&self, d: usize) -> Option<String> {
+        Some(match (self.sheet.name, d) {
+            ("swift", _) => format!("--with-hydro-dimension={d}"),
+            ("gizmo", _) => format!("BOX_SPATIAL_DIMENSION={d}"),
+            ("gadget2" | "gadget4" | "arepo", 2) => "TWODIMS".into(),
+            ("gadget4" | "arepo", 1) => "ONEDIMS".into(),
+            ("pysph", _) => String::new(),
+            _ => return None,
+        })
+    }
+
     /// By how much of its own weight sheared gas is held up beside its pressure, in units of (S h/c)^2, with the shear S and the smoothing length h: by
     /// the motion into which shear brings particles, and by a viscosity that is larger where they approach. Measured in discs in Phantom (with its defaults
     /// and `disc_viscosity`); 0 where it is not known.

@@ -55,6 +55,7 @@ pub use error::{Error, Result};
 pub use relaxation::Control;
 pub use run::bodies::{place_bodies, run_bodies};
 pub use run::bodies_report::BodiesReport;
+pub use run::destination::write_placed;
 pub use run::pipeline::{place, run};
 pub use run::report::Report;
 pub use scene::Scene;

@@ -1,6 +1,6 @@
 //! Periodic boxes from grids: their edges and their mass are those of what was sampled, to rounding, or the run is refused.
 
-use crate::grids::{CONTAINERS, Container, Grid};
+use crate::grids::{CONTAINERS, Container, Grid, archive, npy};
 use sph_prep::relaxation::Control;
 use sph_prep::{FORMATS, Result, Scene, place};
 use std::f64::consts::TAU;
@@ -141,4 +141,29 @@ fn the_report_says_how_it_was_decided() {
         "{}",
         report.text()
     );
+}
+
+/// An array without axes fills the box that is stated, and nodes that are the middles of cells of the stated box are that.
+#[test]
+fn arrays_fill_the_box_that_is_stated() {
+    let folder = tempfile::tempdir().unwrap();
+    let bare = folder.path().join("bare.npy");
+    std::fs::write(&bare, npy("(4, 5)", &[2.0; 20])).unwrap();
+    let middles = folder.path().join("middles.npz");
+    let line = |n: usize| (0..n).map(|i| 3.0 * i as f64 + 1.5).collect::<Vec<f64>>();
+    let arrays = [("x", npy("(4,)", &line(4))), ("y", npy("(5,)", &line(5))), ("density", npy("(4, 5)", &[2.0; 20]))];
+    archive(&middles, arrays.into_iter());
+    for (file, corners, mass) in
+        [(&bare, "[[-1, 0], [5, 7]]", 84.0), (&bare, "[[0, 0], [1, 1]]", 2.0), (&middles, "[[0, 0], [12, 15]]", 360.0)]
+    {
+        let text = format!(
+            "input: {{file: '{}'}}\ndomain: {{box: {corners}, boundary: reflecting}}\nparticles: 300\npolish: none\nwvt: {{iterations: 0}}\n",
+            file.display()
+        );
+        let scene = Scene::parse(&text).unwrap();
+        let (particles, report) = place(&scene, FORMATS, &Control::default()).unwrap();
+        assert!((report.mass.total / mass - 1.0).abs() < 1e-12, "{corners}: {}", report.mass.total);
+        let box_size = particles.header.box_size;
+        assert!((box_size[0] * box_size[1] * 2.0 / mass - 1.0).abs() < 1e-12, "{corners}: {box_size:?}");
+    }
 }

@@ -1,6 +1,7 @@
 //! What a format can hold.
 
 use crate::magnetic::MagneticUnit;
+use crate::model::RunHeader;
 
 /// What a format can hold, whether or not it is in this build.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
@@ -52,6 +53,18 @@ pub enum FixedCorner {
     Periodic,
     /// Along all axes.
     Everywhere,
+}
+
+impl FixedCorner {
+    /// The lower corner of a file's box where a format has another.
+    pub fn misses(self, header: &RunHeader) -> Option<[f64; 3]> {
+        let is_fixed = match self {
+            Self::Nowhere => false,
+            Self::Periodic => header.periodic.contains(&true),
+            Self::Everywhere => true,
+        };
+        header.box_corner.filter(|corner| is_fixed && *corner != [0.0; 3])
+    }
 }
 
 impl Capabilities {

@@ -61,7 +61,7 @@ pub use error::{FormatError, Result};
 pub use family::{files_of, would_be_lost};
 pub use model::{
     Cells, Column, Coordinates, Geometry, GridAxis, Location, ParticleFile, ParticleTable, RawField, RunHeader,
-    Species, Values, Variable,
+    Species, Values, Variable, WITHOUT_AXES,
 };
 pub use nearest::{did_you_mean, nearest};
 pub use refined::{RefinedAxis, RefinedBlock, RefinedGrid};

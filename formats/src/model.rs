@@ -338,9 +338,12 @@ pub struct RunHeader {
 /// The key of the provenance under which readers of snapshots in several files say which ones those were.
 pub const FILES_KEY: &str = "Files";
 
-/// Keys of the provenance under which readers say what in a file contradicts the rest of it, and what it lacks that codes read.
+/// Keys of the provenance under which readers say what in a file contradicts the rest of it, what it lacks that codes read, and what GADGET's family
+/// and SWIFT alone stop without.
 pub const DOUBT_KEY: &str = "contradiction";
 pub const LACKS_KEY: &str = "lacks";
+pub const LACKS_OF_GADGET_KEY: &str = "lacks of GADGET";
+pub const LACKS_OF_SWIFT_KEY: &str = "lacks of SWIFT";
 
 /// The key of the provenance under which readers say that a snapshot's box expands.
 pub const COSMOLOGY_KEY: &str = "cosmology";
@@ -355,6 +358,9 @@ pub const ADIABATIC_INDEX_KEY: &str = "AdiabaticIndex";
 
 /// The key of the provenance under which a file's gas is said to be a disc whose temperature is that of its place.
 pub const DISC_KEY: &str = "Disc";
+
+/// The key of a field's metadata that says that a grid has no axes of its own: what it has is the box from 0 to 1 along each.
+pub const WITHOUT_AXES: &str = "without axes";
 
 /// The key of a field's metadata under which the adiabatic index of the run is that wrote it.
 pub const FIELD_ADIABATIC_INDEX: &str = "adiabatic index";

@@ -292,6 +292,12 @@ pub fn write_files(
     if let Some(problem) = file.meaningless() {
         return Err(refuse(problem));
     }
+    if let Some(corner) = spec.capabilities.corner.misses(&file.header) {
+        let problem = format!(
+            "the box begins at {corner:?}, and files of the format have it at the origin; move it there first (move_corner_to_origin)"
+        );
+        return Err(refuse(problem));
+    }
     output_files(spec, path, files)?;
     let is_list = spec.stream.is_some_and(|s| s.names.lists(path).is_some());
     if files == 1 && !is_list {

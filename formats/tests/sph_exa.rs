@@ -174,3 +174,39 @@ fn what_the_code_cannot_hold_is_refused() {
     let text = refusal(&|p| p.header.box_size[2] = 2.0);
     assert!(text.contains("within the box"), "{text}");
 }
+
+/// The code starts from temperatures, whatever energies are beside them.
+#[test]
+fn energies_that_contradict_the_temperatures_are_told() {
+    use sph_formats::model::{DOUBT_KEY, LACKS_KEY};
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("a.sphexa");
+    let said = |temperatures: Option<f64>| {
+        let writer = Writer::create(&path).unwrap();
+        {
+            let step = writer.group("Step#0").unwrap();
+            let columns = [("x", 1.0), ("y", 1.0), ("z", 1.0), ("m", 1.0), ("h", 1.0), ("u", 3.0)];
+            for (name, value) in columns.into_iter().chain(temperatures.map(|t| ("temp", t))) {
+                let fill = |rows: std::ops::Range<usize>, out: &mut Vec<f64>| {
+                    out.extend(rows.map(|_| value));
+                    Ok(())
+                };
+                step.dataset(name, 2, 1, 0, fill).unwrap();
+            }
+        }
+        writer.close().unwrap();
+        read(&path)
+            .header
+            .provenance
+            .into_iter()
+            .filter(|(key, _)| key == DOUBT_KEY || key == LACKS_KEY)
+            .collect::<Vec<_>>()
+    };
+    // u mui (gamma - 1) / R with the mui of 10 and the index of 5/3 that hold where nothing is stated.
+    let fits = 3.0 * 10.0 * (2.0 / 3.0) / 8.317e7;
+    assert_eq!(said(Some(fits)), []);
+    let [(_, other)] = said(Some(100.0 * fits)).try_into().unwrap();
+    assert!(other.starts_with("u of particle 0 is 3, but its temp"), "{other}");
+    let [(key, none)] = said(None).try_into().unwrap();
+    assert!(key == LACKS_KEY && none.contains("temp"), "{none}");
+}

@@ -18,7 +18,7 @@ use sph::point_mass::PointMass;
 use sph::sums::support_guess;
 use sph_formats::common::particle_names as names;
 use sph_formats::{ParticleFile, ParticleTable, UnitSystem};
-use values::{header, numbers, values};
+use values::{header, numbers, values, velocities};
 
 /// Particles nearer than this many spacings are one to a code, or a pair.
 const COINCIDENT: f64 = 1e-6;
@@ -30,6 +30,10 @@ const FAR: f64 = 3.0;
 const LARGE_MASS: f64 = 1e19;
 /// A density column may be off by this much: it may be the sum with another kernel.
 const OTHER_DENSITY: f64 = 0.05;
+/// Share of a box that particles fill which has no vacuum.
+const FILLED: f64 = 0.5;
+/// Share of smoothing lengths that may be far off without a word.
+const FEW: f64 = 0.02;
 /// Net forces over gravity that let a body stay still, and that move it.
 const STILL: f64 = 0.01;
 const MOVES: f64 = 0.1;
@@ -53,6 +57,7 @@ pub fn check(file: &ParticleFile, code: &TargetCode) -> Result<Vec<Finding>> {
         values(species, code, &mut findings);
     }
     numbers(file, code, &mut findings);
+    velocities(file, &mut findings);
     for unread in file.species.iter().filter_map(|species| code.unread(species)) {
         add(&mut findings, Level::Warning, "types", unread);
     }
@@ -70,9 +75,16 @@ pub fn check(file: &ParticleFile, code: &TargetCode) -> Result<Vec<Finding>> {
 /// Dimension, box and units.
 fn frame(file: &ParticleFile, code: &TargetCode, findings: &mut Vec<Finding>) {
     let header = &file.header;
-    if header.dimension != 3 && code.sheet.name != "pysph" {
-        let text = format!("is {}; the default build of {} is for 3", header.dimension, code.sheet.title);
-        add(findings, Level::Error, "dimension", text);
+    if header.dimension != 3 {
+        let (d, title) = (header.dimension, code.sheet.title);
+        match code.dimension_option(d).as_deref() {
+            Some("") => {}
+            Some(option) => {
+                let text = format!("is {d}; the default build of {title} is for 3: build it with {option}");
+                add(findings, Level::Warning, "dimension", text);
+            }
+            None => add(findings, Level::Error, "dimension", format!("is {d}, and {title} has 3 alone")),
+        }
     }
     let edges = &header.box_size[..header.dimension];
     let is_cube = edges.iter().all(|e| (e - edges[0]).abs() <= 1e-9 * edges[0]);
@@ -95,20 +107,24 @@ fn frame(file: &ParticleFile, code: &TargetCode, findings: &mut Vec<Finding>) {
         add(findings, Level::Error, "box", text);
         return;
     }
-    for species in file.species.iter().filter(|s| needs_box && s.table.count > 0) {
+    let counts = needs_box || header.periodic != [false; 3];
+    for species in file.species.iter().filter(|s| counts && s.table.count > 0) {
         let Some(x) = species.table.column(names::COORDINATES) else { continue };
         let is_outside = |i: usize| {
             let edge = edges[i % header.dimension];
-            !(x.values.get(i) >= 0.0 && x.values.get(i) < edge)
+            let is_read = needs_box || header.periodic[i % header.dimension];
+            is_read && edge > 0.0 && !(x.values.get(i) >= 0.0 && x.values.get(i) < edge)
         };
         if let Some(i) = (0..x.values.len()).find(|&i| x.values.get(i).is_finite() && is_outside(i)) {
             let level = if isolated { Level::Error } else { Level::Warning };
-            let text = format!(
-                "particle {} is at {}, outside of the box from 0 to {}; {title} stops there unless it runs periodic: shift the body to the middle of a larger box",
-                i / header.dimension,
-                x.values.get(i),
-                edges[i % header.dimension]
-            );
+            let what = match needs_box {
+                true => {
+                    format!("{title} stops there unless it runs periodic: shift the body to the middle of a larger box")
+                }
+                false => "a periodic build moves it to the other side: shift the particles into the box".into(),
+            };
+            let (particle, x, edge) = (i / header.dimension, x.values.get(i), edges[i % header.dimension]);
+            let text = format!("particle {particle} is at {x}, outside of the box from 0 to {edge}; {what}");
             add(findings, level, &named(species, names::COORDINATES), text);
         }
     }
@@ -149,6 +165,10 @@ fn sums<const D: usize>(
     let guess = support(table, code, size, &domain);
     let measured = Measured::new(code.kernel, &domain, &positions, &masses, &guess, neighbors);
     pairs(&measured, &domain, neighbors, findings);
+    if code.sheet.name == "arepo" && D == 3 {
+        let edges = header.box_size.map(|edge| edge / size);
+        vacuum(&measured, &masses, edges.iter().product(), findings);
+    }
     if code.sheet.is_mesh {
         let text =
             format!("is each cell's mass over its volume in {}; what the file says is not read", code.sheet.title);
@@ -193,6 +213,19 @@ pub(crate) fn support<const D: usize>(
         own.filter(|s| s.is_finite() && *s > 0.0).unwrap_or(mean).min(1.0)
     };
     support_guess::<D>(code.kernel_neighbors(D), table.count, spacing)
+}
+
+/// A box of this volume that particles fill for a small part.
+fn vacuum<const D: usize>(measured: &Measured<D>, masses: &[f64], whole: f64, findings: &mut Vec<Finding>) {
+    let volume: f64 = measured.sums.iter().zip(masses).map(|(sums, m)| m / sums.weighted).sum();
+    let share = volume / whole;
+    if share < FILLED {
+        let text = format!(
+            "is filled by particles to {:.0} %, but cells fill all of it: AREPO cannot make a mesh of a body in a vacuum, and ends before its first step; fill the rest (`ambient:`), or take another code",
+            100.0 * share
+        );
+        add(findings, Level::Error, "box", text);
+    }
 }
 
 fn pairs<const D: usize>(measured: &Measured<D>, domain: &Domain<D>, neighbors: f64, findings: &mut Vec<Finding>) {
@@ -255,9 +288,17 @@ fn smoothing<const D: usize>(
             format!("the kernel's radius over {lengths} with {neighbors} neighbors")
         }
     };
-    let text =
-        format!("are {median:.3} times those that {} will find in the median; expected {expected}", code.sheet.title);
+    let title = code.sheet.title;
+    let text = format!("are {median:.3} times those that {title} will find in the median; expected {expected}");
     add(findings, level, "smoothing lengths", text);
+    let strays = ratios.iter().filter(|ratio| !(1.0 / FAR..=FAR).contains(*ratio)).count();
+    if off <= FAR && strays as f64 > FEW * table.count as f64 {
+        let text = format!(
+            "of {strays} of {} particles are off by more than a factor of {FAR}: {title} finds its own slowly, or not at all; expected {expected}",
+            table.count
+        );
+        add(findings, Level::Warning, "smoothing lengths", text);
+    }
 }
 
 /// Point masses with a softening radius, softened as the code does it, in units of a length from a corner and of a mass, with

@@ -3,13 +3,16 @@
 use super::finding::{Finding, Level, add, named};
 use crate::codes::{AS_PLANETARY, TargetCode};
 use sph_formats::common::particle_names as names;
-use sph_formats::model::{COSMOLOGY_KEY, DOUBT_KEY, FILES_KEY, LACKS_KEY};
-use sph_formats::{Column, ParticleFile, ParticleTable, RunHeader, Species};
+use sph_formats::model::{COSMOLOGY_KEY, DOUBT_KEY, FILES_KEY, LACKS_KEY, LACKS_OF_GADGET_KEY, LACKS_OF_SWIFT_KEY};
+use sph_formats::{Column, ParticleFile, ParticleTable, RunHeader, Species, UnitSystem};
 
 /// Masses beyond this contrast fail in codes.
 const CONTRAST: f64 = 1e3;
 /// Masses that differ by more are not the same in single precision.
 const SAME: f64 = 1e-6;
+
+/// Codes that read a header as GADGET does.
+const GADGETS: [&str; 4] = ["gadget2", "gadget4", "gizmo", "arepo"];
 
 /// What the reader saw in the header that codes stop at, or read otherwise than it was meant.
 pub(super) fn header(header: &RunHeader, code: &TargetCode, findings: &mut Vec<Finding>) {
@@ -26,9 +29,18 @@ pub(super) fn header(header: &RunHeader, code: &TargetCode, findings: &mut Vec<F
             "are several of one snapshot, but SWIFT starts from a single one; sph-prep convert FILE NEW joins them";
         add(findings, Level::Error, "files", text);
     }
-    // The others take masses from the table.
-    let is_read = |what: &str| code.sheet.name == "swift" || !what.contains("MassTable");
-    for lacking in of(LACKS_KEY).filter(|what| is_read(what)) {
+    // The others take masses from the table; GADGET-4 has totals of 64 bits.
+    let is_read = |what: &str| match code.sheet.name {
+        "swift" => true,
+        "gadget4" if what.contains("HighWord") => false,
+        _ => what.contains("the header's") || !what.contains("MassTable"),
+    };
+    let own = match code.sheet.name {
+        "swift" => Some(LACKS_OF_SWIFT_KEY),
+        name if GADGETS.contains(&name) => Some(LACKS_OF_GADGET_KEY),
+        _ => None,
+    };
+    for lacking in of(LACKS_KEY).chain(own.into_iter().flat_map(of)).filter(|what| is_read(what)) {
         let text = format!("lacks {lacking}, but {} reads it and stops, or takes zeros; write it", code.sheet.title);
         add(findings, Level::Error, "header", text);
     }
@@ -62,9 +74,7 @@ pub(super) fn values(species: &Species, code: &TargetCode, findings: &mut Vec<Fi
     let materials: &[&str] = if is_planetary && species.part_type == 0 { &[names::MATERIAL_IDS] } else { &[] };
     for name in needed(species.part_type, code).iter().chain(materials).filter(|name| !has(name)) {
         let text = format!("is missing, but {title} needs it: it would stop, or take zeros; write it");
-        // Codes call by their own name what stands for it.
-        let name = if *name == names::SUPPORT_RADIUS { names::SMOOTHING_LENGTH } else { name };
-        add(findings, Level::Error, &named(species, name), text);
+        add(findings, Level::Error, &named(species, as_in_files(name)), text);
     }
     if table.materials().is_some() && !is_planetary {
         let text = format!("are not read by {title} ({}), which takes all of it for an ideal gas", code.scheme.name);
@@ -73,13 +83,36 @@ pub(super) fn values(species: &Species, code: &TargetCode, findings: &mut Vec<Fi
     for column in &table.columns {
         if let Some((particle, value)) = first(column, |v| !v.is_finite()) {
             let text = format!("is {value} at particle {particle}, expected finite numbers");
-            add(findings, Level::Error, &named(species, &column.name), text);
+            add(findings, Level::Error, &named(species, as_in_files(&column.name)), text);
         }
     }
     positive(species, findings);
     if let Some(masses) = table.column(names::MASSES) {
         of_masses(species, masses, code, findings);
     }
+}
+
+/// Velocities that no matter has.
+pub(super) fn velocities(file: &ParticleFile, findings: &mut Vec<Finding>) {
+    let units = &file.header.units;
+    if *units == UnitSystem::CODE {
+        return;
+    }
+    for species in &file.species {
+        let Some(column) = species.table.column(names::VELOCITIES) else { continue };
+        if let Some((particle, value)) = first(column, |v| v.abs() * units.length / units.time > LIGHT) {
+            let text = format!("are {value} at particle {particle}, faster than light in the file's units; check them");
+            add(findings, Level::Warning, &named(species, names::VELOCITIES), text);
+        }
+    }
+}
+
+/// The speed of light in cm/s.
+const LIGHT: f64 = 2.997_924_58e10;
+
+/// A column's name: codes call by their own what stands for the support radius.
+fn as_in_files(name: &str) -> &str {
+    if name == names::SUPPORT_RADIUS { names::SMOOTHING_LENGTH } else { name }
 }
 
 /// Columns that have no meaning where they are not positive.
@@ -91,7 +124,7 @@ fn positive(species: &Species, findings: &mut Vec<Finding>) {
         if let Some((particle, value)) = first(column, |v| v <= 0.0 && v.is_finite()) {
             let text =
                 format!("is {value} at particle {particle}, expected positive numbers; codes end in NaN or hang");
-            add(findings, Level::Error, &named(species, &column.name), text);
+            add(findings, Level::Error, &named(species, as_in_files(&column.name)), text);
         }
     }
 }

@@ -6,11 +6,12 @@ use super::files::{particles, particles_in};
 use super::progress::Progress;
 use crate::error::{Error, Result};
 use crate::input::support::support_radii;
+use crate::run::destination::meet_corner;
 use crate::run::destination::{refuse_replacing, refuse_units_that_look_pure};
 use crate::scene::system_of;
 use sph_formats::common::particle_names as names;
-use sph_formats::model::{COSMOLOGY_KEY, DOUBT_KEY, FILES_KEY, LACKS_KEY};
-use sph_formats::{Column, FormatSpec, ParticleFile, UnitSystem, registry, registry::FixedCorner};
+use sph_formats::model::{COSMOLOGY_KEY, DOUBT_KEY, FILES_KEY, LACKS_KEY, LACKS_OF_GADGET_KEY, LACKS_OF_SWIFT_KEY};
+use sph_formats::{Column, FormatSpec, ParticleFile, UnitSystem, registry};
 
 /// Relative change of a column that is more than the rounding to f32.
 const ROUNDING: f64 = 1e-6;
@@ -35,7 +36,7 @@ pub fn convert(formats: &[FormatSpec], args: &ConvertArgs) -> Result<Vec<String>
     let mut file = particles_in(formats, &args.from, args.format.as_deref(), args.open)?;
     notes.extend(file.header.take(DOUBT_KEY));
     notes.extend(file.header.take(COSMOLOGY_KEY));
-    file.header.take(LACKS_KEY);
+    [LACKS_KEY, LACKS_OF_GADGET_KEY, LACKS_OF_SWIFT_KEY].into_iter().for_each(|key| drop(file.header.take(key)));
     name_units(&mut file.header.units, args)?;
     if let Some(name) = &args.units {
         refuse_units_that_look_pure(target, "--units", name)?;
@@ -50,7 +51,7 @@ pub fn convert(formats: &[FormatSpec], args: &ConvertArgs) -> Result<Vec<String>
     }
     notes.extend(no_numbers(&file));
     notes.extend(no_masses(&file));
-    notes.extend(moved_into_box(&mut file, target));
+    notes.extend(meet_corner(&mut file, target));
     progress.begin("support radii");
     notes.extend(support_radii(&args.from, &mut file));
     let options = args.encoding.options();
@@ -83,20 +84,6 @@ fn no_numbers(file: &ParticleFile) -> Vec<String> {
 fn no_masses(file: &ParticleFile) -> Vec<String> {
     let lacking = file.species.iter().filter(|s| s.table.column(names::MASSES).is_none());
     lacking.map(|s| format!("the {} particles of type {} have no masses", s.table.count, s.part_type)).collect()
-}
-
-/// Counts coordinates from the corner of the box where the target demands that; a note where they did not.
-fn moved_into_box(file: &mut ParticleFile, target: &FormatSpec) -> Option<String> {
-    let corner = file.header.box_corner.filter(|corner| *corner != [0.0; 3])?;
-    let is_fixed = match target.capabilities.corner {
-        FixedCorner::Nowhere => false,
-        FixedCorner::Periodic => file.header.periodic.contains(&true),
-        FixedCorner::Everywhere => true,
-    };
-    is_fixed.then(|| {
-        file.move_corner_to_origin();
-        format!("the corner of the box was moved from {corner:?} to the origin, where '{}' has it", target.name)
-    })
 }
 
 /// Gives a file without units those that are asked for. Pure numbers cannot be expressed in others.

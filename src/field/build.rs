@@ -17,7 +17,7 @@ use super::voronoi::Voronoi;
 use super::{FieldOptions, Interpolation, Missing, Source};
 use crate::error::{Error, Result};
 use sph::domain::{Axis, Domain, Region, Wall};
-use sph_formats::{Cells, Coordinates, Geometry, Location, RawField, Variable, plain_name};
+use sph_formats::{Cells, Coordinates, Geometry, Location, RawField, Variable, WITHOUT_AXES, plain_name};
 use std::path::Path;
 use std::sync::Arc;
 
@@ -81,7 +81,19 @@ fn in_file(error: Error, path: &Path) -> Error {
     }
 }
 
-fn build<const D: usize>(raw: RawField, options: &FieldOptions<D>) -> Result<Source<D>> {
+/// Gives a grid without axes of its own the box that the scene states.
+fn fill_box<const D: usize>(raw: &mut RawField, stated: Option<&[[f64; D]; 2]>) {
+    let is_free = raw.metadata.iter().any(|(key, _)| key == WITHOUT_AXES);
+    if let (true, Some([lo, hi]), Geometry::Grid { axes, .. }) = (is_free, stated, &mut raw.geometry) {
+        for (axis, (lo, hi)) in axes.iter_mut().zip(lo.iter().zip(hi)) {
+            let places = axis.nodes.iter_mut().chain(axis.bounds.iter_mut().flatten());
+            places.for_each(|x| *x = lo + (hi - lo) * *x);
+        }
+    }
+}
+
+fn build<const D: usize>(mut raw: RawField, options: &FieldOptions<D>) -> Result<Source<D>> {
+    fill_box(&mut raw, options.stated_box.as_ref());
     if matches!(raw.geometry, Geometry::Surface { .. }) {
         return surface(&raw.path, raw.geometry, options, Vec::new());
     }

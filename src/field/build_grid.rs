@@ -1,14 +1,14 @@
 //! Sources from rectilinear grids.
 
 use super::build_input::{Input, Repeats, check_ascending};
-use super::centering::{Known, cell_axis, even_step, periodic_axis};
+use super::centering::{Known, SLACK, cell_axis, even_step, periodic_axis};
 use super::check::point_text;
 use super::curvilinear::{Curvilinear, check_faces};
 use super::geographic::Geographic;
 use super::grid::Grid;
 use super::grid_axis::AxisTable;
 use super::stepped::Stepped;
-use super::{Centering, Interpolation, Period, ScalarField, Source};
+use super::{Centering, FieldOptions, Interpolation, Period, ScalarField, Source};
 use crate::error::{Error, Result};
 use sph_formats::common::particle_names as names;
 use sph_formats::{Coordinates, GridAxis, Location, Values, Variable};
@@ -39,6 +39,9 @@ pub(crate) fn cartesian<const D: usize>(mut input: Input<'_, D>, axes: &[GridAxi
                         Ok(table)
                     }
                     (period, Centering::Cells) if is_open_question => cell_axis((&axis.name, &axis.nodes), period),
+                    (None, Centering::Unknown) if is_open_question && is_box_of_cells(options, k, axis) => {
+                        cell_axis((&axis.name, &axis.nodes), None)
+                    }
                     (period, _) => axis_table(&name, axis, location, period),
                 }
             })
@@ -96,9 +99,19 @@ fn mass_of_cells(density: &Variable, axes: &[GridAxis]) -> Option<f64> {
     (mass > 0.0).then_some(mass)
 }
 
+/// Whether the scene's box ends half a step beyond the nodes of an axis, as cells about them do.
+fn is_box_of_cells<const D: usize>(options: &FieldOptions<D>, k: usize, axis: &GridAxis) -> bool {
+    let (Some([lo, hi]), Some(step)) = (options.stated_box, even_step(&axis.nodes)) else { return false };
+    let ends = [(lo[k], axis.nodes[0] - 0.5 * step), (hi[k], axis.nodes[axis.nodes.len() - 1] + 0.5 * step)];
+    ends.iter().all(|(stated, face)| (stated - face).abs() <= SLACK * step)
+}
+
 /// What is said of values of which nobody says whether they are those of cells or of nodes, and which count as the latter.
 fn ends_at_nodes<const D: usize>(input: &Input<'_, D>, axes: &[GridAxis], centering: Centering) -> Option<String> {
-    let is_open = |k: usize| input.options.periodic[k].is_none() && axes[k].bounds.is_none() && axes[k].nodes.len() > 1;
+    let is_open = |k: usize| {
+        let is_asked = input.options.periodic[k].is_none() && axes[k].bounds.is_none() && axes[k].nodes.len() > 1;
+        is_asked && !is_box_of_cells(input.options, k, &axes[k])
+    };
     let open: Vec<usize> = (0..D).filter(|&k| is_open(k)).collect();
     if centering != Centering::Unknown || input.density.location == Location::Cell || open.is_empty() {
         return None;

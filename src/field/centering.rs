@@ -11,7 +11,7 @@ use crate::error::{Error, Result};
 
 /// Steps may differ by this fraction of themselves, and nodes lie so far from where they should be, in steps: coordinates may
 /// be stored in f32.
-const SLACK: f64 = 1e-3;
+pub(crate) const SLACK: f64 = 1e-3;
 /// Lengths that a scene states agree with those of the grid to this.
 const STATED: f64 = 1e-6;
 

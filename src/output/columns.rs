@@ -61,6 +61,10 @@ pub fn check_finite(columns: &[Column]) -> Result<()> {
             let problem = format!("is {value} at particle {particle}, expected a finite number at each");
             return Err(Error::field(&column.name, problem));
         }
+        if let Some(i) = values.iter().position(|v| column.name == names::TEMPERATURE && *v < 0.0) {
+            let problem = format!("is {} at particle {i}, expected one above absolute zero", values[i]);
+            return Err(Error::field(&column.name, problem));
+        }
         if let Some(i) = values.iter().position(|v| column.name == names::DUST_FRACTION && !(0.0..1.0).contains(v)) {
             let problem =
                 format!("is {} at particle {i}, expected a part of the mass, from 0 to less than 1", values[i]);

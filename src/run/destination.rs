@@ -255,6 +255,32 @@ pub fn intended_format<'f>(scene: &Scene, formats: &'f [FormatSpec]) -> Result<O
     Ok(Some(format))
 }
 
+/// Counts coordinates from the corner of the box where the target demands that; a note where they did not.
+pub fn meet_corner(file: &mut ParticleFile, target: &FormatSpec) -> Option<String> {
+    let corner = target.capabilities.corner.misses(&file.header)?;
+    file.move_corner_to_origin();
+    Some(format!("the corner of the box was moved from {corner:?} to the origin, where '{}' has it", target.name))
+}
+
+/// Writes particles in the format that is named, else in that of the scene that placed them, of its code, or of the file's name; returns what there is to
+/// note.
+///
+/// # Errors
+/// Those of [`sph_formats::write()`]; a name that is one of another kind than the code's files.
+pub fn write_placed(
+    formats: &[FormatSpec],
+    (path, format): (&Path, Option<&str>),
+    (file, scene): (&mut ParticleFile, Option<&Scene>),
+    options: WriteOptions,
+) -> Result<Vec<String>> {
+    let stated = format.or(scene.and_then(|scene| scene.output.format.as_deref()));
+    let code = scene.and_then(Scene::code);
+    let format = format_for(code.as_ref(), formats, (path, stated))?;
+    let notes = meet_corner(file, format).into_iter().collect();
+    sph_formats::write(formats, path, Some(format.name), file, options)?;
+    Ok(notes)
+}
+
 fn output_format<'f>(scene: &Scene, formats: &'f [FormatSpec], output: &Path) -> Result<&'f FormatSpec> {
     format_for(scene.code().as_ref(), formats, (output, scene.output.format.as_deref()))
 }

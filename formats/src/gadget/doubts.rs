@@ -2,10 +2,16 @@
 //! starts from them stops, or counts other particles.
 
 use crate::common::hdf5_read::Attributes;
-use crate::model::{DOUBT_KEY, LACKS_KEY};
+use crate::model::{DOUBT_KEY, LACKS_KEY, LACKS_OF_GADGET_KEY, LACKS_OF_SWIFT_KEY};
 
 /// Attributes of the header that SWIFT and all of GADGET's family read, beside the counts of the file.
 const READ_BY_CODES: [&str; 2] = ["NumPart_Total", "NumPart_Total_HighWord"];
+/// Those that GADGET's family alone stops without.
+const READ_BY_GADGET: [&str; 6] =
+    ["NumPart_ThisFile", "MassTable", "Time", "Redshift", "NumFilesPerSnapshot", "BoxSize"];
+
+/// That which SWIFT alone stops without.
+const READ_BY_SWIFT: &str = "Flag_Entropy_ICs";
 
 /// Keys and texts for the provenance, of a file with so many particles of each type. `totals` are those in all files of the snapshot.
 pub(super) fn of_header(
@@ -20,6 +26,12 @@ pub(super) fn of_header(
         if header.numbers(name).is_none() {
             add(LACKS_KEY, format!("the header's {name}"));
         }
+    }
+    if header.numbers(READ_BY_SWIFT).is_none() {
+        add(LACKS_OF_SWIFT_KEY, format!("the header's {READ_BY_SWIFT}"));
+    }
+    for name in READ_BY_GADGET.into_iter().filter(|name| header.numbers(name).is_none()) {
+        add(LACKS_OF_GADGET_KEY, format!("the header's {name}"));
     }
     if let Some(totals) = totals.filter(|_| files == 1) {
         let of = |all: &[f64], i: usize| all.get(i).copied().unwrap_or(0.0);

@@ -4,7 +4,7 @@ use super::npy::{Array, Content, transposed};
 use super::schema::NAME;
 use crate::common::curvilinear::{Along, complete};
 use crate::error::{FormatError, Result};
-use crate::model::{Coordinates, Geometry, GridAxis, Location, RawField, Values, Variable};
+use crate::model::{Coordinates, Geometry, GridAxis, Location, RawField, Values, Variable, WITHOUT_AXES};
 use crate::particle_names;
 use crate::registry::{FieldRequest, FileContent};
 use std::path::Path;
@@ -39,7 +39,8 @@ pub(super) fn grid(path: &Path, request: &FieldRequest, arrays: Vec<(String, Arr
     let found = axes(path, &arrays, (name, &shape))?;
     let (mut geometry, named) = (found.geometry, found.names);
     let mut notes = vec![match named.as_slice() {
-        [] => "the array is a grid of equal cells in the box from 0 to 1, its first index along x".to_owned(),
+        [] => "the array is a grid of equal cells, its first index along x, in the box from 0 to 1 unless another is stated"
+            .to_owned(),
         some => format!("the axes are those of the arrays {}", some.join(", ")),
     }];
     notes.extend(found.notes);
@@ -82,7 +83,7 @@ pub(super) fn grid(path: &Path, request: &FieldRequest, arrays: Vec<(String, Arr
         geometry,
         variables,
         density,
-        metadata: Vec::new(),
+        metadata: if named.is_empty() { vec![(WITHOUT_AXES.to_owned(), String::new())] } else { Vec::new() },
         notes,
     }))
 }

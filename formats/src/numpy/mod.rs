@@ -9,7 +9,7 @@
 //! | `.npz` | with those, arrays of one more index of 2 or 3, the last | vectors |
 //! | `.npy` | one array in 1 to 3 dimensions | grid of its density |
 //!
-//! Grids: the first index is x; without axes of their own, the values are averages of equal cells that fill the box from 0
+//! Grids: the first index is x; without axes of their own, the values are averages of equal cells that fill the box of the scene, else that from 0
 //! to 1; axes of length 1 are dropped. Particles are written with positions in f8 and the rest in f4 (or f8), and with a text array `header`
 //! for units, box, kernel and provenance. Numbers of 16 bits to 64 bits in both byte orders and both index orders are
 //! read; structured arrays and pickled objects are refused.

@@ -6,8 +6,7 @@ use crate::common::facts::Facts;
 use crate::common::hdf5_read::{Attributes, Reader, Shape};
 use crate::common::snapshot::OWN_GROUP;
 use crate::error::Result;
-use crate::model::{ADIABATIC_INDEX_KEY, adiabatic_fact};
-use crate::model::{ParticleFile, Values};
+use crate::model::{ADIABATIC_INDEX_KEY, DOUBT_KEY, LACKS_KEY, ParticleFile, Values, adiabatic_fact};
 use crate::particle_names as names;
 use crate::registry::{FieldRequest, FileContent};
 use crate::units::UnitDimension;
@@ -34,6 +33,7 @@ pub fn read(path: &Path, _request: &FieldRequest) -> Result<FileContent> {
         _ => return Err(file.input(format!("dataset '{group}/x'"), "it is not a list of numbers, one per particle")),
     };
     check_lengths(&file, &group, &datasets, count, attributes.number("numParticlesGlobal"))?;
+    facts.provenance.extend(temperatures(&mut datasets, &attributes));
     let mut arrays = Vec::new();
     let mut exponents = Vec::new();
     for (name, content) in datasets.drain(..) {
@@ -77,12 +77,44 @@ fn last_step(file: &Reader) -> Result<String> {
     })
 }
 
-/// The datasets of a step that do not follow from others; `None` where one is no table of numbers.
-fn read_datasets(file: &Reader, group: &str) -> Result<Vec<(String, Option<(Shape, Values)>)>> {
+/// A dataset's name and its content; `None` where it is no table of numbers.
+type Dataset = (String, Option<(Shape, Values)>);
+
+/// Leaves the temperatures out that follow from energies; says where they do not, or where there are none, from which the code starts.
+fn temperatures(datasets: &mut Vec<Dataset>, attributes: &Attributes) -> Option<(String, String)> {
+    if !datasets.iter().any(|(name, _)| name == "u") {
+        return None;
+    }
+    let Some(place) = datasets.iter().position(|(name, _)| name == "temp") else {
+        return Some((LACKS_KEY.into(), "the dataset temp, which u does not stand for".into()));
+    };
+    let (_, t) = datasets.remove(place).1?;
+    let (_, u) = datasets.iter().find(|(name, _)| name == "u")?.1.as_ref()?;
+    let capacity = capacity(attributes);
+    let differs = |i: &usize| !((capacity * t.get(*i) - u.get(*i)).abs() <= SAME * u.get(*i).abs());
+    let i = (0..u.len().min(t.len())).find(differs)?;
+    let text = format!(
+        "u of particle {i} is {}, but its temp is {}, from which the code starts and which gives {}; read is u",
+        u.get(i),
+        t.get(i),
+        capacity * t.get(i)
+    );
+    Some((DOUBT_KEY.into(), text))
+}
+
+/// Energies and temperatures in single precision are the same that differ by less.
+const SAME: f64 = 1e-4;
+
+/// Energy per temperature, as the step's attributes say.
+fn capacity(attributes: &Attributes) -> f64 {
+    let known = |key: &str, default: f64| attributes.number(key).filter(|x| x.is_finite()).unwrap_or(default);
+    heat_capacity(known("gamma", GAMMA), known("muiConst", MUI))
+}
+
+/// The datasets of a step that do not follow from others.
+fn read_datasets(file: &Reader, group: &str) -> Result<Vec<Dataset>> {
     let mut names = file.datasets(group)?;
-    let energies = names.iter().any(|n| n == "u");
-    let follows = |name: &str| DISPLACEMENTS.contains(&name) || (energies && name == "temp");
-    names.retain(|name| !follows(name));
+    names.retain(|name| !DISPLACEMENTS.contains(&name.as_str()));
     let read = |name: String| file.numbers(&format!("{group}/{name}")).map(|content| (name, content));
     let mut datasets: Vec<_> = names.into_iter().map(read).collect::<Result<_>>()?;
     // Columns that our writer fills in say nothing.
@@ -95,13 +127,7 @@ fn read_datasets(file: &Reader, group: &str) -> Result<Vec<(String, Option<(Shap
 }
 
 /// The code's own columns are as long as there are particles, and positions have all three components.
-fn check_lengths(
-    file: &Reader,
-    group: &str,
-    datasets: &[(String, Option<(Shape, Values)>)],
-    count: usize,
-    stated: Option<f64>,
-) -> Result<()> {
+fn check_lengths(file: &Reader, group: &str, datasets: &[Dataset], count: usize, stated: Option<f64>) -> Result<()> {
     if let Some(n) = stated.filter(|n| *n != count as f64) {
         let problem = format!("it has {count} rows, but attribute numParticlesGlobal counts {n} particles");
         return Err(file.input(format!("dataset '{group}/x'"), problem));
@@ -137,11 +163,7 @@ fn meaning(name: &str, values: Values, attributes: &Attributes) -> (String, Valu
     match name {
         "h" => (names::SUPPORT_RADIUS.into(), times(SUPPORT)),
         "m" => (names::MASSES.into(), values),
-        "temp" => {
-            let known = |key: &str, default: f64| attributes.number(key).filter(|x| x.is_finite()).unwrap_or(default);
-            let capacity = heat_capacity(known("gamma", GAMMA), known("muiConst", MUI));
-            (names::INTERNAL_ENERGY.into(), times(capacity))
-        }
+        "temp" => (names::INTERNAL_ENERGY.into(), times(capacity(attributes))),
         "p" => (names::PRESSURE.into(), values),
         name => (name.into(), values),
     }

@@ -93,11 +93,7 @@ CellMaxAngleFactor 2.25
     pub(super) fn arepo_config(&self) -> String {
         let header = &self.file.header;
         let mut text = self.head("#", &format!("make CONFIG={}.Config.sh", self.stem));
-        text += match header.dimension {
-            1 => "ONEDIMS\n",
-            2 => "TWODIMS\n",
-            _ => "",
-        };
+        text.extend(self.dimension_option().map(|option| option + "\n"));
         let axes = ["X", "Y", "Z"].into_iter().zip(self.edges()).zip(header.periodic);
         for ((axis, edge), is_periodic) in axes {
             if *edge != header.box_size[0] {

@@ -88,11 +88,7 @@ InitGasTemp 0
         }
         text += if self.gravity.is_some() { "SELFGRAVITY\n" } else { "" };
         text += if self.file.header.periodic.contains(&true) { "PERIODIC\n" } else { "" };
-        text += match self.file.header.dimension {
-            1 => "ONEDIMS\n",
-            2 => "TWODIMS\n",
-            _ => "",
-        };
+        text.extend(self.dimension_option().map(|option| option + "\n"));
         if self.gamma() != ADIABATIC_INDEX {
             let _ = writeln!(text, "GAMMA={}", self.gamma());
         }

@@ -83,9 +83,7 @@ MinGasTemp 0
         };
         let _ = writeln!(text, "KERNEL_FUNCTION={}", function(self.code.kernel));
         let _ = writeln!(text, "EOS_GAMMA=({})", self.gamma());
-        if header.dimension < 3 {
-            let _ = writeln!(text, "BOX_SPATIAL_DIMENSION={}", header.dimension);
-        }
+        text.extend(self.dimension_option().map(|option| option + "\n"));
         text += if self.gravity.is_some() { "ADAPTIVE_GRAVSOFT_FORGAS\n" } else { "SELFGRAVITY_OFF\n" };
         if self.gravity.is_some() && self.code.scheme.name.ends_with("-sph") {
             // Its conductivity is driven by differences of pressure, which hold a body: a star cools in the middle and falls together.
