@@ -6,6 +6,7 @@ import html
 import json
 import os
 import tempfile
+import warnings
 from collections.abc import Iterator
 from typing import Any
 
@@ -13,6 +14,9 @@ import numpy as np
 
 from . import _core
 from ._picture import picture
+
+#: Folders that are removed when Python ends.
+_FOLDERS: list[tempfile.TemporaryDirectory[str]] = []
 
 #: Dimensions as exponents of length, mass, time and temperature.
 _NONE = (0, 0, 0, 0)
@@ -106,31 +110,39 @@ class Particles:
 
     # -- units
 
-    def exponents(self, name: str, kind: int = 0) -> tuple[int, int, int, int]:
-        """Exponents of length, mass, time and temperature in a column's unit; of what was added, none."""
+    def exponents(self, name: str, kind: int | None = None) -> tuple[int, int, int, int]:
+        """Exponents of length, mass, time and temperature in a column's unit; of what was added, none. ``kind`` is the type of particle, as in
+        ``species``: by default the gas, or the first type where there is none."""
+        if kind is None:
+            kind = 0 if 0 in self.species or not self.species else next(iter(self.species))
         return self._exponents.get((kind, name), _NONE)  # type: ignore[return-value]
 
-    def to_cgs(self, name: str) -> float:
+    def to_cgs(self, name: str, kind: int | None = None) -> float:
         """What one of the column's numbers is in cgs."""
         units = self.header["units"]
         scales = (units["length"], units["mass"], units["time"], units["temperature"])
-        return float(np.prod([scale**e for scale, e in zip(scales, self.exponents(name))]))
+        return float(np.prod([scale**e for scale, e in zip(scales, self.exponents(name, kind))]))
 
-    def unyt(self, name: str) -> Any:
-        """A column as an array of ``unyt``, in cgs."""
+    def _in_cgs(self, name: str, kind: int | None) -> np.ndarray:
+        """In double precision: masses of galaxies in grams are beyond single."""
+        column = self[name] if kind is None else self.species[kind][name]
+        return column.astype(float) * self.to_cgs(name, kind)
+
+    def unyt(self, name: str, kind: int | None = None) -> Any:
+        """A column of a type as an array of ``unyt``, in cgs."""
         import unyt
 
-        length, mass, time, temperature = self.exponents(name)
+        length, mass, time, temperature = self.exponents(name, kind)
         unit = unyt.cm**length * unyt.g**mass * unyt.s**time * unyt.K**temperature
-        return unyt.unyt_array(self[name] * self.to_cgs(name), unit)
+        return unyt.unyt_array(self._in_cgs(name, kind), unit)
 
-    def astropy(self, name: str) -> Any:
-        """A column as a quantity of ``astropy``, in cgs."""
+    def astropy(self, name: str, kind: int | None = None) -> Any:
+        """A column of a type as a quantity of ``astropy``, in cgs."""
         from astropy import units
 
-        length, mass, time, temperature = self.exponents(name)
+        length, mass, time, temperature = self.exponents(name, kind)
         unit = units.cm**length * units.g**mass * units.s**time * units.K**temperature
-        return units.Quantity(self[name] * self.to_cgs(name), unit)
+        return units.Quantity(self._in_cgs(name, kind), unit)
 
     # -- files and codes
 
@@ -141,10 +153,13 @@ class Particles:
         ]
 
     def write(
-        self, path: str | os.PathLike[str], format: str | None = None, *, double: bool = False, compression: int = 4
+        self, path: str | os.PathLike[str], format: str | None = None, *, double: bool | None = None, compression: int = 4
     ) -> None:
-        """Writes a file in the format of its extension, or in the one named (``sph-prep formats`` lists them)."""
-        _core.write(os.fspath(path), self.header, self._data(), format, double, compression)
+        """Writes a file in the format named (``sph-prep formats`` lists them), else in that of the scene, of its target code, or of the file's extension.
+        ``double`` is by default what the scene says. A warning says where coordinates had to be moved: codes have the corner of the box at the origin."""
+        path = os.fspath(path)
+        for note in _core.write(path, self.header, self._data(), self.scene, format, (double, compression)):
+            warnings.warn(note, stacklevel=2)
 
     def check(self, code: str) -> list[dict[str, str]]:
         """What a simulation code will make of the particles: a list of ``level``, ``what`` and ``text``."""
@@ -189,29 +204,30 @@ class Particles:
 
     def to_swiftsimio(self, path: str | os.PathLike[str] | None = None) -> Any:
         """The particles as a data set of ``swiftsimio``, which reads files: a SWIFT file is written to ``path``, or to a folder that is removed
-        with the data set. SWIFT's gas has internal energies: carry a pressure or the like, or set ``thermal``."""
+        when Python ends. SWIFT's gas has internal energies: carry a pressure or the like, or set ``thermal``."""
         import swiftsimio
 
-        kept = None if path is not None else tempfile.TemporaryDirectory(prefix="sph-prep-")
-        file = os.fspath(path) if path is not None else os.path.join(kept.name, "particles.hdf5")
-        self.write(file, "swift")
-        data = swiftsimio.load(file)
-        data._sph_prep_folder = kept
-        return data
+        if path is None:
+            # Columns are read when they are asked for, be the data set there or not.
+            _FOLDERS.append(tempfile.TemporaryDirectory(prefix="sph-prep-"))
+            path = os.path.join(_FOLDERS[-1].name, "particles.hdf5")
+        self.write(path, "swift")
+        return swiftsimio.load(os.fspath(path))
 
     def to_pynbody(self) -> Any:
-        """The gas as a snapshot of ``pynbody``."""
+        """The gas as a snapshot of ``pynbody``, or the first type as its dark matter where there is no gas."""
         import pynbody
 
         units = self.header["units"]
-        snapshot = pynbody.new(gas=len(self))
+        family = "gas" if 0 in self.species else "dm"
+        snapshot = pynbody.new(**{family: len(self)})
         snapshot["pos"][:, : self.dimension] = self.positions
         snapshot["vel"][:, : self.dimension] = self.velocities
         snapshot["mass"] = self.masses
         snapshot["pos"].units = pynbody.units.Unit(f"{units['length']:.15e} cm")
         snapshot["vel"].units = pynbody.units.Unit(f"{units['length'] / units['time']:.15e} cm s^-1")
         snapshot["mass"].units = pynbody.units.Unit(f"{units['mass']:.15e} g")
-        if "Density" in self:
+        if "Density" in self and family == "gas":
             snapshot.gas["rho"] = self.density
             unit = f"{units['mass'] / units['length'] ** self.dimension:.15e} g cm^-{self.dimension}"
             snapshot.gas["rho"].units = pynbody.units.Unit(unit)

@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import contextlib
+import errno
 import json
 import os
+import re
 import tempfile
 import warnings
 from collections.abc import Callable, Iterator, Mapping
@@ -31,8 +33,8 @@ class Scene:
     """A scene: the keys of the program's YAML files, checked as they are set.
 
     Arguments:
-        source: a dictionary of keys, YAML as a text, or the path of a YAML file.
-        keys: further keys, which win over those of ``source``.
+        source: a dictionary of keys, YAML as a text, or the path of a YAML file, from whose folder its relative paths count.
+        keys: further keys, which win over those of ``source``; of sections, key by key.
 
     >>> scene = Scene({"input": {"expression": "1 + x"}}, domain={"box": [[0], [1]]}, particles=50)
     >>> len(scene.place())
@@ -42,20 +44,20 @@ class Scene:
     def __init__(self, source: Mapping[str, Any] | str | os.PathLike[str] | None = None, **keys: Any) -> None:
         keys = {_KEYS.get(key, key): value for key, value in keys.items()}
         if source is None or isinstance(source, Mapping):
-            text = _to_json({**(source or {}), **keys})
+            text = _to_json(source or {})
         else:
             is_path = isinstance(source, os.PathLike) or str(source).endswith((".yaml", ".yml"))
-            text = Path(source).read_text() if is_path else str(source)
-            if keys:
-                # Keys that follow win; the core knows them all.
-                text = _core.scene_with(text, _to_json(keys))
+            text = _core.scene_of_file(os.fspath(source)) if is_path else str(source)
+        if keys:
+            # Keys that follow win; the core knows them all.
+            text = _core.scene_with(text, _to_json(keys))
         self._text = text
         self.yaml = _core.scene_yaml(text)
         """The scene with all that it sets."""
 
     def place(self, progress: Callable[[str], Any] | None = None) -> Particles:
         """Places the particles. ``progress`` is called with a line of text several times a second. The page that ``output.report`` names is
-        written; ``output.file`` is not: :meth:`Particles.write` does that.
+        written; ``output.file`` and ``output.parameters`` are not, and a note of the report says so: :meth:`Particles.write` writes files.
 
         Raises:
             SceneError: the scene asks for something impossible or contradictory.
@@ -127,6 +129,9 @@ def place(
     return particles
 
 
+#: What is taken for the name of a file: no expression ends so.
+_FILE = re.compile(r"[\w./\\~ -]*\.[A-Za-z][A-Za-z0-9]{0,5}")
+
 #: Arguments that are keys at the top of a scene.
 _TOP = {"n": "particles", "kernel": "kernel", "neighbors": "neighbors", "target_code": "target_code"}
 
@@ -144,9 +149,14 @@ def scene_of(
             domain["box"] = _plain(named["box"])
         if named.get("ball") is not None:
             domain["ball"] = _plain(named["ball"])
-        periodic = named.get("periodic")
+        periodic = _plain(named.get("periodic"))
         if periodic is not None:
             flags = periodic if isinstance(periodic, (list, tuple)) else [periodic]
+            if not all(isinstance(flag, bool) for flag in flags):
+                raise _core.SceneError(
+                    f"periodic: is {periodic!r}; expected True or False, or one of these for each axis. Other walls go into "
+                    "domain={'boundary': ...}"
+                )
             domain["boundary"] = ["periodic" if flag else "open" for flag in flags]
         given = dict(scene.pop("input", {}))
         made, sampling = _input(density, domain, named.get("samples"), stack)
@@ -174,7 +184,11 @@ def _input(
     if density is None:
         return {}, None
     if isinstance(density, str):
-        return ({"file": density} if os.path.exists(density) else {"expression": density}), None
+        if os.path.exists(density):
+            return {"file": density}, None
+        if _FILE.fullmatch(density):
+            raise FileNotFoundError(errno.ENOENT, os.strerror(errno.ENOENT), density)
+        return {"expression": density}, None
     if isinstance(density, os.PathLike):
         return {"file": os.fspath(density)}, None
     folder = Path(stack.enter_context(tempfile.TemporaryDirectory(prefix="sph-prep-")))
@@ -190,10 +204,15 @@ def _input(
                 stacklevel=_OUTSIDE,
             )
     else:
+        if np.ma.is_masked(density):
+            raise _core.SceneError(
+                f"density: {np.ma.count_masked(density)} values of the array are masked; fill them first, as by density.filled(0)"
+            )
         grid = np.asarray(_plain_array(density), dtype=float)
         if grid.ndim not in (1, 2, 3) or 0 in grid.shape:
             raise _core.SceneError(f"density: an array of shape {grid.shape}; expected one to three axes, none of them empty")
-        low, high = _corners(domain) if "box" in domain else ([0.0] * grid.ndim, [1.0] * grid.ndim)
+        is_stated = "box" in domain or "ball" in domain
+        low, high = _corners(domain, grid.ndim) if is_stated else ([0.0] * grid.ndim, [1.0] * grid.ndim)
         if len(low) != grid.ndim:
             raise _core.SceneError(f"density: an array of {grid.ndim} axes in a box of {len(low)}; expected as many")
         edges = [np.linspace(a, b, cells + 1) for a, b, cells in zip(low, high, grid.shape)]
@@ -202,14 +221,25 @@ def _input(
     return {"file": str(file)}, sampling
 
 
-def _corners(domain: Mapping[str, Any]) -> tuple[list[float], list[float]]:
-    if "ball" in domain:
-        center, radius = domain["ball"]["center"], domain["ball"]["radius"]
-        return [c - radius for c in center], [c + radius for c in center]
-    if "box" not in domain:
+def _corners(domain: Mapping[str, Any], dimension: int | None = None) -> tuple[list[float], list[float]]:
+    """The lowest and the highest corner of what the domain is in."""
+    if "box" not in domain and "ball" not in domain:
         raise _core.SceneError("density: a function needs to know where it is defined; set box or ball")
-    low, high = domain["box"]
-    return list(low), list(high)
+    try:
+        if "ball" in domain:
+            radius = float(domain["ball"]["radius"])
+            center = domain["ball"].get("center", None if dimension is None else [0.0] * dimension)
+            if center is None:
+                raise _core.SceneError("ball: has no center, which tells how many axes the function has; set it")
+            return [float(c) - radius for c in center], [float(c) + radius for c in center]
+        low, high = ([float(x) for x in corner] for corner in domain["box"])
+    except (KeyError, TypeError, ValueError) as error:
+        raise _core.SceneError(
+            f"domain: what is sampled needs plain numbers for the corners of its box, or center and radius of its ball ({error})"
+        ) from None
+    if len(low) != len(high) or not all(a < b for a, b in zip(low, high)):
+        raise _core.SceneError(f"domain.box: is {[low, high]}; expected the lowest corner first")
+    return low, high
 
 
 def _periodic(domain: Mapping[str, Any]) -> bool:
@@ -219,7 +249,7 @@ def _periodic(domain: Mapping[str, Any]) -> bool:
 
 def _write_profile(columns: Mapping[str, Any], file: Path) -> Path:
     """A radial profile as a table; every digit is kept."""
-    arrays = {name: np.asarray(_plain_array(values), dtype=float) for name, values in columns.items()}
+    arrays = {name: np.asarray(_in_unit(name, values), dtype=float) for name, values in columns.items()}
     for name in ("radius", "density"):
         if name not in arrays:
             raise _core.SceneError(f"density: a profile without '{name}'; its columns are {', '.join(arrays)}")
@@ -240,6 +270,16 @@ _CGS = {"radius": "cm", "density": "g/cm^3", "pressure": "dyn/cm^2", "temperatur
 
 def _with_unit(name: str, values: Any) -> str:
     return f"{name} [{_CGS[name]}]" if _has_unit(values) and name in _CGS else name
+
+
+def _in_unit(name: str, values: Any) -> Any:
+    """Numbers of a profile's column in the unit that is written beside it."""
+    if not (_has_unit(values) and name in _CGS):
+        return _plain_array(values)
+    try:
+        return values.to(_CGS[name].replace("^", "**")).value
+    except Exception as error:  # of whichever package it is
+        raise _core.SceneError(f"density: '{name}' is no {_CGS[name]}: {error}") from None
 
 
 def _has_unit(values: Any) -> bool:

@@ -56,12 +56,18 @@ fn placed(scene: &Scene, control: &Control<'_>) -> sph_prep::Result<(ParticleFil
     if let Some(page) = &scene.output.report {
         sph_formats::output::probe(page)?;
     }
+    let unwritten = [("output.file", scene.output.file.is_some()), ("output.parameters", scene.output.parameters)];
+    let notes = unwritten.into_iter().filter(|(_, is_asked)| *is_asked).map(|(key, _)| {
+        format!("{key} is for the program: here nothing but a page is written, and Particles.write writes particles")
+    });
     if scene.bodies.is_empty() {
-        let (file, report) = sph_prep::place(scene, FORMATS, control)?;
+        let (file, mut report) = sph_prep::place(scene, FORMATS, control)?;
+        report.notes.extend(notes);
         report.write_page(scene, &file, PAGE)?;
         return Ok((file, report.json()));
     }
-    let (file, report) = sph_prep::place_bodies(scene, FORMATS, control)?;
+    let (file, mut report) = sph_prep::place_bodies(scene, FORMATS, control)?;
+    report.notes.extend(notes);
     report.write_page(scene, &file, PAGE)?;
     Ok((file, report.json()))
 }
@@ -93,6 +99,12 @@ fn compare(
 #[pyfunction]
 fn scene_yaml(scene: &str) -> PyResult<String> {
     Scene::parse(scene).map(|s| s.to_yaml()).map_err(|e| raise(&e))
+}
+
+/// The scene of a file as YAML, with paths that count from the file's folder.
+#[pyfunction]
+fn scene_of_file(path: PathBuf) -> PyResult<String> {
+    Scene::load(&path).map(|s| s.to_yaml()).map_err(|e| raise(&e))
 }
 
 /// A scene in YAML with further keys, given as JSON, which win.
@@ -133,21 +145,25 @@ fn read(py: Python<'_>, path: PathBuf, format: Option<String>) -> PyResult<(Py<P
     }
 }
 
-/// Writes a particle file.
+/// Writes a particle file, in the format that is named, else in that of the scene in YAML that placed the particles. Returns what there is to note.
 #[pyfunction]
-#[pyo3(signature = (path, header, species, format=None, double_precision=false, compression=4))]
+#[pyo3(signature = (path, header, species, scene, format, encoding))]
 fn write(
     py: Python<'_>,
     path: PathBuf,
     header: &Bound<'_, PyDict>,
     species: &Bound<'_, PyList>,
+    scene: Option<&str>,
     format: Option<String>,
-    double_precision: bool,
-    compression: u8,
-) -> PyResult<()> {
-    let file = from_python(header, species)?;
-    let options = WriteOptions { compression, double_precision };
-    py.detach(|| sph_formats::write(FORMATS, &path, format.as_deref(), &file, options)).map_err(|e| raise(&e.into()))
+    encoding: (Option<bool>, u8),
+) -> PyResult<Vec<String>> {
+    let (double_precision, compression) = encoding;
+    let mut file = from_python(header, species)?;
+    let scene = scene.map(Scene::parse).transpose().map_err(|e| raise(&e))?;
+    let of_scene = scene.as_ref().is_some_and(|scene| scene.output.double_precision);
+    let options = WriteOptions { compression, double_precision: double_precision.unwrap_or(of_scene) };
+    let to = (path.as_path(), format.as_deref());
+    py.detach(|| sph_prep::write_placed(FORMATS, to, (&mut file, scene.as_ref()), options)).map_err(|e| raise(&e))
 }
 
 /// What a code will make of particles: a JSON list of findings.
@@ -174,6 +190,7 @@ fn _core(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_function(wrap_pyfunction!(place, module)?)?;
     module.add_function(wrap_pyfunction!(compare, module)?)?;
     module.add_function(wrap_pyfunction!(scene_yaml, module)?)?;
+    module.add_function(wrap_pyfunction!(scene_of_file, module)?)?;
     module.add_function(wrap_pyfunction!(scene_with, module)?)?;
     module.add_function(wrap_pyfunction!(read, module)?)?;
     module.add_function(wrap_pyfunction!(write, module)?)?;

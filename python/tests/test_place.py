@@ -236,3 +236,80 @@ def test_the_program_comes_with_the_wheel(tmp_path):
     assert len(sph_prep.read(out)) == 100
     wrong = subprocess.run([sys.executable, "-m", "sph_prep", "--scene", str(out)], capture_output=True, text=True)
     assert wrong.returncode in (1, 2) and wrong.stderr.startswith("error: ")
+
+
+def test_files_are_in_the_flavor_of_the_scenes_code(tmp_path):
+    h5py = pytest.importorskip("h5py")
+    p = sph_prep.place("1", n=300, box=box(3), periodic=True, polish="none", target_code="gizmo", fields={"pressure": 1})
+    p.write(tmp_path / "ic.hdf5")
+    with h5py.File(tmp_path / "ic.hdf5") as file:
+        h = file["PartType0/SmoothingLength"][:]
+        assert np.allclose(h, p.support_radius, rtol=1e-6)  # GIZMO's is where the kernel ends
+    p.write(tmp_path / "swift.hdf5", "swift", double=True)
+    with h5py.File(tmp_path / "swift.hdf5") as file:
+        assert file["PartType0/Masses"].dtype == np.float64
+    with pytest.raises(ValueError, match="Phantom starts from"):
+        sph_prep.place("1", n=300, box=box(3), periodic=True, polish="none", target_code="phantom").write(tmp_path / "a.hdf5")
+
+
+def test_a_box_begins_where_its_file_has_it(tmp_path):
+    p = sph_prep.place("1", n=200, box=[[-3, 2], [-1, 4]], periodic=True, polish="none", fields={"pressure": 1})
+    there = p.positions + np.array([-3.0, 2.0])
+    p.header["box_corner"] = [-3.0, 2.0, 0.0]
+    p["Coordinates"] = there
+    with pytest.warns(UserWarning, match="corner of the box was moved"):
+        p.write(tmp_path / "ic.hdf5", "swift")
+    found = sph_prep.read(tmp_path / "ic.hdf5").positions
+    assert np.allclose(found, there - np.array([-3.0, 2.0]))
+
+
+def test_types_without_gas_and_heavy_ones_have_their_units(tmp_path):
+    unyt = pytest.importorskip("unyt")
+    halo = {"profile": {"plummer": {"mass": "1e12 Msun", "scale_radius": "10 kpc", "outer_radius": "100 kpc"}}}
+    p = sph_prep.Scene({"input": halo, "collisionless": True, "particles": 300, "output": {"units": "galactic"}}).place()
+    assert 0 not in p.species
+    total = p.unyt("Masses").sum().to("Msun")
+    assert 1e11 < float(total.value) <= 1.001e12
+    p.write(tmp_path / "halo.hdf5")
+    again = sph_prep.read(tmp_path / "halo.hdf5")
+    assert np.isfinite(again.unyt("Masses")).all() and np.isfinite(again.astropy("Masses").value).all()
+    assert float(again.unyt("Masses").sum().to("Msun").value) == pytest.approx(float(total.value), rel=1e-5)
+    assert isinstance(total, unyt.unyt_quantity)
+
+
+def test_a_scene_of_a_file_finds_what_is_beside_it(tmp_path, monkeypatch):
+    folder = tmp_path / "scenes"
+    folder.mkdir()
+    np.savez(folder / "g.npz", density=np.full((8, 8), 3.0))
+    (folder / "s.yaml").write_text("input: {file: g.npz}\ndomain: {boundary: [periodic]}\nparticles: 100\npolish: none\n")
+    monkeypatch.chdir(tmp_path)
+    p = sph_prep.Scene("scenes/s.yaml", particles=150).place()
+    assert len(p) == 150 and p.masses.sum(dtype=float) == pytest.approx(3.0, rel=1e-5)
+
+
+@pytest.mark.parametrize(
+    ("arguments", "error", "words"),
+    [
+        ({"density": np.ma.masked_array(np.ones((4, 4)), mask=np.eye(4))}, sph_prep.SceneError, "4 values of the array are masked"),
+        ({"density": "stra.nc", "box": [[0], [1]]}, FileNotFoundError, "stra.nc"),
+        ({"density": "1", "box": [[0], [1]], "periodic": "reflecting"}, sph_prep.SceneError, "expected True or False"),
+        ({"density": lambda x: x, "ball": {"radius": 1}}, sph_prep.SceneError, "has no center"),
+        ({"density": lambda x: x, "box": [["0 pc"], ["1 pc"]]}, sph_prep.SceneError, "plain numbers"),
+        ({"density": lambda x: x, "box": [[1], [0]]}, sph_prep.SceneError, "lowest corner first"),
+    ],
+)
+def test_what_cannot_be_placed_is_told(arguments, error, words):
+    with pytest.raises(error, match=words):
+        sph_prep.place(n=100, **arguments)
+
+
+def test_an_array_fills_its_ball():
+    p = sph_prep.place(np.ones((16, 16)), ball={"center": [0, 0], "radius": 1}, n=200, polish="none")
+    assert p.masses.sum(dtype=float) == pytest.approx(np.pi, rel=1e-3)
+
+
+def test_units_of_a_profile_have_to_be_those_of_its_columns():
+    unyt = pytest.importorskip("unyt")
+    r = unyt.unyt_array(np.linspace(0.0, 1.0, 50), "g")
+    with pytest.raises(sph_prep.SceneError, match="'radius' is no cm"):
+        sph_prep.place({"radius": r, "density": np.ones(50)}, n=100)
