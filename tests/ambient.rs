@@ -136,6 +136,53 @@ fn a_bubble_and_its_medium_have_their_masses_and_keep_apart_in_every_dimension()
     }
 }
 
+/// A snapshot that keeps its particles is cut out where it is, wherever its own file has it, and one of a periodic box leaves the rest to the medium.
+#[test]
+fn a_kept_snapshot_is_cut_out_where_it_is() {
+    use sph_formats::{Values, WriteOptions};
+    let folder = tempfile::tempdir().unwrap();
+    for d in 1..=3 {
+        let zeros = vec!["0"; d].join(", ");
+        let text = format!(
+            "input: {{expression: '1'}}\ndomain: {{ball: {{center: [{zeros}], radius: 0.3}}}}\nparticles: 150\nfields: {{pressure: 1}}\npolish: none\n"
+        );
+        let (mut file, _) = sph_prep::place(&Scene::parse(&text).unwrap(), FORMATS, &Control::default()).unwrap();
+        let x = file.species[0].table.columns.iter_mut().find(|c| c.name == names::COORDINATES).unwrap();
+        x.values = Values::F64(x.values.to_f64().into_iter().map(|x| x + 0.4).collect());
+        let path = folder.path().join("body.npz");
+        sph_prep::write(FORMATS, &path, None, &file, WriteOptions::default()).unwrap();
+        let corner = |v: &str| format!("[{}]", vec![v; d].join(", "));
+        let scene = |path: &Path| {
+            format!(
+                "bodies:\n- {{input: {{file: '{}'}}, position: {}}}\nambient: {{density: 0.5, fields: {{pressure: 1}}}}\n\
+                 domain: {{box: [{}, {}], boundary: reflecting}}\noutput: {{origin: input, units: code}}\n",
+                path.display(),
+                corner("0.5"),
+                corner("-0.5"),
+                corner("1.3")
+            )
+        };
+        let (placed, _) = placed(&Scene::parse(&scene(&path)).unwrap()).unwrap();
+        let from_center = |x: &Vec<f64>| x.iter().map(|x| (x - 0.5).powi(2)).sum::<f64>().sqrt();
+        let nearest = gas(&placed, 2.0).places.iter().map(from_center).fold(f64::INFINITY, f64::min);
+        let spacing = (ball(d, 0.3) / 150.0 * 2.0).powf(1.0 / d as f64);
+        assert!(nearest > 0.3 && nearest < 0.3 + spacing, "{d}-D: the medium begins at {nearest}");
+    }
+    let text = "input: {expression: '1'}\ndomain: {box: [[0, 0], [1, 1]], boundary: periodic}\nparticles: 200\nfields: {pressure: 1}\npolish: none\n";
+    let (file, _) = sph_prep::place(&Scene::parse(text).unwrap(), FORMATS, &Control::default()).unwrap();
+    let path = folder.path().join("box.npz");
+    sph_prep::write(FORMATS, &path, None, &file, WriteOptions::default()).unwrap();
+    let text = format!(
+        "bodies:\n- {{input: {{file: '{}'}}, position: [0.5, 0.5]}}\nambient: {{density: 0.5, fields: {{pressure: 1}}}}\n\
+         domain: {{box: [[-1, -1], [2, 2]], boundary: reflecting}}\noutput: {{origin: input, units: code}}\n",
+        path.display()
+    );
+    let (placed, _) = placed(&Scene::parse(&text).unwrap()).unwrap();
+    let medium = gas(&placed, 2.0);
+    assert!((medium.masses.iter().sum::<f64>() - 4.0).abs() < 0.01, "{}", medium.masses.iter().sum::<f64>());
+    assert!(medium.places.iter().all(|x| x.iter().any(|x| !(0.0..=1.0).contains(x))));
+}
+
 #[test]
 fn a_turned_body_cuts_out_its_own_shape() {
     let scene = "bodies:\n- {name: bar, input: {expression: '4*(1 + x)'}, domain: {box: [[-0.3, -0.1], [0.3, 0.1]]}, fields: {pressure: 1},\n   \

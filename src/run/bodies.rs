@@ -137,9 +137,10 @@ pub fn place_bodies(
     let wanted = origin::wanted(scene, format, (is_periodic, !is_periodic));
     let place = (frame.lo, frame.edges, center);
     frame.origin = wanted.map(|wanted| origin::among_bodies(&wanted, place, &conversion)).transpose()?;
+    let place = |x: &[f64; 3]| format!("{:?}", &x[..common.dimension]);
     notes.push(match frame.origin {
-        None => format!("the origin of the scene is at {:?} in the box", frame.lo.map(|v| 0.0 - v)),
-        Some(point) => format!("the origin of the file is at {point:?} in the scene (output.origin)"),
+        None => format!("the origin of the scene is at {} in the box", place(&frame.lo.map(|v| 0.0 - v))),
+        Some(point) => format!("the origin of the file is at {} in the scene (output.origin)", place(&point)),
     });
     if let Some((relative, contact)) =
         relative.zip(bodies.first().zip(bodies.get(1)).map(|(a, b)| a.surface + b.surface))

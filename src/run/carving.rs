@@ -18,7 +18,7 @@ use crate::output::others::Others;
 use crate::relaxation::{WVT, family};
 use crate::scene::{MatchName, Scene, in_body};
 use crate::target::{Positions, Target, at};
-use sph::domain::Domain;
+use sph::domain::{Axis, Domain};
 use sph_formats::{FormatSpec, UnitSystem};
 
 /// Aim of the integrals over bodies.
@@ -72,10 +72,14 @@ impl<const D: usize> Shape<D> {
             Some(others) => Frame::new(&others.around(domain)?, body.scene.output.box_factor),
             None => Frame::new(domain, body.scene.output.box_factor),
         };
-        let corner = frame.lower_corner();
+        // Particles that stay are where their snapshot has them, which is where the domain is.
+        let corner = if body.scene.input.keeps_particles() { [0.0; D] } else { frame.lower_corner() };
         let center = sph::array(|k| body.center[k] + corner[k] * length);
         let position = sph::array(|k| body.position[k]);
-        Ok(Self { domain: prepared.source.domain, length, center, position, turn: body.turn })
+        // Beside others a body does not go on beyond its box.
+        let mut domain = prepared.source.domain;
+        domain.axes = domain.axes.map(|axis| if axis == Axis::Periodic { Axis::OPEN } else { axis });
+        Ok(Self { domain, length, center, position, turn: body.turn })
     }
 
     /// In its domain, what is `offset` from its center of mass, in the output's units.

@@ -137,7 +137,7 @@ pub struct Scene {
     #[serde(skip_serializing_if = "Option::is_none")]
     pub neighbors: Option<f64>,
     /// Ratio of densities across a discontinuity from which the regions on its sides are relaxed one by one, each as if it went
-    /// on beyond: 7.4 by default. Less, as 1.5, for contact discontinuities.
+    /// on beyond: by default 7.4, and 1.4 for the others where any is above that. Less, as 1.5, for contact discontinuities.
     #[schemars(example = 1.5)]
     #[serde(skip_serializing_if = "Option::is_none")]
     pub region_contrast: Option<f64>,

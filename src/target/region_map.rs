@@ -16,6 +16,8 @@ pub(super) const OUTSIDE: u64 = u64::MAX;
 const JUMP: f64 = 0.2;
 /// Change of ln n* across an interface up to which the two sides are one body, where nothing else is said.
 const APART: f64 = 2.0;
+/// The same where some regions are bodies by themselves: nothing beyond a body's surface tells then what sums about jumps within it lack. A factor of 1.4.
+const APART_BESIDE: f64 = 0.336;
 /// A region that should have fewer particles has none.
 pub(super) const LEAST_PARTICLES: f64 = 0.5;
 /// Pairs of cells by which the change across an interface is judged.
@@ -45,6 +47,8 @@ pub(super) struct Map<'a, const D: usize> {
     apart_from: BTreeSet<(usize, u64)>,
     /// Change of ln n* up to which two regions are one body.
     pub(super) apart: f64,
+    /// The same in a target with regions that are.
+    pub(super) apart_beside: f64,
     /// The integral over each piece, where these are known.
     masses: Option<Vec<(u64, f64)>>,
 }
@@ -76,6 +80,7 @@ impl<'a, const D: usize> Map<'a, D> {
             real,
             apart_from: BTreeSet::new(),
             apart: contrast.map_or(APART, f64::ln),
+            apart_beside: contrast.map_or(APART_BESIDE, f64::ln),
             masses: known.map(<[_]>::to_vec).or_else(|| Some(found()?.iter().map(|p| (p.0, p.1.value)).collect())),
         };
         map.look_for_thin_pieces(&locator, target);

@@ -225,8 +225,20 @@ impl<'a, const D: usize> Regions<'a, D> {
                 }
             }
         }
+        let is_any_apart = jumps.values().any(|(_, jump)| *jump >= map.apart);
+        let apart = if is_any_apart { map.apart_beside } else { map.apart };
+        let (mut alike, unlike): (Vec<_>, Vec<_>) =
+            jumps.into_iter().map(|(pair, (_, jump))| (pair, jump)).partition(|(_, jump)| *jump < apart);
+        alike.sort_by(|x, y| x.1.total_cmp(&y.1).then(x.0.cmp(&y.0)));
         let mut groups = Groups::new(self.regions.len());
-        jumps.iter().filter(|(_, (_, jump))| *jump < map.apart).for_each(|((a, b), _)| groups.join(*a, *b));
+        for ((a, b), _) in alike {
+            // Those that touch and differ by more stay apart, be there others between them in density.
+            let ends = [groups.find(a), groups.find(b)];
+            let is_between = |of: [usize; 2]| of == ends || of == [ends[1], ends[0]];
+            if !unlike.iter().any(|((a, b), _)| is_between([groups.find(*a), groups.find(*b)])) {
+                groups.join(a, b);
+            }
+        }
         let mut order = BTreeMap::new();
         (0..self.regions.len())
             .map(|region| {

@@ -6,7 +6,7 @@ use crate::target::Target;
 use crate::target::locator::Locator;
 use sph::domain::{Axis, Region as Extent};
 
-fn with_regions<const D: usize>(text: &str, count: usize, check: impl Fn(Option<&Regions<'_, D>>)) {
+fn with_regions<const D: usize>(text: &str, count: usize, mut check: impl FnMut(Option<&Regions<'_, D>>)) {
     let domain = Domain::new([0.0; D], [1.0; D], [Axis::Periodic; D], Extent::Box).unwrap();
     let field = AnalyticField::<D>::new("density", text, [0.5; D]).unwrap();
     let mass = crate::field::total_mass(&field, &domain, 1e-4).unwrap().value;
@@ -63,6 +63,26 @@ fn what_is_continuous_is_one_and_small_jumps_leave_one_body() {
         assert_eq!((regions.number(), regions.bodies()), (2, 2));
         assert_eq!(regions.of(&[0.05]), regions.of(&[0.95]));
     });
+}
+
+/// One between two that touch in density does not make them one body; and where some are apart, others are that differ by less.
+#[test]
+fn what_differs_by_much_is_not_joined_by_a_third() {
+    let bodies = |text: &str| {
+        let mut found = Vec::new();
+        with_regions::<3>(text, 6000, |regions| {
+            let regions = regions.unwrap();
+            let places = [[0.2, 0.5, 0.5], [0.7, 0.25, 0.5], [0.7, 0.75, 0.5]];
+            found = places.map(|x| regions.body_of(regions.of(&x).unwrap())).to_vec();
+        });
+        found
+    };
+    let [dense, thin, middle] = bodies("if(x < 0.4, 9, if(y < 0.5, 1, 3))").try_into().unwrap();
+    assert!(dense != middle && dense != thin && thin != middle, "{dense} {middle} {thin}");
+    let [dense, thin, middle] = bodies("if(x < 0.4, 9, if(y < 0.5, 1, 1.2))").try_into().unwrap();
+    assert!(dense != middle && thin == middle, "{dense} {middle} {thin}");
+    let [dense, thin, middle] = bodies("if(x < 0.4, 5, if(y < 0.5, 1, 3))").try_into().unwrap();
+    assert!(dense == middle && thin == middle, "{dense} {middle} {thin}");
 }
 
 /// Beside a pole cells are halved until they have no extent.

@@ -295,7 +295,7 @@ fn judge(assignment: &mut Assignment, role: Role, variable: &Variable, space: Sp
         }
         Role::Vector(_, part) => {
             let is_scalar = variable.components == 1;
-            if part == Part::Whole && is_scalar && space != Space::Radial {
+            if part == Part::Whole && is_scalar && !matches!(space, Space::Radial | Space::Cartesian(1)) {
                 assignment.leave(format!(
                     "is named like {}, but is a scalar: its direction is not known (--map {}=velocity-x)",
                     article(role),
@@ -325,7 +325,13 @@ fn judge(assignment: &mut Assignment, role: Role, variable: &Variable, space: Sp
             } else if !space.admits(part) && !matches!(space, Space::Cartesian(2 | 3)) {
                 assignment.leave(format!("{} has no direction {}", article(role), space.name()));
             } else {
-                let role = if part == Part::Whole && is_scalar { radial(role) } else { role };
+                let role = match (role, space) {
+                    (Role::Vector(vector, Part::Whole), Space::Cartesian(1)) if is_scalar => {
+                        Role::Vector(vector, Part::X)
+                    }
+                    _ if part == Part::Whole && is_scalar => radial(role),
+                    _ => role,
+                };
                 assignment.take(role);
             }
         }
