@@ -127,6 +127,13 @@ fn settling_ends_with_the_time_that_is_allowed() {
     let settled = report.settled.unwrap();
     assert!(report.stop == StopReason::TimeLimit && !settled.is_whole, "{:?}, {settled:?}", report.stop);
     assert_eq!(file.species[0].table.count, 1500);
+    // As a whole it stays where it was, and at rest.
+    let (v, m) = (values(&file, "Velocities"), values(&file, "Masses"));
+    let speed = v.iter().fold(0.0_f64, |most, v| most.max(v.abs()));
+    for k in 0..3 {
+        let drift = m.iter().enumerate().map(|(i, m)| m * v[3 * i + k]).sum::<f64>() / m.iter().sum::<f64>();
+        assert!(drift.abs() < 1e-9 * speed, "{drift:e} of {speed:e}");
+    }
 }
 
 /// Temperatures of an ideal gas follow its energies.

@@ -54,7 +54,7 @@ fn a_body_alone_in_a_box_keeps_its_rotation_where_faces_are_said_to_be_open() {
     let before = totals(&file);
     let run = |file: &ParticleFile, boundary: &str| {
         let text = format!(
-            "particles: 1000\nwvt: {{iterations: 0}}\npolish: none\noutput: {{double_precision: true}}\n{boundary}"
+            "particles: 400\nwvt: {{iterations: 0}}\npolish: none\noutput: {{double_precision: true}}\n{boundary}"
         );
         let mut scene = Scene::parse(&text).unwrap();
         scene.input.file = Some(written(folder.path(), "body.hdf5", file));
@@ -76,7 +76,7 @@ fn a_body_alone_in_a_box_keeps_its_rotation_where_faces_are_said_to_be_open() {
     assert!(report.warnings.iter().all(|w| !w.contains("--boundary")), "{:?}", report.warnings);
     // Places beyond a periodic box are not wrapped into it without a word.
     file.header.box_size = [0.75 * EDGE; 3];
-    let mut scene = Scene::parse("particles: 1000\nwvt: {iterations: 0}\npolish: none\n").unwrap();
+    let mut scene = Scene::parse("particles: 400\nwvt: {iterations: 0}\npolish: none\n").unwrap();
     let path = folder.path().join("beyond.gadget");
     sph_formats::write(FORMATS, &path, Some("gadget"), &file, sph_formats::WriteOptions::default()).unwrap();
     scene.input.file = Some(path);

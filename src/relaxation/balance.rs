@@ -61,8 +61,9 @@ impl BalanceOptions {
 
 /// Shares of the evaluations after which A_i, and gravity, are taken anew.
 const SHARES: [f64; 4] = [0.06, 0.15, 0.35, 1.0];
-/// Radius of what is there for a body that holds itself, in the body's own.
-const SPACE: f64 = 2.0;
+/// Radius of what is there for a body that holds itself, in the body's own: its particles come to rest within it, and one that has lost touch with the
+/// others goes no farther.
+const SPACE: f64 = 1.02;
 
 /// The stage: moves particles of equal mass towards balance. The state with the smallest force error comes out, with the
 /// internal energy that each particle needs there. Pair distances are in single precision.
@@ -102,7 +103,7 @@ impl<const D: usize> Stage<D> for PressureBalance<'_, D> {
 }
 
 impl<const D: usize> PressureBalance<'_, D> {
-    /// Where particles may go: as far as they like from a body that holds itself in vacuum, else not out of the domain.
+    /// Where particles may go: to somewhat beyond the surface of a body that holds itself in vacuum, else not out of the domain.
     fn space(&self) -> Domain<D> {
         let domain = self.target.domain;
         match &domain.region {

@@ -12,9 +12,10 @@ use super::snapshot::Trace;
 use super::states::{Law, States};
 use super::swelling::shortfall;
 use super::thermal::{Basis, Factor, enclosed_fractions};
-use crate::target::{Equilibrium, Positions, at};
+use crate::target::{Equilibrium, Positions, Target, at};
 use sph::domain::Wall;
 use sph::exchange::Alone;
+use sph::geometry::unit_ball_volume;
 use sph::kernel::{makes_pairs, most_neighbors_without_pairs};
 use sph::lanes::Real;
 use sph::sums::{DensitySums, Search};
@@ -63,6 +64,8 @@ pub(super) struct Balance<'a, const D: usize, R> {
     pub equilibrium: &'a dyn Equilibrium<D>,
     /// The target's g where that is of the body itself.
     pub well: Option<Well<D>>,
+    /// Radius beyond which a body that holds itself has no more than half a particle.
+    pub last: f64,
     pub mass: f64,
     /// The factor on A_i; 1 where it is no matter of a few percent.
     pub factor: Factor,
@@ -101,6 +104,7 @@ impl<'a, const D: usize, R: Real> Balance<'a, D, R> {
         Self {
             mass: arrangement.target.mass / arrangement.target.count as f64,
             well: Well::new(equilibrium, 0.5 * arrangement.target.domain.size()),
+            last: equilibrium.own_center().map_or(f64::INFINITY, |center| last_radius(&arrangement.target, &center)),
             arrangement,
             equilibrium,
             factor: Factor::one(),
@@ -360,16 +364,16 @@ impl<'a, const D: usize, R: Real> Balance<'a, D, R> {
         Frame { states, factor, fraction, pulls, spacing, unit, temperature }
     }
 
-    /// Where the target says what a particle at `x` is like: `x`, or a place within the surface that it is beyond.
+    /// Where the target says what a particle at `x` is like: `x`, or a place within the surface that it is beyond. Where entropy rises outwards
+    /// without bounds, one that is farther out than the last of the mass would be driven out by what it is given there.
     fn inside(&self, x: &[f64; D]) -> [f64; D] {
         let Some(center) = self.equilibrium.own_center().filter(|_| self.arrangement.leaves_target) else { return *x };
-        let depth = self.arrangement.target.domain.distance_to_edge(x);
-        let radius = 0.5 * self.arrangement.target.domain.size();
-        if depth >= SKIN * radius {
+        let most = ((1.0 - SKIN) * 0.5 * self.arrangement.target.domain.size()).min(self.last);
+        let radius = sph::geometry::distance(x, &center);
+        if radius <= most {
             return *x;
         }
-        let share = (1.0 - SKIN) * radius / (radius - depth);
-        sph::array(|k| center[k] + share * (x[k] - center[k]))
+        sph::array(|k| center[k] + most / radius * (x[k] - center[k]))
     }
 
     /// The factor on A_i with which the pressure holds gravity over the interior: one for all, or a smooth function of the
@@ -457,11 +461,11 @@ impl<'a, const D: usize, R: Real> Balance<'a, D, R> {
         now
     }
 
-    /// Whether a particle at an open edge is pushed outward.
+    /// Whether a particle at the edge of what is there is pushed outward.
     fn is_held(&self, x: &[f64; D], force: &[f64; D], spacing: f64) -> bool {
         let domain = &self.arrangement.domain;
         let depth = domain.distance_to_edge(x);
-        if self.arrangement.leaves_target || depth >= EDGE * spacing {
+        if depth >= EDGE * spacing {
             return false;
         }
         let length = force.iter().map(|f| f * f).sum::<f64>().sqrt();
@@ -547,6 +551,25 @@ impl<'a, const D: usize, R: Real> Balance<'a, D, R> {
         }
     }
 }
+
+/// The radius within which a radial target has all but half a particle; at least seven tenths of its own.
+fn last_radius<const D: usize>(target: &Target<'_, D>, center: &[f64; D]) -> f64 {
+    let radius = 0.5 * target.domain.size();
+    let (step, mut beyond) = (radius * OUTER / PANELS as f64, 0.0);
+    for panel in 0..PANELS {
+        let r = radius - (panel as f64 + 0.5) * step;
+        let x = sph::array(|k| center[k] + if k == 0 { r } else { 0.0 });
+        beyond += D as f64 * unit_ball_volume(D) * r.powi(D as i32 - 1) * target.number_density(&x) * step;
+        if beyond > 0.5 {
+            return r;
+        }
+    }
+    radius * (1.0 - OUTER)
+}
+
+/// Outer part of a body's radius in which its last particle is looked for, and panels of the midpoint rule there.
+const OUTER: f64 = 0.3;
+const PANELS: usize = 1000;
 
 fn dot<const D: usize>(a: &[f64; D], b: &[f64; D]) -> f64 {
     (0..D).map(|k| a[k] * b[k]).sum()

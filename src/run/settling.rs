@@ -72,6 +72,13 @@ pub(super) fn settle(
     let begin = Instant::now();
     control.tell(Event::Begin(Step::Relax(SETTLING)));
     let before = (centers(file), angular_momentum(file), turning(file));
+    let mut whole = [names::COORDINATES, names::VELOCITIES].map(|name| mean(file, name));
+    let drifts = |field: &String| field.starts_with('v') && field != "v_phi";
+    let moves = !scene.motion.bulk.is_empty() || scene.fields.0.keys().any(drifts) || scene.input.file.is_some();
+    if scene.bodies.is_empty() && !moves {
+        // What turns about the middle of its domain moves as a whole by what its particles are off there.
+        whole[1] = whole[1].map(|_| [0.0; 3]);
+    }
     let duration = scene.certify.unwrap_or(0.0);
     let options = Options { duration, gravity: own, settle: Some(time), ..Options::default() };
     let Outcome { certificate, settled, notes } =
@@ -79,6 +86,13 @@ pub(super) fn settle(
     refuse_interrupted(scene, control)?;
     let Some(settled) = settled else { return Ok(None) };
     *file = settled.file;
+    if file.header.periodic == [false; 3] {
+        // Damping and gravity by a tree keep neither to the last digits.
+        for (name, before) in [names::COORDINATES, names::VELOCITIES].into_iter().zip(whole) {
+            let moved = before.zip(mean(file, name));
+            moved.into_iter().for_each(|(before, now)| shift(file, name, &sph::array(|k| before[k] - now[k])));
+        }
+    }
     let mut notes: Vec<String> = notes.into_iter().map(|note| format!("settled: {note}")).collect();
     notes.push(BEFORE.to_owned());
     notes.extend(moved((&before.0, before.1), (&centers(file), angular_momentum(file))));
@@ -146,6 +160,30 @@ pub(super) fn in_medium(
         free = Some(certificate);
     }
     Ok(Some(Settling { damped, free, closest_pair, seconds: begin.elapsed().as_secs_f64(), stop, notes }))
+}
+
+/// The mean of a vector over the mass of all types of particles; none where some have none.
+fn mean(file: &ParticleFile, name: &str) -> Option<[f64; 3]> {
+    let (mut sum, mut mass) = ([0.0; 3], 0.0);
+    for table in file.species.iter().map(|s| &s.table) {
+        let (column, masses) = (table.column(name)?, table.column(names::MASSES)?);
+        for i in 0..table.count {
+            let own = masses.values.get(i);
+            mass += own;
+            (0..column.components.min(3)).for_each(|k| sum[k] += own * column.values.get(i * column.components + k));
+        }
+    }
+    (mass > 0.0).then(|| sum.map(|v| v / mass))
+}
+
+/// Adds `by` to a vector of all particles.
+fn shift(file: &mut ParticleFile, name: &str, by: &[f64; 3]) {
+    let columns = file.species.iter_mut().flat_map(|s| &mut s.table.columns).filter(|c| c.name == name);
+    for column in columns {
+        let (width, values) = (column.components.max(1), &column.values);
+        let moved = |i: usize| values.get(i) + by.get(i % width).copied().unwrap_or(0.0);
+        column.values = Values::F64((0..values.len()).map(moved).collect());
+    }
 }
 
 /// Sets all velocities of a file to 0. Returns what they were.

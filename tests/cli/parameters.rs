@@ -48,6 +48,8 @@ fn matter_of_pure_numbers_attracts_itself_where_the_scene_says_so() {
     place(&folder, &scene, ("swift", "ic.hdf5"), &["-n", "500"]);
     let yml = text(&folder, "ic.yml");
     assert!(yml.contains("swift --hydro --limiter --self-gravity") && number(&yml, "G:") == 1.0, "{yml}");
+    // What rests needs no adaptive gravity; what leaves an open box is deleted.
+    assert!(yml.contains("MAC: geometric") && yml.contains("# particles that leave the box are deleted"), "{yml}");
     // Mass and radius are 1, less what 500 particles leave of the outermost layer: half a spacing, (4 pi/3/500)^(1/3)/2 = 0.1, or
     // more where it is thinner; and sqrt(0.8^3) = 0.72.
     assert!((7.0..=10.0).contains(&number(&yml, "time_end")), "{yml}");
@@ -115,6 +117,25 @@ fn a_disc_has_the_time_of_its_star() {
     // From 2.5, where the smooth edge leaves the last of 500 particles, to 3.4, its end along a diagonal, to the 3/2.
     assert!((39.0..64.0).contains(&number(&yml, "time_end")) && yml.contains("max_physical_DM_softening"), "{yml}");
     assert_eq!(number(&yml, "G:"), 1.0);
+    assert!(yml.contains("MAC: adaptive") && number(&yml, "epsilon_fmm:") == 1e-4, "{yml}");
+}
+
+/// Codes soften all point masses of a type alike.
+#[test]
+fn softenings_that_differ_are_told() {
+    let folder = Folder::new();
+    let scene = |second: &str| {
+        format!(
+            "bodies:\n- {{name: star, input: {{profile: {{polytrope: {{n: 3, mass: 1 Msun, radius: 1 Rsun}}}}}}, position: [0 Rsun, 0 Rsun, 0 Rsun]}}\n\
+             - {{name: a, point_mass: 1 Msun, softening_radius: 2 Rsun, position: [9 Rsun, 0 Rsun, 0 Rsun]}}\n\
+             - {{name: b, point_mass: 1 Msun, softening_radius: {second} Rsun, position: [0 Rsun, 9 Rsun, 0 Rsun]}}\nparticles: 300\n"
+        )
+    };
+    for (second, is_told) in [("1", true), ("2", false)] {
+        place(&folder, &scene(second), ("swift", "ic.hdf5"), &[]);
+        let yml = text(&folder, "ic.yml");
+        assert_eq!(yml.contains("beware: SWIFT softens all point masses alike"), is_told, "{yml}");
+    }
 }
 
 #[test]

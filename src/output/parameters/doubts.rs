@@ -50,6 +50,13 @@ pub(super) fn doubts(facts: &Facts<'_>) -> Vec<String> {
             "{title} has drag on dust where it is built with GRAIN_FLUID and told how large the grains are, which the scene does not say: add both, or the dust feels none"
         ));
     }
+    if let Some([least, largest]) =
+        facts.softened_apart().filter(|_| ["swift", "gadget4", "gizmo", "arepo"].contains(&name))
+    {
+        doubts.push(format!(
+            "{title} softens all point masses alike, by the first one's radius, but theirs go from {least:e} to {largest:e}: give them one, or types of their own"
+        ));
+    }
     if facts.lacks_gravity {
         doubts.push(format!(
             "{title} is started without gravity, since the box is periodic, and nothing holds what its own gravity holds: open boundaries have gravity"

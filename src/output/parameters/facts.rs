@@ -13,6 +13,8 @@ use std::path::Path;
 /// Dynamical or crossing times that the run takes, and between two snapshots.
 pub(super) const END: f64 = 10.0;
 pub(super) const SNAPSHOT: f64 = 1.0;
+/// Share of the particles that a dynamical time is of.
+const MOST: f64 = 0.999;
 /// Largest time step in dynamical times.
 pub(super) const LARGEST_STEP: f64 = 0.05;
 /// Smoothing lengths may grow to this part of the box.
@@ -106,6 +108,12 @@ pub(super) fn prefix(stem: &str) -> &str {
 }
 
 impl<'a> Facts<'a> {
+    /// What a build for fewer than three dimensions needs.
+    pub fn dimension_option(&self) -> Option<String> {
+        let d = self.file.header.dimension;
+        self.code.dimension_option(d).filter(|option| d < 3 && !option.is_empty())
+    }
+
     /// Of a file; without doubts.
     ///
     /// # Errors
@@ -151,6 +159,14 @@ impl<'a> Facts<'a> {
         })
     }
 
+    /// Radii of softened point masses, of which the code has one for all: the least and the largest where they differ.
+    pub fn softened_apart(&self) -> Option<[f64; 2]> {
+        let columns = self.file.species.iter().filter_map(|s| s.table.column(names::SOFTENING_RADIUS));
+        let radii = || columns.clone().flat_map(|c| (0..c.values.len()).map(|i| c.values.get(i))).filter(|r| *r > 0.0);
+        let (least, largest) = (radii().fold(f64::INFINITY, f64::min), radii().fold(0.0, f64::max));
+        (largest > least * (1.0 + 1e-6)).then_some([least, largest])
+    }
+
     pub fn gamma(&self) -> f64 {
         self.file.header.adiabatic_index()
     }
@@ -179,14 +195,17 @@ impl<'a> Facts<'a> {
     pub fn head(&self, comment: &str, run: &str) -> String {
         let mut text = String::new();
         let code = self.code.describe(self.file.header.dimension);
-        for line in [
+        let softening = self.gravity.map(|_| {
+            format!(
+                "softening is {SOFTENING_OVER_SPACING} times the smallest spacing, with which pressure and gravity are resolved alike"
+            )
+        });
+        let lines = [
             format!("{} for {code} ({WRITTEN_BY})", self.name),
             format!("run it by: {run}"),
             format!("units and box are those of the file; the end is at {END} {}", self.time_is),
-            format!(
-                "softening is {SOFTENING_OVER_SPACING} times the smallest spacing, with which pressure and gravity are resolved alike"
-            ),
-        ] {
+        ];
+        for line in lines.into_iter().chain(softening) {
             let _ = writeln!(text, "{comment} {line}");
         }
         for doubt in &self.doubts {
@@ -222,8 +241,8 @@ impl Gravity {
     }
 }
 
-/// sqrt(R^3/(G M)) in the file's units, R the distance of the farthest gas particle from the middle of the box, and M all mass
-/// within it.
+/// sqrt(R^3/(G M)) in the file's units, R the distance from the middle of the box within which all but a thousandth of the gas particles are, and M
+/// all mass within it: single ones may be far away.
 fn dynamical_time(constant: f64, file: &ParticleFile, gas: &ParticleTable) -> f64 {
     let corner = file.header.box_corner.unwrap_or_default();
     let middle = sph::array(|k| corner[k] + 0.5 * file.header.box_size[k]);
@@ -232,7 +251,10 @@ fn dynamical_time(constant: f64, file: &ParticleFile, gas: &ParticleTable) -> f6
         let x = table.column(names::COORDINATES);
         x.map_or_else(Vec::new, |c| (0..table.count).map(|i| distance::<3>(&place(c, i), &middle)).collect())
     };
-    let radius = places(gas).into_iter().fold(0.0, f64::max);
+    let mut distances = places(gas);
+    distances.sort_unstable_by(f64::total_cmp);
+    let count = (MOST * distances.len() as f64).ceil() as usize;
+    let radius = count.checked_sub(1).map_or(0.0, |last| distances[last]);
     let within = |table: &ParticleTable| -> f64 {
         let masses = table.column(names::MASSES);
         let mass = |i: usize| masses.map_or(0.0, |c| c.values.get(i));

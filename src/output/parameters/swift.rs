@@ -28,6 +28,19 @@ enum Gas {
     Unknown,
 }
 
+/// Beside a box that is not periodic.
+const LEAVES: &str = "  # particles that leave the box are deleted: output.box_factor makes it larger
+";
+/// When the tree's cells count as a whole. Particles on different time steps attract each other by sums that do not cancel.
+const OF_WHAT_MOVES: &str = "  MAC: adaptive
+  # keeps momenta 20 times as well as geometric with 0.5, in a fifth more time
+  epsilon_fmm: 0.0001
+";
+const OF_WHAT_RESTS: &str = "  MAC: geometric
+  # theta_cr 0.7 takes two thirds to four fifths of the time; a star at rest stays as still
+  epsilon_fmm: 0.001
+";
+
 impl Facts<'_> {
     pub(super) fn swift(&self) -> String {
         let u = &self.file.header.units;
@@ -64,7 +77,7 @@ Scheduler:
 InitialConditions:
   file_name: {}
   periodic: {periodic}
-SPH:
+{}SPH:
   resolution_eta: {}
   CFL_condition: 0.2
   h_max: {:e}
@@ -80,6 +93,7 @@ SPH:
             0.1 * SNAPSHOT * self.time,
             self.swift_cells(),
             self.name,
+            if periodic == 0 { LEAVES } else { "" },
             self.code.setting(),
             self.swift_largest_smoothing(),
         );
@@ -120,9 +134,7 @@ SPH:
         if kernel.is_some_and(|kernel| kernel != "wendland-C2") {
             options.push("--disable-hand-vec".into());
         }
-        if self.file.header.dimension < 3 {
-            options.push(format!("--with-hydro-dimension={}", self.file.header.dimension));
-        }
+        options.extend(self.dimension_option());
         match options.is_empty() {
             true => "as it is built by default".into(),
             false => format!("configured with {}", options.join(" ")),
@@ -184,13 +196,11 @@ SPH:
             text,
             "Gravity:
   eta: 0.025
-  MAC: geometric
-  # 0.7 takes three quarters of the time, and twice the kinetic energy builds up in a star at rest
-  theta_cr: 0.5
-  epsilon_fmm: 0.001
+{}  theta_cr: 0.5
   use_tree_below_softening: 1
   max_physical_baryon_softening: {:e}
 ",
+            if self.moves() { OF_WHAT_MOVES } else { OF_WHAT_RESTS },
             self.softening
         );
         if self.has(1) {
@@ -200,6 +210,12 @@ SPH:
         if let Some(stated) = constant.stated {
             let _ = writeln!(text, "PhysicalConstants:\n  G: {stated:e}");
         }
+    }
+
+    /// Whether something is on its way, or has a core about which it can be.
+    fn moves(&self) -> bool {
+        let velocities = self.gas.column(names::VELOCITIES);
+        self.file.species.len() > 1 || velocities.is_some_and(|v| v.values.range() != (0.0, 0.0, 0))
     }
 
     /// Numbers of the materials that occur; none for schemes that know none.
