@@ -306,6 +306,21 @@ fn a_temperature_of_a_file_gives_an_energy_with_a_mean_molecular_weight_and_says
     }
 }
 
+/// Below absolute zero there is nothing, whether a scene says so or a file.
+#[test]
+fn negative_temperatures_are_refused() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("star.csv");
+    std::fs::write(&path, "r,rho,temperature\n0,1,-5\n1,0.5,-5\n").unwrap();
+    let of_file = refused(&format!("input: {{file: '{}'}}\nunits: cgs\nparticles: 20\npolish: none\n", path.display()));
+    assert!(of_file.contains("Temperature") && of_file.contains("absolute zero"), "{of_file}");
+    let of_scene = refused(
+        "input: {expression: '1'}\ndomain: {box: [[0], [1]], boundary: [periodic]}\nparticles: 20\npolish: none\n\
+         units: cgs\nfields: {temperature: '-1', mean_molecular_weight: 0.6}\n",
+    );
+    assert!(of_scene.contains("fields.temperature") && of_scene.contains("below 0"), "{of_scene}");
+}
+
 /// Linear fields at the nodes of a grid of a VTK file, over the unit box of `d` dimensions.
 fn linear_grid(folder: &std::path::Path, d: usize) -> std::path::PathBuf {
     let (counts, nodes): (Vec<usize>, usize) =

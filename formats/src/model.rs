@@ -344,6 +344,8 @@ pub const DOUBT_KEY: &str = "contradiction";
 pub const LACKS_KEY: &str = "lacks";
 pub const LACKS_OF_GADGET_KEY: &str = "lacks of GADGET";
 pub const LACKS_OF_SWIFT_KEY: &str = "lacks of SWIFT";
+/// All under which something lacks.
+pub const LACKS_KEYS: [&str; 3] = [LACKS_KEY, LACKS_OF_GADGET_KEY, LACKS_OF_SWIFT_KEY];
 
 /// The key of the provenance under which readers say that a snapshot's box expands.
 pub const COSMOLOGY_KEY: &str = "cosmology";

@@ -45,9 +45,12 @@ class Particles:
     @property
     def gas(self) -> dict[str, np.ndarray]:
         """Columns of the gas, or of the first type where there is none."""
-        if 0 in self.species or not self.species:
-            return self.species.setdefault(0, {})
-        return next(iter(self.species.values()))
+        return self.species.setdefault(self._kind, {})
+
+    @property
+    def _kind(self) -> int:
+        """The type that is meant where none is named: gas, or the first where there is none."""
+        return 0 if 0 in self.species or not self.species else next(iter(self.species))
 
     def __getitem__(self, name: str) -> np.ndarray:
         try:
@@ -113,9 +116,7 @@ class Particles:
     def exponents(self, name: str, kind: int | None = None) -> tuple[int, int, int, int]:
         """Exponents of length, mass, time and temperature in a column's unit; of what was added, none. ``kind`` is the type of particle, as in
         ``species``: by default the gas, or the first type where there is none."""
-        if kind is None:
-            kind = 0 if 0 in self.species or not self.species else next(iter(self.species))
-        return self._exponents.get((kind, name), _NONE)  # type: ignore[return-value]
+        return self._exponents.get((self._kind if kind is None else kind, name), _NONE)  # type: ignore[return-value]
 
     def to_cgs(self, name: str, kind: int | None = None) -> float:
         """What one of the column's numbers is in cgs."""
@@ -219,7 +220,7 @@ class Particles:
         import pynbody
 
         units = self.header["units"]
-        family = "gas" if 0 in self.species else "dm"
+        family = "gas" if self._kind == 0 else "dm"
         snapshot = pynbody.new(**{family: len(self)})
         snapshot["pos"][:, : self.dimension] = self.positions
         snapshot["vel"][:, : self.dimension] = self.velocities

@@ -64,13 +64,13 @@ pub(super) fn length(v: [f64; 3]) -> f64 {
 }
 
 /// Row `i` of a column of vectors, with zeros for what it lacks.
-fn row(column: &Column, i: usize) -> [f64; 3] {
+pub(super) fn row(column: &Column, i: usize) -> [f64; 3] {
     let d = column.components;
     sph::array(|k| if k < d { column.values.get(i * d + k) } else { 0.0 })
 }
 
 /// Mean of rows by mass.
-fn mean(rows: impl Iterator<Item = (f64, [f64; 3])>) -> [f64; 3] {
+pub(super) fn mean(rows: impl Iterator<Item = (f64, [f64; 3])>) -> [f64; 3] {
     let (mut mass, mut sum) = (0.0, [0.0; 3]);
     for (m, x) in rows {
         mass += m;

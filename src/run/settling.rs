@@ -1,6 +1,6 @@
 //! Motion is damped after particles were placed, where a scene asks for it (`settle`), and they are followed forward from there (`certify`).
 
-use super::assembly::BODY_ID;
+use super::assembly::{self, BODY_ID, row};
 use super::checkpoint::refuse_interrupted;
 use crate::codes::TargetCode;
 use crate::error::{Error, Result};
@@ -164,16 +164,13 @@ pub(super) fn in_medium(
 
 /// The mean of a vector over the mass of all types of particles; none where some have none.
 fn mean(file: &ParticleFile, name: &str) -> Option<[f64; 3]> {
-    let (mut sum, mut mass) = ([0.0; 3], 0.0);
-    for table in file.species.iter().map(|s| &s.table) {
-        let (column, masses) = (table.column(name)?, table.column(names::MASSES)?);
-        for i in 0..table.count {
-            let own = masses.values.get(i);
-            mass += own;
-            (0..column.components.min(3)).for_each(|k| sum[k] += own * column.values.get(i * column.components + k));
-        }
-    }
-    (mass > 0.0).then(|| sum.map(|v| v / mass))
+    let columns: Vec<(&Column, &Column)> = file
+        .species
+        .iter()
+        .map(|s| Some((s.table.column(name)?, s.table.column(names::MASSES)?)))
+        .collect::<Option<_>>()?;
+    let rows = columns.iter().flat_map(|&(x, m)| (0..m.values.len()).map(move |i| (m.values.get(i), row(x, i))));
+    Some(assembly::mean(rows))
 }
 
 /// Adds `by` to a vector of all particles.

@@ -42,10 +42,10 @@ pub fn blocks<const D: usize>(target: &Target<'_, D>, count: usize) -> Result<Ve
 
 /// Seeds of which any block can be made without the rest.
 pub struct Blockwise<'a, const D: usize> {
-    target: &'a Target<'a, D>,
-    seed: u64,
+    pub(super) target: &'a Target<'a, D>,
+    pub(super) seed: u64,
     /// Of each region with the number of its first particle; none where seeds are by mass bisection.
-    shells: Option<Vec<(usize, Shells<D>)>>,
+    pub(super) shells: Option<Vec<(usize, Shells<D>)>>,
 }
 
 /// Particles that are made at a time where they are dealt out to blocks.
@@ -89,19 +89,6 @@ impl<'a, const D: usize> Blockwise<'a, D> {
             Ok(())
         })?;
         Ok(Self { target, seed, shells: Some(shells) })
-    }
-
-    pub(super) fn target(&self) -> &'a Target<'a, D> {
-        self.target
-    }
-
-    pub(super) fn seed(&self) -> u64 {
-        self.seed
-    }
-
-    /// The number of the first particle of each region where seeds are on shells.
-    pub(super) fn regions_of_shells(&self) -> Option<Vec<usize>> {
-        self.shells.as_ref().map(|shells| shells.iter().map(|(first, _)| *first).collect())
     }
 
     /// The positions of all particles within a distance of each of some places.

@@ -1,8 +1,8 @@
 //! Seeds that several ranks make together, and deal out so that each has those of a part of space.
 //!
-//! Mass bisection numbers its seeds so that successive ones lie together. Shells number theirs from the inside out: they get other numbers,
-//! by leaves of a tree of planes, as many of which as there are particles to fill them lie in the share of a rank. Which number a seed has does not
-//! depend on how many ranks there are.
+//! Mass bisection numbers its seeds so that successive ones lie together. Shells number theirs from the inside out, so that successive ones are
+//! layers: these get other numbers here, leaf by leaf of a tree of planes, and each rank has a range of them. The number of a seed does not depend on
+//! how many ranks there are.
 
 use super::blocks::{Blockwise, each_region, seed_block};
 use super::parting::Parting;
@@ -24,10 +24,12 @@ impl<const D: usize> Blockwise<'_, D> {
     /// A target without mass in its domain, on all of them.
     pub fn dealt(&self, exchange: &dyn Exchange, shares: &[Range<usize>]) -> Result<Positions<D>> {
         let own = shares[exchange.rank()].clone();
-        let Some(regions) = self.regions_of_shells() else { return seed_block(self.target(), self.seed(), own) };
+        if self.shells.is_none() {
+            return seed_block(self.target, self.seed, own);
+        }
         // As they are made: some of each share's.
         let made = self.positions(own.clone())?;
-        let leaves = Leaves::new(self.target(), &regions)?;
+        let leaves = Leaves::new(self.target)?;
         let whose = parallel::map(made[0].len(), |i| leaves.of(own.start + i, &at(&made, i)));
         let mut here = vec![0.0; leaves.count];
         whose.iter().for_each(|&leaf| here[leaf] += 1.0);
@@ -69,15 +71,13 @@ struct Leaves<const D: usize> {
 }
 
 impl<const D: usize> Leaves<D> {
-    /// `regions` are the numbers of the first seed of each.
-    fn new(target: &Target<'_, D>, regions: &[usize]) -> Result<Self> {
-        let mut all = Self { regions: Vec::with_capacity(regions.len()), count: 0 };
+    fn new(target: &Target<'_, D>) -> Result<Self> {
+        let (mut all, mut first) = (Self { regions: Vec::new(), count: 0 }, 0);
         each_region(target, &(0..target.count), |region, own| {
             let leaves = (own.len() / OF_A_LEAF).clamp(1, MOST_LEAVES).next_power_of_two();
-            let parting = Parting::coarse(region, leaves)?;
-            let blocks = parting.blocks();
-            all.regions.push((regions[all.regions.len()], all.count, parting));
-            all.count += blocks;
+            all.regions.push((first, all.count, Parting::coarse(region, leaves)?));
+            all.count += leaves;
+            first += own.len();
             Ok(())
         })?;
         Ok(all)

@@ -49,10 +49,6 @@ impl<const D: usize> Parting<D> {
         Ok(Self { nodes })
     }
 
-    pub fn blocks(&self) -> usize {
-        self.nodes.len().div_ceil(2)
-    }
-
     /// The block that a place is in.
     pub fn block_of(&self, x: &[f64; D]) -> usize {
         let mut node = 0;

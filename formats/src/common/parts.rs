@@ -1,10 +1,7 @@
 //! Particles from the files of one snapshot, put together.
 
 use crate::error::{FormatError, Result};
-use crate::model::{
-    Column, DOUBT_KEY, FILES_KEY, LACKS_KEY, LACKS_OF_GADGET_KEY, LACKS_OF_SWIFT_KEY, ParticleFile, RunHeader, Species,
-    Values,
-};
+use crate::model::{Column, DOUBT_KEY, FILES_KEY, LACKS_KEYS, ParticleFile, RunHeader, Species, Values};
 use crate::particle_names as names;
 use std::collections::HashMap;
 use std::path::{Path, PathBuf};
@@ -98,9 +95,8 @@ fn append(whole: &mut ParticleFile, part: ParticleFile) -> std::result::Result<(
     }
     for fact in part.header.provenance {
         // What could not be read may differ from file to file.
-        if ["not read", DOUBT_KEY, LACKS_KEY, LACKS_OF_GADGET_KEY, LACKS_OF_SWIFT_KEY].contains(&fact.0.as_str())
-            && !whole.header.provenance.contains(&fact)
-        {
+        let may_differ = ["not read", DOUBT_KEY].iter().chain(&LACKS_KEYS).any(|key| fact.0 == *key);
+        if may_differ && !whole.header.provenance.contains(&fact) {
             whole.header.provenance.push(fact);
         }
     }

@@ -54,7 +54,7 @@ pub(super) fn doubts(facts: &Facts<'_>) -> Vec<String> {
         facts.softened_apart().filter(|_| ["swift", "gadget4", "gizmo", "arepo"].contains(&name))
     {
         doubts.push(format!(
-            "{title} softens all point masses alike, by the first one's radius, but theirs go from {least:e} to {largest:e}: give them one, or types of their own"
+            "{title} softens all point masses alike, but their radii go from {least:e} to {largest:e}: give them one, or change what the file says"
         ));
     }
     if facts.lacks_gravity {

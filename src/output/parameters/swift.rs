@@ -2,6 +2,7 @@
 
 use super::facts::{END, Facts, LARGEST_SMOOTHING, LARGEST_STEP, SNAPSHOT};
 use crate::codes::{AS_PLANETARY, CELL_OVER_REACH, LEAST_CELLS};
+use crate::input::particles::is_zero;
 use sph::kernel::{KernelName, support_over_smoothing_length};
 use sph_formats::common::particle_names as names;
 use std::collections::BTreeSet;
@@ -214,8 +215,7 @@ InitialConditions:
 
     /// Whether something is on its way, or has a core about which it can be.
     fn moves(&self) -> bool {
-        let velocities = self.gas.column(names::VELOCITIES);
-        self.file.species.len() > 1 || velocities.is_some_and(|v| v.values.range() != (0.0, 0.0, 0))
+        self.file.species.len() > 1 || self.gas.column(names::VELOCITIES).is_some_and(|v| !is_zero(&v.values))
     }
 
     /// Numbers of the materials that occur; none for schemes that know none.
