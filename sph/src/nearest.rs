@@ -60,8 +60,8 @@ impl<const D: usize> Nearest<D> {
         if reach >= 0.0 { self.tree.within(x, reach) } else { Vec::new() }
     }
 
-    /// The number of the point that is nearest to `x`.
-    pub fn one(&self, x: &[f64; D]) -> usize {
+    /// The number of the point that is nearest to `x`, and its distance.
+    pub fn one(&self, x: &[f64; D]) -> (usize, f64) {
         self.tree.one(x)
     }
 }
@@ -112,7 +112,11 @@ impl AnyTree {
         in_dimension!(self, tree => found!(tree.query(place(x)).within::<SquaredEuclidean<f64>>(square).unsorted()))
     }
 
-    fn one(&self, x: &[f64]) -> usize {
-        in_dimension!(self, tree => tree.query(place(x)).nearest_one::<SquaredEuclidean<f64>>().execute().item as usize)
+    fn one(&self, x: &[f64]) -> (usize, f64) {
+        let found = in_dimension!(self, tree => {
+            let found = tree.query(place(x)).nearest_one::<SquaredEuclidean<f64>>().execute();
+            (found.item as usize, found.distance)
+        });
+        (found.0, found.1.sqrt())
     }
 }

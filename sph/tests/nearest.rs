@@ -18,7 +18,7 @@ fn as_by_search<const D: usize>() {
         let found = tree.find(&x, 20);
         assert_eq!(found.iter().map(|f| f.0).collect::<Vec<_>>(), all[..20]);
         assert!(found.iter().all(|&(i, d)| (d - distance(i)).abs() < 1e-15));
-        assert_eq!(tree.one(&x), all[0]);
+        assert_eq!(tree.one(&x), (all[0], found[0].1));
         let reach = 0.5 * (distance(all[19]) + distance(all[20]));
         let mut within = tree.within(&x, reach);
         within.sort_by(|a, b| a.1.total_cmp(&b.1));

@@ -53,7 +53,7 @@ impl<const D: usize> Aabb<D> {
         (0..D).all(|k| x[k] >= self.lo[k] && x[k] <= self.hi[k])
     }
 
-    fn distance_squared(&self, x: &[f64; D]) -> f64 {
+    pub(crate) fn distance_squared(&self, x: &[f64; D]) -> f64 {
         (0..D).map(|k| (self.lo[k] - x[k]).max(x[k] - self.hi[k]).max(0.0).powi(2)).sum()
     }
 }

@@ -7,6 +7,7 @@
 //! Matter ends where the nearest point is farther away than that point's own 2^D-th neighbor; no place
 //! within a lattice or a glass is.
 
+use super::bvh::Aabb;
 use super::sampled::{Outside, Sampler};
 use crate::error::{Error, Result};
 use sph::domain::{Axis, Domain, Region};
@@ -16,8 +17,11 @@ use sph_formats::Values;
 
 pub(crate) struct Cloud<const D: usize> {
     tree: Nearest<D>,
-    /// How far each point's matter reaches.
+    /// How far each point's matter reaches, and the farthest of these.
     reach: Vec<f64>,
+    farthest: f64,
+    /// About all points.
+    bounds: Aabb<D>,
     domain: Domain<D>,
 }
 
@@ -32,7 +36,7 @@ impl<const D: usize> Cloud<D> {
             None => Vec::new(),
         };
         let points = if domain.is_some() { wrapped.as_slice() } else { points };
-        let bounds = super::bvh::Aabb::around(points);
+        let bounds = Aabb::around(points);
         if points.len() < 2 || (0..D).any(|k| bounds.lo[k] >= bounds.hi[k]) {
             return Err(Error::field(
                 name,
@@ -49,12 +53,13 @@ impl<const D: usize> Cloud<D> {
             Some(domain) => domain.clone(),
             None => Domain::new(bounds.lo, bounds.hi, [Axis::OPEN; D], Region::Box)?,
         };
-        let mut cloud = Self { tree, reach: vec![], domain };
+        let mut cloud = Self { tree, reach: vec![], farthest: f64::INFINITY, bounds, domain };
         let neighbors = (1 << D) + 1;
         cloud.reach = parallel::map(points.len(), |i| match cloud.nearest(&points[i], neighbors).last() {
             Some(&(_, d)) if points.len() >= neighbors => d,
             _ => f64::INFINITY,
         });
+        cloud.farthest = cloud.reach.iter().copied().fold(0.0, f64::max);
         Ok(cloud)
     }
 
@@ -97,6 +102,11 @@ impl<const D: usize> Cloud<D> {
 
     /// Images of `x`, but itself, from which a point of the box may be as near as `reach`.
     fn images_within(&self, x: &[f64; D], reach: f64) -> Vec<[f64; D]> {
+        let (lo, hi) = (&self.domain.lo, &self.domain.hi);
+        let is_inside = |k: usize| x[k] - lo[k] > reach && hi[k] - x[k] > reach;
+        if (0..D).all(|k| self.domain.axes[k] != Axis::Periodic || is_inside(k)) {
+            return Vec::new();
+        }
         let periodic: Vec<usize> = (0..D).filter(|&k| self.domain.axes[k] == Axis::Periodic).collect();
         let extent = self.domain.extent();
         let image = |code: usize| {
@@ -153,15 +163,40 @@ impl<const D: usize> Cloud<D> {
         self.is_boxed(x) && nearest.1 <= self.reach[nearest.0]
     }
 
-    /// A point near `x`, in the box: the nearest, where that is not an image.
-    pub(super) fn near(&self, x: &[f64; D]) -> usize {
-        self.tree.one(x)
+    /// The point that is nearest to `x` or has the nearest image, and its distance.
+    pub(super) fn near(&self, x: &[f64; D]) -> (usize, f64) {
+        self.near_within(&self.domain.wrapped(x), f64::INFINITY)
+    }
+
+    /// The same; `None` where it has no matter at `x`.
+    pub(super) fn held(&self, x: &[f64; D]) -> Option<(usize, f64)> {
+        let x = self.domain.wrapped(x);
+        if self.is_apart(&x) {
+            return None;
+        }
+        Some(self.near_within(&x, self.farthest)).filter(|&nearest| self.holds(&x, nearest))
+    }
+
+    /// The point that is nearest to a place in the box, or an image that is no farther away than `reach`.
+    fn near_within(&self, x: &[f64; D], reach: f64) -> (usize, f64) {
+        let own = self.tree.one(x);
+        let images = self.images_within(x, own.1.min(reach)).into_iter().map(|image| self.tree.one(&image));
+        images.fold(own, |a, b| if nearer(&b, &a).is_lt() { b } else { a })
+    }
+
+    /// Whether no point or image reaches `x` from the bounds of all points.
+    fn is_apart(&self, x: &[f64; D]) -> bool {
+        let is_far = |x: &[f64; D]| self.bounds.distance_squared(x).sqrt() > self.farthest;
+        is_far(x) && self.images_within(x, self.farthest).iter().all(is_far)
     }
 }
 
 impl<const D: usize> Sampler<D> for Cloud<D> {
     fn sample(&self, values: &Values, stride: usize, x: &[f64; D], outside: Outside, out: &mut [f64]) -> bool {
         let n = 4 * (D + 1);
+        if outside == Outside::Reject && self.is_apart(&self.domain.wrapped(x)) {
+            return false;
+        }
         let mut found = self.nearest(x, n);
         if outside == Outside::Reject && !found.first().is_some_and(|&nearest| self.holds(x, nearest)) {
             return false;

@@ -224,19 +224,14 @@ impl<const D: usize> Fitted<D> {
             Some(_) => Outside::Clamp,
             None => outside,
         };
-        let is_held = |nearest: (usize, f64)| self.cloud.holds(x, nearest) && !self.is_beyond(x, nearest.0);
-        let found = if self.lists.is_empty() {
-            self.cloud.nearest(x, Self::MEANT)
-        } else {
-            let near = self.cloud.near(&self.domain.wrapped(x));
-            let distance = self.distance(near, x);
-            // Without images it is the nearest of all, so that nobody else need be looked for.
-            if outside == Outside::Reject && self.shortest_period() == f64::INFINITY && !is_held((near, distance)) {
-                return None;
-            }
-            self.listed(x, near, distance).unwrap_or_else(|| self.cloud.nearest(x, Self::MEANT))
+        let is_within = |nearest: &(usize, f64)| !self.is_beyond(x, nearest.0);
+        // It is looked for first: where there is nothing, nobody else need be.
+        let near = match outside {
+            Outside::Reject => self.cloud.held(x).filter(is_within)?,
+            Outside::Clamp => self.cloud.near(x),
         };
-        (outside == Outside::Clamp || found.first().is_some_and(|&nearest| is_held(nearest))).then_some(found)
+        let listed = if self.lists.is_empty() { None } else { self.listed(x, near.0, near.1) };
+        Some(listed.unwrap_or_else(|| self.cloud.nearest(x, Self::MEANT)))
     }
 
     /// Whether `x` is farther out than half a spacing beyond the particles about `near`, but for D - 1 that stand out. Within the particles there are

@@ -196,8 +196,8 @@ fn lists_find_the_nearest_particles() {
         let mut sure = 0;
         for _ in 0..2000 {
             let x = random.point();
-            let near = fitted.cloud.near(&x);
-            let Some(found) = fitted.listed(&x, near, fitted.distance(near, &x)) else { continue };
+            let (near, distance) = fitted.cloud.near(&x);
+            let Some(found) = fitted.listed(&x, near, distance) else { continue };
             sure += 1;
             let all: Vec<usize> = fitted.cloud.nearest(&x, found.len()).iter().map(|f| f.0).collect();
             assert_eq!(found.iter().map(|f| f.0).collect::<Vec<usize>>(), all, "{x:?}");

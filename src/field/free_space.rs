@@ -38,7 +38,7 @@ impl<'a, const D: usize> FreeSpace<'a, D> {
 
     /// The nearest particle of the cloud, and its distance.
     pub fn nearest(&self, x: &[f64; D]) -> (usize, f64) {
-        self.cloud.nearest(x, 1).first().copied().unwrap_or((0, f64::INFINITY))
+        self.cloud.near(x)
     }
 
     /// Distance to the nearest particle of the cloud.
@@ -49,7 +49,7 @@ impl<'a, const D: usize> FreeSpace<'a, D> {
 
 impl<const D: usize> ScalarField<D> for FreeSpace<'_, D> {
     fn value(&self, x: &[f64; D]) -> f64 {
-        let Some(&(nearest, distance)) = self.cloud.nearest(x, 1).first() else { return (self.base)(x) };
+        let (nearest, distance) = self.cloud.near(x);
         match self.held[nearest] {
             Some(own) if distance.powi(D as i32) * own <= SAME.powi(D as i32) => own,
             _ if (self.taken)(x, nearest) => 0.0,

@@ -121,10 +121,7 @@ impl<const D: usize> Ends<D> {
                 .filter(|&k| filled.axes[k] != Axis::Periodic)
                 .map(|k| (x[k] - filled.lo[k]).min(filled.hi[k] - x[k]))
                 .fold(f64::INFINITY, f64::min),
-            Self::Surface(outline) => {
-                let nearest = outline.surface.as_ref().and_then(|surface| surface.nearest(x, 1).first().copied());
-                nearest.map_or(f64::INFINITY, |(_, distance)| distance)
-            }
+            Self::Surface(outline) => outline.surface.as_ref().map_or(f64::INFINITY, |surface| surface.near(x).1),
         }
     }
 
@@ -315,15 +312,6 @@ impl<const D: usize> Outline<D> {
         }
     }
 
-    /// The nearest particle, and how far it is.
-    fn nearest(&self, x: &[f64; D]) -> (usize, f64) {
-        if self.domain.axes.contains(&Axis::Periodic) {
-            return self.cloud.nearest(x, 1).first().copied().unwrap_or((0, f64::INFINITY));
-        }
-        let near = self.cloud.near(x);
-        (near, length(&self.domain.displacement(&self.blobs[near].at, x)))
-    }
-
     /// The particles that a place near `i` depends on.
     fn seen_at(&self, i: usize) -> &[(u32, f64)] {
         &self.seen[self.starts[i]..self.starts[i + 1]]
@@ -391,7 +379,7 @@ impl<const D: usize> Outline<D> {
 
     /// Whether `x` is within.
     fn holds(&self, x: &[f64; D]) -> bool {
-        let (near, distance) = self.nearest(x);
+        let (near, distance) = self.cloud.near(x);
         if self.seen_at(near).is_empty() {
             return true;
         }
@@ -403,7 +391,7 @@ impl<const D: usize> Outline<D> {
     fn led(&self, x: &[f64; D], spacing: f64, steps: usize) -> Option<End<D>> {
         let mut x = SVector::<f64, D>::from(*x);
         for _ in 0..steps {
-            let near = self.nearest(&x.into());
+            let near = self.cloud.near(&x.into());
             let Level { value, gradient } = self.sloped(&x.into(), near)?;
             let slope = gradient.norm();
             if !(slope > 0.0) {
@@ -455,7 +443,7 @@ impl<const D: usize> Outline<D> {
         let is_behind = |i: usize| {
             let x: [f64; D] =
                 sph::array(|k| self.domain.lo[k] + share(i, k, D) * (self.domain.hi[k] - self.domain.lo[k]));
-            let (nearest, _) = *surface.nearest(&x, 1).first()?;
+            let (nearest, _) = surface.near(&x);
             let End { at, normal, spacing } = self.ends[nearest];
             let offset = SVector::<f64, D>::from(self.domain.displacement(&at, &x));
             (offset.dot(&normal.into()) < -APART * spacing).then_some(x)
@@ -531,8 +519,7 @@ impl<const D: usize> Hull<D> for Outline<D> {
     }
 
     fn nearest_on_surface(&self, x: &[f64; D]) -> [f64; D] {
-        let found = self.surface.as_ref().and_then(|surface| surface.nearest(x, 1).first().copied());
-        let Some((nearest, distance)) = found else { return *x };
+        let Some((nearest, distance)) = self.surface.as_ref().map(|surface| surface.near(x)) else { return *x };
         let End { at, normal, spacing } = self.ends[nearest];
         let offset = SVector::<f64, D>::from(self.domain.displacement(x, &at));
         let from = SVector::<f64, D>::from(*x);
@@ -564,7 +551,7 @@ impl<const D: usize> Hull<D> for Outline<D> {
     }
 
     fn nearest_within(&self, x: &[f64; D], reach: f64) -> Option<[f64; D]> {
-        let &(nearest, distance) = self.surface.as_ref()?.nearest(x, 1).first()?;
+        let (nearest, distance) = self.surface.as_ref()?.near(x);
         // The foot is nearer than the nearest of the points by less than these are apart.
         if distance > reach + APART * self.ends[nearest].spacing {
             return None;

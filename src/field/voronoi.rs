@@ -27,7 +27,7 @@ impl<const D: usize> Sampler<D> for Voronoi<D> {
         if outside == Outside::Reject && !self.generators.is_boxed(x) {
             return false;
         }
-        let Some(&(cell, _)) = self.generators.nearest(x, 1).first() else { return false };
+        let (cell, _) = self.generators.near(x);
         out.iter_mut().enumerate().for_each(|(c, v)| *v = values.get(cell * stride + c));
         true
     }

@@ -51,7 +51,7 @@ impl<const D: usize> Stage<D> for AwayFromClosest<'_, D> {
     fn begin(&self, particles: Particles<D>) -> Box<dyn Running<D> + '_> {
         let (positions, neighbors) = (particles.positions, self.options.kernel_neighbors);
         let state = Arrangement::new(self.kernel, self.target, self.target.domain.mirrored(), positions, neighbors);
-        let best = Best { epsilon: f64::INFINITY, iteration: 0, positions: state.positions.clone() };
+        let best = Best { epsilon: f64::INFINITY, iteration: 0, positions: state.positions().clone() };
         Box::new(Run { options: &self.options, state, step: 0, best, trace: Trace::new() })
     }
 
@@ -105,7 +105,7 @@ impl<const D: usize> Running<D> for Run<'_, D> {
         let support = self.state.target_supports();
         self.state.mirror(&support);
         let epsilon = self.epsilon(&support);
-        self.best.note(epsilon, step, &self.state.positions);
+        self.best.note(epsilon, step, self.state.positions());
         let reason = if epsilon <= options.tolerance { Some(StopReason::ToleranceReached) } else { outside };
         let mut largest_step = 0.0;
         if reason.is_none() && step < options.steps {
@@ -125,7 +125,7 @@ impl<const D: usize> Running<D> for Run<'_, D> {
         encode(
             &Snapshot {
                 step: self.step,
-                positions: self.state.positions.clone(),
+                positions: self.state.positions().clone(),
                 moves: self.state.moves(),
                 best: self.best.clone(),
                 trace: self.trace.kept(),
@@ -144,7 +144,7 @@ impl<const D: usize> Running<D> for Run<'_, D> {
 
 impl<const D: usize> Run<'_, D> {
     fn epsilon(&self, support: &[f64]) -> f64 {
-        let (target, positions) = (&self.state.target, &self.state.positions);
+        let (target, positions) = (&self.state.target, self.state.positions());
         let sums = self.state.densities(support);
         let density = target.number_densities(positions);
         let set = interior(target.domain, positions, support, None);

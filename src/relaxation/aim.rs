@@ -201,7 +201,7 @@ impl<const D: usize> Points<D> {
         let Some(points) = self.get() else { return };
         let particles: Vec<[f64; D]> = (0..support.len()).map(|i| at(positions, i)).collect();
         let Ok(tree) = Nearest::new(&particles) else { return };
-        let radii = parallel::map(points.share().len(), |c| support[tree.one(&at(points.positions(), c))]);
+        let radii = parallel::map(points.share().len(), |c| support[tree.one(&at(points.positions(), c)).0]);
         let aimed: Vec<usize> = (0..support.len()).filter(|&i| is_aimed(i)).collect();
         let looked = match 2 * aimed.len() < support.len() {
             true => {

@@ -201,7 +201,7 @@ struct Course<const D: usize> {
 impl<const D: usize> Course<D> {
     fn new<R: Real>(fluid: &Fluid<'_, D, R>, clock: StopClock) -> Self {
         let epsilon = fluid.fitted.epsilon;
-        let best = Best { epsilon, iteration: 0, positions: fluid.state.positions.clone() };
+        let best = Best { epsilon, iteration: 0, positions: fluid.state.positions().clone() };
         let mut run = Self { step: 0, best, clock, last_stop: (0.0, epsilon), trace: Trace::new() };
         run.note(fluid, 0.0);
         run
@@ -237,7 +237,7 @@ impl<const D: usize> Course<D> {
             return Some(StopReason::IterationLimit);
         }
         if outside.is_some() {
-            self.best.note(fluid.fitted.epsilon, self.step, &fluid.state.positions);
+            self.best.note(fluid.fitted.epsilon, self.step, fluid.state.positions());
             return outside;
         }
         self.step += 1;
@@ -261,7 +261,7 @@ impl<const D: usize> Course<D> {
             fluid.halt();
         }
         let epsilon = fluid.fitted.epsilon;
-        self.best.note(epsilon, self.step, &fluid.state.positions);
+        self.best.note(epsilon, self.step, fluid.state.positions());
         let rate = (epsilon - self.last_stop.1).abs() / (fluid.time - self.last_stop.0);
         self.last_stop = (fluid.time, epsilon);
         if epsilon <= fluid.options.tolerance {

@@ -7,16 +7,18 @@ use sph::exchange::{Alone, Exchange};
 use sph::kernel::{KernelName, support_over_spacing};
 use sph::lanes::Real;
 use sph::neighbors::{GhostTree, Halo, Reach, Sees, Sources, Tree};
+use sph::parallel;
 use sph::sums::{
     Actors, Away, DensitySums, Search, Solved, Vector, away_from_closest, density, largest_support, scatter_gradient,
     solve_support_radii, solve_within_reach,
 };
-use sph::{parallel, reduce};
 use std::marker::PhantomData;
 
 /// Depth below a curved surface, in support radii, from which particles are mirrored. More than one, since a
 /// target at the surface may have a larger radius than the particles below it.
 const GHOST_DEPTH: f64 = 1.5;
+/// Particles that are moved together.
+const BLOCK: usize = 1 << 16;
 /// Moves between sortings, where steps are short.
 pub(super) const SORT_INTERVAL: usize = 8;
 
@@ -75,7 +77,6 @@ pub(super) struct Arrangement<'a, const D: usize, R> {
     /// The domain as forces see it: usually [`Domain::mirrored`].
     pub domain: Domain<D>,
     pub kernel_neighbors: f64,
-    pub positions: Positions<D>,
     /// Whether particles may go where the target has nothing.
     pub leaves_target: bool,
     tree: Tree<D>,
@@ -117,10 +118,9 @@ impl<'a, const D: usize, R: Real> Arrangement<'a, D, R> {
         kernel_neighbors: f64,
     ) -> (Self, Vec<u32>) {
         let mut tree = Tree::build(&positions);
-        let positions = std::array::from_fn(|k| tree.to_tree_order(&positions[k]));
-        let order = tree.order().to_vec();
-        tree.forget_order();
-        (Self::with_tree(kernel, target, domain, (positions, tree), 0, kernel_neighbors), order)
+        drop(positions);
+        let order = tree.take_order();
+        (Self::with_tree(kernel, target, domain, tree, 0, kernel_neighbors), order)
     }
 
     /// Particles that are in tree order already, `moves` after the last sorting.
@@ -132,15 +132,14 @@ impl<'a, const D: usize, R: Real> Arrangement<'a, D, R> {
         moves: usize,
         kernel_neighbors: f64,
     ) -> Self {
-        let tree = Tree::of_sorted(&positions);
-        Self::with_tree(kernel, target, domain, (positions, tree), moves, kernel_neighbors)
+        Self::with_tree(kernel, target, domain, Tree::of_sorted(&positions), moves, kernel_neighbors)
     }
 
     fn with_tree(
         kernel: KernelName,
         target: Target<'a, D>,
         domain: Domain<D>,
-        (positions, tree): (Positions<D>, Tree<D>),
+        tree: Tree<D>,
         moves: usize,
         kernel_neighbors: f64,
     ) -> Self {
@@ -151,7 +150,6 @@ impl<'a, const D: usize, R: Real> Arrangement<'a, D, R> {
             kernel_neighbors,
             leaves_target: false,
             tree,
-            positions,
             ghosts: None,
             exchange: &Alone,
             sees: Sees::Targets,
@@ -179,6 +177,15 @@ impl<'a, const D: usize, R: Real> Arrangement<'a, D, R> {
         &self.tree
     }
 
+    pub fn positions(&self) -> &Positions<D> {
+        self.tree.positions()
+    }
+
+    /// The positions alone.
+    pub fn into_positions(self) -> Positions<D> {
+        self.tree.into_positions()
+    }
+
     /// Moves since the last sorting.
     pub fn moves(&self) -> usize {
         self.moves
@@ -192,7 +199,7 @@ impl<'a, const D: usize, R: Real> Arrangement<'a, D, R> {
     /// Support radii that the target's spacing gives.
     pub fn target_supports(&self) -> Vec<f64> {
         let (ratio, largest) = (self.ratio(), self.domain.size());
-        let density = self.target.number_densities(&self.positions);
+        let density = self.target.number_densities(self.positions());
         parallel::map(density.len(), |i| ratio * self.target.spacing(density[i]).min(largest))
     }
 
@@ -208,10 +215,8 @@ impl<'a, const D: usize, R: Real> Arrangement<'a, D, R> {
 
     /// Sorts particles into the order of a new tree. Returns new place -> old place, for other arrays.
     pub fn sort(&mut self) -> Vec<u32> {
-        self.tree = Tree::build(&self.positions);
-        self.positions = std::array::from_fn(|k| self.tree.to_tree_order(&self.positions[k]));
-        let order = self.tree.order().to_vec();
-        self.tree.forget_order();
+        self.tree = Tree::build(self.tree.positions());
+        let order = self.tree.take_order();
         self.moves = 0;
         self.target_density = None;
         if let Some((interfaces, _)) = &mut self.interfaces {
@@ -227,14 +232,14 @@ impl<'a, const D: usize, R: Real> Arrangement<'a, D, R> {
             return;
         }
         let beyond = Beyond::new::<D>(self.kernel, weight);
-        let find = || Interfaces::find(&self.target, &beyond, &self.positions, &self.target_supports());
+        let find = || Interfaces::find(&self.target, &beyond, self.positions(), &self.target_supports());
         self.interfaces = known.or_else(find).map(|found| (found, beyond));
     }
 
     /// Looks for surfaces anew about particles that have moved far; for how many.
     pub fn refresh_interfaces(&mut self) -> usize {
         let Some((mut interfaces, beyond)) = self.interfaces.take() else { return 0 };
-        let changed = interfaces.refresh(&self.target, &beyond, &self.positions, &self.target_supports());
+        let changed = interfaces.refresh(&self.target, &beyond, self.positions(), &self.target_supports());
         self.interfaces = Some((interfaces, beyond));
         changed
     }
@@ -254,39 +259,65 @@ impl<'a, const D: usize, R: Real> Arrangement<'a, D, R> {
     pub fn missing(&self, i: usize, support: f64) -> Option<(Missing<D>, f64)> {
         let (interfaces, beyond) = self.interfaces.as_ref()?;
         let medium = self.medium * (self.ratio() / support).powi(D as i32);
-        Some((interfaces.missing(&self.domain, beyond, i, (&at(&self.positions, i), support)), medium))
+        Some((interfaces.missing(&self.domain, beyond, i, (&at(self.positions(), i), support)), medium))
     }
 
-    /// Takes over that `positions` have changed.
-    pub fn moved(&mut self) {
-        self.tree.refit(&self.positions);
+    /// Puts the particles where they have been.
+    pub fn put_back(&mut self, positions: Positions<D>) {
+        self.tree.move_particles(|own| *own = positions);
+        self.moves += 1;
+        self.target_density = None;
+    }
+
+    /// Moves all particles to what `place` says of each and of where it is, in blocks, so that hardly anything is held twice; `take` gets what it
+    /// says with it, in the particles' order.
+    fn move_each<T: Send + Sync>(
+        &mut self,
+        place: impl Fn(&Self, usize, [f64; D]) -> ([f64; D], T) + Sync,
+        mut take: impl FnMut(&[([f64; D], T)]),
+    ) {
+        // What moves is not what is looked at: the tree is left out meanwhile.
+        let mut tree = std::mem::replace(&mut self.tree, Tree::build(&std::array::from_fn(|_| Vec::new())));
+        tree.move_particles(|positions| {
+            let count = positions[0].len();
+            for first in (0..count).step_by(BLOCK) {
+                let some = BLOCK.min(count - first);
+                let moved = parallel::map(some, |i| place(self, first + i, at(positions, first + i)));
+                for (k, axis) in positions.iter_mut().enumerate() {
+                    parallel::update(&mut axis[first..first + some], |i, x| *x = moved[i].0[k]);
+                }
+                take(&moved);
+            }
+        });
+        self.tree = tree;
         self.moves += 1;
         self.target_density = None;
     }
 
     /// n* at the particles.
     pub fn target_density(&mut self) -> Vec<f64> {
-        self.target_density.take().unwrap_or_else(|| self.target.number_densities(&self.positions))
+        self.target_density.take().unwrap_or_else(|| self.target.number_densities(self.positions()))
     }
 
     /// Moves all particles from `from` by `t` times `direction` (in units of `unit`), each by at most
-    /// `max_step` of its spacing, and none out of the domain (of forces where they may leave the target's). Returns the moves made, in units of `unit`.
-    pub fn displace(
+    /// `max_step` of its spacing, and none out of the domain (of forces where they may leave the target's).
+    pub fn displace<V: Copy + Into<f64> + Sync>(
         &mut self,
         from: &Positions<D>,
-        direction: &[[f64; D]],
+        direction: &[[V; D]],
         t: f64,
         unit: &[f64],
         spacing: &[f64],
         max_step: f64,
-    ) -> Vec<[f64; D]> {
-        let (target, domain, leaves) = (&self.target, &self.domain, self.leaves_target);
-        let moved = parallel::map(direction.len(), |i| {
-            let (x0, d) = (at(from, i), &direction[i]);
+    ) {
+        let mut densities = Vec::with_capacity(direction.len());
+        let place = |own: &Self, i: usize, _: [f64; D]| {
+            let (x0, d): (_, [f64; D]) = (at(from, i), direction[i].map(Into::into));
             let length = t * unit[i] / spacing[i] * d.iter().map(|v| v * v).sum::<f64>().sqrt();
             let limited = t * if length > max_step { max_step / length } else { 1.0 };
             let mut x: [f64; D] = sph::array(|k| x0[k] + limited * unit[i] * d[k]);
-            domain.confine(&x0, &mut x);
+            let (target, leaves) = (&own.target, own.leaves_target);
+            own.domain.confine(&x0, &mut x);
             let inside = target.domain.contains(&x);
             let allowed = (inside || leaves) && target.keeps_region(&x0, &x);
             let mut density = if allowed && inside { target.number_density(&x) } else { 0.0 };
@@ -294,40 +325,39 @@ impl<'a, const D: usize, R: Real> Arrangement<'a, D, R> {
                 x = x0;
                 density = target.number_density(&x);
             }
-            let step = domain.displacement(&x0, &x);
-            (x, sph::array(|k| step[k] / unit[i]), density)
-        });
-        self.place(|i| moved[i].0);
-        self.target_density = Some(parallel::map(moved.len(), |i| moved[i].2));
-        parallel::map(moved.len(), |i| moved[i].1)
+            (x, density)
+        };
+        self.move_each(place, |moved| densities.extend(moved.iter().map(|(_, density)| *density)));
+        self.target_density = Some(densities);
+    }
+
+    /// The move of a particle since it was at `from`, in units of `unit`.
+    pub fn step(&self, i: usize, from: &Positions<D>, unit: &[f64]) -> [f64; D] {
+        self.domain.displacement(&at(from, i), &at(self.positions(), i)).map(|step| step / unit[i])
     }
 
     /// Moves each particle to where `step` says, with the length of the step in spacings, unless the target has no place for
     /// it there. Returns the largest length.
     pub fn shift(&mut self, step: impl Fn(usize, [f64; D]) -> ([f64; D], f64) + Sync) -> f64 {
-        let (target, domain, positions) = (&self.target, &self.domain, &self.positions);
-        let moved = parallel::map(self.len(), |i| {
-            let from = at(positions, i);
+        let mut largest = f64::NEG_INFINITY;
+        let place = |own: &Self, i: usize, from: [f64; D]| {
             let (mut x, length) = step(i, from);
-            domain.confine(&from, &mut x);
-            if target.admits(&x) && target.keeps_region(&from, &x) { (x, length) } else { (from, 0.0) }
-        });
-        self.place(|i| moved[i].0);
-        reduce::max(moved.len(), |i| moved[i].1)
+            own.domain.confine(&from, &mut x);
+            if own.target.admits(&x) && own.target.keeps_region(&from, &x) { (x, length) } else { (from, 0.0) }
+        };
+        self.move_each(place, |moved| largest = moved.iter().fold(largest, |most, (_, length)| most.max(*length)));
+        largest
     }
 
     /// Puts each particle where `x` says, which is in the domain.
     pub fn place(&mut self, x: impl Fn(usize) -> [f64; D] + Sync) {
-        for k in 0..D {
-            parallel::update(&mut self.positions[k], |i, value| *value = x(i)[k]);
-        }
-        self.moved();
+        self.move_each(|_, i, _| (x(i), ()), |_| ());
     }
 
     /// Mirrors particles at curved surfaces, and looks for those of other ranks, for the sums to come; `support` are the radii
     /// to be covered.
     pub fn mirror(&mut self, support: &[f64]) {
-        self.ghosts = GhostLayer::new(&self.domain, &self.positions, support);
+        self.ghosts = GhostLayer::new(&self.domain, self.positions(), support);
         self.halo = (!self.exchange.is_alone()).then(|| {
             let ghosts = self.ghosts.as_ref().map(|g| &g.images.tree);
             Halo::new(self.exchange, &self.domain, (&self.tree, support), ghosts, self.sees)
@@ -414,9 +444,9 @@ impl<'a, const D: usize, R: Real> Arrangement<'a, D, R> {
         sources
     }
 
-    /// The derivative of sum_b A_b n_b (A and H held) by each particle's position: what it sees itself, in
-    /// `sums`, and what others see of it and of its ghosts. All ranks call it together.
-    pub fn gradient(&self, support: &[f64], strength: &[f64], sums: &[DensitySums<D>]) -> Vec<[f64; D]> {
+    /// The derivative of sum_b A_b n_b (A and H held) by each particle's position: what it sees itself, which is `own`
+    /// ([`Self::own_gradient`]), and what others see of it and of its ghosts. All ranks call it together.
+    pub fn gradient(&self, support: &[f64], strength: &[f64], own: Vec<[f64; D]>) -> Vec<[f64; D]> {
         let theirs = self.halo.as_ref().map(|halo| self.acting_of_others(halo, support, strength));
         let mut acting = vec![Actors { tree: &self.tree, support, strength, silent: false }];
         acting.extend(self.halo.as_ref().zip(theirs.as_ref()).map(|(halo, [support, strength])| Actors {
@@ -426,16 +456,22 @@ impl<'a, const D: usize, R: Real> Arrangement<'a, D, R> {
             silent: false,
         }));
         let seen = scatter_gradient::<D, R>(self.kernel, &self.domain, &acting);
-        let mut out: Vec<[f64; D]> =
-            parallel::map(seen.len(), |i| sph::array(|k| seen[i].0[k] + strength[i] * sums[i].gradient[k]));
+        let mut out = own;
+        parallel::update(&mut out, |i, out| (0..D).for_each(|k| out[k] += seen[i].0[k]));
+        drop(seen);
         if let Some(ghosts) = &self.ghosts {
             for (g, Vector(seen)) in self.seen_of_ghosts(ghosts, &acting).iter().enumerate() {
-                let pulled = ghosts.pull_back(g, &ghosts.normal(g, &self.positions), seen);
+                let pulled = ghosts.pull_back(g, &ghosts.normal(g, self.positions()), seen);
                 let parent = &mut out[ghosts.parent(g)];
                 (0..D).for_each(|k| parent[k] += pulled[k]);
             }
         }
         out
+    }
+
+    /// What each particle sees itself of that derivative.
+    pub fn own_gradient(strength: &[f64], sums: &[DensitySums<D>]) -> Vec<[f64; D]> {
+        parallel::map(sums.len(), |i| sums[i].gradient.map(|g| strength[i] * g))
     }
 
     /// Support radii and strengths of what other ranks have, of which ghosts see nothing themselves.
@@ -487,7 +523,7 @@ impl<'a, const D: usize, R: Real> Arrangement<'a, D, R> {
         let value = |c: usize, g: usize| {
             let p = ghosts.parent(g);
             if c < D {
-                let normal = ghosts.normal(g, &self.positions);
+                let normal = ghosts.normal(g, self.positions());
                 reflected(&normal, sph::array(|k| channels[k][p]))[c]
             } else {
                 channels[c][p]

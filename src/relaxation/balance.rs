@@ -213,7 +213,7 @@ impl<const D: usize> Running<D> for Run<'_, D> {
         encode(
             &Snapshot {
                 share: self.share,
-                positions: balance.arrangement.positions.clone(),
+                positions: balance.arrangement.positions().clone(),
                 moves: balance.arrangement.moves(),
                 way: self.way.clone(),
                 factor: balance.factor.clone(),

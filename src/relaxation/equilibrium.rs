@@ -93,7 +93,7 @@ impl<'a, const D: usize, R: Real> Balance<'a, D, R> {
     pub fn new(mut arrangement: Arrangement<'a, D, R>, equilibrium: &'a dyn Equilibrium<D>) -> Self {
         arrangement.leaves_target = arrangement.domain.size() > arrangement.target.domain.size();
         let best = Best {
-            positions: arrangement.positions.clone(),
+            positions: arrangement.positions().clone(),
             internal_energy: Vec::new(),
             iteration: 0,
             error: f64::INFINITY,
@@ -165,7 +165,7 @@ impl<'a, const D: usize, R: Real> Balance<'a, D, R> {
     fn take_swelling_back(&mut self) {
         // A pressure that does not hold the body is left to settle as it will.
         let Some(center) = self.equilibrium.own_center().filter(|_| self.factor == self.fitted_factor) else { return };
-        let positions = &self.arrangement.positions;
+        let positions = self.arrangement.positions();
         let place = parallel::map(self.arrangement.len(), |i| self.inside(&at(positions, i)));
         let support = self.arrangement.target_supports();
         let set = interior(self.arrangement.target.domain, positions, &support, None);
@@ -225,7 +225,7 @@ impl<'a, const D: usize, R: Real> Balance<'a, D, R> {
     /// that keeps them apart, they would follow it together: the descent then follows its mean over shells.
     fn attract(&mut self, frame: &mut Frame, now: &mut Evaluation<D>) {
         let Some((before, fresh)) = frame.pulls.take().zip(self.pulls(&frame.spacing)) else { return };
-        let Arrangement { domain, positions, .. } = &self.arrangement;
+        let (domain, positions) = (&self.arrangement.domain, self.arrangement.positions());
         let crowded = closer_than(&Alone, domain, positions, &frame.spacing, TOO_CLOSE).contains(&true);
         let center = self.equilibrium.own_center().unwrap_or([0.0; D]);
         let fraction = enclosed_fractions(positions, &center);
@@ -244,7 +244,7 @@ impl<'a, const D: usize, R: Real> Balance<'a, D, R> {
             let (frame, mut now) = self.fitted();
             self.note(&frame, &mut now, 0.0, true);
             let solver = MinimalResidual::new(&now.gradient);
-            let from = self.arrangement.positions.clone();
+            let from = self.arrangement.positions().clone();
             let Evaluation { support, gradient, .. } = now;
             *newton = Some(Newton { frame, from, support, gradient, solver, products: 0 });
             return (self.evaluations >= end).then_some(StopReason::IterationLimit);
@@ -281,8 +281,7 @@ impl<'a, const D: usize, R: Real> Balance<'a, D, R> {
             }
             t *= 0.4;
         }
-        self.arrangement.positions = from;
-        self.arrangement.moved();
+        self.arrangement.put_back(from);
         Some(StopReason::Stagnated)
     }
 
@@ -290,7 +289,7 @@ impl<'a, const D: usize, R: Real> Balance<'a, D, R> {
     fn step_apart(&mut self, frame: &Frame, from: &Positions<D>, direction: &mut [[f64; D]], t: f64) -> Vec<[f64; D]> {
         for _ in 0..ROUNDS {
             self.arrangement.displace(from, direction, t, &frame.unit, &frame.spacing, MAX_STEP);
-            let positions = &self.arrangement.positions;
+            let positions = self.arrangement.positions();
             let close = closer_than(&Alone, &self.arrangement.domain, positions, &frame.spacing, TOO_CLOSE);
             let moves = |i: usize| close[i] && direction[i] != [0.0; D];
             if !(0..close.len()).any(moves) {
@@ -302,7 +301,13 @@ impl<'a, const D: usize, R: Real> Balance<'a, D, R> {
                 }
             });
         }
-        self.arrangement.displace(from, direction, t, &frame.unit, &frame.spacing, MAX_STEP)
+        self.arrangement.displace(from, direction, t, &frame.unit, &frame.spacing, MAX_STEP);
+        self.steps(from, frame)
+    }
+
+    /// The moves since the particles were at `from`, in units of each particle's.
+    fn steps(&self, from: &Positions<D>, frame: &Frame) -> Vec<[f64; D]> {
+        parallel::map(self.arrangement.len(), |i| self.arrangement.step(i, from, &frame.unit))
     }
 
     /// Goes along `direction` and back until the slope behind the step is small or still descends.
@@ -310,13 +315,14 @@ impl<'a, const D: usize, R: Real> Balance<'a, D, R> {
         &mut self,
         frame: &Frame,
         (support, gradient): (&[f64], &[[f64; D]]),
-        direction: &[[f64; D]],
+        direction: &[[f32; D]],
         first: f64,
     ) -> Option<(Evaluation<D>, Vec<[f64; D]>)> {
-        let from = self.arrangement.positions.clone();
+        let from = self.arrangement.positions().clone();
         let mut t = first;
         for _ in 0..MAX_TRIALS {
-            let step = self.arrangement.displace(&from, direction, t, &frame.unit, &frame.spacing, MAX_STEP);
+            self.arrangement.displace(&from, direction, t, &frame.unit, &frame.spacing, MAX_STEP);
+            let step = self.steps(&from, frame);
             let next = self.evaluate(frame, support);
             let (before, after) = (product(&step, gradient), product(&step, &next.gradient));
             if after <= CURVATURE * before.abs() {
@@ -324,8 +330,7 @@ impl<'a, const D: usize, R: Real> Balance<'a, D, R> {
             }
             t *= (before / (before - after)).clamp(0.1, 0.7);
         }
-        self.arrangement.positions = from;
-        self.arrangement.moved();
+        self.arrangement.put_back(from);
         None
     }
 
@@ -336,7 +341,7 @@ impl<'a, const D: usize, R: Real> Balance<'a, D, R> {
 
     /// Takes A_i, or the state of the material, from the target at the particles' positions.
     pub fn frame(&self) -> Frame {
-        let (target, positions, law) = (&self.arrangement.target, &self.arrangement.positions, self.law());
+        let (target, positions, law) = (&self.arrangement.target, self.arrangement.positions(), self.law());
         let n = self.arrangement.len();
         let place = parallel::map(n, |i| self.inside(&at(positions, i)));
         let density = parallel::map(n, |i| target.number_density(&place[i]));
@@ -401,14 +406,15 @@ impl<'a, const D: usize, R: Real> Balance<'a, D, R> {
 
     /// Accelerations from A_i rho_i^gamma / (Omega_i n_i^2).
     fn pressure_force(&self, support: &[f64], strength: &[f64], sums: &[DensitySums<D>]) -> Vec<[f64; D]> {
-        let mut force = self.arrangement.gradient(support, strength, sums);
+        let own = Arrangement::<D, R>::own_gradient(strength, sums);
+        let mut force = self.arrangement.gradient(support, strength, own);
         parallel::update(&mut force, |_, g| *g = g.map(|v| -v / self.mass));
         force
     }
 
     /// g at the particles, with what they attract each other with beyond the target's.
     fn gravity(&self, frame: &Frame, pulls: Option<&Pulls>) -> Vec<[f64; D]> {
-        let positions = &self.arrangement.positions;
+        let positions = self.arrangement.positions();
         let held = pulls.zip(self.well.as_ref());
         parallel::map(self.arrangement.len(), |i| {
             let x = at(positions, i);
@@ -427,7 +433,7 @@ impl<'a, const D: usize, R: Real> Balance<'a, D, R> {
 
     /// Minus the net force in units of each particle's moves; none on those that are held.
     fn gradient(&self, frame: &Frame, pressure_force: &[[f64; D]], gravity: &[[f64; D]]) -> Vec<[f64; D]> {
-        let positions = &self.arrangement.positions;
+        let positions = self.arrangement.positions();
         parallel::map(gravity.len(), |i| {
             let net: [f64; D] = sph::array(|k| pressure_force[i][k] + gravity[i][k]);
             let scale = -self.mass * frame.unit[i] / frame.temperature;
@@ -436,7 +442,7 @@ impl<'a, const D: usize, R: Real> Balance<'a, D, R> {
     }
 
     fn interior(&self, now: &Evaluation<D>) -> Option<Vec<bool>> {
-        interior(self.arrangement.target.domain, &self.arrangement.positions, &now.support, None)
+        interior(self.arrangement.target.domain, self.arrangement.positions(), &now.support, None)
     }
 
     pub fn evaluate(&mut self, frame: &Frame, guess: &[f64]) -> Evaluation<D> {
@@ -499,13 +505,17 @@ impl<'a, const D: usize, R: Real> Balance<'a, D, R> {
         if self.arrangement.leaves_target { within.max(total / n as f64) } else { within }
     }
 
-    fn longest(&self, frame: &Frame, v: &[[f64; D]]) -> f64 {
-        reduce::max(v.len(), |i| (frame.unit[i] / frame.spacing[i]).powi(2) * dot(&v[i], &v[i])).max(0.0).sqrt()
+    fn longest<V: Copy + Into<f64> + Sync>(&self, frame: &Frame, v: &[[V; D]]) -> f64 {
+        let squared = |i: usize| {
+            let v: [f64; D] = v[i].map(Into::into);
+            (frame.unit[i] / frame.spacing[i]).powi(2) * dot(&v, &v)
+        };
+        reduce::max(v.len(), squared).max(0.0).sqrt()
     }
 
     /// Whether a gas has particles that are close to others, as no stage may leave them.
     fn is_paired(&self, frame: &Frame) -> bool {
-        let Arrangement { domain, positions, .. } = &self.arrangement;
+        let (domain, positions) = (&self.arrangement.domain, self.arrangement.positions());
         self.law().materials.is_none() && closer_than(&Alone, domain, positions, &frame.spacing, PAIRED).contains(&true)
     }
 
@@ -543,7 +553,7 @@ impl<'a, const D: usize, R: Real> Balance<'a, D, R> {
                 looked_at: self.best.looked_at,
                 is_paired,
                 factors: [self.factor.clone(), self.fitted_factor.clone()],
-                positions: self.arrangement.positions.clone(),
+                positions: self.arrangement.positions().clone(),
                 internal_energy: parallel::map(now.sums.len(), energy),
                 iteration: self.evaluations,
                 error: now.error,

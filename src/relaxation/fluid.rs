@@ -123,7 +123,7 @@ impl<'a, const D: usize, R: Real> Fluid<'a, D, R> {
         let neighbors = options.kernel_neighbors;
         let state = Arrangement::new(kernel, target, target.domain.mirrored(), positions, neighbors);
         let n = state.len();
-        let wanted = target.number_densities(&state.positions);
+        let wanted = target.number_densities(state.positions());
         let support = state.target_supports();
         let unknown = Fit { factor: 1.0, epsilon: f64::INFINITY };
         let mut fluid = Self {
@@ -178,7 +178,7 @@ impl<'a, const D: usize, R: Real> Fluid<'a, D, R> {
 
     pub fn snapshot(&self) -> FluidSnapshot<D> {
         FluidSnapshot {
-            positions: self.state.positions.clone(),
+            positions: self.state.positions().clone(),
             moves: self.state.moves(),
             velocities: self.velocities.clone(),
             accelerations: self.accelerations.clone(),
@@ -198,7 +198,7 @@ impl<'a, const D: usize, R: Real> Fluid<'a, D, R> {
         let solved = self.state.solve(&self.support, Search::EXACT);
         self.support = parallel::map(solved.len(), |i| solved[i].support);
         self.sums = parallel::map(solved.len(), |i| solved[i].sums);
-        self.wanted = self.state.target.number_densities(&self.state.positions);
+        self.wanted = self.state.target.number_densities(self.state.positions());
         self.measure();
         self.accelerations = self.ideal_acceleration();
         if self.options.viscosity {
@@ -216,7 +216,7 @@ impl<'a, const D: usize, R: Real> Fluid<'a, D, R> {
         if !self.options.hold_unresolved {
             return;
         }
-        let (target, positions) = (&self.state.target, &self.state.positions);
+        let (target, positions) = (&self.state.target, self.state.positions());
         let wanted = target.number_densities(positions);
         let sharpness = target.sharpnesses(positions, &wanted, self.state.ratio());
         self.weights = parallel::map(sharpness.len(), |i| resolved(sharpness[i]));
@@ -228,7 +228,7 @@ impl<'a, const D: usize, R: Real> Fluid<'a, D, R> {
 
     fn measure(&mut self) {
         let weights = (!self.weights.is_empty()).then_some(self.weights.as_slice());
-        let set = interior(self.state.target.domain, &self.state.positions, &self.support, weights);
+        let set = interior(self.state.target.domain, self.state.positions(), &self.support, weights);
         let (sums, factor) = (&self.sums, self.used.factor);
         self.fitted = fit(set.as_deref(), &self.wanted, |i| sums[i].number_density);
         self.used = fit_with(set.as_deref(), &self.wanted, |i| sums[i].number_density, factor);
@@ -241,7 +241,8 @@ impl<'a, const D: usize, R: Real> Fluid<'a, D, R> {
             let omega = if self.options.grad_h { 1.0 + s.slope / (D as f64 * s.number_density) } else { 1.0 };
             self.weight(i) * (s.number_density - self.wanted[i] / factor) / (s.number_density.powi(2) * omega)
         });
-        let mut out = self.state.gradient(&self.support, &strength, &self.sums);
+        let mut out =
+            self.state.gradient(&self.support, &strength, Arrangement::<D, R>::own_gradient(&strength, &self.sums));
         parallel::update(&mut out, |i, a| *a = a.map(|v| -v * self.weight(i)));
         out
     }
@@ -286,7 +287,7 @@ impl<'a, const D: usize, R: Real> Fluid<'a, D, R> {
     }
 
     fn drift(&mut self, step: f64) -> f64 {
-        let (target, domain, positions) = (&self.state.target, &self.state.domain, &self.state.positions);
+        let (target, domain, positions) = (&self.state.target, &self.state.domain, self.state.positions());
         let (ratio, support, velocities) = (self.state.ratio(), &self.support, &self.velocities);
         let moved: Vec<([f64; D], [f64; D], f64)> = parallel::map(velocities.len(), |i| {
             let (from, v) = (at(positions, i), velocities[i]);

@@ -55,7 +55,7 @@ fn check<const D: usize>(count: usize, viscosity: bool) {
         fluid.alpha[i] = 0.3 + 0.2 * (i as f64).cos();
     }
     fluid.evaluate();
-    let x: Vec<[f64; D]> = (0..count).map(|i| at(&fluid.state.positions, i)).collect();
+    let x: Vec<[f64; D]> = (0..count).map(|i| at(fluid.state.positions(), i)).collect();
     let away = |a: usize, b: usize| domain.displacement(&x[b], &x[a]);
     let distance = |a: usize, b: usize| away(a, b).iter().map(|v| v * v).sum::<f64>().sqrt();
     let support = &fluid.support;

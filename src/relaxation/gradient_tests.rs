@@ -79,17 +79,19 @@ fn check_solver<const D: usize>(count: usize, density: &dyn ScalarField<D>, doma
         let frame = solver.frame(0.3);
         assert!(solver.aims.is_some() || !must_aim, "{D}-D {domain:?}");
         let now = solver.evaluate(&frame);
-        let gradient = solver.gradient(&frame, &now);
+        let gradient = solver.gradient(&frame, now);
         let size = gradient.iter().flatten().fold(0.0_f64, |m, g| m.max(g.abs()));
         // Those that are held have none.
         for i in (0..count).step_by(count / 40 + 1).filter(|&i| frame.held.get(i) != Some(&true)) {
             for k in 0..D {
                 let h = 1e-5;
                 let mut energy = |sign: f64| {
-                    solver.arrangement.positions[k][i] += sign * h * frame.spacing[i];
-                    solver.arrangement.moved();
+                    let from = solver.arrangement.positions().clone();
+                    let mut moved = from.clone();
+                    moved[k][i] += sign * h * frame.spacing[i];
+                    solver.arrangement.put_back(moved);
                     let energy = solver.evaluate(&frame).energy;
-                    solver.arrangement.positions[k][i] -= sign * h * frame.spacing[i];
+                    solver.arrangement.put_back(from);
                     energy
                 };
                 let difference = (energy(1.0) - energy(-1.0)) / (2.0 * h);

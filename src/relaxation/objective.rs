@@ -94,12 +94,19 @@ pub(super) struct Evaluation<const D: usize> {
     pub energy: f64,
     pub fit: Fit,
     support: Vec<f64>,
-    /// n*, and what the particle aims at.
+    /// n*, and what the particle aims at where that is something else.
     wanted: Vec<f64>,
-    aimed: Vec<f64>,
+    aimed: Option<Vec<f64>>,
     sums: Vec<DensitySums<D>>,
     mean: f64,
     mean_square: f64,
+}
+
+impl<const D: usize> Evaluation<D> {
+    /// What the particles aim at.
+    fn aimed(&self) -> &[f64] {
+        self.aimed.as_ref().unwrap_or(&self.wanted)
+    }
 }
 
 impl<'a, const D: usize, R: Real> Objective<'a, D, R> {
@@ -154,7 +161,7 @@ impl<'a, const D: usize, R: Real> Objective<'a, D, R> {
     /// What the potential that holds particles where smoothing matters has changed by, in the pressure energy.
     fn drift(&self, frame: &Frame) -> f64 {
         let Some(aims) = &self.aims else { return 0.0 };
-        let Arrangement { domain, positions, .. } = &self.arrangement;
+        let (domain, positions) = (&self.arrangement.domain, self.arrangement.positions());
         reduce::sum(positions[0].len(), |i| frame.pressure(i) * aims.drift(domain, i, &at(positions, i)).0)
     }
 
@@ -164,11 +171,11 @@ impl<'a, const D: usize, R: Real> Objective<'a, D, R> {
         parallel::map(aimed.len(), |i| ratio * target.spacing(aimed[i]).min(self.arrangement.domain.size()))
     }
 
-    /// What the particles aim at, where the target has `wanted`.
-    fn aimed(&self, wanted: &[f64]) -> Vec<f64> {
-        let Some(aims) = &self.aims else { return wanted.to_vec() };
-        let Arrangement { domain, positions, .. } = &self.arrangement;
-        parallel::map(wanted.len(), |i| aims.density(domain, i, &at(positions, i), wanted[i]))
+    /// What the particles aim at, where the target has `wanted` and they aim at something else.
+    fn aimed(&self, wanted: &[f64]) -> Option<Vec<f64>> {
+        let (domain, positions) = (&self.arrangement.domain, self.arrangement.positions());
+        let aims = self.aims.as_ref()?;
+        Some(parallel::map(wanted.len(), |i| aims.density(domain, i, &at(positions, i), wanted[i])))
     }
 
     /// Follows particles into a new order, see [`Arrangement::sort`].
@@ -185,7 +192,7 @@ impl<'a, const D: usize, R: Real> Objective<'a, D, R> {
     fn look(&mut self, mut support: Vec<f64>, steps: usize, is_first: bool) -> bool {
         let Some(aims) = &mut self.aims else { return false };
         let arrangement = &self.arrangement;
-        let Arrangement { kernel, domain, positions, target, .. } = arrangement;
+        let (Arrangement { kernel, domain, target, .. }, positions) = (arrangement, arrangement.positions());
         if !self.points.find(target) {
             return false;
         }
@@ -216,13 +223,13 @@ impl<'a, const D: usize, R: Real> Objective<'a, D, R> {
 
     /// Looks for the smoothed target anew where particles have moved far; whether they have.
     pub fn look_again(&mut self, frame: &Frame) -> bool {
-        let Arrangement { domain, positions, .. } = &self.arrangement;
+        let (domain, positions) = (&self.arrangement.domain, self.arrangement.positions());
         let Some(aims) = &self.aims else { return false };
         if !self.arrangement.exchange().any(aims.are_stale(domain, positions, &frame.spacing)) {
             return false;
         }
-        let wanted = self.arrangement.target.number_densities(&self.arrangement.positions);
-        let support = self.supports(&self.aimed(&wanted), frame.kappa);
+        let wanted = self.arrangement.target.number_densities(self.arrangement.positions());
+        let support = self.supports(&self.aimed(&wanted).unwrap_or(wanted), frame.kappa);
         self.look(support, 1, false)
     }
 
@@ -251,7 +258,7 @@ impl<'a, const D: usize, R: Real> Objective<'a, D, R> {
         self.arrangement.mirror(&guess);
         let solved = self.arrangement.solve_among(&guess, Search::EXACT);
         let support = parallel::map(solved.len(), |i| solved[i].support.min(domain.size()));
-        let positions = &self.arrangement.positions;
+        let positions = self.arrangement.positions();
         let ends = |i: usize| self.arrangement.target.ends_within(&at(positions, i), AT_AN_END * support[i]);
         if !many(parallel::count(sharpness.len(), |i| share(sharpness[i]) > 0.0 && !ends(i))) {
             return;
@@ -265,8 +272,8 @@ impl<'a, const D: usize, R: Real> Objective<'a, D, R> {
     /// Fits kappa and freezes what a stage holds.
     pub fn frame(&mut self, lambda: f64) -> Frame {
         let target = self.arrangement.target;
-        let wanted = target.number_densities(&self.arrangement.positions);
-        let positions = &self.arrangement.positions;
+        let wanted = target.number_densities(self.arrangement.positions());
+        let positions = self.arrangement.positions();
         let mut spacing = parallel::map(wanted.len(), |i| target.spacing(wanted[i]));
         let ratio = support_over_spacing(D, self.arrangement.kernel_neighbors);
         let sharpness = target.sharpnesses(positions, &wanted, ratio);
@@ -278,7 +285,7 @@ impl<'a, const D: usize, R: Real> Objective<'a, D, R> {
         }
         let held = match &self.aims {
             Some(aims) => {
-                let aimed = self.aimed(&wanted);
+                let aimed = self.aimed(&wanted).unwrap_or(wanted);
                 parallel::update(&mut spacing, |i, s| *s = target.spacing(aimed[i]));
                 parallel::update(&mut weights, |i, w| *w = aims.weight(i, *w));
                 Vec::new()
@@ -297,14 +304,15 @@ impl<'a, const D: usize, R: Real> Objective<'a, D, R> {
         } else {
             self.evaluations -= 1;
         }
-        frame.forget_crowds(&parallel::map(now.aimed.len(), |i| now.sums[i].number_density / now.aimed[i]));
+        let aimed = now.aimed();
+        frame.forget_crowds(&parallel::map(aimed.len(), |i| now.sums[i].number_density / aimed[i]));
         self.holds.iter().for_each(|holds| frame.hold(holds));
         frame
     }
 
     /// Particles that stay where they are because no density near them is one that they could have; empty without any.
     fn held(&self, wanted: &[f64], (sharpness, weights): (&[f64], &[f64])) -> Vec<bool> {
-        let Arrangement { target, positions, .. } = &self.arrangement;
+        let (target, positions) = (&self.arrangement.target, self.arrangement.positions());
         let ratio = support_over_spacing(D, self.arrangement.kernel_neighbors);
         let mut held = target.near_discontinuities(positions, wanted, sharpness, ratio);
         let most = if self.settled { STEEP_FOR_ORDER } else { STEEP };
@@ -321,36 +329,47 @@ impl<'a, const D: usize, R: Real> Objective<'a, D, R> {
     pub fn evaluate(&mut self, frame: &Frame) -> Evaluation<D> {
         self.evaluations += 1;
         let wanted = self.arrangement.target_density();
-        let aimed = self.aimed(&wanted);
-        let support = self.supports(&aimed, frame.kappa);
+        let other = self.aimed(&wanted);
+        let aimed = other.as_ref().unwrap_or(&wanted);
+        let support = self.supports(aimed, frame.kappa);
         self.arrangement.medium = frame.kappa;
         self.arrangement.mirror(&support);
         let sums = self.arrangement.densities(&support);
         let (n, w, exchange) = (wanted.len(), &frame.weights, self.arrangement.exchange());
         let q = |i: usize| sums[i].number_density / aimed[i];
         let [total, weighted, pressure] = reduce::sums(n, |i| [w[i], w[i] * q(i), frame.pressure(i) * q(i)]);
-        let pressure = pressure + self.beyond(&support, &aimed) - self.drift(frame);
+        let pressure = pressure + self.beyond(&support, aimed) - self.drift(frame);
         let [total, weighted, pressure] = exchange.together([total, weighted, pressure]);
         let mean = self.common.map_or(weighted / total, f64::recip);
         let [squares] = exchange.together(reduce::sums(n, |i| [w[i] * (q(i) / mean - 1.0).powi(2)]));
         let energy = 0.5 * squares + frame.lambda * pressure;
         let domain = self.arrangement.target.domain;
-        let set = interior_among(exchange, domain, &self.arrangement.positions, &support, Some(w));
-        let fit = fit_among(exchange, set.as_deref(), &aimed, |i| sums[i].number_density);
-        Evaluation { energy, fit, support, wanted, aimed, sums, mean, mean_square: squares / total }
+        let set = interior_among(exchange, domain, self.arrangement.positions(), &support, Some(w));
+        let fit = fit_among(exchange, set.as_deref(), aimed, |i| sums[i].number_density);
+        Evaluation { energy, fit, support, wanted, aimed: other, sums, mean, mean_square: squares / total }
     }
 
-    /// dE/dx in units of the particles' spacings.
-    pub fn gradient(&self, frame: &Frame, now: &Evaluation<D>) -> Vec<[f64; D]> {
+    /// dE/dx in units of the particles' spacings. What it is made of is let go of on the way.
+    pub fn gradient(&self, frame: &Frame, mut now: Evaluation<D>) -> Vec<[f64; D]> {
+        let aimed = now.aimed();
         let strength = parallel::map(now.wanted.len(), |i| {
-            let q = now.sums[i].number_density / now.aimed[i];
+            let q = now.sums[i].number_density / aimed[i];
             let pressure = frame.lambda * frame.pressure(i);
             let of_mean = if self.common.is_some() { 0.0 } else { now.mean_square };
             let response = frame.weights[i] * (q / now.mean - 1.0 - of_mean) / now.mean + pressure;
-            response / now.aimed[i]
+            response / aimed[i]
         });
-        let mut out = self.arrangement.gradient(&now.support, &strength, &now.sums);
-        let positions = &self.arrangement.positions;
+        // What is aimed at enters through q and through the support radius.
+        let through_aim = parallel::map(strength.len(), |i| {
+            let follows = self.arrangement.target.spacing_follows(aimed[i]);
+            let through_support = if follows { now.sums[i].slope / D as f64 } else { 0.0 };
+            -strength[i] * (now.sums[i].number_density + through_support)
+        });
+        let own = Arrangement::<D, R>::own_gradient(&strength, &now.sums);
+        now.sums = Vec::new();
+        let mut out = self.arrangement.gradient(&now.support, &strength, own);
+        let aimed = now.aimed();
+        let positions = self.arrangement.positions();
         parallel::update(&mut out, |i, g| {
             if frame.held.get(i) == Some(&true) {
                 *g = [0.0; D];
@@ -358,12 +377,9 @@ impl<'a, const D: usize, R: Real> Objective<'a, D, R> {
             }
             let of_target = || self.log_slope(&at(positions, i), now.wanted[i], frame.spacing[i]);
             let slope = self.aims.as_ref().map_or_else(of_target, |aims| aims.log_slope(i, of_target));
-            // What is aimed at enters through q and through the support radius.
-            let through_support =
-                if self.arrangement.target.spacing_follows(now.aimed[i]) { now.sums[i].slope / D as f64 } else { 0.0 };
-            let mut own = -strength[i] * (now.sums[i].number_density + through_support);
+            let mut own = through_aim[i];
             if let Some((missing, medium)) = self.arrangement.missing(i, now.support[i]) {
-                let weight = frame.lambda / now.aimed[i] * medium;
+                let weight = frame.lambda / aimed[i] * medium;
                 (0..D).for_each(|k| g[k] += weight * missing.gradient[k]);
                 own -= weight * missing.slope / D as f64;
             }
@@ -384,7 +400,7 @@ impl<'a, const D: usize, R: Real> Objective<'a, D, R> {
     pub fn measured(&mut self) -> f64 {
         let (wanted, kappa) = (self.arrangement.target_density(), self.kappa.unwrap_or(1.0));
         let solved = self.arrangement.solve_among(&self.supports(&wanted, kappa), Search::EXACT);
-        let (target, positions) = (&self.arrangement.target, &self.arrangement.positions);
+        let (target, positions) = (&self.arrangement.target, self.arrangement.positions());
         let ratio = support_over_spacing(D, self.arrangement.kernel_neighbors);
         let support = parallel::map(solved.len(), |i| target.support(wanted[i], ratio));
         let weights =

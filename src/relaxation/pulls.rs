@@ -83,7 +83,7 @@ impl Pulls {
         let pulls = gravity(arrangement.tree(), &vec![mass; spacing.len()], softening, OPENING_ANGLE);
         let point = equilibrium.point_mass();
         let beyond = parallel::map(pulls.len(), |i| {
-            let x = at(&arrangement.positions, i);
+            let x = at(arrangement.positions(), i);
             let (wanted, others) = (well.at(&x), point.map_or([0.0; D], |p| p.pull(&x).acceleration));
             std::array::from_fn::<f64, D, _>(|k| pulls[i].acceleration[k] + others[k] - wanted[k])
         });

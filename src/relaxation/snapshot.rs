@@ -102,10 +102,10 @@ impl Check {
             .holds(values.iter().all(|v| v.is_finite()), &format!("has values of {name} that are not finite"))
     }
 
-    pub fn vectors<const D: usize>(self, name: &str, values: &[[f64; D]]) -> Self {
-        let count = self.count;
+    pub fn vectors<V: Copy + Into<f64>, const D: usize>(self, name: &str, values: &[[V; D]]) -> Self {
+        let (count, is_finite) = (self.count, values.iter().flatten().all(|&v| v.into().is_finite()));
         self.holds(values.len() == count, &format!("has {} values of {name} for {count} particles", values.len()))
-            .holds(values.iter().flatten().all(|v| v.is_finite()), &format!("has values of {name} that are not finite"))
+            .holds(is_finite, &format!("has values of {name} that are not finite"))
     }
 
     pub fn positions<const D: usize>(self, name: &str, positions: &Positions<D>) -> Self {

@@ -113,7 +113,8 @@ impl<const D: usize, R: Real> OverRanks<D> for DensitySolver<'_, D, R> {
             part_pairs_among(exchange, &self.target, &mut positions, COINCIDENT);
         }
         let schedule = self.options.schedule(self.kernel, D);
-        let before = positions.clone();
+        // What comes out is the last state, where there is no stretch that may leave less.
+        let before = if schedule.len() > 1 { positions.clone() } else { std::array::from_fn(|_| Vec::new()) };
         let (arrangement, order) = self.arrangement(positions);
         let mut solver = Solver::<D, R>::new(arrangement, &self.options, exchange);
         solver.trace = trace;
@@ -216,7 +217,7 @@ impl<'a, const D: usize, R: Real> DensitySolver<'a, D, R> {
         let start = std::time::Instant::now();
         for _ in 0..repeats {
             let now = objective.evaluate(&frame);
-            std::hint::black_box(objective.gradient(&frame, &now));
+            std::hint::black_box(objective.gradient(&frame, now));
         }
         start.elapsed().as_secs_f64() / f64::from(repeats.max(1))
     }
@@ -231,7 +232,7 @@ struct Snapshot<const D: usize> {
     positions: Positions<D>,
     /// Since the last sorting.
     moves: usize,
-    /// Where the solver began.
+    /// Where the solver began; empty where that does not matter.
     #[serde(with = "axes")]
     before: Positions<D>,
     descent: Descent<D>,
@@ -258,7 +259,7 @@ impl<const D: usize> Snapshot<D> {
         Check::new(count)
             .holds(self.index < stretches, "is of a part of the descent that this run does not have")
             .positions("positions", &self.positions)
-            .positions("the first positions", &self.before)
+            .positions("the first positions", if stretches > 1 { &self.before } else { &self.positions })
             .scalars("weights", &self.descent.frame.weights)
             .scalars("spacings", &self.descent.frame.spacing)
             .vectors("the gradient", &self.descent.gradient)
@@ -325,7 +326,7 @@ impl<const D: usize, R: Real> Running<D> for Run<'_, D, R> {
         encode(
             &Snapshot {
                 index: self.index,
-                positions: self.solver.objective.arrangement.positions.clone(),
+                positions: self.solver.objective.arrangement.positions().clone(),
                 moves: self.solver.objective.arrangement.moves(),
                 before: self.before.clone(),
                 descent: self.descent.clone(),
@@ -343,9 +344,12 @@ impl<const D: usize, R: Real> Running<D> for Run<'_, D, R> {
 
     fn finish(self: Box<Self>, stop: StopReason) -> Relaxed<D> {
         let Self { solver: Solver { objective, trace, options, .. }, before, schedule, .. } = *self;
-        let (mut arrangement, holds) = (objective.arrangement, objective.holds);
+        let ((arrangement, holds), kernel) =
+            ((objective.arrangement, objective.holds), schedule.last().map(|stretch| stretch.kernel));
+        let kernel = kernel.unwrap_or(arrangement.kernel);
+        let mut last = arrangement.into_positions();
         if let Some(holds) = holds {
-            for axis in &mut arrangement.positions {
+            for axis in &mut last {
                 *axis = as_given(holds.order(), axis);
             }
         }
@@ -354,10 +358,9 @@ impl<const D: usize, R: Real> Running<D> for Run<'_, D, R> {
         let is_short = schedule.len() > 1 && stop != StopReason::Stagnated;
         let rose = is_short && ends.is_some_and(|(first, last)| last.epsilon > first.epsilon);
         let best_iteration = ends.map_or(0, |(first, last)| if rose { first.iteration } else { last.iteration });
-        let positions = if rose { before } else { arrangement.positions };
+        let positions = if rose { before } else { last };
         let seconds = trace.seconds();
         let report = StageReport { stage: NAME, stop, best_iteration, seconds, history: trace.history };
-        let kernel = schedule.last().map_or(arrangement.kernel, |s| s.kernel);
         let ends_exact = schedule.last().is_some_and(|s| s.share > 0.0);
         let notes = Vec::from_iter(pairing_note(kernel, D, options.kernel_neighbors, ends_exact));
         Relaxed { particles: positions.into(), reports: vec![report], notes }
@@ -393,7 +396,7 @@ struct Descent<const D: usize> {
     frame: Frame,
     memory: Lbfgs<D>,
     #[serde(with = "rows")]
-    gradient: Vec<[f64; D]>,
+    gradient: Vec<[f32; D]>,
     energy: f64,
     course: Course,
     epsilon: f64,
@@ -477,13 +480,19 @@ impl<'a, const D: usize, R: Real> Solver<'a, D, R> {
         self.objective.sort();
         let frame = self.objective.frame(lambda);
         let now = self.objective.evaluate(&frame);
-        let gradient = self.objective.gradient(&frame, &now);
         self.note(&now, 0.0);
-        let epsilon = now.fit.epsilon;
+        let (energy, epsilon) = (now.energy, now.fit.epsilon);
+        let gradient = self.gradient(&frame, now);
         let lowest = (epsilon, self.objective.evaluations);
         let aim = self.options.tolerance;
-        let course = Course::new(self.objective.evaluations, now.energy);
-        Descent { frame, memory: Lbfgs::new(), gradient, energy: now.energy, course, epsilon, aim, lowest }
+        let course = Course::new(self.objective.evaluations, energy);
+        Descent { frame, memory: Lbfgs::new(), gradient, energy, course, epsilon, aim, lowest }
+    }
+
+    /// That of the objective.
+    fn gradient(&self, frame: &Frame, now: Evaluation<D>) -> Vec<[f32; D]> {
+        let gradient = self.objective.gradient(frame, now);
+        parallel::map(gradient.len(), |i| gradient[i].map(|g| g as f32))
     }
 
     /// Looks for surfaces and for the smoothed target anew, and takes up what the objective is then.
@@ -494,13 +503,13 @@ impl<'a, const D: usize, R: Real> Solver<'a, D, R> {
             return;
         }
         let now = self.objective.evaluate(&descent.frame);
-        descent.gradient = self.objective.gradient(&descent.frame, &now);
+        descent.course.shift(now.energy - descent.energy);
+        descent.take(&now, self.objective.evaluations);
+        descent.gradient = self.gradient(&descent.frame, now);
         // Curvature does not change much with the surfaces about a few.
         if aims || surfaces as f64 > MANY * self.exchange.count(descent.gradient.len()) as f64 {
             descent.memory.clear();
         }
-        descent.course.shift(now.energy - descent.energy);
-        descent.take(&now, self.objective.evaluations);
     }
 
     /// One step downhill; false where there is no way down.
@@ -520,20 +529,17 @@ impl<'a, const D: usize, R: Real> Solver<'a, D, R> {
                 return false;
             }
             let first = if memory.is_empty() { FIRST_STEP / longest } else { (MAX_STEP / longest).min(1.0) };
-            let Some((next, step, length)) = self.search(frame, *energy, &direction, slope, first) else {
+            let Some((next, step, length)) = self.search(frame, *energy, direction, slope, first) else {
                 if memory.is_empty() {
                     return false;
                 }
                 memory.clear();
                 continue;
             };
-            // What is not needed any more makes room for the new pair.
-            drop(direction);
-            let next_gradient = self.objective.gradient(frame, &next);
             descent.take(&next, self.objective.evaluations);
             descent.course.push(self.objective.evaluations, next.energy);
             self.note(&next, length);
-            drop(next);
+            let next_gradient = self.gradient(&descent.frame, next);
             descent.memory.push_among(exchange, &step, &descent.gradient, &next_gradient);
             descent.gradient = next_gradient;
             return true;
@@ -545,17 +551,21 @@ impl<'a, const D: usize, R: Real> Solver<'a, D, R> {
         &mut self,
         frame: &Frame,
         energy: f64,
-        direction: &[[f64; D]],
+        direction: Vec<[f32; D]>,
         slope: f64,
         first: f64,
-    ) -> Option<(Evaluation<D>, Vec<[f64; D]>, f64)> {
-        let from = self.objective.arrangement.positions.clone();
+    ) -> Option<(Evaluation<D>, Vec<[f32; D]>, f64)> {
+        let from = self.objective.arrangement.positions().clone();
         let mut t = first;
         for _ in 0..=MAX_HALVINGS {
-            let step =
-                self.objective.arrangement.displace(&from, direction, t, &frame.spacing, &frame.spacing, MAX_STEP);
+            let arrangement = &mut self.objective.arrangement;
+            arrangement.displace(&from, &direction, t, &frame.spacing, &frame.spacing, MAX_STEP);
             let next = self.objective.evaluate(frame);
             if next.energy <= energy + ARMIJO * t * slope {
+                drop(direction);
+                let arrangement = &self.objective.arrangement;
+                let step =
+                    parallel::map(from[0].len(), |i| arrangement.step(i, &from, &frame.spacing).map(|v| v as f32));
                 let length = self.exchange.max(longest(&step));
                 return Some((next, step, length));
             }
@@ -563,8 +573,7 @@ impl<'a, const D: usize, R: Real> Solver<'a, D, R> {
             let parabola = -0.5 * slope * t * t / (next.energy - energy - slope * t);
             t = if parabola.is_finite() { parabola.clamp(0.1 * t, 0.5 * t) } else { 0.25 * t };
         }
-        self.objective.arrangement.positions = from;
-        self.objective.arrangement.moved();
+        self.objective.arrangement.put_back(from);
         None
     }
 
@@ -579,6 +588,6 @@ impl<'a, const D: usize, R: Real> Solver<'a, D, R> {
     }
 }
 
-fn longest<const D: usize>(v: &[[f64; D]]) -> f64 {
-    reduce::max(v.len(), |i| v[i].iter().map(|c| c * c).sum()).max(0.0).sqrt()
+fn longest<const D: usize>(v: &[[f32; D]]) -> f64 {
+    reduce::max(v.len(), |i| v[i].iter().map(|c| f64::from(*c).powi(2)).sum()).max(0.0).sqrt()
 }

@@ -26,7 +26,7 @@ pub(super) fn shortfall<const D: usize, R: Real>(
     place: &[[f64; D]],
     set: Option<&[bool]>,
 ) -> Option<Vec<f64>> {
-    let (positions, target) = (&arrangement.positions, &arrangement.target);
+    let (positions, target) = (arrangement.positions(), &arrangement.target);
     let n = arrangement.len();
     let particle = target.mass / target.count as f64;
     let fraction = enclosed_fractions(positions, center);
@@ -104,7 +104,7 @@ mod tests {
         let kernel_neighbors = default_kernel_neighbors(D);
         let (kernel, space) = (KernelName::WendlandC4, domain.clone());
         let arrangement = Arrangement::<D, f32>::new(kernel, target, space, swollen, kernel_neighbors);
-        let place: Vec<[f64; D]> = (0..count).map(|i| at(&arrangement.positions, i)).collect();
+        let place: Vec<[f64; D]> = (0..count).map(|i| at(arrangement.positions(), i)).collect();
         let share = shortfall(&arrangement, &Even, &[0.0; D], &place, None).unwrap();
         let nearest = 3.0 * (mass / count as f64).powf(1.0 / D as f64);
         let mut largest = [0.0_f64; 2];

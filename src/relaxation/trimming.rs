@@ -89,11 +89,11 @@ impl<'a, const D: usize> Fixed<'a, D> {
         let solved = state.solve(&guess, Search::EXACT);
         let support = parallel::map(solved.len(), |i| solved[i].support);
         state.mirror(&support);
-        let target_density = target.densities(&state.positions);
+        let target_density = target.densities(state.positions());
         let given = particles.masses.clone().unwrap_or_else(|| target.masses(&particles.positions));
         let first = parallel::reordered(&given, &order);
         let total = reduce::sum(first.len(), |i| first[i]);
-        let interior = interior(target.domain, &state.positions, &support, None);
+        let interior = interior(target.domain, state.positions(), &support, None);
         Self { state, order, support, target_density, interior, first, total }
     }
 }

@@ -228,7 +228,7 @@ impl<const D: usize> Wvt<'_, D> {
                     return 1.0;
                 }
                 let support = self.target.support(density[old], ratio);
-                let steep = sharpness[old] > STEEP && self.target.steepness(&at(&state.positions, i), support) > STEEP;
+                let steep = sharpness[old] > STEEP && self.target.steepness(&at(state.positions(), i), support) > STEEP;
                 if steep { 0.0 } else { resolved(sharpness[old]) }
             }),
             options: &self.options,
@@ -236,7 +236,7 @@ impl<const D: usize> Wvt<'_, D> {
             iteration: 0,
             excess: vec![0.0; count],
             memory: vec![0.0; count],
-            best: Best { epsilon: f64::INFINITY, iteration: 0, positions: state.positions.clone() },
+            best: Best { epsilon: f64::INFINITY, iteration: 0, positions: state.positions().clone() },
             trace,
             state,
             exchange,
@@ -355,7 +355,7 @@ impl<const D: usize> Running<D> for Relaxation<'_, D> {
         } else {
             self.note_excess(&pushes, &density);
         }
-        self.best.note(epsilon, iteration, &self.state.positions);
+        self.best.note(epsilon, iteration, self.state.positions());
         if let Some(order) = self.order.as_mut().filter(|_| self.best.iteration == iteration) {
             order.best.clear();
             order.best.extend_from_slice(order.now.order());
@@ -381,7 +381,7 @@ impl<const D: usize> Running<D> for Relaxation<'_, D> {
         encode(
             &Snapshot {
                 iteration: self.iteration,
-                positions: self.state.positions.clone(),
+                positions: self.state.positions().clone(),
                 moves: self.state.moves(),
                 excess: self.excess.clone(),
                 memory: self.memory.clone(),
@@ -500,7 +500,7 @@ impl<const D: usize> Relaxation<'_, D> {
 
     fn epsilon(&self, pushes: &[Push<D>], density: &[f64], support: &[f64]) -> f64 {
         let (exchange, state) = (self.exchange, &self.state);
-        let set = interior_among(exchange, state.target.domain, &state.positions, support, Some(&self.weights));
+        let set = interior_among(exchange, state.target.domain, state.positions(), support, Some(&self.weights));
         fit_among(exchange, set.as_deref(), density, |i| pushes[i].number_density).epsilon
     }
 

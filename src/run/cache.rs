@@ -15,7 +15,7 @@ use sph_formats::{
 use std::path::{Path, PathBuf};
 
 /// The first bytes of a file, with the version of the layout and of what bodies come out as.
-const MARK: &[u8; 8] = b"SPHBODY5";
+const MARK: &[u8; 8] = b"SPHBODY6";
 /// Mark and checksum.
 const HEADER: usize = 16;
 

@@ -7,7 +7,7 @@ use std::io::Read;
 use std::path::Path;
 
 /// Version of the layout; another program version is refused by the scene's own line.
-const LAYOUT: u32 = 7;
+const LAYOUT: u32 = 8;
 /// Mark, layout and checksum.
 const HEADER: usize = 20;
 

@@ -27,7 +27,7 @@ impl<const D: usize> Components<D> {
             let part = part as usize;
             if self.boxes[part].contains(x) { only.replace(part) } else { None }
         });
-        only.filter(|_| second.is_none()).unwrap_or_else(|| self.parts[self.cells.one(x)])
+        only.filter(|_| second.is_none()).unwrap_or_else(|| self.parts[self.cells.one(x).0])
     }
 }
 

@@ -36,7 +36,7 @@ impl<const D: usize> Node<D> {
 /// K-d tree that owns the positions of its particles in tree order.
 #[derive(Debug, Clone)]
 pub struct Tree<const D: usize> {
-    /// Tree position -> index in the arrays that the tree was built from.
+    /// Tree position -> index in the arrays that the tree was built from; empty where these are in tree order.
     order: Vec<u32>,
     pub(crate) positions: [Vec<f64>; D],
     pub(crate) nodes: Vec<Node<D>>,
@@ -74,13 +74,13 @@ impl<const D: usize> Tree<D> {
     /// structure depends on their number alone.
     pub fn of_sorted(positions: &[Vec<f64>; D]) -> Self {
         let mut tree = Self::build(positions);
-        tree.forget_order();
-        tree.refit(positions);
+        tree.take_order();
+        tree.move_particles(|own| own.clone_from(positions));
         tree
     }
 
     pub fn len(&self) -> usize {
-        self.order.len()
+        self.positions[0].len()
     }
 
     /// Groups of leaves that are subtrees, in the tree's order.
@@ -102,7 +102,17 @@ impl<const D: usize> Tree<D> {
     }
 
     pub fn is_empty(&self) -> bool {
-        self.order.is_empty()
+        self.len() == 0
+    }
+
+    /// Positions in tree order.
+    pub fn positions(&self) -> &[Vec<f64>; D] {
+        &self.positions
+    }
+
+    /// The same, without the tree.
+    pub fn into_positions(self) -> [Vec<f64>; D] {
+        self.positions
     }
 
     /// Position of the particle at tree position `i`.
@@ -110,23 +120,22 @@ impl<const D: usize> Tree<D> {
         crate::array(|k| self.positions[k][i])
     }
 
-    /// Tree position -> particle index.
+    /// Tree position -> particle index; empty after [`Self::take_order`].
     pub fn order(&self) -> &[u32] {
         &self.order
     }
 
-    /// Declares that the particles' own arrays are now in tree order.
-    pub fn forget_order(&mut self) {
-        parallel::update(&mut self.order, |i, o| *o = i as u32);
+    /// Declares that the particles' own arrays are now in tree order, which is returned.
+    pub fn take_order(&mut self) -> Vec<u32> {
+        std::mem::take(&mut self.order)
     }
 
-    /// Takes moved positions over without sorting anew: boxes are fitted again, so that results stay right
-    /// however far particles went; passes slow down as leaves begin to overlap.
-    pub fn refit(&mut self, positions: &[Vec<f64>; D]) {
-        let order = &self.order;
-        for k in 0..D {
-            parallel::update(&mut self.positions[k], |i, x| *x = positions[k][order[i] as usize]);
-        }
+    /// Lets `change` move particles, whose positions it gets in tree order, without sorting anew: boxes are fitted again, so that results
+    /// stay right however far particles went; passes slow down as leaves begin to overlap. There must be as many particles as before.
+    pub fn move_particles(&mut self, change: impl FnOnce(&mut [Vec<f64>; D])) {
+        let n = self.len();
+        change(&mut self.positions);
+        assert!(self.positions.iter().all(|axis| axis.len() == n), "another number of particles");
         let tree_positions = &self.positions;
         parallel::update(&mut self.nodes, |i, node| {
             if node.skip == i as u32 + 1 {

@@ -130,20 +130,27 @@ impl Gas {
     fn exponent(&self, radius: f64, z: f64) -> f64 {
         let plane = self.sound_speed(radius).powi(2);
         let Some(fall) = self.fall else { return self.rise(radius, z) / plane };
+        let points = self.well.points_rise(self.law.off_center(radius), z, fall);
+        (points + self.others_exponent(radius, z, fall)) / plane
+    }
+
+    /// That of all but points that are not softened, times the c^2 in the plane.
+    fn others_exponent(&self, radius: f64, z: f64, fall: f64) -> f64 {
+        let own = self.own.as_ref().map(|own| own.rises(radius));
+        if own.is_none() && !self.well.has_others() {
+            return 0.0;
+        }
         // By parts: 1/c^2 changes little where there is gas.
         let radius = self.law.off_center(radius);
+        let rise = |z: f64| self.well.others_rise(radius, z) + own.as_ref().map_or(0.0, |own| own(z));
         let warmth = |z: f64| self.cooling(radius, z).recip();
         let slope = |z: f64| 2.0 * fall * z / (radius * radius + z * z) * warmth(z);
-        let part = integrate(ORDER, 0.0, z, &|z| self.rise(radius, z) * slope(z));
-        (self.rise(radius, z) * warmth(z) - part) / plane
+        rise(z) * warmth(z) - integrate(ORDER, 0.0, z, &|z| rise(z) * slope(z))
     }
 
     /// c^2 over that in the plane.
     fn cooling(&self, radius: f64, z: f64) -> f64 {
-        self.fall.map_or(1.0, |fall| {
-            let radius = self.law.off_center(radius);
-            (radius / radius.hypot(z)).powf(2.0 * fall)
-        })
+        self.fall.map_or(1.0, |fall| (-fall * (z / self.law.off_center(radius)).powi(2).ln_1p()).exp())
     }
 
     fn scale_height(&self, radius: f64) -> Result<f64> {

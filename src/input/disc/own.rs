@@ -58,6 +58,19 @@ fn middle(layer: usize, height: f64) -> f64 {
     (layer as f64 + 0.5) * LAYER * height
 }
 
+/// The first of the four layers about a height in scale heights, their weights, and how far it is beyond the last one, from where on a
+/// potential goes straight.
+fn between_layers(height: f64) -> (usize, [f64; 4], f64) {
+    let place = height.abs() / LAYER;
+    let base = (place as usize).saturating_sub(1).min(LAYERS - 3);
+    (base, even_values((place - base as f64).min(3.0)), (place - LAYERS as f64).max(0.0))
+}
+
+/// By how much a row rises in its last layer.
+fn last(row: &[f64; LAYERS + 1]) -> f64 {
+    row[LAYERS] - row[LAYERS - 1]
+}
+
 impl Column {
     /// -Phi/(G m) of the two rings of a layer, above the plane and below it.
     fn pair(&self, radius: f64, z: f64, height: f64) -> f64 {
@@ -140,17 +153,27 @@ impl Own {
 
     /// Phi(R, z) - Phi(R, 0).
     pub fn rise(&self, radius: f64, z: f64) -> f64 {
-        let (first, weights) = self.rows.weights(radius);
-        let height: f64 = (0..4).map(|j| weights[j] * self.heights[first + j]).sum();
-        let place = (z / height).abs() / LAYER;
-        let base = (place as usize).saturating_sub(1).min(LAYERS - 3);
-        let along = even_values((place - base as f64).min(3.0));
-        let of_row = |row: &[f64; LAYERS + 1]| {
-            // Straight on beyond the last layer.
-            let beyond = (place - LAYERS as f64).max(0.0) * (row[LAYERS] - row[LAYERS - 1]);
-            (0..4).map(|k| along[k] * row[base + k]).sum::<f64>() + beyond
-        };
+        let (first, weights, height) = self.about(radius);
+        let (base, along, beyond) = between_layers(z / height);
+        let of_row =
+            |row: &[f64; LAYERS + 1]| (0..4).map(|k| along[k] * row[base + k]).sum::<f64>() + beyond * last(row);
         (0..4).map(|j| weights[j] * of_row(&self.rise[first + j])).sum()
+    }
+
+    /// The same at every height, for many of them at one radius.
+    pub fn rises(&self, radius: f64) -> impl Fn(f64) -> f64 {
+        let (first, weights, height) = self.about(radius);
+        let row: [f64; LAYERS + 1] = sph::array(|k| (0..4).map(|j| weights[j] * self.rise[first + j][k]).sum());
+        move |z| {
+            let (base, along, beyond) = between_layers(z / height);
+            (0..4).map(|k| along[k] * row[base + k]).sum::<f64>() + beyond * last(&row)
+        }
+    }
+
+    /// The first of the four rows about a radius, their weights, and the scale height there.
+    fn about(&self, radius: f64) -> (usize, [f64; 4], f64) {
+        let (first, weights) = self.rows.weights(radius);
+        (first, weights, (0..4).map(|j| weights[j] * self.heights[first + j]).sum())
     }
 
     /// dPhi/dR in the middle plane.

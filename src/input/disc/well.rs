@@ -54,8 +54,25 @@ impl Well {
         let r = radius.hypot(z);
         // Closed for a point: most discs are about one.
         let bare = if self.bare > 0.0 { self.bare * z * z / ((r + radius) * radius * r) } else { 0.0 };
-        let others = self.rows.as_ref().map_or(0.0, |rows| rows.potential(r) - rows.potential(radius));
-        self.constant * (bare + others)
+        self.constant * bare + self.others_rise(radius, z)
+    }
+
+    /// That of all but the points that are not softened.
+    pub fn others_rise(&self, radius: f64, z: f64) -> f64 {
+        let others = self.rows.as_ref().map_or(0.0, |rows| rows.potential(radius.hypot(z)) - rows.potential(radius));
+        self.constant * others
+    }
+
+    /// Whether there is anything but points that are not softened.
+    pub fn has_others(&self) -> bool {
+        self.rows.is_some()
+    }
+
+    /// The integral of dPhi/dz (r/R)^(2 q) from the plane, of the points that are not softened: G M/R ((r/R)^(2 q - 1) - 1)/(2 q - 1).
+    pub fn points_rise(&self, radius: f64, z: f64, q: f64) -> f64 {
+        let (far, power) = (0.5 * (z / radius).powi(2).ln_1p(), 2.0 * q - 1.0);
+        let part = if power == 0.0 { far } else { (power * far).exp_m1() / power };
+        if self.bare > 0.0 { self.constant * self.bare / radius * part } else { 0.0 }
     }
 }
 
@@ -103,6 +120,16 @@ mod tests {
         for (radius, z) in [(1.0, 0.1), (0.3, 2.0), (5.0, 0.05)] {
             let expected = 6.0 * (1.0 / radius - 1.0 / f64::hypot(radius, z));
             assert!((well.rise(radius, z) / expected - 1.0).abs() < 1e-9, "{radius} {z}");
+            // What is felt along z, weighed by the warmth of gas, in small steps.
+            for q in [0.0, 0.3, 0.5, 1.2] {
+                let force =
+                    |z: f64| 6.0 * z / f64::hypot(radius, z).powi(3) * (f64::hypot(radius, z) / radius).powf(2.0 * q);
+                let steps = 1000;
+                let step = z / f64::from(steps);
+                let expected =
+                    (0..steps).map(|i| integrate(4, f64::from(i) * step, f64::from(i + 1) * step, &force)).sum::<f64>();
+                assert!((well.points_rise(radius, z, q) / expected - 1.0).abs() < 1e-9, "{radius} {z} {q}");
+            }
         }
         // Softened, far inside of where it is looked at, and in full.
         let softened = of(Vec::new(), vec![point(1.0, 2.0)], 1.0);
