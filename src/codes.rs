@@ -5,7 +5,7 @@ use sph::geometry::unit_ball_volume;
 use sph::kernel::{KernelName, most_neighbors_without_pairs, support_over_smoothing_length};
 use sph::point_mass::Softening;
 use sph_formats::units::GRAVITATIONAL_CONSTANT_CGS;
-use sph_formats::{Species, UnitSystem, did_you_mean};
+use sph_formats::{Species, UnitSystem, Values, did_you_mean};
 
 /// How a code says how many neighbors a particle has.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -260,6 +260,20 @@ pub(crate) const AS_PLANETARY: [&str; 2] = ["planetary", "remix"];
 pub(crate) const CELL_OVER_REACH: f64 = 1.1;
 pub(crate) const LEAST_CELLS: f64 = 3.0;
 
+/// Masses of gas beyond this contrast may fail in codes.
+const MASS_CONTRAST: f64 = 1e3;
+
+/// Masses of gas particles that differ by far.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Contrast {
+    pub least: f64,
+    pub most: f64,
+    /// Of a code that counts neighbors by their mass over the particle's own, so that the heaviest does not find its number in all of the gas.
+    pub is_out_of_reach: bool,
+    /// Whether the code is one of these: of others no more is known than that they crash or hang.
+    pub is_known: bool,
+}
+
 /// Part of the most neighbors that make no pairs which is advised.
 const FEWER: f64 = 0.95;
 
@@ -295,6 +309,20 @@ impl TargetCode {
     /// Whether gas of discs has the temperature of its distance from the star, as the code keeps it: Phantom's `ieos = 6`.
     pub(crate) fn cools_discs_by_distance(&self) -> bool {
         self.sheet.name == "phantom"
+    }
+
+    /// Whether `masses` of gas in `d` dimensions differ by more than the code bears.
+    pub(crate) fn contrast(&self, masses: &Values, d: usize) -> Option<Contrast> {
+        let (least, most, _) = masses.range();
+        let total: f64 = (0..masses.len()).map(|i| masses.get(i)).sum();
+        let is_known = self.sheet.format.starts_with("gadget");
+        let is_out_of_reach = is_known && self.kernel_neighbors(d) * most > total && most > 1.5 * least;
+        (!self.sheet.is_mesh && least > 0.0 && (most > MASS_CONTRAST * least || is_out_of_reach)).then_some(Contrast {
+            least,
+            most,
+            is_out_of_reach,
+            is_known,
+        })
     }
 
     /// What the code as it is built by default does not make of particles beside the gas, with the remedy; `None` where it takes them.

@@ -22,6 +22,8 @@ pub struct Capabilities {
     pub columns: Columns,
     /// The box has one edge.
     pub cubic_box: bool,
+    /// Edges of the box are the longest one over 1, 2, 4 and so on.
+    pub halved_box: bool,
     /// The box is periodic along all axes or none.
     pub alike_axes: bool,
     /// Particles other than gas are refused.
@@ -33,6 +35,20 @@ pub struct Capabilities {
     /// What its code takes a magnetic field in.
     pub magnetic: MagneticUnit,
 }
+
+/// How often the longest of some edges is halved to become each of them; `None` where there is one that it does not become.
+pub fn halvings(edges: &[f64]) -> Option<Vec<u32>> {
+    let longest = edges.iter().copied().fold(0.0, f64::max);
+    let of = |edge: f64| {
+        let times = (longest / edge).log2().round();
+        let is_half = (0.0..=MOST_HALVINGS).contains(&times) && (edge * times.exp2() / longest - 1.0).abs() < 1e-9;
+        is_half.then_some(times as u32)
+    };
+    edges.iter().map(|edge| of(*edge)).collect()
+}
+
+/// Halvings of an edge, at most: GADGET-4 has 32 binary digits for all of it.
+const MOST_HALVINGS: f64 = 16.0;
 
 /// A point of a body in vacuum.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
@@ -79,6 +95,7 @@ impl Capabilities {
         equal_masses: false,
         columns: Columns::Any,
         cubic_box: false,
+        halved_box: false,
         alike_axes: false,
         gas_alone: false,
         origin: Origin::Corner,

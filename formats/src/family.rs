@@ -1,5 +1,5 @@
 //! Snapshots in several files: `NAME.0.hdf5`, `NAME.1.hdf5` and so on, as GADGET and SWIFT name them, or `NAME.0`, `NAME.1`
-//! where GADGET's binary files have no extension.
+//! as GADGET does with its binary files, whatever their extension.
 
 use crate::error::{FormatError, Result};
 use std::path::{Path, PathBuf};
@@ -43,6 +43,13 @@ impl Family {
         let after = path.extension().map_or(String::new(), |e| format!(".{}", e.to_string_lossy()));
         let folder = path.parent().unwrap_or(Path::new("")).to_owned();
         Self { folder, before: format!("{}.", text(path.file_stem())), after }
+    }
+
+    /// The family that is written for `path`, with the numbers at the very end.
+    pub(crate) fn of_whole_name(path: &Path) -> Self {
+        let name = path.file_name().map_or(String::new(), |s| s.to_string_lossy().into_owned());
+        let folder = path.parent().unwrap_or(Path::new("")).to_owned();
+        Self { folder, before: format!("{name}."), after: String::new() }
     }
 
     /// The path of a member.

@@ -25,6 +25,7 @@ pub mod model;
 pub mod nearest;
 pub mod output;
 pub mod particle_names;
+mod provenance;
 pub mod refined;
 pub mod registry;
 mod space;
@@ -57,6 +58,7 @@ pub mod table;
 pub mod vtk;
 pub mod wdec;
 
+pub use capabilities::halvings;
 pub use error::{FormatError, Result};
 pub use family::{files_of, would_be_lost};
 pub use model::{

@@ -2,6 +2,10 @@
 //!
 //! Numbers are in the units stated by each variable or header; nothing is converted here.
 
+pub use crate::provenance::{
+    ADIABATIC_INDEX_KEY, COSMOLOGY_KEY, DISC_KEY, DOUBT_KEY, FILES_KEY, GRAVITY_KEY, ISOTHERMAL_KEY, LACKS_KEY,
+    LACKS_KEYS, LACKS_OF_GADGET_KEY, LACKS_OF_SWIFT_KEY, MESH_KEY, VORONOI,
+};
 use crate::refined::RefinedGrid;
 use crate::units::{Unit, UnitDimension, UnitSystem};
 use std::path::PathBuf;
@@ -334,32 +338,6 @@ pub struct RunHeader {
     /// Key and value pairs that allow the file to be made again: version, scene, seed, stop reason.
     pub provenance: Vec<(String, String)>,
 }
-
-/// The key of the provenance under which readers of snapshots in several files say which ones those were.
-pub const FILES_KEY: &str = "Files";
-
-/// Keys of the provenance under which readers say what in a file contradicts the rest of it, what it lacks that codes read, and what GADGET's family
-/// and SWIFT alone stop without.
-pub const DOUBT_KEY: &str = "contradiction";
-pub const LACKS_KEY: &str = "lacks";
-pub const LACKS_OF_GADGET_KEY: &str = "lacks of GADGET";
-pub const LACKS_OF_SWIFT_KEY: &str = "lacks of SWIFT";
-/// All under which something lacks.
-pub const LACKS_KEYS: [&str; 3] = [LACKS_KEY, LACKS_OF_GADGET_KEY, LACKS_OF_SWIFT_KEY];
-
-/// The key of the provenance under which readers say that a snapshot's box expands.
-pub const COSMOLOGY_KEY: &str = "cosmology";
-
-/// The key of the provenance under which readers say that the gas is cells of a mesh, and [`VORONOI`] that these are the places
-/// nearest to each position.
-pub const MESH_KEY: &str = "Mesh";
-pub const VORONOI: &str = "Voronoi";
-
-/// The key of the provenance under which the gas's adiabatic index is, where that is not [`ADIABATIC_INDEX`].
-pub const ADIABATIC_INDEX_KEY: &str = "AdiabaticIndex";
-
-/// The key of the provenance under which a file's gas is said to be a disc whose temperature is that of its place.
-pub const DISC_KEY: &str = "Disc";
 
 /// The key of a field's metadata that says that a grid has no axes of its own: what it has is the box from 0 to 1 along each.
 pub const WITHOUT_AXES: &str = "without axes";

@@ -93,6 +93,8 @@ pub enum FileNames {
     One,
     /// `NAME.0.EXT`, `NAME.1.EXT` and so on.
     Numbered,
+    /// `NAME.EXT.0`, `NAME.EXT.1` and so on, for codes that add the number to whatever name they are told.
+    Appended,
     /// `NAME_0.EXT` and so on, and one that lists them, of an extension of its own: pairs of that and theirs.
     Listed { extensions: &'static [(&'static str, &'static str)], index: IndexFn },
 }
@@ -376,7 +378,7 @@ pub fn write_part(
             files.saturating_sub(1)
         ));
     }
-    if !matches!(streaming.names, FileNames::Numbered) {
+    if !matches!(streaming.names, FileNames::Numbered | FileNames::Appended) {
         return refuse("its parts are not written one by one; write gadget, gizmo, arepo or gadget-binary".into());
     }
     refuse_without_room((path, spec.name), particles, 1.0 / files as f64, options)?;
@@ -406,8 +408,9 @@ pub fn output_files(spec: &FormatSpec, path: &Path, files: usize) -> Result<Vec<
     match names {
         _ if files == 1 => Ok(vec![path.into()]),
         FileNames::One => refuse(ONE_FILE.into()),
-        FileNames::Numbered => {
-            let family = Family::for_output(path);
+        FileNames::Numbered | FileNames::Appended => {
+            let is_appended = matches!(names, FileNames::Appended);
+            let family = if is_appended { Family::of_whole_name(path) } else { Family::for_output(path) };
             Ok((0..files).map(|k| family.member(k)).collect())
         }
         FileNames::Listed { extensions, .. } => {

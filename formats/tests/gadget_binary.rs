@@ -61,6 +61,21 @@ impl Bytes {
     }
 }
 
+/// The header that GADGET-4 writes by default: counts of 64 bits, no flags.
+fn header_of_4(b: &mut Bytes, counts: [u64; 6], masses: [f64; 6]) {
+    let outer = std::mem::take(&mut b.bytes);
+    for n in counts.into_iter().chain(counts) {
+        b.bytes.extend(if b.big { n.to_be_bytes() } else { n.to_le_bytes() });
+    }
+    for x in masses.into_iter().chain([0.25, 3.0, 10.0]) {
+        b.bytes.extend(if b.big { x.to_be_bytes() } else { x.to_le_bytes() });
+    }
+    b.word(1);
+    let mut header = std::mem::replace(&mut b.bytes, outer);
+    header.resize(192, 0);
+    b.record("HEAD", &header);
+}
+
 /// Two gas particles of mass 5 (in the table) and one star of mass 7 (in the block), double or single.
 fn sample(big: bool, named: bool, double: bool) -> Vec<u8> {
     let mut b = Bytes { big, named, bytes: Vec::new() };
@@ -229,4 +244,41 @@ fn what_contradicts_itself_is_refused_with_its_place() {
     let text = refusal(&whole);
     assert!(text.contains("block 'U'") && text.contains("expected 8"), "{text}");
     assert!(matches!(attempt(&[8, 0, 0, 0]), Err(FormatError::Detection { .. })));
+}
+
+/// GADGET-4 writes another header unless it is built with GADGET2_HEADER; the rest is the same.
+#[test]
+fn gadget_4s_own_header_is_read() {
+    for (big, named) in [(false, false), (true, true), (false, true)] {
+        let old = sample(big, named, false);
+        let skipped = 256 + 8 + if named { 16 } else { 0 };
+        let mut b = Bytes { big, named, bytes: Vec::new() };
+        header_of_4(&mut b, [2, 0, 0, 0, 1, 0], [5.0, 0.0, 0.0, 0.0, 0.0, 0.0]);
+        b.bytes.extend(&old[skipped..]);
+        let folder = tempfile::tempdir().unwrap();
+        let [new, before] = ["snapshot_001", "snapshot_002"].map(|name| folder.path().join(name));
+        std::fs::write(&new, &b.bytes).unwrap();
+        std::fs::write(&before, &old).unwrap();
+        let read = |path: &PathBuf| match sph_formats::read(FORMATS, path, None, &FieldRequest::default()).unwrap() {
+            FileContent::Particles(p) => p,
+            FileContent::Field(_) => panic!("read as a field"),
+        };
+        let (found, wanted) = (read(&new), read(&before));
+        assert_eq!((found.header.time, found.header.box_size), (wanted.header.time, wanted.header.box_size));
+        for (a, b) in found.species.iter().zip(&wanted.species) {
+            assert_eq!(a.part_type, b.part_type);
+            assert_eq!(a.table.columns.len(), b.table.columns.len());
+            for (a, b) in a.table.columns.iter().zip(&b.table.columns) {
+                assert_eq!((&a.name, &a.values), (&b.name, &b.values));
+            }
+        }
+        // Cut off, and with a count that cannot be.
+        std::fs::write(&new, &b.bytes[..100]).unwrap();
+        assert!(sph_formats::read(FORMATS, &new, None, &FieldRequest::default()).is_err());
+        let mut b = Bytes { big, named, bytes: Vec::new() };
+        header_of_4(&mut b, [1 << 40, 0, 0, 0, 0, 0], [5.0; 6]);
+        std::fs::write(&new, &b.bytes).unwrap();
+        let error = sph_formats::read(FORMATS, &new, None, &FieldRequest::default()).unwrap_err().to_string();
+        assert!(error.contains("1099511627776"), "{error}");
+    }
 }

@@ -5,7 +5,7 @@ use crate::support::{
 };
 use sph_formats::common::particle_names as names;
 use sph_formats::registry::read;
-use sph_formats::{FORMATS, FieldRequest, FormatError, Species};
+use sph_formats::{FORMATS, FieldRequest, FormatError, ParticleFile, Species, Values};
 
 #[test]
 fn every_format_keeps_particles_in_every_dimension() {
@@ -35,6 +35,35 @@ fn every_format_keeps_particles_in_every_dimension() {
                 }
             }
         }
+    }
+}
+
+/// In single precision: masses that have lost digits, and columns of which nothing is left. What is next to nothing beside the rest may become 0.
+#[test]
+fn numbers_that_single_precision_loses_are_refused() {
+    let folder = tempfile::tempdir().unwrap();
+    for spec in writers().filter(|s| can_read(s) && ["swift", "gadget", "gizmo", "gadget-binary"].contains(&s.name)) {
+        let path = folder.path().join(format!("{}.{}", spec.name, spec.extensions[0]));
+        let with = |name: &str, scale: f64, first: f64| {
+            let mut p = particles_of(spec, 20, 3);
+            let column = p.species[0].table.columns.iter_mut().find(|c| c.name == name).unwrap();
+            let mut values: Vec<f64> = column.values.to_f64().iter().map(|v| v * scale).collect();
+            values[0] *= first;
+            column.values = Values::F64(values);
+            p
+        };
+        let tried = |p: &ParticleFile, double: bool| write(spec, &path, p, double).map_err(|e| e.to_string());
+        for (name, scale, first, problem) in [
+            (names::MASSES, 1e-44, 1.0, "too little for f32"),
+            (names::MASSES, 1.0, 1e-40, "f32's range"),
+            (names::DENSITY, 1e-50, 1.0, "too little for f32"),
+            (names::INTERNAL_ENERGY, 1e-70, 1.0, "too little for f32"),
+        ] {
+            let error = tried(&with(name, scale, first), false).unwrap_err();
+            assert!(error.contains(problem) && error.contains("double precision"), "{}, {name}: {error}", spec.name);
+            tried(&with(name, scale, first), true).unwrap_or_else(|e| panic!("{}, {name}: {e}", spec.name));
+        }
+        tried(&with(names::DENSITY, 1.0, 1e-50), false).unwrap_or_else(|e| panic!("{}: {e}", spec.name));
     }
 }
 

@@ -294,3 +294,77 @@ fn sinks_that_cannot_be_are_refused() {
     light.table.columns[2].values = Values::F64(vec![1.0, 0.0]);
     assert!(refusal(light).contains("weighs 0"));
 }
+
+/// The records of a dump.
+fn records(path: &Path) -> Vec<Vec<u8>> {
+    let bytes = std::fs::read(path).unwrap();
+    let (mut records, mut rest) = (Vec::new(), bytes.as_slice());
+    while let Some((length, more)) = rest.split_first_chunk::<4>() {
+        let length = u32::from_le_bytes(*length) as usize;
+        records.push(more[..length].to_vec());
+        rest = &more[length + 4..];
+    }
+    records
+}
+
+fn with_column(mut species: Species, name: &str, components: usize, values: &[f64]) -> Species {
+    let values = Values::F64(values.to_vec());
+    species.table.columns.push(Column { name: name.into(), components, values, dimension: UnitDimension::NONE });
+    species
+}
+
+/// Phantom takes dust as a fraction of the gas only where the identity says so, and reads a magnetic field from a block of its own.
+#[test]
+fn the_identity_says_what_is_in_a_dump_and_a_field_has_its_own_block() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("ic_00000.tmp");
+    let field = [0.5, -1.0, 2.0, 0.25, 4.0, -8.0];
+    let dusty = with_column(species(0, 0.5), names::DUST_FRACTION, 1, &[0.01, 0.02]);
+    let magnetic = with_column(species(0, 0.5), names::MAGNETIC_FIELD, 3, &field);
+    let grains = with_column(species(2, 0.25), names::DUST_TO_GAS_RATIO, 1, &[0.1, 0.1]);
+    for (all, what, lengths) in [
+        (vec![species(0, 0.5)], "(hydro)", 2_i32),
+        (vec![dusty], "(hydro+1dust)", 2),
+        (vec![species(0, 0.5), grains], "(hydro+dust)", 2),
+        (vec![magnetic], "(mhd+clean)", 4),
+    ] {
+        write(&path, &particles(UnitSystem::CODE, all)).unwrap();
+        let records = records(&path);
+        let identity = String::from_utf8(records[1].clone()).unwrap();
+        assert!(identity.trim_end().ends_with(what), "{identity}");
+        let tags: Vec<String> = records.iter().map(|r| String::from_utf8_lossy(r).trim_end().to_owned()).collect();
+        // Heads of arrays have 40 bytes, and their number stands before them.
+        let first = records.iter().position(|r| r.len() == 40).unwrap();
+        assert_eq!(records[first - 1], lengths.to_le_bytes(), "{what}");
+        assert_eq!(records[first..].iter().take_while(|r| r.len() == 40).count(), lengths as usize, "{what}");
+        let length = |head: usize| i64::from_le_bytes(records[first + head][..8].try_into().unwrap());
+        if lengths == 4 {
+            assert_eq!([0, 1, 2, 3].map(length), [2, 0, 0, 2]);
+            let back = read(&path).unwrap();
+            assert_eq!(values(&back, 0, names::MAGNETIC_FIELD), field);
+            // Behind all others.
+            assert_eq!(tags[tags.len() - 6], "Bx");
+        }
+    }
+}
+
+/// Phantom leaves units of 1 for its own where matter attracts itself, after it has read the parameter file.
+#[test]
+fn pure_numbers_have_the_units_that_phantom_would_take() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("ic_00000.tmp");
+    let mut p = particles(UnitSystem::CODE, vec![species(0, 0.5)]);
+    for (periodic, units) in [(false, [1.496e13, 1.9891e33]), (true, [1.0, 1.0])] {
+        p.header.periodic = [periodic; 3];
+        write(&path, &p).unwrap();
+        let records = records(&path);
+        let at = records.iter().position(|r| r.starts_with(b"udist           ")).unwrap();
+        let number = |i: usize| f64::from_le_bytes(records[at + 1][8 * i..8 * i + 8].try_into().unwrap());
+        assert_eq!([number(0), number(1)], units);
+        let gravity = 6.672041e-8 * number(1) * number(2).powi(2) / number(0).powi(3);
+        assert!(periodic || (gravity - 1.0).abs() < 1e-9, "{gravity}");
+        let back = read(&path).unwrap();
+        assert_eq!(back.header.units, UnitSystem::CODE);
+        assert_eq!(values(&back, 0, names::VELOCITIES), values(&p, 0, names::VELOCITIES));
+    }
+}

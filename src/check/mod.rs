@@ -17,6 +17,7 @@ use sph::domain::Domain;
 use sph::point_mass::PointMass;
 use sph::sums::support_guess;
 use sph_formats::common::particle_names as names;
+use sph_formats::halvings;
 use sph_formats::{ParticleFile, ParticleTable, UnitSystem};
 use values::{header, numbers, values, velocities};
 
@@ -54,7 +55,7 @@ pub fn check(file: &ParticleFile, code: &TargetCode) -> Result<Vec<Finding>> {
     }
     header(&file.header, code, &mut findings);
     for species in file.species.iter().filter(|s| s.table.count > 0) {
-        values(species, code, &mut findings);
+        values(species, (code, &file.header), &mut findings);
     }
     numbers(file, code, &mut findings);
     velocities(file, &mut findings);
@@ -88,7 +89,13 @@ fn frame(file: &ParticleFile, code: &TargetCode, findings: &mut Vec<Finding>) {
     }
     let edges = &header.box_size[..header.dimension];
     let is_cube = edges.iter().all(|e| (e - edges[0]).abs() <= 1e-9 * edges[0]);
-    if !is_cube && code.sheet.format.starts_with("gadget") {
+    let halves = halvings(edges).filter(|_| code.sheet.name == "gadget4" && !edges.contains(&0.0));
+    if let Some(halves) = halves.filter(|_| !is_cube) {
+        let options = ["X", "Y", "Z"].into_iter().zip(halves).filter(|(_, times)| *times > 0);
+        let options: Vec<String> = options.map(|(axis, times)| format!("LONG_{axis}_BITS={times}")).collect();
+        let text = format!("has the edges {edges:?}: build GADGET-4 with {}", options.join(" "));
+        add(findings, Level::Warning, "box", text);
+    } else if !is_cube && code.sheet.format.starts_with("gadget") {
         add(
             findings,
             Level::Error,
@@ -283,9 +290,9 @@ fn smoothing<const D: usize>(
     let expected = match code.neighbors {
         Neighbors::Eta(eta) => format!("h = {eta} (m/rho)^(1/3)"),
         Neighbors::Lengths(ratio) => format!("h = {ratio} (m/rho)^(1/3)"),
-        Neighbors::Count { neighbors, lengths: 1.0 } => format!("the kernel's radius with {neighbors} neighbors"),
-        Neighbors::Count { neighbors, lengths } => {
-            format!("the kernel's radius over {lengths} with {neighbors} neighbors")
+        Neighbors::Count { lengths: 1.0, .. } => format!("the kernel's radius with {} neighbors", code.setting_in(D)),
+        Neighbors::Count { lengths, .. } => {
+            format!("the kernel's radius over {lengths} with {} neighbors", code.setting_in(D))
         }
     };
     let title = code.sheet.title;

@@ -3,11 +3,11 @@
 use super::finding::{Finding, Level, add, named};
 use crate::codes::{AS_PLANETARY, TargetCode};
 use sph_formats::common::particle_names as names;
-use sph_formats::model::{COSMOLOGY_KEY, DOUBT_KEY, FILES_KEY, LACKS_KEY, LACKS_OF_GADGET_KEY, LACKS_OF_SWIFT_KEY};
+use sph_formats::model::{
+    COSMOLOGY_KEY, DOUBT_KEY, FILES_KEY, ISOTHERMAL_KEY, LACKS_KEY, LACKS_OF_GADGET_KEY, LACKS_OF_SWIFT_KEY,
+};
 use sph_formats::{Column, ParticleFile, ParticleTable, RunHeader, Species, UnitSystem};
 
-/// Masses beyond this contrast fail in codes.
-const CONTRAST: f64 = 1e3;
 /// Masses that differ by more are not the same in single precision.
 const SAME: f64 = 1e-6;
 
@@ -65,10 +65,13 @@ fn needed(part_type: u8, code: &TargetCode) -> &'static [&'static str] {
 }
 
 /// Values of the columns that the code reads.
-pub(super) fn values(species: &Species, code: &TargetCode, findings: &mut Vec<Finding>) {
-    let (table, title) = (&species.table, code.sheet.title);
+pub(super) fn values(species: &Species, (code, header): (&TargetCode, &RunHeader), findings: &mut Vec<Finding>) {
+    let (table, title, d) = (&species.table, code.sheet.title, header.dimension);
+    let is_isothermal = header.provenance.iter().any(|fact| fact.0 == ISOTHERMAL_KEY);
     let has = |name: &str| {
-        table.column(name).is_some() || name == names::SUPPORT_RADIUS && table.column(names::SMOOTHING_LENGTH).is_some()
+        table.column(name).is_some()
+            || name == names::SUPPORT_RADIUS && table.column(names::SMOOTHING_LENGTH).is_some()
+            || name == names::INTERNAL_ENERGY && is_isothermal
     };
     let is_planetary = AS_PLANETARY.contains(&code.scheme.name);
     let materials: &[&str] = if is_planetary && species.part_type == 0 { &[names::MATERIAL_IDS] } else { &[] };
@@ -88,7 +91,7 @@ pub(super) fn values(species: &Species, code: &TargetCode, findings: &mut Vec<Fi
     }
     positive(species, findings);
     if let Some(masses) = table.column(names::MASSES) {
-        of_masses(species, masses, code, findings);
+        of_masses(species, masses, (code, d), findings);
     }
 }
 
@@ -135,12 +138,19 @@ fn first(column: &Column, is_such: impl Fn(f64) -> bool) -> Option<(usize, f64)>
     Some((i / column.components.max(1), column.values.get(i)))
 }
 
-fn of_masses(species: &Species, masses: &Column, code: &TargetCode, findings: &mut Vec<Finding>) {
+fn of_masses(species: &Species, masses: &Column, (code, d): (&TargetCode, usize), findings: &mut Vec<Finding>) {
     let (least, most, _) = masses.values.range();
-    if species.part_type == 0 && least > 0.0 && most > CONTRAST * least {
+    if let Some(contrast) = code.contrast(&masses.values, d).filter(|_| species.part_type == 0) {
+        let (level, what) = match (contrast.is_out_of_reach, contrast.is_known) {
+            (true, _) => {
+                (Level::Error, "counts neighbors by mass, of which the heaviest finds too little in all of the gas")
+            }
+            (false, true) => (Level::Warning, "is slow at such contrasts, or hangs"),
+            (false, false) => (Level::Error, "crashes or hangs at such contrasts"),
+        };
         let text =
-            format!("go from {least:e} to {most:e}; codes crash or hang at such contrasts, expected nearly equal ones");
-        add(findings, Level::Error, names::MASSES, text);
+            format!("go from {least:e} to {most:e}, and {} {what}; expected nearly equal ones", code.sheet.title);
+        add(findings, level, names::MASSES, text);
     }
     // Sinks have one each.
     let has_one = code.sheet.name == "phantom" && !is_of_sinks(&species.table);

@@ -16,7 +16,7 @@ use crate::target::{Positions, at};
 use sph::domain::Axis;
 use sph::parallel;
 use sph_formats::common::particle_names as names;
-use sph_formats::model::{DISC_KEY, adiabatic_fact};
+use sph_formats::model::{DISC_KEY, GRAVITY_KEY, adiabatic_fact};
 use sph_formats::{Column, ParticleFile, ParticleTable, RunHeader, Species, UnitDimension, UnitSystem, Values};
 
 /// How the note begins that says where a body alone has been moved.
@@ -372,6 +372,7 @@ pub(crate) fn provenance(scene: &Scene, stop: &str, (kernel, neighbors): (&str, 
         ("Scene".into(), recipe.to_yaml()),
     ];
     facts.extend(scene.adiabatic_index().and_then(adiabatic_fact));
+    facts.extend(scene.own_gravity().map(|constant| (GRAVITY_KEY.to_owned(), constant.to_string())));
     facts
         .extend(scene.keeps_disc_temperatures().then(|| (DISC_KEY.to_owned(), "temperatures of the place".to_owned())));
     facts

@@ -13,6 +13,7 @@ use crate::output::walls::Walls;
 use crate::scene::{Conversion, Scene};
 use sph::domain::Axis;
 use sph_formats::common::particle_names as names;
+use sph_formats::halvings;
 use sph_formats::{
     FormatError, FormatSpec, ParticleFile, ParticleStream, Species, WriteOptions, registry, would_be_lost, write_stream,
 };
@@ -104,7 +105,7 @@ impl<'a> Destination<'a> {
         }
         notes.extend(replaced);
         if let Some(code) = scene.code().filter(|_| scene.output.parameters) {
-            let beside = parameters::beside(code, self.path, file, physics)?;
+            let beside = parameters::beside(code, (self.path, self.format.map(|f| f.name)), file, physics)?;
             for (path, text) in beside.files {
                 write_text(&path, &text)?;
                 notes.push(format!("parameters for {} are in '{}'", code.sheet.title, path.display()));
@@ -218,19 +219,27 @@ pub(crate) fn refuse_box<const D: usize>(
         return Err(Error::scene("domain.boundary", problem));
     }
     origin::refuse_far(scene, &prepared.source.domain, (into_input, prepared.length))?;
-    let Some(format) = format.filter(|f| f.capabilities.cubic_box) else { return Ok(()) };
+    let has_shape = |f: &&FormatSpec| f.capabilities.cubic_box || f.capabilities.halved_box;
+    let Some(format) = format.filter(has_shape) else { return Ok(()) };
     let frame = match walls {
         Some(walls) => Frame::new(&walls.frame, 1.0),
         None => Frame::new(&prepared.source.domain, scene.output.box_factor),
     };
     let used = &frame.box_size[..D];
     let unit = prepared.length;
-    if used.iter().all(|edge| *edge == used[0]) {
+    let may_halve = format.capabilities.halved_box;
+    if used.iter().all(|edge| *edge == used[0]) || may_halve && halvings(used).is_some() {
         return Ok(());
     }
     let edges: Vec<String> = used.iter().map(|edge| format!("{:.6e}", edge * unit)).collect();
+    let (has, remedy) = match may_halve {
+        true => {
+            ("boxes whose edges are the longest one over 1, 2, 4 and so on (LONG_X_BITS of GADGET-4)", "such edges")
+        }
+        false => ("one number for the box", "equal edges"),
+    };
     let problem = format!(
-        "'{}' has one number for the box, but its edges are {} in the input's units; write swift instead (--to swift), or use equal edges",
+        "'{}' has {has}, but the edges are {} in the input's units; use {remedy}, or write swift instead (--to swift)",
         format.name,
         edges.join(", ")
     );

@@ -9,6 +9,7 @@ mod dry_run;
 mod follow;
 mod pages;
 mod parameters;
+mod parameters_of_files;
 mod reference;
 mod runs;
 pub(crate) mod support;

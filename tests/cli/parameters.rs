@@ -8,10 +8,10 @@ use sph_prep::FORMATS;
 
 const PROFILES: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/profiles");
 /// A uniform periodic box; `SCENE` stands for what is added.
-const BOX: &str = "input: {expression: '1'}\ndomain: {box: [[0, 0, 0], [1, 1, 1]], boundary: [periodic]}\nparticles: 1000\noutput: {units: code}\n";
+pub(super) const BOX: &str = "input: {expression: '1'}\ndomain: {box: [[0, 0, 0], [1, 1, 1]], boundary: [periodic]}\nparticles: 1000\noutput: {units: code}\n";
 
 /// Places a scene for a code; the report, and how its parameter files begin.
-fn place(folder: &Folder, scene: &str, (code, out): (&str, &str), more: &[&str]) -> Outcome {
+pub(super) fn place(folder: &Folder, scene: &str, (code, out): (&str, &str), more: &[&str]) -> Outcome {
     let (scene, out) = (folder.file("scene.yaml", scene), folder.path("out").join(out));
     let (scene, out) = (scene.display().to_string(), out.display().to_string());
     let mut all = vec!["--scene", &scene, "--for", code, "--parameters", "--out", &out];
@@ -23,12 +23,12 @@ fn profile(name: &str) -> String {
     std::fs::read_to_string(format!("{PROFILES}/{name}.yaml")).unwrap()
 }
 
-fn text(folder: &Folder, name: &str) -> String {
+pub(super) fn text(folder: &Folder, name: &str) -> String {
     std::fs::read_to_string(folder.path("out").join(name)).unwrap()
 }
 
 /// Lines of a Config.sh file.
-fn lines(text: &str) -> Vec<&str> {
+pub(super) fn lines(text: &str) -> Vec<&str> {
     text.lines().filter(|line| !line.starts_with('#')).collect()
 }
 

@@ -331,6 +331,16 @@ fn help_says_what_the_figures_of_a_verdict_mean() {
     assert!(wrong.code == Some(2) && wrong.stderr.contains("did you mean 'pairs'"), "{wrong:?}");
 }
 
+/// Points within numbers do not end what is said of a key in a line.
+#[test]
+fn what_help_says_of_keys_is_not_cut_within_numbers() {
+    let help = succeed(&["help", "scene.input.profile"]).stdout;
+    let help = help.split_whitespace().collect::<Vec<_>>().join(" ");
+    for part in ["0 <= n < 4.99", "0.05 G M/R (Evrard 1988)"] {
+        assert!(help.contains(part), "{part}: {help}");
+    }
+}
+
 #[test]
 fn help_leads_from_scenes_to_their_keys() {
     let top = succeed(&["help", "scene"]).stdout;

@@ -239,7 +239,7 @@ fn a_box_that_the_format_cannot_hold_is_refused_before_the_work() {
     for format in ["gadget", "gadget-binary"] {
         let scene = folder.file(
             "box.yaml",
-            "input: {expression: '1'}\ndomain: {box: [[0, 0, 0], [1, 1, 2]], boundary: periodic}\nparticles: 2M\nthermal: {internal_energy: 1}",
+            "input: {expression: '1'}\ndomain: {box: [[0, 0, 0], [1, 1, 3]], boundary: periodic}\nparticles: 2M\nthermal: {internal_energy: 1}",
         );
         let start = std::time::Instant::now();
         let outcome = sph_prep(&[
@@ -252,7 +252,7 @@ fn a_box_that_the_format_cannot_hold_is_refused_before_the_work() {
         ]);
         assert_eq!(outcome.code, Some(2), "{outcome:?}");
         assert!(
-            outcome.stderr.contains("edges are 1.000000e0, 1.000000e0, 2.000000e0") && outcome.stderr.contains("swift"),
+            outcome.stderr.contains("edges are 1.000000e0, 1.000000e0, 3.000000e0") && outcome.stderr.contains("swift"),
             "{outcome:?}"
         );
         assert!(start.elapsed().as_secs_f64() < 20.0, "it took {:?}", start.elapsed());

@@ -1,6 +1,7 @@
 //! What a flavor of particle file demands of its columns, whatever the container: one table of [`Rule`]s, from which
 //! every dataset is planned and checked before anything is written.
 
+use crate::capabilities::halvings;
 #[cfg(any(feature = "hdf5-layer", feature = "phantom"))]
 use crate::common::number::int;
 use crate::common::number::{Number, id, root, single};
@@ -30,6 +31,9 @@ pub enum BoxSize {
     Edges,
     /// BoxSize is the first edge, and the code is built for the others over it (`BOX_LONG_Y`, `LONG_Y`); all are kept beside.
     First,
+    /// BoxSize is the longest edge, and the code is built for others that are halves of it, halves of these, and so on (`LONG_X_BITS`); all are
+    /// kept beside.
+    Halves,
     /// Not at all.
     None,
 }
@@ -198,7 +202,7 @@ impl<'a> Job<'a> {
 
     fn plan_rule(&self, species: &'a Species, rule: &Rule) -> Result<Option<Planned<'a>>> {
         let is_needed = rule.need != Need::Optional;
-        Ok(self.find(species, rule)?.map(|numbers| Planned {
+        let planned = self.find(species, rule)?.map(|numbers| Planned {
             name: rule.name.to_owned(),
             storage: rule.storage,
             components: rule.components,
@@ -206,7 +210,28 @@ impl<'a> Job<'a> {
             numbers,
             strict: is_needed,
             positive: is_needed && rule.storage == Storage::Float && rule.components == 1,
-        }))
+        });
+        match planned.as_ref().and_then(|planned| Some((planned, self.vanishing(planned)?))) {
+            Some((planned, most)) => Err(self.refuse(format!(
+                "column '{}' is {most:e} at most, too little for f32; choose units in which it is nearer to 1, or double precision",
+                planned.name
+            ))),
+            None => Ok(planned),
+        }
+    }
+
+    /// The largest of a column's values where all of them are too small for f32, in which they are to be. What is next to nothing beside the rest may
+    /// become 0.
+    fn vanishing(&self, planned: &Planned) -> Option<f64> {
+        let (column, factor) = match &planned.numbers {
+            Numbers::Column(column) => (*column, 1.0),
+            Numbers::Scaled { column, factor } => (*column, *factor),
+            _ => return None,
+        };
+        let is_single = planned.storage == Storage::Float && planned.components == 1 && !self.options.double_precision;
+        let (low, high, _) = if is_single { column.values.range() } else { return None };
+        let most = factor.abs() * low.abs().max(high.abs());
+        (most > 0.0 && most < f64::from(f32::MIN_POSITIVE)).then_some(most)
     }
 
     fn plan_column(&self, name: String, column: &'a Column) -> Planned<'a> {
@@ -319,6 +344,11 @@ impl<'a> Job<'a> {
                 Ok(edges)
             }
             BoxSize::First => Ok(vec![used[0]]),
+            BoxSize::Halves if halvings(used).is_some() => Ok(vec![largest]),
+            BoxSize::Halves => Err(self.refuse(format!(
+                "the edges of the box are {used:?}, but GADGET-4 has boxes whose edges are the longest one over 1, 2, 4 and so on (LONG_X_BITS); write swift \
+                 instead, or use such a box"
+            ))),
             BoxSize::None => Err(self.refuse(format!(
                 "a box of {used:?} is not cubic, which GADGET-4 cannot read; write swift instead, or use a box with equal edges"
             ))),
@@ -357,13 +387,15 @@ impl<'a> Job<'a> {
     pub(crate) fn singles(&self, planned: &Planned, range: Range<usize>, out: &mut Vec<f32>) -> Result<()> {
         if let Some(rows) = planned.rows(&range).filter(|rows| self.all_fit(planned, rows)) {
             // Without a branch, so that many are converted at once.
-            let lost = |x: &f64| (*x as f32).is_infinite() | ((*x as f32 == 0.0) & (*x != 0.0));
+            let least = planned.least();
+            let lost = |x: &f64| (*x as f32).is_infinite() | (((*x as f32).abs() < least) & (*x != 0.0));
             if !rows.iter().fold(false, |any, x| any | lost(x)) {
                 out.extend(rows.iter().map(|x| *x as f32));
                 return Ok(());
             }
         }
-        self.fill(planned, range, 0..planned.components, 0, out, |x, i| single(planned.strict, x.float()).ok_or(i))
+        let limits = (planned.strict, planned.least());
+        self.fill(planned, range, 0..planned.components, 0, out, |x, i| single(limits, x.float()).ok_or(i))
     }
 
     /// Whether no check of [`Self::fill`] would refuse any of the rows; false where each has to be looked at.
@@ -409,8 +441,8 @@ impl<'a> Job<'a> {
         range: Range<usize>,
         out: &mut Vec<f32>,
     ) -> Result<()> {
-        let strict = planned.strict && !part.may_vanish;
-        let scaled = |x: Number, i| single(strict, part.factor * (x.float() + part.shift)).ok_or(i);
+        let limits = (planned.strict && !part.may_vanish, planned.least());
+        let scaled = |x: Number, i| single(limits, part.factor * (x.float() + part.shift)).ok_or(i);
         self.fill(planned, range, part.index..part.index + 1, 0, out, scaled)
     }
 
@@ -497,6 +529,14 @@ fn unfit(planned: &Planned, i: usize, x: Number) -> String {
         _ => "a finite value",
     };
     format!("column '{}' of particle {i} is {:e}, expected {expected}", planned.name, x.float())
+}
+
+#[cfg_attr(not(any(feature = "hdf5-layer", feature = "phantom")), allow(dead_code))]
+impl Planned<'_> {
+    /// What is smaller, but not 0, is lost in f32: masses and the like need all of their digits.
+    fn least(&self) -> f32 {
+        if self.positive { f32::MIN_POSITIVE } else { f32::from_bits(1) }
+    }
 }
 
 #[cfg(feature = "hdf5-layer")]

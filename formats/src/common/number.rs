@@ -34,9 +34,10 @@ pub(crate) fn int(x: Number) -> Option<i32> {
     i32::try_from(x.whole()?).ok()
 }
 
-pub(crate) fn single(strict: bool, x: f64) -> Option<f32> {
+/// `None` where it is beyond f32; if `strict` also of what is no number and of what has fewer digits than it should: less than `least`.
+pub(crate) fn single((strict, least): (bool, f32), x: f64) -> Option<f32> {
     let y = x as f32;
-    let lost = (x.is_finite() && !y.is_finite()) || (strict && (!x.is_finite() || (x != 0.0 && y == 0.0)));
+    let lost = (x.is_finite() && !y.is_finite()) || (strict && (!x.is_finite() || (x != 0.0 && y.abs() < least)));
     (!lost).then_some(y)
 }
 

@@ -217,7 +217,9 @@ impl Job<'_> {
         own.text("Kernel", &self.header.kernel)?;
         own.numbers("KernelNeighbors", &[self.header.kernel_neighbors])?;
         let edges = &self.header.box_size[..self.header.dimension];
-        if self.flavor.box_size == BoxSize::First && edges.iter().any(|edge| *edge != edges[0]) {
+        if matches!(self.flavor.box_size, BoxSize::First | BoxSize::Halves)
+            && edges.iter().any(|edge| *edge != edges[0])
+        {
             own.numbers(OWN_EDGES, edges)?;
         }
         own.numbers("Periodic", &self.header.periodic.map(i32::from))

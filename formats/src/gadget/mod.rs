@@ -47,7 +47,7 @@ pub const SPEC: FormatSpec = FormatSpec {
         write_particles: true,
         requires: &[crate::particle_names::INTERNAL_ENERGY],
         dimensions: &[1, 2, 3],
-        cubic_box: true,
+        halved_box: true,
         corner: FixedCorner::Periodic,
         ..Capabilities::NONE
     },

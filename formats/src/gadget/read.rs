@@ -259,6 +259,8 @@ struct Origin {
     swift_length: bool,
     /// What a magnetic field is in.
     magnetic: MagneticUnit,
+    /// By what BoxSize is longer than each edge, as GADGET-4 was built.
+    shortened: [f64; 3],
     /// It is SWIFT's, or for SWIFT: it has units in SWIFT's way, or says so.
     is_swift: bool,
 }
@@ -283,8 +285,17 @@ impl Origin {
             None if swift => MagneticUnit::Current(current),
             _ => MagneticUnit::HeavisideLorentz,
         };
+        let config =
+            if gadget4 && own.numbers(OWN_EDGES).is_none() { Some(file.group_attributes("Config")?) } else { None };
+        let bits = ["LONG_X_BITS", "LONG_Y_BITS", "LONG_Z_BITS"];
+        let shortened = bits.map(|name| {
+            let bits =
+                config.as_ref().and_then(|config| config.number(name)).filter(|bits| (0.0..=32.0).contains(bits));
+            bits.map_or(1.0, f64::exp2)
+        });
         Ok(Self {
             magnetic,
+            shortened,
             is_swift: swift
                 || flavor.as_deref().map_or_else(|| units.number(SWIFT_UNITS[0]).is_some(), |f| f == "swift"),
             swift_length: (swift || flavor.as_deref() == Some("swift")) && cubic_spline,
@@ -359,7 +370,7 @@ fn read_header(file: &Reader, (header, otherwise): (&Attributes, Option<usize>),
         }
     };
     let edges = origin.own.numbers(OWN_EDGES).or_else(|| header.numbers("BoxSize")).unwrap_or_default();
-    let edge = |i: usize| edges.get(i).or(edges.first()).copied().unwrap_or(0.0);
+    let edge = |i: usize| edges.get(i).or(edges.first()).copied().unwrap_or(0.0) / origin.shortened[i];
     let box_size: [f64; 3] = std::array::from_fn(|i| if i < dimension { edge(i) } else { 0.0 });
     if let Some(l) = box_size.iter().find(|l| !(l.is_finite() && **l >= 0.0)) {
         return Err(file.input("group 'Header'", format!("BoxSize is {l}, expected a length")));

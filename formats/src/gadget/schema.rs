@@ -22,7 +22,7 @@ pub const FLAVOR: Flavor = Flavor {
     format: "gadget",
     rules: RULES,
     header: &[],
-    box_size: BoxSize::None,
+    box_size: BoxSize::Halves,
     inside_box: false,
     extra_columns: true,
     long_columns: true,

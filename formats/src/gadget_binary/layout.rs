@@ -24,6 +24,17 @@ pub mod offset {
     pub const FLAG_DOUBLE: usize = 196;
 }
 
+/// The same in GADGET-4's own header, whose counts have 64 bits.
+pub mod offset_of_4 {
+    pub const COUNTS: usize = 0;
+    pub const TOTALS: usize = 48;
+    pub const MASSES: usize = 96;
+    pub const TIME: usize = 144;
+    pub const REDSHIFT: usize = 152;
+    pub const BOX_SIZE: usize = 160;
+    pub const FILES: usize = 168;
+}
+
 /// Which particles a block covers.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Cover {

@@ -14,6 +14,9 @@
 //! | RHO   | f4 or f8              | gas                                              | if known                             |
 //! | HSML  | f4 or f8              | gas; radius at which the kernel vanishes         | if RHO is known too                  |
 //!
+//! GADGET-4 writes a header of 192 bytes with counts of 64 bits, unless it is built with `GADGET2_HEADER`; that is read, too. A family of several files is
+//! `NAME.0`, `NAME.1` and so on, with the numbers behind whatever name the code is told.
+//!
 //! Quirks: both byte orders occur; the width of a value shows in the length of its block only; lengths are taken modulo
 //! 2^32, as codes write them for blocks of 4 GiB and more; with cooling, NE and NH come before HSML; units, kernel,
 //! periodicity and dimension are not stored, so axes on which every particle is at 0 and at rest count as unused. Codes
@@ -25,7 +28,7 @@ use crate::particle_names as names;
 use crate::registry::{
     Capabilities, Columns, FileNames, FixedCorner, FormatSpec, Match, ReadFn, StreamFn, Streaming, WriteFn,
 };
-use schema::{HEADER_BYTES, NAME, NAME_BYTES};
+use schema::{HEADER_BYTES, HEADER_BYTES_OF_4, NAME, NAME_BYTES};
 
 #[cfg(feature = "gadget-binary")]
 mod layout;
@@ -51,7 +54,7 @@ const PIECES: (Option<Streaming>, Option<Streaming>) = (None, None);
 
 #[cfg_attr(not(feature = "gadget-binary"), allow(dead_code))]
 const fn in_files(write: StreamFn) -> Streaming {
-    Streaming { write, names: FileNames::Numbered, in_blocks: false }
+    Streaming { write, names: FileNames::Appended, in_blocks: false }
 }
 
 /// Data sheet of the format: reads both, writes format 2.
@@ -94,9 +97,6 @@ fn sniff(head: &[u8]) -> Match {
     let word = |at: usize| head.get(at..)?.first_chunk::<4>();
     let is = |at: usize, value: u32| word(at).is_some_and(|b| *b == value.to_le_bytes() || *b == value.to_be_bytes());
     let format_2 = is(0, NAME_BYTES) && head.get(4..8) == Some(b"HEAD");
-    if format_2 || (is(0, HEADER_BYTES) && is(4 + HEADER_BYTES as usize, HEADER_BYTES)) {
-        Match::Certain
-    } else {
-        Match::No
-    }
+    let format_1 = |bytes: u32| is(0, bytes) && is(4 + bytes as usize, bytes);
+    if format_2 || format_1(HEADER_BYTES) || format_1(HEADER_BYTES_OF_4) { Match::Certain } else { Match::No }
 }

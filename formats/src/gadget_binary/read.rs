@@ -1,8 +1,8 @@
 //! Reads both formats, block by block.
 
-use super::layout::{BLOCKS, Block, Cover, Header, is_cooling, offset};
+use super::layout::{BLOCKS, Block, Cover, Header, is_cooling, offset, offset_of_4};
 use super::records::{Head, Kind, Records};
-use super::schema::NAME;
+use super::schema::{HEADER_BYTES_OF_4, NAME};
 use crate::common::entropy;
 use crate::common::flavor::TYPES;
 use crate::common::parts;
@@ -101,22 +101,43 @@ fn read_header(records: &mut Records<'_>) -> Result<Header> {
     let number = |at: usize| -> f64 {
         bytes.get(at..).and_then(|b| b.first_chunk()).map_or(0.0, |b: &[u8; 8]| f64::from_bits(records.long_word(*b)))
     };
-    let total = |t: usize| {
-        let (low, high) = (word(offset::TOTALS + 4 * t), word(offset::TOTAL_HIGH_WORDS + 4 * t));
-        u64::from(low) | u64::from(high) << 32
+    let long = |at: usize| -> u64 {
+        bytes.get(at..).and_then(|b| b.first_chunk()).map_or(0, |b: &[u8; 8]| records.long_word(*b))
     };
-    let header = Header {
-        counts: std::array::from_fn(|t| word(offset::COUNTS + 4 * t)),
-        totals: std::array::from_fn(total),
-        masses: std::array::from_fn(|t| number(offset::MASSES + 8 * t)),
-        time: number(offset::TIME),
-        redshift: number(offset::REDSHIFT),
-        matter: number(offset::MATTER),
-        hubble: number(offset::HUBBLE),
-        box_size: number(offset::BOX_SIZE),
-        files: word(offset::FILES),
-        cooling: word(offset::FLAG_COOLING) != 0,
-        entropy: word(offset::FLAG_ENTROPY) != 0,
+    let header = if bytes.len() == HEADER_BYTES_OF_4 as usize {
+        let counts: [u64; TYPES] = std::array::from_fn(|t| long(offset_of_4::COUNTS + 8 * t));
+        if let Some(most) = counts.iter().find(|n| u32::try_from(**n).is_err()) {
+            let problem = format!("it counts {most} particles of a type in this file, expected at most 2^32 - 1");
+            return Err(records.error("the header", problem));
+        }
+        Header {
+            counts: counts.map(|n| n as u32),
+            totals: std::array::from_fn(|t| long(offset_of_4::TOTALS + 8 * t)),
+            masses: std::array::from_fn(|t| number(offset_of_4::MASSES + 8 * t)),
+            time: number(offset_of_4::TIME),
+            redshift: number(offset_of_4::REDSHIFT),
+            box_size: number(offset_of_4::BOX_SIZE),
+            files: word(offset_of_4::FILES),
+            ..Header::default()
+        }
+    } else {
+        let total = |t: usize| {
+            let (low, high) = (word(offset::TOTALS + 4 * t), word(offset::TOTAL_HIGH_WORDS + 4 * t));
+            u64::from(low) | u64::from(high) << 32
+        };
+        Header {
+            counts: std::array::from_fn(|t| word(offset::COUNTS + 4 * t)),
+            totals: std::array::from_fn(total),
+            masses: std::array::from_fn(|t| number(offset::MASSES + 8 * t)),
+            time: number(offset::TIME),
+            redshift: number(offset::REDSHIFT),
+            matter: number(offset::MATTER),
+            hubble: number(offset::HUBBLE),
+            box_size: number(offset::BOX_SIZE),
+            files: word(offset::FILES),
+            cooling: word(offset::FLAG_COOLING) != 0,
+            entropy: word(offset::FLAG_ENTROPY) != 0,
+        }
     };
     if header.files > MOST_FILES {
         let problem = format!("it says that there are {} files, expected at most {MOST_FILES}", header.files);

@@ -1,6 +1,6 @@
 //! Fortran records of a file, in either byte order. No length is believed before the file is seen to be that long.
 
-use super::schema::{HEADER_BYTES, NAME, NAME_BYTES};
+use super::schema::{HEADER_BYTES, HEADER_BYTES_OF_4, NAME, NAME_BYTES};
 use crate::error::{FormatError, Result};
 use crate::model::Values;
 use std::fs::File;
@@ -53,11 +53,13 @@ impl<'a> Records<'a> {
         let mut records = Self { path, file: BufReader::new(file), length, at: 0, big_endian: false, named: false };
         let first: [u8; 4] = records.bytes("the first record")?;
         let little = u32::from_le_bytes(first);
-        records.big_endian = !matches!(little, HEADER_BYTES | NAME_BYTES);
+        let begins = |marker: u32| matches!(marker, HEADER_BYTES | HEADER_BYTES_OF_4 | NAME_BYTES);
+        records.big_endian = !begins(little);
         let marker = records.word(first);
-        if !matches!(marker, HEADER_BYTES | NAME_BYTES) {
+        if !begins(marker) {
             let problem = format!(
-                "its length is {little} bytes, expected {HEADER_BYTES} (format 1) or {NAME_BYTES} (format 2) in either byte order; name another format with --format"
+                "its length is {little} bytes, expected {HEADER_BYTES} (format 1), {HEADER_BYTES_OF_4} (that of GADGET-4) or {NAME_BYTES} (format 2) in either byte \
+                 order; name another format with --format"
             );
             return Err(records.error("the first record", problem));
         }
@@ -94,14 +96,18 @@ impl<'a> Records<'a> {
         Ok(Some(Head { label, marker: self.word(marker) }))
     }
 
-    /// The data of the header record behind its head.
-    pub fn header(&mut self, head: &Head) -> Result<[u8; HEADER_BYTES as usize]> {
-        if head.marker != HEADER_BYTES {
-            let problem = format!("it has {} bytes, expected {HEADER_BYTES}", head.marker);
+    /// The data of the header record behind its head, 256 bytes or GADGET-4's 192.
+    pub fn header(&mut self, head: &Head) -> Result<Vec<u8>> {
+        if !matches!(head.marker, HEADER_BYTES | HEADER_BYTES_OF_4) {
+            let problem = format!(
+                "it has {} bytes, expected {HEADER_BYTES}, or {HEADER_BYTES_OF_4} of GADGET-4 with six types",
+                head.marker
+            );
             return Err(self.error("the header", problem));
         }
-        let bytes = self.bytes("the header")?;
-        self.expect_marker("the header", HEADER_BYTES)?;
+        let mut bytes = vec![0; head.marker as usize];
+        self.read("the header", &mut bytes)?;
+        self.expect_marker("the header", head.marker)?;
         Ok(bytes)
     }
 

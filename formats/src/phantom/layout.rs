@@ -15,6 +15,8 @@ pub const TAG: usize = 16;
 pub const CENTERED_BOX: [&str; 3] = ["centered_box_x", "centered_box_y", "centered_box_z"];
 /// Lower corner of an open box that lies elsewhere.
 pub const BOX_CORNER: [&str; 3] = ["box_corner_x", "box_corner_y", "box_corner_z"];
+/// Marks numbers that are pure, to which the units of the header are Phantom's own.
+pub const PURE_NUMBERS: &str = "pure_numbers";
 /// Second integer, which is also the real number, and the last one of the capture pattern.
 pub const CAPTURE_REAL: i32 = 60878;
 pub const CAPTURE_END: i32 = 690_706;

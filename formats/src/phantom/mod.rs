@@ -21,9 +21,12 @@
 //!
 //! The masses are in the header, one per type (`massoftype`): unequal ones are refused. Phantom's gravity has no constant,
 //! so the time unit is chosen to make G = 1 and velocities and energies are converted to it; where all units are 1, numbers
-//! are taken for pure ones and stay. A box is periodic along all axes or none. Reading: h becomes Density (by the
+//! are taken for pure ones and stay. In open boxes, of matter that may attract itself, the header then has the units that Phantom would take itself (au,
+//! solar masses), and `pure_numbers`, which the reader goes by. A box is periodic along all axes or none. Reading: h becomes Density (by the
 //! header's `hfact`) and SupportRadius (2 h); particles of h <= 0, which Phantom has accreted, are left out with
 //! a note. f4 are f8 in double precision.
+//!
+//! Bx, By and Bz are in the fourth block of arrays, as Phantom has them; the reader finds them in the first, too.
 //!
 //! Particles with a column SofteningRadius or AccretionRadius are sinks, in arrays of their own: x, y, z, m, h (the accretion
 //! radius), hsoft (half of the softening radius, from which on the attraction is that of a point), vx, vy and vz, all f8. Read, they

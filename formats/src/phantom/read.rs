@@ -1,7 +1,8 @@
 //! Reads full and small dumps, of one or several MPI processes.
 
 use super::layout::{
-    BOX_CORNER, CAPTURE_END, CAPTURE_REAL, CENTERED_BOX, HFACT, IDENTITY, KINDS, Kind, SUPPORT, TAG, part_type,
+    BOX_CORNER, CAPTURE_END, CAPTURE_REAL, CENTERED_BOX, HFACT, IDENTITY, KINDS, Kind, PURE_NUMBERS, SUPPORT, TAG,
+    part_type,
 };
 use super::schema::{CAPTURE, NAME};
 use super::sinks::{SOFTENING, TAGS};
@@ -10,15 +11,18 @@ use crate::common::facts::Facts;
 use crate::common::fortran::Records;
 use crate::error::{FormatError, Result};
 use crate::limits::MAX_VARIABLE_BYTES;
-use crate::model::adiabatic_fact;
 use crate::model::{Column, ParticleFile, ParticleTable, Species, Values};
+use crate::model::{ISOTHERMAL_KEY, adiabatic_fact};
 use crate::particle_names as names;
 use crate::registry::{FieldRequest, FileContent};
 use crate::units::{UnitDimension, UnitSystem};
 use std::path::Path;
 
-/// Components of the magnetic field.
+/// The block that has the magnetic field, in files of a Phantom with one, and its components.
+const OF_FIELD: usize = 3;
 const FIELD: [&str; 3] = ["Bx", "By", "Bz"];
+/// Phantom's numbers of equations of state in which the energy does not occur: isothermal, in one way or another, and barotropic.
+const WITHOUT_ENERGIES: [f64; 6] = [1.0, 3.0, 6.0, 7.0, 8.0, 13.0];
 /// Most items of a header block, arrays of a type and MPI blocks that are accepted.
 const MAX_ITEMS: i64 = 4096;
 
@@ -34,7 +38,8 @@ pub(super) fn read(path: &Path, _request: &FieldRequest) -> Result<FileContent> 
         });
     }
     let header = Header::read(&mut records, real)?;
-    let mut dump = Dump { records, real, header, arrays: Vec::new(), sinks: Vec::new(), notes: Vec::new() };
+    let mut dump =
+        Dump { records, real, header, arrays: Vec::new(), sinks: Vec::new(), notes: Vec::new(), has_energies: false };
     dump.arrays()?;
     let identity = String::from_utf8_lossy(&identity).trim_end().to_owned();
     dump.finish(identity).map(FileContent::Particles)
@@ -123,6 +128,9 @@ impl Header {
     }
 
     fn units(&self) -> UnitSystem {
+        if self.number(PURE_NUMBERS).is_some_and(|pure| pure != 0.0) {
+            return UnitSystem::CODE;
+        }
         let unit = |tag: &str| self.number(tag).filter(|u| *u > 0.0);
         match (unit("udist"), unit("umass"), unit("utime")) {
             (Some(length), Some(mass), Some(time)) => UnitSystem { length, mass, time, temperature: 1.0 },
@@ -145,6 +153,7 @@ struct Dump<'a> {
     /// Those of sinks.
     sinks: Vec<(String, Values)>,
     notes: Vec<String>,
+    has_energies: bool,
 }
 
 impl Dump<'_> {
@@ -166,6 +175,7 @@ impl Dump<'_> {
                 self.block(number, length, &counts)?;
             }
         }
+        self.has_energies = self.arrays.iter().any(|(tag, _)| tag == "u");
         Ok(())
     }
 
@@ -187,14 +197,20 @@ impl Dump<'_> {
         Ok((length as u64, counts))
     }
 
-    /// The arrays of one length: 0 the particles, 1 the sinks, then others.
+    /// The arrays of one length: 0 the particles, 1 the sinks, 3 the magnetic field of particles, then others.
     fn block(&mut self, number: usize, length: u64, counts: &[i64]) -> Result<()> {
         for (kind, count) in KINDS.into_iter().zip(counts) {
             for _ in 0..*count {
                 let tag = text(&self.records.exactly("an array's tag", TAG as u64)?);
                 let location = format!("array '{tag}'");
                 let bytes = length * kind.width(self.real) as u64;
-                if number > 1 || (number == 1 && !(length > 0 && TAGS.contains(&tag.as_str()))) {
+                let is_known = match number {
+                    0 => true,
+                    1 => length > 0 && TAGS.contains(&tag.as_str()),
+                    OF_FIELD => FIELD.contains(&tag.as_str()),
+                    _ => false,
+                };
+                if !is_known {
                     self.records.skip(&location, bytes)?;
                     continue;
                 }
@@ -359,6 +375,12 @@ impl Dump<'_> {
         Some([x, y, z]).filter(|corner| !periodic || *corner != [0.0; 3])
     }
 
+    /// What is said of gas without energies, whose equation of state needs none.
+    fn isothermal(&self) -> Option<(String, String)> {
+        let equation = self.header.number("ieos").filter(|ieos| WITHOUT_ENERGIES.contains(ieos))?;
+        (!self.has_energies).then(|| (ISOTHERMAL_KEY.to_owned(), format!("equation of state {equation}")))
+    }
+
     fn facts(&self, identity: String) -> Facts {
         let number = |tag: &str| self.header.number(tag);
         let span = |axis: &str| Some(number(&format!("{axis}max"))? - number(&format!("{axis}min"))?);
@@ -368,6 +390,7 @@ impl Dump<'_> {
         let edges = if periodic { spans } else { open };
         let mut provenance = vec![("Dump".to_owned(), identity)];
         provenance.extend(number("gamma").and_then(adiabatic_fact));
+        provenance.extend(self.isothermal());
         provenance.extend(self.notes.iter().map(|note| ("not read".to_owned(), note.clone())));
         Facts {
             dimension: Some(3),

@@ -24,6 +24,17 @@ pub fn units(from: &UnitSystem) -> UnitSystem {
     UnitSystem { time: if same { from.time } else { time }, ..*from }
 }
 
+/// The units that Phantom takes for pure numbers of matter that attracts itself, where G is 1 (its physcon.f90).
+pub const OWN_UNITS: (f64, f64) = (1.496e13, 1.9891e33);
+
+/// The units that a header has: those of pure numbers of an open box are the ones that Phantom would take, so that what it is told in centimeters has
+/// the same size in its output and in its forces.
+#[cfg(feature = "phantom")]
+pub fn units_of_header(from: &UnitSystem, is_open: bool) -> UnitSystem {
+    let (length, mass) = OWN_UNITS;
+    if *from == UnitSystem::CODE && is_open { units(&UnitSystem { length, mass, ..*from }) } else { units(from) }
+}
+
 /// Whether particles are point masses.
 pub fn is_point(species: &Species) -> bool {
     [names::SOFTENING_RADIUS, names::ACCRETION_RADIUS].iter().any(|name| species.table.column(name).is_some())

@@ -1,11 +1,11 @@
 //! Writes a full dump.
 
 use super::layout::{
-    BOX_CORNER, CAPTURE_END, CAPTURE_REAL, CENTERED_BOX, DUST, FLAVOR, HFACT, IDENTITY, KINDS, Kind, TAG, TYPES,
-    factor, itype, shift,
+    BOX_CORNER, CAPTURE_END, CAPTURE_REAL, CENTERED_BOX, DUST, FLAVOR, HFACT, IDENTITY, KINDS, Kind, PURE_NUMBERS, TAG,
+    TYPES, factor, itype, shift,
 };
 use super::locally_isothermal::LocallyIsothermal;
-use super::schema::{CAPTURE, is_point, units};
+use super::schema::{CAPTURE, is_point, units_of_header};
 use super::sinks::Sinks;
 use crate::common::flavor::{Component, Job, Planned, Storage};
 use crate::common::fortran::{self as records, padded, record};
@@ -13,7 +13,7 @@ use crate::error::{FormatError, Result};
 use crate::model::{ParticleFile, Species};
 use crate::particle_names as names;
 use crate::registry::WriteOptions;
-use crate::units::UnitDimension;
+use crate::units::{UnitDimension, UnitSystem};
 use std::fs::File;
 use std::io::{BufWriter, Write};
 use std::path::Path;
@@ -64,16 +64,23 @@ pub(super) fn write(path: &Path, particles: &ParticleFile, options: WriteOptions
             )));
         }
     };
-    let arrays = arrays(&job, &kindred)?;
+    let (arrays, of_field) = (arrays(&job, &kindred)?, arrays_of_field(&job, &kindred));
     let io = |e| FormatError::io(path, "write", e);
     let mut out = BufWriter::with_capacity(1 << 18, File::create(path).map_err(io)?);
-    head(&mut out, &header(&job, &kindred, (sinks.count, periodic, law))?).map_err(io)?;
+    let has_field = !of_field.is_empty();
+    let identity = identity(&kindred, has_field);
+    let lengths = if has_field { 4 } else { 2 };
+    head(&mut out, &header(&job, &kindred, (sinks.count, periodic, law), has_field)?, (&identity, lengths))
+        .map_err(io)?;
     let total = kindred.iter().map(|k| k.species.table.count as u64).sum();
-    array_head(&mut out, total, &arrays, &sinks).map_err(io)?;
+    array_heads(&mut out, total, (&arrays, &of_field), &sinks).map_err(io)?;
     for array in &arrays {
         array.write(&job, &kindred, total, &mut out)?;
     }
     sinks.write(&mut out).map_err(io)?;
+    for array in &of_field {
+        array.write(&job, &kindred, total, &mut out)?;
+    }
     out.flush().map_err(io)
 }
 
@@ -108,6 +115,7 @@ fn header(
     job: &Job,
     kindred: &[Kindred],
     (sinks, periodic, law): (usize, bool, Option<LocallyIsothermal>),
+    has_field: bool,
 ) -> Result<Vec<Items>> {
     let total: i64 = kindred.iter().map(|k| k.species.table.count as i64).sum();
     let of = |number: usize| kindred.iter().find(|k| usize::try_from(k.itype) == Ok(number));
@@ -141,7 +149,13 @@ fn header(
         reals.extend(CENTERED_BOX.into_iter().zip([x, y, z]));
         reals.extend(h.box_corner.into_iter().flat_map(|corner| BOX_CORNER.into_iter().zip(corner)));
     }
-    let u = units(&h.units);
+    let is_pure = h.units == UnitSystem::CODE && !periodic;
+    reals.extend(is_pure.then_some((PURE_NUMBERS, 1.0)));
+    if has_field {
+        // Of a field from outside.
+        reals.extend([("Bextx", 0.0), ("Bexty", 0.0), ("Bextz", 0.0)]);
+    }
+    let u = units_of_header(&h.units, !periodic);
     // The field's unit in Gauss: B^2 / 4 pi has that of pressure.
     let field = (4.0 * std::f64::consts::PI * u.mass / u.length).sqrt() / u.time;
     let doubles = vec![("udist", u.length), ("umass", u.mass), ("utime", u.time), ("umagfd", field)];
@@ -155,7 +169,7 @@ fn header(
 }
 
 /// Everything before the arrays.
-fn head(out: &mut impl Write, blocks: &[Items]) -> std::io::Result<()> {
+fn head(out: &mut impl Write, blocks: &[Items], (identity, lengths): (&str, i32)) -> std::io::Result<()> {
     let pattern = [
         &CAPTURE.to_le_bytes()[..],
         &f64::from(CAPTURE_REAL).to_le_bytes(),
@@ -165,8 +179,7 @@ fn head(out: &mut impl Write, blocks: &[Items]) -> std::io::Result<()> {
     ]
     .concat();
     record(out, &pattern)?;
-    let version = env!("CARGO_PKG_VERSION");
-    record(out, &padded::<IDENTITY>(&format!("FT:Phantom:sph-prep {version} (hydro)")))?;
+    record(out, &padded::<IDENTITY>(identity))?;
     for kind in KINDS {
         let (tags, values) = blocks.iter().find_map(|block| block.encoded(kind)).unwrap_or_default();
         record(out, &((tags.len() / TAG) as i32).to_le_bytes())?;
@@ -175,7 +188,16 @@ fn head(out: &mut impl Write, blocks: &[Items]) -> std::io::Result<()> {
             record(out, &values)?;
         }
     }
-    record(out, &2i32.to_le_bytes())
+    record(out, &lengths.to_le_bytes())
+}
+
+/// What Phantom knows the kind of a dump by: it takes dust for a fraction of the gas only where this says so.
+fn identity(kindred: &[Kindred], has_field: bool) -> String {
+    let version = env!("CARGO_PKG_VERSION");
+    let what = if has_field { "mhd+clean" } else { "hydro" };
+    let grains = if kindred.iter().any(|k| k.itype == DUST) { "+dust" } else { "" };
+    let fraction = if has_dust_fraction(kindred) { "+1dust" } else { "" };
+    format!("FT:Phantom:sph-prep {version} ({what}{grains}{fraction})")
 }
 
 impl Items {
@@ -195,11 +217,21 @@ impl Items {
     }
 }
 
-/// The lengths of the particles' and of the sinks' arrays, with how many there are of each type.
-fn array_head(out: &mut impl Write, total: u64, arrays: &[Array], sinks: &Sinks) -> std::io::Result<()> {
-    let numbers = KINDS.map(|kind| arrays.iter().filter(|a| a.kind == kind).count() as i32);
+/// The lengths of the particles' and of the sinks' arrays, with how many there are of each type; then, where there is a magnetic field, of none and of the
+/// field's.
+fn array_heads(
+    out: &mut impl Write,
+    total: u64,
+    (arrays, of_field): (&[Array], &[Array]),
+    sinks: &Sinks,
+) -> std::io::Result<()> {
+    let numbers = |arrays: &[Array]| KINDS.map(|kind| arrays.iter().filter(|a| a.kind == kind).count() as i32);
     let of_sinks = KINDS.map(|kind| if kind == Kind::Real { sinks.arrays.len() as i32 } else { 0 });
-    for (length, numbers) in [(total, numbers), (sinks.count as u64, of_sinks)] {
+    let mut heads = vec![(total, numbers(arrays)), (sinks.count as u64, of_sinks)];
+    if !of_field.is_empty() {
+        heads.extend([(0, [0; KINDS.len()]), (total, numbers(of_field))]);
+    }
+    for (length, numbers) in heads {
         let mut bytes = length.to_le_bytes().to_vec();
         bytes.extend(numbers.iter().flat_map(|n| n.to_le_bytes()));
         record(out, &bytes)?;
@@ -241,11 +273,6 @@ fn arrays(job: &Job, kindred: &[Kindred]) -> Result<Vec<Array>> {
             extras.push((&p.name, p.storage));
         }
     }
-    if let Some(name) = kindred.iter().flat_map(|k| k.planned).map(|p| &p.name).find(|n| *n == names::MAGNETIC_FIELD) {
-        for (i, axis) in ["x", "y", "z"].iter().enumerate() {
-            add(&format!("B{axis}"), float, name, i);
-        }
-    }
     for (name, storage) in extras {
         add(name, if storage == Storage::Int { Kind::Int4 } else { float }, name, 0);
     }
@@ -255,6 +282,19 @@ fn arrays(job: &Job, kindred: &[Kindred]) -> Result<Vec<Array>> {
     let order = |kind: Kind| KINDS.iter().position(|k| *k == kind);
     arrays.sort_by_key(|a| order(a.kind));
     Ok(arrays)
+}
+
+/// Those of the magnetic field, which Phantom has in a block of its own.
+fn arrays_of_field(job: &Job, kindred: &[Kindred]) -> Vec<Array> {
+    let kind = if job.options.double_precision { Kind::Real } else { Kind::Real4 };
+    let has_field = kindred.iter().flat_map(|k| k.planned).any(|p| p.name == names::MAGNETIC_FIELD);
+    let axes = if has_field { &["Bx", "By", "Bz"][..] } else { &[] };
+    let array = |(i, axis): (usize, &&str)| Array {
+        tag: (*axis).to_owned(),
+        kind,
+        from: Some((names::MAGNETIC_FIELD.to_owned(), i)),
+    };
+    axes.iter().enumerate().map(array).collect()
 }
 
 impl Array {

@@ -6,10 +6,10 @@ use crate::common::flavor::{Component, Job, Planned, Storage};
 use crate::common::hdf5::{Dataset, Group, Writer};
 use crate::common::snapshot::OWN_GROUP;
 use crate::error::Result;
-use crate::model::{ParticleFile, SOFTENING_OVER_SPACING, Species};
+use crate::model::{GRAVITY_KEY, ParticleFile, SOFTENING_OVER_SPACING, Species};
 use crate::particle_names as names;
 use crate::registry::WriteOptions;
-use crate::units::{GRAVITATIONAL_CONSTANT_CGS, UnitDimension};
+use crate::units::{GRAVITATIONAL_CONSTANT_CGS, UnitDimension, UnitSystem};
 use std::path::Path;
 
 /// The first time step over that of the Courant condition; the code lets it grow by a tenth each step.
@@ -97,7 +97,10 @@ fn write_attributes(job: &Job, step: &Group, gas: &Species, edges: [f64; 3], dt:
     step.numbers("minDt", &[dt])?;
     step.numbers("minDt_m1", &[dt])?;
     let unit = header.units.to_cgs(UnitDimension::new(3, -1, -2, 0));
-    let gravity = if header.periodic.contains(&true) { 0.0 } else { GRAVITATIONAL_CONSTANT_CGS / unit };
+    // Pure numbers that attract each other have a constant of their own.
+    let own = header.provenance.iter().find(|(key, _)| key == GRAVITY_KEY).and_then(|(_, value)| value.parse().ok());
+    let constant = own.filter(|_| header.units == UnitSystem::CODE).unwrap_or(GRAVITATIONAL_CONSTANT_CGS / unit);
+    let gravity = if header.periodic.contains(&true) { 0.0 } else { constant };
     step.numbers("gravConstant", &[gravity])?;
     let spacing = gas.table.smallest_spacing(3).filter(|s| gravity > 0.0 && s.is_finite() && *s > 0.0);
     if let Some(spacing) = spacing {

@@ -22,7 +22,7 @@ OutputDir ./{}_output
 SnapshotFileBase snapshot
 OutputListFilename none
 OutputListOn 0
-ICFormat 3
+ICFormat {}
 SnapFormat 3
 NumFilesPerSnapshot 1
 NumFilesWrittenInParallel 1
@@ -72,8 +72,9 @@ StarformationOn 0
 CellShapingSpeed 0.5
 CellMaxAngleFactor 2.25
 ",
+            self.told_name(),
             self.stem,
-            self.stem,
+            self.container,
             // Of gravity: the boundaries of the gas are compiled in.
             i32::from(self.gravity.is_none()),
             END * self.time,

@@ -1,7 +1,7 @@
 //! What a code will not make of a file as the scene means it.
 
 use super::facts::Facts;
-use crate::codes::AS_PLANETARY;
+use crate::codes::{AS_PLANETARY, Contrast};
 use sph_formats::common::particle_names as names;
 
 /// Reaches of a kernel in the shortest edge of a periodic box, below which a particle meets two images of another.
@@ -57,6 +57,31 @@ pub(super) fn doubts(facts: &Facts<'_>) -> Vec<String> {
             "{title} softens all point masses alike, but their radii go from {least:e} to {largest:e}: give them one, or change what the file says"
         ));
     }
+    if let Some([least, largest]) = facts.masses_apart().filter(|_| name == "phantom" && facts.gravity.is_some()) {
+        doubts.push(format!(
+            "{title} softens the attraction of two particles by the mean of what each is of the other with its own mass, which is wrong where masses differ, and \
+             these go from {least:e} to {largest:e}: energy and momentum drift; give all bodies particles of one mass"
+        ));
+    }
+    let masses = facts.gas.column(names::MASSES);
+    if let Some(contrast) = masses.and_then(|masses| facts.code.contrast(&masses.values, header.dimension)) {
+        let Contrast { least, most, is_out_of_reach, .. } = contrast;
+        let what = match is_out_of_reach {
+            true => {
+                "counts neighbors by mass, of which the heaviest finds too little in all of the gas: it stops at the first step"
+            }
+            false => "may crash or hang at such contrasts",
+        };
+        doubts.push(format!(
+            "masses of gas go from {least:e} to {most:e}, and {title} {what}; give all gas particles one mass, or take more of them"
+        ));
+    }
+    if name == "sph-exa" && facts.gravity.is_some() {
+        doubts.push(format!(
+            "{title} softens gravity within the sum of two smoothing lengths, whatever `eps` says, and gravity here is that of points: a body at rest here starts there with a \
+             net force of a tenth of gravity and more"
+        ));
+    }
     if facts.lacks_gravity {
         doubts.push(format!(
             "{title} is started without gravity, since the box is periodic, and nothing holds what its own gravity holds: open boundaries have gravity"
@@ -68,14 +93,10 @@ pub(super) fn doubts(facts: &Facts<'_>) -> Vec<String> {
              `units`, or switch gravity on with your constant"
         ));
     }
-    match (facts.code.sheet.name, facts.gravity.and_then(|g| g.stated)) {
-        ("sph-exa", Some(constant)) => doubts.push(format!(
-            "{title} takes the constant of gravity from the file, where it is that of cgs, but the scene's is {constant}: state its units"
-        )),
-        ("phantom", Some(constant)) if constant != 1.0 => doubts.push(format!(
+    if let Some(constant) = facts.gravity.and_then(|g| g.stated).filter(|g| name == "phantom" && *g != 1.0) {
+        doubts.push(format!(
             "the constant of gravity of {title} is 1 in pure numbers, but the scene's is {constant}: state its units, or scale its masses"
-        )),
-        _ => {}
+        ));
     }
     match name {
         "arepo" => doubts.extend(facts.arepo_doubt()),

@@ -20,6 +20,9 @@ pub(super) const LARGEST_STEP: f64 = 0.05;
 /// Smoothing lengths may grow to this part of the box.
 pub(super) const LARGEST_SMOOTHING: f64 = 0.1;
 
+/// Masses that differ by more are not the same.
+const APART: f64 = 1.001;
+
 /// In the first line of each file.
 pub(super) const WRITTEN_BY: &str = "written by sph-prep";
 
@@ -73,6 +76,8 @@ pub(super) struct Facts<'a> {
     /// Name of the initial condition, and without its extension.
     pub name: String,
     pub stem: String,
+    /// In GADGET's own terms: 1 and 2 are binary, 3 is HDF5.
+    pub container: u8,
     /// Of matter that attracts itself.
     pub gravity: Option<Gravity>,
     /// Gravity that the scene has, and the file is started without.
@@ -118,7 +123,12 @@ impl<'a> Facts<'a> {
     ///
     /// # Errors
     /// A file without gas.
-    pub fn new(code: TargetCode, path: &Path, file: &'a ParticleFile, physics: Physics) -> Result<Self> {
+    pub fn new(
+        code: TargetCode,
+        (path, format): (&Path, Option<&str>),
+        file: &'a ParticleFile,
+        physics: Physics,
+    ) -> Result<Self> {
         let missing =
             |what: &str| Error::scene("output.parameters", format!("need {what}, which the file does not have"));
         let species = file.species.iter().find(|s| s.part_type == 0).ok_or_else(|| missing("gas particles"))?;
@@ -141,6 +151,11 @@ impl<'a> Facts<'a> {
             gas,
             name,
             stem: stem(path),
+            container: match format {
+                Some("gadget-binary-1") => 1,
+                Some("gadget-binary") => 2,
+                _ => 3,
+            },
             gravity,
             lacks_gravity: physics.of_numbers.is_some() && gravity.is_none() && file.header.periodic.contains(&true),
             may_lack_gravity: physics.of_snapshot
@@ -157,6 +172,25 @@ impl<'a> Facts<'a> {
             point: file.species.iter().find_map(softened),
             doubts: Vec::new(),
         })
+    }
+
+    /// The name that GADGET and its kin are told: that of an HDF5 file they complete themselves, and numbers of several files they add to it.
+    pub fn told_name(&self) -> &str {
+        if self.container == 3 { &self.stem } else { &self.name }
+    }
+
+    /// Masses of the particles of all types but point masses, of which there are two kinds at least: the least and the largest where they differ.
+    pub fn masses_apart(&self) -> Option<[f64; 2]> {
+        let of = |s: &sph_formats::Species| {
+            let is_point =
+                [names::SOFTENING_RADIUS, names::ACCRETION_RADIUS].iter().any(|n| s.table.column(n).is_some());
+            let masses = s.table.column(names::MASSES).filter(|_| !is_point && s.table.count > 0)?;
+            Some(masses.values.range())
+        };
+        let ranges = || self.file.species.iter().filter_map(of);
+        let least = ranges().map(|r| r.0).fold(f64::INFINITY, f64::min);
+        let largest = ranges().map(|r| r.1).fold(0.0, f64::max);
+        (largest > least * APART && least > 0.0).then_some([least, largest])
     }
 
     /// Radii of softened point masses, of which the code has one for all: the least and the largest where they differ.
@@ -195,7 +229,9 @@ impl<'a> Facts<'a> {
     pub fn head(&self, comment: &str, run: &str) -> String {
         let mut text = String::new();
         let code = self.code.describe(self.file.header.dimension);
-        let softening = self.gravity.map(|_| {
+        // Phantom and SPH-EXA soften by smoothing lengths.
+        let is_told = !["phantom", "sph-exa"].contains(&self.code.sheet.name);
+        let softening = self.gravity.filter(|_| is_told).map(|_| {
             format!(
                 "softening is {SOFTENING_OVER_SPACING} times the smallest spacing, with which pressure and gravity are resolved alike"
             )

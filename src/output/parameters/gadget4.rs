@@ -1,6 +1,7 @@
 //! GADGET-4's parameter file, and the lines of its Config.sh.
 
 use super::facts::{END, Facts, LARGEST_STEP, SNAPSHOT};
+use sph_formats::halvings;
 use sph_formats::model::ADIABATIC_INDEX;
 use std::fmt::Write as _;
 
@@ -11,14 +12,15 @@ impl Facts<'_> {
         let end = END * self.time;
         let mut text =
             self.head("%", &format!("mpirun -np N Gadget4 {}.param, built with {}.Config.sh", self.stem, self.stem));
-        let box_size = if header.periodic.contains(&true) { header.box_size[0] } else { 0.0 };
+        let longest = self.edges().iter().copied().fold(0.0, f64::max);
+        let box_size = if header.periodic.contains(&true) { longest } else { 0.0 };
         let _ = write!(
             text,
             "InitCondFile {}
 OutputDir ./{}_output
 SnapshotFileBase snapshot
 OutputListFilename none
-ICFormat 3
+ICFormat {}
 SnapFormat 3
 TimeLimitCPU 86400
 CpuTimeBetRestartFile 7200
@@ -58,8 +60,9 @@ ArtBulkViscConst 1
 MinEgySpec 0
 InitGasTemp 0
 ",
+            self.told_name(),
             self.stem,
-            self.stem,
+            self.container,
             SNAPSHOT * self.time,
             0.1 * SNAPSHOT * self.time,
             LARGEST_STEP * self.time,
@@ -77,6 +80,7 @@ InitGasTemp 0
     pub(super) fn gadget4_config(&self) -> String {
         let mut text = self.head("#", &format!("make CONFIG={}.Config.sh", self.stem));
         text += "NTYPES=6\nDOUBLEPRECISION=1\n";
+        text += if self.container == 3 { "" } else { "GADGET2_HEADER\n" };
         text += match self.code.kernel {
             sph::kernel::KernelName::WendlandC2 => "WENDLAND_C2_KERNEL\n",
             sph::kernel::KernelName::WendlandC4 => "WENDLAND_C4_KERNEL\n",
@@ -88,6 +92,10 @@ InitGasTemp 0
         }
         text += if self.gravity.is_some() { "SELFGRAVITY\n" } else { "" };
         text += if self.file.header.periodic.contains(&true) { "PERIODIC\n" } else { "" };
+        let halvings = halvings(self.edges()).filter(|_| self.file.header.periodic.contains(&true)).unwrap_or_default();
+        for (axis, times) in ["X", "Y", "Z"].into_iter().zip(halvings).filter(|(_, times)| *times > 0) {
+            let _ = writeln!(text, "LONG_{axis}_BITS={times}");
+        }
         text.extend(self.dimension_option().map(|option| option + "\n"));
         if self.gamma() != ADIABATIC_INDEX {
             let _ = writeln!(text, "GAMMA={}", self.gamma());

@@ -18,7 +18,7 @@ impl Facts<'_> {
 OutputDir {}_output
 SnapshotFileBase snapshot
 RestartFile restart
-ICFormat 3
+ICFormat {}
 SnapFormat 3
 NumFilesPerSnapshot 1
 NumFilesWrittenInParallel 1
@@ -49,8 +49,9 @@ GravityConstantInternal {}
 InitGasTemp 0
 MinGasTemp 0
 ",
+            self.told_name(),
             self.stem,
-            self.stem,
+            self.container,
             END * self.time,
             SNAPSHOT * self.time,
             LARGEST_STEP * self.time,

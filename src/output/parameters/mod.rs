@@ -71,12 +71,17 @@ pub(crate) fn refuse_overwriting(code: TargetCode, path: &Path, no_clobber: bool
     Ok(())
 }
 
-/// The files beside `path`, and what there is to be said of them.
+/// The files beside `path`, which is of a `format`, and what there is to be said of them.
 ///
 /// # Errors
 /// A file without gas.
-pub(crate) fn beside(code: TargetCode, path: &Path, file: &ParticleFile, physics: Physics) -> Result<Beside> {
-    let mut facts = Facts::new(code, path, file, physics)?;
+pub(crate) fn beside(
+    code: TargetCode,
+    (path, format): (&Path, Option<&str>),
+    file: &ParticleFile,
+    physics: Physics,
+) -> Result<Beside> {
+    let mut facts = Facts::new(code, (path, format), file, physics)?;
     facts.doubts = doubts::doubts(&facts);
     let texts = match code.sheet.name {
         "swift" => vec![facts.swift()],

@@ -24,10 +24,17 @@ impl Facts<'_> {
         row(&mut text, "tmax", number(END * time), "end time");
         row(&mut text, "dtmax", number(SNAPSHOT * time), "time between dumps");
         let of_dust: &[_] = if self.has_dust() { OF_DUST } else { &[] };
-        for (key, value, what) in PHANTOM.iter().chain(of_dust) {
+        let of_field: &[_] = if self.has_field() { OF_FIELD } else { &[] };
+        for (key, value, what) in PHANTOM.iter().chain(of_dust).chain(of_field) {
             let value = if *key == "ieos" && is_isothermal { "6" } else { value };
-            // A build without gravity has no tree to be accurate.
-            if *key != "tree_accuracy" || self.gravity.is_some() {
+            let is_read = match *key {
+                // A build without gravity has no tree to be accurate.
+                "tree_accuracy" => self.gravity.is_some(),
+                key if OF_ENERGY.contains(&key) => !is_isothermal,
+                key if OF_VISCOSITY.contains(&key) => !self.has_disc,
+                _ => true,
+            };
+            if is_read {
                 row(&mut text, key, value.to_owned(), what);
             }
         }
@@ -37,6 +44,10 @@ impl Facts<'_> {
         }
         row(&mut text, "hfact", number(self.code.setting()), "h in units of particle spacing [h = hfact(m/rho)^(1/3)]");
         text
+    }
+
+    fn has_field(&self) -> bool {
+        self.gas.column(names::MAGNETIC_FIELD).is_some()
     }
 
     /// As particles, or carried by the gas.
@@ -58,7 +69,7 @@ impl Facts<'_> {
             // A box without a net momentum keeps none where all particles step together; Phantom stops over a tenth of next to nothing.
             (self.file.header.periodic.contains(&true), "PERIODIC=yes IND_TIMESTEPS=no"),
             (self.has_dust(), "DUST=yes"),
-            (self.gas.column(names::MAGNETIC_FIELD).is_some(), "MHD=yes"),
+            (self.has_field(), "MHD=yes"),
         ];
         options.extend(further.into_iter().filter(|(is_needed, _)| *is_needed).map(|(_, option)| option));
         options.extend(match self.code.kernel {
@@ -106,6 +117,17 @@ const PHANTOM: &[(&str, &str, &str)] = &[
     ("curlv", "F", "output curl v in dump files"),
     ("track_lum", "F", "write du/dt to dump files"),
     ("gw", "F", "calculate gravitational wave strain"),
+];
+
+/// Those that only a build whose gas has energies of its own reads, and those that none reads which is told of `disc_viscosity`.
+const OF_ENERGY: [&str; 4] = ["alphau", "ipdv_heating", "ishock_heating", "icooling"];
+const OF_VISCOSITY: [&str; 3] = ["irealvisc", "shearparam", "bulkvisc"];
+
+/// Those of a build with a magnetic field, at its defaults.
+const OF_FIELD: &[(&str, &str, &str)] = &[
+    ("alphaB", "1.000", "shock resistivity parameter"),
+    ("psidecayfac", "1.000", "div B diffusion parameter"),
+    ("overcleanfac", "1.000", "factor to increase div B cleaning speed (decreases timestep)"),
 ];
 
 /// Those of a build with dust, at its defaults.
