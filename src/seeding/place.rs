@@ -37,7 +37,20 @@ fn by_region<const D: usize>(
     let mut all = Seeded { positions: std::array::from_fn(|_| Vec::with_capacity(target.count)), notes: Vec::new() };
     for (region, count) in regions.counts(target.count).into_iter().enumerate().filter(|(_, count)| *count > 0) {
         let target = target.selected(regions, Selected::Region(region), count);
-        let Seeded { positions, notes } = check(&target, seeding.method(), in_one(&target, seeding, seed)?)?;
+        let mapped = in_one(&target, seeding, seed).and_then(|seeded| check(&target, seeding.method(), seeded));
+        // A region need not have the symmetry of the whole, nor be where samples are.
+        let Seeded { positions, notes } = match mapped {
+            Ok(seeded) => seeded,
+            Err(_) => {
+                let mut seeded = in_one(&target, Seeding::MassBisection, seed)?;
+                let title = seeding.method().name;
+                seeded.notes.push(format!(
+                    "region {}: its {count} particles are placed by mass bisection, as '{title}' cannot map to it",
+                    region + 1
+                ));
+                check(&target, Seeding::MassBisection.method(), seeded)?
+            }
+        };
         all.positions.iter_mut().zip(positions).for_each(|(all, one)| all.extend(one));
         all.notes.extend(notes);
     }

@@ -3,7 +3,8 @@
 use super::name::Seeding;
 use super::{kronecker, methods};
 use crate::error::{Error, Result};
-use crate::target::Target;
+use crate::target::matter::Matter;
+use crate::target::{Selected, Target};
 use sph::domain::{Domain, Region, Round};
 use sph::geometry::distance;
 use sph::kernel::{KernelName, support_over_smoothing_length, support_over_spacing};
@@ -26,6 +27,9 @@ pub(super) enum Symmetry<const D: usize> {
 
 /// Points at which symmetry is tested.
 const SAMPLES: usize = 4096;
+/// Points about each region, and how many regions are looked at.
+const SAMPLES_OF_REGION: usize = 256;
+const MOST_REGIONS: usize = 64;
 /// One of so many of them tells a share as well.
 const COARSER: usize = 4;
 /// A target is uniform if its samples agree to this fraction.
@@ -44,16 +48,33 @@ pub(super) fn fills_box<const D: usize>(domain: &Domain<D>) -> bool {
     }
 }
 
-/// Points spread evenly over the domain (more finely where it fills little of its bounding box).
-fn samples<const D: usize>(domain: &Domain<D>) -> Vec<[f64; D]> {
+/// Points spread evenly over the part of the domain between two corners (more finely where the domain fills little of it), so many at most.
+fn spread<const D: usize>(domain: &Domain<D>, (lo, hi): ([f64; D], [f64; D]), most: usize) -> Vec<[f64; D]> {
     let generator = kronecker::generator::<D>();
-    let extent = domain.extent();
-    (0..32 * SAMPLES)
+    (0..32 * most)
         .map(|i| kronecker::point(&generator, i))
-        .map(|u| sph::array(|k| domain.lo[k] + u[k] * extent[k]))
+        .map(|u| sph::array(|k| lo[k] + u[k] * (hi[k] - lo[k])))
         .filter(|x| domain.contains(x))
-        .take(SAMPLES)
+        .take(most)
         .collect()
+}
+
+/// Points spread evenly over all of the domain.
+fn samples<const D: usize>(domain: &Domain<D>) -> Vec<[f64; D]> {
+    spread(domain, (domain.lo, domain.hi), SAMPLES)
+}
+
+/// Points spread evenly over the target, and some about each of its regions, which may be small.
+fn samples_of<const D: usize>(target: &Target<'_, D>) -> Vec<[f64; D]> {
+    let mut points = spread(target.domain, target.bounds(), SAMPLES);
+    for region in target
+        .regions()
+        .into_iter()
+        .flat_map(|regions| (0..regions.number().min(MOST_REGIONS)).map(|i| regions.extent(Selected::Region(i))))
+    {
+        points.extend(spread(target.domain, (region.lo, region.hi), SAMPLES_OF_REGION));
+    }
+    points
 }
 
 /// The symmetry of the target.
@@ -61,7 +82,7 @@ fn samples<const D: usize>(domain: &Domain<D>) -> Vec<[f64; D]> {
 /// # Errors
 /// A target that is not positive at any sample, or has none of the symmetries.
 pub(super) fn detect<const D: usize>(target: &Target<'_, D>, method: &str) -> Result<Symmetry<D>> {
-    let points = samples(target.domain);
+    let points = samples_of(target);
     let values: Vec<f64> = points.iter().map(|x| target.number_density(x)).collect();
     let (mut least, mut most, mut densest) = (f64::INFINITY, 0.0, None);
     for (x, &v) in points.iter().zip(&values) {
@@ -73,7 +94,11 @@ pub(super) fn detect<const D: usize>(target: &Target<'_, D>, method: &str) -> Re
     let Some(densest) = densest else {
         return Err(Error::Numeric {
             stage: "seed",
-            problem: format!("the target is zero at all {} samples of the domain", points.len()),
+            problem: format!(
+                "the target is zero at all {} samples of the domain, and '{method}' does not find where it is; use {}",
+                points.len(),
+                methods::for_any_target(method)
+            ),
         });
     };
     if most - least <= UNIFORM * most {

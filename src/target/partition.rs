@@ -31,8 +31,7 @@ impl Effort {
             (true, false) => (most, 0),
         };
         let first = per_particle.saturating_mul(target.count()).clamp(most >> fewer, most);
-        let is_outline = rule == Rule::Midpoint && target.may_jump();
-        let most = if is_outline { OUTLINE_CELLS } else { MAX_CELLS };
+        let most = if is_outline(target, rule) { OUTLINE_CELLS } else { MAX_CELLS };
         let most = (CELLS_PER_PARTICLE * target.count()).clamp(FEW_CELLS, most);
         Self { first, most, by_bounds: false }
     }
@@ -46,6 +45,11 @@ impl Effort {
     }
 }
 
+/// Whether cells are to say where surfaces are, and not how much mass there is.
+fn is_outline<const D: usize>(target: &dyn Matter<D>, rule: Rule) -> bool {
+    rule == Rule::Midpoint && target.may_jump()
+}
+
 /// Cells to each particle of a first look at a part, in the first division and at most.
 const LITTLE: usize = 16;
 const LITTLE_AT_MOST: usize = 128;
@@ -57,6 +61,9 @@ const FEWER: usize = 3;
 const FEW_CELLS: usize = 1 << 16;
 const MAX_CELLS: usize = 1 << 18;
 const OUTLINE_CELLS: usize = 1 << 17;
+/// Cells beyond these, of an outline that hides so many particles in one.
+const EXTRA_CELLS: usize = 1 << 13;
+const WORTH: f64 = 1.0;
 const CELLS_PER_PARTICLE: usize = 32;
 const CELLS_PER_PARTICLE_OF_PART: usize = 128;
 /// Halvings of a cell, at most: f64 resolves no more.
@@ -147,9 +154,10 @@ fn refined_by<const D: usize>(target: &dyn Matter<D>, rule: Rule, effort: Effort
     let floor = NEGLIGIBLE * target.count() as f64;
     let mut pending = cells;
     let mut done = Vec::new();
+    let mut extra = if is_outline(target, rule) { EXTRA_CELLS } else { 0 };
     for _ in 0..MAX_SWEEPS {
         let room = effort.most.saturating_sub(done.len() + pending.len());
-        if pending.is_empty() || room == 0 {
+        if pending.is_empty() || room == 0 && extra == 0 {
             break;
         }
         let looks = parallel::map(pending.len(), |i| match look(&pending[i], target, floor) {
@@ -160,7 +168,14 @@ fn refined_by<const D: usize>(target: &dyn Matter<D>, rule: Rule, effort: Effort
             rough => rough,
         });
         let mut hidden: Vec<f64> = looks.iter().map(|look| look.hidden).collect();
-        leave_largest(&mut hidden, room);
+        let mut most = room;
+        if room == 0 {
+            // What is small and dense takes many halvings, and those of wide surfaces may have left none.
+            hidden.iter_mut().for_each(|v| *v = if *v < WORTH { 0.0 } else { *v });
+            most = extra.min(hidden.iter().filter(|v| **v > 0.0).count());
+            extra -= most;
+        }
+        leave_largest(&mut hidden, most);
         let halved = parallel::map(pending.len(), |i| {
             let cell = &pending[i];
             (hidden[i] > 0.0).then(|| {

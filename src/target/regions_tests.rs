@@ -95,3 +95,21 @@ fn cells_without_extent_are_found_all_the_same() {
     assert_eq!(locator.find(&[0.2]), 0);
     assert_eq!(cells[locator.find(&[0.5])].lo, [0.5]);
 }
+
+/// Surfaces of the domain, or of others, take many cells and show little; a core that no first cell shows takes many halvings and shows most.
+#[test]
+fn a_small_dense_core_is_found_among_wide_surfaces() {
+    let domain = Domain::ball([0.0; 3], 1.0, sph::domain::Wall::Open).unwrap();
+    for radius in [0.003_f64, 0.007, 0.009, 0.01, 0.012, 0.03] {
+        let dense = radius.powi(-3);
+        let text = format!("if(r < {radius}, {dense}, 1)");
+        let field = AnalyticField::<3>::new("density", &text, [0.0; 3]).unwrap();
+        let mass = crate::field::total_mass(&field, &domain, 1e-4).unwrap().value;
+        let target = Target::of_equal_masses(&domain, &field, 3000, mass);
+        let regions = target.find_regions(None).unwrap_or_else(|| panic!("{radius}"));
+        let core = regions.of(&[0.0; 3]).unwrap();
+        assert_eq!(regions.number(), 2, "{radius}");
+        let wanted = 1.0 / (2.0 - radius.powi(3));
+        assert!((regions.get(core).share - wanted).abs() < 1e-3, "{radius}: {} {wanted}", regions.get(core).share);
+    }
+}
