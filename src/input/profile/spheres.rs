@@ -31,8 +31,12 @@ pub(super) fn polytrope(d: usize, n: f64, mass: f64, radius: f64, gravity: f64) 
         return Err(refused(n));
     }
     let source = |theta: f64| theta.max(0.0).powf(n);
-    let points = Emden { dimension: d, source: &source, center: 1.0, end: End::Surface(0.0) };
-    let points = points.solve().ok_or_else(|| refused(n))?;
+    // Steps towards the surface look beyond it, where a small index must not make the source vanish at once.
+    let on_both_sides = |theta: f64| theta.abs().powf(n);
+    let end = End::Surface(0.0);
+    let equation =
+        Emden { dimension: d, source: &on_both_sides, center: 1.0, end, follows_surface: n > 0.0 && n < 1.0 };
+    let points = equation.solve().ok_or_else(|| refused(n))?;
     let state = |p: &Point| (source(p.phi), p.phi.max(0.0).powf(n + 1.0) / (n + 1.0));
     Ok(scaled(d, &points, mass, radius, gravity, &state))
 }
@@ -40,7 +44,8 @@ pub(super) fn polytrope(d: usize, n: f64, mass: f64, radius: f64, gravity: f64) 
 /// The isothermal sphere that ends at `xi`.
 pub(super) fn bonnor_ebert(d: usize, xi: f64, mass: f64, radius: f64, gravity: f64) -> Result<Table> {
     let source = |phi: f64| phi.exp();
-    let points = Emden { dimension: d, source: &source, center: 0.0, end: End::Radius(xi) }.solve();
+    let points =
+        Emden { dimension: d, source: &source, center: 0.0, end: End::Radius(xi), follows_surface: false }.solve();
     let points = points.ok_or_else(|| {
         Error::scene(key("bonnor-ebert", "xi"), format!("is {xi:e}, expected a positive number up to some 1e20"))
     })?;
@@ -53,7 +58,8 @@ const ROOM: f64 = 1.0001;
 /// The isothermal sphere of a sound speed: G M / (R c^2) = xi psi'(xi). Errors are in the `unit` of speeds.
 pub(super) fn isothermal(mass: f64, radius: f64, (sound_speed, unit): (f64, f64), gravity: f64) -> Result<Table> {
     let source = |phi: f64| phi.exp();
-    let points = Emden { dimension: 3, source: &source, center: 0.0, end: End::Radius(MOST_MASSIVE) };
+    let points =
+        Emden { dimension: 3, source: &source, center: 0.0, end: End::Radius(MOST_MASSIVE), follows_surface: false };
     let points = points.solve().unwrap_or_default();
     let compactness = gravity * mass / (radius * sound_speed * sound_speed);
     let most = points.last().map_or(0.0, |p| p.xi * p.slope);
@@ -67,7 +73,8 @@ pub(super) fn isothermal(mass: f64, radius: f64, (sound_speed, unit): (f64, f64)
     let (mut low, mut high) = (points[i.max(1) - 1].xi, points[i].xi);
     for _ in 0..BISECTIONS {
         let xi = 0.5 * (low + high);
-        let end = Emden { dimension: 3, source: &source, center: 0.0, end: End::Radius(xi) }.solve();
+        let end =
+            Emden { dimension: 3, source: &source, center: 0.0, end: End::Radius(xi), follows_surface: false }.solve();
         let is_less = end.and_then(|p| p.last().copied()).is_none_or(|p| p.xi * p.slope < compactness);
         if is_less { low = xi } else { high = xi }
     }
@@ -118,13 +125,30 @@ pub(super) fn cusped(cut: Cut, gravity: f64, density: &dyn Fn(f64) -> f64) -> Ta
     hydrostatic(3, radii_of_cusp(inner, cut.outer), cut.mass, gravity, &|r| density(r / cut.scale))
 }
 
-/// King (1962, AJ 67, 471), equation 27, by the radius in units of that of the core.
+/// King (1962, AJ 67, 471), equation 27, by the radius in units of that of the core, over (1 - z_0^2)^(3/2), with z_0 that of the center.
 pub(super) fn king(tidal: f64) -> impl Fn(f64) -> f64 {
+    let edge = 1.0 + tidal * tidal;
+    // With s^2 = 1 - z^2 the rest of the bracket is asin(s)/z - s = 2/3 s^3 + 8/15 s^5 + ..., the two terms of which cancel where s is small.
     move |x: f64| {
-        let z = ((1.0 + x * x) / (1.0 + tidal * tidal)).sqrt().min(1.0);
-        (z.acos() / z - (1.0 - z * z).sqrt()) / (z * z)
+        let share = ((1.0 - x / tidal) * (1.0 + x / tidal)).max(0.0);
+        let squared = share * tidal * tidal / edge;
+        let sum = if squared < SMALL {
+            let terms = (1..=TERMS).scan(1.0, |coefficient, n| {
+                *coefficient *= 2.0 * f64::from(n) / f64::from(2 * n + 1);
+                Some(*coefficient * squared.powi(n - 1))
+            });
+            terms.sum::<f64>()
+        } else {
+            let (s, z) = (squared.sqrt(), (1.0 - squared).sqrt());
+            (s.atan2(z) / z - s) / (squared * s)
+        };
+        share.powf(1.5) * sum / (1.0 - squared)
     }
 }
+
+/// s^2 below which the series is summed, and terms that it takes to all digits there.
+const SMALL: f64 = 0.01;
+const TERMS: i32 = 8;
 
 /// r^-slope.
 pub(super) fn power_law(d: usize, slope: f64, mass: f64, radius: f64, gravity: f64) -> Result<Table> {
@@ -163,6 +187,7 @@ pub(super) fn toy_star(d: usize, mass: f64, radius: f64, k: f64) -> Table {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::field::RadialProfile;
 
     fn near(found: f64, expected: f64, tolerance: f64, what: &str) {
         assert!((found / expected - 1.0).abs() < tolerance, "{what}: {found:e}, expected {expected:e}");
@@ -193,6 +218,34 @@ mod tests {
         for n in [-1.0, 5.0, f64::NAN] {
             assert!(polytrope(3, n, 1.0, 1.0, 1.0).is_err());
         }
+    }
+
+    /// Of a steep surface, too, which the rows follow: their interpolation has the mass that the central density was found from.
+    #[test]
+    fn polytropes_of_small_index_have_their_mass() {
+        for n in [1e-3, 0.1, 0.3, 0.5, 0.9, 1.0] {
+            let table = polytrope(3, n, 2.0, 3.0, 5.0).unwrap();
+            let found = RadialProfile::from_nodes(3, &table.radii, &table.density).total_mass().value;
+            near(found, 2.0, 2e-5, &format!("n = {n}, mass"));
+        }
+    }
+
+    /// Cut far within its core it is (1 - x^2)^(3/2), whose terms cancel in King's form; where the series ends, both agree.
+    #[test]
+    fn kings_sphere_is_known_to_all_digits() {
+        for tidal in [1e-100, 1e-12, 1e-8, 1e-5] {
+            let density = king(tidal);
+            for x in [0.0, 0.3, 0.7, 0.99] {
+                near(density(x * tidal) / density(0.0), (1.0 - x * x).powf(1.5), 2.0 * tidal * tidal + 1e-12, "shape");
+            }
+            assert_eq!(density(tidal), 0.0);
+        }
+        // s^2 = t^2/(1 + t^2) in the center.
+        let at = |squared: f64| king((squared / (1.0 - squared)).sqrt())(0.0);
+        near(at(SMALL * (1.0 - 1e-9)), at(SMALL * (1.0 + 1e-9)), 1e-9, "both forms");
+        let z = 1.0 / 26_f64.sqrt();
+        let expected = (z.acos() / z - (1.0 - z * z).sqrt()) / (z * z) / (1.0 - z * z).powf(1.5);
+        near(king(5.0)(0.0), expected, 1e-13, "King's equation 27");
     }
 
     /// P = G M^2 / (8 pi a^4) (1 + x^2)^-3 less its value at the edge, with M that of the whole.
