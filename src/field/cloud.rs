@@ -304,6 +304,28 @@ mod tests {
         }
     }
 
+    /// Matter is where the nearest of all images reaches, whether it is found among the nearest or asked for by itself, and far from all points as well.
+    #[test]
+    fn what_holds_a_place_is_the_nearest_image_that_reaches_it() {
+        let mut random = Random::new(6);
+        let points: Vec<[f64; 3]> = (0..200).map(|_| sph::array(|_| 0.3 * random.unit() - 0.1)).collect();
+        for axes in [[Axis::Periodic; 3], [Axis::OPEN; 3], [Axis::Periodic, Axis::OPEN, Axis::REFLECTING]] {
+            let domain = Domain::new([-1.0; 3], [1.0; 3], axes, Region::Box).unwrap();
+            let cloud = Cloud::new("rho", &points, Some(&domain)).unwrap();
+            let mut held = 0;
+            for i in 0..3000 {
+                let width = if i % 2 == 0 { 0.5 } else { 2.0 };
+                let x: [f64; 3] = sph::array(|_| width * (random.unit() - 0.5));
+                let nearest = cloud.nearest(&x, 1)[0];
+                assert_eq!(cloud.near(&x), nearest, "{x:?}");
+                let expected = Some(nearest).filter(|&n| cloud.holds(&x, n));
+                assert_eq!(cloud.held(&x), expected, "{x:?}");
+                held += usize::from(expected.is_some());
+            }
+            assert!((100..2900).contains(&held), "{held}");
+        }
+    }
+
     #[test]
     fn coincident_points_share_and_flat_clouds_are_refused() {
         let points = vec![[0.0], [0.0], [1.0]];

@@ -96,9 +96,11 @@ fn jump_across<const D: usize>(prepared: &Prepared<D>, k: usize) -> Option<Strin
     let [lo, hi] = *sides.get(sides.len() / 2)?;
     (ratio(&[lo, hi]) > JUMP).then(|| {
         format!(
-            "the box is periodic along {0}, but the density is not: it is {lo:.3e} at one face and {hi:.3e} at the other, in the median, a jump that the code \
+            "the box is periodic along {0}, but the density is not: it is {1:.3} times as high at its {2} face as at the other, in the median, a jump that the code \
              will see as well; state `boundary: open` along {0} if the box ends there",
-            ["x", "y", "z"][k]
+            ["x", "y", "z"][k],
+            ratio(&[lo, hi]),
+            if hi > lo { "upper" } else { "lower" }
         )
     })
 }

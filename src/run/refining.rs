@@ -71,6 +71,7 @@ pub(super) struct Refining<const D: usize> {
 struct Candidate<const D: usize> {
     placed: Placed<D>,
     masses: Vec<f64>,
+    sums: Sums,
     off: Option<f64>,
 }
 
@@ -269,9 +270,7 @@ impl<const D: usize> Refining<D> {
         let held: Vec<bool> = (0..all.len()).map(|i| i < self.kept.len()).collect();
         let positions: Positions<D> = std::array::from_fn(|k| all.iter().map(|x| x[k]).collect());
         let setting = Setting::new(setting.scene, among, None, setting.control);
-        let Candidate { mut placed, masses, .. } = self.nearest(&setting, (plan, target), &positions, &held)?;
-        let sums = Sums::new((self.kept.len(), self.count()), &setting, target, &placed.particles.positions);
-        let masses = self.trimmed(&setting, target, (&placed.particles.positions, masses), &sums);
+        let Candidate { mut placed, masses, sums, .. } = self.nearest(&setting, (plan, target), &positions, &held)?;
         self.center(target, &mut placed.particles.positions, &masses, length);
         if !self.replaced.is_empty() {
             self.off = sums.off(&setting, target, &placed.particles.positions, &masses);
@@ -295,18 +294,13 @@ impl<const D: usize> Refining<D> {
         for &iterations in numbers {
             let plan = Plan { wvt_iterations: iterations, ..plan.clone() };
             let placed = setting.settled(&plan, positions.clone(), (held, false))?;
-            let masses = self.masses_of(target, &placed.particles.positions);
-            let off = match stated {
-                true => None,
-                false => {
-                    let places = &placed.particles.positions;
-                    Sums::new((self.kept.len(), self.count()), setting, target, places)
-                        .off(setting, target, places, &masses)
-                }
-            };
+            let places = &placed.particles.positions;
+            let sums = Sums::new((self.kept.len(), self.count()), setting, target, places);
+            let masses = self.trimmed(setting, target, (places, self.masses_of(target, places)), &sums);
+            let off = if stated { None } else { sums.off(setting, target, places, &masses) };
             let is_cut = placed.stop.is_cut();
             if best.as_ref().is_none_or(|b| off.zip(b.off).is_some_and(|(new, old)| new < old)) {
-                best = Some(Candidate { placed, masses, off });
+                best = Some(Candidate { placed, masses, sums, off });
             }
             if is_cut {
                 break;

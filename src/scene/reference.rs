@@ -325,12 +325,23 @@ fn summary(keys: &[Key]) -> String {
     let width = keys.iter().map(|k| k.name().len()).max().unwrap_or(0);
     let mut out = String::new();
     for key in keys {
-        let first = key.description.split_inclusive(['.', ';', ':']).next().unwrap_or("").trim_end_matches([';', ':']);
+        let first = first_sentence(&key.description);
         let lead = format!("  {:width$}  ", "");
         let text = wrapped(first, &lead);
         let _ = write!(out, "  {:width$}  {}", key.name(), &text[lead.len()..]);
     }
     out
+}
+
+/// Up to its end or to where its main clause ends; points within numbers and words end nothing.
+fn first_sentence(text: &str) -> &str {
+    let ends =
+        |(i, c): &(usize, char)| ".;:".contains(*c) && text[i + 1..].chars().next().is_none_or(char::is_whitespace);
+    match text.char_indices().find(ends) {
+        Some((i, '.')) => &text[..=i],
+        Some((i, _)) => &text[..i],
+        None => text,
+    }
 }
 
 fn of_key(key: &Key) -> String {
