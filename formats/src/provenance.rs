@@ -20,7 +20,7 @@ pub const COSMOLOGY_KEY: &str = "cosmology";
 pub const MESH_KEY: &str = "Mesh";
 pub const VORONOI: &str = "Voronoi";
 
-/// The key of the provenance under which the gas's adiabatic index is, where that is not [`ADIABATIC_INDEX`].
+/// The key of the provenance under which the gas's adiabatic index is, where that is not [`ADIABATIC_INDEX`](crate::model::ADIABATIC_INDEX).
 pub const ADIABATIC_INDEX_KEY: &str = "AdiabaticIndex";
 
 /// The key of the provenance under which a file's gas is said to have no energies of its own.

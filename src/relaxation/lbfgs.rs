@@ -21,6 +21,9 @@ const CHUNK: usize = 1024;
 /// Binary digits of the largest component in its unit: below it halves reach down for a factor of 2e8 with all their digits.
 const DIGITS: i32 = 14;
 
+/// Largest components that have a unit.
+const PLAIN: std::ops::RangeInclusive<f64> = 1e-290..=1e290;
+
 /// A vector per particle in half precision, in units of a power of two.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 struct Halves<const D: usize> {
@@ -36,7 +39,8 @@ impl<const D: usize> Halves<D> {
 
     fn set(&mut self, vector: impl Fn(usize) -> [f64; D] + Sync) {
         let largest = reduce::max(self.bits.len(), |i| vector(i).iter().fold(0.0, |most: f64, v| most.max(v.abs())));
-        let is_plain = largest >= f64::MIN_POSITIVE && largest.is_finite();
+        // Others have no unit with an inverse; what is left of them is no curvature.
+        let is_plain = PLAIN.contains(&largest);
         self.unit = if is_plain { 2.0_f64.powi(largest.log2() as i32 - DIGITS) } else { 1.0 };
         let inverse = self.unit.recip();
         self.bits.par_chunks_mut(CHUNK).enumerate().for_each(|(c, bits)| {

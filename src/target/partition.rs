@@ -82,7 +82,9 @@ pub(crate) fn partition<const D: usize>(target: &dyn Matter<D>, rule: Rule) -> R
     if cells.iter().map(|c| c.mass).sum::<f64>() > 0.0 {
         return Ok(cells);
     }
-    Err(Error::Numeric { stage: "seed", problem: "the target is zero everywhere in the domain".into() })
+    let problem = "the target is zero everywhere in the domain, as far as it was looked at: if it is not, what is there is finer than the cells of the domain; \
+                   take a domain that is nearer to it";
+    Err(Error::Numeric { stage: "seed", problem: problem.into() })
 }
 
 /// Looked at once more by the bounds of the density where the masses of cells do not add up to the whole: places that are looked at may all miss a

@@ -24,8 +24,9 @@ pub fn units(from: &UnitSystem) -> UnitSystem {
     UnitSystem { time: if same { from.time } else { time }, ..*from }
 }
 
-/// The units that Phantom takes for pure numbers of matter that attracts itself, where G is 1 (its physcon.f90).
-pub const OWN_UNITS: (f64, f64) = (1.496e13, 1.9891e33);
+/// Length and mass that Phantom takes for pure numbers of matter that attracts itself, in which G is 1 (its physcon.f90).
+#[cfg(feature = "phantom")]
+const OWN_UNITS: (f64, f64) = (1.496e13, 1.9891e33);
 
 /// The units that a header has: those of pure numbers of an open box are the ones that Phantom would take, so that what it is told in centimeters has
 /// the same size in its output and in its forces.

@@ -70,7 +70,7 @@ impl<const D: usize> Tree<D> {
         }
     }
 
-    /// The tree of particles that are in the order of an earlier tree, as its [`Self::refit`] to them leaves it: the
+    /// The tree of particles that are in the order of an earlier tree, as [`Self::move_particles`] leaves it: the
     /// structure depends on their number alone.
     pub fn of_sorted(positions: &[Vec<f64>; D]) -> Self {
         let mut tree = Self::build(positions);
