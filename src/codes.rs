@@ -5,7 +5,7 @@ use sph::geometry::unit_ball_volume;
 use sph::kernel::{KernelName, most_neighbors_without_pairs, support_over_smoothing_length};
 use sph::point_mass::Softening;
 use sph_formats::units::GRAVITATIONAL_CONSTANT_CGS;
-use sph_formats::{Species, UnitSystem, Values, did_you_mean};
+use sph_formats::{Species, UnitSystem, Values, did_you_mean, halvings};
 
 /// How a code says how many neighbors a particle has.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -86,6 +86,12 @@ pub struct Sheet {
     pub has_parameters: bool,
     /// Where the figures are from.
     pub reference: &'static str,
+}
+
+/// Lines of GADGET-4's Config.sh for a periodic box of which it reads the longest edge; `None` for edges that it cannot have.
+pub fn long_bits(edges: &[f64]) -> Option<Vec<String>> {
+    let of_axes = ["X", "Y", "Z"].into_iter().zip(halvings(edges)?);
+    Some(of_axes.filter(|(_, times)| *times > 0).map(|(axis, times)| format!("LONG_{axis}_BITS={times}")).collect())
 }
 
 /// Known codes.
@@ -487,6 +493,11 @@ impl TargetCode {
             true => format!("{} with {:.1} neighbors", self.kernel.title(), self.kernel_neighbors(d)),
             false => self.describe(d),
         }
+    }
+
+    /// Whether it reads files and their headers as GADGET does.
+    pub fn is_of_gadgets_kin(&self) -> bool {
+        ["gadget2", "gadget4", "gizmo", "arepo"].contains(&self.sheet.name)
     }
 
     /// Why its forces cannot be balanced; `None` where they can.

@@ -467,10 +467,8 @@ fn gravity_of<const D: usize>(
 
 /// Refuses what attracts but cannot be followed.
 fn others<const D: usize>(file: &ParticleFile) -> Result<()> {
-    let is_point = |t: &ParticleTable| {
-        D == 3 && (t.column(names::SOFTENING_RADIUS).is_some() || t.column(names::ACCRETION_RADIUS).is_some())
-    };
-    let other = file.species.iter().find(|s| s.part_type != 0 && s.table.count > 0 && !is_point(&s.table));
+    let is_followed = |s: &Species| s.part_type == 0 || s.table.count == 0 || D == 3 && s.table.is_of_points();
+    let other = file.species.iter().find(|s| !is_followed(s));
     let Some(Species { part_type, table }) = other else { return Ok(()) };
     let problem = format!(
         "holds {} particles that attract the gas, but beside gas only point masses with a softening radius, in three dimensions, can be followed; run the file in the code itself",

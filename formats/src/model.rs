@@ -288,6 +288,12 @@ impl ParticleTable {
         self.column(crate::particle_names::MATERIAL_IDS).filter(|c| c.values.range() != (0.0, 0.0, 0))
     }
 
+    /// Whether the particles are point masses: softened or accreting ones.
+    pub fn is_of_points(&self) -> bool {
+        use crate::particle_names::{ACCRETION_RADIUS, SOFTENING_RADIUS};
+        [SOFTENING_RADIUS, ACCRETION_RADIUS].iter().any(|name| self.column(name).is_some())
+    }
+
     /// Which body each particle is of, from 0 on without gaps; nothing where the file does not say it.
     pub fn bodies(&self) -> Vec<usize> {
         let Some(column) = self.column(crate::particle_names::BODY_ID) else { return Vec::new() };

@@ -7,7 +7,7 @@
 mod finding;
 mod values;
 
-use crate::codes::{AS_PLANETARY, CELL_OVER_REACH, LEAST_CELLS, Neighbors, TargetCode};
+use crate::codes::{AS_PLANETARY, CELL_OVER_REACH, LEAST_CELLS, Neighbors, TargetCode, long_bits};
 use crate::eos::Material;
 use crate::error::{Error, Result};
 use crate::metrics::{InOwnUnits, Measured, Moving, NetForce, mean_net_force};
@@ -17,7 +17,6 @@ use sph::domain::Domain;
 use sph::point_mass::PointMass;
 use sph::sums::support_guess;
 use sph_formats::common::particle_names as names;
-use sph_formats::halvings;
 use sph_formats::{ParticleFile, ParticleTable, UnitSystem};
 use values::{header, numbers, values, velocities};
 
@@ -89,10 +88,8 @@ fn frame(file: &ParticleFile, code: &TargetCode, findings: &mut Vec<Finding>) {
     }
     let edges = &header.box_size[..header.dimension];
     let is_cube = edges.iter().all(|e| (e - edges[0]).abs() <= 1e-9 * edges[0]);
-    let halves = halvings(edges).filter(|_| code.sheet.name == "gadget4" && !edges.contains(&0.0));
-    if let Some(halves) = halves.filter(|_| !is_cube) {
-        let options = ["X", "Y", "Z"].into_iter().zip(halves).filter(|(_, times)| *times > 0);
-        let options: Vec<String> = options.map(|(axis, times)| format!("LONG_{axis}_BITS={times}")).collect();
+    let options = if code.sheet.name == "gadget4" { long_bits(edges) } else { None };
+    if let Some(options) = options.filter(|_| !is_cube) {
         let text = format!("has the edges {edges:?}: build GADGET-4 with {}", options.join(" "));
         add(findings, Level::Warning, "box", text);
     } else if !is_cube && code.sheet.format.starts_with("gadget") {

@@ -6,13 +6,10 @@ use sph_formats::common::particle_names as names;
 use sph_formats::model::{
     COSMOLOGY_KEY, DOUBT_KEY, FILES_KEY, ISOTHERMAL_KEY, LACKS_KEY, LACKS_OF_GADGET_KEY, LACKS_OF_SWIFT_KEY,
 };
-use sph_formats::{Column, ParticleFile, ParticleTable, RunHeader, Species, UnitSystem};
+use sph_formats::{Column, ParticleFile, RunHeader, Species, UnitSystem};
 
 /// Masses that differ by more are not the same in single precision.
 const SAME: f64 = 1e-6;
-
-/// Codes that read a header as GADGET does.
-const GADGETS: [&str; 4] = ["gadget2", "gadget4", "gizmo", "arepo"];
 
 /// What the reader saw in the header that codes stop at, or read otherwise than it was meant.
 pub(super) fn header(header: &RunHeader, code: &TargetCode, findings: &mut Vec<Finding>) {
@@ -37,7 +34,7 @@ pub(super) fn header(header: &RunHeader, code: &TargetCode, findings: &mut Vec<F
     };
     let own = match code.sheet.name {
         "swift" => Some(LACKS_OF_SWIFT_KEY),
-        name if GADGETS.contains(&name) => Some(LACKS_OF_GADGET_KEY),
+        _ if code.is_of_gadgets_kin() => Some(LACKS_OF_GADGET_KEY),
         _ => None,
     };
     for lacking in of(LACKS_KEY).chain(own.into_iter().flat_map(of)).filter(|what| is_read(what)) {
@@ -153,18 +150,13 @@ fn of_masses(species: &Species, masses: &Column, (code, d): (&TargetCode, usize)
         add(findings, level, names::MASSES, text);
     }
     // Sinks have one each.
-    let has_one = code.sheet.name == "phantom" && !is_of_sinks(&species.table);
+    let has_one = code.sheet.name == "phantom" && !species.table.is_of_points();
     if has_one && least > 0.0 && most - least > SAME * most {
         let text = format!(
             "go from {least:e} to {most:e}, but a dump of Phantom has one mass for all particles of a type; make them of equal masses"
         );
         add(findings, Level::Error, &named(species, names::MASSES), text);
     }
-}
-
-/// Whether particles are point masses.
-fn is_of_sinks(table: &ParticleTable) -> bool {
-    [names::SOFTENING_RADIUS, names::ACCRETION_RADIUS].iter().any(|name| table.column(name).is_some())
 }
 
 /// Numbers of particles, over all types.

@@ -57,7 +57,7 @@ fn container(formats: &[FormatSpec], of_file: &FormatSpec, code: &TargetCode) ->
         // All of HDF5 is read as one format, and GADGET-2 reads that, too.
         || of_file.name == HDF5 && (!reads_itself || [HDF5, GADGET_BINARY].contains(&wanted.name))
         // All of the family but SWIFT take its binary files, GADGET-4 built with GADGET2_HEADER.
-        || of_file.name == GADGET_BINARY && ["gadget2", "gadget4", "gizmo", "arepo"].contains(&code.sheet.name);
+        || of_file.name == GADGET_BINARY && code.is_of_gadgets_kin();
     let title = code.sheet.title;
     let text = format!(
         "is '{0}', from which {1} does not start: the rest is about its particles in a file of '{2}'; sph-prep convert FILE NEW --to {2} makes that",

@@ -344,9 +344,8 @@ impl<const D: usize, R: Real> Running<D> for Run<'_, D, R> {
 
     fn finish(self: Box<Self>, stop: StopReason) -> Relaxed<D> {
         let Self { solver: Solver { objective, trace, options, .. }, before, schedule, .. } = *self;
-        let ((arrangement, holds), kernel) =
-            ((objective.arrangement, objective.holds), schedule.last().map(|stretch| stretch.kernel));
-        let kernel = kernel.unwrap_or(arrangement.kernel);
+        let (arrangement, holds) = (objective.arrangement, objective.holds);
+        let kernel = schedule.last().map_or(arrangement.kernel, |stretch| stretch.kernel);
         let mut last = arrangement.into_positions();
         if let Some(holds) = holds {
             for axis in &mut last {

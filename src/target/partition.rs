@@ -170,14 +170,13 @@ fn refined_by<const D: usize>(target: &dyn Matter<D>, rule: Rule, effort: Effort
             rough => rough,
         });
         let mut hidden: Vec<f64> = looks.iter().map(|look| look.hidden).collect();
-        let mut most = room;
-        if room == 0 {
+        if room > 0 {
+            leave_largest(&mut hidden, room);
+        } else {
             // What is small and dense takes many halvings, and those of wide surfaces may have left none.
-            hidden.iter_mut().for_each(|v| *v = if *v < WORTH { 0.0 } else { *v });
-            most = extra.min(hidden.iter().filter(|v| **v > 0.0).count());
-            extra -= most;
+            hidden.iter_mut().filter(|v| **v < WORTH).for_each(|v| *v = 0.0);
+            extra -= leave_largest(&mut hidden, extra);
         }
-        leave_largest(&mut hidden, most);
         let halved = parallel::map(pending.len(), |i| {
             let cell = &pending[i];
             (hidden[i] > 0.0).then(|| {
@@ -194,14 +193,16 @@ fn refined_by<const D: usize>(target: &dyn Matter<D>, rule: Rule, effort: Effort
     done
 }
 
-/// Sets all but the `most` largest values to 0; of equal ones the first stay.
-fn leave_largest(values: &mut [f64], most: usize) {
-    if values.iter().filter(|v| **v > 0.0).count() <= most {
-        return;
+/// Sets all but the `most` largest values to 0; of equal ones the first stay. How many are left.
+fn leave_largest(values: &mut [f64], most: usize) -> usize {
+    let count = values.iter().filter(|v| **v > 0.0).count();
+    if count <= most {
+        return count;
     }
     let mut order: Vec<usize> = (0..values.len()).collect();
     order.sort_unstable_by(|&i, &j| values[j].total_cmp(&values[i]).then(i.cmp(&j)));
     order.into_iter().skip(most).for_each(|i| values[i] = 0.0);
+    most
 }
 
 /// What a look at a cell says.

@@ -98,12 +98,10 @@ fn read_header(records: &mut Records<'_>) -> Result<Header> {
     let bytes = records.header(&head)?;
     let word =
         |at: usize| -> u32 { bytes.get(at..).and_then(|b| b.first_chunk()).map_or(0, |b: &[u8; 4]| records.word(*b)) };
-    let number = |at: usize| -> f64 {
-        bytes.get(at..).and_then(|b| b.first_chunk()).map_or(0.0, |b: &[u8; 8]| f64::from_bits(records.long_word(*b)))
-    };
     let long = |at: usize| -> u64 {
         bytes.get(at..).and_then(|b| b.first_chunk()).map_or(0, |b: &[u8; 8]| records.long_word(*b))
     };
+    let number = |at: usize| f64::from_bits(long(at));
     let header = if bytes.len() == HEADER_BYTES_OF_4 as usize {
         let counts: [u64; TYPES] = std::array::from_fn(|t| long(offset_of_4::COUNTS + 8 * t));
         if let Some(most) = counts.iter().find(|n| u32::try_from(**n).is_err()) {

@@ -1,6 +1,5 @@
 //! Gas of a disc that keeps the temperature of its distance from its star: P = c^2 rho with c^2 = K r^(-2q), Phantom's `ieos = 6`.
 
-use super::schema::is_point;
 use crate::model::{DISC_KEY, ParticleFile, ParticleTable};
 use crate::particle_names as names;
 
@@ -21,8 +20,8 @@ impl LocallyIsothermal {
     /// That of a disc about the one point mass of a file whose header says that its gas is one.
     pub fn of(file: &ParticleFile) -> Option<Self> {
         file.header.provenance.iter().find(|(key, _)| key == DISC_KEY)?;
-        let mut points = file.species.iter().filter(|s| is_point(s) && s.table.count > 0);
-        let (star, gas) = (points.next()?, file.species.iter().find(|s| s.part_type == 0 && !is_point(s))?);
+        let mut points = file.species.iter().filter(|s| s.table.is_of_points() && s.table.count > 0);
+        let (star, gas) = (points.next()?, file.species.iter().find(|s| s.part_type == 0 && !s.table.is_of_points())?);
         if points.next().is_some() || star.table.count != 1 {
             return None;
         }

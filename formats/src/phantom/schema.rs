@@ -1,7 +1,5 @@
 //! What begins a dump, and the units of its numbers.
 
-use crate::model::Species;
-use crate::particle_names as names;
 use crate::units::UnitSystem;
 
 pub const NAME: &str = "phantom";
@@ -34,9 +32,4 @@ const OWN_UNITS: (f64, f64) = (1.496e13, 1.9891e33);
 pub fn units_of_header(from: &UnitSystem, is_open: bool) -> UnitSystem {
     let (length, mass) = OWN_UNITS;
     if *from == UnitSystem::CODE && is_open { units(&UnitSystem { length, mass, ..*from }) } else { units(from) }
-}
-
-/// Whether particles are point masses.
-pub fn is_point(species: &Species) -> bool {
-    [names::SOFTENING_RADIUS, names::ACCRETION_RADIUS].iter().any(|name| species.table.column(name).is_some())
 }

@@ -5,7 +5,7 @@ use super::layout::{
     TYPES, factor, itype, shift,
 };
 use super::locally_isothermal::LocallyIsothermal;
-use super::schema::{CAPTURE, is_point, units_of_header};
+use super::schema::{CAPTURE, units_of_header};
 use super::sinks::Sinks;
 use crate::common::flavor::{Component, Job, Planned, Storage};
 use crate::common::fortran::{self as records, padded, record};
@@ -37,7 +37,8 @@ struct Kindred<'a> {
 pub(super) fn write(path: &Path, particles: &ParticleFile, options: WriteOptions) -> Result<()> {
     let job = Job { flavor: &FLAVOR, path, header: &particles.header, options, first_row: 0 };
     job.only_in_3d()?;
-    let (points, others): (Vec<&Species>, Vec<&Species>) = particles.species.iter().partition(|s| is_point(s));
+    let (points, others): (Vec<&Species>, Vec<&Species>) =
+        particles.species.iter().partition(|s| s.table.is_of_points());
     let sinks = Sinks::new(&job, &points)?;
     let plan = job.plan_of(others.iter().copied())?;
     let law = LocallyIsothermal::of(particles);

@@ -66,9 +66,9 @@ fn between_layers(height: f64) -> (usize, [f64; 4], f64) {
     (base, even_values((place - base as f64).min(3.0)), (place - LAYERS as f64).max(0.0))
 }
 
-/// By how much a row rises in its last layer.
-fn last(row: &[f64; LAYERS + 1]) -> f64 {
-    row[LAYERS] - row[LAYERS - 1]
+/// A row's value at a height that is [`between_layers`]: beyond the last layer it goes on as in it.
+fn at_height(row: &[f64; LAYERS + 1], (base, weights, beyond): (usize, [f64; 4], f64)) -> f64 {
+    (0..4).map(|k| weights[k] * row[base + k]).sum::<f64>() + beyond * (row[LAYERS] - row[LAYERS - 1])
 }
 
 impl Column {
@@ -154,20 +154,15 @@ impl Own {
     /// Phi(R, z) - Phi(R, 0).
     pub fn rise(&self, radius: f64, z: f64) -> f64 {
         let (first, weights, height) = self.about(radius);
-        let (base, along, beyond) = between_layers(z / height);
-        let of_row =
-            |row: &[f64; LAYERS + 1]| (0..4).map(|k| along[k] * row[base + k]).sum::<f64>() + beyond * last(row);
-        (0..4).map(|j| weights[j] * of_row(&self.rise[first + j])).sum()
+        let between = between_layers(z / height);
+        (0..4).map(|j| weights[j] * at_height(&self.rise[first + j], between)).sum()
     }
 
     /// The same at every height, for many of them at one radius.
     pub fn rises(&self, radius: f64) -> impl Fn(f64) -> f64 {
         let (first, weights, height) = self.about(radius);
         let row: [f64; LAYERS + 1] = sph::array(|k| (0..4).map(|j| weights[j] * self.rise[first + j][k]).sum());
-        move |z| {
-            let (base, along, beyond) = between_layers(z / height);
-            (0..4).map(|k| along[k] * row[base + k]).sum::<f64>() + beyond * last(&row)
-        }
+        move |z| at_height(&row, between_layers(z / height))
     }
 
     /// The first of the four rows about a radius, their weights, and the scale height there.

@@ -11,12 +11,12 @@
 const STEPS: f64 = 1000.0;
 /// Larger ones are of a body without a surface.
 const MOST_STEPS: usize = 60_000;
-/// Refinements of the surface behind them; each squares the distance to it.
-const REFINEMENTS: usize = 8;
 
 /// Part of the distance to the surface that a step towards it takes, and how many there are.
 const APPROACH: f64 = 0.16;
 const APPROACHES: usize = 160;
+/// Steps by all of the distance after them; each squares it.
+const REFINEMENTS: usize = 8;
 
 /// The equation to be solved.
 pub(super) struct Emden<'a> {
@@ -25,8 +25,6 @@ pub(super) struct Emden<'a> {
     pub center: f64,
     /// Where the body ends.
     pub end: End,
-    /// Whether there are points ever nearer to a surface, for densities that end there with a slope that knows no bound.
-    pub follows_surface: bool,
 }
 
 /// Where a solution ends.
@@ -74,6 +72,20 @@ impl Emden<'_> {
 
     /// Points from the center to the end; `None` where there is no end within reach.
     pub fn solve(&self) -> Option<Vec<Point>> {
+        let (mut points, near) = self.parts()?;
+        points.extend(near.last());
+        Some(points)
+    }
+
+    /// The same with points ever nearer to the surface, for densities that end there with a slope that knows no bound.
+    pub fn solve_closely(&self) -> Option<Vec<Point>> {
+        let (mut points, near) = self.parts()?;
+        points.extend(near);
+        Some(points)
+    }
+
+    /// Points from the center on, and those of the approach to the surface, if that is where the solution ends.
+    fn parts(&self) -> Option<(Vec<Point>, Vec<Point>)> {
         let d = self.dimension as f64;
         let fall = if let End::Surface(surface) = self.end { self.center - surface } else { 1.0 };
         let scale = (2.0 * d * fall / (self.source)(self.center)).sqrt();
@@ -90,16 +102,11 @@ impl Emden<'_> {
             };
             match self.end {
                 End::Surface(surface) if !(next.phi > surface) => {
-                    let mut near = self.approach(last, surface);
-                    match self.follows_surface {
-                        true => points.append(&mut near),
-                        false => points.extend(near.last()),
-                    }
-                    return Some(points);
+                    return Some((points, self.approach(last, surface)));
                 }
                 End::Radius(outer) if next.xi >= outer * (1.0 - 1e-12) => {
                     points.push(Point { xi: outer, ..next });
-                    return Some(points);
+                    return Some((points, Vec::new()));
                 }
                 _ => {}
             }
@@ -114,7 +121,7 @@ impl Emden<'_> {
     fn approach(&self, mut last: Point, surface: f64) -> Vec<Point> {
         let mut points = Vec::new();
         for step in 0.. {
-            // By Newton; half of it does not pass the surface.
+            // By Newton; a part of it does not pass the surface.
             let left = (last.phi - surface) / last.slope;
             if step == APPROACHES + REFINEMENTS || !(left.abs() > 1e-15 * last.xi) {
                 break;
@@ -135,11 +142,7 @@ mod tests {
 
     fn polytrope(d: usize, n: f64) -> Point {
         let source = |theta: f64| theta.max(0.0).powf(n);
-        *Emden { dimension: d, source: &source, center: 1.0, end: End::Surface(0.0), follows_surface: false }
-            .solve()
-            .unwrap()
-            .last()
-            .unwrap()
+        *Emden { dimension: d, source: &source, center: 1.0, end: End::Surface(0.0) }.solve().unwrap().last().unwrap()
     }
 
     /// Chandrasekhar (1939), table 4: xi_1 and -xi_1^2 theta'(xi_1); n = 0 and 1 in closed form, 0.5 as in Horedt (1986, Ap&SS 126, 357).
@@ -175,18 +178,12 @@ mod tests {
     #[test]
     fn the_isothermal_sphere_is_that_of_bonnor_and_ebert() {
         let source = |phi: f64| phi.exp();
-        let points =
-            Emden { dimension: 3, source: &source, center: 0.0, end: End::Radius(6.451), follows_surface: false }
-                .solve()
-                .unwrap();
+        let points = Emden { dimension: 3, source: &source, center: 0.0, end: End::Radius(6.451) }.solve().unwrap();
         let end = points.last().unwrap();
         assert!(((-end.phi).exp() / 14.04 - 1.0).abs() < 1e-3, "{end:?}");
         assert!((end.mass(3) / 15.70 - 1.0).abs() < 1e-3, "{end:?}");
         // Isothermal cylinders in closed form: rho = (1 + xi^2/8)^-2.
-        let points =
-            Emden { dimension: 2, source: &source, center: 0.0, end: End::Radius(5.0), follows_surface: false }
-                .solve()
-                .unwrap();
+        let points = Emden { dimension: 2, source: &source, center: 0.0, end: End::Radius(5.0) }.solve().unwrap();
         for p in points.iter().step_by(100) {
             assert!((p.phi.exp() * (1.0 + p.xi * p.xi / 8.0).powi(2) - 1.0).abs() < 1e-9);
         }
@@ -195,8 +192,7 @@ mod tests {
     #[test]
     fn bodies_without_a_surface_are_told() {
         let source = |theta: f64| theta.max(0.0).powi(5);
-        let plummer =
-            Emden { dimension: 3, source: &source, center: 1.0, end: End::Surface(0.0), follows_surface: false };
+        let plummer = Emden { dimension: 3, source: &source, center: 1.0, end: End::Surface(0.0) };
         assert!(plummer.solve().is_none());
     }
 }

@@ -34,9 +34,9 @@ pub(super) fn polytrope(d: usize, n: f64, mass: f64, radius: f64, gravity: f64) 
     // Steps towards the surface look beyond it, where a small index must not make the source vanish at once.
     let on_both_sides = |theta: f64| theta.abs().powf(n);
     let end = End::Surface(0.0);
-    let equation =
-        Emden { dimension: d, source: &on_both_sides, center: 1.0, end, follows_surface: n > 0.0 && n < 1.0 };
-    let points = equation.solve().ok_or_else(|| refused(n))?;
+    let equation = Emden { dimension: d, source: &on_both_sides, center: 1.0, end };
+    let points = if n > 0.0 && n < 1.0 { equation.solve_closely() } else { equation.solve() };
+    let points = points.ok_or_else(|| refused(n))?;
     let state = |p: &Point| (source(p.phi), p.phi.max(0.0).powf(n + 1.0) / (n + 1.0));
     Ok(scaled(d, &points, mass, radius, gravity, &state))
 }
@@ -44,8 +44,7 @@ pub(super) fn polytrope(d: usize, n: f64, mass: f64, radius: f64, gravity: f64) 
 /// The isothermal sphere that ends at `xi`.
 pub(super) fn bonnor_ebert(d: usize, xi: f64, mass: f64, radius: f64, gravity: f64) -> Result<Table> {
     let source = |phi: f64| phi.exp();
-    let points =
-        Emden { dimension: d, source: &source, center: 0.0, end: End::Radius(xi), follows_surface: false }.solve();
+    let points = Emden { dimension: d, source: &source, center: 0.0, end: End::Radius(xi) }.solve();
     let points = points.ok_or_else(|| {
         Error::scene(key("bonnor-ebert", "xi"), format!("is {xi:e}, expected a positive number up to some 1e20"))
     })?;
@@ -58,8 +57,7 @@ const ROOM: f64 = 1.0001;
 /// The isothermal sphere of a sound speed: G M / (R c^2) = xi psi'(xi). Errors are in the `unit` of speeds.
 pub(super) fn isothermal(mass: f64, radius: f64, (sound_speed, unit): (f64, f64), gravity: f64) -> Result<Table> {
     let source = |phi: f64| phi.exp();
-    let points =
-        Emden { dimension: 3, source: &source, center: 0.0, end: End::Radius(MOST_MASSIVE), follows_surface: false };
+    let points = Emden { dimension: 3, source: &source, center: 0.0, end: End::Radius(MOST_MASSIVE) };
     let points = points.solve().unwrap_or_default();
     let compactness = gravity * mass / (radius * sound_speed * sound_speed);
     let most = points.last().map_or(0.0, |p| p.xi * p.slope);
@@ -73,8 +71,7 @@ pub(super) fn isothermal(mass: f64, radius: f64, (sound_speed, unit): (f64, f64)
     let (mut low, mut high) = (points[i.max(1) - 1].xi, points[i].xi);
     for _ in 0..BISECTIONS {
         let xi = 0.5 * (low + high);
-        let end =
-            Emden { dimension: 3, source: &source, center: 0.0, end: End::Radius(xi), follows_surface: false }.solve();
+        let end = Emden { dimension: 3, source: &source, center: 0.0, end: End::Radius(xi) }.solve();
         let is_less = end.and_then(|p| p.last().copied()).is_none_or(|p| p.xi * p.slope < compactness);
         if is_less { low = xi } else { high = xi }
     }

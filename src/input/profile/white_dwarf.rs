@@ -56,7 +56,7 @@ impl Electrons {
     /// Solution for a central y_0 = 1 + `center`, in y - 1 so that low densities keep their digits.
     fn solve(center: f64) -> Option<Vec<Point>> {
         let source = |u: f64| (u.max(0.0) * (u + 2.0)).powf(1.5);
-        Emden { dimension: 3, source: &source, center, end: End::Surface(0.0), follows_surface: false }.solve()
+        Emden { dimension: 3, source: &source, center, end: End::Surface(0.0) }.solve()
     }
 
     fn mass(&self, gravity: f64, end: &Point) -> f64 {

@@ -182,9 +182,7 @@ impl<'a> Facts<'a> {
     /// Masses of the particles of all types but point masses, of which there are two kinds at least: the least and the largest where they differ.
     pub fn masses_apart(&self) -> Option<[f64; 2]> {
         let of = |s: &sph_formats::Species| {
-            let is_point =
-                [names::SOFTENING_RADIUS, names::ACCRETION_RADIUS].iter().any(|n| s.table.column(n).is_some());
-            let masses = s.table.column(names::MASSES).filter(|_| !is_point && s.table.count > 0)?;
+            let masses = s.table.column(names::MASSES).filter(|_| !s.table.is_of_points() && s.table.count > 0)?;
             Some(masses.values.range())
         };
         let ranges = || self.file.species.iter().filter_map(of);

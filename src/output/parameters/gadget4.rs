@@ -1,7 +1,7 @@
 //! GADGET-4's parameter file, and the lines of its Config.sh.
 
 use super::facts::{END, Facts, LARGEST_STEP, SNAPSHOT};
-use sph_formats::halvings;
+use crate::codes::long_bits;
 use sph_formats::model::ADIABATIC_INDEX;
 use std::fmt::Write as _;
 
@@ -91,10 +91,9 @@ InitGasTemp 0
             text += "PRESSURE_ENTROPY_SPH\n";
         }
         text += if self.gravity.is_some() { "SELFGRAVITY\n" } else { "" };
-        text += if self.file.header.periodic.contains(&true) { "PERIODIC\n" } else { "" };
-        let halvings = halvings(self.edges()).filter(|_| self.file.header.periodic.contains(&true)).unwrap_or_default();
-        for (axis, times) in ["X", "Y", "Z"].into_iter().zip(halvings).filter(|(_, times)| *times > 0) {
-            let _ = writeln!(text, "LONG_{axis}_BITS={times}");
+        if self.file.header.periodic.contains(&true) {
+            text += "PERIODIC\n";
+            text.extend(long_bits(self.edges()).unwrap_or_default().into_iter().map(|line| line + "\n"));
         }
         text.extend(self.dimension_option().map(|option| option + "\n"));
         if self.gamma() != ADIABATIC_INDEX {
