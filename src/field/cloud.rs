@@ -84,11 +84,7 @@ impl<const D: usize> Cloud<D> {
     /// The same, in a fraction of the time where `reach` is a little more than how far they reach: a tree finds all that are near with
     /// less work than the nearest of them.
     pub(super) fn nearest_about(&self, x: &[f64; D], n: usize, reach: f64) -> Vec<(usize, f64)> {
-        let wrapped = self.domain.wrapped(x);
-        let mut found = self.tree.within(&wrapped, reach);
-        for image in self.images_within(&wrapped, reach) {
-            found.extend(self.tree.within(&image, reach));
-        }
+        let mut found = self.within(x, reach);
         if found.len() < n {
             return self.nearest(x, n);
         }
@@ -97,6 +93,16 @@ impl<const D: usize> Cloud<D> {
             found.truncate(n);
         }
         found.sort_unstable_by(nearer);
+        found
+    }
+
+    /// The points or images of points no farther from `x` than `reach`, and their distances, in no order that means anything.
+    pub(super) fn within(&self, x: &[f64; D], reach: f64) -> Vec<(usize, f64)> {
+        let x = self.domain.wrapped(x);
+        let mut found = self.tree.within(&x, reach);
+        for image in self.images_within(&x, reach) {
+            found.extend(self.tree.within(&image, reach));
+        }
         found
     }
 
@@ -165,36 +171,24 @@ impl<const D: usize> Cloud<D> {
 
     /// The point that is nearest to `x` or has the nearest image, and its distance.
     pub(super) fn near(&self, x: &[f64; D]) -> (usize, f64) {
-        self.near_within(&self.domain.wrapped(x), f64::INFINITY)
-    }
-
-    /// The same; `None` where it has no matter at `x`.
-    pub(super) fn held(&self, x: &[f64; D]) -> Option<(usize, f64)> {
         let x = self.domain.wrapped(x);
-        if self.is_apart(&x) {
-            return None;
-        }
-        Some(self.near_within(&x, self.farthest)).filter(|&nearest| self.holds(&x, nearest))
-    }
-
-    /// The point that is nearest to a place in the box, or an image that is no farther away than `reach`.
-    fn near_within(&self, x: &[f64; D], reach: f64) -> (usize, f64) {
-        let own = self.tree.one(x);
-        let images = self.images_within(x, own.1.min(reach)).into_iter().map(|image| self.tree.one(&image));
+        let own = self.tree.one(&x);
+        let images = self.images_within(&x, own.1).into_iter().map(|image| self.tree.one(&image));
         images.fold(own, |a, b| if nearer(&b, &a).is_lt() { b } else { a })
     }
 
     /// Whether no point or image reaches `x` from the bounds of all points.
-    fn is_apart(&self, x: &[f64; D]) -> bool {
+    pub(super) fn is_far_from(&self, x: &[f64; D]) -> bool {
+        let x = self.domain.wrapped(x);
         let is_far = |x: &[f64; D]| self.bounds.distance_squared(x).sqrt() > self.farthest;
-        is_far(x) && self.images_within(x, self.farthest).iter().all(is_far)
+        is_far(&x) && self.images_within(&x, self.farthest).iter().all(is_far)
     }
 }
 
 impl<const D: usize> Sampler<D> for Cloud<D> {
     fn sample(&self, values: &Values, stride: usize, x: &[f64; D], outside: Outside, out: &mut [f64]) -> bool {
         let n = 4 * (D + 1);
-        if outside == Outside::Reject && self.is_apart(&self.domain.wrapped(x)) {
+        if outside == Outside::Reject && self.is_far_from(x) {
             return false;
         }
         let mut found = self.nearest(x, n);
@@ -301,28 +295,6 @@ mod tests {
             for guess in [0.5 * found[11], 1.2 * found[11], 0.7] {
                 assert_eq!(cloud.nearest_about(&x, 12, guess), cloud.nearest(&x, 12), "{guess}");
             }
-        }
-    }
-
-    /// Matter is where the nearest of all images reaches, whether it is found among the nearest or asked for by itself, and far from all points as well.
-    #[test]
-    fn what_holds_a_place_is_the_nearest_image_that_reaches_it() {
-        let mut random = Random::new(6);
-        let points: Vec<[f64; 3]> = (0..200).map(|_| sph::array(|_| 0.3 * random.unit() - 0.1)).collect();
-        for axes in [[Axis::Periodic; 3], [Axis::OPEN; 3], [Axis::Periodic, Axis::OPEN, Axis::REFLECTING]] {
-            let domain = Domain::new([-1.0; 3], [1.0; 3], axes, Region::Box).unwrap();
-            let cloud = Cloud::new("rho", &points, Some(&domain)).unwrap();
-            let mut held = 0;
-            for i in 0..3000 {
-                let width = if i % 2 == 0 { 0.5 } else { 2.0 };
-                let x: [f64; 3] = sph::array(|_| width * (random.unit() - 0.5));
-                let nearest = cloud.nearest(&x, 1)[0];
-                assert_eq!(cloud.near(&x), nearest, "{x:?}");
-                let expected = Some(nearest).filter(|&n| cloud.holds(&x, n));
-                assert_eq!(cloud.held(&x), expected, "{x:?}");
-                held += usize::from(expected.is_some());
-            }
-            assert!((100..2900).contains(&held), "{held}");
         }
     }
 

@@ -10,7 +10,8 @@
 //! particles. Fits do not reach from one material into another.
 
 use super::categorical::{MAX_KINDS, kinds};
-use super::cloud::{Cloud, nearer, weigh};
+use super::cloud::{nearer, weigh};
+use super::listed::Listed;
 use super::local_fit::{Design, MOST_TERMS, monomials, terms};
 use super::outer_layer::{self, Balance, Portion};
 use super::outline::{Ends, Outline};
@@ -19,7 +20,7 @@ use super::series::{Place, Series, components};
 use super::{CarriedField, CarriedInfo, ScalarField};
 use crate::error::Result;
 use serde::Serialize;
-use sph::domain::{Axis, Domain};
+use sph::domain::Domain;
 use sph::parallel;
 use sph_formats::Variable;
 use std::ops::Range;
@@ -46,15 +47,11 @@ pub struct Scatter {
 
 /// The particles with their polynomials.
 struct Fitted<const D: usize> {
-    cloud: Cloud<D>,
+    particles: Arc<Listed<D>>,
     domain: Domain<D>,
     /// Where they end, where that is known of all of them together.
     ends: Option<Ends<D>>,
-    points: Vec<[f64; D]>,
-    /// The particles about each one by their distance, itself first, how far they reach, and the mean offset of those that
-    /// tell where the surface is.
-    lists: Vec<u32>,
-    list_reach: Vec<f64>,
+    /// The mean offset of the particles about each one that tell where the surface is.
     list_middle: Vec<[f64; D]>,
     /// Unit of each particle's offsets.
     scales: Vec<f64>,
@@ -149,21 +146,26 @@ impl<const D: usize> Fitted<D> {
 
     /// Particles without values.
     fn at(name: &str, points: &[[f64; D]], domain: &Domain<D>) -> Result<Self> {
-        let mut fitted = Self {
-            cloud: Cloud::new(name, points, Some(domain))?,
+        let particles = Arc::new(Listed::new(name, points, domain, Self::LISTED)?);
+        let middle = |i: usize| {
+            let about = particles.list_of(i).get(..Self::ABOUT)?;
+            let mut middle = [0.0; D];
+            for &j in about {
+                let offset = domain.displacement(&particles.points()[i], &particles.points()[j as usize]);
+                (0..D).for_each(|k| middle[k] += offset[k] / Self::ABOUT as f64);
+            }
+            Some(middle)
+        };
+        Ok(Self {
+            ends: Outline::of(name, &particles, domain)?,
             domain: domain.clone(),
-            ends: Outline::of(name, points, domain)?,
-            points: points.iter().map(|p| domain.wrapped(p)).collect(),
-            lists: Vec::new(),
-            list_reach: Vec::new(),
-            list_middle: Vec::new(),
+            list_middle: parallel::map(points.len(), middle).into_iter().flatten().collect(),
+            particles,
             scales: Vec::new(),
             materials: Vec::new(),
             rows: Vec::new(),
             width: 0,
-        };
-        fitted.list();
-        Ok(fitted)
+        })
     }
 
     /// How the density of `series`, the first of all, and the particles' masses go together, and how many spacings each of them is from where
@@ -178,7 +180,9 @@ impl<const D: usize> Fitted<D> {
         self.fit(std::slice::from_ref(series), noise);
         let Some(ends) = &self.ends else { return Ok((Balance::Unknown, Vec::new())) };
         let spacing = |i: usize| (masses[i] / series.at(i, 0).exp()).powf(1.0 / D as f64);
-        let depths = parallel::map(self.points.len(), |i| ends.distance(&self.points[i]) / spacing(i));
+        let depths = parallel::map(self.particles.len(), |i| {
+            ends.distance(self.point(i), outer_layer::DEEP * spacing(i)) / spacing(i)
+        });
         let particles: Vec<Portion> =
             masses.iter().zip(&depths).map(|(&mass, &depth)| Portion { mass, depth }).collect();
         let field = outer_layer::portions(ends, masses.len(), |x| {
@@ -189,76 +193,42 @@ impl<const D: usize> Fitted<D> {
         Ok((Balance::new(&particles, &field), depths))
     }
 
-    /// Makes the lists, where there are particles enough for them.
-    fn list(&mut self) {
-        if self.cloud.len() <= Self::LISTED {
-            return;
-        }
-        let found = parallel::map(self.points.len(), |i| {
-            let found = self.cloud.nearest(&self.points[i], Self::LISTED);
-            let reach = found.last().map_or(0.0, |f| f.1);
-            let mut middle = [0.0; D];
-            for (j, _) in &found[..Self::ABOUT] {
-                let offset = self.domain.displacement(&self.points[i], &self.points[*j]);
-                (0..D).for_each(|k| middle[k] += offset[k] / Self::ABOUT as f64);
-            }
-            // Beyond half of the box the nearest image of a particle is not the only one.
-            let reach = if 2.0 * reach < self.shortest_period() { reach } else { 0.0 };
-            (found.into_iter().map(|f| f.0 as u32).collect::<Vec<u32>>(), reach, middle)
-        });
-        self.list_reach = found.iter().map(|f| f.1).collect();
-        self.list_middle = found.iter().map(|f| f.2).collect();
-        self.lists = found.into_iter().flat_map(|f| f.0).collect();
-    }
-
-    fn shortest_period(&self) -> f64 {
-        let extent = self.domain.extent();
-        let periods = (0..D).filter(|&k| self.domain.axes[k] == Axis::Periodic).map(|k| extent[k]);
-        periods.fold(f64::INFINITY, f64::min)
-    }
-
     /// The particles of the mean at `x`, and their distances, ascending; `None` where `x` is outside and `outside` says so.
     fn meant(&self, x: &[f64; D], outside: Outside) -> Option<Vec<(usize, f64)>> {
-        let outside = match &self.ends {
-            Some(ends) if outside == Outside::Reject && !ends.holds(x) => return None,
-            Some(_) => Outside::Clamp,
-            None => outside,
-        };
         let is_within = |nearest: &(usize, f64)| !self.is_beyond(x, nearest.0);
         // It is looked for first: where there is nothing, nobody else need be.
-        let near = match outside {
-            Outside::Reject => self.cloud.held(x).filter(is_within)?,
-            Outside::Clamp => self.cloud.near(x),
+        let near = match (&self.ends, outside) {
+            (_, Outside::Clamp) => self.particles.near(x),
+            (Some(ends), Outside::Reject) => ends.near(x, &self.particles)?,
+            (None, Outside::Reject) => self.particles.held(x).filter(is_within)?,
         };
-        let listed = if self.lists.is_empty() { None } else { self.listed(x, near.0, near.1) };
-        Some(listed.unwrap_or_else(|| self.cloud.nearest(x, Self::MEANT)))
+        Some(self.listed(x, near.0, near.1).unwrap_or_else(|| self.particles.nearest(x, Self::MEANT)))
     }
 
     /// Whether `x` is farther out than half a spacing beyond the particles about `near`, but for D - 1 that stand out. Within the particles there are
     /// always some on the far side.
     fn is_beyond(&self, x: &[f64; D], near: usize) -> bool {
-        let Some(list) = self.lists.get(near * Self::LISTED..near * Self::LISTED + Self::ABOUT) else { return false };
-        let back = self.domain.displacement(x, &self.points[near]);
+        let Some(list) = self.particles.list_of(near).get(..Self::ABOUT) else { return false };
+        let back = self.domain.displacement(x, self.point(near));
         let inward: [f64; D] = sph::array(|k| self.list_middle[near][k] + back[k]);
         let length = inward.iter().map(|v| v * v).sum::<f64>().sqrt();
         let height = |&i: &u32| {
-            let offset = self.domain.displacement(x, &self.points[i as usize]);
+            let offset = self.domain.displacement(x, self.point(i as usize));
             (0..D).map(|k| offset[k] * inward[k]).sum::<f64>() / length
         };
-        let spacing = self.distance(list[1] as usize, &self.points[near]);
+        let spacing = self.particles.distance(list[1] as usize, self.point(near));
         length > 0.0 && list.iter().filter(|i| height(i) <= 0.5 * spacing).nth(D - 1).is_none()
     }
 
     /// The particles of the mean from the list of `near`, which is so far from `x`: a search among all takes longer. `None` where the list does not reach
     /// far enough to be sure.
     fn listed(&self, x: &[f64; D], near: usize, distance: f64) -> Option<Vec<(usize, f64)>> {
-        let list = &self.lists[near * Self::LISTED..][..Self::LISTED];
         let mut found: Vec<(usize, f64)> = Vec::with_capacity(Self::MEANT + 1);
-        for &i in list {
-            let next = (i as usize, self.distance(i as usize, x));
+        for &i in self.particles.list_of(near) {
+            let next = (i as usize, self.particles.distance(i as usize, x));
             if let Some(last) = found.get(Self::MEANT - 1) {
                 // Those that follow in the list are farther from its middle, so that `x` is no nearer to them either.
-                if self.distance(i as usize, &self.points[near]) >= last.1 + distance {
+                if self.particles.distance(i as usize, self.point(near)) >= last.1 + distance {
                     break;
                 }
                 if nearer(&next, last).is_ge() {
@@ -268,26 +238,12 @@ impl<const D: usize> Fitted<D> {
             }
             found.insert(found.partition_point(|f| nearer(f, &next).is_lt()), next);
         }
-        let is_sure = found.last()?.1 + distance <= self.list_reach[near];
+        let is_sure = found.last()?.1 + distance <= self.particles.reach(near);
         is_sure.then_some(found)
     }
 
-    fn distance(&self, i: usize, x: &[f64; D]) -> f64 {
-        self.domain.displacement(&self.points[i], x).iter().map(|d| d * d).sum::<f64>().sqrt()
-    }
-
-    /// The `n` particles nearest to particle `i`, itself first, and their distances, ascending.
-    fn nearest(&self, i: usize, n: usize) -> Vec<(usize, f64)> {
-        let (x, Some(&reach)) = (&self.points[i], self.list_reach.get(i).filter(|reach| **reach > 0.0)) else {
-            return self.cloud.nearest(&self.points[i], n);
-        };
-        if n <= Self::LISTED {
-            let list = &self.lists[i * Self::LISTED..][..n];
-            return list.iter().map(|&j| (j as usize, self.distance(j as usize, x))).collect();
-        }
-        // As far as they reach where particles are as dense as those of the list, and a little more.
-        let guess = 1.1 * reach * (n as f64 / Self::LISTED as f64).powf(1.0 / D as f64);
-        self.cloud.nearest_about(x, n, guess)
+    fn point(&self, i: usize) -> &[f64; D] {
+        &self.particles.points()[i]
     }
 
     /// Of the particles `nearest` to particle `i` the first `n` and one that says how far they reach: those of its material.
@@ -300,7 +256,7 @@ impl<const D: usize> Fitted<D> {
     /// The equations of the fit about particle `i` to the `n` nearest ones of those that are `nearest`.
     fn design(&self, i: usize, nearest: &[(usize, f64)], n: usize) -> Option<(Vec<usize>, f64, Design)> {
         let (found, reach) = self.around(i, nearest, n);
-        let offset = |&j: &usize| self.domain.displacement(&self.points[i], &self.points[j]).map(|d| d / reach);
+        let offset = |&j: &usize| self.domain.displacement(self.point(i), self.point(j)).map(|d| d / reach);
         let offsets: Vec<[f64; D]> = found.iter().map(offset).collect();
         Some((found, reach, Design::new(&offsets)?)).filter(|_| reach > 0.0)
     }
@@ -308,10 +264,10 @@ impl<const D: usize> Fitted<D> {
     /// Variances of the values of each particle's surroundings: a row of all components for each particle.
     fn noise(&self, series: &[Series]) -> Vec<f64> {
         let columns = components(series);
-        let mut own = vec![0.0; columns * self.points.len()];
+        let mut own = vec![0.0; columns * self.particles.len()];
         parallel::update_rows(&mut own, columns, |i, out| {
             let n = POINTS_PER_TERM * terms(D);
-            let Some((found, _, design)) = self.design(i, &self.nearest(i, n + 1), n) else { return };
+            let Some((found, _, design)) = self.design(i, &self.particles.about(i, n + 1), n) else { return };
             let components = series.iter().flat_map(|s| (0..s.place.components).map(move |c| (s, c)));
             for (out, (series, c)) in out.iter_mut().zip(components) {
                 *out = design.fit(|j| series.at(found[j], c)).variance.unwrap_or(0.0);
@@ -319,7 +275,7 @@ impl<const D: usize> Fitted<D> {
         });
         let mut around = vec![0.0; own.len()];
         parallel::update_rows(&mut around, columns, |i, out| {
-            let (found, _) = self.around(i, &self.nearest(i, SURROUNDINGS + 1), SURROUNDINGS);
+            let (found, _) = self.around(i, &self.particles.about(i, SURROUNDINGS + 1), SURROUNDINGS);
             for (c, out) in out.iter_mut().enumerate() {
                 *out = median(found.iter().map(|&j| own[j * columns + c]).collect());
             }
@@ -329,7 +285,7 @@ impl<const D: usize> Fitted<D> {
 
     /// Makes the polynomials; returns the standard deviation that is left in the first series at each particle.
     fn fit(&mut self, series: &[Series], (noise, columns): (&[f64], usize)) -> Vec<f64> {
-        let found = parallel::map(self.points.len(), |i| {
+        let found = parallel::map(self.particles.len(), |i| {
             let mut coefficients = vec![0.0; self.width];
             let (scale, left) = self.fit_one(i, series, &noise[i * columns..(i + 1) * columns], &mut coefficients);
             (coefficients, scale, left)
@@ -350,14 +306,14 @@ impl<const D: usize> Fitted<D> {
             first += s.place.components;
         }
         let (mut scale, shortest) = (None, POINTS_PER_TERM * terms(D));
-        let mut nearest = self.nearest(i, shortest + 1);
+        let mut nearest = self.particles.about(i, shortest + 1);
         for reach in 0..REACHES {
             let n = shortest << reach;
-            if reach > 0 && n >= self.cloud.len() || tries.iter().all(|t| t.is_settled) {
+            if reach > 0 && n >= self.particles.len() || tries.iter().all(|t| t.is_settled) {
                 break;
             }
             if reach == 1 {
-                nearest = self.nearest(i, (shortest << (REACHES - 1)) + 1);
+                nearest = self.particles.about(i, (shortest << (REACHES - 1)) + 1);
             }
             let Some((found, distance, design)) = self.design(i, &nearest, n) else { continue };
             let unit = *scale.get_or_insert(distance);
@@ -383,7 +339,7 @@ impl<const D: usize> Fitted<D> {
 
     /// Turns distances into weights of those of the material that weighs most.
     fn weigh(&self, found: &mut Vec<(usize, f64)>) {
-        weigh(found, self.points.len() <= Self::MEANT);
+        weigh(found, self.particles.len() <= Self::MEANT);
         let Some(material) = self.material(found) else { return };
         found.retain(|f| self.materials[f.0] == material);
         let sum: f64 = found.iter().map(|f| f.1).sum();
@@ -396,7 +352,8 @@ impl<const D: usize> Fitted<D> {
         let around = self.meant(x, Outside::Reject)?;
         let step = SLOPE_STEP * around.last()?.1;
         let value = |x: &[f64; D]| {
-            let mut found: Vec<(usize, f64)> = around.iter().map(|&(i, _)| (i, self.distance(i, x))).collect();
+            let mut found: Vec<(usize, f64)> =
+                around.iter().map(|&(i, _)| (i, self.particles.distance(i, x))).collect();
             found.sort_unstable_by(nearer);
             self.weigh(&mut found);
             self.blend(place, 0, &found, x)
@@ -424,7 +381,7 @@ impl<const D: usize> Fitted<D> {
     fn blend(&self, place: &Place, c: usize, found: &[(usize, f64)], x: &[f64; D]) -> f64 {
         let (mut sum, mut lo, mut hi) = (0.0, f64::INFINITY, f64::NEG_INFINITY);
         for &(i, w) in found {
-            let offset = self.domain.displacement(&self.points[i], x).map(|d| d / self.scales[i]);
+            let offset = self.domain.displacement(self.point(i), x).map(|d| d / self.scales[i]);
             let row = &self.rows[i * self.width + place.first + c * terms(D)..][..terms(D)];
             sum += w * row.iter().zip(monomials(&offset)).map(|(c, m)| c * m).sum::<f64>();
             (lo, hi) = (lo.min(row[0]), hi.max(row[0]));

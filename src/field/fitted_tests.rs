@@ -76,7 +76,7 @@ fn noise_is_told_from_the_field_in_every_dimension() {
 fn smooth_fields_are_met_better_than_by_means() {
     let mut random = Random::new(5);
     let points = points::<3>(20, &mut random);
-    let cloud = Cloud::new("rho", &points, Some(&unit_box(Axis::Periodic))).unwrap();
+    let cloud = crate::field::cloud::Cloud::new("rho", &points, Some(&unit_box(Axis::Periodic))).unwrap();
     let mean = super::super::sampled::SampledDensity {
         sampler: Arc::new(cloud),
         values: Values::F64(points.iter().map(wave).collect()),
@@ -196,10 +196,10 @@ fn lists_find_the_nearest_particles() {
         let mut sure = 0;
         for _ in 0..2000 {
             let x = random.point();
-            let (near, distance) = fitted.cloud.near(&x);
+            let (near, distance) = fitted.particles.near(&x);
             let Some(found) = fitted.listed(&x, near, distance) else { continue };
             sure += 1;
-            let all: Vec<usize> = fitted.cloud.nearest(&x, found.len()).iter().map(|f| f.0).collect();
+            let all: Vec<usize> = fitted.particles.nearest(&x, found.len()).iter().map(|f| f.0).collect();
             assert_eq!(found.iter().map(|f| f.0).collect::<Vec<usize>>(), all, "{x:?}");
         }
         // Beside periodic faces the list is that of a particle on the same side.

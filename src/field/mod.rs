@@ -47,6 +47,7 @@ mod grid_slopes;
 mod hull;
 mod interior;
 mod intervals;
+mod listed;
 mod local_fit;
 mod mass;
 mod mesh;

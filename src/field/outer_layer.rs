@@ -14,6 +14,8 @@ const LAYER: f64 = 2.5;
 /// Spacings from the surface from which on particles begin to count as those deep inside, and where all do. The mass beyond the surface is
 /// that of particles nearer to it; a wide transition makes little of where its layers of particles are.
 const INSIDE: [f64; 2] = [1.0, 4.0];
+/// Spacings from the surface from which on they are all the same.
+pub(super) const DEEP: f64 = if LAYER > INSIDE[1] { LAYER } else { INSIDE[1] };
 /// Part of the mass that is deep inside, at least, if a factor is to be found from it.
 const ENOUGH: f64 = 0.1;
 /// Factors beyond which densities and masses are of different things.
@@ -138,7 +140,7 @@ pub(super) fn portions<const D: usize>(
     let look = |i: usize| -> Option<Portion> {
         let x = sph::array(|k| domain.lo[k] + share(i, k, D) * extent[k]);
         let (density, spacing) = found(&x)?;
-        Some(Portion { mass: density, depth: ends.distance(&x) / spacing })
+        Some(Portion { mass: density, depth: ends.distance(&x, DEEP * spacing) / spacing })
     };
     let (mut all, mut tried) = (Vec::new(), 0);
     while all.len() < wanted && tried < TRIES * wanted {
