@@ -131,7 +131,7 @@ fn every_method_places_exactly_n_particles_inside() {
             // Long to make; larger ones have tests of their own.
             Seeding::Glass => &[2, 40],
             Seeding::GravitationalGlass => &[30],
-            _ => &[1, 2, 7, 512],
+            _ => &[1, 2, 7, 200],
         };
         uniform_targets::<1>(method, counts);
         uniform_targets::<2>(method, counts);
