@@ -275,6 +275,10 @@ fn a_density_that_is_not_periodic_is_told_in_a_periodic_box() {
     };
     assert!(told("1 + 2*z", "[periodic]") && !told("1 + 2*z", "[periodic, periodic, open]"));
     assert!(!told("2 + sin(2*pi*z) + cos(2*pi*x)", "[periodic]"));
+    // Steep, but nowhere else as steep; and fields whose own jumps are as large, of which one lies in the face.
+    assert!(told("exp(-z/0.1)", "[periodic]"));
+    assert!(!told("if(z < 0.3, 10, 1)", "[periodic]"));
+    assert!(!told("if(sin(4*pi*z) > 0, 10, 1)", "[periodic]"));
 }
 
 #[test]

@@ -5,9 +5,12 @@ use super::quadrature::radical_inverse;
 use super::{CarriedField, CarriedInfo, Enclosure, Expression, Patch, ScalarField, Trace};
 use crate::error::{Error, Result};
 use sph::domain::Domain;
+use std::collections::VecDeque;
 
 /// Points at which an expression is tried before it is used.
 const PROBES: usize = 4096;
+/// Boxes whose bounds are looked at where these all are zero.
+const LOOKED_AT: usize = 1 << 17;
 
 /// A density, spacing or number density as an expression.
 #[derive(Debug, Clone)]
@@ -71,11 +74,36 @@ impl<const D: usize> AnalyticField<D> {
                 ),
             ));
         }
-        if positive {
-            Ok(())
-        } else {
-            Err(Error::field(name, format!("is zero at all {PROBES} points tried in the domain")))
+        if positive || self.is_somewhere(domain) {
+            return Ok(());
         }
+        Err(Error::field(
+            name,
+            format!(
+                "is zero at all {PROBES} points tried in the domain, and wherever its bounds were looked at: a domain that is hardly larger than what it \
+                 describes shows whether there is anything"
+            ),
+        ))
+    }
+
+    /// Whether there is matter in parts of the domain that points by chance miss: its box is halved where the bounds of the expression leave any.
+    fn is_somewhere(&self, domain: &Domain<D>) -> bool {
+        let mut boxes = VecDeque::from([(domain.lo, domain.hi)]);
+        for _ in 0..LOOKED_AT {
+            let Some((lo, hi)) = boxes.pop_front() else { return false };
+            let patch = Patch::of_box(lo, hi);
+            if self.value(&patch.middle) > 0.0 && domain.region.contains(&patch.middle) {
+                return true;
+            }
+            let has_none = self.enclosure(&patch).is_some_and(|found| found.most <= 0.0);
+            if has_none {
+                continue;
+            }
+            let widest = (0..D).fold(0, |best, k| if hi[k] - lo[k] > hi[best] - lo[best] { k } else { best });
+            let halved = |corner: [f64; D]| sph::array(|k| if k == widest { patch.middle[k] } else { corner[k] });
+            boxes.extend([(lo, halved(hi)), (halved(lo), hi)]);
+        }
+        false
     }
 }
 
@@ -199,6 +227,16 @@ mod tests {
         let text = check("sqrt(x)").unwrap_err().to_string();
         assert!(text.contains("if(condition, sqrt(x), 0)"), "{text}");
         assert!(check("0").unwrap_err().to_string().contains("zero at all"));
+    }
+
+    /// In a share of 1e-7 of the domain.
+    #[test]
+    fn matter_that_no_probe_meets_is_found_by_its_bounds() {
+        check("if((x - 0.501)^2 + (y + 0.313)^2 + (z - 0.127)^2 < 0.003^2, 1, 0)").unwrap();
+        check("if(r < 0.001, 1, 0)").unwrap();
+        check("max(1 - 1e6*((x - 0.501)^2 + (y + 0.313)^2 + (z - 0.127)^2), 0)").unwrap();
+        // Beyond the ball, though within its box.
+        assert!(check("if((x - 0.9)^2 + (y - 0.9)^2 + (z - 0.9)^2 < 0.003^2, 1, 0)").is_err());
     }
 
     #[test]

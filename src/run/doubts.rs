@@ -31,7 +31,7 @@ pub(crate) fn before<const D: usize>(scene: &Scene, prepared: &Prepared<D>, coun
     let is_open = (0..D).all(|k| domain.axes[k] != Axis::Periodic);
     if prepared.of_snapshot.is_some()
         && scene.target_code.is_some()
-        && scene.balance.is_none()
+        && !scene.balance.is_on()
         && is_open
         && !scene.input.keeps_particles()
     {
@@ -76,25 +76,42 @@ pub(crate) fn before<const D: usize>(scene: &Scene, prepared: &Prepared<D>, coun
 const BESIDE_A_FACE: f64 = 1e-6;
 const JUMP: f64 = 1.3;
 
+/// Places along a line through the box at which densities are compared with each other: a field of cells, or one with jumps, has steps everywhere.
+const STEPS: usize = 64;
+/// Lines that are enough to know that.
+const LINES: usize = 256;
+
 /// A density that does not go on across periodic faces along axis `k`, in the median of places there.
 fn jump_across<const D: usize>(prepared: &Prepared<D>, k: usize) -> Option<String> {
     let domain = &prepared.source.domain;
     if domain.axes[k] != Axis::Periodic || prepared.of_snapshot.is_some() {
         return None;
     }
-    let step = BESIDE_A_FACE * domain.extent()[k];
-    let density = |x: [f64; D], at: f64| {
-        let mut x = x;
+    let length = domain.extent()[k];
+    let density = |x: &[f64; D], at: f64| {
+        let mut x = *x;
         x[k] = at;
         prepared.source.density.value(&x)
     };
-    let both = |x: [f64; D]| [density(x, domain.lo[k] + step), density(x, domain.hi[k] - step)];
-    let mut sides: Vec<[f64; 2]> =
-        probes(domain).into_iter().map(both).filter(|[lo, hi]| *lo > 0.0 && *hi > 0.0).collect();
+    let step = BESIDE_A_FACE * length;
+    let both = |x: [f64; D]| [density(&x, domain.lo[k] + step), density(&x, domain.hi[k] - step)];
+    let places = probes(domain);
+    let mut sides: Vec<[f64; 2]> = places.iter().copied().map(both).filter(|[lo, hi]| *lo > 0.0 && *hi > 0.0).collect();
     let ratio = |[lo, hi]: &[f64; 2]| (hi / lo).max(lo / hi);
     sides.sort_by(|a, b| ratio(a).total_cmp(&ratio(b)));
     let [lo, hi] = *sides.get(sides.len() / 2)?;
-    (ratio(&[lo, hi]) > JUMP).then(|| {
+    if ratio(&[lo, hi]) <= JUMP {
+        return None;
+    }
+    let largest_within = |x: &[f64; D]| {
+        let along: Vec<f64> =
+            (0..STEPS).map(|i| density(x, domain.lo[k] + (i as f64 + 0.5) / STEPS as f64 * length)).collect();
+        let steps = along.windows(2).filter(|pair| pair[0] > 0.0 && pair[1] > 0.0);
+        steps.map(|pair| ratio(&[pair[0], pair[1]])).fold(1.0, f64::max)
+    };
+    let mut within: Vec<f64> = places.iter().take(LINES).map(largest_within).collect();
+    within.sort_by(f64::total_cmp);
+    (ratio(&[lo, hi]) > JUMP * within[within.len() / 2]).then(|| {
         format!(
             "the box is periodic along {0}, but the density is not: it is {1:.3} times as high at its {2} face as at the other, in the median, a jump that the code \
              will see as well; state `boundary: open` along {0} if the box ends there",
