@@ -10,6 +10,7 @@ use crate::random::Purpose;
 use crate::target::{Positions, Target, at};
 use sph::domain::Domain;
 use sph::exchange::{Alone, Exchange};
+use sph::geometry::distance;
 use sph::kernel::{KernelName, default_kernel_neighbors, support_over_spacing};
 use sph::neighbors::{Halo, Reach, Sees, Sources, Tree};
 use sph::parallel;
@@ -71,8 +72,9 @@ fn part_crowded<const D: usize>(
     let domain = target.domain.mirrored();
     let spacing = parallel::map(own, |i| target.spacing(target.number_density(&at(positions, i))).min(domain.size()));
     let is_paired = |close: Vec<bool>| (0..own).any(|i| close[i] && may_move(i));
+    let beside = exchange.count(part_from_surface(target, positions, &spacing, may_move));
     if all < 2 || !exchange.any(is_paired(closer_than(exchange, &domain, positions, &spacing, PAIRED))) {
-        return 0;
+        return beside;
     }
     let (kernel, neighbors) = (KernelName::default(), default_kernel_neighbors(D));
     let even = (domain.volume() / all as f64).powf(1.0 / D as f64);
@@ -80,7 +82,37 @@ fn part_crowded<const D: usize>(
     let measured = Measured::among(exchange, kernel, target.domain, positions, &vec![1.0; own], &guess, neighbors);
     let ratio = support_over_spacing(D, neighbors);
     let most = parallel::map(own, |i| measured.support[i] / ratio);
-    part_within((exchange, may_move), target, positions, PAIRED, &most)
+    beside.max(part_within((exchange, may_move), target, positions, PAIRED, &most))
+}
+
+/// Parts particles from their own images in a curved surface, which trees of particles do not hold; returns how many were so close to them.
+fn part_from_surface<const D: usize>(
+    target: &Target<'_, D>,
+    positions: &mut Positions<D>,
+    spacing: &[f64],
+    may_move: May<'_>,
+) -> usize {
+    let region = &target.domain.region;
+    if region.wall().is_none() {
+        return 0;
+    }
+    let moved = parallel::map(spacing.len(), |i| {
+        let x = at(positions, i);
+        if !may_move(i) || !region.is_surface_within(&x, 0.5 * PAIRED * spacing[i]) {
+            return None;
+        }
+        let image = region.mirror(&x)?;
+        let apart = distance(&image, &x);
+        // Of one right on the surface nothing tells the way.
+        let share = 0.5 * (APART * spacing[i] / apart - 1.0);
+        let shift: [f64; D] = sph::array(|k| share * (x[k] - image[k]));
+        parted(target, target.domain, &x, &shift, APART * spacing[i]).filter(|_| apart > 0.0)
+    });
+    let found = moved.iter().flatten().count();
+    for (i, x) in moved.into_iter().enumerate().filter_map(|(i, x)| Some((i, x?))) {
+        (0..D).for_each(|k| positions[k][i] = x[k]);
+    }
+    found
 }
 
 /// [`part_pairs_among`] with spacings that count as no more than `most`, if there are any.
@@ -182,7 +214,37 @@ pub(super) fn partings_among<const D: usize>(
 mod tests {
     use super::*;
     use crate::field::ScalarField;
-    use sph::domain::{Axis, Region};
+    use sph::domain::{Axis, Region, Wall};
+
+    /// On a curved surface that mirrors or is open, a particle would be at its own image.
+    #[test]
+    fn no_particle_ends_at_its_image_in_a_curved_surface() {
+        let on_sphere = |count: usize, radius: f64| -> Positions<3> {
+            let turn = |i: usize| 2.4 * i as f64;
+            let height = |i: usize| 1.0 - (2 * i + 1) as f64 / count as f64;
+            let ring = |i: usize| (1.0 - height(i) * height(i)).sqrt();
+            [
+                (0..count).map(|i| radius * ring(i) * turn(i).cos()).collect(),
+                (0..count).map(|i| radius * ring(i) * turn(i).sin()).collect(),
+                (0..count).map(|i| radius * height(i)).collect(),
+            ]
+        };
+        for wall in [Wall::Open, Wall::Reflecting] {
+            let domain = Domain::ball([0.0; 3], 1.0, wall).unwrap();
+            let target = Target::of_equal_masses(&domain, &One, 60, 1.0);
+            let spacing = target.spacing(target.number_density(&[0.0; 3]));
+            let mut positions = on_sphere(60, 1.0 - 0.01 * spacing);
+            assert_eq!(part_crowded_pairs(&Alone, &target, &mut positions), 60, "{wall:?}");
+            for i in 0..60 {
+                let x = at(&positions, i);
+                let depth = (1.0 - x.iter().map(|v| v * v).sum::<f64>().sqrt()) / spacing;
+                assert!((depth / (0.5 * APART) - 1.0).abs() < 1e-9, "{wall:?}: {depth}");
+            }
+            let before = positions.clone();
+            assert_eq!(part_crowded_pairs(&Alone, &target, &mut positions), 0);
+            assert_eq!(positions, before);
+        }
+    }
 
     struct One;
 
