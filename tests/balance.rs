@@ -305,6 +305,66 @@ fn an_energy_that_does_not_hold_the_body_is_not_replaced_silently() {
     }
 }
 
+/// What a code is given moves, and so does what is followed; that forces are balanced is said to be of the body at rest.
+#[test]
+fn a_star_that_moves_is_followed_with_its_velocities() {
+    let of = |rest: &str| {
+        let scene = format!(
+            "input: {{profile: {{polytrope: {{n: 1.5, mass: 1, radius: 1}}}}}}\nparticles: 600\nbalance: {{evaluations: 60}}\ncertify: 0.3\n{rest}"
+        );
+        sph_prep::place(&Scene::parse(&scene).unwrap(), sph_prep::FORMATS, &Control::default()).unwrap()
+    };
+    let told = |report: &sph_prep::Report| report.verdict.iter().any(|f| f.text.contains("its velocities are worth"));
+    let (_, still) = of("");
+    assert!(still.motion.is_none() && !told(&still) && still.certificate.unwrap().states[0].kinetic == 0.0);
+    // A drift of the whole is no motion of the star.
+    let (_, drifting) = of("motion: {bulk: [3, 0, 0]}\n");
+    assert!(drifting.motion.is_none() && drifting.certificate.unwrap().states[0].kinetic < 1e-20);
+    let (file, report) = of("fields: {v_r: '0.5*r', v_phi: '0.4*R'}\n");
+    let column = |name: &str| file.species[0].table.column(name).unwrap().values.to_f64();
+    let (v, u) = (column("Velocities"), column("InternalEnergy"));
+    // 2 K/(3 (gamma - 1) U), with energies that the balance has changed by some percent.
+    let expected = v.iter().map(|v| v * v).sum::<f64>() / (2.0 * u.iter().sum::<f64>());
+    let motion = report.motion.unwrap();
+    assert!((motion / expected - 1.0).abs() < 0.1 && told(&report), "{motion} {expected}");
+    let states = report.certificate.unwrap().states;
+    assert!(states[0].kinetic > 0.01, "{:?}", states[0]);
+    assert!(states.last().unwrap().half_mass_radius > 1.05, "{:?}", states.last());
+}
+
+/// A body whose energy is not that of the pressure that holds it is no good for a code, and `balance: false` is obeyed.
+#[test]
+fn a_carried_energy_that_does_not_hold_the_body_is_bad_for_a_code() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("star.csv");
+    // An n = 1 polytrope of 1e10 cm with 1 g/cm^3 in its center: P = 2 G R^2/pi rho^2.
+    let made = |factor: f64, rest: &str| {
+        let constant = 2.0 * 6.674_3e-8 * 1e20 / std::f64::consts::PI;
+        let row = |i: i32| {
+            let r = f64::from(i) / 400.0;
+            let rho = if i == 0 { 1.0 } else { (std::f64::consts::PI * r).sin() / (std::f64::consts::PI * r) };
+            format!("{},{},{}\n", 1e10 * r, rho.max(0.0), factor * 1.5 * constant * rho.max(0.0))
+        };
+        let rows: String = (0..=400).map(row).collect();
+        std::fs::write(&path, format!("radius,density,internal_energy\n{rows}")).unwrap();
+        let scene = format!(
+            "input: {{file: '{}'}}\nunits: cgs\ntarget_code: swift\nparticles: 1200\npolish: none\n{rest}",
+            path.display()
+        );
+        sph_prep::place(&Scene::parse(&scene).unwrap(), sph_prep::FORMATS, &Control::default()).unwrap().1
+    };
+    let balanced = |report: &sph_prep::Report| report.plan.stages.iter().any(|s| s.name == "balance");
+    let bad =
+        |report: &sph_prep::Report| report.verdict.iter().any(|f| f.text.contains("moves as soon as it is let go"));
+    let right = made(1.0, "balance: {evaluations: 5}\n");
+    assert!(balanced(&right) && !bad(&right), "{:?}", right.verdict);
+    let wrong = made(1.5, "");
+    assert!(!balanced(&wrong) && bad(&wrong), "{:?}", wrong.verdict);
+    let off = made(1.0, "balance: false\n");
+    assert!(!balanced(&off) && !bad(&off), "{:?}", off.verdict);
+    assert!(off.plan.left_out.iter().any(|l| l.why == "balance is false"), "{:?}", off.plan.left_out);
+}
+
 /// Energy and angular momentum are conserved, a balanced star is far quieter than a bare one, and what one and the other do
 /// is what the forces in the report say: a star whose net force is a tenth of gravity moves.
 #[test]

@@ -196,6 +196,35 @@ fn a_cloud_and_its_halo_hold_each_other() {
     assert!(report.momentum.iter().all(|p| p.abs() < 1e-12 * 100.0), "{:?}", report.momentum);
 }
 
+/// Gas feels the particles of a halo that a file has as it feels the halo's law: to the Poisson noise of what is within.
+#[test]
+fn gas_is_held_by_the_particles_of_a_file() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("halo.hdf5");
+    let halo = "profile: {hernquist: {mass: 10, scale_radius: 4, outer_radius: 80}}";
+    let mut made =
+        Scene::parse(&format!("input: {{{halo}}}\ncollisionless: {{type: 1}}\nparticles: 20000\n{QUICK}")).unwrap();
+    made.output.file = Some(path.clone());
+    sph_prep::run(&made, FORMATS, &Control::default()).unwrap();
+    let gas = |rest: &str| {
+        single(&format!(
+            "input: {{profile: {{king: {{mass: 1, core_radius: 1, tidal_radius: 10}}}}}}\nparticles: 500\n{QUICK}{rest}"
+        ))
+    };
+    let energies = |file: &ParticleFile| column(&file.species[0].table, "InternalEnergy").concat();
+    let (by_law, _) = gas(&format!("gravity_of: [{{input: {{{halo}}}}}]\n"));
+    let (by_particles, report) = gas(&format!("gravity_of: [{{input: {{file: '{}'}}}}]\n", path.display()));
+    let (alone, _) = gas("");
+    let mut off = 0.0_f64;
+    for ((law, found), alone) in energies(&by_law).iter().zip(energies(&by_particles)).zip(energies(&alone)) {
+        assert!(*law > 1.5 * alone, "{law} {alone}");
+        off = off.max((found / law - 1.0).abs());
+    }
+    assert!(off < 0.03, "{off}");
+    let told = report.notes.iter().find(|note| note.contains("the mean over spheres of its 20000 particles"));
+    assert!(told.is_some_and(|note| note.contains("10.01")), "{:?}", report.notes);
+}
+
 /// Stars about a black hole: Jeans's dispersion is larger by what the hole holds.
 #[test]
 fn a_point_mass_in_the_center_counts() {

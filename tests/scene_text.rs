@@ -1,8 +1,8 @@
 //! Scenes as text: how values may be written, and what is said of those that cannot be.
 
 use sph_prep::Scene;
-use sph_prep::scene::BalanceInput;
 use sph_prep::scene::BoundaryName::{Open, Periodic};
+use sph_prep::scene::{BalanceInput, Switch};
 
 #[test]
 fn an_unknown_key_is_named_with_line_and_column() {
@@ -46,10 +46,12 @@ fn plain_words_stand_for_lists_and_sections() {
     assert_eq!(boundary("[periodic]"), [Periodic]);
     assert_eq!(boundary("[open, open, periodic]"), [Open, Open, Periodic]);
     let balance = |text: &str| Scene::parse(&format!("balance: {text}")).unwrap().balance;
-    assert_eq!(balance("true"), Some(BalanceInput::default()));
-    assert_eq!(balance("{}"), Some(BalanceInput::default()));
-    assert_eq!(balance("{evaluations: 200}").unwrap().evaluations, Some(200));
-    assert_eq!((balance("false"), balance("null")), (None, None));
+    assert_eq!(balance("true"), Switch::On(BalanceInput::default()));
+    assert_eq!(balance("{}"), Switch::On(BalanceInput::default()));
+    assert_eq!(balance("{evaluations: 200}").on().unwrap().evaluations, Some(200));
+    assert_eq!((balance("false"), balance("null")), (Switch::Off, Switch::Unset));
+    let scene = Scene::parse("balance: false").unwrap();
+    assert_eq!(Scene::parse(&scene.to_yaml()).unwrap().balance, Switch::Off);
 }
 
 #[test]
@@ -118,8 +120,8 @@ fn a_coordinate_is_no_switch() {
     assert_eq!(velocity.texts(), ["x", "y", "n"]);
     // What is a switch may still be written so.
     let scene = Scene::parse("balance: yes\noutput: {parameters: on}").unwrap();
-    assert!(scene.balance.is_some() && scene.output.parameters);
-    assert!(Scene::parse("balance: off").unwrap().balance.is_none());
+    assert!(scene.balance.is_on() && scene.output.parameters);
+    assert!(Scene::parse("balance: off").unwrap().balance.is_off());
     for text in ["output: {parameters: maybe}", "output: {parameters: maybe}\nfields: {velocity: [x, y, z]}"] {
         let error = Scene::parse(text).unwrap_err().to_string();
         assert!(error.contains("line 1") && error.contains("expected true or false"), "{error}");

@@ -26,7 +26,7 @@ fn sampled(name: &str, particles: usize) -> ParticleFile {
 
 fn bodies(name: &str, particles: usize) -> (ParticleFile, BodiesReport) {
     let mut scene = scene(name, particles);
-    if let Some(balance) = &mut scene.balance {
+    if let Some(balance) = scene.balance.on_mut() {
         balance.evaluations = Some(20);
     }
     place_bodies(&scene, FORMATS, &Control::default()).unwrap_or_else(|e| panic!("{name}: {e}"))

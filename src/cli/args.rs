@@ -474,8 +474,8 @@ impl RunArgs {
         overlay(&mut scene.checkpoint.file, &self.checkpoint);
         overlay(&mut scene.checkpoint.resume, &self.resume);
         scene.solver.quietness = self.quietness.or(scene.solver.quietness);
-        if self.balance && scene.balance.is_none() {
-            scene.balance = Some(crate::scene::BalanceInput::default());
+        if self.balance && !scene.balance.is_on() {
+            scene.balance = crate::scene::Switch::On(crate::scene::BalanceInput::default());
         }
         Ok(scene)
     }

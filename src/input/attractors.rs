@@ -2,13 +2,15 @@
 
 use crate::error::{Error, Result};
 use crate::field::{RadialProfile, total_mass};
+use crate::input::halo::{Halo, is_without_gas};
+use crate::input::ingest::units_of_snapshot;
 use crate::input::spherical::spherical;
 use crate::input::stated_units;
 use crate::input::units::RunUnits;
 use crate::input::{factor, ingest};
 use crate::scene::Scene;
 use sph::point_mass::{PointMass, Softening};
-use sph_formats::{FormatSpec, UnitDimension};
+use sph_formats::{FieldRequest, FileContent, FormatSpec, UnitDimension, UnitSystem};
 
 /// Quadrature of a mass aims at this relative error.
 const MASS_TOLERANCE: f64 = 1e-10;
@@ -60,6 +62,9 @@ pub(crate) fn find(scene: &Scene, formats: &[FormatSpec], units: &RunUnits) -> R
 /// The body of a scene of its own.
 fn sphere(scene: &Scene, formats: &[FormatSpec], units: &RunUnits, key: &str) -> Result<Attractor> {
     let name = scene.input_name();
+    if let Some(found) = of_particles(scene, formats, units, key)? {
+        return Ok(found);
+    }
     let left = Attractor::Left(format!("the gravity of {name} is left out: its density is no function of the radius"));
     let raw = ingest::read(scene, formats)?;
     if matches!(raw, ingest::RawInput::Disc(_)) {
@@ -77,18 +82,54 @@ fn sphere(scene: &Scene, formats: &[FormatSpec], units: &RunUnits, key: &str) ->
         Some(mass) => mass,
         None => total_mass(source.density.as_ref(), &source.domain, MASS_TOLERANCE)?,
     };
-    let (length, density) = match (own.input, units.input) {
-        (Some(a), Some(b)) => (a.length / b.length, a.density / b.density),
-        (None, None) => (1.0, 1.0),
-        _ => {
-            let problem = "has units where the body has none, or the other way round; state them in both, or `units`";
-            return Err(Error::scene(format!("{key}.input"), problem));
-        }
-    };
+    let (length, density) = in_units(own.input.map(|u| (u.length, u.density)), units, key)?;
     Ok(Attractor::Sphere {
         profile: sphere.profile.scaled(length, density),
         end: sphere.end * length,
         mass: mass.value * density * length.powi(3),
         name,
     })
+}
+
+/// The collisionless particles of a file that has no gas; `None` for any other input.
+fn of_particles(scene: &Scene, formats: &[FormatSpec], units: &RunUnits, key: &str) -> Result<Option<Attractor>> {
+    let input = &scene.input;
+    let Some(path) = input.file.as_deref().filter(|_| input.expression.is_none() && input.profile.is_none()) else {
+        return Ok(None);
+    };
+    // What is wrong with another file is said where that is read.
+    let Ok(FileContent::Particles(mut file)) =
+        sph_formats::read(formats, path, input.format.as_deref(), &FieldRequest::default())
+    else {
+        return Ok(None);
+    };
+    if !is_without_gas(&file) {
+        return Ok(None);
+    }
+    units_of_snapshot(scene, &mut file.header.units)?;
+    let system = file.header.units;
+    let own = (system != UnitSystem::CODE).then(|| (system.length, system.mass / system.length.powi(3)));
+    let (length, density) = in_units(own, units, key)?;
+    let Halo { profile, mass, count } = Halo::of(path, &file)?;
+    Ok(Some(Attractor::Sphere {
+        end: profile.outer_radius() * length,
+        profile: profile.scaled(length, density),
+        mass: mass * density * length.powi(3),
+        name: format!("{} (the mean over spheres of its {count} particles)", scene.input_name()),
+    }))
+}
+
+/// Units of length and density, where there are any, in those of the body that is attracted.
+///
+/// # Errors
+/// Where one has units and the other none.
+fn in_units(own: Option<(f64, f64)>, units: &RunUnits, key: &str) -> Result<(f64, f64)> {
+    match (own, units.input) {
+        (Some((length, density)), Some(body)) => Ok((length / body.length, density / body.density)),
+        (None, None) => Ok((1.0, 1.0)),
+        _ => {
+            let problem = "has units where the body has none, or the other way round; state them in both, or `units`";
+            Err(Error::scene(format!("{key}.input"), problem))
+        }
+    }
 }

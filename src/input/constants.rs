@@ -51,7 +51,7 @@ pub(crate) fn gravity_in_cgs(scene: &Scene) -> f64 {
 
 /// The constant of gravity of a scene: in cgs where there are units, else the number that the scene says.
 pub(crate) fn gravity(scene: &Scene, has_units: bool) -> f64 {
-    if has_units { gravity_in_cgs(scene) } else { scene.balance.clone().unwrap_or_default().constant }
+    if has_units { gravity_in_cgs(scene) } else { scene.balance.on().cloned().unwrap_or_default().constant }
 }
 
 /// What names stand for in the expressions of a scene, whose numbers are in `system`.

@@ -61,6 +61,14 @@ enum Pressure<'a, const D: usize> {
     AtRest(AtRest<D>),
 }
 
+/// Why a body is not balanced unless that is asked for.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub(crate) enum Doubt {
+    Unasked(String),
+    /// What is carried is not what holds it.
+    Contradicted(String),
+}
+
 enum Gravity<'a, const D: usize> {
     None,
     /// G times the enclosed mass of a radial profile.
@@ -72,7 +80,7 @@ enum Gravity<'a, const D: usize> {
 impl<'a, const D: usize> Hydrostatics<'a, D> {
     /// What the scene says of pressure and gravity. `None` where no balance is asked for and the input does not
     /// tell both: it is then only a figure of the report that is missing. Beside it, why a body should not be balanced
-    /// unless that is asked for.
+    /// unless that is asked for, or, as an error, why it cannot be.
     ///
     /// # Errors
     /// A balance is asked for that the input does not determine, or an energy is carried that is none of an ideal gas.
@@ -80,8 +88,8 @@ impl<'a, const D: usize> Hydrostatics<'a, D> {
         scene: &Scene,
         prepared: &'a Prepared<D>,
         units: &RunUnits,
-    ) -> Result<(Option<Self>, Option<String>)> {
-        if scene.balance.is_some() {
+    ) -> Result<(Option<Self>, Option<Doubt>)> {
+        if scene.balance.is_on() {
             let known = Self::known(scene, prepared, units)?.ok_or_else(no_pressure)?;
             return match known.contradiction(scene, prepared, units.input)? {
                 Some(why) => Err(Error::scene("balance", why)),
@@ -101,10 +109,10 @@ impl<'a, const D: usize> Hydrostatics<'a, D> {
             Ok((None, known)) => {
                 let asks =
                     "other bodies attract it as well (gravity_of): `balance: true` balances it in the gravity of all";
-                (known, (!prepared.beside.is_empty()).then(|| asks.to_owned()))
+                (known, (!prepared.beside.is_empty()).then(|| Doubt::Unasked(asks.to_owned())))
             }
-            Ok((why, _)) => (None, why),
-            Err(error) => (None, Some(error.to_string())),
+            Ok((why, _)) => (None, why.map(Doubt::Contradicted)),
+            Err(error) => (None, Some(Doubt::Unasked(error.to_string()))),
         })
     }
 
@@ -146,7 +154,7 @@ impl<'a, const D: usize> Hydrostatics<'a, D> {
         if let Some(materials) = &self.materials {
             return Ok(self.contradiction_of(materials, prepared));
         }
-        let options = scene.balance.clone().unwrap_or_default();
+        let options = scene.balance.on().cloned().unwrap_or_default();
         let (Some(energy), None) = (carried(prepared, names::INTERNAL_ENERGY), &options.equation_of_state) else {
             return Ok(None);
         };
@@ -196,7 +204,7 @@ impl<'a, const D: usize> Hydrostatics<'a, D> {
     }
 
     fn known(scene: &Scene, prepared: &'a Prepared<D>, units: &RunUnits) -> Result<Option<Self>> {
-        let options = scene.balance.clone().unwrap_or_default();
+        let options = scene.balance.on().cloned().unwrap_or_default();
         let scale = Scale::new::<D>(prepared, units.input, scene, &options);
         let gravity = gravity(&options, prepared)?;
         let Some(pressure) = pressure(scene, &options, prepared, &scale, &gravity, units)? else {
@@ -411,7 +419,7 @@ fn pressure<'a, const D: usize>(
         return Ok(Some(Pressure::Energy(field, unit / scale.specific_energy)));
     }
     Ok(match gravity {
-        Gravity::Enclosed(radial) if scene.balance.is_some() => {
+        Gravity::Enclosed(radial) if scene.balance.is_on() => {
             Some(Pressure::AtRest(AtRest::new(radial, prepared.point_mass(), &prepared.beside)))
         }
         _ => None,

@@ -113,7 +113,7 @@ fn boundary_of_snapshot(scene: &Scene, particles: &mut ParticleFile) -> [Option<
 
 /// Gives a snapshot that states no units those of the scene, where it has some; what there is to say of it. Units of 1 are those of
 /// pure numbers, which formats write that cannot do without.
-fn units_of_snapshot(scene: &Scene, units: &mut UnitSystem) -> Result<Option<String>> {
+pub(super) fn units_of_snapshot(scene: &Scene, units: &mut UnitSystem) -> Result<Option<String>> {
     if *units != UnitSystem::CODE {
         return Ok(None);
     }

@@ -14,6 +14,7 @@ pub(crate) mod displacement;
 mod factor;
 pub(crate) mod fields;
 mod from_spacing;
+mod halo;
 pub mod hydrostatics;
 pub mod ingest;
 pub(crate) mod internal_units;

@@ -32,6 +32,8 @@ pub struct NoiseFigures {
     pub median: f64,
     /// Over particles whose support lies inside the domain, and that are in reach of none across a jump of the target.
     pub interior: Option<f64>,
+    /// The median over these.
+    pub interior_median: Option<f64>,
     /// What the interior's is made of, where that is asked for.
     pub parts: Option<NoiseParts>,
 }
@@ -99,15 +101,24 @@ impl NoiseFigures {
         let squares = squares(forces, measured);
         let random = poisson_squares::<D>(kernel, kernel_neighbors);
         let poisson = (reduce::sum(random.len(), |i| random[i]) / random.len() as f64).sqrt();
-        let half = (median(exchange, &squares) / median(&Alone, &random)).sqrt();
+        let middle = median(&Alone, &random);
+        let half = |squares: &[f64]| (median(exchange, squares) / middle).sqrt();
         let n = squares.len();
         let rms = |set: &(dyn Fn(usize) -> bool + Sync)| {
             let count = exchange.count((0..n).filter(|&i| set(i)).count());
             let mean = exchange.sum(reduce::sum(n, |i| if set(i) { squares[i] } else { 0.0 })) / count as f64;
             (count > 0).then(|| mean.sqrt() / poisson)
         };
+        let inside: Vec<f64> = (0..n).filter(|&i| interior[i]).map(|i| squares[i]).collect();
         let interior = rms(&|i| interior[i]);
-        (Self { all: rms(&|_| true).unwrap_or(0.0), median: half, interior, parts: None }, squares, poisson)
+        let figures = Self {
+            all: rms(&|_| true).unwrap_or(0.0),
+            median: half(&squares),
+            interior,
+            interior_median: Some(half(&inside)).filter(|_| interior.is_some()),
+            parts: None,
+        };
+        (figures, squares, poisson)
     }
 }
 

@@ -191,12 +191,12 @@ pub enum HeldBy<'a, const D: usize> {
     Field(Field<'a, D>),
 }
 
-/// Follows the particles of a target with these specific internal energies (in units of G M/R^(d-2)) for `duration` dynamical
+/// Follows the particles of a target with these velocities and specific internal energies (in units of G M/R^(d-2)) for `duration` dynamical
 /// times, or until `control` ends it.
 pub fn certify<const D: usize>(
     (kernel, kernel_neighbors): (KernelName, f64),
     target: Target<'_, D>,
-    (positions, internal_energy): (&Positions<D>, &[f64]),
+    (positions, velocities, internal_energy): (&Positions<D>, Vec<[f64; D]>, Vec<f64>),
     matter: &Matter<'_, D>,
     duration: f64,
     control: &Control<'_>,
@@ -215,9 +215,9 @@ pub fn certify<const D: usize>(
     let start = Followed {
         domain: domain.unwrap_or_else(|| target.domain.clone()),
         positions: positions.clone(),
-        velocities: vec![[0.0; D]; n],
+        velocities,
         masses: target.masses(positions),
-        internal_energy: internal_energy.to_vec(),
+        internal_energy,
         support: support_guess::<D>(kernel_neighbors, n, |i| target.spacing(wanted[i]).min(largest)),
         gamma,
         materials,

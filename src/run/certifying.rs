@@ -1,4 +1,4 @@
-//! What was placed is followed forward, where a scene asks for it (`certify`) and nothing settles before.
+//! What was placed is followed forward, where a scene asks for it (`certify`) and nothing settles before, with the velocities that it was given.
 
 use super::plan::Held;
 use super::stages::Setting;
@@ -8,7 +8,13 @@ use crate::relaxation::{CERTIFICATE, Certificate, Event, Field, HeldBy, Matter, 
 use crate::scene::Scene;
 use crate::target::{Equilibrium, Positions, Target, at};
 use sph::domain::Axis;
-use sph::parallel;
+use sph::geometry::distance;
+use sph::{parallel, reduce};
+use sph_formats::common::particle_names as names;
+use sph_formats::{ParticleTable, UnitDimension, UnitSystem};
+
+/// Twice a kinetic energy over that of the support, below which nothing moves.
+const NO_MOTION: f64 = 1e-12;
 
 /// Refuses to follow what is not known to be held by anything, or is too little.
 ///
@@ -24,14 +30,72 @@ pub(super) fn refuse_certificate<const D: usize>(
         return Ok(());
     }
     let refuse = |problem: String| Err(Error::scene("certify", format!("{problem}; leave it out")));
-    let is_by_field = is_known && *held == Held::Not && scene.balance.is_some() && opened(target.domain).is_some();
+    let is_by_field = is_known && *held == Held::Not && scene.balance.is_on() && opened(target.domain).is_some();
     if !is_by_field && *held != Held::ByItself {
-        let why = if let Held::Unsure(why) = held { format!(" ({why})") } else { String::new() };
+        let why =
+            if let Held::Unsure(why) | Held::Contradicted(why) = held { format!(" ({why})") } else { String::new() };
         return refuse(format!(
             "follows a body of equal masses that its own gravity holds, with a pressure that is known{why}, or, with balance.gravity, gas in a box or a ball that a field or nothing acts on"
         ));
     }
     too_few(count, neighbors).filter(|_| !target.domain.axes.contains(&Axis::Periodic)).map_or(Ok(()), refuse)
+}
+
+/// Part of the extent of a body that its gas may be moved as a whole: more is no scatter of particles.
+const LITTLE_WAY: f64 = 0.01;
+
+/// Moves the gas about a point mass as a whole so that its center of mass is there: else both begin to swing about their common one.
+pub(super) fn center_on_core<const D: usize>(
+    hydrostatics: Option<&Hydrostatics<'_, D>>,
+    positions: &mut Positions<D>,
+    masses: &[f64],
+) {
+    let Some(equilibrium) = hydrostatics.filter(|h| h.point_mass().is_some()) else { return };
+    let Some(center) = equilibrium.own_center() else { return };
+    let (n, total) = (masses.len(), reduce::sum(masses.len(), |i| masses[i]));
+    let off: [f64; D] = sph::array(|k| reduce::sum(n, |i| masses[i] * (positions[k][i] - center[k])) / total);
+    let radius = reduce::max(n, |i| distance(&at(positions, i), &center));
+    if off.iter().all(|off| off.abs() < LITTLE_WAY * radius) {
+        (0..D).for_each(|k| positions[k].iter_mut().for_each(|x| *x -= off[k]));
+    }
+}
+
+/// How the gas moves as it begins.
+pub(super) struct Motion<const D: usize> {
+    /// About the mean, in units of the equilibrium's.
+    velocities: Vec<[f64; D]>,
+    /// Twice its kinetic energy over d times the integral of the pressure, which is 1 where motion alone would hold the body.
+    pub over_support: f64,
+}
+
+impl<const D: usize> Motion<D> {
+    /// That of the particles of a table in `units`; `None` at rest, or where no pressure is known.
+    pub(super) fn of(
+        hydrostatics: Option<&Hydrostatics<'_, D>>,
+        (target, positions): (&Target<'_, D>, &Positions<D>),
+        (table, units, are_known): (&ParticleTable, &UnitSystem, bool),
+    ) -> Option<Self> {
+        let (equilibrium, column) = hydrostatics.zip(table.column(names::VELOCITIES))?;
+        let n = positions[0].len();
+        let unit = if are_known { units.to_cgs(UnitDimension::SPECIFIC_ENERGY) } else { 1.0 };
+        let speed = (unit / equilibrium.specific_energy).sqrt();
+        let masses = target.masses(positions);
+        let mut velocities = parallel::map(n, |i| sph::array(|k| speed * column.values.get(i * column.components + k)));
+        let total: f64 = masses.iter().sum();
+        for k in 0..D {
+            let mean = (0..n).map(|i| masses[i] * velocities[i][k]).sum::<f64>() / total;
+            velocities.iter_mut().for_each(|v: &mut [f64; D]| v[k] -= mean);
+        }
+        let twice_kinetic: f64 = (0..n).map(|i| masses[i] * velocities[i].iter().map(|v| v * v).sum::<f64>()).sum();
+        let support = |i: usize| {
+            let x = at(positions, i);
+            masses[i] * equilibrium.pressure(&x) / target.density.value(&x).max(f64::MIN_POSITIVE)
+        };
+        let support = D as f64 * reduce::sum(n, support);
+        // Rounding of velocities that are all the same is no motion.
+        let over_support = twice_kinetic / support;
+        (over_support > NO_MOTION).then_some(Self { velocities, over_support })
+    }
 }
 
 /// What becomes of the gas where the scene asks for it and it does not settle before: of a body that its own gravity holds, or of what a
@@ -40,6 +104,7 @@ pub(super) fn certificate<const D: usize>(
     setting: &Setting<'_, D>,
     hydrostatics: Option<&Hydrostatics<'_, D>>,
     (positions, internal_energy): (&Positions<D>, Option<&[f64]>),
+    motion: Option<Motion<D>>,
 ) -> Option<Certificate> {
     let Setting { scene, target, control, .. } = setting;
     let (equilibrium, duration) = hydrostatics.zip(scene.certify_at_once())?;
@@ -61,5 +126,6 @@ pub(super) fn certificate<const D: usize>(
     let kinds = parallel::map(positions[0].len(), kind);
     let materials = equilibrium.materials().map(|m| (m, kinds.as_slice()));
     let matter = Matter { gamma: equilibrium.gamma(), materials, held_by };
-    Some(certify(sums, *target, (positions, &energy), &matter, duration, control))
+    let velocities = motion.map_or_else(|| vec![[0.0; D]; energy.len()], |motion| motion.velocities);
+    Some(certify(sums, *target, (positions, velocities, energy), &matter, duration, control))
 }

@@ -188,7 +188,7 @@ pub fn refuse_what_the_format_cannot_hold(scene: &Scene, format: &FormatSpec, di
 /// The remedy.
 pub fn refuse_cold(scene: &Scene, format: &FormatSpec, raw: &RawInput) -> Result<()> {
     let is_needed = format.capabilities.requires.contains(&names::INTERNAL_ENERGY);
-    let is_given = scene.states_heat() || scene.balance.is_some() || scene.collisionless.is_some();
+    let is_given = scene.states_heat() || scene.balance.is_on() || scene.collisionless.is_some();
     match raw {
         RawInput::Snapshot(snapshot) if is_needed && !is_given && snapshot.is_cold() => {
             let problem = format!(

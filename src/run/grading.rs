@@ -21,6 +21,9 @@ const HARDLY_KNOWN: f64 = 1e-2;
 /// Force noise of an interior whose profile changes within a spacing.
 const UNRESOLVED: f64 = 0.5;
 
+/// Root mean square of the noise over the median from which on a few particles make it.
+const OF_FEW: f64 = 5.0;
+
 /// Good up to the first, bad from the second on.
 fn grade(value: f64, good: f64, bad: f64) -> Grade {
     match value {
@@ -150,8 +153,7 @@ fn masses(report: &Report) -> Option<(Grade, String)> {
 /// What brings a density error of `mean` down. Where most of it is one factor, which each particle's own part of its sum makes, neither
 /// more particles nor another arrangement do.
 fn density_remedy(report: &Report, mean: f64) -> String {
-    let factor = 1.0 / report.density_error.refit_interior - 1.0;
-    if report.density_error.interior.is_some() && (factor.abs() - mean).abs() < MOSTLY_ONE_FACTOR * mean {
+    if let Some(factor) = one_factor(report, mean) {
         let percent = 100.0 * factor;
         if factor.abs() > BIAS {
             return format!(
@@ -163,6 +165,13 @@ fn density_remedy(report: &Report, mean: f64) -> String {
         );
     }
     format!("; {} bring it down", more(report))
+}
+
+/// The factor on all densities, less 1, that is most of a density error of `mean`.
+fn one_factor(report: &Report, mean: f64) -> Option<f64> {
+    let factor = 1.0 / report.density_error.refit_interior - 1.0;
+    let is_most = (factor.abs() - mean).abs() < MOSTLY_ONE_FACTOR * mean;
+    (report.density_error.interior.is_some() && is_most).then_some(factor)
 }
 
 /// What places mass and density better, as far as it has not been done.
@@ -267,6 +276,8 @@ pub fn verdict_on_few(
 pub fn verdict(report: &Report) -> Vec<Finding> {
     let mut all = Vec::new();
     let mut say = |grade, topic: Topic, text: String| all.push(Finding::new(grade, topic, text));
+    let is_balanced = report.plan.stages.contains(&BALANCE);
+    let net_force = report.balance.as_ref().map(|balance| balance.interior.unwrap_or(balance.all));
     if !report.ledger.levels.is_empty() {
         let (mut grade, mut text) = mass_in_place(report.ledger.in_place, more(report));
         if report.renewed.is_some() && grade == Grade::Bad {
@@ -285,9 +296,12 @@ pub fn verdict(report: &Report) -> Vec<Finding> {
         say(grade(shift, LITTLE_SHIFT, MUCH_SHIFT), Topic::MassInPlace, text);
     }
     let error = report.density_error.smoothed.unwrap_or(report.density_error.all);
-    let (graded, mut text) = density(error.mean);
+    let (mut graded, mut text) = density(error.mean);
     if graded != Grade::Good {
         text.push_str(&density_remedy(report, error.mean));
+    }
+    if graded == Grade::Look && one_factor(report, error.mean).is_some_and(|factor| factor.abs() <= BIAS) {
+        graded = Grade::Good;
     }
     say(graded, Topic::Density, text);
     if let Some(off) = report.renewed {
@@ -298,11 +312,18 @@ pub fn verdict(report: &Report) -> Vec<Finding> {
         say(graded, Topic::Density, format!("of the new particles: {text}"));
     }
     if report.particles > 1 {
-        let (grade, text) = pairs(report.neighbors.closest_pair, report.kernel);
+        let (mut grade, mut text) = pairs(report.neighbors.closest_pair, report.kernel);
+        let rests = is_balanced && net_force.is_some_and(|net| net <= LITTLE_FORCE);
+        if grade == Grade::Bad && rests && is_crowded(report) {
+            (grade, text) = (
+                Grade::Look,
+                format!(
+                    "{text}; with so many the kernel pairs particles in the code as well, and their forces are balanced"
+                ),
+            );
+        }
         say(grade, Topic::Pairs, text);
     }
-    let is_balanced = report.plan.stages.contains(&BALANCE);
-    let net_force = report.balance.as_ref().map(|balance| balance.interior.unwrap_or(balance.all));
     if report.noise.interior.is_none() && report.ledger.regions.len() > 1 {
         let text = format!(
             "{:.1} % of a random set's in the median, and every particle is in reach of one across a jump: forces there are of the jump, \
@@ -311,7 +332,7 @@ pub fn verdict(report: &Report) -> Vec<Finding> {
         );
         say(grade(report.noise.median, 0.05, f64::INFINITY), Topic::ForceNoise, text);
     }
-    if let Some(noise) = report.noise.interior {
+    if let Some((noise, mean)) = report.noise.interior_median.zip(report.noise.interior) {
         // What is left of a pressure that is the same everywhere says little of particles that rest in their own.
         let is_at_rest = is_balanced && net_force.is_some_and(|net| net <= LITTLE_FORCE);
         let graded = grade(noise, if is_at_rest { UNRESOLVED } else { 0.05 }, UNRESOLVED);
@@ -321,18 +342,27 @@ pub fn verdict(report: &Report) -> Vec<Finding> {
             Grade::Look => "; `--quietness 0.9` or more particles are quieter",
             Grade::Bad => "; the profile changes within a spacing there: particles are too few to resolve it",
         };
-        say(
-            graded,
-            Topic::ForceNoise,
-            format!(
-                "{:.1} % of a random set's in the interior (5 % is good, 50 % is unresolved){remedy}",
-                100.0 * noise
-            ),
+        let of_few = if mean > OF_FEW * noise {
+            format!(" (their mean square is {:.0} %: a few of them, as about a core, have most of it)", 100.0 * mean)
+        } else {
+            String::new()
+        };
+        let text = format!(
+            "{:.1} % of a random set's in the median of the interior (5 % is good, 50 % is unresolved){of_few}{remedy}",
+            100.0 * noise
         );
+        say(graded, Topic::ForceNoise, text);
     }
     if let Some(net) = net_force {
-        let graded = grade(net, LITTLE_FORCE, 0.1);
-        let remedy = match (graded, report.plan.why_unbalanced()) {
+        let moves = report.motion.filter(|motion| *motion > LITTLE_FORCE && report.settled.is_none());
+        let graded = grade(net, LITTLE_FORCE, 0.1).max(if moves.is_some() { Grade::Look } else { Grade::Good });
+        let at_rest = moves.map_or_else(String::new, |motion| {
+            format!(
+                "; that is at rest, and its velocities are worth {:.0} % of gravity: `settle` brings what rotates into balance, and `certify` shows what becomes of it",
+                100.0 * motion
+            )
+        });
+        let remedy = match (grade(net, LITTLE_FORCE, 0.1), report.plan.why_unbalanced()) {
             (Grade::Good, _) => String::new(),
             (_, Some(why)) => format!("; it is not balanced: {why}"),
             _ if is_balanced && !changed_anything(report) => {
@@ -347,8 +377,11 @@ pub fn verdict(report: &Report) -> Vec<Finding> {
         say(
             graded,
             Topic::Balance,
-            format!("net force of {:.1} % of gravity (1 % is good, 10 % is much){remedy}", 100.0 * net),
+            format!("net force of {:.1} % of gravity (1 % is good, 10 % is much){remedy}{at_rest}", 100.0 * net),
         );
+    }
+    if let Some(why) = report.plan.why_unbalanced().filter(|_| report.plan.is_contradicted) {
+        say(Grade::Bad, Topic::Balance, format!("it is not balanced, and moves as soon as it is let go: {why}"));
     }
     if let Some((grade, text)) = report.certificate.as_ref().map(|c| of_certificate(c, report.settled.is_some())) {
         say(grade, Topic::Certificate, text);

@@ -35,7 +35,7 @@ impl Parts {
         let asked = [
             (scene.order == Some(Order::Crystal), "order: crystal"),
             (scene.wvt.bias == Bias::Plain, "wvt.bias: plain"),
-            (scene.balance.is_some(), "balance"),
+            (scene.balance.is_on(), "balance"),
             (scene.certify.is_some(), "certify"),
             (scene.settle.is_some(), "settle"),
             (scene.trim_masses.is_some(), "trim_masses"),

@@ -2,6 +2,7 @@
 //! fields -> measures -> particle file. The only place where the run-time dimension becomes a type.
 
 use super::carving::{Carving, Obstacles};
+use super::certifying::{self, Motion};
 use super::checkpoint::{refuse_interrupted, remove_checkpoint};
 use super::destination::{
     Destination, intended_format, refuse_box, refuse_cold, refuse_other_types, refuse_what_the_format_cannot_hold,
@@ -15,12 +16,12 @@ use super::refining::{Refining, refines_a_snapshot};
 use super::report::{MassReport, Report, SnapshotReport, Timing};
 use super::stages::{self, Placed, Setting};
 use super::variables::{lost, magnetic_units, variables};
-use super::{certifying, doubts, dust, layer, memory, settling};
+use super::{doubts, dust, layer, memory, settling};
 use crate::codes::TargetCode;
 use crate::error::{Error, Result};
 use crate::input::collisionless;
 use crate::input::displacement::{Displaced, Displacement};
-use crate::input::hydrostatics::Hydrostatics;
+use crate::input::hydrostatics::{Doubt, Hydrostatics};
 use crate::input::ingest::{self, RawInput};
 use crate::input::internal_units::Prepared;
 use crate::input::stated_units::{self, Stated};
@@ -272,14 +273,11 @@ impl Run<'_> {
         self.lap(Step::Interpolate, lap, None);
         let (hydrostatics, unsure) = match self.scene.collisionless {
             None => Hydrostatics::new(self.scene, &prepared, &self.units)?,
-            Some(_) => (None, Some(NO_GAS.to_owned())),
+            Some(_) => (None, Some(Doubt::Unasked(NO_GAS.to_owned()))),
         };
         let own = hydrostatics.as_ref().is_some_and(|h| h.own_center().is_some());
-        let held = match unsure.or_else(|| self.scene.excludes_balance().filter(|_| own)) {
-            Some(why) => Held::Unsure(why),
-            None if own => Held::ByItself,
-            None => Held::Not,
-        };
+        let excluded = || self.scene.excludes_balance().filter(|_| own).map(Doubt::Unasked);
+        let held = Held::of(unsure.or_else(excluded), own);
         let neighbors = self.scene.kernel_neighbors(D);
         certifying::refuse_certificate(self.scene, (&target, hydrostatics.is_some()), &held, (count, neighbors))?;
         let mut plan = Plan::new(self.scene, &target, prepared.source.radial.is_some(), &held);
@@ -371,7 +369,7 @@ impl Run<'_> {
         mut plan: Plan,
     ) -> Result<(ParticleFile, Report)> {
         let Placed { particles, stages, timing, notes, stop } = placed;
-        let Particles { positions, masses, internal_energy } = particles;
+        let Particles { mut positions, masses, internal_energy } = particles;
         self.timing.extend(timing);
         self.notes.extend(notes);
         let lap = Instant::now();
@@ -381,6 +379,7 @@ impl Run<'_> {
             hydrostatics.map(|h| Thermodynamics { equilibrium: h, internal_energy: internal_energy.as_deref() });
         let target = &setting.target;
         let masses = masses.unwrap_or_else(|| target.masses(&positions));
+        certifying::center_on_core(hydrostatics, &mut positions, &masses);
         let by = (target, setting.ledger());
         let particles = (&positions, masses);
         let (outcome, detail) = match is_drawn(self.scene) {
@@ -414,10 +413,6 @@ impl Run<'_> {
             });
         }
         self.lap(Step::Measure, lap, Some(density_error.all_refitted.epsilon));
-        let lap = Instant::now();
-        let certificate = certifying::certificate(setting, hydrostatics, (&positions, internal_energy.as_deref()));
-        certificate.iter().for_each(|_| self.lap(Step::Relax(CERTIFICATE), lap, None));
-        self.check()?;
         let stop = verdict(self.scene, stop, &density_error);
         self.notes.extend(self.scene.code().and_then(|code| code.pairing(D)));
         let is_solid = hydrostatics.is_some_and(|h| h.materials().is_some());
@@ -445,6 +440,7 @@ impl Run<'_> {
             None => (support, density),
             Some(d) => sums((kernel, neighbors), target.domain, &d.positions, (&masses, &support)),
         };
+        let energy = internal_energy.clone().filter(|_| self.scene.certify_at_once().is_some());
         let balanced = internal_energy.zip(hydrostatics).map(|(u, h)| (u, h.specific_energy));
         let drawn = collisionless::velocities(self.scene, prepared, (&positions, &masses), &self.units)?;
         self.notes.extend(drawn.iter().flat_map(|d| d.notes.iter().cloned()));
@@ -471,6 +467,13 @@ impl Run<'_> {
         };
         let Made { file, notes, warnings, left_out, conserved } =
             particle_file(self.scene, prepared, raw, (units, &factors), walls, &making)?;
+        let lap = Instant::now();
+        let made = (&file.species[0].table, &units, self.units.input.is_some());
+        let motion = Motion::of(hydrostatics, (target, &positions), made);
+        let moves = motion.as_ref().map(|motion| motion.over_support);
+        let certificate = certifying::certificate(setting, hydrostatics, (&positions, energy.as_deref()), motion);
+        certificate.iter().for_each(|_| self.lap(Step::Relax(CERTIFICATE), lap, None));
+        self.check()?;
         #[cfg(feature = "plots")]
         let seen = detail.map(|detail| self.seen(detail, prepared, (&factors, file.header.box_corner)));
         self.notes.extend(notes);
@@ -501,6 +504,7 @@ impl Run<'_> {
             order,
             balance,
             certificate,
+            motion: moves,
             settled: None,
             renewed: None,
             neighbors: near,

@@ -1,5 +1,6 @@
 //! What a scene needs, and what it does without, with the reasons: nothing is run that a scene has no use for.
 
+use crate::input::hydrostatics::Doubt;
 use crate::metrics::IN_PLACE;
 use crate::relaxation::{BALANCE, SolverOptions, StageName, TRIMMING, WVT, WvtOptions};
 use crate::scene::{Atmosphere, Order, Polish, Scene};
@@ -37,6 +38,8 @@ pub struct Plan {
     pub balance: usize,
     /// Whether the density solver brings mass to where the target has it, in place of summed densities.
     pub aims_at_mass: bool,
+    /// Whether a body is not balanced for a code since what is carried contradicts what holds it.
+    pub is_contradicted: bool,
 }
 
 /// What is known of the forces on a body.
@@ -46,7 +49,21 @@ pub enum Held {
     ByItself,
     /// Why it is not balanced unless that is asked for.
     Unsure(String),
+    /// How what is carried contradicts that.
+    Contradicted(String),
     Not,
+}
+
+impl Held {
+    /// What `doubt` leaves of it, where the body's `own` gravity may hold it.
+    pub(super) fn of(doubt: Option<Doubt>, own: bool) -> Self {
+        match doubt {
+            Some(Doubt::Contradicted(why)) => Self::Contradicted(why),
+            Some(Doubt::Unasked(why)) => Self::Unsure(why),
+            None if own => Self::ByItself,
+            None => Self::Not,
+        }
+    }
 }
 
 impl Plan {
@@ -77,6 +94,7 @@ impl Plan {
             evaluations: 0,
             balance: 0,
             aims_at_mass: false,
+            is_contradicted: false,
         };
         if count < MIN_RELAXED {
             plan.drop("relaxation", format!("{count} particles have no neighbors to relax against"));
@@ -247,19 +265,22 @@ impl Plan {
 
     /// By itself for a body that its own gravity holds, where the code is known that it is for.
     fn choose_balance(&mut self, scene: &Scene, count: usize, held: &Held) {
-        let asked = scene.balance.as_ref();
+        let asked = scene.balance.on();
         let why = match held {
             _ if asked.is_some() => None,
+            _ if scene.balance.is_off() => Some(UNASKED[2]),
             Held::Not => Some(UNASKED[0]),
-            Held::Unsure(why) => Some(why.as_str()),
+            Held::Unsure(why) | Held::Contradicted(why) => Some(why.as_str()),
             Held::ByItself if scene.target_code.is_none() => Some(UNASKED[1]),
             Held::ByItself if count < MIN_BALANCED => Some("there are too few particles"),
             Held::ByItself => None,
         };
         if let Some(why) = why {
+            self.is_contradicted = scene.target_code.is_some() && matches!(held, Held::Contradicted(_));
             return self.drop(PRESSURE_AND_GRAVITY, why);
         }
-        let usual = (MOST_BALANCE * (USUAL_BALANCE / count as f64).cbrt()).clamp(LEAST_BALANCE, 1.5 * MOST_BALANCE);
+        let share = (USUAL_BALANCE / count as f64).cbrt().powi(2);
+        let usual = (MOST_BALANCE * share).clamp(LEAST_BALANCE, MOST_BALANCE);
         self.balance = asked.and_then(|b| b.evaluations).unwrap_or(usual as usize);
         if scene.solver.evaluations.is_none() && scene.tolerance.is_none() {
             // What it leaves decides over the density; the solver brings particles into order.
@@ -328,10 +349,13 @@ impl Plan {
 
 const NO_POLISH: &str = "polish is none";
 const PRESSURE_AND_GRAVITY: &str = "balance of pressure and gravity";
-const UNASKED: [&str; 2] =
-    ["balance is not set (--balance)", "neither balance (--balance) nor a target code (--for) is set"];
+const UNASKED: [&str; 3] = [
+    "balance is not set (--balance)",
+    "neither balance (--balance) nor a target code (--for) is set",
+    "balance is false",
+];
 /// Evaluations of a balance: those for the usual number of particles, and at least.
-const MOST_BALANCE: f64 = 400.0;
+const MOST_BALANCE: f64 = 600.0;
 const USUAL_BALANCE: f64 = 3e4;
 const LEAST_BALANCE: f64 = 120.0;
 /// Evaluations of the density solver before a balance, at most: more of them change neither its net force nor how still the body stays.

@@ -280,6 +280,7 @@ impl<'a> Run<'a> {
             order: outcome.order,
             balance: None,
             certificate: None,
+            motion: None,
             settled: None,
             renewed: None,
             neighbors: outcome.neighbors,

@@ -524,7 +524,7 @@ fn changing(scene: &Scene) -> Vec<(&'static str, bool)> {
         ("seeding", scene.seeding.is_some()),
         ("order", scene.order.is_some()),
         ("polish", scene.polish.is_some_and(|p| p != Polish::None)),
-        ("balance", scene.balance.is_some()),
+        ("balance", scene.balance.is_on()),
         ("certify", scene.certify.is_some()),
         ("settle", scene.settle.is_some()),
         ("trim_masses", scene.trim_masses.is_some()),

@@ -46,6 +46,9 @@ pub struct Report {
     pub balance: Option<BalanceFigures>,
     /// What became of the body when it was followed forward.
     pub certificate: Option<Certificate>,
+    /// Of gas that moves where its pressure is known: twice its kinetic energy over what the pressure holds, which would be 1 where motion alone holds
+    /// a body.
+    pub motion: Option<f64>,
     /// How motion fell before that while it was damped, where the scene asks for it.
     pub settled: Option<Certificate>,
     /// Of a snapshot that is refined: by how much the summed densities of the new particles are off on average.

@@ -66,7 +66,7 @@ pub(super) fn shared(scene: &Scene, formats: &[FormatSpec]) -> Result<Shared> {
         )
     };
     let mut notes: Vec<String> = unused.map(note).into_iter().collect();
-    if let Some(kept) = estimates.iter().find(|e| e.is_kept && scene.balance.is_some()) {
+    if let Some(kept) = estimates.iter().find(|e| e.is_kept && scene.balance.is_on()) {
         let title = scene.bodies[kept.index].title(kept.index);
         notes.push(format!(
             "the balance of the scene is not of body {title}, whose particles and energies stay as they are"

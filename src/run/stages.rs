@@ -464,7 +464,7 @@ impl<'a, const D: usize> Setting<'a, D> {
 
     fn balance(&self, plan: &Plan) -> BalanceOptions {
         // Who says how many evaluations there are to be gets them.
-        let asked = self.scene.balance.as_ref().is_some_and(|b| b.evaluations.is_some());
+        let asked = self.scene.balance.on().is_some_and(|b| b.evaluations.is_some());
         BalanceOptions {
             kernel_neighbors: self.scene.kernel_neighbors(D),
             evaluations: plan.balance,

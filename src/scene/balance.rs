@@ -10,7 +10,7 @@ use sph_formats::UnitDimension;
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct BalanceInput {
-    /// Evaluations of the force; by default 400 at most for 30 000 particles, fewer for more of them, and an end where the net force is
+    /// Evaluations of the force; by default 600 at most, fewer for more than 30 000 particles, and an end where the net force is
     /// a thousandth of gravity.
     #[schemars(schema_with = "super::schema::optional_count", example = 200)]
     #[serde(skip_serializing_if = "Option::is_none", deserialize_with = "super::count::optional_count")]

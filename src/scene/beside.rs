@@ -3,7 +3,7 @@
 
 use super::{
     AttractorInput, CheckpointInput, CollisionlessInput, DustInput, FieldValue, Input, OriginInput, OriginName, Output,
-    Scene, Term, Thermal, VelocityName,
+    Scene, Switch, Term, Thermal, VelocityName,
 };
 use crate::error::{Error, Result};
 use sph_formats::UnitDimension;
@@ -32,7 +32,7 @@ impl Scene {
             return Err(Error::scene("collisionless.velocities", problem));
         }
         let of_gas = [
-            ("balance", self.balance.is_some()),
+            ("balance", self.balance.is_on()),
             ("certify", self.certify.is_some()),
             ("settle", self.settle.is_some()),
             ("thermal.internal_energy", self.thermal.internal_energy.is_some()),
@@ -99,7 +99,7 @@ impl Scene {
             particles: Some(dust.particles.unwrap_or((gas / GAS_FOR_ONE).max(1))),
             // Of another arrangement, so that no dust is where gas is.
             seed: self.seed.wrapping_add(1),
-            balance: None,
+            balance: Switch::Unset,
             certify: None,
             settle: None,
             thermal: Thermal::default(),

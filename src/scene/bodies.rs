@@ -1,8 +1,8 @@
 //! Several bodies in one scene, and the orbit of two of them.
 
 use super::{
-    BalanceInput, CollisionlessInput, DomainInput, DustInput, FieldsInput, Input, MaterialLayer, Polish, Quantity,
-    ResolutionInput, Thermal, TurbulenceInput,
+    AttractorInput, BalanceInput, CollisionlessInput, DomainInput, DustInput, FieldsInput, Input, MaterialLayer,
+    Polish, Quantity, ResolutionInput, Switch, Thermal, TurbulenceInput,
 };
 use crate::error::{Error, Result};
 use crate::seeding::Seeding;
@@ -47,8 +47,12 @@ pub struct BodyInput {
     pub seeding: Option<Seeding>,
     #[serde(skip_serializing_if = "Option::is_none")]
     pub polish: Option<Polish>,
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub balance: Option<BalanceInput>,
+    #[serde(skip_serializing_if = "Switch::is_unset")]
+    pub balance: Switch<BalanceInput>,
+    /// What attracts this body beside itself, about its own center, and is no particle of the file.
+    #[schemars(example = serde_json::json!([{"point_mass": 1.0}]))]
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub gravity_of: Vec<AttractorInput>,
     /// What its particles carry beside their mass, as expressions.
     #[schemars(example = serde_json::json!({"velocity": ["-y", "x", 0]}))]
     #[serde(skip_serializing_if = "FieldsInput::is_empty")]
@@ -59,7 +63,7 @@ pub struct BodyInput {
     pub thermal: Option<Thermal>,
     /// Makes its particles collisionless: `true`, or its keys.
     #[schemars(schema_with = "super::schema::switch_or_keys::<CollisionlessInput>", example = true)]
-    #[serde(skip_serializing_if = "Option::is_none", deserialize_with = "super::yaml::switch_or_keys")]
+    #[serde(skip_serializing_if = "Option::is_none", deserialize_with = "super::switch::switch_or_keys")]
     pub collisionless: Option<CollisionlessInput>,
     /// Dust as particles of its own beside its gas.
     #[schemars(example = serde_json::json!({"ratio": 0.01, "particles": "20k"}))]

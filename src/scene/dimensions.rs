@@ -66,7 +66,7 @@ impl Scene {
         let radii = self.material.iter().enumerate().filter_map(|(i, m)| Some((i, m.radius.as_ref()?)));
         all.extend(radii.map(|(i, r)| (format!("material[{i}].radius"), r, length)));
         if let Some(EquationOfState::Isothermal { sound_speed }) =
-            self.balance.as_ref().and_then(|b| b.equation_of_state.as_ref())
+            self.balance.on().and_then(|b| b.equation_of_state.as_ref())
         {
             all.extend(one("balance.equation_of_state.sound_speed", sound_speed, speed));
         }

@@ -11,13 +11,15 @@ impl Scene {
         files.extend(self.fields.files_mut());
         files.extend(self.ambient.iter_mut().flat_map(|a| a.fields.files_mut()));
         files.extend(self.dust.iter_mut().flat_map(|d| d.fields.files_mut()));
+        let mut attracting: Vec<_> = self.gravity_of.iter_mut().collect();
         for body in &mut self.bodies {
+            attracting.extend(&mut body.gravity_of);
             files.extend(of_input(&mut body.input, body.resolution.as_mut()));
             files.extend(body.domain.files_mut());
             files.extend(body.fields.files_mut());
             files.extend(body.dust.iter_mut().flat_map(|d| d.fields.files_mut()));
         }
-        for attraction in &mut self.gravity_of {
+        for attraction in attracting {
             files.extend(of_input(&mut attraction.input, None));
             files.extend(attraction.domain.files_mut());
         }

@@ -1,24 +1,24 @@
 //! What a scene says of the physics that a code has to be told of: whether its matter attracts itself, walls, and its gas.
 
-use super::{BalanceInput, BoundaryName, GravityName, Input, ProfileInput, Scene};
+use super::{BalanceInput, BoundaryName, GravityName, Input, ProfileInput, Scene, Switch};
 use crate::error::{Error, Result};
 
 impl Scene {
     /// The constant of gravity of pure numbers (`balance.constant`, 1 by default) where the scene's matter attracts itself: a model that
     /// its own gravity holds, a balance with it, point masses, an orbit, and collisionless particles. `None` where nothing says so.
     pub(crate) fn own_gravity(&self) -> Option<f64> {
-        let attracts = holds_itself(&self.input, self.balance.as_ref())
+        let attracts = holds_itself(&self.input, self.balance.on())
             || self.collisionless.is_some()
             || self.orbit.is_some()
             || has_own_disc(&self.input)
             || self.bodies.iter().any(|body| {
-                let balance = body.balance.as_ref().or(self.balance.as_ref());
+                let balance = body.balance.on().or(self.balance.on());
                 body.point_mass.is_some()
                     || body.collisionless.is_some()
                     || has_own_disc(&body.input)
                     || holds_itself(&body.input, balance)
             });
-        attracts.then(|| self.balance.clone().unwrap_or_default().constant)
+        attracts.then(|| self.balance.on().cloned().unwrap_or_default().constant)
     }
 
     /// Whether the gas of the scene, or of one of its bodies, is a disc in rotation.
@@ -33,7 +33,8 @@ impl Scene {
 
     /// Whether a field of force that is not the particles' own is said to hold the pressure.
     pub(crate) fn is_in_field(&self) -> bool {
-        let mut balances = std::iter::once(&self.balance).chain(self.bodies.iter().map(|body| &body.balance)).flatten();
+        let mut balances =
+            std::iter::once(&self.balance).chain(self.bodies.iter().map(|body| &body.balance)).filter_map(Switch::on);
         balances.any(|balance| balance.gravity == Some(GravityName::Field))
     }
 
@@ -56,7 +57,7 @@ impl Scene {
             ("walls", self.walls.is_some()),
             ("domain.boundary: reflecting", self.has_walls() && !self.holds_its_medium()),
             ("gravity_of", !self.gravity_of.is_empty()),
-            ("balance.gravity: field", self.balance.as_ref().and_then(|b| b.gravity) == Some(GravityName::Field)),
+            ("balance.gravity: field", self.balance.on().and_then(|b| b.gravity) == Some(GravityName::Field)),
             ("dust", self.dust.is_some()),
             ("bodies with `collisionless`", self.bodies.iter().any(|body| body.collisionless.is_some())),
         ];

@@ -34,6 +34,7 @@ mod role;
 mod schema;
 mod shape;
 mod stages;
+mod switch;
 mod systems;
 mod turbulence;
 mod units;
@@ -48,6 +49,7 @@ pub use bodies::{BodyInput, OrbitInput};
 pub use collisionless::{AttractorInput, CollisionlessInput, VelocityName};
 pub use core::{CoreGas, CoreInput, SofteningName};
 pub use count::parse_count;
+pub use switch::Switch;
 
 pub use disc::DiscInput;
 pub(crate) use displacement::check_points;
@@ -148,10 +150,11 @@ pub struct Scene {
     pub alaric: AlaricInput,
     pub solver: SolverInput,
     pub afc: AfcInput,
-    /// Moves the particles until the pressure force of the target code cancels gravity; off by default. `true`, or its keys.
-    #[schemars(schema_with = "schema::switch_or_keys::<BalanceInput>", example = true)]
-    #[serde(skip_serializing_if = "Option::is_none", deserialize_with = "yaml::switch_or_keys")]
-    pub balance: Option<BalanceInput>,
+    /// Moves the particles until the pressure force of the target code cancels gravity; by default for a body that its own gravity holds, where the code
+    /// that it is for is stated. `true`, `false`, or its keys.
+    #[schemars(example = true)]
+    #[serde(skip_serializing_if = "Switch::is_unset")]
+    pub balance: Switch<BalanceInput>,
     /// Dynamical times for which the result is followed forward, to see whether it stays still; for a body that its own gravity
     /// holds, and for bodies and the medium about them in a box that holds both.
     #[schemars(extend("x-unit" = "dynamical times"), example = 3.0)]
@@ -189,7 +192,7 @@ pub struct Scene {
     pub thermal: Thermal,
     /// Makes the particles collisionless, as dark matter and stars are: `true`, or its keys.
     #[schemars(schema_with = "schema::switch_or_keys::<CollisionlessInput>", example = true)]
-    #[serde(skip_serializing_if = "Option::is_none", deserialize_with = "yaml::switch_or_keys")]
+    #[serde(skip_serializing_if = "Option::is_none", deserialize_with = "switch::switch_or_keys")]
     pub collisionless: Option<CollisionlessInput>,
     /// Dust as particles of its own beside the gas.
     #[schemars(example = serde_json::json!({"ratio": 0.01, "particles": "20k"}))]
@@ -444,7 +447,7 @@ impl Scene {
                 format!("is {quietness}, expected 0 (exact density) to 1 (quiet forces)"),
             ));
         }
-        if let Some(balance) = &self.balance {
+        if let Some(balance) = self.balance.on() {
             balance.validate()?;
             self.check_what_balance_excludes()?;
         }

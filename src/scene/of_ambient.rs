@@ -1,6 +1,6 @@
 //! The medium about bodies as a scene by itself, and what cannot stand beside it.
 
-use super::{AmbientInput, BodyInput, BoundaryName, DomainInput, Input, MatchName, ResolutionInput, Scene};
+use super::{AmbientInput, BodyInput, BoundaryName, DomainInput, Input, MatchName, ResolutionInput, Scene, Switch};
 use crate::error::{Error, Result};
 
 impl Scene {
@@ -12,7 +12,7 @@ impl Scene {
             resolution: (ambient.matching == MatchName::Spacing).then_some(even),
             particles,
             fields: ambient.fields.clone(),
-            balance: None,
+            balance: Switch::Unset,
             certify: None,
             ..self.without_bodies()
         };

@@ -18,7 +18,10 @@ impl Scene {
             particles: particles.or(body.particles),
             seeding: body.seeding.or(self.seeding),
             polish: body.polish.or(self.polish),
-            balance: body.balance.clone().or_else(|| self.balance.clone().filter(|_| body.collisionless.is_none())),
+            balance: match body.collisionless {
+                Some(_) => body.balance.clone(),
+                None => body.balance.clone().or(self.balance.clone()),
+            },
             certify: self.certify_at_once().filter(|_| body.collisionless.is_none() && !self.holds_its_medium()),
             fields: body.fields.clone(),
             turbulence: body.turbulence.clone(),
@@ -28,7 +31,7 @@ impl Scene {
             }),
             collisionless: body.collisionless.clone(),
             dust: body.dust.clone(),
-            gravity_of: self.others_about(index),
+            gravity_of: self.others_about(index).into_iter().chain(body.gravity_of.iter().cloned()).collect(),
             material: body.material.clone(),
             ..self.without_bodies()
         }

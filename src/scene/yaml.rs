@@ -1,8 +1,8 @@
 //! A scene's text, and its errors in the words of who wrote it: where, what, and what to write instead.
 
 use crate::error::{Error, Result};
-use serde::de::value::{MapAccessDeserializer, SeqAccessDeserializer, StrDeserializer};
-use serde::de::{self, DeserializeOwned, IntoDeserializer, MapAccess, SeqAccess, Visitor};
+use serde::de::value::{SeqAccessDeserializer, StrDeserializer};
+use serde::de::{self, DeserializeOwned, IntoDeserializer, SeqAccess, Visitor};
 use serde::{Deserialize, Deserializer};
 use serde_saphyr::Error as YamlError;
 use sph_formats::nearest;
@@ -198,43 +198,6 @@ pub(super) fn one_or_many_numbers<'de, D: Deserializer<'de>>(
         }
     }
     deserializer.deserialize_any(Numbers)
-}
-
-/// `true`, `false`, or the keys of a section.
-pub(super) fn switch_or_keys<'de, D, T>(deserializer: D) -> std::result::Result<Option<T>, D::Error>
-where
-    D: Deserializer<'de>,
-    T: Deserialize<'de> + Default,
-{
-    struct SwitchOrKeys<T>(PhantomData<T>);
-    impl<'de, T: Deserialize<'de> + Default> Visitor<'de> for SwitchOrKeys<T> {
-        type Value = Option<T>;
-
-        fn expecting(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-            f.write_str("true, false, or keys as in {evaluations: 200}")
-        }
-
-        fn visit_bool<E: de::Error>(self, on: bool) -> std::result::Result<Self::Value, E> {
-            Ok(on.then(T::default))
-        }
-
-        fn visit_str<E: de::Error>(self, word: &str) -> std::result::Result<Self::Value, E> {
-            match word.to_ascii_lowercase().as_str() {
-                "yes" | "on" => Ok(Some(T::default())),
-                "no" | "off" => Ok(None),
-                _ => Err(E::invalid_type(de::Unexpected::Str(word), &self)),
-            }
-        }
-
-        fn visit_unit<E: de::Error>(self) -> std::result::Result<Self::Value, E> {
-            Ok(None)
-        }
-
-        fn visit_map<A: MapAccess<'de>>(self, keys: A) -> std::result::Result<Self::Value, A::Error> {
-            T::deserialize(MapAccessDeserializer::new(keys)).map(Some)
-        }
-    }
-    deserializer.deserialize_any(SwitchOrKeys(PhantomData))
 }
 
 #[cfg(test)]

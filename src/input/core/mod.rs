@@ -196,7 +196,7 @@ impl<const D: usize> Model<'_, D> {
         let mut value = [0.0];
         field.evaluate(&self.radial.at(self.radius), &mut value);
         let Some(units) = self.units else {
-            let constant = self.scene.balance.clone().unwrap_or_default().constant;
+            let constant = self.scene.balance.on().cloned().unwrap_or_default().constant;
             return Ok(Some(value[0] / constant));
         };
         let gravity = self.scene.code().map_or(GRAVITATIONAL_CONSTANT, |code| code.sheet.gravity);

@@ -36,7 +36,7 @@ pub(crate) fn field(scene: &Scene, profile: &ProfileInput) -> Result<RawField> {
     let is_of_nature = matches!(profile, ProfileInput::WhiteDwarf { .. } | ProfileInput::Planet(_));
     let Numbers { conversion, has_units } = Numbers::new(scene, profile, is_of_nature)?;
     let in_cgs = scene.code().map_or(GRAVITATIONAL_CONSTANT, |code| code.sheet.gravity);
-    let plain = scene.balance.clone().unwrap_or_default().constant;
+    let plain = scene.balance.on().cloned().unwrap_or_default().constant;
     let gravity = if has_units { in_cgs } else { plain };
     let model = Model { profile, d, gravity, conversion };
     let mut table = model.table()?;
