@@ -87,31 +87,31 @@ fn frame(file: &ParticleFile, code: &TargetCode, findings: &mut Vec<Finding>) {
         }
     }
     let edges = &header.box_size[..header.dimension];
+    let isolated = header.periodic == [false; 3];
+    let (title, needs_box) = (code.sheet.title, ["swift", "arepo"].contains(&code.sheet.name));
+    // GADGET's family does not look at the box unless it is built to be periodic.
+    let counts = needs_box || !isolated;
     let is_cube = edges.iter().all(|e| (e - edges[0]).abs() <= 1e-9 * edges[0]);
+    let is_brick = counts && !is_cube;
     let options = if code.sheet.name == "gadget4" { long_bits(edges) } else { None };
-    if let Some(options) = options.filter(|_| !is_cube) {
+    if let Some(options) = options.filter(|_| is_brick) {
         let text = format!("has the edges {edges:?}: build GADGET-4 with {}", options.join(" "));
         add(findings, Level::Warning, "box", text);
-    } else if !is_cube && code.sheet.format.starts_with("gadget") {
+    } else if is_brick && code.sheet.format.starts_with("gadget") {
         add(
             findings,
             Level::Error,
             "box",
             format!(
-                "has the edges {edges:?}, but {} reads one; build it with LONG_X and the like, or make a cube",
-                code.sheet.title
+                "has the edges {edges:?}, but {title} reads one; build it with LONG_X and the like, or make a cube"
             ),
         );
     }
-    let isolated = header.periodic == [false; 3];
-    let needs_box = ["swift", "arepo"].contains(&code.sheet.name);
-    let title = code.sheet.title;
     if edges.contains(&0.0) && isolated && needs_box {
         let text = format!("has no edges, but {title} needs BoxSize; write the edge of a box around the body");
         add(findings, Level::Error, "box", text);
         return;
     }
-    let counts = needs_box || header.periodic != [false; 3];
     for species in file.species.iter().filter(|s| counts && s.table.count > 0) {
         let Some(x) = species.table.column(names::COORDINATES) else { continue };
         let is_outside = |i: usize| {

@@ -211,6 +211,29 @@ fn several_files_are_one_too_many_for_swift() {
     assert!(!check(&folder, "split.0.hdf5", "gadget4").stdout.contains("files:"));
 }
 
+/// GADGET's family reads a box where it is built to be periodic.
+#[test]
+fn the_edges_of_an_open_box_do_not_matter_to_gadget() {
+    let folder = Folder::new();
+    let out = folder.path("ic.hdf5").display().to_string();
+    succeed(&["--in", STAR, "-n", "300", "--iterations", "0", "--polish", "none", "--out", &out, "--quiet"]);
+    let mut file = read(&folder, "ic.hdf5");
+    let size = file.header.box_size[0];
+    let mut boxes = |code: &str, edges: [f64; 3], periodic: bool| {
+        (file.header.box_size, file.header.periodic) = (edges.map(|edge| edge * size), [periodic; 3]);
+        let code = sph_prep::codes::TargetCode::parse(code).unwrap();
+        let found = sph_prep::check::check(&file, &code).unwrap();
+        found.into_iter().filter(|f| f.what == "box").map(|f| f.level).max()
+    };
+    for (code, halved) in [("gadget4", Level::Warning), ("gadget2", Level::Error)] {
+        for edges in [[1.0, 1.5, 1.0], [1.0, 2.0, 1.0]] {
+            assert_eq!(boxes(code, edges, false), None, "{code}: {edges:?}");
+        }
+        assert_eq!(boxes(code, [1.0, 1.5, 1.0], true), Some(Level::Error), "{code}");
+        assert_eq!(boxes(code, [1.0, 2.0, 1.0], true), Some(halved), "{code}");
+    }
+}
+
 /// GADGET's format 1 does not say that the box is no boundary.
 #[test]
 fn a_box_may_be_said_to_be_no_boundary() {
