@@ -48,6 +48,7 @@ fn particles() -> ParticleFile {
             kernel: "Wendland C4".into(),
             kernel_neighbors: 120.0,
             provenance: vec![("Scene".into(), "a: 1 -- b\n".into())],
+            layouts: Vec::new(),
         },
         species: vec![Species { part_type: 0, table: ParticleTable { count: n, columns } }],
     }

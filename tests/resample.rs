@@ -52,6 +52,7 @@ pub(crate) fn lattice(with_density: bool) -> ParticleFile {
             kernel: "Wendland C4".into(),
             kernel_neighbors: 64.0,
             provenance: Vec::new(),
+            layouts: Vec::new(),
         },
         species: vec![Species { part_type: 0, table: ParticleTable { count: n, columns } }],
     }

@@ -266,6 +266,7 @@ fn others(units: UnitSystem, center: f64) -> ParticleFile {
             kernel: String::new(),
             kernel_neighbors: 0.0,
             provenance: Vec::new(),
+            layouts: Vec::new(),
         },
         species: species
             .map(|(part_type, n, reach, mass)| Species { part_type, table: table(n, reach, mass) })

@@ -69,6 +69,7 @@ fn read(path: &Path, _: &FieldRequest) -> Result<FileContent> {
         kernel: String::new(),
         kernel_neighbors: 0.0,
         provenance: vec![],
+        layouts: Vec::new(),
     };
     let species = vec![Species { part_type: 0, table: ParticleTable { count, columns: vec![column] } }];
     Ok(FileContent::Particles(ParticleFile { header, species }))

@@ -87,6 +87,7 @@ mod tests {
             kernel: String::new(),
             kernel_neighbors: 0.0,
             provenance: Vec::new(),
+            layouts: Vec::new(),
         };
         let table = ParticleTable { count: places.len() / 2, columns: vec![column] };
         ParticleFile { header, species: vec![Species { part_type: 0, table }] }

@@ -19,6 +19,7 @@ mod compressed;
 pub mod error;
 mod family;
 mod in_other_terms;
+pub mod layout;
 mod limits;
 pub mod magnetic;
 pub mod model;

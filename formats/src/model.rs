@@ -2,9 +2,10 @@
 //!
 //! Numbers are in the units stated by each variable or header; nothing is converted here.
 
+use crate::layout::Layout;
 pub use crate::provenance::{
     ADIABATIC_INDEX_KEY, COSMOLOGY_KEY, DISC_KEY, DOUBT_KEY, FILES_KEY, GRAVITY_KEY, ISOTHERMAL_KEY, LACKS_KEY,
-    LACKS_KEYS, LACKS_OF_GADGET_KEY, LACKS_OF_SWIFT_KEY, MESH_KEY, VORONOI,
+    MESH_KEY, VORONOI,
 };
 use crate::refined::RefinedGrid;
 use crate::units::{Unit, UnitDimension, UnitSystem};
@@ -343,6 +344,8 @@ pub struct RunHeader {
     pub kernel_neighbors: f64,
     /// Key and value pairs that allow the file to be made again: version, scene, seed, stop reason.
     pub provenance: Vec<(String, String)>,
+    /// How the files are laid out that it is from, where codes start from such; readers alone fill it, and nothing writes it.
+    pub layouts: Vec<Layout>,
 }
 
 /// The key of a field's metadata that says that a grid has no axes of its own: what it has is the box from 0 to 1 along each.

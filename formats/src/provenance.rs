@@ -3,14 +3,9 @@
 /// The key of the provenance under which readers of snapshots in several files say which ones those were.
 pub const FILES_KEY: &str = "Files";
 
-/// Keys of the provenance under which readers say what in a file contradicts the rest of it, what it lacks that codes read, and what GADGET's family
-/// and SWIFT alone stop without.
+/// Keys of the provenance under which readers say what in a file contradicts the rest of it, and which data it lacks that codes read.
 pub const DOUBT_KEY: &str = "contradiction";
 pub const LACKS_KEY: &str = "lacks";
-pub const LACKS_OF_GADGET_KEY: &str = "lacks of GADGET";
-pub const LACKS_OF_SWIFT_KEY: &str = "lacks of SWIFT";
-/// All under which something lacks.
-pub const LACKS_KEYS: [&str; 3] = [LACKS_KEY, LACKS_OF_GADGET_KEY, LACKS_OF_SWIFT_KEY];
 
 /// The key of the provenance under which readers say that a snapshot's box expands.
 pub const COSMOLOGY_KEY: &str = "cosmology";

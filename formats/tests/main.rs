@@ -28,6 +28,8 @@ mod grid_hdf5;
 mod gyre_hdf5;
 #[cfg(feature = "image")]
 mod image;
+#[cfg(feature = "gadget")]
+mod layouts;
 #[cfg(feature = "netcdf")]
 mod netcdf;
 #[cfg(feature = "numpy")]

@@ -43,6 +43,7 @@ fn particles() -> ParticleFile {
             kernel: "Wendland C6".into(),
             kernel_neighbors: 200.0,
             provenance: vec![("Seed".into(), "9".into())],
+            layouts: Vec::new(),
         },
         species: vec![Species { part_type: 0, table: ParticleTable { count: COUNT, columns } }],
     }

@@ -38,6 +38,7 @@ fn particles(units: UnitSystem, species: Vec<Species>) -> ParticleFile {
             kernel: "M4".into(),
             kernel_neighbors: 57.9,
             provenance: vec![],
+            layouts: Vec::new(),
         },
         species,
     }

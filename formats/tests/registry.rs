@@ -234,6 +234,7 @@ fn particles(count: usize) -> ParticleFile {
             kernel: "Wendland C4".into(),
             kernel_neighbors: 60.0,
             provenance: Vec::new(),
+            layouts: Vec::new(),
         },
         species: vec![Species { part_type: 0, table: ParticleTable { count, columns: vec![column] } }],
     }

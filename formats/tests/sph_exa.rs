@@ -35,6 +35,7 @@ fn gas() -> ParticleFile {
             kernel: "M6".into(),
             kernel_neighbors: 110.0,
             provenance: vec![("Seed".into(), "1".into())],
+            layouts: Vec::new(),
         },
         species: vec![Species { part_type: 0, table: ParticleTable { count: 2, columns } }],
     }

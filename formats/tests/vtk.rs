@@ -37,6 +37,7 @@ fn particles(n: usize) -> ParticleFile {
         kernel: "Wendland C4".into(),
         kernel_neighbors: 64.0,
         provenance: vec![("Version".into(), "test -- 1".into())],
+        layouts: Vec::new(),
     };
     ParticleFile { header, species: vec![Species { part_type: 0, table: ParticleTable { count: n, columns } }] }
 }

@@ -88,6 +88,7 @@ pub fn from_python(header: &Bound<'_, PyDict>, species: &Bound<'_, PyList>) -> P
         kernel: get(header, "kernel")?,
         kernel_neighbors: get(header, "kernel_neighbors")?,
         provenance: get(header, "provenance")?,
+        layouts: Vec::new(),
     };
     let mut file = ParticleFile { header: run, species: Vec::new() };
     for entry in species.iter() {

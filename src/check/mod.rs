@@ -5,6 +5,7 @@
 //! smoothing lengths, and the net force of a body that its own gravity holds.
 
 mod finding;
+mod layout;
 mod values;
 
 use crate::codes::{AS_PLANETARY, CELL_OVER_REACH, LEAST_CELLS, Neighbors, TargetCode, long_bits};
@@ -53,6 +54,7 @@ pub fn check(file: &ParticleFile, code: &TargetCode) -> Result<Vec<Finding>> {
         return Err(Error::field(names::COORDINATES, "is missing; expected three numbers for each particle"));
     }
     header(&file.header, code, &mut findings);
+    layout::layouts(file, code, &mut findings);
     for species in file.species.iter().filter(|s| s.table.count > 0) {
         values(species, (code, &file.header), &mut findings);
     }

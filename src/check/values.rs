@@ -3,9 +3,7 @@
 use super::finding::{Finding, Level, add, named};
 use crate::codes::{AS_PLANETARY, TargetCode};
 use sph_formats::common::particle_names as names;
-use sph_formats::model::{
-    COSMOLOGY_KEY, DOUBT_KEY, FILES_KEY, ISOTHERMAL_KEY, LACKS_KEY, LACKS_OF_GADGET_KEY, LACKS_OF_SWIFT_KEY,
-};
+use sph_formats::model::{COSMOLOGY_KEY, DOUBT_KEY, FILES_KEY, ISOTHERMAL_KEY, LACKS_KEY};
 use sph_formats::{Column, ParticleFile, RunHeader, Species, UnitSystem};
 
 /// Masses that differ by more are not the same in single precision.
@@ -26,25 +24,16 @@ pub(super) fn header(header: &RunHeader, code: &TargetCode, findings: &mut Vec<F
             "are several of one snapshot, but SWIFT starts from a single one; sph-prep convert FILE NEW joins them";
         add(findings, Level::Error, "files", text);
     }
-    // The others take masses from the table; GADGET-4 has totals of 64 bits.
-    let is_read = |what: &str| match code.sheet.name {
-        "swift" => true,
-        "gadget4" if what.contains("HighWord") => false,
-        _ => what.contains("the header's") || !what.contains("MassTable"),
-    };
-    let own = match code.sheet.name {
-        "swift" => Some(LACKS_OF_SWIFT_KEY),
-        _ if code.is_of_gadgets_kin() => Some(LACKS_OF_GADGET_KEY),
-        _ => None,
-    };
-    for lacking in of(LACKS_KEY).chain(own.into_iter().flat_map(of)).filter(|what| is_read(what)) {
+    // The others take masses from the table.
+    let is_read = |what: &&String| code.sheet.name == "swift" || !what.contains("MassTable");
+    for lacking in of(LACKS_KEY).filter(is_read) {
         let text = format!("lacks {lacking}, but {} reads it and stops, or takes zeros; write it", code.sheet.title);
         add(findings, Level::Error, "header", text);
     }
 }
 
 /// Columns that a code needs of particles of a type.
-fn needed(part_type: u8, code: &TargetCode) -> &'static [&'static str] {
+pub(super) fn needed(part_type: u8, code: &TargetCode) -> &'static [&'static str] {
     match (code.sheet.name, part_type) {
         ("swift", 0) => &[
             names::COORDINATES,
@@ -111,7 +100,7 @@ pub(super) fn velocities(file: &ParticleFile, findings: &mut Vec<Finding>) {
 const LIGHT: f64 = 2.997_924_58e10;
 
 /// A column's name: codes call by their own what stands for the support radius.
-fn as_in_files(name: &str) -> &str {
+pub(super) fn as_in_files(name: &str) -> &str {
     if name == names::SUPPORT_RADIUS { names::SMOOTHING_LENGTH } else { name }
 }
 

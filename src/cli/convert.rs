@@ -10,7 +10,7 @@ use crate::run::destination::meet_corner;
 use crate::run::destination::{refuse_replacing, refuse_units_that_look_pure};
 use crate::scene::system_of;
 use sph_formats::common::particle_names as names;
-use sph_formats::model::{COSMOLOGY_KEY, DOUBT_KEY, FILES_KEY, LACKS_KEYS};
+use sph_formats::model::{COSMOLOGY_KEY, DOUBT_KEY, FILES_KEY, LACKS_KEY};
 use sph_formats::{Column, FormatSpec, ParticleFile, UnitSystem, registry};
 
 /// Relative change of a column that is more than the rounding to f32.
@@ -36,7 +36,7 @@ pub fn convert(formats: &[FormatSpec], args: &ConvertArgs) -> Result<Vec<String>
     let mut file = particles_in(formats, &args.from, args.format.as_deref(), args.open)?;
     notes.extend(file.header.take(DOUBT_KEY));
     notes.extend(file.header.take(COSMOLOGY_KEY));
-    LACKS_KEYS.into_iter().for_each(|key| drop(file.header.take(key)));
+    file.header.take(LACKS_KEY);
     name_units(&mut file.header.units, args)?;
     if let Some(name) = &args.units {
         refuse_units_that_look_pure(target, "--units", name)?;

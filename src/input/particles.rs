@@ -407,6 +407,7 @@ mod tests {
             kernel: String::new(),
             kernel_neighbors: 0.0,
             provenance: Vec::new(),
+            layouts: Vec::new(),
         };
         ParticleFile { header, species: vec![Species { part_type: 0, table: ParticleTable { count: 9, columns } }] }
     }

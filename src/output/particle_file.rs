@@ -188,6 +188,7 @@ pub(crate) fn particle_file<const D: usize>(
         kernel: making.kernel.into(),
         kernel_neighbors: making.kernel_neighbors,
         provenance: provenance(scene, &making.stop, (making.kernel, making.kernel_neighbors)),
+        layouts: Vec::new(),
     };
     let part_type = collisionless.map_or(0, |c| c.part_type);
     let mut species = vec![Species { part_type, table: ParticleTable { count: n, columns: all } }];

@@ -384,6 +384,7 @@ pub fn assemble(
         kernel,
         kernel_neighbors,
         provenance,
+        layouts: Vec::new(),
     };
     Ok((ParticleFile { header, species }, notes))
 }

@@ -200,6 +200,7 @@ impl Kept {
             kernel: self.kernel,
             kernel_neighbors: self.kernel_neighbors,
             provenance: Vec::new(),
+            layouts: Vec::new(),
         };
         let species = self.species.into_iter().map(|KeptSpecies { part_type, count, columns }| Species {
             part_type,

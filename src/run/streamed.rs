@@ -135,6 +135,7 @@ impl<'a, const D: usize> Streamed<'a, D> {
                 kernel: String::new(),
                 kernel_neighbors: 0.0,
                 provenance: Vec::new(),
+                layouts: Vec::new(),
             },
             is_summed: places.sums(0..1)?.is_some(),
             first: ParticleTable::default(),

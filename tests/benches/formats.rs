@@ -42,6 +42,7 @@ fn particles(n: usize) -> ParticleFile {
             kernel: "Wendland C2".into(),
             kernel_neighbors: 64.0,
             provenance: vec![],
+            layouts: Vec::new(),
         },
         species: vec![Species { part_type: 0, table: ParticleTable { count: n, columns } }],
     }

@@ -7,6 +7,7 @@ mod check;
 mod codes;
 mod dry_run;
 mod follow;
+mod layouts;
 mod pages;
 mod parameters;
 mod parameters_of_files;

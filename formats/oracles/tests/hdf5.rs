@@ -38,6 +38,7 @@ fn ours() -> ParticleFile {
             kernel: "Wendland C4".into(),
             kernel_neighbors: 120.0,
             provenance: vec![("Seed".into(), "é 42".into()), ("Scene".into(), "é: 1\n".repeat(20_000))],
+            layouts: Vec::new(),
         },
         species: vec![Species { part_type: 0, table: ParticleTable { count: COUNT, columns } }],
     }

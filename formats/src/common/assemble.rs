@@ -77,6 +77,7 @@ pub fn particles(count: usize, arrays: Vec<Named>, facts: Facts) -> Result<Parti
             kernel: facts.kernel,
             kernel_neighbors: facts.kernel_neighbors,
             provenance: facts.provenance,
+            layouts: Vec::new(),
         },
         species: split(count, columns, types.as_ref())?,
     })

@@ -110,6 +110,7 @@ mod tests {
             kernel: "M4".into(),
             kernel_neighbors: 48.0,
             provenance: vec![("Scene".into(), "a: 1\n\\n b\r\n".into())],
+            layouts: Vec::new(),
         };
         let texts = texts(&header);
         let kept: Vec<_> = texts.iter().map(|(k, v)| (k.clone(), unescaped(&escaped(v)))).collect();

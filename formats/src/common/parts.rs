@@ -1,7 +1,7 @@
 //! Particles from the files of one snapshot, put together.
 
 use crate::error::{FormatError, Result};
-use crate::model::{Column, DOUBT_KEY, FILES_KEY, LACKS_KEYS, ParticleFile, RunHeader, Species, Values};
+use crate::model::{Column, DOUBT_KEY, FILES_KEY, LACKS_KEY, ParticleFile, RunHeader, Species, Values};
 use crate::particle_names as names;
 use std::collections::HashMap;
 use std::path::{Path, PathBuf};
@@ -95,11 +95,12 @@ fn append(whole: &mut ParticleFile, part: ParticleFile) -> std::result::Result<(
     }
     for fact in part.header.provenance {
         // What could not be read may differ from file to file.
-        let may_differ = ["not read", DOUBT_KEY].iter().chain(&LACKS_KEYS).any(|key| fact.0 == *key);
+        let may_differ = ["not read", DOUBT_KEY, LACKS_KEY].contains(&fact.0.as_str());
         if may_differ && !whole.header.provenance.contains(&fact) {
             whole.header.provenance.push(fact);
         }
     }
+    whole.header.layouts.extend(part.header.layouts);
     for species in part.species {
         match whole.species.iter_mut().find(|s| s.part_type == species.part_type) {
             Some(known) => append_species(known, species)?,

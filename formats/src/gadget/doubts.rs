@@ -1,17 +1,8 @@
-//! What in the header of a file contradicts the rest of it, or is not there though codes read it. Files can be read all the same; a code that
-//! starts from them stops, or counts other particles.
+//! What in the header of a file contradicts the rest of it. Files can be read all the same; a code that starts from them stops, or counts
+//! other particles.
 
 use crate::common::hdf5_read::Attributes;
-use crate::model::{DOUBT_KEY, LACKS_KEY, LACKS_OF_GADGET_KEY, LACKS_OF_SWIFT_KEY};
-
-/// Attributes of the header that SWIFT and all of GADGET's family read, beside the counts of the file.
-const READ_BY_CODES: [&str; 2] = ["NumPart_Total", "NumPart_Total_HighWord"];
-/// Those that GADGET's family alone stops without.
-const READ_BY_GADGET: [&str; 6] =
-    ["NumPart_ThisFile", "MassTable", "Time", "Redshift", "NumFilesPerSnapshot", "BoxSize"];
-
-/// That which SWIFT alone stops without.
-const READ_BY_SWIFT: &str = "Flag_Entropy_ICs";
+use crate::model::DOUBT_KEY;
 
 /// Keys and texts for the provenance, of a file with so many particles of each type. `totals` are those in all files of the snapshot.
 pub(super) fn of_header(
@@ -22,17 +13,6 @@ pub(super) fn of_header(
 ) -> Vec<(String, String)> {
     let mut found = Vec::new();
     let mut add = |key: &str, text: String| found.push((key.to_owned(), text));
-    for name in READ_BY_CODES {
-        if header.numbers(name).is_none() {
-            add(LACKS_KEY, format!("the header's {name}"));
-        }
-    }
-    if header.numbers(READ_BY_SWIFT).is_none() {
-        add(LACKS_OF_SWIFT_KEY, format!("the header's {READ_BY_SWIFT}"));
-    }
-    for name in READ_BY_GADGET.into_iter().filter(|name| header.numbers(name).is_none()) {
-        add(LACKS_OF_GADGET_KEY, format!("the header's {name}"));
-    }
     if let Some(totals) = totals.filter(|_| files == 1) {
         let of = |all: &[f64], i: usize| all.get(i).copied().unwrap_or(0.0);
         for i in (0..counts.len().max(totals.len())).filter(|&i| of(totals, i) != of(counts, i)) {

@@ -18,6 +18,8 @@ use crate::registry::{Capabilities, FixedCorner, FormatSpec, Match, ReadFn, Stre
 #[cfg(feature = "gadget")]
 mod doubts;
 #[cfg(feature = "gadget")]
+mod laid_out;
+#[cfg(feature = "gadget")]
 mod read;
 #[cfg(feature = "gadget")]
 mod schema;

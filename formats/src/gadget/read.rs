@@ -13,6 +13,7 @@
 //! * Datasets that are not columns of numbers are named in the provenance under `not read`.
 
 use super::doubts;
+use super::laid_out::{self, DYNAMICAL_MASSES};
 use crate::common::cosmology;
 use crate::common::entropy;
 use crate::common::flavor::{CUBIC_SPLINE_ETA, spacing_over_support};
@@ -40,19 +41,6 @@ const MOST_FILES: f64 = 1e6;
 const FLAT: usize = 5;
 /// More columns than this in one dataset are not a particle's components.
 const MAX_COMPONENTS: usize = 64;
-
-/// What attracts of a black hole in SWIFT's snapshots, beside its mass at subgrid scale.
-const DYNAMICAL_MASSES: &str = "DynamicalMasses";
-
-/// Dataset names of SWIFT's snapshots, and what they are here.
-const PLURALS: &[(&str, &str)] = &[
-    ("Densities", names::DENSITY),
-    ("InternalEnergies", names::INTERNAL_ENERGY),
-    ("MagneticFluxDensities", names::MAGNETIC_FIELD),
-    ("Pressures", names::PRESSURE),
-    ("Temperatures", names::TEMPERATURE),
-    ("SmoothingLengths", "SmoothingLength"),
-];
 
 /// Reads all particles of `path`, and of the other files of its snapshot.
 ///
@@ -218,6 +206,9 @@ impl<'p> Opened<'p> {
             }
             species.push(Species { part_type: part_type as u8, table });
         }
+        let units = groups.iter().any(|g| g == "Units").then_some(&origin.units);
+        let types = species.iter().map(|s| s.part_type);
+        header.layouts.push(laid_out::layout((self.path, file), attributes, units, types)?);
         Ok(ParticleFile { header, species })
     }
 }
@@ -388,6 +379,7 @@ fn read_header(file: &Reader, (header, otherwise): (&Attributes, Option<usize>),
         kernel: own.text("Kernel").unwrap_or_default(),
         kernel_neighbors: own.number("KernelNeighbors").unwrap_or(0.0),
         provenance,
+        layouts: Vec::new(),
     })
 }
 
@@ -479,8 +471,7 @@ impl SpeciesReading<'_> {
     }
 
     fn renamed(&self, name: &str, values: Values) -> (String, Values) {
-        let singular = PLURALS.iter().find(|(plural, _)| *plural == name);
-        let name = singular.map_or(name, |(_, singular)| singular);
+        let name = laid_out::singular(name);
         // Our own files say for which neighbors they are; all others are for the default build.
         let neighbors = self.origin.own.number("KernelNeighbors").unwrap_or(0.0);
         let gamma = 1.0 / (CUBIC_SPLINE_ETA * spacing_over_support(self.dimension, neighbors));

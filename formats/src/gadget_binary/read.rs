@@ -255,6 +255,7 @@ impl Reading {
                 kernel: String::new(),
                 kernel_neighbors: 0.0,
                 provenance: self.notes.into_iter().chain(header.cosmology()).collect(),
+                layouts: Vec::new(),
             },
             species,
         })

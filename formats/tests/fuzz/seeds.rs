@@ -90,6 +90,7 @@ fn particles(dimension: usize, equal_masses: bool) -> ParticleFile {
             kernel: "Wendland C4".into(),
             kernel_neighbors: 60.0,
             provenance: vec![("Scene".into(), "a: 1".into())],
+            layouts: Vec::new(),
         },
         species: vec![Species { part_type: 0, table: ParticleTable { count: n, columns } }],
     }

@@ -90,6 +90,7 @@ pub fn particles(n: usize, d: usize) -> ParticleFile {
             kernel: "Wendland C4".into(),
             kernel_neighbors: 120.0,
             provenance: vec![("Seed".into(), "42".into())],
+            layouts: Vec::new(),
         },
         species: vec![Species { part_type: 0, table: table(n, d, 7) }],
     }

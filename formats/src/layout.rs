@@ -1,0 +1,33 @@
+//! How a file in HDF5 with GADGET's groups is laid out. Readers here take more than any code does, and make one meaning of it;
+//! codes open what they open, by its name, and count on its length.
+
+/// One file as it was written.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Layout {
+    /// Attributes of the header with their numbers; none of texts.
+    pub header: Vec<(String, Vec<f64>)>,
+    /// The same of the group of units; `None` where there is no such group.
+    pub units: Option<Vec<(String, Vec<f64>)>>,
+    pub datasets: Vec<Dataset>,
+    /// Version of the container's superblock, by which old libraries know what is too new for them.
+    pub superblock: Option<u8>,
+}
+
+/// A column of particles as the file has it.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Dataset {
+    pub part_type: u8,
+    /// In the file.
+    pub name: String,
+    /// The name by which codes ask for such numbers in initial conditions.
+    pub meaning: String,
+    /// Rows and, of more than one component, columns.
+    pub shape: Vec<u64>,
+}
+
+impl Layout {
+    /// The numbers of an attribute of the header.
+    pub fn of_header(&self, name: &str) -> Option<&[f64]> {
+        self.header.iter().find(|(key, _)| key == name).map(|(_, numbers)| numbers.as_slice())
+    }
+}
