@@ -36,6 +36,7 @@ pub mod units;
 pub mod amrex;
 pub mod arepo;
 pub mod common;
+pub mod dualsphysics;
 pub mod fgong;
 pub mod gadget;
 pub mod gadget_binary;
@@ -80,6 +81,7 @@ pub use units::{Unit, UnitDimension, UnitSystem};
 pub static FORMATS: &[FormatSpec] = &[
     amrex::SPEC,
     arepo::SPEC,
+    dualsphysics::SPEC,
     fgong::SPEC,
     gadget::SPEC,
     gadget_binary::SPEC,

@@ -9,6 +9,8 @@ mod amrex;
 mod conformance;
 #[cfg(all(feature = "gadget", feature = "sph-exa", feature = "netcdf", feature = "grid-hdf5", feature = "gyre-hdf5"))]
 mod datasets;
+#[cfg(feature = "dualsphysics")]
+mod dualsphysics;
 #[cfg(all(
     feature = "arepo",
     feature = "gadget",
@@ -36,6 +38,7 @@ mod netcdf;
 mod numpy;
 #[cfg(all(
     feature = "arepo",
+    feature = "dualsphysics",
     feature = "gadget",
     feature = "gadget-binary",
     feature = "gizmo",

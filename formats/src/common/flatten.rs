@@ -1,7 +1,7 @@
 //! All particles of a file as one table, for formats without particle types: one array per column name, with a column
 //! `ParticleType` where there is more than gas, and NaN where a type has no such column.
 
-use crate::model::{Column, ParticleFile, Values};
+use crate::model::{Column, ParticleFile, Species, Values};
 use crate::particle_names as names;
 use crate::units::UnitDimension;
 
@@ -27,6 +27,14 @@ enum Part<'a> {
 /// A column with different numbers of components in two types.
 pub fn flatten(file: &ParticleFile) -> Result<(usize, Vec<Flat<'_>>), String> {
     let species: Vec<_> = file.species.iter().filter(|s| s.table.count > 0).collect();
+    Ok((species.iter().map(|s| s.table.count).sum(), flatten_species(&species)?))
+}
+
+/// The arrays of species in this order, each of which has particles.
+///
+/// # Errors
+/// A column with different numbers of components in two types.
+pub fn flatten_species<'a>(species: &[&'a Species]) -> Result<Vec<Flat<'a>>, String> {
     let mut arrays: Vec<Flat> = Vec::new();
     for column in species.iter().flat_map(|s| &s.table.columns) {
         match arrays.iter().find(|a| a.name == column.name) {
@@ -59,7 +67,7 @@ pub fn flatten(file: &ParticleFile) -> Result<(usize, Vec<Flat<'_>>), String> {
             parts: species.iter().map(|s| (Part::Type(s.part_type), s.table.count)).collect(),
         });
     }
-    Ok((species.iter().map(|s| s.table.count).sum(), arrays))
+    Ok(arrays)
 }
 
 impl Flat<'_> {

@@ -35,6 +35,7 @@ pub fn of(format: &str, folder: &Path) -> Vec<Vec<u8>> {
             [written(folder, "numpy", &["npz"]), vec![npy("<f4", "(2, 3)", 24), npy(">i8", "(4,)", 32)]].concat()
         }
         "phantom" => [written(folder, "phantom", &["hdf5"]), sinks(folder)].concat(),
+        "dualsphysics" => [written(folder, "dualsphysics", &["bi4"]), walls(folder)].concat(),
         other => written(folder, other, &["hdf5"]),
     };
     #[cfg(feature = "image")]
@@ -129,6 +130,26 @@ fn sinks(folder: &Path) -> Vec<Vec<u8>> {
     file.species.push(Species { part_type: 1, table });
     let path = folder.join("sinks.phantom");
     write(FORMATS, &path, Some("phantom"), &file, WriteOptions::default()).unwrap();
+    vec![std::fs::read(&path).unwrap()]
+}
+
+/// Fluid on walls that know their surface, in two dimensions; nothing where the format is left out.
+fn walls(folder: &Path) -> Vec<Vec<u8>> {
+    if !FORMATS.iter().any(|f| f.name == "dualsphysics" && f.write.is_some()) {
+        return Vec::new();
+    }
+    let mut file = particles(2, true);
+    let fluid = &mut file.species[0].table;
+    let (places, density) = (fluid.columns[0].clone(), fluid.columns[3].clone());
+    let pressure = Column { name: names::PRESSURE.into(), dimension: UnitDimension::PRESSURE, ..density.clone() };
+    fluid.columns.push(pressure);
+    let normals = Column { name: "Normals".into(), dimension: UnitDimension::NONE, ..places.clone() };
+    let distances = Column { name: "SurfaceDistance".into(), dimension: UnitDimension::LENGTH, ..density.clone() };
+    let columns = vec![places, fluid.columns[2].clone(), density, normals, distances];
+    let table = ParticleTable { count: fluid.count, columns };
+    file.species.push(Species { part_type: 5, table });
+    let path = folder.join("walls.bi4");
+    write(FORMATS, &path, Some("dualsphysics"), &file, WriteOptions::default()).unwrap();
     vec![std::fs::read(&path).unwrap()]
 }
 

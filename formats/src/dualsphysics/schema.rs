@@ -1,0 +1,37 @@
+//! Names in the files, and what they begin with.
+
+pub const NAME: &str = "dualsphysics";
+
+/// What every file of its container begins with, and which of them are particles.
+pub const MAGIC: &[u8] = b"#FileJBD JPartDataBi4";
+
+#[cfg(feature = "dualsphysics")]
+pub const CONTENT: &str = "JPartDataBi4";
+
+/// The item in which a header's other facts are texts.
+#[cfg(feature = "dualsphysics")]
+pub const OWN_ITEM: &str = "SphPrep";
+
+/// Type of wall particles.
+pub const WALLS: u8 = 5;
+
+/// Unit normals of the wall's surface, towards the fluid, and the distance from there: the code has their product.
+pub const NORMALS: &str = "Normals";
+#[cfg(feature = "dualsphysics")]
+pub const SURFACE_DISTANCE: &str = "SurfaceDistance";
+
+/// The longest name that the code takes.
+pub const LONGEST_NAME: usize = 120;
+
+/// The reach of both of the code's kernels over its smoothing length.
+pub const SUPPORT: f64 = 2.0;
+
+/// Axes along which a number of the header says that the box is periodic: a bit for each; this stands for an unknown one.
+#[cfg(feature = "dualsphysics")]
+pub const UNKNOWN_AXES: i64 = 96;
+
+/// Where the axis of so many dimensions is in a triple: a plane is that of x and z.
+#[cfg(feature = "dualsphysics")]
+pub fn slot(axis: usize, dimension: usize) -> usize {
+    if dimension == 2 && axis == 1 { 2 } else { axis }
+}
