@@ -188,6 +188,7 @@ fn fluid_and_walls_come_back() {
             assert_eq!(new.table.count, old.table.count);
             for column in &old.table.columns {
                 let found = new.table.column(&column.name).unwrap_or_else(|| panic!("{d}: {}", column.name));
+                assert_eq!(found.dimension, column.dimension, "{d}: {}", column.name);
                 for i in 0..column.values.len() {
                     let (a, b) = (column.values.get(i), found.values.get(i));
                     assert!((a - b).abs() <= 6e-8 * a.abs(), "{d}: {} is {b} of {a}", column.name);
@@ -223,6 +224,10 @@ fn outputs_of_the_code_are_in_si_and_have_pressures() {
         assert!(walls.column(names::PRESSURE).is_none() && walls.column("Normals").is_some());
         let ids: Vec<f64> = water.column(names::PARTICLE_IDS).unwrap().values.to_f64();
         assert_eq!(ids[0], walls.count as f64);
+        // Masses of a plane are per length, and densities per volume.
+        let kinds = [names::MASSES, names::DENSITY, names::PRESSURE].map(|n| water.column(n).unwrap().dimension);
+        let mass = UnitDimension::new(d as i8 - 3, 1, 0, 0);
+        assert_eq!(kinds, [mass, UnitDimension::mass_density(3), UnitDimension::PRESSURE]);
         let liquid = Liquid::of(&file).unwrap();
         let (least, most, bad) = water.column(names::PRESSURE).unwrap().values.range();
         let driven = 1000.0 * GRAVITY * (DEPTH - DEPTH / SIDE as f64);

@@ -1,14 +1,14 @@
 //! Reads cases and the code's outputs.
 
 use super::binary::{Array, Item, Source};
-use super::schema::{NAME, NORMALS, OWN_ITEM, SUPPORT, SURFACE_DISTANCE, UNKNOWN_AXES, WALLS, slot};
+use super::schema::{NAME, NORMALS, OWN_ITEM, SUPPORT, SURFACE_DISTANCE, UNIT, UNKNOWN_AXES, WALLS, slot};
 use crate::common::assemble::{self, Named};
 use crate::common::facts::Facts;
 use crate::error::{FormatError, Result};
 use crate::model::{Values, adiabatic_fact};
 use crate::particle_names as names;
 use crate::registry::{FieldRequest, FileContent};
-use crate::units::UnitSystem;
+use crate::units::{Unit, UnitDimension, UnitSystem};
 use std::path::Path;
 
 /// The code's arrays.
@@ -28,8 +28,12 @@ pub(super) fn read(path: &Path, _: &FieldRequest) -> Result<FileContent> {
     };
     let dimension = if root.number("Data2d").is_some_and(|is| is != 0.0) { 2 } else { 3 };
     let mut case = Case { source, root: &root, part, dimension, count: 0 };
-    let named = case.arrays()?;
+    let mut named = case.arrays()?;
     let facts = case.facts();
+    let units = facts.units.unwrap_or(UnitSystem::CODE);
+    for array in &mut named {
+        array.unit = case.unit(&array.name, &units);
+    }
     let file = assemble::particles(case.count, named, facts);
     file.map(FileContent::Particles).map_err(|(at, problem)| FormatError::input(path, NAME, at, problem))
 }
@@ -118,6 +122,22 @@ impl Case<'_> {
         Ok(named)
     }
 
+    /// What an array is measured in, where its name alone does not say it: particles of a plane are of a unit's length across it.
+    fn unit(&self, name: &str, units: &UnitSystem) -> Option<Unit> {
+        let own = self.own().and_then(|own| own.text(&format!("{UNIT}{name}"))).and_then(Unit::parse);
+        let dimension = match names::standard(name) {
+            Some(names::MASSES) => UnitDimension::new(self.dimension as i8 - 3, 1, 0, 0),
+            Some(names::DENSITY) => UnitDimension::mass_density(3),
+            Some(names::PRESSURE) => UnitDimension::PRESSURE,
+            _ => return own,
+        };
+        own.or_else(|| Some(units.unit(dimension)))
+    }
+
+    fn own(&self) -> Option<&Item> {
+        self.root.items.iter().find(|item| item.name == OWN_ITEM)
+    }
+
     /// How many numbers from 0 on are of particles of walls.
     fn walls(&self, ids: &Values) -> Result<u64> {
         let count = |name: &str| self.root.number(name).filter(|n| *n >= 0.0).unwrap_or(0.0) as u64;
@@ -170,8 +190,7 @@ impl Case<'_> {
 
     /// Ours where they are there. The code's files state no units, which are SI.
     fn facts(&self) -> Facts {
-        let own = self.root.items.iter().find(|item| item.name == OWN_ITEM);
-        if let Some(own) = own {
+        if let Some(own) = self.own() {
             let texts = own.values.iter().filter_map(|(key, _)| Some((key.as_str(), own.text(key)?)));
             return Facts { dimension: Some(self.dimension), ..Facts::new(texts) };
         }

@@ -12,6 +12,10 @@ pub const CONTENT: &str = "JPartDataBi4";
 #[cfg(feature = "dualsphysics")]
 pub const OWN_ITEM: &str = "SphPrep";
 
+/// Before the name of a column, in the keys of the texts that say what it is measured in.
+#[cfg(feature = "dualsphysics")]
+pub const UNIT: &str = "unit ";
+
 /// Type of wall particles.
 pub const WALLS: u8 = 5;
 

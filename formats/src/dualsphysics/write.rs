@@ -3,7 +3,7 @@
 use super::SPEC;
 use super::binary::{self, Kind, Value};
 use super::liquid::Liquid;
-use super::schema::{NAME, NORMALS, OWN_ITEM, SURFACE_DISTANCE, UNKNOWN_AXES, WALLS, slot};
+use super::schema::{NAME, NORMALS, OWN_ITEM, SURFACE_DISTANCE, UNIT, UNKNOWN_AXES, WALLS, slot};
 use crate::common::facts;
 use crate::common::flatten::{Flat, flatten_species};
 use crate::error::{FormatError, Result};
@@ -76,7 +76,11 @@ pub(super) fn write(path: &Path, file: &ParticleFile, options: WriteOptions) -> 
     let flats = flatten_species(&case.blocks).map_err(refuse)?;
     let arrays = case.arrays(&flats, options.double_precision).map_err(refuse)?;
     let bytes: usize = arrays.iter().map(|a| a.count * a.kind.0.width() * a.kind.1).sum();
-    let own: Vec<(String, String)> = facts::texts(case.header);
+    let mut own = facts::texts(case.header);
+    own.extend(flats.iter().filter_map(|flat| {
+        let symbol = case.header.units.symbol(flat.dimension);
+        (!symbol.is_empty()).then(|| (format!("{UNIT}{}", flat.name), symbol))
+    }));
     let own: Vec<(&str, Value)> = own.iter().map(|(k, v)| (k.as_str(), Value::Text(v.clone()))).collect();
     let own = binary::item(OWN_ITEM, &own, 0, 0);
     let (head, wide) = binary::head((bytes + own.len()) as u64);
