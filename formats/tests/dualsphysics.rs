@@ -61,6 +61,7 @@ fn tank(d: usize) -> ParticleFile {
             kernel: "Wendland C2".into(),
             kernel_neighbors: 28.0,
             provenance: vec![("Seed".into(), "3".into())],
+            layouts: Vec::new(),
         },
         species: vec![
             Species { part_type: 0, table: ParticleTable { count, columns: water } },
