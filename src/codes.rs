@@ -1,11 +1,15 @@
 //! Simulation codes as targets: what each sums and with which constants, as far as an initial condition depends on it.
 
+mod contrast;
+
+pub(crate) use contrast::Contrast;
+
 use crate::error::{Error, Result};
 use sph::geometry::unit_ball_volume;
 use sph::kernel::{KernelName, most_neighbors_without_pairs, support_over_smoothing_length};
 use sph::point_mass::Softening;
 use sph_formats::units::GRAVITATIONAL_CONSTANT_CGS;
-use sph_formats::{Species, UnitSystem, Values, did_you_mean, halvings};
+use sph_formats::{Species, UnitSystem, did_you_mean, halvings};
 
 /// How a code says how many neighbors a particle has.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -14,6 +18,8 @@ pub enum Neighbors {
     Eta(f64),
     /// Smoothing length over the spacing, in which kernels have their usual radius: 2, but 2.5 for the quartic and 3 for the quintic spline.
     Lengths(f64),
+    /// Smoothing length over the diagonal of a cube, or square, of the spacing; kernels have their usual radius.
+    Diagonals(f64),
     /// V_d n H^d itself in three dimensions; in fewer, as many as belong to the same H, which is so many smoothing lengths.
     Count { neighbors: f64, lengths: f64 },
 }
@@ -24,6 +30,7 @@ impl Neighbors {
         match self {
             Self::Eta(_) => Self::Eta(number),
             Self::Lengths(_) => Self::Lengths(number),
+            Self::Diagonals(_) => Self::Diagonals(number),
             Self::Count { lengths, .. } => Self::Count { neighbors: number, lengths },
         }
     }
@@ -256,6 +263,25 @@ pub const SHEETS: &[Sheet] = &[
         has_parameters: true,
         reference: "PySPH 1.0b2: base/kernels.py (radius_scale), sph/scheme.py (WCSPHScheme), hdx of examples/dam_break_2d.py",
     },
+    Sheet {
+        name: "dualsphysics",
+        title: "DualSPHysics",
+        format: "dualsphysics",
+        kernel: KernelName::WendlandC2,
+        neighbors: Neighbors::Diagonals(1.0),
+        // It has none of its own.
+        gravity: GRAVITATIONAL_CONSTANT_CGS,
+        by_kernel: &[],
+        key: "coefh",
+        parameter: "coefh",
+        schemes: &[other("dbc")],
+        softening: Softening::CubicSpline,
+        has_kernels: true,
+        is_mesh: false,
+        owns_format: true,
+        has_parameters: true,
+        reference: "DualSPHysics 5.4 (ef3721a): JSph.cpp (Kernel), JCaseCtes.cpp (ComputeFinalH), coefh of examples/main/01_DamBreak",
+    },
 ];
 
 /// Schemes with equations of state by material.
@@ -265,20 +291,6 @@ pub(crate) const AS_PLANETARY: [&str; 2] = ["planetary", "remix"];
 /// lie along the shortest edge of a periodic box at least.
 pub(crate) const CELL_OVER_REACH: f64 = 1.1;
 pub(crate) const LEAST_CELLS: f64 = 3.0;
-
-/// Masses of gas beyond this contrast may fail in codes.
-const MASS_CONTRAST: f64 = 1e3;
-
-/// Masses of gas particles that differ by far.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) struct Contrast {
-    pub least: f64,
-    pub most: f64,
-    /// Of a code that counts neighbors by their mass over the particle's own, so that the heaviest does not find its number in all of the gas.
-    pub is_out_of_reach: bool,
-    /// Whether the code is one of these: of others no more is known than that they crash or hang.
-    pub is_known: bool,
-}
 
 /// Part of the most neighbors that make no pairs which is advised.
 const FEWER: f64 = 0.95;
@@ -300,7 +312,7 @@ impl TargetCode {
             ("gizmo", _) => format!("BOX_SPATIAL_DIMENSION={d}"),
             ("gadget2" | "gadget4" | "arepo", 2) => "TWODIMS".into(),
             ("gadget4" | "arepo", 1) => "ONEDIMS".into(),
-            ("pysph", _) => String::new(),
+            ("pysph", _) | ("dualsphysics", 2) => String::new(),
             _ => return None,
         })
     }
@@ -315,20 +327,6 @@ impl TargetCode {
     /// Whether gas of discs has the temperature of its distance from the star, as the code keeps it: Phantom's `ieos = 6`.
     pub(crate) fn cools_discs_by_distance(&self) -> bool {
         self.sheet.name == "phantom"
-    }
-
-    /// Whether `masses` of gas in `d` dimensions differ by more than the code bears.
-    pub(crate) fn contrast(&self, masses: &Values, d: usize) -> Option<Contrast> {
-        let (least, most, _) = masses.range();
-        let total: f64 = (0..masses.len()).map(|i| masses.get(i)).sum();
-        let is_known = self.sheet.format.starts_with("gadget");
-        let is_out_of_reach = is_known && self.kernel_neighbors(d) * most > total && most > 1.5 * least;
-        (!self.sheet.is_mesh && least > 0.0 && (most > MASS_CONTRAST * least || is_out_of_reach)).then_some(Contrast {
-            least,
-            most,
-            is_out_of_reach,
-            is_known,
-        })
     }
 
     /// What the code as it is built by default does not make of particles beside the gas, with the remedy; `None` where it takes them.
@@ -423,6 +421,7 @@ impl TargetCode {
         match self.neighbors {
             Neighbors::Eta(eta) => of_ratio(eta * support_over_smoothing_length(self.kernel, d)),
             Neighbors::Lengths(ratio) => of_ratio(ratio * usual_radius(self.kernel)),
+            Neighbors::Diagonals(ratio) => of_ratio(ratio * (d as f64).sqrt() * usual_radius(self.kernel)),
             Neighbors::Count { neighbors, .. } if d == 3 => neighbors,
             Neighbors::Count { neighbors, .. } => {
                 let count = of_ratio((neighbors / unit_ball_volume(3)).cbrt());
@@ -440,7 +439,7 @@ impl TargetCode {
     pub fn support_over_length(&self, d: usize) -> f64 {
         match self.neighbors {
             Neighbors::Eta(_) => support_over_smoothing_length(self.kernel, d),
-            Neighbors::Lengths(_) => usual_radius(self.kernel),
+            Neighbors::Lengths(_) | Neighbors::Diagonals(_) => usual_radius(self.kernel),
             Neighbors::Count { lengths, .. } => lengths,
         }
     }
@@ -448,7 +447,10 @@ impl TargetCode {
     /// What it says in the code's own parameter.
     pub fn setting(&self) -> f64 {
         match self.neighbors {
-            Neighbors::Eta(v) | Neighbors::Lengths(v) | Neighbors::Count { neighbors: v, .. } => v,
+            Neighbors::Eta(v)
+            | Neighbors::Lengths(v)
+            | Neighbors::Diagonals(v)
+            | Neighbors::Count { neighbors: v, .. } => v,
         }
     }
 
@@ -471,6 +473,7 @@ impl TargetCode {
         match self.neighbors {
             Neighbors::Eta(_) => ratio / support_over_smoothing_length(kernel, d),
             Neighbors::Lengths(_) => ratio / usual_radius(kernel),
+            Neighbors::Diagonals(_) => ratio / usual_radius(kernel) / (d as f64).sqrt(),
             Neighbors::Count { .. } => unit_ball_volume(3) * ratio.powi(3),
         }
     }
@@ -581,6 +584,9 @@ fn kernel(sheet: &Sheet, name: &str) -> std::result::Result<KernelName, String> 
         let hint = did_you_mean(name, KernelName::ALL.iter().map(|k| k.name()));
         format!("'{name}' is no kernel, expected one of {known}{hint}")
     })?;
+    if sheet.name == "dualsphysics" && ![KernelName::WendlandC2, KernelName::CubicSpline].contains(&found) {
+        return Err(format!("{} has no kernel but Wendland C2 and cubic spline", sheet.title));
+    }
     if found != sheet.kernel && !sheet.has_kernels {
         return Err(format!("{} has no kernel but {}", sheet.title, sheet.kernel.title()));
     }

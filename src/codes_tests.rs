@@ -18,6 +18,10 @@ fn codes_have_the_neighbors_that_they_say() {
         ("phantom:wendland-c4", 3, 113.1),
         ("pysph", 2, 21.2),
         ("pysph:quintic,hdx=1.0", 2, 28.3),
+        // pi 8 and 4/3 pi (2 sqrt 3)^3.
+        ("dualsphysics", 2, 25.1),
+        ("dualsphysics", 3, 174.1),
+        ("dualsphysics:cubic-spline,coefh=1.2", 2, 36.2),
         ("arepo", 3, 64.0),
         ("sph-exa", 3, 100.0),
         ("sph-exa:ng0=150", 3, 150.0),
@@ -42,6 +46,7 @@ fn what_is_not_known_is_refused_with_what_is() {
         ("arepo:wendland-c2", vec!["'wendland-c2' is no option", "AREPO has a mesh"]),
         ("arepo:neighbors=64", vec!["'neighbors=64' is no option", "no kernel"]),
         ("pysph:hfact=1.2", vec!["'hfact' is no option", "hdx=NUMBER"]),
+        ("dualsphysics:quintic", vec!["no kernel but Wendland C2 and cubic spline"]),
     ] {
         let error = TargetCode::parse(text).unwrap_err().to_string();
         for part in parts {

@@ -289,6 +289,7 @@ fn smoothing<const D: usize>(
     let expected = match code.neighbors {
         Neighbors::Eta(eta) => format!("h = {eta} (m/rho)^(1/3)"),
         Neighbors::Lengths(ratio) => format!("h = {ratio} (m/rho)^(1/3)"),
+        Neighbors::Diagonals(ratio) => format!("h = {ratio} sqrt({D}) (m/rho)^(1/{D})"),
         Neighbors::Count { lengths: 1.0, .. } => format!("the kernel's radius with {} neighbors", code.setting_in(D)),
         Neighbors::Count { lengths, .. } => {
             format!("the kernel's radius over {lengths} with {} neighbors", code.setting_in(D))

@@ -44,7 +44,7 @@ pub(super) fn needed(part_type: u8, code: &TargetCode) -> &'static [&'static str
             names::PARTICLE_IDS,
         ],
         ("phantom", 0) => &[names::COORDINATES, names::MASSES, names::INTERNAL_ENERGY, names::SUPPORT_RADIUS],
-        ("phantom" | "pysph", _) => &[names::COORDINATES, names::MASSES],
+        ("phantom" | "pysph" | "dualsphysics", _) => &[names::COORDINATES, names::MASSES],
         (_, 0) => &[names::COORDINATES, names::VELOCITIES, names::MASSES, names::INTERNAL_ENERGY, names::PARTICLE_IDS],
         _ => &[names::COORDINATES, names::VELOCITIES, names::MASSES, names::PARTICLE_IDS],
     }
@@ -139,10 +139,11 @@ fn of_masses(species: &Species, masses: &Column, (code, d): (&TargetCode, usize)
         add(findings, level, names::MASSES, text);
     }
     // Sinks have one each.
-    let has_one = code.sheet.name == "phantom" && !species.table.is_of_points();
+    let has_one = ["phantom", "dualsphysics"].contains(&code.sheet.name) && !species.table.is_of_points();
     if has_one && least > 0.0 && most - least > SAME * most {
         let text = format!(
-            "go from {least:e} to {most:e}, but a dump of Phantom has one mass for all particles of a type; make them of equal masses"
+            "go from {least:e} to {most:e}, but a file of {} has one mass for all particles of a type; make them of equal masses",
+            code.sheet.title
         );
         add(findings, Level::Error, &named(species, names::MASSES), text);
     }

@@ -287,8 +287,8 @@ pub struct RunArgs {
     /// Flavor of the output, where the extension does not settle it.
     #[arg(long, value_name = "NAME")]
     to: Option<String>,
-    /// The code, and its build, that the particles are for: swift, gadget4, gadget2, gizmo, phantom, sph-exa, arepo, pysph, with
-    /// options as in swift:wendland-c4,eta=1.2348,scheme=planetary. Sets kernel, neighbors and flavor, and balances stars for it.
+    /// The code, and its build, that the particles are for: swift, gadget4, gadget2, gizmo, phantom, sph-exa, arepo, pysph,
+    /// dualsphysics, with options as in swift:wendland-c4,eta=1.2348,scheme=planetary. Sets kernel, neighbors and flavor, and balances stars for it.
     #[arg(long = "for", value_name = "CODE")]
     target_code: Option<String>,
     /// Variable that is the mass density.

@@ -24,8 +24,8 @@ pub const NORMALS: &str = "Normals";
 pub const SURFACE_DISTANCE: &str = "SurfaceDistance";
 /// Spacings from the fluid beyond which walls do not act on it.
 const FAR: f64 = 3.0;
-/// Codes for which walls are particles: PySPH, and Phantom, whose boundary particles they are.
-const WITH_WALLS: [&str; 2] = ["pysph", "phantom"];
+/// Codes for which walls are particles: DualSPHysics and PySPH, and Phantom, whose boundary particles they are.
+const WITH_WALLS: [&str; 3] = ["dualsphysics", "pysph", "phantom"];
 /// Most points of the lattice.
 const MOST_POINTS: f64 = 2e9;
 
@@ -183,7 +183,7 @@ impl<const D: usize> Walls<D> {
         let title = code.filter(|code| !WITH_WALLS.contains(&code.sheet.name))?.sheet.title;
         Some(format!(
             "{title} has no walls of particles: it takes the {} of type {} for matter that only attracts, or leaves them out, and nothing holds the fluid; \
-             `--for pysph` has walls",
+             `--for dualsphysics` and `--for pysph` have walls",
             self.positions.len(),
             self.part_type
         ))

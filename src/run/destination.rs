@@ -336,7 +336,7 @@ fn refuse_name_of_another(formats: &[FormatSpec], output: &Path, code: &TargetCo
 fn kind_of_file(format: &str) -> &str {
     match format {
         "gadget-binary" | "gadget-binary-1" => "gadget-binary",
-        "phantom" | "numpy" => format,
+        "phantom" | "numpy" | "dualsphysics" => format,
         _ => "hdf5",
     }
 }

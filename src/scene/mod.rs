@@ -124,8 +124,8 @@ pub struct Scene {
     #[serde(skip_serializing_if = "Option::is_none")]
     pub order: Option<Order>,
     /// The code, and its build, that the particles are for: `swift`, `swift:wendland-c4,eta=1.2348,scheme=planetary`,
-    /// `gadget4:neighbors=64`, `gadget2`, `phantom:hfact=1.2`, `arepo`, `pysph`. Sets kernel, neighbors and format where they are left out, the
-    /// constant of gravity, and balances bodies that their own gravity holds.
+    /// `gadget4:neighbors=64`, `gadget2`, `phantom:hfact=1.2`, `arepo`, `pysph`, `dualsphysics`. Sets kernel, neighbors and format where they are
+    /// left out, the constant of gravity, and balances bodies that their own gravity holds.
     #[schemars(example = &"swift:wendland-c4,eta=1.2348")]
     #[serde(skip_serializing_if = "Option::is_none")]
     pub target_code: Option<String>,

@@ -1,0 +1,34 @@
+//! Masses of gas that differ by more than codes bear.
+
+use super::TargetCode;
+use sph_formats::Values;
+
+/// Masses of gas beyond this contrast may fail in codes.
+const MASS_CONTRAST: f64 = 1e3;
+
+/// Masses of gas particles that differ by far.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Contrast {
+    pub least: f64,
+    pub most: f64,
+    /// Of a code that counts neighbors by their mass over the particle's own, so that the heaviest does not find its number in all of the gas.
+    pub is_out_of_reach: bool,
+    /// Whether the code is one of these: of others no more is known than that they crash or hang.
+    pub is_known: bool,
+}
+
+impl TargetCode {
+    /// Whether `masses` of gas in `d` dimensions differ by more than the code bears.
+    pub(crate) fn contrast(&self, masses: &Values, d: usize) -> Option<Contrast> {
+        let (least, most, _) = masses.range();
+        let total: f64 = (0..masses.len()).map(|i| masses.get(i)).sum();
+        let is_known = self.sheet.format.starts_with("gadget");
+        let is_out_of_reach = is_known && self.kernel_neighbors(d) * most > total && most > 1.5 * least;
+        (!self.sheet.is_mesh && least > 0.0 && (most > MASS_CONTRAST * least || is_out_of_reach)).then_some(Contrast {
+            least,
+            most,
+            is_out_of_reach,
+            is_known,
+        })
+    }
+}
