@@ -151,6 +151,7 @@ fn every_format_with_types_keeps_walls_and_tables_tell_them_apart() {
         ("a.hdf5", "swift"),
         ("b.hdf5", "gadget"),
         ("c.npz", "numpy"),
+        ("g.bi4", "dualsphysics"),
         ("d.vtu", "vtk"),
         ("e.vtp", "vtk"),
         ("f.vtk", "vtk"),

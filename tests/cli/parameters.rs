@@ -19,7 +19,7 @@ pub(super) fn place(folder: &Folder, scene: &str, (code, out): (&str, &str), mor
     succeed(&all)
 }
 
-fn profile(name: &str) -> String {
+pub(super) fn profile(name: &str) -> String {
     std::fs::read_to_string(format!("{PROFILES}/{name}.yaml")).unwrap()
 }
 

@@ -1,6 +1,6 @@
 //! What parameter files say of the file that they stand beside: what is in it, what kind it is, what its code cannot bear.
 
-use super::parameters::{BOX, lines, place, text};
+use super::parameters::{BOX, lines, place, profile, text};
 use super::support::{Folder, command};
 use sph_formats::{FieldRequest, FileContent};
 use sph_prep::FORMATS;
@@ -130,4 +130,59 @@ fn gadget_4_is_built_for_boxes_whose_edges_are_halves() {
         .unwrap();
     let error = String::from_utf8(refused.stderr).unwrap();
     assert!(!refused.status.success() && error.contains("LONG_X_BITS"), "{error}");
+}
+
+/// An attribute of the first element of a name.
+fn attribute(xml: &str, element: &str, name: &str) -> f64 {
+    let (_, rest) = xml.split_once(&format!("<{element} ")).unwrap_or_else(|| panic!("{element}: {xml}"));
+    let (_, rest) = rest.split_once(&format!("{name}=\"")).unwrap_or_else(|| panic!("{element}: {name}"));
+    rest.split('"').next().unwrap().parse().unwrap()
+}
+
+/// A parameter of a case.
+fn parameter(xml: &str, key: &str) -> f64 {
+    attribute(xml, &format!("parameter key=\"{key}\""), "value")
+}
+
+/// The blocks of a case are those of its file; gravity is that which its pressures are in balance with, and along z.
+#[test]
+fn dualsphysics_gets_a_case() {
+    let folder = Folder::new();
+    let dam = profile("dam").replace("particles: 5000", "particles: 800").replace("balance: {gravity: field}\n", "");
+    let report = place(&folder, &dam, ("dualsphysics", "dam.bi4"), &[]).stdout;
+    let xml = text(&folder, "dam.xml");
+    assert!(xml.starts_with("<!-- dam.bi4 for DualSPHysics") && xml.matches("-->").count() == 1, "{xml}");
+    assert!(!report.contains("beware") && !xml.contains("beware"), "{report}");
+    let file = match sph_formats::read(FORMATS, &folder.path("out/dam.bi4"), None, &FieldRequest::default()).unwrap() {
+        FileContent::Particles(file) => file,
+        FileContent::Field(_) => panic!("a field"),
+    };
+    let count = |t: u8| file.species.iter().find(|s| s.part_type == t).unwrap().table.count as f64;
+    let of_particles = ["np", "nb", "nbf"].map(|name| attribute(&xml, "particles", name));
+    assert_eq!(of_particles, [count(0) + count(5), count(5), count(5)]);
+    assert_eq!((attribute(&xml, "fixed", "begin"), attribute(&xml, "fixed", "count")), (0.0, count(5)));
+    assert_eq!((attribute(&xml, "fluid", "begin"), attribute(&xml, "fluid", "count")), (count(5), 800.0));
+    let constant = |name: &str| attribute(&xml, name, "value");
+    assert!(xml.contains("<data2d value=\"true\" />"), "{xml}");
+    assert_eq!(["x", "y"].map(|axis| attribute(&xml, "gravity", axis)), [0.0; 2]);
+    assert!((attribute(&xml, "gravity", "z") / -9.81 - 1.0).abs() < 1e-9, "{xml}");
+    // 2 by 1 of density 1 in 800 particles.
+    assert_eq!((constant("rhop0"), constant("gamma"), constant("massfluid")), (1.0, 7.0, 2.0 / 800.0));
+    assert!((constant("dp") - 0.05).abs() < 1e-12 && constant("massbound") > 0.0);
+    // coefh = 1; support radii of the fluid differ by little.
+    assert!((constant("h") / (0.05 * 2.0_f64.sqrt()) - 1.0).abs() < 0.05, "{xml}");
+    // c = 20 sqrt(g H), where H is 2 less one spacing.
+    let sound = (constant("b") * 7.0).sqrt();
+    assert!((sound / (20.0 * (9.81 * 1.95_f64).sqrt()) - 1.0).abs() < 0.02, "{sound}");
+    assert_eq!((parameter(&xml, "Kernel"), parameter(&xml, "DensityDT"), parameter(&xml, "Boundary")), (2.0, 2.0, 1.0));
+    assert!((parameter(&xml, "RhopOutMin"), parameter(&xml, "RhopOutMax")) == (0.7, 1.3));
+    assert!((parameter(&xml, "TimeMax") / parameter(&xml, "TimeOut") - 10.0).abs() < 1e-9);
+    assert!(xml.contains("<posmax x=\"default\" y=\"default\" z=\"default + 50%\" />"), "{xml}");
+    assert!(xml.contains("<posmin x=\"default\" y=\"default\" z=\"default\" />"), "{xml}");
+    // A box without pressures or walls floats, and its axes are periodic.
+    let report = place(&folder, BOX, ("dualsphysics:cubic-spline", "box.bi4"), &[]).stdout;
+    let xml = text(&folder, "box.xml");
+    assert!(report.contains("begins without pressure and without gravity") && xml.contains("beware"), "{report}");
+    assert!(xml.contains("XPeriodicIncZ") && xml.contains("ZPeriodicIncX") && !xml.contains("<fixed "), "{xml}");
+    assert_eq!((parameter(&xml, "Kernel"), parameter(&xml, "DensityDT")), (1.0, 1.0));
 }

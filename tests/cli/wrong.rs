@@ -222,6 +222,7 @@ fn a_name_that_belongs_to_files_of_another_kind_is_refused() {
         ("gadget2", "a.hdf5", "a.gadget"),
         ("phantom", "a.hdf5", "a.phantom"),
         ("pysph", "a.h5", "a.npz"),
+        ("dualsphysics", "a.h5", "a.bi4"),
         ("swift", "a.gadget", "a.hdf5"),
         ("gadget4", "a.phantom", "a.h5"),
     ] {

@@ -13,12 +13,13 @@ pub(super) fn doubts(facts: &Facts<'_>) -> Vec<String> {
     let (header, title) = (&facts.file.header, facts.code.sheet.title);
     let periodic = &header.periodic[..header.dimension];
     let name = facts.code.sheet.name;
-    let by_axis = ["sph-exa", "arepo", "pysph"].contains(&name);
+    let by_axis = ["sph-exa", "arepo", "pysph", "dualsphysics"].contains(&name);
+    let is_held = name == "dualsphysics" && facts.has_walls();
     if periodic.contains(&true) && periodic.contains(&false) && !by_axis {
         doubts.push(format!(
             "{title} is periodic along all axes or none, and the box along some: what leaves through its other faces comes in again opposite"
         ));
-    } else if facts.reflects && !["arepo", "pysph"].contains(&name) {
+    } else if facts.reflects && !is_held && !["arepo", "pysph"].contains(&name) {
         doubts.push(format!(
             "{title} has no reflecting walls: what the scene holds by them flows out, unless walls of particles hold it there"
         ));
@@ -34,13 +35,15 @@ pub(super) fn doubts(facts: &Facts<'_>) -> Vec<String> {
             facts.code.scheme.name
         ));
     }
-    if facts.gas.column(names::MAGNETIC_FIELD).is_some() && ["gadget4", "swift", "sph-exa", "pysph"].contains(&name) {
+    if facts.gas.column(names::MAGNETIC_FIELD).is_some()
+        && ["gadget4", "swift", "sph-exa", "pysph", "dualsphysics"].contains(&name)
+    {
         doubts.push(format!(
             "{title} as it is built by default knows no magnetic field: the gas moves as if there were none"
         ));
     }
-    // PySPH's liquids have the gravity that their pressures are in balance with.
-    if facts.in_field && name != "pysph" {
+    // Liquids have the gravity that their pressures are in balance with.
+    if facts.in_field && !["pysph", "dualsphysics"].contains(&name) {
         doubts.push(format!(
             "{title} is not told of the force that holds the pressure, which is not the particles' own (balance.gravity): set it up in the code, or nothing holds the gas"
         ));
@@ -101,6 +104,7 @@ pub(super) fn doubts(facts: &Facts<'_>) -> Vec<String> {
     match name {
         "arepo" => doubts.extend(facts.arepo_doubt()),
         "pysph" => doubts.extend(facts.pysph_doubts()),
+        "dualsphysics" => doubts.extend(facts.dualsphysics_doubts()),
         "swift" => doubts.extend(facts.swift_doubts()),
         _ => doubts.extend(facts.too_few(IMAGES).map(|(reach, least, enough)| {
             format!(

@@ -2,6 +2,7 @@
 
 mod arepo;
 mod doubts;
+mod dualsphysics;
 mod facts;
 mod gadget4;
 mod gizmo;
@@ -35,6 +36,7 @@ pub(crate) fn places(code: TargetCode, path: &Path) -> Vec<PathBuf> {
         "gizmo" => vec![format!("{stem}.params"), format!("{stem}.Config.sh")],
         "phantom" => vec![format!("{}.in", prefix(&stem))],
         "pysph" => vec![format!("{stem}.py")],
+        "dualsphysics" => vec![format!("{stem}.xml")],
         "sph-exa" => vec![format!("{stem}.sh")],
         _ => Vec::new(),
     };
@@ -64,7 +66,7 @@ pub(crate) fn refuse_overwriting(code: TargetCode, path: &Path, no_clobber: bool
         if !first.contains(&own) {
             return wrong(format!(
                 "would replace '{place}', which is that of another file ({}); move it, or name another output",
-                first.trim_start_matches(['#', '%', ' '])
+                first.trim_start_matches(['#', '%', ' ', '<', '!', '-'])
             ));
         }
     }
@@ -90,6 +92,7 @@ pub(crate) fn beside(
         "gizmo" => vec![facts.gizmo(), facts.gizmo_config()],
         "phantom" => vec![facts.phantom()],
         "pysph" => vec![facts.pysph()],
+        "dualsphysics" => vec![facts.dualsphysics()],
         "sph-exa" => vec![facts.sph_exa()],
         _ => Vec::new(),
     };

@@ -164,19 +164,26 @@ if __name__ == \"__main__\":
         let mut densities = values(names::DENSITY).map(sph_formats::Values::to_f64).unwrap_or_default();
         densities.sort_by(f64::total_cmp);
         let density = densities.get(densities.len() / 2).copied().unwrap_or(1.0);
-        let slopes = values(names::PRESSURE).and_then(|p| self.slopes(|i| p.get(i))).unwrap_or_default();
-        let gravity = sph::array(|k| if k < d { slopes[k] / density } else { 0.0 });
+        let gravity = self.field_gravity(density);
         let potential: f64 = (0..d).map(|k| f64::abs(gravity[k]) * self.extent(k)).sum();
         let edge = self.edges().iter().copied().fold(0.0, f64::max);
         let sound = if potential > 0.0 { SOUND_OVER_SPEED * (2.0 * potential).sqrt() } else { edge / self.time };
         Liquid { density, sound, gravity }
     }
 
+    /// The uniform gravity that the pressures of a liquid of this density are in balance with.
+    pub(super) fn field_gravity(&self, density: f64) -> [f64; 3] {
+        let d = self.file.header.dimension;
+        let pressures = self.gas.column(names::PRESSURE).map(|c| &c.values);
+        let slopes = pressures.and_then(|p| self.slopes(|i| p.get(i))).unwrap_or_default();
+        sph::array(|k| if k < d { slopes[k] / density } else { 0.0 })
+    }
+
     fn is_gas(&self) -> bool {
         self.code.scheme.name == "gas-dynamics"
     }
 
-    fn has_walls(&self) -> bool {
+    pub(super) fn has_walls(&self) -> bool {
         self.file.species.iter().any(|s| s.part_type == WALLS)
     }
 
