@@ -28,7 +28,7 @@
 //!
 //! Layout after DualSPHysics' `src/source/JBinaryData.cpp`, `JPartDataBi4.cpp`, `JPartsLoad4.cpp` and `JPeriodicDef.h` (5.4).
 
-use crate::registry::{Capabilities, Columns, FormatSpec, Match, ReadFn, WriteFn};
+use crate::registry::{Capabilities, FormatSpec, Match, ReadFn, WriteFn};
 
 #[cfg(feature = "dualsphysics")]
 mod binary;
@@ -56,12 +56,9 @@ pub const SPEC: FormatSpec = FormatSpec {
     capabilities: Capabilities {
         read_particles: true,
         write_particles: true,
-        dimensions: &[2, 3],
+        dimensions: schema::DIMENSIONS,
         equal_masses: true,
-        columns: Columns::Scalars {
-            longest_name: schema::LONGEST_NAME,
-            vectors: &[crate::particle_names::VELOCITIES, schema::NORMALS],
-        },
+        columns: schema::COLUMNS,
         ..Capabilities::NONE
     },
     sniff,

@@ -1,5 +1,7 @@
 //! Names in the files, and what they begin with.
 
+use crate::registry::Columns;
+
 pub const NAME: &str = "dualsphysics";
 
 /// What every file of its container begins with, and which of them are particles.
@@ -24,8 +26,12 @@ pub const NORMALS: &str = "Normals";
 #[cfg(feature = "dualsphysics")]
 pub const SURFACE_DISTANCE: &str = "SurfaceDistance";
 
-/// The longest name that the code takes.
-pub const LONGEST_NAME: usize = 120;
+/// Columns that a file holds, of names as long as the code takes them.
+pub const COLUMNS: Columns =
+    Columns::Scalars { longest_name: 120, vectors: &[crate::particle_names::VELOCITIES, NORMALS] };
+
+/// Dimensions of the code.
+pub const DIMENSIONS: &[usize] = &[2, 3];
 
 /// The reach of both of the code's kernels over its smoothing length.
 pub const SUPPORT: f64 = 2.0;

@@ -1,9 +1,8 @@
 //! Writes a case from which the code starts.
 
-use super::SPEC;
 use super::binary::{self, Kind, Value};
 use super::liquid::Liquid;
-use super::schema::{NAME, NORMALS, OWN_ITEM, SURFACE_DISTANCE, UNIT, UNKNOWN_AXES, WALLS, slot};
+use super::schema::{COLUMNS, DIMENSIONS, NAME, NORMALS, OWN_ITEM, SURFACE_DISTANCE, UNIT, UNKNOWN_AXES, WALLS, slot};
 use crate::common::facts;
 use crate::common::flatten::{Flat, flatten_species};
 use crate::error::{FormatError, Result};
@@ -117,7 +116,7 @@ impl<'a> Case<'a> {
     /// What the code has no place for.
     fn new(file: &'a ParticleFile) -> std::result::Result<Self, String> {
         let header = &file.header;
-        if !SPEC.capabilities.dimensions.contains(&header.dimension) {
+        if !DIMENSIONS.contains(&header.dimension) {
             return Err(format!(
                 "the particles are in {} dimension, but DualSPHysics has two, x and z, or three",
                 header.dimension
@@ -259,8 +258,8 @@ impl<'a> Case<'a> {
                 NORMALS | SURFACE_DISTANCE => has_surface,
                 _ => OWN.contains(&name),
             };
-            let is_lost = SPEC.capabilities.columns.loses(name, flat.components).is_some();
-            if is_held || is_lost && name != names::PARTICLE_TYPE {
+            let is_lost = COLUMNS.loses(name, flat.components).is_some();
+            if is_held || is_lost {
                 continue;
             }
             let kind = match flat.integers {
