@@ -234,7 +234,7 @@ impl<'a, const D: usize, R: Real> Objective<'a, D, R> {
     }
 
     /// Lets particles aim at the smoothed target where the target is too sharp, if it is so for more than a few. What ends at an
-    /// open edge does not count: sums see a mirror there, and not the end.
+    /// open edge does not count: sums see a mirror there, and not the end. Of a thin layer it is not the edge that is too sharp.
     fn take_aim(&mut self, sharpness: &[f64], spacing: &[f64]) {
         // Those of all other blocks would be found, too.
         if self.holds.is_some() && !self.points.are_known() {
@@ -259,7 +259,11 @@ impl<'a, const D: usize, R: Real> Objective<'a, D, R> {
         let solved = self.arrangement.solve_among(&guess, Search::EXACT);
         let support = parallel::map(solved.len(), |i| solved[i].support.min(domain.size()));
         let positions = self.arrangement.positions();
-        let ends = |i: usize| self.arrangement.target.ends_within(&at(positions, i), AT_AN_END * support[i]);
+        let target = &self.arrangement.target;
+        let ends = |i: usize| {
+            let x = at(positions, i);
+            target.ends_within(&x, AT_AN_END * support[i]) && target.thin_along(&x, spacing[i]).is_none()
+        };
         if !many(parallel::count(sharpness.len(), |i| share(sharpness[i]) > 0.0 && !ends(i))) {
             return;
         }

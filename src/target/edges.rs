@@ -62,16 +62,35 @@ impl<const D: usize> Target<'_, D> {
         radius <= TOGETHER * support && !self.domain.is_edge_within(&middle, farthest) && is_even(1.0) && is_even(0.5)
     }
 
-    /// Whether an edge beyond which is vacuum is nearer than `reach`.
+    /// Whether an edge beyond which is vacuum is nearer than `reach`, and the target is not denser at its face.
     pub fn ends_within(&self, x: &[f64; D], reach: f64) -> bool {
-        let domain = self.domain;
+        let (domain, here) = (self.domain, self.number_density(x));
+        let falls_to = |k: usize, face: f64| {
+            let mut y = *x;
+            y[k] = face;
+            !(self.number_density(&y) > here)
+        };
         let is_near = |k: usize| match domain.axes[k] {
             Axis::Walls { lo, hi } if domain.has_faces(k) => {
-                lo == Wall::Open && x[k] - domain.lo[k] < reach || hi == Wall::Open && domain.hi[k] - x[k] < reach
+                lo == Wall::Open && x[k] - domain.lo[k] < reach && falls_to(k, domain.lo[k])
+                    || hi == Wall::Open && domain.hi[k] - x[k] < reach && falls_to(k, domain.hi[k])
             }
             _ => false,
         };
         (0..D).any(is_near) || domain.region.wall() == Some(Wall::Open) && domain.region.is_surface_within(x, reach)
+    }
+
+    /// The axis along which the target is a layer thinner than two spacings at `x`: it falls by more than a factor e within one to both sides, for a
+    /// `spacing`. Beyond an edge it is nothing.
+    pub fn thin_along(&self, x: &[f64; D], spacing: f64) -> Option<usize> {
+        let least = self.number_density(x) / std::f64::consts::E;
+        let falls = |k: usize, step: f64| {
+            let mut y = *x;
+            y[k] += step;
+            self.domain.wrap(&mut y);
+            !self.domain.contains(&y) || self.number_density(&y) < least
+        };
+        (0..D).find(|&k| falls(k, spacing) && falls(k, -spacing))
     }
 
     /// |grad ln n*| times `support`: the logarithm of the change over a support radius.
