@@ -19,6 +19,8 @@ const THIN: f64 = 2.0;
 const SHARE: f64 = 0.1;
 /// Particles that are looked at.
 const SAMPLES: usize = 2000;
+/// Halvings of the spacing up to which particles are asked for: millions of times as many are no advice.
+const MOST_HALVINGS: u32 = 7;
 
 /// On a snapshot that is placed for a code.
 const UNBALANCED: &str = "forces on a re-sampled body are not balanced: `sph-prep check FILE --for CODE` says how much net force the code will sum, \
@@ -266,35 +268,26 @@ pub(crate) fn unrefined<const D: usize>(
 }
 
 /// Doubts about a body that is thin somewhere: about a particle the target falls by more than a factor e within a spacing on
-/// both sides.
+/// both sides. With how many times as many particles, whose spacing is half as large or a fourth and so on, it would not.
 pub(crate) fn after<const D: usize>(target: &Target<'_, D>, positions: &Positions<D>) -> Option<String> {
     let n = positions[0].len();
     let step = n.div_ceil(SAMPLES).max(1);
-    let thin = |i: usize| -> Option<usize> {
-        let x = at(positions, i);
-        let here = target.density.value(&x);
-        let spacing = target.spacing(target.number_density(&x));
-        (0..D).find(|&k| {
-            [-1.0, 1.0].into_iter().all(|side| {
-                let mut y = x;
-                y[k] += side * spacing;
-                target.domain.wrap(&mut y);
-                let there = if target.domain.contains(&y) { target.density.value(&y) } else { 0.0 };
-                there < here / std::f64::consts::E
-            })
-        })
+    let samples: Vec<[f64; D]> = (0..n).step_by(step).map(|i| at(positions, i)).collect();
+    let thin = |halvings: u32| {
+        let spacing = |x: &[f64; D]| target.spacing(target.number_density(x)) * 0.5_f64.powi(halvings as i32);
+        let mut along = [0_usize; 3];
+        samples.iter().filter_map(|x| target.thin_along(x, spacing(x))).for_each(|k| along[k] += 1);
+        let (k, found) = along.into_iter().enumerate().max_by_key(|(_, found)| *found)?;
+        let share = found as f64 / samples.len() as f64;
+        (share > SHARE).then_some((["x", "y", "z"][k], share))
     };
-    let mut along = [0_usize; 3];
-    let samples: Vec<usize> = (0..n).step_by(step).collect();
-    samples.iter().filter_map(|&i| thin(i)).for_each(|k| along[k] += 1);
-    let (k, found) = along.iter().copied().enumerate().max_by_key(|(_, found)| *found)?;
-    let share = found as f64 / samples.len() as f64;
-    let axis = ["x", "y", "z"][k];
-    (share > SHARE && D > 1).then(|| {
-        format!(
-            "{:.0} % of the particles are in layers under two spacings thick along {axis}, whose height cannot be resolved: use {} times as many particles",
-            100.0 * share,
-            1 << D
-        )
-    })
+    let (axis, share) = thin(0).filter(|_| D > 1)?;
+    let more = match (1..MOST_HALVINGS).find(|halvings| thin(*halvings).is_none()) {
+        Some(halvings) => format!("use {} times as many particles", 1_u64 << (D as u32 * halvings)),
+        None => "take fewer dimensions, or a thicker layer".to_owned(),
+    };
+    Some(format!(
+        "{:.0} % of the particles are in layers under two spacings thick along {axis}, whose height cannot be resolved: {more}",
+        100.0 * share,
+    ))
 }
