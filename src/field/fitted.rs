@@ -51,7 +51,7 @@ struct Fitted<const D: usize> {
     domain: Domain<D>,
     /// Where they end, where that is known of all of them together.
     ends: Option<Ends<D>>,
-    /// The mean offset of the particles about each one that tell where the surface is.
+    /// The mean offset of the particles about each one that tell where the surface is; none where that is known of all of them together.
     list_middle: Vec<[f64; D]>,
     /// Unit of each particle's offsets.
     scales: Vec<f64>,
@@ -156,10 +156,12 @@ impl<const D: usize> Fitted<D> {
             }
             Some(middle)
         };
+        let ends = Outline::of(name, &particles, domain)?;
+        let alone = if ends.is_none() { points.len() } else { 0 };
         Ok(Self {
-            ends: Outline::of(name, &particles, domain)?,
+            ends,
             domain: domain.clone(),
-            list_middle: parallel::map(points.len(), middle).into_iter().flatten().collect(),
+            list_middle: parallel::map(alone, middle).into_iter().flatten().collect(),
             particles,
             scales: Vec::new(),
             materials: Vec::new(),

@@ -211,9 +211,11 @@ mod tests {
                 (found.1 / expected.1 - 1.0).abs() < 1e-12 || found.1 == expected.1,
                 "{x:?}: {found:?} {expected:?}"
             );
-            // From anywhere to the same, or to nothing.
-            for _ in 0..5 {
-                let first = (random.unit() * points.len() as f64) as usize;
+            // From anywhere to the same, or to nothing: from some of those about it, and from one that may be far.
+            let about = listed.list_of(expected.0);
+            for round in 0..5 {
+                let any = (random.unit() * points.len() as f64) as usize;
+                let first = if round == 0 || about.is_empty() { any } else { about[any % about.len()] as usize };
                 if let Some(again) = listed.walked(&x, first) {
                     walked += 1;
                     assert_eq!(again, found, "{x:?} from {first}");

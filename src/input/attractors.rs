@@ -3,14 +3,13 @@
 use crate::error::{Error, Result};
 use crate::field::{RadialProfile, total_mass};
 use crate::input::halo::{Halo, is_without_gas};
-use crate::input::ingest::units_of_snapshot;
 use crate::input::spherical::spherical;
 use crate::input::stated_units;
 use crate::input::units::RunUnits;
 use crate::input::{factor, ingest};
 use crate::scene::Scene;
 use sph::point_mass::{PointMass, Softening};
-use sph_formats::{FieldRequest, FileContent, FormatSpec, UnitDimension, UnitSystem};
+use sph_formats::{FileContent, FormatSpec, ParticleFile, UnitDimension, UnitSystem};
 
 /// Quadrature of a mass aims at this relative error.
 const MASS_TOLERANCE: f64 = 1e-10;
@@ -54,19 +53,22 @@ pub(crate) fn find(scene: &Scene, formats: &[FormatSpec], units: &RunUnits) -> R
             Error::Scene { key: inner, problem } => Error::Scene { key: format!("{key}.{inner}"), problem },
             other => other,
         };
-        all.push(sphere(&alone, formats, units, &key).map_err(within)?);
+        all.push(sphere(&alone, formats, units).map_err(within)?);
     }
     Ok(all)
 }
 
 /// The body of a scene of its own.
-fn sphere(scene: &Scene, formats: &[FormatSpec], units: &RunUnits, key: &str) -> Result<Attractor> {
+fn sphere(scene: &Scene, formats: &[FormatSpec], units: &RunUnits) -> Result<Attractor> {
     let name = scene.input_name();
-    if let Some(found) = of_particles(scene, formats, units, key)? {
-        return Ok(found);
-    }
     let left = Attractor::Left(format!("the gravity of {name} is left out: its density is no function of the radius"));
-    let raw = ingest::read(scene, formats)?;
+    let raw = match ingest::stated(scene)? {
+        Some(raw) => raw,
+        None => match ingest::content(scene, formats)? {
+            FileContent::Particles(file) if is_without_gas(&file) => return of_particles(scene, &file, units),
+            content => ingest::of_content(scene, content)?,
+        },
+    };
     if matches!(raw, ingest::RawInput::Disc(_)) {
         return Ok(left);
     }
@@ -82,7 +84,7 @@ fn sphere(scene: &Scene, formats: &[FormatSpec], units: &RunUnits, key: &str) ->
         Some(mass) => mass,
         None => total_mass(source.density.as_ref(), &source.domain, MASS_TOLERANCE)?,
     };
-    let (length, density) = in_units(own.input.map(|u| (u.length, u.density)), units, key)?;
+    let (length, density) = in_units(own.input.map(|u| (u.length, u.density)), units)?;
     Ok(Attractor::Sphere {
         profile: sphere.profile.scaled(length, density),
         end: sphere.end * length,
@@ -91,45 +93,35 @@ fn sphere(scene: &Scene, formats: &[FormatSpec], units: &RunUnits, key: &str) ->
     })
 }
 
-/// The collisionless particles of a file that has no gas; `None` for any other input.
-fn of_particles(scene: &Scene, formats: &[FormatSpec], units: &RunUnits, key: &str) -> Result<Option<Attractor>> {
-    let input = &scene.input;
-    let Some(path) = input.file.as_deref().filter(|_| input.expression.is_none() && input.profile.is_none()) else {
-        return Ok(None);
-    };
-    // What is wrong with another file is said where that is read.
-    let Ok(FileContent::Particles(mut file)) =
-        sph_formats::read(formats, path, input.format.as_deref(), &FieldRequest::default())
-    else {
-        return Ok(None);
-    };
-    if !is_without_gas(&file) {
-        return Ok(None);
-    }
-    units_of_snapshot(scene, &mut file.header.units)?;
-    let system = file.header.units;
+/// The collisionless particles of a file that has no gas.
+///
+/// # Errors
+/// Those of a [`Halo`]; units where the body has none, or the other way round.
+fn of_particles(scene: &Scene, file: &ParticleFile, units: &RunUnits) -> Result<Attractor> {
+    let mut system = file.header.units;
+    ingest::units_of_snapshot(scene, &mut system)?;
     let own = (system != UnitSystem::CODE).then(|| (system.length, system.mass / system.length.powi(3)));
-    let (length, density) = in_units(own, units, key)?;
-    let Halo { profile, mass, count } = Halo::of(path, &file)?;
-    Ok(Some(Attractor::Sphere {
+    let (length, density) = in_units(own, units)?;
+    let Halo { profile, mass, count } = Halo::of(&scene.input_name(), file)?;
+    Ok(Attractor::Sphere {
         end: profile.outer_radius() * length,
         profile: profile.scaled(length, density),
         mass: mass * density * length.powi(3),
         name: format!("{} (the mean over spheres of its {count} particles)", scene.input_name()),
-    }))
+    })
 }
 
 /// Units of length and density, where there are any, in those of the body that is attracted.
 ///
 /// # Errors
 /// Where one has units and the other none.
-fn in_units(own: Option<(f64, f64)>, units: &RunUnits, key: &str) -> Result<(f64, f64)> {
+fn in_units(own: Option<(f64, f64)>, units: &RunUnits) -> Result<(f64, f64)> {
     match (own, units.input) {
         (Some((length, density)), Some(body)) => Ok((length / body.length, density / body.density)),
         (None, None) => Ok((1.0, 1.0)),
         _ => {
             let problem = "has units where the body has none, or the other way round; state them in both, or `units`";
-            Err(Error::scene(format!("{key}.input"), problem))
+            Err(Error::scene("input", problem))
         }
     }
 }

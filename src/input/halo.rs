@@ -8,7 +8,6 @@ use crate::field::RadialProfile;
 use sph::geometry::{distance, unit_ball_volume};
 use sph_formats::ParticleFile;
 use sph_formats::common::particle_names as names;
-use std::path::Path;
 
 /// Radius of a sphere over that of the one before, and particles in the last.
 const SHRINKS: f64 = 0.9;
@@ -36,8 +35,8 @@ impl Halo {
     ///
     /// # Errors
     /// Too few, or particles without places or masses that are such.
-    pub(super) fn of(path: &Path, file: &ParticleFile) -> Result<Self> {
-        let wrong = |problem: String| Error::field(path.display().to_string(), problem);
+    pub(super) fn of(name: &str, file: &ParticleFile) -> Result<Self> {
+        let wrong = |problem: String| Error::field(name, problem);
         if file.header.dimension != 3 {
             return Err(wrong(format!("is in {}-D, expected 3-D: it attracts a body there", file.header.dimension)));
         }

@@ -51,17 +51,34 @@ impl RawInput {
 /// # Errors
 /// What the reader says.
 pub fn read(scene: &Scene, formats: &[FormatSpec]) -> Result<RawInput> {
+    match stated(scene)? {
+        Some(raw) => Ok(raw),
+        None => of_content(scene, content(scene, formats)?),
+    }
+}
+
+/// The input of a scene that says itself what it is.
+///
+/// # Errors
+/// Those of a profile.
+pub(super) fn stated(scene: &Scene) -> Result<Option<RawInput>> {
     let input = &scene.input;
     if let Some(expression) = &input.expression {
-        return Ok(RawInput::Expression(expression.clone()));
+        return Ok(Some(RawInput::Expression(expression.clone())));
     }
-    if let Some(disc @ ProfileInput::Disc(_)) = &input.profile {
-        return Ok(RawInput::Disc(Numbers::new(scene, disc, false)?));
-    }
-    if let Some(model) = &input.profile {
-        return Ok(RawInput::File(Box::new(profile::field(scene, model)?)));
-    }
-    let path = input.file.as_deref().unwrap_or(Path::new(""));
+    Ok(match &input.profile {
+        Some(disc @ ProfileInput::Disc(_)) => Some(RawInput::Disc(Numbers::new(scene, disc, false)?)),
+        Some(model) => Some(RawInput::File(Box::new(profile::field(scene, model)?))),
+        None => None,
+    })
+}
+
+/// What the input file holds.
+///
+/// # Errors
+/// What the reader says.
+pub(super) fn content(scene: &Scene, formats: &[FormatSpec]) -> Result<FileContent> {
+    let input = &scene.input;
     let request = FieldRequest {
         density: scene.density_name()?,
         carry: variables_to_read(scene),
@@ -69,17 +86,30 @@ pub fn read(scene: &Scene, formats: &[FormatSpec]) -> Result<RawInput> {
         time: input.time,
         ..planet(scene)?
     };
-    match sph_formats::read(formats, path, input.format.as_deref(), &request)? {
+    Ok(sph_formats::read(formats, path(scene), input.format.as_deref(), &request)?)
+}
+
+fn path(scene: &Scene) -> &Path {
+    scene.input.file.as_deref().unwrap_or(Path::new(""))
+}
+
+/// What a file holds as the input that it is of.
+///
+/// # Errors
+/// Particles that are no density field.
+pub(super) fn of_content(scene: &Scene, content: FileContent) -> Result<RawInput> {
+    let density = scene.density_name()?;
+    match content {
         FileContent::Field(mut field) => {
-            if request.density.is_some() {
-                field.density.clone_from(&request.density);
+            if density.is_some() {
+                field.density = density;
             }
             Ok(RawInput::File(Box::new(field)))
         }
         FileContent::Particles(mut particles) => {
             let note = units_of_snapshot(scene, &mut particles.header.units)?;
             let stated = boundary_of_snapshot(scene, &mut particles);
-            let mut snapshot = Snapshot::new(path, &particles, request.density.as_deref())?;
+            let mut snapshot = Snapshot::new(path(scene), &particles, density.as_deref())?;
             snapshot.stated = stated;
             snapshot.field.notes.extend(note);
             let file = (scene.input.keeps_particles() || scene.refine.is_some() && scene.particles.is_none())

@@ -103,10 +103,13 @@ fn part_from_surface<const D: usize>(
         }
         let image = region.mirror(&x)?;
         let apart = distance(&image, &x);
-        // Of one right on the surface nothing tells the way.
+        if !(apart > 0.0) {
+            // Of one right on the surface nothing tells the way.
+            return None;
+        }
         let share = 0.5 * (APART * spacing[i] / apart - 1.0);
         let shift: [f64; D] = sph::array(|k| share * (x[k] - image[k]));
-        parted(target, target.domain, &x, &shift, APART * spacing[i]).filter(|_| apart > 0.0)
+        parted(target, target.domain, &x, &shift, APART * spacing[i])
     });
     let found = moved.iter().flatten().count();
     for (i, x) in moved.into_iter().enumerate().filter_map(|(i, x)| Some((i, x?))) {

@@ -355,14 +355,15 @@ pub fn verdict(report: &Report) -> Vec<Finding> {
     }
     if let Some(net) = net_force {
         let moves = report.motion.filter(|motion| *motion > LITTLE_FORCE && report.settled.is_none());
-        let graded = grade(net, LITTLE_FORCE, 0.1).max(if moves.is_some() { Grade::Look } else { Grade::Good });
+        let own = grade(net, LITTLE_FORCE, 0.1);
+        let graded = if moves.is_some() { own.max(Grade::Look) } else { own };
         let at_rest = moves.map_or_else(String::new, |motion| {
             format!(
                 "; that is at rest, and its velocities are worth {:.0} % of gravity: `settle` brings what rotates into balance, and `certify` shows what becomes of it",
                 100.0 * motion
             )
         });
-        let remedy = match (grade(net, LITTLE_FORCE, 0.1), report.plan.why_unbalanced()) {
+        let remedy = match (own, report.plan.why_unbalanced()) {
             (Grade::Good, _) => String::new(),
             (_, Some(why)) => format!("; it is not balanced: {why}"),
             _ if is_balanced && !changed_anything(report) => {

@@ -440,7 +440,7 @@ impl Run<'_> {
             None => (support, density),
             Some(d) => sums((kernel, neighbors), target.domain, &d.positions, (&masses, &support)),
         };
-        let energy = internal_energy.clone().filter(|_| self.scene.certify_at_once().is_some());
+        let energy = self.scene.certify_at_once().and_then(|_| internal_energy.clone());
         let balanced = internal_energy.zip(hydrostatics).map(|(u, h)| (u, h.specific_energy));
         let drawn = collisionless::velocities(self.scene, prepared, (&positions, &masses), &self.units)?;
         self.notes.extend(drawn.iter().flat_map(|d| d.notes.iter().cloned()));

@@ -72,6 +72,11 @@ impl Liquid {
         [density, spacing, smoothing_length].iter().all(|v| v.is_finite() && *v > 0.0).then_some(liquid)
     }
 
+    /// The largest speed, of which the one of sound is made.
+    pub fn largest_speed(&self) -> Option<f64> {
+        Some(self.sound_speed? / SOUND_OVER_SPEED)
+    }
+
     /// B of Tait's equation; 0 where there is no speed of sound.
     pub fn stiffness(&self) -> f64 {
         self.sound_speed.map_or(0.0, |c| c * c * self.density / self.gamma)

@@ -7,8 +7,6 @@ use sph_formats::common::particle_names as names;
 use sph_formats::dualsphysics::Liquid;
 use std::fmt::Write as _;
 
-/// Speed of sound over that of the fastest flow, as the file has it.
-const SOUND_OVER_SPEED: f64 = 10.0;
 /// Numbers of the first blocks: those below are of fluids.
 const FIRST_WALLS: u32 = 10;
 const FIRST_FLUID: u32 = 1;
@@ -45,8 +43,8 @@ impl Facts<'_> {
         let liquid = Liquid::of(self.file);
         let edge = self.edges().iter().copied().fold(0.0, f64::max);
         // Nothing else says how fast a liquid is.
-        if let Some(sound) = liquid.and_then(|l| l.sound_speed) {
-            self.time = SOUND_OVER_SPEED * edge / sound;
+        if let Some(speed) = liquid.and_then(|l| l.largest_speed()) {
+            self.time = edge / speed;
             self.time_is = "times in which the fastest flow crosses the box";
         }
         // Two hyphens would end the comment.
